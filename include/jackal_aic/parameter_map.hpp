@@ -1,0 +1,128 @@
+#pragma once
+
+/// @file
+/// Strict key/value parameters: every source (ROS parameter server, YAML file, `--set key=value`) becomes a ParameterMap, and
+/// every parameter struct lists its fields once (`describe`), from which loading, validation and `--set` follow.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace jackal_aic {
+
+/// Bad configuration. what() is one line that names the key, the value and the bound.
+class ParameterError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Value of one key as its source wrote it.
+using ParameterValue =
+    std::variant<bool, std::int64_t, double, std::string, std::vector<double>, std::vector<std::string>>;
+
+/// Inclusive bounds of a number.
+struct Bounds {
+  double low;
+  double high;
+};
+
+/// Whether a key has to be given.
+enum class Presence { required, optional };
+
+/// Flat parameters by dotted key ("controller.tau"). Remembers which keys were read, so that the rest can be refused.
+class ParameterMap {
+ public:
+  /// Sets or replaces a key.
+  void set(const std::string& key, ParameterValue value);
+
+  /// Sets a key from text: "true"/"false", a whole number, a number, "[a, b, ...]", else a string.
+  void setFromText(const std::string& key, const std::string& text);
+
+  /// True if the key was given.
+  bool has(const std::string& key) const;
+
+  /// Value of a key, marked as read; nullptr if it was not given.
+  const ParameterValue* take(const std::string& key);
+
+  /// Declares a key as known without reading it (for the list of valid keys in messages).
+  void declare(const std::string& key);
+
+  /// Keys that were given, in alphabetical order.
+  std::vector<std::string> keys() const;
+
+  /// Keys declared or taken so far, in alphabetical order.
+  std::vector<std::string> knownKeys() const;
+
+  /// Throws ParameterError for the first key that was given and never taken, with the list of known keys.
+  void refuseUnknown() const;
+
+ private:
+  std::map<std::string, ParameterValue> values_;
+  std::set<std::string> known_;
+};
+
+/// Text of a value as a person would write it in YAML.
+std::string describe(const ParameterValue& value);
+
+/// Reads the fields of a parameter struct from a map. A struct S takes part by a function
+/// `template <class V> void describeFields(V& visitor, S& s)` that calls visitor.field(...) once per field.
+class ParameterReader {
+ public:
+  /// @param map source; @param prefix dotted prefix of the struct's keys, e.g. "controller".
+  ParameterReader(ParameterMap& map, std::string prefix) : map_(map), prefix_(std::move(prefix)) {}
+
+  /// Number in bounds. Throws ParameterError if missing though required, not a number, NaN, infinite or out of bounds.
+  void field(const char* name, double& value, Bounds bounds, const char* unit, Presence presence);
+
+  /// Whole number in bounds. Throws as for a number, and for a fraction.
+  void field(const char* name, int& value, Bounds bounds, const char* unit, Presence presence);
+
+  /// Non-negative whole number without an upper bound (a random seed). Throws as above.
+  void field(const char* name, std::uint64_t& value, const char* unit, Presence presence);
+
+  /// true or false. Throws if it is neither.
+  void field(const char* name, bool& value, Presence presence);
+
+  /// One of a list of words, stored as its index. Throws ParameterError with the list.
+  template <class Enum, std::size_t N>
+  void field(const char* name, Enum& value, const std::array<const char*, N>& words, Presence presence) {
+    const std::vector<std::string> list(words.begin(), words.end());
+    const int index = choice(name, list, presence);
+    if (index >= 0) value = static_cast<Enum>(index);
+  }
+
+  /// Any text. Throws if it is not a string or is empty though required.
+  void field(const char* name, std::string& value, Presence presence);
+
+  /// List of words. Throws if it is not a list of strings or is empty.
+  void field(const char* name, std::vector<std::string>& value, Presence presence);
+
+  /// List of numbers, each in bounds, at least one and at most max_size. Throws as for a number, naming the index.
+  void field(const char* name, std::vector<double>& value, Bounds bounds, std::size_t max_size, const char* unit,
+             Presence presence);
+
+ private:
+  const ParameterValue* lookup(const char* name, Presence presence, const std::string& expectation);
+  int choice(const char* name, const std::vector<std::string>& words, Presence presence);
+  std::string key(const char* name) const { return prefix_.empty() ? name : prefix_ + "." + name; }
+
+  ParameterMap& map_;
+  std::string prefix_;
+};
+
+/// Reads struct S from the keys `prefix.*` of a map and returns it. Throws ParameterError.
+template <class S>
+S readParameters(ParameterMap& map, const std::string& prefix, S defaults = S{}) {
+  ParameterReader reader(map, prefix);
+  describeFields(reader, defaults);
+  return defaults;
+}
+
+}  // namespace jackal_aic

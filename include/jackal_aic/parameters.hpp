@@ -1,0 +1,109 @@
+#pragma once
+
+/// @file
+/// One plain struct per part of the controller: default, unit, range, source. YAML holds variances (Sigma); precisions
+/// (Pi = 1/Sigma) exist only inside the code.
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "jackal_aic/parameter_map.hpp"
+#include "jackal_aic/types.hpp"
+
+namespace jackal_aic {
+
+/// How the belief update (3-11) is integrated over one step.
+enum class Integrator {
+  exact,  ///< zero-order hold of the measurement and set point, by matrix exponential (unconditionally stable)
+  euler   ///< forward Euler, eq. 3-16 (the thesis' choice; diverges beyond h kappa_mu Pi_mu / tau^2 of about 2)
+};
+
+/// Words of Integrator, in the order of the enumerators.
+inline constexpr std::array<const char*, 2> kIntegratorNames{"exact", "euler"};
+
+/// Gains of the active inference controller (Table C-1). YAML prefix `controller`.
+struct ControllerParameters {
+  double belief_rate = 50.0;                     ///< rate of the belief update (3-11) [Hz]
+  double action_rate = 50.0;                     ///< rate of the action update (3-13) [Hz]; belief_rate is a multiple
+  Integrator integrator = Integrator::exact;     ///< integrator of the belief update
+  int orders = 3;                                ///< highest generalised order p, 0..5
+  double tau = 0.03;                             ///< temporal parameter of the state dynamics (2-3) [s]
+  double kappa_mu = 0.01;                        ///< learning rate of the belief update
+  double kappa_a = 8.0;                          ///< learning rate of the action update
+  std::vector<double> state_variances = {1.5, 2.0, 4.0, 8.0};    ///< Sigma_mu of orders 0..p
+  std::vector<double> sensory_variances = {2.0, 2.0, 1e5, 1e5};  ///< Sigma_y of orders 0..p
+
+  /// Step of the belief update, h = 1/belief_rate [s].
+  double beliefStep() const { return 1.0 / belief_rate; }
+
+  /// Step of the action update [s].
+  double actionStep() const { return 1.0 / action_rate; }
+
+  /// Belief updates per action update.
+  int beliefStepsPerAction() const;
+};
+
+/// Lists the fields of ControllerParameters with unit and range.
+template <class Visitor>
+void describeFields(Visitor& v, ControllerParameters& p) {
+  v.field("belief_rate", p.belief_rate, {1.0, 1000.0}, "Hz", Presence::required);
+  v.field("action_rate", p.action_rate, {1.0, 1000.0}, "Hz", Presence::required);
+  v.field("integrator", p.integrator, kIntegratorNames, Presence::optional);
+  v.field("orders", p.orders, {0, kMaxOrders}, "", Presence::required);
+  v.field("tau", p.tau, {1e-5, 10.0}, "s", Presence::required);
+  v.field("kappa_mu", p.kappa_mu, {1e-9, 1e3}, "", Presence::required);
+  v.field("kappa_a", p.kappa_a, {0.0, 1e4}, "", Presence::required);
+  v.field("state_variances", p.state_variances, {1e-6, 1e12}, 6, "", Presence::required);
+  v.field("sensory_variances", p.sensory_variances, {1e-6, 1e12}, 6, "", Presence::required);
+}
+
+/// Geometry of the robot as the generative model sees it (eq. 3-1). YAML prefix `robot`.
+struct GeometryParameters {
+  double wheel_radius = 0.098;      ///< r [m]
+  double effective_track = 0.5621;  ///< b_hat, virtual width of the skid-steer robot [m]
+  double slip = 1.0;                ///< alpha, ratio of body to wheel circumference speed
+};
+
+/// Lists the fields of GeometryParameters with unit and range.
+template <class Visitor>
+void describeFields(Visitor& v, GeometryParameters& p) {
+  v.field("wheel_radius", p.wheel_radius, {0.01, 1.0}, "m", Presence::optional);
+  v.field("effective_track", p.effective_track, {0.05, 5.0}, "m", Presence::optional);
+  v.field("slip", p.slip, {0.1, 2.0}, "", Presence::optional);
+}
+
+/// Bounds of the drive command; defaults as on the stock Jackal. YAML prefix `limits`.
+struct LimitParameters {
+  double linear_speed = 2.0;   ///< largest |x_dot| of the command [m/s]
+  double angular_speed = 4.0;  ///< largest |theta_dot| of the command [rad/s]
+  double wheel_speed = 25.5;   ///< largest |omega| of a wheel [rad/s] (2.5 m/s, the robot's maximum, at r = 0.098 m)
+};
+
+/// Lists the fields of LimitParameters with unit and range.
+template <class Visitor>
+void describeFields(Visitor& v, LimitParameters& p) {
+  v.field("linear_speed", p.linear_speed, {0.01, 10.0}, "m/s", Presence::optional);
+  v.field("angular_speed", p.angular_speed, {0.01, 20.0}, "rad/s", Presence::optional);
+  v.field("wheel_speed", p.wheel_speed, {0.1, 200.0}, "rad/s", Presence::optional);
+}
+
+/// Ages beyond which an input no longer counts. YAML prefix `deadlines`.
+struct DeadlineParameters {
+  double set_point = 0.5;  ///< largest age of the set point [s]
+  double sensor = 0.2;     ///< largest age of the wheel and IMU measurements [s]
+};
+
+/// Lists the fields of DeadlineParameters with unit and range.
+template <class Visitor>
+void describeFields(Visitor& v, DeadlineParameters& p) {
+  v.field("set_point", p.set_point, {0.02, 60.0}, "s", Presence::optional);
+  v.field("sensor", p.sensor, {0.02, 10.0}, "s", Presence::optional);
+}
+
+/// Checks what single ranges cannot: belief_rate a whole multiple of action_rate, a variance for each order 0..p, and a
+/// belief update that converges with the chosen integrator, rate and gains on this geometry.
+/// @throws ParameterError naming the key, the value and the bound.
+void validate(const ControllerParameters& controller, const GeometryParameters& geometry);
+
+}  // namespace jackal_aic

@@ -1,0 +1,91 @@
+#pragma once
+
+/// @file
+/// Quantities that flow through the controller. Every field states its unit and frame; the symbols are those of the thesis
+/// (B.D. van der Meer, "Control analysis of an active inference controller for a skid-steer mobile robot", TU Delft 2022).
+
+#include <Eigen/Core>
+
+namespace jackal_aic {
+
+/// Highest generalised order p that the code supports (the thesis uses p = 3 and mentions up to 5).
+inline constexpr int kMaxOrders = 5;
+
+/// Degrees of freedom of the body velocity (x_dot, y_dot, theta_dot).
+inline constexpr int kBodySize = 3;
+
+/// Measured channels (theta_dot, omega_L, omega_R, x_ddot, y_ddot) in the order of eq. 3-3.
+inline constexpr int kSensorSize = 5;
+
+/// Row of each channel in a sensor vector.
+enum SensorChannel { kYawRate = 0, kWheelLeft = 1, kWheelRight = 2, kAccelerationX = 3, kAccelerationY = 4 };
+
+/// Row of each degree of freedom in a body vector.
+enum BodyChannel { kForward = 0, kLateral = 1, kYaw = 2 };
+
+/// Body velocity (x_dot [m/s], y_dot [m/s], theta_dot [rad/s]) in base_link (x forward, y left, z up).
+using BodyVector = Eigen::Matrix<double, kBodySize, 1>;
+
+/// One sample of all measured channels, in the units of Observation.
+using SensorVector = Eigen::Matrix<double, kSensorSize, 1>;
+
+/// Wheel speeds (omega_L, omega_R) [rad/s], positive is forward.
+using WheelVector = Eigen::Matrix<double, 2, 1>;
+
+/// Generalised body velocity mu_tilde: column i is order i (unit of BodyVector per s^i), 3 x (p+1). Stored on the stack; its
+/// memory is the stacked vector (mu, mu', ..., mu^(p)) of the thesis.
+using GeneralizedBody = Eigen::Matrix<double, kBodySize, Eigen::Dynamic, Eigen::ColMajor, kBodySize, kMaxOrders + 1>;
+
+/// Generalised measurement y_tilde: column i is order i (unit of SensorVector per s^i), 5 x (p+1). Stored on the stack.
+using GeneralizedSensor =
+    Eigen::Matrix<double, kSensorSize, Eigen::Dynamic, Eigen::ColMajor, kSensorSize, kMaxOrders + 1>;
+
+/// One synchronised reading of the wheel encoders and the IMU.
+struct Observation {
+  double stamp = 0.0;           ///< time of the measurement [s]
+  double yaw_rate = 0.0;        ///< theta_dot, gyro about z of base_link [rad/s]
+  double wheel_left = 0.0;      ///< omega_L, mean of the left wheels [rad/s]
+  double wheel_right = 0.0;     ///< omega_R, mean of the right wheels [rad/s]
+  double acceleration_x = 0.0;  ///< x_ddot, accelerometer along x of base_link [m/s^2]
+  double acceleration_y = 0.0;  ///< y_ddot, accelerometer along y of base_link [m/s^2]
+
+  /// The channels as the vector y of eq. 3-3.
+  SensorVector vector() const {
+    SensorVector y;
+    y << yaw_rate, wheel_left, wheel_right, acceleration_x, acceleration_y;
+    return y;
+  }
+};
+
+/// Desired body velocity mu_d in base_link. A skid-steer robot cannot follow a lateral speed; it is kept because mu_d has
+/// three components in the thesis.
+struct SetPoint {
+  double forward = 0.0;   ///< x_dot [m/s]
+  double lateral = 0.0;   ///< y_dot [m/s]
+  double yaw_rate = 0.0;  ///< theta_dot [rad/s]
+
+  /// The set point as the vector mu_d.
+  BodyVector vector() const { return {forward, lateral, yaw_rate}; }
+};
+
+/// Wheel speeds to be driven: the action a of eq. 3-13.
+struct WheelCommand {
+  double left = 0.0;   ///< omega_L [rad/s], positive is forward
+  double right = 0.0;  ///< omega_R [rad/s], positive is forward
+
+  /// The command as the vector a.
+  WheelVector vector() const { return {left, right}; }
+
+  /// The vector a as a command.
+  static WheelCommand from(const WheelVector& a) { return {a(0), a(1)}; }
+};
+
+/// True if both wheel speeds are equal to the bit.
+inline bool operator==(const WheelCommand& a, const WheelCommand& b) {
+  return a.left == b.left && a.right == b.right;
+}
+
+/// True if the wheel speeds differ.
+inline bool operator!=(const WheelCommand& a, const WheelCommand& b) { return !(a == b); }
+
+}  // namespace jackal_aic
