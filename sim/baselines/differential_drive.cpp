@@ -1,0 +1,28 @@
+#include "differential_drive.hpp"
+
+#include <algorithm>
+
+namespace jackal_aic::sim {
+namespace {
+
+double limited(double wanted, double last, double speed, double change) {
+  return std::clamp(std::clamp(wanted, -speed, speed), last - change, last + change);
+}
+
+}  // namespace
+
+WheelCommand DifferentialDrive::update() {
+  const auto& p = parameters_;
+  forward_ = limited(set_point_.forward, forward_, p.linear_speed, p.linear_acceleration / p.rate);
+  yaw_rate_ = limited(set_point_.yaw_rate, yaw_rate_, p.angular_speed, p.angular_acceleration / p.rate);
+  const double half_difference = 0.5 * p.effective_track * yaw_rate_;
+  return {(forward_ - half_difference) / p.wheel_radius, (forward_ + half_difference) / p.wheel_radius};
+}
+
+void DifferentialDrive::reset() {
+  set_point_ = {};
+  forward_ = 0.0;
+  yaw_rate_ = 0.0;
+}
+
+}  // namespace jackal_aic::sim

@@ -1,0 +1,36 @@
+#pragma once
+
+/// @file
+/// Figures of a step response, as the thesis defines them (chapter 5, "Definitions and control setup").
+
+#include <optional>
+#include <vector>
+
+namespace jackal_aic::sim {
+
+/// Figures of one step response.
+struct ResponseMetrics {
+  /// Time after the step from which the signal stays within 5 % of its final value [s]; empty if it never settles.
+  std::optional<double> settling;
+  /// Time from 10 % to 90 % of the set point [s]; empty if 90 % is never reached.
+  std::optional<double> rise;
+  /// Largest excursion beyond the set point, in percent of the step; 0 if there is none.
+  double overshoot_pct = 0.0;
+  /// Mean of (signal - set point) over the last 0.5 s, in percent of the step; positive if the signal is too fast.
+  double steady_error_pct = 0.0;
+  /// True if every sample is finite and the signal stays within `divergence` steps of the set point.
+  bool stable = true;
+};
+
+/// Computes the figures of a step from `initial` to `set_point` at `step_time`.
+/// @param time stamps [s], increasing; @param value signal at these times; @param step_time time of the step [s];
+/// @param initial set point before the step; @param set_point set point after it, different from initial.
+/// The final value is the mean over the last 0.5 s. Crossings are interpolated linearly between samples.
+/// @throws std::invalid_argument if the series differ in length, span less than 0.5 s after the step, or the step is zero.
+ResponseMetrics stepResponseMetrics(const std::vector<double>& time, const std::vector<double>& value, double step_time,
+                                    double initial, double set_point);
+
+/// Root mean square of (value - reference). @throws std::invalid_argument if the lengths differ or are zero.
+double rootMeanSquareError(const std::vector<double>& value, const std::vector<double>& reference);
+
+}  // namespace jackal_aic::sim

@@ -1,0 +1,92 @@
+#pragma once
+
+/// @file
+/// The simulated Jackal: rigid bodies and contacts by ODE, built from a URDF; no ROS.
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "jackal_aic/parameter_map.hpp"
+#include "jackal_aic/types.hpp"
+#include "plant_parameters.hpp"
+
+namespace jackal_aic::sim {
+
+/// Order of the wheels in every per-wheel array.
+enum Wheel { kFrontLeft = 0, kFrontRight = 1, kRearLeft = 2, kRearRight = 3 };
+
+/// Names of the wheel joints in the order of Wheel, as on the stock Jackal.
+inline constexpr std::array<const char*, 4> kWheelJoints{"front_left_wheel", "front_right_wheel", "rear_left_wheel",
+                                                         "rear_right_wheel"};
+
+/// True state of the robot.
+struct PlantTruth {
+  double time = 0.0;                     ///< simulated time [s]
+  Eigen::Vector3d position;              ///< base_link in the ground frame [m]
+  Eigen::Quaterniond orientation;        ///< base_link in the ground frame
+  Eigen::Vector3d linear_velocity;       ///< velocity of the base_link origin, in base_link [m/s]
+  Eigen::Vector3d angular_velocity;      ///< in base_link [rad/s]
+  std::array<double, 4> wheel_position;  ///< [rad]
+  std::array<double, 4> wheel_velocity;  ///< [rad/s], positive is forward
+  WheelCommand acting_command;           ///< command that left the dead time and drives the motors now [rad/s]
+};
+
+/// One sample of the robot's sensors, with noise.
+struct PlantMeasurement {
+  double stamp = 0.0;                    ///< time of the sample [s]
+  std::array<double, 4> wheel_position;  ///< encoders [rad]
+  std::array<double, 4> wheel_velocity;  ///< encoders [rad/s]
+  std::array<double, 4> wheel_effort;    ///< torque the motors apply, from the physics engine [N m]
+  Eigen::Vector3d angular_velocity;      ///< gyro, in imu_link [rad/s]
+  Eigen::Vector3d linear_acceleration;   ///< accelerometer, gravity included, in imu_link [m/s^2]
+  Eigen::Quaterniond orientation;        ///< of imu_link in a level frame
+
+  /// The channels of eq. 3-3: gyro z, mean of each side's wheels, accelerometer x and y.
+  Observation observation() const;
+};
+
+/// A Clearpath Jackal in simulation.
+class JackalPlant {
+ public:
+  /// Step of the simulation [s].
+  static constexpr double kStep = 0.001;
+
+  /// Builds the robot at rest from a URDF text. @throws ParameterError if the URDF lacks a body, joint, inertia or wheel.
+  JackalPlant(const std::string& urdf_xml, const PlantParameters& parameters);
+  ~JackalPlant();
+  JackalPlant(JackalPlant&&) noexcept;
+  JackalPlant& operator=(JackalPlant&&) noexcept;
+
+  /// Hands over a wheel command now; the motors see it after the dead time. A command that is not finite is ignored and
+  /// false is returned.
+  bool command(const WheelCommand& command);
+
+  /// Advances by kStep.
+  void step();
+
+  /// Simulated time [s].
+  double time() const;
+
+  /// The sensor sample taken in the last step(), if one was due (rate `sensor_rate`; the first at time 0).
+  const std::optional<PlantMeasurement>& measurement() const;
+
+  /// True state after the last step().
+  const PlantTruth& truth() const;
+
+  /// Changes the friction coefficient of the ground from now on (>= 0).
+  void setFriction(double friction);
+
+  /// Puts the robot back to rest at time 0, with the seed of the parameters.
+  void reset();
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> self_;
+};
+
+}  // namespace jackal_aic::sim
