@@ -1,8 +1,9 @@
 #pragma once
 
 /// @file
-/// Strict key/value parameters: every source (ROS parameter server, YAML file, `--set key=value`) becomes a ParameterMap, and
-/// every parameter struct lists its fields once (`describe`), from which loading, validation and `--set` follow.
+/// Strict key/value parameters: every source (ROS parameter server, YAML file, `--set key=value`) becomes a
+/// ParameterMap, and every parameter struct lists its fields once (`describe`), from which loading, validation and
+/// `--set` follow.
 
 #include <array>
 #include <cstddef>

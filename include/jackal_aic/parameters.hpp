@@ -24,13 +24,13 @@ inline constexpr std::array<const char*, 2> kIntegratorNames{"exact", "euler"};
 
 /// Gains of the active inference controller (Table C-1). YAML prefix `controller`.
 struct ControllerParameters {
-  double belief_rate = 50.0;                     ///< rate of the belief update (3-11) [Hz]
-  double action_rate = 50.0;                     ///< rate of the action update (3-13) [Hz]; belief_rate is a multiple
-  Integrator integrator = Integrator::exact;     ///< integrator of the belief update
-  int orders = 3;                                ///< highest generalised order p, 0..5
-  double tau = 0.03;                             ///< temporal parameter of the state dynamics (2-3) [s]
-  double kappa_mu = 0.01;                        ///< learning rate of the belief update
-  double kappa_a = 8.0;                          ///< learning rate of the action update
+  double belief_rate = 50.0;                  ///< rate of the belief update (3-11) [Hz]
+  double action_rate = 50.0;                  ///< rate of the action update (3-13) [Hz]; belief_rate is a multiple
+  Integrator integrator = Integrator::exact;  ///< integrator of the belief update
+  int orders = 3;                             ///< highest generalised order p, 0..5
+  double tau = 0.03;                          ///< temporal parameter of the state dynamics (2-3) [s]
+  double kappa_mu = 0.01;                     ///< learning rate of the belief update
+  double kappa_a = 8.0;                       ///< learning rate of the action update
   std::vector<double> state_variances = {1.5, 2.0, 4.0, 8.0};    ///< Sigma_mu of orders 0..p
   std::vector<double> sensory_variances = {2.0, 2.0, 1e5, 1e5};  ///< Sigma_y of orders 0..p
 

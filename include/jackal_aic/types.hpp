@@ -1,8 +1,9 @@
 #pragma once
 
 /// @file
-/// Quantities that flow through the controller. Every field states its unit and frame; the symbols are those of the thesis
-/// (B.D. van der Meer, "Control analysis of an active inference controller for a skid-steer mobile robot", TU Delft 2022).
+/// Quantities that flow through the controller. Every field states its unit and frame; the symbols are those of the
+/// thesis (B.D. van der Meer, "Control analysis of an active inference controller for a skid-steer mobile robot", TU
+/// Delft 2022).
 
 #include <Eigen/Core>
 
@@ -32,8 +33,8 @@ using SensorVector = Eigen::Matrix<double, kSensorSize, 1>;
 /// Wheel speeds (omega_L, omega_R) [rad/s], positive is forward.
 using WheelVector = Eigen::Matrix<double, 2, 1>;
 
-/// Generalised body velocity mu_tilde: column i is order i (unit of BodyVector per s^i), 3 x (p+1). Stored on the stack; its
-/// memory is the stacked vector (mu, mu', ..., mu^(p)) of the thesis.
+/// Generalised body velocity mu_tilde: column i is order i (unit of BodyVector per s^i), 3 x (p+1). Stored on the
+/// stack; its memory is the stacked vector (mu, mu', ..., mu^(p)) of the thesis.
 using GeneralizedBody = Eigen::Matrix<double, kBodySize, Eigen::Dynamic, Eigen::ColMajor, kBodySize, kMaxOrders + 1>;
 
 /// Generalised measurement y_tilde: column i is order i (unit of SensorVector per s^i), 5 x (p+1). Stored on the stack.
@@ -57,8 +58,8 @@ struct Observation {
   }
 };
 
-/// Desired body velocity mu_d in base_link. A skid-steer robot cannot follow a lateral speed; it is kept because mu_d has
-/// three components in the thesis.
+/// Desired body velocity mu_d in base_link. A skid-steer robot cannot follow a lateral speed; it is kept because mu_d
+/// has three components in the thesis.
 struct SetPoint {
   double forward = 0.0;   ///< x_dot [m/s]
   double lateral = 0.0;   ///< y_dot [m/s]
@@ -81,9 +82,7 @@ struct WheelCommand {
 };
 
 /// True if both wheel speeds are equal to the bit.
-inline bool operator==(const WheelCommand& a, const WheelCommand& b) {
-  return a.left == b.left && a.right == b.right;
-}
+inline bool operator==(const WheelCommand& a, const WheelCommand& b) { return a.left == b.left && a.right == b.right; }
 
 /// True if the wheel speeds differ.
 inline bool operator!=(const WheelCommand& a, const WheelCommand& b) { return !(a == b); }

@@ -18,7 +18,8 @@ struct UrdfGeometry {
 
 /// Reads the wheel geometry from a URDF.
 /// @param urdf_xml text of the URDF; @param left_joints, right_joints names of the wheel joints of each side.
-/// @throws ParameterError (one line) if the URDF does not parse, lacks a joint, a wheel has no cylinder or sphere geometry,
+/// @throws ParameterError (one line) if the URDF does not parse, lacks a joint, a wheel has no cylinder or sphere
+/// geometry,
 ///         the radii differ, or the left wheels are not left of the right ones.
 UrdfGeometry readUrdfGeometry(const std::string& urdf_xml, const std::vector<std::string>& left_joints,
                               const std::vector<std::string>& right_joints);

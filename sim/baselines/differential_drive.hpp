@@ -10,13 +10,13 @@ namespace jackal_aic::sim {
 
 /// Settings of the differential drive baseline; defaults as on the stock Jackal. YAML prefix `diff_drive`.
 struct DifferentialDriveParameters {
-  double rate = 50.0;                   ///< rate of the wheel commands [Hz]
-  double wheel_radius = 0.098;          ///< r [m]
-  double effective_track = 0.563385;    ///< 1.5 x the geometric track of 0.37559 m [m]
-  double linear_speed = 2.0;            ///< largest |x_dot| [m/s]
-  double linear_acceleration = 20.0;    ///< largest |x_ddot| [m/s^2]
-  double angular_speed = 4.0;           ///< largest |theta_dot| [rad/s]
-  double angular_acceleration = 25.0;   ///< largest |theta_ddot| [rad/s^2]
+  double rate = 50.0;                  ///< rate of the wheel commands [Hz]
+  double wheel_radius = 0.098;         ///< r [m]
+  double effective_track = 0.563385;   ///< 1.5 x the geometric track of 0.37559 m [m]
+  double linear_speed = 2.0;           ///< largest |x_dot| [m/s]
+  double linear_acceleration = 20.0;   ///< largest |x_ddot| [m/s^2]
+  double angular_speed = 4.0;          ///< largest |theta_dot| [rad/s]
+  double angular_acceleration = 25.0;  ///< largest |theta_ddot| [rad/s^2]
 };
 
 /// Lists the fields of DifferentialDriveParameters with unit and range.

@@ -51,7 +51,8 @@ double meanSince(const UnitResponse& unit, double start) {
   return sum / static_cast<double>(count);
 }
 
-/// Time of the last entry into the band around the final value; empty if the response is outside it in the final window.
+/// Time of the last entry into the band around the final value; empty if the response is outside it in the final
+/// window.
 std::optional<double> settlingTime(const UnitResponse& unit, double final_value, double window_start) {
   const double band = kSettlingBand * std::abs(final_value);
   for (std::size_t i = unit.value.size(); i-- > 0;) {
@@ -60,7 +61,8 @@ std::optional<double> settlingTime(const UnitResponse& unit, double final_value,
     if (unit.time[i] >= window_start || i + 1 == unit.value.size()) return std::nullopt;
     const double next = std::abs(unit.value[i + 1] - final_value);
     const bool same_side = (unit.value[i] > final_value) == (unit.value[i + 1] > final_value);
-    const double fraction = same_side ? (deviation - band) / (deviation - next) : (deviation - band) / (deviation + next);
+    const double fraction =
+        same_side ? (deviation - band) / (deviation - next) : (deviation - band) / (deviation + next);
     return unit.time[i] + fraction * (unit.time[i + 1] - unit.time[i]);
   }
   return 0.0;

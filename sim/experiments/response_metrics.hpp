@@ -26,7 +26,8 @@ struct ResponseMetrics {
 /// @param time stamps [s], increasing; @param value signal at these times; @param step_time time of the step [s];
 /// @param initial set point before the step; @param set_point set point after it, different from initial.
 /// The final value is the mean over the last 0.5 s. Crossings are interpolated linearly between samples.
-/// @throws std::invalid_argument if the series differ in length, span less than 0.5 s after the step, or the step is zero.
+/// @throws std::invalid_argument if the series differ in length, span less than 0.5 s after the step, or the step is
+/// zero.
 ResponseMetrics stepResponseMetrics(const std::vector<double>& time, const std::vector<double>& value, double step_time,
                                     double initial, double set_point);
 

@@ -56,7 +56,8 @@ class JackalPlant {
   /// Step of the simulation [s].
   static constexpr double kStep = 0.001;
 
-  /// Builds the robot at rest from a URDF text. @throws ParameterError if the URDF lacks a body, joint, inertia or wheel.
+  /// Builds the robot at rest from a URDF text. @throws ParameterError if the URDF lacks a body, joint, inertia or
+  /// wheel.
   JackalPlant(const std::string& urdf_xml, const PlantParameters& parameters);
   ~JackalPlant();
   JackalPlant(JackalPlant&&) noexcept;

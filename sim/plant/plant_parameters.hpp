@@ -21,15 +21,15 @@ inline constexpr std::array<const char*, 2> kSupportNames{"ground", "box"};
 
 /// Parameters of the plant. YAML prefix `plant`.
 struct PlantParameters {
-  Support support = Support::ground;  ///< on the ground or on a box
-  double dead_time = 0.11;            ///< from a command to the motors [s]
-  double motor_lag = 0.035;           ///< time constant of the closed velocity loop [s]
-  double wheel_gain = 1.0;            ///< true wheel speed / commanded wheel speed, at steady state
+  Support support = Support::ground;    ///< on the ground or on a box
+  double dead_time = 0.11;              ///< from a command to the motors [s]
+  double motor_lag = 0.035;             ///< time constant of the closed velocity loop [s]
+  double wheel_gain = 1.0;              ///< true wheel speed / commanded wheel speed, at steady state
   double velocity_loop_integral = 0.0;  ///< integral gain of the velocity loop on (gain x command - speed) [1/s]
-  double acceleration_limit = 25.0;   ///< of the wheel circumference under the velocity loop [m/s^2]
-  double torque_limit = 20.0;         ///< largest torque per wheel [N m]
-  double payload = 0.0;               ///< extra mass on the chassis, at its centre of mass [kg]
-  double friction = 0.5;              ///< Coulomb coefficient between wheels and ground
+  double acceleration_limit = 25.0;     ///< of the wheel circumference under the velocity loop [m/s^2]
+  double torque_limit = 20.0;           ///< largest torque per wheel [N m]
+  double payload = 0.0;                 ///< extra mass on the chassis, at its centre of mass [kg]
+  double friction = 0.5;                ///< Coulomb coefficient between wheels and ground
   double slope = 0.0;                 ///< inclination of the ground, positive is uphill along the initial heading [deg]
   double sensor_rate = 50.0;          ///< rate of encoders and IMU [Hz]
   double noise_scale = 1.0;           ///< factor on all noise below; 0 switches it off

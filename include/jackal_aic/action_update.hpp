@@ -1,0 +1,33 @@
+#pragma once
+
+/// @file
+/// Action update (eq. 3-13): the wheel speeds descend the free energy.
+
+#include "jackal_aic/generative_model.hpp"
+#include "jackal_aic/types.hpp"
+
+namespace jackal_aic {
+
+/// Integrates da/dt = -kappa_a K Pi_y (y - R mu) (3-13, order 0) by forward Euler (2-11). The action is an integrator;
+/// hold() sets it to what was really driven, so that it does not wind up at a limit.
+class ActionUpdate {
+ public:
+  /// @param kappa_a learning rate; @param step length of an action step [s].
+  ActionUpdate(double kappa_a, double step) : kappa_a_(kappa_a), step_(step) {}
+
+  /// Advances the action by one step and returns it. @param sensory_error eps_y, 5 x (p+1).
+  WheelCommand step(const GenerativeModel& model, const GeneralizedSensor& sensory_error);
+
+  /// Replaces the action by the command that was really applied.
+  void hold(const WheelCommand& applied) { action_ = applied.vector(); }
+
+  /// The action a: wheel speeds [rad/s].
+  WheelCommand action() const { return WheelCommand::from(action_); }
+
+ private:
+  double kappa_a_;
+  double step_;
+  WheelVector action_ = WheelVector::Zero();
+};
+
+}  // namespace jackal_aic

@@ -1,0 +1,58 @@
+#pragma once
+
+/// @file
+/// Which fixed steps are due when timers fire late: pure bookkeeping, time enters as nanoseconds.
+
+#include <cstdint>
+
+namespace jackal_aic {
+
+/// Keeps belief and action steps in their fixed ratio and order although two timers fire late and in any order. An
+/// action period has n belief steps and ends with one action step at its boundary. The belief timer may not run past a
+/// boundary whose action is still due; the action timer first runs the belief steps that are missing. So the sequence
+/// of steps does not depend on how the timers are served.
+class StepSchedule {
+ public:
+  /// @param belief_step length of a belief step [ns]; @param belief_steps_per_action n, 1 or more;
+  /// @param most_periods most action periods to catch up at once; what is later than that is dropped and counted.
+  StepSchedule(std::int64_t belief_step, int belief_steps_per_action, int most_periods);
+
+  /// True once start() was called.
+  bool started() const { return started_; }
+
+  /// Starts the first action period at this time [ns].
+  void start(std::int64_t now);
+
+  /// Back to before start().
+  void stop() { started_ = false; }
+
+  /// Belief steps to run now [ns], without passing the boundary of the present action period.
+  int beliefStepsDue(std::int64_t now) const;
+
+  /// Belief steps still missing in the present action period.
+  int beliefStepsLeft() const { return belief_steps_per_action_ - belief_steps_done_; }
+
+  /// Notes that a belief step was run.
+  void beliefStepDone() { ++belief_steps_done_; }
+
+  /// Whole action periods that end at the time [ns] for which the action timer was set, at most most_periods. The
+  /// remainder of less than half a period (a timer that was put off) moves the boundary and costs no step.
+  int actionPeriodsDue(std::int64_t expected);
+
+  /// Notes that the action step was run; the next action period begins at `boundary` [ns].
+  void actionStepDone(std::int64_t boundary);
+
+  /// Action periods dropped since construction because the timer was too late.
+  std::uint64_t droppedPeriods() const { return dropped_; }
+
+ private:
+  std::int64_t belief_step_;
+  int belief_steps_per_action_;
+  int most_periods_;
+  bool started_ = false;
+  std::int64_t boundary_ = 0;
+  int belief_steps_done_ = 0;
+  std::uint64_t dropped_ = 0;
+};
+
+}  // namespace jackal_aic

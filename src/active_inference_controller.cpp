@@ -1,0 +1,68 @@
+#include "jackal_aic/active_inference_controller.hpp"
+
+#include <Eigen/QR>
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kLongestGap = 0.2;  // s; differences over a longer gap say nothing about the present derivatives
+
+ControllerParameters validated(const ControllerParameters& controller, const GeometryParameters& geometry) {
+  validate(controller, geometry);
+  return controller;
+}
+
+}  // namespace
+
+ActiveInferenceController::ActiveInferenceController(const ControllerParameters& controller,
+                                                     const GeometryParameters& geometry)
+    : model_(validated(controller, geometry), geometry),
+      sensory_inverse_(Eigen::MatrixXd(model_.sensory_map).completeOrthogonalDecomposition().pseudoInverse()),
+      sensors_(controller.orders, kLongestGap),
+      belief_update_(model_, controller.kappa_mu, controller.beliefStep(), controller.integrator),
+      action_update_(controller.kappa_a, controller.actionStep()),
+      mu_(GeneralizedBody::Zero(kBodySize, controller.orders + 1)),
+      mu_d_(mu_) {}
+
+SampleVerdict ActiveInferenceController::observe(const Observation& observation) {
+  const SampleVerdict verdict = sensors_.update(observation);  // ỹ                      (3-22)
+  if (verdict == SampleVerdict::restarted) restart();
+  return verdict;
+}
+
+void ActiveInferenceController::updateBelief() {
+  if (sensors_.hasMeasurement()) belief_update_.step(mu_, sensors_.measurement(), mu_d_);  // μ̃  (3-11)
+}
+
+WheelCommand ActiveInferenceController::updateAction() {
+  if (!sensors_.hasMeasurement()) return action();
+  return action_update_.step(model_, sensoryPredictionError(model_, mu_, sensors_.measurement()));  // a  (3-13)
+}
+
+void ActiveInferenceController::hold(const WheelCommand& applied) { action_update_.hold(applied); }
+
+bool ActiveInferenceController::setSetPoint(const SetPoint& set_point) {
+  if (!set_point.vector().allFinite()) return false;
+  mu_d_.col(0) = set_point.vector();
+  return true;
+}
+
+void ActiveInferenceController::restart() {
+  mu_.setZero();
+  mu_.col(0) = sensory_inverse_ * sensors_.measurement().col(0);
+  action_update_.hold({});
+}
+
+void ActiveInferenceController::reset() {
+  sensors_.reset();
+  mu_d_.setZero();
+  restart();
+}
+
+PredictionErrors ActiveInferenceController::errors() const {
+  return predictionErrors(model_, mu_, sensors_.measurement(), mu_d_);
+}
+
+double ActiveInferenceController::freeEnergy() const { return jackal_aic::freeEnergy(model_, errors()); }
+
+}  // namespace jackal_aic

@@ -1,0 +1,163 @@
+#include "jackal_aic/parameters.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "jackal_aic/yaml_parameters.hpp"
+
+namespace jackal_aic {
+namespace {
+
+const std::string kConfig = std::string(JACKAL_AIC_SOURCE_DIR) + "/config/";
+
+ControllerParameters load(const std::string& yaml) {
+  ParameterMap map;
+  addYamlText(yaml, "test.yaml", map);
+  const auto controller = readParameters<ControllerParameters>(map, "controller");
+  map.refuseUnknown();
+  validate(controller, GeometryParameters{});
+  return controller;
+}
+
+std::string preset(const std::string& extra = "", const std::string& without = "") {
+  ParameterMap map;
+  std::string yaml = "controller:\n";
+  const std::pair<const char*, const char*> lines[] = {{"belief_rate", "1000"},
+                                                       {"action_rate", "50"},
+                                                       {"orders", "3"},
+                                                       {"tau", "0.03"},
+                                                       {"kappa_mu", "0.01"},
+                                                       {"kappa_a", "8"},
+                                                       {"integrator", "exact"},
+                                                       {"state_variances", "[1.5, 2, 4, 8]"},
+                                                       {"sensory_variances", "[2, 2, 1.0e+5, 1.0e+5]"}};
+  for (const auto& line : lines) {
+    const bool replaced = extra.rfind(std::string(line.first) + ":", 0) == 0;
+    if (line.first != without && !replaced) yaml += "  " + std::string(line.first) + ": " + line.second + "\n";
+  }
+  return yaml + (extra.empty() ? "" : "  " + extra + "\n");
+}
+
+/// The message of the ParameterError that loading throws; fails the test if it does not throw or spans two lines.
+std::string refusal(const std::string& yaml) {
+  try {
+    load(yaml);
+  } catch (const ParameterError& error) {
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+    return error.what();
+  }
+  ADD_FAILURE() << "accepted:\n" << yaml;
+  return "";
+}
+
+void expectNames(const std::string& message, const std::vector<std::string>& parts) {
+  for (const auto& part : parts) EXPECT_NE(message.find(part), std::string::npos) << "'" << part << "' in: " << message;
+}
+
+TEST(Parameters, StandardPresetIsTableC1) {
+  ParameterMap map;
+  addYamlFile(kConfig + "standard.yaml", map);
+  const auto c = readParameters<ControllerParameters>(map, "controller");
+  map.refuseUnknown();
+  EXPECT_NO_THROW(validate(c, {}));
+  EXPECT_EQ(c.tau, 0.03);
+  EXPECT_EQ(c.kappa_mu, 0.01);
+  EXPECT_EQ(c.kappa_a, 8);
+  EXPECT_EQ(c.orders, 3);
+  EXPECT_EQ(c.state_variances, (std::vector<double>{1.5, 2, 4, 8}));
+  EXPECT_EQ(c.sensory_variances, (std::vector<double>{2, 2, 1e5, 1e5}));
+  EXPECT_EQ(c.belief_rate, 50);
+  EXPECT_EQ(c.action_rate, 50);
+}
+
+TEST(Parameters, ImprovedPresetIsTable58) {
+  ParameterMap map;
+  addYamlFile(kConfig + "improved.yaml", map);
+  const auto c = readParameters<ControllerParameters>(map, "controller");
+  EXPECT_NO_THROW(validate(c, {}));
+  EXPECT_EQ(c.belief_rate, 1000);
+  EXPECT_EQ(c.action_rate, 50);
+  EXPECT_EQ(c.beliefStepsPerAction(), 20);
+  EXPECT_EQ(c.tau, 0.001);
+  EXPECT_EQ(c.kappa_mu, 0.1);
+  EXPECT_EQ(c.kappa_a, 8);
+}
+
+TEST(Parameters, MissingKeyIsNamedWithItsRange) {
+  expectNames(refusal(preset("", "kappa_mu")), {"controller.kappa_mu", "missing"});
+  expectNames(refusal(preset("", "state_variances")), {"controller.state_variances", "missing"});
+}
+
+TEST(Parameters, UnknownKeyIsNamedWithTheKnownOnes) {
+  expectNames(refusal(preset("taau: 0.1")), {"controller.taau", "unknown", "known keys", "controller.tau"});
+}
+
+TEST(Parameters, WrongTypeIsNamed) {
+  expectNames(refusal(preset("tau: fast")), {"controller.tau", "'fast'", "number"});
+  expectNames(refusal(preset("tau: \"0.03\"")), {"controller.tau", "'0.03'", "number"});
+  expectNames(refusal(preset("orders: 2.5")), {"controller.orders", "2.5", "whole number"});
+  expectNames(refusal(preset("orders: true")), {"controller.orders", "true"});
+  expectNames(refusal(preset("tau: [1, 2]")), {"controller.tau", "[1, 2]"});
+  expectNames(refusal(preset("state_variances: 3")), {"controller.state_variances", "list"});
+  expectNames(refusal(preset("integrator: runge_kutta")), {"controller.integrator", "runge_kutta", "exact, euler"});
+}
+
+TEST(Parameters, OutOfRangeIsNamedWithValueAndBound) {
+  expectNames(refusal(preset("tau: -0.1")), {"controller.tau = -0.1", "[1e-05, 10] s"});
+  expectNames(refusal(preset("orders: 6")), {"controller.orders = 6", "[0, 5]"});
+  expectNames(refusal(preset("tau: .nan")), {"controller.tau = nan"});
+  expectNames(refusal(preset("kappa_a: .inf")), {"controller.kappa_a = inf"});
+  expectNames(refusal(preset("sensory_variances: [2, -2, 1, 1]")), {"controller.sensory_variances[1] = -2"});
+}
+
+TEST(Parameters, RatesMustBeAWholeRatio) {
+  expectNames(refusal(preset("belief_rate: 75")), {"controller.belief_rate = 75", "whole multiple", "50"});
+  expectNames(refusal(preset("belief_rate: 10")), {"whole multiple"});
+}
+
+TEST(Parameters, EveryOrderNeedsAVariance) {
+  expectNames(refusal(preset("orders: 4")), {"controller.state_variances has 4 values", "at least 5"});
+  EXPECT_NO_THROW(load(preset("orders: 1"))) << "variances of higher orders may stay in the file";
+}
+
+TEST(Parameters, DivergingEulerIsRefusedWithItsNumber) {
+  ControllerParameters c;
+  c.integrator = Integrator::euler;
+  EXPECT_NO_THROW(validate(c, {}));
+  c.tau = 0.001;
+  try {
+    validate(c, {});
+    FAIL() << "accepted a diverging belief update";
+  } catch (const ParameterError& error) {
+    expectNames(error.what(),
+                {"euler", "diverges", "spectral radius", "kappa_mu Pi_mu / tau^2 = 133.3", "bound about 2"});
+  }
+  c.integrator = Integrator::exact;
+  EXPECT_NO_THROW(validate(c, {}));
+}
+
+TEST(YamlParameters, UnreadableOrBrokenFilesAreNamed) {
+  ParameterMap map;
+  EXPECT_THROW(addYamlFile("/nonexistent/gains.yaml", map), ParameterError);
+  EXPECT_THROW(addYamlText("controller: [1, 2", "broken.yaml", map), ParameterError);
+  EXPECT_THROW(addYamlText("", "empty.yaml", map), ParameterError);
+  EXPECT_THROW(addYamlText("controller:\n  tau:\n", "null.yaml", map), ParameterError);
+  EXPECT_THROW(addYamlText("a:\n  - [1, 2]\n", "nested.yaml", map), ParameterError);
+}
+
+TEST(YamlParameters, LaterFilesReplaceEarlierValues) {
+  ParameterMap map;
+  addYamlText("controller: {tau: 0.03, kappa_a: 8}", "first", map);
+  addYamlText("controller: {tau: 0.01}", "second", map);
+  map.setFromText("controller.kappa_a", "10");
+  ControllerParameters defaults;
+  ParameterReader reader(map, "controller");
+  reader.field("tau", defaults.tau, {0, 1}, "s", Presence::required);
+  reader.field("kappa_a", defaults.kappa_a, {0, 100}, "", Presence::required);
+  EXPECT_EQ(defaults.tau, 0.01);
+  EXPECT_EQ(defaults.kappa_a, 10);
+}
+
+}  // namespace
+}  // namespace jackal_aic
