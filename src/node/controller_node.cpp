@@ -1,0 +1,214 @@
+#include "controller_node.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "conversions.hpp"
+
+namespace jackal_aic {
+namespace {
+
+/// Action periods that a late timer may catch up at once: 0.1 s at 50 Hz. Beyond that the measurements are too old to
+/// act on.
+constexpr int kMostPeriods = 5;
+
+/// Age of an input: by its stamp or by its arrival, whichever is further from now.
+double age(const ros::Time& now, const ros::Time& stamp, const ros::Time& received) {
+  if (stamp.isZero()) return kNever;
+  const double by_stamp = (now - stamp).toSec();
+  const double by_arrival = (now - received).toSec();
+  return std::abs(by_stamp) > std::abs(by_arrival) ? by_stamp : by_arrival;
+}
+
+std::int64_t nanoseconds(const ros::Time& time) { return static_cast<std::int64_t>(time.toNSec()); }
+
+}  // namespace
+
+ControllerNode::ControllerNode(ros::NodeHandle node, const NodeParameters& parameters)
+    : node_(std::move(node)),
+      parameters_(parameters),
+      controller_(parameters.controller, parameters.geometry),
+      gate_(parameters.limits, parameters.deadlines, parameters.geometry),
+      schedule_(std::llround(1e9 * parameters.controller.beliefStep()), parameters.controller.beliefStepsPerAction(),
+                kMostPeriods),
+      output_(node_, parameters.output),
+      transform_listener_(transforms_, node_),
+      sensors_(parameters.robot, transforms_,
+               [this](const Observation& observation, const ros::Time& stamp) { onObservation(observation, stamp); }) {
+  diagnostics_.setHardwareID("jackal");
+  diagnostics_.add("Active inference controller", this, &ControllerNode::diagnose);
+  sensor_publisher_ = node_.advertise<SensorGeneralized>("sensor_generalized", 10);
+  state_publisher_ = node_.advertise<ControllerState>("jackal_AIC/state", 10);
+  const auto no_delay = ros::TransportHints().tcpNoDelay();
+  set_point_subscriber_ = node_.subscribe("jackal_AIC/set_point", 1, &ControllerNode::onSetPoint, this, no_delay);
+  wheel_subscriber_ = node_.subscribe("joint_states", 50, &ControllerNode::onWheels, this, no_delay);
+  imu_subscriber_ = node_.subscribe("imu/data", 50, &ControllerNode::onImu, this, no_delay);
+  belief_timer_ =
+      node_.createTimer(ros::Duration(parameters.controller.beliefStep()), &ControllerNode::onBeliefTimer, this);
+  action_timer_ =
+      node_.createTimer(ros::Duration(parameters.controller.actionStep()), &ControllerNode::onActionTimer, this);
+}
+
+void ControllerNode::onSetPoint(const geometry_msgs::Twist& message) {
+  const auto wanted = setPoint(message);
+  if (!wanted) {
+    reportRefusal("set point that is not finite", ++rejected_set_points_);
+    return;
+  }
+  set_point_ = *wanted;
+  set_point_received_ = ros::Time::now();
+  controller_.setSetPoint(set_point_);
+}
+
+void ControllerNode::onWheels(const sensor_msgs::JointStateConstPtr& message) {
+  if (!sensors_.addWheels(message, ros::Time::now())) {
+    reportRefusal(sensors_.lastRefusal().c_str(), ++rejected_measurements_);
+  }
+}
+
+void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
+  if (!sensors_.addImu(message, ros::Time::now())) {
+    reportRefusal(sensors_.lastRefusal().c_str(), ++rejected_measurements_);
+  }
+}
+
+void ControllerNode::onObservation(const Observation& observation, const ros::Time& stamp) {
+  const SampleVerdict verdict = controller_.observe(observation);
+  if (verdict == SampleVerdict::stale || verdict == SampleVerdict::not_finite) {
+    reportRefusal("measurement whose stamp is not later than the last one", ++rejected_measurements_);
+    return;
+  }
+  measurement_stamp_ = stamp;
+  measurement_received_ = ros::Time::now();
+  SensorGeneralized message = sensorMessage(controller_.measurement());
+  message.header.stamp = stamp;
+  message.header.frame_id = parameters_.robot.base_frame;
+  sensor_publisher_.publish(message);
+}
+
+void ControllerNode::onBeliefTimer(const ros::TimerEvent&) {
+  const ros::Time now = ros::Time::now();
+  if (clockJumpedBack(now)) return;
+  for (int due = schedule_.beliefStepsDue(nanoseconds(now)); due > 0; --due) updateBelief();
+}
+
+void ControllerNode::onActionTimer(const ros::TimerEvent& event) {
+  const ros::Time now = ros::Time::now();
+  if (clockJumpedBack(now)) return;
+  const std::int64_t boundary = nanoseconds(event.current_expected);
+  if (!schedule_.started()) schedule_.start(boundary);
+
+  WheelCommand command;
+  for (int periods = schedule_.actionPeriodsDue(boundary); periods > 0; --periods) {
+    while (schedule_.beliefStepsLeft() > 0) updateBelief();
+    command = act(now);
+    schedule_.actionStepDone(boundary);
+    if (periods > 1) continue;
+    output_.publish(command);
+    publishState(now, command);
+  }
+  diagnostics_.update();
+}
+
+void ControllerNode::updateBelief() {
+  controller_.updateBelief();
+  schedule_.beliefStepDone();
+}
+
+WheelCommand ControllerNode::act(const ros::Time& now) {
+  reportStatus(gate_.decide(ages(now)));
+  if (decision_.status != DriveStatus::driving) {
+    action_ = {};
+    controller_.restart();
+    return {};
+  }
+  action_ = controller_.updateAction();
+  const WheelCommand command = gate_.limit(action_);
+  controller_.hold(command);
+  return command;
+}
+
+InputAges ControllerNode::ages(const ros::Time& now) const {
+  InputAges ages;
+  ages.set_point = age(now, set_point_received_, set_point_received_);
+  ages.wheels = age(now, sensors_.wheels().stamp, sensors_.wheels().received);
+  ages.imu = age(now, sensors_.imu().stamp, sensors_.imu().received);
+  ages.measurement = age(now, measurement_stamp_, measurement_received_);
+  return ages;
+}
+
+bool ControllerNode::clockJumpedBack(const ros::Time& now) {
+  const bool back = now < last_now_;
+  if (back) {
+    ROS_WARN("The clock jumped back by %.3f s: the controller starts anew", (last_now_ - now).toSec());
+    reset();
+  }
+  last_now_ = now;
+  return back;
+}
+
+void ControllerNode::reset() {
+  ++clock_resets_;
+  controller_.reset();
+  sensors_.reset();
+  schedule_.stop();
+  transforms_.clear();
+  set_point_ = {};
+  set_point_received_ = measurement_stamp_ = measurement_received_ = ros::Time();
+  action_ = {};
+  publishStop();
+}
+
+void ControllerNode::reportRefusal(const char* what, std::uint32_t count) {
+  ROS_WARN_THROTTLE(1.0, "Rejected %s (%u so far)", what, count);
+}
+
+void ControllerNode::reportStatus(const GateDecision& decision) {
+  if (decision.status != decision_.status || decision.reason != decision_.reason) {
+    if (decision.status == DriveStatus::stopped) {
+      ROS_WARN("Stopped: %s", decision.reason);
+    } else if (decision.status == DriveStatus::driving) {
+      ROS_INFO("Driving");
+    }
+  }
+  decision_ = decision;
+}
+
+void ControllerNode::publishState(const ros::Time& now, const WheelCommand& command) {
+  ControllerState message = stateMessage(controller_);
+  message.header.stamp = now;
+  message.header.frame_id = parameters_.robot.base_frame;
+  message.status = static_cast<std::uint8_t>(decision_.status);
+  message.reason = decision_.reason;
+  message.set_point_forward = set_point_.forward;
+  message.set_point_yaw_rate = set_point_.yaw_rate;
+  message.action_left = action_.left;
+  message.action_right = action_.right;
+  message.command_left = command.left;
+  message.command_right = command.right;
+  message.rejected_set_points = rejected_set_points_;
+  message.rejected_measurements = rejected_measurements_;
+  state_publisher_.publish(message);
+}
+
+void ControllerNode::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  using diagnostic_msgs::DiagnosticStatus;
+  switch (decision_.status) {
+    case DriveStatus::driving:
+      status.summary(DiagnosticStatus::OK, "driving");
+      break;
+    case DriveStatus::idle:
+      status.summary(DiagnosticStatus::OK, decision_.reason);
+      break;
+    case DriveStatus::stopped:
+      status.summary(DiagnosticStatus::WARN, decision_.reason);
+      break;
+  }
+  status.add("Rejected set points", rejected_set_points_);
+  status.add("Rejected measurements", rejected_measurements_);
+  status.add("Dropped action periods", schedule_.droppedPeriods());
+  status.add("Clock resets", clock_resets_);
+  status.add("Free energy", controller_.freeEnergy());
+}
+
+}  // namespace jackal_aic

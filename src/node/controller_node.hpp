@@ -1,0 +1,84 @@
+#pragma once
+
+/// @file
+/// The ROS node around the active inference controller: convert, update, convert.
+///
+/// Subscribes: joint_states (sensor_msgs/JointState), imu/data (sensor_msgs/Imu), jackal_AIC/set_point
+/// (geometry_msgs/Twist). Publishes: cmd_drive (jackal_msgs/Drive) or the two wheel topics of Gazebo,
+/// sensor_generalized (SensorGeneralized), jackal_AIC/state (ControllerState), /diagnostics.
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <geometry_msgs/Twist.h>
+#include <ros/ros.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <cstdint>
+
+#include "command_output.hpp"
+#include "jackal_aic/active_inference_controller.hpp"
+#include "jackal_aic/drive_gate.hpp"
+#include "jackal_aic/step_schedule.hpp"
+#include "node_parameters.hpp"
+#include "sensor_pairing.hpp"
+
+namespace jackal_aic {
+
+/// Runs the controller on ROS time: a belief timer and an action timer at their rates. All callbacks run in one thread.
+class ControllerNode {
+ public:
+  /// Opens the topics in the namespace of `node` and starts the timers.
+  ControllerNode(ros::NodeHandle node, const NodeParameters& parameters);
+
+  /// Publishes a zero command, for shutdown.
+  void publishStop() { output_.publish({}); }
+
+ private:
+  void onSetPoint(const geometry_msgs::Twist& message);
+  void onWheels(const sensor_msgs::JointStateConstPtr& message);
+  void onImu(const sensor_msgs::ImuConstPtr& message);
+  void onObservation(const Observation& observation, const ros::Time& stamp);
+  void onBeliefTimer(const ros::TimerEvent& event);
+  void onActionTimer(const ros::TimerEvent& event);
+
+  bool clockJumpedBack(const ros::Time& now);
+  void reset();
+  void updateBelief();
+  WheelCommand act(const ros::Time& now);
+  InputAges ages(const ros::Time& now) const;
+  void reportRefusal(const char* what, std::uint32_t count);
+  void reportStatus(const GateDecision& decision);
+  void publishState(const ros::Time& now, const WheelCommand& command);
+  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
+
+  ros::NodeHandle node_;
+  NodeParameters parameters_;
+  ActiveInferenceController controller_;
+  DriveGate gate_;
+  StepSchedule schedule_;
+  CommandOutput output_;
+  tf2_ros::Buffer transforms_;
+  tf2_ros::TransformListener transform_listener_;
+  SensorPairing sensors_;
+
+  GateDecision decision_{DriveStatus::idle, ""};
+  SetPoint set_point_;
+  ros::Time set_point_received_;    // zero before the first
+  ros::Time measurement_stamp_;     // of the last observation the controller took; zero before the first
+  ros::Time measurement_received_;  // when it was taken
+  ros::Time last_now_;
+  WheelCommand action_;  // before limits, of the last action step
+  std::uint32_t rejected_set_points_ = 0;
+  std::uint32_t rejected_measurements_ = 0;
+  std::uint32_t clock_resets_ = 0;
+
+  diagnostic_updater::Updater diagnostics_;
+  ros::Publisher sensor_publisher_;
+  ros::Publisher state_publisher_;
+  ros::Subscriber set_point_subscriber_;
+  ros::Subscriber wheel_subscriber_;
+  ros::Subscriber imu_subscriber_;
+  ros::Timer belief_timer_;
+  ros::Timer action_timer_;
+};
+
+}  // namespace jackal_aic

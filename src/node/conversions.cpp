@@ -1,0 +1,93 @@
+#include "conversions.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace jackal_aic {
+namespace {
+
+bool contains(const std::vector<std::string>& list, const std::string& name) {
+  return std::find(list.begin(), list.end(), name) != list.end();
+}
+
+/// One channel of a generalised quantity over all orders.
+template <class Generalized>
+std::vector<double> channel(const Generalized& x, int row) {
+  std::vector<double> orders(x.cols());
+  for (Eigen::Index i = 0; i < x.cols(); ++i) orders[i] = x(row, i);
+  return orders;
+}
+
+}  // namespace
+
+bool mentionsAny(const sensor_msgs::JointState& message, const std::vector<std::string>& joints) {
+  return std::any_of(message.name.begin(), message.name.end(),
+                     [&](const std::string& name) { return contains(joints, name); });
+}
+
+std::optional<double> meanVelocity(const sensor_msgs::JointState& message, const std::vector<std::string>& joints) {
+  double sum = 0.0;
+  int count = 0;
+  for (std::size_t i = 0; i < message.name.size(); ++i) {
+    if (!contains(joints, message.name[i])) continue;
+    if (i >= message.velocity.size() || !std::isfinite(message.velocity[i])) return std::nullopt;
+    sum += message.velocity[i];
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return sum / count;
+}
+
+std::optional<Eigen::Vector3d> planarMotion(const sensor_msgs::Imu& message, const Eigen::Quaterniond& rotation) {
+  const auto& w = message.angular_velocity;
+  const auto& a = message.linear_acceleration;
+  const Eigen::Vector3d angular = rotation * Eigen::Vector3d(w.x, w.y, w.z);
+  const Eigen::Vector3d linear = rotation * Eigen::Vector3d(a.x, a.y, a.z);
+  if (!angular.allFinite() || !linear.allFinite()) return std::nullopt;
+  return Eigen::Vector3d(angular.z(), linear.x(), linear.y());
+}
+
+std::optional<SetPoint> setPoint(const geometry_msgs::Twist& message) {
+  const auto& v = message.linear;
+  const auto& w = message.angular;
+  for (double value : {v.x, v.y, v.z, w.x, w.y, w.z}) {
+    if (!std::isfinite(value)) return std::nullopt;
+  }
+  return SetPoint{v.x, 0.0, w.z};
+}
+
+jackal_msgs::Drive driveMessage(const WheelCommand& command) {
+  jackal_msgs::Drive message;
+  message.mode = jackal_msgs::Drive::MODE_VELOCITY;
+  message.drivers[jackal_msgs::Drive::LEFT] = static_cast<float>(command.left);
+  message.drivers[jackal_msgs::Drive::RIGHT] = static_cast<float>(command.right);
+  return message;
+}
+
+SensorGeneralized sensorMessage(const GeneralizedSensor& measurement) {
+  SensorGeneralized message;
+  message.yaw_rate = channel(measurement, kYawRate);
+  message.wheel_left = channel(measurement, kWheelLeft);
+  message.wheel_right = channel(measurement, kWheelRight);
+  message.acceleration_x = channel(measurement, kAccelerationX);
+  message.acceleration_y = channel(measurement, kAccelerationY);
+  return message;
+}
+
+ControllerState stateMessage(const ActiveInferenceController& controller) {
+  const PredictionErrors errors = controller.errors();
+  ControllerState message;
+  message.belief_forward = channel(controller.belief(), kForward);
+  message.belief_lateral = channel(controller.belief(), kLateral);
+  message.belief_yaw_rate = channel(controller.belief(), kYaw);
+  message.state_error_forward = channel(errors.state, kForward);
+  message.state_error_lateral = channel(errors.state, kLateral);
+  message.state_error_yaw_rate = channel(errors.state, kYaw);
+  message.sensory_error_yaw_rate = channel(errors.sensory, kYawRate);
+  message.sensory_error_wheel_left = channel(errors.sensory, kWheelLeft);
+  message.sensory_error_wheel_right = channel(errors.sensory, kWheelRight);
+  message.free_energy = controller.freeEnergy();
+  return message;
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,48 @@
+#pragma once
+
+/// @file
+/// Between ROS messages and the types of the core. Pure functions; what is unusable comes back as std::nullopt.
+
+#include <geometry_msgs/Twist.h>
+#include <jackal_aic/ControllerState.h>
+#include <jackal_aic/SensorGeneralized.h>
+#include <jackal_msgs/Drive.h>
+#include <sensor_msgs/Imu.h>
+#include <sensor_msgs/JointState.h>
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "jackal_aic/active_inference_controller.hpp"
+#include "jackal_aic/types.hpp"
+
+namespace jackal_aic {
+
+/// True if at least one of the joints is named in the message (other nodes publish joint states too).
+bool mentionsAny(const sensor_msgs::JointState& message, const std::vector<std::string>& joints);
+
+/// Mean velocity [rad/s] of those of the joints that the message lists. std::nullopt if it lists none of them, or a
+/// velocity is missing or not finite.
+std::optional<double> meanVelocity(const sensor_msgs::JointState& message, const std::vector<std::string>& joints);
+
+/// Angular velocity and acceleration of an IMU message as (theta_dot, x_ddot, y_ddot) in the base frame.
+/// @param rotation from the IMU's frame into the base frame. std::nullopt if a component is not finite.
+std::optional<Eigen::Vector3d> planarMotion(const sensor_msgs::Imu& message, const Eigen::Quaterniond& rotation);
+
+/// Set point of a Twist (linear.x, angular.z). std::nullopt if any component is not finite. A skid-steer robot cannot
+/// follow the other components: they are left out.
+std::optional<SetPoint> setPoint(const geometry_msgs::Twist& message);
+
+/// Drive message in velocity mode.
+jackal_msgs::Drive driveMessage(const WheelCommand& command);
+
+/// y_tilde as a message; the header is left to the caller.
+SensorGeneralized sensorMessage(const GeneralizedSensor& measurement);
+
+/// Belief, prediction errors, free energy and action as a message; header, status, set point, command and counters are
+/// left to the caller.
+ControllerState stateMessage(const ActiveInferenceController& controller);
+
+}  // namespace jackal_aic

@@ -1,0 +1,23 @@
+#include <ros/ros.h>
+
+#include "controller_node.hpp"
+#include "ros_parameters.hpp"
+#include "stop_request.hpp"
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "jackal_aic", ros::init_options::NoSigintHandler);
+  jackal_aic::StopRequest stop;
+  try {
+    const auto parameters = jackal_aic::readNodeParameters(jackal_aic::readRosParameters(ros::NodeHandle("~")), [] {
+      return ros::param::param<std::string>("robot_description", "");
+    });
+    jackal_aic::ControllerNode node(ros::NodeHandle(), parameters);
+    stop.spinUntilRequested();
+    node.publishStop();
+    stop.flush();
+  } catch (const jackal_aic::ParameterError& error) {
+    ROS_FATAL("%s", error.what());
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,63 @@
+#pragma once
+
+/// @file
+/// Everything the controller node is configured with, checked as a whole before a topic is opened.
+
+#include <array>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "jackal_aic/parameter_map.hpp"
+#include "jackal_aic/parameters.hpp"
+
+namespace jackal_aic {
+
+/// Where the wheel commands go.
+enum class OutputMode {
+  cmd_drive,  ///< jackal_msgs/Drive on /cmd_drive
+  gazebo      ///< std_msgs/Float64 on /jackal_left_wheel/command and /jackal_right_wheel/command
+};
+
+/// Words of OutputMode, in the order of the enumerators.
+inline constexpr std::array<const char*, 2> kOutputModeNames{"cmd_drive", "gazebo"};
+
+/// Names that tie the controller to a robot. YAML prefix `robot` (with GeometryParameters).
+struct RobotNames {
+  std::vector<std::string> left_wheel_joints{"front_left_wheel", "rear_left_wheel"};     ///< joints averaged to omega_L
+  std::vector<std::string> right_wheel_joints{"front_right_wheel", "rear_right_wheel"};  ///< joints averaged to omega_R
+  std::string base_frame = "base_link";                                                  ///< frame of the body velocity
+  double track_multiplier = 1.5;     ///< effective track / geometric track, used when effective_track is not given
+  double pairing_tolerance = 0.015;  ///< largest difference between the stamps of a wheel and an IMU sample [s]
+};
+
+/// Lists the fields of RobotNames with unit and range.
+template <class Visitor>
+void describeFields(Visitor& v, RobotNames& p) {
+  v.field("left_wheel_joints", p.left_wheel_joints, Presence::optional);
+  v.field("right_wheel_joints", p.right_wheel_joints, Presence::optional);
+  v.field("base_frame", p.base_frame, Presence::optional);
+  v.field("track_multiplier", p.track_multiplier, {0.5, 5.0}, "", Presence::optional);
+  v.field("pairing_tolerance", p.pairing_tolerance, {0.0, 0.2}, "s", Presence::optional);
+}
+
+/// All parameters of the controller node.
+struct NodeParameters {
+  ControllerParameters controller;
+  GeometryParameters geometry;
+  RobotNames robot;
+  LimitParameters limits;
+  DeadlineParameters deadlines;
+  OutputMode output = OutputMode::cmd_drive;
+};
+
+/// Reads and checks all parameters. Geometry that the map does not give is read from the robot's URDF.
+/// @param map parameters of the node; @param robot_description returns the URDF text, or an empty text if there is
+/// none;
+///        called only if geometry is missing.
+/// @throws ParameterError, one line, if a key is missing, unknown, of the wrong type or out of range, if the URDF is
+/// needed and
+///         absent or unusable, or if the belief update diverges.
+NodeParameters readNodeParameters(ParameterMap map, const std::function<std::string()>& robot_description);
+
+}  // namespace jackal_aic

@@ -1,0 +1,88 @@
+#include "sensor_pairing.hpp"
+
+#include <tf2/exceptions.h>
+
+#include "conversions.hpp"
+
+namespace jackal_aic {
+namespace {
+
+constexpr int kQueueLength = 20;
+/// Both sensors run at 50 Hz: knowing that the next message is at least this far away lets the pairing decide at once
+/// instead of waiting a period for a better partner.
+const ros::Duration kShortestPeriod(0.010);
+
+}  // namespace
+
+SensorPairing::SensorPairing(const RobotNames& names, const tf2_ros::Buffer& transforms, Callback callback)
+    : names_(names), transforms_(transforms), callback_(std::move(callback)) {
+  reset();
+}
+
+void SensorPairing::reset() {
+  wheels_ = {};
+  imu_ = {};
+  // A new synchronizer, because the old one keeps messages and refuses stamps from before them.
+  synchronizer_.reset();
+  Policy policy(kQueueLength);
+  policy.setInterMessageLowerBound(kShortestPeriod);
+  policy.setMaxIntervalDuration(ros::Duration(names_.pairing_tolerance));
+  synchronizer_ = std::make_unique<message_filters::Synchronizer<Policy>>(policy);
+  synchronizer_->connectInput(wheel_input_, imu_input_);
+  synchronizer_->registerCallback(&SensorPairing::onPair, this);
+}
+
+bool SensorPairing::refuse(const std::string& reason) {
+  refusal_ = reason;
+  return false;
+}
+
+bool SensorPairing::addWheels(const sensor_msgs::JointStateConstPtr& message, const ros::Time& now) {
+  const bool left = mentionsAny(*message, names_.left_wheel_joints);
+  const bool right = mentionsAny(*message, names_.right_wheel_joints);
+  if (!left && !right) return true;
+  if (!left || !right) return refuse("joint states with the wheels of one side only");
+  if (message->header.stamp.isZero()) return refuse("joint states without a stamp");
+  if (!meanVelocity(*message, names_.left_wheel_joints) || !meanVelocity(*message, names_.right_wheel_joints)) {
+    return refuse("joint states with a wheel velocity that is missing or not finite");
+  }
+  wheels_ = {message->header.stamp, now};
+  wheel_input_.add(message);
+  return true;
+}
+
+bool SensorPairing::addImu(const sensor_msgs::ImuConstPtr& message, const ros::Time& now) {
+  if (message->header.stamp.isZero()) return refuse("IMU data without a stamp");
+  if (!rotationFrom(message->header.frame_id, imu_rotation_)) {
+    return refuse("IMU data in frame '" + message->header.frame_id + "', which tf does not relate to '" +
+                  names_.base_frame + "'");
+  }
+  if (!planarMotion(*message, imu_rotation_)) return refuse("IMU data that is not finite");
+  imu_ = {message->header.stamp, now};
+  imu_input_.add(message);
+  return true;
+}
+
+bool SensorPairing::rotationFrom(const std::string& frame, Eigen::Quaterniond& rotation) {
+  if (frame == names_.base_frame) {
+    rotation.setIdentity();
+    return true;
+  }
+  try {
+    const auto q = transforms_.lookupTransform(names_.base_frame, frame, ros::Time(0)).transform.rotation;
+    rotation = Eigen::Quaterniond(q.w, q.x, q.y, q.z);
+    return true;
+  } catch (const tf2::TransformException&) {
+    return false;
+  }
+}
+
+void SensorPairing::onPair(const sensor_msgs::JointStateConstPtr& wheels, const sensor_msgs::ImuConstPtr& imu) {
+  // Both messages were checked when they came in, so that the values are there.
+  const auto motion = planarMotion(*imu, imu_rotation_);
+  const auto left = meanVelocity(*wheels, names_.left_wheel_joints);
+  const auto right = meanVelocity(*wheels, names_.right_wheel_joints);
+  callback_({wheels->header.stamp.toSec(), motion->x(), *left, *right, motion->y(), motion->z()}, wheels->header.stamp);
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,72 @@
+#pragma once
+
+/// @file
+/// Wheel speeds and IMU samples, checked, rotated into the base frame and paired by stamp.
+
+#include <message_filters/pass_through.h>
+#include <message_filters/sync_policies/approximate_time.h>
+#include <message_filters/synchronizer.h>
+#include <sensor_msgs/Imu.h>
+#include <sensor_msgs/JointState.h>
+#include <tf2_ros/buffer.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "jackal_aic/types.hpp"
+#include "node_parameters.hpp"
+
+namespace jackal_aic {
+
+/// Takes /joint_states and /imu/data messages and hands on one Observation for each pair of stamps.
+class SensorPairing {
+ public:
+  /// Called with each paired observation; its stamp is that of the wheel speeds.
+  using Callback = std::function<void(const Observation&, const ros::Time&)>;
+
+  /// When a kind of message last arrived.
+  struct Arrival {
+    ros::Time stamp;     ///< of the message; zero before the first
+    ros::Time received;  ///< when it came in
+    bool any() const { return !stamp.isZero(); }
+  };
+
+  SensorPairing(const RobotNames& names, const tf2_ros::Buffer& transforms, Callback callback);
+
+  /// Takes a joint state message. Messages without a wheel of ours are left alone; one without both sides, with a
+  /// missing or non-finite velocity or without a stamp is refused (false).
+  bool addWheels(const sensor_msgs::JointStateConstPtr& message, const ros::Time& now);
+
+  /// Takes an IMU message. One with a non-finite value, without a stamp, or from a frame that tf cannot relate to the
+  /// base frame is refused (false).
+  bool addImu(const sensor_msgs::ImuConstPtr& message, const ros::Time& now);
+
+  const Arrival& wheels() const { return wheels_; }            ///< last accepted wheel speeds
+  const Arrival& imu() const { return imu_; }                  ///< last accepted IMU sample
+  const std::string& lastRefusal() const { return refusal_; }  ///< why the last refused message was refused
+
+  /// Forgets everything received.
+  void reset();
+
+ private:
+  using Policy = message_filters::sync_policies::ApproximateTime<sensor_msgs::JointState, sensor_msgs::Imu>;
+
+  bool rotationFrom(const std::string& frame, Eigen::Quaterniond& rotation);
+  void onPair(const sensor_msgs::JointStateConstPtr& wheels, const sensor_msgs::ImuConstPtr& imu);
+  bool refuse(const std::string& reason);
+
+  RobotNames names_;
+  const tf2_ros::Buffer& transforms_;
+  Callback callback_;
+  Arrival wheels_;
+  Arrival imu_;
+  std::string refusal_;
+  Eigen::Quaterniond imu_rotation_ = Eigen::Quaterniond::Identity();
+  message_filters::PassThrough<sensor_msgs::JointState> wheel_input_;
+  message_filters::PassThrough<sensor_msgs::Imu> imu_input_;
+  std::unique_ptr<message_filters::Synchronizer<Policy>> synchronizer_;
+};
+
+}  // namespace jackal_aic

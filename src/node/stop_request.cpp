@@ -1,0 +1,45 @@
+#include "stop_request.hpp"
+
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <ros/xmlrpc_manager.h>
+
+#include <atomic>
+#include <csignal>
+
+namespace jackal_aic {
+namespace {
+
+std::atomic<bool> requested{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
+
+void onSignal(int) { requested = true; }
+
+/// The master calls shutdown(caller, reason) of a node for `rosnode kill` and when another node takes its name.
+void onMasterRequest(XmlRpc::XmlRpcValue&, XmlRpc::XmlRpcValue& result) {
+  requested = true;
+  result = ros::xmlrpc::responseInt(1, "", 0);
+}
+
+constexpr double kWait = 0.01;   // s between looks at the request while no callback is due
+constexpr double kFlush = 0.15;  // s; roscpp writes to its connections from a thread of its own and offers no flush
+
+}  // namespace
+
+StopRequest::StopRequest() {
+  std::signal(SIGINT, onSignal);
+  std::signal(SIGTERM, onSignal);
+  ros::XMLRPCManager::instance()->unbind("shutdown");
+  ros::XMLRPCManager::instance()->bind("shutdown", onMasterRequest);
+}
+
+void StopRequest::spinUntilRequested() {
+  while (!requested && ros::ok()) ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(kWait));
+}
+
+void StopRequest::flush() {
+  ros::WallDuration(kFlush).sleep();
+  ros::shutdown();
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,22 @@
+#pragma once
+
+/// @file
+/// Orderly end of a node: SIGINT, SIGTERM and `rosnode kill` are noticed while publishers still work.
+
+namespace jackal_aic {
+
+/// Catches every request to end the node, so that it can publish a last command before roscpp closes its connections.
+/// Create one after ros::init() with NoSigintHandler, at most one in a process.
+class StopRequest {
+ public:
+  /// Installs the signal handlers and takes over the master's shutdown request.
+  StopRequest();
+
+  /// Serves callbacks until the end is requested or roscpp is shut down by other means.
+  void spinUntilRequested();
+
+  /// Waits until what was published last has been handed to the subscribers, then shuts roscpp down.
+  void flush();
+};
+
+}  // namespace jackal_aic
