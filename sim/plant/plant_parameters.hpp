@@ -27,6 +27,7 @@ struct PlantParameters {
   double wheel_gain = 1.0;              ///< true wheel speed / commanded wheel speed, at steady state
   double velocity_loop_integral = 0.0;  ///< integral gain of the velocity loop on (gain x command - speed) [1/s]
   double acceleration_limit = 25.0;     ///< of the wheel circumference under the velocity loop [m/s^2]
+  double speed_limit = 2.5;             ///< of the wheel circumference, the robot's maximum [m/s]
   double torque_limit = 20.0;           ///< largest torque per wheel [N m]
   double payload = 0.0;                 ///< extra mass on the chassis, at its centre of mass [kg]
   double friction = 0.5;                ///< Coulomb coefficient between wheels and ground
@@ -48,6 +49,7 @@ void describeFields(Visitor& v, PlantParameters& p) {
   v.field("wheel_gain", p.wheel_gain, {0.1, 3.0}, "", Presence::optional);
   v.field("velocity_loop_integral", p.velocity_loop_integral, {0.0, 100.0}, "1/s", Presence::optional);
   v.field("acceleration_limit", p.acceleration_limit, {0.1, 1000.0}, "m/s^2", Presence::optional);
+  v.field("speed_limit", p.speed_limit, {0.01, 100.0}, "m/s", Presence::optional);
   v.field("torque_limit", p.torque_limit, {0.1, 1000.0}, "N m", Presence::optional);
   v.field("payload", p.payload, {0.0, 100.0}, "kg", Presence::optional);
   v.field("friction", p.friction, {0.0, 5.0}, "", Presence::optional);

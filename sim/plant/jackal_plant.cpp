@@ -1,0 +1,163 @@
+#include "jackal_plant.hpp"
+
+#include <cmath>
+
+#include "motor.hpp"
+#include "ode_world.hpp"
+#include "robot_model.hpp"
+#include "sensors.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+constexpr double kRadiansPerDegree = 0.017453292519943295;
+
+/// The payload is spread as the chassis' own mass is: it scales mass and inertia and leaves the centre of mass.
+RobotModel withPayload(RobotModel model, double payload) {
+  const double scale = 1.0 + payload / model.chassis.mass;
+  model.chassis.mass *= scale;
+  model.chassis.inertia *= scale;
+  return model;
+}
+
+WorldParameters worldParameters(const PlantParameters& p) {
+  return {p.support == Support::box, p.slope * kRadiansPerDegree, p.friction, p.torque_limit};
+}
+
+MotorParameters motorParameters(const PlantParameters& p, double wheel_radius) {
+  return {p.wheel_gain, p.motor_lag, p.velocity_loop_integral, p.acceleration_limit / wheel_radius,
+          p.speed_limit / wheel_radius};
+}
+
+}  // namespace
+
+Observation PlantMeasurement::observation() const {
+  Observation observation;
+  observation.stamp = stamp;
+  observation.yaw_rate = angular_velocity.z();
+  observation.wheel_left = 0.5 * (wheel_velocity[kFrontLeft] + wheel_velocity[kRearLeft]);
+  observation.wheel_right = 0.5 * (wheel_velocity[kFrontRight] + wheel_velocity[kRearRight]);
+  observation.acceleration_x = linear_acceleration.x();
+  observation.acceleration_y = linear_acceleration.y();
+  return observation;
+}
+
+struct JackalPlant::Implementation {
+  /// Everything that moves; built afresh by reset().
+  struct Motion {
+    Motion(const RobotModel& model, const PlantParameters& p)
+        : world(withPayload(model, p.payload), worldParameters(p)),
+          delay(p.dead_time, kStep),
+          left(motorParameters(p, model.wheels[kFrontLeft].radius), kStep),
+          right(motorParameters(p, model.wheels[kFrontRight].radius), kStep),
+          sensors(p) {}
+
+    OdeWorld world;
+    CommandDelay delay;
+    MotorLoop left;
+    MotorLoop right;
+    SensorModel sensors;
+    std::int64_t steps = 0;
+    PlantTruth truth;
+    std::optional<PlantMeasurement> measurement;
+  };
+
+  Implementation(RobotModel robot, const PlantParameters& p) : model(std::move(robot)), parameters(p) { reset(); }
+
+  void reset() {
+    motion = std::make_unique<Motion>(model, parameters);
+    motion->truth.wheel_position.fill(0.0);
+    observe();
+  }
+
+  void step() {
+    Motion& m = *motion;
+    m.truth.acting_command = m.delay.acting(m.steps);
+    drive(m.left, m.truth.acting_command.left, kFrontLeft, kRearLeft);
+    drive(m.right, m.truth.acting_command.right, kFrontRight, kRearRight);
+    m.world.step(kStep);
+    ++m.steps;
+    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) m.truth.wheel_position[i] += kStep * m.world.wheelSpeed(i);
+    observe();
+  }
+
+  /// One motor drives both wheels of its side.
+  void drive(MotorLoop& motor, double command, Wheel front, Wheel rear) {
+    OdeWorld& world = motion->world;
+    const double speed = 0.5 * (world.wheelSpeed(front) + world.wheelSpeed(rear));
+    const double reference = motor.reference(command, speed);
+    world.setWheelReference(front, reference);
+    world.setWheelReference(rear, reference);
+  }
+
+  void observe() {
+    Motion& m = *motion;
+    const ChassisState chassis = m.world.chassis();
+    updateTruth(chassis);
+    m.measurement.reset();
+    if (m.sensors.due(m.truth.time)) m.measurement = m.sensors.sample(m.truth, sensorInput(chassis));
+  }
+
+  void updateTruth(const ChassisState& chassis) {
+    PlantTruth& truth = motion->truth;
+    const Eigen::Vector3d arm = chassis.orientation * -model.chassis.centre;
+    const Eigen::Quaterniond to_base = chassis.orientation.conjugate();
+    truth.time = static_cast<double>(motion->steps) * kStep;
+    truth.position = chassis.position + arm;
+    truth.orientation = chassis.orientation;
+    truth.linear_velocity = to_base * (chassis.velocity + chassis.angular_velocity.cross(arm));
+    truth.angular_velocity = to_base * chassis.angular_velocity;
+    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) truth.wheel_velocity[i] = motion->world.wheelSpeed(i);
+  }
+
+  SensorInput sensorInput(const ChassisState& chassis) const {
+    const OdeWorld& world = motion->world;
+    const Eigen::Quaterniond imu = chassis.orientation * Eigen::Quaterniond(model.imu.linear());
+    const Eigen::Vector3d arm = chassis.orientation * (model.imu.translation() - model.chassis.centre);
+    const Eigen::Vector3d& w = chassis.angular_velocity;
+    const Eigen::Vector3d acceleration =
+        chassis.acceleration + chassis.angular_acceleration.cross(arm) + w.cross(w.cross(arm));
+    SensorInput input;
+    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) input.wheel_effort[i] = world.wheelTorque(i);
+    input.angular_velocity = imu.conjugate() * w;
+    input.specific_force = imu.conjugate() * (acceleration - world.gravity());
+    input.orientation = Eigen::AngleAxisd(-parameters.slope * kRadiansPerDegree, Eigen::Vector3d::UnitY()) * imu;
+    return input;
+  }
+
+  RobotModel model;
+  PlantParameters parameters;
+  std::unique_ptr<Motion> motion;
+};
+
+JackalPlant::JackalPlant(const std::string& urdf_xml, const PlantParameters& parameters)
+    : self_(std::make_unique<Implementation>(readRobotModel(urdf_xml), parameters)) {}
+
+JackalPlant::~JackalPlant() = default;
+JackalPlant::JackalPlant(JackalPlant&&) noexcept = default;
+JackalPlant& JackalPlant::operator=(JackalPlant&&) noexcept = default;
+
+bool JackalPlant::command(const WheelCommand& command) {
+  if (!std::isfinite(command.left) || !std::isfinite(command.right)) return false;
+  self_->motion->delay.push(self_->motion->steps, command);
+  return true;
+}
+
+void JackalPlant::step() { self_->step(); }
+
+double JackalPlant::time() const { return self_->motion->truth.time; }
+
+const std::optional<PlantMeasurement>& JackalPlant::measurement() const { return self_->motion->measurement; }
+
+const PlantTruth& JackalPlant::truth() const { return self_->motion->truth; }
+
+void JackalPlant::setFriction(double friction) {
+  if (!(friction >= 0.0) || !std::isfinite(friction)) {
+    throw ParameterError("friction = " + describe(ParameterValue(friction)) + ": must be 0 or more");
+  }
+  self_->motion->world.setFriction(friction);
+}
+
+void JackalPlant::reset() { self_->reset(); }
+
+}  // namespace jackal_aic::sim

@@ -1,0 +1,57 @@
+#include "motor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace jackal_aic::sim {
+namespace {
+
+/// A wheel further than this from its reference after a step [rad/s] was held back by the torque limit.
+constexpr double kReached = 1e-6;
+
+double clampMagnitude(double value, double limit) { return std::clamp(value, -limit, limit); }
+
+}  // namespace
+
+CommandDelay::CommandDelay(double dead_time, double step) : delay_(std::llround(dead_time / step)) {}
+
+void CommandDelay::push(std::int64_t step, const WheelCommand& command) {
+  const std::int64_t first = step + delay_;
+  if (!pending_.empty() && pending_.back().first == first) {
+    pending_.back().second = command;
+  } else {
+    pending_.emplace_back(first, command);
+  }
+}
+
+const WheelCommand& CommandDelay::acting(std::int64_t step) {
+  while (!pending_.empty() && pending_.front().first <= step) {
+    acting_ = pending_.front().second;
+    pending_.pop_front();
+  }
+  return acting_;
+}
+
+MotorLoop::MotorLoop(const MotorParameters& parameters, double step)
+    : parameters_(parameters),
+      step_(step),
+      response_(parameters.lag > 0.0 ? -std::expm1(-step / parameters.lag) : 1.0) {}
+
+double MotorLoop::reference(double command, double speed) {
+  integrate(speed);
+  target_ = clampMagnitude(parameters_.gain * command, parameters_.speed_limit);
+  const double wanted = response_ * (target_ + correction_ - speed);
+  const double change = clampMagnitude(wanted, parameters_.acceleration_limit * step_);
+  limited_ = change != wanted;
+  start_speed_ = speed;
+  reference_ = speed + change;
+  return reference_;
+}
+
+void MotorLoop::integrate(double speed) {
+  if (limited_ || std::abs(speed - reference_) > kReached) return;
+  const double mean_speed = 0.5 * (start_speed_ + speed);
+  correction_ += parameters_.integral * step_ * (target_ - mean_speed);
+}
+
+}  // namespace jackal_aic::sim

@@ -1,0 +1,71 @@
+#pragma once
+
+/// @file
+/// The drive train between a wheel command and the physics engine: dead time and velocity loop. No physics engine here.
+
+#include <cstdint>
+#include <deque>
+#include <utility>
+
+#include "jackal_aic/types.hpp"
+
+namespace jackal_aic::sim {
+
+/// Dead time between a command and the motors, in whole steps of the simulation.
+class CommandDelay {
+ public:
+  /// @param dead_time [s], rounded to whole steps; @param step [s].
+  CommandDelay(double dead_time, double step);
+
+  /// Takes a command at the beginning of a step; a later one in the same step replaces it.
+  void push(std::int64_t step, const WheelCommand& command);
+
+  /// The command that drives the motors during a step: the last one pushed at least the dead time earlier, at first
+  /// zero. Steps must not decrease from call to call.
+  const WheelCommand& acting(std::int64_t step);
+
+ private:
+  std::int64_t delay_;
+  std::deque<std::pair<std::int64_t, WheelCommand>> pending_;  ///< (first step it acts in, command)
+  WheelCommand acting_;
+};
+
+/// Numbers of a motor's velocity loop.
+struct MotorParameters {
+  double gain = 1.0;                ///< steady-state wheel speed / command
+  double lag = 0.0;                 ///< time constant of the closed loop T [s]; 0 follows at once
+  double integral = 0.0;            ///< integral gain k_i on (gain x command - speed) [1/s]
+  double acceleration_limit = 0.0;  ///< of the wheel [rad/s^2]
+  double speed_limit = 0.0;         ///< of the wheel [rad/s]
+};
+
+/// Closed velocity loop of one motor, with command u, wheel speed w and target r = clamp(gain u, +-speed_limit):
+///
+///     dw/dt = clamp( (r + z - w) / T, +-acceleration_limit ),    dz/dt = k_i (r - w),
+///
+/// so that w = gain u at steady state whatever k_i is. Each step starts from the wheel speed the physics reached, so
+/// the reference cannot run away from a wheel that the torque limit holds back, and z rests while either limit acts (no
+/// wind-up).
+class MotorLoop {
+ public:
+  /// @param step [s].
+  MotorLoop(const MotorParameters& parameters, double step);
+
+  /// Wheel speed to be reached at the end of a step [rad/s].
+  /// @param command during the step [rad/s]; @param speed of the wheel at its beginning [rad/s].
+  double reference(double command, double speed);
+
+ private:
+  void integrate(double speed);
+
+  MotorParameters parameters_;
+  double step_;
+  double response_;  ///< 1 - exp(-step/T): part of the error that a step removes, exact for a constant command
+  double target_ = 0.0;
+  double correction_ = 0.0;  ///< z [rad/s]
+  double start_speed_ = 0.0;
+  double reference_ = 0.0;
+  bool limited_ = false;
+};
+
+}  // namespace jackal_aic::sim

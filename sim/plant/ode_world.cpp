@@ -1,0 +1,212 @@
+#include "ode_world.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+namespace jackal_aic::sim {
+namespace {
+
+constexpr double kGravity = 9.81;
+
+/// Tyre against ground along the normal: stiff enough that the robot does not visibly sink (0.2 mm), damped close to
+/// critical.
+constexpr double kContactStiffness = 2.0e5;  // N/m
+constexpr double kContactDamping = 2.0e3;    // N s/m
+
+/// A contact point slower than this sticks [m/s].
+constexpr double kStickSpeed = 1e-4;
+
+/// ODE is initialised once per process and never closed: worlds may outlive any other static object.
+void initialiseOde() {
+  static std::once_flag once;
+  std::call_once(once, [] { dInitODE2(0); });
+  static thread_local const bool allocated = dAllocateODEDataForThread(dAllocateMaskAll) != 0;
+  static_cast<void>(allocated);
+}
+
+dWorldID createWorld() {
+  initialiseOde();
+  return dWorldCreate();
+}
+
+Eigen::Vector3d vectorOf(const dReal* v) { return {v[0], v[1], v[2]}; }
+
+Eigen::Quaterniond orientationOf(dBodyID body) {
+  const dReal* q = dBodyGetQuaternion(body);
+  return {q[0], q[1], q[2], q[3]};
+}
+
+dBodyID createBody(dWorldID world, const RigidBody& source) {
+  dBodyID body = dBodyCreate(world);
+  dMass mass;
+  const Eigen::Matrix3d& i = source.inertia;
+  dMassSetParameters(&mass, source.mass, 0, 0, 0, i(0, 0), i(1, 1), i(2, 2), i(0, 1), i(0, 2), i(1, 2));
+  dBodySetMass(body, &mass);
+  dBodySetPosition(body, source.centre.x(), source.centre.y(), source.centre.z());
+  return body;
+}
+
+/// Normal forces N = a + b x + c y of equal springs under the wheels, as (a, b, c).
+Eigen::Vector3d normalForcePlane(const RobotModel& model, const Eigen::Vector3d& gravity) {
+  RigidBody robot = model.chassis;
+  for (const WheelModel& wheel : model.wheels) robot = robot + wheel.body;
+  const Eigen::Vector3d force = robot.mass * gravity;
+  Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
+  double ground = 0.0;
+  for (const WheelModel& wheel : model.wheels) {
+    const Eigen::Vector3d arm(1.0, wheel.hub.x(), wheel.hub.y());
+    moments += arm * arm.transpose();
+    ground += 0.25 * (wheel.hub.z() - wheel.radius);
+  }
+  // The line of gravity through the centre of mass meets the ground in this point.
+  const double height = robot.centre.z() - ground;
+  const Eigen::Vector3d foot = robot.centre - force * (height / force.z());
+  return moments.ldlt().solve(-force.z() * Eigen::Vector3d(1.0, foot.x(), foot.y()));
+}
+
+}  // namespace
+
+OdeWorld::OdeWorld(const RobotModel& model, const WorldParameters& parameters)
+    : gravity_(kGravity * Eigen::Vector3d(-std::sin(parameters.slope), 0.0, -std::cos(parameters.slope))),
+      friction_(parameters.friction),
+      torque_limit_(parameters.torque_limit),
+      fixed_chassis_(parameters.fixed_chassis),
+      world_(createWorld()),
+      contact_group_(dJointGroupCreate(0)) {
+  dWorldSetGravity(world_.get(), gravity_.x(), gravity_.y(), gravity_.z());
+  createChassis(model);
+  for (std::size_t i = 0; i < wheels_.size(); ++i) createWheel(model, i);
+  setInEquilibrium(model);
+}
+
+void OdeWorld::createChassis(const RobotModel& model) {
+  chassis_ = createBody(world_.get(), model.chassis);
+  if (fixed_chassis_) dBodySetKinematic(chassis_);
+}
+
+void OdeWorld::createWheel(const RobotModel& model, std::size_t index) {
+  const WheelModel& wheel = model.wheels[index];
+  radius_[index] = wheel.radius;
+  hub_in_wheel_[index] = wheel.hub - wheel.body.centre;
+  wheels_[index] = createBody(world_.get(), wheel.body);
+  dJointID hinge = dJointCreateHinge(world_.get(), nullptr);
+  dJointAttach(hinge, wheels_[index], chassis_);
+  dJointSetHingeAnchor(hinge, wheel.hub.x(), wheel.hub.y(), wheel.hub.z());
+  dJointSetHingeAxis(hinge, 0.0, 1.0, 0.0);
+  dJointSetHingeParam(hinge, dParamFMax, torque_limit_);
+  dJointSetFeedback(hinge, &hinge_feedback_[index]);
+  hinges_[index] = hinge;
+}
+
+void OdeWorld::setInEquilibrium(const RobotModel& model) {
+  const Eigen::Vector3d forces = normalForcePlane(model, gravity_);
+  const double pitch = forces(1) / kContactStiffness;
+  const double roll = -forces(2) / kContactStiffness;
+  const Eigen::Quaterniond tilt(Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) *
+                                Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()));
+  double height = -forces(0) / kContactStiffness;
+  for (const WheelModel& wheel : model.wheels) height += 0.25 * (wheel.radius - wheel.hub.z());
+  const auto place = [&](dBodyID body) {
+    const Eigen::Vector3d position = tilt * vectorOf(dBodyGetPosition(body)) + height * Eigen::Vector3d::UnitZ();
+    dBodySetPosition(body, position.x(), position.y(), position.z());
+    const dQuaternion q = {tilt.w(), tilt.x(), tilt.y(), tilt.z()};
+    dBodySetQuaternion(body, q);
+  };
+  place(chassis_);
+  for (std::size_t i = 0; i < wheels_.size(); ++i) {
+    place(wheels_[i]);
+    const Eigen::Vector3d hub = model.wheels[i].hub;
+    contacts_[i].normal_force = std::max(0.0, forces.dot(Eigen::Vector3d(1.0, hub.x(), hub.y())));
+  }
+}
+
+void OdeWorld::setWheelReference(std::size_t wheel, double speed) {
+  dJointSetHingeParam(hinges_[wheel], dParamVel, speed);
+}
+
+void OdeWorld::step(double step) {
+  initialiseOde();
+  const Eigen::Vector3d velocity = vectorOf(dBodyGetLinearVel(chassis_));
+  const Eigen::Vector3d angular_velocity = vectorOf(dBodyGetAngularVel(chassis_));
+  if (!fixed_chassis_) {
+    for (std::size_t i = 0; i < wheels_.size(); ++i) createContact(i, step);
+  }
+  dWorldStep(world_.get(), step);
+  for (std::size_t i = 0; i < wheels_.size(); ++i) updateContact(i);
+  dJointGroupEmpty(contact_group_.get());
+  acceleration_ = (vectorOf(dBodyGetLinearVel(chassis_)) - velocity) / step;
+  angular_acceleration_ = (vectorOf(dBodyGetAngularVel(chassis_)) - angular_velocity) / step;
+}
+
+/// ODE's friction is a pyramid. While the contact point slides at speed s, viscous friction of coefficient mu N / s,
+/// taken from the last step, has the Coulomb magnitude mu N and opposes the slip in every direction; the solver applies
+/// it implicitly, so that it does not chatter. While the point sticks, friction is a rigid constraint within the
+/// pyramid.
+void OdeWorld::createContact(std::size_t index, double step) {
+  Contact& last = contacts_[index];
+  const Eigen::Vector3d hub =
+      vectorOf(dBodyGetPosition(wheels_[index])) + orientationOf(wheels_[index]) * hub_in_wheel_[index];
+  const double depth = radius_[index] - hub.z();
+  last.touching = depth >= 0.0;
+  if (!last.touching) return;
+
+  dContact contact{};
+  dReal axle[4];
+  dJointGetHingeAxis(hinges_[index], axle);
+  const Eigen::Vector3d rolling = vectorOf(axle).cross(Eigen::Vector3d::UnitZ()).normalized();
+  const double spring = step * kContactStiffness;
+  contact.surface.mode = dContactFDir1 | dContactSoftERP | dContactSoftCFM | dContactApprox1;
+  contact.surface.mu = friction_;
+  contact.surface.soft_erp = spring / (spring + kContactDamping);
+  contact.surface.soft_cfm = 1.0 / (spring + kContactDamping);
+  const double limit = friction_ * last.normal_force;
+  if (!last.sticking && limit > 0.0) {
+    contact.surface.mode |= dContactSlip1 | dContactSlip2;
+    contact.surface.slip1 = contact.surface.slip2 = std::max(last.slip_speed, kStickSpeed) / limit;
+  }
+  std::copy_n(rolling.data(), 3, contact.fdir1);
+  const Eigen::Vector3d point = hub - radius_[index] * Eigen::Vector3d::UnitZ();
+  std::copy_n(point.data(), 3, contact.geom.pos);
+  contact.geom.normal[2] = 1.0;
+  contact.geom.depth = depth;
+  dJointID joint = dJointCreateContact(world_.get(), contact_group_.get(), &contact);
+  dJointAttach(joint, wheels_[index], nullptr);
+  dJointSetFeedback(joint, &last.feedback);
+}
+
+void OdeWorld::updateContact(std::size_t index) {
+  Contact& contact = contacts_[index];
+  if (!contact.touching) {
+    contact.normal_force = 0.0;
+    contact.sticking = true;
+    return;
+  }
+  const Eigen::Vector3d force = vectorOf(contact.feedback.f1);
+  const Eigen::Vector3d hub = orientationOf(wheels_[index]) * hub_in_wheel_[index];
+  const Eigen::Vector3d arm = hub - radius_[index] * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d slip =
+      vectorOf(dBodyGetLinearVel(wheels_[index])) + vectorOf(dBodyGetAngularVel(wheels_[index])).cross(arm);
+  contact.normal_force = force.z();
+  contact.slip_speed = slip.head<2>().norm();
+  contact.sticking = contact.slip_speed < kStickSpeed && force.head<2>().norm() <= friction_ * force.z();
+}
+
+ChassisState OdeWorld::chassis() const {
+  return {vectorOf(dBodyGetPosition(chassis_)),   orientationOf(chassis_), vectorOf(dBodyGetLinearVel(chassis_)),
+          vectorOf(dBodyGetAngularVel(chassis_)), acceleration_,           angular_acceleration_};
+}
+
+double OdeWorld::wheelSpeed(std::size_t wheel) const { return dJointGetHingeAngleRate(hinges_[wheel]); }
+
+double OdeWorld::wheelTorque(std::size_t wheel) const {
+  const dJointFeedback& feedback = hinge_feedback_[wheel];
+  dReal axle[4];
+  dJointGetHingeAxis(hinges_[wheel], axle);
+  const Eigen::Vector3d hub = orientationOf(wheels_[wheel]) * hub_in_wheel_[wheel];
+  // The feedback torque is about the wheel's centre of mass; the motor acts about the axle.
+  return vectorOf(axle).dot(vectorOf(feedback.t1) - hub.cross(vectorOf(feedback.f1)));
+}
+
+}  // namespace jackal_aic::sim

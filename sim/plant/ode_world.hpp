@@ -1,0 +1,114 @@
+#pragma once
+
+/// @file
+/// The robot's rigid bodies, joints and wheel contacts in the Open Dynamics Engine.
+
+#include <ode/ode.h>
+
+#include <Eigen/Geometry>
+#include <array>
+#include <memory>
+
+#include "robot_model.hpp"
+
+namespace jackal_aic::sim {
+
+/// How the robot stands in its world.
+struct WorldParameters {
+  bool fixed_chassis = false;  ///< chassis held in the air, wheels free
+  double slope = 0.0;          ///< inclination of the ground, positive is uphill along x [rad]
+  double friction = 0.5;       ///< Coulomb coefficient between wheels and ground
+  double torque_limit = 20.0;  ///< of each wheel's motor [N m]
+};
+
+/// Motion of the chassis' centre of mass; vectors in the ground frame.
+struct ChassisState {
+  Eigen::Vector3d position;              ///< [m]
+  Eigen::Quaterniond orientation;        ///< base_link in the ground frame
+  Eigen::Vector3d velocity;              ///< [m/s]
+  Eigen::Vector3d angular_velocity;      ///< [rad/s]
+  Eigen::Vector3d acceleration;          ///< mean over the last step [m/s^2]
+  Eigen::Vector3d angular_acceleration;  ///< mean over the last step [rad/s^2]
+};
+
+/// Chassis and four wheels on hinges with velocity motors, on a plane.
+///
+/// Ground frame: x along the robot's initial heading, z normal to the plane, which is z = 0; a slope tilts gravity.
+/// Each wheel touches the plane in one point (sphere against plane) with a spring and damper along the normal. Friction
+/// is isotropic Coulomb friction, as slip in a turn depends on it: rolling and lateral friction share the limit mu N,
+/// so that a skidding tyre gives way lengthwise too (a friction pyramid would let it hold, and the robot turn as if it
+/// did not skid).
+class OdeWorld {
+ public:
+  /// Builds the robot at rest, its wheels in static equilibrium with the ground, base_link above the ground frame's
+  /// origin.
+  OdeWorld(const RobotModel& model, const WorldParameters& parameters);
+
+  /// Sets the speed that a wheel's motor reaches in the next step, if its torque suffices [rad/s].
+  void setWheelReference(std::size_t wheel, double speed);
+
+  /// Changes the friction coefficient.
+  void setFriction(double friction) { friction_ = friction; }
+
+  /// Advances by a time step [s].
+  void step(double step);
+
+  /// Motion of the chassis after the last step.
+  ChassisState chassis() const;
+
+  /// Speed of a wheel relative to the chassis [rad/s].
+  double wheelSpeed(std::size_t wheel) const;
+
+  /// Torque of a wheel's motor in the last step [N m].
+  double wheelTorque(std::size_t wheel) const;
+
+  /// Normal force on a wheel in the last step [N].
+  double normalForce(std::size_t wheel) const { return contacts_[wheel].normal_force; }
+
+  /// Gravity in the ground frame [m/s^2].
+  const Eigen::Vector3d& gravity() const { return gravity_; }
+
+ private:
+  struct DestroyWorld {
+    void operator()(dWorldID world) const { dWorldDestroy(world); }
+  };
+  struct DestroyGroup {
+    void operator()(dJointGroupID group) const { dJointGroupDestroy(group); }
+  };
+  template <class Id, class Destroy>
+  using Handle = std::unique_ptr<std::remove_pointer_t<Id>, Destroy>;
+
+  /// Contact of one wheel in the last step, from which the friction of the next one is linearised.
+  struct Contact {
+    bool touching = false;
+    bool sticking = true;
+    double normal_force = 0.0;  ///< [N]
+    double slip_speed = 0.0;    ///< of the contact point over the ground [m/s]
+    dJointFeedback feedback{};
+  };
+
+  void createChassis(const RobotModel& model);
+  void createWheel(const RobotModel& model, std::size_t index);
+  void setInEquilibrium(const RobotModel& model);
+  void createContact(std::size_t index, double step);
+  void updateContact(std::size_t index);
+
+  Eigen::Vector3d gravity_;
+  double friction_;
+  double torque_limit_;
+  bool fixed_chassis_;
+  Handle<dWorldID, DestroyWorld> world_;
+  Handle<dJointGroupID, DestroyGroup> contact_group_;
+  dBodyID chassis_ = nullptr;
+  Eigen::Vector3d acceleration_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d angular_acceleration_ = Eigen::Vector3d::Zero();
+  std::array<double, 4> radius_{};
+  std::array<Eigen::Vector3d, 4>
+      hub_in_wheel_{};  ///< joint origin relative to the wheel's centre of mass, in the wheel [m]
+  std::array<dBodyID, 4> wheels_{};
+  std::array<dJointID, 4> hinges_{};
+  std::array<dJointFeedback, 4> hinge_feedback_{};
+  std::array<Contact, 4> contacts_{};
+};
+
+}  // namespace jackal_aic::sim

@@ -1,0 +1,114 @@
+#include "robot_model.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "jackal_aic/parameter_map.hpp"
+#include "jackal_aic/urdf_geometry.hpp"
+#include "jackal_plant.hpp"
+#include "urdf_document.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+constexpr const char* kBaseLink = "base_link";
+constexpr const char* kImuLink = "imu_link";
+
+bool isWheelJoint(const std::string& name) {
+  return std::find(kWheelJoints.begin(), kWheelJoints.end(), name) != kWheelJoints.end();
+}
+
+/// Mass properties of one link whose frame has the given pose; zero mass without an inertial element.
+RigidBody bodyOf(const urdf::Link& link, const Eigen::Isometry3d& pose) {
+  if (!link.inertial) return {};
+  const urdf::Inertial& source = *link.inertial;
+  const Eigen::Isometry3d frame = pose * toEigen(source.origin);
+  Eigen::Matrix3d inertia;
+  inertia << source.ixx, source.ixy, source.ixz, source.ixy, source.iyy, source.iyz, source.ixz, source.iyz, source.izz;
+  return {source.mass, frame.translation(), frame.linear() * inertia * frame.linear().transpose()};
+}
+
+/// Lumps a link with everything that hangs on it, except what hangs on a wheel joint.
+RigidBody lump(const urdf::Link& link, const Eigen::Isometry3d& pose) {
+  RigidBody body = bodyOf(link, pose);
+  for (const auto& joint : link.child_joints) {
+    if (isWheelJoint(joint->name)) continue;
+    const auto child = std::find_if(link.child_links.begin(), link.child_links.end(),
+                                    [&](const auto& candidate) { return candidate->name == joint->child_link_name; });
+    body = body + lump(**child, pose * toEigen(joint->parent_to_joint_origin_transform));
+  }
+  return body;
+}
+
+void checkPhysical(const RigidBody& body, const std::string& name) {
+  if (!(body.mass > 0.0) || !std::isfinite(body.mass)) {
+    std::ostringstream line;
+    line << "URDF: mass of " << name << " = " << body.mass << ": must be positive [kg]";
+    throw ParameterError(line.str());
+  }
+  const bool finite = body.centre.allFinite() && body.inertia.allFinite();
+  if (!finite || !(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(body.inertia).eigenvalues().minCoeff() > 0.0)) {
+    throw ParameterError("URDF: inertia of " + name + " is not positive definite");
+  }
+}
+
+/// Pose of a link of the chassis in the root link.
+Eigen::Isometry3d chassisLinkPose(const urdf::ModelInterface& model, const std::string& name) {
+  const urdf::LinkConstSharedPtr link = model.getLink(name);
+  if (!link) throw ParameterError("URDF: no link '" + name + "'");
+  for (urdf::JointConstSharedPtr j = link->parent_joint; j; j = model.getLink(j->parent_link_name)->parent_joint) {
+    if (isWheelJoint(j->name))
+      throw ParameterError("URDF: link '" + name + "' hangs on the wheel joint '" + j->name + "'");
+  }
+  return link->parent_joint ? poseInRoot(model, *link->parent_joint) : Eigen::Isometry3d::Identity();
+}
+
+WheelModel wheelOf(const urdf::ModelInterface& model, const std::string& name, const Eigen::Isometry3d& root_in_base) {
+  const urdf::Joint& joint = requiredJoint(model, name);
+  const Eigen::Isometry3d pose = root_in_base * poseInRoot(model, joint);
+  const bool turns = joint.type == urdf::Joint::CONTINUOUS || joint.type == urdf::Joint::REVOLUTE;
+  const Eigen::Vector3d axis = pose.linear() * Eigen::Vector3d(joint.axis.x, joint.axis.y, joint.axis.z);
+  if (!turns || !axis.isApprox(Eigen::Vector3d::UnitY(), 1e-6)) {
+    throw ParameterError("URDF: joint '" + name + "' must turn about +y of " + kBaseLink + " (positive is forward)");
+  }
+  const urdf::LinkConstSharedPtr link = model.getLink(joint.child_link_name);
+  const WheelModel wheel{lump(*link, pose), pose.translation(), wheelRadius(model, joint)};
+  checkPhysical(wheel.body, "wheel '" + link->name + "'");
+  return wheel;
+}
+
+}  // namespace
+
+RigidBody RigidBody::operator+(const RigidBody& other) const {
+  if (other.mass == 0.0) return *this;
+  if (mass == 0.0) return other;
+  RigidBody sum;
+  sum.mass = mass + other.mass;
+  sum.centre = (mass * centre + other.mass * other.centre) / sum.mass;
+  sum.inertia = inertia + other.inertia;
+  for (const RigidBody* part : {this, &other}) {
+    const Eigen::Vector3d arm = part->centre - sum.centre;
+    sum.inertia += part->mass * (arm.squaredNorm() * Eigen::Matrix3d::Identity() - arm * arm.transpose());
+  }
+  return sum;
+}
+
+RobotModel readRobotModel(const std::string& urdf_xml) {
+  const urdf::ModelInterfaceSharedPtr model = parseUrdf(urdf_xml);
+  const Eigen::Isometry3d root_in_base = chassisLinkPose(*model, kBaseLink).inverse();
+  RobotModel robot;
+  robot.imu = root_in_base * chassisLinkPose(*model, kImuLink);
+  for (std::size_t i = 0; i < kWheelJoints.size(); ++i) {
+    robot.wheels[i] = wheelOf(*model, kWheelJoints[i], root_in_base);
+  }
+  robot.chassis = lump(*model->getRoot(), root_in_base);
+  checkPhysical(robot.chassis, "the chassis");
+  // The plant lives by the same geometry as the controller: equal radii, left wheels on the left.
+  readUrdfGeometry(urdf_xml, {kWheelJoints[kFrontLeft], kWheelJoints[kRearLeft]},
+                   {kWheelJoints[kFrontRight], kWheelJoints[kRearRight]});
+  return robot;
+}
+
+}  // namespace jackal_aic::sim

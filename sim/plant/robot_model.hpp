@@ -1,0 +1,42 @@
+#pragma once
+
+/// @file
+/// The robot as the physics engine needs it, read from a URDF: chassis, four wheels, place of the IMU.
+
+#include <Eigen/Geometry>
+#include <array>
+#include <string>
+
+namespace jackal_aic::sim {
+
+/// Mass properties of a rigid body, in base_link with all joints at zero.
+struct RigidBody {
+  double mass = 0.0;                                  ///< [kg]
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();   ///< centre of mass [m]
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about the centre of mass, axes of base_link [kg m^2]
+
+  /// Both bodies as one (parallel axis theorem).
+  RigidBody operator+(const RigidBody& other) const;
+};
+
+/// A wheel that turns about +y of base_link.
+struct WheelModel {
+  RigidBody body;
+  Eigen::Vector3d hub;  ///< joint origin in base_link [m]
+  double radius;        ///< [m]
+};
+
+/// A skid-steer robot with four wheels.
+struct RobotModel {
+  RigidBody chassis;                 ///< everything that is not a wheel
+  std::array<WheelModel, 4> wheels;  ///< in the order of Wheel
+  Eigen::Isometry3d imu;             ///< imu_link in base_link
+};
+
+/// Reads the model. Links on fixed joints are lumped with their parent; joints other than the wheels' are held at zero.
+/// @throws ParameterError (one line) if the text is not a URDF, base_link, imu_link or a wheel joint is missing, a
+/// wheel does
+///         not turn about +y of base_link, has no radius or inertia, or the mass properties are not physical.
+RobotModel readRobotModel(const std::string& urdf_xml);
+
+}  // namespace jackal_aic::sim

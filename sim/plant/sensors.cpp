@@ -1,0 +1,43 @@
+#include "sensors.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+/// Slack for comparing times that are sums of steps [s]; far below a step.
+constexpr double kTimeTolerance = 1e-9;
+
+}  // namespace
+
+SensorModel::SensorModel(const PlantParameters& parameters) : parameters_(parameters), generator_(parameters.seed) {}
+
+bool SensorModel::due(double time) {
+  if (time + kTimeTolerance < static_cast<double>(samples_) / parameters_.sensor_rate) return false;
+  ++samples_;
+  return true;
+}
+
+PlantMeasurement SensorModel::sample(const PlantTruth& truth, const SensorInput& input) {
+  PlantMeasurement sample;
+  sample.stamp = truth.time;
+  sample.wheel_effort = input.wheel_effort;
+  for (const auto& [front, rear] : {std::pair(kFrontLeft, kRearLeft), std::pair(kFrontRight, kRearRight)}) {
+    sample.wheel_position[front] = truth.wheel_position[front];
+    sample.wheel_velocity[front] = truth.wheel_velocity[front] + noise(parameters_.encoder_noise);
+    sample.wheel_position[rear] = sample.wheel_position[front];
+    sample.wheel_velocity[rear] = sample.wheel_velocity[front];
+  }
+  sample.angular_velocity = input.angular_velocity + noiseVector(parameters_.gyro_noise);
+  sample.linear_acceleration = input.specific_force + noiseVector(parameters_.accelerometer_noise);
+  sample.orientation = input.orientation;
+  return sample;
+}
+
+double SensorModel::noise(double deviation) { return parameters_.noise_scale * deviation * normal_(generator_); }
+
+Eigen::Vector3d SensorModel::noiseVector(double deviation) {
+  Eigen::Vector3d vector;
+  for (double& element : vector) element = noise(deviation);
+  return vector;
+}
+
+}  // namespace jackal_aic::sim

@@ -1,0 +1,45 @@
+#pragma once
+
+/// @file
+/// Encoders and IMU of the simulated robot, with seeded noise. No physics engine here.
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <random>
+
+#include "jackal_plant.hpp"
+
+namespace jackal_aic::sim {
+
+/// What the sensors are exposed to at the moment of a sample, free of noise.
+struct SensorInput {
+  std::array<double, 4> wheel_effort;  ///< [N m]
+  Eigen::Vector3d angular_velocity;    ///< of imu_link, in imu_link [rad/s]
+  Eigen::Vector3d specific_force;      ///< acceleration minus gravity at the origin of imu_link, in imu_link [m/s^2]
+  Eigen::Quaterniond orientation;      ///< imu_link in a level frame
+};
+
+/// Decides when samples are due and adds noise to them. The rear encoders copy the front ones, as on the robot, which
+/// has one motor with one encoder per side.
+class SensorModel {
+ public:
+  /// @param parameters rate, noise and seed.
+  explicit SensorModel(const PlantParameters& parameters);
+
+  /// True once per sensor period, in the first step that is not earlier than k / sensor_rate, k = 0, 1, ...
+  bool due(double time);
+
+  /// One sample with fresh noise.
+  PlantMeasurement sample(const PlantTruth& truth, const SensorInput& input);
+
+ private:
+  double noise(double deviation);
+  Eigen::Vector3d noiseVector(double deviation);
+
+  PlantParameters parameters_;
+  std::int64_t samples_ = 0;
+  std::mt19937_64 generator_;
+  std::normal_distribution<double> normal_;
+};
+
+}  // namespace jackal_aic::sim

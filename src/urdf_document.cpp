@@ -1,0 +1,92 @@
+#include "urdf_document.hpp"
+
+#include <console_bridge/console.h>
+#include <urdf_parser/urdf_parser.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <mutex>
+#include <sstream>
+
+#include "jackal_aic/parameter_map.hpp"
+
+namespace jackal_aic {
+namespace {
+
+/// Keeps the parser's first complaint instead of letting it print: it belongs into the one line of the exception.
+class FirstComplaint : public console_bridge::OutputHandler {
+ public:
+  FirstComplaint() { console_bridge::useOutputHandler(this); }
+  ~FirstComplaint() override { console_bridge::restorePreviousOutputHandler(); }
+  FirstComplaint(const FirstComplaint&) = delete;
+  FirstComplaint& operator=(const FirstComplaint&) = delete;
+
+  void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
+    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR && text_.empty()) text_ = text;
+  }
+
+  std::string line() const {
+    std::string line = text_.empty() ? "not valid XML" : text_;
+    std::replace(line.begin(), line.end(), '\n', ' ');
+    return line;
+  }
+
+ private:
+  std::string text_;
+};
+
+double radiusOf(const urdf::GeometrySharedPtr& geometry) {
+  if (const auto cylinder = std::dynamic_pointer_cast<urdf::Cylinder>(geometry)) return cylinder->radius;
+  if (const auto sphere = std::dynamic_pointer_cast<urdf::Sphere>(geometry)) return sphere->radius;
+  return 0.0;
+}
+
+}  // namespace
+
+urdf::ModelInterfaceSharedPtr parseUrdf(const std::string& urdf_xml) {
+  // The output handler is one per process.
+  static std::mutex mutex;
+  const std::lock_guard<std::mutex> lock(mutex);
+  FirstComplaint complaint;
+  urdf::ModelInterfaceSharedPtr model;
+  try {
+    model = urdf::parseURDF(urdf_xml);
+  } catch (const std::exception& error) {
+    throw ParameterError(std::string("URDF: cannot be parsed: ") + error.what());
+  }
+  if (!model || !model->getRoot()) throw ParameterError("URDF: cannot be parsed: " + complaint.line());
+  return model;
+}
+
+const urdf::Joint& requiredJoint(const urdf::ModelInterface& model, const std::string& name) {
+  const urdf::JointConstSharedPtr joint = model.getJoint(name);
+  if (!joint) throw ParameterError("URDF: no joint '" + name + "'");
+  return *joint;
+}
+
+Eigen::Isometry3d toEigen(const urdf::Pose& pose) {
+  Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
+  transform.translation() << pose.position.x, pose.position.y, pose.position.z;
+  const urdf::Rotation& q = pose.rotation;
+  transform.linear() = Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix();
+  return transform;
+}
+
+Eigen::Isometry3d poseInRoot(const urdf::ModelInterface& model, const urdf::Joint& joint) {
+  const Eigen::Isometry3d in_parent = toEigen(joint.parent_to_joint_origin_transform);
+  const urdf::JointConstSharedPtr above = model.getLink(joint.parent_link_name)->parent_joint;
+  return above ? poseInRoot(model, *above) * in_parent : in_parent;
+}
+
+double wheelRadius(const urdf::ModelInterface& model, const urdf::Joint& joint) {
+  const urdf::LinkConstSharedPtr link = model.getLink(joint.child_link_name);
+  double radius = link->collision ? radiusOf(link->collision->geometry) : 0.0;
+  if (radius == 0.0 && link->visual) radius = radiusOf(link->visual->geometry);
+  if (!(radius > 0.0) || !std::isfinite(radius)) {
+    throw ParameterError("URDF: link '" + link->name + "' has no cylinder or sphere with a positive radius");
+  }
+  return radius;
+}
+
+}  // namespace jackal_aic

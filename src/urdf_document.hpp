@@ -1,0 +1,31 @@
+#pragma once
+
+/// @file
+/// What the readers of URDF files share: parsing with one-line errors, poses and wheels as Eigen types.
+
+#include <urdf_model/model.h>
+#include <urdf_world/types.h>
+
+#include <Eigen/Geometry>
+#include <string>
+
+namespace jackal_aic {
+
+/// Parses a URDF; safe to call from several threads.
+/// @throws ParameterError with the parser's first complaint if the text is not a URDF.
+urdf::ModelInterfaceSharedPtr parseUrdf(const std::string& urdf_xml);
+
+/// The joint called name. @throws ParameterError, naming it, if the URDF has none.
+const urdf::Joint& requiredJoint(const urdf::ModelInterface& model, const std::string& name);
+
+/// A URDF pose as a transform from the child frame to the parent frame.
+Eigen::Isometry3d toEigen(const urdf::Pose& pose);
+
+/// Pose of a joint's frame in the root link, with every joint at its zero position.
+Eigen::Isometry3d poseInRoot(const urdf::ModelInterface& model, const urdf::Joint& joint);
+
+/// Radius of the cylinder or sphere that is the collision (else the visual) geometry of a wheel's child link [m].
+/// @throws ParameterError if there is none, or its radius is not positive and finite.
+double wheelRadius(const urdf::ModelInterface& model, const urdf::Joint& joint);
+
+}  // namespace jackal_aic
