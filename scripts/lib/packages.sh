@@ -1,0 +1,79 @@
+# shellcheck shell=bash
+# What the project needs from the distribution, and its installation through apt.
+
+readonly COMMON_PACKAGES=(
+  cmake g++ make pkg-config python3
+  libbenchmark-dev libboost-program-options-dev libeigen3-dev libgmock-dev libgtest-dev libnlopt-cxx-dev libnlopt-dev
+  libode-dev liburdfdom-dev libyaml-cpp-dev python3-matplotlib python3-yaml)
+
+# ROS 1 as Debian 12 ships it, under /usr.
+readonly DEBIAN_ROS_PACKAGES=(
+  catkin ros-core ros-core-dev rosbash python3-rostest ros-robot-state-publisher
+  libdiagnostic-updater-dev libdynamic-reconfigure-config-init-mutex-dev libmessage-filters-dev libtf2-eigen-dev
+  libtf2-geometry-msgs-dev libtf2-msgs-dev libtf2-ros-dev liburdf-dev python3-dynamic-reconfigure)
+
+# ROS Noetic on Ubuntu 20.04, under /opt/ros/noetic: what runs on a Jackal.
+readonly NOETIC_PACKAGES=(
+  ros-noetic-catkin ros-noetic-diagnostic-updater ros-noetic-dynamic-reconfigure ros-noetic-jackal-msgs
+  ros-noetic-message-filters ros-noetic-nav-msgs ros-noetic-robot-state-publisher ros-noetic-ros-core ros-noetic-rosbash
+  ros-noetic-rostest ros-noetic-tf2-eigen ros-noetic-tf2-geometry-msgs ros-noetic-tf2-ros ros-noetic-urdf)
+
+# detect_system: sets ros_prefix (where ROS is) and packages (all that is needed) for this system.
+detect_system() {
+  local system=unknown
+  [[ -r /etc/os-release ]] && system=$(. /etc/os-release && printf '%s %s' "${ID:-}" "${VERSION_ID:-}")
+  case $system in
+    "debian 12")
+      ros_prefix=/usr
+      packages=("${COMMON_PACKAGES[@]}" "${DEBIAN_ROS_PACKAGES[@]}")
+      rviz_package=rviz
+      ;;
+    "ubuntu 20.04")
+      ros_prefix=/opt/ros/noetic
+      packages=("${COMMON_PACKAGES[@]}" "${NOETIC_PACKAGES[@]}")
+      rviz_package=ros-noetic-rviz
+      [[ -d $ros_prefix ]] || grep -rqs '^[^#]*packages.ros.org' /etc/apt/sources.list /etc/apt/sources.list.d ||
+        fail "Ubuntu 20.04 has no ROS without the apt source packages.ros.org: add it as wiki.ros.org/noetic/Installation/Ubuntu says, then run this again"
+      ;;
+    *) fail "this system ($system) has no ROS 1 packages that the project knows; use Debian 12, or Ubuntu 20.04 with ROS Noetic" ;;
+  esac
+}
+
+# The arguments that are not installed, one per line.
+missing_packages() {
+  comm -23 <(printf '%s\n' "$@" | sort -u) \
+    <(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "$@" 2>/dev/null | sed -n 's/^installed //p' | sort -u)
+}
+
+# Prints the words that give apt the rights to install; asks for a password where that is possible.
+become_root() {
+  if ((EUID == 0)); then return 0; fi
+  if ! command -v sudo >/dev/null; then return 1; fi
+  if sudo -n true 2>/dev/null || { [[ -t 0 && -t 2 ]] && sudo -v; }; then
+    printf 'sudo'
+  else
+    return 1
+  fi
+}
+
+apt_install() {
+  local apt=("$@")
+  "${apt[@]}" update
+  "${apt[@]}" install -y --no-install-recommends "${missing[@]}"
+}
+
+# install_packages LOG PACKAGE...: installs what is missing. Silent, and without a network, when nothing is.
+install_packages() {
+  local log=$1 root apt
+  shift
+  mapfile -t missing < <(missing_packages "$@")
+  ((${#missing[@]} > 0)) || return 0
+  root=$(become_root) || fail "cannot become root to install: as root, run: apt-get install --no-install-recommends ${missing[*]}"
+  say "Installing with apt: ${missing[*]}"
+  apt=(env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300 -o Dpkg::Use-Pty=0 -o APT::Status-Fd=1)
+  if [[ -n $root ]]; then apt=("$root" -n "${apt[@]}"); fi
+  run_phase "Installing ${#missing[@]} packages" "$log" apt_install "${apt[@]}" ||
+    fail "apt-get failed: $(grep -m 1 '^E: ' "$log" || tail -n 1 "$log") (log: $log)"
+  mapfile -t missing < <(missing_packages "$@")
+  ((${#missing[@]} == 0)) || fail "not installed although apt-get reports success: ${missing[*]} (log: $log)"
+}

@@ -1,0 +1,207 @@
+#!/usr/bin/env python3
+"""Runs the tests that catkin registered with CTest, one after another, and counts their cases.
+
+A gtest writes one JUnit file. A rostest writes one per <test> (its cases) and one of its own, whose failures are what the
+cases cannot tell: a test that crashed, hung or never started. A test that ends with an error although no case failed, or
+that runs no case at all, counts as one failed case.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+import xml.etree.ElementTree as xml
+
+GRACE = 20.0  # s from the request to stop until a test is killed
+WHOLE = '(whole test)'  # stands for the case where none can be named
+
+
+class Outcome:
+    """Counts of the cases of one test and what went wrong."""
+
+    def __init__(self):
+        self.passed = 0
+        self.failures = []  # (case, message)
+        self.skipped = 0
+
+    def add_cases(self, path):
+        """Adds the cases of a JUnit file."""
+        for case in xml.parse(path).getroot().iter('testcase'):
+            message = failure(case)
+            if message is not None:
+                self.failures.append((f'{case.get("classname")}.{case.get("name")}', message))
+            elif case.find('skipped') is not None or case.get('status') == 'notrun':
+                self.skipped += 1
+            else:
+                self.passed += 1
+
+    def add_wrapper(self, path, explained):
+        """Adds the failures of a rostest's own file, except those that its cases have already explained."""
+        for case in xml.parse(path).getroot().iter('testcase'):
+            message = failure(case)
+            name = case.get('name')[len('test'):]
+            if message is not None and name not in explained:
+                self.failures.append((WHOLE, f'{name}: {message.splitlines()[0]}'))
+
+
+def failure(case):
+    """Message of a JUnit test case that failed, else None."""
+    messages = [(item.text or '').strip() or item.get('message', '(no message)')
+                for item in case if item.tag in ('failure', 'error')]
+    return '\n'.join(messages) if messages else None
+
+
+def registered_tests(build):
+    """(name, command, result file, working directory) of each test, in the order of the CMake files."""
+    listing = subprocess.run(['ctest', '--show-only=json-v1'], cwd=build, check=True, stdout=subprocess.PIPE)
+    for test in json.loads(listing.stdout)['tests']:
+        if 'command' not in test:
+            sys.exit(f'run_tests: {test["name"]} has no command; was it built?')
+        command = test['command']
+        runner = next(i for i, word in enumerate(command) if word.endswith('run_tests.py'))
+        properties = {item['name']: item['value'] for item in test.get('properties', [])}
+        name = re.sub(r'^_ctest_[a-z0-9_]*?_(gtest|rostest|nosetests)_', r'\1 ', test['name'])
+        yield name, command, pathlib.Path(command[runner + 1]), properties.get('WORKING_DIRECTORY', build)
+
+
+def descendants(root):
+    """Process ids below root: roslaunch gives each node a session of its own, so that a process group is not enough."""
+    parents = {}
+    for entry in pathlib.Path('/proc').glob('[0-9]*/stat'):
+        try:
+            pid, rest = entry.read_text().split(' ', 1)
+            parents[int(pid)] = int(rest.rsplit(')', 1)[1].split()[1])
+        except (OSError, ValueError):
+            continue
+    found = [root]
+    for pid in found:
+        found.extend(child for child, parent in parents.items() if parent == pid)
+    return found
+
+
+def stop(process):
+    """Ends a test and everything it started."""
+    family = descendants(process.pid)
+    process.terminate()
+    try:
+        process.wait(GRACE)
+    except subprocess.TimeoutExpired:
+        pass
+    for pid in family:
+        try:
+            os.kill(pid, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+    process.wait()
+
+
+def run(command, directory, log, timeout, show):
+    """Runs one test with its output in a log; returns its exit status, or None if it hung."""
+    with open(log, 'wb') as output:
+        process = subprocess.Popen(command, cwd=directory, stdin=subprocess.DEVNULL, stdout=output,
+                                   stderr=subprocess.STDOUT, start_new_session=True)
+        start = time.monotonic()
+        try:
+            while time.monotonic() - start < timeout:
+                try:
+                    return process.wait(0.2)
+                except subprocess.TimeoutExpired:
+                    show(time.monotonic() - start)
+            return None
+        finally:
+            if process.poll() is None:
+                stop(process)
+
+
+def judge(status, result, timeout):
+    """Collects the outcome of a test that ended; result is the file that CTest expects of it."""
+    outcome = Outcome()
+    explained = set()
+    try:
+        if result.name.startswith('rostest-'):
+            for path in sorted(result.parent.glob('rosunit-*.xml')):
+                failed = len(outcome.failures)
+                outcome.add_cases(path)
+                if len(outcome.failures) > failed:
+                    explained.add(path.stem[len('rosunit-'):])
+            outcome.add_wrapper(result, explained)
+        else:
+            outcome.add_cases(result)
+    except (OSError, xml.ParseError):
+        reason = f'still running after {timeout:.0f} s' if status is None else 'ended without a result; did it crash?'
+        outcome.failures.append((WHOLE, reason))
+    if not outcome.failures and status != 0:
+        outcome.failures.append((WHOLE, f'ended with status {status} although no case failed'))
+    if not outcome.failures and outcome.passed + outcome.skipped == 0:
+        outcome.failures.append((WHOLE, 'ran no test case'))
+    return outcome
+
+
+def report(position, name, outcome, seconds, log):
+    """Prints the line of one test and what failed in it."""
+    failed = len(outcome.failures)
+    counts = f'{outcome.passed} passed'
+    counts += f', {failed} failed' if failed else ''
+    counts += f', {outcome.skipped} skipped' if outcome.skipped else ''
+    print(f'{position} {"FAIL" if failed else "ok  "} {name}: {counts} ({seconds:.1f} s)')
+    for case, message in outcome.failures:
+        print(textwrap.indent('\n'.join([case] + message.splitlines()[:25]), '    '))
+        if case == WHOLE:
+            print(f'    last output ({log}):')
+            print(textwrap.indent('\n'.join(log.read_text(errors='replace').splitlines()[-15:]), '    | '))
+    sys.stdout.flush()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, prog='run_tests')
+    parser.add_argument('workspace', type=pathlib.Path)
+    parser.add_argument('--only', default='', type=re.compile, help='regular expression')
+    parser.add_argument('--timeout', default=600.0, type=float, help='of one test [s]')
+    arguments = parser.parse_args()
+
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    tests = [test for test in registered_tests(arguments.workspace / 'build') if arguments.only.search(test[0])]
+    if not tests:
+        sys.exit(f'run_tests: no test matches "{arguments.only.pattern}"')
+    logs = arguments.workspace / 'log' / 'test'
+    logs.mkdir(parents=True, exist_ok=True)
+
+    on_terminal = sys.stdout.isatty() and not os.environ.get('CI')
+    passed = failed = 0
+    for number, (name, command, result, directory) in enumerate(tests, 1):
+        position = f'[{number:{len(str(len(tests)))}}/{len(tests)}]'
+
+        def show(seconds, line=f'\r\033[K{position} ...  {name} '):
+            if on_terminal:
+                print(f'{line} {int(seconds) // 60}:{int(seconds) % 60:02d}', end='', flush=True)
+
+        show(0.0)
+        log = logs / (re.sub(r'[^\w.]', '_', name) + '.log')
+        for old in result.parent.glob('*.xml'):  # so that what is there afterwards is of this test
+            old.unlink()
+        start = time.monotonic()
+        status = run(command, directory, log, arguments.timeout, show)
+        if on_terminal:
+            print('\r\033[K', end='')
+        outcome = judge(status, result, arguments.timeout)
+        report(position, name, outcome, time.monotonic() - start, log)
+        passed += outcome.passed
+        failed += len(outcome.failures)
+
+    if failed:
+        print(f'Logs: {logs}')
+    print(f'{passed} passed, {failed} failed')
+    return 1 if failed else 0
+
+
+if __name__ == '__main__':
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.exit(130)

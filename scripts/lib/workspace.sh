@@ -1,0 +1,87 @@
+# shellcheck shell=bash
+# Source this first in every script: installs what is missing, makes the catkin workspace, builds it, sources it.
+#
+# Everything a checkout produces lies in its own git-ignored workspace, .ws/ (or JACKAL_AIC_WS): build, logs, ROS home.
+
+set -euo pipefail
+
+repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd -P)
+workspace=${JACKAL_AIC_WS:-$repository/.ws}
+ros_prefix=""
+packages=()
+rviz_package=""
+missing=()
+
+# A python or a ROS workspace of the caller (pyenv, conda, a sourced setup.bash) must not leak into the build.
+export PATH=/usr/bin:/usr/sbin:/bin:/sbin:$PATH LC_ALL=C.UTF-8
+unset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH ROS_MASTER_URI ROS_HOSTNAME ROS_IP ROS_NAMESPACE PYTHONPATH PYTHONHOME
+
+# shellcheck source=scripts/lib/progress.sh
+. "$repository/scripts/lib/progress.sh"
+# shellcheck source=scripts/lib/packages.sh
+. "$repository/scripts/lib/packages.sh"
+
+# The scripts that ROS generates read unset variables.
+source_ros() {
+  set +u
+  # shellcheck disable=SC1090
+  . "$1"
+  set -u
+}
+
+make_workspace() {
+  [[ $repository$workspace != *[[:space:]]* ]] || fail "catkin cannot build in a path with a space: $repository, $workspace"
+  mkdir -p "$workspace/src" "$workspace/log" || fail "cannot write to $workspace"
+  workspace=$(cd "$workspace" && pwd -P)
+  export ROS_HOME=$workspace/ros MPLCONFIGDIR=$workspace/matplotlib
+  # The loopback address works without a name server, a network or an /etc/hosts.
+  export ROS_IP=127.0.0.1
+}
+
+# Links the packages to build; a build that knows another place of the checkout is thrown away.
+link_packages() {
+  if [[ $(cat "$workspace/location" 2>/dev/null) != "$repository $workspace" ]]; then
+    rm -rf "$workspace/build" "$workspace/devel"
+    printf '%s\n' "$repository $workspace" >"$workspace/location"
+  fi
+  ln -sfn "$repository" "$workspace/src/jackal_aic"
+  if [[ -e $ros_prefix/share/jackal_msgs/package.xml ]]; then
+    rm -f "$workspace/src/jackal_msgs"
+  else
+    ln -sfn "$repository/sim/jackal_msgs" "$workspace/src/jackal_msgs"
+  fi
+}
+
+# As many compilers at a time as processors and free memory (1 GiB each) allow.
+build_jobs() {
+  local processors memory
+  processors=$(nproc)
+  memory=$(awk '/^MemAvailable:/ { print int($2 / 1048576) }' /proc/meminfo 2>/dev/null)
+  memory=$((${memory:-1} > 0 ? ${memory:-1} : 1))
+  printf '%d' $((memory < processors ? memory : processors))
+}
+
+# build_workspace TARGET...: builds, then shows the compiler's own words if it failed.
+build_workspace() {
+  local log=$workspace/log/build.log
+  run_phase "Building jackal_aic" "$log" catkin_make -C "$workspace" -j"${JACKAL_AIC_JOBS:-$(build_jobs)}" \
+    -DCMAKE_BUILD_TYPE=Release -DPYTHON_EXECUTABLE=/usr/bin/python3 "$@" || {
+    grep -m 20 -A 4 -E '(error|Error|ERROR)[: ]|undefined reference' "$log" >&2 || tail -n 30 "$log" >&2
+    fail "the build failed (log: $log)"
+  }
+}
+
+# set_up TARGET...: from a bare machine to a built and sourced workspace.
+set_up() {
+  local lock
+  detect_system
+  make_workspace
+  exec {lock}>"$workspace/lock"
+  flock -n "$lock" || { say "Waiting for another script that is building in $workspace" && flock "$lock"; }
+  install_packages "$workspace/log/install.log" "${packages[@]}"
+  if [[ -e $ros_prefix/setup.bash ]]; then source_ros "$ros_prefix/setup.bash"; fi
+  link_packages
+  build_workspace "$@"
+  source_ros "$workspace/devel/setup.bash"
+  exec {lock}>&-
+}
