@@ -10,6 +10,7 @@
 #include <sensor_msgs/JointState.h>
 #include <tf2_ros/buffer.h>
 
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <functional>
 #include <memory>
