@@ -4,6 +4,7 @@
 
 #include "motor.hpp"
 #include "ode_world.hpp"
+#include "periodic.hpp"
 #include "robot_model.hpp"
 #include "sensors.hpp"
 
@@ -50,12 +51,14 @@ struct JackalPlant::Implementation {
           delay(p.dead_time, kStep),
           left(motorParameters(p, model.wheels[kFrontLeft].radius), kStep),
           right(motorParameters(p, model.wheels[kFrontRight].radius), kStep),
+          sampling(p.sensor_rate),
           sensors(p) {}
 
     OdeWorld world;
     CommandDelay delay;
     MotorLoop left;
     MotorLoop right;
+    Periodic sampling;
     SensorModel sensors;
     std::int64_t steps = 0;
     PlantTruth truth;
@@ -95,7 +98,7 @@ struct JackalPlant::Implementation {
     const ChassisState chassis = m.world.chassis();
     updateTruth(chassis);
     m.measurement.reset();
-    if (m.sensors.due(m.truth.time)) m.measurement = m.sensors.sample(m.truth, sensorInput(chassis));
+    if (m.sampling.due(m.truth.time)) m.measurement = m.sensors.sample(m.truth, sensorInput(chassis));
   }
 
   void updateTruth(const ChassisState& chassis) {

@@ -50,7 +50,12 @@ struct PlantMeasurement {
   Observation observation() const;
 };
 
-/// A Clearpath Jackal in simulation.
+/// A Clearpath Jackal in simulation: rigid chassis and wheels on a plane (OdeWorld), one motor per side (CommandDelay,
+/// MotorLoop), encoders and IMU (SensorModel). Deterministic: equal parameters and commands give equal bytes. Plants
+/// are independent of each other; each may be used by one thread at a time.
+///
+/// Ground frame: origin under base_link at the start, x along the initial heading, z normal to the ground. A slope
+/// tilts this frame by `slope` about y against the level frame of the IMU's orientation.
 class JackalPlant {
  public:
   /// Step of the simulation [s].
@@ -63,8 +68,8 @@ class JackalPlant {
   JackalPlant(JackalPlant&&) noexcept;
   JackalPlant& operator=(JackalPlant&&) noexcept;
 
-  /// Hands over a wheel command now; the motors see it after the dead time. A command that is not finite is ignored and
-  /// false is returned.
+  /// Hands over a wheel command now; the motors see it after the dead time, rounded to whole steps: without dead time
+  /// it drives the next step(). A command that is not finite is ignored and false is returned.
   bool command(const WheelCommand& command);
 
   /// Advances by kStep.
@@ -73,16 +78,19 @@ class JackalPlant {
   /// Simulated time [s].
   double time() const;
 
-  /// The sensor sample taken in the last step(), if one was due (rate `sensor_rate`; the first at time 0).
+  /// The sensor sample taken in the last step(), if one was due (rate `sensor_rate`). The first, of time 0, is there
+  /// right after construction and reset().
   const std::optional<PlantMeasurement>& measurement() const;
 
   /// True state after the last step().
   const PlantTruth& truth() const;
 
-  /// Changes the friction coefficient of the ground from now on (>= 0).
+  /// Changes the friction coefficient of the ground from now on, until reset(). @throws ParameterError if negative or
+  /// not finite.
   void setFriction(double friction);
 
-  /// Puts the robot back to rest at time 0, with the seed of the parameters.
+  /// Puts the robot back to rest at time 0, with the friction and the seed of the parameters and without pending
+  /// commands.
   void reset();
 
  private:

@@ -1,20 +1,10 @@
 #include "sensors.hpp"
 
+#include <utility>
+
 namespace jackal_aic::sim {
-namespace {
-
-/// Slack for comparing times that are sums of steps [s]; far below a step.
-constexpr double kTimeTolerance = 1e-9;
-
-}  // namespace
 
 SensorModel::SensorModel(const PlantParameters& parameters) : parameters_(parameters), generator_(parameters.seed) {}
-
-bool SensorModel::due(double time) {
-  if (time + kTimeTolerance < static_cast<double>(samples_) / parameters_.sensor_rate) return false;
-  ++samples_;
-  return true;
-}
 
 PlantMeasurement SensorModel::sample(const PlantTruth& truth, const SensorInput& input) {
   PlantMeasurement sample;

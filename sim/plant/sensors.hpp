@@ -4,7 +4,7 @@
 /// Encoders and IMU of the simulated robot, with seeded noise. No physics engine here.
 
 #include <Eigen/Geometry>
-#include <cstdint>
+#include <array>
 #include <random>
 
 #include "jackal_plant.hpp"
@@ -19,15 +19,12 @@ struct SensorInput {
   Eigen::Quaterniond orientation;      ///< imu_link in a level frame
 };
 
-/// Decides when samples are due and adds noise to them. The rear encoders copy the front ones, as on the robot, which
+/// Samples the sensors and adds noise. The rear encoders copy the front ones, as on the robot, which
 /// has one motor with one encoder per side.
 class SensorModel {
  public:
-  /// @param parameters rate, noise and seed.
+  /// @param parameters noise and seed.
   explicit SensorModel(const PlantParameters& parameters);
-
-  /// True once per sensor period, in the first step that is not earlier than k / sensor_rate, k = 0, 1, ...
-  bool due(double time);
 
   /// One sample with fresh noise.
   PlantMeasurement sample(const PlantTruth& truth, const SensorInput& input);
@@ -37,7 +34,6 @@ class SensorModel {
   Eigen::Vector3d noiseVector(double deviation);
 
   PlantParameters parameters_;
-  std::int64_t samples_ = 0;
   std::mt19937_64 generator_;
   std::normal_distribution<double> normal_;
 };

@@ -1,0 +1,50 @@
+#include <ros/ros.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "plant_node.hpp"
+#include "ros_parameters.hpp"
+
+namespace {
+
+using jackal_aic::ParameterError;
+using jackal_aic::ParameterMap;
+using jackal_aic::sim::PlantNode;
+using jackal_aic::sim::PlantNodeParameters;
+using jackal_aic::sim::PlantParameters;
+
+std::string robotDescription(const ros::NodeHandle& node, const std::string& urdf_file) {
+  std::string urdf_xml;
+  if (node.getParam("robot_description", urdf_xml)) return urdf_xml;
+  if (urdf_file.empty())
+    throw ParameterError("robot_description: missing, and there is no parameter urdf_file instead");
+  std::ifstream file(urdf_file);
+  std::ostringstream text;
+  if (!file || !(text << file.rdbuf())) throw ParameterError("urdf_file = '" + urdf_file + "': cannot be read");
+  return text.str();
+}
+
+void simulate() {
+  ros::NodeHandle node;
+  ros::NodeHandle private_node("~");
+  ParameterMap map = jackal_aic::readRosParameters(private_node);
+  const auto plant_parameters = jackal_aic::readParameters<PlantParameters>(map, "plant");
+  const auto parameters = jackal_aic::readParameters<PlantNodeParameters>(map, "");
+  map.refuseUnknown();
+  const std::string urdf_xml = robotDescription(node, parameters.urdf_file);
+  PlantNode(node, private_node, urdf_xml, plant_parameters, parameters).run();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "plant_node");
+  try {
+    simulate();
+  } catch (const std::exception& error) {
+    ROS_FATAL("%s", error.what());
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,134 @@
+#include "plant_node.hpp"
+
+#include <nav_msgs/Odometry.h>
+#include <ros/callback_queue.h>
+#include <ros/console.h>
+#include <ros/init.h>
+#include <rosgraph_msgs/Clock.h>
+
+#include "plant_messages.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+constexpr double kTransformRate = 50.0;   // Hz
+constexpr double kWarningPeriod = 5.0;    // s
+constexpr std::uint32_t kQueueSize = 50;  // a second of 50 Hz messages
+
+}  // namespace
+
+PlantNode::PlantNode(ros::NodeHandle node, ros::NodeHandle private_node, const std::string& urdf_xml,
+                     const PlantParameters& plant_parameters, const PlantNodeParameters& parameters)
+    : plant_parameters_(plant_parameters),
+      parameters_(parameters),
+      plant_(urdf_xml, plant_parameters),
+      pacer_(parameters.real_time_factor),
+      truth_schedule_(parameters.truth_rate),
+      transform_schedule_(kTransformRate) {
+  advertise(node);
+  subscribe(node, private_node);
+}
+
+void PlantNode::advertise(ros::NodeHandle& node) {
+  clock_ = node.advertise<rosgraph_msgs::Clock>("/clock", kQueueSize);
+  joint_states_ = node.advertise<sensor_msgs::JointState>("/joint_states", kQueueSize);
+  imu_ = node.advertise<sensor_msgs::Imu>("/imu/data", kQueueSize);
+  feedback_ = node.advertise<jackal_msgs::Feedback>("/feedback", kQueueSize);
+  truth_ = node.advertise<nav_msgs::Odometry>("/ground_truth/odom", kQueueSize);
+}
+
+void PlantNode::subscribe(ros::NodeHandle& node, ros::NodeHandle& private_node) {
+  const ros::TransportHints hints = ros::TransportHints().tcpNoDelay();
+  drive_ = node.subscribe("/cmd_drive", kQueueSize, &PlantNode::onDrive, this, hints);
+  left_wheel_ = node.subscribe("/jackal_left_wheel/command", kQueueSize, &PlantNode::onLeftWheel, this, hints);
+  right_wheel_ = node.subscribe("/jackal_right_wheel/command", kQueueSize, &PlantNode::onRightWheel, this, hints);
+  reset_ = private_node.advertiseService("reset", &PlantNode::onReset, this);
+}
+
+void PlantNode::run() {
+  pacer_.restart(plant_.time());
+  publish();
+  while (ros::ok()) {
+    pacer_.waitFor(plant_.time() + JackalPlant::kStep);
+    ros::getGlobalCallbackQueue()->callAvailable();
+    stopIfSilent();
+    plant_.step();
+    publish();
+  }
+}
+
+void PlantNode::onDrive(const jackal_msgs::Drive& message) {
+  switch (message.mode) {
+    case jackal_msgs::Drive::MODE_VELOCITY:
+      drive({message.drivers[jackal_msgs::Drive::LEFT], message.drivers[jackal_msgs::Drive::RIGHT]}, message.mode);
+      break;
+    case jackal_msgs::Drive::MODE_NONE:
+      drive({}, message.mode);
+      break;
+    default:
+      ignore("mode other than MODE_VELOCITY and MODE_NONE");
+  }
+}
+
+void PlantNode::onLeftWheel(const std_msgs::Float64& speed) {
+  drive({speed.data, command_.right}, jackal_msgs::Drive::MODE_VELOCITY);
+}
+
+void PlantNode::onRightWheel(const std_msgs::Float64& speed) {
+  drive({command_.left, speed.data}, jackal_msgs::Drive::MODE_VELOCITY);
+}
+
+bool PlantNode::onReset(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
+  restart();
+  return true;
+}
+
+void PlantNode::restart() {
+  plant_.reset();
+  pacer_.restart(plant_.time());
+  truth_schedule_ = Periodic(parameters_.truth_rate);
+  transform_schedule_ = Periodic(kTransformRate);
+  command_ = WheelCommand{};
+  mode_ = jackal_msgs::Drive::MODE_NONE;
+  command_time_ = 0.0;
+  publish();
+}
+
+void PlantNode::drive(const WheelCommand& command, std::int8_t mode) {
+  if (!plant_.command(command)) {
+    ignore("wheel speed that is not finite");
+    return;
+  }
+  command_ = command;
+  mode_ = mode;
+  command_time_ = plant_.time();
+}
+
+void PlantNode::ignore(const char* reason) {
+  ++ignored_commands_;
+  ROS_WARN_THROTTLE(kWarningPeriod, "drive command ignored (%s); %llu ignored since the start", reason,
+                    static_cast<unsigned long long>(ignored_commands_));
+}
+
+void PlantNode::stopIfSilent() {
+  const bool silent = parameters_.command_timeout > 0.0 && plant_.time() - command_time_ > parameters_.command_timeout;
+  if (silent && command_ != WheelCommand{}) drive({}, jackal_msgs::Drive::MODE_NONE);
+}
+
+void PlantNode::publish() {
+  // The clock goes first, so that whoever receives a sample does not see it come from the future.
+  rosgraph_msgs::Clock clock;
+  clock.clock = stampOf(plant_.time());
+  clock_.publish(clock);
+  if (plant_.measurement()) publishMeasurement(*plant_.measurement());
+  if (truth_schedule_.due(plant_.time())) truth_.publish(toOdometry(plant_.truth()));
+  if (transform_schedule_.due(plant_.time())) transforms_.sendTransform(toTransform(plant_.truth()));
+}
+
+void PlantNode::publishMeasurement(const PlantMeasurement& measurement) {
+  joint_states_.publish(toJointState(measurement));
+  imu_.publish(toImu(measurement, plant_parameters_));
+  feedback_.publish(toFeedback(measurement, mode_));
+}
+
+}  // namespace jackal_aic::sim

@@ -1,0 +1,89 @@
+#pragma once
+
+/// @file
+/// The simulated robot as a ROS node: the stock Jackal's topics and the simulation's clock around a JackalPlant.
+
+#include <jackal_msgs/Drive.h>
+#include <ros/node_handle.h>
+#include <std_msgs/Float64.h>
+#include <std_srvs/Empty.h>
+#include <tf2_ros/transform_broadcaster.h>
+
+#include <cstdint>
+#include <string>
+
+#include "jackal_aic/parameter_map.hpp"
+#include "jackal_plant.hpp"
+#include "periodic.hpp"
+#include "wall_pacer.hpp"
+
+namespace jackal_aic::sim {
+
+/// Parameters of the node itself, without prefix; those of the plant have the prefix `plant`.
+struct PlantNodeParameters {
+  double real_time_factor = 1.0;  ///< simulated seconds per wall second; 0 runs as fast as possible
+  double truth_rate = 100.0;      ///< rate of /ground_truth/odom [Hz]
+  double command_timeout = 0.0;   ///< age of the last command at which the wheels stop [s]; 0 lets them run on
+  std::string urdf_file;          ///< URDF to read when there is no robot_description
+};
+
+/// Lists the fields of PlantNodeParameters with unit and range.
+template <class Visitor>
+void describeFields(Visitor& v, PlantNodeParameters& p) {
+  v.field("real_time_factor", p.real_time_factor, {0.0, 1000.0}, "", Presence::optional);
+  v.field("truth_rate", p.truth_rate, {1.0, 1000.0}, "Hz", Presence::optional);
+  v.field("command_timeout", p.command_timeout, {0.0, 3600.0}, "s", Presence::optional);
+  v.field("urdf_file", p.urdf_file, Presence::optional);
+}
+
+/// Steps a plant, publishes /clock, /joint_states, /imu/data, /feedback, /ground_truth/odom and tf, and drives it by
+/// /cmd_drive or by Gazebo's /jackal_left_wheel/command and /jackal_right_wheel/command. Service ~reset puts
+/// everything, the clock included, back to the start.
+class PlantNode {
+ public:
+  /// @param node, private_node namespaces of the topics and of ~reset; @param urdf_xml text of the URDF.
+  /// @throws ParameterError as JackalPlant.
+  PlantNode(ros::NodeHandle node, ros::NodeHandle private_node, const std::string& urdf_xml,
+            const PlantParameters& plant_parameters, const PlantNodeParameters& parameters);
+
+  /// Simulates until ROS shuts down, calling back between steps.
+  void run();
+
+ private:
+  void advertise(ros::NodeHandle& node);
+  void subscribe(ros::NodeHandle& node, ros::NodeHandle& private_node);
+  void onDrive(const jackal_msgs::Drive& drive);
+  void onLeftWheel(const std_msgs::Float64& speed);
+  void onRightWheel(const std_msgs::Float64& speed);
+  bool onReset(std_srvs::Empty::Request& request, std_srvs::Empty::Response& response);
+  void restart();
+  void drive(const WheelCommand& command, std::int8_t mode);
+  void ignore(const char* reason);
+  void stopIfSilent();
+  void publish();
+  void publishMeasurement(const PlantMeasurement& measurement);
+
+  PlantParameters plant_parameters_;
+  PlantNodeParameters parameters_;
+  JackalPlant plant_;
+  WallPacer pacer_;
+  Periodic truth_schedule_;
+  Periodic transform_schedule_;
+  WheelCommand command_;
+  std::int8_t mode_ = jackal_msgs::Drive::MODE_NONE;
+  double command_time_ = 0.0;
+  std::uint64_t ignored_commands_ = 0;
+
+  ros::Publisher clock_;
+  ros::Publisher joint_states_;
+  ros::Publisher imu_;
+  ros::Publisher feedback_;
+  ros::Publisher truth_;
+  tf2_ros::TransformBroadcaster transforms_;
+  ros::Subscriber drive_;
+  ros::Subscriber left_wheel_;
+  ros::Subscriber right_wheel_;
+  ros::ServiceServer reset_;
+};
+
+}  // namespace jackal_aic::sim

@@ -1,0 +1,18 @@
+#pragma once
+
+/// @file
+/// ParameterMap from the ROS parameter server.
+
+#include <ros/node_handle.h>
+
+#include "jackal_aic/parameter_map.hpp"
+
+namespace jackal_aic {
+
+/// Every parameter in the namespace of a node handle, nested names joined by dots ("~plant/seed" is plant.seed for the
+/// private node handle). An empty namespace gives an empty map.
+/// @throws ParameterError, naming the key, for a value that is not a bool, number, string or flat list of numbers or
+/// strings.
+ParameterMap readRosParameters(const ros::NodeHandle& node);
+
+}  // namespace jackal_aic
