@@ -14,9 +14,10 @@ using jackal_aic::sim::PlantNode;
 using jackal_aic::sim::PlantNodeParameters;
 using jackal_aic::sim::PlantParameters;
 
-std::string robotDescription(const ros::NodeHandle& node, const std::string& urdf_file) {
-  std::string urdf_xml;
-  if (node.getParam("robot_description", urdf_xml)) return urdf_xml;
+/// The URDF text from robot_description or, where that is not set, from a file.
+std::string urdfText(const ros::NodeHandle& node, const std::string& urdf_file) {
+  const std::string urdf_xml = jackal_aic::robotDescription(node);
+  if (!urdf_xml.empty()) return urdf_xml;
   if (urdf_file.empty())
     throw ParameterError("robot_description: missing, and there is no parameter urdf_file instead");
   std::ifstream file(urdf_file);
@@ -25,23 +26,21 @@ std::string robotDescription(const ros::NodeHandle& node, const std::string& urd
   return text.str();
 }
 
-void simulate() {
-  ros::NodeHandle node;
-  ros::NodeHandle private_node("~");
+void simulate(const ros::NodeHandle& node, const ros::NodeHandle& private_node) {
   ParameterMap map = jackal_aic::readRosParameters(private_node);
   const auto plant_parameters = jackal_aic::readParameters<PlantParameters>(map, "plant");
   const auto parameters = jackal_aic::readParameters<PlantNodeParameters>(map, "");
   map.refuseUnknown();
-  const std::string urdf_xml = robotDescription(node, parameters.urdf_file);
-  PlantNode(node, private_node, urdf_xml, plant_parameters, parameters).run();
+  PlantNode(node, private_node, urdfText(private_node, parameters.urdf_file), plant_parameters, parameters).run();
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "plant_node");
+  ros::NodeHandle node, private_node("~");  // kept to the end: without a handle roscpp shuts down and logs no more
   try {
-    simulate();
+    simulate(node, private_node);
   } catch (const std::exception& error) {
     ROS_FATAL("%s", error.what());
     return 1;

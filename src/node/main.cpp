@@ -6,12 +6,12 @@
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "jackal_aic", ros::init_options::NoSigintHandler);
+  ros::NodeHandle handle, private_handle("~");  // kept to the end: without a handle roscpp shuts down and logs no more
   jackal_aic::StopRequest stop;
   try {
-    const auto parameters = jackal_aic::readNodeParameters(jackal_aic::readRosParameters(ros::NodeHandle("~")), [] {
-      return ros::param::param<std::string>("robot_description", "");
-    });
-    jackal_aic::ControllerNode node(ros::NodeHandle(), parameters);
+    const auto parameters = jackal_aic::readNodeParameters(
+        jackal_aic::readRosParameters(private_handle), [&] { return jackal_aic::robotDescription(private_handle); });
+    jackal_aic::ControllerNode node(handle, parameters);
     stop.spinUntilRequested();
     node.publishStop();
     stop.flush();

@@ -63,4 +63,10 @@ ParameterMap readRosParameters(const ros::NodeHandle& node) {
   return map;
 }
 
+std::string robotDescription(const ros::NodeHandle& node) {
+  std::string key, urdf_xml;
+  if (node.searchParam("robot_description", key)) node.getParam(key, urdf_xml);
+  return urdf_xml;
+}
+
 }  // namespace jackal_aic

@@ -5,6 +5,8 @@
 
 #include <ros/node_handle.h>
 
+#include <string>
+
 #include "jackal_aic/parameter_map.hpp"
 
 namespace jackal_aic {
@@ -14,5 +16,8 @@ namespace jackal_aic {
 /// @throws ParameterError, naming the key, for a value that is not a bool, number, string or flat list of numbers or
 /// strings.
 ParameterMap readRosParameters(const ros::NodeHandle& node);
+
+/// The URDF text in robot_description of the nearest enclosing namespace; empty if there is none.
+std::string robotDescription(const ros::NodeHandle& node);
 
 }  // namespace jackal_aic
