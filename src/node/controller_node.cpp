@@ -55,19 +55,19 @@ void ControllerNode::onSetPoint(const geometry_msgs::Twist& message) {
     reportRefusal("set point that is not finite", ++rejected_set_points_);
     return;
   }
+  set_point_received_ = currentTime();
   set_point_ = *wanted;
-  set_point_received_ = ros::Time::now();
   controller_.setSetPoint(set_point_);
 }
 
 void ControllerNode::onWheels(const sensor_msgs::JointStateConstPtr& message) {
-  if (!sensors_.addWheels(message, ros::Time::now())) {
+  if (!sensors_.addWheels(message, currentTime())) {
     reportRefusal(sensors_.lastRefusal().c_str(), ++rejected_measurements_);
   }
 }
 
 void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
-  if (!sensors_.addImu(message, ros::Time::now())) {
+  if (!sensors_.addImu(message, currentTime())) {
     reportRefusal(sensors_.lastRefusal().c_str(), ++rejected_measurements_);
   }
 }
@@ -79,7 +79,7 @@ void ControllerNode::onObservation(const Observation& observation, const ros::Ti
     return;
   }
   measurement_stamp_ = stamp;
-  measurement_received_ = ros::Time::now();
+  measurement_received_ = last_now_;
   SensorGeneralized message = sensorMessage(controller_.measurement());
   message.header.stamp = stamp;
   message.header.frame_id = parameters_.robot.base_frame;
@@ -87,14 +87,12 @@ void ControllerNode::onObservation(const Observation& observation, const ros::Ti
 }
 
 void ControllerNode::onBeliefTimer(const ros::TimerEvent&) {
-  const ros::Time now = ros::Time::now();
-  if (clockJumpedBack(now)) return;
+  const ros::Time now = currentTime();
   for (int due = schedule_.beliefStepsDue(nanoseconds(now)); due > 0; --due) updateBelief();
 }
 
 void ControllerNode::onActionTimer(const ros::TimerEvent& event) {
-  const ros::Time now = ros::Time::now();
-  if (clockJumpedBack(now)) return;
+  const ros::Time now = currentTime();
   const std::int64_t boundary = nanoseconds(event.current_expected);
   if (!schedule_.started()) schedule_.start(boundary);
 
@@ -137,14 +135,14 @@ InputAges ControllerNode::ages(const ros::Time& now) const {
   return ages;
 }
 
-bool ControllerNode::clockJumpedBack(const ros::Time& now) {
-  const bool back = now < last_now_;
-  if (back) {
+ros::Time ControllerNode::currentTime() {
+  const ros::Time now = ros::Time::now();
+  if (now < last_now_) {
     ROS_WARN("The clock jumped back by %.3f s: the controller starts anew", (last_now_ - now).toSec());
     reset();
   }
   last_now_ = now;
-  return back;
+  return now;
 }
 
 void ControllerNode::reset() {

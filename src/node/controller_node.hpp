@@ -40,7 +40,7 @@ class ControllerNode {
   void onBeliefTimer(const ros::TimerEvent& event);
   void onActionTimer(const ros::TimerEvent& event);
 
-  bool clockJumpedBack(const ros::Time& now);
+  ros::Time currentTime();
   void reset();
   void updateBelief();
   WheelCommand act(const ros::Time& now);
@@ -65,8 +65,8 @@ class ControllerNode {
   ros::Time set_point_received_;    // zero before the first
   ros::Time measurement_stamp_;     // of the last observation the controller took; zero before the first
   ros::Time measurement_received_;  // when it was taken
-  ros::Time last_now_;
-  WheelCommand action_;  // before limits, of the last action step
+  ros::Time last_now_;              // of the last callback, to notice a clock that jumps back
+  WheelCommand action_;             // before limits, of the last action step
   std::uint32_t rejected_set_points_ = 0;
   std::uint32_t rejected_measurements_ = 0;
   std::uint32_t clock_resets_ = 0;

@@ -1,0 +1,167 @@
+// The controller node as a process: what it refuses to start with, and what it leaves behind when it ends.
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "simulated_robot.hpp"
+
+namespace jackal_aic::test {
+namespace {
+
+/// A controller_node process of its own, with stderr in a file.
+class ControllerProcess {
+ public:
+  explicit ControllerProcess(const std::string& name) : errors_("/tmp/" + name + "_" + std::to_string(getpid())) {
+    const std::string rename = "__name:=" + name;
+    pid_ = fork();
+    if (pid_ == 0) {
+      const int file = open(errors_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+      dup2(file, STDERR_FILENO);
+      execlp("rosrun", "rosrun", "jackal_aic", "controller_node", rename.c_str(), static_cast<char*>(nullptr));
+      _exit(127);
+    }
+  }
+  ~ControllerProcess() {
+    if (pid_ > 0) {
+      kill(pid_, SIGKILL);
+      waitpid(pid_, nullptr, 0);
+    }
+    unlink(errors_.c_str());
+  }
+
+  void signal(int number) const { kill(pid_, number); }
+
+  bool ended() {
+    if (pid_ > 0 && waitpid(pid_, &status_, WNOHANG) == pid_) pid_ = -1;
+    return pid_ < 0;
+  }
+
+  int exitStatus() const { return WIFEXITED(status_) ? WEXITSTATUS(status_) : -1; }
+
+  std::string errors() const {
+    std::ifstream file(errors_);
+    std::ostringstream text;
+    text << file.rdbuf();
+    return text.str();
+  }
+
+ private:
+  std::string errors_;
+  pid_t pid_ = -1;
+  int status_ = -1;
+};
+
+class StartAndStop : public testing::Test {
+ protected:
+  /// Loads robot and preset into the private namespace of a node to come.
+  void configure(const std::string& name, const std::string& preset) {
+    const std::string config = ros::param::param<std::string>("~config", "");
+    for (const std::string& file : {std::string("jackal"), preset}) {
+      ASSERT_EQ(std::system(("rosparam load " + config + "/" + file + ".yaml /" + name).c_str()), 0);
+    }
+  }
+
+  /// Starts a node that has to refuse its parameters; expects exit status 1, one line with all the words, and no
+  /// command.
+  void expectRefusal(const std::string& name, const std::vector<std::string>& words) {
+    SimulatedRobot robot;
+    robot.waitFor([] { return !ros::Time::now().isZero(); }, "the clock");
+    ControllerProcess process(name);
+    ASSERT_TRUE(robot.waitFor([&] { return process.ended(); }, "the node to give up", 60.0));
+    EXPECT_EQ(process.exitStatus(), 1);
+    const std::string errors = process.errors();
+    EXPECT_EQ(std::count(errors.begin(), errors.end(), '\n'), 1) << errors;
+    for (const auto& word : words) EXPECT_NE(errors.find(word), std::string::npos) << "'" << word << "' in: " << errors;
+    EXPECT_TRUE(robot.drives().empty()) << "a command was published";
+  }
+};
+
+TEST_F(StartAndStop, RefusesAMissingKey) {
+  configure("missing", "standard");
+  ros::param::del("/missing/controller/kappa_mu");
+  expectRefusal("missing", {"controller.kappa_mu", "missing"});
+}
+
+TEST_F(StartAndStop, RefusesAnUnknownKey) {
+  configure("unknown", "standard");
+  ros::param::set("/unknown/controller/kapa_a", 8.0);
+  expectRefusal("unknown", {"controller.kapa_a", "unknown key"});
+}
+
+TEST_F(StartAndStop, RefusesAWrongType) {
+  configure("type", "standard");
+  ros::param::set("/type/controller/tau", "fast");
+  expectRefusal("type", {"controller.tau", "'fast'", "number"});
+}
+
+TEST_F(StartAndStop, RefusesAValueOutOfRange) {
+  configure("range", "standard");
+  ros::param::set("/range/deadlines/sensor", -1.0);
+  expectRefusal("range", {"deadlines.sensor = -1", "[0.02, 10] s"});
+}
+
+TEST_F(StartAndStop, RefusesEulerGainsThatDiverge) {
+  configure("euler", "improved");
+  ros::param::set("/euler/controller/integrator", "euler");
+  expectRefusal("euler", {"euler", "kappa_mu Pi_mu / tau^2 = 66.67", "bound about 2"});
+}
+
+TEST_F(StartAndStop, RefusesAUrdfWithoutTheWheels) {
+  configure("wheels", "standard");
+  ros::param::set("/wheels/robot/left_wheel_joints", std::vector<std::string>{"port_wheel"});
+  expectRefusal("wheels", {"port_wheel"});
+}
+
+class EndsBy : public StartAndStop, public testing::WithParamInterface<int> {};
+
+TEST_P(EndsBy, StoppingTheRobot) {
+  const std::string name = "ending" + std::to_string(GetParam());
+  configure(name, "improved");
+  SimulatedRobot robot;
+  ControllerProcess process(name);
+  ASSERT_TRUE(robot.waitUntilReady());
+  robot.command(0.5, 0.0);
+  robot.run(2.5);
+  ASSERT_NEAR(robot.truth().forward.back(), 0.5, 0.03);
+  process.signal(GetParam());
+  ASSERT_TRUE(robot.waitFor([&] { return process.ended(); }, "the node to end", 60.0));
+  EXPECT_EQ(process.exitStatus(), 0) << process.errors();
+  robot.run(1.5);
+  ASSERT_FALSE(robot.drives().empty());
+  EXPECT_EQ(robot.drives().back().drivers[0], 0.0);
+  EXPECT_EQ(robot.drives().back().drivers[1], 0.0);
+  EXPECT_NEAR(robot.truth().forward.back(), 0.0, 0.01) << "the plant drives on with its last command";
+}
+
+INSTANTIATE_TEST_SUITE_P(Signals, EndsBy, testing::Values(SIGINT, SIGTERM));
+
+TEST_F(StartAndStop, SendsZeroWhileNothingWasEverReceived) {
+  configure("idle", "improved");
+  SimulatedRobot robot;
+  ControllerProcess process("idle");
+  ASSERT_TRUE(robot.waitUntilReady());
+  robot.run(1.0);
+  EXPECT_GE(robot.drives().size(), 25u);
+  for (const auto& drive : robot.drives()) {
+    EXPECT_EQ(drive.drivers[0], 0.0);
+    EXPECT_EQ(drive.drivers[1], 0.0);
+  }
+  EXPECT_EQ(robot.states().back().status, ControllerState::IDLE);
+}
+
+}  // namespace
+}  // namespace jackal_aic::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "start_and_stop_test");
+  ros::NodeHandle keep_alive;
+  return RUN_ALL_TESTS();
+}
