@@ -140,7 +140,8 @@ void OdeWorld::step(double step) {
   angular_acceleration_ = (vectorOf(dBodyGetAngularVel(chassis_)) - angular_velocity) / step;
 }
 
-/// ODE's friction is a pyramid. While the contact point slides at speed s, viscous friction of coefficient mu N / s,
+/// ODE's friction is a box, by dContactApprox1 scaled with the normal force that would act without friction; here its limit is
+/// mu N with the normal force N of the last step, in which the tyres' spring makes N continuous. While the contact point slides at speed s, viscous friction of coefficient mu N / s,
 /// taken from the last step, has the Coulomb magnitude mu N and opposes the slip in every direction; the solver applies
 /// it implicitly, so that it does not chatter. While the point sticks, friction is a rigid constraint within the
 /// pyramid.
@@ -157,11 +158,11 @@ void OdeWorld::createContact(std::size_t index, double step) {
   dJointGetHingeAxis(hinges_[index], axle);
   const Eigen::Vector3d rolling = vectorOf(axle).cross(Eigen::Vector3d::UnitZ()).normalized();
   const double spring = step * kContactStiffness;
-  contact.surface.mode = dContactFDir1 | dContactSoftERP | dContactSoftCFM | dContactApprox1;
-  contact.surface.mu = friction_;
+  contact.surface.mode = dContactFDir1 | dContactSoftERP | dContactSoftCFM;
   contact.surface.soft_erp = spring / (spring + kContactDamping);
   contact.surface.soft_cfm = 1.0 / (spring + kContactDamping);
   const double limit = friction_ * last.normal_force;
+  contact.surface.mu = limit;
   if (!last.sticking && limit > 0.0) {
     contact.surface.mode |= dContactSlip1 | dContactSlip2;
     contact.surface.slip1 = contact.surface.slip2 = std::max(last.slip_speed, kStickSpeed) / limit;

@@ -1,0 +1,554 @@
+#include "jackal_plant.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <thread>
+#include <vector>
+
+#include "test_plant.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+JackalPlant plantOf(const PlantParameters& parameters) { return JackalPlant(jackalUrdf(), parameters); }
+
+/// Everything a sample and the truth say, for comparisons to the bit.
+std::vector<double> numbersOf(const JackalPlant& plant) {
+  const PlantTruth& t = plant.truth();
+  std::vector<double> numbers{t.time, t.acting_command.left, t.acting_command.right};
+  const auto append = [&](const double* values, std::size_t n) { numbers.insert(numbers.end(), values, values + n); };
+  append(t.position.data(), 3);
+  append(t.orientation.coeffs().data(), 4);
+  append(t.linear_velocity.data(), 3);
+  append(t.angular_velocity.data(), 3);
+  append(t.wheel_position.data(), 4);
+  append(t.wheel_velocity.data(), 4);
+  if (plant.measurement()) {
+    const PlantMeasurement& m = *plant.measurement();
+    append(m.wheel_velocity.data(), 4);
+    append(m.wheel_effort.data(), 4);
+    append(m.angular_velocity.data(), 3);
+    append(m.linear_acceleration.data(), 3);
+    append(m.orientation.coeffs().data(), 4);
+  }
+  return numbers;
+}
+
+/// A drive with forward motion and turns, recorded in every step.
+class Recording {
+ public:
+  explicit Recording(const PlantParameters& parameters) : plant_(plantOf(parameters)) {}
+
+  void step() {
+    const int n = steps_++;
+    if (n % 200 == 0) plant_.command(n % 400 == 0 ? rolling(0.5, 0.3) : rolling(-0.2, 0.6));
+    plant_.step();
+    for (double number : numbersOf(plant_)) numbers_.push_back(number);
+  }
+
+  void run(int steps) {
+    for (int n = 0; n < steps; ++n) step();
+  }
+
+  void reset() {
+    plant_.setFriction(0.1);
+    plant_.reset();
+    numbers_.clear();
+    steps_ = 0;
+  }
+
+  const std::vector<double>& numbers() const { return numbers_; }
+
+ private:
+  JackalPlant plant_;
+  int steps_ = 0;
+  std::vector<double> numbers_;
+};
+
+bool sameBytes(const std::vector<double>& a, const std::vector<double>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
+}
+
+/// Steady turn: yaw rate [rad/s] and the effective track (v_right - v_left) / yaw rate [m].
+struct Turn {
+  double yaw_rate;
+  double effective_track;
+  double forward;
+};
+
+Turn steadyTurn(JackalPlant& plant) {
+  constexpr int kSteps = 1000;
+  Turn mean{0.0, 0.0, 0.0};
+  double difference = 0.0;
+  for (int n = 0; n < kSteps; ++n) {
+    plant.step();
+    const PlantTruth& truth = plant.truth();
+    mean.yaw_rate += truth.angular_velocity.z() / kSteps;
+    mean.forward += truth.linear_velocity.x() / kSteps;
+    difference += kWheelRadius * (truth.wheel_velocity[kFrontRight] - truth.wheel_velocity[kFrontLeft]) / kSteps;
+  }
+  mean.effective_track = difference / mean.yaw_rate;
+  return mean;
+}
+
+Turn turnWith(double left, double right, double friction) {
+  PlantParameters parameters = quiet();
+  parameters.friction = friction;
+  JackalPlant plant = plantOf(parameters);
+  plant.command(rolling(left, right));
+  run(plant, 2.0);
+  return steadyTurn(plant);
+}
+
+// --- On the box -----------------------------------------------------------------------------------------------------
+
+PlantParameters onBox(PlantParameters parameters = quiet()) {
+  parameters.support = Support::box;
+  return parameters;
+}
+
+TEST(PlantOnBox, FollowsDeadTimeAndLagExactly) {
+  JackalPlant plant = plantOf(onBox());
+  run(plant, 0.05);
+  plant.command({5.0, -3.0});
+  for (int n = 1; n <= 500; ++n) {
+    plant.step();
+    const double lagging = 1.0 - std::exp(-std::max(0.0, n * 0.001 - 0.11) / 0.035);
+    const auto& speed = plant.truth().wheel_velocity;
+    EXPECT_NEAR(speed[kFrontLeft], 5.0 * lagging, 1e-6);
+    EXPECT_NEAR(speed[kRearLeft], 5.0 * lagging, 1e-6);
+    EXPECT_NEAR(speed[kFrontRight], -3.0 * lagging, 1e-6);
+    EXPECT_NEAR(speed[kRearRight], -3.0 * lagging, 1e-6);
+  }
+}
+
+TEST(PlantOnBox, DeadTimeIsExactToTheStep) {
+  for (const int steps : {0, 1, 37, 135}) {
+    PlantParameters parameters = onBox();
+    parameters.dead_time = 0.001 * steps;
+    JackalPlant plant = plantOf(parameters);
+    plant.command({5.0, 5.0});
+    for (int n = 0; n < steps; ++n) plant.step();
+    EXPECT_EQ(plant.truth().wheel_velocity[kFrontLeft], 0.0) << steps;
+    plant.step();
+    EXPECT_GT(plant.truth().wheel_velocity[kFrontLeft], 0.1) << steps;
+    EXPECT_EQ(plant.truth().acting_command, (WheelCommand{5.0, 5.0}));
+  }
+}
+
+TEST(PlantOnBox, WheelGainIsTheRatioOfTrueToCommandedSpeed) {
+  PlantParameters parameters = onBox();
+  parameters.wheel_gain = 0.8;
+  parameters.velocity_loop_integral = 5.0;
+  JackalPlant plant = plantOf(parameters);
+  plant.command({10.0, -5.0});
+  run(plant, 4.0);
+  EXPECT_NEAR(plant.truth().wheel_velocity[kFrontLeft], 8.0, 1e-5);
+  EXPECT_NEAR(plant.truth().wheel_velocity[kFrontRight], -4.0, 1e-5);
+}
+
+TEST(PlantOnBox, RespectsTheAccelerationLimit) {
+  PlantParameters parameters = onBox(direct());
+  parameters.acceleration_limit = 2.0;
+  JackalPlant plant = plantOf(parameters);
+  plant.command(rolling(1.0, -1.0));
+  run(plant, 0.25);
+  EXPECT_NEAR(kWheelRadius * plant.truth().wheel_velocity[kFrontLeft], 0.5, 1e-6);
+  EXPECT_NEAR(kWheelRadius * plant.truth().wheel_velocity[kFrontRight], -0.5, 1e-6);
+}
+
+TEST(PlantOnBox, TorqueLimitSetsTheAccelerationOfAFreeWheel) {
+  PlantParameters parameters = onBox(direct());
+  parameters.torque_limit = 0.1;
+  parameters.acceleration_limit = 1000.0;
+  JackalPlant plant = plantOf(parameters);
+  plant.command({20.0, 20.0});
+  const PlantMeasurement sample = nextMeasurement(plant);
+  EXPECT_NEAR(sample.wheel_velocity[kFrontLeft], 0.1 / 0.0024 * 0.02, 1e-6);
+  EXPECT_NEAR(sample.wheel_effort[kFrontLeft], 0.1, 1e-6);
+  run(plant, 1.0);
+  EXPECT_NEAR(plant.truth().wheel_velocity[kFrontLeft], 20.0, 1e-6);
+}
+
+TEST(PlantOnBox, ChassisStaysAndWheelsTurn) {
+  JackalPlant plant = plantOf(onBox());
+  const PlantTruth start = plant.truth();
+  plant.command({5.0, 3.0});
+  run(plant, 2.0);
+  EXPECT_EQ(plant.truth().position, start.position);
+  EXPECT_EQ(plant.truth().linear_velocity, Eigen::Vector3d::Zero());
+  EXPECT_EQ(plant.truth().angular_velocity, Eigen::Vector3d::Zero());
+  // The wheels lag by dead time plus lag, and angles count on past a revolution.
+  EXPECT_NEAR(plant.truth().wheel_position[kFrontLeft], 5.0 * (2.0 - 0.145), 0.01);
+  EXPECT_NEAR(plant.truth().wheel_position[kRearRight], 3.0 * (2.0 - 0.145), 0.01);
+}
+
+// --- On the ground --------------------------------------------------------------------------------------------------
+
+TEST(PlantOnGround, RestsAtRest) {
+  JackalPlant plant = plantOf(quiet());
+  const Eigen::Vector3d start = plant.truth().position;
+  for (int n = 0; n < 5000; ++n) {
+    plant.step();
+    ASSERT_LT(plant.truth().linear_velocity.norm(), 1e-5);
+    ASSERT_LT(plant.truth().angular_velocity.norm(), 1e-5);
+  }
+  EXPECT_LT((plant.truth().position - start).norm(), 1e-7);
+}
+
+TEST(PlantOnGround, StandsOnItsWheels) {
+  // base_link is the wheel radius less the axle's height above the ground; the tyres give by less than a millimetre.
+  EXPECT_NEAR(plantOf(quiet()).truth().position.z(), kWheelRadius - 0.0345, 5e-4);
+  EXPECT_EQ(plantOf(quiet()).truth().position.head<2>(), Eigen::Vector2d::Zero());
+}
+
+TEST(PlantOnGround, AccelerometerReadsGravityUpwards) {
+  JackalPlant plant = plantOf(quiet());
+  run(plant, 0.5);
+  const Eigen::Vector3d force = nextMeasurement(plant).linear_acceleration;
+  EXPECT_NEAR(force.z(), kGravity, 1e-3);
+  EXPECT_NEAR(force.x(), 0.0, 2e-3);
+  EXPECT_NEAR(force.y(), 0.0, 1e-3);
+}
+
+TEST(PlantOnGround, DrivesStraight) {
+  JackalPlant plant = plantOf(quiet());
+  plant.command(rolling(0.5, 0.5));
+  run(plant, 4.0);
+  const PlantTruth& truth = plant.truth();
+  EXPECT_NEAR(truth.linear_velocity.x(), 0.5, 1e-4);
+  EXPECT_NEAR(truth.linear_velocity.y(), 0.0, 1e-5);
+  EXPECT_NEAR(truth.angular_velocity.z(), 0.0, 1e-5);
+  EXPECT_NEAR(truth.position.x(), 0.5 * (4.0 - 0.145), 0.03);
+  EXPECT_NEAR(truth.position.y(), 0.0, 1e-3);
+}
+
+/// The Jackal with its centre of mass in the middle and without products of inertia, which mirrors exactly.
+std::string symmetricUrdf() {
+  std::string urdf = jackalUrdfWith("xyz=\"0.012 0.002 0.067\"", "xyz=\"0 0 0.067\"");
+  const std::string products = "ixy=\"-0.0008\" ixz=\"0.0164\" iyy=\"0.3922\" iyz=\"-0.0009\"";
+  return urdf.replace(urdf.find(products), products.size(), "ixy=\"0\" ixz=\"0\" iyy=\"0.3922\" iyz=\"0\"");
+}
+
+TEST(PlantOnGround, MirrorsLeftAndRight) {
+  JackalPlant a(symmetricUrdf(), quiet()), b(symmetricUrdf(), quiet());
+  a.command(rolling(0.3, 0.6));
+  b.command(rolling(0.6, 0.3));
+  run(a, 2.0);
+  run(b, 2.0);
+  EXPECT_NEAR(a.truth().linear_velocity.x(), b.truth().linear_velocity.x(), 1e-5);
+  EXPECT_NEAR(a.truth().linear_velocity.y(), -b.truth().linear_velocity.y(), 1e-5);
+  EXPECT_NEAR(a.truth().angular_velocity.z(), -b.truth().angular_velocity.z(), 1e-5);
+  EXPECT_GT(a.truth().angular_velocity.z(), 0.3);
+  EXPECT_NEAR(a.truth().position.y(), -b.truth().position.y(), 1e-4);
+}
+
+TEST(PlantOnGround, MirrorsForwardAndBackward) {
+  JackalPlant a(symmetricUrdf(), quiet()), b(symmetricUrdf(), quiet());
+  a.command(rolling(0.3, 0.6));
+  b.command(rolling(-0.3, -0.6));
+  run(a, 2.0);
+  run(b, 2.0);
+  EXPECT_NEAR(a.truth().linear_velocity.x(), -b.truth().linear_velocity.x(), 1e-5);
+  EXPECT_NEAR(a.truth().angular_velocity.z(), -b.truth().angular_velocity.z(), 1e-5);
+}
+
+TEST(PlantOnGround, AccelerometerAndGyroAgreeWithTheMotion) {
+  // Steady arc to the left: the centripetal acceleration v x yaw rate points left.
+  JackalPlant plant = plantOf(quiet());
+  plant.command(rolling(0.4, 0.6));
+  run(plant, 3.0);
+  const PlantMeasurement sample = nextMeasurement(plant);
+  const double v = plant.truth().linear_velocity.x(), yaw_rate = plant.truth().angular_velocity.z();
+  EXPECT_GT(yaw_rate, 0.2);
+  EXPECT_NEAR(sample.angular_velocity.z(), yaw_rate, 1e-9);
+  EXPECT_NEAR(sample.linear_acceleration.y(), v * yaw_rate, 0.01);
+}
+
+TEST(PlantOnGround, AccelerometerIntegratesToTheSpeed) {
+  PlantParameters parameters = quiet();
+  parameters.sensor_rate = 1000.0;
+  parameters.acceleration_limit = 2.0;
+  JackalPlant plant = plantOf(parameters);
+  plant.command(rolling(1.0, 1.0));
+  double integral = 0.0;
+  for (int n = 0; n < 2000; ++n) {
+    plant.step();
+    const Eigen::Vector3d force = plant.measurement()->orientation * plant.measurement()->linear_acceleration;
+    integral += JackalPlant::kStep * force.x();
+  }
+  EXPECT_NEAR(integral, plant.truth().linear_velocity.x(), 2e-3);
+  EXPECT_NEAR(integral, 1.0, 5e-3);
+}
+
+TEST(PlantOnGround, AMountedImuSeesItsOwnPlace) {
+  // 0.5 m ahead of base_link, turned by 180 degrees about x: y and z change sign, and the spot accelerates
+  // centripetally.
+  const std::string urdf =
+      jackalUrdfWith("<child link=\"imu_link\"/>\n    <origin xyz=\"0 0 0\" rpy=\"0 0 0\"/>",
+                     "<child link=\"imu_link\"/>\n    <origin xyz=\"0.5 0 0\" rpy=\"3.141592653589793 0 0\"/>");
+  JackalPlant turned(urdf, quiet()), plain(jackalUrdf(), quiet());
+  for (JackalPlant* plant : {&turned, &plain}) {
+    plant->command(rolling(-0.5, 0.5));
+    run(*plant, 2.0);
+  }
+  const PlantMeasurement there = nextMeasurement(turned), here = nextMeasurement(plain);
+  const double yaw_rate = here.angular_velocity.z();
+  EXPECT_GT(yaw_rate, 1.0);
+  EXPECT_NEAR(there.angular_velocity.z(), -yaw_rate, 1e-9);
+  EXPECT_NEAR(there.linear_acceleration.z(), -kGravity, 0.05);
+  EXPECT_NEAR(there.linear_acceleration.x() - here.linear_acceleration.x(), -yaw_rate * yaw_rate * 0.5, 0.02);
+}
+
+TEST(PlantOnGround, WheelsSlipWhenTheyAccelerateBeyondFriction) {
+  PlantParameters parameters = direct();
+  parameters.friction = 0.25;
+  JackalPlant plant = plantOf(parameters);
+  plant.command(rolling(2.0, 2.0));
+  run(plant, 0.4);
+  // All wheels are driven, so friction can give mu g and no more; some of it spins the wheels up no longer.
+  EXPECT_NEAR(plant.truth().linear_velocity.x(), 0.25 * kGravity * 0.4, 0.05);
+  EXPECT_NEAR(kWheelRadius * plant.truth().wheel_velocity[kFrontLeft], 2.0, 1e-3);
+}
+
+// --- Turning --------------------------------------------------------------------------------------------------------
+
+/// Coulomb friction in a turn in place: with wheels at (+-a, +-t/2) the slip that balances the moments makes the
+/// effective track t (1 + (a / (t/2))^2), whatever friction and speed. The Jackal's centre of mass, off the middle,
+/// takes a few per cent.
+constexpr double kCoulombTrack = kTrack * (1.0 + 0.131 * 0.131 / (0.25 * kTrack * kTrack));
+
+TEST(PlantInATurn, TurnsLeftWhenTheRightWheelsAreFaster) {
+  const Turn turn = turnWith(-0.15, 0.15, 0.5);
+  EXPECT_GT(turn.yaw_rate, 0.3);
+  EXPECT_GT(turn.effective_track, 1.3 * kTrack);
+  EXPECT_LT(turnWith(0.15, -0.15, 0.5).yaw_rate, -0.3);
+}
+
+TEST(PlantInATurn, SlipsAsCoulombFrictionAsks) {
+  JackalPlant plant(symmetricUrdf(), quiet());
+  plant.command(rolling(-0.15, 0.15));
+  run(plant, 2.0);
+  EXPECT_NEAR(steadyTurn(plant).effective_track, kCoulombTrack, 0.01 * kCoulombTrack);
+}
+
+TEST(PlantInATurn, TurnInPlaceDoesNotDependOnFrictionOrSpeed) {
+  for (const double friction : {0.25, 0.5, 1.0}) {
+    for (const double speed : {0.03, 0.15, 0.3}) {
+      EXPECT_NEAR(turnWith(-speed, speed, friction).effective_track, 0.5475, 0.004) << friction << " " << speed;
+    }
+  }
+}
+
+TEST(PlantInATurn, SlipInAnArcDependsOnFriction) {
+  // The centrifugal force uses up lateral friction, so that less of it brakes the turn.
+  const Turn slippery = turnWith(0.3, 0.7, 0.25), grippy = turnWith(0.3, 0.7, 1.0);
+  EXPECT_LT(slippery.effective_track, grippy.effective_track - 0.02);
+  EXPECT_GT(slippery.yaw_rate, grippy.yaw_rate);
+  EXPECT_NEAR(grippy.forward, 0.5, 0.01);
+}
+
+TEST(PlantInATurn, FrictionMayChangeOnTheWay) {
+  PlantParameters parameters = quiet();
+  parameters.friction = 1.0;
+  JackalPlant plant = plantOf(parameters);
+  plant.command(rolling(0.3, 0.7));
+  run(plant, 2.0);
+  const Turn before = steadyTurn(plant);
+  plant.setFriction(0.25);
+  run(plant, 1.0);
+  const Turn after = steadyTurn(plant);
+  EXPECT_LT(after.effective_track, before.effective_track - 0.05);
+  EXPECT_NEAR(before.effective_track, turnWith(0.3, 0.7, 1.0).effective_track, 5e-3);
+  EXPECT_NEAR(after.effective_track, turnWith(0.3, 0.7, 0.25).effective_track, 5e-3);
+}
+
+TEST(PlantInATurn, MotorsWorkAgainstTheSkid) {
+  JackalPlant plant = plantOf(quiet());
+  plant.command(rolling(-0.15, 0.15));
+  run(plant, 2.0);
+  const PlantMeasurement sample = nextMeasurement(plant);
+  EXPECT_GT(sample.wheel_effort[kFrontRight], 0.5);
+  EXPECT_LT(sample.wheel_effort[kFrontLeft], -0.5);
+}
+
+// --- Slope and load -------------------------------------------------------------------------------------------------
+
+TEST(PlantOnSlope, StandsStillAndFeelsGravityAlongTheSlope) {
+  PlantParameters parameters = quiet();
+  parameters.slope = 10.0;
+  JackalPlant plant = plantOf(parameters);
+  run(plant, 2.0);
+  EXPECT_LT(plant.truth().position.head<2>().norm(), 1e-6);
+  const PlantMeasurement sample = nextMeasurement(plant);
+  const double slope = 10.0 * M_PI / 180.0;
+  EXPECT_NEAR(sample.linear_acceleration.x(), kGravity * std::sin(slope), 5e-3);
+  EXPECT_NEAR(sample.linear_acceleration.z(), kGravity * std::cos(slope), 5e-3);
+  // Accelerometer and attitude describe the same gravity.
+  const Eigen::Vector3d level = sample.orientation * sample.linear_acceleration;
+  EXPECT_NEAR(level.x(), 0.0, 1e-4);
+  EXPECT_NEAR(level.z(), kGravity, 1e-4);
+}
+
+TEST(PlantOnSlope, HoldsOnlyWithEnoughFriction) {
+  PlantParameters parameters = quiet();
+  parameters.slope = 20.0;
+  parameters.friction = 0.3;  // less than tan(20 deg) = 0.364
+  JackalPlant plant = plantOf(parameters);
+  run(plant, 1.0);
+  const double slope = 20.0 * M_PI / 180.0;
+  const double slide = kGravity * (std::sin(slope) - 0.3 * std::cos(slope));
+  EXPECT_NEAR(plant.truth().linear_velocity.x(), -slide, 0.02 * slide);
+  plant.setFriction(0.5);
+  run(plant, 2.0);
+  EXPECT_NEAR(plant.truth().linear_velocity.x(), 0.0, 1e-4);
+}
+
+TEST(PlantOnSlope, DrivesUphillWithTheTorqueThatTakes) {
+  PlantParameters parameters = quiet();
+  parameters.slope = 10.0;
+  parameters.payload = 8.0;
+  JackalPlant plant = plantOf(parameters);
+  plant.command(rolling(0.5, 0.5));
+  run(plant, 3.0);
+  EXPECT_NEAR(plant.truth().linear_velocity.x(), 0.5, 1e-4);
+  double torque = 0.0;
+  for (const double effort : nextMeasurement(plant).wheel_effort) torque += effort;
+  const double mass = 16.523 + 4 * 0.477 + 8.0;
+  EXPECT_NEAR(torque, mass * kGravity * std::sin(10.0 * M_PI / 180.0) * kWheelRadius, 0.05);
+}
+
+TEST(PlantWithPayload, SinksDeeperAndAcceleratesLessAtTheTorqueLimit) {
+  PlantParameters parameters = direct();
+  parameters.torque_limit = 0.5;
+  JackalPlant light = plantOf(parameters);
+  parameters.payload = 20.0;
+  JackalPlant heavy = plantOf(parameters);
+  EXPECT_LT(heavy.truth().position.z(), light.truth().position.z() - 1e-4);
+  for (JackalPlant* plant : {&light, &heavy}) {
+    plant->command(rolling(2.0, 2.0));
+    run(*plant, 0.5);
+  }
+  // Four wheels at 0.5 N m push mass and the wheels' own inertia.
+  const double push = 4 * 0.5 / kWheelRadius, wheels = 4 * 0.0024 / (kWheelRadius * kWheelRadius);
+  const double mass = 16.523 + 4 * 0.477 + wheels;
+  EXPECT_NEAR(light.truth().linear_velocity.x(), push / mass * 0.5, 0.01);
+  EXPECT_NEAR(heavy.truth().linear_velocity.x(), push / (mass + 20.0) * 0.5, 0.01);
+}
+
+// --- Sensors, commands, determinism ---------------------------------------------------------------------------------
+
+TEST(Plant, SamplesAtTheSensorRateFromTimeZero) {
+  JackalPlant plant = plantOf(quiet());
+  ASSERT_TRUE(plant.measurement());
+  EXPECT_EQ(plant.measurement()->stamp, 0.0);
+  EXPECT_NEAR(plant.measurement()->linear_acceleration.z(), kGravity, 1e-3);
+  for (int n = 1; n <= 100; ++n) {
+    plant.step();
+    EXPECT_EQ(plant.measurement().has_value(), n % 20 == 0) << n;
+    EXPECT_NEAR(plant.time(), 0.001 * n, 1e-12);
+  }
+}
+
+TEST(Plant, IgnoresCommandsThatAreNotFinite) {
+  PlantParameters parameters = onBox(direct());
+  JackalPlant plant = plantOf(parameters);
+  EXPECT_TRUE(plant.command({2.0, 2.0}));
+  EXPECT_FALSE(plant.command({std::numeric_limits<double>::quiet_NaN(), 1.0}));
+  EXPECT_FALSE(plant.command({1.0, -std::numeric_limits<double>::infinity()}));
+  plant.step();
+  EXPECT_EQ(plant.truth().acting_command, (WheelCommand{2.0, 2.0}));
+}
+
+TEST(Plant, SurvivesAHugeCommand) {
+  JackalPlant plant = plantOf(quiet());
+  EXPECT_TRUE(plant.command({1e300, -1e300}));
+  run(plant, 2.0);
+  EXPECT_LE(kWheelRadius * plant.truth().wheel_velocity[kFrontLeft], 2.5 + 1e-6);
+  EXPECT_TRUE(plant.truth().position.allFinite());
+  EXPECT_LT(plant.truth().angular_velocity.z(), 0.0);
+}
+
+TEST(Plant, RefusesAFrictionThatIsNone) {
+  JackalPlant plant = plantOf(quiet());
+  EXPECT_EQ(messageOf<ParameterError>([&] { plant.setFriction(-0.1); }), "friction = -0.1: must be 0 or more");
+  EXPECT_THROW(plant.setFriction(std::numeric_limits<double>::quiet_NaN()), ParameterError);
+}
+
+TEST(Plant, EqualSeedsGiveEqualBytes) {
+  Recording a(PlantParameters{}), b(PlantParameters{});
+  a.run(1000);
+  b.run(1000);
+  EXPECT_TRUE(sameBytes(a.numbers(), b.numbers()));
+  PlantParameters other;
+  other.seed = 2;
+  Recording c(other);
+  c.run(1000);
+  EXPECT_FALSE(sameBytes(a.numbers(), c.numbers()));
+}
+
+TEST(Plant, ResetRepeatsTheRun) {
+  Recording recording{PlantParameters{}};
+  recording.run(777);
+  const std::vector<double> first = recording.numbers();
+  recording.reset();
+  recording.run(777);
+  EXPECT_TRUE(sameBytes(first, recording.numbers()));
+}
+
+TEST(Plant, ResetIsAtRestAtTimeZero) {
+  JackalPlant plant = plantOf(quiet());
+  const std::vector<double> start = numbersOf(plant);
+  plant.command(rolling(0.5, 1.0));
+  run(plant, 1.0);
+  plant.command(rolling(0.5, 1.0));
+  plant.reset();
+  EXPECT_TRUE(sameBytes(start, numbersOf(plant)));
+  run(plant, 0.5);
+  EXPECT_EQ(plant.truth().acting_command, WheelCommand{});
+}
+
+TEST(Plant, PlantsAreIndependent) {
+  PlantParameters other;
+  other.friction = 0.2;
+  other.seed = 9;
+  Recording alone{PlantParameters{}}, one{PlantParameters{}}, two{other};
+  alone.run(600);
+  for (int n = 0; n < 600; ++n) {
+    one.step();
+    two.step();
+  }
+  EXPECT_TRUE(sameBytes(alone.numbers(), one.numbers()));
+  EXPECT_FALSE(sameBytes(alone.numbers(), two.numbers()));
+}
+
+TEST(Plant, RunsInSeveralThreads) {
+  Recording alone{PlantParameters{}};
+  alone.run(500);
+  std::vector<std::vector<double>> results(4);
+  std::vector<std::thread> threads;
+  for (auto& result : results) {
+    threads.emplace_back([&result] {
+      Recording recording{PlantParameters{}};
+      recording.run(500);
+      result = recording.numbers();
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const auto& result : results) EXPECT_TRUE(sameBytes(alone.numbers(), result));
+}
+
+TEST(Plant, CanBeMoved) {
+  JackalPlant plant = plantOf(quiet());
+  plant.command(rolling(0.5, 0.5));
+  JackalPlant moved = std::move(plant);
+  run(moved, 2.0);
+  EXPECT_NEAR(moved.truth().linear_velocity.x(), 0.5, 1e-3);
+}
+
+}  // namespace
+}  // namespace jackal_aic::sim

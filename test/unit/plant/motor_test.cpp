@@ -1,0 +1,141 @@
+#include "motor.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace jackal_aic::sim {
+namespace {
+
+constexpr double kStep = 0.001;
+
+MotorParameters parameters() {
+  MotorParameters p;
+  p.lag = 0.035;
+  p.acceleration_limit = 1e6;
+  p.speed_limit = 1e6;
+  return p;
+}
+
+/// Wheel speed after a time under a constant command, by a drive train that always reaches its reference.
+double speedAfter(MotorLoop& motor, double command, double duration, double speed = 0.0) {
+  for (long n = std::lround(duration / kStep); n > 0; --n) speed = motor.reference(command, speed);
+  return speed;
+}
+
+TEST(CommandDelay, ActsAfterTheDeadTimeToTheStep) {
+  CommandDelay delay(0.110, kStep);
+  delay.push(5, {1.0, 2.0});
+  EXPECT_EQ(delay.acting(114), WheelCommand{});
+  EXPECT_EQ(delay.acting(115), (WheelCommand{1.0, 2.0}));
+}
+
+TEST(CommandDelay, KeepsTheOrderOfCommands) {
+  CommandDelay delay(0.010, kStep);
+  delay.push(0, {1.0, 1.0});
+  delay.push(3, {2.0, 2.0});
+  delay.push(3, {3.0, 3.0});
+  EXPECT_EQ(delay.acting(12).left, 1.0);
+  EXPECT_EQ(delay.acting(13).left, 3.0);
+  EXPECT_EQ(delay.acting(1000).left, 3.0);
+}
+
+TEST(CommandDelay, ActsAtOnceWithoutDeadTime) {
+  CommandDelay delay(0.0, kStep);
+  delay.push(7, {1.0, 1.0});
+  EXPECT_EQ(delay.acting(7).left, 1.0);
+}
+
+TEST(MotorLoop, FollowsTheFirstOrderLagExactly) {
+  MotorLoop motor(parameters(), kStep);
+  double speed = 0.0;
+  for (int n = 1; n <= 200; ++n) {
+    speed = motor.reference(4.0, speed);
+    EXPECT_NEAR(speed, 4.0 * (1.0 - std::exp(-n * kStep / 0.035)), 1e-12);
+  }
+}
+
+TEST(MotorLoop, FollowsAtOnceWithoutLag) {
+  MotorParameters p = parameters();
+  p.lag = 0.0;
+  MotorLoop motor(p, kStep);
+  EXPECT_EQ(motor.reference(4.0, 0.0), 4.0);
+}
+
+TEST(MotorLoop, FollowsThePiLoopsStepResponse) {
+  // T w'' + w' + k w = k r, w(0) = 0, w'(0) = r/T: poles of the closed loop of the class comment.
+  MotorParameters p = parameters();
+  p.integral = 3.0;
+  MotorLoop motor(p, kStep);
+  const double root = std::sqrt(1.0 - 4.0 * p.lag * p.integral);
+  const double slow = (-1.0 + root) / (2.0 * p.lag), fast = (-1.0 - root) / (2.0 * p.lag);
+  const double a = (1.0 / p.lag + fast) / (slow - fast), b = -1.0 - a;
+  double speed = 0.0;
+  for (int n = 1; n <= 2000; ++n) {
+    speed = motor.reference(1.0, speed);
+    const double t = n * kStep;
+    EXPECT_NEAR(speed, 1.0 + a * std::exp(slow * t) + b * std::exp(fast * t), 2e-3) << t;
+  }
+}
+
+TEST(MotorLoop, GainIsTheSteadyRatioWhateverTheIntegral) {
+  for (const double integral : {0.0, 1.1, 20.0}) {
+    MotorParameters p = parameters();
+    p.gain = 0.8;
+    p.integral = integral;
+    MotorLoop motor(p, kStep);
+    EXPECT_NEAR(speedAfter(motor, 5.0, 20.0), 4.0, 1e-6) << integral;
+  }
+}
+
+TEST(MotorLoop, RespectsTheAccelerationLimitBothWays) {
+  MotorParameters p = parameters();
+  p.acceleration_limit = 20.0;
+  MotorLoop motor(p, kStep);
+  double speed = 0.0;
+  for (int n = 0; n < 1000; ++n) {
+    const double next = motor.reference(n < 500 ? 8.0 : -8.0, speed);
+    EXPECT_LE(std::abs(next - speed), 20.0 * kStep + 1e-12);
+    speed = next;
+  }
+  EXPECT_LT(speed, 0.0);
+}
+
+TEST(MotorLoop, AccelerationLimitDoesNotWindUpTheIntegral) {
+  MotorParameters p = parameters();
+  p.acceleration_limit = 5.0;
+  p.integral = 5.0;
+  MotorLoop limited(p, kStep);
+  double speed = 0.0, highest = 0.0;
+  for (int n = 0; n < 5000; ++n) {
+    speed = limited.reference(8.0, speed);
+    highest = std::max(highest, speed);
+  }
+  EXPECT_NEAR(speed, 8.0, 1e-3);
+  // Integrating during the 1.6 s of acceleration would add more than 8 rad/s.
+  EXPECT_LT(highest, 8.0 * 1.1);
+}
+
+TEST(MotorLoop, ReferenceStaysNearAWheelThatIsHeldBack) {
+  MotorParameters p = parameters();
+  p.integral = 5.0;
+  MotorLoop motor(p, kStep);
+  double reference = 0.0;
+  for (int n = 0; n < 5000; ++n) reference = motor.reference(8.0, 0.0);
+  EXPECT_LT(reference, 8.0 * kStep / 0.035 * 1.01);
+  // Once released it moves as if it had never been held.
+  MotorLoop fresh(p, kStep);
+  EXPECT_NEAR(speedAfter(motor, 8.0, 0.1), speedAfter(fresh, 8.0, 0.1), 1e-9);
+}
+
+TEST(MotorLoop, ClampsTheTarget) {
+  MotorParameters p = parameters();
+  p.speed_limit = 10.0;
+  MotorLoop forward(p, kStep), backward(p, kStep);
+  EXPECT_NEAR(speedAfter(forward, 1e300, 1.0), 10.0, 1e-6);
+  EXPECT_NEAR(speedAfter(backward, -1e300, 1.0), -10.0, 1e-6);
+}
+
+}  // namespace
+}  // namespace jackal_aic::sim

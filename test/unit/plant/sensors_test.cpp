@@ -1,0 +1,124 @@
+#include "sensors.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "periodic.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+PlantTruth truth() {
+  PlantTruth t;
+  t.time = 1.5;
+  t.wheel_position = {1.0, 2.0, 1.1, 2.1};
+  t.wheel_velocity = {3.0, 4.0, 3.1, 4.1};
+  return t;
+}
+
+SensorInput input() {
+  return {{0.1, 0.2, 0.3, 0.4}, {0.01, 0.02, 0.5}, {1.0, 2.0, 9.81}, Eigen::Quaterniond::Identity()};
+}
+
+/// Mean and standard deviation of one channel over many samples.
+struct Statistics {
+  double mean = 0.0;
+  double deviation = 0.0;
+};
+
+template <class Channel>
+Statistics statisticsOf(const PlantParameters& parameters, Channel channel) {
+  SensorModel sensors(parameters);
+  constexpr int kSamples = 20000;
+  double sum = 0.0, squares = 0.0;
+  for (int n = 0; n < kSamples; ++n) {
+    const double value = channel(sensors.sample(truth(), input()));
+    sum += value;
+    squares += value * value;
+  }
+  const double mean = sum / kSamples;
+  return {mean, std::sqrt(squares / kSamples - mean * mean)};
+}
+
+TEST(Sensors, WithoutNoiseTellTheTruth) {
+  PlantParameters parameters;
+  parameters.noise_scale = 0.0;
+  const PlantMeasurement sample = SensorModel(parameters).sample(truth(), input());
+  EXPECT_EQ(sample.stamp, 1.5);
+  EXPECT_EQ(sample.wheel_velocity[kFrontLeft], 3.0);
+  EXPECT_EQ(sample.wheel_velocity[kFrontRight], 4.0);
+  EXPECT_EQ(sample.wheel_position[kFrontRight], 2.0);
+  EXPECT_EQ(sample.wheel_effort[kRearRight], 0.4);
+  EXPECT_EQ(sample.angular_velocity, input().angular_velocity);
+  EXPECT_EQ(sample.linear_acceleration, input().specific_force);
+}
+
+TEST(Sensors, RearEncodersCopyTheFrontOnes) {
+  const PlantMeasurement sample = SensorModel(PlantParameters{}).sample(truth(), input());
+  EXPECT_EQ(sample.wheel_velocity[kRearLeft], sample.wheel_velocity[kFrontLeft]);
+  EXPECT_EQ(sample.wheel_velocity[kRearRight], sample.wheel_velocity[kFrontRight]);
+  EXPECT_EQ(sample.wheel_position[kRearLeft], 1.0);
+  EXPECT_EQ(sample.wheel_position[kRearRight], 2.0);
+  EXPECT_NE(sample.wheel_velocity[kFrontLeft] - 3.0, sample.wheel_velocity[kFrontRight] - 4.0);
+}
+
+TEST(Sensors, NoiseHasTheStatedDeviationAndNoBias) {
+  PlantParameters parameters;
+  parameters.noise_scale = 2.0;
+  const auto wheel = [](const PlantMeasurement& m) { return m.wheel_velocity[kFrontRight]; };
+  const auto gyro = [](const PlantMeasurement& m) { return m.angular_velocity.z(); };
+  const auto accelerometer = [](const PlantMeasurement& m) { return m.linear_acceleration.y(); };
+  EXPECT_NEAR(statisticsOf(parameters, wheel).deviation, 0.06, 0.002);
+  EXPECT_NEAR(statisticsOf(parameters, wheel).mean, 4.0, 0.002);
+  EXPECT_NEAR(statisticsOf(parameters, gyro).deviation, 0.01, 0.0003);
+  EXPECT_NEAR(statisticsOf(parameters, gyro).mean, 0.5, 0.0003);
+  EXPECT_NEAR(statisticsOf(parameters, accelerometer).deviation, 0.1, 0.003);
+  EXPECT_NEAR(statisticsOf(parameters, accelerometer).mean, 2.0, 0.003);
+}
+
+TEST(Sensors, SeedDecidesTheNoise) {
+  PlantParameters one, other;
+  other.seed = 2;
+  SensorModel a(one), b(one), c(other);
+  for (int n = 0; n < 10; ++n) {
+    const PlantMeasurement sample = a.sample(truth(), input());
+    EXPECT_EQ(sample.wheel_velocity, b.sample(truth(), input()).wheel_velocity);
+    EXPECT_NE(sample.wheel_velocity, c.sample(truth(), input()).wheel_velocity);
+  }
+}
+
+TEST(Observation, MapsTheChannelsOfTheThesis) {
+  PlantParameters parameters;
+  parameters.noise_scale = 0.0;
+  const Observation observation = SensorModel(parameters).sample(truth(), input()).observation();
+  EXPECT_EQ(observation.stamp, 1.5);
+  EXPECT_EQ(observation.yaw_rate, 0.5);
+  EXPECT_EQ(observation.wheel_left, 3.0);
+  EXPECT_EQ(observation.wheel_right, 4.0);
+  EXPECT_EQ(observation.acceleration_x, 1.0);
+  EXPECT_EQ(observation.acceleration_y, 2.0);
+}
+
+/// Steps of 1 ms, up to the end [s], in which an event of the rate is due.
+std::vector<int> dueSteps(double rate, double end) {
+  Periodic events(rate);
+  std::vector<int> steps;
+  for (int n = 0; n * 0.001 < end; ++n) {
+    if (events.due(n * 0.001)) steps.push_back(n);
+  }
+  return steps;
+}
+
+TEST(Periodic, KeepsARateThatDividesTheSteps) { EXPECT_EQ(dueSteps(50.0, 0.07), (std::vector<int>{0, 20, 40, 60})); }
+
+TEST(Periodic, RoundsUpWithoutDrift) {
+  EXPECT_EQ(dueSteps(300.0, 0.012), (std::vector<int>{0, 4, 7, 10}));
+  EXPECT_EQ(dueSteps(300.0, 10.0).size(), 3000u);
+}
+
+TEST(Periodic, RunsAtTheRateOfTheSteps) { EXPECT_EQ(dueSteps(1000.0, 1.0).size(), 1000u); }
+
+}  // namespace
+}  // namespace jackal_aic::sim

@@ -1,0 +1,79 @@
+#pragma once
+
+/// @file
+/// What the tests of the plant share.
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include "jackal_plant.hpp"
+
+namespace jackal_aic::sim {
+
+/// Geometry of the published Jackal, which the URDF has to reproduce.
+constexpr double kWheelRadius = 0.098;  // m
+constexpr double kTrack = 0.37559;      // m
+constexpr double kGravity = 9.81;       // m/s^2
+
+inline std::string jackalUrdf() {
+  const std::string path = std::string(JACKAL_AIC_SOURCE_DIR) + "/sim/urdf/jackal.urdf";
+  std::ifstream file(path);
+  std::ostringstream text;
+  if (!file || !(text << file.rdbuf())) throw std::runtime_error(path + ": cannot be read");
+  return text.str();
+}
+
+/// The Jackal's URDF with the first occurrence of a text replaced.
+inline std::string jackalUrdfWith(const std::string& original, const std::string& replacement) {
+  std::string text = jackalUrdf();
+  const auto position = text.find(original);
+  if (position == std::string::npos) throw std::runtime_error("not in the URDF: " + original);
+  return text.replace(position, original.size(), replacement);
+}
+
+/// Defaults without noise.
+inline PlantParameters quiet() {
+  PlantParameters parameters;
+  parameters.noise_scale = 0.0;
+  return parameters;
+}
+
+/// Without noise, dead time or lag: wheels that do what they are told.
+inline PlantParameters direct() {
+  PlantParameters parameters = quiet();
+  parameters.dead_time = 0.0;
+  parameters.motor_lag = 0.0;
+  return parameters;
+}
+
+/// Steps for a number of seconds.
+inline void run(JackalPlant& plant, double duration) {
+  for (long n = std::lround(duration / JackalPlant::kStep); n > 0; --n) plant.step();
+}
+
+/// Steps until the next sample is there.
+inline PlantMeasurement nextMeasurement(JackalPlant& plant) {
+  do {
+    plant.step();
+  } while (!plant.measurement());
+  return *plant.measurement();
+}
+
+/// Both sides at a speed of the wheel circumference [m/s].
+inline WheelCommand rolling(double left, double right) { return {left / kWheelRadius, right / kWheelRadius}; }
+
+/// what() of the exception of type Error that an action throws; empty if it throws none.
+template <class Error, class Action>
+std::string messageOf(Action action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace jackal_aic::sim
