@@ -18,6 +18,7 @@ readonly NOETIC_PACKAGES=(
   ros-noetic-message-filters ros-noetic-nav-msgs ros-noetic-robot-state-publisher ros-noetic-ros-core ros-noetic-rosbash
   ros-noetic-rostest ros-noetic-tf2-eigen ros-noetic-tf2-geometry-msgs ros-noetic-tf2-ros ros-noetic-urdf)
 
+# shellcheck disable=SC2034 # ros_prefix, packages and rviz_package are for workspace.sh
 # detect_system: sets ros_prefix (where ROS is) and packages (all that is needed) for this system.
 detect_system() {
   local system=unknown

@@ -44,7 +44,11 @@ link_packages() {
     rm -rf "$workspace/build" "$workspace/devel"
     printf '%s\n' "$repository $workspace" >"$workspace/location"
   fi
-  ln -sfn "$repository" "$workspace/src/jackal_aic"
+  # A link per entry and not one to the checkout: that would hold the workspace again, and rosrun, which searches a package
+  # through all links, would find every program twice.
+  rm -rf "$workspace/src/jackal_aic"
+  mkdir "$workspace/src/jackal_aic"
+  ln -s "$repository"/* "$workspace/src/jackal_aic/"
   if [[ -e $ros_prefix/share/jackal_msgs/package.xml ]]; then
     rm -f "$workspace/src/jackal_msgs"
   else
@@ -69,6 +73,13 @@ build_workspace() {
     grep -m 20 -A 4 -E '(error|Error|ERROR)[: ]|undefined reference' "$log" >&2 || tail -n 30 "$log" >&2
     fail "the build failed (log: $log)"
   }
+}
+
+# Installs rviz, which nothing but showing the robot needs.
+install_rviz() {
+  detect_system
+  make_workspace
+  install_packages "$workspace/log/install_rviz.log" "$rviz_package"
 }
 
 # set_up TARGET...: from a bare machine to a built and sourced workspace.

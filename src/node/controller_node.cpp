@@ -93,7 +93,8 @@ void ControllerNode::onBeliefTimer(const ros::TimerEvent&) {
 
 void ControllerNode::onActionTimer(const ros::TimerEvent& event) {
   const ros::Time now = currentTime();
-  const std::int64_t boundary = nanoseconds(event.current_expected);
+  // A timer set before the clock jumped back still expects the old time.
+  const std::int64_t boundary = nanoseconds(std::min(event.current_expected, now));
   if (!schedule_.started()) schedule_.start(boundary);
 
   WheelCommand command;

@@ -1,0 +1,295 @@
+/// @file
+/// Node step_recorder: leads a controller through a manoeuvre over the real topics, records what happens, and writes
+/// the time series and the figures of every step, both as CSV. Simulated time throughout; the wall clock only tells
+/// that data has stopped coming.
+
+#include <geometry_msgs/Twist.h>
+#include <jackal_msgs/Drive.h>
+#include <nav_msgs/Odometry.h>
+#include <ros/ros.h>
+#include <sensor_msgs/Imu.h>
+#include <sensor_msgs/JointState.h>
+
+#include <fstream>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "jackal_aic/ControllerState.h"
+#include "jackal_aic/urdf_geometry.hpp"
+#include "manoeuvre.hpp"
+#include "response_metrics.hpp"
+#include "ros_parameters.hpp"
+#include "time_series.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+constexpr double kSetPointRate = 20.0;  // Hz
+
+/// Settings of the recorder. YAML prefix `recorder`.
+struct RecorderParameters {
+  std::string output_directory;  ///< existing directory for response.csv and metrics.csv
+  double data_timeout = 20.0;    ///< largest wait for data, on the wall clock [s]
+  std::vector<std::string> left_wheel_joints = {"front_left_wheel", "rear_left_wheel"};     ///< averaged to omega_L
+  std::vector<std::string> right_wheel_joints = {"front_right_wheel", "rear_right_wheel"};  ///< averaged to omega_R
+};
+
+template <class Visitor>
+void describeFields(Visitor& v, RecorderParameters& p) {
+  v.field("output_directory", p.output_directory, Presence::required);
+  v.field("data_timeout", p.data_timeout, {1.0, 3600.0}, "s", Presence::optional);
+  v.field("left_wheel_joints", p.left_wheel_joints, Presence::optional);
+  v.field("right_wheel_joints", p.right_wheel_joints, Presence::optional);
+}
+
+/// Mean speed of the joints named; empty if one of them is not in the message.
+std::optional<double> meanSpeed(const sensor_msgs::JointState& message, const std::vector<std::string>& joints) {
+  double sum = 0.0;
+  for (const auto& joint : joints) {
+    std::size_t i = 0;
+    while (i < message.name.size() && message.name[i] != joint) ++i;
+    if (i >= message.velocity.size()) return std::nullopt;
+    sum += message.velocity[i];
+  }
+  return sum / static_cast<double>(joints.size());
+}
+
+/// Publishes the set point at 20 Hz and keeps every message that tells how the robot follows it.
+class StepRecorder {
+ public:
+  /// @param wheel_radius turns measured wheel speeds into the measured forward speed [m].
+  StepRecorder(const RecorderParameters& parameters, const Manoeuvre& manoeuvre, double wheel_radius);
+
+  /// True once the manoeuvre was driven and recorded to its end.
+  bool finished() const { return finished_; }
+
+  /// Writes response.csv and metrics.csv. @throws ParameterError if a file cannot be written.
+  void write() const;
+
+ private:
+  void onTruth(const nav_msgs::Odometry& message);
+  void onJoints(const sensor_msgs::JointState& message);
+  void onImu(const sensor_msgs::Imu& message);
+  void onCommand(const jackal_msgs::Drive& message);
+  void onState(const ControllerState& message);
+  void onTimer(const ros::TimerEvent& event);
+  void onWatchdog(const ros::WallTimerEvent& event);
+
+  std::string awaited() const;
+  void publishSetPoint(double time);
+  void showProgress(double time);
+  void fail(const std::string& reason);
+  void writeMetrics(std::ostream& out, const SetPointStep& step) const;
+  double sinceStart(const ros::Time& stamp) const { return (stamp - *start_).toSec(); }
+
+  RecorderParameters parameters_;
+  Manoeuvre manoeuvre_;
+  double wheel_radius_;
+  std::optional<ros::Time> start_;
+  std::vector<double> segment_starts_;  // when each set point was really published, s since start_
+  int shown_tenths_ = -1;
+  bool finished_ = false;
+  ros::WallTime alive_ = ros::WallTime::now();
+  std::map<std::string, bool> received_ = {
+      {"ground_truth/odom", false}, {"joint_states", false}, {"imu/data", false}, {"cmd_drive", false}};
+  TimeSeries set_forward_, set_yaw_rate_, true_forward_, true_yaw_rate_, measured_forward_, measured_yaw_rate_;
+  TimeSeries believed_forward_, believed_yaw_rate_, command_left_, command_right_;
+
+  ros::NodeHandle node_;
+  ros::Publisher set_point_;
+  std::vector<ros::Subscriber> subscribers_;
+  ros::Timer timer_;
+  ros::WallTimer watchdog_;
+};
+
+StepRecorder::StepRecorder(const RecorderParameters& parameters, const Manoeuvre& manoeuvre, double wheel_radius)
+    : parameters_(parameters), manoeuvre_(manoeuvre), wheel_radius_(wheel_radius) {
+  constexpr std::uint32_t kQueue = 1000;  // every sample counts, also after a moment without processor time
+  set_point_ = node_.advertise<geometry_msgs::Twist>("jackal_AIC/set_point", 1);
+  subscribers_ = {node_.subscribe("ground_truth/odom", kQueue, &StepRecorder::onTruth, this),
+                  node_.subscribe("joint_states", kQueue, &StepRecorder::onJoints, this),
+                  node_.subscribe("imu/data", kQueue, &StepRecorder::onImu, this),
+                  node_.subscribe("cmd_drive", kQueue, &StepRecorder::onCommand, this),
+                  node_.subscribe("jackal_AIC/state", kQueue, &StepRecorder::onState, this)};
+  timer_ = node_.createTimer(ros::Duration(1.0 / kSetPointRate), &StepRecorder::onTimer, this);
+  watchdog_ = node_.createWallTimer(ros::WallDuration(0.2), &StepRecorder::onWatchdog, this);
+}
+
+void StepRecorder::onTruth(const nav_msgs::Odometry& message) {
+  received_["ground_truth/odom"] = true;
+  if (!start_) return;
+  alive_ = ros::WallTime::now();
+  const double time = sinceStart(message.header.stamp);
+  true_forward_.add(time, message.twist.twist.linear.x);
+  true_yaw_rate_.add(time, message.twist.twist.angular.z);
+}
+
+void StepRecorder::onJoints(const sensor_msgs::JointState& message) {
+  const auto left = meanSpeed(message, parameters_.left_wheel_joints);
+  const auto right = meanSpeed(message, parameters_.right_wheel_joints);
+  if (!left || !right) return;
+  received_["joint_states"] = true;
+  if (!start_) return;
+  measured_forward_.add(sinceStart(message.header.stamp), 0.5 * wheel_radius_ * (*left + *right));
+}
+
+void StepRecorder::onImu(const sensor_msgs::Imu& message) {
+  received_["imu/data"] = true;
+  if (!start_) return;
+  measured_yaw_rate_.add(sinceStart(message.header.stamp), message.angular_velocity.z);
+}
+
+void StepRecorder::onCommand(const jackal_msgs::Drive& message) {
+  received_["cmd_drive"] = true;
+  if (!start_) return;
+  const double time = sinceStart(ros::Time::now());  // the message has no stamp
+  command_left_.add(time, message.drivers[jackal_msgs::Drive::LEFT]);
+  command_right_.add(time, message.drivers[jackal_msgs::Drive::RIGHT]);
+}
+
+void StepRecorder::onState(const ControllerState& message) {
+  if (!start_ || message.belief_forward.empty() || message.belief_yaw_rate.empty()) return;
+  const double time = sinceStart(message.header.stamp);
+  believed_forward_.add(time, message.belief_forward[0]);
+  believed_yaw_rate_.add(time, message.belief_yaw_rate[0]);
+}
+
+std::string StepRecorder::awaited() const {
+  std::string topics;
+  for (const auto& [topic, received] : received_) {
+    if (!received) topics += (topics.empty() ? "" : ", ") + topic;
+  }
+  if (topics.empty() && set_point_.getNumSubscribers() == 0) return "a subscriber of jackal_AIC/set_point";
+  return topics.empty() ? "" : "data on " + topics;
+}
+
+void StepRecorder::onTimer(const ros::TimerEvent& event) {
+  if (event.current_real < event.last_real) return fail("the clock jumped backwards");
+  if (!start_) {
+    if (!awaited().empty()) return;
+    start_ = event.current_real;
+    alive_ = ros::WallTime::now();
+  }
+  const double time = sinceStart(event.current_real);
+  publishSetPoint(time);
+  showProgress(time);
+  if (time < manoeuvre_.duration()) return;
+  finished_ = true;
+  ros::shutdown();
+}
+
+void StepRecorder::publishSetPoint(double time) {
+  constexpr double kRounding = 1e-6;  // s; the timer fires on multiples of its period
+  const std::size_t segment = manoeuvre_.segmentAt(time + kRounding);
+  const SetPoint set_point = manoeuvre_.setPoint(segment);
+  geometry_msgs::Twist message;
+  message.linear.x = set_point.forward;
+  message.angular.z = set_point.yaw_rate;
+  set_point_.publish(message);
+  set_forward_.add(time, set_point.forward);
+  set_yaw_rate_.add(time, set_point.yaw_rate);
+  while (segment_starts_.size() <= segment) segment_starts_.push_back(time);
+}
+
+void StepRecorder::showProgress(double time) {
+  const int tenths = static_cast<int>(10.0 * time / manoeuvre_.duration());
+  if (tenths == shown_tenths_) return;
+  shown_tenths_ = tenths;
+  const SetPoint now = manoeuvre_.setPoint(manoeuvre_.segmentAt(time));
+  ROS_INFO("[%3d%%] set point %g m/s, %g rad/s", 10 * tenths, now.forward, now.yaw_rate);
+}
+
+void StepRecorder::onWatchdog(const ros::WallTimerEvent&) {
+  const double timeout = parameters_.data_timeout;
+  if ((ros::WallTime::now() - alive_).toSec() < timeout) return;
+  const std::string missing = start_ ? "data on ground_truth/odom" : awaited();
+  std::ostringstream reason;
+  reason << "no " << (missing.empty() ? "simulated time" : missing) << " for " << timeout << " s on the wall clock";
+  fail(reason.str());
+}
+
+void StepRecorder::fail(const std::string& reason) {
+  ROS_FATAL("%s", reason.c_str());
+  ros::shutdown();
+}
+
+std::ofstream createFile(const std::string& path) {
+  std::ofstream file(path);
+  if (!file) throw ParameterError("recorder.output_directory: cannot write " + path);
+  return file;
+}
+
+void closeFile(std::ofstream& file) {
+  file.close();
+  if (!file) throw ParameterError("recorder.output_directory: writing failed; is the disk full?");
+}
+
+void StepRecorder::write() const {
+  std::ofstream response = createFile(parameters_.output_directory + "/response.csv");
+  writeTable(response, true_forward_.between(0.0, manoeuvre_.duration()).time(),
+             {{"set_forward", &set_forward_},
+              {"set_yaw_rate", &set_yaw_rate_},
+              {"true_forward", &true_forward_},
+              {"true_yaw_rate", &true_yaw_rate_},
+              {"measured_forward", &measured_forward_},
+              {"measured_yaw_rate", &measured_yaw_rate_},
+              {"believed_forward", &believed_forward_},
+              {"believed_yaw_rate", &believed_yaw_rate_},
+              {"command_left", &command_left_},
+              {"command_right", &command_right_}});
+  closeFile(response);
+
+  std::ofstream metrics = createFile(parameters_.output_directory + "/metrics.csv");
+  metrics << "step,begin_s,end_s,settling_s,rise_s,overshoot_pct,steady_error_pct,stable\n";
+  for (const auto& step : manoeuvre_.steps()) writeMetrics(metrics, step);
+  closeFile(metrics);
+}
+
+void StepRecorder::writeMetrics(std::ostream& out, const SetPointStep& step) const {
+  const double begin = segment_starts_[step.segment];
+  const double end =
+      step.segment + 1 < segment_starts_.size() ? segment_starts_[step.segment + 1] : manoeuvre_.duration();
+  const TimeSeries response = (step.channel == kForward ? true_forward_ : true_yaw_rate_).between(begin, end);
+  const ResponseMetrics metrics =
+      stepResponseMetrics(response.time(), response.value(), begin, step.initial, step.set_point);
+  out << step.name << ',' << begin << ',' << end << ',';
+  if (metrics.settling) out << *metrics.settling;
+  out << ',';
+  if (metrics.rise) out << *metrics.rise;
+  out << ',' << metrics.overshoot_pct << ',' << metrics.steady_error_pct << ',' << (metrics.stable ? 1 : 0) << '\n';
+}
+
+/// Wheel radius from robot_description.
+double wheelRadius(const ros::NodeHandle& node, const RecorderParameters& parameters) {
+  std::string urdf;
+  if (!node.getParam("robot_description", urdf)) throw ParameterError("robot_description: missing; expected a URDF");
+  return readUrdfGeometry(urdf, parameters.left_wheel_joints, parameters.right_wheel_joints).wheel_radius;
+}
+
+int run() {
+  ParameterMap map = readRosParameters(ros::NodeHandle("~"));
+  const auto parameters = readParameters<RecorderParameters>(map, "recorder");
+  const Manoeuvre manoeuvre(readParameters<ManoeuvreParameters>(map, "manoeuvre"));
+  map.refuseUnknown();
+  StepRecorder recorder(parameters, manoeuvre, wheelRadius(ros::NodeHandle(), parameters));
+  ros::spin();
+  if (!recorder.finished()) return 1;
+  recorder.write();
+  return 0;
+}
+
+}  // namespace
+}  // namespace jackal_aic::sim
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "step_recorder");
+  try {
+    return jackal_aic::sim::run();
+  } catch (const std::exception& error) {
+    ROS_FATAL("%s", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,150 @@
+#!/usr/bin/env python3
+"""Table and figure of scripts/demo, from what step_recorder wrote for each controller.
+
+Usage: plot_demo.py RECORDINGS OUTPUT CONTROLLER...
+Reads RECORDINGS/<controller>/response.csv and metrics.csv; writes OUTPUT/demo.csv, demo_metrics.csv and demo.png; prints the
+table.
+"""
+
+import csv
+import pathlib
+import sys
+
+import matplotlib
+
+matplotlib.use('Agg')
+import matplotlib.pyplot as plt
+
+TITLES = {
+    'diff_drive': 'Differential drive (open loop)',
+    'standard': 'Standard active inference',
+    'improved': 'Improved active inference',
+}
+
+# Okabe and Ito's palette: distinct for every kind of colour vision.
+BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION = '#000000', '#E69F00', '#56B4E9', '#009E73', '#0072B2', '#D55E00'
+
+METRICS = [  # column of metrics.csv, heading, format
+    ('settling_s', 'settling [s]', '.2f'),
+    ('rise_s', 'rise [s]', '.2f'),
+    ('overshoot_pct', 'overshoot [%]', '.1f'),
+    ('steady_error_pct', 'steady-state error [%]', '+.2f'),
+]
+
+
+def title_of(controller):
+    return TITLES.get(controller, controller.replace('_', ' ').capitalize())
+
+
+def read_table(path):
+    """Rows of a CSV file as dictionaries."""
+    with open(path, newline='') as file:
+        return list(csv.DictReader(file))
+
+
+def column(rows, name):
+    """A column as numbers, NaN where a cell is empty."""
+    return [float(row[name]) if row[name] else float('nan') for row in rows]
+
+
+def table_lines(metrics):
+    """The table for the terminal: one line per step and controller."""
+    header = ['controller', 'step'] + [heading for _, heading, _ in METRICS]
+    body = []
+    for step in range(len(next(iter(metrics.values())))):
+        for controller, steps in metrics.items():
+            row = steps[step]
+            cells = [format(float(row[name]), form) if row[name] else 'never' for name, _, form in METRICS]
+            if row['stable'] != '1':
+                cells = ['unstable'] + ['-'] * (len(METRICS) - 1)
+            body.append([title_of(controller), row['step']] + cells)
+    widths = [max(len(line[i]) for line in [header] + body) for i in range(len(header))]
+
+    def line(cells):
+        return '  '.join(cell.ljust(width) if i < 2 else cell.rjust(width)
+                         for i, (cell, width) in enumerate(zip(cells, widths))).rstrip()
+
+    return [line(header), '  '.join('-' * width for width in widths)] + [line(cells) for cells in body]
+
+
+def write_joined(path, tables):
+    """Writes the tables of all controllers as one, with the controller in the first column."""
+    with open(path, 'w', newline='') as file:
+        writer = None
+        for controller, rows in tables.items():
+            for row in rows:
+                if writer is None:
+                    writer = csv.DictWriter(file, ['controller'] + list(row))
+                    writer.writeheader()
+                writer.writerow({'controller': controller, **row})
+
+
+def plot_velocity(axes, time, rows, signal, step):
+    """Set point, true, measured and believed velocity of one step, with its settling time."""
+    axes.step(time, column(rows, 'set_' + signal), where='post', color=BLACK, lw=1.2, ls='--', label='set point')
+    axes.plot(time, column(rows, 'measured_' + signal), color=SKY, ls='', marker='.', ms=4, label='measured')
+    axes.plot(time, column(rows, 'true_' + signal), color=BLUE, lw=1.8, label='true')
+    axes.plot(time, column(rows, 'believed_' + signal), color=VERMILION, lw=1.4, label='believed')
+    if step['settling_s']:
+        settled = float(step['settling_s'])
+        axes.axvline(settled, color=GREEN, lw=1.2, ls=':')
+        axes.annotate(f'settled in {settled:.2f} s', (settled, 0.04), xycoords=('data', 'axes fraction'),
+                      xytext=(5, 0), textcoords='offset points', color=GREEN, va='bottom')
+
+
+def plot_commands(axes, time, rows):
+    """Wheel speeds sent; the dashes keep both visible where they are equal."""
+    axes.step(time, column(rows, 'command_left'), where='post', color=ORANGE, lw=2.2, label='command, left wheels')
+    axes.step(time, column(rows, 'command_right'), where='post', color=BLACK, lw=1.0, ls=(0, (4, 3)),
+              label='command, right wheels')
+
+
+def window(rows, step):
+    """The rows around a step and their times since the step."""
+    begin, end = float(step['begin_s']), float(step['end_s'])
+    rows = [row for row in rows if begin - 0.25 <= float(row['time']) <= min(end, begin + 2.5)]
+    return [float(row['time']) - begin for row in rows], rows
+
+
+def plot(path, responses, metrics):
+    """A column per controller; per step a row of velocities and below it one of commands."""
+    steps = next(iter(metrics.values()))
+    figure, grid = plt.subplots(2 * len(steps), len(responses), figsize=(4.6 * len(responses), 5.2 * len(steps)),
+                                sharex=True, sharey='row', squeeze=False, gridspec_kw={'height_ratios': [3, 2] * len(steps)})
+    for i, (controller, rows) in enumerate(responses.items()):
+        grid[0, i].set_title(title_of(controller), fontsize=12, fontweight='bold', pad=12)
+        for k, step in enumerate(metrics[controller]):
+            signal, quantity, unit = (('forward', 'forward speed', 'm/s') if step['step'].endswith(' m/s') else
+                                      ('yaw_rate', 'yaw rate', 'rad/s'))
+            time, part = window(rows, step)
+            plot_velocity(grid[2 * k, i], time, part, signal, step)
+            plot_commands(grid[2 * k + 1, i], time, part)
+            grid[2 * k, 0].set_ylabel(f'{quantity} [{unit}]')
+            grid[2 * k + 1, 0].set_ylabel('wheel command [rad/s]')
+    for axes in grid.flat:
+        axes.grid(color='0.9')
+        for side in ('top', 'right'):
+            axes.spines[side].set_visible(False)
+    for axes in grid[-1]:
+        axes.set_xlabel('time since the step [s]')
+    handles, labels = (velocity + command for velocity, command in zip(grid[0, 0].get_legend_handles_labels(),
+                                                                       grid[1, 0].get_legend_handles_labels()))
+    figure.legend(handles, labels, loc='upper center', ncol=len(labels), frameon=False)
+    figure.tight_layout(rect=(0.0, 0.0, 1.0, 0.975))
+    figure.align_ylabels(grid[:, 0])
+    figure.savefig(path, dpi=110)
+
+
+def main(recordings, output, controllers):
+    responses = {name: read_table(recordings / name / 'response.csv') for name in controllers}
+    metrics = {name: read_table(recordings / name / 'metrics.csv') for name in controllers}
+    write_joined(output / 'demo.csv', responses)
+    write_joined(output / 'demo_metrics.csv', metrics)
+    plot(output / 'demo.png', responses, metrics)
+    print('\n'.join(table_lines(metrics)))
+
+
+if __name__ == '__main__':
+    if len(sys.argv) < 4:
+        sys.exit(__doc__.strip())
+    main(pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), sys.argv[3:])
