@@ -140,11 +140,11 @@ void OdeWorld::step(double step) {
   angular_acceleration_ = (vectorOf(dBodyGetAngularVel(chassis_)) - angular_velocity) / step;
 }
 
-/// ODE's friction is a box, by dContactApprox1 scaled with the normal force that would act without friction; here its limit is
-/// mu N with the normal force N of the last step, in which the tyres' spring makes N continuous. While the contact point slides at speed s, viscous friction of coefficient mu N / s,
-/// taken from the last step, has the Coulomb magnitude mu N and opposes the slip in every direction; the solver applies
-/// it implicitly, so that it does not chatter. While the point sticks, friction is a rigid constraint within the
-/// pyramid.
+/// ODE's friction is a box, by dContactApprox1 scaled with the normal force that would act without friction; here its
+/// limit is mu N with the normal force N of the last step, in which the tyres' spring makes N continuous. While the
+/// contact point slides at speed s, viscous friction of coefficient mu N / s, taken from the last step, has the Coulomb
+/// magnitude mu N and opposes the slip in every direction; the solver applies it implicitly, so that it does not
+/// chatter. While the point sticks, friction is a rigid constraint within the pyramid.
 void OdeWorld::createContact(std::size_t index, double step) {
   Contact& last = contacts_[index];
   const Eigen::Vector3d hub =
