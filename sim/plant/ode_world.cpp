@@ -26,9 +26,9 @@ void initialiseOde() {
   static_cast<void>(allocated);
 }
 
-dWorldID createWorld() {
+dThreadingImplementationID createThreading() {
   initialiseOde();
-  return dWorldCreate();
+  return dThreadingAllocateSelfThreadedImplementation();
 }
 
 Eigen::Vector3d vectorOf(const dReal* v) { return {v[0], v[1], v[2]}; }
@@ -73,8 +73,11 @@ OdeWorld::OdeWorld(const RobotModel& model, const WorldParameters& parameters)
       friction_(parameters.friction),
       torque_limit_(parameters.torque_limit),
       fixed_chassis_(parameters.fixed_chassis),
-      world_(createWorld()),
+      threading_(createThreading()),
+      world_(dWorldCreate()),
       contact_group_(dJointGroupCreate(0)) {
+  dWorldSetStepThreadingImplementation(world_.get(), dThreadingImplementationGetFunctions(threading_.get()),
+                                       threading_.get());
   dWorldSetGravity(world_.get(), gravity_.x(), gravity_.y(), gravity_.z());
   createChassis(model);
   for (std::size_t i = 0; i < wheels_.size(); ++i) createWheel(model, i);
@@ -140,11 +143,11 @@ void OdeWorld::step(double step) {
   angular_acceleration_ = (vectorOf(dBodyGetAngularVel(chassis_)) - angular_velocity) / step;
 }
 
-/// ODE's friction is a box, by dContactApprox1 scaled with the normal force that would act without friction; here its limit is
-/// mu N with the normal force N of the last step, in which the tyres' spring makes N continuous. While the contact point slides at speed s, viscous friction of coefficient mu N / s,
-/// taken from the last step, has the Coulomb magnitude mu N and opposes the slip in every direction; the solver applies
-/// it implicitly, so that it does not chatter. While the point sticks, friction is a rigid constraint within the
-/// pyramid.
+/// ODE's friction is a box, by dContactApprox1 scaled with the normal force that would act without friction; here its
+/// limit is mu N with the normal force N of the last step, in which the tyres' spring makes N continuous. While the
+/// contact point slides at speed s, viscous friction of coefficient mu N / s, taken from the last step, has the Coulomb
+/// magnitude mu N and opposes the slip in every direction; the solver applies it implicitly, so that it does not
+/// chatter. While the point sticks, friction is a rigid constraint within the pyramid.
 void OdeWorld::createContact(std::size_t index, double step) {
   Contact& last = contacts_[index];
   const Eigen::Vector3d hub =

@@ -72,6 +72,9 @@ class OdeWorld {
   struct DestroyWorld {
     void operator()(dWorldID world) const { dWorldDestroy(world); }
   };
+  struct FreeThreading {
+    void operator()(dThreadingImplementationID threading) const { dThreadingFreeImplementation(threading); }
+  };
   struct DestroyGroup {
     void operator()(dJointGroupID group) const { dJointGroupDestroy(group); }
   };
@@ -97,6 +100,7 @@ class OdeWorld {
   double friction_;
   double torque_limit_;
   bool fixed_chassis_;
+  Handle<dThreadingImplementationID, FreeThreading> threading_;  ///< the world's own: ODE's default one is shared
   Handle<dWorldID, DestroyWorld> world_;
   Handle<dJointGroupID, DestroyGroup> contact_group_;
   dBodyID chassis_ = nullptr;

@@ -20,17 +20,17 @@ namespace jackal_aic::sim {
 /// time".
 ros::Time stampOf(double plant_time);
 
-/// /joint_states: the four wheels by their stock names.
+/// joint_states: the four wheels by their stock names.
 sensor_msgs::JointState toJointState(const PlantMeasurement& measurement);
 
-/// /imu/data, frame imu_link; the covariances are those of the plant's noise, which spares the orientation.
+/// imu/data, frame imu_link; the covariances are those of the plant's noise, which spares the orientation.
 sensor_msgs::Imu toImu(const PlantMeasurement& measurement, const PlantParameters& parameters);
 
-/// /feedback: wheel speed and travel per side; currents and temperatures, which the plant does not model, are 0.
+/// feedback: wheel speed and travel per side; currents and temperatures, which the plant does not model, are 0.
 /// @param mode the last commanded mode, a constant of jackal_msgs/Drive.
 jackal_msgs::Feedback toFeedback(const PlantMeasurement& measurement, std::int8_t mode);
 
-/// /ground_truth/odom: base_link in odom (the plant's ground frame), twist in base_link, free of noise.
+/// ground_truth/odom: base_link in odom (the plant's ground frame), twist in base_link, free of noise.
 nav_msgs::Odometry toOdometry(const PlantTruth& truth);
 
 /// Transform from odom to base_link.

@@ -31,17 +31,17 @@ PlantNode::PlantNode(ros::NodeHandle node, ros::NodeHandle private_node, const s
 
 void PlantNode::advertise(ros::NodeHandle& node) {
   clock_ = node.advertise<rosgraph_msgs::Clock>("/clock", kQueueSize);
-  joint_states_ = node.advertise<sensor_msgs::JointState>("/joint_states", kQueueSize);
-  imu_ = node.advertise<sensor_msgs::Imu>("/imu/data", kQueueSize);
-  feedback_ = node.advertise<jackal_msgs::Feedback>("/feedback", kQueueSize);
-  truth_ = node.advertise<nav_msgs::Odometry>("/ground_truth/odom", kQueueSize);
+  joint_states_ = node.advertise<sensor_msgs::JointState>("joint_states", kQueueSize);
+  imu_ = node.advertise<sensor_msgs::Imu>("imu/data", kQueueSize);
+  feedback_ = node.advertise<jackal_msgs::Feedback>("feedback", kQueueSize);
+  truth_ = node.advertise<nav_msgs::Odometry>("ground_truth/odom", kQueueSize);
 }
 
 void PlantNode::subscribe(ros::NodeHandle& node, ros::NodeHandle& private_node) {
   const ros::TransportHints hints = ros::TransportHints().tcpNoDelay();
-  drive_ = node.subscribe("/cmd_drive", kQueueSize, &PlantNode::onDrive, this, hints);
-  left_wheel_ = node.subscribe("/jackal_left_wheel/command", kQueueSize, &PlantNode::onLeftWheel, this, hints);
-  right_wheel_ = node.subscribe("/jackal_right_wheel/command", kQueueSize, &PlantNode::onRightWheel, this, hints);
+  drive_ = node.subscribe("cmd_drive", kQueueSize, &PlantNode::onDrive, this, hints);
+  left_wheel_ = node.subscribe("jackal_left_wheel/command", kQueueSize, &PlantNode::onLeftWheel, this, hints);
+  right_wheel_ = node.subscribe("jackal_right_wheel/command", kQueueSize, &PlantNode::onRightWheel, this, hints);
   reset_ = private_node.advertiseService("reset", &PlantNode::onReset, this);
 }
 

@@ -36,9 +36,9 @@ void describeFields(Visitor& v, PlantNodeParameters& p) {
   v.field("urdf_file", p.urdf_file, Presence::optional);
 }
 
-/// Steps a plant, publishes /clock, /joint_states, /imu/data, /feedback, /ground_truth/odom and tf, and drives it by
-/// /cmd_drive or by Gazebo's /jackal_left_wheel/command and /jackal_right_wheel/command. Service ~reset puts
-/// everything, the clock included, back to the start.
+/// Steps a plant, publishes /clock, joint_states, imu/data, feedback, ground_truth/odom and tf, and drives it by
+/// cmd_drive or by Gazebo's jackal_left_wheel/command and jackal_right_wheel/command, whichever spoke last. Service
+/// ~reset puts everything, the clock included, back to the start.
 class PlantNode {
  public:
   /// @param node, private_node namespaces of the topics and of ~reset; @param urdf_xml text of the URDF.
