@@ -34,8 +34,9 @@ make_workspace() {
   mkdir -p "$workspace/src" "$workspace/log" || fail "cannot write to $workspace"
   workspace=$(cd "$workspace" && pwd -P)
   export ROS_HOME=$workspace/ros MPLCONFIGDIR=$workspace/matplotlib
-  # The loopback address works without a name server, a network or an /etc/hosts.
+  # ROS talks to itself over the loopback address: no network and no name of this machine is needed.
   export ROS_IP=127.0.0.1
+  getent hosts localhost >/dev/null || fail "this machine does not know localhost: add the line '127.0.0.1 localhost' to /etc/hosts"
 }
 
 # Links the packages to build; a build that knows another place of the checkout is thrown away.

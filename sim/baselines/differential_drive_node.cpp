@@ -75,9 +75,10 @@ class DifferentialDriveNode {
 int main(int argc, char** argv) {
   using namespace jackal_aic;
   ros::init(argc, argv, "diff_drive_node", ros::init_options::NoSigintHandler);
+  ros::NodeHandle private_node("~");  // kept to the end: without a handle roscpp shuts down and logs no more
   StopRequest stop;
   try {
-    ParameterMap map = readRosParameters(ros::NodeHandle("~"));
+    ParameterMap map = readRosParameters(private_node);
     const auto parameters = readParameters<sim::DifferentialDriveParameters>(map, "diff_drive");
     const auto deadlines = readParameters<DeadlineParameters>(map, "deadlines");
     map.refuseUnknown();

@@ -264,21 +264,20 @@ void StepRecorder::writeMetrics(std::ostream& out, const SetPointStep& step) con
 
 /// Wheel radius from robot_description.
 double wheelRadius(const ros::NodeHandle& node, const RecorderParameters& parameters) {
-  std::string urdf;
-  if (!node.getParam("robot_description", urdf)) throw ParameterError("robot_description: missing; expected a URDF");
+  const std::string urdf = robotDescription(node);
+  if (urdf.empty()) throw ParameterError("robot_description: missing; expected a URDF");
   return readUrdfGeometry(urdf, parameters.left_wheel_joints, parameters.right_wheel_joints).wheel_radius;
 }
 
-int run() {
-  ParameterMap map = readRosParameters(ros::NodeHandle("~"));
+bool record(const ros::NodeHandle& private_node) {
+  ParameterMap map = readRosParameters(private_node);
   const auto parameters = readParameters<RecorderParameters>(map, "recorder");
   const Manoeuvre manoeuvre(readParameters<ManoeuvreParameters>(map, "manoeuvre"));
   map.refuseUnknown();
-  StepRecorder recorder(parameters, manoeuvre, wheelRadius(ros::NodeHandle(), parameters));
+  StepRecorder recorder(parameters, manoeuvre, wheelRadius(private_node, parameters));
   ros::spin();
-  if (!recorder.finished()) return 1;
-  recorder.write();
-  return 0;
+  if (recorder.finished()) recorder.write();
+  return recorder.finished();
 }
 
 }  // namespace
@@ -286,8 +285,9 @@ int run() {
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "step_recorder");
+  ros::NodeHandle private_node("~");  // kept to the end: without a handle roscpp shuts down and logs no more
   try {
-    return jackal_aic::sim::run();
+    return jackal_aic::sim::record(private_node) ? 0 : 1;
   } catch (const std::exception& error) {
     ROS_FATAL("%s", error.what());
     return 1;
