@@ -26,9 +26,9 @@ void initialiseOde() {
   static_cast<void>(allocated);
 }
 
-dWorldID createWorld() {
+dThreadingImplementationID createThreading() {
   initialiseOde();
-  return dWorldCreate();
+  return dThreadingAllocateSelfThreadedImplementation();
 }
 
 Eigen::Vector3d vectorOf(const dReal* v) { return {v[0], v[1], v[2]}; }
@@ -73,8 +73,13 @@ OdeWorld::OdeWorld(const RobotModel& model, const WorldParameters& parameters)
       friction_(parameters.friction),
       torque_limit_(parameters.torque_limit),
       fixed_chassis_(parameters.fixed_chassis),
-      world_(createWorld()),
+      threading_(createThreading()),
+      world_(dWorldCreate()),
       contact_group_(dJointGroupCreate(0)) {
+  // Worlds without a threading implementation of their own share one, which fails when two are stepped at the same
+  // time.
+  dWorldSetStepThreadingImplementation(world_.get(), dThreadingImplementationGetFunctions(threading_.get()),
+                                       threading_.get());
   dWorldSetGravity(world_.get(), gravity_.x(), gravity_.y(), gravity_.z());
   createChassis(model);
   for (std::size_t i = 0; i < wheels_.size(); ++i) createWheel(model, i);

@@ -75,6 +75,9 @@ class OdeWorld {
   struct DestroyGroup {
     void operator()(dJointGroupID group) const { dJointGroupDestroy(group); }
   };
+  struct FreeThreading {
+    void operator()(dThreadingImplementationID threading) const { dThreadingFreeImplementation(threading); }
+  };
   template <class Id, class Destroy>
   using Handle = std::unique_ptr<std::remove_pointer_t<Id>, Destroy>;
 
@@ -97,6 +100,7 @@ class OdeWorld {
   double friction_;
   double torque_limit_;
   bool fixed_chassis_;
+  Handle<dThreadingImplementationID, FreeThreading> threading_;
   Handle<dWorldID, DestroyWorld> world_;
   Handle<dJointGroupID, DestroyGroup> contact_group_;
   dBodyID chassis_ = nullptr;
