@@ -7,16 +7,17 @@ namespace {
 
 constexpr double kLongestGap = 0.2;  // s; differences over a longer gap say nothing about the present derivatives
 
-ControllerParameters validated(const ControllerParameters& controller, const GeometryParameters& geometry) {
-  validate(controller, geometry);
+ControllerParameters validated(const ControllerParameters& controller, const GeometryParameters& geometry,
+                               Divergence divergence) {
+  validate(controller, geometry, divergence);
   return controller;
 }
 
 }  // namespace
 
 ActiveInferenceController::ActiveInferenceController(const ControllerParameters& controller,
-                                                     const GeometryParameters& geometry)
-    : model_(validated(controller, geometry), geometry),
+                                                     const GeometryParameters& geometry, Divergence divergence)
+    : model_(validated(controller, geometry, divergence), geometry),
       sensory_inverse_(Eigen::MatrixXd(model_.sensory_map).completeOrthogonalDecomposition().pseudoInverse()),
       sensors_(controller.orders, kLongestGap),
       belief_update_(model_, controller.kappa_mu, controller.beliefStep(), controller.integrator),

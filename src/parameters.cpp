@@ -48,11 +48,11 @@ int ControllerParameters::beliefStepsPerAction() const {
   return static_cast<int>(std::lround(belief_rate / action_rate));
 }
 
-void validate(const ControllerParameters& controller, const GeometryParameters& geometry) {
+void validate(const ControllerParameters& controller, const GeometryParameters& geometry, Divergence divergence) {
   checkRates(controller);
   checkVariances("controller.state_variances", controller.state_variances, controller.orders);
   checkVariances("controller.sensory_variances", controller.sensory_variances, controller.orders);
-  checkConvergence(controller, geometry);
+  if (divergence == Divergence::refused) checkConvergence(controller, geometry);
 }
 
 }  // namespace jackal_aic

@@ -29,7 +29,8 @@ namespace jackal_aic {
 class ActiveInferenceController {
  public:
   /// @throws ParameterError if the gains are invalid for this geometry (see validate()).
-  ActiveInferenceController(const ControllerParameters& controller, const GeometryParameters& geometry);
+  ActiveInferenceController(const ControllerParameters& controller, const GeometryParameters& geometry,
+                            Divergence divergence = Divergence::refused);
 
   /// Desired body velocity mu_d (base_link). A set point that is not finite is refused (false) and changes nothing.
   bool setSetPoint(const SetPoint& set_point);

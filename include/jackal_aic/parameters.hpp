@@ -101,9 +101,14 @@ void describeFields(Visitor& v, DeadlineParameters& p) {
   v.field("sensor", p.sensor, {0.02, 10.0}, "s", Presence::optional);
 }
 
+/// What becomes of gains whose belief update diverges: refused wherever a robot is driven, allowed where an experiment shows
+/// the divergence.
+enum class Divergence { refused, allowed };
+
 /// Checks what single ranges cannot: belief_rate a whole multiple of action_rate, a variance for each order 0..p, and a
 /// belief update that converges with the chosen integrator, rate and gains on this geometry.
 /// @throws ParameterError naming the key, the value and the bound.
-void validate(const ControllerParameters& controller, const GeometryParameters& geometry);
+void validate(const ControllerParameters& controller, const GeometryParameters& geometry,
+              Divergence divergence = Divergence::refused);
 
 }  // namespace jackal_aic

@@ -1,0 +1,181 @@
+#include "calibration.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <nlopt.hpp>
+#include <regex>
+
+#include "parallel.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+std::string shortest(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+double roundedToFourDigits(double value) { return std::strtod(shortest(value).c_str(), nullptr); }
+
+std::vector<ThesisStep> readRows(const PackageFiles& files, const std::vector<std::string>& tables) {
+  const ThesisTables thesis(files.path("sim/thesis/tables.yaml"));
+  std::vector<ThesisStep> rows;
+  for (const auto& table : tables) {
+    for (ThesisStep& row : thesis.steps(table)) rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+/// Parameters in the unit cube, logarithmic in their ranges.
+class Fit {
+ public:
+  Fit(const PackageFiles& files, const CalibrationTask& task, unsigned jobs,
+      const std::function<void(int, double)>& progress)
+      : files_(files), task_(task), jobs_(jobs), progress_(progress) {
+    best_.plant = loadSetup(files, "diff_drive", task.plant, {}).plant;
+    best_.error = HUGE_VAL;
+    start_ = best_.plant;
+  }
+
+  void search(nlopt::algorithm algorithm, int evaluations) {
+    const std::size_t n = task_.parameters.size();
+    nlopt::opt optimizer(algorithm, static_cast<unsigned>(n));
+    optimizer.set_lower_bounds(0.0);
+    optimizer.set_upper_bounds(1.0);
+    optimizer.set_initial_step(0.05);
+    optimizer.set_maxeval(evaluations);
+    optimizer.set_xtol_abs(1e-4);
+    optimizer.set_min_objective(&Fit::objective, this);
+    std::vector<double> x = best_x_.empty() ? std::vector<double>(n, 0.5) : best_x_;
+    double error = 0.0;
+    try {
+      optimizer.optimize(x, error);
+    } catch (const nlopt::roundoff_limited&) {  // as good as it gets
+    } catch (const nlopt::forced_stop&) {
+      std::rethrow_exception(failure_);
+    }
+  }
+
+  const Calibration& best() const { return best_; }
+
+ private:
+  static double objective(const std::vector<double>& x, std::vector<double>&, void* self) {
+    Fit& fit = *static_cast<Fit*>(self);
+    try {
+      return fit.evaluate(x);
+    } catch (...) {  // NLopt would replace the message by its own
+      fit.failure_ = std::current_exception();
+      throw nlopt::forced_stop();
+    }
+  }
+
+  double evaluate(const std::vector<double>& x) {
+    PlantParameters plant = start_;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const FitParameter& p = task_.parameters[i];
+      plant.*p.member = roundedToFourDigits(p.low * std::pow(p.high / p.low, x[i]));
+    }
+    const double error = meanError(residuals(files_, task_.fitted, plant, jobs_));
+    if (error < best_.error) {
+      best_ = {plant, error};
+      best_x_ = x;
+    }
+    if (progress_) progress_(++evaluations_, best_.error);
+    return error;
+  }
+
+  const PackageFiles& files_;
+  const CalibrationTask& task_;
+  unsigned jobs_;
+  const std::function<void(int, double)>& progress_;
+  PlantParameters start_;
+  Calibration best_;
+  std::vector<double> best_x_;
+  int evaluations_ = 0;
+  std::exception_ptr failure_;
+};
+
+}  // namespace
+
+const std::vector<CalibrationTask>& calibrationTasks() {
+  static const std::vector<CalibrationTask> tasks{
+      {"box",
+       "plant_box.yaml",
+       {"5-2", "5-4", "5-6", "5-9"},
+       {"5-5", "5-1"},
+       {{"dead_time", &PlantParameters::dead_time, 0.05, 0.2},
+        {"motor_lag", &PlantParameters::motor_lag, 0.002, 0.1},
+        {"velocity_loop_integral", &PlantParameters::velocity_loop_integral, 0.05, 5.0},
+        {"acceleration_limit", &PlantParameters::acceleration_limit, 1.0, 50.0}}},
+      {"ground",
+       "plant.yaml",
+       {"3-1a", "3-1b"},
+       {},
+       {{"dead_time", &PlantParameters::dead_time, 0.03, 0.2},
+        {"motor_lag", &PlantParameters::motor_lag, 0.002, 0.1},
+        {"velocity_loop_integral", &PlantParameters::velocity_loop_integral, 0.05, 5.0},
+        {"acceleration_limit", &PlantParameters::acceleration_limit, 0.8, 10.0}}}};
+  return tasks;
+}
+
+std::vector<double> Residual::errors() const {
+  std::vector<double> list;
+  const auto add = [&](const std::optional<double>& ours, const std::optional<double>& theirs) {
+    if (!theirs) return;
+    list.push_back(ours && *ours > 0.0 ? std::min(kMissing, std::abs(std::log(*ours / *theirs))) : kMissing);
+  };
+  add(settling, thesis.settling);
+  add(rise, thesis.rise);
+  return list;
+}
+
+std::vector<Residual> residuals(const PackageFiles& files, const std::vector<std::string>& tables,
+                                const PlantParameters& plant, unsigned jobs) {
+  const std::vector<ThesisStep> rows = readRows(files, tables);
+  std::vector<Residual> list(rows.size());
+  parallelFor(rows.size(), jobs, [&](std::size_t i) {
+    const Integrator integrator = comparableIntegrator(files, rows[i]);
+    const ResultRow row = runThesisStepOn(files, rows[i], integrator, plant).row;
+    list[i] = {rows[i], integrator, row.settling_s, row.rise_s};
+  });
+  return list;
+}
+
+double meanError(const std::vector<Residual>& residuals) {
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (const Residual& residual : residuals) {
+    for (const double error : residual.errors()) {
+      sum += error;
+      ++count;
+    }
+  }
+  if (count == 0) throw ParameterError("tables: no settling or rise time to compare with");
+  return sum / static_cast<double>(count);
+}
+
+Calibration calibrate(const PackageFiles& files, const CalibrationTask& task, int evaluations, unsigned jobs,
+                      const std::function<void(int, double)>& progress) {
+  Fit fit(files, task, jobs, progress);
+  fit.search(nlopt::GN_DIRECT_L, evaluations);
+  fit.search(nlopt::LN_SBPLX, evaluations);
+  return fit.best();
+}
+
+std::string withFittedValues(std::string yaml, const CalibrationTask& task, const PlantParameters& plant) {
+  for (const FitParameter& parameter : task.parameters) {
+    const std::regex line("(\\n +" + std::string(parameter.name) + ": )([^ \\n]+ *)");
+    std::smatch match;
+    if (!std::regex_search(yaml, match, line)) throw ParameterError(task.file + ": has no key " + parameter.name);
+    std::string value = shortest(plant.*parameter.member);
+    value.resize(std::max(value.size() + 1, static_cast<std::size_t>(match.length(2))), ' ');
+    yaml = match.prefix().str() + match.str(1) + value + match.suffix().str();
+  }
+  return yaml;
+}
+
+}  // namespace jackal_aic::sim

@@ -1,0 +1,82 @@
+#pragma once
+
+/// @file
+/// The closed loop without ROS: plant and controller in steps of 1 ms. Nothing but the seed of the plant is random, so
+/// the same setup gives the same samples on every run.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "jackal_aic/types.hpp"
+#include "jackal_plant.hpp"
+#include "response_metrics.hpp"
+#include "velocity_controller.hpp"
+
+namespace jackal_aic::sim {
+
+/// Set point over time, and which of its steps is assessed.
+struct SetPointProfile {
+  /// A set point and the time from which it holds.
+  struct Change {
+    double time;         ///< [s]
+    SetPoint set_point;  ///< base_link
+  };
+  std::vector<Change> changes;  ///< in order of time; rest before the first
+  double duration = 0.0;        ///< end of the run [s]
+  double assessed_from = 0.0;   ///< time of the step that is assessed [s]
+  double assessed_until = 0.0;  ///< end of what is assessed [s]
+
+  /// Set point at a time [s].
+  SetPoint at(double time) const;
+};
+
+/// A step from rest. The robot rests for kRestTime first. @param forward [m/s]; @param yaw_rate [rad/s];
+/// @param duration length of the response [s]. @throws ParameterError if both are zero or the duration is below 0.6 s.
+SetPointProfile stepProfile(double forward, double yaw_rate, double duration);
+
+/// A square wave of the forward speed: rest, low for half a period, high for half a period, and so on. The second rise
+/// from low to high is assessed, so that the controller comes from the wave and not from rest.
+struct SquareWave {
+  double low = 0.1;     ///< [m/s]
+  double high = 0.5;    ///< [m/s]
+  double period = 4.0;  ///< [s]
+  int cycles = 3;       ///< 2 or more
+};
+
+/// @throws ParameterError if low and high are equal, half a period is below 0.6 s or there are fewer than 2 cycles.
+SetPointProfile squareProfile(const SquareWave& wave);
+
+/// Time at rest before the first step [s].
+inline constexpr double kRestTime = 0.5;
+
+/// State of the loop after one step of the plant. Speeds of the body are in base_link.
+struct Sample {
+  double time;                       ///< [s]
+  SetPoint set_point;                ///< in force
+  double velocity;                   ///< true forward speed [m/s]; on the box from the true wheel speeds
+  double yaw_rate;                   ///< true yaw rate [rad/s]; on the box from the true wheel speeds
+  double measured_velocity;          ///< from the last encoder sample, r (omega_L + omega_R)/2 [m/s]
+  double measured_yaw_rate;          ///< last gyro sample [rad/s]
+  std::optional<BodyVector> belief;  ///< of the controller
+  WheelCommand command;              ///< last command [rad/s]
+};
+
+/// Runs a controller on a plant along a profile from rest; one sample per step of the plant.
+///
+/// The true velocity is that of base_link. On the box the chassis cannot move, so there it is what the wheels would
+/// give without slip (eq. 3-1: r (omega_L + omega_R)/2 and r (omega_R - omega_L)/b_hat), which is what the thesis plots
+/// for its runs on the box.
+/// @param geometry r and b_hat for the speeds computed from the wheels.
+std::vector<Sample> runClosedLoop(JackalPlant& plant, VelocityController& controller, const SetPointProfile& profile,
+                                  Support support, const GeometryParameters& geometry);
+
+/// Figures of the assessed step: of the forward speed, or of the yaw rate if only that one steps. `stable` is false
+/// also if the belief is not finite or ran away to more than kRunaway times the largest set point, which the limits of
+/// the drive command can hide from the velocity.
+ResponseMetrics assess(const std::vector<Sample>& samples, const SetPointProfile& profile);
+
+/// Belief in multiples of the largest set point beyond which it counts as diverged.
+inline constexpr double kRunaway = 10.0;
+
+}  // namespace jackal_aic::sim

@@ -1,0 +1,266 @@
+#include "commands.hpp"
+
+#include <boost/program_options.hpp>
+#include <filesystem>
+#include <iostream>
+#include <sstream>
+
+#include "calibration.hpp"
+#include "campaign.hpp"
+#include "progress_bar.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+namespace po = boost::program_options;
+
+/// One command: how it is called, what it does, its options.
+struct Command {
+  const char* name;
+  const char* usage;
+  const char* purpose;
+  void (*describe)(po::options_description&, po::positional_options_description&);
+  int (*run)(const po::variables_map&);
+};
+
+PackageFiles packageFiles(const po::variables_map& options) { return PackageFiles(options["share"].as<std::string>()); }
+
+unsigned jobs(const po::variables_map& options) {
+  const int count = options["jobs"].as<int>();
+  if (count < 0 || count > 1024) throw ParameterError("jobs = " + std::to_string(count) + ": must be in [0, 1024]");
+  return static_cast<unsigned>(count);
+}
+
+void addJobs(po::options_description& options) {
+  options.add_options()("jobs", po::value<int>()->default_value(0),
+                        "threads; 0 takes all cores (results do not differ)");
+}
+
+// ---- list
+
+void describeList(po::options_description&, po::positional_options_description&) {}
+
+int list(const po::variables_map& options) {
+  const PackageFiles files = packageFiles(options);
+  for (const ExperimentSummary& experiment : ExperimentTable(files).list()) {
+    std::string figures;
+    for (const auto& figure : experiment.figures) figures += (figures.empty() ? "  (figures " : ", ") + figure;
+    std::cout << experiment.name << std::string(14 - std::min<std::size_t>(13, experiment.name.size()), ' ')
+              << experiment.title << figures << (figures.empty() ? "\n" : ")\n");
+  }
+  return 0;
+}
+
+// ---- run
+
+void describeRun(po::options_description& options, po::positional_options_description& positional) {
+  options.add_options()("experiment", po::value<std::string>()->required(), "name of an experiment, or all");
+  options.add_options()("out", po::value<std::string>()->required(), "directory for NAME.csv and NAME_traces.csv");
+  options.add_options()("shard", po::value<std::string>()->default_value("1/1"), "K/N: run only the K-th of N parts");
+  addJobs(options);
+  positional.add("experiment", 1);
+}
+
+int run(const po::variables_map& options) {
+  const PackageFiles files = packageFiles(options);
+  const ExperimentTable table(files);
+  std::vector<std::string> names{options["experiment"].as<std::string>()};
+  if (names.front() == "all") {
+    names.clear();
+    for (const auto& experiment : table.list()) names.push_back(experiment.name);
+  }
+  runCampaign(table, names, options["out"].as<std::string>(), Shard::parse(options["shard"].as<std::string>()),
+              jobs(options), true);
+  return 0;
+}
+
+// ---- merge
+
+void describeMerge(po::options_description& options, po::positional_options_description& positional) {
+  options.add_options()("directory", po::value<std::vector<std::string>>()->required(), "directories with shards");
+  options.add_options()("out", po::value<std::string>()->required(), "directory for the joined files");
+  positional.add("directory", -1);
+}
+
+int merge(const po::variables_map& options) {
+  for (const auto& name :
+       mergeShards(options["directory"].as<std::vector<std::string>>(), options["out"].as<std::string>())) {
+    std::cout << name << "\n";
+  }
+  return 0;
+}
+
+// ---- step and square
+
+void addLoopOptions(po::options_description& options) {
+  options.add_options()("controller", po::value<std::string>()->required(),
+                        "diff_drive, standard, improved or FILE.yaml");
+  options.add_options()("plant", po::value<std::string>()->required(), "box, ground or FILE.yaml");
+  options.add_options()("set", po::value<std::vector<std::string>>()->composing(),
+                        "key=value, e.g. plant.dead_time=0.14 or controller.tau=0.01; may be repeated");
+  options.add_options()("csv", po::value<std::string>()->default_value("-"),
+                        "file for the row of results; - prints it");
+  options.add_options()("trace", po::value<std::string>(), "file for the time series");
+}
+
+void runLoop(const po::variables_map& options, const std::string& name, const SetPointProfile& profile) {
+  const PackageFiles files = packageFiles(options);
+  Overrides overrides;
+  if (options.count("set") > 0) {
+    for (const auto& text : options["set"].as<std::vector<std::string>>()) overrides.push_back(parseOverride(text));
+  }
+  const LoopSetup setup =
+      loadSetup(files, options["controller"].as<std::string>(), options["plant"].as<std::string>(), overrides);
+  RunResult result = runSetup(setup, profile);
+  result.row.experiment = name;
+  writeText(options["csv"].as<std::string>(), resultHeader() + resultLine(result.row));
+  if (options.count("trace") > 0) writeText(options["trace"].as<std::string>(), traceHeader() + traceLines(0, result));
+}
+
+void describeStep(po::options_description& options, po::positional_options_description&) {
+  addLoopOptions(options);
+  options.add_options()("step", po::value<double>()->default_value(0.0),
+                        "forward speed [m/s]; what is assessed if not 0");
+  options.add_options()("turn", po::value<double>()->default_value(0.0), "yaw rate [rad/s]");
+  options.add_options()("duration", po::value<double>()->default_value(4.0), "length of the response [s]");
+}
+
+int step(const po::variables_map& options) {
+  runLoop(options, "step",
+          stepProfile(options["step"].as<double>(), options["turn"].as<double>(), options["duration"].as<double>()));
+  return 0;
+}
+
+void describeSquare(po::options_description& options, po::positional_options_description&) {
+  addLoopOptions(options);
+  options.add_options()("min", po::value<double>()->required(), "lower forward speed [m/s]");
+  options.add_options()("max", po::value<double>()->required(), "upper forward speed [m/s]");
+  options.add_options()("period", po::value<double>()->default_value(4.0), "period [s]");
+  options.add_options()("cycles", po::value<int>()->default_value(3),
+                        "periods; the second rise from min to max is assessed");
+}
+
+int square(const po::variables_map& options) {
+  runLoop(options, "square",
+          squareProfile({options["min"].as<double>(), options["max"].as<double>(), options["period"].as<double>(),
+                         options["cycles"].as<int>()}));
+  return 0;
+}
+
+// ---- calibrate
+
+void describeCalibrate(po::options_description& options, po::positional_options_description&) {
+  options.add_options()("plant", po::value<std::string>()->default_value("all"), "box, ground or all");
+  options.add_options()("out", po::value<std::string>()->required(), "directory for plant_box.yaml and plant.yaml");
+  options.add_options()("evaluations", po::value<int>()->default_value(300),
+                        "of the global and of the local search each");
+  addJobs(options);
+}
+
+void printResiduals(const PackageFiles& files, const CalibrationTask& task, const PlantParameters& plant,
+                    unsigned jobs) {
+  for (const auto* tables : {&task.fitted, &task.held_out}) {
+    for (const auto& table : *tables) {
+      const auto rows = residuals(files, {table}, plant, jobs);
+      std::printf("Table %s (%s): mean |ln(ours/thesis)| %.3f\n", table.c_str(),
+                  tables == &task.fitted ? "fitted" : "held out", meanError(rows));
+      for (const Residual& row : rows) {
+        std::printf("  %-6s %-9s settling %5.2f (thesis %5.2f)  rise %5.2f (thesis %5.2f)\n", row.thesis.row.c_str(),
+                    row.thesis.column.c_str(), row.settling.value_or(NAN), row.thesis.settling.value_or(NAN),
+                    row.rise.value_or(NAN), row.thesis.rise.value_or(NAN));
+      }
+    }
+  }
+}
+
+int calibratePlants(const po::variables_map& options) {
+  const PackageFiles files = packageFiles(options);
+  const auto wanted = options["plant"].as<std::string>();
+  const int evaluations = options["evaluations"].as<int>();
+  if (evaluations < 1) throw ParameterError("evaluations = " + std::to_string(evaluations) + ": must be 1 or more");
+  if (wanted != "box" && wanted != "ground" && wanted != "all") {
+    throw ParameterError("plant = '" + wanted + "': unknown; known: box, ground, all");
+  }
+  for (const CalibrationTask& task : calibrationTasks()) {
+    if (wanted != "all" && wanted != task.plant) continue;
+    ProgressBar bar("calibrate " + task.plant, static_cast<std::size_t>(2 * evaluations), true);
+    const Calibration found = calibrate(files, task, evaluations, jobs(options), [&](int count, double error) {
+      bar.show(static_cast<std::size_t>(count), "error " + std::to_string(error));
+    });
+    const auto file = std::filesystem::path(options["out"].as<std::string>()) / task.file;
+    writeText(file.string(), withFittedValues(readText(files.path("config/" + task.file)), task, found.plant));
+    std::printf("%s\n", file.c_str());
+    printResiduals(files, task, found.plant, jobs(options));
+  }
+  return 0;
+}
+
+constexpr Command kCommands[] = {
+    {"list", "list", "names the experiments", describeList, list},
+    {"run", "run NAME|all --out DIR [--jobs N] [--shard K/N]", "runs experiments and writes their results as CSV",
+     describeRun, run},
+    {"merge", "merge DIR... --out DIR", "joins the shards of a campaign", describeMerge, merge},
+    {"step", "step --controller NAME|FILE --plant NAME|FILE --step V [--turn W] [--set KEY=VALUE ...]",
+     "runs one step response", describeStep, step},
+    {"square", "square --controller NAME|FILE --plant NAME|FILE --min V --max V [--set KEY=VALUE ...]",
+     "runs one square wave", describeSquare, square},
+    {"calibrate", "calibrate --out DIR [--plant box|ground|all]", "fits the plants to the thesis' tables",
+     describeCalibrate, calibratePlants},
+};
+
+std::string overview() {
+  std::string text = "The thesis' experiments on the simulated Jackal, without ROS.\n\n";
+  for (const Command& command : kCommands) {
+    text += "  experiments " + std::string(command.usage) + "\n      " + command.purpose + "\n";
+  }
+  return text +
+         "\n--help after a command lists its options.\n"
+         "Campaigns on many cores or machines:\n"
+         "  parallel experiments run all --out DIR --shard {}/8 ::: $(seq 8) && experiments merge DIR --out DIR\n"
+         "  sbatch --array=1-8 --wrap 'experiments run all --out DIR --shard $SLURM_ARRAY_TASK_ID/8'\n";
+}
+
+std::string optionNames(const po::options_description& options) {
+  std::string names;
+  for (const auto& option : options.options()) names += (names.empty() ? "--" : ", --") + option->long_name();
+  return names;
+}
+
+int dispatch(const Command& command, const std::vector<std::string>& arguments) {
+  po::options_description options("Options");
+  po::positional_options_description positional;
+  command.describe(options, positional);
+  options.add_options()("share", po::value<std::string>()->default_value(""), "directory of the package's files");
+  options.add_options()("help", "shows this");
+  po::variables_map values;
+  try {
+    // Abbreviations are refused: a new option must not change what an old command line means.
+    const int style = po::command_line_style::default_style & ~po::command_line_style::allow_guessing;
+    po::store(po::command_line_parser(arguments).options(options).positional(positional).style(style).run(), values);
+    if (values.count("help") > 0) {
+      std::cout << "experiments " << command.usage << "\n" << command.purpose << "\n\n" << options;
+      return 0;
+    }
+    po::notify(values);
+  } catch (const po::error& error) {
+    throw ParameterError(std::string(command.name) + ": " + error.what() + "; options: " + optionNames(options));
+  }
+  return command.run(values);
+}
+
+}  // namespace
+
+int runCommand(const std::vector<std::string>& arguments) {
+  if (arguments.empty() || arguments[0] == "--help" || arguments[0] == "-h") {
+    std::cout << overview();
+    return arguments.empty() ? 1 : 0;
+  }
+  std::string names;
+  for (const Command& command : kCommands) {
+    if (arguments[0] == command.name) return dispatch(command, {arguments.begin() + 1, arguments.end()});
+    names += (names.empty() ? "" : ", ") + std::string(command.name);
+  }
+  throw ParameterError("command = '" + arguments[0] + "': unknown; known: " + names);
+}
+
+}  // namespace jackal_aic::sim

@@ -1,0 +1,130 @@
+#include "loop_setup.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "jackal_aic/yaml_parameters.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+constexpr const char* kDifferentialDrive = "diff_drive";
+
+bool contains(const std::vector<std::string>& list, const std::string& word) {
+  return std::find(list.begin(), list.end(), word) != list.end();
+}
+
+bool isFile(const std::string& name) {
+  const std::filesystem::path path(name);
+  return path.extension() == ".yaml" || path.extension() == ".yml";
+}
+
+[[noreturn]] void refuse(const char* what, const std::string& name, const std::vector<std::string>& names) {
+  std::string list;
+  for (const auto& known : names) list += known + ", ";
+  throw ParameterError(std::string(what) + " = '" + name + "': unknown; known: " + list + "or a file NAME.yaml");
+}
+
+void addController(const PackageFiles& files, const std::string& name, ParameterMap& map) {
+  if (isFile(name)) {
+    addYamlFile(name, map);
+  } else if (!contains(controllerNames(), name)) {
+    refuse("controller", name, controllerNames());
+  } else if (name != kDifferentialDrive) {
+    addYamlFile(files.path("config/" + name + ".yaml"), map);
+  }
+}
+
+void addPlant(const PackageFiles& files, const std::string& name, ParameterMap& map) {
+  if (isFile(name)) {
+    addYamlFile(name, map);
+  } else if (contains(plantNames(), name)) {
+    addYamlFile(files.path(name == "box" ? "config/plant_box.yaml" : "config/plant.yaml"), map);
+  } else {
+    refuse("plant", name, plantNames());
+  }
+}
+
+bool hasPrefix(const ParameterMap& map, const std::string& prefix) {
+  const auto keys = map.keys();
+  return std::any_of(keys.begin(), keys.end(),
+                     [&](const std::string& key) { return key.compare(0, prefix.size(), prefix) == 0; });
+}
+
+ActiveInferenceSetup readActiveInference(ParameterMap& map) {
+  return {readParameters<ControllerParameters>(map, "controller"), readParameters<GeometryParameters>(map, "robot"),
+          readParameters<LimitParameters>(map, "limits")};
+}
+
+void apply(const Overrides& overrides, ParameterMap& map) {
+  for (const auto& [key, value] : overrides) map.setFromText(key, value);
+}
+
+}  // namespace
+
+GeometryParameters LoopSetup::geometry() const {
+  if (const auto* active = std::get_if<ActiveInferenceSetup>(&controller)) return active->geometry;
+  const auto& drive = std::get<DifferentialDriveParameters>(controller);
+  GeometryParameters geometry;
+  geometry.wheel_radius = drive.wheel_radius;
+  geometry.effective_track = drive.effective_track;
+  return geometry;
+}
+
+const std::vector<std::string>& controllerNames() {
+  static const std::vector<std::string> names{kDifferentialDrive, "standard", "improved"};
+  return names;
+}
+
+const std::vector<std::string>& plantNames() {
+  static const std::vector<std::string> names{"box", "ground"};
+  return names;
+}
+
+LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
+                    const Overrides& overrides) {
+  ParameterMap map;
+  addController(files, controller, map);
+  addPlant(files, plant, map);
+  apply(overrides, map);
+
+  LoopSetup setup;
+  setup.controller_name = controller;
+  setup.plant_name = plant;
+  setup.plant = readParameters<PlantParameters>(map, "plant");
+  if (controller == kDifferentialDrive || hasPrefix(map, "diff_drive.")) {
+    setup.controller = readParameters<DifferentialDriveParameters>(map, "diff_drive");
+  } else {
+    setup.controller = readActiveInference(map);
+  }
+  map.refuseUnknown();
+  setup.urdf = readText(files.path("sim/urdf/jackal.urdf"));
+  return setup;
+}
+
+ActiveInferenceSetup loadActiveInference(const PackageFiles& files, const std::string& controller,
+                                         const Overrides& overrides) {
+  ParameterMap map;
+  addController(files, controller, map);
+  apply(overrides, map);
+  const ActiveInferenceSetup setup = readActiveInference(map);
+  map.refuseUnknown();
+  return setup;
+}
+
+std::unique_ptr<VelocityController> makeController(const LoopSetup& setup) {
+  if (const auto* active = std::get_if<ActiveInferenceSetup>(&setup.controller)) {
+    return std::make_unique<ActiveInferenceVelocityController>(*active);
+  }
+  return std::make_unique<DifferentialDriveVelocityController>(std::get<DifferentialDriveParameters>(setup.controller));
+}
+
+std::pair<std::string, std::string> parseOverride(const std::string& text) {
+  const auto equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    throw ParameterError("set = '" + text + "': expected key=value, e.g. plant.dead_time=0.14");
+  }
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+}  // namespace jackal_aic::sim

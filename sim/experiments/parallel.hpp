@@ -1,0 +1,19 @@
+#pragma once
+
+/// @file
+/// Independent tasks on all cores.
+
+#include <cstddef>
+#include <functional>
+
+namespace jackal_aic::sim {
+
+/// Calls task(0) .. task(count - 1), each once, on up to `jobs` threads (0: one per core). Tasks must not depend on
+/// each other.
+/// @param progress called after every finished task with the number finished so far, never by two threads at once; may
+/// be
+///        empty. @throws the exception of the failed task with the lowest index, after the running ones have ended.
+void parallelFor(std::size_t count, unsigned jobs, const std::function<void(std::size_t)>& task,
+                 const std::function<void(std::size_t)>& progress = {});
+
+}  // namespace jackal_aic::sim

@@ -1,0 +1,113 @@
+#include "result_table.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+namespace jackal_aic::sim {
+namespace {
+
+constexpr double kTraceStep = 0.01;  // s
+
+std::string number(double value) {
+  if (!std::isfinite(value)) return "nan";
+  if (value == 0.0) value = 0.0;  // no "-0"
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
+
+std::string number(const std::optional<double>& value) { return value ? number(*value) : ""; }
+
+/// A text as a CSV field (RFC 4180).
+std::string field(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + "\"";
+}
+
+std::string joined(const std::vector<std::string>& fields) {
+  std::string line;
+  for (const auto& text : fields) line += (&text == &fields.front() ? "" : ",") + text;
+  return line + "\n";
+}
+
+}  // namespace
+
+void describeController(const ControllerParameters& parameters, ResultRow& row) {
+  row.belief_hz = parameters.belief_rate;
+  row.action_hz = parameters.action_rate;
+  row.integrator = kIntegratorNames[static_cast<std::size_t>(parameters.integrator)];
+  row.tau = parameters.tau;
+  row.kappa_mu = parameters.kappa_mu;
+  row.kappa_a = parameters.kappa_a;
+  row.orders = parameters.orders;
+}
+
+void describeStep(const SetPointProfile& profile, ResultRow& row) {
+  const SetPoint before = profile.at(profile.assessed_from - JackalPlant::kStep);
+  const SetPoint after = profile.at(profile.assessed_from);
+  row.step_mps = after.forward - before.forward;
+  row.step_radps = after.yaw_rate - before.yaw_rate;
+}
+
+void describeResponse(const ResponseMetrics& metrics, ResultRow& row) {
+  row.stable = metrics.stable;
+  if (!metrics.stable) return;
+  row.settling_s = metrics.settling;
+  row.rise_s = metrics.rise;
+  row.overshoot_pct = metrics.overshoot_pct;
+  row.steady_error_pct = metrics.steady_error_pct;
+}
+
+RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile) {
+  JackalPlant plant(setup.urdf, setup.plant);
+  const auto controller = makeController(setup);
+  RunResult result;
+  result.samples = runClosedLoop(plant, *controller, profile, setup.plant.support, setup.geometry());
+  result.row.controller = setup.controller_name;
+  result.row.plant = setup.plant_name;
+  if (const auto* active = std::get_if<ActiveInferenceSetup>(&setup.controller)) {
+    describeController(active->controller, result.row);
+  } else {
+    result.row.action_hz = std::get<DifferentialDriveParameters>(setup.controller).rate;
+  }
+  describeStep(profile, result.row);
+  describeResponse(assess(result.samples, profile), result.row);
+  return result;
+}
+
+std::string resultHeader() {
+  return "experiment,controller,plant,step_mps,step_radps,belief_hz,action_hz,integrator,tau,kappa_mu,kappa_a,orders,"
+         "settling_s,rise_s,overshoot_pct,steady_error_pct,stable,thesis_settling_s,thesis_rise_s\n";
+}
+
+std::string resultLine(const ResultRow& row) {
+  return joined({field(row.experiment), field(row.controller), field(row.plant), number(row.step_mps),
+                 number(row.step_radps), number(row.belief_hz), number(row.action_hz), row.integrator, number(row.tau),
+                 number(row.kappa_mu), number(row.kappa_a), number(row.orders), number(row.settling_s),
+                 number(row.rise_s), number(row.overshoot_pct), number(row.steady_error_pct), row.stable ? "1" : "0",
+                 number(row.thesis_settling_s), number(row.thesis_rise_s)});
+}
+
+std::string traceHeader() {
+  return "run,label,time_s,set_point_mps,velocity_mps,measured_mps,belief_mps,set_point_radps,yaw_rate_radps,"
+         "measured_radps,belief_radps,command_left_radps,command_right_radps\n";
+}
+
+std::string traceLines(std::size_t run, const RunResult& result) {
+  std::string lines;
+  double due = 0.0;
+  for (const Sample& s : result.samples) {
+    if (s.time < due - 0.5 * JackalPlant::kStep) continue;
+    due = s.time + kTraceStep;
+    const auto belief = [&](BodyChannel which) { return s.belief ? number((*s.belief)(which)) : std::string(); };
+    lines += joined({std::to_string(run), field(result.label), number(s.time), number(s.set_point.forward),
+                     number(s.velocity), number(s.measured_velocity), belief(kForward), number(s.set_point.yaw_rate),
+                     number(s.yaw_rate), number(s.measured_yaw_rate), belief(kYaw), number(s.command.left),
+                     number(s.command.right)});
+  }
+  return lines;
+}
+
+}  // namespace jackal_aic::sim

@@ -1,0 +1,93 @@
+#pragma once
+
+/// @file
+/// What the closed loop without ROS can drive a plant with: one interface, one adapter per controller.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "differential_drive.hpp"
+#include "jackal_aic/active_inference_controller.hpp"
+#include "jackal_aic/drive_gate.hpp"
+#include "jackal_aic/parameters.hpp"
+#include "jackal_aic/types.hpp"
+
+namespace jackal_aic::sim {
+
+/// A controller of the body velocity that is served by simulated time.
+class VelocityController {
+ public:
+  virtual ~VelocityController() = default;
+
+  /// Desired body velocity (base_link) from now on.
+  virtual void setSetPoint(const SetPoint& set_point) = 0;
+
+  /// Takes a sample of the sensors.
+  virtual void observe(const Observation& observation) = 0;
+
+  /// Runs every step that is due at this time [s] (never decreasing). Returns the wheel speeds to drive if a command is
+  /// due, within the limits of the robot.
+  virtual std::optional<WheelCommand> advance(double now) = 0;
+
+  /// Believed body velocity; empty if the controller has no belief.
+  virtual std::optional<BodyVector> belief() const = 0;
+};
+
+/// Counts the steps of a fixed rate that simulated time has reached.
+class StepCounter {
+ public:
+  explicit StepCounter(double rate) : rate_(rate) {}
+
+  /// True as long as a step is due at this time [s]; counts it as done. The first step is due one period after time 0.
+  bool due(double now);
+
+ private:
+  double rate_;
+  std::int64_t done_ = 0;
+};
+
+/// Settings of the active inference controller as the node has them.
+struct ActiveInferenceSetup {
+  ControllerParameters controller;
+  GeometryParameters geometry;
+  LimitParameters limits;
+};
+
+/// The active inference controller with the node's order of steps (belief first, then action) and its drive gate: the
+/// action is held at the limits. A belief update that diverges is run as it is, because the thesis shows such cases.
+class ActiveInferenceVelocityController : public VelocityController {
+ public:
+  /// @throws ParameterError if a rate or a list of variances is invalid.
+  explicit ActiveInferenceVelocityController(const ActiveInferenceSetup& setup);
+
+  void setSetPoint(const SetPoint& set_point) override { controller_.setSetPoint(set_point); }
+  void observe(const Observation& observation) override { controller_.observe(observation); }
+  std::optional<WheelCommand> advance(double now) override;
+  std::optional<BodyVector> belief() const override { return BodyVector(controller_.belief().col(0)); }
+
+ private:
+  ActiveInferenceController controller_;
+  DriveGate gate_;
+  StepCounter belief_clock_;
+  int belief_steps_per_action_;
+  int belief_steps_ = 0;
+};
+
+/// The open-loop differential drive baseline.
+class DifferentialDriveVelocityController : public VelocityController {
+ public:
+  explicit DifferentialDriveVelocityController(const DifferentialDriveParameters& parameters)
+      : drive_(parameters), clock_(parameters.rate) {}
+
+  void setSetPoint(const SetPoint& set_point) override { drive_.setSetPoint(set_point); }
+  void observe(const Observation&) override {}
+  std::optional<WheelCommand> advance(double now) override;
+  std::optional<BodyVector> belief() const override { return std::nullopt; }
+
+ private:
+  DifferentialDrive drive_;
+  StepCounter clock_;
+};
+
+}  // namespace jackal_aic::sim
