@@ -285,13 +285,15 @@ TEST(PlantOnGround, AccelerometerIntegratesToTheSpeed) {
   EXPECT_NEAR(integral, 1.0, 5e-3);
 }
 
+/// The Jackal with its IMU half a metre ahead of base_link, turned by an angle about x.
+std::string urdfWithImuAhead(const std::string& roll) {
+  const std::string joint = "<child link=\"imu_link\"/>\n    <origin xyz=";
+  return jackalUrdfWith(joint + "\"0 0 0\" rpy=\"0 0 0\"/>", joint + "\"0.5 0 0\" rpy=\"" + roll + " 0 0\"/>");
+}
+
 TEST(PlantOnGround, AMountedImuSeesItsOwnPlace) {
-  // 0.5 m ahead of base_link, turned by 180 degrees about x: y and z change sign, and the spot accelerates
-  // centripetally.
-  const std::string urdf =
-      jackalUrdfWith("<child link=\"imu_link\"/>\n    <origin xyz=\"0 0 0\" rpy=\"0 0 0\"/>",
-                     "<child link=\"imu_link\"/>\n    <origin xyz=\"0.5 0 0\" rpy=\"3.141592653589793 0 0\"/>");
-  JackalPlant turned(urdf, quiet()), plain(jackalUrdf(), quiet());
+  // Turned by 180 degrees about x, y and z change sign; the spot accelerates centripetally.
+  JackalPlant turned(urdfWithImuAhead("3.141592653589793"), quiet()), plain(jackalUrdf(), quiet());
   for (JackalPlant* plant : {&turned, &plain}) {
     plant->command(rolling(-0.5, 0.5));
     run(*plant, 2.0);
@@ -302,6 +304,38 @@ TEST(PlantOnGround, AMountedImuSeesItsOwnPlace) {
   EXPECT_NEAR(there.angular_velocity.z(), -yaw_rate, 1e-9);
   EXPECT_NEAR(there.linear_acceleration.z(), -kGravity, 0.05);
   EXPECT_NEAR(there.linear_acceleration.x() - here.linear_acceleration.x(), -yaw_rate * yaw_rate * 0.5, 0.02);
+}
+
+TEST(PlantOnGround, AMountedImuFeelsTheYawAcceleration) {
+  PlantParameters parameters = quiet();
+  parameters.sensor_rate = 1000.0;
+  JackalPlant ahead(urdfWithImuAhead("0"), parameters), plain(jackalUrdf(), parameters);
+  double sideways = 0.0;
+  for (int n = 0; n < 180; ++n) {
+    for (JackalPlant* plant : {&ahead, &plain}) {
+      if (n == 0) plant->command(rolling(-0.5, 0.5));
+      plant->step();
+    }
+    sideways += JackalPlant::kStep *
+                (ahead.measurement()->linear_acceleration.y() - plain.measurement()->linear_acceleration.y());
+  }
+  EXPECT_GT(plain.truth().angular_velocity.z(), 0.5);
+  EXPECT_NEAR(sideways, 0.5 * plain.truth().angular_velocity.z(), 0.01);
+}
+
+TEST(PlantOnGround, TrueVelocityIsTheDerivativeOfTheTruePose) {
+  JackalPlant plant = plantOf(quiet());
+  plant.command(rolling(-0.2, 0.8));
+  run(plant, 1.0);
+  for (int n = 0; n < 100; ++n) {
+    const PlantTruth before = plant.truth();
+    plant.step();
+    const PlantTruth& after = plant.truth();
+    const Eigen::Vector3d velocity = (after.position - before.position) / JackalPlant::kStep;
+    ASSERT_LT((after.orientation * after.linear_velocity - velocity).norm(), 1e-3);
+    const Eigen::AngleAxisd turn(before.orientation.conjugate() * after.orientation);
+    ASSERT_NEAR(turn.angle() / JackalPlant::kStep, after.angular_velocity.norm(), 1e-3);
+  }
 }
 
 TEST(PlantOnGround, WheelsSlipWhenTheyAccelerateBeyondFriction) {
@@ -438,6 +472,21 @@ TEST(PlantWithPayload, SinksDeeperAndAcceleratesLessAtTheTorqueLimit) {
   const double mass = 16.523 + 4 * 0.477 + wheels;
   EXPECT_NEAR(light.truth().linear_velocity.x(), push / mass * 0.5, 0.01);
   EXPECT_NEAR(heavy.truth().linear_velocity.x(), push / (mass + 20.0) * 0.5, 0.01);
+}
+
+TEST(PlantWithPayload, HasTheInertiaOfItsLoad) {
+  // Load and chassis of equal mass and spread double mass and inertia: friction turns both robots alike, but for the
+  // wheels.
+  PlantParameters parameters = direct();
+  JackalPlant light = plantOf(parameters);
+  parameters.payload = 16.523;
+  JackalPlant heavy = plantOf(parameters);
+  for (JackalPlant* plant : {&light, &heavy}) {
+    plant->command(rolling(-2.0, 2.0));
+    run(*plant, 0.1);
+  }
+  EXPECT_GT(light.truth().angular_velocity.z(), 0.5);
+  EXPECT_NEAR(heavy.truth().angular_velocity.z() / light.truth().angular_velocity.z(), 1.0, 0.1);
 }
 
 // --- Sensors, commands, determinism ---------------------------------------------------------------------------------
