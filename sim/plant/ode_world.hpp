@@ -37,7 +37,7 @@ struct ChassisState {
 /// Each wheel touches the plane in one point (sphere against plane) with a spring and damper along the normal. Friction
 /// is isotropic Coulomb friction, as slip in a turn depends on it: rolling and lateral friction share the limit mu N,
 /// so that a skidding tyre gives way lengthwise too (a friction pyramid would let it hold, and the robot turn as if it
-/// did not skid).
+/// did not skid). The chassis itself touches nothing.
 class OdeWorld {
  public:
   /// Builds the robot at rest, its wheels in static equilibrium with the ground, base_link above the ground frame's
