@@ -78,9 +78,6 @@ class OdeWorld {
   struct DestroyGroup {
     void operator()(dJointGroupID group) const { dJointGroupDestroy(group); }
   };
-  struct FreeThreading {
-    void operator()(dThreadingImplementationID threading) const { dThreadingFreeImplementation(threading); }
-  };
   template <class Id, class Destroy>
   using Handle = std::unique_ptr<std::remove_pointer_t<Id>, Destroy>;
 
