@@ -33,6 +33,8 @@ StopRequest::StopRequest() {
   ros::XMLRPCManager::instance()->bind("shutdown", onMasterRequest);
 }
 
+void StopRequest::request() { requested = true; }
+
 void StopRequest::spinUntilRequested() {
   while (!requested && ros::ok()) ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(kWait));
 }

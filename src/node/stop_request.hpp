@@ -12,6 +12,9 @@ class StopRequest {
   /// Installs the signal handlers and takes over the master's shutdown request.
   StopRequest();
 
+  /// Requests the end from within the process.
+  static void request();
+
   /// Serves callbacks until the end is requested or roscpp is shut down by other means.
   void spinUntilRequested();
 

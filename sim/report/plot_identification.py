@@ -1,0 +1,46 @@
+#!/usr/bin/python3
+"""Draws what identify fitted: commanded, measured and fitted wheel speeds, and the residual."""
+
+import csv
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+
+COMMAND, MEASURED, FITTED = "#000000", "#56b4e9", "#d55e00"
+
+
+def read(path):
+    with open(path, newline="") as file:
+        rows = list(csv.DictReader(file))
+    return {key: [float(row[key]) for row in rows] for key in rows[0]}
+
+
+def draw(data, path):
+    figure, axes = plt.subplots(3, 1, figsize=(11, 8), sharex=True, height_ratios=[3, 3, 2])
+    for axis, side in zip(axes, ("left", "right")):
+        axis.plot(data["time"], data[f"measured_{side}"], ".", color=MEASURED, markersize=3, label="measured")
+        axis.plot(data["time"], data[f"fitted_{side}"], color=FITTED, linewidth=1.2, label="fitted model")
+        axis.step(data["time"], data[f"command_{side}"], where="post", color=COMMAND, linewidth=0.8, linestyle="--",
+                  label="command")
+        axis.set_ylabel(f"{side} wheels [rad/s]")
+    axes[0].legend(ncol=3, loc="upper right", frameon=False)
+    for side, color in (("left", MEASURED), ("right", FITTED)):
+        residual = [m - f for m, f in zip(data[f"measured_{side}"], data[f"fitted_{side}"])]
+        axes[2].plot(data["time"], residual, color=color, linewidth=0.7, label=side)
+    axes[2].legend(ncol=2, loc="upper right", frameon=False)
+    axes[2].set_ylabel("measured - fitted [rad/s]")
+    axes[2].set_xlabel("time [s]")
+    for axis in axes:
+        axis.grid(alpha=0.3)
+        axis.spines[["top", "right"]].set_visible(False)
+    figure.tight_layout()
+    figure.savefig(path, dpi=120, metadata={"Software": None})
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit("usage: plot_identification.py IDENTIFICATION.csv PICTURE.png")
+    draw(read(sys.argv[1]), sys.argv[2])

@@ -1,0 +1,29 @@
+#pragma once
+
+/// @file
+/// A recorded drive from a ROS bag.
+
+#include <string>
+#include <vector>
+
+#include "jackal_aic/plant_identification.hpp"
+
+namespace jackal_aic {
+
+/// Where a bag holds what the identification needs.
+struct BagTopics {
+  std::string drive = "/cmd_drive";      ///< jackal_msgs/Drive; it has no stamp, the time of recording counts
+  std::string wheels = "/joint_states";  ///< sensor_msgs/JointState
+  std::string imu = "/imu/data";         ///< sensor_msgs/Imu, in a frame whose z axis points up; may be absent
+  std::vector<std::string> left_wheel_joints{"front_left_wheel", "rear_left_wheel"};
+  std::vector<std::string> right_wheel_joints{"front_right_wheel", "rear_right_wheel"};
+};
+
+/// Reads a bag. Drive messages in another mode than velocity count as zero; joint states without wheels of ours are
+/// left out.
+/// @throws IdentificationError, one line, if the file is missing, no bag, truncated or empty, a topic is absent or of
+/// another
+///         type, or the joint states lack a velocity.
+DriveRecording readDriveBag(const std::string& path, const BagTopics& topics);
+
+}  // namespace jackal_aic

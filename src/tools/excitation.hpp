@@ -1,0 +1,53 @@
+#pragma once
+
+/// @file
+/// The motion that makes a drive train tell its dead time, lag, gain, acceleration limit and effective track.
+
+#include <vector>
+
+#include "jackal_aic/parameter_map.hpp"
+#include "jackal_aic/skid_steer_kinematics.hpp"
+#include "jackal_aic/types.hpp"
+
+namespace jackal_aic {
+
+/// Bounds of the excitation. YAML prefix `excitation`.
+struct ExcitationParameters {
+  double linear_speed = 0.6;   ///< largest forward and backward speed [m/s]
+  double angular_speed = 1.0;  ///< largest yaw rate [rad/s]
+  double hold = 1.2;           ///< time each speed is held [s]
+  double rest = 0.8;           ///< time at rest between two speeds [s]
+  int repetitions = 1;         ///< of the whole sequence
+};
+
+/// Lists the fields of ExcitationParameters with unit and range.
+template <class Visitor>
+void describeFields(Visitor& v, ExcitationParameters& p) {
+  v.field("linear_speed", p.linear_speed, {0.1, 2.0}, "m/s", Presence::optional);
+  v.field("angular_speed", p.angular_speed, {0.2, 4.0}, "rad/s", Presence::optional);
+  v.field("hold", p.hold, {0.8, 10.0}, "s", Presence::optional);
+  v.field("rest", p.rest, {0.5, 10.0}, "s", Presence::optional);
+  v.field("repetitions", p.repetitions, {1, 100}, "", Presence::optional);
+}
+
+/// Steps of half and full speed forward, backward, to the left and to the right, each from rest, so that the robot ends
+/// about where it began.
+class Excitation {
+ public:
+  /// @param geometry turns yaw rates into wheel speeds.
+  Excitation(const ExcitationParameters& parameters, const GeometryParameters& geometry);
+
+  /// Wheel command at a time since the start [s]; zero after the end.
+  WheelCommand at(double time) const;
+
+  /// Length of the whole motion [s], the last rest included.
+  double duration() const { return ends_.empty() ? 0.0 : ends_.back(); }
+
+ private:
+  void append(const WheelCommand& command, double length);
+
+  std::vector<double> ends_;  // end of each piece, s since the start
+  std::vector<WheelCommand> commands_;
+};
+
+}  // namespace jackal_aic

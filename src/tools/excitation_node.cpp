@@ -1,0 +1,88 @@
+#include <geometry_msgs/Twist.h>
+#include <jackal_msgs/Drive.h>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+
+#include "conversions.hpp"
+#include "excitation.hpp"
+#include "ros_parameters.hpp"
+#include "stop_request.hpp"
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kPeriod = 0.02;      // s between commands, as the controller sends them
+constexpr double kConnection = 10.0;  // s of wall time to wait for somebody who drives
+
+/// Drives the excitation open loop on cmd_drive. Any message on jackal_AIC/set_point ends it with zero commands.
+class ExcitationNode {
+ public:
+  ExcitationNode(ros::NodeHandle& node, const Excitation& excitation)
+      : excitation_(excitation), drive_(node.advertise<jackal_msgs::Drive>("cmd_drive", 1)) {
+    abort_ = node.subscribe("jackal_AIC/set_point", 1, &ExcitationNode::onSetPoint, this);
+  }
+
+  /// Waits until somebody subscribes to the commands, then starts. Throws ParameterError if nobody does.
+  void start(ros::NodeHandle& node) {
+    const ros::WallTime patience = ros::WallTime::now() + ros::WallDuration(kConnection);
+    while (ros::ok() && (drive_.getNumSubscribers() == 0 || ros::Time::now().isZero())) {
+      if (ros::WallTime::now() > patience) throw ParameterError("nobody subscribes to " + drive_.getTopic());
+      ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.01));
+    }
+    start_ = ros::Time::now();
+    timer_ = node.createTimer(ros::Duration(kPeriod), &ExcitationNode::onTimer, this);
+  }
+
+  void stop() { drive_.publish(driveMessage({})); }
+
+ private:
+  void onTimer(const ros::TimerEvent&) {
+    const double time = (ros::Time::now() - start_).toSec();
+    if (time > excitation_.duration() || time < 0.0) return end("The excitation is complete");
+    drive_.publish(driveMessage(excitation_.at(time)));
+    ROS_INFO_THROTTLE(2.0, "Excitation: [%3.0f%%]", 100.0 * time / excitation_.duration());
+  }
+
+  void onSetPoint(const geometry_msgs::Twist&) { end("Aborted by a set point"); }
+
+  void end(const char* why) {
+    timer_.stop();
+    stop();
+    ROS_INFO("%s", why);
+    StopRequest::request();
+  }
+
+  Excitation excitation_;
+  ros::Publisher drive_;
+  ros::Subscriber abort_;
+  ros::Timer timer_;
+  ros::Time start_;
+};
+
+void excite(ros::NodeHandle& node, const ros::NodeHandle& private_node, StopRequest& stop_request) {
+  ParameterMap map = readRosParameters(private_node);
+  const auto bounds = readParameters<ExcitationParameters>(map, "excitation");
+  const auto geometry = readParameters<GeometryParameters>(map, "robot");
+  map.refuseUnknown();
+  ExcitationNode excitation(node, Excitation(bounds, geometry));
+  excitation.start(node);
+  stop_request.spinUntilRequested();
+  excitation.stop();
+  stop_request.flush();
+}
+
+}  // namespace
+}  // namespace jackal_aic
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "excitation", ros::init_options::NoSigintHandler);
+  ros::NodeHandle node, private_node("~");
+  jackal_aic::StopRequest stop_request;
+  try {
+    jackal_aic::excite(node, private_node, stop_request);
+  } catch (const jackal_aic::ParameterError& error) {
+    ROS_FATAL("%s", error.what());
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,96 @@
+#include <ros/package.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <boost/program_options.hpp>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+
+#include "drive_bag.hpp"
+#include "identification_report.hpp"
+
+namespace {
+
+namespace po = boost::program_options;
+using jackal_aic::IdentificationError;
+
+struct Options {
+  std::string bag, out, plot, csv;
+  double wheel_radius = 0.098;
+  jackal_aic::BagTopics topics;
+};
+
+/// The options, or nothing if the help was asked for.
+bool parse(int argc, char** argv, Options& options) {
+  po::options_description named("Options");
+  named.add_options()("help,h", "show this text")("bag", po::value(&options.bag), "bag to read (also without --bag)")(
+      "out", po::value(&options.out), "write the plant model as YAML")(
+      "plot", po::value(&options.plot), "picture to write (default: the bag's name with .png)")(
+      "csv", po::value(&options.csv), "write measured and fitted wheel speeds")(
+      "wheel-radius", po::value(&options.wheel_radius)->default_value(options.wheel_radius), "m")(
+      "drive-topic", po::value(&options.topics.drive)->default_value(options.topics.drive), "jackal_msgs/Drive")(
+      "wheel-topic", po::value(&options.topics.wheels)->default_value(options.topics.wheels), "sensor_msgs/JointState")(
+      "imu-topic", po::value(&options.topics.imu)->default_value(options.topics.imu), "sensor_msgs/Imu");
+  po::positional_options_description positional;
+  positional.add("bag", 1);
+  po::variables_map values;
+  po::store(po::command_line_parser(argc, argv).options(named).positional(positional).run(), values);
+  po::notify(values);
+  if (values.count("help") > 0) {
+    std::cout
+        << "Usage: identify BAG [--out plant_model.yaml] [options]\nFits dead time, lag, gain, acceleration limit and "
+           "effective track to a recorded drive (see launch/identify.launch).\n"
+        << named;
+    return false;
+  }
+  if (options.bag.empty()) throw po::error("no bag given; usage: identify BAG [--out plant_model.yaml], see --help");
+  if (!(options.wheel_radius > 0.0)) throw po::error("--wheel-radius must be above 0 m");
+  if (options.plot.empty()) options.plot = options.bag.substr(0, options.bag.rfind(".bag")) + ".png";
+  return true;
+}
+
+void write(const std::string& path, const std::string& text) {
+  std::ofstream file(path);
+  if (!(file << text) || !file.flush()) throw IdentificationError(path + ": cannot be written");
+}
+
+/// Draws the picture by the package's matplotlib script.
+void plot(const std::string& csv, const std::string& picture) {
+  const std::string script = ros::package::getPath("jackal_aic") + "/sim/report/plot_identification.py";
+  const pid_t child = fork();
+  if (child == 0) {
+    execl("/usr/bin/python3", "python3", script.c_str(), csv.c_str(), picture.c_str(), static_cast<char*>(nullptr));
+    _exit(127);
+  }
+  int status = 0;
+  if (child < 0 || waitpid(child, &status, 0) != child || status != 0) {
+    throw IdentificationError(picture + ": could not be drawn (python3-matplotlib installed?)");
+  }
+}
+
+void identify(const Options& options) {
+  const auto recording = jackal_aic::readDriveBag(options.bag, options.topics);
+  const auto result = jackal_aic::identifyDriveTrain(recording, options.wheel_radius);
+  std::cout << jackal_aic::identificationTable(result);
+  if (!options.out.empty()) write(options.out, jackal_aic::plantModelYaml(result, options.bag));
+  const std::string csv = options.csv.empty() ? options.plot + ".csv" : options.csv;
+  write(csv, jackal_aic::identificationCsv(recording, result));
+  plot(csv, options.plot);
+  if (options.csv.empty()) std::remove(csv.c_str());
+  if (!options.out.empty()) std::cout << "Plant model: " << options.out << "\n";
+  std::cout << "Figure: " << options.plot << "\n";
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    Options options;
+    if (parse(argc, argv, options)) identify(options);
+  } catch (const std::exception& error) {
+    std::cerr << "identify: " << error.what() << "\n";
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,189 @@
+// From a bag to a plant model: bags written as rosbag record writes them, from the simulated robot with random drive
+// trains.
+
+#include <gtest/gtest.h>
+#include <jackal_msgs/Drive.h>
+#include <rosbag/bag.h>
+#include <sensor_msgs/Imu.h>
+#include <sensor_msgs/JointState.h>
+#include <std_msgs/Float64.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <fstream>
+#include <random>
+
+#include "conversions.hpp"
+#include "drive_bag.hpp"
+#include "excitation.hpp"
+#include "identification_report.hpp"
+#include "jackal_aic/yaml_parameters.hpp"
+#include "plant/test_plant.hpp"
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kRadius = 0.098;
+
+/// A file that is gone after the test.
+struct TemporaryFile {
+  explicit TemporaryFile(const std::string& name) : path(testing::TempDir() + name + std::to_string(getpid())) {}
+  ~TemporaryFile() { unlink(path.c_str()); }
+  std::string path;
+};
+
+void writeMeasurement(rosbag::Bag& bag, const sim::PlantMeasurement& measurement, const ros::Time& now) {
+  sensor_msgs::JointState joints;
+  joints.header.stamp = ros::Time(100.0 + measurement.stamp);
+  joints.name.assign(sim::kWheelJoints.begin(), sim::kWheelJoints.end());
+  joints.velocity.assign(measurement.wheel_velocity.begin(), measurement.wheel_velocity.end());
+  bag.write("/joint_states", now, joints);
+  sensor_msgs::Imu imu;
+  imu.header.stamp = joints.header.stamp;
+  imu.angular_velocity.z = measurement.angular_velocity.z();
+  bag.write("/imu/data", now, imu);
+}
+
+/// Records the excitation on the simulated robot, as identify.launch does.
+void writeBag(const std::string& path, const sim::PlantParameters& parameters) {
+  sim::JackalPlant plant(sim::jackalUrdf(), parameters);
+  const Excitation excitation(ExcitationParameters{}, GeometryParameters{});
+  rosbag::Bag bag(path, rosbag::bagmode::Write);
+  for (int k = 0; k < 1000 * excitation.duration(); ++k) {
+    const ros::Time now(100.0 + plant.time());
+    if (k % 20 == 13) {
+      const WheelCommand command = excitation.at(plant.time());
+      plant.command(command);
+      bag.write("/cmd_drive", now, driveMessage(command));
+    }
+    plant.step();
+    if (plant.measurement()) writeMeasurement(bag, *plant.measurement(), ros::Time(100.0 + plant.time()));
+  }
+}
+
+/// Effective track the robot shows without noise, from ground truth, turning left in place.
+double trueTrack(sim::PlantParameters parameters, double yaw_rate) {
+  parameters.noise_scale = 0.0;
+  sim::JackalPlant plant(sim::jackalUrdf(), parameters);
+  plant.command(SkidSteerKinematics(GeometryParameters{}).wheelSpeeds(0.0, yaw_rate));
+  for (int k = 0; k < 3000; ++k) plant.step();
+  const auto& truth = plant.truth();
+  const double difference = 0.5 * (truth.wheel_velocity[sim::kFrontRight] + truth.wheel_velocity[sim::kRearRight] -
+                                   truth.wheel_velocity[sim::kFrontLeft] - truth.wheel_velocity[sim::kRearLeft]);
+  return kRadius * difference / truth.angular_velocity.z();
+}
+
+TEST(IdentifyBag, FindsThirtyRandomDriveTrains) {
+  std::mt19937 random(2022);
+  const auto between = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  int good = 0;
+  for (int trial = 0; trial < 30; ++trial) {
+    sim::PlantParameters truth;
+    truth.dead_time = std::round(1000 * between(0.03, 0.20)) / 1000;
+    truth.motor_lag = between(0.02, 0.15);
+    truth.wheel_gain = between(0.8, 1.2);
+    truth.acceleration_limit = between(1.5, 20.0);
+    truth.friction = between(0.3, 1.0);
+    truth.seed = 100 + trial;
+    const TemporaryFile file("identify.bag");
+    writeBag(file.path, truth);
+    const Identification found = identifyDriveTrain(readDriveBag(file.path, {}), kRadius);
+    const double track = trueTrack(truth, 1.0);
+    const bool within = std::abs(found.dead_time.value - truth.dead_time) <= 0.010 &&
+                        std::abs(found.lag.value / truth.motor_lag - 1) <= 0.15 &&
+                        std::abs(found.gain.value / truth.wheel_gain - 1) <= 0.02 &&
+                        std::abs(found.track_left.value / track - 1) <= 0.03 &&
+                        std::abs(found.track_right.value / track - 1) <= 0.03;
+    good += within;
+    std::printf("%2d %s dead time %.4f/%.4f lag %.4f/%.4f gain %.4f/%.4f limit %.2f/%.2f track %.4f %.4f/%.4f\n", trial,
+                within ? "ok  " : "MISS", found.dead_time.value, truth.dead_time, found.lag.value, truth.motor_lag,
+                found.gain.value, truth.wheel_gain, found.acceleration_limit.value, truth.acceleration_limit,
+                found.track_left.value, found.track_right.value, track);
+  }
+  EXPECT_GE(good, 27);
+}
+
+class BadBag : public testing::Test {
+ protected:
+  /// Message of the error that reading throws: one line that names the file.
+  static std::string refusal(const std::string& path) {
+    try {
+      readDriveBag(path, {});
+    } catch (const IdentificationError& error) {
+      const std::string message = error.what();
+      EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+      EXPECT_NE(message.find(path), std::string::npos) << message;
+      return message;
+    }
+    ADD_FAILURE() << path << " was read";
+    return "";
+  }
+
+  TemporaryFile file{"bad.bag"};
+};
+
+TEST_F(BadBag, Missing) { refusal("/nonexistent/drive.bag"); }
+
+TEST_F(BadBag, EmptyFile) {
+  std::ofstream(file.path).close();
+  refusal(file.path);
+}
+
+TEST_F(BadBag, ForeignFile) {
+  std::ofstream(file.path) << "time,left,right\n0.0,1.0,1.0\n";
+  refusal(file.path);
+}
+
+TEST_F(BadBag, Truncated) {
+  writeBag(file.path, {});
+  ASSERT_EQ(truncate(file.path.c_str(), 20000), 0);
+  refusal(file.path);
+}
+
+TEST_F(BadBag, WithoutTheDriveTopic) {
+  {
+    rosbag::Bag bag(file.path, rosbag::bagmode::Write);
+    writeMeasurement(bag, *sim::JackalPlant(sim::jackalUrdf(), {}).measurement(), ros::Time(100.0));
+  }
+  EXPECT_NE(refusal(file.path).find("no messages on /cmd_drive"), std::string::npos);
+}
+
+TEST_F(BadBag, WithAnotherTypeOnTheDriveTopic) {
+  {
+    rosbag::Bag bag(file.path, rosbag::bagmode::Write);
+    bag.write("/cmd_drive", ros::Time(100.0), std_msgs::Float64());
+  }
+  EXPECT_NE(refusal(file.path).find("std_msgs/Float64"), std::string::npos);
+}
+
+TEST(IdentificationReport, YamlHoldsTheEstimates) {
+  Identification result;
+  result.dead_time = {0.12, 0.001, ""};
+  result.lag = {0.05, 0.002, ""};
+  result.gain = {0.97, 0.001, ""};
+  result.acceleration_limit = {3.2, 0.0, "never reached; at least the largest acceleration seen"};
+  result.track_left = {0.55, 0.01, ""};
+  result.track_right = {0.0, 0.0, "no turn to the right"};
+  ParameterMap map;
+  addYamlText(plantModelYaml(result, "drive.bag"), "plant_model.yaml", map);
+  const auto number = [&](const char* key) { return std::get<double>(*map.take(std::string("plant_model.") + key)); };
+  EXPECT_DOUBLE_EQ(number("dead_time"), 0.12);
+  EXPECT_DOUBLE_EQ(number("lag"), 0.05);
+  EXPECT_DOUBLE_EQ(number("gain"), 0.97);
+  EXPECT_DOUBLE_EQ(number("acceleration_limit"), 3.2);
+  EXPECT_DOUBLE_EQ(number("effective_track"), 0.55);
+  EXPECT_NE(identificationTable(result).find("no turn to the right"), std::string::npos);
+  result.gain.unknown = "the recording does not depend on it";
+  EXPECT_THROW(plantModelYaml(result, "drive.bag"), IdentificationError);
+}
+
+}  // namespace
+}  // namespace jackal_aic
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::Time::init();
+  return RUN_ALL_TESTS();
+}
