@@ -3,20 +3,19 @@
 
 readonly COMMON_PACKAGES=(
   cmake g++ make pkg-config python3
-  libbenchmark-dev libboost-program-options-dev libeigen3-dev libgmock-dev libgtest-dev libnlopt-cxx-dev libnlopt-dev
-  libode-dev liburdfdom-dev libyaml-cpp-dev python3-matplotlib python3-yaml)
+  libboost-program-options-dev libeigen3-dev libgmock-dev libgtest-dev libnlopt-cxx-dev libnlopt-dev libode-dev
+  liburdfdom-dev libyaml-cpp-dev python3-matplotlib python3-yaml)
 
 # ROS 1 as Debian 12 ships it, under /usr.
 readonly DEBIAN_ROS_PACKAGES=(
   catkin ros-core ros-core-dev rosbash python3-rostest ros-robot-state-publisher
-  libdiagnostic-updater-dev libdynamic-reconfigure-config-init-mutex-dev libmessage-filters-dev libtf2-eigen-dev
-  libtf2-geometry-msgs-dev libtf2-msgs-dev libtf2-ros-dev liburdf-dev python3-dynamic-reconfigure)
+  libdiagnostic-updater-dev libmessage-filters-dev libtf2-ros-dev)
 
 # ROS Noetic on Ubuntu 20.04, under /opt/ros/noetic: what runs on a Jackal.
 readonly NOETIC_PACKAGES=(
-  ros-noetic-catkin ros-noetic-diagnostic-updater ros-noetic-dynamic-reconfigure ros-noetic-jackal-msgs
-  ros-noetic-message-filters ros-noetic-nav-msgs ros-noetic-robot-state-publisher ros-noetic-ros-core ros-noetic-rosbash
-  ros-noetic-rostest ros-noetic-tf2-eigen ros-noetic-tf2-geometry-msgs ros-noetic-tf2-ros ros-noetic-urdf)
+  ros-noetic-catkin ros-noetic-diagnostic-updater ros-noetic-jackal-msgs ros-noetic-message-filters ros-noetic-nav-msgs
+  ros-noetic-robot-state-publisher ros-noetic-ros-core ros-noetic-rosbash ros-noetic-rostest ros-noetic-tf2-ros
+  ros-noetic-topic-tools)
 
 # shellcheck disable=SC2034 # ros_prefix, packages and rviz_package are for workspace.sh
 # detect_system: sets ros_prefix (where ROS is) and packages (all that is needed) for this system.
@@ -46,7 +45,7 @@ missing_packages() {
     <(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "$@" 2>/dev/null | sed -n 's/^installed //p' | sort -u)
 }
 
-# Prints the words that give apt the rights to install; asks for a password where that is possible.
+# Prints what has to stand before apt-get: nothing for root, else sudo, which may ask for a password.
 become_root() {
   if ((EUID == 0)); then return 0; fi
   if ! command -v sudo >/dev/null; then return 1; fi
@@ -73,7 +72,7 @@ install_packages() {
   say "Installing with apt: ${missing[*]}"
   apt=(env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300 -o Dpkg::Use-Pty=0 -o APT::Status-Fd=1)
   if [[ -n $root ]]; then apt=("$root" -n "${apt[@]}"); fi
-  run_phase "Installing ${#missing[@]} packages" "$log" apt_install "${apt[@]}" ||
+  run_phase "Installing packages" "$log" apt_install "${apt[@]}" ||
     fail "apt-get failed: $(grep -m 1 '^E: ' "$log" || tail -n 1 "$log") (log: $log)"
   mapfile -t missing < <(missing_packages "$@")
   ((${#missing[@]} == 0)) || fail "not installed although apt-get reports success: ${missing[*]} (log: $log)"
