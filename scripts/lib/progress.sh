@@ -1,7 +1,8 @@
 # shellcheck shell=bash
 # Long commands under a person's eyes: output goes to a log, the terminal shows title, percentage and elapsed time.
 
-readonly HEARTBEAT=15 # s between the lines of a log that is no terminal
+readonly PATIENCE=5   # s that a command may take before a line is spent on it
+readonly HEARTBEAT=15 # s between the lines where the output is no terminal
 
 phase_pid=""
 
@@ -43,8 +44,8 @@ trap stop_phase EXIT
 trap 'exit 130' INT
 trap 'exit 143' TERM HUP
 
-# run_phase TITLE LOG COMMAND...: runs the command with its output in LOG and returns its status. Says nothing if it takes
-# less than a second or two.
+# run_phase TITLE LOG COMMAND...: runs the command with its output in LOG and returns its status. Leaves no line behind
+# if it takes less than PATIENCE.
 run_phase() {
   local title=$1 log=$2 start=$SECONDS spoken=0 tick=0 status=0
   shift 2
@@ -60,7 +61,7 @@ run_phase() {
       printf '\r\033[K%s %s  %s  %s' "${spinner:tick++%4:1}" "$title" "$(minutes $elapsed)" "$(percentage "$log")"
       sleep 0.2
     else
-      if ((elapsed >= 2 + spoken * HEARTBEAT)); then
+      if ((elapsed >= PATIENCE + spoken * HEARTBEAT)); then
         local detail
         detail=$(percentage "$log")
         say "$title  $(minutes $elapsed)${detail:+  $detail}"
@@ -72,6 +73,6 @@ run_phase() {
   wait "$phase_pid" || status=$?
   phase_pid=""
   if on_terminal; then printf '\r\033[K'; fi
-  if ((status == 0 && SECONDS - start >= 2)); then say "$title  done in $(minutes $((SECONDS - start)))"; fi
+  if ((status == 0 && SECONDS - start >= PATIENCE)); then say "$title  done in $(minutes $((SECONDS - start)))"; fi
   return "$status"
 }
