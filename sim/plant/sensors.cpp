@@ -26,7 +26,7 @@ double SensorModel::noise(double deviation) { return parameters_.noise_scale * d
 
 Eigen::Vector3d SensorModel::noiseVector(double deviation) {
   Eigen::Vector3d vector;
-  for (double& element : vector) element = noise(deviation);
+  for (int i = 0; i < 3; ++i) vector[i] = noise(deviation);  // Eigen 3.3 has no begin()
   return vector;
 }
 
