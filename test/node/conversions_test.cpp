@@ -1,0 +1,107 @@
+#include "conversions.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace jackal_aic {
+namespace {
+
+const std::vector<std::string> kLeft{"front_left_wheel", "rear_left_wheel"};
+const std::vector<std::string> kRight{"front_right_wheel", "rear_right_wheel"};
+const double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+sensor_msgs::JointState joints(std::vector<std::string> names, std::vector<double> velocities) {
+  sensor_msgs::JointState message;
+  message.name = std::move(names);
+  message.velocity = std::move(velocities);
+  return message;
+}
+
+sensor_msgs::Imu imu(double wx, double wy, double wz, double ax, double ay, double az) {
+  sensor_msgs::Imu message;
+  message.angular_velocity.x = wx;
+  message.angular_velocity.y = wy;
+  message.angular_velocity.z = wz;
+  message.linear_acceleration.x = ax;
+  message.linear_acceleration.y = ay;
+  message.linear_acceleration.z = az;
+  return message;
+}
+
+TEST(MeanVelocity, GoesByNameAndNotByOrder) {
+  const auto message = joints({"rear_right_wheel", "mast", "front_left_wheel", "front_right_wheel", "rear_left_wheel"},
+                              {7.0, 99.0, 1.0, 5.0, 3.0});
+  EXPECT_DOUBLE_EQ(*meanVelocity(message, kLeft), 2.0);
+  EXPECT_DOUBLE_EQ(*meanVelocity(message, kRight), 6.0);
+}
+
+TEST(MeanVelocity, TakesTheWheelsThatAreListed) {
+  EXPECT_DOUBLE_EQ(*meanVelocity(joints({"rear_left_wheel"}, {4.0}), kLeft), 4.0);
+  EXPECT_FALSE(meanVelocity(joints({"rear_left_wheel"}, {4.0}), kRight));
+  EXPECT_TRUE(mentionsAny(joints({"rear_left_wheel"}, {4.0}), kLeft));
+  EXPECT_FALSE(mentionsAny(joints({"mast"}, {4.0}), kLeft));
+}
+
+TEST(MeanVelocity, RefusesWhatIsMissingOrNotFinite) {
+  EXPECT_FALSE(meanVelocity(joints({"front_left_wheel", "rear_left_wheel"}, {1.0}), kLeft));
+  EXPECT_FALSE(meanVelocity(joints({"front_left_wheel", "rear_left_wheel"}, {1.0, kNaN}), kLeft));
+  EXPECT_FALSE(meanVelocity(joints({"front_left_wheel"}, {}), kLeft));
+}
+
+TEST(PlanarMotion, RotatesIntoTheBaseFrame) {
+  const auto level = planarMotion(imu(0.1, 0.2, 0.3, 1.0, 2.0, 9.8), Eigen::Quaterniond::Identity());
+  EXPECT_TRUE(level->isApprox(Eigen::Vector3d(0.3, 1.0, 2.0)));
+  // Mounted upside down, turned about x: the sensor's z and y point against those of the base.
+  const Eigen::Quaterniond upside_down(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()));
+  EXPECT_TRUE(planarMotion(imu(0.1, 0.2, 0.3, 1.0, 2.0, 9.8), upside_down)->isApprox(Eigen::Vector3d(-0.3, 1.0, -2.0)));
+  // Mounted with its x axis along the base's y.
+  const Eigen::Quaterniond quarter(Eigen::AngleAxisd(M_PI_2, Eigen::Vector3d::UnitZ()));
+  EXPECT_TRUE(planarMotion(imu(0.1, 0.2, 0.3, 1.0, 2.0, 9.8), quarter)->isApprox(Eigen::Vector3d(0.3, -2.0, 1.0)));
+}
+
+TEST(PlanarMotion, RefusesWhatIsNotFinite) {
+  EXPECT_FALSE(planarMotion(imu(0, 0, kNaN, 0, 0, 9.8), Eigen::Quaterniond::Identity()));
+  EXPECT_FALSE(planarMotion(imu(0, 0, 0, kNaN, 0, 9.8), Eigen::Quaterniond::Identity()));
+}
+
+TEST(SetPointOfTwist, TakesForwardSpeedAndYawRate) {
+  geometry_msgs::Twist twist;
+  twist.linear.x = 0.5;
+  twist.linear.y = 0.3;
+  twist.angular.z = -0.4;
+  const auto wanted = setPoint(twist);
+  EXPECT_EQ(wanted->forward, 0.5);
+  EXPECT_EQ(wanted->lateral, 0.0) << "a skid-steer robot cannot go sideways";
+  EXPECT_EQ(wanted->yaw_rate, -0.4);
+  twist.angular.x = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(setPoint(twist)) << "a message that is broken anywhere is not trusted";
+}
+
+TEST(DriveMessage, IsInVelocityModeWithLeftFirst) {
+  const auto message = driveMessage({1.5, -2.5});
+  EXPECT_EQ(message.mode, jackal_msgs::Drive::MODE_VELOCITY);
+  EXPECT_EQ(message.drivers[0], 1.5f);
+  EXPECT_EQ(message.drivers[1], -2.5f);
+}
+
+TEST(StateMessage, CarriesBeliefAndErrorsOfAllOrders) {
+  ActiveInferenceController controller({}, {});
+  controller.setSetPoint({0.5, 0.0, 0.2});
+  controller.observe({1.0, 0.1, 2.0, 3.0, 0.0, 0.0});
+  controller.updateBelief();
+  const ControllerState message = stateMessage(controller);
+  ASSERT_EQ(message.belief_forward.size(), 4u);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_EQ(message.belief_forward[i], controller.belief()(kForward, i));
+    EXPECT_EQ(message.belief_yaw_rate[i], controller.belief()(kYaw, i));
+    EXPECT_EQ(message.sensory_error_wheel_left[i], controller.errors().sensory(kWheelLeft, i));
+    EXPECT_EQ(message.sensory_error_wheel_right[i], controller.errors().sensory(kWheelRight, i));
+    EXPECT_EQ(message.state_error_yaw_rate[i], controller.errors().state(kYaw, i));
+  }
+  EXPECT_EQ(message.free_energy, controller.freeEnergy());
+}
+
+}  // namespace
+}  // namespace jackal_aic

@@ -1,0 +1,94 @@
+#include "node_parameters.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "jackal_aic/yaml_parameters.hpp"
+
+namespace jackal_aic {
+namespace {
+
+const std::string kSource = JACKAL_AIC_SOURCE_DIR;
+
+std::string jackalUrdf() {
+  std::ifstream file(kSource + "/sim/urdf/jackal.urdf");
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+ParameterMap shipped(const std::string& preset) {
+  ParameterMap map;
+  addYamlFile(kSource + "/config/jackal.yaml", map);
+  addYamlFile(kSource + "/config/" + preset + ".yaml", map);
+  return map;
+}
+
+std::string refusal(const ParameterMap& map, const std::string& urdf) {
+  try {
+    readNodeParameters(map, [&] { return urdf; });
+  } catch (const ParameterError& error) {
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+    return error.what();
+  }
+  ADD_FAILURE() << "accepted";
+  return "";
+}
+
+TEST(NodeParameters, ShippedFilesAreCompleteAndValid) {
+  for (const char* preset : {"standard", "improved"}) {
+    const NodeParameters parameters = readNodeParameters(shipped(preset), jackalUrdf);
+    EXPECT_DOUBLE_EQ(parameters.geometry.effective_track, 0.5621);
+    EXPECT_DOUBLE_EQ(parameters.geometry.wheel_radius, 0.098) << "from the URDF";
+    EXPECT_EQ(parameters.deadlines.set_point, 0.5);
+    EXPECT_EQ(parameters.deadlines.sensor, 0.2);
+    EXPECT_EQ(parameters.output, OutputMode::cmd_drive);
+  }
+}
+
+TEST(NodeParameters, TakesGeometryFromTheUrdfUnlessTheYamlGivesIt) {
+  ParameterMap map;
+  addYamlFile(kSource + "/config/standard.yaml", map);
+  NodeParameters parameters = readNodeParameters(map, jackalUrdf);
+  EXPECT_NEAR(parameters.geometry.effective_track, 1.5 * 0.37559, 1e-9);
+  EXPECT_NEAR(parameters.geometry.wheel_radius, 0.098, 1e-9);
+
+  map.set("robot.track_multiplier", 1.2);
+  EXPECT_NEAR(readNodeParameters(map, jackalUrdf).geometry.effective_track, 1.2 * 0.37559, 1e-9);
+
+  map.set("robot.wheel_radius", 0.1);
+  map.set("robot.effective_track", 0.6);
+  parameters = readNodeParameters(map, []() -> std::string { throw std::logic_error("the URDF was read"); });
+  EXPECT_EQ(parameters.geometry.wheel_radius, 0.1);
+  EXPECT_EQ(parameters.geometry.effective_track, 0.6);
+}
+
+TEST(NodeParameters, SaysWhatIsMissingWithoutAUrdf) {
+  EXPECT_NE(refusal(shipped("standard"), "").find("robot.wheel_radius"), std::string::npos);
+  EXPECT_NE(refusal(shipped("standard"), "").find("robot_description"), std::string::npos);
+}
+
+TEST(NodeParameters, RefusesAUrdfWithoutTheWheelsOrWithoutSense) {
+  EXPECT_NE(
+      refusal(shipped("standard"), "<robot name='cart'><link name='base_link'/></robot>").find("front_left_wheel"),
+      std::string::npos);
+  EXPECT_FALSE(refusal(shipped("standard"), "not a robot").empty());
+}
+
+TEST(NodeParameters, RefusesSwappedSides) {
+  ParameterMap map = shipped("standard");
+  map.set("robot.left_wheel_joints", std::vector<std::string>{"front_right_wheel"});
+  map.set("robot.right_wheel_joints", std::vector<std::string>{"front_left_wheel"});
+  EXPECT_FALSE(refusal(map, jackalUrdf()).empty());
+}
+
+TEST(NodeParameters, RefusesAnUnknownOutput) {
+  ParameterMap map = shipped("standard");
+  map.set("output", std::string("serial"));
+  EXPECT_NE(refusal(map, jackalUrdf()).find("cmd_drive, gazebo"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace jackal_aic
