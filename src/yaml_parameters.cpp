@@ -58,7 +58,8 @@ void addYamlText(const std::string& text, const std::string& name, ParameterMap&
 void addYamlFile(const std::string& path, ParameterMap& map) {
   std::ifstream file(path);
   std::ostringstream text;
-  if (!file || !(text << file.rdbuf())) throw ParameterError(path + ": cannot be read");
+  const bool empty = file.peek() == std::ifstream::traits_type::eof();  // << of nothing fails
+  if (!file.is_open() || (!empty && !(text << file.rdbuf()))) throw ParameterError(path + ": cannot be read");
   addYamlText(text.str(), path, map);
 }
 

@@ -1,0 +1,37 @@
+#pragma once
+
+/// @file
+/// Between the parameters of the simulated robot and the linear plant model of the controller's side.
+
+#include "jackal_aic/plant_model.hpp"
+#include "plant_parameters.hpp"
+
+namespace jackal_aic::sim {
+
+/// Linear model of a simulated robot's drive train. The effective track, which friction and geometry decide, is left to
+/// the controller's own.
+inline PlantModel linearModel(const PlantParameters& plant) {
+  PlantModel model;
+  model.dead_time = plant.dead_time;
+  model.lag = plant.motor_lag;
+  model.gain = plant.wheel_gain;
+  model.velocity_loop_integral = plant.velocity_loop_integral;
+  model.acceleration_limit = plant.acceleration_limit;
+  model.on_box = plant.support == Support::box;
+  model.sensor_rate = plant.sensor_rate;
+  return model;
+}
+
+/// The simulated robot with the drive train of a plant model. @param others everything that the model does not say.
+inline PlantParameters simulatedRobot(const PlantModel& model, PlantParameters others = {}) {
+  others.dead_time = model.dead_time;
+  others.motor_lag = model.lag;
+  others.wheel_gain = model.gain;
+  others.velocity_loop_integral = model.velocity_loop_integral;
+  others.acceleration_limit = model.acceleration_limit;
+  others.support = model.on_box ? Support::box : Support::ground;
+  others.sensor_rate = model.sensor_rate;
+  return others;
+}
+
+}  // namespace jackal_aic::sim

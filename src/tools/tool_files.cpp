@@ -1,0 +1,60 @@
+#include "tool_files.hpp"
+
+#include <algorithm>
+
+#include "jackal_aic/yaml_parameters.hpp"
+#include "node_parameters.hpp"
+#include "plant_conversion.hpp"
+
+namespace jackal_aic {
+namespace {
+
+bool hasPrefix(const ParameterMap& map, const std::string& prefix) {
+  const auto keys = map.keys();
+  return std::any_of(keys.begin(), keys.end(),
+                     [&](const std::string& key) { return key.compare(0, prefix.size(), prefix) == 0; });
+}
+
+/// Runs a reader of the file's keys; its errors name the file.
+template <class Read>
+auto readFile(const std::string& path, const Read& read) {
+  ParameterMap map;
+  addYamlFile(path, map);
+  try {
+    auto result = read(map);
+    map.refuseUnknown();
+    return result;
+  } catch (const ParameterError& error) {
+    throw ParameterError(path + ": " + error.what());
+  }
+}
+
+}  // namespace
+
+ControllerFile readControllerFile(const std::string& path) {
+  return readFile(path, [](ParameterMap& map) {
+    ControllerFile file{readParameters<ControllerParameters>(map, "controller"),
+                        readParameters<GeometryParameters>(map, "robot"),
+                        readParameters<LimitParameters>(map, "limits")};
+    readParameters<RobotNames>(map, "robot");
+    readParameters<DeadlineParameters>(map, "deadlines");
+    if (hasPrefix(map, "plant_model.")) readParameters<PlantModel>(map, "plant_model");
+    OutputMode output{};
+    ParameterReader(map, "").field("output", output, kOutputModeNames, Presence::optional);
+    return file;
+  });
+}
+
+PlantFile readPlantFile(const std::string& path) {
+  return readFile(path, [](ParameterMap& map) {
+    if (hasPrefix(map, "plant_model.")) {
+      const auto model = readParameters<PlantModel>(map, "plant_model");
+      return PlantFile{model, sim::simulatedRobot(model)};
+    }
+    if (!hasPrefix(map, "plant.")) throw ParameterError("has neither plant_model.* nor plant.*: not a plant file");
+    const auto simulation = readParameters<sim::PlantParameters>(map, "plant");
+    return PlantFile{sim::linearModel(simulation), simulation};
+  });
+}
+
+}  // namespace jackal_aic

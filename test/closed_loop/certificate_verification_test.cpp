@@ -1,0 +1,304 @@
+// The certificate against the time domain: the controller itself on a linear plant and on the ODE plant on its box.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <random>
+#include <sstream>
+
+#include "jackal_aic/active_inference_controller.hpp"
+#include "jackal_aic/closed_loop_certificate.hpp"
+#include "jackal_plant.hpp"
+#include "motor.hpp"
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kStep = sim::JackalPlant::kStep;
+
+/// A random closed loop.
+struct Case {
+  ControllerParameters controller;
+  GeometryParameters geometry;
+  PlantModel plant;
+};
+
+/// Draws cases whose rates divide 1 kHz and whose dead times are whole milliseconds, as the simulated plants need.
+class CaseGenerator {
+ private:
+  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
+  double logarithmic(double low, double high) { return std::exp(uniform(std::log(low), std::log(high))); }
+  template <class List>
+  auto oneOf(const List& list) {
+    return list[std::uniform_int_distribution<std::size_t>(0, list.size() - 1)(random_)];
+  }
+
+ public:
+  explicit CaseGenerator(std::uint64_t seed) : random_(seed) {}
+
+  Case draw() {
+    Case c;
+    const auto [belief_rate, action_rate] = oneOf(kRates);
+    c.controller.belief_rate = belief_rate;
+    c.controller.action_rate = action_rate;
+    c.controller.integrator = uniform(0.0, 1.0) < 0.7 ? Integrator::exact : Integrator::euler;
+    c.controller.orders = static_cast<int>(uniform(0.0, 6.0));
+    c.controller.tau = logarithmic(0.002, 0.3);
+    c.controller.kappa_mu = logarithmic(0.003, 3.0);
+    c.controller.kappa_a = logarithmic(3.0, 80.0);
+    c.controller.state_variances.clear();
+    c.controller.sensory_variances.clear();
+    for (int i = 0; i <= c.controller.orders; ++i) {
+      c.controller.state_variances.push_back(logarithmic(0.5, 10.0));
+      c.controller.sensory_variances.push_back(logarithmic(0.5, 10.0) * std::pow(10.0, 2 * i));
+    }
+    c.plant.dead_time = kStep * std::round(uniform(0.0, 200.0));
+    c.plant.lag = uniform(0.0, 1.0) < 0.1 ? 0.0 : logarithmic(0.002, 0.2);
+    c.plant.velocity_loop_integral = c.plant.lag > 0.0 && uniform(0.0, 1.0) < 0.5 ? uniform(0.0, 3.0) : 0.0;
+    c.plant.gain = uniform(0.8, 1.2);
+    c.plant.effective_track = uniform(0.4, 0.8);
+    c.plant.on_box = uniform(0.0, 1.0) < 0.3;
+    c.plant.sensor_rate = oneOf(kSensorRates);
+    return c;
+  }
+
+ private:
+  static constexpr std::array<std::pair<double, double>, 7> kRates{
+      {{1000, 50}, {1000, 100}, {50, 50}, {100, 100}, {250, 50}, {500, 25}, {200, 20}}};
+  static constexpr std::array<double, 4> kSensorRates{50, 100, 25, 20};
+
+  std::mt19937_64 random_;
+};
+
+std::string describeCase(const Case& c) {
+  std::ostringstream out;
+  out << "belief " << c.controller.belief_rate << " Hz, action " << c.controller.action_rate << " Hz, sensor "
+      << c.plant.sensor_rate << " Hz, integrator " << static_cast<int>(c.controller.integrator) << ", p "
+      << c.controller.orders << ", tau " << c.controller.tau << ", kappa_mu " << c.controller.kappa_mu << ", kappa_a "
+      << c.controller.kappa_a << ", dead time " << c.plant.dead_time << ", lag " << c.plant.lag << ", integral "
+      << c.plant.velocity_loop_integral << ", on box " << c.plant.on_box;
+  return out.str();
+}
+
+/// The plant model in steps of 1 ms, by the drive train of the simulated robot without its limits and without a physics
+/// engine.
+class LinearPlant {
+ public:
+  explicit LinearPlant(const Case& c)
+      : case_(c), delay_(c.plant.dead_time, kStep), left_(motor(c.plant), kStep), right_(motor(c.plant), kStep) {}
+
+  void command(const WheelCommand& command) { delay_.push(steps_, command); }
+
+  void step() {
+    const WheelCommand acting = delay_.acting(steps_++);
+    speed_(0) = left_.reference(acting.left, speed_(0));
+    speed_(1) = right_.reference(acting.right, speed_(1));
+  }
+
+  Observation observation() const {
+    const double yaw_rate = case_.geometry.wheel_radius * (speed_(1) - speed_(0)) / case_.plant.effective_track;
+    return {static_cast<double>(steps_) * kStep, case_.plant.on_box ? 0.0 : yaw_rate, speed_(0), speed_(1), 0.0, 0.0};
+  }
+
+ private:
+  static sim::MotorParameters motor(const PlantModel& plant) {
+    return {plant.gain, plant.lag, plant.velocity_loop_integral, 1e300, 1e300};
+  }
+
+  const Case& case_;
+  sim::CommandDelay delay_;
+  sim::MotorLoop left_, right_;
+  std::int64_t steps_ = 0;
+  WheelVector speed_ = WheelVector::Zero();
+};
+
+/// The simulated robot on its box, without noise, its limits out of reach.
+class OdePlant {
+ public:
+  explicit OdePlant(const Case& c) : plant_(urdf(), parameters(c.plant)) {}
+
+  void command(const WheelCommand& command) { plant_.command(command); }
+  void step() {
+    plant_.step();
+    if (plant_.measurement()) observation_ = plant_.measurement()->observation();
+  }
+  Observation observation() const { return observation_; }
+
+ private:
+  static const std::string& urdf() {
+    static const std::string text = [] {
+      std::ifstream file(std::string(JACKAL_AIC_SOURCE_DIR) + "/sim/urdf/jackal.urdf");
+      std::ostringstream out;
+      out << file.rdbuf();
+      return out.str();
+    }();
+    return text;
+  }
+
+  static sim::PlantParameters parameters(const PlantModel& model) {
+    sim::PlantParameters p;
+    p.support = sim::Support::box;
+    p.dead_time = model.dead_time;
+    p.motor_lag = model.lag;
+    p.wheel_gain = model.gain;
+    p.velocity_loop_integral = model.velocity_loop_integral;
+    p.acceleration_limit = p.torque_limit = 1e9;
+    p.speed_limit = 1e9;
+    p.sensor_rate = model.sensor_rate;
+    p.noise_scale = 0.0;
+    return p;
+  }
+
+  sim::JackalPlant plant_;
+  Observation observation_;
+};
+
+/// What a run does after its set point went back to zero.
+enum class Verdict { stable, unstable };
+
+/// Drives a plant for a second, forwards, sideways and turning, so that every mode moves, then asks for rest and
+/// watches whether the loop finds it. Neither limits nor a drive gate here.
+template <class Plant>
+class TimeDomain {
+ public:
+  /// @param decay, growth relative to the largest excursion in the first second at which the verdict is clear;
+  /// @param longest run [s].
+  TimeDomain(const Case& c, double decay, double growth, double longest)
+      : plant_(c),
+        controller_(c.controller, c.geometry, Divergence::allowed),
+        sensor_ticks_(ticks(c.plant.sensor_rate)),
+        belief_ticks_(ticks(c.controller.belief_rate)),
+        action_ticks_(ticks(c.controller.action_rate)),
+        decay_(decay),
+        growth_(growth),
+        seconds_(static_cast<int>(longest)) {}
+
+  Verdict verdict() {
+    controller_.observe(Observation{});
+    controller_.setSetPoint({0.5, 0.2, 0.4});
+    const double reference = excursionInOneSecond();
+    controller_.setSetPoint({});
+    excursionInOneSecond();
+    double middle = 0.0, last = 0.0;
+    for (int second = 2; second < seconds_; ++second) {
+      last = std::max(excursionInOneSecond(), excursionInOneSecond());  // slow beats need more than one second
+      if (!(last < growth_ * reference)) return Verdict::unstable;
+      if (last < decay_ * reference) return Verdict::stable;
+      if (second == seconds_ / 2) middle = last;
+    }
+    return last < middle ? Verdict::stable : Verdict::unstable;
+  }
+
+ private:
+  static std::int64_t ticks(double rate) { return std::llround(1.0 / (rate * kStep)); }
+
+  double excursionInOneSecond() {
+    double largest = 0.0;
+    for (int i = 0; i < std::lround(1.0 / kStep); ++i) {
+      tick();
+      const Observation y = plant_.observation();
+      largest = std::max({largest, std::abs(y.wheel_left), std::abs(y.wheel_right),
+                          controller_.belief().col(0).cwiseAbs().maxCoeff()});
+      if (!std::isfinite(y.wheel_left) || !controller_.belief().allFinite()) return HUGE_VAL;
+    }
+    return largest;
+  }
+
+  /// The timing that the certificate describes: plant, sensor, belief, action.
+  void tick() {
+    plant_.step();
+    ++now_;
+    if (now_ % sensor_ticks_ == 0) controller_.observe(plant_.observation());
+    if (now_ % belief_ticks_ == 0) controller_.updateBelief();
+    if (now_ % action_ticks_ == 0) plant_.command(controller_.updateAction());
+  }
+
+  Plant plant_;
+  ActiveInferenceController controller_;
+  std::int64_t sensor_ticks_, belief_ticks_, action_ticks_;
+  double decay_, growth_;
+  int seconds_;
+  std::int64_t now_ = 0;
+};
+
+template <class Plant>
+Verdict timeDomainVerdict(const Case& c, double decay, double growth, double longest) {
+  return TimeDomain<Plant>(c, decay, growth, longest).verdict();
+}
+
+Verdict certifiedVerdict(const Case& c) {
+  return LinearLoop(c.controller, c.geometry, c.plant).spectralRadius() < kStabilityLimit ? Verdict::stable
+                                                                                          : Verdict::unstable;
+}
+
+bool withinHalfAPercentOfOne(double radius) { return std::abs(radius - 1.0) <= 0.005; }
+
+TEST(CertificateVerification, AgreesWithEveryRunOnALinearPlant) {
+  CaseGenerator generator(20221);
+  int compared = 0, unstable = 0;
+  while (compared < 600) {
+    const Case c = generator.draw();
+    const double radius = LinearLoop(c.controller, c.geometry, c.plant).spectralRadius();
+    if (withinHalfAPercentOfOne(radius)) continue;
+    ++compared;
+    unstable += radius >= 1.0;
+    EXPECT_EQ(timeDomainVerdict<LinearPlant>(c, 1e-6, 1e6, 200.0), certifiedVerdict(c))
+        << "radius " << radius << ": " << describeCase(c);
+  }
+  EXPECT_GT(unstable, compared / 5) << "too few unstable sets to tell";
+  EXPECT_LT(unstable, 4 * compared / 5) << "too few stable sets to tell";
+}
+
+TEST(CertificateVerification, AgreesWithTheSimulatedRobotOnItsBox) {
+  CaseGenerator generator(4711);
+  int compared = 0, agreed = 0, unstable = 0;
+  while (compared < 500) {
+    Case c = generator.draw();
+    c.plant.on_box = true;
+    const double radius = LinearLoop(c.controller, c.geometry, c.plant).spectralRadius();
+    if (withinHalfAPercentOfOne(radius)) continue;
+    ++compared;
+    unstable += radius >= 1.0;
+    const bool agree = timeDomainVerdict<OdePlant>(c, 1e-2, 1e2, 30.0) == certifiedVerdict(c);
+    agreed += agree;
+    if (!agree) std::cout << "disagrees, radius " << radius << ": " << describeCase(c) << "\n";
+  }
+  EXPECT_GE(agreed, std::ceil(0.98 * compared));
+  EXPECT_GT(unstable, compared / 5);
+  EXPECT_LT(unstable, 4 * compared / 5);
+  RecordProperty("agreed", agreed);
+}
+
+/// The margins are where the run changes its verdict.
+TEST(CertificateVerification, MarginsHoldInTheTimeDomain) {
+  CaseGenerator generator(7);
+  int gains = 0, delays = 0;
+  while (gains < 30 || delays < 30) {
+    Case c = generator.draw();
+    const Certificate certificate = certify(c.controller, c.geometry, c.plant);
+    if (!certificate.stable()) continue;
+    const auto verdict = [](const Case& changed) { return timeDomainVerdict<LinearPlant>(changed, 1e-4, 1e4, 400.0); };
+    if (gains < 30 && certificate.gain_margin < 100.0) {
+      ++gains;
+      Case below = c, above = c;
+      below.controller.kappa_a *= 0.97 * certificate.gain_margin;
+      above.controller.kappa_a *= 1.03 * certificate.gain_margin;
+      EXPECT_EQ(verdict(below), Verdict::stable) << describeCase(c);
+      EXPECT_EQ(verdict(above), Verdict::unstable) << describeCase(c);
+    }
+    if (delays < 30 && certificate.delay_margin < 0.9 * kLargestDelayMargin && certificate.delay_margin > 0.04) {
+      ++delays;
+      Case below = c, above = c;
+      below.plant.dead_time += 0.97 * certificate.delay_margin - kStep;
+      above.plant.dead_time += 1.03 * certificate.delay_margin + kStep;
+      EXPECT_EQ(verdict(below), Verdict::stable) << describeCase(c);
+      EXPECT_EQ(verdict(above), Verdict::unstable) << describeCase(c);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace jackal_aic
