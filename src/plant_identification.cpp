@@ -84,10 +84,10 @@ Eigen::VectorXd residuals(const Problem& problem, const Theta& theta) {
 /// a command switches between two samples).
 Theta searchLeastSquares(const std::function<double(const Theta&)>& cost) {
   std::vector<std::pair<double, Theta>> starts;
-  for (double dead_time = 0.0; dead_time <= 0.401; dead_time += 0.04) {
+  for (int i = 0; i <= 10; ++i) {
     for (double lag : {0.01, 0.04, 0.15}) {
       for (double limit : {1.0, 3.0, 10.0, 50.0}) {
-        const Theta theta{dead_time, std::log(lag), 1.0, std::log(limit)};
+        const Theta theta{0.04 * i, std::log(lag), 1.0, std::log(limit)};
         starts.emplace_back(cost(theta), theta);
       }
     }
