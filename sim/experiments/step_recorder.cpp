@@ -6,6 +6,7 @@
 #include <geometry_msgs/Twist.h>
 #include <jackal_msgs/Drive.h>
 #include <nav_msgs/Odometry.h>
+#include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
@@ -57,17 +58,27 @@ std::optional<double> meanSpeed(const sensor_msgs::JointState& message, const st
   return sum / static_cast<double>(joints.size());
 }
 
+std::ofstream createFile(const std::string& directory, const char* name) {
+  std::ofstream file(directory + "/" + name);
+  if (!file) throw ParameterError("recorder.output_directory = '" + directory + "': cannot create " + name + " there");
+  return file;
+}
+
 /// Publishes the set point at 20 Hz and keeps every message that tells how the robot follows it.
 class StepRecorder {
  public:
   /// @param wheel_radius turns measured wheel speeds into the measured forward speed [m].
+  /// @throws ParameterError if the files cannot be created.
   StepRecorder(const RecorderParameters& parameters, const Manoeuvre& manoeuvre, double wheel_radius);
 
   /// True once the manoeuvre was driven and recorded to its end.
   bool finished() const { return finished_; }
 
-  /// Writes response.csv and metrics.csv. @throws ParameterError if a file cannot be written.
-  void write() const;
+  /// True if it cannot be finished any more; the reason was logged.
+  bool failed() const { return failed_; }
+
+  /// Writes response.csv and metrics.csv. @throws ParameterError if that fails.
+  void write();
 
  private:
   void onTruth(const nav_msgs::Odometry& message);
@@ -82,7 +93,7 @@ class StepRecorder {
   void publishSetPoint(double time);
   void showProgress(double time);
   void fail(const std::string& reason);
-  void writeMetrics(std::ostream& out, const SetPointStep& step) const;
+  void writeMetrics(const SetPointStep& step);
   double sinceStart(const ros::Time& stamp) const { return (stamp - *start_).toSec(); }
 
   RecorderParameters parameters_;
@@ -92,6 +103,8 @@ class StepRecorder {
   std::vector<double> segment_starts_;  // when each set point was really published, s since start_
   int shown_tenths_ = -1;
   bool finished_ = false;
+  bool failed_ = false;
+  std::ofstream response_file_, metrics_file_;
   ros::WallTime alive_ = ros::WallTime::now();
   std::map<std::string, bool> received_ = {
       {"ground_truth/odom", false}, {"joint_states", false}, {"imu/data", false}, {"cmd_drive", false}};
@@ -106,7 +119,11 @@ class StepRecorder {
 };
 
 StepRecorder::StepRecorder(const RecorderParameters& parameters, const Manoeuvre& manoeuvre, double wheel_radius)
-    : parameters_(parameters), manoeuvre_(manoeuvre), wheel_radius_(wheel_radius) {
+    : parameters_(parameters),
+      manoeuvre_(manoeuvre),
+      wheel_radius_(wheel_radius),
+      response_file_(createFile(parameters.output_directory, "response.csv")),
+      metrics_file_(createFile(parameters.output_directory, "metrics.csv")) {
   constexpr std::uint32_t kQueue = 1000;  // every sample counts, also after a moment without processor time
   set_point_ = node_.advertise<geometry_msgs::Twist>("jackal_AIC/set_point", 1);
   subscribers_ = {node_.subscribe("ground_truth/odom", kQueue, &StepRecorder::onTruth, this),
@@ -178,7 +195,6 @@ void StepRecorder::onTimer(const ros::TimerEvent& event) {
   showProgress(time);
   if (time < manoeuvre_.duration()) return;
   finished_ = true;
-  ros::shutdown();
 }
 
 void StepRecorder::publishSetPoint(double time) {
@@ -213,23 +229,11 @@ void StepRecorder::onWatchdog(const ros::WallTimerEvent&) {
 
 void StepRecorder::fail(const std::string& reason) {
   ROS_FATAL("%s", reason.c_str());
-  ros::shutdown();
+  failed_ = true;
 }
 
-std::ofstream createFile(const std::string& path) {
-  std::ofstream file(path);
-  if (!file) throw ParameterError("recorder.output_directory: cannot write " + path);
-  return file;
-}
-
-void closeFile(std::ofstream& file) {
-  file.close();
-  if (!file) throw ParameterError("recorder.output_directory: writing failed; is the disk full?");
-}
-
-void StepRecorder::write() const {
-  std::ofstream response = createFile(parameters_.output_directory + "/response.csv");
-  writeTable(response, true_forward_.between(0.0, manoeuvre_.duration()).time(),
+void StepRecorder::write() {
+  writeTable(response_file_, true_forward_.between(0.0, manoeuvre_.duration()).time(),
              {{"set_forward", &set_forward_},
               {"set_yaw_rate", &set_yaw_rate_},
               {"true_forward", &true_forward_},
@@ -240,26 +244,28 @@ void StepRecorder::write() const {
               {"believed_yaw_rate", &believed_yaw_rate_},
               {"command_left", &command_left_},
               {"command_right", &command_right_}});
-  closeFile(response);
-
-  std::ofstream metrics = createFile(parameters_.output_directory + "/metrics.csv");
-  metrics << "step,begin_s,end_s,settling_s,rise_s,overshoot_pct,steady_error_pct,stable\n";
-  for (const auto& step : manoeuvre_.steps()) writeMetrics(metrics, step);
-  closeFile(metrics);
+  metrics_file_ << "step,begin_s,end_s,settling_s,rise_s,overshoot_pct,steady_error_pct,stable\n";
+  for (const auto& step : manoeuvre_.steps()) writeMetrics(step);
+  if (!response_file_.flush() || !metrics_file_.flush()) {
+    throw ParameterError("recorder.output_directory = '" + parameters_.output_directory +
+                         "': writing failed; is the disk full?");
+  }
 }
 
-void StepRecorder::writeMetrics(std::ostream& out, const SetPointStep& step) const {
+void StepRecorder::writeMetrics(const SetPointStep& step) {
   const double begin = segment_starts_[step.segment];
   const double end =
       step.segment + 1 < segment_starts_.size() ? segment_starts_[step.segment + 1] : manoeuvre_.duration();
   const TimeSeries response = (step.channel == kForward ? true_forward_ : true_yaw_rate_).between(begin, end);
   const ResponseMetrics metrics =
       stepResponseMetrics(response.time(), response.value(), begin, step.initial, step.set_point);
-  out << step.name << ',' << begin << ',' << end << ',';
-  if (metrics.settling) out << *metrics.settling;
-  out << ',';
-  if (metrics.rise) out << *metrics.rise;
-  out << ',' << metrics.overshoot_pct << ',' << metrics.steady_error_pct << ',' << (metrics.stable ? 1 : 0) << '\n';
+  const auto cell = [](const std::optional<double>& value) {
+    std::ostringstream text;
+    if (value) text << *value;
+    return text.str();
+  };
+  metrics_file_ << step.name << ',' << begin << ',' << end << ',' << cell(metrics.settling) << ',' << cell(metrics.rise)
+                << ',' << metrics.overshoot_pct << ',' << metrics.steady_error_pct << ',' << metrics.stable << '\n';
 }
 
 /// Wheel radius from robot_description.
@@ -275,7 +281,10 @@ bool record(const ros::NodeHandle& private_node) {
   const Manoeuvre manoeuvre(readParameters<ManoeuvreParameters>(map, "manoeuvre"));
   map.refuseUnknown();
   StepRecorder recorder(parameters, manoeuvre, wheelRadius(private_node, parameters));
-  ros::spin();
+  // Not ros::shutdown() from a callback: after it, nothing could be logged any more.
+  while (ros::ok() && !recorder.finished() && !recorder.failed()) {
+    ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.1));
+  }
   if (recorder.finished()) recorder.write();
   return recorder.finished();
 }
