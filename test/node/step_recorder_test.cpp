@@ -1,0 +1,136 @@
+// The recorder behind the demo, and the differential drive baseline that it records here.
+
+#include <stdlib.h>
+#include <sys/wait.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <sstream>
+
+#include "simulated_robot.hpp"
+
+namespace jackal_aic::test {
+namespace {
+
+using Row = std::map<std::string, std::string>;
+
+/// Rows of a CSV file by the names of its columns.
+std::vector<Row> readTable(const std::filesystem::path& path) {
+  const auto split = [](const std::string& line) {
+    std::vector<std::string> cells(1);
+    for (char c : line) c == ',' ? cells.emplace_back() : cells.back().push_back(c);
+    return cells;
+  };
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  const auto names = split(line);
+  std::vector<Row> rows;
+  while (std::getline(file, line)) {
+    const auto cells = split(line);
+    Row row;
+    for (std::size_t i = 0; i < names.size() && i < cells.size(); ++i) row[names[i]] = cells[i];
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+class StepRecorderTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (std::filesystem::temp_directory_path() / "step_recorder_XXXXXX").string();
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    directory_ = name;
+    robot_.waitFor([this] { return !robot_.truth().time.empty() && !robot_.drives().empty(); }, "truth and commands");
+  }
+  void TearDown() override { std::filesystem::remove_all(directory_); }
+
+  /// Runs the recorder with a manoeuvre of two seconds forward and two of turning; returns its exit status.
+  int record(const std::string& output_directory) {
+    ros::param::set("/recorder_under_test/recorder/output_directory", output_directory);
+    ros::param::set("/recorder_under_test/manoeuvre/durations", std::vector<double>{1.0, 2.0, 1.0, 2.0});
+    ros::param::set("/recorder_under_test/manoeuvre/forward", std::vector<double>{0.0, 0.5, 0.0, 0.0});
+    ros::param::set("/recorder_under_test/manoeuvre/yaw_rate", std::vector<double>{0.0, 0.0, 0.0, 0.5});
+    const int status = std::system("rosrun jackal_aic step_recorder __name:=recorder_under_test");
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+  /// A number of the recorded row at or before a time [s].
+  static double at(const std::vector<Row>& rows, double time, const std::string& name) {
+    const Row* found = nullptr;
+    for (const auto& row : rows) {
+      if (std::stod(row.at("time")) <= time) found = &row;
+    }
+    EXPECT_NE(found, nullptr) << "nothing recorded before " << time;
+    return found == nullptr ? std::numeric_limits<double>::quiet_NaN() : std::stod(found->at(name));
+  }
+
+  std::filesystem::path directory_;
+  SimulatedRobot robot_;
+};
+
+TEST_F(StepRecorderTest, RecordsAForwardStepAndATurn) {
+  ASSERT_EQ(record(directory_.string()), 0);
+
+  const auto rows = readTable(directory_ / "response.csv");
+  ASSERT_GT(rows.size(), 400u) << "ground truth comes at 100 Hz for 6 s";
+  EXPECT_EQ(at(rows, 2.9, "set_forward"), 0.5);
+  EXPECT_NEAR(at(rows, 2.9, "true_forward"), 0.5, 0.02);
+  EXPECT_NEAR(at(rows, 2.9, "measured_forward"), 0.5, 0.05);
+  EXPECT_NEAR(at(rows, 2.9, "command_left"), 0.5 / 0.098, 0.01);
+  EXPECT_NEAR(at(rows, 2.9, "command_right"), 0.5 / 0.098, 0.01);
+  EXPECT_EQ(at(rows, 5.9, "set_yaw_rate"), 0.5);
+  EXPECT_NEAR(at(rows, 5.9, "true_yaw_rate"), 0.5, 0.05);
+  EXPECT_NEAR(at(rows, 5.9, "measured_yaw_rate"), 0.5, 0.08);
+  EXPECT_NEAR(at(rows, 5.9, "command_right"), 0.5 * 0.5 * 0.563385 / 0.098, 0.01);
+  EXPECT_NEAR(at(rows, 5.9, "command_left"), -at(rows, 5.9, "command_right"), 1e-6);
+  EXPECT_EQ(rows.back().at("believed_forward"), "") << "an open-loop controller believes nothing";
+
+  const auto metrics = readTable(directory_ / "metrics.csv");
+  ASSERT_EQ(metrics.size(), 2u);
+  EXPECT_EQ(metrics[0].at("step"), "0.5 m/s");
+  EXPECT_NEAR(std::stod(metrics[0].at("begin_s")), 1.0, 0.05);
+  EXPECT_NEAR(std::stod(metrics[0].at("end_s")), 3.0, 0.05);
+  EXPECT_LT(std::stod(metrics[0].at("settling_s")), 1.0);
+  EXPECT_LT(std::abs(std::stod(metrics[0].at("steady_error_pct"))), 2.0);
+  EXPECT_EQ(metrics[0].at("stable"), "1");
+  EXPECT_EQ(metrics[1].at("step"), "0.5 rad/s");
+  EXPECT_LT(std::stod(metrics[1].at("settling_s")), 1.0);
+}
+
+TEST_F(StepRecorderTest, RefusesADirectoryThatDoesNotExist) { EXPECT_EQ(record((directory_ / "missing").string()), 1); }
+
+TEST_F(StepRecorderTest, BaselineStopsWhenTheSetPointIsTooOld) {
+  robot_.command(0.5, 0.0);
+  robot_.run(2.0);
+  EXPECT_NEAR(robot_.truth().forward.back(), 0.5, 0.02);
+  robot_.stopCommanding();
+  robot_.run(2.0);
+  EXPECT_EQ(robot_.drives().back().drivers[0], 0.0);
+  EXPECT_EQ(robot_.drives().back().drivers[1], 0.0);
+  EXPECT_NEAR(robot_.truth().forward.back(), 0.0, 0.01);
+}
+
+TEST_F(StepRecorderTest, BaselineRejectsASetPointThatIsNotFinite) {
+  robot_.command(0.3, 0.0);
+  robot_.run(1.5);
+  geometry_msgs::Twist twist;
+  twist.linear.x = std::numeric_limits<double>::quiet_NaN();
+  robot_.publishOnce(twist);
+  robot_.run(0.2);
+  EXPECT_NEAR(robot_.drives().back().drivers[0], 0.3 / 0.098, 0.01);
+}
+
+}  // namespace
+}  // namespace jackal_aic::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "step_recorder_test");
+  ros::NodeHandle keep_alive;
+  return RUN_ALL_TESTS();
+}
