@@ -66,11 +66,11 @@ build_jobs() {
   printf '%d' $((memory < processors ? memory : processors))
 }
 
-# build_workspace TARGET...: builds, then shows the compiler's own words if it failed.
+# build_workspace TARGET: builds, then shows the compiler's own words if it failed.
 build_workspace() {
-  local log=$workspace/log/build.log
-  run_phase "Building jackal_aic" "$log" catkin_make -C "$workspace" -j"${JACKAL_AIC_JOBS:-$(build_jobs)}" \
-    -DCMAKE_BUILD_TYPE=Release -DPYTHON_EXECUTABLE=/usr/bin/python3 "$@" || {
+  local target=$1 log=$workspace/log/build_$1.log
+  run_phase "Building jackal_aic: $target" "$log" catkin_make -C "$workspace" -j"${JACKAL_AIC_JOBS:-$(build_jobs)}" \
+    -DCMAKE_BUILD_TYPE=Release -DPYTHON_EXECUTABLE=/usr/bin/python3 "$target" || {
     grep -m 20 -A 4 -E '(error|Error|ERROR)[: ]|undefined reference' "$log" >&2 || tail -n 30 "$log" >&2
     fail "the build failed (log: $log)"
   }
@@ -85,7 +85,7 @@ install_rviz() {
 
 # set_up TARGET...: from a bare machine to a built and sourced workspace.
 set_up() {
-  local lock
+  local lock target
   detect_system
   make_workspace
   exec {lock}>"$workspace/lock"
@@ -93,7 +93,7 @@ set_up() {
   install_packages "$workspace/log/install.log" "${packages[@]}"
   if [[ -e $ros_prefix/setup.bash ]]; then source_ros "$ros_prefix/setup.bash"; fi
   link_packages
-  build_workspace "$@"
+  for target; do build_workspace "$target"; done
   source_ros "$workspace/devel/setup.bash"
   exec {lock}>&-
 }

@@ -22,7 +22,13 @@ using Row = std::map<std::string, std::string>;
 std::vector<Row> readTable(const std::filesystem::path& path) {
   const auto split = [](const std::string& line) {
     std::vector<std::string> cells(1);
-    for (char c : line) c == ',' ? cells.emplace_back() : cells.back().push_back(c);
+    for (char c : line) {
+      if (c == ',') {
+        cells.emplace_back();
+      } else {
+        cells.back().push_back(c);
+      }
+    }
     return cells;
   };
   std::ifstream file(path);
