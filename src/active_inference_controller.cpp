@@ -1,6 +1,7 @@
 #include "jackal_aic/active_inference_controller.hpp"
 
 #include <Eigen/QR>
+#include <string>
 
 namespace jackal_aic {
 namespace {
@@ -41,6 +42,19 @@ WheelCommand ActiveInferenceController::updateAction() {
 }
 
 void ActiveInferenceController::hold(const WheelCommand& applied) { action_update_.hold(applied); }
+
+void ActiveInferenceController::adoptGains(const ControllerParameters& controller, const GeometryParameters& geometry) {
+  if (controller.orders != model_.orders()) {
+    throw ParameterError("controller.orders = " + std::to_string(controller.orders) + ": must stay " +
+                         std::to_string(model_.orders()) + " while the controller runs");
+  }
+  ActiveInferenceController adopted(controller, geometry);
+  adopted.sensors_ = sensors_;
+  adopted.action_update_.hold(action());
+  adopted.mu_ = mu_;
+  adopted.mu_d_ = mu_d_;
+  *this = adopted;
+}
 
 bool ActiveInferenceController::setSetPoint(const SetPoint& set_point) {
   if (!set_point.vector().allFinite()) return false;

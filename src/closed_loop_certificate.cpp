@@ -111,13 +111,6 @@ class BoundsOf {
   Bounds bounds_{};
 };
 
-Bounds gainBounds(Gain gain) {
-  BoundsOf visitor(kGainNames[static_cast<std::size_t>(gain)]);
-  ControllerParameters any;
-  describeFields(visitor, any);
-  return visitor.bounds();
-}
-
 /// The value itself if the verdict holds there, else the nearest one above or below by ratio.
 std::optional<double> nearestHolding(const Verdict& verdict, double value, double low, double high,
                                      const std::function<double(double)>& up,
@@ -181,6 +174,12 @@ bool isStable(const LinearLoop& loop, const LoopChange& change) {
          loop.spectralRadius(LoopMode::turn, change) < kStabilityLimit;
 }
 
+std::string thinMargin(const LinearLoop& loop, const MarginBounds& bounds) {
+  if (!isStable(loop, {bounds.gain, 0.0})) return "unstable with " + text(bounds.gain) + " times the kappa_a";
+  if (!isStable(loop, {1.0, bounds.delay})) return "unstable with " + text(bounds.delay) + " s more dead time";
+  return "";
+}
+
 Certificate certify(const ControllerParameters& controller, const GeometryParameters& geometry,
                     const PlantModel& plant) {
   const LinearLoop loop(controller, geometry, plant);
@@ -211,6 +210,24 @@ std::vector<Sensitivity> sensitivities(const ControllerParameters& controller, c
   std::stable_sort(list.begin(), list.end(),
                    [](const auto& a, const auto& b) { return std::abs(a.value) > std::abs(b.value); });
   return list;
+}
+
+Bounds gainBounds(Gain gain) {
+  BoundsOf visitor(kGainNames[static_cast<std::size_t>(gain)]);
+  ControllerParameters any;
+  describeFields(visitor, any);
+  return visitor.bounds();
+}
+
+void requireInRange(const ControllerParameters& controller) {
+  for (std::size_t i = 0; i < kGainNames.size(); ++i) {
+    const std::string key = std::string("controller.") + kGainNames[i];
+    ControllerParameters copy = controller;
+    ParameterMap map;
+    map.set(key, gainOf(copy, static_cast<Gain>(i)));
+    ParameterReader(map, "controller")
+        .field(kGainNames[i], copy.tau, gainBounds(static_cast<Gain>(i)), i == 0 ? "s" : "", Presence::required);
+  }
 }
 
 double& gainOf(ControllerParameters& controller, Gain gain) {
@@ -249,7 +266,7 @@ std::string advice(const Certificate& certificate, const ControllerParameters& c
   const std::string room = "kappa_a may rise by a factor of " +
                            atLeast(certificate.gain_margin, kLargestGainMargin, "") + " or the dead time by " +
                            atLeast(certificate.delay_margin, kLargestDelayMargin, " s") + " before the loop oscillates";
-  if (certificate.gain_margin >= bounds.gain && certificate.delay_margin >= bounds.delay) {
+  if (certificate.keeps(bounds)) {
     return "Stable with room: " + room + ".";
   }
   return "Stable, but with a thin margin (below " + text(bounds.gain) + " or " + text(bounds.delay) + " s): " + room +

@@ -48,6 +48,10 @@ class ActiveInferenceController {
   /// Tells which command was really driven, so that the action does not wind up beyond a limit.
   void hold(const WheelCommand& applied);
 
+  /// Takes other gains over and goes on with the present belief, action and measurements, so that the command does not
+  /// jump. Allocates. @throws ParameterError, and changes nothing, if they are invalid or have another number of orders.
+  void adoptGains(const ControllerParameters& controller, const GeometryParameters& geometry);
+
   /// Starts anew from the present motion: belief from the last measurement with derivatives zero, action zero.
   void restart();
 

@@ -29,6 +29,12 @@ struct ModeCertificate {
   double delay_margin;    ///< extra dead time at which the radius is 1 [s]; negative if unstable, at least -dead_time
 };
 
+/// Margins below which a certificate warns, or which a search has to keep.
+struct MarginBounds {
+  double gain = 1.5;    ///< factor on kappa_a
+  double delay = 0.03;  ///< [s]; a sensor that comes just after the action can cost 0.02 s at 50 Hz
+};
+
 /// Stability certificate of gains on a plant model.
 struct Certificate {
   double period;                  ///< common period of sensor, belief and action [s]
@@ -41,6 +47,9 @@ struct Certificate {
 
   /// True if both the closed loop and the belief update alone, which goes on while the robot is stopped, are stable.
   bool stable() const { return belief_spectral_radius < kStabilityLimit && loop_spectral_radius < kStabilityLimit; }
+
+  /// True if both margins are at least these.
+  bool keeps(const MarginBounds& bounds) const { return gain_margin >= bounds.gain && delay_margin >= bounds.delay; }
 };
 
 /// Certifies gains on a plant model. Takes some ten milliseconds at an action rate of 50 Hz; the time grows with the
@@ -51,11 +60,8 @@ Certificate certify(const ControllerParameters& controller, const GeometryParame
 /// True if loop and belief are stable with a change of the loop; far cheaper than certify().
 bool isStable(const LinearLoop& loop, const LoopChange& change = {});
 
-/// Margins below which a certificate warns, or which a search has to keep.
-struct MarginBounds {
-  double gain = 1.5;    ///< factor on kappa_a
-  double delay = 0.03;  ///< [s]; a sensor that comes just after the action can cost 0.02 s at 50 Hz
-};
+/// What is thin about a stable loop, in words; empty if both bounds are kept. Needs two evaluations of the loop only.
+std::string thinMargin(const LinearLoop& loop, const MarginBounds& bounds = {});
 
 /// Relative sensitivity d ln(rho) / d ln(parameter) of the spectral radius, the belief's if that diverges, else the
 /// loop's. Parameters: kappa_a, tau, kappa_mu, state_variances, sensory_variances (all orders by one factor).
@@ -73,6 +79,12 @@ enum class Gain { tau, kappa_mu, kappa_a };
 
 /// Words of Gain, in the order of the enumerators.
 inline constexpr std::array<const char*, 3> kGainNames{"tau", "kappa_mu", "kappa_a"};
+
+/// Permitted range of a gain.
+Bounds gainBounds(Gain gain);
+
+/// @throws ParameterError, as when they are read, if a gain is not finite or out of its range.
+void requireInRange(const ControllerParameters& controller);
 
 /// The gain's value in a set of parameters.
 double& gainOf(ControllerParameters& controller, Gain gain);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "conversions.hpp"
+#include "jackal_aic/closed_loop_certificate.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -20,6 +21,19 @@ double age(const ros::Time& now, const ros::Time& stamp, const ros::Time& receiv
   return std::abs(by_stamp) > std::abs(by_arrival) ? by_stamp : by_arrival;
 }
 
+/// Logs what the gains, which are stable, have to spare.
+void reportCertificate(const NodeParameters& parameters) {
+  if (!parameters.plant_model) {
+    ROS_INFO("No plant model: of the gains, only the belief update was checked for stability");
+    return;
+  }
+  const PlantModel& plant = *parameters.plant_model;
+  const Certificate certificate = certify(parameters.controller, parameters.geometry, plant);
+  const std::string text = advice(certificate, parameters.controller, parameters.geometry, plant);
+  const auto level = certificate.keeps(MarginBounds{}) ? ros::console::levels::Info : ros::console::levels::Warn;
+  ROS_LOG(level, ROSCONSOLE_DEFAULT_NAME, "%s", text.c_str());
+}
+
 std::int64_t nanoseconds(const ros::Time& time) { return static_cast<std::int64_t>(time.toNSec()); }
 
 }  // namespace
@@ -34,7 +48,9 @@ ControllerNode::ControllerNode(ros::NodeHandle node, const NodeParameters& param
       output_(node_, parameters.output),
       transform_listener_(transforms_, node_),
       sensors_(parameters.robot, transforms_,
-               [this](const Observation& observation, const ros::Time& stamp) { onObservation(observation, stamp); }) {
+               [this](const Observation& observation, const ros::Time& stamp) { onObservation(observation, stamp); }),
+      gain_server_(parameters.controller, [this](const ControllerParameters& wanted) { adoptGains(wanted); }) {
+  reportCertificate(parameters);
   diagnostics_.setHardwareID("jackal");
   diagnostics_.add("Active inference controller", this, &ControllerNode::diagnose);
   sensor_publisher_ = node_.advertise<SensorGeneralized>("sensor_generalized", 10);
@@ -156,6 +172,18 @@ void ControllerNode::reset() {
   set_point_received_ = measurement_stamp_ = measurement_received_ = ros::Time();
   action_ = {};
   publishStop();
+}
+
+void ControllerNode::adoptGains(const ControllerParameters& wanted) {
+  requireInRange(wanted);
+  validate(wanted, parameters_.geometry);
+  if (parameters_.plant_model) {
+    requireStable(wanted, parameters_.geometry, *parameters_.plant_model);
+    const std::string thin = thinMargin(LinearLoop(wanted, parameters_.geometry, *parameters_.plant_model));
+    if (!thin.empty()) ROS_WARN("Gains with a thin margin: %s", thin.c_str());
+  }
+  controller_.adoptGains(wanted, parameters_.geometry);
+  parameters_.controller = wanted;
 }
 
 void ControllerNode::reportRefusal(const char* what, std::uint32_t count) {

@@ -5,7 +5,8 @@
 ///
 /// Subscribes: joint_states (sensor_msgs/JointState), imu/data (sensor_msgs/Imu), jackal_AIC/set_point
 /// (geometry_msgs/Twist). Publishes: cmd_drive (jackal_msgs/Drive) or the two wheel topics of Gazebo,
-/// sensor_generalized (SensorGeneralized), jackal_AIC/state (ControllerState), /diagnostics.
+/// sensor_generalized (SensorGeneralized), jackal_AIC/state (ControllerState), /diagnostics. Gains can be changed
+/// through dynamic_reconfigure in ~controller.
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <geometry_msgs/Twist.h>
@@ -15,6 +16,7 @@
 #include <cstdint>
 
 #include "command_output.hpp"
+#include "gain_server.hpp"
 #include "jackal_aic/active_inference_controller.hpp"
 #include "jackal_aic/drive_gate.hpp"
 #include "jackal_aic/step_schedule.hpp"
@@ -42,6 +44,7 @@ class ControllerNode {
 
   ros::Time currentTime();
   void reset();
+  void adoptGains(const ControllerParameters& wanted);
   void updateBelief();
   WheelCommand act(const ros::Time& now);
   InputAges ages(const ros::Time& now) const;
@@ -79,6 +82,7 @@ class ControllerNode {
   ros::Subscriber imu_subscriber_;
   ros::Timer belief_timer_;
   ros::Timer action_timer_;
+  GainServer gain_server_;
 };
 
 }  // namespace jackal_aic

@@ -1,5 +1,8 @@
 #include "node_parameters.hpp"
 
+#include <algorithm>
+
+#include "jackal_aic/closed_loop_certificate.hpp"
 #include "jackal_aic/urdf_geometry.hpp"
 
 namespace jackal_aic {
@@ -20,6 +23,14 @@ void completeGeometry(bool radius_given, bool track_given, const std::function<s
   if (!track_given) parameters.geometry.effective_track = wheels.track * parameters.robot.track_multiplier;
 }
 
+std::optional<PlantModel> readPlantModel(ParameterMap& map) {
+  const auto keys = map.keys();
+  const bool given = std::any_of(keys.begin(), keys.end(),
+                                 [](const std::string& key) { return key.compare(0, 12, "plant_model.") == 0; });
+  if (!given) return std::nullopt;
+  return readParameters<PlantModel>(map, "plant_model");
+}
+
 }  // namespace
 
 NodeParameters readNodeParameters(ParameterMap map, const std::function<std::string()>& robot_description) {
@@ -30,10 +41,12 @@ NodeParameters readNodeParameters(ParameterMap map, const std::function<std::str
   parameters.limits = readParameters<LimitParameters>(map, "limits");
   parameters.deadlines = readParameters<DeadlineParameters>(map, "deadlines");
   ParameterReader(map, "").field("output", parameters.output, kOutputModeNames, Presence::optional);
+  parameters.plant_model = readPlantModel(map);
   map.refuseUnknown();
 
   completeGeometry(map.has("robot.wheel_radius"), map.has("robot.effective_track"), robot_description, parameters);
   validate(parameters.controller, parameters.geometry);
+  if (parameters.plant_model) requireStable(parameters.controller, parameters.geometry, *parameters.plant_model);
   return parameters;
 }
 

@@ -5,11 +5,13 @@
 
 #include <array>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "jackal_aic/parameter_map.hpp"
 #include "jackal_aic/parameters.hpp"
+#include "jackal_aic/plant_model.hpp"
 
 namespace jackal_aic {
 
@@ -49,6 +51,7 @@ struct NodeParameters {
   LimitParameters limits;
   DeadlineParameters deadlines;
   OutputMode output = OutputMode::cmd_drive;
+  std::optional<PlantModel> plant_model;  ///< for the stability certificate; without one only the belief is checked
 };
 
 /// Reads and checks all parameters. Geometry that the map does not give is read from the robot's URDF.
@@ -57,7 +60,8 @@ struct NodeParameters {
 ///        called only if geometry is missing.
 /// @throws ParameterError, one line, if a key is missing, unknown, of the wrong type or out of range, if the URDF is
 /// needed and
-///         absent or unusable, or if the belief update diverges.
+///         absent or unusable, or if the belief update diverges, or if the closed loop is unstable
+///         on the plant model (keys plant_model.*, optional as a whole).
 NodeParameters readNodeParameters(ParameterMap map, const std::function<std::string()>& robot_description);
 
 }  // namespace jackal_aic

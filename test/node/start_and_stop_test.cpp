@@ -68,6 +68,11 @@ class StartAndStop : public testing::Test {
     }
   }
 
+  void loadPlantModel(const std::string& name) {
+    const std::string config = ros::param::param<std::string>("~config", "");
+    ASSERT_EQ(std::system(("rosparam load " + config + "/plant_model.yaml /" + name).c_str()), 0);
+  }
+
   /// Starts a node that has to refuse its parameters; expects exit status 1, one line with all the words, and no
   /// command.
   void expectRefusal(const std::string& name, const std::vector<std::string>& words) {
@@ -111,6 +116,30 @@ TEST_F(StartAndStop, RefusesEulerGainsThatDiverge) {
   configure("euler", "improved");
   ros::param::set("/euler/controller/integrator", "euler");
   expectRefusal("euler", {"euler", "kappa_mu Pi_mu / tau^2 = 66.67", "bound about 2"});
+}
+
+TEST_F(StartAndStop, RefusesGainsThatAreUnstableOnThePlantModel) {
+  configure("unstable", "improved");
+  loadPlantModel("unstable");
+  ros::param::set("/unstable/controller/kappa_a", 60.0);
+  expectRefusal("unstable", {"closed loop", "spectral radius 1.1", "kappa_a = 60 is most to blame", "stable below 32"});
+}
+
+TEST_F(StartAndStop, RefusesABadPlantModel) {
+  configure("negative", "improved");
+  loadPlantModel("negative");
+  ros::param::set("/negative/plant_model/lag", -0.1);
+  expectRefusal("negative", {"plant_model.lag = -0.1", "[0, 2] s"});
+}
+
+TEST_F(StartAndStop, WarnsAboutAThinMargin) {
+  configure("thin", "improved");
+  loadPlantModel("thin");
+  ros::param::set("/thin/controller/kappa_a", 25.0);
+  SimulatedRobot robot;
+  ControllerProcess process("thin");
+  ASSERT_TRUE(robot.waitUntilReady());
+  EXPECT_NE(process.errors().find("thin margin"), std::string::npos) << process.errors();
 }
 
 TEST_F(StartAndStop, RefusesAUrdfWithoutTheWheels) {

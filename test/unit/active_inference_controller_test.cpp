@@ -180,6 +180,37 @@ TEST(ActiveInferenceController, ResetMakesItAsNew) {
   EXPECT_EQ(used.belief(), fresh.belief());
 }
 
+TEST(ActiveInferenceController, OtherGainsGoOnWithBeliefActionAndMeasurements) {
+  ActiveInferenceController changed(improved(), {}), fresh(improved(), {});
+  drive(changed, improved(), {0.5, 0.0, 0.3}, 7);
+  const WheelCommand action = changed.action();
+  const GeneralizedBody belief = changed.belief();
+  const GeneralizedSensor measurement = changed.measurement();
+  ControllerParameters slower = improved();
+  slower.kappa_a *= 0.5;
+  slower.tau = 0.01;
+  changed.adoptGains(slower, {});
+  EXPECT_EQ(changed.action(), action);
+  EXPECT_EQ(changed.belief(), belief);
+  EXPECT_EQ(changed.measurement(), measurement);
+
+  const double error = changed.errors().sensory(kWheelLeft, 0), gyro_error = changed.errors().sensory(kYawRate, 0);
+  const double gradient = (error - 0.098 / 0.5621 * gyro_error) / slower.sensory_variances[0];
+  EXPECT_NEAR(changed.updateAction().left - action.left, -0.02 * slower.kappa_a * gradient, 1e-12);
+}
+
+TEST(ActiveInferenceController, RefusedGainsChangeNothing) {
+  ActiveInferenceController controller(improved(), {});
+  ControllerParameters diverging = improved(), fewer = improved();
+  diverging.integrator = Integrator::euler;
+  fewer.orders = 2;
+  drive(controller, improved(), {0.5, 0.0, 0.0}, 7);
+  const GeneralizedBody belief = controller.belief();
+  EXPECT_THROW(controller.adoptGains(diverging, {}), ParameterError);
+  EXPECT_THROW(controller.adoptGains(fewer, {}), ParameterError);
+  EXPECT_EQ(controller.belief(), belief);
+}
+
 TEST(ActiveInferenceController, RefusesInvalidGains) {
   ControllerParameters diverging = improved();
   diverging.integrator = Integrator::euler;

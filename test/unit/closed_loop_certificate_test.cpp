@@ -132,6 +132,28 @@ TEST(StableRange, IsEmptyIfNoValueHelps) {
   EXPECT_FALSE(stableRange(withActionGain(1000.0), {}, slow, Gain::kappa_mu));
 }
 
+TEST(ThinMargin, NamesTheBoundThatIsNotKept) {
+  const auto thin = [](double kappa_a, const MarginBounds& bounds) {
+    return thinMargin(LinearLoop(withActionGain(kappa_a), {}, {}), bounds);
+  };
+  EXPECT_EQ(thin(8.0, {}), "");
+  EXPECT_NE(thin(8.0, {4.1, 0.03}).find("4.1 times the kappa_a"), std::string::npos);
+  EXPECT_NE(thin(8.0, {1.5, 0.28}).find("0.28 s more dead time"), std::string::npos);
+  EXPECT_TRUE(certify(withActionGain(8.0), {}, {}).keeps({4.0, 0.27}));
+  EXPECT_FALSE(certify(withActionGain(8.0), {}, {}).keeps({4.1, 0.27}));
+  EXPECT_FALSE(certify(withActionGain(8.0), {}, {}).keeps({4.0, 0.28}));
+}
+
+TEST(RequireInRange, RefusesWhatTheFileMayNotHold) {
+  EXPECT_NO_THROW(requireInRange(improved()));
+  for (const double kappa_a : {-1.0, 1e5, std::nan(""), HUGE_VAL}) {
+    EXPECT_THROW(requireInRange(withActionGain(kappa_a)), ParameterError) << kappa_a;
+  }
+  ControllerParameters fast = improved();
+  fast.tau = 1e-6;
+  EXPECT_THROW(requireInRange(fast), ParameterError);
+}
+
 TEST(RequireStable, NamesRadiusAndParameter) {
   EXPECT_NO_THROW(requireStable(improved(), {}, {}));
   try {

@@ -1,0 +1,113 @@
+// Changing gains while the robot drives.
+
+#include <dynamic_reconfigure/Reconfigure.h>
+#include <rosgraph_msgs/Log.h>
+
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "simulated_robot.hpp"
+
+namespace jackal_aic::test {
+namespace {
+
+using Gains = std::map<std::string, double>;
+
+class GainsTest : public testing::Test {
+ protected:
+  GainsTest() {
+    log_ = node_.subscribe<rosgraph_msgs::Log>("/rosout", 100, [this](const rosgraph_msgs::LogConstPtr& line) {
+      if (line->name == "/controller") logged_ += line->msg + "\n";
+    });
+  }
+
+  /// Asks for gains; returns those that the controller answers with.
+  Gains request(const Gains& wanted) {
+    dynamic_reconfigure::Reconfigure call;
+    for (const auto& [name, value] : wanted) {
+      dynamic_reconfigure::DoubleParameter parameter;
+      parameter.name = name;
+      parameter.value = value;
+      call.request.config.doubles.push_back(parameter);
+    }
+    EXPECT_TRUE(ros::service::waitForService("/controller/controller/set_parameters", ros::Duration(30.0)));
+    EXPECT_TRUE(ros::service::call("/controller/controller/set_parameters", call));
+    Gains answer;
+    for (const auto& parameter : call.response.config.doubles) answer[parameter.name] = parameter.value;
+    return answer;
+  }
+
+  void expectLogged(const std::string& words) {
+    robot_.waitFor([&] { return logged_.find(words) != std::string::npos; }, "'" + words + "' in the log", 20.0);
+  }
+
+  /// Largest change of the command between two action steps, as recorded.
+  double largestJump() const {
+    double largest = 0.0;
+    for (std::size_t i = 1; i < robot_.states().size(); ++i) {
+      largest = std::max(largest, std::abs(robot_.states()[i].command_left - robot_.states()[i - 1].command_left));
+    }
+    return largest;
+  }
+
+  ros::NodeHandle node_;
+  SimulatedRobot robot_;
+  ros::Subscriber log_;
+  std::string logged_;
+};
+
+TEST_F(GainsTest, StableOnesTakeOverWithoutAJump) {
+  ASSERT_TRUE(robot_.waitUntilReady());
+  robot_.command(0.5, 0.0);
+  robot_.run(3.0);
+  robot_.clear();
+  const Gains answer = request({{"kappa_a", 5.0}, {"tau", 0.003}});
+  EXPECT_EQ(answer.at("kappa_a"), 5.0);
+  EXPECT_EQ(answer.at("tau"), 0.003);
+  EXPECT_EQ(answer.at("kappa_mu"), 0.1);
+  robot_.run(1.0);
+  EXPECT_LT(largestJump(), 0.1) << "of 5.1 rad/s";
+  EXPECT_NEAR(robot_.truth().forward.back(), 0.5, 0.02);
+  expectLogged("Changed gains: tau = 0.003 s");
+  request({{"kappa_a", 8.0}, {"tau", 0.001}});
+}
+
+TEST_F(GainsTest, UnstableOnesAreRefusedWithTheReason) {
+  ASSERT_TRUE(robot_.waitUntilReady());
+  robot_.command(0.5, 0.0);
+  robot_.run(3.0);
+  robot_.clear();
+  EXPECT_EQ(request({{"kappa_a", 60.0}}).at("kappa_a"), 8.0);
+  expectLogged("kappa_a = 60 is most to blame (stable below 32");
+  double held = 0.0;
+  ASSERT_TRUE(ros::param::get("/controller/controller/kappa_a", held));
+  EXPECT_EQ(held, 8.0);
+  robot_.run(2.0);
+  EXPECT_NEAR(robot_.truth().forward.back(), 0.5, 0.02) << "the running gains stay";
+  EXPECT_LT(largestJump(), 0.1);
+}
+
+TEST_F(GainsTest, ThinMarginIsWarnedAbout) {
+  ASSERT_TRUE(robot_.waitUntilReady());
+  EXPECT_EQ(request({{"kappa_a", 25.0}}).at("kappa_a"), 25.0);
+  expectLogged("thin margin: unstable with 1.5 times the kappa_a");
+  request({{"kappa_a", 8.0}});
+}
+
+TEST_F(GainsTest, NotANumberIsRefused) {
+  ASSERT_TRUE(robot_.waitUntilReady());
+  EXPECT_EQ(request({{"kappa_a", std::numeric_limits<double>::quiet_NaN()}}).at("kappa_a"), 8.0);
+  EXPECT_EQ(request({{"tau", std::numeric_limits<double>::quiet_NaN()}}).at("tau"), 0.001);
+  expectLogged("controller.tau = nan");
+}
+
+}  // namespace
+}  // namespace jackal_aic::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "gains_test");
+  ros::NodeHandle keep_alive;
+  return RUN_ALL_TESTS();
+}
