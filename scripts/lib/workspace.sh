@@ -46,10 +46,11 @@ link_packages() {
     printf '%s\n' "$repository $workspace" >"$workspace/location"
   fi
   # A link per entry and not one to the checkout: that would hold the workspace again, and rosrun, which searches a package
-  # through all links, would find every program twice.
+  # through all links, would find every program twice. The manifest is a copy, because catkin_make install copies links.
   rm -rf "$workspace/src/jackal_aic"
   mkdir "$workspace/src/jackal_aic"
   ln -s "$repository"/* "$workspace/src/jackal_aic/"
+  cp --remove-destination --preserve=timestamps "$repository/package.xml" "$workspace/src/jackal_aic/"
   if [[ -e $ros_prefix/share/jackal_msgs/package.xml ]]; then
     rm -f "$workspace/src/jackal_msgs"
   else

@@ -244,7 +244,7 @@ void StepRecorder::write() {
               {"believed_yaw_rate", &believed_yaw_rate_},
               {"command_left", &command_left_},
               {"command_right", &command_right_}});
-  metrics_file_ << "step,begin_s,end_s,settling_s,rise_s,overshoot_pct,steady_error_pct,stable\n";
+  metrics_file_ << "step,begin_s,end_s,settling_s,rise_s,overshoot_pct,steady_error_pct,stable,command_gap_s\n";
   for (const auto& step : manoeuvre_.steps()) writeMetrics(step);
   if (!response_file_.flush() || !metrics_file_.flush()) {
     throw ParameterError("recorder.output_directory = '" + parameters_.output_directory +
@@ -265,7 +265,8 @@ void StepRecorder::writeMetrics(const SetPointStep& step) {
     return text.str();
   };
   metrics_file_ << step.name << ',' << begin << ',' << end << ',' << cell(metrics.settling) << ',' << cell(metrics.rise)
-                << ',' << metrics.overshoot_pct << ',' << metrics.steady_error_pct << ',' << metrics.stable << '\n';
+                << ',' << metrics.overshoot_pct << ',' << metrics.steady_error_pct << ',' << metrics.stable << ','
+                << command_left_.between(begin, end).longestGap() << '\n';
 }
 
 /// Wheel radius from robot_description.

@@ -24,6 +24,12 @@ TimeSeries TimeSeries::between(double begin, double end) const {
   return part;
 }
 
+double TimeSeries::longestGap() const {
+  double longest = 0.0;
+  for (std::size_t i = 1; i < time_.size(); ++i) longest = std::max(longest, time_[i] - time_[i - 1]);
+  return longest;
+}
+
 void writeTable(std::ostream& out, const std::vector<double>& times, const std::vector<Column>& columns) {
   out.precision(9);
   out << "time";

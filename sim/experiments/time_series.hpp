@@ -31,6 +31,9 @@ class TimeSeries {
   /// The samples from `begin` up to and including `end`.
   TimeSeries between(double begin, double end) const;
 
+  /// Longest time between two successive samples; 0 if there are fewer than two.
+  double longestGap() const;
+
  private:
   std::vector<double> time_;
   std::vector<double> value_;

@@ -24,6 +24,8 @@ TITLES = {
 # Okabe and Ito's palette: distinct for every kind of colour vision.
 BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION = '#000000', '#E69F00', '#56B4E9', '#009E73', '#0072B2', '#D55E00'
 
+LONG_GAP = 0.06  # s between two commands: three periods of a 50 Hz controller
+
 METRICS = [  # column of metrics.csv, heading, format
     ('settling_s', 'settling [s]', '.2f'),
     ('rise_s', 'rise [s]', '.2f'),
@@ -65,6 +67,15 @@ def table_lines(metrics):
                          for i, (cell, width) in enumerate(zip(cells, widths))).rstrip()
 
     return [line(header), '  '.join('-' * width for width in widths)] + [line(cells) for cells in body]
+
+
+def warnings(metrics):
+    """One line per controller that the machine did not serve in time, whose figures therefore say little."""
+    for controller, steps in metrics.items():
+        gap = max(float(step['command_gap_s']) for step in steps)
+        if gap > LONG_GAP:
+            yield (f'Note: {title_of(controller)} sent no command for {gap:.2f} s, because this machine was busy. '
+                   'Its figures are too bad; scripts/demo --speed 0.5 gives it more time.')
 
 
 def write_joined(path, tables):
@@ -141,7 +152,7 @@ def main(recordings, output, controllers):
     write_joined(output / 'demo.csv', responses)
     write_joined(output / 'demo_metrics.csv', metrics)
     plot(output / 'demo.png', responses, metrics)
-    print('\n'.join(table_lines(metrics)))
+    print('\n'.join([*table_lines(metrics), *warnings(metrics)]))
 
 
 if __name__ == '__main__':
