@@ -9,12 +9,13 @@ readonly COMMON_PACKAGES=(
 # ROS 1 as Debian 12 ships it, under /usr.
 readonly DEBIAN_ROS_PACKAGES=(
   catkin ros-core ros-core-dev rosbash python3-rostest ros-robot-state-publisher
-  libdiagnostic-updater-dev libmessage-filters-dev libtf2-ros-dev)
+  libdiagnostic-updater-dev libdynamic-reconfigure-config-init-mutex-dev libmessage-filters-dev libtf2-ros-dev
+  python3-dynamic-reconfigure)
 
 # ROS Noetic on Ubuntu 20.04, under /opt/ros/noetic: what runs on a Jackal.
 readonly NOETIC_PACKAGES=(
-  ros-noetic-catkin ros-noetic-diagnostic-updater ros-noetic-jackal-msgs ros-noetic-message-filters ros-noetic-nav-msgs
-  ros-noetic-robot-state-publisher ros-noetic-ros-core ros-noetic-rosbash ros-noetic-rostest ros-noetic-tf2-ros
+  ros-noetic-catkin ros-noetic-diagnostic-updater ros-noetic-dynamic-reconfigure ros-noetic-jackal-msgs
+  ros-noetic-message-filters ros-noetic-nav-msgs ros-noetic-robot-state-publisher ros-noetic-ros-core ros-noetic-rosbash ros-noetic-rostest ros-noetic-tf2-ros
   ros-noetic-topic-tools)
 
 # shellcheck disable=SC2034 # ros_prefix, packages and rviz_package are for workspace.sh

@@ -25,7 +25,8 @@ void SensorPairing::reset() {
   // A new synchronizer, because the old one keeps messages and refuses stamps from before them.
   synchronizer_.reset();
   Policy policy(kQueueLength);
-  policy.setInterMessageLowerBound(kShortestPeriod);
+  policy.setInterMessageLowerBound(0, kShortestPeriod);
+  policy.setInterMessageLowerBound(1, kShortestPeriod);
   policy.setMaxIntervalDuration(ros::Duration(names_.pairing_tolerance));
   synchronizer_ = std::make_unique<message_filters::Synchronizer<Policy>>(policy);
   synchronizer_->connectInput(wheel_input_, imu_input_);
