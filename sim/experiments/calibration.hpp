@@ -63,9 +63,9 @@ struct Calibration {
 /// Fits a plant: a global search (DIRECT-L) over the ranges, then a local one (Subplex) from its best point.
 /// Deterministic.
 ///
-/// What is minimised is the mean of meanError() over the dead time and the dead time 2 ms shorter and longer: the settling
-/// time is a function with jumps (whether an undershoot of 5 % counts), so that the least error of a single plant may sit
-/// on an edge that no measurement would tell.
+/// What is minimised is the mean of meanError() over the dead time and the dead time 2 ms shorter and longer: the
+/// settling time is a function with jumps (whether an undershoot of 5 % counts), so that the least error of a single
+/// plant may sit on an edge that no measurement would tell.
 /// @param evaluations largest number of evaluations of each of the two searches; @param jobs threads (0: one per core);
 /// @param progress called with the number of evaluations so far and the best error.
 Calibration calibrate(const PackageFiles& files, const CalibrationTask& task, int evaluations, unsigned jobs,
