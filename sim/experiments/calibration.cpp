@@ -13,13 +13,18 @@
 namespace jackal_aic::sim {
 namespace {
 
+constexpr double kDeadTimeSpread = 0.002;  // s
+
 std::string shortest(double value) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
+  std::snprintf(text, sizeof text, "%.3g", value);
   return text;
 }
 
-double roundedToFourDigits(double value) { return std::strtod(shortest(value).c_str(), nullptr); }
+double rounded(double value, double resolution) {
+  if (resolution > 0.0) value = resolution * std::round(value / resolution);
+  return std::strtod(shortest(value).c_str(), nullptr);
+}
 
 std::vector<ThesisStep> readRows(const PackageFiles& files, const std::vector<std::string>& tables) {
   const ThesisTables thesis(files.path("sim/thesis/tables.yaml"));
@@ -37,7 +42,6 @@ class Fit {
       const std::function<void(int, double)>& progress)
       : files_(files), task_(task), jobs_(jobs), progress_(progress) {
     best_.plant = loadSetup(files, "diff_drive", task.plant, {}).plant;
-    best_.error = HUGE_VAL;
     start_ = best_.plant;
   }
 
@@ -60,7 +64,10 @@ class Fit {
     }
   }
 
-  const Calibration& best() const { return best_; }
+  Calibration best() {
+    best_.error = meanError(residuals(files_, task_.fitted, best_.plant, jobs_));
+    return best_;
+  }
 
  private:
   static double objective(const std::vector<double>& x, std::vector<double>&, void* self) {
@@ -77,15 +84,26 @@ class Fit {
     PlantParameters plant = start_;
     for (std::size_t i = 0; i < x.size(); ++i) {
       const FitParameter& p = task_.parameters[i];
-      plant.*p.member = roundedToFourDigits(p.low * std::pow(p.high / p.low, x[i]));
+      plant.*p.member = rounded(p.low * std::pow(p.high / p.low, x[i]), p.resolution);
     }
-    const double error = meanError(residuals(files_, task_.fitted, plant, jobs_));
-    if (error < best_.error) {
-      best_ = {plant, error};
+    const double cost = robustCost(plant);
+    if (cost < best_cost_) {
+      best_cost_ = cost;
+      best_.plant = plant;
       best_x_ = x;
     }
-    if (progress_) progress_(++evaluations_, best_.error);
-    return error;
+    if (progress_) progress_(++evaluations_, best_cost_);
+    return cost;
+  }
+
+  double robustCost(PlantParameters plant) const {
+    const double dead_time = plant.dead_time;
+    double sum = 0.0;
+    for (const double offset : {-kDeadTimeSpread, 0.0, kDeadTimeSpread}) {
+      plant.dead_time = dead_time + offset;
+      sum += meanError(residuals(files_, task_.fitted, plant, jobs_));
+    }
+    return sum / 3.0;
   }
 
   const PackageFiles& files_;
@@ -95,6 +113,7 @@ class Fit {
   PlantParameters start_;
   Calibration best_;
   std::vector<double> best_x_;
+  double best_cost_ = HUGE_VAL;
   int evaluations_ = 0;
   std::exception_ptr failure_;
 };
@@ -107,17 +126,16 @@ const std::vector<CalibrationTask>& calibrationTasks() {
        "plant_box.yaml",
        {"5-2", "5-4", "5-6", "5-9"},
        {"5-5", "5-1"},
-       {{"dead_time", &PlantParameters::dead_time, 0.05, 0.2},
-        {"motor_lag", &PlantParameters::motor_lag, 0.002, 0.1},
-        {"velocity_loop_integral", &PlantParameters::velocity_loop_integral, 0.05, 5.0},
-        {"acceleration_limit", &PlantParameters::acceleration_limit, 1.0, 50.0}}},
+       {{"dead_time", &PlantParameters::dead_time, 0.03, 0.2, JackalPlant::kStep},
+        {"motor_lag", &PlantParameters::motor_lag, 0.005, 0.12},
+        {"velocity_loop_integral", &PlantParameters::velocity_loop_integral, 0.1, 30.0}}},
       {"ground",
        "plant.yaml",
        {"3-1a", "3-1b"},
        {},
-       {{"dead_time", &PlantParameters::dead_time, 0.03, 0.2},
-        {"motor_lag", &PlantParameters::motor_lag, 0.002, 0.1},
-        {"velocity_loop_integral", &PlantParameters::velocity_loop_integral, 0.05, 5.0},
+       {{"dead_time", &PlantParameters::dead_time, 0.03, 0.2, JackalPlant::kStep},
+        {"motor_lag", &PlantParameters::motor_lag, 0.002, 0.12},
+        {"velocity_loop_integral", &PlantParameters::velocity_loop_integral, 0.1, 30.0},
         {"acceleration_limit", &PlantParameters::acceleration_limit, 0.8, 10.0}}}};
   return tasks;
 }

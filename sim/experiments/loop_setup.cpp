@@ -8,8 +8,6 @@
 namespace jackal_aic::sim {
 namespace {
 
-constexpr const char* kDifferentialDrive = "diff_drive";
-
 bool contains(const std::vector<std::string>& list, const std::string& word) {
   return std::find(list.begin(), list.end(), word) != list.end();
 }
@@ -30,7 +28,7 @@ void addController(const PackageFiles& files, const std::string& name, Parameter
     addYamlFile(name, map);
   } else if (!contains(controllerNames(), name)) {
     refuse("controller", name, controllerNames());
-  } else if (name != kDifferentialDrive) {
+  } else {
     addYamlFile(files.path("config/" + name + ".yaml"), map);
   }
 }
@@ -72,7 +70,7 @@ GeometryParameters LoopSetup::geometry() const {
 }
 
 const std::vector<std::string>& controllerNames() {
-  static const std::vector<std::string> names{kDifferentialDrive, "standard", "improved"};
+  static const std::vector<std::string> names{"diff_drive", "standard", "improved"};
   return names;
 }
 
@@ -92,7 +90,8 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
   setup.controller_name = controller;
   setup.plant_name = plant;
   setup.plant = readParameters<PlantParameters>(map, "plant");
-  if (controller == kDifferentialDrive || hasPrefix(map, "diff_drive.")) {
+  readParameters<DeadlineParameters>(map, "deadlines");  // here nothing is late; a preset may have them
+  if (hasPrefix(map, "diff_drive.")) {
     setup.controller = readParameters<DifferentialDriveParameters>(map, "diff_drive");
   } else {
     setup.controller = readActiveInference(map);

@@ -38,7 +38,7 @@ const std::vector<std::string>& controllerNames();
 const std::vector<std::string>& plantNames();
 
 /// Reads the parameters of a loop.
-/// @param controller "diff_drive", a preset (config/NAME.yaml) or a YAML file with the keys of a preset; a file with
+/// @param controller a preset (config/NAME.yaml) or a YAML file with the keys of a preset; a file with
 /// the key
 ///        diff_drive is the differential drive.
 /// @param plant "box", "ground" (the calibrated plants of config/) or a YAML file with the key plant.

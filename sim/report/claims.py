@@ -1,0 +1,262 @@
+"""What the thesis says about its tables and figures in words, and whether our runs say the same."""
+
+import math
+
+
+class Verdict:
+    """Whether ours agrees, and our numbers in a sentence."""
+
+    def __init__(self, agrees, ours):
+        self.agrees = agrees
+        self.ours = ours
+
+
+def pick(runs, **wanted):
+    """The only run with these values."""
+    found = [run for run in runs if all(matches(run[column], value) for column, value in wanted.items())]
+    if len(found) != 1:
+        raise LookupError(f'{len(found)} runs with {wanted}')
+    return found[0]
+
+
+def matches(a, b):
+    return math.isclose(a, b, rel_tol=1e-9) if isinstance(a, float) and not isinstance(b, str) else a == b
+
+
+def seconds(value):
+    return f'{value:.2f} s' if value is not None else 'never'
+
+
+def pair(run):
+    return f'{seconds(run["settling_s"])} / {seconds(run["rise_s"])}'
+
+
+def is_less(a, b):
+    """Less by more than 2 %; what differs by less is called equal."""
+    return a is not None and b is not None and a < 0.98 * b
+
+
+def falls(values):
+    return all(is_less(b, a) for a, b in zip(values, values[1:]))
+
+
+def final_command(run):
+    _, values = run.series('command')
+    return sum(values[-50:]) / 50
+
+
+def diff_drive_is_faster(results):
+    parts, agrees = [], True
+    for step in (0.1, 0.5):
+        aic = pick(results.comparable('table_3-1a'), step_mps=step)
+        drive = pick(results.comparable('table_3-1b'), step_mps=step)
+        agrees &= is_less(drive['settling_s'], aic['settling_s']) and is_less(drive['rise_s'], aic['rise_s'])
+        parts.append(f'{step} m/s: {pair(drive)} against {pair(aic)}')
+    return Verdict(agrees, '; '.join(parts))
+
+
+def aic_rises_faster_at_one(results):
+    aic = pick(results.comparable('table_3-1a'), step_mps=1.0)
+    drive = pick(results.comparable('table_3-1b'), step_mps=1.0)
+    return Verdict(is_less(aic['rise_s'], drive['rise_s']), f'{pair(aic)} against {pair(drive)}')
+
+
+def drive_settles_high(results):
+    errors = [run['steady_error_pct'] for run in results.comparable('table_3-1b')]
+    return Verdict(all(e > 1.0 for e in errors),
+                   'steady-state errors ' + ', '.join(f'{e:+.2f} %' for e in errors) +
+                   ' (our wheels follow their commands exactly; plant.wheel_gain above 1 would show it)')
+
+
+def ground_and_box(results):
+    ground = pick(results.comparable('figure_4-1'), plant='ground')
+    box = pick(results.comparable('figure_4-1'), plant='box')
+    ratio = ground['settling_s'] / box['settling_s']
+    return Verdict(abs(math.log(ratio)) < 0.2, f'{pair(ground)} on the ground, {pair(box)} on the box')
+
+
+def ground_needs_more(results):
+    ground = final_command(pick(results.comparable('figure_4-1'), plant='ground'))
+    box = final_command(pick(results.comparable('figure_4-1'), plant='box'))
+    return Verdict(ground > 1.005 * box, f'{ground:.3f} rad/s on the ground, {box:.3f} rad/s on the box '
+                   '(our velocity loop has no offset under load)')
+
+
+def model_follows(name, parameter):
+
+    def claim(results):
+        runs = results.comparable(name)
+        parts, agrees = [], True
+        for plant, words in (('state_space', 'model'), ('box', 'robot')):
+            chosen = [run for run in runs if run['plant'] == plant]
+            chosen.sort(key=lambda run: run[parameter], reverse=parameter == 'tau')
+            rises = [run['rise_s'] for run in chosen]
+            agrees &= falls(rises)
+            parts.append(f'{words} rise ' + ', '.join(seconds(r) for r in rises))
+        return Verdict(agrees, '; '.join(parts))
+
+    return claim
+
+
+def model_stays_stable(results):
+    runs = results.runs['figure_4-4']
+    model = pick(runs, plant='state_space')
+    robot = [run for run in runs if run['plant'] == 'box']
+    rings = all(not run.stable or run['settling_s'] is None for run in robot)
+    return Verdict(model.stable and rings, f'model settles in {seconds(model["settling_s"])}; robot ' +
+                   ('never settles' if rings else 'settles'))
+
+
+def action_trails(results):
+    run = results.runs['figure_4-5'][0]
+    times, belief = run.series('belief_mps')
+    _, action = run.series('velocity_mps')
+    first = [next(t for t, v in zip(times, values) if v != 0.0) for values in (belief, action)]
+    return Verdict(math.isclose(first[1] - first[0], 0.1, abs_tol=1e-6),
+                   f'belief moves at {first[0] - 0.5:.1f} s, action at {first[1] - 0.5:.1f} s after the step')
+
+
+def unstable_at_50_hz(results):
+    runs = results.runs['figure_5-1']
+    euler = [run for run in runs if run['belief_hz'] == 50.0 and run['integrator'] == 'euler']
+    exact = [run for run in runs if run['belief_hz'] == 50.0 and run['integrator'] == 'exact']
+    return Verdict(not any(run.stable for run in euler),
+                   'euler diverges; exact ' + ('is stable' if all(run.stable for run in exact) else 'is not'))
+
+
+def stable_at_1_khz(results):
+    runs = [run for run in results.runs['figure_5-1'] if run['belief_hz'] == 1000.0]
+    euler = [run for run in runs if run['integrator'] == 'euler']
+    exact = [run for run in runs if run['integrator'] == 'exact']
+    return Verdict(all(run.stable for run in euler),
+                   f'exact: {pair(exact[0])}; euler ' + ('is stable' if all(run.stable for run in euler) else
+                                                         'diverges by the thesis\' own equations: h κ_μ Π_μ/τ² = 6.7, bound 2'))
+
+
+def frequency_alone(name):
+
+    def claim(results):
+        spreads = []
+        for step in (0.3, 0.5, 1.0):
+            times = [run['settling_s'] for run in results.comparable(name) if matches(run['step_mps'], step)]
+            spreads.append(max(times) / min(times) - 1.0)
+        return Verdict(max(spreads) < 0.15, 'settling varies by ' + ', '.join(f'{100 * s:.0f} %' for s in spreads) +
+                       ' at 0.3, 0.5, 1 m/s')
+
+    return claim
+
+
+def gets_faster(name, parameter, columns, reverse):
+
+    def claim(results):
+        parts, agrees = [], True
+        for rate in (50.0, 1000.0):
+            runs = [run for run in results.comparable(name) if run['belief_hz'] == rate and run['thesis_settling_s']]
+            runs.sort(key=lambda run: run[parameter], reverse=reverse)
+            for column in columns:
+                values = [run[column] for run in runs]
+                agrees &= is_less(values[-1], values[0])
+                parts.append(f'{rate:.0f} Hz {column.split("_")[0]} ' + ', '.join(seconds(v) for v in values))
+        return Verdict(agrees, '; '.join(parts))
+
+    return claim
+
+
+def is_unstable(name, **wanted):
+
+    def claim(results):
+        euler = pick(results.runs[name], integrator='euler', **wanted)
+        exact = pick(results.runs[name], integrator='exact', **wanted)
+        return Verdict(not euler.stable, f'euler {"settles" if euler.stable else "diverges"}; exact {pair(exact)}')
+
+    return claim
+
+
+def rings(results):
+    parts, agrees = [], True
+    for rate in (50.0, 1000.0):
+        runs = sorted((run for run in results.comparable('table_5-6') if run['belief_hz'] == rate),
+                      key=lambda run: run['kappa_a'])
+        times = [run['settling_s'] for run in runs]
+        agrees &= is_less(times[1], times[0]) and is_less(times[0], times[3])
+        parts.append(f'{rate:.0f} Hz settling ' + ', '.join(seconds(t) for t in times))
+    return Verdict(agrees, 'κ_a 8, 10, 15, 20: ' + '; '.join(parts))
+
+
+def slow_rings_more(results):
+    runs = results.comparable('table_5-6')
+    slow = pick(runs, kappa_a=20.0, belief_hz=50.0)['overshoot_pct']
+    fast = pick(runs, kappa_a=20.0, belief_hz=1000.0)['overshoot_pct']
+    return Verdict(slow > fast, f'overshoot {slow:.0f} % at 50 Hz, {fast:.0f} % at 1 kHz')
+
+
+def improved_beats_standard(results):
+    runs = results.comparable('table_5-9')
+    standard, improved = pick(runs, controller='standard'), pick(runs, controller='improved')
+    agrees = is_less(improved['settling_s'], standard['settling_s']) and is_less(improved['rise_s'], standard['rise_s'])
+    return Verdict(agrees, f'improved {pair(improved)}, standard {pair(standard)}')
+
+
+def share_reached(run):
+    """Largest velocity in the assessed half-wave over the set point there."""
+    times, set_points = run.series('set_point_mps')
+    _, values = run.series('velocity_mps')
+    top = max(set_points)
+    # The first high half-wave comes out of rest; the robot's delay is why a little of the next half-wave counts.
+    return max(v for t, v in zip(times, values)) / top
+
+
+def square_waves(results):
+    runs = results.comparable('table_5-10')
+    standard = [share_reached(run) for run in runs if run['controller'] == 'standard']
+    improved = [share_reached(run) for run in runs if run['controller'] == 'improved']
+    words = 'largest velocity / set point: standard {}, improved {}'.format(
+        *(', '.join(f'{100 * s:.0f} %' for s in shares) for shares in (standard, improved)))
+    return Verdict(max(standard) < 0.99 <= min(improved), words)
+
+
+def improved_beats_drive(plant):
+
+    def claim(results):
+        runs = results.comparable('figure_5-24')
+        improved = pick(runs, controller='improved', plant=plant)
+        drive = pick(runs, controller='diff_drive', plant=plant)
+        agrees = is_less(improved['settling_s'], drive['settling_s']) and is_less(improved['rise_s'], drive['rise_s'])
+        return Verdict(agrees, f'improved {pair(improved)}, differential drive {pair(drive)}')
+
+    return claim
+
+
+# Experiment it belongs to, where the thesis says it, what it says, what our runs say.
+CLAIMS = [
+    ('table_3-1a', 'Tables 3-1a, 3-1b', 'At 0.1 and 0.5 m/s the differential drive settles and rises faster.', diff_drive_is_faster),
+    ('table_3-1b', 'Section 3-4', 'The differential drive settles at higher values than asked.', drive_settles_high),
+    ('figure_3-4', 'Figure 3-5', 'At 1 m/s the active inference controller rises faster.', aic_rises_faster_at_one),
+    ('figure_4-1', 'Figure 4-1a', 'Convergence is the same on the ground and on the box.', ground_and_box),
+    ('figure_4-1', 'Figure 4-1b', 'On the ground the drive commands converge to a higher value.', ground_needs_more),
+    ('figure_4-2', 'Figure 4-2', 'Changing τ changes model and robot alike.', model_follows('figure_4-2', 'tau')),
+    ('figure_4-3', 'Figure 4-3', 'Changing κ_a changes model and robot alike.', model_follows('figure_4-3', 'kappa_a')),
+    ('figure_4-4', 'Figure 4-4', 'The robot becomes unstable where the model is stable.', model_stays_stable),
+    ('figure_4-5', 'Figure 4-5', 'The action starts one step after the belief and trails it.', action_trails),
+    ('figure_5-1', 'Figure 5-1a', 'τ = 0.001 at 1 kHz is stable.', stable_at_1_khz),
+    ('figure_5-1', 'Figure 5-1b', 'τ = 0.001 at 50 Hz is unstable, on the robot and in simulation.', unstable_at_50_hz),
+    ('table_5-1', 'Section 5-2', 'The update frequency of the whole controller changes nothing.', frequency_alone('table_5-1')),
+    ('table_5-2', 'Section 5-3', 'The update frequency of the belief loop changes nothing.', frequency_alone('table_5-2')),
+    ('table_5-4', 'Section 5-4-1', 'Settling and rise time fall with τ (0.03, 0.01, 0.001).',
+     gets_faster('table_5-4', 'tau', ('settling_s', 'rise_s'), True)),
+    ('table_5-4', 'Table 5-4', 'τ = 0.001 at 50 Hz is unstable.', is_unstable('table_5-4', tau=0.001, belief_hz=50.0)),
+    ('table_5-5', 'Section 5-4-2', 'Settling and rise time fall with κ_μ (0.01 to 1).',
+     gets_faster('table_5-5', 'kappa_mu', ('settling_s', 'rise_s'), False)),
+    ('table_5-5', 'Table 5-5', 'κ_μ = 1 at 50 Hz is unstable.', is_unstable('table_5-5', kappa_mu=1.0, belief_hz=50.0)),
+    ('table_5-6', 'Section 5-4-3', 'The rise time falls with κ_a.', gets_faster('table_5-6', 'kappa_a', ('rise_s',), False)),
+    ('table_5-6', 'Section 5-4-3', 'The settling time first falls with κ_a, then rises because of ringing.', rings),
+    ('table_5-6', 'Section 5-4-3', 'The overshoot is higher at 50 Hz.', slow_rings_more),
+    ('table_5-9', 'Table 5-9', 'The improved controller settles and rises faster.', improved_beats_standard),
+    ('table_5-10', 'Section 5-5-2', 'The improved controller reaches the set point of the square waves, the standard one fails to.',
+     square_waves),
+    ('figure_5-24', 'Section 5-5-3', 'The improved controller settles and rises faster than the differential drive (on the box).',
+     improved_beats_drive('box')),
+    ('figure_5-24', 'Section 5-5-3', 'The same on the ground.', improved_beats_drive('ground')),
+    ('figure_D-1', 'Figure D-1', 'κ_μ = 1 at 50 Hz: the belief becomes infinite.', is_unstable('figure_D-1')),
+    ('figure_D-2', 'Figure D-2', 'τ = 0.001 at 50 Hz: velocity and belief become unstable.', is_unstable('figure_D-2')),
+]

@@ -1,0 +1,137 @@
+"""The figures of the report: SVG with the same bytes on every run."""
+
+import base64
+import io
+import math
+
+import matplotlib
+
+matplotlib.use('Agg')
+import matplotlib.pyplot as plt  # noqa: E402
+
+from results import REST, comparable  # noqa: E402
+
+# Okabe and Ito's palette: distinct for every kind of colour vision.
+COLOURS = ('#0072B2', '#D55E00', '#009E73', '#E69F00', '#56B4E9', '#CC79A7', '#000000', '#8C8C00', '#7F7F7F')
+
+SIGNALS = {  # signal: column of the trace, axis label
+    'measured': ('measured_mps', 'velocity [m/s]'),
+    'belief': ('belief_mps', 'believed velocity [m/s]'),
+    'command': ('command', 'drive command [rad/s]'),
+}
+
+UNITS = {'tau': 's', 'belief_hz': 'Hz', 'step_mps': 'm/s'}
+NAMES = {'belief_hz': 'belief', 'step_mps': 'step', 'kappa_mu': 'κ_μ', 'kappa_a': 'κ_a', 'tau': 'τ'}
+WORDS = {
+    'diff_drive': 'differential drive', 'standard': 'standard', 'improved': 'improved', 'state_space': 'state-space model',
+    'box': 'on the box', 'ground': 'on the ground'
+}
+
+RUNAWAY = 3.0  # m/s beyond which a velocity has diverged
+ENDLESS = 1e12  # m/s where the axis of a diverging belief ends
+
+
+def setup():
+    """Settings that make the bytes reproducible; once per process."""
+    plt.rcParams.update({
+        'svg.hashsalt': 'jackal_aic', 'svg.fonttype': 'none', 'path.simplify': True, 'path.simplify_threshold': 0.2,
+        'font.size': 9, 'axes.grid': True, 'grid.alpha': 0.3, 'axes.spines.top': False, 'axes.spines.right': False
+    })
+
+
+def label(run, columns):
+    """What tells this line from the others."""
+    parts = []
+    for column in columns:
+        value = run[column]
+        if value is None:
+            continue
+        if isinstance(value, float):
+            parts.append(f'{NAMES.get(column, column)} {value:g} {UNITS.get(column, "")}'.strip())
+        else:
+            parts.append(WORDS.get(value, value))
+    return ', '.join(parts)
+
+
+def selected(runs, panel):
+    """Runs of a panel: by integrator, then by the values it selects."""
+    wanted = panel.get('integrator', 'comparable')
+    if wanted == 'comparable':
+        runs = comparable(runs)
+    elif wanted != 'all':
+        runs = [run for run in runs if run['integrator'] == wanted]
+    for column, value in panel.get('select', {}).items():
+        runs = [run for run in runs if same(run[column], value)]
+    return runs
+
+
+def same(a, b):
+    if isinstance(a, float):
+        return math.isclose(a, float(b), rel_tol=1e-9)
+    return a == b
+
+
+def mark_settling(axis, run, colour):
+    """Ours as a full, the thesis' as an open marker, on the lower edge of the 5 % band."""
+    height = 0.95 * run['step_mps']
+    if run['settling_s']:
+        axis.plot(run['settling_s'], height, marker='v', color=colour, markersize=5, linestyle='')
+    if run['thesis_settling_s']:
+        axis.plot(run['thesis_settling_s'], height, marker='v', color=colour, fillstyle='none', markersize=7, linestyle='')
+
+
+def draw_panel(axis, runs, panel, square):
+    """One panel; returns True if a line diverges out of it."""
+    names = panel['signal'] if isinstance(panel['signal'], list) else [panel['signal']]
+    diverges = False
+    chosen = selected(runs, panel)
+    start = 0.0 if square else REST
+    for i, run in enumerate(chosen):
+        for j, name in enumerate(names):
+            colour = COLOURS[(i * len(names) + j) % len(COLOURS)]
+            column, _ = SIGNALS[name]
+            times, values = run.series(column, start)
+            values = [v if math.isfinite(v) and abs(v) < ENDLESS else math.nan for v in values]
+            text = label(run, panel['by']) if len(names) == 1 else {'measured': 'action', 'belief': 'belief'}[name]
+            if not run.stable:
+                text += ' (unstable)'
+            axis.plot(times, values, color=colour, linewidth=1.3, label=text)
+            if name != 'command':
+                diverges = diverges or any(abs(v) > RUNAWAY for v in values if math.isfinite(v))
+            if name == 'measured' and run.stable and not square and len(names) == 1:
+                mark_settling(axis, run, colour)
+    draw_set_points(axis, chosen, names, start)
+    if diverges:
+        axis.set_yscale('symlog', linthresh=1.0)
+        axis.set_ylim(-ENDLESS, ENDLESS)
+    axis.set_title(panel['title'], fontsize=9)
+    axis.set_xlabel('time [s]' if square else 'time after the step [s]')
+    axis.set_ylabel(SIGNALS[names[0]][1])
+    unstable = any(not run.stable for run in chosen)
+    axis.set_xlim(0.0 if square else -REST if unstable else -0.1, None if square else 2.5)
+    if axis.get_legend_handles_labels()[0]:
+        axis.legend(fontsize=7, loc='lower right')
+    return diverges
+
+
+def draw_set_points(axis, runs, names, start):
+    if 'command' in names:
+        return
+    drawn = set()
+    for run in runs:
+        times, values = run.series('set_point_mps', start)
+        if tuple(values) not in drawn:
+            axis.plot(times, values, color='#555555', linewidth=0.8, linestyle='--', zorder=0)
+            drawn.add(tuple(values))
+
+
+def figure_image(runs, panels, square=False):
+    """Panels side by side as an SVG data URI, and whether a line diverges."""
+    setup()
+    figure, axes = plt.subplots(1, len(panels), figsize=(5.0 * len(panels), 3.2), squeeze=False)
+    diverges = [draw_panel(axis, runs, panel, square) for axis, panel in zip(axes[0], panels)]
+    figure.tight_layout()
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format='svg', metadata={'Date': None, 'Creator': None})
+    plt.close(figure)
+    return 'data:image/svg+xml;base64,' + base64.b64encode(buffer.getvalue()).decode(), any(diverges)

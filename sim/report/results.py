@@ -1,0 +1,132 @@
+"""What the report is made from: the thesis' tables, the table of experiments and the CSV files the experiments wrote."""
+
+import csv
+import math
+import pathlib
+
+import yaml
+
+REST = 0.5  # s before a step, as in the closed loop (kRestTime)
+
+# Columns that say what was run, in the order of the CSV files.
+CONDITIONS = ('controller', 'plant', 'step_mps', 'step_radps', 'belief_hz', 'action_hz', 'tau', 'kappa_mu', 'kappa_a', 'orders')
+
+
+class ResultError(Exception):
+    """A file is missing or does not fit; the text is one line for the person."""
+
+
+def number(text):
+    """A cell as a number; None if it is empty."""
+    return float(text) if text not in ('', None) else None
+
+
+def read_yaml(path):
+    try:
+        return yaml.safe_load(path.read_text())
+    except (OSError, yaml.YAMLError) as error:
+        raise ResultError(f'{path}: {error}') from error
+
+
+def read_rows(path):
+    try:
+        with open(path, newline='') as file:
+            return list(csv.DictReader(file))
+    except OSError as error:
+        raise ResultError(f'{path}: {error.strerror}; run the experiments first') from error
+
+
+class Run:
+    """One row of a result table, with its trace."""
+
+    def __init__(self, row, index):
+        self.row = row
+        self.index = index
+        self.trace = []
+        self.label = ''
+
+    def __getitem__(self, column):
+        """A column: a number where it is one, else the text, None where it is empty."""
+        if column == 'label':
+            return self.label
+        text = self.row[column]
+        try:
+            return number(text)
+        except ValueError:
+            return text
+
+    @property
+    def stable(self):
+        return self.row['stable'] == '1'
+
+    def conditions(self):
+        return tuple(self.row[name] for name in CONDITIONS) + (self.label,)
+
+    def series(self, column, start=0.0):
+        """Times since `start` and values of a column of the trace; for the command the mean of both wheels."""
+        times = [float(line['time_s']) - start for line in self.trace]
+        if column == 'command':
+            values = [0.5 * (float(line['command_left_radps']) + float(line['command_right_radps'])) for line in self.trace]
+        else:
+            values = [float(line[column]) if line[column] else math.nan for line in self.trace]
+        return times, values
+
+    def errors(self):
+        """(name, |ln(ours/thesis)|) for settling and rise, where the thesis prints a number and we have one."""
+        found = []
+        for name in ('settling', 'rise'):
+            ours, theirs = self[f'{name}_s'], self[f'thesis_{name}_s']
+            if ours and theirs:
+                found.append((name, abs(math.log(ours / theirs))))
+        return found
+
+    def missing(self):
+        """Numbers the thesis has and we have not."""
+        return sum(1 for name in ('settling', 'rise') if self[f'thesis_{name}_s'] and not self[f'{name}_s'])
+
+
+def comparable(runs):
+    """One run per condition: euler where it is stable, as in the thesis, else exact; runs without an integrator stay."""
+    chosen = {}
+    for run in runs:
+        key = run.conditions()
+        if key not in chosen or (run['integrator'] == 'exact' and not chosen[key].stable):
+            chosen[key] = run
+    return list(chosen.values())
+
+
+class Results:
+    """Everything the report shows."""
+
+    def __init__(self, package, directory):
+        self.package = pathlib.Path(package)
+        self.directory = pathlib.Path(directory)
+        self.tables = {t['table']: t for t in read_yaml(self.package / 'sim/thesis/tables.yaml')['tables']}
+        self.experiments = {e['name']: e for e in read_yaml(self.package / 'sim/experiments/experiments.yaml')['experiments']}
+        self.runs = {name: self._read(name) for name in self.experiments}
+
+    def _read(self, name):
+        runs = [Run(row, i) for i, row in enumerate(read_rows(self.directory / f'{name}.csv'))]
+        for line in read_rows(self.directory / f'{name}_traces.csv'):
+            run = runs[int(line['run'])]
+            run.trace.append(line)
+            run.label = line['label']
+        return runs
+
+    def config(self, name):
+        """A file of config/."""
+        return read_yaml(self.package / 'config' / f'{name}.yaml')
+
+    def comparable(self, name):
+        return comparable(self.runs[name])
+
+    def mean_error(self, tables):
+        """Mean |ln(ours/thesis)| over the comparable rows of some tables, and how many values it is over."""
+        errors, missing = [], 0
+        for table in tables:
+            for run in self.comparable(f'table_{table}'):
+                errors += [error for _, error in run.errors()]
+                missing += run.missing()
+        # A response that never settles counts as in the fit: 2.
+        values = errors + [2.0] * missing
+        return sum(values) / len(values), len(values)

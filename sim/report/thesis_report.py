@@ -1,0 +1,366 @@
+#!/usr/bin/python3
+"""One HTML page with every table and figure of the thesis beside ours.
+
+Usage: thesis_report.py RESULTS OUTPUT.html [--package DIRECTORY]
+Reads what `experiments run all --out RESULTS` wrote. The page needs no other file; the same results give the same bytes.
+"""
+
+import argparse
+import concurrent.futures
+import html
+import itertools
+import pathlib
+import sys
+
+import claims
+import figures
+from results import ResultError, Results
+
+PACKAGE = pathlib.Path(__file__).resolve().parent.parent.parent
+
+# What the fit has to reach, as mean |ln(ours/thesis)|: tables, how they were used, bar.
+BARS = [
+    (('5-2', '5-4', '5-6', '5-9'), 'box, fitted', 0.13),
+    (('5-5', ), 'box, held out of the fit', 0.20),
+    (('3-1a', '3-1b', '5-1', '5-2', '5-4', '5-5', '5-6', '5-9'), 'all tables of step responses', 0.17),
+]
+
+FITTED = [  # key of the plant, words, unit
+    ('dead_time', 'dead time', 's'),
+    ('motor_lag', 'motor lag', 's'),
+    ('velocity_loop_integral', 'velocity loop integral', '1/s'),
+    ('acceleration_limit', 'acceleration limit', 'm/s²'),
+]
+
+STYLE = '''
+body { font: 15px/1.45 sans-serif; max-width: 1100px; margin: 2em auto; padding: 0 1em; color: #222; }
+table { border-collapse: collapse; margin: .6em 0 1.2em; }
+th, td { border-bottom: 1px solid #ccc; padding: .2em .7em; text-align: right; }
+th { background: #f2f2f2; } td.text, th.text { text-align: left; }
+.yes { color: #00704d; } .no { color: #b03a00; } .note { color: #555; }
+img { max-width: 100%; } h2 { margin-top: 2em; border-top: 2px solid #ddd; padding-top: .6em; }
+'''
+
+escape = html.escape
+
+
+def cell(content, text=False, style=''):
+    names = ' '.join(filter(None, ('text' if text else '', style)))
+    return f'<td class="{names}">{content}</td>' if names else f'<td>{content}</td>'
+
+
+def table(headings, rows):
+    """Headings that begin with '<' are for left-aligned columns."""
+    head = ''.join(f'<th class="text">{escape(h[1:])}</th>' if h.startswith('<') else f'<th>{escape(h)}</th>'
+                   for h in headings)
+    return f'<table><tr>{head}</tr>' + ''.join(f'<tr>{"".join(row)}</tr>' for row in rows) + '</table>'
+
+
+def seconds(value):
+    return '–' if value is None else f'{value:.2f}'
+
+
+def number(value):
+    return '–' if value is None else f'{value:g}'
+
+
+def settings(run):
+    """The conditions of a run in words."""
+    parts = [figures.WORDS.get(run['controller'], run['controller']), figures.WORDS.get(run['plant'], run['plant'] or 'belief update alone')]
+    if run['step_mps']:
+        parts.append(f'{run["step_mps"]:g} m/s')
+    if run['belief_hz']:
+        parts.append(f'belief {run["belief_hz"]:g} Hz, action {run["action_hz"]:g} Hz')
+        parts.append(f'τ {run["tau"]:g}, κ_μ {run["kappa_mu"]:g}, κ_a {run["kappa_a"]:g}')
+    if run.label:
+        parts.append(run.label)
+    return escape(', '.join(parts))
+
+
+def ours(run, name):
+    if not run.stable:
+        return cell('unstable', style='no')
+    return cell(seconds(run[f'{name}_s']))
+
+
+def theirs(run, name, unstable):
+    return cell('unstable' if unstable else seconds(run[f'thesis_{name}_s']))
+
+
+def residual(run):
+    errors = dict(run.errors())
+    return [cell(f'{errors[name]:.2f}' if name in errors else '') for name in ('settling', 'rise')]
+
+
+def step_table(results, name, thesis):
+    """Ours and theirs for every row, with both integrators where the thesis' own one cannot run."""
+    rows = []
+    entries = thesis['rows']
+    for entry, group in zip(entries, grouped(results.runs[name])):
+        compared = figures.comparable(group)[0]
+        shown = group if any(not run.stable for run in group) else [compared]
+        for run in shown:
+            is_compared = run is compared
+            rows.append([
+                cell(escape(entry['row']), True), cell(escape(entry.get('column', '')), True), cell(settings(run), True),
+                cell(run['integrator'] or '–', True), ours(run, 'settling'), theirs(run, 'settling', entry.get('unstable')),
+                ours(run, 'rise'), theirs(run, 'rise', entry.get('unstable')),
+                *(residual(run) if is_compared else [cell(''), cell('')]),
+                cell(seconds(run['overshoot_pct']) if run.stable else ''), cell(escape(note_of(entry)), True, 'note')
+            ])
+    return table(['<row', '<column', '<setting', '<integrator', 'settling ours [s]', 'thesis', 'rise ours [s]', 'thesis',
+                  '|ln| settling', '|ln| rise', 'overshoot [%]', '<note'], rows)
+
+
+def note_of(entry):
+    parts = []
+    if 'printed' in entry:
+        parts.append(f'printed "{entry["printed"]}"')
+    if 'note' in entry:
+        parts.append(entry['note'])
+    return '; '.join(parts)
+
+
+def grouped(runs):
+    """Runs of one condition (both integrators) together, in order."""
+    return [list(group) for _, group in itertools.groupby(runs, key=lambda run: run.conditions())]
+
+
+def run_table(runs):
+    """Our numbers where the thesis prints none."""
+    rows = [[cell(settings(run), True), cell(run['integrator'] or '–', True), ours(run, 'settling'), ours(run, 'rise'),
+             cell(seconds(run['overshoot_pct']) if run.stable else ''),
+             cell(f'{run["steady_error_pct"]:+.2f}' if run.stable and run['steady_error_pct'] is not None else '')]
+            for run in runs]
+    return table(['<setting', '<integrator', 'settling [s]', 'rise [s]', 'overshoot [%]', 'steady-state error [%]'], rows)
+
+
+def square_table(runs):
+    rows = []
+    for run in runs:
+        share = cell(f'{100 * claims.share_reached(run):.0f} %') if run.stable else cell('unstable', style='no')
+        rows.append([cell(settings(run), True), cell(run['integrator'], True), share])
+    return table(['<setting', '<integrator', 'largest velocity / set point'], rows)
+
+
+BOUNDS = {'tau': 1e-5, 'kappa_mu': 1e3, 'kappa_a': 1e3}  # of the search for usable ranges
+
+
+def limit_text(run, parameter):
+    value = run[parameter]
+    if abs(value / BOUNDS[parameter] - 1.0) < 1e-6:
+        return f'no limit down to {value:g}' if parameter == 'tau' else f'no limit up to {value:g}'
+    return f'{value:.3g}'
+
+
+def range_table(results, thesis):
+    """Table 5-7: the thesis' limits beside the four that were searched."""
+    remaining = iter(results.runs['table_5-7'])
+    rows = []
+    for entry in thesis['rows']:
+        parameter = entry['parameter']
+        found = {}
+        for integrator in ('euler', 'exact'):
+            found[integrator, 'loop'] = limit_text(next(remaining), parameter)
+            found[integrator, 'belief'] = '–' if parameter == 'kappa_a' else limit_text(next(remaining), parameter)
+        rows.append([cell(figures.NAMES[parameter], True), cell(entry['limit'], True), cell(entry['column'], True), cell(f'{entry["value"]:g}')]
+                    + [cell(found[key]) for key in (('euler', 'loop'), ('euler', 'belief'), ('exact', 'loop'), ('exact', 'belief'))])
+    return table(['<parameter', '<limit', '<belief update', 'thesis', 'euler, on the plant', 'euler, spectral radius',
+                  'exact, on the plant', 'exact, spectral radius'], rows)
+
+
+def parameter_table(results, thesis):
+    """A table of controller parameters beside our presets."""
+    presets = {name: results.config(name)['controller'] for name in ('standard', 'improved')}
+    rows = []
+    for entry in thesis['rows']:
+        for preset in ('standard', 'improved'):
+            if preset in entry:
+                value = presets[preset][entry['parameter']]
+                agrees = value == entry[preset]
+                rows.append([cell(escape(entry['parameter']), True), cell(preset, True), cell(escape(str(value))),
+                             cell(escape(str(entry[preset]))), cell('same' if agrees else 'differs', style='yes' if agrees else 'no'),
+                             cell(escape(note_of(entry)), True, 'note')])
+    return table(['<parameter', '<controller', 'ours', 'thesis', '', '<note'], rows)
+
+
+def tested_table(thesis):
+    rows = [[cell(figures.NAMES[entry['parameter']], True), cell(escape(', '.join(f'{v:g}' for v in entry['values'])), True),
+             cell(escape(note_of(entry)), True, 'note')] for entry in thesis['rows']]
+    return table(['<parameter', '<values', '<note'], rows)
+
+
+def claim_table(verdicts, name):
+    rows = [[cell(escape(place), True), cell(escape(text), True),
+             cell('agrees' if verdict.agrees else 'differs', style='yes' if verdict.agrees else 'no'),
+             cell(escape(verdict.ours), True)] for experiment, place, text, verdict in verdicts if experiment == name]
+    return table(['<where', '<the thesis says', 'ours', '<our numbers'], rows) if rows else ''
+
+
+def figure_groups(experiment):
+    """Panels of one figure of the thesis together: 5-3a and 5-3b are figure 5-3."""
+    panels = experiment.get('figures', [])
+    return [(key, list(group)) for key, group in itertools.groupby(panels, key=lambda p: p['figure'].rstrip('ab'))]
+
+
+def draw(task):
+    """Image of one figure; runs in a process of its own."""
+    runs, panels, square = task
+    return figures.figure_image(runs, panels, square)
+
+
+def draw_all(results):
+    """All images, by experiment and figure, with progress."""
+    keys, tasks = [], []
+    for name, experiment in results.experiments.items():
+        for figure, panels in figure_groups(experiment):
+            keys.append((name, figure))
+            tasks.append((results.runs[name], panels, experiment['kind'] == 'squares'))
+    images = {}
+    with concurrent.futures.ProcessPoolExecutor() as pool:
+        for key, image in zip(keys, pool.map(draw, tasks)):
+            images[key] = image
+            show_progress(len(images), len(keys))
+    return images
+
+
+def show_progress(done, total):
+    """A bar on a terminal; in a log, lines that scripts/ read the percentage from."""
+    percent = 100 * done // total
+    if sys.stderr.isatty():
+        bar = '#' * (40 * done // total)
+        print(f'\rfigures [{bar:<40}] {done}/{total}', end='\n' if done == total else '', file=sys.stderr, flush=True)
+    else:
+        print(f'[{percent:3d}%] figures', file=sys.stderr, flush=True)
+
+
+def anchor(name):
+    return escape(name.replace(' ', '_'))
+
+
+def figure_section(results, images, name):
+    parts = []
+    for figure, panels in figure_groups(results.experiments[name]):
+        image, diverges = images[name, figure]
+        title = f'Figure {figure}'
+        notes = []
+        if any(p['signal'] == 'measured' for p in panels):
+            notes.append('Dashed: set point. Full marker: our settling time; open: the thesis\'.')
+        if diverges:
+            notes.append('A diverging belief is drawn on a logarithmic axis until it leaves the numbers of the machine.')
+        parts.append(f'<h4 id="{anchor(title)}">{title}</h4><img alt="{title}" src="{image}"><p class="note">{" ".join(notes)}</p>')
+    return ''.join(parts)
+
+
+def numbers_of(results, name):
+    """The table of an experiment, by its kind."""
+    experiment = results.experiments[name]
+    runs = results.runs[name]
+    if experiment['kind'] == 'thesis_steps':
+        return step_table(results, name, results.tables[experiment['table']])
+    if experiment['kind'] == 'usable_range':
+        return range_table(results, results.tables[experiment['table']])
+    if experiment['kind'] == 'squares':
+        return (f'<p>Ours: period {experiment["period"]} s, {experiment["cycles"]} periods.</p>' + square_table(runs))
+    return run_table(runs)
+
+
+def experiment_section(results, images, verdicts, name):
+    experiment = results.experiments[name]
+    heading = f'Table {experiment["table"]}: ' if 'table' in experiment else ''
+    notes = [experiment.get('note'), results.tables[experiment['table']].get('note') if 'table' in experiment else None]
+    text = ''.join(f'<p class="note">{escape(note)}</p>' for note in notes if note)
+    return (f'<h2 id="{anchor(name)}">{heading}{escape(experiment["title"])}</h2>{text}' + numbers_of(results, name) +
+            claim_table(verdicts, name) + figure_section(results, images, name))
+
+
+def data_sections(results):
+    """The tables of the thesis that hold settings, no results."""
+    parts = []
+    for name, thesis in results.tables.items():
+        if thesis['kind'] in ('controller_parameters', 'tested_values'):
+            body = tested_table(thesis) if thesis['kind'] == 'tested_values' else parameter_table(results, thesis)
+            parts.append(f'<h2 id="table_{anchor(name)}">Table {name}: {escape(thesis["title"])}</h2>{body}')
+    return ''.join(parts)
+
+
+def checklist(results):
+    """Every table and figure of the thesis with a link to its place here."""
+    tables = []
+    for name in results.tables:
+        tables.append(f'<a href="#table_{anchor(name)}">{name}</a>')
+    links = []
+    for experiment in results.experiments.values():
+        for figure, _ in figure_groups(experiment):
+            links.append(f'<a href="#Figure_{anchor(figure)}">{figure}</a>')
+    return f'<p><b>Tables:</b> {" · ".join(tables)}</p><p><b>Figures:</b> {" · ".join(dict.fromkeys(links))}</p>'
+
+
+def plant_table(results):
+    plants = {name: results.config(name)['plant'] for name in ('plant_box', 'plant')}
+    rows = [[cell(escape(words), True), cell(f'{plants["plant_box"][key]:g}'), cell(f'{plants["plant"][key]:g}'), cell(unit, True)]
+            for key, words, unit in FITTED]
+    return table(['<fitted parameter', 'box', 'ground', '<unit'], rows)
+
+
+def bar_table(results):
+    rows = []
+    for tables, words, bar in BARS:
+        error, count = results.mean_error(tables)
+        rows.append([cell(escape(', '.join(tables)), True), cell(escape(words), True), cell(str(count)), cell(f'{error:.3f}'),
+                     cell(f'{bar:.2f}'), cell('met' if error <= bar else 'missed', style='yes' if error <= bar else 'no')])
+    for tables in sorted({t for group, _, _ in BARS for t in group}):
+        error, count = results.mean_error([tables])
+        rows.append([cell(tables, True), cell('alone', True), cell(str(count)), cell(f'{error:.3f}'), cell(''), cell('')])
+    return table(['<tables', '<used as', 'values', 'mean |ln(ours/thesis)|', 'bar', ''], rows)
+
+
+INTRODUCTION = '''
+<p>Every table and figure of B.D. van der Meer, <i>Control analysis of an active inference controller for a skid-steer mobile
+robot</i> (TU Delft, 2022), run again on this package's simulated Jackal, without ROS, in steps of 1 ms.</p>
+<p><b>How to read it.</b> Velocity is the true velocity of base_link; on the box, where the robot cannot move, what its wheels
+would give without slip. Settling is the time after which the velocity stays within 5 % of its final value, rise from 10 % to
+90 % of the set point. The thesis integrates the belief by forward Euler. Where that converges at the row's rate, ours is
+compared with <i>euler</i>; elsewhere the thesis' equations diverge with its own integrator, and ours is compared with
+<i>exact</i> (the same equations without integration error), with both shown. |ln| is |ln(ours/thesis)|: 0.10 is about
+10 %. The thesis' own repeats of one condition (standard controller, 0.5 m/s) range from 0.73 to 0.94 s.</p>
+<p><b>Where the plant comes from.</b> Four numbers of the motors were fitted to the thesis' settling and rise times, once for the
+box (Tables 5-2, 5-4, 5-6, 5-9) and once for the ground (Tables 3-1a, 3-1b), by <code>experiments calibrate</code>. Masses,
+inertias and geometry come from the URDF.</p>
+'''
+
+
+def evaluate(results):
+    return [(name, place, text, claim(results)) for name, place, text, claim in claims.CLAIMS]
+
+
+def page(results, images):
+    verdicts = evaluate(results)
+    agreed = sum(1 for *_, verdict in verdicts if verdict.agrees)
+    differing = ''.join(f'<li><a href="#{anchor(name)}">{escape(place)}</a>: {escape(text)} Ours: {escape(verdict.ours)}.</li>'
+                        for name, place, text, verdict in verdicts if not verdict.agrees)
+    sections = ''.join(experiment_section(results, images, verdicts, name) for name in results.experiments)
+    return ('<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>The thesis, reproduced</title>'
+            f'<style>{STYLE}</style></head><body><h1>The thesis, reproduced</h1>{INTRODUCTION}'
+            f'<h2>Every table and figure</h2>{checklist(results)}'
+            f'<h2>Fit of the plant</h2>{plant_table(results)}{bar_table(results)}'
+            f'<h2>Where ours differs</h2><p>Of {len(verdicts)} statements of the thesis, ours agrees with {agreed}. '
+            f'It differs in:</p><ul>{differing}</ul>{data_sections(results)}{sections}</body></html>\n')
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split('\n', maxsplit=1)[0])
+    parser.add_argument('results', help='directory with the CSV files of the experiments')
+    parser.add_argument('output', help='HTML file to write')
+    parser.add_argument('--package', default=PACKAGE, help='directory of the package')
+    arguments = parser.parse_args()
+    try:
+        results = Results(arguments.package, arguments.results)
+        text = page(results, draw_all(results))
+        pathlib.Path(arguments.output).write_text(text)
+    except (ResultError, OSError) as error:
+        sys.exit(f'thesis_report: {error}')
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,165 @@
+#include "closed_loop.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "result_table.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+/// The package as it lies in the source tree.
+const PackageFiles& files() {
+  static const PackageFiles files{JACKAL_AIC_SOURCE_DIR};
+  return files;
+}
+
+RunResult step(const std::string& controller, const std::string& plant, double forward, double yaw_rate = 0.0,
+               const Overrides& overrides = {}) {
+  return runSetup(loadSetup(files(), controller, plant, overrides), stepProfile(forward, yaw_rate, 4.0));
+}
+
+TEST(SetPointProfile, StepRestsFirst) {
+  const SetPointProfile profile = stepProfile(0.5, 0.2, 4.0);
+  EXPECT_DOUBLE_EQ(profile.at(kRestTime - 0.001).forward, 0.0);
+  EXPECT_DOUBLE_EQ(profile.at(kRestTime).forward, 0.5);
+  EXPECT_DOUBLE_EQ(profile.at(kRestTime).yaw_rate, 0.2);
+  EXPECT_DOUBLE_EQ(profile.duration, kRestTime + 4.0);
+}
+
+TEST(SetPointProfile, SquareAlternatesAndAssessesTheSecondRise) {
+  const SetPointProfile profile = squareProfile({0.1, 0.5, 2.0, 3});
+  for (const auto& [time, speed] : {std::pair{0.5, 0.1}, {1.49, 0.1}, {1.5, 0.5}, {2.5, 0.1}, {3.5, 0.5}, {6.0, 0.5}}) {
+    EXPECT_DOUBLE_EQ(profile.at(time).forward, speed) << time;
+  }
+  EXPECT_DOUBLE_EQ(profile.assessed_from, 3.5);
+  EXPECT_DOUBLE_EQ(profile.assessed_until, 4.5);
+}
+
+TEST(SetPointProfile, RefusesWhatCannotBeAssessed) {
+  EXPECT_THROW(stepProfile(0.0, 0.0, 4.0), ParameterError);
+  EXPECT_THROW(stepProfile(0.5, 0.0, 0.5), ParameterError);
+  EXPECT_THROW(stepProfile(std::nan(""), 0.0, 4.0), ParameterError);
+  EXPECT_THROW(squareProfile({0.5, 0.5, 4.0, 3}), ParameterError);
+  EXPECT_THROW(squareProfile({0.1, 0.5, 1.0, 3}), ParameterError);
+  EXPECT_THROW(squareProfile({0.1, 0.5, 4.0, 1}), ParameterError);
+}
+
+TEST(StepCounter, CountsEveryPeriodOnce) {
+  StepCounter counter(300.0);  // no divisor of the plant's rate
+  int steps = 0;
+  for (int k = 0; k <= 1000; ++k) {
+    while (counter.due(0.001 * k)) ++steps;
+  }
+  EXPECT_EQ(steps, 300);
+}
+
+TEST(ClosedLoop, SameSetupGivesTheSameSamples) {
+  const RunResult a = step("improved", "ground", 0.5);
+  const RunResult b = step("improved", "ground", 0.5);
+  EXPECT_EQ(resultLine(a.row), resultLine(b.row));
+  EXPECT_EQ(traceLines(0, a), traceLines(0, b));
+}
+
+TEST(ClosedLoop, SeedChangesTheNoiseAndNotTheResponse) {
+  const RunResult a = step("improved", "ground", 0.5);
+  const RunResult b = step("improved", "ground", 0.5, 0.0, {{"plant.seed", "7"}});
+  EXPECT_NE(traceLines(0, a), traceLines(0, b));
+  EXPECT_NEAR(a.row.rise_s.value(), b.row.rise_s.value(), 0.01);
+}
+
+TEST(ClosedLoop, ReachesTheSetPointForwardsAndBackwards) {
+  for (const double speed : {0.5, -0.5}) {
+    const RunResult run = step("improved", "ground", speed);
+    EXPECT_TRUE(run.row.stable);
+    EXPECT_NEAR(run.samples.back().velocity, speed, 0.01 * std::abs(speed));
+    EXPECT_NEAR(run.samples.back().measured_velocity, speed, 0.05 * std::abs(speed));
+    EXPECT_NEAR((*run.samples.back().belief)(kForward), speed, 0.01 * std::abs(speed));
+    EXPECT_GT(run.samples.back().command.left * speed, 0.0);
+  }
+}
+
+TEST(ClosedLoop, TurnIsAssessedByTheYawRateAndTurnsLeft) {
+  const RunResult run = step("improved", "ground", 0.0, 0.5);
+  ASSERT_TRUE(run.row.settling_s.has_value());
+  EXPECT_GT(run.samples.back().yaw_rate, 0.4);
+  EXPECT_GT(run.samples.back().command.right, run.samples.back().command.left);
+  EXPECT_NEAR(run.samples.back().measured_yaw_rate, run.samples.back().yaw_rate, 0.05);
+}
+
+TEST(ClosedLoop, OnTheBoxTheVelocityIsThatOfTheWheels) {
+  const RunResult run = step("diff_drive", "box", 0.5, 0.0, {{"plant.noise_scale", "0"}});
+  EXPECT_NEAR(run.samples.back().velocity, 0.5, 1e-3);
+  EXPECT_NEAR(run.samples.back().measured_velocity, 0.5, 1e-3);
+  EXPECT_FALSE(run.samples.back().belief.has_value());
+}
+
+TEST(ClosedLoop, CommandReachesTheWheelsAfterTheDeadTime) {
+  const RunResult run = step("diff_drive", "box", 0.5, 0.0,
+                             {{"plant.dead_time", "0.2"}, {"plant.motor_lag", "0"}, {"plant.noise_scale", "0"}});
+  double commanded = 0.0, moved = 0.0;
+  for (const Sample& sample : run.samples) {
+    if (commanded == 0.0 && sample.command.left > 0.0) commanded = sample.time;
+    if (moved == 0.0 && sample.velocity > 1e-6) moved = sample.time;
+  }
+  EXPECT_NEAR(commanded, kRestTime, 0.021);
+  EXPECT_NEAR(moved - commanded, 0.2, 0.0015);
+}
+
+TEST(ClosedLoop, DivergingEulerIsUnstableAndHasNoNumbers) {
+  const RunResult run = step("improved", "box", 0.5, 0.0, {{"controller.integrator", "euler"}});
+  EXPECT_FALSE(run.row.stable);
+  EXPECT_FALSE(run.row.settling_s.has_value());
+  EXPECT_FALSE(run.row.rise_s.has_value());
+  EXPECT_NE(resultLine(run.row).find(",,,,,0,,"), std::string::npos) << resultLine(run.row);
+  for (const Sample& sample : run.samples) {
+    ASSERT_TRUE(std::isfinite(sample.command.left) && std::isfinite(sample.command.right)) << sample.time;
+    ASSERT_LE(std::abs(sample.command.left), LimitParameters{}.wheel_speed + 1e-9)
+        << "the drive gate bounds what is driven";
+  }
+}
+
+TEST(ClosedLoop, LimitsHoldTheActionWithoutWindUp) {
+  const Overrides slow{{"limits.linear_speed", "0.3"}};
+  const RunResult run = runSetup(loadSetup(files(), "improved", "ground", slow), squareProfile({0.1, 0.6, 4.0, 2}));
+  double fastest = 0.0, after_fall = 0.0;
+  for (const Sample& sample : run.samples) {
+    fastest = std::max(fastest, sample.velocity);
+    if (std::abs(sample.time - (kRestTime + 4.0 + 1.5)) < 5e-4) after_fall = sample.velocity;  // 1.5 s after the fall
+  }
+  EXPECT_NEAR(fastest, 0.3, 0.01);
+  EXPECT_NEAR(after_fall, 0.1, 0.01);  // a wound-up action would still be above
+}
+
+TEST(LoopSetup, NamesWhatItDoesNotKnow) {
+  const auto message = [](const std::string& controller, const std::string& plant, const Overrides& overrides) {
+    try {
+      loadSetup(files(), controller, plant, overrides);
+    } catch (const ParameterError& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_EQ(message("improvd", "box", {}),
+            "controller = 'improvd': unknown; known: diff_drive, standard, improved, or a file NAME.yaml");
+  EXPECT_EQ(message("improved", "moon", {}), "plant = 'moon': unknown; known: box, ground, or a file NAME.yaml");
+  EXPECT_EQ(message("improved", "box", {{"controller.tau", "-1"}}).rfind("controller.tau = -1: must be in", 0), 0u);
+  EXPECT_EQ(message("improved", "box", {{"plant.deadtime", "1"}}).rfind("plant.deadtime = 1: unknown key", 0), 0u);
+  EXPECT_EQ(message("nothing.yaml", "box", {}), "nothing.yaml: cannot be read");
+  EXPECT_EQ(message("diff_drive", "box", {{"controller.tau", "1"}}).rfind("controller.tau = 1: unknown key", 0), 0u);
+}
+
+TEST(LoopSetup, OverridesNeedAKeyAndAValue) {
+  EXPECT_EQ(parseOverride("plant.dead_time=0.14"), std::make_pair(std::string("plant.dead_time"), std::string("0.14")));
+  EXPECT_THROW(parseOverride("plant.dead_time"), ParameterError);
+  EXPECT_THROW(parseOverride("=1"), ParameterError);
+}
+
+TEST(PackageFiles, RefusesADirectoryWithoutThePackage) {
+  EXPECT_THROW(PackageFiles("/nonexistent"), ParameterError);
+  EXPECT_THROW(files().path("config/nothing.yaml"), ParameterError);
+}
+
+}  // namespace
+}  // namespace jackal_aic::sim

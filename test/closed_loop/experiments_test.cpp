@@ -1,0 +1,232 @@
+// The experiments program: tables, campaigns, shards, searches, fit, command line.
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <stdexcept>
+
+#include "calibration.hpp"
+#include "campaign.hpp"
+#include "commands.hpp"
+#include "parallel.hpp"
+#include "usable_range.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+const PackageFiles& files() {
+  static const PackageFiles files{JACKAL_AIC_SOURCE_DIR};
+  return files;
+}
+
+/// A directory of its own for every test, gone afterwards.
+class Experiments : public ::testing::Test {
+ protected:
+  Experiments() {
+    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    directory_ =
+        fs::temp_directory_path() / (std::string("jackal_aic_") + test->name() + "_" + std::to_string(getpid()));
+    fs::remove_all(directory_);
+    fs::create_directories(directory_);
+  }
+  ~Experiments() override { fs::remove_all(directory_); }
+
+  std::string path(const std::string& name) const { return (directory_ / name).string(); }
+
+  fs::path directory_;
+};
+
+std::string complaint(const std::vector<std::string>& arguments) {
+  try {
+    runCommand(arguments);
+  } catch (const ParameterError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+bool startsWith(const std::string& text, const std::string& start) { return text.rfind(start, 0) == 0; }
+
+TEST_F(Experiments, EveryTableWithResultsIsRunAndHasItsRows) {
+  const ExperimentTable table(files());
+  const ThesisTables thesis(files().path("sim/thesis/tables.yaml"));
+  EXPECT_EQ(table.runs("table_3-1b").size(), thesis.steps("3-1b").size());
+  for (const char* name : {"3-1a", "5-1", "5-2", "5-4", "5-5", "5-6", "5-9"}) {
+    EXPECT_EQ(table.runs(std::string("table_") + name).size(), 2 * thesis.steps(name).size()) << name;
+  }
+  EXPECT_EQ(table.runs("table_5-10").size(), 3u * 2u * 2u);
+  EXPECT_EQ(table.runs("table_5-7").size(), 4u * 4u + 2u * 2u);
+}
+
+TEST_F(Experiments, RowsCarryTheThesisValues) {
+  const ResultRow row = ExperimentTable(files()).runs("table_5-9").back()().row;
+  EXPECT_EQ(row.experiment, "table_5-9");
+  EXPECT_EQ(row.controller, "improved");
+  EXPECT_EQ(row.integrator, "exact");
+  EXPECT_DOUBLE_EQ(row.thesis_settling_s.value(), 0.51);
+  EXPECT_DOUBLE_EQ(row.thesis_rise_s.value(), 0.19);
+}
+
+TEST_F(Experiments, JobsAndShardsDoNotChangeTheFiles) {
+  const ExperimentTable table(files());
+  const std::vector<std::string> names{"table_5-9", "figure_4-5"};
+  runCampaign(table, names, path("one"), {}, 1, false);
+  runCampaign(table, names, path("many"), {}, 4, false);
+  for (std::size_t k = 1; k <= 3; ++k) runCampaign(table, names, path("shards"), {k, 3}, 0, false);
+  EXPECT_EQ(mergeShards({path("shards")}, path("merged")), (std::vector<std::string>{"figure_4-5", "table_5-9"}));
+  for (const char* file : {"table_5-9.csv", "table_5-9_traces.csv", "figure_4-5.csv", "figure_4-5_traces.csv"}) {
+    const std::string whole = readText(path(std::string("one/") + file));
+    EXPECT_EQ(whole, readText(path(std::string("many/") + file))) << file;
+    EXPECT_EQ(whole, readText(path(std::string("merged/") + file))) << file;
+  }
+}
+
+TEST_F(Experiments, MergeNoticesWhatIsMissingOrTwice) {
+  writeText(path("a.1-of-2.csv"), resultHeader());
+  EXPECT_EQ(complaint({"merge", directory_.string(), "--out", path("out")}), "a: shard 2 of 2 is missing");
+  fs::create_directories(path("again"));
+  writeText(path("again/a.1-of-2.csv"), resultHeader());
+  EXPECT_NE(complaint({"merge", directory_.string(), path("again"), "--out", path("out")}).find("there twice"),
+            std::string::npos);
+  fs::create_directories(path("empty"));
+  EXPECT_EQ(complaint({"merge", path("empty"), "--out", path("out")}), "merge: no files NAME.K-of-N.csv found");
+}
+
+TEST_F(Experiments, StepWritesOneRowAndItsTrace) {
+  ASSERT_EQ(runCommand({"step", "--controller", "improved", "--plant", "box", "--step", "0.5", "--set",
+                        "controller.tau=0.01", "--set", "plant.dead_time=0.05", "--csv", path("row.csv"), "--trace",
+                        path("trace.csv"), "--share", JACKAL_AIC_SOURCE_DIR}),
+            0);
+  const std::string text = readText(path("row.csv"));
+  EXPECT_TRUE(startsWith(text, resultHeader()));
+  EXPECT_TRUE(startsWith(text.substr(resultHeader().size()), "step,improved,box,0.5,0,1000,50,exact,0.01,0.1,8,3,"))
+      << text;
+  EXPECT_TRUE(startsWith(readText(path("trace.csv")), traceHeader()));
+}
+
+TEST_F(Experiments, CommandLineErrorsAreOneLineWithTheValidNames) {
+  const std::vector<std::string> share{"--share", JACKAL_AIC_SOURCE_DIR};
+  const auto with_share = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), share.begin(), share.end());
+    return complaint(arguments);
+  };
+  EXPECT_EQ(complaint({"fly"}), "command = 'fly': unknown; known: list, run, merge, step, square, calibrate");
+  EXPECT_TRUE(startsWith(with_share({"run", "table_9", "--out", path("x")}),
+                         "experiment = 'table_9': unknown; known: all, table_3-1a"));
+  EXPECT_TRUE(
+      startsWith(with_share({"run", "all"}), "run: the option '--out' is required but missing; options: --experiment"));
+  EXPECT_TRUE(startsWith(with_share({"run", "all", "--ou", path("x")}), "run: unrecognised option '--ou'; options:"));
+  EXPECT_EQ(with_share({"run", "all", "--out", path("x"), "--shard", "3/2"}),
+            "shard = '3/2': expected K/N with 1 <= K <= N <= 100000");
+  EXPECT_EQ(with_share({"run", "all", "--out", path("x"), "--jobs", "-1"}), "jobs = -1: must be in [0, 1024]");
+  EXPECT_TRUE(startsWith(with_share({"step", "--controller", "improved", "--plant", "box"}), "step = 0: must be"));
+  EXPECT_TRUE(startsWith(with_share({"step", "--controller", "improved", "--plant", "box", "--step", "fast"}),
+                         "step: the argument ('fast')"));
+  EXPECT_TRUE(startsWith(
+      with_share({"step", "--controller", "improved", "--plant", "box", "--step", "1", "--csv", "/nonexistent/x"}),
+      "'/nonexistent/x': cannot be written"));
+  EXPECT_EQ(with_share({"calibrate", "--out", path(""), "--plant", "moon"}),
+            "plant = 'moon': unknown; known: box, ground, all");
+  EXPECT_TRUE(startsWith(complaint({"list", "--share", "/nonexistent"}), "share = '/nonexistent': holds no"));
+}
+
+TEST_F(Experiments, HelpNeedsNothingElse) {
+  for (const char* command : {"list", "run", "merge", "step", "square", "calibrate"}) {
+    ::testing::internal::CaptureStdout();
+    EXPECT_EQ(runCommand({command, "--help"}), 0);
+    EXPECT_TRUE(startsWith(::testing::internal::GetCapturedStdout(), std::string("experiments ") + command));
+  }
+}
+
+TEST(ParallelFor, RunsEveryTaskOnceAndPassesOnTheFirstError) {
+  std::vector<int> runs(100, 0);
+  std::size_t finished = 0;
+  parallelFor(
+      100, 8, [&](std::size_t i) { ++runs[i]; }, [&](std::size_t n) { finished = n; });
+  EXPECT_EQ(runs, std::vector<int>(100, 1));
+  EXPECT_EQ(finished, 100u);
+  EXPECT_THROW(parallelFor(10, 4,
+                           [](std::size_t i) {
+                             if (i == 3) throw std::runtime_error("three");
+                           }),
+               std::runtime_error);
+}
+
+TEST(SearchLimit, FindsTheFirstLimitOnTheWayUpAndDown) {
+  const RangeLimit up = searchLimit(1.0, 1000.0, [](double v) { return v < 37.0 || v > 100.0; });
+  EXPECT_NEAR(up.value, 37.0, 0.4);
+  EXPECT_LT(up.value, 37.0);
+  EXPECT_FALSE(up.at_bound);
+  const RangeLimit down = searchLimit(1.0, 1e-4, [](double v) { return v > 0.02; });
+  EXPECT_NEAR(down.value, 0.02, 2e-4);
+  EXPECT_FALSE(down.at_bound);
+}
+
+TEST(SearchLimit, SaysWhenThereIsNone) {
+  const RangeLimit none = searchLimit(1.0, 50.0, [](double) { return true; });
+  EXPECT_TRUE(none.at_bound);
+  EXPECT_DOUBLE_EQ(none.value, 50.0);
+}
+
+TEST(UsableRange, EulersLimitsAgreeWithTheSpectralRadiusAndTheThesis) {
+  const auto limits = ThesisTables(files().path("sim/thesis/tables.yaml")).limits("5-7");
+  const auto found = [&](std::size_t row, Integrator integrator) {
+    std::vector<ResultRow> rows;
+    for (const sim::Run& run : usableRangeRuns(files(), limits[row], integrator)) rows.push_back(run().row);
+    return rows;
+  };
+  const auto kappa_mu =
+      found(2, Integrator::euler);  // 50 Hz; the thesis says 0.1, h kappa_mu Pi_mu / tau^2 = 2 at 0.135
+  ASSERT_EQ(kappa_mu.size(), 2u);
+  EXPECT_NEAR(*kappa_mu[1].kappa_mu, 0.12, 0.02);
+  EXPECT_NEAR(*kappa_mu[0].kappa_mu / *kappa_mu[1].kappa_mu, 1.0, 0.05);
+  EXPECT_TRUE(kappa_mu[1].plant.empty());
+  const auto exact = found(2, Integrator::exact);
+  EXPECT_DOUBLE_EQ(*exact[1].kappa_mu, 1000.0);
+}
+
+TEST(Residual, ErrorIsTheLogarithmOfTheRatio) {
+  ThesisStep step;
+  step.settling = 0.8;
+  step.rise = 0.4;
+  const Residual residual{step, Integrator::euler, 0.4, std::nullopt};
+  EXPECT_EQ(residual.errors().size(), 2u);
+  EXPECT_DOUBLE_EQ(residual.errors()[0], std::log(2.0));
+  EXPECT_DOUBLE_EQ(residual.errors()[1], kMissing);
+  EXPECT_DOUBLE_EQ(meanError({residual}), 0.5 * (std::log(2.0) + kMissing));
+  EXPECT_THROW(meanError({}), ParameterError);
+}
+
+TEST(CalibratedFile, KeepsEverythingButTheFittedValues) {
+  const CalibrationTask& task = calibrationTasks().front();
+  const std::string before = readText(files().path("config/" + task.file));
+  PlantParameters plant;
+  plant.dead_time = 0.123;
+  plant.motor_lag = 0.0456;
+  plant.velocity_loop_integral = 7.89;
+  const std::string after = withFittedValues(before, task, plant);
+  EXPECT_NE(after.find("  dead_time: 0.123 "), std::string::npos);
+  EXPECT_NE(after.find("  velocity_loop_integral: 7.89 "), std::string::npos);
+  EXPECT_EQ(std::count(after.begin(), after.end(), '\n'), std::count(before.begin(), before.end(), '\n'));
+  EXPECT_EQ(withFittedValues(after, task, plant), after);
+  EXPECT_THROW(withFittedValues("plant:\n", task, plant), ParameterError);
+}
+
+TEST(CalibratedFile, ASearchFindsAPlantThatFitsBetterThanItsStart) {
+  CalibrationTask task = calibrationTasks().front();
+  task.fitted = {"5-9"};
+  const PlantParameters start = loadSetup(files(), "diff_drive", "box", {{"plant.dead_time", "0.2"}}).plant;
+  const Calibration found = calibrate(files(), task, 6, 0);
+  EXPECT_LT(found.error, meanError(residuals(files(), task.fitted, start, 0)));
+  const Calibration again = calibrate(files(), task, 6, 1);
+  EXPECT_DOUBLE_EQ(found.plant.dead_time, again.plant.dead_time);
+  EXPECT_DOUBLE_EQ(found.error, again.error);
+}
+
+}  // namespace
+}  // namespace jackal_aic::sim
