@@ -15,8 +15,8 @@ readonly DEBIAN_ROS_PACKAGES=(
 # ROS Noetic on Ubuntu 20.04, under /opt/ros/noetic: what runs on a Jackal.
 readonly NOETIC_PACKAGES=(
   ros-noetic-catkin ros-noetic-diagnostic-updater ros-noetic-dynamic-reconfigure ros-noetic-jackal-msgs
-  ros-noetic-message-filters ros-noetic-nav-msgs ros-noetic-robot-state-publisher ros-noetic-ros-core ros-noetic-rosbash ros-noetic-rostest ros-noetic-tf2-ros
-  ros-noetic-topic-tools)
+  ros-noetic-message-filters ros-noetic-nav-msgs ros-noetic-robot-state-publisher ros-noetic-ros-core
+  ros-noetic-rosbash ros-noetic-rostest ros-noetic-tf2-ros ros-noetic-topic-tools)
 
 # shellcheck disable=SC2034 # ros_prefix, packages and rviz_package are for workspace.sh
 # detect_system: sets ros_prefix (where ROS is) and packages (all that is needed) for this system.
