@@ -1,0 +1,109 @@
+#include "tune.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace jackal_aic {
+namespace {
+
+const std::string kPackage = JACKAL_AIC_SOURCE_DIR;
+const std::string kBox = kPackage + "/config/plant_box.yaml";
+
+/// A directory that goes with the test.
+class Tune : public testing::Test {
+ protected:
+  Tune() {
+    char name[] = "/tmp/tune_test_XXXXXX";
+    directory_ = mkdtemp(name);
+  }
+  ~Tune() override { std::filesystem::remove_all(directory_); }
+
+  std::string file(const std::string& name) const { return directory_ + "/" + name; }
+
+  static std::string complaint(std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"--share", kPackage});
+    std::ostringstream out;
+    try {
+      tune(arguments, out);
+    } catch (const ParameterError& error) {
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+      return error.what();
+    }
+    ADD_FAILURE() << "accepted: " << out.str();
+    return "";
+  }
+
+  std::string directory_;
+};
+
+TEST_F(Tune, WritesAPresetAndPrintsTheComparison) {
+  std::ostringstream out;
+  const std::vector<std::string> arguments{
+      "--plant", kBox, "--out", file("tuned.yaml"), "--orders", "1", "--evaluations", "12", "--share", kPackage};
+  ASSERT_EQ(tune(arguments, out), 0);
+  const ControllerFile tuned = readControllerFile(file("tuned.yaml"));
+  EXPECT_EQ(tuned.controller.orders, 1);
+  EXPECT_EQ(tuned.controller.belief_rate, 1000.0);
+  for (const char* word : {"orders 1: settles in", "standard", "start", "tuned", "gain margin"}) {
+    EXPECT_NE(out.str().find(word), std::string::npos) << word << " in\n" << out.str();
+  }
+}
+
+TEST_F(Tune, SaysSoIfTheBoundsCannotBeKept) {
+  const std::string line = complaint(
+      {"--plant", kBox, "--out", file("none.yaml"), "--orders", "1", "--evaluations", "3", "--gain-margin", "90"});
+  EXPECT_NE(line.find("no gains found that keep gain margin 90"), std::string::npos) << line;
+  EXPECT_FALSE(std::filesystem::exists(file("none.yaml")));
+}
+
+TEST_F(Tune, BadInputGivesOneClearLine) {
+  const std::string out = file("out.yaml");
+  EXPECT_NE(complaint({"--out", out}).find("--plant: missing"), std::string::npos);
+  EXPECT_NE(complaint({"--plant", kBox}).find("--out: missing"), std::string::npos);
+  EXPECT_NE(complaint({"--plant", file("no.yaml"), "--out", out}).find("cannot be read"), std::string::npos);
+  EXPECT_NE(complaint({"--plant", kBox, "--out", out, "--orders", "3..1"}).find("orders = '3..1'"), std::string::npos);
+  EXPECT_NE(complaint({"--plant", kBox, "--out", out, "--overshoot", "-1"}).find("overshoot = -1"), std::string::npos);
+  EXPECT_NE(complaint({"--plant", kBox, "--out", out, "--evaluations", "0"}).find("evaluations = 0"),
+            std::string::npos);
+  std::ofstream(file("negative.yaml")) << "plant_model: {dead_time: 0.1, lag: -0.03}";
+  EXPECT_NE(complaint({"--plant", file("negative.yaml"), "--out", out}).find("plant_model.lag = -0.03"),
+            std::string::npos);
+  EXPECT_NE(complaint({"--plant", kBox, "--out", file("no/such/out.yaml")}).find("cannot be written"),
+            std::string::npos);
+}
+
+TEST(ParseOrders, TakesOneOrARange) {
+  EXPECT_EQ(parseOrders("2"), std::pair(2, 2));
+  EXPECT_EQ(parseOrders("1..5"), std::pair(1, 5));
+  for (const char* bad : {"", "6", "1..6", "5..1", "1-5", "a"}) EXPECT_THROW(parseOrders(bad), ParameterError) << bad;
+}
+
+TEST(PresetText, ReadsBackAsTheSameGains) {
+  ControllerParameters gains;
+  gains.belief_rate = 1000;
+  gains.integrator = Integrator::exact;
+  gains.orders = 2;
+  gains.tau = 0.01234;
+  gains.kappa_mu = 1.5e-3;
+  gains.kappa_a = 11.25;
+  gains.state_variances = {0.01, 2.0, 1e6};
+  gains.sensory_variances = {2.0, 0.0625, 3.5e7};
+  char path[] = "/tmp/preset_test_XXXXXX";
+  close(mkstemp(path));
+  std::ofstream(path) << presetText(gains, "comment");
+  const ControllerParameters read = readControllerFile(path).controller;
+  std::filesystem::remove(path);
+  EXPECT_EQ(read.orders, 2);
+  EXPECT_EQ(read.tau, gains.tau);
+  EXPECT_EQ(read.kappa_mu, gains.kappa_mu);
+  EXPECT_EQ(read.kappa_a, gains.kappa_a);
+  EXPECT_EQ(read.state_variances, gains.state_variances);
+  EXPECT_EQ(read.sensory_variances, gains.sensory_variances);
+}
+
+}  // namespace
+}  // namespace jackal_aic
