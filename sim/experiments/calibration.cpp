@@ -45,6 +45,9 @@ class Fit {
     start_ = best_.plant;
   }
 
+  /// Takes the plant as it is as the first candidate.
+  void start() { evaluate(position(start_)); }
+
   void search(nlopt::algorithm algorithm, int evaluations) {
     const std::size_t n = task_.parameters.size();
     nlopt::opt optimizer(algorithm, static_cast<unsigned>(n));
@@ -54,7 +57,7 @@ class Fit {
     optimizer.set_maxeval(evaluations);
     optimizer.set_xtol_abs(1e-4);
     optimizer.set_min_objective(&Fit::objective, this);
-    std::vector<double> x = best_x_.empty() ? std::vector<double>(n, 0.5) : best_x_;
+    std::vector<double> x = best_x_;
     double error = 0.0;
     try {
       optimizer.optimize(x, error);
@@ -78,6 +81,16 @@ class Fit {
       fit.failure_ = std::current_exception();
       throw nlopt::forced_stop();
     }
+  }
+
+  /// Where the plant lies in the unit cube; outside of it, on its face.
+  std::vector<double> position(const PlantParameters& plant) const {
+    std::vector<double> x;
+    for (const FitParameter& p : task_.parameters) {
+      const double value = std::clamp(plant.*p.member, p.low, p.high);
+      x.push_back(std::log(value / p.low) / std::log(p.high / p.low));
+    }
+    return x;
   }
 
   double evaluate(const std::vector<double>& x) {
@@ -126,9 +139,9 @@ const std::vector<CalibrationTask>& calibrationTasks() {
        "plant_box.yaml",
        {"5-2", "5-4", "5-6", "5-9"},
        {"5-5", "5-1"},
-       {{"dead_time", &PlantParameters::dead_time, 0.03, 0.2, JackalPlant::kStep},
-        {"motor_lag", &PlantParameters::motor_lag, 0.005, 0.12},
-        {"velocity_loop_integral", &PlantParameters::velocity_loop_integral, 0.1, 30.0}}},
+       {{"dead_time", &PlantParameters::dead_time, 0.03, 0.16, JackalPlant::kStep},
+        {"motor_lag", &PlantParameters::motor_lag, 0.01, 0.12},
+        {"velocity_loop_integral", &PlantParameters::velocity_loop_integral, 1.0, 30.0}}},
       {"ground",
        "plant.yaml",
        {"3-1a", "3-1b"},
@@ -179,6 +192,7 @@ double meanError(const std::vector<Residual>& residuals) {
 Calibration calibrate(const PackageFiles& files, const CalibrationTask& task, int evaluations, unsigned jobs,
                       const std::function<void(int, double)>& progress) {
   Fit fit(files, task, jobs, progress);
+  fit.start();
   fit.search(nlopt::GN_DIRECT_L, evaluations);
   fit.search(nlopt::LN_SBPLX, evaluations);
   return fit.best();

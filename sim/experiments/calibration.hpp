@@ -60,8 +60,8 @@ struct Calibration {
   double error;           ///< mean |ln(ours/thesis)| over the fitted tables
 };
 
-/// Fits a plant: a global search (DIRECT-L) over the ranges, then a local one (Subplex) from its best point.
-/// Deterministic.
+/// Fits a plant: a global search (DIRECT-L) over the ranges, then a local one (Subplex) from the best point so far, the
+/// first of which is the plant as it is: a fit is never worse than the one before. Deterministic.
 ///
 /// What is minimised is the mean of meanError() over the dead time and the dead time 2 ms shorter and longer: the
 /// settling time is a function with jumps (whether an undershoot of 5 % counts), so that the least error of a single

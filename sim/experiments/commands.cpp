@@ -152,7 +152,7 @@ int square(const po::variables_map& options) {
 void describeCalibrate(po::options_description& options, po::positional_options_description&) {
   options.add_options()("plant", po::value<std::string>()->default_value("all"), "box, ground or all");
   options.add_options()("out", po::value<std::string>()->required(), "directory for plant_box.yaml and plant.yaml");
-  options.add_options()("evaluations", po::value<int>()->default_value(300),
+  options.add_options()("evaluations", po::value<int>()->default_value(200),
                         "of the global and of the local search each");
   addJobs(options);
 }
@@ -183,7 +183,7 @@ int calibratePlants(const po::variables_map& options) {
   }
   for (const CalibrationTask& task : calibrationTasks()) {
     if (wanted != "all" && wanted != task.plant) continue;
-    ProgressBar bar("calibrate " + task.plant, static_cast<std::size_t>(2 * evaluations), true);
+    ProgressBar bar("calibrate " + task.plant, static_cast<std::size_t>(2 * evaluations + 1), true);
     const Calibration found = calibrate(files, task, evaluations, jobs(options), [&](int count, double error) {
       bar.show(static_cast<std::size_t>(count), "error " + std::to_string(error));
     });

@@ -324,9 +324,9 @@ would give without slip. Settling is the time after which the velocity stays wit
 compared with <i>euler</i>; elsewhere the thesis' equations diverge with its own integrator, and ours is compared with
 <i>exact</i> (the same equations without integration error), with both shown. |ln| is |ln(ours/thesis)|: 0.10 is about
 10 %. The thesis' own repeats of one condition (standard controller, 0.5 m/s) range from 0.73 to 0.94 s.</p>
-<p><b>Where the plant comes from.</b> Four numbers of the motors were fitted to the thesis' settling and rise times, once for the
-box (Tables 5-2, 5-4, 5-6, 5-9) and once for the ground (Tables 3-1a, 3-1b), by <code>experiments calibrate</code>. Masses,
-inertias and geometry come from the URDF.</p>
+<p><b>Where the plant comes from.</b> The motors' dead time, lag and integral gain were fitted to the thesis' settling and rise
+times by <code>experiments calibrate</code>, once for the box (Tables 5-2, 5-4, 5-6, 5-9) and once, with the acceleration limit,
+for the ground (Tables 3-1a, 3-1b). Masses, inertias and geometry come from the URDF.</p>
 '''
 
 
