@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "jackal_aic/yaml_parameters.hpp"
+#include "plant_conversion.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -54,6 +55,13 @@ ActiveInferenceSetup readActiveInference(ParameterMap& map) {
           readParameters<LimitParameters>(map, "limits")};
 }
 
+PredictiveSetup readPredictive(const PlantModel& nominal, ParameterMap& map) {
+  if (!map.has("plant_model.dead_time")) map.set("plant_model.dead_time", nominal.dead_time);
+  if (!map.has("plant_model.lag")) map.set("plant_model.lag", nominal.lag);
+  return {readParameters<PredictiveParameters>(map, "predictive"), readParameters<GeometryParameters>(map, "robot"),
+          readParameters<LimitParameters>(map, "limits"), readParameters(map, "plant_model", nominal)};
+}
+
 void apply(const Overrides& overrides, ParameterMap& map) {
   for (const auto& [key, value] : overrides) map.setFromText(key, value);
 }
@@ -62,6 +70,7 @@ void apply(const Overrides& overrides, ParameterMap& map) {
 
 GeometryParameters LoopSetup::geometry() const {
   if (const auto* active = std::get_if<ActiveInferenceSetup>(&controller)) return active->geometry;
+  if (const auto* predictive = std::get_if<PredictiveSetup>(&controller)) return predictive->geometry;
   const auto& drive = std::get<DifferentialDriveParameters>(controller);
   GeometryParameters geometry;
   geometry.wheel_radius = drive.wheel_radius;
@@ -70,7 +79,7 @@ GeometryParameters LoopSetup::geometry() const {
 }
 
 const std::vector<std::string>& controllerNames() {
-  static const std::vector<std::string> names{"diff_drive", "standard", "improved"};
+  static const std::vector<std::string> names{"diff_drive", "standard", "improved", "predictive"};
   return names;
 }
 
@@ -84,6 +93,7 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
   ParameterMap map;
   addController(files, controller, map);
   addPlant(files, plant, map);
+  ParameterMap nominal = map;
   apply(overrides, map);
 
   LoopSetup setup;
@@ -93,6 +103,9 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
   readParameters<DeadlineParameters>(map, "deadlines");  // here nothing is late; a preset may have them
   if (hasPrefix(map, "diff_drive.")) {
     setup.controller = readParameters<DifferentialDriveParameters>(map, "diff_drive");
+  } else if (hasPrefix(map, "predictive.")) {
+    const auto nominal_plant = readParameters<PlantParameters>(nominal, "plant");
+    setup.controller = readPredictive(linearModel(nominal_plant), map);
   } else {
     setup.controller = readActiveInference(map);
   }
@@ -114,6 +127,9 @@ ActiveInferenceSetup loadActiveInference(const PackageFiles& files, const std::s
 std::unique_ptr<VelocityController> makeController(const LoopSetup& setup) {
   if (const auto* active = std::get_if<ActiveInferenceSetup>(&setup.controller)) {
     return std::make_unique<ActiveInferenceVelocityController>(*active);
+  }
+  if (const auto* predictive = std::get_if<PredictiveSetup>(&setup.controller)) {
+    return std::make_unique<PredictiveVelocityController>(*predictive);
   }
   return std::make_unique<DifferentialDriveVelocityController>(std::get<DifferentialDriveParameters>(setup.controller));
 }

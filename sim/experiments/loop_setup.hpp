@@ -21,11 +21,11 @@ using Overrides = std::vector<std::pair<std::string, std::string>>;
 
 /// Everything one closed loop needs.
 struct LoopSetup {
-  std::string controller_name;                                                 ///< as it was asked for
-  std::string plant_name;                                                      ///< as it was asked for
-  std::variant<ActiveInferenceSetup, DifferentialDriveParameters> controller;  ///< its settings
-  PlantParameters plant;                                                       ///< settings of the plant
-  std::string urdf;                                                            ///< text of the robot's URDF
+  std::string controller_name;                                                                  ///< as it was asked for
+  std::string plant_name;                                                                       ///< as it was asked for
+  std::variant<ActiveInferenceSetup, PredictiveSetup, DifferentialDriveParameters> controller;  ///< its settings
+  PlantParameters plant;  ///< settings of the plant
+  std::string urdf;       ///< text of the robot's URDF
 
   /// Wheel radius and effective track as the controller knows them.
   GeometryParameters geometry() const;
@@ -42,6 +42,8 @@ const std::vector<std::string>& plantNames();
 /// the key
 ///        diff_drive is the differential drive.
 /// @param plant "box", "ground" (the calibrated plants of config/) or a YAML file with the key plant.
+/// The predictive controller's model of the drive train is that of the plant's file, whatever the overrides make of the
+/// plant; keys plant_model.* change the model.
 /// @throws ParameterError for an unknown name (with the list of names), key, type or value.
 LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
                     const Overrides& overrides);

@@ -69,6 +69,12 @@ RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile) {
   result.row.plant = setup.plant_name;
   if (const auto* active = std::get_if<ActiveInferenceSetup>(&setup.controller)) {
     describeController(active->controller, result.row);
+  } else if (const auto* predictive = std::get_if<PredictiveSetup>(&setup.controller)) {
+    result.row.belief_hz = predictive->controller.belief_rate;
+    result.row.action_hz = predictive->controller.action_rate;
+    result.row.integrator = kIntegratorNames[static_cast<std::size_t>(Integrator::exact)];
+    result.row.kappa_mu = predictive->controller.kappa_mu;
+    result.row.kappa_a = predictive->controller.kappa_a;
   } else {
     result.row.action_hz = std::get<DifferentialDriveParameters>(setup.controller).rate;
   }

@@ -11,6 +11,7 @@
 #include "jackal_aic/active_inference_controller.hpp"
 #include "jackal_aic/drive_gate.hpp"
 #include "jackal_aic/parameters.hpp"
+#include "jackal_aic/predictive_controller.hpp"
 #include "jackal_aic/types.hpp"
 
 namespace jackal_aic::sim {
@@ -68,6 +69,33 @@ class ActiveInferenceVelocityController : public VelocityController {
 
  private:
   ActiveInferenceController controller_;
+  DriveGate gate_;
+  StepCounter belief_clock_;
+  int belief_steps_per_action_;
+  int belief_steps_ = 0;
+};
+
+/// Settings of the predictive controller.
+struct PredictiveSetup {
+  PredictiveParameters controller;
+  GeometryParameters geometry;
+  LimitParameters limits;
+  PlantModel model;  ///< drive train as the controller believes it
+};
+
+/// The predictive controller with the same order of steps and the same drive gate.
+class PredictiveVelocityController : public VelocityController {
+ public:
+  /// @throws ParameterError if the rates are invalid.
+  explicit PredictiveVelocityController(const PredictiveSetup& setup);
+
+  void setSetPoint(const SetPoint& set_point) override { controller_.setSetPoint(set_point); }
+  void observe(const Observation& observation) override { controller_.observe(observation); }
+  std::optional<WheelCommand> advance(double now) override;
+  std::optional<BodyVector> belief() const override { return controller_.belief(); }
+
+ private:
+  PredictiveController controller_;
   DriveGate gate_;
   StepCounter belief_clock_;
   int belief_steps_per_action_;

@@ -1,0 +1,180 @@
+#pragma once
+
+/// @file
+/// Predictive active inference controller: the generative model carries the robot's drive train and its dead time.
+///
+///     sense    each wheel speed against its prediction from the commands really applied          (wheel_belief.hpp)
+///     believe  speed and input disturbance of each wheel, effective track, by the gradient of one free energy
+///     act      da/dt descends 1/2 eps_a^2 / Sigma_a with eps_a = gain a + d - w*, so that the disturbance is cancelled
+///              and the wheel's own dynamics become the reference dynamics
+///
+/// The set point enters through a reference model of the wheel speed, dw_ref/dt = clamp((w_d - w_ref)/tau_ref, +-
+/// limit): the state dynamics f(mu) of a path that the drive train can follow. w* is the input with which the drive
+/// train of the model goes from one point of that path to the next within an action period. The goal is not in the
+/// belief: the reported body velocity is what the robot does, not what it should do.
+///
+/// The effective track is learned from the gyro: with s = 1/b_hat, x = r alpha (w_R - w_L),
+///
+///     eps = theta_dot - s x,   s <- s + kappa_s x eps / (Sigma_g Lambda),   Lambda the (forgetting) curvature sum of
+///     x^2/Sigma_g.
+
+#include <Eigen/Core>
+#include <array>
+
+#include "jackal_aic/parameter_map.hpp"
+#include "jackal_aic/parameters.hpp"
+#include "jackal_aic/plant_model.hpp"
+#include "jackal_aic/skid_steer_kinematics.hpp"
+#include "jackal_aic/types.hpp"
+#include "jackal_aic/wheel_belief.hpp"
+
+namespace jackal_aic {
+
+/// Parameters of the predictive controller. YAML prefix `predictive`; the drive train is a PlantModel, prefix
+/// `plant_model`.
+struct PredictiveParameters {
+  double belief_rate = 1000.0;            ///< rate of the belief update [Hz], a whole multiple of action_rate
+  double action_rate = 50.0;              ///< rate of the action update [Hz]
+  double kappa_mu = 1.0;                  ///< learning rate of the belief (natural gradient), 0..1
+  double kappa_a = 1.0;                   ///< learning rate of the action (natural gradient), 0..1
+  double reference_time = 0.01;           ///< tau_ref, time constant of the reference model [s]
+  double wheel_variance = 9e-4;           ///< Sigma_y of a wheel speed [(rad/s)^2]
+  double gyro_variance = 2.5e-5;          ///< Sigma_g of the yaw rate [(rad/s)^2]
+  double speed_fluctuation = 0.01;        ///< of a wheel's speed [(rad/s)^2/s]
+  double disturbance_fluctuation = 0.01;  ///< of a wheel's input disturbance [(rad/s)^2/s]
+  double timing_deviation = 0.03;         ///< standard deviation of the dead time [s]
+  bool learn_slip = true;                 ///< learn the effective track
+  double slip_memory = 0.5;               ///< time over which the effective track is averaged while turning [s]
+  double yaw_deviation = 0.05;            ///< sigma_y, standard deviation of the delay of the yaw behind the wheels [s]
+  double slip_excitation = 0.5;           ///< least difference of the wheel speeds to learn from [rad/s]
+
+  /// Belief updates per action update.
+  int beliefStepsPerAction() const;
+};
+
+/// Lists the fields of PredictiveParameters with unit and range.
+template <class Visitor>
+void describeFields(Visitor& v, PredictiveParameters& p) {
+  v.field("belief_rate", p.belief_rate, {1.0, 1000.0}, "Hz", Presence::required);
+  v.field("action_rate", p.action_rate, {1.0, 1000.0}, "Hz", Presence::required);
+  v.field("kappa_mu", p.kappa_mu, {1e-6, 1.0}, "", Presence::optional);
+  v.field("kappa_a", p.kappa_a, {1e-6, 1.0}, "", Presence::optional);
+  v.field("reference_time", p.reference_time, {1e-4, 10.0}, "s", Presence::optional);
+  v.field("wheel_variance", p.wheel_variance, {1e-9, 1e3}, "(rad/s)^2", Presence::required);
+  v.field("gyro_variance", p.gyro_variance, {1e-12, 1e3}, "(rad/s)^2", Presence::required);
+  v.field("speed_fluctuation", p.speed_fluctuation, {0.0, 1e3}, "(rad/s)^2/s", Presence::required);
+  v.field("disturbance_fluctuation", p.disturbance_fluctuation, {0.0, 1e3}, "(rad/s)^2/s", Presence::required);
+  v.field("timing_deviation", p.timing_deviation, {0.0, 1.0}, "s", Presence::required);
+  v.field("learn_slip", p.learn_slip, Presence::optional);
+  v.field("slip_memory", p.slip_memory, {0.02, 1000.0}, "s", Presence::optional);
+  v.field("yaw_deviation", p.yaw_deviation, {0.0, 1.0}, "s", Presence::optional);
+  v.field("slip_excitation", p.slip_excitation, {0.05, 100.0}, "rad/s", Presence::optional);
+}
+
+/// @throws ParameterError if belief_rate is no whole multiple of action_rate, or belief_rate does not divide 1 kHz.
+void validate(const PredictiveParameters& parameters);
+
+/// Belief about the effective track of a skid-steer robot.
+class SlipBelief {
+ public:
+  SlipBelief(double effective_track, const PredictiveParameters& parameters);
+
+  /// Takes a yaw rate [rad/s] and the body's difference speed x = r alpha (w_R - w_L) [m/s], `step` after the last one
+  /// [s].
+  void update(double yaw_rate, double difference_speed, double difference_rate, double step);
+
+  double effectiveTrack() const { return 1.0 / slope_; }  ///< b_hat [m], within a factor of 2 of the given one
+
+ private:
+  double prior_;
+  double slope_;      // s = 1/b_hat [1/m]
+  double curvature_;  // Lambda
+  double variance_;
+  double yaw_deviation_;
+  double memory_;
+};
+
+/// A path that the drive train of the model can follow: its speed and the correction of its velocity loop on the way.
+class DriveTrainReference {
+ public:
+  /// @param model drive train; @param wheel_radius r [m]; @param reference_time tau_ref [s]; @param step action period
+  /// [s].
+  DriveTrainReference(const PlantModel& model, double wheel_radius, double reference_time, double step);
+
+  /// Goes on by one action period towards a wheel speed [rad/s]; returns the input r [rad/s] that makes the model do
+  /// so.
+  double advance(double wanted);
+
+  /// Starts at this wheel speed [rad/s].
+  void reset(double speed);
+
+ private:
+  Eigen::Matrix2d transition_;  // of (w, z) over an action period
+  Eigen::Vector2d input_;       // of r held over it
+  double largest_change_;       // of w over it [rad/s]
+  double pull_;                 // part of the way to the wanted speed
+  Eigen::Vector2d state_ = Eigen::Vector2d::Zero();
+};
+
+/// Predictive controller with the interface of ActiveInferenceController: the caller keeps the time. Nothing allocates
+/// after construction.
+class PredictiveController {
+ public:
+  /// @throws ParameterError as validate().
+  PredictiveController(const PredictiveParameters& parameters, const GeometryParameters& geometry,
+                       const PlantModel& model);
+
+  /// Desired body velocity (base_link); one that is not finite is refused (false).
+  bool setSetPoint(const SetPoint& set_point);
+
+  /// Takes a measurement, to be used in the next belief update. One that is not finite, or not later than the last, is
+  /// refused (false).
+  bool observe(const Observation& observation);
+
+  /// Moves the belief on by 1/belief_rate and takes the measurement that came since.
+  void updateBelief();
+
+  /// One step of the action; returns the wheel speeds to drive.
+  WheelCommand updateAction();
+
+  /// Tells which command is really driven: it limits the action and drives the generative model.
+  void hold(const WheelCommand& applied);
+
+  /// Starts anew from the present motion with zero action.
+  void restart();
+
+  /// Forgets everything but the parameters.
+  void reset();
+
+  /// Believed body velocity (base_link): an estimate of what the robot does.
+  BodyVector belief() const;
+
+  double effectiveTrack() const { return slip_.effectiveTrack(); }  ///< believed b_hat [m]
+  WheelCommand action() const { return applied_; }                  ///< command now driven [rad/s]
+  double freeEnergy() const { return free_energy_; }                ///< F of the last measurement
+  const WheelBelief& left() const { return left_; }                 ///< belief about the left wheels
+  const WheelBelief& right() const { return right_; }               ///< belief about the right wheels
+
+ private:
+  SkidSteerKinematics kinematics() const;
+  double act(double wanted, DriveTrainReference& reference, const WheelBelief& wheel, double action) const;
+  void learn(const Observation& observation);
+
+  PredictiveParameters parameters_;
+  GeometryParameters geometry_;
+  PlantModel model_;
+  int inner_steps_;
+  WheelBelief left_;
+  WheelBelief right_;
+  SlipBelief slip_;
+  SetPoint set_point_;
+  WheelCommand applied_;
+  DriveTrainReference reference_left_;
+  DriveTrainReference reference_right_;
+  Observation observation_;
+  bool observed_ = false;  // an observation waits for the next belief update
+  bool started_ = false;   // a first observation came
+  double free_energy_ = 0.0;
+};
+
+}  // namespace jackal_aic

@@ -1,0 +1,82 @@
+#pragma once
+
+/// @file
+/// Belief about one wheel by a generative model that carries the drive train.
+///
+/// Hidden states: wheel speed w, correction z of the motors' velocity loop, input disturbance d (gain error, slope,
+/// friction). With u the command that was really applied, r = gain u(t - dead_time) + d:
+///
+///     dw/dt = clamp( (r + z - w) / lag, +- acceleration_limit / radius ),   dz/dt = k_i (r - w),   dd/dt = 0
+///     y     = w + noise of variance Sigma_y + (sigma_t dw/dt)^2
+///
+/// The second part of the measurement's variance is what an error sigma_t of the dead time does to a speed that
+/// changes: while the wheel accelerates its measurement says little about the disturbance.
+///
+/// Between measurements the belief x = (w, z, d) moves with the model and its covariance P grows by the random
+/// fluctuations of w and d. A measurement changes it by the gradient of the free energy
+///
+///     F(x) = 1/2 (y - w)^2 / Sigma + 1/2 (x - x_prior)' P^-1 (x - x_prior),
+///
+/// preconditioned by the inverse of its curvature (the natural gradient); with learning rate 1 the step ends in the
+/// minimum of F, which is the Kalman filter's estimate.
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+
+#include "jackal_aic/plant_model.hpp"
+
+namespace jackal_aic {
+
+/// Trust of a wheel's belief in its sources.
+struct WheelBeliefParameters {
+  double measurement_variance = 9e-4;     ///< Sigma_y of a wheel speed [(rad/s)^2]
+  double speed_fluctuation = 0.01;        ///< growth of the variance of w [(rad/s)^2/s]
+  double disturbance_fluctuation = 0.01;  ///< growth of the variance of d [(rad/s)^2/s]
+  double timing_deviation = 0.03;         ///< sigma_t, standard deviation of the dead time [s]
+  double learning_rate = 1.0;             ///< kappa_mu of the natural gradient, above 0 and at most 1
+};
+
+/// Belief about one wheel. Nothing here allocates.
+class WheelBelief {
+ public:
+  /// Inner step of the model [s]; the dead time is a whole number of these.
+  static constexpr double kStep = 0.001;
+  /// Longest dead time [s].
+  static constexpr double kLongestDeadTime = 2.0;
+
+  /// @param model drive train; @param wheel_radius r [m].
+  WheelBelief(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& parameters);
+
+  /// Moves the belief by one inner step during which the command u [rad/s] is applied.
+  void predict(double command);
+
+  /// Takes a measurement [rad/s] made now. Returns F after the step.
+  double correct(double measurement);
+
+  double speed() const { return x_(0); }             ///< w [rad/s]
+  double disturbance() const { return x_(2); }       ///< d [rad/s]
+  double acceleration() const { return rate_; }      ///< dw/dt of the last inner step [rad/s^2]
+  double predictionError() const { return error_; }  ///< y - w of the last measurement, before the step [rad/s]
+
+  /// Covariance P of (w, z, d).
+  const Eigen::Matrix3d& covariance() const { return P_; }
+
+  /// At rest with nothing under way, the speed as measured [rad/s].
+  void reset(double speed);
+
+ private:
+  PlantModel model_;
+  WheelBeliefParameters parameters_;
+  double limit_;     // of dw/dt [rad/s^2]
+  double response_;  // part of an error that the loop removes in a step
+  std::array<double, static_cast<std::size_t>(kLongestDeadTime / kStep) + 1> commands_{};  // ring, one per inner step
+  std::size_t delay_;
+  std::size_t head_ = 0;
+  Eigen::Vector3d x_ = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d P_ = Eigen::Matrix3d::Zero();
+  double rate_ = 0.0;
+  double error_ = 0.0;
+};
+
+}  // namespace jackal_aic

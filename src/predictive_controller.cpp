@@ -1,0 +1,180 @@
+#include "jackal_aic/predictive_controller.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <unsupported/Eigen/MatrixFunctions>
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kSlipRange = 2.0;       // factor around the given effective track
+constexpr double kSlipDeviation = 0.05;  // of the given effective track, relative: how much it is trusted at first
+
+bool isWhole(double ratio) { return ratio >= 1.0 - 1e-9 && std::abs(ratio - std::round(ratio)) < 1e-9 * ratio; }
+
+WheelBeliefParameters wheelParameters(const PredictiveParameters& p) {
+  return {p.wheel_variance, p.speed_fluctuation, p.disturbance_fluctuation, p.timing_deviation, p.kappa_mu};
+}
+
+PredictiveParameters validated(const PredictiveParameters& parameters) {
+  validate(parameters);
+  return parameters;
+}
+
+double modelTrack(const GeometryParameters& geometry, const PlantModel& model) {
+  return model.effective_track > 0.0 ? model.effective_track : geometry.effective_track;
+}
+
+}  // namespace
+
+int PredictiveParameters::beliefStepsPerAction() const {
+  return static_cast<int>(std::lround(belief_rate / action_rate));
+}
+
+void validate(const PredictiveParameters& parameters) {
+  std::ostringstream message;
+  if (!isWhole(parameters.belief_rate / parameters.action_rate)) {
+    message << "predictive.belief_rate = " << parameters.belief_rate
+            << " Hz: must be a whole multiple of predictive.action_rate = " << parameters.action_rate << " Hz";
+  } else if (!isWhole(1.0 / (parameters.belief_rate * WheelBelief::kStep))) {
+    message << "predictive.belief_rate = " << parameters.belief_rate << " Hz: must divide 1000 Hz";
+  } else {
+    return;
+  }
+  throw ParameterError(message.str());
+}
+
+SlipBelief::SlipBelief(double effective_track, const PredictiveParameters& parameters)
+    : prior_(1.0 / effective_track),
+      slope_(prior_),
+      curvature_(1.0 / (kSlipDeviation * prior_ * kSlipDeviation * prior_)),
+      variance_(parameters.gyro_variance),
+      yaw_deviation_(parameters.yaw_deviation),
+      memory_(parameters.slip_memory) {}
+
+void SlipBelief::update(double yaw_rate, double difference_speed, double difference_rate, double step) {
+  const double x = difference_speed;
+  const double late = yaw_deviation_ * slope_ * difference_rate;
+  const double variance = variance_ + late * late;
+  curvature_ = curvature_ * std::exp(-step / memory_) + x * x / variance;
+  slope_ += x * (yaw_rate - slope_ * x) / (variance * curvature_);
+  slope_ = std::clamp(slope_, prior_ / kSlipRange, prior_ * kSlipRange);
+}
+
+DriveTrainReference::DriveTrainReference(const PlantModel& model, double wheel_radius, double reference_time,
+                                         double step)
+    : largest_change_(step * model.acceleration_limit / wheel_radius), pull_(-std::expm1(-step / reference_time)) {
+  transition_ << 0.0, 0.0, 0.0, 0.0;
+  input_ << 1.0, 0.0;
+  if (model.lag <= 0.0) return;
+  Eigen::Matrix3d augmented = Eigen::Matrix3d::Zero();
+  augmented.row(0) << -1.0 / model.lag, 1.0 / model.lag, 1.0 / model.lag;
+  augmented.row(1) << -model.velocity_loop_integral, 0.0, model.velocity_loop_integral;
+  const Eigen::Matrix3d exponential = (step * augmented).exp();
+  transition_ = exponential.topLeftCorner<2, 2>();
+  input_ = exponential.topRightCorner<2, 1>();
+}
+
+double DriveTrainReference::advance(double wanted) {
+  const double change = std::clamp(pull_ * (wanted - state_(0)), -largest_change_, largest_change_);
+  const double r = (state_(0) + change - transition_.row(0).dot(state_)) / input_(0);
+  state_ = (transition_ * state_ + input_ * r).eval();
+  return r;
+}
+
+void DriveTrainReference::reset(double speed) { state_ << speed, 0.0; }
+
+PredictiveController::PredictiveController(const PredictiveParameters& parameters, const GeometryParameters& geometry,
+                                           const PlantModel& model)
+    : parameters_(validated(parameters)),
+      geometry_(geometry),
+      model_(model),
+      inner_steps_(static_cast<int>(std::lround(1.0 / (parameters.belief_rate * WheelBelief::kStep)))),
+      left_(model, geometry.wheel_radius, wheelParameters(parameters)),
+      right_(left_),
+      slip_(modelTrack(geometry, model), parameters),
+      reference_left_(model, geometry.wheel_radius, parameters.reference_time, 1.0 / parameters.action_rate),
+      reference_right_(reference_left_) {}
+
+bool PredictiveController::setSetPoint(const SetPoint& set_point) {
+  if (!set_point.vector().allFinite()) return false;
+  set_point_ = set_point;
+  return true;
+}
+
+bool PredictiveController::observe(const Observation& observation) {
+  if (!observation.vector().allFinite() || !std::isfinite(observation.stamp)) return false;
+  if (started_ && observation.stamp <= observation_.stamp) return false;
+  const bool first = !started_;
+  if (started_) learn(observation);
+  observation_ = observation;
+  observed_ = started_ = true;
+  if (first) restart();
+  return true;
+}
+
+void PredictiveController::learn(const Observation& observation) {
+  if (!parameters_.learn_slip || model_.on_box) return;  // on a box no turn reaches the gyro
+  const double difference = observation.wheel_right - observation.wheel_left;
+  if (std::abs(difference) < parameters_.slip_excitation) return;
+  const double step = std::min(observation.stamp - observation_.stamp, parameters_.slip_memory);
+  const double rolling_radius = geometry_.wheel_radius * geometry_.slip;
+  slip_.update(observation.yaw_rate, rolling_radius * difference,
+               rolling_radius * (right_.acceleration() - left_.acceleration()), step);
+}
+
+void PredictiveController::updateBelief() {
+  if (!started_) return;
+  for (int i = 0; i < inner_steps_; ++i) {
+    left_.predict(applied_.left);
+    right_.predict(applied_.right);
+  }
+  if (!observed_) return;
+  free_energy_ = left_.correct(observation_.wheel_left) + right_.correct(observation_.wheel_right);
+  observed_ = false;
+}
+
+double PredictiveController::act(double wanted, DriveTrainReference& reference, const WheelBelief& wheel,
+                                 double action) const {
+  // a ← a − κ_a (∂²F/∂a²)⁻¹ ∂F/∂a with F = ½ ε_a²/Σ_a, ε_a = g a + d − w*
+  const double error = model_.gain * action + wheel.disturbance() - reference.advance(wanted);
+  return action - parameters_.kappa_a * error / model_.gain;
+}
+
+WheelCommand PredictiveController::updateAction() {
+  if (!started_) return applied_;
+  const WheelCommand wanted = kinematics().wheelSpeeds(set_point_.forward, set_point_.yaw_rate);
+  applied_ = {act(wanted.left, reference_left_, left_, applied_.left),
+              act(wanted.right, reference_right_, right_, applied_.right)};
+  return applied_;
+}
+
+void PredictiveController::hold(const WheelCommand& applied) { applied_ = applied; }
+
+void PredictiveController::restart() {
+  applied_ = {};
+  reference_left_.reset(observation_.wheel_left);
+  reference_right_.reset(observation_.wheel_right);
+  left_.reset(observation_.wheel_left);
+  right_.reset(observation_.wheel_right);
+}
+
+void PredictiveController::reset() {
+  observation_ = {};
+  observed_ = started_ = false;
+  set_point_ = {};
+  slip_ = SlipBelief(modelTrack(geometry_, model_), parameters_);
+  free_energy_ = 0.0;
+  restart();
+}
+
+SkidSteerKinematics PredictiveController::kinematics() const {
+  GeometryParameters believed = geometry_;
+  believed.effective_track = slip_.effectiveTrack();
+  return SkidSteerKinematics(believed);
+}
+
+BodyVector PredictiveController::belief() const { return kinematics().bodyVelocity({left_.speed(), right_.speed()}); }
+
+}  // namespace jackal_aic

@@ -1,0 +1,75 @@
+#include "jackal_aic/wheel_belief.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace jackal_aic {
+namespace {
+
+/// Standard deviation of a disturbance about which nothing is known yet [rad/s].
+constexpr double kUnknownDisturbance = 0.3;
+
+}  // namespace
+
+WheelBelief::WheelBelief(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& parameters)
+    : model_(model),
+      parameters_(parameters),
+      limit_(model.acceleration_limit / wheel_radius),
+      response_(model.lag > 0.0 ? -std::expm1(-kStep / model.lag) : 1.0),
+      delay_(static_cast<std::size_t>(std::lround(std::min(model.dead_time, kLongestDeadTime) / kStep))) {
+  reset(0.0);
+}
+
+void WheelBelief::reset(double speed) {
+  commands_.fill(speed / model_.gain);
+  x_ << speed, 0.0, 0.0;
+  P_.setZero();
+  P_(0, 0) = parameters_.measurement_variance;
+  P_(2, 2) = kUnknownDisturbance * kUnknownDisturbance;
+  rate_ = error_ = 0.0;
+}
+
+void WheelBelief::predict(double command) {
+  commands_[head_] = command;
+  const double u = commands_[(head_ + commands_.size() - delay_) % commands_.size()];
+  head_ = (head_ + 1) % commands_.size();
+
+  const double k = model_.velocity_loop_integral * kStep;
+  const double r = model_.gain * u + x_(2);
+  const double wanted = response_ * (r + x_(1) - x_(0));
+  const double change = std::clamp(wanted, -limit_ * kStep, limit_ * kStep);
+  const bool limited = change != wanted;
+  rate_ = change / kStep;
+
+  // Jacobian of (w, z, d) over the step; at the limit the speed no longer depends on z and d, and z rests.
+  Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
+  if (!limited) {
+    J.row(0) << 1.0 - response_, response_, response_;
+    J.row(1) << -k * (1.0 - 0.5 * response_), 1.0 - 0.5 * k * response_, k * (1.0 - 0.5 * response_);
+    x_(1) += k * (r - x_(0) - 0.5 * change);
+  }
+  x_(0) += change;
+  P_ = (J * P_ * J.transpose()).eval();
+  P_(0, 0) += parameters_.speed_fluctuation * kStep;
+  P_(2, 2) += parameters_.disturbance_fluctuation * kStep;
+}
+
+double WheelBelief::correct(double measurement) {
+  const double timing = parameters_.timing_deviation * rate_;
+  const double variance = parameters_.measurement_variance + timing * timing;
+  error_ = measurement - x_(0);
+
+  // x ← x − κ_μ (∂²F/∂x²)⁻¹ ∂F/∂x at the prior, where ∂F/∂x = −C' ε_y/Σ and (∂²F/∂x²)⁻¹ C'/Σ = P C'/(C P C' + Σ)
+  const Eigen::Vector3d gain = P_.col(0) / (P_(0, 0) + variance);
+  const Eigen::Vector3d step = parameters_.learning_rate * error_ * gain;
+  x_ += step;
+  P_ = (P_ - gain * P_.row(0)).eval();
+  P_ = (0.5 * (P_ + P_.transpose())).eval();
+
+  const double remaining = measurement - x_(0);
+  const double moved = parameters_.learning_rate * error_;  // x − x_prior = P C' moved/(C P C' + Σ)
+  const double innovation_variance = variance / (1.0 - gain(0));
+  return 0.5 * remaining * remaining / variance + 0.5 * gain(0) * moved * moved / innovation_variance;
+}
+
+}  // namespace jackal_aic

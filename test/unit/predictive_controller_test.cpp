@@ -1,0 +1,176 @@
+#include "jackal_aic/predictive_controller.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+namespace jackal_aic {
+namespace {
+
+PlantModel driveTrain() {
+  PlantModel model;
+  model.dead_time = 0.08;
+  model.lag = 0.04;
+  model.acceleration_limit = 20.0;
+  return model;
+}
+
+/// A robot with exactly the drive train of a model and a given effective track, driven by a controller.
+class Robot {
+ public:
+  Robot(const PlantModel& model, double track)
+      : left_(model, 0.098, {}), right_(model, 0.098, {}), track_(track), step_time_(0.001) {}
+
+  void drive(PredictiveController& controller, const PredictiveParameters& parameters, double seconds) {
+    const int belief = static_cast<int>(std::lround(1000.0 / parameters.belief_rate));
+    for (int k = 1; k <= 1000 * seconds; ++k) {
+      left_.predict(gain * controller.action().left);
+      right_.predict(gain * controller.action().right);
+      time_ += step_time_;
+      if (k % 20 == 0) controller.observe({time_, yawRate(), left_.speed(), right_.speed(), 0.0, 0.0});
+      if (k % belief == 0) controller.updateBelief();
+      if (k % 20 == 0) controller.hold(controller.updateAction());
+    }
+  }
+
+  double forward() const { return 0.098 * 0.5 * (left_.speed() + right_.speed()); }
+  double yawRate() const { return 0.098 * (right_.speed() - left_.speed()) / track_; }
+
+  double gain = 1.0;
+
+ private:
+  WheelBelief left_, right_;
+  double track_, step_time_, time_ = 0.0;
+};
+
+class AtBeliefRate : public testing::TestWithParam<double> {
+ protected:
+  PredictiveParameters parameters() const {
+    PredictiveParameters p;
+    p.belief_rate = GetParam();
+    return p;
+  }
+};
+
+TEST_P(AtBeliefRate, ReachesTheSetPointExactlyAndBelievesTheTruth) {
+  PredictiveController controller(parameters(), {}, driveTrain());
+  Robot robot(driveTrain(), 0.5621);
+  robot.drive(controller, parameters(), 0.1);
+  controller.setSetPoint({0.5, 0.0, 0.4});
+  robot.drive(controller, parameters(), 1.0);
+  EXPECT_NEAR(robot.forward(), 0.5, 1e-3);
+  EXPECT_NEAR(robot.yawRate(), 0.4, 1e-3);
+  EXPECT_NEAR(controller.belief()(kForward), robot.forward(), 1e-3);
+  EXPECT_NEAR(controller.belief()(kYaw), robot.yawRate(), 1e-3);
+}
+
+TEST_P(AtBeliefRate, CancelsAGainError) {
+  for (double gain : {0.8, 1.2}) {
+    PredictiveController controller(parameters(), {}, driveTrain());
+    Robot robot(driveTrain(), 0.5621);
+    robot.gain = gain;
+    robot.drive(controller, parameters(), 0.1);
+    controller.setSetPoint({0.5, 0.0, 0.0});
+    robot.drive(controller, parameters(), 2.0);
+    EXPECT_NEAR(robot.forward(), 0.5, 0.005) << "gain " << gain;
+  }
+}
+
+TEST_P(AtBeliefRate, BeliefFollowsTheRobotAndNotTheWish) {
+  PredictiveController controller(parameters(), {}, driveTrain());
+  Robot robot(driveTrain(), 0.5621);
+  robot.drive(controller, parameters(), 0.1);
+  controller.setSetPoint({1.0, 0.0, 0.0});
+  robot.drive(controller, parameters(), 0.08);  // the dead time: nothing moves yet
+  EXPECT_NEAR(controller.belief()(kForward), 0.0, 0.02);
+}
+
+INSTANTIATE_TEST_SUITE_P(Rates, AtBeliefRate, testing::Values(50.0, 100.0, 1000.0));
+
+TEST(PredictiveController, LearnsTheEffectiveTrackOfBothSigns) {
+  for (double factor : {0.75, 1.25}) {
+    for (double turn : {0.5, -0.5}) {
+      PredictiveController controller({}, {}, driveTrain());
+      Robot robot(driveTrain(), factor * 0.5621);
+      robot.drive(controller, {}, 0.1);
+      controller.setSetPoint({0.0, 0.0, turn});
+      robot.drive(controller, {}, 3.0);
+      EXPECT_NEAR(controller.effectiveTrack(), factor * 0.5621, 0.01 * 0.5621);
+      EXPECT_NEAR(robot.yawRate(), turn, 0.02 * std::abs(turn));
+    }
+  }
+}
+
+TEST(PredictiveController, DoesNotLearnSlipDrivingStraightNorWhenFrozen) {
+  PredictiveParameters frozen;
+  frozen.learn_slip = false;
+  PredictiveController straight({}, {}, driveTrain()), still(frozen, {}, driveTrain());
+  Robot a(driveTrain(), 0.7), b(driveTrain(), 0.7);
+  a.drive(straight, {}, 0.1);
+  straight.setSetPoint({1.0, 0.0, 0.0});
+  a.drive(straight, {}, 2.0);
+  EXPECT_EQ(straight.effectiveTrack(), 0.5621);
+  b.drive(still, frozen, 0.1);
+  still.setSetPoint({0.0, 0.0, 0.5});
+  b.drive(still, frozen, 2.0);
+  EXPECT_EQ(still.effectiveTrack(), 0.5621);
+}
+
+TEST(PredictiveController, EffectiveTrackStaysWithinItsBounds) {
+  SlipBelief slip(0.5621, {});
+  for (int k = 0; k < 1000; ++k) slip.update(-5.0, 0.5, 0.0, 0.02);
+  EXPECT_NEAR(slip.effectiveTrack(), 2.0 * 0.5621, 1e-12);
+  for (int k = 0; k < 1000; ++k) slip.update(50.0, 0.5, 0.0, 0.02);
+  EXPECT_NEAR(slip.effectiveTrack(), 0.5 * 0.5621, 1e-12);
+}
+
+TEST(PredictiveController, RefusesWhatIsNotFiniteOrNotLater) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  PredictiveController controller({}, {}, driveTrain());
+  EXPECT_FALSE(controller.setSetPoint({nan, 0.0, 0.0}));
+  EXPECT_TRUE(controller.observe({1.0, 0.0, 0.0, 0.0, 0.0, 0.0}));
+  EXPECT_FALSE(controller.observe({1.0, 0.0, 0.0, 0.0, 0.0, 0.0}));
+  EXPECT_FALSE(controller.observe({1.1, 0.0, nan, 0.0, 0.0, 0.0}));
+}
+
+TEST(PredictiveController, ResetMakesItAsNew) {
+  PredictiveController used({}, {}, driveTrain()), fresh({}, {}, driveTrain());
+  Robot first(driveTrain(), 0.7), second(driveTrain(), 0.5621), third(driveTrain(), 0.5621);
+  used.setSetPoint({0.5, 0.0, 0.5});
+  first.drive(used, {}, 2.0);
+  used.reset();
+  used.setSetPoint({0.3, 0.0, -0.4});
+  fresh.setSetPoint({0.3, 0.0, -0.4});
+  second.drive(used, {}, 1.0);
+  third.drive(fresh, {}, 1.0);
+  EXPECT_EQ(used.action(), fresh.action());
+  EXPECT_EQ(used.belief(), fresh.belief());
+}
+
+TEST(PredictiveController, RefusesRatesThatDoNotFit) {
+  PredictiveParameters parameters;
+  parameters.belief_rate = 75.0;
+  EXPECT_THROW(PredictiveController(parameters, {}, driveTrain()), ParameterError);
+  parameters.belief_rate = 150.0;
+  EXPECT_THROW(PredictiveController(parameters, {}, driveTrain()), ParameterError) << "150 Hz does not divide 1 kHz";
+}
+
+TEST(DriveTrainReference, InputMakesTheModelFollowThePath) {
+  PlantModel model = driveTrain();
+  model.dead_time = 0.0;
+  model.velocity_loop_integral = 6.0;
+  DriveTrainReference reference(model, 0.098, 0.05, 0.02);
+  WheelBelief wheel(model, 0.098, {});
+  double path = 0.0;
+  for (int k = 0; k < 100; ++k) {
+    const double r = reference.advance(5.0);
+    path += -std::expm1(-0.02 / 0.05) * (5.0 - path);
+    for (int i = 0; i < 20; ++i) wheel.predict(r);
+    EXPECT_NEAR(wheel.speed(), path, 0.01) << "period " << k;
+  }
+}
+
+}  // namespace
+}  // namespace jackal_aic
