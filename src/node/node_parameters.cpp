@@ -34,6 +34,11 @@ std::optional<PlantModel> readPlantModel(ParameterMap& map) {
 }  // namespace
 
 NodeParameters readNodeParameters(ParameterMap map, const std::function<std::string()>& robot_description) {
+  for (const std::string& key : map.keys()) {
+    if (key.rfind("predictive.", 0) == 0) {
+      throw ParameterError(key + ": the predictive controller runs only in the closed loop without ROS (experiments step)");
+    }
+  }
   NodeParameters parameters;
   parameters.controller = readParameters<ControllerParameters>(map, "controller");
   parameters.geometry = readParameters<GeometryParameters>(map, "robot");
