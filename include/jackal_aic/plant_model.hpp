@@ -13,7 +13,7 @@ namespace jackal_aic {
 ///     lag dw/dt = r(t - dead_time) + z - w,    dz/dt = velocity_loop_integral (r(t - dead_time) - w),
 ///
 /// and of the yaw rate to the wheel speeds, theta_dot = wheel_radius (w_R - w_L) / effective_track. YAML prefix
-/// `plant_model`. The defaults have the drive train of the simulated robot of config/plant.yaml.
+/// `plant_model`. The defaults are close to the simulated robot on its ground (config/plant_model.yaml).
 struct PlantModel {
   double dead_time = 0.083;             ///< from a command until the motors follow it, all transports included [s]
   double lag = 0.008;                   ///< time constant of the wheel speed [s]; 0 follows at once

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include "jackal_aic/yaml_parameters.hpp"
 #include "loop_setup.hpp"
+#include "plant_conversion.hpp"
 #include "result_table.hpp"
 
 namespace jackal_aic::sim {
@@ -61,8 +63,23 @@ INSTANTIATE_TEST_SUITE_P(OnBothPlants, Perturbed,
                          testing::Combine(testing::Values("box", "ground"), testing::ValuesIn(kCommon)));
 
 // Half and twice the calibrated lag of each plant.
-const Change kBoxLags[] = {{"plant.motor_lag", "0.02285"}, {"plant.motor_lag", "0.0914"}};
+const Change kBoxLags[] = {{"plant.motor_lag", "0.02275"}, {"plant.motor_lag", "0.091"}};
 INSTANTIATE_TEST_SUITE_P(BoxLag, Perturbed, testing::Combine(testing::Values("box"), testing::ValuesIn(kBoxLags)));
+
+TEST(PlantModelFile, IsThatOfTheSimulatedRobotOnItsGround) {
+  ParameterMap map;
+  addYamlFile(files().path("config/plant.yaml"), map);
+  addYamlFile(files().path("config/plant_model.yaml"), map);
+  const PlantModel robot = linearModel(readParameters<PlantParameters>(map, "plant"));
+  const auto file = readParameters<PlantModel>(map, "plant_model");
+  EXPECT_EQ(file.dead_time, robot.dead_time);
+  EXPECT_EQ(file.lag, robot.lag);
+  EXPECT_EQ(file.gain, robot.gain);
+  EXPECT_EQ(file.velocity_loop_integral, robot.velocity_loop_integral);
+  EXPECT_EQ(file.acceleration_limit, robot.acceleration_limit);
+  EXPECT_EQ(file.sensor_rate, robot.sensor_rate);
+  EXPECT_EQ(file.on_box, robot.on_box);
+}
 
 TEST(Predictive, LearnsTheSlipOfTheGround) {
   for (double turn : {0.2, 0.5, 1.0}) {
