@@ -72,6 +72,8 @@ def settings(run):
     if run['belief_hz']:
         parts.append(f'belief {run["belief_hz"]:g} Hz, action {run["action_hz"]:g} Hz')
         parts.append(f'τ {run["tau"]:g}, κ_μ {run["kappa_mu"]:g}, κ_a {run["kappa_a"]:g}')
+        if run['orders'] != 3:
+            parts.append(f'p {run["orders"]:g}')
     if run.label:
         parts.append(run.label)
     return escape(', '.join(parts))
