@@ -272,6 +272,24 @@ double LinearLoop::spectralRadius(LoopMode mode, const LoopChange& change) const
   return spectralRadiusOf(periodMap(mode, change));
 }
 
+Eigen::VectorXd LinearLoop::stepResponse(LoopMode mode, int periods) const {
+  // The deviation from the steady state of the new set point follows the map; at first it is that whole state.
+  const Eigen::MatrixXd map = periodMap(mode);
+  const ModeEquations& equations = modes_[static_cast<std::size_t>(mode)];
+  const int orders = controller_.orders + 1;
+  const Eigen::Index wheel = map.rows() - 2;
+  Eigen::VectorXd deviation = Eigen::VectorXd::Zero(map.rows());
+  deviation(0) = equations.action_from_wheel / equations.action_from_belief;  // belief at which the action rests
+  deviation(orders) = deviation(wheel) = -1.0;
+  deviation.segment(2 * orders, wheel - 2 * orders).setConstant(-1.0 / plant_.gain);
+  Eigen::VectorXd response(periods);
+  for (int k = 0; k < periods; ++k) {
+    deviation = (map * deviation).eval();
+    response(k) = 1.0 + deviation(wheel);
+  }
+  return response;
+}
+
 double LinearLoop::spectralRadius() const {
   return std::max(
       {spectralRadius(LoopMode::straight), spectralRadius(LoopMode::turn), spectralRadius(LoopMode::lateral)});

@@ -38,7 +38,7 @@ std::string refusal(const ParameterMap& map, const std::string& urdf) {
 }
 
 TEST(NodeParameters, ShippedFilesAreCompleteAndValid) {
-  for (const char* preset : {"standard", "improved"}) {
+  for (const char* preset : {"standard", "improved", "tuned"}) {
     const NodeParameters parameters = readNodeParameters(shipped(preset), jackalUrdf);
     EXPECT_DOUBLE_EQ(parameters.geometry.effective_track, 0.5621);
     EXPECT_DOUBLE_EQ(parameters.geometry.wheel_radius, 0.098) << "from the URDF";
@@ -46,6 +46,22 @@ TEST(NodeParameters, ShippedFilesAreCompleteAndValid) {
     EXPECT_EQ(parameters.deadlines.sensor, 0.2);
     EXPECT_EQ(parameters.output, OutputMode::cmd_drive);
   }
+}
+
+TEST(NodeParameters, ChecksTheGainsOnThePlantModelIfThereIsOne) {
+  ParameterMap map = shipped("tuned");
+  EXPECT_FALSE(readNodeParameters(map, jackalUrdf).plant_model);
+  addYamlFile(kSource + "/config/plant_model.yaml", map);
+  ASSERT_TRUE(readNodeParameters(map, jackalUrdf).plant_model);
+  EXPECT_EQ(readNodeParameters(map, jackalUrdf).plant_model->dead_time, 0.083);
+
+  map.set("controller.kappa_a", 60.0);
+  EXPECT_NE(refusal(map, jackalUrdf()).find("kappa_a = 60 is most to blame"), std::string::npos);
+  map.set("controller.kappa_a", 8.0);
+  map.set("plant_model.dead_time", 1.0);
+  EXPECT_NE(refusal(map, jackalUrdf()).find("closed loop diverges"), std::string::npos);
+  map.set("plant_model.lag", -0.1);
+  EXPECT_NE(refusal(map, jackalUrdf()).find("plant_model.lag = -0.1"), std::string::npos);
 }
 
 TEST(NodeParameters, TakesGeometryFromTheUrdfUnlessTheYamlGivesIt) {

@@ -151,6 +151,16 @@ TEST(LinearLoop, DivergingBeliefHasItsRadiusReported) {
   EXPECT_NEAR(loop.spectralRadius(LoopMode::lateral), loop.beliefSpectralRadius(), 0.5);
 }
 
+TEST(LinearLoop, StepResponseOfAnIntegratorWithDeadTime) {
+  // a_k = a_(k-1) + c (1 - a_(k-2)), which the wheel shows one action period later
+  const double c = stepGain(integrator());
+  const Eigen::VectorXd response = LinearLoop(integrator(), {}, pureDelay(0.02)).stepResponse(LoopMode::straight, 6);
+  double action[7] = {0.0};
+  for (int k = 1; k < 7; ++k) action[k] = action[k - 1] + c * (1.0 - (k >= 3 ? action[k - 2] : 0.0));
+  EXPECT_NEAR(response(0), 0.0, 1e-6);
+  for (int k = 1; k < 6; ++k) EXPECT_NEAR(response(k), k >= 2 ? action[k - 1] : 0.0, 1e-6) << k;
+}
+
 TEST(LinearLoop, VelocityLoopIntegralSlowsTheWheelsDown) {
   // lag s^2 + s + k = 0: with k = 1 and a lag of 0.05 s the slow pole is at -1.056; the loop keeps it where kappa_a is
   // small
