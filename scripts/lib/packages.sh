@@ -6,11 +6,11 @@ readonly COMMON_PACKAGES=(
   libboost-program-options-dev libeigen3-dev libgmock-dev libgtest-dev libnlopt-cxx-dev libnlopt-dev libode-dev
   liburdfdom-dev libyaml-cpp-dev python3-matplotlib python3-yaml)
 
-# ROS 1 as Debian 12 ships it, under /usr.
+# ROS 1 as Debian 12 ships it, under /usr. The python3-*-msgs are for rostopic, which else knows no message.
 readonly DEBIAN_ROS_PACKAGES=(
   catkin ros-core ros-core-dev rosbash python3-rostest ros-robot-state-publisher
   libdiagnostic-updater-dev libdynamic-reconfigure-config-init-mutex-dev libmessage-filters-dev libtf2-ros-dev
-  python3-dynamic-reconfigure)
+  python3-dynamic-reconfigure python3-diagnostic-msgs python3-geometry-msgs python3-nav-msgs python3-sensor-msgs)
 
 # ROS Noetic on Ubuntu 20.04, under /opt/ros/noetic: what runs on a Jackal.
 readonly NOETIC_PACKAGES=(
