@@ -56,7 +56,7 @@ ControllerNode::ControllerNode(ros::NodeHandle node, const NodeParameters& param
   sensor_publisher_ = node_.advertise<SensorGeneralized>("sensor_generalized", 10);
   state_publisher_ = node_.advertise<ControllerState>("jackal_AIC/state", 10);
   const auto no_delay = ros::TransportHints().tcpNoDelay();
-  set_point_subscriber_ = node_.subscribe("jackal_AIC/set_point", 1, &ControllerNode::onSetPoint, this, no_delay);
+  set_point_subscriber_ = node_.subscribe("jackal_AIC/set_point", 10, &ControllerNode::onSetPoint, this, no_delay);
   wheel_subscriber_ = node_.subscribe("joint_states", 50, &ControllerNode::onWheels, this, no_delay);
   imu_subscriber_ = node_.subscribe("imu/data", 50, &ControllerNode::onImu, this, no_delay);
   belief_timer_ =

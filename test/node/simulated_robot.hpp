@@ -39,7 +39,7 @@ class SimulatedRobot {
  public:
   /// @param prefix namespace of the controller, e.g. "" or "standard/".
   explicit SimulatedRobot(const std::string& prefix = "") {
-    set_point_ = node_.advertise<geometry_msgs::Twist>(prefix + "jackal_AIC/set_point", 1);
+    set_point_ = node_.advertise<geometry_msgs::Twist>(prefix + "jackal_AIC/set_point", 10);
     truth_subscriber_ = node_.subscribe("ground_truth/odom", 1000, &SimulatedRobot::onTruth, this);
     drive_subscriber_ = node_.subscribe(prefix + "cmd_drive", 1000, &SimulatedRobot::onDrive, this);
     state_subscriber_ = node_.subscribe(prefix + "jackal_AIC/state", 1000, &SimulatedRobot::onState, this);
