@@ -115,8 +115,8 @@ po::options_description optionsOfAnalyze() {
   options.add_options()("config", po::value<std::string>(), "CONFIG.yaml: gains (controller.*), geometry (robot.*)");
   options.add_options()(
       "plant", po::value<std::string>(),
-      "PLANT.yaml: a plant model (plant_model.*) or a simulated robot (plant.*); by default the drive "
-      "train of config/plant.yaml");
+      "PLANT.yaml: a plant model (plant_model.*) or a simulated robot (plant.*); by default one close "
+      "to config/plant_model.yaml");
   options.add_options()("range", po::value<std::string>(),
                         "print the stable interval of tau, kappa_mu or kappa_a instead, the others as they are");
   options.add_options()("json", "print one line of JSON");
