@@ -49,7 +49,8 @@ class ActiveInferenceController {
   void hold(const WheelCommand& applied);
 
   /// Takes other gains over and goes on with the present belief, action and measurements, so that the command does not
-  /// jump. Allocates. @throws ParameterError, and changes nothing, if they are invalid or have another number of orders.
+  /// jump. Allocates. @throws ParameterError, and changes nothing, if they are invalid or have another number of
+  /// orders.
   void adoptGains(const ControllerParameters& controller, const GeometryParameters& geometry);
 
   /// Starts anew from the present motion: belief from the last measurement with derivatives zero, action zero.

@@ -101,8 +101,8 @@ void describeFields(Visitor& v, DeadlineParameters& p) {
   v.field("sensor", p.sensor, {0.02, 10.0}, "s", Presence::optional);
 }
 
-/// What becomes of gains whose belief update diverges: refused wherever a robot is driven, allowed where an experiment shows
-/// the divergence.
+/// What becomes of gains whose belief update diverges: refused wherever a robot is driven, allowed where an experiment
+/// shows the divergence.
 enum class Divergence { refused, allowed };
 
 /// Checks what single ranges cannot: belief_rate a whole multiple of action_rate, a variance for each order 0..p, and a

@@ -49,6 +49,14 @@ class Outcome:
             if message is not None and name not in explained:
                 self.failures.append((WHOLE, f'{name}: {message.splitlines()[0]}'))
 
+    def add_findings(self, directory, logs):
+        """Adds the sanitizers' reports of this test and moves them to the logs."""
+        for path in sorted(directory.iterdir()):
+            text = path.read_text(errors='replace')
+            summary = next((line for line in text.splitlines() if line.startswith('SUMMARY')), text[:200])
+            self.failures.append((f'sanitizer, {logs / path.name}', summary))
+            path.rename(logs / path.name)
+
 
 def failure(case):
     """Message of a JUnit test case that failed, else None."""
@@ -162,6 +170,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, prog='run_tests')
     parser.add_argument('workspace', type=pathlib.Path)
     parser.add_argument('--only', default='', type=re.compile, help='regular expression')
+    parser.add_argument('--findings', type=pathlib.Path, help='directory where sanitizers leave their reports')
     parser.add_argument('--timeout', default=600.0, type=float, help='of one test [s]')
     arguments = parser.parse_args()
 
@@ -190,6 +199,8 @@ def main():
         if on_terminal:
             print('\r\033[K', end='')
         outcome = judge(status, result, arguments.timeout)
+        if arguments.findings:
+            outcome.add_findings(arguments.findings, logs)
         report(position, name, outcome, time.monotonic() - start, log)
         passed += outcome.passed
         failed += len(outcome.failures)

@@ -7,6 +7,7 @@ set -euo pipefail
 
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd -P)
 workspace=${JACKAL_AIC_WS:-$repository/.ws}
+cmake_arguments=(-DCMAKE_BUILD_TYPE=Release)
 ros_prefix=""
 packages=()
 rviz_package=""
@@ -71,7 +72,7 @@ build_jobs() {
 build_workspace() {
   local target=$1 log=$workspace/log/build_$1.log
   run_phase "Building jackal_aic: $target" "$log" catkin_make -C "$workspace" -j"${JACKAL_AIC_JOBS:-$(build_jobs)}" \
-    -DCMAKE_BUILD_TYPE=Release -DPYTHON_EXECUTABLE=/usr/bin/python3 "$target" || {
+    "${cmake_arguments[@]}" -DPYTHON_EXECUTABLE=/usr/bin/python3 "$target" || {
     grep -m 20 -A 4 -E '(error|Error|ERROR)[: ]|undefined reference' "$log" >&2 || tail -n 30 "$log" >&2
     fail "the build failed (log: $log)"
   }

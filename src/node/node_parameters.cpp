@@ -36,7 +36,8 @@ std::optional<PlantModel> readPlantModel(ParameterMap& map) {
 NodeParameters readNodeParameters(ParameterMap map, const std::function<std::string()>& robot_description) {
   for (const std::string& key : map.keys()) {
     if (key.rfind("predictive.", 0) == 0) {
-      throw ParameterError(key + ": the predictive controller runs only in the closed loop without ROS (experiments step)");
+      throw ParameterError(key +
+                           ": the predictive controller runs only in the closed loop without ROS (experiments step)");
     }
   }
   NodeParameters parameters;

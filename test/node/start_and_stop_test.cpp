@@ -18,9 +18,9 @@ namespace {
 /// A controller_node process of its own, with stderr in a file.
 class ControllerProcess {
  public:
-  explicit ControllerProcess(const std::string& name) : errors_("/tmp/" + name + "_" + std::to_string(getpid())) {
+  explicit ControllerProcess(const std::string& name)
+      : errors_("/tmp/" + name + "_" + std::to_string(getpid())), pid_(fork()) {
     const std::string rename = "__name:=" + name;
-    pid_ = fork();
     if (pid_ == 0) {
       const int file = open(errors_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
       dup2(file, STDERR_FILENO);
@@ -54,7 +54,7 @@ class ControllerProcess {
 
  private:
   std::string errors_;
-  pid_t pid_ = -1;
+  pid_t pid_;
   int status_ = -1;
 };
 

@@ -44,7 +44,7 @@ Observation observation(double stamp, const WheelCommand& wheels, double yaw_rat
 }
 
 /// Closes the loop over a robot that does at once what it is told, for a number of action periods.
-WheelCommand drive(ActiveInferenceController& controller, const ControllerParameters& gains, SetPoint set_point,
+WheelCommand drive(ActiveInferenceController& controller, const ControllerParameters& gains, const SetPoint& set_point,
                    int periods, double start = 1.0) {
   const SkidSteerKinematics kinematics{GeometryParameters{}};
   controller.setSetPoint(set_point);
