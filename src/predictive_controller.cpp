@@ -8,9 +8,6 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kSlipRange = 2.0;       // factor around the given effective track
-constexpr double kSlipDeviation = 0.05;  // of the given effective track, relative: how much it is trusted at first
-
 bool isWhole(double ratio) { return ratio >= 1.0 - 1e-9 && std::abs(ratio - std::round(ratio)) < 1e-9 * ratio; }
 
 WheelBeliefParameters wheelParameters(const PredictiveParameters& p) {
@@ -22,8 +19,20 @@ PredictiveParameters validated(const PredictiveParameters& parameters) {
   return parameters;
 }
 
-double modelTrack(const GeometryParameters& geometry, const PlantModel& model) {
-  return model.effective_track > 0.0 ? model.effective_track : geometry.effective_track;
+SlipLearning slipLearning(const PredictiveParameters& p) {
+  return {p.gyro_variance, p.accelerometer_variance, p.slip_memory, p.yaw_deviation, p.slip_excitation};
+}
+
+SlipBelief slipBelief(const PredictiveParameters& p, const GeometryParameters& geometry, const PlantModel& model) {
+  const double track = model.effective_track > 0.0 ? model.effective_track : geometry.effective_track;
+  return SlipBelief({track, geometry.slip}, geometry.wheel_radius, slipLearning(p));
+}
+
+void requirePositive(const char* name, double value) {
+  if (value > 0.0 && std::isfinite(value)) return;
+  std::ostringstream message;
+  message << "slip." << name << " = " << value << ": must be positive";
+  throw ParameterError(message.str());
 }
 
 }  // namespace
@@ -43,23 +52,6 @@ void validate(const PredictiveParameters& parameters) {
     return;
   }
   throw ParameterError(message.str());
-}
-
-SlipBelief::SlipBelief(double effective_track, const PredictiveParameters& parameters)
-    : prior_(1.0 / effective_track),
-      slope_(prior_),
-      curvature_(1.0 / (kSlipDeviation * prior_ * kSlipDeviation * prior_)),
-      variance_(parameters.gyro_variance),
-      yaw_deviation_(parameters.yaw_deviation),
-      memory_(parameters.slip_memory) {}
-
-void SlipBelief::update(double yaw_rate, double difference_speed, double difference_rate, double step) {
-  const double x = difference_speed;
-  const double late = yaw_deviation_ * slope_ * difference_rate;
-  const double variance = variance_ + late * late;
-  curvature_ = curvature_ * std::exp(-step / memory_) + x * x / variance;
-  slope_ += x * (yaw_rate - slope_ * x) / (variance * curvature_);
-  slope_ = std::clamp(slope_, prior_ / kSlipRange, prior_ * kSlipRange);
 }
 
 DriveTrainReference::DriveTrainReference(const PlantModel& model, double wheel_radius, double reference_time,
@@ -93,7 +85,7 @@ PredictiveController::PredictiveController(const PredictiveParameters& parameter
       inner_steps_(static_cast<int>(std::lround(1.0 / (parameters.belief_rate * WheelBelief::kStep)))),
       left_(model, geometry.wheel_radius, wheelParameters(parameters)),
       right_(left_),
-      slip_(modelTrack(geometry, model), parameters),
+      slip_(slipBelief(parameters, geometry, model)),
       reference_left_(model, geometry.wheel_radius, parameters.reference_time, 1.0 / parameters.action_rate),
       reference_right_(reference_left_) {}
 
@@ -114,14 +106,19 @@ bool PredictiveController::observe(const Observation& observation) {
   return true;
 }
 
-void PredictiveController::learn(const Observation& observation) {
-  if (!parameters_.learn_slip || model_.on_box) return;  // on a box no turn reaches the gyro
-  const double difference = observation.wheel_right - observation.wheel_left;
-  if (std::abs(difference) < parameters_.slip_excitation) return;
-  const double step = std::min(observation.stamp - observation_.stamp, parameters_.slip_memory);
-  const double rolling_radius = geometry_.wheel_radius * geometry_.slip;
-  slip_.update(observation.yaw_rate, rolling_radius * difference,
-               rolling_radius * (right_.acceleration() - left_.acceleration()), step);
+void PredictiveController::learn(const Observation& y) {
+  if (slip_frozen_ || model_.on_box) return;  // on a box neither gyro nor accelerometer notices the wheels
+  const double step = y.stamp - observation_.stamp;
+  if (parameters_.learn_slip) {
+    slip_.learnTrack(y.yaw_rate, y.wheel_right - y.wheel_left, right_.acceleration() - left_.acceleration(), step);
+  }
+  if (parameters_.learn_alpha) slip_.learnAlpha(y.acceleration_x, y.wheel_left, y.wheel_right, step);
+}
+
+void PredictiveController::setSlip(const SlipState& state) {
+  requirePositive("effective_track", state.effective_track);
+  requirePositive("alpha", state.alpha);
+  slip_.setState(state);
 }
 
 void PredictiveController::updateBelief() {
@@ -164,14 +161,15 @@ void PredictiveController::reset() {
   observation_ = {};
   observed_ = started_ = false;
   set_point_ = {};
-  slip_ = SlipBelief(modelTrack(geometry_, model_), parameters_);
+  slip_ = slipBelief(parameters_, geometry_, model_);
   free_energy_ = 0.0;
   restart();
 }
 
 SkidSteerKinematics PredictiveController::kinematics() const {
   GeometryParameters believed = geometry_;
-  believed.effective_track = slip_.effectiveTrack();
+  believed.effective_track = slip_.state().effective_track;
+  believed.slip = slip_.state().alpha;
   return SkidSteerKinematics(believed);
 }
 

@@ -13,10 +13,7 @@
 /// train of the model goes from one point of that path to the next within an action period. The goal is not in the
 /// belief: the reported body velocity is what the robot does, not what it should do.
 ///
-/// The effective track is learned from the gyro: with s = 1/b_hat, x = r alpha (w_R - w_L),
-///
-///     eps = theta_dot - s x,   s <- s + kappa_s x eps / (Sigma_g Lambda),   Lambda the (forgetting) curvature sum of
-///     x^2/Sigma_g.
+/// How the body follows the wheels, effective track and slip, is believed too (slip_belief.hpp).
 
 #include <Eigen/Core>
 #include <array>
@@ -25,6 +22,7 @@
 #include "jackal_aic/parameters.hpp"
 #include "jackal_aic/plant_model.hpp"
 #include "jackal_aic/skid_steer_kinematics.hpp"
+#include "jackal_aic/slip_belief.hpp"
 #include "jackal_aic/types.hpp"
 #include "jackal_aic/wheel_belief.hpp"
 
@@ -33,20 +31,22 @@ namespace jackal_aic {
 /// Parameters of the predictive controller. YAML prefix `predictive`; the drive train is a PlantModel, prefix
 /// `plant_model`.
 struct PredictiveParameters {
-  double belief_rate = 1000.0;            ///< rate of the belief update [Hz], a whole multiple of action_rate
-  double action_rate = 50.0;              ///< rate of the action update [Hz]
-  double kappa_mu = 1.0;                  ///< learning rate of the belief (natural gradient), 0..1
-  double kappa_a = 1.0;                   ///< learning rate of the action (natural gradient), 0..1
-  double reference_time = 0.01;           ///< tau_ref, time constant of the reference model [s]
-  double wheel_variance = 9e-4;           ///< Sigma_y of a wheel speed [(rad/s)^2]
-  double gyro_variance = 2.5e-5;          ///< Sigma_g of the yaw rate [(rad/s)^2]
-  double speed_fluctuation = 0.01;        ///< of a wheel's speed [(rad/s)^2/s]
-  double disturbance_fluctuation = 0.01;  ///< of a wheel's input disturbance [(rad/s)^2/s]
-  double timing_deviation = 0.03;         ///< standard deviation of the dead time [s]
-  bool learn_slip = true;                 ///< learn the effective track
-  double slip_memory = 0.5;               ///< time over which the effective track is averaged while turning [s]
-  double yaw_deviation = 0.05;            ///< sigma_y, standard deviation of the delay of the yaw behind the wheels [s]
-  double slip_excitation = 0.5;           ///< least difference of the wheel speeds to learn from [rad/s]
+  double belief_rate = 1000.0;             ///< rate of the belief update [Hz], a whole multiple of action_rate
+  double action_rate = 50.0;               ///< rate of the action update [Hz]
+  double kappa_mu = 1.0;                   ///< learning rate of the belief (natural gradient), 0..1
+  double kappa_a = 1.0;                    ///< learning rate of the action (natural gradient), 0..1
+  double reference_time = 0.01;            ///< tau_ref, time constant of the reference model [s]
+  double wheel_variance = 9e-4;            ///< Sigma_y of a wheel speed [(rad/s)^2]
+  double gyro_variance = 2.5e-5;           ///< Sigma_g of the yaw rate [(rad/s)^2]
+  double speed_fluctuation = 0.01;         ///< of a wheel's speed [(rad/s)^2/s]
+  double disturbance_fluctuation = 0.01;   ///< of a wheel's input disturbance [(rad/s)^2/s]
+  double timing_deviation = 0.03;          ///< standard deviation of the dead time [s]
+  double accelerometer_variance = 2.5e-3;  ///< of the forward acceleration [(m/s^2)^2]
+  bool learn_slip = true;                  ///< learn the effective track
+  bool learn_alpha = false;                ///< learn the slip alpha from the accelerometer
+  double slip_memory = 0.5;                ///< time over which the effective track is averaged while turning [s]
+  double yaw_deviation = 0.05;   ///< sigma_y, standard deviation of the delay of the yaw behind the wheels [s]
+  double slip_excitation = 0.5;  ///< least difference of the wheel speeds to learn from [rad/s]
 
   /// Belief updates per action update.
   int beliefStepsPerAction() const;
@@ -65,7 +65,9 @@ void describeFields(Visitor& v, PredictiveParameters& p) {
   v.field("speed_fluctuation", p.speed_fluctuation, {0.0, 1e3}, "(rad/s)^2/s", Presence::required);
   v.field("disturbance_fluctuation", p.disturbance_fluctuation, {0.0, 1e3}, "(rad/s)^2/s", Presence::required);
   v.field("timing_deviation", p.timing_deviation, {0.0, 1.0}, "s", Presence::required);
+  v.field("accelerometer_variance", p.accelerometer_variance, {1e-12, 1e3}, "(m/s^2)^2", Presence::optional);
   v.field("learn_slip", p.learn_slip, Presence::optional);
+  v.field("learn_alpha", p.learn_alpha, Presence::optional);
   v.field("slip_memory", p.slip_memory, {0.02, 1000.0}, "s", Presence::optional);
   v.field("yaw_deviation", p.yaw_deviation, {0.0, 1.0}, "s", Presence::optional);
   v.field("slip_excitation", p.slip_excitation, {0.05, 100.0}, "rad/s", Presence::optional);
@@ -73,26 +75,6 @@ void describeFields(Visitor& v, PredictiveParameters& p) {
 
 /// @throws ParameterError if belief_rate is no whole multiple of action_rate, or belief_rate does not divide 1 kHz.
 void validate(const PredictiveParameters& parameters);
-
-/// Belief about the effective track of a skid-steer robot.
-class SlipBelief {
- public:
-  SlipBelief(double effective_track, const PredictiveParameters& parameters);
-
-  /// Takes a yaw rate [rad/s] and the body's difference speed x = r alpha (w_R - w_L) [m/s], `step` after the last one
-  /// [s].
-  void update(double yaw_rate, double difference_speed, double difference_rate, double step);
-
-  double effectiveTrack() const { return 1.0 / slope_; }  ///< b_hat [m], within a factor of 2 of the given one
-
- private:
-  double prior_;
-  double slope_;      // s = 1/b_hat [1/m]
-  double curvature_;  // Lambda
-  double variance_;
-  double yaw_deviation_;
-  double memory_;
-};
 
 /// A path that the drive train of the model can follow: its speed and the correction of its velocity loop on the way.
 class DriveTrainReference {
@@ -149,11 +131,21 @@ class PredictiveController {
   /// Believed body velocity (base_link): an estimate of what the robot does.
   BodyVector belief() const;
 
-  double effectiveTrack() const { return slip_.effectiveTrack(); }  ///< believed b_hat [m]
-  WheelCommand action() const { return applied_; }                  ///< command now driven [rad/s]
-  double freeEnergy() const { return free_energy_; }                ///< F of the last measurement
-  const WheelBelief& left() const { return left_; }                 ///< belief about the left wheels
-  const WheelBelief& right() const { return right_; }               ///< belief about the right wheels
+  /// Believed effective track and slip, e.g. to be kept for the next start.
+  SlipState slip() const { return slip_.state(); }
+
+  /// Goes on from another effective track and slip, within a factor of 2 of the configured ones. @throws ParameterError
+  /// if a value is not positive and finite.
+  void setSlip(const SlipState& state);
+
+  /// Stops (true) or resumes learning of effective track and slip.
+  void freezeSlip(bool frozen) { slip_frozen_ = frozen; }
+
+  double effectiveTrack() const { return slip_.state().effective_track; }  ///< believed b_hat [m]
+  WheelCommand action() const { return applied_; }                         ///< command now driven [rad/s]
+  double freeEnergy() const { return free_energy_; }                       ///< F of the last measurement
+  const WheelBelief& left() const { return left_; }                        ///< belief about the left wheels
+  const WheelBelief& right() const { return right_; }                      ///< belief about the right wheels
 
  private:
   SkidSteerKinematics kinematics() const;
@@ -174,6 +166,7 @@ class PredictiveController {
   Observation observation_;
   bool observed_ = false;  // an observation waits for the next belief update
   bool started_ = false;   // a first observation came
+  bool slip_frozen_ = false;
   double free_energy_ = 0.0;
 };
 

@@ -118,12 +118,22 @@ TEST(PredictiveController, DoesNotLearnSlipDrivingStraightNorWhenFrozen) {
   EXPECT_EQ(still.effectiveTrack(), 0.5621);
 }
 
-TEST(PredictiveController, EffectiveTrackStaysWithinItsBounds) {
-  SlipBelief slip(0.5621, {});
-  for (int k = 0; k < 1000; ++k) slip.update(-5.0, 0.5, 0.0, 0.02);
-  EXPECT_NEAR(slip.effectiveTrack(), 2.0 * 0.5621, 1e-12);
-  for (int k = 0; k < 1000; ++k) slip.update(50.0, 0.5, 0.0, 0.02);
-  EXPECT_NEAR(slip.effectiveTrack(), 0.5 * 0.5621, 1e-12);
+TEST(PredictiveController, SlipIsFrozenKeptAndTakenOver) {
+  PredictiveController controller({}, {}, driveTrain());
+  Robot robot(driveTrain(), 0.7);
+  controller.freezeSlip(true);
+  controller.setSetPoint({0.0, 0.0, 0.5});
+  robot.drive(controller, {}, 2.0);
+  EXPECT_EQ(controller.slip().effective_track, 0.5621);
+  controller.freezeSlip(false);
+  robot.drive(controller, {}, 2.0);
+  EXPECT_NEAR(controller.slip().effective_track, 0.7, 0.007);
+
+  PredictiveController restarted({}, {}, driveTrain());
+  restarted.setSlip(controller.slip());
+  EXPECT_DOUBLE_EQ(restarted.effectiveTrack(), controller.effectiveTrack());
+  EXPECT_THROW(restarted.setSlip({-0.5, 1.0}), ParameterError);
+  EXPECT_THROW(restarted.setSlip({0.5, std::numeric_limits<double>::quiet_NaN()}), ParameterError);
 }
 
 TEST(PredictiveController, RefusesWhatIsNotFiniteOrNotLater) {

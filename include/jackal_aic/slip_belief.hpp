@@ -1,0 +1,91 @@
+#pragma once
+
+/// @file
+/// Belief about how the body follows the wheels: effective track b_hat and slip alpha of eq. 3-1, learned on line.
+///
+/// With the wheel speeds w_L, w_R measured, n = w_R - w_L, m = (w_L + w_R)/2, eq. 3-1 predicts
+///
+///     theta_dot = r q n,  q = alpha / b_hat        gyro
+///     x_ddot    = r alpha dm/dt                    accelerometer
+///
+/// Wheels and gyro together see the ratio q only: no turn tells alpha from b_hat, and a straight line at constant speed
+/// tells nothing. What separates them is the change of the forward speed, which the accelerometer measures. So each
+/// parameter descends the part of the free energy that depends on it,
+///
+///     F = 1/2 eps_g^2 / Sigma_g + 1/2 eps_v^2 / Sigma_v,    eps_g = theta_dot - q r n,    eps_v = A - alpha r W,
+///     dq/dt = -kappa_q dF/dq = kappa_q eps_g r n / Sigma_g,  dalpha/dt = kappa_alpha eps_v r W / Sigma_v,
+///
+/// where A and r W are the changes of the forward speed by the accelerometer and by the wheels, both through one
+/// washout filter 1/(s + 1/T): comparing speeds instead of accelerations makes a delay between the two sensors
+/// harmless. The learning rates kappa are the inverse of the curvature of F summed over a forgetting memory (natural
+/// gradient); q and alpha are the coordinates in which it is diagonal. So alpha learned on a straight line leaves every
+/// turn as it was, and b_hat = alpha / q follows. Learning is gated on excitation (n, W), so that noise cannot move what is not observed, and bounded.
+
+namespace jackal_aic {
+
+/// What is learned, and all that has to be kept for the next start.
+struct SlipState {
+  double effective_track;  ///< b_hat [m]
+  double alpha;            ///< ratio of body to wheel circumference speed
+};
+
+/// Trust of a SlipBelief in its sources.
+struct SlipLearning {
+  double gyro_variance = 2.5e-5;           ///< Sigma_g of the yaw rate [(rad/s)^2]
+  double accelerometer_variance = 2.5e-3;  ///< of the forward acceleration [(m/s^2)^2]
+  double memory = 0.5;                     ///< excited time over which the ratio q is averaged [s]
+  double yaw_deviation = 0.05;             ///< standard deviation of the delay of the yaw behind the wheels [s]
+  double excitation = 0.5;                 ///< least difference of the wheel speeds to learn q from [rad/s]
+};
+
+/// Belief about b_hat and alpha. Nothing here allocates.
+class SlipBelief {
+ public:
+  /// Range of both parameters: a factor of 2 to either side of the configured values.
+  static constexpr double kRange = 2.0;
+
+  /// @param configured values to start from and centre of the range; @param wheel_radius r [m].
+  SlipBelief(const SlipState& configured, double wheel_radius, const SlipLearning& learning);
+
+  /// Learns the ratio q from a yaw rate [rad/s]. @param difference w_R - w_L [rad/s]; @param difference_rate its rate
+  /// of change [rad/s^2], which tells how much a delay of the yaw falsifies the comparison; @param step since the last
+  /// measurement [s].
+  void learnTrack(double yaw_rate, double difference, double difference_rate, double step);
+
+  /// Learns alpha from a forward acceleration of the body [m/s^2], free of gravity. @param left, right wheel speeds
+  /// [rad/s]; @param step since the last measurement [s]. Standstill teaches the accelerometer's offset; a turn is left
+  /// out, because there the accelerometer sees more than dx_dot/dt.
+  void learnAlpha(double acceleration, double left, double right, double step);
+
+  /// Goes on with other trust in its sources.
+  void setLearning(const SlipLearning& learning) { learning_ = learning; }
+
+  /// What is believed now.
+  SlipState state() const { return {alpha_ / ratio_, alpha_}; }
+
+  /// Goes on from another state, e.g. that of the last run, within the range.
+  void setState(const SlipState& state);
+
+  /// Offset of the accelerometer as learned at standstill [m/s^2].
+  double accelerometerOffset() const { return offset_; }
+
+ private:
+  double boundedAlpha(double alpha) const;
+  double boundedRatio(double ratio) const;
+
+  SlipState configured_;
+  double radius_;
+  SlipLearning learning_;
+  double ratio_;  // q [1/m]
+  double alpha_;
+  double ratio_curvature_;         // sum of (r n)^2 / Sigma_g
+  double alpha_curvature_;         // sum of (r W)^2 / Sigma_v
+  double mean_speed_ = 0.0;        // of the wheels, at the last sample [rad/s]
+  double acceleration_ = 0.0;      // at the last sample, without offset [m/s^2]
+  double by_wheels_ = 0.0;         // r W [m/s]
+  double by_accelerometer_ = 0.0;  // A [m/s]
+  double offset_ = 0.0;
+  bool started_ = false;
+};
+
+}  // namespace jackal_aic

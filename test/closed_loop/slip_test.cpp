@@ -1,0 +1,159 @@
+// Slip learning on the rigid bodies of the simulated robot, whose skid-steer slip comes out of its contacts.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "jackal_aic/predictive_controller.hpp"
+#include "jackal_aic/yaml_parameters.hpp"
+#include "jackal_plant.hpp"
+#include "plant_conversion.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+std::string textOf(const std::string& path) {
+  std::ifstream file(std::string(JACKAL_AIC_SOURCE_DIR) + "/" + path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+template <class Parameters>
+Parameters configured(const std::string& file, const std::string& prefix) {
+  ParameterMap map;
+  addYamlFile(std::string(JACKAL_AIC_SOURCE_DIR) + "/" + file, map);
+  return readParameters<Parameters>(map, prefix);
+}
+
+/// True speeds of the body, averaged.
+struct Motion {
+  double forward = 0.0;   ///< [m/s]
+  double yaw_rate = 0.0;  ///< [rad/s]
+};
+
+/// The predictive controller as configured on the simulated robot on its ground.
+class PredictiveLoop {
+ public:
+  explicit PredictiveLoop(const GeometryParameters& geometry = {}, PredictiveParameters parameters = preset())
+      : plant_(textOf("sim/urdf/jackal.urdf"), ground()),
+        controller(parameters, geometry, linearModel(ground())),
+        belief_ticks_(std::lround(1000.0 / parameters.belief_rate)) {}
+
+  static PredictiveParameters preset() {
+    return configured<PredictiveParameters>("config/predictive.yaml", "predictive");
+  }
+  static PlantParameters ground() { return configured<PlantParameters>("config/plant.yaml", "plant"); }
+
+  /// Drives with a set point for a time [s]; the mean motion of the last half second.
+  Motion drive(const SetPoint& set_point, double seconds) {
+    controller.setSetPoint(set_point);
+    Motion mean;
+    const long ticks = std::lround(1000.0 * seconds);
+    for (long k = 1; k <= ticks; ++k) {
+      tick();
+      if (ticks - k >= 500) continue;
+      mean.forward += plant_.truth().linear_velocity.x() / 500.0;
+      mean.yaw_rate += plant_.truth().angular_velocity.z() / 500.0;
+    }
+    return mean;
+  }
+
+  void setFriction(double friction) { plant_.setFriction(friction); }
+
+ private:
+  void tick() {
+    if (plant_.measurement()) controller.observe(plant_.measurement()->observation());
+    if (tick_ % belief_ticks_ == 0) controller.updateBelief();
+    if (tick_ % 20 == 0) plant_.command(controller.updateAction());
+    plant_.step();
+    ++tick_;
+  }
+
+  JackalPlant plant_;
+
+ public:
+  PredictiveController controller;
+
+ private:
+  long belief_ticks_;
+  long tick_ = 0;
+};
+
+constexpr double kTrueTrack = 0.547;  // of the simulated robot turning in place (config/plant_model.yaml) [m]
+
+GeometryParameters trackOff(double factor) {
+  GeometryParameters geometry;
+  geometry.effective_track = kTrueTrack / factor;
+  return geometry;
+}
+
+struct Turn {
+  double forward;
+  double yaw_rate;
+};
+
+class WrongTrack : public testing::TestWithParam<std::tuple<double, Turn>> {};
+
+TEST_P(WrongTrack, YawRateIsRightWithinThreeSeconds) {
+  const auto [factor, turn] = GetParam();
+  PredictiveLoop loop(trackOff(factor));
+  loop.drive({}, 0.5);
+  const Motion motion = loop.drive({turn.forward, 0.0, turn.yaw_rate}, 3.0);
+  std::cout << factor << " " << turn.forward << " " << turn.yaw_rate << ": "
+            << 100 * (motion.yaw_rate / turn.yaw_rate - 1) << " % fwd " << motion.forward - turn.forward << "\n";
+  EXPECT_NEAR(motion.yaw_rate, turn.yaw_rate, 0.02 * std::abs(turn.yaw_rate));
+  EXPECT_NEAR(motion.forward, turn.forward, 0.01);
+}
+
+INSTANTIATE_TEST_SUITE_P(Turns, WrongTrack,
+                         testing::Combine(testing::Values(0.75, 1.0, 1.25),
+                                          testing::Values(Turn{0.0, 0.2}, Turn{0.0, 0.5}, Turn{0.0, -0.5},
+                                                          Turn{0.0, 1.0}, Turn{0.5, 0.5})));
+
+TEST(Slip, YawRateIsRightAgainAfterAChangeOfFriction) {
+  for (double friction : {0.25, 1.0}) {
+    for (const Turn turn : {Turn{0.0, 0.5}, Turn{0.5, 0.5}}) {
+      PredictiveLoop loop;
+      loop.drive({}, 0.5);
+      loop.drive({turn.forward, 0.0, turn.yaw_rate}, 3.0);
+      loop.setFriction(friction);
+      const Motion motion = loop.drive({turn.forward, 0.0, turn.yaw_rate}, 3.0);
+      std::cout << friction << " " << turn.forward << " " << turn.yaw_rate << ": "
+                << 100 * (motion.yaw_rate / turn.yaw_rate - 1) << " % fwd " << motion.forward - turn.forward << "\n";
+      EXPECT_NEAR(motion.yaw_rate, turn.yaw_rate, 0.02 * turn.yaw_rate) << "friction " << friction;
+    }
+  }
+}
+
+TEST(Slip, AWrongTrackLeavesTheStraightLineAlone) {
+  PredictiveLoop wrong(trackOff(1.25)), right;
+  wrong.drive({}, 0.5);
+  right.drive({}, 0.5);
+  EXPECT_NEAR(wrong.drive({0.5, 0.0, 0.0}, 3.0).forward, right.drive({0.5, 0.0, 0.0}, 3.0).forward, 1e-6);
+}
+
+TEST(Slip, AlphaIsFoundByTheAccelerometerWhereTheWheelsAreSmallerThanConfigured) {
+  // A robot whose wheels carry it less far than configured by a factor has that factor as its alpha.
+  PredictiveParameters learning = PredictiveLoop::preset();
+  learning.learn_alpha = true;
+  for (double alpha : {0.8, 1.0, 1.2}) {
+    GeometryParameters geometry;
+    geometry.wheel_radius = 0.098 / alpha;
+    PredictiveLoop loop(geometry, learning);
+    loop.drive({}, 2.0);
+    Motion motion;
+    for (int i = 0; i < 4; ++i) {
+      motion = loop.drive({0.8, 0.0, 0.0}, 3.0);
+      loop.drive({}, 2.0);
+      std::cout << "alpha " << alpha << ": " << loop.controller.slip().alpha << " fwd " << motion.forward << "\n";
+    }
+    EXPECT_NEAR(loop.controller.slip().alpha, alpha, 0.03 * alpha);
+    EXPECT_NEAR(motion.forward, 0.8, 0.03 * 0.8);
+  }
+}
+
+}  // namespace
+}  // namespace jackal_aic::sim
