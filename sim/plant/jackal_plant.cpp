@@ -61,6 +61,8 @@ struct JackalPlant::Implementation {
     Periodic sampling;
     SensorModel sensors;
     std::int64_t steps = 0;
+    Eigen::Vector3d force_sum = Eigen::Vector3d::Zero();  // of the specific force in imu_link since the last sample
+    int force_count = 0;
     PlantTruth truth;
     std::optional<PlantMeasurement> measurement;
   };
@@ -98,7 +100,12 @@ struct JackalPlant::Implementation {
     const ChassisState chassis = m.world.chassis();
     updateTruth(chassis);
     m.measurement.reset();
-    if (m.sampling.due(m.truth.time)) m.measurement = m.sensors.sample(m.truth, sensorInput(chassis));
+    m.force_sum += specificForce(chassis);
+    ++m.force_count;
+    if (!m.sampling.due(m.truth.time)) return;
+    m.measurement = m.sensors.sample(m.truth, sensorInput(chassis));
+    m.force_sum.setZero();
+    m.force_count = 0;
   }
 
   void updateTruth(const ChassisState& chassis) {
@@ -113,17 +120,24 @@ struct JackalPlant::Implementation {
     for (std::size_t i = 0; i < kWheelJoints.size(); ++i) truth.wheel_velocity[i] = motion->world.wheelSpeed(i);
   }
 
-  SensorInput sensorInput(const ChassisState& chassis) const {
-    const OdeWorld& world = motion->world;
-    const Eigen::Quaterniond imu = chassis.orientation * Eigen::Quaterniond(model.imu.linear());
+  Eigen::Quaterniond imuOrientation(const ChassisState& chassis) const {
+    return chassis.orientation * Eigen::Quaterniond(model.imu.linear());
+  }
+
+  Eigen::Vector3d specificForce(const ChassisState& chassis) const {
     const Eigen::Vector3d arm = chassis.orientation * (model.imu.translation() - model.chassis.centre);
     const Eigen::Vector3d& w = chassis.angular_velocity;
     const Eigen::Vector3d acceleration =
         chassis.acceleration + chassis.angular_acceleration.cross(arm) + w.cross(w.cross(arm));
+    return imuOrientation(chassis).conjugate() * (acceleration - motion->world.gravity());
+  }
+
+  SensorInput sensorInput(const ChassisState& chassis) const {
+    const Eigen::Quaterniond imu = imuOrientation(chassis);
     SensorInput input;
-    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) input.wheel_effort[i] = world.wheelTorque(i);
-    input.angular_velocity = imu.conjugate() * w;
-    input.specific_force = imu.conjugate() * (acceleration - world.gravity());
+    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) input.wheel_effort[i] = motion->world.wheelTorque(i);
+    input.angular_velocity = imu.conjugate() * chassis.angular_velocity;
+    input.specific_force = motion->force_sum / motion->force_count;
     input.orientation = Eigen::AngleAxisd(-parameters.slope * kRadiansPerDegree, Eigen::Vector3d::UnitY()) * imu;
     return input;
   }

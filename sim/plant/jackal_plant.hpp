@@ -43,7 +43,7 @@ struct PlantMeasurement {
   std::array<double, 4> wheel_velocity;  ///< encoders [rad/s]
   std::array<double, 4> wheel_effort;    ///< torque the motors apply, from the physics engine [N m]
   Eigen::Vector3d angular_velocity;      ///< gyro, in imu_link [rad/s]
-  Eigen::Vector3d linear_acceleration;   ///< accelerometer, gravity included, in imu_link [m/s^2]
+  Eigen::Vector3d linear_acceleration;   ///< mean since the last sample, gravity included, in imu_link [m/s^2]
   Eigen::Quaterniond orientation;        ///< of imu_link in a level frame
 
   /// The channels of eq. 3-3: gyro z, mean of each side's wheels, accelerometer x and y.

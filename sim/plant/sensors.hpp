@@ -16,6 +16,7 @@ struct SensorInput {
   std::array<double, 4> wheel_effort;  ///< [N m]
   Eigen::Vector3d angular_velocity;    ///< of imu_link, in imu_link [rad/s]
   Eigen::Vector3d specific_force;      ///< acceleration minus gravity at the origin of imu_link, in imu_link [m/s^2]
+                                       ///< averaged since the last sample, as an IMU does against aliasing
   Eigen::Quaterniond orientation;      ///< imu_link in a level frame
 };
 

@@ -102,8 +102,6 @@ TEST_P(WrongTrack, YawRateIsRightWithinThreeSeconds) {
   PredictiveLoop loop(trackOff(factor));
   loop.drive({}, 0.5);
   const Motion motion = loop.drive({turn.forward, 0.0, turn.yaw_rate}, 3.0);
-  std::cout << factor << " " << turn.forward << " " << turn.yaw_rate << ": "
-            << 100 * (motion.yaw_rate / turn.yaw_rate - 1) << " % fwd " << motion.forward - turn.forward << "\n";
   EXPECT_NEAR(motion.yaw_rate, turn.yaw_rate, 0.02 * std::abs(turn.yaw_rate));
   EXPECT_NEAR(motion.forward, turn.forward, 0.01);
 }
@@ -121,8 +119,6 @@ TEST(Slip, YawRateIsRightAgainAfterAChangeOfFriction) {
       loop.drive({turn.forward, 0.0, turn.yaw_rate}, 3.0);
       loop.setFriction(friction);
       const Motion motion = loop.drive({turn.forward, 0.0, turn.yaw_rate}, 3.0);
-      std::cout << friction << " " << turn.forward << " " << turn.yaw_rate << ": "
-                << 100 * (motion.yaw_rate / turn.yaw_rate - 1) << " % fwd " << motion.forward - turn.forward << "\n";
       EXPECT_NEAR(motion.yaw_rate, turn.yaw_rate, 0.02 * turn.yaw_rate) << "friction " << friction;
     }
   }
@@ -148,7 +144,6 @@ TEST(Slip, AlphaIsFoundByTheAccelerometerWhereTheWheelsAreSmallerThanConfigured)
     for (int i = 0; i < 4; ++i) {
       motion = loop.drive({0.8, 0.0, 0.0}, 3.0);
       loop.drive({}, 2.0);
-      std::cout << "alpha " << alpha << ": " << loop.controller.slip().alpha << " fwd " << motion.forward << "\n";
     }
     EXPECT_NEAR(loop.controller.slip().alpha, alpha, 0.03 * alpha);
     EXPECT_NEAR(motion.forward, 0.8, 0.03 * 0.8);
