@@ -60,6 +60,8 @@ struct JackalPlant::Implementation {
     MotorLoop right;
     Periodic sampling;
     SensorModel sensors;
+    bool left_blocked = false;
+    bool right_blocked = false;
     std::int64_t steps = 0;
     Eigen::Vector3d force_sum = Eigen::Vector3d::Zero();  // of the specific force in imu_link since the last sample
     int force_count = 0;
@@ -78,8 +80,8 @@ struct JackalPlant::Implementation {
   void step() {
     Motion& m = *motion;
     m.truth.acting_command = m.delay.acting(m.steps);
-    drive(m.left, m.truth.acting_command.left, kFrontLeft, kRearLeft);
-    drive(m.right, m.truth.acting_command.right, kFrontRight, kRearRight);
+    drive(m.left, m.left_blocked, m.truth.acting_command.left, kFrontLeft, kRearLeft);
+    drive(m.right, m.right_blocked, m.truth.acting_command.right, kFrontRight, kRearRight);
     m.world.step(kStep);
     ++m.steps;
     for (std::size_t i = 0; i < kWheelJoints.size(); ++i) m.truth.wheel_position[i] += kStep * m.world.wheelSpeed(i);
@@ -87,10 +89,10 @@ struct JackalPlant::Implementation {
   }
 
   /// One motor drives both wheels of its side.
-  void drive(MotorLoop& motor, double command, Wheel front, Wheel rear) {
+  void drive(MotorLoop& motor, bool blocked, double command, Wheel front, Wheel rear) {
     OdeWorld& world = motion->world;
     const double speed = 0.5 * (world.wheelSpeed(front) + world.wheelSpeed(rear));
-    const double reference = motor.reference(command, speed);
+    const double reference = blocked ? 0.0 : motor.reference(command, speed);
     world.setWheelReference(front, reference);
     world.setWheelReference(rear, reference);
   }
@@ -173,6 +175,10 @@ void JackalPlant::setFriction(double friction) {
     throw ParameterError("friction = " + describe(ParameterValue(friction)) + ": must be 0 or more");
   }
   self_->motion->world.setFriction(friction);
+}
+
+void JackalPlant::blockWheels(Side side, bool blocked) {
+  (side == Side::left ? self_->motion->left_blocked : self_->motion->right_blocked) = blocked;
 }
 
 void JackalPlant::reset() { self_->reset(); }

@@ -24,6 +24,9 @@ enum Wheel { kFrontLeft = 0, kFrontRight = 1, kRearLeft = 2, kRearRight = 3 };
 inline constexpr std::array<const char*, 4> kWheelJoints{"front_left_wheel", "front_right_wheel", "rear_left_wheel",
                                                          "rear_right_wheel"};
 
+/// One side of the robot, with its motor and its two wheels.
+enum class Side { left, right };
+
 /// True state of the robot.
 struct PlantTruth {
   double time = 0.0;                     ///< simulated time [s]
@@ -89,8 +92,12 @@ class JackalPlant {
   /// not finite.
   void setFriction(double friction);
 
-  /// Puts the robot back to rest at time 0, with the friction and the seed of the parameters and without pending
-  /// commands.
+  /// Blocks the motor of a side from now on, or lets it go: its wheels stop within the torque limit and its encoder
+  /// tells so.
+  void blockWheels(Side side, bool blocked);
+
+  /// Puts the robot back to rest at time 0, with the friction and the seed of the parameters, without pending commands
+  /// and with no motor blocked.
   void reset();
 
  private:

@@ -43,6 +43,13 @@ void PlantNode::subscribe(ros::NodeHandle& node, ros::NodeHandle& private_node) 
   left_wheel_ = node.subscribe("jackal_left_wheel/command", kQueueSize, &PlantNode::onLeftWheel, this, hints);
   right_wheel_ = node.subscribe("jackal_right_wheel/command", kQueueSize, &PlantNode::onRightWheel, this, hints);
   reset_ = private_node.advertiseService("reset", &PlantNode::onReset, this);
+  using Request = std_srvs::SetBool::Request;
+  using Response = std_srvs::SetBool::Response;
+  const auto block = [this](Side side) {
+    return [this, side](Request& request, Response& response) { return onBlock(side, request, response); };
+  };
+  block_left_ = private_node.advertiseService<Request, Response>("block_left", block(Side::left));
+  block_right_ = private_node.advertiseService<Request, Response>("block_right", block(Side::right));
 }
 
 void PlantNode::run() {
@@ -80,6 +87,12 @@ void PlantNode::onRightWheel(const std_msgs::Float64& speed) {
 
 bool PlantNode::onReset(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
   restart();
+  return true;
+}
+
+bool PlantNode::onBlock(Side side, const std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
+  plant_.blockWheels(side, request.data);
+  response.success = true;
   return true;
 }
 

@@ -7,6 +7,7 @@
 #include <ros/node_handle.h>
 #include <std_msgs/Float64.h>
 #include <std_srvs/Empty.h>
+#include <std_srvs/SetBool.h>
 #include <tf2_ros/transform_broadcaster.h>
 
 #include <cstdint>
@@ -38,7 +39,8 @@ void describeFields(Visitor& v, PlantNodeParameters& p) {
 
 /// Steps a plant, publishes /clock, joint_states, imu/data, feedback, ground_truth/odom and tf, and drives it by
 /// cmd_drive or by Gazebo's jackal_left_wheel/command and jackal_right_wheel/command, whichever spoke last. Service
-/// ~reset puts everything, the clock included, back to the start.
+/// ~reset puts everything, the clock included, back to the start; ~block_left and ~block_right (std_srvs/SetBool) block
+/// the motor of a side or let it go.
 class PlantNode {
  public:
   /// @param node, private_node namespaces of the topics and of ~reset; @param urdf_xml text of the URDF.
@@ -56,6 +58,7 @@ class PlantNode {
   void onLeftWheel(const std_msgs::Float64& speed);
   void onRightWheel(const std_msgs::Float64& speed);
   bool onReset(std_srvs::Empty::Request& request, std_srvs::Empty::Response& response);
+  bool onBlock(Side side, const std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
   void restart();
   void drive(const WheelCommand& command, std::int8_t mode);
   void ignore(const char* reason);
@@ -84,6 +87,8 @@ class PlantNode {
   ros::Subscriber left_wheel_;
   ros::Subscriber right_wheel_;
   ros::ServiceServer reset_;
+  ros::ServiceServer block_left_;
+  ros::ServiceServer block_right_;
 };
 
 }  // namespace jackal_aic::sim

@@ -9,6 +9,7 @@
 #include <sensor_msgs/JointState.h>
 #include <std_msgs/Float64.h>
 #include <std_srvs/Empty.h>
+#include <std_srvs/SetBool.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
@@ -184,6 +185,21 @@ TEST_F(PlantNodeTest, StopsWhenNoCommandComes) {
   EXPECT_NEAR(forward(), 3.0 * kWheelRadius, 1e-3);
   run(1.5);
   EXPECT_NEAR(forward(), 0.0, 1e-3);
+}
+
+TEST_F(PlantNodeTest, BlocksAMotorAndLetsItGo) {
+  std_srvs::SetBool block;
+  block.request.data = true;
+  ASSERT_TRUE(ros::service::call("/plant/block_left", block));
+  drive(5.0, 5.0);
+  run(1.0);
+  EXPECT_NEAR(joints_.back().velocity[0], 0.0, 0.2);
+  EXPECT_GT(joints_.back().velocity[1], 4.0);
+  EXPECT_GT(yawRate(), 0.3);
+  block.request.data = false;
+  ASSERT_TRUE(ros::service::call("/plant/block_left", block));
+  run(1.0);
+  EXPECT_GT(joints_.back().velocity[0], 4.0);
 }
 
 TEST_F(PlantNodeTest, ResetPutsClockAndRobotBack) {

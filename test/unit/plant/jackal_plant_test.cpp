@@ -543,6 +543,32 @@ TEST(Plant, EqualSeedsGiveEqualBytes) {
   EXPECT_FALSE(sameBytes(a.numbers(), c.numbers()));
 }
 
+TEST(Plant, BlockedMotorStopsItsWheelsAndTurnsTheRobot) {
+  JackalPlant plant = plantOf(quiet());
+  plant.command(rolling(0.5, 0.5));
+  run(plant, 2.0);
+  plant.blockWheels(Side::left, true);
+  run(plant, 0.3);
+  for (Wheel wheel : {kFrontLeft, kRearLeft}) EXPECT_NEAR(plant.truth().wheel_velocity[wheel], 0.0, 1e-3);
+  for (Wheel wheel : {kFrontRight, kRearRight})
+    EXPECT_NEAR(plant.truth().wheel_velocity[wheel], 0.5 / kWheelRadius, 0.05);
+  EXPECT_NEAR(nextMeasurement(plant).observation().wheel_left, 0.0, 1e-3);
+  EXPECT_GT(plant.truth().angular_velocity.z(), 0.3);
+  plant.blockWheels(Side::left, false);
+  run(plant, 2.0);
+  EXPECT_NEAR(plant.truth().wheel_velocity[kFrontLeft], 0.5 / kWheelRadius, 0.05);
+  EXPECT_NEAR(plant.truth().angular_velocity.z(), 0.0, 0.02);
+}
+
+TEST(Plant, ResetLetsBlockedMotorsGo) {
+  JackalPlant plant = plantOf(quiet());
+  plant.blockWheels(Side::right, true);
+  plant.reset();
+  plant.command(rolling(0.5, 0.5));
+  run(plant, 2.0);
+  EXPECT_NEAR(plant.truth().wheel_velocity[kFrontRight], 0.5 / kWheelRadius, 0.01);
+}
+
 TEST(Plant, ResetRepeatsTheRun) {
   Recording recording{PlantParameters{}};
   recording.run(777);

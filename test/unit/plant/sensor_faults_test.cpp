@@ -1,0 +1,78 @@
+#include "sensor_faults.hpp"
+
+#include <gtest/gtest.h>
+
+namespace jackal_aic::sim {
+namespace {
+
+/// A sample whose every number depends on its stamp.
+PlantMeasurement sampleAt(double stamp) {
+  PlantMeasurement sample;
+  sample.stamp = stamp;
+  sample.wheel_position = {stamp, 2.0 * stamp, stamp, 2.0 * stamp};
+  sample.wheel_velocity = {1.0 + stamp, 2.0 + stamp, 1.0 + stamp, 2.0 + stamp};
+  sample.wheel_effort = {0.1, 0.2, 0.3, 0.4};
+  sample.angular_velocity = {0.01 + stamp, 0.02, 0.5 + stamp};
+  sample.linear_acceleration = {0.3, -0.2, 9.81 + stamp};
+  sample.orientation = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ());
+  return sample;
+}
+
+TEST(SensorFaults, WithoutFaultsPassEverythingOn) {
+  SensorFaults faults({});
+  const PlantMeasurement sample = faults.apply(sampleAt(1.0));
+  EXPECT_EQ(sample.stamp, 1.0);
+  EXPECT_EQ(sample.wheel_velocity, sampleAt(1.0).wheel_velocity);
+  EXPECT_EQ(sample.angular_velocity, sampleAt(1.0).angular_velocity);
+  EXPECT_EQ(sample.linear_acceleration, sampleAt(1.0).linear_acceleration);
+}
+
+TEST(SensorFaults, FrozenEncoderRepeatsItsLastGoodSampleWithFreshStamps) {
+  SensorFaults faults({{SensorFaultKind::encoder_freeze, Side::left, 0.0, 2.0, 4.0}});
+  faults.apply(sampleAt(1.0));
+  for (double stamp : {2.0, 3.0}) {
+    const PlantMeasurement sample = faults.apply(sampleAt(stamp));
+    EXPECT_EQ(sample.stamp, stamp);
+    for (Wheel wheel : {kFrontLeft, kRearLeft}) {
+      EXPECT_EQ(sample.wheel_velocity[wheel], 2.0);
+      EXPECT_EQ(sample.wheel_position[wheel], 1.0);
+    }
+    EXPECT_EQ(sample.wheel_velocity[kFrontRight], 2.0 + stamp);
+    EXPECT_EQ(sample.angular_velocity.z(), 0.5 + stamp);
+  }
+  EXPECT_EQ(faults.apply(sampleAt(4.0)).wheel_velocity[kFrontLeft], 5.0);
+}
+
+TEST(SensorFaults, EncoderOfASideReadsAValueOrAnOffset) {
+  SensorFaults value({{SensorFaultKind::encoder_value, Side::right, -3.0}});
+  EXPECT_EQ(value.apply(sampleAt(1.0)).wheel_velocity, (std::array<double, 4>{2.0, -3.0, 2.0, -3.0}));
+  SensorFaults offset({{SensorFaultKind::encoder_offset, Side::left, 4.0}});
+  EXPECT_EQ(offset.apply(sampleAt(1.0)).wheel_velocity, (std::array<double, 4>{6.0, 3.0, 6.0, 3.0}));
+}
+
+TEST(SensorFaults, GyroFreezesOrReadsAnOffset) {
+  SensorFaults freeze({{SensorFaultKind::gyro_freeze, Side::left, 0.0, 2.0}});
+  freeze.apply(sampleAt(1.0));
+  EXPECT_EQ(freeze.apply(sampleAt(5.0)).angular_velocity, sampleAt(1.0).angular_velocity);
+  SensorFaults offset({{SensorFaultKind::gyro_offset, Side::left, 0.2}});
+  EXPECT_DOUBLE_EQ(offset.apply(sampleAt(1.0)).angular_velocity.z(), 1.7);
+  EXPECT_DOUBLE_EQ(offset.apply(sampleAt(1.0)).angular_velocity.x(), 1.01);
+}
+
+TEST(SensorFaults, FlippedImuSeesGravityAndTheTurnUpsideDown) {
+  SensorFaults faults({{SensorFaultKind::imu_flip}});
+  const PlantMeasurement sample = faults.apply(sampleAt(1.0));
+  EXPECT_NEAR(sample.angular_velocity.z(), -1.5, 1e-12);
+  EXPECT_NEAR(sample.angular_velocity.x(), 1.01, 1e-12);
+  EXPECT_NEAR(sample.linear_acceleration.z(), -10.81, 1e-12);
+  EXPECT_NEAR(sample.linear_acceleration.x(), 0.3, 1e-12);
+  EXPECT_NEAR((sample.orientation * Eigen::Vector3d::UnitZ()).z(), -1.0, 1e-12);
+}
+
+TEST(SensorFaults, FaultsAddUp) {
+  SensorFaults faults({{SensorFaultKind::gyro_offset, Side::left, 0.2}, {SensorFaultKind::imu_flip}});
+  EXPECT_NEAR(faults.apply(sampleAt(1.0)).angular_velocity.z(), -1.7, 1e-12);
+}
+
+}  // namespace
+}  // namespace jackal_aic::sim
