@@ -16,7 +16,8 @@ WheelCommand DifferentialDrive::update() {
   forward_ = limited(set_point_.forward, forward_, p.linear_speed, p.linear_acceleration / p.rate);
   yaw_rate_ = limited(set_point_.yaw_rate, yaw_rate_, p.angular_speed, p.angular_acceleration / p.rate);
   const double half_difference = 0.5 * p.effective_track * yaw_rate_;
-  return {(forward_ - half_difference) / p.wheel_radius, (forward_ + half_difference) / p.wheel_radius};
+  const double speed_per_command = p.wheel_gain * p.wheel_radius;
+  return {(forward_ - half_difference) / speed_per_command, (forward_ + half_difference) / speed_per_command};
 }
 
 void DifferentialDrive::reset() {

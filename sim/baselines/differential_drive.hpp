@@ -12,6 +12,7 @@ namespace jackal_aic::sim {
 struct DifferentialDriveParameters {
   double rate = 50.0;                  ///< rate of the wheel commands [Hz]
   double wheel_radius = 0.098;         ///< r [m]
+  double wheel_gain = 1.0;             ///< true wheel speed / command, as the baseline believes it
   double effective_track = 0.563385;   ///< 1.5 x the geometric track of 0.37559 m [m]
   double linear_speed = 2.0;           ///< largest |x_dot| [m/s]
   double linear_acceleration = 20.0;   ///< largest |x_ddot| [m/s^2]
@@ -24,6 +25,7 @@ template <class Visitor>
 void describeFields(Visitor& v, DifferentialDriveParameters& p) {
   v.field("rate", p.rate, {1.0, 1000.0}, "Hz", Presence::optional);
   v.field("wheel_radius", p.wheel_radius, {0.01, 1.0}, "m", Presence::optional);
+  v.field("wheel_gain", p.wheel_gain, {0.1, 3.0}, "", Presence::optional);
   v.field("effective_track", p.effective_track, {0.05, 5.0}, "m", Presence::optional);
   v.field("linear_speed", p.linear_speed, {0.01, 10.0}, "m/s", Presence::optional);
   v.field("linear_acceleration", p.linear_acceleration, {0.01, 1000.0}, "m/s^2", Presence::optional);

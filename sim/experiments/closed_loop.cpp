@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 #include <sstream>
 
 #include "jackal_aic/parameter_map.hpp"
@@ -13,6 +14,7 @@ namespace {
 
 constexpr double kShortestResponse = 0.6;  // s; the final value is a mean over 0.5 s
 constexpr double kTimeTolerance = 1e-9;    // s
+constexpr double kFinalWindow = 0.5;       // s
 
 void require(bool condition, const char* name, double value, const char* bound) {
   if (condition) return;
@@ -70,6 +72,7 @@ SetPointProfile stepProfile(double forward, double yaw_rate, double duration) {
   profile.duration = kRestTime + duration;
   profile.assessed_from = kRestTime;
   profile.assessed_until = profile.duration;
+  profile.assessed = forward != 0.0 ? kForward : kYaw;
   return profile;
 }
 
@@ -89,6 +92,31 @@ SetPointProfile squareProfile(const SquareWave& wave) {
   return profile;
 }
 
+SetPointProfile cycleProfile(const DrivingCycle& cycle) {
+  constexpr double kShortest = 1.0, kLongest = 3.0;  // s
+  require(cycle.segments >= 1, "segments", cycle.segments, "1 or more");
+  require(cycle.forward >= 0.0 && std::isfinite(cycle.forward), "forward", cycle.forward, "finite and not negative");
+  require(cycle.yaw_rate >= 0.0 && std::isfinite(cycle.yaw_rate), "yaw_rate", cycle.yaw_rate,
+          "finite and not negative");
+  std::mt19937_64 generator(cycle.seed);
+  const auto draw = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(generator);
+  };
+  SetPointProfile profile;
+  profile.assessed.reset();
+  profile.duration = kRestTime;
+  for (int i = 0; i < cycle.segments; ++i) {
+    const double forward = draw(-cycle.forward, cycle.forward);
+    const double yaw_rate = draw(-cycle.yaw_rate, cycle.yaw_rate);
+    const bool straight = i % 3 == 0;
+    const bool in_place = i % 6 == 2;
+    profile.changes.push_back({profile.duration, SetPoint{in_place ? 0.0 : forward, 0.0, straight ? 0.0 : yaw_rate}});
+    // Whole steps of the plant, so that every set point holds from a sample on.
+    profile.duration += JackalPlant::kStep * std::round(draw(kShortest, kLongest) / JackalPlant::kStep);
+  }
+  return profile;
+}
+
 std::vector<Sample> runClosedLoop(JackalPlant& plant, VelocityController& controller, const SetPointProfile& profile,
                                   Support support, const GeometryParameters& geometry) {
   const auto steps = std::llround(profile.duration / JackalPlant::kStep);
@@ -97,15 +125,20 @@ std::vector<Sample> runClosedLoop(JackalPlant& plant, VelocityController& contro
   const SkidSteerKinematics kinematics(geometry);
   BodyVector measured = BodyVector::Zero();
   WheelCommand command;
+  auto friction = profile.friction_changes.begin();
   for (long long k = 0; k < steps; ++k, plant.step()) {
     const double now = plant.time();
     const SetPoint set_point = profile.at(now);
     controller.setSetPoint(set_point);
+    for (; friction != profile.friction_changes.end() && friction->time <= now + kTimeTolerance; ++friction) {
+      plant.setFriction(friction->friction);
+    }
+    std::optional<Observation> observation;
     if (plant.measurement()) {
-      const Observation y = plant.measurement()->observation();
-      measured = kinematics.bodyVelocity({y.wheel_left, y.wheel_right});
-      measured(kYaw) = y.yaw_rate;
-      controller.observe(y);
+      observation = plant.measurement()->observation();
+      measured = kinematics.bodyVelocity({observation->wheel_left, observation->wheel_right});
+      measured(kYaw) = observation->yaw_rate;
+      controller.observe(*observation);
     }
     if (const auto due = controller.advance(now)) {
       command = *due;
@@ -113,7 +146,7 @@ std::vector<Sample> runClosedLoop(JackalPlant& plant, VelocityController& contro
     }
     const BodyVector velocity = trueVelocity(plant.truth(), support, kinematics);
     samples.push_back({now, set_point, velocity(kForward), velocity(kYaw), measured(kForward), measured(kYaw),
-                       controller.belief(), command});
+                       controller.belief(), command, observation});
   }
   return samples;
 }
@@ -121,7 +154,12 @@ std::vector<Sample> runClosedLoop(JackalPlant& plant, VelocityController& contro
 ResponseMetrics assess(const std::vector<Sample>& samples, const SetPointProfile& profile) {
   const SetPoint before = profile.at(profile.assessed_from - JackalPlant::kStep);
   const SetPoint after = profile.at(profile.assessed_from);
-  const BodyChannel which = after.forward != before.forward ? kForward : kYaw;
+  if (!profile.assessed) {
+    ResponseMetrics metrics;
+    metrics.stable = !beliefRanAway(samples, kForward) && !beliefRanAway(samples, kYaw);
+    return metrics;
+  }
+  const BodyChannel which = *profile.assessed;
   std::vector<double> time, value;
   for (const Sample& sample : samples) {
     if (sample.time > profile.assessed_until + kTimeTolerance) break;
@@ -136,6 +174,34 @@ ResponseMetrics assess(const std::vector<Sample>& samples, const SetPointProfile
     return diverged;
   }
   return stepResponseMetrics(time, value, profile.assessed_from, initial, target);
+}
+
+RunErrors runErrors(const std::vector<Sample>& samples) {
+  BodyVector tracking = BodyVector::Zero(), belief = BodyVector::Zero();
+  std::size_t count = 0;
+  for (const Sample& s : samples) {
+    if (s.time < kRestTime) continue;
+    const BodyVector truth(s.velocity, 0.0, s.yaw_rate);
+    tracking += (truth - BodyVector(s.set_point.forward, 0.0, s.set_point.yaw_rate)).cwiseAbs2();
+    if (s.belief) belief += (BodyVector((*s.belief)(kForward), 0.0, (*s.belief)(kYaw)) - truth).cwiseAbs2();
+    ++count;
+  }
+  RunErrors errors;
+  errors.tracking = (tracking / static_cast<double>(count)).cwiseSqrt();
+  if (samples.back().belief) errors.belief = (belief / static_cast<double>(count)).cwiseSqrt();
+  return errors;
+}
+
+std::optional<double> beliefBias(const std::vector<Sample>& samples, const SetPointProfile& profile) {
+  if (!profile.assessed || !samples.back().belief) return std::nullopt;
+  double bias = 0.0, set_point = 0.0;
+  for (const Sample& sample : samples) {
+    if (sample.time < profile.assessed_until - kFinalWindow || sample.time > profile.assessed_until) continue;
+    const Channel now = channel(sample, *profile.assessed);
+    bias += now.belief - now.value;
+    set_point += now.set_point;
+  }
+  return 100.0 * bias / set_point;
 }
 
 }  // namespace jackal_aic::sim

@@ -4,6 +4,7 @@
 /// The closed loop without ROS: plant and controller in steps of 1 ms. Nothing but the seed of the plant is random, so
 /// the same setup gives the same samples on every run.
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,16 +23,24 @@ struct SetPointProfile {
     double time;         ///< [s]
     SetPoint set_point;  ///< base_link
   };
-  std::vector<Change> changes;  ///< in order of time; rest before the first
-  double duration = 0.0;        ///< end of the run [s]
-  double assessed_from = 0.0;   ///< time of the step that is assessed [s]
-  double assessed_until = 0.0;  ///< end of what is assessed [s]
+  /// A friction coefficient of the ground and the time from which it holds.
+  struct FrictionChange {
+    double time;      ///< [s]
+    double friction;  ///< Coulomb coefficient
+  };
+  std::vector<Change> changes;                    ///< in order of time; rest before the first
+  std::vector<FrictionChange> friction_changes;   ///< in order of time; the plant's own before the first
+  double duration = 0.0;                          ///< end of the run [s]
+  double assessed_from = 0.0;                     ///< time of the step that is assessed [s]
+  double assessed_until = 0.0;                    ///< end of what is assessed [s]
+  std::optional<BodyChannel> assessed{kForward};  ///< component whose step is assessed; empty if there is no such step
 
   /// Set point at a time [s].
   SetPoint at(double time) const;
 };
 
-/// A step from rest. The robot rests for kRestTime first. @param forward [m/s]; @param yaw_rate [rad/s];
+/// A step from rest, assessed in the forward speed unless only the yaw rate steps. The robot rests for kRestTime first.
+/// @param forward [m/s]; @param yaw_rate [rad/s];
 /// @param duration length of the response [s]. @throws ParameterError if both are zero or the duration is below 0.6 s.
 SetPointProfile stepProfile(double forward, double yaw_rate, double duration);
 
@@ -47,19 +56,32 @@ struct SquareWave {
 /// @throws ParameterError if low and high are equal, half a period is below 0.6 s or there are fewer than 2 cycles.
 SetPointProfile squareProfile(const SquareWave& wave);
 
+/// A driving cycle: segments of 1 to 3 s, each with a forward speed up to `forward` and a yaw rate up to `yaw_rate`,
+/// drawn from a seed; a third of them drives straight and a sixth turns in place. No step of it is assessed.
+struct DrivingCycle {
+  std::uint64_t seed = 1;  ///< of the draws
+  int segments = 20;       ///< 1 or more
+  double forward = 1.0;    ///< largest |x_dot| [m/s]
+  double yaw_rate = 1.0;   ///< largest |theta_dot| [rad/s]
+};
+
+/// @throws ParameterError if there is no segment or a bound is negative or not finite.
+SetPointProfile cycleProfile(const DrivingCycle& cycle);
+
 /// Time at rest before the first step [s].
 inline constexpr double kRestTime = 0.5;
 
 /// State of the loop after one step of the plant. Speeds of the body are in base_link.
 struct Sample {
-  double time;                       ///< [s]
-  SetPoint set_point;                ///< in force
-  double velocity;                   ///< true forward speed [m/s]; on the box from the true wheel speeds
-  double yaw_rate;                   ///< true yaw rate [rad/s]; on the box from the true wheel speeds
-  double measured_velocity;          ///< from the last encoder sample, r (omega_L + omega_R)/2 [m/s]
-  double measured_yaw_rate;          ///< last gyro sample [rad/s]
-  std::optional<BodyVector> belief;  ///< of the controller
-  WheelCommand command;              ///< last command [rad/s]
+  double time;                             ///< [s]
+  SetPoint set_point;                      ///< in force
+  double velocity;                         ///< true forward speed [m/s]; on the box from the true wheel speeds
+  double yaw_rate;                         ///< true yaw rate [rad/s]; on the box from the true wheel speeds
+  double measured_velocity;                ///< from the last encoder sample, r (omega_L + omega_R)/2 [m/s]
+  double measured_yaw_rate;                ///< last gyro sample [rad/s]
+  std::optional<BodyVector> belief;        ///< of the controller
+  WheelCommand command;                    ///< last command [rad/s]
+  std::optional<Observation> observation;  ///< that the controller took in this step
 };
 
 /// Runs a controller on a plant along a profile from rest; one sample per step of the plant.
@@ -71,12 +93,25 @@ struct Sample {
 std::vector<Sample> runClosedLoop(JackalPlant& plant, VelocityController& controller, const SetPointProfile& profile,
                                   Support support, const GeometryParameters& geometry);
 
-/// Figures of the assessed step: of the forward speed, or of the yaw rate if only that one steps. `stable` is false
-/// also if the belief is not finite or ran away to more than kRunaway times the largest set point, which the limits of
-/// the drive command can hide from the velocity.
+/// Figures of the assessed step; none but `stable` if there is no such step. `stable` is false also if the belief is
+/// not finite or ran away to more than kRunaway times the largest set point, which the limits of the drive command can
+/// hide from the velocity.
 ResponseMetrics assess(const std::vector<Sample>& samples, const SetPointProfile& profile);
 
 /// Belief in multiples of the largest set point beyond which it counts as diverged.
 inline constexpr double kRunaway = 10.0;
+
+/// Root mean squares over a run since its first step, per component of the body velocity.
+struct RunErrors {
+  BodyVector tracking = BodyVector::Zero();  ///< true velocity against set point [m/s, m/s, rad/s]
+  std::optional<BodyVector> belief;          ///< belief against true velocity; empty without a belief
+};
+
+/// Errors of a run of `samples` (at least one of them after kRestTime). The lateral component is left at zero.
+RunErrors runErrors(const std::vector<Sample>& samples);
+
+/// Mean of (belief - true value) of the assessed component over the last 0.5 s of what is assessed, in percent of the
+/// set point; empty without a belief or an assessed step.
+std::optional<double> beliefBias(const std::vector<Sample>& samples, const SetPointProfile& profile);
 
 }  // namespace jackal_aic::sim

@@ -94,7 +94,7 @@ int merge(const po::variables_map& options) {
 
 void addLoopOptions(po::options_description& options) {
   options.add_options()("controller", po::value<std::string>()->required(),
-                        "diff_drive, standard, improved, predictive or FILE.yaml");
+                        "diff_drive, standard, improved, tuned, predictive or FILE.yaml");
   options.add_options()("plant", po::value<std::string>()->required(), "box, ground or FILE.yaml");
   options.add_options()("set", po::value<std::vector<std::string>>()->composing(),
                         "key=value, e.g. plant.dead_time=0.14 or controller.tau=0.01; may be repeated");

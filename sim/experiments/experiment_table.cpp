@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "comparison.hpp"
 #include "jackal_aic/belief_update.hpp"
 #include "jackal_aic/state_space_model.hpp"
 #include "usable_range.hpp"
@@ -100,7 +101,7 @@ std::vector<Run> stepRuns(const PackageFiles& files, const YAML::Node& node) {
     for (std::size_t i = first; i < runs.size(); ++i) {
       runs[i] = [run = runs[i], label] {
         RunResult result = run();
-        result.label = label;
+        result.row.label = label;
         return result;
       };
     }
@@ -137,7 +138,13 @@ std::vector<Run> runsOf(const PackageFiles& files, const YAML::Node& node) {
   if (kind == "steps") return stepRuns(files, node);
   if (kind == "squares") return squareRuns(files, thesis, node);
   if (kind == "usable_range") return rangeRuns(files, thesis, node);
-  throw ParameterError("kind = '" + kind + "': expected thesis_steps, steps, squares or usable_range");
+  if (kind == "comparison") return comparisonRuns(files, node);
+  if (kind == "perturbations") return perturbationRuns(files, node);
+  if (kind == "perturbation_pairs") return pairRuns(files, node);
+  if (kind == "belief_accuracy") return beliefAccuracyRuns(files, node);
+  throw ParameterError("kind = '" + kind +
+                       "': unknown; known: thesis_steps, steps, squares, usable_range, comparison, " +
+                       "perturbations, perturbation_pairs, belief_accuracy");
 }
 
 LoopSetup thesisSetup(const PackageFiles& files, const ThesisStep& step, Integrator integrator) {

@@ -79,7 +79,7 @@ GeometryParameters LoopSetup::geometry() const {
 }
 
 const std::vector<std::string>& controllerNames() {
-  static const std::vector<std::string> names{"diff_drive", "standard", "improved", "predictive"};
+  static const std::vector<std::string> names{"diff_drive", "standard", "improved", "tuned", "predictive"};
   return names;
 }
 

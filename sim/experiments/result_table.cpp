@@ -45,6 +45,7 @@ void describeController(const ControllerParameters& parameters, ResultRow& row) 
 }
 
 void describeStep(const SetPointProfile& profile, ResultRow& row) {
+  if (!profile.assessed) return;
   const SetPoint before = profile.at(profile.assessed_from - JackalPlant::kStep);
   const SetPoint after = profile.at(profile.assessed_from);
   row.step_mps = after.forward - before.forward;
@@ -58,6 +59,16 @@ void describeResponse(const ResponseMetrics& metrics, ResultRow& row) {
   row.rise_s = metrics.rise;
   row.overshoot_pct = metrics.overshoot_pct;
   row.steady_error_pct = metrics.steady_error_pct;
+}
+
+void describeErrors(const std::vector<Sample>& samples, const SetPointProfile& profile, ResultRow& row) {
+  const RunErrors errors = runErrors(samples);
+  row.tracking_rms_mps = errors.tracking(kForward);
+  row.tracking_rms_radps = errors.tracking(kYaw);
+  if (!errors.belief) return;
+  row.belief_rms_mps = (*errors.belief)(kForward);
+  row.belief_rms_radps = (*errors.belief)(kYaw);
+  row.belief_bias_pct = beliefBias(samples, profile);
 }
 
 RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile) {
@@ -79,21 +90,48 @@ RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile) {
     result.row.action_hz = std::get<DifferentialDriveParameters>(setup.controller).rate;
   }
   describeStep(profile, result.row);
-  describeResponse(assess(result.samples, profile), result.row);
+  const ResponseMetrics metrics = assess(result.samples, profile);
+  if (profile.assessed) {
+    describeResponse(metrics, result.row);
+  } else {
+    result.row.stable = metrics.stable;
+  }
   return result;
 }
 
 std::string resultHeader() {
   return "experiment,controller,plant,step_mps,step_radps,belief_hz,action_hz,integrator,tau,kappa_mu,kappa_a,orders,"
-         "settling_s,rise_s,overshoot_pct,steady_error_pct,stable,thesis_settling_s,thesis_rise_s\n";
+         "settling_s,rise_s,overshoot_pct,steady_error_pct,stable,thesis_settling_s,thesis_rise_s,label,tracking_rms_"
+         "mps,"
+         "tracking_rms_radps,belief_rms_mps,belief_rms_radps,belief_bias_pct\n";
 }
 
 std::string resultLine(const ResultRow& row) {
-  return joined({field(row.experiment), field(row.controller), field(row.plant), number(row.step_mps),
-                 number(row.step_radps), number(row.belief_hz), number(row.action_hz), row.integrator, number(row.tau),
-                 number(row.kappa_mu), number(row.kappa_a), number(row.orders), number(row.settling_s),
-                 number(row.rise_s), number(row.overshoot_pct), number(row.steady_error_pct), row.stable ? "1" : "0",
-                 number(row.thesis_settling_s), number(row.thesis_rise_s)});
+  return joined({field(row.experiment),
+                 field(row.controller),
+                 field(row.plant),
+                 number(row.step_mps),
+                 number(row.step_radps),
+                 number(row.belief_hz),
+                 number(row.action_hz),
+                 row.integrator,
+                 number(row.tau),
+                 number(row.kappa_mu),
+                 number(row.kappa_a),
+                 number(row.orders),
+                 number(row.settling_s),
+                 number(row.rise_s),
+                 number(row.overshoot_pct),
+                 number(row.steady_error_pct),
+                 row.stable ? "1" : "0",
+                 number(row.thesis_settling_s),
+                 number(row.thesis_rise_s),
+                 field(row.label),
+                 number(row.tracking_rms_mps),
+                 number(row.tracking_rms_radps),
+                 number(row.belief_rms_mps),
+                 number(row.belief_rms_radps),
+                 number(row.belief_bias_pct)});
 }
 
 std::string traceHeader() {
@@ -108,7 +146,7 @@ std::string traceLines(std::size_t run, const RunResult& result) {
     if (s.time < due - 0.5 * JackalPlant::kStep) continue;
     due = s.time + kTraceStep;
     const auto belief = [&](BodyChannel which) { return s.belief ? number((*s.belief)(which)) : std::string(); };
-    lines += joined({std::to_string(run), field(result.label), number(s.time), number(s.set_point.forward),
+    lines += joined({std::to_string(run), field(result.row.label), number(s.time), number(s.set_point.forward),
                      number(s.velocity), number(s.measured_velocity), belief(kForward), number(s.set_point.yaw_rate),
                      number(s.yaw_rate), number(s.measured_yaw_rate), belief(kYaw), number(s.command.left),
                      number(s.command.right)});

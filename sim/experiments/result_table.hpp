@@ -34,12 +34,17 @@ struct ResultRow {
   bool stable = true;
   std::optional<double> thesis_settling_s;
   std::optional<double> thesis_rise_s;
+  std::string label;                         ///< tells runs apart that differ in what the row does not show
+  std::optional<double> tracking_rms_mps;    ///< true forward speed against its set point [m/s]
+  std::optional<double> tracking_rms_radps;  ///< true yaw rate against its set point [rad/s]
+  std::optional<double> belief_rms_mps;      ///< believed against true forward speed [m/s]
+  std::optional<double> belief_rms_radps;    ///< believed against true yaw rate [rad/s]
+  std::optional<double> belief_bias_pct;     ///< mean error of the belief at the end [% of the set point]
 };
 
 /// The result of one run: its row and the samples behind it.
 struct RunResult {
   ResultRow row;
-  std::string label;  ///< tells runs apart that differ in what the row does not show; mostly empty
   std::vector<Sample> samples;
 };
 
@@ -51,6 +56,9 @@ void describeStep(const SetPointProfile& profile, ResultRow& row);
 
 /// Fills the columns of the figures; an unstable response has none.
 void describeResponse(const ResponseMetrics& metrics, ResultRow& row);
+
+/// Fills the columns of the errors over the run.
+void describeErrors(const std::vector<Sample>& samples, const SetPointProfile& profile, ResultRow& row);
 
 /// Builds the loop of a setup, runs it along a profile and assesses it.
 RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile);

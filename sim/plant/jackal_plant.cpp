@@ -105,7 +105,8 @@ struct JackalPlant::Implementation {
     m.force_sum += specificForce(chassis);
     ++m.force_count;
     if (!m.sampling.due(m.truth.time)) return;
-    m.measurement = m.sensors.sample(m.truth, sensorInput(chassis));
+    const PlantMeasurement sample = m.sensors.sample(m.truth, sensorInput(chassis));
+    if (!m.sensors.losesSample()) m.measurement = sample;
     m.force_sum.setZero();
     m.force_count = 0;
   }

@@ -81,8 +81,8 @@ class JackalPlant {
   /// Simulated time [s].
   double time() const;
 
-  /// The sensor sample taken in the last step(), if one was due (rate `sensor_rate`). The first, of time 0, is there
-  /// right after construction and reset().
+  /// The sensor sample taken in the last step(), if one was due (rate `sensor_rate`) and was not lost. The first, of
+  /// time 0, is there right after construction and reset().
   const std::optional<PlantMeasurement>& measurement() const;
 
   /// True state after the last step().

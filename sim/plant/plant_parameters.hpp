@@ -33,11 +33,12 @@ struct PlantParameters {
   double friction = 0.5;                ///< Coulomb coefficient between wheels and ground
   double slope = 0.0;                 ///< inclination of the ground, positive is uphill along the initial heading [deg]
   double sensor_rate = 50.0;          ///< rate of encoders and IMU [Hz]
+  double measurement_loss = 0.0;      ///< share of the samples (encoders and IMU together) that get lost, at random
   double noise_scale = 1.0;           ///< factor on all noise below; 0 switches it off
   double encoder_noise = 0.03;        ///< standard deviation of the wheel speed [rad/s]
   double gyro_noise = 0.005;          ///< standard deviation of the angular velocity [rad/s]
   double accelerometer_noise = 0.05;  ///< standard deviation of the acceleration [m/s^2]
-  std::uint64_t seed = 1;             ///< of the noise
+  std::uint64_t seed = 1;             ///< of the noise and of the losses
 };
 
 /// Lists the fields of PlantParameters with unit and range.
@@ -55,6 +56,7 @@ void describeFields(Visitor& v, PlantParameters& p) {
   v.field("friction", p.friction, {0.0, 5.0}, "", Presence::optional);
   v.field("slope", p.slope, {-45.0, 45.0}, "deg", Presence::optional);
   v.field("sensor_rate", p.sensor_rate, {1.0, 1000.0}, "Hz", Presence::optional);
+  v.field("measurement_loss", p.measurement_loss, {0.0, 1.0}, "", Presence::optional);
   v.field("noise_scale", p.noise_scale, {0.0, 1000.0}, "", Presence::optional);
   v.field("encoder_noise", p.encoder_noise, {0.0, 10.0}, "rad/s", Presence::optional);
   v.field("gyro_noise", p.gyro_noise, {0.0, 10.0}, "rad/s", Presence::optional);

@@ -3,8 +3,15 @@
 #include <utility>
 
 namespace jackal_aic::sim {
+namespace {
 
-SensorModel::SensorModel(const PlantParameters& parameters) : parameters_(parameters), generator_(parameters.seed) {}
+/// Tells the seed of the losses from that of the noise, so that they are independent.
+constexpr std::uint64_t kLossStream = 0x9e3779b97f4a7c15;
+
+}  // namespace
+
+SensorModel::SensorModel(const PlantParameters& parameters)
+    : parameters_(parameters), generator_(parameters.seed), loss_generator_(parameters.seed + kLossStream) {}
 
 PlantMeasurement SensorModel::sample(const PlantTruth& truth, const SensorInput& input) {
   PlantMeasurement sample;
@@ -20,6 +27,11 @@ PlantMeasurement SensorModel::sample(const PlantTruth& truth, const SensorInput&
   sample.linear_acceleration = input.specific_force + noiseVector(parameters_.accelerometer_noise);
   sample.orientation = input.orientation;
   return sample;
+}
+
+bool SensorModel::losesSample() {
+  if (std::exchange(first_, false)) return false;
+  return std::bernoulli_distribution(parameters_.measurement_loss)(loss_generator_);
 }
 
 double SensorModel::noise(double deviation) { return parameters_.noise_scale * deviation * normal_(generator_); }

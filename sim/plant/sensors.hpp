@@ -20,7 +20,7 @@ struct SensorInput {
   Eigen::Quaterniond orientation;      ///< imu_link in a level frame
 };
 
-/// Samples the sensors and adds noise. The rear encoders copy the front ones, as on the robot, which
+/// Samples the sensors, adds noise and loses samples. The rear encoders copy the front ones, as on the robot, which
 /// has one motor with one encoder per side.
 class SensorModel {
  public:
@@ -30,6 +30,10 @@ class SensorModel {
   /// One sample with fresh noise.
   PlantMeasurement sample(const PlantTruth& truth, const SensorInput& input);
 
+  /// Draws whether a sample gets lost on its way (rate `measurement_loss`); to be asked once per sample. The first
+  /// never is. The noise does not depend on what gets lost.
+  bool losesSample();
+
  private:
   double noise(double deviation);
   Eigen::Vector3d noiseVector(double deviation);
@@ -37,6 +41,8 @@ class SensorModel {
   PlantParameters parameters_;
   std::mt19937_64 generator_;
   std::normal_distribution<double> normal_;
+  std::mt19937_64 loss_generator_;
+  bool first_ = true;
 };
 
 }  // namespace jackal_aic::sim

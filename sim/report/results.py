@@ -43,7 +43,7 @@ class Run:
         self.row = row
         self.index = index
         self.trace = []
-        self.label = ''
+        self.label = row['label']
 
     def __getitem__(self, column):
         """A column: a number where it is one, else the text, None where it is empty."""
@@ -110,7 +110,6 @@ class Results:
         for line in read_rows(self.directory / f'{name}_traces.csv'):
             run = runs[int(line['run'])]
             run.trace.append(line)
-            run.label = line['label']
         return runs
 
     def config(self, name):

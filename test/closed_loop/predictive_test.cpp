@@ -1,12 +1,16 @@
-// The predictive controller on the calibrated plants: as fast as open loop, exact, and robust to a plant that is not
-// its model.
+// The predictive controller at its bars, on the calibrated plants: the runs of experiments.yaml, as the report shows
+// them.
 
 #include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
 
+#include <algorithm>
+#include <cmath>
+
+#include "comparison.hpp"
 #include "jackal_aic/yaml_parameters.hpp"
-#include "loop_setup.hpp"
+#include "parallel.hpp"
 #include "plant_conversion.hpp"
-#include "result_table.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -16,55 +20,150 @@ const PackageFiles& files() {
   return files;
 }
 
-ResultRow step(const std::string& controller, const std::string& plant, double forward, double yaw_rate,
-               const Overrides& overrides = {}) {
-  return runSetup(loadSetup(files(), controller, plant, overrides), stepProfile(forward, yaw_rate, 4.0)).row;
+/// The node of an experiment, by fewer controllers.
+YAML::Node experiment(const std::string& name, const std::vector<std::string>& controllers) {
+  for (const YAML::Node& node : YAML::LoadFile(files().path("sim/experiments/experiments.yaml"))["experiments"]) {
+    if (node["name"].as<std::string>() != name) continue;
+    YAML::Node chosen = YAML::Clone(node);
+    chosen["controllers"] = controllers;
+    return chosen;
+  }
+  throw ParameterError("no experiment " + name);
 }
 
-class Nominal : public testing::TestWithParam<std::tuple<const char*, double>> {};
-
-TEST_P(Nominal, IsAsFastAsOpenLoopAndExact) {
-  const auto [plant, speed] = GetParam();
-  const ResultRow ours = step("predictive", plant, speed, 0.0);
-  const ResultRow open_loop = step("diff_drive", plant, speed, 0.0);
-  ASSERT_TRUE(ours.stable && ours.settling_s && open_loop.settling_s);
-  EXPECT_LE(*ours.settling_s, 1.10 * *open_loop.settling_s);
-  EXPECT_LE(*ours.overshoot_pct, 5.0);
-  EXPECT_LE(std::abs(*ours.steady_error_pct), 0.5);
+std::vector<ResultRow> rows(const std::vector<Run>& runs) {
+  std::vector<ResultRow> rows(runs.size());
+  parallelFor(runs.size(), 0, [&](std::size_t i) { rows[i] = runs[i]().row; });
+  return rows;
 }
 
-INSTANTIATE_TEST_SUITE_P(Steps, Nominal,
-                         testing::Combine(testing::Values("box", "ground"), testing::Values(0.1, 0.3, 0.5, 1.0)));
+std::string nameOf(const ResultRow& row) {
+  return row.controller + " on " + row.plant + ", step " + std::to_string(row.step_mps.value_or(0.0)) + " m/s, " +
+         std::to_string(row.step_radps.value_or(0.0)) + " rad/s, " + row.label;
+}
+
+/// The run of another controller in the same case.
+const ResultRow& same(const std::vector<ResultRow>& rows, const ResultRow& row, const std::string& controller) {
+  const auto found = std::find_if(rows.begin(), rows.end(), [&](const ResultRow& other) {
+    return other.controller == controller && other.plant == row.plant && other.label == row.label &&
+           other.step_mps == row.step_mps && other.step_radps == row.step_radps;
+  });
+  if (found == rows.end()) throw ParameterError("no run of " + controller + " like " + nameOf(row));
+  return *found;
+}
+
+TEST(Predictive, IsAsFastAsOpenLoopAndExact) {
+  const auto all = rows(comparisonRuns(files(), experiment("predictive_steps", {"predictive", "diff_drive"})));
+  ASSERT_EQ(all.size(), 2u * 2u * 4u);
+  for (const ResultRow& row : all) {
+    if (row.controller != "predictive") continue;
+    ASSERT_TRUE(row.stable && row.settling_s) << nameOf(row);
+    EXPECT_LE(*row.settling_s, 1.10 * same(all, row, "diff_drive").settling_s.value()) << nameOf(row);
+    EXPECT_LE(*row.overshoot_pct, 5.0) << nameOf(row);
+    EXPECT_LE(std::abs(*row.steady_error_pct), 0.5) << nameOf(row);
+  }
+}
 
 TEST(Predictive, IsFarFasterThanImprovedOnTheBox) {
-  EXPECT_LE(*step("predictive", "box", 0.5, 0.0).settling_s, 0.6 * *step("improved", "box", 0.5, 0.0).settling_s);
+  YAML::Node node = experiment("predictive_steps", {"predictive", "improved"});
+  node["plants"] = std::vector<std::string>{"box"};
+  const auto all = rows(comparisonRuns(files(), node));
+  for (const ResultRow& row : all) {
+    if (row.controller != "predictive" || *row.step_mps != 0.5) continue;
+    EXPECT_LE(*row.settling_s, 0.6 * same(all, row, "improved").settling_s.value());
+  }
 }
 
-struct Change {
-  const char* key;
-  const char* value;
-};
-
-class Perturbed : public testing::TestWithParam<std::tuple<const char*, Change>> {};
-
-TEST_P(Perturbed, StaysStableExactAndQuick) {
-  const auto [plant, change] = GetParam();
-  const ResultRow row = step("predictive", plant, 0.5, 0.0, {{change.key, change.value}});
-  ASSERT_TRUE(row.stable) << change.key << " = " << change.value;
-  ASSERT_TRUE(row.settling_s) << change.key << " = " << change.value;
-  EXPECT_LE(*row.settling_s, 0.8) << change.key << " = " << change.value;
-  EXPECT_LE(std::abs(*row.steady_error_pct), 1.0) << change.key << " = " << change.value;
+TEST(Predictive, StaysStableExactAndQuickOnARobotThatIsNotItsModel) {
+  const auto all = rows(perturbationRuns(files(), experiment("predictive_perturbations", {"predictive"})));
+  ASSERT_EQ(all.size(), 2u * 13u);
+  for (const ResultRow& row : all) {
+    ASSERT_TRUE(row.stable && row.settling_s) << nameOf(row);
+    EXPECT_LE(*row.settling_s, 0.8) << nameOf(row);
+    EXPECT_LE(std::abs(*row.steady_error_pct), 1.0) << nameOf(row);
+  }
 }
 
-const Change kCommon[] = {{"plant.wheel_gain", "0.8"}, {"plant.wheel_gain", "1.2"}, {"plant.dead_time", "0.07"},
-                          {"plant.dead_time", "0.15"}, {"plant.payload", "8"},      {"plant.friction", "0.25"},
-                          {"plant.friction", "1.0"},   {"plant.slope", "5"},        {"plant.noise_scale", "5"}};
-INSTANTIATE_TEST_SUITE_P(OnBothPlants, Perturbed,
-                         testing::Combine(testing::Values("box", "ground"), testing::ValuesIn(kCommon)));
+TEST(Predictive, SurvivesTwoHundredPairsOfPerturbations) {
+  const auto all = rows(pairRuns(files(), experiment("predictive_pairs", {"predictive"})));
+  ASSERT_EQ(all.size(), 2u * 200u);
+  for (const char* plant : {"box", "ground"}) {
+    int settled = 0;
+    for (const ResultRow& row : all) {
+      if (row.plant != plant) continue;
+      EXPECT_TRUE(row.stable) << nameOf(row);
+      settled += row.settling_s.value_or(HUGE_VAL) <= 1.0;
+    }
+    EXPECT_GE(settled, 190) << plant;
+  }
+}
 
-// Half and twice the calibrated lag of each plant.
-const Change kBoxLags[] = {{"plant.motor_lag", "0.02275"}, {"plant.motor_lag", "0.091"}};
-INSTANTIATE_TEST_SUITE_P(BoxLag, Perturbed, testing::Combine(testing::Values("box"), testing::ValuesIn(kBoxLags)));
+// 0.7 x improved, which one would wish for, is out of reach for every controller on this plant: its dead time and its
+// acceleration limit alone cost 0.69 to 0.75 x improved. What is left to a controller is how close it comes to that.
+TEST(Predictive, TracksSquareWavesAsWellAsThePlantLets) {
+  const auto all =
+      rows(comparisonRuns(files(), experiment("predictive_squares", {"predictive", "improved", "plant_limit"})));
+  for (const ResultRow& row : all) {
+    if (row.controller != "predictive") continue;
+    const double limit = *same(all, row, "plant_limit").tracking_rms_mps;
+    const double improved = *same(all, row, "improved").tracking_rms_mps;
+    EXPECT_LE(limit, *row.tracking_rms_mps) << nameOf(row);
+    EXPECT_LE(*row.tracking_rms_mps, 1.03 * limit) << nameOf(row);
+    EXPECT_LE(*row.tracking_rms_mps, 0.77 * improved) << nameOf(row);
+  }
+}
+
+TEST(Predictive, LearnsTheSlipOfTheGroundWithinThreeSeconds) {
+  const auto all = rows(comparisonRuns(files(), experiment("slip_turns", {"predictive", "standard", "improved"})));
+  ASSERT_EQ(all.size(), 3u * 10u);
+  for (const ResultRow& row : all) {
+    ASSERT_TRUE(row.stable) << nameOf(row);
+    if (row.controller == "predictive") {
+      EXPECT_LE(std::abs(*row.steady_error_pct), 2.0) << nameOf(row);
+      EXPECT_LE(std::abs(*row.belief_bias_pct), 2.0) << nameOf(row);
+    } else {
+      EXPECT_GT(std::abs(*row.steady_error_pct), 4.0) << nameOf(row);
+      EXPECT_GT(std::abs(*row.belief_bias_pct), 4.0) << nameOf(row) << ": believes what it wishes";
+    }
+  }
+}
+
+TEST(Predictive, DrivesStraightWhateverItsEffectiveTrack) {
+  const auto all = rows(comparisonRuns(files(), experiment("slip_straight", {"predictive"})));
+  ASSERT_EQ(all.size(), 3u);
+  for (const ResultRow& row : all) {
+    EXPECT_NEAR(*row.settling_s, *all.front().settling_s, 0.01 * *all.front().settling_s) << nameOf(row);
+    EXPECT_NEAR(*row.steady_error_pct, *all.front().steady_error_pct, 1.0) << nameOf(row);
+  }
+}
+
+TEST(Predictive, SettlesTheSameAtEveryBeliefRate) {
+  const auto all = rows(comparisonRuns(files(), experiment("predictive_rates", {"predictive"})));
+  ASSERT_EQ(all.size(), 2u * 5u);
+  for (const char* plant : {"box", "ground"}) {
+    double quickest = HUGE_VAL, slowest = 0.0;
+    for (const ResultRow& row : all) {
+      if (row.plant != plant) continue;
+      quickest = std::min(quickest, row.settling_s.value());
+      slowest = std::max(slowest, row.settling_s.value());
+    }
+    EXPECT_LE(slowest, 1.02 * quickest) << plant;
+  }
+}
+
+TEST(Predictive, BelievesTheTruthAsWellAsAKalmanFilter) {
+  const auto all = rows(beliefAccuracyRuns(files(), experiment("belief_accuracy", {"predictive", "improved"})));
+  ASSERT_EQ(all.size(), 2u * 3u);
+  for (const ResultRow& row : all) {
+    if (row.controller != "predictive") continue;
+    const ResultRow& filter = same(all, row, "kalman_filter");
+    const ResultRow& improved = same(all, row, "improved");
+    EXPECT_LE(*row.belief_rms_mps, 1.05 * *filter.belief_rms_mps) << row.plant;
+    EXPECT_LE(*row.belief_rms_radps, 1.05 * *filter.belief_rms_radps) << row.plant;
+    EXPECT_LE(*row.belief_rms_mps, 0.1 * *improved.belief_rms_mps) << row.plant;
+    EXPECT_LE(*row.belief_rms_radps, 0.1 * *improved.belief_rms_radps) << row.plant;
+  }
+}
 
 TEST(PlantModelFile, IsThatOfTheSimulatedRobotOnItsGround) {
   ParameterMap map;
@@ -79,15 +178,6 @@ TEST(PlantModelFile, IsThatOfTheSimulatedRobotOnItsGround) {
   EXPECT_EQ(file.acceleration_limit, robot.acceleration_limit);
   EXPECT_EQ(file.sensor_rate, robot.sensor_rate);
   EXPECT_EQ(file.on_box, robot.on_box);
-}
-
-TEST(Predictive, LearnsTheSlipOfTheGround) {
-  for (double turn : {0.2, 0.5, 1.0}) {
-    const ResultRow row = step("predictive", "ground", 0.0, turn);
-    ASSERT_TRUE(row.stable && row.settling_s);
-    EXPECT_LE(std::abs(*row.steady_error_pct), 2.0) << turn << " rad/s";
-    EXPECT_GT(std::abs(*step("improved", "ground", 0.0, turn).steady_error_pct), 2.0) << "the biased belief does not";
-  }
 }
 
 }  // namespace

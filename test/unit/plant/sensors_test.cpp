@@ -89,6 +89,32 @@ TEST(Sensors, SeedDecidesTheNoise) {
   }
 }
 
+TEST(Sensors, LoseTheStatedShareAndNeverTheFirst) {
+  PlantParameters parameters;
+  parameters.measurement_loss = 0.1;
+  SensorModel sensors(parameters);
+  EXPECT_FALSE(sensors.losesSample());
+  int lost = 0;
+  for (int n = 0; n < 20000; ++n) lost += sensors.losesSample();
+  EXPECT_NEAR(lost / 20000.0, 0.1, 0.01);
+
+  parameters.measurement_loss = 1.0;
+  SensorModel all(parameters);
+  EXPECT_FALSE(all.losesSample());
+  EXPECT_TRUE(all.losesSample());
+}
+
+TEST(Sensors, LossesLeaveTheNoiseAsItIs) {
+  PlantParameters parameters;
+  SensorModel complete(parameters);
+  parameters.measurement_loss = 0.5;
+  SensorModel losing(parameters);
+  for (int n = 0; n < 20; ++n) {
+    EXPECT_EQ(complete.sample(truth(), input()).wheel_velocity, losing.sample(truth(), input()).wheel_velocity);
+    losing.losesSample();
+  }
+}
+
 TEST(Observation, MapsTheChannelsOfTheThesis) {
   PlantParameters parameters;
   parameters.noise_scale = 0.0;

@@ -1,0 +1,181 @@
+#include "comparison.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+
+#include "kalman_filter.hpp"
+#include "perturbation.hpp"
+#include "plant_limit.hpp"
+#include "yaml_fields.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+using Words = std::vector<std::string>;
+
+constexpr const char* kPredictive = "predictive";
+constexpr const char* kDifferentialDrive = "diff_drive";
+constexpr const char* kKalmanFilter = "kalman_filter";
+
+void refuseUnknownKeys(const YAML::Node& node, const char* what, const Words& known) {
+  for (const auto& entry : node) {
+    const auto key = entry.first.as<std::string>();
+    if (std::find(known.begin(), known.end(), key) == known.end()) {
+      throw ParameterError(std::string(what) + ": unknown key '" + key + "'");
+    }
+  }
+}
+
+/// What is run once: a controller on a plant.
+struct Loop {
+  std::string controller;
+  std::string plant;
+  Overrides overrides;
+  std::string label;
+  SetPointProfile profile;
+  std::function<void(LoopSetup&)> change;  ///< of the setup before the run; may be empty
+
+  LoopSetup setup(const PackageFiles& files) const {
+    LoopSetup setup = loadSetup(files, controller == kPlantLimit ? kDifferentialDrive : controller, plant, overrides);
+    if (change) change(setup);
+    return setup;
+  }
+};
+
+RunResult runLoop(const Loop& loop, const LoopSetup& setup) {
+  RunResult result = loop.controller == kPlantLimit ? runPlantLimit(loop.plant, setup.plant, loop.profile)
+                                                    : runSetup(setup, loop.profile);
+  result.row.label = loop.label;
+  if (result.row.stable) describeErrors(result.samples, loop.profile, result.row);
+  return result;
+}
+
+void addRun(const PackageFiles& files, Loop loop, std::vector<Run>& runs, bool keep_trace = true) {
+  runs.emplace_back([&files, loop = std::move(loop), keep_trace] {
+    RunResult result = runLoop(loop, loop.setup(files));
+    if (!keep_trace) result.samples.clear();
+    return result;
+  });
+}
+
+/// Calls add(controller, plant) for every pair, plant by plant.
+void forEachLoop(const YAML::Node& node, const YAML::Node& specific,
+                 const std::function<void(const std::string&, const std::string&)>& add) {
+  const auto words = [&](const char* key) { return (specific[key] ? specific : node)[key].as<Words>(); };
+  for (const auto& plant : words("plants")) {
+    for (const auto& controller : words("controllers")) add(controller, plant);
+  }
+}
+
+/// What the Kalman filter makes of the commands and measurements of a run: its estimate in the place of the belief.
+RunResult filtered(RunResult run, const PredictiveSetup& setup, const SetPointProfile& profile) {
+  SteadyStateKalmanFilter filter(setup.controller, setup.geometry, setup.model);
+  WheelCommand applied;
+  for (Sample& sample : run.samples) {
+    if (sample.time > 0.0) filter.predict(applied);
+    if (sample.observation) filter.correct(*sample.observation);
+    applied = sample.command;
+    sample.belief = filter.velocity();
+  }
+  run.row.controller = kKalmanFilter;
+  describeErrors(run.samples, profile, run.row);
+  return run;
+}
+
+}  // namespace
+
+SetPointProfile readProfile(const YAML::Node& node) {
+  refuseUnknownKeys(node, "profile",
+                    {"forward", "yaw_rate", "duration", "assess", "low", "high", "period", "cycles", "cycle",
+                     "segments", "friction_changes"});
+  constexpr double kStepDuration = 4.0;  // s
+  SetPointProfile profile;
+  if (node["low"]) {
+    profile = squareProfile(
+        {node["low"].as<double>(), node["high"].as<double>(), node["period"].as<double>(), node["cycles"].as<int>()});
+  } else if (node["cycle"]) {
+    profile = cycleProfile({node["cycle"].as<std::uint64_t>(), node["segments"].as<int>()});
+  } else {
+    profile = stepProfile(node["forward"].as<double>(0.0), node["yaw_rate"].as<double>(0.0),
+                          node["duration"].as<double>(kStepDuration));
+    if (node["assess"]) profile.assessed = node["assess"].as<std::string>() == "yaw_rate" ? kYaw : kForward;
+  }
+  for (const YAML::Node& change : node["friction_changes"]) {
+    profile.friction_changes.push_back({change["time"].as<double>(), change["friction"].as<double>()});
+  }
+  return profile;
+}
+
+std::vector<Run> comparisonRuns(const PackageFiles& files, const YAML::Node& node) {
+  std::vector<Run> runs;
+  for (const YAML::Node& entry : node["cases"]) {
+    refuseUnknownKeys(entry, "case", {"label", "profile", "set", "set_for", "controllers", "plants"});
+    const SetPointProfile profile = readProfile(entry["profile"] ? entry["profile"] : node["profile"]);
+    forEachLoop(node, entry, [&](const std::string& controller, const std::string& plant) {
+      Overrides overrides = readOverrides(entry["set"], "");
+      if (const YAML::Node own = entry["set_for"]) {
+        for (auto& override : readOverrides(own[controller], "")) overrides.push_back(std::move(override));
+      }
+      addRun(files, {controller, plant, overrides, entry["label"].as<std::string>(""), profile, {}}, runs);
+    });
+  }
+  return runs;
+}
+
+std::vector<Run> perturbationRuns(const PackageFiles& files, const YAML::Node& node) {
+  const SetPointProfile profile = readProfile(node["profile"]);
+  std::vector<Run> runs;
+  forEachLoop(node, node, [&](const std::string& controller, const std::string& plant) {
+    addRun(files, {controller, plant, {}, "as the model", profile, {}}, runs);
+    for (const Perturbation& kind : perturbations()) {
+      for (const double value : kind.extremes) {
+        addRun(files,
+               {controller,
+                plant,
+                {},
+                kind.label(value),
+                profile,
+                [drawn = DrawnPerturbation{&kind, value}](LoopSetup& setup) { perturb(setup, drawn); }},
+               runs);
+      }
+    }
+  });
+  return runs;
+}
+
+std::vector<Run> pairRuns(const PackageFiles& files, const YAML::Node& node) {
+  const SetPointProfile profile = readProfile(node["profile"]);
+  const auto pairs = drawPairs(node["count"].as<std::size_t>(), node["seed"].as<std::uint64_t>());
+  std::vector<Run> runs;
+  forEachLoop(node, node, [&](const std::string& controller, const std::string& plant) {
+    for (const PerturbationPair& pair : pairs) {
+      const auto change = [pair](LoopSetup& setup) {
+        perturb(setup, pair.first);
+        perturb(setup, pair.second);
+        setup.plant.seed = pair.seed;
+      };
+      addRun(files, {controller, plant, {}, pair.label(), profile, change}, runs, false);
+    }
+  });
+  return runs;
+}
+
+std::vector<Run> beliefAccuracyRuns(const PackageFiles& files, const YAML::Node& node) {
+  const SetPointProfile profile = readProfile(node["profile"]);
+  std::vector<Run> runs;
+  forEachLoop(node, node, [&](const std::string& controller, const std::string& plant) {
+    const Loop loop{controller, plant, readOverrides(node["set"], ""), "", profile, {}};
+    addRun(files, loop, runs);
+    if (controller != kPredictive) return;
+    runs.emplace_back([&files, loop, track = node["kalman_filter_track"].as<double>()] {
+      const LoopSetup setup = loop.setup(files);
+      PredictiveSetup told = std::get<PredictiveSetup>(setup.controller);
+      if (!told.model.on_box) told.model.effective_track = track;
+      return filtered(runLoop(loop, setup), told, loop.profile);
+    });
+  });
+  return runs;
+}
+
+}  // namespace jackal_aic::sim

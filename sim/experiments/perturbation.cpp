@@ -1,0 +1,71 @@
+#include "perturbation.hpp"
+
+#include <cmath>
+#include <random>
+#include <sstream>
+
+namespace jackal_aic::sim {
+namespace {
+
+std::string rounded(double value) {
+  std::ostringstream text;
+  text.precision(3);
+  text << value;
+  return text.str();
+}
+
+}  // namespace
+
+std::string Perturbation::label(double value) const {
+  return std::string(name) + " " + rounded(value) + (*unit == '\0' ? "" : " ") + unit;
+}
+
+const std::vector<Perturbation>& perturbations() {
+  // The lag is drawn evenly in its logarithm: half of it is as likely as twice.
+  static const std::vector<Perturbation> list{
+      {"wheel gain", "", 0.8, 1.2, {0.8, 1.2}, [](PlantParameters& p, double v) { p.wheel_gain = v; }},
+      {"dead time", "s", 0.07, 0.15, {0.07, 0.15}, [](PlantParameters& p, double v) { p.dead_time = v; }},
+      {"motor lag, octaves",
+       "",
+       -1.0,
+       1.0,
+       {-1.0, 1.0},
+       [](PlantParameters& p, double v) { p.motor_lag *= std::exp2(v); }},
+      {"payload", "kg", 0.0, 8.0, {8.0}, [](PlantParameters& p, double v) { p.payload = v; }},
+      {"friction", "", 0.25, 1.0, {0.25, 1.0}, [](PlantParameters& p, double v) { p.friction = v; }},
+      {"slope", "deg", 0.0, 5.0, {5.0}, [](PlantParameters& p, double v) { p.slope = v; }},
+      {"noise factor", "", 1.0, 5.0, {5.0}, [](PlantParameters& p, double v) { p.noise_scale = v; }},
+      {"measurements lost", "", 0.0, 0.1, {0.1}, [](PlantParameters& p, double v) { p.measurement_loss = v; }},
+  };
+  return list;
+}
+
+std::string PerturbationPair::label() const {
+  return first.kind->label(first.value) + " + " + second.kind->label(second.value);
+}
+
+std::vector<PerturbationPair> drawPairs(std::size_t count, std::uint64_t seed) {
+  std::mt19937_64 generator(seed);
+  const auto& kinds = perturbations();
+  const auto draw = [&](std::size_t kind) {
+    const Perturbation& p = kinds[kind];
+    return DrawnPerturbation{&p, std::uniform_real_distribution<double>(p.low, p.high)(generator)};
+  };
+  std::vector<PerturbationPair> pairs;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto first = std::uniform_int_distribution<std::size_t>(0, kinds.size() - 1)(generator);
+    const auto other = std::uniform_int_distribution<std::size_t>(0, kinds.size() - 2)(generator);
+    const std::size_t second = other < first ? other : other + 1;
+    const DrawnPerturbation one = draw(first);
+    pairs.push_back({one, draw(second), seed + i});
+  }
+  return pairs;
+}
+
+void perturb(LoopSetup& setup, const DrawnPerturbation& perturbation) {
+  perturbation.kind->apply(setup.plant, perturbation.value);
+  if (auto* drive = std::get_if<DifferentialDriveParameters>(&setup.controller))
+    drive->wheel_gain = setup.plant.wheel_gain;
+}
+
+}  // namespace jackal_aic::sim
