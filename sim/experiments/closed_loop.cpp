@@ -89,7 +89,7 @@ SetPointProfile squareProfile(const SquareWave& wave) {
   return profile;
 }
 
-std::vector<Sample> runClosedLoop(JackalPlant& plant, VelocityController& controller, const SetPointProfile& profile,
+std::vector<Sample> runClosedLoop(JackalPlant& plant, TimedController& controller, const SetPointProfile& profile,
                                   Support support, const GeometryParameters& geometry) {
   const auto steps = std::llround(profile.duration / JackalPlant::kStep);
   std::vector<Sample> samples;
