@@ -23,6 +23,8 @@ ActiveInferenceController::ActiveInferenceController(const ControllerParameters&
       sensors_(controller.orders, kLongestGap),
       belief_update_(model_, controller.kappa_mu, controller.beliefStep(), controller.integrator),
       action_update_(controller.kappa_a, controller.actionStep()),
+      belief_step_(controller.beliefStep()),
+      belief_steps_per_action_(controller.beliefStepsPerAction()),
       mu_(GeneralizedBody::Zero(kBodySize, controller.orders + 1)),
       mu_d_(mu_) {}
 
@@ -42,6 +44,11 @@ WheelCommand ActiveInferenceController::updateAction() {
 }
 
 void ActiveInferenceController::hold(const WheelCommand& applied) { action_update_.hold(applied); }
+
+void ActiveInferenceController::overrule(const WheelCommand& applied) {
+  restart();
+  action_update_.hold(applied);
+}
 
 void ActiveInferenceController::adoptGains(const ControllerParameters& controller, const GeometryParameters& geometry) {
   if (controller.orders != model_.orders()) {

@@ -219,16 +219,7 @@ Bounds gainBounds(Gain gain) {
   return visitor.bounds();
 }
 
-void requireInRange(const ControllerParameters& controller) {
-  for (std::size_t i = 0; i < kGainNames.size(); ++i) {
-    const std::string key = std::string("controller.") + kGainNames[i];
-    ControllerParameters copy = controller;
-    ParameterMap map;
-    map.set(key, gainOf(copy, static_cast<Gain>(i)));
-    ParameterReader(map, "controller")
-        .field(kGainNames[i], copy.tau, gainBounds(static_cast<Gain>(i)), i == 0 ? "s" : "", Presence::required);
-  }
-}
+void requireInRange(const ControllerParameters& controller) { requireInRange(controller, "controller"); }
 
 double& gainOf(ControllerParameters& controller, Gain gain) {
   if (gain == Gain::tau) return controller.tau;

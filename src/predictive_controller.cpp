@@ -35,6 +35,13 @@ void requirePositive(const char* name, double value) {
   throw ParameterError(message.str());
 }
 
+void requireSameRate(const char* key, double wanted, double running) {
+  if (wanted == running) return;
+  std::ostringstream message;
+  message << "predictive." << key << " = " << wanted << " Hz: must stay " << running << " Hz while the controller runs";
+  throw ParameterError(message.str());
+}
+
 }  // namespace
 
 int PredictiveParameters::beliefStepsPerAction() const {
@@ -56,7 +63,8 @@ void validate(const PredictiveParameters& parameters) {
 
 DriveTrainReference::DriveTrainReference(const PlantModel& model, double wheel_radius, double reference_time,
                                          double step)
-    : largest_change_(step * model.acceleration_limit / wheel_radius), pull_(-std::expm1(-step / reference_time)) {
+    : step_(step), largest_change_(step * model.acceleration_limit / wheel_radius) {
+  setReferenceTime(reference_time);
   transition_ << 0.0, 0.0, 0.0, 0.0;
   input_ << 1.0, 0.0;
   if (model.lag <= 0.0) return;
@@ -70,12 +78,31 @@ DriveTrainReference::DriveTrainReference(const PlantModel& model, double wheel_r
 
 double DriveTrainReference::advance(double wanted) {
   const double change = std::clamp(pull_ * (wanted - state_(0)), -largest_change_, largest_change_);
-  const double r = (state_(0) + change - transition_.row(0).dot(state_)) / input_(0);
-  state_ = (transition_ * state_ + input_ * r).eval();
-  return r;
+  before_ = state_;
+  r_ = (state_(0) + change - transition_.row(0).dot(state_)) / input_(0);
+  state_ = transition_ * before_ + input_ * r_;
+  return r_;
 }
 
-void DriveTrainReference::reset(double speed) { state_ << speed, 0.0; }
+void DriveTrainReference::follow(double r) {
+  before_ = state_;
+  r_ = r;
+  state_ = transition_ * before_ + input_ * r_;
+  const double change = state_(0) - before_(0);
+  if (std::abs(change) <= largest_change_) return;
+  state_ = {before_(0) + std::copysign(largest_change_, change), before_(1)};  // at the limit z rests
+}
+
+void DriveTrainReference::amend(double more) {
+  state_ = before_;
+  follow(r_ + more);
+}
+
+void DriveTrainReference::reset(double speed) {
+  state_ << speed, 0.0;
+  before_ = state_;
+  r_ = speed;
+}
 
 PredictiveController::PredictiveController(const PredictiveParameters& parameters, const GeometryParameters& geometry,
                                            const PlantModel& model)
@@ -95,15 +122,16 @@ bool PredictiveController::setSetPoint(const SetPoint& set_point) {
   return true;
 }
 
-bool PredictiveController::observe(const Observation& observation) {
-  if (!observation.vector().allFinite() || !std::isfinite(observation.stamp)) return false;
-  if (started_ && observation.stamp <= observation_.stamp) return false;
+SampleVerdict PredictiveController::observe(const Observation& observation) {
+  if (!observation.vector().allFinite() || !std::isfinite(observation.stamp)) return SampleVerdict::not_finite;
+  if (started_ && observation.stamp <= observation_.stamp) return SampleVerdict::stale;
   const bool first = !started_;
   if (started_) learn(observation);
   observation_ = observation;
   observed_ = started_ = true;
-  if (first) restart();
-  return true;
+  if (!first) return SampleVerdict::accepted;
+  restart();
+  return SampleVerdict::restarted;
 }
 
 void PredictiveController::learn(const Observation& y) {
@@ -128,7 +156,10 @@ void PredictiveController::updateBelief() {
     right_.predict(applied_.right);
   }
   if (!observed_) return;
+  errors_(kYawRate) = observation_.yaw_rate - believedVelocity()(kYaw);
   free_energy_ = left_.correct(observation_.wheel_left) + right_.correct(observation_.wheel_right);
+  errors_(kWheelLeft) = left_.predictionError();
+  errors_(kWheelRight) = right_.predictionError();
   observed_ = false;
 }
 
@@ -147,7 +178,30 @@ WheelCommand PredictiveController::updateAction() {
   return applied_;
 }
 
-void PredictiveController::hold(const WheelCommand& applied) { applied_ = applied; }
+void PredictiveController::hold(const WheelCommand& applied) {
+  if (applied == applied_) return;
+  reference_left_.amend(model_.gain * (applied.left - applied_.left));
+  reference_right_.amend(model_.gain * (applied.right - applied_.right));
+  applied_ = applied;
+}
+
+void PredictiveController::overrule(const WheelCommand& applied) {
+  reference_left_.follow(model_.gain * applied.left + left_.disturbance());
+  reference_right_.follow(model_.gain * applied.right + right_.disturbance());
+  applied_ = applied;
+}
+
+void PredictiveController::adoptGains(const PredictiveParameters& parameters) {
+  validate(parameters);
+  requireSameRate("belief_rate", parameters.belief_rate, parameters_.belief_rate);
+  requireSameRate("action_rate", parameters.action_rate, parameters_.action_rate);
+  parameters_ = parameters;
+  for (WheelBelief* wheel : {&left_, &right_}) wheel->setParameters(wheelParameters(parameters));
+  for (DriveTrainReference* path : {&reference_left_, &reference_right_}) {
+    path->setReferenceTime(parameters.reference_time);
+  }
+  slip_.setLearning(slipLearning(parameters));
+}
 
 void PredictiveController::restart() {
   applied_ = {};
@@ -163,6 +217,7 @@ void PredictiveController::reset() {
   set_point_ = {};
   slip_ = slipBelief(parameters_, geometry_, model_);
   free_energy_ = 0.0;
+  errors_.setZero();
   restart();
 }
 
@@ -173,6 +228,23 @@ SkidSteerKinematics PredictiveController::kinematics() const {
   return SkidSteerKinematics(believed);
 }
 
-BodyVector PredictiveController::belief() const { return kinematics().bodyVelocity({left_.speed(), right_.speed()}); }
+BodyVector PredictiveController::believedVelocity() const {
+  return kinematics().bodyVelocity({left_.speed(), right_.speed()});
+}
+
+Eigen::Matrix2d PredictiveController::velocityCovariance() const {
+  // x_dot = r alpha (w_L + w_R)/2,  theta_dot = r q (w_R - w_L)
+  const double r = geometry_.wheel_radius;
+  const SlipState slip = slip_.state();
+  const double forward = 0.5 * r * slip.alpha, yaw = r * slip.alpha / slip.effective_track;
+  Eigen::Matrix2d J;
+  J << forward, forward, -yaw, yaw;
+  const Eigen::Vector2d wheels(left_.covariance()(0, 0), right_.covariance()(0, 0));
+  Eigen::Matrix2d covariance = J * wheels.asDiagonal() * J.transpose();
+  const double mean = 0.5 * (left_.speed() + right_.speed()), difference = right_.speed() - left_.speed();
+  if (parameters_.learn_alpha) covariance(0, 0) += r * r * mean * mean * slip_.alphaVariance();
+  if (parameters_.learn_slip) covariance(1, 1) += r * r * difference * difference * slip_.ratioVariance();
+  return covariance;
+}
 
 }  // namespace jackal_aic

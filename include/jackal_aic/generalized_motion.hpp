@@ -26,14 +26,6 @@ Generalized shiftOrdersTransposed(const Generalized& x) {
   return shifted;
 }
 
-/// Outcome of handing a measurement to the generalisation.
-enum class SampleVerdict {
-  accepted,    ///< y_tilde was updated
-  restarted,   ///< accepted as the start of a constant signal (the first sample, or the first after a gap)
-  stale,       ///< refused: its stamp is not later than the last one (a repeated or reordered sample)
-  not_finite,  ///< refused: a value or the stamp is NaN or infinite
-};
-
 /// Generalisation of measurements by the recursion of eq. 3-22: y_k^(i) = (y_k^(i-1) - y_{k-1}^(i-1)) / h, with h from
 /// the stamps. A signal is taken as constant before its first sample, so that its derivatives start at zero.
 class Generalization {

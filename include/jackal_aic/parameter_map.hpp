@@ -126,4 +126,46 @@ S readParameters(ParameterMap& map, const std::string& prefix, S defaults = S{})
   return defaults;
 }
 
+/// Writes the fields of a parameter struct into a map: the opposite of ParameterReader.
+class ParameterWriter {
+ public:
+  /// @param map target; @param prefix dotted prefix of the struct's keys, e.g. "controller".
+  ParameterWriter(ParameterMap& map, std::string prefix) : map_(map), prefix_(std::move(prefix)) {}
+
+  /// One overload for each of ParameterReader's.
+  void field(const char* name, double value, Bounds, const char*, Presence) { map_.set(key(name), value); }
+  void field(const char* name, int value, Bounds, const char*, Presence) { set(name, value); }
+  void field(const char* name, std::uint64_t value, const char*, Presence) { set(name, value); }
+  void field(const char* name, bool value, Presence) { map_.set(key(name), value); }
+  void field(const char* name, const std::string& value, Presence) { map_.set(key(name), value); }
+  void field(const char* name, const std::vector<std::string>& value, Presence) { map_.set(key(name), value); }
+  void field(const char* name, const std::vector<double>& value, Bounds, std::size_t, const char*, Presence) {
+    map_.set(key(name), value);
+  }
+  template <class Enum, std::size_t N>
+  void field(const char* name, Enum value, const std::array<const char*, N>& words, Presence) {
+    map_.set(key(name), std::string(words[static_cast<std::size_t>(value)]));
+  }
+
+ private:
+  template <class Integer>
+  void set(const char* name, Integer value) {
+    map_.set(key(name), static_cast<std::int64_t>(value));
+  }
+  std::string key(const char* name) const { return prefix_.empty() ? name : prefix_ + "." + name; }
+
+  ParameterMap& map_;
+  std::string prefix_;
+};
+
+/// Checks each field of a struct against its range, as if it had been read from the keys `prefix.*`. Throws
+/// ParameterError.
+template <class S>
+void requireInRange(S values, const std::string& prefix) {
+  ParameterMap map;
+  ParameterWriter writer(map, prefix);
+  describeFields(writer, values);
+  readParameters<S>(map, prefix);
+}
+
 }  // namespace jackal_aic

@@ -16,7 +16,7 @@
 /// How the body follows the wheels, effective track and slip, is believed too (slip_belief.hpp).
 
 #include <Eigen/Core>
-#include <array>
+#include <cmath>
 
 #include "jackal_aic/parameter_map.hpp"
 #include "jackal_aic/parameters.hpp"
@@ -24,6 +24,7 @@
 #include "jackal_aic/skid_steer_kinematics.hpp"
 #include "jackal_aic/slip_belief.hpp"
 #include "jackal_aic/types.hpp"
+#include "jackal_aic/velocity_controller.hpp"
 #include "jackal_aic/wheel_belief.hpp"
 
 namespace jackal_aic {
@@ -87,49 +88,78 @@ class DriveTrainReference {
   /// so.
   double advance(double wanted);
 
+  /// Goes on by one action period as the model does under an input r [rad/s].
+  void follow(double r);
+
+  /// Takes the last period back and goes through it anew with this much more input [rad/s].
+  void amend(double more);
+
   /// Starts at this wheel speed [rad/s].
   void reset(double speed);
+
+  /// Goes on with another time constant tau_ref [s].
+  void setReferenceTime(double reference_time) { pull_ = -std::expm1(-step_ / reference_time); }
 
  private:
   Eigen::Matrix2d transition_;  // of (w, z) over an action period
   Eigen::Vector2d input_;       // of r held over it
+  double step_;                 // action period [s]
   double largest_change_;       // of w over it [rad/s]
   double pull_;                 // part of the way to the wanted speed
   Eigen::Vector2d state_ = Eigen::Vector2d::Zero();
+  Eigen::Vector2d before_ = Eigen::Vector2d::Zero();  // state before the last period
+  double r_ = 0.0;                                    // input of the last period
 };
 
-/// Predictive controller with the interface of ActiveInferenceController: the caller keeps the time. Nothing allocates
-/// after construction.
-class PredictiveController {
+/// The controller that knows what the robot will do before it is measured.
+class PredictiveController : public VelocityController {
  public:
   /// @throws ParameterError as validate().
   PredictiveController(const PredictiveParameters& parameters, const GeometryParameters& geometry,
                        const PlantModel& model);
 
-  /// Desired body velocity (base_link); one that is not finite is refused (false).
-  bool setSetPoint(const SetPoint& set_point);
+  bool setSetPoint(const SetPoint& set_point) override;
 
-  /// Takes a measurement, to be used in the next belief update. One that is not finite, or not later than the last, is
-  /// refused (false).
-  bool observe(const Observation& observation);
+  /// Takes a measurement, to be used in the next belief update.
+  SampleVerdict observe(const Observation& observation) override;
 
   /// Moves the belief on by 1/belief_rate and takes the measurement that came since.
-  void updateBelief();
+  void updateBelief() override;
 
-  /// One step of the action; returns the wheel speeds to drive.
-  WheelCommand updateAction();
+  WheelCommand updateAction() override;
 
-  /// Tells which command is really driven: it limits the action and drives the generative model.
-  void hold(const WheelCommand& applied);
+  /// What is really driven goes into the generative model, and the path of the reference model starts from there.
+  void hold(const WheelCommand& applied) override;
 
-  /// Starts anew from the present motion with zero action.
-  void restart();
+  /// As hold(): the belief knows what the command will do to the robot.
+  void overrule(const WheelCommand& applied) override;
 
-  /// Forgets everything but the parameters.
-  void reset();
+  /// As the base; the robot is taken to move steadily.
+  void restart() override;
 
-  /// Believed body velocity (base_link): an estimate of what the robot does.
-  BodyVector belief() const;
+  void reset() override;
+
+  /// Takes other gains over and goes on with the present belief and action. Allocates nothing. @throws ParameterError,
+  /// and changes nothing, if they are invalid or have other rates.
+  void adoptGains(const PredictiveParameters& parameters);
+
+  /// An estimate of what the robot does, not of what it should do (base_link).
+  BodyVector believedVelocity() const override;
+
+  WheelCommand action() const override { return applied_; }    ///< command now driven [rad/s]
+  double freeEnergy() const override { return free_energy_; }  ///< F of the last measurement
+  double beliefStep() const override { return 1.0 / parameters_.belief_rate; }
+  int beliefStepsPerAction() const override { return parameters_.beliefStepsPerAction(); }
+
+  /// Covariance of the believed x_dot [m/s] and theta_dot [rad/s], from those of the wheels' speeds and, where it is
+  /// learned, of the slip.
+  Eigen::Matrix2d velocityCovariance() const;
+
+  /// Last measurement taken; zero before the first.
+  const Observation& measurement() const { return observation_; }
+
+  /// eps_y of the last measurement, before it moved the belief; 0 where the model predicts nothing (acceleration).
+  const SensorVector& sensoryErrors() const { return errors_; }
 
   /// Believed effective track and slip, e.g. to be kept for the next start.
   SlipState slip() const { return slip_.state(); }
@@ -142,8 +172,6 @@ class PredictiveController {
   void freezeSlip(bool frozen) { slip_frozen_ = frozen; }
 
   double effectiveTrack() const { return slip_.state().effective_track; }  ///< believed b_hat [m]
-  WheelCommand action() const { return applied_; }                         ///< command now driven [rad/s]
-  double freeEnergy() const { return free_energy_; }                       ///< F of the last measurement
   const WheelBelief& left() const { return left_; }                        ///< belief about the left wheels
   const WheelBelief& right() const { return right_; }                      ///< belief about the right wheels
 
@@ -168,6 +196,7 @@ class PredictiveController {
   bool started_ = false;   // a first observation came
   bool slip_frozen_ = false;
   double free_energy_ = 0.0;
+  SensorVector errors_ = SensorVector::Zero();
 };
 
 }  // namespace jackal_aic

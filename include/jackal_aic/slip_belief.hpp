@@ -19,7 +19,8 @@
 /// washout filter 1/(s + 1/T): comparing speeds instead of accelerations makes a delay between the two sensors
 /// harmless. The learning rates kappa are the inverse of the curvature of F summed over a forgetting memory (natural
 /// gradient); q and alpha are the coordinates in which it is diagonal. So alpha learned on a straight line leaves every
-/// turn as it was, and b_hat = alpha / q follows. Learning is gated on excitation (n, W), so that noise cannot move what is not observed, and bounded.
+/// turn as it was, and b_hat = alpha / q follows. Learning is gated on excitation (n, W), so that noise cannot move
+/// what is not observed, and bounded.
 
 namespace jackal_aic {
 
@@ -62,6 +63,9 @@ class SlipBelief {
 
   /// What is believed now.
   SlipState state() const { return {alpha_ / ratio_, alpha_}; }
+
+  double ratioVariance() const { return 1.0 / ratio_curvature_; }  ///< of q = alpha / b_hat [1/m^2]
+  double alphaVariance() const { return 1.0 / alpha_curvature_; }  ///< of alpha
 
   /// Goes on from another state, e.g. that of the last run, within the range.
   void setState(const SlipState& state);

@@ -58,6 +58,19 @@ struct Observation {
   }
 };
 
+/// Outcome of handing a measurement to a controller.
+enum class SampleVerdict {
+  accepted,    ///< taken
+  restarted,   ///< taken as the start of a new signal (the first sample, or the first after a gap)
+  stale,       ///< refused: its stamp is not later than the last one (a repeated or reordered sample)
+  not_finite,  ///< refused: a value or the stamp is NaN or infinite
+};
+
+/// True if the measurement was taken.
+inline bool taken(SampleVerdict verdict) {
+  return verdict == SampleVerdict::accepted || verdict == SampleVerdict::restarted;
+}
+
 /// Desired body velocity mu_d in base_link. A skid-steer robot cannot follow a lateral speed; it is kept because mu_d
 /// has three components in the thesis.
 struct SetPoint {

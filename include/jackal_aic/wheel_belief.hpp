@@ -62,6 +62,9 @@ class WheelBelief {
   /// Covariance P of (w, z, d).
   const Eigen::Matrix3d& covariance() const { return P_; }
 
+  /// Goes on with other trust in its sources.
+  void setParameters(const WheelBeliefParameters& parameters) { parameters_ = parameters; }
+
   /// At rest with nothing under way, the speed as measured [rad/s].
   void reset(double speed);
 

@@ -117,7 +117,7 @@ SetPointProfile cycleProfile(const DrivingCycle& cycle) {
   return profile;
 }
 
-std::vector<Sample> runClosedLoop(JackalPlant& plant, VelocityController& controller, const SetPointProfile& profile,
+std::vector<Sample> runClosedLoop(JackalPlant& plant, TimedController& controller, const SetPointProfile& profile,
                                   Support support, const GeometryParameters& geometry) {
   const auto steps = std::llround(profile.duration / JackalPlant::kStep);
   std::vector<Sample> samples;

@@ -12,7 +12,7 @@
 #include "jackal_aic/types.hpp"
 #include "jackal_plant.hpp"
 #include "response_metrics.hpp"
-#include "velocity_controller.hpp"
+#include "timed_controller.hpp"
 
 namespace jackal_aic::sim {
 
@@ -90,7 +90,7 @@ struct Sample {
 /// give without slip (eq. 3-1: r (omega_L + omega_R)/2 and r (omega_R - omega_L)/b_hat), which is what the thesis plots
 /// for its runs on the box.
 /// @param geometry r and b_hat for the speeds computed from the wheels.
-std::vector<Sample> runClosedLoop(JackalPlant& plant, VelocityController& controller, const SetPointProfile& profile,
+std::vector<Sample> runClosedLoop(JackalPlant& plant, TimedController& controller, const SetPointProfile& profile,
                                   Support support, const GeometryParameters& geometry);
 
 /// Figures of the assessed step; none but `stable` if there is no such step. `stable` is false also if the belief is

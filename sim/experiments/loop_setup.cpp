@@ -124,14 +124,8 @@ ActiveInferenceSetup loadActiveInference(const PackageFiles& files, const std::s
   return setup;
 }
 
-std::unique_ptr<VelocityController> makeController(const LoopSetup& setup) {
-  if (const auto* active = std::get_if<ActiveInferenceSetup>(&setup.controller)) {
-    return std::make_unique<ActiveInferenceVelocityController>(*active);
-  }
-  if (const auto* predictive = std::get_if<PredictiveSetup>(&setup.controller)) {
-    return std::make_unique<PredictiveVelocityController>(*predictive);
-  }
-  return std::make_unique<DifferentialDriveVelocityController>(std::get<DifferentialDriveParameters>(setup.controller));
+std::unique_ptr<TimedController> makeController(const LoopSetup& setup) {
+  return std::visit([](const auto& controller) { return makeTimedController(controller); }, setup.controller);
 }
 
 std::pair<std::string, std::string> parseOverride(const std::string& text) {

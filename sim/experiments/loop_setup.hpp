@@ -12,7 +12,7 @@
 #include "differential_drive.hpp"
 #include "package_files.hpp"
 #include "plant_parameters.hpp"
-#include "velocity_controller.hpp"
+#include "timed_controller.hpp"
 
 namespace jackal_aic::sim {
 
@@ -54,7 +54,7 @@ ActiveInferenceSetup loadActiveInference(const PackageFiles& files, const std::s
                                          const Overrides& overrides);
 
 /// Builds the controller of a setup. @throws ParameterError if its parameters contradict each other.
-std::unique_ptr<VelocityController> makeController(const LoopSetup& setup);
+std::unique_ptr<TimedController> makeController(const LoopSetup& setup);
 
 /// "key=value" as an override. @throws ParameterError if there is no '=' or the key is empty.
 std::pair<std::string, std::string> parseOverride(const std::string& text);

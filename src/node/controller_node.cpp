@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "conversions.hpp"
-#include "jackal_aic/closed_loop_certificate.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -21,19 +20,6 @@ double age(const ros::Time& now, const ros::Time& stamp, const ros::Time& receiv
   return std::abs(by_stamp) > std::abs(by_arrival) ? by_stamp : by_arrival;
 }
 
-/// Logs what the gains, which are stable, have to spare.
-void reportCertificate(const NodeParameters& parameters) {
-  if (!parameters.plant_model) {
-    ROS_INFO("No plant model: of the gains, only the belief update was checked for stability");
-    return;
-  }
-  const PlantModel& plant = *parameters.plant_model;
-  const Certificate certificate = certify(parameters.controller, parameters.geometry, plant);
-  const std::string text = advice(certificate, parameters.controller, parameters.geometry, plant);
-  const auto level = certificate.keeps(MarginBounds{}) ? ros::console::levels::Info : ros::console::levels::Warn;
-  ROS_LOG(level, ROSCONSOLE_DEFAULT_NAME, "%s", text.c_str());
-}
-
 std::int64_t nanoseconds(const ros::Time& time) { return static_cast<std::int64_t>(time.toNSec()); }
 
 }  // namespace
@@ -41,16 +27,14 @@ std::int64_t nanoseconds(const ros::Time& time) { return static_cast<std::int64_
 ControllerNode::ControllerNode(ros::NodeHandle node, const NodeParameters& parameters)
     : node_(std::move(node)),
       parameters_(parameters),
-      controller_(parameters.controller, parameters.geometry),
+      structure_(makeStructure(node_, parameters)),
+      controller_(structure_->controller()),
       gate_(parameters.limits, parameters.deadlines, parameters.geometry),
-      schedule_(std::llround(1e9 * parameters.controller.beliefStep()), parameters.controller.beliefStepsPerAction(),
-                kMostPeriods),
+      schedule_(std::llround(1e9 * controller_.beliefStep()), controller_.beliefStepsPerAction(), kMostPeriods),
       output_(node_, parameters.output),
       transform_listener_(transforms_, node_),
       sensors_(parameters.robot, transforms_,
-               [this](const Observation& observation, const ros::Time& stamp) { onObservation(observation, stamp); }),
-      gain_server_(parameters.controller, [this](const ControllerParameters& wanted) { adoptGains(wanted); }) {
-  reportCertificate(parameters);
+               [this](const Observation& observation, const ros::Time& stamp) { onObservation(observation, stamp); }) {
   diagnostics_.setHardwareID("jackal");
   diagnostics_.add("Active inference controller", this, &ControllerNode::diagnose);
   sensor_publisher_ = node_.advertise<SensorGeneralized>("sensor_generalized", 10);
@@ -59,10 +43,8 @@ ControllerNode::ControllerNode(ros::NodeHandle node, const NodeParameters& param
   set_point_subscriber_ = node_.subscribe("jackal_AIC/set_point", 10, &ControllerNode::onSetPoint, this, no_delay);
   wheel_subscriber_ = node_.subscribe("joint_states", 50, &ControllerNode::onWheels, this, no_delay);
   imu_subscriber_ = node_.subscribe("imu/data", 50, &ControllerNode::onImu, this, no_delay);
-  belief_timer_ =
-      node_.createTimer(ros::Duration(parameters.controller.beliefStep()), &ControllerNode::onBeliefTimer, this);
-  action_timer_ =
-      node_.createTimer(ros::Duration(parameters.controller.actionStep()), &ControllerNode::onActionTimer, this);
+  belief_timer_ = node_.createTimer(ros::Duration(controller_.beliefStep()), &ControllerNode::onBeliefTimer, this);
+  action_timer_ = node_.createTimer(ros::Duration(controller_.actionStep()), &ControllerNode::onActionTimer, this);
 }
 
 void ControllerNode::onSetPoint(const geometry_msgs::Twist& message) {
@@ -89,14 +71,13 @@ void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
 }
 
 void ControllerNode::onObservation(const Observation& observation, const ros::Time& stamp) {
-  const SampleVerdict verdict = controller_.observe(observation);
-  if (verdict == SampleVerdict::stale || verdict == SampleVerdict::not_finite) {
+  if (!taken(controller_.observe(observation))) {
     reportRefusal("measurement whose stamp is not later than the last one", ++rejected_measurements_);
     return;
   }
   measurement_stamp_ = stamp;
   measurement_received_ = last_now_;
-  SensorGeneralized message = sensorMessage(controller_.measurement());
+  SensorGeneralized message = structure_->measurement();
   message.header.stamp = stamp;
   message.header.frame_id = parameters_.robot.base_frame;
   sensor_publisher_.publish(message);
@@ -134,7 +115,7 @@ WheelCommand ControllerNode::act(const ros::Time& now) {
   reportStatus(gate_.decide(ages(now)));
   if (decision_.status != DriveStatus::driving) {
     action_ = {};
-    controller_.restart();
+    controller_.overrule({});
     return {};
   }
   action_ = controller_.updateAction();
@@ -174,18 +155,6 @@ void ControllerNode::reset() {
   publishStop();
 }
 
-void ControllerNode::adoptGains(const ControllerParameters& wanted) {
-  requireInRange(wanted);
-  validate(wanted, parameters_.geometry);
-  if (parameters_.plant_model) {
-    requireStable(wanted, parameters_.geometry, *parameters_.plant_model);
-    const std::string thin = thinMargin(LinearLoop(wanted, parameters_.geometry, *parameters_.plant_model));
-    if (!thin.empty()) ROS_WARN("Gains with a thin margin: %s", thin.c_str());
-  }
-  controller_.adoptGains(wanted, parameters_.geometry);
-  parameters_.controller = wanted;
-}
-
 void ControllerNode::reportRefusal(const char* what, std::uint32_t count) {
   ROS_WARN_THROTTLE(1.0, "Rejected %s (%u so far)", what, count);
 }
@@ -202,7 +171,7 @@ void ControllerNode::reportStatus(const GateDecision& decision) {
 }
 
 void ControllerNode::publishState(const ros::Time& now, const WheelCommand& command) {
-  ControllerState message = stateMessage(controller_);
+  ControllerState message = structure_->state();
   message.header.stamp = now;
   message.header.frame_id = parameters_.robot.base_frame;
   message.status = static_cast<std::uint8_t>(decision_.status);
@@ -216,6 +185,7 @@ void ControllerNode::publishState(const ros::Time& now, const WheelCommand& comm
   message.rejected_set_points = rejected_set_points_;
   message.rejected_measurements = rejected_measurements_;
   state_publisher_.publish(message);
+  structure_->publish(message.header);
 }
 
 void ControllerNode::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {

@@ -5,8 +5,9 @@
 ///
 /// Subscribes: joint_states (sensor_msgs/JointState), imu/data (sensor_msgs/Imu), jackal_AIC/set_point
 /// (geometry_msgs/Twist). Publishes: cmd_drive (jackal_msgs/Drive) or the two wheel topics of Gazebo,
-/// sensor_generalized (SensorGeneralized), jackal_AIC/state (ControllerState), /diagnostics. Gains can be changed
-/// through dynamic_reconfigure in ~controller.
+/// sensor_generalized (SensorGeneralized), jackal_AIC/state (ControllerState), with the predictive structure
+/// jackal_AIC/belief (geometry_msgs/TwistWithCovarianceStamped), /diagnostics. Gains can be changed through
+/// dynamic_reconfigure in ~controller or ~predictive.
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <geometry_msgs/Twist.h>
@@ -14,10 +15,10 @@
 #include <tf2_ros/transform_listener.h>
 
 #include <cstdint>
+#include <memory>
 
 #include "command_output.hpp"
-#include "gain_server.hpp"
-#include "jackal_aic/active_inference_controller.hpp"
+#include "controller_structure.hpp"
 #include "jackal_aic/drive_gate.hpp"
 #include "jackal_aic/step_schedule.hpp"
 #include "node_parameters.hpp"
@@ -44,7 +45,6 @@ class ControllerNode {
 
   ros::Time currentTime();
   void reset();
-  void adoptGains(const ControllerParameters& wanted);
   void updateBelief();
   WheelCommand act(const ros::Time& now);
   InputAges ages(const ros::Time& now) const;
@@ -55,7 +55,8 @@ class ControllerNode {
 
   ros::NodeHandle node_;
   NodeParameters parameters_;
-  ActiveInferenceController controller_;
+  std::unique_ptr<ControllerStructure> structure_;
+  VelocityController& controller_;  // of the structure
   DriveGate gate_;
   StepSchedule schedule_;
   CommandOutput output_;
@@ -82,7 +83,6 @@ class ControllerNode {
   ros::Subscriber imu_subscriber_;
   ros::Timer belief_timer_;
   ros::Timer action_timer_;
-  GainServer gain_server_;
 };
 
 }  // namespace jackal_aic

@@ -77,6 +77,7 @@ SensorGeneralized sensorMessage(const GeneralizedSensor& measurement) {
 ControllerState stateMessage(const ActiveInferenceController& controller) {
   const PredictionErrors errors = controller.errors();
   ControllerState message;
+  message.structure = ControllerState::THESIS;
   message.belief_forward = channel(controller.belief(), kForward);
   message.belief_lateral = channel(controller.belief(), kLateral);
   message.belief_yaw_rate = channel(controller.belief(), kYaw);
@@ -87,6 +88,42 @@ ControllerState stateMessage(const ActiveInferenceController& controller) {
   message.sensory_error_wheel_left = channel(errors.sensory, kWheelLeft);
   message.sensory_error_wheel_right = channel(errors.sensory, kWheelRight);
   message.free_energy = controller.freeEnergy();
+  return message;
+}
+
+ControllerState stateMessage(const PredictiveController& controller) {
+  const BodyVector belief = controller.believedVelocity();
+  const SensorVector errors = controller.sensoryErrors();
+  ControllerState message;
+  message.structure = ControllerState::PREDICTIVE;
+  message.belief_forward = {belief(kForward)};
+  message.belief_lateral = {belief(kLateral)};
+  message.belief_yaw_rate = {belief(kYaw)};
+  message.sensory_error_yaw_rate = {errors(kYawRate)};
+  message.sensory_error_wheel_left = {errors(kWheelLeft)};
+  message.sensory_error_wheel_right = {errors(kWheelRight)};
+  message.free_energy = controller.freeEnergy();
+  message.effective_track = controller.slip().effective_track;
+  message.slip = controller.slip().alpha;
+  message.wheel_belief_left = controller.left().speed();
+  message.wheel_belief_right = controller.right().speed();
+  message.disturbance_left = controller.left().disturbance();
+  message.disturbance_right = controller.right().disturbance();
+  return message;
+}
+
+geometry_msgs::TwistWithCovarianceStamped beliefMessage(const PredictiveController& controller) {
+  constexpr int kSize = 6, kX = 0, kYawRow = 5;  // rows of (x, y, z, roll, pitch, yaw)
+  const BodyVector belief = controller.believedVelocity();
+  const Eigen::Matrix2d covariance = controller.velocityCovariance();
+  geometry_msgs::TwistWithCovarianceStamped message;
+  message.twist.twist.linear.x = belief(kForward);
+  message.twist.twist.angular.z = belief(kYaw);
+  auto& matrix = message.twist.covariance;
+  for (int i = 0; i < kSize; ++i) matrix[i * kSize + i] = kUnknownVariance;
+  matrix[kX * kSize + kX] = covariance(0, 0);
+  matrix[kX * kSize + kYawRow] = matrix[kYawRow * kSize + kX] = covariance(0, 1);
+  matrix[kYawRow * kSize + kYawRow] = covariance(1, 1);
   return message;
 }
 

@@ -4,6 +4,7 @@
 /// Between ROS messages and the types of the core. Pure functions; what is unusable comes back as std::nullopt.
 
 #include <geometry_msgs/Twist.h>
+#include <geometry_msgs/TwistWithCovarianceStamped.h>
 #include <jackal_aic/ControllerState.h>
 #include <jackal_aic/SensorGeneralized.h>
 #include <jackal_msgs/Drive.h>
@@ -16,9 +17,13 @@
 #include <vector>
 
 #include "jackal_aic/active_inference_controller.hpp"
+#include "jackal_aic/predictive_controller.hpp"
 #include "jackal_aic/types.hpp"
 
 namespace jackal_aic {
+
+/// Variance, in a covariance matrix of a message, of what is not known [(m/s)^2, (rad/s)^2].
+inline constexpr double kUnknownVariance = 1e6;
 
 /// True if at least one of the joints is named in the message (other nodes publish joint states too).
 bool mentionsAny(const sensor_msgs::JointState& message, const std::vector<std::string>& joints);
@@ -41,8 +46,14 @@ jackal_msgs::Drive driveMessage(const WheelCommand& command);
 /// y_tilde as a message; the header is left to the caller.
 SensorGeneralized sensorMessage(const GeneralizedSensor& measurement);
 
-/// Belief, prediction errors, free energy and action as a message; header, status, set point, command and counters are
-/// left to the caller.
+/// Belief, prediction errors and free energy as a message; the rest, with the effective track, is left to the caller.
 ControllerState stateMessage(const ActiveInferenceController& controller);
+
+/// As above, with the beliefs about wheels and effective track.
+ControllerState stateMessage(const PredictiveController& controller);
+
+/// Believed body velocity with its covariance; header left to the caller. What the belief says nothing about has the
+/// variance kUnknownVariance.
+geometry_msgs::TwistWithCovarianceStamped beliefMessage(const PredictiveController& controller);
 
 }  // namespace jackal_aic

@@ -5,30 +5,93 @@
 
 #include <dynamic_reconfigure/server.h>
 #include <jackal_aic/ControllerGainsConfig.h>
+#include <jackal_aic/PredictiveGainsConfig.h>
+#include <ros/ros.h>
 
+#include <cstdint>
 #include <functional>
+#include <sstream>
+#include <string>
+#include <utility>
 
 #include "jackal_aic/parameters.hpp"
+#include "jackal_aic/predictive_controller.hpp"
 
 namespace jackal_aic {
 
-/// Offers tau, kappa_mu and kappa_a in the private namespace `~controller`, where the YAML has them.
+/// Calls visit(name, gain, setting) for each gain of the thesis' structure that can be changed while it runs.
+template <class Parameters, class Visit>
+void visitGains(Parameters& gains, ControllerGainsConfig& config, const Visit& visit) {
+  visit("tau", gains.tau, config.tau);
+  visit("kappa_mu", gains.kappa_mu, config.kappa_mu);
+  visit("kappa_a", gains.kappa_a, config.kappa_a);
+}
+
+/// As above, for the predictive structure.
+template <class Parameters, class Visit>
+void visitGains(Parameters& gains, PredictiveGainsConfig& config, const Visit& visit) {
+  visit("kappa_mu", gains.kappa_mu, config.kappa_mu);
+  visit("kappa_a", gains.kappa_a, config.kappa_a);
+  visit("reference_time", gains.reference_time, config.reference_time);
+  visit("wheel_variance", gains.wheel_variance, config.wheel_variance);
+  visit("gyro_variance", gains.gyro_variance, config.gyro_variance);
+  visit("speed_fluctuation", gains.speed_fluctuation, config.speed_fluctuation);
+  visit("disturbance_fluctuation", gains.disturbance_fluctuation, config.disturbance_fluctuation);
+  visit("timing_deviation", gains.timing_deviation, config.timing_deviation);
+  visit("accelerometer_variance", gains.accelerometer_variance, config.accelerometer_variance);
+  visit("learn_slip", gains.learn_slip, config.learn_slip);
+  visit("learn_alpha", gains.learn_alpha, config.learn_alpha);
+  visit("slip_memory", gains.slip_memory, config.slip_memory);
+  visit("yaw_deviation", gains.yaw_deviation, config.yaw_deviation);
+  visit("slip_excitation", gains.slip_excitation, config.slip_excitation);
+}
+
+/// Offers the gains of a structure in a private namespace, the one in which the YAML has them.
+template <class Parameters, class Config>
 class GainServer {
  public:
   /// Takes wanted gains over. Throws ParameterError with the reason why it does not.
-  using Adopt = std::function<void(const ControllerParameters& wanted)>;
+  using Adopt = std::function<void(const Parameters& wanted)>;
 
-  /// @param running gains at the start; @param adopt called for every change. A refused one is logged with its reason,
-  /// and whoever asked for it gets the running gains back.
-  GainServer(const ControllerParameters& running, Adopt adopt);
+  /// @param name prefix of the gains' keys, "controller" or "predictive"; @param running gains at the start;
+  /// @param adopt called for every change. A refused one is logged with its reason, and whoever asked for it gets the
+  /// running gains back.
+  GainServer(const std::string& name, const Parameters& running, Adopt adopt)
+      : running_(running), adopt_(std::move(adopt)), server_(ros::NodeHandle("~" + name)) {
+    server_.setCallback([this](Config& config, std::uint32_t level) {
+      if (level != kAtStart) onRequest(config);
+      showRunning(config);
+    });
+  }
 
  private:
-  void onRequest(ControllerGainsConfig& config);
-  void showRunning(ControllerGainsConfig& config) const;
+  static constexpr std::uint32_t kAtStart = ~0u;  // level with which the server calls when it gets its callback
 
-  ControllerParameters running_;
+  void onRequest(Config& config) {
+    Parameters wanted = running_;
+    std::ostringstream changes;
+    visitGains(wanted, config, [&](const char* name, auto& gain, auto& setting) {
+      if (setting == gain) return;
+      gain = setting;
+      changes << ' ' << name << " = " << gain;
+    });
+    if (changes.str().empty()) return;
+    try {
+      adopt_(wanted);
+      running_ = wanted;
+      ROS_INFO("Changed gains:%s", changes.str().c_str());
+    } catch (const ParameterError& error) {
+      ROS_ERROR("Refused gains, the running ones stay: %s", error.what());
+    }
+  }
+
+  void showRunning(Config& config) const {
+    visitGains(running_, config, [](const char*, const auto& gain, auto& setting) { setting = gain; });
+  }
+
+  Parameters running_;
   Adopt adopt_;
-  dynamic_reconfigure::Server<ControllerGainsConfig> server_;
+  dynamic_reconfigure::Server<Config> server_;
 };
 
 }  // namespace jackal_aic

@@ -23,25 +23,47 @@ void completeGeometry(bool radius_given, bool track_given, const std::function<s
   if (!track_given) parameters.geometry.effective_track = wheels.track * parameters.robot.track_multiplier;
 }
 
-std::optional<PlantModel> readPlantModel(ParameterMap& map) {
+bool hasPrefix(const ParameterMap& map, const std::string& prefix) {
   const auto keys = map.keys();
-  const bool given = std::any_of(keys.begin(), keys.end(),
-                                 [](const std::string& key) { return key.compare(0, 12, "plant_model.") == 0; });
-  if (!given) return std::nullopt;
+  return std::any_of(keys.begin(), keys.end(), [&](const std::string& key) { return key.rfind(prefix, 0) == 0; });
+}
+
+std::variant<ControllerParameters, PredictiveParameters> readGains(ParameterMap& map) {
+  const bool thesis = hasPrefix(map, "controller."), predictive = hasPrefix(map, "predictive.");
+  if (thesis && predictive) {
+    throw ParameterError("controller.* and predictive.*: both given, but one controller runs; load one preset");
+  }
+  if (!thesis && !predictive) {
+    throw ParameterError(
+        "controller.* or predictive.*: missing; load a preset (config/predictive.yaml, improved.yaml, ...)");
+  }
+  if (predictive) return readParameters<PredictiveParameters>(map, "predictive");
+  return readParameters<ControllerParameters>(map, "controller");
+}
+
+std::optional<PlantModel> readPlantModel(ParameterMap& map) {
+  if (!hasPrefix(map, "plant_model.")) return std::nullopt;
   return readParameters<PlantModel>(map, "plant_model");
+}
+
+void check(const ControllerParameters& controller, const NodeParameters& parameters) {
+  validate(controller, parameters.geometry);
+  if (parameters.plant_model) requireStable(controller, parameters.geometry, *parameters.plant_model);
+}
+
+void check(const PredictiveParameters& controller, const NodeParameters& parameters) {
+  validate(controller);
+  if (parameters.plant_model) return;
+  throw ParameterError(
+      "plant_model.*: missing; the predictive controller needs the drive train (config/plant_model.yaml, or by "
+      "identify)");
 }
 
 }  // namespace
 
 NodeParameters readNodeParameters(ParameterMap map, const std::function<std::string()>& robot_description) {
-  for (const std::string& key : map.keys()) {
-    if (key.rfind("predictive.", 0) == 0) {
-      throw ParameterError(key +
-                           ": the predictive controller runs only in the closed loop without ROS (experiments step)");
-    }
-  }
   NodeParameters parameters;
-  parameters.controller = readParameters<ControllerParameters>(map, "controller");
+  parameters.controller = readGains(map);
   parameters.geometry = readParameters<GeometryParameters>(map, "robot");
   parameters.robot = readParameters<RobotNames>(map, "robot");
   parameters.limits = readParameters<LimitParameters>(map, "limits");
@@ -51,8 +73,7 @@ NodeParameters readNodeParameters(ParameterMap map, const std::function<std::str
   map.refuseUnknown();
 
   completeGeometry(map.has("robot.wheel_radius"), map.has("robot.effective_track"), robot_description, parameters);
-  validate(parameters.controller, parameters.geometry);
-  if (parameters.plant_model) requireStable(parameters.controller, parameters.geometry, *parameters.plant_model);
+  std::visit([&](const auto& controller) { check(controller, parameters); }, parameters.controller);
   return parameters;
 }
 

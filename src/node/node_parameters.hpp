@@ -7,11 +7,13 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "jackal_aic/parameter_map.hpp"
 #include "jackal_aic/parameters.hpp"
 #include "jackal_aic/plant_model.hpp"
+#include "jackal_aic/predictive_controller.hpp"
 
 namespace jackal_aic {
 
@@ -45,23 +47,24 @@ void describeFields(Visitor& v, RobotNames& p) {
 
 /// All parameters of the controller node.
 struct NodeParameters {
-  ControllerParameters controller;
+  std::variant<ControllerParameters, PredictiveParameters> controller;  ///< gains of the structure that runs
   GeometryParameters geometry;
   RobotNames robot;
   LimitParameters limits;
   DeadlineParameters deadlines;
   OutputMode output = OutputMode::cmd_drive;
-  std::optional<PlantModel> plant_model;  ///< for the stability certificate; without one only the belief is checked
+  std::optional<PlantModel> plant_model;  ///< for the certificate of the thesis' structure, which can do without it;
+                                          ///< part of the generative model of the predictive one, which cannot
 };
 
-/// Reads and checks all parameters. Geometry that the map does not give is read from the robot's URDF.
+/// Reads and checks all parameters. Geometry that the map does not give is read from the robot's URDF. The keys that
+/// are there choose the structure: controller.* the thesis', predictive.* (with plant_model.*) the predictive one.
 /// @param map parameters of the node; @param robot_description returns the URDF text, or an empty text if there is
-/// none;
-///        called only if geometry is missing.
-/// @throws ParameterError, one line, if a key is missing, unknown, of the wrong type or out of range, if the URDF is
-/// needed and
-///         absent or unusable, or if the belief update diverges, or if the closed loop is unstable
-///         on the plant model (keys plant_model.*, optional as a whole).
+/// none; called only if geometry is missing.
+/// @throws ParameterError, one line, if a key is missing, unknown, of the wrong type or out of range, if the keys are
+/// those of both structures or of none, if the URDF is needed and absent or unusable, if the belief update diverges, or
+/// if the closed loop is unstable on the plant model (keys plant_model.*, for the thesis' structure optional as a
+/// whole).
 NodeParameters readNodeParameters(ParameterMap map, const std::function<std::string()>& robot_description);
 
 }  // namespace jackal_aic

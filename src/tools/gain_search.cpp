@@ -9,7 +9,7 @@
 
 #include "closed_loop.hpp"
 #include "parallel.hpp"
-#include "velocity_controller.hpp"
+#include "timed_controller.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -93,8 +93,9 @@ double marginViolation(const GainSearchTask& task, const ControllerParameters& c
 std::vector<sim::Sample> simulate(const GainSearchTask& task, const ControllerParameters& controller,
                                   const sim::SetPointProfile& profile) {
   sim::JackalPlant plant(task.urdf, task.plant.simulation);
-  sim::ActiveInferenceVelocityController driver({controller, task.start.geometry, task.start.limits});
-  return sim::runClosedLoop(plant, driver, profile, task.plant.simulation.support, task.start.geometry);
+  const auto driver =
+      sim::makeTimedController(sim::ActiveInferenceSetup{controller, task.start.geometry, task.start.limits});
+  return sim::runClosedLoop(plant, *driver, profile, task.plant.simulation.support, task.start.geometry);
 }
 
 sim::ResponseMetrics respond(const GainSearchTask& task, const ControllerParameters& controller, double speed) {

@@ -103,5 +103,44 @@ TEST(StateMessage, CarriesBeliefAndErrorsOfAllOrders) {
   EXPECT_EQ(message.free_energy, controller.freeEnergy());
 }
 
+/// A predictive controller that has seen a turn to the left.
+PredictiveController turning() {
+  PredictiveController controller({}, {}, {});
+  controller.observe({1.0, 0.3, 2.0, 4.0, 0.0, 0.0});
+  controller.updateBelief();
+  controller.observe({1.02, 0.2, 2.2, 4.1, 0.0, 0.0});
+  controller.updateBelief();
+  return controller;
+}
+
+TEST(StateMessage, CarriesWhatThePredictiveControllerBelieves) {
+  const PredictiveController controller = turning();
+  const ControllerState message = stateMessage(controller);
+  EXPECT_EQ(message.structure, ControllerState::PREDICTIVE);
+  ASSERT_EQ(message.belief_forward.size(), 1u);
+  EXPECT_EQ(message.belief_forward[0], controller.believedVelocity()(kForward));
+  EXPECT_EQ(message.belief_yaw_rate.at(0), controller.believedVelocity()(kYaw));
+  EXPECT_TRUE(message.state_error_forward.empty());
+  EXPECT_NEAR(message.sensory_error_wheel_left.at(0), 0.2, 0.01) << "measured 2.2, predicted to stay at 2.0";
+  EXPECT_NEAR(message.sensory_error_wheel_right.at(0), 0.1, 0.01);
+  EXPECT_EQ(message.wheel_belief_left, controller.left().speed());
+  EXPECT_EQ(message.wheel_belief_right, controller.right().speed());
+  EXPECT_EQ(message.disturbance_right, controller.right().disturbance());
+  EXPECT_EQ(message.effective_track, controller.effectiveTrack());
+  EXPECT_GT(message.wheel_belief_right, message.wheel_belief_left);
+}
+
+TEST(BeliefMessage, HasAVarianceForWhatIsBelievedAndNoneForTheRest) {
+  const PredictiveController controller = turning();
+  const auto message = beliefMessage(controller);
+  EXPECT_EQ(message.twist.twist.linear.x, controller.believedVelocity()(kForward));
+  EXPECT_EQ(message.twist.twist.angular.z, controller.believedVelocity()(kYaw));
+  EXPECT_EQ(message.twist.covariance[0], controller.velocityCovariance()(0, 0));
+  EXPECT_EQ(message.twist.covariance[35], controller.velocityCovariance()(1, 1));
+  EXPECT_EQ(message.twist.covariance[5], message.twist.covariance[30]);
+  EXPECT_GT(message.twist.covariance[0], 0.0);
+  for (int i : {7, 14, 21, 28}) EXPECT_EQ(message.twist.covariance[i], kUnknownVariance);
+}
+
 }  // namespace
 }  // namespace jackal_aic

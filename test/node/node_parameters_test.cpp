@@ -64,6 +64,30 @@ TEST(NodeParameters, ChecksTheGainsOnThePlantModelIfThereIsOne) {
   EXPECT_NE(refusal(map, jackalUrdf()).find("plant_model.lag = -0.1"), std::string::npos);
 }
 
+TEST(NodeParameters, TheKeysChooseTheStructure) {
+  EXPECT_TRUE(
+      std::holds_alternative<ControllerParameters>(readNodeParameters(shipped("improved"), jackalUrdf).controller));
+  ParameterMap map = shipped("predictive");
+  EXPECT_NE(refusal(map, jackalUrdf()).find("plant_model.*: missing"), std::string::npos);
+  addYamlFile(kSource + "/config/plant_model.yaml", map);
+  const NodeParameters parameters = readNodeParameters(map, jackalUrdf);
+  ASSERT_TRUE(std::holds_alternative<PredictiveParameters>(parameters.controller));
+  EXPECT_EQ(std::get<PredictiveParameters>(parameters.controller).belief_rate, 1000.0);
+
+  map.set("controller.kappa_a", 8.0);
+  EXPECT_NE(refusal(map, jackalUrdf()).find("both given"), std::string::npos);
+  ParameterMap none;
+  addYamlFile(kSource + "/config/jackal.yaml", none);
+  EXPECT_NE(refusal(none, jackalUrdf()).find("controller.* or predictive.*: missing"), std::string::npos);
+}
+
+TEST(NodeParameters, RefusesPredictiveRatesThatDoNotFit) {
+  ParameterMap map = shipped("predictive");
+  addYamlFile(kSource + "/config/plant_model.yaml", map);
+  map.set("predictive.belief_rate", 75.0);
+  EXPECT_NE(refusal(map, jackalUrdf()).find("predictive.belief_rate = 75"), std::string::npos);
+}
+
 TEST(NodeParameters, TakesGeometryFromTheUrdfUnlessTheYamlGivesIt) {
   ParameterMap map;
   addYamlFile(kSource + "/config/standard.yaml", map);

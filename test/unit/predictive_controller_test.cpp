@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
+#include <utility>
 
 namespace jackal_aic {
 namespace {
@@ -29,9 +31,23 @@ class Robot {
       left_.predict(gain * controller.action().left);
       right_.predict(gain * controller.action().right);
       time_ += step_time_;
-      if (k % 20 == 0) controller.observe({time_, yawRate(), left_.speed(), right_.speed(), 0.0, 0.0});
+      if (k % 20 == 0) observe(controller);
       if (k % belief == 0) controller.updateBelief();
-      if (k % 20 == 0) controller.hold(controller.updateAction());
+      if (k % 20 == 0) controller.hold(limited(controller.updateAction()));
+    }
+  }
+
+  /// As drive(), with another command than the controller's.
+  void overrule(PredictiveController& controller, const PredictiveParameters& parameters, const WheelCommand& command,
+                double seconds) {
+    const int belief = static_cast<int>(std::lround(1000.0 / parameters.belief_rate));
+    for (int k = 1; k <= 1000 * seconds; ++k) {
+      left_.predict(gain * controller.action().left);
+      right_.predict(gain * controller.action().right);
+      time_ += step_time_;
+      if (k % 20 == 0) observe(controller);
+      if (k % belief == 0) controller.updateBelief();
+      if (k % 20 == 0) controller.overrule(command);
     }
   }
 
@@ -39,8 +55,21 @@ class Robot {
   double yawRate() const { return 0.098 * (right_.speed() - left_.speed()) / track_; }
 
   double gain = 1.0;
+  double limit = 1e9;  // of a wheel command [rad/s]
+  double noise = 0.0;  // of a measured wheel speed [rad/s]
 
  private:
+  WheelCommand limited(const WheelCommand& wanted) const {
+    return {std::clamp(wanted.left, -limit, limit), std::clamp(wanted.right, -limit, limit)};
+  }
+
+  void observe(PredictiveController& controller) {
+    std::normal_distribution<double> error;
+    const double left = left_.speed() + noise * error(random_), right = right_.speed() + noise * error(random_);
+    controller.observe({time_, yawRate(), left, right, 0.0, 0.0});
+  }
+
+  std::mt19937 random_{7};
   WheelBelief left_, right_;
   double track_, step_time_, time_ = 0.0;
 };
@@ -62,8 +91,8 @@ TEST_P(AtBeliefRate, ReachesTheSetPointExactlyAndBelievesTheTruth) {
   robot.drive(controller, parameters(), 1.0);
   EXPECT_NEAR(robot.forward(), 0.5, 1e-3);
   EXPECT_NEAR(robot.yawRate(), 0.4, 1e-3);
-  EXPECT_NEAR(controller.belief()(kForward), robot.forward(), 1e-3);
-  EXPECT_NEAR(controller.belief()(kYaw), robot.yawRate(), 1e-3);
+  EXPECT_NEAR(controller.believedVelocity()(kForward), robot.forward(), 1e-3);
+  EXPECT_NEAR(controller.believedVelocity()(kYaw), robot.yawRate(), 1e-3);
 }
 
 TEST_P(AtBeliefRate, CancelsAGainError) {
@@ -84,7 +113,7 @@ TEST_P(AtBeliefRate, BeliefFollowsTheRobotAndNotTheWish) {
   robot.drive(controller, parameters(), 0.1);
   controller.setSetPoint({1.0, 0.0, 0.0});
   robot.drive(controller, parameters(), 0.08);  // the dead time: nothing moves yet
-  EXPECT_NEAR(controller.belief()(kForward), 0.0, 0.02);
+  EXPECT_NEAR(controller.believedVelocity()(kForward), 0.0, 0.02);
 }
 
 INSTANTIATE_TEST_SUITE_P(Rates, AtBeliefRate, testing::Values(50.0, 100.0, 1000.0));
@@ -140,9 +169,9 @@ TEST(PredictiveController, RefusesWhatIsNotFiniteOrNotLater) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   PredictiveController controller({}, {}, driveTrain());
   EXPECT_FALSE(controller.setSetPoint({nan, 0.0, 0.0}));
-  EXPECT_TRUE(controller.observe({1.0, 0.0, 0.0, 0.0, 0.0, 0.0}));
-  EXPECT_FALSE(controller.observe({1.0, 0.0, 0.0, 0.0, 0.0, 0.0}));
-  EXPECT_FALSE(controller.observe({1.1, 0.0, nan, 0.0, 0.0, 0.0}));
+  EXPECT_TRUE(taken(controller.observe({1.0, 0.0, 0.0, 0.0, 0.0, 0.0})));
+  EXPECT_FALSE(taken(controller.observe({1.0, 0.0, 0.0, 0.0, 0.0, 0.0})));
+  EXPECT_FALSE(taken(controller.observe({1.1, 0.0, nan, 0.0, 0.0, 0.0})));
 }
 
 TEST(PredictiveController, ResetMakesItAsNew) {
@@ -156,7 +185,89 @@ TEST(PredictiveController, ResetMakesItAsNew) {
   second.drive(used, {}, 1.0);
   third.drive(fresh, {}, 1.0);
   EXPECT_EQ(used.action(), fresh.action());
-  EXPECT_EQ(used.belief(), fresh.belief());
+  EXPECT_EQ(used.believedVelocity(), fresh.believedVelocity());
+}
+
+TEST(PredictiveController, BelievesItsOwnBrakeWhileItIsOverruledAndDrivesOnWithoutAJump) {
+  PredictiveController controller({}, {}, driveTrain());
+  Robot robot(driveTrain(), 0.5621);
+  robot.drive(controller, {}, 0.1);
+  controller.setSetPoint({0.5, 0.0, 0.0});
+  robot.drive(controller, {}, 1.0);
+  robot.overrule(controller, {}, {}, 0.2);  // dead time and lag: the robot is braking
+  EXPECT_LT(robot.forward(), 0.4);
+  EXPECT_NEAR(controller.believedVelocity()(kForward), robot.forward(), 0.005);
+  robot.overrule(controller, {}, {}, 1.0);
+  EXPECT_NEAR(controller.believedVelocity()(kForward), 0.0, 0.005)
+      << "the belief is what the robot does, not the set point";
+  EXPECT_EQ(controller.action(), WheelCommand{});
+  controller.setSetPoint({});
+  EXPECT_NEAR(controller.updateAction().left, 0.0, 0.05) << "the path starts from rest";
+}
+
+TEST(PredictiveController, PathDoesNotRunAwayBeyondALimit) {
+  const double limit = 5.0;  // rad/s
+  PredictiveController controller({}, {}, driveTrain());
+  Robot robot(driveTrain(), 0.5621);
+  robot.limit = limit;
+  robot.drive(controller, {}, 0.1);
+  controller.setSetPoint({50.0, 0.0, 0.0});
+  robot.drive(controller, {}, 3.0);
+  EXPECT_NEAR(robot.forward(), 0.098 * limit, 0.01);
+  controller.setSetPoint({0.2, 0.0, 0.0});
+  robot.drive(controller, {}, 0.02);
+  EXPECT_LT(controller.action().left, limit) << "the command falls at once when less is asked";
+  robot.drive(controller, {}, 1.0);
+  EXPECT_NEAR(robot.forward(), 0.2, 0.002);
+}
+
+TEST(PredictiveController, OtherGainsTakeOverWithoutAJump) {
+  PredictiveController changed({}, {}, driveTrain()), same({}, {}, driveTrain());
+  Robot a(driveTrain(), 0.7), b(driveTrain(), 0.7);
+  for (auto [controller, robot] : {std::pair(&changed, &a), std::pair(&same, &b)}) {
+    robot->drive(*controller, {}, 0.1);
+    controller->setSetPoint({0.5, 0.0, 0.5});
+    robot->drive(*controller, {}, 2.0);
+  }
+  PredictiveParameters slower;
+  slower.reference_time = 0.3;
+  slower.kappa_a = 0.5;
+  const WheelCommand before = changed.action();
+  changed.adoptGains(slower);
+  EXPECT_EQ(changed.effectiveTrack(), same.effectiveTrack());
+  EXPECT_NEAR(changed.updateAction().left, before.left, 1e-3);
+  changed.setSetPoint({1.0, 0.0, 0.5});
+  same.setSetPoint({1.0, 0.0, 0.5});
+  EXPECT_LT(changed.updateAction().left, same.updateAction().left - 0.5) << "the slower reference is in force";
+}
+
+TEST(PredictiveController, RefusedGainsChangeNothing) {
+  PredictiveController controller({}, {}, driveTrain());
+  PredictiveParameters other;
+  other.belief_rate = 500.0;
+  EXPECT_THROW(controller.adoptGains(other), ParameterError) << "the caller's timers go on at the old rate";
+  EXPECT_EQ(controller.beliefStep(), 0.001);
+  EXPECT_EQ(controller.beliefStepsPerAction(), 20);
+}
+
+TEST(PredictiveController, CovarianceCoversTheErrorOfTheBelief) {
+  PredictiveParameters parameters;
+  PredictiveController controller(parameters, {}, driveTrain());
+  Robot robot(driveTrain(), 0.5621);
+  robot.noise = std::sqrt(parameters.wheel_variance);
+  robot.drive(controller, parameters, 0.1);
+  controller.setSetPoint({0.5, 0.0, 0.5});
+  robot.drive(controller, parameters, 3.0);
+  double squares = 0.0;  // of the error in units of the believed deviation
+  constexpr int kSamples = 200;
+  for (int i = 0; i < kSamples; ++i) {
+    robot.drive(controller, parameters, 0.1);
+    const double error = controller.believedVelocity()(kForward) - robot.forward();
+    squares += error * error / controller.velocityCovariance()(0, 0);
+  }
+  EXPECT_LT(squares / kSamples, 1.5) << "not overconfident";
+  EXPECT_GT(squares / kSamples, 0.02) << "nor meaningless";
+  EXPECT_GT(controller.velocityCovariance()(1, 1), 0.0);
 }
 
 TEST(PredictiveController, RefusesRatesThatDoNotFit) {

@@ -13,13 +13,14 @@
 #include "jackal_aic/parameters.hpp"
 #include "jackal_aic/predictive_controller.hpp"
 #include "jackal_aic/types.hpp"
+#include "jackal_aic/velocity_controller.hpp"
 
 namespace jackal_aic::sim {
 
 /// A controller of the body velocity that is served by simulated time.
-class VelocityController {
+class TimedController {
  public:
-  virtual ~VelocityController() = default;
+  virtual ~TimedController() = default;
 
   /// Desired body velocity (base_link) from now on.
   virtual void setSetPoint(const SetPoint& set_point) = 0;
@@ -48,31 +49,11 @@ class StepCounter {
   std::int64_t done_ = 0;
 };
 
-/// Settings of the active inference controller as the node has them.
+/// Settings of the thesis' controller as the node has them.
 struct ActiveInferenceSetup {
   ControllerParameters controller;
   GeometryParameters geometry;
   LimitParameters limits;
-};
-
-/// The active inference controller with the node's order of steps (belief first, then action) and its drive gate: the
-/// action is held at the limits. A belief update that diverges is run as it is, because the thesis shows such cases.
-class ActiveInferenceVelocityController : public VelocityController {
- public:
-  /// @throws ParameterError if a rate or a list of variances is invalid.
-  explicit ActiveInferenceVelocityController(const ActiveInferenceSetup& setup);
-
-  void setSetPoint(const SetPoint& set_point) override { controller_.setSetPoint(set_point); }
-  void observe(const Observation& observation) override { controller_.observe(observation); }
-  std::optional<WheelCommand> advance(double now) override;
-  std::optional<BodyVector> belief() const override { return BodyVector(controller_.belief().col(0)); }
-
- private:
-  ActiveInferenceController controller_;
-  DriveGate gate_;
-  StepCounter belief_clock_;
-  int belief_steps_per_action_;
-  int belief_steps_ = 0;
 };
 
 /// Settings of the predictive controller.
@@ -83,29 +64,37 @@ struct PredictiveSetup {
   PlantModel model;  ///< drive train as the controller believes it
 };
 
-/// The predictive controller with the same order of steps and the same drive gate.
-class PredictiveVelocityController : public VelocityController {
+/// An active inference controller with the node's order of steps (belief first, then action) and its drive gate: the
+/// action is held at the limits.
+class GatedController : public TimedController {
  public:
-  /// @throws ParameterError if the rates are invalid.
-  explicit PredictiveVelocityController(const PredictiveSetup& setup);
+  /// @param geometry r and b_hat for the limits of the body velocity.
+  GatedController(std::unique_ptr<VelocityController> controller, const LimitParameters& limits,
+                  const GeometryParameters& geometry);
 
-  void setSetPoint(const SetPoint& set_point) override { controller_.setSetPoint(set_point); }
-  void observe(const Observation& observation) override { controller_.observe(observation); }
+  void setSetPoint(const SetPoint& set_point) override { controller_->setSetPoint(set_point); }
+  void observe(const Observation& observation) override { controller_->observe(observation); }
   std::optional<WheelCommand> advance(double now) override;
-  std::optional<BodyVector> belief() const override { return controller_.belief(); }
+  std::optional<BodyVector> belief() const override { return controller_->believedVelocity(); }
 
  private:
-  PredictiveController controller_;
+  std::unique_ptr<VelocityController> controller_;
   DriveGate gate_;
   StepCounter belief_clock_;
-  int belief_steps_per_action_;
   int belief_steps_ = 0;
 };
 
+/// The controller of a setup. A belief update that diverges is run as it is, because the thesis shows such cases.
+/// @throws ParameterError if a rate or a list of variances is invalid.
+std::unique_ptr<TimedController> makeTimedController(const ActiveInferenceSetup& setup);
+
+/// The controller of a setup. @throws ParameterError if the rates are invalid.
+std::unique_ptr<TimedController> makeTimedController(const PredictiveSetup& setup);
+
 /// The open-loop differential drive baseline.
-class DifferentialDriveVelocityController : public VelocityController {
+class TimedDifferentialDrive : public TimedController {
  public:
-  explicit DifferentialDriveVelocityController(const DifferentialDriveParameters& parameters)
+  explicit TimedDifferentialDrive(const DifferentialDriveParameters& parameters)
       : drive_(parameters), clock_(parameters.rate) {}
 
   void setSetPoint(const SetPoint& set_point) override { drive_.setSetPoint(set_point); }
@@ -117,5 +106,8 @@ class DifferentialDriveVelocityController : public VelocityController {
   DifferentialDrive drive_;
   StepCounter clock_;
 };
+
+/// The baseline with these settings.
+std::unique_ptr<TimedController> makeTimedController(const DifferentialDriveParameters& parameters);
 
 }  // namespace jackal_aic::sim

@@ -1,0 +1,55 @@
+#include "timed_controller.hpp"
+
+#include <utility>
+
+namespace jackal_aic::sim {
+namespace {
+
+constexpr double kTimeTolerance = 1e-9;  // s; far below the plant's step, far above the rounding of summed steps
+
+}  // namespace
+
+bool StepCounter::due(double now) {
+  if (static_cast<double>(done_ + 1) > (now + kTimeTolerance) * rate_) return false;
+  ++done_;
+  return true;
+}
+
+GatedController::GatedController(std::unique_ptr<VelocityController> controller, const LimitParameters& limits,
+                                 const GeometryParameters& geometry)
+    : controller_(std::move(controller)),
+      gate_(limits, DeadlineParameters{}, geometry),
+      belief_clock_(1.0 / controller_->beliefStep()) {}
+
+std::optional<WheelCommand> GatedController::advance(double now) {
+  std::optional<WheelCommand> command;
+  while (belief_clock_.due(now)) {
+    controller_->updateBelief();
+    if (++belief_steps_ % controller_->beliefStepsPerAction() != 0) continue;
+    command = gate_.limit(controller_->updateAction());
+    controller_->hold(*command);
+  }
+  return command;
+}
+
+std::unique_ptr<TimedController> makeTimedController(const ActiveInferenceSetup& setup) {
+  auto controller = std::make_unique<ActiveInferenceController>(setup.controller, setup.geometry, Divergence::allowed);
+  return std::make_unique<GatedController>(std::move(controller), setup.limits, setup.geometry);
+}
+
+std::unique_ptr<TimedController> makeTimedController(const PredictiveSetup& setup) {
+  auto controller = std::make_unique<PredictiveController>(setup.controller, setup.geometry, setup.model);
+  return std::make_unique<GatedController>(std::move(controller), setup.limits, setup.geometry);
+}
+
+std::optional<WheelCommand> TimedDifferentialDrive::advance(double now) {
+  std::optional<WheelCommand> command;
+  while (clock_.due(now)) command = drive_.update();
+  return command;
+}
+
+std::unique_ptr<TimedController> makeTimedController(const DifferentialDriveParameters& parameters) {
+  return std::make_unique<TimedDifferentialDrive>(parameters);
+}
+
+}  // namespace jackal_aic::sim

@@ -1,0 +1,41 @@
+#pragma once
+
+/// @file
+/// A controller and what only its kind has on the ROS side: gains that can be changed, fields of the state, topics of
+/// its own.
+
+#include <jackal_aic/ControllerState.h>
+#include <jackal_aic/SensorGeneralized.h>
+#include <ros/node_handle.h>
+#include <std_msgs/Header.h>
+
+#include <memory>
+
+#include "jackal_aic/velocity_controller.hpp"
+#include "node_parameters.hpp"
+
+namespace jackal_aic {
+
+/// What the node needs of a controller beside the steps that all of them have.
+class ControllerStructure {
+ public:
+  virtual ~ControllerStructure() = default;
+
+  /// The controller itself.
+  virtual VelocityController& controller() = 0;
+
+  /// Belief, prediction errors, free energy and what else the structure fills in; the rest is left to the caller.
+  virtual ControllerState state() const = 0;
+
+  /// Measurement that the controller took last; the header is left to the caller.
+  virtual SensorGeneralized measurement() const = 0;
+
+  /// Publishes what the structure has beside the state, after each action update.
+  /// @param header stamp of the update, frame of the body velocity.
+  virtual void publish(const std_msgs::Header& header) = 0;
+};
+
+/// Builds the controller that the parameters choose and opens its topics in the namespace of `node`.
+std::unique_ptr<ControllerStructure> makeStructure(ros::NodeHandle& node, const NodeParameters& parameters);
+
+}  // namespace jackal_aic

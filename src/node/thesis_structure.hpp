@@ -1,0 +1,36 @@
+#pragma once
+
+/// @file
+/// The thesis' controller in the node.
+
+#include <optional>
+
+#include "controller_structure.hpp"
+#include "gain_server.hpp"
+#include "jackal_aic/active_inference_controller.hpp"
+
+namespace jackal_aic {
+
+/// Certifies the gains on the plant model, where there is one, when it starts and before it takes over changed ones.
+class ThesisStructure : public ControllerStructure {
+ public:
+  /// @throws ParameterError if the gains are invalid for this geometry.
+  ThesisStructure(const ControllerParameters& gains, const GeometryParameters& geometry,
+                  const std::optional<PlantModel>& plant_model);
+
+  VelocityController& controller() override { return controller_; }
+  ControllerState state() const override;
+  SensorGeneralized measurement() const override;
+  void publish(const std_msgs::Header&) override {}
+
+ private:
+  void reportCertificate(const ControllerParameters& gains) const;
+  void adopt(const ControllerParameters& wanted);
+
+  GeometryParameters geometry_;
+  std::optional<PlantModel> plant_model_;
+  ActiveInferenceController controller_;
+  GainServer<ControllerParameters, ControllerGainsConfig> gain_server_;
+};
+
+}  // namespace jackal_aic
