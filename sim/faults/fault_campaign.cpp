@@ -1,0 +1,340 @@
+#include "fault_campaign.hpp"
+
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <signal.h>
+#include <std_msgs/Bool.h>
+#include <std_srvs/Empty.h>
+#include <std_srvs/SetBool.h>
+
+#include <algorithm>
+
+#include "node_process.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+constexpr std::uint32_t kQueueSize = 1000;  // nothing of what is judged may be lost
+constexpr double kSetPointPeriod = 0.05;    // s, as an operator's joystick or a planner would
+constexpr double kStatusPeriod = 1.0;       // s, as the robot's firmware
+constexpr double kIntrusionPeriod = 0.02;   // s, as the stock jackal_node
+constexpr double kFirstSetPoint = 0.3;      // s, after the start of a run
+constexpr double kSilence = 0.3;            // s without a command, after which the next is a new process'
+constexpr double kLastWord = 0.2;           // s before the end, within which the controller has to have spoken
+constexpr double kPatience = 30.0;          // s on the wall clock without any progress
+const ros::WallDuration kLook(0.002);       // wait for callbacks
+
+const char* statusName(std::uint8_t status) {
+  switch (status) {
+    case ControllerState::IDLE:
+      return "idle";
+    case ControllerState::DRIVING:
+      return "driving";
+    case ControllerState::STOPPED:
+      return "stopped";
+    default:
+      return "?";
+  }
+}
+
+}  // namespace
+
+FaultCampaign::FaultCampaign(ros::NodeHandle node, const CampaignNodes& nodes)
+    : node_(std::move(node)),
+      nodes_(nodes),
+      joint_states_(node_, "joint_states"),
+      imu_(node_, "imu/data"),
+      feedback_(node_, "feedback"),
+      status_(node_, "status"),
+      set_points_(node_, "jackal_AIC/set_point"),
+      commands_(node_, "robot/cmd_drive"),
+      clock_(node_.advertise<rosgraph_msgs::Clock>("/clock", kQueueSize)),
+      e_stop_(node_.advertise<std_msgs::Bool>("e_stop", 1, true)) {
+  const auto hints = ros::TransportHints().tcpNoDelay();
+  const auto forward = [this](auto& topic) { return [this, &topic](const auto& message) { pass(topic, *message); }; };
+  using JointState = sensor_msgs::JointStateConstPtr;
+  using Imu = sensor_msgs::ImuConstPtr;
+  using Feedback = jackal_msgs::FeedbackConstPtr;
+  subscribers_ = {
+      node_.subscribe("robot/clock", kQueueSize, &FaultCampaign::onClock, this, hints),
+      node_.subscribe<sensor_msgs::JointState>(
+          "robot/joint_states", kQueueSize, [f = forward(joint_states_)](const JointState& m) { f(m); }, {}, hints),
+      node_.subscribe<sensor_msgs::Imu>(
+          "robot/imu/data", kQueueSize, [f = forward(imu_)](const Imu& m) { f(m); }, {}, hints),
+      node_.subscribe<jackal_msgs::Feedback>(
+          "robot/feedback", kQueueSize, [f = forward(feedback_)](const Feedback& m) { f(m); }, {}, hints),
+      node_.subscribe("cmd_drive", kQueueSize, &FaultCampaign::onCommand, this, hints),
+      node_.subscribe("ground_truth/odom", kQueueSize, &FaultCampaign::onTruth, this, hints),
+      node_.subscribe("jackal_AIC/state", kQueueSize, &FaultCampaign::onState, this, hints),
+      node_.subscribe("/diagnostics", kQueueSize, &FaultCampaign::onDiagnostics, this, hints)};
+}
+
+template <class Message>
+void FaultCampaign::pass(FaultyTopic<Message>& topic, Message message) {
+  message.header.stamp += ros::Duration(offset_);
+  topic.pass(time_, message);
+}
+
+void FaultCampaign::onClock(const rosgraph_msgs::Clock& message) {
+  ++ticks_;
+  if (message.clock < plant_clock_) {
+    base_ = time_;
+    ++resets_;
+  }
+  plant_clock_ = message.clock;
+  time_ = base_ + plant_clock_.toSec();
+  rosgraph_msgs::Clock clock;
+  clock.clock = message.clock + ros::Duration(offset_);
+  clock_.publish(clock);
+  joint_states_.release(time_);
+  imu_.release(time_);
+  feedback_.release(time_);
+  status_.release(time_);
+  set_points_.release(time_);
+  commands_.release(time_);
+}
+
+void FaultCampaign::onCommand(const ros::MessageEvent<const jackal_msgs::Drive>& event) {
+  const jackal_msgs::Drive& drive = *event.getMessage();
+  commands_.pass(time_, drive);
+  if (event.getPublisherName() != nodes_.controller || !recording_) return;
+  if (end_requested_ && !record_.commands.empty() && time_ - record_.commands.back().time > kSilence) {
+    record_.process_starts.push_back(time_);
+    end_requested_ = false;
+  }
+  record_.commands.push_back(
+      {time_, {drive.drivers[jackal_msgs::Drive::LEFT], drive.drivers[jackal_msgs::Drive::RIGHT]}});
+}
+
+void FaultCampaign::onTruth(const nav_msgs::Odometry& message) {
+  if (!recording_ || message.header.stamp > plant_clock_) return;  // the latter: of before a reset
+  record_.truth.push_back(
+      {base_ + message.header.stamp.toSec(), message.twist.twist.linear.x, message.twist.twist.angular.z});
+}
+
+void FaultCampaign::onState(const ControllerState& message) {
+  states_since_reset_.push_back(message);
+  if (!recording_) return;
+  const std::string reason = message.reason.empty() ? "" : ": " + message.reason;
+  record_.states.push_back({time_, message.status == ControllerState::DRIVING, statusName(message.status) + reason,
+                            message.rejected_set_points, message.rejected_measurements});
+}
+
+void FaultCampaign::onDiagnostics(const diagnostic_msgs::DiagnosticArray& message) {
+  if (!recording_) return;
+  for (const auto& status : message.status) {
+    if (status.level == diagnostic_msgs::DiagnosticStatus::OK) continue;
+    record_.diagnostics.push_back({time_, status.message});
+  }
+}
+
+RunRecord FaultCampaign::run(const Scenario& scenario) {
+  record_ = {};
+  tasks_.clear();
+  end_requested_ = false;
+  set_point_ = {};
+  if (!restart()) {
+    breakDown("the nodes do not start: no state of the controller after a reset");
+    return record_;
+  }
+  controller_ = controllerProcess();
+  arm(scenario);
+  recording_ = true;
+  const bool completed = waitFor([&] { return time_ >= scenario.end(); });
+  recording_ = false;
+  for (const Task& task : tasks_) task.action();  // so that no process stays stopped
+  tasks_.clear();
+  if (!completed) breakDown("the simulation stands still");
+  checkProcess();
+  intruder_.shutdown();
+  simulated_ += time_;
+  return record_;
+}
+
+int FaultCampaign::controllerProcess() const { return processOf(nodes_.controller).value_or(0); }
+
+void FaultCampaign::arm(const Scenario& scenario) {
+  const auto of = [&](FaultTopic topic) {
+    std::vector<MessageFault> faults;
+    for (const TopicFault& fault : scenario.faults) {
+      if (fault.topic == topic) faults.push_back(fault.fault);
+    }
+    return faults;
+  };
+  joint_states_.arm(of(FaultTopic::joint_states), scenario.onset, scenario.seed);
+  imu_.arm(of(FaultTopic::imu), scenario.onset, scenario.seed);
+  feedback_.arm(of(FaultTopic::feedback), scenario.onset, scenario.seed);
+  status_.arm(of(FaultTopic::status), scenario.onset, scenario.seed);
+  set_points_.arm(of(FaultTopic::set_point), scenario.onset, scenario.seed);
+  commands_.arm(of(FaultTopic::cmd_drive), scenario.onset, scenario.seed);
+  set_point_.linear.x = scenario.motion.forward;
+  set_point_.angular.z = scenario.motion.yaw_rate;
+  next_set_point_ = kFirstSetPoint;
+  next_status_ = 0.0;
+  if (scenario.system) planSystemFault(*scenario.system, scenario.onset);
+  std::stable_sort(tasks_.begin(), tasks_.end(), [](const Task& a, const Task& b) { return a.time < b.time; });
+}
+
+void FaultCampaign::planSystemFault(const SystemFault& fault, double onset) {
+  const double begin = onset + fault.start, end = begin + fault.duration;
+  const auto add = [this](double time, std::function<void()> action) { tasks_.push_back({time, std::move(action)}); };
+  const auto stop = [this](bool pressed) {
+    std_msgs::Bool message;
+    message.data = pressed;
+    e_stop_.publish(message);
+  };
+  const auto block = [this](const char* side, bool blocked) {
+    std_srvs::SetBool request;
+    request.request.data = blocked;
+    if (!ros::service::call(nodes_.plant + "/block_" + side, request)) breakDown("the plant cannot block a wheel");
+  };
+  switch (fault.kind) {
+    case SystemFaultKind::e_stop:
+      add(begin, [stop] { stop(true); });
+      return add(end, [stop] { stop(false); });
+    case SystemFaultKind::second_publisher:
+      add(begin, [this, fault] {
+        intruder_speed_ = fault.amount;
+        intruder_ = node_.advertise<jackal_msgs::Drive>("cmd_drive", 1);
+        next_intrusion_ = time_;
+      });
+      return add(end, [this] { intruder_.shutdown(); });
+    case SystemFaultKind::block_left:
+    case SystemFaultKind::block_right: {
+      const char* side = fault.kind == SystemFaultKind::block_left ? "left" : "right";
+      add(begin, [block, side] { block(side, true); });
+      return add(end, [block, side] { block(side, false); });
+    }
+    case SystemFaultKind::clock_jump:
+      return add(begin, [this, fault] { offset_ += fault.amount; });
+    case SystemFaultKind::clock_reset:
+      return add(begin, [this] { resetPlant(); });
+    case SystemFaultKind::pause:
+      return add(begin, [this, fault] { pausePlant(fault.duration); });
+    case SystemFaultKind::stall:
+      add(begin, [this] { kill(controller_, SIGSTOP); });
+      return add(end, [this] { kill(controller_, SIGCONT); });
+    case SystemFaultKind::kill:
+      return planProcessEnd(SIGKILL, begin);
+    case SystemFaultKind::interrupt:
+      return planProcessEnd(SIGINT, begin);
+    case SystemFaultKind::terminate:
+      return planProcessEnd(SIGTERM, begin);
+    case SystemFaultKind::master_restart:
+      return add(begin, [this] {
+        const auto master = masterProcess();
+        if (!master || kill(*master, SIGKILL) != 0) breakDown("the ROS master cannot be ended");
+      });
+  }
+}
+
+void FaultCampaign::planProcessEnd(int signal, double time) {
+  tasks_.push_back({time, [this, signal] {
+                      end_requested_ = true;
+                      kill(controller_, signal);
+                    }});
+}
+
+bool FaultCampaign::restart() {
+  const auto speaks = [this] { return !states_since_reset_.empty(); };
+  arm(Scenario{});
+  offset_ = base_ = 0.0;
+  std_msgs::Bool released;
+  released.data = false;
+  e_stop_.publish(released);
+  states_since_reset_.clear();
+  // A controller that was killed in the run before has to be there again before the clock is put back for all.
+  if (!waitFor(speaks)) return false;
+  const std::uint64_t resets = resets_;
+  resetPlant();
+  if (!waitFor([&] { return resets_ != resets; })) return false;
+  base_ = 0.0;
+  time_ = plant_clock_.toSec();
+  states_since_reset_.clear();
+  next_set_point_ = next_status_ = 0.0;
+  return waitFor(speaks) && waitFor([this] {
+           const ControllerState& state = states_since_reset_.back();
+           return state.status == ControllerState::IDLE || state.status == ControllerState::STOPPED;
+         });
+}
+
+void FaultCampaign::resetPlant() {
+  std_srvs::Empty empty;
+  if (!ros::service::waitForService(nodes_.plant + "/reset", ros::Duration(-1)) ||
+      !ros::service::call(nodes_.plant + "/reset", empty)) {
+    breakDown("the plant cannot be reset");
+  }
+}
+
+bool FaultCampaign::waitFor(const std::function<bool()>& condition) {
+  ros::WallTime progress = ros::WallTime::now();
+  std::uint64_t ticks = ticks_;
+  const ros::WallTime begin = progress;
+  while (ros::ok() && !condition()) {
+    ros::getGlobalCallbackQueue()->callAvailable(kLook);
+    perform();
+    if (ticks_ != ticks) {
+      ticks = ticks_;
+      progress = ros::WallTime::now();
+    }
+    if ((ros::WallTime::now() - progress).toSec() > kPatience) return false;
+    if (!recording_ && (ros::WallTime::now() - begin).toSec() > kPatience) return false;
+  }
+  return condition();
+}
+
+void FaultCampaign::perform() {
+  if (!recording_) return;
+  while (!tasks_.empty() && tasks_.front().time <= time_) {
+    const Task task = tasks_.front();
+    tasks_.erase(tasks_.begin());
+    task.action();
+  }
+  sendPeriodically();
+}
+
+void FaultCampaign::sendPeriodically() {
+  if (time_ >= next_set_point_) {
+    set_points_.pass(time_, set_point_);
+    next_set_point_ += kSetPointPeriod;
+  }
+  if (time_ >= next_status_) {
+    jackal_msgs::Status status;
+    status.header.stamp = ros::Time(time_ - base_ + offset_);
+    status.drivers_active = true;
+    status.driver_external_stop_present = true;
+    status_.pass(time_, status);
+    next_status_ += kStatusPeriod;
+  }
+  if (intruder_ && time_ >= next_intrusion_) {
+    jackal_msgs::Drive drive;
+    drive.mode = jackal_msgs::Drive::MODE_VELOCITY;
+    drive.drivers.fill(static_cast<float>(intruder_speed_));
+    intruder_.publish(drive);
+    next_intrusion_ += kIntrusionPeriod;
+  }
+}
+
+void FaultCampaign::pausePlant(double wall_seconds) {
+  const auto plant = processOf(nodes_.plant);
+  if (!plant || kill(*plant, SIGSTOP) != 0) return breakDown("the plant cannot be paused");
+  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(wall_seconds);
+  while (ros::ok() && ros::WallTime::now() < end) ros::getGlobalCallbackQueue()->callAvailable(kLook);
+  kill(*plant, SIGCONT);
+}
+
+void FaultCampaign::breakDown(const std::string& reason) {
+  if (record_.breakdown.empty()) record_.breakdown = reason;
+}
+
+void FaultCampaign::checkProcess() {
+  const bool silent = record_.states.empty() || record_.states.back().time < time_ - kLastWord;
+  const bool ended = record_.process_starts.empty() && (controller_ == 0 || !isRunning(controller_));
+  if (ended) {
+    breakDown("the controller crashed");
+  } else if (silent) {
+    breakDown("the controller fell silent");
+  }
+}
+
+}  // namespace jackal_aic::sim

@@ -1,0 +1,19 @@
+#pragma once
+
+/// @file
+/// Verdicts of the fault campaign as lines of a CSV file.
+
+#include <string>
+
+#include "judge.hpp"
+#include "scenario.hpp"
+
+namespace jackal_aic::sim {
+
+/// Header line of the table.
+std::string verdictHeader();
+
+/// Line of one scenario.
+std::string verdictLine(const Scenario& scenario, const Verdict& verdict);
+
+}  // namespace jackal_aic::sim
