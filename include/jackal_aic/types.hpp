@@ -6,6 +6,8 @@
 /// Delft 2022).
 
 #include <Eigen/Core>
+#include <cmath>
+#include <optional>
 
 namespace jackal_aic {
 
@@ -41,20 +43,56 @@ using GeneralizedBody = Eigen::Matrix<double, kBodySize, Eigen::Dynamic, Eigen::
 using GeneralizedSensor =
     Eigen::Matrix<double, kSensorSize, Eigen::Dynamic, Eigen::ColMajor, kSensorSize, kMaxOrders + 1>;
 
+/// Which channels of an observation count. A channel that does not was not measured, or was found faulty; whatever its
+/// number, it has precision zero.
+struct ChannelValidity {
+  bool yaw_rate = true;      ///< gyro
+  bool wheel_left = true;    ///< encoder of the left wheels
+  bool wheel_right = true;   ///< encoder of the right wheels
+  bool acceleration = true;  ///< accelerometer, all axes
+
+  /// True if every channel counts.
+  bool all() const { return yaw_rate && wheel_left && wheel_right && acceleration; }
+};
+
+/// True if the same channels count.
+inline bool operator==(const ChannelValidity& a, const ChannelValidity& b) {
+  return a.yaw_rate == b.yaw_rate && a.wheel_left == b.wheel_left && a.wheel_right == b.wheel_right &&
+         a.acceleration == b.acceleration;
+}
+
+/// The channels that count in both.
+inline ChannelValidity operator&(const ChannelValidity& a, const ChannelValidity& b) {
+  return {a.yaw_rate && b.yaw_rate, a.wheel_left && b.wheel_left, a.wheel_right && b.wheel_right,
+          a.acceleration && b.acceleration};
+}
+
 /// One synchronised reading of the wheel encoders and the IMU.
 struct Observation {
-  double stamp = 0.0;           ///< time of the measurement [s]
-  double yaw_rate = 0.0;        ///< theta_dot, gyro about z of base_link [rad/s]
-  double wheel_left = 0.0;      ///< omega_L, mean of the left wheels [rad/s]
-  double wheel_right = 0.0;     ///< omega_R, mean of the right wheels [rad/s]
-  double acceleration_x = 0.0;  ///< x_ddot, accelerometer along x of base_link [m/s^2]
-  double acceleration_y = 0.0;  ///< y_ddot, accelerometer along y of base_link [m/s^2]
+  double stamp = 0.0;                    ///< time of the measurement [s]
+  double yaw_rate = 0.0;                 ///< theta_dot, gyro about z of base_link [rad/s]
+  double wheel_left = 0.0;               ///< omega_L, mean of the left wheels [rad/s]
+  double wheel_right = 0.0;              ///< omega_R, mean of the right wheels [rad/s]
+  double acceleration_x = 0.0;           ///< x_ddot, accelerometer along x of base_link [m/s^2]
+  double acceleration_y = 0.0;           ///< y_ddot, accelerometer along y of base_link [m/s^2]
+  std::optional<double> acceleration_z;  ///< accelerometer along z of base_link [m/s^2], +g at rest; empty: not known
+  ChannelValidity valid;                 ///< which of the channels count
 
   /// The channels as the vector y of eq. 3-3.
   SensorVector vector() const {
     SensorVector y;
     y << yaw_rate, wheel_left, wheel_right, acceleration_x, acceleration_y;
     return y;
+  }
+
+  /// True if the stamp and every channel that counts are finite.
+  bool finite() const {
+    const bool yaw = !valid.yaw_rate || std::isfinite(yaw_rate);
+    const bool left = !valid.wheel_left || std::isfinite(wheel_left);
+    const bool right = !valid.wheel_right || std::isfinite(wheel_right);
+    const bool level = std::isfinite(acceleration_x) && std::isfinite(acceleration_y);
+    const bool acceleration = !valid.acceleration || (level && std::isfinite(acceleration_z.value_or(0.0)));
+    return std::isfinite(stamp) && yaw && left && right && acceleration;
   }
 };
 

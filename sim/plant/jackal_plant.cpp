@@ -40,6 +40,7 @@ Observation PlantMeasurement::observation() const {
   observation.wheel_right = 0.5 * (wheel_velocity[kFrontRight] + wheel_velocity[kRearRight]);
   observation.acceleration_x = linear_acceleration.x();
   observation.acceleration_y = linear_acceleration.y();
+  observation.acceleration_z = linear_acceleration.z();
   return observation;
 }
 

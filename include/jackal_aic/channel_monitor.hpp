@@ -1,0 +1,151 @@
+#pragma once
+
+/// @file
+/// What makes one measured channel suspect, and when a suspect channel is a faulty one. No robot here: prediction
+/// errors and samples go in, verdicts come out. Nothing allocates.
+
+#include <cstdint>
+
+namespace jackal_aic {
+
+/// Largest Mahalanobis distance of a good sample: d = sqrt(n / alpha).
+///
+/// Chebyshev's inequality in n dimensions, P(e' S^-1 e >= n / alpha) <= alpha for a zero-mean error e of covariance S,
+/// holds whatever the distribution. The chi-square quantile would be smaller, but the errors of a skid-steer robot are
+/// not normal: slip and timing give them heavy tails. For normal errors the bound is far on the safe side (n = 1,
+/// alpha = 0.04: d = 5, exceeded by 6 samples in 10 million).
+/// @param channels n; @param false_alarm_rate alpha, bound of the rate at which a good sample is called an outlier.
+double chebyshevBound(int channels, double false_alarm_rate);
+
+/// Covariance of a prediction error, learned while running: lambda S, S the variance that the model predicts now and
+/// lambda >= 1 a factor that follows e^2 / S. An error beyond the bound counts as one at the bound (winsorised): a
+/// fault cannot teach the monitor to bear it before it is found, and noise that really grew is learned in the end.
+class LearnedVariance {
+ public:
+  /// Largest factor: ten times the configured standard deviation.
+  static constexpr double kLargestFactor = 100.0;
+
+  /// @param memory time over which lambda averages [s]; @param bound largest Mahalanobis distance of a good sample.
+  LearnedVariance(double memory, double bound) : memory_(memory), bound_(bound) {}
+
+  /// e^2 / (lambda S): squared Mahalanobis distance of an error.
+  double squaredDistance(double error, double variance) const { return error * error / (factor_ * variance); }
+
+  /// Takes an error of which the model says the variance S. @param step time since the last one [s].
+  void learn(double error, double variance, double step);
+
+  /// lambda, in [1, kLargestFactor].
+  double factor() const { return factor_; }
+
+ private:
+  static constexpr double kInitialFactor = 25.0;  // says little before the noise is known
+  double memory_;
+  double bound_;
+  double factor_ = kInitialFactor;
+};
+
+/// How much a quantity changed lately: the integral of its rate over a fading memory, so that jitter cancels and a
+/// change counts the same in one step or many.
+class RecentChange {
+ public:
+  /// Memory [s].
+  static constexpr double kMemory = 0.5;
+
+  /// Adds a rate [1/s] over a step [s].
+  void add(double rate, double step) { value_ += step * (rate - value_ / kMemory); }
+
+  double value() const { return value_; }  ///< change over the memory
+
+ private:
+  double value_ = 0.0;
+};
+
+/// Variance of an error of timing: as large as the largest of late, fading within a memory, because an event that came
+/// later than expected is still on its way when its prediction has passed.
+class TimingVariance {
+ public:
+  /// Memory [s].
+  static constexpr double kMemory = 0.1;
+
+  /// Adds the variance that a rate of change gives now, over a step [s].
+  void add(double variance, double step) {
+    value_ -= value_ * step / kMemory;
+    if (variance > value_) value_ = variance;
+  }
+
+  double value() const { return value_; }  ///< of the error now
+
+ private:
+  double value_ = 0.0;
+};
+
+/// What to think of a channel.
+enum class ChannelState {
+  ok,       ///< its samples count
+  outlier,  ///< this sample does not count
+  faulty    ///< no sample counts until the channel has recovered
+};
+
+/// Numbers of a Persistence.
+struct PersistenceParameters {
+  int fault_samples = 5;  ///< K suspect ones among the last N samples make a fault
+  int fault_window = 8;   ///< N, at most 64
+  double recovery_time =
+      1.0;  ///< time of good samples without a suspect one after which a faulty channel counts again [s]
+};
+
+/// From suspect samples to a faulty channel and back: K of the last N samples. If samples are suspect independently
+/// with a rate of at most alpha, a fault is declared in error with a rate of at most C(N, K) alpha^K per sample.
+class Persistence {
+ public:
+  explicit Persistence(const PersistenceParameters& parameters) : parameters_(parameters) {}
+
+  /// Takes the verdict on a sample. @param informative false if a fault would not show in it: such a sample does not
+  /// help a faulty channel back; @param step time since the last sample [s].
+  ChannelState update(bool suspect, bool informative, double step);
+
+  ChannelState state() const { return state_; }  ///< verdict on the channel with its last sample
+
+  /// True if one of the last N samples was suspect.
+  bool suspecting() const { return recent_ != 0; }
+
+  /// Declares the channel faulty.
+  void condemn();
+
+  /// Forgets all samples; the channel is ok.
+  void reset();
+
+ private:
+  PersistenceParameters parameters_;
+  std::uint64_t recent_ = 0;  // one bit per sample of the window, the last one lowest
+  double good_time_ = 0.0;
+  ChannelState state_ = ChannelState::ok;
+};
+
+/// Finds a frozen source whose stamps are fresh: a value that carries noise never repeats to the bit for long.
+///
+/// A run of repetitions is suspect when it is at least the given length and, at the rate p at which this channel
+/// repeats in normal operation (quantised values do), less likely than kChance: p^length < kChance. A channel that
+/// hardly changed before the run carries no noise (a simulation without it) and is never suspect.
+class RepetitionTest {
+ public:
+  /// @param samples shortest suspect run; 0: no run is suspect.
+  explicit RepetitionTest(int samples) : samples_(samples) {}
+
+  /// Takes a sample; true while it continues a suspect run. @param expected true if a repetition would be normal here
+  /// (a wheel at rest): such a sample ends a run and is not counted. @param resolution changes below this are no noise.
+  bool update(double value, bool expected, double resolution);
+
+ private:
+  static constexpr double kChance = 1e-9;
+  int samples_;
+  int run_ = 0;  // repetitions so far
+  bool suspect_ = false;
+  double last_ = 0.0;
+  bool has_last_ = false;
+  double usual_change_ = 0.0;  // mean |change| of the last samples that changed
+  double repeats_ = 1.0;       // counted in finished runs, with a prior of one in twenty
+  double samples_seen_ = 20.0;
+};
+
+}  // namespace jackal_aic

@@ -1,0 +1,62 @@
+#pragma once
+
+/// @file
+/// Watches one wheel's encoder against the wheel's belief, which is driven by the commands really applied.
+
+#include "jackal_aic/channel_monitor.hpp"
+#include "jackal_aic/fault_parameters.hpp"
+#include "jackal_aic/plant_model.hpp"
+#include "jackal_aic/wheel_belief.hpp"
+
+namespace jackal_aic {
+
+/// Prediction, comparison and verdict for one encoder. Nothing here allocates.
+class WheelMonitor {
+ public:
+  /// A wheel slower than this may be at rest: a repeated speed says nothing, and neither does a good sample [rad/s].
+  static constexpr double kRestSpeed = 0.5;
+
+  /// @param wheel_radius r [m].
+  WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius);
+
+  /// Starts at a measured speed [rad/s] with no fault.
+  void start(double speed);
+
+  /// Moves the prediction by one WheelBelief::kStep during which a command [rad/s] is applied.
+  void predict(double command);
+
+  /// Compares a measured speed [rad/s] with the prediction; suspect(), frozen() and distance() tell the outcome.
+  void compare(double measurement);
+
+  /// Draws the consequences of the comparison: a good sample corrects the prediction, a bad one does not. @param step
+  /// time since the last sample [s].
+  void conclude(double measurement, double step);
+
+  bool suspect() const { return suspect_; }                       ///< the last sample is an outlier
+  bool frozen() const { return frozen_; }                         ///< because it repeats to the bit
+  double distance() const { return distance_; }                   ///< in multiples of the bound
+  ChannelState state() const { return persistence_.state(); }     ///< verdict with the last sample
+  bool suspecting() const { return persistence_.suspecting(); }   ///< an outlier is among the last samples
+  double speed() const { return belief_.speed(); }                ///< believed wheel speed [rad/s]
+  double speedVariance() const;                                   ///< of speed() [(rad/s)^2]
+  double acceleration() const { return belief_.acceleration(); }  ///< of the prediction [rad/s^2]
+  double noiseFactor() const { return learned_.factor(); }        ///< lambda
+
+ private:
+  double variance() const;
+
+  FaultParameters parameters_;
+  WheelBelief belief_;
+  RecentChange change_;
+  TimingVariance timing_;
+  LearnedVariance learned_;
+  Persistence persistence_;
+  RepetitionTest repetition_;
+  double bound_;
+  double error_ = 0.0;
+  double distance_ = 0.0;
+  bool frozen_ = false;
+  bool suspect_ = false;
+};
+
+}  // namespace jackal_aic

@@ -1,0 +1,62 @@
+#pragma once
+
+/// @file
+/// What the gyro should read while the wheels turn: a belief about the slip in a turn and the gyro's bias, for fault
+/// detection.
+///
+///     theta_dot = s x + beta + noise,    x = r alpha (w_R - w_L),    s = 1 / b_hat
+///
+/// s changes with the motion (a skid-steer robot that drives a fast arc turns as if its track were narrower: on the
+/// simulated ground b_hat goes from 0.55 m to 0.38 m) and beta hardly ever: what changes while the motion stays is
+/// suspect.
+
+#include <Eigen/Core>
+
+namespace jackal_aic {
+
+/// Trust of a YawBelief in its sources.
+struct YawBeliefParameters {
+  double gyro_variance = 2.5e-5;  ///< Sigma_g of the measured yaw rate [(rad/s)^2]
+  double slip_deviation = 0.15;   ///< standard deviation of s, relative, after a change of the motion by kMotionScale
+  double slip_drift = 0.05;       ///< standard deviation of s, relative, after a second of the same motion
+  double bias_deviation = 0.02;   ///< standard deviation of beta at the start [rad/s]
+};
+
+/// Kalman filter of (s, beta). Nothing here allocates.
+class YawBelief {
+ public:
+  /// Change of the forward speed, or of x, after which little is known about s [m/s].
+  static constexpr double kMotionScale = 0.5;
+
+  /// @param effective_track b_hat at the start [m].
+  YawBelief(double effective_track, const YawBeliefParameters& parameters);
+
+  /// Lets time pass [s]. @param recent_change how much the motion changed lately, in multiples of kMotionScale; @param
+  /// memory what "lately" means [s].
+  void predict(double recent_change, double memory, double step);
+
+  /// theta_dot - (s x + beta) [rad/s].
+  double error(double yaw_rate, double x) const { return yaw_rate - belief_(0) * x - belief_(1); }
+
+  /// Variance of error(). @param x_variance of x [(m/s)^2].
+  double variance(double x, double x_variance) const;
+
+  /// Takes a yaw rate [rad/s]. @param noise_factor lambda: the noise's variance in multiples of the configured one.
+  void correct(double yaw_rate, double x, double x_variance, double noise_factor);
+
+  /// Forgets how much it knows, but not what: both slip and bias may have jumped. @param bias_deviation of beta
+  /// [rad/s].
+  void loosen(double bias_deviation);
+
+  double slope() const { return belief_(0); }               ///< s [1/m]
+  double bias() const { return belief_(1); }                ///< beta [rad/s]
+  const Eigen::Matrix2d& covariance() const { return P_; }  ///< of (s, beta)
+
+ private:
+  YawBeliefParameters parameters_;
+  double given_slope_;
+  Eigen::Vector2d belief_;
+  Eigen::Matrix2d P_;
+};
+
+}  // namespace jackal_aic

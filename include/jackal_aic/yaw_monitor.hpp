@@ -1,0 +1,55 @@
+#pragma once
+
+/// @file
+/// Watches the gyro against the wheels.
+
+#include "jackal_aic/channel_monitor.hpp"
+#include "jackal_aic/fault_parameters.hpp"
+#include "jackal_aic/yaw_belief.hpp"
+
+namespace jackal_aic {
+
+/// Difference speed of the sides x = r alpha (w_R - w_L) as the wheels' beliefs have it.
+struct DifferenceSpeed {
+  double value;     ///< x [m/s]
+  double variance;  ///< [(m/s)^2]
+};
+
+/// Prediction, comparison and verdict for the gyro. Nothing here allocates.
+class YawMonitor {
+ public:
+  /// @param effective_track b_hat at the start [m].
+  YawMonitor(const FaultParameters& parameters, double effective_track);
+
+  /// Lets a step pass [s]. @param forward_rate dv/dt; @param difference_rate dx/dt, both of the wheels' predictions
+  /// [m/s^2].
+  void predict(double forward_rate, double difference_rate, double step);
+
+  /// Yaw rate against the wheels, theta_dot - (x/b_hat + beta) [rad/s].
+  double error(double yaw_rate, double x) const { return belief_.error(yaw_rate, x); }
+
+  /// Judges a sample against wheels that are trusted. @param step time since the last sample [s].
+  void check(double yaw_rate, const DifferenceSpeed& x, double step);
+
+  bool frozen() const { return frozen_; }                      ///< the last sample repeats to the bit
+  double distance() const { return distance_; }                ///< in multiples of the bound
+  ChannelState state() const { return persistence_.state(); }  ///< verdict with the last sample
+  const YawBelief& belief() const { return belief_; }          ///< slip and bias
+
+ private:
+  bool plausible() const;
+
+  FaultParameters parameters_;
+  YawBelief belief_;
+  RecentChange forward_change_;
+  RecentChange difference_change_;
+  TimingVariance timing_;
+  LearnedVariance learned_;
+  Persistence persistence_;
+  RepetitionTest repetition_;
+  double bound_;
+  double distance_ = 0.0;
+  bool frozen_ = false;
+};
+
+}  // namespace jackal_aic

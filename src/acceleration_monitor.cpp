@@ -1,0 +1,68 @@
+#include "jackal_aic/acceleration_monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kResolution = 1e-6;         // m/s^2; smaller changes are no noise
+constexpr double kSteepest = 0.7;            // of the acceleration of gravity: an inclination of 45 degrees
+constexpr double kUnknownInclination = 1.0;  // m/s^2, standard deviation at the start (6 degrees)
+constexpr double kWandering = 1.0;           // m/s^2, standard deviation of the inclination after a second
+
+}  // namespace
+
+AccelerationMonitor::AccelerationMonitor(const FaultParameters& parameters)
+    : parameters_(parameters),
+      forward_{0.0, kUnknownInclination, -kSteepest * kGravity, kSteepest * kGravity,
+               LearnedVariance(parameters.covariance_memory, chebyshevBound(1, parameters.false_alarm_rate))},
+      vertical_{0.0, kUnknownInclination, -(1.0 - kSteepest) * kGravity, (1.0 - kSteepest) * kGravity,
+                LearnedVariance(parameters.covariance_memory, chebyshevBound(1, parameters.false_alarm_rate))},
+      persistence_(parameters.persistence()),
+      repetition_(parameters.frozen_samples) {}
+
+void AccelerationMonitor::predict(double forward_rate, double step) {
+  forward_rate_ = forward_rate;
+  // An acceleration that begins earlier or later than predicted errs by all of itself.
+  timing_.add(forward_rate * forward_rate, step);
+  for (Axis* axis : {&forward_, &vertical_}) {
+    axis->variance =
+        std::min(axis->variance + kWandering * kWandering * step, kUnknownInclination * kUnknownInclination);
+  }
+}
+
+void AccelerationMonitor::Axis::compare(double error_without_offset, double noise) {
+  error = error_without_offset - offset;
+  total = variance + noise;
+}
+
+void AccelerationMonitor::Axis::correct(double noise) {
+  const double gain = variance / (variance + learned.factor() * noise);
+  offset = std::clamp(offset + gain * error, lowest, highest);
+  variance *= 1.0 - gain;
+}
+
+void AccelerationMonitor::check(const Observation& observation, double step) {
+  const bool vertical = observation.acceleration_z.has_value();
+  const double forward_noise = parameters_.accelerometer_variance + timing_.value();
+  forward_.compare(observation.acceleration_x - forward_rate_, forward_noise);
+  vertical_.compare(observation.acceleration_z.value_or(kGravity) - kGravity, parameters_.accelerometer_variance);
+  double squared = forward_.learned.squaredDistance(forward_.error, forward_.total);
+  if (vertical) squared += vertical_.learned.squaredDistance(vertical_.error, vertical_.total);
+  distance_ = std::sqrt(squared) / chebyshevBound(vertical ? 2 : 1, parameters_.false_alarm_rate);
+  frozen_ = repetition_.update(observation.acceleration_x, false, kResolution);
+
+  if (state() != ChannelState::faulty) {
+    forward_.learned.learn(forward_.error, forward_.total, step);
+    if (vertical) vertical_.learned.learn(vertical_.error, vertical_.total, step);
+  }
+  persistence_.update(distance_ > 1.0 || frozen_, true, step);
+  if (frozen_) persistence_.condemn();
+  upside_down_ = state() == ChannelState::faulty && (vertical ? *observation.acceleration_z < 0.0 : upside_down_);
+  if (state() == ChannelState::outlier) return;
+  forward_.correct(forward_noise);
+  if (vertical) vertical_.correct(parameters_.accelerometer_variance);
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,186 @@
+#include "jackal_aic/fault_monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace jackal_aic {
+namespace {
+
+/// Ratio of squared errors from which the yaw rate speaks for one explanation.
+constexpr double kClearly = 2.0;
+
+constexpr double kLongestStep = 0.5;  // s between samples; a longer silence says nothing more
+
+FaultParameters validated(const FaultParameters& parameters) {
+  validate(parameters);
+  return parameters;
+}
+
+double initialTrack(const GeometryParameters& geometry, const PlantModel& model) {
+  return model.effective_track > 0.0 ? model.effective_track : geometry.effective_track;
+}
+
+bool isFaulty(const ChannelVerdict& verdict) { return verdict.state == ChannelState::faulty; }
+bool counts(const ChannelVerdict& verdict) { return verdict.state == ChannelState::ok; }
+
+const char* wheelReason(const ChannelVerdict& verdict, const char* frozen, const char* wrong) {
+  return verdict.cause == FaultCause::frozen ? frozen : wrong;
+}
+
+}  // namespace
+
+void validate(const FaultParameters& parameters) {
+  if (parameters.fault_samples <= parameters.fault_window) return;
+  throw ParameterError("faults.fault_samples = " + std::to_string(parameters.fault_samples) +
+                       ": must be at most faults.fault_window = " + std::to_string(parameters.fault_window));
+}
+
+ChannelValidity FaultReport::valid() const {
+  return {counts(gyro), counts(wheel_left), counts(wheel_right), counts(accelerometer)};
+}
+
+bool FaultReport::faulty() const {
+  return drive_left || drive_right || isFaulty(wheel_left) || isFaulty(wheel_right) || isFaulty(gyro) ||
+         isFaulty(accelerometer);
+}
+
+const char* FaultReport::reason() const {
+  if (drive_left && drive_right) return "wheels do not follow their command";
+  if (drive_left) return "left wheels do not follow their command";
+  if (drive_right) return "right wheels do not follow their command";
+  if (isFaulty(wheel_left)) return wheelReason(wheel_left, "left encoder frozen", "left encoder wrong");
+  if (isFaulty(wheel_right)) return wheelReason(wheel_right, "right encoder frozen", "right encoder wrong");
+  if (isFaulty(accelerometer) && accelerometer.cause == FaultCause::gravity) return "IMU upside down";
+  if (isFaulty(gyro)) return wheelReason(gyro, "gyro frozen", "gyro disagrees with the wheels");
+  if (isFaulty(accelerometer)) return wheelReason(accelerometer, "accelerometer frozen", "accelerometer wrong");
+  return "";
+}
+
+FaultMonitor::FaultMonitor(const FaultParameters& parameters, const GeometryParameters& geometry,
+                           const PlantModel& model)
+    : parameters_(validated(parameters)),
+      geometry_(geometry),
+      model_(model),
+      rolling_radius_(geometry.wheel_radius * geometry.slip),
+      left_(parameters, model, geometry.wheel_radius),
+      right_(left_),
+      yaw_(parameters, initialTrack(geometry, model)),
+      acceleration_(parameters) {}
+
+void FaultMonitor::advance(const WheelCommand& applied, double duration) {
+  if (!started_) return;
+  const long steps = std::lround(duration / WheelBelief::kStep);
+  for (long i = 0; i < steps; ++i) {
+    left_.predict(applied.left);
+    right_.predict(applied.right);
+    const double forward_rate = 0.5 * rolling_radius_ * (left_.acceleration() + right_.acceleration());
+    const double difference_rate = rolling_radius_ * (right_.acceleration() - left_.acceleration());
+    yaw_.predict(forward_rate, model_.on_box ? 0.0 : difference_rate, WheelBelief::kStep);
+    acceleration_.predict(model_.on_box ? 0.0 : forward_rate, WheelBelief::kStep);
+  }
+}
+
+const FaultReport& FaultMonitor::check(const Observation& observation) {
+  if (!observation.finite() || (started_ && observation.stamp <= stamp_)) return report_;
+  const double step = started_ ? std::min(observation.stamp - stamp_, kLongestStep) : 0.0;
+  if (!started_) start(observation);
+  stamp_ = observation.stamp;
+  checkWheels(observation, step);
+  checkAccelerometer(observation, step);
+  checkGyro(observation, step);
+  return report_;
+}
+
+void FaultMonitor::start(const Observation& observation) {
+  started_ = true;
+  left_.start(observation.valid.wheel_left ? observation.wheel_left : 0.0);
+  right_.start(observation.valid.wheel_right ? observation.wheel_right : 0.0);
+}
+
+void FaultMonitor::checkWheels(const Observation& observation, double step) {
+  const ChannelValidity& valid = observation.valid;
+  if (valid.wheel_left) left_.compare(observation.wheel_left);
+  if (valid.wheel_right) right_.compare(observation.wheel_right);
+  weighEvidence(observation);
+  if (valid.wheel_left) left_.conclude(observation.wheel_left, step);
+  if (valid.wheel_right) right_.conclude(observation.wheel_right, step);
+  conclude(left_, report_.wheel_left, report_.drive_left);
+  conclude(right_, report_.wheel_right, report_.drive_right);
+}
+
+bool FaultMonitor::yawTells(const Observation& observation) const {
+  return observation.valid.yaw_rate && !model_.on_box && !isFaulty(report_.gyro) && !isFaulty(report_.accelerometer);
+}
+
+void FaultMonitor::weighEvidence(const Observation& observation) {
+  if (!left_.suspect() && !right_.suspect()) {
+    if (!left_.suspecting() && !right_.suspecting()) measured_evidence_ = predicted_evidence_ = 0.0;
+    return;
+  }
+  if (!yawTells(observation) || !observation.valid.wheel_left || !observation.valid.wheel_right) return;
+  const double measured = rolling_radius_ * (observation.wheel_right - observation.wheel_left);
+  const double measured_error = yaw_.error(observation.yaw_rate, measured);
+  const double predicted_error = yaw_.error(observation.yaw_rate, differenceSpeed());
+  measured_evidence_ += measured_error * measured_error;
+  predicted_evidence_ += predicted_error * predicted_error;
+}
+
+void FaultMonitor::conclude(const WheelMonitor& wheel, ChannelVerdict& verdict, bool& drive) const {
+  const bool was_faulty = isFaulty(verdict) || drive;
+  verdict.distance = wheel.distance();
+  if (wheel.state() != ChannelState::faulty) {
+    drive = false;
+    verdict.state = wheel.state();
+    verdict.cause = FaultCause::none;
+    return;
+  }
+  if (was_faulty) return;  // isolated when it was found
+  const bool yaw_blames_encoder = kClearly * predicted_evidence_ < measured_evidence_;
+  if (wheel.frozen() || yaw_blames_encoder) {
+    verdict.state = ChannelState::faulty;
+    verdict.cause = wheel.frozen() ? FaultCause::frozen : FaultCause::prediction;
+  } else {
+    drive = true;
+    verdict.state = ChannelState::ok;
+    verdict.cause = FaultCause::none;
+  }
+}
+
+double FaultMonitor::differenceSpeed() const { return rolling_radius_ * (right_.speed() - left_.speed()); }
+
+double FaultMonitor::differenceVariance() const {
+  return rolling_radius_ * rolling_radius_ * (left_.speedVariance() + right_.speedVariance());
+}
+
+void FaultMonitor::checkGyro(const Observation& observation, double step) {
+  if (!observation.valid.yaw_rate) return;
+  // While a wheel is suspect the difference of the wheels is no witness against the gyro.
+  const bool wheels_tell = !left_.suspect() && !right_.suspect() && !report_.drive_left && !report_.drive_right;
+  if (model_.on_box) {
+    yaw_.check(observation.yaw_rate, {0.0, 0.0}, step);
+  } else if (wheels_tell || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right)) {
+    yaw_.check(observation.yaw_rate, {differenceSpeed(), differenceVariance()}, step);
+  }
+  report_.gyro = {yaw_.state(), FaultCause::none, yaw_.distance()};
+  if (acceleration_.upsideDown()) {
+    report_.gyro.state = ChannelState::faulty;
+    report_.gyro.cause = FaultCause::gravity;
+  } else if (isFaulty(report_.gyro)) {
+    report_.gyro.cause = yaw_.frozen() ? FaultCause::frozen : FaultCause::prediction;
+  }
+}
+
+void FaultMonitor::checkAccelerometer(const Observation& observation, double step) {
+  if (!observation.valid.acceleration) return;
+  acceleration_.check(observation, step);
+  report_.accelerometer = {acceleration_.state(), FaultCause::none, acceleration_.distance()};
+  if (!isFaulty(report_.accelerometer)) return;
+  report_.accelerometer.cause = acceleration_.upsideDown() ? FaultCause::gravity
+                                : acceleration_.frozen()   ? FaultCause::frozen
+                                                           : FaultCause::prediction;
+}
+
+void FaultMonitor::reset() { *this = FaultMonitor(parameters_, geometry_, model_); }
+
+}  // namespace jackal_aic

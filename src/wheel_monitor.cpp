@@ -1,0 +1,71 @@
+#include "jackal_aic/wheel_monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace jackal_aic {
+namespace {
+
+/// Largest standard deviation of a predicted speed [rad/s]. Without measurements the belief knows less and less; beyond
+/// this even a dead encoder would seem to agree.
+constexpr double kLargestDeviation = 0.3;
+
+/// Smaller changes of a wheel speed are no noise [rad/s].
+constexpr double kResolution = 1e-5;
+
+WheelBeliefParameters beliefParameters(const FaultParameters& p) {
+  WheelBeliefParameters belief;
+  belief.measurement_variance = p.wheel_variance;
+  belief.timing_deviation = p.timing_deviation;
+  return belief;
+}
+
+}  // namespace
+
+WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius)
+    : parameters_(parameters),
+      belief_(model, wheel_radius, beliefParameters(parameters)),
+      learned_(parameters.covariance_memory, chebyshevBound(1, parameters.false_alarm_rate)),
+      persistence_(parameters.persistence()),
+      repetition_(parameters.frozen_samples),
+      bound_(chebyshevBound(1, parameters.false_alarm_rate)) {}
+
+void WheelMonitor::start(double speed) {
+  belief_.reset(speed);
+  persistence_.reset();
+}
+
+void WheelMonitor::predict(double command) {
+  belief_.predict(command);
+  const double rate = belief_.acceleration();
+  const double late = parameters_.timing_deviation * rate;
+  timing_.add(late * late, WheelBelief::kStep);
+  change_.add(rate, WheelBelief::kStep);
+}
+
+double WheelMonitor::speedVariance() const {
+  return std::min(belief_.covariance()(0, 0), kLargestDeviation * kLargestDeviation);
+}
+
+double WheelMonitor::variance() const {
+  const double scaled = parameters_.gain_deviation * change_.value();
+  return speedVariance() + parameters_.wheel_variance + timing_.value() + scaled * scaled;
+}
+
+void WheelMonitor::compare(double measurement) {
+  error_ = measurement - belief_.speed();
+  distance_ = std::sqrt(learned_.squaredDistance(error_, variance())) / bound_;
+  // A wheel at rest repeats its speed whatever the reason of its rest: then only the prediction error tells.
+  frozen_ = repetition_.update(measurement, std::abs(measurement) < kRestSpeed, kResolution);
+  suspect_ = distance_ > 1.0 || frozen_;
+}
+
+void WheelMonitor::conclude(double measurement, double step) {
+  const bool counted = state() != ChannelState::faulty;
+  if (counted) learned_.learn(error_, variance(), step);
+  const ChannelState now = persistence_.update(suspect_, std::abs(belief_.speed()) > kRestSpeed, step);
+  if (frozen_) persistence_.condemn();
+  if (now == ChannelState::ok) belief_.correct(measurement);
+}
+
+}  // namespace jackal_aic
