@@ -8,10 +8,19 @@
 namespace jackal_aic {
 namespace {
 
+constexpr double kSteadyPath = 0.02;  // rad/s; largest change of the path in an action period of a steady drive
+constexpr double kSettled = 0.5;      // s; after the dead time, until nothing is left of an acceleration
+constexpr double kStraight = 0.5;     // rad/s; largest difference of the wheel speeds on a straight line
+constexpr double kMoving = 0.5;       // rad/s; least wheel speed of a robot that moves
+
 bool isWhole(double ratio) { return ratio >= 1.0 - 1e-9 && std::abs(ratio - std::round(ratio)) < 1e-9 * ratio; }
 
 WheelBeliefParameters wheelParameters(const PredictiveParameters& p) {
   return {p.wheel_variance, p.speed_fluctuation, p.disturbance_fluctuation, p.timing_deviation, p.kappa_mu};
+}
+
+YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
+  return {p.gyro_variance, p.yaw_fluctuation, p.yaw_deviation};
 }
 
 PredictiveParameters validated(const PredictiveParameters& parameters) {
@@ -26,6 +35,10 @@ SlipLearning slipLearning(const PredictiveParameters& p) {
 SlipBelief slipBelief(const PredictiveParameters& p, const GeometryParameters& geometry, const PlantModel& model) {
   const double track = model.effective_track > 0.0 ? model.effective_track : geometry.effective_track;
   return SlipBelief({track, geometry.slip}, geometry.wheel_radius, slipLearning(p));
+}
+
+SensorVariances sensorVariances(const PredictiveParameters& p) {
+  return {p.wheel_variance, p.wheel_variance, p.gyro_variance, p.accelerometer_variance};
 }
 
 void requirePositive(const char* name, double value) {
@@ -112,7 +125,9 @@ PredictiveController::PredictiveController(const PredictiveParameters& parameter
       inner_steps_(static_cast<int>(std::lround(1.0 / (parameters.belief_rate * WheelBelief::kStep)))),
       left_(model, geometry.wheel_radius, wheelParameters(parameters)),
       right_(left_),
+      yaw_(yawParameters(parameters)),
       slip_(slipBelief(parameters, geometry, model)),
+      precisions_(sensorVariances(parameters), parameters.precision_memory),
       reference_left_(model, geometry.wheel_radius, parameters.reference_time, 1.0 / parameters.action_rate),
       reference_right_(reference_left_) {}
 
@@ -127,6 +142,7 @@ SampleVerdict PredictiveController::observe(const Observation& observation) {
   if (started_ && observation.stamp <= observation_.stamp) return SampleVerdict::stale;
   const bool first = !started_;
   if (started_) learn(observation);
+  observation_step_ = started_ ? observation.stamp - observation_.stamp : 0.0;
   observation_ = observation;
   observed_ = started_ = true;
   if (!first) return SampleVerdict::accepted;
@@ -140,7 +156,8 @@ void PredictiveController::learn(const Observation& y) {
   if (parameters_.learn_slip) {
     slip_.learnTrack(y.yaw_rate, y.wheel_right - y.wheel_left, right_.acceleration() - left_.acceleration(), step);
   }
-  if (parameters_.learn_alpha) slip_.learnAlpha(y.acceleration_x, y.wheel_left, y.wheel_right, step);
+  slip_.observeAcceleration(y.acceleration_x, y.wheel_left, y.wheel_right, step);
+  if (parameters_.learn_alpha) slip_.learnAlpha();
 }
 
 void PredictiveController::setSlip(const SlipState& state) {
@@ -151,16 +168,66 @@ void PredictiveController::setSlip(const SlipState& state) {
 
 void PredictiveController::updateBelief() {
   if (!started_) return;
-  for (int i = 0; i < inner_steps_; ++i) {
-    left_.predict(applied_.left);
-    right_.predict(applied_.right);
-  }
+  for (int i = 0; i < inner_steps_; ++i) predict();
   if (!observed_) return;
-  errors_(kYawRate) = observation_.yaw_rate - believedVelocity()(kYaw);
-  free_energy_ = left_.correct(observation_.wheel_left) + right_.correct(observation_.wheel_right);
+  correct(observation_);
+  observed_ = false;
+  if (parameters_.learn_precision && steady()) learnPrecisions(observation_, observation_step_);
+}
+
+void PredictiveController::predict() {
+  left_.predict(applied_.left);
+  right_.predict(applied_.right);
+  yaw_.predict(yawPerWheelSpeed() * (right_.acceleration() - left_.acceleration()), WheelBelief::kStep);
+}
+
+void PredictiveController::correct(const Observation& y) {
+  errors_(kYawRate) = y.yaw_rate - yaw_.yawRate();
+  free_energy_ = left_.correct(y.wheel_left) + right_.correct(y.wheel_right);
   errors_(kWheelLeft) = left_.predictionError();
   errors_(kWheelRight) = right_.predictionError();
-  observed_ = false;
+  if (!model_.on_box) {
+    free_energy_ += yaw_.correct(y.yaw_rate);
+    return;
+  }
+  const double slope = yawPerWheelSpeed();  // on a box the wheels' turn is all there is
+  yaw_.follow(slope * (right_.speed() - left_.speed()),
+              slope * slope * (left_.covariance()(0, 0) + right_.covariance()(0, 0)));
+}
+
+double PredictiveController::yawPerWheelSpeed() const {
+  return geometry_.wheel_radius * slip_.state().alpha / slip_.state().effective_track;
+}
+
+void PredictiveController::learnPrecisions(const Observation& y, double step) {
+  const double radius = geometry_.wheel_radius * slip_.state().alpha;
+  const double slope = model_.on_box ? 0.0 : yawPerWheelSpeed();
+  const double rolling = model_.on_box ? 0.0 : radius;
+  precisions_.learnWheels(left_, right_, step);
+  precisions_.learnGyro(y.yaw_rate - slope * (right_.speed() - left_.speed()), left_, right_, slope, slip_.trackGain(),
+                        step);
+  if (std::abs(right_.speed() - left_.speed()) < kStraight) {
+    const double predicted = 0.5 * rolling * (left_.predictedChange() + right_.predictedChange()) / step;
+    precisions_.learnAccelerometer(y.acceleration_x - slip_.accelerometerOffset() - predicted, left_, right_, rolling,
+                                   step);
+  }
+  const SensorVariances learned = precisions_.variances();
+  left_.setMeasurementVariance(learned.wheel_left);
+  right_.setMeasurementVariance(learned.wheel_right);
+  yaw_.setGyroVariance(learned.gyro);
+  slip_.setVariances(learned.gyro, learned.accelerometer);
+}
+
+bool PredictiveController::steady() const {
+  return steady_time_ > kSettled + model_.dead_time && observation_step_ > 0.0 &&
+         std::max(std::abs(left_.speed()), std::abs(right_.speed())) > kMoving;
+}
+
+void PredictiveController::watchPath() {
+  const WheelVector path(reference_left_.speed(), reference_right_.speed());
+  steady_time_ += 1.0 / parameters_.action_rate;
+  if ((path - path_).cwiseAbs().maxCoeff() > kSteadyPath) steady_time_ = 0.0;
+  path_ = path;
 }
 
 double PredictiveController::act(double wanted, DriveTrainReference& reference, const WheelBelief& wheel,
@@ -172,6 +239,7 @@ double PredictiveController::act(double wanted, DriveTrainReference& reference, 
 
 WheelCommand PredictiveController::updateAction() {
   if (!started_) return applied_;
+  watchPath();
   const WheelCommand wanted = kinematics().wheelSpeeds(set_point_.forward, set_point_.yaw_rate);
   applied_ = {act(wanted.left, reference_left_, left_, applied_.left),
               act(wanted.right, reference_right_, right_, applied_.right)};
@@ -200,15 +268,20 @@ void PredictiveController::adoptGains(const PredictiveParameters& parameters) {
   for (DriveTrainReference* path : {&reference_left_, &reference_right_}) {
     path->setReferenceTime(parameters.reference_time);
   }
+  yaw_.setParameters(yawParameters(parameters));
   slip_.setLearning(slipLearning(parameters));
+  precisions_ = SensorPrecisions(sensorVariances(parameters), parameters.precision_memory);
 }
 
 void PredictiveController::restart() {
   applied_ = {};
+  steady_time_ = 0.0;
   reference_left_.reset(observation_.wheel_left);
   reference_right_.reset(observation_.wheel_right);
   left_.reset(observation_.wheel_left);
   right_.reset(observation_.wheel_right);
+  yaw_.reset(model_.on_box ? yawPerWheelSpeed() * (observation_.wheel_right - observation_.wheel_left)
+                           : observation_.yaw_rate);
 }
 
 void PredictiveController::reset() {
@@ -216,6 +289,8 @@ void PredictiveController::reset() {
   observed_ = started_ = false;
   set_point_ = {};
   slip_ = slipBelief(parameters_, geometry_, model_);
+  precisions_ = SensorPrecisions(sensorVariances(parameters_), parameters_.precision_memory);
+  for (WheelBelief* wheel : {&left_, &right_}) wheel->setMeasurementVariance(parameters_.wheel_variance);
   free_energy_ = 0.0;
   errors_.setZero();
   restart();
@@ -229,22 +304,19 @@ SkidSteerKinematics PredictiveController::kinematics() const {
 }
 
 BodyVector PredictiveController::believedVelocity() const {
-  return kinematics().bodyVelocity({left_.speed(), right_.speed()});
+  BodyVector velocity = kinematics().bodyVelocity({left_.speed(), right_.speed()});
+  velocity(kYaw) = yaw_.yawRate();
+  return velocity;
 }
 
 Eigen::Matrix2d PredictiveController::velocityCovariance() const {
-  // x_dot = r alpha (w_L + w_R)/2,  theta_dot = r q (w_R - w_L)
+  // x_dot = r alpha (w_L + w_R)/2; the yaw rate is a belief of its own, which the wheels only move.
   const double r = geometry_.wheel_radius;
-  const SlipState slip = slip_.state();
-  const double forward = 0.5 * r * slip.alpha, yaw = r * slip.alpha / slip.effective_track;
-  Eigen::Matrix2d J;
-  J << forward, forward, -yaw, yaw;
-  const Eigen::Vector2d wheels(left_.covariance()(0, 0), right_.covariance()(0, 0));
-  Eigen::Matrix2d covariance = J * wheels.asDiagonal() * J.transpose();
-  const double mean = 0.5 * (left_.speed() + right_.speed()), difference = right_.speed() - left_.speed();
-  if (parameters_.learn_alpha) covariance(0, 0) += r * r * mean * mean * slip_.alphaVariance();
-  if (parameters_.learn_slip) covariance(1, 1) += r * r * difference * difference * slip_.ratioVariance();
-  return covariance;
+  const double per_wheel = 0.5 * r * slip_.state().alpha;
+  const double mean = 0.5 * (left_.speed() + right_.speed());
+  double forward = per_wheel * per_wheel * (left_.covariance()(0, 0) + right_.covariance()(0, 0));
+  if (parameters_.learn_alpha) forward += r * r * mean * mean * slip_.alphaVariance();
+  return Eigen::Vector2d(forward, yaw_.variance()).asDiagonal();
 }
 
 }  // namespace jackal_aic

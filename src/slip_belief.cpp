@@ -48,20 +48,24 @@ void SlipBelief::setState(const SlipState& state) {
 }
 
 void SlipBelief::learnTrack(double yaw_rate, double difference, double difference_rate, double step) {
+  track_gain_ = 0.0;
   if (std::abs(difference) < learning_.excitation) return;
   const double late = learning_.yaw_deviation * ratio_ * radius_ * difference_rate;
+  const double variance = learning_.gyro_variance + late * late;
   const double forgetting = std::exp(-std::min(step, learning_.memory) / learning_.memory);
-  ratio_ = boundedRatio(descend(ratio_, ratio_curvature_, yaw_rate, radius_ * difference,
-                                learning_.gyro_variance + late * late, forgetting));
+  const double x = radius_ * difference;
+  ratio_ = boundedRatio(descend(ratio_, ratio_curvature_, yaw_rate, x, variance, forgetting));
+  track_gain_ = x * x / (variance * ratio_curvature_);
 }
 
-void SlipBelief::learnAlpha(double acceleration, double left, double right, double step) {
+void SlipBelief::observeAcceleration(double acceleration, double left, double right, double step) {
   const double mean = 0.5 * (left + right);
   const bool first = !started_ || step > kWashout;
   const double wheel_change = radius_ * (mean - mean_speed_);
-  const double body_change = 0.5 * step * (acceleration - offset_ + acceleration_);
+  const double body_change = step * (acceleration - offset_);
   mean_speed_ = mean;
-  acceleration_ = acceleration - offset_;
+  difference_ = right - left;
+  step_ = step;
   started_ = true;
   if (first || std::max(std::abs(left), std::abs(right)) < kStandstill) {
     if (!first) offset_ += (acceleration - offset_) * -std::expm1(-step / kOffsetMemory);
@@ -71,11 +75,14 @@ void SlipBelief::learnAlpha(double acceleration, double left, double right, doub
   const double washout = std::exp(-step / kWashout);
   by_wheels_ = washout * by_wheels_ + wheel_change;
   by_accelerometer_ = washout * by_accelerometer_ + body_change;
-  if (std::abs(by_wheels_) < kSpeedChange || std::abs(right - left) > kStraight) return;
+}
+
+void SlipBelief::learnAlpha() {
+  if (std::abs(by_wheels_) < kSpeedChange || std::abs(difference_) > kStraight) return;
   // The filter makes the errors of A equal over T: as a constant error of that size they are weighted, not as white.
   const double variance = 0.5 * learning_.accelerometer_variance * kWashout * kWashout;
   alpha_ = boundedAlpha(
-      descend(alpha_, alpha_curvature_, by_accelerometer_, by_wheels_, variance, std::exp(-step / kAlphaMemory)));
+      descend(alpha_, alpha_curvature_, by_accelerometer_, by_wheels_, variance, std::exp(-step_ / kAlphaMemory)));
 }
 
 }  // namespace jackal_aic

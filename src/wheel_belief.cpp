@@ -26,7 +26,11 @@ void WheelBelief::reset(double speed) {
   P_.setZero();
   P_(0, 0) = parameters_.measurement_variance;
   P_(2, 2) = kUnknownDisturbance * kUnknownDisturbance;
-  rate_ = error_ = 0.0;
+  C_.setZero();
+  C_(0, 0) = parameters_.measurement_variance;
+  C_since_ = C_;
+  corrected_ << speed, C_(0, 0);
+  rate_ = error_ = residual_ = hidden_ = predicted_change_ = predicted_change_variance_ = 0.0;
 }
 
 void WheelBelief::predict(double command) {
@@ -49,6 +53,8 @@ void WheelBelief::predict(double command) {
     x_(1) += k * (r - x_(0) - 0.5 * change);
   }
   x_(0) += change;
+  C_ = (J * C_ * J.transpose()).eval();
+  C_since_ = (J * C_since_).eval();
   P_ = (J * P_ * J.transpose()).eval();
   P_(0, 0) += parameters_.speed_fluctuation * kStep;
   P_(2, 2) += parameters_.disturbance_fluctuation * kStep;
@@ -58,6 +64,7 @@ double WheelBelief::correct(double measurement) {
   const double timing = parameters_.timing_deviation * rate_;
   const double variance = parameters_.measurement_variance + timing * timing;
   error_ = measurement - x_(0);
+  predicted_change_ = x_(0) - corrected_(0);
 
   // x ← x − κ_μ (∂²F/∂x²)⁻¹ ∂F/∂x at the prior, where ∂F/∂x = −C' ε_y/Σ and (∂²F/∂x²)⁻¹ C'/Σ = P C'/(C P C' + Σ)
   const Eigen::Vector3d gain = P_.col(0) / (P_(0, 0) + variance);
@@ -66,10 +73,23 @@ double WheelBelief::correct(double measurement) {
   P_ = (P_ - gain * P_.row(0)).eval();
   P_ = (0.5 * (P_ + P_.transpose())).eval();
 
-  const double remaining = measurement - x_(0);
+  followError(parameters_.learning_rate * gain);
+
+  residual_ = measurement - x_(0);
   const double moved = parameters_.learning_rate * error_;  // x − x_prior = P C' moved/(C P C' + Σ)
   const double innovation_variance = variance / (1.0 - gain(0));
-  return 0.5 * remaining * remaining / variance + 0.5 * gain(0) * moved * moved / innovation_variance;
+  return 0.5 * residual_ * residual_ / variance + 0.5 * gain(0) * moved * moved / innovation_variance;
+}
+
+void WheelBelief::followError(const Eigen::Vector3d& gain) {
+  predicted_change_variance_ = C_(0, 0) + corrected_(1) - 2.0 * C_since_(0, 0);
+  Eigen::Matrix3d kept = Eigen::Matrix3d::Identity();  // I - K H
+  kept.col(0) -= gain;
+  const double variance = parameters_.measurement_variance;
+  C_ = (kept * C_ * kept.transpose() + variance * gain * gain.transpose()).eval();
+  C_since_ = C_;
+  corrected_ << x_(0), C_(0, 0);
+  hidden_ = 2.0 * gain(0) * variance - C_(0, 0);
 }
 
 }  // namespace jackal_aic

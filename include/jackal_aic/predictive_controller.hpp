@@ -21,11 +21,13 @@
 #include "jackal_aic/parameter_map.hpp"
 #include "jackal_aic/parameters.hpp"
 #include "jackal_aic/plant_model.hpp"
+#include "jackal_aic/precision_learning.hpp"
 #include "jackal_aic/skid_steer_kinematics.hpp"
 #include "jackal_aic/slip_belief.hpp"
 #include "jackal_aic/types.hpp"
 #include "jackal_aic/velocity_controller.hpp"
 #include "jackal_aic/wheel_belief.hpp"
+#include "jackal_aic/yaw_rate_belief.hpp"
 
 namespace jackal_aic {
 
@@ -40,9 +42,12 @@ struct PredictiveParameters {
   double wheel_variance = 9e-4;            ///< Sigma_y of a wheel speed [(rad/s)^2]
   double gyro_variance = 2.5e-5;           ///< Sigma_g of the yaw rate [(rad/s)^2]
   double speed_fluctuation = 0.01;         ///< of a wheel's speed [(rad/s)^2/s]
+  double yaw_fluctuation = 1e-4;           ///< of the yaw rate beside what the wheels ask for [(rad/s)^2/s]
   double disturbance_fluctuation = 0.01;   ///< of a wheel's input disturbance [(rad/s)^2/s]
   double timing_deviation = 0.03;          ///< standard deviation of the dead time [s]
   double accelerometer_variance = 2.5e-3;  ///< of the forward acceleration [(m/s^2)^2]
+  bool learn_precision = false;            ///< learn the variance of each channel while driving steadily
+  double precision_memory = 10.0;          ///< time over which the precisions are averaged [s]
   bool learn_slip = true;                  ///< learn the effective track
   bool learn_alpha = false;                ///< learn the slip alpha from the accelerometer
   double slip_memory = 0.5;                ///< time over which the effective track is averaged while turning [s]
@@ -65,8 +70,11 @@ void describeFields(Visitor& v, PredictiveParameters& p) {
   v.field("gyro_variance", p.gyro_variance, {1e-12, 1e3}, "(rad/s)^2", Presence::required);
   v.field("speed_fluctuation", p.speed_fluctuation, {0.0, 1e3}, "(rad/s)^2/s", Presence::required);
   v.field("disturbance_fluctuation", p.disturbance_fluctuation, {0.0, 1e3}, "(rad/s)^2/s", Presence::required);
+  v.field("yaw_fluctuation", p.yaw_fluctuation, {0.0, 1e3}, "(rad/s)^2/s", Presence::optional);
   v.field("timing_deviation", p.timing_deviation, {0.0, 1.0}, "s", Presence::required);
   v.field("accelerometer_variance", p.accelerometer_variance, {1e-12, 1e3}, "(m/s^2)^2", Presence::optional);
+  v.field("learn_precision", p.learn_precision, Presence::optional);
+  v.field("precision_memory", p.precision_memory, {0.1, 1e4}, "s", Presence::optional);
   v.field("learn_slip", p.learn_slip, Presence::optional);
   v.field("learn_alpha", p.learn_alpha, Presence::optional);
   v.field("slip_memory", p.slip_memory, {0.02, 1000.0}, "s", Presence::optional);
@@ -99,6 +107,9 @@ class DriveTrainReference {
 
   /// Goes on with another time constant tau_ref [s].
   void setReferenceTime(double reference_time) { pull_ = -std::expm1(-step_ / reference_time); }
+
+  /// Wheel speed on the path now [rad/s].
+  double speed() const { return state_(0); }
 
  private:
   Eigen::Matrix2d transition_;  // of (w, z) over an action period
@@ -168,6 +179,9 @@ class PredictiveController : public VelocityController {
   /// if a value is not positive and finite.
   void setSlip(const SlipState& state);
 
+  /// Variance of each channel as configured or learned.
+  SensorVariances variances() const { return precisions_.variances(); }
+
   /// Stops (true) or resumes learning of effective track and slip.
   void freezeSlip(bool frozen) { slip_frozen_ = frozen; }
 
@@ -178,7 +192,13 @@ class PredictiveController : public VelocityController {
  private:
   SkidSteerKinematics kinematics() const;
   double act(double wanted, DriveTrainReference& reference, const WheelBelief& wheel, double action) const;
+  void predict();
+  void correct(const Observation& observation);
+  double yawPerWheelSpeed() const;
   void learn(const Observation& observation);
+  void learnPrecisions(const Observation& observation, double step);
+  void watchPath();
+  bool steady() const;
 
   PredictiveParameters parameters_;
   GeometryParameters geometry_;
@@ -186,14 +206,19 @@ class PredictiveController : public VelocityController {
   int inner_steps_;
   WheelBelief left_;
   WheelBelief right_;
+  YawRateBelief yaw_;
   SlipBelief slip_;
+  SensorPrecisions precisions_;
   SetPoint set_point_;
   WheelCommand applied_;
   DriveTrainReference reference_left_;
   DriveTrainReference reference_right_;
   Observation observation_;
-  bool observed_ = false;  // an observation waits for the next belief update
-  bool started_ = false;   // a first observation came
+  bool observed_ = false;                   // an observation waits for the next belief update
+  bool started_ = false;                    // a first observation came
+  double observation_step_ = 0.0;           // from the last observation but one to the last [s]
+  WheelVector path_ = WheelVector::Zero();  // where the reference models were at the last action [rad/s]
+  double steady_time_ = 0.0;                // since they last moved [s]
   bool slip_frozen_ = false;
   double free_energy_ = 0.0;
   SensorVector errors_ = SensorVector::Zero();

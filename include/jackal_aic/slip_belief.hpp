@@ -53,18 +53,30 @@ class SlipBelief {
   /// measurement [s].
   void learnTrack(double yaw_rate, double difference, double difference_rate, double step);
 
-  /// Learns alpha from a forward acceleration of the body [m/s^2], free of gravity. @param left, right wheel speeds
-  /// [rad/s]; @param step since the last measurement [s]. Standstill teaches the accelerometer's offset; a turn is left
-  /// out, because there the accelerometer sees more than dx_dot/dt.
-  void learnAlpha(double acceleration, double left, double right, double step);
+  /// Part of the last yaw rate's prediction error that learnTrack() removed, 0..1.
+  double trackGain() const { return track_gain_; }
+
+  /// Takes a forward acceleration of the body [m/s^2], free of gravity: at standstill it teaches the accelerometer's
+  /// offset, else it is filtered for learnAlpha(). @param left, right wheel speeds [rad/s]; @param step since the last
+  /// measurement [s].
+  void observeAcceleration(double acceleration, double left, double right, double step);
+
+  /// Learns alpha from the accelerations observed. A turn is left out, because there the accelerometer sees more than
+  /// dx_dot/dt.
+  void learnAlpha();
 
   /// Goes on with other trust in its sources.
   void setLearning(const SlipLearning& learning) { learning_ = learning; }
 
+  /// Goes on with other variances of the sensors, as in SlipLearning.
+  void setVariances(double gyro, double accelerometer) {
+    learning_.gyro_variance = gyro;
+    learning_.accelerometer_variance = accelerometer;
+  }
+
   /// What is believed now.
   SlipState state() const { return {alpha_ / ratio_, alpha_}; }
 
-  double ratioVariance() const { return 1.0 / ratio_curvature_; }  ///< of q = alpha / b_hat [1/m^2]
   double alphaVariance() const { return 1.0 / alpha_curvature_; }  ///< of alpha
 
   /// Goes on from another state, e.g. that of the last run, within the range.
@@ -85,10 +97,12 @@ class SlipBelief {
   double ratio_curvature_;         // sum of (r n)^2 / Sigma_g
   double alpha_curvature_;         // sum of (r W)^2 / Sigma_v
   double mean_speed_ = 0.0;        // of the wheels, at the last sample [rad/s]
-  double acceleration_ = 0.0;      // at the last sample, without offset [m/s^2]
   double by_wheels_ = 0.0;         // r W [m/s]
   double by_accelerometer_ = 0.0;  // A [m/s]
   double offset_ = 0.0;
+  double track_gain_ = 0.0;
+  double difference_ = 0.0;  // of the wheel speeds, at the last sample [rad/s]
+  double step_ = 0.0;        // to the last sample [s]
   bool started_ = false;
 };
 

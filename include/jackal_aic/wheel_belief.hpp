@@ -19,6 +19,9 @@
 ///
 /// preconditioned by the inverse of its curvature (the natural gradient); with learning rate 1 the step ends in the
 /// minimum of F, which is the Kalman filter's estimate.
+///
+/// Beside P, which says how far the belief may be off, C is what its error is while the robot drives steadily and
+/// nothing but noise disturbs it: the same recursion without the random fluctuations. Precision learning needs it.
 
 #include <Eigen/Core>
 #include <array>
@@ -65,10 +68,30 @@ class WheelBelief {
   /// Goes on with other trust in its sources.
   void setParameters(const WheelBeliefParameters& parameters) { parameters_ = parameters; }
 
+  /// y - w of the last measurement, after the step [rad/s].
+  double residual() const { return residual_; }
+
+  /// What the square of residual() misses of the variance of the measurement, 2 H K Sigma - H C H', for a robot that
+  /// drives steadily and follows its drive train (precision_learning.hpp) [(rad/s)^2].
+  double hiddenVariance() const { return hidden_; }
+
+  /// Variance H C H' of the error of w under the same assumption [(rad/s)^2].
+  double steadyVariance() const { return C_(0, 0); }
+
+  /// How w was predicted to change from the last measurement to this one [rad/s], and the variance of that
+  /// prediction's error under the same assumption [(rad/s)^2].
+  double predictedChange() const { return predicted_change_; }
+  double predictedChangeVariance() const { return predicted_change_variance_; }
+
+  /// Trusts the measurement with another variance Sigma_y from now on [(rad/s)^2].
+  void setMeasurementVariance(double variance) { parameters_.measurement_variance = variance; }
+
   /// At rest with nothing under way, the speed as measured [rad/s].
   void reset(double speed);
 
  private:
+  void followError(const Eigen::Vector3d& gain);
+
   PlantModel model_;
   WheelBeliefParameters parameters_;
   double limit_;     // of dw/dt [rad/s^2]
@@ -78,8 +101,15 @@ class WheelBelief {
   std::size_t head_ = 0;
   Eigen::Vector3d x_ = Eigen::Vector3d::Zero();
   Eigen::Matrix3d P_ = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d C_ = Eigen::Matrix3d::Zero();          // of the error, without random fluctuations
+  Eigen::Matrix3d C_since_ = Eigen::Matrix3d::Zero();    // of the error with that after the last measurement
+  Eigen::Vector2d corrected_ = Eigen::Vector2d::Zero();  // w after the last measurement and the variance of its error
   double rate_ = 0.0;
   double error_ = 0.0;
+  double residual_ = 0.0;
+  double hidden_ = 0.0;
+  double predicted_change_ = 0.0;
+  double predicted_change_variance_ = 0.0;
 };
 
 }  // namespace jackal_aic

@@ -26,10 +26,10 @@ class SlippingRobot {
       speed_ += rate * kPeriod;
       const double left = speed_ / kRadius - half_difference + 0.03 * unit_(random_);
       const double right = speed_ / kRadius + half_difference + 0.03 * unit_(random_);
-      const double acceleration = truth_.alpha * 0.5 * (rate + last_rate_) + offset + 0.05 * unit_(random_);
-      last_rate_ = rate;
+      const double acceleration = truth_.alpha * rate + offset + 0.05 * unit_(random_);
       belief_.learnTrack(yaw_rate + 0.005 * unit_(random_), right - left, 0.0, kPeriod);
-      belief_.learnAlpha(acceleration, left, right, kPeriod);
+      belief_.observeAcceleration(acceleration, left, right, kPeriod);
+      belief_.learnAlpha();
     }
   }
 
@@ -38,7 +38,7 @@ class SlippingRobot {
  private:
   SlipState truth_;
   SlipBelief& belief_;
-  double speed_ = 0.0, last_rate_ = 0.0;
+  double speed_ = 0.0;
   std::mt19937 random_{11};
   std::normal_distribution<double> unit_{0.0, 1.0};
 };
@@ -96,8 +96,11 @@ TEST(SlipBelief, StaysWithinItsBounds) {
   EXPECT_NEAR(belief.state().effective_track, 2.0 * 0.5621, 1e-12);
   for (int k = 0; k < 1000; ++k) belief.learnTrack(50.0, 5.0, 0.0, kPeriod);
   EXPECT_NEAR(belief.state().effective_track, 0.5 * 0.5621, 1e-12);
-  for (int k = 0; k < 10000; ++k)
-    belief.learnAlpha(k % 40 < 20 ? 90.0 : -90.0, 0.5 * (k % 40), 0.5 * (k % 40), kPeriod);
+  for (int k = 0; k < 10000; ++k) {
+    const double speed = 0.5 * (k % 40);
+    belief.observeAcceleration(k % 40 < 20 ? 90.0 : -90.0, speed, speed, kPeriod);
+    belief.learnAlpha();
+  }
   EXPECT_GE(belief.state().alpha, 0.5);
   EXPECT_LE(belief.state().alpha, 2.0);
 }
