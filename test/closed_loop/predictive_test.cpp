@@ -159,9 +159,7 @@ TEST(Predictive, BelievesTheTruthAsWellAsAKalmanFilter) {
     const ResultRow& filter = same(all, row, "kalman_filter");
     const ResultRow& improved = same(all, row, "improved");
     EXPECT_LE(*row.belief_rms_mps, 1.05 * *filter.belief_rms_mps) << row.plant;
-    // The filter listens to the gyro, the controller's belief about the yaw rate does not yet.
-    const double bar = row.plant == "box" ? 1.05 : 2.0;
-    EXPECT_LE(*row.belief_rms_radps, bar * *filter.belief_rms_radps) << row.plant;
+    EXPECT_LE(*row.belief_rms_radps, 1.05 * *filter.belief_rms_radps) << row.plant;
     EXPECT_LE(*row.belief_rms_mps, 0.1 * *improved.belief_rms_mps) << row.plant;
     EXPECT_LE(*row.belief_rms_radps, 0.1 * *improved.belief_rms_radps) << row.plant;
   }
