@@ -5,6 +5,8 @@
 #include <functional>
 #include <sstream>
 
+#include "periodic_system.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -12,35 +14,6 @@ constexpr double kSmallestGainFactor = 1e-3;
 constexpr int kMostExtraActionPeriods = 250;  // bounds the size of the map
 constexpr int kPointsPerDecade = 16;
 constexpr double kSmallestGain = 1e-9;  // where a scan begins if a gain may be zero
-
-using Verdict = std::function<bool(double)>;
-
-/// Where a verdict changes along a line: the last point before and the first after.
-struct Boundary {
-  double before;
-  double after;
-};
-
-/// Walks from `start` along next(x) to `end`; halves the step that changes the verdict down to 1/16000 of it. Empty if
-/// the verdict never changes.
-std::optional<Boundary> findBoundary(const Verdict& verdict, double start, double end,
-                                     const std::function<double(double)>& next) {
-  const bool at_start = verdict(start);
-  for (double x = start; x != end;) {
-    const double candidate = end > start ? std::min(next(x), end) : std::max(next(x), end);
-    if (verdict(candidate) == at_start) {
-      x = candidate;
-      continue;
-    }
-    Boundary boundary{x, candidate};
-    for (int i = 0; i < 14; ++i) {
-      const double middle = 0.5 * (boundary.before + boundary.after);
-      (verdict(middle) == at_start ? boundary.before : boundary.after) = middle;
-    }
-    return boundary;
-  }
-  return std::nullopt;
-}
 
 /// Factor on kappa_a at which the verdict changes; `none` if it does not up to `end`.
 double gainBoundary(const LinearLoop& loop, LoopMode mode, double end, double none) {

@@ -1,21 +1,17 @@
 #include "jackal_aic/linear_loop.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
-#include <sstream>
-#include <unsupported/Eigen/MatrixFunctions>
 
 #include "jackal_aic/belief_update.hpp"
 #include "jackal_aic/free_energy.hpp"
 #include "jackal_aic/generative_model.hpp"
+#include "periodic_system.hpp"
 
 namespace jackal_aic {
 namespace {
 
-constexpr int kMostActionSteps = 50;  // in a common period
 constexpr int kModes = 3;
 
 /// How a unit of a mode's wheel speed shows in the measurement y.
@@ -42,48 +38,6 @@ BodyChannel bodyChannel(LoopMode mode) {
   if (mode == LoopMode::straight) return kForward;
   return mode == LoopMode::turn ? kYaw : kLateral;
 }
-
-double spectralRadiusOf(const Eigen::MatrixXd& map) {
-  if (!map.allFinite()) return std::numeric_limits<double>::infinity();
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(map, false);
-  if (solver.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
-  return solver.eigenvalues().cwiseAbs().maxCoeff();
-}
-
-/// Wheel speed and correction (w, z) over a time during which one command acts.
-struct WheelResponse {
-  Eigen::Matrix2d transition;
-  Eigen::Vector2d input;
-};
-
-WheelResponse wheelResponse(const PlantModel& plant, double time) {
-  WheelResponse response{Eigen::Matrix2d::Zero(), {plant.gain, 0.0}};
-  if (plant.lag <= 0.0) return response;  // w = gain u, which leaves z at rest
-  Eigen::Matrix3d augmented = Eigen::Matrix3d::Zero();
-  augmented.row(0) << -1.0 / plant.lag, 1.0 / plant.lag, plant.gain / plant.lag;
-  augmented.row(1) << -plant.velocity_loop_integral, 0.0, plant.velocity_loop_integral * plant.gain;
-  const Eigen::Matrix3d exponential = (time * augmented).exp();
-  response.transition = exponential.topLeftCorner<2, 2>();
-  if (plant.velocity_loop_integral <= 0.0) response.transition.col(1).setZero();  // no z; a constant one is no mode
-  response.input = exponential.topRightCorner<2, 1>();
-  return response;
-}
-
-/// Smallest number of action periods that is a whole number of sensor periods.
-int commonActionSteps(const ControllerParameters& controller, const PlantModel& plant) {
-  const double sensor_steps_per_action = plant.sensor_rate / controller.action_rate;
-  for (int n = 1; n <= kMostActionSteps; ++n) {
-    const double steps = n * sensor_steps_per_action;
-    if (steps > 0.5 && std::abs(steps - std::round(steps)) < 1e-6) return n;
-  }
-  std::ostringstream message;
-  message << "plant_model.sensor_rate = " << plant.sensor_rate
-          << " Hz: no common period with controller.action_rate = " << controller.action_rate << " Hz within "
-          << kMostActionSteps << " action periods; round it";
-  throw ParameterError(message.str());
-}
-
-std::int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
 
 /// What happens at a time of the period, in the order in which it happens at one and the same time.
 enum class Event { sensor, belief, action, command_arrives };
@@ -214,7 +168,7 @@ LinearLoop::LinearLoop(const ControllerParameters& controller, const GeometryPar
                        const PlantModel& plant)
     : controller_(controller), geometry_(geometry), plant_(plant) {
   validate(controller, geometry, Divergence::allowed);
-  action_steps_ = commonActionSteps(controller, plant);
+  action_steps_ = commonActionSteps(controller.action_rate, plant.sensor_rate, "controller.action_rate");
   belief_steps_ = action_steps_ * controller.beliefStepsPerAction();
   sensor_steps_ = static_cast<int>(std::lround(action_steps_ * plant.sensor_rate / controller.action_rate));
   const GenerativeModel model(controller, geometry);

@@ -16,7 +16,8 @@ constexpr double kMoving = 0.5;       // rad/s; least wheel speed of a robot tha
 bool isWhole(double ratio) { return ratio >= 1.0 - 1e-9 && std::abs(ratio - std::round(ratio)) < 1e-9 * ratio; }
 
 WheelBeliefParameters wheelParameters(const PredictiveParameters& p) {
-  return {p.wheel_variance, p.speed_fluctuation, p.disturbance_fluctuation, p.timing_deviation, p.kappa_mu};
+  return {p.wheel_variance,   p.speed_fluctuation, p.disturbance_fluctuation,
+          p.timing_deviation, p.kappa_mu,          p.goal_weight};
 }
 
 YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
@@ -168,6 +169,7 @@ void PredictiveController::setSlip(const SlipState& state) {
 
 void PredictiveController::updateBelief() {
   if (!started_) return;
+  wanted_ = kinematics().wheelSpeeds(set_point_.forward, set_point_.yaw_rate);
   for (int i = 0; i < inner_steps_; ++i) predict();
   if (!observed_) return;
   correct(observation_);
@@ -176,8 +178,8 @@ void PredictiveController::updateBelief() {
 }
 
 void PredictiveController::predict() {
-  left_.predict(applied_.left);
-  right_.predict(applied_.right);
+  left_.predict(applied_.left, wanted_.left);
+  right_.predict(applied_.right, wanted_.right);
   yaw_.predict(yawPerWheelSpeed() * (right_.acceleration() - left_.acceleration()), WheelBelief::kStep);
 }
 
@@ -231,18 +233,19 @@ void PredictiveController::watchPath() {
 }
 
 double PredictiveController::act(double wanted, DriveTrainReference& reference, const WheelBelief& wheel,
-                                 double action) const {
-  // a ← a − κ_a (∂²F/∂a²)⁻¹ ∂F/∂a with F = ½ ε_a²/Σ_a, ε_a = g a + d − w*
+                                 double measured, double action) const {
+  // a ← a − κ_a (∂²F/∂a²)⁻¹ ∂F/∂a with F = ½ ε_a²/Σ_a, ε_a = g a + d − w*,   and   − h κ_y ε_y/Σ_y with ∂y/∂a = 1
   const double error = model_.gain * action + wheel.disturbance() - reference.advance(wanted);
-  return action - parameters_.kappa_a * error / model_.gain;
+  const double sensory = (measured - wheel.speed()) / (parameters_.wheel_variance * parameters_.action_rate);
+  return action - parameters_.kappa_a * error / model_.gain - parameters_.sensory_action * sensory;
 }
 
 WheelCommand PredictiveController::updateAction() {
   if (!started_) return applied_;
   watchPath();
-  const WheelCommand wanted = kinematics().wheelSpeeds(set_point_.forward, set_point_.yaw_rate);
-  applied_ = {act(wanted.left, reference_left_, left_, applied_.left),
-              act(wanted.right, reference_right_, right_, applied_.right)};
+  wanted_ = kinematics().wheelSpeeds(set_point_.forward, set_point_.yaw_rate);
+  applied_ = {act(wanted_.left, reference_left_, left_, observation_.wheel_left, applied_.left),
+              act(wanted_.right, reference_right_, right_, observation_.wheel_right, applied_.right)};
   return applied_;
 }
 

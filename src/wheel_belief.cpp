@@ -15,8 +15,17 @@ WheelBelief::WheelBelief(const PlantModel& model, double wheel_radius, const Whe
     : model_(model),
       parameters_(parameters),
       limit_(model.acceleration_limit / wheel_radius),
-      response_(model.lag > 0.0 ? -std::expm1(-kStep / model.lag) : 1.0),
       delay_(static_cast<std::size_t>(std::lround(std::min(model.dead_time, kLongestDeadTime) / kStep))) {
+  const double response = model.lag > 0.0 ? -std::expm1(-kStep / model.lag) : 1.0;  // part of an error gone in a step
+  const double k = model.velocity_loop_integral * kStep;
+  const double own = 1.0 - parameters.goal_weight;
+  // w ← w + ρ (r + z − w), z ← z + k (r − w − ½ρ (r + z − w)), d ← d
+  const Eigen::Vector3d of_r(response, k * (1.0 - 0.5 * response), 0.0);
+  transition_ << 1.0 - response, response, own * of_r(0),                    //
+      -k * (1.0 - 0.5 * response), 1.0 - 0.5 * k * response, own * of_r(1),  //
+      0.0, 0.0, 1.0;
+  input_ = own * model.gain * of_r;
+  goal_input_ = parameters.goal_weight * of_r;
   reset(0.0);
 }
 
@@ -33,26 +42,22 @@ void WheelBelief::reset(double speed) {
   rate_ = error_ = residual_ = hidden_ = predicted_change_ = predicted_change_variance_ = 0.0;
 }
 
-void WheelBelief::predict(double command) {
+void WheelBelief::predict(double command, double goal) {
   commands_[head_] = command;
   const double u = commands_[(head_ + commands_.size() - delay_) % commands_.size()];
   head_ = (head_ + 1) % commands_.size();
 
-  const double k = model_.velocity_loop_integral * kStep;
-  const double r = model_.gain * u + x_(2);
-  const double wanted = response_ * (r + x_(1) - x_(0));
+  const Eigen::Vector3d next = transition_ * x_ + input_ * u + goal_input_ * goal;
+  const double wanted = next(0) - x_(0);
   const double change = std::clamp(wanted, -limit_ * kStep, limit_ * kStep);
-  const bool limited = change != wanted;
   rate_ = change / kStep;
-
-  // Jacobian of (w, z, d) over the step; at the limit the speed no longer depends on z and d, and z rests.
-  Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
-  if (!limited) {
-    J.row(0) << 1.0 - response_, response_, response_;
-    J.row(1) << -k * (1.0 - 0.5 * response_), 1.0 - 0.5 * k * response_, k * (1.0 - 0.5 * response_);
-    x_(1) += k * (r - x_(0) - 0.5 * change);
+  Eigen::Matrix3d J = transition_;
+  if (change == wanted) {
+    x_ = next;
+  } else {  // at the limit the speed no longer depends on z and d, and z rests
+    x_(0) += change;
+    J.setIdentity();
   }
-  x_(0) += change;
   C_ = (J * C_ * J.transpose()).eval();
   C_since_ = (J * C_since_).eval();
   P_ = (J * P_ * J.transpose()).eval();
@@ -79,6 +84,10 @@ double WheelBelief::correct(double measurement) {
   const double moved = parameters_.learning_rate * error_;  // x − x_prior = P C' moved/(C P C' + Σ)
   const double innovation_variance = variance / (1.0 - gain(0));
   return 0.5 * residual_ * residual_ / variance + 0.5 * gain(0) * moved * moved / innovation_variance;
+}
+
+Eigen::Vector3d WheelBelief::gain() const {
+  return parameters_.learning_rate * P_.col(0) / (P_(0, 0) + parameters_.measurement_variance);
 }
 
 void WheelBelief::followError(const Eigen::Vector3d& gain) {

@@ -34,15 +34,17 @@ namespace jackal_aic {
 /// Parameters of the predictive controller. YAML prefix `predictive`; the drive train is a PlantModel, prefix
 /// `plant_model`.
 struct PredictiveParameters {
-  double belief_rate = 1000.0;             ///< rate of the belief update [Hz], a whole multiple of action_rate
-  double action_rate = 50.0;               ///< rate of the action update [Hz]
-  double kappa_mu = 1.0;                   ///< learning rate of the belief (natural gradient), 0..1
-  double kappa_a = 1.0;                    ///< learning rate of the action (natural gradient), 0..1
-  double reference_time = 0.01;            ///< tau_ref, time constant of the reference model [s]
-  double wheel_variance = 9e-4;            ///< Sigma_y of a wheel speed [(rad/s)^2]
-  double gyro_variance = 2.5e-5;           ///< Sigma_g of the yaw rate [(rad/s)^2]
-  double speed_fluctuation = 0.01;         ///< of a wheel's speed [(rad/s)^2/s]
-  double yaw_fluctuation = 1e-4;           ///< of the yaw rate beside what the wheels ask for [(rad/s)^2/s]
+  double belief_rate = 1000.0;      ///< rate of the belief update [Hz], a whole multiple of action_rate
+  double action_rate = 50.0;        ///< rate of the action update [Hz]
+  double kappa_mu = 1.0;            ///< learning rate of the belief (natural gradient), 0..1
+  double kappa_a = 1.0;             ///< learning rate of the action (natural gradient), 0..1
+  double goal_weight = 0.0;         ///< gamma, weight of the goal in the belief, 0..1; above 0 the belief is biased
+  double sensory_action = 0.0;      ///< kappa_y, learning rate of the action along the sensory prediction error
+  double reference_time = 0.01;     ///< tau_ref, time constant of the reference model [s]
+  double wheel_variance = 9e-4;     ///< Sigma_y of a wheel speed [(rad/s)^2]
+  double gyro_variance = 2.5e-5;    ///< Sigma_g of the yaw rate [(rad/s)^2]
+  double speed_fluctuation = 0.01;  ///< of a wheel's speed [(rad/s)^2/s]
+  double yaw_fluctuation = 1e-4;    ///< of the yaw rate beside what the wheels ask for [(rad/s)^2/s]
   double disturbance_fluctuation = 0.01;   ///< of a wheel's input disturbance [(rad/s)^2/s]
   double timing_deviation = 0.03;          ///< standard deviation of the dead time [s]
   double accelerometer_variance = 2.5e-3;  ///< of the forward acceleration [(m/s^2)^2]
@@ -64,7 +66,9 @@ void describeFields(Visitor& v, PredictiveParameters& p) {
   v.field("belief_rate", p.belief_rate, {1.0, 1000.0}, "Hz", Presence::required);
   v.field("action_rate", p.action_rate, {1.0, 1000.0}, "Hz", Presence::required);
   v.field("kappa_mu", p.kappa_mu, {1e-6, 1.0}, "", Presence::optional);
-  v.field("kappa_a", p.kappa_a, {1e-6, 1.0}, "", Presence::optional);
+  v.field("kappa_a", p.kappa_a, {0.0, 1.0}, "", Presence::optional);
+  v.field("goal_weight", p.goal_weight, {0.0, 1.0}, "", Presence::optional);
+  v.field("sensory_action", p.sensory_action, {0.0, 1e4}, "", Presence::optional);
   v.field("reference_time", p.reference_time, {1e-4, 10.0}, "s", Presence::optional);
   v.field("wheel_variance", p.wheel_variance, {1e-9, 1e3}, "(rad/s)^2", Presence::required);
   v.field("gyro_variance", p.gyro_variance, {1e-12, 1e3}, "(rad/s)^2", Presence::required);
@@ -191,7 +195,8 @@ class PredictiveController : public VelocityController {
 
  private:
   SkidSteerKinematics kinematics() const;
-  double act(double wanted, DriveTrainReference& reference, const WheelBelief& wheel, double action) const;
+  double act(double wanted, DriveTrainReference& reference, const WheelBelief& wheel, double measured,
+             double action) const;
   void predict();
   void correct(const Observation& observation);
   double yawPerWheelSpeed() const;
@@ -211,6 +216,7 @@ class PredictiveController : public VelocityController {
   SensorPrecisions precisions_;
   SetPoint set_point_;
   WheelCommand applied_;
+  WheelCommand wanted_;  // wheel speeds of the set point [rad/s]
   DriveTrainReference reference_left_;
   DriveTrainReference reference_right_;
   Observation observation_;

@@ -4,10 +4,14 @@
 /// Belief about one wheel by a generative model that carries the drive train.
 ///
 /// Hidden states: wheel speed w, correction z of the motors' velocity loop, input disturbance d (gain error, slope,
-/// friction). With u the command that was really applied, r = gain u(t - dead_time) + d:
+/// friction). With u the command that was really applied, w_d the goal and gamma the goal's weight in the belief,
+/// r = (1 - gamma) (gain u(t - dead_time) + d) + gamma w_d:
 ///
 ///     dw/dt = clamp( (r + z - w) / lag, +- acceleration_limit / radius ),   dz/dt = k_i (r - w),   dd/dt = 0
 ///     y     = w + noise of variance Sigma_y + (sigma_t dw/dt)^2
+///
+/// gamma is 0 where the belief is to be an estimate of what the wheel does. With gamma = 1 it expects to reach the goal
+/// whatever is commanded, as the belief of the thesis does (predictive_controller.hpp).
 ///
 /// The second part of the measurement's variance is what an error sigma_t of the dead time does to a speed that
 /// changes: while the wheel accelerates its measurement says little about the disturbance.
@@ -38,6 +42,7 @@ struct WheelBeliefParameters {
   double disturbance_fluctuation = 0.01;  ///< growth of the variance of d [(rad/s)^2/s]
   double timing_deviation = 0.03;         ///< sigma_t, standard deviation of the dead time [s]
   double learning_rate = 1.0;             ///< kappa_mu of the natural gradient, above 0 and at most 1
+  double goal_weight = 0.0;               ///< gamma, 0..1
 };
 
 /// Belief about one wheel. Nothing here allocates.
@@ -51,8 +56,9 @@ class WheelBelief {
   /// @param model drive train; @param wheel_radius r [m].
   WheelBelief(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& parameters);
 
-  /// Moves the belief by one inner step during which the command u [rad/s] is applied.
-  void predict(double command);
+  /// Moves the belief by one inner step during which the command u [rad/s] is applied. @param goal w_d [rad/s], without
+  /// effect unless it has a weight in the belief.
+  void predict(double command, double goal = 0.0);
 
   /// Takes a measurement [rad/s] made now. Returns F after the step.
   double correct(double measurement);
@@ -61,6 +67,16 @@ class WheelBelief {
   double disturbance() const { return x_(2); }       ///< d [rad/s]
   double acceleration() const { return rate_; }      ///< dw/dt of the last inner step [rad/s^2]
   double predictionError() const { return error_; }  ///< y - w of the last measurement, before the step [rad/s]
+
+  /// Gain of the next measurement on (w, z, d) if the wheel does not accelerate.
+  Eigen::Vector3d gain() const;
+
+  /// Map of (w, z, d) over an inner step below the acceleration limit, and what a command adds that acts in it.
+  const Eigen::Matrix3d& transition() const { return transition_; }
+  const Eigen::Vector3d& input() const { return input_; }
+
+  /// Dead time in inner steps.
+  std::size_t delay() const { return delay_; }
 
   /// Covariance P of (w, z, d).
   const Eigen::Matrix3d& covariance() const { return P_; }
@@ -94,8 +110,10 @@ class WheelBelief {
 
   PlantModel model_;
   WheelBeliefParameters parameters_;
-  double limit_;     // of dw/dt [rad/s^2]
-  double response_;  // part of an error that the loop removes in a step
+  double limit_;  // of dw/dt [rad/s^2]
+  Eigen::Matrix3d transition_;
+  Eigen::Vector3d input_;                                                                  // of a command
+  Eigen::Vector3d goal_input_;                                                             // of the goal
   std::array<double, static_cast<std::size_t>(kLongestDeadTime / kStep) + 1> commands_{};  // ring, one per inner step
   std::size_t delay_;
   std::size_t head_ = 0;

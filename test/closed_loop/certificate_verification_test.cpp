@@ -12,7 +12,7 @@
 #include "jackal_aic/active_inference_controller.hpp"
 #include "jackal_aic/closed_loop_certificate.hpp"
 #include "jackal_plant.hpp"
-#include "motor.hpp"
+#include "linear_plant.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -83,36 +83,10 @@ std::string describeCase(const Case& c) {
   return out.str();
 }
 
-/// The plant model in steps of 1 ms, by the drive train of the simulated robot without its limits and without a physics
-/// engine.
-class LinearPlant {
+/// The plant model without a physics engine.
+class LinearModel : public LinearPlant {
  public:
-  explicit LinearPlant(const Case& c)
-      : case_(c), delay_(c.plant.dead_time, kStep), left_(motor(c.plant), kStep), right_(motor(c.plant), kStep) {}
-
-  void command(const WheelCommand& command) { delay_.push(steps_, command); }
-
-  void step() {
-    const WheelCommand acting = delay_.acting(steps_++);
-    speed_(0) = left_.reference(acting.left, speed_(0));
-    speed_(1) = right_.reference(acting.right, speed_(1));
-  }
-
-  Observation observation() const {
-    const double yaw_rate = case_.geometry.wheel_radius * (speed_(1) - speed_(0)) / case_.plant.effective_track;
-    return {static_cast<double>(steps_) * kStep, case_.plant.on_box ? 0.0 : yaw_rate, speed_(0), speed_(1), 0.0, 0.0};
-  }
-
- private:
-  static sim::MotorParameters motor(const PlantModel& plant) {
-    return {plant.gain, plant.lag, plant.velocity_loop_integral, 1e300, 1e300};
-  }
-
-  const Case& case_;
-  sim::CommandDelay delay_;
-  sim::MotorLoop left_, right_;
-  std::int64_t steps_ = 0;
-  WheelVector speed_ = WheelVector::Zero();
+  explicit LinearModel(const Case& c) : LinearPlant(c.plant, c.geometry) {}
 };
 
 /// The simulated robot on its box, without noise, its limits out of reach.
@@ -245,7 +219,7 @@ TEST(CertificateVerification, AgreesWithEveryRunOnALinearPlant) {
     if (withinHalfAPercentOfOne(radius)) continue;
     ++compared;
     unstable += radius >= 1.0;
-    EXPECT_EQ(timeDomainVerdict<LinearPlant>(c, 1e-6, 1e6, 200.0), certifiedVerdict(c))
+    EXPECT_EQ(timeDomainVerdict<LinearModel>(c, 1e-6, 1e6, 200.0), certifiedVerdict(c))
         << "radius " << radius << ": " << describeCase(c);
   }
   EXPECT_GT(unstable, compared / 5) << "too few unstable sets to tell";
@@ -280,7 +254,7 @@ TEST(CertificateVerification, MarginsHoldInTheTimeDomain) {
     Case c = generator.draw();
     const Certificate certificate = certify(c.controller, c.geometry, c.plant);
     if (!certificate.stable()) continue;
-    const auto verdict = [](const Case& changed) { return timeDomainVerdict<LinearPlant>(changed, 1e-4, 1e4, 400.0); };
+    const auto verdict = [](const Case& changed) { return timeDomainVerdict<LinearModel>(changed, 1e-4, 1e4, 400.0); };
     if (gains < 30 && certificate.gain_margin < 100.0) {
       ++gains;
       Case below = c, above = c;

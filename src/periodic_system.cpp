@@ -1,0 +1,65 @@
+#include "periodic_system.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <unsupported/Eigen/MatrixFunctions>
+
+namespace jackal_aic {
+
+double spectralRadiusOf(const Eigen::MatrixXd& map) {
+  if (!map.allFinite()) return std::numeric_limits<double>::infinity();
+  const Eigen::EigenSolver<Eigen::MatrixXd> solver(map, false);
+  if (solver.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
+  return solver.eigenvalues().cwiseAbs().maxCoeff();
+}
+
+WheelResponse wheelResponse(const PlantModel& plant, double time) {
+  WheelResponse response{Eigen::Matrix2d::Zero(), {plant.gain, 0.0}};
+  if (plant.lag <= 0.0) return response;  // w = gain u, which leaves z at rest
+  Eigen::Matrix3d augmented = Eigen::Matrix3d::Zero();
+  augmented.row(0) << -1.0 / plant.lag, 1.0 / plant.lag, plant.gain / plant.lag;
+  augmented.row(1) << -plant.velocity_loop_integral, 0.0, plant.velocity_loop_integral * plant.gain;
+  const Eigen::Matrix3d exponential = (time * augmented).exp();
+  response.transition = exponential.topLeftCorner<2, 2>();
+  if (plant.velocity_loop_integral <= 0.0) response.transition.col(1).setZero();  // no z; a constant one is no mode
+  response.input = exponential.topRightCorner<2, 1>();
+  return response;
+}
+
+int commonActionSteps(double action_rate, double sensor_rate, const char* key) {
+  const double sensor_steps_per_action = sensor_rate / action_rate;
+  for (int n = 1; n <= kMostActionSteps; ++n) {
+    const double steps = n * sensor_steps_per_action;
+    if (steps > 0.5 && std::abs(steps - std::round(steps)) < 1e-6) return n;
+  }
+  std::ostringstream message;
+  message << "plant_model.sensor_rate = " << sensor_rate << " Hz: no common period with " << key << " = " << action_rate
+          << " Hz within " << kMostActionSteps << " action periods; round it";
+  throw ParameterError(message.str());
+}
+
+std::int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
+
+std::optional<Boundary> findBoundary(const Verdict& verdict, double start, double end,
+                                     const std::function<double(double)>& next) {
+  const bool at_start = verdict(start);
+  for (double x = start; x != end;) {
+    const double candidate = end > start ? std::min(next(x), end) : std::max(next(x), end);
+    if (verdict(candidate) == at_start) {
+      x = candidate;
+      continue;
+    }
+    Boundary boundary{x, candidate};
+    for (int i = 0; i < 14; ++i) {
+      const double middle = 0.5 * (boundary.before + boundary.after);
+      (verdict(middle) == at_start ? boundary.before : boundary.after) = middle;
+    }
+    return boundary;
+  }
+  return std::nullopt;
+}
+
+}  // namespace jackal_aic

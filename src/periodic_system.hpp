@@ -1,0 +1,52 @@
+#pragma once
+
+/// @file
+/// What the linear periodic systems of the closed loop have in common: the response of the wheels, the common period of
+/// sensor and action, and the search for where a verdict changes. Internal to the core.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <optional>
+
+#include "jackal_aic/plant_model.hpp"
+
+namespace jackal_aic {
+
+/// Longest common period [action periods].
+inline constexpr int kMostActionSteps = 50;
+
+/// Largest magnitude of an eigenvalue; infinity if the map is not finite.
+double spectralRadiusOf(const Eigen::MatrixXd& map);
+
+/// Wheel speed and correction (w, z) over a time during which one command acts.
+struct WheelResponse {
+  Eigen::Matrix2d transition;
+  Eigen::Vector2d input;
+};
+
+/// Exact response of a plant model over a time [s].
+WheelResponse wheelResponse(const PlantModel& plant, double time);
+
+/// Smallest number of action periods that is a whole number of sensor periods. @param key of the action rate, for the
+/// message. @throws ParameterError if there is none within kMostActionSteps.
+int commonActionSteps(double action_rate, double sensor_rate, const char* key);
+
+/// [ns]
+std::int64_t nanoseconds(double seconds);
+
+/// Says of a point on a line whether something holds there.
+using Verdict = std::function<bool(double)>;
+
+/// Where a verdict changes along a line: the last point before and the first after.
+struct Boundary {
+  double before;
+  double after;
+};
+
+/// Walks from `start` along next(x) to `end`; halves the step that changes the verdict down to 1/16000 of it. Empty if
+/// the verdict never changes.
+std::optional<Boundary> findBoundary(const Verdict& verdict, double start, double end,
+                                     const std::function<double(double)>& next);
+
+}  // namespace jackal_aic

@@ -1,0 +1,57 @@
+#pragma once
+
+/// @file
+/// A plant model in steps of 1 ms, by the drive train of the simulated robot without its limits and without a physics
+/// engine: what the certificates are about.
+
+#include "jackal_aic/parameters.hpp"
+#include "jackal_aic/plant_model.hpp"
+#include "jackal_aic/types.hpp"
+#include "motor.hpp"
+
+namespace jackal_aic {
+
+/// Two wheels and a body that turns with them. Rates have to divide 1 kHz, dead times to be whole milliseconds.
+class LinearPlant {
+ public:
+  static constexpr double kStep = 0.001;  ///< [s]
+
+  LinearPlant(const PlantModel& model, const GeometryParameters& geometry)
+      : model_(model),
+        geometry_(geometry),
+        delay_(model.dead_time, kStep),
+        left_(motor(model), kStep),
+        right_(motor(model), kStep) {}
+
+  void command(const WheelCommand& command) { delay_.push(steps_, command); }
+
+  void step() {
+    const WheelCommand acting = delay_.acting(steps_++);
+    speed_(0) = left_.reference(acting.left, speed_(0));
+    speed_(1) = right_.reference(acting.right, speed_(1));
+  }
+
+  Observation observation() const {
+    const double track = model_.effective_track > 0.0 ? model_.effective_track : geometry_.effective_track;
+    Observation y;
+    y.stamp = static_cast<double>(steps_) * kStep;
+    y.yaw_rate = model_.on_box ? 0.0 : geometry_.wheel_radius * (speed_(1) - speed_(0)) / track;
+    y.wheel_left = speed_(0);
+    y.wheel_right = speed_(1);
+    return y;
+  }
+
+ private:
+  static sim::MotorParameters motor(const PlantModel& plant) {
+    return {plant.gain, plant.lag, plant.velocity_loop_integral, 1e300, 1e300};
+  }
+
+  PlantModel model_;
+  GeometryParameters geometry_;
+  sim::CommandDelay delay_;
+  sim::MotorLoop left_, right_;
+  std::int64_t steps_ = 0;
+  WheelVector speed_ = WheelVector::Zero();
+};
+
+}  // namespace jackal_aic

@@ -1,0 +1,206 @@
+// The certificate of the predictive structure against the time domain: the controller itself on a linear robot that
+// differs from its model.
+
+#include "jackal_aic/predictive_certificate.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <random>
+#include <sstream>
+#include <tuple>
+
+#include "linear_plant.hpp"
+
+namespace jackal_aic {
+namespace {
+
+struct Case {
+  PredictiveParameters parameters;
+  PlantModel model;
+  PlantModel robot;
+};
+
+/// Draws robots far enough from their models that a part of the loops is unstable.
+class CaseGenerator {
+ public:
+  explicit CaseGenerator(std::uint64_t seed) : random_(seed) {}
+
+  Case draw() {
+    Case c;
+    std::tie(c.parameters.belief_rate, c.parameters.action_rate) = kRates[uniform(0.0, kRates.size())];
+    c.parameters.kappa_mu = uniform(0.2, 1.0);
+    c.parameters.kappa_a = uniform(0.3, 1.0);
+    c.parameters.reference_time = logarithmic(0.005, 0.2);
+    c.parameters.wheel_variance = logarithmic(1e-4, 1e-2);
+    c.parameters.speed_fluctuation = logarithmic(1e-3, 1.0);
+    c.parameters.disturbance_fluctuation = logarithmic(1e-3, 1.0);
+    c.model.dead_time = 0.001 * std::round(uniform(0.0, 150.0));
+    c.model.lag = logarithmic(0.005, 0.15);
+    c.model.velocity_loop_integral = uniform(0.0, 1.0) < 0.5 ? 0.0 : uniform(1.0, 8.0);
+    c.model.gain = uniform(0.8, 1.2);
+    c.robot = c.model;
+    c.robot.dead_time = 0.001 * std::round(1000.0 * c.model.dead_time * uniform(0.3, 6.0));
+    c.robot.lag *= logarithmic(0.5, 2.0);
+    c.robot.gain *= logarithmic(0.5, 4.0);
+    c.robot.sensor_rate = kSensorRates[uniform(0.0, kSensorRates.size())];
+    return c;
+  }
+
+ private:
+  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
+  double logarithmic(double low, double high) { return std::exp(uniform(std::log(low), std::log(high))); }
+
+  static constexpr std::array<std::pair<double, double>, 6> kRates{
+      {{1000, 50}, {50, 50}, {250, 50}, {100, 100}, {200, 20}, {500, 25}}};
+  static constexpr std::array<double, 4> kSensorRates{50, 100, 25, 20};
+
+  std::mt19937_64 random_;
+};
+
+std::string describeCase(const Case& c) {
+  std::ostringstream out;
+  out << "belief " << c.parameters.belief_rate << " Hz, action " << c.parameters.action_rate << " Hz, sensor "
+      << c.robot.sensor_rate << " Hz, kappa_mu " << c.parameters.kappa_mu << ", kappa_a " << c.parameters.kappa_a
+      << ", dead time " << c.model.dead_time << " / " << c.robot.dead_time << ", lag " << c.model.lag << " / "
+      << c.robot.lag << ", gain " << c.model.gain << " / " << c.robot.gain << ", integral "
+      << c.model.velocity_loop_integral;
+  return out.str();
+}
+
+enum class Verdict { stable, unstable };
+
+/// Drives a robot so little that no limit and no slip learning takes part, then asks for rest and watches whether the
+/// loop finds it.
+class TimeDomain {
+ public:
+  explicit TimeDomain(const Case& c)
+      : plant_(c.robot, {}),
+        controller_(c.parameters, {}, c.model),
+        sensor_ticks_(std::lround(1000.0 / c.robot.sensor_rate)),
+        belief_ticks_(std::lround(1000.0 / c.parameters.belief_rate)),
+        action_ticks_(std::lround(1000.0 / c.parameters.action_rate)) {}
+
+  Verdict verdict() {
+    constexpr double kTiny = 1e-9;
+    controller_.observe(Observation{});
+    for (int i = 0; i < 10; ++i) excursionInOneSecond();  // at rest the gain of the belief converges
+    controller_.setSetPoint({kTiny, 0.0, kTiny});
+    const double reference = excursionInOneSecond();
+    controller_.setSetPoint({});
+    excursionInOneSecond();
+    double middle = 0.0, last = 0.0;
+    for (int second = 2; second < 120; second += 2) {
+      last = std::max(excursionInOneSecond(), excursionInOneSecond());
+      if (!(last < 1e4 * reference)) return Verdict::unstable;
+      if (last < 1e-4 * reference) return Verdict::stable;
+      if (second == 60) middle = last;
+    }
+    return last < middle ? Verdict::stable : Verdict::unstable;
+  }
+
+ private:
+  double excursionInOneSecond() {
+    double largest = 0.0;
+    for (int i = 0; i < 1000; ++i) {
+      plant_.step();
+      ++now_;
+      if (now_ % sensor_ticks_ == 0) controller_.observe(plant_.observation());
+      if (now_ % belief_ticks_ == 0) controller_.updateBelief();
+      if (now_ % action_ticks_ == 0) plant_.command(controller_.updateAction());
+      const Observation y = plant_.observation();
+      largest = std::max(
+          {largest, std::abs(y.wheel_left), std::abs(y.wheel_right), std::abs(controller_.left().disturbance())});
+    }
+    return largest;
+  }
+
+  LinearPlant plant_;
+  PredictiveController controller_;
+  long sensor_ticks_, belief_ticks_, action_ticks_;
+  long now_ = 0;
+};
+
+TEST(PredictiveCertificate, AgreesWithEveryRunOnALinearRobot) {
+  CaseGenerator generator(2026);
+  int compared = 0, unstable = 0;
+  while (compared < 300) {
+    const Case c = generator.draw();
+    const double radius = PredictiveLinearLoop(c.parameters, c.model, c.robot).spectralRadius();
+    if (std::abs(radius - 1.0) <= 0.005) continue;
+    ++compared;
+    unstable += radius >= 1.0;
+    EXPECT_EQ(TimeDomain(c).verdict(), radius < kStabilityLimit ? Verdict::stable : Verdict::unstable)
+        << "radius " << radius << ": " << describeCase(c);
+  }
+  EXPECT_GT(unstable, compared / 5) << "too few unstable loops to tell";
+  EXPECT_LT(unstable, 4 * compared / 5) << "too few stable loops to tell";
+}
+
+PlantModel ground() {
+  PlantModel model;
+  model.dead_time = 0.08;
+  model.lag = 0.00636;
+  model.velocity_loop_integral = 0.678;
+  return model;
+}
+
+TEST(PredictiveCertificate, MarginsAreWhereTheRunChangesItsVerdict) {
+  const Case nominal{{}, ground(), ground()};
+  const PredictiveCertificate certificate = certify(nominal.parameters, nominal.model, nominal.robot);
+  ASSERT_TRUE(certificate.stable());
+  EXPECT_GT(certificate.gain_margin, 2.0);
+  EXPECT_GT(certificate.delay_margin, 0.1);
+  EXPECT_EQ(certificate.gain_reduction, 0.0);
+  EXPECT_DOUBLE_EQ(certificate.delay_reduction, 0.08) << "a shorter dead time than believed does no harm";
+  for (const auto& [factor, verdict] : {std::pair(0.95, Verdict::stable), std::pair(1.05, Verdict::unstable)}) {
+    Case gain = nominal, late = nominal;
+    gain.robot.gain *= factor * certificate.gain_margin;
+    late.robot.dead_time += 0.001 * std::round(1000.0 * factor * certificate.delay_margin);
+    EXPECT_EQ(TimeDomain(gain).verdict(), verdict) << factor;
+    EXPECT_EQ(TimeDomain(late).verdict(), verdict) << factor;
+  }
+}
+
+TEST(PredictiveCertificate, RefusesARobotThatIsNotItsModelAndSaysWhy) {
+  PlantModel robot = ground();
+  robot.dead_time = 0.4;
+  EXPECT_NO_THROW(requireStable({}, ground(), ground()));
+  try {
+    requireStable({}, ground(), robot);
+    FAIL() << "unstable, but accepted";
+  } catch (const ParameterError& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("spectral radius"), std::string::npos);
+    EXPECT_NE(text.find("dead_time"), std::string::npos);
+    EXPECT_EQ(text.find('\n'), std::string::npos);
+  }
+  const auto certificate = certify({}, ground(), robot);
+  EXPECT_EQ(advice(certificate, {}, ground(), robot).rfind("Unstable", 0), 0U);
+}
+
+TEST(PredictiveCertificate, WarnsOfAThinMargin) {
+  EXPECT_EQ(thinMargin(PredictiveLinearLoop({}, ground(), ground())), "");
+  PlantModel strong = ground();
+  strong.gain = 2.0;
+  EXPECT_NE(thinMargin(PredictiveLinearLoop({}, ground(), strong)), "");
+}
+
+TEST(PredictiveCertificate, TellsWhatTheRadiusDependsOn) {
+  PredictiveParameters timid;
+  timid.kappa_mu = 0.05;
+  const auto list = sensitivities(timid, ground(), ground());
+  ASSERT_FALSE(list.empty());
+  EXPECT_EQ(list.front().parameter, "kappa_mu");
+  EXPECT_LT(list.front().value, 0.0) << "a faster belief decays faster";
+}
+
+TEST(PredictiveCertificate, RefusesRatesWithoutACommonPeriod) {
+  PlantModel odd = ground();
+  odd.sensor_rate = 49.3;
+  EXPECT_THROW(certify({}, ground(), odd), ParameterError);
+}
+
+}  // namespace
+}  // namespace jackal_aic

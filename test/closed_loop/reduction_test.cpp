@@ -1,0 +1,151 @@
+// The controller of the thesis is the special case of the predictive one in which the goal has all the weight in the
+// belief, the model has no dead time, and the action descends the sensory prediction error instead of the expected one.
+// For p = 0 both give the same beliefs and actions. Shown for each of the two degrees of freedom alone, as chapter 4 of
+// the thesis looks at them: its belief is preconditioned in body coordinates, in which forward and yaw motion converge
+// at different rates, the predictive one's by its curvature.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "jackal_aic/active_inference_controller.hpp"
+#include "jackal_aic/predictive_controller.hpp"
+#include "linear_plant.hpp"
+
+namespace jackal_aic {
+namespace {
+
+enum class Motion { forward, turn };
+
+ControllerParameters thesis(double rate, Integrator integrator) {
+  ControllerParameters p;
+  p.orders = 0;
+  p.belief_rate = p.action_rate = rate;
+  p.integrator = integrator;
+  return p;
+}
+
+/// One step of the thesis' belief of one degree of freedom (3-11, p = 0): mu <- phi mu + (1 - phi - c) mu_d + c mu_y,
+/// mu_y the motion that was measured.
+struct BeliefStep {
+  double phi;
+  double c;
+};
+
+BeliefStep beliefStep(const ControllerParameters& p, const GeometryParameters& g, Motion motion) {
+  const double h = p.beliefStep();
+  const double pull = p.kappa_mu / (p.state_variances[0] * p.tau * p.tau);
+  const double r = g.wheel_radius, b = g.effective_track;
+  const double information = motion == Motion::forward ? 2.0 / (r * r) : 1.0 + 0.5 * b * b / (r * r);  // of R' R
+  const double sense = p.kappa_mu / p.sensory_variances[0] * information;
+  const double phi = p.integrator == Integrator::exact ? std::exp(-h * (pull + sense)) : 1.0 - h * (pull + sense);
+  return {phi, sense / (pull + sense) * (1.0 - phi)};
+}
+
+/// The parameters of the predictive controller that make it the thesis' controller in one degree of freedom.
+struct Reduction {
+  PredictiveParameters parameters;
+  PlantModel model;
+};
+
+Reduction reduce(const ControllerParameters& p, const GeometryParameters& g, Motion motion) {
+  const auto [phi, c] = beliefStep(p, g, motion);
+  const double h = p.beliefStep(), variance = p.sensory_variances[0];
+  const double kept = phi / (1.0 - c);  // of the way to the goal that the belief does not go by itself in a step
+  Reduction reduction;
+  reduction.model.dead_time = 0.0;
+  reduction.model.lag = -h / std::log(kept);
+  reduction.model.acceleration_limit = 1000.0;
+  PredictiveParameters& q = reduction.parameters;
+  q.belief_rate = p.belief_rate;
+  q.action_rate = p.action_rate;
+  q.goal_weight = 1.0;
+  q.wheel_variance = variance;
+  q.disturbance_fluctuation = q.timing_deviation = 0.0;
+  q.learn_slip = false;
+  // The fluctuation whose Kalman gain is c: P = c Sigma / (1 - c) before and c Sigma after a measurement.
+  double growth = 0.0;
+  for (double t = 0.0; t < h - 1e-9; t += WheelBelief::kStep) growth += std::exp(-2.0 * t / reduction.model.lag);
+  q.speed_fluctuation = c * variance * (1.0 / (1.0 - c) - kept * kept) / (growth * WheelBelief::kStep);
+  q.kappa_a = 0.0;  // no expected error
+  const double ratio = g.wheel_radius / g.effective_track;
+  q.sensory_action = p.kappa_a * (motion == Motion::forward ? 1.0 : 1.0 + 2.0 * ratio * ratio);  // of K Pi_y eps_y
+  return reduction;
+}
+
+/// Lag and dead time of the robot that both controllers drive.
+PlantModel robot() {
+  PlantModel model;
+  model.dead_time = 0.06;
+  model.lag = 0.05;
+  model.gain = 0.9;
+  return model;
+}
+
+class ReducesToTheThesis : public testing::TestWithParam<std::tuple<double, Integrator, Motion>> {};
+
+TEST_P(ReducesToTheThesis, BeliefAndActionAreTheSame) {
+  const auto [rate, integrator, motion] = GetParam();
+  const GeometryParameters geometry;
+  const ControllerParameters p = thesis(rate, integrator);
+  const Reduction reduction = reduce(p, geometry, motion);
+  ActiveInferenceController ours(p, geometry);
+  PredictiveController predictive(reduction.parameters, geometry, reduction.model);
+  LinearPlant with_ours(robot(), geometry), with_predictive(robot(), geometry);
+  const SkidSteerKinematics kinematics(geometry);
+  const int ticks = static_cast<int>(std::lround(1000.0 / rate));
+  double largest = 0.0;
+  for (int k = 1; k <= 8000; ++k) {
+    with_ours.step();
+    with_predictive.step();
+    if (k % ticks != 0) continue;
+    // At first at rest, until the belief's covariance has converged.
+    SetPoint wanted;
+    if (k > 4000) (motion == Motion::forward ? wanted.forward : wanted.yaw_rate) = k < 6000 ? 0.5 : -0.2;
+    ours.setSetPoint(wanted);
+    predictive.setSetPoint(wanted);
+    ours.observe(with_ours.observation());
+    predictive.observe(with_predictive.observation());
+    ours.updateBelief();
+    predictive.updateBelief();
+    with_ours.command(ours.updateAction());
+    with_predictive.command(predictive.updateAction());
+    const BodyVector believed = kinematics.bodyVelocity({predictive.left().speed(), predictive.right().speed()});
+    ASSERT_NEAR(believed(kForward), ours.belief()(kForward, 0), 1e-9) << k << " ms";
+    ASSERT_NEAR(believed(kYaw), ours.belief()(kYaw, 0), 1e-9) << k << " ms";
+    ASSERT_NEAR(predictive.action().left, ours.action().left, 1e-9) << k << " ms";
+    ASSERT_NEAR(predictive.action().right, ours.action().right, 1e-9) << k << " ms";
+    largest = std::max(largest, std::abs(ours.action().right));
+  }
+  EXPECT_GT(largest, 0.5) << "nothing was driven";
+}
+
+INSTANTIATE_TEST_SUITE_P(RatesIntegratorsMotions, ReducesToTheThesis,
+                         testing::Combine(testing::Values(50.0, 200.0, 1000.0),
+                                          testing::Values(Integrator::exact, Integrator::euler),
+                                          testing::Values(Motion::forward, Motion::turn)));
+
+TEST(Reduction, ABeliefWithTheGoalInItIsBiasedAndOneWithoutIsNot) {
+  // A wheel that does not move at all: with gamma = 1 the belief goes part of the way to the goal, with gamma = 0 it
+  // stays.
+  const GeometryParameters geometry;
+  const Reduction reduction = reduce(thesis(50.0, Integrator::exact), geometry, Motion::forward);
+  PredictiveParameters unbiased = reduction.parameters;
+  unbiased.goal_weight = 0.0;
+  PredictiveController with_goal(reduction.parameters, geometry, reduction.model);
+  PredictiveController without(unbiased, geometry, reduction.model);
+  for (PredictiveController* controller : {&with_goal, &without}) {
+    controller->setSetPoint({0.5, 0.0, 0.0});
+    for (int k = 0; k < 50; ++k) {
+      Observation still;
+      still.stamp = 0.02 * k;
+      controller->observe(still);
+      controller->updateBelief();
+    }
+  }
+  EXPECT_GT(with_goal.believedVelocity()(kForward), 0.1);
+  EXPECT_NEAR(without.believedVelocity()(kForward), 0.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace jackal_aic
