@@ -6,32 +6,103 @@
 namespace jackal_aic {
 namespace {
 
-bool fresh(double age, double deadline) { return std::abs(age) <= deadline; }
+bool late(double age, double deadline) { return deadline > 0.0 && age != kNever && !(std::abs(age) <= deadline); }
+
+DriveStatus statusAtRest(StopCause cause) {
+  if (cause == StopCause::none) return DriveStatus::driving;
+  if (cause == StopCause::set_point_missing) return DriveStatus::idle;
+  return severity(cause) == Severity::fault ? DriveStatus::faulted : DriveStatus::stopped;
+}
 
 }  // namespace
 
-GateDecision DriveGate::decide(const InputAges& ages) const {
-  if (ages.set_point == kNever) return {DriveStatus::idle, "no set point received yet"};
-  if (!fresh(ages.set_point, deadlines_.set_point)) return {DriveStatus::stopped, "set point too old"};
-  if (ages.wheels == kNever) return {DriveStatus::stopped, "no wheel speeds received yet"};
-  if (!fresh(ages.wheels, deadlines_.sensor)) return {DriveStatus::stopped, "wheel speeds too old"};
-  if (ages.imu == kNever) return {DriveStatus::stopped, "no IMU data received yet"};
-  if (!fresh(ages.imu, deadlines_.sensor)) return {DriveStatus::stopped, "IMU data too old"};
-  if (!fresh(ages.measurement, deadlines_.sensor)) {
-    return {DriveStatus::stopped, "stamps of wheel speeds and IMU data do not pair"};
-  }
-  return {DriveStatus::driving, ""};
+StopCauses overdueInputs(const InputAges& ages, const DeadlineParameters& deadlines) {
+  // A pair is as late as the more patient of its two deadlines allows.
+  const double pair_deadline =
+      deadlines.wheels > 0.0 && deadlines.imu > 0.0 ? std::max(deadlines.wheels, deadlines.imu) : 0.0;
+  StopCauses causes;
+  causes.add(StopCause::unpaired, ages.measurement == kNever || late(ages.measurement, pair_deadline))
+      .add(StopCause::imu_late, late(ages.imu, deadlines.imu))
+      .add(StopCause::imu_missing, ages.imu == kNever)
+      .add(StopCause::feedback_late, late(ages.feedback, deadlines.feedback))
+      .add(StopCause::wheels_late, late(ages.wheels, deadlines.wheels))
+      .add(StopCause::wheels_missing, ages.wheels == kNever)
+      .add(StopCause::set_point_late, late(ages.set_point, deadlines.set_point))
+      .add(StopCause::set_point_missing, ages.set_point == kNever);
+  return causes;
 }
 
-WheelCommand DriveGate::limit(const WheelCommand& wanted) const {
-  if (!wanted.vector().allFinite()) return {};
-  const BodyVector body = kinematics_.bodyVelocity(wanted);
-  const WheelCommand bounded =
-      kinematics_.wheelSpeeds(std::clamp(body(kForward), -limits_.linear_speed, limits_.linear_speed),
-                              std::clamp(body(kYaw), -limits_.angular_speed, limits_.angular_speed));
-  const double fastest = std::max(std::abs(bounded.left), std::abs(bounded.right));
-  const double factor = fastest > limits_.wheel_speed ? limits_.wheel_speed / fastest : 1.0;
-  return {factor * bounded.left, factor * bounded.right};
+bool isPlausible(const BodyVector& belief, double free_energy, const GateParameters& parameters) {
+  const double bound = parameters.watchdog.belief_bound;
+  const LimitParameters& limits = parameters.limits;
+  const double speed = std::max(std::abs(belief(kForward)), std::abs(belief(kLateral)));
+  return belief.allFinite() && std::isfinite(free_energy) && speed <= bound * limits.linear_speed &&
+         std::abs(belief(kYaw)) <= bound * limits.angular_speed;
+}
+
+bool isPlausible(const SetPoint& set_point, const LimitParameters& limits) {
+  return std::abs(set_point.forward) <= kAbsurdSetPoint * limits.linear_speed &&
+         std::abs(set_point.lateral) <= kAbsurdSetPoint * limits.linear_speed &&
+         std::abs(set_point.yaw_rate) <= kAbsurdSetPoint * limits.angular_speed;
+}
+
+DriveGate::DriveGate(const GateParameters& parameters, const GeometryParameters& geometry, double period)
+    : parameters_(parameters), limiter_(parameters.limits, geometry, period), period_(period) {}
+
+GateDecision DriveGate::decide(const GateInputs& inputs) {
+  const DriveStatus before = decision_.status;
+  const StopCause cause = presentCause(inputs);
+  const bool braking = before == DriveStatus::braking;
+  if (!limiter_.atRest() && (braking || cause != StopCause::none)) {
+    emergency_ = (braking && emergency_) || severity(cause) != Severity::stop;
+    decision_.status = DriveStatus::braking;
+    if (cause != StopCause::none) decision_.cause = cause;  // else that of the brake's beginning
+  } else {
+    decision_.status = statusAtRest(cause);
+    decision_.cause = cause;
+  }
+  decision_.starting = decision_.status == DriveStatus::driving && before != DriveStatus::driving;
+  return decision_;
+}
+
+StopCause DriveGate::presentCause(const GateInputs& inputs) {
+  StopCauses causes = inputs.causes;
+  causes.add(StopCause::belief_diverged, action_diverged_);
+  action_diverged_ = false;
+  const StopCause worst = causes.worst();
+  decision_.unacknowledged = false;
+  if (severity(worst) == Severity::fault) {
+    fault_ = worst;
+    fault_gone_for_ = 0.0;
+  } else if (fault_ != StopCause::none) {
+    fault_gone_for_ += period_;
+    decision_.unacknowledged = true;
+    const bool acknowledged = fault_gone_for_ > parameters_.brake.fault_hold && inputs.set_point_at_rest;
+    if (acknowledged && limiter_.atRest()) {
+      fault_ = StopCause::none;
+      decision_.unacknowledged = false;
+    }
+  }
+  return fault_ != StopCause::none ? fault_ : worst;
+}
+
+WheelCommand DriveGate::drive(const WheelCommand& action) {
+  action_diverged_ = !action.vector().allFinite();
+  return limiter_.drive(action);
+}
+
+WheelCommand DriveGate::rest() {
+  const BrakeParameters& brake = parameters_.brake;
+  const LimitParameters& limits = parameters_.limits;
+  return emergency_ ? limiter_.brake(limits.linear_acceleration, limits.angular_acceleration, brake.time)
+                    : limiter_.brake(brake.linear_deceleration, brake.angular_deceleration, brake.time);
+}
+
+void DriveGate::reset() {
+  limiter_.reset();
+  decision_ = {};
+  emergency_ = action_diverged_ = false;
+  fault_ = StopCause::none;
 }
 
 }  // namespace jackal_aic

@@ -1,12 +1,25 @@
 #pragma once
 
 /// @file
-/// The drive gate between the action and the motors: decides whether the robot may move, and bounds how fast.
+/// The drive gate between the action and the motors: decides in every action step whether the robot may move, brakes it
+/// if not, and bounds how it moves.
+///
+///     idle <------ rest: no set point ----+
+///      |                                  |
+///      | no cause                         |            cause at rest
+///      v                                  |  +------------------------------> stopped, faulted
+///     driving --- cause --> braking --- at rest: stop, emergency stop ------> stopped --- no cause ----> driving
+///                                     \ at rest: fault ---------------------> faulted -- acknowledged -> stopped, idle
+///
+/// A brake goes on to zero even if its cause is gone before. A fault is acknowledged by a zero set point, or none,
+/// after its cause was gone for brake.fault_hold: a robot that ran into trouble does not set off again by itself.
 
 #include <limits>
 
-#include "jackal_aic/parameters.hpp"
+#include "jackal_aic/command_limiter.hpp"
+#include "jackal_aic/gate_parameters.hpp"
 #include "jackal_aic/skid_steer_kinematics.hpp"
+#include "jackal_aic/stop_cause.hpp"
 #include "jackal_aic/types.hpp"
 
 namespace jackal_aic {
@@ -21,38 +34,84 @@ struct InputAges {
   double wheels = kNever;       ///< last valid wheel speeds
   double imu = kNever;          ///< last valid IMU sample
   double measurement = kNever;  ///< last pair of wheel speeds and IMU sample that the controller took
+  double feedback = kNever;     ///< last feedback of the motors; kNever on a robot without
 };
+
+/// Causes that follow from the ages of the inputs. An input older than its deadline, or stamped further ahead than
+/// that, stops; so does one that was never received, except the feedback.
+StopCauses overdueInputs(const InputAges& ages, const DeadlineParameters& deadlines);
+
+/// False if a belief is not finite, or beyond watchdog.belief_bound times the speed limits.
+/// @param belief believed body velocity (base_link); @param free_energy F.
+bool isPlausible(const BodyVector& belief, double free_energy, const GateParameters& parameters);
+
+/// Set point in multiples of the speed limits beyond which nobody can have meant it.
+inline constexpr double kAbsurdSetPoint = 100.0;
+
+/// False if a set point is beyond kAbsurdSetPoint times the speed limits, or not finite: it is to be refused, while one
+/// that is only too fast is to be scaled into the limits.
+bool isPlausible(const SetPoint& set_point, const LimitParameters& limits);
 
 /// What the gate lets the robot do.
 enum class DriveStatus {
   idle,     ///< nothing to follow was ever received: zero command
   driving,  ///< the limited action is driven
-  stopped   ///< an input is missing or too old: zero command
+  stopped,  ///< at rest until the cause is gone: zero command
+  braking,  ///< on the way to rest
+  faulted   ///< at rest until the fault is gone and acknowledged: zero command
 };
 
-/// Status with the reason why the robot does not drive.
+/// What an action step has to go by.
+struct GateInputs {
+  StopCauses causes;              ///< what is wrong now
+  bool set_point_at_rest = true;  ///< the set point is zero, or there is none: acknowledges a fault
+};
+
+/// Outcome of an action step.
 struct GateDecision {
-  DriveStatus status;
-  const char* reason;  ///< static text; empty while driving
+  DriveStatus status = DriveStatus::idle;
+  StopCause cause = StopCause::none;  ///< that counts; of a fault also while it waits for its acknowledgement
+  bool starting = false;        ///< first step of driving: the controller has to start anew from the present motion
+  bool unacknowledged = false;  ///< the fault is gone, but a zero set point is still awaited
 };
 
-/// Limits and deadlines of the drive command. Pure: what it returns depends on the arguments alone.
+/// State machine and limits of the drive command. In every action step call decide() first, then either drive() with
+/// the action, if the status is driving, or rest(). Pure: no clock, no I/O, no allocation.
 class DriveGate {
  public:
-  DriveGate(const LimitParameters& limits, const DeadlineParameters& deadlines, const GeometryParameters& geometry)
-      : limits_(limits), deadlines_(deadlines), kinematics_(geometry) {}
+  /// @param period time from one action step to the next [s].
+  DriveGate(const GateParameters& parameters, const GeometryParameters& geometry, double period);
 
-  /// Decides from the ages of the inputs. An input older than its deadline, or stamped further ahead than that, stops.
-  GateDecision decide(const InputAges& ages) const;
+  /// Goes on by one action step.
+  GateDecision decide(const GateInputs& inputs);
 
-  /// Bounds a command: forward speed and yaw rate each to its limit, then both wheels by one factor to the wheel speed
-  /// limit, which keeps the curvature. A command that is not finite becomes zero.
-  WheelCommand limit(const WheelCommand& wanted) const;
+  /// The action within the limits: the command of this step while driving. An action that is not finite brakes and
+  /// counts as a diverged belief in the next step.
+  WheelCommand drive(const WheelCommand& action);
+
+  /// The command of this step while not driving: the brake's, or zero.
+  WheelCommand rest();
+
+  /// The last command [rad/s].
+  WheelCommand command() const { return limiter_.command(); }
+
+  /// A set point within the speed limits, on the same curvature.
+  SetPoint reachable(const SetPoint& wanted) const { return limiter_.reachable(wanted); }
+
+  /// Back to idle with a zero command; a fault is forgotten.
+  void reset();
 
  private:
-  LimitParameters limits_;
-  DeadlineParameters deadlines_;
-  SkidSteerKinematics kinematics_;
+  StopCause presentCause(const GateInputs& inputs);
+
+  GateParameters parameters_;
+  CommandLimiter limiter_;
+  double period_;
+  GateDecision decision_;
+  bool emergency_ = false;             // of the present brake
+  StopCause fault_ = StopCause::none;  // last fault, until it is acknowledged
+  double fault_gone_for_ = 0.0;        // s
+  bool action_diverged_ = false;
 };
 
 }  // namespace jackal_aic

@@ -73,34 +73,6 @@ void describeFields(Visitor& v, GeometryParameters& p) {
   v.field("slip", p.slip, {0.1, 2.0}, "", Presence::optional);
 }
 
-/// Bounds of the drive command; defaults as on the stock Jackal. YAML prefix `limits`.
-struct LimitParameters {
-  double linear_speed = 2.0;   ///< largest |x_dot| of the command [m/s]
-  double angular_speed = 4.0;  ///< largest |theta_dot| of the command [rad/s]
-  double wheel_speed = 25.5;   ///< largest |omega| of a wheel [rad/s] (2.5 m/s, the robot's maximum, at r = 0.098 m)
-};
-
-/// Lists the fields of LimitParameters with unit and range.
-template <class Visitor>
-void describeFields(Visitor& v, LimitParameters& p) {
-  v.field("linear_speed", p.linear_speed, {0.01, 10.0}, "m/s", Presence::optional);
-  v.field("angular_speed", p.angular_speed, {0.01, 20.0}, "rad/s", Presence::optional);
-  v.field("wheel_speed", p.wheel_speed, {0.1, 200.0}, "rad/s", Presence::optional);
-}
-
-/// Ages beyond which an input no longer counts. YAML prefix `deadlines`.
-struct DeadlineParameters {
-  double set_point = 0.5;  ///< largest age of the set point [s]
-  double sensor = 0.2;     ///< largest age of the wheel and IMU measurements [s]
-};
-
-/// Lists the fields of DeadlineParameters with unit and range.
-template <class Visitor>
-void describeFields(Visitor& v, DeadlineParameters& p) {
-  v.field("set_point", p.set_point, {0.02, 60.0}, "s", Presence::optional);
-  v.field("sensor", p.sensor, {0.02, 10.0}, "s", Presence::optional);
-}
-
 /// What becomes of gains whose belief update diverges: refused wherever a robot is driven, allowed where an experiment
 /// shows the divergence.
 enum class Divergence { refused, allowed };

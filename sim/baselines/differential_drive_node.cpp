@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "differential_drive.hpp"
-#include "jackal_aic/parameters.hpp"
+#include "jackal_aic/gate_parameters.hpp"
 #include "ros_parameters.hpp"
 #include "stop_request.hpp"
 

@@ -50,16 +50,24 @@ bool hasPrefix(const ParameterMap& map, const std::string& prefix) {
                      [&](const std::string& key) { return key.compare(0, prefix.size(), prefix) == 0; });
 }
 
+/// Limits of the drive gate. The thesis' robot had none on the acceleration of the command, so that its runs, and what
+/// is compared with them, have none either unless one is asked for (limits.linear_acceleration, 20 m/s^2 on the robot).
+LimitParameters readLimits(ParameterMap& map) {
+  LimitParameters thesis;
+  thesis.linear_acceleration = thesis.angular_acceleration = 0.0;
+  return readParameters(map, "limits", thesis);
+}
+
 ActiveInferenceSetup readActiveInference(ParameterMap& map) {
   return {readParameters<ControllerParameters>(map, "controller"), readParameters<GeometryParameters>(map, "robot"),
-          readParameters<LimitParameters>(map, "limits")};
+          readLimits(map)};
 }
 
 PredictiveSetup readPredictive(const PlantModel& nominal, ParameterMap& map) {
   if (!map.has("plant_model.dead_time")) map.set("plant_model.dead_time", nominal.dead_time);
   if (!map.has("plant_model.lag")) map.set("plant_model.lag", nominal.lag);
   return {readParameters<PredictiveParameters>(map, "predictive"), readParameters<GeometryParameters>(map, "robot"),
-          readParameters<LimitParameters>(map, "limits"), readParameters(map, "plant_model", nominal)};
+          readLimits(map), readParameters(map, "plant_model", nominal)};
 }
 
 void apply(const Overrides& overrides, ParameterMap& map) {
@@ -100,7 +108,10 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
   setup.controller_name = controller;
   setup.plant_name = plant;
   setup.plant = readParameters<PlantParameters>(map, "plant");
-  readParameters<DeadlineParameters>(map, "deadlines");  // here nothing is late; a preset may have them
+  // Here nothing is late or fails; a preset may have them all the same.
+  readParameters<DeadlineParameters>(map, "deadlines");
+  readParameters<BrakeParameters>(map, "brake");
+  readParameters<WatchdogParameters>(map, "watchdog");
   if (hasPrefix(map, "diff_drive.")) {
     setup.controller = readParameters<DifferentialDriveParameters>(map, "diff_drive");
   } else if (hasPrefix(map, "predictive.")) {

@@ -15,18 +15,18 @@ bool StepCounter::due(double now) {
   return true;
 }
 
-GatedController::GatedController(std::unique_ptr<VelocityController> controller, const LimitParameters& limits,
+LimitedController::LimitedController(std::unique_ptr<VelocityController> controller, const LimitParameters& limits,
                                  const GeometryParameters& geometry)
     : controller_(std::move(controller)),
-      gate_(limits, DeadlineParameters{}, geometry),
+      limiter_(limits, geometry, controller_->actionStep()),
       belief_clock_(1.0 / controller_->beliefStep()) {}
 
-std::optional<WheelCommand> GatedController::advance(double now) {
+std::optional<WheelCommand> LimitedController::advance(double now) {
   std::optional<WheelCommand> command;
   while (belief_clock_.due(now)) {
     controller_->updateBelief();
     if (++belief_steps_ % controller_->beliefStepsPerAction() != 0) continue;
-    command = gate_.limit(controller_->updateAction());
+    command = limiter_.drive(controller_->updateAction());
     controller_->hold(*command);
   }
   return command;
@@ -34,12 +34,12 @@ std::optional<WheelCommand> GatedController::advance(double now) {
 
 std::unique_ptr<TimedController> makeTimedController(const ActiveInferenceSetup& setup) {
   auto controller = std::make_unique<ActiveInferenceController>(setup.controller, setup.geometry, Divergence::allowed);
-  return std::make_unique<GatedController>(std::move(controller), setup.limits, setup.geometry);
+  return std::make_unique<LimitedController>(std::move(controller), setup.limits, setup.geometry);
 }
 
 std::unique_ptr<TimedController> makeTimedController(const PredictiveSetup& setup) {
   auto controller = std::make_unique<PredictiveController>(setup.controller, setup.geometry, setup.model);
-  return std::make_unique<GatedController>(std::move(controller), setup.limits, setup.geometry);
+  return std::make_unique<LimitedController>(std::move(controller), setup.limits, setup.geometry);
 }
 
 std::optional<WheelCommand> TimedDifferentialDrive::advance(double now) {

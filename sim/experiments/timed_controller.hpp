@@ -9,7 +9,8 @@
 
 #include "differential_drive.hpp"
 #include "jackal_aic/active_inference_controller.hpp"
-#include "jackal_aic/drive_gate.hpp"
+#include "jackal_aic/command_limiter.hpp"
+#include "jackal_aic/gate_parameters.hpp"
 #include "jackal_aic/parameters.hpp"
 #include "jackal_aic/predictive_controller.hpp"
 #include "jackal_aic/types.hpp"
@@ -64,12 +65,12 @@ struct PredictiveSetup {
   PlantModel model;  ///< drive train as the controller believes it
 };
 
-/// An active inference controller with the node's order of steps (belief first, then action) and its drive gate: the
-/// action is held at the limits.
-class GatedController : public TimedController {
+/// An active inference controller with the node's order of steps (belief first, then action) and its limits, at
+/// which the action is held.
+class LimitedController : public TimedController {
  public:
   /// @param geometry r and b_hat for the limits of the body velocity.
-  GatedController(std::unique_ptr<VelocityController> controller, const LimitParameters& limits,
+  LimitedController(std::unique_ptr<VelocityController> controller, const LimitParameters& limits,
                   const GeometryParameters& geometry);
 
   void setSetPoint(const SetPoint& set_point) override { controller_->setSetPoint(set_point); }
@@ -79,7 +80,7 @@ class GatedController : public TimedController {
 
  private:
   std::unique_ptr<VelocityController> controller_;
-  DriveGate gate_;
+  CommandLimiter limiter_;
   StepCounter belief_clock_;
   int belief_steps_ = 0;
 };

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "jackal_aic/parameters.hpp"
+#include "jackal_aic/gate_parameters.hpp"
 #include "jackal_aic/types.hpp"
 #include "scenario.hpp"
 

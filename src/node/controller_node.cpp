@@ -29,7 +29,7 @@ ControllerNode::ControllerNode(ros::NodeHandle node, const NodeParameters& param
       parameters_(parameters),
       structure_(makeStructure(node_, parameters)),
       controller_(structure_->controller()),
-      gate_(parameters.limits, parameters.deadlines, parameters.geometry),
+      gate_(parameters.gate, parameters.geometry, controller_.actionStep()),
       schedule_(std::llround(1e9 * controller_.beliefStep()), controller_.beliefStepsPerAction(), kMostPeriods),
       output_(node_, parameters.output),
       transform_listener_(transforms_, node_),
@@ -49,12 +49,12 @@ ControllerNode::ControllerNode(ros::NodeHandle node, const NodeParameters& param
 
 void ControllerNode::onSetPoint(const geometry_msgs::Twist& message) {
   const auto wanted = setPoint(message);
-  if (!wanted) {
-    reportRefusal("set point that is not finite", ++rejected_set_points_);
+  if (!wanted || !isPlausible(*wanted, parameters_.gate.limits)) {
+    reportRefusal(wanted ? "set point far beyond the limits" : "set point that is not finite", ++rejected_set_points_);
     return;
   }
   set_point_received_ = currentTime();
-  set_point_ = *wanted;
+  set_point_ = gate_.reachable(*wanted);
   controller_.setSetPoint(set_point_);
 }
 
@@ -112,16 +112,29 @@ void ControllerNode::updateBelief() {
 }
 
 WheelCommand ControllerNode::act(const ros::Time& now) {
-  reportStatus(gate_.decide(ages(now)));
+  reportStatus(gate_.decide(gateInputs(now)));
+  if (decision_.cause == StopCause::belief_diverged) startAnew();
   if (decision_.status != DriveStatus::driving) {
     action_ = {};
-    controller_.overrule({});
-    return {};
+    controller_.overrule(gate_.rest());
+    return gate_.command();
   }
+  if (decision_.starting) controller_.restart();
   action_ = controller_.updateAction();
-  const WheelCommand command = gate_.limit(action_);
-  controller_.hold(command);
-  return command;
+  controller_.hold(gate_.drive(action_));
+  return gate_.command();
+}
+
+GateInputs ControllerNode::gateInputs(const ros::Time& now) const {
+  GateInputs inputs{overdueInputs(ages(now), parameters_.gate.deadlines), set_point_.vector().isZero(0.0)};
+  const bool plausible = isPlausible(controller_.believedVelocity(), controller_.freeEnergy(), parameters_.gate);
+  inputs.causes.add(StopCause::belief_diverged, !plausible);
+  return inputs;
+}
+
+void ControllerNode::startAnew() {
+  controller_.reset();
+  controller_.setSetPoint(set_point_);
 }
 
 InputAges ControllerNode::ages(const ros::Time& now) const {
@@ -152,6 +165,7 @@ void ControllerNode::reset() {
   set_point_ = {};
   set_point_received_ = measurement_stamp_ = measurement_received_ = ros::Time();
   action_ = {};
+  gate_.reset();
   publishStop();
 }
 
@@ -160,11 +174,11 @@ void ControllerNode::reportRefusal(const char* what, std::uint32_t count) {
 }
 
 void ControllerNode::reportStatus(const GateDecision& decision) {
-  if (decision.status != decision_.status || decision.reason != decision_.reason) {
-    if (decision.status == DriveStatus::stopped) {
-      ROS_WARN("Stopped: %s", decision.reason);
-    } else if (decision.status == DriveStatus::driving) {
+  if (decision.status != decision_.status || decision.cause != decision_.cause) {
+    if (decision.status == DriveStatus::driving) {
       ROS_INFO("Driving");
+    } else if (decision.status != DriveStatus::idle) {
+      ROS_WARN("%s: %s", decision.status == DriveStatus::braking ? "Braking" : "Stopped", text(decision.cause));
     }
   }
   decision_ = decision;
@@ -175,7 +189,7 @@ void ControllerNode::publishState(const ros::Time& now, const WheelCommand& comm
   message.header.stamp = now;
   message.header.frame_id = parameters_.robot.base_frame;
   message.status = static_cast<std::uint8_t>(decision_.status);
-  message.reason = decision_.reason;
+  message.reason = text(decision_.cause);
   message.set_point_forward = set_point_.forward;
   message.set_point_yaw_rate = set_point_.yaw_rate;
   message.action_left = action_.left;
@@ -195,10 +209,14 @@ void ControllerNode::diagnose(diagnostic_updater::DiagnosticStatusWrapper& statu
       status.summary(DiagnosticStatus::OK, "driving");
       break;
     case DriveStatus::idle:
-      status.summary(DiagnosticStatus::OK, decision_.reason);
+      status.summary(DiagnosticStatus::OK, text(decision_.cause));
       break;
+    case DriveStatus::braking:
     case DriveStatus::stopped:
-      status.summary(DiagnosticStatus::WARN, decision_.reason);
+      status.summary(DiagnosticStatus::WARN, text(decision_.cause));
+      break;
+    case DriveStatus::faulted:
+      status.summary(DiagnosticStatus::ERROR, text(decision_.cause));
       break;
   }
   status.add("Rejected set points", rejected_set_points_);

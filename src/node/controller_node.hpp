@@ -47,7 +47,9 @@ class ControllerNode {
   void reset();
   void updateBelief();
   WheelCommand act(const ros::Time& now);
+  GateInputs gateInputs(const ros::Time& now) const;
   InputAges ages(const ros::Time& now) const;
+  void startAnew();
   void reportRefusal(const char* what, std::uint32_t count);
   void reportStatus(const GateDecision& decision);
   void publishState(const ros::Time& now, const WheelCommand& command);
@@ -64,7 +66,7 @@ class ControllerNode {
   tf2_ros::TransformListener transform_listener_;
   SensorPairing sensors_;
 
-  GateDecision decision_{DriveStatus::idle, ""};
+  GateDecision decision_;
   SetPoint set_point_;
   ros::Time set_point_received_;    // zero before the first
   ros::Time measurement_stamp_;     // of the last observation the controller took; zero before the first

@@ -66,8 +66,7 @@ NodeParameters readNodeParameters(ParameterMap map, const std::function<std::str
   parameters.controller = readGains(map);
   parameters.geometry = readParameters<GeometryParameters>(map, "robot");
   parameters.robot = readParameters<RobotNames>(map, "robot");
-  parameters.limits = readParameters<LimitParameters>(map, "limits");
-  parameters.deadlines = readParameters<DeadlineParameters>(map, "deadlines");
+  parameters.gate = readGateParameters(map);
   ParameterReader(map, "").field("output", parameters.output, kOutputModeNames, Presence::optional);
   parameters.plant_model = readPlantModel(map);
   map.refuseUnknown();

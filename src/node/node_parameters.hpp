@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "jackal_aic/gate_parameters.hpp"
 #include "jackal_aic/parameter_map.hpp"
 #include "jackal_aic/parameters.hpp"
 #include "jackal_aic/plant_model.hpp"
@@ -50,8 +51,7 @@ struct NodeParameters {
   std::variant<ControllerParameters, PredictiveParameters> controller;  ///< gains of the structure that runs
   GeometryParameters geometry;
   RobotNames robot;
-  LimitParameters limits;
-  DeadlineParameters deadlines;
+  GateParameters gate;
   OutputMode output = OutputMode::cmd_drive;
   std::optional<PlantModel> plant_model;  ///< for the certificate of the thesis' structure, which can do without it;
                                           ///< part of the generative model of the predictive one, which cannot

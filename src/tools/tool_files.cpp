@@ -35,9 +35,8 @@ ControllerFile readControllerFile(const std::string& path) {
   return readFile(path, [](ParameterMap& map) {
     ControllerFile file{readParameters<ControllerParameters>(map, "controller"),
                         readParameters<GeometryParameters>(map, "robot"),
-                        readParameters<LimitParameters>(map, "limits")};
+                        readGateParameters(map).limits};
     readParameters<RobotNames>(map, "robot");
-    readParameters<DeadlineParameters>(map, "deadlines");
     if (hasPrefix(map, "plant_model.")) readParameters<PlantModel>(map, "plant_model");
     OutputMode output{};
     ParameterReader(map, "").field("output", output, kOutputModeNames, Presence::optional);

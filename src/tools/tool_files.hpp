@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "jackal_aic/gate_parameters.hpp"
 #include "jackal_aic/parameters.hpp"
 #include "jackal_aic/plant_model.hpp"
 #include "plant_parameters.hpp"

@@ -17,6 +17,7 @@ namespace {
 constexpr double kSpeed = 0.5;          // m/s
 constexpr double kTurn = 0.5;           // rad/s
 constexpr double kActionPeriod = 0.02;  // s
+constexpr double kDeceleration = 3.0;   // m/s^2, brake.linear_deceleration
 const double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 class ControllerNodeTest : public testing::Test {
@@ -49,6 +50,7 @@ class ControllerNodeTest : public testing::Test {
   }
 
   static bool still(const ControllerState& state) { return state.command_left == 0.0 && state.command_right == 0.0; }
+  static bool braking(const ControllerState& state) { return state.status == ControllerState::BRAKING; }
   static bool stopped(const ControllerState& state) { return state.status == ControllerState::STOPPED && still(state); }
   static bool driving(const ControllerState& state) { return state.status == ControllerState::DRIVING; }
 
@@ -63,6 +65,22 @@ class ControllerNodeTest : public testing::Test {
     return largest;
   }
 
+  /// Expects a brake after the deadline, a stop within its time, and no jump on the way.
+  void expectBrakeAndStop(double last_input, double deadline, const std::string& word) {
+    const ControllerState* brake = robot.firstState(last_input, braking);
+    ASSERT_NE(brake, nullptr) << "drove on";
+    const double time = brake->header.stamp.toSec();
+    EXPECT_GE(time, last_input + deadline - 0.05 - kActionPeriod);
+    EXPECT_LE(time, last_input + deadline + 5 * kActionPeriod);
+    EXPECT_NE(brake->reason.find(word), std::string::npos) << brake->reason;
+    const ControllerState* stop = robot.firstState(time, stopped);
+    ASSERT_NE(stop, nullptr);
+    EXPECT_LE(stop->header.stamp.toSec(), time + kSpeed / kDeceleration + 3 * kActionPeriod);
+    EXPECT_NE(stop->reason.find(word), std::string::npos) << stop->reason;
+    EXPECT_NEAR(robot.truth().forward.back(), 0.0, 0.01);
+    EXPECT_LT(largestJump(), 1.0) << "a brake must be free of jumps";
+  }
+
   /// Opens a sensor's switch while driving and expects the robot to stop within deadline and margin, then to drive
   /// again.
   void expectStopWithout(const std::string& name, const std::string& topic, const std::string& word) {
@@ -70,11 +88,7 @@ class ControllerNodeTest : public testing::Test {
     const double cut = ros::Time::now().toSec();
     connect(name, "__none");
     robot.run(1.5);
-    const ControllerState* stop = robot.firstState(cut, stopped);
-    ASSERT_NE(stop, nullptr) << "drove on without " << topic;
-    EXPECT_LE(stop->header.stamp.toSec(), cut + 0.2 + 5 * kActionPeriod);
-    EXPECT_NE(stop->reason.find(word), std::string::npos) << stop->reason;
-    EXPECT_NEAR(robot.truth().forward.back(), 0.0, 0.01);
+    expectBrakeAndStop(cut, 0.2, word);
 
     robot.clear();
     connect(name, topic);
@@ -157,12 +171,7 @@ TEST_F(ControllerNodeTest, StopsWhenTheSetPointIsTooOld) {
   robot.stopCommanding();
   const double last = ros::Time::now().toSec();
   robot.run(2.0);
-  const ControllerState* stop = robot.firstState(last, stopped);
-  ASSERT_NE(stop, nullptr) << "drove on without a set point";
-  EXPECT_GE(stop->header.stamp.toSec(), last + 0.5 - 0.05 - kActionPeriod);
-  EXPECT_LE(stop->header.stamp.toSec(), last + 0.5 + 5 * kActionPeriod);
-  EXPECT_NE(stop->reason.find("set point"), std::string::npos);
-  EXPECT_NEAR(robot.truth().forward.back(), 0.0, 0.01);
+  expectBrakeAndStop(last, 0.5, "set point");
 
   robot.clear();
   robot.command(kSpeed, 0.0);

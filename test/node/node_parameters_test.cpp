@@ -42,8 +42,8 @@ TEST(NodeParameters, ShippedFilesAreCompleteAndValid) {
     const NodeParameters parameters = readNodeParameters(shipped(preset), jackalUrdf);
     EXPECT_DOUBLE_EQ(parameters.geometry.effective_track, 0.5621);
     EXPECT_DOUBLE_EQ(parameters.geometry.wheel_radius, 0.098) << "from the URDF";
-    EXPECT_EQ(parameters.deadlines.set_point, 0.5);
-    EXPECT_EQ(parameters.deadlines.sensor, 0.2);
+    EXPECT_EQ(parameters.gate.deadlines.set_point, 0.5);
+    EXPECT_EQ(parameters.gate.deadlines.wheels, 0.2);
     EXPECT_EQ(parameters.output, OutputMode::cmd_drive);
   }
 }

@@ -108,8 +108,8 @@ TEST_F(StartAndStop, RefusesAWrongType) {
 
 TEST_F(StartAndStop, RefusesAValueOutOfRange) {
   configure("range", "standard");
-  ros::param::set("/range/deadlines/sensor", -1.0);
-  expectRefusal("range", {"deadlines.sensor = -1", "[0.02, 10] s"});
+  ros::param::set("/range/deadlines/imu", -1.0);
+  expectRefusal("range", {"deadlines.imu = -1", "[0, 10] s"});
 }
 
 TEST_F(StartAndStop, RefusesEulerGainsThatDiverge) {

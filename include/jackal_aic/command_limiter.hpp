@@ -1,0 +1,67 @@
+#pragma once
+
+/// @file
+/// Bounds on the drive command from one action step to the next: body velocity, acceleration and jerk, wheel speed.
+
+#include <Eigen/Core>
+
+#include "jackal_aic/gate_parameters.hpp"
+#include "jackal_aic/skid_steer_kinematics.hpp"
+#include "jackal_aic/types.hpp"
+
+namespace jackal_aic {
+
+/// Regulates the wheel command. Speeds are bounded by one factor on both wheels, which keeps the curvature of the path.
+/// The change since the last command is bounded by one factor as well: on the way from rest to an arc, and from one
+/// speed to another on an arc, the curvature stays. With a jerk limit the axes part company where one factor would
+/// break it. The bounds hold in this order: speed and acceleration always, jerk where they leave room for it.
+///
+/// None of the functions allocates or throws.
+class CommandLimiter {
+ public:
+  /// @param period time from one command to the next [s].
+  CommandLimiter(const LimitParameters& limits, const GeometryParameters& geometry, double period);
+
+  /// The next command, as near to the wanted one as the bounds allow. One that is not finite brakes at the acceleration
+  /// limits.
+  WheelCommand drive(const WheelCommand& wanted);
+
+  /// The next command of a brake to zero in equal steps on the present curvature, which takes max(|x_dot|/linear,
+  /// |theta_dot|/angular), but `longest` at most, from its first call on.
+  /// @param linear, angular decelerations [m/s^2], [rad/s^2], 0 for unbounded; @param longest [s].
+  WheelCommand brake(double linear, double angular, double longest);
+
+  /// A set point scaled into the speed limits, with its curvature. The lateral speed, which no wheel can give, is zero.
+  SetPoint reachable(const SetPoint& wanted) const;
+
+  /// The last command.
+  WheelCommand command() const { return kinematics_.wheelSpeeds(body_(0), body_(1)); }
+
+  /// True if the last command was zero.
+  bool atRest() const { return body_.isZero(0.0); }
+
+  /// Takes a zero command for the last one.
+  void reset();
+
+  const LimitParameters& limits() const { return limits_; }
+
+ private:
+  using Vector = Eigen::Vector2d;  // forward, yaw: m/s, rad/s
+
+  Vector bodyVelocity(const WheelCommand& wheels) const;
+  double speedFactor(const Vector& body) const;
+  Vector change(const Vector& error) const;
+  bool keepsJerk(const Vector& change) const;
+  double room(const Vector& step) const;  // part of a change that the wheels' limit leaves: axes apart cut its corners
+
+  LimitParameters limits_;
+  SkidSteerKinematics kinematics_;
+  double period_;
+  Vector largest_change_;      // per step, by acceleration; infinite without a bound
+  Vector largest_difference_;  // between the changes of two steps, by jerk; infinite without a bound
+  Vector body_ = Vector::Zero();
+  Vector last_change_ = Vector::Zero();
+  int brake_steps_left_ = 0;  // 0 while not braking
+};
+
+}  // namespace jackal_aic

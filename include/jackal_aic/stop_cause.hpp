@@ -1,0 +1,65 @@
+#pragma once
+
+/// @file
+/// Everything that keeps the robot from driving.
+
+#include <bitset>
+
+namespace jackal_aic {
+
+/// Why the robot may not drive, from mild to severe: of several causes the last one counts.
+enum class StopCause {
+  none,
+  unpaired,           ///< stamps of wheel speeds and IMU data do not pair
+  imu_frozen,         ///< IMU data repeat exactly
+  imu_late,           ///< past deadlines.imu
+  imu_missing,        ///< never received
+  wheels_frozen,      ///< wheel speeds repeat exactly on the move
+  feedback_late,      ///< past deadlines.feedback
+  wheels_late,        ///< past deadlines.wheels
+  wheels_missing,     ///< never received
+  set_point_late,     ///< past deadlines.set_point
+  set_point_missing,  ///< never received
+  outputs_unchecked,  ///< who else publishes commands is not known yet
+  motors_off,         ///< feedback: the motors do not take velocity commands
+  robot_stopped,      ///< status: the robot's own stop is engaged
+  emergency_stop,     ///< e_stop
+  contention,         ///< another node publishes commands
+  sensor_fault,       ///< the fault monitor left too little to drive on
+  belief_diverged,    ///< not finite, or beyond watchdog.belief_bound
+  driver_fault        ///< feedback: a motor driver reports a fault
+};
+
+/// Number of causes, `none` included.
+inline constexpr int kStopCauses = static_cast<int>(StopCause::driver_fault) + 1;
+
+/// How a cause is met.
+enum class Severity {
+  stop,       ///< brake; drive on when it is gone
+  emergency,  ///< brake at the acceleration limits; drive on when it is gone
+  fault       ///< as emergency, and wait for a zero set point when it is gone
+};
+
+/// Severity of a cause; `none` counts as stop.
+Severity severity(StopCause cause);
+
+/// What a person reads; empty for `none`.
+const char* text(StopCause cause);
+
+/// Causes that are present.
+class StopCauses {
+ public:
+  /// Adds a cause if a condition holds; returns itself for the next one.
+  StopCauses& add(StopCause cause, bool present) {
+    if (present) set_.set(static_cast<std::size_t>(cause));
+    return *this;
+  }
+
+  /// The cause that counts; `none` if there is none.
+  StopCause worst() const;
+
+ private:
+  std::bitset<kStopCauses> set_;
+};
+
+}  // namespace jackal_aic

@@ -1,0 +1,114 @@
+#include "jackal_aic/command_limiter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+constexpr double kRounding = 1e-9;  // of a step, so that a brake of exactly n steps does not take n + 1
+
+double perStep(double bound, double step) { return bound > 0.0 ? bound * step : kUnbounded; }
+
+/// Largest change u from which ever smaller ones, by d each, end at an error: error = u + (u - d) + ... in n terms, the
+/// last of which lies in [0, d].
+double stoppingChange(double error, double d) {
+  if (d == kUnbounded || error == 0.0) return error;
+  const double n = std::ceil(0.5 * (std::sqrt(1.0 + 8.0 * error / d) - 1.0));
+  return error / n + 0.5 * d * (n - 1.0);
+}
+
+}  // namespace
+
+CommandLimiter::CommandLimiter(const LimitParameters& limits, const GeometryParameters& geometry, double period)
+    : limits_(limits),
+      kinematics_(geometry),
+      period_(period),
+      largest_change_(perStep(limits.linear_acceleration, period), perStep(limits.angular_acceleration, period)),
+      largest_difference_(perStep(limits.linear_jerk, period * period), perStep(limits.angular_jerk, period * period)) {
+}
+
+WheelCommand CommandLimiter::drive(const WheelCommand& wanted) {
+  const Vector asked = bodyVelocity(wanted);
+  if (!asked.allFinite()) return brake(limits_.linear_acceleration, limits_.angular_acceleration, kUnbounded);
+  brake_steps_left_ = 0;
+  const Vector step = change(speedFactor(asked) * asked - body_);
+  last_change_ = room(step) * step;
+  body_ += last_change_;
+  return command();
+}
+
+double CommandLimiter::room(const Vector& step) const {
+  const WheelCommand wheels = kinematics_.wheelSpeeds(body_(0), body_(1));
+  const WheelCommand more = kinematics_.wheelSpeeds(step(0), step(1));
+  double factor = 1.0;
+  for (const auto& [speed, rise] : {std::pair(wheels.left, more.left), std::pair(wheels.right, more.right)}) {
+    const double bound = std::copysign((1.0 + kRounding) * limits_.wheel_speed, rise);
+    if (std::abs(speed + rise) > std::abs(bound)) factor = std::min(factor, std::max(0.0, (bound - speed) / rise));
+  }
+  return factor;
+}
+
+CommandLimiter::Vector CommandLimiter::change(const Vector& error) const {
+  Vector separate;
+  double factor = 1.0;
+  for (int i = 0; i < 2; ++i) {
+    const double far = std::abs(error(i));
+    const double largest = std::min(largest_change_(i), stoppingChange(far, largest_difference_(i)));
+    separate(i) = std::clamp(std::copysign(largest, error(i)), last_change_(i) - largest_difference_(i),
+                             last_change_(i) + largest_difference_(i));
+    if (far > 0.0) factor = std::min(factor, std::max(separate(i) / error(i), 0.0));
+  }
+  const Vector together = factor * error;
+  return keepsJerk(together) ? together : separate;
+}
+
+bool CommandLimiter::keepsJerk(const Vector& change) const {
+  const double slack = 1.0 + kRounding;
+  return ((change - last_change_).array().abs() <= slack * largest_difference_.array()).all();
+}
+
+WheelCommand CommandLimiter::brake(double linear, double angular, double longest) {
+  const auto time = [](double speed, double deceleration) {
+    return deceleration > 0.0 ? std::abs(speed) / deceleration : 0.0;
+  };
+  const double needed = std::ceil(std::max(time(body_(0), linear), time(body_(1), angular)) / period_ - kRounding);
+  const double allowed = std::floor(longest / period_ + kRounding);
+  const int steps = static_cast<int>(std::max(1.0, std::min(needed, allowed)));
+  brake_steps_left_ = brake_steps_left_ > 0 ? std::min(brake_steps_left_, steps) : steps;
+  const Vector next = body_ * (static_cast<double>(brake_steps_left_ - 1) / brake_steps_left_);
+  last_change_ = next - body_;
+  body_ = next;
+  if (--brake_steps_left_ == 0) reset();
+  return command();
+}
+
+SetPoint CommandLimiter::reachable(const SetPoint& wanted) const {
+  const Vector body(wanted.forward, wanted.yaw_rate);
+  const Vector bounded = speedFactor(body) * body;
+  return {bounded(0), 0.0, bounded(1)};
+}
+
+void CommandLimiter::reset() {
+  body_.setZero();
+  last_change_.setZero();
+  brake_steps_left_ = 0;
+}
+
+CommandLimiter::Vector CommandLimiter::bodyVelocity(const WheelCommand& wheels) const {
+  const BodyVector body = kinematics_.bodyVelocity(wheels);
+  return {body(kForward), body(kYaw)};
+}
+
+double CommandLimiter::speedFactor(const Vector& body) const {
+  const WheelCommand wheels = kinematics_.wheelSpeeds(body(0), body(1));
+  const double excess =
+      std::max({std::abs(body(0)) / limits_.linear_speed, std::abs(body(1)) / limits_.angular_speed,
+                std::abs(wheels.left) / limits_.wheel_speed, std::abs(wheels.right) / limits_.wheel_speed});
+  return excess > 1.0 ? 1.0 / excess : 1.0;
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,39 @@
+#include "jackal_aic/gate_parameters.hpp"
+
+#include <sstream>
+
+namespace jackal_aic {
+namespace {
+
+/// Refuses a brake that the acceleration limit of its axis does not allow.
+void checkBrake(const char* axis, double deceleration, double speed, double acceleration, double time) {
+  if (acceleration == 0.0) return;
+  std::ostringstream message;
+  if (deceleration > acceleration) {
+    message << "brake." << axis << "_deceleration = " << deceleration << ": must be at most limits." << axis
+            << "_acceleration = " << acceleration;
+  } else if (speed > acceleration * time) {
+    message << "brake.time = " << time << " s: must be at least limits." << axis << "_speed / limits." << axis
+            << "_acceleration = " << speed / acceleration << " s";
+  } else {
+    return;
+  }
+  throw ParameterError(message.str());
+}
+
+}  // namespace
+
+void validate(const LimitParameters& limits, const BrakeParameters& brake) {
+  checkBrake("linear", brake.linear_deceleration, limits.linear_speed, limits.linear_acceleration, brake.time);
+  checkBrake("angular", brake.angular_deceleration, limits.angular_speed, limits.angular_acceleration, brake.time);
+}
+
+GateParameters readGateParameters(ParameterMap& map) {
+  const GateParameters parameters{
+      readParameters<LimitParameters>(map, "limits"), readParameters<DeadlineParameters>(map, "deadlines"),
+      readParameters<BrakeParameters>(map, "brake"), readParameters<WatchdogParameters>(map, "watchdog")};
+  validate(parameters.limits, parameters.brake);
+  return parameters;
+}
+
+}  // namespace jackal_aic
