@@ -21,21 +21,16 @@ std::string Perturbation::label(double value) const {
 }
 
 const std::vector<Perturbation>& perturbations() {
-  // The lag is drawn evenly in its logarithm: half of it is as likely as twice.
+  using P = PlantParameters;
   static const std::vector<Perturbation> list{
-      {"wheel gain", "", 0.8, 1.2, {0.8, 1.2}, [](PlantParameters& p, double v) { p.wheel_gain = v; }},
-      {"dead time", "s", 0.07, 0.15, {0.07, 0.15}, [](PlantParameters& p, double v) { p.dead_time = v; }},
-      {"motor lag, octaves",
-       "",
-       -1.0,
-       1.0,
-       {-1.0, 1.0},
-       [](PlantParameters& p, double v) { p.motor_lag *= std::exp2(v); }},
-      {"payload", "kg", 0.0, 8.0, {8.0}, [](PlantParameters& p, double v) { p.payload = v; }},
-      {"friction", "", 0.25, 1.0, {0.25, 1.0}, [](PlantParameters& p, double v) { p.friction = v; }},
-      {"slope", "deg", 0.0, 5.0, {5.0}, [](PlantParameters& p, double v) { p.slope = v; }},
-      {"noise factor", "", 1.0, 5.0, {5.0}, [](PlantParameters& p, double v) { p.noise_scale = v; }},
-      {"measurements lost", "", 0.0, 0.1, {0.1}, [](PlantParameters& p, double v) { p.measurement_loss = v; }},
+      {"wheel gain", "", 0.8, 1.2, false, {0.8, 1.2}, [](P& p, double v) { p.wheel_gain = v; }},
+      {"dead time", "s", 0.07, 0.15, false, {0.07, 0.15}, [](P& p, double v) { p.dead_time = v; }},
+      {"motor lag times", "", 0.5, 2.0, true, {0.5, 2.0}, [](P& p, double v) { p.motor_lag *= v; }},
+      {"payload", "kg", 0.0, 8.0, false, {8.0}, [](P& p, double v) { p.payload = v; }},
+      {"friction", "", 0.25, 1.0, false, {0.25, 1.0}, [](P& p, double v) { p.friction = v; }},
+      {"slope", "deg", 0.0, 5.0, false, {5.0}, [](P& p, double v) { p.slope = v; }},
+      {"noise times", "", 1.0, 5.0, false, {5.0}, [](P& p, double v) { p.noise_scale = v; }},
+      {"measurements lost", "", 0.0, 0.1, false, {0.1}, [](P& p, double v) { p.measurement_loss = v; }},
   };
   return list;
 }
@@ -49,7 +44,11 @@ std::vector<PerturbationPair> drawPairs(std::size_t count, std::uint64_t seed) {
   const auto& kinds = perturbations();
   const auto draw = [&](std::size_t kind) {
     const Perturbation& p = kinds[kind];
-    return DrawnPerturbation{&p, std::uniform_real_distribution<double>(p.low, p.high)(generator)};
+    const auto evenly = [&](double low, double high) {
+      return std::uniform_real_distribution<double>(low, high)(generator);
+    };
+    return DrawnPerturbation{
+        &p, p.logarithmic ? std::exp(evenly(std::log(p.low), std::log(p.high))) : evenly(p.low, p.high)};
   };
   std::vector<PerturbationPair> pairs;
   for (std::size_t i = 0; i < count; ++i) {

@@ -16,7 +16,8 @@ namespace jackal_aic::sim {
 struct Perturbation {
   const char* name;              ///< in words
   const char* unit;              ///< of its values
-  double low, high;              ///< between which pairs draw their values, evenly
+  double low, high;              ///< between which pairs draw their values
+  bool logarithmic;              ///< drawn evenly in the logarithm, for factors
   std::vector<double> extremes;  ///< values it is tried with alone
   void (*apply)(PlantParameters& plant, double value);
 

@@ -18,12 +18,21 @@ SIGNALS = {  # signal: column of the trace, axis label
     'measured': ('measured_mps', 'velocity [m/s]'),
     'belief': ('belief_mps', 'believed velocity [m/s]'),
     'command': ('command', 'drive command [rad/s]'),
+    'velocity': ('velocity_mps', 'velocity [m/s]'),
+    'yaw_rate': ('yaw_rate_radps', 'yaw rate [rad/s]'),
+    'believed_yaw_rate': ('belief_radps', 'yaw rate [rad/s]'),
 }
+
+# What each line is, where a panel draws more than one signal of a run.
+PARTS = {'measured': 'action', 'belief': 'belief', 'yaw_rate': 'true', 'believed_yaw_rate': 'believed'}
+
+SET_POINTS = {'yaw_rate': 'set_point_radps', 'believed_yaw_rate': 'set_point_radps'}  # others: the forward speed
 
 UNITS = {'tau': 's', 'belief_hz': 'Hz', 'step_mps': 'm/s'}
 NAMES = {'belief_hz': 'belief', 'step_mps': 'step', 'kappa_mu': 'κ_μ', 'kappa_a': 'κ_a', 'tau': 'τ'}
 WORDS = {
     'diff_drive': 'differential drive', 'standard': 'standard', 'improved': 'improved', 'state_space': 'state-space model',
+    'predictive': 'predictive', 'tuned': 'tuned', 'plant_limit': 'limit of the plant', 'kalman_filter': 'Kalman filter',
     'box': 'on the box', 'ground': 'on the ground'
 }
 
@@ -92,7 +101,7 @@ def draw_panel(axis, runs, panel, square):
             column, _ = SIGNALS[name]
             times, values = run.series(column, start)
             values = [v if math.isfinite(v) and abs(v) < ENDLESS else math.nan for v in values]
-            text = label(run, panel['by']) if len(names) == 1 else {'measured': 'action', 'belief': 'belief'}[name]
+            text = ', '.join(filter(None, (label(run, panel['by']), PARTS[name] if len(names) > 1 else '')))
             if not run.stable:
                 text += ' (unstable)'
             axis.plot(times, values, color=colour, linewidth=1.3, label=text)
@@ -108,7 +117,7 @@ def draw_panel(axis, runs, panel, square):
     axis.set_xlabel('time [s]' if square else 'time after the step [s]')
     axis.set_ylabel(SIGNALS[names[0]][1])
     unstable = any(not run.stable for run in chosen)
-    axis.set_xlim(0.0 if square else -REST if unstable else -0.1, None if square else 2.5)
+    axis.set_xlim(*panel.get('window', (0.0, None) if square else (-REST if unstable else -0.1, 2.5)))
     if axis.get_legend_handles_labels()[0]:
         axis.legend(fontsize=7, loc='lower right')
     return diverges
@@ -119,7 +128,7 @@ def draw_set_points(axis, runs, names, start):
         return
     drawn = set()
     for run in runs:
-        times, values = run.series('set_point_mps', start)
+        times, values = run.series(SET_POINTS.get(names[0], 'set_point_mps'), start)
         if tuple(values) not in drawn:
             axis.plot(times, values, color='#555555', linewidth=0.8, linestyle='--', zorder=0)
             drawn.add(tuple(values))

@@ -7,13 +7,14 @@ Reads what `experiments run all --out RESULTS` wrote. The page needs no other fi
 
 import argparse
 import concurrent.futures
-import html
 import itertools
 import pathlib
 import sys
 
+import beyond
 import claims
 import figures
+from markup import STYLE, anchor, cell, escape, seconds, table
 from results import ResultError, Results
 
 PACKAGE = pathlib.Path(__file__).resolve().parent.parent.parent
@@ -31,38 +32,6 @@ FITTED = [  # key of the plant, words, unit
     ('velocity_loop_integral', 'velocity loop integral', '1/s'),
     ('acceleration_limit', 'acceleration limit', 'm/s²'),
 ]
-
-STYLE = '''
-body { font: 15px/1.45 sans-serif; max-width: 1100px; margin: 2em auto; padding: 0 1em; color: #222; }
-table { border-collapse: collapse; margin: .6em 0 1.2em; }
-th, td { border-bottom: 1px solid #ccc; padding: .2em .7em; text-align: right; }
-th { background: #f2f2f2; } td.text, th.text { text-align: left; }
-.yes { color: #00704d; } .no { color: #b03a00; } .note { color: #555; }
-img { max-width: 100%; } h2 { margin-top: 2em; border-top: 2px solid #ddd; padding-top: .6em; }
-'''
-
-escape = html.escape
-
-
-def cell(content, text=False, style=''):
-    names = ' '.join(filter(None, ('text' if text else '', style)))
-    return f'<td class="{names}">{content}</td>' if names else f'<td>{content}</td>'
-
-
-def table(headings, rows):
-    """Headings that begin with '<' are for left-aligned columns."""
-    head = ''.join(f'<th class="text">{escape(h[1:])}</th>' if h.startswith('<') else f'<th>{escape(h)}</th>'
-                   for h in headings)
-    return f'<table><tr>{head}</tr>' + ''.join(f'<tr>{"".join(row)}</tr>' for row in rows) + '</table>'
-
-
-def seconds(value):
-    return '–' if value is None else f'{value:.2f}'
-
-
-def number(value):
-    return '–' if value is None else f'{value:g}'
-
 
 def settings(run):
     """The conditions of a run in words."""
@@ -236,10 +205,6 @@ def show_progress(done, total):
         print(f'[{percent:3d}%] figures', file=sys.stderr, flush=True)
 
 
-def anchor(name):
-    return escape(name.replace(' ', '_'))
-
-
 def figure_section(results, images, name):
     parts = []
     for figure, panels in figure_groups(results.experiments[name]):
@@ -286,14 +251,19 @@ def data_sections(results):
     return ''.join(parts)
 
 
+def reproduced(results):
+    """Names of the experiments that reproduce the thesis or its figures."""
+    return [name for name in results.experiments if name not in beyond.beyond(results)]
+
+
 def checklist(results):
     """Every table and figure of the thesis with a link to its place here."""
     tables = []
     for name in results.tables:
         tables.append(f'<a href="#table_{anchor(name)}">{name}</a>')
     links = []
-    for experiment in results.experiments.values():
-        for figure, _ in figure_groups(experiment):
+    for name in reproduced(results):
+        for figure, _ in figure_groups(results.experiments[name]):
             links.append(f'<a href="#Figure_{anchor(figure)}">{figure}</a>')
     return f'<p><b>Tables:</b> {" · ".join(tables)}</p><p><b>Figures:</b> {" · ".join(dict.fromkeys(links))}</p>'
 
@@ -318,6 +288,7 @@ def bar_table(results):
 
 
 INTRODUCTION = '''
+<p><a href="#beyond">Beyond the thesis: the predictive controller</a></p>
 <p>Every table and figure of B.D. van der Meer, <i>Control analysis of an active inference controller for a skid-steer mobile
 robot</i> (TU Delft, 2022), run again on this package's simulated Jackal, without ROS, in steps of 1 ms.</p>
 <p><b>How to read it.</b> Velocity is the true velocity of base_link; on the box, where the robot cannot move, what its wheels
@@ -341,13 +312,13 @@ def page(results, images):
     agreed = sum(1 for *_, verdict in verdicts if verdict.agrees)
     differing = ''.join(f'<li><a href="#{anchor(name)}">{escape(place)}</a>: {escape(text)} Ours: {escape(verdict.ours)}.</li>'
                         for name, place, text, verdict in verdicts if not verdict.agrees)
-    sections = ''.join(experiment_section(results, images, verdicts, name) for name in results.experiments)
+    sections = ''.join(experiment_section(results, images, verdicts, name) for name in reproduced(results))
     return ('<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>The thesis, reproduced</title>'
             f'<style>{STYLE}</style></head><body><h1>The thesis, reproduced</h1>{INTRODUCTION}'
             f'<h2>Every table and figure</h2>{checklist(results)}'
             f'<h2>Fit of the plant</h2>{plant_table(results)}{bar_table(results)}'
             f'<h2>Where ours differs</h2><p>Of {len(verdicts)} statements of the thesis, ours agrees with {agreed}. '
-            f'It differs in:</p><ul>{differing}</ul>{data_sections(results)}{sections}</body></html>\n')
+            f'It differs in:</p><ul>{differing}</ul>{data_sections(results)}{sections}{beyond.section(results, images)}</body></html>\n')
 
 
 def main():

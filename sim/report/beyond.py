@@ -1,0 +1,192 @@
+"""The section "Beyond the thesis": the predictive controller beside the others, and the bars it was built for."""
+
+import itertools
+import statistics
+
+import figures
+from markup import anchor, cell, escape, seconds, table
+from beyond_bars import BARS
+
+KINDS = ('comparison', 'perturbations', 'perturbation_pairs', 'belief_accuracy')  # of the experiments shown here
+
+WORST = 10  # pairs listed
+
+INTRODUCTION = '''
+<p><b>Predictive</b> carries the drive train and its dead time in its generative model; its belief is unbiased. The differential
+drive is open loop and is told the true wheel gain where that is changed: it is the plant's own limit. Every controller keeps the
+settings of its preset; the predictive controller's model is that of the undisturbed plant. Velocity and yaw rate are the robot's true
+ones. A bar that is missed is printed in red, with what was reached.</p>
+'''
+
+
+def beyond(results):
+    """Names of the experiments shown here, in order."""
+    return [name for name, experiment in results.experiments.items() if experiment['kind'] in KINDS]
+
+
+def word(name):
+    return figures.WORDS.get(name, name)
+
+
+def figure(value, digits=2, ok=True, sign=False):
+    """A number as a cell, in red where it misses its bar."""
+    if value is None:
+        return cell('never' if not ok else '–', style='' if ok else 'no')
+    rounded = round(value, digits) or 0.0  # no "-0.00"
+    return cell(f'{rounded:{"+" if sign and rounded else ""}.{digits}f}', style='' if ok else 'no')
+
+
+def by_case(runs):
+    """(plant, case): {controller: run}, plant by plant. A case is told by its label, and by its steps if that is not enough."""
+    labels = [run.label for run in runs if (run['plant'], run['controller']) == (runs[0]['plant'], runs[0]['controller'])]
+    told_by_label = len(set(labels)) == len(labels)
+    cases = {}
+    for run in sorted(runs, key=lambda run: run['plant']):
+        steps = ' and '.join(f'{run[column]:g} {unit}' for column, unit in (('step_mps', 'm/s'), ('step_radps', 'rad/s')) if run[column])
+        case = ', '.join(filter(None, ['' if told_by_label and run.label else steps, run.label]))
+        cases.setdefault((run['plant'], case), {})[run['controller']] = run
+    return cases
+
+
+def controllers_of(runs):
+    return list(dict.fromkeys(run['controller'] for run in runs))
+
+
+def wide_table(runs, columns):
+    """A row per case, for each controller a group of cells. columns: heading, function of (run, runs of the case)."""
+    controllers = controllers_of(runs)
+    headings = ['<plant', '<case'] + [heading for _ in controllers for heading, _ in columns]
+    groups = [('', 2)] + [(word(controller), len(columns)) for controller in controllers]
+    rows = []
+    for (plant, case), group in by_case(runs).items():
+        cells = [cell(plant, True), cell(escape(case), True)]
+        for controller in controllers:
+            run = group.get(controller)
+            cells += [content(run, group) if run else cell('') for _, content in columns]
+        rows.append(cells)
+    return table(headings, rows, groups)
+
+
+def settling_bar(limit):
+    """Content of a settling time; limit: of the predictive controller, from the runs of the case [s]."""
+
+    def content(run, group):
+        if not run.stable:
+            return cell('unstable', style='no')
+        settling = run['settling_s']
+        is_ours = run['controller'] == 'predictive'
+        return figure(settling, 2, not is_ours or (settling is not None and settling <= limit(group)))
+
+    return content
+
+
+def overshoot(bar=None):
+    return lambda run, _: figure(run['overshoot_pct'], 1, bar is None or run['controller'] != 'predictive' or run['overshoot_pct'] <= bar)
+
+
+def steady_error(bar):
+    return lambda run, _: figure(run['steady_error_pct'], 2, run['controller'] != 'predictive' or abs(run['steady_error_pct']) <= bar, True)
+
+
+def steps_table(results, name):
+    limit = lambda group: 1.10 * group['diff_drive']['settling_s']
+    return wide_table(results.runs[name], [('settling [s]', settling_bar(limit)), ('overshoot [%]', overshoot(5.0)),
+                                           ('error [%]', steady_error(0.5))])
+
+
+def perturbation_table(results, name):
+    return wide_table(results.runs[name], [('settling [s]', settling_bar(lambda _: 0.8)), ('overshoot [%]', overshoot()),
+                                           ('error [%]', steady_error(1.0))])
+
+
+def pair_table(results, name):
+    rows = []
+    for (plant, controller), group in itertools.groupby(results.runs[name], key=lambda run: (run['plant'], run['controller'])):
+        runs = list(group)
+        stable = [run for run in runs if run.stable]
+        times = [run['settling_s'] if run['settling_s'] is not None else float('inf') for run in stable]
+        rows.append([cell(plant, True), cell(word(controller), True), cell(str(len(runs))),
+                     cell(str(len(runs) - len(stable)), style='no' if len(stable) < len(runs) else ''),
+                     *(cell(str(sum(t <= bound for t in times))) for bound in (0.5, 0.8, 1.0)),
+                     figure(statistics.median(times)), figure(max(times)),
+                     figure(max(abs(run['steady_error_pct']) for run in stable))])
+    counts = table(['<plant', '<controller', 'pairs', 'unstable', 'settled in 0.5 s', 'in 0.8 s', 'in 1.0 s', 'median [s]',
+                    'slowest [s]', 'largest error [%]'], rows)
+    return counts + worst_pairs(results.runs[name])
+
+
+def worst_pairs(runs):
+    ours = [run for run in runs if run['controller'] == 'predictive']
+    ours.sort(key=lambda run: run['settling_s'] if run.stable and run['settling_s'] is not None else float('inf'), reverse=True)
+    rows = [[cell(run['plant'], True), cell(escape(run.label), True),
+             figure(run['settling_s']) if run.stable else cell('unstable', style='no'), figure(run['overshoot_pct'], 1),
+             figure(run['steady_error_pct'], 2, sign=True)] for run in ours[:WORST]]
+    return (f'<p>The {WORST} slowest of the predictive controller:</p>' +
+            table(['<plant', '<pair', 'settling [s]', 'overshoot [%]', 'error [%]'], rows))
+
+
+def square_table(results, name):
+    rms = lambda run, _: figure(run['tracking_rms_mps'], 3)
+    ratio = lambda run, group: figure(run['tracking_rms_mps'] / group['improved']['tracking_rms_mps'], 2,
+                                      run['controller'] != 'predictive'
+                                      or run['tracking_rms_mps'] <= 0.7 * group['improved']['tracking_rms_mps'])
+    return wide_table(results.runs[name], [('RMS error [m/s]', rms), ('/ improved', ratio)])
+
+
+def slip_table(results, name):
+    bias = lambda run, _: figure(run['belief_bias_pct'], 1, sign=True)
+    return wide_table(results.runs[name], [('error of the yaw rate [%]', steady_error(2.0)), ('of its belief [%]', bias)])
+
+
+def belief_table(results, name):
+    rows = []
+    for run in results.runs[name]:
+        reference = next(r for r in results.runs[name] if r['controller'] == 'kalman_filter' and r['plant'] == run['plant'])
+        cells = [cell(run['plant'], True), cell(word(run['controller']), True)]
+        for column in ('belief_rms_mps', 'belief_rms_radps'):
+            ratio = run[column] / reference[column]
+            cells += [cell(f'{run[column]:.4f}'), figure(ratio, 2, run['controller'] != 'predictive' or ratio <= 1.05)]
+        rows.append(cells)
+    return table(['<plant', '<belief of', 'forward speed, RMS [m/s]', '/ Kalman filter', 'yaw rate, RMS [rad/s]', '/ Kalman filter'], rows)
+
+
+def rate_table(results, name):
+    rows = [[cell(run['plant'], True), cell(f'{run["belief_hz"]:g}'), figure(run['settling_s'], 3), figure(run['overshoot_pct'], 1),
+             figure(run['steady_error_pct'], 2, sign=True)] for run in results.runs[name]]
+    return table(['<plant', 'belief [Hz]', 'settling [s]', 'overshoot [%]', 'error [%]'], rows)
+
+
+TABLES = {
+    'predictive_steps': steps_table,
+    'predictive_perturbations': perturbation_table,
+    'predictive_pairs': pair_table,
+    'predictive_squares': square_table,
+    'predictive_rates': rate_table,
+    'belief_accuracy': belief_table,
+    'slip_turns': slip_table,
+    'slip_straight': perturbation_table,
+}
+
+
+def bar_table(results):
+    rows = []
+    for name, text, judge in BARS:
+        met, reached = judge(results)
+        rows.append([cell(f'<a href="#{anchor(name)}">{escape(results.experiments[name]["title"])}</a>', True), cell(escape(text), True),
+                     cell('met' if met else 'missed', True, 'yes' if met else 'no'), cell(escape(reached), True)])
+    return table(['<experiment', '<bar', '<', '<reached'], rows)
+
+
+def section(results, images):
+    """Everything beyond the thesis as HTML. images: by (experiment, figure)."""
+    parts = [f'<h1 id="beyond">Beyond the thesis: the predictive controller</h1>{INTRODUCTION}{bar_table(results)}']
+    for name in beyond(results):
+        experiment = results.experiments[name]
+        parts.append(f'<h2 id="{anchor(name)}">{escape(experiment["title"])}</h2>')
+        if 'note' in experiment:
+            parts.append(f'<p class="note">{escape(experiment["note"])}</p>')
+        parts.append(f'<div class="wide">{TABLES[name](results, name)}</div>')
+        for (owner, title), (image, _) in images.items():
+            if owner == name:
+                parts.append(f'<img alt="{escape(title)}" src="{image}"><p class="note">Dashed: set point.</p>')
+    return ''.join(parts)

@@ -1,0 +1,120 @@
+"""The bars of the predictive controller: what was asked for, and what the experiments reached."""
+
+
+def runs_of(results, name, controller='predictive'):
+    return [run for run in results.runs[name] if run['controller'] == controller]
+
+
+def like(results, name, run, controller):
+    """The run of another controller in the same case."""
+    return next(other for other in runs_of(results, name, controller)
+                if all(other[c] == run[c] for c in ('plant', 'step_mps', 'step_radps', 'label')))
+
+
+def settling(run):
+    return run['settling_s'] if run.stable and run['settling_s'] is not None else float('inf')
+
+
+def largest(results, name, column):
+    return max(abs(run[column]) if run[column] is not None else float('inf') for run in runs_of(results, name))
+
+
+def as_fast_as_open_loop(results):
+    name = 'predictive_steps'
+    worst = max(settling(run) / like(results, name, run, 'diff_drive')['settling_s'] for run in runs_of(results, name))
+    return worst <= 1.10, f'at most {worst:.2f} times'
+
+
+def within(name, column, bar, unit):
+
+    def judge(results):
+        worst = largest(results, name, column)
+        return worst <= bar, f'at most {worst:.2f} {unit}'
+
+    return judge
+
+
+def faster_than_improved(results):
+    name = 'predictive_steps'
+    ratios = {run['plant']: settling(run) / settling(like(results, name, run, 'improved'))
+              for run in runs_of(results, name) if run['step_mps'] == 0.5}
+    limits = {run['plant']: settling(run) / settling(like(results, name, run, 'improved'))
+              for run in runs_of(results, name, 'diff_drive') if run['step_mps'] == 0.5}
+    words = ', '.join(f'{ratio:.2f} on the {plant} (open loop: {limits[plant]:.2f})' for plant, ratio in ratios.items())
+    if min(ratios['ground'], limits['ground']) > 0.6:
+        words += '; on the ground the acceleration limit leaves nothing to gain'
+    return all(ratio <= 0.6 for ratio in ratios.values()), words
+
+
+def quick_when_perturbed(results):
+    worst = max(runs_of(results, 'predictive_perturbations'), key=settling)
+    return settling(worst) <= 0.8, f'at most {settling(worst):.2f} s ({worst["plant"]}, {worst.label})'
+
+
+def pairs_stable(results):
+    runs = runs_of(results, 'predictive_pairs')
+    unstable = sum(not run.stable for run in runs)
+    return unstable == 0, f'{unstable} of {len(runs)} unstable'
+
+
+def pairs_settle(results):
+    shares = {}
+    for plant in ('box', 'ground'):
+        runs = [run for run in runs_of(results, 'predictive_pairs') if run['plant'] == plant]
+        shares[plant] = 100.0 * sum(settling(run) <= 1.0 for run in runs) / len(runs)
+    return min(shares.values()) >= 95.0, ', '.join(f'{share:.1f} % on the {plant}' for plant, share in shares.items())
+
+
+def square_waves(results):
+    name = 'predictive_squares'
+    ours = [run['tracking_rms_mps'] / like(results, name, run, 'improved')['tracking_rms_mps'] for run in runs_of(results, name)]
+    limit = [run['tracking_rms_mps'] / like(results, name, run, 'improved')['tracking_rms_mps']
+             for run in runs_of(results, name, 'plant_limit')]
+    excess = max(100.0 * (a / b - 1.0) for a, b in zip(ours, limit))
+    return max(ours) <= 0.7, (f'{min(ours):.2f} to {max(ours):.2f}. Out of reach on this plant: its dead time and acceleration limit alone '
+                              f'cost {min(limit):.2f} to {max(limit):.2f}; predictive is within {excess:.1f} % of that limit')
+
+
+def straight_line_unharmed(results):
+    runs = runs_of(results, 'slip_straight')
+    slower = max(abs(settling(run) / settling(runs[0]) - 1.0) for run in runs)
+    error = max(abs(run['steady_error_pct'] - runs[0]['steady_error_pct']) for run in runs)
+    return slower <= 0.01 and error <= 1.0, f'settling differs by {100 * slower:.2f} %, steady-state error by {error:.2f} %'
+
+
+def rates_agree(results):
+    spreads = []
+    for plant in ('box', 'ground'):
+        times = [settling(run) for run in runs_of(results, 'predictive_rates') if run['plant'] == plant]
+        spreads.append(100.0 * (max(times) / min(times) - 1.0))
+    return max(spreads) <= 2.0, f'settling differs by {max(spreads):.2f} %'
+
+
+def as_good_as_kalman(column, unit):
+
+    def judge(results):
+        name = 'belief_accuracy'
+        ratios = {run['plant']: run[column] / like(results, name, run, 'kalman_filter')[column] for run in runs_of(results, name)}
+        return max(ratios.values()) <= 1.05, ', '.join(f'{ratio:.2f} on the {plant}' for plant, ratio in ratios.items()) + f' ({unit})'
+
+    return judge
+
+
+# Experiment, what was asked for, function of the results that tells (met, what was reached).
+BARS = [
+    ('predictive_steps', 'settles in at most 1.10 times the differential drive\'s time, at 0.1, 0.3, 0.5, 1 m/s, box and ground',
+     as_fast_as_open_loop),
+    ('predictive_steps', 'overshoot at most 5 %', within('predictive_steps', 'overshoot_pct', 5.0, '%')),
+    ('predictive_steps', 'steady-state error at most 0.5 %', within('predictive_steps', 'steady_error_pct', 0.5, '%')),
+    ('predictive_steps', 'at 0.5 m/s settles in at most 0.6 times improved\'s time', faster_than_improved),
+    ('predictive_perturbations', 'settles within 0.8 s with every perturbation', quick_when_perturbed),
+    ('predictive_perturbations', 'steady-state error at most 1 %', within('predictive_perturbations', 'steady_error_pct', 1.0, '%')),
+    ('predictive_pairs', 'none unstable', pairs_stable),
+    ('predictive_pairs', '95 % settled within 1.0 s', pairs_settle),
+    ('predictive_squares', 'root-mean-square tracking error at most 0.7 times improved\'s', square_waves),
+    ('predictive_rates', 'works alike from 50 Hz to 1 kHz', rates_agree),
+    ('slip_turns', 'steady-state error of the yaw rate at most 2 % within 3 s', within('slip_turns', 'steady_error_pct', 2.0, '%')),
+    ('slip_straight', 'straight line unharmed', straight_line_unharmed),
+    ('belief_accuracy', 'belief of the forward speed at most 1.05 times the Kalman filter\'s RMS', as_good_as_kalman('belief_rms_mps', 'forward speed')),
+    ('belief_accuracy', 'belief of the yaw rate at most 1.05 times the Kalman filter\'s RMS', as_good_as_kalman('belief_rms_radps', 'yaw rate')),
+]
