@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "jackal_aic/gate_parameters.hpp"
+#include "jackal_aic/parameters.hpp"
 #include "jackal_aic/types.hpp"
 #include "scenario.hpp"
 
