@@ -1,0 +1,151 @@
+// The predictive controller on the ROS path (nodes, topics, timers): as fast as open loop and as exact as without ROS,
+// with a belief that tells the truth. The test's parameter ~plant is "ground" or "box".
+
+#include <geometry_msgs/TwistWithCovarianceStamped.h>
+#include <sensor_msgs/JointState.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "jackal_aic/skid_steer_kinematics.hpp"
+#include "result_table.hpp"
+#include "simulated_robot.hpp"
+
+namespace jackal_aic::test {
+namespace {
+
+constexpr double kSpeed = 0.5;          // m/s
+constexpr double kTurn = 0.5;           // rad/s
+constexpr double kActionPeriod = 0.02;  // s; on the ROS path a set point waits for the next action, for up to this long
+
+bool onBox() { return ros::param::param<std::string>("~plant", "ground") == "box"; }
+
+/// The same run in the closed loop without ROS.
+sim::ResultRow offline(const std::string& controller, double forward, double yaw_rate) {
+  const sim::PackageFiles files{JACKAL_AIC_SOURCE_DIR};
+  sim::Overrides overrides;
+  if (onBox()) overrides.push_back({"plant.noise_scale", "0"});
+  const auto setup = sim::loadSetup(files, controller, onBox() ? "box" : "ground", overrides);
+  return sim::runSetup(setup, sim::stepProfile(forward, yaw_rate, 4.0)).row;
+}
+
+/// What the robot did: ground truth; on the box, where the chassis stands, what the wheels would make of it.
+class Truth {
+ public:
+  Truth() { subscriber_ = node_.subscribe("joint_states", 1000, &Truth::onWheels, this); }
+
+  const Recording& of(const SimulatedRobot& robot) const { return onBox() ? by_wheels_ : robot.truth(); }
+  bool any() const { return !by_wheels_.time.empty(); }
+
+ private:
+  void onWheels(const sensor_msgs::JointState& message) {
+    WheelCommand wheels;
+    for (std::size_t i = 0; i < message.name.size(); ++i) {
+      if (message.name[i] == "front_left_wheel") wheels.left = message.velocity[i];
+      if (message.name[i] == "front_right_wheel") wheels.right = message.velocity[i];
+    }
+    const BodyVector body = kinematics_.bodyVelocity(wheels);
+    by_wheels_.time.push_back(message.header.stamp.toSec());
+    by_wheels_.forward.push_back(body(kForward));
+    by_wheels_.yaw_rate.push_back(body(kYaw));
+  }
+
+  SkidSteerKinematics kinematics_{GeometryParameters{}};
+  ros::NodeHandle node_;
+  ros::Subscriber subscriber_;
+  Recording by_wheels_;
+};
+
+class PredictivePath : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(robot.waitUntilReady());
+    ASSERT_TRUE(robot.waitFor([this] { return truth.any(); }, "wheel speeds"));
+    robot.rest();
+  }
+
+  void TearDown() override { robot.stopCommanding(); }
+
+  /// Drives a step from rest.
+  sim::ResponseMetrics drive(double forward, double yaw_rate) {
+    const double start = robot.command(forward, yaw_rate);
+    robot.run(4.0);
+    const Recording& done = truth.of(robot);
+    return sim::stepResponseMetrics(done.time, forward != 0.0 ? done.forward : done.yaw_rate, start, 0.0,
+                                    forward != 0.0 ? forward : yaw_rate);
+  }
+
+  /// Compares with the closed loop without ROS: predictive as it is there, and the bar against open loop.
+  void expectAsOffline(const sim::ResponseMetrics& path, double forward, double yaw_rate) {
+    const auto same = offline("predictive", forward, yaw_rate);
+    const auto open_loop = offline("diff_drive", forward, yaw_rate);
+    ASSERT_TRUE(path.stable && path.settling && path.rise && same.settling_s && open_loop.settling_s);
+    ROS_INFO(
+        "settling %.3f s on the ROS path, %.3f s without, %.3f s open loop; overshoot %.2f %%, %.2f %%; steady-state "
+        "error %.2f %%, %.2f %%",
+        *path.settling, *same.settling_s, *open_loop.settling_s, path.overshoot_pct, *same.overshoot_pct,
+        path.steady_error_pct, *same.steady_error_pct);
+    EXPECT_LE(*path.settling, 1.10 * *open_loop.settling_s + kActionPeriod);
+    EXPECT_NEAR(*path.settling, *same.settling_s, 0.1 * *same.settling_s + kActionPeriod);
+  }
+
+  SimulatedRobot robot;
+  Truth truth;
+};
+
+TEST_F(PredictivePath, StepIsAsFastAsOpenLoopAndExact) {
+  const auto metrics = drive(kSpeed, 0.0);
+  expectAsOffline(metrics, kSpeed, 0.0);
+  EXPECT_LE(metrics.overshoot_pct, 5.0);
+  EXPECT_NEAR(metrics.steady_error_pct, 0.0, 0.5);
+}
+
+TEST_F(PredictivePath, TurnIsAsFastAsOpenLoopAndExact) {
+  for (double sign : {1.0, -1.0}) {
+    robot.rest();
+    const auto metrics = drive(0.0, sign * kTurn);
+    expectAsOffline(metrics, 0.0, sign * kTurn);
+    EXPECT_NEAR(metrics.steady_error_pct, 0.0, 2.0);
+  }
+}
+
+TEST_F(PredictivePath, BeliefTellsWhatTheRobotDoes) {
+  std::vector<geometry_msgs::TwistWithCovarianceStamped> beliefs;
+  ros::NodeHandle node;
+  const auto subscriber = node.subscribe<geometry_msgs::TwistWithCovarianceStamped>(
+      "jackal_AIC/belief", 1000,
+      [&](const geometry_msgs::TwistWithCovarianceStampedConstPtr& message) { beliefs.push_back(*message); });
+  robot.waitFor([&] { return subscriber.getNumPublishers() > 0; }, "a publisher of the belief");
+  const double start = robot.command(kSpeed, onBox() ? 0.0 : kTurn);
+  robot.run(3.0);
+  const Recording& done = truth.of(robot);
+  double forward = 0.0, yaw = 0.0;
+  int count = 0;
+  for (const auto& belief : beliefs) {
+    const double stamp = belief.header.stamp.toSec();
+    const auto at = std::lower_bound(done.time.begin(), done.time.end(), stamp);
+    if (stamp < start || at == done.time.end()) continue;
+    const auto i = at - done.time.begin();
+    forward += std::pow(belief.twist.twist.linear.x - done.forward[i], 2);
+    yaw += std::pow(belief.twist.twist.angular.z - done.yaw_rate[i], 2);
+    ++count;
+    ASSERT_GT(belief.twist.covariance[0], 0.0);
+    ASSERT_GT(belief.twist.covariance[35], 0.0);
+    ASSERT_EQ(belief.header.frame_id, "base_link");
+  }
+  ASSERT_GT(count, 100);
+  const double forward_rms = std::sqrt(forward / count), yaw_rms = std::sqrt(yaw / count);
+  ROS_INFO("belief against ground truth: %.4f m/s, %.4f rad/s RMS", forward_rms, yaw_rms);
+  EXPECT_LT(forward_rms, 0.03 * kSpeed);
+  EXPECT_LT(yaw_rms, onBox() ? 0.01 : 0.1 * kTurn) << "with the effective track still to be learned";
+}
+
+}  // namespace
+}  // namespace jackal_aic::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "predictive_path_test");
+  ros::NodeHandle keep_alive;
+  return RUN_ALL_TESTS();
+}
