@@ -188,6 +188,7 @@ class PredictiveController : public VelocityController {
 
   /// Stops (true) or resumes learning of effective track and slip.
   void freezeSlip(bool frozen) { slip_frozen_ = frozen; }
+  bool slipFrozen() const { return slip_frozen_; }  ///< learning of effective track and slip was stopped
 
   double effectiveTrack() const { return slip_.state().effective_track; }  ///< believed b_hat [m]
   const WheelBelief& left() const { return left_; }                        ///< belief about the left wheels

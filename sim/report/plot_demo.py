@@ -19,6 +19,7 @@ TITLES = {
     'diff_drive': 'Differential drive (open loop)',
     'standard': 'Standard active inference',
     'improved': 'Improved active inference',
+    'predictive': 'Predictive active inference',
 }
 
 # Okabe and Ito's palette: distinct for every kind of colour vision.
@@ -120,7 +121,7 @@ def window(rows, step):
 def plot(path, responses, metrics):
     """A column per controller; per step a row of velocities and below it one of commands."""
     steps = next(iter(metrics.values()))
-    figure, grid = plt.subplots(2 * len(steps), len(responses), figsize=(4.6 * len(responses), 5.2 * len(steps)),
+    figure, grid = plt.subplots(2 * len(steps), len(responses), figsize=(4.2 * len(responses), 5.2 * len(steps)),
                                 sharex=True, sharey='row', squeeze=False, gridspec_kw={'height_ratios': [3, 2] * len(steps)})
     for i, (controller, rows) in enumerate(responses.items()):
         grid[0, i].set_title(title_of(controller), fontsize=12, fontweight='bold', pad=12)

@@ -158,7 +158,7 @@ ros::Time ControllerNode::currentTime() {
 
 void ControllerNode::reset() {
   ++clock_resets_;
-  controller_.reset();
+  structure_->reset();
   sensors_.reset();
   schedule_.stop();
   transforms_.clear();

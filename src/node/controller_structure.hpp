@@ -24,6 +24,9 @@ class ControllerStructure {
   /// The controller itself.
   virtual VelocityController& controller() = 0;
 
+  /// Has the controller forget everything but what outlives a restart.
+  virtual void reset() { controller().reset(); }
+
   /// Belief, prediction errors, free energy and what else the structure fills in; the rest is left to the caller.
   virtual ControllerState state() const = 0;
 

@@ -105,6 +105,7 @@ ControllerState stateMessage(const PredictiveController& controller) {
   message.free_energy = controller.freeEnergy();
   message.effective_track = controller.slip().effective_track;
   message.slip = controller.slip().alpha;
+  message.slip_frozen = controller.slipFrozen();
   message.wheel_belief_left = controller.left().speed();
   message.wheel_belief_right = controller.right().speed();
   message.disturbance_left = controller.left().disturbance();

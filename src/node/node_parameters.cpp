@@ -41,6 +41,13 @@ std::variant<ControllerParameters, PredictiveParameters> readGains(ParameterMap&
   return readParameters<ControllerParameters>(map, "controller");
 }
 
+std::string readSlipFile(ParameterMap& map) {
+  std::string path;
+  ParameterReader(map, "slip").field("file", path, Presence::optional);
+  if (path.empty() || path.front() == '/') return path;
+  throw ParameterError("slip.file = '" + path + "': must be an absolute path");
+}
+
 std::optional<PlantModel> readPlantModel(ParameterMap& map) {
   if (!hasPrefix(map, "plant_model.")) return std::nullopt;
   return readParameters<PlantModel>(map, "plant_model");
@@ -69,6 +76,7 @@ NodeParameters readNodeParameters(ParameterMap map, const std::function<std::str
   parameters.gate = readGateParameters(map);
   ParameterReader(map, "").field("output", parameters.output, kOutputModeNames, Presence::optional);
   parameters.plant_model = readPlantModel(map);
+  if (std::holds_alternative<PredictiveParameters>(parameters.controller)) parameters.slip_file = readSlipFile(map);
   map.refuseUnknown();
 
   completeGeometry(map.has("robot.wheel_radius"), map.has("robot.effective_track"), robot_description, parameters);

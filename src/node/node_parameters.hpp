@@ -53,6 +53,8 @@ struct NodeParameters {
   RobotNames robot;
   GateParameters gate;
   OutputMode output = OutputMode::cmd_drive;
+  std::string slip_file;  ///< absolute path of the YAML file (key slip.file) in which the predictive structure keeps
+                          ///< what it learns about the slip; empty: it starts from the configured values each time
   std::optional<PlantModel> plant_model;  ///< for the certificate of the thesis' structure, which can do without it;
                                           ///< part of the generative model of the predictive one, which cannot
 };

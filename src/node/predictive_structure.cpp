@@ -1,18 +1,70 @@
 #include "predictive_structure.hpp"
 
+#include <sstream>
+
 #include "conversions.hpp"
 
 namespace jackal_aic {
+namespace {
+
+const ros::Duration kKeepPeriod(10.0);  // of writing the slip file
+
+std::string describe(const SlipState& slip) {
+  std::ostringstream text;
+  text << "effective track " << slip.effective_track << " m, alpha " << slip.alpha;
+  return text.str();
+}
+
+}  // namespace
 
 PredictiveStructure::PredictiveStructure(ros::NodeHandle& node, const PredictiveParameters& gains,
-                                         const GeometryParameters& geometry, const PlantModel& model)
+                                         const GeometryParameters& geometry, const PlantModel& model,
+                                         const std::string& slip_file)
     : controller_(gains, geometry, model),
       belief_publisher_(node.advertise<geometry_msgs::TwistWithCovarianceStamped>("jackal_AIC/belief", 10)),
-      gain_server_("predictive", gains, [this](const PredictiveParameters& wanted) { adopt(wanted); }) {}
+      freeze_service_(ros::NodeHandle("~").advertiseService("freeze_slip", &PredictiveStructure::onFreezeSlip, this)),
+      gain_server_("predictive", gains, [this](const PredictiveParameters& wanted) { adopt(wanted); }) {
+  if (!slip_file.empty()) openSlipFile(slip_file);
+}
+
+PredictiveStructure::~PredictiveStructure() {
+  if (!slip_writer_) return;
+  slip_writer_->write(controller_.slip());
+  slip_writer_->finish();
+  if (!slip_writer_->failure().empty()) ROS_ERROR("%s", slip_writer_->failure().c_str());
+}
+
+void PredictiveStructure::openSlipFile(const std::string& path) {
+  if (const auto kept = readSlipFile(path, controller_.slip())) controller_.setSlip(*kept);
+  slip_writer_.emplace(path, controller_.slip());
+  ROS_INFO("Slip kept in %s: %s", path.c_str(), describe(controller_.slip()).c_str());
+}
+
+void PredictiveStructure::keepSlip(const ros::Time& now) {
+  const bool due = now < slip_kept_ || now - slip_kept_ >= kKeepPeriod;
+  if (!slip_writer_ || !due) return;
+  slip_writer_->write(controller_.slip());
+  slip_kept_ = now;
+  const std::string failure = slip_writer_->failure();
+  if (!failure.empty()) ROS_WARN("%s", failure.c_str());
+}
+
+bool PredictiveStructure::onFreezeSlip(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
+  controller_.freezeSlip(request.data);
+  response.success = true;
+  response.message = (request.data ? "frozen: " : "learning: ") + describe(controller_.slip());
+  return true;
+}
 
 void PredictiveStructure::adopt(const PredictiveParameters& wanted) {
   requireInRange(wanted, "predictive");
   controller_.adoptGains(wanted);
+}
+
+void PredictiveStructure::reset() {
+  const SlipState slip = controller_.slip();
+  controller_.reset();
+  if (slip_writer_) controller_.setSlip(slip);
 }
 
 ControllerState PredictiveStructure::state() const { return stateMessage(controller_); }
@@ -25,6 +77,7 @@ void PredictiveStructure::publish(const std_msgs::Header& header) {
   geometry_msgs::TwistWithCovarianceStamped message = beliefMessage(controller_);
   message.header = header;
   belief_publisher_.publish(message);
+  keepSlip(header.stamp);
 }
 
 }  // namespace jackal_aic

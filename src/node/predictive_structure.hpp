@@ -4,31 +4,49 @@
 /// The predictive controller in the node.
 
 #include <ros/publisher.h>
+#include <ros/service_server.h>
+#include <std_srvs/SetBool.h>
+
+#include <optional>
+#include <string>
 
 #include "controller_structure.hpp"
 #include "gain_server.hpp"
 #include "jackal_aic/predictive_controller.hpp"
+#include "slip_file.hpp"
 
 namespace jackal_aic {
 
 /// Publishes the belief, an estimate of odometry grade, on jackal_AIC/belief
-/// (geometry_msgs/TwistWithCovarianceStamped).
+/// (geometry_msgs/TwistWithCovarianceStamped). Service ~freeze_slip (std_srvs/SetBool) stops and resumes the learning
+/// of the slip. With a slip file, what was learned outlives the node and a clock that jumps back.
 class PredictiveStructure : public ControllerStructure {
  public:
-  /// Opens the topic in the namespace of `node`. @throws ParameterError if the rates are invalid.
+  /// Opens the topic in the namespace of `node`. @param slip_file path, or empty.
+  /// @throws ParameterError if the rates are invalid, or the slip file cannot be read or written.
   PredictiveStructure(ros::NodeHandle& node, const PredictiveParameters& gains, const GeometryParameters& geometry,
-                      const PlantModel& model);
+                      const PlantModel& model, const std::string& slip_file);
+
+  /// Keeps the slip for the next start.
+  ~PredictiveStructure() override;
 
   VelocityController& controller() override { return controller_; }
+  void reset() override;
   ControllerState state() const override;
   SensorGeneralized measurement() const override;
   void publish(const std_msgs::Header& header) override;
 
  private:
+  void openSlipFile(const std::string& path);
+  void keepSlip(const ros::Time& now);
   void adopt(const PredictiveParameters& wanted);
+  bool onFreezeSlip(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 
   PredictiveController controller_;
+  std::optional<SlipWriter> slip_writer_;  // with a slip file
+  ros::Time slip_kept_;                    // when the writer last got the slip
   ros::Publisher belief_publisher_;
+  ros::ServiceServer freeze_service_;
   GainServer<PredictiveParameters, PredictiveGainsConfig> gain_server_;
 };
 

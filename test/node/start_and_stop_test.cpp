@@ -1,62 +1,13 @@
 // The controller node as a process: what it refuses to start with, and what it leaves behind when it ends.
 
-#include <fcntl.h>
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdlib>
-#include <fstream>
-#include <sstream>
 
+#include "controller_process.hpp"
 #include "simulated_robot.hpp"
 
 namespace jackal_aic::test {
 namespace {
-
-/// A controller_node process of its own, with stderr in a file.
-class ControllerProcess {
- public:
-  explicit ControllerProcess(const std::string& name)
-      : errors_("/tmp/" + name + "_" + std::to_string(getpid())), pid_(fork()) {
-    const std::string rename = "__name:=" + name;
-    if (pid_ == 0) {
-      const int file = open(errors_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-      dup2(file, STDERR_FILENO);
-      execlp("rosrun", "rosrun", "jackal_aic", "controller_node", rename.c_str(), static_cast<char*>(nullptr));
-      _exit(127);
-    }
-  }
-  ~ControllerProcess() {
-    if (pid_ > 0) {
-      kill(pid_, SIGKILL);
-      waitpid(pid_, nullptr, 0);
-    }
-    unlink(errors_.c_str());
-  }
-
-  void signal(int number) const { kill(pid_, number); }
-
-  bool ended() {
-    if (pid_ > 0 && waitpid(pid_, &status_, WNOHANG) == pid_) pid_ = -1;
-    return pid_ < 0;
-  }
-
-  int exitStatus() const { return WIFEXITED(status_) ? WEXITSTATUS(status_) : -1; }
-
-  std::string errors() const {
-    std::ifstream file(errors_);
-    std::ostringstream text;
-    text << file.rdbuf();
-    return text.str();
-  }
-
- private:
-  std::string errors_;
-  pid_t pid_;
-  int status_ = -1;
-};
 
 class StartAndStop : public testing::Test {
  protected:

@@ -1,0 +1,58 @@
+#pragma once
+
+/// @file
+/// What was learned about the slip, kept in a YAML file for the next start.
+
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "jackal_aic/slip_belief.hpp"
+
+namespace jackal_aic {
+
+/// The slip in a file, keys slip.effective_track [m] and slip.alpha. Empty if there is no such file.
+/// @param configured centre of the range in which the belief stays.
+/// @throws ParameterError naming file, key, value and bound, if the file is unreadable or holds anything else, or if a
+/// value is out of range.
+std::optional<SlipState> readSlipFile(const std::string& path, const SlipState& configured);
+
+/// Writes the slip to a file at once: another process sees the old file or the new one, whatever happens meanwhile.
+/// @throws ParameterError naming the file and the reason.
+void writeSlipFile(const std::string& path, const SlipState& slip);
+
+/// Writes the slip in a thread of its own, so that a slow disk does not delay the controller.
+class SlipWriter {
+ public:
+  /// @param path file; @param slip written at once. @throws ParameterError if it cannot be written.
+  SlipWriter(std::string path, const SlipState& slip);
+
+  ~SlipWriter() { finish(); }
+
+  SlipWriter(const SlipWriter&) = delete;
+  SlipWriter& operator=(const SlipWriter&) = delete;
+
+  /// Has the slip written soon. Neither waits for the disk nor allocates.
+  void write(const SlipState& slip);
+
+  /// Waits until what is due is written, and ends the thread.
+  void finish();
+
+  /// Why the last attempt failed; empty if it did not.
+  std::string failure() const;
+
+ private:
+  void run();
+
+  std::string path_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::optional<SlipState> due_;
+  bool ending_ = false;
+  std::string failure_;
+  std::thread thread_;
+};
+
+}  // namespace jackal_aic

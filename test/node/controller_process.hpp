@@ -1,0 +1,60 @@
+#pragma once
+
+/// @file
+/// The controller node as a child process of a test.
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <sstream>
+#include <string>
+
+namespace jackal_aic::test {
+
+/// A controller_node process of its own, with stderr in a file.
+class ControllerProcess {
+ public:
+  explicit ControllerProcess(const std::string& name)
+      : errors_("/tmp/" + name + "_" + std::to_string(getpid())), pid_(fork()) {
+    const std::string rename = "__name:=" + name;
+    if (pid_ == 0) {
+      const int file = open(errors_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+      dup2(file, STDERR_FILENO);
+      execlp("rosrun", "rosrun", "jackal_aic", "controller_node", rename.c_str(), static_cast<char*>(nullptr));
+      _exit(127);
+    }
+  }
+  ~ControllerProcess() {
+    if (pid_ > 0) {
+      kill(pid_, SIGKILL);
+      waitpid(pid_, nullptr, 0);
+    }
+    unlink(errors_.c_str());
+  }
+
+  void signal(int number) const { kill(pid_, number); }
+
+  bool ended() {
+    if (pid_ > 0 && waitpid(pid_, &status_, WNOHANG) == pid_) pid_ = -1;
+    return pid_ < 0;
+  }
+
+  int exitStatus() const { return WIFEXITED(status_) ? WEXITSTATUS(status_) : -1; }
+
+  std::string errors() const {
+    std::ifstream file(errors_);
+    std::ostringstream text;
+    text << file.rdbuf();
+    return text.str();
+  }
+
+ private:
+  std::string errors_;
+  pid_t pid_;
+  int status_ = -1;
+};
+
+}  // namespace jackal_aic::test

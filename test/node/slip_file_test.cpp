@@ -1,0 +1,130 @@
+#include "slip_file.hpp"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "jackal_aic/parameter_map.hpp"
+
+namespace jackal_aic {
+namespace {
+
+const SlipState kConfigured{0.5621, 1.0};
+
+class SlipFileTest : public testing::Test {
+ protected:
+  SlipFileTest() {
+    char name[] = "/tmp/slip_file_XXXXXX";
+    directory_ = mkdtemp(name);
+    path_ = (directory_ / "slip.yaml").string();
+  }
+  ~SlipFileTest() override { std::filesystem::remove_all(directory_); }
+
+  void write(const std::string& text) const { std::ofstream(path_) << text; }
+
+  std::string text() const {
+    std::ostringstream text;
+    text << std::ifstream(path_).rdbuf();
+    return text.str();
+  }
+
+  std::string refusal() const {
+    try {
+      readSlipFile(path_, kConfigured);
+    } catch (const ParameterError& error) {
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+      return error.what();
+    }
+    ADD_FAILURE() << "accepted: " << text();
+    return "";
+  }
+
+  std::filesystem::path directory_;
+  std::string path_;
+};
+
+TEST_F(SlipFileTest, GivesBackWhatWasWritten) {
+  writeSlipFile(path_, {0.7123, 0.93});
+  const auto slip = readSlipFile(path_, kConfigured);
+  ASSERT_TRUE(slip);
+  EXPECT_NEAR(slip->effective_track, 0.7123, 1e-9);
+  EXPECT_NEAR(slip->alpha, 0.93, 1e-9);
+}
+
+TEST_F(SlipFileTest, GivesBackEveryStateThatTheBeliefCanReach) {
+  for (double alpha : {1e-3, 1e3}) {
+    for (double track : {1e-3, 1e3}) {
+      SlipBelief belief(kConfigured, 0.098, {});
+      belief.setState({track, alpha});
+      writeSlipFile(path_, belief.state());
+      const auto slip = readSlipFile(path_, kConfigured);
+      ASSERT_TRUE(slip);
+      EXPECT_NEAR(slip->effective_track, belief.state().effective_track, 1e-6);
+    }
+  }
+}
+
+TEST_F(SlipFileTest, IsEmptyWithoutAFile) { EXPECT_FALSE(readSlipFile(path_, kConfigured)); }
+
+TEST_F(SlipFileTest, RefusesWhatIsOutOfRangeMissingUnknownOrNoNumber) {
+  write("slip: {effective_track: 3.0, alpha: 1.0}");
+  EXPECT_NE(refusal().find("slip.effective_track = 3"), std::string::npos) << refusal();
+  EXPECT_NE(refusal().find(path_), std::string::npos);
+  write("slip: {effective_track: 0.5, alpha: 2.5}");
+  EXPECT_NE(refusal().find("slip.alpha = 2.5"), std::string::npos) << refusal();
+  write("slip: {effective_track: .nan, alpha: 1.0}");
+  EXPECT_NE(refusal().find("slip.effective_track"), std::string::npos) << refusal();
+  write("slip: {effective_track: 0.5}");
+  EXPECT_NE(refusal().find("slip.alpha"), std::string::npos) << refusal();
+  write("slip: {effective_track: 0.5, alpha: 1.0, beta: 2.0}");
+  EXPECT_NE(refusal().find("slip.beta"), std::string::npos) << refusal();
+  write("slip: {effective_track: wide, alpha: 1.0}");
+  EXPECT_NE(refusal().find("wide"), std::string::npos) << refusal();
+  write("slip: [0.5");
+  EXPECT_NE(refusal().find(path_), std::string::npos);
+  write("");
+  EXPECT_FALSE(refusal().empty());
+}
+
+TEST_F(SlipFileTest, ReplacesTheOldFileAsAWhole) {
+  writeSlipFile(path_, {0.6, 1.0});
+  std::ofstream(path_ + ".new") << "half a fi";  // a writer that was killed
+  writeSlipFile(path_, {0.7, 1.0});
+  EXPECT_NEAR(readSlipFile(path_, kConfigured)->effective_track, 0.7, 1e-9);
+  EXPECT_FALSE(std::filesystem::exists(path_ + ".new"));
+}
+
+TEST_F(SlipFileTest, SaysWhyItCannotWrite) {
+  try {
+    writeSlipFile("/nowhere/slip.yaml", kConfigured);
+    FAIL() << "written";
+  } catch (const ParameterError& error) {
+    EXPECT_NE(std::string(error.what()).find("/nowhere/slip.yaml"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("No such file or directory"), std::string::npos) << error.what();
+  }
+}
+
+TEST_F(SlipFileTest, WriterKeepsTheLastState) {
+  {
+    SlipWriter writer(path_, kConfigured);
+    EXPECT_NEAR(readSlipFile(path_, kConfigured)->effective_track, 0.5621, 1e-9) << "at once";
+    for (int i = 0; i <= 100; ++i) writer.write({0.5 + 0.001 * i, 1.0});
+    writer.finish();
+    EXPECT_EQ(writer.failure(), "");
+  }
+  EXPECT_NEAR(readSlipFile(path_, kConfigured)->effective_track, 0.6, 1e-9);
+}
+
+TEST_F(SlipFileTest, WriterReportsAFailure) {
+  SlipWriter writer(path_, kConfigured);
+  std::filesystem::remove_all(directory_);
+  writer.write({0.6, 1.0});
+  writer.finish();
+  EXPECT_NE(writer.failure().find("slip.file"), std::string::npos) << writer.failure();
+}
+
+}  // namespace
+}  // namespace jackal_aic

@@ -1,0 +1,137 @@
+// What the predictive controller learns about the slip: kept across restarts in a file, frozen on request.
+
+#include <std_srvs/SetBool.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "controller_process.hpp"
+#include "simulated_robot.hpp"
+
+namespace jackal_aic::test {
+namespace {
+
+constexpr double kTurn = 0.5;        // rad/s
+constexpr double kConfigured = 0.7;  // m, effective track that the controller is told
+constexpr double kTrue = 0.547;      // m, of the simulated robot turning in place
+constexpr double kTolerance = 0.02;  // m
+
+class SlipMemory : public testing::Test {
+ protected:
+  SlipMemory() {
+    char name[] = "/tmp/slip_memory_XXXXXX";
+    directory_ = mkdtemp(name);
+  }
+  ~SlipMemory() override { std::filesystem::remove_all(directory_); }
+
+  std::string file() const { return (directory_ / "slip.yaml").string(); }
+
+  /// Loads robot, preset and a plant model with a wrong effective track into the namespace of a node to come.
+  void configure(const std::string& name) {
+    const std::string config = ros::param::param<std::string>("~config", "");
+    for (const char* part : {"jackal", "predictive", "plant_model"}) {
+      ASSERT_EQ(std::system(("rosparam load " + config + "/" + part + ".yaml /" + name).c_str()), 0);
+    }
+    ros::param::set("/" + name + "/plant_model/effective_track", kConfigured);
+    ros::param::set("/" + name + "/slip/file", file());
+  }
+
+  static void turn(SimulatedRobot& robot, double rate) {
+    robot.command(0.0, rate);
+    robot.run(3.0);
+  }
+
+  static void end(SimulatedRobot& robot, ControllerProcess& process, int signal) {
+    process.signal(signal);
+    ASSERT_TRUE(robot.waitFor([&] { return process.ended(); }, "the node to end", 60.0));
+    robot.run(1.0);
+    robot.clear();
+  }
+
+  std::filesystem::path directory_;
+};
+
+TEST_F(SlipMemory, OutlivesARestart) {
+  configure("learning");
+  SimulatedRobot robot;
+  {
+    ControllerProcess process("learning");
+    ASSERT_TRUE(robot.waitUntilReady());
+    EXPECT_NEAR(robot.states().back().effective_track, kConfigured, 1e-9);
+    turn(robot, kTurn);
+    EXPECT_NEAR(robot.states().back().effective_track, kTrue, kTolerance);
+    end(robot, process, SIGTERM);
+    EXPECT_EQ(process.exitStatus(), 0) << process.errors();
+  }
+  ControllerProcess process("learning");
+  robot.command(0.0, 0.0);
+  ASSERT_TRUE(robot.waitUntilReady());
+  EXPECT_NEAR(robot.states().front().effective_track, kTrue, kTolerance) << "known before the first turn";
+  end(robot, process, SIGINT);
+}
+
+TEST_F(SlipMemory, IsWrittenWhileTheControllerRuns) {
+  configure("killed");
+  SimulatedRobot robot;
+  ControllerProcess process("killed");
+  ASSERT_TRUE(robot.waitUntilReady());
+  turn(robot, kTurn);
+  robot.command(0.0, 0.0);
+  robot.run(10.5);
+  const double learned = robot.states().back().effective_track;
+  process.signal(SIGKILL);
+  ASSERT_TRUE(robot.waitFor([&] { return process.ended(); }, "the node to end", 60.0));
+  robot.clear();
+  ControllerProcess again("killed");
+  ASSERT_TRUE(robot.waitUntilReady());
+  EXPECT_NEAR(robot.states().front().effective_track, learned, 1e-6);
+  EXPECT_NEAR(learned, kTrue, kTolerance);
+}
+
+TEST_F(SlipMemory, StaysAsItIsWhileFrozen) {
+  configure("frozen");
+  SimulatedRobot robot;
+  ControllerProcess process("frozen");
+  ASSERT_TRUE(robot.waitUntilReady());
+  std_srvs::SetBool freeze;
+  freeze.request.data = true;
+  ASSERT_TRUE(ros::service::waitForService("/frozen/freeze_slip", ros::Duration(-1)));
+  ASSERT_TRUE(ros::service::call("/frozen/freeze_slip", freeze) && freeze.response.success);
+  turn(robot, kTurn);
+  EXPECT_EQ(robot.states().back().effective_track, kConfigured);
+  EXPECT_TRUE(robot.states().back().slip_frozen);
+  EXPECT_LT(robot.truth().yaw_rate.back(), 1.4 * kTurn);
+  EXPECT_GT(robot.truth().yaw_rate.back(), 1.15 * kTurn) << "turns faster than it should, by the wrong track";
+  freeze.request.data = false;
+  ASSERT_TRUE(ros::service::call("/frozen/freeze_slip", freeze));
+  robot.run(3.0);
+  EXPECT_NEAR(robot.states().back().effective_track, kTrue, kTolerance);
+  EXPECT_FALSE(robot.states().back().slip_frozen);
+}
+
+TEST_F(SlipMemory, IsRefusedIfItIsOutOfRange) {
+  configure("damaged");
+  std::ofstream(file()) << "slip: {effective_track: 9.0, alpha: 1.0}";
+  SimulatedRobot robot;
+  robot.waitFor([] { return !ros::Time::now().isZero(); }, "the clock");
+  ControllerProcess process("damaged");
+  ASSERT_TRUE(robot.waitFor([&] { return process.ended(); }, "the node to give up", 60.0));
+  EXPECT_EQ(process.exitStatus(), 1);
+  const std::string errors = process.errors();
+  EXPECT_EQ(std::count(errors.begin(), errors.end(), '\n'), 1) << errors;
+  EXPECT_NE(errors.find("slip.effective_track = 9"), std::string::npos) << errors;
+  EXPECT_TRUE(robot.drives().empty()) << "a command was published";
+}
+
+}  // namespace
+}  // namespace jackal_aic::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "slip_memory_test");
+  ros::NodeHandle keep_alive;
+  return RUN_ALL_TESTS();
+}
