@@ -165,6 +165,28 @@ TEST(Predictive, BelievesTheTruthAsWellAsAKalmanFilter) {
   }
 }
 
+TEST(Predictive, FindsTheNoiseOfEachChannel) {
+  for (const ResultRow& row : rows(comparisonRuns(files(), experiment("learned_precision", {"predictive"})))) {
+    if (row.label.find("learned") == std::string::npos) continue;
+    EXPECT_NEAR(*row.wheel_left_ratio, 1.0, 0.2) << nameOf(row);
+    EXPECT_NEAR(*row.wheel_right_ratio, 1.0, 0.2) << nameOf(row);
+    EXPECT_NEAR(*row.gyro_ratio, 1.0, 0.2) << nameOf(row);
+    EXPECT_NEAR(*row.accelerometer_ratio, 1.0, 0.2) << nameOf(row);
+  }
+}
+
+TEST(Predictive, LearnsTheSlipFromTheAccelerometerAlone) {
+  const auto all = rows(comparisonRuns(files(), experiment("accelerometer", {"predictive"})));
+  ASSERT_EQ(all.size(), 6u);
+  for (std::size_t i = 0; i < all.size(); i += 2) {
+    const ResultRow &without = all[i], &with = all[i + 1];
+    EXPECT_NEAR(*with.slip_alpha, 1.0, 0.05) << nameOf(with);
+    const bool misconfigured = std::abs(*without.slip_alpha - 1.0) > 0.1;
+    if (!misconfigured) continue;
+    EXPECT_LT(*with.belief_rms_mps, 0.5 * *without.belief_rms_mps) << nameOf(with);
+  }
+}
+
 TEST(PlantModelFile, IsThatOfTheSimulatedRobotOnItsGround) {
   ParameterMap map;
   addYamlFile(files().path("config/plant.yaml"), map);
