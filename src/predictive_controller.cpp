@@ -10,8 +10,10 @@ namespace {
 
 constexpr double kSteadyPath = 0.02;  // rad/s; largest change of the path in an action period of a steady drive
 constexpr double kSettled = 0.5;      // s; after the dead time, until nothing is left of an acceleration
-constexpr double kStraight = 0.5;     // rad/s; largest difference of the wheel speeds on a straight line
-constexpr double kMoving = 0.5;       // rad/s; least wheel speed of a robot that moves
+constexpr double kTrackSettled =
+    4.0;                           // slip memories; after the dead time, until the effective track is that of the turn
+constexpr double kStraight = 0.5;  // rad/s; largest difference of the wheel speeds on a straight line
+constexpr double kMoving = 0.5;    // rad/s; least wheel speed of a robot that moves
 
 bool isWhole(double ratio) { return ratio >= 1.0 - 1e-9 && std::abs(ratio - std::round(ratio)) < 1e-9 * ratio; }
 
@@ -206,8 +208,10 @@ void PredictiveController::learnPrecisions(const Observation& y, double step) {
   const double slope = model_.on_box ? 0.0 : yawPerWheelSpeed();
   const double rolling = model_.on_box ? 0.0 : radius;
   precisions_.learnWheels(left_, right_, step);
-  precisions_.learnGyro(y.yaw_rate - slope * (right_.speed() - left_.speed()), left_, right_, slope, slip_.trackGain(),
-                        step);
+  if (steady_time_ > kTrackSettled * parameters_.slip_memory + model_.dead_time) {
+    precisions_.learnGyro(y.yaw_rate - slope * (right_.speed() - left_.speed()), left_, right_, slope,
+                          slip_.trackGain(), step);
+  }
   if (std::abs(right_.speed() - left_.speed()) < kStraight) {
     const double predicted = 0.5 * rolling * (left_.predictedChange() + right_.predictedChange()) / step;
     precisions_.learnAccelerometer(y.acceleration_x - slip_.accelerometerOffset() - predicted, left_, right_, rolling,

@@ -93,11 +93,13 @@ SetPointProfile squareProfile(const SquareWave& wave) {
 }
 
 SetPointProfile cycleProfile(const DrivingCycle& cycle) {
-  constexpr double kShortest = 1.0, kLongest = 3.0;  // s
   require(cycle.segments >= 1, "segments", cycle.segments, "1 or more");
   require(cycle.forward >= 0.0 && std::isfinite(cycle.forward), "forward", cycle.forward, "finite and not negative");
   require(cycle.yaw_rate >= 0.0 && std::isfinite(cycle.yaw_rate), "yaw_rate", cycle.yaw_rate,
           "finite and not negative");
+  require(cycle.shortest > 0.0 && std::isfinite(cycle.shortest), "shortest", cycle.shortest, "finite and above 0");
+  require(cycle.longest >= cycle.shortest && std::isfinite(cycle.longest), "longest", cycle.longest,
+          "finite and not below shortest");
   std::mt19937_64 generator(cycle.seed);
   const auto draw = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(generator);
@@ -112,7 +114,7 @@ SetPointProfile cycleProfile(const DrivingCycle& cycle) {
     const bool in_place = i % 6 == 2;
     profile.changes.push_back({profile.duration, SetPoint{in_place ? 0.0 : forward, 0.0, straight ? 0.0 : yaw_rate}});
     // Whole steps of the plant, so that every set point holds from a sample on.
-    profile.duration += JackalPlant::kStep * std::round(draw(kShortest, kLongest) / JackalPlant::kStep);
+    profile.duration += JackalPlant::kStep * std::round(draw(cycle.shortest, cycle.longest) / JackalPlant::kStep);
   }
   return profile;
 }

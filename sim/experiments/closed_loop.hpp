@@ -56,16 +56,19 @@ struct SquareWave {
 /// @throws ParameterError if low and high are equal, half a period is below 0.6 s or there are fewer than 2 cycles.
 SetPointProfile squareProfile(const SquareWave& wave);
 
-/// A driving cycle: segments of 1 to 3 s, each with a forward speed up to `forward` and a yaw rate up to `yaw_rate`,
-/// drawn from a seed; a third of them drives straight and a sixth turns in place. No step of it is assessed.
+/// A driving cycle: segments of constant set point, each with a forward speed up to `forward` and a yaw rate up to
+/// `yaw_rate`, drawn from a seed; a third of them drives straight and a sixth turns in place. No step of it is
+/// assessed.
 struct DrivingCycle {
   std::uint64_t seed = 1;  ///< of the draws
   int segments = 20;       ///< 1 or more
   double forward = 1.0;    ///< largest |x_dot| [m/s]
   double yaw_rate = 1.0;   ///< largest |theta_dot| [rad/s]
+  double shortest = 1.0;   ///< segment [s]
+  double longest = 3.0;    ///< segment [s]
 };
 
-/// @throws ParameterError if there is no segment or a bound is negative or not finite.
+/// @throws ParameterError if there is no segment, or a bound is negative, not finite or in the wrong order.
 SetPointProfile cycleProfile(const DrivingCycle& cycle);
 
 /// Time at rest before the first step [s].

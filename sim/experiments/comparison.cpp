@@ -88,14 +88,19 @@ RunResult filtered(RunResult run, const PredictiveSetup& setup, const SetPointPr
 SetPointProfile readProfile(const YAML::Node& node) {
   refuseUnknownKeys(node, "profile",
                     {"forward", "yaw_rate", "duration", "assess", "low", "high", "period", "cycles", "cycle",
-                     "segments", "friction_changes"});
+                     "segments", "shortest", "longest", "friction_changes"});
   constexpr double kStepDuration = 4.0;  // s
   SetPointProfile profile;
   if (node["low"]) {
     profile = squareProfile(
         {node["low"].as<double>(), node["high"].as<double>(), node["period"].as<double>(), node["cycles"].as<int>()});
   } else if (node["cycle"]) {
-    profile = cycleProfile({node["cycle"].as<std::uint64_t>(), node["segments"].as<int>()});
+    DrivingCycle cycle;
+    cycle.seed = node["cycle"].as<std::uint64_t>();
+    cycle.segments = node["segments"].as<int>();
+    cycle.shortest = node["shortest"].as<double>(cycle.shortest);
+    cycle.longest = node["longest"].as<double>(cycle.longest);
+    profile = cycleProfile(cycle);
   } else {
     profile = stepProfile(node["forward"].as<double>(0.0), node["yaw_rate"].as<double>(0.0),
                           node["duration"].as<double>(kStepDuration));

@@ -28,7 +28,8 @@ std::vector<Run> pairRuns(const PackageFiles& files, const YAML::Node& node);
 std::vector<Run> beliefAccuracyRuns(const PackageFiles& files, const YAML::Node& node);
 
 /// A profile: a step {forward, yaw_rate, duration, assess: forward | yaw_rate}, a square wave {low, high, period,
-/// cycles} or a driving cycle {cycle: seed, segments}; each with friction_changes: [{time, friction}] if wanted.
+/// cycles} or a driving cycle {cycle: seed, segments, shortest, longest}; each with friction_changes: [{time,
+/// friction}] if wanted.
 /// @throws ParameterError for an unknown key or a profile that cannot be assessed.
 SetPointProfile readProfile(const YAML::Node& node);
 

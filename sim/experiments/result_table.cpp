@@ -71,6 +71,20 @@ void describeErrors(const std::vector<Sample>& samples, const SetPointProfile& p
   row.belief_bias_pct = beliefBias(samples, profile);
 }
 
+void describeLearned(const Learned& learned, const PlantParameters& plant, ResultRow& row) {
+  row.effective_track = learned.slip.effective_track;
+  row.slip_alpha = learned.slip.alpha;
+  const auto ratio = [&](double variance, double deviation) -> std::optional<double> {
+    const double truth = plant.noise_scale * deviation;
+    if (truth == 0.0) return std::nullopt;
+    return variance / (truth * truth);
+  };
+  row.wheel_left_ratio = ratio(learned.variances.wheel_left, plant.encoder_noise);
+  row.wheel_right_ratio = ratio(learned.variances.wheel_right, plant.encoder_noise);
+  row.gyro_ratio = ratio(learned.variances.gyro, plant.gyro_noise);
+  row.accelerometer_ratio = ratio(learned.variances.accelerometer, plant.accelerometer_noise);
+}
+
 RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile) {
   JackalPlant plant(setup.urdf, setup.plant);
   const auto controller = makeController(setup);
@@ -89,6 +103,7 @@ RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile) {
   } else {
     result.row.action_hz = std::get<DifferentialDriveParameters>(setup.controller).rate;
   }
+  if (const auto learned = controller->learned()) describeLearned(*learned, setup.plant, result.row);
   describeStep(profile, result.row);
   const ResponseMetrics metrics = assess(result.samples, profile);
   if (profile.assessed) {
@@ -103,7 +118,8 @@ std::string resultHeader() {
   return "experiment,controller,plant,step_mps,step_radps,belief_hz,action_hz,integrator,tau,kappa_mu,kappa_a,orders,"
          "settling_s,rise_s,overshoot_pct,steady_error_pct,stable,thesis_settling_s,thesis_rise_s,label,tracking_rms_"
          "mps,"
-         "tracking_rms_radps,belief_rms_mps,belief_rms_radps,belief_bias_pct\n";
+         "tracking_rms_radps,belief_rms_mps,belief_rms_radps,belief_bias_pct,"
+         "effective_track,slip_alpha,wheel_left_ratio,wheel_right_ratio,gyro_ratio,accelerometer_ratio\n";
 }
 
 std::string resultLine(const ResultRow& row) {
@@ -131,7 +147,13 @@ std::string resultLine(const ResultRow& row) {
                  number(row.tracking_rms_radps),
                  number(row.belief_rms_mps),
                  number(row.belief_rms_radps),
-                 number(row.belief_bias_pct)});
+                 number(row.belief_bias_pct),
+                 number(row.effective_track),
+                 number(row.slip_alpha),
+                 number(row.wheel_left_ratio),
+                 number(row.wheel_right_ratio),
+                 number(row.gyro_ratio),
+                 number(row.accelerometer_ratio)});
 }
 
 std::string traceHeader() {

@@ -16,7 +16,7 @@ bool StepCounter::due(double now) {
 }
 
 LimitedController::LimitedController(std::unique_ptr<VelocityController> controller, const LimitParameters& limits,
-                                 const GeometryParameters& geometry)
+                                     const GeometryParameters& geometry)
     : controller_(std::move(controller)),
       limiter_(limits, geometry, controller_->actionStep()),
       belief_clock_(1.0 / controller_->beliefStep()) {}
@@ -32,14 +32,22 @@ std::optional<WheelCommand> LimitedController::advance(double now) {
   return command;
 }
 
+LimitedPredictiveController::LimitedPredictiveController(const PredictiveSetup& setup)
+    : LimitedController(std::make_unique<PredictiveController>(setup.controller, setup.geometry, setup.model),
+                        setup.limits, setup.geometry) {}
+
+std::optional<Learned> LimitedPredictiveController::learned() const {
+  const auto& predictive = static_cast<const PredictiveController&>(controller());
+  return Learned{predictive.slip(), predictive.variances()};
+}
+
 std::unique_ptr<TimedController> makeTimedController(const ActiveInferenceSetup& setup) {
   auto controller = std::make_unique<ActiveInferenceController>(setup.controller, setup.geometry, Divergence::allowed);
   return std::make_unique<LimitedController>(std::move(controller), setup.limits, setup.geometry);
 }
 
 std::unique_ptr<TimedController> makeTimedController(const PredictiveSetup& setup) {
-  auto controller = std::make_unique<PredictiveController>(setup.controller, setup.geometry, setup.model);
-  return std::make_unique<LimitedController>(std::move(controller), setup.limits, setup.geometry);
+  return std::make_unique<LimitedPredictiveController>(setup);
 }
 
 std::optional<WheelCommand> TimedDifferentialDrive::advance(double now) {

@@ -18,6 +18,12 @@
 
 namespace jackal_aic::sim {
 
+/// What a controller learned about its robot.
+struct Learned {
+  SlipState slip;             ///< effective track and slip
+  SensorVariances variances;  ///< of the measurements
+};
+
 /// A controller of the body velocity that is served by simulated time.
 class TimedController {
  public:
@@ -35,6 +41,9 @@ class TimedController {
 
   /// Believed body velocity; empty if the controller has no belief.
   virtual std::optional<BodyVector> belief() const = 0;
+
+  /// What it learned; empty if it does not learn.
+  virtual std::optional<Learned> learned() const { return std::nullopt; }
 };
 
 /// Counts the steps of a fixed rate that simulated time has reached.
@@ -71,18 +80,31 @@ class LimitedController : public TimedController {
  public:
   /// @param geometry r and b_hat for the limits of the body velocity.
   LimitedController(std::unique_ptr<VelocityController> controller, const LimitParameters& limits,
-                  const GeometryParameters& geometry);
+                    const GeometryParameters& geometry);
 
   void setSetPoint(const SetPoint& set_point) override { controller_->setSetPoint(set_point); }
   void observe(const Observation& observation) override { controller_->observe(observation); }
   std::optional<WheelCommand> advance(double now) override;
   std::optional<BodyVector> belief() const override { return controller_->believedVelocity(); }
 
+ protected:
+  /// What it was built with.
+  const VelocityController& controller() const { return *controller_; }
+
  private:
   std::unique_ptr<VelocityController> controller_;
   CommandLimiter limiter_;
   StepCounter belief_clock_;
   int belief_steps_ = 0;
+};
+
+/// The predictive controller likewise.
+class LimitedPredictiveController : public LimitedController {
+ public:
+  /// @throws ParameterError if the rates are invalid.
+  explicit LimitedPredictiveController(const PredictiveSetup& setup);
+
+  std::optional<Learned> learned() const override;
 };
 
 /// The controller of a setup. A belief update that diverges is run as it is, because the thesis shows such cases.

@@ -1,6 +1,9 @@
 """The bars of the predictive controller: what was asked for, and what the experiments reached."""
 
 
+CHANNEL_RATIOS = ('wheel_left_ratio', 'wheel_right_ratio', 'gyro_ratio', 'accelerometer_ratio')  # believed / true variance
+
+
 def runs_of(results, name, controller='predictive'):
     return [run for run in results.runs[name] if run['controller'] == controller]
 
@@ -100,6 +103,12 @@ def as_good_as_kalman(column, unit):
     return judge
 
 
+def precisions_found(results):
+    learned = [run for run in runs_of(results, 'learned_precision') if run.label.endswith('learned')]
+    ratios = [run[column] for run in learned for column in CHANNEL_RATIOS]
+    return all(abs(ratio - 1.0) <= 0.2 for ratio in ratios), f'{min(ratios):.2f} to {max(ratios):.2f} times the true variance'
+
+
 # Experiment, what was asked for, function of the results that tells (met, what was reached).
 BARS = [
     ('predictive_steps', 'settles in at most 1.10 times the differential drive\'s time, at 0.1, 0.3, 0.5, 1 m/s, box and ground',
@@ -117,4 +126,5 @@ BARS = [
     ('slip_straight', 'straight line unharmed', straight_line_unharmed),
     ('belief_accuracy', 'belief of the forward speed at most 1.05 times the Kalman filter\'s RMS', as_good_as_kalman('belief_rms_mps', 'forward speed')),
     ('belief_accuracy', 'belief of the yaw rate at most 1.05 times the Kalman filter\'s RMS', as_good_as_kalman('belief_rms_radps', 'yaw rate')),
+    ('learned_precision', 'learned variance of each channel within 20 % of the true one', precisions_found),
 ]

@@ -165,6 +165,28 @@ TEST(Predictive, BelievesTheTruthAsWellAsAKalmanFilter) {
   }
 }
 
+TEST(Predictive, FindsTheNoiseOfEachChannel) {
+  for (const ResultRow& row : rows(comparisonRuns(files(), experiment("learned_precision", {"predictive"})))) {
+    if (row.label.find("learned") == std::string::npos) continue;
+    EXPECT_NEAR(*row.wheel_left_ratio, 1.0, 0.2) << nameOf(row);
+    EXPECT_NEAR(*row.wheel_right_ratio, 1.0, 0.2) << nameOf(row);
+    EXPECT_NEAR(*row.gyro_ratio, 1.0, 0.2) << nameOf(row);
+    EXPECT_NEAR(*row.accelerometer_ratio, 1.0, 0.2) << nameOf(row);
+  }
+}
+
+TEST(Predictive, LearnsTheSlipFromTheAccelerometerAlone) {
+  const auto all = rows(comparisonRuns(files(), experiment("accelerometer", {"predictive"})));
+  ASSERT_EQ(all.size(), 6u);
+  for (std::size_t i = 0; i < all.size(); i += 2) {
+    const ResultRow &without = all[i], &with = all[i + 1];
+    EXPECT_NEAR(*with.slip_alpha, 1.0, 0.05) << nameOf(with);
+    const bool misconfigured = std::abs(*without.slip_alpha - 1.0) > 0.1;
+    if (!misconfigured) continue;
+    EXPECT_LT(*with.belief_rms_mps, 0.5 * *without.belief_rms_mps) << nameOf(with);
+  }
+}
+
 struct Files {
   const char* plant;
   const char* model;
@@ -190,75 +212,6 @@ TEST_P(PlantModelFile, IsThatOfTheSimulatedRobot) {
 INSTANTIATE_TEST_SUITE_P(OnGroundAndBox, PlantModelFile,
                          testing::Values(Files{"config/plant.yaml", "config/plant_model.yaml"},
                                          Files{"config/plant_box.yaml", "config/plant_model_box.yaml"}));
-
-TEST(Predictive, LearnsTheSlipOfTheGroundWithinThreeSeconds) {
-  const auto all = rows(comparisonRuns(files(), experiment("slip_turns", {"predictive", "standard", "improved"})));
-  ASSERT_EQ(all.size(), 3u * 10u);
-  for (const ResultRow& row : all) {
-    ASSERT_TRUE(row.stable) << nameOf(row);
-    if (row.controller == "predictive") {
-      EXPECT_LE(std::abs(*row.steady_error_pct), 2.0) << nameOf(row);
-      EXPECT_LE(std::abs(*row.belief_bias_pct), 2.0) << nameOf(row);
-    } else {
-      EXPECT_GT(std::abs(*row.steady_error_pct), 4.0) << nameOf(row);
-      EXPECT_GT(std::abs(*row.belief_bias_pct), 4.0) << nameOf(row) << ": believes what it wishes";
-    }
-  }
-}
-
-TEST(Predictive, DrivesStraightWhateverItsEffectiveTrack) {
-  const auto all = rows(comparisonRuns(files(), experiment("slip_straight", {"predictive"})));
-  ASSERT_EQ(all.size(), 3u);
-  for (const ResultRow& row : all) {
-    EXPECT_NEAR(*row.settling_s, *all.front().settling_s, 0.01 * *all.front().settling_s) << nameOf(row);
-    EXPECT_NEAR(*row.steady_error_pct, *all.front().steady_error_pct, 1.0) << nameOf(row);
-  }
-}
-
-TEST(Predictive, SettlesTheSameAtEveryBeliefRate) {
-  const auto all = rows(comparisonRuns(files(), experiment("predictive_rates", {"predictive"})));
-  ASSERT_EQ(all.size(), 2u * 5u);
-  for (const char* plant : {"box", "ground"}) {
-    double quickest = HUGE_VAL, slowest = 0.0;
-    for (const ResultRow& row : all) {
-      if (row.plant != plant) continue;
-      quickest = std::min(quickest, row.settling_s.value());
-      slowest = std::max(slowest, row.settling_s.value());
-    }
-    EXPECT_LE(slowest, 1.02 * quickest) << plant;
-  }
-}
-
-TEST(Predictive, BelievesTheTruthAsWellAsAKalmanFilter) {
-  const auto all = rows(beliefAccuracyRuns(files(), experiment("belief_accuracy", {"predictive", "improved"})));
-  ASSERT_EQ(all.size(), 2u * 3u);
-  for (const ResultRow& row : all) {
-    if (row.controller != "predictive") continue;
-    const ResultRow& filter = same(all, row, "kalman_filter");
-    const ResultRow& improved = same(all, row, "improved");
-    EXPECT_LE(*row.belief_rms_mps, 1.05 * *filter.belief_rms_mps) << row.plant;
-    // The filter listens to the gyro, the controller's belief about the yaw rate does not yet.
-    const double bar = row.plant == "box" ? 1.05 : 2.0;
-    EXPECT_LE(*row.belief_rms_radps, bar * *filter.belief_rms_radps) << row.plant;
-    EXPECT_LE(*row.belief_rms_mps, 0.1 * *improved.belief_rms_mps) << row.plant;
-    EXPECT_LE(*row.belief_rms_radps, 0.1 * *improved.belief_rms_radps) << row.plant;
-  }
-}
-
-TEST(PlantModelFile, IsThatOfTheSimulatedRobotOnItsGround) {
-  ParameterMap map;
-  addYamlFile(files().path("config/plant.yaml"), map);
-  addYamlFile(files().path("config/plant_model.yaml"), map);
-  const PlantModel robot = linearModel(readParameters<PlantParameters>(map, "plant"));
-  const auto file = readParameters<PlantModel>(map, "plant_model");
-  EXPECT_EQ(file.dead_time, robot.dead_time);
-  EXPECT_EQ(file.lag, robot.lag);
-  EXPECT_EQ(file.gain, robot.gain);
-  EXPECT_EQ(file.velocity_loop_integral, robot.velocity_loop_integral);
-  EXPECT_EQ(file.acceleration_limit, robot.acceleration_limit);
-  EXPECT_EQ(file.sensor_rate, robot.sensor_rate);
-  EXPECT_EQ(file.on_box, robot.on_box);
-}
 
 }  // namespace
 }  // namespace jackal_aic::sim
