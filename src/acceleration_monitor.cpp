@@ -16,16 +16,16 @@ constexpr double kWandering = 1.0;           // m/s^2, standard deviation of the
 AccelerationMonitor::AccelerationMonitor(const FaultParameters& parameters)
     : parameters_(parameters),
       forward_{0.0, kUnknownInclination, -kSteepest * kGravity, kSteepest * kGravity,
-               LearnedVariance(parameters.covariance_memory, chebyshevBound(1, parameters.false_alarm_rate))},
+               LearnedVariance(parameters.covariance_memory)},
       vertical_{0.0, kUnknownInclination, -(1.0 - kSteepest) * kGravity, (1.0 - kSteepest) * kGravity,
-                LearnedVariance(parameters.covariance_memory, chebyshevBound(1, parameters.false_alarm_rate))},
+                LearnedVariance(parameters.covariance_memory)},
+      timing_(parameters.timing_deviation),
       persistence_(parameters.persistence()),
       repetition_(parameters.frozen_samples) {}
 
 void AccelerationMonitor::predict(double forward_rate, double step) {
+  timing_.add((forward_rate - forward_rate_) / step, step);
   forward_rate_ = forward_rate;
-  // An acceleration that begins earlier or later than predicted errs by all of itself.
-  timing_.add(forward_rate * forward_rate, step);
   for (Axis* axis : {&forward_, &vertical_}) {
     axis->variance =
         std::min(axis->variance + kWandering * kWandering * step, kUnknownInclination * kUnknownInclination);
@@ -53,16 +53,15 @@ void AccelerationMonitor::check(const Observation& observation, double step) {
   distance_ = std::sqrt(squared) / chebyshevBound(vertical ? 2 : 1, parameters_.false_alarm_rate);
   frozen_ = repetition_.update(observation.acceleration_x, false, kResolution);
 
-  if (state() != ChannelState::faulty) {
-    forward_.learned.learn(forward_.error, forward_.total, step);
-    if (vertical) vertical_.learned.learn(vertical_.error, vertical_.total, step);
-  }
   persistence_.update(distance_ > 1.0 || frozen_, true, step);
   if (frozen_) persistence_.condemn();
   upside_down_ = state() == ChannelState::faulty && (vertical ? *observation.acceleration_z < 0.0 : upside_down_);
   if (state() == ChannelState::outlier) return;
   forward_.correct(forward_noise);
   if (vertical) vertical_.correct(parameters_.accelerometer_variance);
+  if (state() == ChannelState::faulty) return;
+  forward_.learned.learn(forward_.error, forward_.total, step);
+  if (vertical) vertical_.learned.learn(vertical_.error, vertical_.total, step);
 }
 
 }  // namespace jackal_aic

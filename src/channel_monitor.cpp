@@ -8,8 +8,7 @@ namespace jackal_aic {
 double chebyshevBound(int channels, double false_alarm_rate) { return std::sqrt(channels / false_alarm_rate); }
 
 void LearnedVariance::learn(double error, double variance, double step) {
-  const double winsorised = std::min(error * error, bound_ * bound_ * factor_ * variance);
-  factor_ += -std::expm1(-step / memory_) * (winsorised / variance - factor_);
+  factor_ += -std::expm1(-step / memory_) * (error * error / variance - factor_);
   factor_ = std::clamp(factor_, 1.0, kLargestFactor);
 }
 

@@ -4,6 +4,7 @@
 /// What makes one measured channel suspect, and when a suspect channel is a faulty one. No robot here: prediction
 /// errors and samples go in, verdicts come out. Nothing allocates.
 
+#include <algorithm>
 #include <cstdint>
 
 namespace jackal_aic {
@@ -18,20 +19,20 @@ namespace jackal_aic {
 double chebyshevBound(int channels, double false_alarm_rate);
 
 /// Covariance of a prediction error, learned while running: lambda S, S the variance that the model predicts now and
-/// lambda >= 1 a factor that follows e^2 / S. An error beyond the bound counts as one at the bound (winsorised): a
-/// fault cannot teach the monitor to bear it before it is found, and noise that really grew is learned in the end.
+/// lambda >= 1 a factor that follows the mean of e^2 / S of good samples. Outliers teach nothing: a few samples of a
+/// fault would make the monitor bear it.
 class LearnedVariance {
  public:
   /// Largest factor: ten times the configured standard deviation.
   static constexpr double kLargestFactor = 100.0;
 
-  /// @param memory time over which lambda averages [s]; @param bound largest Mahalanobis distance of a good sample.
-  LearnedVariance(double memory, double bound) : memory_(memory), bound_(bound) {}
+  /// @param memory time over which lambda averages [s].
+  explicit LearnedVariance(double memory) : memory_(memory) {}
 
   /// e^2 / (lambda S): squared Mahalanobis distance of an error.
   double squaredDistance(double error, double variance) const { return error * error / (factor_ * variance); }
 
-  /// Takes an error of which the model says the variance S. @param step time since the last one [s].
+  /// Takes the error of a good sample, of which the model says the variance S. @param step time since the last one [s].
   void learn(double error, double variance, double step);
 
   /// lambda, in [1, kLargestFactor].
@@ -40,7 +41,6 @@ class LearnedVariance {
  private:
   static constexpr double kInitialFactor = 25.0;  // says little before the noise is known
   double memory_;
-  double bound_;
   double factor_ = kInitialFactor;
 };
 
@@ -48,34 +48,40 @@ class LearnedVariance {
 /// change counts the same in one step or many.
 class RecentChange {
  public:
-  /// Memory [s].
-  static constexpr double kMemory = 0.5;
+  /// @param memory [s]; 0 remembers nothing.
+  explicit RecentChange(double memory) : memory_(memory) {}
 
   /// Adds a rate [1/s] over a step [s].
-  void add(double rate, double step) { value_ += step * (rate - value_ / kMemory); }
+  void add(double rate, double step) { value_ = memory_ > step ? value_ + step * (rate - value_ / memory_) : 0.0; }
 
   double value() const { return value_; }  ///< change over the memory
 
  private:
+  double memory_;
   double value_ = 0.0;
 };
 
-/// Variance of an error of timing: as large as the largest of late, fading within a memory, because an event that came
-/// later than expected is still on its way when its prediction has passed.
+/// Variance that an uncertain delay gives to a prediction: the square of how much the prediction changed within the
+/// delay's standard deviation. It fades slowly, because what comes later than predicted is still on its way when its
+/// prediction has passed.
 class TimingVariance {
  public:
-  /// Memory [s].
-  static constexpr double kMemory = 0.1;
+  /// Time in which it fades [s].
+  static constexpr double kFading = 0.1;
 
-  /// Adds the variance that a rate of change gives now, over a step [s].
-  void add(double variance, double step) {
-    value_ -= value_ * step / kMemory;
-    if (variance > value_) value_ = variance;
+  /// @param deviation standard deviation of the delay [s].
+  explicit TimingVariance(double deviation) : change_(deviation) {}
+
+  /// Adds a rate of the predicted quantity [1/s] over a step [s].
+  void add(double rate, double step) {
+    change_.add(rate, step);
+    value_ = std::max(value_ - value_ * step / kFading, change_.value() * change_.value());
   }
 
-  double value() const { return value_; }  ///< of the error now
+  double value() const { return value_; }  ///< of the prediction now
 
  private:
+  RecentChange change_;
   double value_ = 0.0;
 };
 

@@ -16,7 +16,7 @@ struct FaultParameters {
   int fault_window = 8;        ///< N
   int frozen_samples = 8;      ///< repetitions to the bit that make a frozen sensor; 0 switches this test off
   double recovery_time = 1.0;  ///< time of good samples after which a faulty channel counts again [s]
-  double covariance_memory = 2.0;          ///< time over which the covariance of the prediction errors is learned [s]
+  double covariance_memory = 1.0;          ///< time over which the covariance of the prediction errors is learned [s]
   double wheel_variance = 9e-4;            ///< least variance of a measured wheel speed [(rad/s)^2]
   double gyro_variance = 2.5e-5;           ///< least variance of the measured yaw rate [(rad/s)^2]
   double accelerometer_variance = 2.5e-3;  ///< least variance of a measured acceleration [(m/s^2)^2]

@@ -47,8 +47,10 @@ class WheelMonitor {
 
   FaultParameters parameters_;
   WheelBelief belief_;
+  WheelBelief early_;  // never corrected: tells what may happen soon
   RecentChange change_;
   TimingVariance timing_;
+  TimingVariance early_timing_;
   LearnedVariance learned_;
   Persistence persistence_;
   RepetitionTest repetition_;

@@ -44,6 +44,7 @@ class YawMonitor {
   RecentChange forward_change_;
   RecentChange difference_change_;
   TimingVariance timing_;
+  TimingVariance grip_;
   LearnedVariance learned_;
   Persistence persistence_;
   RepetitionTest repetition_;
