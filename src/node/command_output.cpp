@@ -15,21 +15,46 @@ std_msgs::Float64 wheelMessage(double speed) {
 
 }  // namespace
 
-CommandOutput::CommandOutput(ros::NodeHandle& node, OutputMode mode) : mode_(mode) {
-  if (mode == OutputMode::cmd_drive) {
-    drive_ = node.advertise<jackal_msgs::Drive>("cmd_drive", 1);
-  } else {
-    left_ = node.advertise<std_msgs::Float64>("jackal_left_wheel/command", 1);
-    right_ = node.advertise<std_msgs::Float64>("jackal_right_wheel/command", 1);
+CommandOutput::CommandOutput(ros::NodeHandle& node, OutputMode mode, const GeometryParameters& geometry)
+    : mode_(mode), kinematics_(geometry) {
+  switch (mode) {
+    case OutputMode::cmd_drive:
+      drive_ = node.advertise<jackal_msgs::Drive>("cmd_drive", 1);
+      break;
+    case OutputMode::twist:
+      twist_ = node.advertise<geometry_msgs::Twist>("cmd_vel", 1);
+      break;
+    case OutputMode::gazebo:
+      left_ = node.advertise<std_msgs::Float64>("jackal_left_wheel/command", 1);
+      right_ = node.advertise<std_msgs::Float64>("jackal_right_wheel/command", 1);
+      break;
   }
 }
 
+std::vector<std::string> CommandOutput::topics() const {
+  switch (mode_) {
+    case OutputMode::cmd_drive:
+      return {drive_.getTopic()};
+    case OutputMode::twist:
+      return {twist_.getTopic()};
+    case OutputMode::gazebo:
+      break;
+  }
+  return {left_.getTopic(), right_.getTopic()};
+}
+
 void CommandOutput::publish(const WheelCommand& command) {
-  if (mode_ == OutputMode::cmd_drive) {
-    drive_.publish(driveMessage(command));
-  } else {
-    left_.publish(wheelMessage(command.left));
-    right_.publish(wheelMessage(command.right));
+  switch (mode_) {
+    case OutputMode::cmd_drive:
+      drive_.publish(driveMessage(command));
+      break;
+    case OutputMode::twist:
+      twist_.publish(twistMessage(kinematics_.bodyVelocity(command)));
+      break;
+    case OutputMode::gazebo:
+      left_.publish(wheelMessage(command.left));
+      right_.publish(wheelMessage(command.right));
+      break;
   }
 }
 

@@ -6,6 +6,10 @@
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 
+#include <string>
+#include <vector>
+
+#include "jackal_aic/skid_steer_kinematics.hpp"
 #include "jackal_aic/types.hpp"
 #include "node_parameters.hpp"
 
@@ -14,15 +18,21 @@ namespace jackal_aic {
 /// Publishes wheel commands on the topics of the chosen output mode.
 class CommandOutput {
  public:
-  /// Advertises the topics: cmd_drive, or jackal_left_wheel/command and jackal_right_wheel/command.
-  CommandOutput(ros::NodeHandle& node, OutputMode mode);
+  /// Advertises the topics: cmd_drive, cmd_vel, or jackal_left_wheel/command and jackal_right_wheel/command.
+  /// @param geometry robot whose body velocity a Twist is.
+  CommandOutput(ros::NodeHandle& node, OutputMode mode, const GeometryParameters& geometry);
+
+  /// The topics with their resolved names.
+  std::vector<std::string> topics() const;
 
   /// Publishes wheel speeds [rad/s].
   void publish(const WheelCommand& command);
 
  private:
   OutputMode mode_;
+  SkidSteerKinematics kinematics_;
   ros::Publisher drive_;
+  ros::Publisher twist_;
   ros::Publisher left_;
   ros::Publisher right_;
 };

@@ -12,6 +12,9 @@ namespace {
 /// act on.
 constexpr int kMostPeriods = 5;
 
+/// Wall time between looks at who else publishes commands [s].
+constexpr double kGraphPeriod = 0.5;
+
 /// Age of an input: by its stamp or by its arrival, whichever is further from now.
 double age(const ros::Time& now, const ros::Time& stamp, const ros::Time& received) {
   if (stamp.isZero()) return kNever;
@@ -31,10 +34,12 @@ ControllerNode::ControllerNode(ros::NodeHandle node, const NodeParameters& param
       controller_(structure_->controller()),
       gate_(parameters.gate, parameters.geometry, controller_.actionStep()),
       schedule_(std::llround(1e9 * controller_.beliefStep()), controller_.beliefStepsPerAction(), kMostPeriods),
-      output_(node_, parameters.output),
+      output_(node_, parameters.output, parameters.geometry),
       transform_listener_(transforms_, node_),
       sensors_(parameters.robot, transforms_,
-               [this](const Observation& observation, const ros::Time& stamp) { onObservation(observation, stamp); }) {
+               [this](const Observation& observation, const ros::Time& stamp) { onObservation(observation, stamp); }),
+      robot_(node_, parameters.robot, parameters.gate.deadlines, [this] { return currentTime(); }),
+      graph_(output_.topics(), kGraphPeriod) {
   diagnostics_.setHardwareID("jackal");
   diagnostics_.add("Active inference controller", this, &ControllerNode::diagnose);
   sensor_publisher_ = node_.advertise<SensorGeneralized>("sensor_generalized", 10);
@@ -59,13 +64,17 @@ void ControllerNode::onSetPoint(const geometry_msgs::Twist& message) {
 }
 
 void ControllerNode::onWheels(const sensor_msgs::JointStateConstPtr& message) {
-  if (!sensors_.addWheels(message, currentTime())) {
+  if (sensors_.addWheels(message, currentTime())) {
+    robot_.addWheels(*message, last_now_, gate_.command());
+  } else {
     reportRefusal(sensors_.lastRefusal().c_str(), ++rejected_measurements_);
   }
 }
 
 void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
-  if (!sensors_.addImu(message, currentTime())) {
+  if (sensors_.addImu(message, currentTime())) {
+    robot_.addImu(*message, last_now_);
+  } else {
     reportRefusal(sensors_.lastRefusal().c_str(), ++rejected_measurements_);
   }
 }
@@ -100,7 +109,7 @@ void ControllerNode::onActionTimer(const ros::TimerEvent& event) {
     command = act(now);
     schedule_.actionStepDone(boundary);
     if (periods > 1) continue;
-    output_.publish(command);
+    if (!contended() || command != WheelCommand{}) output_.publish(command);
     publishState(now, command);
   }
   diagnostics_.update();
@@ -128,8 +137,27 @@ WheelCommand ControllerNode::act(const ros::Time& now) {
 GateInputs ControllerNode::gateInputs(const ros::Time& now) const {
   GateInputs inputs{overdueInputs(ages(now), parameters_.gate.deadlines), set_point_.vector().isZero(0.0)};
   const bool plausible = isPlausible(controller_.believedVelocity(), controller_.freeEnergy(), parameters_.gate);
-  inputs.causes.add(StopCause::belief_diverged, !plausible);
+  robot_.addCauses(inputs.causes);
+  inputs.causes.add(StopCause::belief_diverged, !plausible)
+      .add(StopCause::outputs_unchecked, !graph_.checked())
+      .add(StopCause::contention, contended());
   return inputs;
+}
+
+bool ControllerNode::contended() const { return graph_.contended() && !parameters_.allow_other_publishers; }
+
+std::string ControllerNode::reason() const {
+  std::string reason = text(decision_.cause);
+  if (decision_.cause == StopCause::contention && contended()) {
+    reason += ": " + graph_.others() +
+              "; give it a topic of its own, e.g. <remap from=\"cmd_drive\" to=\"stock/cmd_drive\"/>";
+  }
+  if (decision_.unacknowledged) reason += " (over; a zero set point starts anew)";
+  return reason;
+}
+
+void ControllerNode::publishStop() {
+  if (!contended()) output_.publish({});
 }
 
 void ControllerNode::startAnew() {
@@ -143,6 +171,7 @@ InputAges ControllerNode::ages(const ros::Time& now) const {
   ages.wheels = age(now, sensors_.wheels().stamp, sensors_.wheels().received);
   ages.imu = age(now, sensors_.imu().stamp, sensors_.imu().received);
   ages.measurement = age(now, measurement_stamp_, measurement_received_);
+  ages.feedback = age(now, robot_.feedback().stamp, robot_.feedback().received);
   return ages;
 }
 
@@ -160,6 +189,7 @@ void ControllerNode::reset() {
   ++clock_resets_;
   structure_->reset();
   sensors_.reset();
+  robot_.reset();
   schedule_.stop();
   transforms_.clear();
   set_point_ = {};
@@ -174,14 +204,28 @@ void ControllerNode::reportRefusal(const char* what, std::uint32_t count) {
 }
 
 void ControllerNode::reportStatus(const GateDecision& decision) {
-  if (decision.status != decision_.status || decision.cause != decision_.cause) {
-    if (decision.status == DriveStatus::driving) {
-      ROS_INFO("Driving");
-    } else if (decision.status != DriveStatus::idle) {
-      ROS_WARN("%s: %s", decision.status == DriveStatus::braking ? "Braking" : "Stopped", text(decision.cause));
-    }
-  }
+  const DriveStatus before = decision_.status;
+  const bool changed = decision.status != before || decision.cause != decision_.cause;
   decision_ = decision;
+  if (!changed) return;
+  switch (decision.status) {
+    case DriveStatus::idle:
+      break;
+    case DriveStatus::driving:
+      ROS_INFO("Driving");
+      break;
+    case DriveStatus::braking:
+      if (before != DriveStatus::braking) ++brakes_;
+      ROS_WARN("Braking: %s", reason().c_str());
+      break;
+    case DriveStatus::stopped:
+      ROS_WARN("Stopped: %s", reason().c_str());
+      break;
+    case DriveStatus::faulted:
+      if (before != DriveStatus::faulted) ++faults_;
+      ROS_ERROR("Faulted: %s", reason().c_str());
+      break;
+  }
 }
 
 void ControllerNode::publishState(const ros::Time& now, const WheelCommand& command) {
@@ -189,7 +233,7 @@ void ControllerNode::publishState(const ros::Time& now, const WheelCommand& comm
   message.header.stamp = now;
   message.header.frame_id = parameters_.robot.base_frame;
   message.status = static_cast<std::uint8_t>(decision_.status);
-  message.reason = text(decision_.cause);
+  message.reason = reason();
   message.set_point_forward = set_point_.forward;
   message.set_point_yaw_rate = set_point_.yaw_rate;
   message.action_left = action_.left;
@@ -209,20 +253,23 @@ void ControllerNode::diagnose(diagnostic_updater::DiagnosticStatusWrapper& statu
       status.summary(DiagnosticStatus::OK, "driving");
       break;
     case DriveStatus::idle:
-      status.summary(DiagnosticStatus::OK, text(decision_.cause));
+      status.summary(DiagnosticStatus::OK, reason());
       break;
     case DriveStatus::braking:
     case DriveStatus::stopped:
-      status.summary(DiagnosticStatus::WARN, text(decision_.cause));
+      status.summary(DiagnosticStatus::WARN, reason());
       break;
     case DriveStatus::faulted:
-      status.summary(DiagnosticStatus::ERROR, text(decision_.cause));
+      status.summary(DiagnosticStatus::ERROR, reason());
       break;
   }
   status.add("Rejected set points", rejected_set_points_);
   status.add("Rejected measurements", rejected_measurements_);
   status.add("Dropped action periods", schedule_.droppedPeriods());
   status.add("Clock resets", clock_resets_);
+  status.add("Brakes", brakes_);
+  status.add("Faults", faults_);
+  status.add("Master reachable", graph_.masterReachable() ? "yes" : "no");
   status.add("Free energy", controller_.freeEnergy());
 }
 

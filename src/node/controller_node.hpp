@@ -4,7 +4,8 @@
 /// The ROS node around the active inference controller: convert, update, convert.
 ///
 /// Subscribes: joint_states (sensor_msgs/JointState), imu/data (sensor_msgs/Imu), jackal_AIC/set_point
-/// (geometry_msgs/Twist). Publishes: cmd_drive (jackal_msgs/Drive) or the two wheel topics of Gazebo,
+/// (geometry_msgs/Twist), and if they are there e_stop (std_msgs/Bool), status and feedback (jackal_msgs). Publishes:
+/// cmd_drive (jackal_msgs/Drive), cmd_vel (geometry_msgs/Twist) or the two wheel topics of Gazebo,
 /// sensor_generalized (SensorGeneralized), jackal_AIC/state (ControllerState), with the predictive structure
 /// jackal_AIC/belief (geometry_msgs/TwistWithCovarianceStamped), /diagnostics. Gains can be changed through
 /// dynamic_reconfigure in ~controller or ~predictive.
@@ -16,12 +17,15 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 
 #include "command_output.hpp"
 #include "controller_structure.hpp"
+#include "graph_watch.hpp"
 #include "jackal_aic/drive_gate.hpp"
 #include "jackal_aic/step_schedule.hpp"
 #include "node_parameters.hpp"
+#include "robot_watch.hpp"
 #include "sensor_pairing.hpp"
 
 namespace jackal_aic {
@@ -32,8 +36,8 @@ class ControllerNode {
   /// Opens the topics in the namespace of `node` and starts the timers.
   ControllerNode(ros::NodeHandle node, const NodeParameters& parameters);
 
-  /// Publishes a zero command, for shutdown.
-  void publishStop() { output_.publish({}); }
+  /// Publishes a zero command, for shutdown; nothing while another node has the motors.
+  void publishStop();
 
  private:
   void onSetPoint(const geometry_msgs::Twist& message);
@@ -49,6 +53,8 @@ class ControllerNode {
   WheelCommand act(const ros::Time& now);
   GateInputs gateInputs(const ros::Time& now) const;
   InputAges ages(const ros::Time& now) const;
+  bool contended() const;
+  std::string reason() const;
   void startAnew();
   void reportRefusal(const char* what, std::uint32_t count);
   void reportStatus(const GateDecision& decision);
@@ -65,6 +71,8 @@ class ControllerNode {
   tf2_ros::Buffer transforms_;
   tf2_ros::TransformListener transform_listener_;
   SensorPairing sensors_;
+  RobotWatch robot_;
+  GraphWatch graph_;
 
   GateDecision decision_;
   SetPoint set_point_;
@@ -76,6 +84,8 @@ class ControllerNode {
   std::uint32_t rejected_set_points_ = 0;
   std::uint32_t rejected_measurements_ = 0;
   std::uint32_t clock_resets_ = 0;
+  std::uint32_t brakes_ = 0;
+  std::uint32_t faults_ = 0;
 
   diagnostic_updater::Updater diagnostics_;
   ros::Publisher sensor_publisher_;

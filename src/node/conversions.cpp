@@ -38,6 +38,14 @@ std::optional<double> meanVelocity(const sensor_msgs::JointState& message, const
   return sum / count;
 }
 
+double sumOfPositions(const sensor_msgs::JointState& message, const std::vector<std::string>& joints) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < std::min(message.name.size(), message.position.size()); ++i) {
+    if (contains(joints, message.name[i])) sum += message.position[i];
+  }
+  return sum;
+}
+
 std::optional<Eigen::Vector3d> planarMotion(const sensor_msgs::Imu& message, const Eigen::Quaterniond& rotation) {
   const auto& w = message.angular_velocity;
   const auto& a = message.linear_acceleration;
@@ -61,6 +69,13 @@ jackal_msgs::Drive driveMessage(const WheelCommand& command) {
   message.mode = jackal_msgs::Drive::MODE_VELOCITY;
   message.drivers[jackal_msgs::Drive::LEFT] = static_cast<float>(command.left);
   message.drivers[jackal_msgs::Drive::RIGHT] = static_cast<float>(command.right);
+  return message;
+}
+
+geometry_msgs::Twist twistMessage(const BodyVector& velocity) {
+  geometry_msgs::Twist message;
+  message.linear.x = velocity(kForward);
+  message.angular.z = velocity(kYaw);
   return message;
 }
 

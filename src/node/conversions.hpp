@@ -32,6 +32,9 @@ bool mentionsAny(const sensor_msgs::JointState& message, const std::vector<std::
 /// velocity is missing or not finite.
 std::optional<double> meanVelocity(const sensor_msgs::JointState& message, const std::vector<std::string>& joints);
 
+/// Sum of the positions [rad] of those of the joints that the message lists with one; 0 if it lists none.
+double sumOfPositions(const sensor_msgs::JointState& message, const std::vector<std::string>& joints);
+
 /// Angular velocity and acceleration of an IMU message as (theta_dot, x_ddot, y_ddot) in the base frame.
 /// @param rotation from the IMU's frame into the base frame. std::nullopt if a component is not finite.
 std::optional<Eigen::Vector3d> planarMotion(const sensor_msgs::Imu& message, const Eigen::Quaterniond& rotation);
@@ -42,6 +45,9 @@ std::optional<SetPoint> setPoint(const geometry_msgs::Twist& message);
 
 /// Drive message in velocity mode.
 jackal_msgs::Drive driveMessage(const WheelCommand& command);
+
+/// Body velocity as a Twist (linear.x, angular.z).
+geometry_msgs::Twist twistMessage(const BodyVector& velocity);
 
 /// y_tilde as a message; the header is left to the caller.
 SensorGeneralized sensorMessage(const GeneralizedSensor& measurement);

@@ -74,7 +74,9 @@ NodeParameters readNodeParameters(ParameterMap map, const std::function<std::str
   parameters.geometry = readParameters<GeometryParameters>(map, "robot");
   parameters.robot = readParameters<RobotNames>(map, "robot");
   parameters.gate = readGateParameters(map);
-  ParameterReader(map, "").field("output", parameters.output, kOutputModeNames, Presence::optional);
+  ParameterReader reader(map, "");
+  reader.field("output", parameters.output, kOutputModeNames, Presence::optional);
+  reader.field("allow_other_publishers", parameters.allow_other_publishers, Presence::optional);
   parameters.plant_model = readPlantModel(map);
   if (std::holds_alternative<PredictiveParameters>(parameters.controller)) parameters.slip_file = readSlipFile(map);
   map.refuseUnknown();

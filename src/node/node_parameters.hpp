@@ -21,11 +21,12 @@ namespace jackal_aic {
 /// Where the wheel commands go.
 enum class OutputMode {
   cmd_drive,  ///< jackal_msgs/Drive on /cmd_drive
+  twist,      ///< geometry_msgs/Twist on /cmd_vel, for twist_mux and the stock velocity controller
   gazebo      ///< std_msgs/Float64 on /jackal_left_wheel/command and /jackal_right_wheel/command
 };
 
 /// Words of OutputMode, in the order of the enumerators.
-inline constexpr std::array<const char*, 2> kOutputModeNames{"cmd_drive", "gazebo"};
+inline constexpr std::array<const char*, 3> kOutputModeNames{"cmd_drive", "twist", "gazebo"};
 
 /// Names that tie the controller to a robot. YAML prefix `robot` (with GeometryParameters).
 struct RobotNames {
@@ -55,6 +56,7 @@ struct NodeParameters {
   OutputMode output = OutputMode::cmd_drive;
   std::string slip_file;  ///< absolute path of the YAML file (key slip.file) in which the predictive structure keeps
                           ///< what it learns about the slip; empty: it starts from the configured values each time
+  bool allow_other_publishers = false;    ///< drive although other nodes publish on the topics of the commands
   std::optional<PlantModel> plant_model;  ///< for the certificate of the thesis' structure, which can do without it;
                                           ///< part of the generative model of the predictive one, which cannot
 };

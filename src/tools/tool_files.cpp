@@ -39,7 +39,10 @@ ControllerFile readControllerFile(const std::string& path) {
     readParameters<RobotNames>(map, "robot");
     if (hasPrefix(map, "plant_model.")) readParameters<PlantModel>(map, "plant_model");
     OutputMode output{};
-    ParameterReader(map, "").field("output", output, kOutputModeNames, Presence::optional);
+    bool allow_other_publishers{};
+    ParameterReader reader(map, "");
+    reader.field("output", output, kOutputModeNames, Presence::optional);
+    reader.field("allow_other_publishers", allow_other_publishers, Presence::optional);
     return file;
   });
 }

@@ -1,0 +1,105 @@
+#include "graph_watch.hpp"
+
+#include <ros/master.h>
+#include <ros/network.h>
+#include <ros/this_node.h>
+#include <xmlrpcpp/XmlRpc.h>
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace jackal_aic {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr std::chrono::seconds kPatience(1);  // with a node that does not answer
+constexpr double kPoll = 0.05;                // s
+
+/// True unless the process of a node is gone: its port refuses the connection. One that hangs is still there.
+bool isAlive(const std::string& node) {
+  XmlRpc::XmlRpcValue request, response, uri;
+  request[0] = ros::this_node::getName();
+  request[1] = node;
+  if (!ros::master::execute("lookupNode", request, response, uri, false)) return false;
+  std::string host;
+  std::uint32_t port = 0;
+  if (!ros::network::splitURI(static_cast<std::string>(uri), host, port)) return false;
+
+  XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
+  XmlRpc::XmlRpcValue caller, pid;
+  caller[0] = ros::this_node::getName();
+  if (!client.executeNonBlock("getPid", caller)) return false;
+  XmlRpc::XmlRpcDispatch dispatch;
+  dispatch.addSource(&client, XmlRpc::XmlRpcDispatch::WritableEvent | XmlRpc::XmlRpcDispatch::Exception);
+  const auto end = Clock::now() + kPatience;
+  bool answered = false;
+  while (!answered && Clock::now() < end) {
+    dispatch.work(kPoll);
+    answered = client.executeCheckDone(pid);
+  }
+  dispatch.removeSource(&client);
+  client.close();
+  return !answered || pid.valid();
+}
+
+/// Names of a node list in XML-RPC other than our own.
+std::vector<std::string> othersIn(XmlRpc::XmlRpcValue& nodes) {
+  std::vector<std::string> others;
+  for (int i = 0; i < nodes.size(); ++i) {
+    const std::string name = nodes[i];
+    if (name != ros::this_node::getName()) others.push_back(name);
+  }
+  return others;
+}
+
+}  // namespace
+
+GraphWatch::GraphWatch(std::vector<std::string> topics, double period)
+    : topics_(std::move(topics)), period_(period), thread_([this] { run(); }) {}
+
+GraphWatch::~GraphWatch() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ending_ = true;
+  }
+  wake_.notify_all();
+  thread_.join();
+}
+
+std::string GraphWatch::others() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return others_;
+}
+
+void GraphWatch::run() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (!ending_) {
+    lock.unlock();
+    look();
+    lock.lock();
+    wake_.wait_for(lock, std::chrono::duration<double>(period_), [this] { return ending_; });
+  }
+}
+
+void GraphWatch::look() {
+  XmlRpc::XmlRpcValue request, response, state;
+  request[0] = ros::this_node::getName();
+  master_reachable_ = ros::master::execute("getSystemState", request, response, state, false);
+  if (!master_reachable_) return;
+  std::string text;
+  XmlRpc::XmlRpcValue& publishers = state[0];
+  for (int i = 0; i < publishers.size(); ++i) {
+    const std::string topic = publishers[i][0];
+    if (std::find(topics_.begin(), topics_.end(), topic) == topics_.end()) continue;
+    for (const std::string& name : othersIn(publishers[i][1])) {
+      if (isAlive(name)) text += (text.empty() ? "" : ", ") + name + " on " + topic;
+    }
+  }
+  contended_ = !text.empty();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  others_ = text;
+  checked_ = true;
+}
+
+}  // namespace jackal_aic

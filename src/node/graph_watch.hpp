@@ -1,0 +1,57 @@
+#pragma once
+
+/// @file
+/// Looks for other publishers of our commands in the ROS graph.
+
+#include <atomic>
+#include <condition_variable>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace jackal_aic {
+
+/// Asks the master every `period` of wall time, in a thread of its own because the master may be slow or gone, who else
+/// publishes on given topics. A publisher whose process is dead, whom the master still lists, does not count. While the
+/// master cannot be reached the last answer stands.
+class GraphWatch {
+ public:
+  /// @param topics resolved names; @param period [s].
+  GraphWatch(std::vector<std::string> topics, double period);
+
+  /// Ends the thread.
+  ~GraphWatch();
+
+  GraphWatch(const GraphWatch&) = delete;
+  GraphWatch& operator=(const GraphWatch&) = delete;
+
+  /// True once the master has answered.
+  bool checked() const { return checked_; }
+
+  /// True if the master answered last time.
+  bool masterReachable() const { return master_reachable_; }
+
+  /// True if somebody else publishes on one of the topics.
+  bool contended() const { return contended_; }
+
+  /// Who publishes on what, and how to part: "/name on /cmd_drive; ...". Empty if nobody does.
+  std::string others() const;
+
+ private:
+  void run();
+  void look();
+
+  const std::vector<std::string> topics_;
+  const double period_;
+  std::atomic<bool> checked_{false};
+  std::atomic<bool> master_reachable_{true};
+  std::atomic<bool> contended_{false};
+  mutable std::mutex mutex_;  // of the following
+  std::condition_variable wake_;
+  std::string others_;
+  bool ending_ = false;
+  std::thread thread_;  // last: it uses the rest
+};
+
+}  // namespace jackal_aic

@@ -1,0 +1,324 @@
+// What the controller node does when the robot, its user or another node stands in the way.
+
+#include <jackal_msgs/Feedback.h>
+#include <jackal_msgs/Status.h>
+#include <sensor_msgs/Imu.h>
+#include <sensor_msgs/JointState.h>
+#include <std_msgs/Bool.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include "simulated_robot.hpp"
+
+namespace jackal_aic::test {
+namespace {
+
+constexpr double kSpeed = 0.5;              // m/s
+constexpr double kActionPeriod = 0.02;      // s
+constexpr double kRadius = 0.098;           // m
+constexpr double kEffectiveTrack = 0.5621;  // m
+constexpr double kLate = 5 * kActionPeriod;
+
+/// Hands on what a source says, altered by the test.
+template <class Message>
+class Relay {
+ public:
+  Relay(ros::NodeHandle& node, const std::string& from, const std::string& to)
+      : publisher_(node.advertise<Message>(to, 50)), subscriber_(node.subscribe(from, 50, &Relay::pass, this)) {}
+
+  /// Changes a message on its way; false swallows it. Empty: as it is.
+  std::function<bool(Message&)> alter;
+
+  /// Repeats the values of the next message from now on, with fresh stamps.
+  void freeze() {
+    alter = [held = Message(), any = false](Message& message) mutable {
+      const auto header = message.header;
+      if (!any) held = message;
+      any = true;
+      message = held;
+      message.header = header;
+      return true;
+    };
+  }
+
+ private:
+  void pass(const Message& original) {
+    Message message = original;
+    if (!alter || alter(message)) publisher_.publish(message);
+  }
+
+  ros::Publisher publisher_;
+  ros::Subscriber subscriber_;
+};
+
+class DriveGateNode : public testing::Test {
+ protected:
+  void SetUp() override {
+    e_stop = node.advertise<std_msgs::Bool>("e_stop", 10);
+    status = node.advertise<jackal_msgs::Status>("status", 10);
+    ASSERT_TRUE(robot.waitUntilReady());
+    ASSERT_TRUE(robot.waitFor([&] { return e_stop.getNumSubscribers() > 0 && status.getNumSubscribers() > 0; },
+                              "the controller to listen"));
+    robot.rest();
+    robot.command(kSpeed, 0.0);
+    robot.run(2.5);
+    ASSERT_NEAR(robot.truth().forward.back(), kSpeed, 0.05 * kSpeed);
+    robot.clear();
+    onset = ros::Time::now().toSec();
+  }
+
+  void TearDown() override {
+    wheels.alter = nullptr;
+    imu.alter = nullptr;
+    feedback.alter = nullptr;
+    press(false);
+    robot.run(0.2);
+    robot.rest();
+    robot.stopCommanding();
+  }
+
+  void press(bool stop) {
+    std_msgs::Bool message;
+    message.data = stop;
+    e_stop.publish(message);
+  }
+
+  void reportStop(bool stopped) {
+    jackal_msgs::Status message;
+    message.drivers_active = true;
+    message.driver_external_stop_present = true;
+    message.driver_external_stop_stopped = stopped;
+    status.publish(message);
+  }
+
+  static bool still(const ControllerState& state) { return state.command_left == 0.0 && state.command_right == 0.0; }
+
+  /// Expects the command to fall from the onset on, at most `latency` late, to zero within `duration`, without a step
+  /// beyond a deceleration [m/s^2], and the robot to stand in `status` for a reason afterwards.
+  void expectBrake(double latency, double duration, double deceleration, std::uint8_t status_at_rest,
+                   const std::string& word) {
+    robot.run(2.0);
+    const ControllerState* brake =
+        robot.firstState(onset, [](const ControllerState& s) { return s.status == ControllerState::BRAKING; });
+    ASSERT_NE(brake, nullptr) << "drove on";
+    EXPECT_LE(brake->header.stamp.toSec(), onset + latency + kLate);
+    EXPECT_NE(brake->reason.find(word), std::string::npos) << brake->reason;
+    const ControllerState* rest = robot.firstState(brake->header.stamp.toSec() - 1e-6, still);
+    ASSERT_NE(rest, nullptr);
+    EXPECT_LE((rest->header.stamp - brake->header.stamp).toSec(), duration + 2 * kActionPeriod);
+    EXPECT_LE(largestStep(), (deceleration + 0.1) * kActionPeriod / kRadius);
+    const ControllerState& last = robot.states().back();
+    EXPECT_EQ(last.status, status_at_rest) << last.reason;
+    EXPECT_NE(last.reason.find(word), std::string::npos) << last.reason;
+    EXPECT_TRUE(still(last));
+    EXPECT_NEAR(robot.truth().forward.back(), 0.0, 0.01);
+    robot.clear();
+  }
+
+  /// Expects the robot to take up its speed again without a jump.
+  void expectRecovery() {
+    robot.run(3.0);
+    EXPECT_EQ(robot.states().back().status, ControllerState::DRIVING) << robot.states().back().reason;
+    EXPECT_NEAR(robot.truth().forward.back(), kSpeed, 0.05 * kSpeed);
+    EXPECT_LT(largestStep(), 1.0) << "recovery must be free of jumps";
+  }
+
+  /// Largest change of a wheel command between two states [rad/s].
+  double largestStep() const {
+    double largest = 0.0;
+    for (std::size_t i = 1; i < robot.states().size(); ++i) {
+      const auto &a = robot.states()[i - 1], &b = robot.states()[i];
+      largest =
+          std::max({largest, std::abs(b.command_left - a.command_left), std::abs(b.command_right - a.command_right)});
+    }
+    return largest;
+  }
+
+  ros::NodeHandle node;
+  SimulatedRobot robot;
+  Relay<sensor_msgs::JointState> wheels{node, "joint_states", "relayed/joint_states"};
+  Relay<sensor_msgs::Imu> imu{node, "imu/data", "relayed/imu"};
+  Relay<jackal_msgs::Feedback> feedback{node, "feedback", "relayed/feedback"};
+  ros::Publisher e_stop, status;
+  double onset = 0.0;
+};
+
+TEST_F(DriveGateNode, AnEmergencyStopHoldsUntilItIsReleased) {
+  press(true);
+  expectBrake(0.0, 0.06, 20.0, ControllerState::STOPPED, "emergency stop");
+  robot.run(2.0);
+  for (const auto& state : robot.states()) EXPECT_TRUE(still(state));
+  press(false);
+  expectRecovery();
+}
+
+TEST_F(DriveGateNode, ARobotThatIsStoppedHoldsTheAction) {
+  reportStop(true);
+  expectBrake(0.0, 0.06, 20.0, ControllerState::STOPPED, "robot reports that it is stopped");
+  reportStop(false);
+  expectRecovery();
+}
+
+TEST_F(DriveGateNode, MotorsWithoutVelocityControlStop) {
+  feedback.alter = [](jackal_msgs::Feedback& message) {
+    message.actual_mode = jackal_msgs::Drive::MODE_NONE;
+    return true;
+  };
+  expectBrake(0.02, 0.06, 20.0, ControllerState::STOPPED, "velocity commands");
+  feedback.alter = nullptr;
+  expectRecovery();
+}
+
+TEST_F(DriveGateNode, ADriverFaultHasToBeAcknowledged) {
+  feedback.alter = [](jackal_msgs::Feedback& message) {
+    message.drivers[1].driver_fault = true;
+    return true;
+  };
+  expectBrake(0.02, 0.06, 20.0, ControllerState::FAULTED, "motor driver");
+  feedback.alter = nullptr;
+  robot.run(3.0);
+  EXPECT_EQ(robot.states().back().status, ControllerState::FAULTED) << "set off again by itself";
+  EXPECT_NE(robot.states().back().reason.find("zero set point"), std::string::npos) << robot.states().back().reason;
+  robot.command(0.0, 0.0);
+  robot.run(0.3);
+  robot.clear();
+  robot.command(kSpeed, 0.0);
+  expectRecovery();
+}
+
+TEST_F(DriveGateNode, SilentFeedbackStopsAlthoughJointStatesGoOn) {
+  feedback.alter = [](jackal_msgs::Feedback&) { return false; };
+  expectBrake(0.2, 0.18, 3.0, ControllerState::STOPPED, "feedback");
+  feedback.alter = nullptr;
+  expectRecovery();
+}
+
+TEST_F(DriveGateNode, FrozenWheelSpeedsWithFreshStampsStop) {
+  wheels.freeze();
+  expectBrake(0.3 + 0.04, 0.18, 3.0, ControllerState::STOPPED, "wheel speeds frozen");
+  wheels.alter = nullptr;
+  expectRecovery();
+}
+
+TEST_F(DriveGateNode, FrozenImuDataWithFreshStampsStop) {
+  imu.freeze();
+  expectBrake(0.3 + 0.04, 0.18, 3.0, ControllerState::STOPPED, "IMU data frozen");
+  imu.alter = nullptr;
+  expectRecovery();
+}
+
+TEST_F(DriveGateNode, StampsFromTheFutureStop) {
+  wheels.alter = [](sensor_msgs::JointState& message) {
+    message.header.stamp += ros::Duration(10.0);
+    return true;
+  };
+  expectBrake(0.02, 0.18, 3.0, ControllerState::STOPPED, "wheel speeds");
+}
+
+TEST_F(DriveGateNode, StampsFromThePastStop) {
+  imu.alter = [](sensor_msgs::Imu& message) {
+    message.header.stamp -= ros::Duration(1.0);
+    return true;
+  };
+  expectBrake(0.02, 0.18, 3.0, ControllerState::STOPPED, "IMU data too old");
+  imu.alter = nullptr;
+  expectRecovery();
+}
+
+TEST_F(DriveGateNode, MessagesWithoutAStampAreNoMeasurements) {
+  const auto rejected = robot.states().empty() ? 0u : robot.states().back().rejected_measurements;
+  wheels.alter = [](sensor_msgs::JointState& message) {
+    message.header.stamp = ros::Time();
+    return true;
+  };
+  expectBrake(0.2, 0.18, 3.0, ControllerState::STOPPED, "wheel speeds too old");
+  robot.run(0.1);
+  EXPECT_GT(robot.states().back().rejected_measurements, rejected + 50);
+  wheels.alter = nullptr;
+  expectRecovery();
+}
+
+TEST_F(DriveGateNode, AnAbsurdSetPointIsRefusedAndAFastOneScaled) {
+  const auto rejected = [&] {
+    robot.run(0.1);
+    return robot.states().back().rejected_set_points;
+  };
+  const auto before = rejected();
+  geometry_msgs::Twist twist;
+  twist.linear.x = 1e300;
+  robot.publishOnce(twist);
+  EXPECT_EQ(rejected(), before + 1);
+  EXPECT_EQ(robot.states().back().set_point_forward, kSpeed);
+  robot.command(6.0, 3.0);
+  robot.run(0.2);
+  EXPECT_NEAR(robot.states().back().set_point_forward, 2.0, 1e-9);
+  EXPECT_NEAR(robot.states().back().set_point_yaw_rate, 1.0, 1e-9);
+}
+
+TEST_F(DriveGateNode, ASecondPublisherIsNamedAndLeftTheMotors) {
+  auto intruder = node.advertise<jackal_msgs::Drive>("cmd_drive", 10);
+  robot.waitFor([&] { return !robot.states().empty() && robot.states().back().status == ControllerState::FAULTED; },
+                "the controller to notice", 30.0);
+  const std::string reason = robot.states().back().reason;
+  EXPECT_NE(reason.find(ros::this_node::getName() + " on /cmd_drive"), std::string::npos) << reason;
+  EXPECT_NE(reason.find("remap"), std::string::npos) << reason;
+  EXPECT_LE(largestStep(), 20.1 * kActionPeriod / kRadius);
+  robot.run(0.5);
+  robot.clear();
+  robot.run(1.0);
+  EXPECT_TRUE(robot.drives().empty()) << "the other node has the motors";
+
+  intruder.shutdown();
+  robot.command(0.0, 0.0);
+  robot.waitFor([&] { return !robot.states().empty() && robot.states().back().status == ControllerState::DRIVING; },
+                "the fault to be acknowledged", 30.0);
+  robot.clear();
+  robot.command(kSpeed, 0.0);
+  expectRecovery();
+}
+
+TEST_F(DriveGateNode, TwistOutputIsTheBodyVelocityOfTheCommand) {
+  double twist_forward = 0.0, twist_yaw_rate = 0.0, forward = 0.0, yaw_rate = 0.0;  // the largest, yaw to the right
+  geometry_msgs::Twist last;
+  const auto twists =
+      node.subscribe<geometry_msgs::Twist>("twist/cmd_vel", 100, [&](const geometry_msgs::TwistConstPtr& message) {
+        last = *message;
+        twist_forward = std::max(twist_forward, message->linear.x);
+        twist_yaw_rate = std::min(twist_yaw_rate, message->angular.z);
+      });
+  const auto states =
+      node.subscribe<ControllerState>("twist/jackal_AIC/state", 100, [&](const ControllerStateConstPtr& message) {
+        forward = std::max(forward, 0.5 * kRadius * (message->command_left + message->command_right));
+        yaw_rate = std::min(yaw_rate, kRadius * (message->command_right - message->command_left) / kEffectiveTrack);
+      });
+  auto set_point = node.advertise<geometry_msgs::Twist>("twist/jackal_AIC/set_point", 1);
+  robot.waitFor([&] { return set_point.getNumSubscribers() > 0 && twists.getNumPublishers() > 0; }, "twist/controller");
+  robot.run(0.2);
+  geometry_msgs::Twist wanted;
+  wanted.linear.x = 0.6;
+  wanted.angular.z = -0.4;
+  for (int i = 0; i < 20; ++i) {
+    set_point.publish(wanted);
+    robot.run(0.05);
+  }
+  robot.run(2.0);  // past the deadline and its brake
+  EXPECT_GT(twist_forward, 0.05);
+  EXPECT_LT(twist_yaw_rate, -0.05);
+  EXPECT_NEAR(twist_forward, forward, 1e-9);
+  EXPECT_NEAR(twist_yaw_rate, yaw_rate, 1e-9);
+  EXPECT_EQ(last.linear.x, 0.0);
+  EXPECT_EQ(last.angular.z, 0.0);
+}
+
+}  // namespace
+}  // namespace jackal_aic::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "gate_test");
+  ros::NodeHandle keep_alive;
+  return RUN_ALL_TESTS();
+}
