@@ -127,7 +127,7 @@ TEST(NodeParameters, RefusesSwappedSides) {
 TEST(NodeParameters, RefusesAnUnknownOutput) {
   ParameterMap map = shipped("standard");
   map.set("output", std::string("serial"));
-  EXPECT_NE(refusal(map, jackalUrdf()).find("cmd_drive, gazebo"), std::string::npos);
+  EXPECT_NE(refusal(map, jackalUrdf()).find("cmd_drive, twist, gazebo"), std::string::npos);
 }
 
 }  // namespace
