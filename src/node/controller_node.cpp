@@ -128,7 +128,6 @@ WheelCommand ControllerNode::act(const ros::Time& now) {
     controller_.overrule(gate_.rest());
     return gate_.command();
   }
-  if (decision_.starting) controller_.restart();
   action_ = controller_.updateAction();
   controller_.hold(gate_.drive(action_));
   return gate_.command();

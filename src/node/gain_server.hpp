@@ -32,13 +32,18 @@ template <class Parameters, class Visit>
 void visitGains(Parameters& gains, PredictiveGainsConfig& config, const Visit& visit) {
   visit("kappa_mu", gains.kappa_mu, config.kappa_mu);
   visit("kappa_a", gains.kappa_a, config.kappa_a);
+  visit("goal_weight", gains.goal_weight, config.goal_weight);
+  visit("sensory_action", gains.sensory_action, config.sensory_action);
   visit("reference_time", gains.reference_time, config.reference_time);
   visit("wheel_variance", gains.wheel_variance, config.wheel_variance);
   visit("gyro_variance", gains.gyro_variance, config.gyro_variance);
   visit("speed_fluctuation", gains.speed_fluctuation, config.speed_fluctuation);
+  visit("yaw_fluctuation", gains.yaw_fluctuation, config.yaw_fluctuation);
   visit("disturbance_fluctuation", gains.disturbance_fluctuation, config.disturbance_fluctuation);
   visit("timing_deviation", gains.timing_deviation, config.timing_deviation);
   visit("accelerometer_variance", gains.accelerometer_variance, config.accelerometer_variance);
+  visit("learn_precision", gains.learn_precision, config.learn_precision);
+  visit("precision_memory", gains.precision_memory, config.precision_memory);
   visit("learn_slip", gains.learn_slip, config.learn_slip);
   visit("learn_alpha", gains.learn_alpha, config.learn_alpha);
   visit("slip_memory", gains.slip_memory, config.slip_memory);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "jackal_aic/closed_loop_certificate.hpp"
+#include "jackal_aic/predictive_certificate.hpp"
 #include "jackal_aic/urdf_geometry.hpp"
 
 namespace jackal_aic {
@@ -60,7 +61,7 @@ void check(const ControllerParameters& controller, const NodeParameters& paramet
 
 void check(const PredictiveParameters& controller, const NodeParameters& parameters) {
   validate(controller);
-  if (parameters.plant_model) return;
+  if (parameters.plant_model) return requireStable(controller, *parameters.plant_model, *parameters.plant_model);
   throw ParameterError(
       "plant_model.*: missing; the predictive controller needs the drive train (config/plant_model.yaml, or by "
       "identify)");

@@ -3,6 +3,7 @@
 #include <sstream>
 
 #include "conversions.hpp"
+#include "jackal_aic/predictive_certificate.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -20,10 +21,12 @@ std::string describe(const SlipState& slip) {
 PredictiveStructure::PredictiveStructure(ros::NodeHandle& node, const PredictiveParameters& gains,
                                          const GeometryParameters& geometry, const PlantModel& model,
                                          const std::string& slip_file)
-    : controller_(gains, geometry, model),
+    : model_(model),
+      controller_(gains, geometry, model),
       belief_publisher_(node.advertise<geometry_msgs::TwistWithCovarianceStamped>("jackal_AIC/belief", 10)),
       freeze_service_(ros::NodeHandle("~").advertiseService("freeze_slip", &PredictiveStructure::onFreezeSlip, this)),
       gain_server_("predictive", gains, [this](const PredictiveParameters& wanted) { adopt(wanted); }) {
+  reportCertificate(gains);
   if (!slip_file.empty()) openSlipFile(slip_file);
 }
 
@@ -32,6 +35,13 @@ PredictiveStructure::~PredictiveStructure() {
   slip_writer_->write(controller_.slip());
   slip_writer_->finish();
   if (!slip_writer_->failure().empty()) ROS_ERROR("%s", slip_writer_->failure().c_str());
+}
+
+void PredictiveStructure::reportCertificate(const PredictiveParameters& gains) const {
+  const PredictiveCertificate certificate = certify(gains, model_, model_);
+  const std::string text = advice(certificate, gains, model_, model_);
+  const auto level = certificate.keeps(MarginBounds{}) ? ros::console::levels::Info : ros::console::levels::Warn;
+  ROS_LOG(level, ROSCONSOLE_DEFAULT_NAME, "%s", text.c_str());
 }
 
 void PredictiveStructure::openSlipFile(const std::string& path) {
@@ -58,6 +68,10 @@ bool PredictiveStructure::onFreezeSlip(std_srvs::SetBool::Request& request, std_
 
 void PredictiveStructure::adopt(const PredictiveParameters& wanted) {
   requireInRange(wanted, "predictive");
+  validate(wanted);
+  requireStable(wanted, model_, model_);
+  const std::string thin = thinMargin(PredictiveLinearLoop(wanted, model_, model_));
+  if (!thin.empty()) ROS_WARN("Gains with a thin margin: %s", thin.c_str());
   controller_.adoptGains(wanted);
 }
 

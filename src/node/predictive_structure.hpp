@@ -37,11 +37,13 @@ class PredictiveStructure : public ControllerStructure {
   void publish(const std_msgs::Header& header) override;
 
  private:
+  void reportCertificate(const PredictiveParameters& gains) const;
   void openSlipFile(const std::string& path);
   void keepSlip(const ros::Time& now);
   void adopt(const PredictiveParameters& wanted);
   bool onFreezeSlip(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 
+  PlantModel model_;  // as the controller believes it; gains are certified on a robot that is as believed
   PredictiveController controller_;
   std::optional<SlipWriter> slip_writer_;  // with a slip file
   ros::Time slip_kept_;                    // when the writer last got the slip

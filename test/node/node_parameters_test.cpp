@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <sstream>
+#include <type_traits>
 
+#include "gain_server.hpp"
 #include "jackal_aic/yaml_parameters.hpp"
 
 namespace jackal_aic {
@@ -128,6 +131,35 @@ TEST(NodeParameters, RefusesAnUnknownOutput) {
   ParameterMap map = shipped("standard");
   map.set("output", std::string("serial"));
   EXPECT_NE(refusal(map, jackalUrdf()).find("cmd_drive, twist, gazebo"), std::string::npos);
+}
+
+/// Expects that each bound of a gain offered at run time is the last value that is accepted towards `beyond`.
+template <class Parameters, class Config>
+void expectBounds(Parameters parameters, Config bounds, double beyond) {
+  visitGains(parameters, bounds, [&](const char* name, auto& gain, const auto& bound) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(bound)>, double>) {
+      const double running = gain;
+      gain = bound;
+      EXPECT_NO_THROW(requireInRange(parameters, "gains")) << name;
+      gain = std::nextafter(bound, beyond);
+      EXPECT_THROW(requireInRange(parameters, "gains"), ParameterError) << name;
+      gain = running;
+    }
+  });
+}
+
+TEST(GainServer, OffersTheRangesOfTheParameters) {
+  expectBounds(ControllerParameters{}, ControllerGainsConfig::__getMin__(), -HUGE_VAL);
+  expectBounds(ControllerParameters{}, ControllerGainsConfig::__getMax__(), HUGE_VAL);
+  expectBounds(PredictiveParameters{}, PredictiveGainsConfig::__getMin__(), -HUGE_VAL);
+  expectBounds(PredictiveParameters{}, PredictiveGainsConfig::__getMax__(), HUGE_VAL);
+}
+
+TEST(GainServer, StartsFromTheDefaultsOfTheParameters) {
+  PredictiveParameters defaults;
+  PredictiveGainsConfig config = PredictiveGainsConfig::__getDefault__();
+  visitGains(defaults, config,
+             [](const char* name, const auto& gain, const auto& setting) { EXPECT_EQ(gain, setting) << name; });
 }
 
 }  // namespace
