@@ -65,7 +65,7 @@ void BeliefUpdate::step(GeneralizedBody& belief, const GeneralizedSensor& measur
 double BeliefUpdate::spectralRadius() const { return Eigen::MatrixXd(transition_).eigenvalues().cwiseAbs().maxCoeff(); }
 
 double BeliefUpdate::eulerNumber() const {
-  return step_ * kappa_mu_ * model_.state_precision(0, 0) / (model_.tau * model_.tau);
+  return step_ * kappa_mu_ * model_.state_precision(0, 0) * model_.order_precision(0, 0) / (model_.tau * model_.tau);
 }
 
 }  // namespace jackal_aic

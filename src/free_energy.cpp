@@ -28,13 +28,13 @@ PredictionErrors predictionErrors(const GenerativeModel& model, const Generalize
 }
 
 double freeEnergy(const GenerativeModel& model, const PredictionErrors& errors) {
-  return 0.5 * (model.sensory_precision.array() * errors.sensory.array().square()).sum() +
-         0.5 * (model.state_precision.array() * errors.state.array().square()).sum();
+  return 0.5 * model.weighted(errors.sensory).cwiseProduct(errors.sensory).sum() +
+         0.5 * model.weighted(errors.state).cwiseProduct(errors.state).sum();
 }
 
 GeneralizedBody beliefGradient(const GenerativeModel& model, const PredictionErrors& errors) {
-  const GeneralizedBody weighted_state = model.state_precision.cwiseProduct(errors.state);
-  const GeneralizedSensor weighted_sensory = model.sensory_precision.cwiseProduct(errors.sensory);
+  const GeneralizedBody weighted_state = model.weighted(errors.state);
+  const GeneralizedSensor weighted_sensory = model.weighted(errors.sensory);
   // E' Π_μ ε_μ − R' Π_y ε_y, with E' = D' + I/τ
   GeneralizedBody gradient = shiftOrdersTransposed(weighted_state) + weighted_state / model.tau;
   gradient.noalias() -= model.sensory_map.transpose().lazyProduct(weighted_sensory);
@@ -42,7 +42,7 @@ GeneralizedBody beliefGradient(const GenerativeModel& model, const PredictionErr
 }
 
 WheelVector actionGradient(const GenerativeModel& model, const GeneralizedSensor& sensory_error) {
-  return model.forward_model * model.sensory_precision.col(0).cwiseProduct(sensory_error.col(0));
+  return model.forward_model * model.weighted(sensory_error).col(0);
 }
 
 GeneralizedBody beliefDerivative(const GenerativeModel& model, double kappa_mu, const GeneralizedBody& belief,

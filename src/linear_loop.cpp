@@ -146,8 +146,9 @@ class LinearLoop::Trajectories {
   /// a ← a − h κ_a K Π_y ε_y (3-13), after the commands under way moved on by one.
   void act() {
     for (int back = past_commands_; back > 0; --back) states_.row(commandRow(back)) = states_.row(commandRow(back - 1));
-    states_.row(actionRow()) += action_gain_ * (equations_.action_from_belief * states_.row(0) +
-                                                equations_.action_from_wheel * states_.row(measurementRow()));
+    states_.row(actionRow()) +=
+        action_gain_ * (equations_.action_from_belief * states_.topRows(orders_) +
+                        equations_.action_from_measurement * states_.middleRows(measurementRow(), orders_));
     arrived_ = remainder_ == 0;
   }
 
@@ -202,16 +203,18 @@ LinearLoop::ModeEquations LinearLoop::equations(LoopMode mode, const GenerativeM
     return scale.asDiagonal() * m * scale.cwiseInverse().asDiagonal();
   };
 
-  GeneralizedBody unit_belief = no_belief;
-  unit_belief(channel, 0) = 1.0;
-  GeneralizedSensor unit_wheel = no_measurement;
-  unit_wheel.col(0) = response;
   const double rate = -controller_.actionStep() * controller_.kappa_a;
-  const auto action = [&](const GeneralizedSensor& error) {
-    return rate * actionProjection(mode).dot(actionGradient(model, error));
-  };
-  return {scaled(transition), scaled(input_transition * input),
-          action(sensoryPredictionError(model, unit_belief, no_measurement)), action(unit_wheel)};
+  Eigen::RowVectorXd action_from_belief(orders), action_from_measurement(orders);
+  for (int i = 0; i < orders; ++i) {
+    GeneralizedBody unit_belief = no_belief;
+    unit_belief(channel, i) = 1.0 / scale(i);
+    GeneralizedSensor unit_measurement = no_measurement;
+    unit_measurement.col(i) = response / scale(i);
+    const GeneralizedSensor belief_error = sensoryPredictionError(model, unit_belief, no_measurement);
+    action_from_belief(i) = rate * actionProjection(mode).dot(actionGradient(model, belief_error));
+    action_from_measurement(i) = rate * actionProjection(mode).dot(actionGradient(model, unit_measurement));
+  }
+  return {scaled(transition), scaled(input_transition * input), action_from_belief, action_from_measurement};
 }
 
 double LinearLoop::period() const { return action_steps_ * controller_.actionStep(); }
@@ -233,7 +236,8 @@ Eigen::VectorXd LinearLoop::stepResponse(LoopMode mode, int periods) const {
   const int orders = controller_.orders + 1;
   const Eigen::Index wheel = map.rows() - 2;
   Eigen::VectorXd deviation = Eigen::VectorXd::Zero(map.rows());
-  deviation(0) = equations.action_from_wheel / equations.action_from_belief;  // belief at which the action rests
+  deviation(0) =
+      equations.action_from_measurement(0) / equations.action_from_belief(0);  // belief at which the action rests
   deviation(orders) = deviation(wheel) = -1.0;
   deviation.segment(2 * orders, wheel - 2 * orders).setConstant(-1.0 / plant_.gain);
   Eigen::VectorXd response(periods);

@@ -103,10 +103,11 @@ double DriveTrainReference::advance(double wanted) {
 void DriveTrainReference::follow(double r) {
   before_ = state_;
   r_ = r;
-  state_ = transition_ * before_ + input_ * r_;
-  const double change = state_(0) - before_(0);
-  if (std::abs(change) <= largest_change_) return;
-  state_ = {before_(0) + std::copysign(largest_change_, change), before_(1)};  // at the limit z rests
+  // Beyond the acceleration limit only as much of the input takes part as the limit lets through. Nothing jumps there:
+  // two wheels that differ by a hair, one on either side of the limit, must not part.
+  const double without = transition_.row(0).dot(before_) - before_(0);
+  const double lowest = (-largest_change_ - without) / input_(0), highest = (largest_change_ - without) / input_(0);
+  state_ = transition_ * before_ + input_ * std::clamp(r_, lowest, highest);
 }
 
 void DriveTrainReference::amend(double more) {

@@ -4,16 +4,19 @@
 #include <cmath>
 #include <string>
 
+#include "jackal_aic/coloured_noise.hpp"
+
 namespace jackal_aic {
 namespace {
 
-/// Pi = diag(1/Sigma) of the orders 0..p.
-Eigen::MatrixXd precisions(const std::vector<double>& variances, int orders, const char* name) {
-  if (static_cast<int>(variances.size()) <= orders) {
-    throw ParameterError(std::string(name) + " has " + std::to_string(variances.size()) +
-                         " entries: " + std::to_string(orders + 1) + " needed for orders 0.." + std::to_string(orders));
+/// Pi over the orders 0..p: diag(1/Sigma), or V^-1/Sigma of order 0 for coloured noise.
+Eigen::MatrixXd precisions(const std::vector<double>& variances, const ControllerParameters& p, const char* name) {
+  if (static_cast<int>(variances.size()) <= p.orders) {
+    throw ParameterError(std::string(name) + " has " + std::to_string(variances.size()) + " entries: " +
+                         std::to_string(p.orders + 1) + " needed for orders 0.." + std::to_string(p.orders));
   }
-  return Eigen::Map<const Eigen::VectorXd>(variances.data(), orders + 1).cwiseInverse().asDiagonal();
+  if (p.noise_smoothness > 0.0) return noisePrecision(p.orders, p.noise_smoothness) / variances.front();
+  return Eigen::Map<const Eigen::VectorXd>(variances.data(), p.orders + 1).cwiseInverse().asDiagonal();
 }
 
 /// E = D + I/tau, the Jacobian of eps_mu with respect to the belief.
@@ -55,8 +58,8 @@ StateSpaceModel stateSpaceModel(const ControllerParameters& parameters) {
   requirePositive("tau", parameters.tau);
   const int n = parameters.orders + 1;
   const double kappa_mu = parameters.kappa_mu;
-  const Eigen::MatrixXd pi_mu = precisions(parameters.state_variances, parameters.orders, "state_variances");
-  const Eigen::MatrixXd pi_y = precisions(parameters.sensory_variances, parameters.orders, "sensory_variances");
+  const Eigen::MatrixXd pi_mu = precisions(parameters.state_variances, parameters, "state_variances");
+  const Eigen::MatrixXd pi_y = precisions(parameters.sensory_variances, parameters, "sensory_variances");
   const Eigen::MatrixXd e = stateErrorJacobian(n, parameters.tau);
   Eigen::MatrixXd shift = Eigen::MatrixXd::Zero(n, n);
   shift.diagonal(1).setOnes();

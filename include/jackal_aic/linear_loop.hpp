@@ -79,10 +79,10 @@ class LinearLoop {
  private:
   /// Controller equations of one mode, with belief and measurement scaled by (sensor period)^order.
   struct ModeEquations {
-    Eigen::MatrixXd belief;       // belief over one step, from the belief
-    Eigen::MatrixXd measurement;  // and from the generalised wheel speed
-    double action_from_belief;    // change of the action in one step per belief of order 0 [rad/s per unit]
-    double action_from_wheel;     // and per wheel speed
+    Eigen::MatrixXd belief;                      // belief over one step, from the belief
+    Eigen::MatrixXd measurement;                 // and from the generalised wheel speed
+    Eigen::RowVectorXd action_from_belief;       // change of the action in one step, from the belief
+    Eigen::RowVectorXd action_from_measurement;  // and from the generalised wheel speed
   };
   class Trajectories;
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "jackal_aic/closed_loop_certificate.hpp"
+#include "jackal_aic/predictive_certificate.hpp"
 #include "tool_files.hpp"
 
 namespace jackal_aic {
@@ -87,6 +88,27 @@ Fields certificateFields(const ControllerFile& file, const PlantModel& plant) {
           {"advice", quoted(advice(certificate, file.controller, file.geometry, plant))}};
 }
 
+Fields predictiveFields(const PredictiveFile& file, const PlantModel& robot) {
+  const PlantModel model = file.model.value_or(robot);
+  const PredictiveCertificate certificate = certify(file.parameters, model, robot);
+  Fields slopes;
+  for (const auto& [parameter, value] : sensitivities(file.parameters, model, robot)) {
+    slopes.emplace_back(parameter, number(value));
+  }
+  return {{"belief_spectral_radius", number(certificate.belief_spectral_radius)},
+          {"loop_spectral_radius", number(certificate.loop_spectral_radius)},
+          {"gain_margin", number(certificate.gain_margin)},
+          {"gain_reduction", number(certificate.gain_reduction)},
+          {"delay_margin_s", number(certificate.delay_margin)},
+          {"delay_reduction_s", number(certificate.delay_reduction)},
+          {"stable", boolean(certificate.stable())},
+          {"sensitivity", object(slopes)},
+          {"period_s", number(certificate.period)},
+          {"plant_model", object(plantFields(model))},
+          {"robot", object(plantFields(robot))},
+          {"advice", quoted(advice(certificate, file.parameters, model, robot))}};
+}
+
 Gain gainNamed(const std::string& name) {
   std::string names;
   for (std::size_t i = 0; i < kGainNames.size(); ++i) {
@@ -112,7 +134,10 @@ Fields rangeFields(const ControllerFile& file, const PlantModel& plant, Gain gai
 po::options_description optionsOfAnalyze() {
   po::options_description options("Options");
   options.add_options()("help,h", "print this text");
-  options.add_options()("config", po::value<std::string>(), "CONFIG.yaml: gains (controller.*), geometry (robot.*)");
+  options.add_options()(
+      "config", po::value<std::string>(),
+      "CONFIG.yaml: gains (controller.* or predictive.*), geometry (robot.*), the drive train that a predictive "
+      "controller believes in (plant_model.*; by default the plant itself)");
   options.add_options()(
       "plant", po::value<std::string>(),
       "PLANT.yaml: a plant model (plant_model.*) or a simulated robot (plant.*); by default one close "
@@ -138,9 +163,15 @@ int analyze(const std::vector<std::string>& arguments, std::ostream& out) {
     return 0;
   }
   if (given.count("config") == 0) throw ParameterError("CONFIG.yaml: missing; see analyze --help");
-  const ControllerFile file = readControllerFile(given["config"].as<std::string>());
+  const std::string path = given["config"].as<std::string>();
   const PlantModel plant =
       given.count("plant") > 0 ? readPlantFile(given["plant"].as<std::string>()).model : PlantModel{};
+  if (describesPredictive(path)) {
+    if (given.count("range") > 0) throw ParameterError("range: only for the gains of controller.*");
+    print(predictiveFields(readPredictiveFile(path), plant), given.count("json") > 0, out);
+    return 0;
+  }
+  const ControllerFile file = readControllerFile(path);
   const Fields fields = given.count("range") > 0 ? rangeFields(file, plant, gainNamed(given["range"].as<std::string>()))
                                                  : certificateFields(file, plant);
   print(fields, given.count("json") > 0, out);

@@ -29,20 +29,40 @@ auto readFile(const std::string& path, const Read& read) {
   }
 }
 
+/// Reads what a node's configuration has beside gains, geometry and drive train, so that only unknown keys are left.
+LimitParameters readLimits(ParameterMap& map) {
+  readParameters<RobotNames>(map, "robot");
+  OutputMode output{};
+  bool allow_other_publishers{};
+  ParameterReader reader(map, "");
+  reader.field("output", output, kOutputModeNames, Presence::optional);
+  reader.field("allow_other_publishers", allow_other_publishers, Presence::optional);
+  return readGateParameters(map).limits;
+}
+
 }  // namespace
 
 ControllerFile readControllerFile(const std::string& path) {
   return readFile(path, [](ParameterMap& map) {
     ControllerFile file{readParameters<ControllerParameters>(map, "controller"),
-                        readParameters<GeometryParameters>(map, "robot"),
-                        readGateParameters(map).limits};
-    readParameters<RobotNames>(map, "robot");
+                        readParameters<GeometryParameters>(map, "robot"), readLimits(map)};
     if (hasPrefix(map, "plant_model.")) readParameters<PlantModel>(map, "plant_model");
-    OutputMode output{};
-    bool allow_other_publishers{};
-    ParameterReader reader(map, "");
-    reader.field("output", output, kOutputModeNames, Presence::optional);
-    reader.field("allow_other_publishers", allow_other_publishers, Presence::optional);
+    return file;
+  });
+}
+
+bool describesPredictive(const std::string& path) {
+  ParameterMap map;
+  addYamlFile(path, map);
+  return hasPrefix(map, "predictive.");
+}
+
+PredictiveFile readPredictiveFile(const std::string& path) {
+  return readFile(path, [](ParameterMap& map) {
+    PredictiveFile file{readParameters<PredictiveParameters>(map, "predictive"), std::nullopt};
+    if (hasPrefix(map, "plant_model.")) file.model = readParameters<PlantModel>(map, "plant_model");
+    readParameters<GeometryParameters>(map, "robot");
+    readLimits(map);
     return file;
   });
 }

@@ -3,11 +3,13 @@
 /// @file
 /// The YAML files that the command line tools read.
 
+#include <optional>
 #include <string>
 
 #include "jackal_aic/gate_parameters.hpp"
 #include "jackal_aic/parameters.hpp"
 #include "jackal_aic/plant_model.hpp"
+#include "jackal_aic/predictive_controller.hpp"
 #include "plant_parameters.hpp"
 
 namespace jackal_aic {
@@ -22,6 +24,19 @@ struct ControllerFile {
 /// Reads a preset, or the whole configuration of a controller node; what is not about gains, geometry or limits is
 /// checked for unknown keys only. @throws ParameterError naming file and key.
 ControllerFile readControllerFile(const std::string& path);
+
+/// A predictive controller as its file describes it.
+struct PredictiveFile {
+  PredictiveParameters parameters;
+  std::optional<PlantModel> model;  ///< drive train that it believes in, if the file says
+};
+
+/// True if the file has keys predictive.*. @throws ParameterError if it can't be read.
+bool describesPredictive(const std::string& path);
+
+/// Reads the keys predictive.* and plant_model.* of a preset or a whole configuration. @throws ParameterError naming
+/// file and key.
+PredictiveFile readPredictiveFile(const std::string& path);
 
 /// A robot as its file describes it.
 struct PlantFile {

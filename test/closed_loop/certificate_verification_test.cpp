@@ -246,6 +246,24 @@ TEST(CertificateVerification, AgreesWithTheSimulatedRobotOnItsBox) {
   RecordProperty("agreed", agreed);
 }
 
+TEST(CertificateVerification, AgreesWithColouredNoise) {
+  CaseGenerator generator(99);
+  std::mt19937_64 random(5);
+  int compared = 0, unstable = 0;
+  while (compared < 150) {
+    Case c = generator.draw();
+    c.controller.noise_smoothness = std::exp(std::uniform_real_distribution<double>(std::log(0.002), 0.0)(random));
+    const double radius = LinearLoop(c.controller, c.geometry, c.plant).spectralRadius();
+    if (withinHalfAPercentOfOne(radius)) continue;
+    ++compared;
+    unstable += radius >= 1.0;
+    EXPECT_EQ(timeDomainVerdict<LinearModel>(c, 1e-6, 1e6, 200.0), certifiedVerdict(c))
+        << "radius " << radius << ": " << describeCase(c) << ", smoothness " << c.controller.noise_smoothness;
+  }
+  EXPECT_GT(unstable, compared / 10) << "too few unstable sets to tell";
+  EXPECT_LT(unstable, 9 * compared / 10) << "too few stable sets to tell";
+}
+
 /// The margins are where the run changes its verdict.
 TEST(CertificateVerification, MarginsHoldInTheTimeDomain) {
   CaseGenerator generator(7);

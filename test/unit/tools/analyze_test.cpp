@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "jackal_aic/closed_loop_certificate.hpp"
+#include "jackal_aic/predictive_certificate.hpp"
 #include "tool_files.hpp"
 
 namespace jackal_aic {
@@ -109,6 +110,28 @@ TEST(Analyze, ReadsTheConfigurationOfANode) {
   text << preset.rdbuf() << robot.rdbuf();
   const TemporaryFile file(text.str());
   EXPECT_EQ(readControllerFile(file.path()).geometry.effective_track, 0.5621);
+}
+
+TEST(Analyze, CertifiesThePredictiveStructure) {
+  const YAML::Node printed = YAML::Load(output({config("predictive.yaml"), "--plant", config("plant_model.yaml")}));
+  const PlantModel plant = readPlantFile(config("plant_model.yaml")).model;
+  const auto expected = certify(readPredictiveFile(config("predictive.yaml")).parameters, plant, plant);
+  EXPECT_TRUE(printed["stable"].as<bool>());
+  EXPECT_NEAR(printed["loop_spectral_radius"].as<double>(), expected.loop_spectral_radius, 1e-5);
+  EXPECT_NEAR(printed["gain_margin"].as<double>(), expected.gain_margin, 1e-4);
+  EXPECT_NEAR(printed["delay_margin_s"].as<double>(), expected.delay_margin, 1e-5);
+  EXPECT_NE(complaint({config("predictive.yaml"), "--range", "tau"}).find("range"), std::string::npos);
+}
+
+TEST(Analyze, PredictiveModelOfTheConfigurationMayDifferFromThePlant) {
+  std::ifstream preset(config("predictive.yaml")), model(config("plant_model.yaml"));
+  std::ostringstream both;
+  both << preset.rdbuf() << model.rdbuf();
+  const TemporaryFile file(both.str());
+  const TemporaryFile robot("plant_model: {dead_time: 0.4, lag: 0.01}\n");
+  const YAML::Node printed = YAML::Load(output({file.path(), "--plant", robot.path()}));
+  EXPECT_FALSE(printed["stable"].as<bool>()) << "a dead time five times as long as believed";
+  EXPECT_EQ(printed["robot"]["dead_time"].as<double>(), 0.4);
 }
 
 TEST(Analyze, BadInputGivesOneClearLine) {
