@@ -37,6 +37,7 @@ ControllerFile readControllerFile(const std::string& path) {
                         readParameters<GeometryParameters>(map, "robot"),
                         readGateParameters(map).limits};
     readParameters<RobotNames>(map, "robot");
+    readParameters<FaultParameters>(map, "faults");
     if (hasPrefix(map, "plant_model.")) readParameters<PlantModel>(map, "plant_model");
     OutputMode output{};
     bool allow_other_publishers{};
