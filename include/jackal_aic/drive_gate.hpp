@@ -4,12 +4,11 @@
 /// The drive gate between the action and the motors: decides in every action step whether the robot may move, brakes it
 /// if not, and bounds how it moves.
 ///
-///     idle <------ rest: no set point ----+
-///      |                                  |
-///      | no cause                         |            cause at rest
-///      v                                  |  +------------------------------> stopped, faulted
-///     driving --- cause --> braking --- at rest: stop, emergency stop ------> stopped --- no cause ----> driving
-///                                     \ at rest: fault ---------------------> faulted -- acknowledged -> stopped, idle
+///     idle -------- no cause ---------> driving
+///     driving ----- a cause ----------> braking         (at rest already: stopped, faulted)
+///     braking ----- zero command -----> stopped, or faulted after a fault, or idle without a set point
+///     stopped ----- no cause ---------> driving
+///     faulted ----- acknowledged -----> driving, stopped or idle
 ///
 /// A brake goes on to zero even if its cause is gone before. A fault is acknowledged by a zero set point, or none,
 /// after its cause was gone for brake.fault_hold: a robot that ran into trouble does not set off again by itself.

@@ -55,6 +55,9 @@ class StopCauses {
     return *this;
   }
 
+  /// True if a cause is present.
+  bool has(StopCause cause) const { return set_.test(static_cast<std::size_t>(cause)); }
+
   /// The cause that counts; `none` if there is none.
   StopCause worst() const;
 

@@ -40,6 +40,7 @@ ControllerNode::ControllerNode(ros::NodeHandle node, const NodeParameters& param
                [this](const Observation& observation, const ros::Time& stamp) { onObservation(observation, stamp); }),
       robot_(node_, parameters.robot, parameters.gate.deadlines, [this] { return currentTime(); }),
       graph_(output_.topics(), kGraphPeriod) {
+  if (parameters.plant_model) monitor_.emplace(parameters.faults, parameters.geometry, *parameters.plant_model);
   diagnostics_.setHardwareID("jackal");
   diagnostics_.add("Active inference controller", this, &ControllerNode::diagnose);
   sensor_publisher_ = node_.advertise<SensorGeneralized>("sensor_generalized", 10);
@@ -79,7 +80,14 @@ void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
   }
 }
 
-void ControllerNode::onObservation(const Observation& observation, const ros::Time& stamp) {
+void ControllerNode::onObservation(Observation observation, const ros::Time& stamp) {
+  if (monitor_ && contended())
+    monitor_->reset();  // what the motors are told is not ours, so that nothing can be predicted
+  if (monitor_ && !contended()) {
+    const char* before = monitor_->report().reason();
+    observation.valid = observation.valid & monitor_->check(observation).valid();
+    reportFaults(before);
+  }
   if (!taken(controller_.observe(observation))) {
     reportRefusal("measurement whose stamp is not later than the last one", ++rejected_measurements_);
     return;
@@ -116,13 +124,14 @@ void ControllerNode::onActionTimer(const ros::TimerEvent& event) {
 }
 
 void ControllerNode::updateBelief() {
+  if (monitor_) monitor_->advance(gate_.command(), controller_.beliefStep());
   controller_.updateBelief();
   schedule_.beliefStepDone();
 }
 
 WheelCommand ControllerNode::act(const ros::Time& now) {
   reportStatus(gate_.decide(gateInputs(now)));
-  if (decision_.cause == StopCause::belief_diverged) startAnew();
+  if (decision_.cause == StopCause::belief_diverged && !decision_.unacknowledged) startAnew();
   if (decision_.status != DriveStatus::driving) {
     action_ = {};
     controller_.overrule(gate_.rest());
@@ -135,12 +144,32 @@ WheelCommand ControllerNode::act(const ros::Time& now) {
 
 GateInputs ControllerNode::gateInputs(const ros::Time& now) const {
   GateInputs inputs{overdueInputs(ages(now), parameters_.gate.deadlines), set_point_.vector().isZero(0.0)};
+  inputs.set_point_at_rest |=
+      inputs.causes.has(StopCause::set_point_late) || inputs.causes.has(StopCause::set_point_missing);
   const bool plausible = isPlausible(controller_.believedVelocity(), controller_.freeEnergy(), parameters_.gate);
   robot_.addCauses(inputs.causes);
   inputs.causes.add(StopCause::belief_diverged, !plausible)
       .add(StopCause::outputs_unchecked, !graph_.checked())
-      .add(StopCause::contention, contended());
+      .add(StopCause::contention, contended())
+      .add(StopCause::sensor_fault, driveFault());
   return inputs;
+}
+
+bool ControllerNode::driveFault() const {
+  // At rest a blocked wheel cannot be told from a good one: the verdict stands until the robot is to move again.
+  const bool to_rest = gate_.command() == WheelCommand{} && set_point_.vector().isZero(0.0);
+  return monitor_ && !to_rest && (monitor_->report().drive_left || monitor_->report().drive_right);
+}
+
+void ControllerNode::reportFaults(const char* before) {
+  const char* reason = monitor_->report().reason();
+  if (reason == before) return;
+  if (*reason != '\0') {
+    ++sensor_faults_;
+    ROS_WARN("Fault detected: %s", reason);
+  } else {
+    ROS_INFO("Fault is over: %s", before);
+  }
 }
 
 bool ControllerNode::contended() const { return graph_.contended() && !parameters_.allow_other_publishers; }
@@ -148,8 +177,10 @@ bool ControllerNode::contended() const { return graph_.contended() && !parameter
 std::string ControllerNode::reason() const {
   std::string reason = text(decision_.cause);
   if (decision_.cause == StopCause::contention && contended()) {
-    reason += ": " + graph_.others() +
-              "; give it a topic of its own, e.g. <remap from=\"cmd_drive\" to=\"stock/cmd_drive\"/>";
+    reason += ": " + graph_.others() + "; remap the commands of one of the two (launch/jackal.launch says how)";
+  }
+  if (monitor_ && *monitor_->report().reason() != '\0') {
+    reason += (reason.empty() ? "" : "; ") + std::string(monitor_->report().reason());
   }
   if (decision_.unacknowledged) reason += " (over; a zero set point starts anew)";
   return reason;
@@ -189,6 +220,7 @@ void ControllerNode::reset() {
   structure_->reset();
   sensors_.reset();
   robot_.reset();
+  if (monitor_) monitor_->reset();
   schedule_.stop();
   transforms_.clear();
   set_point_ = {};
@@ -204,6 +236,7 @@ void ControllerNode::reportRefusal(const char* what, std::uint32_t count) {
 
 void ControllerNode::reportStatus(const GateDecision& decision) {
   const DriveStatus before = decision_.status;
+  if (before == DriveStatus::faulted && decision.status != before && monitor_) monitor_->reset();
   const bool changed = decision.status != before || decision.cause != decision_.cause;
   decision_ = decision;
   if (!changed) return;
@@ -249,7 +282,8 @@ void ControllerNode::diagnose(diagnostic_updater::DiagnosticStatusWrapper& statu
   using diagnostic_msgs::DiagnosticStatus;
   switch (decision_.status) {
     case DriveStatus::driving:
-      status.summary(DiagnosticStatus::OK, "driving");
+      status.summary(reason().empty() ? DiagnosticStatus::OK : DiagnosticStatus::WARN,
+                     reason().empty() ? "driving" : "driving with a fault: " + reason());
       break;
     case DriveStatus::idle:
       status.summary(DiagnosticStatus::OK, reason());
@@ -268,6 +302,8 @@ void ControllerNode::diagnose(diagnostic_updater::DiagnosticStatusWrapper& statu
   status.add("Clock resets", clock_resets_);
   status.add("Brakes", brakes_);
   status.add("Faults", faults_);
+  status.add("Sensor faults", sensor_faults_);
+  status.add("Detected", monitor_ ? monitor_->report().reason() : "no plant model: not looked for");
   status.add("Master reachable", graph_.masterReachable() ? "yes" : "no");
   status.add("Free energy", controller_.freeEnergy());
 }

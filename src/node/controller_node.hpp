@@ -17,12 +17,14 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "command_output.hpp"
 #include "controller_structure.hpp"
 #include "graph_watch.hpp"
 #include "jackal_aic/drive_gate.hpp"
+#include "jackal_aic/fault_monitor.hpp"
 #include "jackal_aic/step_schedule.hpp"
 #include "node_parameters.hpp"
 #include "robot_watch.hpp"
@@ -43,7 +45,7 @@ class ControllerNode {
   void onSetPoint(const geometry_msgs::Twist& message);
   void onWheels(const sensor_msgs::JointStateConstPtr& message);
   void onImu(const sensor_msgs::ImuConstPtr& message);
-  void onObservation(const Observation& observation, const ros::Time& stamp);
+  void onObservation(Observation observation, const ros::Time& stamp);
   void onBeliefTimer(const ros::TimerEvent& event);
   void onActionTimer(const ros::TimerEvent& event);
 
@@ -55,6 +57,8 @@ class ControllerNode {
   InputAges ages(const ros::Time& now) const;
   bool contended() const;
   std::string reason() const;
+  bool driveFault() const;
+  void reportFaults(const char* before);
   void startAnew();
   void reportRefusal(const char* what, std::uint32_t count);
   void reportStatus(const GateDecision& decision);
@@ -73,6 +77,7 @@ class ControllerNode {
   SensorPairing sensors_;
   RobotWatch robot_;
   GraphWatch graph_;
+  std::optional<FaultMonitor> monitor_;  // needs a plant model
 
   GateDecision decision_;
   SetPoint set_point_;
@@ -86,6 +91,7 @@ class ControllerNode {
   std::uint32_t clock_resets_ = 0;
   std::uint32_t brakes_ = 0;
   std::uint32_t faults_ = 0;
+  std::uint32_t sensor_faults_ = 0;
 
   diagnostic_updater::Updater diagnostics_;
   ros::Publisher sensor_publisher_;

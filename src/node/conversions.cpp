@@ -46,13 +46,13 @@ double sumOfPositions(const sensor_msgs::JointState& message, const std::vector<
   return sum;
 }
 
-std::optional<Eigen::Vector3d> planarMotion(const sensor_msgs::Imu& message, const Eigen::Quaterniond& rotation) {
+std::optional<Eigen::Vector4d> planarMotion(const sensor_msgs::Imu& message, const Eigen::Quaterniond& rotation) {
   const auto& w = message.angular_velocity;
   const auto& a = message.linear_acceleration;
   const Eigen::Vector3d angular = rotation * Eigen::Vector3d(w.x, w.y, w.z);
   const Eigen::Vector3d linear = rotation * Eigen::Vector3d(a.x, a.y, a.z);
   if (!angular.allFinite() || !linear.allFinite()) return std::nullopt;
-  return Eigen::Vector3d(angular.z(), linear.x(), linear.y());
+  return Eigen::Vector4d(angular.z(), linear.x(), linear.y(), linear.z());
 }
 
 std::optional<SetPoint> setPoint(const geometry_msgs::Twist& message) {

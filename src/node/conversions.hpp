@@ -35,9 +35,9 @@ std::optional<double> meanVelocity(const sensor_msgs::JointState& message, const
 /// Sum of the positions [rad] of those of the joints that the message lists with one; 0 if it lists none.
 double sumOfPositions(const sensor_msgs::JointState& message, const std::vector<std::string>& joints);
 
-/// Angular velocity and acceleration of an IMU message as (theta_dot, x_ddot, y_ddot) in the base frame.
+/// Angular velocity and acceleration of an IMU message as (theta_dot, x_ddot, y_ddot, z_ddot) in the base frame.
 /// @param rotation from the IMU's frame into the base frame. std::nullopt if a component is not finite.
-std::optional<Eigen::Vector3d> planarMotion(const sensor_msgs::Imu& message, const Eigen::Quaterniond& rotation);
+std::optional<Eigen::Vector4d> planarMotion(const sensor_msgs::Imu& message, const Eigen::Quaterniond& rotation);
 
 /// Set point of a Twist (linear.x, angular.z). std::nullopt if any component is not finite. A skid-steer robot cannot
 /// follow the other components: they are left out.

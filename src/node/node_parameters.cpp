@@ -75,6 +75,8 @@ NodeParameters readNodeParameters(ParameterMap map, const std::function<std::str
   parameters.geometry = readParameters<GeometryParameters>(map, "robot");
   parameters.robot = readParameters<RobotNames>(map, "robot");
   parameters.gate = readGateParameters(map);
+  parameters.faults = readParameters<FaultParameters>(map, "faults");
+  validate(parameters.faults);
   ParameterReader reader(map, "");
   reader.field("output", parameters.output, kOutputModeNames, Presence::optional);
   reader.field("allow_other_publishers", parameters.allow_other_publishers, Presence::optional);

@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "jackal_aic/fault_parameters.hpp"
 #include "jackal_aic/gate_parameters.hpp"
 #include "jackal_aic/parameter_map.hpp"
 #include "jackal_aic/parameters.hpp"
@@ -53,6 +54,7 @@ struct NodeParameters {
   GeometryParameters geometry;
   RobotNames robot;
   GateParameters gate;
+  FaultParameters faults;  ///< of the fault detection, which needs a plant model
   OutputMode output = OutputMode::cmd_drive;
   std::string slip_file;  ///< absolute path of the YAML file (key slip.file) in which the predictive structure keeps
                           ///< what it learns about the slip; empty: it starts from the configured values each time

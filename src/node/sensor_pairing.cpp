@@ -83,7 +83,15 @@ void SensorPairing::onPair(const sensor_msgs::JointStateConstPtr& wheels, const 
   const auto motion = planarMotion(*imu, imu_rotation_);
   const auto left = meanVelocity(*wheels, names_.left_wheel_joints);
   const auto right = meanVelocity(*wheels, names_.right_wheel_joints);
-  callback_({wheels->header.stamp.toSec(), motion->x(), *left, *right, motion->y(), motion->z()}, wheels->header.stamp);
+  Observation observation;
+  observation.stamp = wheels->header.stamp.toSec();
+  observation.yaw_rate = (*motion)(0);
+  observation.wheel_left = *left;
+  observation.wheel_right = *right;
+  observation.acceleration_x = (*motion)(1);
+  observation.acceleration_y = (*motion)(2);
+  observation.acceleration_z = (*motion)(3);
+  callback_(observation, wheels->header.stamp);
 }
 
 }  // namespace jackal_aic

@@ -32,6 +32,7 @@ auto readFile(const std::string& path, const Read& read) {
 /// Reads what a node's configuration has beside gains, geometry and drive train, so that only unknown keys are left.
 LimitParameters readLimits(ParameterMap& map) {
   readParameters<RobotNames>(map, "robot");
+  readParameters<FaultParameters>(map, "faults");
   OutputMode output{};
   bool allow_other_publishers{};
   ParameterReader reader(map, "");

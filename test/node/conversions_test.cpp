@@ -52,13 +52,13 @@ TEST(MeanVelocity, RefusesWhatIsMissingOrNotFinite) {
 
 TEST(PlanarMotion, RotatesIntoTheBaseFrame) {
   const auto level = planarMotion(imu(0.1, 0.2, 0.3, 1.0, 2.0, 9.8), Eigen::Quaterniond::Identity());
-  EXPECT_TRUE(level->isApprox(Eigen::Vector3d(0.3, 1.0, 2.0)));
+  EXPECT_TRUE(level->isApprox(Eigen::Vector4d(0.3, 1.0, 2.0, 9.8)));
   // Mounted upside down, turned about x: the sensor's z and y point against those of the base.
   const Eigen::Quaterniond upside_down(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()));
-  EXPECT_TRUE(planarMotion(imu(0.1, 0.2, 0.3, 1.0, 2.0, 9.8), upside_down)->isApprox(Eigen::Vector3d(-0.3, 1.0, -2.0)));
+  EXPECT_TRUE(planarMotion(imu(0.1, 0.2, 0.3, 1.0, 2.0, 9.8), upside_down)->isApprox(Eigen::Vector4d(-0.3, 1.0, -2.0, -9.8)));
   // Mounted with its x axis along the base's y.
   const Eigen::Quaterniond quarter(Eigen::AngleAxisd(M_PI_2, Eigen::Vector3d::UnitZ()));
-  EXPECT_TRUE(planarMotion(imu(0.1, 0.2, 0.3, 1.0, 2.0, 9.8), quarter)->isApprox(Eigen::Vector3d(0.3, -2.0, 1.0)));
+  EXPECT_TRUE(planarMotion(imu(0.1, 0.2, 0.3, 1.0, 2.0, 9.8), quarter)->isApprox(Eigen::Vector4d(0.3, -2.0, 1.0, 9.8)));
 }
 
 TEST(PlanarMotion, RefusesWhatIsNotFinite) {

@@ -1,6 +1,7 @@
 // The controller node as a process: what it refuses to start with, and what it leaves behind when it ends.
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
 #include "controller_process.hpp"
@@ -121,6 +122,53 @@ TEST_P(EndsBy, StoppingTheRobot) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Signals, EndsBy, testing::Values(SIGINT, SIGTERM));
+
+TEST_F(StartAndStop, AfterAKillItDoesNotGoOnWithTheOldMotion) {
+  configure("killed", "improved");
+  SimulatedRobot robot;
+  {
+    ControllerProcess process("killed");
+    ASSERT_TRUE(robot.waitUntilReady());
+    robot.command(0.5, 0.0);
+    robot.run(2.5);
+    ASSERT_NEAR(robot.truth().forward.back(), 0.5, 0.03);
+    robot.stopCommanding();
+  }  // SIGKILL: the plant drives on with the last command
+  robot.clear();
+  ControllerProcess process("killed");
+  ASSERT_TRUE(robot.waitUntilReady());
+  robot.run(2.0);
+  ASSERT_FALSE(robot.drives().empty());
+  for (const auto& drive : robot.drives()) EXPECT_EQ(drive.drivers[0], 0.0);
+  EXPECT_EQ(robot.states().back().status, ControllerState::IDLE) << robot.states().back().reason;
+  EXPECT_NEAR(robot.truth().forward.back(), 0.0, 0.01);
+}
+
+TEST_F(StartAndStop, AStallOfTheProcessLeavesNoJump) {
+  configure("stalled", "improved");
+  SimulatedRobot robot;
+  ControllerProcess process("stalled");
+  ASSERT_TRUE(robot.waitUntilReady());
+  robot.command(0.5, 0.0);
+  robot.run(2.5);
+  ASSERT_NEAR(robot.truth().forward.back(), 0.5, 0.03);
+  robot.clear();
+  process.signal(SIGSTOP);
+  robot.run(0.3);
+  process.signal(SIGCONT);
+  robot.run(3.0);
+  ASSERT_FALSE(robot.states().empty());
+  double fastest = 0.0;
+  for (double speed : robot.truth().forward) fastest = std::max(fastest, speed);
+  EXPECT_LT(fastest, 0.55);
+  for (std::size_t i = 1; i < robot.states().size(); ++i) {
+    const auto &a = robot.states()[i - 1], &b = robot.states()[i];
+    const double elapsed = (b.header.stamp - a.header.stamp).toSec() + 0.02;
+    EXPECT_LE(0.098 * std::abs(b.command_left - a.command_left), 20.0 * elapsed);
+  }
+  EXPECT_EQ(robot.states().back().status, ControllerState::DRIVING) << robot.states().back().reason;
+  EXPECT_NEAR(robot.truth().forward.back(), 0.5, 0.03);
+}
 
 TEST_F(StartAndStop, SendsZeroWhileNothingWasEverReceived) {
   configure("idle", "improved");
