@@ -3,6 +3,8 @@
 #include <Eigen/QR>
 #include <string>
 
+#include "jackal_aic/sensor_reconstruction.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -18,7 +20,8 @@ ControllerParameters validated(const ControllerParameters& controller, const Geo
 
 ActiveInferenceController::ActiveInferenceController(const ControllerParameters& controller,
                                                      const GeometryParameters& geometry, Divergence divergence)
-    : model_(validated(controller, geometry, divergence), geometry),
+    : kinematics_(geometry),
+      model_(validated(controller, geometry, divergence), geometry),
       sensory_inverse_(Eigen::MatrixXd(model_.sensory_map).completeOrthogonalDecomposition().pseudoInverse()),
       sensors_(controller.orders, kLongestGap),
       belief_update_(model_, controller.kappa_mu, controller.beliefStep(), controller.integrator),
@@ -29,7 +32,9 @@ ActiveInferenceController::ActiveInferenceController(const ControllerParameters&
       mu_d_(mu_) {}
 
 SampleVerdict ActiveInferenceController::observe(const Observation& observation) {
-  const SampleVerdict verdict = sensors_.update(observation);  // ỹ                      (3-22)
+  const std::optional<Observation> complete = reconstructed(observation, kinematics_);
+  if (!complete) return SampleVerdict::incomplete;
+  const SampleVerdict verdict = sensors_.update(*complete);  // ỹ                        (3-22)
   if (verdict == SampleVerdict::restarted) restart();
   return verdict;
 }

@@ -15,6 +15,7 @@
 #include "jackal_aic/generalized_motion.hpp"
 #include "jackal_aic/generative_model.hpp"
 #include "jackal_aic/parameters.hpp"
+#include "jackal_aic/skid_steer_kinematics.hpp"
 #include "jackal_aic/types.hpp"
 #include "jackal_aic/velocity_controller.hpp"
 
@@ -67,6 +68,7 @@ class ActiveInferenceController : public VelocityController {
   int beliefStepsPerAction() const override { return belief_steps_per_action_; }
 
  private:
+  SkidSteerKinematics kinematics_;
   GenerativeModel model_;
   Eigen::Matrix<double, kBodySize, kSensorSize> sensory_inverse_;  // least squares, to seed the belief
   Generalization sensors_;

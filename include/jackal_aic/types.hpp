@@ -103,6 +103,7 @@ enum class SampleVerdict {
   restarted,   ///< taken as the start of a new signal (the first sample, or the first after a gap)
   stale,       ///< refused: its stamp is not later than the last one (a repeated or reordered sample)
   not_finite,  ///< refused: a value or the stamp is NaN or infinite
+  incomplete   ///< refused: too few of its channels count
 };
 
 /// True if the measurement was taken.

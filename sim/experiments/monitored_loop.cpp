@@ -1,0 +1,90 @@
+#include "monitored_loop.hpp"
+
+#include <cmath>
+
+#include "jackal_aic/yaml_parameters.hpp"
+#include "plant_conversion.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+constexpr double kTimeTolerance = 1e-9;  // s
+
+bool within(double time, double from, double until) {
+  return time >= from - kTimeTolerance && time < until - kTimeTolerance;
+}
+
+bool blocked(const std::vector<BlockedMotor>& motors, Side side, double now) {
+  for (const BlockedMotor& motor : motors) {
+    if (motor.side == side && within(now, motor.from, motor.until)) return true;
+  }
+  return false;
+}
+
+ChannelValidity measured(const std::vector<ChannelLoss>& losses, double now) {
+  ChannelValidity remaining;
+  for (const ChannelLoss& loss : losses) {
+    if (within(now, loss.from, loss.until)) remaining = remaining & loss.remaining;
+  }
+  return remaining;
+}
+
+}  // namespace
+
+PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name) {
+  PlantModel model = linearModel(loadSetup(files, "diff_drive", plant_name, {}).plant);
+  ParameterMap map;
+  addYamlFile(files.path("config/plant_model.yaml"), map);
+  if (!model.on_box) model.effective_track = readParameters<PlantModel>(map, "plant_model").effective_track;
+  return model;
+}
+
+std::vector<MonitoredSample> runMonitored(const LoopSetup& setup, const PlantModel& model,
+                                          const SetPointProfile& profile, const Faults& faults,
+                                          const MonitorSettings& settings) {
+  JackalPlant plant(setup.urdf, setup.plant);
+  const std::unique_ptr<TimedController> controller = makeController(setup);
+  SensorFaults sensors(faults.sensors);
+  FaultMonitor monitor(settings.faults, setup.geometry(), model);
+  std::vector<MonitoredSample> samples;
+  WheelCommand command;
+  bool stopped = false;
+  const auto steps = std::llround(profile.duration / JackalPlant::kStep);
+  for (long long k = 0; k < steps; ++k, plant.step()) {
+    const double now = plant.time();
+    const SetPoint set_point = profile.at(now);
+    controller->setSetPoint(set_point);
+    for (Side side : {Side::left, Side::right}) plant.blockWheels(side, blocked(faults.motors, side, now));
+    if (plant.measurement()) {
+      Observation y = sensors.apply(*plant.measurement()).observation();
+      y.valid = measured(faults.losses, now);
+      const FaultReport& report = monitor.check(y);
+      if (settings.exclude) y.valid = y.valid & report.valid();
+      stopped = settings.stop && (report.drive_left || report.drive_right);
+      controller->observe(y);
+      const PlantTruth& truth = plant.truth();
+      samples.push_back(
+          {now, set_point, truth.linear_velocity.x(), truth.angular_velocity.z(), command, report, y.valid});
+    }
+    monitor.advance(command, JackalPlant::kStep);
+    if (const auto due = controller->advance(now)) {
+      command = stopped ? WheelCommand{} : *due;
+      plant.command(command);
+    }
+  }
+  return samples;
+}
+
+std::optional<Detection> detection(const std::vector<MonitoredSample>& samples, double from) {
+  for (const MonitoredSample& sample : samples) {
+    if (!sample.report.faulty()) continue;
+    if (sample.time < from - kTimeTolerance) {
+      throw ParameterError("fault reported before there is one: " + std::string(sample.report.reason()) + " at " +
+                           std::to_string(sample.time) + " s");
+    }
+    return Detection{sample.time - from, sample.report.reason()};
+  }
+  return std::nullopt;
+}
+
+}  // namespace jackal_aic::sim

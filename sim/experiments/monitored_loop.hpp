@@ -1,0 +1,75 @@
+#pragma once
+
+/// @file
+/// The closed loop without ROS with faults in the robot and the fault monitor between its sensors and the controller.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "closed_loop.hpp"
+#include "jackal_aic/fault_monitor.hpp"
+#include "loop_setup.hpp"
+#include "sensor_faults.hpp"
+
+namespace jackal_aic::sim {
+
+/// A motor that blocks over a span of time.
+struct BlockedMotor {
+  Side side;
+  double from;   ///< [s]
+  double until;  ///< [s]
+};
+
+/// Channels that are not measured over a span of time.
+struct ChannelLoss {
+  ChannelValidity remaining;  ///< what is still measured
+  double from;                ///< [s]
+  double until;               ///< [s]
+};
+
+/// What goes wrong in a run.
+struct Faults {
+  std::vector<SensorFault> sensors;
+  std::vector<BlockedMotor> motors;
+  std::vector<ChannelLoss> losses;
+};
+
+/// How the monitored loop is driven.
+struct MonitorSettings {
+  FaultParameters faults;
+  bool exclude = true;  ///< outliers and faulty channels do not reach the controller
+  bool stop = true;     ///< wheels that do not follow their command stop the robot, as the drive gate does
+};
+
+/// State of the monitored loop after one sensor sample.
+struct MonitoredSample {
+  double time;              ///< [s]
+  SetPoint set_point;       ///< in force
+  double velocity;          ///< true forward speed [m/s]
+  double yaw_rate;          ///< true yaw rate [rad/s]
+  WheelCommand command;     ///< in force [rad/s]
+  FaultReport report;       ///< of the monitor
+  ChannelValidity counted;  ///< channels that reached the controller
+};
+
+/// The linear model that a monitor of a plant uses: the drive train of the plant's file, whatever overrides make of the
+/// plant, and the effective track of config/plant_model.yaml.
+PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name);
+
+/// Runs the controller of a setup along a profile with faults. One sample per sample of the sensors.
+std::vector<MonitoredSample> runMonitored(const LoopSetup& setup, const PlantModel& model,
+                                          const SetPointProfile& profile, const Faults& faults,
+                                          const MonitorSettings& settings = {});
+
+/// When and as what a fault was found.
+struct Detection {
+  double delay;        ///< from the fault to the report [s]
+  std::string reason;  ///< FaultReport::reason()
+};
+
+/// First fault that is reported at or after a time [s]; empty if none is. @throws ParameterError if one was reported
+/// before.
+std::optional<Detection> detection(const std::vector<MonitoredSample>& samples, double from);
+
+}  // namespace jackal_aic::sim
