@@ -1,5 +1,6 @@
 #include "jackal_aic/parameter_map.hpp"
 
+#include <cctype>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
@@ -57,6 +58,20 @@ bool parseNumber(const std::string& text, double& value) {
   return *end == '\0';
 }
 
+/// A text with spaces for its control characters, which a quoted key or value may bring along: an error is one line.
+std::string onOneLine(std::string text) {
+  for (char& c : text) {
+    if (std::iscntrl(static_cast<unsigned char>(c)) != 0) c = ' ';
+  }
+  return text;
+}
+
+/// A text in quotes, cut off where it is longer than anybody reads.
+std::string quoted(const std::string& text) {
+  constexpr std::size_t kLongest = 80;
+  return "'" + onOneLine(text.size() > kLongest ? text.substr(0, kLongest) + "..." : text) + "'";
+}
+
 const double* asNumber(const ParameterValue& value, double& storage) {
   if (const auto* real = std::get_if<double>(&value)) {
     storage = *real;
@@ -82,13 +97,13 @@ std::string describe(const ParameterValue& value) {
     std::string operator()(bool v) const { return v ? "true" : "false"; }
     std::string operator()(std::int64_t v) const { return std::to_string(v); }
     std::string operator()(double v) const { return number(v); }
-    std::string operator()(const std::string& v) const { return "'" + v + "'"; }
+    std::string operator()(const std::string& v) const { return quoted(v); }
     std::string operator()(const std::vector<double>& v) const {
       std::vector<std::string> words;
       for (double x : v) words.push_back(number(x));
       return "[" + join(words) + "]";
     }
-    std::string operator()(const std::vector<std::string>& v) const { return "[" + join(v) + "]"; }
+    std::string operator()(const std::vector<std::string>& v) const { return "[" + onOneLine(join(v)) + "]"; }
   } text;
   return std::visit(text, value);
 }
@@ -144,7 +159,7 @@ std::vector<std::string> ParameterMap::knownKeys() const { return {known_.begin(
 void ParameterMap::refuseUnknown() const {
   for (const auto& entry : values_) {
     if (known_.count(entry.first) == 0) {
-      throw ParameterError(entry.first + " = " + describe(entry.second) +
+      throw ParameterError(onOneLine(entry.first) + " = " + describe(entry.second) +
                            ": unknown key; known keys: " + join(knownKeys()));
     }
   }

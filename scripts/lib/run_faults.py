@@ -90,7 +90,7 @@ def line_of(row):
     else:
         text += ' ' * 24
     text += f' {cell(row["distance_m"], " m"):>7}  step {cell(row["acceleration_use"])}  {row["told"][:60]}'
-    return text + (f'\n     {row["failures"]}' if row['failures'] else '')
+    return text + (f'\n     {row["failures"]}\n     {row["history"]}' if row['failures'] else '')
 
 
 def complete_rows(path):

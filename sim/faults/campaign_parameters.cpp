@@ -28,7 +28,7 @@ CampaignLimits campaignLimits(const CampaignParameters& parameters) {
   addYamlFile(parameters.robot, robot);
   addYamlFile(parameters.plant, plant);
   CampaignLimits limits;
-  limits.command = readParameters<LimitParameters>(robot, "limits");
+  limits.gate = readGateParameters(robot);
   limits.geometry = readParameters<GeometryParameters>(robot, "robot");
   const auto model = readParameters<PlantParameters>(plant, "plant");
   limits.robot_dead_time = model.dead_time;

@@ -32,6 +32,10 @@ const char* statusName(std::uint8_t status) {
       return "driving";
     case ControllerState::STOPPED:
       return "stopped";
+    case ControllerState::BRAKING:
+      return "braking";
+    case ControllerState::FAULTED:
+      return "faulted";
     default:
       return "?";
   }
@@ -99,11 +103,17 @@ void FaultCampaign::onCommand(const ros::MessageEvent<const jackal_msgs::Drive>&
   commands_.pass(time_, drive);
   if (event.getPublisherName() != nodes_.controller || !recording_) return;
   if (end_requested_ && !record_.commands.empty() && time_ - record_.commands.back().time > kSilence) {
-    record_.process_starts.push_back(time_);
+    record_.fresh_starts.push_back(time_);
     end_requested_ = false;
+    succeeded_ = true;
   }
-  record_.commands.push_back(
-      {time_, {drive.drivers[jackal_msgs::Drive::LEFT], drive.drivers[jackal_msgs::Drive::RIGHT]}});
+  const WheelCommand speeds{drive.drivers[jackal_msgs::Drive::LEFT], drive.drivers[jackal_msgs::Drive::RIGHT]};
+  // Commands that were under way when the world started anew are no fresh start yet.
+  if (world_is_new_ && speeds == WheelCommand{}) {
+    record_.fresh_starts.push_back(time_);
+    world_is_new_ = false;
+  }
+  record_.commands.push_back({time_, speeds});
 }
 
 void FaultCampaign::onTruth(const nav_msgs::Odometry& message) {
@@ -131,7 +141,7 @@ void FaultCampaign::onDiagnostics(const diagnostic_msgs::DiagnosticArray& messag
 RunRecord FaultCampaign::run(const Scenario& scenario) {
   record_ = {};
   tasks_.clear();
-  end_requested_ = false;
+  end_requested_ = succeeded_ = world_is_new_ = false;
   set_point_ = {};
   if (!restart()) {
     breakDown("the nodes do not start: no state of the controller after a reset");
@@ -176,72 +186,77 @@ void FaultCampaign::arm(const Scenario& scenario) {
 }
 
 void FaultCampaign::planSystemFault(const SystemFault& fault, double onset) {
-  const double begin = onset + fault.start, end = begin + fault.duration;
-  const auto add = [this](double time, std::function<void()> action) { tasks_.push_back({time, std::move(action)}); };
-  const auto stop = [this](bool pressed) {
-    std_msgs::Bool message;
-    message.data = pressed;
-    e_stop_.publish(message);
-  };
-  const auto block = [this](const char* side, bool blocked) {
-    std_srvs::SetBool request;
-    request.request.data = blocked;
-    if (!ros::service::call(nodes_.plant + "/block_" + side, request)) breakDown("the plant cannot block a wheel");
+  const auto plan = [&](
+                        std::function<void()> begin, std::function<void()> end = [] {}) {
+    tasks_.push_back({onset + fault.start, std::move(begin)});
+    tasks_.push_back({onset + fault.start + fault.duration, std::move(end)});
   };
   switch (fault.kind) {
     case SystemFaultKind::e_stop:
-      add(begin, [stop] { stop(true); });
-      return add(end, [stop] { stop(false); });
+      return plan([this] { pressStop(true); }, [this] { pressStop(false); });
     case SystemFaultKind::second_publisher:
-      add(begin, [this, fault] {
-        intruder_speed_ = fault.amount;
-        intruder_ = node_.advertise<jackal_msgs::Drive>("cmd_drive", 1);
-        next_intrusion_ = time_;
-      });
-      return add(end, [this] { intruder_.shutdown(); });
+      return plan([this, fault] { intrude(fault.amount); }, [this] { intruder_.shutdown(); });
     case SystemFaultKind::block_left:
-    case SystemFaultKind::block_right: {
-      const char* side = fault.kind == SystemFaultKind::block_left ? "left" : "right";
-      add(begin, [block, side] { block(side, true); });
-      return add(end, [block, side] { block(side, false); });
-    }
+      return plan([this] { blockMotor("left", true); }, [this] { blockMotor("left", false); });
+    case SystemFaultKind::block_right:
+      return plan([this] { blockMotor("right", true); }, [this] { blockMotor("right", false); });
     case SystemFaultKind::clock_jump:
-      return add(begin, [this, fault] { offset_ += fault.amount; });
+      return plan([this, fault] { offset_ += fault.amount; });
     case SystemFaultKind::clock_reset:
-      return add(begin, [this] { resetPlant(); });
+      return plan([this] { startWorldAnew(); });
     case SystemFaultKind::pause:
-      return add(begin, [this, fault] { pausePlant(fault.duration); });
+      return plan([this, fault] { pausePlant(fault.duration); });
     case SystemFaultKind::stall:
-      add(begin, [this] { kill(controller_, SIGSTOP); });
-      return add(end, [this] { kill(controller_, SIGCONT); });
+      return plan([this] { kill(controller_, SIGSTOP); }, [this] { kill(controller_, SIGCONT); });
     case SystemFaultKind::kill:
-      return planProcessEnd(SIGKILL, begin);
+      return plan([this] { endController(SIGKILL); });
     case SystemFaultKind::interrupt:
-      return planProcessEnd(SIGINT, begin);
+      return plan([this] { endController(SIGINT); });
     case SystemFaultKind::terminate:
-      return planProcessEnd(SIGTERM, begin);
+      return plan([this] { endController(SIGTERM); });
     case SystemFaultKind::master_restart:
-      return add(begin, [this] {
-        const auto master = masterProcess();
-        if (!master || kill(*master, SIGKILL) != 0) breakDown("the ROS master cannot be ended");
-      });
+      return plan([this] { endMaster(); });
   }
 }
 
-void FaultCampaign::planProcessEnd(int signal, double time) {
-  tasks_.push_back({time, [this, signal] {
-                      end_requested_ = true;
-                      kill(controller_, signal);
-                    }});
+void FaultCampaign::pressStop(bool pressed) {
+  std_msgs::Bool message;
+  message.data = pressed;
+  e_stop_.publish(message);
+}
+
+void FaultCampaign::intrude(double speed) {
+  intruder_speed_ = speed;
+  intruder_ = node_.advertise<jackal_msgs::Drive>("cmd_drive", 1);
+  next_intrusion_ = time_;
+}
+
+void FaultCampaign::blockMotor(const std::string& side, bool blocked) {
+  std_srvs::SetBool request;
+  request.request.data = blocked;
+  if (!ros::service::call(nodes_.plant + "/block_" + side, request)) breakDown("the plant cannot block a motor");
+}
+
+void FaultCampaign::startWorldAnew() {
+  resetPlant();
+  world_is_new_ = true;
+}
+
+void FaultCampaign::endController(int signal) {
+  end_requested_ = true;
+  kill(controller_, signal);
+}
+
+void FaultCampaign::endMaster() {
+  const auto master = masterProcess();
+  if (!master || kill(*master, SIGKILL) != 0) breakDown("the ROS master cannot be ended");
 }
 
 bool FaultCampaign::restart() {
   const auto speaks = [this] { return !states_since_reset_.empty(); };
   arm(Scenario{});
   offset_ = base_ = 0.0;
-  std_msgs::Bool released;
-  released.data = false;
-  e_stop_.publish(released);
+  pressStop(false);
   states_since_reset_.clear();
   // A controller that was killed in the run before has to be there again before the clock is put back for all.
   if (!waitFor(speaks)) return false;
@@ -329,7 +344,7 @@ void FaultCampaign::breakDown(const std::string& reason) {
 
 void FaultCampaign::checkProcess() {
   const bool silent = record_.states.empty() || record_.states.back().time < time_ - kLastWord;
-  const bool ended = record_.process_starts.empty() && (controller_ == 0 || !isRunning(controller_));
+  const bool ended = !succeeded_ && (controller_ == 0 || !isRunning(controller_));
   if (ended) {
     breakDown("the controller crashed");
   } else if (silent) {

@@ -61,7 +61,12 @@ class FaultCampaign {
 
   void arm(const Scenario& scenario);
   void planSystemFault(const SystemFault& fault, double onset);
-  void planProcessEnd(int signal, double time);
+  void pressStop(bool pressed);
+  void intrude(double speed);
+  void blockMotor(const std::string& side, bool blocked);
+  void startWorldAnew();
+  void endController(int signal);
+  void endMaster();
   bool restart();
   void resetPlant();
   void perform();
@@ -81,6 +86,8 @@ class FaultCampaign {
   std::uint64_t ticks_ = 0, resets_ = 0;  // of the plant's clock
   bool recording_ = false;
   bool end_requested_ = false;  // of the controller's process, and its successor was not heard yet
+  bool world_is_new_ = false;   // and no command of this new world was heard yet
+  bool succeeded_ = false;      // a successor was heard
   int controller_ = 0;          // process id at the start of the run
   double next_set_point_ = 0.0, next_status_ = 0.0, next_intrusion_ = 0.0;
   geometry_msgs::Twist set_point_;

@@ -12,11 +12,11 @@ namespace {
 constexpr double kMargin = 1.2;         // on configured times
 constexpr double kStillSpeed = 0.02;    // m/s, below which the robot stands
 constexpr double kStillYawRate = 0.05;  // rad/s
-constexpr double kFinalWindow = 0.4;    // s, over which the speed at the end is averaged
+constexpr double kSpeedWindow = 0.4;    // s, over which a speed is averaged
 constexpr double kRounding = 1e-3;      // relative: commands travel as float32
 constexpr double kSmallestSpeed = 0.2;  // m/s and rad/s: below it, the tolerance at the end is absolute
 
-std::string text(const char* format, double a, double b) {
+std::string text(const char* format, double a, double b = 0.0) {
   char buffer[160];
   std::snprintf(buffer, sizeof buffer, format, a, b);
   return buffer;
@@ -31,6 +31,9 @@ double wheelSpeed(const TruthSample& sample, const GeometryParameters& geometry)
   return std::abs(sample.forward) + 0.5 * geometry.effective_track * std::abs(sample.yaw_rate);
 }
 
+/// Part of a limit that is used; 0 stands for no limit.
+double shareOf(double value, double limit) { return limit > 0.0 ? std::abs(value) / limit : 0.0; }
+
 /// Looks at one run from every side.
 class Judgement {
  public:
@@ -43,6 +46,7 @@ class Judgement {
       fail("nothing was recorded");
       return verdict_;
     }
+    tellHistory();
     measureMotion();
     measureCommands();
     measureDetection();
@@ -52,6 +56,15 @@ class Judgement {
 
  private:
   void fail(const std::string& failure) { verdict_.failures.push_back(failure); }
+
+  void tellHistory() {
+    const std::string* last = nullptr;
+    for (const StateSample& state : record_.states) {
+      if (last != nullptr && *last == state.text) continue;
+      verdict_.history += text(last == nullptr ? "%.2f s " : ", %.2f s ", state.time) + state.text;
+      last = &state.text;
+    }
+  }
 
   TruthSample atOnset() const {
     TruthSample last = record_.truth.front();
@@ -76,6 +89,7 @@ class Judgement {
       }
       previous = &sample;
     }
+    checkSpeed("at the onset", scenario_.onset, scenario_.motion.forward, scenario_.motion.yaw_rate);
     verdict_.allowed_standstill = allowedStandstill(scenario_.expectation, limits_, onset);
     if (verdict_.overspeed > scenario_.expectation.overspeed) {
       fail(text("overspeed %.2f m/s, allowed %.2f", verdict_.overspeed, scenario_.expectation.overspeed));
@@ -90,8 +104,8 @@ class Judgement {
     }
   }
 
-  bool newProcessBetween(double from, double to) const {
-    return std::any_of(record_.process_starts.begin(), record_.process_starts.end(),
+  bool freshStartBetween(double from, double to) const {
+    return std::any_of(record_.fresh_starts.begin(), record_.fresh_starts.end(),
                        [&](double start) { return start > from && start <= to; });
   }
 
@@ -101,13 +115,12 @@ class Judgement {
     for (const CommandSample& sample : record_.commands) {
       if (!sample.speeds.vector().allFinite()) return fail("a drive command is not finite");
       checkBounds(sample, kinematics);
-      const bool fresh = previous != nullptr && newProcessBetween(previous->time, sample.time);
-      if (fresh && sample.speeds != WheelCommand{}) fail("a new process goes on with an old motion");
+      const bool fresh = previous != nullptr && freshStartBetween(previous->time, sample.time);
+      if (fresh && sample.speeds != WheelCommand{}) fail("an old motion goes on after a fresh start");
       if (previous != nullptr && !fresh) measureStep(*previous, sample, kinematics);
       previous = &sample;
     }
-    if (verdict_.limit_use > 1.0 + kRounding)
-      fail(text("a drive command is %.2f of the limits", verdict_.limit_use, 0.0));
+    if (verdict_.limit_use > 1.0 + kRounding) fail(text("a drive command is %.2f of the limits", verdict_.limit_use));
     if (verdict_.acceleration_use > 1.0 + kRounding) {
       fail(text("drive command steps by %.2f rad/s in one period, %.2f of the limit", verdict_.command_step,
                 verdict_.acceleration_use));
@@ -118,8 +131,8 @@ class Judgement {
     const BodyVector body = kinematics.bodyVelocity(sample.speeds);
     const double wheel = std::max(std::abs(sample.speeds.left), std::abs(sample.speeds.right));
     const double use =
-        std::max({std::abs(body(kForward)) / limits_.command.linear_speed,
-                  std::abs(body(kYaw)) / limits_.command.angular_speed, wheel / limits_.command.wheel_speed});
+        std::max({std::abs(body(kForward)) / limits_.gate.limits.linear_speed,
+                  std::abs(body(kYaw)) / limits_.gate.limits.angular_speed, wheel / limits_.gate.limits.wheel_speed});
     verdict_.limit_use = std::max(verdict_.limit_use, use);
   }
 
@@ -131,9 +144,10 @@ class Judgement {
     const double wheel =
         std::max(std::abs(to.speeds.left - from.speeds.left), std::abs(to.speeds.right - from.speeds.right));
     verdict_.command_step = std::max(verdict_.command_step, wheel / periods);
+    const LimitParameters& bounds = limits_.gate.limits;
     verdict_.acceleration_use =
-        std::max({verdict_.acceleration_use, std::abs(change(kForward)) / (duration * limits_.linear_acceleration),
-                  std::abs(change(kYaw)) / (duration * limits_.angular_acceleration)});
+        std::max({verdict_.acceleration_use, shareOf(change(kForward), duration * bounds.linear_acceleration),
+                  shareOf(change(kYaw), duration * bounds.angular_acceleration)});
   }
 
   bool expected(const std::string& told) const {
@@ -224,20 +238,26 @@ class Judgement {
   }
 
   void checkFinalSpeed(double forward, double yaw_rate) {
+    checkSpeed("at the end", record_.truth.back().time, forward, yaw_rate);
+  }
+
+  /// Mean motion over a window that ends at a time [s].
+  void checkSpeed(const char* when, double end, double forward, double yaw_rate) {
     double sum = 0.0, turn = 0.0;
     int count = 0;
     for (const TruthSample& sample : record_.truth) {
-      if (sample.time < record_.truth.back().time - kFinalWindow) continue;
+      if (sample.time < end - kSpeedWindow || sample.time > end) continue;
       sum += sample.forward;
       turn += sample.yaw_rate;
       ++count;
     }
+    if (count == 0) return fail(std::string("nothing was recorded ") + when);
     const double tolerance = scenario_.expectation.tolerance;
     if (std::abs(sum / count - forward) > tolerance * std::max(std::abs(forward), kSmallestSpeed)) {
-      fail(text("%.2f m/s at the end, expected %.2f", sum / count, forward));
+      fail(text("%.2f m/s, expected %.2f, ", sum / count, forward) + when);
     }
     if (std::abs(turn / count - yaw_rate) > tolerance * std::max(std::abs(yaw_rate), kSmallestSpeed)) {
-      fail(text("%.2f rad/s at the end, expected %.2f", turn / count, yaw_rate));
+      fail(text("%.2f rad/s, expected %.2f, ", turn / count, yaw_rate) + when);
     }
   }
 
@@ -250,8 +270,9 @@ class Judgement {
 }  // namespace
 
 double allowedStandstill(const Expectation& expectation, const CampaignLimits& limits, const TruthSample& at_onset) {
-  const double gate = std::min(limits.brake_time, std::max(std::abs(at_onset.forward) / limits.linear_brake,
-                                                           std::abs(at_onset.yaw_rate) / limits.angular_brake));
+  const BrakeParameters& brake = limits.gate.brake;
+  const double gate = std::min(brake.time, std::max(std::abs(at_onset.forward) / brake.linear_deceleration,
+                                                    std::abs(at_onset.yaw_rate) / brake.angular_deceleration));
   const double robot = wheelSpeed(at_onset, limits.geometry) / limits.robot_acceleration;
   return kMargin * (expectation.within + std::max(gate, robot)) + limits.robot_dead_time;
 }

@@ -49,23 +49,19 @@ struct RunRecord {
   std::vector<CommandSample> commands;
   std::vector<StateSample> states;
   std::vector<DiagnosticSample> diagnostics;
-  std::vector<double>
-      process_starts;     ///< when a new controller process sent its first command, after an end we asked for [s]
+  /// When a new controller process sent its first command after an end we asked for, or the world started anew [s]:
+  /// there the robot is at rest, and the command has to be zero, whatever it was before.
+  std::vector<double> fresh_starts;
   std::string breakdown;  ///< why the run could not be completed, or a crash; empty if neither
 };
 
 /// What the robot and its controller are configured for: what the bars follow from.
 struct CampaignLimits {
-  LimitParameters command;             ///< limits of the drive gate
-  GeometryParameters geometry;         ///< of the controller
-  double linear_acceleration = 20.0;   ///< limit of the drive gate [m/s^2]
-  double angular_acceleration = 25.0;  ///< limit of the drive gate [rad/s^2]
-  double brake_time = 1.0;             ///< longest time the gate's brake takes [s]
-  double linear_brake = 3.0;           ///< deceleration of the gate's brake [m/s^2]
-  double angular_brake = 6.0;          ///< deceleration of the gate's brake [rad/s^2]
-  double action_period = 0.02;         ///< of the drive commands [s]
-  double robot_dead_time = 0.08;       ///< from a command to the motors [s]
-  double robot_acceleration = 1.65;    ///< what the robot's motors can do, of the wheel circumference [m/s^2]
+  GateParameters gate;               ///< of the drive gate
+  GeometryParameters geometry;       ///< of the controller
+  double action_period = 0.02;       ///< of the drive commands [s]
+  double robot_dead_time = 0.08;     ///< from a command to the motors [s]
+  double robot_acceleration = 1.65;  ///< what the robot's motors can do, of the wheel circumference [m/s^2]
 };
 
 /// Figures and verdict of a run.
@@ -79,6 +75,7 @@ struct Verdict {
   double overspeed = 0.0;                ///< largest speed beyond that at the onset and the set point [m/s]
   double yaw_overspeed = 0.0;            ///< as overspeed, of the yaw rate [rad/s]
   std::optional<double> detected_after;  ///< from the onset [s]; empty if nothing told of the fault
+  std::string history;                   ///< what the controller said about itself: each change with its time
   std::string told;                      ///< what told of it
   std::vector<std::string> failures;     ///< what was not as it has to be; empty if all was
 

@@ -56,7 +56,7 @@ std::string faultsOf(const Scenario& scenario) {
 
 std::string verdictHeader() {
   return "scenario,faults,expected,distance_m,standstill_s,allowed_s,command_step_radps,acceleration_use,limit_use,"
-         "overspeed_mps,yaw_overspeed_radps,detected_s,told,result,failures\n";
+         "overspeed_mps,yaw_overspeed_radps,detected_s,told,result,failures,history\n";
 }
 
 std::string verdictLine(const Scenario& scenario, const Verdict& verdict) {
@@ -66,7 +66,8 @@ std::string verdictLine(const Scenario& scenario, const Verdict& verdict) {
                  number(verdict.standstill), stops ? number(verdict.allowed_standstill) : " ",
                  number(verdict.command_step), number(verdict.acceleration_use), number(verdict.limit_use),
                  number(verdict.overspeed), number(verdict.yaw_overspeed), number(verdict.detected_after),
-                 field(verdict.told), verdict.passed() ? "passed" : "failed", field(joined(verdict.failures, "; "))},
+                 field(verdict.told), verdict.passed() ? "passed" : "failed", field(joined(verdict.failures, "; ")),
+                 field(verdict.history)},
                 ",") +
          "\n";
 }

@@ -251,7 +251,8 @@ TEST_F(ControllerNodeTest, BoundsSpeedAndDoesNotWindUp) {
   for (const auto& state : robot.states()) {
     fastest = std::max(fastest, 0.098 * 0.5 * (state.command_left + state.command_right));
   }
-  EXPECT_NEAR(fastest, 2.0, 1e-6);
+  EXPECT_LE(fastest, 2.0 + 1e-6);
+  EXPECT_GE(fastest, 1.99);
   EXPECT_NEAR(robot.mean(robot.truth().forward, start + 2.5, start + 3.0), 2.0, 0.05);
   // Without wind-up the command falls at once when less is asked.
   robot.clear();

@@ -99,8 +99,8 @@ TEST_F(StepRecorderTest, RecordsAForwardStepAndATurn) {
   const auto metrics = readTable(directory_ / "metrics.csv");
   ASSERT_EQ(metrics.size(), 2u);
   EXPECT_EQ(metrics[0].at("step"), "0.5 m/s");
-  EXPECT_NEAR(std::stod(metrics[0].at("begin_s")), 1.0, 0.05);
-  EXPECT_NEAR(std::stod(metrics[0].at("end_s")), 3.0, 0.05);
+  EXPECT_NEAR(std::stod(metrics[0].at("begin_s")), 1.0, 0.2);
+  EXPECT_NEAR(std::stod(metrics[0].at("end_s")), 3.0, 0.2);
   EXPECT_LT(std::stod(metrics[0].at("settling_s")), 1.0);
   EXPECT_LT(std::abs(std::stod(metrics[0].at("steady_error_pct"))), 2.0);
   EXPECT_EQ(metrics[0].at("stable"), "1");

@@ -54,6 +54,7 @@ TEST(Judge, PassesAStopInTime) {
   EXPECT_NEAR(*verdict.standstill, 0.7, 0.021);
   EXPECT_NEAR(*verdict.detected_after, 0.2, 0.021);
   EXPECT_EQ(verdict.told, "braking: IMU data too old");
+  EXPECT_EQ(verdict.history, "0.00 s driving, 2.20 s braking: IMU data too old");
   EXPECT_NEAR(verdict.distance, 0.2 + 0.25, 0.03);
   EXPECT_NEAR(verdict.command_step, 0.04 / kRadius, 1e-6);
   EXPECT_NEAR(verdict.acceleration_use, 2.0 / 20.0, 1e-6);
@@ -82,6 +83,12 @@ TEST(Judge, FailsADriveOn) {
   EXPECT_TRUE(mentions(verdict, "does not stop"));
   EXPECT_TRUE(mentions(verdict, "undetected"));
   EXPECT_TRUE(mentions(verdict, "at the end"));
+}
+
+TEST(Judge, FailsARunThatNeverGotGoing) {
+  RunRecord record = braking(0.0, 1000.0);
+  for (StateSample& state : record.states) state.driving = state.time < kOnset;
+  EXPECT_TRUE(mentions(judge(stopScenario(), record, CampaignLimits{}), "at the onset"));
 }
 
 TEST(Judge, FailsAStopThatDoesNotLast) {
@@ -159,7 +166,7 @@ TEST(Judge, ANewProcessStartsFromZero) {
     if (command.time > 2.2) command.speeds = {};
   }
   EXPECT_TRUE(mentions(judge(scenario, record, CampaignLimits{}), "steps by"));
-  record.process_starts = {2.22};
+  record.fresh_starts = {2.22};
   EXPECT_TRUE(judge(scenario, record, CampaignLimits{}).passed());
   for (CommandSample& command : record.commands) {
     if (command.time > 2.2 && command.time < 2.3) command.speeds = {3.0, 3.0};

@@ -1,0 +1,109 @@
+#pragma once
+
+/// @file
+/// What the property tests have in common: how many inputs, and how a text is damaged.
+
+#include <cstdint>
+#include <cstdlib>
+#include <fstream>
+#include <limits>
+#include <random>
+#include <sstream>
+#include <string>
+
+namespace jackal_aic::test {
+
+/// Share of the inputs of all property tests together, JACKAL_AIC_FUZZ_INPUTS (default 20000): a million is
+///     JACKAL_AIC_FUZZ_INPUTS=1000000 ./scripts/test --only fuzz
+inline int fuzzInputs(double share) {
+  const char* text = std::getenv("JACKAL_AIC_FUZZ_INPUTS");
+  const double all = text != nullptr ? std::atof(text) : 20000.0;
+  return static_cast<int>(share * all) + 1;
+}
+
+/// A file of the package as text.
+inline std::string packageFile(const std::string& name) {
+  std::ifstream file(std::string(JACKAL_AIC_SOURCE_DIR "/") + name);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// Seeded source of everything random. Spelled out where the standard leaves the numbers to the library.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : engine_(seed) {}
+
+  std::size_t below(std::size_t size) { return size == 0 ? 0 : static_cast<std::size_t>(engine_() % size); }
+  bool chance(double probability) { return static_cast<double>(engine_() >> 11) * 0x1p-53 < probability; }
+  double between(double low, double high) {
+    return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53;
+  }
+
+  /// Mostly a number of everyday size, else one that arithmetic may stumble over.
+  double number() {
+    constexpr double kOdd[] = {0.0,
+                               -0.0,
+                               1e-320,
+                               std::numeric_limits<double>::min(),
+                               1e15,
+                               -1e38,
+                               1e300,
+                               -1e308,
+                               std::numeric_limits<double>::max(),
+                               std::numeric_limits<double>::infinity(),
+                               -std::numeric_limits<double>::infinity(),
+                               std::numeric_limits<double>::quiet_NaN()};
+    if (chance(0.7)) return between(-5.0, 5.0);
+    return kOdd[below(sizeof kOdd / sizeof *kOdd)];
+  }
+
+  /// A text with one to four kinds of damage.
+  std::string damaged(std::string text) {
+    for (std::size_t wounds = 1 + below(4); wounds > 0; --wounds) damage(text);
+    return text;
+  }
+
+ private:
+  void damage(std::string& text) {
+    static const char* const kTokens[] = {"nan", ".inf", "-1", "1e300", "99999999999999999999",
+                                          "0",   "",     "[",  "]",     "{",
+                                          ":",   "- ",   "\n", "<",     "/>",
+                                          "\"",  "&lt",  "#",  "true",  "!",
+                                          "*a"};
+    const std::size_t at = below(text.size() + 1), length = below(40);
+    switch (below(6)) {
+      case 0:
+        if (at < text.size()) text[at] = static_cast<char>(below(256));
+        break;
+      case 1:
+        text.erase(at, length);
+        break;
+      case 2:
+        text.insert(at, text.substr(below(text.size() + 1), length));
+        break;
+      case 3:
+        text.insert(at, kTokens[below(sizeof kTokens / sizeof *kTokens)]);
+        break;
+      case 4:
+        replaceNumber(text, at);
+        break;
+      default:
+        if (chance(0.1)) text.resize(at);
+    }
+  }
+
+  /// The next number after a place becomes another one.
+  void replaceNumber(std::string& text, std::size_t at) {
+    const auto begin = text.find_first_of("0123456789", at);
+    if (begin == std::string::npos) return;
+    const auto end = text.find_first_not_of("0123456789.eE+-", begin);
+    std::ostringstream other;
+    other << number();
+    text.replace(begin, (end == std::string::npos ? text.size() : end) - begin, other.str());
+  }
+
+  std::mt19937_64 engine_;
+};
+
+}  // namespace jackal_aic::test
