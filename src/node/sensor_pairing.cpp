@@ -11,6 +11,9 @@ constexpr int kQueueLength = 20;
 /// Both sensors run at 50 Hz: knowing that the next message is at least this far away lets the pairing decide at once
 /// instead of waiting a period for a better partner.
 const ros::Duration kShortestPeriod(0.010);
+/// Stamps further ahead of now are refused: one such message, also one of before the clock jumped back, would keep
+/// every later one from being paired until its time has come.
+const ros::Duration kFurthestAhead(0.1);
 
 }  // namespace
 
@@ -44,6 +47,7 @@ bool SensorPairing::addWheels(const sensor_msgs::JointStateConstPtr& message, co
   if (!left && !right) return true;
   if (!left || !right) return refuse("joint states with the wheels of one side only");
   if (message->header.stamp.isZero()) return refuse("joint states without a stamp");
+  if (message->header.stamp > now + kFurthestAhead) return refuse("joint states from the future");
   if (!meanVelocity(*message, names_.left_wheel_joints) || !meanVelocity(*message, names_.right_wheel_joints)) {
     return refuse("joint states with a wheel velocity that is missing or not finite");
   }
@@ -54,6 +58,7 @@ bool SensorPairing::addWheels(const sensor_msgs::JointStateConstPtr& message, co
 
 bool SensorPairing::addImu(const sensor_msgs::ImuConstPtr& message, const ros::Time& now) {
   if (message->header.stamp.isZero()) return refuse("IMU data without a stamp");
+  if (message->header.stamp > now + kFurthestAhead) return refuse("IMU data from the future");
   if (!rotationFrom(message->header.frame_id, imu_rotation_)) {
     return refuse("IMU data in frame '" + message->header.frame_id + "', which tf does not relate to '" +
                   names_.base_frame + "'");

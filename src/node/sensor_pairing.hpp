@@ -37,11 +37,11 @@ class SensorPairing {
   SensorPairing(const RobotNames& names, const tf2_ros::Buffer& transforms, Callback callback);
 
   /// Takes a joint state message. Messages without a wheel of ours are left alone; one without both sides, with a
-  /// missing or non-finite velocity or without a stamp is refused (false).
+  /// missing or non-finite velocity, without a stamp or from the future is refused (false).
   bool addWheels(const sensor_msgs::JointStateConstPtr& message, const ros::Time& now);
 
-  /// Takes an IMU message. One with a non-finite value, without a stamp, or from a frame that tf cannot relate to the
-  /// base frame is refused (false).
+  /// Takes an IMU message. One with a non-finite value, without a stamp, from the future, or from a frame that tf
+  /// cannot relate to the base frame is refused (false).
   bool addImu(const sensor_msgs::ImuConstPtr& message, const ros::Time& now);
 
   const Arrival& wheels() const { return wheels_; }            ///< last accepted wheel speeds

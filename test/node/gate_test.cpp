@@ -215,7 +215,7 @@ TEST_F(DriveGateNode, StampsFromTheFutureStop) {
     message.header.stamp += ros::Duration(10.0);
     return true;
   };
-  expectBrake(0.02, 0.18, 3.0, ControllerState::STOPPED, "wheel speeds");
+  expectBrake(0.2, 0.18, 3.0, ControllerState::STOPPED, "wheel speeds too old");
 }
 
 TEST_F(DriveGateNode, StampsFromThePastStop) {

@@ -1,0 +1,82 @@
+// Wheel speeds and IMU samples on their way to one observation; no master.
+
+#include "sensor_pairing.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kPeriod = 0.02;  // s
+
+class SensorPairingTest : public testing::Test {
+ protected:
+  SensorPairingTest()
+      : sensors_(RobotNames{}, transforms_,
+                 [this](const Observation& observation, const ros::Time&) { observations_.push_back(observation); }) {}
+
+  bool addWheels(double stamp, double now, double speed = 1.0) {
+    auto message = boost::make_shared<sensor_msgs::JointState>();
+    message->header.stamp = ros::Time(stamp);
+    message->name = {"front_left_wheel", "front_right_wheel"};
+    message->velocity = {speed, 2.0 * speed};
+    return sensors_.addWheels(message, ros::Time(now));
+  }
+
+  bool addImu(double stamp, double now) {
+    auto message = boost::make_shared<sensor_msgs::Imu>();
+    message->header.stamp = ros::Time(stamp);
+    message->header.frame_id = "base_link";
+    message->angular_velocity.z = 0.5;
+    return sensors_.addImu(message, ros::Time(now));
+  }
+
+  /// Pairs of samples at 50 Hz from a time on.
+  void addPairs(double from, int count) {
+    for (int i = 0; i < count; ++i) {
+      const double now = from + i * kPeriod;
+      EXPECT_TRUE(addWheels(now, now));
+      EXPECT_TRUE(addImu(now, now));
+    }
+  }
+
+  tf2_ros::Buffer transforms_{ros::Duration(10.0), false};
+  std::vector<Observation> observations_;
+  SensorPairing sensors_;
+};
+
+TEST_F(SensorPairingTest, PairsSamplesOfOneStamp) {
+  addPairs(10.0, 5);
+  ASSERT_GE(observations_.size(), 4u);
+  EXPECT_EQ(observations_[0].stamp, 10.0);
+  EXPECT_EQ(observations_[0].wheel_left, 1.0);
+  EXPECT_EQ(observations_[0].wheel_right, 2.0);
+  EXPECT_EQ(observations_[0].yaw_rate, 0.5);
+}
+
+TEST_F(SensorPairingTest, OneStampFromTheFutureHoldsUpNoOtherSample) {
+  addPairs(10.0, 5);
+  EXPECT_FALSE(addWheels(20.0, 10.1, 7.0));
+  EXPECT_NE(sensors_.lastRefusal().find("future"), std::string::npos);
+  EXPECT_FALSE(addImu(20.0, 10.1));
+  EXPECT_NE(sensors_.lastRefusal().find("future"), std::string::npos);
+  EXPECT_EQ(sensors_.wheels().stamp, ros::Time(10.08)) << "a refused sample does not count as received";
+  const std::size_t before = observations_.size();
+  addPairs(10.1, 10);
+  EXPECT_GE(observations_.size(), before + 9);
+  for (const Observation& observation : observations_) EXPECT_EQ(observation.wheel_left, 1.0);
+}
+
+TEST_F(SensorPairingTest, ASampleOfBeforeTheClockJumpedBackIsRefused) {
+  addPairs(10.0, 5);
+  sensors_.reset();
+  EXPECT_FALSE(addWheels(10.1, 0.0));
+  observations_.clear();
+  addPairs(0.02, 10);
+  EXPECT_GE(observations_.size(), 9u);
+}
+
+}  // namespace
+}  // namespace jackal_aic
