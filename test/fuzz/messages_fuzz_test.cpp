@@ -130,7 +130,7 @@ class Loop {
   }
 
   void act() {
-    for (int i = parameters_.controller.beliefStepsPerAction(); i > 0; --i) controller_->updateBelief();
+    for (int i = controller_->beliefStepsPerAction(); i > 0; --i) controller_->updateBelief();
     GateInputs inputs;
     inputs.set_point_at_rest = set_point_.vector().isZero(0.0);
     inputs.causes.add(StopCause::set_point_late, random_.chance(0.02))
