@@ -61,6 +61,7 @@ TEST(Predictive, IsAsFastAsOpenLoopAndExact) {
     EXPECT_LE(*row.settling_s, 1.10 * same(all, row, "diff_drive").settling_s.value()) << nameOf(row);
     EXPECT_LE(*row.overshoot_pct, 5.0) << nameOf(row);
     EXPECT_LE(std::abs(*row.steady_error_pct), 0.5) << nameOf(row);
+    EXPECT_LE(*row.tracking_rms_radps, 0.01) << nameOf(row) << ": does not swerve";
   }
 }
 
