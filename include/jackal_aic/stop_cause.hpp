@@ -3,7 +3,10 @@
 /// @file
 /// Everything that keeps the robot from driving.
 
+#include <algorithm>
 #include <bitset>
+#include <cstddef>
+#include <initializer_list>
 
 namespace jackal_aic {
 
@@ -20,10 +23,12 @@ enum class StopCause {
   wheels_missing,     ///< never received
   set_point_late,     ///< past deadlines.set_point
   set_point_missing,  ///< never received
+  clock_jump,         ///< the clock jumped back
   outputs_unchecked,  ///< who else publishes commands is not known yet
   motors_off,         ///< feedback: the motors do not take velocity commands
   robot_stopped,      ///< status: the robot's own stop is engaged
   emergency_stop,     ///< e_stop
+  shutdown,           ///< the controller is to end
   contention,         ///< another node publishes commands
   sensor_fault,       ///< the fault monitor left too little to drive on
   belief_diverged,    ///< not finite, or beyond watchdog.belief_bound
@@ -55,8 +60,16 @@ class StopCauses {
     return *this;
   }
 
-  /// True if a cause is present.
-  bool has(StopCause cause) const { return set_.test(static_cast<std::size_t>(cause)); }
+  /// True if one of the causes is present.
+  bool hasAny(std::initializer_list<StopCause> causes) const {
+    return std::any_of(causes.begin(), causes.end(),
+                       [this](StopCause c) { return set_.test(static_cast<std::size_t>(c)); });
+  }
+
+  /// Takes causes back.
+  void remove(std::initializer_list<StopCause> causes) {
+    for (StopCause cause : causes) set_.reset(static_cast<std::size_t>(cause));
+  }
 
   /// The cause that counts; `none` if there is none.
   StopCause worst() const;

@@ -39,8 +39,8 @@ ControllerNode::ControllerNode(ros::NodeHandle node, const NodeParameters& param
       sensors_(parameters.robot, transforms_,
                [this](const Observation& observation, const ros::Time& stamp) { onObservation(observation, stamp); }),
       robot_(node_, parameters.robot, parameters.gate.deadlines, [this] { return currentTime(); }),
-      graph_(output_.topics(), kGraphPeriod) {
-  if (parameters.plant_model) monitor_.emplace(parameters.faults, parameters.geometry, *parameters.plant_model);
+      graph_(output_.topics(), kGraphPeriod),
+      measurements_(parameters) {
   diagnostics_.setHardwareID("jackal");
   diagnostics_.add("Active inference controller", this, &ControllerNode::diagnose);
   sensor_publisher_ = node_.advertise<SensorGeneralized>("sensor_generalized", 10);
@@ -67,6 +67,9 @@ void ControllerNode::onSetPoint(const geometry_msgs::Twist& message) {
 void ControllerNode::onWheels(const sensor_msgs::JointStateConstPtr& message) {
   if (sensors_.addWheels(message, currentTime())) {
     robot_.addWheels(*message, last_now_, gate_.command());
+    if (measurements_.imuSilent() && mentionsAny(*message, parameters_.robot.left_wheel_joints)) {
+      onObservation(sensors_.wheelsAlone(*message), message->header.stamp);
+    }
   } else {
     reportRefusal(sensors_.lastRefusal().c_str(), ++rejected_measurements_);
   }
@@ -75,19 +78,14 @@ void ControllerNode::onWheels(const sensor_msgs::JointStateConstPtr& message) {
 void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
   if (sensors_.addImu(message, currentTime())) {
     robot_.addImu(*message, last_now_);
+    if (measurements_.wheelsSilent()) onObservation(sensors_.imuAlone(*message), message->header.stamp);
   } else {
     reportRefusal(sensors_.lastRefusal().c_str(), ++rejected_measurements_);
   }
 }
 
 void ControllerNode::onObservation(Observation observation, const ros::Time& stamp) {
-  if (monitor_ && contended())
-    monitor_->reset();  // what the motors are told is not ours, so that nothing can be predicted
-  if (monitor_ && !contended()) {
-    const char* before = monitor_->report().reason();
-    observation.valid = observation.valid & monitor_->check(observation).valid();
-    reportFaults(before);
-  }
+  measurements_.judge(observation, last_now_.toSec());
   if (!taken(controller_.observe(observation))) {
     reportRefusal("measurement whose stamp is not later than the last one", ++rejected_measurements_);
     return;
@@ -124,12 +122,16 @@ void ControllerNode::onActionTimer(const ros::TimerEvent& event) {
 }
 
 void ControllerNode::updateBelief() {
-  if (monitor_) monitor_->advance(gate_.command(), controller_.beliefStep());
+  measurements_.advance(gate_.command(), controller_.beliefStep());
   controller_.updateBelief();
   schedule_.beliefStepDone();
 }
 
 WheelCommand ControllerNode::act(const ros::Time& now) {
+  if (clock_jumped_ && atRest()) {
+    gate_.reset();
+    clock_jumped_ = false;
+  }
   reportStatus(gate_.decide(gateInputs(now)));
   if (decision_.cause == StopCause::belief_diverged && !decision_.unacknowledged) startAnew();
   if (decision_.status != DriveStatus::driving) {
@@ -142,34 +144,21 @@ WheelCommand ControllerNode::act(const ros::Time& now) {
   return gate_.command();
 }
 
-GateInputs ControllerNode::gateInputs(const ros::Time& now) const {
-  GateInputs inputs{overdueInputs(ages(now), parameters_.gate.deadlines), set_point_.vector().isZero(0.0)};
-  inputs.set_point_at_rest |=
-      inputs.causes.has(StopCause::set_point_late) || inputs.causes.has(StopCause::set_point_missing);
+GateInputs ControllerNode::gateInputs(const ros::Time& now) {
+  StopCauses causes = overdueInputs(ages(now), parameters_.gate.deadlines);
+  robot_.addCauses(causes);
+  const bool no_set_point = causes.hasAny({StopCause::set_point_late, StopCause::set_point_missing});
+  const bool set_point_at_rest = no_set_point || set_point_.vector().isZero(0.0);
+  // What the motors do under somebody else's commands cannot be predicted.
+  if (contended()) measurements_.reset();
+  measurements_.applyPolicy(causes, now.toSec(), atRest() && set_point_at_rest);
   const bool plausible = isPlausible(controller_.believedVelocity(), controller_.freeEnergy(), parameters_.gate);
-  robot_.addCauses(inputs.causes);
-  inputs.causes.add(StopCause::belief_diverged, !plausible)
+  causes.add(StopCause::belief_diverged, !plausible)
+      .add(StopCause::clock_jump, clock_jumped_)
       .add(StopCause::outputs_unchecked, !graph_.checked())
-      .add(StopCause::contention, contended())
-      .add(StopCause::sensor_fault, driveFault());
-  return inputs;
-}
-
-bool ControllerNode::driveFault() const {
-  // At rest a blocked wheel cannot be told from a good one: the verdict stands until the robot is to move again.
-  const bool to_rest = gate_.command() == WheelCommand{} && set_point_.vector().isZero(0.0);
-  return monitor_ && !to_rest && (monitor_->report().drive_left || monitor_->report().drive_right);
-}
-
-void ControllerNode::reportFaults(const char* before) {
-  const char* reason = monitor_->report().reason();
-  if (reason == before) return;
-  if (*reason != '\0') {
-    ++sensor_faults_;
-    ROS_WARN("Fault detected: %s", reason);
-  } else {
-    ROS_INFO("Fault is over: %s", before);
-  }
+      .add(StopCause::shutdown, ending_)
+      .add(StopCause::contention, contended());
+  return {causes, set_point_at_rest};
 }
 
 bool ControllerNode::contended() const { return graph_.contended() && !parameters_.allow_other_publishers; }
@@ -179,9 +168,8 @@ std::string ControllerNode::reason() const {
   if (decision_.cause == StopCause::contention && contended()) {
     reason += ": " + graph_.others() + "; remap the commands of one of the two (launch/jackal.launch says how)";
   }
-  if (monitor_ && *monitor_->report().reason() != '\0') {
-    reason += (reason.empty() ? "" : "; ") + std::string(monitor_->report().reason());
-  }
+  const std::string fault = measurements_.reason();
+  if (!fault.empty()) reason += (reason.empty() ? "" : "; ") + fault;
   if (decision_.unacknowledged) reason += " (over; a zero set point starts anew)";
   return reason;
 }
@@ -220,14 +208,13 @@ void ControllerNode::reset() {
   structure_->reset();
   sensors_.reset();
   robot_.reset();
-  if (monitor_) monitor_->reset();
+  measurements_.reset();
   schedule_.stop();
   transforms_.clear();
   set_point_ = {};
   set_point_received_ = measurement_stamp_ = measurement_received_ = ros::Time();
   action_ = {};
-  gate_.reset();
-  publishStop();
+  clock_jumped_ = true;
 }
 
 void ControllerNode::reportRefusal(const char* what, std::uint32_t count) {
@@ -236,7 +223,7 @@ void ControllerNode::reportRefusal(const char* what, std::uint32_t count) {
 
 void ControllerNode::reportStatus(const GateDecision& decision) {
   const DriveStatus before = decision_.status;
-  if (before == DriveStatus::faulted && decision.status != before && monitor_) monitor_->reset();
+  if (before == DriveStatus::faulted && decision.status != before) measurements_.reset();
   const bool changed = decision.status != before || decision.cause != decision_.cause;
   decision_ = decision;
   if (!changed) return;
@@ -302,8 +289,8 @@ void ControllerNode::diagnose(diagnostic_updater::DiagnosticStatusWrapper& statu
   status.add("Clock resets", clock_resets_);
   status.add("Brakes", brakes_);
   status.add("Faults", faults_);
-  status.add("Sensor faults", sensor_faults_);
-  status.add("Detected", monitor_ ? monitor_->report().reason() : "no plant model: not looked for");
+  status.add("Sensor faults detected", measurements_.detected());
+  status.add("Sensor faults", measurements_.reason());
   status.add("Master reachable", graph_.masterReachable() ? "yes" : "no");
   status.add("Free energy", controller_.freeEnergy());
 }

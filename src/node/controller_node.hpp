@@ -17,15 +17,14 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "command_output.hpp"
 #include "controller_structure.hpp"
 #include "graph_watch.hpp"
 #include "jackal_aic/drive_gate.hpp"
-#include "jackal_aic/fault_monitor.hpp"
 #include "jackal_aic/step_schedule.hpp"
+#include "measurement_watch.hpp"
 #include "node_parameters.hpp"
 #include "robot_watch.hpp"
 #include "sensor_pairing.hpp"
@@ -38,7 +37,13 @@ class ControllerNode {
   /// Opens the topics in the namespace of `node` and starts the timers.
   ControllerNode(ros::NodeHandle node, const NodeParameters& parameters);
 
-  /// Publishes a zero command, for shutdown; nothing while another node has the motors.
+  /// Brakes from now on, for the end of the node. The timers have to be served until atRest().
+  void brake() { ending_ = true; }
+
+  /// True if the last command was zero.
+  bool atRest() const { return gate_.command() == WheelCommand{}; }
+
+  /// Publishes a zero command, for the end of the node; nothing while another node has the motors.
   void publishStop();
 
  private:
@@ -53,12 +58,10 @@ class ControllerNode {
   void reset();
   void updateBelief();
   WheelCommand act(const ros::Time& now);
-  GateInputs gateInputs(const ros::Time& now) const;
+  GateInputs gateInputs(const ros::Time& now);
   InputAges ages(const ros::Time& now) const;
   bool contended() const;
   std::string reason() const;
-  bool driveFault() const;
-  void reportFaults(const char* before);
   void startAnew();
   void reportRefusal(const char* what, std::uint32_t count);
   void reportStatus(const GateDecision& decision);
@@ -77,21 +80,22 @@ class ControllerNode {
   SensorPairing sensors_;
   RobotWatch robot_;
   GraphWatch graph_;
-  std::optional<FaultMonitor> monitor_;  // needs a plant model
+  MeasurementWatch measurements_;
 
   GateDecision decision_;
   SetPoint set_point_;
   ros::Time set_point_received_;    // zero before the first
   ros::Time measurement_stamp_;     // of the last observation the controller took; zero before the first
   ros::Time measurement_received_;  // when it was taken
-  ros::Time last_now_;              // of the last callback, to notice a clock that jumps back
-  WheelCommand action_;             // before limits, of the last action step
+  bool clock_jumped_ = false;       // back, and the robot has not come to rest since
+  bool ending_ = false;
+  ros::Time last_now_;   // of the last callback, to notice a clock that jumps back
+  WheelCommand action_;  // before limits, of the last action step
   std::uint32_t rejected_set_points_ = 0;
   std::uint32_t rejected_measurements_ = 0;
   std::uint32_t clock_resets_ = 0;
   std::uint32_t brakes_ = 0;
   std::uint32_t faults_ = 0;
-  std::uint32_t sensor_faults_ = 0;
 
   diagnostic_updater::Updater diagnostics_;
   ros::Publisher sensor_publisher_;

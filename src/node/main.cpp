@@ -13,6 +13,8 @@ int main(int argc, char** argv) {
         jackal_aic::readRosParameters(private_handle), [&] { return jackal_aic::robotDescription(private_handle); });
     jackal_aic::ControllerNode node(handle, parameters);
     stop.spinUntilRequested();
+    node.brake();
+    stop.spinWhile([&] { return !node.atRest(); }, 0.5);  // s; a simulation may stand still
     node.publishStop();
     stop.flush();
   } catch (const jackal_aic::ParameterError& error) {

@@ -75,6 +75,7 @@ NodeParameters readNodeParameters(ParameterMap map, const std::function<std::str
   parameters.geometry = readParameters<GeometryParameters>(map, "robot");
   parameters.robot = readParameters<RobotNames>(map, "robot");
   parameters.gate = readGateParameters(map);
+  parameters.on_loss = readParameters<LossPolicyParameters>(map, "on_loss");
   parameters.faults = readParameters<FaultParameters>(map, "faults");
   validate(parameters.faults);
   ParameterReader reader(map, "");

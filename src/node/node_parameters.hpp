@@ -12,6 +12,7 @@
 
 #include "jackal_aic/fault_parameters.hpp"
 #include "jackal_aic/gate_parameters.hpp"
+#include "jackal_aic/loss_policy.hpp"
 #include "jackal_aic/parameter_map.hpp"
 #include "jackal_aic/parameters.hpp"
 #include "jackal_aic/plant_model.hpp"
@@ -54,6 +55,7 @@ struct NodeParameters {
   GeometryParameters geometry;
   RobotNames robot;
   GateParameters gate;
+  LossPolicyParameters on_loss;
   FaultParameters faults;  ///< of the fault detection, which needs a plant model
   OutputMode output = OutputMode::cmd_drive;
   std::string slip_file;  ///< absolute path of the YAML file (key slip.file) in which the predictive structure keeps

@@ -83,19 +83,36 @@ bool SensorPairing::rotationFrom(const std::string& frame, Eigen::Quaterniond& r
   }
 }
 
-void SensorPairing::onPair(const sensor_msgs::JointStateConstPtr& wheels, const sensor_msgs::ImuConstPtr& imu) {
-  // Both messages were checked when they came in, so that the values are there.
-  const auto motion = planarMotion(*imu, imu_rotation_);
-  const auto left = meanVelocity(*wheels, names_.left_wheel_joints);
-  const auto right = meanVelocity(*wheels, names_.right_wheel_joints);
+// Messages were checked when they came in, so that the values are there.
+
+Observation SensorPairing::wheelsAlone(const sensor_msgs::JointState& message) const {
   Observation observation;
-  observation.stamp = wheels->header.stamp.toSec();
+  observation.stamp = message.header.stamp.toSec();
+  observation.wheel_left = *meanVelocity(message, names_.left_wheel_joints);
+  observation.wheel_right = *meanVelocity(message, names_.right_wheel_joints);
+  observation.valid.yaw_rate = observation.valid.acceleration = false;
+  return observation;
+}
+
+Observation SensorPairing::imuAlone(const sensor_msgs::Imu& message) const {
+  const auto motion = planarMotion(message, imu_rotation_);
+  Observation observation;
+  observation.stamp = message.header.stamp.toSec();
   observation.yaw_rate = (*motion)(0);
-  observation.wheel_left = *left;
-  observation.wheel_right = *right;
   observation.acceleration_x = (*motion)(1);
   observation.acceleration_y = (*motion)(2);
   observation.acceleration_z = (*motion)(3);
+  observation.valid.wheel_left = observation.valid.wheel_right = false;
+  return observation;
+}
+
+void SensorPairing::onPair(const sensor_msgs::JointStateConstPtr& wheels, const sensor_msgs::ImuConstPtr& imu) {
+  const Observation encoders = wheelsAlone(*wheels);
+  Observation observation = imuAlone(*imu);
+  observation.stamp = encoders.stamp;
+  observation.wheel_left = encoders.wheel_left;
+  observation.wheel_right = encoders.wheel_right;
+  observation.valid = {};
   callback_(observation, wheels->header.stamp);
 }
 

@@ -44,6 +44,12 @@ class SensorPairing {
   /// cannot relate to the base frame is refused (false).
   bool addImu(const sensor_msgs::ImuConstPtr& message, const ros::Time& now);
 
+  /// Wheel speeds of an accepted message as an observation without the channels of the IMU.
+  Observation wheelsAlone(const sensor_msgs::JointState& message) const;
+
+  /// An accepted IMU message as an observation without wheels.
+  Observation imuAlone(const sensor_msgs::Imu& message) const;
+
   const Arrival& wheels() const { return wheels_; }            ///< last accepted wheel speeds
   const Arrival& imu() const { return imu_; }                  ///< last accepted IMU sample
   const std::string& lastRefusal() const { return refusal_; }  ///< why the last refused message was refused

@@ -39,6 +39,13 @@ void StopRequest::spinUntilRequested() {
   while (!requested && ros::ok()) ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(kWait));
 }
 
+void StopRequest::spinWhile(const std::function<bool()>& condition, double longest) {
+  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(longest);
+  while (condition() && ros::ok() && ros::WallTime::now() < end) {
+    ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(kWait));
+  }
+}
+
 void StopRequest::flush() {
   ros::WallDuration(kFlush).sleep();
   ros::shutdown();

@@ -3,6 +3,8 @@
 /// @file
 /// Orderly end of a node: SIGINT, SIGTERM and `rosnode kill` are noticed while publishers still work.
 
+#include <functional>
+
 namespace jackal_aic {
 
 /// Catches every request to end the node, so that it can publish a last command before roscpp closes its connections.
@@ -17,6 +19,9 @@ class StopRequest {
 
   /// Serves callbacks until the end is requested or roscpp is shut down by other means.
   void spinUntilRequested();
+
+  /// Serves callbacks while a condition holds, for at most `longest` of wall time [s].
+  void spinWhile(const std::function<bool()>& condition, double longest);
 
   /// Waits until what was published last has been handed to the subscribers, then shuts roscpp down.
   void flush();

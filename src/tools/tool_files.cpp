@@ -33,6 +33,7 @@ auto readFile(const std::string& path, const Read& read) {
 LimitParameters readLimits(ParameterMap& map) {
   readParameters<RobotNames>(map, "robot");
   readParameters<FaultParameters>(map, "faults");
+  readParameters<LossPolicyParameters>(map, "on_loss");
   OutputMode output{};
   bool allow_other_publishers{};
   ParameterReader reader(map, "");

@@ -203,11 +203,32 @@ TEST_F(DriveGateNode, FrozenWheelSpeedsWithFreshStampsStop) {
   expectRecovery();
 }
 
-TEST_F(DriveGateNode, FrozenImuDataWithFreshStampsStop) {
-  imu.freeze();
-  expectBrake(0.3 + 0.04, 0.18, 3.0, ControllerState::STOPPED, "IMU data frozen");
-  imu.alter = nullptr;
-  expectRecovery();
+TEST_F(DriveGateNode, DrivesOnTheWheelsWhileTheImuIsSilentOrFrozenOrOfThePast) {
+  const auto silent = [](sensor_msgs::Imu&) { return false; };
+  const auto stale = [](sensor_msgs::Imu& message) {
+    message.header.stamp -= ros::Duration(1.0);
+    return true;
+  };
+  for (int i = 0; i < 3; ++i) {
+    robot.command(kSpeed, 0.4);
+    robot.run(2.0);
+    robot.clear();
+    if (i == 2) {
+      imu.freeze();
+    } else {
+      imu.alter = i == 0 ? std::function<bool(sensor_msgs::Imu&)>(silent) : stale;
+    }
+    robot.run(2.0);
+    EXPECT_EQ(robot.states().back().status, ControllerState::DRIVING) << robot.states().back().reason;
+    EXPECT_FALSE(robot.states().back().reason.empty()) << "case " << i << ": the loss must be told";
+    EXPECT_NEAR(robot.truth().forward.back(), kSpeed, 0.05 * kSpeed);
+    EXPECT_NEAR(robot.truth().yaw_rate.back(), 0.4, 0.1 * 0.4);
+    EXPECT_LT(largestStep(), 1.0);
+    imu.alter = nullptr;
+    robot.run(2.0);
+    EXPECT_TRUE(robot.states().back().reason.empty()) << robot.states().back().reason;
+    EXPECT_LT(largestStep(), 1.0) << "the IMU is taken again without a jump";
+  }
 }
 
 TEST_F(DriveGateNode, StampsFromTheFutureStop) {
@@ -219,12 +240,12 @@ TEST_F(DriveGateNode, StampsFromTheFutureStop) {
 }
 
 TEST_F(DriveGateNode, StampsFromThePastStop) {
-  imu.alter = [](sensor_msgs::Imu& message) {
+  wheels.alter = [](sensor_msgs::JointState& message) {
     message.header.stamp -= ros::Duration(1.0);
     return true;
   };
-  expectBrake(0.02, 0.18, 3.0, ControllerState::STOPPED, "IMU data too old");
-  imu.alter = nullptr;
+  expectBrake(0.02, 0.18, 3.0, ControllerState::STOPPED, "wheel speeds too old");
+  wheels.alter = nullptr;
   expectRecovery();
 }
 

@@ -1,0 +1,88 @@
+#include "measurement_watch.hpp"
+
+#include <ros/console.h>
+
+#include <variant>
+
+namespace jackal_aic {
+namespace {
+
+bool counts(const ChannelVerdict& verdict) { return verdict.state != ChannelState::faulty; }
+
+bool seesTheMotion(const ChannelValidity& valid) { return valid.yaw_rate + valid.wheel_left + valid.wheel_right >= 2; }
+
+}  // namespace
+
+MeasurementWatch::MeasurementWatch(const NodeParameters& parameters)
+    : policy_(parameters.on_loss),
+      predictive_(std::holds_alternative<PredictiveParameters>(parameters.controller)),
+      on_box_(parameters.plant_model && parameters.plant_model->on_box) {
+  if (parameters.plant_model) monitor_.emplace(parameters.faults, parameters.geometry, *parameters.plant_model);
+}
+
+void MeasurementWatch::advance(const WheelCommand& command, double duration) {
+  if (monitor_) monitor_->advance(command, duration);
+}
+
+void MeasurementWatch::judge(Observation& observation, double now) {
+  if (imu_lost_) observation.valid.yaw_rate = observation.valid.acceleration = false;
+  if (wheels_lost_) observation.valid.wheel_left = observation.valid.wheel_right = false;
+  if (monitor_) {
+    const char* before = monitor_->report().reason();
+    observation.valid = observation.valid & monitor_->check(observation).valid();
+    const char* reason = monitor_->report().reason();
+    if (reason != before && *reason != '\0') {
+      ++detected_;
+      ROS_WARN("Fault detected: %s", reason);
+    } else if (reason != before) {
+      ROS_INFO("Fault is over: %s", before);
+    }
+  }
+  if (seesTheMotion(observation.valid)) last_sight_ = now;
+}
+
+void MeasurementWatch::applyPolicy(StopCauses& causes, double now, bool at_rest) {
+  imu_silent_ = causes.hasAny({StopCause::imu_late, StopCause::imu_missing});
+  wheels_silent_ = causes.hasAny({StopCause::wheels_late, StopCause::wheels_missing});
+  imu_lost_ = imu_silent_ || causes.hasAny({StopCause::imu_frozen});
+  wheels_lost_ = wheels_silent_ || causes.hasAny({StopCause::wheels_frozen});
+  const LossDecision decision = decideOnLoss(policy_, tolerance(), remaining(), now - last_sight_, on_box_);
+  loss_ = decision.reason;
+  if (decision.action == LossAction::stop) {
+    causes.add(StopCause::sensor_fault, !imu_lost_ && !wheels_lost_);
+  } else if (imu_lost_ || wheels_lost_) {
+    causes.remove({StopCause::unpaired, StopCause::imu_frozen, StopCause::imu_late, StopCause::imu_missing,
+                   StopCause::wheels_frozen, StopCause::wheels_late, StopCause::wheels_missing});
+  }
+  const bool blocked = monitor_ && (monitor_->report().drive_left || monitor_->report().drive_right);
+  causes.add(StopCause::sensor_fault, blocked && !at_rest);
+}
+
+ChannelValidity MeasurementWatch::remaining() const {
+  ChannelValidity valid;
+  if (monitor_) {
+    const FaultReport& report = monitor_->report();
+    valid = {counts(report.gyro), counts(report.wheel_left), counts(report.wheel_right), counts(report.accelerometer)};
+  }
+  if (imu_lost_) valid.yaw_rate = valid.acceleration = false;
+  if (wheels_lost_) valid.wheel_left = valid.wheel_right = false;
+  return valid;
+}
+
+LossTolerance MeasurementWatch::tolerance() const {
+  return predictive_ ? LossTolerance::model : LossTolerance::one_of_three;
+}
+
+std::string MeasurementWatch::reason() const {
+  const std::string fault = monitor_ ? monitor_->report().reason() : "";
+  return fault.empty() ? loss_ : fault;
+}
+
+void MeasurementWatch::reset() {
+  if (monitor_) monitor_->reset();
+  imu_silent_ = wheels_silent_ = imu_lost_ = wheels_lost_ = false;
+  last_sight_ = 0.0;
+  loss_ = "";
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,67 @@
+#pragma once
+
+/// @file
+/// Which channels of the measurements count: what was lost, what the fault detection excludes, and whether the robot
+/// may drive on what remains.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "jackal_aic/drive_gate.hpp"
+#include "jackal_aic/fault_monitor.hpp"
+#include "jackal_aic/loss_policy.hpp"
+#include "jackal_aic/stop_cause.hpp"
+#include "node_parameters.hpp"
+
+namespace jackal_aic {
+
+/// Judges every sample before the controller sees it. Without a plant model nothing is predicted, so that only lost
+/// sources count as lost.
+class MeasurementWatch {
+ public:
+  explicit MeasurementWatch(const NodeParameters& parameters);
+
+  /// Lets time pass under a command [rad/s] that the motors really have. @param duration [s].
+  void advance(const WheelCommand& command, double duration);
+
+  /// Excludes channels of a sample that are lost, outliers or faulty. @param now [s].
+  void judge(Observation& observation, double now);
+
+  /// Takes back causes that the loss policy tolerates, and adds that too little is left to drive on. @param at_rest the
+  /// robot stands and is not to move: a wheel that does not follow its command cannot be told from a good one.
+  void applyPolicy(StopCauses& causes, double now, bool at_rest);
+
+  /// True if no IMU data come, as of the last applyPolicy(): wheel speeds have no partner then.
+  bool imuSilent() const { return imu_silent_; }
+
+  /// True if no wheel speeds come, as of the last applyPolicy().
+  bool wheelsSilent() const { return wheels_silent_; }
+
+  /// What is lost or faulty, in a few words; empty if nothing is.
+  std::string reason() const;
+
+  /// Faults detected since the start.
+  std::uint32_t detected() const { return detected_; }
+
+  /// Forgets measurements and faults.
+  void reset();
+
+ private:
+  ChannelValidity remaining() const;
+  LossTolerance tolerance() const;
+
+  LossPolicyParameters policy_;
+  bool predictive_;
+  bool on_box_;
+  std::optional<FaultMonitor> monitor_;
+  bool imu_silent_ = false;
+  bool wheels_silent_ = false;
+  bool imu_lost_ = false;     // silent or frozen
+  bool wheels_lost_ = false;  // silent or frozen
+  double last_sight_ = 0.0;   // time at which two of yaw rate and wheels counted [s]
+  const char* loss_ = "";
+  std::uint32_t detected_ = 0;
+};
+
+}  // namespace jackal_aic
