@@ -80,12 +80,23 @@ def settling_bar(limit):
     return content
 
 
+def bounded(column, digits, bar=None, sign=False):
+    """Content of a figure whose size the predictive controller has to keep within a bar, if there is one."""
+
+    def content(run, _):
+        value = run[column]
+        has_bar = bar is not None and run['controller'] == 'predictive'
+        return figure(value, digits, not has_bar or (value is not None and abs(value) <= bar), sign)
+
+    return content
+
+
 def overshoot(bar=None):
-    return lambda run, _: figure(run['overshoot_pct'], 1, bar is None or run['controller'] != 'predictive' or run['overshoot_pct'] <= bar)
+    return bounded('overshoot_pct', 1, bar)
 
 
-def steady_error(bar):
-    return lambda run, _: figure(run['steady_error_pct'], 2, run['controller'] != 'predictive' or abs(run['steady_error_pct']) <= bar, True)
+def steady_error(bar=None):
+    return bounded('steady_error_pct', 2, bar, True)
 
 
 def steps_table(results, name):
@@ -108,8 +119,8 @@ def pair_table(results, name):
         rows.append([cell(plant, True), cell(word(controller), True), cell(str(len(runs))),
                      cell(str(len(runs) - len(stable)), style='no' if len(stable) < len(runs) else ''),
                      *(cell(str(sum(t <= bound for t in times))) for bound in (0.5, 0.8, 1.0)),
-                     figure(statistics.median(times)), figure(max(times)),
-                     figure(max(abs(run['steady_error_pct']) for run in stable))])
+                     figure(statistics.median(times) if times else None), figure(max(times, default=None)),
+                     figure(max((abs(run['steady_error_pct']) for run in stable), default=None))])
     counts = table(['<plant', '<controller', 'pairs', 'unstable', 'settled in 0.5 s', 'in 0.8 s', 'in 1.0 s', 'median [s]',
                     'slowest [s]', 'largest error [%]'], rows)
     return counts + worst_pairs(results.runs[name])
@@ -176,6 +187,10 @@ def accelerometer_table(results, name):
                  [('', 1), ('believed at the end', 2), ('error of the belief, RMS', 2), ('tracking error, RMS', 2)])
 
 
+def coloured_table(results, name):
+    return wide_table(results.runs[name], [('settling [s]', settling_bar(None)), ('overshoot [%]', overshoot()), ('error [%]', steady_error())])
+
+
 TABLES = {
     'predictive_steps': steps_table,
     'predictive_perturbations': perturbation_table,
@@ -186,6 +201,7 @@ TABLES = {
     'slip_turns': slip_table,
     'learned_precision': precision_table,
     'accelerometer': accelerometer_table,
+    'coloured_noise': coloured_table,
     'slip_straight': perturbation_table,
 }
 
