@@ -7,6 +7,7 @@
 #include <limits>
 #include <random>
 #include <utility>
+#include <vector>
 
 namespace jackal_aic {
 namespace {
@@ -31,9 +32,11 @@ class Robot {
       left_.predict(gain * controller.action().left);
       right_.predict(gain * controller.action().right);
       time_ += step_time_;
-      if (k % 20 == 0) observe(controller);
+      if ((k + phase) % 20 == 0) observe(controller);
       if (k % belief == 0) controller.updateBelief();
       if (k % 20 == 0) controller.hold(limited(controller.updateAction()));
+      past_.push_back({left_.speed(), right_.speed()});
+      fastest = std::max(fastest, forward());
     }
   }
 
@@ -55,8 +58,11 @@ class Robot {
   double yawRate() const { return 0.098 * (right_.speed() - left_.speed()) / track_; }
 
   double gain = 1.0;
-  double limit = 1e9;  // of a wheel command [rad/s]
-  double noise = 0.0;  // of a measured wheel speed [rad/s]
+  double limit = 1e9;    // of a wheel command [rad/s]
+  double noise = 0.0;    // of a measured wheel speed [rad/s]
+  int phase = 0;         // of the sensors ahead of the actions [ms]
+  int age = 0;           // of a measurement when it arrives [ms]
+  double fastest = 0.0;  // forward speed so far [m/s]
 
  private:
   WheelCommand limited(const WheelCommand& wanted) const {
@@ -65,11 +71,14 @@ class Robot {
 
   void observe(PredictiveController& controller) {
     std::normal_distribution<double> error;
-    const double left = left_.speed() + noise * error(random_), right = right_.speed() + noise * error(random_);
-    controller.observe({time_, yawRate(), left, right, 0.0, 0.0});
+    WheelCommand then{left_.speed(), right_.speed()};
+    if (age > 0) then = past_.size() < static_cast<std::size_t>(age) ? WheelCommand{} : past_[past_.size() - age];
+    const double left = then.left + noise * error(random_), right = then.right + noise * error(random_);
+    controller.observe({time_, 0.098 * (then.right - then.left) / track_, left, right, 0.0, 0.0});
   }
 
   std::mt19937 random_{7};
+  std::vector<WheelCommand> past_;  // wheel speeds, one per ms
   WheelBelief left_, right_;
   double track_, step_time_, time_ = 0.0;
 };
@@ -117,6 +126,28 @@ TEST_P(AtBeliefRate, BeliefFollowsTheRobotAndNotTheWish) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Rates, AtBeliefRate, testing::Values(50.0, 100.0, 1000.0));
+
+TEST(PredictiveController, DoesNotDependOnThePhaseNorOnTheAgeOfTheMeasurements) {
+  for (double rate : {50.0, 1000.0}) {
+    for (int phase : {0, 1, 7, 13, 19}) {
+      for (int age : {0, 5, 15}) {
+        PredictiveParameters parameters;
+        parameters.belief_rate = rate;
+        PredictiveController controller(parameters, {}, driveTrain());
+        Robot robot(driveTrain(), 0.5621);
+        robot.phase = phase;
+        robot.age = age;
+        robot.drive(controller, parameters, 0.1);
+        controller.setSetPoint({0.5, 0.0, 0.0});
+        robot.drive(controller, parameters, 0.22);
+        EXPECT_NEAR(robot.forward(), 0.5, 0.025) << rate << " Hz, phase " << phase << " ms, age " << age << " ms";
+        robot.drive(controller, parameters, 2.0);
+        EXPECT_NEAR(robot.forward(), 0.5, 0.0005) << rate << " Hz, phase " << phase << " ms, age " << age << " ms";
+        EXPECT_LT(robot.fastest, 1.05 * 0.5) << rate << " Hz, phase " << phase << " ms, age " << age << " ms";
+      }
+    }
+  }
+}
 
 TEST(PredictiveController, LearnsTheEffectiveTrackOfBothSigns) {
   for (double factor : {0.75, 1.25}) {
