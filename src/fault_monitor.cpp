@@ -10,6 +10,12 @@ namespace {
 /// Ratio of squared errors from which the yaw rate speaks for one explanation.
 constexpr double kClearly = 2.0;
 
+/// A robot of which one wheel stops needs this long to turn [s]; before, the yaw rate tells nothing.
+constexpr double kIsolationTime = 0.2;
+
+/// Time over which the yaw rate's evidence is averaged [s].
+constexpr double kEvidenceMemory = 0.05;
+
 constexpr double kLongestStep = 0.5;  // s between samples; a longer silence says nothing more
 
 FaultParameters validated(const FaultParameters& parameters) {
@@ -102,7 +108,7 @@ void FaultMonitor::checkWheels(const Observation& observation, double step) {
   const ChannelValidity& valid = observation.valid;
   if (valid.wheel_left) left_.compare(observation.wheel_left);
   if (valid.wheel_right) right_.compare(observation.wheel_right);
-  weighEvidence(observation);
+  weighEvidence(observation, step);
   if (valid.wheel_left) left_.conclude(observation.wheel_left, step);
   if (valid.wheel_right) right_.conclude(observation.wheel_right, step);
   conclude(left_, report_.wheel_left, report_.drive_left);
@@ -113,21 +119,22 @@ bool FaultMonitor::yawTells(const Observation& observation) const {
   return observation.valid.yaw_rate && !model_.on_box && !isFaulty(report_.gyro) && !isFaulty(report_.accelerometer);
 }
 
-void FaultMonitor::weighEvidence(const Observation& observation) {
-  if (!left_.suspect() && !right_.suspect()) {
-    if (!left_.suspecting() && !right_.suspecting()) measured_evidence_ = predicted_evidence_ = 0.0;
-    return;
-  }
-  if (!yawTells(observation) || !observation.valid.wheel_left || !observation.valid.wheel_right) return;
+void FaultMonitor::weighEvidence(const Observation& observation, double step) {
+  yaw_tells_ = yawTells(observation) && observation.valid.wheel_left && observation.valid.wheel_right;
+  if (!left_.suspecting() && !right_.suspecting() && !left_.suspect() && !right_.suspect()) evidence_ = Evidence{};
+  if (!left_.suspect() && !right_.suspect()) return;
+  evidence_.time += step;
+  if (!yaw_tells_) return;
+  const double fading = std::exp(-step / kEvidenceMemory);
   const double measured = rolling_radius_ * (observation.wheel_right - observation.wheel_left);
   const double measured_error = yaw_.error(observation.yaw_rate, measured);
   const double predicted_error = yaw_.error(observation.yaw_rate, differenceSpeed());
-  measured_evidence_ += measured_error * measured_error;
-  predicted_evidence_ += predicted_error * predicted_error;
+  evidence_.against_measured = fading * evidence_.against_measured + measured_error * measured_error;
+  evidence_.against_predicted = fading * evidence_.against_predicted + predicted_error * predicted_error;
 }
 
 void FaultMonitor::conclude(const WheelMonitor& wheel, ChannelVerdict& verdict, bool& drive) const {
-  const bool was_faulty = isFaulty(verdict) || drive;
+  const bool isolated = isFaulty(verdict) || drive;
   verdict.distance = wheel.distance();
   if (wheel.state() != ChannelState::faulty) {
     drive = false;
@@ -135,22 +142,22 @@ void FaultMonitor::conclude(const WheelMonitor& wheel, ChannelVerdict& verdict, 
     verdict.cause = FaultCause::none;
     return;
   }
-  if (was_faulty) return;  // isolated when it was found
-  const bool yaw_blames_encoder = kClearly * predicted_evidence_ < measured_evidence_;
-  if (wheel.frozen() || yaw_blames_encoder) {
+  if (isolated) return;
+  verdict.state = ChannelState::outlier;
+  if (wheel.frozen()) {
     verdict.state = ChannelState::faulty;
-    verdict.cause = wheel.frozen() ? FaultCause::frozen : FaultCause::prediction;
-  } else {
-    drive = true;
-    verdict.state = ChannelState::ok;
-    verdict.cause = FaultCause::none;
+    verdict.cause = FaultCause::frozen;
+  } else if (!yaw_tells_ || evidence_.time >= kIsolationTime) {
+    drive = !yaw_tells_ || evidence_.against_measured <= kClearly * evidence_.against_predicted;
+    verdict.state = drive ? ChannelState::ok : ChannelState::faulty;
+    verdict.cause = drive ? FaultCause::none : FaultCause::prediction;
   }
 }
 
 double FaultMonitor::differenceSpeed() const { return rolling_radius_ * (right_.speed() - left_.speed()); }
 
 double FaultMonitor::differenceVariance() const {
-  return rolling_radius_ * rolling_radius_ * (left_.speedVariance() + right_.speedVariance());
+  return rolling_radius_ * rolling_radius_ * (left_.uncertainty() + right_.uncertainty());
 }
 
 void FaultMonitor::checkGyro(const Observation& observation, double step) {

@@ -141,24 +141,34 @@ bool PredictiveController::setSetPoint(const SetPoint& set_point) {
 }
 
 SampleVerdict PredictiveController::observe(const Observation& observation) {
-  if (!observation.vector().allFinite() || !std::isfinite(observation.stamp)) return SampleVerdict::not_finite;
+  if (!observation.finite()) return SampleVerdict::not_finite;
   if (started_ && observation.stamp <= observation_.stamp) return SampleVerdict::stale;
   const bool first = !started_;
   if (started_) learn(observation);
   observation_step_ = started_ ? observation.stamp - observation_.stamp : 0.0;
-  observation_ = observation;
+  observation_ = withBelieved(observation);
   observed_ = started_ = true;
   if (!first) return SampleVerdict::accepted;
   restart();
   return SampleVerdict::restarted;
 }
 
+Observation PredictiveController::withBelieved(Observation y) const {
+  if (!y.valid.wheel_left) y.wheel_left = left_.speed();
+  if (!y.valid.wheel_right) y.wheel_right = right_.speed();
+  if (!y.valid.yaw_rate) y.yaw_rate = yaw_.yawRate();
+  if (!y.valid.acceleration) y.acceleration_x = y.acceleration_y = 0.0;
+  return y;
+}
+
 void PredictiveController::learn(const Observation& y) {
   if (slip_frozen_ || model_.on_box) return;  // on a box neither gyro nor accelerometer notices the wheels
+  if (!y.valid.wheel_left || !y.valid.wheel_right) return;
   const double step = y.stamp - observation_.stamp;
-  if (parameters_.learn_slip) {
+  if (parameters_.learn_slip && y.valid.yaw_rate) {
     slip_.learnTrack(y.yaw_rate, y.wheel_right - y.wheel_left, right_.acceleration() - left_.acceleration(), step);
   }
+  if (!y.valid.acceleration) return;
   slip_.observeAcceleration(y.acceleration_x, y.wheel_left, y.wheel_right, step);
   if (parameters_.learn_alpha) slip_.learnAlpha();
 }
@@ -176,7 +186,8 @@ void PredictiveController::updateBelief() {
   if (!observed_) return;
   correct(observation_);
   observed_ = false;
-  if (parameters_.learn_precision && steady()) learnPrecisions(observation_, observation_step_);
+  if (parameters_.learn_precision && observation_.valid.all() && steady())
+    learnPrecisions(observation_, observation_step_);
 }
 
 void PredictiveController::predict() {
@@ -187,16 +198,41 @@ void PredictiveController::predict() {
 
 void PredictiveController::correct(const Observation& y) {
   errors_(kYawRate) = y.yaw_rate - yaw_.yawRate();
-  free_energy_ = left_.correct(y.wheel_left) + right_.correct(y.wheel_right);
-  errors_(kWheelLeft) = left_.predictionError();
-  errors_(kWheelRight) = right_.predictionError();
-  if (!model_.on_box) {
+  free_energy_ = correctWheels(y);
+  if (!model_.on_box && y.valid.yaw_rate) {
     free_energy_ += yaw_.correct(y.yaw_rate);
     return;
   }
-  const double slope = yawPerWheelSpeed();  // on a box the wheels' turn is all there is
+  const double slope = yawPerWheelSpeed();  // without a gyro, or on a box, the wheels' turn is all there is
   yaw_.follow(slope * (right_.speed() - left_.speed()),
               slope * slope * (left_.covariance()(0, 0) + right_.covariance()(0, 0)));
+}
+
+double PredictiveController::correctWheels(const Observation& y) {
+  // A channel of precision zero leaves its belief to the model; where the yaw rate tells of the wheel, it stands in.
+  errors_(kWheelLeft) = y.valid.wheel_left ? y.wheel_left - left_.speed() : 0.0;
+  errors_(kWheelRight) = y.valid.wheel_right ? y.wheel_right - right_.speed() : 0.0;
+  const bool yaw_tells = y.valid.yaw_rate && !model_.on_box;
+  const double difference = y.yaw_rate / yawPerWheelSpeed();
+  double free_energy = 0.0;
+  if (y.valid.wheel_left) {
+    free_energy += left_.correct(y.wheel_left);
+  } else if (y.valid.wheel_right && yaw_tells) {
+    free_energy += left_.correct(y.wheel_right - difference, standInVariance());
+  }
+  if (y.valid.wheel_right) {
+    free_energy += right_.correct(y.wheel_right);
+  } else if (y.valid.wheel_left && yaw_tells) {
+    free_energy += right_.correct(y.wheel_left + difference, standInVariance());
+  }
+  return free_energy;
+}
+
+double PredictiveController::standInVariance() const {
+  // omega_L = omega_R - theta_dot / slope, where theta_dot comes late by the yaw's delay
+  const double slope = yawPerWheelSpeed();
+  const double late = parameters_.yaw_deviation * (right_.acceleration() - left_.acceleration());
+  return precisions_.variances().gyro / (slope * slope) + late * late;
 }
 
 double PredictiveController::yawPerWheelSpeed() const {

@@ -11,14 +11,6 @@ double wheelDifference(double yaw_rate, const SkidSteerKinematics& kinematics) {
 
 }  // namespace
 
-double leftWheelSpeed(double wheel_right, double yaw_rate, const SkidSteerKinematics& kinematics) {
-  return wheel_right - wheelDifference(yaw_rate, kinematics);
-}
-
-double rightWheelSpeed(double wheel_left, double yaw_rate, const SkidSteerKinematics& kinematics) {
-  return wheel_left + wheelDifference(yaw_rate, kinematics);
-}
-
 std::optional<Observation> reconstructed(const Observation& observation, const SkidSteerKinematics& kinematics) {
   const ChannelValidity& valid = observation.valid;
   if (valid.yaw_rate + valid.wheel_left + valid.wheel_right < 2) return std::nullopt;
@@ -28,9 +20,9 @@ std::optional<Observation> reconstructed(const Observation& observation, const S
   if (!valid.yaw_rate) {
     complete.yaw_rate = kinematics.bodyVelocity({observation.wheel_left, observation.wheel_right})(kYaw);
   } else if (!valid.wheel_left) {
-    complete.wheel_left = leftWheelSpeed(observation.wheel_right, observation.yaw_rate, kinematics);
+    complete.wheel_left = observation.wheel_right - wheelDifference(observation.yaw_rate, kinematics);
   } else if (!valid.wheel_right) {
-    complete.wheel_right = rightWheelSpeed(observation.wheel_left, observation.yaw_rate, kinematics);
+    complete.wheel_right = observation.wheel_left + wheelDifference(observation.yaw_rate, kinematics);
   }
   return complete;
 }

@@ -65,9 +65,9 @@ void WheelBelief::predict(double command, double goal) {
   P_(2, 2) += parameters_.disturbance_fluctuation * kStep;
 }
 
-double WheelBelief::correct(double measurement) {
+double WheelBelief::correct(double measurement, double added_variance) {
   const double timing = parameters_.timing_deviation * rate_;
-  const double variance = parameters_.measurement_variance + timing * timing;
+  const double variance = parameters_.measurement_variance + timing * timing + added_variance;
   error_ = measurement - x_(0);
   predicted_change_ = x_(0) - corrected_(0);
 

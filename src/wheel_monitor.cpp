@@ -16,11 +16,21 @@ constexpr double kMemory = 0.5;
 /// Smaller changes of a wheel speed are no noise [rad/s].
 constexpr double kResolution = 1e-5;
 
-/// How much earlier than predicted a wheel may move, in standard deviations of the dead time.
-constexpr double kEarliest = 2.0;
+/// How much earlier or later than predicted a wheel may move, in standard deviations of the dead time.
+constexpr double kTimingBound = 3.0;
+
+std::size_t steps(double time) { return static_cast<std::size_t>(std::lround(time / WheelBelief::kStep)); }
+
+/// The time by which a second prediction can run ahead: what is commanded now is not yet driven.
+double lead(const FaultParameters& p, const PlantModel& model) {
+  return std::min(kTimingBound * p.timing_deviation, model.dead_time);
+}
+
+/// Width of the envelope, in standard deviations of the error, up to which an error tells of the noise.
+constexpr double kNarrow = 3.0;
 
 PlantModel earlier(PlantModel model, double by) {
-  model.dead_time = std::max(0.0, model.dead_time - by);
+  model.dead_time -= by;
   return model;
 }
 
@@ -36,10 +46,9 @@ WheelBeliefParameters beliefParameters(const FaultParameters& p) {
 WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius)
     : parameters_(parameters),
       belief_(model, wheel_radius, beliefParameters(parameters)),
-      early_(earlier(model, kEarliest * parameters.timing_deviation), wheel_radius, beliefParameters(parameters)),
+      early_(earlier(model, lead(parameters, model)), wheel_radius, beliefParameters(parameters)),
+      envelope_(steps(kTimingBound * parameters.timing_deviation), steps(lead(parameters, model))),
       change_(kMemory),
-      timing_(parameters.timing_deviation),
-      early_timing_(parameters.timing_deviation),
       learned_(parameters.covariance_memory),
       persistence_(parameters.persistence()),
       repetition_(parameters.frozen_samples),
@@ -48,14 +57,14 @@ WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& 
 void WheelMonitor::start(double speed) {
   belief_.reset(speed);
   early_.reset(speed);
+  envelope_.start(speed, speed);
   persistence_.reset();
 }
 
 void WheelMonitor::predict(double command) {
   belief_.predict(command);
   early_.predict(command);
-  early_timing_.add(early_.acceleration(), WheelBelief::kStep);
-  timing_.add(belief_.acceleration(), WheelBelief::kStep);
+  envelope_.add(belief_.speed(), early_.speed());
   change_.add(belief_.acceleration(), WheelBelief::kStep);
 }
 
@@ -63,14 +72,18 @@ double WheelMonitor::speedVariance() const {
   return std::min(belief_.covariance()(0, 0), kLargestDeviation * kLargestDeviation);
 }
 
+double WheelMonitor::uncertainty() const {
+  const double width = envelope_.width();
+  return speedVariance() + width * width;
+}
+
 double WheelMonitor::variance() const {
   const double scaled = parameters_.gain_deviation * change_.value();
-  const double timing = std::max(timing_.value(), early_timing_.value());
-  return speedVariance() + parameters_.wheel_variance + timing + scaled * scaled;
+  return speedVariance() + parameters_.wheel_variance + scaled * scaled;
 }
 
 void WheelMonitor::compare(double measurement) {
-  error_ = measurement - belief_.speed();
+  error_ = envelope_.error(measurement);
   distance_ = std::sqrt(learned_.squaredDistance(error_, variance())) / bound_;
   // A wheel at rest repeats its speed whatever the reason of its rest: then only the prediction error tells.
   frozen_ = repetition_.update(measurement, std::abs(measurement) < kRestSpeed, kResolution);
@@ -81,8 +94,11 @@ void WheelMonitor::conclude(double measurement, double step) {
   persistence_.update(suspect_, std::abs(belief_.speed()) > kRestSpeed, step);
   if (frozen_) persistence_.condemn();
   if (state() != ChannelState::ok) return;
-  learned_.learn(error_, variance(), step);
-  belief_.correct(measurement);
+  const double width = envelope_.width();
+  const double deviation = std::sqrt(learned_.factor() * variance());
+  if (width < kNarrow * deviation) learned_.learn(measurement - belief_.speed(), variance(), step);
+  // While the wheel is under way somewhere, its speed says little about the drive train.
+  belief_.correct(measurement, width * width);
 }
 
 }  // namespace jackal_aic

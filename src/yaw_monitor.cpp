@@ -31,6 +31,7 @@ YawBeliefParameters beliefParameters(const FaultParameters& p) {
 YawMonitor::YawMonitor(const FaultParameters& parameters, double effective_track)
     : parameters_(parameters),
       belief_(effective_track, beliefParameters(parameters)),
+      alternative_(belief_),
       forward_change_(kMemory),
       difference_change_(kMemory),
       timing_(parameters.yaw_deviation),
@@ -47,28 +48,43 @@ void YawMonitor::predict(double forward_rate, double difference_rate, double ste
   grip_.add(forward_rate, step);
   const double change =
       (std::abs(forward_change_.value()) + std::abs(difference_change_.value())) / YawBelief::kMotionScale;
-  belief_.predict(change, kMemory, step);
+  // The belief of before a fault waits as it was for the gyro to agree with it again.
+  (state() == ChannelState::faulty ? alternative_ : belief_).predict(change, kMemory, step);
 }
 
-bool YawMonitor::plausible() const { return std::abs(belief_.bias()) < parameters_.largest_bias; }
-
 void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, double step) {
-  const double error = belief_.error(yaw_rate, x.value);
-  const double skid = parameters_.slip_deviation * belief_.slope() * x.value / kGripScale;
-  const double variance = belief_.variance(x.value, x.variance) + timing_.value() + skid * skid * grip_.value();
-  distance_ = std::sqrt(learned_.squaredDistance(error, variance)) / bound_;
-  frozen_ = repetition_.update(yaw_rate, false, kResolution);
-  const bool suspect = distance_ > 1.0 || frozen_ || !plausible();
   const bool was_faulty = state() == ChannelState::faulty;
-  // A bias that is not known yet may be the fault still.
-  const bool informative = 2.0 * std::sqrt(belief_.covariance()(1, 1)) < parameters_.largest_bias;
-  persistence_.update(suspect, informative, step);
+  distance_ = distanceFrom(belief_, yaw_rate, x);
+  frozen_ = repetition_.update(yaw_rate, false, kResolution);
+  bool suspect = distance_ > 1.0 || frozen_ || std::abs(belief_.bias()) > parameters_.largest_bias;
+  if (was_faulty) suspect = suspect && (frozen_ || !explained(yaw_rate, x));
+  persistence_.update(suspect, true, step);
   if (frozen_) persistence_.condemn();
-  if (state() == ChannelState::outlier) return;
-  if (state() == ChannelState::ok) learned_.learn(error, variance, step);
-  // Slip or bias? A belief that may learn either finds out when the motion changes.
-  if (state() == ChannelState::faulty && (!was_faulty || distance_ > 1.0)) belief_.loosen(kFaultyBias);
-  belief_.correct(yaw_rate, x.value, x.variance, learned_.factor());
+
+  if (state() == ChannelState::ok) {
+    if (was_faulty && distance_ > 1.0) belief_ = alternative_;
+    learned_.learn(belief_.error(yaw_rate, x.value), variance(belief_, x), step);
+    belief_.correct(yaw_rate, x.value, x.variance, learned_.factor());
+  } else if (state() == ChannelState::faulty) {
+    if (!was_faulty) alternative_ = belief_;
+    if (!was_faulty || distanceFrom(alternative_, yaw_rate, x) > 1.0) alternative_.loosen(kFaultyBias);
+    alternative_.correct(yaw_rate, x.value, x.variance, learned_.factor());
+  }
+}
+
+bool YawMonitor::explained(double yaw_rate, const DifferenceSpeed& x) const {
+  const double unsure = 2.0 * std::sqrt(alternative_.covariance()(1, 1));
+  return distanceFrom(alternative_, yaw_rate, x) <= 1.0 &&
+         std::abs(alternative_.bias()) + unsure < parameters_.largest_bias;
+}
+
+double YawMonitor::variance(const YawBelief& belief, const DifferenceSpeed& x) const {
+  const double skid = parameters_.slip_deviation * belief.slope() * x.value / kGripScale;
+  return belief.variance(x.value, x.variance) + timing_.value() + skid * skid * grip_.value();
+}
+
+double YawMonitor::distanceFrom(const YawBelief& belief, double yaw_rate, const DifferenceSpeed& x) const {
+  return std::sqrt(learned_.squaredDistance(belief.error(yaw_rate, x.value), variance(belief, x))) / bound_;
 }
 
 }  // namespace jackal_aic

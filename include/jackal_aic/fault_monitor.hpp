@@ -90,9 +90,17 @@ class FaultMonitor {
   void reset();
 
  private:
+  /// Witness of the yaw rate while a wheel is suspect: mean squared errors against the measured wheels and the
+  /// predicted.
+  struct Evidence {
+    double against_measured = 0.0;
+    double against_predicted = 0.0;
+    double time = 0.0;  // since the first suspect sample [s]
+  };
+
   void start(const Observation& observation);
   void checkWheels(const Observation& observation, double step);
-  void weighEvidence(const Observation& observation);
+  void weighEvidence(const Observation& observation, double step);
   void conclude(const WheelMonitor& wheel, ChannelVerdict& verdict, bool& drive) const;
   void checkGyro(const Observation& observation, double step);
   void checkAccelerometer(const Observation& observation, double step);
@@ -109,8 +117,8 @@ class FaultMonitor {
   YawMonitor yaw_;
   AccelerationMonitor acceleration_;
   FaultReport report_;
-  double measured_evidence_ = 0.0;   // squared errors of the yaw rate against the measured wheels ...
-  double predicted_evidence_ = 0.0;  // ... and against the predicted ones, while a wheel is suspect
+  Evidence evidence_;
+  bool yaw_tells_ = false;
   double stamp_ = 0.0;
   bool started_ = false;
 };

@@ -42,7 +42,7 @@ void describeFields(Visitor& v, FaultParameters& p) {
   v.field("wheel_variance", p.wheel_variance, {1e-9, 1e3}, "(rad/s)^2", Presence::optional);
   v.field("gyro_variance", p.gyro_variance, {1e-12, 1e3}, "(rad/s)^2", Presence::optional);
   v.field("accelerometer_variance", p.accelerometer_variance, {1e-9, 1e3}, "(m/s^2)^2", Presence::optional);
-  v.field("timing_deviation", p.timing_deviation, {0.0, 1.0}, "s", Presence::optional);
+  v.field("timing_deviation", p.timing_deviation, {0.0, 0.2}, "s", Presence::optional);
   v.field("gain_deviation", p.gain_deviation, {0.0, 1.0}, "", Presence::optional);
   v.field("yaw_deviation", p.yaw_deviation, {0.0, 1.0}, "s", Presence::optional);
   v.field("slip_deviation", p.slip_deviation, {0.0, 1.0}, "", Presence::optional);

@@ -135,7 +135,9 @@ class PredictiveController : public VelocityController {
 
   bool setSetPoint(const SetPoint& set_point) override;
 
-  /// Takes a measurement, to be used in the next belief update.
+  /// Takes a measurement, to be used in the next belief update. A channel that does not count has precision zero:
+  /// without the yaw rate the belief follows the wheels with the slip learned before, without one wheel's speed that
+  /// wheel is believed by the yaw rate and the other one, without both by the model alone.
   SampleVerdict observe(const Observation& observation) override;
 
   /// Moves the belief on by 1/belief_rate and takes the measurement that came since.
@@ -200,7 +202,10 @@ class PredictiveController : public VelocityController {
              double action) const;
   void predict();
   void correct(const Observation& observation);
+  double correctWheels(const Observation& observation);
+  double standInVariance() const;
   double yawPerWheelSpeed() const;
+  Observation withBelieved(Observation observation) const;
   void learn(const Observation& observation);
   void learnPrecisions(const Observation& observation, double step);
   void watchPath();

@@ -22,10 +22,4 @@ namespace jackal_aic {
 /// two, accelerations that do not count are zero. Empty if two or more of these three do not count.
 std::optional<Observation> reconstructed(const Observation& observation, const SkidSteerKinematics& kinematics);
 
-/// Speed of the left wheels [rad/s] when the right ones and the robot turn so.
-double leftWheelSpeed(double wheel_right, double yaw_rate, const SkidSteerKinematics& kinematics);
-
-/// Speed of the right wheels [rad/s] when the left ones and the robot turn so.
-double rightWheelSpeed(double wheel_left, double yaw_rate, const SkidSteerKinematics& kinematics);
-
 }  // namespace jackal_aic

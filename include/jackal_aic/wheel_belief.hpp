@@ -60,8 +60,9 @@ class WheelBelief {
   /// effect unless it has a weight in the belief.
   void predict(double command, double goal = 0.0);
 
-  /// Takes a measurement [rad/s] made now. Returns F after the step.
-  double correct(double measurement);
+  /// Takes a measurement [rad/s] made now. Returns F after the step. @param added_variance of this one, beyond that of
+  /// the encoder [(rad/s)^2].
+  double correct(double measurement, double added_variance = 0.0);
 
   double speed() const { return x_(0); }             ///< w [rad/s]
   double disturbance() const { return x_(2); }       ///< d [rad/s]

@@ -6,6 +6,7 @@
 #include "jackal_aic/channel_monitor.hpp"
 #include "jackal_aic/fault_parameters.hpp"
 #include "jackal_aic/plant_model.hpp"
+#include "jackal_aic/prediction_envelope.hpp"
 #include "jackal_aic/wheel_belief.hpp"
 
 namespace jackal_aic {
@@ -38,19 +39,19 @@ class WheelMonitor {
   ChannelState state() const { return persistence_.state(); }     ///< verdict with the last sample
   bool suspecting() const { return persistence_.suspecting(); }   ///< an outlier is among the last samples
   double speed() const { return belief_.speed(); }                ///< believed wheel speed [rad/s]
-  double speedVariance() const;                                   ///< of speed() [(rad/s)^2]
   double acceleration() const { return belief_.acceleration(); }  ///< of the prediction [rad/s^2]
-  double noiseFactor() const { return learned_.factor(); }        ///< lambda
+  double uncertainty() const;  ///< variance of speed(), uncertain timing included [(rad/s)^2]
+  double noiseFactor() const { return learned_.factor(); }  ///< lambda
 
  private:
+  double speedVariance() const;
   double variance() const;
 
   FaultParameters parameters_;
   WheelBelief belief_;
   WheelBelief early_;  // never corrected: tells what may happen soon
+  PredictionEnvelope envelope_;
   RecentChange change_;
-  TimingVariance timing_;
-  TimingVariance early_timing_;
   LearnedVariance learned_;
   Persistence persistence_;
   RepetitionTest repetition_;

@@ -16,6 +16,10 @@ struct DifferenceSpeed {
 };
 
 /// Prediction, comparison and verdict for the gyro. Nothing here allocates.
+///
+/// A gyro that was found faulty counts again when it agrees with what was believed before the fault, or when a new
+/// belief, free to learn other slip and bias, explains it by slip alone. In steady driving slip and bias look the same;
+/// they part when the motion changes.
 class YawMonitor {
  public:
   /// @param effective_track b_hat at the start [m].
@@ -37,10 +41,13 @@ class YawMonitor {
   const YawBelief& belief() const { return belief_; }          ///< slip and bias
 
  private:
-  bool plausible() const;
+  bool explained(double yaw_rate, const DifferenceSpeed& x) const;
+  double variance(const YawBelief& belief, const DifferenceSpeed& x) const;
+  double distanceFrom(const YawBelief& belief, double yaw_rate, const DifferenceSpeed& x) const;
 
   FaultParameters parameters_;
   YawBelief belief_;
+  YawBelief alternative_;  // while the gyro is faulty: learns what slip and bias would explain it
   RecentChange forward_change_;
   RecentChange difference_change_;
   TimingVariance timing_;

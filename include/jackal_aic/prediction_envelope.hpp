@@ -1,0 +1,49 @@
+#pragma once
+
+/// @file
+/// What an uncertain delay leaves of a prediction: not one value, but all those that it passes within the uncertainty.
+
+#include <array>
+#include <cstddef>
+
+namespace jackal_aic {
+
+/// Values that a predicted quantity may have now if it comes up to `behind` later or `ahead` earlier than predicted.
+/// What comes earlier is known from a second prediction that runs ahead. Nothing here allocates.
+class PredictionEnvelope {
+ public:
+  /// Longest uncertainty [steps].
+  static constexpr std::size_t kLongest = 600;
+
+  /// @param behind, ahead uncertainty [steps], each at most kLongest.
+  PredictionEnvelope(std::size_t behind, std::size_t ahead);
+
+  /// Starts with constant predictions.
+  void start(double now, double ahead);
+
+  /// Adds a step. @param now the prediction; @param ahead the one that runs `ahead` steps ahead of it. Only changes of
+  /// the latter count.
+  void add(double now, double ahead);
+
+  /// What the envelope leaves unexplained of a value: its distance to the nearest value inside, with sign; 0 inside.
+  double error(double value) const;
+
+  /// Largest minus smallest value inside.
+  double width() const;
+
+ private:
+  struct Range {
+    double low, high;
+  };
+  using Ring = std::array<double, kLongest + 1>;
+  Range range() const;
+  static Range span(const Ring& ring, std::size_t head, std::size_t steps);
+
+  std::size_t behind_;
+  std::size_t ahead_;
+  std::size_t head_ = 0;
+  Ring now_{};    // the last predictions
+  Ring later_{};  // those that run ahead
+};
+
+}  // namespace jackal_aic
