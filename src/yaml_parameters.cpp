@@ -2,6 +2,8 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
+#include <cctype>
 #include <fstream>
 #include <sstream>
 
@@ -26,10 +28,20 @@ void addList(const YAML::Node& node, const std::string& key, ParameterMap& map) 
   map.setFromText(key, text + "]");
 }
 
+/// Name of a key. What an unclosed quote or bracket makes of the following lines is no name.
+std::string nameOf(const YAML::Node& key) {
+  const auto name = key.as<std::string>();
+  const auto control = std::find_if(name.begin(), name.end(), [](unsigned char c) { return std::iscntrl(c) != 0; });
+  if (control != name.end()) {
+    throw ParameterError("key '" + std::string(name.begin(), control) + "...': goes over more than one line");
+  }
+  return name;
+}
+
 void addNode(const YAML::Node& node, const std::string& key, ParameterMap& map) {
   if (node.IsMap()) {
     for (const auto& entry : node) {
-      const std::string name = entry.first.as<std::string>();
+      const std::string name = nameOf(entry.first);
       addNode(entry.second, key.empty() ? name : key + "." + name, map);
     }
   } else if (node.IsSequence()) {

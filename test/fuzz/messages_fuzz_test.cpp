@@ -83,8 +83,9 @@ class Loop {
  private:
   void takeSetPoint() {
     geometry_msgs::Twist twist;
-    twist.linear.x = random_.number();
-    twist.angular.z = random_.number();
+    // Zero now and then, which acknowledges a fault.
+    if (random_.chance(0.7)) twist.linear.x = random_.number();
+    if (twist.linear.x != 0.0) twist.angular.z = random_.number();
     if (random_.chance(0.05)) twist.linear.y = random_.number();
     const auto wanted = setPoint(twist);
     if (!wanted || !isPlausible(*wanted, parameters_.gate.limits)) return;
@@ -100,7 +101,7 @@ class Loop {
   }
 
   /// Mostly plausible, so that the messages behind the first checks are reached too.
-  double value() { return random_.chance(0.97) ? random_.between(-10.0, 10.0) : random_.number(); }
+  double value() { return random_.chance(0.995) ? random_.between(-2.0, 2.0) : random_.number(); }
 
   sensor_msgs::JointState wheels() {
     static const std::vector<std::string> kNames{

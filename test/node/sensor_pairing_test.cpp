@@ -13,6 +13,8 @@ constexpr double kPeriod = 0.02;  // s
 
 class SensorPairingTest : public testing::Test {
  protected:
+  static void SetUpTestSuite() { ros::Time::init(); }  // for warnings, which are limited in rate
+
   SensorPairingTest()
       : sensors_(RobotNames{}, transforms_,
                  [this](const Observation& observation, const ros::Time&) { observations_.push_back(observation); }) {}

@@ -146,6 +146,29 @@ TEST(YamlParameters, UnreadableOrBrokenFilesAreNamed) {
   EXPECT_THROW(addYamlText("a:\n  - [1, 2]\n", "nested.yaml", map), ParameterError);
 }
 
+TEST(YamlParameters, RefuseAKeyOverSeveralLines) {
+  ParameterMap map;
+  try {
+    addYamlText("good: 1\n? \"bad\\nkey\"\n: 2\n", "file", map);
+    FAIL() << "accepted";
+  } catch (const ParameterError& error) {
+    EXPECT_STREQ(error.what(), "file: key 'bad...': goes over more than one line");
+  }
+}
+
+TEST(YamlParameters, AnErrorAboutATextStaysOnOneShortLine) {
+  ParameterMap map;
+  addYamlText("text: \"first\\n" + std::string(200, 'x') + "\"\n", "file", map);
+  try {
+    map.refuseUnknown();
+    FAIL() << "accepted";
+  } catch (const ParameterError& error) {
+    const std::string what = error.what();
+    EXPECT_EQ(what.find('\n'), std::string::npos);
+    EXPECT_LT(what.size(), 200u);
+  }
+}
+
 TEST(YamlParameters, LaterFilesReplaceEarlierValues) {
   ParameterMap map;
   addYamlText("controller: {tau: 0.03, kappa_a: 8}", "first", map);
