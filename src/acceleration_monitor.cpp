@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "jackal_aic/gravity.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -21,7 +23,8 @@ AccelerationMonitor::AccelerationMonitor(const FaultParameters& parameters)
                 LearnedVariance(parameters.covariance_memory)},
       timing_(parameters.timing_deviation),
       persistence_(parameters.persistence()),
-      repetition_(parameters.frozen_samples) {}
+      repetition_(parameters.frozen_samples),
+      vertical_repetition_(parameters.frozen_samples) {}
 
 void AccelerationMonitor::predict(double forward_rate, double step) {
   timing_.add((forward_rate - forward_rate_) / step, step);
@@ -52,6 +55,7 @@ void AccelerationMonitor::check(const Observation& observation, double step) {
   if (vertical) squared += vertical_.learned.squaredDistance(vertical_.error, vertical_.total);
   distance_ = std::sqrt(squared) / chebyshevBound(vertical ? 2 : 1, parameters_.false_alarm_rate);
   frozen_ = repetition_.update(observation.acceleration_x, false, kResolution);
+  if (vertical && vertical_repetition_.update(*observation.acceleration_z, false, kResolution)) frozen_ = true;
 
   persistence_.update(distance_ > 1.0 || frozen_, true, step);
   if (frozen_) persistence_.condemn();

@@ -5,7 +5,8 @@
 ///
 ///     a_x = dv/dt + g_x + noise,    a_z = g + g_z + noise
 ///
-/// g_x and g_z stand for the inclination of the ground and the accelerometer's bias; both are learned and wander.
+/// g_x and g_z stand for the inclination of the ground (g_x only where the IMU gives no attitude that has taken gravity
+/// out of a_x) and the accelerometer's bias; both are learned and wander.
 
 #include <array>
 
@@ -18,9 +19,6 @@ namespace jackal_aic {
 /// Prediction, comparison and verdict for the accelerometer. Nothing here allocates.
 class AccelerationMonitor {
  public:
-  /// Acceleration of gravity [m/s^2].
-  static constexpr double kGravity = 9.81;
-
   explicit AccelerationMonitor(const FaultParameters& parameters);
 
   /// Lets a step pass [s]. @param forward_rate dv/dt of the wheels' predictions [m/s^2].
@@ -30,7 +28,7 @@ class AccelerationMonitor {
   void check(const Observation& observation, double step);
 
   bool upsideDown() const { return upside_down_; }             ///< faulty, and gravity points upwards
-  bool frozen() const { return frozen_; }                      ///< the last sample repeats to the bit
+  bool frozen() const { return frozen_; }                      ///< an axis of the last sample repeats to the bit
   double distance() const { return distance_; }                ///< in multiples of the bound
   ChannelState state() const { return persistence_.state(); }  ///< verdict with the last sample
 
@@ -54,7 +52,8 @@ class AccelerationMonitor {
   double forward_rate_ = 0.0;
   TimingVariance timing_;
   Persistence persistence_;
-  RepetitionTest repetition_;
+  RepetitionTest repetition_;           // of a_x
+  RepetitionTest vertical_repetition_;  // of a_z, which a live attitude leaves as it was measured
   double distance_ = 0.0;
   bool upside_down_ = false;
   bool frozen_ = false;

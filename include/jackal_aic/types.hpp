@@ -73,10 +73,10 @@ struct Observation {
   double yaw_rate = 0.0;        ///< theta_dot, gyro about z of base_link [rad/s]
   double wheel_left = 0.0;      ///< omega_L, mean of the left wheels [rad/s]
   double wheel_right = 0.0;     ///< omega_R, mean of the right wheels [rad/s]
-  double acceleration_x = 0.0;  ///< x_ddot, accelerometer along x of base_link [m/s^2]
-  double acceleration_y = 0.0;  ///< y_ddot, accelerometer along y of base_link [m/s^2]
+  double acceleration_x = 0.0;  ///< x_ddot, accelerometer along x of base_link [m/s^2], without gravity's part there
+  double acceleration_y = 0.0;  ///< y_ddot, likewise along y; of an IMU without attitude both keep their gravity
   std::optional<double> acceleration_z =
-      {};                      ///< accelerometer along z of base_link [m/s^2], +g at rest; empty: not known
+      {};  ///< specific force along z of base_link [m/s^2], gravity left in: about +g, -g upside down; empty: not known
   ChannelValidity valid = {};  ///< which of the channels count
 
   /// The channels as the vector y of eq. 3-3.

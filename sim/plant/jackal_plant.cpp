@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "jackal_aic/gravity.hpp"
 #include "motor.hpp"
 #include "ode_world.hpp"
 #include "periodic.hpp"
@@ -38,8 +39,9 @@ Observation PlantMeasurement::observation() const {
   observation.yaw_rate = angular_velocity.z();
   observation.wheel_left = 0.5 * (wheel_velocity[kFrontLeft] + wheel_velocity[kRearLeft]);
   observation.wheel_right = 0.5 * (wheel_velocity[kFrontRight] + wheel_velocity[kRearRight]);
-  observation.acceleration_x = linear_acceleration.x();
-  observation.acceleration_y = linear_acceleration.y();
+  const Eigen::Vector3d motion = linear_acceleration - gravityReaction(orientation);
+  observation.acceleration_x = motion.x();
+  observation.acceleration_y = motion.y();
   observation.acceleration_z = linear_acceleration.z();
   return observation;
 }

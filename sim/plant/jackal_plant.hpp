@@ -49,7 +49,8 @@ struct PlantMeasurement {
   Eigen::Vector3d linear_acceleration;   ///< mean since the last sample, gravity included, in imu_link [m/s^2]
   Eigen::Quaterniond orientation;        ///< of imu_link in a level frame
 
-  /// The channels of eq. 3-3: gyro z, mean of each side's wheels, accelerometer x and y.
+  /// The channels of eq. 3-3: gyro z, mean of each side's wheels, accelerometer x and y without gravity; and
+  /// accelerometer z. As the node makes them of the messages of this sample (an IMU mounted as base_link).
   Observation observation() const;
 };
 

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <mutex>
 
+#include "jackal_aic/gravity.hpp"
+
 namespace jackal_aic::sim {
 namespace {
-
-constexpr double kGravity = 9.81;
 
 /// Tyre against ground along the normal: stiff enough that the robot does not visibly sink (0.2 mm), damped close to
 /// critical.

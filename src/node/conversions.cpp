@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "jackal_aic/gravity.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -16,6 +18,14 @@ std::vector<double> channel(const Generalized& x, int row) {
   std::vector<double> orders(x.cols());
   for (Eigen::Index i = 0; i < x.cols(); ++i) orders[i] = x(row, i);
   return orders;
+}
+
+/// Attitude of the IMU against a level frame; std::nullopt if the message has none.
+std::optional<Eigen::Quaterniond> attitudeOf(const sensor_msgs::Imu& message) {
+  constexpr double kNone = -1.0;  // sensor_msgs/Imu: no estimate
+  if (message.orientation_covariance[0] == kNone) return std::nullopt;
+  const auto& q = message.orientation;
+  return unitAttitude({q.w, q.x, q.y, q.z});
 }
 
 }  // namespace
@@ -50,9 +60,11 @@ std::optional<Eigen::Vector4d> planarMotion(const sensor_msgs::Imu& message, con
   const auto& w = message.angular_velocity;
   const auto& a = message.linear_acceleration;
   const Eigen::Vector3d angular = rotation * Eigen::Vector3d(w.x, w.y, w.z);
-  const Eigen::Vector3d linear = rotation * Eigen::Vector3d(a.x, a.y, a.z);
-  if (!angular.allFinite() || !linear.allFinite()) return std::nullopt;
-  return Eigen::Vector4d(angular.z(), linear.x(), linear.y(), linear.z());
+  const Eigen::Vector3d force = rotation * Eigen::Vector3d(a.x, a.y, a.z);
+  if (!angular.allFinite() || !force.allFinite()) return std::nullopt;
+  Eigen::Vector2d level = force.head<2>();
+  if (const auto attitude = attitudeOf(message)) level -= (rotation * gravityReaction(*attitude)).head<2>();
+  return Eigen::Vector4d(angular.z(), level.x(), level.y(), force.z());
 }
 
 std::optional<SetPoint> setPoint(const geometry_msgs::Twist& message) {

@@ -35,7 +35,9 @@ std::optional<double> meanVelocity(const sensor_msgs::JointState& message, const
 /// Sum of the positions [rad] of those of the joints that the message lists with one; 0 if it lists none.
 double sumOfPositions(const sensor_msgs::JointState& message, const std::vector<std::string>& joints);
 
-/// Angular velocity and acceleration of an IMU message as (theta_dot, x_ddot, y_ddot, z_ddot) in the base frame.
+/// Angular velocity and acceleration of an IMU message as (theta_dot, x_ddot, y_ddot, f_z) in the base frame, those of
+/// an Observation: the message's attitude takes gravity out of x and y, f_z keeps it. A message without attitude (first
+/// covariance -1, or no unit quaternion) leaves gravity in x and y too.
 /// @param rotation from the IMU's frame into the base frame. std::nullopt if a component is not finite.
 std::optional<Eigen::Vector4d> planarMotion(const sensor_msgs::Imu& message, const Eigen::Quaterniond& rotation);
 

@@ -77,5 +77,21 @@ TEST(Slip, AlphaIsFoundByTheAccelerometerWhereTheWheelsAreSmallerThanConfigured)
   }
 }
 
+TEST(Slip, ASlopeIsNotTakenForAlphaWhenTheRobotTurnsRoundOnIt) {
+  // Without its attitude the accelerometer would read 0.85 m/s^2 more at rest uphill than when driving downhill.
+  PredictiveParameters learning = PredictiveLoop::preset();
+  learning.learn_alpha = true;
+  PlantParameters robot = PredictiveLoop::ground();
+  robot.slope = 5.0;
+  PredictiveLoop loop({}, learning, robot);
+  loop.drive({}, 2.0);
+  loop.drive({0.3, 0.0, 0.8}, 3.9);
+  for (int i = 0; i < 3; ++i) {
+    loop.drive({1.0, 0.0, 0.0}, 2.0);
+    loop.drive({0.3, 0.0, 0.0}, 2.0);
+  }
+  EXPECT_NEAR(loop.controller.slip().alpha, 1.0, 0.03);
+}
+
 }  // namespace
 }  // namespace jackal_aic::sim

@@ -55,7 +55,8 @@ TEST(PlanarMotion, RotatesIntoTheBaseFrame) {
   EXPECT_TRUE(level->isApprox(Eigen::Vector4d(0.3, 1.0, 2.0, 9.8)));
   // Mounted upside down, turned about x: the sensor's z and y point against those of the base.
   const Eigen::Quaterniond upside_down(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()));
-  EXPECT_TRUE(planarMotion(imu(0.1, 0.2, 0.3, 1.0, 2.0, 9.8), upside_down)->isApprox(Eigen::Vector4d(-0.3, 1.0, -2.0, -9.8)));
+  EXPECT_TRUE(
+      planarMotion(imu(0.1, 0.2, 0.3, 1.0, 2.0, 9.8), upside_down)->isApprox(Eigen::Vector4d(-0.3, 1.0, -2.0, -9.8)));
   // Mounted with its x axis along the base's y.
   const Eigen::Quaterniond quarter(Eigen::AngleAxisd(M_PI_2, Eigen::Vector3d::UnitZ()));
   EXPECT_TRUE(planarMotion(imu(0.1, 0.2, 0.3, 1.0, 2.0, 9.8), quarter)->isApprox(Eigen::Vector4d(0.3, -2.0, 1.0, 9.8)));
@@ -64,6 +65,68 @@ TEST(PlanarMotion, RotatesIntoTheBaseFrame) {
 TEST(PlanarMotion, RefusesWhatIsNotFinite) {
   EXPECT_FALSE(planarMotion(imu(0, 0, kNaN, 0, 0, 9.8), Eigen::Quaterniond::Identity()));
   EXPECT_FALSE(planarMotion(imu(0, 0, 0, kNaN, 0, 9.8), Eigen::Quaterniond::Identity()));
+}
+
+/// What a sensor at rest reports whose frame is turned by `attitude` against the level, and that attitude.
+sensor_msgs::Imu atRest(const Eigen::Quaterniond& attitude) {
+  const Eigen::Vector3d force = attitude.conjugate() * Eigen::Vector3d(0.0, 0.0, 9.81);
+  sensor_msgs::Imu message = imu(0.0, 0.0, 0.0, force.x(), force.y(), force.z());
+  message.orientation.w = attitude.w();
+  message.orientation.x = attitude.x();
+  message.orientation.y = attitude.y();
+  message.orientation.z = attitude.z();
+  return message;
+}
+
+/// A robot that drives up a slope of 5 degrees: nose up is a negative turn about y.
+Eigen::Quaterniond uphill() {
+  return Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()) *
+                            Eigen::AngleAxisd(-5.0 * M_PI / 180.0, Eigen::Vector3d::UnitY()));
+}
+
+constexpr double kUphill = 0.855;  // m/s^2, 9.81 sin(5 deg)
+
+TEST(PlanarMotion, AttitudeTakesGravityOutOfTheForwardAccelerationOnASlope) {
+  sensor_msgs::Imu message = atRest(uphill());
+  ASSERT_NEAR(message.linear_acceleration.x, kUphill, 1e-3) << "the nose points up: the reaction to gravity pushes on";
+  message.linear_acceleration.x += 0.3;
+  const auto motion = planarMotion(message, Eigen::Quaterniond::Identity());
+  EXPECT_NEAR((*motion)(1), 0.3, 1e-12);
+  EXPECT_NEAR((*motion)(2), 0.0, 1e-12);
+  EXPECT_NEAR((*motion)(3), 9.81 * std::cos(5.0 * M_PI / 180.0), 1e-12) << "what tells a sensor upside down stays";
+}
+
+TEST(PlanarMotion, AttitudeTakesGravityOutOfTheLateralAccelerationOnATilt) {
+  const Eigen::Quaterniond left_side_up(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX()));
+  const sensor_msgs::Imu message = atRest(left_side_up);
+  ASSERT_GT(message.linear_acceleration.y, 0.9);
+  EXPECT_NEAR((*planarMotion(message, Eigen::Quaterniond::Identity()))(2), 0.0, 1e-12);
+}
+
+TEST(PlanarMotion, AttitudeIsThatOfTheSensorHoweverItIsMounted) {
+  for (const Eigen::Quaterniond& mounting :
+       {Eigen::Quaterniond(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX())),
+        Eigen::Quaterniond(Eigen::AngleAxisd(M_PI_2, Eigen::Vector3d::UnitZ())),
+        Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1.0, 2.0, -1.0).normalized()))}) {
+    const auto motion = planarMotion(atRest(uphill() * mounting), mounting);
+    EXPECT_NEAR(motion->segment<2>(1).norm(), 0.0, 1e-12);
+    EXPECT_NEAR((*motion)(3), 9.81 * std::cos(5.0 * M_PI / 180.0), 1e-12);
+  }
+}
+
+TEST(PlanarMotion, WithoutAttitudeGravityStays) {
+  const auto forward = [](const sensor_msgs::Imu& message) {
+    return (*planarMotion(message, Eigen::Quaterniond::Identity()))(1);
+  };
+  sensor_msgs::Imu no_estimate = atRest(uphill());
+  no_estimate.orientation_covariance[0] = -1.0;
+  EXPECT_NEAR(forward(no_estimate), kUphill, 1e-3);
+  sensor_msgs::Imu unset = atRest(uphill());
+  unset.orientation = geometry_msgs::Quaternion();
+  EXPECT_NEAR(forward(unset), kUphill, 1e-3);
+  sensor_msgs::Imu not_finite = atRest(uphill());
+  not_finite.orientation.x = kNaN;
+  EXPECT_NEAR(forward(not_finite), kUphill, 1e-3);
 }
 
 TEST(SetPointOfTwist, TakesForwardSpeedAndYawRate) {

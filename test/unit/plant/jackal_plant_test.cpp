@@ -431,6 +431,27 @@ TEST(PlantOnSlope, StandsStillAndFeelsGravityAlongTheSlope) {
   EXPECT_NEAR(level.z(), kGravity, 1e-4);
 }
 
+TEST(PlantOnSlope, ObservationIsFreeOfGravityAndSeesTheSpeedChange) {
+  PlantParameters parameters = quiet();
+  parameters.slope = 5.0;
+  JackalPlant plant = plantOf(parameters);
+  run(plant, 1.0);
+  const PlantMeasurement rest = nextMeasurement(plant);
+  ASSERT_GT(rest.linear_acceleration.x(), 0.8);
+  EXPECT_NEAR(rest.observation().acceleration_x, 0.0, 1e-4);
+  EXPECT_NEAR(rest.observation().acceleration_y, 0.0, 1e-4);
+  EXPECT_EQ(rest.observation().acceleration_z, rest.linear_acceleration.z());
+
+  plant.command(rolling(0.5, 0.5));
+  double speed = 0.0, before = rest.stamp;
+  while (plant.time() < 3.0) {
+    const PlantMeasurement sample = nextMeasurement(plant);
+    speed += (sample.stamp - before) * sample.observation().acceleration_x;
+    before = sample.stamp;
+  }
+  EXPECT_NEAR(speed, plant.truth().linear_velocity.x(), 0.01);
+}
+
 TEST(PlantOnSlope, HoldsOnlyWithEnoughFriction) {
   PlantParameters parameters = quiet();
   parameters.slope = 20.0;
