@@ -25,6 +25,10 @@ YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
   return {p.gyro_variance, p.yaw_fluctuation, p.yaw_deviation};
 }
 
+ForwardSpeedBeliefParameters forwardParameters(const PredictiveParameters& p) {
+  return {p.accelerometer_weight, p.turning_centre};
+}
+
 PredictiveParameters validated(const PredictiveParameters& parameters) {
   validate(parameters);
   return parameters;
@@ -129,6 +133,7 @@ PredictiveController::PredictiveController(const PredictiveParameters& parameter
       left_(model, geometry.wheel_radius, wheelParameters(parameters)),
       right_(left_),
       yaw_(yawParameters(parameters)),
+      forward_(forwardParameters(parameters)),
       slip_(slipBelief(parameters, geometry, model)),
       precisions_(sensorVariances(parameters), parameters.precision_memory),
       reference_left_(model, geometry.wheel_radius, parameters.reference_time, 1.0 / parameters.action_rate),
@@ -201,11 +206,12 @@ void PredictiveController::correct(const Observation& y) {
   free_energy_ = correctWheels(y);
   if (!model_.on_box && y.valid.yaw_rate) {
     free_energy_ += yaw_.correct(y.yaw_rate);
-    return;
+  } else {
+    const double slope = yawPerWheelSpeed();  // without a gyro, or on a box, the wheels' turn is all there is
+    yaw_.follow(slope * (right_.speed() - left_.speed()),
+                slope * slope * (left_.covariance()(0, 0) + right_.covariance()(0, 0)));
   }
-  const double slope = yawPerWheelSpeed();  // without a gyro, or on a box, the wheels' turn is all there is
-  yaw_.follow(slope * (right_.speed() - left_.speed()),
-              slope * slope * (left_.covariance()(0, 0) + right_.covariance()(0, 0)));
+  if (!model_.on_box) correctForwardSpeed(y);
 }
 
 double PredictiveController::correctWheels(const Observation& y) {
@@ -233,6 +239,17 @@ double PredictiveController::standInVariance() const {
   const double slope = yawPerWheelSpeed();
   const double late = parameters_.yaw_deviation * (right_.acceleration() - left_.acceleration());
   return precisions_.variances().gyro / (slope * slope) + late * late;
+}
+
+void PredictiveController::correctForwardSpeed(const Observation& y) {
+  if (!y.valid.acceleration) return forward_.reset(forwardSpeedOfWheels());
+  // As it comes: the offset learned while the wheels rest is that of a robot that may still slide on locked wheels.
+  forward_.correct(forwardSpeedOfWheels(), y.acceleration_x, precisions_.variances().accelerometer, yaw_.yawRate(),
+                   observation_step_);
+}
+
+double PredictiveController::forwardSpeedOfWheels() const {
+  return 0.5 * geometry_.wheel_radius * slip_.state().alpha * (left_.speed() + right_.speed());
 }
 
 double PredictiveController::yawPerWheelSpeed() const {
@@ -312,6 +329,7 @@ void PredictiveController::adoptGains(const PredictiveParameters& parameters) {
     path->setReferenceTime(parameters.reference_time);
   }
   yaw_.setParameters(yawParameters(parameters));
+  forward_.setParameters(forwardParameters(parameters));
   slip_.setLearning(slipLearning(parameters));
   precisions_ = SensorPrecisions(sensorVariances(parameters), parameters.precision_memory);
 }
@@ -325,6 +343,7 @@ void PredictiveController::restart() {
   right_.reset(observation_.wheel_right);
   yaw_.reset(model_.on_box ? yawPerWheelSpeed() * (observation_.wheel_right - observation_.wheel_left)
                            : observation_.yaw_rate);
+  forward_.reset(forwardSpeedOfWheels());
 }
 
 void PredictiveController::reset() {
@@ -348,6 +367,7 @@ SkidSteerKinematics PredictiveController::kinematics() const {
 
 BodyVector PredictiveController::believedVelocity() const {
   BodyVector velocity = kinematics().bodyVelocity({left_.speed(), right_.speed()});
+  velocity(kForward) += forward_.difference();
   velocity(kYaw) = yaw_.yawRate();
   return velocity;
 }
@@ -359,6 +379,7 @@ Eigen::Matrix2d PredictiveController::velocityCovariance() const {
   const double mean = 0.5 * (left_.speed() + right_.speed());
   double forward = per_wheel * per_wheel * (left_.covariance()(0, 0) + right_.covariance()(0, 0));
   if (parameters_.learn_alpha) forward += r * r * mean * mean * slip_.alphaVariance();
+  forward += forward_.variance();
   return Eigen::Vector2d(forward, yaw_.variance()).asDiagonal();
 }
 

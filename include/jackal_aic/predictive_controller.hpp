@@ -18,6 +18,7 @@
 #include <Eigen/Core>
 #include <cmath>
 
+#include "jackal_aic/forward_speed_belief.hpp"
 #include "jackal_aic/parameter_map.hpp"
 #include "jackal_aic/parameters.hpp"
 #include "jackal_aic/plant_model.hpp"
@@ -53,8 +54,10 @@ struct PredictiveParameters {
   bool learn_slip = true;                  ///< learn the effective track
   bool learn_alpha = false;                ///< learn the slip alpha from the accelerometer
   double slip_memory = 0.5;                ///< time over which the effective track is averaged while turning [s]
-  double yaw_deviation = 0.05;   ///< sigma_y, standard deviation of the delay of the yaw behind the wheels [s]
-  double slip_excitation = 0.5;  ///< least difference of the wheel speeds to learn from [rad/s]
+  double yaw_deviation = 0.05;        ///< sigma_y, standard deviation of the delay of the yaw behind the wheels [s]
+  double slip_excitation = 0.5;       ///< least difference of the wheel speeds to learn from [rad/s]
+  double accelerometer_weight = 0.0;  ///< of the accelerometer in the believed forward speed, 0: the wheels alone
+  double turning_centre = 0.0;        ///< l, how far the centre of turning lies ahead of the IMU [m]
 
   /// Belief updates per action update.
   int beliefStepsPerAction() const;
@@ -84,6 +87,8 @@ void describeFields(Visitor& v, PredictiveParameters& p) {
   v.field("slip_memory", p.slip_memory, {0.02, 1000.0}, "s", Presence::optional);
   v.field("yaw_deviation", p.yaw_deviation, {0.0, 1.0}, "s", Presence::optional);
   v.field("slip_excitation", p.slip_excitation, {0.05, 100.0}, "rad/s", Presence::optional);
+  v.field("accelerometer_weight", p.accelerometer_weight, {0.0, 0.999}, "", Presence::optional);
+  v.field("turning_centre", p.turning_centre, {-1.0, 1.0}, "m", Presence::optional);
 }
 
 /// @throws ParameterError if belief_rate is no whole multiple of action_rate, or belief_rate does not divide 1 kHz.
@@ -168,8 +173,8 @@ class PredictiveController : public VelocityController {
   double beliefStep() const override { return 1.0 / parameters_.belief_rate; }
   int beliefStepsPerAction() const override { return parameters_.beliefStepsPerAction(); }
 
-  /// Covariance of the believed x_dot [m/s] and theta_dot [rad/s], from those of the wheels' speeds and, where it is
-  /// learned, of the slip.
+  /// Covariance of the believed x_dot [m/s] and theta_dot [rad/s], from those of the wheels' speeds and, where they
+  /// take part, of the learned slip and of the accelerometer.
   Eigen::Matrix2d velocityCovariance() const;
 
   /// Last measurement taken; zero before the first.
@@ -204,6 +209,8 @@ class PredictiveController : public VelocityController {
   void correct(const Observation& observation);
   double correctWheels(const Observation& observation);
   double standInVariance() const;
+  void correctForwardSpeed(const Observation& observation);
+  double forwardSpeedOfWheels() const;
   double yawPerWheelSpeed() const;
   Observation withBelieved(Observation observation) const;
   void learn(const Observation& observation);
@@ -218,6 +225,7 @@ class PredictiveController : public VelocityController {
   WheelBelief left_;
   WheelBelief right_;
   YawRateBelief yaw_;
+  ForwardSpeedBelief forward_;
   SlipBelief slip_;
   SensorPrecisions precisions_;
   SetPoint set_point_;

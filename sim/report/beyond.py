@@ -202,6 +202,7 @@ TABLES = {
     'learned_precision': precision_table,
     'accelerometer': accelerometer_table,
     'coloured_noise': coloured_table,
+    'accelerometer_speed': accelerometer_table,
     'slip_straight': perturbation_table,
 }
 
