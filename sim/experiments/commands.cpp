@@ -7,6 +7,7 @@
 
 #include "calibration.hpp"
 #include "campaign.hpp"
+#include "detection_table.hpp"
 #include "progress_bar.hpp"
 
 namespace jackal_aic::sim {
@@ -195,6 +196,18 @@ int calibratePlants(const po::variables_map& options) {
   return 0;
 }
 
+// ---- detection
+
+void describeDetection(po::options_description& options, po::positional_options_description&) {
+  options.add_options()("out", po::value<std::string>()->required(), "directory for detection.csv and alarms.csv");
+  addJobs(options);
+}
+
+int detect(const po::variables_map& options) {
+  writeDetectionTables(packageFiles(options), options["out"].as<std::string>(), jobs(options));
+  return 0;
+}
+
 constexpr Command kCommands[] = {
     {"list", "list", "names the experiments", describeList, list},
     {"run", "run NAME|all --out DIR [--jobs N] [--shard K/N]", "runs experiments and writes their results as CSV",
@@ -204,6 +217,8 @@ constexpr Command kCommands[] = {
      "runs one step response", describeStep, step},
     {"square", "square --controller NAME|FILE --plant NAME|FILE --min V --max V [--set KEY=VALUE ...]",
      "runs one square wave", describeSquare, square},
+    {"detection", "detection --out DIR [--jobs N]", "times to find a fault, and false alarms of ten minutes of driving",
+     describeDetection, detect},
     {"calibrate", "calibrate --out DIR [--plant box|ground|all]", "fits the plants to the thesis' tables",
      describeCalibrate, calibratePlants},
 };

@@ -13,6 +13,7 @@ import sys
 
 import beyond
 import claims
+import detection
 import faults
 import figures
 from markup import STYLE, anchor, cell, escape, seconds, table
@@ -289,7 +290,8 @@ def bar_table(results):
 
 
 INTRODUCTION = '''
-<p><a href="#beyond">Beyond the thesis: the predictive controller</a> · <a href="#faults">Faults</a></p>
+<p><a href="#beyond">Beyond the thesis: the predictive controller</a> · <a href="#detection">Fault
+detection</a> · <a href="#faults">Faults</a></p>
 <p>Every table and figure of B.D. van der Meer, <i>Control analysis of an active inference controller for a skid-steer mobile
 robot</i> (TU Delft, 2022), run again on this package's simulated Jackal, without ROS, in steps of 1 ms.</p>
 <p><b>How to read it.</b> Velocity is the true velocity of base_link; on the box, where the robot cannot move, what its wheels
@@ -320,7 +322,7 @@ def page(results, images):
             f'<h2>Fit of the plant</h2>{plant_table(results)}{bar_table(results)}'
             f'<h2>Where ours differs</h2><p>Of {len(verdicts)} statements of the thesis, ours agrees with {agreed}. '
             f'It differs in:</p><ul>{differing}</ul>{data_sections(results)}{sections}{beyond.section(results, images)}'
-            f'{faults.section(results.directory.parent / "faults.csv")}</body></html>\n')
+            f'{detection.section(results.directory)}{faults.section(results.directory.parent / "faults.csv")}</body></html>\n')
 
 
 def main():

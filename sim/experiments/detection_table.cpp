@@ -1,0 +1,198 @@
+#include "detection_table.hpp"
+
+#include <filesystem>
+#include <iomanip>
+#include <limits>
+#include <random>
+#include <sstream>
+
+#include "campaign.hpp"
+#include "parallel.hpp"
+#include "progress_bar.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+constexpr std::uint64_t kSeed = 7;
+constexpr double kTenMinutes = 600.0;  // s
+constexpr double kWatched = 1.0;       // s after the onset of a fault
+
+struct Motion {
+  const char* name;
+  SetPoint set_point;
+};
+
+const Motion kMotions[] = {{"0.5 m/s", {0.5, 0.0, 0.0}},
+                           {"1 m/s", {1.0, 0.0, 0.0}},
+                           {"-0.5 m/s", {-0.5, 0.0, 0.0}},
+                           {"0.5 rad/s", {0.0, 0.0, 0.5}},
+                           {"0.5 m/s, 0.5 rad/s", {0.5, 0.0, 0.5}}};
+
+struct NamedFault {
+  const char* name;
+  Faults faults;
+  const char* on_ground;  // reason
+  const char* on_box;     // reason; there the gyro cannot tell a dead encoder from a blocked wheel
+};
+
+Faults sensor(SensorFaultKind kind, Side side = Side::left, double value = 0.0) {
+  Faults faults;
+  faults.sensors = {{kind, side, value, kFaultTime}};
+  return faults;
+}
+
+Faults motor(Side side) {
+  Faults faults;
+  faults.motors = {{side, kFaultTime, std::numeric_limits<double>::infinity()}};
+  return faults;
+}
+
+std::vector<NamedFault> namedFaults() {
+  constexpr const char* kLeftBlocked = "left wheels do not follow their command";
+  constexpr const char* kRightBlocked = "right wheels do not follow their command";
+  constexpr const char* kGyro = "gyro disagrees with the wheels";
+  return {
+      {"left encoder frozen", sensor(SensorFaultKind::encoder_freeze), "left encoder frozen", "left encoder frozen"},
+      {"right encoder frozen", sensor(SensorFaultKind::encoder_freeze, Side::right), "right encoder frozen",
+       "right encoder frozen"},
+      {"left encoder dead", sensor(SensorFaultKind::encoder_value), "left encoder wrong", kLeftBlocked},
+      {"gyro bias 0.2 rad/s", sensor(SensorFaultKind::gyro_offset, Side::left, 0.2), kGyro, kGyro},
+      {"gyro bias -0.2 rad/s", sensor(SensorFaultKind::gyro_offset, Side::left, -0.2), kGyro, kGyro},
+      {"gyro frozen", sensor(SensorFaultKind::gyro_freeze), "gyro frozen", "gyro frozen"},
+      {"IMU upside down", sensor(SensorFaultKind::imu_flip), "IMU upside down", "IMU upside down"},
+      {"left motor blocked", motor(Side::left), kLeftBlocked, kLeftBlocked},
+      {"right motor blocked", motor(Side::right), kRightBlocked, kRightBlocked}};
+}
+
+std::string quoted(const std::string& text) { return '"' + text + '"'; }
+
+std::string lineOf(const DetectionCase& c, const std::optional<Detection>& found) {
+  std::ostringstream line;
+  line << c.controller << ',' << c.plant << ',' << quoted(c.motion) << ',' << quoted(c.fault) << ','
+       << quoted(c.expected) << ',' << quoted(found ? found->reason : "") << ',';
+  if (found) line << std::fixed << std::setprecision(2) << found->delay;
+  return line.str() + '\n';
+}
+
+std::string lineOf(const OrdinaryCase& c, const Alarms& alarms) {
+  std::ostringstream line;
+  line << c.controller << ',' << c.plant << ',' << quoted(c.condition) << ',' << c.duration << ',' << alarms.samples
+       << ',' << alarms.outliers << ',' << quoted(alarms.fault) << '\n';
+  return line.str();
+}
+
+std::string joined(const std::string& header, const std::vector<std::string>& lines) {
+  std::string text = header;
+  for (const auto& line : lines) text += line;
+  return text;
+}
+
+}  // namespace
+
+std::vector<DetectionCase> detectionCases() {
+  const std::pair<const char*, const char*> loops[] = {
+      {"predictive", "ground"}, {"predictive", "box"}, {"improved", "ground"}};
+  std::vector<DetectionCase> cases;
+  for (const auto& [controller, plant] : loops) {
+    for (const Motion& motion : kMotions) {
+      for (const NamedFault& fault : namedFaults()) {
+        const bool on_box = std::string(plant) == "box";
+        cases.push_back({controller, plant, motion.name, motion.set_point, fault.name, fault.faults,
+                         on_box ? fault.on_box : fault.on_ground});
+      }
+    }
+  }
+  return cases;
+}
+
+std::optional<Detection> runCase(const PackageFiles& files, const DetectionCase& c) {
+  SetPointProfile profile;
+  profile.changes = {{kRestTime, c.set_point}};
+  profile.duration = kFaultTime + kWatched;
+  const LoopSetup setup = loadSetup(files, c.controller, c.plant, {});
+  return detection(runMonitored(setup, monitorModel(files, c.plant), profile, c.faults), kFaultTime);
+}
+
+std::vector<OrdinaryCase> ordinaryCases() {
+  const std::pair<const char*, Overrides> conditions[] = {
+      {"as calibrated", {}},
+      {"noise x 5", {{"plant.noise_scale", "5"}}},
+      {"no noise", {{"plant.noise_scale", "0"}}},
+      {"10 % of the samples lost", {{"plant.measurement_loss", "0.1"}}},
+      {"friction 0.25", {{"plant.friction", "0.25"}}},
+      {"friction 1", {{"plant.friction", "1.0"}}},
+      {"5 deg uphill", {{"plant.slope", "5"}}},
+      {"10 deg downhill", {{"plant.slope", "-10"}}},
+      {"payload 8 kg", {{"plant.payload", "8"}}}};
+  constexpr std::size_t kOnBoxToo = 4;  // of the conditions; the others are of the ground
+  std::vector<OrdinaryCase> cases;
+  for (const auto& [name, overrides] : conditions) {
+    cases.push_back({"predictive", "ground", name, overrides, kTenMinutes});
+  }
+  for (std::size_t i = 0; i < kOnBoxToo; ++i) {
+    cases.push_back({"predictive", "box", conditions[i].first, conditions[i].second, kTenMinutes});
+  }
+  for (const char* plant : {"ground", "box"}) cases.push_back({"improved", plant, "as calibrated", {}, kTenMinutes});
+  return cases;
+}
+
+SetPointProfile ordinaryDriving(std::uint64_t seed, double duration) {
+  const double speeds[] = {0.0, 0.1, 0.3, 0.5, 1.0, -0.5};
+  const double turns[] = {0.0, 0.2, 0.5, 1.0, -0.5, -1.0};
+  std::mt19937_64 random(seed);
+  const auto pick = [&](const double(&values)[6]) { return values[random() % 6]; };
+  SetPointProfile profile;
+  double time = kRestTime;
+  const auto add = [&](const SetPoint& set_point, double seconds) {
+    profile.changes.push_back({time, set_point});
+    time += seconds;
+  };
+  while (time < duration) {
+    const double length = 1.0 + 0.001 * static_cast<double>(random() % 3000);
+    const auto kind = random() % 4;
+    const double forward = pick(speeds), yaw_rate = pick(turns);
+    if (kind == 0) add({forward, 0.0, 0.0}, length);
+    if (kind == 1) add({0.0, 0.0, yaw_rate}, length);
+    if (kind == 2) add({forward, 0.0, yaw_rate}, length);
+    for (int half = 0; kind == 3 && half < 6; ++half) add({half % 2 == 0 ? 0.1 : 0.5, 0.0, 0.0}, 2.0);
+  }
+  profile.duration = duration;
+  return profile;
+}
+
+Alarms runOrdinary(const PackageFiles& files, const OrdinaryCase& c, double duration) {
+  const LoopSetup setup = loadSetup(files, c.controller, c.plant, c.overrides);
+  const auto samples = runMonitored(setup, monitorModel(files, c.plant), ordinaryDriving(kSeed, duration), {});
+  Alarms alarms{samples.size(), 0, ""};
+  for (const MonitoredSample& sample : samples) {
+    if (!sample.counted.all()) ++alarms.outliers;
+    if (!sample.report.faulty() || !alarms.fault.empty()) continue;
+    alarms.fault = std::string(sample.report.reason()) + " at " + std::to_string(sample.time) + " s";
+  }
+  return alarms;
+}
+
+void writeDetectionTables(const PackageFiles& files, const std::string& directory, unsigned jobs) {
+  const auto detections = detectionCases();
+  const auto ordinary = ordinaryCases();
+  std::vector<std::string> detection_lines(detections.size()), alarm_lines(ordinary.size());
+  const std::size_t count = ordinary.size() + detections.size();
+  ProgressBar bar("detection", count, true);
+  // The long runs first, so that no thread ends alone with one of them.
+  const auto run = [&](std::size_t i) {
+    if (i < ordinary.size()) {
+      alarm_lines[i] = lineOf(ordinary[i], runOrdinary(files, ordinary[i], ordinary[i].duration));
+    } else {
+      const DetectionCase& c = detections[i - ordinary.size()];
+      detection_lines[i - ordinary.size()] = lineOf(c, runCase(files, c));
+    }
+  };
+  parallelFor(count, jobs, run, [&](std::size_t done) { bar.show(done, ""); });
+  const std::filesystem::path path(directory);
+  writeText((path / "detection.csv").string(),
+            joined("controller,plant,motion,fault,expected,found,delay_s\n", detection_lines));
+  writeText((path / "alarms.csv").string(),
+            joined("controller,plant,condition,duration_s,samples,outliers,fault\n", alarm_lines));
+}
+
+}  // namespace jackal_aic::sim
