@@ -111,7 +111,7 @@ TEST_P(Recovery, ChannelCountsAgainAfterTheFaultIsOver) {
   SetPointProfile profile = driving({0.5, 0.0, 0.3});
   profile.duration = over + 3.0;
   const auto samples = run("predictive", "ground", profile, faults);
-  EXPECT_EQ(shareCounted(samples, GetParam().channel, kFaultTime + kDetectionBarBar, over + 0.9), 0.0);
+  EXPECT_EQ(shareCounted(samples, GetParam().channel, kFaultTime + kDetectionBar, over + 0.9), 0.0);
   EXPECT_GE(shareCounted(samples, GetParam().channel, over + 2.0, over + 3.0), 0.98);
   for (const MonitoredSample& s : samples) {
     if (s.time < kFaultTime) continue;

@@ -1,4 +1,5 @@
 #include "jackal_aic/fault_monitor.hpp"
+#include "jackal_aic/gravity.hpp"
 
 #include <gtest/gtest.h>
 
@@ -55,7 +56,7 @@ class Robot {
     y.wheel_right = right_.speed() + 0.03 * noise_(random_);
     y.yaw_rate = 0.098 * (right_.speed() - left_.speed()) / 0.55 + 0.005 * noise_(random_);
     y.acceleration_x = 0.098 * 0.5 * (left_.acceleration() + right_.acceleration()) + 0.05 * noise_(random_);
-    y.acceleration_z = AccelerationMonitor::kGravity + 0.05 * noise_(random_);
+    y.acceleration_z = kGravity + 0.05 * noise_(random_);
     return y;
   }
 
