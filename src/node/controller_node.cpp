@@ -86,8 +86,12 @@ void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
 
 void ControllerNode::onObservation(Observation observation, const ros::Time& stamp) {
   measurements_.judge(observation, last_now_.toSec());
-  if (!taken(controller_.observe(observation))) {
-    reportRefusal("measurement whose stamp is not later than the last one", ++rejected_measurements_);
+  const SampleVerdict verdict = controller_.observe(observation);
+  if (!taken(verdict)) {
+    const bool incomplete = verdict == SampleVerdict::incomplete;
+    reportRefusal(incomplete ? "measurement of which too few channels count"
+                             : "measurement whose stamp is not later than the last one",
+                  ++rejected_measurements_);
     return;
   }
   measurement_stamp_ = stamp;

@@ -42,20 +42,33 @@ void MeasurementWatch::judge(Observation& observation, double now) {
 }
 
 void MeasurementWatch::applyPolicy(StopCauses& causes, double now, bool at_rest) {
+  noteSources(causes);
+  const LossDecision decision = decideOnLoss(policy_, tolerance(), remaining(), now - last_sight_, on_box_);
+  loss_ = decision.reason;
+  const bool lost = imu_lost_ || wheels_lost_;
+  if (lost && decision.action == LossAction::drive) {
+    causes.remove({StopCause::unpaired, StopCause::imu_frozen, StopCause::imu_late, StopCause::imu_missing,
+                   StopCause::wheels_frozen, StopCause::wheels_late, StopCause::wheels_missing});
+  }
+  const bool too_little = !lost && !wheelsRepeat() && decision.action == LossAction::stop;
+  const bool blocked = monitor_ && (monitor_->report().drive_left || monitor_->report().drive_right);
+  causes.add(StopCause::sensor_fault, !at_rest && (too_little || blocked));
+}
+
+void MeasurementWatch::noteSources(const StopCauses& causes) {
+  const bool imu_was_lost = imu_lost_, wheels_were_lost = wheels_lost_;
   imu_silent_ = causes.hasAny({StopCause::imu_late, StopCause::imu_missing});
   wheels_silent_ = causes.hasAny({StopCause::wheels_late, StopCause::wheels_missing});
   imu_lost_ = imu_silent_ || causes.hasAny({StopCause::imu_frozen});
   wheels_lost_ = wheels_silent_ || causes.hasAny({StopCause::wheels_frozen});
-  const LossDecision decision = decideOnLoss(policy_, tolerance(), remaining(), now - last_sight_, on_box_);
-  loss_ = decision.reason;
-  if (decision.action == LossAction::stop) {
-    causes.add(StopCause::sensor_fault, !imu_lost_ && !wheels_lost_);
-  } else if (imu_lost_ || wheels_lost_) {
-    causes.remove({StopCause::unpaired, StopCause::imu_frozen, StopCause::imu_late, StopCause::imu_missing,
-                   StopCause::wheels_frozen, StopCause::wheels_late, StopCause::wheels_missing});
-  }
-  const bool blocked = monitor_ && (monitor_->report().drive_left || monitor_->report().drive_right);
-  causes.add(StopCause::sensor_fault, blocked && !at_rest);
+  // What was found out about a source that has come back is of the past.
+  const bool back = (imu_was_lost && !imu_lost_) || (wheels_were_lost && !wheels_lost_);
+  if (monitor_ && back) monitor_->reset();
+}
+
+bool MeasurementWatch::wheelsRepeat() const {
+  return monitor_ && monitor_->report().wheel_left.cause == FaultCause::frozen &&
+         monitor_->report().wheel_right.cause == FaultCause::frozen;
 }
 
 ChannelValidity MeasurementWatch::remaining() const {

@@ -29,7 +29,7 @@ class MeasurementWatch {
   void judge(Observation& observation, double now);
 
   /// Takes back causes that the loss policy tolerates, and adds that too little is left to drive on. @param at_rest the
-  /// robot stands and is not to move: a wheel that does not follow its command cannot be told from a good one.
+  /// robot stands and is not to move: whether a wheel or a sensor is good again shows only on the move.
   void applyPolicy(StopCauses& causes, double now, bool at_rest);
 
   /// True if no IMU data come, as of the last applyPolicy(): wheel speeds have no partner then.
@@ -48,6 +48,8 @@ class MeasurementWatch {
   void reset();
 
  private:
+  void noteSources(const StopCauses& causes);
+  bool wheelsRepeat() const;  // both encoders at once: the source, on which its own deadline decides
   ChannelValidity remaining() const;
   LossTolerance tolerance() const;
 

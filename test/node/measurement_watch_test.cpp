@@ -1,0 +1,80 @@
+#include "measurement_watch.hpp"
+
+#include <gtest/gtest.h>
+
+namespace jackal_aic {
+namespace {
+
+NodeParameters parameters(LossAction imu, LossAction one_wheel, LossAction wheels) {
+  NodeParameters p;
+  p.controller = ControllerParameters{};
+  p.on_loss = {imu, one_wheel, wheels, 1.0};
+  return p;
+}
+
+/// What is left of some causes after the policy.
+StopCause after(MeasurementWatch& watch, std::initializer_list<StopCause> present) {
+  StopCauses causes;
+  for (StopCause cause : present) causes.add(cause, true);
+  watch.applyPolicy(causes, 1.0, false);
+  return causes.worst();
+}
+
+constexpr auto kDrive = LossAction::drive;
+constexpr auto kStop = LossAction::stop;
+
+TEST(MeasurementWatch, WithNothingLostNothingChanges) {
+  MeasurementWatch watch(parameters(kDrive, kDrive, kDrive));
+  EXPECT_EQ(after(watch, {}), StopCause::none);
+  EXPECT_EQ(after(watch, {StopCause::unpaired}), StopCause::unpaired);
+  EXPECT_EQ(after(watch, {StopCause::set_point_late}), StopCause::set_point_late);
+  EXPECT_EQ(watch.reason(), "");
+}
+
+TEST(MeasurementWatch, ALostImuIsToleratedOrNot) {
+  MeasurementWatch drives(parameters(kDrive, kStop, kStop)), stops(parameters(kStop, kDrive, kDrive));
+  for (StopCause cause : {StopCause::imu_late, StopCause::imu_frozen, StopCause::imu_missing}) {
+    EXPECT_EQ(after(drives, {StopCause::unpaired, cause}), StopCause::none) << text(cause);
+    EXPECT_EQ(drives.imuSilent(), cause != StopCause::imu_frozen);
+    EXPECT_EQ(drives.reason(), "yaw rate lost");
+    EXPECT_EQ(after(stops, {StopCause::unpaired, cause}), cause);
+  }
+  EXPECT_EQ(after(drives, {StopCause::imu_late, StopCause::emergency_stop}), StopCause::emergency_stop);
+  EXPECT_EQ(after(drives, {}), StopCause::none);
+  EXPECT_EQ(drives.reason(), "") << "it is back";
+}
+
+TEST(MeasurementWatch, TheThesisControllerStopsWithoutWheelsWhateverThePolicy) {
+  MeasurementWatch watch(parameters(kDrive, kDrive, kDrive));
+  EXPECT_EQ(after(watch, {StopCause::wheels_late}), StopCause::wheels_late);
+  EXPECT_TRUE(watch.wheelsSilent());
+  EXPECT_EQ(after(watch, {StopCause::wheels_frozen, StopCause::imu_late}), StopCause::wheels_frozen);
+}
+
+TEST(MeasurementWatch, ThePredictiveControllerDrivesOnItsModelForAWhile) {
+  NodeParameters p = parameters(kDrive, kDrive, kDrive);
+  p.controller = PredictiveParameters{};
+  MeasurementWatch watch(p);
+  Observation seen;
+  watch.judge(seen, 1.0);
+  StopCauses soon, late;
+  soon.add(StopCause::wheels_late, true);
+  late.add(StopCause::wheels_late, true);
+  watch.applyPolicy(soon, 1.9, false);
+  EXPECT_EQ(soon.worst(), StopCause::none);
+  watch.applyPolicy(late, 2.1, false);
+  EXPECT_EQ(late.worst(), StopCause::wheels_late) << "model_time is over";
+}
+
+TEST(MeasurementWatch, ChannelsOfALostSourceDoNotCount) {
+  MeasurementWatch watch(parameters(kDrive, kDrive, kStop));
+  Observation observation;
+  watch.judge(observation, 1.0);
+  EXPECT_EQ(observation.valid, ChannelValidity{});
+  after(watch, {StopCause::imu_frozen});
+  watch.judge(observation, 1.0);
+  EXPECT_EQ(observation.valid, (ChannelValidity{false, true, true, false}));
+}
+
+}  // namespace
+}  // namespace jackal_aic
