@@ -85,6 +85,7 @@ void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
 }
 
 void ControllerNode::onObservation(Observation observation, const ros::Time& stamp) {
+  catchUp(last_now_);  // a measurement that overtakes the belief timer must not meet a belief about the past
   measurements_.judge(observation, last_now_.toSec());
   const SampleVerdict verdict = controller_.observe(observation);
   if (!taken(verdict)) {
@@ -102,8 +103,9 @@ void ControllerNode::onObservation(Observation observation, const ros::Time& sta
   sensor_publisher_.publish(message);
 }
 
-void ControllerNode::onBeliefTimer(const ros::TimerEvent&) {
-  const ros::Time now = currentTime();
+void ControllerNode::onBeliefTimer(const ros::TimerEvent&) { catchUp(currentTime()); }
+
+void ControllerNode::catchUp(const ros::Time& now) {
   for (int due = schedule_.beliefStepsDue(nanoseconds(now)); due > 0; --due) updateBelief();
 }
 

@@ -56,6 +56,7 @@ class ControllerNode {
 
   ros::Time currentTime();
   void reset();
+  void catchUp(const ros::Time& now);
   void updateBelief();
   WheelCommand act(const ros::Time& now);
   GateInputs gateInputs(const ros::Time& now);

@@ -49,6 +49,8 @@ void visitGains(Parameters& gains, PredictiveGainsConfig& config, const Visit& v
   visit("slip_memory", gains.slip_memory, config.slip_memory);
   visit("yaw_deviation", gains.yaw_deviation, config.yaw_deviation);
   visit("slip_excitation", gains.slip_excitation, config.slip_excitation);
+  visit("accelerometer_weight", gains.accelerometer_weight, config.accelerometer_weight);
+  visit("turning_centre", gains.turning_centre, config.turning_centre);
 }
 
 /// Offers the gains of a structure in a private namespace, the one in which the YAML has them.

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <set>
 #include <sstream>
 #include <type_traits>
 
@@ -153,6 +154,18 @@ TEST(GainServer, OffersTheRangesOfTheParameters) {
   expectBounds(ControllerParameters{}, ControllerGainsConfig::__getMax__(), HUGE_VAL);
   expectBounds(PredictiveParameters{}, PredictiveGainsConfig::__getMin__(), -HUGE_VAL);
   expectBounds(PredictiveParameters{}, PredictiveGainsConfig::__getMax__(), HUGE_VAL);
+}
+
+TEST(GainServer, OffersEveryPredictiveParameterButTheRates) {
+  PredictiveParameters parameters;
+  PredictiveGainsConfig config;
+  std::set<std::string> offered{"belief_rate", "action_rate"};
+  visitGains(parameters, config, [&](const char* name, const auto&, const auto&) { offered.insert(name); });
+  ParameterMap map;
+  ParameterWriter writer(map, "");
+  describeFields(writer, parameters);
+  const auto keys = map.keys();
+  EXPECT_EQ(offered, std::set<std::string>(keys.begin(), keys.end()));
 }
 
 TEST(GainServer, StartsFromTheDefaultsOfTheParameters) {
