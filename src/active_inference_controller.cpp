@@ -35,7 +35,8 @@ SampleVerdict ActiveInferenceController::observe(const Observation& observation)
   const std::optional<Observation> complete = reconstructed(observation, kinematics_);
   if (!complete) return SampleVerdict::incomplete;
   const SampleVerdict verdict = sensors_.update(*complete);  // ỹ                        (3-22)
-  if (verdict == SampleVerdict::restarted) restart();
+  // A gap says nothing against the command that is driven: the action goes on from there.
+  if (verdict == SampleVerdict::restarted) overrule(action());
   return verdict;
 }
 

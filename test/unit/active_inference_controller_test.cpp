@@ -161,6 +161,15 @@ TEST(ActiveInferenceController, HeldActionDoesNotWindUp) {
   EXPECT_EQ(controller.action(), limit);
 }
 
+TEST(ActiveInferenceController, AGapInTheMeasurementsLeavesTheActionAsItWas) {
+  ActiveInferenceController controller({}, {});
+  controller.observe(observation(1.0, {5.0, 5.0}, 0.0));
+  controller.hold({5.0, 6.0});
+  ASSERT_EQ(controller.observe(observation(1.5, {4.0, 4.0}, 0.0)), SampleVerdict::restarted);
+  EXPECT_EQ(controller.action(), (WheelCommand{5.0, 6.0}));
+  EXPECT_NEAR(controller.belief()(kForward, 0), 4.0 * 0.098, 1e-9);
+}
+
 TEST(ActiveInferenceController, RestartKeepsTheMotionAndDropsTheAction) {
   ActiveInferenceController controller({}, {});
   drive(controller, {}, {0.5, 0.0, 0.0}, 100);
