@@ -198,7 +198,7 @@ TEST_F(PlantNodeTest, BlocksAMotorAndLetsItGo) {
   EXPECT_GT(yawRate(), 0.3);
   block.request.data = false;
   ASSERT_TRUE(ros::service::call("/plant/block_left", block));
-  run(1.0);
+  run(2.0);
   EXPECT_GT(joints_.back().velocity[0], 4.0);
 }
 
