@@ -282,18 +282,17 @@ void FaultCampaign::resetPlant() {
 }
 
 bool FaultCampaign::waitFor(const std::function<bool()>& condition) {
-  ros::WallTime progress = ros::WallTime::now();
-  std::uint64_t ticks = ticks_;
-  const ros::WallTime begin = progress;
+  // Only time spent waiting counts: a task may take long, as a call to the master does on a busy machine.
+  double waited = 0.0, without_progress = 0.0;
   while (ros::ok() && !condition()) {
+    const std::uint64_t ticks = ticks_;
+    const ros::WallTime begin = ros::WallTime::now();
     ros::getGlobalCallbackQueue()->callAvailable(kLook);
+    const double elapsed = (ros::WallTime::now() - begin).toSec();
+    waited += elapsed;
+    without_progress = ticks_ != ticks ? 0.0 : without_progress + elapsed;
+    if (without_progress > kPatience || (!recording_ && waited > kPatience)) return false;
     perform();
-    if (ticks_ != ticks) {
-      ticks = ticks_;
-      progress = ros::WallTime::now();
-    }
-    if ((ros::WallTime::now() - progress).toSec() > kPatience) return false;
-    if (!recording_ && (ros::WallTime::now() - begin).toSec() > kPatience) return false;
   }
   return condition();
 }

@@ -91,8 +91,11 @@ class Judgement {
     }
     checkSpeed("at the onset", scenario_.onset, scenario_.motion.forward, scenario_.motion.yaw_rate);
     verdict_.allowed_standstill = allowedStandstill(scenario_.expectation, limits_, onset);
-    if (verdict_.overspeed > scenario_.expectation.overspeed) {
-      fail(text("overspeed %.2f m/s, allowed %.2f", verdict_.overspeed, scenario_.expectation.overspeed));
+    const double allowed = scenario_.expectation.overspeed;
+    if (verdict_.overspeed > allowed) fail(text("overspeed %.2f m/s, allowed %.2f", verdict_.overspeed, allowed));
+    const double allowed_turn = 2.0 * allowed / limits_.geometry.effective_track;
+    if (verdict_.yaw_overspeed > allowed_turn) {
+      fail(text("yaw rate %.2f rad/s too high, allowed %.2f", verdict_.yaw_overspeed, allowed_turn));
     }
   }
 
@@ -191,10 +194,13 @@ class Judgement {
         if (expected(diagnostic.text)) noteDetection(diagnostic.time, diagnostic.text);
       }
     }
+    const double bar = scenario_.expectation.detected_within;
     if (by == Detection::tolerated) {
       verdict_.told = "tolerated";
     } else if (!verdict_.detected_after) {
       fail("undetected; the controller last said '" + lastWord() + "'");
+    } else if (bar > 0.0 && *verdict_.detected_after > bar) {
+      fail(text("told after %.2f s, allowed %.2f", *verdict_.detected_after, bar));
     }
   }
 

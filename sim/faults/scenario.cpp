@@ -144,6 +144,7 @@ Scenario together(const Scenario& a, const Scenario& b) {
   } else if (expectation.detected_by == Detection::tolerated) {
     expectation.detected_by = others.detected_by;
     expectation.reasons = others.reasons;
+    expectation.detected_within = others.detected_within;
   }
   if (expectation.outcome == Outcome::drives && others.outcome == Outcome::resumes) {
     expectation.outcome = Outcome::resumes;

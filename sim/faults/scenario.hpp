@@ -102,9 +102,11 @@ struct Expectation {
   Detection detected_by = Detection::state;  ///< what tells that the fault was noticed
   std::vector<std::string> reasons;          ///< texts of which one has to be part of what is told
   double within = 0.0;                       ///< configured time from the onset to the begin of the brake [s]
+  double detected_within = 0.0;              ///< longest time from the onset until the fault is told [s]; 0: any
   bool recovers = true;                      ///< after a stop: whether the robot drives again once the fault is over
   double tolerance = 0.1;                    ///< of the speed at the end, relative to the set point
-  double overspeed = 0.2;                    ///< largest speed beyond that at the onset and the set point [m/s]
+  /// Largest speed beyond that at the onset and the set point, of the robot and, in a turn, of its wheels [m/s].
+  double overspeed = 0.2;
 };
 
 /// Lists the fields of Expectation with unit and range.
@@ -114,6 +116,7 @@ void describeFields(Visitor& v, Expectation& p) {
   v.field("detected_by", p.detected_by, kDetectionNames, Presence::optional);
   v.field("reasons", p.reasons, Presence::optional);
   v.field("within", p.within, {0.0, 60.0}, "s", Presence::optional);
+  v.field("detected_within", p.detected_within, {0.0, 60.0}, "s", Presence::optional);
   v.field("recovers", p.recovers, Presence::optional);
   v.field("tolerance", p.tolerance, {0.0, 10.0}, "", Presence::optional);
   v.field("overspeed", p.overspeed, {0.0, 10.0}, "m/s", Presence::optional);

@@ -51,8 +51,9 @@ class Loop {
         kinematics_(parameters_.geometry),
         controller_(controllerOf(parameters_)),
         gate_(parameters_.gate, parameters_.geometry, kActionPeriod),
-        sensors_(parameters_.robot, transforms_,
-                 [this](const Observation& observation, const ros::Time&) { controller_->observe(observation); }) {
+        sensors_(parameters_.robot, transforms_, [this](const Observation& observation, const ros::Time&) {
+          taken_ += jackal_aic::taken(controller_->observe(observation)) ? 1 : 0;
+        }) {
     geometry_msgs::TransformStamped mounting;
     mounting.header.frame_id = "base_link";
     mounting.child_frame_id = "imu_link";
@@ -78,7 +79,8 @@ class Loop {
     act();
   }
 
-  int driven() const { return driven_; }
+  int driven() const { return driven_; }  ///< action steps in which the robot was driven and moved
+  int taken() const { return taken_; }    ///< measurements that the controller took
 
  private:
   void takeSetPoint() {
@@ -147,7 +149,7 @@ class Loop {
     } else {
       controller_->overrule(command);
     }
-    driven_ += driving ? 1 : 0;
+    driven_ += driving && command != WheelCommand{} ? 1 : 0;
     check(command);
   }
 
@@ -176,6 +178,7 @@ class Loop {
   SetPoint set_point_;
   WheelCommand last_;
   int driven_ = 0;
+  int taken_ = 0;
 };
 
 class MessagesFuzz : public testing::TestWithParam<const char*> {};
@@ -184,6 +187,7 @@ TEST_P(MessagesFuzz, EveryCommandIsFiniteAndWithinTheLimits) {
   ros::Time::init();
   Loop loop(GetParam(), 4);
   for (int i = fuzzInputs(0.3); i > 0 && !HasFatalFailure(); --i) loop.step();
+  EXPECT_GT(loop.taken(), fuzzInputs(0.3) / 100);
   EXPECT_GT(loop.driven(), 100) << "the loop never got going, so that nothing was tested";
 }
 

@@ -123,6 +123,14 @@ TEST(Judge, FailsOverspeed) {
   EXPECT_TRUE(mentions(verdict, "overspeed 0.40"));
 }
 
+TEST(Judge, FailsASpin) {
+  RunRecord record = braking(kOnset + 0.2, 2.0);
+  for (TruthSample& sample : record.truth) {
+    if (sample.time > 2.05 && sample.time < 2.15) sample.yaw_rate = -3.0;
+  }
+  EXPECT_TRUE(mentions(judge(stopScenario(), record, CampaignLimits{}), "yaw rate 3.00"));
+}
+
 TEST(Judge, FailsAnInterruptionWhereNoneMayBe) {
   Scenario scenario = stopScenario();
   scenario.expectation.outcome = Outcome::drives;
@@ -146,6 +154,14 @@ TEST(Judge, CountsRejectedMessagesSinceTheOnset) {
   const Verdict verdict = judge(scenario, record, CampaignLimits{});
   EXPECT_TRUE(verdict.passed());
   EXPECT_NEAR(*verdict.detected_after, 0.3, 0.03);
+}
+
+TEST(Judge, FailsALateDetection) {
+  Scenario scenario = stopScenario();
+  scenario.expectation.detected_within = 0.3;
+  EXPECT_TRUE(judge(scenario, braking(kOnset + 0.2, 2.0), CampaignLimits{}).passed());
+  scenario.expectation.detected_within = 0.15;
+  EXPECT_TRUE(mentions(judge(scenario, braking(kOnset + 0.2, 2.0), CampaignLimits{}), "told after"));
 }
 
 TEST(Judge, ReadsDiagnostics) {
