@@ -68,9 +68,9 @@ void describeFields(Visitor& v, BrakeParameters& p) {
   v.field("fault_hold", p.fault_hold, {0.0, 60.0}, "s", Presence::optional);
 }
 
-/// When the belief counts as diverged. YAML prefix `watchdog`.
+/// When a belief counts as diverged, and a measurement as impossible. YAML prefix `watchdog`.
 struct WatchdogParameters {
-  double belief_bound = 5.0;  ///< largest believed body velocity, in multiples of limits.linear_speed and angular_speed
+  double belief_bound = 5.0;  ///< largest believed or measured velocity, in multiples of the speed limits
 };
 
 /// Lists the fields of WatchdogParameters with unit and range.

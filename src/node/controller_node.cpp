@@ -232,6 +232,10 @@ void ControllerNode::reportStatus(const GateDecision& decision) {
   if (before == DriveStatus::faulted && decision.status != before) measurements_.reset();
   const bool changed = decision.status != before || decision.cause != decision_.cause;
   decision_ = decision;
+  if (std::string now = reason(); changed || now != reason_) {
+    reason_ = std::move(now);
+    diagnostics_.force_update();  // what happens is told at once, not with the next period
+  }
   if (!changed) return;
   switch (decision.status) {
     case DriveStatus::idle:
@@ -258,7 +262,7 @@ void ControllerNode::publishState(const ros::Time& now, const WheelCommand& comm
   message.header.stamp = now;
   message.header.frame_id = parameters_.robot.base_frame;
   message.status = static_cast<std::uint8_t>(decision_.status);
-  message.reason = reason();
+  message.reason = reason_;
   message.set_point_forward = set_point_.forward;
   message.set_point_yaw_rate = set_point_.yaw_rate;
   message.action_left = action_.left;

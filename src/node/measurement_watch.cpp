@@ -2,6 +2,8 @@
 
 #include <ros/console.h>
 
+#include <algorithm>
+#include <cmath>
 #include <variant>
 
 namespace jackal_aic {
@@ -9,12 +11,21 @@ namespace {
 
 bool counts(const ChannelVerdict& verdict) { return verdict.state != ChannelState::faulty; }
 
+constexpr double kLargestAcceleration = 100.0;  // m/s^2, about 10 g
+
+/// Samples in a row without a channel that make it lost: 0.2 s at 50 Hz.
+constexpr int kMostExcluded = 10;
+
+void count(bool valid, int& excluded) { excluded = valid ? 0 : std::min(excluded + 1, kMostExcluded); }
+
 bool seesTheMotion(const ChannelValidity& valid) { return valid.yaw_rate + valid.wheel_left + valid.wheel_right >= 2; }
 
 }  // namespace
 
 MeasurementWatch::MeasurementWatch(const NodeParameters& parameters)
     : policy_(parameters.on_loss),
+      largest_wheel_speed_(parameters.gate.watchdog.belief_bound * parameters.gate.limits.wheel_speed),
+      largest_yaw_rate_(parameters.gate.watchdog.belief_bound * parameters.gate.limits.angular_speed),
       predictive_(std::holds_alternative<PredictiveParameters>(parameters.controller)),
       on_box_(parameters.plant_model && parameters.plant_model->on_box) {
   if (parameters.plant_model) monitor_.emplace(parameters.faults, parameters.geometry, *parameters.plant_model);
@@ -25,6 +36,7 @@ void MeasurementWatch::advance(const WheelCommand& command, double duration) {
 }
 
 void MeasurementWatch::judge(Observation& observation, double now) {
+  excludeImpossible(observation);
   if (imu_lost_) observation.valid.yaw_rate = observation.valid.acceleration = false;
   if (wheels_lost_) observation.valid.wheel_left = observation.valid.wheel_right = false;
   if (monitor_) {
@@ -39,6 +51,21 @@ void MeasurementWatch::judge(Observation& observation, double now) {
     }
   }
   if (seesTheMotion(observation.valid)) last_sight_ = now;
+  count(observation.valid.yaw_rate, excluded_.yaw_rate);
+  count(observation.valid.wheel_left, excluded_.wheel_left);
+  count(observation.valid.wheel_right, excluded_.wheel_right);
+}
+
+void MeasurementWatch::excludeImpossible(Observation& observation) const {
+  const auto within = [](double value, double bound) { return std::abs(value) <= bound; };
+  ChannelValidity possible;
+  possible.wheel_left = within(observation.wheel_left, largest_wheel_speed_);
+  possible.wheel_right = within(observation.wheel_right, largest_wheel_speed_);
+  possible.yaw_rate = within(observation.yaw_rate, largest_yaw_rate_);
+  possible.acceleration = within(observation.acceleration_x, kLargestAcceleration) &&
+                          within(observation.acceleration_y, kLargestAcceleration) &&
+                          within(observation.acceleration_z.value_or(0.0), kLargestAcceleration);
+  observation.valid = observation.valid & possible;
 }
 
 void MeasurementWatch::applyPolicy(StopCauses& causes, double now, bool at_rest) {
@@ -79,6 +106,10 @@ ChannelValidity MeasurementWatch::remaining() const {
   }
   if (imu_lost_) valid.yaw_rate = valid.acceleration = false;
   if (wheels_lost_) valid.wheel_left = valid.wheel_right = false;
+  // A source that speaks without telling anything, sample after sample, is as good as lost.
+  valid.yaw_rate = valid.yaw_rate && excluded_.yaw_rate < kMostExcluded;
+  valid.wheel_left = valid.wheel_left && excluded_.wheel_left < kMostExcluded;
+  valid.wheel_right = valid.wheel_right && excluded_.wheel_right < kMostExcluded;
   return valid;
 }
 
@@ -95,6 +126,7 @@ void MeasurementWatch::reset() {
   if (monitor_) monitor_->reset();
   imu_silent_ = wheels_silent_ = imu_lost_ = wheels_lost_ = false;
   last_sight_ = 0.0;
+  excluded_ = {};
   loss_ = "";
 }
 

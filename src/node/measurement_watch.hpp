@@ -25,7 +25,8 @@ class MeasurementWatch {
   /// Lets time pass under a command [rad/s] that the motors really have. @param duration [s].
   void advance(const WheelCommand& command, double duration);
 
-  /// Excludes channels of a sample that are lost, outliers or faulty. @param now [s].
+  /// Excludes channels of a sample that are lost, outliers or faulty, or read what no robot does: more than
+  /// watchdog.belief_bound times the limits, or more than 10 g. @param now [s].
   void judge(Observation& observation, double now);
 
   /// Takes back causes that the loss policy tolerates, and adds that too little is left to drive on. @param at_rest the
@@ -50,10 +51,13 @@ class MeasurementWatch {
  private:
   void noteSources(const StopCauses& causes);
   bool wheelsRepeat() const;  // both encoders at once: the source, on which its own deadline decides
+  void excludeImpossible(Observation& observation) const;
   ChannelValidity remaining() const;
   LossTolerance tolerance() const;
 
   LossPolicyParameters policy_;
+  double largest_wheel_speed_;  // that a sound encoder can read [rad/s]
+  double largest_yaw_rate_;     // that a sound gyro can read [rad/s]
   bool predictive_;
   bool on_box_;
   std::optional<FaultMonitor> monitor_;
@@ -61,7 +65,10 @@ class MeasurementWatch {
   bool wheels_silent_ = false;
   bool imu_lost_ = false;     // silent or frozen
   bool wheels_lost_ = false;  // silent or frozen
-  double last_sight_ = 0.0;   // time at which two of yaw rate and wheels counted [s]
+  struct {
+    int yaw_rate = 0, wheel_left = 0, wheel_right = 0;
+  } excluded_;               // samples in a row in which a channel did not count
+  double last_sight_ = 0.0;  // time at which two of yaw rate and wheels counted [s]
   const char* loss_ = "";
   std::uint32_t detected_ = 0;
 };

@@ -76,5 +76,46 @@ TEST(MeasurementWatch, ChannelsOfALostSourceDoNotCount) {
   EXPECT_EQ(observation.valid, (ChannelValidity{false, true, true, false}));
 }
 
+TEST(MeasurementWatch, ReadingsThatNoRobotHasDoNotCount) {
+  MeasurementWatch watch(parameters(kDrive, kDrive, kStop));
+  Observation possible;
+  possible.wheel_left = -100.0;
+  possible.yaw_rate = 19.0;
+  possible.acceleration_z = 9.8;
+  watch.judge(possible, 1.0);
+  EXPECT_EQ(possible.valid, ChannelValidity{});
+  Observation impossible;
+  impossible.wheel_left = 200.0;
+  impossible.yaw_rate = -1e300;
+  impossible.acceleration_y = 101.0;
+  watch.judge(impossible, 1.02);
+  EXPECT_EQ(impossible.valid, (ChannelValidity{false, false, true, false}));
+}
+
+TEST(MeasurementWatch, SourcesThatSpeakWithoutTellingTheMotionStop) {
+  MeasurementWatch watch(parameters(kDrive, kDrive, kStop));
+  Observation spike;
+  spike.wheel_left = spike.wheel_right = 200.0;
+  for (int i = 1; i <= 12; ++i) {
+    Observation sample = spike;
+    watch.judge(sample, 1.0);
+    EXPECT_EQ(after(watch, {}), i < 10 ? StopCause::none : StopCause::sensor_fault) << i << " samples";
+  }
+  Observation sound;
+  watch.judge(sound, 1.0);
+  EXPECT_EQ(after(watch, {}), StopCause::none);
+}
+
+TEST(MeasurementWatch, AnImuThatSpeaksNonsenseIsLost) {
+  MeasurementWatch watch(parameters(kDrive, kStop, kStop));
+  for (int i = 0; i < 10; ++i) {
+    Observation nonsense;
+    nonsense.yaw_rate = 1e300;
+    watch.judge(nonsense, 1.0);
+  }
+  EXPECT_EQ(after(watch, {}), StopCause::none);
+  EXPECT_EQ(watch.reason(), "yaw rate lost");
+}
+
 }  // namespace
 }  // namespace jackal_aic
