@@ -6,6 +6,8 @@
 #include <ros/init.h>
 #include <rosgraph_msgs/Clock.h>
 
+#include <algorithm>
+
 #include "plant_messages.hpp"
 
 namespace jackal_aic::sim {
@@ -14,6 +16,8 @@ namespace {
 constexpr double kTransformRate = 50.0;   // Hz
 constexpr double kWarningPeriod = 5.0;    // s
 constexpr std::uint32_t kQueueSize = 50;  // a second of 50 Hz messages
+constexpr std::uint32_t kClockQueueSize = 1000;
+const ros::WallDuration kPatience(0.25);  // with a silent controller in lockstep
 
 }  // namespace
 
@@ -30,7 +34,7 @@ PlantNode::PlantNode(ros::NodeHandle node, ros::NodeHandle private_node, const s
 }
 
 void PlantNode::advertise(ros::NodeHandle& node) {
-  clock_ = node.advertise<rosgraph_msgs::Clock>("/clock", kQueueSize);
+  clock_ = node.advertise<rosgraph_msgs::Clock>("/clock", kClockQueueSize);
   joint_states_ = node.advertise<sensor_msgs::JointState>("joint_states", kQueueSize);
   imu_ = node.advertise<sensor_msgs::Imu>("imu/data", kQueueSize);
   feedback_ = node.advertise<jackal_msgs::Feedback>("feedback", kQueueSize);
@@ -58,10 +62,26 @@ void PlantNode::run() {
   while (ros::ok()) {
     pacer_.waitFor(plant_.time() + JackalPlant::kStep);
     ros::getGlobalCallbackQueue()->callAvailable();
+    waitForController();
     stopIfSilent();
     plant_.step();
     publish();
   }
+}
+
+void PlantNode::waitForController() {
+  const auto ahead = [this] { return plant_.time() + 0.5 * JackalPlant::kStep > heard_time_ + parameters_.lockstep; };
+  if (parameters_.lockstep <= 0.0 || !in_lockstep_ || !ahead()) return;
+  const ros::WallTime end = ros::WallTime::now() + kPatience;
+  while (ros::ok() && ahead() && in_lockstep_) {
+    const ros::WallTime now = ros::WallTime::now();
+    if (now < end) {
+      ros::getGlobalCallbackQueue()->callOne(std::min(end - now, ros::WallDuration(0.05)));
+    } else {
+      in_lockstep_ = false;
+    }
+  }
+  pacer_.restart(plant_.time());
 }
 
 void PlantNode::onDrive(const jackal_msgs::Drive& message) {
@@ -103,11 +123,14 @@ void PlantNode::restart() {
   transform_schedule_ = Periodic(kTransformRate);
   command_ = WheelCommand{};
   mode_ = jackal_msgs::Drive::MODE_NONE;
-  command_time_ = 0.0;
+  command_time_ = heard_time_ = 0.0;
+  in_lockstep_ = false;
   publish();
 }
 
 void PlantNode::drive(const WheelCommand& command, std::int8_t mode) {
+  heard_time_ = plant_.time();
+  in_lockstep_ = true;
   if (!plant_.command(command)) {
     ignore("wheel speed that is not finite");
     return;

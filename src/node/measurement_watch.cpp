@@ -90,7 +90,9 @@ void MeasurementWatch::noteSources(const StopCauses& causes) {
   wheels_lost_ = wheels_silent_ || causes.hasAny({StopCause::wheels_frozen});
   // What was found out about a source that has come back is of the past.
   const bool back = (imu_was_lost && !imu_lost_) || (wheels_were_lost && !wheels_lost_);
-  if (monitor_ && back) monitor_->reset();
+  if (!back) return;
+  excluded_ = {};
+  if (monitor_) monitor_->reset();
 }
 
 bool MeasurementWatch::wheelsRepeat() const {

@@ -54,13 +54,15 @@ class ControllerNodeTest : public testing::Test {
   static bool stopped(const ControllerState& state) { return state.status == ControllerState::STOPPED && still(state); }
   static bool driving(const ControllerState& state) { return state.status == ControllerState::DRIVING; }
 
-  /// Largest change of a wheel command between two successive states [rad/s].
+  /// Largest change of a wheel command in one action period [rad/s]; a late timer publishes once for several.
   double largestJump() const {
     double largest = 0.0;
     for (std::size_t i = 1; i < robot.states().size(); ++i) {
       const auto &a = robot.states()[i - 1], &b = robot.states()[i];
-      largest =
-          std::max({largest, std::abs(b.command_left - a.command_left), std::abs(b.command_right - a.command_right)});
+      const double periods = std::max(1.0, std::round((b.header.stamp - a.header.stamp).toSec() / kActionPeriod));
+      const double jump =
+          std::max(std::abs(b.command_left - a.command_left), std::abs(b.command_right - a.command_right));
+      largest = std::max(largest, jump / periods);
     }
     return largest;
   }
@@ -274,11 +276,14 @@ TEST_F(ControllerNodeTest, StartsAnewWhenTheClockJumpsBack) {
   ASSERT_TRUE(robot.waitFor([&] { return ros::Time::now() < before; }, "the clock to jump back"));
   robot.clear();
   robot.run(0.5);
-  ASSERT_FALSE(robot.states().empty()) << "no action update after the restart";
-  for (const auto& state : robot.states()) {
-    const bool brakes = state.header.stamp.toSec() <= 0.1;  // 0.5 m/s at 20 m/s^2
-    EXPECT_TRUE(brakes || still(state)) << "drove on after the restart without a new set point";
-    EXPECT_LT(state.header.stamp, before);
+  // The controller's last word of before the jump may come after the clock's first of after it.
+  const auto first = std::find_if(robot.states().begin(), robot.states().end(),
+                                  [&](const ControllerState& state) { return state.header.stamp < before; });
+  ASSERT_NE(first, robot.states().end()) << "no action update after the restart";
+  for (auto state = first; state != robot.states().end(); ++state) {
+    const bool brakes = state->header.stamp.toSec() <= 0.1;  // 0.5 m/s at 20 m/s^2
+    EXPECT_TRUE(brakes || still(*state)) << "drove on after the restart without a new set point";
+    EXPECT_LT(state->header.stamp, before);
   }
   EXPECT_EQ(robot.states().back().status, ControllerState::IDLE);
 

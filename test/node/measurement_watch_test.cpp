@@ -106,6 +106,16 @@ TEST(MeasurementWatch, SourcesThatSpeakWithoutTellingTheMotionStop) {
   EXPECT_EQ(after(watch, {}), StopCause::none);
 }
 
+TEST(MeasurementWatch, ASourceThatComesBackCountsAtOnce) {
+  MeasurementWatch watch(parameters(kDrive, kStop, kStop));
+  EXPECT_EQ(after(watch, {StopCause::wheels_late}), StopCause::wheels_late);
+  for (int i = 0; i < 20; ++i) {
+    Observation imu_alone;
+    watch.judge(imu_alone, 1.0);
+  }
+  EXPECT_EQ(after(watch, {}), StopCause::none);
+}
+
 TEST(MeasurementWatch, AnImuThatSpeaksNonsenseIsLost) {
   MeasurementWatch watch(parameters(kDrive, kStop, kStop));
   for (int i = 0; i < 10; ++i) {
