@@ -41,8 +41,9 @@ double freeEnergy(const GenerativeModel& model, const PredictionErrors& errors);
 /// dF/d(mu_tilde) = E' Pi_mu eps_mu - R' Pi_y eps_y, 3 x (p+1) (the bracket of 3-11).
 GeneralizedBody beliefGradient(const GenerativeModel& model, const PredictionErrors& errors);
 
-/// dF/da = K (Pi_y_tilde eps_y), the block of order 0 (3-13 with the forward model of 3-14). The printed 3-15 stacks one block per order
-/// for a single action; only the block of order 0 is used, which is what reproduces the thesis' measurements.
+/// dF/da = K (Pi_y_tilde eps_y), the block of order 0 (3-13 with the forward model of 3-14). The printed 3-15 stacks
+/// one block per order for a single action; only the block of order 0 is used, which is what reproduces the thesis'
+/// measurements.
 WheelVector actionGradient(const GenerativeModel& model, const GeneralizedSensor& sensory_error);
 
 /// d(mu_tilde)/dt = D mu_tilde - kappa_mu dF/d(mu_tilde) (3-11).

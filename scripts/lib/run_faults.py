@@ -7,6 +7,7 @@ The master is this script's own child, and is started again when it dies: one of
 
 import argparse
 import csv
+import fcntl
 import os
 import pathlib
 import signal
@@ -163,10 +164,15 @@ def main():
     parser.add_argument('logs', type=pathlib.Path)
     parser.add_argument('--only', default='.')
     parser.add_argument('--preset')
-    parser.add_argument('--speed', type=float, default=1.0)
+    parser.add_argument('--speed', type=float, default=2.0)
     parser.add_argument('--soak', type=float)
     arguments = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    lock = open(arguments.results / '.faults.lock', 'w')
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        sys.exit(f'run_faults: another campaign is writing to {arguments.results}')
     common = [f'select:={arguments.only}', f'real_time_factor:={arguments.speed}']
     if arguments.preset:
         common.append(f'preset:={arguments.preset}')

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Runs the tests that catkin registered with CTest, one after another, and counts their cases.
+"""Runs the tests that catkin registered with CTest and counts their cases: gtests as many at a time as there are processors,
+rostests one after another, because each is several processes that have to keep up with each other.
 
 A gtest writes one JUnit file. A rostest writes one per <test> (its cases) and one of its own, whose failures are what the
 cases cannot tell: a test that crashed, hung or never started. A test that ends with an error although no case failed, or
@@ -7,6 +8,7 @@ that runs no case at all, counts as one failed case.
 """
 
 import argparse
+import concurrent.futures
 import json
 import os
 import pathlib
@@ -15,11 +17,15 @@ import signal
 import subprocess
 import sys
 import textwrap
+import threading
 import time
 import xml.etree.ElementTree as xml
 
 GRACE = 20.0  # s from the request to stop until a test is killed
 WHOLE = '(whole test)'  # stands for the case where none can be named
+SANITIZERS = ('ASAN_OPTIONS', 'UBSAN_OPTIONS', 'TSAN_OPTIONS')
+
+stopping = threading.Event()  # set when no test is to go on
 
 
 class Outcome:
@@ -49,13 +55,12 @@ class Outcome:
             if message is not None and name not in explained:
                 self.failures.append((WHOLE, f'{name}: {message.splitlines()[0]}'))
 
-    def add_findings(self, directory, logs):
-        """Adds the sanitizers' reports of this test and moves them to the logs."""
+    def add_findings(self, directory):
+        """Adds the sanitizers' reports of this test."""
         for path in sorted(directory.iterdir()):
             text = path.read_text(errors='replace')
             summary = next((line for line in text.splitlines() if line.startswith('SUMMARY')), text[:200])
-            self.failures.append((f'sanitizer, {logs / path.name}', summary))
-            path.rename(logs / path.name)
+            self.failures.append((f'sanitizer, {path}', summary))
 
 
 def failure(case):
@@ -109,18 +114,18 @@ def stop(process):
     process.wait()
 
 
-def run(command, directory, log, timeout, show):
+def run(command, directory, log, timeout, environment):
     """Runs one test with its output in a log; returns its exit status, or None if it hung."""
     with open(log, 'wb') as output:
         process = subprocess.Popen(command, cwd=directory, stdin=subprocess.DEVNULL, stdout=output,
-                                   stderr=subprocess.STDOUT, start_new_session=True)
+                                   stderr=subprocess.STDOUT, start_new_session=True, env=environment)
         start = time.monotonic()
         try:
-            while time.monotonic() - start < timeout:
+            while time.monotonic() - start < timeout and not stopping.is_set():
                 try:
                     return process.wait(0.2)
                 except subprocess.TimeoutExpired:
-                    show(time.monotonic() - start)
+                    pass
             return None
         finally:
             if process.poll() is None:
@@ -151,6 +156,42 @@ def judge(status, result, timeout):
     return outcome
 
 
+class Runner:
+    """Runs tests, as a thread of the pool, and keeps what they left."""
+
+    def __init__(self, logs, findings, timeout):
+        self.logs = logs
+        self.findings = findings
+        self.timeout = timeout
+        self.running = {}  # test name: start
+
+    def __call__(self, name, command, result, directory):
+        """Runs one test; returns its outcome, how long it took [s] and its log."""
+        log = self.logs / (re.sub(r'[^\w.]', '_', name) + '.log')
+        own = result.parent.glob('*.xml') if result.name.startswith('rostest-') else result.parent.glob(result.name)
+        for old in own:  # so that what is there afterwards is of this test
+            old.unlink()
+        environment = dict(os.environ)
+        if self.findings:
+            findings = self.findings / log.stem
+            findings.mkdir(parents=True, exist_ok=True)
+            for variable in SANITIZERS:
+                environment[variable] = f'{environment.get(variable, "")}:log_path={findings}/report'
+        start = self.running[name] = time.monotonic()
+        status = run(command, directory, log, self.timeout, environment)
+        outcome = judge(status, result, self.timeout)
+        if self.findings:
+            outcome.add_findings(findings)
+        del self.running[name]
+        return outcome, time.monotonic() - start, log
+
+    def progress(self):
+        """What is running, in one line."""
+        now = time.monotonic()
+        return ', '.join(f'{name} {int(now - start) // 60}:{int(now - start) % 60:02d}'
+                         for name, start in sorted(self.running.items()))
+
+
 def report(position, name, outcome, seconds, log):
     """Prints the line of one test and what failed in it."""
     failed = len(outcome.failures)
@@ -166,11 +207,29 @@ def report(position, name, outcome, seconds, log):
     sys.stdout.flush()
 
 
+def completed(runner, tests, jobs, show):
+    """Runs tests, `jobs` at a time; yields (name, what the runner returns) as they end."""
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        try:
+            pending = {pool.submit(runner, *test): test[0] for test in tests}
+            while pending:
+                done, _ = concurrent.futures.wait(pending, 0.2, concurrent.futures.FIRST_COMPLETED)
+                show(runner.progress())
+                for future in done:
+                    yield pending.pop(future), future.result()
+        except BaseException:
+            stopping.set()
+            for future in pending:
+                future.cancel()
+            raise
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, prog='run_tests')
     parser.add_argument('workspace', type=pathlib.Path)
     parser.add_argument('--only', default='', type=re.compile, help='regular expression')
-    parser.add_argument('--findings', type=pathlib.Path, help='directory where sanitizers leave their reports')
+    parser.add_argument('--findings', type=pathlib.Path, help='directory for the reports of the sanitizers')
+    parser.add_argument('--jobs', default=len(os.sched_getaffinity(0)), type=int, help='gtests at a time')
     parser.add_argument('--timeout', default=600.0, type=float, help='of one test [s]')
     arguments = parser.parse_args()
 
@@ -178,32 +237,30 @@ def main():
     tests = [test for test in registered_tests(arguments.workspace / 'build') if arguments.only.search(test[0])]
     if not tests:
         sys.exit(f'run_tests: no test matches "{arguments.only.pattern}"')
+    alone = [test for test in tests if test[0].startswith('rostest')]
+    together = [test for test in tests if test not in alone]
     logs = arguments.workspace / 'log' / 'test'
     logs.mkdir(parents=True, exist_ok=True)
 
     on_terminal = sys.stdout.isatty() and not os.environ.get('CI')
-    passed = failed = 0
-    for number, (name, command, result, directory) in enumerate(tests, 1):
-        position = f'[{number:{len(str(len(tests)))}}/{len(tests)}]'
+    ended = passed = failed = 0
 
-        def show(seconds, line=f'\r\033[K{position} ...  {name} '):
-            if on_terminal:
-                print(f'{line} {int(seconds) // 60}:{int(seconds) % 60:02d}', end='', flush=True)
+    def position():
+        return f'[{ended:{len(str(len(tests)))}}/{len(tests)}]'
 
-        show(0.0)
-        log = logs / (re.sub(r'[^\w.]', '_', name) + '.log')
-        for old in result.parent.glob('*.xml'):  # so that what is there afterwards is of this test
-            old.unlink()
-        start = time.monotonic()
-        status = run(command, directory, log, arguments.timeout, show)
+    def show(what):
         if on_terminal:
-            print('\r\033[K', end='')
-        outcome = judge(status, result, arguments.timeout)
-        if arguments.findings:
-            outcome.add_findings(arguments.findings, logs)
-        report(position, name, outcome, time.monotonic() - start, log)
-        passed += outcome.passed
-        failed += len(outcome.failures)
+            print(f'\r\033[K{position()} ...  {what}'[:120], end='', flush=True)
+
+    runner = Runner(logs, arguments.findings, arguments.timeout)
+    for group, jobs in ((together, arguments.jobs), (alone, 1)):
+        for name, (outcome, seconds, log) in completed(runner, group, jobs, show):
+            ended += 1
+            if on_terminal:
+                print('\r\033[K', end='')
+            report(position(), name, outcome, seconds, log)
+            passed += outcome.passed
+            failed += len(outcome.failures)
 
     if failed:
         print(f'Logs: {logs}')

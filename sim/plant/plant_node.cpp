@@ -17,7 +17,6 @@ constexpr double kTransformRate = 50.0;   // Hz
 constexpr double kWarningPeriod = 5.0;    // s
 constexpr std::uint32_t kQueueSize = 50;  // a second of 50 Hz messages
 constexpr std::uint32_t kClockQueueSize = 1000;
-const ros::WallDuration kPatience(0.25);  // with a silent controller in lockstep
 
 }  // namespace
 
@@ -72,7 +71,7 @@ void PlantNode::run() {
 void PlantNode::waitForController() {
   const auto ahead = [this] { return plant_.time() + 0.5 * JackalPlant::kStep > heard_time_ + parameters_.lockstep; };
   if (parameters_.lockstep <= 0.0 || !in_lockstep_ || !ahead()) return;
-  const ros::WallTime end = ros::WallTime::now() + kPatience;
+  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(parameters_.patience);
   while (ros::ok() && ahead() && in_lockstep_) {
     const ros::WallTime now = ros::WallTime::now();
     if (now < end) {

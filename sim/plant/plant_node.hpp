@@ -26,10 +26,11 @@ struct PlantNodeParameters {
   double truth_rate = 100.0;      ///< rate of /ground_truth/odom [Hz]
   double command_timeout = 0.0;   ///< age of the last command at which the wheels stop [s]; 0 lets them run on
   /// Simulated time that may pass without a command before the plant waits for the controller [s], its action period for
-  /// instance, so that a busy machine makes the simulation slower instead of the controller late; 0 never waits. A controller
-  /// that stays silent for kPatience of wall time is not waited for until it speaks again.
+  /// instance, so that a busy machine makes the simulation slower instead of the controller late; 0 never waits.
   double lockstep = 0.0;
-  std::string urdf_file;          ///< URDF to read when there is no robot_description
+  /// Wall time after which a silent controller is not waited for any more, until it speaks again [s].
+  double patience = 0.25;
+  std::string urdf_file;  ///< URDF to read when there is no robot_description
 };
 
 /// Lists the fields of PlantNodeParameters with unit and range.
@@ -39,6 +40,7 @@ void describeFields(Visitor& v, PlantNodeParameters& p) {
   v.field("truth_rate", p.truth_rate, {1.0, 1000.0}, "Hz", Presence::optional);
   v.field("command_timeout", p.command_timeout, {0.0, 3600.0}, "s", Presence::optional);
   v.field("lockstep", p.lockstep, {0.0, 1.0}, "s", Presence::optional);
+  v.field("patience", p.patience, {0.0, 3600.0}, "s", Presence::optional);
   v.field("urdf_file", p.urdf_file, Presence::optional);
 }
 
@@ -81,8 +83,8 @@ class PlantNode {
   WheelCommand command_;
   std::int8_t mode_ = jackal_msgs::Drive::MODE_NONE;
   double command_time_ = 0.0;
-  double heard_time_ = 0.0;     // of the last command, valid or not [s]
-  bool in_lockstep_ = false;    // whether there is a controller to wait for
+  double heard_time_ = 0.0;   // of the last command, valid or not [s]
+  bool in_lockstep_ = false;  // whether there is a controller to wait for
   std::uint64_t ignored_commands_ = 0;
 
   ros::Publisher clock_;

@@ -141,8 +141,9 @@ TEST(LoopSetup, NamesWhatItDoesNotKnow) {
     }
     return std::string("accepted");
   };
-  EXPECT_EQ(message("improvd", "box", {}),
-            "controller = 'improvd': unknown; known: diff_drive, standard, improved, tuned, predictive, or a file NAME.yaml");
+  EXPECT_EQ(
+      message("improvd", "box", {}),
+      "controller = 'improvd': unknown; known: diff_drive, standard, improved, tuned, predictive, or a file NAME.yaml");
   EXPECT_EQ(message("improved", "moon", {}), "plant = 'moon': unknown; known: box, ground, or a file NAME.yaml");
   EXPECT_EQ(message("improved", "box", {{"controller.tau", "-1"}}).rfind("controller.tau = -1: must be in", 0), 0u);
   EXPECT_EQ(message("improved", "box", {{"plant.deadtime", "1"}}).rfind("plant.deadtime = 1: unknown key", 0), 0u);

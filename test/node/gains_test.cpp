@@ -17,9 +17,14 @@ using Gains = std::map<std::string, double>;
 class GainsTest : public testing::Test {
  protected:
   GainsTest() {
-    log_ = node_.subscribe<rosgraph_msgs::Log>("/rosout", 100, [this](const rosgraph_msgs::LogConstPtr& line) {
+    log_ = node_.subscribe<rosgraph_msgs::Log>("/rosout_agg", 100, [this](const rosgraph_msgs::LogConstPtr& line) {
       if (line->name == "/controller") logged_ += line->msg + "\n";
     });
+  }
+
+  void SetUp() override {
+    ASSERT_TRUE(robot_.waitUntilReady());
+    ASSERT_TRUE(robot_.waitFor([this] { return log_.getNumPublishers() > 0; }, "the log"));
   }
 
   /// Asks for gains; returns those that the controller answers with.
@@ -58,7 +63,6 @@ class GainsTest : public testing::Test {
 };
 
 TEST_F(GainsTest, StableOnesTakeOverWithoutAJump) {
-  ASSERT_TRUE(robot_.waitUntilReady());
   robot_.command(0.5, 0.0);
   robot_.run(3.0);
   robot_.clear();
@@ -74,7 +78,6 @@ TEST_F(GainsTest, StableOnesTakeOverWithoutAJump) {
 }
 
 TEST_F(GainsTest, UnstableOnesAreRefusedWithTheReason) {
-  ASSERT_TRUE(robot_.waitUntilReady());
   robot_.command(0.5, 0.0);
   robot_.run(3.0);
   robot_.clear();
@@ -89,14 +92,12 @@ TEST_F(GainsTest, UnstableOnesAreRefusedWithTheReason) {
 }
 
 TEST_F(GainsTest, ThinMarginIsWarnedAbout) {
-  ASSERT_TRUE(robot_.waitUntilReady());
   EXPECT_EQ(request({{"kappa_a", 25.0}}).at("kappa_a"), 25.0);
   expectLogged("thin margin: unstable with 1.5 times the kappa_a");
   request({{"kappa_a", 8.0}});
 }
 
 TEST_F(GainsTest, NotANumberIsRefused) {
-  ASSERT_TRUE(robot_.waitUntilReady());
   EXPECT_EQ(request({{"kappa_a", std::numeric_limits<double>::quiet_NaN()}}).at("kappa_a"), 8.0);
   EXPECT_EQ(request({{"tau", std::numeric_limits<double>::quiet_NaN()}}).at("tau"), 0.001);
   expectLogged("controller.tau = nan");

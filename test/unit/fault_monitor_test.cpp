@@ -1,5 +1,4 @@
 #include "jackal_aic/fault_monitor.hpp"
-#include "jackal_aic/gravity.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,6 +6,8 @@
 #include <limits>
 #include <random>
 #include <string>
+
+#include "jackal_aic/gravity.hpp"
 
 namespace jackal_aic {
 namespace {
