@@ -115,8 +115,12 @@ void ControllerNode::onActionTimer(const ros::TimerEvent& event) {
   const std::int64_t boundary = nanoseconds(std::min(event.current_expected, now));
   if (!schedule_.started()) schedule_.start(boundary);
 
+  const auto dropped = schedule_.droppedPeriods();
+  int periods = schedule_.actionPeriodsDue(boundary);
+  if (schedule_.droppedPeriods() != dropped) measurements_.forgiveStall(now.toSec());
+
   WheelCommand command;
-  for (int periods = schedule_.actionPeriodsDue(boundary); periods > 0; --periods) {
+  for (; periods > 0; --periods) {
     while (schedule_.beliefStepsLeft() > 0) updateBelief();
     command = act(now);
     schedule_.actionStepDone(boundary);

@@ -13,6 +13,8 @@ bool counts(const ChannelVerdict& verdict) { return verdict.state != ChannelStat
 
 constexpr double kLargestAcceleration = 100.0;  // m/s^2, about 10 g
 
+constexpr double kStallRecovery = 0.3;  // s, dead time and acceleration after a stall
+
 /// Samples in a row without a channel that make it lost: 0.2 s at 50 Hz.
 constexpr int kMostExcluded = 10;
 
@@ -39,7 +41,7 @@ void MeasurementWatch::judge(Observation& observation, double now) {
   excludeImpossible(observation);
   if (imu_lost_) observation.valid.yaw_rate = observation.valid.acceleration = false;
   if (wheels_lost_) observation.valid.wheel_left = observation.valid.wheel_right = false;
-  if (monitor_) {
+  if (monitor_ && now >= stalled_until_) {
     const char* before = monitor_->report().reason();
     observation.valid = observation.valid & monitor_->check(observation).valid();
     const char* reason = monitor_->report().reason();
@@ -128,8 +130,15 @@ void MeasurementWatch::reset() {
   if (monitor_) monitor_->reset();
   imu_silent_ = wheels_silent_ = imu_lost_ = wheels_lost_ = false;
   last_sight_ = 0.0;
+  stalled_until_ = 0.0;
   excluded_ = {};
   loss_ = "";
+}
+
+void MeasurementWatch::forgiveStall(double now) {
+  reset();
+  last_sight_ = now;
+  stalled_until_ = now + kStallRecovery;
 }
 
 }  // namespace jackal_aic

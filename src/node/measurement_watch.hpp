@@ -48,6 +48,10 @@ class MeasurementWatch {
   /// Forgets measurements and faults.
   void reset();
 
+  /// After a time without action steps (a stall, a clock that jumped forward), in which the motors may have stopped by
+  /// themselves: forgets, and trusts every sample until the robot does what it is told again. @param now [s].
+  void forgiveStall(double now);
+
  private:
   void noteSources(const StopCauses& causes);
   bool wheelsRepeat() const;  // both encoders at once: the source, on which its own deadline decides
@@ -69,6 +73,7 @@ class MeasurementWatch {
     int yaw_rate = 0, wheel_left = 0, wheel_right = 0;
   } excluded_;               // samples in a row in which a channel did not count
   double last_sight_ = 0.0;  // time at which two of yaw rate and wheels counted [s]
+  double stalled_until_ = 0.0;  // no fault detection before [s]
   const char* loss_ = "";
   std::uint32_t detected_ = 0;
 };

@@ -116,6 +116,30 @@ TEST(MeasurementWatch, ASourceThatComesBackCountsAtOnce) {
   EXPECT_EQ(after(watch, {}), StopCause::none);
 }
 
+/// Whether a gyro that turns by itself is found within some samples.
+bool findsTheFault(MeasurementWatch& watch, double now, int samples) {
+  for (int i = 0; i < samples; ++i) {
+    const double noise = 0.001 * (i % 5);
+    Observation sample;
+    sample.stamp = now + 0.02 * i;
+    sample.wheel_left = sample.wheel_right = sample.acceleration_x = noise;
+    sample.yaw_rate = 1.0 + noise;
+    watch.judge(sample, sample.stamp);
+    for (int step = 0; step < 20; ++step) watch.advance({}, 0.001);
+  }
+  return !watch.reason().empty();
+}
+
+TEST(MeasurementWatch, WhatTheMotorsDidDuringAStallIsNoFault) {
+  NodeParameters with_model = parameters(kDrive, kDrive, kStop);
+  with_model.plant_model = PlantModel{};
+  MeasurementWatch watch(with_model);
+  EXPECT_TRUE(findsTheFault(watch, 1.0, 25));
+  watch.forgiveStall(2.0);
+  EXPECT_FALSE(findsTheFault(watch, 2.0, 15));
+  EXPECT_TRUE(findsTheFault(watch, 2.3, 25)) << "blind for ever";
+}
+
 TEST(MeasurementWatch, AnImuThatSpeaksNonsenseIsLost) {
   MeasurementWatch watch(parameters(kDrive, kStop, kStop));
   for (int i = 0; i < 10; ++i) {
