@@ -72,7 +72,8 @@ class PredictiveLoop {
 
   /// Error of the belief over all drives since the last call.
   BeliefError beliefError() {
-    const BeliefError error{std::sqrt(squares_.forward / ticks_), std::sqrt(squares_.yaw_rate / ticks_)};
+    const auto count = static_cast<double>(ticks_);
+    const BeliefError error{std::sqrt(squares_.forward / count), std::sqrt(squares_.yaw_rate / count)};
     squares_ = {};
     ticks_ = 0;
     return error;

@@ -14,10 +14,9 @@
 namespace jackal_aic::test {
 namespace {
 
-constexpr double kSpeed = 0.5;          // m/s
-constexpr double kTurn = 0.5;           // rad/s
-constexpr double kActionPeriod = 0.02;  // s
-constexpr double kDeceleration = 3.0;   // m/s^2, brake.linear_deceleration
+constexpr double kSpeed = 0.5;         // m/s
+constexpr double kTurn = 0.5;          // rad/s
+constexpr double kDeceleration = 3.0;  // m/s^2, brake.linear_deceleration
 const double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 class ControllerNodeTest : public testing::Test {
@@ -54,19 +53,6 @@ class ControllerNodeTest : public testing::Test {
   static bool stopped(const ControllerState& state) { return state.status == ControllerState::STOPPED && still(state); }
   static bool driving(const ControllerState& state) { return state.status == ControllerState::DRIVING; }
 
-  /// Largest change of a wheel command in one action period [rad/s]; a late timer publishes once for several.
-  double largestJump() const {
-    double largest = 0.0;
-    for (std::size_t i = 1; i < robot.states().size(); ++i) {
-      const auto &a = robot.states()[i - 1], &b = robot.states()[i];
-      const double periods = std::max(1.0, std::round((b.header.stamp - a.header.stamp).toSec() / kActionPeriod));
-      const double jump =
-          std::max(std::abs(b.command_left - a.command_left), std::abs(b.command_right - a.command_right));
-      largest = std::max(largest, jump / periods);
-    }
-    return largest;
-  }
-
   /// Expects a brake after the deadline, a stop within its time, and no jump on the way.
   void expectBrakeAndStop(double last_input, double deadline, const std::string& word) {
     const ControllerState* brake = robot.firstState(last_input, braking);
@@ -80,7 +66,7 @@ class ControllerNodeTest : public testing::Test {
     EXPECT_LE(stop->header.stamp.toSec(), time + kSpeed / kDeceleration + 3 * kActionPeriod);
     EXPECT_NE(stop->reason.find(word), std::string::npos) << stop->reason;
     EXPECT_NEAR(robot.truth().forward.back(), 0.0, 0.01);
-    EXPECT_LT(largestJump(), 1.0) << "a brake must be free of jumps";
+    EXPECT_LT(robot.largestCommandStep(), 1.0) << "a brake must be free of jumps";
   }
 
   /// Opens a sensor's switch while driving and expects the robot to stop within deadline and margin, then to drive
@@ -97,7 +83,7 @@ class ControllerNodeTest : public testing::Test {
     robot.run(2.5);
     EXPECT_TRUE(driving(robot.states().back()));
     EXPECT_NEAR(robot.truth().forward.back(), kSpeed, 0.05 * kSpeed);
-    EXPECT_LT(largestJump(), 1.0) << "recovery must be free of jumps";
+    EXPECT_LT(robot.largestCommandStep(), 1.0) << "recovery must be free of jumps";
   }
 
   SimulatedRobot robot;
@@ -180,7 +166,7 @@ TEST_F(ControllerNodeTest, StopsWhenTheSetPointIsTooOld) {
   robot.command(kSpeed, 0.0);
   robot.run(2.5);
   EXPECT_NEAR(robot.truth().forward.back(), kSpeed, 0.05 * kSpeed);
-  EXPECT_LT(largestJump(), 1.0) << "recovery must be free of jumps";
+  EXPECT_LT(robot.largestCommandStep(), 1.0) << "recovery must be free of jumps";
 }
 
 TEST_F(ControllerNodeTest, StopsWithoutWheelSpeeds) { expectStopWithout("wheel_switch", "joint_states", "wheel"); }

@@ -47,15 +47,6 @@ class GainsTest : public testing::Test {
     robot_.waitFor([&] { return logged_.find(words) != std::string::npos; }, "'" + words + "' in the log", 20.0);
   }
 
-  /// Largest change of the command between two action steps, as recorded.
-  double largestJump() const {
-    double largest = 0.0;
-    for (std::size_t i = 1; i < robot_.states().size(); ++i) {
-      largest = std::max(largest, std::abs(robot_.states()[i].command_left - robot_.states()[i - 1].command_left));
-    }
-    return largest;
-  }
-
   ros::NodeHandle node_;
   SimulatedRobot robot_;
   ros::Subscriber log_;
@@ -71,7 +62,7 @@ TEST_F(GainsTest, StableOnesTakeOverWithoutAJump) {
   EXPECT_EQ(answer.at("tau"), 0.003);
   EXPECT_EQ(answer.at("kappa_mu"), 0.1);
   robot_.run(1.0);
-  EXPECT_LT(largestJump(), 0.1) << "of 5.1 rad/s";
+  EXPECT_LT(robot_.largestCommandStep(), 0.1) << "of 5.1 rad/s";
   EXPECT_NEAR(robot_.truth().forward.back(), 0.5, 0.02);
   expectLogged("Changed gains: tau = 0.003 kappa_a = 5");
   request({{"kappa_a", 8.0}, {"tau", 0.001}});
@@ -88,7 +79,7 @@ TEST_F(GainsTest, UnstableOnesAreRefusedWithTheReason) {
   EXPECT_EQ(held, 8.0);
   robot_.run(2.0);
   EXPECT_NEAR(robot_.truth().forward.back(), 0.5, 0.02) << "the running gains stay";
-  EXPECT_LT(largestJump(), 0.1);
+  EXPECT_LT(robot_.largestCommandStep(), 0.1);
 }
 
 TEST_F(GainsTest, ThinMarginIsWarnedAbout) {

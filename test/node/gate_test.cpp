@@ -17,7 +17,6 @@ namespace jackal_aic::test {
 namespace {
 
 constexpr double kSpeed = 0.5;              // m/s
-constexpr double kActionPeriod = 0.02;      // s
 constexpr double kRadius = 0.098;           // m
 constexpr double kEffectiveTrack = 0.5621;  // m
 constexpr double kLate = 5 * kActionPeriod;
@@ -109,7 +108,7 @@ class DriveGateNode : public testing::Test {
     const ControllerState* rest = robot.firstState(brake->header.stamp.toSec() - 1e-6, still);
     ASSERT_NE(rest, nullptr);
     EXPECT_LE((rest->header.stamp - brake->header.stamp).toSec(), duration + 2 * kActionPeriod);
-    EXPECT_LE(largestStep(), (deceleration + 0.1) * kActionPeriod / kRadius);
+    EXPECT_LE(robot.largestCommandStep(), (deceleration + 0.1) * kActionPeriod / kRadius);
     const ControllerState& last = robot.states().back();
     EXPECT_EQ(last.status, status_at_rest) << last.reason;
     EXPECT_NE(last.reason.find(word), std::string::npos) << last.reason;
@@ -123,18 +122,7 @@ class DriveGateNode : public testing::Test {
     robot.run(3.0);
     EXPECT_EQ(robot.states().back().status, ControllerState::DRIVING) << robot.states().back().reason;
     EXPECT_NEAR(robot.truth().forward.back(), kSpeed, 0.05 * kSpeed);
-    EXPECT_LT(largestStep(), 1.0) << "recovery must be free of jumps";
-  }
-
-  /// Largest change of a wheel command between two states [rad/s].
-  double largestStep() const {
-    double largest = 0.0;
-    for (std::size_t i = 1; i < robot.states().size(); ++i) {
-      const auto &a = robot.states()[i - 1], &b = robot.states()[i];
-      largest =
-          std::max({largest, std::abs(b.command_left - a.command_left), std::abs(b.command_right - a.command_right)});
-    }
-    return largest;
+    EXPECT_LT(robot.largestCommandStep(), 1.0) << "recovery must be free of jumps";
   }
 
   ros::NodeHandle node;
@@ -223,11 +211,11 @@ TEST_F(DriveGateNode, DrivesOnTheWheelsWhileTheImuIsSilentOrFrozenOrOfThePast) {
     EXPECT_FALSE(robot.states().back().reason.empty()) << "case " << i << ": the loss must be told";
     EXPECT_NEAR(robot.truth().forward.back(), kSpeed, 0.05 * kSpeed);
     EXPECT_NEAR(robot.truth().yaw_rate.back(), 0.4, 0.1 * 0.4);
-    EXPECT_LT(largestStep(), 1.0);
+    EXPECT_LT(robot.largestCommandStep(), 1.0);
     imu.alter = nullptr;
     robot.run(2.0);
     EXPECT_TRUE(robot.states().back().reason.empty()) << robot.states().back().reason;
-    EXPECT_LT(largestStep(), 1.0) << "the IMU is taken again without a jump";
+    EXPECT_LT(robot.largestCommandStep(), 1.0) << "the IMU is taken again without a jump";
   }
 }
 
@@ -286,7 +274,7 @@ TEST_F(DriveGateNode, ASecondPublisherIsNamedAndLeftTheMotors) {
   const std::string reason = robot.states().back().reason;
   EXPECT_NE(reason.find(ros::this_node::getName() + " on /cmd_drive"), std::string::npos) << reason;
   EXPECT_NE(reason.find("remap"), std::string::npos) << reason;
-  EXPECT_LE(largestStep(), 20.1 * kActionPeriod / kRadius);
+  EXPECT_LE(robot.largestCommandStep(), 20.1 * kActionPeriod / kRadius);
   robot.run(0.5);
   robot.clear();
   robot.run(1.0);

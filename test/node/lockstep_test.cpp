@@ -15,9 +15,9 @@ constexpr std::int64_t kPeriod = 20;  // ms, parameter lockstep
 class LockstepTest : public testing::Test {
  protected:
   LockstepTest() {
-    clock_ = node_.subscribe<rosgraph_msgs::Clock>("/clock", 100000, [this](const rosgraph_msgs::ClockConstPtr& message) {
-      now_ = std::llround(1e3 * message->clock.toSec());
-    });
+    clock_ = node_.subscribe<rosgraph_msgs::Clock>(
+        "/clock", 100000,
+        [this](const rosgraph_msgs::ClockConstPtr& message) { now_ = std::llround(1e3 * message->clock.toSec()); });
     drive_ = node_.advertise<jackal_msgs::Drive>("/cmd_drive", 10);
   }
 
@@ -64,7 +64,8 @@ TEST_F(LockstepTest, EachCommandLetsOnePeriodPassAndSilenceIsNotWaitedForLong) {
     ASSERT_TRUE(waitFor([&] { return now_ >= held + i * kPeriod; })) << "command " << i;
     EXPECT_EQ(standstill(), held + i * kPeriod);
   }
-  EXPECT_TRUE(waitFor([&] { return now_ > held + 20 * kPeriod; })) << "waits for ever for a controller that fell silent";
+  EXPECT_TRUE(waitFor([&] { return now_ > held + 20 * kPeriod; }))
+      << "waits for ever for a controller that fell silent";
 }
 
 }  // namespace

@@ -13,6 +13,8 @@
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <string>
 #include <vector>
@@ -21,11 +23,7 @@
 
 namespace jackal_aic::test {
 
-/// A value with the simulated time it belongs to [s].
-struct Sample {
-  double time;
-  double value;
-};
+constexpr double kActionPeriod = 0.02;  ///< of the presets [s]
 
 /// Velocity series of a run.
 struct Recording {
@@ -140,6 +138,20 @@ class SimulatedRobot {
     }
     EXPECT_GT(count, 0) << "nothing recorded between " << from << " and " << to;
     return sum / count;
+  }
+
+  /// Largest change of a wheel command in one action period, over the recorded states [rad/s]. A late timer publishes
+  /// once for several periods.
+  double largestCommandStep() const {
+    double largest = 0.0;
+    for (std::size_t i = 1; i < states_.size(); ++i) {
+      const auto &a = states_[i - 1], &b = states_[i];
+      const double periods = std::max(1.0, std::round((b.header.stamp - a.header.stamp).toSec() / kActionPeriod));
+      const double step =
+          std::max(std::abs(b.command_left - a.command_left), std::abs(b.command_right - a.command_right));
+      largest = std::max(largest, step / periods);
+    }
+    return largest;
   }
 
   /// First controller state stamped later than `time` [s] that satisfies a condition; nullptr if there is none.

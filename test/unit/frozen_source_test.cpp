@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace jackal_aic {
 namespace {
 
@@ -15,8 +17,8 @@ FrozenSource::Sample sample(double value) {
 
 /// Feeds a source for a while; returns the time after its last sample.
 double feed(FrozenSource& source, double from, double duration, double value, double change, bool may_repeat = false) {
-  const int samples = static_cast<int>(duration / kPeriod + 0.5);
-  for (int i = 0; i < samples; ++i) source.update(from + i * kPeriod, sample(value + change * i), may_repeat);
+  const long samples = std::lround(duration / kPeriod);
+  for (long i = 0; i < samples; ++i) source.update(from + i * kPeriod, sample(value + change * i), may_repeat);
   return from + samples * kPeriod;
 }
 

@@ -277,7 +277,7 @@ TEST(PlantOnGround, AccelerometerIntegratesToTheSpeedAtAnyRate) {
     JackalPlant plant = plantOf(parameters);
     double integral = 0.0;
     for (int n = 0; n < 2000; ++n) {
-      if (n % 20 == 0) plant.command(rolling(0.01 * (n / 20), 0.01 * (n / 20)));
+      if (n % 20 == 0) plant.command(rolling(0.0005 * n, 0.0005 * n));
       plant.step();
       if (!plant.measurement()) continue;
       const Eigen::Vector3d force = plant.measurement()->orientation * plant.measurement()->linear_acceleration;
@@ -630,6 +630,7 @@ TEST(Plant, RunsInSeveralThreads) {
   alone.run(500);
   std::vector<std::vector<double>> results(4);
   std::vector<std::thread> threads;
+  threads.reserve(results.size());
   for (auto& result : results) {
     threads.emplace_back([&result] {
       Recording recording{PlantParameters{}};
