@@ -2,6 +2,10 @@
 
 #include <topic_tools/MuxSelect.h>
 
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
 #include "simulated_robot.hpp"
 
 namespace jackal_aic::test {
@@ -9,37 +13,54 @@ namespace {
 
 constexpr double kSpeed = 0.5;  // m/s
 
+constexpr int kSteps = 3;
+
+/// Figures of several steps.
+struct Steps {
+  std::vector<double> settling;    // [s], shortest first
+  double largest_error_pct = 0.0;  // at steady state
+
+  double median() const { return settling.at(settling.size() / 2); }
+};
+
 class StepResponse : public testing::Test {
  protected:
-  /// Drives a 0.5 m/s step with one of the controllers; returns its figures from ground truth.
-  sim::ResponseMetrics drive(SimulatedRobot& robot, const std::string& topic) {
+  /// Drives 0.5 m/s steps from rest with one of the controllers; figures from ground truth.
+  Steps drive(SimulatedRobot& robot, const std::string& topic) {
     topic_tools::MuxSelect select;
     select.request.topic = topic;
     EXPECT_TRUE(ros::service::waitForService("drive_mux/select", ros::Duration(-1)));
     EXPECT_TRUE(ros::service::call("drive_mux/select", select)) << topic;
     EXPECT_TRUE(robot.waitUntilReady());
-    robot.rest();
-    const double start = robot.command(kSpeed, 0.0);
-    robot.run(4.0);
-    const auto metrics = robot.forwardStep(start, kSpeed);
+    Steps steps;
+    for (int i = 0; i < kSteps; ++i) {
+      robot.rest();
+      const double start = robot.command(kSpeed, 0.0);
+      robot.run(4.0);
+      const auto metrics = robot.forwardStep(start, kSpeed);
+      EXPECT_TRUE(metrics.stable && metrics.settling);
+      steps.settling.push_back(metrics.settling.value_or(4.0));
+      steps.largest_error_pct = std::max(steps.largest_error_pct, std::abs(metrics.steady_error_pct));
+    }
     robot.rest();
     robot.stopCommanding();
-    return metrics;
+    std::sort(steps.settling.begin(), steps.settling.end());
+    return steps;
   }
 };
 
+// The median of some steps: the overshoot of `improved` is at the edge of the band that settling is measured by, and on
+// which side of it depends on the noise and on the phase between timers and samples.
 TEST_F(StepResponse, BothReachTheSetPointAndImprovedSettlesFaster) {
   SimulatedRobot standard("standard/"), improved("improved/");
-  const auto slow = drive(standard, "standard/cmd_drive");
-  const auto fast = drive(improved, "improved/cmd_drive");
-  ASSERT_TRUE(slow.stable && slow.settling);
-  ASSERT_TRUE(fast.stable && fast.settling);
-  EXPECT_NEAR(slow.steady_error_pct, 0.0, 1.0);
-  EXPECT_NEAR(fast.steady_error_pct, 0.0, 1.0);
-  EXPECT_LE(*fast.settling, 0.8 * *slow.settling);
-  RecordProperty("standard_settling_ms", static_cast<int>(1000 * *slow.settling));
-  RecordProperty("improved_settling_ms", static_cast<int>(1000 * *fast.settling));
-  ROS_INFO("settling: standard %.3f s, improved %.3f s", *slow.settling, *fast.settling);
+  const Steps slow = drive(standard, "standard/cmd_drive");
+  const Steps fast = drive(improved, "improved/cmd_drive");
+  EXPECT_LE(slow.largest_error_pct, 1.0);
+  EXPECT_LE(fast.largest_error_pct, 1.0);
+  EXPECT_LE(fast.median(), 0.8 * slow.median());
+  RecordProperty("standard_settling_ms", static_cast<int>(1000 * slow.median()));
+  RecordProperty("improved_settling_ms", static_cast<int>(1000 * fast.median()));
+  ROS_INFO("settling: standard %.3f s, improved %.3f s", slow.median(), fast.median());
 }
 
 }  // namespace
