@@ -29,7 +29,7 @@ struct PlantNodeParameters {
   /// instance, so that a busy machine makes the simulation slower instead of the controller late; 0 never waits.
   double lockstep = 0.0;
   /// Wall time after which a silent controller is not waited for any more, until it speaks again [s].
-  double patience = 0.25;
+  double patience = 1.0;
   std::string urdf_file;  ///< URDF to read when there is no robot_description
 };
 
