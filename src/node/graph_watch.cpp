@@ -93,7 +93,9 @@ void GraphWatch::look() {
     const std::string topic = publishers[i][0];
     if (std::find(topics_.begin(), topics_.end(), topic) == topics_.end()) continue;
     for (const std::string& name : othersIn(publishers[i][1])) {
-      if (isAlive(name)) text += (text.empty() ? "" : ", ") + name + " on " + topic;
+      if (!isAlive(name)) continue;
+      if (!text.empty()) text += ", ";
+      text.append(name).append(" on ").append(topic);
     }
   }
   contended_ = !text.empty();
