@@ -29,7 +29,7 @@ BeliefMatrix beliefDynamics(const GenerativeModel& model, double kappa_mu) {
 
 BeliefUpdate::BeliefUpdate(const GenerativeModel& model, double kappa_mu, double step, Integrator integrator)
     : model_(model), kappa_mu_(kappa_mu), step_(step), integrator_(integrator), A_(beliefDynamics(model, kappa_mu)) {
-  const int n = model.beliefSize();
+  const Eigen::Index n = model.beliefSize();
   if (integrator == Integrator::euler) {
     transition_ = BeliefMatrix::Identity(n, n) + step * A_;
     input_transition_ = step * BeliefMatrix::Identity(n, n);

@@ -233,7 +233,7 @@ Eigen::VectorXd LinearLoop::stepResponse(LoopMode mode, int periods) const {
   // The deviation from the steady state of the new set point follows the map; at first it is that whole state.
   const Eigen::MatrixXd map = periodMap(mode);
   const ModeEquations& equations = modes_[static_cast<std::size_t>(mode)];
-  const int orders = controller_.orders + 1;
+  const Eigen::Index orders = controller_.orders + 1;
   const Eigen::Index wheel = map.rows() - 2;
   Eigen::VectorXd deviation = Eigen::VectorXd::Zero(map.rows());
   deviation(0) =

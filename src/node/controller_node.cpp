@@ -27,8 +27,8 @@ std::int64_t nanoseconds(const ros::Time& time) { return static_cast<std::int64_
 
 }  // namespace
 
-ControllerNode::ControllerNode(ros::NodeHandle node, const NodeParameters& parameters)
-    : node_(std::move(node)),
+ControllerNode::ControllerNode(const ros::NodeHandle& node, const NodeParameters& parameters)
+    : node_(node),
       parameters_(parameters),
       structure_(makeStructure(node_, parameters)),
       controller_(structure_->controller()),

@@ -35,7 +35,7 @@ namespace jackal_aic {
 class ControllerNode {
  public:
   /// Opens the topics in the namespace of `node` and starts the timers.
-  ControllerNode(ros::NodeHandle node, const NodeParameters& parameters);
+  ControllerNode(const ros::NodeHandle& node, const NodeParameters& parameters);
 
   /// Brakes from now on, for the end of the node. The timers have to be served until atRest().
   void brake() { ending_ = true; }

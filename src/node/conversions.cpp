@@ -120,7 +120,7 @@ ControllerState stateMessage(const ActiveInferenceController& controller) {
 
 ControllerState stateMessage(const PredictiveController& controller) {
   const BodyVector belief = controller.believedVelocity();
-  const SensorVector errors = controller.sensoryErrors();
+  const SensorVector& errors = controller.sensoryErrors();
   ControllerState message;
   message.structure = ControllerState::PREDICTIVE;
   message.belief_forward = {belief(kForward)};

@@ -17,8 +17,18 @@ namespace {
 /// Keeps the parser's first complaint instead of letting it print: it belongs into the one line of the exception.
 class FirstComplaint : public console_bridge::OutputHandler {
  public:
-  FirstComplaint() { console_bridge::useOutputHandler(this); }
-  ~FirstComplaint() override { console_bridge::restorePreviousOutputHandler(); }
+  explicit FirstComplaint(const std::string& urdf_xml) : level_(console_bridge::getLogLevel()) {
+    // The parser takes parts of the text for a printf format: a '%' in a number would be undefined behaviour.
+    if (urdf_xml.find('%') != std::string::npos) {
+      console_bridge::setLogLevel(console_bridge::CONSOLE_BRIDGE_LOG_NONE);
+      text_ = "no reason is given for a text with a '%' in it";
+    }
+    console_bridge::useOutputHandler(this);
+  }
+  ~FirstComplaint() override {
+    console_bridge::restorePreviousOutputHandler();
+    console_bridge::setLogLevel(level_);
+  }
   FirstComplaint(const FirstComplaint&) = delete;
   FirstComplaint& operator=(const FirstComplaint&) = delete;
 
@@ -33,6 +43,7 @@ class FirstComplaint : public console_bridge::OutputHandler {
   }
 
  private:
+  console_bridge::LogLevel level_;
   std::string text_;
 };
 
@@ -48,7 +59,7 @@ urdf::ModelInterfaceSharedPtr parseUrdf(const std::string& urdf_xml) {
   // The output handler is one per process.
   static std::mutex mutex;
   const std::lock_guard<std::mutex> lock(mutex);
-  FirstComplaint complaint;
+  FirstComplaint complaint(urdf_xml);
   urdf::ModelInterfaceSharedPtr model;
   try {
     model = urdf::parseURDF(urdf_xml);

@@ -57,6 +57,14 @@ TEST(UrdfGeometry, RefusesTextThatIsNoUrdf) {
   EXPECT_EQ(complaint("<robot").find('\n'), std::string::npos);
 }
 
+TEST(UrdfGeometry, TextOfTheFileIsNoPrintfFormat) {
+  const std::string text = complaint(robot(wheel("left", "0 %n%s%s%s%s%s%s 0", kCylinder)));
+  EXPECT_NE(text.find("with a '%' in it"), std::string::npos) << text;
+  const std::string comment = "<!-- 100 % -->";
+  const std::string urdf = robot(comment + wheel("left", "0 0.2 0", kCylinder) + wheel("right", "0 -0.2 0", kCylinder));
+  EXPECT_NEAR(readUrdfGeometry(urdf, {"left"}, {"right"}).track, 0.4, 1e-12);
+}
+
 TEST(UrdfGeometry, NamesTheMissingJoint) {
   EXPECT_EQ(complaint(robot(wheel("left", "0 0.2 0", kCylinder))), "URDF: no joint 'right'");
 }
