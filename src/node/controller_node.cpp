@@ -119,12 +119,19 @@ void ControllerNode::onActionTimer(const ros::TimerEvent& event) {
   int periods = schedule_.actionPeriodsDue(boundary);
   if (schedule_.droppedPeriods() != dropped) measurements_.forgiveStall(now.toSec());
 
-  WheelCommand command;
+  // Beliefs catch up; the command does so no faster than time went by since the last one, because the limits of its
+  // acceleration hold for what the motors get.
+  const double since_last = (now - last_action_).toSec() / controller_.actionStep();
+  const int most_actions =
+      since_last < 0.0 ? 1 : static_cast<int>(std::clamp(since_last + 0.25, 1.0, 1.0 * kMostPeriods));
+
+  WheelCommand command = gate_.command();
   for (; periods > 0; --periods) {
     while (schedule_.beliefStepsLeft() > 0) updateBelief();
-    command = act(now);
+    if (periods <= most_actions) command = act(now);
     schedule_.actionStepDone(boundary);
     if (periods > 1) continue;
+    last_action_ = now;
     if (!contended() || command != WheelCommand{}) output_.publish(command);
     publishState(now, command);
   }

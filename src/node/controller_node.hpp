@@ -84,7 +84,8 @@ class ControllerNode {
   MeasurementWatch measurements_;
 
   GateDecision decision_;
-  std::string reason_;  // of the decision, as it was told last
+  ros::Time last_action_;  // time of the last command; zero before the first
+  std::string reason_;     // of the decision, as it was told last
   SetPoint set_point_;
   ros::Time set_point_received_;    // zero before the first
   ros::Time measurement_stamp_;     // of the last observation the controller took; zero before the first
