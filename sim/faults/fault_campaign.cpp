@@ -102,18 +102,18 @@ void FaultCampaign::onCommand(const ros::MessageEvent<const jackal_msgs::Drive>&
   const jackal_msgs::Drive& drive = *event.getMessage();
   commands_.pass(time_, drive);
   if (event.getPublisherName() != nodes_.controller || !recording_) return;
+  CommandSample sample{time_, {drive.drivers[jackal_msgs::Drive::LEFT], drive.drivers[jackal_msgs::Drive::RIGHT]}};
   if (end_requested_ && !record_.commands.empty() && time_ - record_.commands.back().time > kSilence) {
-    record_.fresh_starts.push_back(time_);
+    sample.fresh_start = true;
     end_requested_ = false;
     succeeded_ = true;
   }
-  const WheelCommand speeds{drive.drivers[jackal_msgs::Drive::LEFT], drive.drivers[jackal_msgs::Drive::RIGHT]};
   // Commands that were under way when the world started anew are no fresh start yet.
-  if (world_is_new_ && speeds == WheelCommand{}) {
-    record_.fresh_starts.push_back(time_);
+  if (world_is_new_ && sample.speeds == WheelCommand{}) {
+    sample.fresh_start = true;
     world_is_new_ = false;
   }
-  record_.commands.push_back({time_, speeds});
+  record_.commands.push_back(sample);
 }
 
 void FaultCampaign::onTruth(const nav_msgs::Odometry& message) {

@@ -107,20 +107,14 @@ class Judgement {
     }
   }
 
-  bool freshStartBetween(double from, double to) const {
-    return std::any_of(record_.fresh_starts.begin(), record_.fresh_starts.end(),
-                       [&](double start) { return start > from && start <= to; });
-  }
-
   void measureCommands() {
     const SkidSteerKinematics kinematics(limits_.geometry);
     const CommandSample* previous = nullptr;
     for (const CommandSample& sample : record_.commands) {
       if (!sample.speeds.vector().allFinite()) return fail("a drive command is not finite");
       checkBounds(sample, kinematics);
-      const bool fresh = previous != nullptr && freshStartBetween(previous->time, sample.time);
-      if (fresh && sample.speeds != WheelCommand{}) fail("an old motion goes on after a fresh start");
-      if (previous != nullptr && !fresh) measureStep(*previous, sample, kinematics);
+      if (sample.fresh_start && sample.speeds != WheelCommand{}) fail("an old motion goes on after a fresh start");
+      if (previous != nullptr && !sample.fresh_start) measureStep(*previous, sample, kinematics);
       previous = &sample;
     }
     if (verdict_.limit_use > 1.0 + kRounding) fail(text("a drive command is %.2f of the limits", verdict_.limit_use));

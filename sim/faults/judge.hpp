@@ -26,6 +26,9 @@ struct TruthSample {
 struct CommandSample {
   double time = 0.0;    ///< of arrival [s]
   WheelCommand speeds;  ///< [rad/s]
+  /// Whether it is the first of a new controller process after an end we asked for, or since the world started anew:
+  /// there the robot is at rest, and the command has to be zero, whatever it was before.
+  bool fresh_start = false;
 };
 
 /// What the controller said about itself.
@@ -49,9 +52,6 @@ struct RunRecord {
   std::vector<CommandSample> commands;
   std::vector<StateSample> states;
   std::vector<DiagnosticSample> diagnostics;
-  /// When a new controller process sent its first command after an end we asked for, or the world started anew [s]:
-  /// there the robot is at rest, and the command has to be zero, whatever it was before.
-  std::vector<double> fresh_starts;
   std::string breakdown;  ///< why the run could not be completed, or a crash; empty if neither
 };
 

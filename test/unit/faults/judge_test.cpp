@@ -182,7 +182,10 @@ TEST(Judge, ANewProcessStartsFromZero) {
     if (command.time > 2.2) command.speeds = {};
   }
   EXPECT_TRUE(mentions(judge(scenario, record, CampaignLimits{}), "steps by"));
-  record.fresh_starts = {2.22};
+  const auto fresh = std::find_if(record.commands.begin(), record.commands.end(),
+                                  [](const CommandSample& command) { return command.time > 2.2; });
+  ASSERT_NE(fresh, record.commands.end());
+  fresh->fresh_start = true;
   EXPECT_TRUE(judge(scenario, record, CampaignLimits{}).passed());
   for (CommandSample& command : record.commands) {
     if (command.time > 2.2 && command.time < 2.3) command.speeds = {3.0, 3.0};
