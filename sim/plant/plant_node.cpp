@@ -74,7 +74,8 @@ void PlantNode::waitForController() {
   const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(parameters_.patience);
   while (ros::ok() && ahead() && in_lockstep_) {
     const ros::WallTime now = ros::WallTime::now();
-    if (now < end) {
+    const bool alive = drive_.getNumPublishers() + left_wheel_.getNumPublishers() + right_wheel_.getNumPublishers() > 0;
+    if (alive && now < end) {
       ros::getGlobalCallbackQueue()->callOne(std::min(end - now, ros::WallDuration(0.05)));
     } else {
       in_lockstep_ = false;
@@ -83,7 +84,13 @@ void PlantNode::waitForController() {
   pacer_.restart(plant_.time());
 }
 
+void PlantNode::hear() {
+  heard_time_ = plant_.time();
+  in_lockstep_ = true;
+}
+
 void PlantNode::onDrive(const jackal_msgs::Drive& message) {
+  hear();
   switch (message.mode) {
     case jackal_msgs::Drive::MODE_VELOCITY:
       drive({message.drivers[jackal_msgs::Drive::LEFT], message.drivers[jackal_msgs::Drive::RIGHT]}, message.mode);
@@ -97,10 +104,12 @@ void PlantNode::onDrive(const jackal_msgs::Drive& message) {
 }
 
 void PlantNode::onLeftWheel(const std_msgs::Float64& speed) {
+  hear();
   drive({speed.data, command_.right}, jackal_msgs::Drive::MODE_VELOCITY);
 }
 
 void PlantNode::onRightWheel(const std_msgs::Float64& speed) {
+  hear();
   drive({command_.left, speed.data}, jackal_msgs::Drive::MODE_VELOCITY);
 }
 
@@ -128,8 +137,6 @@ void PlantNode::restart() {
 }
 
 void PlantNode::drive(const WheelCommand& command, std::int8_t mode) {
-  heard_time_ = plant_.time();
-  in_lockstep_ = true;
   if (!plant_.command(command)) {
     ignore("wheel speed that is not finite");
     return;

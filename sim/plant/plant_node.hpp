@@ -25,11 +25,12 @@ struct PlantNodeParameters {
   double real_time_factor = 1.0;  ///< simulated seconds per wall second; 0 runs as fast as possible
   double truth_rate = 100.0;      ///< rate of /ground_truth/odom [Hz]
   double command_timeout = 0.0;   ///< age of the last command at which the wheels stop [s]; 0 lets them run on
-  /// Simulated time that may pass without a command before the plant waits for the controller [s], its action period for
-  /// instance, so that a busy machine makes the simulation slower instead of the controller late; 0 never waits.
+  /// Simulated time that may pass without a command before the plant waits for the controller [s], its action period
+  /// for instance, so that a busy machine makes the simulation slower instead of the controller late; 0 never waits.
   double lockstep = 0.0;
-  /// Wall time after which a silent controller is not waited for any more, until it speaks again [s].
-  double patience = 1.0;
+  /// Wall time after which a silent controller is not waited for any more, until it speaks again [s]; one that is gone
+  /// is not waited for at all.
+  double patience = 2.0;
   std::string urdf_file;  ///< URDF to read when there is no robot_description
 };
 
@@ -71,6 +72,7 @@ class PlantNode {
   void ignore(const char* reason);
   void stopIfSilent();
   void waitForController();
+  void hear();
   void publish();
   void publishMeasurement(const PlantMeasurement& measurement);
 

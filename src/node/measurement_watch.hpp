@@ -71,8 +71,8 @@ class MeasurementWatch {
   bool wheels_lost_ = false;  // silent or frozen
   struct {
     int yaw_rate = 0, wheel_left = 0, wheel_right = 0;
-  } excluded_;               // samples in a row in which a channel did not count
-  double last_sight_ = 0.0;  // time at which two of yaw rate and wheels counted [s]
+  } excluded_;                  // samples in a row in which a channel did not count
+  double last_sight_ = 0.0;     // time at which two of yaw rate and wheels counted [s]
   double stalled_until_ = 0.0;  // no fault detection before [s]
   const char* loss_ = "";
   std::uint32_t detected_ = 0;
