@@ -63,7 +63,7 @@ std::string verdictLine(const Scenario& scenario, const Verdict& verdict) {
   const bool stops = scenario.expectation.outcome == Outcome::stops;
   return joined({field(scenario.name), field(faultsOf(scenario)),
                  kOutcomeNames[static_cast<std::size_t>(scenario.expectation.outcome)], number(verdict.distance),
-                 number(verdict.standstill), stops ? number(verdict.allowed_standstill) : " ",
+                 number(verdict.standstill), stops ? number(verdict.allowed_standstill) : std::string(),
                  number(verdict.command_step), number(verdict.acceleration_use), number(verdict.limit_use),
                  number(verdict.overspeed), number(verdict.yaw_overspeed), number(verdict.detected_after),
                  field(verdict.told), verdict.passed() ? "passed" : "failed", field(joined(verdict.failures, "; ")),
