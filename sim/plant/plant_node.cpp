@@ -85,8 +85,9 @@ void PlantNode::waitForController() {
 }
 
 void PlantNode::hear() {
+  // One that speaks now and then is no controller in its stride.
+  in_lockstep_ = in_lockstep_ || plant_.time() - heard_time_ <= 2.0 * parameters_.lockstep;
   heard_time_ = plant_.time();
-  in_lockstep_ = true;
 }
 
 void PlantNode::onDrive(const jackal_msgs::Drive& message) {

@@ -28,8 +28,8 @@ struct PlantNodeParameters {
   /// Simulated time that may pass without a command before the plant waits for the controller [s], its action period
   /// for instance, so that a busy machine makes the simulation slower instead of the controller late; 0 never waits.
   double lockstep = 0.0;
-  /// Wall time after which a silent controller is not waited for any more, until it speaks again [s]; one that is gone
-  /// is not waited for at all.
+  /// Wall time after which a silent controller is not waited for any more, until it speaks regularly again [s]; one
+  /// that is gone is not waited for at all.
   double patience = 2.0;
   std::string urdf_file;  ///< URDF to read when there is no robot_description
 };

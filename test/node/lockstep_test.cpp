@@ -58,6 +58,7 @@ TEST_F(LockstepTest, EachCommandLetsOnePeriodPassAndSilenceIsNotWaitedForLong) {
   ASSERT_TRUE(waitFor([&] { return now_ > start + 10 * kPeriod; })) << "waits for a controller that never spoke";
 
   command();
+  command();
   const std::int64_t held = standstill();
   for (int i = 1; i <= 5; ++i) {
     command();
