@@ -100,6 +100,7 @@ std::string describe(const ParameterValue& value) {
     std::string operator()(const std::string& v) const { return quoted(v); }
     std::string operator()(const std::vector<double>& v) const {
       std::vector<std::string> words;
+      words.reserve(v.size());
       for (double x : v) words.push_back(number(x));
       return "[" + join(words) + "]";
     }

@@ -139,12 +139,13 @@ Theta standardDeviations(const Problem& problem, const Theta& theta) {
   for (int i = 0; i < 4; ++i) {
     if (information(i, i) > 1e-9 * static_cast<double>(r.size())) seen.push_back(i);
   }
-  Eigen::MatrixXd reduced(seen.size(), seen.size());
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    for (std::size_t j = 0; j < seen.size(); ++j) reduced(i, j) = information(seen[i], seen[j]);
+  const auto count = static_cast<int>(seen.size());
+  Eigen::MatrixXd reduced(count, count);
+  for (int i = 0; i < count; ++i) {
+    for (int j = 0; j < count; ++j) reduced(i, j) = information(seen[i], seen[j]);
   }
   const Eigen::MatrixXd covariance = variance * reduced.inverse();
-  for (std::size_t i = 0; i < seen.size(); ++i) deviations[seen[i]] = std::sqrt(std::max(0.0, covariance(i, i)));
+  for (int i = 0; i < count; ++i) deviations[seen[i]] = std::sqrt(std::max(0.0, covariance(i, i)));
   return deviations;
 }
 

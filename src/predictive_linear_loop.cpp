@@ -155,7 +155,7 @@ std::vector<std::pair<std::int64_t, int>> PredictiveLinearLoop::schedule(std::in
   };
   every(sensor_steps_, Event::sensor);
   every(length / kTick, Event::predict);
-  every(action_steps_ * parameters_.beliefStepsPerAction(), Event::belief);
+  every(std::int64_t{action_steps_} * parameters_.beliefStepsPerAction(), Event::belief);
   every(action_steps_, Event::action);
   for (int i = 0; remainder > 0 && i < action_steps_; ++i) {
     events.emplace_back(i * action_period + remainder, static_cast<int>(Event::command_arrives));
