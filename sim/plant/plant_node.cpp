@@ -69,7 +69,7 @@ void PlantNode::run() {
 }
 
 void PlantNode::waitForController() {
-  const auto ahead = [this] { return plant_.time() + 0.5 * JackalPlant::kStep > heard_time_ + parameters_.lockstep; };
+  const auto ahead = [this] { return plant_.time() + 0.5 * JackalPlant::kStep > command_time_ + parameters_.lockstep; };
   if (parameters_.lockstep <= 0.0 || !in_lockstep_ || !ahead()) return;
   const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(parameters_.patience);
   while (ros::ok() && ahead() && in_lockstep_) {
@@ -84,14 +84,7 @@ void PlantNode::waitForController() {
   pacer_.restart(plant_.time());
 }
 
-void PlantNode::hear() {
-  // One that speaks now and then is no controller in its stride.
-  in_lockstep_ = in_lockstep_ || plant_.time() - heard_time_ <= 2.0 * parameters_.lockstep;
-  heard_time_ = plant_.time();
-}
-
 void PlantNode::onDrive(const jackal_msgs::Drive& message) {
-  hear();
   switch (message.mode) {
     case jackal_msgs::Drive::MODE_VELOCITY:
       drive({message.drivers[jackal_msgs::Drive::LEFT], message.drivers[jackal_msgs::Drive::RIGHT]}, message.mode);
@@ -105,12 +98,10 @@ void PlantNode::onDrive(const jackal_msgs::Drive& message) {
 }
 
 void PlantNode::onLeftWheel(const std_msgs::Float64& speed) {
-  hear();
   drive({speed.data, command_.right}, jackal_msgs::Drive::MODE_VELOCITY);
 }
 
 void PlantNode::onRightWheel(const std_msgs::Float64& speed) {
-  hear();
   drive({command_.left, speed.data}, jackal_msgs::Drive::MODE_VELOCITY);
 }
 
@@ -132,7 +123,7 @@ void PlantNode::restart() {
   transform_schedule_ = Periodic(kTransformRate);
   command_ = WheelCommand{};
   mode_ = jackal_msgs::Drive::MODE_NONE;
-  command_time_ = heard_time_ = 0.0;
+  command_time_ = 0.0;
   in_lockstep_ = false;
   publish();
 }
@@ -142,9 +133,11 @@ void PlantNode::drive(const WheelCommand& command, std::int8_t mode) {
     ignore("wheel speed that is not finite");
     return;
   }
+  // One that speaks now and then is no controller in its stride.
+  in_lockstep_ = in_lockstep_ || plant_.time() - command_time_ <= 2.0 * parameters_.lockstep;
+  command_time_ = plant_.time();
   command_ = command;
   mode_ = mode;
-  command_time_ = plant_.time();
 }
 
 void PlantNode::ignore(const char* reason) {
@@ -155,7 +148,10 @@ void PlantNode::ignore(const char* reason) {
 
 void PlantNode::stopIfSilent() {
   const bool silent = parameters_.command_timeout > 0.0 && plant_.time() - command_time_ > parameters_.command_timeout;
-  if (silent && command_ != WheelCommand{}) drive({}, jackal_msgs::Drive::MODE_NONE);
+  if (!silent || command_ == WheelCommand{}) return;
+  command_ = WheelCommand{};
+  mode_ = jackal_msgs::Drive::MODE_NONE;
+  plant_.command(command_);
 }
 
 void PlantNode::publish() {

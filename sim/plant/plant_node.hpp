@@ -72,7 +72,6 @@ class PlantNode {
   void ignore(const char* reason);
   void stopIfSilent();
   void waitForController();
-  void hear();
   void publish();
   void publishMeasurement(const PlantMeasurement& measurement);
 
@@ -85,7 +84,6 @@ class PlantNode {
   WheelCommand command_;
   std::int8_t mode_ = jackal_msgs::Drive::MODE_NONE;
   double command_time_ = 0.0;
-  double heard_time_ = 0.0;   // of the last command, valid or not [s]
   bool in_lockstep_ = false;  // whether there is a controller to wait for
   std::uint64_t ignored_commands_ = 0;
 
