@@ -56,7 +56,7 @@ StateSpaceModel stateSpaceModel(const ControllerParameters& parameters) {
                          std::to_string(kMaxOrders) + "]");
   }
   requirePositive("tau", parameters.tau);
-  const Eigen::Index n = parameters.orders + 1;
+  const int n = parameters.orders + 1;
   const double kappa_mu = parameters.kappa_mu;
   const Eigen::MatrixXd pi_mu = precisions(parameters.state_variances, parameters, "state_variances");
   const Eigen::MatrixXd pi_y = precisions(parameters.sensory_variances, parameters, "sensory_variances");

@@ -30,7 +30,7 @@ void addList(const YAML::Node& node, const std::string& key, ParameterMap& map) 
 
 /// Name of a key. What an unclosed quote or bracket makes of the following lines is no name.
 std::string nameOf(const YAML::Node& key) {
-  const auto name = key.as<std::string>();
+  auto name = key.as<std::string>();
   const auto control = std::find_if(name.begin(), name.end(), [](unsigned char c) { return std::iscntrl(c) != 0; });
   if (control != name.end()) {
     throw ParameterError("key '" + std::string(name.begin(), control) + "...': goes over more than one line");

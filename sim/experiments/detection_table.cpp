@@ -6,6 +6,7 @@
 #include <random>
 #include <sstream>
 
+#include "../csv.hpp"
 #include "campaign.hpp"
 #include "parallel.hpp"
 #include "progress_bar.hpp"
@@ -35,12 +36,6 @@ struct NamedFault {
   const char* on_box;     // reason; there the gyro cannot tell a dead encoder from a blocked wheel
 };
 
-Faults sensor(SensorFaultKind kind, Side side = Side::left, double value = 0.0) {
-  Faults faults;
-  faults.sensors = {{kind, side, value, kFaultTime}};
-  return faults;
-}
-
 Faults motor(Side side) {
   Faults faults;
   faults.motors = {{side, kFaultTime, std::numeric_limits<double>::infinity()}};
@@ -51,33 +46,31 @@ std::vector<NamedFault> namedFaults() {
   constexpr const char* kLeftBlocked = "left wheels do not follow their command";
   constexpr const char* kRightBlocked = "right wheels do not follow their command";
   constexpr const char* kGyro = "gyro disagrees with the wheels";
-  return {
-      {"left encoder frozen", sensor(SensorFaultKind::encoder_freeze), "left encoder frozen", "left encoder frozen"},
-      {"right encoder frozen", sensor(SensorFaultKind::encoder_freeze, Side::right), "right encoder frozen",
-       "right encoder frozen"},
-      {"left encoder dead", sensor(SensorFaultKind::encoder_value), "left encoder wrong", kLeftBlocked},
-      {"gyro bias 0.2 rad/s", sensor(SensorFaultKind::gyro_offset, Side::left, 0.2), kGyro, kGyro},
-      {"gyro bias -0.2 rad/s", sensor(SensorFaultKind::gyro_offset, Side::left, -0.2), kGyro, kGyro},
-      {"gyro frozen", sensor(SensorFaultKind::gyro_freeze), "gyro frozen", "gyro frozen"},
-      {"IMU upside down", sensor(SensorFaultKind::imu_flip), "IMU upside down", "IMU upside down"},
-      {"left motor blocked", motor(Side::left), kLeftBlocked, kLeftBlocked},
-      {"right motor blocked", motor(Side::right), kRightBlocked, kRightBlocked}};
+  return {{"left encoder frozen", sensorFault(SensorFaultKind::encoder_freeze), "left encoder frozen",
+           "left encoder frozen"},
+          {"right encoder frozen", sensorFault(SensorFaultKind::encoder_freeze, Side::right), "right encoder frozen",
+           "right encoder frozen"},
+          {"left encoder dead", sensorFault(SensorFaultKind::encoder_value), "left encoder wrong", kLeftBlocked},
+          {"gyro bias 0.2 rad/s", sensorFault(SensorFaultKind::gyro_offset, Side::left, 0.2), kGyro, kGyro},
+          {"gyro bias -0.2 rad/s", sensorFault(SensorFaultKind::gyro_offset, Side::left, -0.2), kGyro, kGyro},
+          {"gyro frozen", sensorFault(SensorFaultKind::gyro_freeze), "gyro frozen", "gyro frozen"},
+          {"IMU upside down", sensorFault(SensorFaultKind::imu_flip), "IMU upside down", "IMU upside down"},
+          {"left motor blocked", motor(Side::left), kLeftBlocked, kLeftBlocked},
+          {"right motor blocked", motor(Side::right), kRightBlocked, kRightBlocked}};
 }
-
-std::string quoted(const std::string& text) { return '"' + text + '"'; }
 
 std::string lineOf(const DetectionCase& c, const std::optional<Detection>& found) {
   std::ostringstream line;
-  line << c.controller << ',' << c.plant << ',' << quoted(c.motion) << ',' << quoted(c.fault) << ','
-       << quoted(c.expected) << ',' << quoted(found ? found->reason : "") << ',';
+  line << c.controller << ',' << c.plant << ',' << csvField(c.motion) << ',' << csvField(c.fault) << ','
+       << csvField(c.expected) << ',' << csvField(found ? found->reason : "") << ',';
   if (found) line << std::fixed << std::setprecision(2) << found->delay;
   return line.str() + '\n';
 }
 
 std::string lineOf(const OrdinaryCase& c, const Alarms& alarms) {
   std::ostringstream line;
-  line << c.controller << ',' << c.plant << ',' << quoted(c.condition) << ',' << c.duration << ',' << alarms.samples
-       << ',' << alarms.outliers << ',' << quoted(alarms.fault) << '\n';
+  line << c.controller << ',' << c.plant << ',' << csvField(c.condition) << ',' << c.duration << ',' << alarms.samples
+       << ',' << alarms.outliers << ',' << csvField(alarms.fault) << '\n';
   return line.str();
 }
 
@@ -88,6 +81,12 @@ std::string joined(const std::string& header, const std::vector<std::string>& li
 }
 
 }  // namespace
+
+Faults sensorFault(SensorFaultKind kind, Side side, double value) {
+  Faults faults;
+  faults.sensors = {{kind, side, value, kFaultTime}};
+  return faults;
+}
 
 std::vector<DetectionCase> detectionCases() {
   const std::pair<const char*, const char*> loops[] = {

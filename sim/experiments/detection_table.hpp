@@ -19,6 +19,9 @@ inline constexpr double kFaultTime = 3.0;
 /// Longest time in which a fault has to be found [s].
 inline constexpr double kDetectionBar = 0.3;
 
+/// A sensor that is faulty from kFaultTime on. @param side of an encoder; @param value see SensorFault.
+Faults sensorFault(SensorFaultKind kind, Side side = Side::left, double value = 0.0);
+
 /// A fault in a motion.
 struct DetectionCase {
   std::string controller;

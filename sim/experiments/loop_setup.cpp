@@ -130,7 +130,7 @@ ActiveInferenceSetup loadActiveInference(const PackageFiles& files, const std::s
   ParameterMap map;
   addController(files, controller, map);
   apply(overrides, map);
-  const ActiveInferenceSetup setup = readActiveInference(map);
+  ActiveInferenceSetup setup = readActiveInference(map);
   map.refuseUnknown();
   return setup;
 }

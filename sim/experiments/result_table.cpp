@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "../csv.hpp"
+
 namespace jackal_aic::sim {
 namespace {
 
@@ -17,14 +19,6 @@ std::string number(double value) {
 }
 
 std::string number(const std::optional<double>& value) { return value ? number(*value) : ""; }
-
-/// A text as a CSV field (RFC 4180).
-std::string field(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + "\"";
-}
 
 std::string joined(const std::vector<std::string>& fields) {
   std::string line;
@@ -123,9 +117,9 @@ std::string resultHeader() {
 }
 
 std::string resultLine(const ResultRow& row) {
-  return joined({field(row.experiment),
-                 field(row.controller),
-                 field(row.plant),
+  return joined({csvField(row.experiment),
+                 csvField(row.controller),
+                 csvField(row.plant),
                  number(row.step_mps),
                  number(row.step_radps),
                  number(row.belief_hz),
@@ -142,7 +136,7 @@ std::string resultLine(const ResultRow& row) {
                  row.stable ? "1" : "0",
                  number(row.thesis_settling_s),
                  number(row.thesis_rise_s),
-                 field(row.label),
+                 csvField(row.label),
                  number(row.tracking_rms_mps),
                  number(row.tracking_rms_radps),
                  number(row.belief_rms_mps),
@@ -168,7 +162,7 @@ std::string traceLines(std::size_t run, const RunResult& result) {
     if (s.time < due - 0.5 * JackalPlant::kStep) continue;
     due = s.time + kTraceStep;
     const auto belief = [&](BodyChannel which) { return s.belief ? number((*s.belief)(which)) : std::string(); };
-    lines += joined({std::to_string(run), field(result.row.label), number(s.time), number(s.set_point.forward),
+    lines += joined({std::to_string(run), csvField(result.row.label), number(s.time), number(s.set_point.forward),
                      number(s.velocity), number(s.measured_velocity), belief(kForward), number(s.set_point.yaw_rate),
                      number(s.yaw_rate), number(s.measured_yaw_rate), belief(kYaw), number(s.command.left),
                      number(s.command.right)});

@@ -43,8 +43,8 @@ const char* statusName(std::uint8_t status) {
 
 }  // namespace
 
-FaultCampaign::FaultCampaign(ros::NodeHandle node, const CampaignNodes& nodes)
-    : node_(std::move(node)),
+FaultCampaign::FaultCampaign(const ros::NodeHandle& node, const CampaignNodes& nodes)
+    : node_(node),
       nodes_(nodes),
       joint_states_(node_, "joint_states"),
       imu_(node_, "imu/data"),

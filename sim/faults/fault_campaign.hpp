@@ -33,7 +33,7 @@ struct CampaignNodes {
 class FaultCampaign {
  public:
   /// Opens the topics in the namespace of `node`.
-  FaultCampaign(ros::NodeHandle node, const CampaignNodes& nodes);
+  FaultCampaign(const ros::NodeHandle& node, const CampaignNodes& nodes);
 
   /// Puts robot and clock back to the start, runs a scenario and returns what happened.
   RunRecord run(const Scenario& scenario);

@@ -31,7 +31,7 @@ class FaultyChannel {
 
   /// Arms faults and forgets everything from before. @param onset time from which `start` of a fault counts [s];
   /// @param seed of the choice of messages where `share` is below 1. Equal seeds and messages give equal results.
-  void arm(std::vector<MessageFault> faults, double onset, std::uint64_t seed) {
+  void arm(const std::vector<MessageFault>& faults, double onset, std::uint64_t seed) {
     faults_.clear();
     for (const auto& fault : faults) faults_.push_back({fault, std::nullopt, false});
     onset_ = onset;

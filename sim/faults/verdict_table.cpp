@@ -4,6 +4,8 @@
 #include <optional>
 #include <vector>
 
+#include "../csv.hpp"
+
 namespace jackal_aic::sim {
 namespace {
 
@@ -14,13 +16,6 @@ std::string number(double value) {
 }
 
 std::string number(const std::optional<double>& value) { return value ? number(*value) : ""; }
-
-/// A text as a CSV field (RFC 4180), on one line.
-std::string field(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c == '\n' ? ' ' : c);
-  return quoted + "\"";
-}
 
 std::string joined(const std::vector<std::string>& texts, const char* separator) {
   std::string line;
@@ -61,13 +56,13 @@ std::string verdictHeader() {
 
 std::string verdictLine(const Scenario& scenario, const Verdict& verdict) {
   const bool stops = scenario.expectation.outcome == Outcome::stops;
-  return joined({field(scenario.name), field(faultsOf(scenario)),
+  return joined({csvField(scenario.name), csvField(faultsOf(scenario)),
                  kOutcomeNames[static_cast<std::size_t>(scenario.expectation.outcome)], number(verdict.distance),
                  number(verdict.standstill), stops ? number(verdict.allowed_standstill) : std::string(),
                  number(verdict.command_step), number(verdict.acceleration_use), number(verdict.limit_use),
                  number(verdict.overspeed), number(verdict.yaw_overspeed), number(verdict.detected_after),
-                 field(verdict.told), verdict.passed() ? "passed" : "failed", field(joined(verdict.failures, "; ")),
-                 field(verdict.history)},
+                 csvField(verdict.told), verdict.passed() ? "passed" : "failed",
+                 csvField(joined(verdict.failures, "; ")), csvField(verdict.history)},
                 ",") +
          "\n";
 }

@@ -16,7 +16,7 @@ using jackal_aic::sim::PlantParameters;
 
 /// The URDF text from robot_description or, where that is not set, from a file.
 std::string urdfText(const ros::NodeHandle& node, const std::string& urdf_file) {
-  const std::string urdf_xml = jackal_aic::robotDescription(node);
+  std::string urdf_xml = jackal_aic::robotDescription(node);
   if (!urdf_xml.empty()) return urdf_xml;
   if (urdf_file.empty())
     throw ParameterError("robot_description: missing, and there is no parameter urdf_file instead");

@@ -74,7 +74,7 @@ WheelModel wheelOf(const urdf::ModelInterface& model, const std::string& name, c
     throw ParameterError("URDF: joint '" + name + "' must turn about +y of " + kBaseLink + " (positive is forward)");
   }
   const urdf::LinkConstSharedPtr link = model.getLink(joint.child_link_name);
-  const WheelModel wheel{lump(*link, pose), pose.translation(), wheelRadius(model, joint)};
+  WheelModel wheel{lump(*link, pose), pose.translation(), wheelRadius(model, joint)};
   checkPhysical(wheel.body, "wheel '" + link->name + "'");
   return wheel;
 }

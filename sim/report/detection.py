@@ -1,8 +1,7 @@
 """The section of the report about the fault monitor: what it finds and how fast, and what it says when there is nothing."""
 
-import csv
-
 from markup import cell, escape, table
+from results import read_rows
 
 BAR = 0.3  # s
 
@@ -17,11 +16,6 @@ one after the other. An outlier is one sample of which a channel was left out; a
 allows none.</p>
 '''
 MISSING = '<p>Not run: <code>experiments detection --out DIR</code> writes the data of this section.</p>'
-
-
-def read(path):
-    with open(path, newline='') as file:
-        return list(csv.DictReader(file))
 
 
 def found_in_time(row):
@@ -62,7 +56,7 @@ def section(directory):
     heading = '<h2 id="detection">Fault detection</h2>'
     if not (directory / 'detection.csv').exists() or not (directory / 'alarms.csv').exists():
         return heading + MISSING
-    found, quiet = read(directory / 'detection.csv'), read(directory / 'alarms.csv')
+    found, quiet = read_rows(directory / 'detection.csv'), read_rows(directory / 'alarms.csv')
     in_time = sum(1 for row in found if found_in_time(row))
     slowest = max((float(row['delay_s']) for row in found if row['delay_s']), default=0.0)
     return (f'{heading}{INTRODUCTION}<p>{in_time} of {len(found)} found in time, the slowest after {slowest:.2f} s.</p>'

@@ -1,8 +1,7 @@
 """The section of the report about the fault campaign: every scenario, from the CSV file that ./scripts/faults writes."""
 
-import csv
-
 from markup import cell, escape, table
+from results import read_rows
 
 INTRODUCTION = '''
 <p>Each scenario ran through the real nodes: the simulated robot, the controller, and between them a node that puts faults into
@@ -34,8 +33,7 @@ def section(path):
     heading = '<h2 id="faults">Faults</h2>'
     if not path.exists():
         return heading + MISSING
-    with open(path, newline='') as file:
-        scenarios = list(csv.DictReader(file))
+    scenarios = read_rows(path)
     passed = sum(1 for scenario in scenarios if scenario['result'] == 'passed')
     headings = ['<scenario', '<faults', '<expected', 'distance [m]', 'standstill [s]', 'bar [s]', 'step [rad/s]', 'acceleration',
                 'limit', 'overspeed [m/s]', 'detected [s]', '<told', '<verdict']

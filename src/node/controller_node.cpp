@@ -95,6 +95,7 @@ void ControllerNode::onObservation(Observation observation, const ros::Time& sta
                   ++rejected_measurements_);
     return;
   }
+  if (!seed_until_.isZero()) seedAnew(stamp);
   measurement_stamp_ = stamp;
   measurement_received_ = last_now_;
   SensorGeneralized message = structure_->measurement();
@@ -117,7 +118,12 @@ void ControllerNode::onActionTimer(const ros::TimerEvent& event) {
 
   const auto dropped = schedule_.droppedPeriods();
   int periods = schedule_.actionPeriodsDue(boundary);
-  if (schedule_.droppedPeriods() != dropped) measurements_.forgiveStall(now.toSec());
+  if (schedule_.droppedPeriods() != dropped) {
+    const auto missed = static_cast<double>(schedule_.droppedPeriods() - dropped) * controller_.actionStep();
+    ROS_WARN_THROTTLE(1.0, "Held up: %.2f s of action steps dropped", missed);
+    measurements_.forgiveStall(now.toSec());
+    seed_until_ = now + ros::Duration(parameters_.plant_model ? parameters_.plant_model->dead_time : 0.0);
+  }
 
   // Beliefs catch up; the command does so no faster than time went by since the last one, because the limits of its
   // acceleration hold for what the motors get.
@@ -200,6 +206,12 @@ void ControllerNode::startAnew() {
   controller_.setSetPoint(set_point_);
 }
 
+void ControllerNode::seedAnew(const ros::Time& stamp) {
+  controller_.restart();
+  controller_.overrule(gate_.command());
+  if (stamp >= seed_until_) seed_until_ = {};
+}
+
 InputAges ControllerNode::ages(const ros::Time& now) const {
   InputAges ages;
   ages.set_point = age(now, set_point_received_, set_point_received_);
@@ -229,7 +241,7 @@ void ControllerNode::reset() {
   schedule_.stop();
   transforms_.clear();
   set_point_ = {};
-  set_point_received_ = measurement_stamp_ = measurement_received_ = ros::Time();
+  set_point_received_ = measurement_stamp_ = measurement_received_ = seed_until_ = ros::Time();
   action_ = {};
   clock_jumped_ = true;
 }
@@ -256,14 +268,14 @@ void ControllerNode::reportStatus(const GateDecision& decision) {
       break;
     case DriveStatus::braking:
       if (before != DriveStatus::braking) ++brakes_;
-      ROS_WARN("Braking: %s", reason().c_str());
+      ROS_WARN("Braking: %s", reason_.c_str());
       break;
     case DriveStatus::stopped:
-      ROS_WARN("Stopped: %s", reason().c_str());
+      ROS_WARN("Stopped: %s", reason_.c_str());
       break;
     case DriveStatus::faulted:
       if (before != DriveStatus::faulted) ++faults_;
-      ROS_ERROR("Faulted: %s", reason().c_str());
+      ROS_ERROR("Faulted: %s", reason_.c_str());
       break;
   }
 }
@@ -290,18 +302,18 @@ void ControllerNode::diagnose(diagnostic_updater::DiagnosticStatusWrapper& statu
   using diagnostic_msgs::DiagnosticStatus;
   switch (decision_.status) {
     case DriveStatus::driving:
-      status.summary(reason().empty() ? DiagnosticStatus::OK : DiagnosticStatus::WARN,
-                     reason().empty() ? "driving" : "driving with a fault: " + reason());
+      status.summary(reason_.empty() ? DiagnosticStatus::OK : DiagnosticStatus::WARN,
+                     reason_.empty() ? "driving" : "driving with a fault: " + reason_);
       break;
     case DriveStatus::idle:
-      status.summary(DiagnosticStatus::OK, reason());
+      status.summary(DiagnosticStatus::OK, reason_);
       break;
     case DriveStatus::braking:
     case DriveStatus::stopped:
-      status.summary(DiagnosticStatus::WARN, reason());
+      status.summary(DiagnosticStatus::WARN, reason_);
       break;
     case DriveStatus::faulted:
-      status.summary(DiagnosticStatus::ERROR, reason());
+      status.summary(DiagnosticStatus::ERROR, reason_);
       break;
   }
   status.add("Rejected set points", rejected_set_points_);

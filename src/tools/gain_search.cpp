@@ -362,7 +362,7 @@ ControllerParameters dampedStart(const GainSearchTask& task, int orders, double 
 std::vector<GainSearchResult> searchGains(const GainSearchTask& noisy_task, const SearchProgress& progress) {
   const GainSearchTask task = withoutNoise(noisy_task);
   const std::vector<double> slowest = slowestAllowed(task);
-  const auto count = static_cast<std::size_t>(task.highest_orders - task.lowest_orders + 1);
+  const auto count = static_cast<std::size_t>(task.highest_orders - task.lowest_orders) + 1;
   WorkCounter work(
       count * (kPartsPerBisection * LinearSearch::kBisections + 2 * static_cast<std::size_t>(task.evaluations)),
       progress);

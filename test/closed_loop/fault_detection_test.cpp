@@ -31,12 +31,6 @@ SetPointProfile driving(const SetPoint& set_point) {
   return profile;
 }
 
-Faults sensor(SensorFaultKind kind, Side side = Side::left, double value = 0.0) {
-  Faults faults;
-  faults.sensors = {{kind, side, value, kFaultTime}};
-  return faults;
-}
-
 class EveryFault : public testing::TestWithParam<DetectionCase> {};
 
 TEST_P(EveryFault, IsFoundInTimeForWhatItIs) {
@@ -134,7 +128,7 @@ TEST(FrozenEncoder, DoesNotHinderTheRobotFromFollowingANewSetPoint) {
   profile.changes.push_back({kFaultTime + 0.5, {0.3, 0.0, 0.4}});
   profile.duration = 6.0;
   for (const char* controller : {"predictive", "improved"}) {
-    const auto samples = run(controller, "ground", profile, sensor(SensorFaultKind::encoder_freeze));
+    const auto samples = run(controller, "ground", profile, sensorFault(SensorFaultKind::encoder_freeze));
     EXPECT_NEAR(samples.back().velocity, 0.3, 0.02) << controller;
     EXPECT_NEAR(samples.back().yaw_rate, 0.4, 0.05) << controller;
   }

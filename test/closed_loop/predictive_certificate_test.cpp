@@ -29,7 +29,7 @@ class CaseGenerator {
 
   Case draw() {
     Case c;
-    std::tie(c.parameters.belief_rate, c.parameters.action_rate) = kRates[uniform(0.0, kRates.size())];
+    std::tie(c.parameters.belief_rate, c.parameters.action_rate) = oneOf(kRates);
     c.parameters.kappa_mu = uniform(0.2, 1.0);
     c.parameters.kappa_a = uniform(0.3, 1.0);
     c.parameters.reference_time = logarithmic(0.005, 0.2);
@@ -44,12 +44,16 @@ class CaseGenerator {
     c.robot.dead_time = 0.001 * std::round(1000.0 * c.model.dead_time * uniform(0.3, 6.0));
     c.robot.lag *= logarithmic(0.5, 2.0);
     c.robot.gain *= logarithmic(0.5, 4.0);
-    c.robot.sensor_rate = kSensorRates[uniform(0.0, kSensorRates.size())];
+    c.robot.sensor_rate = oneOf(kSensorRates);
     return c;
   }
 
  private:
   double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
+  template <class Choices>
+  typename Choices::value_type oneOf(const Choices& choices) {
+    return choices[static_cast<std::size_t>(uniform(0.0, static_cast<double>(choices.size())))];
+  }
   double logarithmic(double low, double high) { return std::exp(uniform(std::log(low), std::log(high))); }
 
   static constexpr std::array<std::pair<double, double>, 6> kRates{

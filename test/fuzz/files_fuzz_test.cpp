@@ -48,7 +48,7 @@ TEST(FilesFuzz, ControllerFilesAreReadOrRefused) {
     readOrRefuse(random.damaged(text), outcomes, [&](const std::string& input) {
       ParameterMap map;
       addYamlText(input, "file", map);
-      readNodeParameters(map, [&] { return urdf; });
+      readNodeParameters(map, [&]() -> std::string { return urdf; });
     });
     if (testing::Test::HasFailure()) return;
   }

@@ -112,7 +112,7 @@ class BadBag : public testing::Test {
     try {
       readDriveBag(path, {});
     } catch (const IdentificationError& error) {
-      const std::string message = error.what();
+      std::string message = error.what();
       EXPECT_EQ(message.find('\n'), std::string::npos) << message;
       EXPECT_NE(message.find(path), std::string::npos) << message;
       return message;

@@ -21,7 +21,7 @@ std::atomic<std::size_t> allocations{0};
 }
 
 #if JACKAL_AIC_COUNTS_ALLOCATIONS
-extern "C" void* __libc_malloc(std::size_t size);
+extern "C" void* __libc_malloc(std::size_t size);  // NOLINT(bugprone-reserved-identifier): glibc's name
 extern "C" void* malloc(std::size_t size) noexcept {
   ++allocations;
   return __libc_malloc(size);

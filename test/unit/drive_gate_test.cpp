@@ -116,7 +116,7 @@ class DriveGateTest : public testing::Test {
 
   GateDecision steps(const GateInputs& inputs, double duration) {
     GateDecision decision;
-    for (int i = static_cast<int>(duration / kPeriod + 0.5); i > 0; --i) decision = step(inputs);
+    for (auto i = std::lround(duration / kPeriod); i > 0; --i) decision = step(inputs);
     return decision;
   }
 

@@ -54,7 +54,7 @@ TEST_P(GeneralizationOfOrder, RecursionEqualsTheWindowedFormOf321) {
     const double value = std::sin(0.3 * k) + 0.1 * k;
     generalization.update(sample(k * h, value));
     window.push_back(value);
-    if (window.size() > static_cast<std::size_t>(p + 1)) window.pop_front();
+    if (window.size() > static_cast<std::size_t>(p) + 1) window.pop_front();
   }
   const Eigen::VectorXd samples = Eigen::VectorXd::NullaryExpr(p + 1, [&](Eigen::Index i) { return window[i]; });
   const Eigen::VectorXd windowed = backwardDifferenceMatrix(p, h) * samples;
