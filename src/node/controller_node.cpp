@@ -95,7 +95,7 @@ void ControllerNode::onObservation(Observation observation, const ros::Time& sta
                   ++rejected_measurements_);
     return;
   }
-  if (!seed_until_.isZero()) seedAnew(stamp);
+  if (measurements_.trustsBlindly(last_now_.toSec())) seedBelief();
   measurement_stamp_ = stamp;
   measurement_received_ = last_now_;
   SensorGeneralized message = structure_->measurement();
@@ -122,7 +122,6 @@ void ControllerNode::onActionTimer(const ros::TimerEvent& event) {
     const auto missed = static_cast<double>(schedule_.droppedPeriods() - dropped) * controller_.actionStep();
     ROS_WARN_THROTTLE(1.0, "Held up: %.2f s of action steps dropped", missed);
     measurements_.forgiveStall(now.toSec());
-    seed_until_ = now + ros::Duration(parameters_.plant_model ? parameters_.plant_model->dead_time : 0.0);
   }
 
   // Beliefs catch up; the command does so no faster than time went by since the last one, because the limits of its
@@ -206,10 +205,9 @@ void ControllerNode::startAnew() {
   controller_.setSetPoint(set_point_);
 }
 
-void ControllerNode::seedAnew(const ros::Time& stamp) {
+void ControllerNode::seedBelief() {
   controller_.restart();
   controller_.overrule(gate_.command());
-  if (stamp >= seed_until_) seed_until_ = {};
 }
 
 InputAges ControllerNode::ages(const ros::Time& now) const {
@@ -241,7 +239,7 @@ void ControllerNode::reset() {
   schedule_.stop();
   transforms_.clear();
   set_point_ = {};
-  set_point_received_ = measurement_stamp_ = measurement_received_ = seed_until_ = ros::Time();
+  set_point_received_ = measurement_stamp_ = measurement_received_ = ros::Time();
   action_ = {};
   clock_jumped_ = true;
 }

@@ -64,9 +64,8 @@ class ControllerNode {
   bool contended() const;
   std::string reason() const;
   void startAnew();
-  /// After a stall: belief from the measurement alone, as long as the wheels show what the motors did meanwhile, which
-  /// no model knows.
-  void seedAnew(const ros::Time& stamp);
+  /// Belief from the last measurement alone, while the wheels show what the motors did in a stall, which no model knows.
+  void seedBelief();
   void reportRefusal(const char* what, std::uint32_t count);
   void reportStatus(const GateDecision& decision);
   void publishState(const ros::Time& now, const WheelCommand& command);
@@ -93,7 +92,6 @@ class ControllerNode {
   ros::Time set_point_received_;    // zero before the first
   ros::Time measurement_stamp_;     // of the last observation the controller took; zero before the first
   ros::Time measurement_received_;  // when it was taken
-  ros::Time seed_until_;            // after a stall, until when each measurement seeds the belief; zero without
   bool clock_jumped_ = false;       // back, and the robot has not come to rest since
   bool ending_ = false;
   ros::Time last_now_;   // of the last callback, to notice a clock that jumps back

@@ -41,7 +41,7 @@ void MeasurementWatch::judge(Observation& observation, double now) {
   excludeImpossible(observation);
   if (imu_lost_) observation.valid.yaw_rate = observation.valid.acceleration = false;
   if (wheels_lost_) observation.valid.wheel_left = observation.valid.wheel_right = false;
-  if (monitor_ && now >= stalled_until_) {
+  if (monitor_ && !trustsBlindly(now)) {
     const char* before = monitor_->report().reason();
     observation.valid = observation.valid & monitor_->check(observation).valid();
     const char* reason = monitor_->report().reason();

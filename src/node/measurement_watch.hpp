@@ -52,6 +52,9 @@ class MeasurementWatch {
   /// themselves: forgets, and trusts every sample until the robot does what it is told again. @param now [s].
   void forgiveStall(double now);
 
+  /// True for as long as forgiveStall() has every sample trusted: what the motors do is not yet what they are told.
+  bool trustsBlindly(double now) const { return now < stalled_until_; }
+
  private:
   void noteSources(const StopCauses& causes);
   bool wheelsRepeat() const;  // both encoders at once: the source, on which its own deadline decides
@@ -73,7 +76,7 @@ class MeasurementWatch {
     int yaw_rate = 0, wheel_left = 0, wheel_right = 0;
   } excluded_;                  // samples in a row in which a channel did not count
   double last_sight_ = 0.0;     // time at which two of yaw rate and wheels counted [s]
-  double stalled_until_ = 0.0;  // no fault detection before [s]
+  double stalled_until_ = 0.0;  // end of the time after a stall [s]
   const char* loss_ = "";
   std::uint32_t detected_ = 0;
 };

@@ -137,6 +137,8 @@ TEST(MeasurementWatch, WhatTheMotorsDidDuringAStallIsNoFault) {
   EXPECT_TRUE(findsTheFault(watch, 1.0, 25));
   watch.forgiveStall(2.0);
   EXPECT_FALSE(findsTheFault(watch, 2.0, 15));
+  EXPECT_TRUE(watch.trustsBlindly(2.29));
+  EXPECT_FALSE(watch.trustsBlindly(2.31));
   EXPECT_TRUE(findsTheFault(watch, 2.3, 25)) << "blind for ever";
 }
 
