@@ -20,7 +20,7 @@ Eigen::MatrixXd precisions(const std::vector<double>& variances, const Controlle
 }
 
 /// E = D + I/tau, the Jacobian of eps_mu with respect to the belief.
-Eigen::MatrixXd stateErrorJacobian(int size, double tau) {
+Eigen::MatrixXd stateErrorJacobian(Eigen::Index size, double tau) {
   Eigen::MatrixXd e = Eigen::MatrixXd::Identity(size, size) / tau;
   e.diagonal(1).setOnes();
   return e;
@@ -56,7 +56,7 @@ StateSpaceModel stateSpaceModel(const ControllerParameters& parameters) {
                          std::to_string(kMaxOrders) + "]");
   }
   requirePositive("tau", parameters.tau);
-  const int n = parameters.orders + 1;
+  const Eigen::Index n = parameters.orders + 1;
   const double kappa_mu = parameters.kappa_mu;
   const Eigen::MatrixXd pi_mu = precisions(parameters.state_variances, parameters, "state_variances");
   const Eigen::MatrixXd pi_y = precisions(parameters.sensory_variances, parameters, "sensory_variances");

@@ -37,7 +37,7 @@ void readOrRefuse(const std::string& input, Outcomes& outcomes, Read read) {
 }
 
 TEST(FilesFuzz, ControllerFilesAreReadOrRefused) {
-  const std::string urdf = packageFile("sim/urdf/jackal.urdf");
+  std::string urdf = packageFile("sim/urdf/jackal.urdf");
   const std::string robot = packageFile("config/jackal.yaml"), plant_model = packageFile("config/plant_model.yaml");
   Random random(1);
   Outcomes outcomes;
@@ -48,7 +48,7 @@ TEST(FilesFuzz, ControllerFilesAreReadOrRefused) {
     readOrRefuse(random.damaged(text), outcomes, [&](const std::string& input) {
       ParameterMap map;
       addYamlText(input, "file", map);
-      readNodeParameters(map, [&]() -> std::string { return urdf; });
+      readNodeParameters(map, [&] { return urdf; });
     });
     if (testing::Test::HasFailure()) return;
   }
