@@ -107,7 +107,7 @@ TEST(LinearLoop, RefusesRatesWithoutACommonPeriod) {
   PlantModel plant;
   plant.sensor_rate = 49.7;
   try {
-    LinearLoop(ControllerParameters{}, {}, plant);
+    const LinearLoop loop(ControllerParameters{}, {}, plant);
     FAIL() << "accepted";
   } catch (const ParameterError& error) {
     EXPECT_NE(std::string(error.what()).find("plant_model.sensor_rate = 49.7 Hz"), std::string::npos) << error.what();

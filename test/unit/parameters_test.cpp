@@ -14,7 +14,7 @@ const std::string kConfig = std::string(JACKAL_AIC_SOURCE_DIR) + "/config/";
 ControllerParameters load(const std::string& yaml) {
   ParameterMap map;
   addYamlText(yaml, "test.yaml", map);
-  const auto controller = readParameters<ControllerParameters>(map, "controller");
+  auto controller = readParameters<ControllerParameters>(map, "controller");
   map.refuseUnknown();
   validate(controller, GeometryParameters{});
   return controller;
