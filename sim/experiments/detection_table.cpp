@@ -6,8 +6,8 @@
 #include <random>
 #include <sstream>
 
-#include "../csv.hpp"
 #include "campaign.hpp"
+#include "csv.hpp"
 #include "parallel.hpp"
 #include "progress_bar.hpp"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "../csv.hpp"
+#include "csv.hpp"
 
 namespace jackal_aic::sim {
 namespace {

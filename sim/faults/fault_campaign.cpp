@@ -10,6 +10,7 @@
 #include <algorithm>
 
 #include "node_process.hpp"
+#include "service_call.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -234,7 +235,7 @@ void FaultCampaign::intrude(double speed) {
 void FaultCampaign::blockMotor(const std::string& side, bool blocked) {
   std_srvs::SetBool request;
   request.request.data = blocked;
-  if (!ros::service::call(nodes_.plant + "/block_" + side, request)) breakDown("the plant cannot block a motor");
+  if (!callService(nodes_.plant + "/block_" + side, request)) breakDown("the plant cannot block a motor");
 }
 
 void FaultCampaign::startWorldAnew() {
@@ -275,10 +276,7 @@ bool FaultCampaign::restart() {
 
 void FaultCampaign::resetPlant() {
   std_srvs::Empty empty;
-  if (!ros::service::waitForService(nodes_.plant + "/reset", ros::Duration(-1)) ||
-      !ros::service::call(nodes_.plant + "/reset", empty)) {
-    breakDown("the plant cannot be reset");
-  }
+  if (!callService(nodes_.plant + "/reset", empty)) breakDown("the plant cannot be reset");
 }
 
 bool FaultCampaign::waitFor(const std::function<bool()>& condition) {

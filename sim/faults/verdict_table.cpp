@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "../csv.hpp"
+#include "csv.hpp"
 
 namespace jackal_aic::sim {
 namespace {

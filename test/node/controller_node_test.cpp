@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 
+#include "service_call.hpp"
 #include "simulated_robot.hpp"
 
 namespace jackal_aic::test {
@@ -37,8 +38,7 @@ class ControllerNodeTest : public testing::Test {
   static void connect(const std::string& name, const std::string& topic) {
     topic_tools::MuxSelect select;
     select.request.topic = topic;
-    ASSERT_TRUE(ros::service::waitForService(name + "/select", ros::Duration(-1)));
-    ASSERT_TRUE(ros::service::call(name + "/select", select)) << name << " to " << topic;
+    ASSERT_TRUE(sim::callService(name + "/select", select)) << name << " to " << topic;
   }
 
   /// Drives straight ahead until the speed is steady.
@@ -258,7 +258,7 @@ TEST_F(ControllerNodeTest, StartsAnewWhenTheClockJumpsBack) {
   robot.stopCommanding();
   const ros::Time before = ros::Time::now();
   std_srvs::Empty empty;
-  ASSERT_TRUE(ros::service::call("plant/reset", empty));
+  ASSERT_TRUE(sim::callService("plant/reset", empty));
   ASSERT_TRUE(robot.waitFor([&] { return ros::Time::now() < before; }, "the clock to jump back"));
   robot.clear();
   robot.run(0.5);

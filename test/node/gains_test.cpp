@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "service_call.hpp"
 #include "simulated_robot.hpp"
 
 namespace jackal_aic::test {
@@ -44,8 +45,7 @@ class GainsTest : public testing::Test {
       parameter.value = value;
       call.request.config.doubles.push_back(parameter);
     }
-    EXPECT_TRUE(ros::service::waitForService("/controller/controller/set_parameters", ros::Duration(30.0)));
-    EXPECT_TRUE(ros::service::call("/controller/controller/set_parameters", call));
+    EXPECT_TRUE(sim::callService("/controller/controller/set_parameters", call));
     Gains answer;
     for (const auto& parameter : call.response.config.doubles) answer[parameter.name] = parameter.value;
     return answer;

@@ -17,6 +17,8 @@
 #include <limits>
 #include <vector>
 
+#include "service_call.hpp"
+
 namespace {
 
 constexpr double kWheelRadius = 0.098;  // m
@@ -79,7 +81,7 @@ class PlantNodeTest : public testing::Test {
   void reset() {
     const std::size_t last = clocks_.size() - 1;
     std_srvs::Empty request;
-    ASSERT_TRUE(ros::service::call("/plant/reset", request));
+    ASSERT_TRUE(jackal_aic::sim::callService("/plant/reset", request));
     ASSERT_TRUE(waitFor([&] { return jumpedBack(last); })) << "the clock did not jump back";
     ASSERT_TRUE(waitFor([this] { return truths_.back().header.stamp.toSec() <= now() + 0.02; }));
     run(0.1);
@@ -190,14 +192,14 @@ TEST_F(PlantNodeTest, StopsWhenNoCommandComes) {
 TEST_F(PlantNodeTest, BlocksAMotorAndLetsItGo) {
   std_srvs::SetBool block;
   block.request.data = true;
-  ASSERT_TRUE(ros::service::call("/plant/block_left", block));
+  ASSERT_TRUE(jackal_aic::sim::callService("/plant/block_left", block));
   drive(5.0, 5.0);
   run(1.0);
   EXPECT_NEAR(joints_.back().velocity[0], 0.0, 0.2);
   EXPECT_GT(joints_.back().velocity[1], 4.0);
   EXPECT_GT(yawRate(), 0.3);
   block.request.data = false;
-  ASSERT_TRUE(ros::service::call("/plant/block_left", block));
+  ASSERT_TRUE(jackal_aic::sim::callService("/plant/block_left", block));
   drive(5.0, 5.0);  // again: the plant stops when no command comes for 2 s
   run(1.5);
   EXPECT_GT(joints_.back().velocity[0], 4.0);

@@ -10,6 +10,7 @@
 
 #include "jackal_aic/skid_steer_kinematics.hpp"
 #include "result_table.hpp"
+#include "service_call.hpp"
 #include "simulated_robot.hpp"
 
 namespace jackal_aic::test {
@@ -162,8 +163,7 @@ double request(const std::string& name, double value) {
   wanted.name = name;
   wanted.value = value;
   call.request.config.doubles.push_back(wanted);
-  EXPECT_TRUE(ros::service::waitForService("/controller/predictive/set_parameters", ros::Duration(-1)));
-  EXPECT_TRUE(ros::service::call("/controller/predictive/set_parameters", call));
+  EXPECT_TRUE(sim::callService("/controller/predictive/set_parameters", call));
   for (const auto& answer : call.response.config.doubles) {
     if (answer.name == name) return answer.value;
   }

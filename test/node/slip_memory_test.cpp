@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "controller_process.hpp"
+#include "service_call.hpp"
 #include "simulated_robot.hpp"
 
 namespace jackal_aic::test {
@@ -98,15 +99,14 @@ TEST_F(SlipMemory, StaysAsItIsWhileFrozen) {
   ASSERT_TRUE(robot.waitUntilReady());
   std_srvs::SetBool freeze;
   freeze.request.data = true;
-  ASSERT_TRUE(ros::service::waitForService("/frozen/freeze_slip", ros::Duration(-1)));
-  ASSERT_TRUE(ros::service::call("/frozen/freeze_slip", freeze) && freeze.response.success);
+  ASSERT_TRUE(sim::callService("/frozen/freeze_slip", freeze) && freeze.response.success);
   turn(robot, kTurn);
   EXPECT_EQ(robot.states().back().effective_track, kConfigured);
   EXPECT_TRUE(robot.states().back().slip_frozen);
   EXPECT_LT(robot.truth().yaw_rate.back(), 1.4 * kTurn);
   EXPECT_GT(robot.truth().yaw_rate.back(), 1.15 * kTurn) << "turns faster than it should, by the wrong track";
   freeze.request.data = false;
-  ASSERT_TRUE(ros::service::call("/frozen/freeze_slip", freeze));
+  ASSERT_TRUE(sim::callService("/frozen/freeze_slip", freeze));
   robot.run(3.0);
   EXPECT_NEAR(robot.states().back().effective_track, kTrue, kTolerance);
   EXPECT_FALSE(robot.states().back().slip_frozen);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "service_call.hpp"
 #include "simulated_robot.hpp"
 
 namespace jackal_aic::test {
@@ -29,8 +30,7 @@ class StepResponse : public testing::Test {
   Steps drive(SimulatedRobot& robot, const std::string& topic) {
     topic_tools::MuxSelect select;
     select.request.topic = topic;
-    EXPECT_TRUE(ros::service::waitForService("drive_mux/select", ros::Duration(-1)));
-    EXPECT_TRUE(ros::service::call("drive_mux/select", select)) << topic;
+    EXPECT_TRUE(sim::callService("drive_mux/select", select)) << topic;
     EXPECT_TRUE(robot.waitUntilReady());
     Steps steps;
     for (int i = 0; i < kSteps; ++i) {
