@@ -113,13 +113,14 @@ def draw_panel(axis, runs, panel, square):
     if diverges:
         axis.set_yscale('symlog', linthresh=1.0)
         axis.set_ylim(-ENDLESS, ENDLESS)
+        axis.set_yticks([-1e12, -1e8, -1e4, 0, 1e4, 1e8, 1e12])
     axis.set_title(panel['title'], fontsize=9)
     axis.set_xlabel('time [s]' if square else 'time after the step [s]')
     axis.set_ylabel(SIGNALS[names[0]][1])
     unstable = any(not run.stable for run in chosen)
     axis.set_xlim(*panel.get('window', (0.0, None) if square else (-REST if unstable else -0.1, 2.5)))
     if axis.get_legend_handles_labels()[0]:
-        axis.legend(fontsize=7, loc='lower right')
+        axis.legend(fontsize=7, loc='best')
     return diverges
 
 
