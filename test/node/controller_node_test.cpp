@@ -44,7 +44,10 @@ class ControllerNodeTest : public testing::Test {
   /// Drives straight ahead until the speed is steady.
   void cruise() {
     robot.command(kSpeed, 0.0);
-    const auto fast = [this] { return std::abs(robot.truth().forward.back() - kSpeed) < 0.05 * kSpeed; };
+    const auto fast = [this] {
+      const auto& speeds = robot.truth().forward;
+      return !speeds.empty() && std::abs(speeds.back() - kSpeed) < 0.05 * kSpeed;
+    };
     ASSERT_TRUE(robot.waitFor(fast, "the set point to be reached", 10.0));
     robot.run(1.5);
     ASSERT_NEAR(robot.truth().forward.back(), kSpeed, 0.05 * kSpeed);
