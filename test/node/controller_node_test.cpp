@@ -49,7 +49,7 @@ class ControllerNodeTest : public testing::Test {
       return !speeds.empty() && std::abs(speeds.back() - kSpeed) < 0.05 * kSpeed;
     };
     ASSERT_TRUE(robot.waitFor(fast, "the set point to be reached", 10.0));
-    robot.run(1.5);
+    robot.run(2.5);
     ASSERT_NEAR(robot.truth().forward.back(), kSpeed, 0.05 * kSpeed);
   }
 
