@@ -339,8 +339,8 @@ void PredictiveController::restart() {
   steady_time_ = 0.0;
   reference_left_.reset(observation_.wheel_left);
   reference_right_.reset(observation_.wheel_right);
-  left_.reset(observation_.wheel_left);
-  right_.reset(observation_.wheel_right);
+  left_.seed(observation_.wheel_left);
+  right_.seed(observation_.wheel_right);
   yaw_.reset(model_.on_box ? yawPerWheelSpeed() * (observation_.wheel_right - observation_.wheel_left)
                            : observation_.yaw_rate);
   forward_.reset(forwardSpeedOfWheels());
@@ -352,7 +352,10 @@ void PredictiveController::reset() {
   set_point_ = {};
   slip_ = slipBelief(parameters_, geometry_, model_);
   precisions_ = SensorPrecisions(sensorVariances(parameters_), parameters_.precision_memory);
-  for (WheelBelief* wheel : {&left_, &right_}) wheel->setMeasurementVariance(parameters_.wheel_variance);
+  for (WheelBelief* wheel : {&left_, &right_}) {
+    wheel->setMeasurementVariance(parameters_.wheel_variance);
+    wheel->reset(0.0);
+  }
   free_energy_ = 0.0;
   errors_.setZero();
   restart();

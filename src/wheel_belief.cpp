@@ -31,6 +31,10 @@ WheelBelief::WheelBelief(const PlantModel& model, double wheel_radius, const Whe
 
 void WheelBelief::reset(double speed) {
   commands_.fill(speed / model_.gain);
+  seed(speed);
+}
+
+void WheelBelief::seed(double speed) {
   x_ << speed, 0.0, 0.0;
   P_.setZero();
   P_(0, 0) = parameters_.measurement_variance;

@@ -103,7 +103,11 @@ class WheelBelief {
   /// Trusts the measurement with another variance Sigma_y from now on [(rad/s)^2].
   void setMeasurementVariance(double variance) { parameters_.measurement_variance = variance; }
 
-  /// At rest with nothing under way, the speed as measured [rad/s].
+  /// Believes the speed as measured [rad/s] and otherwise nothing; the commands of the last dead time are still under
+  /// way.
+  void seed(double speed);
+
+  /// As seed(), with a command under way that has been driving at this speed for long.
   void reset(double speed);
 
  private:

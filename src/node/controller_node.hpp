@@ -64,7 +64,7 @@ class ControllerNode {
   bool contended() const;
   std::string reason() const;
   void startAnew();
-  /// Belief from the last measurement alone, while the wheels show what the motors did in a stall, which no model knows.
+  /// Belief from the last measurement alone, while the wheels show what the motors did in a stall: no model knows it.
   void seedBelief();
   void reportRefusal(const char* what, std::uint32_t count);
   void reportStatus(const GateDecision& decision);

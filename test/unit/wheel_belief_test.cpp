@@ -116,6 +116,17 @@ TEST(WheelBelief, FreeEnergyOfTheMinimumIsThatOfTheInnovation) {
   EXPECT_NEAR(wheel.correct(0.2), 0.5 * 0.04 / variance, 1e-9);
 }
 
+TEST(WheelBelief, ASeedLeavesTheCommandsUnderWay) {
+  WheelBelief seeded(model(0.1, 0.02), kRadius, {});
+  for (int k = 0; k < 90; ++k) seeded.predict(5.0);
+  seeded.seed(3.0);
+  EXPECT_EQ(seeded.speed(), 3.0);
+  for (int k = 0; k < 100; ++k) seeded.predict(0.0);
+  EXPECT_NEAR(seeded.speed(), 5.0, 0.1);
+  for (int k = 0; k < 200; ++k) seeded.predict(0.0);
+  EXPECT_NEAR(seeded.speed(), 0.0, 0.1);
+}
+
 TEST(WheelBelief, ResetForgetsCommandsUnderWay) {
   WheelBelief wheel(model(0.1, 0.02), kRadius, {});
   for (int k = 0; k < 90; ++k) wheel.predict(5.0);
