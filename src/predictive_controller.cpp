@@ -154,6 +154,8 @@ SampleVerdict PredictiveController::observe(const Observation& observation) {
   observation_ = withBelieved(observation);
   observed_ = started_ = true;
   if (!first) return SampleVerdict::accepted;
+  left_.reset(observation_.wheel_left);
+  right_.reset(observation_.wheel_right);
   restart();
   return SampleVerdict::restarted;
 }
@@ -352,10 +354,7 @@ void PredictiveController::reset() {
   set_point_ = {};
   slip_ = slipBelief(parameters_, geometry_, model_);
   precisions_ = SensorPrecisions(sensorVariances(parameters_), parameters_.precision_memory);
-  for (WheelBelief* wheel : {&left_, &right_}) {
-    wheel->setMeasurementVariance(parameters_.wheel_variance);
-    wheel->reset(0.0);
-  }
+  for (WheelBelief* wheel : {&left_, &right_}) wheel->setMeasurementVariance(parameters_.wheel_variance);
   free_energy_ = 0.0;
   errors_.setZero();
   restart();
