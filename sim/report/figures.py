@@ -37,6 +37,7 @@ WORDS = {
 }
 
 RUNAWAY = 3.0  # m/s beyond which a velocity has diverged
+MANY = 6  # lines of a panel whose legend stands beside it
 ENDLESS = 1e12  # m/s where the axis of a diverging belief ends
 
 
@@ -119,7 +120,10 @@ def draw_panel(axis, runs, panel, square):
     axis.set_ylabel(SIGNALS[names[0]][1])
     unstable = any(not run.stable for run in chosen)
     axis.set_xlim(*panel.get('window', (0.0, None) if square else (-REST if unstable else -0.1, 2.5)))
-    if axis.get_legend_handles_labels()[0]:
+    lines = len(axis.get_legend_handles_labels()[0])
+    if lines > MANY:
+        axis.legend(fontsize=7, loc='center left', bbox_to_anchor=(1.0, 0.5), frameon=False)
+    elif lines:
         axis.legend(fontsize=7, loc='best')
     return diverges
 
