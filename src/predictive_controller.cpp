@@ -154,6 +154,7 @@ SampleVerdict PredictiveController::observe(const Observation& observation) {
   observation_ = withBelieved(observation);
   observed_ = started_ = true;
   if (!first) return SampleVerdict::accepted;
+  // What drove the robot so far is not known: it is taken for steady.
   left_.reset(observation_.wheel_left);
   right_.reset(observation_.wheel_right);
   restart();

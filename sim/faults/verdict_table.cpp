@@ -1,5 +1,6 @@
 #include "verdict_table.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <optional>
 #include <vector>
@@ -16,6 +17,12 @@ std::string number(double value) {
 }
 
 std::string number(const std::optional<double>& value) { return value ? number(*value) : ""; }
+
+/// A text as a CSV field on one line: whoever follows the file while it grows takes a line for a row.
+std::string lineField(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return csvField(text);
+}
 
 std::string joined(const std::vector<std::string>& texts, const char* separator) {
   std::string line;
@@ -61,8 +68,8 @@ std::string verdictLine(const Scenario& scenario, const Verdict& verdict) {
                  number(verdict.standstill), stops ? number(verdict.allowed_standstill) : std::string(),
                  number(verdict.command_step), number(verdict.acceleration_use), number(verdict.limit_use),
                  number(verdict.overspeed), number(verdict.yaw_overspeed), number(verdict.detected_after),
-                 csvField(verdict.told), verdict.passed() ? "passed" : "failed",
-                 csvField(joined(verdict.failures, "; ")), csvField(verdict.history)},
+                 lineField(verdict.told), verdict.passed() ? "passed" : "failed",
+                 lineField(joined(verdict.failures, "; ")), lineField(verdict.history)},
                 ",") +
          "\n";
 }

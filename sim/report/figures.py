@@ -114,7 +114,7 @@ def draw_panel(axis, runs, panel, square):
     if diverges:
         axis.set_yscale('symlog', linthresh=1.0)
         axis.set_ylim(-ENDLESS, ENDLESS)
-        axis.set_yticks([-1e12, -1e8, -1e4, 0, 1e4, 1e8, 1e12])
+        axis.set_yticks([-ENDLESS, -1e8, -1e4, 0, 1e4, 1e8, ENDLESS])
     axis.set_title(panel['title'], fontsize=9)
     axis.set_xlabel('time [s]' if square else 'time after the step [s]')
     axis.set_ylabel(SIGNALS[names[0]][1])

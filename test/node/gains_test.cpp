@@ -45,7 +45,7 @@ class GainsTest : public testing::Test {
       parameter.value = value;
       call.request.config.doubles.push_back(parameter);
     }
-    EXPECT_TRUE(sim::callService("/controller/controller/set_parameters", call));
+    EXPECT_TRUE(sim::callService("/controller/controller/set_parameters", call, ros::Duration(30.0)));
     Gains answer;
     for (const auto& parameter : call.response.config.doubles) answer[parameter.name] = parameter.value;
     return answer;

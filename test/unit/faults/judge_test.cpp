@@ -8,6 +8,8 @@
 #include <cmath>
 #include <limits>
 
+#include "verdict_table.hpp"
+
 namespace jackal_aic::sim {
 namespace {
 
@@ -191,6 +193,15 @@ TEST(Judge, ANewProcessStartsFromZero) {
     if (command.time > 2.2 && command.time < 2.3) command.speeds = {3.0, 3.0};
   }
   EXPECT_TRUE(mentions(judge(scenario, record, CampaignLimits{}), "old motion"));
+}
+
+TEST(VerdictTable, ARowIsOneLineWhateverWasTold) {
+  Verdict verdict;
+  verdict.told = "one\ntwo, \"three\"";
+  const std::string row = verdictLine(stopScenario(), verdict);
+  EXPECT_EQ(std::count(row.begin(), row.end(), '\n'), 1);
+  EXPECT_EQ(row.back(), '\n');
+  EXPECT_NE(row.find("\"one two, \"\"three\"\"\""), std::string::npos) << row;
 }
 
 TEST(Judge, FailsABreakdown) {
