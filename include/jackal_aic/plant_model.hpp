@@ -23,6 +23,7 @@ struct PlantModel {
   double effective_track = 0.0;         ///< true virtual width [m]; 0 stands for the controller's own
   bool on_box = false;                  ///< wheels in the air: the gyro sees no turn (thesis section 4-1)
   double sensor_rate = 50.0;            ///< of paired wheel and IMU samples [Hz]
+  bool identified = true;  ///< estimated from this robot; false: assumed of a robot that nobody has identified yet
 };
 
 /// Lists the fields of PlantModel with unit and range.
@@ -36,6 +37,7 @@ void describeFields(Visitor& v, PlantModel& p) {
   v.field("effective_track", p.effective_track, {0.0, 5.0}, "m", Presence::optional);
   v.field("on_box", p.on_box, Presence::optional);
   v.field("sensor_rate", p.sensor_rate, {1.0, 1000.0}, "Hz", Presence::optional);
+  v.field("identified", p.identified, Presence::optional);
 }
 
 }  // namespace jackal_aic
