@@ -54,6 +54,7 @@ struct JackalPlant::Implementation {
           delay(p.dead_time, kStep),
           left(motorParameters(p, model.wheels[kFrontLeft].radius), kStep),
           right(motorParameters(p, model.wheels[kFrontRight].radius), kStep),
+          encoder_filter(p.encoder_filter, kStep),
           sampling(p.sensor_rate),
           sensors(p) {}
 
@@ -61,8 +62,10 @@ struct JackalPlant::Implementation {
     CommandDelay delay;
     MotorLoop left;
     MotorLoop right;
+    EncoderFilter encoder_filter;
     Periodic sampling;
     SensorModel sensors;
+    SampleQueue samples;
     bool left_blocked = false;
     bool right_blocked = false;
     std::int64_t steps = 0;
@@ -104,12 +107,19 @@ struct JackalPlant::Implementation {
     Motion& m = *motion;
     const ChassisState chassis = m.world.chassis();
     updateTruth(chassis);
-    m.measurement.reset();
+    PlantTruth seen = m.truth;
+    seen.wheel_velocity = m.encoder_filter.update(m.truth.wheel_velocity);
     m.force_sum += specificForce(chassis);
     ++m.force_count;
-    if (!m.sampling.due(m.truth.time)) return;
-    const PlantMeasurement sample = m.sensors.sample(m.truth, sensorInput(chassis));
-    if (!m.sensors.losesSample()) m.measurement = sample;
+    if (m.sampling.due(m.truth.time)) takeSample(seen, chassis);
+    m.measurement = m.samples.receive(m.truth.time);
+  }
+
+  void takeSample(const PlantTruth& seen, const ChassisState& chassis) {
+    Motion& m = *motion;
+    const PlantMeasurement sample = m.sensors.sample(seen, sensorInput(chassis));
+    const double delay = m.sensors.drawDelay();
+    if (!m.sensors.losesSample()) m.samples.send(sample, seen.time + delay);
     m.force_sum.setZero();
     m.force_count = 0;
   }

@@ -41,7 +41,7 @@ struct PlantTruth {
 
 /// One sample of the robot's sensors, with noise.
 struct PlantMeasurement {
-  double stamp = 0.0;                    ///< time of the sample [s]
+  double stamp = 0.0;                    ///< time of the sample, plus its delay where `stamp_jitter` is set [s]
   std::array<double, 4> wheel_position;  ///< encoders [rad]
   std::array<double, 4> wheel_velocity;  ///< encoders [rad/s]
   std::array<double, 4> wheel_effort;    ///< torque the motors apply, from the physics engine [N m]
@@ -82,8 +82,8 @@ class JackalPlant {
   /// Simulated time [s].
   double time() const;
 
-  /// The sensor sample taken in the last step(), if one was due (rate `sensor_rate`) and was not lost. The first, of
-  /// time 0, is there right after construction and reset().
+  /// The sensor sample that came in the last step(), if one was due (rate `sensor_rate`) and was not lost; without
+  /// `stamp_jitter` it was taken in that step. The first, of time 0, is there right after construction and reset().
   const std::optional<PlantMeasurement>& measurement() const;
 
   /// True state after the last step().

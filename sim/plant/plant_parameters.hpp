@@ -36,9 +36,12 @@ struct PlantParameters {
   double measurement_loss = 0.0;      ///< share of the samples (encoders and IMU together) that get lost, at random
   double noise_scale = 1.0;           ///< factor on all noise below; 0 switches it off
   double encoder_noise = 0.03;        ///< standard deviation of the wheel speed [rad/s]
+  double encoder_step = 0.0;          ///< resolution of the measured wheel speed [rad/s]; 0: none
+  double encoder_filter = 0.0;        ///< time constant of the low-pass in the measured wheel speed [s]; 0: none
   double gyro_noise = 0.005;          ///< standard deviation of the angular velocity [rad/s]
   double accelerometer_noise = 0.05;  ///< standard deviation of the acceleration [m/s^2]
-  std::uint64_t seed = 1;             ///< of the noise and of the losses
+  double stamp_jitter = 0.0;          ///< longest time by which a sample comes, and is stamped, late, at random [s]
+  std::uint64_t seed = 1;             ///< of noise, losses and jitter
 };
 
 /// Lists the fields of PlantParameters with unit and range.
@@ -59,8 +62,11 @@ void describeFields(Visitor& v, PlantParameters& p) {
   v.field("measurement_loss", p.measurement_loss, {0.0, 1.0}, "", Presence::optional);
   v.field("noise_scale", p.noise_scale, {0.0, 1000.0}, "", Presence::optional);
   v.field("encoder_noise", p.encoder_noise, {0.0, 10.0}, "rad/s", Presence::optional);
+  v.field("encoder_step", p.encoder_step, {0.0, 10.0}, "rad/s", Presence::optional);
+  v.field("encoder_filter", p.encoder_filter, {0.0, 10.0}, "s", Presence::optional);
   v.field("gyro_noise", p.gyro_noise, {0.0, 10.0}, "rad/s", Presence::optional);
   v.field("accelerometer_noise", p.accelerometer_noise, {0.0, 100.0}, "m/s^2", Presence::optional);
+  v.field("stamp_jitter", p.stamp_jitter, {0.0, 1.0}, "s", Presence::optional);
   v.field("seed", p.seed, "", Presence::optional);
 }
 

@@ -527,6 +527,41 @@ TEST(Plant, SamplesAtTheSensorRateFromTimeZero) {
   }
 }
 
+TEST(Plant, JitterMakesSamplesComeLateAndInOrder) {
+  PlantParameters parameters = quiet();
+  parameters.stamp_jitter = 0.009;
+  JackalPlant plant = plantOf(parameters);
+  std::vector<double> stamps{plant.measurement()->stamp};
+  for (int n = 0; n < 1000; ++n) {
+    plant.step();
+    if (!plant.measurement()) continue;
+    EXPECT_EQ(plant.measurement()->stamp, plant.time());
+    stamps.push_back(plant.measurement()->stamp);
+  }
+  ASSERT_GE(stamps.size(), 50u);
+  double shortest = 1.0, longest = 0.0;
+  for (std::size_t k = 1; k < stamps.size(); ++k) {
+    const double late = stamps[k] - static_cast<double>(k) / parameters.sensor_rate;
+    EXPECT_GE(late, -1e-9);
+    EXPECT_LE(late, 0.0101);
+    shortest = std::min(shortest, stamps[k] - stamps[k - 1]);
+    longest = std::max(longest, stamps[k] - stamps[k - 1]);
+  }
+  EXPECT_LT(shortest, 0.015);
+  EXPECT_GT(longest, 0.025);
+}
+
+TEST(Plant, EncoderFilterLagsBehindTheWheel) {
+  PlantParameters parameters = onBox();
+  parameters.encoder_filter = 0.1;
+  JackalPlant plant = plantOf(parameters);
+  plant.command({5.0, 5.0});
+  run(plant, 0.2);
+  EXPECT_LT(plant.measurement()->wheel_velocity[kFrontLeft], 0.8 * plant.truth().wheel_velocity[kFrontLeft]);
+  run(plant, 2.0);
+  EXPECT_NEAR(plant.measurement()->wheel_velocity[kFrontLeft], 5.0, 1e-3);
+}
+
 TEST(Plant, IgnoresCommandsThatAreNotFinite) {
   PlantParameters parameters = onBox(direct());
   JackalPlant plant = plantOf(parameters);

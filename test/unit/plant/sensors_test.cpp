@@ -115,6 +115,76 @@ TEST(Sensors, LossesLeaveTheNoiseAsItIs) {
   }
 }
 
+TEST(Sensors, RoundTheNoisyWheelSpeedToWholeSteps) {
+  PlantParameters parameters;
+  parameters.encoder_step = 0.0606;
+  SensorModel sensors(parameters);
+  bool changes = false;
+  for (int n = 0; n < 100; ++n) {
+    const double steps = sensors.sample(truth(), input()).wheel_velocity[kFrontLeft] / 0.0606;
+    EXPECT_NEAR(steps, std::round(steps), 1e-9);
+    EXPECT_NEAR(steps, 3.0 / 0.0606, 3.0);
+    changes = changes || std::round(steps) != std::round(3.0 / 0.0606);
+  }
+  EXPECT_TRUE(changes);
+
+  parameters.encoder_noise = 0.003;
+  SensorModel quiet(parameters);
+  const double first = quiet.sample(truth(), input()).wheel_velocity[kFrontRight];
+  for (int n = 0; n < 100; ++n) EXPECT_EQ(quiet.sample(truth(), input()).wheel_velocity[kFrontRight], first);
+}
+
+TEST(Sensors, DelaysLieWithinTheJitterAndSpareTheFirstSample) {
+  PlantParameters parameters;
+  parameters.stamp_jitter = 0.008;
+  SensorModel sensors(parameters), same(parameters);
+  EXPECT_EQ(sensors.drawDelay(), 0.0);
+  same.drawDelay();
+  double sum = 0.0;
+  for (int n = 0; n < 2000; ++n) {
+    const double delay = sensors.drawDelay();
+    EXPECT_GE(delay, 0.0);
+    EXPECT_LE(delay, 0.008);
+    EXPECT_EQ(delay, same.drawDelay());
+    sum += delay;
+  }
+  EXPECT_NEAR(sum / 2000, 0.004, 0.0003);
+}
+
+TEST(EncoderFilter, FollowsWithItsTimeConstant) {
+  EncoderFilter filter(0.05, 0.001);
+  for (int n = 0; n < 50; ++n) filter.update({1.0, 2.0, 0.0, -1.0});
+  const std::array<double, 4> after = filter.update({1.0, 2.0, 0.0, -1.0});
+  const double reached = 1.0 - std::exp(-0.051 / 0.05);
+  EXPECT_NEAR(after[0], reached, 1e-12);
+  EXPECT_NEAR(after[1], 2.0 * reached, 1e-12);
+  EXPECT_NEAR(after[3], -reached, 1e-12);
+}
+
+TEST(EncoderFilter, LetsEverythingThroughWithoutTimeConstant) {
+  EncoderFilter filter(0.0, 0.001);
+  filter.update({1.0, 2.0, 0.1, -1.0});
+  const std::array<double, 4> speeds{0.3, -0.1, 1e-9, 7.7};
+  EXPECT_EQ(filter.update(speeds), speeds);
+}
+
+TEST(SampleQueue, DeliversInOrderWithTheTimeOfArrival) {
+  SampleQueue queue;
+  PlantMeasurement sample;
+  sample.wheel_velocity = {1.0, 1.0, 1.0, 1.0};
+  queue.send(sample, 0.0305);
+  sample.wheel_velocity = {2.0, 2.0, 2.0, 2.0};
+  queue.send(sample, 0.021);
+  EXPECT_FALSE(queue.receive(0.030).has_value());
+  const auto first = queue.receive(0.031), second = queue.receive(0.032);
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(first->stamp, 0.031);
+  EXPECT_EQ(first->wheel_velocity[0], 1.0);
+  EXPECT_EQ(second->stamp, 0.032);
+  EXPECT_EQ(second->wheel_velocity[0], 2.0);
+  EXPECT_FALSE(queue.receive(0.033).has_value());
+}
+
 TEST(Observation, MapsTheChannelsOfTheThesis) {
   PlantParameters parameters;
   parameters.noise_scale = 0.0;
