@@ -1,11 +1,12 @@
 #include "jackal_aic/parameter_map.hpp"
 
-#include <cctype>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
 #include <sstream>
+
+#include "jackal_aic/text.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -56,20 +57,6 @@ bool parseNumber(const std::string& text, double& value) {
   char* end = nullptr;
   value = std::strtod(text.c_str(), &end);
   return *end == '\0';
-}
-
-/// A text with spaces for its control characters, which a quoted key or value may bring along: an error is one line.
-std::string onOneLine(std::string text) {
-  for (char& c : text) {
-    if (std::iscntrl(static_cast<unsigned char>(c)) != 0) c = ' ';
-  }
-  return text;
-}
-
-/// A text in quotes, cut off where it is longer than anybody reads.
-std::string quoted(const std::string& text) {
-  constexpr std::size_t kLongest = 80;
-  return "'" + onOneLine(text.size() > kLongest ? text.substr(0, kLongest) + "..." : text) + "'";
 }
 
 const double* asNumber(const ParameterValue& value, double& storage) {

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "jackal_aic/parameter_map.hpp"
+#include "jackal_aic/text.hpp"
 #include "jackal_aic/urdf_geometry.hpp"
 #include "jackal_plant.hpp"
 #include "urdf_document.hpp"
@@ -42,25 +43,37 @@ RigidBody lump(const urdf::Link& link, const Eigen::Isometry3d& pose) {
   return body;
 }
 
+// Beyond what any robot on wheels has; the rigid-body solver keeps its precision within them.
+constexpr double kLargestMass = 1e4;       // kg
+constexpr double kLargestInertia = 1e5;    // kg m^2
+constexpr double kFarthestCentre = 100.0;  // m
+
+/// Refuses a mass, an inertia or a length outside (0, largest].
+void checkQuantity(const char* what, const std::string& name, double value, double largest, const char* unit) {
+  if (value > 0.0 && value <= largest) return;
+  std::ostringstream line;
+  line << "URDF: " << what << " of " << name << " = " << value << ": must be in (0, " << largest << "] " << unit;
+  throw ParameterError(line.str());
+}
+
 void checkPhysical(const RigidBody& body, const std::string& name) {
-  if (!(body.mass > 0.0) || !std::isfinite(body.mass)) {
-    std::ostringstream line;
-    line << "URDF: mass of " << name << " = " << body.mass << ": must be positive [kg]";
-    throw ParameterError(line.str());
+  checkQuantity("mass", name, body.mass, kLargestMass, "kg");
+  if (!(body.centre.cwiseAbs().maxCoeff() <= kFarthestCentre)) {
+    throw ParameterError("URDF: centre of mass of " + name + " is more than 100 m away");
   }
-  const bool finite = body.centre.allFinite() && body.inertia.allFinite();
-  if (!finite || !(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(body.inertia).eigenvalues().minCoeff() > 0.0)) {
-    throw ParameterError("URDF: inertia of " + name + " is not positive definite");
-  }
+  if (!body.inertia.allFinite()) throw ParameterError("URDF: inertia of " + name + " is not finite");
+  const Eigen::Vector3d principal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(body.inertia).eigenvalues();
+  checkQuantity("smallest principal inertia", name, principal.minCoeff(), kLargestInertia, "kg m^2");
+  checkQuantity("largest principal inertia", name, principal.maxCoeff(), kLargestInertia, "kg m^2");
 }
 
 /// Pose of a link of the chassis in the root link.
 Eigen::Isometry3d chassisLinkPose(const urdf::ModelInterface& model, const std::string& name) {
   const urdf::LinkConstSharedPtr link = model.getLink(name);
-  if (!link) throw ParameterError("URDF: no link '" + name + "'");
+  if (!link) throw ParameterError("URDF: no link " + quoted(name));
   for (urdf::JointConstSharedPtr j = link->parent_joint; j; j = model.getLink(j->parent_link_name)->parent_joint) {
     if (isWheelJoint(j->name))
-      throw ParameterError("URDF: link '" + name + "' hangs on the wheel joint '" + j->name + "'");
+      throw ParameterError("URDF: link " + quoted(name) + " hangs on the wheel joint " + quoted(j->name));
   }
   return link->parent_joint ? poseInRoot(model, *link->parent_joint) : Eigen::Isometry3d::Identity();
 }
@@ -71,11 +84,12 @@ WheelModel wheelOf(const urdf::ModelInterface& model, const std::string& name, c
   const bool turns = joint.type == urdf::Joint::CONTINUOUS || joint.type == urdf::Joint::REVOLUTE;
   const Eigen::Vector3d axis = pose.linear() * Eigen::Vector3d(joint.axis.x, joint.axis.y, joint.axis.z);
   if (!turns || !axis.isApprox(Eigen::Vector3d::UnitY(), 1e-6)) {
-    throw ParameterError("URDF: joint '" + name + "' must turn about +y of " + kBaseLink + " (positive is forward)");
+    throw ParameterError("URDF: joint " + quoted(name) + " must turn about +y of " + kBaseLink +
+                         " (positive is forward)");
   }
   const urdf::LinkConstSharedPtr link = model.getLink(joint.child_link_name);
   WheelModel wheel{lump(*link, pose), pose.translation(), wheelRadius(model, joint)};
-  checkPhysical(wheel.body, "wheel '" + link->name + "'");
+  checkPhysical(wheel.body, "wheel " + quoted(link->name));
   return wheel;
 }
 

@@ -10,9 +10,49 @@
 #include <sstream>
 
 #include "jackal_aic/parameter_map.hpp"
+#include "jackal_aic/text.hpp"
 
 namespace jackal_aic {
 namespace {
+
+// Bounds far beyond any robot, within which the parser and what climbs the tree of links need little stack and time.
+constexpr std::size_t kLargestText = std::size_t{16} << 20;  // bytes
+constexpr std::size_t kMostLinks = 1000;
+constexpr int kDeepestElement = 1000;
+
+/// How deep the elements of a text are nested at most. Comments count as text, as they may hold elements only in pairs.
+int elementDepth(const std::string& xml) {
+  int depth = 0, deepest = 0;
+  for (std::size_t i = 0; i + 1 < xml.size(); ++i) {
+    const char next = xml[i + 1];
+    if (xml[i] == '<' && next != '/' && next != '!' && next != '?') deepest = std::max(deepest, ++depth);
+    if ((xml[i] == '<' && next == '/') || (xml[i] == '/' && next == '>')) --depth;
+  }
+  return deepest;
+}
+
+/// Refuses before parsing what the parser, which is recursive, would not survive.
+void checkSize(const std::string& xml) {
+  if (xml.size() > kLargestText) throw ParameterError("URDF: more than 16 MiB of text");
+  if (elementDepth(xml) > kDeepestElement) throw ParameterError("URDF: elements nested more than 1000 deep");
+  std::size_t links = 0;
+  for (std::size_t at = 0; (at = xml.find("<link", at)) != std::string::npos; ++at) ++links;
+  if (links > kMostLinks) throw ParameterError("URDF: more than 1000 links");
+}
+
+/// Refuses links that hang on each other: the parser takes them, and no climb from them ends.
+void checkTree(const urdf::ModelInterface& model) {
+  for (const auto& [name, link] : model.links_) {
+    urdf::LinkConstSharedPtr above = link;
+    for (std::size_t steps = 0; above && above->parent_joint; ++steps) {
+      if (steps > model.links_.size()) {
+        throw ParameterError("URDF: link " + quoted(name) + " does not hang on the root link " +
+                             quoted(model.getRoot()->name));
+      }
+      above = model.getLink(above->parent_joint->parent_link_name);
+    }
+  }
+}
 
 /// Keeps the parser's first complaint instead of letting it print: it belongs into the one line of the exception.
 class FirstComplaint : public console_bridge::OutputHandler {
@@ -37,9 +77,8 @@ class FirstComplaint : public console_bridge::OutputHandler {
   }
 
   std::string line() const {
-    std::string line = text_.empty() ? "not valid XML" : text_;
-    std::replace(line.begin(), line.end(), '\n', ' ');
-    return line;
+    constexpr std::size_t kLongest = 300;
+    return text_.empty() ? "not valid XML" : onOneLine(text_.substr(0, kLongest));
   }
 
  private:
@@ -56,6 +95,7 @@ double radiusOf(const urdf::GeometrySharedPtr& geometry) {
 }  // namespace
 
 urdf::ModelInterfaceSharedPtr parseUrdf(const std::string& urdf_xml) {
+  checkSize(urdf_xml);
   // The output handler is one per process.
   static std::mutex mutex;
   const std::lock_guard<std::mutex> lock(mutex);
@@ -64,15 +104,16 @@ urdf::ModelInterfaceSharedPtr parseUrdf(const std::string& urdf_xml) {
   try {
     model = urdf::parseURDF(urdf_xml);
   } catch (const std::exception& error) {
-    throw ParameterError(std::string("URDF: cannot be parsed: ") + error.what());
+    throw ParameterError(std::string("URDF: cannot be parsed: ") + onOneLine(error.what()));
   }
   if (!model || !model->getRoot()) throw ParameterError("URDF: cannot be parsed: " + complaint.line());
+  checkTree(*model);
   return model;
 }
 
 const urdf::Joint& requiredJoint(const urdf::ModelInterface& model, const std::string& name) {
   const urdf::JointConstSharedPtr joint = model.getJoint(name);
-  if (!joint) throw ParameterError("URDF: no joint '" + name + "'");
+  if (!joint) throw ParameterError("URDF: no joint " + quoted(name));
   return *joint;
 }
 
@@ -95,7 +136,7 @@ double wheelRadius(const urdf::ModelInterface& model, const urdf::Joint& joint) 
   double radius = link->collision ? radiusOf(link->collision->geometry) : 0.0;
   if (radius == 0.0 && link->visual) radius = radiusOf(link->visual->geometry);
   if (!(radius > 0.0) || !std::isfinite(radius)) {
-    throw ParameterError("URDF: link '" + link->name + "' has no cylinder or sphere with a positive radius");
+    throw ParameterError("URDF: link " + quoted(link->name) + " has no cylinder or sphere with a positive radius");
   }
   return radius;
 }

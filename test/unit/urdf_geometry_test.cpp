@@ -57,6 +57,45 @@ TEST(UrdfGeometry, RefusesTextThatIsNoUrdf) {
   EXPECT_EQ(complaint("<robot").find('\n'), std::string::npos);
 }
 
+/// A link and a joint above it.
+std::string linkBelow(const std::string& parent, const std::string& name) {
+  return "<link name='" + name + "'/><joint name='above_" + name + "' type='fixed'><parent link='" + parent +
+         "'/><child link='" + name + "'/></joint>";
+}
+
+TEST(UrdfGeometry, RefusesLinksThatHangOnEachOther) {
+  const std::string right = wheel("right", "0 -0.2 0", kCylinder);
+  // The left wheel hangs on a link that hangs on the wheel.
+  std::string circle = wheel("left", "0 0.2 0", kCylinder) + linkBelow("left_link", "loop");
+  circle.replace(circle.find("parent link='base'"), 18, "parent link='loop'");
+  EXPECT_EQ(complaint(robot(circle + right)), "URDF: link 'left_link' does not hang on the root link 'base'");
+  std::string itself = wheel("left", "0 0.2 0", kCylinder);
+  itself.replace(itself.find("parent link='base'"), 18, "parent link='left_link'");
+  EXPECT_EQ(complaint(robot(itself + right)), "URDF: link 'left_link' does not hang on the root link 'base'");
+}
+
+TEST(UrdfGeometry, RefusesATextBeyondTheSizeOfARobot) {
+  std::string chain;
+  for (int i = 0; i < 20000; ++i) {
+    chain += linkBelow(i == 0 ? std::string("base") : "l" + std::to_string(i - 1), "l" + std::to_string(i));
+  }
+  EXPECT_EQ(complaint(robot(chain)), "URDF: more than 1000 links");
+  EXPECT_EQ(complaint(robot("<!--" + std::string(16 << 20, '-') + ">")), "URDF: more than 16 MiB of text");
+  std::string nested;
+  for (int i = 0; i < 20000; ++i) nested += "<a>";
+  EXPECT_EQ(complaint(robot(nested)).find("URDF: "), 0u);
+}
+
+TEST(UrdfGeometry, QuotesNamesOfTheFileOnOneLine) {
+  const std::string name = "&#10;FATAL forged &#27;[31m" + std::string(500, 'x');
+  std::string left = wheel("left", "0 0.2 0", "<box size='1 1 1'/>");
+  for (std::size_t at; (at = left.find("left_link")) != std::string::npos;) left.replace(at, 9, name);
+  const std::string line = complaint(robot(left));
+  EXPECT_NE(line.find("has no cylinder or sphere"), std::string::npos) << line;
+  EXPECT_EQ(line.find_first_of("\n\x1b"), std::string::npos) << line;
+  EXPECT_LT(line.size(), 200u) << line;
+}
+
 TEST(UrdfGeometry, TextOfTheFileIsNoPrintfFormat) {
   const std::string text = complaint(robot(wheel("left", "0 %n%s%s%s%s%s%s 0", kCylinder)));
   EXPECT_NE(text.find("with a '%' in it"), std::string::npos) << text;

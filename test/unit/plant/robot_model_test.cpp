@@ -75,9 +75,9 @@ TEST(RobotModel, RefusesWhatCannotDrive) {
   EXPECT_EQ(complaint(jackalUrdfWith("joint name=\"rear_left_wheel\"", "joint name=\"rl\"")),
             "URDF: no joint 'rear_left_wheel'");
   EXPECT_EQ(complaint(jackalUrdfWith("<mass value=\"0.477\"/>", "<mass value=\"0\"/>")),
-            "URDF: mass of wheel 'front_left_wheel_link' = 0: must be positive [kg]");
+            "URDF: mass of wheel 'front_left_wheel_link' = 0: must be in (0, 10000] kg");
   EXPECT_EQ(complaint(jackalUrdfWith("ixx=\"0.3136\"", "ixx=\"-0.3136\"")),
-            "URDF: inertia of the chassis is not positive definite");
+            "URDF: smallest principal inertia of the chassis = -0.313954: must be in (0, 100000] kg m^2");
   EXPECT_EQ(complaint(jackalUrdfWith("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 -1 0\"/>")),
             "URDF: joint 'front_left_wheel' must turn about +y of base_link (positive is forward)");
   EXPECT_EQ(complaint(jackalUrdfWith("type=\"continuous\"", "type=\"fixed\"")),
@@ -85,12 +85,21 @@ TEST(RobotModel, RefusesWhatCannotDrive) {
   EXPECT_EQ(complaint("<robot name='r'><link name='base_link'/></robot>"), "URDF: no link 'imu_link'");
 }
 
+TEST(RobotModel, RefusesNumbersBeyondAnyRobot) {
+  EXPECT_EQ(complaint(jackalUrdfWith("<mass value=\"16.523\"/>", "<mass value=\"1e300\"/>")),
+            "URDF: mass of the chassis = 1e+300: must be in (0, 10000] kg");
+  EXPECT_EQ(complaint(jackalUrdfWith("ixx=\"0.3136\"", "ixx=\"1e300\"")),
+            "URDF: largest principal inertia of the chassis = 1e+300: must be in (0, 100000] kg m^2");
+  EXPECT_EQ(complaint(jackalUrdfWith("xyz=\"0.012 0.002 0.067\"", "xyz=\"0.012 1e300 0.067\"")),
+            "URDF: centre of mass of the chassis is more than 100 m away");
+}
+
 TEST(RobotModel, RefusesAWheelWithoutInertia) {
   std::string urdf = jackalUrdf();
   const auto wheel = urdf.find("front_left_wheel_link");
   const auto begin = urdf.find("<inertial>", wheel);
   urdf.erase(begin, urdf.find("</inertial>", begin) + std::string("</inertial>").size() - begin);
-  EXPECT_EQ(complaint(urdf), "URDF: mass of wheel 'front_left_wheel_link' = 0: must be positive [kg]");
+  EXPECT_EQ(complaint(urdf), "URDF: mass of wheel 'front_left_wheel_link' = 0: must be in (0, 10000] kg");
 }
 
 }  // namespace
