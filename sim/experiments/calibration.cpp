@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <nlopt.hpp>
 #include <regex>
 
+#include "jackal_aic/yaml_text.hpp"
 #include "parallel.hpp"
 
 namespace jackal_aic::sim {
@@ -15,15 +15,11 @@ namespace {
 
 constexpr double kDeadTimeSpread = 0.002;  // s
 
-std::string shortest(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
-}
+std::string written(double value) { return yamlNumber(value, 3); }
 
 double rounded(double value, double resolution) {
   if (resolution > 0.0) value = resolution * std::round(value / resolution);
-  return std::strtod(shortest(value).c_str(), nullptr);
+  return std::strtod(written(value).c_str(), nullptr);
 }
 
 std::vector<ThesisStep> readRows(const PackageFiles& files, const std::vector<std::string>& tables) {
@@ -203,7 +199,7 @@ std::string withFittedValues(std::string yaml, const CalibrationTask& task, cons
     const std::regex line("(\\n +" + std::string(parameter.name) + ": )([^ \\n]+ *)");
     std::smatch match;
     if (!std::regex_search(yaml, match, line)) throw ParameterError(task.file + ": has no key " + parameter.name);
-    std::string value = shortest(plant.*parameter.member);
+    std::string value = written(plant.*parameter.member);
     value.resize(std::max(value.size() + 1, static_cast<std::size_t>(match.length(2))), ' ');
     yaml = match.prefix().str() + match.str(1) + value + match.suffix().str();
   }

@@ -26,7 +26,9 @@ ParameterValue listOf(XmlRpcValue& list, const std::string& key) {
   const auto size = static_cast<std::size_t>(list.size());
   if (numbers.size() == size) return numbers;
   if (words.size() == size) return words;
-  throw ParameterError(key + ": expected a flat list of numbers or of words");
+  if (numbers.size() + words.size() < size) throw ParameterError(key + ": expected a flat list of numbers or of words");
+  throw ParameterError(key + ": expected a flat list of numbers or of words; '" + words.front() +
+                       "' is a word for YAML 1.1, which takes 1.0e+8, but not 1e8, for a number");
 }
 
 void addValue(XmlRpcValue& value, const std::string& key, ParameterMap& map) {

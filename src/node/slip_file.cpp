@@ -7,17 +7,16 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <sstream>
 #include <utility>
 
 #include "jackal_aic/parameter_map.hpp"
 #include "jackal_aic/yaml_parameters.hpp"
+#include "jackal_aic/yaml_text.hpp"
 
 namespace jackal_aic {
 namespace {
 
-constexpr int kDigits = 9;                                    // of a written number
-constexpr double kRange = SlipBelief::kRange * (1.0 + 1e-6);  // a written bound is read again in spite of its rounding
+constexpr double kRange = SlipBelief::kRange * (1.0 + 1e-6);  // a bound is read again in spite of its rounding
 
 /// Slip while it is read, with the ranges in which the belief stays.
 struct BoundedSlip {
@@ -38,13 +37,8 @@ void describeFields(Visitor& v, BoundedSlip& p) {
 }
 
 std::string yamlText(const SlipState& slip) {
-  std::ostringstream text;
-  text.precision(kDigits);
-  text << "# Slip as the predictive controller learned it; read at its start, rewritten while it runs.\n"
-       << "slip:\n"
-       << "  effective_track: " << slip.effective_track << "  # m, b_hat\n"
-       << "  alpha: " << slip.alpha << "\n";
-  return text.str();
+  return "# Slip as the predictive controller learned it; read at its start, rewritten while it runs.\n" +
+         yamlBlock("slip", BoundedSlip{slip, slip});
 }
 
 /// Writes a file and waits until it is on the disk.

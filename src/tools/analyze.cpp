@@ -3,11 +3,11 @@
 #include <boost/program_options.hpp>
 #include <cmath>
 #include <ostream>
-#include <sstream>
 #include <utility>
 
 #include "jackal_aic/closed_loop_certificate.hpp"
 #include "jackal_aic/predictive_certificate.hpp"
+#include "jackal_aic/yaml_text.hpp"
 #include "tool_files.hpp"
 
 namespace jackal_aic {
@@ -18,13 +18,7 @@ namespace po = boost::program_options;
 /// Keys and finished values, printed as YAML or as JSON.
 using Fields = std::vector<std::pair<std::string, std::string>>;
 
-std::string number(double value) {
-  if (!std::isfinite(value)) return "null";
-  std::ostringstream out;
-  out.precision(6);
-  out << value;
-  return out.str();
-}
+std::string number(double value) { return std::isfinite(value) ? yamlNumber(value, 6) : "null"; }
 
 std::string boolean(bool value) { return value ? "true" : "false"; }
 

@@ -2,6 +2,8 @@
 
 #include <cstdio>
 
+#include "jackal_aic/yaml_text.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -52,12 +54,15 @@ std::string plantModelYaml(const Identification& result, const std::string& sour
   requireKnown("gain", result.gain);
   const Estimate& limit = result.acceleration_limit;
   std::string text = "# Identified from " + source + "; +- is the 95 % confidence interval.\nplant_model:\n";
-  text += format("  dead_time: %.4f           # s, +- %.4f\n", result.dead_time.value, result.dead_time.half_width);
-  text += format("  lag: %.4f                 # s, +- %.4f\n", result.lag.value, result.lag.half_width);
-  text += format("  gain: %.4f                # +- %.4f\n", result.gain.value, result.gain.half_width);
-  text += format("  acceleration_limit: %.3f  # m/s^2, ", limit.value) +
-          (limit.known() ? format("+- %.3f\n", limit.half_width) : limit.unknown + "\n");
-  text += format("  effective_track: %.4f     # m", effectiveTrack(result));
+  const auto line = [&](const char* name, double value, const std::string& comment) {
+    text += format("  %-26s # ", (std::string(name) + ": " + yamlNumber(value, 4)).c_str()) + comment;
+  };
+  line("dead_time", result.dead_time.value, format("s, +- %.4f\n", result.dead_time.half_width));
+  line("lag", result.lag.value, format("s, +- %.4f\n", result.lag.half_width));
+  line("gain", result.gain.value, format("+- %.4f\n", result.gain.half_width));
+  line("acceleration_limit", limit.value,
+       "m/s^2, " + (limit.known() ? format("+- %.3f\n", limit.half_width) : limit.unknown + "\n"));
+  line("effective_track", effectiveTrack(result), "m");
   const auto side = [&](const char* name, const Estimate& track) {
     return track.known() ? format(", %s %.4f +- %.4f", name, track.value, track.half_width)
                          : std::string(", ") + name + " unknown: " + track.unknown;

@@ -10,6 +10,7 @@
 #include <regex>
 #include <sstream>
 
+#include "jackal_aic/yaml_text.hpp"
 #include "package_files.hpp"
 #include "progress_bar.hpp"
 
@@ -17,12 +18,6 @@ namespace jackal_aic {
 namespace {
 
 namespace po = boost::program_options;
-
-std::string listText(const std::vector<double>& values) {
-  std::ostringstream out;
-  for (std::size_t i = 0; i < values.size(); ++i) out << (i == 0 ? "[" : ", ") << values[i];
-  return out.str() + "]";
-}
 
 std::string fixed(double value, int digits) {
   std::ostringstream out;
@@ -132,19 +127,7 @@ void write(const std::string& path, const std::string& text) {
 }  // namespace
 
 std::string presetText(const ControllerParameters& controller, const std::string& comment) {
-  std::ostringstream out;
-  out << "# " << comment << "\n"
-      << "controller:\n"
-      << "  belief_rate: " << controller.belief_rate << "\n"
-      << "  action_rate: " << controller.action_rate << "\n"
-      << "  integrator: " << kIntegratorNames[static_cast<std::size_t>(controller.integrator)] << "\n"
-      << "  orders: " << controller.orders << "\n"
-      << "  tau: " << controller.tau << "\n"
-      << "  kappa_mu: " << controller.kappa_mu << "\n"
-      << "  kappa_a: " << controller.kappa_a << "\n"
-      << "  state_variances: " << listText(controller.state_variances) << "\n"
-      << "  sensory_variances: " << listText(controller.sensory_variances) << "\n";
-  return out.str();
+  return "# " + comment + "\n" + yamlBlock("controller", controller);
 }
 
 std::pair<int, int> parseOrders(const std::string& text) {
