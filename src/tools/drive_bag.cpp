@@ -5,8 +5,19 @@
 #include <rosbag/view.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <new>
+#include <type_traits>
 
 #include "conversions.hpp"
+#include "jackal_aic/text.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -58,17 +69,132 @@ DriveRecording readOpenBag(const rosbag::Bag& bag, const std::string& path, cons
   return recording;
 }
 
+/// One line of what the bag library says, cut where it quotes the damaged file at length.
+std::string oneLine(const char* reason) {
+  constexpr std::size_t kLongest = 200;
+  std::string line = onOneLine(std::string(reason).substr(0, kLongest));
+  while (!line.empty() && line.back() == ' ') line.pop_back();
+  return line;
+}
+
+DriveRecording readBag(const std::string& path, const BagTopics& topics) {
+  try {
+    const rosbag::Bag bag(path, rosbag::bagmode::Read);
+    return readOpenBag(bag, path, topics);
+  } catch (const IdentificationError&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw IdentificationError(path + ": cannot be read as a bag: a length in it is beyond all memory");
+  } catch (const std::exception& error) {
+    throw IdentificationError(path + ": cannot be read as a bag: " + oneLine(error.what()));
+  }
+}
+
+/// One end of a pipe.
+class PipeEnd {
+ public:
+  explicit PipeEnd(int descriptor) : descriptor_(descriptor) {}
+  ~PipeEnd() { close(descriptor_); }
+  PipeEnd(const PipeEnd&) = delete;
+  PipeEnd& operator=(const PipeEnd&) = delete;
+
+  /// Writes all bytes; false if the other end is gone.
+  bool put(const void* data, std::size_t size) const {
+    const char* next = static_cast<const char*>(data);
+    while (size > 0) {
+      const ssize_t written = write(descriptor_, next, size);
+      if (written < 0 && errno != EINTR) return false;
+      if (written > 0) next += written, size -= static_cast<std::size_t>(written);
+    }
+    return true;
+  }
+
+  /// Reads so many bytes; false if the other end stops before.
+  bool get(void* data, std::size_t size) const {
+    char* next = static_cast<char*>(data);
+    while (size > 0) {
+      const ssize_t got = read(descriptor_, next, size);
+      if (got == 0 || (got < 0 && errno != EINTR)) return false;
+      if (got > 0) next += got, size -= static_cast<std::size_t>(got);
+    }
+    return true;
+  }
+
+  /// A text or a list of plain structs with its length before it.
+  template <class List>
+  bool putList(const List& list) const {
+    static_assert(std::is_trivially_copyable_v<typename List::value_type>);
+    const std::size_t size = list.size();
+    return put(&size, sizeof size) && put(list.data(), size * sizeof(typename List::value_type));
+  }
+  template <class List>
+  bool getList(List& list) const {
+    std::size_t size = 0;
+    if (!get(&size, sizeof size)) return false;
+    list.resize(size);
+    return get(list.data(), size * sizeof(typename List::value_type));
+  }
+
+ private:
+  int descriptor_;
+};
+
+/// Bounds the memory of a process that reads a file: a corrupt length then is a failed allocation, not a busy machine.
+void boundMemory(const std::string& path) {
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // whose shadow memory is far beyond any bound
+  struct stat file {};
+  const rlim_t size = stat(path.c_str(), &file) == 0 ? static_cast<rlim_t>(file.st_size) : 0;
+  const rlim_t bound = (rlim_t{2} << 30) + 4 * size;
+  const rlimit limit{bound, bound};
+  setrlimit(RLIMIT_AS, &limit);
+#else
+  static_cast<void>(path);
+#endif
+}
+
+/// What the child does: the recording, or the reason why there is none, goes into the pipe.
+void sendBag(const std::string& path, const BagTopics& topics, const PipeEnd& pipe) {
+  boundMemory(path);
+  std::string refusal;
+  DriveRecording recording;
+  try {
+    recording = readBag(path, topics);
+  } catch (const IdentificationError& error) {
+    refusal = error.what();
+  }
+  pipe.putList(refusal) && pipe.putList(recording.commands) && pipe.putList(recording.wheels) &&
+      pipe.putList(recording.yaw);
+}
+
 }  // namespace
 
 DriveRecording readDriveBag(const std::string& path, const BagTopics& topics) {
-  try {
-    rosbag::Bag bag(path, rosbag::bagmode::Read);
-    return readOpenBag(bag, path, topics);
-  } catch (const rosbag::BagException& error) {
-    std::string reason = error.what();
-    while (!reason.empty() && reason.back() == '\n') reason.pop_back();
-    throw IdentificationError(path + ": cannot be read as a bag: " + reason);
+  // The bag library trusts the lengths and positions in a file, and a damaged one makes it die in many ways: it reads
+  // in a process of its own.
+  std::array<int, 2> ends{};
+  if (pipe(ends.data()) != 0) throw IdentificationError(path + ": cannot be read: " + std::strerror(errno));
+  const pid_t child = fork();
+  if (child == 0) {
+    close(ends[0]);
+    // What the library prints about a damaged file is full of its bytes.
+    if (std::freopen("/dev/null", "w", stdout) == nullptr || std::freopen("/dev/null", "w", stderr) == nullptr)
+      _exit(1);
+    sendBag(path, topics, PipeEnd(ends[1]));
+    _exit(0);
   }
+  close(ends[1]);
+  const PipeEnd pipe(ends[0]);
+  if (child < 0) throw IdentificationError(path + ": cannot be read: " + std::strerror(errno));
+  std::string refusal;
+  DriveRecording recording;
+  const bool complete = pipe.getList(refusal) && pipe.getList(recording.commands) && pipe.getList(recording.wheels) &&
+                        pipe.getList(recording.yaw);
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (!refusal.empty()) throw IdentificationError(refusal);
+  if (!complete) throw IdentificationError(path + ": cannot be read as a bag: it is damaged");
+  return recording;
 }
 
 }  // namespace jackal_aic

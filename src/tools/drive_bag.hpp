@@ -21,6 +21,7 @@ struct BagTopics {
 
 /// Reads a bag. Drive messages in another mode than velocity count as zero; joint states without wheels of ours are
 /// left out.
+/// The bag library reads in a child process, so that a damaged file cannot end this one.
 /// @throws IdentificationError, one line, if the file is missing, no bag, truncated or empty, a topic is absent or of
 /// another
 ///         type, or the joint states lack a velocity.

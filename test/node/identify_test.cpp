@@ -9,8 +9,11 @@
 #include <std_msgs/Float64.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <random>
 
 #include "conversions.hpp"
@@ -140,6 +143,33 @@ TEST_F(BadBag, Truncated) {
   writeBag(file.path, {});
   ASSERT_EQ(truncate(file.path.c_str(), 20000), 0);
   refusal(file.path);
+}
+
+TEST_F(BadBag, DamagedAnywhere) {
+  writeBag(file.path, {});
+  std::ifstream original(file.path, std::ios::binary);
+  const std::string whole((std::istreambuf_iterator<char>(original)), {});
+  std::mt19937 random(11);
+  int refused = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    // Half of the damage is to the index at the end and to the first records, where lengths and positions stand.
+    std::string damaged = whole;
+    for (int wound = 0; wound < 4; ++wound) {
+      const std::size_t edge = 6000, at = trial % 2 == 0 ? random() % edge : damaged.size() - 1 - random() % edge;
+      for (std::size_t i = at; i < std::min(at + 4, damaged.size()); ++i) damaged[i] = static_cast<char>(random());
+    }
+    std::ofstream(file.path, std::ios::binary) << damaged;
+    try {
+      readDriveBag(file.path, {});
+    } catch (const IdentificationError& error) {
+      ++refused;
+      const std::string line = error.what();
+      EXPECT_EQ(line.find(file.path), 0U) << line;
+      EXPECT_TRUE(std::none_of(line.begin(), line.end(), [](unsigned char c) { return std::iscntrl(c); })) << line;
+      EXPECT_LT(line.size(), 400U) << line;
+    }
+  }
+  EXPECT_GT(refused, 20);
 }
 
 TEST_F(BadBag, WithoutTheDriveTopic) {
