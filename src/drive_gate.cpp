@@ -71,19 +71,27 @@ StopCause DriveGate::presentCause(const GateInputs& inputs) {
   action_diverged_ = false;
   const StopCause worst = causes.worst();
   decision_.unacknowledged = false;
-  if (severity(worst) == Severity::fault) {
-    fault_ = worst;
-    fault_gone_for_ = 0.0;
-  } else if (fault_ != StopCause::none) {
-    fault_gone_for_ += period_;
-    decision_.unacknowledged = true;
-    const bool acknowledged = fault_gone_for_ > parameters_.brake.fault_hold && inputs.set_point_at_rest;
-    if (acknowledged && limiter_.atRest()) {
-      fault_ = StopCause::none;
-      decision_.unacknowledged = false;
-    }
+  if (latches(worst)) {
+    latched_ = worst;
+    gone_for_ = 0.0;
+  } else if (latched_ != StopCause::none) {
+    gone_for_ += period_;
+    decision_.unacknowledged = !acknowledged(inputs);
+    if (!decision_.unacknowledged) latched_ = StopCause::none;
   }
-  return fault_ != StopCause::none ? fault_ : worst;
+  return latched_ != StopCause::none ? latched_ : worst;
+}
+
+bool DriveGate::latches(StopCause cause) const {
+  if (severity(cause) == Severity::fault) return true;
+  const bool fault_waits = severity(latched_) == Severity::fault;  // and outlasts a stop
+  return severity(cause) == Severity::halt && !fault_waits &&
+         parameters_.restart_after_stop == RestartPolicy::acknowledged;
+}
+
+bool DriveGate::acknowledged(const GateInputs& inputs) const {
+  const double hold = severity(latched_) == Severity::fault ? parameters_.brake.fault_hold : 0.0;
+  return gone_for_ > hold && inputs.set_point_at_rest && limiter_.atRest();
 }
 
 WheelCommand DriveGate::drive(const WheelCommand& action) {
@@ -102,7 +110,7 @@ void DriveGate::reset() {
   limiter_.reset();
   decision_ = {};
   emergency_ = action_diverged_ = false;
-  fault_ = StopCause::none;
+  latched_ = StopCause::none;
 }
 
 }  // namespace jackal_aic

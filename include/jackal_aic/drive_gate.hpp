@@ -11,7 +11,10 @@
 ///     faulted ----- acknowledged -----> driving, stopped or idle
 ///
 /// A brake goes on to zero even if its cause is gone before. A fault is acknowledged by a zero set point, or none,
-/// after its cause was gone for brake.fault_hold: a robot that ran into trouble does not set off again by itself.
+/// after its cause was gone for brake.fault_hold: a robot that ran into trouble does not set off again by itself. The
+/// same holds, without that time, for a stop by a person or by the robot (Severity::halt) with restart_after_stop:
+/// acknowledged. A set point that goes on being sent meanwhile was meant for a robot that could drive; one that stayed
+/// away for longer than its deadline and comes again is a fresh one.
 
 #include <limits>
 
@@ -63,15 +66,15 @@ enum class DriveStatus {
 /// What an action step has to go by.
 struct GateInputs {
   StopCauses causes;              ///< what is wrong now
-  bool set_point_at_rest = true;  ///< the set point is zero, or there is none: acknowledges a fault
+  bool set_point_at_rest = true;  ///< the set point is zero, or there is none: acknowledges a fault or a stop
 };
 
 /// Outcome of an action step.
 struct GateDecision {
   DriveStatus status = DriveStatus::idle;
-  StopCause cause = StopCause::none;  ///< that counts; of a fault also while it waits for its acknowledgement
+  StopCause cause = StopCause::none;  ///< that counts; also while it waits for its acknowledgement
   bool starting = false;        ///< first step of driving: the controller has to start anew from the present motion
-  bool unacknowledged = false;  ///< the fault is gone, but a zero set point is still awaited
+  bool unacknowledged = false;  ///< the cause is gone, but a zero set point is still awaited
 };
 
 /// State machine and limits of the drive command. In every action step call decide() first, then either drive() with
@@ -102,14 +105,16 @@ class DriveGate {
 
  private:
   StopCause presentCause(const GateInputs& inputs);
+  bool latches(StopCause cause) const;
+  bool acknowledged(const GateInputs& inputs) const;
 
   GateParameters parameters_;
   CommandLimiter limiter_;
   double period_;
   GateDecision decision_;
   bool emergency_ = false;             // of the present brake
-  StopCause fault_ = StopCause::none;  // last fault, until it is acknowledged
-  double fault_gone_for_ = 0.0;        // s
+  StopCause latched_ = StopCause::none;  // last fault, or stop by somebody, until it is acknowledged
+  double gone_for_ = 0.0;                // s, since the cause of latched_ is gone
   bool action_diverged_ = false;
 };
 

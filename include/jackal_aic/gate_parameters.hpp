@@ -3,6 +3,8 @@
 /// @file
 /// Parameters of the drive gate: limits of the command, deadlines of the inputs, the brake, the watchdog of the belief.
 
+#include <array>
+
 #include "jackal_aic/parameter_map.hpp"
 
 namespace jackal_aic {
@@ -79,15 +81,26 @@ void describeFields(Visitor& v, WatchdogParameters& p) {
   v.field("belief_bound", p.belief_bound, {1.0, 1000.0}, "", Presence::optional);
 }
 
+/// What sets the robot moving again after somebody stopped it (Severity::halt: emergency stop, stop of the robot). YAML
+/// key `restart_after_stop`.
+enum class RestartPolicy {
+  acknowledged,  ///< a zero set point, or one that comes after none was in force, both after the stop is over
+  at_once        ///< the set point that is in force when the stop is over
+};
+
+/// Words of RestartPolicy, in the order of the enumerators.
+inline constexpr std::array<const char*, 2> kRestartPolicyNames{"acknowledged", "at_once"};
+
 /// All parameters of the drive gate.
 struct GateParameters {
   LimitParameters limits;
   DeadlineParameters deadlines;
   BrakeParameters brake;
   WatchdogParameters watchdog;
+  RestartPolicy restart_after_stop = RestartPolicy::acknowledged;
 };
 
-/// Reads limits.*, deadlines.*, brake.* and watchdog.*. @throws ParameterError also as validate().
+/// Reads limits.*, deadlines.*, brake.*, watchdog.* and restart_after_stop. @throws ParameterError also as validate().
 GateParameters readGateParameters(ParameterMap& map);
 
 /// @throws ParameterError if the brake would have to exceed the acceleration limits to keep its time or deceleration.

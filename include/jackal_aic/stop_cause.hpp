@@ -42,6 +42,7 @@ inline constexpr int kStopCauses = static_cast<int>(StopCause::driver_fault) + 1
 enum class Severity {
   stop,       ///< brake; drive on when it is gone
   emergency,  ///< brake at the acceleration limits; drive on when it is gone
+  halt,       ///< as emergency, by a person or the robot: restart_after_stop says what to wait for when it is gone
   fault       ///< as emergency, and wait for a zero set point when it is gone
 };
 

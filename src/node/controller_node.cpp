@@ -192,7 +192,7 @@ std::string ControllerNode::reason() const {
   }
   const std::string fault = measurements_.reason();
   if (!fault.empty()) reason += (reason.empty() ? "" : "; ") + fault;
-  if (decision_.unacknowledged) reason += " (over; a zero set point starts anew)";
+  if (decision_.unacknowledged) reason += " (over; a zero set point, or one after a pause, starts anew)";
   return reason;
 }
 

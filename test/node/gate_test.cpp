@@ -125,6 +125,19 @@ class DriveGateNode : public testing::Test {
     EXPECT_LT(robot.largestCommandStep(), 1.0) << "recovery must be free of jumps";
   }
 
+  /// Expects that the end of a stop does not set the robot off under the set point that goes on, and that a zero set
+  /// point does.
+  void expectAcknowledgedRecovery() {
+    robot.run(2.0);
+    for (const auto& state : robot.states()) ASSERT_TRUE(still(state)) << "set off by the release alone";
+    EXPECT_NE(robot.states().back().reason.find("zero set point"), std::string::npos) << robot.states().back().reason;
+    robot.command(0.0, 0.0);
+    robot.run(0.2);
+    robot.clear();
+    robot.command(kSpeed, 0.0);
+    expectRecovery();
+  }
+
   ros::NodeHandle node;
   SimulatedRobot robot;
   Relay<sensor_msgs::JointState> wheels{node, "joint_states", "relayed/joint_states"};
@@ -140,6 +153,19 @@ TEST_F(DriveGateNode, AnEmergencyStopHoldsUntilItIsReleased) {
   robot.run(2.0);
   for (const auto& state : robot.states()) EXPECT_TRUE(still(state));
   press(false);
+  expectAcknowledgedRecovery();
+}
+
+TEST_F(DriveGateNode, AfterAnEmergencyStopASetPointThatPausedIsAFreshOne) {
+  press(true);
+  robot.run(1.0);
+  press(false);
+  robot.run(0.5);
+  EXPECT_EQ(robot.states().back().status, ControllerState::STOPPED);
+  robot.stopCommanding();
+  robot.run(0.8);
+  robot.clear();
+  robot.command(kSpeed, 0.0);
   expectRecovery();
 }
 
@@ -147,7 +173,7 @@ TEST_F(DriveGateNode, ARobotThatIsStoppedHoldsTheAction) {
   reportStop(true);
   expectBrake(0.0, 0.06, 20.0, ControllerState::STOPPED, "robot reports that it is stopped");
   reportStop(false);
-  expectRecovery();
+  expectAcknowledgedRecovery();
 }
 
 TEST_F(DriveGateNode, MotorsWithoutVelocityControlStop) {
@@ -157,7 +183,7 @@ TEST_F(DriveGateNode, MotorsWithoutVelocityControlStop) {
   };
   expectBrake(0.02, 0.06, 20.0, ControllerState::STOPPED, "velocity commands");
   feedback.alter = nullptr;
-  expectRecovery();
+  expectAcknowledgedRecovery();
 }
 
 TEST_F(DriveGateNode, ADriverFaultHasToBeAcknowledged) {

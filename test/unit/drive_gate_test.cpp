@@ -186,7 +186,62 @@ TEST_F(DriveGateTest, AnEmergencyStopBrakesAtTheAccelerationLimit) {
   EXPECT_EQ(command, WheelCommand{}) << "1 m/s at 20 m/s^2 within 3 steps";
   EXPECT_EQ(step(with(StopCause::emergency_stop)).status, DriveStatus::stopped);
   EXPECT_EQ(steps(with(StopCause::emergency_stop), 5.0).status, DriveStatus::stopped);
+}
+
+class StopBySomebody : public DriveGateTest, public testing::WithParamInterface<StopCause> {
+ protected:
+  /// From 1 m/s to rest by the stop, which is over afterwards while the set point goes on.
+  void stopAndRelease() {
+    steps(clear, 1.0);
+    steps(with(GetParam()), 1.0);
+    const GateDecision decision = steps(clear, 5.0);
+    EXPECT_EQ(decision.status, DriveStatus::stopped) << "the release alone must not set it off again";
+    EXPECT_EQ(decision.cause, GetParam());
+    EXPECT_TRUE(decision.unacknowledged);
+    EXPECT_EQ(command, WheelCommand{});
+  }
+};
+
+TEST_P(StopBySomebody, WaitsForAZeroSetPointAfterItsRelease) {
+  stopAndRelease();
+  EXPECT_EQ(step({{}, true}).status, DriveStatus::driving);
+  EXPECT_EQ(steps(clear, 0.1).status, DriveStatus::driving);
+}
+
+TEST_P(StopBySomebody, WaitsForASetPointAfterAPause) {
+  stopAndRelease();
+  EXPECT_EQ(step(with(StopCause::set_point_late, true)).status, DriveStatus::stopped);
   EXPECT_TRUE(step(clear).starting);
+}
+
+TEST_P(StopBySomebody, AZeroSetPointBeforeItsReleaseIsNoAcknowledgement) {
+  steps(clear, 1.0);
+  steps(with(GetParam()), 0.5);
+  steps(with(GetParam(), true), 0.5);
+  steps(with(GetParam()), 0.5);
+  EXPECT_EQ(steps(clear, 1.0).status, DriveStatus::stopped);
+}
+
+TEST_P(StopBySomebody, IsOverAtOnceIfConfiguredSo) {
+  GateParameters parameters;
+  parameters.restart_after_stop = RestartPolicy::at_once;
+  gate = DriveGate(parameters, kGeometry, kPeriod);
+  steps(clear, 1.0);
+  EXPECT_EQ(steps(with(GetParam()), 1.0).status, DriveStatus::stopped);
+  EXPECT_TRUE(step(clear).starting);
+}
+
+INSTANTIATE_TEST_SUITE_P(Causes, StopBySomebody,
+                         testing::Values(StopCause::emergency_stop, StopCause::robot_stopped, StopCause::motors_off),
+                         [](const auto& info) { return "cause_" + std::to_string(static_cast<int>(info.param)); });
+
+TEST_F(DriveGateTest, AFaultOutlastsAStopBySomebody) {
+  steps(with(StopCause::driver_fault), 0.5);
+  steps(with(StopCause::emergency_stop), 2.0);
+  const GateDecision decision = step(clear);
+  EXPECT_EQ(decision.status, DriveStatus::faulted);
+  EXPECT_EQ(decision.cause, StopCause::driver_fault);
+  EXPECT_EQ(step({{}, true}).status, DriveStatus::driving) << "one zero set point acknowledges both";
 }
 
 TEST_F(DriveGateTest, AMilderCauseDoesNotSoftenAnEmergencyBrake) {
