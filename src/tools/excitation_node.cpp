@@ -5,6 +5,7 @@
 
 #include "conversions.hpp"
 #include "excitation.hpp"
+#include "graph_watch.hpp"
 #include "ros_parameters.hpp"
 #include "stop_request.hpp"
 
@@ -13,30 +14,47 @@ namespace {
 
 constexpr double kPeriod = 0.02;      // s between commands, as the controller sends them
 constexpr double kConnection = 10.0;  // s of wall time to wait for somebody who drives
+constexpr double kGraphPeriod = 0.5;  // s of wall time between looks at who else publishes commands
 
-/// Drives the excitation open loop on cmd_drive. Any message on jackal_AIC/set_point ends it with zero commands.
+/// Drives the excitation open loop on cmd_drive. Any message on jackal_AIC/set_point ends it with zero commands,
+/// another publisher of commands without: that one has the motors.
 class ExcitationNode {
  public:
   ExcitationNode(ros::NodeHandle& node, const Excitation& excitation)
-      : excitation_(excitation), drive_(node.advertise<jackal_msgs::Drive>("cmd_drive", 1)) {
+      : excitation_(excitation),
+        drive_(node.advertise<jackal_msgs::Drive>("cmd_drive", 1)),
+        graph_({drive_.getTopic()}, kGraphPeriod) {
     abort_ = node.subscribe("jackal_AIC/set_point", 1, &ExcitationNode::onSetPoint, this);
   }
 
-  /// Waits until somebody subscribes to the commands, then starts. Throws ParameterError if nobody does.
+  /// Waits until somebody subscribes to the commands, then starts. Throws ParameterError if nobody does, or if another
+  /// node publishes commands as well.
   void start(ros::NodeHandle& node) {
     const ros::WallTime patience = ros::WallTime::now() + ros::WallDuration(kConnection);
-    while (ros::ok() && (drive_.getNumSubscribers() == 0 || ros::Time::now().isZero())) {
+    while (ros::ok() && (drive_.getNumSubscribers() == 0 || ros::Time::now().isZero() || !graph_.checked())) {
       if (ros::WallTime::now() > patience) throw ParameterError("nobody subscribes to " + drive_.getTopic());
       ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.01));
     }
+    requireMotors();
     start_ = ros::Time::now();
     timer_ = node.createTimer(ros::Duration(kPeriod), &ExcitationNode::onTimer, this);
   }
 
-  void stop() { drive_.publish(driveMessage({})); }
+  void stop() {
+    if (!graph_.contended()) drive_.publish(driveMessage({}));
+  }
+
+  /// Throws ParameterError if another node publishes commands.
+  void requireMotors() const {
+    if (!graph_.contended()) return;
+    throw ParameterError(
+        "another node publishes commands: " + graph_.others() +
+        "; the excitation needs the motors for itself (launch/jackal.launch says how to part the two)");
+  }
 
  private:
   void onTimer(const ros::TimerEvent&) {
+    if (graph_.contended()) return end("Another node publishes commands");
     const double time = (ros::Time::now() - start_).toSec();
     if (time > excitation_.duration() || time < 0.0) return end("The excitation is complete");
     drive_.publish(driveMessage(excitation_.at(time)));
@@ -54,6 +72,7 @@ class ExcitationNode {
 
   Excitation excitation_;
   ros::Publisher drive_;
+  GraphWatch graph_;
   ros::Subscriber abort_;
   ros::Timer timer_;
   ros::Time start_;
@@ -68,6 +87,7 @@ void excite(ros::NodeHandle& node, const ros::NodeHandle& private_node, StopRequ
   excitation.start(node);
   stop_request.spinUntilRequested();
   excitation.stop();
+  excitation.requireMotors();
   stop_request.flush();
 }
 

@@ -14,16 +14,16 @@
 
 namespace jackal_aic::test {
 
-/// A controller_node process of its own, with stderr in a file.
+/// A controller_node process of its own, or another node of the package, with stderr in a file.
 class ControllerProcess {
  public:
-  explicit ControllerProcess(const std::string& name)
+  explicit ControllerProcess(const std::string& name, const std::string& executable = "controller_node")
       : errors_("/tmp/" + name + "_" + std::to_string(getpid())), pid_(fork()) {
     const std::string rename = "__name:=" + name;
     if (pid_ == 0) {
       const int file = open(errors_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
       dup2(file, STDERR_FILENO);
-      execlp("rosrun", "rosrun", "jackal_aic", "controller_node", rename.c_str(), static_cast<char*>(nullptr));
+      execlp("rosrun", "rosrun", "jackal_aic", executable.c_str(), rename.c_str(), static_cast<char*>(nullptr));
       _exit(127);
     }
   }
