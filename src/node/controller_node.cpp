@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "conversions.hpp"
+#include "wheel_watchdog.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -39,7 +40,7 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const NodeParameters
       sensors_(parameters.robot, transforms_,
                [this](const Observation& observation, const ros::Time& stamp) { onObservation(observation, stamp); }),
       robot_(node_, parameters.robot, parameters.gate.deadlines, [this] { return currentTime(); }),
-      graph_(output_.topics(), kGraphPeriod),
+      graph_(output_.topics(), kGraphPeriod, {watchdogOf(ros::this_node::getName())}),
       measurements_(parameters) {
   diagnostics_.setHardwareID("jackal");
   diagnostics_.add("Active inference controller", this, &ControllerNode::diagnose);

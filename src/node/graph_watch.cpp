@@ -43,20 +43,18 @@ bool isAlive(const std::string& node) {
   return !answered || pid.valid();
 }
 
-/// Names of a node list in XML-RPC other than our own.
-std::vector<std::string> othersIn(XmlRpc::XmlRpcValue& nodes) {
-  std::vector<std::string> others;
-  for (int i = 0; i < nodes.size(); ++i) {
-    const std::string name = nodes[i];
-    if (name != ros::this_node::getName()) others.push_back(name);
-  }
-  return others;
+std::vector<std::string> withThisNode(std::vector<std::string> companions) {
+  companions.push_back(ros::this_node::getName());
+  return companions;
 }
 
 }  // namespace
 
-GraphWatch::GraphWatch(std::vector<std::string> topics, double period)
-    : topics_(std::move(topics)), period_(period), thread_([this] { run(); }) {}
+GraphWatch::GraphWatch(std::vector<std::string> topics, double period, std::vector<std::string> companions)
+    : topics_(std::move(topics)),
+      period_(period),
+      ours_(withThisNode(std::move(companions))),
+      thread_([this] { run(); }) {}
 
 GraphWatch::~GraphWatch() {
   {
@@ -80,6 +78,15 @@ void GraphWatch::run() {
     lock.lock();
     wake_.wait_for(lock, std::chrono::duration<double>(period_), [this] { return ending_; });
   }
+}
+
+std::vector<std::string> GraphWatch::othersIn(XmlRpc::XmlRpcValue& nodes) const {
+  std::vector<std::string> others;
+  for (int i = 0; i < nodes.size(); ++i) {
+    const std::string name = nodes[i];
+    if (std::find(ours_.begin(), ours_.end(), name) == ours_.end()) others.push_back(name);
+  }
+  return others;
 }
 
 void GraphWatch::look() {

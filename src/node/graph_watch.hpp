@@ -3,6 +3,8 @@
 /// @file
 /// Looks for other publishers of our commands in the ROS graph.
 
+#include <xmlrpcpp/XmlRpcValue.h>
+
 #include <atomic>
 #include <condition_variable>
 #include <mutex>
@@ -17,8 +19,8 @@ namespace jackal_aic {
 /// master cannot be reached the last answer stands.
 class GraphWatch {
  public:
-  /// @param topics resolved names; @param period [s].
-  GraphWatch(std::vector<std::string> topics, double period);
+  /// @param topics resolved names; @param period [s]; @param companions nodes beside this one that may publish there.
+  GraphWatch(std::vector<std::string> topics, double period, std::vector<std::string> companions = {});
 
   /// Ends the thread.
   ~GraphWatch();
@@ -35,15 +37,17 @@ class GraphWatch {
   /// True if somebody else publishes on one of the topics.
   bool contended() const { return contended_; }
 
-  /// Who publishes on what, and how to part: "/name on /cmd_drive; ...". Empty if nobody does.
+  /// Who publishes on what: "/name on /cmd_drive, ...". Empty if nobody does.
   std::string others() const;
 
  private:
   void run();
   void look();
+  std::vector<std::string> othersIn(XmlRpc::XmlRpcValue& nodes) const;
 
   const std::vector<std::string> topics_;
   const double period_;
+  const std::vector<std::string> ours_;  // nodes: this one and its companions
   std::atomic<bool> checked_{false};
   std::atomic<bool> master_reachable_{true};
   std::atomic<bool> contended_{false};
