@@ -112,7 +112,7 @@ class DriveGate {
   CommandLimiter limiter_;
   double period_;
   GateDecision decision_;
-  bool emergency_ = false;             // of the present brake
+  bool emergency_ = false;               // of the present brake
   StopCause latched_ = StopCause::none;  // last fault, or stop by somebody, until it is acknowledged
   double gone_for_ = 0.0;                // s, since the cause of latched_ is gone
   bool action_diverged_ = false;
