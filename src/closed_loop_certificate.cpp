@@ -20,7 +20,7 @@ double gainBoundary(const LinearLoop& loop, LoopMode mode, double end, double no
   const double ratio = end > 1.0 ? 1.1 : 1.0 / 1.1;
   const auto boundary = findBoundary(
       [&](double factor) {
-        return loop.spectralRadius(mode, {factor, 0.0}) < kStabilityLimit;
+        return loop.worstSpectralRadius(mode, {factor, 0.0}) < kStabilityLimit;
       },
       1.0, end, [&](double factor) { return ratio * factor; });
   return boundary ? boundary->before : none;
@@ -34,7 +34,7 @@ double delayBoundary(const LinearLoop& loop, LoopMode mode, bool stable) {
   const double end = stable ? longest : -loop.plant().dead_time;
   const auto boundary = findBoundary(
       [&](double extra) {
-        return loop.spectralRadius(mode, {1.0, extra}) < kStabilityLimit;
+        return loop.worstSpectralRadius(mode, {1.0, extra}) < kStabilityLimit;
       },
       0.0, end, [&](double extra) { return 1.1 * extra + stride; });
   return boundary ? boundary->before : end;
@@ -42,7 +42,7 @@ double delayBoundary(const LinearLoop& loop, LoopMode mode, bool stable) {
 
 ModeCertificate certifyMode(const LinearLoop& loop, LoopMode mode) {
   ModeCertificate certificate{};
-  certificate.spectral_radius = loop.spectralRadius(mode);
+  certificate.spectral_radius = loop.worstSpectralRadius(mode);
   const bool stable = certificate.spectral_radius < kStabilityLimit;
   certificate.gain_reduction = gainBoundary(loop, mode, kSmallestGainFactor, 0.0);
   certificate.gain_margin =
@@ -54,7 +54,7 @@ ModeCertificate certifyMode(const LinearLoop& loop, LoopMode mode) {
 /// The radius whose cause is asked for.
 double decisiveRadius(const LinearLoop& loop) {
   const double belief = loop.beliefSpectralRadius();
-  return belief >= kStabilityLimit ? belief : loop.spectralRadius();
+  return belief >= kStabilityLimit ? belief : loop.worstSpectralRadius();
 }
 
 ControllerParameters scaled(ControllerParameters controller, const std::string& parameter, double factor) {
@@ -141,10 +141,10 @@ std::string atLeast(double value, double bound, const char* unit) {
 }  // namespace
 
 bool isStable(const LinearLoop& loop, const LoopChange& change) {
-  if (loop.beliefSpectralRadius() >= kStabilityLimit || loop.spectralRadius(LoopMode::lateral) >= kStabilityLimit)
+  if (loop.beliefSpectralRadius() >= kStabilityLimit || loop.worstSpectralRadius(LoopMode::lateral) >= kStabilityLimit)
     return false;
-  return loop.spectralRadius(LoopMode::straight, change) < kStabilityLimit &&
-         loop.spectralRadius(LoopMode::turn, change) < kStabilityLimit;
+  return loop.worstSpectralRadius(LoopMode::straight, change) < kStabilityLimit &&
+         loop.worstSpectralRadius(LoopMode::turn, change) < kStabilityLimit;
 }
 
 std::string thinMargin(const LinearLoop& loop, const MarginBounds& bounds) {
@@ -159,7 +159,7 @@ Certificate certify(const ControllerParameters& controller, const GeometryParame
   Certificate certificate{};
   certificate.period = loop.period();
   certificate.belief_spectral_radius = loop.beliefSpectralRadius();
-  certificate.loop_spectral_radius = loop.spectralRadius();
+  certificate.loop_spectral_radius = loop.worstSpectralRadius();
   certificate.straight = certifyMode(loop, LoopMode::straight);
   certificate.turn = certifyMode(loop, LoopMode::turn);
   certificate.gain_margin = std::min(certificate.straight.gain_margin, certificate.turn.gain_margin);
@@ -173,7 +173,7 @@ std::vector<Sensitivity> sensitivities(const ControllerParameters& controller, c
   const bool belief = LinearLoop(controller, geometry, plant).beliefSpectralRadius() >= kStabilityLimit;
   const auto log_radius = [&](const std::string& parameter, double factor) {
     const LinearLoop loop(scaled(controller, parameter, factor), geometry, plant);
-    return std::log(belief ? loop.beliefSpectralRadius() : loop.spectralRadius());
+    return std::log(belief ? loop.beliefSpectralRadius() : loop.worstSpectralRadius());
   };
   std::vector<Sensitivity> list;
   for (const char* parameter : {"kappa_a", "tau", "kappa_mu", "state_variances", "sensory_variances"}) {

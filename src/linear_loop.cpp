@@ -55,6 +55,7 @@ class LinearLoop::Trajectories {
         action_period_(nanoseconds(loop.controller_.actionStep())) {
     const std::int64_t dead_time =
         std::max<std::int64_t>(0, nanoseconds(loop.plant_.dead_time + change.extra_dead_time));
+    phase_ = std::clamp<std::int64_t>(nanoseconds(change.phase), 0, nanoseconds(loop.longestPhase()));
     whole_periods_ = static_cast<int>(dead_time / action_period_);
     remainder_ = dead_time % action_period_;
     past_commands_ = whole_periods_ + (remainder_ > 0 ? 1 : 0);
@@ -87,14 +88,14 @@ class LinearLoop::Trajectories {
   std::vector<std::pair<std::int64_t, Event>> schedule() const {
     std::vector<std::pair<std::int64_t, Event>> events;
     const std::int64_t period = loop_.action_steps_ * action_period_;
-    const auto every = [&](int count, Event event) {
+    const auto every = [&](int count, std::int64_t earlier, Event event) {
       for (int i = 1; i <= count; ++i) {
-        events.emplace_back(std::llround(static_cast<double>(period) * i / count), event);
+        events.emplace_back(std::llround(static_cast<double>(period) * i / count) - earlier, event);
       }
     };
-    every(loop_.sensor_steps_, Event::sensor);
-    every(loop_.belief_steps_, Event::belief);
-    every(loop_.action_steps_, Event::action);
+    every(loop_.sensor_steps_, phase_, Event::sensor);
+    every(loop_.belief_steps_, 0, Event::belief);
+    every(loop_.action_steps_, 0, Event::action);
     for (int i = 0; remainder_ > 0 && i < loop_.action_steps_; ++i) {
       events.emplace_back(i * action_period_ + remainder_, Event::command_arrives);
     }
@@ -159,6 +160,7 @@ class LinearLoop::Trajectories {
   std::int64_t action_period_;  // ns
   int whole_periods_;           // of the dead time, in action periods
   std::int64_t remainder_;      // of the dead time [ns]
+  std::int64_t phase_;          // ns
   int past_commands_;           // kept beside the action
   bool arrived_ = false;        // the newer of the two commands of this action period acts
   Eigen::MatrixXd states_;
@@ -246,6 +248,23 @@ Eigen::VectorXd LinearLoop::stepResponse(LoopMode mode, int periods) const {
     response(k) = 1.0 + deviation(wheel);
   }
   return response;
+}
+
+double LinearLoop::longestPhase() const { return std::min(1.0 / plant_.sensor_rate, controller_.actionStep()); }
+
+double LinearLoop::worstSpectralRadius(LoopMode mode, LoopChange change) const {
+  if (mode == LoopMode::lateral) return spectralRadius(mode);
+  return worstOverPhase(
+      [&](double phase) {
+        change.phase = phase;
+        return spectralRadius(mode, change);
+      },
+      longestPhase());
+}
+
+double LinearLoop::worstSpectralRadius() const {
+  return std::max({worstSpectralRadius(LoopMode::straight), worstSpectralRadius(LoopMode::turn),
+                   spectralRadius(LoopMode::lateral)});
 }
 
 double LinearLoop::spectralRadius() const {

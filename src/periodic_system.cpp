@@ -29,6 +29,27 @@ WheelResponse wheelResponse(const PlantModel& plant, double time) {
   return response;
 }
 
+double worstOverPhase(const std::function<double(double phase)>& radius, double longest) {
+  constexpr int kGrid = 4, kHalvings = 4;
+  constexpr double kClose = 0.02;  // more than the radius changes between the points of the grid
+  double worst = -1.0, at = 0.0;
+  const auto look = [&](double phase) {
+    const double here = radius(std::clamp(phase, 0.0, longest));
+    if (here <= worst) return;
+    worst = here;
+    at = phase;
+  };
+  for (int i = 0; i <= kGrid; ++i) look(longest * i / kGrid);
+  double distance = longest / kGrid;
+  for (int i = 0; i < kHalvings && std::abs(worst - 1.0) < kClose; ++i) {
+    distance *= 0.5;
+    const double centre = at;
+    look(centre - distance);
+    look(centre + distance);
+  }
+  return worst;
+}
+
 int commonActionSteps(double action_rate, double sensor_rate, const char* key) {
   const double sensor_steps_per_action = sensor_rate / action_rate;
   for (int n = 1; n <= kMostActionSteps; ++n) {

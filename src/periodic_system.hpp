@@ -28,6 +28,11 @@ struct WheelResponse {
 /// Exact response of a plant model over a time [s].
 WheelResponse wheelResponse(const PlantModel& plant, double time);
 
+/// Largest of a radius over the phase between two timers, from 0 to `longest` [s]: on a grid, and where that is close
+/// to the limit of stability also between the neighbours of its largest value, so that the verdict does not depend on
+/// the grid.
+double worstOverPhase(const std::function<double(double phase)>& radius, double longest);
+
 /// Smallest number of action periods that is a whole number of sensor periods. @param key of the action rate, for the
 /// message. @throws ParameterError if there is none within kMostActionSteps.
 int commonActionSteps(double action_rate, double sensor_rate, const char* key);

@@ -16,7 +16,7 @@ double gainBoundary(const PredictiveLinearLoop& loop, double end, double none) {
   const double ratio = end > 1.0 ? 1.1 : 1.0 / 1.1;
   const auto boundary = findBoundary(
       [&](double factor) {
-        return loop.spectralRadius({factor, 0.0}) < kStabilityLimit;
+        return loop.worstSpectralRadius({factor, 0.0}) < kStabilityLimit;
       },
       1.0, end, [&](double factor) { return ratio * factor; });
   return boundary ? boundary->before : none;
@@ -29,14 +29,14 @@ double delayBoundary(const PredictiveLinearLoop& loop, double end) {
   if (end == 0.0) return 0.0;
   const auto boundary = findBoundary(
       [&](double extra) {
-        return loop.spectralRadius({1.0, extra}) < kStabilityLimit;
+        return loop.worstSpectralRadius({1.0, extra}) < kStabilityLimit;
       },
       0.0, end, [&](double extra) { return 1.1 * extra + stride; });
   return boundary ? boundary->before : end;
 }
 
 bool stable(const PredictiveLinearLoop& loop, const RobotChange& change = {}) {
-  return loop.beliefSpectralRadius() < kStabilityLimit && loop.spectralRadius(change) < kStabilityLimit;
+  return loop.beliefSpectralRadius() < kStabilityLimit && loop.worstSpectralRadius(change) < kStabilityLimit;
 }
 
 struct Knob {
@@ -65,7 +65,7 @@ std::string atLeast(double value, double bound, const char* unit) {
 std::string instability(const PredictiveLinearLoop& loop) {
   const bool belief = loop.beliefSpectralRadius() >= kStabilityLimit;
   return (belief ? "the belief diverges: spectral radius " : "the closed loop diverges: spectral radius ") +
-         text(belief ? loop.beliefSpectralRadius() : loop.spectralRadius(), 4) + ", must be below 1";
+         text(belief ? loop.beliefSpectralRadius() : loop.worstSpectralRadius(), 4) + ", must be below 1";
 }
 
 /// What differs between robot and model, or else the parameter to which the radius is most sensitive.
@@ -88,7 +88,7 @@ PredictiveCertificate certify(const PredictiveParameters& parameters, const Plan
   PredictiveCertificate certificate{};
   certificate.period = loop.period();
   certificate.belief_spectral_radius = loop.beliefSpectralRadius();
-  certificate.loop_spectral_radius = loop.spectralRadius();
+  certificate.loop_spectral_radius = loop.worstSpectralRadius();
   certificate.gain_margin = certificate.gain_reduction = 1.0;
   if (!certificate.stable()) return certificate;
   certificate.gain_margin = gainBoundary(loop, kLargestGainMargin, kLargestGainMargin);
@@ -113,7 +113,7 @@ std::vector<Sensitivity> sensitivities(const PredictiveParameters& parameters, c
     PredictiveParameters changed = parameters;
     changed.*knob.value = factor * parameters.*knob.value;
     const PredictiveLinearLoop loop(changed, model, robot);
-    return std::log(belief ? loop.beliefSpectralRadius() : loop.spectralRadius());
+    return std::log(belief ? loop.beliefSpectralRadius() : loop.worstSpectralRadius());
   };
   std::vector<Sensitivity> list;
   for (const Knob& knob : kKnobs) {

@@ -30,6 +30,9 @@ class PredictiveLinearLoop::Trajectories {
   Trajectories(const PredictiveLinearLoop& loop, const RobotChange& change)
       : loop_(loop), robot_(loop.robot_), action_period_(nanoseconds(1.0 / loop.parameters_.action_rate)) {
     robot_.gain *= change.gain;
+    phase_ = std::clamp<std::int64_t>(nanoseconds(change.phase), 0, nanoseconds(loop.longestPhase()));
+    // With one correction in a period its gain is the same whenever it comes.
+    gains_ = loop.sensor_steps_ == 1 ? loop.converged_.gains : loop.convergedBelief(phase_).gains;
     const std::int64_t dead_time = std::max<std::int64_t>(0, nanoseconds(robot_.dead_time + change.extra_dead_time));
     whole_periods_ = static_cast<int>(dead_time / action_period_);
     remainder_ = dead_time % action_period_;
@@ -41,7 +44,7 @@ class PredictiveLinearLoop::Trajectories {
   Eigen::MatrixXd afterOnePeriod() {
     arrived_ = remainder_ == 0;
     std::int64_t now = 0;
-    for (const auto& [time, event] : loop_.schedule(remainder_)) {
+    for (const auto& [time, event] : loop_.schedule(remainder_, phase_)) {
       drive(time - now);
       now = time;
       happen(static_cast<Event>(event), now);
@@ -103,7 +106,7 @@ class PredictiveLinearLoop::Trajectories {
     if (!fresh_) return;
     fresh_ = false;
     const Eigen::RowVectorXd error = states_.row(measurementRow()) - states_.row(0);
-    states_.topRows<kBelief>() += loop_.gains_[correction_++] * error;
+    states_.topRows<kBelief>() += gains_[correction_++] * error;
   }
 
   /// a ← (1 − κ_a) a − κ_a d/g − h κ_y (y − w)/Σ_y, after the commands under way moved on by one.
@@ -121,11 +124,13 @@ class PredictiveLinearLoop::Trajectories {
   PlantModel robot_;
   std::int64_t action_period_;  // ns
   std::int64_t model_delay_;    // ns
-  int whole_periods_;           // of the robot's dead time, in action periods
-  std::int64_t remainder_;      // of the robot's dead time [ns]
-  int past_commands_;           // kept beside the action
-  bool arrived_ = false;        // the newer of the two commands of this action period acts
-  bool fresh_ = false;          // a measurement waits for the next belief update
+  std::int64_t phase_;          // ns
+  std::vector<Eigen::Vector3d> gains_;
+  int whole_periods_;       // of the robot's dead time, in action periods
+  std::int64_t remainder_;  // of the robot's dead time [ns]
+  int past_commands_;       // kept beside the action
+  bool arrived_ = false;    // the newer of the two commands of this action period acts
+  bool fresh_ = false;      // a measurement waits for the next belief update
   std::size_t correction_ = 0;
   Eigen::MatrixXd states_;
   std::map<std::int64_t, WheelResponse> responses_;
@@ -139,24 +144,24 @@ PredictiveLinearLoop::PredictiveLinearLoop(const PredictiveParameters& parameter
       belief_(wheelBelief(parameters, model)),
       action_steps_(commonActionSteps(parameters.action_rate, robot.sensor_rate, "predictive.action_rate")),
       sensor_steps_(static_cast<int>(std::lround(action_steps_ * robot.sensor_rate / parameters.action_rate))) {
-  convergeBelief();
+  converged_ = convergedBelief(0);
 }
 
-std::vector<std::pair<std::int64_t, int>> PredictiveLinearLoop::schedule(std::int64_t remainder) const {
+std::vector<std::pair<std::int64_t, int>> PredictiveLinearLoop::schedule(std::int64_t remainder,
+                                                                         std::int64_t phase) const {
   std::vector<std::pair<std::int64_t, int>> events;
   const std::int64_t action_period = nanoseconds(1.0 / parameters_.action_rate);
   const std::int64_t length = action_steps_ * action_period;
-  const auto every = [&](std::int64_t count, Event event) {
+  const auto every = [&](std::int64_t count, std::int64_t earlier, Event event) {
     for (std::int64_t i = 1; i <= count; ++i) {
-      events.emplace_back(
-          std::llround(static_cast<double>(length) * static_cast<double>(i) / static_cast<double>(count)),
-          static_cast<int>(event));
+      const double end = static_cast<double>(length) * static_cast<double>(i) / static_cast<double>(count);
+      events.emplace_back(std::llround(end) - earlier, static_cast<int>(event));
     }
   };
-  every(sensor_steps_, Event::sensor);
-  every(length / kTick, Event::predict);
-  every(std::int64_t{action_steps_} * parameters_.beliefStepsPerAction(), Event::belief);
-  every(action_steps_, Event::action);
+  every(sensor_steps_, phase, Event::sensor);
+  every(length / kTick, 0, Event::predict);
+  every(std::int64_t{action_steps_} * parameters_.beliefStepsPerAction(), 0, Event::belief);
+  every(action_steps_, 0, Event::action);
   for (int i = 0; remainder > 0 && i < action_steps_; ++i) {
     events.emplace_back(i * action_period + remainder, static_cast<int>(Event::command_arrives));
   }
@@ -164,35 +169,38 @@ std::vector<std::pair<std::int64_t, int>> PredictiveLinearLoop::schedule(std::in
   return events;
 }
 
-void PredictiveLinearLoop::convergeBelief() {
-  const auto events = schedule(0);
+PredictiveLinearLoop::Belief PredictiveLinearLoop::convergedBelief(std::int64_t phase) const {
+  const auto events = schedule(0, phase);
+  WheelBelief belief = belief_;
+  Belief result{};
   for (int period = 0; period < kMostPeriods; ++period) {
-    const std::vector<Eigen::Vector3d> before = gains_;
-    gains_.clear();
+    const std::vector<Eigen::Vector3d> before = result.gains;
+    result.gains.clear();
     Eigen::Matrix3d error = Eigen::Matrix3d::Identity();
     bool fresh = false;
     for (const auto& [time, event] : events) {
       if (event == static_cast<int>(Event::sensor)) fresh = true;
       if (event == static_cast<int>(Event::predict)) {
-        belief_.predict(0.0);
-        error = (belief_.transition() * error).eval();
+        belief.predict(0.0);
+        error = (belief.transition() * error).eval();
       }
       if (event != static_cast<int>(Event::belief) || !fresh) continue;
-      gains_.push_back(belief_.gain());
-      error -= (gains_.back() * error.row(0)).eval();
-      belief_.correct(0.0);
+      result.gains.push_back(belief.gain());
+      error -= (result.gains.back() * error.row(0)).eval();
+      belief.correct(0.0);
       fresh = false;
     }
     // Without an integral z stays at rest, and with the goal alone in the belief d does: neither is a mode of the loop.
     if (model_.velocity_loop_integral <= 0.0) error.row(1).setZero();
     if (parameters_.goal_weight >= 1.0) error.row(2).setZero();
-    belief_radius_ = spectralRadiusOf(error);
-    double change = before.size() == gains_.size() ? 0.0 : 1.0;
-    for (std::size_t i = 0; i < before.size() && i < gains_.size(); ++i) {
-      change = std::max(change, (gains_[i] - before[i]).norm() / gains_[i].norm());
+    result.spectral_radius = spectralRadiusOf(error);
+    double change = before.size() == result.gains.size() ? 0.0 : 1.0;
+    for (std::size_t i = 0; i < before.size() && i < result.gains.size(); ++i) {
+      change = std::max(change, (result.gains[i] - before[i]).norm() / result.gains[i].norm());
     }
-    if (change < kConverged) return;
+    if (change < kConverged) break;
   }
+  return result;
 }
 
 double PredictiveLinearLoop::period() const { return action_steps_ / parameters_.action_rate; }
@@ -202,6 +210,19 @@ Eigen::MatrixXd PredictiveLinearLoop::periodMap(const RobotChange& change) const
   if (model_.velocity_loop_integral <= 0.0) map.row(1).setZero();
   if (parameters_.goal_weight >= 1.0) map.row(2).setZero();
   return map;
+}
+
+double PredictiveLinearLoop::longestPhase() const {
+  return std::min(1.0 / robot_.sensor_rate, 1.0 / parameters_.action_rate);
+}
+
+double PredictiveLinearLoop::worstSpectralRadius(RobotChange change) const {
+  return worstOverPhase(
+      [&](double phase) {
+        change.phase = phase;
+        return spectralRadius(change);
+      },
+      longestPhase());
 }
 
 double PredictiveLinearLoop::spectralRadius(const RobotChange& change) const {

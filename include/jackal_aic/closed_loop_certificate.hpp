@@ -23,7 +23,7 @@ inline constexpr double kLargestDelayMargin = 1.0;
 
 /// Certificate of one mode of the loop.
 struct ModeCertificate {
-  double spectral_radius;  ///< of the map over one common period; stable if below 1
+  double spectral_radius;  ///< of the map over one common period, for the worst phase; stable if below 1
   double gain_margin;  ///< nearest factor on kappa_a at which the radius is 1: above 1 if stable, else below (0: none)
   double gain_reduction;  ///< as gain_margin, for a lower kappa_a: below 1 if stable; 0 if none down to 1e-3
   double delay_margin;    ///< extra dead time at which the radius is 1 [s]; negative if unstable, at least -dead_time
@@ -32,10 +32,10 @@ struct ModeCertificate {
 /// Margins below which a certificate warns, or which a search has to keep.
 struct MarginBounds {
   double gain = 1.5;    ///< factor on kappa_a
-  double delay = 0.03;  ///< [s]; a sensor that comes just after the action can cost 0.02 s at 50 Hz
+  double delay = 0.03;  ///< [s]
 };
 
-/// Stability certificate of gains on a plant model.
+/// Stability certificate of gains on a plant model, for the worst phase between the timers of sensor and action.
 struct Certificate {
   double period;                  ///< common period of sensor, belief and action [s]
   double belief_spectral_radius;  ///< of one belief step with the measurement held
@@ -52,7 +52,7 @@ struct Certificate {
   bool keeps(const MarginBounds& bounds) const { return gain_margin >= bounds.gain && delay_margin >= bounds.delay; }
 };
 
-/// Certifies gains on a plant model. Takes some ten milliseconds at an action rate of 50 Hz; the time grows with the
+/// Certifies gains on a plant model. Takes some fifty milliseconds at an action rate of 50 Hz; the time grows with the
 /// cube of dead time x action rate. @throws ParameterError as LinearLoop.
 Certificate certify(const ControllerParameters& controller, const GeometryParameters& geometry,
                     const PlantModel& plant);

@@ -36,12 +36,14 @@ enum class LoopMode {
 struct LoopChange {
   double action_gain = 1.0;      ///< factor on kappa_a
   double extra_dead_time = 0.0;  ///< added to the plant model's dead time, which stays 0 or more [s]
+  double phase = 0.0;  ///< age of the newest measurement when the action is computed [s], up to longestPhase()
 };
 
 /// Linear periodic system of the closed loop. At one and the same time the sensor comes first, then the belief, then
 /// the action, whose command the plant receives after the dead time; any dead time is represented exactly, as a switch
-/// from one held command to the next within an action period. Left out: limits on speed and acceleration, noise, wheel
-/// slip dynamics, and the phase between sensor and action timers, which on a robot can cost up to one action period.
+/// from one held command to the next within an action period. The timers of sensor and action run freely beside each
+/// other: how old a measurement is when it is used, their phase, is an argument. Left out: limits on speed and
+/// acceleration, noise, and wheel slip dynamics.
 class LinearLoop {
  public:
   /// The gains need not be stable. @throws ParameterError if rates or variances are invalid, or sensor and action rate
@@ -61,6 +63,17 @@ class LinearLoop {
 
   /// The largest over all modes.
   double spectralRadius() const;
+
+  /// Longest phase [s]: the shorter one of sensor and action period. A measurement that comes just after the action has
+  /// this age at the next one; beyond it everything repeats.
+  double longestPhase() const;
+
+  /// The largest spectral radius over the phase between the timers of sensor and action. @param change whose phase does
+  /// not matter.
+  double worstSpectralRadius(LoopMode mode, LoopChange change = {}) const;
+
+  /// The largest over all modes and phases.
+  double worstSpectralRadius() const;
 
   /// Wheel speed of a mode at the end of each period after a step of the set point from rest, as a part of its final
   /// value. The straight mode only has a final value that equals the set point; the turn's is taken as if it had.

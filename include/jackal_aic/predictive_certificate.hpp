@@ -26,6 +26,7 @@ namespace jackal_aic {
 struct RobotChange {
   double gain = 1.0;             ///< factor on the wheel speed that a command gives
   double extra_dead_time = 0.0;  ///< added to the robot's dead time, which stays 0 or more [s]
+  double phase = 0.0;  ///< age of the newest measurement when the action is computed [s], up to longestPhase()
 };
 
 /// Linear periodic system of one wheel under the predictive controller.
@@ -45,34 +46,45 @@ class PredictiveLinearLoop {
   /// Spectral radius of periodMap(); infinity if the map is not finite.
   double spectralRadius(const RobotChange& change = {}) const;
 
+  /// Longest phase between the timers of sensor and action [s]: the shorter one of their periods.
+  double longestPhase() const;
+
+  /// The largest spectral radius over the phase. @param change whose phase does not matter.
+  double worstSpectralRadius(RobotChange change = {}) const;
+
   /// Spectral radius of the error of the belief over a period: of the belief alone, whatever is driven.
-  double beliefSpectralRadius() const { return belief_radius_; }
+  double beliefSpectralRadius() const { return converged_.spectral_radius; }
 
   const PredictiveParameters& parameters() const { return parameters_; }
   const PlantModel& robot() const { return robot_; }
 
  private:
   class Trajectories;
-  void convergeBelief();
+  /// The belief alone, with the gain to which its covariance converges.
+  struct Belief {
+    std::vector<Eigen::Vector3d> gains;  // of the corrections in a period, in order
+    double spectral_radius;              // of its error over a period
+  };
+  /// @param phase [ns].
+  Belief convergedBelief(std::int64_t phase) const;
   /// Events of a period as (time [ns], kind), in order. @param remainder of the robot's dead time in an action period
-  /// [ns].
-  std::vector<std::pair<std::int64_t, int>> schedule(std::int64_t remainder) const;
+  /// [ns]; @param phase [ns].
+  std::vector<std::pair<std::int64_t, int>> schedule(std::int64_t remainder, std::int64_t phase) const;
 
   PredictiveParameters parameters_;
   PlantModel model_;
   PlantModel robot_;
   WheelBelief belief_;
-  int action_steps_;                    // per period
-  int sensor_steps_;                    // per period
-  std::vector<Eigen::Vector3d> gains_;  // of the corrections in a period, in order
-  double belief_radius_ = 0.0;
+  int action_steps_;  // per period
+  int sensor_steps_;  // per period
+  Belief converged_;  // with phase 0
 };
 
 /// Certificate of the predictive controller.
 struct PredictiveCertificate {
   double period;                  ///< common period of sensor, belief and action [s]
   double belief_spectral_radius;  ///< of the belief alone over one period
-  double loop_spectral_radius;    ///< of the closed loop over one period
+  double loop_spectral_radius;    ///< of the closed loop over one period; as the margins, for the worst phase
   double gain_margin;      ///< factor on the robot's gain at which the radius is 1, above 1; kLargestGainMargin if none
   double gain_reduction;   ///< likewise, below 1; 0 if none down to 1e-3
   double delay_margin;     ///< extra dead time of the robot at which the radius is 1 [s]

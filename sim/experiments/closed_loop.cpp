@@ -53,6 +53,15 @@ bool beliefRanAway(const std::vector<Sample>& samples, BodyChannel which) {
   });
 }
 
+/// Lets the plant rest for the time [s] that it is to be ahead of the controller; returns its time.
+double takeLead(JackalPlant& plant, TimedController& controller, double phase) {
+  for (auto steps = std::llround(phase / JackalPlant::kStep); steps > 0; --steps) {
+    if (plant.measurement()) controller.observe(plant.measurement()->observation());
+    plant.step();
+  }
+  return plant.time();
+}
+
 }  // namespace
 
 SetPoint SetPointProfile::at(double time) const {
@@ -120,7 +129,8 @@ SetPointProfile cycleProfile(const DrivingCycle& cycle) {
 }
 
 std::vector<Sample> runClosedLoop(JackalPlant& plant, TimedController& controller, const SetPointProfile& profile,
-                                  Support support, const GeometryParameters& geometry) {
+                                  Support support, const GeometryParameters& geometry, const LoopParameters& loop) {
+  const double ahead = takeLead(plant, controller, loop.phase);
   const auto steps = std::llround(profile.duration / JackalPlant::kStep);
   std::vector<Sample> samples;
   samples.reserve(static_cast<std::size_t>(steps));
@@ -129,7 +139,7 @@ std::vector<Sample> runClosedLoop(JackalPlant& plant, TimedController& controlle
   WheelCommand command;
   auto friction = profile.friction_changes.begin();
   for (long long k = 0; k < steps; ++k, plant.step()) {
-    const double now = plant.time();
+    const double now = plant.time() - ahead;
     const SetPoint set_point = profile.at(now);
     controller.setSetPoint(set_point);
     for (; friction != profile.friction_changes.end() && friction->time <= now + kTimeTolerance; ++friction) {

@@ -98,7 +98,8 @@ void addLoopOptions(po::options_description& options) {
                         "diff_drive, standard, improved, tuned, predictive or FILE.yaml");
   options.add_options()("plant", po::value<std::string>()->required(), "box, ground or FILE.yaml");
   options.add_options()("set", po::value<std::vector<std::string>>()->composing(),
-                        "key=value, e.g. plant.dead_time=0.14 or controller.tau=0.01; may be repeated");
+                        "key=value, e.g. plant.dead_time=0.14, controller.tau=0.01, or loop.phase=0.01, the age of the "
+                        "newest measurement when the action is computed; may be repeated");
   options.add_options()("csv", po::value<std::string>()->default_value("-"),
                         "file for the row of results; - prints it");
   options.add_options()("trace", po::value<std::string>(), "file for the time series");

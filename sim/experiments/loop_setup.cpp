@@ -108,6 +108,7 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
   setup.controller_name = controller;
   setup.plant_name = plant;
   setup.plant = readParameters<PlantParameters>(map, "plant");
+  setup.loop = readParameters<LoopParameters>(map, "loop");
   // Here nothing is late or fails; a preset may have them all the same.
   readParameters<DeadlineParameters>(map, "deadlines");
   readParameters<BrakeParameters>(map, "brake");

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "closed_loop.hpp"
 #include "differential_drive.hpp"
 #include "package_files.hpp"
 #include "plant_parameters.hpp"
@@ -25,6 +26,7 @@ struct LoopSetup {
   std::string plant_name;                                                                       ///< as it was asked for
   std::variant<ActiveInferenceSetup, PredictiveSetup, DifferentialDriveParameters> controller;  ///< its settings
   PlantParameters plant;  ///< settings of the plant
+  LoopParameters loop;    ///< how they are timed
   std::string urdf;       ///< text of the robot's URDF
 
   /// Wheel radius and effective track as the controller knows them.

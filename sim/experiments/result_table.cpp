@@ -83,7 +83,7 @@ RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile) {
   JackalPlant plant(setup.urdf, setup.plant);
   const auto controller = makeController(setup);
   RunResult result;
-  result.samples = runClosedLoop(plant, *controller, profile, setup.plant.support, setup.geometry());
+  result.samples = runClosedLoop(plant, *controller, profile, setup.plant.support, setup.geometry(), setup.loop);
   result.row.controller = setup.controller_name;
   result.row.plant = setup.plant_name;
   if (const auto* active = std::get_if<ActiveInferenceSetup>(&setup.controller)) {

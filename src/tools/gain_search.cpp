@@ -82,10 +82,10 @@ class SearchSpace {
 /// How far the spectral radius is above what the margins ask for; 0 or less if they are kept.
 double marginViolation(const GainSearchTask& task, const ControllerParameters& controller) {
   const LinearLoop loop(controller, task.start.geometry, task.plant.model);
-  double radius = std::max(loop.beliefSpectralRadius(), loop.spectralRadius());
+  double radius = std::max(loop.beliefSpectralRadius(), loop.worstSpectralRadius());
   for (const LoopChange& change : {LoopChange{task.margins.gain, 0.0}, LoopChange{1.0, task.margins.delay}}) {
-    radius = std::max(
-        {radius, loop.spectralRadius(LoopMode::straight, change), loop.spectralRadius(LoopMode::turn, change)});
+    radius = std::max({radius, loop.worstSpectralRadius(LoopMode::straight, change),
+                       loop.worstSpectralRadius(LoopMode::turn, change)});
   }
   return radius - kStabilityLimit;
 }

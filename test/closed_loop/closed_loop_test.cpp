@@ -55,6 +55,45 @@ TEST(StepCounter, CountsEveryPeriodOnce) {
   EXPECT_EQ(steps, 300);
 }
 
+/// Notes how old the measurement is that an action at 50 Hz finds.
+class AgeController : public TimedController {
+ public:
+  void setSetPoint(const SetPoint&) override {}
+  void observe(const Observation& observation) override { observed_ = observation.stamp; }
+  std::optional<WheelCommand> advance(double) override {
+    ++tick_;
+    return tick_ % 20 == 1 ? std::optional<WheelCommand>(WheelCommand{observed_, 0.0}) : std::nullopt;
+  }
+  std::optional<BodyVector> belief() const override { return std::nullopt; }
+
+ private:
+  double observed_ = 0.0;
+  int tick_ = 0;
+};
+
+TEST(ClosedLoop, PhaseIsTheAgeOfTheMeasurementThatAnActionFinds) {
+  for (const double phase : {0.0, 0.001, 0.013, 0.019}) {
+    const LoopSetup setup =
+        loadSetup(files(), "improved", "box", {{"loop.phase", std::to_string(phase)}, {"plant.encoder_noise", "0"}});
+    JackalPlant plant(setup.urdf, setup.plant);
+    AgeController controller;
+    const auto samples =
+        runClosedLoop(plant, controller, stepProfile(0.5, 0.0, 1.0), setup.plant.support, setup.geometry(), setup.loop);
+    for (std::size_t i = 20; i < samples.size(); i += 20) {
+      // The clock of the plant, by which it stamps, is ahead by the phase.
+      ASSERT_NEAR(samples[i].time + phase - samples[i].command.left, phase, 1e-9) << i;
+    }
+  }
+}
+
+TEST(ClosedLoop, TheStepOfTheSetPointMeetsAnActionAtEveryPhase) {
+  const RunResult in_phase = step("diff_drive", "box", 0.5);
+  const RunResult late = step("diff_drive", "box", 0.5, 0.0, {{"loop.phase", "0.013"}});
+  EXPECT_NEAR(*late.row.settling_s, *in_phase.row.settling_s, 1e-6) << "what does not measure does not notice";
+  EXPECT_GT(*step("improved", "box", 0.5, 0.0, {{"loop.phase", "0.019"}}).row.overshoot_pct,
+            2.0 * *step("improved", "box", 0.5).row.overshoot_pct);
+}
+
 TEST(ClosedLoop, SameSetupGivesTheSameSamples) {
   const RunResult a = step("improved", "ground", 0.5);
   const RunResult b = step("improved", "ground", 0.5);
