@@ -1,10 +1,10 @@
 #include "jackal_aic/belief_update.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "jackal_aic/free_energy.hpp"
 #include "jackal_aic/generalized_motion.hpp"
+#include "jackal_aic/spectral_radius.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -62,7 +62,7 @@ void BeliefUpdate::step(GeneralizedBody& belief, const GeneralizedSensor& measur
   mu = next;
 }
 
-double BeliefUpdate::spectralRadius() const { return Eigen::MatrixXd(transition_).eigenvalues().cwiseAbs().maxCoeff(); }
+double BeliefUpdate::spectralRadius() const { return spectralRadiusOf(transition_).upper(); }
 
 double BeliefUpdate::eulerNumber() const {
   return step_ * kappa_mu_ * model_.state_precision(0, 0) * model_.order_precision(0, 0) / (model_.tau * model_.tau);

@@ -130,6 +130,11 @@ std::string blame(const ControllerParameters& controller, const GeometryParamete
 
 std::string instability(const LinearLoop& loop) {
   const bool belief = loop.beliefSpectralRadius() >= kStabilityLimit;
+  const double uncertainty = loop.radiusUncertainty();
+  if (!belief && loop.worstSpectralRadius() - uncertainty < kStabilityLimit) {
+    return "the closed loop cannot be told from one at the limit of stability: spectral radius 1 within " +
+           text(uncertainty);
+  }
   return (belief ? "the belief update diverges: spectral radius " : "the closed loop diverges: spectral radius ") +
          text(decisiveRadius(loop), 4) + ", must be below 1";
 }
@@ -160,6 +165,7 @@ Certificate certify(const ControllerParameters& controller, const GeometryParame
   certificate.period = loop.period();
   certificate.belief_spectral_radius = loop.beliefSpectralRadius();
   certificate.loop_spectral_radius = loop.worstSpectralRadius();
+  certificate.radius_uncertainty = loop.radiusUncertainty();
   certificate.straight = certifyMode(loop, LoopMode::straight);
   certificate.turn = certifyMode(loop, LoopMode::turn);
   certificate.gain_margin = std::min(certificate.straight.gain_margin, certificate.turn.gain_margin);

@@ -7,6 +7,7 @@
 #include "jackal_aic/belief_update.hpp"
 #include "jackal_aic/free_energy.hpp"
 #include "jackal_aic/generative_model.hpp"
+#include "jackal_aic/spectral_radius.hpp"
 #include "periodic_system.hpp"
 
 namespace jackal_aic {
@@ -176,7 +177,7 @@ LinearLoop::LinearLoop(const ControllerParameters& controller, const GeometryPar
   sensor_steps_ = static_cast<int>(std::lround(action_steps_ * plant.sensor_rate / controller.action_rate));
   const GenerativeModel model(controller, geometry);
   const BeliefUpdate update(model, controller.kappa_mu, controller.beliefStep(), controller.integrator);
-  belief_radius_ = spectralRadiusOf(update.transition());
+  belief_radius_ = update.spectralRadius();
   for (int mode = 0; mode < kModes; ++mode) modes_.push_back(equations(static_cast<LoopMode>(mode), model, update));
 }
 
@@ -227,8 +228,8 @@ Eigen::MatrixXd LinearLoop::periodMap(LoopMode mode, const LoopChange& change) c
 
 double LinearLoop::spectralRadius(LoopMode mode, const LoopChange& change) const {
   // Without an action the lateral belief is all there is; the rest of that map is an integrator that nothing drives.
-  if (mode == LoopMode::lateral) return std::pow(spectralRadiusOf(modes_.back().belief), belief_steps_);
-  return spectralRadiusOf(periodMap(mode, change));
+  if (mode == LoopMode::lateral) return std::pow(spectralRadiusOf(modes_.back().belief).upper(), belief_steps_);
+  return spectralRadiusOf(periodMap(mode, change)).upper();
 }
 
 Eigen::VectorXd LinearLoop::stepResponse(LoopMode mode, int periods) const {
@@ -265,6 +266,14 @@ double LinearLoop::worstSpectralRadius(LoopMode mode, LoopChange change) const {
 double LinearLoop::worstSpectralRadius() const {
   return std::max({worstSpectralRadius(LoopMode::straight), worstSpectralRadius(LoopMode::turn),
                    spectralRadius(LoopMode::lateral)});
+}
+
+double LinearLoop::radiusUncertainty() const {
+  const auto uncertainty = [&](double phase) {
+    return 2.0 * std::max(spectralRadiusOf(periodMap(LoopMode::straight, {1.0, 0.0, phase})).uncertainty,
+                          spectralRadiusOf(periodMap(LoopMode::turn, {1.0, 0.0, phase})).uncertainty);
+  };
+  return worstOverPhase(uncertainty, longestPhase());
 }
 
 double LinearLoop::spectralRadius() const {

@@ -1,20 +1,11 @@
 #include "periodic_system.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <sstream>
 #include <unsupported/Eigen/MatrixFunctions>
 
 namespace jackal_aic {
-
-double spectralRadiusOf(const Eigen::MatrixXd& map) {
-  if (!map.allFinite()) return std::numeric_limits<double>::infinity();
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(map, false);
-  if (solver.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
-  return solver.eigenvalues().cwiseAbs().maxCoeff();
-}
 
 WheelResponse wheelResponse(const PlantModel& plant, double time) {
   WheelResponse response{Eigen::Matrix2d::Zero(), {plant.gain, 0.0}};

@@ -16,9 +16,6 @@ namespace jackal_aic {
 /// Longest common period [action periods].
 inline constexpr int kMostActionSteps = 50;
 
-/// Largest magnitude of an eigenvalue; infinity if the map is not finite.
-double spectralRadiusOf(const Eigen::MatrixXd& map);
-
 /// Wheel speed and correction (w, z) over a time during which one command acts.
 struct WheelResponse {
   Eigen::Matrix2d transition;

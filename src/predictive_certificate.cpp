@@ -64,6 +64,11 @@ std::string atLeast(double value, double bound, const char* unit) {
 
 std::string instability(const PredictiveLinearLoop& loop) {
   const bool belief = loop.beliefSpectralRadius() >= kStabilityLimit;
+  const double uncertainty = loop.radiusUncertainty();
+  if (!belief && loop.worstSpectralRadius() - uncertainty < kStabilityLimit) {
+    return "the closed loop cannot be told from one at the limit of stability: spectral radius 1 within " +
+           text(uncertainty);
+  }
   return (belief ? "the belief diverges: spectral radius " : "the closed loop diverges: spectral radius ") +
          text(belief ? loop.beliefSpectralRadius() : loop.worstSpectralRadius(), 4) + ", must be below 1";
 }
@@ -89,6 +94,7 @@ PredictiveCertificate certify(const PredictiveParameters& parameters, const Plan
   certificate.period = loop.period();
   certificate.belief_spectral_radius = loop.beliefSpectralRadius();
   certificate.loop_spectral_radius = loop.worstSpectralRadius();
+  certificate.radius_uncertainty = loop.radiusUncertainty();
   certificate.gain_margin = certificate.gain_reduction = 1.0;
   if (!certificate.stable()) return certificate;
   certificate.gain_margin = gainBoundary(loop, kLargestGainMargin, kLargestGainMargin);

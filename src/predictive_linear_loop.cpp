@@ -3,6 +3,7 @@
 #include <map>
 
 #include "jackal_aic/predictive_certificate.hpp"
+#include "jackal_aic/spectral_radius.hpp"
 #include "periodic_system.hpp"
 
 namespace jackal_aic {
@@ -193,7 +194,7 @@ PredictiveLinearLoop::Belief PredictiveLinearLoop::convergedBelief(std::int64_t 
     // Without an integral z stays at rest, and with the goal alone in the belief d does: neither is a mode of the loop.
     if (model_.velocity_loop_integral <= 0.0) error.row(1).setZero();
     if (parameters_.goal_weight >= 1.0) error.row(2).setZero();
-    result.spectral_radius = spectralRadiusOf(error);
+    result.spectral_radius = spectralRadiusOf(error).upper();
     double change = before.size() == result.gains.size() ? 0.0 : 1.0;
     for (std::size_t i = 0; i < before.size() && i < result.gains.size(); ++i) {
       change = std::max(change, (result.gains[i] - before[i]).norm() / result.gains[i].norm());
@@ -225,8 +226,13 @@ double PredictiveLinearLoop::worstSpectralRadius(RobotChange change) const {
       longestPhase());
 }
 
+double PredictiveLinearLoop::radiusUncertainty() const {
+  return worstOverPhase([&](double phase) { return 2.0 * spectralRadiusOf(periodMap({1.0, 0.0, phase})).uncertainty; },
+                        longestPhase());
+}
+
 double PredictiveLinearLoop::spectralRadius(const RobotChange& change) const {
-  return spectralRadiusOf(periodMap(change));
+  return spectralRadiusOf(periodMap(change)).upper();
 }
 
 }  // namespace jackal_aic

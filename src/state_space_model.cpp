@@ -1,10 +1,10 @@
 #include "jackal_aic/state_space_model.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <string>
 
 #include "jackal_aic/coloured_noise.hpp"
+#include "jackal_aic/spectral_radius.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -78,7 +78,7 @@ StateSpaceModel stateSpaceModel(const ControllerParameters& parameters) {
 
 double spectralRadius(const StateSpaceModel& model, double dt) {
   const Eigen::MatrixXd step = Eigen::MatrixXd::Identity(model.a.rows(), model.a.cols()) + dt * model.a;
-  return step.eigenvalues().cwiseAbs().maxCoeff();
+  return spectralRadiusOf(step).upper();
 }
 
 StateSpaceResponse simulate(const StateSpaceModel& model, const StateSpaceRun& run) {

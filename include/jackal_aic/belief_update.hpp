@@ -44,7 +44,8 @@ class BeliefUpdate {
   /// Map of b over one step: Gamma for exact, h I for euler.
   const BeliefMatrix& inputTransition() const { return input_transition_; }
 
-  /// Largest magnitude of an eigenvalue of transition(); the belief update converges if it is below 1.
+  /// Spectral radius of transition() with its uncertainty (spectral_radius.hpp) on top; the belief update converges if
+  /// it is below 1.
   double spectralRadius() const;
 
   /// h kappa_mu Pi_mu / tau^2 of order 0, the thesis' measure of how far Euler is driven (its bound is about 2).

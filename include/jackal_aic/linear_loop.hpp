@@ -21,8 +21,8 @@ namespace jackal_aic {
 struct GenerativeModel;
 class BeliefUpdate;
 
-/// A spectral radius below this is stable. A neutral mode has the radius 1, which is not stable, whatever rounding
-/// makes of it.
+/// A spectral radius below this is stable. A neutral mode has the radius 1, which is not stable, whatever the rounding
+/// of the map's own entries makes of it.
 inline constexpr double kStabilityLimit = 1.0 - 1e-12;
 
 /// The loops that symmetry leaves.
@@ -58,7 +58,8 @@ class LinearLoop {
   /// correction.
   Eigen::MatrixXd periodMap(LoopMode mode, const LoopChange& change = {}) const;
 
-  /// Spectral radius of periodMap(); infinity if the map is not finite.
+  /// Spectral radius of periodMap() with its uncertainty (spectral_radius.hpp) on top, so that what is below 1 is
+  /// stable; infinity if the map is not finite.
   double spectralRadius(LoopMode mode, const LoopChange& change = {}) const;
 
   /// The largest over all modes.
@@ -74,6 +75,9 @@ class LinearLoop {
 
   /// The largest over all modes and phases.
   double worstSpectralRadius() const;
+
+  /// How much smaller than worstSpectralRadius() the true one may be.
+  double radiusUncertainty() const;
 
   /// Wheel speed of a mode at the end of each period after a step of the set point from rest, as a part of its final
   /// value. The straight mode only has a final value that equals the set point; the turn's is taken as if it had.

@@ -43,7 +43,8 @@ class PredictiveLinearLoop {
   /// Map over one period of belief (w, z, d), last measurement, action, commands under way, wheel speed and correction.
   Eigen::MatrixXd periodMap(const RobotChange& change = {}) const;
 
-  /// Spectral radius of periodMap(); infinity if the map is not finite.
+  /// Spectral radius of periodMap() with its uncertainty (spectral_radius.hpp) on top, so that what is below 1 is
+  /// stable; infinity if the map is not finite.
   double spectralRadius(const RobotChange& change = {}) const;
 
   /// Longest phase between the timers of sensor and action [s]: the shorter one of their periods.
@@ -51,6 +52,9 @@ class PredictiveLinearLoop {
 
   /// The largest spectral radius over the phase. @param change whose phase does not matter.
   double worstSpectralRadius(RobotChange change = {}) const;
+
+  /// How much smaller than worstSpectralRadius() the true one may be.
+  double radiusUncertainty() const;
 
   /// Spectral radius of the error of the belief over a period: of the belief alone, whatever is driven.
   double beliefSpectralRadius() const { return converged_.spectral_radius; }
@@ -85,6 +89,7 @@ struct PredictiveCertificate {
   double period;                  ///< common period of sensor, belief and action [s]
   double belief_spectral_radius;  ///< of the belief alone over one period
   double loop_spectral_radius;    ///< of the closed loop over one period; as the margins, for the worst phase
+  double radius_uncertainty;      ///< the true radius is not above loop_spectral_radius, and less than this below it
   double gain_margin;      ///< factor on the robot's gain at which the radius is 1, above 1; kLargestGainMargin if none
   double gain_reduction;   ///< likewise, below 1; 0 if none down to 1e-3
   double delay_margin;     ///< extra dead time of the robot at which the radius is 1 [s]

@@ -46,8 +46,8 @@ struct StateSpaceModel {
 /// @throws ParameterError if orders is outside 0..5 or a variance of an order 0..p is missing.
 StateSpaceModel stateSpaceModel(const ControllerParameters& parameters);
 
-/// Largest modulus of the eigenvalues of I + dt A: the simulation below diverges if it exceeds 1. @param dt Euler step
-/// [s].
+/// Spectral radius of I + dt A with its uncertainty (spectral_radius.hpp) on top: the simulation below diverges if it
+/// exceeds 1. @param dt Euler step [s].
 double spectralRadius(const StateSpaceModel& model, double dt);
 
 /// How one simulation of the model runs.

@@ -71,6 +71,7 @@ Fields certificateFields(const ControllerFile& file, const PlantModel& plant) {
   }
   return {{"belief_spectral_radius", number(certificate.belief_spectral_radius)},
           {"loop_spectral_radius", number(certificate.loop_spectral_radius)},
+          {"radius_uncertainty", number(certificate.radius_uncertainty)},
           {"gain_margin", number(certificate.gain_margin)},
           {"delay_margin_s", number(certificate.delay_margin)},
           {"stable", boolean(certificate.stable())},
@@ -91,6 +92,7 @@ Fields predictiveFields(const PredictiveFile& file, const PlantModel& robot) {
   }
   return {{"belief_spectral_radius", number(certificate.belief_spectral_radius)},
           {"loop_spectral_radius", number(certificate.loop_spectral_radius)},
+          {"radius_uncertainty", number(certificate.radius_uncertainty)},
           {"gain_margin", number(certificate.gain_margin)},
           {"gain_reduction", number(certificate.gain_reduction)},
           {"delay_margin_s", number(certificate.delay_margin)},
