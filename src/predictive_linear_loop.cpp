@@ -227,8 +227,11 @@ double PredictiveLinearLoop::worstSpectralRadius(RobotChange change) const {
 }
 
 double PredictiveLinearLoop::radiusUncertainty() const {
-  return worstOverPhase([&](double phase) { return 2.0 * spectralRadiusOf(periodMap({1.0, 0.0, phase})).uncertainty; },
-                        longestPhase());
+  return worstOverPhase(
+      [&](double phase) {
+        return 2.0 * spectralRadiusOf(periodMap({1.0, 0.0, phase})).uncertainty;
+      },
+      longestPhase());
 }
 
 double PredictiveLinearLoop::spectralRadius(const RobotChange& change) const {

@@ -41,10 +41,10 @@ struct Certificate {
   double belief_spectral_radius;  ///< of one belief step with the measurement held
   double loop_spectral_radius;    ///< largest over all modes and phases of the loop, over one common period
   double radius_uncertainty;      ///< the true radius is not above loop_spectral_radius, and less than this below it
-  ModeCertificate straight;     ///< driving straight
-  ModeCertificate turn;         ///< turning
-  double gain_margin;           ///< smaller of the two modes'
-  double delay_margin;          ///< smaller of the two modes' [s]
+  ModeCertificate straight;       ///< driving straight
+  ModeCertificate turn;           ///< turning
+  double gain_margin;             ///< smaller of the two modes'
+  double delay_margin;            ///< smaller of the two modes' [s]
 
   /// True if both the closed loop and the belief update alone, which goes on while the robot is stopped, are stable.
   bool stable() const { return belief_spectral_radius < kStabilityLimit && loop_spectral_radius < kStabilityLimit; }
