@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <random>
 #include <sstream>
@@ -65,11 +66,9 @@ double takeLead(JackalPlant& plant, TimedController& controller, double phase) {
 }  // namespace
 
 SetPoint SetPointProfile::at(double time) const {
-  SetPoint now;
-  for (const Change& change : changes) {
-    if (change.time <= time + kTimeTolerance) now = change.set_point;
-  }
-  return now;
+  const auto later = std::upper_bound(changes.begin(), changes.end(), time + kTimeTolerance,
+                                      [](double end, const Change& change) { return end < change.time; });
+  return later == changes.begin() ? SetPoint{} : std::prev(later)->set_point;
 }
 
 SetPointProfile stepProfile(double forward, double yaw_rate, double duration) {

@@ -9,6 +9,7 @@
 #include "campaign.hpp"
 #include "detection_table.hpp"
 #include "progress_bar.hpp"
+#include "quiet_hours.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -200,11 +201,24 @@ int calibratePlants(const po::variables_map& options) {
 // ---- detection
 
 void describeDetection(po::options_description& options, po::positional_options_description&) {
-  options.add_options()("out", po::value<std::string>()->required(), "directory for detection.csv and alarms.csv");
+  options.add_options()("out", po::value<std::string>(), "directory for detection.csv and alarms.csv");
+  options.add_options()("quiet-hours", po::value<double>(),
+                        "instead: hours of driving without a fault, 30 minutes each drive, drawn by seed");
+  options.add_options()("seed", po::value<std::uint64_t>()->default_value(1), "of the quiet hours");
+  options.add_options()("unidentified", "quiet hours of robots that nobody has identified");
   addJobs(options);
 }
 
 int detect(const po::variables_map& options) {
+  if (options.count("out") == options.count("quiet-hours")) {
+    throw ParameterError("detection: needs either --out or --quiet-hours");
+  }
+  if (options.count("quiet-hours") > 0) {
+    const auto robots = options.count("unidentified") > 0 ? QuietRobots::unidentified : QuietRobots::identified;
+    runQuietHours(packageFiles(options), options["quiet-hours"].as<double>(), options["seed"].as<std::uint64_t>(),
+                  robots, jobs(options));
+    return 0;
+  }
   writeDetectionTables(packageFiles(options), options["out"].as<std::string>(), jobs(options));
   return 0;
 }
@@ -218,8 +232,8 @@ constexpr Command kCommands[] = {
      "runs one step response", describeStep, step},
     {"square", "square --controller NAME|FILE --plant NAME|FILE --min V --max V [--set KEY=VALUE ...]",
      "runs one square wave", describeSquare, square},
-    {"detection", "detection --out DIR [--jobs N]", "times to find a fault, and false alarms of ten minutes of driving",
-     describeDetection, detect},
+    {"detection", "detection --out DIR | --quiet-hours N [--seed S] [--unidentified] [--jobs N]",
+     "times to find a fault, and false alarms of ten minutes of driving, or of hours", describeDetection, detect},
     {"calibrate", "calibrate --out DIR [--plant box|ground|all]", "fits the plants to the thesis' tables",
      describeCalibrate, calibratePlants},
 };

@@ -159,16 +159,22 @@ SetPointProfile ordinaryDriving(std::uint64_t seed, double duration) {
   return profile;
 }
 
+void AlarmCounter::add(const MonitoredSample& sample) {
+  ++alarms_.samples;
+  if (!sample.counted.all()) ++alarms_.outliers;
+  const std::string reason = sample.report.reason();
+  if (reason != reason_ && !reason.empty()) {
+    if (alarms_.faults++ == 0) alarms_.fault = reason + " at " + std::to_string(sample.time) + " s";
+  }
+  reason_ = reason;
+}
+
 Alarms runOrdinary(const PackageFiles& files, const OrdinaryCase& c, double duration) {
   const LoopSetup setup = loadSetup(files, c.controller, c.plant, c.overrides);
-  const auto samples = runMonitored(setup, monitorModel(files, c.plant), ordinaryDriving(kSeed, duration), {});
-  Alarms alarms{samples.size(), 0, ""};
-  for (const MonitoredSample& sample : samples) {
-    if (!sample.counted.all()) ++alarms.outliers;
-    if (!sample.report.faulty() || !alarms.fault.empty()) continue;
-    alarms.fault = std::string(sample.report.reason()) + " at " + std::to_string(sample.time) + " s";
-  }
-  return alarms;
+  AlarmCounter alarms;
+  runMonitored(setup, monitorModel(files, c.plant), ordinaryDriving(kSeed, duration), {}, {},
+               [&alarms](const MonitoredSample& sample) { alarms.add(sample); });
+  return alarms.alarms();
 }
 
 void writeDetectionTables(const PackageFiles& files, const std::string& directory, unsigned jobs) {

@@ -60,6 +60,18 @@ struct Alarms {
   std::size_t samples;   ///< of the sensors
   std::size_t outliers;  ///< samples of which a channel was excluded
   std::string fault;     ///< reason and time of the first fault that was reported; empty if none was
+  std::size_t faults;    ///< how often a fault began
+};
+
+/// Counts the false alarms of a run, sample by sample.
+class AlarmCounter {
+ public:
+  void add(const MonitoredSample& sample);
+  const Alarms& alarms() const { return alarms_; }
+
+ private:
+  Alarms alarms_{0, 0, "", 0};
+  std::string reason_;  // of the present fault
 };
 
 /// Runs ordinary driving. @param duration instead of the case's own [s].

@@ -42,11 +42,18 @@ PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name
 std::vector<MonitoredSample> runMonitored(const LoopSetup& setup, const PlantModel& model,
                                           const SetPointProfile& profile, const Faults& faults,
                                           const MonitorSettings& settings) {
+  std::vector<MonitoredSample> samples;
+  runMonitored(setup, model, profile, faults, settings,
+               [&samples](const MonitoredSample& sample) { samples.push_back(sample); });
+  return samples;
+}
+
+void runMonitored(const LoopSetup& setup, const PlantModel& model, const SetPointProfile& profile, const Faults& faults,
+                  const MonitorSettings& settings, const std::function<void(const MonitoredSample&)>& take) {
   JackalPlant plant(setup.urdf, setup.plant);
   const std::unique_ptr<TimedController> controller = makeController(setup);
   SensorFaults sensors(faults.sensors);
   FaultMonitor monitor(settings.faults, setup.geometry(), model);
-  std::vector<MonitoredSample> samples;
   WheelCommand command;
   bool stopped = false;
   const auto steps = std::llround(profile.duration / JackalPlant::kStep);
@@ -63,8 +70,7 @@ std::vector<MonitoredSample> runMonitored(const LoopSetup& setup, const PlantMod
       stopped = settings.stop && (report.drive_left || report.drive_right);
       controller->observe(y);
       const PlantTruth& truth = plant.truth();
-      samples.push_back(
-          {now, set_point, truth.linear_velocity.x(), truth.angular_velocity.z(), command, report, y.valid});
+      take({now, set_point, truth.linear_velocity.x(), truth.angular_velocity.z(), command, report, y.valid});
     }
     monitor.advance(command, JackalPlant::kStep);
     if (const auto due = controller->advance(now)) {
@@ -72,7 +78,6 @@ std::vector<MonitoredSample> runMonitored(const LoopSetup& setup, const PlantMod
       plant.command(command);
     }
   }
-  return samples;
 }
 
 std::optional<Detection> detection(const std::vector<MonitoredSample>& samples, double from) {

@@ -3,6 +3,7 @@
 /// @file
 /// The closed loop without ROS with faults in the robot and the fault monitor between its sensors and the controller.
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -61,6 +62,10 @@ PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name
 std::vector<MonitoredSample> runMonitored(const LoopSetup& setup, const PlantModel& model,
                                           const SetPointProfile& profile, const Faults& faults,
                                           const MonitorSettings& settings = {});
+
+/// As above, for long runs: hands each sample over instead of keeping it.
+void runMonitored(const LoopSetup& setup, const PlantModel& model, const SetPointProfile& profile, const Faults& faults,
+                  const MonitorSettings& settings, const std::function<void(const MonitoredSample&)>& take);
 
 /// When and as what a fault was found.
 struct Detection {
