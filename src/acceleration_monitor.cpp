@@ -23,12 +23,22 @@ AccelerationMonitor::AccelerationMonitor(const FaultParameters& parameters)
                 LearnedVariance(parameters.covariance_memory)},
       timing_(parameters.timing_deviation),
       persistence_(parameters.persistence()),
-      repetition_(parameters.frozen_samples),
-      vertical_repetition_(parameters.frozen_samples) {}
+      repetition_at_rest_{RepetitionTest(parameters.frozen_samples), RepetitionTest(parameters.frozen_samples)},
+      repetition_moving_(repetition_at_rest_) {}
 
-void AccelerationMonitor::predict(double forward_rate, double step) {
+bool AccelerationMonitor::Repetition::update(const Observation& observation, bool other) {
+  const bool frozen = forward.update(observation.acceleration_x, other, kResolution);
+  if (!observation.acceleration_z) return frozen;
+  return vertical.update(*observation.acceleration_z, other, kResolution) || frozen;
+}
+
+void AccelerationMonitor::predict(double forward_rate, double lowest, double highest, double step) {
   timing_.add((forward_rate - forward_rate_) / step, step);
   forward_rate_ = forward_rate;
+  // What was possible fades slowly: the body follows its wheels late.
+  const double fading = step / TimingVariance::kFading;
+  lowest_rate_ = std::min(lowest, lowest_rate_ - fading * lowest_rate_);
+  highest_rate_ = std::max(highest, highest_rate_ - fading * highest_rate_);
   for (Axis* axis : {&forward_, &vertical_}) {
     axis->variance =
         std::min(axis->variance + kWandering * kWandering * step, kUnknownInclination * kUnknownInclination);
@@ -46,16 +56,19 @@ void AccelerationMonitor::Axis::correct(double noise) {
   variance *= 1.0 - gain;
 }
 
-void AccelerationMonitor::check(const Observation& observation, double step) {
+void AccelerationMonitor::check(const Observation& observation, bool moving, double step) {
   const bool vertical = observation.acceleration_z.has_value();
   const double forward_noise = parameters_.accelerometer_variance + timing_.value();
-  forward_.compare(observation.acceleration_x - forward_rate_, forward_noise);
+  const double left = observation.acceleration_x - forward_rate_ - forward_.offset;
+  const double possible =
+      std::clamp(left, std::min(0.0, lowest_rate_ - forward_rate_), std::max(0.0, highest_rate_ - forward_rate_));
+  forward_.compare(observation.acceleration_x - forward_rate_ - possible, forward_noise);
   vertical_.compare(observation.acceleration_z.value_or(kGravity) - kGravity, parameters_.accelerometer_variance);
   double squared = forward_.learned.squaredDistance(forward_.error, forward_.total);
   if (vertical) squared += vertical_.learned.squaredDistance(vertical_.error, vertical_.total);
   distance_ = std::sqrt(squared) / chebyshevBound(vertical ? 2 : 1, parameters_.false_alarm_rate);
-  frozen_ = repetition_.update(observation.acceleration_x, false, kResolution);
-  if (vertical && vertical_repetition_.update(*observation.acceleration_z, false, kResolution)) frozen_ = true;
+  const bool frozen_at_rest = repetition_at_rest_.update(observation, moving);
+  frozen_ = repetition_moving_.update(observation, !moving) || frozen_at_rest;
 
   persistence_.update(distance_ > 1.0 || frozen_, true, step);
   if (frozen_) persistence_.condemn();

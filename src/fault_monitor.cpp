@@ -60,7 +60,7 @@ const char* FaultReport::reason() const {
   if (isFaulty(accelerometer) && accelerometer.cause == FaultCause::gravity) return "IMU upside down";
   if (isFaulty(gyro)) return wheelReason(gyro, "gyro frozen", "gyro disagrees with the wheels");
   if (isFaulty(accelerometer)) return wheelReason(accelerometer, "accelerometer frozen", "accelerometer wrong");
-  return "";
+  return moved ? "moved by somebody else" : "";
 }
 
 FaultMonitor::FaultMonitor(const FaultParameters& parameters, const GeometryParameters& geometry,
@@ -83,7 +83,13 @@ void FaultMonitor::advance(const WheelCommand& applied, double duration) {
     const double forward_rate = 0.5 * rolling_radius_ * (left_.acceleration() + right_.acceleration());
     const double difference_rate = rolling_radius_ * (right_.acceleration() - left_.acceleration());
     yaw_.predict(forward_rate, model_.on_box ? 0.0 : difference_rate, WheelBelief::kStep);
-    acceleration_.predict(model_.on_box ? 0.0 : forward_rate, WheelBelief::kStep);
+    if (model_.on_box) {
+      acceleration_.predict(0.0, 0.0, 0.0, WheelBelief::kStep);
+    } else {
+      acceleration_.predict(
+          forward_rate, 0.5 * rolling_radius_ * (left_.lowestAcceleration() + right_.lowestAcceleration()),
+          0.5 * rolling_radius_ * (left_.highestAcceleration() + right_.highestAcceleration()), WheelBelief::kStep);
+    }
   }
 }
 
@@ -106,13 +112,39 @@ void FaultMonitor::start(const Observation& observation) {
 
 void FaultMonitor::checkWheels(const Observation& observation, double step) {
   const ChannelValidity& valid = observation.valid;
-  if (valid.wheel_left) left_.compare(observation.wheel_left);
-  if (valid.wheel_right) right_.compare(observation.wheel_right);
+  if (valid.wheel_left) left_.compare(observation.wheel_left, step);
+  if (valid.wheel_right) right_.compare(observation.wheel_right, step);
   weighEvidence(observation, step);
   if (valid.wheel_left) left_.conclude(observation.wheel_left, step);
   if (valid.wheel_right) right_.conclude(observation.wheel_right, step);
+  if (concludeMoved()) return;
   conclude(left_, report_.wheel_left, report_.drive_left);
   conclude(right_, report_.wheel_right, report_.drive_right);
+}
+
+/// Wheels that are to stand and turn all the same are turned from outside, whatever the yaw rate says: pushed, or
+/// lifted and spun. What they measure is kept from the controller, which is not to fight whoever does it.
+bool FaultMonitor::concludeMoved() {
+  const auto turns = [](const WheelMonitor& w) { return w.state() == ChannelState::faulty && !w.frozen(); };
+  const bool at_rest = left_.commandedToRest() && right_.commandedToRest();
+  const bool found_before =
+      report_.drive_left || report_.drive_right || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right);
+  const bool was_moved = report_.moved;
+  report_.moved = at_rest && (was_moved ? left_.suspecting() || right_.suspecting()
+                                        : !found_before && (turns(left_) || turns(right_)));
+  if (was_moved && !report_.moved) {
+    left_.forgive();
+    right_.forgive();
+    evidence_ = Evidence{};
+  }
+  if (!report_.moved) return false;
+  report_.wheel_left = {ChannelState::outlier, FaultCause::none, left_.distance()};
+  report_.wheel_right = {ChannelState::outlier, FaultCause::none, right_.distance()};
+  return true;
+}
+
+bool FaultMonitor::wheelsTurn() const {
+  return std::max(std::abs(left_.speed()), std::abs(right_.speed())) > WheelMonitor::kRestSpeed;
 }
 
 bool FaultMonitor::yawTells(const Observation& observation) const {
@@ -165,9 +197,9 @@ void FaultMonitor::checkGyro(const Observation& observation, double step) {
   // While a wheel is suspect the difference of the wheels is no witness against the gyro.
   const bool wheels_tell = !left_.suspect() && !right_.suspect() && !report_.drive_left && !report_.drive_right;
   if (model_.on_box) {
-    yaw_.check(observation.yaw_rate, {0.0, 0.0}, step);
+    yaw_.check(observation.yaw_rate, {0.0, 0.0}, wheelsTurn(), step);
   } else if (wheels_tell || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right)) {
-    yaw_.check(observation.yaw_rate, {differenceSpeed(), differenceVariance()}, step);
+    yaw_.check(observation.yaw_rate, {differenceSpeed(), differenceVariance()}, wheelsTurn(), step);
   }
   report_.gyro = {yaw_.state(), FaultCause::none, yaw_.distance()};
   if (acceleration_.upsideDown()) {
@@ -180,7 +212,7 @@ void FaultMonitor::checkGyro(const Observation& observation, double step) {
 
 void FaultMonitor::checkAccelerometer(const Observation& observation, double step) {
   if (!observation.valid.acceleration) return;
-  acceleration_.check(observation, step);
+  acceleration_.check(observation, wheelsTurn(), step);
   report_.accelerometer = {acceleration_.state(), FaultCause::none, acceleration_.distance()};
   if (!isFaulty(report_.accelerometer)) return;
   report_.accelerometer.cause = acceleration_.upsideDown() ? FaultCause::gravity

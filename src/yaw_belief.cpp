@@ -12,7 +12,7 @@ constexpr double kBiasDrift = 1e-3;        // of beta after a second [rad/s]
 }  // namespace
 
 YawBelief::YawBelief(double effective_track, const YawBeliefParameters& parameters)
-    : parameters_(parameters), given_slope_(1.0 / effective_track), belief_(given_slope_, 0.0) {
+    : parameters_(parameters), given_slope_(1.0 / effective_track), slope_(given_slope_) {
   loosen(parameters.bias_deviation);
 }
 
@@ -20,28 +20,38 @@ void YawBelief::predict(double recent_change, double memory, double step) {
   const double moved = parameters_.slip_deviation * given_slope_ * recent_change;
   const double drifted = parameters_.slip_drift * given_slope_;
   const double largest = kLargestDeviation * given_slope_;
-  P_(0, 0) = std::min(P_(0, 0) + (moved * moved / memory + drifted * drifted) * step, largest * largest);
-  P_(1, 1) += kBiasDrift * kBiasDrift * step;
+  slope_variance_ = std::min(slope_variance_ + (moved * moved / memory + drifted * drifted) * step, largest * largest);
+  bias_variance_ += kBiasDrift * kBiasDrift * step;
 }
 
 double YawBelief::variance(double x, double x_variance) const {
-  const Eigen::Vector2d H(x, 1.0);
-  return H.dot(P_ * H) + parameters_.gyro_variance + belief_(0) * belief_(0) * x_variance;
+  return x * x * slope_variance_ + bias_variance_ + parameters_.gyro_variance + slope_ * slope_ * x_variance;
+}
+
+bool YawBelief::biasObservable(double x) const {
+  const double of_slip = parameters_.slip_deviation * given_slope_ * x;
+  return of_slip * of_slip < parameters_.gyro_variance;
 }
 
 void YawBelief::correct(double yaw_rate, double x, double x_variance, double noise_factor) {
-  const Eigen::Vector2d H(x, 1.0);
-  const double noise = parameters_.gyro_variance + belief_(0) * belief_(0) * x_variance;
-  const Eigen::Vector2d gain = P_ * H / (H.dot(P_ * H) + noise_factor * noise);
-  belief_ += gain * error(yaw_rate, x);
-  belief_(0) = std::clamp(belief_(0), given_slope_ / kSlipRange, given_slope_ * kSlipRange);
-  P_ = (P_ - gain * H.transpose() * P_).eval();
-  P_ = (0.5 * (P_ + P_.transpose())).eval();
+  const double noise = noise_factor * (parameters_.gyro_variance + slope_ * slope_ * x_variance);
+  const double error = this->error(yaw_rate, x);
+  const double innovation = x * x * slope_variance_ + bias_variance_ + noise;
+  if (biasObservable(x)) {
+    // K_β = P_β / (x² P_s + P_β + Σ)
+    bias_ += bias_variance_ / innovation * error;
+    bias_variance_ *= 1.0 - bias_variance_ / innovation;
+  } else {
+    // K_s = x P_s / (x² P_s + P_β + Σ)
+    const double gain = x * slope_variance_ / innovation;
+    slope_ = std::clamp(slope_ + gain * error, given_slope_ / kSlipRange, given_slope_ * kSlipRange);
+    slope_variance_ *= 1.0 - gain * x;
+  }
 }
 
 void YawBelief::loosen(double bias_deviation) {
-  const double slip = kLargestDeviation * given_slope_;
-  P_ << slip * slip, 0.0, 0.0, bias_deviation * bias_deviation;
+  slope_variance_ = kLargestDeviation * given_slope_ * kLargestDeviation * given_slope_;
+  bias_variance_ = bias_deviation * bias_deviation;
 }
 
 }  // namespace jackal_aic

@@ -1,5 +1,6 @@
 #include "jackal_aic/yaw_monitor.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace jackal_aic {
@@ -17,6 +18,13 @@ constexpr double kGripScale = 0.1;    // m/s
 
 /// Standard deviation of the bias of a gyro that was found faulty [rad/s].
 constexpr double kFaultyBias = 0.5;
+
+/// Standard deviations of the bias by which it is said to be too large, or not.
+constexpr double kSure = 2.0;
+
+/// Time of agreement after which a slip within a plausible factor of the one at the start clears the gyro [s].
+constexpr double kLongAgreement = 10.0;
+constexpr double kPlausibleSlope = 1.8;
 
 YawBeliefParameters beliefParameters(const FaultParameters& p) {
   YawBeliefParameters belief;
@@ -38,7 +46,8 @@ YawMonitor::YawMonitor(const FaultParameters& parameters, double effective_track
       grip_(kGripMemory),
       learned_(parameters.covariance_memory),
       persistence_(parameters.persistence()),
-      repetition_(parameters.frozen_samples),
+      repetition_at_rest_(parameters.frozen_samples),
+      repetition_moving_(parameters.frozen_samples),
       bound_(chebyshevBound(1, parameters.false_alarm_rate)) {}
 
 void YawMonitor::predict(double forward_rate, double difference_rate, double step) {
@@ -52,30 +61,45 @@ void YawMonitor::predict(double forward_rate, double difference_rate, double ste
   (state() == ChannelState::faulty ? alternative_ : belief_).predict(change, kMemory, step);
 }
 
-void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, double step) {
+void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step) {
   const bool was_faulty = state() == ChannelState::faulty;
   distance_ = distanceFrom(belief_, yaw_rate, x);
-  frozen_ = repetition_.update(yaw_rate, false, kResolution);
-  bool suspect = distance_ > 1.0 || frozen_ || std::abs(belief_.bias()) > parameters_.largest_bias;
-  if (was_faulty) suspect = suspect && (frozen_ || !explained(yaw_rate, x));
+  const bool frozen_at_rest = repetition_at_rest_.update(yaw_rate, moving, kResolution);
+  frozen_ = repetition_moving_.update(yaw_rate, !moving, kResolution) || frozen_at_rest;
+  bool suspect = distance_ > 1.0 || frozen_ || biased();
+  if (was_faulty) {
+    agreement_ = distanceFrom(alternative_, yaw_rate, x) <= 1.0 ? agreement_ + step : 0.0;
+    suspect = suspect && (frozen_ || !explained(yaw_rate, x));
+  }
   persistence_.update(suspect, true, step);
   if (frozen_) persistence_.condemn();
 
   if (state() == ChannelState::ok) {
-    if (was_faulty && distance_ > 1.0) belief_ = alternative_;
+    if (was_faulty && (distance_ > 1.0 || biased())) belief_ = alternative_;
     learned_.learn(belief_.error(yaw_rate, x.value), variance(belief_, x), step);
     belief_.correct(yaw_rate, x.value, x.variance, learned_.factor());
   } else if (state() == ChannelState::faulty) {
-    if (!was_faulty) alternative_ = belief_;
+    if (!was_faulty) {
+      alternative_ = belief_;
+      agreement_ = 0.0;
+    }
     if (!was_faulty || distanceFrom(alternative_, yaw_rate, x) > 1.0) alternative_.loosen(kFaultyBias);
     alternative_.correct(yaw_rate, x.value, x.variance, learned_.factor());
   }
 }
 
+bool YawMonitor::biased() const {
+  return std::abs(belief_.bias()) - kSure * std::sqrt(belief_.biasVariance()) > parameters_.largest_bias;
+}
+
 bool YawMonitor::explained(double yaw_rate, const DifferenceSpeed& x) const {
-  const double unsure = 2.0 * std::sqrt(alternative_.covariance()(1, 1));
-  return distanceFrom(alternative_, yaw_rate, x) <= 1.0 &&
-         std::abs(alternative_.bias()) + unsure < parameters_.largest_bias;
+  if (distanceFrom(alternative_, yaw_rate, x) > 1.0) return false;
+  const double slope = alternative_.relativeSlope();
+  const double unsure = kSure * std::sqrt(alternative_.biasVariance());
+  const bool by_slip = std::abs(alternative_.bias()) + unsure < parameters_.largest_bias;
+  const bool for_long = agreement_ > kLongAgreement && std::max(slope, 1.0 / slope) < kPlausibleSlope &&
+                        std::abs(alternative_.bias()) < parameters_.largest_bias;
+  return by_slip || for_long;
 }
 
 double YawMonitor::variance(const YawBelief& belief, const DifferenceSpeed& x) const {

@@ -21,11 +21,13 @@ class AccelerationMonitor {
  public:
   explicit AccelerationMonitor(const FaultParameters& parameters);
 
-  /// Lets a step pass [s]. @param forward_rate dv/dt of the wheels' predictions [m/s^2].
-  void predict(double forward_rate, double step);
+  /// Lets a step pass [s]. @param forward_rate dv/dt of the wheels' predictions; @param lowest, @param highest what it
+  /// may be besides, as the drive train is uncertain [m/s^2].
+  void predict(double forward_rate, double lowest, double highest, double step);
 
   /// Judges a sample; its vertical part only if it is known. @param step time since the last sample [s].
-  void check(const Observation& observation, double step);
+  /// @param moving the wheels turn: the noise differs from that at rest.
+  void check(const Observation& observation, bool moving, double step);
 
   bool upsideDown() const { return upside_down_; }             ///< faulty, and gravity points upwards
   bool frozen() const { return frozen_; }                      ///< an axis of the last sample repeats to the bit
@@ -50,10 +52,17 @@ class AccelerationMonitor {
   Axis forward_;
   Axis vertical_;
   double forward_rate_ = 0.0;
+  double lowest_rate_ = 0.0;   // since the last sample
+  double highest_rate_ = 0.0;  // since the last sample
   TimingVariance timing_;
   Persistence persistence_;
-  RepetitionTest repetition_;           // of a_x
-  RepetitionTest vertical_repetition_;  // of a_z, which a live attitude leaves as it was measured
+  /// Of a_x and of a_z, which a live attitude leaves as it was measured.
+  struct Repetition {
+    RepetitionTest forward, vertical;
+    bool update(const Observation& observation, bool other);
+  };
+  Repetition repetition_at_rest_;
+  Repetition repetition_moving_;
   double distance_ = 0.0;
   bool upside_down_ = false;
   bool frozen_ = false;

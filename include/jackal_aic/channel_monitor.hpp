@@ -128,11 +128,14 @@ class Persistence {
   ChannelState state_ = ChannelState::ok;
 };
 
-/// Finds a frozen source whose stamps are fresh: a value that carries noise never repeats to the bit for long.
+/// Finds a frozen source whose stamps are fresh by the noise that it lacks: a value that carries noise never repeats to
+/// the bit for long.
 ///
-/// A run of repetitions is suspect when it is at least the given length and, at the rate p at which this channel
-/// repeats in normal operation (quantised values do), less likely than kChance: p^length < kChance. A channel that
-/// hardly changed before the run carries no noise (a simulation without it) and is never suspect.
+/// Only changes to and fro that nothing explains count as noise: motion goes on in its direction. A run of repetitions
+/// is suspect when it is at least the given length and less likely than kChance by what this channel did before: with n
+/// noisy samples and m repetitions, each with a uniform prior of its rate, the chance of another repetition is (m +
+/// 1)/(n + m + 2). Every run teaches. A channel that carries no noise (a simulation without it), or less than its own
+/// resolution, is never suspect: it stands still for as long as what it measures does.
 class RepetitionTest {
  public:
   /// @param samples shortest suspect run; 0: no run is suspect.
@@ -140,18 +143,48 @@ class RepetitionTest {
 
   /// Takes a sample; true while it continues a suspect run. @param expected true if a repetition would be normal here
   /// (a wheel at rest): such a sample ends a run and is not counted. @param resolution changes below this are no noise.
-  bool update(double value, bool expected, double resolution);
+  /// @param explained how far the value may have changed since the last sample without any noise.
+  bool update(double value, bool expected, double resolution, double explained = 0.0);
+
+  bool repeats() const { return run_ > 0; }  ///< the last sample repeats the one before to the bit
+
+  /// Resolution of the channel: the smallest change of all; 0 before there were some.
+  double quantum() const { return changes_ >= kFewChanges ? quantum_ : 0.0; }
 
  private:
   static constexpr double kChance = 1e-9;
+  void learnRun();
+  void learnQuantum(double change, double resolution);
+  void learnChange(double change, double explained);
+  bool carriesNoise(double resolution) const;
+
   int samples_;
-  int run_ = 0;  // repetitions so far
-  bool suspect_ = false;
+  int run_ = 0;          // repetitions so far
+  double chance_ = 1.0;  // of the run
   double last_ = 0.0;
   bool has_last_ = false;
-  double usual_change_ = 0.0;  // mean |change| of the last samples that changed
-  double repeats_ = 1.0;       // counted in finished runs, with a prior of one in twenty
-  double samples_seen_ = 20.0;
+  static constexpr int kFewChanges = 10;
+  double quantum_ = 0.0;
+  int changes_ = 0;  // up to kFewChanges
+  double last_change_ = 0.0;
+  double usual_change_ = 0.0;  // mean |change| of the last samples that nothing explains
+  double noisy_ = 0.0;         // samples counted, in a fading memory
+  double repeats_ = 0.0;
+};
+
+/// Finds a frozen source by the motion that it misses: its value repeats while it should have moved by more than some
+/// steps of its resolution, wherever within the uncertainty of its prediction it was and is.
+class MissedMotion {
+ public:
+  /// Takes a sample. @param repeats it repeats the one before to the bit; @param low, high what it may measure;
+  /// @param least motion that cannot be missed; @param step time since the last sample [s]. @returns true while the
+  /// source misses the motion for longer than it is known to do.
+  bool update(bool repeats, double low, double high, double least, double step);
+
+ private:
+  double low_ = 0.0, high_ = 0.0;  // when the value changed last, fading into the present
+  double missed_ = 0.0;            // [s]
+  double patience_ = 0.1;          // [s]; a source that is renewed now and then teaches to wait for it
 };
 
 }  // namespace jackal_aic

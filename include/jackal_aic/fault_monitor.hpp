@@ -23,6 +23,10 @@
 /// motion
 ///   changes and shows which it was.
 /// - a frozen or dead encoder of a wheel at rest; found when the wheel should move.
+/// - a robot that is pushed and an encoder that turns by itself, of wheels that are to stand. Taken for the former; the
+///   encoder does not count meanwhile.
+/// - a frozen encoder of a wheel that keeps its speed, where the noise is below the encoder's resolution; found when
+/// the speed should change.
 
 #include "jackal_aic/acceleration_monitor.hpp"
 #include "jackal_aic/fault_parameters.hpp"
@@ -57,6 +61,7 @@ struct FaultReport {
   ChannelVerdict accelerometer;  ///< all axes
   bool drive_left = false;       ///< the left wheels do not follow their command (blocked, or without power)
   bool drive_right = false;      ///< the right wheels do not follow their command
+  bool moved = false;            ///< wheels that are to stand turn: the robot is pushed, or carried; no fault
 
   /// Channels that count: neither outlier nor faulty.
   ChannelValidity valid() const;
@@ -64,7 +69,7 @@ struct FaultReport {
   /// True if a channel or a drive is faulty (an outlier is no fault).
   bool faulty() const;
 
-  /// The gravest fault in a few words; static text, empty if there is none.
+  /// The gravest fault, else that the robot is moved, in a few words; static text, empty if there is neither.
   const char* reason() const;
 };
 
@@ -102,6 +107,8 @@ class FaultMonitor {
   void checkWheels(const Observation& observation, double step);
   void weighEvidence(const Observation& observation, double step);
   void conclude(const WheelMonitor& wheel, ChannelVerdict& verdict, bool& drive) const;
+  bool concludeMoved();
+  bool wheelsTurn() const;
   void checkGyro(const Observation& observation, double step);
   void checkAccelerometer(const Observation& observation, double step);
   bool yawTells(const Observation& observation) const;

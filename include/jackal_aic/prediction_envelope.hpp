@@ -28,6 +28,9 @@ class PredictionEnvelope {
   /// What the envelope leaves unexplained of a value: its distance to the nearest value inside, with sign; 0 inside.
   double error(double value) const;
 
+  double low() const { return range().low; }    ///< smallest value inside
+  double high() const { return range().high; }  ///< largest value inside
+
   /// Largest minus smallest value inside.
   double width() const;
 

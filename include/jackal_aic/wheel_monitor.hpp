@@ -7,6 +7,7 @@
 #include "jackal_aic/fault_parameters.hpp"
 #include "jackal_aic/plant_model.hpp"
 #include "jackal_aic/prediction_envelope.hpp"
+#include "jackal_aic/reachable_speeds.hpp"
 #include "jackal_aic/wheel_belief.hpp"
 
 namespace jackal_aic {
@@ -26,36 +27,55 @@ class WheelMonitor {
   /// Moves the prediction by one WheelBelief::kStep during which a command [rad/s] is applied.
   void predict(double command);
 
-  /// Compares a measured speed [rad/s] with the prediction; suspect(), frozen() and distance() tell the outcome.
-  void compare(double measurement);
+  /// Compares a measured speed [rad/s] with the prediction; suspect(), frozen() and distance() tell the outcome. @param
+  /// step time since the last sample [s].
+  void compare(double measurement, double step);
 
   /// Draws the consequences of the comparison: a good sample corrects the prediction, a bad one does not. @param step
   /// time since the last sample [s].
   void conclude(double measurement, double step);
 
-  bool suspect() const { return suspect_; }                       ///< the last sample is an outlier
-  bool frozen() const { return frozen_; }                         ///< because it repeats to the bit
-  double distance() const { return distance_; }                   ///< in multiples of the bound
+  /// Believes the last measured speed and suspects nothing: the wheel was moved by somebody else.
+  void forgive();
+
+  bool commandedToRest() const;                  ///< no command of late makes it turn: what turns it comes from outside
+  bool suspect() const { return suspect_; }      ///< the last sample is an outlier
+  bool frozen() const { return frozen_; }        ///< because it repeats to the bit
+  double distance() const { return distance_; }  ///< in multiples of the bound
   ChannelState state() const { return persistence_.state(); }     ///< verdict with the last sample
   bool suspecting() const { return persistence_.suspecting(); }   ///< an outlier is among the last samples
   double speed() const { return belief_.speed(); }                ///< believed wheel speed [rad/s]
   double acceleration() const { return belief_.acceleration(); }  ///< of the prediction [rad/s^2]
-  double uncertainty() const;  ///< variance of speed(), uncertain timing included [(rad/s)^2]
-  double noiseFactor() const { return learned_.factor(); }  ///< lambda
+  double uncertainty() const;  ///< variance of speed(), uncertain drive train included [(rad/s)^2]
+  double lowestAcceleration() const { return reachable_.lowestRate(); }    ///< that the drive train may have [rad/s^2]
+  double highestAcceleration() const { return reachable_.highestRate(); }  ///< that the drive train may have [rad/s^2]
+  double noiseFactor() const { return learned_.factor(); }                 ///< lambda
 
  private:
+  struct Interval {
+    double low, high;
+  };
   double speedVariance() const;
+  double resolutionVariance() const;
   double variance() const;
+  Interval possible() const;
+  double errorOf(double measurement) const;
+  bool isFrozen(double measurement, double step);
 
   FaultParameters parameters_;
   WheelBelief belief_;
   WheelBelief early_;  // never corrected: tells what may happen soon
   PredictionEnvelope envelope_;
+  ReachableSpeeds reachable_;
+  bool identified_;
   RecentChange change_;
   LearnedVariance learned_;
   Persistence persistence_;
   RepetitionTest repetition_;
+  MissedMotion missed_motion_;
   double bound_;
+  double last_speed_ = 0.0;  // believed when the last sample came [rad/s]
+  double measured_ = 0.0;    // last [rad/s]
   double error_ = 0.0;
   double distance_ = 0.0;
   bool frozen_ = false;

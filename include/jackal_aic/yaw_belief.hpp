@@ -6,11 +6,14 @@
 ///
 ///     theta_dot = s x + beta + noise,    x = r alpha (w_R - w_L),    s = 1 / b_hat
 ///
+/// In a steady turn only the sum s x + beta is observable: what noise and drift do to it must not wander into the bias.
+/// So beta is learned where the slip says less than the noise, at rest and on a straight line, and s in turns, each by
+/// a scalar Kalman filter that counts the other's variance as noise (a Schmidt-Kalman, or consider, filter without the
+/// covariance of the two).
+///
 /// s changes with the motion (a skid-steer robot that drives a fast arc turns as if its track were narrower: on the
 /// simulated ground b_hat goes from 0.55 m to 0.38 m) and beta hardly ever: what changes while the motion stays is
 /// suspect.
-
-#include <Eigen/Core>
 
 namespace jackal_aic {
 
@@ -22,7 +25,7 @@ struct YawBeliefParameters {
   double bias_deviation = 0.02;   ///< standard deviation of beta at the start [rad/s]
 };
 
-/// Kalman filter of (s, beta). Nothing here allocates.
+/// Beliefs about s and beta. Nothing here allocates.
 class YawBelief {
  public:
   /// Change of the forward speed, or of x, after which little is known about s [m/s].
@@ -36,7 +39,7 @@ class YawBelief {
   void predict(double recent_change, double memory, double step);
 
   /// theta_dot - (s x + beta) [rad/s].
-  double error(double yaw_rate, double x) const { return yaw_rate - belief_(0) * x - belief_(1); }
+  double error(double yaw_rate, double x) const { return yaw_rate - slope_ * x - bias_; }
 
   /// Variance of error(). @param x_variance of x [(m/s)^2].
   double variance(double x, double x_variance) const;
@@ -48,15 +51,20 @@ class YawBelief {
   /// [rad/s].
   void loosen(double bias_deviation);
 
-  double slope() const { return belief_(0); }               ///< s [1/m]
-  double bias() const { return belief_(1); }                ///< beta [rad/s]
-  const Eigen::Matrix2d& covariance() const { return P_; }  ///< of (s, beta)
+  double slope() const { return slope_; }                         ///< s [1/m]
+  double bias() const { return bias_; }                           ///< beta [rad/s]
+  double biasVariance() const { return bias_variance_; }          ///< of beta [(rad/s)^2]
+  double relativeSlope() const { return slope_ / given_slope_; }  ///< s in multiples of the one at the start
 
  private:
+  bool biasObservable(double x) const;
+
   YawBeliefParameters parameters_;
   double given_slope_;
-  Eigen::Vector2d belief_;
-  Eigen::Matrix2d P_;
+  double slope_;
+  double bias_ = 0.0;
+  double slope_variance_;
+  double bias_variance_;
 };
 
 }  // namespace jackal_aic

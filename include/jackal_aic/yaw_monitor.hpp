@@ -19,7 +19,8 @@ struct DifferenceSpeed {
 ///
 /// A gyro that was found faulty counts again when it agrees with what was believed before the fault, or when a new
 /// belief, free to learn other slip and bias, explains it by slip alone. In steady driving slip and bias look the same;
-/// they part when the motion changes.
+/// they part when the motion changes. Where it does not change, a gyro that a plausible slip predicts well for long
+/// counts again.
 class YawMonitor {
  public:
   /// @param effective_track b_hat at the start [m].
@@ -33,7 +34,8 @@ class YawMonitor {
   double error(double yaw_rate, double x) const { return belief_.error(yaw_rate, x); }
 
   /// Judges a sample against wheels that are trusted. @param step time since the last sample [s].
-  void check(double yaw_rate, const DifferenceSpeed& x, double step);
+  /// @param moving the wheels turn: the noise of a gyro differs from that at rest.
+  void check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step);
 
   bool frozen() const { return frozen_; }                      ///< the last sample repeats to the bit
   double distance() const { return distance_; }                ///< in multiples of the bound
@@ -41,6 +43,7 @@ class YawMonitor {
   const YawBelief& belief() const { return belief_; }          ///< slip and bias
 
  private:
+  bool biased() const;
   bool explained(double yaw_rate, const DifferenceSpeed& x) const;
   double variance(const YawBelief& belief, const DifferenceSpeed& x) const;
   double distanceFrom(const YawBelief& belief, double yaw_rate, const DifferenceSpeed& x) const;
@@ -54,9 +57,11 @@ class YawMonitor {
   TimingVariance grip_;
   LearnedVariance learned_;
   Persistence persistence_;
-  RepetitionTest repetition_;
+  RepetitionTest repetition_at_rest_;
+  RepetitionTest repetition_moving_;
   double bound_;
   double distance_ = 0.0;
+  double agreement_ = 0.0;  // time for which a plausible slip has explained a gyro found faulty [s]
   bool frozen_ = false;
 };
 

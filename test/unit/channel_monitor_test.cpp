@@ -127,10 +127,70 @@ TEST_F(Repetition, FindsAFrozenSensor) {
 
 TEST_F(Repetition, LearnsThatAQuantisedSensorRepeats) {
   RepetitionTest test(8);
-  EXPECT_FALSE(feedNoise(test, 30000, 0.05));  // repeats about every second sample
-  bool found = false;
-  for (int k = 0; k < 60; ++k) found |= test.update(5.0, false, 1e-5);
-  EXPECT_TRUE(found) << "freezing is still found, later";
+  EXPECT_FALSE(feedNoise(test, 30000, 0.01));  // repeats about every tenth sample
+  EXPECT_NEAR(test.quantum(), 0.01, 1e-9);
+  test.update(5.0, false, 1e-5);
+  int needed = 1;
+  while (!test.update(5.0, false, 1e-5) && needed < 100) ++needed;
+  EXPECT_GT(needed, 8);
+  EXPECT_LT(needed, 15) << "freezing is still found, later";
+}
+
+TEST_F(Repetition, BelowTheResolutionNoiseSaysNothing) {
+  for (double quantum : {0.0606, 0.1}) {
+    RepetitionTest test(8);
+    EXPECT_FALSE(feedNoise(test, 30000, quantum));
+    for (int k = 0; k < 3000; ++k) ASSERT_FALSE(test.update(5.0, false, 1e-5)) << "in the middle of a step it stays";
+  }
+}
+
+TEST_F(Repetition, TheFirstRunCondemnsNobody) {
+  RepetitionTest test(8);
+  for (int k = 0; k < 100; ++k) EXPECT_FALSE(test.update(5.0, false, 1e-5));
+}
+
+TEST_F(Repetition, MotionIsNoNoise) {
+  RepetitionTest test(8);
+  for (int k = 0; k < 60; ++k) EXPECT_FALSE(test.update(0.0065 * std::round(0.3 * k / 0.0065), false, 1e-5, 0.3));
+  for (int k = 0; k < 3000; ++k) ASSERT_FALSE(test.update(17.7, false, 1e-5, 0.0)) << "a ramp that ends without noise";
+}
+
+TEST_F(Repetition, ARunThatCondemnsTeaches) {
+  RepetitionTest test(8);
+  feedNoise(test, 200, 0.0);
+  const auto repeatsUntilSuspect = [&] {
+    int count = 0;
+    test.update(5.0 + noise_(random_), false, 1e-5);
+    for (test.update(7.0, false, 1e-5); !test.update(7.0, false, 1e-5) && count < 100;) ++count;
+    for (int k = 0; k < 20; ++k) test.update(7.0, false, 1e-5);
+    return count;
+  };
+  const int first = repeatsUntilSuspect();
+  EXPECT_LT(first, repeatsUntilSuspect());
+}
+
+TEST(MissedMotion, FindsARunThatOutlastsTheMotion) {
+  MissedMotion test;
+  EXPECT_FALSE(test.update(false, 4.9, 5.1, 0.3, kStep));
+  for (int k = 0; k < 1000; ++k) EXPECT_FALSE(test.update(true, 4.9, 5.1, 0.3, kStep)) << "nothing to miss";
+  int samples = 0;
+  while (!test.update(true, 6.0, 6.2, 0.3, kStep) && samples < 100) ++samples;
+  EXPECT_LE(samples * kStep, 0.25);
+  EXPECT_FALSE(test.update(false, 6.0, 6.2, 0.3, kStep)) << "it lives again";
+}
+
+TEST(MissedMotion, ASourceThatIsRenewedNowAndThenIsAlive) {
+  MissedMotion test;
+  for (int k = 0; k < 1000; ++k) {
+    const double speed = 0.3 * k;  // renewed at 10 Hz
+    EXPECT_FALSE(test.update(k % 5 != 0, speed - 0.1, speed + 0.1, 0.3, kStep)) << k;
+  }
+}
+
+TEST(MissedMotion, UncertainMotionIsNone) {
+  MissedMotion test;
+  test.update(false, 4.0, 5.0, 0.3, kStep);
+  for (int k = 0; k < 1000; ++k) EXPECT_FALSE(test.update(true, 4.9, 9.0, 0.3, kStep)) << "it may be where it was";
 }
 
 TEST_F(Repetition, WithoutNoiseASteadyValueIsNormal) {

@@ -188,6 +188,86 @@ TEST(FaultMonitor, ResetForgetsFaults) {
   EXPECT_FALSE(robot.monitor().report().faulty());
 }
 
+/// Rounds the wheel speeds to steps of an encoder.
+Observation rounded(Observation y, double step) {
+  y.wheel_left = step * std::round(y.wheel_left / step);
+  y.wheel_right = step * std::round(y.wheel_right / step);
+  return y;
+}
+
+TEST(FaultMonitor, WheelsThatAreToStandAndTurnAreMoved) {
+  for (double yaw_rate : {0.0, 1.5, -0.7}) {  // pushed straight, turned with the wheels on the ground, spun in the air
+    Robot robot;
+    robot.drive(kStraight, 3.0);
+    // Nearly at rest: a controller's command is hardly ever zero to the bit.
+    robot.drive({0.02, -0.01}, 3.0);
+    const auto push = [&](Observation& y) { y.wheel_left += 2.0, y.wheel_right += 5.0, y.yaw_rate += yaw_rate; };
+    const FaultReport& pushed = robot.drive({0.02, -0.01}, 5.0, push);
+    EXPECT_TRUE(pushed.moved);
+    EXPECT_FALSE(pushed.drive_left || pushed.drive_right);
+    EXPECT_NE(pushed.wheel_left.state, ChannelState::faulty);
+    EXPECT_NE(pushed.wheel_right.state, ChannelState::faulty);
+    robot.drive({}, 1.5);
+    EXPECT_TRUE(robot.monitor().report().valid().wheel_left && robot.monitor().report().valid().wheel_right);
+    EXPECT_STREQ(robot.drive(kStraight, 2.0).reason(), "") << "nothing is left of it";
+  }
+}
+
+TEST(FaultMonitor, TellsThatTheRobotIsMoved) {
+  Robot robot;
+  robot.drive({}, 2.0);
+  const FaultReport& pushed = robot.drive({}, 1.0, [](Observation& y) { y.wheel_left += 3.0, y.wheel_right += 3.0; });
+  EXPECT_STREQ(pushed.reason(), "moved by somebody else");
+  EXPECT_FALSE(pushed.faulty());
+}
+
+TEST(FaultMonitor, ARobotThatIsMovedAndThenDrivesIsWatchedAgain) {
+  Robot robot;
+  robot.drive({}, 2.0);
+  robot.drive({}, 1.0, [](Observation& y) { y.wheel_left += 3.0, y.wheel_right += 3.0; });
+  EXPECT_STREQ(robot.drive(kStraight, 3.0).reason(), "");
+  EXPECT_STREQ(robot.drive(kStraight, 0.3, [](Observation& y) { y.wheel_left = y.wheel_right = 0.0; }).reason(),
+               "wheels do not follow their command");
+}
+
+TEST(FaultMonitor, AnotherAccelerationLimitIsNoFault) {
+  for (double ratio : {0.5, 1.8, 3.0}) {
+    PlantModel real = model();
+    real.acceleration_limit *= ratio;
+    WheelBelief left(real, 0.098, {}), right(left);
+    FaultMonitor monitor({}, {}, model());
+    std::mt19937 random(8);
+    std::normal_distribution<double> noise(0.0, 1.0);
+    WheelCommand command;
+    for (int k = 0; k < 300000; ++k) {
+      if (k % 700 == 0) command = {12.0 * noise(random), 12.0 * noise(random)};
+      if (k % 20 == 0) {
+        Observation y;
+        y.stamp = 0.001 * k;
+        y.wheel_left = left.speed() + 0.03 * noise(random);
+        y.wheel_right = right.speed() + 0.03 * noise(random);
+        y.yaw_rate = 0.098 * (right.speed() - left.speed()) / 0.55 + 0.005 * noise(random);
+        y.acceleration_x = 0.049 * (left.acceleration() + right.acceleration()) + 0.05 * noise(random);
+        y.acceleration_z = kGravity + 0.05 * noise(random);
+        ASSERT_STREQ(monitor.check(y).reason(), "") << "limit x " << ratio << " at " << y.stamp << " s";
+      }
+      monitor.advance(command, 0.001);
+      left.predict(command.left);
+      right.predict(command.right);
+    }
+  }
+}
+
+TEST(FaultMonitor, AQuantisedEncoderIsAliveAsLongAsNothingSaysOtherwise) {
+  for (double step : {0.0065, 0.0131, 0.06, 0.0606, 0.1}) {
+    Robot robot;
+    for (const WheelCommand& command : {kStraight, kTurn, WheelCommand{8.0, 7.0}, WheelCommand{0.9, 1.1}}) {
+      const FaultReport& report = robot.drive(command, 60.0, [&](Observation& y) { y = rounded(y, step); });
+      EXPECT_STREQ(report.reason(), "") << step;
+    }
+  }
+}
+
 TEST(FaultMonitor, BlindGyroOfABoxIsNoWitness) {
   PlantModel box = model();
   box.on_box = true;
@@ -239,6 +319,54 @@ TEST(YawBelief, LearnsSlipInATurnAndBiasOnAStraightLine) {
   EXPECT_NEAR(belief.slope(), slope, 0.02 * slope);
   EXPECT_NEAR(belief.bias(), bias, 0.003);
   EXPECT_NEAR(belief.error(slope * 0.3 + bias, 0.3), 0.0, 0.01);
+}
+
+TEST(YawBelief, ASteadyTurnSaysNothingAboutTheBias) {
+  for (double x : {0.05, 0.11, 0.3, 1.1}) {
+    std::mt19937 random(4);
+    std::normal_distribution<double> noise(0.0, 0.005);
+    YawBelief belief(0.55, {});
+    for (int k = 0; k < 90000; ++k) {  // half an hour
+      const double slip = 1.0 + 0.2 * std::sin(0.001 * k);
+      belief.predict(0.0, 0.5, 0.02);
+      belief.correct(slip * x / 0.55 + noise(random), x, 2e-6, 1.0);
+      ASSERT_LT(std::abs(belief.bias()), 0.005) << x << " m/s, sample " << k;
+    }
+    EXPECT_NEAR(belief.error(x * (1.0 + 0.2 * std::sin(90.0)) / 0.55, x), 0.0, 0.02);
+  }
+}
+
+/// Shows a monitor a steady turn. @param slip of the turn in multiples of the one given, @param bias of the gyro.
+void turn(YawMonitor& monitor, std::mt19937& random, double x, double slip, double bias, int samples) {
+  std::normal_distribution<double> noise(0.0, 0.005);
+  for (int k = 0; k < samples; ++k) {
+    for (int step = 0; step < 20; ++step) monitor.predict(0.0, 0.0, 0.001);
+    monitor.check(slip * x / 0.55 + bias + noise(random), {x, 2e-6}, true, 0.02);
+  }
+}
+
+TEST(YawMonitor, AGyroThatAPlausibleSlipPredictsForLongCountsAgain) {
+  std::mt19937 random(3);
+  YawMonitor monitor({}, 0.55);
+  turn(monitor, random, 0.5, 1.0, 0.0, 200);
+  turn(monitor, random, 0.5, 1.4, 0.0, 50);  // on another ground, from one sample to the next
+  EXPECT_EQ(monitor.state(), ChannelState::faulty);
+  turn(monitor, random, 0.5, 1.4, 0.0, 700);
+  EXPECT_EQ(monitor.state(), ChannelState::ok) << "although the turn goes on";
+  turn(monitor, random, 0.0, 1.0, 0.0, 100);
+  EXPECT_EQ(monitor.state(), ChannelState::ok);
+}
+
+TEST(YawMonitor, ABiasShowsOnAStraightLineWhateverTheTurnMadeOfIt) {
+  std::mt19937 random(3);
+  YawMonitor monitor({}, 0.55);
+  turn(monitor, random, 0.5, 1.0, 0.0, 200);
+  turn(monitor, random, 0.5, 1.0, 0.2, 200);
+  EXPECT_EQ(monitor.state(), ChannelState::faulty);
+  turn(monitor, random, 0.0, 1.0, 0.2, 200);
+  EXPECT_EQ(monitor.state(), ChannelState::faulty);
+  turn(monitor, random, 0.0, 1.0, 0.0, 100);
+  EXPECT_EQ(monitor.state(), ChannelState::ok);
 }
 
 TEST(YawBelief, DoesNotTakeASuddenBiasForSlip) {
