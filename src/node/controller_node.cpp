@@ -87,18 +87,20 @@ void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
 
 void ControllerNode::onObservation(Observation observation, const ros::Time& stamp) {
   catchUp(last_now_);  // a measurement that overtakes the belief timer must not meet a belief about the past
+  const bool alone = !observation.valid.all();
+  const bool taken_alone = taken_alone_ && stamp == measurement_stamp_;
   measurements_.judge(observation, last_now_.toSec());
   const SampleVerdict verdict = controller_.observe(observation);
-  if (!taken(verdict)) {
-    const bool incomplete = verdict == SampleVerdict::incomplete;
-    reportRefusal(incomplete ? "measurement of which too few channels count"
-                             : "measurement whose stamp is not later than the last one",
-                  ++rejected_measurements_);
+  if (!taken(verdict) && verdict != SampleVerdict::incomplete) {
+    // The partner of a sample that was taken alone has come back.
+    if (!taken_alone) reportRefusal("measurement whose stamp is not later than the last one", ++rejected_measurements_);
     return;
   }
-  if (measurements_.trustsBlindly(last_now_.toSec())) seedBelief();
   measurement_stamp_ = stamp;
   measurement_received_ = last_now_;
+  taken_alone_ = alone;
+  if (verdict == SampleVerdict::incomplete) return;  // it has come, but does not count: measurements_ says why
+  if (measurements_.trustsBlindly(last_now_.toSec())) seedBelief();
   SensorGeneralized message = structure_->measurement();
   message.header.stamp = stamp;
   message.header.frame_id = parameters_.robot.base_frame;
@@ -236,7 +238,7 @@ void ControllerNode::reset() {
   structure_->reset();
   sensors_.reset();
   robot_.reset();
-  measurements_.reset();
+  measurements_.restart();
   schedule_.stop();
   transforms_.clear();
   set_point_ = {};
@@ -270,7 +272,12 @@ void ControllerNode::reportStatus(const GateDecision& decision) {
       ROS_WARN("Braking: %s", reason_.c_str());
       break;
     case DriveStatus::stopped:
-      ROS_WARN("Stopped: %s", reason_.c_str());
+      // A start is no event: what is waited for is told, but nothing has stopped.
+      if (before == DriveStatus::idle) {
+        ROS_INFO("Waiting: %s", reason_.c_str());
+      } else {
+        ROS_WARN("Stopped: %s", reason_.c_str());
+      }
       break;
     case DriveStatus::faulted:
       if (before != DriveStatus::faulted) ++faults_;

@@ -92,6 +92,7 @@ class ControllerNode {
   ros::Time set_point_received_;    // zero before the first
   ros::Time measurement_stamp_;     // of the last observation the controller took; zero before the first
   ros::Time measurement_received_;  // when it was taken
+  bool taken_alone_ = false;        // that observation was of one source, the other being silent
   bool clock_jumped_ = false;       // back, and the robot has not come to rest since
   bool ending_ = false;
   ros::Time last_now_;   // of the last callback, to notice a clock that jumps back

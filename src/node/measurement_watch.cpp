@@ -13,6 +13,12 @@ bool counts(const ChannelVerdict& verdict) { return verdict.state != ChannelStat
 
 constexpr double kLargestAcceleration = 100.0;  // m/s^2, about 10 g
 
+/// Time in which the second source may follow the first at the start [s].
+constexpr double kLongestStart = 1.0;
+
+/// Time of samples of which too few channels count before the robot stops [s]; the monitor isolates a fault sooner.
+constexpr double kLongestBlindness = 0.3;
+
 constexpr double kStallRecovery = 0.3;  // s, dead time and acceleration after a stall
 
 /// Samples in a row without a channel that make it lost: 0.2 s at 50 Hz.
@@ -42,23 +48,29 @@ void MeasurementWatch::judge(Observation& observation, double now) {
   if (imu_lost_) observation.valid.yaw_rate = observation.valid.acceleration = false;
   if (wheels_lost_) observation.valid.wheel_left = observation.valid.wheel_right = false;
   if (monitor_ && !trustsBlindly(now)) {
-    const char* before = monitor_->report().reason();
+    const std::string before = monitor_->report().reason();
     observation.valid = observation.valid & monitor_->check(observation).valid();
-    const char* reason = monitor_->report().reason();
-    if (reason != before && *reason != '\0') {
-      ++detected_;
-      ROS_WARN("Fault detected: %s", reason);
-    } else if (reason != before) {
-      ROS_INFO("Fault is over: %s", before);
-    }
+    tell(before);
   }
-  if (seesTheMotion(observation.valid)) last_sight_ = now;
-  count(observation.valid.yaw_rate, excluded_.yaw_rate);
-  count(observation.valid.wheel_left, excluded_.wheel_left);
-  count(observation.valid.wheel_right, excluded_.wheel_right);
+  if (!seesTheMotion(observation.valid)) return;
+  last_sight_ = now;
+  started_ = true;
 }
 
-void MeasurementWatch::excludeImpossible(Observation& observation) const {
+void MeasurementWatch::tell(const std::string& before) {
+  const std::string reason = monitor_->report().reason();
+  if (reason == before) return;
+  if (monitor_->report().faulty()) {
+    ++detected_;
+    ROS_WARN("Fault detected: %s", reason.c_str());
+  } else if (reason.empty()) {
+    ROS_INFO("Over: %s", before.c_str());
+  } else {
+    ROS_INFO("The robot is %s", reason.c_str());
+  }
+}
+
+void MeasurementWatch::excludeImpossible(Observation& observation) {
   const auto within = [](double value, double bound) { return std::abs(value) <= bound; };
   ChannelValidity possible;
   possible.wheel_left = within(observation.wheel_left, largest_wheel_speed_);
@@ -68,20 +80,43 @@ void MeasurementWatch::excludeImpossible(Observation& observation) const {
                           within(observation.acceleration_y, kLargestAcceleration) &&
                           within(observation.acceleration_z.value_or(0.0), kLargestAcceleration);
   observation.valid = observation.valid & possible;
+  // An outlier is no loss: the monitor decides within some samples what it was.
+  count(possible.yaw_rate, excluded_.yaw_rate);
+  count(possible.wheel_left, excluded_.wheel_left);
+  count(possible.wheel_right, excluded_.wheel_right);
 }
 
 void MeasurementWatch::applyPolicy(StopCauses& causes, double now, bool at_rest) {
+  if (starting(causes, now)) return;
   noteSources(causes);
   const LossDecision decision = decideOnLoss(policy_, tolerance(), remaining(), now - last_sight_, on_box_);
-  loss_ = decision.reason;
   const bool lost = imu_lost_ || wheels_lost_;
+  // What is lost and not tolerated is a cause of its own already.
+  loss_ = lost && decision.action == LossAction::stop ? "" : decision.reason;
   if (lost && decision.action == LossAction::drive) {
     causes.remove({StopCause::unpaired, StopCause::imu_frozen, StopCause::imu_late, StopCause::imu_missing,
                    StopCause::wheels_frozen, StopCause::wheels_late, StopCause::wheels_missing});
   }
-  const bool too_little = !lost && !wheelsRepeat() && decision.action == LossAction::stop;
+  const bool unclear = *decision.reason == '\0' && blind(now);
+  if (unclear) loss_ = "too few channels count";
+  const bool too_little = !lost && !wheelsRepeat() && (decision.action == LossAction::stop || unclear);
   const bool blocked = monitor_ && (monitor_->report().drive_left || monitor_->report().drive_right);
   causes.add(StopCause::sensor_fault, !at_rest && (too_little || blocked));
+}
+
+/// Before the first measurement nothing is lost; a source that does not come at all is, after a while.
+bool MeasurementWatch::starting(const StopCauses& causes, double now) {
+  if (started_) return false;
+  const bool no_imu = causes.hasAny({StopCause::imu_missing}), no_wheels = causes.hasAny({StopCause::wheels_missing});
+  if (no_imu && no_wheels) return true;
+  if (first_source_ == 0.0) first_source_ = now;
+  started_ = (!no_imu && !no_wheels) || now - first_source_ > kLongestStart;
+  return !started_;
+}
+
+bool MeasurementWatch::blind(double now) const {
+  const bool moved = monitor_ && monitor_->report().moved;
+  return !moved && last_sight_ > 0.0 && now - last_sight_ > kLongestBlindness;
 }
 
 void MeasurementWatch::noteSources(const StopCauses& causes) {
@@ -133,6 +168,12 @@ void MeasurementWatch::reset() {
   stalled_until_ = 0.0;
   excluded_ = {};
   loss_ = "";
+}
+
+void MeasurementWatch::restart() {
+  reset();
+  started_ = false;
+  first_source_ = 0.0;
 }
 
 void MeasurementWatch::forgiveStall(double now) {

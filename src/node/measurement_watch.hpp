@@ -48,6 +48,9 @@ class MeasurementWatch {
   /// Forgets measurements and faults.
   void reset();
 
+  /// As reset(), and waits for the first measurements again: what has not come yet is not lost.
+  void restart();
+
   /// After a time without action steps (a stall, a clock that jumped forward), in which the motors may have stopped by
   /// themselves: forgets, and trusts every sample until the robot does what it is told again. @param now [s].
   void forgiveStall(double now);
@@ -56,9 +59,12 @@ class MeasurementWatch {
   bool trustsBlindly(double now) const { return now < stalled_until_; }
 
  private:
+  bool starting(const StopCauses& causes, double now);
   void noteSources(const StopCauses& causes);
-  bool wheelsRepeat() const;  // both encoders at once: the source, on which its own deadline decides
-  void excludeImpossible(Observation& observation) const;
+  void tell(const std::string& before);
+  bool blind(double now) const;  // although both sources speak
+  bool wheelsRepeat() const;     // both encoders at once: the source, on which its own deadline decides
+  void excludeImpossible(Observation& observation);
   ChannelValidity remaining() const;
   LossTolerance tolerance() const;
 
@@ -74,7 +80,9 @@ class MeasurementWatch {
   bool wheels_lost_ = false;  // silent or frozen
   struct {
     int yaw_rate = 0, wheel_left = 0, wheel_right = 0;
-  } excluded_;                  // samples in a row in which a channel did not count
+  } excluded_;                  // samples in a row in which a channel read what no robot does
+  bool started_ = false;        // measurements have come, or are overdue
+  double first_source_ = 0.0;   // time at which a source spoke first [s]
   double last_sight_ = 0.0;     // time at which two of yaw rate and wheels counted [s]
   double stalled_until_ = 0.0;  // end of the time after a stall [s]
   const char* loss_ = "";

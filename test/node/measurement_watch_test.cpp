@@ -142,6 +142,57 @@ TEST(MeasurementWatch, WhatTheMotorsDidDuringAStallIsNoFault) {
   EXPECT_TRUE(findsTheFault(watch, 2.3, 25)) << "blind for ever";
 }
 
+TEST(MeasurementWatch, AStartIsNoLoss) {
+  MeasurementWatch watch(parameters(kDrive, kDrive, kStop));
+  EXPECT_EQ(after(watch, {StopCause::unpaired, StopCause::imu_missing, StopCause::wheels_missing}),
+            StopCause::wheels_missing);
+  EXPECT_EQ(watch.reason(), "");
+  EXPECT_EQ(after(watch, {StopCause::unpaired, StopCause::imu_missing}), StopCause::imu_missing);
+  EXPECT_FALSE(watch.imuSilent()) << "it may come any moment";
+  EXPECT_EQ(watch.reason(), "");
+}
+
+TEST(MeasurementWatch, ASourceThatDoesNotComeAtAllIsLost) {
+  MeasurementWatch watch(parameters(kDrive, kDrive, kStop));
+  for (double now : {1.0, 1.5, 2.1}) {
+    StopCauses causes;
+    causes.add(StopCause::unpaired, true).add(StopCause::imu_missing, true);
+    watch.applyPolicy(causes, now, false);
+    EXPECT_EQ(watch.imuSilent(), now > 2.0);
+    EXPECT_EQ(causes.worst(), now > 2.0 ? StopCause::none : StopCause::imu_missing);
+  }
+}
+
+TEST(MeasurementWatch, ACauseOfItsOwnIsNotToldTwice) {
+  MeasurementWatch watch(parameters(kDrive, kDrive, kStop));
+  EXPECT_EQ(after(watch, {StopCause::wheels_late, StopCause::unpaired}), StopCause::wheels_late);
+  EXPECT_EQ(watch.reason(), "");
+}
+
+/// A robot at rest whose wheels are turned, and its watch; the monitor knows the drive train.
+TEST(MeasurementWatch, APushedRobotHasNoFault) {
+  NodeParameters with_model = parameters(kDrive, kDrive, kStop);
+  with_model.plant_model = PlantModel{};
+  MeasurementWatch watch(with_model);
+  for (int i = 0; i < 300; ++i) {
+    const double noise = 0.001 * (i * 7 % 5), push = i > 100 && i < 200 ? 4.0 : 0.0;
+    Observation sample;
+    sample.stamp = 1.0 + 0.02 * i;
+    sample.wheel_left = sample.wheel_right = push + noise;
+    sample.yaw_rate = sample.acceleration_x = noise;
+    watch.judge(sample, sample.stamp);
+    for (int step = 0; step < 20; ++step) watch.advance({0.01, -0.01}, 0.001);
+    StopCauses causes;
+    watch.applyPolicy(causes, sample.stamp, false);
+    EXPECT_EQ(causes.worst(), StopCause::none) << "sample " << i << ": " << watch.reason();
+    if (i == 150) {
+      EXPECT_EQ(watch.reason(), "moved by somebody else");
+    }
+  }
+  EXPECT_EQ(watch.reason(), "");
+  EXPECT_EQ(watch.detected(), 0u);
+}
+
 TEST(MeasurementWatch, AnImuThatSpeaksNonsenseIsLost) {
   MeasurementWatch watch(parameters(kDrive, kStop, kStop));
   for (int i = 0; i < 10; ++i) {
