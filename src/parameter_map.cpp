@@ -1,9 +1,7 @@
 #include "jackal_aic/parameter_map.hpp"
 
-#include <cerrno>
+#include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <limits>
 #include <sstream>
 
 #include "jackal_aic/text.hpp"
@@ -24,39 +22,20 @@ std::string join(const std::vector<std::string>& words) {
   return text;
 }
 
+/// The first items of a list, and how many there are if not all are told.
+template <class Item, class Text>
+std::string listed(const std::vector<Item>& items, const Text& text) {
+  constexpr std::size_t kMost = 8;
+  std::vector<std::string> words;
+  for (std::size_t i = 0; i < std::min(items.size(), kMost); ++i) words.push_back(text(items[i]));
+  if (items.size() > kMost) words.push_back("... " + std::to_string(items.size()) + " in all");
+  return "[" + join(words) + "]";
+}
+
 std::string range(Bounds bounds, const char* unit) {
   std::string text = "[" + number(bounds.low) + ", " + number(bounds.high) + "]";
   if (*unit != '\0') text += std::string(" ") + unit;
   return text;
-}
-
-std::string trimmed(const std::string& text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string::npos) return "";
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
-bool parseInteger(const std::string& text, std::int64_t& value) {
-  if (text.empty()) return false;
-  char* end = nullptr;
-  errno = 0;
-  value = std::strtoll(text.c_str(), &end, 10);
-  return *end == '\0' && errno == 0;
-}
-
-bool parseNumber(const std::string& text, double& value) {
-  if (text.empty()) return false;
-  if (text == ".nan" || text == ".NaN" || text == ".NAN") {
-    value = std::numeric_limits<double>::quiet_NaN();
-    return true;
-  }
-  if (text == ".inf" || text == "-.inf" || text == "+.inf") {
-    value = text[0] == '-' ? -HUGE_VAL : HUGE_VAL;
-    return true;
-  }
-  char* end = nullptr;
-  value = std::strtod(text.c_str(), &end);
-  return *end == '\0';
 }
 
 const double* asNumber(const ParameterValue& value, double& storage) {
@@ -85,46 +64,13 @@ std::string describe(const ParameterValue& value) {
     std::string operator()(std::int64_t v) const { return std::to_string(v); }
     std::string operator()(double v) const { return number(v); }
     std::string operator()(const std::string& v) const { return quoted(v); }
-    std::string operator()(const std::vector<double>& v) const {
-      std::vector<std::string> words;
-      words.reserve(v.size());
-      for (double x : v) words.push_back(number(x));
-      return "[" + join(words) + "]";
-    }
-    std::string operator()(const std::vector<std::string>& v) const { return "[" + onOneLine(join(v)) + "]"; }
+    std::string operator()(const std::vector<double>& v) const { return listed(v, number); }
+    std::string operator()(const std::vector<std::string>& v) const { return listed(v, quoted); }
   } text;
   return std::visit(text, value);
 }
 
 void ParameterMap::set(const std::string& key, ParameterValue value) { values_[key] = std::move(value); }
-
-void ParameterMap::setFromText(const std::string& key, const std::string& raw) {
-  const std::string text = trimmed(raw);
-  std::int64_t whole = 0;
-  double real = 0.0;
-  if (text == "true" || text == "false") {
-    set(key, text == "true");
-  } else if (parseInteger(text, whole)) {
-    set(key, whole);
-  } else if (parseNumber(text, real)) {
-    set(key, real);
-  } else if (text.size() >= 2 && text.front() == '[' && text.back() == ']') {
-    std::vector<std::string> words;
-    std::vector<double> numbers;
-    std::stringstream items(text.substr(1, text.size() - 2));
-    for (std::string item; std::getline(items, item, ',');) {
-      words.push_back(trimmed(item));
-      if (parseNumber(words.back(), real)) numbers.push_back(real);
-    }
-    if (numbers.size() == words.size()) {
-      set(key, numbers);
-    } else {
-      set(key, words);
-    }
-  } else {
-    set(key, text);
-  }
-}
 
 bool ParameterMap::has(const std::string& key) const { return values_.count(key) > 0; }
 
@@ -147,7 +93,7 @@ std::vector<std::string> ParameterMap::knownKeys() const { return {known_.begin(
 void ParameterMap::refuseUnknown() const {
   for (const auto& entry : values_) {
     if (known_.count(entry.first) == 0) {
-      throw ParameterError(onOneLine(entry.first) + " = " + describe(entry.second) +
+      throw ParameterError(shortened(entry.first) + " = " + describe(entry.second) +
                            ": unknown key; known keys: " + join(knownKeys()));
     }
   }

@@ -11,9 +11,11 @@ std::string onOneLine(std::string text) {
   return text;
 }
 
-std::string quoted(const std::string& text) {
+std::string shortened(const std::string& text) {
   constexpr std::size_t kLongest = 80;
-  return "'" + onOneLine(text.size() > kLongest ? text.substr(0, kLongest) + "..." : text) + "'";
+  return onOneLine(text.size() > kLongest ? text.substr(0, kLongest) + "..." : text);
 }
+
+std::string quoted(const std::string& text) { return "'" + shortened(text) + "'"; }
 
 }  // namespace jackal_aic

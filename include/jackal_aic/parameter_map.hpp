@@ -43,9 +43,6 @@ class ParameterMap {
   /// Sets or replaces a key.
   void set(const std::string& key, ParameterValue value);
 
-  /// Sets a key from text: "true"/"false", a whole number, a number, "[a, b, ...]", else a string.
-  void setFromText(const std::string& key, const std::string& text);
-
   /// True if the key was given.
   bool has(const std::string& key) const;
 
@@ -69,7 +66,7 @@ class ParameterMap {
   std::set<std::string> known_;
 };
 
-/// Text of a value as a person would write it in YAML.
+/// Text of a value as a person would write it in YAML; a long one is cut.
 std::string describe(const ParameterValue& value);
 
 /// Reads the fields of a parameter struct from a map. A struct S takes part by a function

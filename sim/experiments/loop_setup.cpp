@@ -71,7 +71,7 @@ PredictiveSetup readPredictive(const PlantModel& nominal, ParameterMap& map) {
 }
 
 void apply(const Overrides& overrides, ParameterMap& map) {
-  for (const auto& [key, value] : overrides) map.setFromText(key, value);
+  for (const auto& [key, value] : overrides) setFromText(key, value, map);
 }
 
 }  // namespace

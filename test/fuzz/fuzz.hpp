@@ -66,11 +66,11 @@ class Random {
 
  private:
   void damage(std::string& text) {
-    static const char* const kTokens[] = {"nan", ".inf", "-1", "1e300", "99999999999999999999",
-                                          "0",   "",     "[",  "]",     "{",
-                                          ":",   "- ",   "\n", "<",     "/>",
-                                          "\"",  "&lt",  "#",  "true",  "!",
-                                          "*a"};
+    static const char* const kTokens[] = {"nan", ".inf", "-1",  "1e300", "99999999999999999999",
+                                          "0",   "",     "[",   "]",     "{",
+                                          ":",   "- ",   "\n",  "<",     "/>",
+                                          "\"",  "&lt",  "#",   "true",  "!",
+                                          "*a",  "&a ",  "<<: "};
     const std::size_t at = below(text.size() + 1), length = below(40);
     switch (below(6)) {
       case 0:

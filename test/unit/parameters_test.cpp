@@ -169,11 +169,85 @@ TEST(YamlParameters, AnErrorAboutATextStaysOnOneShortLine) {
   }
 }
 
+/// What reading a text is refused with; empty if it is read.
+std::string yamlRefusal(const std::string& text) {
+  ParameterMap map;
+  try {
+    addYamlText(text, "file", map);
+  } catch (const ParameterError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(YamlParameters, AnItemOfAListKeepsItsTypeAndItsCommas) {
+  ParameterMap map;
+  addYamlText("quoted: ['1', '2']\ncommas: ['left, front', right]\nnumbers: [1, 2.5]\ntext: 'true'\n", "file", map);
+  setFromText("set", "['a,b', c]", map);
+  EXPECT_EQ(std::get<std::vector<std::string>>(*map.take("quoted")), (std::vector<std::string>{"1", "2"}));
+  EXPECT_EQ(std::get<std::vector<std::string>>(*map.take("commas")),
+            (std::vector<std::string>{"left, front", "right"}));
+  EXPECT_EQ(std::get<std::vector<double>>(*map.take("numbers")), (std::vector<double>{1.0, 2.5}));
+  EXPECT_EQ(std::get<std::string>(*map.take("text")), "true");
+  EXPECT_EQ(std::get<std::vector<std::string>>(*map.take("set")), (std::vector<std::string>{"a,b", "c"}));
+  EXPECT_EQ(yamlRefusal("mixed: [1, '2']"), "file: mixed: expected a flat list of numbers or of words, not of both");
+}
+
+TEST(YamlParameters, TruthHasTheWordsOfEveryReader) {
+  ParameterMap map;
+  addYamlText("a: yes\nb: Off\nc: 'no'\nd: nan\ne: 0x10\n", "file", map);
+  EXPECT_EQ(std::get<bool>(*map.take("a")), true);
+  EXPECT_EQ(std::get<bool>(*map.take("b")), false);
+  EXPECT_EQ(std::get<std::string>(*map.take("c")), "no");
+  EXPECT_EQ(std::get<std::string>(*map.take("d")), "nan");
+  EXPECT_EQ(std::get<std::string>(*map.take("e")), "0x10");
+}
+
+TEST(YamlParameters, RefuseWhatIsNoConfiguration) {
+  EXPECT_EQ(yamlRefusal("a: 1\nb: 2\na: 3\n"), "file: a: given twice");
+  EXPECT_EQ(yamlRefusal("a: {b: 1}\na.b: 2\n"), "file: a.b: given twice");
+  EXPECT_EQ(yamlRefusal("a: 1\n---\na: 2\n"), "file: more than one document (---)");
+  ParameterMap map;
+  EXPECT_THROW(addYamlFile(testing::TempDir(), map), ParameterError);
+  EXPECT_EQ(yamlRefusal("a: " + std::string(2 << 20, '1')), "file: more than 1 MiB of text");
+}
+
+TEST(YamlParameters, SurviveWhatGrowsWithoutEnd) {
+  EXPECT_EQ(yamlRefusal("a: &a\n  b: *a\n").find("file: "), 0U);
+  EXPECT_EQ(yamlRefusal("a: &a [*a]\n").find("file: "), 0U);
+  std::string bomb = "a0: &a0 {k0: 1, k1: 1, k2: 1, k3: 1, k4: 1, k5: 1, k6: 1, k7: 1, k8: 1, k9: 1}\n";
+  for (int i = 1; i < 20; ++i) {
+    const std::string last = "*a" + std::to_string(i - 1);
+    bomb += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " {";
+    for (int k = 0; k < 10; ++k) bomb += (k > 0 ? ", k" : "k") + std::to_string(k) + ": " + last;
+    bomb += "}\n";
+  }
+  EXPECT_EQ(yamlRefusal(bomb), "file: more than 10000 values");
+  for (const char* open : {"[", "{", "- ", "? ", "{a: "}) {
+    std::string nested = "a: \n";
+    for (int i = 0; i < 100000; ++i) nested += open;
+    EXPECT_EQ(yamlRefusal(nested), "file: more than 200 levels of brackets or dashes") << open;
+  }
+}
+
+TEST(YamlParameters, ALongListIsNotEchoed) {
+  ParameterMap map;
+  std::string text = "unknown: [1";
+  for (int i = 0; i < 9000; ++i) text += ", 1";
+  addYamlText(text + "]\n", "file", map);
+  try {
+    map.refuseUnknown();
+    FAIL() << "accepted";
+  } catch (const ParameterError& error) {
+    EXPECT_STREQ(error.what(), "unknown = [1, 1, 1, 1, 1, 1, 1, 1, ... 9001 in all]: unknown key; known keys: ");
+  }
+}
+
 TEST(YamlParameters, LaterFilesReplaceEarlierValues) {
   ParameterMap map;
   addYamlText("controller: {tau: 0.03, kappa_a: 8}", "first", map);
   addYamlText("controller: {tau: 0.01}", "second", map);
-  map.setFromText("controller.kappa_a", "10");
+  setFromText("controller.kappa_a", "10", map);
   ControllerParameters defaults;
   ParameterReader reader(map, "controller");
   reader.field("tau", defaults.tau, {0, 1}, "s", Presence::required);
