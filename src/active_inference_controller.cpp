@@ -1,7 +1,7 @@
 #include "jackal_aic/active_inference_controller.hpp"
 
 #include <Eigen/QR>
-#include <string>
+#include <sstream>
 
 #include "jackal_aic/sensor_reconstruction.hpp"
 
@@ -16,16 +16,25 @@ ControllerParameters validated(const ControllerParameters& controller, const Geo
   return controller;
 }
 
+[[noreturn]] void refuseToChange(const char* key, double wanted, double running) {
+  std::ostringstream message;
+  message << "controller." << key << " = " << wanted << ": must stay " << running << " while the controller runs";
+  throw ParameterError(message.str());
+}
+
 }  // namespace
 
 ActiveInferenceController::ActiveInferenceController(const ControllerParameters& controller,
-                                                     const GeometryParameters& geometry, Divergence divergence)
+                                                     const GeometryParameters& geometry,
+                                                     const std::optional<PlantModel>& plant_model,
+                                                     Divergence divergence)
     : kinematics_(geometry),
       model_(validated(controller, geometry, divergence), geometry),
       sensory_inverse_(Eigen::MatrixXd(model_.sensory_map).completeOrthogonalDecomposition().pseudoInverse()),
       sensors_(controller.orders, kLongestGap),
       belief_update_(model_, controller.kappa_mu, controller.beliefStep(), controller.integrator),
-      action_update_(controller.kappa_a, controller.actionStep()),
+      action_update_(controller.kappa_a, controller.actionStep(),
+                     ActionBound(plant_model, geometry.wheel_radius, controller.actionStep())),
       belief_step_(controller.beliefStep()),
       belief_steps_per_action_(controller.beliefStepsPerAction()),
       mu_(GeneralizedBody::Zero(kBodySize, controller.orders + 1)),
@@ -35,8 +44,12 @@ SampleVerdict ActiveInferenceController::observe(const Observation& observation)
   const std::optional<Observation> complete = reconstructed(observation, kinematics_);
   if (!complete) return SampleVerdict::incomplete;
   const SampleVerdict verdict = sensors_.update(*complete);  // ỹ                        (3-22)
-  // A gap says nothing against the command that is driven: the action goes on from there.
-  if (verdict == SampleVerdict::restarted) overrule(action());
+  if (!taken(verdict)) return verdict;
+  if (verdict == SampleVerdict::restarted) {
+    action_update_.bound().forgetMeasurements();
+    seedBelief();  // a gap says nothing against the command that is driven: the action goes on from there
+  }
+  action_update_.bound().observe(*complete, observation.valid);
   return verdict;
 }
 
@@ -46,24 +59,25 @@ void ActiveInferenceController::updateBelief() {
 
 WheelCommand ActiveInferenceController::updateAction() {
   if (!sensors_.hasMeasurement()) return action();
-  return action_update_.step(model_, sensoryPredictionError(model_, mu_, sensors_.measurement()));  // a  (3-13)
+  const WheelCommand goal = kinematics_.wheelSpeeds(mu_d_(kForward, 0), mu_d_(kYaw, 0));
+  return action_update_.step(model_, sensoryPredictionError(model_, mu_, sensors_.measurement()), goal);  // a  (3-13)
 }
 
 void ActiveInferenceController::hold(const WheelCommand& applied) { action_update_.hold(applied); }
 
 void ActiveInferenceController::overrule(const WheelCommand& applied) {
-  restart();
-  action_update_.hold(applied);
+  seedBelief();
+  action_update_.overrule(applied);
 }
 
 void ActiveInferenceController::adoptGains(const ControllerParameters& controller, const GeometryParameters& geometry) {
-  if (controller.orders != model_.orders()) {
-    throw ParameterError("controller.orders = " + std::to_string(controller.orders) + ": must stay " +
-                         std::to_string(model_.orders()) + " while the controller runs");
-  }
+  if (controller.orders != model_.orders()) refuseToChange("orders", controller.orders, model_.orders());
+  if (controller.actionStep() != actionStep())
+    refuseToChange("action_rate", controller.action_rate, 1.0 / actionStep());
   ActiveInferenceController adopted(controller, geometry);
   adopted.sensors_ = sensors_;
-  adopted.action_update_.hold(action());
+  adopted.action_update_ = action_update_;
+  adopted.action_update_.setLearningRate(controller.kappa_a);
   adopted.mu_ = mu_;
   adopted.mu_d_ = mu_d_;
   *this = adopted;
@@ -75,15 +89,20 @@ bool ActiveInferenceController::setSetPoint(const SetPoint& set_point) {
   return true;
 }
 
-void ActiveInferenceController::restart() {
+void ActiveInferenceController::seedBelief() {
   mu_.setZero();
   mu_.col(0) = sensory_inverse_ * sensors_.measurement().col(0);
+}
+
+void ActiveInferenceController::restart() {
+  seedBelief();
   action_update_.hold({});
 }
 
 void ActiveInferenceController::reset() {
   sensors_.reset();
   mu_d_.setZero();
+  action_update_.bound().reset();
   restart();
 }
 

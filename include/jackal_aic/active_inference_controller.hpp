@@ -9,12 +9,15 @@
 ///
 /// with eps_y = y_tilde - R mu_tilde and eps_mu = E mu_tilde - mu_d_tilde / tau, E = D + I / tau.
 
+#include <optional>
+
 #include "jackal_aic/action_update.hpp"
 #include "jackal_aic/belief_update.hpp"
 #include "jackal_aic/free_energy.hpp"
 #include "jackal_aic/generalized_motion.hpp"
 #include "jackal_aic/generative_model.hpp"
 #include "jackal_aic/parameters.hpp"
+#include "jackal_aic/plant_model.hpp"
 #include "jackal_aic/skid_steer_kinematics.hpp"
 #include "jackal_aic/types.hpp"
 #include "jackal_aic/velocity_controller.hpp"
@@ -27,8 +30,11 @@ namespace jackal_aic {
 /// it is the controller's state, not an estimate of the robot's velocity.
 class ActiveInferenceController : public VelocityController {
  public:
+  /// @param plant_model what the motors can follow, which bounds the action (action_bound.hpp); without it the thesis'
+  /// action as printed, which winds up where the motors do not follow.
   /// @throws ParameterError if the gains are invalid for this geometry (see validate()).
   ActiveInferenceController(const ControllerParameters& controller, const GeometryParameters& geometry,
+                            const std::optional<PlantModel>& plant_model = {},
                             Divergence divergence = Divergence::refused);
 
   bool setSetPoint(const SetPoint& set_point) override;
@@ -53,8 +59,8 @@ class ActiveInferenceController : public VelocityController {
   void reset() override;
 
   /// Takes other gains over and goes on with the present belief, action and measurements, so that the command does not
-  /// jump. Allocates. @throws ParameterError, and changes nothing, if they are invalid or have another number of
-  /// orders.
+  /// jump. Allocates. @throws ParameterError, and changes nothing, if they are invalid, or have another number of
+  /// orders or another action rate.
   void adoptGains(const ControllerParameters& controller, const GeometryParameters& geometry);
 
   const GeneralizedBody& belief() const { return mu_; }                            ///< mu_tilde, 3 x (p+1)
@@ -68,6 +74,8 @@ class ActiveInferenceController : public VelocityController {
   int beliefStepsPerAction() const override { return belief_steps_per_action_; }
 
  private:
+  void seedBelief();
+
   SkidSteerKinematics kinematics_;
   GenerativeModel model_;
   Eigen::Matrix<double, kBodySize, kSensorSize> sensory_inverse_;  // least squares, to seed the belief

@@ -10,6 +10,7 @@
 #include "detection_table.hpp"
 #include "progress_bar.hpp"
 #include "quiet_hours.hpp"
+#include "stop_table.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -36,6 +37,19 @@ unsigned jobs(const po::variables_map& options) {
 void addJobs(po::options_description& options) {
   options.add_options()("jobs", po::value<int>()->default_value(0),
                         "threads; 0 takes all cores (results do not differ)");
+}
+
+void addOverrides(po::options_description& options) {
+  options.add_options()("set", po::value<std::vector<std::string>>()->composing(),
+                        "key=value, e.g. plant.dead_time=0.14, controller.tau=0.01, or loop.phase=0.01, the age of the "
+                        "newest measurement when the action is computed; may be repeated");
+}
+
+Overrides overrides(const po::variables_map& options) {
+  Overrides overrides;
+  if (options.count("set") == 0) return overrides;
+  for (const auto& text : options["set"].as<std::vector<std::string>>()) overrides.push_back(parseOverride(text));
+  return overrides;
 }
 
 // ---- list
@@ -98,9 +112,7 @@ void addLoopOptions(po::options_description& options) {
   options.add_options()("controller", po::value<std::string>()->required(),
                         "diff_drive, standard, improved, tuned, predictive or FILE.yaml");
   options.add_options()("plant", po::value<std::string>()->required(), "box, ground or FILE.yaml");
-  options.add_options()("set", po::value<std::vector<std::string>>()->composing(),
-                        "key=value, e.g. plant.dead_time=0.14, controller.tau=0.01, or loop.phase=0.01, the age of the "
-                        "newest measurement when the action is computed; may be repeated");
+  addOverrides(options);
   options.add_options()("csv", po::value<std::string>()->default_value("-"),
                         "file for the row of results; - prints it");
   options.add_options()("trace", po::value<std::string>(), "file for the time series");
@@ -108,12 +120,8 @@ void addLoopOptions(po::options_description& options) {
 
 void runLoop(const po::variables_map& options, const std::string& name, const SetPointProfile& profile) {
   const PackageFiles files = packageFiles(options);
-  Overrides overrides;
-  if (options.count("set") > 0) {
-    for (const auto& text : options["set"].as<std::vector<std::string>>()) overrides.push_back(parseOverride(text));
-  }
   const LoopSetup setup =
-      loadSetup(files, options["controller"].as<std::string>(), options["plant"].as<std::string>(), overrides);
+      loadSetup(files, options["controller"].as<std::string>(), options["plant"].as<std::string>(), overrides(options));
   RunResult result = runSetup(setup, profile);
   result.row.experiment = name;
   writeText(options["csv"].as<std::string>(), resultHeader() + resultLine(result.row));
@@ -223,6 +231,21 @@ int detect(const po::variables_map& options) {
   return 0;
 }
 
+// ---- stops
+
+void describeStops(po::options_description& options, po::positional_options_description&) {
+  options.add_options()("out", po::value<std::string>()->required(), "directory for stops.csv");
+  addOverrides(options);
+  addJobs(options);
+}
+
+int stops(const po::variables_map& options) {
+  const std::size_t missed =
+      writeStopTable(packageFiles(options), options["out"].as<std::string>(), overrides(options), jobs(options));
+  std::cout << missed << " of " << stopCases().size() << " do not keep their bars\n";
+  return missed == 0 ? 0 : 1;
+}
+
 constexpr Command kCommands[] = {
     {"list", "list", "names the experiments", describeList, list},
     {"run", "run NAME|all --out DIR [--jobs N] [--shard K/N]", "runs experiments and writes their results as CSV",
@@ -234,6 +257,8 @@ constexpr Command kCommands[] = {
      "runs one square wave", describeSquare, square},
     {"detection", "detection --out DIR | --quiet-hours N [--seed S] [--unidentified] [--jobs N]",
      "times to find a fault, and false alarms of ten minutes of driving, or of hours", describeDetection, detect},
+    {"stops", "stops --out DIR [--jobs N] [--set KEY=VALUE ...]",
+     "overshoot and running back of every preset, from rest to a set point and back to rest", describeStops, stops},
     {"calibrate", "calibrate --out DIR [--plant box|ground|all]", "fits the plants to the thesis' tables",
      describeCalibrate, calibratePlants},
 };

@@ -28,7 +28,7 @@ void addLoopRuns(const PackageFiles& files, const std::string& controller, const
                  const Overrides& overrides, const SetPointProfile& profile, std::vector<Run>& runs) {
   const auto add = [&](const Overrides& all) {
     runs.emplace_back([&files, controller, plant, all, profile] {
-      return runSetup(loadSetup(files, controller, plant, all), profile);
+      return runSetup(loadPrintedSetup(files, controller, plant, all), profile);
     });
   };
   if (controller == kDifferentialDrive) return add(overrides);
@@ -149,8 +149,8 @@ std::vector<Run> runsOf(const PackageFiles& files, const YAML::Node& node) {
 
 LoopSetup thesisSetup(const PackageFiles& files, const ThesisStep& step, Integrator integrator) {
   const bool open_loop = step.controller == kDifferentialDrive;
-  return loadSetup(files, step.controller, step.plant,
-                   open_loop ? step.overrides : withIntegrator(step.overrides, integrator));
+  return loadPrintedSetup(files, step.controller, step.plant,
+                          open_loop ? step.overrides : withIntegrator(step.overrides, integrator));
 }
 
 RunResult runThesisSetup(const LoopSetup& setup, const ThesisStep& step) {

@@ -58,16 +58,21 @@ LimitParameters readLimits(ParameterMap& map) {
   return readParameters(map, "limits", thesis);
 }
 
+/// The drive train as a controller believes it. @param nominal of the plant's file.
+PlantModel readModel(const PlantModel& nominal, ParameterMap& map) {
+  if (!map.has("plant_model.dead_time")) map.set("plant_model.dead_time", nominal.dead_time);
+  if (!map.has("plant_model.lag")) map.set("plant_model.lag", nominal.lag);
+  return readParameters(map, "plant_model", nominal);
+}
+
 ActiveInferenceSetup readActiveInference(ParameterMap& map) {
   return {readParameters<ControllerParameters>(map, "controller"), readParameters<GeometryParameters>(map, "robot"),
-          readLimits(map)};
+          readLimits(map), std::nullopt};
 }
 
 PredictiveSetup readPredictive(const PlantModel& nominal, ParameterMap& map) {
-  if (!map.has("plant_model.dead_time")) map.set("plant_model.dead_time", nominal.dead_time);
-  if (!map.has("plant_model.lag")) map.set("plant_model.lag", nominal.lag);
   return {readParameters<PredictiveParameters>(map, "predictive"), readParameters<GeometryParameters>(map, "robot"),
-          readLimits(map), readParameters(map, "plant_model", nominal)};
+          readLimits(map), readModel(nominal, map)};
 }
 
 void apply(const Overrides& overrides, ParameterMap& map) {
@@ -113,16 +118,25 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
   readParameters<DeadlineParameters>(map, "deadlines");
   readParameters<BrakeParameters>(map, "brake");
   readParameters<WatchdogParameters>(map, "watchdog");
+  const PlantModel model = linearModel(readParameters<PlantParameters>(nominal, "plant"));
   if (hasPrefix(map, "diff_drive.")) {
     setup.controller = readParameters<DifferentialDriveParameters>(map, "diff_drive");
   } else if (hasPrefix(map, "predictive.")) {
-    const auto nominal_plant = readParameters<PlantParameters>(nominal, "plant");
-    setup.controller = readPredictive(linearModel(nominal_plant), map);
+    setup.controller = readPredictive(model, map);
   } else {
-    setup.controller = readActiveInference(map);
+    ActiveInferenceSetup active = readActiveInference(map);
+    active.model = readModel(model, map);
+    setup.controller = active;
   }
   map.refuseUnknown();
   setup.urdf = readText(files.path("sim/urdf/jackal.urdf"));
+  return setup;
+}
+
+LoopSetup loadPrintedSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
+                           const Overrides& overrides) {
+  LoopSetup setup = loadSetup(files, controller, plant, overrides);
+  if (auto* active = std::get_if<ActiveInferenceSetup>(&setup.controller)) active->model.reset();
   return setup;
 }
 

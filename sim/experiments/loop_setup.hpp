@@ -44,11 +44,15 @@ const std::vector<std::string>& plantNames();
 /// the key
 ///        diff_drive is the differential drive.
 /// @param plant "box", "ground" (the calibrated plants of config/) or a YAML file with the key plant.
-/// The predictive controller's model of the drive train is that of the plant's file, whatever the overrides make of the
-/// plant; keys plant_model.* change the model.
+/// The controller's model of the drive train is that of the plant's file, whatever the overrides make of the plant;
+/// keys plant_model.* change the model.
 /// @throws ParameterError for an unknown name (with the list of names), key, type or value.
 LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
                     const Overrides& overrides);
+
+/// As loadSetup(), with the thesis' controllers as it prints them: nothing tells the action what the motors can follow.
+LoopSetup loadPrintedSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
+                           const Overrides& overrides);
 
 /// Gains, geometry and limits of an active inference controller alone, by the same rules. @throws ParameterError also
 /// if the controller is the differential drive.

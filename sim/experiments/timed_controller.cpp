@@ -42,7 +42,8 @@ std::optional<Learned> LimitedPredictiveController::learned() const {
 }
 
 std::unique_ptr<TimedController> makeTimedController(const ActiveInferenceSetup& setup) {
-  auto controller = std::make_unique<ActiveInferenceController>(setup.controller, setup.geometry, Divergence::allowed);
+  auto controller =
+      std::make_unique<ActiveInferenceController>(setup.controller, setup.geometry, setup.model, Divergence::allowed);
   return std::make_unique<LimitedController>(std::move(controller), setup.limits, setup.geometry);
 }
 

@@ -64,6 +64,7 @@ struct ActiveInferenceSetup {
   ControllerParameters controller;
   GeometryParameters geometry;
   LimitParameters limits;
+  std::optional<PlantModel> model;  ///< what the motors can follow; without it the thesis' action as printed
 };
 
 /// Settings of the predictive controller.

@@ -36,7 +36,7 @@ double startValue(const PackageFiles& files, const ThesisLimit& limit) {
 }
 
 RunResult respond(const PackageFiles& files, const ThesisLimit& limit, Integrator integrator, double value) {
-  const LoopSetup setup = loadSetup(files, limit.controller, limit.plant, with(limit, integrator, value));
+  const LoopSetup setup = loadPrintedSetup(files, limit.controller, limit.plant, with(limit, integrator, value));
   return runSetup(setup, stepProfile(kStep, 0.0, kDuration));
 }
 

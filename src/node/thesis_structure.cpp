@@ -9,7 +9,7 @@ ThesisStructure::ThesisStructure(const ControllerParameters& gains, const Geomet
                                  const std::optional<PlantModel>& plant_model)
     : geometry_(geometry),
       plant_model_(plant_model),
-      controller_(gains, geometry),
+      controller_(gains, geometry, plant_model),
       gain_server_("controller", gains, [this](const ControllerParameters& wanted) { adopt(wanted); }) {
   reportCertificate(gains);
 }

@@ -93,8 +93,8 @@ double marginViolation(const GainSearchTask& task, const ControllerParameters& c
 std::vector<sim::Sample> simulate(const GainSearchTask& task, const ControllerParameters& controller,
                                   const sim::SetPointProfile& profile) {
   sim::JackalPlant plant(task.urdf, task.plant.simulation);
-  const auto driver =
-      sim::makeTimedController(sim::ActiveInferenceSetup{controller, task.start.geometry, task.start.limits});
+  const auto driver = sim::makeTimedController(
+      sim::ActiveInferenceSetup{controller, task.start.geometry, task.start.limits, task.plant.model});
   return sim::runClosedLoop(plant, *driver, profile, task.plant.simulation.support, task.start.geometry);
 }
 

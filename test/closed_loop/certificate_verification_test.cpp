@@ -149,7 +149,7 @@ class TimeDomain {
   /// @param longest run [s].
   TimeDomain(const Case& c, double decay, double growth, double longest)
       : plant_(c),
-        controller_(c.controller, c.geometry, Divergence::allowed),
+        controller_(c.controller, c.geometry, {}, Divergence::allowed),
         sensor_ticks_(ticks(c.plant.sensor_rate)),
         belief_ticks_(ticks(c.controller.belief_rate)),
         action_ticks_(ticks(c.controller.action_rate)),

@@ -1,0 +1,62 @@
+// From rest to a set point and back to rest: no preset winds up, none runs back after a stop, also on a robot whose
+// motors are not the model's. `experiments stops` runs every case.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "stop_table.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+const PackageFiles& files() {
+  static const PackageFiles files{JACKAL_AIC_SOURCE_DIR};
+  return files;
+}
+
+/// Cases of stopCases() of a preset; of those on the box and on other robots than the model's, each third.
+std::vector<StopCase> someCases(const std::string& controller) {
+  std::vector<StopCase> some;
+  std::size_t others = 0;
+  for (const StopCase& c : stopCases()) {
+    if (c.controller != controller) continue;
+    if ((c.plant == "ground" && c.limit_factor == 1.0) || others++ % 3 == 0) some.push_back(c);
+  }
+  return some;
+}
+
+class Stop : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(Stop, NoPresetWindsUpOrRunsBack) {
+  for (const StopCase& c : someCases(GetParam())) {
+    const StopFigures figures = runCase(files(), c);
+    EXPECT_TRUE(keeps(figures, barsOf(c)))
+        << nameOf(c) << ": overshoot " << figures.overshoot_pct << " %, " << figures.beyond_mps << " m/s and "
+        << figures.beyond_radps << " rad/s beyond zero";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Presets, Stop, ::testing::Values("standard", "improved"),
+                         [](const auto& info) { return info.param; });
+
+TEST(Stop, AsPrintedTheThesisControllersWindUp) {
+  // Else the cases above show nothing.
+  const StopCase c{"improved", "ground", 1.0, {1.0, 0.0, 0.0}};
+  EXPECT_GT(runCase(files(), c, {{"plant_model.acceleration_limit", "1000"}}).overshoot_pct, 30.0);
+}
+
+TEST(Stop, NoiseStepsAndJitterOfTheSensorsChangeLittle) {
+  for (const double factor : {0.5, 1.0}) {
+    const StopCase c{"improved", "ground", factor, {1.0, 0.0, 0.0}};
+    const StopFigures figures = runCase(files(), c, {{"plant.encoder_step", "0.1"}, {"plant.stamp_jitter", "0.01"}});
+    EXPECT_TRUE(keeps(figures, barsOf(c)))
+        << nameOf(c) << ": overshoot " << figures.overshoot_pct << " %, " << figures.beyond_mps << " m/s beyond zero";
+  }
+}
+
+}  // namespace
+}  // namespace jackal_aic::sim
