@@ -13,6 +13,8 @@ constexpr double kRounding = 1e-9;  // of a step, so that a brake of exactly n s
 
 double perStep(double bound, double step) { return bound > 0.0 ? bound * step : kUnbounded; }
 
+double orElse(double value, double otherwise) { return value > 0.0 ? value : otherwise; }
+
 /// Largest change u from which ever smaller ones, by d each, end at an error: error = u + (u - d) + ... in n terms, the
 /// last of which lies in [0, d].
 double stoppingChange(double error, double d) {
@@ -27,15 +29,23 @@ CommandLimiter::CommandLimiter(const LimitParameters& limits, const GeometryPara
     : limits_(limits),
       kinematics_(geometry),
       period_(period),
-      largest_change_(perStep(limits.linear_acceleration, period), perStep(limits.angular_acceleration, period)),
+      largest_rise_(perStep(limits.linear_acceleration, period), perStep(limits.angular_acceleration, period)),
+      largest_fall_(perStep(orElse(limits.linear_deceleration, limits.linear_acceleration), period),
+                    perStep(orElse(limits.angular_deceleration, limits.angular_acceleration), period)),
       largest_difference_(perStep(limits.linear_jerk, period * period), perStep(limits.angular_jerk, period * period)) {
 }
 
-WheelCommand CommandLimiter::drive(const WheelCommand& wanted) {
+WheelCommand CommandLimiter::drive(const WheelCommand& wanted, const std::optional<SetPoint>& set_point) {
   const Vector asked = bodyVelocity(wanted);
-  if (!asked.allFinite()) return brake(limits_.linear_acceleration, limits_.angular_acceleration, kUnbounded);
+  if (!asked.allFinite()) return brake(largest_fall_(0) / period_, largest_fall_(1) / period_, kUnbounded);
   brake_steps_left_ = 0;
-  const Vector step = change(speedFactor(asked) * asked - body_);
+  const Vector error = speedFactor(asked) * asked - body_;
+  Vector way = error;
+  if (set_point) {
+    const SetPoint end = reachable(*set_point);
+    way = Vector(end.forward, end.yaw_rate) - body_;
+  }
+  const Vector step = change(error, way);
   last_change_ = room(step) * step;
   body_ += last_change_;
   return command();
@@ -52,18 +62,33 @@ double CommandLimiter::room(const Vector& step) const {
   return factor;
 }
 
-CommandLimiter::Vector CommandLimiter::change(const Vector& error) const {
+CommandLimiter::Vector CommandLimiter::change(const Vector& error, const Vector& way) const {
   Vector separate;
   double factor = 1.0;
   for (int i = 0; i < 2; ++i) {
-    const double far = std::abs(error(i));
-    const double largest = std::min(largest_change_(i), stoppingChange(far, largest_difference_(i)));
-    separate(i) = std::clamp(std::copysign(largest, error(i)), last_change_(i) - largest_difference_(i),
-                             last_change_(i) + largest_difference_(i));
-    if (far > 0.0) factor = std::min(factor, std::max(separate(i) / error(i), 0.0));
+    separate(i) = separateChange(i, error(i), way(i));
+    if (error(i) != 0.0) factor = std::min(factor, std::max(separate(i) / error(i), 0.0));
   }
   const Vector together = factor * error;
   return keepsJerk(together) ? together : separate;
+}
+
+double CommandLimiter::separateChange(int i, double error, double way) const {
+  const double d = largest_difference_(i), far = std::abs(error);
+  // The wanted command goes on towards the set point unless it is beyond it, or turns away.
+  const double end = error * way > 0.0 ? std::max(far, std::abs(way)) : far;
+  const double largest = std::min({far, largestChange(i, error), stoppingChange(end, d)});
+  return std::clamp(std::copysign(largest, error), last_change_(i) - d, last_change_(i) + d);
+}
+
+double CommandLimiter::largestChange(int i, double error) const {
+  const double rise = largest_rise_(i), fall = largest_fall_(i), speed = std::abs(body_(i));
+  if (body_(i) * error >= 0.0) return rise;
+  if (std::abs(error) <= speed || fall == rise) return fall;
+  // Through zero: at most the rise's change is left there.
+  const double d = largest_difference_(i);
+  if (d == kUnbounded) return speed >= fall ? fall : speed + rise * (1.0 - speed / fall);
+  return std::min(fall, std::max(rise, std::sqrt(rise * rise + 2.0 * d * std::max(0.0, speed - fall))));
 }
 
 bool CommandLimiter::keepsJerk(const Vector& change) const {

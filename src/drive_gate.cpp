@@ -8,6 +8,12 @@ namespace {
 
 bool late(double age, double deadline) { return deadline > 0.0 && age != kNever && !(std::abs(age) <= deadline); }
 
+/// Deceleration of an emergency brake: the limit where there is one, else what is driven or braked with; 0: no bound.
+double hardest(double limit, double acceleration, double brake) {
+  if (limit > 0.0) return limit;
+  return acceleration > 0.0 ? std::max(acceleration, brake) : 0.0;
+}
+
 DriveStatus statusAtRest(StopCause cause) {
   if (cause == StopCause::none) return DriveStatus::driving;
   if (cause == StopCause::set_point_missing) return DriveStatus::idle;
@@ -94,15 +100,18 @@ bool DriveGate::acknowledged(const GateInputs& inputs) const {
   return gone_for_ > hold && inputs.set_point_at_rest && limiter_.atRest();
 }
 
-WheelCommand DriveGate::drive(const WheelCommand& action) {
+WheelCommand DriveGate::drive(const WheelCommand& action, const SetPoint& set_point) {
   action_diverged_ = !action.vector().allFinite();
-  return limiter_.drive(action);
+  return limiter_.drive(action, set_point);
 }
 
 WheelCommand DriveGate::rest() {
   const BrakeParameters& brake = parameters_.brake;
   const LimitParameters& limits = parameters_.limits;
-  return emergency_ ? limiter_.brake(limits.linear_acceleration, limits.angular_acceleration, brake.time)
+  return emergency_ ? limiter_.brake(
+                          hardest(limits.linear_deceleration, limits.linear_acceleration, brake.linear_deceleration),
+                          hardest(limits.angular_deceleration, limits.angular_acceleration, brake.angular_deceleration),
+                          brake.time)
                     : limiter_.brake(brake.linear_deceleration, brake.angular_deceleration, brake.time);
 }
 

@@ -5,16 +5,16 @@
 namespace jackal_aic {
 namespace {
 
-/// Refuses a brake that the acceleration limit of its axis does not allow.
-void checkBrake(const char* axis, double deceleration, double speed, double acceleration, double time) {
-  if (acceleration == 0.0) return;
+/// Refuses a brake that a given deceleration limit of its axis does not allow.
+void checkBrake(const char* axis, double deceleration, double speed, double limit, double time) {
+  if (limit == 0.0) return;
   std::ostringstream message;
-  if (deceleration > acceleration) {
+  if (deceleration > limit) {
     message << "brake." << axis << "_deceleration = " << deceleration << ": must be at most limits." << axis
-            << "_acceleration = " << acceleration;
-  } else if (speed > acceleration * time) {
+            << "_deceleration = " << limit;
+  } else if (speed > limit * time) {
     message << "brake.time = " << time << " s: must be at least limits." << axis << "_speed / limits." << axis
-            << "_acceleration = " << speed / acceleration << " s";
+            << "_deceleration = " << speed / limit << " s";
   } else {
     return;
   }
@@ -24,8 +24,8 @@ void checkBrake(const char* axis, double deceleration, double speed, double acce
 }  // namespace
 
 void validate(const LimitParameters& limits, const BrakeParameters& brake) {
-  checkBrake("linear", brake.linear_deceleration, limits.linear_speed, limits.linear_acceleration, brake.time);
-  checkBrake("angular", brake.angular_deceleration, limits.angular_speed, limits.angular_acceleration, brake.time);
+  checkBrake("linear", brake.linear_deceleration, limits.linear_speed, limits.linear_deceleration, brake.time);
+  checkBrake("angular", brake.angular_deceleration, limits.angular_speed, limits.angular_deceleration, brake.time);
 }
 
 GateParameters readGateParameters(ParameterMap& map) {

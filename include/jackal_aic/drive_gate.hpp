@@ -89,7 +89,8 @@ class DriveGate {
 
   /// The action within the limits: the command of this step while driving. An action that is not finite brakes and
   /// counts as a diverged belief in the next step.
-  WheelCommand drive(const WheelCommand& action);
+  /// @param set_point to which the actions lead.
+  WheelCommand drive(const WheelCommand& action, const SetPoint& set_point);
 
   /// The command of this step while not driving: the brake's, or zero.
   WheelCommand rest();

@@ -15,7 +15,9 @@ struct LimitParameters {
   double angular_speed = 4.0;  ///< largest |theta_dot| of the command [rad/s]
   double wheel_speed = 25.5;   ///< largest |omega| of a wheel [rad/s] (2.5 m/s, the robot's maximum, at r = 0.098 m)
   double linear_acceleration = 20.0;   ///< largest |x_ddot| of the command [m/s^2]; 0: no bound
+  double linear_deceleration = 0.0;    ///< the same while |x_dot| falls, brakes included; 0: as the acceleration
   double angular_acceleration = 25.0;  ///< largest |theta_ddot| of the command [rad/s^2]; 0: no bound
+  double angular_deceleration = 0.0;   ///< the same while |theta_dot| falls, brakes included; 0: as the acceleration
   double linear_jerk = 0.0;            ///< largest |d x_ddot/dt| of the command while driving [m/s^3]; 0: no bound
   double angular_jerk = 0.0;  ///< largest |d theta_ddot/dt| of the command while driving [rad/s^3]; 0: no bound
 };
@@ -27,7 +29,9 @@ void describeFields(Visitor& v, LimitParameters& p) {
   v.field("angular_speed", p.angular_speed, {0.01, 20.0}, "rad/s", Presence::optional);
   v.field("wheel_speed", p.wheel_speed, {0.1, 200.0}, "rad/s", Presence::optional);
   v.field("linear_acceleration", p.linear_acceleration, {0.0, 1000.0}, "m/s^2", Presence::optional);
+  v.field("linear_deceleration", p.linear_deceleration, {0.0, 1000.0}, "m/s^2", Presence::optional);
   v.field("angular_acceleration", p.angular_acceleration, {0.0, 1000.0}, "rad/s^2", Presence::optional);
+  v.field("angular_deceleration", p.angular_deceleration, {0.0, 1000.0}, "rad/s^2", Presence::optional);
   v.field("linear_jerk", p.linear_jerk, {0.0, 1e5}, "m/s^3", Presence::optional);
   v.field("angular_jerk", p.angular_jerk, {0.0, 1e5}, "rad/s^3", Presence::optional);
 }
@@ -103,7 +107,8 @@ struct GateParameters {
 /// Reads limits.*, deadlines.*, brake.*, watchdog.* and restart_after_stop. @throws ParameterError also as validate().
 GateParameters readGateParameters(ParameterMap& map);
 
-/// @throws ParameterError if the brake would have to exceed the acceleration limits to keep its time or deceleration.
+/// @throws ParameterError if the brake would have to exceed a given deceleration limit to keep its time or
+/// deceleration. Without one a brake may be harder than what is driven, as an emergency asks for.
 void validate(const LimitParameters& limits, const BrakeParameters& brake);
 
 }  // namespace jackal_aic

@@ -26,7 +26,7 @@ std::optional<WheelCommand> LimitedController::advance(double now) {
   while (belief_clock_.due(now)) {
     controller_->updateBelief();
     if (++belief_steps_ % controller_->beliefStepsPerAction() != 0) continue;
-    command = limiter_.drive(controller_->updateAction());
+    command = limiter_.drive(controller_->updateAction(), set_point_);
     controller_->hold(*command);
   }
   return command;

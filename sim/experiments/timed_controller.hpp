@@ -83,7 +83,9 @@ class LimitedController : public TimedController {
   LimitedController(std::unique_ptr<VelocityController> controller, const LimitParameters& limits,
                     const GeometryParameters& geometry);
 
-  void setSetPoint(const SetPoint& set_point) override { controller_->setSetPoint(set_point); }
+  void setSetPoint(const SetPoint& set_point) override {
+    if (controller_->setSetPoint(set_point)) set_point_ = set_point;
+  }
   void observe(const Observation& observation) override { controller_->observe(observation); }
   std::optional<WheelCommand> advance(double now) override;
   std::optional<BodyVector> belief() const override { return controller_->believedVelocity(); }
@@ -95,6 +97,7 @@ class LimitedController : public TimedController {
  private:
   std::unique_ptr<VelocityController> controller_;
   CommandLimiter limiter_;
+  SetPoint set_point_;
   StepCounter belief_clock_;
   int belief_steps_ = 0;
 };

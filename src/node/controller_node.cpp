@@ -165,7 +165,7 @@ WheelCommand ControllerNode::act(const ros::Time& now) {
     return gate_.command();
   }
   action_ = controller_.updateAction();
-  controller_.hold(gate_.drive(action_));
+  controller_.hold(gate_.drive(action_, set_point_));
   return gate_.command();
 }
 

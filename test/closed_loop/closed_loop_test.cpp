@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "result_table.hpp"
@@ -188,6 +189,20 @@ TEST(LoopSetup, NamesWhatItDoesNotKnow) {
   EXPECT_EQ(message("improved", "box", {{"plant.deadtime", "1"}}).rfind("plant.deadtime = 1: unknown key", 0), 0u);
   EXPECT_EQ(message("nothing.yaml", "box", {}), "nothing.yaml: cannot be read");
   EXPECT_EQ(message("diff_drive", "box", {{"controller.tau", "1"}}).rfind("controller.tau = 1: unknown key", 0), 0u);
+}
+
+TEST(ClosedLoop, WithAJerkLimitTheCommandReachesItsAcceleration) {
+  for (const char* controller : {"predictive", "improved"}) {
+    const RunResult run =
+        step(controller, "ground", 1.0, 0.0, {{"limits.linear_acceleration", "1"}, {"limits.linear_jerk", "5"}});
+    const auto there = std::find_if(run.samples.begin(), run.samples.end(),
+                                    [](const Sample& sample) { return sample.velocity >= 0.95; });
+    ASSERT_NE(there, run.samples.end()) << controller;
+    // 0.95 s at 1 m/s^2, half the 0.2 s in which the acceleration rises, the dead time, a period each of sensor and
+    // action.
+    EXPECT_LT(there->time - kRestTime, 0.95 + 0.1 + 0.08 + 0.04) << controller;
+    EXPECT_LT(run.row.overshoot_pct, 1.0) << controller;
+  }
 }
 
 TEST(LoopSetup, OverridesNeedAKeyAndAValue) {

@@ -143,7 +143,7 @@ class Loop {
     const GateDecision decision = gate_.decide(inputs);
     if (decision.starting || decision.cause == StopCause::belief_diverged) controller_->restart();
     const bool driving = decision.status == DriveStatus::driving;
-    const WheelCommand command = driving ? gate_.drive(controller_->updateAction()) : gate_.rest();
+    const WheelCommand command = driving ? gate_.drive(controller_->updateAction(), set_point_) : gate_.rest();
     if (driving) {
       controller_->hold(command);
     } else {

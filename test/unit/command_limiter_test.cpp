@@ -142,6 +142,137 @@ TEST(CommandLimiterJerk, KeepsTheCurvatureFromRestToAnArc) {
   for (const auto& body : drive.path) EXPECT_NEAR(body(kYaw), 0.5 * body(kForward), 1e-9);
 }
 
+/// Shortest time of a change of speed within acceleration and jerk, from and to acceleration zero [s].
+double optimalTime(double change, double acceleration, double jerk) {
+  const double ramp = acceleration / jerk;
+  return change >= acceleration * ramp ? change / acceleration + ramp : 2.0 * std::sqrt(change / jerk);
+}
+
+LimitParameters jerkLimits(double acceleration, double jerk) {
+  LimitParameters limits;
+  limits.linear_acceleration = acceleration;
+  limits.linear_jerk = jerk;
+  return limits;
+}
+
+/// Steps until the command is at the target, and stays.
+int stepsTo(Drive& drive, double target) {
+  const std::size_t before = drive.path.size();
+  drive.settle(target, 0.0);
+  std::size_t there = drive.path.size();
+  while (there > before && std::abs(drive.path[there - 1](kForward) - target) < 1e-9) --there;
+  return static_cast<int>(there - before) + 1;
+}
+
+TEST(CommandLimiterJerk, IsAtMostAPeriodSlowerThanTheTimeOptimalProfile) {
+  for (const auto& [acceleration, jerk] : {std::pair(1.0, 5.0), std::pair(2.0, 10.0), std::pair(1.8, 2.0)}) {
+    for (const auto& [from, to] :
+         {std::pair(0.0, 1.0), std::pair(0.0, 0.1), std::pair(1.5, 0.0), std::pair(1.0, -1.0), std::pair(-0.4, 0.9)}) {
+      Drive drive(jerkLimits(acceleration, jerk));
+      drive.settle(from, 0.0);
+      const double time = kPeriod * stepsTo(drive, to);
+      EXPECT_LE(time, optimalTime(std::abs(to - from), acceleration, jerk) + kPeriod)
+          << from << " -> " << to << " m/s with " << acceleration << " m/s^2, " << jerk << " m/s^3";
+    }
+  }
+}
+
+TEST(CommandLimiterJerk, DoesNotPlanToStopAtACommandThatMovesOn) {
+  // A controller that asks for a little more than it got, as the integrating action and the reference model do.
+  Drive drive(jerkLimits(1.0, 5.0));
+  const SetPoint set_point{1.0, 0.0, 0.0};
+  double time = 0.0;
+  for (double forward = 0.0; forward < 0.95 && time < 5.0; time += kPeriod) {
+    const double asked = std::min(1.0, forward + 0.033);
+    drive.path.push_back(kKinematics.bodyVelocity(drive.limiter.drive(wheels(asked, 0.0), set_point)));
+    forward = drive.path.back()(kForward);
+  }
+  EXPECT_NEAR(drive.steepest(kForward, 1), 1.0, 1e-6) << "reaches its acceleration";
+  EXPECT_LE(drive.steepest(kForward, 2), 5.0 * (1.0 + 1e-6));
+  EXPECT_LE(time, 1.05 + kPeriod) << "the time-optimal profile is at 95 % after 1.01 s";
+}
+
+TEST(CommandLimiterJerk, StopsWithoutGoingBack) {
+  // ros_controllers #359: a low jerk limit carries the robot on beyond zero, because the deceleration ends too late.
+  for (const double jerk : {0.5, 2.0, 5.0}) {
+    Drive drive(jerkLimits(1.8, jerk));
+    drive.settle(1.5, 0.0);
+    drive.settle(0.0, 0.0);
+    for (const auto& body : drive.path) ASSERT_GE(body(kForward), -1e-9) << "jerk " << jerk;
+    EXPECT_LE(drive.steepest(kForward, 2), jerk * (1.0 + 1e-6));
+  }
+}
+
+TEST(CommandLimiterJerk, ComesToRestInsteadOfOscillating) {
+  // ros_controllers #507: 1.5 m/s, 1.8 m/s^2, 2 m/s^3, stopped while it still accelerates.
+  for (int accelerating = 1; accelerating < 60; accelerating += 7) {
+    Drive drive(jerkLimits(1.8, 2.0));
+    for (int i = 0; i < accelerating; ++i) drive.step(1.5, 0.0);
+    const auto stopped = drive.path.size();
+    drive.settle(0.0, 0.0);
+    int turns = 0;
+    for (std::size_t i = stopped; i + 1 < drive.path.size(); ++i) {
+      const double before = drive.path[i](kForward) - drive.path[i - 1](kForward);
+      const double after = drive.path[i + 1](kForward) - drive.path[i](kForward);
+      if (before * after < -1e-18) ++turns;
+    }
+    EXPECT_LE(turns, 1) << "it may only go on rising at first";
+    EXPECT_NEAR(drive.path.back()(kForward), 0.0, 1e-9);
+  }
+}
+
+TEST(CommandLimiterJerk, NeverReachesTwiceTheLimit) {
+  // control_toolbox #240: 1 m/s, 2 m/s^2 up, 5 m/s^2 down, 20 m/s^3; there the jerk reached 40.
+  LimitParameters limits = jerkLimits(2.0, 20.0);
+  limits.linear_deceleration = 5.0;
+  Drive drive(limits);
+  for (const double target : {1.0, 0.0, 1.0, -1.0, 0.4, -0.2, 0.0}) drive.settle(target, 0.0);
+  EXPECT_LE(drive.steepest(kForward, 2), 20.0 * (1.0 + 1e-6));
+  EXPECT_LE(drive.steepest(kForward, 1), 5.0 + 1e-6);
+}
+
+TEST(CommandLimiterDeceleration, IsTheWayToZeroInBothDirectionsOfDriving) {
+  // ros_controllers #354: a low limit on the way up must not make the stop long, forwards or backwards.
+  LimitParameters limits;
+  limits.linear_acceleration = 1.0;
+  limits.linear_deceleration = 4.0;
+  for (const double direction : {1.0, -1.0}) {
+    Drive drive(limits);
+    EXPECT_EQ(stepsTo(drive, 1.0 * direction), 50);
+    EXPECT_EQ(stepsTo(drive, 0.2 * direction), 10);
+    EXPECT_EQ(stepsTo(drive, 0.0), 3) << "0.2 m/s at 4 m/s^2 are 2.5 periods";
+  }
+}
+
+TEST(CommandLimiterDeceleration, BeyondZeroItIsAcceleration) {
+  LimitParameters limits;
+  limits.linear_acceleration = 1.0;
+  limits.linear_deceleration = 4.0;
+  limits.angular_acceleration = 2.0;
+  limits.angular_deceleration = 8.0;
+  Drive drive(limits);
+  drive.settle(0.5, 0.0);
+  EXPECT_EQ(stepsTo(drive, -0.5), 32) << "6.25 periods down, 25 up";
+  for (std::size_t i = 501; i < drive.path.size(); ++i) {
+    const double before = drive.path[i - 1](kForward), change = drive.path[i](kForward) - before;
+    const double largest = before > 0.0 ? std::max(0.08, before) : 0.02;
+    ASSERT_LE(std::abs(change), largest + 1e-9) << i;
+  }
+  Drive turning(limits);
+  turning.settle(0.0, 2.0);
+  const auto start = turning.path.size();
+  turning.settle(0.0, 0.0);
+  EXPECT_NEAR(turning.path[start](kYaw), 2.0 - 8.0 * kPeriod, 1e-9);
+}
+
+TEST(CommandLimiterDeceleration, WithoutOneItIsTheAcceleration) {
+  LimitParameters limits;
+  limits.linear_acceleration = 1.0;
+  Drive drive(limits);
+  drive.settle(1.0, 0.0);
+  EXPECT_EQ(stepsTo(drive, -1.0), 100);
+}
+
 TEST(CommandLimiterJerk, SpeedAndAccelerationHoldUnderRandomWishes) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> forward(-3.0, 3.0), yaw_rate(-6.0, 6.0);

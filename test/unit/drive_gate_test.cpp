@@ -106,8 +106,9 @@ class DriveGateTest : public testing::Test {
   GateDecision step(const GateInputs& inputs) {
     const GateDecision decision = gate.decide(inputs);
     const WheelCommand before = command;
-    command = decision.status == DriveStatus::driving ? gate.drive(kKinematics.wheelSpeeds(wanted, 0.5 * wanted))
-                                                      : gate.rest();
+    command = decision.status == DriveStatus::driving
+                  ? gate.drive(kKinematics.wheelSpeeds(wanted, 0.5 * wanted), {wanted, 0.0, 0.5 * wanted})
+                  : gate.rest();
     EXPECT_EQ(command, gate.command());
     largest_jump =
         std::max({largest_jump, std::abs(command.left - before.left), std::abs(command.right - before.right)});
@@ -289,7 +290,7 @@ TEST_F(DriveGateTest, AFaultMustBeGoneForAWhile) {
 TEST_F(DriveGateTest, AnActionThatIsNotFiniteBrakesAndIsAFault) {
   steps(clear, 1.0);
   ASSERT_EQ(gate.decide(clear).status, DriveStatus::driving);
-  const WheelCommand next = gate.drive({kNaN, 1.0});
+  const WheelCommand next = gate.drive({kNaN, 1.0}, {});
   EXPECT_LT(next.left, command.left);
   EXPECT_GT(next.left, 0.0) << "not at once";
   command = next;

@@ -35,12 +35,23 @@ TEST(GateParameters, ZeroSwitchesADeadlineOff) {
   }
 }
 
-TEST(GateParameters, TheBrakeMustKeepTheAccelerationLimits) {
-  EXPECT_NE(refusal("brake.linear_deceleration", 21.0).find("limits.linear_acceleration = 20"), std::string::npos);
-  EXPECT_NE(refusal("brake.angular_deceleration", 26.0).find("limits.angular_acceleration = 25"), std::string::npos);
-  EXPECT_NE(refusal("limits.linear_acceleration", 1.0), "") << "2 m/s need 2 s";
-  EXPECT_NE(refusal("brake.time", 0.15).find("brake.time = 0.15 s: must be at least"), std::string::npos) << "4 rad/s";
-  EXPECT_EQ(refusal("brake.time", 0.2), "");
+TEST(GateParameters, ABrakeMayBeHarderThanTheDrive) {
+  EXPECT_EQ(refusal("limits.linear_acceleration", 1.0), "");
+  EXPECT_EQ(refusal("limits.angular_acceleration", 1.0), "");
+  EXPECT_EQ(refusal("brake.linear_deceleration", 21.0), "");
+}
+
+TEST(GateParameters, TheBrakeMustKeepAGivenDeceleration) {
+  EXPECT_NE(refusal("limits.linear_deceleration", 2.5)
+                .find("brake.linear_deceleration = 3: must be at most "
+                      "limits.linear_deceleration = 2.5"),
+            std::string::npos);
+  EXPECT_NE(refusal("limits.angular_deceleration", 5.0).find("limits.angular_deceleration = 5"), std::string::npos);
+  EXPECT_EQ(refusal("limits.linear_deceleration", 3.0), "");
+  ParameterMap map;
+  map.set("limits.linear_deceleration", 4.0);
+  map.set("brake.time", 0.15);
+  EXPECT_THROW(readGateParameters(map), ParameterError) << "2 m/s need 0.5 s";
 }
 
 }  // namespace
