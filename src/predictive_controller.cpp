@@ -174,11 +174,17 @@ void PredictiveController::learn(const Observation& y) {
   if (!y.valid.wheel_left || !y.valid.wheel_right) return;
   const double step = y.stamp - observation_.stamp;
   if (parameters_.learn_slip && y.valid.yaw_rate) {
-    slip_.learnTrack(y.yaw_rate, y.wheel_right - y.wheel_left, right_.acceleration() - left_.acceleration(), step);
+    slip_.learnTrack(y.yaw_rate, wheelDifference(y), step);
   }
   if (!y.valid.acceleration) return;
   slip_.observeAcceleration(y.acceleration_x, y.wheel_left, y.wheel_right, step);
   if (parameters_.learn_alpha) slip_.learnAlpha();
+}
+
+WheelDifference PredictiveController::wheelDifference(const Observation& y) const {
+  const double believed = right_.speed() - left_.speed();
+  return {believed, right_.covariance()(0, 0) + left_.covariance()(0, 0), right_.acceleration() - left_.acceleration(),
+          y.wheel_right - y.wheel_left - believed};
 }
 
 void PredictiveController::setSlip(const SlipState& state) {

@@ -7,6 +7,8 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kDeviation = 0.05;    // of the configured values, relative: how much they are trusted at first
+constexpr double kCertainTurn = 5.0;   // least difference of the wheel speeds to learn from, standard deviations of it
+constexpr double kErrorMemory = 1.0;   // over which the error of the believed difference is averaged [s]
 constexpr double kWashout = 0.5;       // T of the filter of speed changes [s]
 constexpr double kAlphaMemory = 5.0;   // excited time over which alpha is averaged [s]
 constexpr double kSpeedChange = 0.1;   // least |r W| to learn alpha from [m/s]
@@ -47,13 +49,20 @@ void SlipBelief::setState(const SlipState& state) {
   ratio_ = boundedRatio(state.alpha / state.effective_track);
 }
 
-void SlipBelief::learnTrack(double yaw_rate, double difference, double difference_rate, double step) {
+bool SlipBelief::turns(const WheelDifference& n, double step) {
+  error_variance_ += (n.error * n.error - error_variance_) * -std::expm1(-step / kErrorMemory);
+  const double variance = std::max(n.variance, error_variance_);
+  return std::abs(n.value) > std::max(learning_.excitation, kCertainTurn * std::sqrt(variance));
+}
+
+void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double step) {
   track_gain_ = 0.0;
-  if (std::abs(difference) < learning_.excitation) return;
-  const double late = learning_.yaw_deviation * ratio_ * radius_ * difference_rate;
-  const double variance = learning_.gyro_variance + late * late;
+  if (!turns(n, step)) return;
+  const double late = learning_.yaw_deviation * ratio_ * radius_ * n.rate;
+  const double slope = ratio_ * radius_;
+  const double variance = learning_.gyro_variance + slope * slope * n.variance + late * late;
   const double forgetting = std::exp(-std::min(step, learning_.memory) / learning_.memory);
-  const double x = radius_ * difference;
+  const double x = radius_ * n.value;
   ratio_ = boundedRatio(descend(ratio_, ratio_curvature_, yaw_rate, x, variance, forgetting));
   track_gain_ = x * x / (variance * ratio_curvature_);
 }

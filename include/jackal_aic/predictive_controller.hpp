@@ -214,6 +214,7 @@ class PredictiveController : public VelocityController {
   double yawPerWheelSpeed() const;
   Observation withBelieved(Observation observation) const;
   void learn(const Observation& observation);
+  WheelDifference wheelDifference(const Observation& observation) const;
   void learnPrecisions(const Observation& observation, double step);
   void watchPath();
   bool steady() const;

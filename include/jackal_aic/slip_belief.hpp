@@ -21,6 +21,12 @@
 /// gradient); q and alpha are the coordinates in which it is diagonal. So alpha learned on a straight line leaves every
 /// turn as it was, and b_hat = alpha / q follows. Learning is gated on excitation (n, W), so that noise cannot move
 /// what is not observed, and bounded.
+///
+/// n is the difference of the believed speeds. Measured ones hold the encoders' noise and resolution as errors in the
+/// regressor: they draw q towards zero, on a straight line all the way. An error of the believed difference given what
+/// was measured does not; its variance adds (q r)^2 Var(n) to Sigma_g. And it has to be a turn: |n| above five standard
+/// deviations, of the belief or of what measurements were lately off it, whichever is larger, so that the steps of an
+/// encoder are no turn however coarse they are.
 
 namespace jackal_aic {
 
@@ -30,13 +36,21 @@ struct SlipState {
   double alpha;            ///< ratio of body to wheel circumference speed
 };
 
+/// What is believed about the difference n = w_R - w_L of the wheel speeds.
+struct WheelDifference {
+  double value;     ///< n [rad/s]
+  double variance;  ///< of n, as believed [(rad/s)^2]
+  double rate;      ///< dn/dt [rad/s^2]
+  double error;     ///< measured minus believed [rad/s]
+};
+
 /// Trust of a SlipBelief in its sources.
 struct SlipLearning {
   double gyro_variance = 2.5e-5;           ///< Sigma_g of the yaw rate [(rad/s)^2]
   double accelerometer_variance = 2.5e-3;  ///< of the forward acceleration [(m/s^2)^2]
   double memory = 0.5;                     ///< excited time over which the ratio q is averaged [s]
   double yaw_deviation = 0.05;             ///< standard deviation of the delay of the yaw behind the wheels [s]
-  double excitation = 0.5;                 ///< least difference of the wheel speeds to learn q from [rad/s]
+  double excitation = 0.5;                 ///< least |n| to learn q from, whatever is known of it [rad/s]
 };
 
 /// Belief about b_hat and alpha. Nothing here allocates.
@@ -48,10 +62,9 @@ class SlipBelief {
   /// @param configured values to start from and centre of the range; @param wheel_radius r [m].
   SlipBelief(const SlipState& configured, double wheel_radius, const SlipLearning& learning);
 
-  /// Learns the ratio q from a yaw rate [rad/s]. @param difference w_R - w_L [rad/s]; @param difference_rate its rate
-  /// of change [rad/s^2], which tells how much a delay of the yaw falsifies the comparison; @param step since the last
-  /// measurement [s].
-  void learnTrack(double yaw_rate, double difference, double difference_rate, double step);
+  /// Learns the ratio q from a yaw rate [rad/s] if n is beyond doubt. @param n as believed: its rate tells how much a
+  /// delay of the yaw falsifies the comparison; @param step since the last measurement [s].
+  void learnTrack(double yaw_rate, const WheelDifference& n, double step);
 
   /// Part of the last yaw rate's prediction error that learnTrack() removed, 0..1.
   double trackGain() const { return track_gain_; }
@@ -86,6 +99,7 @@ class SlipBelief {
   double accelerometerOffset() const { return offset_; }
 
  private:
+  bool turns(const WheelDifference& n, double step);
   double boundedAlpha(double alpha) const;
   double boundedRatio(double ratio) const;
 
@@ -101,8 +115,9 @@ class SlipBelief {
   double by_accelerometer_ = 0.0;  // A [m/s]
   double offset_ = 0.0;
   double track_gain_ = 0.0;
-  double difference_ = 0.0;  // of the wheel speeds, at the last sample [rad/s]
-  double step_ = 0.0;        // to the last sample [s]
+  double error_variance_ = 0.0;  // of the believed difference of the wheel speeds, as measured [(rad/s)^2]
+  double difference_ = 0.0;      // of the wheel speeds, at the last sample [rad/s]
+  double step_ = 0.0;            // to the last sample [s]
   bool started_ = false;
 };
 

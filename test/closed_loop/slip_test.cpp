@@ -51,6 +51,46 @@ TEST(Slip, YawRateIsRightAgainAfterAChangeOfFriction) {
   }
 }
 
+/// Resolution and noise of the encoders [rad/s], and a speed [m/s].
+struct Encoders {
+  double step;
+  double noise;
+  double speed;
+};
+
+class CoarseEncoders : public testing::TestWithParam<Encoders> {
+ protected:
+  static PlantParameters robot() {
+    PlantParameters robot = PredictiveLoop::ground();
+    robot.encoder_step = GetParam().step;
+    robot.encoder_noise = GetParam().noise;
+    return robot;
+  }
+};
+
+TEST_P(CoarseEncoders, AreNotTakenForATurnInTenMinutesOfDrivingStraight) {
+  PredictiveLoop loop({}, PredictiveLoop::preset(), robot());
+  loop.drive({}, 0.5);
+  loop.drive({0.3, 0.0, 0.5}, 3.0);
+  loop.drive({}, 1.0);
+  const double track = loop.controller.effectiveTrack();
+  loop.drive({GetParam().speed, 0.0, 0.0}, 600.0);
+  EXPECT_NEAR(loop.controller.effectiveTrack(), track, 0.01 * track);
+}
+
+TEST_P(CoarseEncoders, HideNoWrongTrackFromATurn) {
+  for (const double factor : {0.75, 1.25}) {
+    PredictiveLoop loop(trackOff(factor), PredictiveLoop::preset(), robot());
+    loop.drive({}, 0.5);
+    const Motion motion = loop.drive({0.5 * GetParam().speed, 0.0, 0.5}, 3.0);
+    EXPECT_NEAR(motion.yaw_rate, 0.5, 0.03 * 0.5) << factor;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(AtSpeeds, CoarseEncoders,
+                         testing::Values(Encoders{0.06, 0.03, 0.5}, Encoders{0.3, 0.03, 0.1}, Encoders{0.3, 0.03, 1.5},
+                                         Encoders{0.153, 0.15, 0.5}));
+
 TEST(Slip, AWrongTrackLeavesTheStraightLineAlone) {
   PredictiveLoop wrong(trackOff(1.25)), right;
   wrong.drive({}, 0.5);

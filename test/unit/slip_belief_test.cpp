@@ -27,7 +27,8 @@ class SlippingRobot {
       const double left = speed_ / kRadius - half_difference + 0.03 * unit_(random_);
       const double right = speed_ / kRadius + half_difference + 0.03 * unit_(random_);
       const double acceleration = truth_.alpha * rate + offset + 0.05 * unit_(random_);
-      belief_.learnTrack(yaw_rate + 0.005 * unit_(random_), right - left, 0.0, kPeriod);
+      const double believed = 2.0 * half_difference;
+      belief_.learnTrack(yaw_rate + 0.005 * unit_(random_), {believed, 2e-4, 0.0, right - left - believed}, kPeriod);
       belief_.observeAcceleration(acceleration, left, right, kPeriod);
       belief_.learnAlpha();
     }
@@ -90,11 +91,34 @@ TEST(SlipBelief, NothingDriftsWithoutExcitation) {
   EXPECT_DOUBLE_EQ(belief.state().alpha / belief.state().effective_track, 1.0 / 0.5621) << "what a turn needs";
 }
 
+TEST(SlipBelief, ADifferenceWithinItsErrorIsNoTurn) {
+  for (const double error : {0.2, 0.4, 2.0}) {
+    SlipBelief belief(kConfigured, kRadius, {});
+    for (int k = 0; k < 3000; ++k) {  // a straight line: n is what the errors of the encoders leave in it
+      const double swing = k % 2 == 0 ? error : -error;
+      belief.learnTrack(0.0, {0.6 * swing + 0.3, 2e-4, 0.0, swing}, kPeriod);
+      if (k == 500) belief.setState(kConfigured);
+    }
+    EXPECT_NEAR(belief.state().effective_track, 0.5621, 1e-3) << error;
+  }
+}
+
+TEST(SlipBelief, AnUncertainDifferenceTeachesLess) {
+  SlipBelief certain(kConfigured, kRadius, {}), uncertain(kConfigured, kRadius, {});
+  certain.learnTrack(0.1, {3.0, 1e-5, 0.0, 0.0}, kPeriod);
+  uncertain.learnTrack(0.1, {3.0, 0.1, 0.0, 0.0}, kPeriod);
+  const double moved = certain.state().effective_track - 0.5621;
+  EXPECT_GT(moved, 0.0);
+  EXPECT_LT(uncertain.state().effective_track - 0.5621, 0.5 * moved);
+  uncertain.learnTrack(0.1, {3.0, 0.5, 0.0, 0.0}, kPeriod);
+  EXPECT_EQ(uncertain.trackGain(), 0.0) << "3 rad/s with a standard deviation of 0.7 rad/s may be none";
+}
+
 TEST(SlipBelief, StaysWithinItsBounds) {
   SlipBelief belief(kConfigured, kRadius, {});
-  for (int k = 0; k < 1000; ++k) belief.learnTrack(-5.0, 5.0, 0.0, kPeriod);
+  for (int k = 0; k < 1000; ++k) belief.learnTrack(-5.0, {5.0, 0.0, 0.0, 0.0}, kPeriod);
   EXPECT_NEAR(belief.state().effective_track, 2.0 * 0.5621, 1e-12);
-  for (int k = 0; k < 1000; ++k) belief.learnTrack(50.0, 5.0, 0.0, kPeriod);
+  for (int k = 0; k < 1000; ++k) belief.learnTrack(50.0, {5.0, 0.0, 0.0, 0.0}, kPeriod);
   EXPECT_NEAR(belief.state().effective_track, 0.5 * 0.5621, 1e-12);
   for (int k = 0; k < 10000; ++k) {
     const double speed = 0.5 * (k % 40);
@@ -107,8 +131,8 @@ TEST(SlipBelief, StaysWithinItsBounds) {
 
 TEST(SlipBelief, LateYawTeachesLess) {
   SlipBelief steady(kConfigured, kRadius, {}), turning_in(kConfigured, kRadius, {});
-  steady.learnTrack(0.1, 3.0, 0.0, kPeriod);
-  turning_in.learnTrack(0.1, 3.0, 30.0, kPeriod);
+  steady.learnTrack(0.1, {3.0, 0.0, 0.0, 0.0}, kPeriod);
+  turning_in.learnTrack(0.1, {3.0, 0.0, 30.0, 0.0}, kPeriod);
   const double moved = steady.state().effective_track - 0.5621;
   EXPECT_GT(moved, 0.0);
   EXPECT_LT(turning_in.state().effective_track - 0.5621, 0.2 * moved);
