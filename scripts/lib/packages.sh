@@ -6,7 +6,7 @@ readonly COMMON_PACKAGES=(
   libboost-program-options-dev libeigen3-dev libgmock-dev libgtest-dev libnlopt-cxx-dev libnlopt-dev libode-dev
   liburdfdom-dev libyaml-cpp-dev python3-matplotlib python3-yaml)
 
-# ROS 1 as Debian 12 ships it, under /usr. The python3-*-msgs are for rostopic, which else knows no message.
+# ROS 1 as Debian 11 and 12 ship it, under /usr. The python3-*-msgs are for rostopic, which else knows no message.
 readonly DEBIAN_ROS_PACKAGES=(
   catkin ros-core ros-core-dev rosbash python3-rostest ros-robot-state-publisher
   libdiagnostic-updater-dev libdynamic-reconfigure-config-init-mutex-dev libmessage-filters-dev libtf2-ros-dev
@@ -24,7 +24,7 @@ detect_system() {
   local system=unknown
   [[ -r /etc/os-release ]] && system=$(. /etc/os-release && printf '%s %s' "${ID:-}" "${VERSION_ID:-}")
   case $system in
-    "debian 12")
+    "debian 11" | "debian 12")
       ros_prefix=/usr
       packages=("${COMMON_PACKAGES[@]}" "${DEBIAN_ROS_PACKAGES[@]}")
       rviz_package=rviz
@@ -36,7 +36,7 @@ detect_system() {
       [[ -d $ros_prefix ]] || grep -rqs '^[^#]*packages.ros.org' /etc/apt/sources.list /etc/apt/sources.list.d ||
         fail "Ubuntu 20.04 has no ROS without the apt source packages.ros.org: add it as wiki.ros.org/noetic/Installation/Ubuntu says, then run this again"
       ;;
-    *) fail "this system ($system) has no ROS 1 packages that the project knows; use Debian 12, or Ubuntu 20.04 with ROS Noetic" ;;
+    *) fail "this system ($system) has no ROS 1 packages that the project knows; use Debian 12 or 11, or Ubuntu 20.04 with ROS Noetic" ;;
   esac
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "jackal_aic/yaml_parameters.hpp"
+#include "node_keys.hpp"
 #include "plant_conversion.hpp"
 
 namespace jackal_aic::sim {
@@ -75,6 +76,16 @@ PredictiveSetup readPredictive(const PlantModel& nominal, ParameterMap& map) {
           readLimits(map), readModel(nominal, map)};
 }
 
+/// Here nothing is late or fails, and there is no node; the file of a node may be given all the same.
+void readUnused(ParameterMap& map) {
+  readParameters<DeadlineParameters>(map, "deadlines");
+  readParameters<BrakeParameters>(map, "brake");
+  readParameters<WatchdogParameters>(map, "watchdog");
+  RestartPolicy restart{};
+  ParameterReader(map, "").field("restart_after_stop", restart, kRestartPolicyNames, Presence::optional);
+  readRestOfNode(map);
+}
+
 void apply(const Overrides& overrides, ParameterMap& map) {
   for (const auto& [key, value] : overrides) setFromText(key, value, map);
 }
@@ -114,10 +125,7 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
   setup.plant_name = plant;
   setup.plant = readParameters<PlantParameters>(map, "plant");
   setup.loop = readParameters<LoopParameters>(map, "loop");
-  // Here nothing is late or fails; a preset may have them all the same.
-  readParameters<DeadlineParameters>(map, "deadlines");
-  readParameters<BrakeParameters>(map, "brake");
-  readParameters<WatchdogParameters>(map, "watchdog");
+  readUnused(map);
   const PlantModel model = linearModel(readParameters<PlantParameters>(nominal, "plant"));
   if (hasPrefix(map, "diff_drive.")) {
     setup.controller = readParameters<DifferentialDriveParameters>(map, "diff_drive");

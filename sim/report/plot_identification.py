@@ -19,7 +19,7 @@ def read(path):
 
 
 def draw(data, path):
-    figure, axes = plt.subplots(3, 1, figsize=(11, 8), sharex=True, height_ratios=[3, 3, 2])
+    figure, axes = plt.subplots(3, 1, figsize=(11, 8), sharex=True, gridspec_kw={"height_ratios": [3, 3, 2]})
     for axis, side in zip(axes, ("left", "right")):
         axis.plot(data["time"], data[f"measured_{side}"], ".", color=MEASURED, markersize=3, label="measured")
         axis.plot(data["time"], data[f"fitted_{side}"], color=FITTED, linewidth=1.2, label="fitted model")
@@ -35,9 +35,10 @@ def draw(data, path):
     axes[2].set_xlabel("time [s]")
     for axis in axes:
         axis.grid(alpha=0.3)
-        axis.spines[["top", "right"]].set_visible(False)
+        for side in ("top", "right"):
+            axis.spines[side].set_visible(False)
     figure.tight_layout()
-    figure.savefig(path, dpi=120, metadata={"Software": None})
+    figure.savefig(path, dpi=120, metadata={"Software": ""})
 
 
 if __name__ == "__main__":

@@ -65,7 +65,8 @@ void plot(const std::string& csv, const std::string& picture) {
   }
   int status = 0;
   if (child < 0 || waitpid(child, &status, 0) != child || status != 0) {
-    throw IdentificationError(picture + ": could not be drawn (python3-matplotlib installed?)");
+    throw IdentificationError(picture + ": could not be drawn; " + script + " says why above, " + csv +
+                              " holds the data");
   }
 }
 

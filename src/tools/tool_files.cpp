@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "jackal_aic/yaml_parameters.hpp"
-#include "node_parameters.hpp"
+#include "node_keys.hpp"
 #include "plant_conversion.hpp"
 
 namespace jackal_aic {
@@ -31,14 +31,7 @@ auto readFile(const std::string& path, const Read& read) {
 
 /// Reads what a node's configuration has beside gains, geometry and drive train, so that only unknown keys are left.
 LimitParameters readLimits(ParameterMap& map) {
-  readParameters<RobotNames>(map, "robot");
-  readParameters<FaultParameters>(map, "faults");
-  readParameters<LossPolicyParameters>(map, "on_loss");
-  OutputMode output{};
-  bool allow_other_publishers{};
-  ParameterReader reader(map, "");
-  reader.field("output", output, kOutputModeNames, Presence::optional);
-  reader.field("allow_other_publishers", allow_other_publishers, Presence::optional);
+  readRestOfNode(map);
   return readGateParameters(map).limits;
 }
 

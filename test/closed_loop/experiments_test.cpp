@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
 
 #include "calibration.hpp"
@@ -201,6 +202,20 @@ TEST(Residual, ErrorIsTheLogarithmOfTheRatio) {
   EXPECT_DOUBLE_EQ(residual.errors()[1], kMissing);
   EXPECT_DOUBLE_EQ(meanError({residual}), 0.5 * (std::log(2.0) + kMissing));
   EXPECT_THROW(meanError({}), ParameterError);
+}
+
+TEST(LoadSetup, TakesTheConfigurationOfANodeAsAController) {
+  for (const std::string preset : {"standard", "predictive"}) {
+    const std::string path = testing::TempDir() + "node" + std::to_string(getpid()) + ".yaml";
+    std::ofstream(path) << readText(files().path("config/jackal.yaml"))
+                        << readText(files().path("config/" + preset + ".yaml"))
+                        << readText(files().path("config/plant_model.yaml"))
+                        << (preset == "predictive" ? "slip: {file: /var/lib/jackal/slip.yaml}\n" : "");
+    const LoopSetup setup = loadSetup(files(), path, "ground", {});
+    unlink(path.c_str());
+    EXPECT_EQ(std::holds_alternative<PredictiveSetup>(setup.controller), preset == "predictive");
+    EXPECT_EQ(setup.geometry().effective_track, 0.5621);
+  }
 }
 
 TEST(CalibratedFile, KeepsEverythingButTheFittedValues) {

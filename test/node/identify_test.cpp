@@ -188,6 +188,20 @@ TEST_F(BadBag, WithAnotherTypeOnTheDriveTopic) {
   EXPECT_NE(refusal(file.path).find("std_msgs/Float64"), std::string::npos);
 }
 
+TEST(IdentificationReport, ItsPictureIsDrawn) {
+  const TemporaryFile csv("identify.csv");
+  const std::string picture = csv.path + ".png";
+  std::ofstream(csv.path) << "time,command_left,command_right,measured_left,measured_right,fitted_left,fitted_right\n"
+                             "0,0,0,0,0,0,0\n0.02,1,-1,0.1,-0.1,0.2,-0.2\n0.04,1,-1,0.5,-0.5,0.6,-0.6\n";
+  const std::string script = std::string(JACKAL_AIC_SOURCE_DIR) + "/sim/report/plot_identification.py";
+  ASSERT_EQ(std::system(("/usr/bin/python3 " + script + " " + csv.path + " " + picture).c_str()), 0);
+  std::ifstream drawn(picture, std::ios::binary);
+  unlink(picture.c_str());
+  std::string magic(4, ' ');
+  drawn.read(&magic[0], 4);
+  EXPECT_EQ(magic, "\x89PNG");
+}
+
 TEST(IdentificationReport, YamlHoldsTheEstimates) {
   Identification result;
   result.dead_time = {0.12, 0.001, ""};

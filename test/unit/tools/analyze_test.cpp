@@ -112,6 +112,16 @@ TEST(Analyze, ReadsTheConfigurationOfANode) {
   EXPECT_EQ(readControllerFile(file.path()).geometry.effective_track, 0.5621);
 }
 
+TEST(Analyze, ReadsTheConfigurationOfAPredictiveNodeThatKeepsItsSlip) {
+  std::ifstream preset(config("predictive.yaml")), robot(config("jackal.yaml")), model(config("plant_model.yaml"));
+  std::stringstream text;
+  text << preset.rdbuf() << robot.rdbuf() << model.rdbuf() << "slip:\n  file: /var/lib/jackal/slip.yaml\n";
+  const TemporaryFile file(text.str());
+  EXPECT_TRUE(YAML::Load(output({file.path()}))["stable"].as<bool>());
+  const TemporaryFile wrong(text.str() + "  fil: /var/lib/jackal/slip.yaml\n");
+  EXPECT_NE(complaint({wrong.path()}).find("slip.fil"), std::string::npos);
+}
+
 TEST(Analyze, CertifiesThePredictiveStructure) {
   const YAML::Node printed = YAML::Load(output({config("predictive.yaml"), "--plant", config("plant_model.yaml")}));
   const PlantModel plant = readPlantFile(config("plant_model.yaml")).model;
