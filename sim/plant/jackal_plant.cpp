@@ -195,6 +195,12 @@ void JackalPlant::blockWheels(Side side, bool blocked) {
   (side == Side::left ? self_->motion->left_blocked : self_->motion->right_blocked) = blocked;
 }
 
+void JackalPlant::push(double forward, double left, double torque) {
+  self_->motion->world.push({forward, left, 0.0}, torque);
+}
+
+void JackalPlant::lift(bool lifted) { self_->motion->world.lift(lifted); }
+
 void JackalPlant::reset() { self_->reset(); }
 
 }  // namespace jackal_aic::sim

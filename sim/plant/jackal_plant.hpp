@@ -97,8 +97,15 @@ class JackalPlant {
   /// tells so.
   void blockWheels(Side side, bool blocked);
 
-  /// Puts the robot back to rest at time 0, with the friction and the seed of the parameters, without pending commands
-  /// and with no motor blocked.
+  /// Pushes the robot from now on: a force along and across it [N] and a torque about its vertical [N m], at its centre
+  /// of mass and in base_link; zeros let it go. A kerb is a short push against the motion.
+  void push(double forward, double left, double torque);
+
+  /// Lifts the robot by 0.3 m at 0.3 m/s, turning it at 0.8 rad/s, or sets it down again. Nothing happens on a box.
+  void lift(bool lifted);
+
+  /// Puts the robot back to rest at time 0, with the friction and the seed of the parameters, without pending commands,
+  /// with no motor blocked, on its wheels and left alone.
   void reset();
 
  private:

@@ -15,6 +15,11 @@ namespace {
 constexpr double kContactStiffness = 2.0e5;  // N/m
 constexpr double kContactDamping = 2.0e3;    // N s/m
 
+/// How somebody lifts the robot: upwards, to this height, turning it.
+constexpr double kLiftSpeed = 0.3;   // m/s
+constexpr double kLiftHeight = 0.3;  // m
+constexpr double kLiftTurn = 0.8;    // rad/s
+
 /// A contact point slower than this sticks [m/s].
 constexpr double kStickSpeed = 1e-4;
 
@@ -129,8 +134,34 @@ void OdeWorld::setWheelReference(std::size_t wheel, double speed) {
   dJointSetHingeParam(hinges_[wheel], dParamVel, speed);
 }
 
+void OdeWorld::lift(bool lifted) {
+  if (fixed_chassis_ || lifted == lifted_) return;
+  if (!carried_) height_on_ground_ = dBodyGetPosition(chassis_)[2];
+  lifted_ = lifted;
+  carried_ = true;
+  dBodySetKinematic(chassis_);
+}
+
+/// The one who carries gives the chassis its motion; once it is down, it is on its own.
+void OdeWorld::carry() {
+  const double height = dBodyGetPosition(chassis_)[2] - height_on_ground_;
+  if (!lifted_ && height <= 0.0) {
+    carried_ = false;
+    dBodySetDynamic(chassis_);
+    dBodySetLinearVel(chassis_, 0.0, 0.0, 0.0);
+    dBodySetAngularVel(chassis_, 0.0, 0.0, 0.0);
+    return;
+  }
+  const double climb = lifted_ ? (height < kLiftHeight ? kLiftSpeed : 0.0) : -kLiftSpeed;
+  dBodySetLinearVel(chassis_, 0.0, 0.0, climb);
+  dBodySetAngularVel(chassis_, 0.0, 0.0, lifted_ ? kLiftTurn : 0.0);
+}
+
 void OdeWorld::step(double step) {
   initialiseOde();
+  if (carried_) carry();
+  if (push_torque_ != 0.0) dBodyAddRelTorque(chassis_, 0.0, 0.0, push_torque_);
+  if (!push_force_.isZero(0.0)) dBodyAddRelForce(chassis_, push_force_.x(), push_force_.y(), push_force_.z());
   const Eigen::Vector3d velocity = vectorOf(dBodyGetLinearVel(chassis_));
   const Eigen::Vector3d angular_velocity = vectorOf(dBodyGetAngularVel(chassis_));
   if (!fixed_chassis_) {

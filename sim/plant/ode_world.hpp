@@ -50,6 +50,16 @@ class OdeWorld {
   /// Changes the friction coefficient.
   void setFriction(double friction) { friction_ = friction; }
 
+  /// Somebody's force on the chassis at its centre of mass [N] and torque about its vertical [N m], both in the
+  /// chassis' frame, from now on.
+  void push(const Eigen::Vector3d& force, double torque) {
+    push_force_ = force;
+    push_torque_ = torque;
+  }
+
+  /// Somebody lifts the robot, and turns it meanwhile, or sets it down again. Not on a box.
+  void lift(bool lifted);
+
   /// Advances by a time step [s].
   void step(double step);
 
@@ -93,6 +103,7 @@ class OdeWorld {
   void createChassis(const RobotModel& model);
   void createWheel(const RobotModel& model, std::size_t index);
   void setInEquilibrium(const RobotModel& model);
+  void carry();
   void createContact(std::size_t index, double step);
   void updateContact(std::size_t index);
 
@@ -104,6 +115,11 @@ class OdeWorld {
   Handle<dWorldID, DestroyWorld> world_;
   Handle<dJointGroupID, DestroyGroup> contact_group_;
   dBodyID chassis_ = nullptr;
+  Eigen::Vector3d push_force_ = Eigen::Vector3d::Zero();
+  double push_torque_ = 0.0;
+  bool lifted_ = false;            // on its way up, or held
+  bool carried_ = false;           // not yet set down
+  double height_on_ground_ = 0.0;  // of the chassis' centre of mass [m]
   Eigen::Vector3d acceleration_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_acceleration_ = Eigen::Vector3d::Zero();
   std::array<double, 4> radius_{};

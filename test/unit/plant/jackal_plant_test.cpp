@@ -616,6 +616,39 @@ TEST(Plant, BlockedMotorStopsItsWheelsAndTurnsTheRobot) {
   EXPECT_NEAR(plant.truth().angular_velocity.z(), 0.0, 0.02);
 }
 
+TEST(Plant, APushMovesTheRobotAndSoftMotorsLetTheWheelsTurn) {
+  PlantParameters parameters = quiet();
+  for (double torque_limit : {20.0, 0.3}) {
+    parameters.torque_limit = torque_limit;
+    JackalPlant plant = plantOf(parameters);
+    run(plant, 0.1);
+    plant.push(150.0, 0.0, 0.0);
+    run(plant, 0.5);
+    EXPECT_GT(plant.truth().linear_velocity.x(), 0.5);
+    EXPECT_EQ(plant.truth().wheel_velocity[kFrontLeft] > 3.0, torque_limit < 1.0) << "hard motors slide";
+    plant.push(0.0, 0.0, 0.0);
+    run(plant, 10.0);
+    EXPECT_NEAR(plant.truth().linear_velocity.x(), 0.0, 0.02);
+  }
+}
+
+TEST(Plant, ALiftTakesTheWheelsOffTheGroundAndSetsThemDownAgain) {
+  JackalPlant plant = plantOf(quiet());
+  run(plant, 0.1);
+  const double on_ground = plant.truth().position.z();
+  plant.lift(true);
+  run(plant, 2.0);
+  EXPECT_NEAR(plant.truth().position.z(), on_ground + 0.3, 0.01);
+  EXPECT_NEAR(plant.truth().angular_velocity.z(), 0.8, 1e-6);
+  plant.lift(false);
+  run(plant, 2.0);
+  EXPECT_NEAR(plant.truth().position.z(), on_ground, 1e-3);
+  EXPECT_NEAR(plant.truth().angular_velocity.norm(), 0.0, 1e-3);
+  plant.command({5.0, 5.0});
+  run(plant, 1.0);
+  EXPECT_NEAR(plant.truth().linear_velocity.x(), 5.0 * kWheelRadius, 0.02) << "and drives on";
+}
+
 TEST(Plant, ResetLetsBlockedMotorsGo) {
   JackalPlant plant = plantOf(quiet());
   plant.blockWheels(Side::right, true);
