@@ -86,7 +86,7 @@ bool RepetitionTest::carriesNoise(double resolution) const {
   return usual_change_ > std::max(resolution, kFine * quantum_);
 }
 
-bool MissedMotion::update(bool repeats, double low, double high, double least, double step) {
+bool MissedMotion::update(double value, bool repeats, double low, double high, double least, double step) {
   constexpr double kMemory = 5.0;    // s; what takes longer may be a slow change of the drive train
   constexpr double kLongest = 0.25;  // s, longest patience
   if (!repeats) {
@@ -98,7 +98,7 @@ bool MissedMotion::update(bool repeats, double low, double high, double least, d
   }
   low_ += (low - low_) * std::min(step / kMemory, 1.0);
   high_ += (high - high_) * std::min(step / kMemory, 1.0);
-  missed_ = std::max(low - high_, low_ - high) > least ? missed_ + step : 0.0;
+  missed_ = std::max(low - std::max(high_, value), std::min(low_, value) - high) > least ? missed_ + step : 0.0;
   return missed_ > patience_;
 }
 

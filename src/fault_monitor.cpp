@@ -10,7 +10,11 @@ namespace {
 /// Ratio of squared errors from which the yaw rate speaks for one explanation.
 constexpr double kClearly = 2.0;
 
-/// A robot of which one wheel stops needs this long to turn [s]; before, the yaw rate tells nothing.
+/// Error of the yaw rate that may come of noise and tyres, and speaks for nothing [rad/s].
+constexpr double kNoEvidence = 0.05;
+
+/// A robot of which one wheel stops needs this long to turn [s]; before, the yaw rate tells nothing. What is over
+/// sooner, a kerb for instance, was no fault.
 constexpr double kIsolationTime = 0.2;
 
 /// Time over which the yaw rate's evidence is averaged [s].
@@ -29,6 +33,11 @@ double initialTrack(const GeometryParameters& geometry, const PlantModel& model)
 
 bool isFaulty(const ChannelVerdict& verdict) { return verdict.state == ChannelState::faulty; }
 bool counts(const ChannelVerdict& verdict) { return verdict.state == ChannelState::ok; }
+
+/// A wheel that was suspect for long enough, without a verdict on why.
+bool undecided(const WheelMonitor& wheel, const ChannelVerdict& verdict, bool drive) {
+  return wheel.state() == ChannelState::faulty && !drive && !isFaulty(verdict);
+}
 
 const char* wheelReason(const ChannelVerdict& verdict, const char* frozen, const char* wrong) {
   return verdict.cause == FaultCause::frozen ? frozen : wrong;
@@ -118,6 +127,8 @@ void FaultMonitor::checkWheels(const Observation& observation, double step) {
   if (valid.wheel_left) left_.conclude(observation.wheel_left, step);
   if (valid.wheel_right) right_.conclude(observation.wheel_right, step);
   if (concludeMoved()) return;
+  if (undecided(left_, report_.wheel_left, report_.drive_left) && !left_.suspecting()) left_.forgive();
+  if (undecided(right_, report_.wheel_right, report_.drive_right) && !right_.suspecting()) right_.forgive();
   conclude(left_, report_.wheel_left, report_.drive_left);
   conclude(right_, report_.wheel_right, report_.drive_right);
 }
@@ -125,13 +136,16 @@ void FaultMonitor::checkWheels(const Observation& observation, double step) {
 /// Wheels that are to stand and turn all the same are turned from outside, whatever the yaw rate says: pushed, or
 /// lifted and spun. What they measure is kept from the controller, which is not to fight whoever does it.
 bool FaultMonitor::concludeMoved() {
-  const auto turns = [](const WheelMonitor& w) { return w.state() == ChannelState::faulty && !w.frozen(); };
-  const bool at_rest = left_.commandedToRest() && right_.commandedToRest();
+  const auto turns = [](const WheelMonitor& w) {
+    return w.state() == ChannelState::faulty && !w.frozen() && w.fasterThanCommanded();
+  };
+  const bool suspecting = left_.suspecting() || right_.suspecting();
+  // A controller may have begun to fight it: what counts is the command before.
+  if (!suspecting) was_to_stand_ = left_.commandedToRest() && right_.commandedToRest();
   const bool found_before =
       report_.drive_left || report_.drive_right || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right);
   const bool was_moved = report_.moved;
-  report_.moved = at_rest && (was_moved ? left_.suspecting() || right_.suspecting()
-                                        : !found_before && (turns(left_) || turns(right_)));
+  report_.moved = was_to_stand_ && (was_moved ? suspecting : !found_before && (turns(left_) || turns(right_)));
   if (was_moved && !report_.moved) {
     left_.forgive();
     right_.forgive();
@@ -155,7 +169,9 @@ void FaultMonitor::weighEvidence(const Observation& observation, double step) {
   yaw_tells_ = yawTells(observation) && observation.valid.wheel_left && observation.valid.wheel_right;
   if (!left_.suspecting() && !right_.suspecting() && !left_.suspect() && !right_.suspect()) evidence_ = Evidence{};
   if (!left_.suspect() && !right_.suspect()) return;
-  evidence_.time += step;
+  // A wheel that was held up by something and is on its way again follows its command.
+  const auto stays_away = [](const WheelMonitor& wheel) { return wheel.suspect() && !wheel.recovering(); };
+  if (stays_away(left_) || stays_away(right_)) evidence_.time += step;
   if (!yaw_tells_) return;
   const double fading = std::exp(-step / kEvidenceMemory);
   const double measured = rolling_radius_ * (observation.wheel_right - observation.wheel_left);
@@ -175,12 +191,13 @@ void FaultMonitor::conclude(const WheelMonitor& wheel, ChannelVerdict& verdict, 
     return;
   }
   if (isolated) return;
-  verdict.state = ChannelState::outlier;
+  verdict.state = wheel.suspect() && !wheel.recovering() ? ChannelState::outlier : ChannelState::ok;
   if (wheel.frozen()) {
     verdict.state = ChannelState::faulty;
     verdict.cause = FaultCause::frozen;
-  } else if (!yaw_tells_ || evidence_.time >= kIsolationTime) {
-    drive = !yaw_tells_ || evidence_.against_measured <= kClearly * evidence_.against_predicted;
+  } else if (wheel.suspect() && evidence_.time >= kIsolationTime) {
+    const double doubt = std::max(kClearly * evidence_.against_predicted, kNoEvidence * kNoEvidence);
+    drive = !yaw_tells_ || evidence_.against_measured <= doubt;
     verdict.state = drive ? ChannelState::ok : ChannelState::faulty;
     verdict.cause = drive ? FaultCause::none : FaultCause::prediction;
   }

@@ -90,7 +90,8 @@ WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& 
       learned_(parameters.covariance_memory),
       persistence_(parameters.persistence()),
       repetition_(parameters.frozen_samples),
-      bound_(chebyshevBound(1, parameters.false_alarm_rate)) {}
+      bound_(chebyshevBound(1, parameters.false_alarm_rate)),
+      least_progress_(0.5 * parameters.slowest_acceleration * model.acceleration_limit / wheel_radius) {}
 
 void WheelMonitor::start(double speed) {
   belief_.reset(speed);
@@ -150,6 +151,7 @@ double WheelMonitor::errorOf(double measurement) const {
 
 void WheelMonitor::compare(double measurement, double step) {
   error_ = errorOf(measurement);
+  recovering_ = (error_ < 0.0 ? 1.0 : -1.0) * (measurement - measured_) > least_progress_ * step;
   distance_ = std::sqrt(learned_.squaredDistance(error_, variance())) / bound_;
   frozen_ = isFrozen(measurement, step);
   suspect_ = distance_ > 1.0 || frozen_;
@@ -163,12 +165,17 @@ bool WheelMonitor::isFrozen(double measurement, double step) {
   const bool silent = repetition_.update(measurement, may_rest, kResolution, explained);
   const double least = std::max(
       {kMissedSteps * std::min(repetition_.quantum(), kCoarsestStep), kLeastMotion, kDrift * std::abs(measurement)});
-  const bool missed = missed_motion_.update(repetition_.repeats(), reachable_.low(), reachable_.high(), least, step);
+  const bool missed =
+      missed_motion_.update(measurement, repetition_.repeats(), reachable_.low(), reachable_.high(), least, step);
   return silent || (missed && parameters_.frozen_samples > 0);
 }
 
 bool WheelMonitor::commandedToRest() const {
   return std::max(std::abs(reachable_.low()), std::abs(reachable_.high())) < kRestSpeed;
+}
+
+bool WheelMonitor::fasterThanCommanded() const {
+  return std::abs(measured_) > std::max(std::abs(reachable_.low()), std::abs(reachable_.high()));
 }
 
 void WheelMonitor::forgive() {

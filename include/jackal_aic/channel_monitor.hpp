@@ -176,10 +176,11 @@ class RepetitionTest {
 /// steps of its resolution, wherever within the uncertainty of its prediction it was and is.
 class MissedMotion {
  public:
-  /// Takes a sample. @param repeats it repeats the one before to the bit; @param low, high what it may measure;
+  /// Takes a sample. @param repeats it repeats the one before to the bit; @param low, high what it may measure: to be
+  /// missed, a motion has to lead away from there and from the value itself;
   /// @param least motion that cannot be missed; @param step time since the last sample [s]. @returns true while the
   /// source misses the motion for longer than it is known to do.
-  bool update(bool repeats, double low, double high, double least, double step);
+  bool update(double value, bool repeats, double low, double high, double least, double step);
 
  private:
   double low_ = 0.0, high_ = 0.0;  // when the value changed last, fading into the present

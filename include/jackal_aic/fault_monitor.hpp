@@ -24,7 +24,7 @@
 ///   changes and shows which it was.
 /// - a frozen or dead encoder of a wheel at rest; found when the wheel should move.
 /// - a robot that is pushed and an encoder that turns by itself, of wheels that are to stand. Taken for the former; the
-///   encoder does not count meanwhile.
+///   encoders do not count meanwhile, and whoever drives has to hold the command at zero.
 /// - a frozen encoder of a wheel that keeps its speed, where the noise is below the encoder's resolution; found when
 /// the speed should change.
 
@@ -126,6 +126,7 @@ class FaultMonitor {
   FaultReport report_;
   Evidence evidence_;
   bool yaw_tells_ = false;
+  bool was_to_stand_ = false;  // when no wheel was suspect last
   double stamp_ = 0.0;
   bool started_ = false;
 };

@@ -38,10 +38,13 @@ class WheelMonitor {
   /// Believes the last measured speed and suspects nothing: the wheel was moved by somebody else.
   void forgive();
 
-  bool commandedToRest() const;                  ///< no command of late makes it turn: what turns it comes from outside
-  bool suspect() const { return suspect_; }      ///< the last sample is an outlier
-  bool frozen() const { return frozen_; }        ///< because it repeats to the bit
-  double distance() const { return distance_; }  ///< in multiples of the bound
+  bool fasterThanCommanded() const;  ///< the last sample is beyond every speed that the commands may have given it
+  bool commandedToRest() const;      ///< no command of late makes it turn: what turns it comes from outside
+  bool suspect() const { return suspect_; }  ///< the last sample is an outlier
+  bool frozen() const { return frozen_; }    ///< because it repeats to the bit
+  /// The last sample is an outlier on its way to the prediction.
+  bool recovering() const { return recovering_; }
+  double distance() const { return distance_; }                   ///< in multiples of the bound
   ChannelState state() const { return persistence_.state(); }     ///< verdict with the last sample
   bool suspecting() const { return persistence_.suspecting(); }   ///< an outlier is among the last samples
   double speed() const { return belief_.speed(); }                ///< believed wheel speed [rad/s]
@@ -80,6 +83,8 @@ class WheelMonitor {
   double distance_ = 0.0;
   bool frozen_ = false;
   bool suspect_ = false;
+  bool recovering_ = false;
+  double least_progress_;  // of a wheel that follows its command [rad/s^2]
 };
 
 }  // namespace jackal_aic

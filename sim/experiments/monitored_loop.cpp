@@ -1,5 +1,6 @@
 #include "monitored_loop.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "jackal_aic/yaml_parameters.hpp"
@@ -19,6 +20,20 @@ bool blocked(const std::vector<BlockedMotor>& motors, Side side, double now) {
     if (motor.side == side && within(now, motor.from, motor.until)) return true;
   }
   return false;
+}
+
+/// What somebody does to the robot now.
+void handle(JackalPlant& plant, const Faults& faults, double now) {
+  for (Side side : {Side::left, Side::right}) plant.blockWheels(side, blocked(faults.motors, side, now));
+  double forward = 0.0, torque = 0.0;
+  for (const Push& push : faults.pushes) {
+    if (!within(now, push.from, push.until)) continue;
+    forward += push.forward;
+    torque += push.torque;
+  }
+  plant.push(forward, 0.0, torque);
+  plant.lift(std::any_of(faults.lifts.begin(), faults.lifts.end(),
+                         [now](const Lift& lift) { return within(now, lift.from, lift.until); }));
 }
 
 ChannelValidity measured(const std::vector<ChannelLoss>& losses, double now) {
@@ -61,16 +76,17 @@ void runMonitored(const LoopSetup& setup, const PlantModel& model, const SetPoin
     const double now = plant.time();
     const SetPoint set_point = profile.at(now);
     controller->setSetPoint(set_point);
-    for (Side side : {Side::left, Side::right}) plant.blockWheels(side, blocked(faults.motors, side, now));
+    handle(plant, faults, now);
     if (plant.measurement()) {
       Observation y = sensors.apply(*plant.measurement()).observation();
       y.valid = measured(faults.losses, now);
       const FaultReport& report = monitor.check(y);
       if (settings.exclude) y.valid = y.valid & report.valid();
-      stopped = settings.stop && (report.drive_left || report.drive_right);
+      stopped = settings.stop && (report.drive_left || report.drive_right || report.moved);
       controller->observe(y);
       const PlantTruth& truth = plant.truth();
-      take({now, set_point, truth.linear_velocity.x(), truth.angular_velocity.z(), command, report, y.valid});
+      take({now, set_point, truth.linear_velocity.x(), truth.angular_velocity.z(),
+            0.5 * (truth.wheel_velocity[kFrontLeft] + truth.wheel_velocity[kRearLeft]), command, report, y.valid});
     }
     monitor.advance(command, JackalPlant::kStep);
     if (const auto due = controller->advance(now)) {

@@ -29,18 +29,34 @@ struct ChannelLoss {
   double until;               ///< [s]
 };
 
-/// What goes wrong in a run.
+/// A push over a span of time, a kerb if it is short; see JackalPlant::push().
+struct Push {
+  double forward;  ///< [N]
+  double torque;   ///< [N m]
+  double from;     ///< [s]
+  double until;    ///< [s]
+};
+
+/// A span of time in which the robot is held in the air.
+struct Lift {
+  double from;   ///< [s]
+  double until;  ///< [s]
+};
+
+/// What goes wrong in a run, or is done to the robot.
 struct Faults {
   std::vector<SensorFault> sensors;
   std::vector<BlockedMotor> motors;
   std::vector<ChannelLoss> losses;
+  std::vector<Push> pushes;
+  std::vector<Lift> lifts;
 };
 
 /// How the monitored loop is driven.
 struct MonitorSettings {
   FaultParameters faults;
   bool exclude = true;  ///< outliers and faulty channels do not reach the controller
-  bool stop = true;     ///< wheels that do not follow their command stop the robot, as the drive gate does
+  bool stop = true;     ///< wheels that do not follow, or are moved, stop the robot, as the drive gate does
 };
 
 /// State of the monitored loop after one sensor sample.
@@ -49,6 +65,7 @@ struct MonitoredSample {
   SetPoint set_point;       ///< in force
   double velocity;          ///< true forward speed [m/s]
   double yaw_rate;          ///< true yaw rate [rad/s]
+  double wheel_left;        ///< true speed of the left wheels [rad/s]
   WheelCommand command;     ///< in force [rad/s]
   FaultReport report;       ///< of the monitor
   ChannelValidity counted;  ///< channels that reached the controller

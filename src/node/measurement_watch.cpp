@@ -101,7 +101,8 @@ void MeasurementWatch::applyPolicy(StopCauses& causes, double now, bool at_rest)
   if (unclear) loss_ = "too few channels count";
   const bool too_little = !lost && !wheelsRepeat() && (decision.action == LossAction::stop || unclear);
   const bool blocked = monitor_ && (monitor_->report().drive_left || monitor_->report().drive_right);
-  causes.add(StopCause::sensor_fault, !at_rest && (too_little || blocked));
+  causes.add(StopCause::sensor_fault, !at_rest && (too_little || blocked))
+      .add(StopCause::moved, monitor_ && monitor_->report().moved);
 }
 
 /// Before the first measurement nothing is lost; a source that does not come at all is, after a while.
@@ -157,7 +158,7 @@ LossTolerance MeasurementWatch::tolerance() const {
 }
 
 std::string MeasurementWatch::reason() const {
-  const std::string fault = monitor_ ? monitor_->report().reason() : "";
+  const std::string fault = monitor_ && monitor_->report().faulty() ? monitor_->report().reason() : "";
   return fault.empty() ? loss_ : fault;
 }
 

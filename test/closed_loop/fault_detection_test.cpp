@@ -159,6 +159,93 @@ TEST(BlockedMotor, IsFoundWhenTheRobotShouldStart) {
   }
 }
 
+/// What somebody does to a healthy robot, and what it does meanwhile.
+struct Handling {
+  const char* name;
+  SetPoint set_point;
+  Faults faults;
+};
+
+std::vector<Handling> handlings() {
+  std::vector<Handling> list;
+  const auto add = [&](const char* name, const SetPoint& set_point, std::vector<Push> pushes, std::vector<Lift> lifts) {
+    Handling handling{name, set_point, {}};
+    handling.faults.pushes = std::move(pushes);
+    handling.faults.lifts = std::move(lifts);
+    list.push_back(handling);
+  };
+  for (double torque : {0.0, 15.0, -15.0}) {
+    add("pushed while it stands", {}, {{150.0, torque, 3.0, 3.7}}, {});
+    add("pushed and pulled while it stands", {}, {{-120.0, torque, 3.0, 3.5}, {120.0, -torque, 3.6, 4.2}}, {});
+    add("pushed a little while it drives", {0.5, 0.0, 0.0}, {{40.0, 0.2 * torque, 3.0, 3.5}}, {});
+    add("against a kerb", {0.5, 0.0, 0.0}, {{-100.0, torque, 3.0, 3.12}}, {});
+    add("against a kerb at speed", {1.0, 0.0, 0.0}, {{-200.0, torque, 3.0, 3.12}}, {});
+    add("against a kerb in an arc", {0.5, 0.0, 0.5}, {{-100.0, torque, 3.0, 3.12}}, {});
+  }
+  add("carried", {}, {}, {{3.0, 5.0}});
+  add("lifted while it drives", {0.3, 0.0, 0.0}, {}, {{3.0, 5.0}});
+  add("lifted while it turns", {0.0, 0.0, 0.5}, {}, {{3.0, 5.0}});
+  return list;
+}
+
+TEST(HealthyRobot, PushesKerbsAndLiftsLeaveNothing) {
+  for (const char* controller : {"predictive", "improved"}) {
+    for (const char* torque_limit : {"20", "3", "0.5"}) {
+      for (const Handling& handling : handlings()) {
+        const bool stands = handling.set_point.vector().isZero(0.0);
+        if (!stands && std::string(torque_limit) == "0.5") continue;  // too weak to turn at all
+        SCOPED_TRACE(std::string(controller) + ", " + torque_limit + " N m, " + handling.name);
+        SetPointProfile profile = driving(handling.set_point);
+        profile.duration = 9.0;
+        const auto samples =
+            run(controller, "ground", profile, handling.faults, {{"plant.torque_limit", torque_limit}});
+        for (const MonitoredSample& s : samples) {
+          const FaultReport& r = s.report;
+          const bool latched = r.drive_left || r.drive_right || r.wheel_left.state == ChannelState::faulty ||
+                               r.wheel_right.state == ChannelState::faulty;
+          EXPECT_FALSE(latched) << r.reason() << " at " << s.time;  // the robot would not drive on
+          if (latched) break;
+        }
+        EXPECT_STREQ(samples.back().report.reason(), "");
+        EXPECT_TRUE(samples.back().counted.all());
+      }
+    }
+  }
+}
+
+/// The frozen encoder of each resolution and noise: found soon after the wheel should have moved.
+TEST(FrozenEncoder, IsFoundAtEveryResolutionOnceItsWheelShouldMove) {
+  constexpr double kStepTime = 4.0;  // the set point changes, a second after the encoder froze
+  for (const char* step : {"0", "0.0065", "0.0131", "0.06", "0.0606", "0.1"}) {
+    for (const char* noise : {"0", "0.003", "0.03"}) {
+      for (double change : {0.1, -0.2, 0.5}) {
+        for (const char* controller : {"predictive", "improved", "diff_drive"}) {
+          SCOPED_TRACE(std::string(controller) + ", step " + step + ", noise " + noise + ", by " +
+                       std::to_string(change));
+          SetPointProfile profile = driving({0.5, 0.0, 0.0});
+          profile.changes.push_back({kStepTime, {0.5 + change, 0.0, 0.0}});
+          profile.duration = 6.0;
+          const auto samples = run(controller, "ground", profile, sensorFault(SensorFaultKind::encoder_freeze),
+                                   {{"plant.encoder_step", step}, {"plant.encoder_noise", noise}});
+          // From the freeze on, or from the moment in which the wheel has moved by more than three steps.
+          double moved = 0.0, found = 0.0, frozen_at = 0.0;
+          for (const MonitoredSample& s : samples) {
+            if (s.time < kFaultTime) frozen_at = s.wheel_left;
+            if (moved == 0.0 && s.time >= kFaultTime &&
+                std::abs(s.wheel_left - frozen_at) > 3.0 * std::stod(step) + 1e-3) {
+              moved = s.time;
+            }
+            if (s.report.faulty() && found == 0.0) found = s.time;
+          }
+          ASSERT_GT(moved, 0.0);
+          ASSERT_GT(found, kFaultTime);
+          EXPECT_LE(found, std::max(moved, kStepTime) + 0.5) << "should have moved at " << moved;
+        }
+      }
+    }
+  }
+}
+
 class OrdinaryDriving : public testing::TestWithParam<OrdinaryCase> {};
 
 TEST_P(OrdinaryDriving, RaisesNoAlarm) {

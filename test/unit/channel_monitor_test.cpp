@@ -171,26 +171,32 @@ TEST_F(Repetition, ARunThatCondemnsTeaches) {
 
 TEST(MissedMotion, FindsARunThatOutlastsTheMotion) {
   MissedMotion test;
-  EXPECT_FALSE(test.update(false, 4.9, 5.1, 0.3, kStep));
-  for (int k = 0; k < 1000; ++k) EXPECT_FALSE(test.update(true, 4.9, 5.1, 0.3, kStep)) << "nothing to miss";
+  EXPECT_FALSE(test.update(5.0, false, 4.9, 5.1, 0.3, kStep));
+  for (int k = 0; k < 1000; ++k) EXPECT_FALSE(test.update(5.0, true, 4.9, 5.1, 0.3, kStep)) << "nothing to miss";
   int samples = 0;
-  while (!test.update(true, 6.0, 6.2, 0.3, kStep) && samples < 100) ++samples;
+  while (!test.update(5.0, true, 6.0, 6.2, 0.3, kStep) && samples < 100) ++samples;
   EXPECT_LE(samples * kStep, 0.25);
-  EXPECT_FALSE(test.update(false, 6.0, 6.2, 0.3, kStep)) << "it lives again";
+  EXPECT_FALSE(test.update(6.1, false, 6.0, 6.2, 0.3, kStep)) << "it lives again";
 }
 
 TEST(MissedMotion, ASourceThatIsRenewedNowAndThenIsAlive) {
   MissedMotion test;
   for (int k = 0; k < 1000; ++k) {
     const double speed = 0.3 * k;  // renewed at 10 Hz
-    EXPECT_FALSE(test.update(k % 5 != 0, speed - 0.1, speed + 0.1, 0.3, kStep)) << k;
+    EXPECT_FALSE(test.update(0.3 * (k - k % 5), k % 5 != 0, speed - 0.1, speed + 0.1, 0.3, kStep)) << k;
   }
+}
+
+TEST(MissedMotion, AValueThatWasThereBeforeItsPredictionMissesNothing) {
+  MissedMotion test;
+  test.update(6.0, false, 4.0, 5.0, 0.3, kStep);
+  for (int k = 0; k < 1000; ++k) EXPECT_FALSE(test.update(6.0, true, 5.9, 6.1, 0.3, kStep));
 }
 
 TEST(MissedMotion, UncertainMotionIsNone) {
   MissedMotion test;
-  test.update(false, 4.0, 5.0, 0.3, kStep);
-  for (int k = 0; k < 1000; ++k) EXPECT_FALSE(test.update(true, 4.9, 9.0, 0.3, kStep)) << "it may be where it was";
+  test.update(4.5, false, 4.0, 5.0, 0.3, kStep);
+  for (int k = 0; k < 1000; ++k) EXPECT_FALSE(test.update(4.5, true, 4.9, 9.0, 0.3, kStep)) << "it may be where it was";
 }
 
 TEST_F(Repetition, WithoutNoiseASteadyValueIsNormal) {

@@ -1,0 +1,68 @@
+// Healthy robots under the fault monitor, drawn by seed: ten minutes each. `experiments detection --quiet-hours` has
+// hours.
+
+#include "quiet_hours.hpp"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+namespace jackal_aic::sim {
+namespace {
+
+constexpr std::uint64_t kSeed = 20;
+constexpr double kTenMinutes = 600.0;  // s
+
+const PackageFiles& files() {
+  static const PackageFiles files{JACKAL_AIC_SOURCE_DIR};
+  return files;
+}
+
+class QuietDrives : public testing::TestWithParam<int> {};
+
+TEST_P(QuietDrives, RaiseNoAlarm) {
+  const auto robots = GetParam() % 3 == 2 ? QuietRobots::unidentified : QuietRobots::identified;
+  const QuietDrive drive = drawQuietDrive(kSeed, static_cast<std::uint64_t>(GetParam()), kTenMinutes, robots);
+  const Alarms alarms = runQuiet(files(), drive);
+  EXPECT_EQ(alarms.fault, "") << describe(drive);
+  EXPECT_EQ(alarms.faults, 0u);
+  EXPECT_GT(alarms.samples, 29000u);
+}
+
+INSTANTIATE_TEST_SUITE_P(DrawnBySeed, QuietDrives, testing::Range(0, 20));
+
+TEST(QuietDrive, DependsOnSeedAndNumberAlone) {
+  const auto line = [](std::uint64_t seed, std::uint64_t number) {
+    return describe(drawQuietDrive(seed, number, kTenMinutes, QuietRobots::unidentified));
+  };
+  EXPECT_EQ(line(1, 3), line(1, 3));
+  EXPECT_NE(line(1, 3), line(1, 4));
+  EXPECT_NE(line(1, 3), line(2, 3));
+}
+
+TEST(QuietDrive, EverythingIsDrawn) {
+  std::set<std::string> controllers, plants, motions;
+  std::set<std::pair<std::string, std::string>> sensors;
+  for (std::uint64_t number = 0; number < 300; ++number) {
+    const QuietDrive drive = drawQuietDrive(1, number, kTenMinutes, QuietRobots::identified);
+    controllers.insert(drive.controller);
+    plants.insert(drive.plant);
+    motions.insert(drive.motion.substr(0, drive.motion.find(' ')));
+    for (const auto& [key, value] : drive.overrides) {
+      if (key != "plant.seed") sensors.emplace(key, value);
+    }
+    EXPECT_EQ(drive.robot.dead_time, 1.0) << "identified";
+  }
+  EXPECT_EQ(controllers.size(), controllerNames().size());
+  EXPECT_EQ(plants.size(), 2u);
+  EXPECT_EQ(motions, (std::set<std::string>{"turn", "circle", "straight", "arcs", "joystick", "stand"}));
+  EXPECT_EQ(sensors.size(), 5u + 3u + 2u);
+}
+
+TEST(QuietHours, AreWholeDrives) {
+  EXPECT_THROW(runQuietHours(files(), 0.3, 1, QuietRobots::identified, 1), ParameterError);
+  EXPECT_THROW(runQuietHours(files(), 0.0, 1, QuietRobots::identified, 1), ParameterError);
+}
+
+}  // namespace
+}  // namespace jackal_aic::sim
