@@ -232,9 +232,9 @@ double LinearLoop::spectralRadius(LoopMode mode, const LoopChange& change) const
   return spectralRadiusOf(periodMap(mode, change)).upper();
 }
 
-Eigen::VectorXd LinearLoop::stepResponse(LoopMode mode, int periods) const {
+Eigen::VectorXd LinearLoop::stepResponse(LoopMode mode, int periods, const LoopChange& change) const {
   // The deviation from the steady state of the new set point follows the map; at first it is that whole state.
-  const Eigen::MatrixXd map = periodMap(mode);
+  const Eigen::MatrixXd map = periodMap(mode, change);
   const ModeEquations& equations = modes_[static_cast<std::size_t>(mode)];
   const Eigen::Index orders = controller_.orders + 1;
   const Eigen::Index wheel = map.rows() - 2;

@@ -81,8 +81,8 @@ class LinearLoop {
 
   /// Wheel speed of a mode at the end of each period after a step of the set point from rest, as a part of its final
   /// value. The straight mode only has a final value that equals the set point; the turn's is taken as if it had.
-  /// @param periods number of periods.
-  Eigen::VectorXd stepResponse(LoopMode mode, int periods) const;
+  /// @param periods number of periods; @param change of the loop.
+  Eigen::VectorXd stepResponse(LoopMode mode, int periods, const LoopChange& change = {}) const;
 
   /// Spectral radius of one belief step with the measurement held.
   double beliefSpectralRadius() const { return belief_radius_; }

@@ -1,32 +1,25 @@
 #include "gain_search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 #include <mutex>
 #include <nlopt.hpp>
-#include <optional>
 
-#include "closed_loop.hpp"
+#include "jackal_plant.hpp"
 #include "parallel.hpp"
-#include "timed_controller.hpp"
 
 namespace jackal_aic {
 namespace {
 
-constexpr double kResponse = 2.5;            // s simulated after a step
-constexpr double kOvershootReserve = 1.5;    // percent left to noise that the search has not seen
-constexpr double kUnstablePenalty = 100.0;   // s; above every simulated cost
-constexpr double kOvershootPenalty = 0.2;    // s per percent
-constexpr double kErrorAreaWeight = 1.0;     // 1/s; leads the search where the settling time has no slope
-constexpr double kOtherSpeedsWeight = 0.02;  // tells equally fast gains apart
-
-constexpr std::size_t kPartsPerBisection = 40;  // of the progress, in simulated candidates
-
-double settlingOf(const sim::ResponseMetrics& response) {
-  if (!response.stable) return 2.0 * kResponse;
-  return response.settling.value_or(kResponse);
-}
+constexpr double kResponse = 2.5;           // s of a linear response
+constexpr double kUnstablePenalty = 100.0;  // s; above every other cost
+constexpr double kOvershootPenalty = 20.0;  // s per part of the step
+constexpr double kErrorAreaWeight = 0.5;    // 1/s; leads the search where the settling time has no slope
+constexpr double kOthersWeight = 0.05;      // of the settling times that are not the longest
+constexpr double kReserve = 0.9;            // part of a bar that the search keeps to
+constexpr int kRounds = 3;                  // of the local search, each with the trials that the one before missed
+constexpr std::size_t kMostJoining = 3;     // trials
 
 double rounded(double value) {
   const double scale = std::pow(10.0, 3.0 - std::floor(std::log10(value)));
@@ -37,15 +30,15 @@ double rounded(double value) {
 /// from order 1.
 class SearchSpace {
  public:
-  explicit SearchSpace(const ControllerParameters& fixed) : fixed_(fixed) {}
-
-  std::size_t size() const { return 3 + 2 * static_cast<std::size_t>(fixed_.orders) + 1; }
-
-  /// Bounds [low, high] of a coordinate before the logarithm.
-  static Bounds bounds(std::size_t index) {
-    constexpr std::array<Bounds, 3> kGains{{{1e-4, 1.0}, {1e-3, 1e2}, {0.3, 300.0}}};  // tau, kappa_mu, kappa_a
-    return index < kGains.size() ? kGains[index] : Bounds{1e-3, 1e8};
+  SearchSpace(const ControllerParameters& fixed, double sensor_rate)
+      : fixed_(fixed), bounds_{{1e-4, 1.0}, {1e-3, 1e3}, {0.3, 300.0}} {  // tau, kappa_mu, kappa_a
+    for (int i = 0; i <= fixed.orders; ++i) bounds_.push_back({1e-4, 1e6});
+    for (int i = 1; i <= fixed.orders; ++i) {
+      bounds_.push_back({lowestSensoryVariance(i, fixed.sensory_variances[0], sensor_rate), 1e12});
+    }
   }
+
+  std::size_t size() const { return bounds_.size(); }
 
   ControllerParameters controller(const std::vector<double>& x) const {
     ControllerParameters controller = fixed_;
@@ -56,13 +49,14 @@ class SearchSpace {
   std::vector<double> vector(ControllerParameters controller) const {
     std::vector<double> x(size());
     visit(controller,
-          [&](double& value, std::size_t i) { x[i] = std::log(std::clamp(value, bounds(i).low, bounds(i).high)); });
+          [&](double& value, std::size_t i) { x[i] = std::log(std::clamp(value, bounds_[i].low, bounds_[i].high)); });
     return x;
   }
 
+  /// One end of the bounds, as in vector().
   std::vector<double> logarithms(double Bounds::*end) const {
-    std::vector<double> list(size());
-    for (std::size_t i = 0; i < list.size(); ++i) list[i] = std::log(bounds(i).*end);
+    std::vector<double> list;
+    for (const Bounds& bounds : bounds_) list.push_back(std::log(bounds.*end));
     return list;
   }
 
@@ -77,70 +71,103 @@ class SearchSpace {
   }
 
   ControllerParameters fixed_;
+  std::vector<Bounds> bounds_;
 };
 
-/// How far the spectral radius is above what the margins ask for; 0 or less if they are kept.
-double marginViolation(const GainSearchTask& task, const ControllerParameters& controller) {
-  const LinearLoop loop(controller, task.start.geometry, task.plant.model);
-  double radius = std::max(loop.beliefSpectralRadius(), loop.worstSpectralRadius());
-  for (const LoopChange& change : {LoopChange{task.margins.gain, 0.0}, LoopChange{1.0, task.margins.delay}}) {
-    radius = std::max({radius, loop.worstSpectralRadius(LoopMode::straight, change),
-                       loop.worstSpectralRadius(LoopMode::turn, change)});
+SearchSpace searchSpace(const GainSearchTask& task, const ControllerParameters& fixed) {
+  return {fixed, task.robots.front().plant.model.sensor_rate};
+}
+
+std::array<double, 2> endsOfPhase(const LinearLoop& loop) { return {loop.longestPhase(), 0.0}; }
+
+double marginViolation(const MarginBounds& margins, const LinearLoop& loop) {
+  double radius = loop.beliefSpectralRadius();
+  for (const double phase : endsOfPhase(loop)) {
+    for (const LoopChange& change :
+         {LoopChange{margins.gain, 0.0, phase}, LoopChange{1.0, margins.delay, phase}, LoopChange{1.0, 0.0, phase}}) {
+      for (const LoopMode mode : {LoopMode::straight, LoopMode::turn}) {
+        if (radius < kStabilityLimit) radius = std::max(radius, loop.spectralRadius(mode, change));
+      }
+    }
   }
-  return radius - kStabilityLimit;
+  return std::max(radius, loop.spectralRadius(LoopMode::lateral)) - kStabilityLimit;
 }
 
-std::vector<sim::Sample> simulate(const GainSearchTask& task, const ControllerParameters& controller,
-                                  const sim::SetPointProfile& profile) {
-  sim::JackalPlant plant(task.urdf, task.plant.simulation);
-  const auto driver = sim::makeTimedController(
-      sim::ActiveInferenceSetup{controller, task.start.geometry, task.start.limits, task.plant.model});
-  return sim::runClosedLoop(plant, *driver, profile, task.plant.simulation.support, task.start.geometry);
-}
-
-sim::ResponseMetrics respond(const GainSearchTask& task, const ControllerParameters& controller, double speed) {
-  const sim::SetPointProfile profile = sim::stepProfile(speed, 0.0, kResponse);
-  return sim::assess(simulate(task, controller, profile), profile);
-}
-
-/// A response as the search judges it.
-struct SearchedResponse {
-  double settled;        ///< time since the step from which it stays within kSearchBand [s]
-  double overshoot_pct;  ///< of the step
-  double error_area;     ///< integral of time x |error| relative to the step [s^2], which changes without jumps
-};
-
-SearchedResponse searchedResponse(const GainSearchTask& task, const ControllerParameters& controller, double speed) {
-  const sim::SetPointProfile profile = sim::stepProfile(speed, 0.0, kResponse);
-  const std::vector<sim::Sample> samples = simulate(task, controller, profile);
-  const sim::ResponseMetrics metrics = sim::assess(samples, profile);
-  if (!metrics.stable) return {2.0 * kResponse, 0.0, 0.5 * kResponse * kResponse};
-  SearchedResponse response{0.0, metrics.overshoot_pct, 0.0};
-  for (const sim::Sample& sample : samples) {
-    const double time = sample.time - profile.assessed_from;
-    const double error = std::abs(sample.velocity - speed) / speed;
-    if (time < 0.0) continue;
-    if (error > kSearchBand) response.settled = time;
-    response.error_area += time * error * sim::JackalPlant::kStep;
+/// Time [s] from which a response stays within kSearchBand of 1, between its samples, plus a little of its error's
+/// area.
+double settled(const Eigen::VectorXd& response, double period) {
+  double time = 0.0, area = 0.0;
+  for (Eigen::Index k = 0; k < response.size(); ++k) {
+    const double error = std::abs(response(k) - 1.0);
+    area += period * static_cast<double>(k) * period * error;
+    if (error <= kSearchBand) continue;
+    const double next = k + 1 < response.size() ? std::abs(response(k + 1) - 1.0) : 0.0;
+    const double part = (error - kSearchBand) / std::max(error - next, error - kSearchBand + 1e-9);
+    time = period * (static_cast<double>(k) + 1.0 + part);
   }
-  return response;
+  return std::min(time, kResponse) + kErrorAreaWeight * area;
 }
 
-/// One start of the search.
+double linearCostOn(const GainSearchTask& task, const LinearLoop& loop) {
+  double cost = 0.0;
+  for (const double phase : endsOfPhase(loop)) {
+    const auto periods = static_cast<int>(kResponse / loop.period());
+    const Eigen::VectorXd response = loop.stepResponse(LoopMode::straight, periods, {1.0, 0.0, phase});
+    const double overshoot = response.maxCoeff() - 1.0 - 0.005 * task.overshoot_pct;
+    cost = std::max(cost, settled(response, loop.period()) + kOvershootPenalty * std::max(0.0, overshoot));
+  }
+  return cost;
+}
+
+TrialController controllerOn(const GainSearchTask& task, const ControllerParameters& controller,
+                             const SearchRobot& robot) {
+  return {controller, task.start.geometry, task.start.limits, robot.plant.model};
+}
+
+/// A second for every bar that is not kept, and for as many times as it is exceeded.
+double penalty(const TrialBars& bars, const TrialFigures& figures) {
+  double sum = figures.settling ? 0.0 : 2.0;
+  const auto add = [&](double figure, double bar) {
+    if (figure > kReserve * bar) sum += figure / (kReserve * bar) - (figure > bar ? 0.0 : 1.0);
+  };
+  add(figures.overshoot_pct, bars.overshoot_pct);
+  add(figures.beyond_mps, bars.beyond_mps);
+  add(figures.beyond_radps, bars.beyond_radps);
+  add(figures.ripple, bars.ripple);
+  return sum;
+}
+
+/// The gains with two fifths of the largest kappa_a that is stable on every robot.
+ControllerParameters withStableAction(const GainSearchTask& task, ControllerParameters gains) {
+  double largest = gainBounds(Gain::kappa_a).high;
+  for (const SearchRobot& robot : task.robots) {
+    const auto stable = stableRange(gains, task.start.geometry, robot.plant.model, Gain::kappa_a);
+    if (stable && !stable->high_is_bound) largest = std::min(largest, stable->high);
+  }
+  if (largest < gainBounds(Gain::kappa_a).high) gains.kappa_a = 0.4 * largest;
+  return gains;
+}
+
+/// The local search for one number of orders.
 class Descent {
  public:
-  Descent(const GainSearchTask& task, const std::vector<double>& slowest, const ControllerParameters& start,
+  Descent(const GainSearchTask& task, const ControllerParameters& start, std::vector<SearchTrial> trials,
           std::function<void()> evaluated)
-      : task_(task), slowest_(slowest), space_(start), evaluated_(std::move(evaluated)), best_(start) {
-    best_cost_ = gainCost(task, best_, slowest);
-  }
+      : task_(task),
+        trials_(std::move(trials)),
+        space_(searchSpace(task, start)),
+        evaluated_(std::move(evaluated)),
+        best_(space_.controller(space_.vector(start))) {}
 
-  void run() {
+  /// A round of the search, with further trials.
+  void run(const std::vector<SearchTrial>& further) {
+    trials_.insert(trials_.end(), further.begin(), further.end());
+    best_cost_ = gainCost(task_, best_, trials_);
     nlopt::opt optimizer(nlopt::LN_SBPLX, static_cast<unsigned>(space_.size()));
     optimizer.set_lower_bounds(space_.logarithms(&Bounds::low));
     optimizer.set_upper_bounds(space_.logarithms(&Bounds::high));
-    optimizer.set_initial_step(0.3);
-    optimizer.set_xtol_abs(1e-3);
+    optimizer.set_initial_step(0.15);
+    optimizer.set_xtol_abs(3e-3);
     optimizer.set_maxeval(task_.evaluations);
     optimizer.set_min_objective(&Descent::objective, this);
     std::vector<double> x = space_.vector(best_);
@@ -152,7 +179,6 @@ class Descent {
   }
 
   const ControllerParameters& best() const { return best_; }
-  double bestCost() const { return best_cost_; }
 
  private:
   static double objective(const std::vector<double>& x, std::vector<double>&, void* self) {
@@ -161,7 +187,7 @@ class Descent {
 
   double evaluate(const std::vector<double>& x) {
     const ControllerParameters candidate = space_.controller(x);
-    const double cost = gainCost(task_, candidate, slowest_, best_cost_);
+    const double cost = gainCost(task_, candidate, trials_, best_cost_);
     if (cost < best_cost_) {  // then it is no lower bound by giving up
       best_cost_ = cost;
       best_ = candidate;
@@ -171,88 +197,62 @@ class Descent {
   }
 
   const GainSearchTask& task_;
-  const std::vector<double>& slowest_;
+  std::vector<SearchTrial> trials_;
   SearchSpace space_;
   std::function<void()> evaluated_;
   ControllerParameters best_;
   double best_cost_ = 0.0;
 };
 
-/// Finds gains on the linear model, which takes a thousandth of the time of a simulation. The settling time itself
-/// jumps where a ripple leaves the band; so for a given time the largest error after it is minimised, and the shortest
-/// time at which that fits the band is found by bisection.
+/// Gains of least linearCost(): a search of the whole space, and local ones from there and from starts of known
+/// structure.
 class LinearSearch {
  public:
-  static constexpr int kBisections = 6;
-
   LinearSearch(const GainSearchTask& task, int orders)
-      : task_(task), orders_(orders), space_(withOrders(task.start.controller, orders)) {}
+      : task_(task), orders_(orders), space_(searchSpace(task, withOrders(task.start.controller, orders))) {}
 
-  /// @param step_done called kBisections times.
-  ControllerParameters run(const std::function<void()>& step_done) {
-    ControllerParameters best = dampedStart(task_, orders_, 0.2);
-    double too_fast = task_.plant.model.dead_time, reached = std::min(kResponse, too_fast + kSlowest);
-    for (int i = 0; i < kBisections; ++i) {
-      settled_ = 0.5 * (too_fast + reached);
-      if (const auto candidate = settledGains(best)) {
-        reached = settled_;
-        best = *candidate;
-      } else {
-        too_fast = settled_;
-      }
-      step_done();
+  ControllerParameters run() {
+    for (const auto& start : {dampedStart(task_, orders_, 0.2), shapedStart(task_, orders_)}) {
+      search(nlopt::LN_SBPLX, space_.vector(start), task_.linear_evaluations / 4);
     }
-    return best;
+    const ControllerParameters damped = dampedStart(task_, orders_, 0.2);
+    search(nlopt::LN_SBPLX, search(nlopt::GN_CRS2_LM, space_.vector(damped), task_.linear_evaluations),
+           task_.linear_evaluations / 4);
+    return space_.controller(best_);
   }
 
  private:
-  static constexpr double kSlowest = 1.0;  // s after the dead time
-  static constexpr std::uint64_t kSearchesPerTime = 3;
-
-  /// Gains that are settled by the time in question; empty if none of the searches finds any.
-  std::optional<ControllerParameters> settledGains(const ControllerParameters& start) {
-    for (std::uint64_t i = 0; i < kSearchesPerTime; ++i) {
-      const auto [candidate, error] = leastError(start, task_.seed + i);
-      if (error <= kSearchBand) return candidate;
-    }
-    return std::nullopt;
-  }
-
-  std::pair<ControllerParameters, double> leastError(const ControllerParameters& start, std::uint64_t seed) {
-    nlopt::srand(static_cast<unsigned long>(seed));
-    nlopt::opt optimizer(nlopt::GN_CRS2_LM, static_cast<unsigned>(space_.size()));
+  std::vector<double> search(nlopt::algorithm algorithm, std::vector<double> x, int evaluations) {
+    nlopt::srand(static_cast<unsigned long>(task_.seed));
+    nlopt::opt optimizer(algorithm, static_cast<unsigned>(space_.size()));
     optimizer.set_lower_bounds(space_.logarithms(&Bounds::low));
     optimizer.set_upper_bounds(space_.logarithms(&Bounds::high));
-    optimizer.set_maxeval(task_.linear_evaluations);
-    optimizer.set_stopval(0.5 * kSearchBand);
-    optimizer.set_ftol_abs(1e-7);
+    optimizer.set_maxeval(evaluations);
+    optimizer.set_ftol_abs(1e-5);
     optimizer.set_min_objective(&LinearSearch::objective, this);
-    std::vector<double> x = space_.vector(start);
-    double error = 0.0;
-    optimizer.optimize(x, error);
-    return {space_.controller(x), error};
+    double cost = 0.0;
+    try {
+      optimizer.optimize(x, cost);
+    } catch (const nlopt::roundoff_limited&) {  // as good as it gets
+      cost = linearCost(task_, space_.controller(x));
+    }
+    if (cost < best_cost_) {
+      best_cost_ = cost;
+      best_ = x;
+    }
+    return x;
   }
 
   static double objective(const std::vector<double>& x, std::vector<double>&, void* self) {
     const auto* search = static_cast<const LinearSearch*>(self);
-    return search->largestError(search->space_.controller(x));
-  }
-
-  /// Largest error after the time in question, relative to the step, plus what overshoots before it.
-  double largestError(const ControllerParameters& candidate) const {
-    const double violation = marginViolation(task_, candidate);
-    if (!(violation < 0.0)) return kUnstablePenalty + std::min(violation, 1e3);
-    const LinearLoop loop(candidate, task_.start.geometry, task_.plant.model);
-    const Eigen::VectorXd value = loop.stepResponse(LoopMode::straight, static_cast<int>(kResponse / loop.period()));
-    const auto settled = static_cast<Eigen::Index>(settled_ / loop.period());
-    const double overshoot = value.maxCoeff() - 1.0 - 0.01 * (task_.overshoot_pct - kOvershootReserve);
-    return (value.tail(value.size() - settled).array() - 1.0).abs().maxCoeff() + 5.0 * std::max(0.0, overshoot);
+    return linearCost(search->task_, search->space_.controller(x));
   }
 
   const GainSearchTask& task_;
   int orders_;
   SearchSpace space_;
-  double settled_ = 0.0;
+  std::vector<double> best_;
+  double best_cost_ = std::numeric_limits<double>::infinity();
 };
 
 /// Reports parts of the work from any thread.
@@ -273,69 +273,133 @@ class WorkCounter {
   std::mutex mutex_;
 };
 
-/// The whole search for one number of orders.
-ControllerParameters searchOrders(const GainSearchTask& task, const std::vector<double>& slowest, int orders,
-                                  WorkCounter& work) {
-  const ControllerParameters linear = LinearSearch(task, orders).run([&] { work.add(kPartsPerBisection); });
-  ControllerParameters best = linear;
-  double best_cost = std::numeric_limits<double>::infinity();
-  for (const ControllerParameters& start : {linear, withOrders(task.start.controller, orders)}) {
-    Descent descent(task, slowest, start, [&] { work.add(1); });
-    descent.run();
-    if (descent.bestCost() >= best_cost) continue;
-    best = descent.best();
-    best_cost = descent.bestCost();
+/// The missed trials of an assessment's gains, as further trials.
+std::vector<SearchTrial> missedTrials(const GainSearchTask& task, const ControllerParameters& controller) {
+  if (!(marginViolation(task, controller) < 0.0)) return {};  // no trial helps that
+  std::vector<std::pair<double, SearchTrial>> missed;
+  for (std::size_t i = 0; i < task.robots.size(); ++i) {
+    for (const Trial& trial : trialsOf(task, task.robots[i])) {
+      const double excess =
+          penalty(trial.bars, drive(trial, controllerOn(task, controller, task.robots[i]), task.urdf));
+      if (excess >= 1.0) missed.emplace_back(excess, SearchTrial{trial, i});
+    }
   }
-  return best;
+  std::stable_sort(missed.begin(), missed.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<SearchTrial> worst;
+  for (std::size_t i = 0; i < std::min(missed.size(), kMostJoining); ++i) worst.push_back(missed[i].second);
+  return worst;
+}
+
+/// The whole search for one number of orders.
+ControllerParameters searchOrders(const GainSearchTask& task, int orders, WorkCounter& work) {
+  const ControllerParameters linear = LinearSearch(task, orders).run();
+  work.add(static_cast<std::size_t>(task.evaluations));
+  Descent descent(task, linear, firstTrials(task), [&] { work.add(1); });
+  std::vector<SearchTrial> further;
+  for (int round = 0; round < kRounds; ++round) {
+    descent.run(further);
+    further = missedTrials(task, descent.best());
+    if (further.empty()) break;
+  }
+  return descent.best();
+}
+
+void assessOn(const GainSearchTask& task, const SearchRobot& robot, unsigned jobs, GainAssessment& assessment) {
+  RobotAssessment result;
+  result.certificate = certify(assessment.controller, task.start.geometry, robot.plant.model);
+  if (!result.certificate.stable() || !result.certificate.keeps(task.margins)) {
+    assessment.missed.push_back(robot.name + ": margins");
+  }
+  const std::vector<Trial> trials = trialsOf(task, robot);
+  std::vector<TrialFigures> figures(trials.size());
+  sim::parallelFor(trials.size(), jobs, [&](std::size_t i) {
+    figures[i] = drive(trials[i], controllerOn(task, assessment.controller, robot), task.urdf);
+  });
+  result.settling_first = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    (trials[i].nominal ? result.as_it_is : result.otherwise).worsen(figures[i]);
+    const std::string missed = trials[i].bars.missed(figures[i]);
+    if (!missed.empty()) assessment.missed.push_back(trials[i].name + ": " + missed);
+    const bool searched = trials[i].set_point.forward == task.speed && trials[i].set_point.yaw_rate == 0.0;
+    if (!trials[i].nominal || !searched) continue;
+    const double settling = figures[i].settling.value_or(std::numeric_limits<double>::infinity());
+    result.settling_first = std::min(result.settling_first, settling);
+    result.settling_last = std::max(result.settling_last, settling);
+  }
+  assessment.robots.push_back(result);
 }
 
 }  // namespace
 
-GainAssessment assessGains(const GainSearchTask& task, const ControllerParameters& controller) {
-  GainAssessment assessment{controller, {task.speed}, {}, {}};
-  assessment.speeds.insert(assessment.speeds.end(), task.other_speeds.begin(), task.other_speeds.end());
-  for (const double speed : assessment.speeds) assessment.responses.push_back(respond(task, controller, speed));
-  assessment.certificate = certify(controller, task.start.geometry, task.plant.model);
+double GainAssessment::settling() const {
+  double longest = 0.0;
+  for (const RobotAssessment& robot : robots) longest = std::max(longest, robot.settling_last);
+  return longest;
+}
+
+std::vector<Trial> trialsOf(const GainSearchTask& task, const SearchRobot& robot) {
+  std::vector<Trial> trials = allTrials(robot.plant.simulation, robot.name, task.overshoot_pct);
+  const auto drawn = drawnTrials(robot.plant.simulation, robot.name, task.overshoot_pct, task.draws, task.seed);
+  trials.insert(trials.end(), drawn.begin(), drawn.end());
+  return trials;
+}
+
+GainAssessment assessGains(const GainSearchTask& task, const ControllerParameters& controller, unsigned jobs) {
+  GainAssessment assessment{controller, {}, {}};
+  for (const SearchRobot& robot : task.robots) assessOn(task, robot, jobs, assessment);
   return assessment;
 }
 
-GainSearchTask withoutNoise(GainSearchTask task) {
-  task.plant.simulation.noise_scale = 0.0;
-  return task;
+double marginViolation(const GainSearchTask& task, const ControllerParameters& controller) {
+  double violation = -1.0;
+  for (const SearchRobot& robot : task.robots) {
+    violation = std::max(violation,
+                         marginViolation(task.margins, LinearLoop(controller, task.start.geometry, robot.plant.model)));
+  }
+  return violation;
 }
 
-double gainCost(const GainSearchTask& task, const ControllerParameters& controller, const std::vector<double>& slowest,
-                double give_up) {
-  const double violation = marginViolation(task, controller);
-  if (!(violation < 0.0)) return kUnstablePenalty + std::min(violation, 1e3);
-  const SearchedResponse step = searchedResponse(task, controller, task.speed);
-  const double too_much = std::max(0.0, step.overshoot_pct - (task.overshoot_pct - kOvershootReserve));
-  double cost = step.settled + kErrorAreaWeight * step.error_area + kOvershootPenalty * too_much;
-  for (std::size_t i = 0; i < task.other_speeds.size() && cost < give_up; ++i) {
-    const double settled = searchedResponse(task, controller, task.other_speeds[i]).settled;
-    cost += 2.0 * std::max(0.0, settled - slowest[i]) + kOtherSpeedsWeight * settled;
+double linearCost(const GainSearchTask& task, const ControllerParameters& controller) {
+  double cost = 0.0;
+  for (const SearchRobot& robot : task.robots) {
+    const LinearLoop loop(controller, task.start.geometry, robot.plant.model);
+    const double violation = marginViolation(task.margins, loop);
+    if (!(violation < 0.0)) return kUnstablePenalty + std::min(violation, 1e3);
+    cost = std::max(cost, linearCostOn(task, loop));
   }
   return cost;
 }
 
-bool keepsBounds(const GainSearchTask& task, const GainAssessment& assessment, const std::vector<double>& slowest) {
-  const sim::ResponseMetrics& step = assessment.responses.front();
-  if (!assessment.certificate.stable() || !assessment.certificate.keeps(task.margins)) return false;
-  if (!step.stable || !step.settling || step.overshoot_pct > task.overshoot_pct) return false;
-  for (std::size_t i = 0; i < slowest.size(); ++i) {
-    if (settlingOf(assessment.responses[i + 1]) > slowest[i]) return false;
+std::vector<SearchTrial> firstTrials(const GainSearchTask& task) {
+  std::vector<SearchTrial> first, others;
+  for (std::size_t i = 0; i < task.robots.size(); ++i) {
+    const sim::PlantParameters& plant = task.robots[i].plant.simulation;
+    for (const Trial& trial : searchedTrials(plant, task.robots[i].name, task.overshoot_pct, task.speed)) {
+      const bool searched = trial.nominal && trial.set_point.forward == task.speed;
+      (searched ? first : others).push_back({trial, i});
+    }
   }
-  return true;
+  first.insert(first.end(), others.begin(), others.end());
+  return first;
 }
 
-std::vector<double> slowestAllowed(const GainSearchTask& task) {
-  std::vector<double> slowest;
-  for (const double speed : task.other_speeds) {
-    const sim::ResponseMetrics response = respond(task, task.start.controller, speed);
-    const bool settles = response.stable && response.settling;
-    slowest.push_back(settles ? *response.settling : std::numeric_limits<double>::infinity());
+double gainCost(const GainSearchTask& task, const ControllerParameters& controller,
+                const std::vector<SearchTrial>& trials, double give_up) {
+  const double violation = marginViolation(task, controller);
+  if (!(violation < 0.0)) return kUnstablePenalty + std::min(violation, 1e3);
+  double longest = 0.0, others = 0.0;
+  for (const SearchTrial& t : trials) {
+    const SearchRobot& robot = task.robots[t.robot];
+    const TrialFigures figures = drive(t.trial, controllerOn(task, controller, robot), task.urdf);
+    const bool searched =
+        t.trial.nominal && t.trial.set_point.forward == task.speed && t.trial.set_point.yaw_rate == 0.0;
+    const double settling = figures.settling.value_or(0.0);
+    if (searched) longest = std::max(longest, settling);
+    if (searched) others += kOthersWeight * settling;
+    others += penalty(t.trial.bars, figures);
+    if (longest + others > give_up) break;
   }
-  return slowest;
+  return longest + others;
 }
 
 ControllerParameters withOrders(ControllerParameters controller, int orders) {
@@ -347,36 +411,46 @@ ControllerParameters withOrders(ControllerParameters controller, int orders) {
   return controller;
 }
 
-ControllerParameters dampedStart(const GainSearchTask& task, int orders, double relative_tau) {
-  ControllerParameters damped = withOrders(task.start.controller, orders);
-  const PlantModel& plant = task.plant.model;
-  damped.tau = std::max(1e-4, relative_tau * (plant.dead_time + plant.lag + damped.actionStep()));
-  damped.kappa_mu = 10.0;
-  damped.state_variances[0] = 0.01;
-  for (std::size_t i = 1; i < damped.sensory_variances.size(); ++i) damped.sensory_variances[i] = i == 1 ? 0.05 : 1e6;
-  const auto stable = stableRange(damped, task.start.geometry, plant, Gain::kappa_a);
-  if (stable && !stable->high_is_bound) damped.kappa_a = 0.4 * stable->high;
-  return damped;
+double lowestSensoryVariance(int order, double variance, double sensor_rate) {
+  double difference = variance;  // of white noise: C(2 order, order) times the variance, per sensor period^(2 order)
+  for (int i = 1; i <= order; ++i) difference *= sensor_rate * sensor_rate * (4.0 - 2.0 / i);
+  return std::clamp(1e-5 * difference, 1e-3, 1e11);
 }
 
-std::vector<GainSearchResult> searchGains(const GainSearchTask& noisy_task, const SearchProgress& progress) {
-  const GainSearchTask task = withoutNoise(noisy_task);
-  const std::vector<double> slowest = slowestAllowed(task);
+ControllerParameters dampedStart(const GainSearchTask& task, int orders, double relative_tau) {
+  ControllerParameters damped = withOrders(task.start.controller, orders);
+  double delay = 0.0;
+  for (const SearchRobot& robot : task.robots) {
+    delay = std::max(delay, robot.plant.model.dead_time + robot.plant.model.lag + damped.actionStep());
+  }
+  damped.tau = std::max(1e-4, relative_tau * delay);
+  damped.kappa_mu = 10.0;
+  damped.state_variances[0] = 0.01;
+  for (std::size_t i = 1; i < damped.sensory_variances.size(); ++i) damped.sensory_variances[i] = i == 1 ? 10.0 : 1e12;
+  return withStableAction(task, damped);
+}
+
+ControllerParameters shapedStart(const GainSearchTask& task, int orders) {
+  ControllerParameters shaped = withOrders(task.start.controller, orders);
+  shaped.tau = 3e-4;
+  shaped.kappa_mu = 2e-3;
+  std::fill(shaped.state_variances.begin(), shaped.state_variances.end(), 9.5e5);
+  shaped.state_variances[0] = 300.0;
+  for (std::size_t i = 1; i < shaped.sensory_variances.size(); ++i) shaped.sensory_variances[i] = i == 1 ? 0.1 : 1e12;
+  return withStableAction(task, shaped);
+}
+
+std::vector<GainSearchResult> searchGains(const GainSearchTask& task, const SearchProgress& progress) {
   const auto count = static_cast<std::size_t>(task.highest_orders - task.lowest_orders) + 1;
-  WorkCounter work(
-      count * (kPartsPerBisection * LinearSearch::kBisections + 2 * static_cast<std::size_t>(task.evaluations)),
-      progress);
+  WorkCounter work(count * static_cast<std::size_t>((1 + kRounds) * task.evaluations), progress);
   std::vector<ControllerParameters> best(count);
   sim::parallelFor(count, task.jobs, [&](std::size_t i) {
-    best[i] = searchOrders(task, slowest, task.lowest_orders + static_cast<int>(i), work);
+    best[i] = searchOrders(task, task.lowest_orders + static_cast<int>(i), work);
   });
   work.finish();
-
   std::vector<GainSearchResult> results;
   for (const ControllerParameters& controller : best) {
-    GainAssessment assessment = assessGains(task, controller);
-    const bool keeps = keepsBounds(task, assessment, slowest);
-    results.push_back({controller.orders, std::move(assessment), keeps});
+    results.push_back({controller.orders, assessGains(task, controller, task.jobs)});
   }
   return results;
 }

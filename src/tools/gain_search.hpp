@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file
-/// Search for gains that settle fastest on a simulated robot and stay robust by their certificate.
+/// Search for gains that settle fastest on simulated robots, stay robust by their certificates, and pass everything
+/// that users drive (gain_trial.hpp).
 
 #include <cstddef>
 #include <cstdint>
@@ -10,85 +11,119 @@
 #include <string>
 #include <vector>
 
+#include "gain_trial.hpp"
 #include "jackal_aic/closed_loop_certificate.hpp"
-#include "response_metrics.hpp"
 #include "tool_files.hpp"
 
 namespace jackal_aic {
 
-/// What gains are searched for, and within which bounds.
-struct GainSearchTask {
-  ControllerFile start;  ///< gains to begin with and to be no slower than; its rates, integrator and geometry stay
-  PlantFile plant;       ///< robot to search on, with its noise
-  std::string urdf;      ///< of the simulated robot
-  MarginBounds margins{2.0, 0.05};                  ///< to be kept
-  double overshoot_pct = 5.0;                       ///< largest overshoot of the step to `speed`
-  double speed = 0.5;                               ///< step whose settling time is minimised [m/s]
-  std::vector<double> other_speeds{0.1, 0.3, 1.0};  ///< steps that may not settle later than with `start` [m/s]
-  int lowest_orders = 1;                            ///< generalised orders p to search, from
-  int highest_orders = 5;                           ///< to
-  int linear_evaluations = 20000;                   ///< candidates of each global search on the linear model
-  int evaluations = 300;                            ///< simulated candidates of each local search
-  std::uint64_t seed = 1;                           ///< of the global searches
-  unsigned jobs = 0;                                ///< threads; 0 is one per core; no influence on the result
+/// A robot on which gains have to hold.
+struct SearchRobot {
+  std::string name;  ///< in words
+  PlantFile plant;   ///< with its noise
 };
 
-/// Responses and certificate of one set of gains.
-struct GainAssessment {
-  ControllerParameters controller;
-  std::vector<double> speeds;                   ///< [m/s]: the task's speed, then the others
-  std::vector<sim::ResponseMetrics> responses;  ///< to steps to these speeds
+/// What gains are searched for, and within which bounds.
+struct GainSearchTask {
+  ControllerFile start;             ///< gains to begin with; its rates, integrator, noise smoothness and geometry stay
+  std::vector<SearchRobot> robots;  ///< on each of which the gains have to hold
+  std::string urdf;                 ///< of the simulated robots
+  MarginBounds margins{2.0, 0.05};  ///< to be kept
+  double overshoot_pct = 10.0;      ///< largest overshoot of the robot as it is; half as much again with its spread
+  double speed = 0.5;               ///< step whose settling time is minimised [m/s]
+  int lowest_orders = 1;            ///< generalised orders p to search, from
+  int highest_orders = 5;           ///< to
+  int linear_evaluations = 4000;    ///< candidates of each global search, on the linear models
+  int evaluations = 80;             ///< simulated candidates of each round of the local search
+  int draws = 50;                   ///< random trials of each robot that gains have to pass
+  std::uint64_t seed = 1;           ///< of the global searches and of the random trials
+  unsigned jobs = 0;                ///< threads; 0 is one per core; no influence on the result
+};
+
+/// What gains do on one robot.
+struct RobotAssessment {
+  double settling_first = 0.0;  ///< of the step to the task's speed, shortest over the phase [s]; 0 if it never settles
+  double settling_last = 0.0;   ///< and longest
+  TrialFigures as_it_is;        ///< worst of the trials of the robot as it is
+  TrialFigures otherwise;       ///< worst of its spread, of coarse encoders and of the random trials
   Certificate certificate;
 };
 
-/// Simulates the steps of a task with these gains.
-GainAssessment assessGains(const GainSearchTask& task, const ControllerParameters& controller);
+/// What gains do on every robot of a task.
+struct GainAssessment {
+  ControllerParameters controller;
+  std::vector<RobotAssessment> robots;  ///< in the task's order
+  std::vector<std::string> missed;      ///< in words, what is not kept: margins first, then trials
 
-/// The task with the noise of its robot switched off, which is what gains are searched on.
-GainSearchTask withoutNoise(GainSearchTask task);
+  /// Longest settling time over robots and phase [s]; infinity if it never settles.
+  double settling() const;
+};
 
-/// What the simulated robot minimises: the time [s] from which the step to the task's speed stays within kSearchBand of
-/// the set point, plus a little of the area of the error, which leads where that time has no slope, plus penalties that
-/// exceed what they could gain for margins, overshoot and other speeds that are out of bounds. Gains that miss the
-/// margins are not simulated.
-/// @param slowest times allowed at the other speeds [s]; @param give_up cost above which the other speeds are left out.
-double gainCost(const GainSearchTask& task, const ControllerParameters& controller, const std::vector<double>& slowest,
-                double give_up = std::numeric_limits<double>::infinity());
+/// Drives every trial of a task with these gains. @param jobs threads.
+GainAssessment assessGains(const GainSearchTask& task, const ControllerParameters& controller, unsigned jobs);
 
-/// Band of the search, relative to the step: narrower than the 5 % of the settling time, so that noise cannot push a
-/// response out of those again.
+/// The trials of a task on one of its robots, the random ones included.
+std::vector<Trial> trialsOf(const GainSearchTask& task, const SearchRobot& robot);
+
+/// How far the spectral radius of the worst robot is above what the margins ask for, at both ends of the phase; 0 or
+/// less if they are kept.
+double marginViolation(const GainSearchTask& task, const ControllerParameters& controller);
+
+/// What the global search minimises, on the linear models: the longest time [s], over robots and both ends of the
+/// phase, from which a step stays within kSearchBand, plus penalties for margins and overshoot.
+double linearCost(const GainSearchTask& task, const ControllerParameters& controller);
+
+/// Band of the linear search, relative to the step: narrower than the 5 % of the settling time.
 inline constexpr double kSearchBand = 0.035;
 
-/// True if an assessment keeps all bounds of a task. @param slowest settling times allowed at the other speeds [s].
-bool keepsBounds(const GainSearchTask& task, const GainAssessment& assessment, const std::vector<double>& slowest);
+/// A trial and the robot of the task that it is about.
+struct SearchTrial {
+  Trial trial;
+  std::size_t robot;
+};
 
-/// Settling times [s] of the task's start at the other speeds, which may not be exceeded; infinity where it never
-/// settles.
-std::vector<double> slowestAllowed(const GainSearchTask& task);
+/// Trials by which a candidate is first judged: steps to the task's speed at both ends of the phase, a fast and a
+/// coarse one. Those of the task's speed come first.
+std::vector<SearchTrial> firstTrials(const GainSearchTask& task);
+
+/// What the local search minimises: the longest settling time [s] of the trials to the task's speed, plus a second for
+/// every trial whose bars are not kept and for as many times as they are exceeded. Gains that miss the margins are not
+/// driven. @param give_up cost above which no further trial is driven.
+double gainCost(const GainSearchTask& task, const ControllerParameters& controller,
+                const std::vector<SearchTrial>& trials, double give_up = std::numeric_limits<double>::infinity());
 
 /// Gains with another number of orders; missing variances repeat the last one.
 ControllerParameters withOrders(ControllerParameters controller, int orders);
 
 /// Gains from which damping by the first derivative of the measurement can be found: a precise y' pulls mu' along, the
-/// state dynamics pull mu to mu_d - tau mu', and so the integral action gets a proportional part tau y. kappa_a is half
-/// of what is stable. @param relative_tau tau as a part of dead time, lag and action period together.
+/// state dynamics pull mu to mu_d - tau mu', and so the integral action gets a proportional part tau y. kappa_a is two
+/// fifths of what is stable. @param relative_tau tau as a part of dead time, lag and action period together.
 ControllerParameters dampedStart(const GainSearchTask& task, int orders, double relative_tau);
 
-/// Best gains found for one number of orders.
+/// Gains whose belief shapes the step: it follows the set point within a few milliseconds, and a mu' that drifts slowly
+/// after y' holds it back while the robot still accelerates, so that the integral action does not overshoot. kappa_a as
+/// of dampedStart().
+ControllerParameters shapedStart(const GainSearchTask& task, int orders);
+
+/// Lowest sensory variance of an order that is searched: a thousandth of what white noise of the encoders with the
+/// variance of order 0 has in that difference. More precise ones amplify the steps of encoders into limit cycles.
+double lowestSensoryVariance(int order, double variance, double sensor_rate);
+
+/// Best gains found for one number of orders; they hold if nothing is missed.
 struct GainSearchResult {
   int orders;
-  GainAssessment best;  ///< of least cost
-  bool keeps_bounds;    ///< whether it keeps the bounds of the task
+  GainAssessment best;
 };
 
 /// Called with the finished part of the work and all of it; never by two threads at once.
 using SearchProgress = std::function<void(std::size_t finished, std::size_t all)>;
 
 /// Searches over tau, kappa_mu, kappa_a and the variances of all orders together on logarithmic scales, separately for
-/// each number of orders. First on the linear model and in the whole space (NLopt, controlled random search), then,
-/// from there and from the start, on the simulated robot without its noise (NLopt, Subplex). The sensory variance of
-/// order 0 stays as it is: scaling all variances and both learning rates together changes nothing, so that it would be
-/// one number too many. Same task, same result. @throws ParameterError if the start is invalid for the plant.
+/// each number of orders. First on the linear models and in the whole space (NLopt, controlled random search), then
+/// from there on the simulated robots (NLopt, Subplex), where trials that a best candidate does not pass join those by
+/// which the next round judges. The sensory variance of order 0 stays as it is: scaling all variances and both learning
+/// rates together changes nothing, so that it would be one number too many. Same task, same result.
+/// @throws ParameterError if the start is invalid for a robot.
 std::vector<GainSearchResult> searchGains(const GainSearchTask& task, const SearchProgress& progress = {});
 
 }  // namespace jackal_aic

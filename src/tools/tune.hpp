@@ -15,13 +15,14 @@ namespace jackal_aic {
 /// @throws ParameterError, also if no gains keep the bounds, or boost::program_options::error for bad options.
 int tune(const std::vector<std::string>& arguments, std::ostream& out);
 
-/// Gains as a preset. @param comment one line for its head.
+/// Gains as a preset. @param comment lines for its head.
 std::string presetText(const ControllerParameters& controller, const std::string& comment);
 
 /// Numbers of orders "A..B" or "A". @throws ParameterError if they are not 0..5, or B is below A.
 std::pair<int, int> parseOrders(const std::string& text);
 
-/// A table of assessments, a line for each name and speed.
-std::string assessmentTable(const std::vector<std::pair<std::string, GainAssessment>>& rows);
+/// A table of assessments, a line for each name and robot: figures of the robot as it is / otherwise.
+std::string assessmentTable(const GainSearchTask& task,
+                            const std::vector<std::pair<std::string, GainAssessment>>& rows);
 
 }  // namespace jackal_aic

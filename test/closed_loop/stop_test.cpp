@@ -40,7 +40,7 @@ TEST_P(Stop, NoPresetWindsUpOrRunsBack) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Presets, Stop, ::testing::Values("standard", "improved"),
+INSTANTIATE_TEST_SUITE_P(Presets, Stop, ::testing::Values("standard", "improved", "tuned"),
                          [](const auto& info) { return info.param; });
 
 TEST(Stop, AsPrintedTheThesisControllersWindUp) {

@@ -7,6 +7,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "package_files.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -40,25 +42,39 @@ class Tune : public testing::Test {
   std::string directory_;
 };
 
-TEST_F(Tune, WritesAPresetAndPrintsTheComparison) {
+TEST_F(Tune, WritesAPresetThatSaysForWhatItHolds) {
   std::ostringstream out;
   const std::vector<std::string> arguments{
-      "--plant", kBox,      "--out", file("tuned.yaml"), "--orders", "1", "--evaluations", "5", "--linear-evaluations",
-      "3000",    "--share", kPackage};
-  ASSERT_EQ(tune(arguments, out), 0);
+      "--plant", kBox,      "--out", file("tuned.yaml"), "--orders", "1", "--evaluations", "3", "--linear-evaluations",
+      "800",     "--draws", "3",     "--share",          kPackage};
+  ASSERT_EQ(tune(arguments, out), 0) << out.str();
   const ControllerFile tuned = readControllerFile(file("tuned.yaml"));
   EXPECT_EQ(tuned.controller.orders, 1);
   EXPECT_EQ(tuned.controller.belief_rate, 1000.0);
-  for (const char* word : {"standard", "start", "orders 1", "gain margin", "delay mg s"}) {
+  for (const char* word : {"standard", "start", "orders 1", "plant_box", "gain margin", "ripple"}) {
     EXPECT_NE(out.str().find(word), std::string::npos) << word << " in\n" << out.str();
+  }
+  const std::string text = sim::readText(file("tuned.yaml"));
+  for (const char* word :
+       {"0.1..2 m/s", "encoder steps up to 0.1 rad/s", "plant_box: settles at 0.5 m/s", "delay margin"}) {
+    EXPECT_NE(text.find(word), std::string::npos) << word << " in\n" << text;
   }
 }
 
-TEST_F(Tune, SaysSoIfTheBoundsCannotBeKept) {
-  const std::string line = complaint(
-      {"--plant", kBox, "--out", file("none.yaml"), "--orders", "1", "--evaluations", "3", "--gain-margin", "90"});
+TEST_F(Tune, GainsThatMissAnythingAreNoResult) {
+  const std::string line = complaint({"--plant", kBox, "--out", file("none.yaml"), "--orders", "1", "--evaluations",
+                                      "1", "--draws", "0", "--gain-margin", "90"});
   EXPECT_NE(line.find("no gains found that keep gain margin 90"), std::string::npos) << line;
+  EXPECT_NE(line.find(" missed: plant_box"), std::string::npos) << line;
   EXPECT_FALSE(std::filesystem::exists(file("none.yaml")));
+}
+
+TEST_F(Tune, JudgesGains) {
+  std::ostringstream out;
+  EXPECT_EQ(
+      tune({"--plant", kBox, "--judge", kPackage + "/config/improved.yaml", "--draws", "0", "--share", kPackage}, out),
+      1);
+  EXPECT_NE(out.str().find("phase 0.019 s: overshoots by"), std::string::npos) << out.str();
 }
 
 TEST_F(Tune, BadInputGivesOneClearLine) {

@@ -1,0 +1,249 @@
+#include "gain_trial.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+#include <sstream>
+
+#include "timed_controller.hpp"
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kDrive = 4.0;   // s; half the limit of the ground's motors reaches 2 m/s in 2.5 s
+constexpr double kStand = 3.0;   // s
+constexpr double kSteady = 1.0;  // s before the stop and before the end
+constexpr double kStop = sim::kRestTime + kDrive, kEnd = kStop + kStand;
+constexpr double kSettledWithin = 0.05;  // of the set point
+constexpr double kLatest = 0.010;        // s by which a sample may come late
+constexpr double kSpreadOvershoot = 1.5;
+
+const SetPoint kSetPoints[] = {{0.1, 0.0, 0.0}, {0.3, 0.0, 0.0}, {0.5, 0.0, 0.0}, {1.0, 0.0, 0.0}, {1.5, 0.0, 0.0},
+                               {2.0, 0.0, 0.0}, {0.0, 0.0, 0.5}, {0.0, 0.0, 2.0}, {0.5, 0.0, 0.5}, {1.0, 0.0, 2.0}};
+
+sim::SetPointProfile profileOf(const SetPoint& set_point) {
+  sim::SetPointProfile profile;
+  profile.changes = {{sim::kRestTime, set_point}, {kStop, SetPoint{}}};
+  profile.duration = kEnd;
+  profile.assessed.reset();
+  return profile;
+}
+
+/// Root mean square of a wheel's command about its mean between two times.
+double rippleBetween(const std::vector<sim::Sample>& samples, double from, double until) {
+  WheelVector sum = WheelVector::Zero(), squares = WheelVector::Zero();
+  double count = 0.0;
+  for (const sim::Sample& s : samples) {
+    if (s.time < from || s.time >= until) continue;
+    sum += s.command.vector();
+    squares += s.command.vector().cwiseAbs2();
+    ++count;
+  }
+  return std::sqrt(std::max(0.0, (squares / count - (sum / count).cwiseAbs2()).maxCoeff()));
+}
+
+/// Mean of a channel before the stop.
+double finalValue(const std::vector<sim::Sample>& samples, double sim::Sample::*channel) {
+  double sum = 0.0, count = 0.0;
+  for (const sim::Sample& s : samples) {
+    if (s.time < kStop - kSteady || s.time >= kStop) continue;
+    sum += s.*channel;
+    ++count;
+  }
+  return sum / count;
+}
+
+/// Adds the figures of one channel. @param beyond figure of what is beyond zero.
+void assess(const std::vector<sim::Sample>& samples, double set_point, double sim::Sample::*channel,
+            TrialFigures& figures, double& beyond) {
+  if (set_point == 0.0) return;
+  const double end = finalValue(samples, channel);
+  // A robot that turns faster on an arc than its model says is off, but does not overshoot.
+  const double level = std::max(1.0, end / set_point);
+  double settled = sim::kRestTime;
+  for (const sim::Sample& s : samples) {
+    const double along = s.*channel / set_point;
+    if (s.time > kStop) {
+      beyond = std::max(beyond, -along * std::abs(set_point));
+      continue;
+    }
+    figures.overshoot_pct = std::max(figures.overshoot_pct, 100.0 * (along - level));
+    if (std::abs(s.*channel - end) > kSettledWithin * std::abs(set_point)) settled = s.time;
+  }
+  const bool settles = settled < kStop - kSteady && figures.settling;
+  figures.settling = settles ? std::optional(std::max(*figures.settling, settled - sim::kRestTime)) : std::nullopt;
+}
+
+std::string text(double value) {
+  std::ostringstream out;
+  out.precision(4);
+  out << value;
+  return out.str();
+}
+
+std::string nameOf(const SetPoint& set_point) {
+  std::string name;
+  if (set_point.forward != 0.0) name += ", " + text(set_point.forward) + " m/s";
+  if (set_point.yaw_rate != 0.0) name += ", " + text(set_point.yaw_rate) + " rad/s";
+  return name;
+}
+
+/// Latest phase that a simulated robot can have.
+double latestPhase(const sim::PlantParameters& plant) { return 1.0 / plant.sensor_rate - sim::JackalPlant::kStep; }
+
+/// A robot that is not quite its model, and in which way.
+struct Variant {
+  const char* name;
+  double extra_dead_time;  // s
+  double lag, gain, limit;
+};
+
+constexpr std::array<Variant, 8> kSpread{{{"dead time + 10 ms", 0.01, 1.0, 1.0, 1.0},
+                                          {"dead time - 10 ms", -0.01, 1.0, 1.0, 1.0},
+                                          {"lag x 1.4", 0.0, 1.4, 1.0, 1.0},
+                                          {"lag x 0.7", 0.0, 0.7, 1.0, 1.0},
+                                          {"gain x 1.05", 0.0, 1.0, 1.05, 1.0},
+                                          {"gain x 0.95", 0.0, 1.0, 0.95, 1.0},
+                                          {"limit x 0.5", 0.0, 1.0, 1.0, 0.5},
+                                          {"limit x 2", 0.0, 1.0, 1.0, 2.0}}};
+
+sim::PlantParameters varied(sim::PlantParameters plant, const Variant& variant) {
+  plant.dead_time = std::max(0.0, plant.dead_time + variant.extra_dead_time);
+  plant.motor_lag *= variant.lag;
+  plant.wheel_gain *= variant.gain;
+  plant.acceleration_limit *= variant.limit;
+  return plant;
+}
+
+TrialBars spreadBars(double overshoot_pct) {
+  TrialBars bars;
+  bars.overshoot_pct = kSpreadOvershoot * overshoot_pct;
+  bars.beyond_mps = 0.10;
+  bars.beyond_radps = 0.15;
+  return bars;
+}
+
+void addNominal(const sim::PlantParameters& plant, const std::string& robot, double overshoot_pct,
+                std::vector<Trial>& trials) {
+  TrialBars bars;
+  bars.overshoot_pct = overshoot_pct;
+  for (const double phase : {latestPhase(plant), 0.0, 0.5 * latestPhase(plant)}) {
+    for (const SetPoint& set_point : kSetPoints) {
+      trials.push_back(
+          {set_point, plant, phase, bars, robot + nameOf(set_point) + ", phase " + text(phase) + " s", true});
+    }
+  }
+}
+
+void addSpread(const sim::PlantParameters& plant, const std::string& robot, double overshoot_pct,
+               std::vector<Trial>& trials) {
+  for (const Variant& variant : kSpread) {
+    for (const SetPoint& set_point : {SetPoint{0.3, 0.0, 0.0}, SetPoint{1.0, 0.0, 0.0}, SetPoint{0.5, 0.0, 1.0}}) {
+      trials.push_back({set_point, varied(plant, variant), latestPhase(plant), spreadBars(overshoot_pct),
+                        robot + nameOf(set_point) + ", " + variant.name});
+    }
+  }
+}
+
+void addCoarse(sim::PlantParameters plant, const std::string& robot, double overshoot_pct, std::vector<Trial>& trials) {
+  for (const double step : {0.0065, 0.06, 0.1}) {
+    plant.encoder_step = step;
+    plant.encoder_noise = 0.003;
+    plant.stamp_jitter = kLatest;
+    for (const SetPoint& set_point : {SetPoint{0.1, 0.0, 0.0}, SetPoint{0.7, 0.0, 0.0}, SetPoint{0.3, 0.0, 0.7}}) {
+      TrialBars bars = spreadBars(overshoot_pct);
+      bars.overshoot_pct += 100.0 * 0.1 * step / std::max(set_point.forward, 0.1);  // what an encoder cannot see
+      trials.push_back({set_point, plant, 0.5 * latestPhase(plant), bars,
+                        robot + nameOf(set_point) + ", encoder steps of " + text(step) + " rad/s, late samples"});
+    }
+  }
+}
+
+}  // namespace
+
+void TrialFigures::worsen(const TrialFigures& other) {
+  settling = settling && other.settling ? std::optional(std::max(*settling, *other.settling)) : std::nullopt;
+  overshoot_pct = std::max(overshoot_pct, other.overshoot_pct);
+  beyond_mps = std::max(beyond_mps, other.beyond_mps);
+  beyond_radps = std::max(beyond_radps, other.beyond_radps);
+  ripple = std::max(ripple, other.ripple);
+}
+
+std::string TrialBars::missed(const TrialFigures& figures) const {
+  if (!figures.settling) return "never settles";
+  if (!(figures.overshoot_pct <= overshoot_pct))
+    return "overshoots by " + text(figures.overshoot_pct) + " % (at most " + text(overshoot_pct) + ")";
+  if (!(figures.beyond_mps <= beyond_mps)) return "runs back with " + text(figures.beyond_mps) + " m/s after the stop";
+  if (!(figures.beyond_radps <= beyond_radps))
+    return "turns back with " + text(figures.beyond_radps) + " rad/s after the stop";
+  if (!(figures.ripple <= ripple)) return "its command ripples by " + text(figures.ripple) + " rad/s";
+  return "";
+}
+
+std::vector<Trial> allTrials(const sim::PlantParameters& plant, const std::string& robot, double overshoot_pct) {
+  std::vector<Trial> trials;
+  addNominal(plant, robot, overshoot_pct, trials);
+  addCoarse(plant, robot, overshoot_pct, trials);
+  addSpread(plant, robot, overshoot_pct, trials);
+  return trials;
+}
+
+std::vector<Trial> searchedTrials(const sim::PlantParameters& plant, const std::string& robot, double overshoot_pct,
+                                  double speed) {
+  TrialBars bars;
+  bars.overshoot_pct = overshoot_pct;
+  std::vector<Trial> trials;
+  for (const double phase : {latestPhase(plant), 0.0}) {
+    trials.push_back({{speed, 0.0, 0.0}, plant, phase, bars, robot, true});
+  }
+  trials.push_back({{0.0, 0.0, 2.0}, plant, latestPhase(plant), bars, robot, true});
+  trials.push_back({{1.0, 0.0, 0.0}, varied(plant, kSpread[2]), latestPhase(plant), spreadBars(overshoot_pct), robot});
+  std::vector<Trial> coarse;
+  addCoarse(plant, robot, overshoot_pct, coarse);
+  trials.push_back(coarse[5]);  // steps of 0.06 rad/s on an arc
+  return trials;
+}
+
+std::vector<Trial> drawnTrials(const sim::PlantParameters& plant, const std::string& robot, double overshoot_pct,
+                               int count, std::uint64_t seed) {
+  std::mt19937_64 generator(seed);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(generator);
+  };
+  const auto one_of = [&](const auto& list) {
+    return *(std::begin(list) + static_cast<long>(uniform(0.0, static_cast<double>(std::size(list)))));
+  };
+  constexpr double kSteps[] = {0.0, 0.0065, 0.0131, 0.06, 0.1}, kNoise[] = {0.0, 0.003, 0.03};
+  std::vector<Trial> trials;
+  for (int i = 0; i < count; ++i) {
+    Trial trial{one_of(kSetPoints),
+                varied(plant, {"", uniform(-0.01, 0.01), uniform(0.7, 1.4), uniform(0.95, 1.05),
+                               std::exp2(uniform(-1.0, 1.0))}),
+                uniform(0.0, latestPhase(plant)), spreadBars(overshoot_pct), ""};
+    trial.plant.encoder_step = one_of(kSteps);
+    trial.plant.encoder_noise = one_of(kNoise);
+    trial.plant.stamp_jitter = uniform(0.0, kLatest);
+    trial.plant.seed = seed + static_cast<std::uint64_t>(i);
+    trial.name = robot + nameOf(trial.set_point) + ", draw " + std::to_string(i) + ", encoder steps of " +
+                 text(trial.plant.encoder_step) + " rad/s";
+    trials.push_back(trial);
+  }
+  return trials;
+}
+
+TrialFigures drive(const Trial& trial, const TrialController& controller, const std::string& urdf) {
+  sim::JackalPlant plant(urdf, trial.plant);
+  const auto driver = sim::makeTimedController(
+      sim::ActiveInferenceSetup{controller.controller, controller.geometry, controller.limits, controller.model});
+  const auto samples = sim::runClosedLoop(plant, *driver, profileOf(trial.set_point), trial.plant.support,
+                                          controller.geometry, {trial.phase});
+  TrialFigures figures;
+  assess(samples, trial.set_point.forward, &sim::Sample::velocity, figures, figures.beyond_mps);
+  assess(samples, trial.set_point.yaw_rate, &sim::Sample::yaw_rate, figures, figures.beyond_radps);
+  figures.ripple =
+      std::max(rippleBetween(samples, kStop - kSteady, kStop), rippleBetween(samples, kEnd - kSteady, kEnd));
+  return figures;
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,79 @@
+#pragma once
+
+/// @file
+/// What users drive: steps, turns, arcs and stops on a simulated robot, at the worst phase of the timers, with encoders
+/// that have steps, late samples, and a robot that is not quite its model. Gains are judged by the worst of it.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "closed_loop.hpp"
+#include "jackal_aic/gate_parameters.hpp"
+#include "jackal_aic/parameters.hpp"
+#include "jackal_aic/plant_model.hpp"
+#include "plant_parameters.hpp"
+
+namespace jackal_aic {
+
+/// The figures of a trial, or the worst of several.
+struct TrialFigures {
+  std::optional<double> settling = 0.0;  ///< time until forward speed and yaw rate stay within 5 % [s]; empty: never
+  double overshoot_pct = 0.0;            ///< largest excursion beyond the set point, of the set point
+  double beyond_mps = 0.0;               ///< largest forward speed beyond zero after the stop [m/s]
+  double beyond_radps = 0.0;             ///< largest yaw rate beyond zero after the stop [rad/s]
+  double ripple = 0.0;  ///< rms of a wheel's command about its mean before the stop and at rest [rad/s]
+
+  /// Takes over what is worse.
+  void worsen(const TrialFigures& other);
+};
+
+/// What the figures of a trial have to keep.
+struct TrialBars {
+  double overshoot_pct = 10.0;
+  double beyond_mps = 0.03;
+  double beyond_radps = 0.05;
+  double ripple = 0.1;
+
+  /// What is not kept, in words; empty if everything is.
+  std::string missed(const TrialFigures& figures) const;
+};
+
+/// From rest to a set point and back to rest, on one robot.
+struct Trial {
+  SetPoint set_point;
+  sim::PlantParameters plant;  ///< robot that is driven
+  double phase = 0.0;          ///< age of the newest measurement when the action is computed [s]
+  TrialBars bars;
+  std::string name;      ///< in words, e.g. "box, 0.5 m/s, limit x 0.5"
+  bool nominal = false;  ///< the robot as it is
+};
+
+/// Every trial of a robot: the robot as it is at 0.1..2 m/s, 0.5..2 rad/s and on arcs over the phase; its spread (dead
+/// time, lag, gain, acceleration limit) at the worst end of the phase; and coarse encoders with late samples.
+/// @param robot in words; @param overshoot_pct bar of the robot as it is; half as much again is that of its spread.
+std::vector<Trial> allTrials(const sim::PlantParameters& plant, const std::string& robot, double overshoot_pct);
+
+/// The few of them by which a search judges first, on this robot: steps to `speed` [m/s] at both ends of the phase, a
+/// turn, a fast step on a slower motor, and coarse encoders.
+std::vector<Trial> searchedTrials(const sim::PlantParameters& plant, const std::string& robot, double overshoot_pct,
+                                  double speed);
+
+/// Trials drawn at random: set point, phase, encoder step (0..0.1 rad/s) and noise, lateness of samples (up to 10 ms)
+/// and spread of the robot. Equal seeds give equal trials.
+std::vector<Trial> drawnTrials(const sim::PlantParameters& plant, const std::string& robot, double overshoot_pct,
+                               int count, std::uint64_t seed);
+
+/// A controller and what it is told of the robot.
+struct TrialController {
+  ControllerParameters controller;
+  GeometryParameters geometry;
+  LimitParameters limits;
+  PlantModel model;
+};
+
+/// Drives a trial. @param urdf of the simulated robot.
+TrialFigures drive(const Trial& trial, const TrialController& controller, const std::string& urdf);
+
+}  // namespace jackal_aic
