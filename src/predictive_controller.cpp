@@ -312,6 +312,12 @@ WheelCommand PredictiveController::updateAction() {
   wanted_ = kinematics().wheelSpeeds(set_point_.forward, set_point_.yaw_rate);
   applied_ = {act(wanted_.left, reference_left_, left_, observation_.wheel_left, applied_.left),
               act(wanted_.right, reference_right_, right_, observation_.wheel_right, applied_.right)};
+  const bool told_to_stand = set_point_.forward == 0.0 && set_point_.yaw_rate == 0.0;
+  if (standstill_.stands(told_to_stand, applied_, left_.speed(), right_.speed(), 1.0 / parameters_.action_rate)) {
+    applied_ = {};
+    reference_left_.reset(0.0);
+    reference_right_.reset(0.0);
+  }
   return applied_;
 }
 
@@ -359,6 +365,7 @@ void PredictiveController::reset() {
   observation_ = {};
   observed_ = started_ = false;
   set_point_ = {};
+  standstill_ = {};
   slip_ = slipBelief(parameters_, geometry_, model_);
   precisions_ = SensorPrecisions(sensorVariances(parameters_), parameters_.precision_memory);
   for (WheelBelief* wheel : {&left_, &right_}) wheel->setMeasurementVariance(parameters_.wheel_variance);

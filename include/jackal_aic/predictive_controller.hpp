@@ -13,6 +13,8 @@
 /// train of the model goes from one point of that path to the next within an action period. The goal is not in the
 /// belief: the reported body velocity is what the robot does, not what it should do.
 ///
+/// A robot that is told to stand, and does, gets a command of exactly zero (standstill.hpp).
+///
 /// How the body follows the wheels, effective track and slip, is believed too (slip_belief.hpp).
 
 #include <Eigen/Core>
@@ -25,6 +27,7 @@
 #include "jackal_aic/precision_learning.hpp"
 #include "jackal_aic/skid_steer_kinematics.hpp"
 #include "jackal_aic/slip_belief.hpp"
+#include "jackal_aic/standstill.hpp"
 #include "jackal_aic/types.hpp"
 #include "jackal_aic/velocity_controller.hpp"
 #include "jackal_aic/wheel_belief.hpp"
@@ -231,6 +234,7 @@ class PredictiveController : public VelocityController {
   SensorPrecisions precisions_;
   SetPoint set_point_;
   WheelCommand applied_;
+  Standstill standstill_;
   WheelCommand wanted_;  // wheel speeds of the set point [rad/s]
   DriveTrainReference reference_left_;
   DriveTrainReference reference_right_;

@@ -79,6 +79,9 @@ class PredictiveLoop {
     return error;
   }
 
+  /// True forward speed [m/s].
+  double speed() const { return plant_.truth().linear_velocity.x(); }
+
   void setFriction(double friction) { plant_.setFriction(friction); }
 
  private:

@@ -1,0 +1,83 @@
+// A robot that is told to stand stands, with a command of exactly zero, and starts as fast as ever.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "predictive_loop.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+TEST(Standstill, AfterAStopTheCommandIsExactlyZeroAndStaysSo) {
+  for (const auto& [step, noise] :
+       {std::pair(0.0, 0.03), std::pair(0.0, 0.0), std::pair(0.06, 0.03), std::pair(0.06, 0.003)}) {
+    for (const SetPoint set_point : {SetPoint{0.5, 0.0, 0.0}, SetPoint{0.0, 0.0, 1.0}, SetPoint{1.5, 0.0, 0.5}}) {
+      PlantParameters robot = PredictiveLoop::ground();
+      robot.encoder_step = step;
+      robot.encoder_noise = noise;
+      PredictiveLoop loop({}, PredictiveLoop::preset(), robot);
+      loop.drive(set_point, 3.0);
+      // Between two steps of an encoder without noise to blur them a wheel creeps unseen; what is left of that fades.
+      loop.drive({}, step > 10.0 * noise ? 7.0 : 3.0);
+      for (int i = 0; i < 30; ++i) {
+        loop.drive({}, 1.0);
+        const WheelCommand command = loop.controller.action();
+        EXPECT_EQ(command, WheelCommand{})
+            << "encoder step " << step << ", noise " << noise << ", " << i << " s, " << command.left;
+      }
+    }
+  }
+}
+
+TEST(Standstill, ADisturbanceOfTheWheelsIsStillHeldAgainst) {
+  // A velocity loop that gives way: the belief is of a wheel that turns without a command.
+  const PlantModel model;
+  PredictiveController controller(PredictiveLoop::preset(), {}, model);
+  for (const double push : {0.1, -0.3}) {
+    controller.reset();
+    double speed = 0.0, travel = 0.0;
+    std::vector<double> way(static_cast<std::size_t>(model.dead_time / 0.001), 0.0);  // commands
+    int reversals = 0;
+    bool stood = false;
+    for (int k = 0; k < 60000; ++k) {
+      const double command = way[static_cast<std::size_t>(k) % way.size()];
+      speed += (command + push - speed) * 0.001 / model.lag;
+      if (k > 20000) travel += 0.001 * speed;
+      if (k % 20 == 0) {
+        Observation y;
+        y.stamp = 0.001 * k;
+        y.wheel_left = y.wheel_right = speed;
+        controller.observe(y);
+      }
+      controller.updateBelief();
+      if (k % 20 == 0) controller.updateAction();
+      const bool stands = controller.action() == WheelCommand{};
+      reversals += stands != stood;
+      stood = stands;
+      way[static_cast<std::size_t>(k) % way.size()] = controller.action().left;
+    }
+    EXPECT_NEAR(controller.action().left, -push, 0.01);
+    EXPECT_LT(std::abs(travel), 0.05) << "rad in 40 s";
+    EXPECT_LE(reversals, 4) << "it holds or it stands";
+  }
+}
+
+TEST(Standstill, TheStartIsAsFastAsThatOfARobotThatNeverStood) {
+  PredictiveLoop stood, restless;
+  stood.drive({}, 5.0);
+  ASSERT_EQ(stood.controller.action(), WheelCommand{});
+  restless.drive({1e-4, 0.0, 0.0}, 5.0);
+  ASSERT_FALSE(restless.controller.action() == WheelCommand{});
+  for (const double time : {0.1, 0.2, 0.3, 0.4, 0.5}) {
+    stood.drive({0.5, 0.0, 0.0}, 0.1);
+    restless.drive({0.5, 0.0, 0.0}, 0.1);
+    EXPECT_NEAR(stood.speed(), restless.speed(), 0.01) << time;
+  }
+}
+
+}  // namespace
+}  // namespace jackal_aic::sim
