@@ -123,6 +123,11 @@ void CommandLimiter::reset() {
   brake_steps_left_ = 0;
 }
 
+void CommandLimiter::follow(const WheelCommand& applied) {
+  reset();
+  body_ = bodyVelocity(applied);
+}
+
 CommandLimiter::Vector CommandLimiter::bodyVelocity(const WheelCommand& wheels) const {
   const BodyVector body = kinematics_.bodyVelocity(wheels);
   return {body(kForward), body(kYaw)};

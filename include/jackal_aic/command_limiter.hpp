@@ -50,6 +50,9 @@ class CommandLimiter {
   /// Takes a zero command for the last one.
   void reset();
 
+  /// Takes a command that somebody else gave for the last one: the next goes on from there.
+  void follow(const WheelCommand& applied);
+
   const LimitParameters& limits() const { return limits_; }
 
  private:

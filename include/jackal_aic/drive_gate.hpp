@@ -92,6 +92,9 @@ class DriveGate {
   /// @param set_point to which the actions lead.
   WheelCommand drive(const WheelCommand& action, const SetPoint& set_point);
 
+  /// While driving: somebody else had the motors, with this command, from which the next step goes on.
+  void follow(const WheelCommand& applied) { limiter_.follow(applied); }
+
   /// The command of this step while not driving: the brake's, or zero.
   WheelCommand rest();
 

@@ -33,6 +33,7 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const NodeParameters
       parameters_(parameters),
       structure_(makeStructure(node_, parameters)),
       controller_(structure_->controller()),
+      kinematics_(parameters.geometry),
       gate_(parameters.gate, parameters.geometry, controller_.actionStep()),
       schedule_(std::llround(1e9 * controller_.beliefStep()), controller_.beliefStepsPerAction(), kMostPeriods),
       output_(node_, parameters.output, parameters.geometry),
@@ -41,17 +42,33 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const NodeParameters
                [this](const Observation& observation, const ros::Time& stamp) { onObservation(observation, stamp); }),
       robot_(node_, parameters.robot, parameters.gate.deadlines, [this] { return currentTime(); }),
       graph_(output_.topics(), kGraphPeriod, {watchdogOf(ros::this_node::getName())}),
+      motors_(node_, parameters.output, parameters.geometry, [this] { return currentTime(); }),
       measurements_(parameters) {
+  const bool due = parameters.plant_model && !parameters.plant_model->identified;
+  ROS_LOG(due ? ros::console::levels::Warn : ros::console::levels::Info, ROSCONSOLE_DEFAULT_NAME, "%s",
+          describeRobot(parameters).c_str());
   diagnostics_.setHardwareID("jackal");
   diagnostics_.add("Active inference controller", this, &ControllerNode::diagnose);
   sensor_publisher_ = node_.advertise<SensorGeneralized>("sensor_generalized", 10);
   state_publisher_ = node_.advertise<ControllerState>("jackal_AIC/state", 10);
   const auto no_delay = ros::TransportHints().tcpNoDelay();
   set_point_subscriber_ = node_.subscribe("jackal_AIC/set_point", 10, &ControllerNode::onSetPoint, this, no_delay);
+  requireForeignSetPoints();
   wheel_subscriber_ = node_.subscribe("joint_states", 50, &ControllerNode::onWheels, this, no_delay);
   imu_subscriber_ = node_.subscribe("imu/data", 50, &ControllerNode::onImu, this, no_delay);
   belief_timer_ = node_.createTimer(ros::Duration(controller_.beliefStep()), &ControllerNode::onBeliefTimer, this);
   action_timer_ = node_.createTimer(ros::Duration(controller_.actionStep()), &ControllerNode::onActionTimer, this);
+}
+
+void ControllerNode::requireForeignSetPoints() const {
+  std::vector<std::string> ours = motors_.topics();
+  const std::vector<std::string> outputs = output_.topics();
+  ours.insert(ours.end(), outputs.begin(), outputs.end());
+  const std::string topic = set_point_subscriber_.getTopic();
+  if (std::find(ours.begin(), ours.end(), topic) == ours.end()) return;
+  throw ParameterError("jackal_AIC/set_point is remapped to " + topic +
+                       ", where this node's own commands would come back as set points; take another output, or "
+                       "another topic");
 }
 
 void ControllerNode::onSetPoint(const geometry_msgs::Twist& message) {
@@ -67,7 +84,8 @@ void ControllerNode::onSetPoint(const geometry_msgs::Twist& message) {
 
 void ControllerNode::onWheels(const sensor_msgs::JointStateConstPtr& message) {
   if (sensors_.addWheels(message, currentTime())) {
-    robot_.addWheels(*message, last_now_, gate_.command());
+    robot_.addWheels(*message, last_now_, appliedCommand());
+    motors_.addWheels(last_now_.toSec(), robot_.wheelSpeeds());
     if (measurements_.imuSilent() && mentionsAny(*message, parameters_.robot.left_wheel_joints)) {
       onObservation(sensors_.wheelsAlone(*message), message->header.stamp);
     }
@@ -141,13 +159,14 @@ void ControllerNode::onActionTimer(const ros::TimerEvent& event) {
     if (periods > 1) continue;
     last_action_ = now;
     if (!contended() || command != WheelCommand{}) output_.publish(command);
+    motors_.send(now.toSec(), command);
     publishState(now, command);
   }
   diagnostics_.update();
 }
 
 void ControllerNode::updateBelief() {
-  measurements_.advance(gate_.command(), controller_.beliefStep());
+  measurements_.advance(appliedCommand(), controller_.beliefStep());
   controller_.updateBelief();
   schedule_.beliefStepDone();
 }
@@ -161,13 +180,31 @@ WheelCommand ControllerNode::act(const ros::Time& now) {
   if (decision_.cause == StopCause::belief_diverged && !decision_.unacknowledged) startAnew();
   if (decision_.status != DriveStatus::driving) {
     action_ = {};
-    controller_.overrule(gate_.rest());
+    handed_over_ = false;
+    gate_.rest();
+    controller_.overrule(appliedCommand());
     return gate_.command();
   }
-  action_ = controller_.updateAction();
-  controller_.hold(gate_.drive(action_, set_point_));
-  return gate_.command();
+  return drive(now);
 }
+
+WheelCommand ControllerNode::drive(const ros::Time& now) {
+  const auto others = othersCommand(now);
+  handed_over_ = others.has_value();
+  if (!others) {
+    action_ = controller_.updateAction();
+    controller_.hold(gate_.drive(action_, set_point_));
+    return gate_.command();
+  }
+  controller_.overrule(*others);
+  action_ = motors_.offer(kinematics_.wheelSpeeds(set_point_.forward, set_point_.yaw_rate));
+  gate_.follow(*others);
+  return gate_.drive(action_, set_point_);
+}
+
+std::optional<WheelCommand> ControllerNode::othersCommand(const ros::Time& now) { return motors_.another(now.toSec()); }
+
+WheelCommand ControllerNode::appliedCommand() { return motors_.applied(last_now_.toSec()).value_or(gate_.command()); }
 
 GateInputs ControllerNode::gateInputs(const ros::Time& now) {
   StopCauses causes = overdueInputs(ages(now), parameters_.gate.deadlines);
@@ -186,13 +223,16 @@ GateInputs ControllerNode::gateInputs(const ros::Time& now) {
   return {causes, set_point_at_rest};
 }
 
-bool ControllerNode::contended() const { return graph_.contended() && !parameters_.allow_other_publishers; }
+bool ControllerNode::contended() const {
+  return graph_.contended() && !parameters_.allow_other_publishers && !motors_.shared();
+}
 
 std::string ControllerNode::reason() const {
   std::string reason = text(decision_.cause);
   if (decision_.cause == StopCause::contention && contended()) {
     reason += ": " + graph_.others() + "; remap the commands of one of the two (launch/jackal.launch says how)";
   }
+  if (handed_over_) reason = "somebody else has the motors";
   const std::string fault = measurements_.reason();
   if (!fault.empty()) reason += (reason.empty() ? "" : "; ") + fault;
   if (decision_.unacknowledged) reason += " (over; a zero set point, or one after a pause, starts anew)";
@@ -238,6 +278,7 @@ void ControllerNode::reset() {
   structure_->reset();
   sensors_.reset();
   robot_.reset();
+  motors_.reset();
   measurements_.restart();
   schedule_.stop();
   transforms_.clear();

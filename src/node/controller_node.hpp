@@ -17,6 +17,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "command_output.hpp"
@@ -25,6 +26,7 @@
 #include "jackal_aic/drive_gate.hpp"
 #include "jackal_aic/step_schedule.hpp"
 #include "measurement_watch.hpp"
+#include "motor_watch.hpp"
 #include "node_parameters.hpp"
 #include "robot_watch.hpp"
 #include "sensor_pairing.hpp"
@@ -34,7 +36,8 @@ namespace jackal_aic {
 /// Runs the controller on ROS time: a belief timer and an action timer at their rates. All callbacks run in one thread.
 class ControllerNode {
  public:
-  /// Opens the topics in the namespace of `node` and starts the timers.
+  /// Opens the topics in the namespace of `node` and starts the timers. @throws ParameterError if the set point comes
+  /// from a topic on which our own commands come back.
   ControllerNode(const ros::NodeHandle& node, const NodeParameters& parameters);
 
   /// Brakes from now on, for the end of the node. The timers have to be served until atRest().
@@ -54,11 +57,18 @@ class ControllerNode {
   void onBeliefTimer(const ros::TimerEvent& event);
   void onActionTimer(const ros::TimerEvent& event);
 
+  /// Refuses a set point from a topic that carries our own commands. Throws ParameterError.
+  void requireForeignSetPoints() const;
   ros::Time currentTime();
   void reset();
   void catchUp(const ros::Time& now);
   void updateBelief();
   WheelCommand act(const ros::Time& now);
+  WheelCommand drive(const ros::Time& now);
+  /// Command that somebody else gives the motors, with output: twist; empty if they have ours.
+  std::optional<WheelCommand> othersCommand(const ros::Time& now);
+  /// The command that the motors have, as far as anybody knows.
+  WheelCommand appliedCommand();
   GateInputs gateInputs(const ros::Time& now);
   InputAges ages(const ros::Time& now) const;
   bool contended() const;
@@ -75,6 +85,7 @@ class ControllerNode {
   NodeParameters parameters_;
   std::unique_ptr<ControllerStructure> structure_;
   VelocityController& controller_;  // of the structure
+  SkidSteerKinematics kinematics_;
   DriveGate gate_;
   StepSchedule schedule_;
   CommandOutput output_;
@@ -83,11 +94,13 @@ class ControllerNode {
   SensorPairing sensors_;
   RobotWatch robot_;
   GraphWatch graph_;
+  MotorWatch motors_;
   MeasurementWatch measurements_;
 
   GateDecision decision_;
-  ros::Time last_action_;  // time of the last command; zero before the first
-  std::string reason_;     // of the decision, as it was told last
+  bool handed_over_ = false;  // somebody else has the motors
+  ros::Time last_action_;     // time of the last command; zero before the first
+  std::string reason_;        // of the decision, as it was told last
   SetPoint set_point_;
   ros::Time set_point_received_;    // zero before the first
   ros::Time measurement_stamp_;     // of the last observation the controller took; zero before the first

@@ -29,6 +29,7 @@ void RobotWatch::addWheels(const sensor_msgs::JointState& message, const ros::Ti
   const auto left = meanVelocity(message, names_.left_wheel_joints);
   const auto right = meanVelocity(message, names_.right_wheel_joints);
   if (!left || !right) return;  // a message about other joints
+  wheel_speeds_ = {*left, *right};
   const double speed = std::max({std::abs(*left), std::abs(*right), std::abs(command.left), std::abs(command.right)});
   FrozenSource::Sample sample = FrozenSource::Sample::Zero();
   sample.head<4>() << *left, *right, sumOfPositions(message, names_.left_wheel_joints),

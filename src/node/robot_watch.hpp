@@ -41,6 +41,9 @@ class RobotWatch {
   /// Adds what keeps the robot from driving.
   void addCauses(StopCauses& causes) const;
 
+  /// Last accepted wheel speeds [rad/s]; zero before the first.
+  const WheelCommand& wheelSpeeds() const { return wheel_speeds_; }
+
   /// Last feedback of the motors that had a stamp.
   const SensorPairing::Arrival& feedback() const { return feedback_arrival_; }
 
@@ -56,6 +59,7 @@ class RobotWatch {
   std::function<ros::Time()> now_;
   FrozenSource wheels_;
   FrozenSource imu_;
+  WheelCommand wheel_speeds_;
   SensorPairing::Arrival feedback_arrival_;
   bool emergency_stop_ = false;
   bool robot_stopped_ = false;
