@@ -22,6 +22,15 @@ std::string yamlNumber(double value, int digits) {
   return number;
 }
 
+std::string yamlQuoted(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += static_cast<unsigned char>(c) < ' ' || c == '\x7f' ? ' ' : c;
+  }
+  return quoted + '"';
+}
+
 void YamlWriter::field(const char* name, const std::vector<double>& value, Bounds, std::size_t, const char* unit,
                        Presence) {
   std::string list;

@@ -19,6 +19,10 @@ namespace jackal_aic {
 /// number is not finite, which the formats write in ways of their own.
 std::string yamlNumber(double value, int digits = 17);
 
+/// A text as a quoted YAML scalar of one line, a text for every reader whatever it looks like. Control characters
+/// become spaces.
+std::string yamlQuoted(const std::string& text);
+
 /// Writes the fields of a parameter struct as the lines of a YAML block, with their units as comments: the opposite of
 /// reading them from a file. No field can be forgotten.
 class YamlWriter {

@@ -11,6 +11,7 @@
 #include "progress_bar.hpp"
 #include "quiet_hours.hpp"
 #include "stop_table.hpp"
+#include "unidentified.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -246,6 +247,28 @@ int stops(const po::variables_map& options) {
   return missed == 0 ? 0 : 1;
 }
 
+// ---- unidentified
+
+void describeUnidentified(po::options_description& options, po::positional_options_description&) {
+  options.add_options()("controller", po::value<std::string>()->default_value("predictive"), "a preset or FILE.yaml");
+  options.add_options()("minutes", po::value<double>()->default_value(30.0), "of joystick driving, each robot");
+  options.add_options()("seed", po::value<std::uint64_t>()->default_value(1), "of joystick and noise");
+  options.add_options()("out", po::value<std::string>()->required(), "directory for unidentified.csv");
+  addJobs(options);
+}
+
+int driveUnidentifiedRobots(const po::variables_map& options) {
+  const double minutes = options["minutes"].as<double>();
+  if (!(minutes > 0.0 && minutes <= 1e4)) {
+    throw ParameterError("minutes = " + std::to_string(minutes) + ": must be in (0, 10000]");
+  }
+  std::cout << writeUnidentifiedTable(packageFiles(options), options["controller"].as<std::string>(), 60.0 * minutes,
+                                      options["seed"].as<std::uint64_t>(), options["out"].as<std::string>(),
+                                      jobs(options))
+            << " in " << minutes << " minutes each\n";
+  return 0;
+}
+
 constexpr Command kCommands[] = {
     {"list", "list", "names the experiments", describeList, list},
     {"run", "run NAME|all --out DIR [--jobs N] [--shard K/N]", "runs experiments and writes their results as CSV",
@@ -259,6 +282,9 @@ constexpr Command kCommands[] = {
      "times to find a fault, and false alarms of ten minutes of driving, or of hours", describeDetection, detect},
     {"stops", "stops --out DIR [--jobs N] [--set KEY=VALUE ...]",
      "overshoot and running back of every preset, from rest to a set point and back to rest", describeStops, stops},
+    {"unidentified", "unidentified --out DIR [--controller NAME] [--minutes M] [--seed S] [--jobs N]",
+     "joystick driving of robots that nobody has identified: which oscillate, which are called faulty",
+     describeUnidentified, driveUnidentifiedRobots},
     {"calibrate", "calibrate --out DIR [--plant box|ground|all]", "fits the plants to the thesis' tables",
      describeCalibrate, calibratePlants},
 };

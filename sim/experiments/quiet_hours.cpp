@@ -119,6 +119,14 @@ DriveTrainRatios drawRobot(Draws& draw, QuietRobots robots) {
 
 }  // namespace
 
+SetPointProfile joystickDriving(std::uint64_t seed, double duration) {
+  Draws draw(seed, 0);
+  SetPointProfile profile;
+  profile.changes = joystick(draw, duration);
+  profile.duration = duration;
+  return profile;
+}
+
 QuietDrive drawQuietDrive(std::uint64_t seed, std::uint64_t number, double duration, QuietRobots robots) {
   Draws draw(seed, number);
   QuietDrive drive;

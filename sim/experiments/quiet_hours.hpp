@@ -36,6 +36,11 @@ struct QuietDrive {
   SetPointProfile profile;  ///< of the whole drive
 };
 
+/// A hand at a joystick: forward, turning, both or neither, up to 1.5 m/s and 2 rad/s, with a stick that takes its
+/// time.
+/// @param duration [s].
+SetPointProfile joystickDriving(std::uint64_t seed, double duration);
+
 /// Draws the drive of a number from a seed: steady turns of 0.1..2 rad/s, circles, arcs, straight driving at 0.1..2
 /// m/s, standing or a joystick; any preset, ground or box, encoders with steps of 0..0.1 rad/s and noise of 0..0.03
 /// rad/s, stamps with and without jitter. Equal seed and number give an equal drive. @param duration [s].

@@ -6,12 +6,13 @@
 namespace jackal_aic {
 
 std::unique_ptr<ControllerStructure> makeStructure(ros::NodeHandle& node, const NodeParameters& parameters) {
+  std::optional<PlantModel> model = parameters.plant_model;
+  if (model) model = drivenModel(*model);
   if (const auto* gains = std::get_if<PredictiveParameters>(&parameters.controller)) {
-    return std::make_unique<PredictiveStructure>(node, *gains, parameters.geometry, *parameters.plant_model,
-                                                 parameters.slip_file);
+    return std::make_unique<PredictiveStructure>(node, *gains, parameters.geometry, *model, parameters.slip_file);
   }
   return std::make_unique<ThesisStructure>(std::get<ControllerParameters>(parameters.controller), parameters.geometry,
-                                           parameters.plant_model);
+                                           model);
 }
 
 }  // namespace jackal_aic

@@ -1,6 +1,7 @@
 #include "node_parameters.hpp"
 
 #include <algorithm>
+#include <sstream>
 
 #include "jackal_aic/closed_loop_certificate.hpp"
 #include "jackal_aic/predictive_certificate.hpp"
@@ -69,6 +70,21 @@ void check(const PredictiveParameters& controller, const NodeParameters& paramet
 
 }  // namespace
 
+std::string describeRobot(const NodeParameters& parameters) {
+  if (!parameters.plant_model) return "No plant model: no fault detection by prediction";
+  const PlantModel& model = *parameters.plant_model;
+  std::ostringstream text;
+  text << "Plant model: " << (parameters.robot_name.empty() ? "robot without a name" : parameters.robot_name)
+       << (model.on_box ? ", wheels in the air" : "") << ", " << (model.identified ? "" : "assumed ") << "dead time "
+       << model.dead_time << " s, lag " << model.lag << " s, gain " << model.gain << ", acceleration limit "
+       << model.acceleration_limit << " m/s^2";
+  if (!model.identified) {
+    text << ". Nobody has identified this robot: it is driven at " << drivenModel(model).acceleration_limit
+         << " m/s^2 at most and the fault detection is wide; identify is due (launch/identify.launch)";
+  }
+  return text.str();
+}
+
 NodeParameters readNodeParameters(ParameterMap map, const std::function<std::string()>& robot_description) {
   NodeParameters parameters;
   parameters.controller = readGains(map);
@@ -82,6 +98,7 @@ NodeParameters readNodeParameters(ParameterMap map, const std::function<std::str
   reader.field("output", parameters.output, kOutputModeNames, Presence::optional);
   reader.field("allow_other_publishers", parameters.allow_other_publishers, Presence::optional);
   parameters.plant_model = readPlantModel(map);
+  parameters.robot_name = robotName(map);
   if (std::holds_alternative<PredictiveParameters>(parameters.controller)) parameters.slip_file = readSlipFile(map);
   map.refuseUnknown();
 

@@ -63,7 +63,11 @@ struct NodeParameters {
   bool allow_other_publishers = false;    ///< drive although other nodes publish on the topics of the commands
   std::optional<PlantModel> plant_model;  ///< for the certificate of the thesis' structure, which can do without it;
                                           ///< part of the generative model of the predictive one, which cannot
+  std::string robot_name;                 ///< whose model that is, in its own words; empty if it does not say
 };
+
+/// Which robot the node takes itself to drive, what it assumes of it, and whether `identify` is due: one line.
+std::string describeRobot(const NodeParameters& parameters);
 
 /// Reads and checks all parameters. Geometry that the map does not give is read from the robot's URDF. The keys that
 /// are there choose the structure: controller.* the thesis', predictive.* (with plant_model.*) the predictive one.

@@ -48,12 +48,13 @@ std::string identificationTable(const Identification& result) {
   return text;
 }
 
-std::string plantModelYaml(const Identification& result, const std::string& source) {
+std::string plantModelYaml(const Identification& result, const std::string& source, const std::string& robot) {
   requireKnown("dead time", result.dead_time);
   requireKnown("lag", result.lag);
   requireKnown("gain", result.gain);
   const Estimate& limit = result.acceleration_limit;
   std::string text = "# Identified from " + source + "; +- is the 95 % confidence interval.\nplant_model:\n";
+  if (!robot.empty()) text += "  robot: " + yamlQuoted(robot) + "\n";
   const auto line = [&](const char* name, double value, const std::string& comment) {
     text += format("  %-26s # ", (std::string(name) + ": " + yamlNumber(value, 4)).c_str()) + comment;
   };

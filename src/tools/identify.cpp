@@ -16,7 +16,7 @@ namespace po = boost::program_options;
 using jackal_aic::IdentificationError;
 
 struct Options {
-  std::string bag, out, plot, csv;
+  std::string bag, out, robot, plot, csv;
   double wheel_radius = 0.098;
   jackal_aic::BagTopics topics;
 };
@@ -26,6 +26,7 @@ bool parse(int argc, char** argv, Options& options) {
   po::options_description named("Options");
   named.add_options()("help,h", "show this text")("bag", po::value(&options.bag), "bag to read (also without --bag)")(
       "out", po::value(&options.out), "write the plant model as YAML")(
+      "robot", po::value(&options.robot), "which robot it is, in a few words, for the plant model")(
       "plot", po::value(&options.plot), "picture to write (default: the bag's name with .png)")(
       "csv", po::value(&options.csv), "write measured and fitted wheel speeds")(
       "wheel-radius", po::value(&options.wheel_radius)->default_value(options.wheel_radius), "m")(
@@ -74,7 +75,7 @@ void identify(const Options& options) {
   const auto recording = jackal_aic::readDriveBag(options.bag, options.topics);
   const auto result = jackal_aic::identifyDriveTrain(recording, options.wheel_radius);
   std::cout << jackal_aic::identificationTable(result);
-  if (!options.out.empty()) write(options.out, jackal_aic::plantModelYaml(result, options.bag));
+  if (!options.out.empty()) write(options.out, jackal_aic::plantModelYaml(result, options.bag, options.robot));
   const std::string csv = options.csv.empty() ? options.plot + ".csv" : options.csv;
   write(csv, jackal_aic::identificationCsv(recording, result));
   plot(csv, options.plot);

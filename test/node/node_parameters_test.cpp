@@ -68,6 +68,25 @@ TEST(NodeParameters, ChecksTheGainsOnThePlantModelIfThereIsOne) {
   EXPECT_NE(refusal(map, jackalUrdf()).find("plant_model.lag = -0.1"), std::string::npos);
 }
 
+TEST(NodeParameters, SaysWhichRobotIsAssumedAndThatIdentifyIsDue) {
+  EXPECT_NE(describeRobot(readNodeParameters(shipped("improved"), jackalUrdf)).find("No plant model"),
+            std::string::npos);
+  const auto described = [](const char* file) {
+    ParameterMap map = shipped("predictive");
+    addYamlFile(kSource + "/config/" + file, map);
+    return describeRobot(readNodeParameters(map, jackalUrdf));
+  };
+  for (const char* file : {"plant_model.yaml", "plant_model_box.yaml"}) {
+    EXPECT_NE(described(file).find("simulated Jackal"), std::string::npos) << described(file);
+    EXPECT_EQ(described(file).find("identify"), std::string::npos) << described(file);
+  }
+  const std::string assumed = described("jackal_model.yaml");
+  for (const char* word : {"Clearpath Jackal", "assumed dead time 0.08 s", "1.65 m/s^2", "identify is due"}) {
+    EXPECT_NE(assumed.find(word), std::string::npos) << assumed;
+  }
+  EXPECT_EQ(assumed.find('\n'), std::string::npos);
+}
+
 TEST(NodeParameters, TheKeysChooseTheStructure) {
   EXPECT_TRUE(
       std::holds_alternative<ControllerParameters>(readNodeParameters(shipped("improved"), jackalUrdf).controller));

@@ -28,6 +28,17 @@ TEST(YamlNumber, HasAPointAndASignedExponent) {
   EXPECT_EQ(yamlNumber(0.123456789, 4), "0.1235");
 }
 
+TEST(YamlQuoted, StaysTheSameTextWhateverItLooksLike) {
+  for (const std::string text : {"our Jackal", "1e5", "true", "a: \"b\" # c", "back\\slash", ""}) {
+    ParameterMap map;
+    addYamlText("robot: " + yamlQuoted(text) + "\n", "text", map);
+    std::string read = "unread";
+    ParameterReader(map, "").field("robot", read, Presence::required);
+    EXPECT_EQ(read, text);
+  }
+  EXPECT_EQ(yamlQuoted("two\nlines"), "\"two lines\"");
+}
+
 TEST(YamlNumber, IsReadBackAsItWas) {
   std::mt19937_64 generator(1);
   std::uniform_real_distribution<double> exponent(-300.0, 300.0), mantissa(-1.0, 1.0);
