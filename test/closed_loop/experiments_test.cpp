@@ -117,7 +117,7 @@ TEST_F(Experiments, CommandLineErrorsAreOneLineWithTheValidNames) {
     return complaint(arguments);
   };
   EXPECT_EQ(complaint({"fly"}),
-            "command = 'fly': unknown; known: list, run, merge, step, square, detection, calibrate");
+            "command = 'fly': unknown; known: list, run, merge, step, square, detection, stops, unidentified, calibrate");
   EXPECT_TRUE(startsWith(with_share({"run", "table_9", "--out", path("x")}),
                          "experiment = 'table_9': unknown; known: all, table_3-1a"));
   EXPECT_TRUE(

@@ -92,11 +92,12 @@ class TimeDomain {
 
   Verdict verdict() {
     constexpr double kTiny = 1e-9;
+    constexpr double kNearlyRest = 1e-30;  // a robot that is told to stand, and does, is not driven by the loop
     controller_.observe(Observation{});
     for (int i = 0; i < 10; ++i) excursionInOneSecond();  // at rest the gain of the belief converges
     controller_.setSetPoint({kTiny, 0.0, kTiny});
     const double reference = excursionInOneSecond();
-    controller_.setSetPoint({});
+    controller_.setSetPoint({kNearlyRest, 0.0, kNearlyRest});
     excursionInOneSecond();
     double middle = 0.0, last = 0.0;
     for (int second = 2; second < 120; second += 2) {
