@@ -9,6 +9,10 @@ namespace {
 /// Standard deviation of a disturbance about which nothing is known yet [rad/s].
 constexpr double kUnknownDisturbance = 0.3;
 
+/// Part of the predicted change of its speed that a wheel with a slow motor makes at least; one that moves less has
+/// another reason.
+constexpr double kAccelerating = 0.2;
+
 }  // namespace
 
 WheelBelief::WheelBelief(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& parameters)
@@ -43,7 +47,8 @@ void WheelBelief::seed(double speed) {
   C_(0, 0) = parameters_.measurement_variance;
   C_since_ = C_;
   corrected_ << speed, C_(0, 0);
-  rate_ = error_ = residual_ = hidden_ = predicted_change_ = predicted_change_variance_ = 0.0;
+  measured_ = speed;
+  limit_doubt_ = rate_ = error_ = residual_ = hidden_ = predicted_change_ = predicted_change_variance_ = 0.0;
 }
 
 void WheelBelief::predict(double command, double goal) {
@@ -55,6 +60,7 @@ void WheelBelief::predict(double command, double goal) {
   const double wanted = next(0) - x_(0);
   const double change = std::clamp(wanted, -limit_ * kStep, limit_ * kStep);
   rate_ = change / kStep;
+  limit_doubt_ += parameters_.limit_deviation * std::max(0.0, 2.0 * std::abs(change) - limit_ * kStep);
   Eigen::Matrix3d J = transition_;
   if (change == wanted) {
     x_ = next;
@@ -74,6 +80,11 @@ double WheelBelief::correct(double measurement, double added_variance) {
   const double variance = parameters_.measurement_variance + timing * timing + added_variance;
   error_ = measurement - x_(0);
   predicted_change_ = x_(0) - corrected_(0);
+  if ((measurement - measured_) * predicted_change_ > kAccelerating * predicted_change_ * predicted_change_) {
+    P_(0, 0) += limit_doubt_ * limit_doubt_;
+  }
+  measured_ = measurement;
+  limit_doubt_ = 0.0;
 
   // x ← x − κ_μ (∂²F/∂x²)⁻¹ ∂F/∂x at the prior, where ∂F/∂x = −C' ε_y/Σ and (∂²F/∂x²)⁻¹ C'/Σ = P C'/(C P C' + Σ)
   const Eigen::Vector3d gain = P_.col(0) / (P_(0, 0) + variance);

@@ -16,6 +16,9 @@
 /// The second part of the measurement's variance is what an error sigma_t of the dead time does to a speed that
 /// changes: while the wheel accelerates its measurement says little about the disturbance.
 ///
+/// So is w after an acceleration beyond half the model's limit, by up to sigma_l of the change, if the wheel accelerates
+/// at all: a motor slower than the model's is no disturbance to be made up for.
+///
 /// Between measurements the belief x = (w, z, d) moves with the model and its covariance P grows by the random
 /// fluctuations of w and d. A measurement changes it by the gradient of the free energy
 ///
@@ -43,6 +46,7 @@ struct WheelBeliefParameters {
   double timing_deviation = 0.03;         ///< sigma_t, standard deviation of the dead time [s]
   double learning_rate = 1.0;             ///< kappa_mu of the natural gradient, above 0 and at most 1
   double goal_weight = 0.0;               ///< gamma, 0..1
+  double limit_deviation = 0.0;           ///< sigma_l, standard deviation of the acceleration limit as a part of it
 };
 
 /// Belief about one wheel. Nothing here allocates.
@@ -127,6 +131,8 @@ class WheelBelief {
   Eigen::Matrix3d C_ = Eigen::Matrix3d::Zero();          // of the error, without random fluctuations
   Eigen::Matrix3d C_since_ = Eigen::Matrix3d::Zero();    // of the error with that after the last measurement
   Eigen::Vector2d corrected_ = Eigen::Vector2d::Zero();  // w after the last measurement and the variance of its error
+  double measured_ = 0.0;                                // last measurement [rad/s]
+  double limit_doubt_ = 0.0;  // standard deviation of w that the limit caused since the last measurement [rad/s]
   double rate_ = 0.0;
   double error_ = 0.0;
   double residual_ = 0.0;

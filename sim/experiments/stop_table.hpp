@@ -24,7 +24,7 @@ struct StopCase {
 /// Figures of a StopCase, each of the larger of its channels: forward speed and yaw rate, where the set point has them.
 struct StopFigures {
   double overshoot_pct = 0.0;      ///< largest excursion beyond the set point until the stop, of the set point
-  double without_limit_pct = 0.0;  ///< of an arc on the ground: the same on a robot whose motors have no limit, which
+  double without_limit_pct = 0.0;  ///< of a turn on the ground: the same on a robot whose motors have no limit, which
                                    ///< is what the effective track makes of it; else 0
   std::optional<double> settling;  ///< time from which both stay within 5 % of the set point until the stop [s]
   double beyond_mps = 0.0;         ///< largest forward speed beyond zero after the stop [m/s]
@@ -41,7 +41,7 @@ struct StopBars {
 /// Bars of a case by its preset and the limit of its robot.
 StopBars barsOf(const StopCase& stop_case);
 
-/// True if the figures keep the bars. What a robot without limit does in an arc on the ground is no wind-up: the
+/// True if the figures keep the bars. What a robot without limit does in a turn on the ground is no wind-up: the
 /// effective track of a skid-steer robot depends on its motion.
 bool keeps(const StopFigures& figures, const StopBars& bars);
 
