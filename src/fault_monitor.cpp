@@ -123,6 +123,8 @@ void FaultMonitor::checkWheels(const Observation& observation, double step) {
   const ChannelValidity& valid = observation.valid;
   if (valid.wheel_left) left_.compare(observation.wheel_left, step);
   if (valid.wheel_right) right_.compare(observation.wheel_right, step);
+  if (valid.wheel_left && right_.frozen()) left_.freezeWithTheOther();
+  if (valid.wheel_right && left_.frozen()) right_.freezeWithTheOther();
   weighEvidence(observation, step);
   if (valid.wheel_left) left_.conclude(observation.wheel_left, step);
   if (valid.wheel_right) right_.conclude(observation.wheel_right, step);

@@ -174,6 +174,10 @@ bool WheelMonitor::commandedToRest() const {
   return std::max(std::abs(reachable_.low()), std::abs(reachable_.high())) < kRestSpeed;
 }
 
+void WheelMonitor::freezeWithTheOther() {
+  if (repetition_.repeatsForLong()) frozen_ = suspect_ = true;
+}
+
 bool WheelMonitor::fasterThanCommanded() const {
   return std::abs(measured_) > std::max(std::abs(reachable_.low()), std::abs(reachable_.high()));
 }

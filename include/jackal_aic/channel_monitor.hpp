@@ -146,6 +146,8 @@ class RepetitionTest {
   /// @param explained how far the value may have changed since the last sample without any noise.
   bool update(double value, bool expected, double resolution, double explained = 0.0);
 
+  /// The last samples repeat, as many as make the shortest suspect run.
+  bool repeatsForLong() const { return samples_ > 0 && run_ >= samples_; }
   bool repeats() const { return run_ > 0; }  ///< the last sample repeats the one before to the bit
 
   /// Resolution of the channel: the smallest change of all; 0 before there were some.

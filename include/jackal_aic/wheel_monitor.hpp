@@ -38,6 +38,9 @@ class WheelMonitor {
   /// Believes the last measured speed and suspects nothing: the wheel was moved by somebody else.
   void forgive();
 
+  /// Declares the encoder frozen if it repeats: because the other one is, which comes with the same messages.
+  void freezeWithTheOther();
+
   bool fasterThanCommanded() const;  ///< the last sample is beyond every speed that the commands may have given it
   bool commandedToRest() const;      ///< no command of late makes it turn: what turns it comes from outside
   bool suspect() const { return suspect_; }  ///< the last sample is an outlier

@@ -16,8 +16,12 @@ constexpr double kLargestAcceleration = 100.0;  // m/s^2, about 10 g
 /// Time in which the second source may follow the first at the start [s].
 constexpr double kLongestStart = 1.0;
 
-/// Time of samples of which too few channels count before the robot stops [s]; the monitor isolates a fault sooner.
-constexpr double kLongestBlindness = 0.3;
+/// Samples in a row of which too few channels count before the robot stops: 0.3 s at 50 Hz; the monitor isolates a
+/// fault sooner.
+constexpr int kMostBlind = 15;
+
+/// Samples for which both encoders may repeat until the source's own deadline has decided: 0.3 s at 50 Hz.
+constexpr int kMostRepeating = 15;
 
 constexpr double kStallRecovery = 0.3;  // s, dead time and acceleration after a stall
 
@@ -52,7 +56,9 @@ void MeasurementWatch::judge(Observation& observation, double now) {
     observation.valid = observation.valid & monitor_->check(observation).valid();
     tell(before);
   }
-  if (!seesTheMotion(observation.valid)) return;
+  wheels_repeating_ = wheelsRepeat() ? std::min(wheels_repeating_ + 1, kMostRepeating + 1) : 0;
+  blind_samples_ = seesTheMotion(observation.valid) ? 0 : std::min(blind_samples_ + 1, kMostBlind + 1);
+  if (blind_samples_ > 0) return;
   last_sight_ = now;
   started_ = true;
 }
@@ -97,9 +103,10 @@ void MeasurementWatch::applyPolicy(StopCauses& causes, double now, bool at_rest)
     causes.remove({StopCause::unpaired, StopCause::imu_frozen, StopCause::imu_late, StopCause::imu_missing,
                    StopCause::wheels_frozen, StopCause::wheels_late, StopCause::wheels_missing});
   }
-  const bool unclear = *decision.reason == '\0' && blind(now);
+  const bool unclear = *decision.reason == '\0' && blind();
   if (unclear) loss_ = "too few channels count";
-  const bool too_little = !lost && !wheelsRepeat() && (decision.action == LossAction::stop || unclear);
+  const bool source_decides = wheelsRepeat() && wheels_repeating_ <= kMostRepeating;
+  const bool too_little = !lost && !source_decides && (decision.action == LossAction::stop || unclear);
   const bool blocked = monitor_ && (monitor_->report().drive_left || monitor_->report().drive_right);
   causes.add(StopCause::sensor_fault, !at_rest && (too_little || blocked))
       .add(StopCause::moved, monitor_ && monitor_->report().moved);
@@ -115,9 +122,9 @@ bool MeasurementWatch::starting(const StopCauses& causes, double now) {
   return !started_;
 }
 
-bool MeasurementWatch::blind(double now) const {
+bool MeasurementWatch::blind() const {
   const bool moved = monitor_ && monitor_->report().moved;
-  return !moved && last_sight_ > 0.0 && now - last_sight_ > kLongestBlindness;
+  return !moved && blind_samples_ > kMostBlind;
 }
 
 void MeasurementWatch::noteSources(const StopCauses& causes) {
@@ -130,6 +137,7 @@ void MeasurementWatch::noteSources(const StopCauses& causes) {
   const bool back = (imu_was_lost && !imu_lost_) || (wheels_were_lost && !wheels_lost_);
   if (!back) return;
   excluded_ = {};
+  blind_samples_ = wheels_repeating_ = 0;
   if (monitor_) monitor_->reset();
 }
 
@@ -168,6 +176,7 @@ void MeasurementWatch::reset() {
   last_sight_ = 0.0;
   stalled_until_ = 0.0;
   excluded_ = {};
+  blind_samples_ = wheels_repeating_ = 0;
   loss_ = "";
 }
 

@@ -62,8 +62,8 @@ class MeasurementWatch {
   bool starting(const StopCauses& causes, double now);
   void noteSources(const StopCauses& causes);
   void tell(const std::string& before);
-  bool blind(double now) const;  // although both sources speak
-  bool wheelsRepeat() const;     // both encoders at once: the source, on which its own deadline decides
+  bool blind() const;         // although both sources speak
+  bool wheelsRepeat() const;  // both encoders at once: the source, on which its own deadline decides
   void excludeImpossible(Observation& observation);
   ChannelValidity remaining() const;
   LossTolerance tolerance() const;
@@ -83,6 +83,8 @@ class MeasurementWatch {
   } excluded_;                  // samples in a row in which a channel read what no robot does
   bool started_ = false;        // measurements have come, or are overdue
   double first_source_ = 0.0;   // time at which a source spoke first [s]
+  int blind_samples_ = 0;       // in a row of which too few channels count
+  int wheels_repeating_ = 0;    // samples in a row for which both encoders have been frozen
   double last_sight_ = 0.0;     // time at which two of yaw rate and wheels counted [s]
   double stalled_until_ = 0.0;  // end of the time after a stall [s]
   const char* loss_ = "";

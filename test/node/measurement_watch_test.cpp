@@ -152,6 +152,23 @@ TEST(MeasurementWatch, AStartIsNoLoss) {
   EXPECT_EQ(watch.reason(), "");
 }
 
+TEST(MeasurementWatch, ASourceThatComesBackAfterLongLeavesNoFault) {
+  MeasurementWatch watch(parameters(kDrive, kDrive, kStop));
+  Observation seen;
+  watch.judge(seen, 1.0);
+  for (double now : {1.3, 1.8, 2.3}) {
+    StopCauses late;
+    late.add(StopCause::wheels_late, true);
+    watch.applyPolicy(late, now, false);
+    Observation imu_alone;
+    imu_alone.valid.wheel_left = imu_alone.valid.wheel_right = false;
+    for (int i = 0; i < 25; ++i) watch.judge(imu_alone, now);
+  }
+  StopCauses back;
+  watch.applyPolicy(back, 2.32, false);
+  EXPECT_EQ(back.worst(), StopCause::none) << watch.reason();
+}
+
 TEST(MeasurementWatch, ASourceThatDoesNotComeAtAllIsLost) {
   MeasurementWatch watch(parameters(kDrive, kDrive, kStop));
   for (double now : {1.0, 1.5, 2.1}) {

@@ -276,6 +276,20 @@ TEST(FaultMonitor, BlindGyroOfABoxIsNoWitness) {
   EXPECT_FALSE(robot.drive(kTurn, 3.0, blind).faulty());
 }
 
+TEST(FaultMonitor, EncodersThatFreezeTogetherAreFoundTogether) {
+  Robot robot;
+  robot.drive(kStraight, 3.0);
+  robot.drive({5.0, 5.1}, 1.0, [](Observation& y) {
+    if (std::fmod(y.stamp, 0.2) < 0.015) y.wheel_left = 5.0;  // the left one repeats now and then: less is known of it
+  });
+  for (int k = 0; k < 20; ++k) {
+    const FaultReport& report =
+        robot.drive({5.0, 5.1}, 0.02, [](Observation& y) { y.wheel_left = 5.01, y.wheel_right = 5.12; });
+    EXPECT_EQ(report.wheel_left.cause == FaultCause::frozen, report.wheel_right.cause == FaultCause::frozen) << k;
+  }
+  EXPECT_EQ(robot.monitor().report().wheel_left.cause, FaultCause::frozen);
+}
+
 TEST(FaultMonitor, FreezingCanBeSwitchedOff) {
   FaultParameters parameters;
   parameters.frozen_samples = 0;
