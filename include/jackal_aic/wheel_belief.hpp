@@ -16,8 +16,8 @@
 /// The second part of the measurement's variance is what an error sigma_t of the dead time does to a speed that
 /// changes: while the wheel accelerates its measurement says little about the disturbance.
 ///
-/// So is w after an acceleration beyond half the model's limit, by up to sigma_l of the change, if the wheel accelerates
-/// at all: a motor slower than the model's is no disturbance to be made up for.
+/// So is w after an acceleration beyond half the model's limit, by up to sigma_l of the change, if the wheel
+/// accelerates at all: a motor slower than the model's is no disturbance to be made up for.
 ///
 /// Between measurements the belief x = (w, z, d) moves with the model and its covariance P grows by the random
 /// fluctuations of w and d. A measurement changes it by the gradient of the free energy
