@@ -9,11 +9,16 @@ namespace {
 
 constexpr int kQueueLength = 20;
 /// Both sensors run at 50 Hz: knowing that the next message is at least this far away lets the pairing decide at once
-/// instead of waiting a period for a better partner.
+/// instead of waiting a period for a better partner. A robot that is busy stamps some only 2 ms apart: those it does
+/// not get, as there is nothing new in them.
 const ros::Duration kShortestPeriod(0.010);
 /// Stamps further ahead of now are refused: one such message, also one of before the clock jumped back, would keep
 /// every later one from being paired until its time has come.
 const ros::Duration kFurthestAhead(0.1);
+
+bool followsClosely(const ros::Time& stamp, const ros::Time& last) {
+  return !last.isZero() && stamp >= last && stamp - last < kShortestPeriod;
+}
 
 }  // namespace
 
@@ -25,6 +30,7 @@ SensorPairing::SensorPairing(const RobotNames& names, const tf2_ros::Buffer& tra
 void SensorPairing::reset() {
   wheels_ = {};
   imu_ = {};
+  paired_wheels_ = paired_imu_ = ros::Time();
   // A new synchronizer, because the old one keeps messages and refuses stamps from before them.
   synchronizer_.reset();
   Policy policy(kQueueLength);
@@ -52,6 +58,8 @@ bool SensorPairing::addWheels(const sensor_msgs::JointStateConstPtr& message, co
     return refuse("joint states with a wheel velocity that is missing or not finite");
   }
   wheels_ = {message->header.stamp, now};
+  if (followsClosely(message->header.stamp, paired_wheels_)) return true;
+  paired_wheels_ = message->header.stamp;
   wheel_input_.add(message);
   return true;
 }
@@ -65,6 +73,8 @@ bool SensorPairing::addImu(const sensor_msgs::ImuConstPtr& message, const ros::T
   }
   if (!planarMotion(*message, imu_rotation_)) return refuse("IMU data that is not finite");
   imu_ = {message->header.stamp, now};
+  if (followsClosely(message->header.stamp, paired_imu_)) return true;
+  paired_imu_ = message->header.stamp;
   imu_input_.add(message);
   return true;
 }

@@ -69,6 +69,8 @@ class SensorPairing {
   Callback callback_;
   Arrival wheels_;
   Arrival imu_;
+  ros::Time paired_wheels_;  // stamps of the last samples that the pairing got
+  ros::Time paired_imu_;
   std::string refusal_;
   Eigen::Quaterniond imu_rotation_ = Eigen::Quaterniond::Identity();
   message_filters::PassThrough<sensor_msgs::JointState> wheel_input_;

@@ -58,6 +58,23 @@ TEST_F(SensorPairingTest, PairsSamplesOfOneStamp) {
   EXPECT_EQ(observations_[0].yaw_rate, 0.5);
 }
 
+TEST_F(SensorPairingTest, PairsAtOnceWithoutAWarningAlthoughSomeStampsAreCloseTogether) {
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  for (int i = 0; i < 20; ++i) {
+    const double now = 10.0 + i * kPeriod;
+    const double soon = now + 0.001 * (2 + i % 8);  // what a busy robot does
+    EXPECT_TRUE(addWheels(now, now));
+    EXPECT_TRUE(addWheels(soon, soon));
+    EXPECT_TRUE(addImu(now + 0.003, now + 0.01));
+    EXPECT_TRUE(addImu(soon + 0.004, now + 0.015));
+    EXPECT_EQ(observations_.size(), static_cast<std::size_t>(i + 1)) << "it waits for a better partner";
+  }
+  const std::string said = testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr();
+  EXPECT_EQ(said.find("lower bound"), std::string::npos) << said;
+  EXPECT_EQ(observations_.size(), 20u);
+}
+
 TEST_F(SensorPairingTest, OneStampFromTheFutureHoldsUpNoOtherSample) {
   addPairs(10.0, 5);
   EXPECT_FALSE(addWheels(20.0, 10.1, 7.0));
