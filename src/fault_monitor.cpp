@@ -20,6 +20,11 @@ constexpr double kIsolationTime = 0.2;
 /// Time over which the yaw rate's evidence is averaged [s].
 constexpr double kEvidenceMemory = 0.05;
 
+/// What a wheel measures off its prediction by noise, in standard deviations; and for how many samples it may be off by
+/// more until the cause is found.
+constexpr double kNoise = 3.0;
+constexpr double kDoubtfulSamples = 25.0;
+
 constexpr double kLongestStep = 0.5;  // s between samples; a longer silence says nothing more
 
 FaultParameters validated(const FaultParameters& parameters) {
@@ -207,8 +212,19 @@ void FaultMonitor::conclude(const WheelMonitor& wheel, ChannelVerdict& verdict, 
 
 double FaultMonitor::differenceSpeed() const { return rolling_radius_ * (right_.speed() - left_.speed()); }
 
-double FaultMonitor::differenceVariance() const {
-  return rolling_radius_ * rolling_radius_ * (left_.uncertainty() + right_.uncertainty());
+double FaultMonitor::differenceVariance(const Observation& observation) const {
+  // As far as a wheel is from its prediction, either may be wrong, and not by noise that averages out: a motor that
+  // does not start is no slip to learn.
+  const double noise = kNoise * std::sqrt(parameters_.wheel_variance);
+  const auto doubt = [noise](const WheelMonitor& wheel, const ChannelVerdict& verdict, bool valid, double measured) {
+    if (!valid || isFaulty(verdict)) return 0.0;
+    const double apart = std::max(0.0, std::abs(measured - wheel.speed()) - noise);
+    return kDoubtfulSamples * apart * apart;
+  };
+  return rolling_radius_ * rolling_radius_ *
+         (left_.uncertainty() + right_.uncertainty() +
+          doubt(left_, report_.wheel_left, observation.valid.wheel_left, observation.wheel_left) +
+          doubt(right_, report_.wheel_right, observation.valid.wheel_right, observation.wheel_right));
 }
 
 void FaultMonitor::checkGyro(const Observation& observation, double step) {
@@ -218,7 +234,7 @@ void FaultMonitor::checkGyro(const Observation& observation, double step) {
   if (model_.on_box) {
     yaw_.check(observation.yaw_rate, {0.0, 0.0}, wheelsTurn(), step);
   } else if (wheels_tell || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right)) {
-    yaw_.check(observation.yaw_rate, {differenceSpeed(), differenceVariance()}, wheelsTurn(), step);
+    yaw_.check(observation.yaw_rate, {differenceSpeed(), differenceVariance(observation)}, wheelsTurn(), step);
   }
   report_.gyro = {yaw_.state(), FaultCause::none, yaw_.distance()};
   if (acceleration_.upsideDown()) {

@@ -113,7 +113,7 @@ class FaultMonitor {
   void checkAccelerometer(const Observation& observation, double step);
   bool yawTells(const Observation& observation) const;
   double differenceSpeed() const;
-  double differenceVariance() const;
+  double differenceVariance(const Observation& observation) const;
 
   FaultParameters parameters_;
   GeometryParameters geometry_;

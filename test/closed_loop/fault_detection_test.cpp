@@ -159,6 +159,23 @@ TEST(BlockedMotor, IsFoundWhenTheRobotShouldStart) {
   }
 }
 
+TEST(BlockedMotor, IsNotTakenForItsEncoderHoweverTheRobotTurns) {
+  for (const char* controller : {"diff_drive", "improved", "predictive"}) {
+    for (const double yaw_rate : {0.5, 1.0, 2.0}) {
+      for (const char* seed : {"1", "2"}) {
+        SetPointProfile profile;
+        profile.changes = {{kFaultTime, {0.0, 0.0, yaw_rate}}};
+        profile.duration = kFaultTime + 1.0;
+        Faults faults;
+        faults.motors = {{Side::right, 0.0, 1e9}};
+        const auto found = detection(run(controller, "ground", profile, faults, {{"plant.seed", seed}}), kFaultTime);
+        ASSERT_TRUE(found) << controller << ", " << yaw_rate;
+        EXPECT_EQ(found->reason, "right wheels do not follow their command") << controller << ", " << yaw_rate;
+      }
+    }
+  }
+}
+
 /// What somebody does to a healthy robot, and what it does meanwhile.
 struct Handling {
   const char* name;
