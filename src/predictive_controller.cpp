@@ -8,12 +8,12 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kLimitDeviation = 0.67;  // of the motors' acceleration limit; half of it has to be ordinary
-constexpr double kSteadyPath = 0.02;      // rad/s; largest change of the path in an action period of a steady drive
-constexpr double kSettled = 0.5;          // s; after the dead time, until nothing is left of an acceleration
-constexpr double kTrackSettled = 4.0;     // slip memories; after the dead time, until the effective track is learned
-constexpr double kStraight = 0.5;         // rad/s; largest difference of the wheel speeds on a straight line
-constexpr double kMoving = 0.5;           // rad/s; least wheel speed of a robot that moves
+constexpr double kLimitDeviation = 0.6;  // of the motors' acceleration limit; half of it has to be ordinary
+constexpr double kSteadyPath = 0.02;     // rad/s; largest change of the path in an action period of a steady drive
+constexpr double kSettled = 0.5;         // s; after the dead time, until nothing is left of an acceleration
+constexpr double kTrackSettled = 4.0;    // slip memories; after the dead time, until the effective track is learned
+constexpr double kStraight = 0.5;        // rad/s; largest difference of the wheel speeds on a straight line
+constexpr double kMoving = 0.5;          // rad/s; least wheel speed of a robot that moves
 
 bool isWhole(double ratio) { return ratio >= 1.0 - 1e-9 && std::abs(ratio - std::round(ratio)) < 1e-9 * ratio; }
 

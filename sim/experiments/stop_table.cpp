@@ -96,7 +96,7 @@ StopFigures drive(const PackageFiles& files, const StopCase& c, const Overrides&
 }  // namespace
 
 StopBars barsOf(const StopCase& c) {
-  if (c.limit_factor < 1.0) return {c.controller == "predictive" ? 7.0 : 15.0, 0.10, 0.15};
+  if (c.limit_factor < 1.0) return {15.0, 0.10, 0.15};
   if (c.controller == "predictive") return {5.0, 0.03, 0.05};
   return {c.controller == "standard" ? 12.0 : 10.0, 0.03, 0.05};
 }

@@ -58,7 +58,7 @@ class Launch : public testing::Test {
     const std::string port = std::to_string(freePort());
     const std::string command =
         "ROS_MASTER_URI=http://127.0.0.1:" + port + " roslaunch -p " + port +
-        " jackal_aic step_response.launch real_time_factor:=10 manoeuvre:=" + path("step.yaml") +
+        " jackal_aic step_response.launch real_time_factor:=2 manoeuvre:=" + path("step.yaml") +
         " output_directory:=" + directory_ + " " + arguments + " > " + path("log") + " 2>&1";
     ASSERT_EQ(std::system(command.c_str()), 0) << text("log");
     EXPECT_NEAR(finalSpeed(), kSpeed, 0.05 * kSpeed) << arguments << "\n" << text("log");
