@@ -56,10 +56,9 @@ class Launch : public testing::Test {
   /// Drives a step through launch/step_response.launch; expects the wheels to be as fast as they are told.
   void expectDrives(const std::string& arguments) const {
     const std::string port = std::to_string(freePort());
-    const std::string command =
-        "ROS_MASTER_URI=http://127.0.0.1:" + port + " roslaunch -p " + port +
-        " jackal_aic step_response.launch real_time_factor:=2 manoeuvre:=" + path("step.yaml") +
-        " output_directory:=" + directory_ + " " + arguments + " > " + path("log") + " 2>&1";
+    const std::string command = "ROS_MASTER_URI=http://127.0.0.1:" + port + " roslaunch -p " + port +
+                                " jackal_aic step_response.launch real_time_factor:=2 manoeuvre:=" + path("step.yaml") +
+                                " output_directory:=" + directory_ + " " + arguments + " > " + path("log") + " 2>&1";
     ASSERT_EQ(std::system(command.c_str()), 0) << text("log");
     EXPECT_NEAR(finalSpeed(), kSpeed, 0.05 * kSpeed) << arguments << "\n" << text("log");
   }
