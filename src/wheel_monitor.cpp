@@ -16,6 +16,9 @@ constexpr double kMemory = 0.5;
 /// Smaller changes of a wheel speed are no noise [rad/s].
 constexpr double kResolution = 1e-5;
 
+/// Part of the width of what the drive train may do that is taken for motion between two samples.
+constexpr double kUnderWay = 0.25;
+
 /// Motion that a live encoder cannot miss: steps of its resolution, at least so much, and more than a drive train
 /// drifts [rad/s, rad/s, relative].
 constexpr double kMissedSteps = 3.0;
@@ -161,7 +164,9 @@ void WheelMonitor::compare(double measurement, double step) {
 bool WheelMonitor::isFrozen(double measurement, double step) {
   // A wheel at rest repeats its speed whatever the reason of its rest: then only the prediction error tells.
   const bool may_rest = std::abs(measurement) < kRestSpeed;
-  const double explained = std::abs(belief_.speed() - last_speed_);
+  // Of a wheel that is under way, even to and fro is not noise; a controller that answers noise moves it by less.
+  const double explained =
+      std::max(std::abs(belief_.speed() - last_speed_), kUnderWay * (reachable_.high() - reachable_.low()));
   const bool silent = repetition_.update(measurement, may_rest, kResolution, explained);
   const double least = std::max(
       {kMissedSteps * std::min(repetition_.quantum(), kCoarsestStep), kLeastMotion, kDrift * std::abs(measurement)});

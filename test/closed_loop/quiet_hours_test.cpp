@@ -31,6 +31,13 @@ TEST_P(QuietDrives, RaiseNoAlarm) {
 
 INSTANTIATE_TEST_SUITE_P(DrawnBySeed, QuietDrives, testing::Range(0, 20));
 
+/// A joystick that goes to and fro and then rests, with encoders whose noise is below their resolution.
+TEST(QuietDrive, ToAndFroIsNoNoiseOfTheEncoder) {
+  const QuietDrive drive = drawQuietDrive(5, 4, 60.0, QuietRobots::identified);
+  ASSERT_EQ(drive.motion, "joystick");
+  EXPECT_EQ(runQuiet(files(), drive).fault, "") << describe(drive);
+}
+
 TEST(QuietDrive, DependsOnSeedAndNumberAlone) {
   const auto line = [](std::uint64_t seed, std::uint64_t number) {
     return describe(drawQuietDrive(seed, number, kTenMinutes, QuietRobots::unidentified));
