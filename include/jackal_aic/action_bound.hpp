@@ -8,8 +8,7 @@
 /// stop. So
 ///
 ///     ramp      the action leads a motor that ramps at the model's acceleration limit by one period's ramp at most;
-///     one
-///               factor on the change of both wheels keeps the curvature
+///               one factor on the change of both wheels keeps the curvature
 ///     lateness  a wheel that accelerates, but is behind what it was commanded a dead time ago and not merely in
 ///               proportion to it, has a slower motor than the model's: until it is there, its action does not go
 ///               beyond the wheel speed of the set point

@@ -53,8 +53,8 @@ struct Certificate {
   bool keeps(const MarginBounds& bounds) const { return gain_margin >= bounds.gain && delay_margin >= bounds.delay; }
 };
 
-/// Certifies gains on a plant model. Takes some fifty milliseconds at an action rate of 50 Hz; the time grows with the
-/// cube of dead time x action rate. @throws ParameterError as LinearLoop.
+/// Certifies gains on a plant model. Takes some hundred milliseconds at an action rate of 50 Hz; the time grows with
+/// the cube of dead time x action rate. @throws ParameterError as LinearLoop.
 Certificate certify(const ControllerParameters& controller, const GeometryParameters& geometry,
                     const PlantModel& plant);
 
