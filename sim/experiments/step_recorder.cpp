@@ -11,6 +11,7 @@
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 
+#include <algorithm>
 #include <fstream>
 #include <map>
 #include <optional>
@@ -104,6 +105,7 @@ class StepRecorder {
   int shown_tenths_ = -1;
   bool finished_ = false;
   bool failed_ = false;
+  std::string waits_for_;  // why a controller that tells its state does not drive; empty if it does
   std::ofstream response_file_, metrics_file_;
   ros::WallTime alive_ = ros::WallTime::now();
   std::map<std::string, bool> received_ = {
@@ -142,6 +144,7 @@ void StepRecorder::onTruth(const nav_msgs::Odometry& message) {
   const double time = sinceStart(message.header.stamp);
   true_forward_.add(time, message.twist.twist.linear.x);
   true_yaw_rate_.add(time, message.twist.twist.angular.z);
+  finished_ = finished_ || time >= manoeuvre_.duration();  // by the data, which may come later than the clock
 }
 
 void StepRecorder::onJoints(const sensor_msgs::JointState& message) {
@@ -168,6 +171,7 @@ void StepRecorder::onCommand(const jackal_msgs::Drive& message) {
 }
 
 void StepRecorder::onState(const ControllerState& message) {
+  waits_for_ = message.status == ControllerState::DRIVING ? "" : message.reason + ", says the controller";
   if (!start_ || message.belief_forward.empty() || message.belief_yaw_rate.empty()) return;
   const double time = sinceStart(message.header.stamp);
   believed_forward_.add(time, message.belief_forward[0]);
@@ -179,13 +183,15 @@ std::string StepRecorder::awaited() const {
   for (const auto& [topic, received] : received_) {
     if (!received) topics += (topics.empty() ? "" : ", ") + topic;
   }
-  if (topics.empty() && set_point_.getNumSubscribers() == 0) return "a subscriber of jackal_AIC/set_point";
-  return topics.empty() ? "" : "data on " + topics;
+  if (!topics.empty()) return "data on " + topics;
+  if (set_point_.getNumSubscribers() == 0) return "a subscriber of jackal_AIC/set_point";
+  return waits_for_.empty() ? "" : "driving: " + waits_for_;
 }
 
 void StepRecorder::onTimer(const ros::TimerEvent& event) {
   if (event.current_real < event.last_real) return fail("the clock jumped backwards");
   if (!start_) {
+    set_point_.publish(geometry_msgs::Twist());  // without a set point no controller drives
     if (!awaited().empty()) return;
     start_ = event.current_real;
     alive_ = ros::WallTime::now();
@@ -193,8 +199,6 @@ void StepRecorder::onTimer(const ros::TimerEvent& event) {
   const double time = sinceStart(event.current_real);
   publishSetPoint(time);
   showProgress(time);
-  if (time < manoeuvre_.duration()) return;
-  finished_ = true;
 }
 
 void StepRecorder::publishSetPoint(double time) {
@@ -211,7 +215,7 @@ void StepRecorder::publishSetPoint(double time) {
 }
 
 void StepRecorder::showProgress(double time) {
-  const int tenths = static_cast<int>(10.0 * time / manoeuvre_.duration());
+  const int tenths = static_cast<int>(10.0 * std::min(1.0, time / manoeuvre_.duration()));
   if (tenths == shown_tenths_) return;
   shown_tenths_ = tenths;
   const SetPoint now = manoeuvre_.setPoint(manoeuvre_.segmentAt(time));

@@ -17,6 +17,7 @@ constexpr double kTransformRate = 50.0;   // Hz
 constexpr double kWarningPeriod = 5.0;    // s
 constexpr std::uint32_t kQueueSize = 50;  // a second of 50 Hz messages
 constexpr std::uint32_t kClockQueueSize = 1000;
+constexpr double kFirstPatience = 0.25;  // wall time for the command after the first [s]
 
 }  // namespace
 
@@ -71,7 +72,7 @@ void PlantNode::run() {
 void PlantNode::waitForController() {
   const auto ahead = [this] { return plant_.time() + 0.5 * JackalPlant::kStep > command_time_ + parameters_.lockstep; };
   if (parameters_.lockstep <= 0.0 || !in_lockstep_ || !ahead()) return;
-  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(parameters_.patience);
+  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(patience_);
   while (ros::ok() && ahead() && in_lockstep_) {
     const ros::WallTime now = ros::WallTime::now();
     const bool alive = drive_.getNumPublishers() + left_wheel_.getNumPublishers() + right_wheel_.getNumPublishers() > 0;
@@ -133,8 +134,11 @@ void PlantNode::drive(const WheelCommand& command, std::int8_t mode) {
     ignore("wheel speed that is not finite");
     return;
   }
-  // One that speaks now and then is no controller in its stride.
-  in_lockstep_ = in_lockstep_ || plant_.time() - command_time_ <= 2.0 * parameters_.lockstep;
+  // Whoever commands is waited for from the first command on: a controller that a busy machine makes late would else
+  // never get into step. One that speaks now and then is no controller in its stride, and is not waited for long.
+  const bool in_stride = plant_.time() - command_time_ <= 2.0 * parameters_.lockstep;
+  patience_ = in_stride ? parameters_.patience : std::min(parameters_.patience, kFirstPatience);
+  in_lockstep_ = true;
   command_time_ = plant_.time();
   command_ = command;
   mode_ = mode;

@@ -28,8 +28,8 @@ struct PlantNodeParameters {
   /// Simulated time that may pass without a command before the plant waits for the controller [s], its action period
   /// for instance, so that a busy machine makes the simulation slower instead of the controller late; 0 never waits.
   double lockstep = 0.0;
-  /// Wall time after which a silent controller is not waited for any more, until it speaks regularly again [s]; one
-  /// that is gone is not waited for at all.
+  /// Wall time after which a silent controller is not waited for any more, until it speaks again [s]; one that is gone
+  /// is not waited for at all, and one of which no two commands came in a row only for 0.25 s.
   double patience = 2.0;
   std::string urdf_file;  ///< URDF to read when there is no robot_description
 };
@@ -85,6 +85,7 @@ class PlantNode {
   std::int8_t mode_ = jackal_msgs::Drive::MODE_NONE;
   double command_time_ = 0.0;
   bool in_lockstep_ = false;  // whether there is a controller to wait for
+  double patience_ = 0.0;     // with it, wall time [s]
   std::uint64_t ignored_commands_ = 0;
 
   ros::Publisher clock_;

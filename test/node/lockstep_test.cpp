@@ -69,6 +69,25 @@ TEST_F(LockstepTest, EachCommandLetsOnePeriodPassAndSilenceIsNotWaitedForLong) {
       << "waits for ever for a controller that fell silent";
 }
 
+TEST_F(LockstepTest, AControllerThatIsLateFromItsFirstCommandOnIsWaitedForAndALoneCommandOnlyBriefly) {
+  ASSERT_TRUE(waitFor([this] { return now_ > 0 && drive_.getNumSubscribers() > 0; }));
+  constexpr int kCommands = 10;
+  const std::int64_t start = now_;
+  for (int i = 0; i < kCommands; ++i) {
+    command();
+    const ros::WallTime late = ros::WallTime::now() + ros::WallDuration(5e-3 * kPeriod);
+    while (ros::WallTime::now() < late) ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.01));
+  }
+  EXPECT_LE(now_, start + (kCommands + 2) * kPeriod) << "went on without it";
+  ASSERT_TRUE(waitFor([&] { return now_ > start + 3 * kCommands * kPeriod; }));
+
+  command();
+  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(2.0);
+  const std::int64_t alone = now_;
+  ASSERT_TRUE(waitFor([&] { return now_ > alone + 10 * kPeriod; }));
+  EXPECT_LT(ros::WallTime::now(), end) << "waits for somebody who spoke once";
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <deque>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -56,12 +57,13 @@ class StepRecorderTest : public testing::Test {
   void TearDown() override { std::filesystem::remove_all(directory_); }
 
   /// Runs the recorder with a manoeuvre of two seconds forward and two of turning; returns its exit status.
-  int record(const std::string& output_directory) {
+  int record(const std::string& output_directory, const std::string& remapping = "") {
     ros::param::set("/recorder_under_test/recorder/output_directory", output_directory);
     ros::param::set("/recorder_under_test/manoeuvre/durations", std::vector<double>{1.0, 2.0, 1.0, 2.0});
     ros::param::set("/recorder_under_test/manoeuvre/forward", std::vector<double>{0.0, 0.5, 0.0, 0.0});
     ros::param::set("/recorder_under_test/manoeuvre/yaw_rate", std::vector<double>{0.0, 0.0, 0.0, 0.5});
-    const int status = std::system("rosrun jackal_aic step_recorder __name:=recorder_under_test");
+    const int status =
+        std::system(("rosrun jackal_aic step_recorder __name:=recorder_under_test " + remapping).c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
 
@@ -106,6 +108,42 @@ TEST_F(StepRecorderTest, RecordsAForwardStepAndATurn) {
   EXPECT_EQ(metrics[0].at("stable"), "1");
   EXPECT_EQ(metrics[1].at("step"), "0.5 rad/s");
   EXPECT_LT(std::stod(metrics[1].at("settling_s")), 1.0);
+}
+
+TEST_F(StepRecorderTest, BeginsOnlyWhenTheControllerDrives) {
+  ros::NodeHandle node;
+  ros::Publisher state = node.advertise<ControllerState>("jackal_AIC/state", 10, true);
+  ControllerState message;
+  message.status = ControllerState::STOPPED;
+  message.reason = "no wheel speeds received yet";
+  state.publish(message);
+  ros::param::set("/recorder_under_test/recorder/data_timeout", 4.0);
+  EXPECT_EQ(record(directory_.string()), 1);
+  message.status = ControllerState::DRIVING;
+  state.publish(message);
+  EXPECT_EQ(record(directory_.string()), 0);
+  ros::param::del("/recorder_under_test");
+}
+
+TEST_F(StepRecorderTest, RecordsToTheEndWhatComesLate) {
+  ros::CallbackQueue queue;
+  ros::NodeHandle node;
+  node.setCallbackQueue(&queue);
+  ros::Publisher late = node.advertise<nav_msgs::Odometry>("late_truth", 1000);
+  std::deque<nav_msgs::Odometry> waiting;
+  const ros::Subscriber truth =
+      node.subscribe<nav_msgs::Odometry>("ground_truth/odom", 1000, [&](const nav_msgs::OdometryConstPtr& message) {
+        waiting.push_back(*message);
+        for (; message->header.stamp - waiting.front().header.stamp > ros::Duration(1.0); waiting.pop_front()) {
+          late.publish(waiting.front());
+        }
+      });
+  ros::AsyncSpinner spinner(1, &queue);
+  spinner.start();
+  ASSERT_EQ(record(directory_.string(), "ground_truth/odom:=late_truth"), 0);
+  const auto rows = readTable(directory_ / "response.csv");
+  ASSERT_FALSE(rows.empty());
+  EXPECT_GT(std::stod(rows.back().at("time")), 5.95);
 }
 
 TEST_F(StepRecorderTest, RefusesADirectoryThatDoesNotExist) { EXPECT_EQ(record((directory_ / "missing").string()), 1); }
