@@ -1,5 +1,6 @@
 #include "fault_campaign.hpp"
 
+#include <geometry_msgs/Wrench.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <signal.h>
@@ -42,6 +43,12 @@ const char* statusName(std::uint8_t status) {
   }
 }
 
+XmlRpc::XmlRpcValue toXmlRpc(const ParameterValue& value) {
+  if (const auto* word = std::get_if<std::string>(&value)) return *word;
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<int>(*whole);
+  return std::get<double>(value);  // a plant has no parameters of other types
+}
+
 }  // namespace
 
 FaultCampaign::FaultCampaign(const ros::NodeHandle& node, const CampaignNodes& nodes)
@@ -54,7 +61,8 @@ FaultCampaign::FaultCampaign(const ros::NodeHandle& node, const CampaignNodes& n
       set_points_(node_, "jackal_AIC/set_point"),
       commands_(node_, "robot/cmd_drive"),
       clock_(node_.advertise<rosgraph_msgs::Clock>("/clock", kQueueSize)),
-      e_stop_(node_.advertise<std_msgs::Bool>("e_stop", 1, true)) {
+      e_stop_(node_.advertise<std_msgs::Bool>("e_stop", 1, true)),
+      push_(node_.advertise<geometry_msgs::Wrench>(nodes_.plant + "/push", kQueueSize)) {
   const auto hints = ros::TransportHints().tcpNoDelay();
   const auto forward = [this](auto& topic) { return [this, &topic](const auto& message) { pass(topic, *message); }; };
   using JointState = sensor_msgs::JointStateConstPtr;
@@ -144,7 +152,7 @@ RunRecord FaultCampaign::run(const Scenario& scenario) {
   tasks_.clear();
   end_requested_ = succeeded_ = world_is_new_ = false;
   set_point_ = {};
-  if (!restart()) {
+  if (!restart(scenario)) {
     breakDown("the nodes do not start: no state of the controller after a reset");
     return record_;
   }
@@ -198,9 +206,13 @@ void FaultCampaign::planSystemFault(const SystemFault& fault, double onset) {
     case SystemFaultKind::second_publisher:
       return plan([this, fault] { intrude(fault.amount); }, [this] { intruder_.shutdown(); });
     case SystemFaultKind::block_left:
-      return plan([this] { blockMotor("left", true); }, [this] { blockMotor("left", false); });
+      return plan([this] { switchPlant("block_left", true); }, [this] { switchPlant("block_left", false); });
     case SystemFaultKind::block_right:
-      return plan([this] { blockMotor("right", true); }, [this] { blockMotor("right", false); });
+      return plan([this] { switchPlant("block_right", true); }, [this] { switchPlant("block_right", false); });
+    case SystemFaultKind::push:
+      return plan([this, fault] { pushRobot(fault.amount, fault.torque); }, [this] { pushRobot(0.0, 0.0); });
+    case SystemFaultKind::lift:
+      return plan([this] { switchPlant("lift", true); }, [this] { switchPlant("lift", false); });
     case SystemFaultKind::clock_jump:
       return plan([this, fault] { offset_ += fault.amount; });
     case SystemFaultKind::clock_reset:
@@ -232,10 +244,17 @@ void FaultCampaign::intrude(double speed) {
   next_intrusion_ = time_;
 }
 
-void FaultCampaign::blockMotor(const std::string& side, bool blocked) {
+void FaultCampaign::switchPlant(const std::string& service, bool on) {
   std_srvs::SetBool request;
-  request.request.data = blocked;
-  if (!callService(nodes_.plant + "/block_" + side, request)) breakDown("the plant cannot block a motor");
+  request.request.data = on;
+  if (!callService(nodes_.plant + "/" + service, request)) breakDown("the plant has no service " + service);
+}
+
+void FaultCampaign::pushRobot(double force, double torque) {
+  geometry_msgs::Wrench push;
+  push.force.x = force;
+  push.torque.z = torque;
+  push_.publish(push);
 }
 
 void FaultCampaign::startWorldAnew() {
@@ -253,7 +272,26 @@ void FaultCampaign::endMaster() {
   if (!master || kill(*master, SIGKILL) != 0) breakDown("the ROS master cannot be ended");
 }
 
-bool FaultCampaign::restart() {
+/// Sets the plant's parameters of a scenario, and back what the one before had set; the next reset uses them.
+void FaultCampaign::changePlant(const Scenario& scenario) {
+  for (const auto& [key, value] : plant_before_) {
+    if (value) {
+      node_.setParam(key, *value);
+    } else {
+      node_.deleteParam(key);
+    }
+  }
+  plant_before_.clear();
+  for (const auto& [name, value] : scenario.plant) {
+    const std::string key = nodes_.plant + "/plant/" + name;
+    XmlRpc::XmlRpcValue before;
+    const bool given = node_.getParam(key, before);
+    plant_before_.emplace_back(key, given ? std::make_optional(before) : std::nullopt);
+    node_.setParam(key, toXmlRpc(value));
+  }
+}
+
+bool FaultCampaign::restart(const Scenario& scenario) {
   const auto speaks = [this] { return !states_since_reset_.empty(); };
   arm(Scenario{});
   offset_ = base_ = 0.0;
@@ -262,6 +300,7 @@ bool FaultCampaign::restart() {
   // A controller that was killed in the run before has to be there again before the clock is put back for all.
   if (!waitFor(speaks)) return false;
   const std::uint64_t resets = resets_;
+  changePlant(scenario);
   resetPlant();
   if (!waitFor([&] { return resets_ != resets; })) return false;
   base_ = 0.0;

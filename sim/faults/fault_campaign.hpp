@@ -3,6 +3,7 @@
 /// @file
 /// The fault-injection node between the simulated robot and the controller: leads both through scenarios, records.
 
+#include <XmlRpcValue.h>
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <nav_msgs/Odometry.h>
 #include <ros/message_event.h>
@@ -10,7 +11,9 @@
 #include <rosgraph_msgs/Clock.h>
 
 #include <functional>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "faulty_topic.hpp"
@@ -63,11 +66,13 @@ class FaultCampaign {
   void planSystemFault(const SystemFault& fault, double onset);
   void pressStop(bool pressed);
   void intrude(double speed);
-  void blockMotor(const std::string& side, bool blocked);
+  void pushRobot(double force, double torque);
+  void switchPlant(const std::string& service, bool on);
+  void changePlant(const Scenario& scenario);
   void startWorldAnew();
   void endController(int signal);
   void endMaster();
-  bool restart();
+  bool restart(const Scenario& scenario);
   void resetPlant();
   void perform();
   bool waitFor(const std::function<bool()>& condition);
@@ -102,7 +107,9 @@ class FaultCampaign {
   FaultyTopic<jackal_msgs::Status> status_;
   FaultyTopic<geometry_msgs::Twist> set_points_;
   FaultyTopic<jackal_msgs::Drive> commands_;
-  ros::Publisher clock_, e_stop_, intruder_;
+  ros::Publisher clock_, e_stop_, push_, intruder_;
+  /// Parameters of the plant that a scenario changed, as they were before; empty: not given.
+  std::vector<std::pair<std::string, std::optional<XmlRpc::XmlRpcValue>>> plant_before_;
   std::vector<ros::Subscriber> subscribers_;
 };
 

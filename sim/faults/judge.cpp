@@ -219,6 +219,7 @@ class Judgement {
       return;
     }
     if (expectation.outcome == Outcome::drives) checkUninterrupted();
+    if (expectation.outcome == Outcome::resumes) checkNothingLatched();
     checkFinalSpeed(scenario_.motion.forward, scenario_.motion.yaw_rate);
   }
 
@@ -235,6 +236,15 @@ class Judgement {
       if (state.time <= scenario_.onset || state.driving) continue;
       return fail("the drive is interrupted: '" + state.text + "'");
     }
+  }
+
+  /// A fault stays until it is acknowledged, also one that came and went at rest, where no speed shows it.
+  void checkNothingLatched() {
+    for (const StateSample& state : record_.states) {
+      if (state.time > scenario_.onset && state.text.rfind("faulted", 0) == 0)
+        return fail("latched: '" + state.text + "'");
+    }
+    if (!record_.states.back().driving) fail("does not drive at the end: '" + record_.states.back().text + "'");
   }
 
   void checkFinalSpeed(double forward, double yaw_rate) {

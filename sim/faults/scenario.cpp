@@ -8,6 +8,7 @@
 
 #include "jackal_aic/yaml_parameters.hpp"
 #include "message_access.hpp"
+#include "plant_parameters.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -75,6 +76,17 @@ bool possible(FaultTopic topic, FaultKind kind, FaultChannel channel) {
   return false;
 }
 
+/// Parameters of the plant that an entry gives, checked; unknown ones are refused with the rest of the file.
+std::vector<std::pair<std::string, ParameterValue>> readPlant(ParameterMap& map, const std::string& prefix) {
+  readParameters<PlantParameters>(map, prefix);
+  ParameterMap given = map;
+  std::vector<std::pair<std::string, ParameterValue>> plant;
+  for (const std::string& name : namesBelow(map, prefix)) {
+    if (const ParameterValue* value = given.take(prefix + "." + name)) plant.emplace_back(name, *value);
+  }
+  return plant;
+}
+
 Entry readEntry(ParameterMap& map, const std::string& name) {
   const std::string prefix = std::string(kScenarios) + "." + name;
   Entry entry = readParameters<Entry>(map, prefix);
@@ -93,7 +105,10 @@ Entry readEntry(ParameterMap& map, const std::string& name) {
     scenario.faults.push_back(fault);
   }
   if (parts.count("system") > 0) scenario.system = readParameters<SystemFault>(map, prefix + ".system");
-  if (scenario.faults.empty() && !scenario.system) throw ParameterError(prefix + ": has no fault");
+  scenario.plant = readPlant(map, prefix + ".plant");
+  if (scenario.faults.empty() && !scenario.system && scenario.plant.empty()) {
+    throw ParameterError(prefix + ": has no fault");
+  }
   scenario.expectation = readParameters<Expectation>(map, prefix + ".expect");
   const Expectation& expectation = scenario.expectation;
   const bool needs_reason =
@@ -137,6 +152,7 @@ Scenario together(const Scenario& a, const Scenario& b) {
   const Scenario& other = b_decides ? a : b;
   both.faults.insert(both.faults.end(), other.faults.begin(), other.faults.end());
   if (other.system) both.system = other.system;
+  both.plant.insert(both.plant.end(), other.plant.begin(), other.plant.end());
   Expectation& expectation = both.expectation;
   const Expectation& others = other.expectation;
   if (others.outcome == expectation.outcome && others.detected_by == expectation.detected_by) {

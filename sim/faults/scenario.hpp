@@ -27,6 +27,8 @@ enum class SystemFaultKind {
   second_publisher,  ///< another node publishes drive commands [wheel speed in rad/s]
   block_left,        ///< the left motor is blocked; its encoder tells the truth
   block_right,       ///< as block_left, on the right
+  push,              ///< somebody or a kerb pushes the robot along its heading [N]
+  lift,              ///< somebody lifts the robot, turns it and sets it down again
   clock_jump,        ///< the clock and all stamps jump [s] and stay there
   clock_reset,       ///< the simulation starts again: robot at rest, clock at zero
   pause,             ///< the simulation stands still
@@ -38,14 +40,16 @@ enum class SystemFaultKind {
 };
 
 /// Words of SystemFaultKind, in the order of the enumerators.
-inline constexpr std::array<const char*, 12> kSystemFaultKindNames{
-    "e_stop", "second_publisher", "block_left", "block_right",   "clock_jump", "clock_reset", "pause", "stall",
-    "kill",   "interrupt",        "terminate",  "master_restart"};
+inline constexpr std::array<const char*, 14> kSystemFaultKindNames{
+    "e_stop", "second_publisher", "block_left",  "block_right",   "push",
+    "lift",   "clock_jump",       "clock_reset", "pause",         "stall",
+    "kill",   "interrupt",        "terminate",   "master_restart"};
 
 /// A fault of robot, clock or process, for a time.
 struct SystemFault {
   SystemFaultKind kind = SystemFaultKind::e_stop;  ///< what happens
   double amount = 0.0;                             ///< how much; meaning and unit depend on the kind
+  double torque = 0.0;                             ///< of a push, about the vertical [N m]
   double start = 0.0;                              ///< after the onset of the scenario's faults [s]
   double duration = 1.6;                           ///< for the kinds that end [s]; pause: on the wall clock
 };
@@ -55,6 +59,7 @@ template <class Visitor>
 void describeFields(Visitor& v, SystemFault& p) {
   v.field("kind", p.kind, kSystemFaultKindNames, Presence::required);
   v.field("amount", p.amount, {-1000.0, 1000.0}, "", Presence::optional);
+  v.field("torque", p.torque, {-1000.0, 1000.0}, "N m", Presence::optional);
   v.field("start", p.start, {0.0, 3600.0}, "s", Presence::optional);
   v.field("duration", p.duration, {0.0, 3600.0}, "s", Presence::optional);
 }
@@ -77,7 +82,7 @@ void describeFields(Visitor& v, Motion& p) {
 enum class Outcome {
   stops,   ///< the robot comes to a standstill within the configured time
   drives,  ///< the robot follows its set point throughout
-  resumes  ///< the robot may brake, and follows its set point again at the end
+  resumes  ///< the robot may brake, but latches no fault, and follows its set point again at the end
 };
 
 /// Words of Outcome, in the order of the enumerators.
@@ -134,12 +139,14 @@ struct Scenario {
   Motion motion;                      ///< what the robot is asked to do
   std::vector<TopicFault> faults;     ///< of messages
   std::optional<SystemFault> system;  ///< of robot, clock or process
-  Expectation expectation;            ///< what has to come of it
-  double onset = 2.0;                 ///< when the faults begin [s]
-  double recovery = 2.0;              ///< observed time after the faults are over [s]
-  bool core = false;                  ///< part of the test suite
-  bool own_launch = false;            ///< leaves the ROS graph unfit for another scenario
-  std::uint64_t seed = 1;             ///< of faults that hit a share of the messages
+  /// What is otherwise about the robot during the whole run: parameters of the plant, without prefix.
+  std::vector<std::pair<std::string, ParameterValue>> plant;
+  Expectation expectation;  ///< what has to come of it
+  double onset = 2.0;       ///< when the faults begin [s]
+  double recovery = 2.0;    ///< observed time after the faults are over [s]
+  bool core = false;        ///< part of the test suite
+  bool own_launch = false;  ///< leaves the ROS graph unfit for another scenario
+  std::uint64_t seed = 1;   ///< of faults that hit a share of the messages
 
   /// End of the last fault [s].
   double clear() const;

@@ -7,8 +7,10 @@
 #include <rosgraph_msgs/Clock.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "plant_messages.hpp"
+#include "ros_parameters.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -23,14 +25,16 @@ constexpr double kFirstPatience = 0.25;  // wall time for the command after the 
 
 PlantNode::PlantNode(ros::NodeHandle node, ros::NodeHandle private_node, const std::string& urdf_xml,
                      const PlantParameters& plant_parameters, const PlantNodeParameters& parameters)
-    : plant_parameters_(plant_parameters),
+    : private_node_(private_node),
+      urdf_xml_(urdf_xml),
+      plant_parameters_(plant_parameters),
       parameters_(parameters),
       plant_(urdf_xml, plant_parameters),
       pacer_(parameters.real_time_factor),
       truth_schedule_(parameters.truth_rate),
       transform_schedule_(kTransformRate) {
   advertise(node);
-  subscribe(node, private_node);
+  subscribe(node);
 }
 
 void PlantNode::advertise(ros::NodeHandle& node) {
@@ -41,19 +45,21 @@ void PlantNode::advertise(ros::NodeHandle& node) {
   truth_ = node.advertise<nav_msgs::Odometry>("ground_truth/odom", kQueueSize);
 }
 
-void PlantNode::subscribe(ros::NodeHandle& node, ros::NodeHandle& private_node) {
+void PlantNode::subscribe(ros::NodeHandle& node) {
   const ros::TransportHints hints = ros::TransportHints().tcpNoDelay();
   drive_ = node.subscribe("cmd_drive", kQueueSize, &PlantNode::onDrive, this, hints);
   left_wheel_ = node.subscribe("jackal_left_wheel/command", kQueueSize, &PlantNode::onLeftWheel, this, hints);
   right_wheel_ = node.subscribe("jackal_right_wheel/command", kQueueSize, &PlantNode::onRightWheel, this, hints);
-  reset_ = private_node.advertiseService("reset", &PlantNode::onReset, this);
+  push_ = private_node_.subscribe("push", kQueueSize, &PlantNode::onPush, this, hints);
+  lift_ = private_node_.advertiseService("lift", &PlantNode::onLift, this);
+  reset_ = private_node_.advertiseService("reset", &PlantNode::onReset, this);
   using Request = std_srvs::SetBool::Request;
   using Response = std_srvs::SetBool::Response;
   const auto block = [this](Side side) {
     return [this, side](Request& request, Response& response) { return onBlock(side, request, response); };
   };
-  block_left_ = private_node.advertiseService<Request, Response>("block_left", block(Side::left));
-  block_right_ = private_node.advertiseService<Request, Response>("block_right", block(Side::right));
+  block_left_ = private_node_.advertiseService<Request, Response>("block_left", block(Side::left));
+  block_right_ = private_node_.advertiseService<Request, Response>("block_right", block(Side::right));
 }
 
 void PlantNode::run() {
@@ -107,6 +113,14 @@ void PlantNode::onRightWheel(const std_msgs::Float64& speed) {
 }
 
 bool PlantNode::onReset(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
+  try {
+    ParameterMap map = readRosParameters(private_node_);
+    plant_parameters_ = readParameters<PlantParameters>(map, "plant");
+    plant_ = JackalPlant(urdf_xml_, plant_parameters_);
+  } catch (const ParameterError& error) {
+    ROS_ERROR("Not reset: %s", error.what());
+    return false;
+  }
   restart();
   return true;
 }
@@ -117,8 +131,18 @@ bool PlantNode::onBlock(Side side, const std_srvs::SetBool::Request& request, st
   return true;
 }
 
+bool PlantNode::onLift(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
+  plant_.lift(request.data);
+  response.success = true;
+  return true;
+}
+
+void PlantNode::onPush(const geometry_msgs::Wrench& push) {
+  if (!std::isfinite(push.force.x) || !std::isfinite(push.force.y) || !std::isfinite(push.torque.z)) return;
+  plant_.push(push.force.x, push.force.y, push.torque.z);
+}
+
 void PlantNode::restart() {
-  plant_.reset();
   pacer_.restart(plant_.time());
   truth_schedule_ = Periodic(parameters_.truth_rate);
   transform_schedule_ = Periodic(kTransformRate);

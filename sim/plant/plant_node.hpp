@@ -3,6 +3,7 @@
 /// @file
 /// The simulated robot as a ROS node: the stock Jackal's topics and the simulation's clock around a JackalPlant.
 
+#include <geometry_msgs/Wrench.h>
 #include <jackal_msgs/Drive.h>
 #include <ros/node_handle.h>
 #include <std_msgs/Float64.h>
@@ -47,8 +48,10 @@ void describeFields(Visitor& v, PlantNodeParameters& p) {
 
 /// Steps a plant, publishes /clock, joint_states, imu/data, feedback, ground_truth/odom and tf, and drives it by
 /// cmd_drive or by Gazebo's jackal_left_wheel/command and jackal_right_wheel/command, whichever spoke last. Service
-/// ~reset puts everything, the clock included, back to the start; ~block_left and ~block_right (std_srvs/SetBool) block
-/// the motor of a side or let it go.
+/// ~reset puts everything, the clock included, back to the start, with the ~plant parameters as they are then;
+/// ~block_left and ~block_right (std_srvs/SetBool) block the motor of a side or let it go; ~push (geometry_msgs/Wrench,
+/// in base_link: force x and y, torque z) pushes the robot until the next message, and ~lift (std_srvs/SetBool) lifts
+/// it.
 class PlantNode {
  public:
   /// @param node, private_node namespaces of the topics and of ~reset; @param urdf_xml text of the URDF.
@@ -61,12 +64,14 @@ class PlantNode {
 
  private:
   void advertise(ros::NodeHandle& node);
-  void subscribe(ros::NodeHandle& node, ros::NodeHandle& private_node);
+  void subscribe(ros::NodeHandle& node);
   void onDrive(const jackal_msgs::Drive& drive);
   void onLeftWheel(const std_msgs::Float64& speed);
   void onRightWheel(const std_msgs::Float64& speed);
   bool onReset(std_srvs::Empty::Request& request, std_srvs::Empty::Response& response);
   bool onBlock(Side side, const std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
+  bool onLift(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
+  void onPush(const geometry_msgs::Wrench& push);
   void restart();
   void drive(const WheelCommand& command, std::int8_t mode);
   void ignore(const char* reason);
@@ -75,6 +80,8 @@ class PlantNode {
   void publish();
   void publishMeasurement(const PlantMeasurement& measurement);
 
+  ros::NodeHandle private_node_;
+  std::string urdf_xml_;
   PlantParameters plant_parameters_;
   PlantNodeParameters parameters_;
   JackalPlant plant_;
@@ -97,9 +104,11 @@ class PlantNode {
   ros::Subscriber drive_;
   ros::Subscriber left_wheel_;
   ros::Subscriber right_wheel_;
+  ros::Subscriber push_;
   ros::ServiceServer reset_;
   ros::ServiceServer block_left_;
   ros::ServiceServer block_right_;
+  ros::ServiceServer lift_;
 };
 
 }  // namespace jackal_aic::sim

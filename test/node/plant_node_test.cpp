@@ -1,3 +1,4 @@
+#include <geometry_msgs/Wrench.h>
 #include <gtest/gtest.h>
 #include <jackal_msgs/Drive.h>
 #include <jackal_msgs/Feedback.h>
@@ -13,6 +14,7 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <vector>
@@ -203,6 +205,53 @@ TEST_F(PlantNodeTest, BlocksAMotorAndLetsItGo) {
   drive(5.0, 5.0);  // again: the plant stops when no command comes for 2 s
   run(1.5);
   EXPECT_GT(joints_.back().velocity[0], 4.0);
+}
+
+TEST_F(PlantNodeTest, IsPushedUntilItIsLetGo) {
+  ros::Publisher push = node_.advertise<geometry_msgs::Wrench>("/plant/push", 10);
+  ASSERT_TRUE(waitFor([&] { return push.getNumSubscribers() > 0; }));
+  geometry_msgs::Wrench wrench;
+  wrench.force.x = 200.0;  // more than the tyres hold
+  push.publish(wrench);
+  run(0.3);
+  EXPECT_GT(forward(), 0.3);
+  push.publish(geometry_msgs::Wrench());
+  run(1.0);
+  EXPECT_NEAR(forward(), 0.0, 1e-2);
+}
+
+TEST_F(PlantNodeTest, IsLiftedAndSetDown) {
+  const auto height = [this] { return truths_.back().pose.pose.position.z; };
+  const double low = height();
+  std_srvs::SetBool lift;
+  lift.request.data = true;
+  ASSERT_TRUE(jackal_aic::sim::callService("/plant/lift", lift));
+  run(1.5);
+  EXPECT_NEAR(height(), low + 0.3, 0.02);
+  lift.request.data = false;
+  ASSERT_TRUE(jackal_aic::sim::callService("/plant/lift", lift));
+  run(1.5);
+  EXPECT_NEAR(height(), low, 0.01);
+}
+
+TEST_F(PlantNodeTest, ResetTakesItsParametersAnew) {
+  const double step = 0.5;  // rad/s
+  node_.setParam("/plant/plant/encoder_step", step);
+  reset();
+  drive(3.2, 3.2);
+  const std::size_t first = joints_.size();
+  run(1.5);
+  ASSERT_GT(joints_.size(), first + 10);
+  for (std::size_t i = first; i < joints_.size(); ++i) {
+    EXPECT_NEAR(std::remainder(joints_[i].velocity[0], step), 0.0, 1e-9);
+  }
+  node_.setParam("/plant/plant/encoder_step", -1.0);
+  std_srvs::Empty request;
+  const double before = now();
+  EXPECT_FALSE(ros::service::call("/plant/reset", request)) << "out of range";
+  run(0.1);
+  EXPECT_GE(now(), before) << "and the robot is left as it is";
+  node_.deleteParam("/plant/plant/encoder_step");
 }
 
 TEST_F(PlantNodeTest, ResetPutsClockAndRobotBack) {

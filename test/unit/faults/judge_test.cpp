@@ -145,6 +145,19 @@ TEST(Judge, FailsAnInterruptionWhereNoneMayBe) {
   EXPECT_TRUE(judge(scenario, record, CampaignLimits{}).passed());
 }
 
+TEST(Judge, FailsAFaultThatLatchesWhereTheDriveHasToResume) {
+  Scenario scenario = stopScenario();
+  scenario.expectation.outcome = Outcome::resumes;
+  scenario.expectation.detected_by = Detection::tolerated;
+  RunRecord record = braking(100.0, 2.0);
+  ASSERT_TRUE(judge(scenario, record, CampaignLimits{}).passed());
+  record.states[120].text = "faulted: sensors faulty";
+  EXPECT_TRUE(mentions(judge(scenario, record, CampaignLimits{}), "latched: 'faulted: sensors faulty'"));
+  record = braking(100.0, 2.0);
+  record.states.back().driving = false;
+  EXPECT_TRUE(mentions(judge(scenario, record, CampaignLimits{}), "does not drive at the end"));
+}
+
 TEST(Judge, CountsRejectedMessagesSinceTheOnset) {
   Scenario scenario = stopScenario();
   scenario.expectation.outcome = Outcome::drives;

@@ -73,6 +73,19 @@ TEST(Scenarios, RefuseWhatDoesNotFit) {
             std::string::npos);
 }
 
+TEST(Scenarios, MayChangeTheRobot) {
+  const std::string plant = "    plant: {encoder_step: 0.06, support: box, seed: 7}\n";
+  const auto list = parseScenarios(entry(plant + kExpect), "file");
+  ASSERT_EQ(list.size(), 2u);
+  const std::vector<std::pair<std::string, ParameterValue>> expected = {
+      {"encoder_step", 0.06}, {"seed", std::int64_t{7}}, {"support", std::string("box")}};
+  EXPECT_EQ(list[0].plant, expected);
+  EXPECT_DOUBLE_EQ(list[0].clear(), list[0].onset) << "nothing is wrong for a time";
+  EXPECT_NE(refusal(entry("    plant: {encoder_step: -1}\n" + kExpect)).find("plant.encoder_step = -1"),
+            std::string::npos);
+  EXPECT_NE(refusal(entry("    plant: {encoder_steps: 1}\n" + kExpect)).find("plant.encoder_steps"), std::string::npos);
+}
+
 const std::string kThree =
     "scenarios:\n"
     "  a: {motions: [straight], pairs: true, imu: {kind: drop},"
