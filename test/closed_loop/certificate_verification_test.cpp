@@ -294,7 +294,8 @@ double exactRadius(const Eigen::MatrixXd& map) {
   using Map = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
   const Eigen::EigenSolver<Map> solver(map.cast<Real>().eval(), false);
   Real largest = 0;
-  for (const auto& value : solver.eigenvalues()) {
+  for (Eigen::Index i = 0; i < solver.eigenvalues().size(); ++i) {  // Eigen 3.3 knows no begin()
+    const std::complex<Real> value = solver.eigenvalues()[i];
     largest = std::max<Real>(largest, value.real() * value.real() + value.imag() * value.imag());
   }
   return static_cast<double>(sqrt(largest));
