@@ -135,7 +135,9 @@ void ControllerNode::onActionTimer(const ros::TimerEvent& event) {
   const ros::Time now = currentTime();
   // A timer set before the clock jumped back still expects the old time.
   const std::int64_t boundary = nanoseconds(std::min(event.current_expected, now));
-  if (!schedule_.started()) schedule_.start(boundary);
+  // A simulated clock begins when its first message comes, with the timer already set: what it skips is no stall.
+  const std::int64_t period = std::llround(1e9 * controller_.actionStep());
+  if (!schedule_.started()) schedule_.start(std::max(boundary, nanoseconds(now) - period));
 
   const auto dropped = schedule_.droppedPeriods();
   int periods = schedule_.actionPeriodsDue(boundary);

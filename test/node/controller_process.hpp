@@ -11,19 +11,26 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <vector>
 
 namespace jackal_aic::test {
 
 /// A controller_node process of its own, or another node of the package, with stderr in a file.
 class ControllerProcess {
  public:
-  explicit ControllerProcess(const std::string& name, const std::string& executable = "controller_node")
+  /// @param remappings further arguments of the node, as "from:=to".
+  explicit ControllerProcess(const std::string& name, const std::string& executable = "controller_node",
+                             const std::vector<std::string>& remappings = {})
       : errors_("/tmp/" + name + "_" + std::to_string(getpid())), pid_(fork()) {
-    const std::string rename = "__name:=" + name;
+    std::vector<std::string> words = {"rosrun", "jackal_aic", executable, "__name:=" + name};
+    words.insert(words.end(), remappings.begin(), remappings.end());
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
     if (pid_ == 0) {
       const int file = open(errors_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
       dup2(file, STDERR_FILENO);
-      execlp("rosrun", "rosrun", "jackal_aic", executable.c_str(), rename.c_str(), static_cast<char*>(nullptr));
+      execvp(arguments[0], arguments.data());
       _exit(127);
     }
   }

@@ -1,5 +1,8 @@
 // The controller node as a process: what it refuses to start with, and what it leaves behind when it ends.
 
+#include <sensor_msgs/Imu.h>
+#include <sensor_msgs/JointState.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -169,6 +172,78 @@ TEST_F(StartAndStop, AStallOfTheProcessLeavesNoJump) {
   EXPECT_EQ(robot.states().back().status, ControllerState::DRIVING) << robot.states().back().reason;
   EXPECT_NEAR(robot.truth().forward.back(), 0.5, 0.03);
 }
+
+/// Hands a topic on to another one, once it is told to.
+template <class Message>
+class Relay {
+ public:
+  Relay(const std::string& from, const std::string& to)
+      : publisher_(node_.advertise<Message>(to, 50)),
+        subscriber_(node_.subscribe(from, 50, &Relay::pass, this, ros::TransportHints().tcpNoDelay())) {}
+
+  void open() { open_ = true; }
+
+ private:
+  void pass(const Message& message) {
+    if (open_) publisher_.publish(message);
+  }
+
+  ros::NodeHandle node_;
+  bool open_ = false;
+  ros::Publisher publisher_;
+  ros::Subscriber subscriber_;
+};
+
+/// When the sensors of a robot begin to speak, after the controller has started.
+struct Beginning {
+  const char* name;
+  const char* preset;
+  double wheels, imu;  // [s]
+};
+void PrintTo(const Beginning& beginning, std::ostream* out) { *out << beginning.name; }
+
+class Starts : public StartAndStop, public testing::WithParamInterface<Beginning> {};
+
+TEST_P(Starts, WithoutAWarning) {
+  const std::string name = std::string("start_") + GetParam().name;
+  configure(name, GetParam().preset);
+  loadPlantModel(name);
+  SimulatedRobot robot;
+  Relay<sensor_msgs::JointState> wheels("joint_states", name + "/joint_states");
+  Relay<sensor_msgs::Imu> imu("imu/data", name + "/imu/data");
+  ControllerProcess process(name, "controller_node",
+                            {"joint_states:=" + name + "/joint_states", "imu/data:=" + name + "/imu/data"});
+  ASSERT_TRUE(robot.waitUntilReady());
+  const double start = ros::Time::now().toSec();
+  const auto runUntil = [&](double time) {
+    if (start + time > ros::Time::now().toSec()) robot.run(start + time - ros::Time::now().toSec());
+  };
+  runUntil(std::min(GetParam().wheels, GetParam().imu));
+  if (GetParam().wheels <= GetParam().imu) wheels.open();
+  if (GetParam().imu <= GetParam().wheels) imu.open();
+  runUntil(std::max(GetParam().wheels, GetParam().imu));
+  wheels.open();
+  imu.open();
+  robot.run(0.5);
+  robot.command(1.0, 0.0);
+  robot.run(3.0);
+  EXPECT_NEAR(robot.truth().forward.back(), 1.0, 0.05);
+  for (const auto& state : robot.states()) {
+    EXPECT_TRUE(state.status == ControllerState::IDLE || state.status == ControllerState::DRIVING) << state.reason;
+    EXPECT_TRUE(state.status == ControllerState::IDLE || state.reason.empty()) << state.reason;
+    EXPECT_EQ(state.rejected_measurements, 0u);
+  }
+  EXPECT_EQ(process.errors().find("WARN"), std::string::npos) << process.errors();
+  EXPECT_EQ(process.errors().find("ERROR"), std::string::npos) << process.errors();
+}
+
+INSTANTIATE_TEST_SUITE_P(Sensors, Starts,
+                         testing::Values(Beginning{"together", "predictive", 0.0, 0.0},
+                                         Beginning{"late", "predictive", 3.0, 3.0},
+                                         Beginning{"wheels_first", "predictive", 0.3, 0.9},
+                                         Beginning{"imu_first", "predictive", 0.9, 0.3},
+                                         Beginning{"imu_first_improved", "improved", 0.9, 0.3}),
+                         [](const auto& info) { return std::string(info.param.name); });
 
 TEST_F(StartAndStop, SendsZeroWhileNothingWasEverReceived) {
   configure("idle", "improved");
