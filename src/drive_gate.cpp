@@ -22,17 +22,34 @@ DriveStatus statusAtRest(StopCause cause) {
 
 }  // namespace
 
-StopCauses overdueInputs(const InputAges& ages, const DeadlineParameters& deadlines) {
+SensorHealth sensorHealth(const InputAges& ages, const DeadlineParameters& deadlines) {
   // A pair is as late as the more patient of its two deadlines allows.
   const double pair_deadline =
       deadlines.wheels > 0.0 && deadlines.imu > 0.0 ? std::max(deadlines.wheels, deadlines.imu) : 0.0;
+  SensorHealth health;
+  health.wheels.missing = ages.wheels == kNever;
+  health.wheels.late = late(ages.wheels, deadlines.wheels);
+  health.imu.missing = ages.imu == kNever;
+  health.imu.late = late(ages.imu, deadlines.imu);
+  health.unpaired = ages.measurement == kNever || late(ages.measurement, pair_deadline);
+  return health;
+}
+
+StopCauses lossCauses(const SensorHealth& health) {
   StopCauses causes;
-  causes.add(StopCause::unpaired, ages.measurement == kNever || late(ages.measurement, pair_deadline))
-      .add(StopCause::imu_late, late(ages.imu, deadlines.imu))
-      .add(StopCause::imu_missing, ages.imu == kNever)
-      .add(StopCause::feedback_late, late(ages.feedback, deadlines.feedback))
-      .add(StopCause::wheels_late, late(ages.wheels, deadlines.wheels))
-      .add(StopCause::wheels_missing, ages.wheels == kNever)
+  causes.add(StopCause::unpaired, health.unpaired)
+      .add(StopCause::imu_frozen, health.imu.frozen)
+      .add(StopCause::imu_late, health.imu.late)
+      .add(StopCause::imu_missing, health.imu.missing)
+      .add(StopCause::wheels_frozen, health.wheels.frozen)
+      .add(StopCause::wheels_late, health.wheels.late)
+      .add(StopCause::wheels_missing, health.wheels.missing);
+  return causes;
+}
+
+StopCauses overdueInputs(const InputAges& ages, const DeadlineParameters& deadlines) {
+  StopCauses causes;
+  causes.add(StopCause::feedback_late, late(ages.feedback, deadlines.feedback))
       .add(StopCause::set_point_late, late(ages.set_point, deadlines.set_point))
       .add(StopCause::set_point_missing, ages.set_point == kNever);
   return causes;
@@ -56,9 +73,8 @@ DriveGate::DriveGate(const GateParameters& parameters, const GeometryParameters&
     : parameters_(parameters), limiter_(parameters.limits, geometry, period), period_(period) {}
 
 GateDecision DriveGate::decide(const GateInputs& inputs) {
-  const DriveStatus before = decision_.status;
   const StopCause cause = presentCause(inputs);
-  const bool braking = before == DriveStatus::braking;
+  const bool braking = decision_.status == DriveStatus::braking;
   if (!limiter_.atRest() && (braking || cause != StopCause::none)) {
     emergency_ = (braking && emergency_) || severity(cause) != Severity::stop;
     decision_.status = DriveStatus::braking;
@@ -67,7 +83,6 @@ GateDecision DriveGate::decide(const GateInputs& inputs) {
     decision_.status = statusAtRest(cause);
     decision_.cause = cause;
   }
-  decision_.starting = decision_.status == DriveStatus::driving && before != DriveStatus::driving;
   return decision_;
 }
 

@@ -44,9 +44,7 @@ bool undecided(const WheelMonitor& wheel, const ChannelVerdict& verdict, bool dr
   return wheel.state() == ChannelState::faulty && !drive && !isFaulty(verdict);
 }
 
-const char* wheelReason(const ChannelVerdict& verdict, const char* frozen, const char* wrong) {
-  return verdict.cause == FaultCause::frozen ? frozen : wrong;
-}
+bool isFrozen(const ChannelVerdict& verdict) { return verdict.cause == FaultCause::frozen; }
 
 }  // namespace
 
@@ -65,16 +63,18 @@ bool FaultReport::faulty() const {
          isFaulty(accelerometer);
 }
 
-const char* FaultReport::reason() const {
-  if (drive_left && drive_right) return "wheels do not follow their command";
-  if (drive_left) return "left wheels do not follow their command";
-  if (drive_right) return "right wheels do not follow their command";
-  if (isFaulty(wheel_left)) return wheelReason(wheel_left, "left encoder frozen", "left encoder wrong");
-  if (isFaulty(wheel_right)) return wheelReason(wheel_right, "right encoder frozen", "right encoder wrong");
-  if (isFaulty(accelerometer) && accelerometer.cause == FaultCause::gravity) return "IMU upside down";
-  if (isFaulty(gyro)) return wheelReason(gyro, "gyro frozen", "gyro disagrees with the wheels");
-  if (isFaulty(accelerometer)) return wheelReason(accelerometer, "accelerometer frozen", "accelerometer wrong");
-  return moved ? "moved by somebody else" : "";
+Fault FaultReport::fault() const {
+  if (drive_left && drive_right) return Fault::wheels_blocked;
+  if (drive_left) return Fault::left_wheels_blocked;
+  if (drive_right) return Fault::right_wheels_blocked;
+  if (isFaulty(wheel_left)) return isFrozen(wheel_left) ? Fault::left_encoder_frozen : Fault::left_encoder_wrong;
+  if (isFaulty(wheel_right)) return isFrozen(wheel_right) ? Fault::right_encoder_frozen : Fault::right_encoder_wrong;
+  if (isFaulty(accelerometer) && accelerometer.cause == FaultCause::gravity) return Fault::imu_upside_down;
+  if (isFaulty(gyro)) return isFrozen(gyro) ? Fault::gyro_frozen : Fault::gyro_disagrees;
+  if (isFaulty(accelerometer)) {
+    return isFrozen(accelerometer) ? Fault::accelerometer_frozen : Fault::accelerometer_disagrees;
+  }
+  return moved ? Fault::moved : Fault::none;
 }
 
 FaultMonitor::FaultMonitor(const FaultParameters& parameters, const GeometryParameters& geometry,

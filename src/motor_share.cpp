@@ -44,6 +44,25 @@ bool MotorShare::follows(const WheelVector& before, const WheelVector& tolerance
   return moved || same;
 }
 
+void MotorShare::apply(double time, const WheelCommand& command, AppliedSource source) {
+  const bool told = any_drive_ || any_twist_;
+  any_drive_ = any_drive_ || source == AppliedSource::drive;
+  any_twist_ = any_twist_ || (source == AppliedSource::twist && !any_drive_);
+  if (source == AppliedSource::twist && any_drive_) return;
+  if (source == AppliedSource::wheels && told) return;
+  apply(time, command, source == AppliedSource::wheels ? kWheelTolerance : kTolerance);
+}
+
+std::optional<WheelCommand> MotorShare::applied(double time) {
+  if (any_twist_ && !any_drive_ && !known(time)) apply(time, {}, kTolerance);
+  return known(time) ? std::optional(applied_) : std::nullopt;
+}
+
+std::optional<WheelCommand> MotorShare::another(double time) {
+  const std::optional<WheelCommand> command = applied(time);
+  return ours_ ? std::nullopt : command;
+}
+
 void MotorShare::apply(double time, const WheelCommand& command, double tolerance) {
   const WheelVector before = applied_.vector();
   const WheelVector allowance = (kLeastTolerance + tolerance * command.vector().array().abs()).matrix();

@@ -375,6 +375,12 @@ void PredictiveController::reset() {
   restart();
 }
 
+void PredictiveController::forgetMotion() {
+  const SlipState learned = slip();
+  reset();
+  setSlip(learned);
+}
+
 SkidSteerKinematics PredictiveController::kinematics() const {
   GeometryParameters believed = geometry_;
   believed.effective_track = slip_.state().effective_track;

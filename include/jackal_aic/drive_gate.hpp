@@ -39,8 +39,31 @@ struct InputAges {
   double feedback = kNever;     ///< last feedback of the motors; kNever on a robot without
 };
 
-/// Causes that follow from the ages of the inputs. An input older than its deadline, or stamped further ahead than
-/// that, stops; so does one that was never received, except the feedback.
+/// Health of a source of measurements.
+struct SourceHealth {
+  bool missing = false;                             ///< never received
+  bool late = false;                                ///< past its deadline
+  bool frozen = false;                              ///< it repeats itself exactly
+  bool silent() const { return missing || late; }   ///< nothing new comes
+  bool lost() const { return silent() || frozen; }  ///< it tells nothing
+};
+
+/// Health of all measurements.
+struct SensorHealth {
+  SourceHealth wheels;
+  SourceHealth imu;
+  bool unpaired = false;  ///< no pair of both was taken for longer than their deadlines allow
+};
+
+/// Health that follows from the ages of the inputs; whether a source is frozen is left to the caller. One older than
+/// its deadline, or stamped further ahead than that, is late.
+SensorHealth sensorHealth(const InputAges& ages, const DeadlineParameters& deadlines);
+
+/// Every loss as a cause to stop.
+StopCauses lossCauses(const SensorHealth& health);
+
+/// Causes that follow from the ages of set point and feedback. One older than its deadline, or stamped further ahead
+/// than that, stops; so does a set point that was never received.
 StopCauses overdueInputs(const InputAges& ages, const DeadlineParameters& deadlines);
 
 /// False if a belief is not finite, or beyond watchdog.belief_bound times the speed limits.
@@ -73,8 +96,7 @@ struct GateInputs {
 struct GateDecision {
   DriveStatus status = DriveStatus::idle;
   StopCause cause = StopCause::none;  ///< that counts; also while it waits for its acknowledgement
-  bool starting = false;        ///< first step of driving: the controller has to start anew from the present motion
-  bool unacknowledged = false;  ///< the cause is gone, but a zero set point is still awaited
+  bool unacknowledged = false;        ///< the cause is gone, but a zero set point is still awaited
 };
 
 /// State machine and limits of the drive command. In every action step call decide() first, then either drive() with

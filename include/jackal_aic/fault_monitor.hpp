@@ -29,6 +29,7 @@
 /// the speed should change.
 
 #include "jackal_aic/acceleration_monitor.hpp"
+#include "jackal_aic/fault.hpp"
 #include "jackal_aic/fault_parameters.hpp"
 #include "jackal_aic/parameters.hpp"
 #include "jackal_aic/plant_model.hpp"
@@ -69,8 +70,11 @@ struct FaultReport {
   /// True if a channel or a drive is faulty (an outlier is no fault).
   bool faulty() const;
 
-  /// The gravest fault, else that the robot is moved, in a few words; static text, empty if there is neither.
-  const char* reason() const;
+  /// The gravest fault, else that the robot is moved.
+  Fault fault() const;
+
+  /// The same in a few words.
+  const char* reason() const { return text(fault()); }
 };
 
 /// Watches the samples of the robot's sensors. The caller keeps the time: advance() for every period in which a command

@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file
-/// What to do when channels do not count any more: drive on with what remains, or stop. Pure; the drive gate asks it.
+/// What to do when channels do not count any more: drive on with what remains, or stop. Pure; the measurement watch
+/// asks it.
 
 #include <array>
 
@@ -42,10 +43,24 @@ enum class LossTolerance {
   model          ///< the predictive structure: its model goes on without any of them
 };
 
-/// Decision with its reason.
+/// What is lost.
+enum class Loss {
+  none,
+  yaw_rate,              ///< the gyro
+  left_encoder,          ///< of the left wheels
+  right_encoder,         ///< of the right wheels
+  encoder_and_yaw_rate,  ///< one wheel is left
+  both_encoders,         ///< no wheel is left
+  unclear                ///< each channel may count, but too few do at a time
+};
+
+/// What a person reads; empty for `none`.
+const char* text(Loss loss);
+
+/// Decision with what is lost.
 struct LossDecision {
   LossAction action = LossAction::drive;
-  const char* reason = "";  ///< what is lost; static text, empty if nothing is
+  Loss loss = Loss::none;
 };
 
 /// Decides for or against driving on. @param valid channels that count; @param blind_time time since the last sample

@@ -6,10 +6,19 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 
 #include "jackal_aic/types.hpp"
 
 namespace jackal_aic {
+
+/// How it is known what reached the motors.
+enum class AppliedSource {
+  drive,  ///< the robot publishes what its motors get, without pause: nothing else matters then
+  twist,  ///< what the multiplexer lets through; silence is a stop, as for the stock velocity controller
+  wheels  ///< where nobody tells, the wheels do: what they are measured to turn is taken for what they are commanded,
+          ///< and so no wheel can be blamed for it
+};
 
 /// Compares the commands that reached the motors with those that we sent shortly before. They are ours while they lie
 /// among ours, or come nearer, as behind a multiplexer with limits of its own; kPatience without that, and they are
@@ -26,17 +35,17 @@ class MotorShare {
   /// A command of ours leaves. @param time [s].
   void send(double time, const WheelCommand& command);
 
-  static constexpr double kTolerance = 0.05;  ///< relative, between a command of ours and what reached the motors
+  static constexpr double kTolerance = 0.05;      ///< relative, between a command of ours and what reached the motors
+  static constexpr double kWheelTolerance = 0.3;  ///< the same where the wheels tell
 
-  /// A command reached the motors, whosever it is. @param time [s]; @param tolerance relative: more than kTolerance if
-  /// it is inferred only.
-  void apply(double time, const WheelCommand& command, double tolerance = kTolerance);
+  /// A command reached the motors, whosever it is. @param time [s].
+  void apply(double time, const WheelCommand& command, AppliedSource source);
 
-  /// True if it is known what reaches the motors.
-  bool known(double time) const { return any_ && time - applied_time_ <= kSilence; }
+  /// The command that the motors have; empty if nobody tells. @param time [s].
+  std::optional<WheelCommand> applied(double time);
 
-  /// The command that the motors have, if known().
-  const WheelCommand& applied() const { return applied_; }
+  /// The command that the motors have instead of ours; empty if they have ours, or if nobody tells. @param time [s].
+  std::optional<WheelCommand> another(double time);
 
   /// True unless it is known that the motors follow another.
   bool ours(double time) const { return ours_ || !known(time); }
@@ -53,6 +62,8 @@ class MotorShare {
     WheelVector command = WheelVector::Zero();
   };
 
+  bool known(double time) const { return any_ && time - applied_time_ <= kSilence; }
+  void apply(double time, const WheelCommand& command, double tolerance);
   double distance(double time, const WheelVector& tolerance) const;
   bool follows(const WheelVector& before, const WheelVector& tolerance) const;
 
@@ -62,6 +73,8 @@ class MotorShare {
   WheelCommand applied_;
   double applied_time_ = 0.0;  // s
   bool any_ = false;
+  bool any_drive_ = false;
+  bool any_twist_ = false;
   bool ours_ = true;
   double mark_ = 0.0;       // nearest to our commands since they left them [rad/s]
   double mark_time_ = 0.0;  // when that was [s]

@@ -164,6 +164,9 @@ class PredictiveController : public VelocityController {
 
   void reset() override;
 
+  /// As the base: keeps the slip.
+  void forgetMotion() override;
+
   /// Takes other gains over and goes on with the present belief and action. Allocates nothing. @throws ParameterError,
   /// and changes nothing, if they are invalid or have other rates.
   void adoptGains(const PredictiveParameters& parameters);

@@ -35,9 +35,12 @@ class StepSchedule {
   /// Notes that a belief step was run.
   void beliefStepDone() { ++belief_steps_done_; }
 
-  /// Whole action periods that end at the time [ns] for which the action timer was set, at most most_periods. The
-  /// remainder of less than half a period (a timer that was put off) moves the boundary and costs no step.
+  /// Whole action periods that are over at the time [ns] for which the action timer was set, at most most_periods. The
+  /// remainder (a timer that was put off) moves the boundary and costs no step.
   int actionPeriodsDue(std::int64_t expected);
+
+  /// End of the last action period that is over at a time [ns], for a caller without a timer.
+  std::int64_t lastBoundary(std::int64_t now) const;
 
   /// Notes that the action step was run; the next action period begins at `boundary` [ns].
   void actionStepDone(std::int64_t boundary);

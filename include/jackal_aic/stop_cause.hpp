@@ -62,15 +62,16 @@ class StopCauses {
     return *this;
   }
 
+  /// Adds the causes of another set.
+  StopCauses& add(const StopCauses& causes) {
+    set_ |= causes.set_;
+    return *this;
+  }
+
   /// True if one of the causes is present.
   bool hasAny(std::initializer_list<StopCause> causes) const {
     return std::any_of(causes.begin(), causes.end(),
                        [this](StopCause c) { return set_.test(static_cast<std::size_t>(c)); });
-  }
-
-  /// Takes causes back.
-  void remove(std::initializer_list<StopCause> causes) {
-    for (StopCause cause : causes) set_.reset(static_cast<std::size_t>(cause));
   }
 
   /// The cause that counts; `none` if there is none.

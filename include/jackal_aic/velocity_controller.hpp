@@ -44,6 +44,10 @@ class VelocityController {
   /// Forgets everything but the parameters.
   virtual void reset() = 0;
 
+  /// Forgets all measurements, and what followed from them about the motion; what was learned about the robot stays,
+  /// for a clock that jumped back.
+  virtual void forgetMotion() { reset(); }
+
   virtual BodyVector believedVelocity() const = 0;  ///< belief about the body velocity now (base_link)
   virtual WheelCommand action() const = 0;          ///< a [rad/s]
   virtual double freeEnergy() const = 0;            ///< F now

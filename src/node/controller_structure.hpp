@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// A controller and what only its kind has on the ROS side: gains that can be changed, fields of the state, topics of
-/// its own.
+/// What only one kind of controller has on the ROS side: gains that can be changed, fields of the state, topics of its
+/// own.
 
 #include <jackal_aic/ControllerState.h>
 #include <jackal_aic/SensorGeneralized.h>
@@ -16,16 +16,10 @@
 
 namespace jackal_aic {
 
-/// What the node needs of a controller beside the steps that all of them have.
+/// What the node needs of a controller beside what all of them have.
 class ControllerStructure {
  public:
   virtual ~ControllerStructure() = default;
-
-  /// The controller itself.
-  virtual VelocityController& controller() = 0;
-
-  /// Has the controller forget everything but what outlives a restart.
-  virtual void reset() { controller().reset(); }
 
   /// Belief, prediction errors, free energy and what else the structure fills in; the rest is left to the caller.
   virtual ControllerState state() const = 0;
@@ -38,7 +32,8 @@ class ControllerStructure {
   virtual void publish(const std_msgs::Header& header) = 0;
 };
 
-/// Builds the controller that the parameters choose and opens its topics in the namespace of `node`.
-std::unique_ptr<ControllerStructure> makeStructure(ros::NodeHandle& node, const NodeParameters& parameters);
+/// What belongs to a controller that makeController(parameters) built; opens its topics in the namespace of `node`.
+std::unique_ptr<ControllerStructure> makeStructure(ros::NodeHandle& node, const NodeParameters& parameters,
+                                                   VelocityController& controller);
 
 }  // namespace jackal_aic

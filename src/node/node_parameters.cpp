@@ -93,9 +93,10 @@ NodeParameters readNodeParameters(ParameterMap map, const std::function<std::str
   parameters.gate = readGateParameters(map);
   parameters.on_loss = readParameters<LossPolicyParameters>(map, "on_loss");
   parameters.faults = readParameters<FaultParameters>(map, "faults");
-  validate(parameters.faults);
+  validate(*parameters.faults);
   ParameterReader reader(map, "");
   reader.field("output", parameters.output, kOutputModeNames, Presence::optional);
+  parameters.motors_shared = parameters.output == OutputMode::twist;
   reader.field("allow_other_publishers", parameters.allow_other_publishers, Presence::optional);
   parameters.plant_model = readPlantModel(map);
   parameters.robot_name = robotName(map);

@@ -5,18 +5,11 @@
 
 #include <array>
 #include <functional>
-#include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
-#include "jackal_aic/fault_parameters.hpp"
-#include "jackal_aic/gate_parameters.hpp"
-#include "jackal_aic/loss_policy.hpp"
+#include "jackal_aic/drive_loop.hpp"
 #include "jackal_aic/parameter_map.hpp"
-#include "jackal_aic/parameters.hpp"
-#include "jackal_aic/plant_model.hpp"
-#include "jackal_aic/predictive_controller.hpp"
 
 namespace jackal_aic {
 
@@ -49,21 +42,14 @@ void describeFields(Visitor& v, RobotNames& p) {
   v.field("pairing_tolerance", p.pairing_tolerance, {0.0, 0.2}, "s", Presence::optional);
 }
 
-/// All parameters of the controller node.
-struct NodeParameters {
-  std::variant<ControllerParameters, PredictiveParameters> controller;  ///< gains of the structure that runs
-  GeometryParameters geometry;
+/// All parameters of the controller node. The plant model is for the certificate too.
+struct NodeParameters : DriveParameters {
   RobotNames robot;
-  GateParameters gate;
-  LossPolicyParameters on_loss;
-  FaultParameters faults;  ///< of the fault detection, which needs a plant model
   OutputMode output = OutputMode::cmd_drive;
   std::string slip_file;  ///< absolute path of the YAML file (key slip.file) in which the predictive structure keeps
                           ///< what it learns about the slip; empty: it starts from the configured values each time
-  bool allow_other_publishers = false;    ///< drive although other nodes publish on the topics of the commands
-  std::optional<PlantModel> plant_model;  ///< for the certificate of the thesis' structure, which can do without it;
-                                          ///< part of the generative model of the predictive one, which cannot
-  std::string robot_name;                 ///< whose model that is, in its own words; empty if it does not say
+  bool allow_other_publishers = false;  ///< drive although other nodes publish on the topics of the commands
+  std::string robot_name;               ///< whose plant model it is, in its own words; empty if it does not say
 };
 
 /// Which robot the node takes itself to drive, what it assumes of it, and whether `identify` is due: one line.

@@ -19,10 +19,10 @@ std::string describe(const SlipState& slip) {
 }  // namespace
 
 PredictiveStructure::PredictiveStructure(ros::NodeHandle& node, const PredictiveParameters& gains,
-                                         const GeometryParameters& geometry, const PlantModel& model,
-                                         const std::string& slip_file)
+                                         const PlantModel& model, const std::string& slip_file,
+                                         PredictiveController& controller)
     : model_(model),
-      controller_(gains, geometry, model),
+      controller_(controller),
       belief_publisher_(node.advertise<geometry_msgs::TwistWithCovarianceStamped>("jackal_AIC/belief", 10)),
       freeze_service_(ros::NodeHandle("~").advertiseService("freeze_slip", &PredictiveStructure::onFreezeSlip, this)),
       gain_server_("predictive", gains, [this](const PredictiveParameters& wanted) { adopt(wanted); }) {
@@ -73,12 +73,6 @@ void PredictiveStructure::adopt(const PredictiveParameters& wanted) {
   const std::string thin = thinMargin(PredictiveLinearLoop(wanted, model_, model_));
   if (!thin.empty()) ROS_WARN("Gains with a thin margin: %s", thin.c_str());
   controller_.adoptGains(wanted);
-}
-
-void PredictiveStructure::reset() {
-  const SlipState slip = controller_.slip();
-  controller_.reset();
-  if (slip_writer_) controller_.setSlip(slip);
 }
 
 ControllerState PredictiveStructure::state() const { return stateMessage(controller_); }

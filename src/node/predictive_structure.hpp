@@ -19,19 +19,17 @@ namespace jackal_aic {
 
 /// Publishes the belief, an estimate of odometry grade, on jackal_AIC/belief
 /// (geometry_msgs/TwistWithCovarianceStamped). Service ~freeze_slip (std_srvs/SetBool) stops and resumes the learning
-/// of the slip. With a slip file, what was learned outlives the node and a clock that jumps back.
+/// of the slip. With a slip file, what was learned outlives the node.
 class PredictiveStructure : public ControllerStructure {
  public:
-  /// Opens the topic in the namespace of `node`. @param slip_file path, or empty.
-  /// @throws ParameterError if the rates are invalid, or the slip file cannot be read or written.
-  PredictiveStructure(ros::NodeHandle& node, const PredictiveParameters& gains, const GeometryParameters& geometry,
-                      const PlantModel& model, const std::string& slip_file);
+  /// Opens the topic in the namespace of `node`. @param slip_file path, or empty; @param controller with these gains;
+  /// it has to outlive the structure. @throws ParameterError if the slip file cannot be read or written.
+  PredictiveStructure(ros::NodeHandle& node, const PredictiveParameters& gains, const PlantModel& model,
+                      const std::string& slip_file, PredictiveController& controller);
 
   /// Keeps the slip for the next start.
   ~PredictiveStructure() override;
 
-  VelocityController& controller() override { return controller_; }
-  void reset() override;
   ControllerState state() const override;
   SensorGeneralized measurement() const override;
   void publish(const std_msgs::Header& header) override;
@@ -44,7 +42,7 @@ class PredictiveStructure : public ControllerStructure {
   bool onFreezeSlip(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 
   PlantModel model_;  // as the controller believes it; gains are certified on a robot that is as believed
-  PredictiveController controller_;
+  PredictiveController& controller_;
   std::optional<SlipWriter> slip_writer_;  // with a slip file
   ros::Time slip_kept_;                    // when the writer last got the slip
   ros::Publisher belief_publisher_;

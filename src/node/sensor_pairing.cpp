@@ -28,8 +28,6 @@ SensorPairing::SensorPairing(const RobotNames& names, const tf2_ros::Buffer& tra
 }
 
 void SensorPairing::reset() {
-  wheels_ = {};
-  imu_ = {};
   paired_wheels_ = paired_imu_ = ros::Time();
   // A new synchronizer, because the old one keeps messages and refuses stamps from before them.
   synchronizer_.reset();
@@ -42,29 +40,32 @@ void SensorPairing::reset() {
   synchronizer_->registerCallback(&SensorPairing::onPair, this);
 }
 
-bool SensorPairing::refuse(const std::string& reason) {
+std::nullopt_t SensorPairing::refuse(const std::string& reason) {
   refusal_ = reason;
-  return false;
+  return std::nullopt;
 }
 
-bool SensorPairing::addWheels(const sensor_msgs::JointStateConstPtr& message, const ros::Time& now) {
+std::optional<SensorReading> SensorPairing::addWheels(const sensor_msgs::JointStateConstPtr& message,
+                                                      const ros::Time& now) {
+  refusal_.clear();
   const bool left = mentionsAny(*message, names_.left_wheel_joints);
   const bool right = mentionsAny(*message, names_.right_wheel_joints);
-  if (!left && !right) return true;
+  if (!left && !right) return std::nullopt;
   if (!left || !right) return refuse("joint states with the wheels of one side only");
   if (message->header.stamp.isZero()) return refuse("joint states without a stamp");
   if (message->header.stamp > now + kFurthestAhead) return refuse("joint states from the future");
   if (!meanVelocity(*message, names_.left_wheel_joints) || !meanVelocity(*message, names_.right_wheel_joints)) {
     return refuse("joint states with a wheel velocity that is missing or not finite");
   }
-  wheels_ = {message->header.stamp, now};
-  if (followsClosely(message->header.stamp, paired_wheels_)) return true;
-  paired_wheels_ = message->header.stamp;
-  wheel_input_.add(message);
-  return true;
+  if (!followsClosely(message->header.stamp, paired_wheels_)) {
+    paired_wheels_ = message->header.stamp;
+    wheel_input_.add(message);
+  }
+  return wheelReading(*message);
 }
 
-bool SensorPairing::addImu(const sensor_msgs::ImuConstPtr& message, const ros::Time& now) {
+std::optional<SensorReading> SensorPairing::addImu(const sensor_msgs::ImuConstPtr& message, const ros::Time& now) {
+  refusal_.clear();
   if (message->header.stamp.isZero()) return refuse("IMU data without a stamp");
   if (message->header.stamp > now + kFurthestAhead) return refuse("IMU data from the future");
   if (!rotationFrom(message->header.frame_id, imu_rotation_)) {
@@ -72,11 +73,11 @@ bool SensorPairing::addImu(const sensor_msgs::ImuConstPtr& message, const ros::T
                   names_.base_frame + "'");
   }
   if (!planarMotion(*message, imu_rotation_)) return refuse("IMU data that is not finite");
-  imu_ = {message->header.stamp, now};
-  if (followsClosely(message->header.stamp, paired_imu_)) return true;
-  paired_imu_ = message->header.stamp;
-  imu_input_.add(message);
-  return true;
+  if (!followsClosely(message->header.stamp, paired_imu_)) {
+    paired_imu_ = message->header.stamp;
+    imu_input_.add(message);
+  }
+  return imuReading(*message);
 }
 
 bool SensorPairing::rotationFrom(const std::string& frame, Eigen::Quaterniond& rotation) {
@@ -114,6 +115,21 @@ Observation SensorPairing::imuAlone(const sensor_msgs::Imu& message) const {
   observation.acceleration_z = (*motion)(3);
   observation.valid.wheel_left = observation.valid.wheel_right = false;
   return observation;
+}
+
+SensorReading SensorPairing::wheelReading(const sensor_msgs::JointState& message) const {
+  SensorReading reading{wheelsAlone(message), FrozenSource::Sample::Zero()};
+  reading.sample.head<4>() << reading.observation.wheel_left, reading.observation.wheel_right,
+      sumOfPositions(message, names_.left_wheel_joints), sumOfPositions(message, names_.right_wheel_joints);
+  return reading;
+}
+
+SensorReading SensorPairing::imuReading(const sensor_msgs::Imu& message) const {
+  const auto& w = message.angular_velocity;
+  const auto& a = message.linear_acceleration;
+  SensorReading reading{imuAlone(message), FrozenSource::Sample::Zero()};
+  reading.sample.head<6>() << w.x, w.y, w.z, a.x, a.y, a.z;
+  return reading;
 }
 
 void SensorPairing::onPair(const sensor_msgs::JointStateConstPtr& wheels, const sensor_msgs::ImuConstPtr& imu) {

@@ -11,11 +11,12 @@
 #include <tf2_ros/buffer.h>
 
 #include <Eigen/Geometry>
-#include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "jackal_aic/drive_loop.hpp"
 #include "jackal_aic/types.hpp"
 #include "node_parameters.hpp"
 
@@ -27,32 +28,19 @@ class SensorPairing {
   /// Called with each paired observation; its stamp is that of the wheel speeds.
   using Callback = std::function<void(const Observation&, const ros::Time&)>;
 
-  /// When a kind of message last arrived.
-  struct Arrival {
-    ros::Time stamp;     ///< of the message; zero before the first
-    ros::Time received;  ///< when it came in
-    bool any() const { return !stamp.isZero(); }
-  };
-
   SensorPairing(const RobotNames& names, const tf2_ros::Buffer& transforms, Callback callback);
 
-  /// Takes a joint state message. Messages without a wheel of ours are left alone; one without both sides, with a
-  /// missing or non-finite velocity, without a stamp or from the future is refused (false).
-  bool addWheels(const sensor_msgs::JointStateConstPtr& message, const ros::Time& now);
+  /// Takes a joint state message and returns its reading. Messages without a wheel of ours are left alone (empty); one
+  /// without both sides, with a missing or non-finite velocity, without a stamp or from the future is refused (empty,
+  /// and lastRefusal() says why).
+  std::optional<SensorReading> addWheels(const sensor_msgs::JointStateConstPtr& message, const ros::Time& now);
 
-  /// Takes an IMU message. One with a non-finite value, without a stamp, from the future, or from a frame that tf
-  /// cannot relate to the base frame is refused (false).
-  bool addImu(const sensor_msgs::ImuConstPtr& message, const ros::Time& now);
+  /// Takes an IMU message and returns its reading. One with a non-finite value, without a stamp, from the future, or
+  /// from a frame that tf cannot relate to the base frame is refused (empty, and lastRefusal() says why).
+  std::optional<SensorReading> addImu(const sensor_msgs::ImuConstPtr& message, const ros::Time& now);
 
-  /// Wheel speeds of an accepted message as an observation without the channels of the IMU.
-  Observation wheelsAlone(const sensor_msgs::JointState& message) const;
-
-  /// An accepted IMU message as an observation without wheels.
-  Observation imuAlone(const sensor_msgs::Imu& message) const;
-
-  const Arrival& wheels() const { return wheels_; }            ///< last accepted wheel speeds
-  const Arrival& imu() const { return imu_; }                  ///< last accepted IMU sample
-  const std::string& lastRefusal() const { return refusal_; }  ///< why the last refused message was refused
+  /// Why the last message was refused; empty if it was not.
+  const std::string& lastRefusal() const { return refusal_; }
 
   /// Forgets everything received.
   void reset();
@@ -62,13 +50,15 @@ class SensorPairing {
 
   bool rotationFrom(const std::string& frame, Eigen::Quaterniond& rotation);
   void onPair(const sensor_msgs::JointStateConstPtr& wheels, const sensor_msgs::ImuConstPtr& imu);
-  bool refuse(const std::string& reason);
+  Observation wheelsAlone(const sensor_msgs::JointState& message) const;
+  Observation imuAlone(const sensor_msgs::Imu& message) const;
+  SensorReading wheelReading(const sensor_msgs::JointState& message) const;
+  SensorReading imuReading(const sensor_msgs::Imu& message) const;
+  std::nullopt_t refuse(const std::string& reason);
 
   RobotNames names_;
   const tf2_ros::Buffer& transforms_;
   Callback callback_;
-  Arrival wheels_;
-  Arrival imu_;
   ros::Time paired_wheels_;  // stamps of the last samples that the pairing got
   ros::Time paired_imu_;
   std::string refusal_;

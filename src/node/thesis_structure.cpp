@@ -6,10 +6,10 @@
 namespace jackal_aic {
 
 ThesisStructure::ThesisStructure(const ControllerParameters& gains, const GeometryParameters& geometry,
-                                 const std::optional<PlantModel>& plant_model)
+                                 const std::optional<PlantModel>& plant_model, ActiveInferenceController& controller)
     : geometry_(geometry),
       plant_model_(plant_model),
-      controller_(gains, geometry, plant_model),
+      controller_(controller),
       gain_server_("controller", gains, [this](const ControllerParameters& wanted) { adopt(wanted); }) {
   reportCertificate(gains);
 }

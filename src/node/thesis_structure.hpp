@@ -14,11 +14,10 @@ namespace jackal_aic {
 /// Certifies the gains on the plant model, where there is one, when it starts and before it takes over changed ones.
 class ThesisStructure : public ControllerStructure {
  public:
-  /// @throws ParameterError if the gains are invalid for this geometry.
+  /// @param controller with these gains; it has to outlive the structure.
   ThesisStructure(const ControllerParameters& gains, const GeometryParameters& geometry,
-                  const std::optional<PlantModel>& plant_model);
+                  const std::optional<PlantModel>& plant_model, ActiveInferenceController& controller);
 
-  VelocityController& controller() override { return controller_; }
   ControllerState state() const override;
   SensorGeneralized measurement() const override;
   void publish(const std_msgs::Header&) override {}
@@ -29,7 +28,7 @@ class ThesisStructure : public ControllerStructure {
 
   GeometryParameters geometry_;
   std::optional<PlantModel> plant_model_;
-  ActiveInferenceController controller_;
+  ActiveInferenceController& controller_;
   GainServer<ControllerParameters, ControllerGainsConfig> gain_server_;
 };
 

@@ -1,12 +1,12 @@
-// The controller's process is held up while the robot drives, and the motors stop by themselves for want of commands.
-// What the node does about it (ControllerNode::seedBelief) keeps the robot from taking that for a disturbance.
+// The controller's process is held up while the robot drives, and the motors stop by themselves for want of commands:
+// the drive loop does not take that for a disturbance.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 
-#include "jackal_aic/command_limiter.hpp"
-#include "jackal_aic/gate_parameters.hpp"
+#include "jackal_aic/drive_loop.hpp"
 #include "predictive_loop.hpp"
 
 namespace jackal_aic::sim {
@@ -15,34 +15,21 @@ namespace {
 constexpr double kStall = 2.0;         // s, beginning
 constexpr double kStallEnd = 2.3;      // s
 constexpr double kMotorTimeout = 0.1;  // s without a command
-constexpr double kSeededUntil = 2.6;   // s
 constexpr double kEnd = 4.0;           // s
 constexpr double kSpeed = 1.0;         // m/s
 
+/// Called with the robot at every millisecond in which the process runs.
+using Process = std::function<void(JackalPlant& plant, long tick)>;
+
 /// Largest true speed from the stall on, of a robot that is to drive at kSpeed.
-double fastest(bool seeded) {
-  const PlantParameters robot = PredictiveLoop::ground();
-  const GeometryParameters geometry;
-  JackalPlant plant(textOf("sim/urdf/jackal.urdf"), robot);
-  PredictiveController controller(PredictiveLoop::preset(), geometry, linearModel(robot));
-  CommandLimiter limiter(LimitParameters{}, geometry, controller.actionStep());
-  controller.setSetPoint({kSpeed, 0.0, 0.0});
+double fastest(const Process& process) {
+  JackalPlant plant(textOf("sim/urdf/jackal.urdf"), PredictiveLoop::ground());
   double largest = 0.0;
   for (long tick = 0; plant.time() < kEnd; ++tick) {
     const double now = plant.time();
-    const bool stalled = now >= kStall && now < kStallEnd;
-    if (plant.measurement() && !stalled) {
-      controller.observe(plant.measurement()->observation());
-      if (seeded && now >= kStallEnd && now < kSeededUntil) {
-        controller.restart();
-        controller.overrule(limiter.command());
-      }
-    }
-    if (!stalled) controller.updateBelief();
-    if (tick % 20 == 0 && !stalled) {
-      controller.hold(limiter.drive(controller.updateAction()));
-      plant.command(limiter.command());
-    } else if (stalled && now >= kStall + kMotorTimeout) {
+    if (now < kStall || now >= kStallEnd) {
+      process(plant, tick);
+    } else if (now >= kStall + kMotorTimeout) {
       plant.command({});
     }
     plant.step();
@@ -53,8 +40,33 @@ double fastest(bool seeded) {
 }
 
 TEST(Stall, TheMotorsOwnStopIsNoDisturbance) {
-  EXPECT_LT(fastest(true), kSpeed + 0.02);
-  EXPECT_GT(fastest(false), kSpeed + 0.05) << "no stall that it takes a seed for: this test shows nothing";
+  DriveParameters parameters;
+  parameters.controller = PredictiveLoop::preset();
+  parameters.plant_model = linearModel(PredictiveLoop::ground());
+  parameters.plant_model->identified = true;
+  DriveLoop loop(parameters, makeController(parameters));
+  EXPECT_LT(fastest([&loop](JackalPlant& plant, long) {
+              const double now = plant.time();
+              loop.setSetPoint({kSpeed, 0.0, 0.0}, now);
+              if (plant.measurement()) loop.observe(plant.measurement()->observation(), now);
+              if (const auto command = loop.advance(now)) plant.command(*command);
+            }),
+            kSpeed + 0.02);
+  EXPECT_GT(loop.status().dropped_periods, 0u);
+  EXPECT_EQ(loop.status().faults_detected, 0u);
+}
+
+TEST(Stall, WithoutTheDriveLoopItWouldBeOne) {
+  PredictiveController controller(PredictiveLoop::preset(), GeometryParameters{},
+                                  linearModel(PredictiveLoop::ground()));
+  controller.setSetPoint({kSpeed, 0.0, 0.0});
+  EXPECT_GT(fastest([&controller](JackalPlant& plant, long tick) {
+              if (plant.measurement()) controller.observe(plant.measurement()->observation());
+              controller.updateBelief();
+              if (tick % 20 == 0) plant.command(controller.updateAction());
+            }),
+            kSpeed + 0.05)
+      << "no stall that needs an answer: the test above shows nothing";
 }
 
 }  // namespace

@@ -12,10 +12,7 @@
 
 #include "conversions.hpp"
 #include "fuzz.hpp"
-#include "jackal_aic/active_inference_controller.hpp"
-#include "jackal_aic/drive_gate.hpp"
-#include "jackal_aic/predictive_controller.hpp"
-#include "jackal_aic/velocity_controller.hpp"
+#include "jackal_aic/drive_loop.hpp"
 #include "jackal_aic/yaml_parameters.hpp"
 #include "node_parameters.hpp"
 #include "sensor_pairing.hpp"
@@ -34,14 +31,6 @@ NodeParameters shipped(const std::string& preset) {
   return readNodeParameters(map, [] { return packageFile("sim/urdf/jackal.urdf"); });
 }
 
-std::unique_ptr<VelocityController> controllerOf(const NodeParameters& parameters) {
-  if (const auto* thesis = std::get_if<ControllerParameters>(&parameters.controller)) {
-    return std::make_unique<ActiveInferenceController>(*thesis, parameters.geometry);
-  }
-  return std::make_unique<PredictiveController>(std::get<PredictiveParameters>(parameters.controller),
-                                                parameters.geometry, *parameters.plant_model);
-}
-
 /// What the node does between its topics, on a time of its own.
 class Loop {
  public:
@@ -49,10 +38,9 @@ class Loop {
       : random_(seed),
         parameters_(shipped(preset)),
         kinematics_(parameters_.geometry),
-        controller_(controllerOf(parameters_)),
-        gate_(parameters_.gate, parameters_.geometry, kActionPeriod),
+        loop_(parameters_, makeController(parameters_)),
         sensors_(parameters_.robot, transforms_, [this](const Observation& observation, const ros::Time&) {
-          taken_ += jackal_aic::taken(controller_->observe(observation)) ? 1 : 0;
+          taken_ += loop_.observe(observation, now_) ? 1 : 0;
         }) {
     geometry_msgs::TransformStamped mounting;
     mounting.header.frame_id = "base_link";
@@ -61,22 +49,28 @@ class Loop {
     transforms_.setTransform(mounting, "fuzz", true);
   }
 
-  /// One message of any kind, and an action step when one is due.
+  /// One message of any kind, and the steps that are due.
   void step() {
     now_ += random_.between(0.0, 0.01);
+    if (random_.chance(0.0005)) now_ += random_.between(-0.5, 0.5);
     switch (random_.below(3)) {
       case 0:
         takeSetPoint();
         break;
       case 1:
-        sensors_.addWheels(boost::make_shared<sensor_msgs::JointState>(wheels()), ros::Time(now_));
+        if (const auto reading = sensors_.addWheels(boost::make_shared<sensor_msgs::JointState>(wheels()), time())) {
+          taken_ += loop_.receiveWheels(*reading, now_) ? 1 : 0;
+        }
         break;
       default:
-        sensors_.addImu(boost::make_shared<sensor_msgs::Imu>(imu()), ros::Time(now_));
+        if (const auto reading = sensors_.addImu(boost::make_shared<sensor_msgs::Imu>(imu()), time())) {
+          taken_ += loop_.receiveImu(*reading, now_) ? 1 : 0;
+        }
     }
-    if (now_ < next_action_) return;
-    next_action_ = now_ + kActionPeriod;
-    act();
+    RobotStatus status;
+    status.emergency_stop = random_.chance(0.01);
+    loop_.report(status, now_);
+    if (const auto command = loop_.advance(now_)) check(*command);
   }
 
   int driven() const { return driven_; }  ///< action steps in which the robot was driven and moved
@@ -89,12 +83,11 @@ class Loop {
     if (random_.chance(0.7)) twist.linear.x = random_.number();
     if (twist.linear.x != 0.0) twist.angular.z = random_.number();
     if (random_.chance(0.05)) twist.linear.y = random_.number();
-    const auto wanted = setPoint(twist);
-    if (!wanted || !isPlausible(*wanted, parameters_.gate.limits)) return;
-    set_point_ = gate_.reachable(*wanted);
-    ASSERT_TRUE(set_point_.vector().allFinite());
-    controller_->setSetPoint(set_point_);
+    if (const auto wanted = setPoint(twist)) loop_.setSetPoint(*wanted, now_);
+    ASSERT_TRUE(loop_.setPoint().vector().allFinite());
   }
+
+  ros::Time time() const { return ros::Time(now_); }
 
   ros::Time stamp() {
     if (random_.chance(0.9)) return ros::Time(now_);
@@ -132,27 +125,6 @@ class Loop {
     return message;
   }
 
-  void act() {
-    for (int i = controller_->beliefStepsPerAction(); i > 0; --i) controller_->updateBelief();
-    GateInputs inputs;
-    inputs.set_point_at_rest = set_point_.vector().isZero(0.0);
-    inputs.causes.add(StopCause::set_point_late, random_.chance(0.02))
-        .add(StopCause::emergency_stop, random_.chance(0.01))
-        .add(StopCause::belief_diverged,
-             !isPlausible(controller_->believedVelocity(), controller_->freeEnergy(), parameters_.gate));
-    const GateDecision decision = gate_.decide(inputs);
-    if (decision.starting || decision.cause == StopCause::belief_diverged) controller_->restart();
-    const bool driving = decision.status == DriveStatus::driving;
-    const WheelCommand command = driving ? gate_.drive(controller_->updateAction(), set_point_) : gate_.rest();
-    if (driving) {
-      controller_->hold(command);
-    } else {
-      controller_->overrule(command);
-    }
-    driven_ += driving && command != WheelCommand{} ? 1 : 0;
-    check(command);
-  }
-
   void check(const WheelCommand& command) {
     const LimitParameters& limits = parameters_.gate.limits;
     ASSERT_TRUE(command.vector().allFinite());
@@ -164,18 +136,16 @@ class Loop {
     ASSERT_LE(std::abs(change(kForward)), kSlack * kActionPeriod * limits.linear_acceleration + 1e-12);
     ASSERT_LE(std::abs(change(kYaw)), kSlack * kActionPeriod * limits.angular_acceleration + 1e-12);
     last_ = command;
+    driven_ += loop_.status().decision.status == DriveStatus::driving && command != WheelCommand{} ? 1 : 0;
   }
 
   Random random_;
   NodeParameters parameters_;
   SkidSteerKinematics kinematics_;
-  std::unique_ptr<VelocityController> controller_;
-  DriveGate gate_;
+  DriveLoop loop_;
   tf2_ros::Buffer transforms_{ros::Duration(10.0), false};
   SensorPairing sensors_;
   double now_ = 100.0;  // s
-  double next_action_ = 100.0;
-  SetPoint set_point_;
   WheelCommand last_;
   int driven_ = 0;
   int taken_ = 0;

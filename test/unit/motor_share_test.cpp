@@ -16,7 +16,7 @@ class MotorShareTest : public testing::Test {
   void step(const WheelCommand& wish, const WheelCommand* another = nullptr) {
     time_ += kPeriod;
     const WheelCommand sent = share.ours(time_) ? wish : share.offer(wish);
-    share.apply(time_, another ? *another : delayed_);
+    share.apply(time_, another ? *another : delayed_, AppliedSource::drive);
     delayed_ = before_;
     before_ = sent;
     share.send(time_, sent);
@@ -32,7 +32,7 @@ class MotorShareTest : public testing::Test {
 };
 
 TEST_F(MotorShareTest, WithoutAWordEverythingIsOurs) {
-  EXPECT_FALSE(share.known(1.0));
+  EXPECT_FALSE(share.applied(1.0));
   EXPECT_TRUE(share.ours(1.0));
 }
 

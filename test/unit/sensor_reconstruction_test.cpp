@@ -86,7 +86,7 @@ TEST(LossPolicy, EachLossHasItsAnswer) {
 TEST(LossPolicy, NamesWhatIsLost) {
   const LossPolicyParameters policy;
   const auto reason = [&](const ChannelValidity& valid) {
-    return std::string(decideOnLoss(policy, LossTolerance::model, valid, 0.0, false).reason);
+    return std::string(text(decideOnLoss(policy, LossTolerance::model, valid, 0.0, false).loss));
   };
   EXPECT_EQ(reason(kAll), "");
   EXPECT_EQ(reason(kNoImu), "yaw rate lost");

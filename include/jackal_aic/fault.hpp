@@ -1,0 +1,32 @@
+#pragma once
+
+/// @file
+/// What the fault detection finds.
+
+namespace jackal_aic {
+
+/// A finding of the fault detection.
+enum class Fault {
+  none,
+  wheels_blocked,           ///< neither side follows its command: blocked, or without power
+  left_wheels_blocked,      ///< the left wheels do not follow their command
+  right_wheels_blocked,     ///< the right wheels do not follow their command
+  left_encoder_frozen,      ///< it repeats its value to the bit
+  left_encoder_wrong,       ///< it contradicts the prediction and the other witnesses
+  right_encoder_frozen,     ///< it repeats its value to the bit
+  right_encoder_wrong,      ///< it contradicts the prediction and the other witnesses
+  imu_upside_down,          ///< the accelerometer measures gravity the wrong way round
+  gyro_frozen,              ///< it repeats its value to the bit
+  gyro_disagrees,           ///< with the wheels
+  accelerometer_frozen,     ///< it repeats its value to the bit
+  accelerometer_disagrees,  ///< with the wheels
+  moved                     ///< no fault: somebody pushes or carries the robot
+};
+
+/// Number of findings, `none` included.
+inline constexpr int kFaults = static_cast<int>(Fault::moved) + 1;
+
+/// What a person reads; empty for `none`.
+const char* text(Fault fault);
+
+}  // namespace jackal_aic

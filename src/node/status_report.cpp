@@ -1,0 +1,97 @@
+#include "status_report.hpp"
+
+#include <ros/console.h>
+
+namespace jackal_aic {
+namespace {
+
+bool isFault(Fault fault) { return fault != Fault::none && fault != Fault::moved; }
+
+}  // namespace
+
+bool StatusReport::update(const DriveLoopStatus& status, const std::string& contender) {
+  const DriveLoopStatus before = status_;
+  status_ = status;
+  std::string reason = jackal_aic::reason(status, contender);
+  const bool decided =
+      status.decision.status != before.decision.status || status.decision.cause != before.decision.cause;
+  const bool changed = decided || reason != reason_;
+  reason_ = std::move(reason);
+  if (status.rejected_measurements != before.rejected_measurements) {
+    refused("measurement whose stamp is not later than the last one", status.rejected_measurements);
+  }
+  if (status.dropped_periods != before.dropped_periods) {
+    ROS_WARN_THROTTLE(1.0, "Held up: %llu action periods dropped",
+                      static_cast<unsigned long long>(status.dropped_periods - before.dropped_periods));
+  }
+  if (status.fault != before.fault) logFault(before.fault);
+  if (decided) logDecision(before);
+  return changed;
+}
+
+void StatusReport::refused(const std::string& what, std::uint32_t count) {
+  ROS_WARN_THROTTLE(1.0, "Rejected %s (%u so far)", what.c_str(), count);
+}
+
+void StatusReport::logFault(Fault before) const {
+  if (isFault(status_.fault)) {
+    ROS_WARN("Fault detected: %s", text(status_.fault));
+  } else if (status_.fault == Fault::moved) {
+    ROS_INFO("The robot is %s", text(status_.fault));
+  } else {
+    ROS_INFO("Over: %s", text(before));
+  }
+}
+
+void StatusReport::logDecision(const DriveLoopStatus& before) const {
+  switch (status_.decision.status) {
+    case DriveStatus::idle:
+      break;
+    case DriveStatus::driving:
+      ROS_INFO("Driving");
+      break;
+    case DriveStatus::braking:
+      ROS_WARN("Braking: %s", reason_.c_str());
+      break;
+    case DriveStatus::stopped:
+      // A start is no event: what is waited for is told, but nothing has stopped.
+      if (before.decision.status == DriveStatus::idle) {
+        ROS_INFO("Waiting: %s", reason_.c_str());
+      } else {
+        ROS_WARN("Stopped: %s", reason_.c_str());
+      }
+      break;
+    case DriveStatus::faulted:
+      ROS_ERROR("Faulted: %s", reason_.c_str());
+      break;
+  }
+}
+
+void StatusReport::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) const {
+  using diagnostic_msgs::DiagnosticStatus;
+  switch (status_.decision.status) {
+    case DriveStatus::driving:
+      status.summary(reason_.empty() ? DiagnosticStatus::OK : DiagnosticStatus::WARN,
+                     reason_.empty() ? "driving" : "driving with a fault: " + reason_);
+      break;
+    case DriveStatus::idle:
+      status.summary(DiagnosticStatus::OK, reason_);
+      break;
+    case DriveStatus::braking:
+    case DriveStatus::stopped:
+      status.summary(DiagnosticStatus::WARN, reason_);
+      break;
+    case DriveStatus::faulted:
+      status.summary(DiagnosticStatus::ERROR, reason_);
+      break;
+  }
+  status.add("Rejected set points", status_.rejected_set_points);
+  status.add("Dropped action periods", status_.dropped_periods);
+  status.add("Clock resets", status_.clock_resets);
+  status.add("Brakes", status_.brakes);
+  status.add("Faults", status_.faults);
+  status.add("Sensor faults detected", status_.faults_detected);
+  status.add("Sensor faults", isFault(status_.fault) ? text(status_.fault) : text(status_.loss));
+}
+
+}  // namespace jackal_aic

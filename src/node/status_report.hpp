@@ -1,0 +1,38 @@
+#pragma once
+
+/// @file
+/// Tells people what the drive loop does: log lines when it changes, and diagnostics.
+
+#include <diagnostic_updater/diagnostic_updater.h>
+
+#include <string>
+
+#include "jackal_aic/drive_loop.hpp"
+
+namespace jackal_aic {
+
+/// Tells what has changed between two looks at the status.
+class StatusReport {
+ public:
+  /// Looks at the status. @param contender who else publishes commands, if that is known. True if what keeps the robot
+  /// from driving has changed, so that diagnostics are due.
+  bool update(const DriveLoopStatus& status, const std::string& contender);
+
+  /// Tells of a refused message. @param count how many there were.
+  static void refused(const std::string& what, std::uint32_t count);
+
+  /// reason(DriveLoopStatus) of the last update.
+  const std::string& reason() const { return reason_; }
+
+  /// Level, reason and counters of the last update.
+  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) const;
+
+ private:
+  void logDecision(const DriveLoopStatus& before) const;
+  void logFault(Fault before) const;
+
+  DriveLoopStatus status_;
+  std::string reason_;
+};
+
+}  // namespace jackal_aic
