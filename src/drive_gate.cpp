@@ -57,6 +57,7 @@ StopCauses overdueInputs(const InputAges& ages, const DeadlineParameters& deadli
 
 bool isPlausible(const BodyVector& belief, double free_energy, const GateParameters& parameters) {
   const double bound = parameters.watchdog.belief_bound;
+  if (std::isinf(bound)) return true;
   const LimitParameters& limits = parameters.limits;
   const double speed = std::max(std::abs(belief(kForward)), std::abs(belief(kLateral)));
   return belief.allFinite() && std::isfinite(free_energy) && speed <= bound * limits.linear_speed &&

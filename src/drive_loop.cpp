@@ -16,11 +16,16 @@ constexpr double kMoving = 0.5;
 
 std::int64_t nanoseconds(double time) { return std::llround(1e9 * time); }
 
+LossTolerance toleranceOf(const DriveParameters& parameters) {
+  if (std::holds_alternative<PredictiveParameters>(parameters.controller)) return LossTolerance::model;
+  if (std::holds_alternative<DifferentialDriveParameters>(parameters.controller)) return LossTolerance::open_loop;
+  return LossTolerance::one_of_three;
+}
+
 MeasurementWatchParameters watchParameters(const DriveParameters& parameters) {
   MeasurementWatchParameters watch;
   watch.on_loss = parameters.on_loss;
-  watch.tolerance = std::holds_alternative<PredictiveParameters>(parameters.controller) ? LossTolerance::model
-                                                                                        : LossTolerance::one_of_three;
+  watch.tolerance = toleranceOf(parameters);
   watch.faults = parameters.faults;
   watch.geometry = parameters.geometry;
   watch.plant_model = parameters.plant_model;
@@ -36,6 +41,9 @@ std::unique_ptr<VelocityController> makeController(const DriveParameters& parame
   if (model) model = drivenModel(*model);
   if (const auto* gains = std::get_if<ControllerParameters>(&parameters.controller)) {
     return std::make_unique<ActiveInferenceController>(*gains, parameters.geometry, model, divergence);
+  }
+  if (const auto* drive = std::get_if<DifferentialDriveParameters>(&parameters.controller)) {
+    return std::make_unique<DifferentialDrive>(*drive);
   }
   if (!model) throw ParameterError("plant_model.*: missing; the predictive controller needs the drive train");
   return std::make_unique<PredictiveController>(std::get<PredictiveParameters>(parameters.controller),

@@ -32,7 +32,7 @@ bool seesTheMotion(const ChannelValidity& valid) { return valid.yaw_rate + valid
 }  // namespace
 
 MeasurementWatch::MeasurementWatch(const MeasurementWatchParameters& parameters) : parameters_(parameters) {
-  if (parameters.faults && parameters.plant_model) {
+  if (parameters.faults && parameters.plant_model && parameters.tolerance != LossTolerance::open_loop) {
     monitor_.emplace(*parameters.faults, parameters.geometry, *parameters.plant_model);
   }
 }
@@ -74,6 +74,7 @@ void MeasurementWatch::excludeImpossible(Observation& observation) {
 }
 
 StopCauses MeasurementWatch::causes(const SensorHealth& health, double now, bool at_rest) {
+  if (parameters_.tolerance == LossTolerance::open_loop) return {};
   if (starting(health, now)) return lossCauses(health);
   forgetSourcesThatCameBack(health);
 

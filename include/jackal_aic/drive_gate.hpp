@@ -66,7 +66,8 @@ StopCauses lossCauses(const SensorHealth& health);
 /// than that, stops; so does a set point that was never received.
 StopCauses overdueInputs(const InputAges& ages, const DeadlineParameters& deadlines);
 
-/// False if a belief is not finite, or beyond watchdog.belief_bound times the speed limits.
+/// False if a belief is not finite, or beyond watchdog.belief_bound times the speed limits; an infinite bound switches
+/// the watchdog off.
 /// @param belief believed body velocity (base_link); @param free_energy F.
 bool isPlausible(const BodyVector& belief, double free_energy, const GateParameters& parameters);
 

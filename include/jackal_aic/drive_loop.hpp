@@ -21,6 +21,7 @@
 #include <variant>
 
 #include "jackal_aic/active_inference_controller.hpp"
+#include "jackal_aic/differential_drive.hpp"
 #include "jackal_aic/drive_gate.hpp"
 #include "jackal_aic/frozen_source.hpp"
 #include "jackal_aic/measurement_watch.hpp"
@@ -34,7 +35,8 @@ namespace jackal_aic {
 
 /// Settings of a drive loop.
 struct DriveParameters {
-  std::variant<ControllerParameters, PredictiveParameters> controller;  ///< gains of the structure that runs
+  /// Gains of the structure that runs: the thesis', the predictive one, or the open-loop baseline.
+  std::variant<ControllerParameters, PredictiveParameters, DifferentialDriveParameters> controller;
   GeometryParameters geometry;
   GateParameters gate;
   LossPolicyParameters on_loss;

@@ -40,7 +40,8 @@ void describeFields(Visitor& v, LossPolicyParameters& p) {
 /// How a controller gets on with missing channels.
 enum class LossTolerance {
   one_of_three,  ///< the thesis' structures: any two of yaw rate and wheels suffice (sensor_reconstruction.hpp)
-  model          ///< the predictive structure: its model goes on without any of them
+  model,         ///< the predictive structure: its model goes on without any of them
+  open_loop      ///< the baseline: it looks at none, and nothing is asked
 };
 
 /// What is lost.

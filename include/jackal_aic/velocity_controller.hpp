@@ -8,7 +8,7 @@
 
 namespace jackal_aic {
 
-/// Active inference controller of the body velocity. The caller keeps the time: it calls observe() when a measurement
+/// Controller of the body velocity. The caller keeps the time: it calls observe() when a measurement
 /// arrives, updateBelief() every beliefStep() and, after the belief, one of the following every actionStep():
 ///
 ///     driving             hold(gate(updateAction()))    the action as far as the robot may follow it
@@ -48,6 +48,7 @@ class VelocityController {
   /// for a clock that jumped back.
   virtual void forgetMotion() { reset(); }
 
+  virtual bool hasBelief() const { return true; }   ///< false if it drives open loop
   virtual BodyVector believedVelocity() const = 0;  ///< belief about the body velocity now (base_link)
   virtual WheelCommand action() const = 0;          ///< a [rad/s]
   virtual double freeEnergy() const = 0;            ///< F now

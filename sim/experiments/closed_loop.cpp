@@ -55,15 +55,27 @@ bool beliefRanAway(const std::vector<Sample>& samples, BodyChannel which) {
 }
 
 /// Lets the plant rest for the time [s] that it is to be ahead of the controller; returns its time.
-double takeLead(JackalPlant& plant, TimedController& controller, double phase) {
+double takeLead(JackalPlant& plant, DriveLoop& drive, double phase) {
   for (auto steps = std::llround(phase / JackalPlant::kStep); steps > 0; --steps) {
-    if (plant.measurement()) controller.observe(plant.measurement()->observation());
+    if (plant.measurement()) drive.observe(plant.measurement()->observation(), plant.time() - phase);
     plant.step();
   }
   return plant.time();
 }
 
+std::optional<BodyVector> beliefOf(const VelocityController& controller) {
+  return controller.hasBelief() ? std::optional(controller.believedVelocity()) : std::nullopt;
+}
+
 }  // namespace
+
+DriveParameters uninterrupted() {
+  DriveParameters parameters;
+  parameters.gate.deadlines = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  parameters.gate.watchdog.belief_bound = std::numeric_limits<double>::infinity();
+  parameters.faults.reset();
+  return parameters;
+}
 
 SetPoint SetPointProfile::at(double time) const {
   const auto later = std::upper_bound(changes.begin(), changes.end(), time + kTimeTolerance,
@@ -127,9 +139,9 @@ SetPointProfile cycleProfile(const DrivingCycle& cycle) {
   return profile;
 }
 
-std::vector<Sample> runClosedLoop(JackalPlant& plant, TimedController& controller, const SetPointProfile& profile,
-                                  Support support, const GeometryParameters& geometry, const LoopParameters& loop) {
-  const double ahead = takeLead(plant, controller, loop.phase);
+std::vector<Sample> runClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile& profile, Support support,
+                                  const GeometryParameters& geometry, const LoopParameters& loop) {
+  const double ahead = takeLead(plant, drive, loop.phase);
   const auto steps = std::llround(profile.duration / JackalPlant::kStep);
   std::vector<Sample> samples;
   samples.reserve(static_cast<std::size_t>(steps));
@@ -140,7 +152,7 @@ std::vector<Sample> runClosedLoop(JackalPlant& plant, TimedController& controlle
   for (long long k = 0; k < steps; ++k, plant.step()) {
     const double now = plant.time() - ahead;
     const SetPoint set_point = profile.at(now);
-    controller.setSetPoint(set_point);
+    drive.setSetPoint(set_point, now);
     for (; friction != profile.friction_changes.end() && friction->time <= now + kTimeTolerance; ++friction) {
       plant.setFriction(friction->friction);
     }
@@ -149,15 +161,15 @@ std::vector<Sample> runClosedLoop(JackalPlant& plant, TimedController& controlle
       observation = plant.measurement()->observation();
       measured = kinematics.bodyVelocity({observation->wheel_left, observation->wheel_right});
       measured(kYaw) = observation->yaw_rate;
-      controller.observe(*observation);
+      drive.observe(*observation, now);
     }
-    if (const auto due = controller.advance(now)) {
+    if (const auto due = drive.advance(now)) {
       command = *due;
       plant.command(command);
     }
     const BodyVector velocity = trueVelocity(plant.truth(), support, kinematics);
     samples.push_back({now, set_point, velocity(kForward), velocity(kYaw), measured(kForward), measured(kYaw),
-                       controller.belief(), command, observation});
+                       beliefOf(drive.controller()), command, observation});
   }
   return samples;
 }

@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "jackal_aic/drive_loop.hpp"
 #include "jackal_aic/parameter_map.hpp"
 #include "jackal_aic/types.hpp"
 #include "jackal_plant.hpp"
 #include "response_metrics.hpp"
-#include "timed_controller.hpp"
 
 namespace jackal_aic::sim {
 
@@ -99,15 +99,19 @@ void describeFields(Visitor& v, LoopParameters& p) {
   v.field("phase", p.phase, {0.0, 1.0}, "s", Presence::optional);
 }
 
-/// Runs a controller on a plant along a profile from rest; one sample per step of the plant.
+/// Settings of a drive loop in which nothing is late or fails, so that nothing keeps it from driving: no deadlines, no
+/// watchdog, no fault detection. Controller, geometry, limits and model are left to the caller.
+DriveParameters uninterrupted();
+
+/// Runs a drive loop on a plant along a profile from rest; one sample per step of the plant.
 ///
 /// The true velocity is that of base_link. On the box the chassis cannot move, so there it is what the wheels would
 /// give without slip (eq. 3-1: r (omega_L + omega_R)/2 and r (omega_R - omega_L)/b_hat), which is what the thesis plots
 /// for its runs on the box.
 /// @param geometry r and b_hat for the speeds computed from the wheels; @param loop its phase is the time that the
 /// plant, and with it the clock of the sensors, is ahead of profile and controller.
-std::vector<Sample> runClosedLoop(JackalPlant& plant, TimedController& controller, const SetPointProfile& profile,
-                                  Support support, const GeometryParameters& geometry, const LoopParameters& loop = {});
+std::vector<Sample> runClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile& profile, Support support,
+                                  const GeometryParameters& geometry, const LoopParameters& loop = {});
 
 /// Figures of the assessed step; none but `stable` if there is no such step. `stable` is false also if the belief is
 /// not finite or ran away to more than kRunaway times the largest set point, which the limits of the drive command can

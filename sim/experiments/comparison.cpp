@@ -69,8 +69,8 @@ void forEachLoop(const YAML::Node& node, const YAML::Node& specific,
 }
 
 /// What the Kalman filter makes of the commands and measurements of a run: its estimate in the place of the belief.
-RunResult filtered(RunResult run, const PredictiveSetup& setup, const SetPointProfile& profile) {
-  SteadyStateKalmanFilter filter(setup.controller, setup.geometry, setup.model);
+RunResult filtered(RunResult run, const DriveParameters& drive, const SetPointProfile& profile) {
+  SteadyStateKalmanFilter filter(std::get<PredictiveParameters>(drive.controller), drive.geometry, *drive.plant_model);
   WheelCommand applied;
   for (Sample& sample : run.samples) {
     if (sample.time > 0.0) filter.predict(applied);
@@ -175,8 +175,8 @@ std::vector<Run> beliefAccuracyRuns(const PackageFiles& files, const YAML::Node&
     if (controller != kPredictive) return;
     runs.emplace_back([&files, loop, track = node["kalman_filter_track"].as<double>()] {
       const LoopSetup setup = loop.setup(files);
-      PredictiveSetup told = std::get<PredictiveSetup>(setup.controller);
-      if (!told.model.on_box) told.model.effective_track = track;
+      DriveParameters told = setup.drive;
+      if (!told.plant_model->on_box) told.plant_model->effective_track = track;
       return filtered(runLoop(loop, setup), told, loop.profile);
     });
   });

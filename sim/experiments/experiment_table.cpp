@@ -38,8 +38,7 @@ void addLoopRuns(const PackageFiles& files, const std::string& controller, const
 /// The point mass model of chapter 4 as a run: its output is the velocity, its belief the belief.
 RunResult runStateSpace(const PackageFiles& files, const std::string& controller, const Overrides& overrides,
                         double set_point) {
-  const ActiveInferenceSetup setup =
-      loadActiveInference(files, controller, withIntegrator(overrides, Integrator::euler));
+  const ThesisSetup setup = loadThesis(files, controller, withIntegrator(overrides, Integrator::euler));
   const StateSpaceModel model = stateSpaceModel(setup.controller);
   StateSpaceRun run;
   run.dt = setup.controller.beliefStep();
@@ -218,11 +217,11 @@ RunResult runThesisStepOn(const PackageFiles& files, const ThesisStep& step, Int
 
 Integrator comparableIntegrator(const PackageFiles& files, const ThesisStep& step) {
   if (step.controller == kDifferentialDrive) return Integrator::exact;
-  const ActiveInferenceSetup setup = loadActiveInference(files, step.controller, step.overrides);
+  const ThesisSetup setup = loadThesis(files, step.controller, step.overrides);
   return beliefConverges(setup, Integrator::euler) ? Integrator::euler : Integrator::exact;
 }
 
-bool beliefConverges(ActiveInferenceSetup setup, Integrator integrator) {
+bool beliefConverges(ThesisSetup setup, Integrator integrator) {
   setup.controller.integrator = integrator;
   const BeliefUpdate update(GenerativeModel(setup.controller, setup.geometry), setup.controller.kappa_mu,
                             setup.controller.beliefStep(), integrator);

@@ -55,6 +55,6 @@ RunResult runThesisStepOn(const PackageFiles& files, const ThesisStep& step, Int
 Integrator comparableIntegrator(const PackageFiles& files, const ThesisStep& step);
 
 /// True if one step of the belief update alone, by this integrator, has a spectral radius below 1.
-bool beliefConverges(ActiveInferenceSetup setup, Integrator integrator);
+bool beliefConverges(ThesisSetup setup, Integrator integrator);
 
 }  // namespace jackal_aic::sim

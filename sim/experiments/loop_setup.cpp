@@ -59,21 +59,19 @@ LimitParameters readLimits(ParameterMap& map) {
   return readParameters(map, "limits", thesis);
 }
 
+/// No limit that a command could meet.
+LimitParameters unlimited() {
+  LimitParameters limits;
+  limits.linear_speed = limits.angular_speed = limits.wheel_speed = 1e6;
+  limits.linear_acceleration = limits.angular_acceleration = 0.0;
+  return limits;
+}
+
 /// The drive train as a controller believes it. @param nominal of the plant's file.
 PlantModel readModel(const PlantModel& nominal, ParameterMap& map) {
   if (!map.has("plant_model.dead_time")) map.set("plant_model.dead_time", nominal.dead_time);
   if (!map.has("plant_model.lag")) map.set("plant_model.lag", nominal.lag);
   return readParameters(map, "plant_model", nominal);
-}
-
-ActiveInferenceSetup readActiveInference(ParameterMap& map) {
-  return {readParameters<ControllerParameters>(map, "controller"), readParameters<GeometryParameters>(map, "robot"),
-          readLimits(map), std::nullopt};
-}
-
-PredictiveSetup readPredictive(const PlantModel& nominal, ParameterMap& map) {
-  return {readParameters<PredictiveParameters>(map, "predictive"), readParameters<GeometryParameters>(map, "robot"),
-          readLimits(map), readModel(nominal, map)};
 }
 
 /// Here nothing is late or fails, and there is no node; the file of a node may be given all the same.
@@ -91,16 +89,6 @@ void apply(const Overrides& overrides, ParameterMap& map) {
 }
 
 }  // namespace
-
-GeometryParameters LoopSetup::geometry() const {
-  if (const auto* active = std::get_if<ActiveInferenceSetup>(&controller)) return active->geometry;
-  if (const auto* predictive = std::get_if<PredictiveSetup>(&controller)) return predictive->geometry;
-  const auto& drive = std::get<DifferentialDriveParameters>(controller);
-  GeometryParameters geometry;
-  geometry.wheel_radius = drive.wheel_radius;
-  geometry.effective_track = drive.effective_track;
-  return geometry;
-}
 
 const std::vector<std::string>& controllerNames() {
   static const std::vector<std::string> names{"diff_drive", "standard", "improved", "tuned", "predictive"};
@@ -127,14 +115,21 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
   setup.loop = readParameters<LoopParameters>(map, "loop");
   readUnused(map);
   const PlantModel model = linearModel(readParameters<PlantParameters>(nominal, "plant"));
+  DriveParameters& drive = setup.drive = uninterrupted();
   if (hasPrefix(map, "diff_drive.")) {
-    setup.controller = readParameters<DifferentialDriveParameters>(map, "diff_drive");
-  } else if (hasPrefix(map, "predictive.")) {
-    setup.controller = readPredictive(model, map);
+    const auto gains = readParameters<DifferentialDriveParameters>(map, "diff_drive");
+    drive.controller = gains;
+    drive.geometry = gains.geometry();
+    drive.gate.limits = unlimited();  // it keeps its own
   } else {
-    ActiveInferenceSetup active = readActiveInference(map);
-    active.model = readModel(model, map);
-    setup.controller = active;
+    drive.geometry = readParameters<GeometryParameters>(map, "robot");
+    drive.gate.limits = readLimits(map);
+    drive.plant_model = readModel(model, map);
+    if (hasPrefix(map, "predictive.")) {
+      drive.controller = readParameters<PredictiveParameters>(map, "predictive");
+    } else {
+      drive.controller = readParameters<ControllerParameters>(map, "controller");
+    }
   }
   map.refuseUnknown();
   setup.urdf = readText(files.path("sim/urdf/jackal.urdf"));
@@ -144,22 +139,23 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
 LoopSetup loadPrintedSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
                            const Overrides& overrides) {
   LoopSetup setup = loadSetup(files, controller, plant, overrides);
-  if (auto* active = std::get_if<ActiveInferenceSetup>(&setup.controller)) active->model.reset();
+  if (std::holds_alternative<ControllerParameters>(setup.drive.controller)) setup.drive.plant_model.reset();
   return setup;
 }
 
-ActiveInferenceSetup loadActiveInference(const PackageFiles& files, const std::string& controller,
-                                         const Overrides& overrides) {
+ThesisSetup loadThesis(const PackageFiles& files, const std::string& controller, const Overrides& overrides) {
   ParameterMap map;
   addController(files, controller, map);
   apply(overrides, map);
-  ActiveInferenceSetup setup = readActiveInference(map);
+  ThesisSetup setup{readParameters<ControllerParameters>(map, "controller"),
+                    readParameters<GeometryParameters>(map, "robot")};
+  readLimits(map);
   map.refuseUnknown();
   return setup;
 }
 
-std::unique_ptr<TimedController> makeController(const LoopSetup& setup) {
-  return std::visit([](const auto& controller) { return makeTimedController(controller); }, setup.controller);
+DriveLoop makeLoop(const DriveParameters& parameters) {
+  return DriveLoop(parameters, makeController(parameters, Divergence::allowed));
 }
 
 std::pair<std::string, std::string> parseOverride(const std::string& text) {

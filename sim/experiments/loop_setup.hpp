@@ -3,17 +3,14 @@
 /// @file
 /// From names and overrides to the parameters of one closed loop.
 
-#include <memory>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "closed_loop.hpp"
-#include "differential_drive.hpp"
+#include "jackal_aic/drive_loop.hpp"
 #include "package_files.hpp"
 #include "plant_parameters.hpp"
-#include "timed_controller.hpp"
 
 namespace jackal_aic::sim {
 
@@ -22,15 +19,18 @@ using Overrides = std::vector<std::pair<std::string, std::string>>;
 
 /// Everything one closed loop needs.
 struct LoopSetup {
-  std::string controller_name;                                                                  ///< as it was asked for
-  std::string plant_name;                                                                       ///< as it was asked for
-  std::variant<ActiveInferenceSetup, PredictiveSetup, DifferentialDriveParameters> controller;  ///< its settings
-  PlantParameters plant;  ///< settings of the plant
-  LoopParameters loop;    ///< how they are timed
-  std::string urdf;       ///< text of the robot's URDF
+  std::string controller_name;  ///< as it was asked for
+  std::string plant_name;       ///< as it was asked for
+  DriveParameters drive;        ///< settings of the drive loop
+  PlantParameters plant;        ///< settings of the plant
+  LoopParameters loop;          ///< how they are timed
+  std::string urdf;             ///< text of the robot's URDF
+};
 
-  /// Wheel radius and effective track as the controller knows them.
-  GeometryParameters geometry() const;
+/// Gains and geometry of the thesis' controller.
+struct ThesisSetup {
+  ControllerParameters controller;
+  GeometryParameters geometry;
 };
 
 /// Names that loadSetup() takes for a controller beside a file.
@@ -54,13 +54,13 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
 LoopSetup loadPrintedSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
                            const Overrides& overrides);
 
-/// Gains, geometry and limits of an active inference controller alone, by the same rules. @throws ParameterError also
-/// if the controller is the differential drive.
-ActiveInferenceSetup loadActiveInference(const PackageFiles& files, const std::string& controller,
-                                         const Overrides& overrides);
+/// Gains and geometry of the thesis' controller alone, by the same rules. @throws ParameterError also if it is another
+/// controller.
+ThesisSetup loadThesis(const PackageFiles& files, const std::string& controller, const Overrides& overrides);
 
-/// Builds the controller of a setup. @throws ParameterError if its parameters contradict each other.
-std::unique_ptr<TimedController> makeController(const LoopSetup& setup);
+/// The drive loop of a setup. A belief update that diverges is run as it is, because the thesis shows such cases.
+/// @throws ParameterError if its parameters contradict each other.
+DriveLoop makeLoop(const DriveParameters& parameters);
 
 /// "key=value" as an override. @throws ParameterError if there is no '=' or the key is empty.
 std::pair<std::string, std::string> parseOverride(const std::string& text);

@@ -66,16 +66,16 @@ std::vector<MonitoredSample> runMonitored(const LoopSetup& setup, const PlantMod
 void runMonitored(const LoopSetup& setup, const PlantModel& model, const SetPointProfile& profile, const Faults& faults,
                   const MonitorSettings& settings, const std::function<void(const MonitoredSample&)>& take) {
   JackalPlant plant(setup.urdf, setup.plant);
-  const std::unique_ptr<TimedController> controller = makeController(setup);
+  DriveLoop drive = makeLoop(setup.drive);
   SensorFaults sensors(faults.sensors);
-  FaultMonitor monitor(settings.faults, setup.geometry(), model);
+  FaultMonitor monitor(settings.faults, setup.drive.geometry, model);
   WheelCommand command;
   bool stopped = false;
   const auto steps = std::llround(profile.duration / JackalPlant::kStep);
   for (long long k = 0; k < steps; ++k, plant.step()) {
     const double now = plant.time();
     const SetPoint set_point = profile.at(now);
-    controller->setSetPoint(set_point);
+    drive.setSetPoint(set_point, now);
     handle(plant, faults, now);
     if (plant.measurement()) {
       Observation y = sensors.apply(*plant.measurement()).observation();
@@ -83,13 +83,13 @@ void runMonitored(const LoopSetup& setup, const PlantModel& model, const SetPoin
       const FaultReport& report = monitor.check(y);
       if (settings.exclude) y.valid = y.valid & report.valid();
       stopped = settings.stop && (report.drive_left || report.drive_right || report.moved);
-      controller->observe(y);
+      drive.observe(y, now);
       const PlantTruth& truth = plant.truth();
       take({now, set_point, truth.linear_velocity.x(), truth.angular_velocity.z(),
             0.5 * (truth.wheel_velocity[kFrontLeft] + truth.wheel_velocity[kRearLeft]), command, report, y.valid});
     }
     monitor.advance(command, JackalPlant::kStep);
-    if (const auto due = controller->advance(now)) {
+    if (const auto due = drive.advance(now)) {
       command = stopped ? WheelCommand{} : *due;
       plant.command(command);
     }

@@ -63,7 +63,7 @@ std::vector<PerturbationPair> drawPairs(std::size_t count, std::uint64_t seed) {
 
 void perturb(LoopSetup& setup, const DrawnPerturbation& perturbation) {
   perturbation.kind->apply(setup.plant, perturbation.value);
-  if (auto* drive = std::get_if<DifferentialDriveParameters>(&setup.controller))
+  if (auto* drive = std::get_if<DifferentialDriveParameters>(&setup.drive.controller))
     drive->wheel_gain = setup.plant.wheel_gain;
 }
 

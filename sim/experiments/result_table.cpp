@@ -65,39 +65,42 @@ void describeErrors(const std::vector<Sample>& samples, const SetPointProfile& p
   row.belief_bias_pct = beliefBias(samples, profile);
 }
 
-void describeLearned(const Learned& learned, const PlantParameters& plant, ResultRow& row) {
-  row.effective_track = learned.slip.effective_track;
-  row.slip_alpha = learned.slip.alpha;
+void describeLearned(const SlipState& slip, const SensorVariances& variances, const PlantParameters& plant,
+                     ResultRow& row) {
+  row.effective_track = slip.effective_track;
+  row.slip_alpha = slip.alpha;
   const auto ratio = [&](double variance, double deviation) -> std::optional<double> {
     const double truth = plant.noise_scale * deviation;
     if (truth == 0.0) return std::nullopt;
     return variance / (truth * truth);
   };
-  row.wheel_left_ratio = ratio(learned.variances.wheel_left, plant.encoder_noise);
-  row.wheel_right_ratio = ratio(learned.variances.wheel_right, plant.encoder_noise);
-  row.gyro_ratio = ratio(learned.variances.gyro, plant.gyro_noise);
-  row.accelerometer_ratio = ratio(learned.variances.accelerometer, plant.accelerometer_noise);
+  row.wheel_left_ratio = ratio(variances.wheel_left, plant.encoder_noise);
+  row.wheel_right_ratio = ratio(variances.wheel_right, plant.encoder_noise);
+  row.gyro_ratio = ratio(variances.gyro, plant.gyro_noise);
+  row.accelerometer_ratio = ratio(variances.accelerometer, plant.accelerometer_noise);
 }
 
 RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile) {
   JackalPlant plant(setup.urdf, setup.plant);
-  const auto controller = makeController(setup);
+  DriveLoop drive = makeLoop(setup.drive);
   RunResult result;
-  result.samples = runClosedLoop(plant, *controller, profile, setup.plant.support, setup.geometry(), setup.loop);
+  result.samples = runClosedLoop(plant, drive, profile, setup.plant.support, setup.drive.geometry, setup.loop);
   result.row.controller = setup.controller_name;
   result.row.plant = setup.plant_name;
-  if (const auto* active = std::get_if<ActiveInferenceSetup>(&setup.controller)) {
-    describeController(active->controller, result.row);
-  } else if (const auto* predictive = std::get_if<PredictiveSetup>(&setup.controller)) {
-    result.row.belief_hz = predictive->controller.belief_rate;
-    result.row.action_hz = predictive->controller.action_rate;
+  if (const auto* thesis = std::get_if<ControllerParameters>(&setup.drive.controller)) {
+    describeController(*thesis, result.row);
+  } else if (const auto* predictive = std::get_if<PredictiveParameters>(&setup.drive.controller)) {
+    result.row.belief_hz = predictive->belief_rate;
+    result.row.action_hz = predictive->action_rate;
     result.row.integrator = kIntegratorNames[static_cast<std::size_t>(Integrator::exact)];
-    result.row.kappa_mu = predictive->controller.kappa_mu;
-    result.row.kappa_a = predictive->controller.kappa_a;
+    result.row.kappa_mu = predictive->kappa_mu;
+    result.row.kappa_a = predictive->kappa_a;
   } else {
-    result.row.action_hz = std::get<DifferentialDriveParameters>(setup.controller).rate;
+    result.row.action_hz = std::get<DifferentialDriveParameters>(setup.drive.controller).rate;
   }
-  if (const auto learned = controller->learned()) describeLearned(*learned, setup.plant, result.row);
+  if (const auto* predictive = dynamic_cast<const PredictiveController*>(&drive.controller())) {
+    describeLearned(predictive->slip(), predictive->variances(), setup.plant, result.row);
+  }
   describeStep(profile, result.row);
   const ResponseMetrics metrics = assess(result.samples, profile);
   if (profile.assessed) {

@@ -67,7 +67,8 @@ void describeResponse(const ResponseMetrics& metrics, ResultRow& row);
 void describeErrors(const std::vector<Sample>& samples, const SetPointProfile& profile, ResultRow& row);
 
 /// Fills the columns of what a controller learned. @param plant whose noise is the truth.
-void describeLearned(const Learned& learned, const PlantParameters& plant, ResultRow& row);
+void describeLearned(const SlipState& slip, const SensorVariances& variances, const PlantParameters& plant,
+                     ResultRow& row);
 
 /// Builds the loop of a setup, runs it along a profile and assesses it.
 RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile);

@@ -63,8 +63,7 @@ LoopSetup setupFor(const PackageFiles& files, const std::string& controller, con
   LoopSetup setup = loadSetup(files, controller, "ground",
                               {{"limits.linear_acceleration", std::to_string(limits.linear_acceleration)},
                                {"limits.angular_acceleration", std::to_string(limits.angular_acceleration)}});
-  if (auto* predictive = std::get_if<PredictiveSetup>(&setup.controller)) predictive->model = drivenModel(assumed);
-  if (auto* active = std::get_if<ActiveInferenceSetup>(&setup.controller)) active->model = drivenModel(assumed);
+  setup.drive.plant_model = assumed;
   PlantModel truth = assumed;
   truth.dead_time *= robot.dead_time;
   truth.lag *= robot.lag;

@@ -28,7 +28,7 @@ Overrides with(const ThesisLimit& limit, Integrator integrator, double value) {
 double bound(const ThesisLimit& limit) { return limit.is_minimum ? 1e-5 : 1e3; }
 
 double startValue(const PackageFiles& files, const ThesisLimit& limit) {
-  const ControllerParameters p = loadActiveInference(files, limit.controller, limit.overrides).controller;
+  const ControllerParameters p = loadThesis(files, limit.controller, limit.overrides).controller;
   if (limit.parameter == "tau") return p.tau;
   if (limit.parameter == "kappa_mu") return p.kappa_mu;
   if (limit.parameter == "kappa_a") return p.kappa_a;
@@ -55,12 +55,11 @@ RunResult searchOnPlant(const PackageFiles& files, const ThesisLimit& limit, Int
 
 RunResult searchBelief(const PackageFiles& files, const ThesisLimit& limit, Integrator integrator) {
   const RangeLimit found = searchLimit(startValue(files, limit), bound(limit), [&](double value) {
-    return beliefConverges(loadActiveInference(files, limit.controller, with(limit, integrator, value)), integrator);
+    return beliefConverges(loadThesis(files, limit.controller, with(limit, integrator, value)), integrator);
   });
   RunResult result;
   result.row.controller = limit.controller;
-  describeController(loadActiveInference(files, limit.controller, with(limit, integrator, found.value)).controller,
-                     result.row);
+  describeController(loadThesis(files, limit.controller, with(limit, integrator, found.value)).controller, result.row);
   return result;
 }
 

@@ -4,6 +4,28 @@
 #include "thesis_structure.hpp"
 
 namespace jackal_aic {
+namespace {
+
+/// The baseline has no belief, and no gains to change.
+class OpenLoopStructure : public ControllerStructure {
+ public:
+  explicit OpenLoopStructure(const GeometryParameters& geometry) : geometry_(geometry) {}
+
+  ControllerState state() const override {
+    ControllerState message;
+    message.effective_track = geometry_.effective_track;
+    message.slip = geometry_.slip;
+    return message;
+  }
+
+  SensorGeneralized measurement() const override { return {}; }
+  void publish(const std_msgs::Header&) override {}
+
+ private:
+  GeometryParameters geometry_;
+};
+
+}  // namespace
 
 std::unique_ptr<ControllerStructure> makeStructure(ros::NodeHandle& node, const NodeParameters& parameters,
                                                    VelocityController& controller) {
@@ -12,6 +34,9 @@ std::unique_ptr<ControllerStructure> makeStructure(ros::NodeHandle& node, const 
   if (const auto* gains = std::get_if<PredictiveParameters>(&parameters.controller)) {
     return std::make_unique<PredictiveStructure>(node, *gains, *model, parameters.slip_file,
                                                  dynamic_cast<PredictiveController&>(controller));
+  }
+  if (std::holds_alternative<DifferentialDriveParameters>(parameters.controller)) {
+    return std::make_unique<OpenLoopStructure>(parameters.geometry);
   }
   return std::make_unique<ThesisStructure>(std::get<ControllerParameters>(parameters.controller), parameters.geometry,
                                            model, dynamic_cast<ActiveInferenceController&>(controller));

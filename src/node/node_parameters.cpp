@@ -30,17 +30,19 @@ bool hasPrefix(const ParameterMap& map, const std::string& prefix) {
   return std::any_of(keys.begin(), keys.end(), [&](const std::string& key) { return key.rfind(prefix, 0) == 0; });
 }
 
-std::variant<ControllerParameters, PredictiveParameters> readGains(ParameterMap& map) {
+decltype(DriveParameters::controller) readGains(ParameterMap& map) {
   const bool thesis = hasPrefix(map, "controller."), predictive = hasPrefix(map, "predictive.");
-  if (thesis && predictive) {
-    throw ParameterError("controller.* and predictive.*: both given, but one controller runs; load one preset");
-  }
-  if (!thesis && !predictive) {
-    throw ParameterError(
-        "controller.* or predictive.*: missing; load a preset (config/predictive.yaml, improved.yaml, ...)");
+  const bool open_loop = hasPrefix(map, "diff_drive.");
+  if (thesis + predictive + open_loop > 1) {
+    throw ParameterError(std::string(thesis ? "controller.*" : "predictive.*") + " and " +
+                         (open_loop ? "diff_drive.*" : "predictive.*") +
+                         ": both given, but one controller runs; load one preset");
   }
   if (predictive) return readParameters<PredictiveParameters>(map, "predictive");
-  return readParameters<ControllerParameters>(map, "controller");
+  if (open_loop) return readParameters<DifferentialDriveParameters>(map, "diff_drive");
+  if (thesis) return readParameters<ControllerParameters>(map, "controller");
+  throw ParameterError(
+      "controller.* or predictive.*: missing; load a preset (config/predictive.yaml, improved.yaml, ...)");
 }
 
 std::string readSlipFile(ParameterMap& map) {
@@ -59,6 +61,8 @@ void check(const ControllerParameters& controller, const NodeParameters& paramet
   validate(controller, parameters.geometry);
   if (parameters.plant_model) requireStable(controller, parameters.geometry, *parameters.plant_model);
 }
+
+void check(const DifferentialDriveParameters&, const NodeParameters&) {}
 
 void check(const PredictiveParameters& controller, const NodeParameters& parameters) {
   validate(controller);
@@ -103,7 +107,11 @@ NodeParameters readNodeParameters(ParameterMap map, const std::function<std::str
   if (std::holds_alternative<PredictiveParameters>(parameters.controller)) parameters.slip_file = readSlipFile(map);
   map.refuseUnknown();
 
-  completeGeometry(map.has("robot.wheel_radius"), map.has("robot.effective_track"), robot_description, parameters);
+  if (const auto* drive = std::get_if<DifferentialDriveParameters>(&parameters.controller)) {
+    parameters.geometry = drive->geometry();  // as the baseline believes it
+  } else {
+    completeGeometry(map.has("robot.wheel_radius"), map.has("robot.effective_track"), robot_description, parameters);
+  }
   std::visit([&](const auto& controller) { check(controller, parameters); }, parameters.controller);
   return parameters;
 }

@@ -56,11 +56,12 @@ struct NodeParameters : DriveParameters {
 std::string describeRobot(const NodeParameters& parameters);
 
 /// Reads and checks all parameters. Geometry that the map does not give is read from the robot's URDF. The keys that
-/// are there choose the structure: controller.* the thesis', predictive.* (with plant_model.*) the predictive one.
+/// are there choose the structure: controller.* the thesis', predictive.* (with plant_model.*) the predictive one,
+/// diff_drive.* the open-loop baseline.
 /// @param map parameters of the node; @param robot_description returns the URDF text, or an empty text if there is
 /// none; called only if geometry is missing.
 /// @throws ParameterError, one line, if a key is missing, unknown, of the wrong type or out of range, if the keys are
-/// those of both structures or of none, if the URDF is needed and absent or unusable, if the belief update diverges, or
+/// those of two structures or of none, if the URDF is needed and absent or unusable, if the belief update diverges, or
 /// if the closed loop is unstable on the plant model (keys plant_model.*, for the thesis' structure optional as a
 /// whole).
 NodeParameters readNodeParameters(ParameterMap map, const std::function<std::string()>& robot_description);

@@ -6,7 +6,7 @@
 #include <random>
 #include <sstream>
 
-#include "timed_controller.hpp"
+#include "jackal_aic/drive_loop.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -234,9 +234,13 @@ std::vector<Trial> drawnTrials(const sim::PlantParameters& plant, const std::str
 
 TrialFigures drive(const Trial& trial, const TrialController& controller, const std::string& urdf) {
   sim::JackalPlant plant(urdf, trial.plant);
-  const auto driver = sim::makeTimedController(
-      sim::ActiveInferenceSetup{controller.controller, controller.geometry, controller.limits, controller.model});
-  const auto samples = sim::runClosedLoop(plant, *driver, profileOf(trial.set_point), trial.plant.support,
+  DriveParameters parameters = sim::uninterrupted();
+  parameters.controller = controller.controller;
+  parameters.geometry = controller.geometry;
+  parameters.gate.limits = controller.limits;
+  parameters.plant_model = controller.model;
+  DriveLoop loop(parameters, makeController(parameters));
+  const auto samples = sim::runClosedLoop(plant, loop, profileOf(trial.set_point), trial.plant.support,
                                           controller.geometry, {trial.phase});
   TrialFigures figures;
   assess(samples, trial.set_point.forward, &sim::Sample::velocity, figures, figures.beyond_mps);

@@ -47,29 +47,29 @@ TEST(SetPointProfile, RefusesWhatCannotBeAssessed) {
   EXPECT_THROW(squareProfile({0.1, 0.5, 4.0, 1}), ParameterError);
 }
 
-TEST(StepCounter, CountsEveryPeriodOnce) {
-  StepCounter counter(300.0);  // no divisor of the plant's rate
-  int steps = 0;
-  for (int k = 0; k <= 1000; ++k) {
-    while (counter.due(0.001 * k)) ++steps;
-  }
-  EXPECT_EQ(steps, 300);
-}
-
-/// Notes how old the measurement is that an action at 50 Hz finds.
-class AgeController : public TimedController {
+/// Commands the stamp of the last measurement, at 50 Hz.
+class StampController : public VelocityController {
  public:
-  void setSetPoint(const SetPoint&) override {}
-  void observe(const Observation& observation) override { observed_ = observation.stamp; }
-  std::optional<WheelCommand> advance(double) override {
-    ++tick_;
-    return tick_ % 20 == 1 ? std::optional<WheelCommand>(WheelCommand{observed_, 0.0}) : std::nullopt;
+  bool setSetPoint(const SetPoint&) override { return true; }
+  SampleVerdict observe(const Observation& observation) override {
+    stamp_ = observation.stamp;
+    return SampleVerdict::accepted;
   }
-  std::optional<BodyVector> belief() const override { return std::nullopt; }
+  void updateBelief() override {}
+  WheelCommand updateAction() override { return {stamp_, stamp_}; }
+  void hold(const WheelCommand&) override {}
+  void overrule(const WheelCommand&) override {}
+  void restart() override {}
+  void reset() override {}
+  bool hasBelief() const override { return false; }
+  BodyVector believedVelocity() const override { return BodyVector::Zero(); }
+  WheelCommand action() const override { return {stamp_, stamp_}; }
+  double freeEnergy() const override { return 0.0; }
+  double beliefStep() const override { return 0.001; }
+  int beliefStepsPerAction() const override { return 20; }
 
  private:
-  double observed_ = 0.0;
-  int tick_ = 0;
+  double stamp_ = 0.0;
 };
 
 TEST(ClosedLoop, PhaseIsTheAgeOfTheMeasurementThatAnActionFinds) {
@@ -77,9 +77,9 @@ TEST(ClosedLoop, PhaseIsTheAgeOfTheMeasurementThatAnActionFinds) {
     const LoopSetup setup =
         loadSetup(files(), "improved", "box", {{"loop.phase", std::to_string(phase)}, {"plant.encoder_noise", "0"}});
     JackalPlant plant(setup.urdf, setup.plant);
-    AgeController controller;
+    DriveLoop drive(setup.drive, std::make_unique<StampController>());
     const auto samples =
-        runClosedLoop(plant, controller, stepProfile(0.5, 0.0, 1.0), setup.plant.support, setup.geometry(), setup.loop);
+        runClosedLoop(plant, drive, stepProfile(0.5, 0.0, 1.0), setup.plant.support, setup.drive.geometry, setup.loop);
     for (std::size_t i = 20; i < samples.size(); i += 20) {
       // The clock of the plant, by which it stamps, is ahead by the phase.
       ASSERT_NEAR(samples[i].time + phase - samples[i].command.left, phase, 1e-9) << i;

@@ -39,7 +39,7 @@ TEST(Perturbation, ChangesThePlantAndNotTheModel) {
   for (const Perturbation& kind : perturbations()) {
     LoopSetup setup = loadSetup(files(), "predictive", "box", {});
     const PlantParameters before = setup.plant;
-    const PlantModel model = std::get<PredictiveSetup>(setup.controller).model;
+    const PlantModel model = *setup.drive.plant_model;
     perturb(setup, {&kind, kind.extremes.front()});
     const PlantParameters& after = setup.plant;
     const bool changed = after.wheel_gain != before.wheel_gain || after.dead_time != before.dead_time ||
@@ -47,7 +47,7 @@ TEST(Perturbation, ChangesThePlantAndNotTheModel) {
                          after.friction != before.friction || after.slope != before.slope ||
                          after.noise_scale != before.noise_scale || after.measurement_loss != before.measurement_loss;
     EXPECT_TRUE(changed) << kind.name;
-    const PlantModel& told = std::get<PredictiveSetup>(setup.controller).model;
+    const PlantModel& told = *setup.drive.plant_model;
     EXPECT_EQ(told.gain, model.gain) << kind.name;
     EXPECT_EQ(told.dead_time, model.dead_time) << kind.name;
     EXPECT_EQ(told.lag, model.lag) << kind.name;
@@ -57,7 +57,7 @@ TEST(Perturbation, ChangesThePlantAndNotTheModel) {
 TEST(Perturbation, TellsTheDifferentialDriveTheWheelGain) {
   LoopSetup setup = loadSetup(files(), "diff_drive", "box", {});
   perturb(setup, {&perturbations()[0], 0.8});
-  EXPECT_DOUBLE_EQ(std::get<DifferentialDriveParameters>(setup.controller).wheel_gain, 0.8);
+  EXPECT_DOUBLE_EQ(std::get<DifferentialDriveParameters>(setup.drive.controller).wheel_gain, 0.8);
   const ResultRow row = runSetup(setup, stepProfile(0.5, 0.0, 4.0)).row;
   EXPECT_NEAR(row.steady_error_pct.value(), 0.0, 0.1);
 }

@@ -214,7 +214,7 @@ TEST(LoadSetup, TakesTheConfigurationOfANodeAsAController) {
                         << (preset == "predictive" ? "slip: {file: /var/lib/jackal/slip.yaml}\n" : "");
     const LoopSetup setup = loadSetup(files(), path, "ground", {});
     unlink(path.c_str());
-    EXPECT_EQ(std::holds_alternative<PredictiveSetup>(setup.controller), preset == "predictive");
+    EXPECT_EQ(std::holds_alternative<PredictiveParameters>(setup.drive.controller), preset == "predictive");
     EXPECT_EQ(setup.geometry().effective_track, 0.5621);
   }
 }

@@ -144,8 +144,7 @@ TEST(BothWheelsLost, PredictiveDrivesOnTheModel) {
 
 TEST(BothWheelsLost, ThesisStructureTakesNoSample) {
   const LoopSetup setup = loadSetup(files(), "improved", "ground", {});
-  const auto& settings = std::get<ActiveInferenceSetup>(setup.controller);
-  ActiveInferenceController controller(settings.controller, settings.geometry);
+  ActiveInferenceController controller(std::get<ControllerParameters>(setup.drive.controller), setup.drive.geometry);
   Observation y;
   y.wheel_left = y.wheel_right = 5.0;
   ASSERT_TRUE(taken(controller.observe(y)));
@@ -160,8 +159,8 @@ TEST(BothWheelsLost, ThesisStructureTakesNoSample) {
 TEST(NumbersOfLostChannels, DoNotReachThePredictiveController) {
   Observation y;
   LoopSetup setup = loadSetup(files(), "predictive", "ground", {});
-  const auto& settings = std::get<PredictiveSetup>(setup.controller);
-  PredictiveController clean(settings.controller, settings.geometry, settings.model);
+  PredictiveController clean(std::get<PredictiveParameters>(setup.drive.controller), setup.drive.geometry,
+                             *setup.drive.plant_model);
   PredictiveController poisoned = clean;
   clean.setSetPoint({0.5, 0.0, 0.2});
   poisoned.setSetPoint({0.5, 0.0, 0.2});

@@ -105,6 +105,23 @@ TEST(StepSchedule, NothingIsDueBeforeTheStartOrTwiceAtOnce) {
   EXPECT_EQ(timers.steps, periods(1));
 }
 
+TEST(StepSchedule, KeepsARateThatIsNoDivisorOfTheCallersClock) {
+  StepSchedule schedule(1000000000 / 300, 10, 5);
+  schedule.start(0);
+  int beliefs = 0, actions = 0;
+  for (std::int64_t t = 1; t <= 1000; ++t) {
+    const std::int64_t now = t * kMs;
+    for (int due = schedule.beliefStepsDue(now); due > 0; --due, ++beliefs) schedule.beliefStepDone();
+    const std::int64_t boundary = schedule.lastBoundary(now);
+    for (int due = schedule.actionPeriodsDue(boundary); due > 0; --due, ++actions) {
+      for (; schedule.beliefStepsLeft() > 0; ++beliefs) schedule.beliefStepDone();
+      schedule.actionStepDone(boundary);
+    }
+  }
+  EXPECT_EQ(actions, 30);
+  EXPECT_EQ(beliefs, 300);
+}
+
 TEST(StepSchedule, EqualRatesAlternate) {
   StepSchedule schedule(20 * kMs, 1, 5);
   schedule.start(0);

@@ -4,9 +4,11 @@
 /// The baseline: open-loop differential drive, as the stock diff_drive_controller drives a Jackal.
 
 #include "jackal_aic/parameter_map.hpp"
+#include "jackal_aic/parameters.hpp"
 #include "jackal_aic/types.hpp"
+#include "jackal_aic/velocity_controller.hpp"
 
-namespace jackal_aic::sim {
+namespace jackal_aic {
 
 /// Settings of the differential drive baseline; defaults as on the stock Jackal. YAML prefix `diff_drive`.
 struct DifferentialDriveParameters {
@@ -18,6 +20,9 @@ struct DifferentialDriveParameters {
   double linear_acceleration = 20.0;   ///< largest |x_ddot| [m/s^2]
   double angular_speed = 4.0;          ///< largest |theta_dot| [rad/s]
   double angular_acceleration = 25.0;  ///< largest |theta_ddot| [rad/s^2]
+
+  /// Wheel radius and effective track.
+  GeometryParameters geometry() const;
 };
 
 /// Lists the fields of DifferentialDriveParameters with unit and range.
@@ -33,25 +38,53 @@ void describeFields(Visitor& v, DifferentialDriveParameters& p) {
   v.field("angular_acceleration", p.angular_acceleration, {0.01, 1000.0}, "rad/s^2", Presence::optional);
 }
 
-/// Open-loop differential drive: set point, limited in speed and acceleration, through the inverse of eq. 3-1.
-class DifferentialDrive {
+/// Open-loop differential drive: set point, limited in speed and acceleration, through the inverse of eq. 3-1. It looks
+/// at no measurement and believes nothing.
+class DifferentialDrive : public VelocityController {
  public:
   explicit DifferentialDrive(const DifferentialDriveParameters& parameters) : parameters_(parameters) {}
 
-  /// Sets the desired body velocity (base_link).
-  void setSetPoint(const SetPoint& set_point) { set_point_ = set_point; }
+  bool setSetPoint(const SetPoint& set_point) override;
 
-  /// Advances one period 1/rate and returns the wheel speeds to command.
-  WheelCommand update();
+  /// Notes that there are measurements.
+  SampleVerdict observe(const Observation& observation) override;
 
-  /// Returns to rest.
-  void reset();
+  void updateBelief() override {}
+
+  WheelCommand updateAction() override;
+
+  /// Goes on from what is driven.
+  void hold(const WheelCommand& applied) override;
+
+  /// As hold().
+  void overrule(const WheelCommand& applied) override;
+
+  /// From rest.
+  void restart() override { overrule({}); }
+
+  void reset() override;
+
+  bool hasBelief() const override { return false; }
+
+  /// Zero: it has no belief.
+  BodyVector believedVelocity() const override { return BodyVector::Zero(); }
+
+  WheelCommand action() const override { return action_; }
+
+  /// Zero: it has no belief.
+  double freeEnergy() const override { return 0.0; }
+
+  double beliefStep() const override { return 1.0 / parameters_.rate; }
+  int beliefStepsPerAction() const override { return 1; }
 
  private:
   DifferentialDriveParameters parameters_;
   SetPoint set_point_;
+  WheelCommand action_;
   double forward_ = 0.0;   // limited set point of the last period, m/s
   double yaw_rate_ = 0.0;  // limited set point of the last period, rad/s
+  double stamp_ = 0.0;     // of the last measurement, s
+  bool observed_ = false;
 };
 
-}  // namespace jackal_aic::sim
+}  // namespace jackal_aic
