@@ -68,9 +68,9 @@ void MeasurementWatch::excludeImpossible(Observation& observation) {
                           within(observation.acceleration_z.value_or(0.0), kLargestAcceleration);
   observation.valid = observation.valid & possible;
   // An outlier is no loss: the monitor decides within some samples what it was.
-  count(possible.yaw_rate, excluded_.yaw_rate);
-  count(possible.wheel_left, excluded_.wheel_left);
-  count(possible.wheel_right, excluded_.wheel_right);
+  count(observation.valid.yaw_rate, excluded_.yaw_rate);
+  count(observation.valid.wheel_left, excluded_.wheel_left);
+  count(observation.valid.wheel_right, excluded_.wheel_right);
 }
 
 StopCauses MeasurementWatch::causes(const SensorHealth& health, double now, bool at_rest) {

@@ -90,7 +90,7 @@ class MeasurementWatch {
   bool wheels_were_lost_ = false;
   struct {
     int yaw_rate = 0, wheel_left = 0, wheel_right = 0;
-  } excluded_;                  // samples in a row in which a channel read what no robot does
+  } excluded_;                  // samples in a row in which a channel was not measured, or read what no robot does
   bool started_ = false;        // measurements have come, or are overdue
   double first_source_ = 0.0;   // time at which a source spoke first [s]
   int blind_samples_ = 0;       // in a row of which too few channels count

@@ -215,7 +215,7 @@ TEST(LoadSetup, TakesTheConfigurationOfANodeAsAController) {
     const LoopSetup setup = loadSetup(files(), path, "ground", {});
     unlink(path.c_str());
     EXPECT_EQ(std::holds_alternative<PredictiveParameters>(setup.drive.controller), preset == "predictive");
-    EXPECT_EQ(setup.geometry().effective_track, 0.5621);
+    EXPECT_EQ(setup.drive.geometry.effective_track, 0.5621);
   }
 }
 
