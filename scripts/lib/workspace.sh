@@ -42,15 +42,19 @@ make_workspace() {
 
 # Links the packages to build; a build that knows another place of the checkout is thrown away.
 link_packages() {
+  local entry
   if [[ $(cat "$workspace/location" 2>/dev/null) != "$repository $workspace" ]]; then
     rm -rf "$workspace/build" "$workspace/devel"
     printf '%s\n' "$repository $workspace" >"$workspace/location"
   fi
   # A link per entry and not one to the checkout: that would hold the workspace again, and rosrun, which searches a package
-  # through all links, would find every program twice. The manifest is a copy, because catkin_make install copies links.
+  # through all links, would find every program twice; so would a link to a workspace that is not hidden. The manifest is a
+  # copy, because catkin_make install copies links.
   rm -rf "$workspace/src/jackal_aic"
   mkdir "$workspace/src/jackal_aic"
-  ln -s "$repository"/* "$workspace/src/jackal_aic/"
+  for entry in "$repository"/*; do
+    [[ $workspace/ == "$entry"/* ]] || ln -s "$entry" "$workspace/src/jackal_aic/"
+  done
   cp --remove-destination --preserve=timestamps "$repository/package.xml" "$workspace/src/jackal_aic/"
   if [[ -e $ros_prefix/share/jackal_msgs/package.xml ]]; then
     rm -f "$workspace/src/jackal_msgs"
