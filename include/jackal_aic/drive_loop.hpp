@@ -57,6 +57,7 @@ std::unique_ptr<VelocityController> makeController(const DriveParameters& parame
 struct SensorReading {
   Observation observation;      ///< with the channels of this sensor only
   FrozenSource::Sample sample;  ///< what it gave, to see whether it repeats itself
+  bool may_repeat = false;      ///< nothing in the sample has to change while the robot moves
 };
 
 /// What the robot and its surroundings say beside the measurements.

@@ -48,12 +48,12 @@ std::optional<double> meanVelocity(const sensor_msgs::JointState& message, const
   return sum / count;
 }
 
-double sumOfPositions(const sensor_msgs::JointState& message, const std::vector<std::string>& joints) {
-  double sum = 0.0;
+std::optional<double> sumOfPositions(const sensor_msgs::JointState& message, const std::vector<std::string>& joints) {
+  std::optional<double> sum;
   for (std::size_t i = 0; i < std::min(message.name.size(), message.position.size()); ++i) {
-    if (contains(joints, message.name[i])) sum += message.position[i];
+    if (contains(joints, message.name[i])) sum = sum.value_or(0.0) + message.position[i];
   }
-  return sum;
+  return sum && std::isfinite(*sum) ? sum : std::nullopt;
 }
 
 std::optional<Eigen::Vector4d> planarMotion(const sensor_msgs::Imu& message, const Eigen::Quaterniond& rotation) {

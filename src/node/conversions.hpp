@@ -32,8 +32,9 @@ bool mentionsAny(const sensor_msgs::JointState& message, const std::vector<std::
 /// velocity is missing or not finite.
 std::optional<double> meanVelocity(const sensor_msgs::JointState& message, const std::vector<std::string>& joints);
 
-/// Sum of the positions [rad] of those of the joints that the message lists with one; 0 if it lists none.
-double sumOfPositions(const sensor_msgs::JointState& message, const std::vector<std::string>& joints);
+/// Sum of the positions [rad] of those of the joints that the message lists with one. std::nullopt if it lists none, or
+/// one that is not finite.
+std::optional<double> sumOfPositions(const sensor_msgs::JointState& message, const std::vector<std::string>& joints);
 
 /// Angular velocity and acceleration of an IMU message as (theta_dot, x_ddot, y_ddot, f_z) in the base frame, those of
 /// an Observation: the message's attitude takes gravity out of x and y, f_z keeps it. A message without attitude (first

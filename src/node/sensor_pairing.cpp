@@ -119,8 +119,13 @@ Observation SensorPairing::imuAlone(const sensor_msgs::Imu& message) const {
 
 SensorReading SensorPairing::wheelReading(const sensor_msgs::JointState& message) const {
   SensorReading reading{wheelsAlone(message), FrozenSource::Sample::Zero()};
-  reading.sample.head<4>() << reading.observation.wheel_left, reading.observation.wheel_right,
-      sumOfPositions(message, names_.left_wheel_joints), sumOfPositions(message, names_.right_wheel_joints);
+  const auto left = sumOfPositions(message, names_.left_wheel_joints);
+  const auto right = sumOfPositions(message, names_.right_wheel_joints);
+  reading.sample.head<4>() << reading.observation.wheel_left, reading.observation.wheel_right, left.value_or(0.0),
+      right.value_or(0.0);
+  // Speeds alone repeat for as long as the wheels keep them, where they are coarser than their noise: whether they miss
+  // a motion is for the fault detection to find.
+  reading.may_repeat = !left || !right;
   return reading;
 }
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <vector>
 
 namespace jackal_aic {
@@ -48,6 +49,18 @@ class SensorPairingTest : public testing::Test {
   std::vector<Observation> observations_;
   SensorPairing sensors_;
 };
+
+TEST_F(SensorPairingTest, WheelSpeedsMayRepeatOnlyWithoutPositions) {
+  auto message = boost::make_shared<sensor_msgs::JointState>();
+  message->header.stamp = ros::Time(10.0);
+  message->name = {"front_left_wheel", "front_right_wheel"};
+  message->velocity = {1.0, 1.0};
+  EXPECT_TRUE(sensors_.addWheels(message, ros::Time(10.0))->may_repeat);
+  message->position = {3.0, std::numeric_limits<double>::quiet_NaN()};
+  EXPECT_TRUE(sensors_.addWheels(message, ros::Time(10.0))->may_repeat) << "half of them are none";
+  message->position = {3.0, 3.0};
+  EXPECT_FALSE(sensors_.addWheels(message, ros::Time(10.0))->may_repeat);
+}
 
 TEST_F(SensorPairingTest, PairsSamplesOfOneStamp) {
   addPairs(10.0, 5);

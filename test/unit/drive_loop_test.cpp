@@ -175,6 +175,17 @@ TEST_F(DriveLoopTest, ASourceThatRepeatsItselfStops) {
   EXPECT_EQ(why(), "wheel speeds frozen");
 }
 
+TEST_F(DriveLoopTest, WheelSpeedsThatMayRepeatAreNotFrozen) {
+  drive(2.0);
+  for (int i = 0; i < 50; ++i) {
+    Observation wheels = sample();
+    wheels.valid.yaw_rate = wheels.valid.acceleration = false;
+    loop.receiveWheels({wheels, FrozenSource::Sample::Ones(), true}, now);
+    drive(kPeriod, "ips");
+    ASSERT_EQ(status(), DriveStatus::driving) << why();
+  }
+}
+
 TEST_F(DriveLoopTest, RefusesSetPointsThatNobodyCanHaveMeant) {
   EXPECT_EQ(loop.setSetPoint({std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0}, now), SetPointVerdict::not_finite);
   EXPECT_EQ(loop.setSetPoint({1e9, 0.0, 0.0}, now), SetPointVerdict::absurd);
