@@ -100,7 +100,8 @@ void describeFields(Visitor& v, LoopParameters& p) {
 }
 
 /// Settings of a drive loop in which nothing is late or fails, so that nothing keeps it from driving: no deadlines, no
-/// watchdog, no fault detection, and any loss is tolerated that the controller can live with. Controller, geometry, limits and model are left to the caller.
+/// watchdog, no fault detection, and any loss is tolerated that the controller can live with. Controller, geometry,
+/// limits and model are left to the caller.
 DriveParameters uninterrupted();
 
 /// Runs a drive loop on a plant along a profile from rest; one sample per step of the plant.
