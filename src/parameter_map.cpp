@@ -56,6 +56,34 @@ void checkRange(const std::string& key, double value, Bounds bounds, const char*
   }
 }
 
+/// Edits (insert, delete, replace, swap two neighbours) from one word to another (Damerau and Levenshtein).
+std::size_t editDistance(const std::string& a, const std::string& b) {
+  std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i) {
+    for (std::size_t j = 0; j <= b.size(); ++j) {
+      if (i == 0 || j == 0) {
+        d[i][j] = i + j;
+        continue;
+      }
+      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+    }
+  }
+  return d[a.size()][b.size()];
+}
+
+/// The keys that are most like a misspelt one, the most like first.
+std::vector<std::string> nearest(const std::string& key, std::vector<std::string> known) {
+  constexpr std::size_t kMost = 3;
+  const std::string word = key.substr(0, 100);  // of a hostile file, keys may be of any length
+  std::stable_sort(known.begin(), known.end(), [&word](const std::string& a, const std::string& b) {
+    return editDistance(word, a) < editDistance(word, b);
+  });
+  if (known.size() > kMost) known.resize(kMost);
+  return known;
+}
+
 }  // namespace
 
 std::string describe(const ParameterValue& value) {
@@ -92,10 +120,10 @@ std::vector<std::string> ParameterMap::knownKeys() const { return {known_.begin(
 
 void ParameterMap::refuseUnknown() const {
   for (const auto& entry : values_) {
-    if (known_.count(entry.first) == 0) {
-      throw ParameterError(shortened(entry.first) + " = " + describe(entry.second) +
-                           ": unknown key; known keys: " + join(knownKeys()));
-    }
+    if (known_.count(entry.first) > 0) continue;
+    const std::vector<std::string> candidates = nearest(entry.first, knownKeys());
+    throw ParameterError(shortened(entry.first) + " = " + describe(entry.second) + ": unknown key" +
+                         (candidates.empty() ? "" : "; nearest known keys: " + join(candidates)));
   }
 }
 

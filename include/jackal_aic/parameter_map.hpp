@@ -58,7 +58,8 @@ class ParameterMap {
   /// Keys declared or taken so far, in alphabetical order.
   std::vector<std::string> knownKeys() const;
 
-  /// Throws ParameterError for the first key that was given and never taken, with the list of known keys.
+  /// Throws ParameterError for the first key that was given and never taken, with the known keys that
+  /// are most like it.
   void refuseUnknown() const;
 
  private:
