@@ -6,13 +6,11 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kNoise = 0.3;  // rad/s; of noise and steps of encoders a wheel is never that far behind
-constexpr double kAccelerating =
-    0.2;  // of the limit; a wheel behind that accelerates less is not at a limit, but loaded
-constexpr double kProportional = 0.3;  // part by which a wheel may be less steep than its command, as with another gain
-constexpr std::size_t kUncertainty = 2;  // periods by which the hold and the age of a measurement may delay a wheel
-constexpr double kLongestSlope = 0.5;    // s
-constexpr double kRest = 0.2;            // rad/s
+constexpr double kNoise = 0.3;         // rad/s; of noise and steps of encoders a wheel is never that far behind
+constexpr double kAccelerating = 0.2;  // of the limit; a wheel that accelerates less is loaded or drives steadily
+constexpr double kLongestSlope = 0.5;  // s
+constexpr double kRest = 0.2;          // rad/s
+constexpr double kUntilSeen = 0.14;    // s until an acceleration shows in the slope of the samples
 
 std::size_t periodsOf(double time, double period) { return static_cast<std::size_t>(std::lround(time / period)); }
 
@@ -21,9 +19,8 @@ std::size_t periodsOf(double time, double period) { return static_cast<std::size
 WheelLateness::WheelLateness(const PlantModel& model, double acceleration, double period)
     : acceleration_(acceleration),
       gain_(model.gain),
-      period_(period),
       delay_(periodsOf(model.dead_time + model.lag, period)),
-      commands_(delay_ + kUncertainty + periodsOf(kLongestSlope, period) + 2, 0.0) {}
+      commands_(delay_ + 1, 0.0) {}
 
 void WheelLateness::command(double speed) {
   head_ = (head_ + 1) % commands_.size();
@@ -33,12 +30,15 @@ void WheelLateness::command(double speed) {
 void WheelLateness::observe(double stamp, double speed) {
   samples_[count_++ % kSamples] = {stamp, speed};
   const double span = stamp - samples_[count_ % kSamples].stamp;
-  late_ = count_ >= kSamples && span <= kLongestSlope ? direction(measured(), span) : 0;
+  const bool known = count_ >= kSamples && span <= kLongestSlope;
+  const Line line = known ? measured() : Line{0.0, speed};
+  accelerating_ = std::abs(line.slope) < kAccelerating * acceleration_ ? 0 : line.slope > 0.0 ? 1 : -1;
+  late_ = accelerating_ * (commandAgo(delay_) - line.speed) > kNoise ? accelerating_ : 0;
 }
 
 void WheelLateness::forgetMeasurements() {
   count_ = 0;
-  late_ = 0;
+  accelerating_ = late_ = 0;
 }
 
 void WheelLateness::reset() {
@@ -63,23 +63,6 @@ WheelLateness::Line WheelLateness::measured() const {
   }
   const double slope = covariance / variance;
   return {slope, mean.speed + slope * (samples_[(count_ - 1) % kSamples].stamp - mean.stamp)};
-}
-
-int WheelLateness::direction(const Line& line, double span) const {
-  const int sign = line.slope > 0.0 ? 1 : -1;
-  if (sign * line.slope < kAccelerating * acceleration_) return 0;
-  if (late_ == sign) return sign * (commandAgo(delay_) - line.speed) > kNoise ? sign : 0;  // until it is there
-  return followed(line, sign, std::max<std::size_t>(1, periodsOf(span, period_))) ? 0 : sign;
-}
-
-bool WheelLateness::followed(const Line& line, int sign, std::size_t periods) const {
-  // Late is what is behind each command that may act now, and as steep as none that may have acted meanwhile.
-  for (std::size_t ago = delay_; ago <= delay_ + kUncertainty; ++ago) {
-    if (sign * (commandAgo(ago) - line.speed) < kNoise) return true;
-    const double slope = (commandAgo(ago) - commandAgo(ago + periods)) / (static_cast<double>(periods) * period_);
-    if (std::abs(slope - line.slope) < kProportional * std::abs(slope)) return true;
-  }
-  return false;
 }
 
 ActionBound::ActionBound(const std::optional<PlantModel>& model, double wheel_radius, double period) : period_(period) {
@@ -111,16 +94,21 @@ void ActionBound::apply(const WheelVector& applied) {
 WheelVector ActionBound::bound(const WheelVector& action, const WheelVector& wanted, const WheelVector& goal) {
   if (wheels_.empty()) return wanted;
   watchStop(action, goal.isZero(0.0));
+  if (goal != goal_) start_ = action;
+  goal_ = goal;
   const double part = room(action, wanted - action);
   WheelVector next = wanted;
   if (part < 1.0) next = action + part * (wanted - action);
+  watchRamp(part < 1.0);
+  if (!told_to_stop_) next = together(action, next, goal / gain_);
   for (int i = 0; i < 2; ++i) next(i) = towardsGoal(i, action(i), next(i), goal(i) / gain_);
   return next;
 }
 
 double ActionBound::towardsGoal(int wheel, double action, double next, double goal) const {
-  const bool late = wheels_[static_cast<std::size_t>(wheel)].late() != 0;
-  if (late) return std::clamp(next, std::min(action, goal), std::max(action, goal));
+  const WheelLateness& motor = wheels_[static_cast<std::size_t>(wheel)];
+  const bool on_its_way = ramped_ && motor.accelerating() * (gain_ * goal - speed_(wheel)) > 0.0;
+  if (motor.late() != 0 || on_its_way) return std::clamp(next, std::min(action, goal), std::max(action, goal));
   if (told_to_stop_ && speed_(wheel) > kRest) return std::max(next, std::min(action, 0.0));
   if (told_to_stop_ && speed_(wheel) < -kRest) return std::min(next, std::max(action, 0.0));
   return next;
@@ -137,6 +125,27 @@ void ActionBound::watchStop(const WheelVector& action, bool told_to_stop) {
   told_to_stop_ = told_to_stop;
 }
 
+WheelVector ActionBound::together(const WheelVector& action, const WheelVector& next, const WheelVector& goal) const {
+  const WheelVector way = goal - start_;
+  if (way.cwiseAbs().minCoeff() < kRest) return next;
+  WheelVector held = next;
+  for (int i = 0; i < 2; ++i) {
+    if (wheels_[static_cast<std::size_t>(i)].late() == 0) continue;
+    const double part = (next(1 - i) - start_(1 - i)) / way(1 - i), direction = std::copysign(1.0, way(i));
+    const double furthest = std::max(direction * action(i), direction * (start_(i) + part * way(i)));
+    held(i) = direction * std::min(direction * next(i), furthest);
+  }
+  return held;
+}
+
+void ActionBound::watchRamp(bool bounded) {
+  const int seen = static_cast<int>(wheels_[0].delay() + periodsOf(kUntilSeen, period_));
+  since_ramp_ = bounded ? 0 : std::min(since_ramp_ + 1, seen + 1);
+  const bool accelerating = wheels_[0].accelerating() != 0 || wheels_[1].accelerating() != 0;
+  if (bounded) ramped_ = true;
+  if (!accelerating && since_ramp_ > seen) ramped_ = false;
+}
+
 double ActionBound::room(const WheelVector& action, const WheelVector& change) const {
   double part = 1.0;
   for (int i = 0; i < 2; ++i) {
@@ -151,6 +160,9 @@ double ActionBound::room(const WheelVector& action, const WheelVector& change) c
 void ActionBound::reset() {
   for (WheelLateness& wheel : wheels_) wheel.reset();
   followed_.setZero();
+  start_.setZero();
+  goal_.setZero();
+  ramped_ = false;
   speed_.setZero();
   told_to_stop_ = true;
   stop_change_ = kUnbounded;

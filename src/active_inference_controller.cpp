@@ -35,6 +35,7 @@ ActiveInferenceController::ActiveInferenceController(const ControllerParameters&
       belief_update_(model_, controller.kappa_mu, controller.beliefStep(), controller.integrator),
       action_update_(controller.kappa_a, controller.actionStep(),
                      ActionBound(plant_model, geometry.wheel_radius, controller.actionStep())),
+      standstill_(plant_model ? std::make_optional<Standstill>() : std::nullopt),
       belief_step_(controller.beliefStep()),
       belief_steps_per_action_(controller.beliefStepsPerAction()),
       mu_(GeneralizedBody::Zero(kBodySize, controller.orders + 1)),
@@ -60,7 +61,13 @@ void ActiveInferenceController::updateBelief() {
 WheelCommand ActiveInferenceController::updateAction() {
   if (!sensors_.hasMeasurement()) return action();
   const WheelCommand goal = kinematics_.wheelSpeeds(mu_d_(kForward, 0), mu_d_(kYaw, 0));
-  return action_update_.step(model_, sensoryPredictionError(model_, mu_, sensors_.measurement()), goal);  // a  (3-13)
+  action_update_.step(model_, sensoryPredictionError(model_, mu_, sensors_.measurement()), goal);  // a  (3-13)
+  const auto& y = sensors_.measurement();
+  const bool told_to_stand = mu_d_(kForward, 0) == 0.0 && mu_d_(kYaw, 0) == 0.0;
+  if (standstill_ && standstill_->stands(told_to_stand, action(), y(kWheelLeft, 0), y(kWheelRight, 0), actionStep())) {
+    action_update_.hold({});
+  }
+  return action();
 }
 
 void ActiveInferenceController::hold(const WheelCommand& applied) { action_update_.hold(applied); }
@@ -78,6 +85,7 @@ void ActiveInferenceController::adoptGains(const ControllerParameters& controlle
   adopted.sensors_ = sensors_;
   adopted.action_update_ = action_update_;
   adopted.action_update_.setLearningRate(controller.kappa_a);
+  adopted.standstill_ = standstill_;
   adopted.mu_ = mu_;
   adopted.mu_d_ = mu_d_;
   *this = adopted;
@@ -103,6 +111,7 @@ void ActiveInferenceController::reset() {
   sensors_.reset();
   mu_d_.setZero();
   action_update_.bound().reset();
+  if (standstill_) standstill_.emplace();
   restart();
 }
 

@@ -46,8 +46,11 @@ std::unique_ptr<VelocityController> makeController(const DriveParameters& parame
     return std::make_unique<DifferentialDrive>(*drive);
   }
   if (!model) throw ParameterError("plant_model.*: missing; the predictive controller needs the drive train");
-  return std::make_unique<PredictiveController>(std::get<PredictiveParameters>(parameters.controller),
-                                                parameters.geometry, *model);
+  auto predictive = std::make_unique<PredictiveController>(std::get<PredictiveParameters>(parameters.controller),
+                                                           parameters.geometry, *model);
+  const LimitParameters& limits = parameters.gate.limits;
+  predictive->setTurnLimits(limits.angular_acceleration, limits.angular_deceleration);
+  return predictive;
 }
 
 std::string reason(const DriveLoopStatus& status, const std::string& contender) {

@@ -9,6 +9,9 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kLimitDeviation = 0.6;  // of the motors' acceleration limit; half of it has to be ordinary
+constexpr double kPathTolerance = 0.01;  // of the largest change of an input
+constexpr int kHalvings = 12;            // of an interval of inputs
+constexpr int kLongestReturn = 50;       // periods
 constexpr double kSteadyPath = 0.02;     // rad/s; largest change of the path in an action period of a steady drive
 constexpr double kSettled = 0.5;         // s; after the dead time, until nothing is left of an acceleration
 constexpr double kTrackSettled = 4.0;    // slip memories; after the dead time, until the effective track is learned
@@ -96,12 +99,52 @@ DriveTrainReference::DriveTrainReference(const PlantModel& model, double wheel_r
   input_ = exponential.topRightCorner<2, 1>();
 }
 
-double DriveTrainReference::advance(double wanted) {
+double DriveTrainReference::input(double wanted) const {
   const double change = std::clamp(pull_ * (wanted - state_(0)), -largest_change_, largest_change_);
+  return (state_(0) + change - transition_.row(0).dot(state_)) / input_(0);
+}
+
+void DriveTrainReference::take(double r) {
   before_ = state_;
-  r_ = (state_(0) + change - transition_.row(0).dot(state_)) / input_(0);
+  r_ = r;
   state_ = transition_ * before_ + input_ * r_;
+}
+
+double DriveTrainReference::advance(double wanted) {
+  take(input(wanted));
   return r_;
+}
+
+DriveTrainReference DriveTrainReference::minus(const DriveTrainReference& other) const {
+  DriveTrainReference difference = *this;
+  difference.state_ -= other.state_;
+  difference.before_ -= other.before_;
+  difference.r_ -= other.r_;
+  return difference;
+}
+
+double DriveTrainReference::inTime(double wanted, double r, double largest_change) const {
+  double high = std::clamp(r, r_ - largest_change, r_ + largest_change);
+  if (endsInTime(wanted, high, largest_change)) return r;
+  double low = r_ - std::copysign(largest_change, wanted - state_(0));
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (endsInTime(wanted, middle, largest_change) ? low : high) = middle;
+  }
+  return low;
+}
+
+bool DriveTrainReference::endsInTime(double wanted, double r, double largest_change) const {
+  const double direction = std::copysign(1.0, wanted - state_(0));
+  Eigen::Vector2d state = transition_ * state_ + input_ * r;
+  for (int k = 0; k < kLongestReturn; ++k) {
+    const double lead = direction * (r + state(1) - wanted);
+    if (lead <= 0.0) return true;
+    if (direction * (state(0) - wanted) > kPathTolerance * largest_change) return false;
+    r -= direction * std::min(lead, largest_change);
+    state = transition_ * state + input_ * r;
+  }
+  return true;
 }
 
 void DriveTrainReference::follow(double r) {
@@ -299,10 +342,22 @@ void PredictiveController::watchPath() {
   path_ = path;
 }
 
-double PredictiveController::act(double wanted, DriveTrainReference& reference, const WheelBelief& wheel,
-                                 double measured, double action) const {
+WheelVector PredictiveController::inputs() const {
+  WheelVector r(reference_left_.input(wanted_.left), reference_right_.input(wanted_.right));
+  if (turn_acceleration_ <= 0.0) return r;
+  const double turn = r(1) - r(0);
+  const double yaw_per_difference = geometry_.wheel_radius * geometry_.slip / geometry_.effective_track;
+  const double largest_change = model_.gain * turn_acceleration_ / (parameters_.action_rate * yaw_per_difference);
+  const double in_time =
+      reference_right_.minus(reference_left_).inTime(wanted_.right - wanted_.left, turn, largest_change);
+  return r + 0.5 * (in_time - turn) * WheelVector(-1.0, 1.0);
+}
+
+double PredictiveController::act(double r, DriveTrainReference& reference, const WheelBelief& wheel, double measured,
+                                 double action) const {
   // a ← a − κ_a (∂²F/∂a²)⁻¹ ∂F/∂a with F = ½ ε_a²/Σ_a, ε_a = g a + d − w*,   and   − h κ_y ε_y/Σ_y with ∂y/∂a = 1
-  const double error = model_.gain * action + wheel.disturbance() - reference.advance(wanted);
+  reference.take(r);
+  const double error = model_.gain * action + wheel.disturbance() - r;
   const double sensory = (measured - wheel.speed()) / (parameters_.wheel_variance * parameters_.action_rate);
   return action - parameters_.kappa_a * error / model_.gain - parameters_.sensory_action * sensory;
 }
@@ -311,8 +366,9 @@ WheelCommand PredictiveController::updateAction() {
   if (!started_) return applied_;
   watchPath();
   wanted_ = kinematics().wheelSpeeds(set_point_.forward, set_point_.yaw_rate);
-  applied_ = {act(wanted_.left, reference_left_, left_, observation_.wheel_left, applied_.left),
-              act(wanted_.right, reference_right_, right_, observation_.wheel_right, applied_.right)};
+  const WheelVector r = inputs();
+  applied_ = {act(r(0), reference_left_, left_, observation_.wheel_left, applied_.left),
+              act(r(1), reference_right_, right_, observation_.wheel_right, applied_.right)};
   const bool told_to_stand = set_point_.forward == 0.0 && set_point_.yaw_rate == 0.0;
   if (standstill_.stands(told_to_stand, applied_, left_.speed(), right_.speed(), 1.0 / parameters_.action_rate)) {
     applied_ = {};
@@ -333,6 +389,10 @@ void PredictiveController::overrule(const WheelCommand& applied) {
   reference_left_.follow(model_.gain * applied.left + left_.disturbance());
   reference_right_.follow(model_.gain * applied.right + right_.disturbance());
   applied_ = applied;
+}
+
+void PredictiveController::setTurnLimits(double acceleration, double deceleration) {
+  turn_acceleration_ = deceleration > 0.0 ? std::min(acceleration, deceleration) : acceleration;
 }
 
 void PredictiveController::adoptGains(const PredictiveParameters& parameters) {

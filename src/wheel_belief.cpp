@@ -13,6 +13,9 @@ constexpr double kUnknownDisturbance = 0.3;
 /// another reason.
 constexpr double kAccelerating = 0.2;
 
+constexpr double kLeastLimit = 0.3;   // lambda
+constexpr double kLimitMemory = 0.5;  // s at the limit
+
 }  // namespace
 
 WheelBelief::WheelBelief(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& parameters)
@@ -35,6 +38,8 @@ WheelBelief::WheelBelief(const PlantModel& model, double wheel_radius, const Whe
 
 void WheelBelief::reset(double speed) {
   commands_.fill(speed / model_.gain);
+  limit_share_ = 1.0;
+  limit_curvature_ = 0.0;
   seed(speed);
 }
 
@@ -48,6 +53,7 @@ void WheelBelief::seed(double speed) {
   C_since_ = C_;
   corrected_ << speed, C_(0, 0);
   measured_ = speed;
+  steps_ = limited_steps_ = 0;
   limit_doubt_ = rate_ = error_ = residual_ = hidden_ = predicted_change_ = predicted_change_variance_ = 0.0;
 }
 
@@ -58,9 +64,12 @@ void WheelBelief::predict(double command, double goal) {
 
   const Eigen::Vector3d next = transition_ * x_ + input_ * u + goal_input_ * goal;
   const double wanted = next(0) - x_(0);
-  const double change = std::clamp(wanted, -limit_ * kStep, limit_ * kStep);
+  const double largest = limit_share_ * limit_ * kStep;
+  const double change = std::clamp(wanted, -largest, largest);
   rate_ = change / kStep;
-  limit_doubt_ += parameters_.limit_deviation * std::max(0.0, 2.0 * std::abs(change) - limit_ * kStep);
+  limit_doubt_ += limitDeviation() * std::max(0.0, 2.0 * std::abs(change) - largest);
+  ++steps_;
+  limited_steps_ = change == wanted ? 0 : limited_steps_ + 1;
   Eigen::Matrix3d J = transition_;
   if (change == wanted) {
     x_ = next;
@@ -82,8 +91,10 @@ double WheelBelief::correct(double measurement, double added_variance) {
   predicted_change_ = x_(0) - corrected_(0);
   if ((measurement - measured_) * predicted_change_ > kAccelerating * predicted_change_ * predicted_change_) {
     P_(0, 0) += limit_doubt_ * limit_doubt_;
+    learnLimit(measurement - measured_);
   }
   measured_ = measurement;
+  steps_ = 0;
   limit_doubt_ = 0.0;
 
   // x ← x − κ_μ (∂²F/∂x²)⁻¹ ∂F/∂x at the prior, where ∂F/∂x = −C' ε_y/Σ and (∂²F/∂x²)⁻¹ C'/Σ = P C'/(C P C' + Σ)
@@ -99,6 +110,22 @@ double WheelBelief::correct(double measurement, double added_variance) {
   const double moved = parameters_.learning_rate * error_;  // x − x_prior = P C' moved/(C P C' + Σ)
   const double innovation_variance = variance / (1.0 - gain(0));
   return 0.5 * residual_ * residual_ / variance + 0.5 * gain(0) * moved * moved / innovation_variance;
+}
+
+double WheelBelief::limitDeviation() const {
+  const double prior = parameters_.limit_deviation;
+  return prior > 0.0 ? 1.0 / std::sqrt(1.0 / (prior * prior) + limit_curvature_) : 0.0;
+}
+
+void WheelBelief::learnLimit(double moved) {
+  if (parameters_.limit_deviation <= 0.0 || steps_ == 0 || limited_steps_ < 2 * steps_) return;
+  // λ ← λ − (∂²F/∂λ²)⁻¹ ∂F/∂λ
+  const double time = static_cast<double>(steps_) * kStep;
+  const double most = std::copysign(limit_ * time, rate_), variance = 2.0 * parameters_.measurement_variance;
+  limit_curvature_ = limit_curvature_ * std::exp(-time / kLimitMemory) + most * most / variance;
+  const double deviation = limitDeviation();
+  limit_share_ += deviation * deviation * most * (moved - limit_share_ * most) / variance;
+  limit_share_ = std::clamp(limit_share_, kLeastLimit, 1.0);
 }
 
 Eigen::Vector3d WheelBelief::gain() const {

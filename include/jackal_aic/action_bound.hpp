@@ -9,9 +9,11 @@
 ///
 ///     ramp      the action leads a motor that ramps at the model's acceleration limit by one period's ramp at most;
 ///               one factor on the change of both wheels keeps the curvature
-///     lateness  a wheel that accelerates, but is behind what it was commanded a dead time ago and not merely in
-///               proportion to it, has a slower motor than the model's: until it is there, its action does not go
-///               beyond the wheel speed of the set point
+///     goal      an action that ramped stays between where it is and the wheel speed of the set point while its wheel
+///               still accelerates towards that: what it is short of is on its way
+///     lateness  so does that of a wheel that accelerates, but is behind what it was commanded a dead time ago: its
+///               motor is slower than the model's, or its gain less, which tells once it rests. Nor is its action on
+///               its way from one set point to the next any further than that of the other wheel: the curvature stays
 ///     stop      after the set point became zero the action goes to zero no faster than along a straight line of
 ///               kShortestStop, and not past zero until its wheel rests: a robot told to stop does not drive backwards
 ///
@@ -29,7 +31,7 @@
 
 namespace jackal_aic {
 
-/// Tells from its commands and measured speeds whether a wheel is late, its motor slower than the model's.
+/// Tells from its commands and measured speeds whether a wheel is late: it accelerates behind what it was commanded.
 class WheelLateness {
  public:
   /// @param model drive train; @param acceleration its limit [rad/s^2]; @param period of the commands [s].
@@ -50,6 +52,12 @@ class WheelLateness {
   /// 1 if the wheel is late on its way up (forward is positive), -1 on its way down, 0 if it is not late.
   int late() const { return late_; }
 
+  /// 1 or -1 if it speeds up or slows down by more than a little of the motor's limit, else 0.
+  int accelerating() const { return accelerating_; }
+
+  /// Of the wheel behind its command, in periods.
+  std::size_t delay() const { return delay_; }
+
  private:
   static constexpr std::size_t kSamples = 5;  // of which a slope is taken: 80 ms at 50 Hz
   struct Sample {
@@ -63,18 +71,16 @@ class WheelLateness {
 
   Line measured() const;
   double commandAgo(std::size_t periods) const;
-  int direction(const Line& line, double span) const;
-  bool followed(const Line& line, int sign, std::size_t periods) const;
 
   double acceleration_;                     // rad/s^2
   double gain_;                             // wheel speed / command
-  double period_;                           // s
   std::size_t delay_;                       // of the wheel behind its command, in periods
   std::vector<double> commands_;            // ring, as the wheel's speeds [rad/s]
   std::size_t head_ = 0;                    // of the last command
   std::array<Sample, kSamples> samples_{};  // ring
   std::size_t count_ = 0;                   // of the samples so far
   int late_ = 0;
+  int accelerating_ = 0;  // by the slope of the samples
 };
 
 /// Bounds of the action of both wheels; none without a plant model. Nothing but construction allocates.
@@ -107,6 +113,8 @@ class ActionBound {
   static constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
   void watchStop(const WheelVector& action, bool told_to_stop);
+  void watchRamp(bool bounded);
+  WheelVector together(const WheelVector& action, const WheelVector& next, const WheelVector& goal) const;
   double room(const WheelVector& action, const WheelVector& change) const;
   double towardsGoal(int wheel, double action, double next, double goal) const;
 
@@ -117,6 +125,10 @@ class ActionBound {
   WheelVector followed_ = WheelVector::Zero();  // where a motor at its limit is on the way to the action [rad/s]
   WheelVector speed_ = WheelVector::Zero();     // measured last [rad/s]
   bool told_to_stop_ = true;                    // the last set point was zero
+  WheelVector goal_ = WheelVector::Zero();      // of the last period [rad/s]
+  WheelVector start_ = WheelVector::Zero();     // action when the set point came [rad/s]
+  bool ramped_ = false;                         // since the wheels last rested or drove steadily
+  int since_ramp_ = 0;                          // periods
   double stop_change_ = kUnbounded;             // largest change of the action in a period of the present stop [rad/s]
 };
 

@@ -19,6 +19,7 @@
 #include "jackal_aic/parameters.hpp"
 #include "jackal_aic/plant_model.hpp"
 #include "jackal_aic/skid_steer_kinematics.hpp"
+#include "jackal_aic/standstill.hpp"
 #include "jackal_aic/types.hpp"
 #include "jackal_aic/velocity_controller.hpp"
 
@@ -45,7 +46,8 @@ class ActiveInferenceController : public VelocityController {
   /// One step of the belief update (3-11) with the last measurement and set point held.
   void updateBelief() override;
 
-  /// One step of the action update (3-13).
+  /// One step of the action update (3-13). With a plant model, a robot that is told to stand, and does, gets a command
+  /// of exactly zero (standstill.hpp).
   WheelCommand updateAction() override;
 
   void hold(const WheelCommand& applied) override;
@@ -82,6 +84,7 @@ class ActiveInferenceController : public VelocityController {
   Generalization sensors_;
   BeliefUpdate belief_update_;
   ActionUpdate action_update_;
+  std::optional<Standstill> standstill_;  // with a plant model
   double belief_step_;
   int belief_steps_per_action_;
   GeneralizedBody mu_;

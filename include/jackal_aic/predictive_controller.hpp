@@ -108,6 +108,20 @@ class DriveTrainReference {
   /// so.
   double advance(double wanted);
 
+  /// The input r [rad/s] with which advance() would go on.
+  double input(double wanted) const;
+
+  /// Goes on by one action period with this input [rad/s], within the acceleration limit.
+  void take(double r);
+
+  /// The path of the difference of two wheels, of which the drive train is the same.
+  DriveTrainReference minus(const DriveTrainReference& other) const;
+
+  /// The input nearest to r [rad/s] from which the path ends at a wheel speed [rad/s] without running beyond it. An
+  /// input that makes a wheel accelerate leads it by its lag and has to come back in time. @param largest_change of an
+  /// input in a period [rad/s]. Where r is not to be changed it is returned to the bit.
+  double inTime(double wanted, double r, double largest_change) const;
+
   /// Goes on by one action period as the model does under an input r [rad/s].
   void follow(double r);
 
@@ -124,6 +138,8 @@ class DriveTrainReference {
   double speed() const { return state_(0); }
 
  private:
+  bool endsInTime(double wanted, double r, double largest_change) const;
+
   Eigen::Matrix2d transition_;  // of (w, z) over an action period
   Eigen::Vector2d input_;       // of r held over it
   double step_;                 // action period [s]
@@ -167,6 +183,10 @@ class PredictiveController : public VelocityController {
   /// As the base: keeps the slip.
   void forgetMotion() override;
 
+  /// Tells the angular acceleration and deceleration [rad/s^2] that a drive command may have; 0: no bound, or none of
+  /// its own. A turn whose command could not come back in time would run on beyond its set point.
+  void setTurnLimits(double acceleration, double deceleration);
+
   /// Takes other gains over and goes on with the present belief and action. Allocates nothing. @throws ParameterError,
   /// and changes nothing, if they are invalid or have other rates.
   void adoptGains(const PredictiveParameters& parameters);
@@ -209,8 +229,8 @@ class PredictiveController : public VelocityController {
 
  private:
   SkidSteerKinematics kinematics() const;
-  double act(double wanted, DriveTrainReference& reference, const WheelBelief& wheel, double measured,
-             double action) const;
+  WheelVector inputs() const;
+  double act(double r, DriveTrainReference& reference, const WheelBelief& wheel, double measured, double action) const;
   void predict();
   void correct(const Observation& observation);
   double correctWheels(const Observation& observation);
@@ -238,7 +258,8 @@ class PredictiveController : public VelocityController {
   SetPoint set_point_;
   WheelCommand applied_;
   Standstill standstill_;
-  WheelCommand wanted_;  // wheel speeds of the set point [rad/s]
+  double turn_acceleration_ = 0.0;  // that a command may have [rad/s^2]; 0: no bound
+  WheelCommand wanted_;             // wheel speeds of the set point [rad/s]
   DriveTrainReference reference_left_;
   DriveTrainReference reference_right_;
   Observation observation_;

@@ -16,8 +16,11 @@
 /// The second part of the measurement's variance is what an error sigma_t of the dead time does to a speed that
 /// changes: while the wheel accelerates its measurement says little about the disturbance.
 ///
-/// So is w after an acceleration beyond half the model's limit, by up to sigma_l of the change, if the wheel
-/// accelerates at all: a motor slower than the model's is no disturbance to be made up for.
+/// So is w after an acceleration beyond half the model's limit, by up to the deviation of the limit times the change,
+/// if the wheel accelerates at all: a motor slower than the model's is no disturbance to be made up for. What the
+/// motor's limit is, as a part lambda of the model's and at most that, is learned where the model is at its limit, from
+/// how the measured speed changes (gradient of 1/2 (dy - lambda dw)^2 / (2 Sigma_y), natural, with forgetting), and
+/// sigma_l is how far lambda is off before anything is learned.
 ///
 /// Between measurements the belief x = (w, z, d) moves with the model and its covariance P grows by the random
 /// fluctuations of w and d. A measurement changes it by the gradient of the free energy
@@ -68,10 +71,11 @@ class WheelBelief {
   /// the encoder [(rad/s)^2].
   double correct(double measurement, double added_variance = 0.0);
 
-  double speed() const { return x_(0); }             ///< w [rad/s]
-  double disturbance() const { return x_(2); }       ///< d [rad/s]
-  double acceleration() const { return rate_; }      ///< dw/dt of the last inner step [rad/s^2]
-  double predictionError() const { return error_; }  ///< y - w of the last measurement, before the step [rad/s]
+  double speed() const { return x_(0); }              ///< w [rad/s]
+  double disturbance() const { return x_(2); }        ///< d [rad/s]
+  double limitShare() const { return limit_share_; }  ///< lambda, acceleration limit of the wheel / of the model
+  double acceleration() const { return rate_; }       ///< dw/dt of the last inner step [rad/s^2]
+  double predictionError() const { return error_; }   ///< y - w of the last measurement, before the step [rad/s]
 
   /// Gain of the next measurement on (w, z, d) if the wheel does not accelerate.
   Eigen::Vector3d gain() const;
@@ -116,10 +120,14 @@ class WheelBelief {
 
  private:
   void followError(const Eigen::Vector3d& gain);
+  void learnLimit(double moved);
+  double limitDeviation() const;
 
   PlantModel model_;
   WheelBeliefParameters parameters_;
-  double limit_;  // of dw/dt [rad/s^2]
+  double limit_;                  // of dw/dt by the model [rad/s^2]
+  double limit_share_ = 1.0;      // lambda
+  double limit_curvature_ = 0.0;  // of F along lambda, beside that of what was believed before
   Eigen::Matrix3d transition_;
   Eigen::Vector3d input_;                                                                  // of a command
   Eigen::Vector3d goal_input_;                                                             // of the goal
@@ -132,6 +140,8 @@ class WheelBelief {
   Eigen::Matrix3d C_since_ = Eigen::Matrix3d::Zero();    // of the error with that after the last measurement
   Eigen::Vector2d corrected_ = Eigen::Vector2d::Zero();  // w after the last measurement and the variance of its error
   double measured_ = 0.0;                                // last measurement [rad/s]
+  std::size_t steps_ = 0;                                // inner steps since the last measurement
+  std::size_t limited_steps_ = 0;                        // of late at the acceleration limit, without a break
   double limit_doubt_ = 0.0;  // standard deviation of w that the limit caused since the last measurement [rad/s]
   double rate_ = 0.0;
   double error_ = 0.0;

@@ -125,7 +125,7 @@ TrialController controllerOn(const GainSearchTask& task, const ControllerParamet
 }
 
 /// A second for every bar that is not kept, and for as many times as it is exceeded.
-double penalty(const TrialBars& bars, const TrialFigures& figures) {
+double penalty(const TrialBars& bars, const sim::StopFigures& figures) {
   double sum = figures.settling ? 0.0 : 2.0;
   const auto add = [&](double figure, double bar) {
     if (figure > kReserve * bar) sum += figure / (kReserve * bar) - (figure > bar ? 0.0 : 1.0);
@@ -311,7 +311,7 @@ void assessOn(const GainSearchTask& task, const SearchRobot& robot, unsigned job
     assessment.missed.push_back(robot.name + ": margins");
   }
   const std::vector<Trial> trials = trialsOf(task, robot);
-  std::vector<TrialFigures> figures(trials.size());
+  std::vector<sim::StopFigures> figures(trials.size());
   sim::parallelFor(trials.size(), jobs, [&](std::size_t i) {
     figures[i] = drive(trials[i], controllerOn(task, assessment.controller, robot), task.urdf);
   });
@@ -390,7 +390,7 @@ double gainCost(const GainSearchTask& task, const ControllerParameters& controll
   double longest = 0.0, others = 0.0;
   for (const SearchTrial& t : trials) {
     const SearchRobot& robot = task.robots[t.robot];
-    const TrialFigures figures = drive(t.trial, controllerOn(task, controller, robot), task.urdf);
+    const sim::StopFigures figures = drive(t.trial, controllerOn(task, controller, robot), task.urdf);
     const bool searched =
         t.trial.nominal && t.trial.set_point.forward == task.speed && t.trial.set_point.yaw_rate == 0.0;
     const double settling = figures.settling.value_or(0.0);

@@ -44,8 +44,8 @@ struct GainSearchTask {
 struct RobotAssessment {
   double settling_first = 0.0;  ///< of the step to the task's speed, shortest over the phase [s]; 0 if it never settles
   double settling_last = 0.0;   ///< and longest
-  TrialFigures as_it_is;        ///< worst of the trials of the robot as it is
-  TrialFigures otherwise;       ///< worst of its spread, of coarse encoders and of the random trials
+  sim::StopFigures as_it_is;    ///< worst of the trials of the robot as it is
+  sim::StopFigures otherwise;   ///< worst of its spread, of coarse encoders and of the random trials
   Certificate certificate;
 };
 

@@ -11,69 +11,13 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kDrive = 4.0;   // s; half the limit of the ground's motors reaches 2 m/s in 2.5 s
-constexpr double kStand = 3.0;   // s
-constexpr double kSteady = 1.0;  // s before the stop and before the end
-constexpr double kStop = sim::kRestTime + kDrive, kEnd = kStop + kStand;
-constexpr double kSettledWithin = 0.05;  // of the set point
-constexpr double kLatest = 0.010;        // s by which a sample may come late
+constexpr double kDrive = 4.0;     // s; half the limit of the ground's motors reaches 2 m/s in 2.5 s
+constexpr double kStand = 3.0;     // s
+constexpr double kLatest = 0.010;  // s by which a sample may come late
 constexpr double kSpreadOvershoot = 1.5;
 
 const SetPoint kSetPoints[] = {{0.1, 0.0, 0.0}, {0.3, 0.0, 0.0}, {0.5, 0.0, 0.0}, {1.0, 0.0, 0.0}, {1.5, 0.0, 0.0},
                                {2.0, 0.0, 0.0}, {0.0, 0.0, 0.5}, {0.0, 0.0, 2.0}, {0.5, 0.0, 0.5}, {1.0, 0.0, 2.0}};
-
-sim::SetPointProfile profileOf(const SetPoint& set_point) {
-  sim::SetPointProfile profile;
-  profile.changes = {{sim::kRestTime, set_point}, {kStop, SetPoint{}}};
-  profile.duration = kEnd;
-  profile.assessed.reset();
-  return profile;
-}
-
-/// Root mean square of a wheel's command about its mean between two times.
-double rippleBetween(const std::vector<sim::Sample>& samples, double from, double until) {
-  WheelVector sum = WheelVector::Zero(), squares = WheelVector::Zero();
-  double count = 0.0;
-  for (const sim::Sample& s : samples) {
-    if (s.time < from || s.time >= until) continue;
-    sum += s.command.vector();
-    squares += s.command.vector().cwiseAbs2();
-    ++count;
-  }
-  return std::sqrt(std::max(0.0, (squares / count - (sum / count).cwiseAbs2()).maxCoeff()));
-}
-
-/// Mean of a channel before the stop.
-double finalValue(const std::vector<sim::Sample>& samples, double sim::Sample::*channel) {
-  double sum = 0.0, count = 0.0;
-  for (const sim::Sample& s : samples) {
-    if (s.time < kStop - kSteady || s.time >= kStop) continue;
-    sum += s.*channel;
-    ++count;
-  }
-  return sum / count;
-}
-
-/// Adds the figures of one channel. @param beyond figure of what is beyond zero.
-void assess(const std::vector<sim::Sample>& samples, double set_point, double sim::Sample::*channel,
-            TrialFigures& figures, double& beyond) {
-  if (set_point == 0.0) return;
-  const double end = finalValue(samples, channel);
-  // A robot that turns faster on an arc than its model says is off, but does not overshoot.
-  const double level = std::max(1.0, end / set_point);
-  double settled = sim::kRestTime;
-  for (const sim::Sample& s : samples) {
-    const double along = s.*channel / set_point;
-    if (s.time > kStop) {
-      beyond = std::max(beyond, -along * std::abs(set_point));
-      continue;
-    }
-    figures.overshoot_pct = std::max(figures.overshoot_pct, 100.0 * (along - level));
-    if (std::abs(s.*channel - end) > kSettledWithin * std::abs(set_point)) settled = s.time;
-  }
-  const bool settles = settled < kStop - kSteady && figures.settling;
-  figures.settling = settles ? std::optional(std::max(*figures.settling, settled - sim::kRestTime)) : std::nullopt;
-}
 
 std::string text(double value) {
   std::ostringstream out;
@@ -162,15 +106,7 @@ void addCoarse(sim::PlantParameters plant, const std::string& robot, double over
 
 }  // namespace
 
-void TrialFigures::worsen(const TrialFigures& other) {
-  settling = settling && other.settling ? std::optional(std::max(*settling, *other.settling)) : std::nullopt;
-  overshoot_pct = std::max(overshoot_pct, other.overshoot_pct);
-  beyond_mps = std::max(beyond_mps, other.beyond_mps);
-  beyond_radps = std::max(beyond_radps, other.beyond_radps);
-  ripple = std::max(ripple, other.ripple);
-}
-
-std::string TrialBars::missed(const TrialFigures& figures) const {
+std::string TrialBars::missed(const sim::StopFigures& figures) const {
   if (!figures.settling) return "never settles";
   if (!(figures.overshoot_pct <= overshoot_pct))
     return "overshoots by " + text(figures.overshoot_pct) + " % (at most " + text(overshoot_pct) + ")";
@@ -232,7 +168,7 @@ std::vector<Trial> drawnTrials(const sim::PlantParameters& plant, const std::str
   return trials;
 }
 
-TrialFigures drive(const Trial& trial, const TrialController& controller, const std::string& urdf) {
+sim::StopFigures drive(const Trial& trial, const TrialController& controller, const std::string& urdf) {
   sim::JackalPlant plant(urdf, trial.plant);
   DriveParameters parameters = sim::uninterrupted();
   parameters.controller = controller.controller;
@@ -240,14 +176,9 @@ TrialFigures drive(const Trial& trial, const TrialController& controller, const 
   parameters.gate.limits = controller.limits;
   parameters.plant_model = controller.model;
   DriveLoop loop(parameters, makeController(parameters));
-  const auto samples = sim::runClosedLoop(plant, loop, profileOf(trial.set_point), trial.plant.support,
-                                          controller.geometry, {trial.phase});
-  TrialFigures figures;
-  assess(samples, trial.set_point.forward, &sim::Sample::velocity, figures, figures.beyond_mps);
-  assess(samples, trial.set_point.yaw_rate, &sim::Sample::yaw_rate, figures, figures.beyond_radps);
-  figures.ripple =
-      std::max(rippleBetween(samples, kStop - kSteady, kStop), rippleBetween(samples, kEnd - kSteady, kEnd));
-  return figures;
+  const auto samples = sim::runClosedLoop(plant, loop, sim::stopProfile(trial.set_point, kDrive, kStand),
+                                          trial.plant.support, controller.geometry, {trial.phase});
+  return sim::assessStop(samples, trial.set_point, kDrive);
 }
 
 }  // namespace jackal_aic

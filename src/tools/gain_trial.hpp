@@ -5,29 +5,16 @@
 /// that have steps, late samples, and a robot that is not quite its model. Gains are judged by the worst of it.
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "closed_loop.hpp"
 #include "jackal_aic/gate_parameters.hpp"
 #include "jackal_aic/parameters.hpp"
 #include "jackal_aic/plant_model.hpp"
 #include "plant_parameters.hpp"
+#include "stop_figures.hpp"
 
 namespace jackal_aic {
-
-/// The figures of a trial, or the worst of several.
-struct TrialFigures {
-  std::optional<double> settling = 0.0;  ///< time until forward speed and yaw rate stay within 5 % [s]; empty: never
-  double overshoot_pct = 0.0;            ///< largest excursion beyond the set point, of the set point
-  double beyond_mps = 0.0;               ///< largest forward speed beyond zero after the stop [m/s]
-  double beyond_radps = 0.0;             ///< largest yaw rate beyond zero after the stop [rad/s]
-  double ripple = 0.0;  ///< rms of a wheel's command about its mean before the stop and at rest [rad/s]
-
-  /// Takes over what is worse.
-  void worsen(const TrialFigures& other);
-};
 
 /// What the figures of a trial have to keep.
 struct TrialBars {
@@ -37,7 +24,7 @@ struct TrialBars {
   double ripple = 0.1;
 
   /// What is not kept, in words; empty if everything is.
-  std::string missed(const TrialFigures& figures) const;
+  std::string missed(const sim::StopFigures& figures) const;
 };
 
 /// From rest to a set point and back to rest, on one robot.
@@ -74,6 +61,6 @@ struct TrialController {
 };
 
 /// Drives a trial. @param urdf of the simulated robot.
-TrialFigures drive(const Trial& trial, const TrialController& controller, const std::string& urdf);
+sim::StopFigures drive(const Trial& trial, const TrialController& controller, const std::string& urdf);
 
 }  // namespace jackal_aic

@@ -202,7 +202,7 @@ std::string assessmentTable(const GainSearchTask& task,
   for (const auto& [name, assessment] : rows) {
     for (std::size_t i = 0; i < assessment.robots.size(); ++i) {
       const RobotAssessment& robot = assessment.robots[i];
-      const TrialFigures &nominal = robot.as_it_is, &others = robot.otherwise;
+      const sim::StopFigures &nominal = robot.as_it_is, &others = robot.otherwise;
       line({name, task.robots[i].name, fixed(robot.settling_first, 2) + ".." + fixed(robot.settling_last, 2),
             both(nominal.overshoot_pct, others.overshoot_pct, 1), both(nominal.beyond_mps, others.beyond_mps, 3),
             both(nominal.beyond_radps, others.beyond_radps, 3), both(nominal.ripple, others.ripple, 3),

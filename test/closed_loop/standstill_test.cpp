@@ -7,7 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "loop_setup.hpp"
 #include "predictive_loop.hpp"
+#include "result_table.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -32,6 +34,31 @@ TEST(Standstill, AfterAStopTheCommandIsExactlyZeroAndStaysSo) {
     }
   }
 }
+
+class StandstillOfAPreset : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(StandstillOfAPreset, AfterAStopTheCommandIsExactlyZeroAndStaysSo) {
+  const PackageFiles files{JACKAL_AIC_SOURCE_DIR};
+  SetPointProfile profile;
+  profile.changes = {{kRestTime, {0.5, 0.0, 0.5}}, {3.0, {}}, {20.0, {0.5, 0.0, 0.0}}};
+  profile.duration = 22.0;
+  profile.assessed.reset();
+  for (const char* plant : {"ground", "box"}) {
+    const auto samples = runSetup(loadSetup(files, GetParam(), plant, {}), profile).samples;
+    for (const Sample& s : samples) {
+      if (s.time > 7.0 && s.time < 19.99) {
+        ASSERT_EQ(s.command, WheelCommand{}) << plant << ", " << s.time << " s";
+      }
+      if (s.time > 20.05) {
+        ASSERT_NE(s.command.left, 0.0) << plant << ": it starts at once";
+      }
+    }
+    EXPECT_NEAR(samples.back().velocity, 0.5, 0.03);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Presets, StandstillOfAPreset, ::testing::Values("standard", "improved", "tuned", "predictive"),
+                         [](const auto& info) { return info.param; });
 
 TEST(Standstill, ADisturbanceOfTheWheelsIsStillHeldAgainst) {
   // A velocity loop that gives way: the belief is of a wheel that turns without a command.

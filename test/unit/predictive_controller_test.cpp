@@ -324,6 +324,30 @@ TEST(DriveTrainReference, InputMakesTheModelFollowThePath) {
   }
 }
 
+TEST(DriveTrainReference, AnInputThatMayOnlyChangeSlowlyEndsInTime) {
+  PlantModel model = driveTrain();
+  model.lag = 0.0455;
+  model.velocity_loop_integral = 8.0;
+  model.acceleration_limit = 100.0;
+  for (const double largest_change : {1.4, 3.0}) {
+    for (const bool in_time : {false, true}) {
+      DriveTrainReference path(model, 0.098, 0.01, 0.02);
+      double before = 0.0, fastest = 0.0;
+      int settled = 0;
+      for (int k = 0; k < 60; ++k) {
+        const double wanted = path.input(6.0);
+        const double r = in_time ? path.inTime(6.0, wanted, largest_change) : wanted;
+        before += std::clamp(r - before, -largest_change, largest_change);
+        path.take(before);
+        fastest = std::max(fastest, path.speed());
+        if (std::abs(path.speed() - 6.0) > 0.3) settled = k + 1;
+      }
+      EXPECT_EQ(fastest > 6.1, !in_time) << largest_change << ", " << fastest;
+      if (in_time) EXPECT_LT(0.02 * settled, 0.02 * 6.0 / largest_change + 0.15) << largest_change;
+    }
+  }
+}
+
 TEST(DriveTrainReference, WheelsThatHardlyDifferStayTogetherAtTheAccelerationLimit) {
   PlantModel model = driveTrain();
   model.velocity_loop_integral = 8.0;

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <vector>
 
 namespace jackal_aic {
 namespace {
@@ -96,6 +98,35 @@ TEST(WheelBelief, DistrustsMeasurementsWhileItAccelerates) {
   moving.correct(moving.speed() + 0.5);
   still.correct(still.speed() + 0.5);
   EXPECT_LT(std::abs(moving.disturbance() - before), 0.5 * std::abs(still.disturbance()));
+}
+
+TEST(WheelBelief, LearnsTheLimitOfASlowMotorAndNoneOfAQuickOrABlockedOne) {
+  // A ramp of the command at the model's limit, then the goal; the wheel by its own limit.
+  const auto share = [](double limit_factor) {
+    WheelBeliefParameters parameters;
+    parameters.limit_deviation = 0.6;
+    PlantModel drive = model(0.08, 0.006);
+    drive.acceleration_limit = 1.65;
+    WheelBelief wheel(drive, kRadius, parameters);
+    const double limit = drive.acceleration_limit / kRadius * WheelBelief::kStep;
+    std::vector<double> commands;
+    double command = 0.0, speed = 0.0;
+    for (int k = 0; k < 2000; ++k) {
+      command = std::min(10.0, command + limit);
+      commands.push_back(command);
+      const double acting = k >= 80 ? commands[static_cast<std::size_t>(k) - 80] : 0.0;
+      speed += std::clamp(acting - speed, -limit_factor * limit, limit_factor * limit);
+      wheel.predict(command);
+      if (k % 20 == 19) wheel.correct(speed);
+    }
+    EXPECT_NEAR(wheel.speed(), speed, 0.05) << limit_factor;
+    return wheel.limitShare();
+  };
+  EXPECT_NEAR(share(0.5), 0.5, 0.05);
+  EXPECT_NEAR(share(0.8), 0.8, 0.05);
+  EXPECT_NEAR(share(1.0), 1.0, 0.02);
+  EXPECT_NEAR(share(2.0), 1.0, 0.02);
+  EXPECT_NEAR(share(0.0), 1.0, 1e-9) << "blocked";
 }
 
 TEST(WheelBelief, SmallLearningRateMovesLessTowardsTheSameSide) {

@@ -49,9 +49,9 @@ TEST(Trial, FiguresAreOfTheStepAndOfTheStop) {
   Trial trial{{0.5, 0.0, 0.0}, box().simulation, 0.019, {}, "", true};
   trial.plant.noise_scale = 0.0;
   const std::string urdf = sim::readText(kPackage + "/sim/urdf/jackal.urdf");
-  const TrialFigures late = drive(trial, on(box(), improved()), urdf);
+  const sim::StopFigures late = drive(trial, on(box(), improved()), urdf);
   trial.phase = 0.0;
-  const TrialFigures in_phase = drive(trial, on(box(), improved()), urdf);
+  const sim::StopFigures in_phase = drive(trial, on(box(), improved()), urdf);
   EXPECT_NEAR(*in_phase.settling, 0.75, 0.05);
   EXPECT_GT(late.overshoot_pct, 2.0 * in_phase.overshoot_pct);
   EXPECT_GT(late.beyond_mps, 0.0);
@@ -60,23 +60,23 @@ TEST(Trial, FiguresAreOfTheStepAndOfTheStop) {
 }
 
 TEST(TrialBars, NameWhatIsMissed) {
-  const auto with = [](double TrialFigures::*figure, double value) {
-    TrialFigures figures;
+  const auto with = [](double sim::StopFigures::*figure, double value) {
+    sim::StopFigures figures;
     figures.*figure = value;
     return TrialBars{}.missed(figures);
   };
   EXPECT_EQ(TrialBars{}.missed({}), "");
-  EXPECT_EQ(with(&TrialFigures::overshoot_pct, 12.5), "overshoots by 12.5 % (at most 10)");
-  EXPECT_EQ(with(&TrialFigures::beyond_mps, 0.04), "runs back with 0.04 m/s after the stop");
-  EXPECT_EQ(with(&TrialFigures::beyond_radps, 0.06), "turns back with 0.06 rad/s after the stop");
-  EXPECT_EQ(with(&TrialFigures::ripple, 0.2), "its command ripples by 0.2 rad/s");
-  TrialFigures never;
+  EXPECT_EQ(with(&sim::StopFigures::overshoot_pct, 12.5), "overshoots by 12.5 % (at most 10)");
+  EXPECT_EQ(with(&sim::StopFigures::beyond_mps, 0.04), "runs back with 0.04 m/s after the stop");
+  EXPECT_EQ(with(&sim::StopFigures::beyond_radps, 0.06), "turns back with 0.06 rad/s after the stop");
+  EXPECT_EQ(with(&sim::StopFigures::ripple, 0.2), "its command ripples by 0.2 rad/s");
+  sim::StopFigures never;
   never.settling.reset();
   EXPECT_EQ(TrialBars{}.missed(never), "never settles");
 }
 
-TEST(TrialFigures, WorsenTakesTheWorseOfEach) {
-  TrialFigures worst{0.5, 3.0, 0.02, 0.0, 0.01};
+TEST(StopFigures, WorsenTakesTheWorseOfEach) {
+  sim::StopFigures worst{0.5, 3.0, 0.02, 0.0, 0.01};
   worst.worsen({0.4, 5.0, 0.01, 0.03, 0.02});
   EXPECT_EQ(*worst.settling, 0.5);
   EXPECT_EQ(worst.overshoot_pct, 5.0);
