@@ -7,9 +7,9 @@
 #include <array>
 #include <vector>
 
-#include "jackal_aic/plant_model.hpp"
-#include "jackal_aic/predictive_controller.hpp"
-#include "jackal_aic/types.hpp"
+#include "jackal_aic/model/plant_model.hpp"
+#include "jackal_aic/model/types.hpp"
+#include "jackal_aic/predictive/predictive_controller.hpp"
 
 namespace jackal_aic::sim {
 

@@ -7,7 +7,7 @@
 #include <nlopt.hpp>
 #include <regex>
 
-#include "jackal_aic/yaml_text.hpp"
+#include "jackal_aic/config/yaml_text.hpp"
 #include "parallel.hpp"
 
 namespace jackal_aic::sim {

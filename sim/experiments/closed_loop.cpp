@@ -7,8 +7,8 @@
 #include <random>
 #include <sstream>
 
-#include "jackal_aic/parameter_map.hpp"
-#include "jackal_aic/skid_steer_kinematics.hpp"
+#include "jackal_aic/config/parameter_map.hpp"
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
 
 namespace jackal_aic::sim {
 namespace {

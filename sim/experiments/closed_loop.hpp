@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "jackal_aic/drive_loop.hpp"
-#include "jackal_aic/parameter_map.hpp"
-#include "jackal_aic/types.hpp"
+#include "jackal_aic/config/parameter_map.hpp"
+#include "jackal_aic/model/types.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
 #include "jackal_plant.hpp"
 #include "response_metrics.hpp"
 

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "comparison.hpp"
-#include "jackal_aic/belief_update.hpp"
-#include "jackal_aic/state_space_model.hpp"
+#include "jackal_aic/aic/belief_update.hpp"
+#include "jackal_aic/certificate/state_space_model.hpp"
 #include "usable_range.hpp"
 #include "yaml_fields.hpp"
 

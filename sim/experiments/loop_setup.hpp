@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "closed_loop.hpp"
-#include "jackal_aic/drive_loop.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
 #include "package_files.hpp"
 #include "plant_parameters.hpp"
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "jackal_aic/parameter_map.hpp"
-#include "jackal_aic/types.hpp"
+#include "jackal_aic/config/parameter_map.hpp"
+#include "jackal_aic/model/types.hpp"
 
 namespace jackal_aic::sim {
 

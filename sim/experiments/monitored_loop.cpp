@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "jackal_aic/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
 #include "plant_conversion.hpp"
 
 namespace jackal_aic::sim {

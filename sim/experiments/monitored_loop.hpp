@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "closed_loop.hpp"
-#include "jackal_aic/fault_monitor.hpp"
+#include "jackal_aic/faults/fault_monitor.hpp"
 #include "loop_setup.hpp"
 #include "sensor_faults.hpp"
 

@@ -5,7 +5,7 @@
 #include <sstream>
 #include <vector>
 
-#include "jackal_aic/parameter_map.hpp"
+#include "jackal_aic/config/parameter_map.hpp"
 
 namespace jackal_aic::sim {
 namespace {

@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "jackal_aic/ControllerState.h"
-#include "jackal_aic/urdf_geometry.hpp"
+#include "jackal_aic/config/urdf_geometry.hpp"
 #include "manoeuvre.hpp"
 #include "response_metrics.hpp"
 #include "ros_parameters.hpp"

@@ -7,7 +7,7 @@
 
 #include "campaign.hpp"
 #include "csv.hpp"
-#include "jackal_aic/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
 #include "parallel.hpp"
 #include "plant_conversion.hpp"
 #include "progress_bar.hpp"

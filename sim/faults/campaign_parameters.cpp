@@ -2,7 +2,7 @@
 
 #include <regex>
 
-#include "jackal_aic/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
 #include "plant_parameters.hpp"
 
 namespace jackal_aic::sim {

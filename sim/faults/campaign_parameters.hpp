@@ -6,7 +6,7 @@
 #include <string>
 
 #include "fault_campaign.hpp"
-#include "jackal_aic/parameter_map.hpp"
+#include "jackal_aic/config/parameter_map.hpp"
 #include "judge.hpp"
 
 namespace jackal_aic::sim {

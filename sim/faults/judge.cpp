@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "jackal_aic/skid_steer_kinematics.hpp"
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
 
 namespace jackal_aic::sim {
 namespace {

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "jackal_aic/gate_parameters.hpp"
-#include "jackal_aic/parameters.hpp"
-#include "jackal_aic/types.hpp"
+#include "jackal_aic/aic/parameters.hpp"
+#include "jackal_aic/model/types.hpp"
+#include "jackal_aic/safety/gate_parameters.hpp"
 #include "scenario.hpp"
 
 namespace jackal_aic::sim {

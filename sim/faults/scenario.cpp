@@ -6,7 +6,7 @@
 #include <set>
 #include <sstream>
 
-#include "jackal_aic/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
 #include "message_access.hpp"
 #include "plant_parameters.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "jackal_aic/gravity.hpp"
+#include "jackal_aic/model/gravity.hpp"
 #include "motor.hpp"
 #include "ode_world.hpp"
 #include "periodic.hpp"

@@ -11,8 +11,8 @@
 #include <optional>
 #include <string>
 
-#include "jackal_aic/parameter_map.hpp"
-#include "jackal_aic/types.hpp"
+#include "jackal_aic/config/parameter_map.hpp"
+#include "jackal_aic/model/types.hpp"
 #include "plant_parameters.hpp"
 
 namespace jackal_aic::sim {

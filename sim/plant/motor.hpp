@@ -7,7 +7,7 @@
 #include <deque>
 #include <utility>
 
-#include "jackal_aic/types.hpp"
+#include "jackal_aic/model/types.hpp"
 
 namespace jackal_aic::sim {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <mutex>
 
-#include "jackal_aic/gravity.hpp"
+#include "jackal_aic/model/gravity.hpp"
 
 namespace jackal_aic::sim {
 namespace {

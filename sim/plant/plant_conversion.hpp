@@ -3,7 +3,7 @@
 /// @file
 /// Between the parameters of the simulated robot and the linear plant model of the controller's side.
 
-#include "jackal_aic/plant_model.hpp"
+#include "jackal_aic/model/plant_model.hpp"
 #include "plant_parameters.hpp"
 
 namespace jackal_aic::sim {

@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <string>
 
-#include "jackal_aic/parameter_map.hpp"
+#include "jackal_aic/config/parameter_map.hpp"
 #include "jackal_plant.hpp"
 #include "periodic.hpp"
 #include "wall_pacer.hpp"

@@ -6,7 +6,7 @@
 #include <array>
 #include <cstdint>
 
-#include "jackal_aic/parameter_map.hpp"
+#include "jackal_aic/config/parameter_map.hpp"
 
 namespace jackal_aic::sim {
 

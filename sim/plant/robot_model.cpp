@@ -5,9 +5,9 @@
 #include <cmath>
 #include <sstream>
 
-#include "jackal_aic/parameter_map.hpp"
-#include "jackal_aic/text.hpp"
-#include "jackal_aic/urdf_geometry.hpp"
+#include "jackal_aic/config/parameter_map.hpp"
+#include "jackal_aic/config/text.hpp"
+#include "jackal_aic/config/urdf_geometry.hpp"
 #include "jackal_plant.hpp"
 #include "urdf_document.hpp"
 

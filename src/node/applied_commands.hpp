@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "jackal_aic/motor_share.hpp"
-#include "jackal_aic/skid_steer_kinematics.hpp"
-#include "jackal_aic/types.hpp"
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
+#include "jackal_aic/model/types.hpp"
+#include "jackal_aic/safety/motor_share.hpp"
 
 namespace jackal_aic {
 

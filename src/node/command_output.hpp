@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "jackal_aic/skid_steer_kinematics.hpp"
-#include "jackal_aic/types.hpp"
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
+#include "jackal_aic/model/types.hpp"
 #include "node_parameters.hpp"
 
 namespace jackal_aic {

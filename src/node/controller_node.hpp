@@ -23,7 +23,7 @@
 #include "command_output.hpp"
 #include "controller_structure.hpp"
 #include "graph_watch.hpp"
-#include "jackal_aic/drive_loop.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
 #include "node_parameters.hpp"
 #include "robot_watch.hpp"
 #include "sensor_pairing.hpp"

@@ -11,7 +11,7 @@
 
 #include <memory>
 
-#include "jackal_aic/velocity_controller.hpp"
+#include "jackal_aic/aic/velocity_controller.hpp"
 #include "node_parameters.hpp"
 
 namespace jackal_aic {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "jackal_aic/gravity.hpp"
+#include "jackal_aic/model/gravity.hpp"
 
 namespace jackal_aic {
 namespace {

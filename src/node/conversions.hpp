@@ -16,9 +16,9 @@
 #include <string>
 #include <vector>
 
-#include "jackal_aic/active_inference_controller.hpp"
-#include "jackal_aic/predictive_controller.hpp"
-#include "jackal_aic/types.hpp"
+#include "jackal_aic/aic/active_inference_controller.hpp"
+#include "jackal_aic/model/types.hpp"
+#include "jackal_aic/predictive/predictive_controller.hpp"
 
 namespace jackal_aic {
 

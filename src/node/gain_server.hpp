@@ -14,8 +14,8 @@
 #include <string>
 #include <utility>
 
-#include "jackal_aic/parameters.hpp"
-#include "jackal_aic/predictive_controller.hpp"
+#include "jackal_aic/aic/parameters.hpp"
+#include "jackal_aic/predictive/predictive_controller.hpp"
 
 namespace jackal_aic {
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <sstream>
 
-#include "jackal_aic/closed_loop_certificate.hpp"
-#include "jackal_aic/predictive_certificate.hpp"
-#include "jackal_aic/urdf_geometry.hpp"
+#include "jackal_aic/certificate/closed_loop_certificate.hpp"
+#include "jackal_aic/certificate/predictive_certificate.hpp"
+#include "jackal_aic/config/urdf_geometry.hpp"
 
 namespace jackal_aic {
 namespace {

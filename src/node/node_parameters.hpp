@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "jackal_aic/drive_loop.hpp"
-#include "jackal_aic/parameter_map.hpp"
+#include "jackal_aic/config/parameter_map.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
 
 namespace jackal_aic {
 

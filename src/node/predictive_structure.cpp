@@ -3,7 +3,7 @@
 #include <sstream>
 
 #include "conversions.hpp"
-#include "jackal_aic/predictive_certificate.hpp"
+#include "jackal_aic/certificate/predictive_certificate.hpp"
 
 namespace jackal_aic {
 namespace {

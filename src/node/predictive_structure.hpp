@@ -12,7 +12,7 @@
 
 #include "controller_structure.hpp"
 #include "gain_server.hpp"
-#include "jackal_aic/predictive_controller.hpp"
+#include "jackal_aic/predictive/predictive_controller.hpp"
 #include "slip_file.hpp"
 
 namespace jackal_aic {

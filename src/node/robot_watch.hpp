@@ -11,7 +11,7 @@
 
 #include <functional>
 
-#include "jackal_aic/drive_loop.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
 
 namespace jackal_aic {
 

@@ -7,7 +7,7 @@
 
 #include <string>
 
-#include "jackal_aic/parameter_map.hpp"
+#include "jackal_aic/config/parameter_map.hpp"
 
 namespace jackal_aic {
 

@@ -16,8 +16,8 @@
 #include <optional>
 #include <string>
 
-#include "jackal_aic/drive_loop.hpp"
-#include "jackal_aic/types.hpp"
+#include "jackal_aic/model/types.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
 #include "node_parameters.hpp"
 
 namespace jackal_aic {

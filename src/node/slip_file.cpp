@@ -9,9 +9,9 @@
 #include <filesystem>
 #include <utility>
 
-#include "jackal_aic/parameter_map.hpp"
-#include "jackal_aic/yaml_parameters.hpp"
-#include "jackal_aic/yaml_text.hpp"
+#include "jackal_aic/config/parameter_map.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml_text.hpp"
 
 namespace jackal_aic {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-#include "jackal_aic/slip_belief.hpp"
+#include "jackal_aic/predictive/slip_belief.hpp"
 
 namespace jackal_aic {
 

@@ -7,7 +7,7 @@
 
 #include <string>
 
-#include "jackal_aic/drive_loop.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
 
 namespace jackal_aic {
 

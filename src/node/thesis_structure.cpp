@@ -1,7 +1,7 @@
 #include "thesis_structure.hpp"
 
 #include "conversions.hpp"
-#include "jackal_aic/closed_loop_certificate.hpp"
+#include "jackal_aic/certificate/closed_loop_certificate.hpp"
 
 namespace jackal_aic {
 

@@ -7,7 +7,7 @@
 
 #include "controller_structure.hpp"
 #include "gain_server.hpp"
-#include "jackal_aic/active_inference_controller.hpp"
+#include "jackal_aic/aic/active_inference_controller.hpp"
 
 namespace jackal_aic {
 

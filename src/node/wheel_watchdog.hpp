@@ -14,7 +14,7 @@
 #include <array>
 #include <string>
 
-#include "jackal_aic/parameter_map.hpp"
+#include "jackal_aic/config/parameter_map.hpp"
 
 namespace jackal_aic {
 

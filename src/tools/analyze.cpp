@@ -5,9 +5,9 @@
 #include <ostream>
 #include <utility>
 
-#include "jackal_aic/closed_loop_certificate.hpp"
-#include "jackal_aic/predictive_certificate.hpp"
-#include "jackal_aic/yaml_text.hpp"
+#include "jackal_aic/certificate/closed_loop_certificate.hpp"
+#include "jackal_aic/certificate/predictive_certificate.hpp"
+#include "jackal_aic/config/yaml_text.hpp"
 #include "tool_files.hpp"
 
 namespace jackal_aic {

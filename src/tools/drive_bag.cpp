@@ -17,7 +17,7 @@
 #include <type_traits>
 
 #include "conversions.hpp"
-#include "jackal_aic/text.hpp"
+#include "jackal_aic/config/text.hpp"
 
 namespace jackal_aic {
 namespace {

@@ -5,9 +5,9 @@
 
 #include <vector>
 
-#include "jackal_aic/parameter_map.hpp"
-#include "jackal_aic/skid_steer_kinematics.hpp"
-#include "jackal_aic/types.hpp"
+#include "jackal_aic/config/parameter_map.hpp"
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
+#include "jackal_aic/model/types.hpp"
 
 namespace jackal_aic {
 

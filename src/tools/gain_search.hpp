@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "gain_trial.hpp"
-#include "jackal_aic/closed_loop_certificate.hpp"
+#include "jackal_aic/certificate/closed_loop_certificate.hpp"
 #include "tool_files.hpp"
 
 namespace jackal_aic {

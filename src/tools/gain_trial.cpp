@@ -6,7 +6,7 @@
 #include <random>
 #include <sstream>
 
-#include "jackal_aic/drive_loop.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
 
 namespace jackal_aic {
 namespace {

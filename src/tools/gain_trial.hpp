@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "jackal_aic/gate_parameters.hpp"
-#include "jackal_aic/parameters.hpp"
-#include "jackal_aic/plant_model.hpp"
+#include "jackal_aic/aic/parameters.hpp"
+#include "jackal_aic/model/plant_model.hpp"
+#include "jackal_aic/safety/gate_parameters.hpp"
 #include "plant_parameters.hpp"
 #include "stop_figures.hpp"
 

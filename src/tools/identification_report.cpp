@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "jackal_aic/yaml_text.hpp"
+#include "jackal_aic/config/yaml_text.hpp"
 
 namespace jackal_aic {
 namespace {

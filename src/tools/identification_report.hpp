@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "jackal_aic/plant_identification.hpp"
+#include "jackal_aic/identification/plant_identification.hpp"
 
 namespace jackal_aic {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "jackal_aic/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
 #include "node_keys.hpp"
 #include "plant_conversion.hpp"
 

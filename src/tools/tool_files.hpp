@@ -6,10 +6,10 @@
 #include <optional>
 #include <string>
 
-#include "jackal_aic/gate_parameters.hpp"
-#include "jackal_aic/parameters.hpp"
-#include "jackal_aic/plant_model.hpp"
-#include "jackal_aic/predictive_controller.hpp"
+#include "jackal_aic/aic/parameters.hpp"
+#include "jackal_aic/model/plant_model.hpp"
+#include "jackal_aic/predictive/predictive_controller.hpp"
+#include "jackal_aic/safety/gate_parameters.hpp"
 #include "plant_parameters.hpp"
 
 namespace jackal_aic {

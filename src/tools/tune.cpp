@@ -10,7 +10,7 @@
 #include <regex>
 #include <sstream>
 
-#include "jackal_aic/yaml_text.hpp"
+#include "jackal_aic/config/yaml_text.hpp"
 #include "package_files.hpp"
 #include "progress_bar.hpp"
 

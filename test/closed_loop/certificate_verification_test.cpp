@@ -12,9 +12,9 @@
 #include <random>
 #include <sstream>
 
-#include "jackal_aic/active_inference_controller.hpp"
-#include "jackal_aic/closed_loop_certificate.hpp"
-#include "jackal_aic/spectral_radius.hpp"
+#include "jackal_aic/aic/active_inference_controller.hpp"
+#include "jackal_aic/aic/spectral_radius.hpp"
+#include "jackal_aic/certificate/closed_loop_certificate.hpp"
 #include "jackal_plant.hpp"
 #include "linear_plant.hpp"
 

@@ -4,9 +4,9 @@
 /// A plant model in steps of 1 ms, by the drive train of the simulated robot without its limits and without a physics
 /// engine: what the certificates are about.
 
-#include "jackal_aic/parameters.hpp"
-#include "jackal_aic/plant_model.hpp"
-#include "jackal_aic/types.hpp"
+#include "jackal_aic/aic/parameters.hpp"
+#include "jackal_aic/model/plant_model.hpp"
+#include "jackal_aic/model/types.hpp"
 #include "motor.hpp"
 
 namespace jackal_aic {

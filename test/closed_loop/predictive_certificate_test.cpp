@@ -1,7 +1,7 @@
 // The certificate of the predictive structure against the time domain: the controller itself on a linear robot that
 // differs from its model.
 
-#include "jackal_aic/predictive_certificate.hpp"
+#include "jackal_aic/certificate/predictive_certificate.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,8 +8,8 @@
 #include <sstream>
 #include <string>
 
-#include "jackal_aic/predictive_controller.hpp"
-#include "jackal_aic/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/predictive/predictive_controller.hpp"
 #include "jackal_plant.hpp"
 #include "plant_conversion.hpp"
 

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "comparison.hpp"
-#include "jackal_aic/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
 #include "parallel.hpp"
 #include "plant_conversion.hpp"
 

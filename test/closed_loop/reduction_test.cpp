@@ -8,8 +8,8 @@
 
 #include <cmath>
 
-#include "jackal_aic/active_inference_controller.hpp"
-#include "jackal_aic/predictive_controller.hpp"
+#include "jackal_aic/aic/active_inference_controller.hpp"
+#include "jackal_aic/predictive/predictive_controller.hpp"
 #include "linear_plant.hpp"
 
 namespace jackal_aic {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <functional>
 
-#include "jackal_aic/drive_loop.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
 #include "predictive_loop.hpp"
 
 namespace jackal_aic::sim {

@@ -7,8 +7,8 @@
 
 #include <cmath>
 
-#include "jackal_aic/predictive_certificate.hpp"
-#include "jackal_aic/yaml_parameters.hpp"
+#include "jackal_aic/certificate/predictive_certificate.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
 
 namespace jackal_aic::sim {
 namespace {

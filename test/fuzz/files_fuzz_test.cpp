@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "fuzz.hpp"
-#include "jackal_aic/urdf_geometry.hpp"
-#include "jackal_aic/yaml_parameters.hpp"
+#include "jackal_aic/config/urdf_geometry.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
 #include "node_parameters.hpp"
 #include "plant_parameters.hpp"
 #include "robot_model.hpp"

@@ -12,8 +12,8 @@
 
 #include "conversions.hpp"
 #include "fuzz.hpp"
-#include "jackal_aic/drive_loop.hpp"
-#include "jackal_aic/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
 #include "node_parameters.hpp"
 #include "sensor_pairing.hpp"
 

@@ -20,7 +20,7 @@
 #include "drive_bag.hpp"
 #include "excitation.hpp"
 #include "identification_report.hpp"
-#include "jackal_aic/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
 #include "plant/test_plant.hpp"
 
 namespace jackal_aic {

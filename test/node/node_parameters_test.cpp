@@ -9,7 +9,7 @@
 #include <type_traits>
 
 #include "gain_server.hpp"
-#include "jackal_aic/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
 
 namespace jackal_aic {
 namespace {

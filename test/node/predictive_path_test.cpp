@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "jackal_aic/skid_steer_kinematics.hpp"
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
 #include "result_table.hpp"
 #include "service_call.hpp"
 #include "simulated_robot.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "jackal_aic/skid_steer_kinematics.hpp"
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
 #include "simulated_robot.hpp"
 
 namespace jackal_aic::test {

@@ -10,7 +10,7 @@
 
 #include <vector>
 
-#include "jackal_aic/skid_steer_kinematics.hpp"
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
 
 namespace jackal_aic::test {
 namespace {

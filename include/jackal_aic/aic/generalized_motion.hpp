@@ -1,0 +1,66 @@
+#pragma once
+
+/// @file
+/// Generalised coordinates: the shift operator D and the generalisation of measurements (section 3-3-4).
+
+#include <Eigen/Core>
+
+#include "jackal_aic/model/types.hpp"
+
+namespace jackal_aic {
+
+/// D mu_tilde: every order replaced by the next higher one, the highest by zero (mu^(p+1) = 0). Works on any matrix
+/// whose columns are orders.
+template <class Generalized>
+Generalized shiftOrders(const Generalized& x) {
+  Generalized shifted = Generalized::Zero(x.rows(), x.cols());
+  shifted.leftCols(x.cols() - 1) = x.rightCols(x.cols() - 1);
+  return shifted;
+}
+
+/// D' mu_tilde, the transpose of shiftOrders: every order replaced by the next lower one, order 0 by zero.
+template <class Generalized>
+Generalized shiftOrdersTransposed(const Generalized& x) {
+  Generalized shifted = Generalized::Zero(x.rows(), x.cols());
+  shifted.rightCols(x.cols() - 1) = x.leftCols(x.cols() - 1);
+  return shifted;
+}
+
+/// Generalisation of measurements by the recursion of eq. 3-22: y_k^(i) = (y_k^(i-1) - y_{k-1}^(i-1)) / h, with h from
+/// the stamps. A signal is taken as constant before its first sample, so that its derivatives start at zero.
+class Generalization {
+ public:
+  /// @param orders highest order p, 0..kMaxOrders.
+  /// @param longest_gap time between samples beyond which the history no longer says anything about the derivatives and
+  /// the
+  ///        signal starts anew [s].
+  Generalization(int orders, double longest_gap);
+
+  /// Takes a sample. A refused sample leaves y_tilde as it was.
+  SampleVerdict update(const Observation& observation);
+
+  /// y_tilde of the last accepted sample, 5 x (p+1); zero before the first.
+  const GeneralizedSensor& measurement() const { return y_; }
+
+  /// Stamp of the last accepted sample [s]; meaningful only if hasMeasurement().
+  double stamp() const { return stamp_; }
+
+  /// True once a sample was accepted.
+  bool hasMeasurement() const { return started_; }
+
+  /// Forgets all samples.
+  void reset();
+
+ private:
+  GeneralizedSensor y_;
+  double longest_gap_;
+  double stamp_ = 0.0;
+  bool started_ = false;
+};
+
+/// The windowed form of eq. 3-21 for one channel with a constant step h: E of size (p+1) x (p+1), applied to the
+/// samples (y_{k-p}, ..., y_k), oldest first. Row i holds the backward difference of order i. Equal to the recursion
+/// 3-22 once the window is full.
+Eigen::MatrixXd backwardDifferenceMatrix(int orders, double step);
+
+}  // namespace jackal_aic

@@ -1,0 +1,44 @@
+#pragma once
+
+/// @file
+/// The generative model of the controller: how sensations follow from the belief, how the belief should move, and how
+/// much each is trusted.
+
+#include <Eigen/Core>
+
+#include "jackal_aic/aic/coloured_noise.hpp"
+#include "jackal_aic/aic/parameters.hpp"
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
+#include "jackal_aic/model/types.hpp"
+
+namespace jackal_aic {
+
+/// Linear generative model: sensory map g(mu) = R mu (3-3), attractor state dynamics f(mu) = (mu_d - mu)/tau (2-3), and
+/// the precisions Pi = 1/Sigma of both. With coloured noise these are those of order 0 in every order, and V^-1 says
+/// how the orders hang together: Pi_tilde = V^-1 kron Pi.
+struct GenerativeModel {
+  /// Builds the model from gains and geometry, which have to be valid (see validate()).
+  GenerativeModel(const ControllerParameters& controller, const GeometryParameters& geometry);
+
+  /// Highest generalised order p.
+  int orders() const { return static_cast<int>(state_precision.cols()) - 1; }
+
+  /// Number of generalised coordinates of the belief, 3 (p+1).
+  int beliefSize() const { return kBodySize * (orders() + 1); }
+
+  double tau;                                                 ///< temporal parameter [s]
+  Eigen::Matrix<double, kSensorSize, kBodySize> sensory_map;  ///< R (3-4)
+  Eigen::Matrix<double, 2, kSensorSize> forward_model;        ///< K (3-14)
+  GeneralizedBody state_precision;      ///< diagonal of Pi_mu, 3 x (p+1), element by element of mu_tilde
+  GeneralizedSensor sensory_precision;  ///< diagonal of Pi_y, 5 x (p+1), element by element of y_tilde
+  OrderMatrix order_precision;          ///< V^-1, (p+1) x (p+1); the identity for noise without smoothness
+  bool coloured;                        ///< V^-1 is not the identity
+
+  /// Pi_mu_tilde eps, 3 x (p+1).
+  GeneralizedBody weighted(const GeneralizedBody& state_error) const;
+
+  /// Pi_y_tilde eps, 5 x (p+1).
+  GeneralizedSensor weighted(const GeneralizedSensor& sensory_error) const;
+};
+
+}  // namespace jackal_aic

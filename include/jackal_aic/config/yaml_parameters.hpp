@@ -1,0 +1,26 @@
+#pragma once
+
+/// @file
+/// ParameterMap from a YAML file, for everything that runs without a ROS parameter server.
+
+#include <string>
+
+#include "jackal_aic/config/parameter_map.hpp"
+
+namespace jackal_aic {
+
+/// Adds the keys of a YAML file to a map, nested keys joined by dots; later files replace earlier values. A quoted
+/// scalar is a text, in a list too.
+/// @throws ParameterError, one line, if the file cannot be read, is no YAML, holds something other than scalars and
+/// flat lists of numbers or of texts, a key twice or a second document, or is larger or deeper than any configuration
+/// (1 MiB, 10000 values with all aliases spelled out, 32 levels).
+void addYamlFile(const std::string& path, ParameterMap& map);
+
+/// As addYamlFile, from YAML text; name stands for the file in messages.
+void addYamlText(const std::string& text, const std::string& name, ParameterMap& map);
+
+/// Sets one key, whatever it was before, from the text of a YAML value: "0.5", "[a, b]", "'2'".
+/// @throws ParameterError as addYamlText().
+void setFromText(const std::string& key, const std::string& text, ParameterMap& map);
+
+}  // namespace jackal_aic

@@ -1,0 +1,71 @@
+#pragma once
+
+/// @file
+/// Watches the accelerometer against the wheels' acceleration and the direction of gravity.
+///
+///     a_x = dv/dt + g_x + noise,    a_z = g + g_z + noise
+///
+/// g_x and g_z stand for the inclination of the ground (g_x only where the IMU gives no attitude that has taken gravity
+/// out of a_x) and the accelerometer's bias; both are learned and wander.
+
+#include <array>
+
+#include "jackal_aic/faults/channel_monitor.hpp"
+#include "jackal_aic/faults/fault_parameters.hpp"
+#include "jackal_aic/model/types.hpp"
+
+namespace jackal_aic {
+
+/// Prediction, comparison and verdict for the accelerometer. Nothing here allocates.
+class AccelerationMonitor {
+ public:
+  explicit AccelerationMonitor(const FaultParameters& parameters);
+
+  /// Lets a step pass [s]. @param forward_rate dv/dt of the wheels' predictions; @param lowest, @param highest what it
+  /// may be besides, as the drive train is uncertain [m/s^2].
+  void predict(double forward_rate, double lowest, double highest, double step);
+
+  /// Judges a sample; its vertical part only if it is known. @param step time since the last sample [s].
+  /// @param moving the wheels turn: the noise differs from that at rest.
+  void check(const Observation& observation, bool moving, double step);
+
+  bool upsideDown() const { return upside_down_; }             ///< faulty, and gravity points upwards
+  bool frozen() const { return frozen_; }                      ///< an axis of the last sample repeats to the bit
+  double distance() const { return distance_; }                ///< in multiples of the bound
+  ChannelState state() const { return persistence_.state(); }  ///< verdict with the last sample
+
+ private:
+  /// Slowly wandering part of one axis.
+  struct Axis {
+    double offset = 0.0;     // g_x or g_z [m/s^2]
+    double variance;         // of the offset
+    double lowest, highest;  // of the offset: an inclination that the robot can stand on
+    LearnedVariance learned;
+    double error = 0.0;
+    double total = 0.0;  // variance of the error
+
+    void compare(double error_without_offset, double noise);
+    void correct(double noise);
+  };
+
+  FaultParameters parameters_;
+  Axis forward_;
+  Axis vertical_;
+  double forward_rate_ = 0.0;
+  double lowest_rate_ = 0.0;   // since the last sample
+  double highest_rate_ = 0.0;  // since the last sample
+  TimingVariance timing_;
+  Persistence persistence_;
+  /// Of a_x and of a_z, which a live attitude leaves as it was measured.
+  struct Repetition {
+    RepetitionTest forward, vertical;
+    bool update(const Observation& observation, bool other);
+  };
+  Repetition repetition_at_rest_;
+  Repetition repetition_moving_;
+  double distance_ = 0.0;
+  bool upside_down_ = false;
+  bool frozen_ = false;
+};
+
+}  // namespace jackal_aic

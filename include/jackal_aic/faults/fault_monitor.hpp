@@ -1,0 +1,138 @@
+#pragma once
+
+/// @file
+/// Fault detection per channel from prediction errors, for every controller.
+///
+///     predict    each wheel from the commands really applied (drive train model), the yaw rate from the wheels and the
+///                learned slip, the accelerometer from the wheels and the learned direction of gravity
+///     compare    squared Mahalanobis distance e' S^-1 e of the prediction error against its learned covariance
+///     exclude    a sample beyond Chebyshev's bound sqrt(n / alpha) is an outlier: precision zero for this sample
+///     condemn    K of N samples make a fault: precision zero until the channel has been good for a while
+///     isolate    a wheel that does not follow its command: does the gyro agree with its encoder or with the
+///     prediction?
+///
+/// The predictions carry no wish: nothing here knows the set point. (After Baioumy, Pezzato, Ferrari and Hawes,
+/// "Unbiased active inference for classical control" (2021), and Pezzato, Baioumy, Hernandez Corbato, Hawes, Wisse and
+/// Ferrari, "Active inference for fault tolerant control of robot manipulators with sensory faults" (2020).)
+///
+/// What cannot be told apart:
+/// - both wheels stopped and both encoders dead, in straight driving: neither changes the yaw rate. Taken for the
+/// former.
+/// - a blocked wheel and a dead encoder without a gyro (lost, faulty, or robot on a box). Taken for the former.
+/// - a gyro that errs and a wheel that slips with its encoder and motor in order. Taken for the former, until the
+/// motion
+///   changes and shows which it was.
+/// - a frozen or dead encoder of a wheel at rest; found when the wheel should move.
+/// - a robot that is pushed and an encoder that turns by itself, of wheels that are to stand. Taken for the former; the
+///   encoders do not count meanwhile, and whoever drives has to hold the command at zero.
+/// - a frozen encoder of a wheel that keeps its speed, where the noise is below the encoder's resolution; found when
+/// the speed should change.
+
+#include "jackal_aic/faults/acceleration_monitor.hpp"
+#include "jackal_aic/faults/fault.hpp"
+#include "jackal_aic/faults/fault_parameters.hpp"
+#include "jackal_aic/faults/wheel_monitor.hpp"
+#include "jackal_aic/faults/yaw_monitor.hpp"
+#include "jackal_aic/model/geometry.hpp"
+#include "jackal_aic/model/plant_model.hpp"
+#include "jackal_aic/model/types.hpp"
+
+namespace jackal_aic {
+
+/// Why a channel does not count.
+enum class FaultCause {
+  none,        ///< it counts
+  prediction,  ///< its errors against the prediction are too large
+  frozen,      ///< it repeats its value to the bit
+  gravity      ///< the accelerometer says that the IMU hangs upside down
+};
+
+/// Verdict on one channel.
+struct ChannelVerdict {
+  ChannelState state = ChannelState::ok;
+  FaultCause cause = FaultCause::none;
+  double distance = 0.0;  ///< Mahalanobis distance of the last prediction error, in multiples of Chebyshev's bound
+};
+
+/// What the monitor thinks of the robot after a sample.
+struct FaultReport {
+  ChannelVerdict wheel_left;     ///< encoder of the left wheels
+  ChannelVerdict wheel_right;    ///< encoder of the right wheels
+  ChannelVerdict gyro;           ///< yaw rate
+  ChannelVerdict accelerometer;  ///< all axes
+  bool drive_left = false;       ///< the left wheels do not follow their command (blocked, or without power)
+  bool drive_right = false;      ///< the right wheels do not follow their command
+  bool moved = false;            ///< wheels that are to stand turn: the robot is pushed, or carried; no fault
+
+  /// Channels that count: neither outlier nor faulty.
+  ChannelValidity valid() const;
+
+  /// True if a channel or a drive is faulty (an outlier is no fault).
+  bool faulty() const;
+
+  /// The gravest fault, else that the robot is moved.
+  Fault fault() const;
+
+  /// The same in a few words.
+  const char* reason() const { return text(fault()); }
+};
+
+/// Watches the samples of the robot's sensors. The caller keeps the time: advance() for every period in which a command
+/// is applied, check() for every sample. Nothing here allocates or throws after construction.
+class FaultMonitor {
+ public:
+  /// @throws ParameterError as validate().
+  FaultMonitor(const FaultParameters& parameters, const GeometryParameters& geometry, const PlantModel& model);
+
+  /// Lets time pass under a command. @param applied the command that is really driven, zero while stopped; @param
+  /// duration [s], a whole number of WheelBelief::kStep.
+  void advance(const WheelCommand& applied, double duration);
+
+  /// Judges a sample. One that is not finite or not later than the last changes nothing. Channels that are not valid in
+  /// it keep their verdict.
+  const FaultReport& check(const Observation& observation);
+
+  /// Verdict of the last check().
+  const FaultReport& report() const { return report_; }
+
+  /// Forgets everything but the parameters, faults included.
+  void reset();
+
+ private:
+  /// Witness of the yaw rate while a wheel is suspect: mean squared errors against the measured wheels and the
+  /// predicted.
+  struct Evidence {
+    double against_measured = 0.0;
+    double against_predicted = 0.0;
+    double time = 0.0;  // since the first suspect sample [s]
+  };
+
+  void start(const Observation& observation);
+  void checkWheels(const Observation& observation, double step);
+  void weighEvidence(const Observation& observation, double step);
+  void conclude(const WheelMonitor& wheel, ChannelVerdict& verdict, bool& drive) const;
+  bool concludeMoved();
+  bool wheelsTurn() const;
+  void checkGyro(const Observation& observation, double step);
+  void checkAccelerometer(const Observation& observation, double step);
+  bool yawTells(const Observation& observation) const;
+  double differenceSpeed() const;
+  double differenceVariance(const Observation& observation) const;
+
+  FaultParameters parameters_;
+  GeometryParameters geometry_;
+  PlantModel model_;
+  double rolling_radius_;  // r alpha [m]
+  WheelMonitor left_;
+  WheelMonitor right_;
+  YawMonitor yaw_;
+  AccelerationMonitor acceleration_;
+  FaultReport report_;
+  Evidence evidence_;
+  bool yaw_tells_ = false;
+  bool was_to_stand_ = false;  // when no wheel was suspect last
+  double stamp_ = 0.0;
+  bool started_ = false;
+};
+
+}  // namespace jackal_aic

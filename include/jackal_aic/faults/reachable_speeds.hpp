@@ -1,0 +1,77 @@
+#pragma once
+
+/// @file
+/// Every speed that a wheel may have now, for all drive trains that its robot may have: an interval observer.
+///
+///     dw/dt = clamp((r - w) / T, +- L),    r = gain u(t - t_d),    t_d, T and L each within a range
+///
+/// The right side falls with w and rises with r, so that the extreme solutions bound all others: the highest one rises
+/// as fast and falls as slowly as any drive train may, towards the highest r that any dead time lets through, and the
+/// lowest one the other way round.
+
+#include <array>
+#include <cstddef>
+
+#include "jackal_aic/model/plant_model.hpp"
+
+namespace jackal_aic {
+
+/// What a drive train may be, around its model.
+struct DriveTrainRange {
+  double earlier = 0.0;               ///< by which the dead time may be shorter [s]
+  double later = 0.0;                 ///< by which the dead time may be longer [s]
+  double shortest_lag = 0.0;          ///< T [s]
+  double longest_lag = 0.0;           ///< T [s]
+  double slowest_acceleration = 1.0;  ///< L in multiples of the model's
+  double fastest_acceleration = 1.0;  ///< L in multiples of the model's
+};
+
+/// The interval of one wheel. It never sees a measurement. Nothing here allocates.
+class ReachableSpeeds {
+ public:
+  /// Longest dead time, uncertainty included [s]; a longer one counts as this.
+  static constexpr double kLongestDeadTime = 4.0;
+
+  /// @param wheel_radius r [m].
+  ReachableSpeeds(const PlantModel& model, double wheel_radius, const DriveTrainRange& range);
+
+  /// Starts at a speed [rad/s] with a command under way that has been driving it for long.
+  void start(double speed);
+
+  /// Believes a speed [rad/s]; the commands of the last dead time are still under way.
+  void seed(double speed) { low_ = nominal_ = high_ = speed; }
+
+  /// Goes on by one WheelBelief::kStep during which a command u [rad/s] is applied.
+  void predict(double command);
+
+  double low() const { return low_; }    ///< lowest speed [rad/s]
+  double high() const { return high_; }  ///< highest speed [rad/s]
+
+  /// Speed of the model itself, between the two [rad/s].
+  double nominal() const { return nominal_; }
+
+  double lowestRate() const { return lowest_rate_; }    ///< of dw/dt, at any speed in the interval [rad/s^2]
+  double highestRate() const { return highest_rate_; }  ///< of dw/dt, at any speed in the interval [rad/s^2]
+
+ private:
+  /// How quickly a drive train goes to its target.
+  struct Pace {
+    double response;  // part of the difference gone in a step
+    double change;    // largest in a step [rad/s]
+    double towards(double target, double speed) const;
+  };
+
+  double command(std::size_t age) const;
+  void updateCommandRange();
+
+  double gain_;
+  std::size_t youngest_, model_delay_, oldest_;  // commands that may act now, by age [steps]
+  Pace slow_, nominal_pace_, fast_;
+  std::array<double, 4001> commands_{};  // ring, one per step
+  std::size_t head_ = 0;
+  double lowest_command_ = 0.0, highest_command_ = 0.0;  // that may act now
+  double low_ = 0.0, nominal_ = 0.0, high_ = 0.0;
+  double lowest_rate_ = 0.0, highest_rate_ = 0.0;
+};
+
+}  // namespace jackal_aic

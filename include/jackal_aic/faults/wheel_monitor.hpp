@@ -1,0 +1,93 @@
+#pragma once
+
+/// @file
+/// Watches one wheel's encoder against the wheel's belief, which is driven by the commands really applied.
+
+#include "jackal_aic/faults/channel_monitor.hpp"
+#include "jackal_aic/faults/fault_parameters.hpp"
+#include "jackal_aic/faults/prediction_envelope.hpp"
+#include "jackal_aic/faults/reachable_speeds.hpp"
+#include "jackal_aic/model/plant_model.hpp"
+#include "jackal_aic/model/wheel_belief.hpp"
+
+namespace jackal_aic {
+
+/// Prediction, comparison and verdict for one encoder. Nothing here allocates.
+class WheelMonitor {
+ public:
+  /// A wheel slower than this may be at rest: a repeated speed says nothing, and neither does a good sample [rad/s].
+  static constexpr double kRestSpeed = 0.5;
+
+  /// @param wheel_radius r [m].
+  WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius);
+
+  /// Starts at a measured speed [rad/s] with no fault.
+  void start(double speed);
+
+  /// Moves the prediction by one WheelBelief::kStep during which a command [rad/s] is applied.
+  void predict(double command);
+
+  /// Compares a measured speed [rad/s] with the prediction; suspect(), frozen() and distance() tell the outcome. @param
+  /// step time since the last sample [s].
+  void compare(double measurement, double step);
+
+  /// Draws the consequences of the comparison: a good sample corrects the prediction, a bad one does not. @param step
+  /// time since the last sample [s].
+  void conclude(double measurement, double step);
+
+  /// Believes the last measured speed and suspects nothing: the wheel was moved by somebody else.
+  void forgive();
+
+  /// Declares the encoder frozen if it repeats: because the other one is, which comes with the same messages.
+  void freezeWithTheOther();
+
+  bool fasterThanCommanded() const;  ///< the last sample is beyond every speed that the commands may have given it
+  bool commandedToRest() const;      ///< no command of late makes it turn: what turns it comes from outside
+  bool suspect() const { return suspect_; }  ///< the last sample is an outlier
+  bool frozen() const { return frozen_; }    ///< because it repeats to the bit
+  /// The last sample is an outlier on its way to the prediction.
+  bool recovering() const { return recovering_; }
+  double distance() const { return distance_; }                   ///< in multiples of the bound
+  ChannelState state() const { return persistence_.state(); }     ///< verdict with the last sample
+  bool suspecting() const { return persistence_.suspecting(); }   ///< an outlier is among the last samples
+  double speed() const { return belief_.speed(); }                ///< believed wheel speed [rad/s]
+  double acceleration() const { return belief_.acceleration(); }  ///< of the prediction [rad/s^2]
+  double uncertainty() const;  ///< variance of speed(), uncertain drive train included [(rad/s)^2]
+  double lowestAcceleration() const { return reachable_.lowestRate(); }    ///< that the drive train may have [rad/s^2]
+  double highestAcceleration() const { return reachable_.highestRate(); }  ///< that the drive train may have [rad/s^2]
+  double noiseFactor() const { return learned_.factor(); }                 ///< lambda
+
+ private:
+  struct Interval {
+    double low, high;
+  };
+  double speedVariance() const;
+  double resolutionVariance() const;
+  double variance() const;
+  Interval possible() const;
+  double errorOf(double measurement) const;
+  bool isFrozen(double measurement, double step);
+
+  FaultParameters parameters_;
+  WheelBelief belief_;
+  WheelBelief early_;  // never corrected: tells what may happen soon
+  PredictionEnvelope envelope_;
+  ReachableSpeeds reachable_;
+  bool identified_;
+  RecentChange change_;
+  LearnedVariance learned_;
+  Persistence persistence_;
+  RepetitionTest repetition_;
+  MissedMotion missed_motion_;
+  double bound_;
+  double last_speed_ = 0.0;  // believed when the last sample came [rad/s]
+  double measured_ = 0.0;    // last [rad/s]
+  double error_ = 0.0;
+  double distance_ = 0.0;
+  bool frozen_ = false;
+  bool suspect_ = false;
+  bool recovering_ = false;
+  double least_progress_;  // of a wheel that follows its command [rad/s^2]
+};
+
+}  // namespace jackal_aic

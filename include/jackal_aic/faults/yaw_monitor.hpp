@@ -1,0 +1,68 @@
+#pragma once
+
+/// @file
+/// Watches the gyro against the wheels.
+
+#include "jackal_aic/faults/channel_monitor.hpp"
+#include "jackal_aic/faults/fault_parameters.hpp"
+#include "jackal_aic/faults/yaw_belief.hpp"
+
+namespace jackal_aic {
+
+/// Difference speed of the sides x = r alpha (w_R - w_L) as the wheels' beliefs have it.
+struct DifferenceSpeed {
+  double value;     ///< x [m/s]
+  double variance;  ///< [(m/s)^2]
+};
+
+/// Prediction, comparison and verdict for the gyro. Nothing here allocates.
+///
+/// A gyro that was found faulty counts again when it agrees with what was believed before the fault, or when a new
+/// belief, free to learn other slip and bias, explains it by slip alone. In steady driving slip and bias look the same;
+/// they part when the motion changes. Where it does not change, a gyro that a plausible slip predicts well for long
+/// counts again.
+class YawMonitor {
+ public:
+  /// @param effective_track b_hat at the start [m].
+  YawMonitor(const FaultParameters& parameters, double effective_track);
+
+  /// Lets a step pass [s]. @param forward_rate dv/dt; @param difference_rate dx/dt, both of the wheels' predictions
+  /// [m/s^2].
+  void predict(double forward_rate, double difference_rate, double step);
+
+  /// Yaw rate against the wheels, theta_dot - (x/b_hat + beta) [rad/s].
+  double error(double yaw_rate, double x) const { return belief_.error(yaw_rate, x); }
+
+  /// Judges a sample against wheels that are trusted. @param step time since the last sample [s].
+  /// @param moving the wheels turn: the noise of a gyro differs from that at rest.
+  void check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step);
+
+  bool frozen() const { return frozen_; }                      ///< the last sample repeats to the bit
+  double distance() const { return distance_; }                ///< in multiples of the bound
+  ChannelState state() const { return persistence_.state(); }  ///< verdict with the last sample
+  const YawBelief& belief() const { return belief_; }          ///< slip and bias
+
+ private:
+  bool biased() const;
+  bool explained(double yaw_rate, const DifferenceSpeed& x) const;
+  double variance(const YawBelief& belief, const DifferenceSpeed& x) const;
+  double distanceFrom(const YawBelief& belief, double yaw_rate, const DifferenceSpeed& x) const;
+
+  FaultParameters parameters_;
+  YawBelief belief_;
+  YawBelief alternative_;  // while the gyro is faulty: learns what slip and bias would explain it
+  RecentChange forward_change_;
+  RecentChange difference_change_;
+  TimingVariance timing_;
+  TimingVariance grip_;
+  LearnedVariance learned_;
+  Persistence persistence_;
+  RepetitionTest repetition_at_rest_;
+  RepetitionTest repetition_moving_;
+  double bound_;
+  double distance_ = 0.0;
+  double agreement_ = 0.0;  // time for which a plausible slip has explained a gyro found faulty [s]
+  bool frozen_ = false;
+};
+
+}  // namespace jackal_aic

@@ -1,0 +1,80 @@
+#pragma once
+
+/// @file
+/// Identification of a drive train from a recorded drive: dead time, lag, gain and acceleration limit from commands and
+/// wheel speeds, the effective track of each turn direction from wheel speeds and yaw rate.
+///
+/// Model of each wheel, with command u, speed w, wheel radius r:
+///
+///     dw/dt = clamp( (gain u(t - dead_time) - w) / lag, +- acceleration_limit / r )
+///
+/// fitted to all wheel speeds at once by least squares. Confidence intervals are those of the linearised fit with the
+/// noise that the residual shows.
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "jackal_aic/model/types.hpp"
+
+namespace jackal_aic {
+
+/// A recording that cannot be identified from. what() is one line that says what is missing.
+class IdentificationError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A wheel command at the time it was sent [s].
+struct CommandSample {
+  double time;
+  WheelCommand command;
+};
+
+/// Measured wheel speeds with their stamp [s].
+struct WheelSample {
+  double time;
+  WheelCommand speed;
+};
+
+/// Measured yaw rate [rad/s] with its stamp [s].
+struct YawSample {
+  double time;
+  double yaw_rate;
+};
+
+/// One recorded drive. All series share one clock and are in order of time.
+struct DriveRecording {
+  std::vector<CommandSample> commands;
+  std::vector<WheelSample> wheels;
+  std::vector<YawSample> yaw;  ///< may be empty: then the effective track stays unknown
+};
+
+/// An estimated quantity.
+struct Estimate {
+  double value = 0.0;       ///< estimate, in the unit of the quantity
+  double half_width = 0.0;  ///< half width of the 95 % confidence interval
+  std::string unknown;      ///< why the recording cannot tell; empty if it can
+  bool known() const { return unknown.empty(); }
+};
+
+/// What a recording tells about the drive train.
+struct Identification {
+  Estimate dead_time;           ///< [s]
+  Estimate lag;                 ///< [s]
+  Estimate gain;                ///< true wheel speed / commanded wheel speed
+  Estimate acceleration_limit;  ///< of the wheel circumference [m/s^2]; where unknown, value is the largest one seen
+  Estimate track_left;          ///< effective track turning left (theta_dot > 0) [m]
+  Estimate track_right;         ///< effective track turning right [m]
+  double residual = 0.0;        ///< root mean square of measured minus fitted wheel speed [rad/s]
+  std::vector<std::string> remarks;  ///< what a user should know, one line each
+  std::vector<WheelSample> fitted;   ///< wheel speeds of the fitted model at the stamps of the measured ones
+};
+
+/// Identifies the drive train. @param wheel_radius r [m].
+/// @throws IdentificationError if a series is missing or too short, stamps are not increasing, a value is not finite,
+/// or the
+///         commands hardly change (no excitation).
+Identification identifyDriveTrain(const DriveRecording& recording, double wheel_radius);
+
+}  // namespace jackal_aic

@@ -1,0 +1,69 @@
+#pragma once
+
+/// @file
+/// Linear model of the driven robot as a controller sees it: what identification estimates, the stability certificate
+/// certifies against and a predicting controller predicts with.
+
+#include <string>
+
+#include "jackal_aic/config/parameter_map.hpp"
+
+namespace jackal_aic {
+
+/// Response of the wheel speeds to the drive command, per wheel, with command u, wheel speed w and r = gain u:
+///
+///     lag dw/dt = r(t - dead_time) + z - w,    dz/dt = velocity_loop_integral (r(t - dead_time) - w),
+///
+/// and of the yaw rate to the wheel speeds, theta_dot = wheel_radius (w_R - w_L) / effective_track. YAML prefix
+/// `plant_model`. The defaults are close to the simulated robot on its ground (config/plant_model.yaml).
+struct PlantModel {
+  double dead_time = 0.083;             ///< from a command until the motors follow it, all transports included [s]
+  double lag = 0.008;                   ///< time constant of the wheel speed [s]; 0 follows at once
+  double gain = 1.0;                    ///< wheel speed / command at steady state
+  double velocity_loop_integral = 0.0;  ///< integral gain of the motors' velocity loop [1/s]; 0 is a first-order lag
+  double acceleration_limit = 1.73;     ///< of the wheel circumference [m/s^2]; no part of the linear response
+  double effective_track = 0.0;         ///< true virtual width [m]; 0 stands for the controller's own
+  bool on_box = false;                  ///< wheels in the air: the gyro sees no turn (thesis section 4-1)
+  double sensor_rate = 50.0;            ///< of paired wheel and IMU samples [Hz]
+  bool identified = true;  ///< estimated from this robot; false: assumed of a robot that nobody has identified yet
+};
+
+/// The model to drive a robot by: its own, or, if nobody has identified it, one from the middle of what it may be. Half
+/// the assumed acceleration limit is asked for, because more than the motors can follow winds up. Dead time, lag and
+/// gain are those for which the slowest spectral radius is smallest over robots of half to twice the assumed dead time
+/// and lag and a gain of 0.8 to 1.2 (0.970 with the shipped gains; 0.985 with the assumed numbers themselves, above 1
+/// with 1.5 times dead time and lag). What such a robot may do, which the fault detection asks, is another question.
+inline PlantModel drivenModel(PlantModel model) {
+  if (model.identified) return model;
+  model.acceleration_limit *= 0.5;
+  model.dead_time *= 1.2;
+  model.lag *= 1.2;
+  model.gain *= 1.1;
+  return model;
+}
+
+/// Lists the fields of PlantModel with unit and range, and the name of the robot, `robot`, which a file has beside them
+/// (see robotName()) and no computation needs.
+template <class Visitor>
+void describeFields(Visitor& v, PlantModel& p) {
+  std::string robot;
+  v.field("robot", robot, Presence::optional);
+  v.field("dead_time", p.dead_time, {0.0, 2.0}, "s", Presence::required);
+  v.field("lag", p.lag, {0.0, 2.0}, "s", Presence::required);
+  v.field("gain", p.gain, {0.1, 3.0}, "", Presence::optional);
+  v.field("velocity_loop_integral", p.velocity_loop_integral, {0.0, 100.0}, "1/s", Presence::optional);
+  v.field("acceleration_limit", p.acceleration_limit, {0.01, 1000.0}, "m/s^2", Presence::optional);
+  v.field("effective_track", p.effective_track, {0.0, 5.0}, "m", Presence::optional);
+  v.field("on_box", p.on_box, Presence::optional);
+  v.field("sensor_rate", p.sensor_rate, {1.0, 1000.0}, "Hz", Presence::optional);
+  v.field("identified", p.identified, Presence::optional);
+}
+
+/// Which robot a plant model describes, in its own words (key plant_model.robot); empty if it does not say.
+inline std::string robotName(ParameterMap& map) {
+  std::string robot;
+  ParameterReader(map, "plant_model").field("robot", robot, Presence::optional);
+  return robot;
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,80 @@
+#pragma once
+
+/// @file
+/// Bounds on the drive command from one action step to the next: body velocity, acceleration and jerk, wheel speed.
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
+#include "jackal_aic/model/types.hpp"
+#include "jackal_aic/safety/gate_parameters.hpp"
+
+namespace jackal_aic {
+
+/// Regulates the wheel command. Speeds are bounded by one factor on both wheels, which keeps the curvature of the path.
+/// The change since the last command is bounded by one factor as well: on the way from rest to an arc, and from one
+/// speed to another on an arc, the curvature stays. With a jerk limit the axes part company where one factor would
+/// break it. The bounds hold in this order: speed and acceleration always, jerk where they leave room for it.
+///
+/// Deceleration is a change of an axis towards zero, in both directions of driving; beyond zero it is acceleration. On
+/// the way through zero the change falls to the acceleration limit in time, or at once without a jerk limit.
+///
+/// A jerk limit needs to know where a change will end. A controller's command moves on with every step; the end is the
+/// set point behind it.
+///
+/// None of the functions allocates or throws.
+class CommandLimiter {
+ public:
+  /// @param period time from one command to the next [s].
+  CommandLimiter(const LimitParameters& limits, const GeometryParameters& geometry, double period);
+
+  /// The next command, as near to the wanted one as the bounds allow. One that is not finite brakes at the deceleration
+  /// limits. @param set_point to which the wanted commands lead, if they do not stay where they are.
+  WheelCommand drive(const WheelCommand& wanted, const std::optional<SetPoint>& set_point = {});
+
+  /// The next command of a brake to zero in equal steps on the present curvature, which takes max(|x_dot|/linear,
+  /// |theta_dot|/angular), but `longest` at most, from its first call on.
+  /// @param linear, angular decelerations [m/s^2], [rad/s^2], 0 for unbounded; @param longest [s].
+  WheelCommand brake(double linear, double angular, double longest);
+
+  /// A set point scaled into the speed limits, with its curvature. The lateral speed, which no wheel can give, is zero.
+  SetPoint reachable(const SetPoint& wanted) const;
+
+  /// The last command.
+  WheelCommand command() const { return kinematics_.wheelSpeeds(body_(0), body_(1)); }
+
+  /// True if the last command was zero.
+  bool atRest() const { return body_.isZero(0.0); }
+
+  /// Takes a zero command for the last one.
+  void reset();
+
+  /// Takes a command that somebody else gave for the last one: the next goes on from there.
+  void follow(const WheelCommand& applied);
+
+  const LimitParameters& limits() const { return limits_; }
+
+ private:
+  using Vector = Eigen::Vector2d;  // forward, yaw: m/s, rad/s
+
+  Vector bodyVelocity(const WheelCommand& wheels) const;
+  double speedFactor(const Vector& body) const;
+  Vector change(const Vector& error, const Vector& way) const;
+  double separateChange(int axis, double error, double way) const;
+  double largestChange(int axis, double error) const;
+  bool keepsJerk(const Vector& change) const;
+  double room(const Vector& step) const;  // part of a change that the wheels' limit leaves: axes apart cut its corners
+
+  LimitParameters limits_;
+  SkidSteerKinematics kinematics_;
+  double period_;
+  Vector largest_rise_;        // of the speed per step, by acceleration; infinite without a bound
+  Vector largest_fall_;        // of the speed per step, by deceleration; infinite without a bound
+  Vector largest_difference_;  // between the changes of two steps, by jerk; infinite without a bound
+  Vector body_ = Vector::Zero();
+  Vector last_change_ = Vector::Zero();
+  int brake_steps_left_ = 0;  // 0 while not braking
+};
+
+}  // namespace jackal_aic

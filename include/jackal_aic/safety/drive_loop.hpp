@@ -1,0 +1,204 @@
+#pragma once
+
+/// @file
+/// Everything between a measurement and a command, and the one place where it is put together:
+///
+///     set point --> limits --------------------------------------------+
+///     reading ----> age, frozen? --+                                   v
+///     pair -------> which channels count? --> controller.observe()   belief steps (1 kHz) --> action step (50 Hz)
+///                                  |                                                            |
+///                                  +--> loss policy --> causes to stop --> drive gate <---------+
+///                                  |                                          |
+///     robot status ----------------+                                          v
+///                                                                          command
+///
+/// Whatever drives, drives through this class: the node, the experiments without ROS, the tests.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "jackal_aic/aic/active_inference_controller.hpp"
+#include "jackal_aic/aic/differential_drive.hpp"
+#include "jackal_aic/aic/velocity_controller.hpp"
+#include "jackal_aic/model/types.hpp"
+#include "jackal_aic/predictive/predictive_controller.hpp"
+#include "jackal_aic/safety/drive_gate.hpp"
+#include "jackal_aic/safety/frozen_source.hpp"
+#include "jackal_aic/safety/measurement_watch.hpp"
+#include "jackal_aic/safety/motor_share.hpp"
+#include "jackal_aic/safety/step_schedule.hpp"
+
+namespace jackal_aic {
+
+/// Settings of a drive loop.
+struct DriveParameters {
+  /// Gains of the structure that runs: the thesis', the predictive one, or the open-loop baseline.
+  std::variant<ControllerParameters, PredictiveParameters, DifferentialDriveParameters> controller;
+  GeometryParameters geometry;
+  GateParameters gate;
+  LossPolicyParameters on_loss;
+  std::optional<FaultParameters> faults = FaultParameters{};  ///< of the fault detection, which needs a plant model;
+                                                              ///< empty: none
+  std::optional<PlantModel> plant_model;  ///< what the motors can follow, which bounds the action of the thesis'
+                                          ///< structure; part of the generative model of the predictive one, which
+                                          ///< cannot do without it
+  bool motors_shared = false;             ///< somebody else may drive: DriveLoop::applied() tells who does
+};
+
+/// The controller of these settings, on the robot as it is to be driven (drivenModel()).
+/// @throws ParameterError if its gains are invalid, or the predictive structure has no plant model.
+std::unique_ptr<VelocityController> makeController(const DriveParameters& parameters,
+                                                   Divergence divergence = Divergence::refused);
+
+/// One message of a sensor.
+struct SensorReading {
+  Observation observation;      ///< with the channels of this sensor only
+  FrozenSource::Sample sample;  ///< what it gave, to see whether it repeats itself
+  bool may_repeat = false;      ///< nothing in the sample has to change while the robot moves
+};
+
+/// What the robot and its surroundings say beside the measurements.
+struct RobotStatus {
+  bool emergency_stop = false;  ///< a person's
+  bool robot_stopped = false;   ///< the robot's own stop is engaged
+  bool motors_off = false;      ///< the motors do not take velocity commands
+  bool driver_fault = false;    ///< a motor driver reports a fault
+  bool contended = false;       ///< another node publishes commands, and is not to
+  bool outputs_checked = true;  ///< it is known who else publishes commands
+  bool ending = false;          ///< the controller is to end
+};
+
+/// What the loop does, and what it counted since the start.
+struct DriveLoopStatus {
+  GateDecision decision;
+  Fault fault = Fault::none;
+  Loss loss = Loss::none;
+  bool handed_over = false;  ///< somebody else has the motors
+  std::uint32_t rejected_set_points = 0;
+  std::uint32_t rejected_measurements = 0;  ///< by the controller, because their stamps were not later than the last
+  std::uint32_t faults_detected = 0;        ///< in sensors and drives
+  std::uint32_t brakes = 0;
+  std::uint32_t faults = 0;  ///< times that the gate came to be faulted
+  std::uint32_t clock_resets = 0;
+  std::uint64_t dropped_periods = 0;  ///< action periods that a stall cost
+};
+
+/// Why the robot does not drive, or drives with a fault; empty if neither. @param contender who else publishes
+/// commands, if that is known.
+std::string reason(const DriveLoopStatus& status, const std::string& contender = {});
+
+/// Outcome of handing over a set point.
+enum class SetPointVerdict {
+  accepted,    ///< scaled into the limits if it was beyond them
+  not_finite,  ///< refused
+  absurd       ///< refused: far beyond the limits, see isPlausible()
+};
+
+/// Drives a robot. The caller keeps the time [s], of any clock: every call says when it is made. Time that runs back
+/// forgets everything, and brakes. After construction nothing allocates or throws but the controller's own changes of
+/// gains.
+class DriveLoop {
+ public:
+  /// @param controller makeController(parameters), or another one. @throws ParameterError as MeasurementWatch.
+  DriveLoop(const DriveParameters& parameters, std::unique_ptr<VelocityController> controller);
+
+  /// Desired body velocity (base_link).
+  SetPointVerdict setSetPoint(const SetPoint& wanted, double now);
+
+  /// A message of the wheels' encoders came. While the IMU is silent they are observed alone: true if so, and taken.
+  bool receiveWheels(const SensorReading& reading, double now);
+
+  /// A message of the IMU came. While the wheels are silent it is observed alone: true if so, and taken.
+  bool receiveImu(const SensorReading& reading, double now);
+
+  /// Feedback of the motors came. @param stamp of it [s].
+  void receiveFeedback(double stamp, double now) { feedback_ = {stamp, now}; }
+
+  /// A measurement of both, or of those channels that are valid in it; sources that were not received by themselves
+  /// count as received with it. True if the controller took it.
+  bool observe(const Observation& observation, double now);
+
+  /// What is the case from now on.
+  void report(const RobotStatus& status, double now);
+
+  /// With shared motors: a command reached them, or seems to have.
+  void applied(const WheelCommand& command, AppliedSource source, double now);
+
+  /// Runs the belief steps that are due, up to the next action step.
+  void updateBelief(double now);
+
+  /// Runs every step that is due. Returns the command if an action step was: the wheel speeds to drive from now on. The
+  /// first call starts the first action period.
+  std::optional<WheelCommand> advance(double now);
+
+  /// The same for a timer that may fire late. @param due time for which it was set, not later than now: the steps keep
+  /// to that.
+  std::optional<WheelCommand> advance(double now, double due);
+
+  DriveLoopStatus status() const;
+  const VelocityController& controller() const { return *controller_; }
+  VelocityController& controller() { return *controller_; }  ///< for changes of its gains
+  const SetPoint& setPoint() const { return set_point_; }    ///< in force
+  const WheelCommand& action() const { return action_; }     ///< of the last action step, before the limits [rad/s]
+  WheelCommand command() const { return gate_.command(); }   ///< of the last action step [rad/s]
+  const FaultReport* faultReport() const { return measurements_.report(); }  ///< empty without fault detection
+
+ private:
+  struct Arrival {
+    double stamp = 0.0;         // s
+    double received = -kNever;  // s
+  };
+
+  static double age(const Arrival& arrival, double now);
+  void noteTime(double now);
+  void restart();
+  InputAges ages(double now) const;
+  SensorHealth health(double now) const;
+  WheelCommand appliedCommand(double now);
+
+  std::optional<WheelCommand> advanceTo(double now, std::int64_t boundary);
+  int actionPeriodsDue(double now, std::int64_t boundary);
+  int mostActions(double now) const;
+  void runBelief(std::int64_t until);
+  void beliefStep();
+  void act(double now);
+  StopCauses causes(double now);
+  void decide(const GateInputs& inputs);
+  void drive(double now);
+  void rest(double now);
+
+  DriveParameters parameters_;
+  std::unique_ptr<VelocityController> controller_;
+  SkidSteerKinematics kinematics_;
+  MeasurementWatch measurements_;
+  DriveGate gate_;
+  StepSchedule schedule_;
+  MotorShare motors_;
+  FrozenSource frozen_wheels_;
+  FrozenSource frozen_imu_;
+
+  double now_ = -kNever;  // of the last call [s]
+  SetPoint set_point_;
+  Arrival set_point_arrival_;
+  Arrival wheels_;
+  Arrival imu_;
+  Arrival feedback_;
+  Arrival measurement_;          // the last that the controller took
+  bool observed_alone_ = false;  // it was of one source, the other being silent
+  RobotStatus robot_;
+  bool clock_jumped_ = false;     // back, and the robot has not come to rest since
+  double last_action_ = -kNever;  // time of the last action step [s]
+  WheelCommand action_;
+  GateDecision decision_;
+  bool handed_over_ = false;
+  std::uint32_t rejected_set_points_ = 0;
+  std::uint32_t rejected_measurements_ = 0;
+  std::uint32_t brakes_ = 0;
+  std::uint32_t faults_ = 0;
+  std::uint32_t clock_resets_ = 0;
+};
+
+}  // namespace jackal_aic

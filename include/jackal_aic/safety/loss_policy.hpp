@@ -1,0 +1,72 @@
+#pragma once
+
+/// @file
+/// What to do when channels do not count any more: drive on with what remains, or stop. Pure; the measurement watch
+/// asks it.
+
+#include <array>
+
+#include "jackal_aic/config/parameter_map.hpp"
+#include "jackal_aic/model/types.hpp"
+
+namespace jackal_aic {
+
+/// Answer to a loss.
+enum class LossAction {
+  drive,  ///< go on with the remaining channels
+  stop    ///< brake
+};
+
+/// Words of LossAction, in the order of the enumerators.
+inline constexpr std::array<const char*, 2> kLossActionNames{"drive", "stop"};
+
+/// Answers to the losses. YAML prefix `on_loss`.
+struct LossPolicyParameters {
+  LossAction imu = LossAction::drive;        ///< no yaw rate: drive on the wheels and the learned effective track
+  LossAction one_wheel = LossAction::drive;  ///< one encoder: its wheel follows from the other and the yaw rate
+  LossAction wheels = LossAction::stop;      ///< both encoders, or one and the yaw rate: drive on the model alone
+  double model_time = 1.0;                   ///< longest time of driving on the model alone [s]
+};
+
+/// Lists the fields of LossPolicyParameters with unit and range.
+template <class Visitor>
+void describeFields(Visitor& v, LossPolicyParameters& p) {
+  v.field("imu", p.imu, kLossActionNames, Presence::optional);
+  v.field("one_wheel", p.one_wheel, kLossActionNames, Presence::optional);
+  v.field("wheels", p.wheels, kLossActionNames, Presence::optional);
+  v.field("model_time", p.model_time, {0.0, 60.0}, "s", Presence::optional);
+}
+
+/// How a controller gets on with missing channels.
+enum class LossTolerance {
+  one_of_three,  ///< the thesis' structures: any two of yaw rate and wheels suffice (sensor_reconstruction.hpp)
+  model,         ///< the predictive structure: its model goes on without any of them
+  open_loop      ///< the baseline: it looks at none, and nothing is asked
+};
+
+/// What is lost.
+enum class Loss {
+  none,
+  yaw_rate,              ///< the gyro
+  left_encoder,          ///< of the left wheels
+  right_encoder,         ///< of the right wheels
+  encoder_and_yaw_rate,  ///< one wheel is left
+  both_encoders,         ///< no wheel is left
+  unclear                ///< each channel may count, but too few do at a time
+};
+
+/// What a person reads; empty for `none`.
+const char* text(Loss loss);
+
+/// Decision with what is lost.
+struct LossDecision {
+  LossAction action = LossAction::drive;
+  Loss loss = Loss::none;
+};
+
+/// Decides for or against driving on. @param valid channels that count; @param blind_time time since the last sample
+/// with which two of yaw rate and wheels counted [s]; @param on_box the yaw rate says nothing about the wheels.
+LossDecision decideOnLoss(const LossPolicyParameters& policy, LossTolerance tolerance, const ChannelValidity& valid,
+                          double blind_time, bool on_box);
+
+}  // namespace jackal_aic

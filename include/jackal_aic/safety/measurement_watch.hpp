@@ -1,0 +1,104 @@
+#pragma once
+
+/// @file
+/// Which channels of the measurements count, and whether the robot may drive on them. In one direction:
+///
+///     health of each source -> channels that are left -> loss policy -> causes to stop
+
+#include <cstdint>
+#include <optional>
+
+#include "jackal_aic/faults/fault_monitor.hpp"
+#include "jackal_aic/model/plant_model.hpp"
+#include "jackal_aic/model/types.hpp"
+#include "jackal_aic/safety/drive_gate.hpp"
+#include "jackal_aic/safety/loss_policy.hpp"
+#include "jackal_aic/safety/stop_cause.hpp"
+
+namespace jackal_aic {
+
+/// Settings of the watch.
+struct MeasurementWatchParameters {
+  LossPolicyParameters on_loss;
+  LossTolerance tolerance = LossTolerance::one_of_three;  ///< of the controller that gets the measurements
+  std::optional<FaultParameters> faults;  ///< of the fault detection, which needs a plant model; empty: none
+  GeometryParameters geometry;
+  std::optional<PlantModel> plant_model;
+  double largest_wheel_speed = 127.5;  ///< that a sound encoder can read [rad/s]
+  double largest_yaw_rate = 20.0;      ///< that a sound gyro can read [rad/s]
+};
+
+/// Judges every sample before the controller sees it. Without fault detection nothing is predicted, so that only lost
+/// sources, and readings that no robot has, do not count. Time never decreases but by restart(). Nothing here allocates
+/// or throws after construction.
+class MeasurementWatch {
+ public:
+  /// @throws ParameterError as validate(FaultParameters).
+  explicit MeasurementWatch(const MeasurementWatchParameters& parameters);
+
+  /// Lets time pass under a command [rad/s] that the motors really have. @param duration [s].
+  void advance(const WheelCommand& command, double duration);
+
+  /// Excludes channels of a sample that are lost, outliers or faulty, or read what no robot does: more than the largest
+  /// wheel speed and yaw rate, or than 10 g. @param health of the sources now; @param now [s].
+  void judge(Observation& observation, const SensorHealth& health, double now);
+
+  /// Why the robot may not drive, as far as its measurements go. @param health of the sources now; @param now [s];
+  /// @param at_rest the robot stands and is not to move: whether a wheel or a sensor is good again shows only on the
+  /// move.
+  StopCauses causes(const SensorHealth& health, double now, bool at_rest);
+
+  /// What the fault detection says; `none` without it.
+  Fault fault() const;
+
+  /// What is lost, as of the last causes(), if no cause of its own says so.
+  Loss loss() const { return loss_; }
+
+  /// True once measurements have come, or are overdue.
+  bool started() const { return started_; }
+
+  /// Faults detected since the start.
+  std::uint32_t detected() const { return detected_; }
+
+  /// Verdict of the fault detection; empty without it.
+  const FaultReport* report() const { return monitor_ ? &monitor_->report() : nullptr; }
+
+  /// Forgets measurements and faults.
+  void reset();
+
+  /// As reset(), and waits for the first measurements again: what has not come yet is not lost.
+  void restart();
+
+  /// After a time without action steps (a stall, a clock that jumped forward), in which the motors may have stopped by
+  /// themselves: forgets, and lets every sample count until the robot does what it is told again. @param now [s].
+  void resumeAfterStall(double now);
+
+  /// True for as long as resumeAfterStall() has every sample count: what the motors do is not yet what they are told.
+  bool recoversFromStall(double now) const { return now < stalled_until_; }
+
+ private:
+  bool starting(const SensorHealth& health, double now);
+  void forgetSourcesThatCameBack(const SensorHealth& health);
+  bool tooFewCount() const;   // although both sources speak
+  bool wheelsRepeat() const;  // both encoders at once: the source, on which its own deadline decides
+  void excludeImpossible(Observation& observation);
+  ChannelValidity remaining(const SensorHealth& health) const;
+
+  MeasurementWatchParameters parameters_;
+  std::optional<FaultMonitor> monitor_;
+  bool imu_was_lost_ = false;
+  bool wheels_were_lost_ = false;
+  struct {
+    int yaw_rate = 0, wheel_left = 0, wheel_right = 0;
+  } excluded_;                  // samples in a row in which a channel was not measured, or read what no robot does
+  bool started_ = false;        // measurements have come, or are overdue
+  double first_source_ = 0.0;   // time at which a source spoke first [s]
+  int blind_samples_ = 0;       // in a row of which too few channels count
+  int wheels_repeating_ = 0;    // samples in a row for which both encoders have been frozen
+  double last_sight_ = 0.0;     // time at which two of yaw rate and wheels counted [s]
+  double stalled_until_ = 0.0;  // end of the time after a stall [s]
+  Loss loss_ = Loss::none;
+  std::uint32_t detected_ = 0;
+};
+
+}  // namespace jackal_aic

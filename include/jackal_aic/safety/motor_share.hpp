@@ -1,0 +1,83 @@
+#pragma once
+
+/// @file
+/// Tells who has the motors where somebody else may drive: a multiplexer (twist_mux) lets through our commands or
+/// another's, and what reached the motors is seen afterwards.
+
+#include <array>
+#include <cstddef>
+#include <optional>
+
+#include "jackal_aic/model/types.hpp"
+
+namespace jackal_aic {
+
+/// How it is known what reached the motors.
+enum class AppliedSource {
+  drive,  ///< the robot publishes what its motors get, without pause: nothing else matters then
+  twist,  ///< what the multiplexer lets through; silence is a stop, as for the stock velocity controller
+  wheels  ///< where nobody tells, the wheels do: what they are measured to turn is taken for what they are commanded,
+          ///< and so no wheel can be blamed for it
+};
+
+/// Compares the commands that reached the motors with those that we sent shortly before. They are ours while they lie
+/// among ours, or come nearer, as behind a multiplexer with limits of its own; kPatience without that, and they are
+/// another's. Then offer() tells what to send: the applied command and a step towards our own wish, so that nothing
+/// jumps when the motors are handed back, and so that the motors tell by following it that they are ours again. Nothing
+/// here allocates or throws; time never decreases.
+class MotorShare {
+ public:
+  static constexpr double kMemory = 0.3;    ///< longest time that a command takes from here to the motors [s]
+  static constexpr double kPatience = 0.2;  ///< with applied commands that are not among ours [s]
+  static constexpr double kOffer = 1.5;     ///< largest step of an offer [rad/s], 0.15 m/s
+  static constexpr double kSilence = 0.25;  ///< applied commands that stay away for longer tell nothing [s]
+
+  /// A command of ours leaves. @param time [s].
+  void send(double time, const WheelCommand& command);
+
+  static constexpr double kTolerance = 0.05;      ///< relative, between a command of ours and what reached the motors
+  static constexpr double kWheelTolerance = 0.3;  ///< the same where the wheels tell
+
+  /// A command reached the motors, whosever it is. @param time [s].
+  void apply(double time, const WheelCommand& command, AppliedSource source);
+
+  /// The command that the motors have; empty if nobody tells. @param time [s].
+  std::optional<WheelCommand> applied(double time);
+
+  /// The command that the motors have instead of ours; empty if they have ours, or if nobody tells. @param time [s].
+  std::optional<WheelCommand> another(double time);
+
+  /// True unless it is known that the motors follow another.
+  bool ours(double time) const { return ours_ || !known(time); }
+
+  /// What to send while the motors follow another. @param goal wheel speeds that we want [rad/s].
+  WheelCommand offer(const WheelCommand& goal) const;
+
+  /// Forgets everything.
+  void reset() { *this = MotorShare(); }
+
+ private:
+  struct Sent {
+    double time = 0.0;
+    WheelVector command = WheelVector::Zero();
+  };
+
+  bool known(double time) const { return any_ && time - applied_time_ <= kSilence; }
+  void apply(double time, const WheelCommand& command, double tolerance);
+  double distance(double time, const WheelVector& tolerance) const;
+  bool follows(const WheelVector& before, const WheelVector& tolerance) const;
+
+  std::array<Sent, 64> sent_{};  // a ring
+  std::size_t head_ = 0;
+  std::size_t count_ = 0;
+  WheelCommand applied_;
+  double applied_time_ = 0.0;  // s
+  bool any_ = false;
+  bool any_drive_ = false;
+  bool any_twist_ = false;
+  bool ours_ = true;
+  double mark_ = 0.0;       // nearest to our commands since they left them [rad/s]
+  double mark_time_ = 0.0;  // when that was [s]
+};
+
+}  // namespace jackal_aic

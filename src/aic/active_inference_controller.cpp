@@ -1,0 +1,124 @@
+#include "jackal_aic/aic/active_inference_controller.hpp"
+
+#include <Eigen/QR>
+#include <sstream>
+
+#include "jackal_aic/aic/sensor_reconstruction.hpp"
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kLongestGap = 0.2;  // s; differences over a longer gap say nothing about the present derivatives
+
+ControllerParameters validated(const ControllerParameters& controller, const GeometryParameters& geometry,
+                               Divergence divergence) {
+  validate(controller, geometry, divergence);
+  return controller;
+}
+
+[[noreturn]] void refuseToChange(const char* key, double wanted, double running) {
+  std::ostringstream message;
+  message << "controller." << key << " = " << wanted << ": must stay " << running << " while the controller runs";
+  throw ParameterError(message.str());
+}
+
+}  // namespace
+
+ActiveInferenceController::ActiveInferenceController(const ControllerParameters& controller,
+                                                     const GeometryParameters& geometry,
+                                                     const std::optional<PlantModel>& plant_model,
+                                                     Divergence divergence)
+    : kinematics_(geometry),
+      model_(validated(controller, geometry, divergence), geometry),
+      sensory_inverse_(Eigen::MatrixXd(model_.sensory_map).completeOrthogonalDecomposition().pseudoInverse()),
+      sensors_(controller.orders, kLongestGap),
+      belief_update_(model_, controller.kappa_mu, controller.beliefStep(), controller.integrator),
+      action_update_(controller.kappa_a, controller.actionStep(),
+                     ActionBound(plant_model, geometry.wheel_radius, controller.actionStep())),
+      standstill_(plant_model ? std::make_optional<Standstill>() : std::nullopt),
+      belief_step_(controller.beliefStep()),
+      belief_steps_per_action_(controller.beliefStepsPerAction()),
+      mu_(GeneralizedBody::Zero(kBodySize, controller.orders + 1)),
+      mu_d_(mu_) {}
+
+SampleVerdict ActiveInferenceController::observe(const Observation& observation) {
+  const std::optional<Observation> complete = reconstructed(observation, kinematics_);
+  if (!complete) return SampleVerdict::incomplete;
+  const SampleVerdict verdict = sensors_.update(*complete);  // ỹ                        (3-22)
+  if (!taken(verdict)) return verdict;
+  if (verdict == SampleVerdict::restarted) {
+    action_update_.bound().forgetMeasurements();
+    seedBelief();  // a gap says nothing against the command that is driven: the action goes on from there
+  }
+  action_update_.bound().observe(*complete, observation.valid);
+  return verdict;
+}
+
+void ActiveInferenceController::updateBelief() {
+  if (sensors_.hasMeasurement()) belief_update_.step(mu_, sensors_.measurement(), mu_d_);  // μ̃  (3-11)
+}
+
+WheelCommand ActiveInferenceController::updateAction() {
+  if (!sensors_.hasMeasurement()) return action();
+  const WheelCommand goal = kinematics_.wheelSpeeds(mu_d_(kForward, 0), mu_d_(kYaw, 0));
+  action_update_.step(model_, sensoryPredictionError(model_, mu_, sensors_.measurement()), goal);  // a  (3-13)
+  const auto& y = sensors_.measurement();
+  const bool told_to_stand = mu_d_(kForward, 0) == 0.0 && mu_d_(kYaw, 0) == 0.0;
+  if (standstill_ && standstill_->stands(told_to_stand, action(), y(kWheelLeft, 0), y(kWheelRight, 0), actionStep())) {
+    action_update_.hold({});
+  }
+  return action();
+}
+
+void ActiveInferenceController::hold(const WheelCommand& applied) { action_update_.hold(applied); }
+
+void ActiveInferenceController::overrule(const WheelCommand& applied) {
+  seedBelief();
+  action_update_.overrule(applied);
+}
+
+void ActiveInferenceController::adoptGains(const ControllerParameters& controller, const GeometryParameters& geometry) {
+  if (controller.orders != model_.orders()) refuseToChange("orders", controller.orders, model_.orders());
+  if (controller.actionStep() != actionStep())
+    refuseToChange("action_rate", controller.action_rate, 1.0 / actionStep());
+  ActiveInferenceController adopted(controller, geometry);
+  adopted.sensors_ = sensors_;
+  adopted.action_update_ = action_update_;
+  adopted.action_update_.setLearningRate(controller.kappa_a);
+  adopted.standstill_ = standstill_;
+  adopted.mu_ = mu_;
+  adopted.mu_d_ = mu_d_;
+  *this = adopted;
+}
+
+bool ActiveInferenceController::setSetPoint(const SetPoint& set_point) {
+  if (!set_point.vector().allFinite()) return false;
+  mu_d_.col(0) = set_point.vector();
+  return true;
+}
+
+void ActiveInferenceController::seedBelief() {
+  mu_.setZero();
+  mu_.col(0) = sensory_inverse_ * sensors_.measurement().col(0);
+}
+
+void ActiveInferenceController::restart() {
+  seedBelief();
+  action_update_.hold({});
+}
+
+void ActiveInferenceController::reset() {
+  sensors_.reset();
+  mu_d_.setZero();
+  action_update_.bound().reset();
+  if (standstill_) standstill_.emplace();
+  restart();
+}
+
+PredictionErrors ActiveInferenceController::errors() const {
+  return predictionErrors(model_, mu_, sensors_.measurement(), mu_d_);
+}
+
+double ActiveInferenceController::freeEnergy() const { return jackal_aic::freeEnergy(model_, errors()); }
+
+}  // namespace jackal_aic

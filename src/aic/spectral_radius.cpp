@@ -1,0 +1,142 @@
+#include "jackal_aic/aic/spectral_radius.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <utility>
+
+namespace jackal_aic {
+namespace {
+
+constexpr int kMostSweeps = 100;    // of the scaling; a handful suffices
+constexpr double kWorthIt = 0.95;   // a scaling that shortens row and column by less is left
+constexpr double kEnough = 1e-10;   // uncertainty relative to the radius that asks for no more precision
+constexpr double kOuterRing = 0.9;  // eigenvalues of less than this part of the radius do not count
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+template <class Real>
+using Square = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+
+/// Largest magnitude of an eigenvalue of the states that nothing drives or that drive nothing: theirs are entries of
+/// the diagonal, and exact. Takes these states out of the map.
+double isolated(Eigen::MatrixXd& map) {
+  double largest = 0.0;
+  for (Eigen::Index i = 0; i < map.rows();) {
+    const Eigen::Index behind = map.rows() - 1 - i;
+    const bool driven = (map.row(i).head(i).array() != 0.0).any() || (map.row(i).tail(behind).array() != 0.0).any();
+    const bool drives = (map.col(i).head(i).array() != 0.0).any() || (map.col(i).tail(behind).array() != 0.0).any();
+    if (driven && drives) {
+      ++i;
+      continue;
+    }
+    largest = std::max(largest, std::abs(map(i, i)));
+    map.middleRows(i, behind) = map.bottomRows(behind).eval();
+    map.middleCols(i, behind) = map.rightCols(behind).eval();
+    map.conservativeResize(map.rows() - 1, map.cols() - 1);
+    i = 0;
+  }
+  return largest;
+}
+
+/// The map with its states scaled by powers of two, so that each row is as long as its column.
+Eigen::MatrixXd balanced(Eigen::MatrixXd map) {
+  bool changed = true;
+  for (int sweep = 0; changed && sweep < kMostSweeps; ++sweep) {
+    changed = false;
+    for (Eigen::Index i = 0; i < map.rows(); ++i) {
+      const double diagonal = map(i, i);
+      map(i, i) = 0.0;
+      const double column = map.col(i).stableNorm(), row = map.row(i).stableNorm();
+      if (column > 0.0 && row > 0.0) {
+        const double factor = std::exp2(std::round(0.5 * std::log2(row / column)));
+        if (std::hypot(factor * column, row / factor) < kWorthIt * std::hypot(column, row)) {
+          map.col(i) *= factor;
+          map.row(i) /= factor;
+          changed = true;
+        }
+      }
+      map(i, i) = diagonal;
+    }
+  }
+  return map;
+}
+
+/// |x| |y| / |y' x| of the eigenvalue in place i of the diagonal of an upper triangular T. @param least difference of
+/// two eigenvalues that counts.
+template <class Real>
+Real conditionNumber(const Square<std::complex<Real>>& T, Eigen::Index i, Real least) {
+  Square<std::complex<Real>> shifted = T;
+  for (Eigen::Index j = 0; j < T.rows(); ++j) {
+    shifted(j, j) -= T(i, i);
+    if (std::abs(shifted(j, j)) < least) shifted(j, j) = least;
+  }
+  // x = (−(T11 − λ)⁻¹ t, 1, 0) and y = (0, 1, −(T22 − λ)⁻' t'), so that y' x = 1
+  const Eigen::Index above = i, below = T.rows() - 1 - i;
+  using Vector = Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, 1>;
+  const Vector x =
+      shifted.topLeftCorner(above, above).template triangularView<Eigen::Upper>().solve(T.col(i).head(above));
+  const Square<std::complex<Real>> lower = shifted.bottomRightCorner(below, below).adjoint();
+  const Vector y = lower.template triangularView<Eigen::Lower>().solve(T.row(i).tail(below).adjoint());
+  return std::sqrt((Real(1) + x.squaredNorm()) * (Real(1) + y.squaredNorm()));
+}
+
+/// Of a balanced map whose largest entry is about 1.
+template <class Real>
+SpectralRadius radiusWithBound(const Square<Real>& map) {
+  using Complex = std::complex<Real>;
+  const Eigen::Index n = map.rows();
+  const Eigen::RealSchur<Square<Real>> real(map, false);
+  if (real.info() != Eigen::Success) return {kInfinity, kInfinity};
+  Eigen::ComplexSchur<Square<Complex>> schur(n);
+  schur.computeFromHessenberg(real.matrixT().template cast<Complex>(), Square<Complex>::Identity(n, n), false);
+  if (schur.info() != Eigen::Success) return {kInfinity, kInfinity};
+  const Square<Complex> T = schur.matrixT();
+
+  const Real rounding = std::numeric_limits<Real>::epsilon() * map.norm();
+  const Real error = static_cast<Real>(2 * n) * rounding;  // |E|, with a factor of two to spare
+  // No eigenvalue moves farther than (|M| + |M + E|)^(1 - 1/n) |E|^(1/n) (Elsner 1985), be it as ill-conditioned as it
+  // may.
+  const Real farthest = std::pow(2 * map.norm(), Real(1) - Real(1) / n) * std::pow(error, Real(1) / n);
+  const Real radius = T.diagonal().cwiseAbs().maxCoeff();
+  Real upper = radius;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Real magnitude = std::abs(T(i, i));
+    if (magnitude < kOuterRing * radius) continue;
+    upper = std::max(upper, magnitude + std::min(farthest, error * conditionNumber<Real>(T, i, rounding)));
+  }
+  return {static_cast<double>(radius), static_cast<double>(upper - radius)};
+}
+
+SpectralRadius times(const SpectralRadius& radius, double factor) {
+  return {radius.value * factor, (radius.uncertainty + std::numeric_limits<double>::epsilon() * radius.value) * factor};
+}
+
+/// With an eigenvalue of which the magnitude is known.
+SpectralRadius largerOf(const SpectralRadius& radius, double known) {
+  const double value = std::max(radius.value, known);
+  return {value, std::max(radius.upper(), known) - value};
+}
+
+}  // namespace
+
+SpectralRadius spectralRadiusOf(const Eigen::MatrixXd& map) {
+  if (!map.allFinite()) return {kInfinity, kInfinity};
+  Eigen::MatrixXd scaled = map;
+  const double alone = isolated(scaled);
+  if (scaled.size() == 0) return {alone, 0.0};
+  scaled = balanced(std::move(scaled));
+  const double size = std::exp2(std::ceil(std::log2(scaled.cwiseAbs().maxCoeff())));
+  scaled /= size;
+  // What is far below rounding goes, because its square is no normal number.
+  const double negligible = std::pow(std::numeric_limits<double>::epsilon(), 3);
+  scaled = (scaled.array().abs() < negligible).select(0.0, scaled).eval();
+  SpectralRadius radius = radiusWithBound<double>(scaled);
+  if (radius.uncertainty > kEnough * radius.value) {
+    radius = radiusWithBound<long double>(scaled.cast<long double>());
+  }
+  return largerOf(times(radius, size), alone);
+}
+
+}  // namespace jackal_aic

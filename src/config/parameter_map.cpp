@@ -1,0 +1,227 @@
+#include "jackal_aic/config/parameter_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "jackal_aic/config/text.hpp"
+
+namespace jackal_aic {
+namespace {
+
+std::string number(double value) {
+  std::ostringstream out;
+  out.precision(10);
+  out << value;
+  return out.str();
+}
+
+std::string join(const std::vector<std::string>& words) {
+  std::string text;
+  for (const auto& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+/// The first items of a list, and how many there are if not all are told.
+template <class Item, class Text>
+std::string listed(const std::vector<Item>& items, const Text& text) {
+  constexpr std::size_t kMost = 8;
+  std::vector<std::string> words;
+  for (std::size_t i = 0; i < std::min(items.size(), kMost); ++i) words.push_back(text(items[i]));
+  if (items.size() > kMost) words.push_back("... " + std::to_string(items.size()) + " in all");
+  return "[" + join(words) + "]";
+}
+
+std::string range(Bounds bounds, const char* unit) {
+  std::string text = "[" + number(bounds.low) + ", " + number(bounds.high) + "]";
+  if (*unit != '\0') text += std::string(" ") + unit;
+  return text;
+}
+
+const double* asNumber(const ParameterValue& value, double& storage) {
+  if (const auto* real = std::get_if<double>(&value)) {
+    storage = *real;
+    return &storage;
+  }
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) {
+    storage = static_cast<double>(*whole);
+    return &storage;
+  }
+  return nullptr;
+}
+
+void checkRange(const std::string& key, double value, Bounds bounds, const char* unit) {
+  if (!(value >= bounds.low && value <= bounds.high)) {
+    throw ParameterError(key + " = " + number(value) + ": must be in " + range(bounds, unit));
+  }
+}
+
+/// Edits (insert, delete, replace, swap two neighbours) from one word to another (Damerau and Levenshtein).
+std::size_t editDistance(const std::string& a, const std::string& b) {
+  std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i) {
+    for (std::size_t j = 0; j <= b.size(); ++j) {
+      if (i == 0 || j == 0) {
+        d[i][j] = i + j;
+        continue;
+      }
+      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+    }
+  }
+  return d[a.size()][b.size()];
+}
+
+/// The keys that are most like a misspelt one, the most like first.
+std::vector<std::string> nearest(const std::string& key, std::vector<std::string> known) {
+  constexpr std::size_t kMost = 3;
+  const std::string word = key.substr(0, 100);  // of a hostile file, keys may be of any length
+  std::stable_sort(known.begin(), known.end(), [&word](const std::string& a, const std::string& b) {
+    return editDistance(word, a) < editDistance(word, b);
+  });
+  if (known.size() > kMost) known.resize(kMost);
+  return known;
+}
+
+}  // namespace
+
+std::string describe(const ParameterValue& value) {
+  struct {
+    std::string operator()(bool v) const { return v ? "true" : "false"; }
+    std::string operator()(std::int64_t v) const { return std::to_string(v); }
+    std::string operator()(double v) const { return number(v); }
+    std::string operator()(const std::string& v) const { return quoted(v); }
+    std::string operator()(const std::vector<double>& v) const { return listed(v, number); }
+    std::string operator()(const std::vector<std::string>& v) const { return listed(v, quoted); }
+  } text;
+  return std::visit(text, value);
+}
+
+void ParameterMap::set(const std::string& key, ParameterValue value) { values_[key] = std::move(value); }
+
+bool ParameterMap::has(const std::string& key) const { return values_.count(key) > 0; }
+
+const ParameterValue* ParameterMap::take(const std::string& key) {
+  declare(key);
+  const auto entry = values_.find(key);
+  return entry == values_.end() ? nullptr : &entry->second;
+}
+
+void ParameterMap::declare(const std::string& key) { known_.insert(key); }
+
+std::vector<std::string> ParameterMap::keys() const {
+  std::vector<std::string> list;
+  for (const auto& entry : values_) list.push_back(entry.first);
+  return list;
+}
+
+std::vector<std::string> ParameterMap::knownKeys() const { return {known_.begin(), known_.end()}; }
+
+void ParameterMap::refuseUnknown() const {
+  for (const auto& entry : values_) {
+    if (known_.count(entry.first) > 0) continue;
+    const std::vector<std::string> candidates = nearest(entry.first, knownKeys());
+    throw ParameterError(shortened(entry.first) + " = " + describe(entry.second) + ": unknown key" +
+                         (candidates.empty() ? "" : "; nearest known keys: " + join(candidates)));
+  }
+}
+
+const ParameterValue* ParameterReader::lookup(const char* name, Presence presence, const std::string& expectation) {
+  const ParameterValue* value = map_.take(key(name));
+  if (value == nullptr && presence == Presence::required) {
+    throw ParameterError(key(name) + ": missing; expected " + expectation);
+  }
+  return value;
+}
+
+void ParameterReader::field(const char* name, double& value, Bounds bounds, const char* unit, Presence presence) {
+  const std::string expectation = "a number in " + range(bounds, unit);
+  const ParameterValue* given = lookup(name, presence, expectation);
+  if (given == nullptr) return;
+  double real = 0.0;
+  if (asNumber(*given, real) == nullptr) {
+    throw ParameterError(key(name) + " = " + describe(*given) + ": expected " + expectation);
+  }
+  checkRange(key(name), real, bounds, unit);
+  value = real;
+}
+
+void ParameterReader::field(const char* name, int& value, Bounds bounds, const char* unit, Presence presence) {
+  const std::string expectation = "a whole number in " + range(bounds, unit);
+  const ParameterValue* given = lookup(name, presence, expectation);
+  if (given == nullptr) return;
+  double real = 0.0;
+  if (asNumber(*given, real) == nullptr || real != std::floor(real)) {
+    throw ParameterError(key(name) + " = " + describe(*given) + ": expected " + expectation);
+  }
+  checkRange(key(name), real, bounds, unit);
+  value = static_cast<int>(real);
+}
+
+void ParameterReader::field(const char* name, std::uint64_t& value, const char* unit, Presence presence) {
+  const std::string expectation = "a whole number, 0 or more" + (*unit ? std::string(" ") + unit : std::string());
+  const ParameterValue* given = lookup(name, presence, expectation);
+  if (given == nullptr) return;
+  const auto* whole = std::get_if<std::int64_t>(given);
+  if (whole == nullptr || *whole < 0) {
+    throw ParameterError(key(name) + " = " + describe(*given) + ": expected " + expectation);
+  }
+  value = static_cast<std::uint64_t>(*whole);
+}
+
+void ParameterReader::field(const char* name, bool& value, Presence presence) {
+  const ParameterValue* given = lookup(name, presence, "true or false");
+  if (given == nullptr) return;
+  const auto* flag = std::get_if<bool>(given);
+  if (flag == nullptr) throw ParameterError(key(name) + " = " + describe(*given) + ": expected true or false");
+  value = *flag;
+}
+
+void ParameterReader::field(const char* name, std::string& value, Presence presence) {
+  const ParameterValue* given = lookup(name, presence, "a text");
+  if (given == nullptr) return;
+  const auto* text = std::get_if<std::string>(given);
+  if (text == nullptr || text->empty()) {
+    throw ParameterError(key(name) + " = " + describe(*given) + ": expected a text that is not empty");
+  }
+  value = *text;
+}
+
+void ParameterReader::field(const char* name, std::vector<std::string>& value, Presence presence) {
+  const ParameterValue* given = lookup(name, presence, "a list of words");
+  if (given == nullptr) return;
+  const auto* words = std::get_if<std::vector<std::string>>(given);
+  if (words == nullptr || words->empty()) {
+    throw ParameterError(key(name) + " = " + describe(*given) + ": expected a list of words that is not empty");
+  }
+  value = *words;
+}
+
+void ParameterReader::field(const char* name, std::vector<double>& value, Bounds bounds, std::size_t max_size,
+                            const char* unit, Presence presence) {
+  const std::string expectation = "a list of 1 to " + std::to_string(max_size) + " numbers in " + range(bounds, unit);
+  const ParameterValue* given = lookup(name, presence, expectation);
+  if (given == nullptr) return;
+  const auto* numbers = std::get_if<std::vector<double>>(given);
+  if (numbers == nullptr || numbers->empty() || numbers->size() > max_size) {
+    throw ParameterError(key(name) + " = " + describe(*given) + ": expected " + expectation);
+  }
+  for (std::size_t i = 0; i < numbers->size(); ++i) {
+    checkRange(key(name) + "[" + std::to_string(i) + "]", (*numbers)[i], bounds, unit);
+  }
+  value = *numbers;
+}
+
+int ParameterReader::choice(const char* name, const std::vector<std::string>& words, Presence presence) {
+  const std::string expectation = "one of " + join(words);
+  const ParameterValue* given = lookup(name, presence, expectation);
+  if (given == nullptr) return -1;
+  const auto* text = std::get_if<std::string>(given);
+  for (std::size_t i = 0; text != nullptr && i < words.size(); ++i) {
+    if (*text == words[i]) return static_cast<int>(i);
+  }
+  throw ParameterError(key(name) + " = " + describe(*given) + ": expected " + expectation);
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,68 @@
+#include "jackal_aic/config/urdf_geometry.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "urdf_document.hpp"
+
+namespace jackal_aic {
+namespace {
+
+/// Larger differences between wheels [m] are a modelling error, not rounding in the file.
+constexpr double kTolerance = 1e-6;
+
+std::string metres(double value) {
+  std::ostringstream out;
+  out << value << " m";
+  return out.str();
+}
+
+/// Collects the wheels of one side: checks each radius against the first wheel's, returns the joints' common y.
+class WheelCollector {
+ public:
+  explicit WheelCollector(const urdf::ModelInterface& model) : model_(model) {}
+
+  double lateralPosition(const std::string& side, const std::vector<std::string>& joints) {
+    if (joints.empty()) throw ParameterError("URDF: no " + side + " wheel joint is named");
+    double sum = 0.0;
+    for (const std::string& name : joints) {
+      const urdf::Joint& joint = requiredJoint(model_, name);
+      checkRadius(name, wheelRadius(model_, joint));
+      sum += poseInRoot(model_, joint).translation().y();
+    }
+    return sum / static_cast<double>(joints.size());
+  }
+
+  double radius() const { return radius_; }
+
+ private:
+  void checkRadius(const std::string& joint, double radius) {
+    if (radius_ == 0.0) radius_ = radius;
+    if (std::abs(radius - radius_) > kTolerance) {
+      throw ParameterError("URDF: wheel of joint '" + joint + "' has radius " + metres(radius) +
+                           ": must be equal to the first wheel's " + metres(radius_));
+    }
+  }
+
+  const urdf::ModelInterface& model_;
+  double radius_ = 0.0;
+};
+
+}  // namespace
+
+UrdfGeometry readUrdfGeometry(const std::string& urdf_xml, const std::vector<std::string>& left_joints,
+                              const std::vector<std::string>& right_joints) {
+  const urdf::ModelInterfaceSharedPtr model = parseUrdf(urdf_xml);
+  WheelCollector wheels(*model);
+  const double left = wheels.lateralPosition("left", left_joints);
+  const double right = wheels.lateralPosition("right", right_joints);
+  const double track = left - right;
+  if (!(track > kTolerance) || !std::isfinite(track)) {
+    throw ParameterError("URDF: left wheel joints at y = " + metres(left) + ", right ones at y = " + metres(right) +
+                         ": the left ones must lie further left");
+  }
+  return {wheels.radius(), track};
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,84 @@
+#include "jackal_aic/faults/acceleration_monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "jackal_aic/model/gravity.hpp"
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kResolution = 1e-6;         // m/s^2; smaller changes are no noise
+constexpr double kSteepest = 0.7;            // of the acceleration of gravity: an inclination of 45 degrees
+constexpr double kUnknownInclination = 1.0;  // m/s^2, standard deviation at the start (6 degrees)
+constexpr double kWandering = 1.0;           // m/s^2, standard deviation of the inclination after a second
+
+}  // namespace
+
+AccelerationMonitor::AccelerationMonitor(const FaultParameters& parameters)
+    : parameters_(parameters),
+      forward_{0.0, kUnknownInclination, -kSteepest * kGravity, kSteepest * kGravity,
+               LearnedVariance(parameters.covariance_memory)},
+      vertical_{0.0, kUnknownInclination, -(1.0 - kSteepest) * kGravity, (1.0 - kSteepest) * kGravity,
+                LearnedVariance(parameters.covariance_memory)},
+      timing_(parameters.timing_deviation),
+      persistence_(parameters.persistence()),
+      repetition_at_rest_{RepetitionTest(parameters.frozen_samples), RepetitionTest(parameters.frozen_samples)},
+      repetition_moving_(repetition_at_rest_) {}
+
+bool AccelerationMonitor::Repetition::update(const Observation& observation, bool other) {
+  const bool frozen = forward.update(observation.acceleration_x, other, kResolution);
+  if (!observation.acceleration_z) return frozen;
+  return vertical.update(*observation.acceleration_z, other, kResolution) || frozen;
+}
+
+void AccelerationMonitor::predict(double forward_rate, double lowest, double highest, double step) {
+  timing_.add((forward_rate - forward_rate_) / step, step);
+  forward_rate_ = forward_rate;
+  // What was possible fades slowly: the body follows its wheels late.
+  const double fading = step / TimingVariance::kFading;
+  lowest_rate_ = std::min(lowest, lowest_rate_ - fading * lowest_rate_);
+  highest_rate_ = std::max(highest, highest_rate_ - fading * highest_rate_);
+  for (Axis* axis : {&forward_, &vertical_}) {
+    axis->variance =
+        std::min(axis->variance + kWandering * kWandering * step, kUnknownInclination * kUnknownInclination);
+  }
+}
+
+void AccelerationMonitor::Axis::compare(double error_without_offset, double noise) {
+  error = error_without_offset - offset;
+  total = variance + noise;
+}
+
+void AccelerationMonitor::Axis::correct(double noise) {
+  const double gain = variance / (variance + learned.factor() * noise);
+  offset = std::clamp(offset + gain * error, lowest, highest);
+  variance *= 1.0 - gain;
+}
+
+void AccelerationMonitor::check(const Observation& observation, bool moving, double step) {
+  const bool vertical = observation.acceleration_z.has_value();
+  const double forward_noise = parameters_.accelerometer_variance + timing_.value();
+  const double left = observation.acceleration_x - forward_rate_ - forward_.offset;
+  const double possible =
+      std::clamp(left, std::min(0.0, lowest_rate_ - forward_rate_), std::max(0.0, highest_rate_ - forward_rate_));
+  forward_.compare(observation.acceleration_x - forward_rate_ - possible, forward_noise);
+  vertical_.compare(observation.acceleration_z.value_or(kGravity) - kGravity, parameters_.accelerometer_variance);
+  double squared = forward_.learned.squaredDistance(forward_.error, forward_.total);
+  if (vertical) squared += vertical_.learned.squaredDistance(vertical_.error, vertical_.total);
+  distance_ = std::sqrt(squared) / chebyshevBound(vertical ? 2 : 1, parameters_.false_alarm_rate);
+  const bool frozen_at_rest = repetition_at_rest_.update(observation, moving);
+  frozen_ = repetition_moving_.update(observation, !moving) || frozen_at_rest;
+
+  persistence_.update(distance_ > 1.0 || frozen_, true, step);
+  if (frozen_) persistence_.condemn();
+  upside_down_ = state() == ChannelState::faulty && (vertical ? *observation.acceleration_z < 0.0 : upside_down_);
+  if (state() == ChannelState::outlier) return;
+  forward_.correct(forward_noise);
+  if (vertical) vertical_.correct(parameters_.accelerometer_variance);
+  if (state() == ChannelState::faulty) return;
+  forward_.learned.learn(forward_.error, forward_.total, step);
+  if (vertical) vertical_.learned.learn(vertical_.error, vertical_.total, step);
+}
+
+}  // namespace jackal_aic

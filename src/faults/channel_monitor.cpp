@@ -1,0 +1,105 @@
+#include "jackal_aic/faults/channel_monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace jackal_aic {
+
+double chebyshevBound(int channels, double false_alarm_rate) { return std::sqrt(channels / false_alarm_rate); }
+
+void LearnedVariance::learn(double error, double variance, double step) {
+  factor_ += -std::expm1(-step / memory_) * (error * error / variance - factor_);
+  factor_ = std::clamp(factor_, 1.0, kLargestFactor);
+}
+
+ChannelState Persistence::update(bool suspect, bool informative, double step) {
+  const std::uint64_t window = (std::uint64_t{2} << (parameters_.fault_window - 1)) - 1;
+  recent_ = ((recent_ << 1) | (suspect ? 1u : 0u)) & window;
+  if (state_ == ChannelState::faulty) {
+    if (suspect) good_time_ = 0.0;
+    if (!suspect && informative) good_time_ += step;
+    if (good_time_ >= parameters_.recovery_time) reset();
+    return state_;
+  }
+  int suspects = 0;
+  for (std::uint64_t bits = recent_; bits != 0; bits &= bits - 1) ++suspects;
+  state_ = suspect ? ChannelState::outlier : ChannelState::ok;
+  if (suspects >= parameters_.fault_samples) condemn();
+  return state_;
+}
+
+void Persistence::condemn() {
+  state_ = ChannelState::faulty;
+  good_time_ = 0.0;
+}
+
+void Persistence::reset() {
+  recent_ = 0;
+  good_time_ = 0.0;
+  state_ = ChannelState::ok;
+}
+
+bool RepetitionTest::update(double value, bool expected, double resolution, double explained) {
+  const bool repeats = has_last_ && value == last_;
+  const double change = has_last_ ? value - last_ : 0.0;
+  last_ = value;
+  has_last_ = true;
+  if (!repeats || expected) learnRun();
+  learnQuantum(std::abs(change), resolution);
+  if (expected) return false;
+  if (repeats) {
+    chance_ *= (repeats_ + run_ + 1.0) / (noisy_ + repeats_ + run_ + 2.0);
+    ++run_;
+    return samples_ > 0 && run_ >= samples_ && chance_ < kChance && carriesNoise(resolution);
+  }
+  learnChange(change, explained);
+  return false;
+}
+
+void RepetitionTest::learnQuantum(double change, double resolution) {
+  if (change <= resolution) return;
+  quantum_ = changes_ > 0 ? std::min(quantum_, change) : change;
+  changes_ = std::min(changes_ + 1, kFewChanges);
+}
+
+void RepetitionTest::learnRun() {
+  repeats_ += run_;
+  run_ = 0;
+  chance_ = 1.0;
+}
+
+void RepetitionTest::learnChange(double change, double explained) {
+  constexpr double kChangesAveraged = 10.0;
+  constexpr double kMemory = 3000.0;  // samples, a minute at 50 Hz
+  const bool reverses = change * last_change_ < 0.0;
+  last_change_ = change;
+  if (!reverses || std::abs(change) <= 2.0 * explained) return;
+  noisy_ += 1.0;
+  usual_change_ += (std::abs(change) - usual_change_) / kChangesAveraged;
+  if (noisy_ + repeats_ < kMemory) return;
+  noisy_ *= 0.5;
+  repeats_ *= 0.5;
+}
+
+bool RepetitionTest::carriesNoise(double resolution) const {
+  constexpr double kFine = 2.0;  // steps of the resolution that the noise passes from sample to sample
+  return usual_change_ > std::max(resolution, kFine * quantum_);
+}
+
+bool MissedMotion::update(double value, bool repeats, double low, double high, double least, double step) {
+  constexpr double kMemory = 5.0;    // s; what takes longer may be a slow change of the drive train
+  constexpr double kLongest = 0.25;  // s, longest patience
+  if (!repeats) {
+    patience_ = std::min(std::max(patience_, 2.0 * missed_), kLongest);
+    missed_ = 0.0;
+    low_ = low;
+    high_ = high;
+    return false;
+  }
+  low_ += (low - low_) * std::min(step / kMemory, 1.0);
+  high_ += (high - high_) * std::min(step / kMemory, 1.0);
+  missed_ = std::max(low - std::max(high_, value), std::min(low_, value) - high) > least ? missed_ + step : 0.0;
+  return missed_ > patience_;
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,260 @@
+#include "jackal_aic/faults/fault_monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace jackal_aic {
+namespace {
+
+/// Ratio of squared errors from which the yaw rate speaks for one explanation.
+constexpr double kClearly = 2.0;
+
+/// Error of the yaw rate that may come of noise and tyres, and speaks for nothing [rad/s].
+constexpr double kNoEvidence = 0.05;
+
+/// A robot of which one wheel stops needs this long to turn [s]; before, the yaw rate tells nothing. What is over
+/// sooner, a kerb for instance, was no fault.
+constexpr double kIsolationTime = 0.2;
+
+/// Time over which the yaw rate's evidence is averaged [s].
+constexpr double kEvidenceMemory = 0.05;
+
+/// What a wheel measures off its prediction by noise, in standard deviations; and for how many samples it may be off by
+/// more until the cause is found.
+constexpr double kNoise = 3.0;
+constexpr double kDoubtfulSamples = 25.0;
+
+constexpr double kLongestStep = 0.5;  // s between samples; a longer silence says nothing more
+
+FaultParameters validated(const FaultParameters& parameters) {
+  validate(parameters);
+  return parameters;
+}
+
+double initialTrack(const GeometryParameters& geometry, const PlantModel& model) {
+  return model.effective_track > 0.0 ? model.effective_track : geometry.effective_track;
+}
+
+bool isFaulty(const ChannelVerdict& verdict) { return verdict.state == ChannelState::faulty; }
+bool counts(const ChannelVerdict& verdict) { return verdict.state == ChannelState::ok; }
+
+/// A wheel that was suspect for long enough, without a verdict on why.
+bool undecided(const WheelMonitor& wheel, const ChannelVerdict& verdict, bool drive) {
+  return wheel.state() == ChannelState::faulty && !drive && !isFaulty(verdict);
+}
+
+bool isFrozen(const ChannelVerdict& verdict) { return verdict.cause == FaultCause::frozen; }
+
+}  // namespace
+
+void validate(const FaultParameters& parameters) {
+  if (parameters.fault_samples <= parameters.fault_window) return;
+  throw ParameterError("faults.fault_samples = " + std::to_string(parameters.fault_samples) +
+                       ": must be at most faults.fault_window = " + std::to_string(parameters.fault_window));
+}
+
+ChannelValidity FaultReport::valid() const {
+  return {counts(gyro), counts(wheel_left), counts(wheel_right), counts(accelerometer)};
+}
+
+bool FaultReport::faulty() const {
+  return drive_left || drive_right || isFaulty(wheel_left) || isFaulty(wheel_right) || isFaulty(gyro) ||
+         isFaulty(accelerometer);
+}
+
+Fault FaultReport::fault() const {
+  if (drive_left && drive_right) return Fault::wheels_blocked;
+  if (drive_left) return Fault::left_wheels_blocked;
+  if (drive_right) return Fault::right_wheels_blocked;
+  if (isFaulty(wheel_left)) return isFrozen(wheel_left) ? Fault::left_encoder_frozen : Fault::left_encoder_wrong;
+  if (isFaulty(wheel_right)) return isFrozen(wheel_right) ? Fault::right_encoder_frozen : Fault::right_encoder_wrong;
+  if (isFaulty(accelerometer) && accelerometer.cause == FaultCause::gravity) return Fault::imu_upside_down;
+  if (isFaulty(gyro)) return isFrozen(gyro) ? Fault::gyro_frozen : Fault::gyro_disagrees;
+  if (isFaulty(accelerometer)) {
+    return isFrozen(accelerometer) ? Fault::accelerometer_frozen : Fault::accelerometer_disagrees;
+  }
+  return moved ? Fault::moved : Fault::none;
+}
+
+FaultMonitor::FaultMonitor(const FaultParameters& parameters, const GeometryParameters& geometry,
+                           const PlantModel& model)
+    : parameters_(validated(parameters)),
+      geometry_(geometry),
+      model_(model),
+      rolling_radius_(geometry.wheel_radius * geometry.slip),
+      left_(parameters, model, geometry.wheel_radius),
+      right_(left_),
+      yaw_(parameters, initialTrack(geometry, model)),
+      acceleration_(parameters) {}
+
+void FaultMonitor::advance(const WheelCommand& applied, double duration) {
+  if (!started_) return;
+  const long steps = std::lround(duration / WheelBelief::kStep);
+  for (long i = 0; i < steps; ++i) {
+    left_.predict(applied.left);
+    right_.predict(applied.right);
+    const double forward_rate = 0.5 * rolling_radius_ * (left_.acceleration() + right_.acceleration());
+    const double difference_rate = rolling_radius_ * (right_.acceleration() - left_.acceleration());
+    yaw_.predict(forward_rate, model_.on_box ? 0.0 : difference_rate, WheelBelief::kStep);
+    if (model_.on_box) {
+      acceleration_.predict(0.0, 0.0, 0.0, WheelBelief::kStep);
+    } else {
+      acceleration_.predict(
+          forward_rate, 0.5 * rolling_radius_ * (left_.lowestAcceleration() + right_.lowestAcceleration()),
+          0.5 * rolling_radius_ * (left_.highestAcceleration() + right_.highestAcceleration()), WheelBelief::kStep);
+    }
+  }
+}
+
+const FaultReport& FaultMonitor::check(const Observation& observation) {
+  if (!observation.finite() || (started_ && observation.stamp <= stamp_)) return report_;
+  const double step = started_ ? std::min(observation.stamp - stamp_, kLongestStep) : 0.0;
+  if (!started_) start(observation);
+  stamp_ = observation.stamp;
+  checkWheels(observation, step);
+  checkAccelerometer(observation, step);
+  checkGyro(observation, step);
+  return report_;
+}
+
+void FaultMonitor::start(const Observation& observation) {
+  started_ = true;
+  left_.start(observation.valid.wheel_left ? observation.wheel_left : 0.0);
+  right_.start(observation.valid.wheel_right ? observation.wheel_right : 0.0);
+}
+
+void FaultMonitor::checkWheels(const Observation& observation, double step) {
+  const ChannelValidity& valid = observation.valid;
+  if (valid.wheel_left) left_.compare(observation.wheel_left, step);
+  if (valid.wheel_right) right_.compare(observation.wheel_right, step);
+  if (valid.wheel_left && right_.frozen()) left_.freezeWithTheOther();
+  if (valid.wheel_right && left_.frozen()) right_.freezeWithTheOther();
+  weighEvidence(observation, step);
+  if (valid.wheel_left) left_.conclude(observation.wheel_left, step);
+  if (valid.wheel_right) right_.conclude(observation.wheel_right, step);
+  if (concludeMoved()) return;
+  if (undecided(left_, report_.wheel_left, report_.drive_left) && !left_.suspecting()) left_.forgive();
+  if (undecided(right_, report_.wheel_right, report_.drive_right) && !right_.suspecting()) right_.forgive();
+  conclude(left_, report_.wheel_left, report_.drive_left);
+  conclude(right_, report_.wheel_right, report_.drive_right);
+}
+
+/// Wheels that are to stand and turn all the same are turned from outside, whatever the yaw rate says: pushed, or
+/// lifted and spun. What they measure is kept from the controller, which is not to fight whoever does it.
+bool FaultMonitor::concludeMoved() {
+  const auto turns = [](const WheelMonitor& w) {
+    return w.state() == ChannelState::faulty && !w.frozen() && w.fasterThanCommanded();
+  };
+  const bool suspecting = left_.suspecting() || right_.suspecting();
+  // A controller may have begun to fight it: what counts is the command before.
+  if (!suspecting) was_to_stand_ = left_.commandedToRest() && right_.commandedToRest();
+  const bool found_before =
+      report_.drive_left || report_.drive_right || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right);
+  const bool was_moved = report_.moved;
+  report_.moved = was_to_stand_ && (was_moved ? suspecting : !found_before && (turns(left_) || turns(right_)));
+  if (was_moved && !report_.moved) {
+    left_.forgive();
+    right_.forgive();
+    evidence_ = Evidence{};
+  }
+  if (!report_.moved) return false;
+  report_.wheel_left = {ChannelState::outlier, FaultCause::none, left_.distance()};
+  report_.wheel_right = {ChannelState::outlier, FaultCause::none, right_.distance()};
+  return true;
+}
+
+bool FaultMonitor::wheelsTurn() const {
+  return std::max(std::abs(left_.speed()), std::abs(right_.speed())) > WheelMonitor::kRestSpeed;
+}
+
+bool FaultMonitor::yawTells(const Observation& observation) const {
+  return observation.valid.yaw_rate && !model_.on_box && !isFaulty(report_.gyro) && !isFaulty(report_.accelerometer);
+}
+
+void FaultMonitor::weighEvidence(const Observation& observation, double step) {
+  yaw_tells_ = yawTells(observation) && observation.valid.wheel_left && observation.valid.wheel_right;
+  if (!left_.suspecting() && !right_.suspecting() && !left_.suspect() && !right_.suspect()) evidence_ = Evidence{};
+  if (!left_.suspect() && !right_.suspect()) return;
+  // A wheel that was held up by something and is on its way again follows its command.
+  const auto stays_away = [](const WheelMonitor& wheel) { return wheel.suspect() && !wheel.recovering(); };
+  if (stays_away(left_) || stays_away(right_)) evidence_.time += step;
+  if (!yaw_tells_) return;
+  const double fading = std::exp(-step / kEvidenceMemory);
+  const double measured = rolling_radius_ * (observation.wheel_right - observation.wheel_left);
+  const double measured_error = yaw_.error(observation.yaw_rate, measured);
+  const double predicted_error = yaw_.error(observation.yaw_rate, differenceSpeed());
+  evidence_.against_measured = fading * evidence_.against_measured + measured_error * measured_error;
+  evidence_.against_predicted = fading * evidence_.against_predicted + predicted_error * predicted_error;
+}
+
+void FaultMonitor::conclude(const WheelMonitor& wheel, ChannelVerdict& verdict, bool& drive) const {
+  const bool isolated = isFaulty(verdict) || drive;
+  verdict.distance = wheel.distance();
+  if (wheel.state() != ChannelState::faulty) {
+    drive = false;
+    verdict.state = wheel.state();
+    verdict.cause = FaultCause::none;
+    return;
+  }
+  if (isolated) return;
+  verdict.state = wheel.suspect() && !wheel.recovering() ? ChannelState::outlier : ChannelState::ok;
+  if (wheel.frozen()) {
+    verdict.state = ChannelState::faulty;
+    verdict.cause = FaultCause::frozen;
+  } else if (wheel.suspect() && evidence_.time >= kIsolationTime) {
+    const double doubt = std::max(kClearly * evidence_.against_predicted, kNoEvidence * kNoEvidence);
+    drive = !yaw_tells_ || evidence_.against_measured <= doubt;
+    verdict.state = drive ? ChannelState::ok : ChannelState::faulty;
+    verdict.cause = drive ? FaultCause::none : FaultCause::prediction;
+  }
+}
+
+double FaultMonitor::differenceSpeed() const { return rolling_radius_ * (right_.speed() - left_.speed()); }
+
+double FaultMonitor::differenceVariance(const Observation& observation) const {
+  // As far as a wheel is from its prediction, either may be wrong, and not by noise that averages out: a motor that
+  // does not start is no slip to learn.
+  const double noise = kNoise * std::sqrt(parameters_.wheel_variance);
+  const auto doubt = [noise](const WheelMonitor& wheel, const ChannelVerdict& verdict, bool valid, double measured) {
+    if (!valid || isFaulty(verdict)) return 0.0;
+    const double apart = std::max(0.0, std::abs(measured - wheel.speed()) - noise);
+    return kDoubtfulSamples * apart * apart;
+  };
+  return rolling_radius_ * rolling_radius_ *
+         (left_.uncertainty() + right_.uncertainty() +
+          doubt(left_, report_.wheel_left, observation.valid.wheel_left, observation.wheel_left) +
+          doubt(right_, report_.wheel_right, observation.valid.wheel_right, observation.wheel_right));
+}
+
+void FaultMonitor::checkGyro(const Observation& observation, double step) {
+  if (!observation.valid.yaw_rate) return;
+  // While a wheel is suspect the difference of the wheels is no witness against the gyro.
+  const bool wheels_tell = !left_.suspect() && !right_.suspect() && !report_.drive_left && !report_.drive_right;
+  if (model_.on_box) {
+    yaw_.check(observation.yaw_rate, {0.0, 0.0}, wheelsTurn(), step);
+  } else if (wheels_tell || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right)) {
+    yaw_.check(observation.yaw_rate, {differenceSpeed(), differenceVariance(observation)}, wheelsTurn(), step);
+  }
+  report_.gyro = {yaw_.state(), FaultCause::none, yaw_.distance()};
+  if (acceleration_.upsideDown()) {
+    report_.gyro.state = ChannelState::faulty;
+    report_.gyro.cause = FaultCause::gravity;
+  } else if (isFaulty(report_.gyro)) {
+    report_.gyro.cause = yaw_.frozen() ? FaultCause::frozen : FaultCause::prediction;
+  }
+}
+
+void FaultMonitor::checkAccelerometer(const Observation& observation, double step) {
+  if (!observation.valid.acceleration) return;
+  acceleration_.check(observation, wheelsTurn(), step);
+  report_.accelerometer = {acceleration_.state(), FaultCause::none, acceleration_.distance()};
+  if (!isFaulty(report_.accelerometer)) return;
+  report_.accelerometer.cause = acceleration_.upsideDown() ? FaultCause::gravity
+                                : acceleration_.frozen()   ? FaultCause::frozen
+                                                           : FaultCause::prediction;
+}
+
+void FaultMonitor::reset() { *this = FaultMonitor(parameters_, geometry_, model_); }
+
+}  // namespace jackal_aic

@@ -1,0 +1,210 @@
+#include "jackal_aic/faults/wheel_monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace jackal_aic {
+namespace {
+
+/// Largest standard deviation of a predicted speed [rad/s]. Without measurements the belief knows less and less; beyond
+/// this even a dead encoder would seem to agree.
+constexpr double kLargestDeviation = 0.3;
+
+/// Time in which the belief learns a gain that is not the model's [s].
+constexpr double kMemory = 0.5;
+
+/// Smaller changes of a wheel speed are no noise [rad/s].
+constexpr double kResolution = 1e-5;
+
+/// Part of the width of what the drive train may do that is taken for motion between two samples.
+constexpr double kUnderWay = 0.25;
+
+/// Motion that a live encoder cannot miss: steps of its resolution, at least so much, and more than a drive train
+/// drifts [rad/s, rad/s, relative].
+constexpr double kMissedSteps = 3.0;
+constexpr double kLeastMotion = 0.02;
+constexpr double kDrift = 0.01;
+
+/// Largest step of an encoder [rad/s]: a coarser one is not believed to be one.
+constexpr double kCoarsestStep = 0.2;
+
+/// How much earlier or later than predicted a wheel may move, in standard deviations of the dead time.
+constexpr double kTimingBound = 3.0;
+
+std::size_t steps(double time) { return static_cast<std::size_t>(std::lround(time / WheelBelief::kStep)); }
+
+/// The time by which a second prediction can run ahead: what is commanded now is not yet driven.
+double lead(const FaultParameters& p, const PlantModel& model) {
+  return std::min(kTimingBound * p.timing_deviation, model.dead_time);
+}
+
+/// What an identified drive train may be.
+DriveTrainRange identifiedRange(const FaultParameters& p, const PlantModel& model) {
+  const double timing = kTimingBound * p.timing_deviation;
+  return {timing, timing, model.lag, model.lag, p.slowest_acceleration, p.fastest_acceleration};
+}
+
+/// What a drive train that nobody identified may be besides: half to twice the dead time and the lag, and slower where
+/// its velocity loop is a soft one.
+DriveTrainRange assumedRange(const FaultParameters& p, const PlantModel& model) {
+  constexpr double kSoftLoop = 0.3;  // s
+  DriveTrainRange range = identifiedRange(p, model);
+  range.earlier += 0.5 * model.dead_time;
+  range.later += model.dead_time;
+  range.shortest_lag = 0.5 * model.lag;
+  range.longest_lag = 2.0 * model.lag + kSoftLoop;
+  return range;
+}
+
+DriveTrainRange driveTrainRange(const FaultParameters& p, const PlantModel& model) {
+  return model.identified ? identifiedRange(p, model) : assumedRange(p, model);
+}
+
+/// How far the speed of a wheel that nobody identified may be from its model's at steady state: the gain, relative, and
+/// what a motor of stock gains stays behind its command [rad/s].
+constexpr double kAssumedGain = 0.25;
+constexpr double kAssumedOffset = 0.5;
+
+/// Width of the envelope, in standard deviations of the error, up to which an error tells of the noise.
+constexpr double kNarrow = 3.0;
+
+PlantModel earlier(PlantModel model, double by) {
+  model.dead_time -= by;
+  return model;
+}
+
+WheelBeliefParameters beliefParameters(const FaultParameters& p) {
+  WheelBeliefParameters belief;
+  belief.measurement_variance = p.wheel_variance;
+  belief.timing_deviation = p.timing_deviation;
+  return belief;
+}
+
+}  // namespace
+
+WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius)
+    : parameters_(parameters),
+      belief_(model, wheel_radius, beliefParameters(parameters)),
+      early_(earlier(model, lead(parameters, model)), wheel_radius, beliefParameters(parameters)),
+      envelope_(steps(kTimingBound * parameters.timing_deviation), steps(lead(parameters, model))),
+      reachable_(model, wheel_radius, driveTrainRange(parameters, model)),
+      identified_(model.identified),
+      change_(kMemory),
+      learned_(parameters.covariance_memory),
+      persistence_(parameters.persistence()),
+      repetition_(parameters.frozen_samples),
+      bound_(chebyshevBound(1, parameters.false_alarm_rate)),
+      least_progress_(0.5 * parameters.slowest_acceleration * model.acceleration_limit / wheel_radius) {}
+
+void WheelMonitor::start(double speed) {
+  belief_.reset(speed);
+  early_.reset(speed);
+  envelope_.start(speed, speed);
+  reachable_.start(speed);
+  last_speed_ = measured_ = speed;
+  persistence_.reset();
+}
+
+void WheelMonitor::predict(double command) {
+  belief_.predict(command);
+  early_.predict(command);
+  envelope_.add(belief_.speed(), early_.speed());
+  reachable_.predict(command);
+  change_.add(belief_.acceleration(), WheelBelief::kStep);
+}
+
+double WheelMonitor::speedVariance() const {
+  return std::min(belief_.covariance()(0, 0), kLargestDeviation * kLargestDeviation) + resolutionVariance();
+}
+
+/// Of rounding to whole steps; it does not average out while the speed stays.
+double WheelMonitor::resolutionVariance() const {
+  const double quantum = std::min(repetition_.quantum(), kCoarsestStep);
+  return quantum * quantum / 12.0;
+}
+
+/// Where the wheel may be while it is under way: within the envelope of its timing, and as far from the belief as the
+/// slowest and the fastest drive train are from the model.
+WheelMonitor::Interval WheelMonitor::possible() const {
+  const double offset = belief_.speed() - reachable_.nominal();
+  return {std::min(envelope_.low(), reachable_.low() + offset), std::max(envelope_.high(), reachable_.high() + offset)};
+}
+
+double WheelMonitor::uncertainty() const {
+  const auto [low, high] = possible();
+  return speedVariance() + (high - low) * (high - low);
+}
+
+double WheelMonitor::variance() const {
+  const double scaled = parameters_.gain_deviation * change_.value();
+  return speedVariance() + parameters_.wheel_variance + scaled * scaled;
+}
+
+double WheelMonitor::errorOf(double measurement) const {
+  const auto outside = [measurement](const Interval& i) {
+    return measurement - std::clamp(measurement, i.low, i.high);
+  };
+  const double error = outside(possible());
+  if (identified_) return error;
+  const double low = reachable_.low(), high = reachable_.high();
+  const double assumed = outside(
+      {low - kAssumedGain * std::abs(low) - kAssumedOffset, high + kAssumedGain * std::abs(high) + kAssumedOffset});
+  return std::abs(assumed) < std::abs(error) ? assumed : error;
+}
+
+void WheelMonitor::compare(double measurement, double step) {
+  error_ = errorOf(measurement);
+  recovering_ = (error_ < 0.0 ? 1.0 : -1.0) * (measurement - measured_) > least_progress_ * step;
+  distance_ = std::sqrt(learned_.squaredDistance(error_, variance())) / bound_;
+  frozen_ = isFrozen(measurement, step);
+  suspect_ = distance_ > 1.0 || frozen_;
+  measured_ = measurement;
+}
+
+bool WheelMonitor::isFrozen(double measurement, double step) {
+  // A wheel at rest repeats its speed whatever the reason of its rest: then only the prediction error tells.
+  const bool may_rest = std::abs(measurement) < kRestSpeed;
+  // Of a wheel that is under way, even to and fro is not noise; a controller that answers noise moves it by less.
+  const double explained =
+      std::max(std::abs(belief_.speed() - last_speed_), kUnderWay * (reachable_.high() - reachable_.low()));
+  const bool silent = repetition_.update(measurement, may_rest, kResolution, explained);
+  const double least = std::max(
+      {kMissedSteps * std::min(repetition_.quantum(), kCoarsestStep), kLeastMotion, kDrift * std::abs(measurement)});
+  const bool missed =
+      missed_motion_.update(measurement, repetition_.repeats(), reachable_.low(), reachable_.high(), least, step);
+  return silent || (missed && parameters_.frozen_samples > 0);
+}
+
+bool WheelMonitor::commandedToRest() const {
+  return std::max(std::abs(reachable_.low()), std::abs(reachable_.high())) < kRestSpeed;
+}
+
+void WheelMonitor::freezeWithTheOther() {
+  if (repetition_.repeatsForLong()) frozen_ = suspect_ = true;
+}
+
+bool WheelMonitor::fasterThanCommanded() const {
+  return std::abs(measured_) > std::max(std::abs(reachable_.low()), std::abs(reachable_.high()));
+}
+
+void WheelMonitor::forgive() {
+  belief_.seed(measured_);
+  reachable_.seed(measured_);
+  persistence_.reset();
+}
+
+void WheelMonitor::conclude(double measurement, double step) {
+  persistence_.update(suspect_, std::abs(belief_.speed()) > kRestSpeed, step);
+  if (frozen_) persistence_.condemn();
+  last_speed_ = belief_.speed();
+  if (state() != ChannelState::ok) return;
+  const auto [low, high] = possible();
+  const double width = high - low;
+  const double deviation = std::sqrt(learned_.factor() * variance());
+  if (width < kNarrow * deviation) learned_.learn(measurement - belief_.speed(), variance(), step);
+  // While the wheel is under way somewhere, its speed says little about the drive train.
+  belief_.correct(measurement, width * width);
+  last_speed_ = belief_.speed();
+}
+
+}  // namespace jackal_aic

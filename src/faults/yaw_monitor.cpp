@@ -1,0 +1,114 @@
+#include "jackal_aic/faults/yaw_monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kResolution = 1e-7;  // rad/s; smaller changes are no noise
+
+/// Time over which a change of the motion makes the slip uncertain [s].
+constexpr double kMemory = 0.5;
+
+/// A forward acceleration takes grip from the tyres and changes the slip at once. What changes the speed by kGripScale
+/// within kGripMemory (2 m/s^2) makes 1/b_hat uncertain by one slip_deviation.
+constexpr double kGripMemory = 0.05;  // s
+constexpr double kGripScale = 0.1;    // m/s
+
+/// Standard deviation of the bias of a gyro that was found faulty [rad/s].
+constexpr double kFaultyBias = 0.5;
+
+/// Standard deviations of the bias by which it is said to be too large, or not.
+constexpr double kSure = 2.0;
+
+/// Time of agreement after which a slip within a plausible factor of the one at the start clears the gyro [s].
+constexpr double kLongAgreement = 10.0;
+constexpr double kPlausibleSlope = 1.8;
+
+YawBeliefParameters beliefParameters(const FaultParameters& p) {
+  YawBeliefParameters belief;
+  belief.gyro_variance = p.gyro_variance;
+  belief.slip_deviation = p.slip_deviation;
+  belief.bias_deviation = 0.5 * p.largest_bias;
+  return belief;
+}
+
+}  // namespace
+
+YawMonitor::YawMonitor(const FaultParameters& parameters, double effective_track)
+    : parameters_(parameters),
+      belief_(effective_track, beliefParameters(parameters)),
+      alternative_(belief_),
+      forward_change_(kMemory),
+      difference_change_(kMemory),
+      timing_(parameters.yaw_deviation),
+      grip_(kGripMemory),
+      learned_(parameters.covariance_memory),
+      persistence_(parameters.persistence()),
+      repetition_at_rest_(parameters.frozen_samples),
+      repetition_moving_(parameters.frozen_samples),
+      bound_(chebyshevBound(1, parameters.false_alarm_rate)) {}
+
+void YawMonitor::predict(double forward_rate, double difference_rate, double step) {
+  forward_change_.add(forward_rate, step);
+  difference_change_.add(difference_rate, step);
+  timing_.add(belief_.slope() * difference_rate, step);
+  grip_.add(forward_rate, step);
+  const double change =
+      (std::abs(forward_change_.value()) + std::abs(difference_change_.value())) / YawBelief::kMotionScale;
+  // The belief of before a fault waits as it was for the gyro to agree with it again.
+  (state() == ChannelState::faulty ? alternative_ : belief_).predict(change, kMemory, step);
+}
+
+void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step) {
+  const bool was_faulty = state() == ChannelState::faulty;
+  distance_ = distanceFrom(belief_, yaw_rate, x);
+  const bool frozen_at_rest = repetition_at_rest_.update(yaw_rate, moving, kResolution);
+  frozen_ = repetition_moving_.update(yaw_rate, !moving, kResolution) || frozen_at_rest;
+  bool suspect = distance_ > 1.0 || frozen_ || biased();
+  if (was_faulty) {
+    agreement_ = distanceFrom(alternative_, yaw_rate, x) <= 1.0 ? agreement_ + step : 0.0;
+    suspect = suspect && (frozen_ || !explained(yaw_rate, x));
+  }
+  persistence_.update(suspect, true, step);
+  if (frozen_) persistence_.condemn();
+
+  if (state() == ChannelState::ok) {
+    if (was_faulty && (distance_ > 1.0 || biased())) belief_ = alternative_;
+    learned_.learn(belief_.error(yaw_rate, x.value), variance(belief_, x), step);
+    belief_.correct(yaw_rate, x.value, x.variance, learned_.factor());
+  } else if (state() == ChannelState::faulty) {
+    if (!was_faulty) {
+      alternative_ = belief_;
+      agreement_ = 0.0;
+    }
+    if (!was_faulty || distanceFrom(alternative_, yaw_rate, x) > 1.0) alternative_.loosen(kFaultyBias);
+    alternative_.correct(yaw_rate, x.value, x.variance, learned_.factor());
+  }
+}
+
+bool YawMonitor::biased() const {
+  return std::abs(belief_.bias()) - kSure * std::sqrt(belief_.biasVariance()) > parameters_.largest_bias;
+}
+
+bool YawMonitor::explained(double yaw_rate, const DifferenceSpeed& x) const {
+  if (distanceFrom(alternative_, yaw_rate, x) > 1.0) return false;
+  const double slope = alternative_.relativeSlope();
+  const double unsure = kSure * std::sqrt(alternative_.biasVariance());
+  const bool by_slip = std::abs(alternative_.bias()) + unsure < parameters_.largest_bias;
+  const bool for_long = agreement_ > kLongAgreement && std::max(slope, 1.0 / slope) < kPlausibleSlope &&
+                        std::abs(alternative_.bias()) < parameters_.largest_bias;
+  return by_slip || for_long;
+}
+
+double YawMonitor::variance(const YawBelief& belief, const DifferenceSpeed& x) const {
+  const double skid = parameters_.slip_deviation * belief.slope() * x.value / kGripScale;
+  return belief.variance(x.value, x.variance) + timing_.value() + skid * skid * grip_.value();
+}
+
+double YawMonitor::distanceFrom(const YawBelief& belief, double yaw_rate, const DifferenceSpeed& x) const {
+  return std::sqrt(learned_.squaredDistance(belief.error(yaw_rate, x.value), variance(belief, x))) / bound_;
+}
+
+}  // namespace jackal_aic

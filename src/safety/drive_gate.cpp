@@ -1,0 +1,141 @@
+#include "jackal_aic/safety/drive_gate.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace jackal_aic {
+namespace {
+
+bool late(double age, double deadline) { return deadline > 0.0 && age != kNever && !(std::abs(age) <= deadline); }
+
+/// Deceleration of an emergency brake: the limit where there is one, else what is driven or braked with; 0: no bound.
+double hardest(double limit, double acceleration, double brake) {
+  if (limit > 0.0) return limit;
+  return acceleration > 0.0 ? std::max(acceleration, brake) : 0.0;
+}
+
+DriveStatus statusAtRest(StopCause cause) {
+  if (cause == StopCause::none) return DriveStatus::driving;
+  if (cause == StopCause::set_point_missing) return DriveStatus::idle;
+  return severity(cause) == Severity::fault ? DriveStatus::faulted : DriveStatus::stopped;
+}
+
+}  // namespace
+
+SensorHealth sensorHealth(const InputAges& ages, const DeadlineParameters& deadlines) {
+  // A pair is as late as the more patient of its two deadlines allows.
+  const double pair_deadline =
+      deadlines.wheels > 0.0 && deadlines.imu > 0.0 ? std::max(deadlines.wheels, deadlines.imu) : 0.0;
+  SensorHealth health;
+  health.wheels.missing = ages.wheels == kNever;
+  health.wheels.late = late(ages.wheels, deadlines.wheels);
+  health.imu.missing = ages.imu == kNever;
+  health.imu.late = late(ages.imu, deadlines.imu);
+  health.unpaired = ages.measurement == kNever || late(ages.measurement, pair_deadline);
+  return health;
+}
+
+StopCauses lossCauses(const SensorHealth& health) {
+  StopCauses causes;
+  causes.add(StopCause::unpaired, health.unpaired)
+      .add(StopCause::imu_frozen, health.imu.frozen)
+      .add(StopCause::imu_late, health.imu.late)
+      .add(StopCause::imu_missing, health.imu.missing)
+      .add(StopCause::wheels_frozen, health.wheels.frozen)
+      .add(StopCause::wheels_late, health.wheels.late)
+      .add(StopCause::wheels_missing, health.wheels.missing);
+  return causes;
+}
+
+StopCauses overdueInputs(const InputAges& ages, const DeadlineParameters& deadlines) {
+  StopCauses causes;
+  causes.add(StopCause::feedback_late, late(ages.feedback, deadlines.feedback))
+      .add(StopCause::set_point_late, late(ages.set_point, deadlines.set_point))
+      .add(StopCause::set_point_missing, ages.set_point == kNever);
+  return causes;
+}
+
+bool isPlausible(const BodyVector& belief, double free_energy, const GateParameters& parameters) {
+  const double bound = parameters.watchdog.belief_bound;
+  if (std::isinf(bound)) return true;
+  const LimitParameters& limits = parameters.limits;
+  const double speed = std::max(std::abs(belief(kForward)), std::abs(belief(kLateral)));
+  return belief.allFinite() && std::isfinite(free_energy) && speed <= bound * limits.linear_speed &&
+         std::abs(belief(kYaw)) <= bound * limits.angular_speed;
+}
+
+bool isPlausible(const SetPoint& set_point, const LimitParameters& limits) {
+  return std::abs(set_point.forward) <= kAbsurdSetPoint * limits.linear_speed &&
+         std::abs(set_point.lateral) <= kAbsurdSetPoint * limits.linear_speed &&
+         std::abs(set_point.yaw_rate) <= kAbsurdSetPoint * limits.angular_speed;
+}
+
+DriveGate::DriveGate(const GateParameters& parameters, const GeometryParameters& geometry, double period)
+    : parameters_(parameters), limiter_(parameters.limits, geometry, period), period_(period) {}
+
+GateDecision DriveGate::decide(const GateInputs& inputs) {
+  const StopCause cause = presentCause(inputs);
+  const bool braking = decision_.status == DriveStatus::braking;
+  if (!limiter_.atRest() && (braking || cause != StopCause::none)) {
+    emergency_ = (braking && emergency_) || severity(cause) != Severity::stop;
+    decision_.status = DriveStatus::braking;
+    if (cause != StopCause::none) decision_.cause = cause;  // else that of the brake's beginning
+  } else {
+    decision_.status = statusAtRest(cause);
+    decision_.cause = cause;
+  }
+  return decision_;
+}
+
+StopCause DriveGate::presentCause(const GateInputs& inputs) {
+  StopCauses causes = inputs.causes;
+  causes.add(StopCause::belief_diverged, action_diverged_);
+  action_diverged_ = false;
+  const StopCause worst = causes.worst();
+  decision_.unacknowledged = false;
+  if (latches(worst)) {
+    latched_ = worst;
+    gone_for_ = 0.0;
+  } else if (latched_ != StopCause::none) {
+    gone_for_ += period_;
+    decision_.unacknowledged = !acknowledged(inputs);
+    if (!decision_.unacknowledged) latched_ = StopCause::none;
+  }
+  return latched_ != StopCause::none ? latched_ : worst;
+}
+
+bool DriveGate::latches(StopCause cause) const {
+  if (severity(cause) == Severity::fault) return true;
+  const bool fault_waits = severity(latched_) == Severity::fault;  // and outlasts a stop
+  return severity(cause) == Severity::halt && !fault_waits &&
+         parameters_.restart_after_stop == RestartPolicy::acknowledged;
+}
+
+bool DriveGate::acknowledged(const GateInputs& inputs) const {
+  const double hold = severity(latched_) == Severity::fault ? parameters_.brake.fault_hold : 0.0;
+  return gone_for_ > hold && inputs.set_point_at_rest && limiter_.atRest();
+}
+
+WheelCommand DriveGate::drive(const WheelCommand& action, const SetPoint& set_point) {
+  action_diverged_ = !action.vector().allFinite();
+  return limiter_.drive(action, set_point);
+}
+
+WheelCommand DriveGate::rest() {
+  const BrakeParameters& brake = parameters_.brake;
+  const LimitParameters& limits = parameters_.limits;
+  return emergency_ ? limiter_.brake(
+                          hardest(limits.linear_deceleration, limits.linear_acceleration, brake.linear_deceleration),
+                          hardest(limits.angular_deceleration, limits.angular_acceleration, brake.angular_deceleration),
+                          brake.time)
+                    : limiter_.brake(brake.linear_deceleration, brake.angular_deceleration, brake.time);
+}
+
+void DriveGate::reset() {
+  limiter_.reset();
+  decision_ = {};
+  emergency_ = action_diverged_ = false;
+  latched_ = StopCause::none;
+}
+
+}  // namespace jackal_aic

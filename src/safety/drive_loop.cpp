@@ -1,0 +1,334 @@
+#include "jackal_aic/safety/drive_loop.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace jackal_aic {
+namespace {
+
+/// Action periods that a late timer may catch up at once: 0.1 s at 50 Hz. Beyond that the measurements are too old to
+/// act on.
+constexpr int kMostPeriods = 5;
+
+/// Wheel speed above which a wheel counts as moving [rad/s], 0.05 m/s: its position then changes with every sample.
+constexpr double kMoving = 0.5;
+
+std::int64_t nanoseconds(double time) { return std::llround(1e9 * time); }
+
+LossTolerance toleranceOf(const DriveParameters& parameters) {
+  if (std::holds_alternative<PredictiveParameters>(parameters.controller)) return LossTolerance::model;
+  if (std::holds_alternative<DifferentialDriveParameters>(parameters.controller)) return LossTolerance::open_loop;
+  return LossTolerance::one_of_three;
+}
+
+MeasurementWatchParameters watchParameters(const DriveParameters& parameters) {
+  MeasurementWatchParameters watch;
+  watch.on_loss = parameters.on_loss;
+  watch.tolerance = toleranceOf(parameters);
+  watch.faults = parameters.faults;
+  watch.geometry = parameters.geometry;
+  watch.plant_model = parameters.plant_model;
+  watch.largest_wheel_speed = parameters.gate.watchdog.belief_bound * parameters.gate.limits.wheel_speed;
+  watch.largest_yaw_rate = parameters.gate.watchdog.belief_bound * parameters.gate.limits.angular_speed;
+  return watch;
+}
+
+}  // namespace
+
+std::unique_ptr<VelocityController> makeController(const DriveParameters& parameters, Divergence divergence) {
+  std::optional<PlantModel> model = parameters.plant_model;
+  if (model) model = drivenModel(*model);
+  if (const auto* gains = std::get_if<ControllerParameters>(&parameters.controller)) {
+    return std::make_unique<ActiveInferenceController>(*gains, parameters.geometry, model, divergence);
+  }
+  if (const auto* drive = std::get_if<DifferentialDriveParameters>(&parameters.controller)) {
+    return std::make_unique<DifferentialDrive>(*drive);
+  }
+  if (!model) throw ParameterError("plant_model.*: missing; the predictive controller needs the drive train");
+  auto predictive = std::make_unique<PredictiveController>(std::get<PredictiveParameters>(parameters.controller),
+                                                           parameters.geometry, *model);
+  const LimitParameters& limits = parameters.gate.limits;
+  predictive->setTurnLimits(limits.angular_acceleration, limits.angular_deceleration);
+  return predictive;
+}
+
+std::string reason(const DriveLoopStatus& status, const std::string& contender) {
+  std::string reason = text(status.decision.cause);
+  if (status.decision.cause == StopCause::contention && !contender.empty()) reason += ": " + contender;
+  if (status.handed_over) reason = "somebody else has the motors";
+  const bool faulty = status.fault != Fault::none && status.fault != Fault::moved;
+  const std::string fault = faulty ? text(status.fault) : text(status.loss);
+  if (!fault.empty()) reason += (reason.empty() ? "" : "; ") + fault;
+  if (status.decision.unacknowledged) reason += " (over; a zero set point, or one after a pause, starts anew)";
+  return reason;
+}
+
+DriveLoop::DriveLoop(const DriveParameters& parameters, std::unique_ptr<VelocityController> controller)
+    : parameters_(parameters),
+      controller_(std::move(controller)),
+      kinematics_(parameters.geometry),
+      measurements_(watchParameters(parameters)),
+      gate_(parameters.gate, parameters.geometry, controller_->actionStep()),
+      schedule_(nanoseconds(controller_->beliefStep()), controller_->beliefStepsPerAction(), kMostPeriods),
+      frozen_wheels_(parameters.gate.deadlines.frozen_wheels),
+      frozen_imu_(parameters.gate.deadlines.frozen_imu) {}
+
+SetPointVerdict DriveLoop::setSetPoint(const SetPoint& wanted, double now) {
+  noteTime(now);
+  const bool finite = wanted.vector().allFinite();
+  if (!finite || !isPlausible(wanted, parameters_.gate.limits)) {
+    ++rejected_set_points_;
+    return finite ? SetPointVerdict::absurd : SetPointVerdict::not_finite;
+  }
+  set_point_arrival_ = {now, now};
+  set_point_ = gate_.reachable(wanted);
+  controller_->setSetPoint(set_point_);
+  return SetPointVerdict::accepted;
+}
+
+bool DriveLoop::receiveWheels(const SensorReading& reading, double now) {
+  noteTime(now);
+  const Observation& y = reading.observation;
+  wheels_ = {y.stamp, now};
+  // Encoders at rest may repeat, on the move they may not.
+  const WheelVector command = appliedCommand(now).vector();
+  const double speed = std::max({std::abs(y.wheel_left), std::abs(y.wheel_right), command.cwiseAbs().maxCoeff()});
+  frozen_wheels_.update(now, reading.sample, reading.may_repeat || speed < kMoving);
+  if (parameters_.motors_shared) motors_.apply(now, {y.wheel_left, y.wheel_right}, AppliedSource::wheels);
+  return measurements_.started() && health(now).imu.silent() && observe(y, now);
+}
+
+bool DriveLoop::receiveImu(const SensorReading& reading, double now) {
+  noteTime(now);
+  imu_ = {reading.observation.stamp, now};
+  frozen_imu_.update(now, reading.sample, false);
+  return measurements_.started() && health(now).wheels.silent() && observe(reading.observation, now);
+}
+
+bool DriveLoop::observe(const Observation& observation, double now) {
+  noteTime(now);
+  runBelief(nanoseconds(now) -
+            1);  // a measurement that overtakes the belief timer must not meet a belief about the past
+  const ChannelValidity& valid = observation.valid;
+  if (valid.wheel_left || valid.wheel_right) wheels_ = {observation.stamp, now};
+  if (valid.yaw_rate || valid.acceleration) imu_ = {observation.stamp, now};
+
+  Observation judged = observation;
+  measurements_.judge(judged, health(now), now);
+  const SampleVerdict verdict = controller_->observe(judged);
+  if (!taken(verdict) && verdict != SampleVerdict::incomplete) {
+    // The partner of a sample that was observed alone has come back: no reason to complain.
+    if (!observed_alone_ || observation.stamp != measurement_.stamp) ++rejected_measurements_;
+    return false;
+  }
+  measurement_ = {observation.stamp, now};
+  observed_alone_ = !valid.all();
+  if (verdict == SampleVerdict::incomplete) return false;  // it has come, but does not count: measurements_ knows why
+  if (measurements_.recoversFromStall(now)) {
+    // The belief from the last measurement alone, while the wheels show what the motors did in a stall: no model knows.
+    controller_->restart();
+    controller_->overrule(gate_.command());
+  }
+  return true;
+}
+
+void DriveLoop::report(const RobotStatus& status, double now) {
+  noteTime(now);
+  robot_ = status;
+}
+
+void DriveLoop::applied(const WheelCommand& command, AppliedSource source, double now) {
+  noteTime(now);
+  if (parameters_.motors_shared) motors_.apply(now, command, source);
+}
+
+void DriveLoop::updateBelief(double now) {
+  noteTime(now);
+  runBelief(nanoseconds(now));
+}
+
+void DriveLoop::runBelief(std::int64_t until) {
+  for (int due = schedule_.beliefStepsDue(until); due > 0; --due) beliefStep();
+}
+
+std::optional<WheelCommand> DriveLoop::advance(double now) {
+  noteTime(now);
+  return advanceTo(now, schedule_.started() ? schedule_.lastBoundary(nanoseconds(now)) : nanoseconds(now));
+}
+
+std::optional<WheelCommand> DriveLoop::advance(double now, double due) {
+  noteTime(now);
+  return advanceTo(now, nanoseconds(std::min(due, now)));
+}
+
+std::optional<WheelCommand> DriveLoop::advanceTo(double now, std::int64_t boundary) {
+  int periods = actionPeriodsDue(now, boundary);
+  if (periods == 0) updateBelief(now);
+  if (periods == 0) return std::nullopt;
+  // Beliefs catch up; the command does so no faster than time went by, because the limits of its acceleration hold for
+  // what the motors get.
+  const int actions = mostActions(now);
+  for (; periods > 0; --periods) {
+    while (schedule_.beliefStepsLeft() > 0) beliefStep();
+    if (periods <= actions) act(now);
+    schedule_.actionStepDone(boundary);
+  }
+  last_action_ = now;
+  if (parameters_.motors_shared) motors_.send(now, gate_.command());
+  return gate_.command();
+}
+
+int DriveLoop::actionPeriodsDue(double now, std::int64_t boundary) {
+  // A simulated clock begins when its first message comes, with the timer already set: what it skips is no stall.
+  const std::int64_t period = nanoseconds(controller_->actionStep());
+  if (!schedule_.started()) schedule_.start(std::max(boundary, nanoseconds(now) - period));
+  const std::uint64_t dropped = schedule_.droppedPeriods();
+  const int periods = schedule_.actionPeriodsDue(boundary);
+  if (schedule_.droppedPeriods() != dropped) measurements_.resumeAfterStall(now);
+  return periods;
+}
+
+int DriveLoop::mostActions(double now) const {
+  const double since_last = (now - last_action_) / controller_->actionStep();
+  return static_cast<int>(std::clamp(since_last + 0.25, 1.0, 1.0 * kMostPeriods));
+}
+
+void DriveLoop::beliefStep() {
+  measurements_.advance(appliedCommand(now_), controller_->beliefStep());
+  controller_->updateBelief();
+  schedule_.beliefStepDone();
+}
+
+void DriveLoop::act(double now) {
+  const bool at_rest = gate_.command() == WheelCommand{};
+  if (clock_jumped_ && at_rest) {
+    gate_.reset();
+    clock_jumped_ = false;
+  }
+  const StopCauses causes = this->causes(now);
+  const bool no_set_point = causes.hasAny({StopCause::set_point_late, StopCause::set_point_missing});
+  decide({causes, no_set_point || set_point_.vector().isZero(0.0)});
+  if (decision_.status == DriveStatus::driving) {
+    drive(now);
+  } else {
+    rest(now);
+  }
+}
+
+StopCauses DriveLoop::causes(double now) {
+  StopCauses causes = overdueInputs(ages(now), parameters_.gate.deadlines);
+  const bool no_set_point = causes.hasAny({StopCause::set_point_late, StopCause::set_point_missing});
+  const bool to_rest = no_set_point || set_point_.vector().isZero(0.0);
+  // What the motors do under somebody else's commands cannot be predicted.
+  if (robot_.contended) measurements_.reset();
+  causes.add(measurements_.causes(health(now), now, to_rest && gate_.command() == WheelCommand{}));
+  const bool plausible = isPlausible(controller_->believedVelocity(), controller_->freeEnergy(), parameters_.gate);
+  return causes.add(StopCause::belief_diverged, !plausible)
+      .add(StopCause::clock_jump, clock_jumped_)
+      .add(StopCause::outputs_unchecked, !robot_.outputs_checked)
+      .add(StopCause::motors_off, robot_.motors_off)
+      .add(StopCause::robot_stopped, robot_.robot_stopped)
+      .add(StopCause::emergency_stop, robot_.emergency_stop)
+      .add(StopCause::shutdown, robot_.ending)
+      .add(StopCause::contention, robot_.contended)
+      .add(StopCause::driver_fault, robot_.driver_fault);
+}
+
+void DriveLoop::decide(const GateInputs& inputs) {
+  const DriveStatus before = decision_.status;
+  decision_ = gate_.decide(inputs);
+  const DriveStatus status = decision_.status;
+  if (status == before) return;
+  if (status == DriveStatus::braking) ++brakes_;
+  if (status == DriveStatus::faulted) ++faults_;
+  if (before == DriveStatus::faulted) measurements_.reset();
+}
+
+void DriveLoop::drive(double now) {
+  const std::optional<WheelCommand> others = motors_.another(now);
+  handed_over_ = others.has_value();
+  if (handed_over_) {
+    controller_->overrule(*others);
+    action_ = motors_.offer(kinematics_.wheelSpeeds(set_point_.forward, set_point_.yaw_rate));
+    gate_.follow(*others);
+    gate_.drive(action_, set_point_);
+  } else {
+    action_ = controller_->updateAction();
+    controller_->hold(gate_.drive(action_, set_point_));
+  }
+}
+
+void DriveLoop::rest(double now) {
+  if (decision_.cause == StopCause::belief_diverged && !decision_.unacknowledged) {
+    controller_->reset();
+    controller_->setSetPoint(set_point_);
+  }
+  action_ = {};
+  handed_over_ = false;
+  gate_.rest();
+  controller_->overrule(appliedCommand(now));
+}
+
+double DriveLoop::age(const Arrival& arrival, double now) {
+  if (arrival.received == -kNever) return kNever;
+  const double by_stamp = now - arrival.stamp, by_arrival = now - arrival.received;
+  return std::abs(by_stamp) > std::abs(by_arrival) ? by_stamp : by_arrival;
+}
+
+InputAges DriveLoop::ages(double now) const {
+  InputAges ages;
+  ages.set_point = age(set_point_arrival_, now);
+  ages.wheels = age(wheels_, now);
+  ages.imu = age(imu_, now);
+  ages.measurement = age(measurement_, now);
+  ages.feedback = age(feedback_, now);
+  return ages;
+}
+
+SensorHealth DriveLoop::health(double now) const {
+  SensorHealth health = sensorHealth(ages(now), parameters_.gate.deadlines);
+  health.wheels.frozen = frozen_wheels_.frozen();
+  health.imu.frozen = frozen_imu_.frozen();
+  return health;
+}
+
+WheelCommand DriveLoop::appliedCommand(double now) { return motors_.applied(now).value_or(gate_.command()); }
+
+void DriveLoop::noteTime(double now) {
+  if (now < now_) restart();
+  now_ = now;
+}
+
+void DriveLoop::restart() {
+  ++clock_resets_;
+  controller_->forgetMotion();
+  measurements_.restart();
+  schedule_.stop();
+  motors_.reset();
+  frozen_wheels_.reset();
+  frozen_imu_.reset();
+  set_point_ = {};
+  set_point_arrival_ = wheels_ = imu_ = feedback_ = measurement_ = {};
+  robot_.motors_off = robot_.driver_fault = false;  // as the messages said that told it
+  action_ = {};
+  clock_jumped_ = true;
+}
+
+DriveLoopStatus DriveLoop::status() const {
+  DriveLoopStatus status;
+  status.decision = decision_;
+  status.fault = measurements_.fault();
+  status.loss = measurements_.loss();
+  status.handed_over = handed_over_;
+  status.rejected_set_points = rejected_set_points_;
+  status.rejected_measurements = rejected_measurements_;
+  status.faults_detected = measurements_.detected();
+  status.brakes = brakes_;
+  status.faults = faults_;
+  status.clock_resets = clock_resets_;
+  status.dropped_periods = schedule_.droppedPeriods();
+  return status;
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,41 @@
+#include "jackal_aic/safety/gate_parameters.hpp"
+
+#include <sstream>
+
+namespace jackal_aic {
+namespace {
+
+/// Refuses a brake that a given deceleration limit of its axis does not allow.
+void checkBrake(const char* axis, double deceleration, double speed, double limit, double time) {
+  if (limit == 0.0) return;
+  std::ostringstream message;
+  if (deceleration > limit) {
+    message << "brake." << axis << "_deceleration = " << deceleration << ": must be at most limits." << axis
+            << "_deceleration = " << limit;
+  } else if (speed > limit * time) {
+    message << "brake.time = " << time << " s: must be at least limits." << axis << "_speed / limits." << axis
+            << "_deceleration = " << speed / limit << " s";
+  } else {
+    return;
+  }
+  throw ParameterError(message.str());
+}
+
+}  // namespace
+
+void validate(const LimitParameters& limits, const BrakeParameters& brake) {
+  checkBrake("linear", brake.linear_deceleration, limits.linear_speed, limits.linear_deceleration, brake.time);
+  checkBrake("angular", brake.angular_deceleration, limits.angular_speed, limits.angular_deceleration, brake.time);
+}
+
+GateParameters readGateParameters(ParameterMap& map) {
+  GateParameters parameters{
+      readParameters<LimitParameters>(map, "limits"), readParameters<DeadlineParameters>(map, "deadlines"),
+      readParameters<BrakeParameters>(map, "brake"), readParameters<WatchdogParameters>(map, "watchdog")};
+  ParameterReader(map, "").field("restart_after_stop", parameters.restart_after_stop, kRestartPolicyNames,
+                                 Presence::optional);
+  validate(parameters.limits, parameters.brake);
+  return parameters;
+}
+
+}  // namespace jackal_aic

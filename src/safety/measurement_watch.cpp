@@ -1,0 +1,168 @@
+#include "jackal_aic/safety/measurement_watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace jackal_aic {
+namespace {
+
+bool counts(const ChannelVerdict& verdict) { return verdict.state != ChannelState::faulty; }
+
+constexpr double kLargestAcceleration = 100.0;  // m/s^2, about 10 g
+
+/// Time in which the second source may follow the first at the start [s].
+constexpr double kLongestStart = 1.0;
+
+/// Samples in a row of which too few channels count before the robot stops: 0.3 s at 50 Hz; the monitor isolates a
+/// fault sooner.
+constexpr int kMostBlind = 15;
+
+/// Samples for which both encoders may repeat until the source's own deadline has decided: 0.3 s at 50 Hz.
+constexpr int kMostRepeating = 15;
+
+constexpr double kStallRecovery = 0.3;  // s, dead time and acceleration after a stall
+
+/// Samples in a row without a channel that make it lost: 0.2 s at 50 Hz.
+constexpr int kMostExcluded = 10;
+
+void count(bool valid, int& excluded) { excluded = valid ? 0 : std::min(excluded + 1, kMostExcluded); }
+
+bool seesTheMotion(const ChannelValidity& valid) { return valid.yaw_rate + valid.wheel_left + valid.wheel_right >= 2; }
+
+}  // namespace
+
+MeasurementWatch::MeasurementWatch(const MeasurementWatchParameters& parameters) : parameters_(parameters) {
+  if (parameters.faults && parameters.plant_model && parameters.tolerance != LossTolerance::open_loop) {
+    monitor_.emplace(*parameters.faults, parameters.geometry, *parameters.plant_model);
+  }
+}
+
+void MeasurementWatch::advance(const WheelCommand& command, double duration) {
+  if (monitor_) monitor_->advance(command, duration);
+}
+
+void MeasurementWatch::judge(Observation& observation, const SensorHealth& health, double now) {
+  excludeImpossible(observation);
+  if (health.imu.lost()) observation.valid.yaw_rate = observation.valid.acceleration = false;
+  if (health.wheels.lost()) observation.valid.wheel_left = observation.valid.wheel_right = false;
+  if (monitor_ && !recoversFromStall(now)) {
+    const Fault before = fault();
+    observation.valid = observation.valid & monitor_->check(observation).valid();
+    if (fault() != before && monitor_->report().faulty()) ++detected_;
+  }
+  wheels_repeating_ = wheelsRepeat() ? std::min(wheels_repeating_ + 1, kMostRepeating + 1) : 0;
+  blind_samples_ = seesTheMotion(observation.valid) ? 0 : std::min(blind_samples_ + 1, kMostBlind + 1);
+  if (blind_samples_ > 0) return;
+  last_sight_ = now;
+  started_ = true;
+}
+
+void MeasurementWatch::excludeImpossible(Observation& observation) {
+  const auto within = [](double value, double bound) { return std::abs(value) <= bound; };
+  ChannelValidity possible;
+  possible.wheel_left = within(observation.wheel_left, parameters_.largest_wheel_speed);
+  possible.wheel_right = within(observation.wheel_right, parameters_.largest_wheel_speed);
+  possible.yaw_rate = within(observation.yaw_rate, parameters_.largest_yaw_rate);
+  possible.acceleration = within(observation.acceleration_x, kLargestAcceleration) &&
+                          within(observation.acceleration_y, kLargestAcceleration) &&
+                          within(observation.acceleration_z.value_or(0.0), kLargestAcceleration);
+  observation.valid = observation.valid & possible;
+  // An outlier is no loss: the monitor decides within some samples what it was.
+  count(observation.valid.yaw_rate, excluded_.yaw_rate);
+  count(observation.valid.wheel_left, excluded_.wheel_left);
+  count(observation.valid.wheel_right, excluded_.wheel_right);
+}
+
+StopCauses MeasurementWatch::causes(const SensorHealth& health, double now, bool at_rest) {
+  if (parameters_.tolerance == LossTolerance::open_loop) return {};
+  if (starting(health, now)) return lossCauses(health);
+  forgetSourcesThatCameBack(health);
+
+  const bool on_box = parameters_.plant_model && parameters_.plant_model->on_box;
+  const LossDecision decision =
+      decideOnLoss(parameters_.on_loss, parameters_.tolerance, remaining(health), now - last_sight_, on_box);
+  const bool lost = health.imu.lost() || health.wheels.lost();
+  const bool stop = decision.action == LossAction::stop;
+  const bool unclear = decision.loss == Loss::none && tooFewCount();
+  // What is lost and not tolerated is a cause of its own already.
+  loss_ = lost && stop ? Loss::none : unclear ? Loss::unclear : decision.loss;
+
+  const bool source_decides = wheelsRepeat() && wheels_repeating_ <= kMostRepeating;
+  const bool too_little = !lost && !source_decides && (stop || unclear);
+  const bool blocked = monitor_ && (monitor_->report().drive_left || monitor_->report().drive_right);
+  StopCauses causes = lost && !stop ? StopCauses{} : lossCauses(health);
+  causes.add(StopCause::sensor_fault, !at_rest && (too_little || blocked))
+      .add(StopCause::moved, monitor_ && monitor_->report().moved);
+  return causes;
+}
+
+/// Before the first measurement nothing is lost; a source that does not come at all is, after a while.
+bool MeasurementWatch::starting(const SensorHealth& health, double now) {
+  if (started_) return false;
+  if (health.imu.missing && health.wheels.missing) return true;
+  if (first_source_ == 0.0) first_source_ = now;
+  started_ = (!health.imu.missing && !health.wheels.missing) || now - first_source_ > kLongestStart;
+  return !started_;
+}
+
+/// What was found out about a source that has come back is of the past.
+void MeasurementWatch::forgetSourcesThatCameBack(const SensorHealth& health) {
+  const bool back = (imu_was_lost_ && !health.imu.lost()) || (wheels_were_lost_ && !health.wheels.lost());
+  imu_was_lost_ = health.imu.lost();
+  wheels_were_lost_ = health.wheels.lost();
+  if (!back) return;
+  excluded_ = {};
+  blind_samples_ = wheels_repeating_ = 0;
+  if (monitor_) monitor_->reset();
+}
+
+bool MeasurementWatch::tooFewCount() const {
+  const bool moved = monitor_ && monitor_->report().moved;
+  return !moved && blind_samples_ > kMostBlind;
+}
+
+bool MeasurementWatch::wheelsRepeat() const {
+  return monitor_ && monitor_->report().wheel_left.cause == FaultCause::frozen &&
+         monitor_->report().wheel_right.cause == FaultCause::frozen;
+}
+
+ChannelValidity MeasurementWatch::remaining(const SensorHealth& health) const {
+  ChannelValidity valid;
+  if (monitor_) {
+    const FaultReport& report = monitor_->report();
+    valid = {counts(report.gyro), counts(report.wheel_left), counts(report.wheel_right), counts(report.accelerometer)};
+  }
+  if (health.imu.lost()) valid.yaw_rate = valid.acceleration = false;
+  if (health.wheels.lost()) valid.wheel_left = valid.wheel_right = false;
+  // A source that speaks without telling anything, sample after sample, is as good as lost.
+  valid.yaw_rate = valid.yaw_rate && excluded_.yaw_rate < kMostExcluded;
+  valid.wheel_left = valid.wheel_left && excluded_.wheel_left < kMostExcluded;
+  valid.wheel_right = valid.wheel_right && excluded_.wheel_right < kMostExcluded;
+  return valid;
+}
+
+Fault MeasurementWatch::fault() const { return monitor_ ? monitor_->report().fault() : Fault::none; }
+
+void MeasurementWatch::reset() {
+  if (monitor_) monitor_->reset();
+  imu_was_lost_ = wheels_were_lost_ = false;
+  last_sight_ = 0.0;
+  stalled_until_ = 0.0;
+  excluded_ = {};
+  blind_samples_ = wheels_repeating_ = 0;
+  loss_ = Loss::none;
+}
+
+void MeasurementWatch::restart() {
+  reset();
+  started_ = false;
+  first_source_ = 0.0;
+}
+
+void MeasurementWatch::resumeAfterStall(double now) {
+  reset();
+  last_sight_ = now;
+  stalled_until_ = now + kStallRecovery;
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,91 @@
+#include "jackal_aic/safety/motor_share.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace jackal_aic {
+namespace {
+
+/// How far an applied command of ours may be from what we sent, at least [rad/s]: rounding and another's kinematics.
+constexpr double kLeastTolerance = 0.3;
+
+/// Approach that counts as being on the way to our command [rad/s].
+constexpr double kApproach = 0.2;
+
+}  // namespace
+
+void MotorShare::send(double time, const WheelCommand& command) {
+  head_ = (head_ + 1) % sent_.size();
+  sent_[head_] = {time, command.vector()};
+  count_ = std::min(count_ + 1, sent_.size());
+}
+
+double MotorShare::distance(double time, const WheelVector& tolerance) const {
+  const WheelVector applied = applied_.vector();
+  if (count_ == 0) return applied.lpNorm<Eigen::Infinity>();
+  WheelVector low = sent_[head_].command, high = low;
+  for (std::size_t i = 1; i < count_; ++i) {
+    const Sent& sent = sent_[(head_ + sent_.size() - i) % sent_.size()];
+    low = low.cwiseMin(sent.command);
+    high = high.cwiseMax(sent.command);
+    if (time - sent.time > kMemory) break;  // one beyond is what held at the memory's begin
+  }
+  const WheelVector outside = (low - applied).cwiseMax(applied - high) - tolerance;
+  return std::max(0.0, outside.maxCoeff());
+}
+
+bool MotorShare::follows(const WheelVector& before, const WheelVector& tolerance) const {
+  // Another's command may lie among our offers, which surround it. Ours is one that moved with them, or that asks the
+  // same.
+  const WheelVector now = applied_.vector(), last = sent_[head_].command;
+  const bool moved = ((now - before).cwiseAbs() - tolerance).maxCoeff() > 0.0;
+  const bool same = ((now - last).cwiseAbs() - tolerance).maxCoeff() <= 0.0;
+  return moved || same;
+}
+
+void MotorShare::apply(double time, const WheelCommand& command, AppliedSource source) {
+  const bool told = any_drive_ || any_twist_;
+  any_drive_ = any_drive_ || source == AppliedSource::drive;
+  any_twist_ = any_twist_ || (source == AppliedSource::twist && !any_drive_);
+  if (source == AppliedSource::twist && any_drive_) return;
+  if (source == AppliedSource::wheels && told) return;
+  apply(time, command, source == AppliedSource::wheels ? kWheelTolerance : kTolerance);
+}
+
+std::optional<WheelCommand> MotorShare::applied(double time) {
+  if (any_twist_ && !any_drive_ && !known(time)) apply(time, {}, kTolerance);
+  return known(time) ? std::optional(applied_) : std::nullopt;
+}
+
+std::optional<WheelCommand> MotorShare::another(double time) {
+  const std::optional<WheelCommand> command = applied(time);
+  return ours_ ? std::nullopt : command;
+}
+
+void MotorShare::apply(double time, const WheelCommand& command, double tolerance) {
+  const WheelVector before = applied_.vector();
+  const WheelVector allowance = (kLeastTolerance + tolerance * command.vector().array().abs()).matrix();
+  applied_ = command;
+  applied_time_ = time;
+  any_ = true;
+  const double far = distance(time, allowance);
+  if (far == 0.0 && (ours_ || follows(before, allowance))) {
+    ours_ = true;
+    mark_ = std::numeric_limits<double>::infinity();
+    mark_time_ = time;
+  } else if (ours_) {
+    if (far <= mark_ - kApproach) {
+      mark_ = far;
+      mark_time_ = time;
+    }
+    ours_ = time - mark_time_ <= kPatience;
+  }
+}
+
+WheelCommand MotorShare::offer(const WheelCommand& goal) const {
+  const WheelVector step = (goal.vector() - applied_.vector()).cwiseMax(-kOffer).cwiseMin(kOffer);
+  return WheelCommand::from(applied_.vector() + step);
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,230 @@
+#include "jackal_aic/aic/active_inference_controller.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <limits>
+
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
+
+// Counts every allocation of the process: operator new and Eigen both end in malloc. The sanitizers bring their own
+// malloc.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define JACKAL_AIC_COUNTS_ALLOCATIONS 0
+#else
+#define JACKAL_AIC_COUNTS_ALLOCATIONS 1
+#endif
+
+namespace {
+std::atomic<std::size_t> allocations{0};
+}
+
+#if JACKAL_AIC_COUNTS_ALLOCATIONS
+extern "C" void* __libc_malloc(std::size_t size);  // NOLINT(bugprone-reserved-identifier): glibc's name
+extern "C" void* malloc(std::size_t size) noexcept {
+  ++allocations;
+  return __libc_malloc(size);
+}
+#endif
+
+namespace jackal_aic {
+namespace {
+
+ControllerParameters improved() {
+  ControllerParameters controller;
+  controller.belief_rate = 1000;
+  controller.tau = 0.001;
+  controller.kappa_mu = 0.1;
+  return controller;
+}
+
+Observation observation(double stamp, const WheelCommand& wheels, double yaw_rate) {
+  return {stamp, yaw_rate, wheels.left, wheels.right, 0.0, 0.0};
+}
+
+/// Closes the loop over a robot that does at once what it is told, for a number of action periods.
+WheelCommand drive(ActiveInferenceController& controller, const ControllerParameters& gains, const SetPoint& set_point,
+                   int periods, double start = 1.0) {
+  const SkidSteerKinematics kinematics{GeometryParameters{}};
+  controller.setSetPoint(set_point);
+  WheelCommand wheels = controller.action();
+  for (int k = 0; k < periods; ++k) {
+    controller.observe(observation(start + k * gains.actionStep(), wheels, kinematics.bodyVelocity(wheels)(kYaw)));
+    for (int i = 0; i < gains.beliefStepsPerAction(); ++i) controller.updateBelief();
+    wheels = controller.updateAction();
+  }
+  return wheels;
+}
+
+class Preset : public testing::TestWithParam<ControllerParameters> {};
+
+TEST_P(Preset, DrivesAnIdealRobotToTheSetPoint) {
+  ActiveInferenceController controller(GetParam(), {});
+  const WheelCommand expected = SkidSteerKinematics{GeometryParameters{}}.wheelSpeeds(0.5, 0.4);
+  const WheelCommand wheels = drive(controller, GetParam(), {0.5, 0.0, 0.4}, 400);
+  EXPECT_NEAR(wheels.left, expected.left, 1e-6);
+  EXPECT_NEAR(wheels.right, expected.right, 1e-6);
+  EXPECT_NEAR(controller.belief()(kForward, 0), 0.5, 1e-6);
+  EXPECT_NEAR(controller.belief()(kYaw, 0), 0.4, 1e-6);
+  EXPECT_NEAR(controller.freeEnergy(), 0.0, 1e-9);
+}
+
+TEST_P(Preset, MirroredTurnsSwapTheWheels) {
+  ActiveInferenceController left(GetParam(), {}), right(GetParam(), {});
+  const WheelCommand a = drive(left, GetParam(), {0.3, 0.0, 0.7}, 20);
+  const WheelCommand b = drive(right, GetParam(), {0.3, 0.0, -0.7}, 20);
+  EXPECT_NEAR(a.left, b.right, 1e-12);
+  EXPECT_NEAR(a.right, b.left, 1e-12);
+  EXPECT_GT(a.right, a.left) << "a positive yaw rate needs the right wheel to be the faster one";
+}
+
+TEST_P(Preset, BackwardIsForwardMirrored) {
+  ActiveInferenceController forward(GetParam(), {}), backward(GetParam(), {});
+  const WheelCommand a = drive(forward, GetParam(), {0.5, 0.0, 0.2}, 20);
+  const WheelCommand b = drive(backward, GetParam(), {-0.5, 0.0, -0.2}, 20);
+  EXPECT_NEAR(a.left, -b.left, 1e-12);
+  EXPECT_NEAR(a.right, -b.right, 1e-12);
+}
+
+TEST_P(Preset, RunsWithoutAllocating) {
+  ActiveInferenceController controller(GetParam(), {});
+  const std::size_t before = allocations;
+  drive(controller, GetParam(), {0.5, 0.0, 0.4}, 10);
+  const double energy = controller.freeEnergy();
+  controller.hold({1.0, 1.0});
+  controller.restart();
+  controller.reset();
+  const std::size_t after = allocations;
+  EXPECT_EQ(after, before);
+  EXPECT_GT(energy, 0.0);
+#if JACKAL_AIC_COUNTS_ALLOCATIONS
+  EXPECT_GT(before, 0u) << "the counter itself does not work";
+#endif
+}
+
+ControllerParameters eulerAt(int orders) {
+  ControllerParameters controller;
+  controller.integrator = Integrator::euler;
+  controller.orders = orders;
+  controller.state_variances.resize(orders + 1, 16.0);
+  controller.sensory_variances.resize(orders + 1, 1e5);
+  return controller;
+}
+
+INSTANTIATE_TEST_SUITE_P(Gains, Preset,
+                         testing::Values(ControllerParameters{}, improved(), eulerAt(3), eulerAt(0), eulerAt(5)));
+
+TEST(ActiveInferenceController, DoesNothingBeforeTheFirstMeasurement) {
+  ActiveInferenceController controller({}, {});
+  controller.setSetPoint({1.0, 0.0, 0.0});
+  for (int i = 0; i < 100; ++i) controller.updateBelief();
+  EXPECT_EQ(controller.belief().norm(), 0.0);
+  EXPECT_EQ(controller.updateAction(), WheelCommand{});
+}
+
+TEST(ActiveInferenceController, SeedsTheBeliefWithTheFirstMeasurement) {
+  ActiveInferenceController controller({}, {});
+  const WheelCommand wheels = SkidSteerKinematics{GeometryParameters{}}.wheelSpeeds(0.8, -0.6);
+  controller.observe(observation(3.0, wheels, -0.6));
+  EXPECT_NEAR(controller.belief()(kForward, 0), 0.8, 1e-12);
+  EXPECT_NEAR(controller.belief()(kYaw, 0), -0.6, 1e-12);
+  EXPECT_EQ(controller.belief().rightCols(3).norm(), 0.0);
+}
+
+TEST(ActiveInferenceController, RefusesWhatIsNotFinite) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  ActiveInferenceController controller({}, {});
+  drive(controller, {}, {0.5, 0.0, 0.0}, 5);
+  const GeneralizedBody belief = controller.belief();
+  EXPECT_FALSE(controller.setSetPoint({nan, 0.0, 0.0}));
+  EXPECT_FALSE(controller.setSetPoint({0.0, 0.0, std::numeric_limits<double>::infinity()}));
+  EXPECT_EQ(controller.observe({1.1, nan, 0, 0, 0, 0}), SampleVerdict::not_finite);
+  EXPECT_EQ(controller.belief(), belief);
+  const WheelCommand wheels = drive(controller, {}, {0.5, 0.0, 0.0}, 400, 1.2);
+  EXPECT_NEAR(wheels.left, 0.5 / 0.098, 1e-6);
+}
+
+TEST(ActiveInferenceController, HeldActionDoesNotWindUp) {
+  // A robot stuck at a limit of 2 rad/s: the action may exceed it by one step only, and comes back within one step.
+  ActiveInferenceController controller({}, {});
+  controller.setSetPoint({1.0, 0.0, 0.0});
+  const WheelCommand limit{2.0, 2.0};
+  double largest = 0.0;
+  for (int k = 0; k < 500; ++k) {
+    controller.observe(observation(1.0 + 0.02 * k, limit, 0.0));
+    controller.updateBelief();
+    largest = std::max(largest, controller.updateAction().left);
+    if (controller.action().left > limit.left) controller.hold(limit);
+  }
+  EXPECT_LE(largest, 2.0 + 0.02 * 8 * 0.5 * (1.0 / 0.098));
+  EXPECT_EQ(controller.action(), limit);
+}
+
+TEST(ActiveInferenceController, AGapInTheMeasurementsLeavesTheActionAsItWas) {
+  ActiveInferenceController controller({}, {});
+  controller.observe(observation(1.0, {5.0, 5.0}, 0.0));
+  controller.hold({5.0, 6.0});
+  ASSERT_EQ(controller.observe(observation(1.5, {4.0, 4.0}, 0.0)), SampleVerdict::restarted);
+  EXPECT_EQ(controller.action(), (WheelCommand{5.0, 6.0}));
+  EXPECT_NEAR(controller.belief()(kForward, 0), 4.0 * 0.098, 1e-9);
+}
+
+TEST(ActiveInferenceController, RestartKeepsTheMotionAndDropsTheAction) {
+  ActiveInferenceController controller({}, {});
+  drive(controller, {}, {0.5, 0.0, 0.0}, 100);
+  controller.restart();
+  EXPECT_EQ(controller.action(), WheelCommand{});
+  EXPECT_NEAR(controller.belief()(kForward, 0), controller.measurement()(kWheelLeft, 0) * 0.098, 1e-9);
+  EXPECT_EQ(controller.belief().rightCols(3).norm(), 0.0);
+}
+
+TEST(ActiveInferenceController, ResetMakesItAsNew) {
+  ActiveInferenceController used({}, {}), fresh({}, {});
+  drive(used, {}, {0.5, 0.0, 0.3}, 50);
+  used.reset();
+  const WheelCommand a = drive(used, {}, {0.2, 0.0, -0.1}, 30);
+  const WheelCommand b = drive(fresh, {}, {0.2, 0.0, -0.1}, 30);
+  EXPECT_EQ(a, b);
+  EXPECT_EQ(used.belief(), fresh.belief());
+}
+
+TEST(ActiveInferenceController, OtherGainsGoOnWithBeliefActionAndMeasurements) {
+  ActiveInferenceController changed(improved(), {}), fresh(improved(), {});
+  drive(changed, improved(), {0.5, 0.0, 0.3}, 7);
+  const WheelCommand action = changed.action();
+  const GeneralizedBody belief = changed.belief();
+  const GeneralizedSensor measurement = changed.measurement();
+  ControllerParameters slower = improved();
+  slower.kappa_a *= 0.5;
+  slower.tau = 0.01;
+  changed.adoptGains(slower, {});
+  EXPECT_EQ(changed.action(), action);
+  EXPECT_EQ(changed.belief(), belief);
+  EXPECT_EQ(changed.measurement(), measurement);
+
+  const double error = changed.errors().sensory(kWheelLeft, 0), gyro_error = changed.errors().sensory(kYawRate, 0);
+  const double gradient = (error - 0.098 / 0.5621 * gyro_error) / slower.sensory_variances[0];
+  EXPECT_NEAR(changed.updateAction().left - action.left, -0.02 * slower.kappa_a * gradient, 1e-12);
+}
+
+TEST(ActiveInferenceController, RefusedGainsChangeNothing) {
+  ActiveInferenceController controller(improved(), {});
+  ControllerParameters diverging = improved(), fewer = improved();
+  diverging.integrator = Integrator::euler;
+  fewer.orders = 2;
+  drive(controller, improved(), {0.5, 0.0, 0.0}, 7);
+  const GeneralizedBody belief = controller.belief();
+  EXPECT_THROW(controller.adoptGains(diverging, {}), ParameterError);
+  EXPECT_THROW(controller.adoptGains(fewer, {}), ParameterError);
+  EXPECT_EQ(controller.belief(), belief);
+}
+
+TEST(ActiveInferenceController, RefusesInvalidGains) {
+  ControllerParameters diverging = improved();
+  diverging.integrator = Integrator::euler;
+  EXPECT_THROW(ActiveInferenceController(diverging, {}), ParameterError);
+}
+
+}  // namespace
+}  // namespace jackal_aic

@@ -1,0 +1,125 @@
+#include "jackal_aic/aic/belief_update.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "jackal_aic/aic/free_energy.hpp"
+
+namespace jackal_aic {
+namespace {
+
+ControllerParameters gains(int p, double tau, double kappa_mu) {
+  ControllerParameters controller;
+  controller.orders = p;
+  controller.tau = tau;
+  controller.kappa_mu = kappa_mu;
+  controller.state_variances = {1.5, 2.0, 4.0, 8.0, 16.0, 32.0};
+  controller.sensory_variances = {2.0, 2.0, 1e5, 1e5, 1e5, 1e5};
+  return controller;
+}
+
+GeneralizedSensor sensed(const GenerativeModel& model, const BodyVector& body) {
+  GeneralizedSensor y = GeneralizedSensor::Zero(kSensorSize, model.orders() + 1);
+  y.col(0) = model.sensory_map * body;
+  return y;
+}
+
+GeneralizedBody still(const GenerativeModel& model) { return GeneralizedBody::Zero(kBodySize, model.orders() + 1); }
+
+TEST(BeliefUpdate, ExactEqualsTheAnalyticSolutionForOrderZero) {
+  // p = 0, lateral speed: nothing is measured, so mu' = -kappa_mu Pi_mu / tau^2 (mu - mu_d).
+  const double tau = 0.1, kappa_mu = 0.2, h = 0.05;
+  const GenerativeModel model(gains(0, tau, kappa_mu), {});
+  const BeliefUpdate update(model, kappa_mu, h, Integrator::exact);
+  GeneralizedBody mu = still(model);
+  const GeneralizedBody mu_d = generalizedSetPoint({0.0, 1.0, 0.0}, 0);
+  const double rate = kappa_mu / 1.5 / (tau * tau);
+  for (int k = 1; k <= 20; ++k) {
+    update.step(mu, sensed(model, BodyVector::Zero()), mu_d);
+    EXPECT_NEAR(mu(kLateral, 0), 1.0 - std::exp(-rate * k * h), 1e-12);
+  }
+}
+
+TEST(BeliefUpdate, ExactDoesNotDependOnTheStep) {
+  const GenerativeModel model(gains(3, 0.03, 0.01), {});
+  const BeliefUpdate coarse(model, 0.01, 0.02, Integrator::exact), fine(model, 0.01, 0.001, Integrator::exact);
+  GeneralizedBody one = still(model), twenty = still(model);
+  const GeneralizedBody mu_d = generalizedSetPoint({0.5, 0.0, -0.3}, 3);
+  const GeneralizedSensor y = sensed(model, {0.2, 0.0, 0.7});
+  for (int k = 0; k < 5; ++k) coarse.step(one, y, mu_d);
+  for (int k = 0; k < 100; ++k) fine.step(twenty, y, mu_d);
+  EXPECT_TRUE(one.isApprox(twenty, 1e-10));
+}
+
+TEST(BeliefUpdate, EulerApproachesExactWithFirstOrder) {
+  const GenerativeModel model(gains(3, 0.03, 0.01), {});
+  const GeneralizedBody mu_d = generalizedSetPoint({0.5, 0.0, 0.4}, 3);
+  const GeneralizedSensor y = sensed(model, {0.1, 0.0, -0.2});
+  const auto error = [&](double h) {
+    const BeliefUpdate euler(model, 0.01, h, Integrator::euler), exact(model, 0.01, h, Integrator::exact);
+    GeneralizedBody a = still(model), b = still(model);
+    for (int k = 0; k < std::lround(0.1 / h); ++k) {
+      euler.step(a, y, mu_d);
+      exact.step(b, y, mu_d);
+    }
+    return (a - b).col(0).norm();
+  };
+  EXPECT_NEAR(error(1e-3) / error(5e-4), 2.0, 0.1);
+  EXPECT_LT(error(1e-5), 1e-5);
+}
+
+TEST(BeliefUpdate, EulerStepIsEquation316) {
+  const GenerativeModel model(gains(2, 0.05, 0.02), {});
+  GeneralizedBody mu = GeneralizedBody::Random(kBodySize, 3);
+  const GeneralizedBody mu_d = generalizedSetPoint({0.5, 0.1, 0.4}, 2);
+  const GeneralizedSensor y = GeneralizedSensor::Random(kSensorSize, 3);
+  const GeneralizedBody expected = mu + 0.01 * beliefDerivative(model, 0.02, mu, y, mu_d);
+  BeliefUpdate(model, 0.02, 0.01, Integrator::euler).step(mu, y, mu_d);
+  EXPECT_TRUE(mu.isApprox(expected, 1e-14));
+}
+
+struct Case {
+  double tau, kappa_mu;
+};
+class EquilibriumAt : public testing::TestWithParam<Case> {};
+
+TEST_P(EquilibriumAt, TheSetPointWhenTheRobotMovesAsWanted) {
+  for (int p = 0; p <= kMaxOrders; ++p) {
+    const GenerativeModel model(gains(p, GetParam().tau, GetParam().kappa_mu), {});
+    const BeliefUpdate update(model, GetParam().kappa_mu, 0.001, Integrator::exact);
+    GeneralizedBody mu = still(model);
+    const BodyVector wanted(0.5, 0.0, -0.5);
+    const GeneralizedBody mu_d = generalizedSetPoint(wanted, p);
+    for (int k = 0; k < 60000; ++k) update.step(mu, sensed(model, wanted), mu_d);
+    EXPECT_TRUE(mu.isApprox(mu_d, 1e-6)) << "p = " << p;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Gains, EquilibriumAt, testing::Values(Case{0.03, 0.01}, Case{0.001, 0.1}, Case{0.01, 1.0}));
+
+TEST(BeliefUpdate, ContinuousDynamicsAreDissipativeForEveryGainOfTheThesis) {
+  for (double tau : {0.03, 0.01, 0.005, 0.001, 0.0002}) {
+    for (double kappa_mu : {0.01, 0.05, 0.1, 1.0, 3.0}) {
+      const GenerativeModel model(gains(3, tau, kappa_mu), {});
+      EXPECT_LT(BeliefUpdate(model, kappa_mu, 0.02, Integrator::exact).spectralRadius(), 1.0);
+      EXPECT_LT(BeliefUpdate(model, kappa_mu, 0.001, Integrator::exact).spectralRadius(), 1.0);
+    }
+  }
+}
+
+TEST(BeliefUpdate, SpectralRadiusOfEulerIsThatOfTheReading) {
+  // tau, kappa_mu, rate, h kappa_mu Pi_mu/tau^2, spectral radius
+  const double rows[][5] = {{0.03, 0.01, 50, 0.15, 0.971}, {0.01, 0.01, 50, 1.33, 0.750}, {0.005, 0.01, 50, 5.3, 4.35},
+                            {0.001, 0.01, 50, 133, 132},   {0.001, 0.01, 1000, 6.7, 5.7}, {0.001, 0.1, 1000, 67, 66},
+                            {0.0002, 0.01, 1000, 167, 166}};
+  for (const auto& row : rows) {
+    const GenerativeModel model(gains(3, row[0], row[1]), {});
+    const BeliefUpdate update(model, row[1], 1.0 / row[2], Integrator::euler);
+    EXPECT_NEAR(update.eulerNumber(), row[3], 0.02 * row[3]) << "tau " << row[0] << " at " << row[2] << " Hz";
+    EXPECT_NEAR(update.spectralRadius(), row[4], 0.02 * row[4]) << "tau " << row[0] << " at " << row[2] << " Hz";
+  }
+}
+
+}  // namespace
+}  // namespace jackal_aic

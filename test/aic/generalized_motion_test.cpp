@@ -1,0 +1,122 @@
+#include "jackal_aic/aic/generalized_motion.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <deque>
+#include <limits>
+
+namespace jackal_aic {
+namespace {
+
+Observation sample(double stamp, double value) { return {stamp, value, 2 * value, -value, 0.5 * value, 3 * value}; }
+
+TEST(ShiftOrders, MovesEveryOrderDownAndItsTransposeUp) {
+  GeneralizedBody x(3, 3);
+  x << 1, 2, 3, 4, 5, 6, 7, 8, 9;
+  GeneralizedBody down(3, 3), up(3, 3);
+  down << 2, 3, 0, 5, 6, 0, 8, 9, 0;
+  up << 0, 1, 2, 0, 4, 5, 0, 7, 8;
+  EXPECT_EQ(shiftOrders(x), down);
+  EXPECT_EQ(shiftOrdersTransposed(x), up);
+}
+
+class GeneralizationOfOrder : public testing::TestWithParam<int> {};
+
+TEST_P(GeneralizationOfOrder, StartsAsAConstantSignalWithoutASpike) {
+  const int p = GetParam();
+  Generalization generalization(p, 0.2);
+  EXPECT_EQ(generalization.update(sample(10.0, 4.0)), SampleVerdict::restarted);
+  EXPECT_EQ(generalization.measurement().col(0), sample(10.0, 4.0).vector());
+  EXPECT_EQ(generalization.measurement().rightCols(p).norm(), 0.0);
+  EXPECT_EQ(generalization.update(sample(10.02, 4.0)), SampleVerdict::accepted);
+  EXPECT_EQ(generalization.measurement().rightCols(p).norm(), 0.0);
+}
+
+TEST_P(GeneralizationOfOrder, HighestBackwardDifferenceOfAPolynomialIsExact) {
+  // The p-th backward difference of t^p is p! h^p exactly once the window of p+1 samples is full.
+  const int p = GetParam();
+  const double h = 0.02;
+  Generalization generalization(p, 0.2);
+  for (int k = 0; k <= 2 * p + 2; ++k) generalization.update(sample(1.0 + k * h, std::pow(k * h, p)));
+  const double factorial = std::tgamma(p + 1.0);
+  EXPECT_NEAR(generalization.measurement()(kYawRate, p), factorial, 1e-5 * factorial);
+  EXPECT_NEAR(generalization.measurement()(kWheelLeft, p), 2 * factorial, 2e-5 * factorial);
+  EXPECT_NEAR(generalization.measurement()(kWheelRight, p), -factorial, 1e-5 * factorial);
+}
+
+TEST_P(GeneralizationOfOrder, RecursionEqualsTheWindowedFormOf321) {
+  const int p = GetParam();
+  const double h = 0.01;
+  Generalization generalization(p, 0.2);
+  std::deque<double> window;
+  for (int k = 0; k < 40; ++k) {
+    const double value = std::sin(0.3 * k) + 0.1 * k;
+    generalization.update(sample(k * h, value));
+    window.push_back(value);
+    if (window.size() > static_cast<std::size_t>(p) + 1) window.pop_front();
+  }
+  const Eigen::VectorXd samples = Eigen::VectorXd::NullaryExpr(p + 1, [&](Eigen::Index i) { return window[i]; });
+  const Eigen::VectorXd windowed = backwardDifferenceMatrix(p, h) * samples;
+  for (int i = 0; i <= p; ++i) {
+    EXPECT_NEAR(generalization.measurement()(kYawRate, i), windowed(i), 1e-7 * std::pow(1 / h, i)) << "order " << i;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Orders, GeneralizationOfOrder, testing::Range(0, kMaxOrders + 1));
+
+TEST(Generalization, WindowedFormHasThePrintedCoefficients) {
+  Eigen::MatrixXd expected(4, 4);
+  expected << 0, 0, 0, 1, 0, 0, -1, 1, 0, 1, -2, 1, -1, 3, -3, 1;
+  EXPECT_TRUE(backwardDifferenceMatrix(3, 1.0).isApprox(expected));
+}
+
+TEST(Generalization, UsesTheStampsForTheStep) {
+  Generalization generalization(1, 0.2);
+  generalization.update(sample(1.00, 0.0));
+  generalization.update(sample(1.05, 1.0));
+  EXPECT_NEAR(generalization.measurement()(kYawRate, 1), 20.0, 1e-9);
+}
+
+TEST(Generalization, NeverDifferencesAHeldSampleTwice) {
+  Generalization generalization(2, 0.2);
+  generalization.update(sample(1.00, 0.0));
+  generalization.update(sample(1.02, 1.0));
+  const GeneralizedSensor before = generalization.measurement();
+  EXPECT_EQ(generalization.update(sample(1.02, 1.0)), SampleVerdict::stale);
+  EXPECT_EQ(generalization.update(sample(1.01, 7.0)), SampleVerdict::stale);
+  EXPECT_EQ(generalization.measurement(), before);
+}
+
+TEST(Generalization, StartsAnewAfterAGap) {
+  Generalization generalization(2, 0.2);
+  generalization.update(sample(1.00, 0.0));
+  generalization.update(sample(1.02, 1.0));
+  EXPECT_EQ(generalization.update(sample(1.50, 9.0)), SampleVerdict::restarted);
+  EXPECT_EQ(generalization.measurement().rightCols(2).norm(), 0.0);
+}
+
+TEST(Generalization, RefusesWhatIsNotFinite) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  Generalization generalization(2, 0.2);
+  generalization.update(sample(1.00, 2.0));
+  const GeneralizedSensor before = generalization.measurement();
+  EXPECT_EQ(generalization.update(sample(1.02, nan)), SampleVerdict::not_finite);
+  EXPECT_EQ(generalization.update(sample(1.02, std::numeric_limits<double>::infinity())), SampleVerdict::not_finite);
+  EXPECT_EQ(generalization.update(sample(nan, 1.0)), SampleVerdict::not_finite);
+  EXPECT_EQ(generalization.measurement(), before);
+}
+
+TEST(Generalization, ResetForgetsTheHistory) {
+  Generalization generalization(1, 0.2);
+  generalization.update(sample(5.0, 3.0));
+  generalization.update(sample(5.02, 4.0));
+  generalization.reset();
+  EXPECT_FALSE(generalization.hasMeasurement());
+  EXPECT_EQ(generalization.update(sample(0.02, 1.0)), SampleVerdict::restarted)
+      << "an earlier stamp is fine after a reset";
+  EXPECT_EQ(generalization.measurement().col(1).norm(), 0.0);
+}
+
+}  // namespace
+}  // namespace jackal_aic

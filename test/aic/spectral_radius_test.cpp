@@ -1,0 +1,74 @@
+#include "jackal_aic/aic/spectral_radius.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+
+namespace jackal_aic {
+namespace {
+
+/// 0.9 and, further inside, 0.5 and 0.2 with couplings that make it far from normal, seen in units that differ by
+/// `ratio`.
+Eigen::MatrixXd inOtherUnits(double ratio) {
+  Eigen::Matrix3d map;
+  map << 0.9, 3.0, -2.0,  //
+      0.0, 0.5, 4.0,      //
+      0.0, 0.0, 0.2;
+  const Eigen::Matrix3d mixed = (Eigen::Matrix3d() << 1.0, 0.5, 0.25, -0.5, 1.0, 0.5, 0.25, -0.25, 1.0).finished();
+  const Eigen::Vector3d units(1.0, ratio, ratio * ratio);
+  return units.asDiagonal() * (mixed * map * mixed.inverse()) * units.cwiseInverse().asDiagonal();
+}
+
+TEST(SpectralRadius, DoesNotDependOnTheUnitsOfTheStates) {
+  for (const double ratio : {1.0, 1e3, 1e-5, 1e8, 1e30}) {
+    const SpectralRadius radius = spectralRadiusOf(inOtherUnits(ratio));
+    EXPECT_NEAR(radius.value, 0.9, 1e-12) << ratio;
+    EXPECT_LT(radius.uncertainty, 1e-10) << ratio;
+    EXPECT_GE(radius.upper(), 0.9) << ratio;
+  }
+}
+
+TEST(SpectralRadius, BoundOfAJordanBlockHoldsTheTrueOne) {
+  // One eigenvalue thrice: rounding by u moves it by the cube root of u, which no balancing changes.
+  const Eigen::Matrix3d mixed = (Eigen::Matrix3d() << 1.0, 0.0, 0.0, 3.0, 1.0, 0.0, -2.0, 5.0, 1.0).finished() *
+                                (Eigen::Matrix3d() << 1.0, 2.0, -3.0, 0.0, 1.0, 4.0, 0.0, 0.0, 1.0).finished();
+  const Eigen::Matrix3d inverse = mixed.inverse().array().round();
+  ASSERT_EQ(mixed * inverse, Eigen::Matrix3d::Identity()) << "else the map is another one";
+  const Eigen::Matrix3d block = (Eigen::Matrix3d() << 0.75, 1.0, 0.0, 0.0, 0.75, 1.0, 0.0, 0.0, 0.75).finished();
+  const SpectralRadius radius = spectralRadiusOf(mixed * block * inverse);
+  EXPECT_GT(std::abs(radius.value - 0.75), 1e-9) << "too easy to tell";
+  EXPECT_LT(std::abs(radius.value - 0.75), radius.uncertainty);
+  EXPECT_LT(radius.uncertainty, 1e-2);
+}
+
+TEST(SpectralRadius, OfANeutralMapIsNeverBelowOne) {
+  for (const double angle : {0.0, 0.3, 2.0}) {
+    Eigen::MatrixXd map = inOtherUnits(100.0);
+    map.conservativeResizeLike(Eigen::MatrixXd::Zero(5, 5));
+    map.bottomRightCorner<2, 2>() << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle);
+    EXPECT_GE(spectralRadiusOf(map).upper(), 1.0) << angle;
+    EXPECT_NEAR(spectralRadiusOf(map).value, 1.0, 1e-12) << angle;
+  }
+}
+
+TEST(SpectralRadius, OfAChainOfDelaysIsZeroBesideAnything) {
+  Eigen::MatrixXd chain = Eigen::MatrixXd::Zero(20, 20);
+  chain.diagonal(-1).setConstant(3.0);
+  EXPECT_EQ(spectralRadiusOf(chain).upper(), 0.0);
+  chain.topLeftCorner<3, 3>() = inOtherUnits(1.0);
+  EXPECT_NEAR(spectralRadiusOf(chain).upper(), 0.9, 1e-12);
+}
+
+TEST(SpectralRadius, OfNothingIsZeroAndOfTooMuchInfinite) {
+  EXPECT_EQ(spectralRadiusOf(Eigen::MatrixXd::Zero(4, 4)).upper(), 0.0);
+  Eigen::MatrixXd map = Eigen::MatrixXd::Identity(3, 3);
+  EXPECT_NEAR(spectralRadiusOf(1e300 * map).value, 1e300, 1e288);
+  map(0, 1) = std::nan("");
+  EXPECT_EQ(spectralRadiusOf(map).upper(), HUGE_VAL);
+  map(0, 1) = HUGE_VAL;
+  EXPECT_EQ(spectralRadiusOf(map).value, HUGE_VAL);
+}
+
+}  // namespace
+}  // namespace jackal_aic

@@ -1,0 +1,72 @@
+#include "jackal_aic/config/yaml_text.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <random>
+#include <regex>
+
+#include "jackal_aic/aic/parameters.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
+
+namespace jackal_aic {
+namespace {
+
+/// Floating-point numbers of YAML 1.1 as rosparam's reader knows them; those of YAML 1.2 include them.
+bool isNumber(const std::string& text) { return std::regex_match(text, std::regex("-?[0-9]+\\.[0-9]+(e[-+][0-9]+)?")); }
+
+TEST(YamlNumber, HasAPointAndASignedExponent) {
+  EXPECT_EQ(yamlNumber(1e8), "1.0e+08");
+  EXPECT_EQ(yamlNumber(1.5e-7), "1.5e-07");
+  EXPECT_EQ(yamlNumber(1000.0), "1000.0");
+  EXPECT_EQ(yamlNumber(50.0), "50.0");
+  EXPECT_EQ(yamlNumber(0.001), "0.001");
+  EXPECT_EQ(yamlNumber(-0.25), "-0.25");
+  EXPECT_EQ(yamlNumber(0.0), "0.0");
+  EXPECT_EQ(yamlNumber(0.123456789, 4), "0.1235");
+}
+
+TEST(YamlQuoted, StaysTheSameTextWhateverItLooksLike) {
+  for (const std::string text : {"our Jackal", "1e5", "true", "a: \"b\" # c", "back\\slash", ""}) {
+    ParameterMap map;
+    addYamlText("robot: " + yamlQuoted(text) + "\n", "text", map);
+    EXPECT_EQ(std::get<std::string>(*map.take("robot")), text);
+  }
+  EXPECT_EQ(yamlQuoted("two\nlines"), "\"two lines\"");
+}
+
+TEST(YamlNumber, IsReadBackAsItWas) {
+  std::mt19937_64 generator(1);
+  std::uniform_real_distribution<double> exponent(-300.0, 300.0), mantissa(-1.0, 1.0);
+  for (int i = 0; i < 10000; ++i) {
+    const double value = mantissa(generator) * std::pow(10.0, exponent(generator));
+    const std::string text = yamlNumber(value);
+    ASSERT_TRUE(isNumber(text)) << text;
+    ASSERT_EQ(std::strtod(text.c_str(), nullptr), value) << text;
+    ASSERT_TRUE(isNumber(yamlNumber(value, 3))) << yamlNumber(value, 3);
+  }
+}
+
+TEST(YamlNumber, RefusesWhatIsNotFinite) {
+  EXPECT_THROW(yamlNumber(std::numeric_limits<double>::infinity()), ParameterError);
+  EXPECT_THROW(yamlNumber(std::nan("")), ParameterError);
+}
+
+TEST(YamlBlock, HasEveryFieldWithItsUnit) {
+  ControllerParameters gains;
+  gains.noise_smoothness = 0.02;
+  gains.state_variances = {1.0, 1e8};
+  const std::string text = yamlBlock("controller", gains);
+  EXPECT_EQ(text.find("controller:\n  belief_rate: 50.0  # Hz\n"), 0u) << text;
+  EXPECT_NE(text.find("\n  integrator: exact\n  orders: 3\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("\n  state_variances: [1.0, 1.0e+08]\n"), std::string::npos) << text;
+  ParameterMap map;
+  addYamlText(text, "text", map);
+  EXPECT_EQ(readParameters<ControllerParameters>(map, "controller").noise_smoothness, 0.02);
+  EXPECT_NO_THROW(map.refuseUnknown());
+}
+
+}  // namespace
+}  // namespace jackal_aic

@@ -1,0 +1,225 @@
+#include "jackal_aic/faults/channel_monitor.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kStep = 0.02;
+
+TEST(ChebyshevBound, HoldsForAnyDistribution) {
+  // Two-valued errors that reach the bound exactly: +-d with probability alpha/2 each, else 0, have variance alpha d^2
+  // = 1.
+  for (double alpha : {0.01, 0.04, 0.2}) EXPECT_DOUBLE_EQ(alpha * std::pow(chebyshevBound(1, alpha), 2), 1.0);
+  EXPECT_DOUBLE_EQ(chebyshevBound(1, 0.04), 5.0);
+  EXPECT_DOUBLE_EQ(chebyshevBound(2, 0.04), std::sqrt(50.0));
+}
+
+TEST(LearnedVariance, FindsTheFactorOfTheNoise) {
+  std::mt19937 random(1);
+  for (double deviation : {1.0, 3.0, 5.0}) {
+    LearnedVariance learned(2.0);
+    std::normal_distribution<double> noise(0.0, deviation * 0.1);
+    double mean = 0.0;
+    for (int k = 0; k < 2000; ++k) {
+      learned.learn(noise(random), 0.01, kStep);
+      if (k >= 1000) mean += learned.factor() / 1000.0;
+    }
+    EXPECT_NEAR(mean, deviation * deviation, 0.15 * deviation * deviation);
+    EXPECT_NEAR(learned.squaredDistance(1.0, 0.01), 100.0 / learned.factor(), 1e-9);
+  }
+}
+
+TEST(LearnedVariance, StaysWithinItsBounds) {
+  LearnedVariance learned(0.1);
+  for (int k = 0; k < 200; ++k) learned.learn(0.0, 1.0, kStep);
+  EXPECT_EQ(learned.factor(), 1.0);
+  for (int k = 0; k < 200; ++k) learned.learn(1e3, 1.0, kStep);
+  EXPECT_EQ(learned.factor(), LearnedVariance::kLargestFactor);
+}
+
+TEST(RecentChange, CountsAChangeTheSameInOneStepOrMany) {
+  RecentChange slow(0.5), fast(0.5), jitter(0.5);
+  for (int k = 0; k < 100; ++k) {
+    slow.add(1.0, 0.001);  // 0.1 within 0.1 s
+    fast.add(k == 50 ? 100.0 : 0.0, 0.001);
+    jitter.add(k % 2 == 0 ? 100.0 : -100.0, 0.001);
+  }
+  EXPECT_NEAR(slow.value(), 0.1, 0.01);
+  EXPECT_NEAR(fast.value(), 0.1, 0.01);
+  EXPECT_NEAR(jitter.value(), 0.0, 0.1);
+  for (int k = 0; k < 500; ++k) slow.add(0.0, 0.001);
+  EXPECT_NEAR(slow.value(), 0.09 * std::exp(-1.0), 0.01) << "and forgets it";
+}
+
+TEST(TimingVariance, IsTheSquareOfWhatADelayDoesToARamp) {
+  TimingVariance timing(0.03);
+  for (int k = 0; k < 300; ++k) timing.add(10.0, 0.001);
+  EXPECT_NEAR(timing.value(), std::pow(0.03 * 10.0, 2), 0.01);
+  for (int k = 0; k < 100; ++k) timing.add(0.0, 0.001);
+  EXPECT_GT(timing.value(), 0.02) << "what comes late is still on its way";
+  for (int k = 0; k < 1000; ++k) timing.add(0.0, 0.001);
+  EXPECT_LT(timing.value(), 1e-4);
+}
+
+TEST(Persistence, SingleOutliersAreNoFault) {
+  Persistence channel({5, 8, 1.0});
+  for (int k = 0; k < 1000; ++k) {
+    const bool suspect = k % 2 == 0;  // 4 of 8
+    EXPECT_EQ(channel.update(suspect, true, kStep), suspect ? ChannelState::outlier : ChannelState::ok);
+  }
+}
+
+TEST(Persistence, EnoughOutliersInTheWindowAreAFault) {
+  Persistence channel({5, 8, 1.0});
+  const bool pattern[] = {true, true, false, true, false, true};
+  for (bool suspect : pattern) EXPECT_NE(channel.update(suspect, true, kStep), ChannelState::faulty);
+  EXPECT_EQ(channel.update(true, true, kStep), ChannelState::faulty);
+}
+
+TEST(Persistence, WorksWithTheLargestWindow) {
+  Persistence channel({64, 64, 1.0});
+  for (int k = 0; k < 63; ++k) EXPECT_EQ(channel.update(true, true, kStep), ChannelState::outlier);
+  EXPECT_EQ(channel.update(true, true, kStep), ChannelState::faulty);
+}
+
+TEST(Persistence, RecoversAfterGoodSamplesThatSaySomething) {
+  Persistence channel({2, 2, 1.0});
+  channel.update(true, true, kStep);
+  ASSERT_EQ(channel.update(true, true, kStep), ChannelState::faulty);
+  for (int k = 0; k < 200; ++k) EXPECT_EQ(channel.update(false, false, kStep), ChannelState::faulty) << "says nothing";
+  for (int k = 0; k < 40; ++k) EXPECT_EQ(channel.update(false, true, kStep), ChannelState::faulty);
+  EXPECT_EQ(channel.update(true, true, kStep), ChannelState::faulty) << "a relapse";
+  int needed = 0;
+  while (channel.update(false, true, kStep) == ChannelState::faulty) ++needed;
+  EXPECT_NEAR(needed, 49, 1) << "a second anew";
+  EXPECT_EQ(channel.update(true, true, kStep), ChannelState::outlier) << "and the window starts empty";
+}
+
+class Repetition : public testing::Test {
+ protected:
+  /// Samples of noise, rounded to a quantum if there is one; true if one was suspect.
+  bool feedNoise(RepetitionTest& test, int samples, double quantum) {
+    bool suspect = false;
+    for (int k = 0; k < samples; ++k) {
+      const double value = 5.0 + noise_(random_);
+      suspect |= test.update(quantum > 0.0 ? quantum * std::round(value / quantum) : value, false, 1e-5);
+    }
+    return suspect;
+  }
+
+  std::mt19937 random_{3};
+  std::normal_distribution<double> noise_{0.0, 0.03};
+};
+
+TEST_F(Repetition, FindsAFrozenSensor) {
+  RepetitionTest test(8);
+  EXPECT_FALSE(feedNoise(test, 500, 0.0));
+  test.update(5.02, false, 1e-5);
+  for (int k = 1; k < 8; ++k) EXPECT_FALSE(test.update(5.02, false, 1e-5)) << k;
+  EXPECT_TRUE(test.update(5.02, false, 1e-5));
+  EXPECT_TRUE(test.update(5.02, false, 1e-5));
+  EXPECT_FALSE(test.update(5.03, false, 1e-5)) << "it lives again";
+}
+
+TEST_F(Repetition, LearnsThatAQuantisedSensorRepeats) {
+  RepetitionTest test(8);
+  EXPECT_FALSE(feedNoise(test, 30000, 0.01));  // repeats about every tenth sample
+  EXPECT_NEAR(test.quantum(), 0.01, 1e-9);
+  test.update(5.0, false, 1e-5);
+  int needed = 1;
+  while (!test.update(5.0, false, 1e-5) && needed < 100) ++needed;
+  EXPECT_GT(needed, 8);
+  EXPECT_LT(needed, 15) << "freezing is still found, later";
+}
+
+TEST_F(Repetition, BelowTheResolutionNoiseSaysNothing) {
+  for (double quantum : {0.0606, 0.1}) {
+    RepetitionTest test(8);
+    EXPECT_FALSE(feedNoise(test, 30000, quantum));
+    for (int k = 0; k < 3000; ++k) ASSERT_FALSE(test.update(5.0, false, 1e-5)) << "in the middle of a step it stays";
+  }
+}
+
+TEST_F(Repetition, TheFirstRunCondemnsNobody) {
+  RepetitionTest test(8);
+  for (int k = 0; k < 100; ++k) EXPECT_FALSE(test.update(5.0, false, 1e-5));
+}
+
+TEST_F(Repetition, MotionIsNoNoise) {
+  RepetitionTest test(8);
+  for (int k = 0; k < 60; ++k) EXPECT_FALSE(test.update(0.0065 * std::round(0.3 * k / 0.0065), false, 1e-5, 0.3));
+  for (int k = 0; k < 3000; ++k) ASSERT_FALSE(test.update(17.7, false, 1e-5, 0.0)) << "a ramp that ends without noise";
+}
+
+TEST_F(Repetition, ARunThatCondemnsTeaches) {
+  RepetitionTest test(8);
+  feedNoise(test, 200, 0.0);
+  const auto repeatsUntilSuspect = [&] {
+    int count = 0;
+    test.update(5.0 + noise_(random_), false, 1e-5);
+    for (test.update(7.0, false, 1e-5); !test.update(7.0, false, 1e-5) && count < 100;) ++count;
+    for (int k = 0; k < 20; ++k) test.update(7.0, false, 1e-5);
+    return count;
+  };
+  const int first = repeatsUntilSuspect();
+  EXPECT_LT(first, repeatsUntilSuspect());
+}
+
+TEST(MissedMotion, FindsARunThatOutlastsTheMotion) {
+  MissedMotion test;
+  EXPECT_FALSE(test.update(5.0, false, 4.9, 5.1, 0.3, kStep));
+  for (int k = 0; k < 1000; ++k) EXPECT_FALSE(test.update(5.0, true, 4.9, 5.1, 0.3, kStep)) << "nothing to miss";
+  int samples = 0;
+  while (!test.update(5.0, true, 6.0, 6.2, 0.3, kStep) && samples < 100) ++samples;
+  EXPECT_LE(samples * kStep, 0.25);
+  EXPECT_FALSE(test.update(6.1, false, 6.0, 6.2, 0.3, kStep)) << "it lives again";
+}
+
+TEST(MissedMotion, ASourceThatIsRenewedNowAndThenIsAlive) {
+  MissedMotion test;
+  for (int k = 0; k < 1000; ++k) {
+    const double speed = 0.3 * k;  // renewed at 10 Hz
+    EXPECT_FALSE(test.update(0.3 * (k - k % 5), k % 5 != 0, speed - 0.1, speed + 0.1, 0.3, kStep)) << k;
+  }
+}
+
+TEST(MissedMotion, AValueThatWasThereBeforeItsPredictionMissesNothing) {
+  MissedMotion test;
+  test.update(6.0, false, 4.0, 5.0, 0.3, kStep);
+  for (int k = 0; k < 1000; ++k) EXPECT_FALSE(test.update(6.0, true, 5.9, 6.1, 0.3, kStep));
+}
+
+TEST(MissedMotion, UncertainMotionIsNone) {
+  MissedMotion test;
+  test.update(4.5, false, 4.0, 5.0, 0.3, kStep);
+  for (int k = 0; k < 1000; ++k) EXPECT_FALSE(test.update(4.5, true, 4.9, 9.0, 0.3, kStep)) << "it may be where it was";
+}
+
+TEST_F(Repetition, WithoutNoiseASteadyValueIsNormal) {
+  RepetitionTest test(8);
+  double value = 0.0;
+  for (int k = 0; k < 2000; ++k) {
+    value += 0.2 * (5.0 - value);  // ends in 5 to the bit
+    EXPECT_FALSE(test.update(value, false, 1e-5)) << k;
+  }
+  EXPECT_EQ(value, value + 0.2 * (5.0 - value));
+}
+
+TEST_F(Repetition, ExpectedRepetitionsSayNothing) {
+  RepetitionTest test(8);
+  EXPECT_FALSE(feedNoise(test, 100, 0.0));
+  for (int k = 0; k < 100; ++k) EXPECT_FALSE(test.update(0.0, true, 1e-5));
+}
+
+TEST_F(Repetition, CanBeSwitchedOff) {
+  RepetitionTest test(0);
+  EXPECT_FALSE(feedNoise(test, 100, 0.0));
+  for (int k = 0; k < 100; ++k) EXPECT_FALSE(test.update(1.0, false, 1e-5));
+}
+
+}  // namespace
+}  // namespace jackal_aic

@@ -1,0 +1,397 @@
+#include "jackal_aic/faults/fault_monitor.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <string>
+
+#include "jackal_aic/model/gravity.hpp"
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+PlantModel model() {
+  PlantModel m;
+  m.dead_time = 0.08;
+  m.lag = 0.01;
+  m.acceleration_limit = 1.65;
+  m.effective_track = 0.55;
+  return m;
+}
+
+/// A robot that does what the model says, with noise, and its monitor.
+class Robot {
+ public:
+  explicit Robot(const FaultParameters& parameters = {}, const PlantModel& plant = model())
+      : monitor_(parameters, {}, plant), left_(plant, 0.098, {}), right_(left_) {}
+
+  /// Drives for a time [s] and looks at every sample. @param fault changes the samples.
+  template <class Fault>
+  const FaultReport& drive(const WheelCommand& command, double duration, Fault fault) {
+    for (long k = std::lround(duration / 0.001); k > 0; --k, ++steps_) {
+      if (steps_ % 20 == 0) {
+        Observation y = sample();
+        fault(y);
+        monitor_.check(y);
+      }
+      monitor_.advance(command, 0.001);
+      left_.predict(command.left);
+      right_.predict(command.right);
+    }
+    return monitor_.report();
+  }
+
+  const FaultReport& drive(const WheelCommand& command, double duration) {
+    return drive(command, duration, [](Observation&) {});
+  }
+
+  /// A sample now.
+  Observation sample() {
+    Observation y;
+    y.stamp = 0.001 * static_cast<double>(steps_);
+    y.wheel_left = left_.speed() + 0.03 * noise_(random_);
+    y.wheel_right = right_.speed() + 0.03 * noise_(random_);
+    y.yaw_rate = 0.098 * (right_.speed() - left_.speed()) / 0.55 + 0.005 * noise_(random_);
+    y.acceleration_x = 0.098 * 0.5 * (left_.acceleration() + right_.acceleration()) + 0.05 * noise_(random_);
+    y.acceleration_z = kGravity + 0.05 * noise_(random_);
+    return y;
+  }
+
+  FaultMonitor& monitor() { return monitor_; }
+
+ private:
+  FaultMonitor monitor_;
+  WheelBelief left_;
+  WheelBelief right_;
+  long steps_ = 0;
+  std::mt19937 random_{5};
+  std::normal_distribution<double> noise_{0.0, 1.0};
+};
+
+constexpr WheelCommand kStraight{5.0, 5.0};
+constexpr WheelCommand kTurn{-1.4, 1.4};
+
+TEST(FaultParametersCheck, MoreFaultSamplesThanTheWindowHoldsAreRefused) {
+  FaultParameters parameters;
+  parameters.fault_samples = 9;
+  try {
+    FaultMonitor(parameters, {}, model());
+    FAIL();
+  } catch (const ParameterError& error) {
+    EXPECT_STREQ(error.what(), "faults.fault_samples = 9: must be at most faults.fault_window = 8");
+  }
+}
+
+TEST(FaultMonitor, SaysNothingWhenNothingIsWrong) {
+  Robot robot;
+  for (const WheelCommand& command : {kStraight, kTurn, WheelCommand{}, WheelCommand{-3.0, 4.0}}) {
+    const FaultReport& report = robot.drive(command, 3.0);
+    EXPECT_FALSE(report.faulty());
+    EXPECT_TRUE(report.valid().all());
+    EXPECT_STREQ(report.reason(), "");
+  }
+}
+
+TEST(FaultMonitor, TellsWhichSideAndWhy) {
+  const auto reason = [](auto fault) {
+    Robot robot;
+    robot.drive(kStraight, 3.0);
+    return std::string(robot.drive(kStraight, 0.3, fault).reason());
+  };
+  EXPECT_EQ(reason([](Observation& y) { y.wheel_left = 5.01; }), "left encoder frozen");
+  EXPECT_EQ(reason([](Observation& y) { y.wheel_right = 5.01; }), "right encoder frozen");
+  EXPECT_EQ(reason([](Observation& y) { y.wheel_left += 2.0; }), "left encoder wrong");
+  EXPECT_EQ(reason([](Observation& y) { y.wheel_right -= 2.0; }), "right encoder wrong");
+  EXPECT_EQ(reason([](Observation& y) { y.yaw_rate += 0.2; }), "gyro disagrees with the wheels");
+  EXPECT_EQ(reason([](Observation& y) { y.yaw_rate = 0.001; }), "gyro frozen");
+  EXPECT_EQ(reason([](Observation& y) { y.acceleration_z = -9.8; }), "IMU upside down");
+  EXPECT_EQ(reason([](Observation& y) { y.acceleration_x += 8.0; }), "accelerometer wrong");
+  const double turn = 0.098 * 5.0 / 0.55;  // yaw rate when one wheel stands
+  EXPECT_EQ(reason([&](Observation& y) { y.wheel_left = 0.0, y.yaw_rate += turn; }),
+            "left wheels do not follow their command");
+  EXPECT_EQ(reason([&](Observation& y) { y.wheel_right = 0.0, y.yaw_rate -= turn; }),
+            "right wheels do not follow their command");
+  EXPECT_EQ(reason([&](Observation& y) { y.wheel_left = y.wheel_right = 0.0; }), "wheels do not follow their command");
+}
+
+TEST(FaultMonitor, FaultyChannelsDoNotCount) {
+  Robot robot;
+  robot.drive(kTurn, 3.0);
+  const auto flip = [](Observation& y) {
+    y.yaw_rate = -y.yaw_rate;
+    y.acceleration_z = -*y.acceleration_z;
+  };
+  EXPECT_EQ(robot.drive(kTurn, 0.3, flip).valid(), (ChannelValidity{false, true, true, false}));
+}
+
+TEST(FaultMonitor, WheelThatDoesNotFollowKeepsItsEncoder) {
+  Robot robot;
+  robot.drive(kStraight, 3.0);
+  const double turn = 0.098 * 5.0 / 0.55;
+  const FaultReport& report =
+      robot.drive(kStraight, 0.3, [&](Observation& y) { y.wheel_left = 0.0, y.yaw_rate += turn; });
+  EXPECT_TRUE(report.drive_left);
+  EXPECT_TRUE(report.valid().wheel_left) << "it tells the truth";
+}
+
+TEST(FaultMonitor, OneOutlierIsLeftOutAndForgotten) {
+  Robot robot;
+  robot.drive(kStraight, 3.0);
+  const FaultReport& during = robot.drive(kStraight, 0.02, [](Observation& y) { y.wheel_left += 10.0; });
+  EXPECT_EQ(during.wheel_left.state, ChannelState::outlier);
+  EXPECT_GT(during.wheel_left.distance, 1.0);
+  EXPECT_EQ(during.valid(), (ChannelValidity{true, false, true, true}));
+  EXPECT_FALSE(during.faulty());
+  EXPECT_TRUE(robot.drive(kStraight, 0.02).valid().all());
+}
+
+TEST(FaultMonitor, LearnsTheNoise) {
+  Robot robot;
+  const auto noisier = [noise = std::normal_distribution<double>(0.0, 0.15), random = std::mt19937(1)](
+                           Observation& y) mutable { y.wheel_left += noise(random), y.wheel_right += noise(random); };
+  EXPECT_FALSE(robot.drive(kStraight, 60.0, noisier).faulty());
+  EXPECT_TRUE(robot.drive(kStraight, 0.3, [](Observation& y) { y.wheel_left = 0.0; }).faulty());
+}
+
+TEST(FaultMonitor, SamplesThatAreNoneChangeNothing) {
+  Robot robot;
+  robot.drive(kStraight, 3.0);
+  Observation broken = robot.sample();
+  broken.wheel_left = kNan;
+  for (int k = 0; k < 20; ++k) EXPECT_FALSE(robot.monitor().check(broken).faulty());
+  Observation stale = robot.sample();
+  stale.stamp = 1.0;
+  stale.wheel_left = 0.0;
+  for (int k = 0; k < 20; ++k) EXPECT_FALSE(robot.monitor().check(stale).faulty());
+}
+
+TEST(FaultMonitor, LostChannelsAreNotJudged) {
+  Robot robot;
+  robot.drive(kStraight, 3.0);
+  const FaultReport& report = robot.drive(kTurn, 3.0, [](Observation& y) {
+    y.valid = {false, false, true, false};
+    y.yaw_rate = y.wheel_left = y.acceleration_x = kNan;
+  });
+  EXPECT_FALSE(report.faulty());
+  EXPECT_FALSE(robot.drive(kStraight, 1.0).faulty()) << "nor when they are back";
+}
+
+TEST(FaultMonitor, ResetForgetsFaults) {
+  Robot robot;
+  robot.drive(kStraight, 3.0);
+  ASSERT_TRUE(robot.drive(kStraight, 0.3, [](Observation& y) { y.wheel_left = 0.0; }).faulty());
+  robot.monitor().reset();
+  EXPECT_FALSE(robot.monitor().report().faulty());
+}
+
+/// Rounds the wheel speeds to steps of an encoder.
+Observation rounded(Observation y, double step) {
+  y.wheel_left = step * std::round(y.wheel_left / step);
+  y.wheel_right = step * std::round(y.wheel_right / step);
+  return y;
+}
+
+TEST(FaultMonitor, WheelsThatAreToStandAndTurnAreMoved) {
+  for (double yaw_rate : {0.0, 1.5, -0.7}) {  // pushed straight, turned with the wheels on the ground, spun in the air
+    Robot robot;
+    robot.drive(kStraight, 3.0);
+    // Nearly at rest: a controller's command is hardly ever zero to the bit.
+    robot.drive({0.02, -0.01}, 3.0);
+    const auto push = [&](Observation& y) { y.wheel_left += 2.0, y.wheel_right += 5.0, y.yaw_rate += yaw_rate; };
+    const FaultReport& pushed = robot.drive({0.02, -0.01}, 5.0, push);
+    EXPECT_TRUE(pushed.moved);
+    EXPECT_FALSE(pushed.drive_left || pushed.drive_right);
+    EXPECT_NE(pushed.wheel_left.state, ChannelState::faulty);
+    EXPECT_NE(pushed.wheel_right.state, ChannelState::faulty);
+    robot.drive({}, 1.5);
+    EXPECT_TRUE(robot.monitor().report().valid().wheel_left && robot.monitor().report().valid().wheel_right);
+    EXPECT_STREQ(robot.drive(kStraight, 2.0).reason(), "") << "nothing is left of it";
+  }
+}
+
+TEST(FaultMonitor, TellsThatTheRobotIsMoved) {
+  Robot robot;
+  robot.drive({}, 2.0);
+  const FaultReport& pushed = robot.drive({}, 1.0, [](Observation& y) { y.wheel_left += 3.0, y.wheel_right += 3.0; });
+  EXPECT_STREQ(pushed.reason(), "moved by somebody else");
+  EXPECT_FALSE(pushed.faulty());
+}
+
+TEST(FaultMonitor, ARobotThatIsMovedAndThenDrivesIsWatchedAgain) {
+  Robot robot;
+  robot.drive({}, 2.0);
+  robot.drive({}, 1.0, [](Observation& y) { y.wheel_left += 3.0, y.wheel_right += 3.0; });
+  EXPECT_STREQ(robot.drive(kStraight, 3.0).reason(), "");
+  EXPECT_STREQ(robot.drive(kStraight, 0.3, [](Observation& y) { y.wheel_left = y.wheel_right = 0.0; }).reason(),
+               "wheels do not follow their command");
+}
+
+TEST(FaultMonitor, AnotherAccelerationLimitIsNoFault) {
+  for (double ratio : {0.5, 1.8, 3.0}) {
+    PlantModel real = model();
+    real.acceleration_limit *= ratio;
+    WheelBelief left(real, 0.098, {}), right(left);
+    FaultMonitor monitor({}, {}, model());
+    std::mt19937 random(8);
+    std::normal_distribution<double> noise(0.0, 1.0);
+    WheelCommand command;
+    for (int k = 0; k < 300000; ++k) {
+      if (k % 700 == 0) command = {12.0 * noise(random), 12.0 * noise(random)};
+      if (k % 20 == 0) {
+        Observation y;
+        y.stamp = 0.001 * k;
+        y.wheel_left = left.speed() + 0.03 * noise(random);
+        y.wheel_right = right.speed() + 0.03 * noise(random);
+        y.yaw_rate = 0.098 * (right.speed() - left.speed()) / 0.55 + 0.005 * noise(random);
+        y.acceleration_x = 0.049 * (left.acceleration() + right.acceleration()) + 0.05 * noise(random);
+        y.acceleration_z = kGravity + 0.05 * noise(random);
+        ASSERT_STREQ(monitor.check(y).reason(), "") << "limit x " << ratio << " at " << y.stamp << " s";
+      }
+      monitor.advance(command, 0.001);
+      left.predict(command.left);
+      right.predict(command.right);
+    }
+  }
+}
+
+TEST(FaultMonitor, AQuantisedEncoderIsAliveAsLongAsNothingSaysOtherwise) {
+  for (double step : {0.0065, 0.0131, 0.06, 0.0606, 0.1}) {
+    Robot robot;
+    for (const WheelCommand& command : {kStraight, kTurn, WheelCommand{8.0, 7.0}, WheelCommand{0.9, 1.1}}) {
+      const FaultReport& report = robot.drive(command, 60.0, [&](Observation& y) { y = rounded(y, step); });
+      EXPECT_STREQ(report.reason(), "") << step;
+    }
+  }
+}
+
+TEST(FaultMonitor, BlindGyroOfABoxIsNoWitness) {
+  PlantModel box = model();
+  box.on_box = true;
+  Robot robot({}, box);
+  const auto blind = [](Observation& y) { y.yaw_rate = 0.01 * std::sin(40.0 * y.stamp), y.acceleration_x *= 0.0; };
+  EXPECT_FALSE(robot.drive(kTurn, 3.0, blind).faulty());
+}
+
+TEST(FaultMonitor, EncodersThatFreezeTogetherAreFoundTogether) {
+  Robot robot;
+  robot.drive(kStraight, 3.0);
+  robot.drive({5.0, 5.1}, 1.0, [](Observation& y) {
+    if (std::fmod(y.stamp, 0.2) < 0.015) y.wheel_left = 5.0;  // the left one repeats now and then: less is known of it
+  });
+  for (int k = 0; k < 20; ++k) {
+    const FaultReport& report =
+        robot.drive({5.0, 5.1}, 0.02, [](Observation& y) { y.wheel_left = 5.01, y.wheel_right = 5.12; });
+    EXPECT_EQ(report.wheel_left.cause == FaultCause::frozen, report.wheel_right.cause == FaultCause::frozen) << k;
+  }
+  EXPECT_EQ(robot.monitor().report().wheel_left.cause, FaultCause::frozen);
+}
+
+TEST(FaultMonitor, FreezingCanBeSwitchedOff) {
+  FaultParameters parameters;
+  parameters.frozen_samples = 0;
+  Robot robot(parameters);
+  robot.drive(kStraight, 3.0);
+  EXPECT_FALSE(robot.drive(kStraight, 3.0, [](Observation& y) { y.wheel_left = 5.01; }).faulty());
+}
+
+TEST(PredictionEnvelope, IsNarrowWhileNothingChanges) {
+  PredictionEnvelope envelope(90, 80);
+  envelope.start(2.0, 5.0);
+  for (int k = 0; k < 200; ++k) envelope.add(2.0, 5.0);
+  EXPECT_EQ(envelope.width(), 0.0);
+  EXPECT_DOUBLE_EQ(envelope.error(2.3), 2.3 - 2.0);
+  EXPECT_DOUBLE_EQ(envelope.error(1.5), 1.5 - 2.0);
+}
+
+TEST(PredictionEnvelope, HoldsWhatComesEarlierOrLater) {
+  // A step from 0 to 1 in step 500; the prediction ahead sees it 80 steps before.
+  PredictionEnvelope envelope(90, 80);
+  envelope.start(0.0, 0.0);
+  for (int k = 1; k <= 700; ++k) {
+    envelope.add(k >= 500 ? 1.0 : 0.0, k >= 420 ? 1.0 : 0.0);
+    const bool open = k >= 420 && k < 590;
+    EXPECT_EQ(envelope.error(1.0) == 0.0, k >= 420) << k;
+    EXPECT_EQ(envelope.error(0.0) == 0.0, k < 590) << k;
+    EXPECT_EQ(envelope.width(), open ? 1.0 : 0.0) << k;
+  }
+}
+
+TEST(YawBelief, LearnsSlipInATurnAndBiasOnAStraightLine) {
+  std::mt19937 random(2);
+  std::normal_distribution<double> noise(0.0, 0.005);
+  YawBelief belief(0.55, {});
+  const double slope = 1.0 / 0.45, bias = 0.01;
+  for (int k = 0; k < 3000; ++k) {
+    const double x = k % 1000 < 500 ? 0.3 : 0.0;
+    belief.predict(k % 500 < 25 ? 0.6 : 0.0, 0.5, 0.02);
+    belief.correct(slope * x + bias + noise(random), x, 1e-6, 1.0);
+  }
+  EXPECT_NEAR(belief.slope(), slope, 0.02 * slope);
+  EXPECT_NEAR(belief.bias(), bias, 0.003);
+  EXPECT_NEAR(belief.error(slope * 0.3 + bias, 0.3), 0.0, 0.01);
+}
+
+TEST(YawBelief, ASteadyTurnSaysNothingAboutTheBias) {
+  for (double x : {0.05, 0.11, 0.3, 1.1}) {
+    std::mt19937 random(4);
+    std::normal_distribution<double> noise(0.0, 0.005);
+    YawBelief belief(0.55, {});
+    for (int k = 0; k < 90000; ++k) {  // half an hour
+      const double slip = 1.0 + 0.2 * std::sin(0.001 * k);
+      belief.predict(0.0, 0.5, 0.02);
+      belief.correct(slip * x / 0.55 + noise(random), x, 2e-6, 1.0);
+      ASSERT_LT(std::abs(belief.bias()), 0.005) << x << " m/s, sample " << k;
+    }
+    EXPECT_NEAR(belief.error(x * (1.0 + 0.2 * std::sin(90.0)) / 0.55, x), 0.0, 0.02);
+  }
+}
+
+/// Shows a monitor a steady turn. @param slip of the turn in multiples of the one given, @param bias of the gyro.
+void turn(YawMonitor& monitor, std::mt19937& random, double x, double slip, double bias, int samples) {
+  std::normal_distribution<double> noise(0.0, 0.005);
+  for (int k = 0; k < samples; ++k) {
+    for (int step = 0; step < 20; ++step) monitor.predict(0.0, 0.0, 0.001);
+    monitor.check(slip * x / 0.55 + bias + noise(random), {x, 2e-6}, true, 0.02);
+  }
+}
+
+TEST(YawMonitor, AGyroThatAPlausibleSlipPredictsForLongCountsAgain) {
+  std::mt19937 random(3);
+  YawMonitor monitor({}, 0.55);
+  turn(monitor, random, 0.5, 1.0, 0.0, 200);
+  turn(monitor, random, 0.5, 1.4, 0.0, 50);  // on another ground, from one sample to the next
+  EXPECT_EQ(monitor.state(), ChannelState::faulty);
+  turn(monitor, random, 0.5, 1.4, 0.0, 700);
+  EXPECT_EQ(monitor.state(), ChannelState::ok) << "although the turn goes on";
+  turn(monitor, random, 0.0, 1.0, 0.0, 100);
+  EXPECT_EQ(monitor.state(), ChannelState::ok);
+}
+
+TEST(YawMonitor, ABiasShowsOnAStraightLineWhateverTheTurnMadeOfIt) {
+  std::mt19937 random(3);
+  YawMonitor monitor({}, 0.55);
+  turn(monitor, random, 0.5, 1.0, 0.0, 200);
+  turn(monitor, random, 0.5, 1.0, 0.2, 200);
+  EXPECT_EQ(monitor.state(), ChannelState::faulty);
+  turn(monitor, random, 0.0, 1.0, 0.2, 200);
+  EXPECT_EQ(monitor.state(), ChannelState::faulty);
+  turn(monitor, random, 0.0, 1.0, 0.0, 100);
+  EXPECT_EQ(monitor.state(), ChannelState::ok);
+}
+
+TEST(YawBelief, DoesNotTakeASuddenBiasForSlip) {
+  YawBelief belief(0.55, {});
+  for (int k = 0; k < 200; ++k) {
+    belief.predict(0.0, 0.5, 0.02);
+    belief.correct(0.3 / 0.55, 0.3, 1e-6, 1.0);
+  }
+  const double error = belief.error(0.3 / 0.55 + 0.2, 0.3);
+  EXPECT_GT(error * error, 25.0 * belief.variance(0.3, 1e-6));
+}
+
+}  // namespace
+}  // namespace jackal_aic

@@ -1,0 +1,84 @@
+#include "jackal_aic/faults/reachable_speeds.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "jackal_aic/model/wheel_belief.hpp"
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kRadius = 0.098;  // m
+
+PlantModel model() {
+  PlantModel m;
+  m.dead_time = 0.08;
+  m.lag = 0.02;
+  m.acceleration_limit = 1.65;
+  return m;
+}
+
+constexpr DriveTrainRange kRange{0.04, 0.09, 0.01, 0.1, 0.5, 3.0};
+
+/// A drive train somewhere in the range.
+PlantModel drawn(std::mt19937& random) {
+  const auto between = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  PlantModel m = model();
+  m.dead_time += std::round(1e3 * between(-kRange.earlier, kRange.later)) / 1e3;
+  m.lag = between(kRange.shortest_lag, kRange.longest_lag);
+  m.acceleration_limit *= between(kRange.slowest_acceleration, kRange.fastest_acceleration);
+  return m;
+}
+
+TEST(ReachableSpeeds, HoldEveryDriveTrainOfTheirRange) {
+  std::mt19937 random(1);
+  for (int robot = 0; robot < 50; ++robot) {
+    ReachableSpeeds reachable(model(), kRadius, kRange);
+    WheelBelief wheel(drawn(random), kRadius, {});
+    std::normal_distribution<double> draw(0.0, 8.0);
+    double command = 0.0;
+    int hold = 0;
+    for (int k = 0; k < 10000; ++k) {
+      if (--hold <= 0) {
+        command = draw(random);
+        hold = 1 + static_cast<int>(random() % 500);
+      }
+      wheel.predict(command);
+      reachable.predict(command);
+      ASSERT_GE(wheel.speed(), reachable.low() - 1e-9) << "robot " << robot << ", step " << k;
+      ASSERT_LE(wheel.speed(), reachable.high() + 1e-9) << "robot " << robot << ", step " << k;
+      ASSERT_GE(wheel.acceleration(), reachable.lowestRate() - 1e-6) << "robot " << robot << ", step " << k;
+      ASSERT_LE(wheel.acceleration(), reachable.highestRate() + 1e-6) << "robot " << robot << ", step " << k;
+    }
+  }
+}
+
+TEST(ReachableSpeeds, CloseWhenTheCommandStays) {
+  ReachableSpeeds reachable(model(), kRadius, kRange);
+  for (int k = 0; k < 3000; ++k) reachable.predict(10.0);
+  EXPECT_NEAR(reachable.low(), 10.0, 1e-6);
+  EXPECT_NEAR(reachable.high(), 10.0, 1e-6);
+  EXPECT_NEAR(reachable.lowestRate(), 0.0, 1e-3);
+  EXPECT_NEAR(reachable.highestRate(), 0.0, 1e-3);
+}
+
+TEST(ReachableSpeeds, AreTheModelsWithoutUncertainty) {
+  ReachableSpeeds reachable(model(), kRadius, {0.0, 0.0, 0.02, 0.02, 1.0, 1.0});
+  WheelBelief wheel(model(), kRadius, {});
+  for (int k = 0; k < 2000; ++k) {
+    const double command = k < 1000 ? 6.0 : -4.0;
+    wheel.predict(command);
+    reachable.predict(command);
+    EXPECT_NEAR(reachable.low(), wheel.speed(), 1e-6);
+    EXPECT_NEAR(reachable.nominal(), wheel.speed(), 1e-6);
+    EXPECT_NEAR(reachable.high(), wheel.speed(), 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace jackal_aic

@@ -1,0 +1,170 @@
+#include "jackal_aic/model/wheel_belief.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kRadius = 0.098;
+
+PlantModel model(double dead_time, double lag) {
+  PlantModel m;
+  m.dead_time = dead_time;
+  m.lag = lag;
+  m.acceleration_limit = 1000.0;
+  return m;
+}
+
+TEST(WheelBelief, PredictsDeadTimeAndLag) {
+  const double dead_time = 0.05, lag = 0.1;
+  WheelBelief wheel(model(dead_time, lag), kRadius, {});
+  for (int k = 1; k <= 400; ++k) {
+    wheel.predict(3.0);
+    const double since = 0.001 * k - dead_time;
+    EXPECT_NEAR(wheel.speed(), since > 0.0 ? 3.0 * (1.0 - std::exp(-since / lag)) : 0.0, 1e-9) << k << " ms";
+  }
+}
+
+TEST(WheelBelief, RespectsTheAccelerationLimit) {
+  PlantModel limited = model(0.0, 0.01);
+  limited.acceleration_limit = 0.98;
+  WheelBelief wheel(limited, kRadius, {});
+  for (int k = 0; k < 100; ++k) wheel.predict(5.0);
+  EXPECT_NEAR(wheel.speed(), 0.1 * 10.0, 1e-9);
+  EXPECT_NEAR(wheel.acceleration(), 10.0, 1e-9);
+}
+
+TEST(WheelBelief, VelocityLoopCorrectionVanishesAtRestOfTheLoop) {
+  PlantModel loop = model(0.0, 0.05);
+  loop.velocity_loop_integral = 8.0;
+  WheelBelief wheel(loop, kRadius, {});
+  double largest = 0.0;
+  for (int k = 0; k < 5000; ++k) {
+    wheel.predict(2.0);
+    largest = std::max(largest, wheel.speed());
+  }
+  EXPECT_NEAR(wheel.speed(), 2.0, 1e-6);
+  EXPECT_GT(largest, 2.1) << "such a loop overshoots";
+}
+
+TEST(WheelBelief, FindsAConstantDisturbance) {
+  // A wheel with 20 % more gain than believed: at u = 4 the disturbance is 0.8 rad/s.
+  WheelBelief wheel(model(0.04, 0.02), kRadius, {});
+  WheelBelief truth(model(0.04, 0.02), kRadius, {});
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0.0, 0.03);
+  for (int k = 1; k <= 2000; ++k) {
+    wheel.predict(4.0);
+    truth.predict(4.8);
+    if (k % 20 == 0) wheel.correct(truth.speed() + noise(random));
+  }
+  EXPECT_NEAR(wheel.disturbance(), 0.8, 0.05);
+  EXPECT_NEAR(wheel.speed(), 4.8, 0.05);
+}
+
+TEST(WheelBelief, CovarianceIsHonest) {
+  // Over many runs with disturbance and noise as modelled, the normalised squared error of w averages 1.
+  const WheelBeliefParameters parameters;
+  double sum = 0.0;
+  std::mt19937 random(5);
+  std::normal_distribution<double> unit(0.0, 1.0);
+  constexpr int kRuns = 300;
+  for (int run = 0; run < kRuns; ++run) {
+    WheelBelief wheel(model(0.0, 0.05), kRadius, parameters);
+    double w = 0.03 * unit(random), d = 0.3 * unit(random);
+    for (int k = 1; k <= 600; ++k) {
+      wheel.predict(1.0);
+      w += -std::expm1(-0.001 / 0.05) * (1.0 + d - w) + std::sqrt(parameters.speed_fluctuation * 0.001) * unit(random);
+      d += std::sqrt(parameters.disturbance_fluctuation * 0.001) * unit(random);
+      // Measured at speeds that hardly change, so that the timing term of the variance plays no part.
+      if (k % 20 == 0) wheel.correct(w + 0.03 * unit(random));
+    }
+    const double error = wheel.speed() - w;
+    sum += error * error / wheel.covariance()(0, 0);
+  }
+  EXPECT_NEAR(sum / kRuns, 1.0, 0.25);
+}
+
+TEST(WheelBelief, DistrustsMeasurementsWhileItAccelerates) {
+  WheelBelief still(model(0.0, 0.2), kRadius, {}), moving(model(0.0, 0.2), kRadius, {});
+  moving.predict(20.0);
+  still.predict(0.0);
+  const double before = moving.disturbance();
+  moving.correct(moving.speed() + 0.5);
+  still.correct(still.speed() + 0.5);
+  EXPECT_LT(std::abs(moving.disturbance() - before), 0.5 * std::abs(still.disturbance()));
+}
+
+TEST(WheelBelief, LearnsTheLimitOfASlowMotorAndNoneOfAQuickOrABlockedOne) {
+  // A ramp of the command at the model's limit, then the goal; the wheel by its own limit.
+  const auto share = [](double limit_factor) {
+    WheelBeliefParameters parameters;
+    parameters.limit_deviation = 0.6;
+    PlantModel drive = model(0.08, 0.006);
+    drive.acceleration_limit = 1.65;
+    WheelBelief wheel(drive, kRadius, parameters);
+    const double limit = drive.acceleration_limit / kRadius * WheelBelief::kStep;
+    std::vector<double> commands;
+    double command = 0.0, speed = 0.0;
+    for (int k = 0; k < 2000; ++k) {
+      command = std::min(10.0, command + limit);
+      commands.push_back(command);
+      const double acting = k >= 80 ? commands[static_cast<std::size_t>(k) - 80] : 0.0;
+      speed += std::clamp(acting - speed, -limit_factor * limit, limit_factor * limit);
+      wheel.predict(command);
+      if (k % 20 == 19) wheel.correct(speed);
+    }
+    EXPECT_NEAR(wheel.speed(), speed, 0.05) << limit_factor;
+    return wheel.limitShare();
+  };
+  EXPECT_NEAR(share(0.5), 0.5, 0.05);
+  EXPECT_NEAR(share(0.8), 0.8, 0.05);
+  EXPECT_NEAR(share(1.0), 1.0, 0.02);
+  EXPECT_NEAR(share(2.0), 1.0, 0.02);
+  EXPECT_NEAR(share(0.0), 1.0, 1e-9) << "blocked";
+}
+
+TEST(WheelBelief, SmallLearningRateMovesLessTowardsTheSameSide) {
+  WheelBeliefParameters slow;
+  slow.learning_rate = 0.1;
+  WheelBelief a(model(0.0, 0.05), kRadius, {}), b(model(0.0, 0.05), kRadius, slow);
+  a.correct(1.0);
+  b.correct(1.0);
+  EXPECT_NEAR(b.speed(), 0.1 * a.speed(), 1e-12);
+  EXPECT_DOUBLE_EQ(a.predictionError(), 1.0);
+}
+
+TEST(WheelBelief, FreeEnergyOfTheMinimumIsThatOfTheInnovation) {
+  // At its minimum F = 1/2 eps^2 / (C P C' + Sigma).
+  const WheelBeliefParameters parameters;
+  WheelBelief wheel(model(0.0, 0.05), kRadius, parameters);
+  const double variance = wheel.covariance()(0, 0) + parameters.measurement_variance;
+  EXPECT_NEAR(wheel.correct(0.2), 0.5 * 0.04 / variance, 1e-9);
+}
+
+TEST(WheelBelief, ASeedLeavesTheCommandsUnderWay) {
+  WheelBelief seeded(model(0.1, 0.02), kRadius, {});
+  for (int k = 0; k < 90; ++k) seeded.predict(5.0);
+  seeded.seed(3.0);
+  EXPECT_EQ(seeded.speed(), 3.0);
+  for (int k = 0; k < 100; ++k) seeded.predict(0.0);
+  EXPECT_NEAR(seeded.speed(), 5.0, 0.1);
+  for (int k = 0; k < 200; ++k) seeded.predict(0.0);
+  EXPECT_NEAR(seeded.speed(), 0.0, 0.1);
+}
+
+TEST(WheelBelief, ResetForgetsCommandsUnderWay) {
+  WheelBelief wheel(model(0.1, 0.02), kRadius, {});
+  for (int k = 0; k < 90; ++k) wheel.predict(5.0);
+  wheel.reset(0.0);
+  for (int k = 0; k < 90; ++k) wheel.predict(0.0);
+  EXPECT_EQ(wheel.speed(), 0.0);
+}
+
+}  // namespace
+}  // namespace jackal_aic

@@ -1,0 +1,367 @@
+#include "jackal_aic/predictive/predictive_controller.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <utility>
+#include <vector>
+
+namespace jackal_aic {
+namespace {
+
+PlantModel driveTrain() {
+  PlantModel model;
+  model.dead_time = 0.08;
+  model.lag = 0.04;
+  model.acceleration_limit = 20.0;
+  return model;
+}
+
+/// A robot with exactly the drive train of a model and a given effective track, driven by a controller.
+class Robot {
+ public:
+  Robot(const PlantModel& model, double track)
+      : left_(model, 0.098, {}), right_(model, 0.098, {}), track_(track), step_time_(0.001) {}
+
+  void drive(PredictiveController& controller, const PredictiveParameters& parameters, double seconds) {
+    const int belief = static_cast<int>(std::lround(1000.0 / parameters.belief_rate));
+    for (int k = 1; k <= 1000 * seconds; ++k) {
+      left_.predict(gain * controller.action().left);
+      right_.predict(gain * controller.action().right);
+      time_ += step_time_;
+      if ((k + phase) % 20 == 0) observe(controller);
+      if (k % belief == 0) controller.updateBelief();
+      if (k % 20 == 0) controller.hold(limited(controller.updateAction()));
+      past_.push_back({left_.speed(), right_.speed()});
+      fastest = std::max(fastest, forward());
+    }
+  }
+
+  /// As drive(), with another command than the controller's.
+  void overrule(PredictiveController& controller, const PredictiveParameters& parameters, const WheelCommand& command,
+                double seconds) {
+    const int belief = static_cast<int>(std::lround(1000.0 / parameters.belief_rate));
+    for (int k = 1; k <= 1000 * seconds; ++k) {
+      left_.predict(gain * controller.action().left);
+      right_.predict(gain * controller.action().right);
+      time_ += step_time_;
+      if (k % 20 == 0) observe(controller);
+      if (k % belief == 0) controller.updateBelief();
+      if (k % 20 == 0) controller.overrule(command);
+    }
+  }
+
+  double forward() const { return 0.098 * 0.5 * (left_.speed() + right_.speed()); }
+  double yawRate() const { return 0.098 * (right_.speed() - left_.speed()) / track_; }
+
+  double gain = 1.0;
+  double limit = 1e9;    // of a wheel command [rad/s]
+  double noise = 0.0;    // of a measured wheel speed [rad/s]
+  int phase = 0;         // of the sensors ahead of the actions [ms]
+  int age = 0;           // of a measurement when it arrives [ms]
+  double fastest = 0.0;  // forward speed so far [m/s]
+
+ private:
+  WheelCommand limited(const WheelCommand& wanted) const {
+    return {std::clamp(wanted.left, -limit, limit), std::clamp(wanted.right, -limit, limit)};
+  }
+
+  void observe(PredictiveController& controller) {
+    std::normal_distribution<double> error;
+    WheelCommand then{left_.speed(), right_.speed()};
+    if (age > 0) then = past_.size() < static_cast<std::size_t>(age) ? WheelCommand{} : past_[past_.size() - age];
+    const double left = then.left + noise * error(random_), right = then.right + noise * error(random_);
+    controller.observe({time_, 0.098 * (then.right - then.left) / track_, left, right, 0.0, 0.0});
+  }
+
+  std::mt19937 random_{7};
+  std::vector<WheelCommand> past_;  // wheel speeds, one per ms
+  WheelBelief left_, right_;
+  double track_, step_time_, time_ = 0.0;
+};
+
+class AtBeliefRate : public testing::TestWithParam<double> {
+ protected:
+  PredictiveParameters parameters() const {
+    PredictiveParameters p;
+    p.belief_rate = GetParam();
+    return p;
+  }
+};
+
+TEST_P(AtBeliefRate, ReachesTheSetPointExactlyAndBelievesTheTruth) {
+  PredictiveController controller(parameters(), {}, driveTrain());
+  Robot robot(driveTrain(), 0.5621);
+  robot.drive(controller, parameters(), 0.1);
+  controller.setSetPoint({0.5, 0.0, 0.4});
+  robot.drive(controller, parameters(), 1.0);
+  EXPECT_NEAR(robot.forward(), 0.5, 1e-3);
+  EXPECT_NEAR(robot.yawRate(), 0.4, 1e-3);
+  EXPECT_NEAR(controller.believedVelocity()(kForward), robot.forward(), 1e-3);
+  EXPECT_NEAR(controller.believedVelocity()(kYaw), robot.yawRate(), 1e-3);
+}
+
+TEST_P(AtBeliefRate, CancelsAGainError) {
+  for (double gain : {0.8, 1.2}) {
+    PredictiveController controller(parameters(), {}, driveTrain());
+    Robot robot(driveTrain(), 0.5621);
+    robot.gain = gain;
+    robot.drive(controller, parameters(), 0.1);
+    controller.setSetPoint({0.5, 0.0, 0.0});
+    robot.drive(controller, parameters(), 2.0);
+    EXPECT_NEAR(robot.forward(), 0.5, 0.005) << "gain " << gain;
+  }
+}
+
+TEST_P(AtBeliefRate, BeliefFollowsTheRobotAndNotTheWish) {
+  PredictiveController controller(parameters(), {}, driveTrain());
+  Robot robot(driveTrain(), 0.5621);
+  robot.drive(controller, parameters(), 0.1);
+  controller.setSetPoint({1.0, 0.0, 0.0});
+  robot.drive(controller, parameters(), 0.08);  // the dead time: nothing moves yet
+  EXPECT_NEAR(controller.believedVelocity()(kForward), 0.0, 0.02);
+}
+
+INSTANTIATE_TEST_SUITE_P(Rates, AtBeliefRate, testing::Values(50.0, 100.0, 1000.0));
+
+TEST(PredictiveController, DoesNotDependOnThePhaseNorOnTheAgeOfTheMeasurements) {
+  for (double rate : {50.0, 1000.0}) {
+    for (int phase : {0, 1, 7, 13, 19}) {
+      for (int age : {0, 5, 15}) {
+        PredictiveParameters parameters;
+        parameters.belief_rate = rate;
+        PredictiveController controller(parameters, {}, driveTrain());
+        Robot robot(driveTrain(), 0.5621);
+        robot.phase = phase;
+        robot.age = age;
+        robot.drive(controller, parameters, 0.1);
+        controller.setSetPoint({0.5, 0.0, 0.0});
+        robot.drive(controller, parameters, 0.22);
+        EXPECT_NEAR(robot.forward(), 0.5, 0.025) << rate << " Hz, phase " << phase << " ms, age " << age << " ms";
+        robot.drive(controller, parameters, 2.0);
+        EXPECT_NEAR(robot.forward(), 0.5, 0.0005) << rate << " Hz, phase " << phase << " ms, age " << age << " ms";
+        EXPECT_LT(robot.fastest, 1.05 * 0.5) << rate << " Hz, phase " << phase << " ms, age " << age << " ms";
+      }
+    }
+  }
+}
+
+TEST(PredictiveController, LearnsTheEffectiveTrackOfBothSigns) {
+  for (double factor : {0.75, 1.25}) {
+    for (double turn : {0.5, -0.5}) {
+      PredictiveController controller({}, {}, driveTrain());
+      Robot robot(driveTrain(), factor * 0.5621);
+      robot.drive(controller, {}, 0.1);
+      controller.setSetPoint({0.0, 0.0, turn});
+      robot.drive(controller, {}, 3.0);
+      EXPECT_NEAR(controller.effectiveTrack(), factor * 0.5621, 0.01 * 0.5621);
+      EXPECT_NEAR(robot.yawRate(), turn, 0.02 * std::abs(turn));
+    }
+  }
+}
+
+TEST(PredictiveController, DoesNotLearnSlipDrivingStraightNorWhenFrozen) {
+  PredictiveParameters frozen;
+  frozen.learn_slip = false;
+  PredictiveController straight({}, {}, driveTrain()), still(frozen, {}, driveTrain());
+  Robot a(driveTrain(), 0.7), b(driveTrain(), 0.7);
+  a.drive(straight, {}, 0.1);
+  straight.setSetPoint({1.0, 0.0, 0.0});
+  a.drive(straight, {}, 2.0);
+  EXPECT_EQ(straight.effectiveTrack(), 0.5621);
+  b.drive(still, frozen, 0.1);
+  still.setSetPoint({0.0, 0.0, 0.5});
+  b.drive(still, frozen, 2.0);
+  EXPECT_EQ(still.effectiveTrack(), 0.5621);
+}
+
+TEST(PredictiveController, SlipIsFrozenKeptAndTakenOver) {
+  PredictiveController controller({}, {}, driveTrain());
+  Robot robot(driveTrain(), 0.7);
+  controller.freezeSlip(true);
+  controller.setSetPoint({0.0, 0.0, 0.5});
+  robot.drive(controller, {}, 2.0);
+  EXPECT_EQ(controller.slip().effective_track, 0.5621);
+  controller.freezeSlip(false);
+  robot.drive(controller, {}, 2.0);
+  EXPECT_NEAR(controller.slip().effective_track, 0.7, 0.007);
+
+  PredictiveController restarted({}, {}, driveTrain());
+  restarted.setSlip(controller.slip());
+  EXPECT_DOUBLE_EQ(restarted.effectiveTrack(), controller.effectiveTrack());
+  EXPECT_THROW(restarted.setSlip({-0.5, 1.0}), ParameterError);
+  EXPECT_THROW(restarted.setSlip({0.5, std::numeric_limits<double>::quiet_NaN()}), ParameterError);
+}
+
+TEST(PredictiveController, RefusesWhatIsNotFiniteOrNotLater) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  PredictiveController controller({}, {}, driveTrain());
+  EXPECT_FALSE(controller.setSetPoint({nan, 0.0, 0.0}));
+  EXPECT_TRUE(taken(controller.observe({1.0, 0.0, 0.0, 0.0, 0.0, 0.0})));
+  EXPECT_FALSE(taken(controller.observe({1.0, 0.0, 0.0, 0.0, 0.0, 0.0})));
+  EXPECT_FALSE(taken(controller.observe({1.1, 0.0, nan, 0.0, 0.0, 0.0})));
+}
+
+TEST(PredictiveController, ResetMakesItAsNew) {
+  PredictiveController used({}, {}, driveTrain()), fresh({}, {}, driveTrain());
+  Robot first(driveTrain(), 0.7), second(driveTrain(), 0.5621), third(driveTrain(), 0.5621);
+  used.setSetPoint({0.5, 0.0, 0.5});
+  first.drive(used, {}, 2.0);
+  used.reset();
+  used.setSetPoint({0.3, 0.0, -0.4});
+  fresh.setSetPoint({0.3, 0.0, -0.4});
+  second.drive(used, {}, 1.0);
+  third.drive(fresh, {}, 1.0);
+  EXPECT_EQ(used.action(), fresh.action());
+  EXPECT_EQ(used.believedVelocity(), fresh.believedVelocity());
+}
+
+TEST(PredictiveController, BelievesItsOwnBrakeWhileItIsOverruledAndDrivesOnWithoutAJump) {
+  PredictiveController controller({}, {}, driveTrain());
+  Robot robot(driveTrain(), 0.5621);
+  robot.drive(controller, {}, 0.1);
+  controller.setSetPoint({0.5, 0.0, 0.0});
+  robot.drive(controller, {}, 1.0);
+  robot.overrule(controller, {}, {}, 0.2);  // dead time and lag: the robot is braking
+  EXPECT_LT(robot.forward(), 0.4);
+  EXPECT_NEAR(controller.believedVelocity()(kForward), robot.forward(), 0.005);
+  robot.overrule(controller, {}, {}, 1.0);
+  EXPECT_NEAR(controller.believedVelocity()(kForward), 0.0, 0.005)
+      << "the belief is what the robot does, not the set point";
+  EXPECT_EQ(controller.action(), WheelCommand{});
+  controller.setSetPoint({});
+  EXPECT_NEAR(controller.updateAction().left, 0.0, 0.05) << "the path starts from rest";
+}
+
+TEST(PredictiveController, PathDoesNotRunAwayBeyondALimit) {
+  const double limit = 5.0;  // rad/s
+  PredictiveController controller({}, {}, driveTrain());
+  Robot robot(driveTrain(), 0.5621);
+  robot.limit = limit;
+  robot.drive(controller, {}, 0.1);
+  controller.setSetPoint({50.0, 0.0, 0.0});
+  robot.drive(controller, {}, 3.0);
+  EXPECT_NEAR(robot.forward(), 0.098 * limit, 0.01);
+  controller.setSetPoint({0.2, 0.0, 0.0});
+  robot.drive(controller, {}, 0.02);
+  EXPECT_LT(controller.action().left, limit) << "the command falls at once when less is asked";
+  robot.drive(controller, {}, 1.0);
+  EXPECT_NEAR(robot.forward(), 0.2, 0.002);
+}
+
+TEST(PredictiveController, OtherGainsTakeOverWithoutAJump) {
+  PredictiveController changed({}, {}, driveTrain()), same({}, {}, driveTrain());
+  Robot a(driveTrain(), 0.7), b(driveTrain(), 0.7);
+  for (auto [controller, robot] : {std::pair(&changed, &a), std::pair(&same, &b)}) {
+    robot->drive(*controller, {}, 0.1);
+    controller->setSetPoint({0.5, 0.0, 0.5});
+    robot->drive(*controller, {}, 2.0);
+  }
+  PredictiveParameters slower;
+  slower.reference_time = 0.3;
+  slower.kappa_a = 0.5;
+  const WheelCommand before = changed.action();
+  changed.adoptGains(slower);
+  EXPECT_EQ(changed.effectiveTrack(), same.effectiveTrack());
+  EXPECT_NEAR(changed.updateAction().left, before.left, 1e-3);
+  changed.setSetPoint({1.0, 0.0, 0.5});
+  same.setSetPoint({1.0, 0.0, 0.5});
+  EXPECT_LT(changed.updateAction().left, same.updateAction().left - 0.5) << "the slower reference is in force";
+}
+
+TEST(PredictiveController, RefusedGainsChangeNothing) {
+  PredictiveController controller({}, {}, driveTrain());
+  PredictiveParameters other;
+  other.belief_rate = 500.0;
+  EXPECT_THROW(controller.adoptGains(other), ParameterError) << "the caller's timers go on at the old rate";
+  EXPECT_EQ(controller.beliefStep(), 0.001);
+  EXPECT_EQ(controller.beliefStepsPerAction(), 20);
+}
+
+TEST(PredictiveController, CovarianceCoversTheErrorOfTheBelief) {
+  PredictiveParameters parameters;
+  PredictiveController controller(parameters, {}, driveTrain());
+  Robot robot(driveTrain(), 0.5621);
+  robot.noise = std::sqrt(parameters.wheel_variance);
+  robot.drive(controller, parameters, 0.1);
+  controller.setSetPoint({0.5, 0.0, 0.5});
+  robot.drive(controller, parameters, 3.0);
+  double squares = 0.0;  // of the error in units of the believed deviation
+  constexpr int kSamples = 200;
+  for (int i = 0; i < kSamples; ++i) {
+    robot.drive(controller, parameters, 0.1);
+    const double error = controller.believedVelocity()(kForward) - robot.forward();
+    squares += error * error / controller.velocityCovariance()(0, 0);
+  }
+  EXPECT_LT(squares / kSamples, 1.5) << "not overconfident";
+  EXPECT_GT(squares / kSamples, 0.02) << "nor meaningless";
+  EXPECT_GT(controller.velocityCovariance()(1, 1), 0.0);
+}
+
+TEST(PredictiveController, RefusesRatesThatDoNotFit) {
+  PredictiveParameters parameters;
+  parameters.belief_rate = 75.0;
+  EXPECT_THROW(PredictiveController(parameters, {}, driveTrain()), ParameterError);
+  parameters.belief_rate = 150.0;
+  EXPECT_THROW(PredictiveController(parameters, {}, driveTrain()), ParameterError) << "150 Hz does not divide 1 kHz";
+}
+
+TEST(DriveTrainReference, InputMakesTheModelFollowThePath) {
+  PlantModel model = driveTrain();
+  model.dead_time = 0.0;
+  model.velocity_loop_integral = 6.0;
+  DriveTrainReference reference(model, 0.098, 0.05, 0.02);
+  WheelBelief wheel(model, 0.098, {});
+  double path = 0.0;
+  for (int k = 0; k < 100; ++k) {
+    const double r = reference.advance(5.0);
+    path += -std::expm1(-0.02 / 0.05) * (5.0 - path);
+    for (int i = 0; i < 20; ++i) wheel.predict(r);
+    EXPECT_NEAR(wheel.speed(), path, 0.01) << "period " << k;
+  }
+}
+
+TEST(DriveTrainReference, AnInputThatMayOnlyChangeSlowlyEndsInTime) {
+  PlantModel model = driveTrain();
+  model.lag = 0.0455;
+  model.velocity_loop_integral = 8.0;
+  model.acceleration_limit = 100.0;
+  for (const double largest_change : {1.4, 3.0}) {
+    for (const bool in_time : {false, true}) {
+      DriveTrainReference path(model, 0.098, 0.01, 0.02);
+      double before = 0.0, fastest = 0.0;
+      int settled = 0;
+      for (int k = 0; k < 60; ++k) {
+        const double wanted = path.input(6.0);
+        const double r = in_time ? path.inTime(6.0, wanted, largest_change) : wanted;
+        before += std::clamp(r - before, -largest_change, largest_change);
+        path.take(before);
+        fastest = std::max(fastest, path.speed());
+        if (std::abs(path.speed() - 6.0) > 0.3) settled = k + 1;
+      }
+      EXPECT_EQ(fastest > 6.1, !in_time) << largest_change << ", " << fastest;
+      if (in_time) EXPECT_LT(0.02 * settled, 0.02 * 6.0 / largest_change + 0.15) << largest_change;
+    }
+  }
+}
+
+TEST(DriveTrainReference, WheelsThatHardlyDifferStayTogetherAtTheAccelerationLimit) {
+  PlantModel model = driveTrain();
+  model.velocity_loop_integral = 8.0;
+  DriveTrainReference left(model, 0.098, 0.01, 0.02), right(model, 0.098, 0.01, 0.02);
+  right.reset(1e-3);
+  for (int k = 0; k < 5; ++k) {
+    // A gate lets through all but a hair of what one wheel asks for at the limit.
+    left.advance(20.0);
+    right.advance(20.0);
+    left.amend(1e-6);
+    right.amend(-1e-6);
+  }
+  EXPECT_NEAR(left.advance(20.0), right.advance(20.0), 0.05);
+}
+
+}  // namespace
+}  // namespace jackal_aic

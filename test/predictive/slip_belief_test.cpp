@@ -1,0 +1,151 @@
+#include "jackal_aic/predictive/slip_belief.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kRadius = 0.098;
+constexpr double kPeriod = 0.02;
+constexpr SlipState kConfigured{0.5621, 1.0};
+
+/// A robot of a given slip whose sensors are as noisy as the simulated one's.
+class SlippingRobot {
+ public:
+  SlippingRobot(const SlipState& truth, SlipBelief& belief) : truth_(truth), belief_(belief) {}
+
+  /// Drives to a forward speed [m/s] of the wheels' circumference with 1.5 m/s^2, for a time [s].
+  void drive(double speed, double yaw_rate, double seconds) {
+    for (int k = 0; k < std::lround(seconds / kPeriod); ++k) {
+      const double rate = std::clamp((speed - speed_) / kPeriod, -1.5, 1.5);
+      const double half_difference = 0.5 * truth_.effective_track * yaw_rate / (truth_.alpha * kRadius);
+      speed_ += rate * kPeriod;
+      const double left = speed_ / kRadius - half_difference + 0.03 * unit_(random_);
+      const double right = speed_ / kRadius + half_difference + 0.03 * unit_(random_);
+      const double acceleration = truth_.alpha * rate + offset + 0.05 * unit_(random_);
+      const double believed = 2.0 * half_difference;
+      belief_.learnTrack(yaw_rate + 0.005 * unit_(random_), {believed, 2e-4, 0.0, right - left - believed}, kPeriod);
+      belief_.observeAcceleration(acceleration, left, right, kPeriod);
+      belief_.learnAlpha();
+    }
+  }
+
+  double offset = 0.0;  ///< of the accelerometer [m/s^2]
+
+ private:
+  SlipState truth_;
+  SlipBelief& belief_;
+  double speed_ = 0.0;
+  std::mt19937 random_{11};
+  std::normal_distribution<double> unit_{0.0, 1.0};
+};
+
+TEST(SlipBelief, LearnsAlphaFromChangesOfSpeedAndTrackFromTurns) {
+  for (const SlipState truth : {SlipState{0.5621, 0.8}, SlipState{0.45, 1.2}, SlipState{0.7, 0.9}}) {
+    SlipBelief belief(kConfigured, kRadius, {});
+    SlippingRobot robot(truth, belief);
+    robot.drive(0.0, 0.0, 2.0);
+    for (int i = 0; i < 5; ++i) {
+      robot.drive(1.0, 0.0, 2.0);
+      robot.drive(0.0, 0.0, 2.0);
+    }
+    robot.drive(0.0, 0.5, 2.0);
+    EXPECT_NEAR(belief.state().alpha, truth.alpha, 0.02 * truth.alpha);
+    EXPECT_NEAR(belief.state().effective_track, truth.effective_track, 0.03 * truth.effective_track);
+  }
+}
+
+TEST(SlipBelief, OffsetOfTheAccelerometerIsLearnedAtRestAndNotTakenForSlip) {
+  SlipBelief belief(kConfigured, kRadius, {});
+  SlippingRobot robot(kConfigured, belief);
+  robot.offset = 0.3;
+  robot.drive(0.0, 0.0, 5.0);
+  EXPECT_NEAR(belief.accelerometerOffset(), 0.3, 0.02);
+  robot.drive(1.0, 0.0, 2.0);
+  robot.drive(0.0, 0.0, 2.0);
+  EXPECT_NEAR(belief.state().alpha, 1.0, 0.03);
+}
+
+TEST(SlipBelief, TurnsAloneDoNotTellAlphaFromTrack) {
+  SlipBelief belief(kConfigured, kRadius, {});
+  SlippingRobot robot({0.5621, 0.8}, belief);
+  robot.drive(0.0, 0.5, 5.0);
+  EXPECT_EQ(belief.state().alpha, 1.0);
+  EXPECT_NEAR(belief.state().effective_track, 0.5621 / 0.8, 0.01) << "only alpha/b_hat is seen";
+}
+
+TEST(SlipBelief, NothingDriftsWithoutExcitation) {
+  SlipBelief belief(kConfigured, kRadius, {});
+  SlippingRobot robot({0.7, 0.8}, belief);
+  robot.drive(0.0, 0.0, 60.0);
+  EXPECT_EQ(belief.state().alpha, 1.0);
+  EXPECT_EQ(belief.state().effective_track, 0.5621);
+  robot.drive(0.5, 0.0, 10.0);
+  const SlipState cruising = belief.state();
+  robot.drive(0.5, 0.0, 600.0);
+  EXPECT_EQ(belief.state().alpha, cruising.alpha) << "ten minutes at constant speed";
+  EXPECT_DOUBLE_EQ(belief.state().alpha / belief.state().effective_track, 1.0 / 0.5621) << "what a turn needs";
+}
+
+TEST(SlipBelief, ADifferenceWithinItsErrorIsNoTurn) {
+  for (const double error : {0.2, 0.4, 2.0}) {
+    SlipBelief belief(kConfigured, kRadius, {});
+    for (int k = 0; k < 3000; ++k) {  // a straight line: n is what the errors of the encoders leave in it
+      const double swing = k % 2 == 0 ? error : -error;
+      belief.learnTrack(0.0, {0.6 * swing + 0.3, 2e-4, 0.0, swing}, kPeriod);
+      if (k == 500) belief.setState(kConfigured);
+    }
+    EXPECT_NEAR(belief.state().effective_track, 0.5621, 1e-3) << error;
+  }
+}
+
+TEST(SlipBelief, AnUncertainDifferenceTeachesLess) {
+  SlipBelief certain(kConfigured, kRadius, {}), uncertain(kConfigured, kRadius, {});
+  certain.learnTrack(0.1, {3.0, 1e-5, 0.0, 0.0}, kPeriod);
+  uncertain.learnTrack(0.1, {3.0, 0.1, 0.0, 0.0}, kPeriod);
+  const double moved = certain.state().effective_track - 0.5621;
+  EXPECT_GT(moved, 0.0);
+  EXPECT_LT(uncertain.state().effective_track - 0.5621, 0.5 * moved);
+  uncertain.learnTrack(0.1, {3.0, 0.5, 0.0, 0.0}, kPeriod);
+  EXPECT_EQ(uncertain.trackGain(), 0.0) << "3 rad/s with a standard deviation of 0.7 rad/s may be none";
+}
+
+TEST(SlipBelief, StaysWithinItsBounds) {
+  SlipBelief belief(kConfigured, kRadius, {});
+  for (int k = 0; k < 1000; ++k) belief.learnTrack(-5.0, {5.0, 0.0, 0.0, 0.0}, kPeriod);
+  EXPECT_NEAR(belief.state().effective_track, 2.0 * 0.5621, 1e-12);
+  for (int k = 0; k < 1000; ++k) belief.learnTrack(50.0, {5.0, 0.0, 0.0, 0.0}, kPeriod);
+  EXPECT_NEAR(belief.state().effective_track, 0.5 * 0.5621, 1e-12);
+  for (int k = 0; k < 10000; ++k) {
+    const double speed = 0.5 * (k % 40);
+    belief.observeAcceleration(k % 40 < 20 ? 90.0 : -90.0, speed, speed, kPeriod);
+    belief.learnAlpha();
+  }
+  EXPECT_GE(belief.state().alpha, 0.5);
+  EXPECT_LE(belief.state().alpha, 2.0);
+}
+
+TEST(SlipBelief, LateYawTeachesLess) {
+  SlipBelief steady(kConfigured, kRadius, {}), turning_in(kConfigured, kRadius, {});
+  steady.learnTrack(0.1, {3.0, 0.0, 0.0, 0.0}, kPeriod);
+  turning_in.learnTrack(0.1, {3.0, 0.0, 30.0, 0.0}, kPeriod);
+  const double moved = steady.state().effective_track - 0.5621;
+  EXPECT_GT(moved, 0.0);
+  EXPECT_LT(turning_in.state().effective_track - 0.5621, 0.2 * moved);
+}
+
+TEST(SlipBelief, TakesOverAStateWithinItsBounds) {
+  SlipBelief belief(kConfigured, kRadius, {});
+  belief.setState({0.7, 0.9});
+  EXPECT_DOUBLE_EQ(belief.state().effective_track, 0.7);
+  EXPECT_DOUBLE_EQ(belief.state().alpha, 0.9);
+  belief.setState({5.0, 0.1});
+  EXPECT_DOUBLE_EQ(belief.state().alpha, 0.5);
+}
+
+}  // namespace
+}  // namespace jackal_aic

@@ -1,0 +1,77 @@
+#include "jackal_aic/predictive/yaw_rate_belief.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kStep = 0.001;
+
+TEST(YawRateBelief, IsUnbiasedInASteadyTurnWhateverTheWheelsSay) {
+  YawRateBelief yaw({});
+  for (int k = 0; k < 200; ++k) yaw.predict(5.0, kStep);  // the wheels ask for 1 rad/s, the robot does 0.8
+  for (int k = 1; k <= 2000; ++k) {
+    yaw.predict(0.0, kStep);
+    if (k % 20 == 0) yaw.correct(0.8);
+  }
+  EXPECT_NEAR(yaw.yawRate(), 0.8, 1e-3);
+}
+
+TEST(YawRateBelief, IsBetterThanTheGyroAlone) {
+  YawRateBelief yaw({});
+  yaw.reset(0.3);
+  std::mt19937 random(2);
+  std::normal_distribution<double> noise(0.0, 0.005);
+  double squares = 0.0;
+  constexpr int kSamples = 5000;
+  for (int k = 0; k < kSamples; ++k) {
+    for (int i = 0; i < 20; ++i) yaw.predict(0.0, kStep);
+    yaw.correct(0.3 + noise(random));
+    squares += std::pow(yaw.yawRate() - 0.3, 2);
+  }
+  EXPECT_LT(std::sqrt(squares / kSamples), 0.5 * 0.005);
+}
+
+TEST(YawRateBelief, FollowsTheWheelsBetweenMeasurementsAndTheGyroWhileTurningIn) {
+  YawRateBelief yaw({}), steady({});
+  for (int k = 0; k < 100; ++k) yaw.predict(4.0, kStep);
+  EXPECT_NEAR(yaw.yawRate(), 0.4, 1e-12);
+  for (int k = 0; k < 100; ++k) steady.predict(0.0, kStep);
+  yaw.correct(0.3);  // the body is behind
+  steady.correct(-0.1);
+  EXPECT_NEAR(yaw.yawRate(), 0.3, 0.005);
+  EXPECT_GT(steady.yawRate(), -0.08) << "a single reading moves it less when nothing was asked for";
+}
+
+TEST(YawRateBelief, ToldVarianceIsThatOfItsError) {
+  YawRateBeliefParameters parameters;
+  std::mt19937 random(9);
+  std::normal_distribution<double> unit(0.0, 1.0);
+  double sum = 0.0;
+  constexpr int kRuns = 2000;
+  for (int run = 0; run < kRuns; ++run) {
+    YawRateBelief yaw(parameters);
+    double truth = 0.005 * unit(random);
+    for (int k = 0; k < 20; ++k) {
+      yaw.predict(0.0, 0.02);
+      truth += std::sqrt(parameters.fluctuation * 0.02) * unit(random);
+      yaw.correct(truth + 0.005 * unit(random));
+    }
+    sum += std::pow(yaw.yawRate() - truth, 2) / yaw.variance();
+  }
+  EXPECT_NEAR(sum / kRuns, 1.0, 0.1);
+}
+
+TEST(YawRateBelief, WithoutAGyroItIsWhatTheWheelsSay) {
+  YawRateBelief yaw({});
+  yaw.correct(5.0);
+  yaw.follow(0.4, 1e-4);
+  EXPECT_EQ(yaw.yawRate(), 0.4);
+  EXPECT_EQ(yaw.variance(), 1e-4);
+}
+
+}  // namespace
+}  // namespace jackal_aic

@@ -1,0 +1,360 @@
+#include "jackal_aic/safety/command_limiter.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kPeriod = 0.02;  // s
+const GeometryParameters kGeometry{};
+const SkidSteerKinematics kKinematics(kGeometry);
+const double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+LimitParameters withJerk() {
+  LimitParameters limits;
+  limits.linear_acceleration = 2.0;
+  limits.angular_acceleration = 4.0;
+  limits.linear_jerk = 10.0;
+  limits.angular_jerk = 30.0;
+  return limits;
+}
+
+WheelCommand wheels(double forward, double yaw_rate) { return kKinematics.wheelSpeeds(forward, yaw_rate); }
+
+/// A limiter at rest, and the body velocities it passed through since.
+class Drive {
+ public:
+  explicit Drive(const LimitParameters& limits = {}) : limiter(limits, kGeometry, kPeriod) {}
+
+  BodyVector step(double forward, double yaw_rate) { return note(limiter.drive(wheels(forward, yaw_rate))); }
+  BodyVector brake(double linear, double angular, double longest) {
+    return note(limiter.brake(linear, angular, longest));
+  }
+  BodyVector settle(double forward, double yaw_rate) {
+    for (int i = 0; i < 500; ++i) step(forward, yaw_rate);
+    return path.back();
+  }
+
+  /// Largest difference quotient of a channel over the path, of order 1 (acceleration) or 2 (jerk).
+  double steepest(int channel, int order) const {
+    double largest = 0.0;
+    for (std::size_t i = order; i < path.size(); ++i) {
+      const double first = path[i](channel) - path[i - 1](channel);
+      const double second = order == 2 ? first - (path[i - 1](channel) - path[i - 2](channel)) : 0.0;
+      largest = std::max(largest, order == 2 ? std::abs(second) / (kPeriod * kPeriod) : std::abs(first) / kPeriod);
+    }
+    return largest;
+  }
+
+  CommandLimiter limiter;
+  std::vector<BodyVector> path{BodyVector::Zero()};
+
+ private:
+  BodyVector note(const WheelCommand& command) {
+    path.push_back(kKinematics.bodyVelocity(command));
+    return path.back();
+  }
+};
+
+TEST(CommandLimiterSpeed, LeavesWhatIsWithinTheLimits) {
+  Drive drive;
+  const BodyVector body = drive.settle(0.5, -0.8);
+  EXPECT_NEAR(body(kForward), 0.5, 1e-12);
+  EXPECT_NEAR(body(kYaw), -0.8, 1e-12);
+}
+
+TEST(CommandLimiterSpeed, BoundsEachAxisInBothDirections) {
+  for (double sign : {1.0, -1.0}) {
+    EXPECT_NEAR(Drive().settle(3.0 * sign, 0.0)(kForward), 2.0 * sign, 1e-9);
+    EXPECT_NEAR(Drive().settle(0.0, 9.0 * sign)(kYaw), 4.0 * sign, 1e-9);
+  }
+}
+
+TEST(CommandLimiterSpeed, KeepsTheCurvatureAtEveryLimit) {
+  for (const auto& [forward, yaw_rate] : {std::pair(3.0, 1.0), std::pair(-0.5, 8.0), std::pair(2.0, 4.0)}) {
+    Drive drive;
+    const BodyVector body = drive.settle(forward, yaw_rate);
+    EXPECT_NEAR(body(kYaw) / body(kForward), yaw_rate / forward, 1e-9);
+    EXPECT_NEAR(
+        std::max({std::abs(body(kForward)) / 2.0, std::abs(body(kYaw)) / 4.0,
+                  std::abs(drive.limiter.command().left) / 25.5, std::abs(drive.limiter.command().right) / 25.5}),
+        1.0, 1e-9);
+  }
+}
+
+TEST(CommandLimiterSpeed, ASetPointIsScaledOnItsCurvature) {
+  const Drive drive;
+  const SetPoint reachable = drive.limiter.reachable({20.0, 1.0, -20.0});
+  EXPECT_NEAR(reachable.yaw_rate / reachable.forward, -1.0, 1e-12);
+  EXPECT_NEAR(reachable.forward, 25.5 * 0.098 / (1.0 + 0.5 * 0.5621), 1e-9) << "the left wheel's limit";
+  EXPECT_EQ(reachable.lateral, 0.0);
+}
+
+TEST(CommandLimiterAcceleration, RampsFromRestOnTheCurvatureOfTheTarget) {
+  Drive drive;
+  for (int i = 0; i < 10; ++i) {
+    const BodyVector body = drive.step(1.5, 1.5);
+    EXPECT_NEAR(body(kYaw), body(kForward), 1e-12) << "step " << i;
+  }
+  EXPECT_NEAR(drive.path[1](kForward), 0.4, 1e-12) << "20 m/s^2 in a step of 20 ms";
+  EXPECT_NEAR(drive.steepest(kForward, 1), 20.0, 1e-9);
+  EXPECT_NEAR(drive.path.back()(kForward), 1.5, 1e-12);
+}
+
+TEST(CommandLimiterAcceleration, NoAxisExceedsItsOwn) {
+  Drive drive;
+  drive.settle(1.0, 1.0);
+  drive.settle(-1.0, 3.0);
+  drive.settle(0.2, -3.5);
+  EXPECT_LE(drive.steepest(kForward, 1), 20.0 + 1e-6);
+  EXPECT_LE(drive.steepest(kYaw, 1), 25.0 + 1e-6);
+  EXPECT_NEAR(drive.path.back()(kForward), 0.2, 1e-9);
+  EXPECT_NEAR(drive.path.back()(kYaw), -3.5, 1e-9);
+}
+
+TEST(CommandLimiterAcceleration, ZeroIsNoBound) {
+  LimitParameters limits;
+  limits.linear_acceleration = limits.angular_acceleration = 0.0;
+  Drive drive(limits);
+  EXPECT_NEAR(drive.step(1.9, 0.2)(kForward), 1.9, 1e-12);
+}
+
+TEST(CommandLimiterJerk, ArrivesWithoutOvershootWithinJerkAndAcceleration) {
+  for (double target : {1.0, -0.3, 0.02}) {
+    Drive drive(withJerk());
+    drive.settle(target, 0.0);
+    EXPECT_NEAR(drive.path.back()(kForward), target, 1e-9);
+    EXPECT_LE(drive.steepest(kForward, 1), 2.0 + 1e-6);
+    EXPECT_LE(drive.steepest(kForward, 2), 10.0 * (1.0 + 1e-6));
+    for (const auto& body : drive.path) EXPECT_LE(std::abs(body(kForward)), std::abs(target) + 1e-9);
+  }
+}
+
+TEST(CommandLimiterJerk, KeepsTheCurvatureFromRestToAnArc) {
+  Drive drive(withJerk());
+  drive.settle(1.0, 0.5);
+  for (const auto& body : drive.path) EXPECT_NEAR(body(kYaw), 0.5 * body(kForward), 1e-9);
+}
+
+/// Shortest time of a change of speed within acceleration and jerk, from and to acceleration zero [s].
+double optimalTime(double change, double acceleration, double jerk) {
+  const double ramp = acceleration / jerk;
+  return change >= acceleration * ramp ? change / acceleration + ramp : 2.0 * std::sqrt(change / jerk);
+}
+
+LimitParameters jerkLimits(double acceleration, double jerk) {
+  LimitParameters limits;
+  limits.linear_acceleration = acceleration;
+  limits.linear_jerk = jerk;
+  return limits;
+}
+
+/// Steps until the command is at the target, and stays.
+int stepsTo(Drive& drive, double target) {
+  const std::size_t before = drive.path.size();
+  drive.settle(target, 0.0);
+  std::size_t there = drive.path.size();
+  while (there > before && std::abs(drive.path[there - 1](kForward) - target) < 1e-9) --there;
+  return static_cast<int>(there - before) + 1;
+}
+
+TEST(CommandLimiterJerk, IsAtMostAPeriodSlowerThanTheTimeOptimalProfile) {
+  for (const auto& [acceleration, jerk] : {std::pair(1.0, 5.0), std::pair(2.0, 10.0), std::pair(1.8, 2.0)}) {
+    for (const auto& [from, to] :
+         {std::pair(0.0, 1.0), std::pair(0.0, 0.1), std::pair(1.5, 0.0), std::pair(1.0, -1.0), std::pair(-0.4, 0.9)}) {
+      Drive drive(jerkLimits(acceleration, jerk));
+      drive.settle(from, 0.0);
+      const double time = kPeriod * stepsTo(drive, to);
+      EXPECT_LE(time, optimalTime(std::abs(to - from), acceleration, jerk) + kPeriod)
+          << from << " -> " << to << " m/s with " << acceleration << " m/s^2, " << jerk << " m/s^3";
+    }
+  }
+}
+
+TEST(CommandLimiterJerk, DoesNotPlanToStopAtACommandThatMovesOn) {
+  // A controller that asks for a little more than it got, as the integrating action and the reference model do.
+  Drive drive(jerkLimits(1.0, 5.0));
+  const SetPoint set_point{1.0, 0.0, 0.0};
+  double time = 0.0;
+  for (double forward = 0.0; forward < 0.95 && time < 5.0; time += kPeriod) {
+    const double asked = std::min(1.0, forward + 0.033);
+    drive.path.push_back(kKinematics.bodyVelocity(drive.limiter.drive(wheels(asked, 0.0), set_point)));
+    forward = drive.path.back()(kForward);
+  }
+  EXPECT_NEAR(drive.steepest(kForward, 1), 1.0, 1e-6) << "reaches its acceleration";
+  EXPECT_LE(drive.steepest(kForward, 2), 5.0 * (1.0 + 1e-6));
+  EXPECT_LE(time, 1.05 + kPeriod) << "the time-optimal profile is at 95 % after 1.01 s";
+}
+
+TEST(CommandLimiterJerk, StopsWithoutGoingBack) {
+  // ros_controllers #359: a low jerk limit carries the robot on beyond zero, because the deceleration ends too late.
+  for (const double jerk : {0.5, 2.0, 5.0}) {
+    Drive drive(jerkLimits(1.8, jerk));
+    drive.settle(1.5, 0.0);
+    drive.settle(0.0, 0.0);
+    for (const auto& body : drive.path) ASSERT_GE(body(kForward), -1e-9) << "jerk " << jerk;
+    EXPECT_LE(drive.steepest(kForward, 2), jerk * (1.0 + 1e-6));
+  }
+}
+
+TEST(CommandLimiterJerk, ComesToRestInsteadOfOscillating) {
+  // ros_controllers #507: 1.5 m/s, 1.8 m/s^2, 2 m/s^3, stopped while it still accelerates.
+  for (int accelerating = 1; accelerating < 60; accelerating += 7) {
+    Drive drive(jerkLimits(1.8, 2.0));
+    for (int i = 0; i < accelerating; ++i) drive.step(1.5, 0.0);
+    const auto stopped = drive.path.size();
+    drive.settle(0.0, 0.0);
+    int turns = 0;
+    for (std::size_t i = stopped; i + 1 < drive.path.size(); ++i) {
+      const double before = drive.path[i](kForward) - drive.path[i - 1](kForward);
+      const double after = drive.path[i + 1](kForward) - drive.path[i](kForward);
+      if (before * after < -1e-18) ++turns;
+    }
+    EXPECT_LE(turns, 1) << "it may only go on rising at first";
+    EXPECT_NEAR(drive.path.back()(kForward), 0.0, 1e-9);
+  }
+}
+
+TEST(CommandLimiterJerk, NeverReachesTwiceTheLimit) {
+  // control_toolbox #240: 1 m/s, 2 m/s^2 up, 5 m/s^2 down, 20 m/s^3; there the jerk reached 40.
+  LimitParameters limits = jerkLimits(2.0, 20.0);
+  limits.linear_deceleration = 5.0;
+  Drive drive(limits);
+  for (const double target : {1.0, 0.0, 1.0, -1.0, 0.4, -0.2, 0.0}) drive.settle(target, 0.0);
+  EXPECT_LE(drive.steepest(kForward, 2), 20.0 * (1.0 + 1e-6));
+  EXPECT_LE(drive.steepest(kForward, 1), 5.0 + 1e-6);
+}
+
+TEST(CommandLimiterDeceleration, IsTheWayToZeroInBothDirectionsOfDriving) {
+  // ros_controllers #354: a low limit on the way up must not make the stop long, forwards or backwards.
+  LimitParameters limits;
+  limits.linear_acceleration = 1.0;
+  limits.linear_deceleration = 4.0;
+  for (const double direction : {1.0, -1.0}) {
+    Drive drive(limits);
+    EXPECT_EQ(stepsTo(drive, 1.0 * direction), 50);
+    EXPECT_EQ(stepsTo(drive, 0.2 * direction), 10);
+    EXPECT_EQ(stepsTo(drive, 0.0), 3) << "0.2 m/s at 4 m/s^2 are 2.5 periods";
+  }
+}
+
+TEST(CommandLimiterDeceleration, BeyondZeroItIsAcceleration) {
+  LimitParameters limits;
+  limits.linear_acceleration = 1.0;
+  limits.linear_deceleration = 4.0;
+  limits.angular_acceleration = 2.0;
+  limits.angular_deceleration = 8.0;
+  Drive drive(limits);
+  drive.settle(0.5, 0.0);
+  EXPECT_EQ(stepsTo(drive, -0.5), 32) << "6.25 periods down, 25 up";
+  for (std::size_t i = 501; i < drive.path.size(); ++i) {
+    const double before = drive.path[i - 1](kForward), change = drive.path[i](kForward) - before;
+    const double largest = before > 0.0 ? std::max(0.08, before) : 0.02;
+    ASSERT_LE(std::abs(change), largest + 1e-9) << i;
+  }
+  Drive turning(limits);
+  turning.settle(0.0, 2.0);
+  const auto start = turning.path.size();
+  turning.settle(0.0, 0.0);
+  EXPECT_NEAR(turning.path[start](kYaw), 2.0 - 8.0 * kPeriod, 1e-9);
+}
+
+TEST(CommandLimiterDeceleration, WithoutOneItIsTheAcceleration) {
+  LimitParameters limits;
+  limits.linear_acceleration = 1.0;
+  Drive drive(limits);
+  drive.settle(1.0, 0.0);
+  EXPECT_EQ(stepsTo(drive, -1.0), 100);
+}
+
+TEST(CommandLimiterJerk, SpeedAndAccelerationHoldUnderRandomWishes) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> forward(-3.0, 3.0), yaw_rate(-6.0, 6.0);
+  std::uniform_int_distribution<int> duration(1, 60);
+  Drive drive(withJerk());
+  for (int i = 0; i < 2000; ++i) {
+    const double v = forward(random), w = yaw_rate(random);
+    for (int steps = duration(random); steps > 0; --steps) {
+      const BodyVector body = drive.step(v, w);
+      ASSERT_LE(std::abs(body(kForward)), 2.0 + 1e-6);
+      ASSERT_LE(std::abs(body(kYaw)), 4.0 + 1e-6);
+      const WheelCommand command = drive.limiter.command();
+      ASSERT_LE(std::max(std::abs(command.left), std::abs(command.right)), 25.5 * (1.0 + 1e-6));
+    }
+  }
+  EXPECT_LE(drive.steepest(kForward, 1), 2.0 + 1e-6);
+  EXPECT_LE(drive.steepest(kYaw, 1), 4.0 + 1e-6);
+}
+
+TEST(CommandLimiterBrake, RampsToZeroInEqualStepsOnTheCurvature) {
+  Drive drive;
+  drive.settle(1.2, 0.6);
+  const std::size_t start = drive.path.size() - 1;
+  for (int i = 0; i < 20; ++i) {
+    const BodyVector body = drive.brake(3.0, 6.0, 1.0);
+    EXPECT_NEAR(body(kForward), 1.2 - 3.0 * kPeriod * (i + 1), 1e-9);
+    EXPECT_NEAR(body(kYaw), 0.5 * body(kForward), 1e-9);
+  }
+  EXPECT_TRUE(drive.limiter.atRest()) << "1.2 m/s at 3 m/s^2 take 0.4 s";
+  EXPECT_EQ(drive.path.size(), start + 21);
+  EXPECT_EQ(drive.limiter.command(), WheelCommand{});
+}
+
+TEST(CommandLimiterBrake, TakesNoLongerThanItMay) {
+  Drive drive;
+  drive.settle(2.0, 0.0);
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_FALSE(drive.limiter.atRest()) << i;
+    drive.brake(3.0, 6.0, 0.2);
+  }
+  EXPECT_TRUE(drive.limiter.atRest());
+  EXPECT_LE(drive.steepest(kForward, 1), 20.0 + 1e-6);
+}
+
+TEST(CommandLimiterBrake, CanBeMadeHarderOnTheWay) {
+  Drive drive;
+  drive.settle(2.0, 0.0);
+  drive.brake(3.0, 6.0, 1.0);
+  int steps = 0;
+  for (; !drive.limiter.atRest() && steps < 100; ++steps) drive.brake(20.0, 25.0, 1.0);
+  EXPECT_EQ(steps, 5) << "1.94 m/s at 20 m/s^2";
+  EXPECT_LE(drive.steepest(kForward, 1), 20.0 + 1e-6);
+}
+
+TEST(CommandLimiterBrake, AtRestItStaysThere) {
+  Drive drive;
+  EXPECT_EQ(drive.brake(3.0, 6.0, 1.0), BodyVector(BodyVector::Zero()));
+  EXPECT_TRUE(drive.limiter.atRest());
+}
+
+TEST(CommandLimiterBrake, DrivingOnAfterwardsStartsFromZero) {
+  Drive drive;
+  drive.settle(2.0, 1.0);
+  while (!drive.limiter.atRest()) drive.brake(3.0, 6.0, 1.0);
+  drive.step(2.0, 1.0);
+  EXPECT_NEAR(drive.path.back()(kForward), 0.4, 1e-9);
+}
+
+TEST(CommandLimiter, WhatIsNotFiniteBrakesAtTheAccelerationLimit) {
+  for (double bad : {kNaN, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::max()}) {
+    Drive drive;
+    drive.settle(1.0, 0.0);
+    drive.limiter.drive({bad, bad});
+    const BodyVector body = kKinematics.bodyVelocity(drive.limiter.command());
+    EXPECT_TRUE(body.allFinite());
+    EXPECT_LE(std::abs(body(kForward) - 1.0), 0.4 + 1e-9);
+  }
+  Drive drive;
+  drive.settle(1.0, 0.0);
+  for (int i = 0; i < 3; ++i) drive.limiter.drive({kNaN, 1.0});
+  EXPECT_TRUE(drive.limiter.atRest());
+}
+
+}  // namespace
+}  // namespace jackal_aic

@@ -1,0 +1,284 @@
+#include "jackal_aic/safety/drive_loop.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kPeriod = 0.02;  // s
+constexpr double kTick = 0.001;   // s
+
+DriveParameters thesis() {
+  DriveParameters parameters;
+  parameters.controller = ControllerParameters{};
+  return parameters;
+}
+
+DriveParameters predictive() {
+  DriveParameters parameters;
+  parameters.controller = PredictiveParameters{};
+  parameters.plant_model = PlantModel{};
+  parameters.plant_model->identified = true;
+  return parameters;
+}
+
+/// A robot whose wheels do what they are told after a lag, and a drive loop that it is served by.
+class DriveLoopTest : public testing::Test {
+ protected:
+  explicit DriveLoopTest(const DriveParameters& parameters = thesis()) : loop(parameters, makeController(parameters)) {}
+
+  /// Drives for a time [s]. @param sources that send: w for the wheels, i for the IMU, p for pairs; s for the set
+  /// point.
+  void drive(double duration, const std::string& sources = "wips") {
+    const auto sends = [&sources](char source) { return sources.find(source) != std::string::npos; };
+    for (long end = tick + std::lround(duration / kTick); tick < end; ++tick) {
+      now = start + kTick * static_cast<double>(tick);
+      speed += (command.vector() - speed) * kTick / 0.1;
+      if (tick % 20 == 5) {
+        const Observation y = sample();
+        Observation wheels = y, imu = y;
+        wheels.valid.yaw_rate = wheels.valid.acceleration = false;
+        imu.valid.wheel_left = imu.valid.wheel_right = false;
+        FrozenSource::Sample changing = FrozenSource::Sample::Constant(now);
+        if (sends('w')) loop.receiveWheels({wheels, changing}, now);
+        if (sends('i')) loop.receiveImu({imu, changing}, now);
+        if (sends('p')) loop.observe(y, now);
+      }
+      if (tick % 100 == 0 && sends('s')) loop.setSetPoint(set_point, now);
+      loop.report(robot, now);
+      if (const auto due = loop.advance(now)) {
+        EXPECT_TRUE(due->vector().allFinite());
+        command = *due;
+        ++commands;
+      }
+    }
+  }
+
+  Observation sample() const {
+    const double noise = 0.001 * static_cast<double>(tick % 7);
+    const BodyVector body = SkidSteerKinematics(GeometryParameters{}).bodyVelocity({speed(0), speed(1)});
+    Observation y;
+    y.stamp = now;
+    y.wheel_left = speed(0) + noise;
+    y.wheel_right = speed(1) - noise;
+    y.yaw_rate = body(kYaw) + noise;
+    return y;
+  }
+
+  DriveStatus status() const { return loop.status().decision.status; }
+  std::string why() const { return reason(loop.status()); }
+
+  DriveLoop loop;
+  SetPoint set_point{0.5, 0.0, 0.0};
+  RobotStatus robot;
+  double start = 10.0;
+  double now = 10.0;
+  long tick = 0;
+  WheelVector speed = WheelVector::Zero();
+  WheelCommand command;
+  int commands = 0;
+};
+
+class PredictiveDriveLoopTest : public DriveLoopTest {
+ protected:
+  PredictiveDriveLoopTest() : DriveLoopTest(predictive()) {}
+};
+
+TEST_F(DriveLoopTest, DrivesToTheSetPointWithOneCommandAPeriod) {
+  drive(3.0);
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
+  EXPECT_NEAR(commands, 3.0 / kPeriod, 1.0);
+  EXPECT_NEAR(0.098 * speed.mean(), 0.5, 0.02);
+  EXPECT_EQ(why(), "");
+}
+
+TEST_F(PredictiveDriveLoopTest, DrivesToTheSetPoint) {
+  drive(3.0);
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
+  EXPECT_NEAR(0.098 * speed.mean(), 0.5, 0.02);
+  EXPECT_EQ(loop.status().faults_detected, 0u);
+}
+
+TEST_F(DriveLoopTest, WaitsForMeasurementsAndASetPoint) {
+  drive(0.2, "");
+  EXPECT_EQ(status(), DriveStatus::idle);
+  drive(0.2, "s");
+  EXPECT_EQ(status(), DriveStatus::stopped);
+  EXPECT_EQ(why(), "no wheel speeds received yet");
+  drive(0.2);
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
+}
+
+TEST_F(DriveLoopTest, PairsAloneAreEnough) {
+  drive(1.0, "ps");
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
+}
+
+TEST_F(DriveLoopTest, TheWheelsAreObservedAloneWhileTheImuIsSilent) {
+  drive(2.0);
+  drive(2.0, "ws");
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
+  EXPECT_EQ(why(), "yaw rate lost");
+  EXPECT_NEAR(0.098 * speed.mean(), 0.5, 0.05) << "it follows the wheels";
+  drive(1.0);
+  EXPECT_EQ(why(), "") << "it is back";
+  EXPECT_EQ(loop.status().rejected_measurements, 0u) << "a pair whose wheels were taken alone is no reason to complain";
+}
+
+TEST_F(DriveLoopTest, StopsWithoutWheelsAndNamesThem) {
+  drive(2.0);
+  drive(2.0, "is");
+  EXPECT_EQ(status(), DriveStatus::stopped);
+  EXPECT_EQ(why(), "wheel speeds too old");
+  EXPECT_EQ(command, WheelCommand{});
+}
+
+TEST_F(DriveLoopTest, StopsWithoutASetPoint) {
+  drive(2.0);
+  drive(2.0, "wip");
+  EXPECT_EQ(why(), "set point too old");
+  EXPECT_EQ(command, WheelCommand{});
+}
+
+TEST_F(DriveLoopTest, AnEmergencyStopBrakesAndWaitsForAZeroSetPoint) {
+  drive(2.0);
+  robot.emergency_stop = true;
+  drive(1.0);
+  EXPECT_EQ(status(), DriveStatus::stopped);
+  EXPECT_EQ(why(), "emergency stop");
+  robot.emergency_stop = false;
+  drive(1.0);
+  EXPECT_EQ(status(), DriveStatus::stopped) << "the set point was meant for a robot that could drive";
+  set_point = {};
+  drive(0.2);
+  set_point = {0.5, 0.0, 0.0};
+  drive(2.0);
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
+  EXPECT_EQ(loop.status().brakes, 1u);
+}
+
+TEST_F(DriveLoopTest, ASourceThatRepeatsItselfStops) {
+  drive(2.0);
+  for (int i = 0; i < 30 && status() == DriveStatus::driving; ++i) {
+    Observation wheels = sample();
+    wheels.valid.yaw_rate = wheels.valid.acceleration = false;
+    loop.receiveWheels({wheels, FrozenSource::Sample::Ones()}, now);
+    drive(kPeriod, "ips");
+  }
+  EXPECT_EQ(status(), DriveStatus::braking);
+  EXPECT_EQ(why(), "wheel speeds frozen");
+}
+
+TEST_F(DriveLoopTest, WheelSpeedsThatMayRepeatAreNotFrozen) {
+  drive(2.0);
+  for (int i = 0; i < 50; ++i) {
+    Observation wheels = sample();
+    wheels.valid.yaw_rate = wheels.valid.acceleration = false;
+    loop.receiveWheels({wheels, FrozenSource::Sample::Ones(), true}, now);
+    drive(kPeriod, "ips");
+    ASSERT_EQ(status(), DriveStatus::driving) << why();
+  }
+}
+
+TEST_F(DriveLoopTest, RefusesSetPointsThatNobodyCanHaveMeant) {
+  EXPECT_EQ(loop.setSetPoint({std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0}, now), SetPointVerdict::not_finite);
+  EXPECT_EQ(loop.setSetPoint({1e9, 0.0, 0.0}, now), SetPointVerdict::absurd);
+  EXPECT_EQ(loop.setSetPoint({50.0, 0.0, 0.0}, now), SetPointVerdict::accepted);
+  EXPECT_EQ(loop.setPoint().forward, 2.0) << "scaled into the limits";
+  EXPECT_EQ(loop.status().rejected_set_points, 2u);
+}
+
+TEST_F(DriveLoopTest, AClockThatJumpsBackBrakesAndStartsAnew) {
+  drive(2.0);
+  const double fast = command.left;
+  start -= 100.0;
+  drive(0.022);
+  EXPECT_EQ(loop.status().clock_resets, 1u);
+  EXPECT_EQ(status(), DriveStatus::braking);
+  EXPECT_LT(command.left, fast);
+  drive(3.0);
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
+}
+
+TEST_F(PredictiveDriveLoopTest, AClockThatJumpsBackForgetsNothingThatWasLearned) {
+  DriveParameters parameters = predictive();
+  auto controller = makeController(parameters);
+  auto& inside = dynamic_cast<PredictiveController&>(*controller);
+  DriveLoop other(parameters, std::move(controller));
+  inside.setSlip({0.6, 1.0});
+  other.advance(10.0);
+  other.advance(5.0);
+  EXPECT_EQ(other.status().clock_resets, 1u);
+  EXPECT_EQ(inside.slip().effective_track, 0.6);
+}
+
+TEST_F(DriveLoopTest, AStallIsCountedAndNothingJumps) {
+  drive(2.0);
+  const WheelCommand before = command;
+  start += 0.5;
+  drive(kPeriod);
+  EXPECT_GT(loop.status().dropped_periods, 10u);
+  EXPECT_LE((command.vector() - before.vector()).cwiseAbs().maxCoeff(), 20.0 * 5.25 * kPeriod / 0.098);
+  drive(1.0);
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
+}
+
+TEST_F(DriveLoopTest, AnotherPublisherIsAFaultWithItsName) {
+  drive(2.0);
+  robot.contended = true;
+  drive(2.0);
+  EXPECT_EQ(status(), DriveStatus::faulted);
+  EXPECT_EQ(reason(loop.status(), "/teleop on /cmd_drive"), "another node publishes commands: /teleop on /cmd_drive");
+  EXPECT_EQ(loop.status().faults, 1u);
+}
+
+TEST_F(PredictiveDriveLoopTest, ADeadEncoderIsExcludedAndNamed) {
+  drive(3.0);
+  for (int i = 0; i < 100; ++i) {
+    drive(kPeriod, "s");
+    Observation y = sample();
+    y.wheel_left = 0.0;
+    loop.observe(y, now);
+  }
+  EXPECT_EQ(loop.status().fault, Fault::left_encoder_wrong);
+  EXPECT_EQ(why(), "left encoder wrong");
+  EXPECT_EQ(status(), DriveStatus::driving);
+}
+
+TEST(DriveLoop, ThePredictiveStructureNeedsAPlantModel) {
+  DriveParameters parameters;
+  parameters.controller = PredictiveParameters{};
+  EXPECT_THROW(makeController(parameters), ParameterError);
+}
+
+TEST(DriveLoop, ThePhaseOfTheCallsDoesNotMatter) {
+  // The belief timer and the action timer in any order give the same commands.
+  std::array<double, 2> speeds{};
+  for (int order = 0; order < 2; ++order) {
+    DriveLoop loop(thesis(), makeController(thesis()));
+    for (int i = 0; i <= 400; ++i) {
+      const double now = kTick * i;
+      loop.setSetPoint({0.5, 0.0, 0.0}, now);
+      if (i % 20 == 7) {
+        Observation y;
+        y.stamp = now;
+        loop.observe(y, now);
+      }
+      if (order == 0) loop.updateBelief(now);
+      if (i % 20 == 0) loop.advance(now);
+      if (order == 1 && i % 3 != 0) loop.updateBelief(now);
+    }
+    speeds[static_cast<std::size_t>(order)] = loop.command().left;
+  }
+  EXPECT_GT(speeds[0], 0.0);
+  EXPECT_EQ(speeds[0], speeds[1]);
+}
+
+}  // namespace
+}  // namespace jackal_aic

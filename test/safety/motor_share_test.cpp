@@ -1,0 +1,88 @@
+#include "jackal_aic/safety/motor_share.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kPeriod = 0.02;  // s
+
+/// Our commands through a delay to the motors, unless another's are there.
+class MotorShareTest : public testing::Test {
+ protected:
+  /// Sends a command, or offers while another drives, and applies what the motors get. @param another instead of ours.
+  void step(const WheelCommand& wish, const WheelCommand* another = nullptr) {
+    time_ += kPeriod;
+    const WheelCommand sent = share.ours(time_) ? wish : share.offer(wish);
+    share.apply(time_, another ? *another : delayed_, AppliedSource::drive);
+    delayed_ = before_;
+    before_ = sent;
+    share.send(time_, sent);
+  }
+
+  void steps(double duration, const WheelCommand& wish, const WheelCommand* another = nullptr) {
+    for (double end = time_ + duration; time_ < end;) step(wish, another);
+  }
+
+  MotorShare share;
+  double time_ = 0.0;
+  WheelCommand before_, delayed_;
+};
+
+TEST_F(MotorShareTest, WithoutAWordEverythingIsOurs) {
+  EXPECT_FALSE(share.applied(1.0));
+  EXPECT_TRUE(share.ours(1.0));
+}
+
+TEST_F(MotorShareTest, OurOwnCommandsAreOursWhileTheyMove) {
+  for (int i = 0; i < 500; ++i) {
+    step({5.0 * std::sin(0.02 * i), -5.0 * std::sin(0.03 * i)});
+    ASSERT_TRUE(share.ours(time_)) << i;
+  }
+}
+
+TEST_F(MotorShareTest, ARampBehindAStepOfOursIsOurs) {
+  steps(1.0, {});
+  WheelCommand ramp;
+  for (int i = 0; i < 100; ++i) {
+    ramp.left = ramp.right = std::min(5.0, ramp.left + 0.05);
+    step({5.0, 5.0}, &ramp);
+    ASSERT_TRUE(share.ours(time_)) << "a multiplexer with a limit of its own: " << ramp.left;
+  }
+}
+
+TEST_F(MotorShareTest, AnothersCommandsAreFoundAndGivenBackWithoutAJump) {
+  const WheelCommand wish{5.0, 5.0}, joystick{2.0, -1.0};
+  steps(2.0, wish);
+  steps(MotorShare::kPatience + 3 * kPeriod, wish, &joystick);
+  EXPECT_FALSE(share.ours(time_));
+  for (int i = 0; i < 150; ++i) {
+    step(wish, &joystick);
+    ASSERT_FALSE(share.ours(time_)) << "the offers are no sign that the motors are ours";
+  }
+  const WheelCommand offer = share.offer(wish);
+  EXPECT_LE(std::abs(offer.left - joystick.left), MotorShare::kOffer);
+  EXPECT_LE(std::abs(offer.right - joystick.right), MotorShare::kOffer);
+  steps(0.1, wish);
+  EXPECT_TRUE(share.ours(time_));
+}
+
+TEST_F(MotorShareTest, AnotherWhoWantsTheSameIsAsGoodAsOurs) {
+  const WheelCommand wish{5.0, 5.0};
+  steps(1.0, wish);
+  steps(3.0, wish, &wish);
+  EXPECT_TRUE(share.ours(time_));
+}
+
+TEST_F(MotorShareTest, SilenceTellsNothing) {
+  const WheelCommand wish{5.0, 5.0}, joystick{};
+  steps(2.0, wish);
+  steps(1.0, wish, &joystick);
+  ASSERT_FALSE(share.ours(time_));
+  EXPECT_TRUE(share.ours(time_ + MotorShare::kSilence + 0.01));
+}
+
+}  // namespace
+}  // namespace jackal_aic

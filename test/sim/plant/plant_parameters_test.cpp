@@ -1,0 +1,41 @@
+#include "plant_parameters.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "jackal_aic/config/yaml_parameters.hpp"
+#include "test_plant.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+PlantParameters fromYaml(const std::string& text) {
+  ParameterMap map;
+  addYamlText(text, "test", map);
+  const auto parameters = readParameters<PlantParameters>(map, "plant");
+  map.refuseUnknown();
+  return parameters;
+}
+
+TEST(PlantParameters, ShippedFileListsEveryKeyAndNoOther) {
+  ParameterMap map;
+  addYamlFile(std::string(JACKAL_AIC_SOURCE_DIR) + "/config/plant.yaml", map);
+  readParameters<PlantParameters>(map, "plant");
+  EXPECT_EQ(map.keys(), map.knownKeys());
+}
+
+TEST(PlantParameters, ReadsSupportByName) {
+  EXPECT_EQ(fromYaml("plant: {support: box}").support, Support::box);
+  EXPECT_EQ(fromYaml("plant: {support: ground}").support, Support::ground);
+}
+
+TEST(PlantParameters, NamesWhatIsWrong) {
+  const auto complaint = [](const std::string& text) { return messageOf<ParameterError>([&] { fromYaml(text); }); };
+  EXPECT_EQ(complaint("plant: {dead_time: -0.1}"), "plant.dead_time = -0.1: must be in [0, 2] s");
+  EXPECT_EQ(complaint("plant: {support: boat}"), "plant.support = 'boat': expected one of ground, box");
+  EXPECT_EQ(complaint("plant: {frictoin: 1}").find("plant.frictoin = 1: unknown key"), 0u);
+}
+
+}  // namespace
+}  // namespace jackal_aic::sim

@@ -1,0 +1,106 @@
+#include "robot_model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "jackal_aic/config/urdf_geometry.hpp"
+#include "test_plant.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+std::string complaint(const std::string& urdf) {
+  return messageOf<ParameterError>([&] { readRobotModel(urdf); });
+}
+
+TEST(RobotModel, ReadsThePublishedJackal) {
+  const RobotModel robot = readRobotModel(jackalUrdf());
+  EXPECT_DOUBLE_EQ(robot.chassis.mass, 16.523);
+  EXPECT_TRUE(robot.chassis.centre.isApprox(Eigen::Vector3d(0.012, 0.002, 0.067)));
+  Eigen::Matrix3d inertia;
+  inertia << 0.3136, -0.0008, 0.0164, -0.0008, 0.3922, -0.0009, 0.0164, -0.0009, 0.4485;
+  EXPECT_TRUE(robot.chassis.inertia.isApprox(inertia));
+  for (const WheelModel& wheel : robot.wheels) {
+    EXPECT_DOUBLE_EQ(wheel.body.mass, 0.477);
+    EXPECT_TRUE(wheel.body.inertia.diagonal().isApprox(Eigen::Vector3d(0.0013, 0.0024, 0.0013)));
+    EXPECT_DOUBLE_EQ(wheel.radius, kWheelRadius);
+  }
+  EXPECT_TRUE(robot.imu.isApprox(Eigen::Isometry3d::Identity()));
+}
+
+TEST(RobotModel, PutsEachWheelInItsCorner) {
+  const RobotModel robot = readRobotModel(jackalUrdf());
+  const double x = 0.131, y = kTrack / 2, z = 0.0345;
+  EXPECT_TRUE(robot.wheels[kFrontLeft].hub.isApprox(Eigen::Vector3d(x, y, z)));
+  EXPECT_TRUE(robot.wheels[kFrontRight].hub.isApprox(Eigen::Vector3d(x, -y, z)));
+  EXPECT_TRUE(robot.wheels[kRearLeft].hub.isApprox(Eigen::Vector3d(-x, y, z)));
+  EXPECT_TRUE(robot.wheels[kRearRight].hub.isApprox(Eigen::Vector3d(-x, -y, z)));
+}
+
+TEST(RobotModel, AgreesWithTheGeometryTheControllerReads) {
+  const UrdfGeometry geometry = readUrdfGeometry(jackalUrdf(), {"front_left_wheel", "rear_left_wheel"},
+                                                 {"front_right_wheel", "rear_right_wheel"});
+  EXPECT_NEAR(geometry.wheel_radius, kWheelRadius, 1e-12);
+  EXPECT_NEAR(geometry.track, kTrack, 1e-12);
+}
+
+TEST(RobotModel, LumpsLinksOnFixedJoints) {
+  // 2 kg, 0.3 m above the chassis' centre of mass, turned by 90 degrees about z.
+  const std::string urdf = jackalUrdfWith("</robot>", R"(
+    <link name="load"><inertial><origin xyz="0 0 0"/><mass value="2"/>
+      <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.3"/></inertial></link>
+    <joint name="load_joint" type="fixed"><parent link="chassis_link"/><child link="load"/>
+      <origin xyz="0.012 0.002 0.367" rpy="0 0 1.5707963267948966"/></joint></robot>)");
+  const RobotModel plain = readRobotModel(jackalUrdf());
+  const RobotModel loaded = readRobotModel(urdf);
+  const double mass = plain.chassis.mass;
+  EXPECT_DOUBLE_EQ(loaded.chassis.mass, mass + 2.0);
+  EXPECT_NEAR(loaded.chassis.centre.z(), (mass * 0.067 + 2.0 * 0.367) / (mass + 2.0), 1e-12);
+  const double steiner = mass * 2.0 / (mass + 2.0) * 0.3 * 0.3;
+  EXPECT_NEAR(loaded.chassis.inertia(0, 0), plain.chassis.inertia(0, 0) + 0.2 + steiner, 1e-12);
+  EXPECT_NEAR(loaded.chassis.inertia(1, 1), plain.chassis.inertia(1, 1) + 0.1 + steiner, 1e-12);
+  EXPECT_NEAR(loaded.chassis.inertia(2, 2), plain.chassis.inertia(2, 2) + 0.3, 1e-12);
+}
+
+TEST(RobotModel, ReadsAMountedImu) {
+  const RobotModel robot = readRobotModel(
+      jackalUrdfWith("<child link=\"imu_link\"/>\n    <origin xyz=\"0 0 0\" rpy=\"0 0 0\"/>",
+                     "<child link=\"imu_link\"/>\n    <origin xyz=\"0.1 0 0.2\" rpy=\"3.141592653589793 0 0\"/>"));
+  EXPECT_TRUE(robot.imu.translation().isApprox(Eigen::Vector3d(0.1, 0.0, 0.2)));
+  EXPECT_NEAR(robot.imu.linear()(2, 2), -1.0, 1e-12);
+}
+
+TEST(RobotModel, RefusesWhatCannotDrive) {
+  EXPECT_EQ(complaint(jackalUrdfWith("joint name=\"rear_left_wheel\"", "joint name=\"rl\"")),
+            "URDF: no joint 'rear_left_wheel'");
+  EXPECT_EQ(complaint(jackalUrdfWith("<mass value=\"0.477\"/>", "<mass value=\"0\"/>")),
+            "URDF: mass of wheel 'front_left_wheel_link' = 0: must be in (0, 10000] kg");
+  EXPECT_EQ(complaint(jackalUrdfWith("ixx=\"0.3136\"", "ixx=\"-0.3136\"")),
+            "URDF: smallest principal inertia of the chassis = -0.313954: must be in (0, 100000] kg m^2");
+  EXPECT_EQ(complaint(jackalUrdfWith("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 -1 0\"/>")),
+            "URDF: joint 'front_left_wheel' must turn about +y of base_link (positive is forward)");
+  EXPECT_EQ(complaint(jackalUrdfWith("type=\"continuous\"", "type=\"fixed\"")),
+            "URDF: joint 'front_left_wheel' must turn about +y of base_link (positive is forward)");
+  EXPECT_EQ(complaint("<robot name='r'><link name='base_link'/></robot>"), "URDF: no link 'imu_link'");
+}
+
+TEST(RobotModel, RefusesNumbersBeyondAnyRobot) {
+  EXPECT_EQ(complaint(jackalUrdfWith("<mass value=\"16.523\"/>", "<mass value=\"1e300\"/>")),
+            "URDF: mass of the chassis = 1e+300: must be in (0, 10000] kg");
+  EXPECT_EQ(complaint(jackalUrdfWith("ixx=\"0.3136\"", "ixx=\"1e300\"")),
+            "URDF: largest principal inertia of the chassis = 1e+300: must be in (0, 100000] kg m^2");
+  EXPECT_EQ(complaint(jackalUrdfWith("xyz=\"0.012 0.002 0.067\"", "xyz=\"0.012 1e300 0.067\"")),
+            "URDF: centre of mass of the chassis is more than 100 m away");
+}
+
+TEST(RobotModel, RefusesAWheelWithoutInertia) {
+  std::string urdf = jackalUrdf();
+  const auto wheel = urdf.find("front_left_wheel_link");
+  const auto begin = urdf.find("<inertial>", wheel);
+  urdf.erase(begin, urdf.find("</inertial>", begin) + std::string("</inertial>").size() - begin);
+  EXPECT_EQ(complaint(urdf), "URDF: mass of wheel 'front_left_wheel_link' = 0: must be in (0, 10000] kg");
+}
+
+}  // namespace
+}  // namespace jackal_aic::sim

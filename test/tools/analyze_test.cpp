@@ -1,0 +1,164 @@
+#include "analyze.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+
+#include "jackal_aic/certificate/closed_loop_certificate.hpp"
+#include "jackal_aic/certificate/predictive_certificate.hpp"
+#include "tool_files.hpp"
+
+namespace jackal_aic {
+namespace {
+
+std::string config(const std::string& name) { return std::string(JACKAL_AIC_SOURCE_DIR) + "/config/" + name; }
+
+std::string output(const std::vector<std::string>& arguments) {
+  std::ostringstream out;
+  EXPECT_EQ(analyze(arguments, out), 0);
+  return out.str();
+}
+
+std::string complaint(const std::vector<std::string>& arguments) {
+  std::ostringstream out;
+  try {
+    analyze(arguments, out);
+  } catch (const ParameterError& error) {
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+    return error.what();
+  }
+  ADD_FAILURE() << "accepted: " << out.str();
+  return "";
+}
+
+/// A file that goes with the test.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const std::string& text) {
+    char name[] = "/tmp/analyze_test_XXXXXX";
+    close(mkstemp(name));
+    path_ = name;
+    std::ofstream(path_) << text;
+  }
+  ~TemporaryFile() { std::remove(path_.c_str()); }
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+TEST(Analyze, PrintsTheCertificate) {
+  const YAML::Node printed = YAML::Load(output({config("improved.yaml"), "--plant", config("plant_model.yaml")}));
+  const ControllerFile file = readControllerFile(config("improved.yaml"));
+  const Certificate expected = certify(file.controller, file.geometry, readPlantFile(config("plant_model.yaml")).model);
+  EXPECT_NEAR(printed["belief_spectral_radius"].as<double>(), expected.belief_spectral_radius, 1e-10);
+  EXPECT_NEAR(printed["loop_spectral_radius"].as<double>(), expected.loop_spectral_radius, 1e-5);
+  EXPECT_NEAR(printed["gain_margin"].as<double>(), expected.gain_margin, 1e-4);
+  EXPECT_NEAR(printed["delay_margin_s"].as<double>(), expected.delay_margin, 1e-5);
+  EXPECT_NEAR(printed["turn"]["spectral_radius"].as<double>(), expected.turn.spectral_radius, 1e-5);
+  EXPECT_TRUE(printed["stable"].as<bool>());
+  EXPECT_NE(printed["advice"].as<std::string>().find("Stable with room"), std::string::npos);
+}
+
+TEST(Analyze, JsonHasTheSameContent) {
+  const std::string json = output({config("standard.yaml"), "--json"});
+  const YAML::Node a = YAML::Load(json), b = YAML::Load(output({config("standard.yaml")}));
+  EXPECT_EQ(json.find('\n'), json.size() - 1) << "one line";
+  for (const char* key :
+       {"belief_spectral_radius", "loop_spectral_radius", "gain_margin", "delay_margin_s", "stable"}) {
+    ASSERT_TRUE(a[key]) << key;
+    EXPECT_EQ(a[key].as<std::string>(), b[key].as<std::string>()) << key;
+  }
+}
+
+TEST(Analyze, TakesTheSimulatedRobotAsAPlant) {
+  const YAML::Node box = YAML::Load(output({config("improved.yaml"), "--plant", config("plant_box.yaml")}));
+  EXPECT_TRUE(box["plant_model"]["on_box"].as<bool>());
+  const double straight = box["straight"]["spectral_radius"].as<double>();
+  const double turn = box["turn"]["spectral_radius"].as<double>();
+  EXPECT_EQ(std::max(straight, turn), box["loop_spectral_radius"].as<double>());
+}
+
+TEST(Analyze, UnstableGainsAreAResultNotAnError) {
+  std::ifstream preset(config("improved.yaml"));
+  std::string text((std::istreambuf_iterator<char>(preset)), {});
+  text.replace(text.find("kappa_a: 8"), 10, "kappa_a: 60");
+  const TemporaryFile file(text);
+  const YAML::Node printed = YAML::Load(output({file.path()}));
+  EXPECT_FALSE(printed["stable"].as<bool>());
+  EXPECT_NE(printed["advice"].as<std::string>().find("kappa_a = 60 is most to blame"), std::string::npos);
+}
+
+TEST(Analyze, PrintsTheStableRange) {
+  const YAML::Node printed = YAML::Load(output({config("improved.yaml"), "--range", "kappa_a", "--json"}));
+  EXPECT_EQ(printed["parameter"].as<std::string>(), "kappa_a");
+  EXPECT_EQ(printed["present"].as<double>(), 8.0);
+  EXPECT_EQ(printed["low"].as<double>(), 0.0);
+  EXPECT_NEAR(printed["high"].as<double>(), 26.4, 0.05);
+  EXPECT_TRUE(printed["low_is_bound"].as<bool>());
+  EXPECT_FALSE(printed["high_is_bound"].as<bool>());
+}
+
+TEST(Analyze, ReadsTheConfigurationOfANode) {
+  std::ifstream preset(config("standard.yaml")), robot(config("jackal.yaml"));
+  std::stringstream text;
+  text << preset.rdbuf() << robot.rdbuf();
+  const TemporaryFile file(text.str());
+  EXPECT_EQ(readControllerFile(file.path()).geometry.effective_track, 0.5621);
+}
+
+TEST(Analyze, ReadsTheConfigurationOfAPredictiveNodeThatKeepsItsSlip) {
+  std::ifstream preset(config("predictive.yaml")), robot(config("jackal.yaml")), model(config("plant_model.yaml"));
+  std::stringstream text;
+  text << preset.rdbuf() << robot.rdbuf() << model.rdbuf() << "slip:\n  file: /var/lib/jackal/slip.yaml\n";
+  const TemporaryFile file(text.str());
+  EXPECT_TRUE(YAML::Load(output({file.path()}))["stable"].as<bool>());
+  const TemporaryFile wrong(text.str() + "  fil: /var/lib/jackal/slip.yaml\n");
+  EXPECT_NE(complaint({wrong.path()}).find("slip.fil"), std::string::npos);
+}
+
+TEST(Analyze, CertifiesThePredictiveStructure) {
+  const YAML::Node printed = YAML::Load(output({config("predictive.yaml"), "--plant", config("plant_model.yaml")}));
+  const PlantModel plant = readPlantFile(config("plant_model.yaml")).model;
+  const auto expected = certify(readPredictiveFile(config("predictive.yaml")).parameters, plant, plant);
+  EXPECT_TRUE(printed["stable"].as<bool>());
+  EXPECT_NEAR(printed["loop_spectral_radius"].as<double>(), expected.loop_spectral_radius, 1e-5);
+  EXPECT_NEAR(printed["gain_margin"].as<double>(), expected.gain_margin, 1e-4);
+  EXPECT_NEAR(printed["delay_margin_s"].as<double>(), expected.delay_margin, 1e-5);
+  EXPECT_NE(complaint({config("predictive.yaml"), "--range", "tau"}).find("range"), std::string::npos);
+}
+
+TEST(Analyze, PredictiveModelOfTheConfigurationMayDifferFromThePlant) {
+  std::ifstream preset(config("predictive.yaml")), model(config("plant_model.yaml"));
+  std::ostringstream both;
+  both << preset.rdbuf() << model.rdbuf();
+  const TemporaryFile file(both.str());
+  const TemporaryFile robot("plant_model: {dead_time: 0.4, lag: 0.01}\n");
+  const YAML::Node printed = YAML::Load(output({file.path(), "--plant", robot.path()}));
+  EXPECT_FALSE(printed["stable"].as<bool>()) << "a dead time five times as long as believed";
+  EXPECT_EQ(printed["robot"]["dead_time"].as<double>(), 0.4);
+}
+
+TEST(Analyze, BadInputGivesOneClearLine) {
+  EXPECT_NE(complaint({}).find("CONFIG.yaml"), std::string::npos);
+  EXPECT_NE(complaint({"/nowhere.yaml"}).find("/nowhere.yaml: cannot be read"), std::string::npos);
+  EXPECT_NE(complaint({config("improved.yaml"), "--range", "tao"}).find("range = 'tao'"), std::string::npos);
+  EXPECT_NE(complaint({config("plant.yaml")}).find("controller."), std::string::npos);
+  EXPECT_NE(complaint({config("improved.yaml"), "--plant", config("standard.yaml")}).find("not a plant file"),
+            std::string::npos);
+  const TemporaryFile empty(""), negative("plant_model: {dead_time: 0.1, lag: -0.03}"),
+      lone("plant_model: {lag: 0.03}");
+  EXPECT_NE(complaint({config("improved.yaml"), "--plant", empty.path()}).find("no keys"), std::string::npos);
+  EXPECT_NE(complaint({config("improved.yaml"), "--plant", negative.path()}).find("plant_model.lag = -0.03"),
+            std::string::npos);
+  EXPECT_NE(complaint({config("improved.yaml"), "--plant", lone.path()}).find("plant_model.dead_time: missing"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace jackal_aic
