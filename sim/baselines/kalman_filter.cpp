@@ -34,7 +34,7 @@ Eigen::MatrixXd outputMatrix(const GeometryParameters& geometry, bool on_box) {
   Eigen::MatrixXd output = Eigen::MatrixXd::Zero(on_box ? 2 : 3, 6);
   output(0, 0) = output(1, 3) = 1.0;
   if (!on_box) {
-    output(2, 3) = geometry.wheel_radius * geometry.slip / geometry.effective_track;
+    output(2, 3) = geometry.wheel_radius * geometry.slip_factor / geometry.effective_track;
     output(2, 0) = -output(2, 3);
   }
   return output;
@@ -72,8 +72,8 @@ SteadyStateKalmanFilter::SteadyStateKalmanFilter(const PredictiveParameters& par
   Eigen::MatrixXd step = Eigen::MatrixXd::Zero(6, 6);
   step.topLeftCorner<3, 3>() = step.bottomRightCorner<3, 3>() = wheelTransition(model, response_, kStep);
   Eigen::VectorXd fluctuation(6);
-  fluctuation << parameters.speed_fluctuation, 0.0, parameters.disturbance_fluctuation, parameters.speed_fluctuation,
-      0.0, parameters.disturbance_fluctuation;
+  fluctuation << parameters.speed_process_noise, 0.0, parameters.disturbance_process_noise,
+      parameters.speed_process_noise, 0.0, parameters.disturbance_process_noise;
 
   // Over the period of the sensors.
   const auto steps = std::lround(1.0 / (model.sensor_rate * kStep));

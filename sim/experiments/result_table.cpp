@@ -68,7 +68,7 @@ void describeErrors(const std::vector<Sample>& samples, const SetPointProfile& p
 void describeLearned(const SlipState& slip, const SensorVariances& variances, const PlantParameters& plant,
                      ResultRow& row) {
   row.effective_track = slip.effective_track;
-  row.slip_alpha = slip.alpha;
+  row.slip_alpha = slip.slip_factor;
   const auto ratio = [&](double variance, double deviation) -> std::optional<double> {
     const double truth = plant.noise_scale * deviation;
     if (truth == 0.0) return std::nullopt;
@@ -93,8 +93,8 @@ RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile) {
     result.row.belief_hz = predictive->belief_rate;
     result.row.action_hz = predictive->action_rate;
     result.row.integrator = kIntegratorNames[static_cast<std::size_t>(Integrator::exact)];
-    result.row.kappa_mu = predictive->kappa_mu;
-    result.row.kappa_a = predictive->kappa_a;
+    result.row.kappa_mu = predictive->belief_learning_rate;
+    result.row.kappa_a = predictive->action_learning_rate;
   } else {
     result.row.action_hz = std::get<DifferentialDriveParameters>(setup.drive.controller).rate;
   }

@@ -22,7 +22,8 @@ SensorVector sensorResponse(LoopMode mode, const GeometryParameters& geometry, c
   y(kWheelRight) = 1.0;
   y(kWheelLeft) = mode == LoopMode::straight ? 1.0 : -1.0;
   if (mode == LoopMode::turn && !plant.on_box) {
-    const double track = plant.effective_track > 0.0 ? plant.effective_track : geometry.effective_track / geometry.slip;
+    const double track =
+        plant.effective_track > 0.0 ? plant.effective_track : geometry.effective_track / geometry.slip_factor;
     y(kYawRate) = 2.0 * geometry.wheel_radius / track;
   }
   return y;

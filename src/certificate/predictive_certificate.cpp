@@ -45,11 +45,11 @@ struct Knob {
   double largest;  // of its range
 };
 
-constexpr Knob kKnobs[] = {{"kappa_a", &PredictiveParameters::kappa_a, 1.0},
-                           {"kappa_mu", &PredictiveParameters::kappa_mu, 1.0},
+constexpr Knob kKnobs[] = {{"action_learning_rate", &PredictiveParameters::action_learning_rate, 1.0},
+                           {"belief_learning_rate", &PredictiveParameters::belief_learning_rate, 1.0},
                            {"wheel_variance", &PredictiveParameters::wheel_variance, 1e3},
-                           {"speed_fluctuation", &PredictiveParameters::speed_fluctuation, 1e3},
-                           {"disturbance_fluctuation", &PredictiveParameters::disturbance_fluctuation, 1e3}};
+                           {"speed_process_noise", &PredictiveParameters::speed_process_noise, 1e3},
+                           {"disturbance_process_noise", &PredictiveParameters::disturbance_process_noise, 1e3}};
 
 std::string text(double value, int digits = 3) {
   std::ostringstream out;
@@ -82,7 +82,8 @@ std::string blame(const PredictiveParameters& parameters, const PlantModel& mode
   }
   return "with plant_model.dead_time = " + text(model.dead_time) + " s, lag = " + text(model.lag) +
          " s, gain = " + text(model.gain) + " it would be stable, but the robot has " + text(robot.dead_time) + " s, " +
-         text(robot.lag) + " s, " + text(robot.gain) + ": identify it anew or lower predictive.disturbance_fluctuation";
+         text(robot.lag) + " s, " + text(robot.gain) +
+         ": identify it anew or lower predictive.disturbance_process_noise";
 }
 
 }  // namespace
@@ -144,7 +145,7 @@ std::string advice(const PredictiveCertificate& certificate, const PredictivePar
                            " longer, before the loop oscillates";
   if (certificate.keeps(bounds)) return "Stable with room: " + room + ".";
   return "Stable, but with a thin margin (below " + text(bounds.gain) + " or " + text(bounds.delay) + " s): " + room +
-         "; lower disturbance_fluctuation = " + text(parameters.disturbance_fluctuation) + ".";
+         "; lower disturbance_process_noise = " + text(parameters.disturbance_process_noise) + ".";
 }
 
 void requireStable(const PredictiveParameters& parameters, const PlantModel& model, const PlantModel& robot) {

@@ -16,8 +16,8 @@ constexpr std::int64_t kTick = 1000000;  // inner step of the belief [ns]
 WheelBelief wheelBelief(const PredictiveParameters& p, const PlantModel& model) {
   validate(p);
   return WheelBelief(model, 1.0,
-                     {p.wheel_variance, p.speed_fluctuation, p.disturbance_fluctuation, p.timing_deviation, p.kappa_mu,
-                      p.goal_weight});
+                     {p.wheel_variance, p.speed_process_noise, p.disturbance_process_noise, p.dead_time_deviation,
+                      p.belief_learning_rate, p.goal_weight});
 }
 
 /// What happens at a time of the period, in the order in which it happens at one and the same time.
@@ -114,8 +114,8 @@ class PredictiveLinearLoop::Trajectories {
   void act() {
     const PredictiveParameters& p = loop_.parameters_;
     for (int back = past_commands_; back > 0; --back) states_.row(commandRow(back)) = states_.row(commandRow(back - 1));
-    states_.row(actionRow()) *= 1.0 - p.kappa_a;
-    states_.row(actionRow()) -= p.kappa_a / loop_.model_.gain * states_.row(2);
+    states_.row(actionRow()) *= 1.0 - p.action_learning_rate;
+    states_.row(actionRow()) -= p.action_learning_rate / loop_.model_.gain * states_.row(2);
     states_.row(actionRow()) -=
         p.sensory_action / (p.action_rate * p.wheel_variance) * (states_.row(measurementRow()) - states_.row(0));
     arrived_ = remainder_ == 0;

@@ -56,6 +56,41 @@ void checkRange(const std::string& key, double value, Bounds bounds, const char*
   }
 }
 
+/// Keys that older files have: the old name without its prefix, what it is called now, and the prefix if only there.
+struct Renamed {
+  const char* old_name;
+  const char* new_name;
+  const char* prefix;
+};
+
+constexpr Renamed kRenamed[] = {{"kappa_mu", "belief_learning_rate", "predictive"},
+                                {"kappa_a", "action_learning_rate", "predictive"},
+                                {"speed_fluctuation", "speed_process_noise", ""},
+                                {"yaw_fluctuation", "yaw_process_noise", ""},
+                                {"disturbance_fluctuation", "disturbance_process_noise", ""},
+                                {"timing_deviation", "dead_time_deviation", ""},
+                                {"yaw_deviation", "yaw_delay_deviation", ""},
+                                {"precision_memory", "precision_time_constant", ""},
+                                {"slip_memory", "slip_time_constant", ""},
+                                {"covariance_memory", "covariance_time_constant", ""},
+                                {"learn_slip", "learn_track", ""},
+                                {"learn_alpha", "learn_slip_factor", ""},
+                                {"slip", "slip_factor", "robot"},
+                                {"alpha", "slip_factor", "slip"}};
+
+/// What a key is called now; empty if it was not renamed.
+std::string newNameOf(const std::string& key) {
+  const std::size_t dot = key.rfind('.');
+  if (dot == std::string::npos) return "";
+  const std::string prefix = key.substr(0, dot), name = key.substr(dot + 1);
+  for (const Renamed& renamed : kRenamed) {
+    if (name == renamed.old_name && (*renamed.prefix == '\0' || prefix == renamed.prefix)) {
+      return prefix + "." + renamed.new_name;
+    }
+  }
+  return "";
+}
+
 /// Edits (insert, delete, replace, swap two neighbours) from one word to another (Damerau and Levenshtein).
 std::size_t editDistance(const std::string& a, const std::string& b) {
   std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
@@ -121,6 +156,8 @@ std::vector<std::string> ParameterMap::knownKeys() const { return {known_.begin(
 void ParameterMap::refuseUnknown() const {
   for (const auto& entry : values_) {
     if (known_.count(entry.first) > 0) continue;
+    const std::string renamed = newNameOf(entry.first);
+    if (!renamed.empty()) throw ParameterError(entry.first + ": renamed; it is called " + renamed + " now");
     const std::vector<std::string> candidates = nearest(entry.first, knownKeys());
     throw ParameterError(shortened(entry.first) + " = " + describe(entry.second) + ": unknown key" +
                          (candidates.empty() ? "" : "; nearest known keys: " + join(candidates)));

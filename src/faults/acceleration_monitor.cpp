@@ -18,10 +18,10 @@ constexpr double kWandering = 1.0;           // m/s^2, standard deviation of the
 AccelerationMonitor::AccelerationMonitor(const FaultParameters& parameters)
     : parameters_(parameters),
       forward_{0.0, kUnknownInclination, -kSteepest * kGravity, kSteepest * kGravity,
-               LearnedVariance(parameters.covariance_memory)},
+               LearnedVariance(parameters.covariance_time_constant)},
       vertical_{0.0, kUnknownInclination, -(1.0 - kSteepest) * kGravity, (1.0 - kSteepest) * kGravity,
-                LearnedVariance(parameters.covariance_memory)},
-      timing_(parameters.timing_deviation),
+                LearnedVariance(parameters.covariance_time_constant)},
+      timing_(parameters.dead_time_deviation),
       persistence_(parameters.persistence()),
       repetition_at_rest_{RepetitionTest(parameters.frozen_samples), RepetitionTest(parameters.frozen_samples)},
       repetition_moving_(repetition_at_rest_) {}

@@ -82,7 +82,7 @@ FaultMonitor::FaultMonitor(const FaultParameters& parameters, const GeometryPara
     : parameters_(validated(parameters)),
       geometry_(geometry),
       model_(model),
-      rolling_radius_(geometry.wheel_radius * geometry.slip),
+      rolling_radius_(geometry.wheel_radius * geometry.slip_factor),
       left_(parameters, model, geometry.wheel_radius),
       right_(left_),
       yaw_(parameters, initialTrack(geometry, model)),

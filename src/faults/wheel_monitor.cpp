@@ -35,12 +35,12 @@ std::size_t steps(double time) { return static_cast<std::size_t>(std::lround(tim
 
 /// The time by which a second prediction can run ahead: what is commanded now is not yet driven.
 double lead(const FaultParameters& p, const PlantModel& model) {
-  return std::min(kTimingBound * p.timing_deviation, model.dead_time);
+  return std::min(kTimingBound * p.dead_time_deviation, model.dead_time);
 }
 
 /// What an identified drive train may be.
 DriveTrainRange identifiedRange(const FaultParameters& p, const PlantModel& model) {
-  const double timing = kTimingBound * p.timing_deviation;
+  const double timing = kTimingBound * p.dead_time_deviation;
   return {timing, timing, model.lag, model.lag, p.slowest_acceleration, p.fastest_acceleration};
 }
 
@@ -76,7 +76,7 @@ PlantModel earlier(PlantModel model, double by) {
 WheelBeliefParameters beliefParameters(const FaultParameters& p) {
   WheelBeliefParameters belief;
   belief.measurement_variance = p.wheel_variance;
-  belief.timing_deviation = p.timing_deviation;
+  belief.dead_time_deviation = p.dead_time_deviation;
   return belief;
 }
 
@@ -86,11 +86,11 @@ WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& 
     : parameters_(parameters),
       belief_(model, wheel_radius, beliefParameters(parameters)),
       early_(earlier(model, lead(parameters, model)), wheel_radius, beliefParameters(parameters)),
-      envelope_(steps(kTimingBound * parameters.timing_deviation), steps(lead(parameters, model))),
+      envelope_(steps(kTimingBound * parameters.dead_time_deviation), steps(lead(parameters, model))),
       reachable_(model, wheel_radius, driveTrainRange(parameters, model)),
       identified_(model.identified),
       change_(kMemory),
-      learned_(parameters.covariance_memory),
+      learned_(parameters.covariance_time_constant),
       persistence_(parameters.persistence()),
       repetition_(parameters.frozen_samples),
       bound_(chebyshevBound(1, parameters.false_alarm_rate)),

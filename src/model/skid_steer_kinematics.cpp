@@ -8,12 +8,12 @@ BodyVector SkidSteerKinematics::bodyVelocity(const WheelCommand& wheels) const {
 
 WheelCommand SkidSteerKinematics::wheelSpeeds(double forward, double yaw_rate) const {
   const double half_difference = 0.5 * geometry_.effective_track * yaw_rate;
-  const double rolling_radius = geometry_.wheel_radius * geometry_.slip;
+  const double rolling_radius = geometry_.wheel_radius * geometry_.slip_factor;
   return {(forward - half_difference) / rolling_radius, (forward + half_difference) / rolling_radius};
 }
 
 Eigen::Matrix<double, kBodySize, 2> SkidSteerKinematics::forwardMatrix() const {
-  const double r_alpha = geometry_.wheel_radius * geometry_.slip;
+  const double r_alpha = geometry_.wheel_radius * geometry_.slip_factor;
   const double b = geometry_.effective_track;
   Eigen::Matrix<double, kBodySize, 2> G;
   G << 0.5, 0.5,  //
@@ -23,7 +23,7 @@ Eigen::Matrix<double, kBodySize, 2> SkidSteerKinematics::forwardMatrix() const {
 }
 
 Eigen::Matrix<double, kSensorSize, kBodySize> SkidSteerKinematics::sensoryMap() const {
-  const double r_alpha = geometry_.wheel_radius * geometry_.slip;
+  const double r_alpha = geometry_.wheel_radius * geometry_.slip_factor;
   const double b = geometry_.effective_track;
   Eigen::Matrix<double, kSensorSize, kBodySize> R;
   R << 0.0, 0.0, 1.0,                            //
@@ -35,7 +35,7 @@ Eigen::Matrix<double, kSensorSize, kBodySize> SkidSteerKinematics::sensoryMap() 
 }
 
 Eigen::Matrix<double, 2, kSensorSize> SkidSteerKinematics::forwardModel() const {
-  const double ratio = geometry_.wheel_radius * geometry_.slip / geometry_.effective_track;
+  const double ratio = geometry_.wheel_radius * geometry_.slip_factor / geometry_.effective_track;
   Eigen::Matrix<double, 2, kSensorSize> K;
   K << -ratio, 1.0, 0.0, 0.0, 0.0,  //
       ratio, 0.0, 1.0, 0.0, 0.0;

@@ -80,12 +80,12 @@ void WheelBelief::predict(double command, double goal) {
   C_ = (J * C_ * J.transpose()).eval();
   C_since_ = (J * C_since_).eval();
   P_ = (J * P_ * J.transpose()).eval();
-  P_(0, 0) += parameters_.speed_fluctuation * kStep;
-  P_(2, 2) += parameters_.disturbance_fluctuation * kStep;
+  P_(0, 0) += parameters_.speed_process_noise * kStep;
+  P_(2, 2) += parameters_.disturbance_process_noise * kStep;
 }
 
 double WheelBelief::correct(double measurement, double added_variance) {
-  const double timing = parameters_.timing_deviation * rate_;
+  const double timing = parameters_.dead_time_deviation * rate_;
   const double variance = parameters_.measurement_variance + timing * timing + added_variance;
   error_ = measurement - x_(0);
   predicted_change_ = x_(0) - corrected_(0);

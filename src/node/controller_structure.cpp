@@ -14,7 +14,7 @@ class OpenLoopStructure : public ControllerStructure {
   ControllerState state() const override {
     ControllerState message;
     message.effective_track = geometry_.effective_track;
-    message.slip = geometry_.slip;
+    message.slip_factor = geometry_.slip_factor;
     return message;
   }
 

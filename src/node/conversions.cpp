@@ -131,8 +131,8 @@ ControllerState stateMessage(const PredictiveController& controller) {
   message.sensory_error_wheel_right = {errors(kWheelRight)};
   message.free_energy = controller.freeEnergy();
   message.effective_track = controller.slip().effective_track;
-  message.slip = controller.slip().alpha;
-  message.slip_frozen = controller.slipFrozen();
+  message.slip_factor = controller.slip().slip_factor;
+  message.learning_frozen = controller.learningFrozen();
   message.wheel_belief_left = controller.left().speed();
   message.wheel_belief_right = controller.right().speed();
   message.disturbance_left = controller.left().disturbance();

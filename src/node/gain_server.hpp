@@ -30,24 +30,24 @@ void visitGains(Parameters& gains, ControllerGainsConfig& config, const Visit& v
 /// As above, for the predictive structure.
 template <class Parameters, class Visit>
 void visitGains(Parameters& gains, PredictiveGainsConfig& config, const Visit& visit) {
-  visit("kappa_mu", gains.kappa_mu, config.kappa_mu);
-  visit("kappa_a", gains.kappa_a, config.kappa_a);
+  visit("belief_learning_rate", gains.belief_learning_rate, config.belief_learning_rate);
+  visit("action_learning_rate", gains.action_learning_rate, config.action_learning_rate);
   visit("goal_weight", gains.goal_weight, config.goal_weight);
   visit("sensory_action", gains.sensory_action, config.sensory_action);
   visit("reference_time", gains.reference_time, config.reference_time);
   visit("wheel_variance", gains.wheel_variance, config.wheel_variance);
   visit("gyro_variance", gains.gyro_variance, config.gyro_variance);
-  visit("speed_fluctuation", gains.speed_fluctuation, config.speed_fluctuation);
-  visit("yaw_fluctuation", gains.yaw_fluctuation, config.yaw_fluctuation);
-  visit("disturbance_fluctuation", gains.disturbance_fluctuation, config.disturbance_fluctuation);
-  visit("timing_deviation", gains.timing_deviation, config.timing_deviation);
+  visit("speed_process_noise", gains.speed_process_noise, config.speed_process_noise);
+  visit("yaw_process_noise", gains.yaw_process_noise, config.yaw_process_noise);
+  visit("disturbance_process_noise", gains.disturbance_process_noise, config.disturbance_process_noise);
+  visit("dead_time_deviation", gains.dead_time_deviation, config.dead_time_deviation);
   visit("accelerometer_variance", gains.accelerometer_variance, config.accelerometer_variance);
   visit("learn_precision", gains.learn_precision, config.learn_precision);
-  visit("precision_memory", gains.precision_memory, config.precision_memory);
-  visit("learn_slip", gains.learn_slip, config.learn_slip);
-  visit("learn_alpha", gains.learn_alpha, config.learn_alpha);
-  visit("slip_memory", gains.slip_memory, config.slip_memory);
-  visit("yaw_deviation", gains.yaw_deviation, config.yaw_deviation);
+  visit("precision_time_constant", gains.precision_time_constant, config.precision_time_constant);
+  visit("learn_track", gains.learn_track, config.learn_track);
+  visit("learn_slip_factor", gains.learn_slip_factor, config.learn_slip_factor);
+  visit("slip_time_constant", gains.slip_time_constant, config.slip_time_constant);
+  visit("yaw_delay_deviation", gains.yaw_delay_deviation, config.yaw_delay_deviation);
   visit("slip_excitation", gains.slip_excitation, config.slip_excitation);
   visit("accelerometer_weight", gains.accelerometer_weight, config.accelerometer_weight);
   visit("turning_centre", gains.turning_centre, config.turning_centre);

@@ -12,7 +12,7 @@ const ros::Duration kKeepPeriod(10.0);  // of writing the slip file
 
 std::string describe(const SlipState& slip) {
   std::ostringstream text;
-  text << "effective track " << slip.effective_track << " m, alpha " << slip.alpha;
+  text << "effective track " << slip.effective_track << " m, alpha " << slip.slip_factor;
   return text.str();
 }
 
@@ -24,7 +24,8 @@ PredictiveStructure::PredictiveStructure(ros::NodeHandle& node, const Predictive
     : model_(model),
       controller_(controller),
       belief_publisher_(node.advertise<geometry_msgs::TwistWithCovarianceStamped>("jackal_AIC/belief", 10)),
-      freeze_service_(ros::NodeHandle("~").advertiseService("freeze_slip", &PredictiveStructure::onFreezeSlip, this)),
+      freeze_service_(
+          ros::NodeHandle("~").advertiseService("freeze_learning", &PredictiveStructure::onFreezeLearning, this)),
       gain_server_("predictive", gains, [this](const PredictiveParameters& wanted) { adopt(wanted); }) {
   reportCertificate(gains);
   if (!slip_file.empty()) openSlipFile(slip_file);
@@ -59,8 +60,8 @@ void PredictiveStructure::keepSlip(const ros::Time& now) {
   if (!failure.empty()) ROS_WARN("%s", failure.c_str());
 }
 
-bool PredictiveStructure::onFreezeSlip(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
-  controller_.freezeSlip(request.data);
+bool PredictiveStructure::onFreezeLearning(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
+  controller_.freezeLearning(request.data);
   response.success = true;
   response.message = (request.data ? "frozen: " : "learning: ") + describe(controller_.slip());
   return true;

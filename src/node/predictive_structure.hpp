@@ -18,8 +18,8 @@
 namespace jackal_aic {
 
 /// Publishes the belief, an estimate of odometry grade, on jackal_AIC/belief
-/// (geometry_msgs/TwistWithCovarianceStamped). Service ~freeze_slip (std_srvs/SetBool) stops and resumes the learning
-/// of the slip. With a slip file, what was learned outlives the node.
+/// (geometry_msgs/TwistWithCovarianceStamped). Service ~freeze_learning (std_srvs/SetBool) stops and resumes the
+/// learning of the slip. With a slip file, what was learned outlives the node.
 class PredictiveStructure : public ControllerStructure {
  public:
   /// Opens the topic in the namespace of `node`. @param slip_file path, or empty; @param controller with these gains;
@@ -39,7 +39,7 @@ class PredictiveStructure : public ControllerStructure {
   void openSlipFile(const std::string& path);
   void keepSlip(const ros::Time& now);
   void adopt(const PredictiveParameters& wanted);
-  bool onFreezeSlip(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
+  bool onFreezeLearning(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 
   PlantModel model_;  // as the controller believes it; gains are certified on a robot that is as believed
   PredictiveController& controller_;

@@ -26,9 +26,10 @@ struct BoundedSlip {
 
 template <class Visitor>
 void describeFields(Visitor& v, BoundedSlip& p) {
-  v.field("alpha", p.slip.alpha, {p.configured.alpha / kRange, p.configured.alpha * kRange}, "", Presence::required);
+  v.field("slip_factor", p.slip.slip_factor, {p.configured.slip_factor / kRange, p.configured.slip_factor * kRange}, "",
+          Presence::required);
   // The belief bounds alpha and the ratio alpha / b_hat.
-  const double track = p.configured.effective_track * p.slip.alpha / p.configured.alpha;
+  const double track = p.configured.effective_track * p.slip.slip_factor / p.configured.slip_factor;
   v.field("effective_track", p.slip.effective_track, {track / kRange, track * kRange}, "m", Presence::required);
 }
 

@@ -13,7 +13,7 @@
 
 namespace jackal_aic {
 
-/// The slip in a file, keys slip.effective_track [m] and slip.alpha. Empty if there is no such file.
+/// The slip in a file, keys slip.effective_track [m] and slip.slip_factor. Empty if there is no such file.
 /// @param configured centre of the range in which the belief stays.
 /// @throws ParameterError naming file, key, value and bound, if the file is unreadable or holds anything else, or if a
 /// value is out of range.

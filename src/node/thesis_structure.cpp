@@ -39,7 +39,7 @@ void ThesisStructure::adopt(const ControllerParameters& wanted) {
 ControllerState ThesisStructure::state() const {
   ControllerState message = stateMessage(controller_);
   message.effective_track = geometry_.effective_track;
-  message.slip = geometry_.slip;
+  message.slip_factor = geometry_.slip_factor;
   return message;
 }
 

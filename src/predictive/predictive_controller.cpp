@@ -21,12 +21,13 @@ constexpr double kMoving = 0.5;          // rad/s; least wheel speed of a robot 
 bool isWhole(double ratio) { return ratio >= 1.0 - 1e-9 && std::abs(ratio - std::round(ratio)) < 1e-9 * ratio; }
 
 WheelBeliefParameters wheelParameters(const PredictiveParameters& p) {
-  return {p.wheel_variance, p.speed_fluctuation, p.disturbance_fluctuation, p.timing_deviation, p.kappa_mu,
-          p.goal_weight,    kLimitDeviation};
+  return {p.wheel_variance,      p.speed_process_noise,  p.disturbance_process_noise,
+          p.dead_time_deviation, p.belief_learning_rate, p.goal_weight,
+          kLimitDeviation};
 }
 
 YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
-  return {p.gyro_variance, p.yaw_fluctuation, p.yaw_deviation};
+  return {p.gyro_variance, p.yaw_process_noise, p.yaw_delay_deviation};
 }
 
 ForwardSpeedBeliefParameters forwardParameters(const PredictiveParameters& p) {
@@ -39,12 +40,12 @@ PredictiveParameters validated(const PredictiveParameters& parameters) {
 }
 
 SlipLearning slipLearning(const PredictiveParameters& p) {
-  return {p.gyro_variance, p.accelerometer_variance, p.slip_memory, p.yaw_deviation, p.slip_excitation};
+  return {p.gyro_variance, p.accelerometer_variance, p.slip_time_constant, p.yaw_delay_deviation, p.slip_excitation};
 }
 
 SlipBelief slipBelief(const PredictiveParameters& p, const GeometryParameters& geometry, const PlantModel& model) {
   const double track = model.effective_track > 0.0 ? model.effective_track : geometry.effective_track;
-  return SlipBelief({track, geometry.slip}, geometry.wheel_radius, slipLearning(p));
+  return SlipBelief({track, geometry.slip_factor}, geometry.wheel_radius, slipLearning(p));
 }
 
 SensorVariances sensorVariances(const PredictiveParameters& p) {
@@ -179,7 +180,7 @@ PredictiveController::PredictiveController(const PredictiveParameters& parameter
       yaw_(yawParameters(parameters)),
       forward_(forwardParameters(parameters)),
       slip_(slipBelief(parameters, geometry, model)),
-      precisions_(sensorVariances(parameters), parameters.precision_memory),
+      precisions_(sensorVariances(parameters), parameters.precision_time_constant),
       reference_left_(model, geometry.wheel_radius, parameters.reference_time, 1.0 / parameters.action_rate),
       reference_right_(reference_left_) {}
 
@@ -214,15 +215,15 @@ Observation PredictiveController::withBelieved(Observation y) const {
 }
 
 void PredictiveController::learn(const Observation& y) {
-  if (slip_frozen_ || model_.on_box) return;  // on a box neither gyro nor accelerometer notices the wheels
+  if (learning_frozen_ || model_.on_box) return;  // on a box neither gyro nor accelerometer notices the wheels
   if (!y.valid.wheel_left || !y.valid.wheel_right) return;
   const double step = y.stamp - observation_.stamp;
-  if (parameters_.learn_slip && y.valid.yaw_rate) {
+  if (parameters_.learn_track && y.valid.yaw_rate) {
     slip_.learnTrack(y.yaw_rate, wheelDifference(y), step);
   }
   if (!y.valid.acceleration) return;
   slip_.observeAcceleration(y.acceleration_x, y.wheel_left, y.wheel_right, step);
-  if (parameters_.learn_alpha) slip_.learnAlpha();
+  if (parameters_.learn_slip_factor) slip_.learnAlpha();
 }
 
 WheelDifference PredictiveController::wheelDifference(const Observation& y) const {
@@ -233,7 +234,7 @@ WheelDifference PredictiveController::wheelDifference(const Observation& y) cons
 
 void PredictiveController::setSlip(const SlipState& state) {
   requirePositive("effective_track", state.effective_track);
-  requirePositive("alpha", state.alpha);
+  requirePositive("slip_factor", state.slip_factor);
   slip_.setState(state);
 }
 
@@ -290,7 +291,7 @@ double PredictiveController::correctWheels(const Observation& y) {
 double PredictiveController::standInVariance() const {
   // omega_L = omega_R - theta_dot / slope, where theta_dot comes late by the yaw's delay
   const double slope = yawPerWheelSpeed();
-  const double late = parameters_.yaw_deviation * (right_.acceleration() - left_.acceleration());
+  const double late = parameters_.yaw_delay_deviation * (right_.acceleration() - left_.acceleration());
   return precisions_.variances().gyro / (slope * slope) + late * late;
 }
 
@@ -302,19 +303,19 @@ void PredictiveController::correctForwardSpeed(const Observation& y) {
 }
 
 double PredictiveController::forwardSpeedOfWheels() const {
-  return 0.5 * geometry_.wheel_radius * slip_.state().alpha * (left_.speed() + right_.speed());
+  return 0.5 * geometry_.wheel_radius * slip_.state().slip_factor * (left_.speed() + right_.speed());
 }
 
 double PredictiveController::yawPerWheelSpeed() const {
-  return geometry_.wheel_radius * slip_.state().alpha / slip_.state().effective_track;
+  return geometry_.wheel_radius * slip_.state().slip_factor / slip_.state().effective_track;
 }
 
 void PredictiveController::learnPrecisions(const Observation& y, double step) {
-  const double radius = geometry_.wheel_radius * slip_.state().alpha;
+  const double radius = geometry_.wheel_radius * slip_.state().slip_factor;
   const double slope = model_.on_box ? 0.0 : yawPerWheelSpeed();
   const double rolling = model_.on_box ? 0.0 : radius;
   precisions_.learnWheels(left_, right_, step);
-  if (steady_time_ > kTrackSettled * parameters_.slip_memory + model_.dead_time) {
+  if (steady_time_ > kTrackSettled * parameters_.slip_time_constant + model_.dead_time) {
     precisions_.learnGyro(y.yaw_rate - slope * (right_.speed() - left_.speed()), left_, right_, slope,
                           slip_.trackGain(), step);
   }
@@ -346,7 +347,7 @@ WheelVector PredictiveController::inputs() const {
   WheelVector r(reference_left_.input(wanted_.left), reference_right_.input(wanted_.right));
   if (turn_acceleration_ <= 0.0) return r;
   const double turn = r(1) - r(0);
-  const double yaw_per_difference = geometry_.wheel_radius * geometry_.slip / geometry_.effective_track;
+  const double yaw_per_difference = geometry_.wheel_radius * geometry_.slip_factor / geometry_.effective_track;
   const double largest_change = model_.gain * turn_acceleration_ / (parameters_.action_rate * yaw_per_difference);
   const double in_time =
       reference_right_.minus(reference_left_).inTime(wanted_.right - wanted_.left, turn, largest_change);
@@ -359,7 +360,7 @@ double PredictiveController::act(double r, DriveTrainReference& reference, const
   reference.take(r);
   const double error = model_.gain * action + wheel.disturbance() - r;
   const double sensory = (measured - wheel.speed()) / (parameters_.wheel_variance * parameters_.action_rate);
-  return action - parameters_.kappa_a * error / model_.gain - parameters_.sensory_action * sensory;
+  return action - parameters_.action_learning_rate * error / model_.gain - parameters_.sensory_action * sensory;
 }
 
 WheelCommand PredictiveController::updateAction() {
@@ -407,7 +408,7 @@ void PredictiveController::adoptGains(const PredictiveParameters& parameters) {
   yaw_.setParameters(yawParameters(parameters));
   forward_.setParameters(forwardParameters(parameters));
   slip_.setLearning(slipLearning(parameters));
-  precisions_ = SensorPrecisions(sensorVariances(parameters), parameters.precision_memory);
+  precisions_ = SensorPrecisions(sensorVariances(parameters), parameters.precision_time_constant);
 }
 
 void PredictiveController::restart() {
@@ -428,7 +429,7 @@ void PredictiveController::reset() {
   set_point_ = {};
   standstill_ = {};
   slip_ = slipBelief(parameters_, geometry_, model_);
-  precisions_ = SensorPrecisions(sensorVariances(parameters_), parameters_.precision_memory);
+  precisions_ = SensorPrecisions(sensorVariances(parameters_), parameters_.precision_time_constant);
   for (WheelBelief* wheel : {&left_, &right_}) wheel->setMeasurementVariance(parameters_.wheel_variance);
   free_energy_ = 0.0;
   errors_.setZero();
@@ -444,7 +445,7 @@ void PredictiveController::forgetMotion() {
 SkidSteerKinematics PredictiveController::kinematics() const {
   GeometryParameters believed = geometry_;
   believed.effective_track = slip_.state().effective_track;
-  believed.slip = slip_.state().alpha;
+  believed.slip_factor = slip_.state().slip_factor;
   return SkidSteerKinematics(believed);
 }
 
@@ -458,10 +459,10 @@ BodyVector PredictiveController::believedVelocity() const {
 Eigen::Matrix2d PredictiveController::velocityCovariance() const {
   // x_dot = r alpha (w_L + w_R)/2; the yaw rate is a belief of its own, which the wheels only move.
   const double r = geometry_.wheel_radius;
-  const double per_wheel = 0.5 * r * slip_.state().alpha;
+  const double per_wheel = 0.5 * r * slip_.state().slip_factor;
   const double mean = 0.5 * (left_.speed() + right_.speed());
   double forward = per_wheel * per_wheel * (left_.covariance()(0, 0) + right_.covariance()(0, 0));
-  if (parameters_.learn_alpha) forward += r * r * mean * mean * slip_.alphaVariance();
+  if (parameters_.learn_slip_factor) forward += r * r * mean * mean * slip_.alphaVariance();
   forward += forward_.variance();
   return Eigen::Vector2d(forward, yaw_.variance()).asDiagonal();
 }

@@ -30,23 +30,23 @@ SlipBelief::SlipBelief(const SlipState& configured, double wheel_radius, const S
     : configured_(configured),
       radius_(wheel_radius),
       learning_(learning),
-      ratio_(configured.alpha / configured.effective_track),
-      alpha_(configured.alpha),
+      ratio_(configured.slip_factor / configured.effective_track),
+      alpha_(configured.slip_factor),
       ratio_curvature_(curvatureOf(ratio_)),
       alpha_curvature_(curvatureOf(alpha_)) {}
 
 double SlipBelief::boundedAlpha(double alpha) const {
-  return std::clamp(alpha, configured_.alpha / kRange, configured_.alpha * kRange);
+  return std::clamp(alpha, configured_.slip_factor / kRange, configured_.slip_factor * kRange);
 }
 
 double SlipBelief::boundedRatio(double ratio) const {
-  const double configured = configured_.alpha / configured_.effective_track;
+  const double configured = configured_.slip_factor / configured_.effective_track;
   return std::clamp(ratio, configured / kRange, configured * kRange);
 }
 
 void SlipBelief::setState(const SlipState& state) {
-  alpha_ = boundedAlpha(state.alpha);
-  ratio_ = boundedRatio(state.alpha / state.effective_track);
+  alpha_ = boundedAlpha(state.slip_factor);
+  ratio_ = boundedRatio(state.slip_factor / state.effective_track);
 }
 
 bool SlipBelief::turns(const WheelDifference& n, double step) {
@@ -58,7 +58,7 @@ bool SlipBelief::turns(const WheelDifference& n, double step) {
 void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double step) {
   track_gain_ = 0.0;
   if (!turns(n, step)) return;
-  const double late = learning_.yaw_deviation * ratio_ * radius_ * n.rate;
+  const double late = learning_.yaw_delay_deviation * ratio_ * radius_ * n.rate;
   const double slope = ratio_ * radius_;
   const double variance = learning_.gyro_variance + slope * slope * n.variance + late * late;
   const double forgetting = std::exp(-std::min(step, learning_.memory) / learning_.memory);

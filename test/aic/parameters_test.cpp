@@ -95,6 +95,31 @@ TEST(Parameters, UnknownKeyIsNamedWithTheKnownOnes) {
               {"controller.taau = 0.1: unknown key; nearest known keys: controller.tau, "});
 }
 
+TEST(Parameters, ARenamedKeyIsToldItsNewName) {
+  const std::pair<const char*, const char*> kRenamed[] = {{"predictive.learn_slip", "predictive.learn_track"},
+                                                          {"predictive.kappa_mu", "predictive.belief_learning_rate"},
+                                                          {"faults.timing_deviation", "faults.dead_time_deviation"},
+                                                          {"robot.slip", "robot.slip_factor"}};
+  for (const auto& [before, now] : kRenamed) {
+    ParameterMap map;
+    map.set(before, 1.0);
+    try {
+      map.refuseUnknown();
+      ADD_FAILURE() << before << " accepted";
+    } catch (const ParameterError& error) {
+      EXPECT_EQ(std::string(error.what()), std::string(before) + ": renamed; it is called " + now + " now");
+    }
+  }
+  ParameterMap thesis;
+  thesis.set("controller.kappa_mu", 0.1);
+  EXPECT_THROW(thesis.refuseUnknown(), ParameterError);
+  try {
+    thesis.refuseUnknown();
+  } catch (const ParameterError& error) {
+    EXPECT_EQ(std::string(error.what()), "controller.kappa_mu = 0.1: unknown key") << "the thesis' letters stay";
+  }
+}
+
 TEST(Parameters, WrongTypeIsNamed) {
   expectNames(refusal(preset("tau: fast")), {"controller.tau", "'fast'", "number"});
   expectNames(refusal(preset("tau: \"0.03\"")), {"controller.tau", "'0.03'", "number"});

@@ -31,12 +31,12 @@ class CaseGenerator {
   Case draw() {
     Case c;
     std::tie(c.parameters.belief_rate, c.parameters.action_rate) = oneOf(kRates);
-    c.parameters.kappa_mu = uniform(0.2, 1.0);
-    c.parameters.kappa_a = uniform(0.3, 1.0);
+    c.parameters.belief_learning_rate = uniform(0.2, 1.0);
+    c.parameters.action_learning_rate = uniform(0.3, 1.0);
     c.parameters.reference_time = logarithmic(0.005, 0.2);
     c.parameters.wheel_variance = logarithmic(1e-4, 1e-2);
-    c.parameters.speed_fluctuation = logarithmic(1e-3, 1.0);
-    c.parameters.disturbance_fluctuation = logarithmic(1e-3, 1.0);
+    c.parameters.speed_process_noise = logarithmic(1e-3, 1.0);
+    c.parameters.disturbance_process_noise = logarithmic(1e-3, 1.0);
     c.model.dead_time = 0.001 * std::round(uniform(0.0, 150.0));
     c.model.lag = logarithmic(0.005, 0.15);
     c.model.velocity_loop_integral = uniform(0.0, 1.0) < 0.5 ? 0.0 : uniform(1.0, 8.0);
@@ -69,10 +69,10 @@ class CaseGenerator {
 std::string describeCase(const Case& c) {
   std::ostringstream out;
   out << "belief " << c.parameters.belief_rate << " Hz, action " << c.parameters.action_rate << " Hz, sensor "
-      << c.robot.sensor_rate << " Hz, kappa_mu " << c.parameters.kappa_mu << ", kappa_a " << c.parameters.kappa_a
-      << ", dead time " << c.model.dead_time << " / " << c.robot.dead_time << ", lag " << c.model.lag << " / "
-      << c.robot.lag << ", gain " << c.model.gain << " / " << c.robot.gain << ", integral "
-      << c.model.velocity_loop_integral << ", phase " << c.phase;
+      << c.robot.sensor_rate << " Hz, kappa_mu " << c.parameters.belief_learning_rate << ", kappa_a "
+      << c.parameters.action_learning_rate << ", dead time " << c.model.dead_time << " / " << c.robot.dead_time
+      << ", lag " << c.model.lag << " / " << c.robot.lag << ", gain " << c.model.gain << " / " << c.robot.gain
+      << ", integral " << c.model.velocity_loop_integral << ", phase " << c.phase;
   return out.str();
 }
 
@@ -207,10 +207,10 @@ TEST(PredictiveCertificate, WarnsOfAThinMargin) {
 
 TEST(PredictiveCertificate, TellsWhatTheRadiusDependsOn) {
   PredictiveParameters timid;
-  timid.kappa_mu = 0.05;
+  timid.belief_learning_rate = 0.05;
   const auto list = sensitivities(timid, ground(), ground());
   ASSERT_FALSE(list.empty());
-  EXPECT_EQ(list.front().parameter, "kappa_mu");
+  EXPECT_EQ(list.front().parameter, "belief_learning_rate");
   EXPECT_LT(list.front().value, 0.0) << "a faster belief decays faster";
 }
 

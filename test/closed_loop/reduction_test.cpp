@@ -61,13 +61,13 @@ Reduction reduce(const ControllerParameters& p, const GeometryParameters& g, Mot
   q.action_rate = p.action_rate;
   q.goal_weight = 1.0;
   q.wheel_variance = variance;
-  q.disturbance_fluctuation = q.timing_deviation = 0.0;
-  q.learn_slip = false;
+  q.disturbance_process_noise = q.dead_time_deviation = 0.0;
+  q.learn_track = false;
   // The fluctuation whose Kalman gain is c: P = c Sigma / (1 - c) before and c Sigma after a measurement.
   double growth = 0.0;
   for (double t = 0.0; t < h - 1e-9; t += WheelBelief::kStep) growth += std::exp(-2.0 * t / reduction.model.lag);
-  q.speed_fluctuation = c * variance * (1.0 / (1.0 - c) - kept * kept) / (growth * WheelBelief::kStep);
-  q.kappa_a = 0.0;  // no expected error
+  q.speed_process_noise = c * variance * (1.0 / (1.0 - c) - kept * kept) / (growth * WheelBelief::kStep);
+  q.action_learning_rate = 0.0;  // no expected error
   const double ratio = g.wheel_radius / g.effective_track;
   q.sensory_action = p.kappa_a * (motion == Motion::forward ? 1.0 : 1.0 + 2.0 * ratio * ratio);  // of K Pi_y eps_y
   return reduction;

@@ -101,7 +101,7 @@ TEST(Slip, AWrongTrackLeavesTheStraightLineAlone) {
 TEST(Slip, AlphaIsFoundByTheAccelerometerWhereTheWheelsAreSmallerThanConfigured) {
   // A robot whose wheels carry it less far than configured by a factor has that factor as its alpha.
   PredictiveParameters learning = PredictiveLoop::preset();
-  learning.learn_alpha = true;
+  learning.learn_slip_factor = true;
   for (double alpha : {0.8, 1.0, 1.2}) {
     GeometryParameters geometry;
     geometry.wheel_radius = 0.098 / alpha;
@@ -112,7 +112,7 @@ TEST(Slip, AlphaIsFoundByTheAccelerometerWhereTheWheelsAreSmallerThanConfigured)
       motion = loop.drive({0.8, 0.0, 0.0}, 3.0);
       loop.drive({}, 2.0);
     }
-    EXPECT_NEAR(loop.controller.slip().alpha, alpha, 0.03 * alpha);
+    EXPECT_NEAR(loop.controller.slip().slip_factor, alpha, 0.03 * alpha);
     EXPECT_NEAR(motion.forward, 0.8, 0.03 * 0.8);
   }
 }
@@ -120,7 +120,7 @@ TEST(Slip, AlphaIsFoundByTheAccelerometerWhereTheWheelsAreSmallerThanConfigured)
 TEST(Slip, ASlopeIsNotTakenForAlphaWhenTheRobotTurnsRoundOnIt) {
   // Without its attitude the accelerometer would read 0.85 m/s^2 more at rest uphill than when driving downhill.
   PredictiveParameters learning = PredictiveLoop::preset();
-  learning.learn_alpha = true;
+  learning.learn_slip_factor = true;
   PlantParameters robot = PredictiveLoop::ground();
   robot.slope = 5.0;
   PredictiveLoop loop({}, learning, robot);
@@ -130,7 +130,7 @@ TEST(Slip, ASlopeIsNotTakenForAlphaWhenTheRobotTurnsRoundOnIt) {
     loop.drive({1.0, 0.0, 0.0}, 2.0);
     loop.drive({0.3, 0.0, 0.0}, 2.0);
   }
-  EXPECT_NEAR(loop.controller.slip().alpha, 1.0, 0.03);
+  EXPECT_NEAR(loop.controller.slip().slip_factor, 1.0, 0.03);
 }
 
 }  // namespace

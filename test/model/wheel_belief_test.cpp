@@ -79,8 +79,9 @@ TEST(WheelBelief, CovarianceIsHonest) {
     double w = 0.03 * unit(random), d = 0.3 * unit(random);
     for (int k = 1; k <= 600; ++k) {
       wheel.predict(1.0);
-      w += -std::expm1(-0.001 / 0.05) * (1.0 + d - w) + std::sqrt(parameters.speed_fluctuation * 0.001) * unit(random);
-      d += std::sqrt(parameters.disturbance_fluctuation * 0.001) * unit(random);
+      w +=
+          -std::expm1(-0.001 / 0.05) * (1.0 + d - w) + std::sqrt(parameters.speed_process_noise * 0.001) * unit(random);
+      d += std::sqrt(parameters.disturbance_process_noise * 0.001) * unit(random);
       // Measured at speeds that hardly change, so that the timing term of the variance plays no part.
       if (k % 20 == 0) wheel.correct(w + 0.03 * unit(random));
     }

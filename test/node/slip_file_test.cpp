@@ -74,11 +74,11 @@ TEST_F(SlipFileTest, RefusesWhatIsOutOfRangeMissingUnknownOrNoNumber) {
   EXPECT_NE(refusal().find("slip.effective_track = 3"), std::string::npos) << refusal();
   EXPECT_NE(refusal().find(path_), std::string::npos);
   write("slip: {effective_track: 0.5, alpha: 2.5}");
-  EXPECT_NE(refusal().find("slip.alpha = 2.5"), std::string::npos) << refusal();
+  EXPECT_NE(refusal().find("slip.slip_factor = 2.5"), std::string::npos) << refusal();
   write("slip: {effective_track: .nan, alpha: 1.0}");
   EXPECT_NE(refusal().find("slip.effective_track"), std::string::npos) << refusal();
   write("slip: {effective_track: 0.5}");
-  EXPECT_NE(refusal().find("slip.alpha"), std::string::npos) << refusal();
+  EXPECT_NE(refusal().find("slip.slip_factor"), std::string::npos) << refusal();
   write("slip: {effective_track: 0.5, alpha: 1.0, beta: 2.0}");
   EXPECT_NE(refusal().find("slip.beta"), std::string::npos) << refusal();
   write("slip: {effective_track: wide, alpha: 1.0}");

@@ -99,17 +99,17 @@ TEST_F(SlipMemory, StaysAsItIsWhileFrozen) {
   ASSERT_TRUE(robot.waitUntilReady());
   std_srvs::SetBool freeze;
   freeze.request.data = true;
-  ASSERT_TRUE(sim::callService("/frozen/freeze_slip", freeze) && freeze.response.success);
+  ASSERT_TRUE(sim::callService("/frozen/freeze_learning", freeze) && freeze.response.success);
   turn(robot, kTurn);
   EXPECT_EQ(robot.states().back().effective_track, kConfigured);
-  EXPECT_TRUE(robot.states().back().slip_frozen);
+  EXPECT_TRUE(robot.states().back().learning_frozen);
   EXPECT_LT(robot.truth().yaw_rate.back(), 1.4 * kTurn);
   EXPECT_GT(robot.truth().yaw_rate.back(), 1.15 * kTurn) << "turns faster than it should, by the wrong track";
   freeze.request.data = false;
-  ASSERT_TRUE(sim::callService("/frozen/freeze_slip", freeze));
+  ASSERT_TRUE(sim::callService("/frozen/freeze_learning", freeze));
   robot.run(3.0);
   EXPECT_NEAR(robot.states().back().effective_track, kTrue, kTolerance);
-  EXPECT_FALSE(robot.states().back().slip_frozen);
+  EXPECT_FALSE(robot.states().back().learning_frozen);
 }
 
 TEST_F(SlipMemory, IsRefusedIfItIsOutOfRange) {

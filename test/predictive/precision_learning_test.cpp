@@ -53,7 +53,7 @@ TEST(SensorPrecisions, AreUnbiasedThoughTheBeliefTrustsItsModelTooLittle) {
   model.lag = 0.05;
   for (double fluctuation : {0.0, 0.01, 0.1}) {
     WheelBeliefParameters trust;
-    trust.disturbance_fluctuation = trust.speed_fluctuation = fluctuation;
+    trust.disturbance_process_noise = trust.speed_process_noise = fluctuation;
     WheelBelief left(model, 0.098, trust), right(model, 0.098, trust), truth(model, 0.098, trust);
     SensorPrecisions precisions({9e-4, 9e-4, 2.5e-5, 2.5e-3}, 10.0);
     std::mt19937 random(1);

@@ -165,7 +165,7 @@ TEST(PredictiveController, LearnsTheEffectiveTrackOfBothSigns) {
 
 TEST(PredictiveController, DoesNotLearnSlipDrivingStraightNorWhenFrozen) {
   PredictiveParameters frozen;
-  frozen.learn_slip = false;
+  frozen.learn_track = false;
   PredictiveController straight({}, {}, driveTrain()), still(frozen, {}, driveTrain());
   Robot a(driveTrain(), 0.7), b(driveTrain(), 0.7);
   a.drive(straight, {}, 0.1);
@@ -181,11 +181,11 @@ TEST(PredictiveController, DoesNotLearnSlipDrivingStraightNorWhenFrozen) {
 TEST(PredictiveController, SlipIsFrozenKeptAndTakenOver) {
   PredictiveController controller({}, {}, driveTrain());
   Robot robot(driveTrain(), 0.7);
-  controller.freezeSlip(true);
+  controller.freezeLearning(true);
   controller.setSetPoint({0.0, 0.0, 0.5});
   robot.drive(controller, {}, 2.0);
   EXPECT_EQ(controller.slip().effective_track, 0.5621);
-  controller.freezeSlip(false);
+  controller.freezeLearning(false);
   robot.drive(controller, {}, 2.0);
   EXPECT_NEAR(controller.slip().effective_track, 0.7, 0.007);
 
@@ -262,7 +262,7 @@ TEST(PredictiveController, OtherGainsTakeOverWithoutAJump) {
   }
   PredictiveParameters slower;
   slower.reference_time = 0.3;
-  slower.kappa_a = 0.5;
+  slower.action_learning_rate = 0.5;
   const WheelCommand before = changed.action();
   changed.adoptGains(slower);
   EXPECT_EQ(changed.effectiveTrack(), same.effectiveTrack());

@@ -22,11 +22,11 @@ class SlippingRobot {
   void drive(double speed, double yaw_rate, double seconds) {
     for (int k = 0; k < std::lround(seconds / kPeriod); ++k) {
       const double rate = std::clamp((speed - speed_) / kPeriod, -1.5, 1.5);
-      const double half_difference = 0.5 * truth_.effective_track * yaw_rate / (truth_.alpha * kRadius);
+      const double half_difference = 0.5 * truth_.effective_track * yaw_rate / (truth_.slip_factor * kRadius);
       speed_ += rate * kPeriod;
       const double left = speed_ / kRadius - half_difference + 0.03 * unit_(random_);
       const double right = speed_ / kRadius + half_difference + 0.03 * unit_(random_);
-      const double acceleration = truth_.alpha * rate + offset + 0.05 * unit_(random_);
+      const double acceleration = truth_.slip_factor * rate + offset + 0.05 * unit_(random_);
       const double believed = 2.0 * half_difference;
       belief_.learnTrack(yaw_rate + 0.005 * unit_(random_), {believed, 2e-4, 0.0, right - left - believed}, kPeriod);
       belief_.observeAcceleration(acceleration, left, right, kPeriod);
@@ -54,7 +54,7 @@ TEST(SlipBelief, LearnsAlphaFromChangesOfSpeedAndTrackFromTurns) {
       robot.drive(0.0, 0.0, 2.0);
     }
     robot.drive(0.0, 0.5, 2.0);
-    EXPECT_NEAR(belief.state().alpha, truth.alpha, 0.02 * truth.alpha);
+    EXPECT_NEAR(belief.state().slip_factor, truth.slip_factor, 0.02 * truth.slip_factor);
     EXPECT_NEAR(belief.state().effective_track, truth.effective_track, 0.03 * truth.effective_track);
   }
 }
@@ -67,14 +67,14 @@ TEST(SlipBelief, OffsetOfTheAccelerometerIsLearnedAtRestAndNotTakenForSlip) {
   EXPECT_NEAR(belief.accelerometerOffset(), 0.3, 0.02);
   robot.drive(1.0, 0.0, 2.0);
   robot.drive(0.0, 0.0, 2.0);
-  EXPECT_NEAR(belief.state().alpha, 1.0, 0.03);
+  EXPECT_NEAR(belief.state().slip_factor, 1.0, 0.03);
 }
 
 TEST(SlipBelief, TurnsAloneDoNotTellAlphaFromTrack) {
   SlipBelief belief(kConfigured, kRadius, {});
   SlippingRobot robot({0.5621, 0.8}, belief);
   robot.drive(0.0, 0.5, 5.0);
-  EXPECT_EQ(belief.state().alpha, 1.0);
+  EXPECT_EQ(belief.state().slip_factor, 1.0);
   EXPECT_NEAR(belief.state().effective_track, 0.5621 / 0.8, 0.01) << "only alpha/b_hat is seen";
 }
 
@@ -82,13 +82,13 @@ TEST(SlipBelief, NothingDriftsWithoutExcitation) {
   SlipBelief belief(kConfigured, kRadius, {});
   SlippingRobot robot({0.7, 0.8}, belief);
   robot.drive(0.0, 0.0, 60.0);
-  EXPECT_EQ(belief.state().alpha, 1.0);
+  EXPECT_EQ(belief.state().slip_factor, 1.0);
   EXPECT_EQ(belief.state().effective_track, 0.5621);
   robot.drive(0.5, 0.0, 10.0);
   const SlipState cruising = belief.state();
   robot.drive(0.5, 0.0, 600.0);
-  EXPECT_EQ(belief.state().alpha, cruising.alpha) << "ten minutes at constant speed";
-  EXPECT_DOUBLE_EQ(belief.state().alpha / belief.state().effective_track, 1.0 / 0.5621) << "what a turn needs";
+  EXPECT_EQ(belief.state().slip_factor, cruising.slip_factor) << "ten minutes at constant speed";
+  EXPECT_DOUBLE_EQ(belief.state().slip_factor / belief.state().effective_track, 1.0 / 0.5621) << "what a turn needs";
 }
 
 TEST(SlipBelief, ADifferenceWithinItsErrorIsNoTurn) {
@@ -125,8 +125,8 @@ TEST(SlipBelief, StaysWithinItsBounds) {
     belief.observeAcceleration(k % 40 < 20 ? 90.0 : -90.0, speed, speed, kPeriod);
     belief.learnAlpha();
   }
-  EXPECT_GE(belief.state().alpha, 0.5);
-  EXPECT_LE(belief.state().alpha, 2.0);
+  EXPECT_GE(belief.state().slip_factor, 0.5);
+  EXPECT_LE(belief.state().slip_factor, 2.0);
 }
 
 TEST(SlipBelief, LateYawTeachesLess) {
@@ -142,9 +142,9 @@ TEST(SlipBelief, TakesOverAStateWithinItsBounds) {
   SlipBelief belief(kConfigured, kRadius, {});
   belief.setState({0.7, 0.9});
   EXPECT_DOUBLE_EQ(belief.state().effective_track, 0.7);
-  EXPECT_DOUBLE_EQ(belief.state().alpha, 0.9);
+  EXPECT_DOUBLE_EQ(belief.state().slip_factor, 0.9);
   belief.setState({5.0, 0.1});
-  EXPECT_DOUBLE_EQ(belief.state().alpha, 0.5);
+  EXPECT_DOUBLE_EQ(belief.state().slip_factor, 0.5);
 }
 
 }  // namespace

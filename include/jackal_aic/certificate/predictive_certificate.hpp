@@ -113,8 +113,8 @@ std::string thinMargin(const PredictiveLinearLoop& loop, const MarginBounds& bou
 std::string advice(const PredictiveCertificate& certificate, const PredictiveParameters& parameters,
                    const PlantModel& model, const PlantModel& robot, const MarginBounds& bounds = {});
 
-/// Sensitivities d ln(rho) / d ln(parameter) of kappa_a, kappa_mu, wheel_variance, speed_fluctuation and
-/// disturbance_fluctuation, the largest magnitude first; those that are zero are left out.
+/// Sensitivities d ln(rho) / d ln(parameter) of kappa_a, kappa_mu, wheel_variance, speed_process_noise and
+/// disturbance_process_noise, the largest magnitude first; those that are zero are left out.
 std::vector<Sensitivity> sensitivities(const PredictiveParameters& parameters, const PlantModel& model,
                                        const PlantModel& robot);
 

@@ -16,15 +16,15 @@ struct FaultParameters {
   int fault_window = 8;        ///< N
   int frozen_samples = 8;      ///< repetitions to the bit that make a frozen sensor; 0 switches this test off
   double recovery_time = 1.0;  ///< time of good samples after which a faulty channel counts again [s]
-  double covariance_memory = 1.0;          ///< time over which the covariance of the prediction errors is learned [s]
+  double covariance_time_constant = 1.0;   ///< time over which the covariance of the prediction errors is learned [s]
   double wheel_variance = 9e-4;            ///< least variance of a measured wheel speed [(rad/s)^2]
   double gyro_variance = 2.5e-5;           ///< least variance of the measured yaw rate [(rad/s)^2]
   double accelerometer_variance = 2.5e-3;  ///< least variance of a measured acceleration [(m/s^2)^2]
-  double timing_deviation = 0.03;          ///< standard deviation of the plant's dead time [s]
+  double dead_time_deviation = 0.03;       ///< standard deviation of the plant's dead time [s]
   double gain_deviation = 0.1;             ///< standard deviation of the plant's gain, relative
   double slowest_acceleration = 0.5;       ///< of the plant, in multiples of its model's acceleration limit
   double fastest_acceleration = 3.0;       ///< of the plant, in multiples of its model's acceleration limit
-  double yaw_deviation = 0.05;             ///< standard deviation of the delay of the yaw behind the wheels [s]
+  double yaw_delay_deviation = 0.05;       ///< standard deviation of the delay of the yaw behind the wheels [s]
   double slip_deviation = 0.2;  ///< standard deviation of 1/b_hat, relative, after a change of speed by 0.5 m/s
   double largest_bias = 0.05;   ///< of the gyro; a larger one is a fault [rad/s]
 
@@ -40,15 +40,15 @@ void describeFields(Visitor& v, FaultParameters& p) {
   v.field("fault_window", p.fault_window, {1, 64}, "", Presence::optional);
   v.field("frozen_samples", p.frozen_samples, {0, 1000}, "", Presence::optional);
   v.field("recovery_time", p.recovery_time, {0.0, 60.0}, "s", Presence::optional);
-  v.field("covariance_memory", p.covariance_memory, {0.1, 1000.0}, "s", Presence::optional);
+  v.field("covariance_time_constant", p.covariance_time_constant, {0.1, 1000.0}, "s", Presence::optional);
   v.field("wheel_variance", p.wheel_variance, {1e-9, 1e3}, "(rad/s)^2", Presence::optional);
   v.field("gyro_variance", p.gyro_variance, {1e-12, 1e3}, "(rad/s)^2", Presence::optional);
   v.field("accelerometer_variance", p.accelerometer_variance, {1e-9, 1e3}, "(m/s^2)^2", Presence::optional);
-  v.field("timing_deviation", p.timing_deviation, {0.0, 0.2}, "s", Presence::optional);
+  v.field("dead_time_deviation", p.dead_time_deviation, {0.0, 0.2}, "s", Presence::optional);
   v.field("gain_deviation", p.gain_deviation, {0.0, 1.0}, "", Presence::optional);
   v.field("slowest_acceleration", p.slowest_acceleration, {0.01, 1.0}, "", Presence::optional);
   v.field("fastest_acceleration", p.fastest_acceleration, {1.0, 100.0}, "", Presence::optional);
-  v.field("yaw_deviation", p.yaw_deviation, {0.0, 1.0}, "s", Presence::optional);
+  v.field("yaw_delay_deviation", p.yaw_delay_deviation, {0.0, 1.0}, "s", Presence::optional);
   v.field("slip_deviation", p.slip_deviation, {0.0, 1.0}, "", Presence::optional);
   v.field("largest_bias", p.largest_bias, {1e-4, 10.0}, "rad/s", Presence::optional);
 }

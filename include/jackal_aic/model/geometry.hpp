@@ -11,7 +11,7 @@ namespace jackal_aic {
 struct GeometryParameters {
   double wheel_radius = 0.098;      ///< r [m]
   double effective_track = 0.5621;  ///< b_hat, virtual width of the skid-steer robot [m]
-  double slip = 1.0;                ///< alpha, ratio of body to wheel circumference speed
+  double slip_factor = 1.0;         ///< alpha, ratio of body to wheel circumference speed
 };
 
 /// Lists the fields of GeometryParameters with unit and range.
@@ -19,7 +19,7 @@ template <class Visitor>
 void describeFields(Visitor& v, GeometryParameters& p) {
   v.field("wheel_radius", p.wheel_radius, {0.01, 1.0}, "m", Presence::optional);
   v.field("effective_track", p.effective_track, {0.05, 5.0}, "m", Presence::optional);
-  v.field("slip", p.slip, {0.1, 2.0}, "", Presence::optional);
+  v.field("slip_factor", p.slip_factor, {0.1, 2.0}, "", Presence::optional);
 }
 
 }  // namespace jackal_aic

@@ -43,13 +43,13 @@ namespace jackal_aic {
 
 /// Trust of a wheel's belief in its sources.
 struct WheelBeliefParameters {
-  double measurement_variance = 9e-4;     ///< Sigma_y of a wheel speed [(rad/s)^2]
-  double speed_fluctuation = 0.01;        ///< growth of the variance of w [(rad/s)^2/s]
-  double disturbance_fluctuation = 0.01;  ///< growth of the variance of d [(rad/s)^2/s]
-  double timing_deviation = 0.03;         ///< sigma_t, standard deviation of the dead time [s]
-  double learning_rate = 1.0;             ///< kappa_mu of the natural gradient, above 0 and at most 1
-  double goal_weight = 0.0;               ///< gamma, 0..1
-  double limit_deviation = 0.0;           ///< sigma_l, standard deviation of the acceleration limit as a part of it
+  double measurement_variance = 9e-4;       ///< Sigma_y of a wheel speed [(rad/s)^2]
+  double speed_process_noise = 0.01;        ///< growth of the variance of w [(rad/s)^2/s]
+  double disturbance_process_noise = 0.01;  ///< growth of the variance of d [(rad/s)^2/s]
+  double dead_time_deviation = 0.03;        ///< sigma_t, standard deviation of the dead time [s]
+  double learning_rate = 1.0;               ///< kappa_mu of the natural gradient, above 0 and at most 1
+  double goal_weight = 0.0;                 ///< gamma, 0..1
+  double limit_deviation = 0.0;             ///< sigma_l, standard deviation of the acceleration limit as a part of it
 };
 
 /// Belief about one wheel. Nothing here allocates.

@@ -38,26 +38,26 @@ namespace jackal_aic {
 /// Parameters of the predictive controller. YAML prefix `predictive`; the drive train is a PlantModel, prefix
 /// `plant_model`.
 struct PredictiveParameters {
-  double belief_rate = 1000.0;      ///< rate of the belief update [Hz], a whole multiple of action_rate
-  double action_rate = 50.0;        ///< rate of the action update [Hz]
-  double kappa_mu = 1.0;            ///< learning rate of the belief (natural gradient), 0..1
-  double kappa_a = 1.0;             ///< learning rate of the action (natural gradient), 0..1
-  double goal_weight = 0.0;         ///< gamma, weight of the goal in the belief, 0..1; above 0 the belief is biased
-  double sensory_action = 0.0;      ///< kappa_y, learning rate of the action along the sensory prediction error
-  double reference_time = 0.01;     ///< tau_ref, time constant of the reference model [s]
-  double wheel_variance = 9e-4;     ///< Sigma_y of a wheel speed [(rad/s)^2]
-  double gyro_variance = 2.5e-5;    ///< Sigma_g of the yaw rate [(rad/s)^2]
-  double speed_fluctuation = 0.01;  ///< of a wheel's speed [(rad/s)^2/s]
-  double yaw_fluctuation = 1e-4;    ///< of the yaw rate beside what the wheels ask for [(rad/s)^2/s]
-  double disturbance_fluctuation = 0.01;   ///< of a wheel's input disturbance [(rad/s)^2/s]
-  double timing_deviation = 0.03;          ///< standard deviation of the dead time [s]
-  double accelerometer_variance = 2.5e-3;  ///< of the forward acceleration [(m/s^2)^2]
-  bool learn_precision = false;            ///< learn the variance of each channel while driving steadily
-  double precision_memory = 10.0;          ///< time over which the precisions are averaged [s]
-  bool learn_slip = true;                  ///< learn the effective track
-  bool learn_alpha = false;                ///< learn the slip alpha from the accelerometer
-  double slip_memory = 0.5;                ///< time over which the effective track is averaged while turning [s]
-  double yaw_deviation = 0.05;        ///< sigma_y, standard deviation of the delay of the yaw behind the wheels [s]
+  double belief_rate = 1000.0;        ///< rate of the belief update [Hz], a whole multiple of action_rate
+  double action_rate = 50.0;          ///< rate of the action update [Hz]
+  double belief_learning_rate = 1.0;  ///< kappa_mu, learning rate of the belief (natural gradient), 0..1
+  double action_learning_rate = 1.0;  ///< kappa_a, learning rate of the action (natural gradient), 0..1
+  double goal_weight = 0.0;           ///< gamma, weight of the goal in the belief, 0..1; above 0 the belief is biased
+  double sensory_action = 0.0;        ///< kappa_y, learning rate of the action along the sensory prediction error
+  double reference_time = 0.01;       ///< tau_ref, time constant of the reference model [s]
+  double wheel_variance = 9e-4;       ///< Sigma_y of a wheel speed [(rad/s)^2]
+  double gyro_variance = 2.5e-5;      ///< Sigma_g of the yaw rate [(rad/s)^2]
+  double speed_process_noise = 0.01;  ///< of a wheel's speed [(rad/s)^2/s]
+  double yaw_process_noise = 1e-4;    ///< of the yaw rate beside what the wheels ask for [(rad/s)^2/s]
+  double disturbance_process_noise = 0.01;  ///< of a wheel's input disturbance [(rad/s)^2/s]
+  double dead_time_deviation = 0.03;        ///< standard deviation of the dead time [s]
+  double accelerometer_variance = 2.5e-3;   ///< of the forward acceleration [(m/s^2)^2]
+  bool learn_precision = false;             ///< learn the variance of each channel while driving steadily
+  double precision_time_constant = 10.0;    ///< time over which the precisions are averaged [s]
+  bool learn_track = true;                  ///< learn the effective track
+  bool learn_slip_factor = false;           ///< learn the slip alpha from the accelerometer
+  double slip_time_constant = 0.5;          ///< time over which the effective track is averaged while turning [s]
+  double yaw_delay_deviation = 0.05;  ///< sigma_y, standard deviation of the delay of the yaw behind the wheels [s]
   double slip_excitation = 0.5;       ///< least difference of the wheel speeds to learn from [rad/s]
   double accelerometer_weight = 0.0;  ///< of the accelerometer in the believed forward speed, 0: the wheels alone
   double turning_centre = 0.0;        ///< l, how far the centre of turning lies ahead of the IMU [m]
@@ -71,24 +71,24 @@ template <class Visitor>
 void describeFields(Visitor& v, PredictiveParameters& p) {
   v.field("belief_rate", p.belief_rate, {1.0, 1000.0}, "Hz", Presence::required);
   v.field("action_rate", p.action_rate, {1.0, 1000.0}, "Hz", Presence::required);
-  v.field("kappa_mu", p.kappa_mu, {1e-6, 1.0}, "", Presence::optional);
-  v.field("kappa_a", p.kappa_a, {0.0, 1.0}, "", Presence::optional);
+  v.field("belief_learning_rate", p.belief_learning_rate, {1e-6, 1.0}, "", Presence::optional);
+  v.field("action_learning_rate", p.action_learning_rate, {0.0, 1.0}, "", Presence::optional);
   v.field("goal_weight", p.goal_weight, {0.0, 1.0}, "", Presence::optional);
   v.field("sensory_action", p.sensory_action, {0.0, 1e4}, "", Presence::optional);
   v.field("reference_time", p.reference_time, {1e-4, 10.0}, "s", Presence::optional);
   v.field("wheel_variance", p.wheel_variance, {1e-9, 1e3}, "(rad/s)^2", Presence::required);
   v.field("gyro_variance", p.gyro_variance, {1e-12, 1e3}, "(rad/s)^2", Presence::required);
-  v.field("speed_fluctuation", p.speed_fluctuation, {0.0, 1e3}, "(rad/s)^2/s", Presence::required);
-  v.field("disturbance_fluctuation", p.disturbance_fluctuation, {0.0, 1e3}, "(rad/s)^2/s", Presence::required);
-  v.field("yaw_fluctuation", p.yaw_fluctuation, {0.0, 1e3}, "(rad/s)^2/s", Presence::optional);
-  v.field("timing_deviation", p.timing_deviation, {0.0, 1.0}, "s", Presence::required);
+  v.field("speed_process_noise", p.speed_process_noise, {0.0, 1e3}, "(rad/s)^2/s", Presence::required);
+  v.field("disturbance_process_noise", p.disturbance_process_noise, {0.0, 1e3}, "(rad/s)^2/s", Presence::required);
+  v.field("yaw_process_noise", p.yaw_process_noise, {0.0, 1e3}, "(rad/s)^2/s", Presence::optional);
+  v.field("dead_time_deviation", p.dead_time_deviation, {0.0, 1.0}, "s", Presence::required);
   v.field("accelerometer_variance", p.accelerometer_variance, {1e-12, 1e3}, "(m/s^2)^2", Presence::optional);
   v.field("learn_precision", p.learn_precision, Presence::optional);
-  v.field("precision_memory", p.precision_memory, {0.1, 1e4}, "s", Presence::optional);
-  v.field("learn_slip", p.learn_slip, Presence::optional);
-  v.field("learn_alpha", p.learn_alpha, Presence::optional);
-  v.field("slip_memory", p.slip_memory, {0.02, 1000.0}, "s", Presence::optional);
-  v.field("yaw_deviation", p.yaw_deviation, {0.0, 1.0}, "s", Presence::optional);
+  v.field("precision_time_constant", p.precision_time_constant, {0.1, 1e4}, "s", Presence::optional);
+  v.field("learn_track", p.learn_track, Presence::optional);
+  v.field("learn_slip_factor", p.learn_slip_factor, Presence::optional);
+  v.field("slip_time_constant", p.slip_time_constant, {0.02, 1000.0}, "s", Presence::optional);
+  v.field("yaw_delay_deviation", p.yaw_delay_deviation, {0.0, 1.0}, "s", Presence::optional);
   v.field("slip_excitation", p.slip_excitation, {0.05, 100.0}, "rad/s", Presence::optional);
   v.field("accelerometer_weight", p.accelerometer_weight, {0.0, 0.999}, "", Presence::optional);
   v.field("turning_centre", p.turning_centre, {-1.0, 1.0}, "m", Presence::optional);
@@ -220,8 +220,8 @@ class PredictiveController : public VelocityController {
   SensorVariances variances() const { return precisions_.variances(); }
 
   /// Stops (true) or resumes learning of effective track and slip.
-  void freezeSlip(bool frozen) { slip_frozen_ = frozen; }
-  bool slipFrozen() const { return slip_frozen_; }  ///< learning of effective track and slip was stopped
+  void freezeLearning(bool frozen) { learning_frozen_ = frozen; }
+  bool learningFrozen() const { return learning_frozen_; }  ///< learning of effective track and slip was stopped
 
   double effectiveTrack() const { return slip_.state().effective_track; }  ///< believed b_hat [m]
   const WheelBelief& left() const { return left_; }                        ///< belief about the left wheels
@@ -268,7 +268,7 @@ class PredictiveController : public VelocityController {
   double observation_step_ = 0.0;           // from the last observation but one to the last [s]
   WheelVector path_ = WheelVector::Zero();  // where the reference models were at the last action [rad/s]
   double steady_time_ = 0.0;                // since they last moved [s]
-  bool slip_frozen_ = false;
+  bool learning_frozen_ = false;
   double free_energy_ = 0.0;
   SensorVector errors_ = SensorVector::Zero();
 };

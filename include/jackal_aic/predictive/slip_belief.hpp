@@ -33,7 +33,7 @@ namespace jackal_aic {
 /// What is learned, and all that has to be kept for the next start.
 struct SlipState {
   double effective_track;  ///< b_hat [m]
-  double alpha;            ///< ratio of body to wheel circumference speed
+  double slip_factor;      ///< ratio of body to wheel circumference speed
 };
 
 /// What is believed about the difference n = w_R - w_L of the wheel speeds.
@@ -49,7 +49,7 @@ struct SlipLearning {
   double gyro_variance = 2.5e-5;           ///< Sigma_g of the yaw rate [(rad/s)^2]
   double accelerometer_variance = 2.5e-3;  ///< of the forward acceleration [(m/s^2)^2]
   double memory = 0.5;                     ///< excited time over which the ratio q is averaged [s]
-  double yaw_deviation = 0.05;             ///< standard deviation of the delay of the yaw behind the wheels [s]
+  double yaw_delay_deviation = 0.05;       ///< standard deviation of the delay of the yaw behind the wheels [s]
   double excitation = 0.5;                 ///< least |n| to learn q from, whatever is known of it [rad/s]
 };
 
