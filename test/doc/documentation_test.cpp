@@ -1,0 +1,120 @@
+// The documentation against the repository: links lead somewhere, programs and equations are where it says.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace jackal_aic {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kRoot = JACKAL_AIC_SOURCE_DIR;
+
+std::string textOf(const fs::path& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+std::vector<fs::path> pages() {
+  std::vector<fs::path> found{kRoot / "README.md"};
+  for (const auto& entry : fs::recursive_directory_iterator(kRoot / "doc")) {
+    if (entry.path().extension() == ".md") found.push_back(entry.path());
+  }
+  return found;
+}
+
+/// Calls visit(match) for every match in a text; returns their number.
+template <class Visit>
+int forEachMatch(const std::string& text, const std::regex& pattern, const Visit& visit) {
+  int count = 0;
+  for (std::sregex_iterator i(text.begin(), text.end(), pattern), end; i != end; ++i, ++count) visit(*i);
+  return count;
+}
+
+/// The name of a heading as links write it.
+std::string anchor(std::string heading) {
+  std::string name;
+  for (const char c : heading) {
+    if (c == ' ') name += '-';
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_') {
+      name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    }
+  }
+  return name;
+}
+
+bool hasHeading(const fs::path& page, const std::string& wanted) {
+  bool found = false;
+  forEachMatch(textOf(page), std::regex("(^|\n)#+ ([^\n]+)"),
+               [&](const std::smatch& m) { found = found || anchor(m[2]) == wanted; });
+  return found;
+}
+
+TEST(Documentation, EveryLinkLeadsSomewhere) {
+  int links = 0;
+  for (const fs::path& page : pages()) {
+    links += forEachMatch(textOf(page), std::regex(R"(\]\(([^)#]*)(#([^)]*))?\))"), [&](const std::smatch& m) {
+      const std::string path = m[1], heading = m[3];
+      if (path.rfind("http", 0) == 0) return;
+      const fs::path target = path.empty() ? page : page.parent_path() / path;
+      EXPECT_TRUE(fs::exists(target)) << page << ": " << path;
+      if (!heading.empty()) EXPECT_TRUE(hasHeading(target, heading)) << page << ": " << m[0];
+    });
+  }
+  EXPECT_GT(links, 20);
+}
+
+TEST(Documentation, EveryFileThatItNamesIsThere) {
+  int files = 0;
+  const std::regex named("`((?:include|src|sim|config|launch|test|scripts)/[A-Za-z0-9_./]+\\.[a-z]+)`");
+  for (const fs::path& page : pages()) {
+    files += forEachMatch(textOf(page), named,
+                          [&](const std::smatch& m) { EXPECT_TRUE(fs::exists(kRoot / m[1].str())) << page << m[0]; });
+  }
+  EXPECT_GT(files, 10);
+}
+
+TEST(Documentation, EveryEquationIsWhereItSays) {
+  const std::regex row(R"(\| ([a-z_/]+\.hpp) \| (\w+) \|)");
+  const int rows = forEachMatch(textOf(kRoot / "doc/reference/equations.md"), row, [](const std::smatch& m) {
+    const std::string header = textOf(kRoot / "include/jackal_aic" / m[1].str());
+    EXPECT_TRUE(std::regex_search(header, std::regex("\\b" + m[2].str() + "\\b"))) << m[0];
+  });
+  EXPECT_GT(rows, 20);
+}
+
+TEST(Documentation, EveryProgramAndLaunchFileThatItStartsIsBuiltHere) {
+  std::string build;
+  for (const auto& entry : fs::recursive_directory_iterator(kRoot)) {
+    const bool ours = entry.path().string().find("/.") == std::string::npos;
+    if (ours && entry.path().filename() == "CMakeLists.txt") build += textOf(entry.path());
+  }
+  int commands = 0;
+  for (const fs::path& page : pages()) {
+    const std::string text = textOf(page);
+    commands += forEachMatch(text, std::regex("rosrun jackal_aic (\\w+)"), [&](const std::smatch& m) {
+      const bool built =
+          std::regex_search(build, std::regex("(add_executable\\(|foreach\\(example[^)]*)" + m[1].str()));
+      EXPECT_TRUE(built) << page << ": " << m[0];
+    });
+    commands += forEachMatch(text, std::regex("roslaunch jackal_aic ([\\w.]+)"), [&](const std::smatch& m) {
+      EXPECT_TRUE(fs::exists(kRoot / "launch" / m[1].str())) << page << ": " << m[0];
+    });
+    commands += forEachMatch(text, std::regex("\\./(scripts/\\w+)"), [&](const std::smatch& m) {
+      EXPECT_TRUE(fs::exists(kRoot / m[1].str())) << page << ": " << m[0];
+    });
+  }
+  EXPECT_GT(commands, 20);
+}
+
+}  // namespace
+}  // namespace jackal_aic
