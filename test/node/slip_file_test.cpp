@@ -51,7 +51,7 @@ TEST_F(SlipFileTest, GivesBackWhatWasWritten) {
   const auto slip = readSlipFile(path_, kConfigured);
   ASSERT_TRUE(slip);
   EXPECT_NEAR(slip->effective_track, 0.7123, 1e-9);
-  EXPECT_NEAR(slip->alpha, 0.93, 1e-9);
+  EXPECT_NEAR(slip->slip_factor, 0.93, 1e-9);
 }
 
 TEST_F(SlipFileTest, GivesBackEveryStateThatTheBeliefCanReach) {
@@ -70,18 +70,18 @@ TEST_F(SlipFileTest, GivesBackEveryStateThatTheBeliefCanReach) {
 TEST_F(SlipFileTest, IsEmptyWithoutAFile) { EXPECT_FALSE(readSlipFile(path_, kConfigured)); }
 
 TEST_F(SlipFileTest, RefusesWhatIsOutOfRangeMissingUnknownOrNoNumber) {
-  write("slip: {effective_track: 3.0, alpha: 1.0}");
+  write("slip: {effective_track: 3.0, slip_factor: 1.0}");
   EXPECT_NE(refusal().find("slip.effective_track = 3"), std::string::npos) << refusal();
   EXPECT_NE(refusal().find(path_), std::string::npos);
-  write("slip: {effective_track: 0.5, alpha: 2.5}");
+  write("slip: {effective_track: 0.5, slip_factor: 2.5}");
   EXPECT_NE(refusal().find("slip.slip_factor = 2.5"), std::string::npos) << refusal();
-  write("slip: {effective_track: .nan, alpha: 1.0}");
+  write("slip: {effective_track: .nan, slip_factor: 1.0}");
   EXPECT_NE(refusal().find("slip.effective_track"), std::string::npos) << refusal();
   write("slip: {effective_track: 0.5}");
   EXPECT_NE(refusal().find("slip.slip_factor"), std::string::npos) << refusal();
-  write("slip: {effective_track: 0.5, alpha: 1.0, beta: 2.0}");
+  write("slip: {effective_track: 0.5, slip_factor: 1.0, beta: 2.0}");
   EXPECT_NE(refusal().find("slip.beta"), std::string::npos) << refusal();
-  write("slip: {effective_track: wide, alpha: 1.0}");
+  write("slip: {effective_track: wide, slip_factor: 1.0}");
   EXPECT_NE(refusal().find("wide"), std::string::npos) << refusal();
   write("slip: [0.5");
   EXPECT_NE(refusal().find(path_), std::string::npos);

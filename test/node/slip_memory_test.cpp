@@ -114,7 +114,7 @@ TEST_F(SlipMemory, StaysAsItIsWhileFrozen) {
 
 TEST_F(SlipMemory, IsRefusedIfItIsOutOfRange) {
   configure("damaged");
-  std::ofstream(file()) << "slip: {effective_track: 9.0, alpha: 1.0}";
+  std::ofstream(file()) << "slip: {effective_track: 9.0, slip_factor: 1.0}";
   SimulatedRobot robot;
   robot.waitFor([] { return !ros::Time::now().isZero(); }, "the clock");
   ControllerProcess process("damaged");
