@@ -119,7 +119,7 @@ struct Leg {
 std::string describe(const Leg& leg) {
   std::ostringstream text;
   text << leg.set_point.forward << " m/s, " << leg.set_point.yaw_rate << " rad/s: " << leg.final_forward << " m/s, "
-       << leg.final_yaw_rate << " rad/s in the end, overshoot " << leg.figures.overshoot_pct << " %, beyond zero "
+       << leg.final_yaw_rate << " rad/s in the end, overshoot " << leg.figures.excess_pct << " %, beyond zero "
        << leg.figures.beyond_mps << " m/s, " << leg.figures.beyond_radps << " rad/s";
   return text.str();
 }
@@ -144,7 +144,7 @@ Leg legOf(const std::vector<Row>& rows, std::size_t begin, std::size_t end, std:
         beyond_zero = std::max(beyond_zero, -value - noise);
       } else {
         const double excursion = value - std::abs(set_point) - noise;
-        leg.figures.overshoot_pct = std::max(leg.figures.overshoot_pct, 100.0 * excursion / std::abs(set_point));
+        leg.figures.excess_pct = std::max(leg.figures.excess_pct, 100.0 * excursion / std::abs(set_point));
       }
     }
   };
