@@ -88,7 +88,8 @@ void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
 }
 
 void ControllerNode::onPair(const Observation& observation, const ros::Time& stamp) {
-  const bool taken = loop_.observe(observation, currentTime());
+  // At the time of the message that completed the pair, which the loop is still to be told of.
+  const bool taken = loop_.observe(observation, last_now_.toSec());
   reportStatus();
   if (taken) publishMeasurement(stamp);
 }
