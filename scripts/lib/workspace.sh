@@ -42,7 +42,7 @@ make_workspace() {
 
 # Links the packages to build; a build that knows another place of the checkout is thrown away.
 link_packages() {
-  local entry
+  local entry package
   if [[ $(cat "$workspace/location" 2>/dev/null) != "$repository $workspace" ]]; then
     rm -rf "$workspace/build" "$workspace/devel"
     printf '%s\n' "$repository $workspace" >"$workspace/location"
@@ -50,12 +50,18 @@ link_packages() {
   # A link per entry and not one to the checkout: that would hold the workspace again, and rosrun, which searches a package
   # through all links, would find every program twice; so would a link to a workspace that is not hidden. The manifest is a
   # copy, because catkin_make install copies links.
-  rm -rf "$workspace/src/jackal_aic"
-  mkdir "$workspace/src/jackal_aic"
-  for entry in "$repository"/*; do
-    [[ $workspace/ == "$entry"/* ]] || ln -s "$entry" "$workspace/src/jackal_aic/"
+  # What is right already stays: another script may be running on it.
+  package=$workspace/src/jackal_aic
+  if [[ -L $package ]]; then rm "$package"; fi
+  mkdir -p "$package"
+  for entry in "$package"/*; do
+    if [[ -L $entry && ($(readlink "$entry") != "$repository/${entry##*/}" || ! -e $entry) ]]; then rm "$entry"; fi
   done
-  cp --remove-destination --preserve=timestamps "$repository/package.xml" "$workspace/src/jackal_aic/"
+  for entry in "$repository"/*; do
+    [[ $workspace/ == "$entry"/* || -e $package/${entry##*/} ]] || ln -s "$entry" "$package/"
+  done
+  cmp -s "$repository/package.xml" "$package/package.xml" ||
+    cp --remove-destination --preserve=timestamps "$repository/package.xml" "$package/"
   if [[ -e $ros_prefix/share/jackal_msgs/package.xml ]]; then
     rm -f "$workspace/src/jackal_msgs"
   else

@@ -27,6 +27,16 @@ struct Command {
   int (*run)(const po::variables_map&);
 };
 
+/// The directory of --out, which is there afterwards. @throws ParameterError if it cannot be made: before a run of
+/// minutes, not after it.
+std::string outputDirectory(const po::variables_map& options) {
+  const auto directory = options["out"].as<std::string>();
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (error) throw ParameterError("out = '" + directory + "': cannot be created: " + error.message());
+  return directory;
+}
+
 PackageFiles packageFiles(const po::variables_map& options) { return PackageFiles(options["share"].as<std::string>()); }
 
 unsigned jobs(const po::variables_map& options) {
@@ -86,8 +96,8 @@ int run(const po::variables_map& options) {
     names.clear();
     for (const auto& experiment : table.list()) names.push_back(experiment.name);
   }
-  runCampaign(table, names, options["out"].as<std::string>(), Shard::parse(options["shard"].as<std::string>()),
-              jobs(options), true);
+  runCampaign(table, names, outputDirectory(options), Shard::parse(options["shard"].as<std::string>()), jobs(options),
+              true);
   return 0;
 }
 
@@ -100,8 +110,7 @@ void describeMerge(po::options_description& options, po::positional_options_desc
 }
 
 int merge(const po::variables_map& options) {
-  for (const auto& name :
-       mergeShards(options["directory"].as<std::vector<std::string>>(), options["out"].as<std::string>())) {
+  for (const auto& name : mergeShards(options["directory"].as<std::vector<std::string>>(), outputDirectory(options))) {
     std::cout << name << "\n";
   }
   return 0;
@@ -199,7 +208,7 @@ int calibratePlants(const po::variables_map& options) {
     const Calibration found = calibrate(files, task, evaluations, jobs(options), [&](int count, double error) {
       bar.show(static_cast<std::size_t>(count), "error " + std::to_string(error));
     });
-    const auto file = std::filesystem::path(options["out"].as<std::string>()) / task.file;
+    const auto file = std::filesystem::path(outputDirectory(options)) / task.file;
     writeText(file.string(), withFittedValues(readText(files.path("config/" + task.file)), task, found.plant));
     std::printf("%s\n", file.c_str());
     printResiduals(files, task, found.plant, jobs(options));
@@ -228,7 +237,7 @@ int detect(const po::variables_map& options) {
                   robots, jobs(options));
     return 0;
   }
-  writeDetectionTables(packageFiles(options), options["out"].as<std::string>(), jobs(options));
+  writeDetectionTables(packageFiles(options), outputDirectory(options), jobs(options));
   return 0;
 }
 
@@ -242,7 +251,7 @@ void describeStops(po::options_description& options, po::positional_options_desc
 
 int stops(const po::variables_map& options) {
   const std::size_t missed =
-      writeStopTable(packageFiles(options), options["out"].as<std::string>(), overrides(options), jobs(options));
+      writeStopTable(packageFiles(options), outputDirectory(options), overrides(options), jobs(options));
   std::cout << missed << " of " << stopCases().size() << " do not keep their bars\n";
   return missed == 0 ? 0 : 1;
 }
@@ -263,8 +272,7 @@ int driveUnidentifiedRobots(const po::variables_map& options) {
     throw ParameterError("minutes = " + std::to_string(minutes) + ": must be in (0, 10000]");
   }
   std::cout << writeUnidentifiedTable(packageFiles(options), options["controller"].as<std::string>(), 60.0 * minutes,
-                                      options["seed"].as<std::uint64_t>(), options["out"].as<std::string>(),
-                                      jobs(options))
+                                      options["seed"].as<std::uint64_t>(), outputDirectory(options), jobs(options))
             << " in " << minutes << " minutes each\n";
   return 0;
 }

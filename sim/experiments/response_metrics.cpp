@@ -95,13 +95,4 @@ ResponseMetrics stepResponseMetrics(const std::vector<double>& time, const std::
   return metrics;
 }
 
-double rootMeanSquareError(const std::vector<double>& value, const std::vector<double>& reference) {
-  if (value.size() != reference.size() || value.empty()) {
-    throw std::invalid_argument("root mean square error: series differ in length or are empty");
-  }
-  double sum = 0.0;
-  for (std::size_t i = 0; i < value.size(); ++i) sum += (value[i] - reference[i]) * (value[i] - reference[i]);
-  return std::sqrt(sum / static_cast<double>(value.size()));
-}
-
 }  // namespace jackal_aic::sim

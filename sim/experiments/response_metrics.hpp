@@ -31,7 +31,4 @@ struct ResponseMetrics {
 ResponseMetrics stepResponseMetrics(const std::vector<double>& time, const std::vector<double>& value, double step_time,
                                     double initial, double set_point);
 
-/// Root mean square of (value - reference). @throws std::invalid_argument if the lengths differ or are zero.
-double rootMeanSquareError(const std::vector<double>& value, const std::vector<double>& reference);
-
 }  // namespace jackal_aic::sim

@@ -72,9 +72,6 @@ class OdeWorld {
   /// Torque of a wheel's motor in the last step [N m].
   double wheelTorque(std::size_t wheel) const;
 
-  /// Normal force on a wheel in the last step [N].
-  double normalForce(std::size_t wheel) const { return contacts_[wheel].normal_force; }
-
   /// Gravity in the ground frame [m/s^2].
   const Eigen::Vector3d& gravity() const { return gravity_; }
 

@@ -4,12 +4,6 @@
 
 namespace jackal_aic {
 
-GeneralizedBody generalizedSetPoint(const BodyVector& set_point, int orders) {
-  GeneralizedBody generalized = GeneralizedBody::Zero(kBodySize, orders + 1);
-  generalized.col(0) = set_point;
-  return generalized;
-}
-
 GeneralizedSensor sensoryPredictionError(const GenerativeModel& model, const GeneralizedBody& belief,
                                          const GeneralizedSensor& measurement) {
   GeneralizedSensor error = measurement;

@@ -38,17 +38,4 @@ void Generalization::reset() {
   started_ = false;
 }
 
-Eigen::MatrixXd backwardDifferenceMatrix(int orders, double step) {
-  const int n = orders + 1;
-  Eigen::MatrixXd E = Eigen::MatrixXd::Zero(n, n);
-  for (int order = 0; order < n; ++order) {
-    double binomial = 1.0;
-    for (int back = 0; back <= order; ++back) {
-      E(order, n - 1 - back) = (back % 2 == 0 ? binomial : -binomial) / std::pow(step, order);
-      binomial = binomial * (order - back) / (back + 1);
-    }
-  }
-  return E;
-}
-
 }  // namespace jackal_aic

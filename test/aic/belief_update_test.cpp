@@ -9,6 +9,13 @@
 namespace jackal_aic {
 namespace {
 
+/// mu_d_tilde of a set point that does not change.
+GeneralizedBody generalizedSetPoint(const BodyVector& set_point, int orders) {
+  GeneralizedBody generalized = GeneralizedBody::Zero(kBodySize, orders + 1);
+  generalized.col(0) = set_point;
+  return generalized;
+}
+
 ControllerParameters gains(int p, double tau, double kappa_mu) {
   ControllerParameters controller;
   controller.orders = p;

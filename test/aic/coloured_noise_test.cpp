@@ -14,6 +14,13 @@
 namespace jackal_aic {
 namespace {
 
+/// mu_d_tilde of a set point that does not change.
+GeneralizedBody generalizedSetPoint(const BodyVector& set_point, int orders) {
+  GeneralizedBody generalized = GeneralizedBody::Zero(kBodySize, orders + 1);
+  generalized.col(0) = set_point;
+  return generalized;
+}
+
 /// Covariance of the i-th and j-th derivative of unit noise from its spectrum: the integral of S(w) (iw)^i conj((iw)^j)
 /// with S the Fourier transform of exp(-t^2 / (4 s^2)).
 double fromSpectrum(int i, int j, double s) {

@@ -9,6 +9,22 @@
 namespace jackal_aic {
 namespace {
 
+/// The windowed form of eq. 3-21 for one channel with a constant step h: E of size (p+1) x (p+1), applied to the
+/// samples (y_{k-p}, ..., y_k), oldest first. Row i holds the backward difference of order i. Equal to the recursion
+/// 3-22 once the window is full.
+Eigen::MatrixXd backwardDifferenceMatrix(int orders, double step) {
+  const int n = orders + 1;
+  Eigen::MatrixXd E = Eigen::MatrixXd::Zero(n, n);
+  for (int order = 0; order < n; ++order) {
+    double binomial = 1.0;
+    for (int back = 0; back <= order; ++back) {
+      E(order, n - 1 - back) = (back % 2 == 0 ? binomial : -binomial) / std::pow(step, order);
+      binomial = binomial * (order - back) / (back + 1);
+    }
+  }
+  return E;
+}
+
 Observation sample(double stamp, double value) { return {stamp, value, 2 * value, -value, 0.5 * value, 3 * value}; }
 
 TEST(ShiftOrders, MovesEveryOrderDownAndItsTransposeUp) {

@@ -20,9 +20,6 @@ struct PredictionErrors {
   GeneralizedBody state;      ///< eps_mu, 3 x (p+1), unit of the body velocity per s^(i+1)
 };
 
-/// mu_d_tilde of a constant set point: mu_d at order 0, zero above.
-GeneralizedBody generalizedSetPoint(const BodyVector& set_point, int orders);
-
 /// eps_y = y_tilde - R mu_tilde (3-6).
 GeneralizedSensor sensoryPredictionError(const GenerativeModel& model, const GeneralizedBody& belief,
                                          const GeneralizedSensor& measurement);

@@ -58,9 +58,4 @@ class Generalization {
   bool started_ = false;
 };
 
-/// The windowed form of eq. 3-21 for one channel with a constant step h: E of size (p+1) x (p+1), applied to the
-/// samples (y_{k-p}, ..., y_k), oldest first. Row i holds the backward difference of order i. Equal to the recursion
-/// 3-22 once the window is full.
-Eigen::MatrixXd backwardDifferenceMatrix(int orders, double step);
-
 }  // namespace jackal_aic

@@ -87,9 +87,6 @@ class LinearLoop {
   /// Spectral radius of one belief step with the measurement held.
   double beliefSpectralRadius() const { return belief_radius_; }
 
-  /// Belief steps in one period.
-  int beliefSteps() const { return belief_steps_; }
-
   const ControllerParameters& controller() const { return controller_; }
   const PlantModel& plant() const { return plant_; }
 

@@ -55,7 +55,6 @@ class WheelMonitor {
   double uncertainty() const;  ///< variance of speed(), uncertain drive train included [(rad/s)^2]
   double lowestAcceleration() const { return reachable_.lowestRate(); }    ///< that the drive train may have [rad/s^2]
   double highestAcceleration() const { return reachable_.highestRate(); }  ///< that the drive train may have [rad/s^2]
-  double noiseFactor() const { return learned_.factor(); }                 ///< lambda
 
  private:
   struct Interval {

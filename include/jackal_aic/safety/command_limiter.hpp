@@ -53,8 +53,6 @@ class CommandLimiter {
   /// Takes a command that somebody else gave for the last one: the next goes on from there.
   void follow(const WheelCommand& applied);
 
-  const LimitParameters& limits() const { return limits_; }
-
  private:
   using Vector = Eigen::Vector2d;  // forward, yaw: m/s, rad/s
 

@@ -106,10 +106,5 @@ TEST(ResponseMetrics, RefusesSeriesItCannotAssess) {
   EXPECT_THROW(stepResponseMetrics({0.0, 1.0}, {0.0, 1.0}, 0.0, 1.0, 1.0), std::invalid_argument);
 }
 
-TEST(RootMeanSquareError, IsTheRootOfTheMeanSquare) {
-  EXPECT_DOUBLE_EQ(rootMeanSquareError({1.0, 2.0, 3.0}, {1.0, 2.0, 6.0}), std::sqrt(3.0));
-  EXPECT_THROW(rootMeanSquareError({1.0}, {}), std::invalid_argument);
-}
-
 }  // namespace
 }  // namespace jackal_aic::sim
