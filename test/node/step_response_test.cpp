@@ -99,8 +99,12 @@ TEST_F(StepResponse, NoneWindsUpAndNoneRunsBackAfterAStop) {
       EXPECT_NEAR(driven.forward.back(), forward, 0.05);
       EXPECT_NEAR(driven.yaw_rate.back(), yaw_rate, 0.1);
       const double part = 0.01 * (forward != 0.0 && yaw_rate != 0.0 ? bars.arc_pct : bars.step_pct);
-      if (forward != 0.0) EXPECT_LE(largest(driven.forward, 1.0), (1.0 + 0.01 * bars.step_pct) * forward);
-      if (yaw_rate != 0.0) EXPECT_LE(largest(driven.yaw_rate, 1.0), (1.0 + part) * yaw_rate);
+      if (forward != 0.0) {
+        EXPECT_LE(largest(driven.forward, 1.0), (1.0 + 0.01 * bars.step_pct) * forward);
+      }
+      if (yaw_rate != 0.0) {
+        EXPECT_LE(largest(driven.yaw_rate, 1.0), (1.0 + part) * yaw_rate);
+      }
       robot.clear();
       robot.command(0.0, 0.0);
       robot.run(2.5);
