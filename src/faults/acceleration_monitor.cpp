@@ -27,9 +27,10 @@ AccelerationMonitor::AccelerationMonitor(const FaultParameters& parameters)
       repetition_moving_(repetition_at_rest_) {}
 
 bool AccelerationMonitor::Repetition::update(const Observation& observation, bool other) {
-  const bool frozen = forward.update(observation.acceleration_x, other, kResolution);
+  const double explained = other ? RepetitionTest::kAnyChange : 0.0;
+  const bool frozen = forward.update(observation.acceleration_x, other, kResolution, explained);
   if (!observation.acceleration_z) return frozen;
-  return vertical.update(*observation.acceleration_z, other, kResolution) || frozen;
+  return vertical.update(*observation.acceleration_z, other, kResolution, explained) || frozen;
 }
 
 void AccelerationMonitor::predict(double forward_rate, double lowest, double highest, double step) {

@@ -46,14 +46,12 @@ bool RepetitionTest::update(double value, bool expected, double resolution, doub
   has_last_ = true;
   if (!repeats || expected) learnRun();
   learnQuantum(std::abs(change), resolution);
-  if (expected) return false;
-  if (repeats) {
-    chance_ *= (repeats_ + run_ + 1.0) / (noisy_ + repeats_ + run_ + 2.0);
-    ++run_;
-    return samples_ > 0 && run_ >= samples_ && chance_ < kChance && carriesNoise(resolution);
-  }
-  learnChange(change, explained);
-  return false;
+  if (!repeats) learnChange(change, explained);
+  if (expected || !repeats) return false;
+  constexpr double kPriorSamples = 50.0;
+  chance_ *= (repeats_ + run_ + kPriorSamples * expectedChance()) / (noisy_ + repeats_ + run_ + kPriorSamples);
+  ++run_;
+  return samples_ > 0 && run_ >= samples_ && chance_ < kChance && carriesNoise(resolution);
 }
 
 void RepetitionTest::learnQuantum(double change, double resolution) {
@@ -69,21 +67,38 @@ void RepetitionTest::learnRun() {
 }
 
 void RepetitionTest::learnChange(double change, double explained) {
+  const bool reverses = change * last_change_ < 0.0;
+  const double size = std::abs(change) > 2.0 * explained ? std::abs(change) : 0.0;
+  last_change_ = change;
+  if (!reverses || size == 0.0) {
+    uncounted_ = size;
+    return;
+  }
+  // Of noise that goes to and fro, both ways are.
+  if (uncounted_ > 0.0) countNoise(uncounted_);
+  countNoise(size);
+  uncounted_ = 0.0;
+}
+
+void RepetitionTest::countNoise(double size) {
   constexpr double kChangesAveraged = 10.0;
   constexpr double kMemory = 3000.0;  // samples, a minute at 50 Hz
-  const bool reverses = change * last_change_ < 0.0;
-  last_change_ = change;
-  if (!reverses || std::abs(change) <= 2.0 * explained) return;
   noisy_ += 1.0;
-  usual_change_ += (std::abs(change) - usual_change_) / kChangesAveraged;
+  usual_change_ += (size - usual_change_) / std::min(noisy_, kChangesAveraged);
   if (noisy_ + repeats_ < kMemory) return;
   noisy_ *= 0.5;
   repeats_ *= 0.5;
 }
 
 bool RepetitionTest::carriesNoise(double resolution) const {
-  constexpr double kFine = 2.0;  // steps of the resolution that the noise passes from sample to sample
-  return usual_change_ > std::max(resolution, kFine * quantum_);
+  constexpr double kFine = 2.0;    // steps of the resolution that the noise passes from sample to sample
+  constexpr double kEnough = 5.0;  // samples of noise to know how large it is
+  return noisy_ >= kEnough && usual_change_ > std::max(resolution, kFine * quantum_);
+}
+
+double RepetitionTest::expectedChance() const {
+  constexpr double kGaussian = 0.5;  // above 0.34, of the mean change
+  return changes_ > 0 && quantum_ < usual_change_ ? kGaussian * quantum_ / usual_change_ : 1.0;
 }
 
 bool MissedMotion::update(double value, bool repeats, double low, double high, double least, double step) {

@@ -64,8 +64,11 @@ void YawMonitor::predict(double forward_rate, double difference_rate, double ste
 void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step) {
   const bool was_faulty = state() == ChannelState::faulty;
   distance_ = distanceFrom(belief_, yaw_rate, x);
-  const bool frozen_at_rest = repetition_at_rest_.update(yaw_rate, moving, kResolution);
-  frozen_ = repetition_moving_.update(yaw_rate, !moving, kResolution) || frozen_at_rest;
+  // What it does at rest says nothing of what it does while moving: its driver may filter differently.
+  constexpr double kAnyChange = RepetitionTest::kAnyChange;
+  const bool frozen_at_rest = repetition_at_rest_.update(yaw_rate, moving, kResolution, moving ? kAnyChange : 0.0);
+  const bool frozen_moving = repetition_moving_.update(yaw_rate, !moving, kResolution, moving ? 0.0 : kAnyChange);
+  frozen_ = frozen_at_rest || frozen_moving;
   bool suspect = distance_ > 1.0 || frozen_ || biased();
   if (was_faulty) {
     agreement_ = distanceFrom(alternative_, yaw_rate, x) <= 1.0 ? agreement_ + step : 0.0;

@@ -230,6 +230,33 @@ TEST(HealthyRobot, PushesKerbsAndLiftsLeaveNothing) {
   }
 }
 
+/// Soon after the start, too, when the drive train may still be anywhere between its slowest and its fastest.
+TEST(FrozenEncoder, IsFoundInTimeSoonAfterTheStart) {
+  for (const std::string& controller : controllerNames()) {
+    for (const char* plant : {"ground", "box"}) {
+      for (const SetPoint& set_point : {SetPoint{1.0, 0.0, 0.0}, SetPoint{0.5, 0.0, 0.5}}) {
+        for (double onset : {0.8, 1.2, 1.5, 2.0}) {
+          for (const char* seed : {"1", "2"}) {
+            SCOPED_TRACE(controller + " on " + plant + ", " + std::to_string(set_point.forward) + " m/s, frozen at " +
+                         std::to_string(onset) + " s, seed " + seed);
+            SetPointProfile profile;
+            profile.changes.assign(1, {0.38, set_point});
+            profile.duration = onset + 1.0;
+            Faults faults = sensorFault(SensorFaultKind::encoder_freeze);
+            faults.sensors[0].from = onset;
+            const auto found =
+                detection(run(controller.c_str(), plant, profile, faults, {{"plant.seed", seed}}), onset);
+            EXPECT_TRUE(found) << "within a second";
+            if (!found) continue;
+            EXPECT_LE(found->delay, kDetectionBar + 1e-9);
+            EXPECT_EQ(found->reason, "left encoder frozen");
+          }
+        }
+      }
+    }
+  }
+}
+
 /// The frozen encoder of each resolution and noise: found soon after the wheel should have moved.
 TEST(FrozenEncoder, IsFoundAtEveryResolutionOnceItsWheelShouldMove) {
   constexpr double kStepTime = 4.0;  // the set point changes, a second after the encoder froze

@@ -155,6 +155,41 @@ TEST_F(Repetition, MotionIsNoNoise) {
   for (int k = 0; k < 3000; ++k) ASSERT_FALSE(test.update(17.7, false, 1e-5, 0.0)) << "a ramp that ends without noise";
 }
 
+TEST_F(Repetition, NoiseSeenAtRestCountsOnceTheSensorMoves) {
+  RepetitionTest test(8);
+  for (int k = 0; k < 18; ++k) EXPECT_FALSE(test.update(noise_(random_), true, 1e-5));
+  for (int k = 1; k <= 10; ++k) EXPECT_FALSE(test.update(0.34 * k + noise_(random_), false, 1e-5, 5.0)) << "under way";
+  test.update(3.7, false, 1e-5, 5.0);
+  int needed = 1;
+  while (!test.update(3.7, false, 1e-5, 5.0) && needed < 100) ++needed;
+  EXPECT_GE(needed, 8);
+  EXPECT_LE(needed, 12) << "a quarter of a second";
+}
+
+TEST_F(Repetition, ACoarseSensorRepeatsHoweverItMovedBefore) {
+  for (double quantum : {0.0065, 0.0131, 0.06, 0.1}) {
+    for (double deviation : {0.0, 0.003}) {
+      SCOPED_TRACE(std::to_string(quantum) + ", noise " + std::to_string(deviation));
+      RepetitionTest test(8);
+      const auto feed = [&](double speed, bool rest, double explained) {
+        const double value = speed + deviation / 0.03 * noise_(random_);
+        return test.update(quantum * std::round(value / quantum), rest, 1e-5, explained);
+      };
+      for (int round = 0; round < 20; ++round) {
+        for (int k = 0; k < 50; ++k) EXPECT_FALSE(feed(0.0, true, 0.0));
+        for (int k = 1; k <= 30; ++k) EXPECT_FALSE(feed(0.34 * k, false, 0.34));
+        for (int k = 0; k < 200; ++k) ASSERT_FALSE(feed(10.2 + 0.001 * k, false, 0.001));
+      }
+    }
+  }
+}
+
+TEST_F(Repetition, ChangesThatAreExplainedTeachNothing) {
+  RepetitionTest test(8);
+  for (int k = 0; k < 1000; ++k) test.update(noise_(random_), true, 1e-5, RepetitionTest::kAnyChange);
+  for (int k = 0; k < 1000; ++k) ASSERT_FALSE(test.update(5.0, false, 1e-5));
+}
+
 TEST_F(Repetition, ARunThatCondemnsTeaches) {
   RepetitionTest test(8);
   feedNoise(test, 200, 0.0);

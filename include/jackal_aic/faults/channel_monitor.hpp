@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 
 namespace jackal_aic {
 
@@ -132,18 +133,25 @@ class Persistence {
 /// the bit for long.
 ///
 /// Only changes to and fro that nothing explains count as noise: motion goes on in its direction. A run of repetitions
-/// is suspect when it is at least the given length and less likely than kChance by what this channel did before: with n
-/// noisy samples and m repetitions, each with a uniform prior of its rate, the chance of another repetition is (m +
-/// 1)/(n + m + 2). Every run teaches. A channel that carries no noise (a simulation without it), or less than its own
-/// resolution, is never suspect: it stands still for as long as what it measures does.
+/// is suspect when it is at least the given length and less likely than kChance by what is known of this channel: with
+/// n noisy samples and m repetitions the chance of another repetition is (m + k p)/(n + m + k). Its prior p = q/(2 c)
+/// follows from the resolution q, the smallest change, and the usual change c of the noise: Gaussian noise of deviation
+/// s far above q repeats with a chance of q/(2 sqrt(pi) s), 0.34 q/c. It weighs as much as k = 50 samples, so that a
+/// channel of fine resolution need not be known for long: some samples of its noise are enough, at rest too. Every run
+/// teaches. A channel that carries no noise (a simulation without it), or less than its own resolution, is never
+/// suspect: it stands still for as long as what it measures does.
 class RepetitionTest {
  public:
+  /// Explains every change: a sample with it says nothing of the noise.
+  static constexpr double kAnyChange = std::numeric_limits<double>::infinity();
+
   /// @param samples shortest suspect run; 0: no run is suspect.
   explicit RepetitionTest(int samples) : samples_(samples) {}
 
   /// Takes a sample; true while it continues a suspect run. @param expected true if a repetition would be normal here
-  /// (a wheel at rest): such a sample ends a run and is not counted. @param resolution changes below this are no noise.
-  /// @param explained how far the value may have changed since the last sample without any noise.
+  /// (a wheel at rest): it ends a run and is not counted; a change still teaches what noise there is. @param resolution
+  /// changes below this are no noise. @param explained how far the value may have changed since the last sample without
+  /// any noise.
   bool update(double value, bool expected, double resolution, double explained = 0.0);
 
   /// The last samples repeat, as many as make the shortest suspect run.
@@ -158,7 +166,9 @@ class RepetitionTest {
   void learnRun();
   void learnQuantum(double change, double resolution);
   void learnChange(double change, double explained);
+  void countNoise(double size);
   bool carriesNoise(double resolution) const;
+  double expectedChance() const;
 
   int samples_;
   int run_ = 0;          // repetitions so far
@@ -169,6 +179,7 @@ class RepetitionTest {
   double quantum_ = 0.0;
   int changes_ = 0;  // up to kFewChanges
   double last_change_ = 0.0;
+  double uncounted_ = 0.0;     // size of the last change, if nothing explains it and it is not counted as noise
   double usual_change_ = 0.0;  // mean |change| of the last samples that nothing explains
   double noisy_ = 0.0;         // samples counted, in a fading memory
   double repeats_ = 0.0;
