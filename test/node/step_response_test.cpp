@@ -57,20 +57,6 @@ class StepResponse : public testing::Test {
   }
 };
 
-// The median of some steps: the overshoot of `improved` is at the edge of the band that settling is measured by, and on
-// which side of it depends on the noise and on the phase between timers and samples.
-TEST_F(StepResponse, BothReachTheSetPointAndImprovedSettlesFaster) {
-  SimulatedRobot standard("standard/"), improved("improved/");
-  const Steps slow = drive(standard, "standard/cmd_drive");
-  const Steps fast = drive(improved, "improved/cmd_drive");
-  EXPECT_LE(slow.largest_error_pct, 1.0);
-  EXPECT_LE(fast.largest_error_pct, 1.0);
-  EXPECT_LE(fast.median(), 0.8 * slow.median());
-  RecordProperty("standard_settling_ms", static_cast<int>(1000 * slow.median()));
-  RecordProperty("improved_settling_ms", static_cast<int>(1000 * fast.median()));
-  ROS_INFO("settling: standard %.3f s, improved %.3f s", slow.median(), fast.median());
-}
-
 /// Largest value of a series along a sign.
 double largest(const std::vector<double>& series, double sign) {
   double most = 0.0;
@@ -80,12 +66,14 @@ double largest(const std::vector<double>& series, double sign) {
 
 // The bars of stop_table.hpp through the nodes. A turn's share of the overshoot that is the effective track's, not
 // known yet, is 3 % in place and 7 % on the arc, which predictive has learned to 5 % by then.
+// Predictive drives first: what it would learn of the track while another one has the motors, and it does not know, is
+// not what is judged here.
 TEST_F(StepResponse, NoneWindsUpAndNoneRunsBackAfterAStop) {
   struct Bars {
     const char* controller;
     double step_pct, arc_pct;
   };
-  for (const Bars& bars : {Bars{"standard", 12.0, 12.0}, Bars{"improved", 10.0, 10.0}, Bars{"predictive", 5.0, 8.0}}) {
+  for (const Bars& bars : {Bars{"predictive", 5.0, 8.0}, Bars{"standard", 12.0, 12.0}, Bars{"improved", 10.0, 10.0}}) {
     SimulatedRobot robot(std::string(bars.controller) + "/");
     giveMotors(robot, std::string(bars.controller) + "/cmd_drive");
     for (const auto& [forward, yaw_rate] : {std::pair(1.0, 0.0), std::pair(0.5, 0.5), std::pair(0.0, 1.0)}) {
@@ -116,6 +104,20 @@ TEST_F(StepResponse, NoneWindsUpAndNoneRunsBackAfterAStop) {
     }
     robot.stopCommanding();
   }
+}
+
+// The median of some steps: the overshoot of `improved` is at the edge of the band that settling is measured by, and on
+// which side of it depends on the noise and on the phase between timers and samples.
+TEST_F(StepResponse, BothReachTheSetPointAndImprovedSettlesFaster) {
+  SimulatedRobot standard("standard/"), improved("improved/");
+  const Steps slow = drive(standard, "standard/cmd_drive");
+  const Steps fast = drive(improved, "improved/cmd_drive");
+  EXPECT_LE(slow.largest_error_pct, 1.0);
+  EXPECT_LE(fast.largest_error_pct, 1.0);
+  EXPECT_LE(fast.median(), 0.8 * slow.median());
+  RecordProperty("standard_settling_ms", static_cast<int>(1000 * slow.median()));
+  RecordProperty("improved_settling_ms", static_cast<int>(1000 * fast.median()));
+  ROS_INFO("settling: standard %.3f s, improved %.3f s", slow.median(), fast.median());
 }
 
 }  // namespace
