@@ -23,6 +23,7 @@ constexpr double kIntrusionPeriod = 0.02;   // s, as the stock jackal_node
 constexpr double kFirstSetPoint = 0.3;      // s, after the start of a run
 constexpr double kSilence = 0.3;            // s without a command, after which the next is a new process'
 constexpr double kLastWord = 0.2;           // s before the end, within which the controller has to have spoken
+constexpr double kLatestSuccessor = 60.0;   // s after the end, until a controller that was ended has to be there again
 constexpr double kPatience = 30.0;          // s on the wall clock without any progress
 const ros::WallDuration kLook(0.002);       // wait for callbacks
 
@@ -159,7 +160,10 @@ RunRecord FaultCampaign::run(const Scenario& scenario) {
   controller_ = controllerProcess();
   arm(scenario);
   recording_ = true;
-  const bool completed = waitFor([&] { return time_ >= scenario.end(); });
+  // A controller that was ended here is there again once a busy machine has started it.
+  const auto awaited = [&] { return end_requested_ || (succeeded_ && silent()); };
+  const bool completed =
+      waitFor([&] { return time_ >= scenario.end() + kLatestSuccessor || (time_ >= scenario.end() && !awaited()); });
   recording_ = false;
   for (const Task& task : tasks_) task.action();  // so that no process stays stopped
   tasks_.clear();
@@ -378,12 +382,13 @@ void FaultCampaign::breakDown(const std::string& reason) {
   if (record_.breakdown.empty()) record_.breakdown = reason;
 }
 
+bool FaultCampaign::silent() const { return record_.states.empty() || record_.states.back().time < time_ - kLastWord; }
+
 void FaultCampaign::checkProcess() {
-  const bool silent = record_.states.empty() || record_.states.back().time < time_ - kLastWord;
   const bool ended = !succeeded_ && (controller_ == 0 || !isRunning(controller_));
   if (ended) {
     breakDown("the controller crashed");
-  } else if (silent) {
+  } else if (silent()) {
     breakDown("the controller fell silent");
   }
 }

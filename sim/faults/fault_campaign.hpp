@@ -79,6 +79,7 @@ class FaultCampaign {
   void sendPeriodically();
   void pausePlant(double wall_seconds);
   void breakDown(const std::string& reason);
+  bool silent() const;
   void checkProcess();
 
   ros::NodeHandle node_;
