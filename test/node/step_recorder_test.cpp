@@ -1,5 +1,6 @@
 // The recorder behind the demo, and the differential drive baseline that it records here.
 
+#include <std_msgs/Bool.h>
 #include <stdlib.h>
 #include <sys/wait.h>
 
@@ -112,16 +113,17 @@ TEST_F(StepRecorderTest, RecordsAForwardStepAndATurn) {
 
 TEST_F(StepRecorderTest, BeginsOnlyWhenTheControllerDrives) {
   ros::NodeHandle node;
-  ros::Publisher state = node.advertise<ControllerState>("jackal_AIC/state", 10, true);
-  ControllerState message;
-  message.status = ControllerState::STOPPED;
-  message.reason = "no wheel speeds received yet";
-  state.publish(message);
+  ros::Publisher emergency_stop = node.advertise<std_msgs::Bool>("e_stop", 1, true);
+  std_msgs::Bool message;
+  message.data = true;
+  emergency_stop.publish(message);
+  const ros::WallTime patience = ros::WallTime::now() + ros::WallDuration(10.0);
+  while (emergency_stop.getNumSubscribers() == 0 && ros::WallTime::now() < patience) ros::WallDuration(0.01).sleep();
   ros::param::set("/recorder_under_test/recorder/data_timeout", 4.0);
   EXPECT_EQ(record(directory_.string()), 1);
-  message.status = ControllerState::DRIVING;
-  state.publish(message);
-  EXPECT_EQ(record(directory_.string()), 0);
+  message.data = false;
+  emergency_stop.publish(message);
+  EXPECT_EQ(record(directory_.string()), 0) << "its zero set points acknowledge the stop";
   ros::param::del("/recorder_under_test");
 }
 
