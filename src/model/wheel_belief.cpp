@@ -14,6 +14,7 @@ constexpr double kUnknownDisturbance = 0.3;
 constexpr double kAccelerating = 0.2;
 
 constexpr double kLeastLimit = 0.3;   // lambda
+constexpr double kLeastRamp = 0.2;    // part of the model's ramp below which a wheel does not ramp at all
 constexpr double kLimitMemory = 0.5;  // s at the limit
 
 }  // namespace
@@ -122,6 +123,13 @@ void WheelBelief::learnLimit(double moved) {
   // λ ← λ − (∂²F/∂λ²)⁻¹ ∂F/∂λ
   const double time = static_cast<double>(steps_) * kStep;
   const double most = std::copysign(limit_ * time, rate_), variance = 2.0 * parameters_.measurement_variance;
+  if (moved * most < kLeastRamp * most * most) {
+    // It does not ramp: what the belief expects of it is wrong, not its motor slow. A limit learned from that would
+    // keep the belief on its way for ever, and hide from it that the disturbance is wrong.
+    limit_curvature_ = 0.0;
+    limit_share_ = 1.0;
+    return;
+  }
   limit_curvature_ = limit_curvature_ * std::exp(-time / kLimitMemory) + most * most / variance;
   const double deviation = limitDeviation();
   limit_share_ += deviation * deviation * most * (moved - limit_share_ * most) / variance;

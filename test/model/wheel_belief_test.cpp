@@ -130,6 +130,28 @@ TEST(WheelBelief, LearnsTheLimitOfASlowMotorAndNoneOfAQuickOrABlockedOne) {
   EXPECT_NEAR(share(0.0), 1.0, 1e-9) << "blocked";
 }
 
+TEST(WheelBelief, ALearnedLimitIsForgottenWhenTheWheelDoesNotRampAtAll) {
+  // A slow motor, then somebody else's commands: the wheel keeps a speed that the believed disturbance contradicts.
+  WheelBeliefParameters parameters;
+  parameters.limit_deviation = 0.6;
+  PlantModel drive = model(0.0, 0.006);
+  drive.acceleration_limit = 1.65;
+  WheelBelief wheel(drive, kRadius, parameters);
+  const double step = 0.35 * drive.acceleration_limit / kRadius * WheelBelief::kStep;
+  double speed = 0.0;
+  for (int k = 0; k < 1000; ++k) {
+    speed += step;
+    wheel.predict(12.0);
+    if (k % 20 == 19) wheel.correct(speed);
+  }
+  ASSERT_LT(wheel.limitShare(), 0.5);
+  for (int k = 0; k < 4000; ++k) {
+    wheel.predict(speed + 7.0);  // more than the wheel does, and it stays as it is
+    if (k % 20 == 19) wheel.correct(speed);
+  }
+  EXPECT_EQ(wheel.limitShare(), 1.0) << "a belief that crawls would hide that something else is wrong";
+}
+
 TEST(WheelBelief, SmallLearningRateMovesLessTowardsTheSameSide) {
   WheelBeliefParameters slow;
   slow.learning_rate = 0.1;
