@@ -93,6 +93,8 @@ double WheelBelief::correct(double measurement, double added_variance) {
   if ((measurement - measured_) * predicted_change_ > kAccelerating * predicted_change_ * predicted_change_) {
     P_(0, 0) += limit_doubt_ * limit_doubt_;
     learnLimit(measurement - measured_);
+  } else if (limited_steps_ >= 2 * steps_) {
+    forgetLimit();
   }
   measured_ = measurement;
   steps_ = 0;
@@ -118,18 +120,19 @@ double WheelBelief::limitDeviation() const {
   return prior > 0.0 ? 1.0 / std::sqrt(1.0 / (prior * prior) + limit_curvature_) : 0.0;
 }
 
+/// It does not ramp although it should: what the belief expects of it is wrong, not its motor slow. A limit learned
+/// before would keep the belief on its way for ever, and hide from it that the disturbance is wrong.
+void WheelBelief::forgetLimit() {
+  limit_curvature_ = 0.0;
+  limit_share_ = 1.0;
+}
+
 void WheelBelief::learnLimit(double moved) {
   if (parameters_.limit_deviation <= 0.0 || steps_ == 0 || limited_steps_ < 2 * steps_) return;
   // λ ← λ − (∂²F/∂λ²)⁻¹ ∂F/∂λ
   const double time = static_cast<double>(steps_) * kStep;
   const double most = std::copysign(limit_ * time, rate_), variance = 2.0 * parameters_.measurement_variance;
-  if (moved * most < kLeastRamp * most * most) {
-    // It does not ramp: what the belief expects of it is wrong, not its motor slow. A limit learned from that would
-    // keep the belief on its way for ever, and hide from it that the disturbance is wrong.
-    limit_curvature_ = 0.0;
-    limit_share_ = 1.0;
-    return;
-  }
+  if (moved * most < kLeastRamp * most * most) return forgetLimit();
   limit_curvature_ = limit_curvature_ * std::exp(-time / kLimitMemory) + most * most / variance;
   const double deviation = limitDeviation();
   limit_share_ += deviation * deviation * most * (moved - limit_share_ * most) / variance;

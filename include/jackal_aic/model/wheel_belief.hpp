@@ -121,6 +121,7 @@ class WheelBelief {
  private:
   void followError(const Eigen::Vector3d& gain);
   void learnLimit(double moved);
+  void forgetLimit();
   double limitDeviation() const;
 
   PlantModel model_;
