@@ -37,12 +37,6 @@ std::vector<Task> tasksOf(const ExperimentTable& table, const std::vector<std::s
   return tasks;
 }
 
-void createDirectory(const std::string& directory) {
-  std::error_code error;
-  fs::create_directories(directory, error);
-  if (error) throw ParameterError("out = '" + directory + "': cannot be created: " + error.message());
-}
-
 std::vector<std::string> linesOf(const std::string& path) {
   std::istringstream text(readText(path));
   std::vector<std::string> lines;

@@ -72,7 +72,7 @@ std::optional<BodyVector> beliefOf(const VelocityController& controller) {
 DriveParameters uninterrupted() {
   DriveParameters parameters;
   parameters.gate.deadlines = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
-  parameters.gate.watchdog.belief_bound = std::numeric_limits<double>::infinity();
+  parameters.gate.plausibility.speed_factor = std::numeric_limits<double>::infinity();
   parameters.on_loss = {LossAction::drive, LossAction::drive, LossAction::drive,
                         std::numeric_limits<double>::infinity()};
   parameters.faults.reset();

@@ -31,9 +31,7 @@ struct Command {
 /// minutes, not after it.
 std::string outputDirectory(const po::variables_map& options) {
   const auto directory = options["out"].as<std::string>();
-  std::error_code error;
-  std::filesystem::create_directories(directory, error);
-  if (error) throw ParameterError("out = '" + directory + "': cannot be created: " + error.message());
+  createDirectory(directory);
   return directory;
 }
 

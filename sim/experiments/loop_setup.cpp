@@ -78,7 +78,7 @@ PlantModel readModel(const PlantModel& nominal, ParameterMap& map) {
 void readUnused(ParameterMap& map) {
   readParameters<DeadlineParameters>(map, "deadlines");
   readParameters<BrakeParameters>(map, "brake");
-  readParameters<WatchdogParameters>(map, "watchdog");
+  readParameters<PlausibilityParameters>(map, "plausibility");
   RestartPolicy restart{};
   ParameterReader(map, "").field("restart_after_stop", restart, kRestartPolicyNames, Presence::optional);
   readRestOfNode(map);

@@ -54,4 +54,10 @@ std::string readText(const std::string& path) {
   return text.str();
 }
 
+void createDirectory(const std::string& directory) {
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (error) throw ParameterError("out = '" + directory + "': cannot be created: " + error.message());
+}
+
 }  // namespace jackal_aic::sim

@@ -26,4 +26,8 @@ class PackageFiles {
 /// Whole text of a file. @throws ParameterError if it cannot be read.
 std::string readText(const std::string& path);
 
+/// Makes a directory for results, and those above it, unless it is there. @throws ParameterError, in the words of the
+/// option --out, if it cannot be made.
+void createDirectory(const std::string& directory);
+
 }  // namespace jackal_aic::sim

@@ -2,7 +2,7 @@
 
 /// @file
 /// Robots that nobody has identified, driven by joystick with what is assumed of them (config/jackal_model.yaml):
-/// whether they oscillate, and whether the fault monitor condemns them.
+/// whether they oscillate, and whether the fault monitor calls them faulty.
 
 #include <cstdint>
 #include <string>

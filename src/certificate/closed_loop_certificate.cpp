@@ -85,12 +85,12 @@ class BoundsOf {
 };
 
 /// The value itself if the verdict holds there, else the nearest one above or below by ratio.
-std::optional<double> nearestHolding(const Verdict& verdict, double value, double low, double high,
+std::optional<double> nearestHolding(const LineTest& holds, double value, double low, double high,
                                      const std::function<double(double)>& up,
                                      const std::function<double(double)>& down) {
-  if (verdict(value)) return value;
-  const auto above = findBoundary(verdict, value, high, up);
-  const auto below = findBoundary(verdict, value, low, down);
+  if (holds(value)) return value;
+  const auto above = findBoundary(holds, value, high, up);
+  const auto below = findBoundary(holds, value, low, down);
   if (above && below) return above->after / value < value / below->after ? above->after : below->after;
   if (above) return above->after;
   if (below) return below->after;
@@ -207,7 +207,7 @@ double& gainOf(ControllerParameters& controller, Gain gain) {
 
 std::optional<StableRange> stableRange(const ControllerParameters& controller, const GeometryParameters& geometry,
                                        const PlantModel& plant, Gain gain) {
-  const Verdict stable = [&](double value) {
+  const LineTest stable = [&](double value) {
     ControllerParameters changed = controller;
     gainOf(changed, gain) = value;
     return isStable(LinearLoop(changed, geometry, plant));

@@ -38,17 +38,17 @@ int commonActionSteps(double action_rate, double sensor_rate, const char* key);
 std::int64_t nanoseconds(double seconds);
 
 /// Says of a point on a line whether something holds there.
-using Verdict = std::function<bool(double)>;
+using LineTest = std::function<bool(double)>;
 
-/// Where a verdict changes along a line: the last point before and the first after.
+/// Where a test changes its answer along a line: the last point before and the first after.
 struct Boundary {
   double before;
   double after;
 };
 
-/// Walks from `start` along next(x) to `end`; halves the step that changes the verdict down to 1/16000 of it. Empty if
-/// the verdict never changes.
-std::optional<Boundary> findBoundary(const Verdict& verdict, double start, double end,
+/// Walks from `start` along next(x) to `end`; halves the step that changes the answer down to 1/16000 of it. Empty if
+/// the answer never changes.
+std::optional<Boundary> findBoundary(const LineTest& holds, double start, double end,
                                      const std::function<double(double)>& next);
 
 }  // namespace jackal_aic

@@ -56,7 +56,8 @@ void checkRange(const std::string& key, double value, Bounds bounds, const char*
   }
 }
 
-/// Keys that older files have: the old name without its prefix, what it is called now, and the prefix if only there.
+/// Keys that older files have: the old name without its prefix, what it is called now (with a prefix if that changed
+/// too), and the prefix if only there.
 struct Renamed {
   const char* old_name;
   const char* new_name;
@@ -76,7 +77,8 @@ constexpr Renamed kRenamed[] = {{"kappa_mu", "belief_learning_rate", "predictive
                                 {"learn_slip", "learn_track", ""},
                                 {"learn_alpha", "learn_slip_factor", ""},
                                 {"slip", "slip_factor", "robot"},
-                                {"alpha", "slip_factor", "slip"}};
+                                {"alpha", "slip_factor", "slip"},
+                                {"belief_bound", "plausibility.speed_factor", "watchdog"}};
 
 /// What a key is called now; empty if it was not renamed.
 std::string newNameOf(const std::string& key) {
@@ -85,7 +87,8 @@ std::string newNameOf(const std::string& key) {
   const std::string prefix = key.substr(0, dot), name = key.substr(dot + 1);
   for (const Renamed& renamed : kRenamed) {
     if (name == renamed.old_name && (*renamed.prefix == '\0' || prefix == renamed.prefix)) {
-      return prefix + "." + renamed.new_name;
+      const std::string now = renamed.new_name;
+      return now.find('.') == std::string::npos ? prefix + "." + now : now;
     }
   }
   return "";

@@ -72,7 +72,7 @@ void AccelerationMonitor::check(const Observation& observation, bool moving, dou
   frozen_ = repetition_moving_.update(observation, !moving) || frozen_at_rest;
 
   persistence_.update(distance_ > 1.0 || frozen_, true, step);
-  if (frozen_) persistence_.condemn();
+  if (frozen_) persistence_.declareFaulty();
   upside_down_ = state() == ChannelState::faulty && (vertical ? *observation.acceleration_z < 0.0 : upside_down_);
   if (state() == ChannelState::outlier) return;
   forward_.correct(forward_noise);

@@ -24,11 +24,11 @@ ChannelState Persistence::update(bool suspect, bool informative, double step) {
   int suspects = 0;
   for (std::uint64_t bits = recent_; bits != 0; bits &= bits - 1) ++suspects;
   state_ = suspect ? ChannelState::outlier : ChannelState::ok;
-  if (suspects >= parameters_.fault_samples) condemn();
+  if (suspects >= parameters_.fault_samples) declareFaulty();
   return state_;
 }
 
-void Persistence::condemn() {
+void Persistence::declareFaulty() {
   state_ = ChannelState::faulty;
   good_time_ = 0.0;
 }

@@ -36,15 +36,15 @@ double initialTrack(const GeometryParameters& geometry, const PlantModel& model)
   return model.effective_track > 0.0 ? model.effective_track : geometry.effective_track;
 }
 
-bool isFaulty(const ChannelVerdict& verdict) { return verdict.state == ChannelState::faulty; }
-bool counts(const ChannelVerdict& verdict) { return verdict.state == ChannelState::ok; }
+bool isFaulty(const ChannelHealth& verdict) { return verdict.state == ChannelState::faulty; }
+bool counts(const ChannelHealth& verdict) { return verdict.state == ChannelState::ok; }
 
 /// A wheel that was suspect for long enough, without a verdict on why.
-bool undecided(const WheelMonitor& wheel, const ChannelVerdict& verdict, bool drive) {
+bool undecided(const WheelMonitor& wheel, const ChannelHealth& verdict, bool drive) {
   return wheel.state() == ChannelState::faulty && !drive && !isFaulty(verdict);
 }
 
-bool isFrozen(const ChannelVerdict& verdict) { return verdict.cause == FaultCause::frozen; }
+bool isFrozen(const ChannelHealth& verdict) { return verdict.cause == FaultCause::frozen; }
 
 }  // namespace
 
@@ -188,7 +188,7 @@ void FaultMonitor::weighEvidence(const Observation& observation, double step) {
   evidence_.against_predicted = fading * evidence_.against_predicted + predicted_error * predicted_error;
 }
 
-void FaultMonitor::conclude(const WheelMonitor& wheel, ChannelVerdict& verdict, bool& drive) const {
+void FaultMonitor::conclude(const WheelMonitor& wheel, ChannelHealth& verdict, bool& drive) const {
   const bool isolated = isFaulty(verdict) || drive;
   verdict.distance = wheel.distance();
   if (wheel.state() != ChannelState::faulty) {
@@ -216,7 +216,7 @@ double FaultMonitor::differenceVariance(const Observation& observation) const {
   // As far as a wheel is from its prediction, either may be wrong, and not by noise that averages out: a motor that
   // does not start is no slip to learn.
   const double noise = kNoise * std::sqrt(parameters_.wheel_variance);
-  const auto doubt = [noise](const WheelMonitor& wheel, const ChannelVerdict& verdict, bool valid, double measured) {
+  const auto doubt = [noise](const WheelMonitor& wheel, const ChannelHealth& verdict, bool valid, double measured) {
     if (!valid || isFaulty(verdict)) return 0.0;
     const double apart = std::max(0.0, std::abs(measured - wheel.speed()) - noise);
     return kDoubtfulSamples * apart * apart;

@@ -195,7 +195,7 @@ void WheelMonitor::forgive() {
 
 void WheelMonitor::conclude(double measurement, double step) {
   persistence_.update(suspect_, std::abs(belief_.speed()) > kRestSpeed, step);
-  if (frozen_) persistence_.condemn();
+  if (frozen_) persistence_.declareFaulty();
   last_speed_ = belief_.speed();
   if (state() != ChannelState::ok) return;
   const auto [low, high] = possible();

@@ -13,7 +13,7 @@ constexpr double kBiasDrift = 1e-3;        // of beta after a second [rad/s]
 
 YawBelief::YawBelief(double effective_track, const YawBeliefParameters& parameters)
     : parameters_(parameters), given_slope_(1.0 / effective_track), slope_(given_slope_) {
-  loosen(parameters.bias_deviation);
+  inflate(parameters.bias_deviation);
 }
 
 void YawBelief::predict(double recent_change, double memory, double step) {
@@ -49,7 +49,7 @@ void YawBelief::correct(double yaw_rate, double x, double x_variance, double noi
   }
 }
 
-void YawBelief::loosen(double bias_deviation) {
+void YawBelief::inflate(double bias_deviation) {
   slope_variance_ = kLargestDeviation * given_slope_ * kLargestDeviation * given_slope_;
   bias_variance_ = bias_deviation * bias_deviation;
 }

@@ -75,7 +75,7 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
     suspect = suspect && (frozen_ || !explained(yaw_rate, x));
   }
   persistence_.update(suspect, true, step);
-  if (frozen_) persistence_.condemn();
+  if (frozen_) persistence_.declareFaulty();
 
   if (state() == ChannelState::ok) {
     if (was_faulty && (distance_ > 1.0 || biased())) belief_ = alternative_;
@@ -86,7 +86,7 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
       alternative_ = belief_;
       agreement_ = 0.0;
     }
-    if (!was_faulty || distanceFrom(alternative_, yaw_rate, x) > 1.0) alternative_.loosen(kFaultyBias);
+    if (!was_faulty || distanceFrom(alternative_, yaw_rate, x) > 1.0) alternative_.inflate(kFaultyBias);
     alternative_.correct(yaw_rate, x.value, x.variance, learned_.factor());
   }
 }

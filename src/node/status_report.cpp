@@ -5,18 +5,24 @@
 namespace jackal_aic {
 namespace {
 
-bool isFault(Fault fault) { return fault != Fault::none && fault != Fault::moved; }
+/// Whether reason() of the two can differ.
+bool tellTheSame(const DriveLoopStatus& a, const DriveLoopStatus& b) {
+  return a.decision.cause == b.decision.cause && a.decision.unacknowledged == b.decision.unacknowledged &&
+         a.fault == b.fault && a.loss == b.loss && a.handed_over == b.handed_over;
+}
 
 }  // namespace
 
 bool StatusReport::update(const DriveLoopStatus& status, const std::string& contender) {
   const DriveLoopStatus before = status_;
   status_ = status;
-  std::string reason = jackal_aic::reason(status, contender);
   const bool decided =
       status.decision.status != before.decision.status || status.decision.cause != before.decision.cause;
-  const bool changed = decided || reason != reason_;
-  reason_ = std::move(reason);
+  const bool changed = decided || !tellTheSame(status, before) || contender != contender_;
+  if (changed) {
+    reason_ = jackal_aic::reason(status, contender);
+    contender_ = contender;
+  }
   if (status.rejected_measurements != before.rejected_measurements) {
     refused("measurement whose stamp is not later than the last one", status.rejected_measurements);
   }

@@ -32,6 +32,7 @@ class StatusReport {
   void logFault(Fault before) const;
 
   DriveLoopStatus status_;
+  std::string contender_;
   std::string reason_;
 };
 

@@ -56,7 +56,7 @@ StopCauses overdueInputs(const InputAges& ages, const DeadlineParameters& deadli
 }
 
 bool isPlausible(const BodyVector& belief, double free_energy, const GateParameters& parameters) {
-  const double bound = parameters.watchdog.belief_bound;
+  const double bound = parameters.plausibility.speed_factor;
   if (std::isinf(bound)) return true;
   const LimitParameters& limits = parameters.limits;
   const double speed = std::max(std::abs(belief(kForward)), std::abs(belief(kLateral)));
@@ -121,7 +121,7 @@ WheelCommand DriveGate::drive(const WheelCommand& action, const SetPoint& set_po
   return limiter_.drive(action, set_point);
 }
 
-WheelCommand DriveGate::rest() {
+WheelCommand DriveGate::brake() {
   const BrakeParameters& brake = parameters_.brake;
   const LimitParameters& limits = parameters_.limits;
   return emergency_ ? limiter_.brake(

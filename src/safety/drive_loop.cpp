@@ -29,8 +29,8 @@ MeasurementWatchParameters watchParameters(const DriveParameters& parameters) {
   watch.faults = parameters.faults;
   watch.geometry = parameters.geometry;
   watch.plant_model = parameters.plant_model;
-  watch.largest_wheel_speed = parameters.gate.watchdog.belief_bound * parameters.gate.limits.wheel_speed;
-  watch.largest_yaw_rate = parameters.gate.watchdog.belief_bound * parameters.gate.limits.angular_speed;
+  watch.largest_wheel_speed = parameters.gate.plausibility.speed_factor * parameters.gate.limits.wheel_speed;
+  watch.largest_yaw_rate = parameters.gate.plausibility.speed_factor * parameters.gate.limits.angular_speed;
   return watch;
 }
 
@@ -57,8 +57,7 @@ std::string reason(const DriveLoopStatus& status, const std::string& contender) 
   std::string reason = text(status.decision.cause);
   if (status.decision.cause == StopCause::contention && !contender.empty()) reason += ": " + contender;
   if (status.handed_over) reason = "somebody else has the motors";
-  const bool faulty = status.fault != Fault::none && status.fault != Fault::moved;
-  const std::string fault = faulty ? text(status.fault) : text(status.loss);
+  const std::string fault = isFault(status.fault) ? text(status.fault) : text(status.loss);
   if (!fault.empty()) reason += (reason.empty() ? "" : "; ") + fault;
   if (status.decision.unacknowledged) reason += " (over; a zero set point, or one after a pause, starts anew)";
   return reason;
@@ -108,8 +107,8 @@ bool DriveLoop::receiveImu(const SensorReading& reading, double now) {
 
 bool DriveLoop::observe(const Observation& observation, double now) {
   noteTime(now);
-  runBelief(nanoseconds(now) -
-            1);  // a measurement that overtakes the belief timer must not meet a belief about the past
+  // A measurement that overtakes the belief timer must not meet a belief about the past.
+  runBelief(nanoseconds(now) - 1);
   const ChannelValidity& valid = observation.valid;
   if (valid.wheel_left || valid.wheel_right) wheels_ = {observation.stamp, now};
   if (valid.yaw_rate || valid.acceleration) imu_ = {observation.stamp, now};
@@ -164,8 +163,10 @@ std::optional<WheelCommand> DriveLoop::advance(double now, double due) {
 
 std::optional<WheelCommand> DriveLoop::advanceTo(double now, std::int64_t boundary) {
   int periods = actionPeriodsDue(now, boundary);
-  if (periods == 0) updateBelief(now);
-  if (periods == 0) return std::nullopt;
+  if (periods == 0) {
+    runBelief(nanoseconds(now));
+    return std::nullopt;
+  }
   // Beliefs catch up; the command does so no faster than time went by, because the limits of its acceleration hold for
   // what the motors get.
   const int actions = mostActions(now);
@@ -206,25 +207,26 @@ void DriveLoop::act(double now) {
     gate_.reset();
     clock_jumped_ = false;
   }
-  const StopCauses causes = this->causes(now);
-  const bool no_set_point = causes.hasAny({StopCause::set_point_late, StopCause::set_point_missing});
-  decide({causes, no_set_point || set_point_.vector().isZero(0.0)});
+  decide(gateInputs(now));
   if (decision_.status == DriveStatus::driving) {
     drive(now);
   } else {
-    rest(now);
+    brake(now);
   }
 }
 
-StopCauses DriveLoop::causes(double now) {
-  StopCauses causes = overdueInputs(ages(now), parameters_.gate.deadlines);
+GateInputs DriveLoop::gateInputs(double now) {
+  GateInputs inputs;
+  StopCauses& causes = inputs.causes;
+  causes = overdueInputs(ages(now), parameters_.gate.deadlines);
   const bool no_set_point = causes.hasAny({StopCause::set_point_late, StopCause::set_point_missing});
-  const bool to_rest = no_set_point || set_point_.vector().isZero(0.0);
+  inputs.set_point_at_rest = no_set_point || set_point_.vector().isZero(0.0);
   // What the motors do under somebody else's commands cannot be predicted.
   if (robot_.contended) measurements_.reset();
-  causes.add(measurements_.causes(health(now), now, to_rest && gate_.command() == WheelCommand{}));
+  const bool told_to_stand = inputs.set_point_at_rest && gate_.command() == WheelCommand{};
+  causes.add(measurements_.causes(health(now), now, told_to_stand));
   const bool plausible = isPlausible(controller_->believedVelocity(), controller_->freeEnergy(), parameters_.gate);
-  return causes.add(StopCause::belief_diverged, !plausible)
+  causes.add(StopCause::belief_diverged, !plausible)
       .add(StopCause::clock_jump, clock_jumped_)
       .add(StopCause::outputs_unchecked, !robot_.outputs_checked)
       .add(StopCause::motors_off, robot_.motors_off)
@@ -233,6 +235,7 @@ StopCauses DriveLoop::causes(double now) {
       .add(StopCause::shutdown, robot_.ending)
       .add(StopCause::contention, robot_.contended)
       .add(StopCause::driver_fault, robot_.driver_fault);
+  return inputs;
 }
 
 void DriveLoop::decide(const GateInputs& inputs) {
@@ -259,14 +262,14 @@ void DriveLoop::drive(double now) {
   }
 }
 
-void DriveLoop::rest(double now) {
+void DriveLoop::brake(double now) {
   if (decision_.cause == StopCause::belief_diverged && !decision_.unacknowledged) {
     controller_->reset();
     controller_->setSetPoint(set_point_);
   }
   action_ = {};
   handed_over_ = false;
-  gate_.rest();
+  gate_.brake();
   controller_->overrule(appliedCommand(now));
 }
 
@@ -310,7 +313,6 @@ void DriveLoop::restart() {
   frozen_imu_.reset();
   set_point_ = {};
   set_point_arrival_ = wheels_ = imu_ = feedback_ = measurement_ = {};
-  robot_.motors_off = robot_.driver_fault = false;  // as the messages said that told it
   action_ = {};
   clock_jumped_ = true;
 }

@@ -31,7 +31,7 @@ void validate(const LimitParameters& limits, const BrakeParameters& brake) {
 GateParameters readGateParameters(ParameterMap& map) {
   GateParameters parameters{
       readParameters<LimitParameters>(map, "limits"), readParameters<DeadlineParameters>(map, "deadlines"),
-      readParameters<BrakeParameters>(map, "brake"), readParameters<WatchdogParameters>(map, "watchdog")};
+      readParameters<BrakeParameters>(map, "brake"), readParameters<PlausibilityParameters>(map, "plausibility")};
   ParameterReader(map, "").field("restart_after_stop", parameters.restart_after_stop, kRestartPolicyNames,
                                  Presence::optional);
   validate(parameters.limits, parameters.brake);

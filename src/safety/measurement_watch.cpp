@@ -6,7 +6,7 @@
 namespace jackal_aic {
 namespace {
 
-bool counts(const ChannelVerdict& verdict) { return verdict.state != ChannelState::faulty; }
+bool counts(const ChannelHealth& verdict) { return verdict.state != ChannelState::faulty; }
 
 constexpr double kLargestAcceleration = 100.0;  // m/s^2, about 10 g
 

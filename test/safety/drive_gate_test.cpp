@@ -110,7 +110,7 @@ class DriveGateTest : public testing::Test {
     const WheelCommand before = command;
     command = decision.status == DriveStatus::driving
                   ? gate.drive(kKinematics.wheelSpeeds(wanted, 0.5 * wanted), {wanted, 0.0, 0.5 * wanted})
-                  : gate.rest();
+                  : gate.brake();
     EXPECT_EQ(command, gate.command());
     largest_jump =
         std::max({largest_jump, std::abs(command.left - before.left), std::abs(command.right - before.right)});

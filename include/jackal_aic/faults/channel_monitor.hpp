@@ -117,7 +117,7 @@ class Persistence {
   bool suspecting() const { return recent_ != 0; }
 
   /// Declares the channel faulty.
-  void condemn();
+  void declareFaulty();
 
   /// Forgets all samples; the channel is ok.
   void reset();

@@ -26,6 +26,9 @@ enum class Fault {
 /// Number of findings, `none` included.
 inline constexpr int kFaults = static_cast<int>(Fault::moved) + 1;
 
+/// False for `none` and for what is no fault of the robot.
+inline bool isFault(Fault fault) { return fault != Fault::none && fault != Fault::moved; }
+
 /// What a person reads; empty for `none`.
 const char* text(Fault fault);
 

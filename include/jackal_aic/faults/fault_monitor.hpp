@@ -7,7 +7,7 @@
 ///                learned slip, the accelerometer from the wheels and the learned direction of gravity
 ///     compare    squared Mahalanobis distance e' S^-1 e of the prediction error against its learned covariance
 ///     exclude    a sample beyond Chebyshev's bound sqrt(n / alpha) is an outlier: precision zero for this sample
-///     condemn    K of N samples make a fault: precision zero until the channel has been good for a while
+///     declare    K of N samples make a fault: precision zero until the channel has been good for a while
 ///     isolate    a wheel that does not follow its command: does the gyro agree with its encoder or with the
 ///     prediction?
 ///
@@ -47,8 +47,8 @@ enum class FaultCause {
   gravity      ///< the accelerometer says that the IMU hangs upside down
 };
 
-/// Verdict on one channel.
-struct ChannelVerdict {
+/// Health of one channel.
+struct ChannelHealth {
   ChannelState state = ChannelState::ok;
   FaultCause cause = FaultCause::none;
   double distance = 0.0;  ///< Mahalanobis distance of the last prediction error, in multiples of Chebyshev's bound
@@ -56,13 +56,13 @@ struct ChannelVerdict {
 
 /// What the monitor thinks of the robot after a sample.
 struct FaultReport {
-  ChannelVerdict wheel_left;     ///< encoder of the left wheels
-  ChannelVerdict wheel_right;    ///< encoder of the right wheels
-  ChannelVerdict gyro;           ///< yaw rate
-  ChannelVerdict accelerometer;  ///< all axes
-  bool drive_left = false;       ///< the left wheels do not follow their command (blocked, or without power)
-  bool drive_right = false;      ///< the right wheels do not follow their command
-  bool moved = false;            ///< wheels that are to stand turn: the robot is pushed, or carried; no fault
+  ChannelHealth wheel_left;     ///< encoder of the left wheels
+  ChannelHealth wheel_right;    ///< encoder of the right wheels
+  ChannelHealth gyro;           ///< yaw rate
+  ChannelHealth accelerometer;  ///< all axes
+  bool drive_left = false;      ///< the left wheels do not follow their command (blocked, or without power)
+  bool drive_right = false;     ///< the right wheels do not follow their command
+  bool moved = false;           ///< wheels that are to stand turn: the robot is pushed, or carried; no fault
 
   /// Channels that count: neither outlier nor faulty.
   ChannelValidity valid() const;
@@ -110,7 +110,7 @@ class FaultMonitor {
   void start(const Observation& observation);
   void checkWheels(const Observation& observation, double step);
   void weighEvidence(const Observation& observation, double step);
-  void conclude(const WheelMonitor& wheel, ChannelVerdict& verdict, bool& drive) const;
+  void conclude(const WheelMonitor& wheel, ChannelHealth& verdict, bool& drive) const;
   bool concludeMoved();
   bool wheelsTurn() const;
   void checkGyro(const Observation& observation, double step);

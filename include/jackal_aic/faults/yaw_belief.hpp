@@ -49,7 +49,7 @@ class YawBelief {
 
   /// Forgets how much it knows, but not what: both slip and bias may have jumped. @param bias_deviation of beta
   /// [rad/s].
-  void loosen(double bias_deviation);
+  void inflate(double bias_deviation);
 
   double slope() const { return slope_; }                         ///< s [1/m]
   double bias() const { return bias_; }                           ///< beta [rad/s]

@@ -23,7 +23,7 @@ struct PlantModel {
   double velocity_loop_integral = 0.0;  ///< integral gain of the motors' velocity loop [1/s]; 0 is a first-order lag
   double acceleration_limit = 1.73;     ///< of the wheel circumference [m/s^2]; no part of the linear response
   double effective_track = 0.0;         ///< true virtual width [m]; 0 stands for the controller's own
-  bool on_box = false;                  ///< wheels in the air: the gyro sees no turn (thesis section 4-1)
+  bool on_box = false;                  ///< wheels free, in the air: the gyro sees no turn (thesis section 4-1)
   double sensor_rate = 50.0;            ///< of paired wheel and IMU samples [Hz]
   bool identified = true;  ///< estimated from this robot; false: assumed of a robot that nobody has identified yet
 };

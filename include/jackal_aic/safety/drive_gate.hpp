@@ -66,8 +66,8 @@ StopCauses lossCauses(const SensorHealth& health);
 /// than that, stops; so does a set point that was never received.
 StopCauses overdueInputs(const InputAges& ages, const DeadlineParameters& deadlines);
 
-/// False if a belief is not finite, or beyond watchdog.belief_bound times the speed limits; an infinite bound switches
-/// the watchdog off.
+/// False if a belief is not finite, or beyond plausibility.speed_factor times the speed limits; an infinite factor
+/// switches this check off.
 /// @param belief believed body velocity (base_link); @param free_energy F.
 bool isPlausible(const BodyVector& belief, double free_energy, const GateParameters& parameters);
 
@@ -101,7 +101,7 @@ struct GateDecision {
 };
 
 /// State machine and limits of the drive command. In every action step call decide() first, then either drive() with
-/// the action, if the status is driving, or rest(). Pure: no clock, no I/O, no allocation.
+/// the action, if the status is driving, or brake(). Pure: no clock, no I/O, no allocation.
 class DriveGate {
  public:
   /// @param period time from one action step to the next [s].
@@ -119,7 +119,7 @@ class DriveGate {
   void follow(const WheelCommand& applied) { limiter_.follow(applied); }
 
   /// The command of this step while not driving: the brake's, or zero.
-  WheelCommand rest();
+  WheelCommand brake();
 
   /// The last command [rad/s].
   WheelCommand command() const { return limiter_.command(); }

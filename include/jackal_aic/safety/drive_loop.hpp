@@ -121,7 +121,7 @@ class DriveLoop {
   /// count as received with it. True if the controller took it.
   bool observe(const Observation& observation, double now);
 
-  /// What is the case from now on.
+  /// What is the case from now on; to be told again when it changes, and after time ran back.
   void report(const RobotStatus& status, double now);
 
   /// With shared motors: a command reached them, or seems to have.
@@ -165,10 +165,10 @@ class DriveLoop {
   void runBelief(std::int64_t until);
   void beliefStep();
   void act(double now);
-  StopCauses causes(double now);
+  GateInputs gateInputs(double now);
   void decide(const GateInputs& inputs);
   void drive(double now);
-  void rest(double now);
+  void brake(double now);
 
   DriveParameters parameters_;
   std::unique_ptr<VelocityController> controller_;

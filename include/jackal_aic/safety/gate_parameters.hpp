@@ -74,15 +74,15 @@ void describeFields(Visitor& v, BrakeParameters& p) {
   v.field("fault_hold", p.fault_hold, {0.0, 60.0}, "s", Presence::optional);
 }
 
-/// When a belief counts as diverged, and a measurement as impossible. YAML prefix `watchdog`.
-struct WatchdogParameters {
-  double belief_bound = 5.0;  ///< largest believed or measured velocity, in multiples of the speed limits
+/// When a belief counts as diverged, and a measurement as impossible. YAML prefix `plausibility`.
+struct PlausibilityParameters {
+  double speed_factor = 5.0;  ///< largest believed or measured velocity, in multiples of the speed limits
 };
 
-/// Lists the fields of WatchdogParameters with unit and range.
+/// Lists the fields of PlausibilityParameters with unit and range.
 template <class Visitor>
-void describeFields(Visitor& v, WatchdogParameters& p) {
-  v.field("belief_bound", p.belief_bound, {1.0, 1000.0}, "", Presence::optional);
+void describeFields(Visitor& v, PlausibilityParameters& p) {
+  v.field("speed_factor", p.speed_factor, {1.0, 1000.0}, "", Presence::optional);
 }
 
 /// What sets the robot moving again after somebody stopped it (Severity::halt: emergency stop, stop of the robot). YAML
@@ -100,7 +100,7 @@ struct GateParameters {
   LimitParameters limits;
   DeadlineParameters deadlines;
   BrakeParameters brake;
-  WatchdogParameters watchdog;
+  PlausibilityParameters plausibility;
   RestartPolicy restart_after_stop = RestartPolicy::acknowledged;
 };
 

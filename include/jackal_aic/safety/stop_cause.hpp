@@ -32,7 +32,7 @@ enum class StopCause {
   shutdown,           ///< the controller is to end
   contention,         ///< another node publishes commands
   sensor_fault,       ///< the fault monitor left too little to drive on
-  belief_diverged,    ///< not finite, or beyond watchdog.belief_bound
+  belief_diverged,    ///< not finite, or beyond plausibility.speed_factor
   driver_fault        ///< feedback: a motor driver reports a fault
 };
 
