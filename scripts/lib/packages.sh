@@ -3,7 +3,7 @@
 
 readonly COMMON_PACKAGES=(
   cmake g++ make pkg-config python3
-  libboost-program-options-dev libeigen3-dev libgmock-dev libgtest-dev libnlopt-cxx-dev libnlopt-dev libode-dev
+  libboost-program-options-dev libeigen3-dev libfmt-dev libgmock-dev libgtest-dev libnlopt-cxx-dev libnlopt-dev libode-dev
   liburdfdom-dev libyaml-cpp-dev python3-matplotlib python3-yaml)
 
 # ROS 1 as Debian 11 and 12 ship it, under /usr. The python3-*-msgs are for rostopic, which else knows no message.

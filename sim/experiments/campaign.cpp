@@ -1,5 +1,7 @@
 #include "campaign.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -86,8 +88,7 @@ std::string joined(const std::string& name, const ShardSet& set) {
   for (std::size_t index = 1; index <= set.count; ++index) {
     const auto path = set.paths.find(index);
     if (path == set.paths.end()) {
-      throw ParameterError(name + ": shard " + std::to_string(index) + " of " + std::to_string(set.count) +
-                           " is missing");
+      throw ParameterError(fmt::format("{}: shard {} of {} is missing", name, index, set.count));
     }
     const std::vector<std::string> lines = linesOf(path->second);
     header = lines.front();
@@ -114,9 +115,7 @@ Shard Shard::parse(const std::string& text) {
   throw ParameterError("shard = '" + text + "': expected K/N with 1 <= K <= N <= 100000");
 }
 
-std::string Shard::suffix() const {
-  return count == 1 ? "" : "." + std::to_string(index) + "-of-" + std::to_string(count);
-}
+std::string Shard::suffix() const { return count == 1 ? "" : fmt::format(".{}-of-{}", index, count); }
 
 void runCampaign(const ExperimentTable& table, const std::vector<std::string>& names, const std::string& directory,
                  const Shard& shard, unsigned jobs, bool show_progress) {

@@ -1,11 +1,12 @@
 #include "closed_loop.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <limits>
 #include <random>
-#include <sstream>
 
 #include "jackal_aic/config/parameter_map.hpp"
 #include "jackal_aic/model/skid_steer_kinematics.hpp"
@@ -18,10 +19,7 @@ constexpr double kTimeTolerance = 1e-9;    // s
 constexpr double kFinalWindow = 0.5;       // s
 
 void require(bool condition, const char* name, double value, const char* bound) {
-  if (condition) return;
-  std::ostringstream message;
-  message << name << " = " << value << ": must be " << bound;
-  throw ParameterError(message.str());
+  if (!condition) throw ParameterError(fmt::format("{} = {:g}: must be {}", name, value, bound));
 }
 
 BodyVector trueVelocity(const PlantTruth& truth, Support support, const SkidSteerKinematics& kinematics) {

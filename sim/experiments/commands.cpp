@@ -1,5 +1,7 @@
 #include "commands.hpp"
 
+#include <fmt/format.h>
+
 #include <boost/program_options.hpp>
 #include <filesystem>
 #include <iostream>
@@ -39,7 +41,7 @@ PackageFiles packageFiles(const po::variables_map& options) { return PackageFile
 
 unsigned jobs(const po::variables_map& options) {
   const int count = options["jobs"].as<int>();
-  if (count < 0 || count > 1024) throw ParameterError("jobs = " + std::to_string(count) + ": must be in [0, 1024]");
+  if (count < 0 || count > 1024) throw ParameterError(fmt::format("jobs = {}: must be in [0, 1024]", count));
   return static_cast<unsigned>(count);
 }
 
@@ -196,7 +198,7 @@ int calibratePlants(const po::variables_map& options) {
   const PackageFiles files = packageFiles(options);
   const auto wanted = options["plant"].as<std::string>();
   const int evaluations = options["evaluations"].as<int>();
-  if (evaluations < 1) throw ParameterError("evaluations = " + std::to_string(evaluations) + ": must be 1 or more");
+  if (evaluations < 1) throw ParameterError(fmt::format("evaluations = {}: must be 1 or more", evaluations));
   if (wanted != "box" && wanted != "ground" && wanted != "all") {
     throw ParameterError("plant = '" + wanted + "': unknown; known: box, ground, all");
   }
@@ -204,7 +206,7 @@ int calibratePlants(const po::variables_map& options) {
     if (wanted != "all" && wanted != task.plant) continue;
     ProgressBar bar("calibrate " + task.plant, static_cast<std::size_t>(2 * evaluations + 1), true);
     const Calibration found = calibrate(files, task, evaluations, jobs(options), [&](int count, double error) {
-      bar.show(static_cast<std::size_t>(count), "error " + std::to_string(error));
+      bar.show(static_cast<std::size_t>(count), fmt::format("error {:.6f}", error));
     });
     const auto file = std::filesystem::path(outputDirectory(options)) / task.file;
     writeText(file.string(), withFittedValues(readText(files.path("config/" + task.file)), task, found.plant));
@@ -267,7 +269,7 @@ void describeUnidentified(po::options_description& options, po::positional_optio
 int driveUnidentifiedRobots(const po::variables_map& options) {
   const double minutes = options["minutes"].as<double>();
   if (!(minutes > 0.0 && minutes <= 1e4)) {
-    throw ParameterError("minutes = " + std::to_string(minutes) + ": must be in (0, 10000]");
+    throw ParameterError(fmt::format("minutes = {:g}: must be in (0, 10000]", minutes));
   }
   std::cout << writeUnidentifiedTable(packageFiles(options), options["controller"].as<std::string>(), 60.0 * minutes,
                                       options["seed"].as<std::uint64_t>(), outputDirectory(options), jobs(options))

@@ -1,10 +1,10 @@
 #include "detection_table.hpp"
 
+#include <fmt/format.h>
+
 #include <filesystem>
-#include <iomanip>
 #include <limits>
 #include <random>
-#include <sstream>
 
 #include "campaign.hpp"
 #include "csv.hpp"
@@ -60,24 +60,14 @@ std::vector<NamedFault> namedFaults() {
 }
 
 std::string lineOf(const DetectionCase& c, const std::optional<Detection>& found) {
-  std::ostringstream line;
-  line << c.controller << ',' << c.plant << ',' << csvField(c.motion) << ',' << csvField(c.fault) << ','
-       << csvField(c.expected) << ',' << csvField(found ? found->reason : "") << ',';
-  if (found) line << std::fixed << std::setprecision(2) << found->delay;
-  return line.str() + '\n';
+  return fmt::format("{},{},{},{},{},{},{}\n", c.controller, c.plant, csvField(c.motion), csvField(c.fault),
+                     csvField(c.expected), csvField(found ? found->reason : ""),
+                     found ? fmt::format("{:.2f}", found->delay) : "");
 }
 
 std::string lineOf(const OrdinaryCase& c, const Alarms& alarms) {
-  std::ostringstream line;
-  line << c.controller << ',' << c.plant << ',' << csvField(c.condition) << ',' << c.duration << ',' << alarms.samples
-       << ',' << alarms.outliers << ',' << csvField(alarms.fault) << '\n';
-  return line.str();
-}
-
-std::string joined(const std::string& header, const std::vector<std::string>& lines) {
-  std::string text = header;
-  for (const auto& line : lines) text += line;
-  return text;
+  return fmt::format("{},{},{},{:g},{},{},{}\n", c.controller, c.plant, csvField(c.condition), c.duration,
+                     alarms.samples, alarms.outliers, csvField(alarms.fault));
 }
 
 }  // namespace
@@ -164,7 +154,7 @@ void AlarmCounter::add(const MonitoredSample& sample) {
   if (!sample.counted.all()) ++alarms_.outliers;
   const std::string reason = sample.report.reason();
   if (reason != reason_ && !reason.empty()) {
-    if (alarms_.faults++ == 0) alarms_.fault = reason + " at " + std::to_string(sample.time) + " s";
+    if (alarms_.faults++ == 0) alarms_.fault = fmt::format("{} at {:.6f} s", reason, sample.time);
   }
   reason_ = reason;
 }
@@ -194,10 +184,10 @@ void writeDetectionTables(const PackageFiles& files, const std::string& director
   };
   parallelFor(count, jobs, run, [&](std::size_t done) { bar.show(done, ""); });
   const std::filesystem::path path(directory);
-  writeText((path / "detection.csv").string(),
-            joined("controller,plant,motion,fault,expected,found,delay_s\n", detection_lines));
-  writeText((path / "alarms.csv").string(),
-            joined("controller,plant,condition,duration_s,samples,outliers,fault\n", alarm_lines));
+  writeText((path / "detection.csv").string(), "controller,plant,motion,fault,expected,found,delay_s\n" +
+                                                   fmt::format("{}", fmt::join(detection_lines, "")));
+  writeText((path / "alarms.csv").string(), "controller,plant,condition,duration_s,samples,outliers,fault\n" +
+                                                fmt::format("{}", fmt::join(alarm_lines, "")));
 }
 
 }  // namespace jackal_aic::sim

@@ -1,22 +1,16 @@
 #include "manoeuvre.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <sstream>
 
 namespace jackal_aic::sim {
 namespace {
 
 void requireLength(const char* key, const std::vector<double>& list, std::size_t length) {
   if (list.size() != length) {
-    throw ParameterError(std::string(key) + ": has " + std::to_string(list.size()) +
-                         " values; manoeuvre.durations has " + std::to_string(length));
+    throw ParameterError(fmt::format("{}: has {} values; manoeuvre.durations has {}", key, list.size(), length));
   }
-}
-
-std::string quantity(double value, const char* unit) {
-  std::ostringstream text;
-  text << value << ' ' << unit;
-  return text.str();
 }
 
 }  // namespace
@@ -42,10 +36,10 @@ std::vector<SetPointStep> Manoeuvre::steps() const {
   for (std::size_t i = 0; i < size(); ++i) {
     const SetPoint after = setPoint(i);
     if (after.forward != before.forward && after.forward != 0.0) {
-      steps.push_back({quantity(after.forward, "m/s"), i, kForward, before.forward, after.forward});
+      steps.push_back({fmt::format("{:g} m/s", after.forward), i, kForward, before.forward, after.forward});
     }
     if (after.yaw_rate != before.yaw_rate && after.yaw_rate != 0.0) {
-      steps.push_back({quantity(after.yaw_rate, "rad/s"), i, kYaw, before.yaw_rate, after.yaw_rate});
+      steps.push_back({fmt::format("{:g} rad/s", after.yaw_rate), i, kYaw, before.yaw_rate, after.yaw_rate});
     }
     before = after;
   }

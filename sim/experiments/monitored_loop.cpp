@@ -1,5 +1,7 @@
 #include "monitored_loop.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -100,8 +102,8 @@ std::optional<Detection> detection(const std::vector<MonitoredSample>& samples, 
   for (const MonitoredSample& sample : samples) {
     if (!sample.report.faulty()) continue;
     if (sample.time < from - kTimeTolerance) {
-      throw ParameterError("fault reported before there is one: " + std::string(sample.report.reason()) + " at " +
-                           std::to_string(sample.time) + " s");
+      throw ParameterError(
+          fmt::format("fault reported before there is one: {} at {:.6f} s", sample.report.reason(), sample.time));
     }
     return Detection{sample.time - from, sample.report.reason()};
   }

@@ -1,23 +1,14 @@
 #include "perturbation.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <random>
-#include <sstream>
 
 namespace jackal_aic::sim {
-namespace {
-
-std::string rounded(double value) {
-  std::ostringstream text;
-  text.precision(3);
-  text << value;
-  return text.str();
-}
-
-}  // namespace
 
 std::string Perturbation::label(double value) const {
-  return std::string(name) + " " + rounded(value) + (*unit == '\0' ? "" : " ") + unit;
+  return fmt::format("{} {:.3g}{}{}", name, value, *unit == '\0' ? "" : " ", unit);
 }
 
 const std::vector<Perturbation>& perturbations() {

@@ -1,10 +1,10 @@
 #include "quiet_hours.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <random>
-#include <sstream>
 #include <vector>
 
 #include "parallel.hpp"
@@ -38,12 +38,6 @@ class Draws {
  private:
   std::mt19937_64 generator_;
 };
-
-std::string text(double value) {
-  std::ostringstream out;
-  out << value;
-  return out.str();
-}
 
 SetPoint arc(Draws& draw) {
   const double forward = draw.between(0.1, 1.5);
@@ -80,7 +74,7 @@ std::vector<SetPointProfile::Change> arcs(Draws& draw, double duration) {
 
 void drawMotion(Draws& draw, QuietDrive& drive, double duration) {
   const auto steady = [&](const char* name, const SetPoint& set_point) {
-    drive.motion = std::string(name) + " " + text(set_point.forward) + " m/s " + text(set_point.yaw_rate) + " rad/s";
+    drive.motion = fmt::format("{} {:g} m/s {:g} rad/s", name, set_point.forward, set_point.yaw_rate);
     drive.profile.changes = {{kRestTime, set_point}};
   };
   drive.profile.duration = duration;
@@ -137,7 +131,7 @@ QuietDrive drawQuietDrive(std::uint64_t seed, std::uint64_t number, double durat
   drive.overrides = {{"plant.encoder_step", draw.oneOf(kSteps)},
                      {"plant.encoder_noise", draw.oneOf(kNoises)},
                      {"plant.stamp_jitter", draw.oneOf(kJitters)},
-                     {"plant.seed", std::to_string(1 + draw.below(1000))}};
+                     {"plant.seed", fmt::format("{}", 1 + draw.below(1000))}};
   drawMotion(draw, drive, duration);
   return drive;
 }
@@ -146,9 +140,8 @@ std::string describe(const QuietDrive& drive) {
   std::string line = drive.controller + " on " + drive.plant + ", " + drive.motion;
   for (const auto& [key, value] : drive.overrides) line += ", " + key + "=" + value;
   const DriveTrainRatios& robot = drive.robot;
-  line += ", dead time x " + text(robot.dead_time) + ", lag x " + text(robot.lag) + ", gain x " + text(robot.gain) +
-          ", limit x " + text(robot.acceleration_limit);
-  return line;
+  return line + fmt::format(", dead time x {:g}, lag x {:g}, gain x {:g}, limit x {:g}", robot.dead_time, robot.lag,
+                            robot.gain, robot.acceleration_limit);
 }
 
 Alarms runQuiet(const PackageFiles& files, const QuietDrive& drive) {
@@ -168,7 +161,7 @@ std::size_t runQuietHours(const PackageFiles& files, double hours, std::uint64_t
                           unsigned jobs) {
   const double drives = hours * 3600.0 / kDriveTime;
   if (!(drives >= 1.0) || drives > 1e6 || drives != std::floor(drives)) {
-    throw ParameterError("quiet-hours = " + text(hours) + ": must be a multiple of 0.5 and at most 500000 h");
+    throw ParameterError(fmt::format("quiet-hours = {:g}: must be a multiple of 0.5 and at most 500000 h", hours));
   }
   std::vector<Alarms> found(static_cast<std::size_t>(drives));
   std::size_t faults = 0;
@@ -180,10 +173,9 @@ std::size_t runQuietHours(const PackageFiles& files, double hours, std::uint64_t
   for (std::size_t i = 0; i < found.size(); ++i) {
     faults += found[i].faults;
     if (found[i].faults == 0) continue;
-    std::printf("%zu: %s: %zu alarms, first %s\n", i, describe(draw(i)).c_str(), found[i].faults,
-                found[i].fault.c_str());
+    fmt::print("{}: {}: {} alarms, first {}\n", i, describe(draw(i)), found[i].faults, found[i].fault);
   }
-  std::printf("false alarms: %zu in %g hours\n", faults, hours);
+  fmt::print("false alarms: {} in {:g} hours\n", faults, hours);
   return faults;
 }
 

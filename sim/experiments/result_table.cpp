@@ -1,7 +1,8 @@
 #include "result_table.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
-#include <cstdio>
 
 #include "csv.hpp"
 
@@ -13,18 +14,50 @@ constexpr double kTraceStep = 0.01;  // s
 std::string number(double value) {
   if (!std::isfinite(value)) return "nan";
   if (value == 0.0) value = 0.0;  // no "-0"
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
+  return fmt::format("{:.6g}", value);
 }
 
 std::string number(const std::optional<double>& value) { return value ? number(*value) : ""; }
 
-std::string joined(const std::vector<std::string>& fields) {
-  std::string line;
-  for (const auto& text : fields) line += (&text == &fields.front() ? "" : ",") + text;
-  return line + "\n";
-}
+/// A column of the results.
+struct Column {
+  const char* name;
+  std::string (*cell)(const ResultRow& row);
+};
+
+const Column kColumns[] = {
+    {"experiment", [](const ResultRow& row) { return csvField(row.experiment); }},
+    {"controller", [](const ResultRow& row) { return csvField(row.controller); }},
+    {"plant", [](const ResultRow& row) { return csvField(row.plant); }},
+    {"step_mps", [](const ResultRow& row) { return number(row.step_mps); }},
+    {"step_radps", [](const ResultRow& row) { return number(row.step_radps); }},
+    {"belief_hz", [](const ResultRow& row) { return number(row.belief_hz); }},
+    {"action_hz", [](const ResultRow& row) { return number(row.action_hz); }},
+    {"integrator", [](const ResultRow& row) { return row.integrator; }},
+    {"tau", [](const ResultRow& row) { return number(row.tau); }},
+    {"kappa_mu", [](const ResultRow& row) { return number(row.kappa_mu); }},
+    {"kappa_a", [](const ResultRow& row) { return number(row.kappa_a); }},
+    {"orders", [](const ResultRow& row) { return number(row.orders); }},
+    {"settling_s", [](const ResultRow& row) { return number(row.settling_s); }},
+    {"rise_s", [](const ResultRow& row) { return number(row.rise_s); }},
+    {"overshoot_pct", [](const ResultRow& row) { return number(row.overshoot_pct); }},
+    {"steady_error_pct", [](const ResultRow& row) { return number(row.steady_error_pct); }},
+    {"stable", [](const ResultRow& row) { return std::string(row.stable ? "1" : "0"); }},
+    {"thesis_settling_s", [](const ResultRow& row) { return number(row.thesis_settling_s); }},
+    {"thesis_rise_s", [](const ResultRow& row) { return number(row.thesis_rise_s); }},
+    {"label", [](const ResultRow& row) { return csvField(row.label); }},
+    {"tracking_rms_mps", [](const ResultRow& row) { return number(row.tracking_rms_mps); }},
+    {"tracking_rms_radps", [](const ResultRow& row) { return number(row.tracking_rms_radps); }},
+    {"belief_rms_mps", [](const ResultRow& row) { return number(row.belief_rms_mps); }},
+    {"belief_rms_radps", [](const ResultRow& row) { return number(row.belief_rms_radps); }},
+    {"belief_bias_pct", [](const ResultRow& row) { return number(row.belief_bias_pct); }},
+    {"effective_track", [](const ResultRow& row) { return number(row.effective_track); }},
+    {"slip_alpha", [](const ResultRow& row) { return number(row.slip_alpha); }},
+    {"wheel_left_ratio", [](const ResultRow& row) { return number(row.wheel_left_ratio); }},
+    {"wheel_right_ratio", [](const ResultRow& row) { return number(row.wheel_right_ratio); }},
+    {"gyro_ratio", [](const ResultRow& row) { return number(row.gyro_ratio); }},
+    {"accelerometer_ratio", [](const ResultRow& row) { return number(row.accelerometer_ratio); }},
+};
 
 }  // namespace
 
@@ -112,45 +145,15 @@ RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile) {
 }
 
 std::string resultHeader() {
-  return "experiment,controller,plant,step_mps,step_radps,belief_hz,action_hz,integrator,tau,kappa_mu,kappa_a,orders,"
-         "settling_s,rise_s,overshoot_pct,steady_error_pct,stable,thesis_settling_s,thesis_rise_s,label,tracking_rms_"
-         "mps,"
-         "tracking_rms_radps,belief_rms_mps,belief_rms_radps,belief_bias_pct,"
-         "effective_track,slip_alpha,wheel_left_ratio,wheel_right_ratio,gyro_ratio,accelerometer_ratio\n";
+  std::vector<const char*> names;
+  for (const Column& column : kColumns) names.push_back(column.name);
+  return fmt::format("{}\n", fmt::join(names, ","));
 }
 
 std::string resultLine(const ResultRow& row) {
-  return joined({csvField(row.experiment),
-                 csvField(row.controller),
-                 csvField(row.plant),
-                 number(row.step_mps),
-                 number(row.step_radps),
-                 number(row.belief_hz),
-                 number(row.action_hz),
-                 row.integrator,
-                 number(row.tau),
-                 number(row.kappa_mu),
-                 number(row.kappa_a),
-                 number(row.orders),
-                 number(row.settling_s),
-                 number(row.rise_s),
-                 number(row.overshoot_pct),
-                 number(row.steady_error_pct),
-                 row.stable ? "1" : "0",
-                 number(row.thesis_settling_s),
-                 number(row.thesis_rise_s),
-                 csvField(row.label),
-                 number(row.tracking_rms_mps),
-                 number(row.tracking_rms_radps),
-                 number(row.belief_rms_mps),
-                 number(row.belief_rms_radps),
-                 number(row.belief_bias_pct),
-                 number(row.effective_track),
-                 number(row.slip_alpha),
-                 number(row.wheel_left_ratio),
-                 number(row.wheel_right_ratio),
-                 number(row.gyro_ratio),
-                 number(row.accelerometer_ratio)});
+  std::vector<std::string> cells;
+  for (const Column& column : kColumns) cells.push_back(column.cell(row));
+  return fmt::format("{}\n", fmt::join(cells, ","));
 }
 
 std::string traceHeader() {
@@ -165,10 +168,12 @@ std::string traceLines(std::size_t run, const RunResult& result) {
     if (s.time < due - 0.5 * JackalPlant::kStep) continue;
     due = s.time + kTraceStep;
     const auto belief = [&](BodyChannel which) { return s.belief ? number((*s.belief)(which)) : std::string(); };
-    lines += joined({std::to_string(run), csvField(result.row.label), number(s.time), number(s.set_point.forward),
-                     number(s.velocity), number(s.measured_velocity), belief(kForward), number(s.set_point.yaw_rate),
-                     number(s.yaw_rate), number(s.measured_yaw_rate), belief(kYaw), number(s.command.left),
-                     number(s.command.right)});
+    const std::vector<std::string> cells{
+        std::to_string(run),    csvField(result.row.label),  number(s.time),   number(s.set_point.forward),
+        number(s.velocity),     number(s.measured_velocity), belief(kForward), number(s.set_point.yaw_rate),
+        number(s.yaw_rate),     number(s.measured_yaw_rate), belief(kYaw),     number(s.command.left),
+        number(s.command.right)};
+    lines += fmt::format("{}\n", fmt::join(cells, ","));
   }
   return lines;
 }

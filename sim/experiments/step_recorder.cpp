@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 /// @file
 /// Node step_recorder: leads a controller through a manoeuvre over the real topics, records what happens, and writes
 /// the time series and the figures of every step, both as CSV. Simulated time throughout; the wall clock only tells
@@ -15,7 +17,6 @@
 #include <fstream>
 #include <map>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -226,9 +227,7 @@ void StepRecorder::onWatchdog(const ros::WallTimerEvent&) {
   const double timeout = parameters_.data_timeout;
   if ((ros::WallTime::now() - alive_).toSec() < timeout) return;
   const std::string missing = start_ ? "data on ground_truth/odom" : awaited();
-  std::ostringstream reason;
-  reason << "no " << (missing.empty() ? "simulated time" : missing) << " for " << timeout << " s on the wall clock";
-  fail(reason.str());
+  fail(fmt::format("no {} for {:g} s on the wall clock", missing.empty() ? "simulated time" : missing, timeout));
 }
 
 void StepRecorder::fail(const std::string& reason) {
@@ -263,11 +262,7 @@ void StepRecorder::writeMetrics(const SetPointStep& step) {
   const TimeSeries response = (step.channel == kForward ? true_forward_ : true_yaw_rate_).between(begin, end);
   const ResponseMetrics metrics =
       stepResponseMetrics(response.time(), response.value(), begin, step.initial, step.set_point);
-  const auto cell = [](const std::optional<double>& value) {
-    std::ostringstream text;
-    if (value) text << *value;
-    return text.str();
-  };
+  const auto cell = [](const std::optional<double>& value) { return value ? fmt::format("{:g}", *value) : ""; };
   metrics_file_ << step.name << ',' << begin << ',' << end << ',' << cell(metrics.settling) << ',' << cell(metrics.rise)
                 << ',' << metrics.overshoot_pct << ',' << metrics.steady_error_pct << ',' << metrics.stable << ','
                 << command_left_.between(begin, end).longestGap() << '\n';

@@ -1,8 +1,9 @@
 #include "stop_table.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
-#include <sstream>
 
 #include "campaign.hpp"
 #include "parallel.hpp"
@@ -22,13 +23,11 @@ const SetPoint kSetPoints[] = {{0.1, 0.0, 0.0}, {0.3, 0.0, 0.0}, {0.5, 0.0, 0.0}
 
 std::string lineOf(const StopCase& c, const StopOutcome& outcome) {
   const StopFigures& figures = outcome.figures;
-  std::ostringstream line;
-  line.precision(4);
-  line << c.controller << ',' << c.plant << ',' << c.limit_factor << ',' << c.set_point.forward << ','
-       << c.set_point.yaw_rate << ',' << figures.excess_pct << ',' << outcome.without_limit_pct << ',';
-  if (figures.settling) line << *figures.settling;
-  line << ',' << figures.beyond_mps << ',' << figures.beyond_radps << ',' << keeps(outcome, barsOf(c)) << '\n';
-  return line.str();
+  const std::string settling = figures.settling ? fmt::format("{:.4g}", *figures.settling) : "";
+  return fmt::format("{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{},{:.4g},{:.4g},{:d}\n", c.controller, c.plant,
+                     c.limit_factor, c.set_point.forward, c.set_point.yaw_rate, figures.excess_pct,
+                     outcome.without_limit_pct, settling, figures.beyond_mps, figures.beyond_radps,
+                     keeps(outcome, barsOf(c)));
 }
 
 StopFigures drive(const PackageFiles& files, const StopCase& c, const Overrides& overrides) {
@@ -77,10 +76,8 @@ StopOutcome runCase(const PackageFiles& files, const StopCase& c, const Override
 }
 
 std::string nameOf(const StopCase& c) {
-  std::ostringstream name;
-  name << c.controller << " on the " << c.plant << ", limit x " << c.limit_factor << ", " << c.set_point.forward
-       << " m/s, " << c.set_point.yaw_rate << " rad/s";
-  return name.str();
+  return fmt::format("{} on the {}, limit x {:g}, {:g} m/s, {:g} rad/s", c.controller, c.plant, c.limit_factor,
+                     c.set_point.forward, c.set_point.yaw_rate);
 }
 
 std::size_t writeStopTable(const PackageFiles& files, const std::string& directory, const Overrides& overrides,

@@ -1,9 +1,10 @@
 #include "unidentified.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <sstream>
 
 #include "campaign.hpp"
 #include "csv.hpp"
@@ -61,8 +62,8 @@ LoopSetup setupFor(const PackageFiles& files, const std::string& controller, con
                    const DriveTrainRatios& robot, std::uint64_t seed) {
   const LimitParameters limits;  // of the drive gate, as on a robot
   LoopSetup setup = loadSetup(files, controller, "ground",
-                              {{"limits.linear_acceleration", std::to_string(limits.linear_acceleration)},
-                               {"limits.angular_acceleration", std::to_string(limits.angular_acceleration)}});
+                              {{"limits.linear_acceleration", fmt::format("{}", limits.linear_acceleration)},
+                               {"limits.angular_acceleration", fmt::format("{}", limits.angular_acceleration)}});
   setup.drive.plant_model = assumed;
   PlantModel truth = assumed;
   truth.dead_time *= robot.dead_time;
@@ -76,11 +77,8 @@ LoopSetup setupFor(const PackageFiles& files, const std::string& controller, con
 
 std::string lineOf(const std::string& controller, const DriveTrainRatios& robot, double duration,
                    const UnidentifiedDrive& drive) {
-  std::ostringstream line;
-  line << controller << ',' << robot.dead_time << ',' << robot.lag << ',' << robot.gain << ','
-       << robot.acceleration_limit << ',' << duration << ',' << drive.swings << ',' << drive.faults << ','
-       << csvField(drive.first) << '\n';
-  return line.str();
+  return fmt::format("{},{:g},{:g},{:g},{:g},{:g},{},{},{}\n", controller, robot.dead_time, robot.lag, robot.gain,
+                     robot.acceleration_limit, duration, drive.swings, drive.faults, csvField(drive.first));
 }
 
 }  // namespace
@@ -129,7 +127,7 @@ UnidentifiedDrive driveUnidentified(const PackageFiles& files, const std::string
   bool faulty = false;
   for (const MonitoredSample& sample : samples) {
     if (sample.report.faulty() && !faulty && drive.faults++ == 0) {
-      drive.first = std::string(sample.report.reason()) + " at " + std::to_string(sample.time) + " s";
+      drive.first = fmt::format("{} at {:.6f} s", sample.report.reason(), sample.time);
     }
     faulty = sample.report.faulty();
   }
@@ -149,11 +147,9 @@ std::string writeUnidentifiedTable(const PackageFiles& files, const std::string&
   for (std::size_t i = 0; i < robots.size(); ++i) text += lineOf(controller, robots[i], duration, drives[i]);
   writeText((std::filesystem::path(directory) / "unidentified.csv").string(), text);
   const auto count = [&](const auto& condition) { return std::count_if(drives.begin(), drives.end(), condition); };
-  std::ostringstream sum;
-  sum << "oscillating: " << count([](const UnidentifiedDrive& d) { return d.oscillates(); })
-      << ", with faults: " << count([](const UnidentifiedDrive& d) { return d.faults > 0; }) << " of " << robots.size()
-      << " robots";
-  return sum.str();
+  return fmt::format("oscillating: {}, with faults: {} of {} robots",
+                     count([](const UnidentifiedDrive& d) { return d.oscillates(); }),
+                     count([](const UnidentifiedDrive& d) { return d.faults > 0; }), robots.size());
 }
 
 }  // namespace jackal_aic::sim

@@ -1,7 +1,8 @@
 #include "usable_range.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
-#include <sstream>
 
 namespace jackal_aic::sim {
 namespace {
@@ -11,17 +12,10 @@ constexpr double kPrecision = 0.005;
 constexpr double kStep = 0.5;      // m/s
 constexpr double kDuration = 4.0;  // s
 
-std::string text(double value) {
-  std::ostringstream out;
-  out.precision(17);
-  out << value;
-  return out.str();
-}
-
 Overrides with(const ThesisLimit& limit, Integrator integrator, double value) {
   Overrides overrides = limit.overrides;
   overrides.emplace_back("controller.integrator", kIntegratorNames[static_cast<std::size_t>(integrator)]);
-  overrides.emplace_back("controller." + limit.parameter, text(value));
+  overrides.emplace_back("controller." + limit.parameter, fmt::format("{}", value));
   return overrides;
 }
 

@@ -1,8 +1,9 @@
 #include "judge.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "jackal_aic/model/skid_steer_kinematics.hpp"
 
@@ -15,12 +16,6 @@ constexpr double kStillYawRate = 0.05;  // rad/s
 constexpr double kSpeedWindow = 0.4;    // s, over which a speed is averaged
 constexpr double kRounding = 1e-3;      // relative: commands travel as float32
 constexpr double kSmallestSpeed = 0.2;  // m/s and rad/s: below it, the tolerance at the end is absolute
-
-std::string text(const char* format, double a, double b = 0.0) {
-  char buffer[160];
-  std::snprintf(buffer, sizeof buffer, format, a, b);
-  return buffer;
-}
 
 bool still(const TruthSample& sample) {
   return std::abs(sample.forward) < kStillSpeed && std::abs(sample.yaw_rate) < kStillYawRate;
@@ -61,7 +56,7 @@ class Judgement {
     const std::string* last = nullptr;
     for (const StateSample& state : record_.states) {
       if (last != nullptr && *last == state.text) continue;
-      verdict_.history += text(last == nullptr ? "%.2f s " : ", %.2f s ", state.time) + state.text;
+      verdict_.history += fmt::format("{}{:.2f} s {}", last == nullptr ? "" : ", ", state.time, state.text);
       last = &state.text;
     }
   }
@@ -92,10 +87,11 @@ class Judgement {
     checkSpeed("at the onset", scenario_.onset, scenario_.motion.forward, scenario_.motion.yaw_rate);
     verdict_.allowed_standstill = allowedStandstill(scenario_.expectation, limits_, onset);
     const double allowed = scenario_.expectation.overspeed;
-    if (verdict_.overspeed > allowed) fail(text("overspeed %.2f m/s, allowed %.2f", verdict_.overspeed, allowed));
+    if (verdict_.overspeed > allowed)
+      fail(fmt::format("overspeed {:.2f} m/s, allowed {:.2f}", verdict_.overspeed, allowed));
     const double allowed_turn = 2.0 * allowed / limits_.geometry.effective_track;
     if (verdict_.yaw_overspeed > allowed_turn) {
-      fail(text("yaw rate %.2f rad/s too high, allowed %.2f", verdict_.yaw_overspeed, allowed_turn));
+      fail(fmt::format("yaw rate {:.2f} rad/s too high, allowed {:.2f}", verdict_.yaw_overspeed, allowed_turn));
     }
   }
 
@@ -117,10 +113,11 @@ class Judgement {
       if (previous != nullptr && !sample.fresh_start) measureStep(*previous, sample, kinematics);
       previous = &sample;
     }
-    if (verdict_.limit_use > 1.0 + kRounding) fail(text("a drive command is %.2f of the limits", verdict_.limit_use));
+    if (verdict_.limit_use > 1.0 + kRounding)
+      fail(fmt::format("a drive command is {:.2f} of the limits", verdict_.limit_use));
     if (verdict_.acceleration_use > 1.0 + kRounding) {
-      fail(text("drive command steps by %.2f rad/s in one period, %.2f of the limit", verdict_.command_step,
-                verdict_.acceleration_use));
+      fail(fmt::format("drive command steps by {:.2f} rad/s in one period, {:.2f} of the limit", verdict_.command_step,
+                       verdict_.acceleration_use));
     }
   }
 
@@ -177,10 +174,10 @@ class Judgement {
       const bool later = state.time > scenario_.onset;
       if (by == Detection::state && later && expected(state.text)) noteDetection(state.time, state.text);
       if (by == Detection::set_points && later && set_points > 0) {
-        noteDetection(state.time, std::to_string(set_points) + " set points rejected");
+        noteDetection(state.time, fmt::format("{} set points rejected", set_points));
       }
       if (by == Detection::measurements && later && measurements > 0) {
-        noteDetection(state.time, std::to_string(measurements) + " measurements rejected");
+        noteDetection(state.time, fmt::format("{} measurements rejected", measurements));
       }
     }
     if (by == Detection::diagnostics) {
@@ -194,7 +191,7 @@ class Judgement {
     } else if (!verdict_.detected_after) {
       fail("undetected; the controller last said '" + lastWord() + "'");
     } else if (bar > 0.0 && *verdict_.detected_after > bar) {
-      fail(text("told after %.2f s, allowed %.2f", *verdict_.detected_after, bar));
+      fail(fmt::format("told after {:.2f} s, allowed {:.2f}", *verdict_.detected_after, bar));
     }
   }
 
@@ -227,7 +224,7 @@ class Judgement {
     if (!verdict_.standstill) {
       fail("the robot does not stop");
     } else if (*verdict_.standstill > verdict_.allowed_standstill) {
-      fail(text("standstill after %.2f s, allowed %.2f", *verdict_.standstill, verdict_.allowed_standstill));
+      fail(fmt::format("standstill after {:.2f} s, allowed {:.2f}", *verdict_.standstill, verdict_.allowed_standstill));
     }
   }
 
@@ -264,10 +261,10 @@ class Judgement {
     if (count == 0) return fail(std::string("nothing was recorded ") + when);
     const double tolerance = scenario_.expectation.tolerance;
     if (std::abs(sum / count - forward) > tolerance * std::max(std::abs(forward), kSmallestSpeed)) {
-      fail(text("%.2f m/s, expected %.2f, ", sum / count, forward) + when);
+      fail(fmt::format("{:.2f} m/s, expected {:.2f}, ", sum / count, forward) + when);
     }
     if (std::abs(turn / count - yaw_rate) > tolerance * std::max(std::abs(yaw_rate), kSmallestSpeed)) {
-      fail(text("%.2f rad/s, expected %.2f, ", turn / count, yaw_rate) + when);
+      fail(fmt::format("{:.2f} rad/s, expected {:.2f}, ", turn / count, yaw_rate) + when);
     }
   }
 

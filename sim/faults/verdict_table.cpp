@@ -1,7 +1,8 @@
 #include "verdict_table.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <optional>
 #include <vector>
 
@@ -10,11 +11,7 @@
 namespace jackal_aic::sim {
 namespace {
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3f", value);
-  return text;
-}
+std::string number(double value) { return fmt::format("{:.3f}", value); }
 
 std::string number(const std::optional<double>& value) { return value ? number(*value) : ""; }
 
@@ -24,20 +21,10 @@ std::string lineField(std::string text) {
   return csvField(text);
 }
 
-std::string joined(const std::vector<std::string>& texts, const char* separator) {
-  std::string line;
-  for (const std::string& text : texts) line += (line.empty() ? "" : separator) + text;
-  return line;
-}
-
 /// The faults of a scenario in words: "imu bias 0.2 of gyro".
 std::string faultsOf(const Scenario& scenario) {
   std::vector<std::string> words;
-  const auto amount = [](double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, " %g", value);
-    return value == 0.0 ? std::string() : std::string(text);
-  };
+  const auto amount = [](double value) { return value == 0.0 ? std::string() : fmt::format(" {:g}", value); };
   for (const TopicFault& fault : scenario.faults) {
     const MessageFault& f = fault.fault;
     std::string text = std::string(kFaultTopicNames[static_cast<std::size_t>(fault.topic)]) + " " +
@@ -51,7 +38,7 @@ std::string faultsOf(const Scenario& scenario) {
     words.push_back(kSystemFaultKindNames[static_cast<std::size_t>(scenario.system->kind)] +
                     amount(scenario.system->amount));
   }
-  return joined(words, "; ");
+  return fmt::format("{}", fmt::join(words, "; "));
 }
 
 }  // namespace
@@ -63,15 +50,23 @@ std::string verdictHeader() {
 
 std::string verdictLine(const Scenario& scenario, const Verdict& verdict) {
   const bool stops = scenario.expectation.outcome == Outcome::stops;
-  return joined({csvField(scenario.name), csvField(faultsOf(scenario)),
-                 kOutcomeNames[static_cast<std::size_t>(scenario.expectation.outcome)], number(verdict.distance),
-                 number(verdict.standstill), stops ? number(verdict.allowed_standstill) : std::string(),
-                 number(verdict.command_step), number(verdict.acceleration_use), number(verdict.limit_use),
-                 number(verdict.overspeed), number(verdict.yaw_overspeed), number(verdict.detected_after),
-                 lineField(verdict.told), verdict.passed() ? "passed" : "failed",
-                 lineField(joined(verdict.failures, "; ")), lineField(verdict.history)},
-                ",") +
-         "\n";
+  const std::vector<std::string> cells{csvField(scenario.name),
+                                       csvField(faultsOf(scenario)),
+                                       kOutcomeNames[static_cast<std::size_t>(scenario.expectation.outcome)],
+                                       number(verdict.distance),
+                                       number(verdict.standstill),
+                                       stops ? number(verdict.allowed_standstill) : std::string(),
+                                       number(verdict.command_step),
+                                       number(verdict.acceleration_use),
+                                       number(verdict.limit_use),
+                                       number(verdict.overspeed),
+                                       number(verdict.yaw_overspeed),
+                                       number(verdict.detected_after),
+                                       lineField(verdict.told),
+                                       verdict.passed() ? "passed" : "failed",
+                                       lineField(fmt::format("{}", fmt::join(verdict.failures, "; "))),
+                                       lineField(verdict.history)};
+  return fmt::format("{}\n", fmt::join(cells, ","));
 }
 
 }  // namespace jackal_aic::sim

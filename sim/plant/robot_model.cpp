@@ -1,9 +1,10 @@
 #include "robot_model.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "jackal_aic/config/parameter_map.hpp"
 #include "jackal_aic/config/text.hpp"
@@ -51,9 +52,7 @@ constexpr double kFarthestCentre = 100.0;  // m
 /// Refuses a mass, an inertia or a length outside (0, largest].
 void checkQuantity(const char* what, const std::string& name, double value, double largest, const char* unit) {
   if (value > 0.0 && value <= largest) return;
-  std::ostringstream line;
-  line << "URDF: " << what << " of " << name << " = " << value << ": must be in (0, " << largest << "] " << unit;
-  throw ParameterError(line.str());
+  throw ParameterError(fmt::format("URDF: {} of {} = {:g}: must be in (0, {:g}] {}", what, name, value, largest, unit));
 }
 
 void checkPhysical(const RigidBody& body, const std::string& name) {

@@ -1,7 +1,8 @@
 #include "jackal_aic/aic/active_inference_controller.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/QR>
-#include <sstream>
 
 #include "jackal_aic/aic/sensor_reconstruction.hpp"
 
@@ -17,9 +18,8 @@ ControllerParameters validated(const ControllerParameters& controller, const Geo
 }
 
 [[noreturn]] void refuseToChange(const char* key, double wanted, double running) {
-  std::ostringstream message;
-  message << "controller." << key << " = " << wanted << ": must stay " << running << " while the controller runs";
-  throw ParameterError(message.str());
+  throw ParameterError(
+      fmt::format("controller.{} = {:g}: must stay {:g} while the controller runs", key, wanted, running));
 }
 
 }  // namespace

@@ -1,7 +1,8 @@
 #include "jackal_aic/aic/parameters.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
-#include <sstream>
 
 #include "jackal_aic/aic/belief_update.hpp"
 #include "jackal_aic/aic/generative_model.hpp"
@@ -12,19 +13,17 @@ namespace {
 void checkVariances(const char* key, const std::vector<double>& variances, int orders) {
   const std::size_t needed = static_cast<std::size_t>(orders) + 1;
   if (variances.size() >= needed) return;
-  std::ostringstream message;
-  message << key << " has " << variances.size() << " values: controller.orders = " << orders << " needs at least "
-          << needed << ", one for each of the orders 0.." << orders;
-  throw ParameterError(message.str());
+  throw ParameterError(
+      fmt::format("{} has {} values: controller.orders = {} needs at least {}, one for each of the orders 0..{}", key,
+                  variances.size(), orders, needed, orders));
 }
 
 void checkRates(const ControllerParameters& controller) {
   const double ratio = controller.belief_rate / controller.action_rate;
   if (ratio >= 1.0 && std::abs(ratio - std::round(ratio)) < 1e-9 * ratio) return;
-  std::ostringstream message;
-  message << "controller.belief_rate = " << controller.belief_rate
-          << " Hz: must be a whole multiple of controller.action_rate = " << controller.action_rate << " Hz";
-  throw ParameterError(message.str());
+  throw ParameterError(
+      fmt::format("controller.belief_rate = {:g} Hz: must be a whole multiple of controller.action_rate = {:g} Hz",
+                  controller.belief_rate, controller.action_rate));
 }
 
 void checkConvergence(const ControllerParameters& controller, const GeometryParameters& geometry) {
@@ -32,14 +31,13 @@ void checkConvergence(const ControllerParameters& controller, const GeometryPara
                             controller.integrator);
   const double radius = update.spectralRadius();
   if (radius < 1.0) return;
-  std::ostringstream message;
-  message.precision(4);
-  message << "controller.integrator = '" << kIntegratorNames[static_cast<std::size_t>(controller.integrator)]
-          << "': the belief update diverges with belief_rate = " << controller.belief_rate
-          << " Hz, tau = " << controller.tau << " s, kappa_mu = " << controller.kappa_mu << ": spectral radius "
-          << radius << ", must be below 1 (h kappa_mu Pi_mu / tau^2 = " << update.eulerNumber() << ", bound about 2)";
-  if (controller.integrator == Integrator::euler) message << "; use integrator: exact";
-  throw ParameterError(message.str());
+  throw ParameterError(fmt::format(
+      "controller.integrator = '{}': the belief update diverges with belief_rate = {:.4g} Hz, tau = {:.4g} s, kappa_mu "
+      "= "
+      "{:.4g}: spectral radius {:.4g}, must be below 1 (h kappa_mu Pi_mu / tau^2 = {:.4g}, bound about 2){}",
+      kIntegratorNames[static_cast<std::size_t>(controller.integrator)], controller.belief_rate, controller.tau,
+      controller.kappa_mu, radius, update.eulerNumber(),
+      controller.integrator == Integrator::euler ? "; use integrator: exact" : ""));
 }
 
 }  // namespace

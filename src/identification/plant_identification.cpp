@@ -1,12 +1,13 @@
 #include "jackal_aic/identification/plant_identification.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
 #include <nlopt.hpp>
-#include <sstream>
 
 namespace jackal_aic {
 namespace {
@@ -152,16 +153,13 @@ Theta standardDeviations(const Problem& problem, const Theta& theta) {
 template <class Sample>
 void checkSeries(const std::vector<Sample>& series, const char* name, std::size_t least) {
   if (series.size() < least) {
-    throw IdentificationError(std::string(name) + ": " + std::to_string(series.size()) + " samples, at least " +
-                              std::to_string(least) + " are needed");
+    throw IdentificationError(fmt::format("{}: {} samples, at least {} are needed", name, series.size(), least));
   }
   for (std::size_t i = 0; i < series.size(); ++i) {
     if (!std::isfinite(series[i].time)) throw IdentificationError(std::string(name) + ": a stamp is not finite");
     if (i > 0 && series[i].time < series[i - 1].time) {
-      std::ostringstream message;
-      message << name << ": stamps are not monotonic (" << series[i - 1].time << " s is followed by " << series[i].time
-              << " s)";
-      throw IdentificationError(message.str());
+      throw IdentificationError(fmt::format("{}: stamps are not monotonic ({:g} s is followed by {:g} s)", name,
+                                            series[i - 1].time, series[i].time));
     }
   }
 }
@@ -189,8 +187,8 @@ void checkExcitation(const DriveRecording& recording) {
     }
   }
   if (steps < kLeastSteps) {
-    throw IdentificationError("wheel commands: no excitation (" + std::to_string(steps) +
-                              " steps of 0.5 rad/s or more, at least 2 are needed)");
+    throw IdentificationError(
+        fmt::format("wheel commands: no excitation ({} steps of 0.5 rad/s or more, at least 2 are needed)", steps));
   }
 }
 
@@ -249,10 +247,10 @@ std::vector<std::string> remarksOn(const DriveRecording& recording, double speed
   if (slowest > -kLeastCommand) remarks.push_back("one-sided: the wheels were only driven forward");
   if (fastest < kLeastCommand) remarks.push_back("one-sided: the wheels were only driven backward");
   if (std::isfinite(speed_limit)) {
-    std::ostringstream text;
-    text << "clipped: the wheels did not get beyond " << speed_limit << " rad/s although up to "
-         << std::max(fastest, -slowest) << " rad/s were commanded; the gain is that below the clipping";
-    remarks.push_back(text.str());
+    remarks.push_back(
+        fmt::format("clipped: the wheels did not get beyond {:g} rad/s although up to {:g} rad/s were "
+                    "commanded; the gain is that below the clipping",
+                    speed_limit, std::max(fastest, -slowest)));
   }
   return remarks;
 }

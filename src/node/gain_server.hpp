@@ -4,13 +4,13 @@
 /// Changing gains while the controller runs, through dynamic_reconfigure.
 
 #include <dynamic_reconfigure/server.h>
+#include <fmt/format.h>
 #include <jackal_aic/ControllerGainsConfig.h>
 #include <jackal_aic/PredictiveGainsConfig.h>
 #include <ros/ros.h>
 
 #include <cstdint>
 #include <functional>
-#include <sstream>
 #include <string>
 #include <utility>
 
@@ -76,17 +76,17 @@ class GainServer {
 
   void onRequest(Config& config) {
     Parameters wanted = running_;
-    std::ostringstream changes;
+    std::string changes;
     visitGains(wanted, config, [&](const char* name, auto& gain, auto& setting) {
       if (setting == gain) return;
       gain = setting;
-      changes << ' ' << name << " = " << gain;
+      changes += fmt::format(" {} = {}", name, gain);
     });
-    if (changes.str().empty()) return;
+    if (changes.empty()) return;
     try {
       adopt_(wanted);
       running_ = wanted;
-      ROS_INFO("Changed gains:%s", changes.str().c_str());
+      ROS_INFO("Changed gains:%s", changes.c_str());
     } catch (const ParameterError& error) {
       ROS_ERROR("Refused gains, the running ones stay: %s", error.what());
     }

@@ -1,7 +1,8 @@
 #include "node_parameters.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <sstream>
 
 #include "jackal_aic/certificate/closed_loop_certificate.hpp"
 #include "jackal_aic/certificate/predictive_certificate.hpp"
@@ -77,16 +78,16 @@ void check(const PredictiveParameters& controller, const NodeParameters& paramet
 std::string describeRobot(const NodeParameters& parameters) {
   if (!parameters.plant_model) return "No plant model: no fault detection by prediction";
   const PlantModel& model = *parameters.plant_model;
-  std::ostringstream text;
-  text << "Plant model: " << (parameters.robot_name.empty() ? "robot without a name" : parameters.robot_name)
-       << (model.on_box ? ", wheels in the air" : "") << ", " << (model.identified ? "" : "assumed ") << "dead time "
-       << model.dead_time << " s, lag " << model.lag << " s, gain " << model.gain << ", acceleration limit "
-       << model.acceleration_limit << " m/s^2";
-  if (!model.identified) {
-    text << ". Nobody has identified this robot: it is driven at " << drivenModel(model).acceleration_limit
-         << " m/s^2 at most and the fault detection is wide; identify is due (launch/identify.launch)";
-  }
-  return text.str();
+  const std::string text =
+      fmt::format("Plant model: {}{}, {}dead time {:g} s, lag {:g} s, gain {:g}, acceleration limit {:g} m/s^2",
+                  parameters.robot_name.empty() ? "robot without a name" : parameters.robot_name,
+                  model.on_box ? ", wheels in the air" : "", model.identified ? "" : "assumed ", model.dead_time,
+                  model.lag, model.gain, model.acceleration_limit);
+  if (model.identified) return text;
+  return text + fmt::format(
+                    ". Nobody has identified this robot: it is driven at {:g} m/s^2 at most and the fault "
+                    "detection is wide; identify is due (launch/identify.launch)",
+                    drivenModel(model).acceleration_limit);
 }
 
 NodeParameters readNodeParameters(ParameterMap map, const std::function<std::string()>& robot_description) {

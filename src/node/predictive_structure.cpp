@@ -1,6 +1,6 @@
 #include "predictive_structure.hpp"
 
-#include <sstream>
+#include <fmt/format.h>
 
 #include "conversions.hpp"
 #include "jackal_aic/certificate/predictive_certificate.hpp"
@@ -11,9 +11,7 @@ namespace {
 const ros::Duration kKeepPeriod(10.0);  // of writing the slip file
 
 std::string describe(const SlipState& slip) {
-  std::ostringstream text;
-  text << "effective track " << slip.effective_track << " m, alpha " << slip.slip_factor;
-  return text.str();
+  return fmt::format("effective track {:g} m, slip factor {:g}", slip.effective_track, slip.slip_factor);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 #include "jackal_aic/safety/gate_parameters.hpp"
 
-#include <sstream>
+#include <fmt/format.h>
 
 namespace jackal_aic {
 namespace {
@@ -8,17 +8,15 @@ namespace {
 /// Refuses a brake that a given deceleration limit of its axis does not allow.
 void checkBrake(const char* axis, double deceleration, double speed, double limit, double time) {
   if (limit == 0.0) return;
-  std::ostringstream message;
   if (deceleration > limit) {
-    message << "brake." << axis << "_deceleration = " << deceleration << ": must be at most limits." << axis
-            << "_deceleration = " << limit;
-  } else if (speed > limit * time) {
-    message << "brake.time = " << time << " s: must be at least limits." << axis << "_speed / limits." << axis
-            << "_deceleration = " << speed / limit << " s";
-  } else {
-    return;
+    throw ParameterError(fmt::format("brake.{0}_deceleration = {1:g}: must be at most limits.{0}_deceleration = {2:g}",
+                                     axis, deceleration, limit));
   }
-  throw ParameterError(message.str());
+  if (speed > limit * time) {
+    throw ParameterError(
+        fmt::format("brake.time = {1:g} s: must be at least limits.{0}_speed / limits.{0}_deceleration = {2:g} s", axis,
+                    time, speed / limit));
+  }
 }
 
 }  // namespace

@@ -1,10 +1,11 @@
 #include "gain_trial.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <random>
-#include <sstream>
 
 #include "jackal_aic/safety/drive_loop.hpp"
 
@@ -19,17 +20,10 @@ constexpr double kSpreadOvershoot = 1.5;
 const SetPoint kSetPoints[] = {{0.1, 0.0, 0.0}, {0.3, 0.0, 0.0}, {0.5, 0.0, 0.0}, {1.0, 0.0, 0.0}, {1.5, 0.0, 0.0},
                                {2.0, 0.0, 0.0}, {0.0, 0.0, 0.5}, {0.0, 0.0, 2.0}, {0.5, 0.0, 0.5}, {1.0, 0.0, 2.0}};
 
-std::string text(double value) {
-  std::ostringstream out;
-  out.precision(4);
-  out << value;
-  return out.str();
-}
-
 std::string nameOf(const SetPoint& set_point) {
   std::string name;
-  if (set_point.forward != 0.0) name += ", " + text(set_point.forward) + " m/s";
-  if (set_point.yaw_rate != 0.0) name += ", " + text(set_point.yaw_rate) + " rad/s";
+  if (set_point.forward != 0.0) name += fmt::format(", {:.4g} m/s", set_point.forward);
+  if (set_point.yaw_rate != 0.0) name += fmt::format(", {:.4g} rad/s", set_point.yaw_rate);
   return name;
 }
 
@@ -75,7 +69,7 @@ void addNominal(const sim::PlantParameters& plant, const std::string& robot, dou
   for (const double phase : {latestPhase(plant), 0.0, 0.5 * latestPhase(plant)}) {
     for (const SetPoint& set_point : kSetPoints) {
       trials.push_back(
-          {set_point, plant, phase, bars, robot + nameOf(set_point) + ", phase " + text(phase) + " s", true});
+          {set_point, plant, phase, bars, fmt::format("{}{}, phase {:.4g} s", robot, nameOf(set_point), phase), true});
     }
   }
 }
@@ -98,8 +92,9 @@ void addCoarse(sim::PlantParameters plant, const std::string& robot, double over
     for (const SetPoint& set_point : {SetPoint{0.1, 0.0, 0.0}, SetPoint{0.7, 0.0, 0.0}, SetPoint{0.3, 0.0, 0.7}}) {
       TrialBars bars = spreadBars(overshoot_pct);
       bars.overshoot_pct += 100.0 * 0.1 * step / std::max(set_point.forward, 0.1);  // what an encoder cannot see
-      trials.push_back({set_point, plant, 0.5 * latestPhase(plant), bars,
-                        robot + nameOf(set_point) + ", encoder steps of " + text(step) + " rad/s, late samples"});
+      trials.push_back(
+          {set_point, plant, 0.5 * latestPhase(plant), bars,
+           fmt::format("{}{}, encoder steps of {:.4g} rad/s, late samples", robot, nameOf(set_point), step)});
     }
   }
 }
@@ -109,11 +104,12 @@ void addCoarse(sim::PlantParameters plant, const std::string& robot, double over
 std::string TrialBars::missed(const sim::StopFigures& figures) const {
   if (!figures.settling) return "never settles";
   if (!(figures.overshoot_pct <= overshoot_pct))
-    return "overshoots by " + text(figures.overshoot_pct) + " % (at most " + text(overshoot_pct) + ")";
-  if (!(figures.beyond_mps <= beyond_mps)) return "runs back with " + text(figures.beyond_mps) + " m/s after the stop";
+    return fmt::format("overshoots by {:.4g} % (at most {:.4g})", figures.overshoot_pct, overshoot_pct);
+  if (!(figures.beyond_mps <= beyond_mps))
+    return fmt::format("runs back with {:.4g} m/s after the stop", figures.beyond_mps);
   if (!(figures.beyond_radps <= beyond_radps))
-    return "turns back with " + text(figures.beyond_radps) + " rad/s after the stop";
-  if (!(figures.ripple <= ripple)) return "its command ripples by " + text(figures.ripple) + " rad/s";
+    return fmt::format("turns back with {:.4g} rad/s after the stop", figures.beyond_radps);
+  if (!(figures.ripple <= ripple)) return fmt::format("its command ripples by {:.4g} rad/s", figures.ripple);
   return "";
 }
 
@@ -161,8 +157,8 @@ std::vector<Trial> drawnTrials(const sim::PlantParameters& plant, const std::str
     trial.plant.encoder_noise = one_of(kNoise);
     trial.plant.stamp_jitter = uniform(0.0, kLatest);
     trial.plant.seed = seed + static_cast<std::uint64_t>(i);
-    trial.name = robot + nameOf(trial.set_point) + ", draw " + std::to_string(i) + ", encoder steps of " +
-                 text(trial.plant.encoder_step) + " rad/s";
+    trial.name = fmt::format("{}{}, draw {}, encoder steps of {:.4g} rad/s", robot, nameOf(trial.set_point), i,
+                             trial.plant.encoder_step);
     trials.push_back(trial);
   }
   return trials;

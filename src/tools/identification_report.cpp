@@ -1,25 +1,18 @@
 #include "identification_report.hpp"
 
-#include <cstdio>
+#include <fmt/format.h>
 
 #include "jackal_aic/config/yaml_text.hpp"
 
 namespace jackal_aic {
 namespace {
 
-template <class... Values>
-std::string format(const char* pattern, Values... values) {
-  char text[256];
-  std::snprintf(text, sizeof text, pattern, values...);
-  return text;
-}
-
 std::string row(const char* name, const Estimate& estimate, const char* unit) {
   if (estimate.known()) {
-    return format("%-26s %9.4f +- %.4f %s\n", name, estimate.value, estimate.half_width, unit);
+    return fmt::format("{:<26} {:9.4f} +- {:.4f} {}\n", name, estimate.value, estimate.half_width, unit);
   }
-  return format("%-26s   unknown: %s", name, estimate.unknown.c_str()) +
-         (estimate.value > 0.0 ? format(" (%.4f %s)\n", estimate.value, unit) : std::string("\n"));
+  const std::string value = estimate.value > 0.0 ? fmt::format(" ({:.4f} {})", estimate.value, unit) : "";
+  return fmt::format("{:<26}   unknown: {}{}\n", name, estimate.unknown, value);
 }
 
 void requireKnown(const char* name, const Estimate& estimate) {
@@ -43,7 +36,7 @@ std::string identificationTable(const Identification& result) {
   text += row("acceleration limit", result.acceleration_limit, "m/s^2");
   text += row("effective track, left", result.track_left, "m");
   text += row("effective track, right", result.track_right, "m");
-  text += format("%-26s %9.4f rad/s\n", "residual (RMS)", result.residual);
+  text += fmt::format("{:<26} {:9.4f} rad/s\n", "residual (RMS)", result.residual);
   for (const auto& remark : result.remarks) text += remark + "\n";
   return text;
 }
@@ -56,17 +49,17 @@ std::string plantModelYaml(const Identification& result, const std::string& sour
   std::string text = "# Identified from " + source + "; +- is the 95 % confidence interval.\nplant_model:\n";
   if (!robot.empty()) text += "  robot: " + yamlQuoted(robot) + "\n";
   const auto line = [&](const char* name, double value, const std::string& comment) {
-    text += format("  %-26s # ", (std::string(name) + ": " + yamlNumber(value, 4)).c_str()) + comment;
+    text += fmt::format("  {:<26} # {}", fmt::format("{}: {}", name, yamlNumber(value, 4)), comment);
   };
-  line("dead_time", result.dead_time.value, format("s, +- %.4f\n", result.dead_time.half_width));
-  line("lag", result.lag.value, format("s, +- %.4f\n", result.lag.half_width));
-  line("gain", result.gain.value, format("+- %.4f\n", result.gain.half_width));
+  line("dead_time", result.dead_time.value, fmt::format("s, +- {:.4f}\n", result.dead_time.half_width));
+  line("lag", result.lag.value, fmt::format("s, +- {:.4f}\n", result.lag.half_width));
+  line("gain", result.gain.value, fmt::format("+- {:.4f}\n", result.gain.half_width));
   line("acceleration_limit", limit.value,
-       "m/s^2, " + (limit.known() ? format("+- %.3f\n", limit.half_width) : limit.unknown + "\n"));
+       "m/s^2, " + (limit.known() ? fmt::format("+- {:.3f}\n", limit.half_width) : limit.unknown + "\n"));
   line("effective_track", effectiveTrack(result), "m");
   const auto side = [&](const char* name, const Estimate& track) {
-    return track.known() ? format(", %s %.4f +- %.4f", name, track.value, track.half_width)
-                         : std::string(", ") + name + " unknown: " + track.unknown;
+    return track.known() ? fmt::format(", {} {:.4f} +- {:.4f}", name, track.value, track.half_width)
+                         : fmt::format(", {} unknown: {}", name, track.unknown);
   };
   return text + side("left", result.track_left) + side("right", result.track_right) + "\n";
 }
@@ -81,8 +74,9 @@ std::string identificationCsv(const DriveRecording& recording, const Identificat
     while (next < recording.commands.size() && recording.commands[next].time <= measured.time) {
       command = recording.commands[next++].command;
     }
-    text += format("%.4f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f\n", measured.time - recording.wheels.front().time, command.left,
-                   command.right, measured.speed.left, measured.speed.right, fitted.left, fitted.right);
+    text +=
+        fmt::format("{:.4f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f}\n", measured.time - recording.wheels.front().time,
+                    command.left, command.right, measured.speed.left, measured.speed.right, fitted.left, fitted.right);
   }
   return text;
 }

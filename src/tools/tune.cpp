@@ -1,14 +1,14 @@
 #include "tune.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <boost/program_options.hpp>
 #include <filesystem>
 #include <fstream>
-#include <iomanip>
 #include <limits>
 #include <ostream>
 #include <regex>
-#include <sstream>
 
 #include "jackal_aic/config/yaml_text.hpp"
 #include "package_files.hpp"
@@ -18,12 +18,6 @@ namespace jackal_aic {
 namespace {
 
 namespace po = boost::program_options;
-
-std::string fixed(double value, int digits) {
-  std::ostringstream out;
-  out << std::fixed << std::setprecision(digits) << value;
-  return out.str();
-}
 
 double checked(const po::variables_map& given, const char* name, Bounds bounds) {
   ParameterMap map;
@@ -105,36 +99,34 @@ const GainAssessment* simplestOfTheFastest(const std::vector<GainSearchResult>& 
   for (const GainSearchResult& result : results) {
     if (result.best.missed.size() < nearest->missed.size()) nearest = &result.best;
   }
-  std::ostringstream message;
-  message << "no gains found that keep gain margin " << task.margins.gain << ", delay margin " << task.margins.delay
-          << " s and overshoot " << task.overshoot_pct << " % in every trial (nearest, with " << nearest->missed.size()
-          << " missed: " << nearest->missed.front() << "); ask for less, or search with more --evaluations";
-  throw ParameterError(message.str());
+  throw ParameterError(fmt::format(
+      "no gains found that keep gain margin {:g}, delay margin {:g} s and overshoot {:g} % in every trial (nearest, "
+      "with "
+      "{} missed: {}); ask for less, or search with more --evaluations",
+      task.margins.gain, task.margins.delay, task.overshoot_pct, nearest->missed.size(), nearest->missed.front()));
 }
 
 /// What a tuned file holds for, in lines.
 std::string promise(const GainSearchTask& task, const GainAssessment& tuned) {
-  std::ostringstream out;
-  out << "Fastest gains that `tune` found. What they do, driven at 0.1..2 m/s, 0.5..2 rad/s, on arcs and to a stop, "
-         "for\n"
-      << "every phase of the timers, on the robots below as they are / with encoder steps up to 0.1 rad/s, samples up "
-         "to\n"
-      << "10 ms late, dead time +- 10 ms, lag x 0.7..1.4, gain x 0.95..1.05, acceleration limit x 0.5..2 ("
-      << task.draws << " random draws):";
+  std::string text = fmt::format(
+      "Fastest gains that `tune` found. What they do, driven at 0.1..2 m/s, 0.5..2 rad/s, on arcs and to a stop, for\n"
+      "every phase of the timers, on the robots below as they are / with encoder steps up to 0.1 rad/s, samples up to\n"
+      "10 ms late, dead time +- 10 ms, lag x 0.7..1.4, gain x 0.95..1.05, acceleration limit x 0.5..2 ({} random "
+      "draws):",
+      task.draws);
   for (std::size_t i = 0; i < task.robots.size(); ++i) {
     const RobotAssessment& robot = tuned.robots[i];
-    out << "\n"
-        << task.robots[i].name << ": settles at " << task.speed << " m/s in " << fixed(robot.settling_first, 2) << ".."
-        << fixed(robot.settling_last, 2) << " s; overshoot <= " << fixed(robot.as_it_is.overshoot_pct, 1) << " / "
-        << fixed(robot.otherwise.overshoot_pct, 1)
-        << " %; beyond zero after a stop <= " << fixed(robot.as_it_is.beyond_mps, 3) << " / "
-        << fixed(robot.otherwise.beyond_mps, 3) << " m/s, " << fixed(robot.as_it_is.beyond_radps, 3) << " / "
-        << fixed(robot.otherwise.beyond_radps, 3)
-        << " rad/s;\n  ripple of the command <= " << fixed(robot.as_it_is.ripple, 3) << " / "
-        << fixed(robot.otherwise.ripple, 3) << " rad/s rms; gain margin " << fixed(robot.certificate.gain_margin, 2)
-        << ", delay margin " << fixed(robot.certificate.delay_margin, 3) << " s";
+    const sim::StopFigures &nominal = robot.as_it_is, &others = robot.otherwise;
+    text += fmt::format(
+        "\n{}: settles at {:g} m/s in {:.2f}..{:.2f} s; overshoot <= {:.1f} / {:.1f} %; beyond zero after a stop <= "
+        "{:.3f} / {:.3f} m/s, {:.3f} / {:.3f} rad/s;\n  ripple of the command <= {:.3f} / {:.3f} rad/s rms; gain "
+        "margin "
+        "{:.2f}, delay margin {:.3f} s",
+        task.robots[i].name, task.speed, robot.settling_first, robot.settling_last, nominal.overshoot_pct,
+        others.overshoot_pct, nominal.beyond_mps, others.beyond_mps, nominal.beyond_radps, others.beyond_radps,
+        nominal.ripple, others.ripple, robot.certificate.gain_margin, robot.certificate.delay_margin);
   }
-  return out.str();
+  return text;
 }
 
 /// The gains that are compared: the thesis' standard, those of the start, and the best of each number of orders.
@@ -187,33 +179,32 @@ std::pair<int, int> parseOrders(const std::string& text) {
 
 std::string assessmentTable(const GainSearchTask& task,
                             const std::vector<std::pair<std::string, GainAssessment>>& rows) {
-  std::ostringstream out;
-  const auto line = [&](const std::vector<std::string>& cells) {
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      out << (i < 2 ? std::left : std::right) << std::setw(i < 2 ? 12 : 15) << cells[i];
-    }
-    out << "\n";
+  std::string text;
+  const auto line = [&text](const std::vector<std::string>& cells) {
+    text += fmt::format("{:<12}{:<12}", cells[0], cells[1]);
+    for (std::size_t i = 2; i < cells.size(); ++i) text += fmt::format("{:>15}", cells[i]);
+    text += "\n";
   };
   line({"controller", "robot", "settling s", "overshoot %", "runs back m/s", "back rad/s", "ripple rad/s",
         "gain margin", "delay margin s", "missed"});
-  const auto both = [](double as_it_is, double otherwise, int digits) {
-    return fixed(as_it_is, digits) + " / " + fixed(otherwise, digits);
+  const auto both = [](double as_it_is, double otherwise) {
+    return fmt::format("{:.3f} / {:.3f}", as_it_is, otherwise);
   };
   for (const auto& [name, assessment] : rows) {
     for (std::size_t i = 0; i < assessment.robots.size(); ++i) {
       const RobotAssessment& robot = assessment.robots[i];
       const sim::StopFigures &nominal = robot.as_it_is, &others = robot.otherwise;
-      line({name, task.robots[i].name, fixed(robot.settling_first, 2) + ".." + fixed(robot.settling_last, 2),
-            both(nominal.overshoot_pct, others.overshoot_pct, 1), both(nominal.beyond_mps, others.beyond_mps, 3),
-            both(nominal.beyond_radps, others.beyond_radps, 3), both(nominal.ripple, others.ripple, 3),
-            fixed(robot.certificate.gain_margin, 2), fixed(robot.certificate.delay_margin, 3),
-            std::to_string(assessment.missed.size())});
+      line({name, task.robots[i].name, fmt::format("{:.2f}..{:.2f}", robot.settling_first, robot.settling_last),
+            fmt::format("{:.1f} / {:.1f}", nominal.overshoot_pct, others.overshoot_pct),
+            both(nominal.beyond_mps, others.beyond_mps), both(nominal.beyond_radps, others.beyond_radps),
+            both(nominal.ripple, others.ripple), fmt::format("{:.2f}", robot.certificate.gain_margin),
+            fmt::format("{:.3f}", robot.certificate.delay_margin), fmt::format("{}", assessment.missed.size())});
     }
   }
   for (const auto& [name, assessment] : rows) {
-    if (!assessment.missed.empty()) out << name << " misses, first, " << assessment.missed.front() << "\n";
+    if (!assessment.missed.empty()) text += fmt::format("{} misses, first, {}\n", name, assessment.missed.front());
   }
-  return out.str();
+  return text;
 }
 
 int tune(const std::vector<std::string>& arguments, std::ostream& out) {
