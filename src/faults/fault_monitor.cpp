@@ -1,5 +1,7 @@
 #include "jackal_aic/faults/fault_monitor.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -16,6 +18,10 @@ constexpr double kNoEvidence = 0.05;
 /// A robot of which one wheel stops needs this long to turn [s]; before, the yaw rate tells nothing. What is over
 /// sooner, a kerb for instance, was no fault.
 constexpr double kIsolationTime = 0.2;
+
+/// A wheel that really turns faster than commanded may be dragged along by the body for this long [s], where weak
+/// motors cannot hold it.
+constexpr double kDraggedTime = 0.6;
 
 /// Time over which the yaw rate's evidence is averaged [s].
 constexpr double kEvidenceMemory = 0.05;
@@ -50,8 +56,8 @@ bool isFrozen(const ChannelHealth& verdict) { return verdict.cause == FaultCause
 
 void validate(const FaultParameters& parameters) {
   if (parameters.fault_samples <= parameters.fault_window) return;
-  throw ParameterError("faults.fault_samples = " + std::to_string(parameters.fault_samples) +
-                       ": must be at most faults.fault_window = " + std::to_string(parameters.fault_window));
+  throw ParameterError(fmt::format("faults.fault_samples = {}: must be at most faults.fault_window = {}",
+                                   parameters.fault_samples, parameters.fault_window));
 }
 
 ChannelValidity FaultReport::valid() const {
@@ -204,7 +210,9 @@ void FaultMonitor::conclude(const WheelMonitor& wheel, ChannelHealth& verdict, b
     verdict.cause = FaultCause::frozen;
   } else if (wheel.suspect() && evidence_.time >= kIsolationTime) {
     const double doubt = std::max(kClearly * evidence_.against_predicted, kNoEvidence * kNoEvidence);
-    drive = !yaw_tells_ || evidence_.against_measured <= doubt;
+    const bool as_measured = !yaw_tells_ || evidence_.against_measured <= doubt;
+    if (as_measured && wheel.fasterThanCommanded() && evidence_.time < kDraggedTime) return;
+    drive = as_measured;
     verdict.state = drive ? ChannelState::ok : ChannelState::faulty;
     verdict.cause = drive ? FaultCause::none : FaultCause::prediction;
   }

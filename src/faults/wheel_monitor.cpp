@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace jackal_aic {
 namespace {
@@ -30,6 +31,12 @@ constexpr double kCoarsestStep = 0.2;
 
 /// How much earlier or later than predicted a wheel may move, in standard deviations of the dead time.
 constexpr double kTimingBound = 3.0;
+
+/// A wheel that comes back to its prediction does so by at least this part of its largest error, and more than noise in
+/// standard deviations, within this time [s].
+constexpr double kLeastReturn = 0.05;
+constexpr double kNoise = 3.0;
+constexpr double kReturnTime = 0.1;
 
 std::size_t steps(double time) { return static_cast<std::size_t>(std::lround(time / WheelBelief::kStep)); }
 
@@ -154,11 +161,29 @@ double WheelMonitor::errorOf(double measurement) const {
 
 void WheelMonitor::compare(double measurement, double step) {
   error_ = errorOf(measurement);
-  recovering_ = (error_ < 0.0 ? 1.0 : -1.0) * (measurement - measured_) > least_progress_ * step;
+  const double progress = (error_ < 0.0 ? 1.0 : -1.0) * (measurement - measured_);
   distance_ = std::sqrt(learned_.squaredDistance(error_, variance())) / bound_;
   frozen_ = isFrozen(measurement, step);
   suspect_ = distance_ > 1.0 || frozen_;
+  recovering_ = progress > least_progress_ * step || comesBack(measurement, step);
   measured_ = measurement;
+}
+
+/// Weak motors bring a wheel back slowly: from where it was farthest off it has to come nearer step by step.
+bool WheelMonitor::comesBack(double measurement, double step) {
+  const double off = std::abs(error_), before = std::exchange(farthest_, suspect_ ? std::max(farthest_, off) : 0.0);
+  const double noise = kNoise * std::sqrt(learned_.factor() * parameters_.wheel_variance);
+  const double least = std::max(kLeastReturn * farthest_, noise);
+  if (farthest_ > before || farthest_ == 0.0) {
+    mark_ = measurement;
+    since_mark_ = kReturnTime;
+  } else if ((error_ < 0.0 ? 1.0 : -1.0) * (measurement - mark_) > least && off < farthest_ - least) {
+    mark_ = measurement;
+    since_mark_ = 0.0;
+  } else {
+    since_mark_ += step;
+  }
+  return since_mark_ < kReturnTime;
 }
 
 bool WheelMonitor::isFrozen(double measurement, double step) {

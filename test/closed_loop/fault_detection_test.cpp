@@ -207,7 +207,7 @@ std::vector<Handling> handlings() {
 
 TEST(HealthyRobot, PushesKerbsAndLiftsLeaveNothing) {
   for (const char* controller : {"predictive", "improved"}) {
-    for (const char* torque_limit : {"20", "3", "0.5"}) {
+    for (const char* torque_limit : {"20", "3", "2", "0.5"}) {
       for (const Handling& handling : handlings()) {
         const bool stands = handling.set_point.vector().isZero(0.0);
         if (!stands && std::string(torque_limit) == "0.5") continue;  // too weak to turn at all

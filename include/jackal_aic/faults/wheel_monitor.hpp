@@ -66,6 +66,7 @@ class WheelMonitor {
   Interval possible() const;
   double errorOf(double measurement) const;
   bool isFrozen(double measurement, double step);
+  bool comesBack(double measurement, double step);
 
   FaultParameters parameters_;
   WheelBelief belief_;
@@ -86,7 +87,10 @@ class WheelMonitor {
   bool frozen_ = false;
   bool suspect_ = false;
   bool recovering_ = false;
-  double least_progress_;  // of a wheel that follows its command [rad/s^2]
+  double farthest_ = 0.0;    // |error| of the outliers in a row, the largest [rad/s]
+  double mark_ = 0.0;        // measured when the wheel came nearer last [rad/s]
+  double since_mark_ = 0.0;  // [s]
+  double least_progress_;    // of a wheel that follows its command [rad/s^2]
 };
 
 }  // namespace jackal_aic
