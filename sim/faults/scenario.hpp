@@ -154,7 +154,7 @@ struct Scenario {
   double end() const { return clear() + recovery; }
 };
 
-/// Reads the scenarios of a file, in alphabetical order, each with each of its motions, followed by the random pairs.
+/// Reads the scenarios of a file, in alphabetical order, each with each of its motions.
 /// @throws ParameterError for a file that cannot be read, a key that is missing, unknown or out of range, a motion that
 /// does not exist, or a fault that its topic cannot have.
 std::vector<Scenario> readScenarios(const std::string& path);
