@@ -121,6 +121,7 @@ const FaultReport& FaultMonitor::check(const Observation& observation) {
   checkWheels(observation, step);
   checkAccelerometer(observation, step);
   checkGyro(observation, step);
+  concludeBodyMoved();
   return report_;
 }
 
@@ -157,17 +158,41 @@ bool FaultMonitor::concludeMoved() {
   if (!suspecting) was_to_stand_ = left_.commandedToRest() && right_.commandedToRest();
   const bool found_before =
       report_.drive_left || report_.drive_right || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right);
-  const bool was_moved = report_.moved;
-  report_.moved = was_to_stand_ && (was_moved ? suspecting : !found_before && (turns(left_) || turns(right_)));
-  if (was_moved && !report_.moved) {
+  const bool were_turned = wheels_turned_;
+  wheels_turned_ = was_to_stand_ && (were_turned ? suspecting : !found_before && (turns(left_) || turns(right_)));
+  report_.moved = wheels_turned_;
+  if (were_turned && !wheels_turned_) {
     left_.forgive();
     right_.forgive();
     evidence_ = Evidence{};
   }
-  if (!report_.moved) return false;
+  if (!wheels_turned_) return false;
   report_.wheel_left = {ChannelState::outlier, FaultCause::none, left_.distance()};
   report_.wheel_right = {ChannelState::outlier, FaultCause::none, right_.distance()};
   return true;
+}
+
+/// Where the wheels are turned from outside, or stand as they are told to while two instruments of their own see
+/// motion, gyro and accelerometer: the body is moved, and its tyres may slide. Neither instrument is wrong.
+void FaultMonitor::concludeBodyMoved() {
+  const auto sees_motion = [](const ChannelHealth& channel) {
+    return !counts(channel) && channel.cause != FaultCause::frozen && channel.cause != FaultCause::gravity;
+  };
+  const bool told_to_stand = was_to_stand_ && !left_.suspecting() && !right_.suspecting();
+  const bool goes_on = body_moved_ && (yaw_.suspecting() || acceleration_.suspecting());
+  const bool begins = sees_motion(report_.gyro) && sees_motion(report_.accelerometer);
+  const bool was_moved = body_moved_;
+  body_moved_ = wheels_turned_ || (told_to_stand && (goes_on || begins));
+  if (was_moved && !body_moved_) {
+    yaw_.forgive();
+    acceleration_.forgive();
+    report_.gyro.state = report_.accelerometer.state = ChannelState::ok;
+  }
+  if (!body_moved_) return;
+  report_.moved = true;
+  for (ChannelHealth* channel : {&report_.gyro, &report_.accelerometer}) {
+    if (sees_motion(*channel)) *channel = {ChannelState::outlier, FaultCause::none, channel->distance};
+  }
 }
 
 bool FaultMonitor::wheelsTurn() const {

@@ -216,8 +216,12 @@ TEST(HealthyRobot, PushesKerbsAndLiftsLeaveNothing) {
         profile.duration = 9.0;
         const auto samples =
             run(controller, "ground", profile, handling.faults, {{"plant.torque_limit", torque_limit}});
+        const bool pushed = stands && !handling.faults.pushes.empty();
+        bool moved = false;
         for (const MonitoredSample& s : samples) {
           const FaultReport& r = s.report;
+          moved = moved || r.moved;
+          if (pushed) EXPECT_NE(r.gyro.state, ChannelState::faulty) << "which sees what happens, at " << s.time;
           const bool latched = r.drive_left || r.drive_right || r.wheel_left.state == ChannelState::faulty ||
                                r.wheel_right.state == ChannelState::faulty;
           EXPECT_FALSE(latched) << r.reason() << " at " << s.time;  // the robot would not drive on
@@ -225,6 +229,7 @@ TEST(HealthyRobot, PushesKerbsAndLiftsLeaveNothing) {
         }
         EXPECT_STREQ(samples.back().report.reason(), "");
         EXPECT_TRUE(samples.back().counted.all());
+        if (pushed && handling.faults.pushes[0].torque != 0.0) EXPECT_TRUE(moved) << "told as what it is";
       }
     }
   }

@@ -29,10 +29,14 @@ class AccelerationMonitor {
   /// @param moving the wheels turn: the noise differs from that at rest.
   void check(const Observation& observation, bool moving, double step);
 
-  bool upsideDown() const { return upside_down_; }             ///< faulty, and gravity points upwards
-  bool frozen() const { return frozen_; }                      ///< an axis of the last sample repeats to the bit
-  double distance() const { return distance_; }                ///< in multiples of the bound
-  ChannelState state() const { return persistence_.state(); }  ///< verdict with the last sample
+  bool upsideDown() const { return upside_down_; }               ///< faulty, and gravity points upwards
+  bool frozen() const { return frozen_; }                        ///< an axis of the last sample repeats to the bit
+  double distance() const { return distance_; }                  ///< in multiples of the bound
+  ChannelState state() const { return persistence_.state(); }    ///< verdict with the last sample
+  bool suspecting() const { return persistence_.suspecting(); }  ///< an outlier is among the last samples
+
+  /// Lets it count again: what was wrong with its last samples has been explained.
+  void forgive() { persistence_.reset(); }
 
  private:
   /// Slowly wandering part of one axis.

@@ -112,6 +112,7 @@ class FaultMonitor {
   void weighEvidence(const Observation& observation, double step);
   void conclude(const WheelMonitor& wheel, ChannelHealth& verdict, bool& drive) const;
   bool concludeMoved();
+  void concludeBodyMoved();
   bool wheelsTurn() const;
   void checkGyro(const Observation& observation, double step);
   void checkAccelerometer(const Observation& observation, double step);
@@ -130,7 +131,9 @@ class FaultMonitor {
   FaultReport report_;
   Evidence evidence_;
   bool yaw_tells_ = false;
-  bool was_to_stand_ = false;  // when no wheel was suspect last
+  bool was_to_stand_ = false;   // when no wheel was suspect last
+  bool wheels_turned_ = false;  // from outside
+  bool body_moved_ = false;     // from outside
   double stamp_ = 0.0;
   bool started_ = false;
 };

@@ -37,10 +37,14 @@ class YawMonitor {
   /// @param moving the wheels turn: the noise of a gyro differs from that at rest.
   void check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step);
 
-  bool frozen() const { return frozen_; }                      ///< the last sample repeats to the bit
-  double distance() const { return distance_; }                ///< in multiples of the bound
-  ChannelState state() const { return persistence_.state(); }  ///< verdict with the last sample
-  const YawBelief& belief() const { return belief_; }          ///< slip and bias
+  bool frozen() const { return frozen_; }                        ///< the last sample repeats to the bit
+  double distance() const { return distance_; }                  ///< in multiples of the bound
+  ChannelState state() const { return persistence_.state(); }    ///< verdict with the last sample
+  bool suspecting() const { return persistence_.suspecting(); }  ///< an outlier is among the last samples
+
+  /// Lets it count again: what was wrong with its last samples has been explained.
+  void forgive() { persistence_.reset(); }
+  const YawBelief& belief() const { return belief_; }  ///< slip and bias
 
  private:
   bool biased() const;
