@@ -288,6 +288,14 @@ void FaultMonitor::checkAccelerometer(const Observation& observation, double ste
                                                            : FaultCause::prediction;
 }
 
+void FaultMonitor::restart() {
+  started_ = was_to_stand_ = wheels_turned_ = body_moved_ = false;
+  report_ = FaultReport{};
+  evidence_ = Evidence{};
+  yaw_.forgive();
+  acceleration_.forgive();
+}
+
 void FaultMonitor::reset() { *this = FaultMonitor(parameters_, geometry_, model_); }
 
 }  // namespace jackal_aic

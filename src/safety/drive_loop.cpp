@@ -299,14 +299,14 @@ SensorHealth DriveLoop::health(double now) const {
 WheelCommand DriveLoop::appliedCommand(double now) { return motors_.applied(now).value_or(gate_.command()); }
 
 void DriveLoop::noteTime(double now) {
-  if (now < now_) restart();
+  if (now < now_) restart(now);
   now_ = now;
 }
 
-void DriveLoop::restart() {
+void DriveLoop::restart(double now) {
   ++clock_resets_;
   controller_->forgetMotion();
-  measurements_.restart();
+  measurements_.restart(now);
   schedule_.stop();
   motors_.reset();
   frozen_wheels_.reset();

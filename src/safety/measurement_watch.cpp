@@ -145,6 +145,10 @@ Fault MeasurementWatch::fault() const { return monitor_ ? monitor_->report().fau
 
 void MeasurementWatch::reset() {
   if (monitor_) monitor_->reset();
+  forgetLosses();
+}
+
+void MeasurementWatch::forgetLosses() {
   imu_was_lost_ = wheels_were_lost_ = false;
   last_sight_ = 0.0;
   stalled_until_ = 0.0;
@@ -153,14 +157,15 @@ void MeasurementWatch::reset() {
   loss_ = Loss::none;
 }
 
-void MeasurementWatch::restart() {
-  reset();
+void MeasurementWatch::restart(double now) {
+  resumeAfterStall(now);
   started_ = false;
   first_source_ = 0.0;
 }
 
 void MeasurementWatch::resumeAfterStall(double now) {
-  reset();
+  if (monitor_) monitor_->restart();
+  forgetLosses();
   last_sight_ = now;
   stalled_until_ = now + kStallRecovery;
 }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "predictive_loop.hpp"
@@ -54,6 +55,36 @@ TEST(Stall, TheMotorsOwnStopIsNoDisturbance) {
             kSpeed + 0.02);
   EXPECT_GT(loop.status().dropped_periods, 0u);
   EXPECT_EQ(loop.status().faults_detected, 0u);
+}
+
+/// Drives a turn on a new robot, whose clock begins at zero; time until a bias of the gyro is found [s].
+double timeToFindABias(DriveLoop& loop) {
+  constexpr double kOnset = 2.0;  // s
+  JackalPlant plant(textOf("sim/urdf/jackal.urdf"), PredictiveLoop::ground());
+  for (; plant.time() < kEnd; plant.step()) {
+    const double now = plant.time();
+    loop.setSetPoint(now < 0.3 ? SetPoint{} : SetPoint{0.5, 0.0, 0.8}, now);
+    if (plant.measurement()) {
+      Observation y = plant.measurement()->observation();
+      if (now >= kOnset) y.yaw_rate += 0.3;
+      loop.observe(y, now);
+      if (loop.status().fault == Fault::gyro_disagrees) return now - kOnset;
+    }
+    if (const auto command = loop.advance(now)) plant.command(*command);
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+/// What the motors do while the clock jumps is not known: their last command counts no more.
+TEST(ClockThatRanBack, LeavesNothingThatHidesAFault) {
+  DriveParameters parameters;
+  parameters.controller = PredictiveLoop::preset();
+  parameters.plant_model = linearModel(PredictiveLoop::ground());
+  parameters.plant_model->identified = true;
+  DriveLoop loop(parameters, makeController(parameters));
+  EXPECT_LT(timeToFindABias(loop), 0.3);
+  EXPECT_LT(timeToFindABias(loop), 0.3) << "while the robot still drove when the clock jumped";
+  EXPECT_EQ(loop.status().clock_resets, 1u);
 }
 
 TEST(Stall, WithoutTheDriveLoopItWouldBeOne) {

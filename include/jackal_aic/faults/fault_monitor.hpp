@@ -95,6 +95,10 @@ class FaultMonitor {
   /// Verdict of the last check().
   const FaultReport& report() const { return report_; }
 
+  /// Starts again with the next sample: motion and faults are forgotten, what the sensors' noise, the slip and the bias
+  /// are is not.
+  void restart();
+
   /// Forgets everything but the parameters, faults included.
   void reset();
 

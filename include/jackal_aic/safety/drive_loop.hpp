@@ -154,7 +154,7 @@ class DriveLoop {
 
   static double age(const Arrival& arrival, double now);
   void noteTime(double now);
-  void restart();
+  void restart(double now);
   InputAges ages(double now) const;
   SensorHealth health(double now) const;
   WheelCommand appliedCommand(double now);

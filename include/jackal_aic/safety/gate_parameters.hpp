@@ -104,7 +104,8 @@ struct GateParameters {
   RestartPolicy restart_after_stop = RestartPolicy::acknowledged;
 };
 
-/// Reads limits.*, deadlines.*, brake.*, watchdog.* and restart_after_stop. @throws ParameterError also as validate().
+/// Reads limits.*, deadlines.*, brake.*, plausibility.* and restart_after_stop. @throws ParameterError also as
+/// validate().
 GateParameters readGateParameters(ParameterMap& map);
 
 /// @throws ParameterError if the brake would have to exceed a given deceleration limit to keep its time or

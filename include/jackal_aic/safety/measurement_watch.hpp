@@ -66,8 +66,9 @@ class MeasurementWatch {
   /// Forgets measurements and faults.
   void reset();
 
-  /// As reset(), and waits for the first measurements again: what has not come yet is not lost.
-  void restart();
+  /// After time ran back: as resumeAfterStall(), because the motors may have stopped or go on as before, and waits for
+  /// the first measurements again: what has not come yet is not lost. @param now [s].
+  void restart(double now);
 
   /// After a time without action steps (a stall, a clock that jumped forward), in which the motors may have stopped by
   /// themselves: forgets, and lets every sample count until the robot does what it is told again. @param now [s].
@@ -77,6 +78,7 @@ class MeasurementWatch {
   bool recoversFromStall(double now) const { return now < stalled_until_; }
 
  private:
+  void forgetLosses();
   bool starting(const SensorHealth& health, double now);
   void forgetSourcesThatCameBack(const SensorHealth& health);
   bool tooFewCount() const;   // although both sources speak
