@@ -15,9 +15,7 @@ constexpr std::int64_t kTick = 1000000;  // inner step of the belief [ns]
 
 WheelBelief wheelBelief(const PredictiveParameters& p, const PlantModel& model) {
   validate(p);
-  return WheelBelief(model, 1.0,
-                     {p.wheel_variance, p.speed_process_noise, p.disturbance_process_noise, p.dead_time_deviation,
-                      p.belief_learning_rate, p.goal_weight});
+  return WheelBelief(model, 1.0, wheelBeliefParameters(p));
 }
 
 /// What happens at a time of the period, in the order in which it happens at one and the same time.
@@ -110,14 +108,12 @@ class PredictiveLinearLoop::Trajectories {
     states_.topRows<kBelief>() += gains_[correction_++] * error;
   }
 
-  /// a ← (1 − κ_a) a − κ_a d/g − h κ_y (y − w)/Σ_y, after the commands under way moved on by one.
+  /// a ← (1 − κ_a) a − κ_a d/g, after the commands under way moved on by one.
   void act() {
     const PredictiveParameters& p = loop_.parameters_;
     for (int back = past_commands_; back > 0; --back) states_.row(commandRow(back)) = states_.row(commandRow(back - 1));
     states_.row(actionRow()) *= 1.0 - p.action_learning_rate;
     states_.row(actionRow()) -= p.action_learning_rate / loop_.model_.gain * states_.row(2);
-    states_.row(actionRow()) -=
-        p.sensory_action / (p.action_rate * p.wheel_variance) * (states_.row(measurementRow()) - states_.row(0));
     arrived_ = remainder_ == 0;
   }
 
@@ -191,9 +187,8 @@ PredictiveLinearLoop::Belief PredictiveLinearLoop::convergedBelief(std::int64_t 
       belief.correct(0.0);
       fresh = false;
     }
-    // Without an integral z stays at rest, and with the goal alone in the belief d does: neither is a mode of the loop.
+    // Without an integral z stays at rest: it is no mode of the loop.
     if (model_.velocity_loop_integral <= 0.0) error.row(1).setZero();
-    if (parameters_.goal_weight >= 1.0) error.row(2).setZero();
     result.spectral_radius = spectralRadiusOf(error).upper();
     double change = before.size() == result.gains.size() ? 0.0 : 1.0;
     for (std::size_t i = 0; i < before.size() && i < result.gains.size(); ++i) {
@@ -209,7 +204,6 @@ double PredictiveLinearLoop::period() const { return action_steps_ / parameters_
 Eigen::MatrixXd PredictiveLinearLoop::periodMap(const RobotChange& change) const {
   Eigen::MatrixXd map = Trajectories(*this, change).afterOnePeriod();
   if (model_.velocity_loop_integral <= 0.0) map.row(1).setZero();
-  if (parameters_.goal_weight >= 1.0) map.row(2).setZero();
   return map;
 }
 

@@ -94,6 +94,26 @@ std::string newNameOf(const std::string& key) {
   return "";
 }
 
+/// Keys that older files have and nothing reads any more: what there is instead.
+struct Removed {
+  const char* key;
+  const char* instead;
+};
+
+constexpr Removed kRemoved[] = {
+    {"predictive.goal_weight",
+     "the belief of this structure never holds the goal; that of the thesis does (preset standard or improved)"},
+    {"predictive.sensory_action",
+     "the action of this structure answers the believed disturbance (action_learning_rate); that of the thesis "
+     "descends "
+     "the sensory prediction error (preset standard or improved)"}};
+
+void refuseRemoved(const std::string& key) {
+  for (const Removed& removed : kRemoved) {
+    if (key == removed.key) throw ParameterError(key + ": no longer there; " + removed.instead);
+  }
+}
+
 /// Edits (insert, delete, replace, swap two neighbours) from one word to another (Damerau and Levenshtein).
 std::size_t editDistance(const std::string& a, const std::string& b) {
   std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
@@ -159,6 +179,7 @@ std::vector<std::string> ParameterMap::knownKeys() const { return {known_.begin(
 void ParameterMap::refuseUnknown() const {
   for (const auto& entry : values_) {
     if (known_.count(entry.first) > 0) continue;
+    refuseRemoved(entry.first);
     const std::string renamed = newNameOf(entry.first);
     if (!renamed.empty()) throw ParameterError(entry.first + ": renamed; it is called " + renamed + " now");
     const std::vector<std::string> candidates = nearest(entry.first, knownKeys());

@@ -6,9 +6,6 @@
 namespace jackal_aic {
 namespace {
 
-/// Standard deviation of a disturbance about which nothing is known yet [rad/s].
-constexpr double kUnknownDisturbance = 0.3;
-
 /// Part of the predicted change of its speed that a wheel with a slow motor makes at least; one that moves less has
 /// another reason.
 constexpr double kAccelerating = 0.2;
@@ -26,14 +23,12 @@ WheelBelief::WheelBelief(const PlantModel& model, double wheel_radius, const Whe
       delay_(static_cast<std::size_t>(std::lround(std::min(model.dead_time, kLongestDeadTime) / kStep))) {
   const double response = model.lag > 0.0 ? -std::expm1(-kStep / model.lag) : 1.0;  // part of an error gone in a step
   const double k = model.velocity_loop_integral * kStep;
-  const double own = 1.0 - parameters.goal_weight;
   // w ← w + ρ (r + z − w), z ← z + k (r − w − ½ρ (r + z − w)), d ← d
   const Eigen::Vector3d of_r(response, k * (1.0 - 0.5 * response), 0.0);
-  transition_ << 1.0 - response, response, own * of_r(0),                    //
-      -k * (1.0 - 0.5 * response), 1.0 - 0.5 * k * response, own * of_r(1),  //
+  transition_ << 1.0 - response, response, of_r(0),                    //
+      -k * (1.0 - 0.5 * response), 1.0 - 0.5 * k * response, of_r(1),  //
       0.0, 0.0, 1.0;
-  input_ = own * model.gain * of_r;
-  goal_input_ = parameters.goal_weight * of_r;
+  input_ = model.gain * of_r;
   reset(0.0);
 }
 
@@ -48,22 +43,19 @@ void WheelBelief::seed(double speed) {
   x_ << speed, 0.0, 0.0;
   P_.setZero();
   P_(0, 0) = parameters_.measurement_variance;
-  P_(2, 2) = kUnknownDisturbance * kUnknownDisturbance;
-  C_.setZero();
-  C_(0, 0) = parameters_.measurement_variance;
-  C_since_ = C_;
-  corrected_ << speed, C_(0, 0);
-  measured_ = speed;
+  P_(2, 2) = parameters_.disturbance_deviation * parameters_.disturbance_deviation;
+  gain_.setZero();
+  corrected_ = measured_ = predicted_ = speed;
   steps_ = limited_steps_ = 0;
-  limit_doubt_ = rate_ = error_ = residual_ = hidden_ = predicted_change_ = predicted_change_variance_ = 0.0;
+  limit_doubt_ = rate_ = 0.0;
 }
 
-void WheelBelief::predict(double command, double goal) {
+void WheelBelief::predict(double command) {
   commands_[head_] = command;
   const double u = commands_[(head_ + commands_.size() - delay_) % commands_.size()];
   head_ = (head_ + 1) % commands_.size();
 
-  const Eigen::Vector3d next = transition_ * x_ + input_ * u + goal_input_ * goal;
+  const Eigen::Vector3d next = transition_ * x_ + input_ * u;
   const double wanted = next(0) - x_(0);
   const double largest = limit_share_ * limit_ * kStep;
   const double change = std::clamp(wanted, -largest, largest);
@@ -71,16 +63,12 @@ void WheelBelief::predict(double command, double goal) {
   limit_doubt_ += limitDeviation() * std::max(0.0, 2.0 * std::abs(change) - largest);
   ++steps_;
   limited_steps_ = change == wanted ? 0 : limited_steps_ + 1;
-  Eigen::Matrix3d J = transition_;
   if (change == wanted) {
     x_ = next;
-  } else {  // at the limit the speed no longer depends on z and d, and z rests
+    P_ = (transition_ * P_ * transition_.transpose()).eval();
+  } else {  // at the limit the speed no longer depends on z and d, and z rests: J = I
     x_(0) += change;
-    J.setIdentity();
   }
-  C_ = (J * C_ * J.transpose()).eval();
-  C_since_ = (J * C_since_).eval();
-  P_ = (J * P_ * J.transpose()).eval();
   P_(0, 0) += parameters_.speed_process_noise * kStep;
   P_(2, 2) += parameters_.disturbance_process_noise * kStep;
 }
@@ -88,9 +76,9 @@ void WheelBelief::predict(double command, double goal) {
 double WheelBelief::correct(double measurement, double added_variance) {
   const double timing = parameters_.dead_time_deviation * rate_;
   const double variance = parameters_.measurement_variance + timing * timing + added_variance;
-  error_ = measurement - x_(0);
-  predicted_change_ = x_(0) - corrected_(0);
-  if ((measurement - measured_) * predicted_change_ > kAccelerating * predicted_change_ * predicted_change_) {
+  predicted_ = x_(0);
+  const double error = measurement - predicted_, change = predicted_ - corrected_;
+  if ((measurement - measured_) * change > kAccelerating * change * change) {
     P_(0, 0) += limit_doubt_ * limit_doubt_;
     learnLimit(measurement - measured_);
   } else if (limited_steps_ >= 2 * steps_) {
@@ -102,17 +90,17 @@ double WheelBelief::correct(double measurement, double added_variance) {
 
   // x ← x − κ_μ (∂²F/∂x²)⁻¹ ∂F/∂x at the prior, where ∂F/∂x = −C' ε_y/Σ and (∂²F/∂x²)⁻¹ C'/Σ = P C'/(C P C' + Σ)
   const Eigen::Vector3d gain = P_.col(0) / (P_(0, 0) + variance);
-  const Eigen::Vector3d step = parameters_.learning_rate * error_ * gain;
+  const Eigen::Vector3d step = parameters_.learning_rate * error * gain;
   x_ += step;
   P_ = (P_ - gain * P_.row(0)).eval();
   P_ = (0.5 * (P_ + P_.transpose())).eval();
+  gain_ = parameters_.learning_rate * gain;
+  corrected_ = x_(0);
 
-  followError(parameters_.learning_rate * gain);
-
-  residual_ = measurement - x_(0);
-  const double moved = parameters_.learning_rate * error_;  // x − x_prior = P C' moved/(C P C' + Σ)
+  const double residual = measurement - x_(0);
+  const double moved = parameters_.learning_rate * error;  // x − x_prior = P C' moved/(C P C' + Σ)
   const double innovation_variance = variance / (1.0 - gain(0));
-  return 0.5 * residual_ * residual_ / variance + 0.5 * gain(0) * moved * moved / innovation_variance;
+  return 0.5 * residual * residual / variance + 0.5 * gain(0) * moved * moved / innovation_variance;
 }
 
 double WheelBelief::limitDeviation() const {
@@ -141,17 +129,6 @@ void WheelBelief::learnLimit(double moved) {
 
 Eigen::Vector3d WheelBelief::gain() const {
   return parameters_.learning_rate * P_.col(0) / (P_(0, 0) + parameters_.measurement_variance);
-}
-
-void WheelBelief::followError(const Eigen::Vector3d& gain) {
-  predicted_change_variance_ = C_(0, 0) + corrected_(1) - 2.0 * C_since_(0, 0);
-  Eigen::Matrix3d kept = Eigen::Matrix3d::Identity();  // I - K H
-  kept.col(0) -= gain;
-  const double variance = parameters_.measurement_variance;
-  C_ = (kept * C_ * kept.transpose() + variance * gain * gain.transpose()).eval();
-  C_since_ = C_;
-  corrected_ << x_(0), C_(0, 0);
-  hidden_ = 2.0 * gain(0) * variance - C_(0, 0);
 }
 
 }  // namespace jackal_aic

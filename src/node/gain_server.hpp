@@ -15,7 +15,7 @@
 #include <utility>
 
 #include "jackal_aic/aic/parameters.hpp"
-#include "jackal_aic/predictive/predictive_controller.hpp"
+#include "jackal_aic/predictive/predictive_parameters.hpp"
 
 namespace jackal_aic {
 
@@ -32,8 +32,6 @@ template <class Parameters, class Visit>
 void visitGains(Parameters& gains, PredictiveGainsConfig& config, const Visit& visit) {
   visit("belief_learning_rate", gains.belief_learning_rate, config.belief_learning_rate);
   visit("action_learning_rate", gains.action_learning_rate, config.action_learning_rate);
-  visit("goal_weight", gains.goal_weight, config.goal_weight);
-  visit("sensory_action", gains.sensory_action, config.sensory_action);
   visit("reference_time", gains.reference_time, config.reference_time);
   visit("wheel_variance", gains.wheel_variance, config.wheel_variance);
   visit("gyro_variance", gains.gyro_variance, config.gyro_variance);

@@ -120,6 +120,23 @@ TEST(Parameters, ARenamedKeyIsToldItsNewName) {
   }
 }
 
+TEST(Parameters, AKeyThatIsGoneIsToldWhatThereIsInstead) {
+  const std::pair<const char*, const char*> kGone[] = {{"predictive.goal_weight", "standard or improved"},
+                                                       {"predictive.sensory_action", "action_learning_rate"}};
+  for (const auto& [key, instead] : kGone) {
+    ParameterMap map;
+    map.set(key, 0.0);
+    try {
+      map.refuseUnknown();
+      ADD_FAILURE() << key << " accepted";
+    } catch (const ParameterError& error) {
+      const std::string text = error.what();
+      EXPECT_EQ(text.rfind(std::string(key) + ": no longer there; ", 0), 0U) << text;
+      EXPECT_NE(text.find(instead), std::string::npos) << text;
+    }
+  }
+}
+
 TEST(Parameters, WrongTypeIsNamed) {
   expectNames(refusal(preset("tau: fast")), {"controller.tau", "'fast'", "number"});
   expectNames(refusal(preset("tau: \"0.03\"")), {"controller.tau", "'0.03'", "number"});

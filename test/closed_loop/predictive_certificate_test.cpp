@@ -11,6 +11,7 @@
 #include <sstream>
 #include <tuple>
 
+#include "jackal_aic/predictive/predictive_controller.hpp"
 #include "linear_plant.hpp"
 
 namespace jackal_aic {

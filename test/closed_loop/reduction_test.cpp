@@ -1,5 +1,6 @@
-// The controller of the thesis is the special case of the predictive one in which the goal has all the weight in the
-// belief, the model has no dead time, and the action descends the sensory prediction error instead of the expected one.
+// The controller of the thesis is the special case of the predictive one in which the goal takes the place of the
+// command in the belief, the model has no dead time and no disturbance, and the action descends the sensory prediction
+// error instead of the expected one.
 // For p = 0 both give the same beliefs and actions. Shown for each of the two degrees of freedom alone, as chapter 4 of
 // the thesis looks at them: its belief is preconditioned in body coordinates, in which forward and yaw motion converge
 // at different rates, the predictive one's by its curvature.
@@ -9,7 +10,8 @@
 #include <cmath>
 
 #include "jackal_aic/aic/active_inference_controller.hpp"
-#include "jackal_aic/predictive/predictive_controller.hpp"
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
+#include "jackal_aic/model/wheel_belief.hpp"
 #include "linear_plant.hpp"
 
 namespace jackal_aic {
@@ -42,10 +44,11 @@ BeliefStep beliefStep(const ControllerParameters& p, const GeometryParameters& g
   return {phi, sense / (pull + sense) * (1.0 - phi)};
 }
 
-/// The parameters of the predictive controller that make it the thesis' controller in one degree of freedom.
+/// What makes the predictive controller's parts the thesis' controller in one degree of freedom.
 struct Reduction {
-  PredictiveParameters parameters;
-  PlantModel model;
+  PlantModel model;              // without dead time
+  WheelBeliefParameters belief;  // without a disturbance
+  double action_learning_rate;   // along the sensory prediction error
 };
 
 Reduction reduce(const ControllerParameters& p, const GeometryParameters& g, Motion motion) {
@@ -56,22 +59,45 @@ Reduction reduce(const ControllerParameters& p, const GeometryParameters& g, Mot
   reduction.model.dead_time = 0.0;
   reduction.model.lag = -h / std::log(kept);
   reduction.model.acceleration_limit = 1000.0;
-  PredictiveParameters& q = reduction.parameters;
-  q.belief_rate = p.belief_rate;
-  q.action_rate = p.action_rate;
-  q.goal_weight = 1.0;
-  q.wheel_variance = variance;
-  q.disturbance_process_noise = q.dead_time_deviation = 0.0;
-  q.learn_track = false;
+  WheelBeliefParameters& q = reduction.belief;
+  q.measurement_variance = variance;
+  q.disturbance_process_noise = q.disturbance_deviation = q.dead_time_deviation = 0.0;
   // The fluctuation whose Kalman gain is c: P = c Sigma / (1 - c) before and c Sigma after a measurement.
   double growth = 0.0;
   for (double t = 0.0; t < h - 1e-9; t += WheelBelief::kStep) growth += std::exp(-2.0 * t / reduction.model.lag);
   q.speed_process_noise = c * variance * (1.0 / (1.0 - c) - kept * kept) / (growth * WheelBelief::kStep);
-  q.action_learning_rate = 0.0;  // no expected error
-  const double ratio = g.wheel_radius / g.effective_track;
-  q.sensory_action = p.kappa_a * (motion == Motion::forward ? 1.0 : 1.0 + 2.0 * ratio * ratio);  // of K Pi_y eps_y
+  const double ratio = g.wheel_radius / g.effective_track;  // of K Pi_y eps_y
+  reduction.action_learning_rate = p.kappa_a * (motion == Motion::forward ? 1.0 : 1.0 + 2.0 * ratio * ratio);
   return reduction;
 }
+
+/// One wheel of the predictive controller with the goal in the place of the command in its belief, and an action that
+/// descends the sensory prediction error as if it acted at once.
+class GoalDrivenWheel {
+ public:
+  GoalDrivenWheel(const Reduction& reduction, const GeometryParameters& geometry, double period)
+      : belief_(reduction.model, geometry.wheel_radius, reduction.belief),
+        rate_(reduction.action_learning_rate * period / reduction.belief.measurement_variance),
+        steps_(std::lround(period / WheelBelief::kStep)) {}
+
+  /// A period that ends with a measurement y [rad/s].
+  void step(double goal, double y) {
+    // dw/dt = (w_d + z - w)/lag: the belief expects to reach the goal whatever is commanded
+    for (long i = 0; i < steps_; ++i) belief_.predict(goal);
+    belief_.correct(y);
+    // a <- a - h kappa_y eps_y/Sigma_y with dy/da = 1
+    action_ -= rate_ * (y - belief_.speed());
+  }
+
+  double speed() const { return belief_.speed(); }
+  double action() const { return action_; }
+
+ private:
+  WheelBelief belief_;
+  double rate_;
+  long steps_;
+  double action_ = 0.0;
+};
 
 /// Lag and dead time of the robot that both controllers drive.
 PlantModel robot() {
@@ -90,7 +116,7 @@ TEST_P(ReducesToTheThesis, BeliefAndActionAreTheSame) {
   const ControllerParameters p = thesis(rate, integrator);
   const Reduction reduction = reduce(p, geometry, motion);
   ActiveInferenceController ours(p, geometry);
-  PredictiveController predictive(reduction.parameters, geometry, reduction.model);
+  GoalDrivenWheel left(reduction, geometry, p.beliefStep()), right(left);
   LinearPlant with_ours(robot(), geometry), with_predictive(robot(), geometry);
   const SkidSteerKinematics kinematics(geometry);
   const int ticks = static_cast<int>(std::lround(1000.0 / rate));
@@ -103,18 +129,18 @@ TEST_P(ReducesToTheThesis, BeliefAndActionAreTheSame) {
     SetPoint wanted;
     if (k > 4000) (motion == Motion::forward ? wanted.forward : wanted.yaw_rate) = k < 6000 ? 0.5 : -0.2;
     ours.setSetPoint(wanted);
-    predictive.setSetPoint(wanted);
+    const WheelCommand goal = kinematics.wheelSpeeds(wanted.forward, wanted.yaw_rate);
     ours.observe(with_ours.observation());
-    predictive.observe(with_predictive.observation());
     ours.updateBelief();
-    predictive.updateBelief();
     with_ours.command(ours.updateAction());
-    with_predictive.command(predictive.updateAction());
-    const BodyVector believed = kinematics.bodyVelocity({predictive.left().speed(), predictive.right().speed()});
+    left.step(goal.left, with_predictive.observation().wheel_left);
+    right.step(goal.right, with_predictive.observation().wheel_right);
+    with_predictive.command({left.action(), right.action()});
+    const BodyVector believed = kinematics.bodyVelocity({left.speed(), right.speed()});
     ASSERT_NEAR(believed(kForward), ours.belief()(kForward, 0), 1e-9) << k << " ms";
     ASSERT_NEAR(believed(kYaw), ours.belief()(kYaw, 0), 1e-9) << k << " ms";
-    ASSERT_NEAR(predictive.action().left, ours.action().left, 1e-9) << k << " ms";
-    ASSERT_NEAR(predictive.action().right, ours.action().right, 1e-9) << k << " ms";
+    ASSERT_NEAR(left.action(), ours.action().left, 1e-9) << k << " ms";
+    ASSERT_NEAR(right.action(), ours.action().right, 1e-9) << k << " ms";
     largest = std::max(largest, std::abs(ours.action().right));
   }
   EXPECT_GT(largest, 0.5) << "nothing was driven";
@@ -126,25 +152,21 @@ INSTANTIATE_TEST_SUITE_P(RatesIntegratorsMotions, ReducesToTheThesis,
                                           testing::Values(Motion::forward, Motion::turn)));
 
 TEST(Reduction, ABeliefWithTheGoalInItIsBiasedAndOneWithoutIsNot) {
-  // A wheel that does not move at all: with gamma = 1 the belief goes part of the way to the goal, with gamma = 0 it
-  // stays.
+  // A wheel that does not move at all: with the goal in the place of the command the belief goes part of the way to it,
+  // with the command, which is zero, it stays.
   const GeometryParameters geometry;
   const Reduction reduction = reduce(thesis(50.0, Integrator::exact), geometry, Motion::forward);
-  PredictiveParameters unbiased = reduction.parameters;
-  unbiased.goal_weight = 0.0;
-  PredictiveController with_goal(reduction.parameters, geometry, reduction.model);
-  PredictiveController without(unbiased, geometry, reduction.model);
-  for (PredictiveController* controller : {&with_goal, &without}) {
-    controller->setSetPoint({0.5, 0.0, 0.0});
-    for (int k = 0; k < 50; ++k) {
-      Observation still;
-      still.stamp = 0.02 * k;
-      controller->observe(still);
-      controller->updateBelief();
-    }
+  const double goal = 0.5 / geometry.wheel_radius;
+  WheelBelief with_goal(reduction.model, geometry.wheel_radius, reduction.belief), without(with_goal);
+  for (int k = 1; k <= 1000; ++k) {
+    with_goal.predict(goal);
+    without.predict(0.0);
+    if (k % 20 != 0) continue;
+    with_goal.correct(0.0);
+    without.correct(0.0);
   }
-  EXPECT_GT(with_goal.believedVelocity()(kForward), 0.1);
-  EXPECT_NEAR(without.believedVelocity()(kForward), 0.0, 1e-12);
+  EXPECT_GT(geometry.wheel_radius * with_goal.speed(), 0.1);
+  EXPECT_NEAR(geometry.wheel_radius * without.speed(), 0.0, 1e-12);
 }
 
 }  // namespace

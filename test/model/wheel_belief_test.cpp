@@ -159,7 +159,7 @@ TEST(WheelBelief, SmallLearningRateMovesLessTowardsTheSameSide) {
   a.correct(1.0);
   b.correct(1.0);
   EXPECT_NEAR(b.speed(), 0.1 * a.speed(), 1e-12);
-  EXPECT_DOUBLE_EQ(a.predictionError(), 1.0);
+  EXPECT_DOUBLE_EQ(a.measurement() - a.predicted(), 1.0);
 }
 
 TEST(WheelBelief, FreeEnergyOfTheMinimumIsThatOfTheInnovation) {

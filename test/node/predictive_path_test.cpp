@@ -176,7 +176,7 @@ TEST_F(PredictivePath, GainsChangeWhileItDrivesAndUnstableOnesAreRefused) {
   robot.run(2.0);
   robot.clear();
   EXPECT_EQ(request("reference_time", 0.2), 0.2);
-  EXPECT_EQ(request("sensory_action", 1e4), 0.0) << "unstable: the running one stays";
+  EXPECT_EQ(request("action_learning_rate", 0.0), 1.0) << "unstable: the running one stays";
   robot.run(1.0);
   double slowest = kSpeed, fastest = kSpeed;
   const Recording& done = truth.of(robot);

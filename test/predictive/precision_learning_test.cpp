@@ -56,14 +56,17 @@ TEST(SensorPrecisions, AreUnbiasedThoughTheBeliefTrustsItsModelTooLittle) {
     trust.disturbance_process_noise = trust.speed_process_noise = fluctuation;
     WheelBelief left(model, 0.098, trust), right(model, 0.098, trust), truth(model, 0.098, trust);
     SensorPrecisions precisions({9e-4, 9e-4, 2.5e-5, 2.5e-3}, 10.0);
+    precisions.start(left, right);
     std::mt19937 random(1);
     std::normal_distribution<double> unit(0.0, 1.0);
     for (int k = 1; k <= 2000000; ++k) {
       for (WheelBelief* wheel : {&left, &right, &truth}) wheel->predict(4.0);
+      precisions.predict(left, right);
       if (k % 20 != 0) continue;
       left.correct(truth.speed() + 0.02 * unit(random));
       right.correct(truth.speed() + 0.06 * unit(random));
-      precisions.learnWheels(left, right, 0.02);
+      precisions.correct(left, right);
+      precisions.learnWheels(0.02);
       left.setMeasurementVariance(precisions.variances().wheel_left);
       right.setMeasurementVariance(precisions.variances().wheel_right);
     }

@@ -18,7 +18,8 @@
 
 #include "jackal_aic/certificate/closed_loop_certificate.hpp"
 #include "jackal_aic/model/plant_model.hpp"
-#include "jackal_aic/predictive/predictive_controller.hpp"
+#include "jackal_aic/model/wheel_belief.hpp"
+#include "jackal_aic/predictive/predictive_parameters.hpp"
 
 namespace jackal_aic {
 

@@ -4,14 +4,10 @@
 /// Belief about one wheel by a generative model that carries the drive train.
 ///
 /// Hidden states: wheel speed w, correction z of the motors' velocity loop, input disturbance d (gain error, slope,
-/// friction). With u the command that was really applied, w_d the goal and gamma the goal's weight in the belief,
-/// r = (1 - gamma) (gain u(t - dead_time) + d) + gamma w_d:
+/// friction). With u the command that was really applied and r = gain u(t - dead_time) + d:
 ///
 ///     dw/dt = clamp( (r + z - w) / lag, +- acceleration_limit / radius ),   dz/dt = k_i (r - w),   dd/dt = 0
 ///     y     = w + noise of variance Sigma_y + (sigma_t dw/dt)^2
-///
-/// gamma is 0 where the belief is to be an estimate of what the wheel does. With gamma = 1 it expects to reach the goal
-/// whatever is commanded, as the belief of the thesis does (predictive_controller.hpp).
 ///
 /// The second part of the measurement's variance is what an error sigma_t of the dead time does to a speed that
 /// changes: while the wheel accelerates its measurement says little about the disturbance.
@@ -29,9 +25,6 @@
 ///
 /// preconditioned by the inverse of its curvature (the natural gradient); with learning rate 1 the step ends in the
 /// minimum of F, which is the Kalman filter's estimate.
-///
-/// Beside P, which says how far the belief may be off, C is what its error is while the robot drives steadily and
-/// nothing but noise disturbs it: the same recursion without the random fluctuations. Precision learning needs it.
 
 #include <Eigen/Core>
 #include <array>
@@ -48,8 +41,8 @@ struct WheelBeliefParameters {
   double disturbance_process_noise = 0.01;  ///< growth of the variance of d [(rad/s)^2/s]
   double dead_time_deviation = 0.03;        ///< sigma_t, standard deviation of the dead time [s]
   double learning_rate = 1.0;               ///< kappa_mu of the natural gradient, above 0 and at most 1
-  double goal_weight = 0.0;                 ///< gamma, 0..1
   double limit_deviation = 0.0;             ///< sigma_l, standard deviation of the acceleration limit as a part of it
+  double disturbance_deviation = 0.3;       ///< of d before anything is known of it [rad/s]; 0: there is none
 };
 
 /// Belief about one wheel. Nothing here allocates.
@@ -63,22 +56,26 @@ class WheelBelief {
   /// @param model drive train; @param wheel_radius r [m].
   WheelBelief(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& parameters);
 
-  /// Moves the belief by one inner step during which the command u [rad/s] is applied. @param goal w_d [rad/s], without
-  /// effect unless it has a weight in the belief.
-  void predict(double command, double goal = 0.0);
+  /// Moves the belief by one inner step during which the command u [rad/s] is applied.
+  void predict(double command);
 
   /// Takes a measurement [rad/s] made now. Returns F after the step. @param added_variance of this one, beyond that of
   /// the encoder [(rad/s)^2].
   double correct(double measurement, double added_variance = 0.0);
 
-  double speed() const { return x_(0); }              ///< w [rad/s]
-  double disturbance() const { return x_(2); }        ///< d [rad/s]
-  double limitShare() const { return limit_share_; }  ///< lambda, acceleration limit of the wheel / of the model
-  double acceleration() const { return rate_; }       ///< dw/dt of the last inner step [rad/s^2]
-  double predictionError() const { return error_; }   ///< y - w of the last measurement, before the step [rad/s]
+  double speed() const { return x_(0); }               ///< w [rad/s]
+  double disturbance() const { return x_(2); }         ///< d [rad/s]
+  double limitShare() const { return limit_share_; }   ///< lambda, acceleration limit of the wheel / of the model
+  double acceleration() const { return rate_; }        ///< dw/dt of the last inner step [rad/s^2]
+  bool atLimit() const { return limited_steps_ > 0; }  ///< in the last inner step it bounded dw/dt
+  double measurement() const { return measured_; }     ///< y, the last one [rad/s]
+  double predicted() const { return predicted_; }      ///< w that it was compared with [rad/s]
 
   /// Gain of the next measurement on (w, z, d) if the wheel does not accelerate.
   Eigen::Vector3d gain() const;
+
+  /// Gain of the last measurement on (w, z, d).
+  const Eigen::Vector3d& lastGain() const { return gain_; }
 
   /// Map of (w, z, d) over an inner step below the acceleration limit, and what a command adds that acts in it.
   const Eigen::Matrix3d& transition() const { return transition_; }
@@ -93,20 +90,7 @@ class WheelBelief {
   /// Goes on with other trust in its sources.
   void setParameters(const WheelBeliefParameters& parameters) { parameters_ = parameters; }
 
-  /// y - w of the last measurement, after the step [rad/s].
-  double residual() const { return residual_; }
-
-  /// What the square of residual() misses of the variance of the measurement, 2 H K Sigma - H C H', for a robot that
-  /// drives steadily and follows its drive train (precision_learning.hpp) [(rad/s)^2].
-  double hiddenVariance() const { return hidden_; }
-
-  /// Variance H C H' of the error of w under the same assumption [(rad/s)^2].
-  double steadyVariance() const { return C_(0, 0); }
-
-  /// How w was predicted to change from the last measurement to this one [rad/s], and the variance of that
-  /// prediction's error under the same assumption [(rad/s)^2].
-  double predictedChange() const { return predicted_change_; }
-  double predictedChangeVariance() const { return predicted_change_variance_; }
+  const WheelBeliefParameters& parameters() const { return parameters_; }  ///< present trust in its sources
 
   /// Trusts the measurement with another variance Sigma_y from now on [(rad/s)^2].
   void setMeasurementVariance(double variance) { parameters_.measurement_variance = variance; }
@@ -119,7 +103,6 @@ class WheelBelief {
   void reset(double speed);
 
  private:
-  void followError(const Eigen::Vector3d& gain);
   void learnLimit(double moved);
   void forgetLimit();
   double limitDeviation() const;
@@ -131,25 +114,19 @@ class WheelBelief {
   double limit_curvature_ = 0.0;  // of F along lambda, beside that of what was believed before
   Eigen::Matrix3d transition_;
   Eigen::Vector3d input_;                                                                  // of a command
-  Eigen::Vector3d goal_input_;                                                             // of the goal
   std::array<double, static_cast<std::size_t>(kLongestDeadTime / kStep) + 1> commands_{};  // ring, one per inner step
   std::size_t delay_;
   std::size_t head_ = 0;
   Eigen::Vector3d x_ = Eigen::Vector3d::Zero();
   Eigen::Matrix3d P_ = Eigen::Matrix3d::Zero();
-  Eigen::Matrix3d C_ = Eigen::Matrix3d::Zero();          // of the error, without random fluctuations
-  Eigen::Matrix3d C_since_ = Eigen::Matrix3d::Zero();    // of the error with that after the last measurement
-  Eigen::Vector2d corrected_ = Eigen::Vector2d::Zero();  // w after the last measurement and the variance of its error
-  double measured_ = 0.0;                                // last measurement [rad/s]
-  std::size_t steps_ = 0;                                // inner steps since the last measurement
-  std::size_t limited_steps_ = 0;                        // of late at the acceleration limit, without a break
-  double limit_doubt_ = 0.0;  // standard deviation of w that the limit caused since the last measurement [rad/s]
+  Eigen::Vector3d gain_ = Eigen::Vector3d::Zero();  // of the last measurement
+  double corrected_ = 0.0;                          // w after the last measurement [rad/s]
+  double measured_ = 0.0;
+  double predicted_ = 0.0;
+  std::size_t steps_ = 0;          // inner steps since the last measurement
+  std::size_t limited_steps_ = 0;  // of late at the acceleration limit, without a break
+  double limit_doubt_ = 0.0;       // standard deviation of w that the limit caused since the last measurement [rad/s]
   double rate_ = 0.0;
-  double error_ = 0.0;
-  double residual_ = 0.0;
-  double hidden_ = 0.0;
-  double predicted_change_ = 0.0;
-  double predicted_change_variance_ = 0.0;
 };
 
 }  // namespace jackal_aic

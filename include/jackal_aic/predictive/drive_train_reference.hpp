@@ -1,0 +1,71 @@
+#pragma once
+
+/// @file
+/// Reference model of a wheel: a path towards the wanted speed that its drive train can follow.
+///
+///     dw_ref/dt = clamp((w_d - w_ref) / tau_ref, +- acceleration limit / radius)
+///
+/// Once in an action period it tells the input r that takes the drive train of the model along the path until the next
+/// one, which solves w(t + T) = w_ref(t + T) for the r held over the period.
+
+#include <Eigen/Core>
+#include <cmath>
+
+#include "jackal_aic/model/plant_model.hpp"
+
+namespace jackal_aic {
+
+/// A path that the drive train of the model can follow: its speed and the correction of its velocity loop on the way.
+class DriveTrainReference {
+ public:
+  /// @param model drive train; @param wheel_radius r [m]; @param reference_time tau_ref [s]; @param step action period
+  /// [s].
+  DriveTrainReference(const PlantModel& model, double wheel_radius, double reference_time, double step);
+
+  /// Goes on by one action period towards a wheel speed [rad/s]; returns the input r [rad/s] that makes the model do
+  /// so.
+  double advance(double wanted);
+
+  /// The input r [rad/s] with which advance() would go on.
+  double input(double wanted) const;
+
+  /// Goes on by one action period with this input [rad/s], within the acceleration limit.
+  void take(double r);
+
+  /// The path of the difference of two wheels, of which the drive train is the same.
+  DriveTrainReference minus(const DriveTrainReference& other) const;
+
+  /// The input nearest to r [rad/s] from which the path ends at a wheel speed [rad/s] without running beyond it. An
+  /// input that makes a wheel accelerate leads it by its lag and has to come back in time. @param largest_change of an
+  /// input in a period [rad/s]. Where r is not to be changed it is returned to the bit.
+  double inTime(double wanted, double r, double largest_change) const;
+
+  /// Goes on by one action period as the model does under an input r [rad/s].
+  void follow(double r);
+
+  /// Takes the last period back and goes through it anew with this much more input [rad/s].
+  void amend(double more);
+
+  /// Starts at this wheel speed [rad/s].
+  void reset(double speed);
+
+  /// Goes on with another time constant tau_ref [s].
+  void setReferenceTime(double reference_time) { pull_ = -std::expm1(-step_ / reference_time); }
+
+  /// Wheel speed on the path now [rad/s].
+  double speed() const { return state_(0); }
+
+ private:
+  bool endsInTime(double wanted, double r, double largest_change) const;
+
+  Eigen::Matrix2d transition_;  // of (w, z) over an action period
+  Eigen::Vector2d input_;       // of r held over it
+  double step_;                 // action period [s]
+  double largest_change_;       // of w over it [rad/s]
+  double pull_;                 // part of the way to the wanted speed
+  Eigen::Vector2d state_ = Eigen::Vector2d::Zero();
+  Eigen::Vector2d before_ = Eigen::Vector2d::Zero();  // state before the last period
+  double r_ = 0.0;                                    // input of the last period
+};
+
+}  // namespace jackal_aic

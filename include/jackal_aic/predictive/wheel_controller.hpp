@@ -1,0 +1,75 @@
+#pragma once
+
+/// @file
+/// Perception and action for the wheels of one side:
+///
+///     believe   x = (w, z, d) from the commands really applied and the measured speed          (wheel_belief.hpp)
+///     refer     w*, the input that takes the drive train along the reference model's path (drive_train_reference.hpp)
+///     act       a <- a - kappa_a (d2F/da2)^-1 dF/da,  F = 1/2 eps_a^2 / Sigma_a,  eps_a = gain a + d - w*
+///     hold      what of the action is really driven goes into belief and path
+///
+/// So the believed disturbance is cancelled, and the wheel's own dynamics become the reference dynamics. The present
+/// sensation does not depend on the present action, because of the dead time: only the expected error eps_a has a
+/// gradient.
+
+#include "jackal_aic/model/plant_model.hpp"
+#include "jackal_aic/model/wheel_belief.hpp"
+#include "jackal_aic/predictive/drive_train_reference.hpp"
+#include "jackal_aic/predictive/predictive_parameters.hpp"
+
+namespace jackal_aic {
+
+/// Belief, reference and action of one side. Nothing here allocates.
+class WheelController {
+ public:
+  /// @param wheel_radius r [m].
+  WheelController(const PredictiveParameters& parameters, const PlantModel& model, double wheel_radius);
+
+  /// Moves the belief by WheelBelief::kStep, during which the action is applied.
+  void predict() { belief_.predict(action_); }
+
+  /// Takes a measurement, as WheelBelief::correct().
+  double correct(double measurement, double added_variance = 0.0) {
+    return belief_.correct(measurement, added_variance);
+  }
+
+  /// The input w* [rad/s] towards a wheel speed [rad/s] in the next action period.
+  double input(double wanted) const { return path_.input(wanted); }
+
+  /// One action step with this input w* [rad/s].
+  void act(double input);
+
+  /// This is driven of the last action [rad/s]: the path ends where that takes it.
+  void hold(double applied);
+
+  /// This is driven in an action period instead of an action [rad/s].
+  void overrule(double applied);
+
+  /// Nothing is driven, and the wheel is to stay where it is.
+  void stand();
+
+  /// The first measured speed [rad/s]; what drove the wheel so far is not known, it is taken for steady.
+  void start(double measured) { belief_.reset(measured); }
+
+  /// Goes on from a measured speed [rad/s] with action zero; the commands under way stay.
+  void restart(double measured);
+
+  /// Goes on with other gains.
+  void setParameters(const PredictiveParameters& parameters);
+
+  /// Trusts the encoder with another variance from now on [(rad/s)^2].
+  void setMeasurementVariance(double variance) { belief_.setMeasurementVariance(variance); }
+
+  const WheelBelief& belief() const { return belief_; }
+  const DriveTrainReference& path() const { return path_; }
+  double action() const { return action_; }  ///< command now driven [rad/s]
+
+ private:
+  double gain_;           // wheel speed / command
+  double learning_rate_;  // kappa_a
+  WheelBelief belief_;
+  DriveTrainReference path_;
+  double action_ = 0.0;  // a
+};
+
+}  // namespace jackal_aic

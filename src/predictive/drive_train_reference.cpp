@@ -1,0 +1,100 @@
+#include "jackal_aic/predictive/drive_train_reference.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <unsupported/Eigen/MatrixFunctions>
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kPathTolerance = 0.01;  // of the largest change of an input
+constexpr int kHalvings = 12;            // of an interval of inputs
+constexpr int kLongestReturn = 50;       // periods
+
+}  // namespace
+
+DriveTrainReference::DriveTrainReference(const PlantModel& model, double wheel_radius, double reference_time,
+                                         double step)
+    : step_(step), largest_change_(step * model.acceleration_limit / wheel_radius) {
+  setReferenceTime(reference_time);
+  transition_ << 0.0, 0.0, 0.0, 0.0;
+  input_ << 1.0, 0.0;
+  if (model.lag <= 0.0) return;
+  Eigen::Matrix3d augmented = Eigen::Matrix3d::Zero();
+  augmented.row(0) << -1.0 / model.lag, 1.0 / model.lag, 1.0 / model.lag;
+  augmented.row(1) << -model.velocity_loop_integral, 0.0, model.velocity_loop_integral;
+  const Eigen::Matrix3d exponential = (step * augmented).exp();
+  transition_ = exponential.topLeftCorner<2, 2>();
+  input_ = exponential.topRightCorner<2, 1>();
+}
+
+double DriveTrainReference::input(double wanted) const {
+  const double change = std::clamp(pull_ * (wanted - state_(0)), -largest_change_, largest_change_);
+  return (state_(0) + change - transition_.row(0).dot(state_)) / input_(0);
+}
+
+void DriveTrainReference::take(double r) {
+  before_ = state_;
+  r_ = r;
+  state_ = transition_ * before_ + input_ * r_;
+}
+
+double DriveTrainReference::advance(double wanted) {
+  take(input(wanted));
+  return r_;
+}
+
+DriveTrainReference DriveTrainReference::minus(const DriveTrainReference& other) const {
+  DriveTrainReference difference = *this;
+  difference.state_ -= other.state_;
+  difference.before_ -= other.before_;
+  difference.r_ -= other.r_;
+  return difference;
+}
+
+double DriveTrainReference::inTime(double wanted, double r, double largest_change) const {
+  double high = std::clamp(r, r_ - largest_change, r_ + largest_change);
+  if (endsInTime(wanted, high, largest_change)) return r;
+  double low = r_ - std::copysign(largest_change, wanted - state_(0));
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (endsInTime(wanted, middle, largest_change) ? low : high) = middle;
+  }
+  return low;
+}
+
+bool DriveTrainReference::endsInTime(double wanted, double r, double largest_change) const {
+  const double direction = std::copysign(1.0, wanted - state_(0));
+  Eigen::Vector2d state = transition_ * state_ + input_ * r;
+  for (int k = 0; k < kLongestReturn; ++k) {
+    const double lead = direction * (r + state(1) - wanted);
+    if (lead <= 0.0) return true;
+    if (direction * (state(0) - wanted) > kPathTolerance * largest_change) return false;
+    r -= direction * std::min(lead, largest_change);
+    state = transition_ * state + input_ * r;
+  }
+  return true;
+}
+
+void DriveTrainReference::follow(double r) {
+  before_ = state_;
+  r_ = r;
+  // Beyond the acceleration limit only as much of the input takes part as the limit lets through. Nothing jumps there:
+  // two wheels that differ by a hair, one on either side of the limit, must not part.
+  const double without = transition_.row(0).dot(before_) - before_(0);
+  const double lowest = (-largest_change_ - without) / input_(0), highest = (largest_change_ - without) / input_(0);
+  state_ = transition_ * before_ + input_ * std::clamp(r_, lowest, highest);
+}
+
+void DriveTrainReference::amend(double more) {
+  state_ = before_;
+  follow(r_ + more);
+}
+
+void DriveTrainReference::reset(double speed) {
+  state_ << speed, 0.0;
+  before_ = state_;
+  r_ = speed;
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,43 @@
+#include "jackal_aic/predictive/predictive_parameters.hpp"
+
+#include <cmath>
+#include <sstream>
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kLimitDeviation = 0.6;  // of the motors' acceleration limit; half of it has to be ordinary
+
+bool isWhole(double ratio) { return ratio >= 1.0 - 1e-9 && std::abs(ratio - std::round(ratio)) < 1e-9 * ratio; }
+
+}  // namespace
+
+int PredictiveParameters::beliefStepsPerAction() const {
+  return static_cast<int>(std::lround(belief_rate / action_rate));
+}
+
+void validate(const PredictiveParameters& parameters) {
+  std::ostringstream message;
+  if (!isWhole(parameters.belief_rate / parameters.action_rate)) {
+    message << "predictive.belief_rate = " << parameters.belief_rate
+            << " Hz: must be a whole multiple of predictive.action_rate = " << parameters.action_rate << " Hz";
+  } else if (!isWhole(1.0 / (parameters.belief_rate * WheelBelief::kStep))) {
+    message << "predictive.belief_rate = " << parameters.belief_rate << " Hz: must divide 1000 Hz";
+  } else {
+    return;
+  }
+  throw ParameterError(message.str());
+}
+
+WheelBeliefParameters wheelBeliefParameters(const PredictiveParameters& p) {
+  WheelBeliefParameters belief;
+  belief.measurement_variance = p.wheel_variance;
+  belief.speed_process_noise = p.speed_process_noise;
+  belief.disturbance_process_noise = p.disturbance_process_noise;
+  belief.dead_time_deviation = p.dead_time_deviation;
+  belief.learning_rate = p.belief_learning_rate;
+  belief.limit_deviation = kLimitDeviation;
+  return belief;
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,84 @@
+#include "jackal_aic/predictive/wheel_controller.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kRadius = 0.098;
+
+PlantModel driveTrain() {
+  PlantModel model;
+  model.dead_time = 0.08;
+  model.lag = 0.04;
+  model.gain = 0.9;
+  model.acceleration_limit = 20.0;
+  return model;
+}
+
+/// A wheel that its model describes but for a disturbance of the input [rad/s], under its controller.
+struct Loop {
+  explicit Loop(double input_disturbance)
+      : disturbance(input_disturbance),
+        wheel(PredictiveParameters{}, driveTrain(), kRadius),
+        robot(driveTrain(), kRadius, {}) {}
+
+  void drive(double wanted, int periods) {
+    for (int k = 0; k < periods; ++k) {
+      for (int i = 0; i < 20; ++i) {
+        robot.predict(wheel.action() + disturbance / driveTrain().gain);
+        wheel.predict();
+      }
+      wheel.correct(robot.speed());
+      wheel.act(wheel.input(wanted));
+    }
+  }
+
+  double disturbance;
+  WheelController wheel;
+  WheelBelief robot;
+};
+
+TEST(WheelController, CancelsTheDisturbanceThatItBelieves) {
+  for (const double disturbance : {0.0, 0.7, -0.4}) {
+    Loop loop(disturbance);
+    loop.drive(5.0, 100);
+    EXPECT_NEAR(loop.robot.speed(), 5.0, 0.005) << disturbance;
+    EXPECT_NEAR(loop.wheel.belief().disturbance(), disturbance, 0.02) << disturbance;
+    EXPECT_NEAR(loop.wheel.action(), (5.0 - disturbance) / 0.9, 0.02) << disturbance;
+  }
+}
+
+TEST(WheelController, ASmallLearningRateGoesOnlyAPartOfTheWay) {
+  PredictiveParameters slow;
+  slow.action_learning_rate = 0.25;
+  WheelController wheel(slow, driveTrain(), kRadius), quick(PredictiveParameters{}, driveTrain(), kRadius);
+  wheel.act(1.8);
+  quick.act(1.8);
+  EXPECT_NEAR(quick.action(), 1.8 / 0.9, 1e-12);
+  EXPECT_NEAR(wheel.action(), 0.25 * quick.action(), 1e-12);
+}
+
+TEST(WheelController, ThePathEndsWhereTheHeldCommandTakesIt) {
+  WheelController free(PredictiveParameters{}, driveTrain(), kRadius), held(free), stopped(free);
+  for (WheelController* wheel : {&free, &held, &stopped}) wheel->act(wheel->input(3.0));
+  held.hold(0.5 * held.action());
+  EXPECT_NEAR(held.path().speed(), 0.5 * free.path().speed(), 1e-9) << "from rest the drive train is linear";
+  stopped.hold(0.0);
+  EXPECT_NEAR(stopped.path().speed(), 0.0, 1e-12);
+  EXPECT_EQ(stopped.action(), 0.0);
+}
+
+TEST(WheelController, AStandingWheelIsDrivenByNothing) {
+  Loop loop(0.3);
+  loop.drive(5.0, 50);
+  loop.wheel.stand();
+  EXPECT_EQ(loop.wheel.action(), 0.0);
+  EXPECT_EQ(loop.wheel.path().speed(), 0.0);
+  EXPECT_NE(loop.wheel.belief().disturbance(), 0.0) << "what is believed of the wheel stays";
+}
+
+}  // namespace
+}  // namespace jackal_aic
