@@ -3,66 +3,36 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <sstream>
+#include <limits>
 
+#include "margin_search.hpp"
 #include "periodic_system.hpp"
 
 namespace jackal_aic {
 namespace {
 
-constexpr double kSmallestGainFactor = 1e-3;
-constexpr int kMostExtraActionPeriods = 250;  // bounds the size of the map
 constexpr int kPointsPerDecade = 16;
 constexpr double kSmallestGain = 1e-9;  // where a scan begins if a gain may be zero
 
-/// Factor on kappa_a at which the verdict changes; `none` if it does not up to `end`.
-double gainBoundary(const LinearLoop& loop, LoopMode mode, double end, double none) {
-  const double ratio = end > 1.0 ? 1.1 : 1.0 / 1.1;
-  const auto boundary = findBoundary(
-      [&](double factor) {
-        return loop.worstSpectralRadius(mode, {factor, 0.0}) < kStabilityLimit;
-      },
-      1.0, end, [&](double factor) { return ratio * factor; });
-  return boundary ? boundary->before : none;
-}
-
-/// Extra dead time at which the verdict changes: more of it if stable, less if not.
-double delayBoundary(const LinearLoop& loop, LoopMode mode, bool stable) {
-  const double period = loop.controller().actionStep();
-  const double longest = std::min(kLargestDelayMargin, kMostExtraActionPeriods * period);
-  const double stride = stable ? 0.25 * period : -0.25 * period;
-  const double end = stable ? longest : -loop.plant().dead_time;
-  const auto boundary = findBoundary(
-      [&](double extra) {
-        return loop.worstSpectralRadius(mode, {1.0, extra}) < kStabilityLimit;
-      },
-      0.0, end, [&](double extra) { return 1.1 * extra + stride; });
-  return boundary ? boundary->before : end;
-}
-
 ModeCertificate certifyMode(const LinearLoop& loop, LoopMode mode) {
-  ModeCertificate certificate{};
-  certificate.spectral_radius = loop.worstSpectralRadius(mode);
-  const bool stable = certificate.spectral_radius < kStabilityLimit;
-  certificate.gain_reduction = gainBoundary(loop, mode, kSmallestGainFactor, 0.0);
-  certificate.gain_margin =
-      stable ? gainBoundary(loop, mode, kLargestGainMargin, kLargestGainMargin) : certificate.gain_reduction;
-  certificate.delay_margin = delayBoundary(loop, mode, stable);
-  return certificate;
+  const LoopTest stable = [&](const LoopChange& change) {
+    return loop.worstSpectralRadius(mode, change) < kStabilityLimit;
+  };
+  return {findMargins(stable, loop.controller().actionStep(), loop.plant().dead_time), loop.worstSpectralRadius(mode)};
 }
 
-/// The radius whose cause is asked for.
-double decisiveRadius(const LinearLoop& loop) {
-  const double belief = loop.beliefSpectralRadius();
-  return belief >= kStabilityLimit ? belief : loop.worstSpectralRadius();
+/// The margins that are closer to the limit.
+Margins smaller(const Margins& a, const Margins& b) {
+  return {std::min(a.gain_margin, b.gain_margin), std::max(a.gain_reduction, b.gain_reduction),
+          std::min(a.delay_margin, b.delay_margin)};
 }
 
-ControllerParameters scaled(ControllerParameters controller, const std::string& parameter, double factor) {
-  if (parameter == "kappa_a") controller.kappa_a *= factor;
-  if (parameter == "tau") controller.tau *= factor;
-  if (parameter == "kappa_mu") controller.kappa_mu *= factor;
-  for (double& variance : controller.state_variances) variance *= parameter == "state_variances" ? factor : 1.0;
-  for (double& variance : controller.sensory_variances) variance *= parameter == "sensory_variances" ? factor : 1.0;
+SpectralRadii radiiOf(const LinearLoop& loop) { return {loop.beliefSpectralRadius(), loop.worstSpectralRadius()}; }
+
+/// All variances of a kind by one factor.
+ControllerParameters scaled(ControllerParameters controller, std::vector<double> ControllerParameters::*variances,
+                            double factor) {
+  for (double& variance : controller.*variances) variance *= factor;
   return controller;
 }
 
@@ -97,50 +67,33 @@ std::optional<double> nearestHolding(const LineTest& holds, double value, double
   return std::nullopt;
 }
 
-std::string text(double value, int digits = 3) {
-  std::ostringstream out;
-  out.precision(digits);
-  out << value;
-  return out.str();
-}
-
-std::string rangeText(const StableRange& range) {
-  if (range.low_is_bound && range.high_is_bound) return "stable at any value";
-  if (range.low_is_bound) return "stable below " + text(range.high);
-  if (range.high_is_bound) return "stable above " + text(range.low);
-  return "stable from " + text(range.low) + " to " + text(range.high);
-}
-
-/// The gain that is most to blame for an instability and what to do about it. The variances only stand in the list of
-/// sensitivities: the three gains do all they can.
-std::string blame(const ControllerParameters& controller, const GeometryParameters& geometry, const PlantModel& plant) {
+LoopParameter gainParameter(const ControllerParameters& controller, const GeometryParameters& geometry,
+                            const PlantModel& plant, Gain gain) {
   ControllerParameters present = controller;
-  std::string most_to_blame;
-  for (const Sensitivity& sensitivity : sensitivities(controller, geometry, plant)) {
-    for (std::size_t i = 0; i < kGainNames.size(); ++i) {
-      if (sensitivity.parameter != kGainNames[i]) continue;
-      const std::string name_and_value = sensitivity.parameter + " = " + text(gainOf(present, static_cast<Gain>(i)));
-      if (most_to_blame.empty()) most_to_blame = name_and_value;
-      const auto range = stableRange(controller, geometry, plant, static_cast<Gain>(i));
-      if (range) return name_and_value + " is most to blame (" + rangeText(*range) + ", the others as they are)";
-    }
-  }
-  return most_to_blame + " is most to blame, but no value of a single gain is stable";
+  const auto with = [=](double value) {
+    ControllerParameters changed = controller;
+    gainOf(changed, gain) = value;
+    return radiiOf(LinearLoop(changed, geometry, plant));
+  };
+  return {kGainNames[static_cast<std::size_t>(gain)], gainOf(present, gain), gainBounds(gain).high, with};
 }
 
-std::string instability(const LinearLoop& loop) {
-  const bool belief = loop.beliefSpectralRadius() >= kStabilityLimit;
-  const double uncertainty = loop.radiusUncertainty();
-  if (!belief && loop.worstSpectralRadius() - uncertainty < kStabilityLimit) {
-    return "the closed loop cannot be told from one at the limit of stability: spectral radius 1 within " +
-           text(uncertainty);
-  }
-  return (belief ? "the belief update diverges: spectral radius " : "the closed loop diverges: spectral radius ") +
-         text(decisiveRadius(loop), 4) + ", must be below 1";
+LoopParameter varianceParameter(const ControllerParameters& controller, const GeometryParameters& geometry,
+                                const PlantModel& plant, const char* name,
+                                std::vector<double> ControllerParameters::*variances) {
+  const auto with = [=](double factor) {
+    return radiiOf(LinearLoop(scaled(controller, variances, factor), geometry, plant));
+  };
+  return {name, 1.0, std::numeric_limits<double>::infinity(), with};
 }
 
-std::string atLeast(double value, double bound, const char* unit) {
-  return (value >= bound ? "more than " : "") + text(value) + unit;
+std::vector<LoopParameter> parametersOf(const ControllerParameters& controller, const GeometryParameters& geometry,
+                                        const PlantModel& plant) {
+  return {
+      gainParameter(controller, geometry, plant, Gain::kappa_a), gainParameter(controller, geometry, plant, Gain::tau),
+      gainParameter(controller, geometry, plant, Gain::kappa_mu),
+      varianceParameter(controller, geometry, plant, "state_variances", &ControllerParameters::state_variances),
+      varianceParameter(controller, geometry, plant, "sensory_variances", &ControllerParameters::sensory_variances)};
 }
 
 }  // namespace
@@ -152,43 +105,22 @@ bool isStable(const LinearLoop& loop, const LoopChange& change) {
          loop.worstSpectralRadius(LoopMode::turn, change) < kStabilityLimit;
 }
 
-std::string thinMargin(const LinearLoop& loop, const MarginBounds& bounds) {
-  if (!isStable(loop, {bounds.gain, 0.0})) return "unstable with " + text(bounds.gain) + " times the kappa_a";
-  if (!isStable(loop, {1.0, bounds.delay})) return "unstable with " + text(bounds.delay) + " s more dead time";
-  return "";
+LoopVerdict verdictOn(const LinearLoop& loop) { return {radiiOf(loop), loop.period(), loop.radiusUncertainty()}; }
+
+ThinMargin thinMarginOf(const LinearLoop& loop, const MarginBounds& bounds) {
+  return thinMarginOf([&](const LoopChange& change) { return isStable(loop, change); }, bounds);
 }
 
 Certificate certify(const ControllerParameters& controller, const GeometryParameters& geometry,
                     const PlantModel& plant) {
   const LinearLoop loop(controller, geometry, plant);
-  Certificate certificate{};
-  certificate.period = loop.period();
-  certificate.belief_spectral_radius = loop.beliefSpectralRadius();
-  certificate.loop_spectral_radius = loop.worstSpectralRadius();
-  certificate.radius_uncertainty = loop.radiusUncertainty();
-  certificate.straight = certifyMode(loop, LoopMode::straight);
-  certificate.turn = certifyMode(loop, LoopMode::turn);
-  certificate.gain_margin = std::min(certificate.straight.gain_margin, certificate.turn.gain_margin);
-  certificate.delay_margin = std::min(certificate.straight.delay_margin, certificate.turn.delay_margin);
-  return certificate;
+  const ModeCertificate straight = certifyMode(loop, LoopMode::straight), turn = certifyMode(loop, LoopMode::turn);
+  return {verdictOn(loop), smaller(straight, turn), straight, turn};
 }
 
 std::vector<Sensitivity> sensitivities(const ControllerParameters& controller, const GeometryParameters& geometry,
                                        const PlantModel& plant) {
-  constexpr double kStep = 0.01;
-  const bool belief = LinearLoop(controller, geometry, plant).beliefSpectralRadius() >= kStabilityLimit;
-  const auto log_radius = [&](const std::string& parameter, double factor) {
-    const LinearLoop loop(scaled(controller, parameter, factor), geometry, plant);
-    return std::log(belief ? loop.beliefSpectralRadius() : loop.worstSpectralRadius());
-  };
-  std::vector<Sensitivity> list;
-  for (const char* parameter : {"kappa_a", "tau", "kappa_mu", "state_variances", "sensory_variances"}) {
-    const double difference = log_radius(parameter, 1.0 + kStep) - log_radius(parameter, 1.0 - kStep);
-    list.push_back({parameter, difference / std::log((1.0 + kStep) / (1.0 - kStep))});
-  }
-  std::stable_sort(list.begin(), list.end(),
-                   [](const auto& a, const auto& b) { return std::abs(a.value) > std::abs(b.value); });
-  return list;
+  return sensitivitiesTo(parametersOf(controller, geometry, plant));
 }
 
 Bounds gainBounds(Gain gain) {
@@ -227,27 +159,19 @@ std::optional<StableRange> stableRange(const ControllerParameters& controller, c
   return StableRange{below ? below->before : bounds.low, above ? above->before : bounds.high, !below, !above};
 }
 
-std::string advice(const Certificate& certificate, const ControllerParameters& controller,
-                   const GeometryParameters& geometry, const PlantModel& plant, const MarginBounds& bounds) {
-  if (!certificate.stable()) {
-    return "Unstable: " + instability(LinearLoop(controller, geometry, plant)) + "; " +
-           blame(controller, geometry, plant) + ".";
+std::optional<Culprit> culpritOf(const ControllerParameters& controller, const GeometryParameters& geometry,
+                                 const PlantModel& plant, const ControllerParameters* running) {
+  std::vector<LoopParameter> parameters = parametersOf(controller, geometry, plant);
+  ControllerParameters before = running != nullptr ? *running : controller;
+  for (LoopParameter& parameter : parameters) {
+    const auto name = std::find(kGainNames.begin(), kGainNames.end(), parameter.name);
+    if (name == kGainNames.end()) continue;
+    const auto gain = static_cast<Gain>(name - kGainNames.begin());
+    parameter.fallback = gainOf(before, gain);
+    parameter.changed = parameter.fallback != parameter.value;
+    parameter.range = [=] { return stableRange(controller, geometry, plant, gain); };
   }
-  const std::string room = "kappa_a may rise by a factor of " +
-                           atLeast(certificate.gain_margin, kLargestGainMargin, "") + " or the dead time by " +
-                           atLeast(certificate.delay_margin, kLargestDelayMargin, " s") + " before the loop oscillates";
-  if (certificate.keeps(bounds)) {
-    return "Stable with room: " + room + ".";
-  }
-  return "Stable, but with a thin margin (below " + text(bounds.gain) + " or " + text(bounds.delay) + " s): " + room +
-         "; lower kappa_a = " + text(controller.kappa_a) + ".";
-}
-
-void requireStable(const ControllerParameters& controller, const GeometryParameters& geometry,
-                   const PlantModel& plant) {
-  const LinearLoop loop(controller, geometry, plant);
-  if (isStable(loop)) return;
-  throw ParameterError("controller: " + instability(loop) + "; " + blame(controller, geometry, plant));
+  return findCulprit(parameters);
 }
 
 }  // namespace jackal_aic

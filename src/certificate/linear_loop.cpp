@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "jackal_aic/aic/belief_update.hpp"
 #include "jackal_aic/aic/free_energy.hpp"
 #include "jackal_aic/aic/generative_model.hpp"
 #include "jackal_aic/aic/spectral_radius.hpp"
+#include "loop_trajectories.hpp"
 #include "periodic_system.hpp"
 
 namespace jackal_aic {
@@ -41,96 +41,22 @@ BodyChannel bodyChannel(LoopMode mode) {
   return mode == LoopMode::turn ? kYaw : kLateral;
 }
 
-/// What happens at a time of the period, in the order in which it happens at one and the same time.
-enum class Event { sensor, belief, action, command_arrives };
-
 }  // namespace
 
-/// States of one mode, a trajectory in every column, moved through the events of a period.
-class LinearLoop::Trajectories {
+/// States of one mode.
+class LinearLoop::Trajectories : public LoopTrajectories {
  public:
   Trajectories(const LinearLoop& loop, const ModeEquations& equations, const LoopChange& change)
-      : loop_(loop),
+      : LoopTrajectories(loop.clock_, loop.plant_, change, loop.longestPhase(), 2 * (loop.controller_.orders + 1), 0),
         equations_(equations),
-        action_gain_(change.action_gain),
-        orders_(loop.controller_.orders + 1),
-        action_period_(nanoseconds(loop.controller_.actionStep())) {
-    const std::int64_t dead_time =
-        std::max<std::int64_t>(0, nanoseconds(loop.plant_.dead_time + change.extra_dead_time));
-    phase_ = std::clamp<std::int64_t>(nanoseconds(change.phase), 0, nanoseconds(loop.longestPhase()));
-    whole_periods_ = static_cast<int>(dead_time / action_period_);
-    remainder_ = dead_time % action_period_;
-    past_commands_ = whole_periods_ + (remainder_ > 0 ? 1 : 0);
-    const int size = correctionRow() + 1;
-    states_ = Eigen::MatrixXd::Identity(size, size);
-  }
-
-  Eigen::MatrixXd afterOnePeriod() {
-    arrived_ = remainder_ == 0;
-    std::int64_t now = 0;
-    for (const auto& [time, event] : schedule()) {
-      if (event != Event::belief) {
-        drive(time - now);
-        now = time;
-      }
-      happen(event);
-    }
-    return states_;
-  }
+        gain_(change.gain),
+        orders_(loop.controller_.orders + 1) {}
 
  private:
   int measurementRow() const { return orders_; }
-  int actionRow() const { return 2 * orders_; }
-  /// Row of the command sent `back` action steps ago.
-  int commandRow(int back) const { return actionRow() + back; }
-  int wheelRow() const { return actionRow() + past_commands_ + 1; }
-  int correctionRow() const { return wheelRow() + 1; }
-
-  /// Events of a period, in order; those at its beginning belong to the period before.
-  std::vector<std::pair<std::int64_t, Event>> schedule() const {
-    std::vector<std::pair<std::int64_t, Event>> events;
-    const std::int64_t period = loop_.action_steps_ * action_period_;
-    const auto every = [&](int count, std::int64_t earlier, Event event) {
-      for (int i = 1; i <= count; ++i) {
-        events.emplace_back(std::llround(static_cast<double>(period) * i / count) - earlier, event);
-      }
-    };
-    every(loop_.sensor_steps_, phase_, Event::sensor);
-    every(loop_.belief_steps_, 0, Event::belief);
-    every(loop_.action_steps_, 0, Event::action);
-    for (int i = 0; remainder_ > 0 && i < loop_.action_steps_; ++i) {
-      events.emplace_back(i * action_period_ + remainder_, Event::command_arrives);
-    }
-    std::sort(events.begin(), events.end());
-    return events;
-  }
-
-  void happen(Event event) {
-    switch (event) {
-      case Event::sensor:
-        return measure();
-      case Event::belief:
-        return believe();
-      case Event::action:
-        return act();
-      case Event::command_arrives:
-        arrived_ = true;
-        return;
-    }
-  }
-
-  /// The wheels follow the command that acts.
-  void drive(std::int64_t time) {
-    if (time == 0) return;
-    const auto [entry, is_new] = responses_.try_emplace(time);
-    if (is_new) entry->second = wheelResponse(loop_.plant_, 1e-9 * static_cast<double>(time));
-    const int acting = commandRow(arrived_ ? whole_periods_ : whole_periods_ + 1);
-    auto wheel = states_.middleRows<2>(wheelRow());
-    wheel = (entry->second.transition * wheel + entry->second.input * states_.row(acting)).eval();
-  }
 
   /// y^(i) ← y^(i-1) − y_old^(i-1), the recursion 3-22 in units of (sensor period)^i.
-  void measure() {
+  void measure() override {
     Eigen::RowVectorXd current = states_.row(wheelRow());
     for (int i = 0; i < orders_; ++i) {
       const Eigen::RowVectorXd previous = states_.row(measurementRow() + i);
@@ -140,42 +66,32 @@ class LinearLoop::Trajectories {
   }
 
   /// μ̃ ← Φ μ̃ + Γ b (3-11)
-  void believe() {
+  void believe() override {
     auto belief = states_.topRows(orders_);
     belief =
         (equations_.belief * belief + equations_.measurement * states_.middleRows(measurementRow(), orders_)).eval();
   }
 
-  /// a ← a − h κ_a K Π_y ε_y (3-13), after the commands under way moved on by one.
-  void act() {
-    for (int back = past_commands_; back > 0; --back) states_.row(commandRow(back)) = states_.row(commandRow(back - 1));
+  /// a ← a − h κ_a K Π_y ε_y (3-13)
+  void act() override {
     states_.row(actionRow()) +=
-        action_gain_ * (equations_.action_from_belief * states_.topRows(orders_) +
-                        equations_.action_from_measurement * states_.middleRows(measurementRow(), orders_));
-    arrived_ = remainder_ == 0;
+        gain_ * (equations_.action_from_belief * states_.topRows(orders_) +
+                 equations_.action_from_measurement * states_.middleRows(measurementRow(), orders_));
   }
 
-  const LinearLoop& loop_;
   const ModeEquations& equations_;
-  double action_gain_;
+  double gain_;  // factor on κ_a
   int orders_;
-  std::int64_t action_period_;  // ns
-  int whole_periods_;           // of the dead time, in action periods
-  std::int64_t remainder_;      // of the dead time [ns]
-  std::int64_t phase_;          // ns
-  int past_commands_;           // kept beside the action
-  bool arrived_ = false;        // the newer of the two commands of this action period acts
-  Eigen::MatrixXd states_;
-  std::map<std::int64_t, WheelResponse> responses_;
 };
 
 LinearLoop::LinearLoop(const ControllerParameters& controller, const GeometryParameters& geometry,
                        const PlantModel& plant)
     : controller_(controller), geometry_(geometry), plant_(plant) {
   validate(controller, geometry, Divergence::allowed);
-  action_steps_ = commonActionSteps(controller.action_rate, plant.sensor_rate, "controller.action_rate");
-  belief_steps_ = action_steps_ * controller.beliefStepsPerAction();
-  sensor_steps_ = static_cast<int>(std::lround(action_steps_ * plant.sensor_rate / controller.action_rate));
+  const int actions = commonActionSteps(controller.action_rate, plant.sensor_rate, "controller.action_rate");
+  clock_ = {nanoseconds(controller.actionStep()), actions,
+            std::lround(actions * plant.sensor_rate / controller.action_rate),
+            std::int64_t{actions} * controller.beliefStepsPerAction()};
   const GenerativeModel model(controller, geometry);
   const BeliefUpdate update(model, controller.kappa_mu, controller.beliefStep(), controller.integrator);
   belief_radius_ = update.spectralRadius();
@@ -221,7 +137,7 @@ LinearLoop::ModeEquations LinearLoop::equations(LoopMode mode, const GenerativeM
   return {scaled(transition), scaled(input_transition * input), action_from_belief, action_from_measurement};
 }
 
-double LinearLoop::period() const { return action_steps_ * controller_.actionStep(); }
+double LinearLoop::period() const { return static_cast<double>(clock_.action_steps) * controller_.actionStep(); }
 
 Eigen::MatrixXd LinearLoop::periodMap(LoopMode mode, const LoopChange& change) const {
   return Trajectories(*this, modes_[static_cast<std::size_t>(mode)], change).afterOnePeriod();
@@ -229,7 +145,8 @@ Eigen::MatrixXd LinearLoop::periodMap(LoopMode mode, const LoopChange& change) c
 
 double LinearLoop::spectralRadius(LoopMode mode, const LoopChange& change) const {
   // Without an action the lateral belief is all there is; the rest of that map is an integrator that nothing drives.
-  if (mode == LoopMode::lateral) return std::pow(spectralRadiusOf(modes_.back().belief).upper(), belief_steps_);
+  if (mode == LoopMode::lateral)
+    return std::pow(spectralRadiusOf(modes_.back().belief).upper(), static_cast<int>(clock_.belief_steps));
   return spectralRadiusOf(periodMap(mode, change)).upper();
 }
 

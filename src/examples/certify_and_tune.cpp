@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "jackal_aic/certificate/closed_loop_certificate.hpp"
+#include "jackal_aic/certificate/advice.hpp"
 
 int main() {
   using namespace jackal_aic;

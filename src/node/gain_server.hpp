@@ -55,8 +55,8 @@ void visitGains(Parameters& gains, PredictiveGainsConfig& config, const Visit& v
 template <class Parameters, class Config>
 class GainServer {
  public:
-  /// Takes wanted gains over. Throws ParameterError with the reason why it does not.
-  using Adopt = std::function<void(const Parameters& wanted)>;
+  /// Takes wanted gains over in the place of the running ones. Throws ParameterError with the reason why it does not.
+  using Adopt = std::function<void(const Parameters& wanted, const Parameters& running)>;
 
   /// @param name prefix of the gains' keys, "controller" or "predictive"; @param running gains at the start;
   /// @param adopt called for every change. A refused one is logged with its reason, and whoever asked for it gets the
@@ -82,7 +82,7 @@ class GainServer {
     });
     if (changes.empty()) return;
     try {
-      adopt_(wanted);
+      adopt_(wanted, running_);
       running_ = wanted;
       ROS_INFO("Changed gains:%s", changes.c_str());
     } catch (const ParameterError& error) {

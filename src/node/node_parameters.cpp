@@ -4,8 +4,7 @@
 
 #include <algorithm>
 
-#include "jackal_aic/certificate/closed_loop_certificate.hpp"
-#include "jackal_aic/certificate/predictive_certificate.hpp"
+#include "jackal_aic/certificate/advice.hpp"
 #include "jackal_aic/config/urdf_geometry.hpp"
 
 namespace jackal_aic {

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "conversions.hpp"
-#include "jackal_aic/certificate/predictive_certificate.hpp"
+#include "jackal_aic/certificate/advice.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -24,7 +24,7 @@ PredictiveStructure::PredictiveStructure(ros::NodeHandle& node, const Predictive
       belief_publisher_(node.advertise<geometry_msgs::TwistWithCovarianceStamped>("jackal_AIC/belief", 10)),
       freeze_service_(
           ros::NodeHandle("~").advertiseService("freeze_learning", &PredictiveStructure::onFreezeLearning, this)),
-      gain_server_("predictive", gains, [this](const PredictiveParameters& wanted) { adopt(wanted); }) {
+      gain_server_("predictive", gains, [this](const auto& wanted, const auto& running) { adopt(wanted, running); }) {
   reportCertificate(gains);
   if (!slip_file.empty()) openSlipFile(slip_file);
 }
@@ -65,10 +65,10 @@ bool PredictiveStructure::onFreezeLearning(std_srvs::SetBool::Request& request, 
   return true;
 }
 
-void PredictiveStructure::adopt(const PredictiveParameters& wanted) {
+void PredictiveStructure::adopt(const PredictiveParameters& wanted, const PredictiveParameters& running) {
   requireInRange(wanted, "predictive");
   validate(wanted);
-  requireStable(wanted, model_, model_);
+  requireStable(wanted, model_, model_, &running);
   const std::string thin = thinMargin(PredictiveLinearLoop(wanted, model_, model_));
   if (!thin.empty()) ROS_WARN("Gains with a thin margin: %s", thin.c_str());
   controller_.adoptGains(wanted);

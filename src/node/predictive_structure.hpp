@@ -38,7 +38,7 @@ class PredictiveStructure : public ControllerStructure {
   void reportCertificate(const PredictiveParameters& gains) const;
   void openSlipFile(const std::string& path);
   void keepSlip(const ros::Time& now);
-  void adopt(const PredictiveParameters& wanted);
+  void adopt(const PredictiveParameters& wanted, const PredictiveParameters& running);
   bool onFreezeLearning(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 
   PlantModel model_;  // as the controller believes it; gains are certified on a robot that is as believed

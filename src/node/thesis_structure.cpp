@@ -1,7 +1,7 @@
 #include "thesis_structure.hpp"
 
 #include "conversions.hpp"
-#include "jackal_aic/certificate/closed_loop_certificate.hpp"
+#include "jackal_aic/certificate/advice.hpp"
 
 namespace jackal_aic {
 
@@ -10,7 +10,7 @@ ThesisStructure::ThesisStructure(const ControllerParameters& gains, const Geomet
     : geometry_(geometry),
       plant_model_(plant_model),
       controller_(controller),
-      gain_server_("controller", gains, [this](const ControllerParameters& wanted) { adopt(wanted); }) {
+      gain_server_("controller", gains, [this](const auto& wanted, const auto& running) { adopt(wanted, running); }) {
   reportCertificate(gains);
 }
 
@@ -25,11 +25,11 @@ void ThesisStructure::reportCertificate(const ControllerParameters& gains) const
   ROS_LOG(level, ROSCONSOLE_DEFAULT_NAME, "%s", text.c_str());
 }
 
-void ThesisStructure::adopt(const ControllerParameters& wanted) {
+void ThesisStructure::adopt(const ControllerParameters& wanted, const ControllerParameters& running) {
   requireInRange(wanted);
   validate(wanted, geometry_);
   if (plant_model_) {
-    requireStable(wanted, geometry_, *plant_model_);
+    requireStable(wanted, geometry_, *plant_model_, &running);
     const std::string thin = thinMargin(LinearLoop(wanted, geometry_, *plant_model_));
     if (!thin.empty()) ROS_WARN("Gains with a thin margin: %s", thin.c_str());
   }

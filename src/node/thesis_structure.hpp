@@ -24,7 +24,7 @@ class ThesisStructure : public ControllerStructure {
 
  private:
   void reportCertificate(const ControllerParameters& gains) const;
-  void adopt(const ControllerParameters& wanted);
+  void adopt(const ControllerParameters& wanted, const ControllerParameters& running);
 
   GeometryParameters geometry_;
   std::optional<PlantModel> plant_model_;

@@ -5,8 +5,7 @@
 #include <ostream>
 #include <utility>
 
-#include "jackal_aic/certificate/closed_loop_certificate.hpp"
-#include "jackal_aic/certificate/predictive_certificate.hpp"
+#include "jackal_aic/certificate/advice.hpp"
 #include "jackal_aic/config/yaml_text.hpp"
 #include "tool_files.hpp"
 

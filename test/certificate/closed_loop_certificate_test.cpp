@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "jackal_aic/certificate/advice.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -165,6 +167,24 @@ TEST(RequireStable, NamesRadiusAndParameter) {
     EXPECT_NE(line.find("spectral radius 1.055"), std::string::npos) << line;
     EXPECT_NE(line.find("kappa_a = 40 is most to blame (stable below 26.4"), std::string::npos) << line;
     EXPECT_EQ(line.find('\n'), std::string::npos);
+  }
+}
+
+TEST(RequireStable, NamesTheGainThatWasChanged) {
+  const ControllerParameters running = improved();
+  ControllerParameters slow_belief = withActionGain(40.0);
+  slow_belief.tau = 0.002;  // harmless by itself
+  for (const ControllerParameters& wanted : {withActionGain(0.0), slow_belief}) {
+    try {
+      requireStable(wanted, {}, {}, &running);
+      ADD_FAILURE() << "accepted";
+    } catch (const ParameterError& error) {
+      const std::string line = error.what();
+      EXPECT_NE(line.find(wanted.kappa_a == 0.0 ? "kappa_a = 0 is most to blame (stable between 0 and 26.4"
+                                                : "kappa_a = 40 is most to blame (stable below"),
+                std::string::npos)
+          << line;
+    }
   }
 }
 

@@ -11,6 +11,7 @@
 #include <sstream>
 #include <tuple>
 
+#include "jackal_aic/certificate/advice.hpp"
 #include "jackal_aic/predictive/predictive_controller.hpp"
 #include "linear_plant.hpp"
 
@@ -197,6 +198,51 @@ TEST(PredictiveCertificate, RefusesARobotThatIsNotItsModelAndSaysWhy) {
   }
   const auto certificate = certify({}, ground(), robot);
   EXPECT_EQ(advice(certificate, {}, ground(), robot).rfind("Unstable", 0), 0U);
+}
+
+/// What requireStable() says of gains on a robot that is its model; empty if it accepts them.
+std::string refusal(const PredictiveParameters& wanted, const PredictiveParameters* running) {
+  try {
+    requireStable(wanted, ground(), ground(), running);
+    return "";
+  } catch (const ParameterError& error) {
+    return error.what();
+  }
+}
+
+TEST(PredictiveCertificate, ARefusedChangeNamesTheParameterThatWasChanged) {
+  const PredictiveParameters running;
+  PredictiveParameters idle;
+  idle.action_learning_rate = 0.0;
+  EXPECT_NE(refusal(idle, &running).find("predictive.action_learning_rate = 0 is most to blame (stable with 1,"),
+            std::string::npos)
+      << refusal(idle, &running);
+  PredictiveParameters several = idle;
+  several.belief_learning_rate = 0.5;  // harmless by itself
+  several.speed_process_noise = 0.0;
+  EXPECT_NE(refusal(several, &running).find("predictive.action_learning_rate = 0 is most to blame (stable with 1,"),
+            std::string::npos)
+      << refusal(several, &running);
+  EXPECT_EQ(refusal(running, &running), "");
+}
+
+TEST(PredictiveCertificate, WithoutAChangeItNamesWhatHelps) {
+  PredictiveParameters idle;
+  idle.action_learning_rate = 0.0;
+  EXPECT_NE(refusal(idle, nullptr).find("predictive.action_learning_rate = 0 is most to blame (stable with 1,"),
+            std::string::npos)
+      << refusal(idle, nullptr);
+}
+
+TEST(PredictiveCertificate, AnUnstableLoopHasMarginsThatSayHowFarToGoBack) {
+  PlantModel robot = ground();
+  robot.gain = 4.0;
+  const PredictiveCertificate certificate = certify({}, ground(), robot);
+  ASSERT_FALSE(certificate.stable());
+  ASSERT_GT(certificate.gain_margin, 0.0);
+  EXPECT_LT(certificate.gain_margin, 1.0);
+  robot.gain = 0.99 * 4.0 * certificate.gain_margin;
+  EXPECT_TRUE(certify({}, ground(), robot).stable());
 }
 
 TEST(PredictiveCertificate, WarnsOfAThinMargin) {

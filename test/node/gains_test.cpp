@@ -82,6 +82,8 @@ TEST_F(GainsTest, UnstableOnesAreRefusedWithTheReason) {
   robot_.clear();
   EXPECT_EQ(request({{"kappa_a", 60.0}}).at("kappa_a"), 8.0);
   expectLogged("kappa_a = 60 is most to blame (stable below");
+  EXPECT_EQ(request({{"kappa_a", 0.0}, {"tau", 0.002}}).at("kappa_a"), 8.0);
+  expectLogged("kappa_a = 0 is most to blame (stable between 0 and");
   double held = 0.0;
   ASSERT_TRUE(ros::param::get("/controller/controller/kappa_a", held));
   EXPECT_EQ(held, 8.0);

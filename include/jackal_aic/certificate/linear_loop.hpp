@@ -10,10 +10,11 @@
 /// asymptotically stable if and only if the spectral radius of that map is below 1.
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <vector>
 
 #include "jackal_aic/aic/parameters.hpp"
+#include "jackal_aic/certificate/loop_clock.hpp"
+#include "jackal_aic/certificate/margins.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 
 namespace jackal_aic {
@@ -21,22 +22,11 @@ namespace jackal_aic {
 struct GenerativeModel;
 class BeliefUpdate;
 
-/// A spectral radius below this is stable. A neutral mode has the radius 1, which is not stable, whatever the rounding
-/// of the map's own entries makes of it.
-inline constexpr double kStabilityLimit = 1.0 - 1e-12;
-
 /// The loops that symmetry leaves.
 enum class LoopMode {
   straight,  ///< mean wheel speed and forward belief
   turn,      ///< half the difference of the wheel speeds, yaw rate and yaw belief
   lateral    ///< lateral belief: neither measured nor driven
-};
-
-/// Change of a loop for which a margin asks.
-struct LoopChange {
-  double action_gain = 1.0;      ///< factor on kappa_a
-  double extra_dead_time = 0.0;  ///< added to the plant model's dead time, which stays 0 or more [s]
-  double phase = 0.0;  ///< age of the newest measurement when the action is computed [s], up to longestPhase()
 };
 
 /// Linear periodic system of the closed loop. At one and the same time the sensor comes first, then the belief, then
@@ -105,9 +95,7 @@ class LinearLoop {
   ControllerParameters controller_;
   GeometryParameters geometry_;
   PlantModel plant_;
-  int action_steps_ = 1;  // per period
-  int belief_steps_ = 1;
-  int sensor_steps_ = 1;
+  LoopClock clock_;
   double belief_radius_ = 0.0;
   std::vector<ModeEquations> modes_;
 };

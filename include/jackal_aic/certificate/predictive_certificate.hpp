@@ -12,23 +12,16 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <string>
-#include <utility>
+#include <optional>
 #include <vector>
 
-#include "jackal_aic/certificate/closed_loop_certificate.hpp"
+#include "jackal_aic/certificate/loop_clock.hpp"
+#include "jackal_aic/certificate/margins.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 #include "jackal_aic/model/wheel_belief.hpp"
 #include "jackal_aic/predictive/predictive_parameters.hpp"
 
 namespace jackal_aic {
-
-/// Change of the robot for which a margin asks.
-struct RobotChange {
-  double gain = 1.0;             ///< factor on the wheel speed that a command gives
-  double extra_dead_time = 0.0;  ///< added to the robot's dead time, which stays 0 or more [s]
-  double phase = 0.0;  ///< age of the newest measurement when the action is computed [s], up to longestPhase()
-};
 
 /// Linear periodic system of one wheel under the predictive controller.
 class PredictiveLinearLoop {
@@ -42,17 +35,17 @@ class PredictiveLinearLoop {
   double period() const;
 
   /// Map over one period of belief (w, z, d), last measurement, action, commands under way, wheel speed and correction.
-  Eigen::MatrixXd periodMap(const RobotChange& change = {}) const;
+  Eigen::MatrixXd periodMap(const LoopChange& change = {}) const;
 
   /// Spectral radius of periodMap() with its uncertainty (spectral_radius.hpp) on top, so that what is below 1 is
   /// stable; infinity if the map is not finite.
-  double spectralRadius(const RobotChange& change = {}) const;
+  double spectralRadius(const LoopChange& change = {}) const;
 
   /// Longest phase between the timers of sensor and action [s]: the shorter one of their periods.
   double longestPhase() const;
 
   /// The largest spectral radius over the phase. @param change whose phase does not matter.
-  double worstSpectralRadius(RobotChange change = {}) const;
+  double worstSpectralRadius(LoopChange change = {}) const;
 
   /// How much smaller than worstSpectralRadius() the true one may be.
   double radiusUncertainty() const;
@@ -72,54 +65,40 @@ class PredictiveLinearLoop {
   };
   /// @param phase [ns].
   Belief convergedBelief(std::int64_t phase) const;
-  /// Events of a period as (time [ns], kind), in order. @param remainder of the robot's dead time in an action period
-  /// [ns]; @param phase [ns].
-  std::vector<std::pair<std::int64_t, int>> schedule(std::int64_t remainder, std::int64_t phase) const;
 
   PredictiveParameters parameters_;
   PlantModel model_;
   PlantModel robot_;
   WheelBelief belief_;
-  int action_steps_;  // per period
-  int sensor_steps_;  // per period
+  LoopClock clock_;
   Belief converged_;  // with phase 0
 };
 
-/// Certificate of the predictive controller.
-struct PredictiveCertificate {
-  double period;                  ///< common period of sensor, belief and action [s]
-  double belief_spectral_radius;  ///< of the belief alone over one period
-  double loop_spectral_radius;    ///< of the closed loop over one period; as the margins, for the worst phase
-  double radius_uncertainty;      ///< the true radius is not above loop_spectral_radius, and less than this below it
-  double gain_margin;      ///< factor on the robot's gain at which the radius is 1, above 1; kLargestGainMargin if none
-  double gain_reduction;   ///< likewise, below 1; 0 if none down to 1e-3
-  double delay_margin;     ///< extra dead time of the robot at which the radius is 1 [s]
-  double delay_reduction;  ///< how much shorter the robot's dead time may be [s]; the whole of it if it does not matter
-
-  /// True if the closed loop and the belief alone are stable.
-  bool stable() const { return belief_spectral_radius < kStabilityLimit && loop_spectral_radius < kStabilityLimit; }
-
-  /// True if gain and delay margin are at least these.
-  bool keeps(const MarginBounds& bounds) const { return gain_margin >= bounds.gain && delay_margin >= bounds.delay; }
+/// Certificate of the predictive controller; gain and dead time are the robot's.
+struct PredictiveCertificate : LoopVerdict, Margins {
+  double delay_reduction = 0.0;  ///< how much shorter the robot's dead time may be [s]; all of it if it does not matter
 };
 
-/// Certifies the predictive controller. Margins of an unstable loop are 1 and 0. @throws ParameterError as
-/// PredictiveLinearLoop.
+/// Certifies the predictive controller. @throws ParameterError as PredictiveLinearLoop.
 PredictiveCertificate certify(const PredictiveParameters& parameters, const PlantModel& model, const PlantModel& robot);
 
-/// What is thin about a stable loop, in words; empty if both bounds are kept. Needs two evaluations of the loop only.
-std::string thinMargin(const PredictiveLinearLoop& loop, const MarginBounds& bounds = {});
+/// True if loop and belief are stable with a change of the robot.
+bool isStable(const PredictiveLinearLoop& loop, const LoopChange& change = {});
 
-/// One or two plain sentences: what the certificate means and what helps.
-std::string advice(const PredictiveCertificate& certificate, const PredictiveParameters& parameters,
-                   const PlantModel& model, const PlantModel& robot, const MarginBounds& bounds = {});
+/// Radii of a loop, without margins.
+LoopVerdict verdictOn(const PredictiveLinearLoop& loop);
 
-/// Sensitivities d ln(rho) / d ln(parameter) of kappa_a, kappa_mu, wheel_variance, speed_process_noise and
+/// The bound that a stable loop does not keep. Needs two evaluations of the loop only.
+ThinMargin thinMarginOf(const PredictiveLinearLoop& loop, const MarginBounds& bounds = {});
+
+/// Sensitivities to action_learning_rate, belief_learning_rate, wheel_variance, speed_process_noise and
 /// disturbance_process_noise, the largest magnitude first; those that are zero are left out.
 std::vector<Sensitivity> sensitivities(const PredictiveParameters& parameters, const PlantModel& model,
                                        const PlantModel& robot);
 
-/// @throws ParameterError, one line with the spectral radius and what is most to blame, if loop or belief is unstable.
-void requireStable(const PredictiveParameters& parameters, const PlantModel& model, const PlantModel& robot);
+/// The parameter that is most to blame for an instability, and whether the loop is stable with what it was before or
+/// with its default. @param running gains before a change, if they were changed. Empty if none has an effect.
+std::optional<Culprit> culpritOf(const PredictiveParameters& parameters, const PlantModel& model,
+                                 const PlantModel& robot, const PredictiveParameters* running = nullptr);
 
 }  // namespace jackal_aic
