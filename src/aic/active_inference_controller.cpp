@@ -28,7 +28,8 @@ ActiveInferenceController::ActiveInferenceController(const ControllerParameters&
                                                      const GeometryParameters& geometry,
                                                      const std::optional<PlantModel>& plant_model,
                                                      Divergence divergence)
-    : kinematics_(geometry),
+    : plant_model_(plant_model),
+      kinematics_(geometry),
       model_(validated(controller, geometry, divergence), geometry),
       sensory_inverse_(Eigen::MatrixXd(model_.sensory_map).completeOrthogonalDecomposition().pseudoInverse()),
       sensors_(controller.orders, kLongestGap),

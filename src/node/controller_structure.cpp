@@ -29,17 +29,15 @@ class OpenLoopStructure : public ControllerStructure {
 
 std::unique_ptr<ControllerStructure> makeStructure(ros::NodeHandle& node, const NodeParameters& parameters,
                                                    VelocityController& controller) {
-  std::optional<PlantModel> model = parameters.plant_model;
-  if (model) model = drivenModel(*model);
   if (const auto* gains = std::get_if<PredictiveParameters>(&parameters.controller)) {
-    return std::make_unique<PredictiveStructure>(node, *gains, *model, parameters.slip_file,
+    return std::make_unique<PredictiveStructure>(node, *gains, parameters.slip_file,
                                                  dynamic_cast<PredictiveController&>(controller));
   }
   if (std::holds_alternative<DifferentialDriveParameters>(parameters.controller)) {
     return std::make_unique<OpenLoopStructure>(parameters.geometry);
   }
   return std::make_unique<ThesisStructure>(std::get<ControllerParameters>(parameters.controller), parameters.geometry,
-                                           model, dynamic_cast<ActiveInferenceController&>(controller));
+                                           dynamic_cast<ActiveInferenceController&>(controller));
 }
 
 }  // namespace jackal_aic

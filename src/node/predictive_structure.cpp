@@ -17,10 +17,8 @@ std::string describe(const SlipState& slip) {
 }  // namespace
 
 PredictiveStructure::PredictiveStructure(ros::NodeHandle& node, const PredictiveParameters& gains,
-                                         const PlantModel& model, const std::string& slip_file,
-                                         PredictiveController& controller)
-    : model_(model),
-      controller_(controller),
+                                         const std::string& slip_file, PredictiveController& controller)
+    : controller_(controller),
       belief_publisher_(node.advertise<geometry_msgs::TwistWithCovarianceStamped>("jackal_AIC/belief", 10)),
       freeze_service_(
           ros::NodeHandle("~").advertiseService("freeze_learning", &PredictiveStructure::onFreezeLearning, this)),
@@ -37,8 +35,9 @@ PredictiveStructure::~PredictiveStructure() {
 }
 
 void PredictiveStructure::reportCertificate(const PredictiveParameters& gains) const {
-  const PredictiveCertificate certificate = certify(gains, model_, model_);
-  const std::string text = advice(certificate, gains, model_, model_);
+  const PlantModel& model = controller_.model();
+  const PredictiveCertificate certificate = certify(gains, model, model);
+  const std::string text = advice(certificate, gains, model, model);
   const auto level = certificate.keeps(MarginBounds{}) ? ros::console::levels::Info : ros::console::levels::Warn;
   ROS_LOG(level, ROSCONSOLE_DEFAULT_NAME, "%s", text.c_str());
 }
@@ -68,8 +67,9 @@ bool PredictiveStructure::onFreezeLearning(std_srvs::SetBool::Request& request, 
 void PredictiveStructure::adopt(const PredictiveParameters& wanted, const PredictiveParameters& running) {
   requireInRange(wanted, "predictive");
   validate(wanted);
-  requireStable(wanted, model_, model_, &running);
-  const std::string thin = thinMargin(PredictiveLinearLoop(wanted, model_, model_));
+  const PlantModel& model = controller_.model();
+  requireStable(wanted, model, model, &running);
+  const std::string thin = thinMargin(PredictiveLinearLoop(wanted, model, model));
   if (!thin.empty()) ROS_WARN("Gains with a thin margin: %s", thin.c_str());
   controller_.adoptGains(wanted);
 }

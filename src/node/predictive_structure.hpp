@@ -24,8 +24,8 @@ class PredictiveStructure : public ControllerStructure {
  public:
   /// Opens the topic in the namespace of `node`. @param slip_file path, or empty; @param controller with these gains;
   /// it has to outlive the structure. @throws ParameterError if the slip file cannot be read or written.
-  PredictiveStructure(ros::NodeHandle& node, const PredictiveParameters& gains, const PlantModel& model,
-                      const std::string& slip_file, PredictiveController& controller);
+  PredictiveStructure(ros::NodeHandle& node, const PredictiveParameters& gains, const std::string& slip_file,
+                      PredictiveController& controller);
 
   /// Keeps the slip for the next start.
   ~PredictiveStructure() override;
@@ -41,8 +41,7 @@ class PredictiveStructure : public ControllerStructure {
   void adopt(const PredictiveParameters& wanted, const PredictiveParameters& running);
   bool onFreezeLearning(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 
-  PlantModel model_;  // as the controller believes it; gains are certified on a robot that is as believed
-  PredictiveController& controller_;
+  PredictiveController& controller_;       // its gains are certified on a robot that is as it believes
   std::optional<SlipWriter> slip_writer_;  // with a slip file
   ros::Time slip_kept_;                    // when the writer last got the slip
   ros::Publisher belief_publisher_;

@@ -3,8 +3,6 @@
 /// @file
 /// The thesis' controller in the node.
 
-#include <optional>
-
 #include "controller_structure.hpp"
 #include "gain_server.hpp"
 #include "jackal_aic/aic/active_inference_controller.hpp"
@@ -16,7 +14,7 @@ class ThesisStructure : public ControllerStructure {
  public:
   /// @param controller with these gains; it has to outlive the structure.
   ThesisStructure(const ControllerParameters& gains, const GeometryParameters& geometry,
-                  const std::optional<PlantModel>& plant_model, ActiveInferenceController& controller);
+                  ActiveInferenceController& controller);
 
   ControllerState state() const override;
   SensorGeneralized measurement() const override;
@@ -27,7 +25,6 @@ class ThesisStructure : public ControllerStructure {
   void adopt(const ControllerParameters& wanted, const ControllerParameters& running);
 
   GeometryParameters geometry_;
-  std::optional<PlantModel> plant_model_;
   ActiveInferenceController& controller_;
   GainServer<ControllerParameters, ControllerGainsConfig> gain_server_;
 };

@@ -67,6 +67,7 @@ class ActiveInferenceController : public VelocityController {
 
   const GeneralizedBody& belief() const { return mu_; }                            ///< mu_tilde, 3 x (p+1)
   const GeneralizedSensor& measurement() const { return sensors_.measurement(); }  ///< y_tilde, 5 x (p+1)
+  const std::optional<PlantModel>& plantModel() const { return plant_model_; }     ///< what bounds the action
   PredictionErrors errors() const;                                                 ///< eps_y, eps_mu now (3-6, 3-7)
 
   BodyVector believedVelocity() const override { return mu_.col(0); }
@@ -78,6 +79,7 @@ class ActiveInferenceController : public VelocityController {
  private:
   void seedBelief();
 
+  std::optional<PlantModel> plant_model_;
   SkidSteerKinematics kinematics_;
   GenerativeModel model_;
   Eigen::Matrix<double, kBodySize, kSensorSize> sensory_inverse_;  // least squares, to seed the belief

@@ -85,6 +85,9 @@ class PredictiveController : public VelocityController {
   /// take part, of the learned slip and of the accelerometer.
   Eigen::Matrix2d velocityCovariance() const;
 
+  /// Drive train as it is believed.
+  const PlantModel& model() const { return model_; }
+
   /// Last measurement taken; zero before the first.
   const Observation& measurement() const { return observation_; }
 
