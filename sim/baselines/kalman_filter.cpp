@@ -12,19 +12,6 @@ constexpr double kConverged = 1e-12;  // relative change of P in one doubling
 
 using Matrix3 = Eigen::Matrix3d;
 
-/// One step of (w, z, d) of a wheel below its acceleration limit; the same discretisation as in wheel_belief.cpp.
-Matrix3 wheelTransition(const PlantModel& model, double response, double step) {
-  const double k = model.velocity_loop_integral * step;
-  Matrix3 transition = Matrix3::Identity();
-  transition.row(0) << 1.0 - response, response, response;
-  transition.row(1) << -k * (1.0 - 0.5 * response), 1.0 - 0.5 * k * response, k * (1.0 - 0.5 * response);
-  return transition;
-}
-
-double responseOf(const PlantModel& model, double step) {
-  return model.lag > 0.0 ? -std::expm1(-step / model.lag) : 1.0;
-}
-
 GeometryParameters withTrack(GeometryParameters geometry, const PlantModel& model) {
   if (model.effective_track > 0.0) geometry.effective_track = model.effective_track;
   return geometry;
@@ -63,14 +50,13 @@ Eigen::MatrixXd predictionCovariance(const Eigen::MatrixXd& transition, const Ei
 
 SteadyStateKalmanFilter::SteadyStateKalmanFilter(const PredictiveParameters& parameters,
                                                  const GeometryParameters& geometry, const PlantModel& model)
-    : model_(model),
+    : drive_train_(model, geometry.wheel_radius),
+      left_(model.dead_time),
+      right_(left_),
       kinematics_(withTrack(geometry, model)),
-      limit_(model.acceleration_limit / geometry.wheel_radius),
-      response_(responseOf(model, kStep)),
-      output_(outputMatrix(withTrack(geometry, model), model.on_box)),
-      commands_(static_cast<std::size_t>(std::lround(model.dead_time / kStep)) + 1) {
+      output_(outputMatrix(withTrack(geometry, model), model.on_box)) {
   Eigen::MatrixXd step = Eigen::MatrixXd::Zero(6, 6);
-  step.topLeftCorner<3, 3>() = step.bottomRightCorner<3, 3>() = wheelTransition(model, response_, kStep);
+  step.topLeftCorner<3, 3>() = step.bottomRightCorner<3, 3>() = drive_train_.transition();
   Eigen::VectorXd fluctuation(6);
   fluctuation << parameters.speed_process_noise, 0.0, parameters.disturbance_process_noise,
       parameters.speed_process_noise, 0.0, parameters.disturbance_process_noise;
@@ -92,28 +78,17 @@ SteadyStateKalmanFilter::SteadyStateKalmanFilter(const PredictiveParameters& par
   gain_ = covariance * output_.transpose() * (output_ * covariance * output_.transpose() + noise).inverse();
 }
 
-void SteadyStateKalmanFilter::predictWheel(Eigen::Index first, double command) {
-  auto x = state_.segment<3>(first);
-  const double k = model_.velocity_loop_integral * kStep;
-  const double r = model_.gain * command + x(2);
-  const double wanted = response_ * (r + x(1) - x(0));
-  const double change = std::clamp(wanted, -limit_ * kStep, limit_ * kStep);
-  if (change == wanted) x(1) += k * (r - x(0) - 0.5 * change);
-  x(0) += change;
-}
-
 void SteadyStateKalmanFilter::predict(const WheelCommand& command) {
-  commands_[head_] = command;
-  head_ = (head_ + 1) % commands_.size();
-  const WheelCommand& acting = commands_[head_];
-  predictWheel(0, acting.left);
-  predictWheel(3, acting.right);
+  Eigen::Vector3d left = state_.head<3>(), right = state_.tail<3>();
+  drive_train_.step(left, left_.step(command.left));
+  drive_train_.step(right, right_.step(command.right));
+  state_ << left, right;
 }
 
 void SteadyStateKalmanFilter::correct(const Observation& observation) {
   Eigen::VectorXd measured(output_.rows());
   measured.head<2>() << observation.wheel_left, observation.wheel_right;
-  if (!model_.on_box) measured(2) = observation.yaw_rate;
+  if (output_.rows() > 2) measured(2) = observation.yaw_rate;
   state_ += (gain_ * (measured - output_ * state_)).eval();
 }
 

@@ -4,12 +4,12 @@
 /// Baseline estimator: the steady-state Kalman filter of the predictive controller's generative model.
 
 #include <Eigen/Core>
-#include <array>
-#include <vector>
 
+#include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/plant_model.hpp"
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
 #include "jackal_aic/model/types.hpp"
-#include "jackal_aic/predictive/predictive_controller.hpp"
+#include "jackal_aic/predictive/predictive_parameters.hpp"
 
 namespace jackal_aic::sim {
 
@@ -24,14 +24,14 @@ namespace jackal_aic::sim {
 Eigen::MatrixXd predictionCovariance(const Eigen::MatrixXd& transition, const Eigen::MatrixXd& output,
                                      const Eigen::MatrixXd& process, const Eigen::MatrixXd& noise);
 
-/// The best linear estimator with a constant gain for the model of wheel_belief.hpp: both wheels' speed w, correction z
+/// The best linear estimator with a constant gain for the model of drive_train.hpp: both wheels' speed w, correction z
 /// and input disturbance d, driven by the commands after the dead time, with the same random fluctuations. It measures
 /// both wheel speeds and, unless the model stands on a box, the yaw rate r alpha (w_R - w_L)/b_hat. In contrast to the
 /// controller's belief it knows b_hat from the start, and its gain does not change while the wheels accelerate.
 class SteadyStateKalmanFilter {
  public:
   /// Step of the prediction [s].
-  static constexpr double kStep = WheelBelief::kStep;
+  static constexpr double kStep = DriveTrain::kStep;
 
   /// At rest. @param parameters variances of the sensors and fluctuations of the model; @param geometry r and alpha;
   /// @param model drive train, with its effective track (0 stands for that of the geometry).
@@ -49,16 +49,11 @@ class SteadyStateKalmanFilter {
   BodyVector velocity() const { return kinematics_.bodyVelocity({state_(0), state_(3)}); }
 
  private:
-  void predictWheel(Eigen::Index first, double command);
-
-  PlantModel model_;
+  DriveTrain drive_train_;
+  CommandsUnderWay left_, right_;  // through the dead time
   SkidSteerKinematics kinematics_;
-  double limit_;                        // of dw/dt, rad/s^2
-  double response_;                     // part of an error that the velocity loop removes in a step
-  Eigen::MatrixXd output_;              // C, 2 or 3 channels by 6 states
-  Eigen::MatrixXd gain_;                // 6 by 2 or 3
-  std::vector<WheelCommand> commands_;  // under way through the dead time, a ring
-  std::size_t head_ = 0;
+  Eigen::MatrixXd output_;                                                   // C, 2 or 3 channels by 6 states
+  Eigen::MatrixXd gain_;                                                     // 6 by 2 or 3
   Eigen::Matrix<double, 6, 1> state_ = Eigen::Matrix<double, 6, 1>::Zero();  // (w, z, d) of the left, then the right
 };
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "periodic_system.hpp"
+
 namespace jackal_aic {
 
 LoopTrajectories::LoopTrajectories(const LoopClock& clock, const PlantModel& robot, const LoopChange& change,
@@ -53,10 +55,10 @@ void LoopTrajectories::happen(LoopEvent event, std::int64_t now) {
 void LoopTrajectories::drive(std::int64_t time) {
   if (time == 0) return;
   const auto [entry, is_new] = responses_.try_emplace(time);
-  if (is_new) entry->second = wheelResponse(robot_, 1e-9 * static_cast<double>(time));
+  if (is_new) entry->second = driveTrainResponse(robot_, 1e-9 * static_cast<double>(time));
   const int acting = commandRow(arrived_ ? whole_periods_ : whole_periods_ + 1);
   auto wheel = states_.middleRows<2>(wheelRow());
-  wheel = (entry->second.transition * wheel + entry->second.input * states_.row(acting)).eval();
+  wheel = (entry->second.transition * wheel + robot_.gain * entry->second.input * states_.row(acting)).eval();
 }
 
 /// The commands under way move on by one, and the action changes.

@@ -9,8 +9,8 @@
 
 #include "jackal_aic/certificate/loop_clock.hpp"
 #include "jackal_aic/certificate/margins.hpp"
+#include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/plant_model.hpp"
-#include "periodic_system.hpp"
 
 namespace jackal_aic {
 
@@ -54,7 +54,7 @@ class LoopTrajectories {
   std::int64_t remainder_;  // of the robot's dead time [ns]
   int past_commands_;       // kept beside the action
   bool arrived_ = false;    // the newer of the two commands of this action period acts
-  std::map<std::int64_t, WheelResponse> responses_;
+  std::map<std::int64_t, DriveTrainResponse> responses_;
 };
 
 }  // namespace jackal_aic

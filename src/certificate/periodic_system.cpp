@@ -3,22 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
-#include <unsupported/Eigen/MatrixFunctions>
+
+#include "jackal_aic/config/parameter_map.hpp"
 
 namespace jackal_aic {
-
-WheelResponse wheelResponse(const PlantModel& plant, double time) {
-  WheelResponse response{Eigen::Matrix2d::Zero(), {plant.gain, 0.0}};
-  if (plant.lag <= 0.0) return response;  // w = gain u, which leaves z at rest
-  Eigen::Matrix3d augmented = Eigen::Matrix3d::Zero();
-  augmented.row(0) << -1.0 / plant.lag, 1.0 / plant.lag, plant.gain / plant.lag;
-  augmented.row(1) << -plant.velocity_loop_integral, 0.0, plant.velocity_loop_integral * plant.gain;
-  const Eigen::Matrix3d exponential = (time * augmented).exp();
-  response.transition = exponential.topLeftCorner<2, 2>();
-  if (plant.velocity_loop_integral <= 0.0) response.transition.col(1).setZero();  // no z; a constant one is no mode
-  response.input = exponential.topRightCorner<2, 1>();
-  return response;
-}
 
 double worstOverPhase(const std::function<double(double phase)>& radius, double longest) {
   constexpr int kGrid = 4, kHalvings = 4;

@@ -1,29 +1,17 @@
 #pragma once
 
 /// @file
-/// What the linear periodic systems of the closed loop have in common: the response of the wheels, the common period of
-/// sensor and action, and the search for where a verdict changes. Internal to the core.
+/// What the linear periodic systems of the closed loop have in common: the common period of sensor and action, and the
+/// search for where a verdict changes. Internal to the core.
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <functional>
 #include <optional>
-
-#include "jackal_aic/model/plant_model.hpp"
 
 namespace jackal_aic {
 
 /// Longest common period [action periods].
 inline constexpr int kMostActionSteps = 50;
-
-/// Wheel speed and correction (w, z) over a time during which one command acts.
-struct WheelResponse {
-  Eigen::Matrix2d transition;
-  Eigen::Vector2d input;
-};
-
-/// Exact response of a plant model over a time [s].
-WheelResponse wheelResponse(const PlantModel& plant, double time);
 
 /// Largest of a radius over the phase between two timers, from 0 to `longest` [s]: on a grid, and where that is close
 /// to the limit of stability also between the neighbours of its largest value, so that the verdict does not depend on

@@ -3,38 +3,31 @@
 #include <algorithm>
 #include <cmath>
 
-#include "jackal_aic/model/wheel_belief.hpp"
-
 namespace jackal_aic {
 namespace {
 
-constexpr double kStep = WheelBelief::kStep;
+constexpr double kStep = DriveTrain::kStep;
 
 std::size_t steps(double time) {
   return static_cast<std::size_t>(std::lround(std::clamp(time, 0.0, ReachableSpeeds::kLongestDeadTime) / kStep));
 }
 
-double response(double lag) { return lag > 0.0 ? -std::expm1(-kStep / lag) : 1.0; }
-
-/// Of a wheel speed in a step [rad/s].
-double largestChange(const PlantModel& model, double wheel_radius) {
-  return model.acceleration_limit / wheel_radius * kStep;
+Pace paceWith(const PlantModel& model, double wheel_radius, double lag, double limit_factor) {
+  Pace pace = paceOf(lag, model.acceleration_limit / wheel_radius, kStep);
+  pace.largest_change *= limit_factor;
+  return pace;
 }
 
 }  // namespace
-
-double ReachableSpeeds::Pace::towards(double target, double speed) const {
-  return std::clamp(response * (target - speed), -change, change);
-}
 
 ReachableSpeeds::ReachableSpeeds(const PlantModel& model, double wheel_radius, const DriveTrainRange& range)
     : gain_(model.gain),
       youngest_(steps(model.dead_time - range.earlier)),
       model_delay_(steps(model.dead_time)),
       oldest_(steps(model.dead_time + range.later)),
-      slow_{response(range.longest_lag), range.slowest_acceleration * largestChange(model, wheel_radius)},
-      nominal_pace_{response(model.lag), largestChange(model, wheel_radius)},
-      fast_{response(range.shortest_lag), range.fastest_acceleration * largestChange(model, wheel_radius)} {
+      slow_(paceWith(model, wheel_radius, range.longest_lag, range.slowest_acceleration)),
+      nominal_pace_(paceWith(model, wheel_radius, model.lag, 1.0)),
+      fast_(paceWith(model, wheel_radius, range.shortest_lag, range.fastest_acceleration)) {
   start(0.0);
 }
 

@@ -92,7 +92,7 @@ WheelBeliefParameters beliefParameters(const FaultParameters& p) {
 WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius)
     : parameters_(parameters),
       belief_(model, wheel_radius, beliefParameters(parameters)),
-      early_(earlier(model, lead(parameters, model)), wheel_radius, beliefParameters(parameters)),
+      early_(earlier(model, lead(parameters, model)), wheel_radius),
       envelope_(steps(kTimingBound * parameters.dead_time_deviation), steps(lead(parameters, model))),
       reachable_(model, wheel_radius, driveTrainRange(parameters, model)),
       identified_(model.identified),

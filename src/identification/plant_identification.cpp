@@ -9,6 +9,8 @@
 #include <functional>
 #include <nlopt.hpp>
 
+#include "jackal_aic/model/drive_train.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -57,8 +59,7 @@ std::vector<double> simulateWheel(const Problem& problem, Component side, const 
       double end = std::min(time + kStep, sample.time);
       if (next < recording.commands.size()) end = std::min(end, recording.commands[next].time + dead_time);
       const double step = std::max(end - time, 1e-9);
-      const double change = -std::expm1(-step / lag) * (target - speed);
-      speed += std::clamp(change, -limit * step, limit * step);
+      speed += paceOf(lag, limit, step).towards(target, speed);
       time += step;
       takeCommands();
     }

@@ -6,34 +6,22 @@
 namespace jackal_aic {
 namespace {
 
-/// Part of the predicted change of its speed that a wheel with a slow motor makes at least; one that moves less has
-/// another reason.
-constexpr double kAccelerating = 0.2;
+/// Part of the expected change of its speed that a wheel with a slow motor makes at least, be it expected by the
+/// learned limit or by the model's; one that moves less has another reason.
+constexpr double kLeastPart = 0.2;
 
 constexpr double kLeastLimit = 0.3;   // lambda
-constexpr double kLeastRamp = 0.2;    // part of the model's ramp below which a wheel does not ramp at all
 constexpr double kLimitMemory = 0.5;  // s at the limit
 
 }  // namespace
 
 WheelBelief::WheelBelief(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& parameters)
-    : model_(model),
-      parameters_(parameters),
-      limit_(model.acceleration_limit / wheel_radius),
-      delay_(static_cast<std::size_t>(std::lround(std::min(model.dead_time, kLongestDeadTime) / kStep))) {
-  const double response = model.lag > 0.0 ? -std::expm1(-kStep / model.lag) : 1.0;  // part of an error gone in a step
-  const double k = model.velocity_loop_integral * kStep;
-  // w ← w + ρ (r + z − w), z ← z + k (r − w − ½ρ (r + z − w)), d ← d
-  const Eigen::Vector3d of_r(response, k * (1.0 - 0.5 * response), 0.0);
-  transition_ << 1.0 - response, response, of_r(0),                    //
-      -k * (1.0 - 0.5 * response), 1.0 - 0.5 * k * response, of_r(1),  //
-      0.0, 0.0, 1.0;
-  input_ = model.gain * of_r;
+    : drive_train_(model, wheel_radius), commands_(model.dead_time), parameters_(parameters) {
   reset(0.0);
 }
 
 void WheelBelief::reset(double speed) {
-  commands_.fill(speed / model_.gain);
+  commands_.fill(speed / drive_train_.gain());
   limit_share_ = 1.0;
   limit_curvature_ = 0.0;
   seed(speed);
@@ -51,24 +39,14 @@ void WheelBelief::seed(double speed) {
 }
 
 void WheelBelief::predict(double command) {
-  commands_[head_] = command;
-  const double u = commands_[(head_ + commands_.size() - delay_) % commands_.size()];
-  head_ = (head_ + 1) % commands_.size();
-
-  const Eigen::Vector3d next = transition_ * x_ + input_ * u;
-  const double wanted = next(0) - x_(0);
-  const double largest = limit_share_ * limit_ * kStep;
-  const double change = std::clamp(wanted, -largest, largest);
+  const double largest = limit_share_ * drive_train_.limit() * kStep;
+  const auto [change, limited] = drive_train_.step(x_, commands_.step(command), limit_share_);
   rate_ = change / kStep;
   limit_doubt_ += limitDeviation() * std::max(0.0, 2.0 * std::abs(change) - largest);
   ++steps_;
-  limited_steps_ = change == wanted ? 0 : limited_steps_ + 1;
-  if (change == wanted) {
-    x_ = next;
-    P_ = (transition_ * P_ * transition_.transpose()).eval();
-  } else {  // at the limit the speed no longer depends on z and d, and z rests: J = I
-    x_(0) += change;
-  }
+  limited_steps_ = limited ? limited_steps_ + 1 : 0;
+  // At the limit the speed does not depend on z and d: J = I.
+  if (!limited) P_ = (transition() * P_ * transition().transpose()).eval();
   P_(0, 0) += parameters_.speed_process_noise * kStep;
   P_(2, 2) += parameters_.disturbance_process_noise * kStep;
 }
@@ -78,7 +56,7 @@ double WheelBelief::correct(double measurement, double added_variance) {
   const double variance = parameters_.measurement_variance + timing * timing + added_variance;
   predicted_ = x_(0);
   const double error = measurement - predicted_, change = predicted_ - corrected_;
-  if ((measurement - measured_) * change > kAccelerating * change * change) {
+  if ((measurement - measured_) * change > kLeastPart * change * change) {
     P_(0, 0) += limit_doubt_ * limit_doubt_;
     learnLimit(measurement - measured_);
   } else if (limited_steps_ >= 2 * steps_) {
@@ -119,8 +97,9 @@ void WheelBelief::learnLimit(double moved) {
   if (parameters_.limit_deviation <= 0.0 || steps_ == 0 || limited_steps_ < 2 * steps_) return;
   // λ ← λ − (∂²F/∂λ²)⁻¹ ∂F/∂λ
   const double time = static_cast<double>(steps_) * kStep;
-  const double most = std::copysign(limit_ * time, rate_), variance = 2.0 * parameters_.measurement_variance;
-  if (moved * most < kLeastRamp * most * most) return forgetLimit();
+  const double most = std::copysign(drive_train_.limit() * time, rate_),
+               variance = 2.0 * parameters_.measurement_variance;
+  if (moved * most < kLeastPart * most * most) return forgetLimit();
   limit_curvature_ = limit_curvature_ * std::exp(-time / kLimitMemory) + most * most / variance;
   const double deviation = limitDeviation();
   limit_share_ += deviation * deviation * most * (moved - limit_share_ * most) / variance;

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unsupported/Eigen/MatrixFunctions>
+
+#include "jackal_aic/model/drive_train.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -17,15 +18,9 @@ DriveTrainReference::DriveTrainReference(const PlantModel& model, double wheel_r
                                          double step)
     : step_(step), largest_change_(step * model.acceleration_limit / wheel_radius) {
   setReferenceTime(reference_time);
-  transition_ << 0.0, 0.0, 0.0, 0.0;
-  input_ << 1.0, 0.0;
-  if (model.lag <= 0.0) return;
-  Eigen::Matrix3d augmented = Eigen::Matrix3d::Zero();
-  augmented.row(0) << -1.0 / model.lag, 1.0 / model.lag, 1.0 / model.lag;
-  augmented.row(1) << -model.velocity_loop_integral, 0.0, model.velocity_loop_integral;
-  const Eigen::Matrix3d exponential = (step * augmented).exp();
-  transition_ = exponential.topLeftCorner<2, 2>();
-  input_ = exponential.topRightCorner<2, 1>();
+  const DriveTrainResponse response = driveTrainResponse(model, step);
+  transition_ = response.transition;
+  input_ = response.input;
 }
 
 double DriveTrainReference::input(double wanted) const {

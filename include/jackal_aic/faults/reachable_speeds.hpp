@@ -12,6 +12,7 @@
 #include <array>
 #include <cstddef>
 
+#include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 
 namespace jackal_aic {
@@ -41,7 +42,7 @@ class ReachableSpeeds {
   /// Believes a speed [rad/s]; the commands of the last dead time are still under way.
   void seed(double speed) { low_ = nominal_ = high_ = speed; }
 
-  /// Goes on by one WheelBelief::kStep during which a command u [rad/s] is applied.
+  /// Goes on by one DriveTrain::kStep during which a command u [rad/s] is applied.
   void predict(double command);
 
   double low() const { return low_; }    ///< lowest speed [rad/s]
@@ -54,13 +55,6 @@ class ReachableSpeeds {
   double highestRate() const { return highest_rate_; }  ///< of dw/dt, at any speed in the interval [rad/s^2]
 
  private:
-  /// How quickly a drive train goes to its target.
-  struct Pace {
-    double response;  // part of the difference gone in a step
-    double change;    // largest in a step [rad/s]
-    double towards(double target, double speed) const;
-  };
-
   double command(std::size_t age) const;
   void updateCommandRange();
 

@@ -7,6 +7,7 @@
 #include "jackal_aic/faults/fault_parameters.hpp"
 #include "jackal_aic/faults/prediction_envelope.hpp"
 #include "jackal_aic/faults/reachable_speeds.hpp"
+#include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 #include "jackal_aic/model/wheel_belief.hpp"
 
@@ -70,7 +71,7 @@ class WheelMonitor {
 
   FaultParameters parameters_;
   WheelBelief belief_;
-  WheelBelief early_;  // never corrected: tells what may happen soon
+  DriveTrainPrediction early_;  // never corrected: tells what may happen soon
   PredictionEnvelope envelope_;
   ReachableSpeeds reachable_;
   bool identified_;

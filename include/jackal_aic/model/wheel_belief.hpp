@@ -4,9 +4,8 @@
 /// Belief about one wheel by a generative model that carries the drive train.
 ///
 /// Hidden states: wheel speed w, correction z of the motors' velocity loop, input disturbance d (gain error, slope,
-/// friction). With u the command that was really applied and r = gain u(t - dead_time) + d:
+/// friction), which the drive train moves under the command u that was really applied (drive_train.hpp); dd/dt = 0.
 ///
-///     dw/dt = clamp( (r + z - w) / lag, +- acceleration_limit / radius ),   dz/dt = k_i (r - w),   dd/dt = 0
 ///     y     = w + noise of variance Sigma_y + (sigma_t dw/dt)^2
 ///
 /// The second part of the measurement's variance is what an error sigma_t of the dead time does to a speed that
@@ -27,9 +26,9 @@
 /// minimum of F, which is the Kalman filter's estimate.
 
 #include <Eigen/Core>
-#include <array>
 #include <cstddef>
 
+#include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 
 namespace jackal_aic {
@@ -48,10 +47,8 @@ struct WheelBeliefParameters {
 /// Belief about one wheel. Nothing here allocates.
 class WheelBelief {
  public:
-  /// Inner step of the model [s]; the dead time is a whole number of these.
-  static constexpr double kStep = 0.001;
-  /// Longest dead time [s].
-  static constexpr double kLongestDeadTime = 2.0;
+  /// Inner step of the model [s].
+  static constexpr double kStep = DriveTrain::kStep;
 
   /// @param model drive train; @param wheel_radius r [m].
   WheelBelief(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& parameters);
@@ -78,11 +75,11 @@ class WheelBelief {
   const Eigen::Vector3d& lastGain() const { return gain_; }
 
   /// Map of (w, z, d) over an inner step below the acceleration limit, and what a command adds that acts in it.
-  const Eigen::Matrix3d& transition() const { return transition_; }
-  const Eigen::Vector3d& input() const { return input_; }
+  const Eigen::Matrix3d& transition() const { return drive_train_.transition(); }
+  const Eigen::Vector3d& input() const { return drive_train_.input(); }
 
   /// Dead time in inner steps.
-  std::size_t delay() const { return delay_; }
+  std::size_t delay() const { return commands_.delay(); }
 
   /// Covariance P of (w, z, d).
   const Eigen::Matrix3d& covariance() const { return P_; }
@@ -107,16 +104,11 @@ class WheelBelief {
   void forgetLimit();
   double limitDeviation() const;
 
-  PlantModel model_;
+  DriveTrain drive_train_;
+  CommandsUnderWay commands_;
   WheelBeliefParameters parameters_;
-  double limit_;                  // of dw/dt by the model [rad/s^2]
   double limit_share_ = 1.0;      // lambda
   double limit_curvature_ = 0.0;  // of F along lambda, beside that of what was believed before
-  Eigen::Matrix3d transition_;
-  Eigen::Vector3d input_;                                                                  // of a command
-  std::array<double, static_cast<std::size_t>(kLongestDeadTime / kStep) + 1> commands_{};  // ring, one per inner step
-  std::size_t delay_;
-  std::size_t head_ = 0;
   Eigen::Vector3d x_ = Eigen::Vector3d::Zero();
   Eigen::Matrix3d P_ = Eigen::Matrix3d::Zero();
   Eigen::Vector3d gain_ = Eigen::Vector3d::Zero();  // of the last measurement

@@ -1,0 +1,68 @@
+#include "jackal_aic/model/drive_train.hpp"
+
+#include <cmath>
+#include <unsupported/Eigen/MatrixFunctions>
+
+namespace jackal_aic {
+
+Pace paceOf(double lag, double limit, double time) {
+  return {lag > 0.0 ? -std::expm1(-time / lag) : 1.0, limit * time};
+}
+
+DriveTrainResponse driveTrainResponse(const PlantModel& model, double time) {
+  DriveTrainResponse response{Eigen::Matrix2d::Zero(), {1.0, 0.0}};
+  if (model.lag <= 0.0) return response;  // w = r, which leaves z at rest
+  Eigen::Matrix3d augmented = Eigen::Matrix3d::Zero();
+  augmented.row(0) << -1.0 / model.lag, 1.0 / model.lag, 1.0 / model.lag;
+  augmented.row(1) << -model.velocity_loop_integral, 0.0, model.velocity_loop_integral;
+  const Eigen::Matrix3d exponential = (time * augmented).exp();
+  response.transition = exponential.topLeftCorner<2, 2>();
+  if (model.velocity_loop_integral <= 0.0) response.transition.col(1).setZero();  // no z; a constant one is no mode
+  response.input = exponential.topRightCorner<2, 1>();
+  return response;
+}
+
+CommandsUnderWay::CommandsUnderWay(double dead_time)
+    : delay_(static_cast<std::size_t>(std::lround(std::clamp(dead_time, 0.0, kLongestDeadTime) / kStep))) {}
+
+double CommandsUnderWay::step(double command) {
+  commands_[head_] = command;
+  const double acting = commands_[(head_ + commands_.size() - delay_) % commands_.size()];
+  head_ = (head_ + 1) % commands_.size();
+  return acting;
+}
+
+DriveTrain::DriveTrain(const PlantModel& model, double wheel_radius)
+    : gain_(model.gain), limit_(model.acceleration_limit / wheel_radius) {
+  const double response = paceOf(model.lag, limit_, kStep).response;
+  const double k = model.velocity_loop_integral * kStep;
+  // w ← w + ρ (r + z − w), z ← z + k (r − w − ½ρ (r + z − w)), d ← d
+  const Eigen::Vector3d of_r(response, k * (1.0 - 0.5 * response), 0.0);
+  transition_ << 1.0 - response, response, of_r(0),                    //
+      -k * (1.0 - 0.5 * response), 1.0 - 0.5 * k * response, of_r(1),  //
+      0.0, 0.0, 1.0;
+  input_ = model.gain * of_r;
+}
+
+DriveTrain::Step DriveTrain::step(Eigen::Vector3d& x, double acting, double limit_share) const {
+  const Eigen::Vector3d next = transition_ * x + input_ * acting;
+  const double wanted = next(0) - x(0);
+  const double largest = limit_share * limit_ * kStep;
+  const double change = std::clamp(wanted, -largest, largest);
+  if (change == wanted) {
+    x = next;
+  } else {
+    x(0) += change;
+  }
+  return {change, change != wanted};
+}
+
+DriveTrainPrediction::DriveTrainPrediction(const PlantModel& model, double wheel_radius)
+    : drive_train_(model, wheel_radius), commands_(model.dead_time) {}
+
+void DriveTrainPrediction::reset(double speed) {
+  commands_.fill(speed / drive_train_.gain());
+  x_ << speed, 0.0, 0.0;
+}
+
+}  // namespace jackal_aic
