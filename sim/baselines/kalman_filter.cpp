@@ -10,18 +10,11 @@ namespace {
 constexpr int kMostDoublings = 60;
 constexpr double kConverged = 1e-12;  // relative change of P in one doubling
 
-using Matrix3 = Eigen::Matrix3d;
-
-GeometryParameters withTrack(GeometryParameters geometry, const PlantModel& model) {
-  if (model.effective_track > 0.0) geometry.effective_track = model.effective_track;
-  return geometry;
-}
-
-Eigen::MatrixXd outputMatrix(const GeometryParameters& geometry, bool on_box) {
+Eigen::MatrixXd outputMatrix(const SkidSteerKinematics& kinematics, bool on_box) {
   Eigen::MatrixXd output = Eigen::MatrixXd::Zero(on_box ? 2 : 3, 6);
   output(0, 0) = output(1, 3) = 1.0;
   if (!on_box) {
-    output(2, 3) = geometry.wheel_radius * geometry.slip_factor / geometry.effective_track;
+    output(2, 3) = kinematics.yawPerDifference();
     output(2, 0) = -output(2, 3);
   }
   return output;
@@ -53,8 +46,8 @@ SteadyStateKalmanFilter::SteadyStateKalmanFilter(const PredictiveParameters& par
     : drive_train_(model, geometry.wheel_radius),
       left_(model.dead_time),
       right_(left_),
-      kinematics_(withTrack(geometry, model)),
-      output_(outputMatrix(withTrack(geometry, model), model.on_box)) {
+      kinematics_(geometryOf(model, geometry)),
+      output_(outputMatrix(kinematics_, model.on_box)) {
   Eigen::MatrixXd step = Eigen::MatrixXd::Zero(6, 6);
   step.topLeftCorner<3, 3>() = step.bottomRightCorner<3, 3>() = drive_train_.transition();
   Eigen::VectorXd fluctuation(6);

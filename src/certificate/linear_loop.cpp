@@ -7,6 +7,7 @@
 #include "jackal_aic/aic/free_energy.hpp"
 #include "jackal_aic/aic/generative_model.hpp"
 #include "jackal_aic/aic/spectral_radius.hpp"
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
 #include "loop_trajectories.hpp"
 #include "periodic_system.hpp"
 
@@ -22,9 +23,7 @@ SensorVector sensorResponse(LoopMode mode, const GeometryParameters& geometry, c
   y(kWheelRight) = 1.0;
   y(kWheelLeft) = mode == LoopMode::straight ? 1.0 : -1.0;
   if (mode == LoopMode::turn && !plant.on_box) {
-    const double track =
-        plant.effective_track > 0.0 ? plant.effective_track : geometry.effective_track / geometry.slip_factor;
-    y(kYawRate) = 2.0 * geometry.wheel_radius / track;
+    y(kYawRate) = 2.0 * SkidSteerKinematics(geometryOf(plant, geometry)).yawPerDifference();
   }
   return y;
 }

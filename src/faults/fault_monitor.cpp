@@ -38,10 +38,6 @@ FaultParameters validated(const FaultParameters& parameters) {
   return parameters;
 }
 
-double initialTrack(const GeometryParameters& geometry, const PlantModel& model) {
-  return model.effective_track > 0.0 ? model.effective_track : geometry.effective_track;
-}
-
 bool isFaulty(const ChannelHealth& verdict) { return verdict.state == ChannelState::faulty; }
 bool counts(const ChannelHealth& verdict) { return verdict.state == ChannelState::ok; }
 
@@ -91,7 +87,7 @@ FaultMonitor::FaultMonitor(const FaultParameters& parameters, const GeometryPara
       rolling_radius_(geometry.wheel_radius * geometry.slip_factor),
       left_(parameters, model, geometry.wheel_radius),
       right_(left_),
-      yaw_(parameters, initialTrack(geometry, model)),
+      yaw_(parameters, geometryOf(model, geometry).effective_track),
       acceleration_(parameters) {}
 
 void FaultMonitor::advance(const WheelCommand& applied, double duration) {

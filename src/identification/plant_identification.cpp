@@ -256,8 +256,9 @@ std::vector<std::string> remarksOn(const DriveRecording& recording, double speed
   return remarks;
 }
 
-/// Effective track of one turn direction by least squares of yaw = r (omega_R - omega_L) / b.
-Estimate effectiveTrack(const DriveRecording& recording, double radius, double gyro_bias, double direction) {
+/// Effective track of one turn direction by least squares of yaw = r alpha (omega_R - omega_L) / b.
+/// @param rolling_radius r alpha [m].
+Estimate effectiveTrack(const DriveRecording& recording, double rolling_radius, double gyro_bias, double direction) {
   double sxx = 0.0, sxy = 0.0, syy = 0.0;
   int count = 0;
   std::size_t k = 0;
@@ -266,7 +267,7 @@ Estimate effectiveTrack(const DriveRecording& recording, double radius, double g
     if (recording.yaw.empty() || std::abs(recording.yaw[k].time - wheels.time) > 0.015) continue;
     const double difference = wheels.speed.right - wheels.speed.left;
     if (direction * difference < kLeastDifference) continue;
-    const double x = radius * difference, y = recording.yaw[k].yaw_rate - gyro_bias;
+    const double x = rolling_radius * difference, y = recording.yaw[k].yaw_rate - gyro_bias;
     sxx += x * x;
     sxy += x * y;
     syy += y * y;
@@ -334,7 +335,7 @@ double gyroBias(const DriveRecording& recording) {
 
 }  // namespace
 
-Identification identifyDriveTrain(const DriveRecording& recording, double wheel_radius) {
+Identification identifyDriveTrain(const DriveRecording& recording, double wheel_radius, double slip_factor) {
   checkSeries(recording.commands, "wheel commands", 2);
   checkSeries(recording.wheels, "wheel speeds", kLeastSamples);
   checkSeries(recording.yaw, "yaw rate", 0);
@@ -352,8 +353,8 @@ Identification identifyDriveTrain(const DriveRecording& recording, double wheel_
   result.gain = estimate(theta[2], deviation[2]);
   result.acceleration_limit = accelerationLimit(problem, theta, deviation[3]);
   const double bias = gyroBias(recording);
-  result.track_left = effectiveTrack(recording, wheel_radius, bias, 1.0);
-  result.track_right = effectiveTrack(recording, wheel_radius, bias, -1.0);
+  result.track_left = effectiveTrack(recording, wheel_radius * slip_factor, bias, 1.0);
+  result.track_right = effectiveTrack(recording, wheel_radius * slip_factor, bias, -1.0);
   const Eigen::VectorXd r = residuals(problem, theta);
   result.residual = std::sqrt(r.squaredNorm() / static_cast<double>(r.size()));
   const auto n = static_cast<Eigen::Index>(recording.wheels.size());

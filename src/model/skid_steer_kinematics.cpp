@@ -35,7 +35,7 @@ Eigen::Matrix<double, kSensorSize, kBodySize> SkidSteerKinematics::sensoryMap() 
 }
 
 Eigen::Matrix<double, 2, kSensorSize> SkidSteerKinematics::forwardModel() const {
-  const double ratio = geometry_.wheel_radius * geometry_.slip_factor / geometry_.effective_track;
+  const double ratio = yawPerDifference();
   Eigen::Matrix<double, 2, kSensorSize> K;
   K << -ratio, 1.0, 0.0, 0.0, 0.0,  //
       ratio, 0.0, 1.0, 0.0, 0.0;

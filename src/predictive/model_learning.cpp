@@ -17,7 +17,7 @@ SlipLearning slipLearning(const PredictiveParameters& p) {
 }
 
 SlipState configuredSlip(const GeometryParameters& geometry, const PlantModel& model) {
-  return {model.effective_track > 0.0 ? model.effective_track : geometry.effective_track, geometry.slip_factor};
+  return {geometryOf(model, geometry).effective_track, geometry.slip_factor};
 }
 
 SensorPrecisions sensorPrecisions(const PredictiveParameters& p) {

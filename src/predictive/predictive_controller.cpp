@@ -89,7 +89,7 @@ void PredictiveController::updateBelief() {
 void PredictiveController::predict() {
   left_.predict();
   right_.predict();
-  yaw_.predict(yawPerWheelSpeed() * (right().acceleration() - left().acceleration()), WheelBelief::kStep);
+  yaw_.predict(kinematics().yawPerDifference() * (right().acceleration() - left().acceleration()), WheelBelief::kStep);
   learning_.predict(left(), right());
 }
 
@@ -107,7 +107,7 @@ double PredictiveController::correctWheels(const Observation& y) {
   errors_(kWheelLeft) = y.valid.wheel_left ? y.wheel_left - left().speed() : 0.0;
   errors_(kWheelRight) = y.valid.wheel_right ? y.wheel_right - right().speed() : 0.0;
   const bool yaw_tells = y.valid.yaw_rate && !model_.on_box;
-  const double difference = y.yaw_rate / yawPerWheelSpeed();
+  const double difference = y.yaw_rate / kinematics().yawPerDifference();
   double free_energy = 0.0;
   if (y.valid.wheel_left) {
     free_energy += left_.correct(y.wheel_left);
@@ -124,14 +124,15 @@ double PredictiveController::correctWheels(const Observation& y) {
 
 double PredictiveController::standInVariance() const {
   // omega_L = omega_R - theta_dot / slope, where theta_dot comes late by the yaw's delay
-  const double slope = yawPerWheelSpeed();
+  const double slope = kinematics().yawPerDifference();
   const double late = parameters_.yaw_delay_deviation * (right().acceleration() - left().acceleration());
   return learning_.variances().gyro / (slope * slope) + late * late;
 }
 
 double PredictiveController::correctYawRate(const Observation& y) {
   if (!model_.on_box && y.valid.yaw_rate) return yaw_.correct(y.yaw_rate);
-  const double slope = yawPerWheelSpeed();  // without a gyro, or on a box, the wheels' turn is all there is
+  const double slope =
+      kinematics().yawPerDifference();  // without a gyro, or on a box, the wheels' turn is all there is
   yaw_.follow(slope * wheelDifference(), slope * slope * (left().covariance()(0, 0) + right().covariance()(0, 0)));
   return 0.0;
 }
@@ -170,8 +171,8 @@ WheelVector PredictiveController::inputs() const {
   const WheelVector input(left_.input(wanted.left), right_.input(wanted.right));
   if (turn_acceleration_ <= 0.0) return input;
   const double turn = input(1) - input(0);
-  const double yaw_per_difference = geometry_.wheel_radius * geometry_.slip_factor / geometry_.effective_track;
-  const double largest_change = model_.gain * turn_acceleration_ / (parameters_.action_rate * yaw_per_difference);
+  const double configured = SkidSteerKinematics(geometry_).yawPerDifference();  // as the command's limits reckon
+  const double largest_change = model_.gain * turn_acceleration_ / (parameters_.action_rate * configured);
   const double in_time = right_.path().minus(left_.path()).inTime(wanted.right - wanted.left, turn, largest_change);
   return input + 0.5 * (in_time - turn) * WheelVector(-1.0, 1.0);
 }
@@ -214,7 +215,7 @@ void PredictiveController::start() {
 void PredictiveController::restart() {
   left_.restart(observation_.wheel_left);
   right_.restart(observation_.wheel_right);
-  yaw_.reset(model_.on_box ? yawPerWheelSpeed() * (observation_.wheel_right - observation_.wheel_left)
+  yaw_.reset(model_.on_box ? kinematics().yawPerDifference() * (observation_.wheel_right - observation_.wheel_left)
                            : observation_.yaw_rate);
   forward_.reset(forwardSpeedOfWheels());
   learning_.restart(left(), right());
@@ -259,10 +260,6 @@ double PredictiveController::wheelDifference() const { return right().speed() - 
 
 double PredictiveController::forwardSpeedOfWheels() const {
   return 0.5 * geometry_.wheel_radius * slip().slip_factor * (left().speed() + right().speed());
-}
-
-double PredictiveController::yawPerWheelSpeed() const {
-  return geometry_.wheel_radius * slip().slip_factor / slip().effective_track;
 }
 
 BodyVector PredictiveController::believedVelocity() const {

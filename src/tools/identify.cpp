@@ -18,6 +18,7 @@ using jackal_aic::IdentificationError;
 struct Options {
   std::string bag, out, robot, plot, csv;
   double wheel_radius = 0.098;
+  double slip_factor = 1.0;
   jackal_aic::BagTopics topics;
 };
 
@@ -30,6 +31,8 @@ bool parse(int argc, char** argv, Options& options) {
       "plot", po::value(&options.plot), "picture to write (default: the bag's name with .png)")(
       "csv", po::value(&options.csv), "write measured and fitted wheel speeds")(
       "wheel-radius", po::value(&options.wheel_radius)->default_value(options.wheel_radius), "m")(
+      "slip-factor", po::value(&options.slip_factor)->default_value(options.slip_factor),
+      "robot.slip_factor of the controller that the model is for")(
       "drive-topic", po::value(&options.topics.drive)->default_value(options.topics.drive), "jackal_msgs/Drive")(
       "wheel-topic", po::value(&options.topics.wheels)->default_value(options.topics.wheels), "sensor_msgs/JointState")(
       "imu-topic", po::value(&options.topics.imu)->default_value(options.topics.imu), "sensor_msgs/Imu");
@@ -47,6 +50,7 @@ bool parse(int argc, char** argv, Options& options) {
   }
   if (options.bag.empty()) throw po::error("no bag given; usage: identify BAG [--out plant_model.yaml], see --help");
   if (!(options.wheel_radius > 0.0)) throw po::error("--wheel-radius must be above 0 m");
+  if (!(options.slip_factor > 0.0)) throw po::error("--slip-factor must be above 0");
   if (options.plot.empty()) options.plot = options.bag.substr(0, options.bag.rfind(".bag")) + ".png";
   return true;
 }
@@ -73,7 +77,7 @@ void plot(const std::string& csv, const std::string& picture) {
 
 void identify(const Options& options) {
   const auto recording = jackal_aic::readDriveBag(options.bag, options.topics);
-  const auto result = jackal_aic::identifyDriveTrain(recording, options.wheel_radius);
+  const auto result = jackal_aic::identifyDriveTrain(recording, options.wheel_radius, options.slip_factor);
   std::cout << jackal_aic::identificationTable(result);
   if (!options.out.empty()) write(options.out, jackal_aic::plantModelYaml(result, options.bag, options.robot));
   const std::string csv = options.csv.empty() ? options.plot + ".csv" : options.csv;

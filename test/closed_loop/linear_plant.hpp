@@ -32,10 +32,11 @@ class LinearPlant {
   }
 
   Observation observation() const {
-    const double track = model_.effective_track > 0.0 ? model_.effective_track : geometry_.effective_track;
+    const GeometryParameters robot = geometryOf(model_, geometry_);
     Observation y;
     y.stamp = static_cast<double>(steps_) * kStep;
-    y.yaw_rate = model_.on_box ? 0.0 : geometry_.wheel_radius * (speed_(1) - speed_(0)) / track;
+    y.yaw_rate =
+        model_.on_box ? 0.0 : robot.wheel_radius * robot.slip_factor * (speed_(1) - speed_(0)) / robot.effective_track;
     y.wheel_left = speed_(0);
     y.wheel_right = speed_(1);
     return y;

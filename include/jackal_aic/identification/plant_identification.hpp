@@ -71,10 +71,11 @@ struct Identification {
   std::vector<WheelSample> fitted;   ///< wheel speeds of the fitted model at the stamps of the measured ones
 };
 
-/// Identifies the drive train. @param wheel_radius r [m].
+/// Identifies the drive train. @param wheel_radius r [m]; @param slip_factor alpha: wheels and gyro tell the ratio
+/// alpha / b_hat only (3-1), and the effective track is that of a robot with this slip factor.
 /// @throws IdentificationError if a series is missing or too short, stamps are not increasing, a value is not finite,
 /// or the
 ///         commands hardly change (no excitation).
-Identification identifyDriveTrain(const DriveRecording& recording, double wheel_radius);
+Identification identifyDriveTrain(const DriveRecording& recording, double wheel_radius, double slip_factor = 1.0);
 
 }  // namespace jackal_aic

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "jackal_aic/config/parameter_map.hpp"
+#include "jackal_aic/model/geometry.hpp"
 
 namespace jackal_aic {
 
@@ -14,19 +15,26 @@ namespace jackal_aic {
 ///
 ///     lag dw/dt = r(t - dead_time) + z - w,    dz/dt = velocity_loop_integral (r(t - dead_time) - w),
 ///
-/// and of the yaw rate to the wheel speeds, theta_dot = wheel_radius (w_R - w_L) / effective_track. YAML prefix
-/// `plant_model`. The defaults are close to the simulated robot on its ground (config/plant_model.yaml).
+/// and of the yaw rate to the wheel speeds, theta_dot = wheel_radius slip_factor (w_R - w_L) / effective_track (3-1),
+/// with wheel radius and slip factor of the robot's geometry (geometryOf()). YAML prefix `plant_model`. The defaults
+/// are close to the simulated robot on its ground (config/plant_model.yaml).
 struct PlantModel {
   double dead_time = 0.083;             ///< from a command until the motors follow it, all transports included [s]
   double lag = 0.008;                   ///< time constant of the wheel speed [s]; 0 follows at once
   double gain = 1.0;                    ///< wheel speed / command at steady state
   double velocity_loop_integral = 0.0;  ///< integral gain of the motors' velocity loop [1/s]; 0 is a first-order lag
   double acceleration_limit = 1.73;     ///< of the wheel circumference [m/s^2]; no part of the linear response
-  double effective_track = 0.0;         ///< true virtual width [m]; 0 stands for the controller's own
+  double effective_track = 0.0;         ///< true virtual width b_hat [m]; 0 stands for the controller's own
   bool on_box = false;                  ///< wheels free, in the air: the gyro sees no turn (thesis section 4-1)
   double sensor_rate = 50.0;            ///< of paired wheel and IMU samples [Hz]
   bool identified = true;  ///< estimated from this robot; false: assumed of a robot that nobody has identified yet
 };
+
+/// The geometry of the robot that a model describes: with the model's effective track, if it has one.
+inline GeometryParameters geometryOf(const PlantModel& model, GeometryParameters geometry) {
+  if (model.effective_track > 0.0) geometry.effective_track = model.effective_track;
+  return geometry;
+}
 
 /// The model to drive a robot by: its own, or, if nobody has identified it, one from the middle of what it may be. Half
 /// the assumed acceleration limit is asked for, because more than the motors can follow winds up. Dead time, lag and

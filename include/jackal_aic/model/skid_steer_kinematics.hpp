@@ -21,6 +21,9 @@ class SkidSteerKinematics {
   /// Wheel speeds of a forward speed [m/s] and yaw rate [rad/s]: the inverse of (3-1) for x_dot and theta_dot.
   WheelCommand wheelSpeeds(double forward, double yaw_rate) const;
 
+  /// Yaw rate per difference w_R - w_L of the wheel speeds, r alpha / b_hat (3-1).
+  double yawPerDifference() const { return geometry_.wheel_radius * geometry_.slip_factor / geometry_.effective_track; }
+
   /// G, 3x2: wheel speeds to body velocity (3-2).
   Eigen::Matrix<double, kBodySize, 2> forwardMatrix() const;
 

@@ -114,7 +114,6 @@ class PredictiveController : public VelocityController {
 
  private:
   SkidSteerKinematics kinematics() const;
-  double yawPerWheelSpeed() const;
   double forwardSpeedOfWheels() const;
   double wheelDifference() const;
   void start();

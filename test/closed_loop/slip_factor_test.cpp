@@ -1,0 +1,144 @@
+// Effective track and slip factor mean the same to everybody: theta_dot = r alpha (w_R - w_L) / b_hat (3-1). A robot
+// whose slip factor is not 1 is identified, certified, driven and watched by what the one tells the other.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "jackal_aic/certificate/linear_loop.hpp"
+#include "jackal_aic/faults/fault_monitor.hpp"
+#include "jackal_aic/identification/plant_identification.hpp"
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
+#include "jackal_aic/predictive/predictive_controller.hpp"
+#include "linear_plant.hpp"
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kTrack = 0.6;  // true b_hat [m]
+
+class AtSlipFactor : public testing::TestWithParam<double> {
+ protected:
+  /// Of the controller: the slip factor is known, the effective track is not.
+  GeometryParameters geometry() const {
+    GeometryParameters geometry;
+    geometry.slip_factor = GetParam();
+    return geometry;
+  }
+
+  static PlantModel robot() {
+    PlantModel model;
+    model.dead_time = 0.06;
+    model.lag = 0.03;
+    model.acceleration_limit = 100.0;
+    model.effective_track = kTrack;
+    return model;
+  }
+
+  /// The recorded drive of a robot: both directions, straight and turning.
+  DriveRecording recording() const {
+    LinearPlant plant(robot(), geometry());
+    DriveRecording recording;
+    const WheelCommand legs[] = {{}, {4.0, 4.0}, {-3.0, 3.0}, {}, {3.0, -3.0}, {-4.0, -4.0}, {2.0, 5.0}, {}};
+    for (int k = 0; k < 8000; ++k) {
+      if (k % 20 == 0) {
+        recording.commands.push_back({0.001 * k, legs[k / 1000]});
+        plant.command(legs[k / 1000]);
+      }
+      plant.step();
+      if (k % 20 != 19) continue;
+      const Observation y = plant.observation();
+      recording.wheels.push_back({y.stamp, {y.wheel_left, y.wheel_right}});
+      recording.yaw.push_back({y.stamp, y.yaw_rate});
+    }
+    return recording;
+  }
+
+  /// What identification makes of it.
+  PlantModel identified() const {
+    const GeometryParameters g = geometry();
+    PlantModel model = robot();
+    model.effective_track = identifyDriveTrain(recording(), g.wheel_radius, g.slip_factor).track_left.value;
+    return model;
+  }
+};
+
+TEST_P(AtSlipFactor, IdentificationFindsTheTrackOfEquation31) {
+  const GeometryParameters g = geometry();
+  const Identification found = identifyDriveTrain(recording(), g.wheel_radius, g.slip_factor);
+  ASSERT_TRUE(found.track_left.known() && found.track_right.known());
+  EXPECT_NEAR(found.track_left.value, kTrack, 0.005 * kTrack);
+  EXPECT_NEAR(found.track_right.value, kTrack, 0.005 * kTrack);
+}
+
+TEST_P(AtSlipFactor, TheCertificateIsTheSameWhoeverHasTheTrack) {
+  GeometryParameters knows = geometry();
+  knows.effective_track = kTrack;
+  PlantModel silent = robot();
+  silent.effective_track = 0.0;
+  const auto turn = [&](const PlantModel& plant) {
+    return LinearLoop(ControllerParameters{}, knows, plant).periodMap(LoopMode::turn);
+  };
+  EXPECT_LT((turn(silent) - turn(robot())).cwiseAbs().maxCoeff(), 1e-12);
+  PlantModel wider = robot();
+  wider.effective_track = 1.25 * kTrack;
+  EXPECT_GT((turn(wider) - turn(robot())).cwiseAbs().maxCoeff(), 1e-4) << "it matters";
+}
+
+TEST_P(AtSlipFactor, ThePredictiveControllerDrivesAsTold) {
+  for (const bool learn : {false, true}) {
+    PredictiveParameters parameters;
+    parameters.learn_track = learn;
+    PlantModel model = identified();
+    if (learn) model.effective_track = 1.25 * kTrack;
+    PredictiveController controller(parameters, geometry(), model);
+    LinearPlant plant(robot(), geometry());
+    controller.setSetPoint({0.4, 0.0, 0.5});
+    for (int k = 1; k <= 4000; ++k) {
+      plant.step();
+      if (k % 20 == 0) controller.observe(plant.observation());
+      controller.updateBelief();
+      if (k % 20 == 0) plant.command(controller.updateAction());
+    }
+    const Observation y = plant.observation();
+    const GeometryParameters truth = geometryOf(robot(), geometry());
+    const BodyVector driven = SkidSteerKinematics(truth).bodyVelocity({y.wheel_left, y.wheel_right});
+    EXPECT_NEAR(driven(kForward), 0.4, 0.004) << "learning " << learn;
+    EXPECT_NEAR(driven(kYaw), 0.5, 0.005) << "learning " << learn;
+    EXPECT_NEAR(y.yaw_rate, driven(kYaw), 1e-9);
+    EXPECT_NEAR(controller.believedVelocity()(kForward), 0.4, 0.004);
+    EXPECT_NEAR(controller.effectiveTrack(), kTrack, 0.01 * kTrack);
+  }
+}
+
+TEST_P(AtSlipFactor, TheFaultMonitorFindsNothingWrongWithIt) {
+  FaultMonitor monitor({}, geometry(), identified());
+  LinearPlant plant(robot(), geometry());
+  std::mt19937 random(4);
+  std::normal_distribution<double> noise(0.0, 1.0);
+  double first = -1.0;  // distance of the gyro in the first sample of the turn, before slip is learned
+  for (int k = 0; k < 4000; ++k) {
+    const WheelCommand command = k < 1000 ? WheelCommand{} : WheelCommand{2.0, 6.0};
+    if (k % 20 == 0) {
+      Observation y = plant.observation();
+      y.wheel_left += 0.03 * noise(random);
+      y.wheel_right += 0.03 * noise(random);
+      y.yaw_rate += 0.005 * noise(random);
+      y.valid.acceleration = false;
+      monitor.check(y);
+      ASSERT_FALSE(monitor.report().faulty()) << k << " ms: " << monitor.report().reason();
+      if (first < 0.0 && y.yaw_rate > 0.3) first = monitor.report().gyro.distance;
+      plant.command(command);
+    }
+    monitor.advance(command, 0.001);
+    plant.step();
+  }
+  EXPECT_LT(first, 0.004) << "a track that is off by the slip factor gives 0.008";
+  EXPECT_GE(first, 0.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(SlipFactors, AtSlipFactor, testing::Values(0.8, 1.0, 1.2));
+
+}  // namespace
+}  // namespace jackal_aic
