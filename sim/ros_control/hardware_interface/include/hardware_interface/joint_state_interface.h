@@ -1,0 +1,46 @@
+#pragma once
+
+/// @file
+/// Joints that can be read.
+
+#include <string>
+
+#include "hardware_interface/internal/hardware_resource_manager.h"
+
+namespace hardware_interface {
+
+/// Reads position [rad], velocity [rad/s] and effort [N m] of a joint from where the robot keeps them.
+class JointStateHandle {
+ public:
+  JointStateHandle() = default;
+
+  /// @throws HardwareInterfaceException if a pointer is null.
+  JointStateHandle(const std::string& name, const double* pos, const double* vel, const double* eff)
+      : name_(name), pos_(pos), vel_(vel), eff_(eff) {
+    if (pos && vel && eff) return;
+    throw HardwareInterfaceException("Cannot create handle '" + name + "'. " +
+                                     (!pos   ? "Position"
+                                      : !vel ? "Velocity"
+                                             : "Effort") +
+                                     " data pointer is null.");
+  }
+
+  std::string getName() const { return name_; }
+  double getPosition() const { return *pos_; }
+  double getVelocity() const { return *vel_; }
+  double getEffort() const { return *eff_; }
+  const double* getPositionPtr() const { return pos_; }
+  const double* getVelocityPtr() const { return vel_; }
+  const double* getEffortPtr() const { return eff_; }
+
+ private:
+  std::string name_;
+  const double* pos_ = nullptr;
+  const double* vel_ = nullptr;
+  const double* eff_ = nullptr;
+};
+
+/// Joints that can be read, by any number of controllers.
+class JointStateInterface : public HardwareResourceManager<JointStateHandle> {};
+
+}  // namespace hardware_interface
