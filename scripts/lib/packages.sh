@@ -9,14 +9,15 @@ readonly COMMON_PACKAGES=(
 # ROS 1 as Debian 11 and 12 ship it, under /usr. The python3-*-msgs are for rostopic, which else knows no message.
 readonly DEBIAN_ROS_PACKAGES=(
   catkin ros-core ros-core-dev rosbash python3-rostest ros-robot-state-publisher
-  libdiagnostic-updater-dev libdynamic-reconfigure-config-init-mutex-dev libmessage-filters-dev libtf2-ros-dev
+  libdiagnostic-updater-dev libdynamic-reconfigure-config-init-mutex-dev libmessage-filters-dev libtf2-msgs-dev libtf2-ros-dev pluginlib-dev
   python3-dynamic-reconfigure python3-diagnostic-msgs python3-geometry-msgs python3-nav-msgs python3-sensor-msgs)
 
 # ROS Noetic on Ubuntu 20.04, under /opt/ros/noetic: what runs on a Jackal.
 readonly NOETIC_PACKAGES=(
-  ros-noetic-catkin ros-noetic-diagnostic-updater ros-noetic-dynamic-reconfigure ros-noetic-jackal-msgs
-  ros-noetic-message-filters ros-noetic-nav-msgs ros-noetic-robot-state-publisher ros-noetic-ros-core
-  ros-noetic-rosbash ros-noetic-rostest ros-noetic-tf2-ros ros-noetic-topic-tools)
+  ros-noetic-catkin ros-noetic-controller-interface ros-noetic-controller-manager ros-noetic-diagnostic-updater
+  ros-noetic-dynamic-reconfigure ros-noetic-hardware-interface ros-noetic-jackal-msgs ros-noetic-message-filters
+  ros-noetic-nav-msgs ros-noetic-pluginlib ros-noetic-robot-state-publisher ros-noetic-ros-core ros-noetic-rosbash
+  ros-noetic-rostest ros-noetic-tf2-msgs ros-noetic-tf2-ros ros-noetic-topic-tools)
 
 # shellcheck disable=SC2034 # ros_prefix, packages and rviz_package are for workspace.sh
 # detect_system: sets ros_prefix (where ROS is) and packages (all that is needed) for this system.

@@ -62,10 +62,16 @@ link_packages() {
   done
   cmp -s "$repository/package.xml" "$package/package.xml" ||
     cp --remove-destination --preserve=timestamps "$repository/package.xml" "$package/"
-  if [[ -e $ros_prefix/share/jackal_msgs/package.xml ]]; then
-    rm -f "$workspace/src/jackal_msgs"
+  link_stand_in jackal_msgs jackal_msgs
+  link_stand_in controller_interface ros_control
+}
+
+# link_stand_in PACKAGE DIRECTORY: puts sim/DIRECTORY into the workspace where the system does not have PACKAGE.
+link_stand_in() {
+  if [[ -e $ros_prefix/share/$1/package.xml ]]; then
+    rm -f "$workspace/src/$2"
   else
-    ln -sfn "$repository/sim/jackal_msgs" "$workspace/src/jackal_msgs"
+    ln -sfn "$repository/sim/$2" "$workspace/src/$2"
   fi
 }
 

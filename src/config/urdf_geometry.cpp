@@ -65,4 +65,17 @@ UrdfGeometry readUrdfGeometry(const std::string& urdf_xml, const std::vector<std
   return {wheels.radius(), track};
 }
 
+double readWheelSeparation(const std::string& urdf_xml, const std::string& left_joint, const std::string& right_joint) {
+  const urdf::ModelInterfaceSharedPtr model = parseUrdf(urdf_xml);
+  const auto origin = [&](const std::string& joint) {
+    return toEigen(requiredJoint(*model, joint).parent_to_joint_origin_transform).translation().eval();
+  };
+  return (origin(left_joint) - origin(right_joint)).norm();
+}
+
+double readWheelRadius(const std::string& urdf_xml, const std::string& joint) {
+  const urdf::ModelInterfaceSharedPtr model = parseUrdf(urdf_xml);
+  return wheelRadius(*model, requiredJoint(*model, joint));
+}
+
 }  // namespace jackal_aic

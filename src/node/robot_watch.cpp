@@ -6,17 +6,24 @@
 
 namespace jackal_aic {
 
-RobotWatch::RobotWatch(ros::NodeHandle& node, std::function<void(const ros::Time&)> on_feedback)
-    : on_feedback_(std::move(on_feedback)) {
+RobotWatch::RobotWatch(ros::NodeHandle& node, std::function<void(const ros::Time&)> on_feedback,
+                       std::function<void()> on_message)
+    : on_feedback_(std::move(on_feedback)), on_message_(std::move(on_message)) {
   const auto no_delay = ros::TransportHints().tcpNoDelay();
   emergency_stop_subscriber_ = node.subscribe("e_stop", 10, &RobotWatch::onEmergencyStop, this, no_delay);
   status_subscriber_ = node.subscribe("status", 10, &RobotWatch::onStatus, this, no_delay);
   feedback_subscriber_ = node.subscribe("feedback", 50, &RobotWatch::onFeedback, this, no_delay);
 }
 
+void RobotWatch::onEmergencyStop(const std_msgs::Bool& message) {
+  status_.emergency_stop = message.data;
+  on_message_();
+}
+
 void RobotWatch::onStatus(const jackal_msgs::Status& message) {
   const bool stopped = message.driver_external_stop_present && message.driver_external_stop_stopped;
   status_.robot_stopped = stopped || !message.drivers_active;
+  on_message_();
 }
 
 void RobotWatch::onFeedback(const jackal_msgs::Feedback& message) {
@@ -25,6 +32,7 @@ void RobotWatch::onFeedback(const jackal_msgs::Feedback& message) {
   status_.motors_off = message.commanded_mode == jackal_msgs::Drive::MODE_VELOCITY &&
                        message.actual_mode != jackal_msgs::Drive::MODE_VELOCITY;
   status_.driver_fault = message.drivers[0].driver_fault || message.drivers[1].driver_fault;
+  on_message_();
 }
 
 }  // namespace jackal_aic

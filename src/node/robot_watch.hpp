@@ -19,8 +19,11 @@ namespace jackal_aic {
 /// to be there. All callbacks run in the thread of the node.
 class RobotWatch {
  public:
-  /// @param on_feedback called with the stamp of each feedback that has one.
-  RobotWatch(ros::NodeHandle& node, std::function<void(const ros::Time&)> on_feedback);
+  /// @param on_feedback called with the stamp of each feedback that has one; @param on_message called after each
+  /// message that may have changed status().
+  RobotWatch(
+      ros::NodeHandle& node, std::function<void(const ros::Time&)> on_feedback,
+      std::function<void()> on_message = [] {});
 
   /// What they said last; contention and end of the controller are left to the caller.
   const RobotStatus& status() const { return status_; }
@@ -29,11 +32,12 @@ class RobotWatch {
   void reset() { status_.motors_off = status_.driver_fault = false; }
 
  private:
-  void onEmergencyStop(const std_msgs::Bool& message) { status_.emergency_stop = message.data; }
+  void onEmergencyStop(const std_msgs::Bool& message);
   void onStatus(const jackal_msgs::Status& message);
   void onFeedback(const jackal_msgs::Feedback& message);
 
   std::function<void(const ros::Time&)> on_feedback_;
+  std::function<void()> on_message_;
   RobotStatus status_;
   ros::Subscriber emergency_stop_subscriber_;
   ros::Subscriber status_subscriber_;

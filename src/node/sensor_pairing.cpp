@@ -1,7 +1,5 @@
 #include "sensor_pairing.hpp"
 
-#include <tf2/exceptions.h>
-
 #include "conversions.hpp"
 
 namespace jackal_aic {
@@ -12,9 +10,6 @@ constexpr int kQueueLength = 20;
 /// instead of waiting a period for a better partner. A robot that is busy stamps some only 2 ms apart: those it does
 /// not get, as there is nothing new in them.
 const ros::Duration kShortestPeriod(0.010);
-/// Stamps further ahead of now are refused: one such message, also one of before the clock jumped back, would keep
-/// every later one from being paired until its time has come.
-const ros::Duration kFurthestAhead(0.1);
 
 bool followsClosely(const ros::Time& stamp, const ros::Time& last) {
   return !last.isZero() && stamp >= last && stamp - last < kShortestPeriod;
@@ -23,7 +18,7 @@ bool followsClosely(const ros::Time& stamp, const ros::Time& last) {
 }  // namespace
 
 SensorPairing::SensorPairing(const RobotNames& names, const tf2_ros::Buffer& transforms, Callback callback)
-    : names_(names), transforms_(transforms), callback_(std::move(callback)) {
+    : names_(names), imu_reader_(names.base_frame, transforms), callback_(std::move(callback)) {
   reset();
 }
 
@@ -53,7 +48,7 @@ std::optional<SensorReading> SensorPairing::addWheels(const sensor_msgs::JointSt
   if (!left && !right) return std::nullopt;
   if (!left || !right) return refuse("joint states with the wheels of one side only");
   if (message->header.stamp.isZero()) return refuse("joint states without a stamp");
-  if (message->header.stamp > now + kFurthestAhead) return refuse("joint states from the future");
+  if (message->header.stamp > now + ros::Duration(kFurthestAhead)) return refuse("joint states from the future");
   if (!meanVelocity(*message, names_.left_wheel_joints) || !meanVelocity(*message, names_.right_wheel_joints)) {
     return refuse("joint states with a wheel velocity that is missing or not finite");
   }
@@ -66,32 +61,13 @@ std::optional<SensorReading> SensorPairing::addWheels(const sensor_msgs::JointSt
 
 std::optional<SensorReading> SensorPairing::addImu(const sensor_msgs::ImuConstPtr& message, const ros::Time& now) {
   refusal_.clear();
-  if (message->header.stamp.isZero()) return refuse("IMU data without a stamp");
-  if (message->header.stamp > now + kFurthestAhead) return refuse("IMU data from the future");
-  if (!rotationFrom(message->header.frame_id, imu_rotation_)) {
-    return refuse("IMU data in frame '" + message->header.frame_id + "', which tf does not relate to '" +
-                  names_.base_frame + "'");
-  }
-  if (!planarMotion(*message, imu_rotation_)) return refuse("IMU data that is not finite");
+  const std::optional<SensorReading> reading = imu_reader_.read(*message, now);
+  if (!reading) return refuse(imu_reader_.lastRefusal());
   if (!followsClosely(message->header.stamp, paired_imu_)) {
     paired_imu_ = message->header.stamp;
     imu_input_.add(message);
   }
-  return imuReading(*message);
-}
-
-bool SensorPairing::rotationFrom(const std::string& frame, Eigen::Quaterniond& rotation) {
-  if (frame == names_.base_frame) {
-    rotation.setIdentity();
-    return true;
-  }
-  try {
-    const auto q = transforms_.lookupTransform(names_.base_frame, frame, ros::Time(0)).transform.rotation;
-    rotation = Eigen::Quaterniond(q.w, q.x, q.y, q.z);
-    return true;
-  } catch (const tf2::TransformException&) {
-    return false;
-  }
+  return reading;
 }
 
 // Messages were checked when they came in, so that the values are there.
@@ -102,18 +78,6 @@ Observation SensorPairing::wheelsAlone(const sensor_msgs::JointState& message) c
   observation.wheel_left = *meanVelocity(message, names_.left_wheel_joints);
   observation.wheel_right = *meanVelocity(message, names_.right_wheel_joints);
   observation.valid.yaw_rate = observation.valid.acceleration = false;
-  return observation;
-}
-
-Observation SensorPairing::imuAlone(const sensor_msgs::Imu& message) const {
-  const auto motion = planarMotion(message, imu_rotation_);
-  Observation observation;
-  observation.stamp = message.header.stamp.toSec();
-  observation.yaw_rate = (*motion)(0);
-  observation.acceleration_x = (*motion)(1);
-  observation.acceleration_y = (*motion)(2);
-  observation.acceleration_z = (*motion)(3);
-  observation.valid.wheel_left = observation.valid.wheel_right = false;
   return observation;
 }
 
@@ -129,17 +93,9 @@ SensorReading SensorPairing::wheelReading(const sensor_msgs::JointState& message
   return reading;
 }
 
-SensorReading SensorPairing::imuReading(const sensor_msgs::Imu& message) const {
-  const auto& w = message.angular_velocity;
-  const auto& a = message.linear_acceleration;
-  SensorReading reading{imuAlone(message), FrozenSource::Sample::Zero()};
-  reading.sample.head<6>() << w.x, w.y, w.z, a.x, a.y, a.z;
-  return reading;
-}
-
 void SensorPairing::onPair(const sensor_msgs::JointStateConstPtr& wheels, const sensor_msgs::ImuConstPtr& imu) {
   const Observation encoders = wheelsAlone(*wheels);
-  Observation observation = imuAlone(*imu);
+  Observation observation = imu_reader_.observation(*imu);
   observation.stamp = encoders.stamp;
   observation.wheel_left = encoders.wheel_left;
   observation.wheel_right = encoders.wheel_right;

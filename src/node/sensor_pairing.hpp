@@ -10,12 +10,12 @@
 #include <sensor_msgs/JointState.h>
 #include <tf2_ros/buffer.h>
 
-#include <Eigen/Geometry>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 
+#include "imu_reader.hpp"
 #include "jackal_aic/model/types.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "node_parameters.hpp"
@@ -48,21 +48,17 @@ class SensorPairing {
  private:
   using Policy = message_filters::sync_policies::ApproximateTime<sensor_msgs::JointState, sensor_msgs::Imu>;
 
-  bool rotationFrom(const std::string& frame, Eigen::Quaterniond& rotation);
   void onPair(const sensor_msgs::JointStateConstPtr& wheels, const sensor_msgs::ImuConstPtr& imu);
   Observation wheelsAlone(const sensor_msgs::JointState& message) const;
-  Observation imuAlone(const sensor_msgs::Imu& message) const;
   SensorReading wheelReading(const sensor_msgs::JointState& message) const;
-  SensorReading imuReading(const sensor_msgs::Imu& message) const;
   std::nullopt_t refuse(const std::string& reason);
 
   RobotNames names_;
-  const tf2_ros::Buffer& transforms_;
+  ImuReader imu_reader_;
   Callback callback_;
   ros::Time paired_wheels_;  // stamps of the last samples that the pairing got
   ros::Time paired_imu_;
   std::string refusal_;
-  Eigen::Quaterniond imu_rotation_ = Eigen::Quaterniond::Identity();
   message_filters::PassThrough<sensor_msgs::JointState> wheel_input_;
   message_filters::PassThrough<sensor_msgs::Imu> imu_input_;
   std::unique_ptr<message_filters::Synchronizer<Policy>> synchronizer_;

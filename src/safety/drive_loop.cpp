@@ -73,6 +73,16 @@ DriveLoop::DriveLoop(const DriveParameters& parameters, std::unique_ptr<Velocity
       frozen_wheels_(parameters.gate.deadlines.frozen_wheels),
       frozen_imu_(parameters.gate.deadlines.frozen_imu) {}
 
+void DriveLoop::start(const WheelCommand& driven, double now) {
+  forget(now);
+  clock_jumped_ = false;
+  gate_.reset();
+  gate_.follow(driven);
+  controller_->overrule(driven);
+  decision_ = {};
+  now_ = now;
+}
+
 SetPointVerdict DriveLoop::setSetPoint(const SetPoint& wanted, double now) {
   noteTime(now);
   const bool finite = wanted.vector().allFinite();
@@ -305,6 +315,11 @@ void DriveLoop::noteTime(double now) {
 
 void DriveLoop::restart(double now) {
   ++clock_resets_;
+  forget(now);
+  clock_jumped_ = true;
+}
+
+void DriveLoop::forget(double now) {
   controller_->forgetMotion();
   measurements_.restart(now);
   schedule_.stop();
@@ -314,7 +329,6 @@ void DriveLoop::restart(double now) {
   set_point_ = {};
   set_point_arrival_ = wheels_ = imu_ = feedback_ = measurement_ = {};
   action_ = {};
-  clock_jumped_ = true;
 }
 
 DriveLoopStatus DriveLoop::status() const {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -216,6 +217,36 @@ TEST_F(PredictiveDriveLoopTest, AClockThatJumpsBackForgetsNothingThatWasLearned)
   other.advance(5.0);
   EXPECT_EQ(other.status().clock_resets, 1u);
   EXPECT_EQ(inside.slip().effective_track, 0.6);
+}
+
+TEST_F(PredictiveDriveLoopTest, StartsFromTheSpeedThatSomebodyElseDrove) {
+  drive(1.0, "");
+  speed.setConstant(6.0);
+  loop.start(WheelCommand::from(speed), now);
+  tick = 0;
+  start = now + kTick;
+  double least = 6.0, largest_change = 0.0;
+  WheelCommand before = WheelCommand::from(speed);
+  command = before;
+  for (int i = 0; i < 100; ++i) {
+    drive(kPeriod);
+    least = std::min(least, 0.5 * (command.left + command.right));
+    largest_change = std::max(largest_change, (command.vector() - before.vector()).cwiseAbs().maxCoeff());
+    before = command;
+  }
+  EXPECT_GT(least, 4.0) << "no brake to rest in between";
+  EXPECT_LE(largest_change, 20.0 * kPeriod / 0.098 + 1e-9);
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
+  EXPECT_EQ(loop.status().clock_resets, 0u);
+}
+
+TEST_F(DriveLoopTest, StartingAnewForgetsTheSetPoint) {
+  drive(2.0);
+  loop.start({}, now);
+  EXPECT_EQ(loop.command(), WheelCommand{});
+  drive(1.0, "wip");
+  EXPECT_EQ(status(), DriveStatus::idle) << why();
+  EXPECT_EQ(command, WheelCommand{});
 }
 
 TEST_F(DriveLoopTest, AStallIsCountedAndNothingJumps) {

@@ -24,4 +24,11 @@ struct UrdfGeometry {
 UrdfGeometry readUrdfGeometry(const std::string& urdf_xml, const std::vector<std::string>& left_joints,
                               const std::vector<std::string>& right_joints);
 
+/// Distance between the origins of two joints in their parent frames [m], as ros_control's differential drive takes the
+/// separation of the wheels: whatever the axis. @throws ParameterError as above if a joint is missing.
+double readWheelSeparation(const std::string& urdf_xml, const std::string& left_joint, const std::string& right_joint);
+
+/// Radius of a wheel by its joint [m]. @throws ParameterError as above.
+double readWheelRadius(const std::string& urdf_xml, const std::string& joint);
+
 }  // namespace jackal_aic

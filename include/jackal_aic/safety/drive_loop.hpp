@@ -105,6 +105,10 @@ class DriveLoop {
   /// @param controller makeController(parameters), or another one. @throws ParameterError as MeasurementWatch.
   DriveLoop(const DriveParameters& parameters, std::unique_ptr<VelocityController> controller);
 
+  /// Starts anew on a robot whose wheels turn at these speeds [rad/s], which the commands go on from; for one that
+  /// somebody else has driven so far. What was learned about the robot stays, and so does what was reported.
+  void start(const WheelCommand& driven, double now);
+
   /// Desired body velocity (base_link).
   SetPointVerdict setSetPoint(const SetPoint& wanted, double now);
 
@@ -155,6 +159,7 @@ class DriveLoop {
   static double age(const Arrival& arrival, double now);
   void noteTime(double now);
   void restart(double now);
+  void forget(double now);
   InputAges ages(double now) const;
   SensorHealth health(double now) const;
   WheelCommand appliedCommand(double now);

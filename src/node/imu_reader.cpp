@@ -1,0 +1,57 @@
+#include "imu_reader.hpp"
+
+#include <tf2/exceptions.h>
+
+#include "conversions.hpp"
+
+namespace jackal_aic {
+
+std::nullopt_t ImuReader::refuse(const std::string& reason) {
+  refusal_ = reason;
+  return std::nullopt;
+}
+
+std::optional<SensorReading> ImuReader::read(const sensor_msgs::Imu& message, const ros::Time& now) {
+  refusal_.clear();
+  if (message.header.stamp.isZero()) return refuse("IMU data without a stamp");
+  if (message.header.stamp > now + ros::Duration(kFurthestAhead)) return refuse("IMU data from the future");
+  if (!rotationFrom(message.header.frame_id)) {
+    return refuse("IMU data in frame '" + message.header.frame_id + "', which tf does not relate to '" + base_frame_ +
+                  "'");
+  }
+  if (!planarMotion(message, rotation_)) return refuse("IMU data that is not finite");
+  SensorReading reading{observation(message), FrozenSource::Sample::Zero()};
+  const auto& w = message.angular_velocity;
+  const auto& a = message.linear_acceleration;
+  reading.sample.head<6>() << w.x, w.y, w.z, a.x, a.y, a.z;
+  return reading;
+}
+
+// Messages were checked when they were read, so that the values are there.
+Observation ImuReader::observation(const sensor_msgs::Imu& message) const {
+  const auto motion = planarMotion(message, rotation_);
+  Observation observation;
+  observation.stamp = message.header.stamp.toSec();
+  observation.yaw_rate = (*motion)(0);
+  observation.acceleration_x = (*motion)(1);
+  observation.acceleration_y = (*motion)(2);
+  observation.acceleration_z = (*motion)(3);
+  observation.valid.wheel_left = observation.valid.wheel_right = false;
+  return observation;
+}
+
+bool ImuReader::rotationFrom(const std::string& frame) {
+  if (frame == base_frame_) {
+    rotation_.setIdentity();
+    return true;
+  }
+  try {
+    const auto q = transforms_.lookupTransform(base_frame_, frame, ros::Time(0)).transform.rotation;
+    rotation_ = Eigen::Quaterniond(q.w, q.x, q.y, q.z);
+    return true;
+  } catch (const tf2::TransformException&) {
+    return false;
+  }
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,48 @@
+#pragma once
+
+/// @file
+/// IMU messages, checked and rotated into the base frame.
+
+#include <sensor_msgs/Imu.h>
+#include <tf2_ros/buffer.h>
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <string>
+
+#include "jackal_aic/safety/drive_loop.hpp"
+
+namespace jackal_aic {
+
+/// Stamps further ahead of now are refused: one such message, also one of before the clock jumped back, would keep
+/// every later one from being paired until its time has come.
+constexpr double kFurthestAhead = 0.1;  // s
+
+/// Makes readings of /imu/data messages.
+class ImuReader {
+ public:
+  /// @param base_frame of the body velocity; @param transforms have to outlive the reader.
+  ImuReader(const std::string& base_frame, const tf2_ros::Buffer& transforms)
+      : base_frame_(base_frame), transforms_(transforms) {}
+
+  /// The reading of a message. One with a non-finite value, without a stamp, from the future, or from a frame that tf
+  /// cannot relate to the base frame is refused (empty, and lastRefusal() says why).
+  std::optional<SensorReading> read(const sensor_msgs::Imu& message, const ros::Time& now);
+
+  /// The observation of a message in the frame of the last one that was read.
+  Observation observation(const sensor_msgs::Imu& message) const;
+
+  /// Why the last message was refused; empty if it was not.
+  const std::string& lastRefusal() const { return refusal_; }
+
+ private:
+  std::nullopt_t refuse(const std::string& reason);
+  bool rotationFrom(const std::string& frame);
+
+  std::string base_frame_;
+  const tf2_ros::Buffer& transforms_;
+  Eigen::Quaterniond rotation_ = Eigen::Quaterniond::Identity();
+  std::string refusal_;
+};
+
+}  // namespace jackal_aic

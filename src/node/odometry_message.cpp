@@ -1,0 +1,70 @@
+#include "odometry_message.hpp"
+
+#include <cmath>
+
+namespace jackal_aic {
+namespace {
+
+constexpr int kSize = 6;                   // of a covariance: x, y, z, roll, pitch, yaw
+constexpr int kPlanar[] = {0, 1, 5};       // rows of x, y and yaw
+constexpr int kForwardRow = 0;             // of a twist
+constexpr int kYawRow = 5;                 // of a twist
+constexpr double kSmallVariance = 0.001;   // (m/s)^2, of the speeds that a robot on wheels does not have
+constexpr double kUnknownVariance = 1e6;   // of what is not known
+constexpr double kGroundVariance = 0.001;  // m^2, of the place that is taken for exact at the start
+
+/// Of a twist and a pose: along x, y and z; about x and y.
+void setRest(boost::array<double, 36>& covariance, double vertical) {
+  covariance.fill(0.0);
+  covariance[1 * kSize + 1] = kSmallVariance;
+  covariance[2 * kSize + 2] = vertical;
+  covariance[3 * kSize + 3] = covariance[4 * kSize + 4] = kUnknownVariance;
+}
+
+/// The belief about the drive train of a robot of which there is no plant model.
+PlantModel assumedModel(const DriveParameters& parameters) {
+  PlantModel model;
+  model.identified = false;
+  return drivenModel(parameters.plant_model.value_or(model));
+}
+
+}  // namespace
+
+Odometry makeOdometry(const DriveParameters& parameters, const VelocityController& controller) {
+  const PlantModel model = assumedModel(parameters);
+  const auto* gains = std::get_if<PredictiveParameters>(&parameters.controller);
+  const auto* predictive = dynamic_cast<const PredictiveController*>(&controller);
+  if (predictive && gains && gains->goal_weight == 0.0) return Odometry(*predictive, parameters.geometry, model);
+  return Odometry(gains ? *gains : PredictiveParameters{}, parameters.geometry, model);
+}
+
+void fillPose(const PlanarPose& pose, nav_msgs::Odometry& message) {
+  message.pose.pose.position.x = pose.x;
+  message.pose.pose.position.y = pose.y;
+  message.pose.pose.orientation.z = std::sin(0.5 * pose.heading);
+  message.pose.pose.orientation.w = std::cos(0.5 * pose.heading);
+}
+
+void fillMotion(const PlanarMotion& motion, nav_msgs::Odometry& message) {
+  message.twist.twist.linear.x = motion.forward;
+  message.twist.twist.angular.z = motion.yaw_rate;
+}
+
+void fillPoseCovariance(const Eigen::Matrix3d& covariance, nav_msgs::Odometry& message) {
+  auto& matrix = message.pose.covariance;
+  setRest(matrix, kUnknownVariance);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) matrix[kPlanar[i] * kSize + kPlanar[j]] = covariance(i, j);
+    matrix[kPlanar[i] * (kSize + 1)] += kGroundVariance;
+  }
+}
+
+void fillMotionCovariance(const Eigen::Matrix2d& covariance, nav_msgs::Odometry& message) {
+  auto& matrix = message.twist.covariance;
+  setRest(matrix, kSmallVariance);
+  matrix[kForwardRow * kSize + kForwardRow] = covariance(0, 0);
+  matrix[kForwardRow * kSize + kYawRow] = matrix[kYawRow * kSize + kForwardRow] = covariance(0, 1);
+  matrix[kYawRow * kSize + kYawRow] = covariance(1, 1);
+}
+
+}  // namespace jackal_aic

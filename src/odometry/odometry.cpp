@@ -1,0 +1,57 @@
+#include "jackal_aic/odometry/odometry.hpp"
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kRounding = 1e-9;  // s
+
+PredictiveParameters unbiased(PredictiveParameters parameters) {
+  parameters.goal_weight = 0.0;
+  return parameters;
+}
+
+double square(double x) { return x * x; }
+
+}  // namespace
+
+Odometry::Odometry(const PredictiveController& belief, const GeometryParameters& geometry, const PlantModel& model)
+    : belief_(&belief), slip_(model.on_box ? 0.0 : kSlipTime * geometry.wheel_radius) {}
+
+Odometry::Odometry(const PredictiveParameters& parameters, const GeometryParameters& geometry, const PlantModel& model)
+    : own_(std::make_unique<PredictiveController>(unbiased(parameters), geometry, model)),
+      belief_(own_.get()),
+      slip_(model.on_box ? 0.0 : kSlipTime * geometry.wheel_radius) {}
+
+void Odometry::observe(const Observation& observation) {
+  if (own_) own_->observe(observation);
+}
+
+void Odometry::advance(const WheelCommand& applied, double duration) {
+  if (own_) {
+    own_->overrule(applied);
+    for (left_over_ += duration; left_over_ + kRounding >= own_->beliefStep(); left_over_ -= own_->beliefStep()) {
+      own_->updateBelief();
+    }
+  }
+  const PlanarMotion now = motion();
+  reckoning_.advance({0.5 * (last_.forward + now.forward), 0.5 * (last_.yaw_rate + now.yaw_rate), now.covariance},
+                     duration);
+  last_ = now;
+}
+
+PlanarMotion Odometry::motion() const {
+  const BodyVector velocity = belief_->believedVelocity();
+  PlanarMotion motion{velocity(kForward), velocity(kYaw), belief_->velocityCovariance()};
+  // + ½ T² ((dv_L/dt)² + (dv_R/dt)²)
+  motion.covariance(0, 0) +=
+      0.5 * (square(slip_ * belief_->left().acceleration()) + square(slip_ * belief_->right().acceleration()));
+  return motion;
+}
+
+void Odometry::forgetMotion() {
+  if (own_) own_->forgetMotion();
+  left_over_ = 0.0;
+  last_ = {};
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,52 @@
+#pragma once
+
+/// @file
+/// Parameters of the controller of ros_control: those of diff_drive_controller, by their names and meanings, and those
+/// of the drive loop.
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "node_parameters.hpp"
+
+namespace jackal_aic {
+
+/// What may change while the controller runs.
+struct LiveParameters {
+  double left_wheel_radius_multiplier = 1.0;
+  double right_wheel_radius_multiplier = 1.0;
+  double wheel_separation_multiplier = 1.0;
+  double publish_rate = 50.0;  ///< of odometry and tf [Hz]; 0: never
+  bool enable_odom_tf = true;  ///< publish the transform from odom_frame_id to base_frame_id
+};
+
+/// Everything the controller is configured with.
+struct RosControlParameters {
+  NodeParameters drive;  ///< of the drive loop; its deadline of the set point is cmd_vel_timeout, its track the
+                         ///< separation of the wheels times its multiplier
+  LiveParameters live;   ///< at the start
+  double wheel_separation = 0.0;  ///< between the wheels of both sides, without its multiplier [m]
+  bool open_loop = false;         ///< odometry of what is commanded instead of what is measured
+  bool allow_multiple_cmd_vel_publishers = true;
+  bool publish_cmd = false;                                        ///< publish what is driven on cmd_vel_out
+  std::string odom_frame_id = "odom";                              ///< of the odometry
+  std::optional<std::array<double, 6>> pose_covariance_diagonal;   ///< empty: that of the odometry
+  std::optional<std::array<double, 6>> twist_covariance_diagonal;  ///< empty: that of the odometry
+  std::string imu_topic = "imu/data";                              ///< in the namespace of the robot
+  std::vector<std::string> unused;                                 ///< keys that belong to neither
+};
+
+/// Reads all parameters of a controller's namespace. The keys of the drive loop are those of the node, but for
+/// robot.wheel_radius, robot.effective_track, robot.base_frame and the names of the joints, in place of which
+/// diff_drive_controller's stand. Its limits become those of the drive gate where limits.* says nothing: max_* that of
+/// the acceleration, min_* that of the deceleration. Without a structure's keys the predictive one drives with its
+/// defaults, without plant_model.* an assumed Jackal.
+/// @param map the namespace; @param robot_description returns the URDF, empty if there is none; called if wheel_radius
+/// or wheel_separation are missing.
+/// @throws ParameterError, one line.
+RosControlParameters readRosControlParameters(ParameterMap map, const std::function<std::string()>& robot_description);
+
+}  // namespace jackal_aic

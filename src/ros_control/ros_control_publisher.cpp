@@ -1,0 +1,119 @@
+#include "ros_control_publisher.hpp"
+
+#include <geometry_msgs/TwistStamped.h>
+
+#include <cerrno>
+
+namespace jackal_aic {
+namespace {
+
+void setDiagonal(boost::array<double, 36>& covariance, const std::array<double, 6>& diagonal) {
+  constexpr std::size_t kRows = 6;
+  covariance.fill(0.0);
+  for (std::size_t i = 0; i < kRows; ++i) covariance[i * kRows + i] = diagonal[i];
+}
+
+}  // namespace
+
+RosControlPublisher::RosControlPublisher(const ros::NodeHandle& robot, const ros::NodeHandle& controller,
+                                         const std::string& name, const RosControlParameters& parameters)
+    : robot_(robot),
+      base_frame_(parameters.drive.robot.base_frame),
+      pose_covariance_given_(parameters.pose_covariance_diagonal.has_value()),
+      twist_covariance_given_(parameters.twist_covariance_diagonal.has_value()),
+      diagnostics_(robot, controller, name) {
+  odometry_.header.frame_id = parameters.odom_frame_id;
+  odometry_.child_frame_id = base_frame_;
+  if (pose_covariance_given_) setDiagonal(odometry_.pose.covariance, *parameters.pose_covariance_diagonal);
+  if (twist_covariance_given_) setDiagonal(odometry_.twist.covariance, *parameters.twist_covariance_diagonal);
+  transform_.transforms.resize(1);
+  transform_.transforms[0].header.frame_id = parameters.odom_frame_id;
+  transform_.transforms[0].child_frame_id = base_frame_;
+
+  ros::NodeHandle node(controller);
+  odometry_publisher_ = node.advertise<nav_msgs::Odometry>("odom", 100);
+  state_publisher_ = node.advertise<ControllerState>("state", 10);
+  if (parameters.publish_cmd) command_publisher_ = node.advertise<geometry_msgs::TwistStamped>("cmd_vel_out", 100);
+  transform_publisher_ = robot_.advertise<tf2_msgs::TFMessage>("/tf", 100);
+  diagnostics_.setHardwareID("jackal");
+  diagnostics_.add("Active inference controller",
+                   [this](diagnostic_updater::DiagnosticStatusWrapper& status) { report_.diagnose(status); });
+  sem_init(&news_, 0, 0);
+  thread_ = std::thread([this] { run(); });
+}
+
+RosControlPublisher::~RosControlPublisher() {
+  ending_ = true;
+  sem_post(&news_);
+  thread_.join();
+  sem_destroy(&news_);
+}
+
+void RosControlPublisher::tell(const OdometryUpdate& update) {
+  odometry_updates_.write(update);
+  sem_post(&news_);
+}
+
+void RosControlPublisher::tell(const CommandUpdate& update) {
+  if (!command_publisher_) return;
+  command_updates_.write(update);
+  sem_post(&news_);
+}
+
+void RosControlPublisher::run() {
+  while (!ending_) {
+    if (sem_wait(&news_) != 0 && errno == EINTR) continue;
+    if (const OdometryUpdate* update = odometry_updates_.read()) publish(*update);
+    if (const CommandUpdate* update = command_updates_.read()) publish(*update);
+  }
+}
+
+void RosControlPublisher::publish(const OdometryUpdate& update) {
+  odometry_.header.stamp = update.stamp;
+  fillPose(update.pose, odometry_);
+  fillMotion(update.motion, odometry_);
+  if (!pose_covariance_given_) fillPoseCovariance(update.pose_covariance, odometry_);
+  if (!twist_covariance_given_) fillMotionCovariance(update.motion.covariance, odometry_);
+  odometry_publisher_.publish(odometry_);
+  if (update.transform) {
+    geometry_msgs::TransformStamped& transform = transform_.transforms[0];
+    transform.header.stamp = update.stamp;
+    transform.transform.translation.x = update.pose.x;
+    transform.transform.translation.y = update.pose.y;
+    transform.transform.rotation = odometry_.pose.pose.orientation;
+    transform_publisher_.publish(transform_);
+  }
+  if (report_.update(update.status, "")) diagnostics_.force_update();
+  diagnostics_.update();
+  publishState(update);
+}
+
+void RosControlPublisher::publishState(const OdometryUpdate& update) {
+  ControllerState message;
+  message.header.stamp = update.stamp;
+  message.header.frame_id = base_frame_;
+  message.status = static_cast<std::uint8_t>(update.status.decision.status);
+  message.reason = report_.reason();
+  message.set_point_forward = update.set_point.forward;
+  message.set_point_yaw_rate = update.set_point.yaw_rate;
+  message.action_left = update.action.left;
+  message.action_right = update.action.right;
+  message.command_left = update.command.left;
+  message.command_right = update.command.right;
+  message.belief_forward = {update.motion.forward};
+  message.belief_yaw_rate = {update.motion.yaw_rate};
+  message.free_energy = update.free_energy;
+  message.rejected_set_points = update.status.rejected_set_points;
+  message.rejected_measurements = update.status.rejected_measurements;
+  state_publisher_.publish(message);
+}
+
+void RosControlPublisher::publish(const CommandUpdate& update) {
+  geometry_msgs::TwistStamped message;
+  message.header.stamp = update.stamp;
+  message.twist.linear.x = update.velocity(kForward);
+  message.twist.angular.z = update.velocity(kYaw);
+  command_publisher_.publish(message);
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,87 @@
+#pragma once
+
+/// @file
+/// What the controller of ros_control publishes, from a thread of its own: publishing locks and allocates.
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <jackal_aic/ControllerState.h>
+#include <nav_msgs/Odometry.h>
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+#include <semaphore.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <array>
+#include <atomic>
+#include <string>
+#include <thread>
+
+#include "jackal_aic/safety/drive_loop.hpp"
+#include "latest.hpp"
+#include "odometry_message.hpp"
+#include "ros_control_parameters.hpp"
+#include "status_report.hpp"
+
+namespace jackal_aic {
+
+/// Odometry, and what the drive loop does, at one time.
+struct OdometryUpdate {
+  ros::Time stamp;
+  PlanarPose pose;
+  PlanarMotion motion;
+  Eigen::Matrix3d pose_covariance = Eigen::Matrix3d::Zero();  ///< of the pose
+  bool transform = false;                                     ///< publish the pose on tf too
+  DriveLoopStatus status;
+  SetPoint set_point;    ///< in force
+  WheelCommand action;   ///< before the limits [rad/s]
+  WheelCommand command;  ///< [rad/s]
+  double free_energy = 0.0;
+};
+
+/// What is driven at one time.
+struct CommandUpdate {
+  ros::Time stamp;
+  BodyVector velocity = BodyVector::Zero();  ///< of the wheels' commands (base_link)
+};
+
+/// Publishes in the controller's namespace odom (nav_msgs/Odometry), state (ControllerState) and, with publish_cmd,
+/// cmd_vel_out (geometry_msgs/TwistStamped); beside it /tf and /diagnostics. tell() neither locks nor allocates.
+class RosControlPublisher {
+ public:
+  /// @param robot, controller namespaces; @param name of the controller.
+  RosControlPublisher(const ros::NodeHandle& robot, const ros::NodeHandle& controller, const std::string& name,
+                      const RosControlParameters& parameters);
+  ~RosControlPublisher();
+  RosControlPublisher(const RosControlPublisher&) = delete;
+  RosControlPublisher& operator=(const RosControlPublisher&) = delete;
+
+  void tell(const OdometryUpdate& update);
+  void tell(const CommandUpdate& update);
+
+ private:
+  void run();
+  void publish(const OdometryUpdate& update);
+  void publish(const CommandUpdate& update);
+  void publishState(const OdometryUpdate& update);
+
+  ros::NodeHandle robot_;
+  std::string base_frame_;
+  nav_msgs::Odometry odometry_;  // with what does not change
+  bool pose_covariance_given_;
+  bool twist_covariance_given_;
+  tf2_msgs::TFMessage transform_;
+  ros::Publisher odometry_publisher_;
+  ros::Publisher transform_publisher_;
+  ros::Publisher command_publisher_;  // with publish_cmd
+  ros::Publisher state_publisher_;
+  StatusReport report_;
+  diagnostic_updater::Updater diagnostics_;
+
+  Latest<OdometryUpdate> odometry_updates_;
+  Latest<CommandUpdate> command_updates_;
+  sem_t news_{};
+  std::atomic<bool> ending_{false};
+  std::thread thread_;
+};
+
+}  // namespace jackal_aic

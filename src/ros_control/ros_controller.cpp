@@ -1,0 +1,330 @@
+#include "ros_controller.hpp"
+
+#include <ros/console.h>
+
+#include <algorithm>
+#include <cmath>
+#include <pluginlib/class_list_macros.hpp>
+
+#include "conversions.hpp"
+#include "jackal_aic/model/gravity.hpp"
+#include "jackal_aic/predictive/predictive_controller.hpp"
+#include "odometry_message.hpp"
+#include "ros_parameters.hpp"
+
+namespace jackal_aic {
+namespace {
+
+/// By which an update may come early without missing its action step [s].
+constexpr double kEarly = 0.002;
+
+/// Largest age of an IMU sample that is paired with the wheels [s]: both come at 50 Hz, and neither waits.
+constexpr double kPairingAge = 0.03;
+
+/// Part of the sensors' period in which the wheels are sampled once.
+constexpr double kShortestPeriod = 0.75;
+/// Part of the sensors' period after which wheels that did not change are sampled all the same.
+constexpr double kLongestPeriod = 1.5;
+
+std::string urdfOf(const ros::NodeHandle& robot) {
+  std::string urdf;
+  robot.getParam("robot_description", urdf);
+  return urdf;
+}
+
+void setCommand(std::vector<hardware_interface::JointHandle>& joints, double command) {
+  for (auto& joint : joints) joint.setCommand(command);
+}
+
+double meanVelocity(const std::vector<hardware_interface::JointHandle>& joints) {
+  double sum = 0.0;
+  for (const auto& joint : joints) sum += joint.getVelocity();
+  return sum / static_cast<double>(joints.size());
+}
+
+double sumOfPositions(const std::vector<hardware_interface::JointHandle>& joints) {
+  double sum = 0.0;
+  for (const auto& joint : joints) sum += joint.getPosition();
+  return sum;
+}
+
+bool readsMotion(const hardware_interface::ImuSensorHandle& imu) {
+  return imu.getAngularVelocity() && imu.getLinearAcceleration();
+}
+
+}  // namespace
+
+bool RosController::Wheels::finite() const {
+  return std::isfinite(left) && std::isfinite(right) && std::isfinite(left_position) && std::isfinite(right_position);
+}
+
+bool RosController::Wheels::operator!=(const Wheels& other) const {
+  return left != other.left || right != other.right || left_position != other.left_position ||
+         right_position != other.right_position;
+}
+
+bool RosController::initRequest(hardware_interface::RobotHW* robot_hw, ros::NodeHandle& root_nh,
+                                ros::NodeHandle& controller_nh, ClaimedResources& claimed_resources) {
+  if (auto* imus = robot_hw->get<hardware_interface::ImuSensorInterface>()) {
+    const auto names = imus->getNames();
+    if (!names.empty()) imu_handle_ = imus->getHandle(names.front());
+  }
+  return Controller::initRequest(robot_hw, root_nh, controller_nh, claimed_resources);
+}
+
+bool RosController::init(hardware_interface::VelocityJointInterface* hw, ros::NodeHandle& root_nh,
+                         ros::NodeHandle& controller_nh) {
+  name_ = controller_nh.getNamespace();
+  name_ = name_.substr(name_.find_last_of('/') + 1);
+  try {
+    parameters_ = readRosControlParameters(readRosParameters(controller_nh), [&] { return urdfOf(root_nh); });
+    loop_.emplace(parameters_.drive, makeController(parameters_.drive));
+    odometry_.emplace(makeOdometry(parameters_.drive, loop_->controller()));
+  } catch (const ParameterError& error) {
+    ROS_ERROR_NAMED(name_, "%s: %s", name_.c_str(), error.what());
+    return false;
+  }
+  for (const std::string& key : parameters_.unused) ROS_WARN_NAMED(name_, "%s: not used", key.c_str());
+  ROS_INFO_NAMED(name_, "%s", describeRobot(parameters_.drive).c_str());
+  for (const auto& joint : parameters_.drive.robot.left_wheel_joints) left_joints_.push_back(hw->getHandle(joint));
+  for (const auto& joint : parameters_.drive.robot.right_wheel_joints) right_joints_.push_back(hw->getHandle(joint));
+  live_ = parameters_.live;
+  subscribe(root_nh, controller_nh);
+  publisher_.emplace(root_nh, controller_nh, name_, parameters_);
+  serveReconfiguration(controller_nh);
+  return true;
+}
+
+void RosController::subscribe(ros::NodeHandle& robot, ros::NodeHandle& controller) {
+  const auto no_delay = ros::TransportHints().tcpNoDelay();
+  command_subscriber_ = controller.subscribe("cmd_vel", 1, &RosController::onCommand, this, no_delay);
+  const std::string& base_frame = parameters_.drive.robot.base_frame;
+  const bool by_handle = imu_handle_ && readsMotion(*imu_handle_) && imu_handle_->getFrameId() == base_frame;
+  if (!by_handle) {
+    imu_handle_.reset();
+    transform_listener_.emplace(transforms_, robot);
+    imu_reader_.emplace(base_frame, transforms_);
+    imu_subscriber_ = robot.subscribe(parameters_.imu_topic, 10, &RosController::onImu, this, no_delay);
+  }
+  robot_.emplace(
+      robot,
+      [this](const ros::Time& stamp) {
+        const std::lock_guard<std::mutex> lock(callbacks_);
+        feedback_stamps_.write(stamp.toSec());
+      },
+      [this] {
+        const std::lock_guard<std::mutex> lock(callbacks_);
+        robot_states_.write(robot_->status());
+      });
+}
+
+void RosController::serveReconfiguration(ros::NodeHandle& controller) {
+  RosControllerConfig config;
+  config.left_wheel_radius_multiplier = live_.left_wheel_radius_multiplier;
+  config.right_wheel_radius_multiplier = live_.right_wheel_radius_multiplier;
+  config.wheel_separation_multiplier = live_.wheel_separation_multiplier;
+  config.publish_rate = live_.publish_rate;
+  config.enable_odom_tf = live_.enable_odom_tf;
+  reconfiguration_.emplace(reconfiguration_mutex_, controller);
+  {
+    const boost::recursive_mutex::scoped_lock lock(reconfiguration_mutex_);
+    reconfiguration_->updateConfig(config);
+  }
+  reconfiguration_->setCallback(
+      [this](RosControllerConfig& wanted, std::uint32_t level) { onReconfigure(wanted, level); });
+}
+
+void RosController::onReconfigure(RosControllerConfig& config, std::uint32_t) {
+  const bool predictive = std::holds_alternative<PredictiveParameters>(parameters_.drive.controller);
+  if (!predictive && config.wheel_separation_multiplier != parameters_.live.wheel_separation_multiplier) {
+    ROS_WARN_NAMED(name_, "wheel_separation_multiplier: this structure takes another one when it is loaded again");
+  }
+  const std::lock_guard<std::mutex> lock(callbacks_);
+  settings_.write({config.left_wheel_radius_multiplier, config.right_wheel_radius_multiplier,
+                   config.wheel_separation_multiplier, config.publish_rate, config.enable_odom_tf});
+}
+
+void RosController::onCommand(const geometry_msgs::Twist& command) {
+  if (!isRunning()) {
+    ROS_ERROR_THROTTLE_NAMED(1.0, name_, "Can't accept new commands. Controller is not running.");
+    return;
+  }
+  SetPoint wanted{command.linear.x, 0.0, command.angular.z};
+  const auto publishers = command_subscriber_.getNumPublishers();
+  if (!parameters_.allow_multiple_cmd_vel_publishers && publishers > 1) {
+    ROS_ERROR_THROTTLE_NAMED(1.0, name_, "Detected %u publishers. Only 1 publisher is allowed. Going to brake.",
+                             publishers);
+    wanted = {};
+  }
+  if (!wanted.vector().allFinite()) {
+    ROS_WARN_THROTTLE_NAMED(1.0, name_, "Received NaN in velocity command. Ignoring.");
+    return;
+  }
+  const std::lock_guard<std::mutex> lock(callbacks_);
+  commands_.write(wanted);
+}
+
+void RosController::onImu(const sensor_msgs::Imu& message) {
+  const std::lock_guard<std::mutex> lock(callbacks_);
+  const auto reading = imu_reader_->read(message, ros::Time::now());
+  if (reading) {
+    imu_readings_.write(*reading);
+  } else {
+    ROS_WARN_THROTTLE_NAMED(1.0, name_, "Rejected %s", imu_reader_->lastRefusal().c_str());
+  }
+}
+
+void RosController::starting(const ros::Time& time) {
+  const Wheels now_driven = wheels();
+  const WheelCommand driven = now_driven.finite() ? WheelCommand{now_driven.left, now_driven.right} : WheelCommand{};
+  now_ = last_publication_ = wheels_taken_ = time.toSec();
+  loop_->start(driven, now_);
+  odometry_->forgetMotion();
+  first_update_ = true;
+  commands_.read();  // what was said before
+  drive(driven);
+}
+
+void RosController::stopping(const ros::Time&) { drive({}); }
+
+void RosController::update(const ros::Time& time, const ros::Duration& period) {
+  const double now = time.toSec();
+  takeSettings();
+  takeMessages(now);
+  takeMeasurement(now, period.toSec());
+  // The steps of an action are due a little before the update that runs them, so that one that comes early does too.
+  first_update_ ? loop_->advance(now, now - kEarly) : loop_->advance(now);
+  first_update_ = false;
+  drive(loop_->command());
+  reckon(std::max(0.0, now - now_));
+  now_ = now;
+  publish(time);
+}
+
+void RosController::takeSettings() {
+  const LiveParameters* wanted = settings_.read();
+  if (!wanted) return;
+  auto* predictive = dynamic_cast<PredictiveController*>(&loop_->controller());
+  if (predictive && wanted->wheel_separation_multiplier != live_.wheel_separation_multiplier) {
+    SlipState slip = predictive->slip();
+    slip.effective_track = parameters_.wheel_separation * wanted->wheel_separation_multiplier;
+    predictive->setSlip(slip);
+  }
+  live_ = *wanted;
+}
+
+void RosController::takeMessages(double now) {
+  if (const RobotStatus* status = robot_states_.read()) loop_->report(*status, now);
+  if (const double* stamp = feedback_stamps_.read()) loop_->receiveFeedback(*stamp, now);
+  if (const SetPoint* command = commands_.read()) loop_->setSetPoint(*command, now);
+}
+
+RosController::Wheels RosController::wheels() const {
+  const double left = live_.left_wheel_radius_multiplier, right = live_.right_wheel_radius_multiplier;
+  return {left * meanVelocity(left_joints_), right * meanVelocity(right_joints_), left * sumOfPositions(left_joints_),
+          right * sumOfPositions(right_joints_)};
+}
+
+void RosController::drive(const WheelCommand& command) {
+  setCommand(left_joints_, command.left / live_.left_wheel_radius_multiplier);
+  setCommand(right_joints_, command.right / live_.right_wheel_radius_multiplier);
+}
+
+void RosController::takeMeasurement(double now, double period) {
+  const SensorReading* reading = imu_handle_ ? nullptr : imu_readings_.read();
+  if (reading) {
+    imu_ = reading->observation;
+    loop_->receiveImu(*reading, now);
+  }
+  const Wheels read = wheels();
+  if (!read.finite() || !wheelsAreDue(read, now, period)) return;
+  if (imu_handle_) {
+    const SensorReading of_robot = *imuOfRobot(now);
+    imu_ = of_robot.observation;
+    loop_->receiveImu(of_robot, now);
+  }
+  observe(read, now);
+}
+
+std::optional<SensorReading> RosController::imuOfRobot(double now) const {
+  const double *w = imu_handle_->getAngularVelocity(), *a = imu_handle_->getLinearAcceleration();
+  SensorReading reading;
+  Observation& y = reading.observation;
+  y.stamp = now;
+  y.yaw_rate = w[2];
+  Eigen::Vector3d force(a[0], a[1], a[2]);
+  y.acceleration_z = force.z();
+  if (const double* q = imu_handle_->getOrientation()) {
+    if (const auto attitude = unitAttitude({q[3], q[0], q[1], q[2]})) force -= gravityReaction(*attitude);
+  }
+  y.acceleration_x = force.x();
+  y.acceleration_y = force.y();
+  y.valid.wheel_left = y.valid.wheel_right = false;
+  reading.sample.head<6>() << w[0], w[1], w[2], a[0], a[1], a[2];
+  return reading;
+}
+
+bool RosController::wheelsAreDue(const Wheels& wheels, double now, double period) const {
+  const double sensor_period = parameters_.drive.plant_model ? 1.0 / parameters_.drive.plant_model->sensor_rate
+                                                             : loop_->controller().actionStep();
+  const double since = now - wheels_taken_;
+  if (since < 0.0) return true;  // the clock jumped back
+  if (since < kShortestPeriod * sensor_period) return false;
+  // A loop that is faster than the sensors sees their samples repeated.
+  return period > 0.5 * sensor_period || wheels != last_wheels_ || since >= kLongestPeriod * sensor_period;
+}
+
+void RosController::observe(const Wheels& wheels, double now) {
+  last_wheels_ = wheels;
+  wheels_taken_ = now;
+  SensorReading reading;
+  Observation& y = reading.observation;
+  y.stamp = now;
+  y.wheel_left = wheels.left;
+  y.wheel_right = wheels.right;
+  y.valid.yaw_rate = y.valid.acceleration = false;
+  reading.sample.head<4>() << wheels.left, wheels.right, wheels.left_position, wheels.right_position;
+  loop_->receiveWheels(reading, now);
+  const bool paired = imu_ && std::abs(now - imu_->stamp) <= kPairingAge;
+  if (paired) {
+    y = *imu_;
+    y.stamp = now;
+    y.wheel_left = wheels.left;
+    y.wheel_right = wheels.right;
+    y.valid = {};
+    loop_->observe(y, now);
+  }
+  if (const FaultReport* faults = loop_->faultReport()) y.valid = y.valid & faults->valid();
+  odometry_->observe(y);
+}
+
+void RosController::reckon(double duration) {
+  odometry_->advance(loop_->command(), duration);
+  const BodyVector command = SkidSteerKinematics(parameters_.drive.geometry).bodyVelocity(loop_->command());
+  commanded_motion_ = {command(kForward), command(kYaw), odometry_->motion().covariance};
+  commanded_.advance(commanded_motion_, duration);
+}
+
+void RosController::publish(const ros::Time& time) {
+  const double now = time.toSec(), period = 1.0 / live_.publish_rate;
+  publisher_->tell(CommandUpdate{time, {commanded_motion_.forward, 0.0, commanded_motion_.yaw_rate}});
+  if (!(last_publication_ + period < now)) return;
+  last_publication_ = std::max(last_publication_ + period, now - period);
+  OdometryUpdate update;
+  update.stamp = time;
+  const bool open_loop = parameters_.open_loop;
+  update.pose = open_loop ? commanded_.pose() : odometry_->pose();
+  update.pose_covariance = open_loop ? commanded_.covariance() : odometry_->poseCovariance();
+  update.motion = open_loop ? commanded_motion_ : odometry_->motion();
+  update.transform = live_.enable_odom_tf;
+  update.status = loop_->status();
+  update.set_point = loop_->setPoint();
+  update.action = loop_->action();
+  update.command = loop_->command();
+  update.free_energy = loop_->controller().freeEnergy();
+  publisher_->tell(update);
+}
+
+}  // namespace jackal_aic
+
+PLUGINLIB_EXPORT_CLASS(jackal_aic::RosController, controller_interface::ControllerBase)

@@ -1,0 +1,126 @@
+#pragma once
+
+/// @file
+/// The drive loop as a controller of ros_control: what diff_drive_controller is to its robot, with active inference.
+
+#include <controller_interface/controller.h>
+#include <dynamic_reconfigure/server.h>
+#include <geometry_msgs/Twist.h>
+#include <hardware_interface/imu_sensor_interface.h>
+#include <hardware_interface/joint_command_interface.h>
+#include <jackal_aic/RosControllerConfig.h>
+#include <sensor_msgs/Imu.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <boost/thread/recursive_mutex.hpp>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "imu_reader.hpp"
+#include "jackal_aic/odometry/odometry.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
+#include "latest.hpp"
+#include "robot_watch.hpp"
+#include "ros_control_parameters.hpp"
+#include "ros_control_publisher.hpp"
+
+namespace jackal_aic {
+
+/// Plugin jackal_aic/ActiveInferenceController. Topics, parameters and services are those of diff_drive_controller; in
+/// the namespace of the robot it listens to imu/data (sensor_msgs/Imu), and if they are there to e_stop
+/// (std_msgs/Bool), status and feedback (jackal_msgs). A robot that offers its IMU as an ImuSensorHandle in its base
+/// frame is read there.
+///
+/// update() runs the steps of the drive loop that are due, at whatever rate it is called, and neither locks nor
+/// allocates; callbacks hand over what they got by Latest.
+class RosController : public controller_interface::Controller<hardware_interface::VelocityJointInterface> {
+ public:
+  /// False, with the reason on the console, if the parameters are not good. @throws HardwareInterfaceException if the
+  /// robot does not have a joint.
+  bool init(hardware_interface::VelocityJointInterface* hw, ros::NodeHandle& root_nh,
+            ros::NodeHandle& controller_nh) override;
+
+  /// Goes on from the speed of the wheels: a robot that somebody else drove does not jerk.
+  void starting(const ros::Time& time) override;
+
+  void update(const ros::Time& time, const ros::Duration& period) override;
+
+  /// Commands zero, as nobody asks it any more.
+  void stopping(const ros::Time& time) override;
+
+ protected:
+  /// As the base, with the robot's IMU if it has one.
+  bool initRequest(hardware_interface::RobotHW* robot_hw, ros::NodeHandle& root_nh, ros::NodeHandle& controller_nh,
+                   ClaimedResources& claimed_resources) override;
+
+ private:
+  using Joints = std::vector<hardware_interface::JointHandle>;
+
+  /// What the wheels' encoders read: means of a side's speeds [rad/s] and sums of its positions [rad], of wheels of the
+  /// drive loop's radius.
+  struct Wheels {
+    double left = 0.0, right = 0.0;
+    double left_position = 0.0, right_position = 0.0;
+    bool finite() const;
+    bool operator!=(const Wheels& other) const;
+  };
+
+  void subscribe(ros::NodeHandle& robot, ros::NodeHandle& controller);
+  void serveReconfiguration(ros::NodeHandle& controller);
+  void onCommand(const geometry_msgs::Twist& command);
+  void onImu(const sensor_msgs::Imu& message);
+  void onReconfigure(RosControllerConfig& config, std::uint32_t level);
+
+  Wheels wheels() const;
+  void takeSettings();
+  void takeMessages(double now);
+  void takeMeasurement(double now, double period);
+  std::optional<SensorReading> imuOfRobot(double now) const;
+  bool wheelsAreDue(const Wheels& wheels, double now, double period) const;
+  void observe(const Wheels& wheels, double now);
+  void drive(const WheelCommand& command);
+  void reckon(double duration);
+  void publish(const ros::Time& time);
+
+  std::string name_;
+  RosControlParameters parameters_;
+  std::optional<DriveLoop> loop_;
+  Joints left_joints_, right_joints_;
+  std::optional<hardware_interface::ImuSensorHandle> imu_handle_;
+
+  // For the realtime thread alone.
+  LiveParameters live_;
+  bool first_update_ = true;
+  double now_ = 0.0;  // of the last update [s]
+  Wheels last_wheels_;
+  double wheels_taken_ = 0.0;  // time of the last sample [s]
+  std::optional<Observation> imu_;
+  std::optional<Odometry> odometry_;
+  PlanarMotion commanded_motion_;
+  DeadReckoning commanded_;        // in place of the odometry in open loop
+  double last_publication_ = 0.0;  // s
+
+  // From callbacks, whatever thread they come from, to the realtime thread.
+  std::mutex callbacks_;
+  Latest<SetPoint> commands_;
+  Latest<SensorReading> imu_readings_;
+  Latest<double> feedback_stamps_;
+  Latest<RobotStatus> robot_states_;
+  Latest<LiveParameters> settings_;
+
+  tf2_ros::Buffer transforms_;
+  std::optional<tf2_ros::TransformListener> transform_listener_;
+  std::optional<ImuReader> imu_reader_;
+  std::optional<RobotWatch> robot_;
+  std::optional<RosControlPublisher> publisher_;
+  ros::Subscriber command_subscriber_;
+  ros::Subscriber imu_subscriber_;
+  boost::recursive_mutex reconfiguration_mutex_;
+  std::optional<dynamic_reconfigure::Server<RosControllerConfig>> reconfiguration_;
+};
+
+}  // namespace jackal_aic

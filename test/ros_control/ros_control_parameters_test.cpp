@@ -1,0 +1,153 @@
+#include "ros_control_parameters.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+namespace jackal_aic {
+namespace {
+
+std::string jackalUrdf() {
+  std::ifstream file(std::string(JACKAL_AIC_SOURCE_DIR) + "/sim/urdf/jackal.urdf");
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// The least that a robot has to say.
+ParameterMap bare() {
+  ParameterMap map;
+  map.set("left_wheel", std::string("front_left_wheel"));
+  map.set("right_wheel", std::string("front_right_wheel"));
+  return map;
+}
+
+RosControlParameters read(const ParameterMap& map) { return readRosControlParameters(map, jackalUrdf); }
+
+std::string refusal(const ParameterMap& map, const std::string& urdf = jackalUrdf()) {
+  try {
+    readRosControlParameters(map, [&] { return urdf; });
+  } catch (const ParameterError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(RosControlParameters, DefaultsAreThoseOfDiffDriveController) {
+  const auto p = read(bare());
+  EXPECT_EQ(p.live.publish_rate, 50.0);
+  EXPECT_TRUE(p.live.enable_odom_tf);
+  EXPECT_EQ(p.live.wheel_separation_multiplier, 1.0);
+  EXPECT_EQ(p.live.left_wheel_radius_multiplier, 1.0);
+  EXPECT_EQ(p.live.right_wheel_radius_multiplier, 1.0);
+  EXPECT_FALSE(p.open_loop);
+  EXPECT_FALSE(p.publish_cmd);
+  EXPECT_TRUE(p.allow_multiple_cmd_vel_publishers);
+  EXPECT_EQ(p.odom_frame_id, "odom");
+  EXPECT_EQ(p.drive.robot.base_frame, "base_link");
+  EXPECT_EQ(p.drive.gate.deadlines.set_point, 0.5);
+  EXPECT_TRUE(p.unused.empty());
+}
+
+TEST(RosControlParameters, GeometryComesFromTheUrdfUnlessGiven) {
+  ParameterMap map = bare();
+  const auto by_urdf = read(map);
+  EXPECT_NEAR(by_urdf.wheel_separation, 0.37559, 1e-6);
+  EXPECT_NEAR(by_urdf.drive.geometry.wheel_radius, 0.098, 1e-6);
+  map.set("wheel_separation", 0.4);
+  map.set("wheel_radius", 0.1);
+  map.set("wheel_separation_multiplier", 1.5);
+  const auto given = readRosControlParameters(map, [] { return std::string(); });
+  EXPECT_EQ(given.drive.geometry.wheel_radius, 0.1);
+  EXPECT_NEAR(given.drive.geometry.effective_track, 0.6, 1e-12);
+}
+
+TEST(RosControlParameters, ARadiusMultiplierOfBothSidesCountsBeforeThoseOfOne) {
+  ParameterMap map = bare();
+  map.set("left_wheel_radius_multiplier", 0.9);
+  map.set("right_wheel_radius_multiplier", 1.1);
+  EXPECT_EQ(read(map).live.left_wheel_radius_multiplier, 0.9);
+  EXPECT_EQ(read(map).live.right_wheel_radius_multiplier, 1.1);
+  map.set("wheel_radius_multiplier", 1.02);
+  EXPECT_EQ(read(map).live.left_wheel_radius_multiplier, 1.02);
+  EXPECT_EQ(read(map).live.right_wheel_radius_multiplier, 1.02);
+}
+
+TEST(RosControlParameters, LimitsAreThoseOfTheGateUnlessItHasItsOwn) {
+  ParameterMap map = bare();
+  map.set("linear.x.has_velocity_limits", true);
+  map.set("linear.x.max_velocity", 1.0);
+  map.set("linear.x.min_velocity", -0.5);
+  map.set("linear.x.has_acceleration_limits", true);
+  map.set("linear.x.max_acceleration", 1.0);
+  map.set("linear.x.min_acceleration", -0.5);
+  map.set("linear.x.has_jerk_limits", true);
+  map.set("linear.x.max_jerk", 5.0);
+  map.set("angular.z.max_velocity", 1.0);  // has_velocity_limits is false
+  const auto limits = read(map).drive.gate.limits;
+  EXPECT_EQ(limits.linear_speed, 1.0);
+  EXPECT_EQ(limits.linear_acceleration, 1.0);
+  EXPECT_EQ(limits.linear_deceleration, 0.5);
+  EXPECT_EQ(limits.linear_jerk, 5.0);
+  EXPECT_EQ(limits.angular_speed, LimitParameters{}.angular_speed);
+  const auto brake = read(map).drive.gate.brake;
+  EXPECT_EQ(brake.linear_deceleration, 0.5);
+  EXPECT_EQ(brake.time, 2.0);
+  map.set("limits.linear_speed", 0.8);
+  EXPECT_EQ(read(map).drive.gate.limits.linear_speed, 0.8);
+}
+
+TEST(RosControlParameters, WithoutAStructureThePredictiveOneDrivesAnAssumedJackal) {
+  const auto p = read(bare());
+  EXPECT_TRUE(std::holds_alternative<PredictiveParameters>(p.drive.controller));
+  ASSERT_TRUE(p.drive.plant_model);
+  EXPECT_FALSE(p.drive.plant_model->identified);
+  ParameterMap map = bare();
+  map.set("diff_drive.rate", 50.0);
+  EXPECT_TRUE(std::holds_alternative<DifferentialDriveParameters>(read(map).drive.controller));
+}
+
+TEST(RosControlParameters, AnEmptyCovarianceIsThatOfTheOdometry) {
+  ParameterMap map = bare();
+  EXPECT_FALSE(read(map).twist_covariance_diagonal);
+  map.set("twist_covariance_diagonal", std::vector<double>{1, 2, 3, 4, 5, 6});
+  ASSERT_TRUE(read(map).twist_covariance_diagonal);
+  EXPECT_EQ(read(map).twist_covariance_diagonal->at(5), 6.0);
+  map.set("twist_covariance_diagonal", std::vector<double>{});
+  EXPECT_FALSE(read(map).twist_covariance_diagonal);
+}
+
+TEST(RosControlParameters, RefusesWhatCannotDrive) {
+  ParameterMap map;
+  EXPECT_EQ(refusal(map), "Couldn't retrieve wheel param 'left_wheel'");
+  map = bare();
+  map.set("left_wheel", std::vector<std::string>{"front_left_wheel", "rear_left_wheel"});
+  EXPECT_EQ(refusal(map), "#left wheels (2) != #right wheels (1)");
+  map.set("left_wheel", std::vector<double>{});
+  EXPECT_NE(refusal(map).find("'left_wheel'"), std::string::npos);
+  map = bare();
+  EXPECT_NE(refusal(map, "").find("Robot description"), std::string::npos);
+  map.set("left_wheel", std::string("no_such_wheel"));
+  EXPECT_NE(refusal(map).find("no_such_wheel"), std::string::npos);
+  map = bare();
+  map.set("pose_covariance_diagonal", std::vector<double>{1, 2});
+  EXPECT_NE(refusal(map).find("pose_covariance_diagonal"), std::string::npos);
+  map = bare();
+  map.set("robot.effective_track", 0.5);
+  EXPECT_NE(refusal(map).find("wheel_separation"), std::string::npos);
+  map = bare();
+  map.set("predictive.kappa_mu", 1.0);
+  EXPECT_NE(refusal(map).find("belief_learning_rate"), std::string::npos);
+}
+
+TEST(RosControlParameters, TellsKeysThatNobodyReads) {
+  ParameterMap map = bare();
+  map.set("type", std::string("jackal_aic/ActiveInferenceController"));
+  map.set("k_l", 0.1);
+  map.set("cmd_vel_timout", 0.1);
+  EXPECT_EQ(read(map).unused, std::vector<std::string>{"cmd_vel_timout"});
+}
+
+}  // namespace
+}  // namespace jackal_aic

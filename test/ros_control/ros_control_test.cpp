@@ -1,0 +1,498 @@
+// The controller of ros_control as a robot loads it: by pluginlib, with the stock configuration and the shipped extras,
+// on the simulated robot. Time is the simulation's, and everything but publishing happens in this thread, in order.
+
+#include <controller_manager/controller_manager.h>
+#include <dlfcn.h>
+#include <dynamic_reconfigure/Reconfigure.h>
+#include <geometry_msgs/TwistStamped.h>
+#include <gtest/gtest.h>
+#include <nav_msgs/Odometry.h>
+#include <pthread.h>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <future>
+#include <limits>
+#include <sstream>
+
+#include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_robot_hw.hpp"
+#include "plant_messages.hpp"
+#include "response_metrics.hpp"
+
+// Counts what update() must not do: allocate (operator new and Eigen both end in malloc) and lock. The sanitizers bring
+// their own.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define JACKAL_AIC_COUNTS 0
+#else
+#define JACKAL_AIC_COUNTS 1
+#endif
+
+namespace {
+thread_local bool counting = false;
+thread_local int allocations = 0, locks = 0;
+}  // namespace
+
+#if JACKAL_AIC_COUNTS
+extern "C" void* __libc_malloc(std::size_t size);  // NOLINT(bugprone-reserved-identifier): glibc's name
+extern "C" void* malloc(std::size_t size) noexcept {
+  if (counting) ++allocations;
+  return __libc_malloc(size);
+}
+extern "C" int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
+  using Lock = int (*)(pthread_mutex_t*);
+  static const Lock real = reinterpret_cast<Lock>(dlsym(RTLD_NEXT, "pthread_mutex_lock"));
+  if (counting) ++locks;
+  return real(mutex);
+}
+#endif
+
+namespace jackal_aic::test {
+namespace {
+
+using controller_manager_msgs::SwitchController;
+
+constexpr const char* kName = "jackal_velocity_controller";
+constexpr double kSetPointPeriod = 0.05;  // s
+
+std::string text(const std::string& path) {
+  std::ifstream file(std::string(JACKAL_AIC_SOURCE_DIR) + path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+sim::PlantParameters plantParameters() {
+  ParameterMap map;
+  addYamlFile(std::string(JACKAL_AIC_SOURCE_DIR) + "/config/plant.yaml", map);
+  return readParameters<sim::PlantParameters>(map, "plant");
+}
+
+/// What the robot truly did.
+struct Recording {
+  std::vector<double> time, forward, yaw_rate, command;
+};
+
+class RosControl : public testing::Test {
+ protected:
+  explicit RosControl(bool with_imu = false)
+      : robot(text("/sim/urdf/jackal.urdf"), plantParameters(), with_imu),
+        manager(&robot, node),
+        start(newStart()),
+        imu_of_robot(with_imu) {
+    setTime();
+    set_points = node.advertise<geometry_msgs::Twist>(std::string(kName) + "/cmd_vel", 1);
+    imu = node.advertise<sensor_msgs::Imu>("imu/data", 10);
+    transforms = node.advertise<tf2_msgs::TFMessage>("/tf_static", 1, true);
+    odometry_subscriber = node.subscribe<nav_msgs::Odometry>(
+        std::string(kName) + "/odom", 100, [this](const nav_msgs::OdometryConstPtr& message) { odometry = *message; });
+    command_subscriber = node.subscribe<geometry_msgs::TwistStamped>(
+        std::string(kName) + "/cmd_vel_out", 100,
+        [this](const geometry_msgs::TwistStampedConstPtr& message) { command_out = *message; });
+    tellImuFrame();
+  }
+
+  ~RosControl() override { ros::getGlobalCallbackQueue()->clear(); }
+
+  static double newStart() {  // no clock runs back from one test to the next
+    static double start = 100.0;
+    return start += 1000.0;
+  }
+
+  void tellImuFrame() {
+    auto message = boost::make_shared<tf2_msgs::TFMessage>();
+    message->transforms.resize(1);
+    message->transforms[0].header.frame_id = "base_link";
+    message->transforms[0].child_frame_id = "imu_link";
+    message->transforms[0].transform.rotation.w = 1.0;
+    transforms.publish(message);
+  }
+
+  double now() { return start + robot.plant().time(); }
+  void setTime() { ros::Time::setNow(ros::Time(now())); }
+
+  bool load(const std::string& name = kName) {
+    if (!manager.loadController(name)) return false;
+    const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(10.0);
+    while (name == kName && ros::WallTime::now() < end &&
+           (set_points.getNumSubscribers() == 0 || (!imu_of_robot && imu.getNumSubscribers() == 0) ||
+            odometry_subscriber.getNumPublishers() == 0)) {
+      ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.01));
+    }
+    // The transform of the IMU comes from another thread.
+    for (int i = 0; i < 20; ++i) ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.01));
+    return true;
+  }
+
+  /// Starts and stops controllers while the robot goes on.
+  bool change(const std::vector<std::string>& started, const std::vector<std::string>& stopped) {
+    auto done = std::async(std::launch::async, [&] {
+      return manager.switchController(started, stopped, SwitchController::Request::STRICT);
+    });
+    while (done.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) update();
+    return done.get();
+  }
+
+  bool startController() { return load() && change({kName}, {}); }
+
+  virtual void update() {
+    const ros::Time time = ros::Time::now();
+    robot.read(time, ros::Duration(period));
+    manager.update(time, ros::Duration(period));
+    robot.write(time, ros::Duration(period));
+  }
+
+  /// A step of the simulation, with what is due in it.
+  void step() {
+    const auto& measurement = robot.step();
+    setTime();
+    if (measurement && imu_works) {
+      auto message = boost::make_shared<sensor_msgs::Imu>(sim::toImu(*measurement, plantParameters()));
+      message->header.stamp = ros::Time::now();
+      imu.publish(message);
+    }
+    if (wanted && now() - last_set_point >= kSetPointPeriod - 1e-6) {
+      last_set_point = now();
+      set_points.publish(boost::make_shared<geometry_msgs::Twist>(*wanted));
+    }
+    ros::getGlobalCallbackQueue()->callAvailable();
+    if (now() - last_update < period - 1e-6) return;
+    last_update = now();
+    update();
+  }
+
+  void command(double forward, double yaw_rate) {
+    wanted.emplace();
+    wanted->linear.x = forward;
+    wanted->angular.z = yaw_rate;
+    last_set_point = -1.0;
+  }
+
+  Recording run(double duration) {
+    Recording done;
+    const double end = now() + duration;
+    while (now() < end) {
+      step();
+      const auto& truth = robot.plant().truth();
+      done.time.push_back(now());
+      done.forward.push_back(truth.linear_velocity.x());
+      done.yaw_rate.push_back(truth.angular_velocity.z());
+      done.command.push_back(commandOf(0));
+    }
+    return done;
+  }
+
+  double commandOf(int wheel) {
+    return robot.get<hardware_interface::VelocityJointInterface>()->getHandle(sim::kWheelJoints[wheel]).getCommand();
+  }
+
+  sim::ResponseMetrics stepResponse(double forward, double yaw_rate, double duration = 4.0) {
+    const double begin = now();
+    command(forward, yaw_rate);
+    const Recording done = run(duration);
+    return sim::stepResponseMetrics(done.time, forward != 0.0 ? done.forward : done.yaw_rate, begin, 0.0,
+                                    forward != 0.0 ? forward : yaw_rate);
+  }
+
+  /// Waits for the publishing thread.
+  template <class Condition>
+  bool wait(const Condition& condition) {
+    for (int i = 0; i < 500 && !condition(); ++i) ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.01));
+    return condition();
+  }
+
+  ros::NodeHandle node;
+  sim::JackalRobotHW robot;
+  controller_manager::ControllerManager manager;
+  double start;
+  bool imu_of_robot;
+  double period = 0.02;  // s
+  ros::Publisher set_points, imu, transforms;
+  ros::Subscriber odometry_subscriber, command_subscriber;
+  nav_msgs::Odometry odometry;
+  geometry_msgs::TwistStamped command_out;
+  std::optional<geometry_msgs::Twist> wanted;
+  double last_set_point = -1.0, last_update = -1.0;
+  bool imu_works = true;
+};
+
+class RosControlWithImu : public RosControl {
+ protected:
+  RosControlWithImu() : RosControl(true) {}
+};
+
+TEST_F(RosControl, IsLoadedByItsNameAndClaimsTheWheels) {
+  ASSERT_TRUE(startController());
+  EXPECT_TRUE(manager.getControllerByName(kName)->isRunning());
+  controller_manager_msgs::ListControllers list;
+  auto answered = std::async(std::launch::async, [&] {
+    return ros::service::call("controller_manager/list_controllers", list.request, list.response);
+  });
+  while (answered.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) {
+    ros::getGlobalCallbackQueue()->callAvailable();
+  }
+  ASSERT_TRUE(answered.get());
+  ASSERT_EQ(list.response.controller.size(), 1u);
+  const auto& controller = list.response.controller.front();
+  EXPECT_EQ(controller.type, "jackal_aic/ActiveInferenceController");
+  ASSERT_EQ(controller.claimed_resources.size(), 1u);
+  EXPECT_EQ(controller.claimed_resources[0].hardware_interface, "hardware_interface::VelocityJointInterface");
+  EXPECT_EQ(controller.claimed_resources[0].resources.size(), 4u);
+}
+
+TEST_F(RosControl, StepIsFastAndExact) {
+  ASSERT_TRUE(startController());
+  run(1.0);
+  const auto metrics = stepResponse(0.5, 0.0);
+  ASSERT_TRUE(metrics.settling);
+  RecordProperty("settling", std::to_string(*metrics.settling));
+  ROS_INFO("0.5 m/s: settling %.3f s, overshoot %.2f %%, error %.2f %%", *metrics.settling, metrics.overshoot_pct,
+           metrics.steady_error_pct);
+  EXPECT_LE(*metrics.settling, 0.45);
+  EXPECT_LE(metrics.overshoot_pct, 5.0);
+  EXPECT_NEAR(metrics.steady_error_pct, 0.0, 0.5);
+}
+
+TEST_F(RosControl, StepIsTheSameInAFastLoop) {
+  period = 0.001;
+  ASSERT_TRUE(startController());
+  run(1.0);
+  const auto metrics = stepResponse(0.5, 0.0);
+  ASSERT_TRUE(metrics.settling);
+  ROS_INFO("0.5 m/s at 1 kHz: settling %.3f s, overshoot %.2f %%", *metrics.settling, metrics.overshoot_pct);
+  EXPECT_LE(*metrics.settling, 0.45);
+  EXPECT_NEAR(metrics.steady_error_pct, 0.0, 0.5);
+}
+
+TEST_F(RosControl, OneMetrePerSecondAndAnArc) {
+  ASSERT_TRUE(startController());
+  run(1.0);
+  const auto fast = stepResponse(1.0, 0.0);
+  ASSERT_TRUE(fast.settling);
+  EXPECT_LE(*fast.settling, 0.8);
+  EXPECT_NEAR(fast.steady_error_pct, 0.0, 0.5);
+  command(0.0, 0.0);
+  run(2.0);
+  const double begin = now();
+  command(0.5, 0.5);
+  const Recording done = run(4.0);
+  const auto yaw = sim::stepResponseMetrics(done.time, done.yaw_rate, begin, 0.0, 0.5);
+  const auto forward = sim::stepResponseMetrics(done.time, done.forward, begin, 0.0, 0.5);
+  ASSERT_TRUE(yaw.settling && forward.settling);
+  ROS_INFO("1 m/s: %.3f s; arc: forward %.3f s, yaw %.3f s, yaw error %.2f %%", *fast.settling, *forward.settling,
+           *yaw.settling, yaw.steady_error_pct);
+  EXPECT_LE(*forward.settling, 0.6);
+  EXPECT_LE(*yaw.settling, 0.7);
+  EXPECT_NEAR(yaw.steady_error_pct, 0.0, 2.0);
+}
+
+TEST_F(RosControl, StopsWhenCommandsStayAway) {
+  ASSERT_TRUE(startController());
+  run(1.0);
+  command(0.5, 0.0);
+  run(2.0);
+  wanted.reset();
+  const Recording done = run(2.0);
+  EXPECT_NEAR(done.forward[200], 0.5, 0.03) << "cmd_vel_timeout is 0.25 s";
+  EXPECT_NEAR(done.forward.back(), 0.0, 0.01);
+  EXPECT_EQ(commandOf(0), 0.0);
+}
+
+TEST_F(RosControl, OdometryTellsWhatTheRobotDid) {
+  ASSERT_TRUE(startController());
+  run(1.0);
+  const auto begin = robot.plant().truth();
+  ASSERT_TRUE(wait([&] { return odometry.header.stamp.toSec() > 0.0; }));
+  command(0.5, 0.4);
+  run(5.0);
+  command(0.0, 0.0);
+  run(2.0);
+  ASSERT_TRUE(wait([&] { return now() - odometry.header.stamp.toSec() < 0.05; }));
+  const auto end = robot.plant().truth();
+  const Eigen::Vector3d way = end.position - begin.position;
+  EXPECT_EQ(odometry.header.frame_id, "odom");
+  EXPECT_EQ(odometry.child_frame_id, "base_link");
+  // A skid-steer robot turns about a centre that is not quite its own: some centimetres once around.
+  EXPECT_NEAR(odometry.pose.pose.position.x, way.x(), 0.1);
+  EXPECT_NEAR(odometry.pose.pose.position.y, way.y(), 0.1);
+  EXPECT_NEAR(2.0 * std::asin(odometry.pose.pose.orientation.z), 2.0 * std::asin(end.orientation.z()), 0.02);
+  EXPECT_NEAR(odometry.twist.twist.linear.x, 0.0, 0.01);
+  EXPECT_EQ(odometry.twist.covariance[7], 0.001);
+  EXPECT_EQ(odometry.pose.covariance[35], 0.03);
+}
+
+TEST_F(RosControl, PublishesWhatItDrives) {
+  ASSERT_TRUE(startController());
+  command(0.5, 0.0);
+  run(2.0);
+  ASSERT_TRUE(wait([&] { return now() - command_out.header.stamp.toSec() < 0.05; }));
+  EXPECT_NEAR(command_out.twist.linear.x, 0.098 * commandOf(0), 0.02);
+  EXPECT_NEAR(command_out.twist.linear.x, 0.5, 0.05);
+}
+
+TEST_F(RosControl, GoesOnWithoutTheImuAndStopsWhereItMayNot) {
+  ASSERT_TRUE(startController());
+  command(0.5, 0.0);
+  run(3.0);
+  imu_works = false;
+  EXPECT_NEAR(run(2.0).forward.back(), 0.5, 0.02);
+}
+
+TEST_F(RosControl, StopsWithoutTheImuWhereItMayNotGoOn) {
+  node.setParam(std::string(kName) + "/on_loss/imu", "stop");
+  ASSERT_TRUE(startController());
+  node.deleteParam(std::string(kName) + "/on_loss");
+  command(0.5, 0.0);
+  EXPECT_NEAR(run(3.0).forward.back(), 0.5, 0.02);
+  imu_works = false;
+  EXPECT_NEAR(run(2.0).forward.back(), 0.0, 0.01);
+}
+
+TEST_F(RosControl, DrivesARobotWithoutAnImuAfterAWhile) {
+  imu_works = false;
+  ASSERT_TRUE(startController());
+  run(1.5);
+  const auto metrics = stepResponse(0.5, 0.0);
+  ASSERT_TRUE(metrics.settling);
+  EXPECT_LE(*metrics.settling, 0.45);
+}
+
+TEST_F(RosControlWithImu, ReadsTheImuOfTheRobot) {
+  ASSERT_TRUE(startController());
+  run(1.0);
+  EXPECT_EQ(imu.getNumSubscribers(), 0u);
+  const auto metrics = stepResponse(0.0, 0.5);
+  ASSERT_TRUE(metrics.settling);
+  ROS_INFO("0.5 rad/s: settling %.3f s, error %.2f %%", *metrics.settling, metrics.steady_error_pct);
+  EXPECT_LE(*metrics.settling, 0.4);
+  EXPECT_NEAR(metrics.steady_error_pct, 0.0, 2.0);
+}
+
+TEST_F(RosControl, IsStoppedAndStartedOnTheMoveWithoutAJump) {
+  ASSERT_TRUE(startController());
+  command(0.8, 0.0);
+  run(3.0);
+  // The wheels are still turning when it starts again.
+  ASSERT_TRUE(change({}, {kName}));
+  EXPECT_EQ(commandOf(0), 0.0);
+  const double before = run(0.2).forward.back();
+  ASSERT_GT(before, 0.3);
+  ASSERT_TRUE(change({kName}, {}));
+  const Recording done = run(3.0);
+  EXPECT_NEAR(0.098 * done.command[1], before, 0.15) << "goes on from the speed of the wheels";
+  double largest = 0.0;
+  for (std::size_t i = 1; i < done.command.size(); ++i) {
+    largest = std::max(largest, 0.098 * std::abs(done.command[i] - done.command[i - 1]));
+  }
+  EXPECT_LE(largest, 20.0 * 0.02 + 1e-6) << "the limit of the acceleration holds from the first command on";
+  EXPECT_NEAR(done.forward.back(), 0.8, 0.02);
+}
+
+TEST_F(RosControl, UpdateNeitherLocksNorAllocates) {
+#if !JACKAL_AIC_COUNTS
+  GTEST_SKIP() << "the sanitizers lock and allocate";
+#endif
+  ASSERT_TRUE(startController());
+  command(0.5, 0.3);
+  controller_interface::ControllerBase* controller = manager.getControllerByName(kName);
+  int updates = 0;
+  allocations = locks = 0;
+  for (int i = 0; i < 4000; ++i) {
+    if (i == 2000) imu_works = false;  // a loss
+    if (i == 2500) wanted.reset();     // a time-out
+    if (i == 3200) command(-0.3, -0.5);
+    last_update = now() + 1.0;
+    step();
+    if (i % 20 != 0) continue;
+    const ros::Time time = ros::Time::now();
+    robot.read(time, ros::Duration(period));
+    counting = true;
+    controller->updateRequest(time, ros::Duration(period));
+    counting = false;
+    robot.write(time, ros::Duration(period));
+    ++updates;
+  }
+  EXPECT_EQ(updates, 200);
+  EXPECT_EQ(allocations, 0);
+  EXPECT_EQ(locks, 0);
+  EXPECT_LT(robot.plant().truth().linear_velocity.x(), -0.2) << "it did drive";
+}
+
+TEST_F(RosControl, CountsLocksAndAllocations) {
+#if !JACKAL_AIC_COUNTS
+  GTEST_SKIP() << "the sanitizers lock and allocate";
+#endif
+  static std::mutex mutex;
+  allocations = locks = 0;
+  counting = true;
+  mutex.lock();
+  std::vector<double> memory(1000);
+  counting = false;
+  mutex.unlock();
+  EXPECT_EQ(memory.size(), 1000u);
+  EXPECT_EQ(allocations, 1);
+  EXPECT_EQ(locks, 1);
+}
+
+TEST_F(RosControl, MultipliersChangeWhileItRuns) {
+  ASSERT_TRUE(startController());
+  command(0.5, 0.0);
+  run(2.0);
+  const double before = commandOf(0);
+  dynamic_reconfigure::Reconfigure change;
+  change.request.config.doubles.resize(2);
+  change.request.config.doubles[0].name = "left_wheel_radius_multiplier";
+  change.request.config.doubles[0].value = 0.9;
+  change.request.config.doubles[1].name = "right_wheel_radius_multiplier";
+  change.request.config.doubles[1].value = 0.9;
+  auto answered = std::async(std::launch::async, [&] {
+    return ros::service::call(std::string(kName) + "/set_parameters", change.request, change.response);
+  });
+  while (answered.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) step();
+  ASSERT_TRUE(answered.get());
+  EXPECT_EQ(change.response.config.bools.size(), 1u);
+  ASSERT_EQ(change.response.config.doubles.size(), 4u);
+  EXPECT_EQ(change.response.config.doubles[0].value, 0.9);
+  run(3.0);
+  EXPECT_NEAR(commandOf(0), before / 0.9, 0.3) << "smaller wheels turn faster";
+}
+
+TEST_F(RosControl, IgnoresCommandsThatAreNotNumbers) {
+  ASSERT_TRUE(startController());
+  command(0.3, 0.0);
+  run(2.0);
+  wanted->angular.z = std::numeric_limits<double>::quiet_NaN();
+  run(0.2);
+  EXPECT_TRUE(std::isfinite(commandOf(0)));
+  run(2.0);
+  EXPECT_EQ(commandOf(0), 0.0) << "none that counts came";
+}
+
+TEST_F(RosControl, WhatCannotDriveIsNotLoaded) {
+  const std::string name = "bad_controller";
+  node.setParam(name + "/type", "jackal_aic/ActiveInferenceController");
+  EXPECT_FALSE(load(name)) << "no wheels";
+  node.setParam(name + "/left_wheel", "front_left_wheel");
+  node.setParam(name + "/right_wheel", "no_such_wheel");
+  EXPECT_FALSE(load(name));
+  node.setParam(name + "/wheel_separation", 0.4);
+  node.setParam(name + "/wheel_radius", 0.1);
+  EXPECT_FALSE(load(name)) << "the robot does not have the joint";
+  node.setParam(name + "/right_wheel", "front_right_wheel");
+  EXPECT_TRUE(load(name));
+  node.deleteParam(name);
+}
+
+}  // namespace
+}  // namespace jackal_aic::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "ros_control_test");
+  ros::NodeHandle node;  // keeps ROS up
+  return RUN_ALL_TESTS();
+}
