@@ -10,6 +10,7 @@
 #include "calibration.hpp"
 #include "campaign.hpp"
 #include "detection_table.hpp"
+#include "odometry_table.hpp"
 #include "progress_bar.hpp"
 #include "quiet_hours.hpp"
 #include "stop_table.hpp"
@@ -277,6 +278,18 @@ int driveUnidentifiedRobots(const po::variables_map& options) {
   return 0;
 }
 
+// ---- odometry
+
+void describeOdometry(po::options_description& options, po::positional_options_description&) {
+  options.add_options()("out", po::value<std::string>()->required(), "directory for odometry.csv");
+  addJobs(options);
+}
+
+int assessOdometry(const po::variables_map& options) {
+  writeOdometryTable(packageFiles(options), outputDirectory(options), jobs(options));
+  return 0;
+}
+
 constexpr Command kCommands[] = {
     {"list", "list", "names the experiments", describeList, list},
     {"run", "run NAME|all --out DIR [--jobs N] [--shard K/N]", "runs experiments and writes their results as CSV",
@@ -293,6 +306,9 @@ constexpr Command kCommands[] = {
     {"unidentified", "unidentified --out DIR [--controller NAME] [--minutes M] [--seed S] [--jobs N]",
      "joystick driving of robots that nobody has identified: which oscillate, which are called faulty",
      describeUnidentified, driveUnidentifiedRobots},
+    {"odometry", "odometry --out DIR [--jobs N]",
+     "drift of the odometry by the metre, ours and the stock controller's, over the same drives", describeOdometry,
+     assessOdometry},
     {"calibrate", "calibrate --out DIR [--plant box|ground|all]", "fits the plants to the thesis' tables",
      describeCalibrate, calibratePlants},
 };

@@ -25,6 +25,7 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const NodeParameters
       loop_(parameters, makeController(parameters)),
       structure_(makeStructure(node_, parameters, loop_.controller())),
       output_(node_, parameters.output, parameters.geometry),
+      odometry_(node_, parameters, loop_),
       transform_listener_(transforms_, node_),
       sensors_(parameters.robot, transforms_,
                [this](const Observation& observation, const ros::Time& stamp) { onPair(observation, stamp); }),
@@ -77,19 +78,24 @@ void ControllerNode::onWheels(const sensor_msgs::JointStateConstPtr& message) {
   const double now = currentTime();
   const std::optional<SensorReading> reading = sensors_.addWheels(message, last_now_);
   if (!sensors_.lastRefusal().empty()) return refuseReading();
-  if (reading && loop_.receiveWheels(*reading, now)) publishMeasurement(message->header.stamp);
+  if (!reading || !loop_.receiveWheels(*reading, now)) return;
+  odometry_.observe(reading->observation);
+  publishMeasurement(message->header.stamp);
 }
 
 void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
   const double now = currentTime();
   const std::optional<SensorReading> reading = sensors_.addImu(message, last_now_);
   if (!sensors_.lastRefusal().empty()) return refuseReading();
-  if (reading && loop_.receiveImu(*reading, now)) publishMeasurement(message->header.stamp);
+  if (!reading || !loop_.receiveImu(*reading, now)) return;
+  odometry_.observe(reading->observation);
+  publishMeasurement(message->header.stamp);
 }
 
 void ControllerNode::onPair(const Observation& observation, const ros::Time& stamp) {
   // At the time of the message that completed the pair, which the loop is still to be told of.
   const bool taken = loop_.observe(observation, last_now_.toSec());
+  odometry_.observe(observation);
   reportStatus();
   if (taken) publishMeasurement(stamp);
 }
@@ -105,6 +111,7 @@ void ControllerNode::onActionTimer(const ros::TimerEvent& event) {
     // Zero would keep the robot from following whoever else commands it.
     if (!contended() || *command != WheelCommand{}) output_.publish(*command);
     publishState(last_now_);
+    odometry_.publish(last_now_);
   }
   diagnostics_.update();
 }
@@ -131,6 +138,7 @@ double ControllerNode::currentTime() {
     ROS_WARN("The clock jumped back by %.3f s: the controller starts anew", (last_now_ - now).toSec());
     sensors_.reset();
     robot_.reset();
+    odometry_.reset();
     transforms_.clear();
   }
   last_now_ = now;

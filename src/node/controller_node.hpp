@@ -6,9 +6,9 @@
 /// Subscribes: joint_states (sensor_msgs/JointState), imu/data (sensor_msgs/Imu), jackal_AIC/set_point
 /// (geometry_msgs/Twist), and if they are there e_stop (std_msgs/Bool), status and feedback (jackal_msgs). Publishes:
 /// cmd_drive (jackal_msgs/Drive), cmd_vel (geometry_msgs/Twist) or the two wheel topics of Gazebo,
-/// sensor_generalized (SensorGeneralized), jackal_AIC/state (ControllerState), with the predictive structure
-/// jackal_AIC/belief (geometry_msgs/TwistWithCovarianceStamped), /diagnostics. Gains can be changed through
-/// dynamic_reconfigure in ~controller or ~predictive.
+/// odom (nav_msgs/Odometry), sensor_generalized (SensorGeneralized), jackal_AIC/state (ControllerState), with the
+/// predictive structure jackal_AIC/belief (geometry_msgs/TwistWithCovarianceStamped), /diagnostics. Gains can be
+/// changed through dynamic_reconfigure in ~controller or ~predictive.
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <geometry_msgs/Twist.h>
@@ -25,6 +25,7 @@
 #include "graph_watch.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "node_parameters.hpp"
+#include "odometry_output.hpp"
 #include "robot_watch.hpp"
 #include "sensor_pairing.hpp"
 #include "status_report.hpp"
@@ -71,6 +72,7 @@ class ControllerNode {
   DriveLoop loop_;
   std::unique_ptr<ControllerStructure> structure_;
   CommandOutput output_;
+  OdometryOutput odometry_;
   tf2_ros::Buffer transforms_;
   tf2_ros::TransformListener transform_listener_;
   SensorPairing sensors_;

@@ -14,6 +14,7 @@ namespace jackal_aic {
 /// unknown keys are left in the map. @throws ParameterError as the node does.
 inline void readRestOfNode(ParameterMap& map) {
   readParameters<RobotNames>(map, "robot");
+  readParameters<OdometryParameters>(map, "odometry");
   readParameters<FaultParameters>(map, "faults");
   readParameters<LossPolicyParameters>(map, "on_loss");
   OutputMode output{};

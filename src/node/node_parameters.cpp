@@ -94,6 +94,7 @@ NodeParameters readNodeParameters(ParameterMap map, const std::function<std::str
   parameters.controller = readGains(map);
   parameters.geometry = readParameters<GeometryParameters>(map, "robot");
   parameters.robot = readParameters<RobotNames>(map, "robot");
+  parameters.odometry = readParameters<OdometryParameters>(map, "odometry");
   parameters.gate = readGateParameters(map);
   parameters.on_loss = readParameters<LossPolicyParameters>(map, "on_loss");
   parameters.faults = readParameters<FaultParameters>(map, "faults");

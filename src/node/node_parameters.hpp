@@ -42,9 +42,25 @@ void describeFields(Visitor& v, RobotNames& p) {
   v.field("pairing_tolerance", p.pairing_tolerance, {0.0, 0.2}, "s", Presence::optional);
 }
 
+/// Where the odometry goes. YAML prefix `odometry`.
+struct OdometryParameters {
+  bool publish = true;         ///< on the topic odom
+  bool tf = false;             ///< as a transform too, where nobody else publishes that
+  std::string frame = "odom";  ///< of the pose
+};
+
+/// Lists the fields of OdometryParameters.
+template <class Visitor>
+void describeFields(Visitor& v, OdometryParameters& p) {
+  v.field("publish", p.publish, Presence::optional);
+  v.field("tf", p.tf, Presence::optional);
+  v.field("frame", p.frame, Presence::optional);
+}
+
 /// All parameters of the controller node. The plant model is for the certificate too.
 struct NodeParameters : DriveParameters {
   RobotNames robot;
+  OdometryParameters odometry;
   OutputMode output = OutputMode::cmd_drive;
   std::string slip_file;  ///< absolute path of the YAML file (key slip.file) in which the predictive structure keeps
                           ///< what it learns about the slip; empty: it starts from the configured values each time

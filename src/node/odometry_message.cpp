@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "conversions.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -10,7 +12,6 @@ constexpr int kPlanar[] = {0, 1, 5};       // rows of x, y and yaw
 constexpr int kForwardRow = 0;             // of a twist
 constexpr int kYawRow = 5;                 // of a twist
 constexpr double kSmallVariance = 0.001;   // (m/s)^2, of the speeds that a robot on wheels does not have
-constexpr double kUnknownVariance = 1e6;   // of what is not known
 constexpr double kGroundVariance = 0.001;  // m^2, of the place that is taken for exact at the start
 
 /// Of a twist and a pose: along x, y and z; about x and y.
@@ -21,22 +22,7 @@ void setRest(boost::array<double, 36>& covariance, double vertical) {
   covariance[3 * kSize + 3] = covariance[4 * kSize + 4] = kUnknownVariance;
 }
 
-/// The belief about the drive train of a robot of which there is no plant model.
-PlantModel assumedModel(const DriveParameters& parameters) {
-  PlantModel model;
-  model.identified = false;
-  return drivenModel(parameters.plant_model.value_or(model));
-}
-
 }  // namespace
-
-Odometry makeOdometry(const DriveParameters& parameters, const VelocityController& controller) {
-  const PlantModel model = assumedModel(parameters);
-  const auto* gains = std::get_if<PredictiveParameters>(&parameters.controller);
-  const auto* predictive = dynamic_cast<const PredictiveController*>(&controller);
-  if (predictive && gains && gains->goal_weight == 0.0) return Odometry(*predictive, parameters.geometry, model);
-  return Odometry(gains ? *gains : PredictiveParameters{}, parameters.geometry, model);
-}
 
 void fillPose(const PlanarPose& pose, nav_msgs::Odometry& message) {
   message.pose.pose.position.x = pose.x;

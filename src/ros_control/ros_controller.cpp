@@ -9,7 +9,7 @@
 #include "conversions.hpp"
 #include "jackal_aic/model/gravity.hpp"
 #include "jackal_aic/predictive/predictive_controller.hpp"
-#include "odometry_message.hpp"
+#include "jackal_aic/safety/loop_odometry.hpp"
 #include "ros_parameters.hpp"
 
 namespace jackal_aic {
@@ -79,7 +79,7 @@ bool RosController::init(hardware_interface::VelocityJointInterface* hw, ros::No
   try {
     parameters_ = readRosControlParameters(readRosParameters(controller_nh), [&] { return urdfOf(root_nh); });
     loop_.emplace(parameters_.drive, makeController(parameters_.drive));
-    odometry_.emplace(makeOdometry(parameters_.drive, loop_->controller()));
+    odometry_.emplace(makeOdometry(parameters_.drive, *loop_));
   } catch (const ParameterError& error) {
     ROS_ERROR_NAMED(name_, "%s: %s", name_.c_str(), error.what());
     return false;
@@ -294,8 +294,7 @@ void RosController::observe(const Wheels& wheels, double now) {
     y.valid = {};
     loop_->observe(y, now);
   }
-  if (const FaultReport* faults = loop_->faultReport()) y.valid = y.valid & faults->valid();
-  odometry_->observe(y);
+  odometry_->observe(withoutFaults(y, *loop_));
 }
 
 void RosController::reckon(double duration) {

@@ -1,5 +1,6 @@
 // One controller on one plant, through everything that can happen on the topics.
 
+#include <nav_msgs/Odometry.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 #include <std_srvs/Empty.h>
@@ -111,6 +112,32 @@ TEST_F(ControllerNodeTest, DrivesAnArc) {
   robot.run(4.0);
   EXPECT_NEAR(robot.mean(robot.truth().forward, start + 3.0, start + 4.0), kSpeed, 0.02 * kSpeed);
   EXPECT_NEAR(robot.mean(robot.truth().yaw_rate, start + 3.0, start + 4.0), kTurn, 0.15 * kTurn);
+}
+
+TEST_F(ControllerNodeTest, OdometryIsWhatTheRobotDoesAndNotWhatItShouldDo) {
+  std::vector<nav_msgs::Odometry> odometry;
+  ros::NodeHandle node;
+  const auto subscriber = node.subscribe<nav_msgs::Odometry>(
+      "odom", 1000, [&](const nav_msgs::OdometryConstPtr& message) { odometry.push_back(*message); });
+  robot.waitFor([&] { return !odometry.empty(); }, "odometry");
+  const double start = robot.command(0.0, kTurn);
+  robot.run(4.0);
+  double sum = 0.0;
+  int count = 0;
+  for (const auto& message : odometry) {
+    if (message.header.stamp.toSec() < start + 3.0) continue;
+    sum += message.twist.twist.angular.z;
+    ++count;
+  }
+  ASSERT_GT(count, 40) << "50 a second";
+  EXPECT_NEAR(sum / count, robot.mean(robot.truth().yaw_rate, start + 3.0, start + 4.0), 0.005);
+  const auto& last = odometry.back();
+  EXPECT_EQ(last.header.frame_id, "odom");
+  EXPECT_EQ(last.child_frame_id, "base_link");
+  EXPECT_EQ(last.twist.covariance[7], 0.001) << "no sideways motion";
+  EXPECT_GT(last.twist.covariance[0], 0.0);
+  EXPECT_LT(last.twist.covariance[0], 0.01);
+  EXPECT_GT(last.pose.covariance[35], odometry.front().pose.covariance[35]) << "the heading drifts";
 }
 
 TEST_F(ControllerNodeTest, FollowsASquareWave) {

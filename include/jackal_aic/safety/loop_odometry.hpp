@@ -1,0 +1,18 @@
+#pragma once
+
+/// @file
+/// Odometry beside any drive loop.
+
+#include "jackal_aic/odometry/odometry.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
+
+namespace jackal_aic {
+
+/// Odometry by the belief of a loop's controller, or by one of its own where that is biased or missing. The loop's
+/// controller has to outlive it. @param parameters of the loop.
+Odometry makeOdometry(const DriveParameters& parameters, const DriveLoop& loop);
+
+/// A measurement without the channels that the loop's fault detection has found faulty.
+Observation withoutFaults(Observation observation, const DriveLoop& loop);
+
+}  // namespace jackal_aic

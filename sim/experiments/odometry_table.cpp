@@ -1,0 +1,181 @@
+#include "odometry_table.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+
+#include "campaign.hpp"
+#include "jackal_aic/safety/loop_odometry.hpp"
+#include "parallel.hpp"
+#include "progress_bar.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+constexpr double kStockTrack = 0.563385;  // m, 1.5 times the distance between the wheels
+constexpr double kInside = 5.991;         // 95 % of a chi-squared with 2 degrees of freedom
+constexpr double kPi = 3.14159265358979323846;
+
+/// Odometry of the stock controller: the ways of the wheels, on arcs.
+class StockOdometry {
+ public:
+  explicit StockOdometry(double wheel_radius) : wheel_radius_(wheel_radius) {}
+
+  void update(const PlantMeasurement& measurement) {
+    const double left = wheel_radius_ * measurement.wheel_position[kFrontLeft];
+    const double right = wheel_radius_ * measurement.wheel_position[kFrontRight];
+    if (started_) {
+      const double moved_left = left - left_, moved_right = right - right_;
+      reckoning_.advance({0.5 * (moved_left + moved_right), (moved_right - moved_left) / kStockTrack}, 1.0);
+    }
+    started_ = true;
+    left_ = left;
+    right_ = right;
+  }
+
+  const PlanarPose& pose() const { return reckoning_.pose(); }
+
+ private:
+  double wheel_radius_;
+  bool started_ = false;
+  double left_ = 0.0, right_ = 0.0;  // m
+  DeadReckoning reckoning_;
+};
+
+double headingOf(const PlantTruth& truth) {
+  const auto& q = truth.orientation;
+  return std::atan2(2.0 * (q.w() * q.z() + q.x() * q.y()), 1.0 - 2.0 * (q.y() * q.y() + q.z() * q.z()));
+}
+
+Drift driftOf(const PlanarPose& pose, const PlantTruth& truth, double way) {
+  const double error = std::hypot(pose.x - truth.position.x(), pose.y - truth.position.y());
+  return {way > 0.0 ? error / way : 0.0, std::abs(std::remainder(pose.heading - headingOf(truth), 2.0 * kPi))};
+}
+
+/// x_dot and theta_dot as they are, or on the box as the wheels have them.
+Eigen::Vector2d trueMotion(const LoopSetup& setup, const PlantTruth& truth) {
+  if (setup.plant.support == Support::ground) return {truth.linear_velocity.x(), truth.angular_velocity.z()};
+  GeometryParameters geometry = setup.drive.geometry;
+  const double track = setup.drive.plant_model ? setup.drive.plant_model->effective_track : 0.0;
+  if (track > 0.0) geometry.effective_track = track;
+  const auto& wheel = truth.wheel_velocity;
+  const BodyVector body = SkidSteerKinematics(geometry).bodyVelocity(
+      {0.5 * (wheel[kFrontLeft] + wheel[kRearLeft]), 0.5 * (wheel[kFrontRight] + wheel[kRearRight])});
+  return {body(kForward), body(kYaw)};
+}
+
+/// e' P^-1 e (normalised estimation error squared).
+double normalisedError(const PlanarMotion& motion, const Eigen::Vector2d& truth) {
+  const Eigen::Vector2d error = Eigen::Vector2d(motion.forward, motion.yaw_rate) - truth;
+  return error.dot(motion.covariance.inverse() * error);
+}
+
+SetPointProfile segments(const std::vector<SetPointProfile::Change>& segments) {
+  SetPointProfile profile;  // here a change's time is how long it lasts
+  profile.duration = kRestTime;
+  for (const auto& segment : segments) {
+    profile.changes.push_back({profile.duration, segment.set_point});
+    profile.duration += segment.time;
+  }
+  profile.changes.push_back({profile.duration, {}});
+  profile.duration += 2.0;
+  return profile;
+}
+
+SetPointProfile square() {
+  std::vector<SetPointProfile::Change> sides;
+  for (int i = 0; i < 4; ++i) {
+    sides.push_back({6.0, {0.5, 0.0, 0.0}});
+    sides.push_back({1.0, {}});
+    sides.push_back({2.0, {0.0, 0.0, 0.25 * kPi}});
+    sides.push_back({1.0, {}});
+  }
+  return segments(sides);
+}
+
+std::vector<std::pair<std::string, SetPointProfile>> profiles() {
+  DrivingCycle cycle;
+  cycle.seed = 7;
+  return {{"straight line", segments({{30.0, {0.8, 0.0, 0.0}}})},
+          {"square", square()},
+          {"circles", segments({{40.0, {0.5, 0.0, 0.5}}})},
+          {"eight", segments({{12.5, {0.6, 0.0, 0.5}}, {12.5, {0.6, 0.0, -0.5}}})},
+          {"driving cycle", cycleProfile(cycle)}};
+}
+
+}  // namespace
+
+std::vector<OdometryDrive> odometryDrives() {
+  const std::vector<std::pair<std::string, Overrides>> grounds{{"", {}},
+                                                               {" on friction 0.3", {{"plant.friction", "0.3"}}},
+                                                               {" on friction 0.8", {{"plant.friction", "0.8"}}},
+                                                               {" with 15 kg", {{"plant.payload", "15"}}}};
+  std::vector<OdometryDrive> drives;
+  for (const char* controller : {"predictive", "improved"}) {
+    for (const auto& [name, profile] : profiles()) {
+      for (const auto& [ground, overrides] : grounds) {
+        drives.push_back({name + ground, controller, "ground", profile, overrides});
+      }
+    }
+  }
+  return drives;
+}
+
+OdometryFigures driveOdometry(const PackageFiles& files, const OdometryDrive& drive) {
+  const LoopSetup setup = loadSetup(files, drive.controller, drive.plant, drive.overrides);
+  JackalPlant plant(setup.urdf, setup.plant);
+  DriveLoop loop = makeLoop(setup.drive);
+  Odometry ours = makeOdometry(setup.drive, loop);
+  StockOdometry stock(setup.drive.geometry.wheel_radius);
+  OdometryFigures figures;
+  long samples = 0, inside = 0;
+  const auto steps = std::llround(drive.profile.duration / JackalPlant::kStep);
+  for (long long k = 0; k < steps; ++k, plant.step()) {
+    const double now = plant.time();
+    loop.setSetPoint(drive.profile.at(now), now);
+    if (plant.measurement()) {
+      const Observation observation = plant.measurement()->observation();
+      loop.observe(observation, now);
+      ours.observe(withoutFaults(observation, loop));
+      stock.update(*plant.measurement());
+    }
+    if (const auto due = loop.advance(now)) plant.command(*due);
+    ours.advance(loop.command(), JackalPlant::kStep);
+    const PlantTruth& truth = plant.truth();
+    figures.way += std::abs(truth.linear_velocity.x()) * JackalPlant::kStep;
+    if (now < kRestTime || k % 10 != 5) continue;
+    const double nees = normalisedError(ours.motion(), trueMotion(setup, truth));
+    figures.nees += nees;
+    inside += nees < kInside ? 1 : 0;
+    ++samples;
+  }
+  figures.nees /= static_cast<double>(samples);
+  figures.inside = static_cast<double>(inside) / static_cast<double>(samples);
+  figures.ours = driftOf(ours.pose(), plant.truth(), figures.way);
+  figures.stock = driftOf(stock.pose(), plant.truth(), figures.way);
+  return figures;
+}
+
+void writeOdometryTable(const PackageFiles& files, const std::string& directory, unsigned jobs) {
+  const auto drives = odometryDrives();
+  std::vector<OdometryFigures> figures(drives.size());
+  ProgressBar bar("odometry", drives.size(), true);
+  parallelFor(
+      drives.size(), jobs, [&](std::size_t i) { figures[i] = driveOdometry(files, drives[i]); },
+      [&](std::size_t done) { bar.show(done, ""); });
+  std::ostringstream text;
+  text.precision(4);
+  text << "controller,drive,way_m,drift_m_per_m,heading_error_rad,stock_drift_m_per_m,stock_heading_error_rad,nees,"
+          "inside_95\n";
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    const OdometryFigures& f = figures[i];
+    text << drives[i].controller << ',' << drives[i].name << ',' << f.way << ',' << f.ours.position << ','
+         << f.ours.heading << ',' << f.stock.position << ',' << f.stock.heading << ',' << f.nees << ',' << f.inside
+         << '\n';
+  }
+  std::filesystem::create_directories(directory);
+  writeText((std::filesystem::path(directory) / "odometry.csv").string(), text.str());
+}
+
+}  // namespace jackal_aic::sim

@@ -1,0 +1,34 @@
+#include "jackal_aic/safety/loop_odometry.hpp"
+
+namespace jackal_aic {
+namespace {
+
+/// What wheels and body may do that nobody has a model of; about what a Jackal does in a driving cycle.
+constexpr double kUnknownWheel = 1.0;  // (rad/s)^2/s
+constexpr double kUnknownYaw = 0.1;    // (rad/s)^2/s
+
+/// The belief of a robot without a plant model goes by what is measured.
+Odometry byMeasurements(const GeometryParameters& geometry) {
+  PredictiveParameters parameters;
+  parameters.speed_process_noise = kUnknownWheel;
+  parameters.yaw_process_noise = kUnknownYaw;
+  return Odometry(parameters, geometry, PlantModel{});
+}
+
+}  // namespace
+
+Odometry makeOdometry(const DriveParameters& parameters, const DriveLoop& loop) {
+  if (!parameters.plant_model) return byMeasurements(parameters.geometry);
+  const PlantModel model = drivenModel(*parameters.plant_model);
+  const auto* gains = std::get_if<PredictiveParameters>(&parameters.controller);
+  const auto* predictive = dynamic_cast<const PredictiveController*>(&loop.controller());
+  if (predictive && gains && gains->goal_weight == 0.0) return Odometry(*predictive, parameters.geometry, model);
+  return Odometry(gains ? *gains : PredictiveParameters{}, parameters.geometry, model);
+}
+
+Observation withoutFaults(Observation observation, const DriveLoop& loop) {
+  if (const FaultReport* faults = loop.faultReport()) observation.valid = observation.valid & faults->valid();
+  return observation;
+}
+
+}  // namespace jackal_aic
