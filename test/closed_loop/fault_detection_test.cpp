@@ -62,6 +62,7 @@ double shareCounted(const std::vector<MonitoredSample>& samples, bool ChannelVal
     ++all;
     counted += s.counted.*channel;
   }
+  EXPECT_GT(all, 0) << "no sample from " << from << " to " << until << " s";
   return static_cast<double>(counted) / all;
 }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "comparison.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
@@ -52,11 +53,24 @@ const ResultRow& same(const std::vector<ResultRow>& rows, const ResultRow& row, 
   return *found;
 }
 
+/// The rows of which something holds; there have to be as many as said, lest a test that goes through them shows
+/// nothing.
+template <class Holds>
+std::vector<ResultRow> only(const std::vector<ResultRow>& rows, std::size_t count, const Holds& holds) {
+  std::vector<ResultRow> some;
+  std::copy_if(rows.begin(), rows.end(), std::back_inserter(some), holds);
+  EXPECT_EQ(some.size(), count);
+  return some;
+}
+
+std::vector<ResultRow> predictiveRows(const std::vector<ResultRow>& rows, std::size_t count) {
+  return only(rows, count, [](const ResultRow& row) { return row.controller == "predictive"; });
+}
+
 TEST(Predictive, IsAsFastAsOpenLoopAndExact) {
   const auto all = rows(comparisonRuns(files(), experiment("predictive_steps", {"predictive", "diff_drive"})));
   ASSERT_EQ(all.size(), 2u * 2u * 4u);
-  for (const ResultRow& row : all) {
-    if (row.controller != "predictive") continue;
+  for (const ResultRow& row : predictiveRows(all, 2u * 4u)) {
     ASSERT_TRUE(row.stable && row.settling_s) << nameOf(row);
     EXPECT_LE(*row.settling_s, 1.10 * same(all, row, "diff_drive").settling_s.value()) << nameOf(row);
     EXPECT_LE(*row.overshoot_pct, 5.0) << nameOf(row);
@@ -69,8 +83,8 @@ TEST(Predictive, IsFarFasterThanImprovedOnTheBox) {
   YAML::Node node = experiment("predictive_steps", {"predictive", "improved"});
   node["plants"] = std::vector<std::string>{"box"};
   const auto all = rows(comparisonRuns(files(), node));
-  for (const ResultRow& row : all) {
-    if (row.controller != "predictive" || *row.step_mps != 0.5) continue;
+  const auto half = [](const ResultRow& row) { return row.controller == "predictive" && row.step_mps == 0.5; };
+  for (const ResultRow& row : only(all, 1, half)) {
     EXPECT_LE(*row.settling_s, 0.6 * same(all, row, "improved").settling_s.value());
   }
 }
@@ -90,8 +104,7 @@ TEST(Predictive, SurvivesTwoHundredPairsOfPerturbations) {
   ASSERT_EQ(all.size(), 2u * 200u);
   for (const char* plant : {"box", "ground"}) {
     int settled = 0;
-    for (const ResultRow& row : all) {
-      if (row.plant != plant) continue;
+    for (const ResultRow& row : only(all, 200, [&](const ResultRow& r) { return r.plant == plant; })) {
       EXPECT_TRUE(row.stable) << nameOf(row);
       settled += row.settling_s.value_or(HUGE_VAL) <= 1.0;
     }
@@ -104,8 +117,7 @@ TEST(Predictive, SurvivesTwoHundredPairsOfPerturbations) {
 TEST(Predictive, TracksSquareWavesAsWellAsThePlantLets) {
   const auto all =
       rows(comparisonRuns(files(), experiment("predictive_squares", {"predictive", "improved", "plant_limit"})));
-  for (const ResultRow& row : all) {
-    if (row.controller != "predictive") continue;
+  for (const ResultRow& row : predictiveRows(all, 6)) {
     const double limit = *same(all, row, "plant_limit").tracking_rms_mps;
     const double improved = *same(all, row, "improved").tracking_rms_mps;
     EXPECT_LE(limit, *row.tracking_rms_mps) << nameOf(row);
@@ -143,8 +155,7 @@ TEST(Predictive, SettlesTheSameAtEveryBeliefRate) {
   ASSERT_EQ(all.size(), 2u * 5u);
   for (const char* plant : {"box", "ground"}) {
     double quickest = HUGE_VAL, slowest = 0.0;
-    for (const ResultRow& row : all) {
-      if (row.plant != plant) continue;
+    for (const ResultRow& row : only(all, 5, [&](const ResultRow& r) { return r.plant == plant; })) {
       quickest = std::min(quickest, row.settling_s.value());
       slowest = std::max(slowest, row.settling_s.value());
     }
@@ -155,8 +166,7 @@ TEST(Predictive, SettlesTheSameAtEveryBeliefRate) {
 TEST(Predictive, BelievesTheTruthAsWellAsAKalmanFilter) {
   const auto all = rows(beliefAccuracyRuns(files(), experiment("belief_accuracy", {"predictive", "improved"})));
   ASSERT_EQ(all.size(), 2u * 3u);
-  for (const ResultRow& row : all) {
-    if (row.controller != "predictive") continue;
+  for (const ResultRow& row : predictiveRows(all, 2)) {
     const ResultRow& filter = same(all, row, "kalman_filter");
     const ResultRow& improved = same(all, row, "improved");
     EXPECT_LE(*row.belief_rms_mps, 1.05 * *filter.belief_rms_mps) << row.plant;
@@ -167,8 +177,9 @@ TEST(Predictive, BelievesTheTruthAsWellAsAKalmanFilter) {
 }
 
 TEST(Predictive, FindsTheNoiseOfEachChannel) {
-  for (const ResultRow& row : rows(comparisonRuns(files(), experiment("learned_precision", {"predictive"})))) {
-    if (row.label.find("learned") == std::string::npos) continue;
+  const auto all = rows(comparisonRuns(files(), experiment("learned_precision", {"predictive"})));
+  const auto learned = [](const ResultRow& row) { return row.label.find("learned") != std::string::npos; };
+  for (const ResultRow& row : only(all, 2u * 2u, learned)) {
     EXPECT_NEAR(*row.wheel_left_ratio, 1.0, 0.2) << nameOf(row);
     EXPECT_NEAR(*row.wheel_right_ratio, 1.0, 0.2) << nameOf(row);
     EXPECT_NEAR(*row.gyro_ratio, 1.0, 0.2) << nameOf(row);
@@ -179,13 +190,15 @@ TEST(Predictive, FindsTheNoiseOfEachChannel) {
 TEST(Predictive, LearnsTheSlipFromTheAccelerometerAlone) {
   const auto all = rows(comparisonRuns(files(), experiment("accelerometer", {"predictive"})));
   ASSERT_EQ(all.size(), 6u);
+  int misconfigured = 0;
   for (std::size_t i = 0; i < all.size(); i += 2) {
     const ResultRow &without = all[i], &with = all[i + 1];
     EXPECT_NEAR(*with.slip_alpha, 1.0, 0.05) << nameOf(with);
-    const bool misconfigured = std::abs(*without.slip_alpha - 1.0) > 0.1;
-    if (!misconfigured) continue;
+    if (std::abs(*without.slip_alpha - 1.0) <= 0.1) continue;
+    ++misconfigured;
     EXPECT_LT(*with.belief_rms_mps, 0.5 * *without.belief_rms_mps) << nameOf(with);
   }
+  EXPECT_EQ(misconfigured, 2);
 }
 
 /// Error of the believed forward speed in a case of accelerometer_speed [m/s].

@@ -47,11 +47,14 @@ struct Deviation {
 
 Deviation deviation(const std::vector<MonitoredSample>& samples, double from, double until) {
   Deviation largest;
+  int within = 0;
   for (const MonitoredSample& s : samples) {
     if (s.time < from || s.time > until) continue;
+    ++within;
     largest.velocity = std::max(largest.velocity, std::abs(s.velocity - s.set_point.forward));
     largest.yaw_rate = std::max(largest.yaw_rate, std::abs(s.yaw_rate - s.set_point.yaw_rate));
   }
+  EXPECT_GT(within, 0) << "no sample from " << from << " to " << until << " s";
   return largest;
 }
 

@@ -41,7 +41,9 @@ std::vector<StopCase> someCases(const std::string& controller) {
 class Stop : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(Stop, NoPresetWindsUpOrRunsBack) {
-  for (const StopCase& c : someCases(GetParam())) {
+  const auto cases = someCases(GetParam());
+  ASSERT_GT(cases.size(), 3u);
+  for (const StopCase& c : cases) {
     const StopOutcome outcome = runCase(files(), c);
     EXPECT_TRUE(keeps(outcome, barsOf(c)))
         << nameOf(c) << ": overshoot " << outcome.figures.excess_pct << " %, " << outcome.figures.beyond_mps

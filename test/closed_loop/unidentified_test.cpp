@@ -42,8 +42,10 @@ TEST(DrivenModel, IsStableOnEveryRobotThatNobodyHasIdentified) {
   ParameterMap preset;
   addYamlFile(files.path("config/predictive.yaml"), preset);
   const auto gains = readParameters<PredictiveParameters>(preset, "predictive");
+  int robots = 0;
   for (const DriveTrainRatios& ratios : unidentifiedRobots()) {
     if (ratios.acceleration_limit != 1.0) continue;  // no part of the linear response
+    ++robots;
     PlantModel robot = assumed;
     robot.dead_time *= ratios.dead_time;
     robot.lag *= ratios.lag;
@@ -51,6 +53,7 @@ TEST(DrivenModel, IsStableOnEveryRobotThatNobodyHasIdentified) {
     EXPECT_LT(PredictiveLinearLoop(gains, drivenModel(assumed), robot).worstSpectralRadius(), 0.98)
         << ratios.dead_time << " x dead time, " << ratios.lag << " x lag, gain " << ratios.gain;
   }
+  EXPECT_GE(robots, 8);
 }
 
 class Unidentified : public testing::TestWithParam<DriveTrainRatios> {};

@@ -224,7 +224,9 @@ TEST_P(LaunchPreset, DrivesSlowlyFastOnAnArcAndInPlaceAndStops) {
     arguments += " plant:=" + kConfig + "plant_box.yaml plant_model:=" + kConfig + "plant_model_box.yaml";
   }
   const sim::PackageFiles files(JACKAL_AIC_SOURCE_DIR);
-  for (const Leg& leg : drive(kTour, arguments, on_box ? Witness::wheels : Witness::truth)) {
+  const auto legs = drive(kTour, arguments, on_box ? Witness::wheels : Witness::truth);
+  ASSERT_FALSE(legs.empty());
+  for (const Leg& leg : legs) {
     if (preset == std::string("diff_drive")) continue;  // open loop: it does what the motors do
     const sim::StopCase offline{preset, plant, 1.0, leg.set_point};
     const sim::StopOutcome outcome{leg.figures, runCase(files, offline).without_limit_pct};
