@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "jackal_aic/config/yaml_parameters.hpp"
-#include "node_keys.hpp"
+#include "node_parameters.hpp"
 #include "plant_conversion.hpp"
 
 namespace jackal_aic::sim {
@@ -45,18 +45,12 @@ void addPlant(const PackageFiles& files, const std::string& name, ParameterMap& 
   }
 }
 
-bool hasPrefix(const ParameterMap& map, const std::string& prefix) {
-  const auto keys = map.keys();
-  return std::any_of(keys.begin(), keys.end(),
-                     [&](const std::string& key) { return key.compare(0, prefix.size(), prefix) == 0; });
-}
-
-/// Limits of the drive gate. The thesis' robot had none on the acceleration of the command, so that its runs, and what
-/// is compared with them, have none either unless one is asked for (limits.linear_acceleration, 20 m/s^2 on the robot).
-LimitParameters readLimits(ParameterMap& map) {
-  LimitParameters thesis;
-  thesis.linear_acceleration = thesis.angular_acceleration = 0.0;
-  return readParameters(map, "limits", thesis);
+/// The thesis' robot had no limit on the acceleration of the command, so that its runs, and what is compared with them,
+/// have none either unless one is asked for (limits.linear_acceleration, 20 m/s^2 on the robot).
+LimitParameters thesisLimits() {
+  LimitParameters limits;
+  limits.linear_acceleration = limits.angular_acceleration = 0.0;
+  return limits;
 }
 
 /// No limit that a command could meet.
@@ -67,21 +61,26 @@ LimitParameters unlimited() {
   return limits;
 }
 
-/// The drive train as a controller believes it. @param nominal of the plant's file.
-PlantModel readModel(const PlantModel& nominal, ParameterMap& map) {
+/// What a node's configuration says, which may be given whole, with the thesis' limits and a model of the drive train
+/// that is right unless the keys say otherwise. @param nominal drive train of the plant's file.
+NodeParameters readNode(ParameterMap& map, const PlantModel& nominal) {
   if (!map.has("plant_model.dead_time")) map.set("plant_model.dead_time", nominal.dead_time);
   if (!map.has("plant_model.lag")) map.set("plant_model.lag", nominal.lag);
-  return readParameters(map, "plant_model", nominal);
+  NodeParameters defaults;
+  defaults.gate.limits = thesisLimits();
+  defaults.plant_model = nominal;
+  return readConfiguration(map, defaults);
 }
 
-/// Here nothing is late or fails, and there is no node; the file of a node may be given all the same.
-void readUnused(ParameterMap& map) {
-  readParameters<DeadlineParameters>(map, "deadlines");
-  readParameters<BrakeParameters>(map, "brake");
-  readParameters<PlausibilityParameters>(map, "plausibility");
-  RestartPolicy restart{};
-  ParameterReader(map, "").field("restart_after_stop", restart, kRestartPolicyNames, Presence::optional);
-  readRestOfNode(map);
+/// A file of a whole node may say what the baseline does not heed; whoever overrides it wants an effect.
+void refuseUnheeded(const Overrides& overrides) {
+  for (const auto& [key, value] : overrides) {
+    for (const char* section : {"robot.", "limits.", "plant_model."}) {
+      if (key.rfind(section, 0) == 0) {
+        throw ParameterError(key + " = " + value + ": the differential drive has its own, diff_drive.*");
+      }
+    }
+  }
 }
 
 void apply(const Overrides& overrides, ParameterMap& map) {
@@ -113,23 +112,17 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
   setup.plant_name = plant;
   setup.plant = readParameters<PlantParameters>(map, "plant");
   setup.loop = readParameters<LoopParameters>(map, "loop");
-  readUnused(map);
-  const PlantModel model = linearModel(readParameters<PlantParameters>(nominal, "plant"));
-  DriveParameters& drive = setup.drive = uninterrupted();
-  if (hasPrefix(map, "diff_drive.")) {
-    const auto gains = readParameters<DifferentialDriveParameters>(map, "diff_drive");
-    drive.controller = gains;
-    drive.geometry = gains.geometry();
+  const NodeParameters node = readNode(map, linearModel(readParameters<PlantParameters>(nominal, "plant")));
+  DriveParameters& drive = setup.drive = uninterrupted();  // here nothing is late or fails, whatever the file says
+  drive.controller = node.controller;
+  if (const auto* gains = std::get_if<DifferentialDriveParameters>(&node.controller)) {
+    refuseUnheeded(overrides);
+    drive.geometry = gains->geometry();
     drive.gate.limits = unlimited();  // it keeps its own
   } else {
-    drive.geometry = readParameters<GeometryParameters>(map, "robot");
-    drive.gate.limits = readLimits(map);
-    drive.plant_model = readModel(model, map);
-    if (hasPrefix(map, "predictive.")) {
-      drive.controller = readParameters<PredictiveParameters>(map, "predictive");
-    } else {
-      drive.controller = readParameters<ControllerParameters>(map, "controller");
-    }
+    drive.geometry = node.geometry;
+    drive.gate.limits = node.gate.limits;
+    drive.plant_model = node.plant_model;
   }
   map.refuseUnknown();
   setup.urdf = readText(files.path("sim/urdf/jackal.urdf"));
@@ -147,11 +140,11 @@ ThesisSetup loadThesis(const PackageFiles& files, const std::string& controller,
   ParameterMap map;
   addController(files, controller, map);
   apply(overrides, map);
-  ThesisSetup setup{readParameters<ControllerParameters>(map, "controller"),
-                    readParameters<GeometryParameters>(map, "robot")};
-  readLimits(map);
+  const NodeParameters node = readConfiguration(map);
+  const auto* gains = std::get_if<ControllerParameters>(&node.controller);
+  if (gains == nullptr) throw ParameterError("controller = '" + controller + "': not one of the thesis' controllers");
   map.refuseUnknown();
-  return setup;
+  return {*gains, node.geometry};
 }
 
 DriveLoop makeLoop(const DriveParameters& parameters) {

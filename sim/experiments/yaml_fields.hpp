@@ -18,11 +18,11 @@ inline std::optional<double> readOptional(const YAML::Node& node) {
   return node.as<double>();
 }
 
-/// A map of scalars as overrides with a prefix before each key; an absent node gives none.
+/// A map of scalars and lists as overrides with a prefix before each key; an absent node gives none.
 inline Overrides readOverrides(const YAML::Node& node, const std::string& prefix) {
   Overrides overrides;
   for (const auto& entry : node) {
-    overrides.emplace_back(prefix + entry.first.as<std::string>(), entry.second.as<std::string>());
+    overrides.emplace_back(prefix + entry.first.as<std::string>(), YAML::Dump(entry.second));
   }
   return overrides;
 }

@@ -19,18 +19,18 @@ enum class Support {
 /// Words of Support, in the order of the enumerators.
 inline constexpr std::array<const char*, 2> kSupportNames{"ground", "box"};
 
-/// Parameters of the plant. YAML prefix `plant`.
+/// Parameters of the plant; defaults are those of config/plant.yaml. YAML prefix `plant`.
 struct PlantParameters {
-  Support support = Support::ground;    ///< on the ground or on a box
-  double dead_time = 0.11;              ///< from a command to the motors [s]
-  double motor_lag = 0.035;             ///< time constant of the closed velocity loop [s]
-  double wheel_gain = 1.0;              ///< true wheel speed / commanded wheel speed, at steady state
-  double velocity_loop_integral = 0.0;  ///< integral gain of the velocity loop on (gain x command - speed) [1/s]
-  double acceleration_limit = 25.0;     ///< of the wheel circumference under the velocity loop [m/s^2]
-  double speed_limit = 2.5;             ///< of the wheel circumference, the robot's maximum [m/s]
-  double torque_limit = 20.0;           ///< largest torque per wheel [N m]
-  double payload = 0.0;                 ///< extra mass on the chassis, at its centre of mass [kg]
-  double friction = 0.5;                ///< Coulomb coefficient between wheels and ground
+  Support support = Support::ground;      ///< on the ground or on a box
+  double dead_time = 0.08;                ///< from a command to the motors [s]
+  double motor_lag = 0.00636;             ///< time constant of the closed velocity loop [s]
+  double wheel_gain = 1.0;                ///< true wheel speed / commanded wheel speed, at steady state
+  double velocity_loop_integral = 0.678;  ///< integral gain of the velocity loop on (gain x command - speed) [1/s]
+  double acceleration_limit = 1.65;       ///< of the wheel circumference under the velocity loop [m/s^2]
+  double speed_limit = 2.5;               ///< of the wheel circumference, the robot's maximum [m/s]
+  double torque_limit = 20.0;             ///< largest torque per wheel [N m]
+  double payload = 0.0;                   ///< extra mass on the chassis, at its centre of mass [kg]
+  double friction = 0.5;                  ///< Coulomb coefficient between wheels and ground
   double slope = 0.0;                 ///< inclination of the ground, positive is uphill along the initial heading [deg]
   double sensor_rate = 50.0;          ///< rate of encoders and IMU [Hz]
   double measurement_loss = 0.0;      ///< share of the samples (encoders and IMU together) that get lost, at random

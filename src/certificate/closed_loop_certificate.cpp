@@ -36,24 +36,6 @@ ControllerParameters scaled(ControllerParameters controller, std::vector<double>
   return controller;
 }
 
-/// Picks the bounds of one field out of describeFields().
-class BoundsOf {
- public:
-  explicit BoundsOf(std::string name) : name_(std::move(name)) {}
-  void field(const char* name, double&, Bounds bounds, const char*, Presence) {
-    if (name == name_) bounds_ = bounds;
-  }
-  void field(const char*, int&, Bounds, const char*, Presence) {}
-  void field(const char*, std::vector<double>&, Bounds, std::size_t, const char*, Presence) {}
-  template <class Enum, std::size_t N>
-  void field(const char*, Enum&, const std::array<const char*, N>&, Presence) {}
-  Bounds bounds() const { return bounds_; }
-
- private:
-  std::string name_;
-  Bounds bounds_{};
-};
-
 /// The value itself if the verdict holds there, else the nearest one above or below by ratio.
 std::optional<double> nearestHolding(const LineTest& holds, double value, double low, double high,
                                      const std::function<double(double)>& up,
@@ -124,10 +106,10 @@ std::vector<Sensitivity> sensitivities(const ControllerParameters& controller, c
 }
 
 Bounds gainBounds(Gain gain) {
-  BoundsOf visitor(kGainNames[static_cast<std::size_t>(gain)]);
-  ControllerParameters any;
-  describeFields(visitor, any);
-  return visitor.bounds();
+  const auto fields = fieldsOf(ControllerParameters{});
+  const std::string name = kGainNames[static_cast<std::size_t>(gain)];
+  const auto field = std::find_if(fields.begin(), fields.end(), [&](const Field& f) { return f.name == name; });
+  return field->bounds.value();
 }
 
 void requireInRange(const ControllerParameters& controller) { requireInRange(controller, "controller"); }

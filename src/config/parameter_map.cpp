@@ -78,6 +78,12 @@ constexpr Renamed kRenamed[] = {{"kappa_mu", "belief_learning_rate", "predictive
                                 {"learn_alpha", "learn_slip_factor", ""},
                                 {"slip", "slip_factor", "robot"},
                                 {"alpha", "slip_factor", "slip"},
+                                {"wheel_variance", "sensors.wheel_variance", "predictive"},
+                                {"gyro_variance", "sensors.gyro_variance", "predictive"},
+                                {"accelerometer_variance", "sensors.accelerometer_variance", "predictive"},
+                                {"wheel_variance", "sensors.wheel_variance", "faults"},
+                                {"gyro_variance", "sensors.gyro_variance", "faults"},
+                                {"accelerometer_variance", "sensors.accelerometer_variance", "faults"},
                                 {"belief_bound", "plausibility.speed_factor", "watchdog"}};
 
 /// What a key is called now; empty if it was not renamed.
@@ -159,6 +165,12 @@ std::string describe(const ParameterValue& value) {
 void ParameterMap::set(const std::string& key, ParameterValue value) { values_[key] = std::move(value); }
 
 bool ParameterMap::has(const std::string& key) const { return values_.count(key) > 0; }
+
+bool ParameterMap::hasSection(const std::string& prefix) const {
+  const std::string section = prefix + ".";
+  const auto first = values_.lower_bound(section);
+  return first != values_.end() && first->first.compare(0, section.size(), section) == 0;
+}
 
 const ParameterValue* ParameterMap::take(const std::string& key) {
   declare(key);

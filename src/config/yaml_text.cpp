@@ -31,15 +31,35 @@ std::string yamlQuoted(const std::string& text) {
   return quoted + '"';
 }
 
-void YamlWriter::field(const char* name, const std::vector<double>& value, Bounds, std::size_t, const char* unit,
-                       Presence) {
-  std::string list;
-  for (const double item : value) list += (list.empty() ? "" : ", ") + yamlNumber(item);
-  line(name, "[" + list + "]", unit);
+std::string yamlValue(const ParameterValue& value) {
+  const auto list = [](const auto& items, const auto& text) {
+    std::string joined;
+    for (const auto& item : items) joined += (joined.empty() ? "" : ", ") + text(item);
+    return "[" + joined + "]";
+  };
+  struct {
+    decltype(list) listed;
+    std::string operator()(bool v) const { return v ? "true" : "false"; }
+    std::string operator()(std::int64_t v) const { return std::to_string(v); }
+    std::string operator()(double v) const { return yamlNumber(v); }
+    std::string operator()(const std::string& v) const { return yamlQuoted(v); }
+    std::string operator()(const std::vector<double>& v) const {
+      return listed(v, [](double item) { return yamlNumber(item); });
+    }
+    std::string operator()(const std::vector<std::string>& v) const { return listed(v, yamlQuoted); }
+  } text{list};
+  return std::visit(text, value);
 }
 
-void YamlWriter::line(const char* name, const std::string& value, const std::string& unit) {
-  text_ += "  " + std::string(name) + ": " + value + (unit.empty() ? "" : "  # " + unit) + "\n";
+std::string yamlBlock(const std::string& prefix, const std::vector<Field>& fields) {
+  std::string text = prefix + ":\n";
+  for (const Field& field : fields) {
+    const auto* word = std::get_if<std::string>(&field.value);
+    if (word != nullptr && word->empty()) continue;
+    const std::string value = word != nullptr && !field.words.empty() ? *word : yamlValue(field.value);
+    text += "  " + field.name + ": " + value + (field.unit.empty() ? "" : "  # " + field.unit) + "\n";
+  }
+  return text;
 }
 
 }  // namespace jackal_aic

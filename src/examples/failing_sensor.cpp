@@ -9,7 +9,8 @@ int main() {
 
   DriveParameters parameters;
   parameters.controller = PredictiveParameters{};
-  parameters.plant_model = PlantModel{};  // drive train as identified; here that of the simulated Jackal
+  parameters.plant_model = PlantModel{};  // drive train as identified; here what is assumed of a Jackal
+  parameters.on_loss.one_wheel = LossAction::drive;
   DriveLoop loop(parameters, makeController(parameters));
 
   WheelVector wheels = WheelVector::Zero();  // rad/s

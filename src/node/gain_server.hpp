@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <jackal_aic/ControllerGainsConfig.h>
 #include <jackal_aic/PredictiveGainsConfig.h>
+#include <jackal_aic/SensorNoiseConfig.h>
 #include <ros/ros.h>
 
 #include <cstdint>
@@ -33,13 +34,10 @@ void visitGains(Parameters& gains, PredictiveGainsConfig& config, const Visit& v
   visit("belief_learning_rate", gains.belief_learning_rate, config.belief_learning_rate);
   visit("action_learning_rate", gains.action_learning_rate, config.action_learning_rate);
   visit("reference_time", gains.reference_time, config.reference_time);
-  visit("wheel_variance", gains.wheel_variance, config.wheel_variance);
-  visit("gyro_variance", gains.gyro_variance, config.gyro_variance);
   visit("speed_process_noise", gains.speed_process_noise, config.speed_process_noise);
   visit("yaw_process_noise", gains.yaw_process_noise, config.yaw_process_noise);
   visit("disturbance_process_noise", gains.disturbance_process_noise, config.disturbance_process_noise);
   visit("dead_time_deviation", gains.dead_time_deviation, config.dead_time_deviation);
-  visit("accelerometer_variance", gains.accelerometer_variance, config.accelerometer_variance);
   visit("learn_precision", gains.learn_precision, config.learn_precision);
   visit("precision_time_constant", gains.precision_time_constant, config.precision_time_constant);
   visit("learn_track", gains.learn_track, config.learn_track);
@@ -51,6 +49,14 @@ void visitGains(Parameters& gains, PredictiveGainsConfig& config, const Visit& v
   visit("turning_centre", gains.turning_centre, config.turning_centre);
 }
 
+/// The variances of the measurements, which the predictive structure takes while it runs.
+template <class Parameters, class Visit>
+void visitGains(Parameters& sensors, SensorNoiseConfig& config, const Visit& visit) {
+  visit("wheel_variance", sensors.wheel_variance, config.wheel_variance);
+  visit("gyro_variance", sensors.gyro_variance, config.gyro_variance);
+  visit("accelerometer_variance", sensors.accelerometer_variance, config.accelerometer_variance);
+}
+
 /// Offers the gains of a structure in a private namespace, the one in which the YAML has them.
 template <class Parameters, class Config>
 class GainServer {
@@ -58,7 +64,7 @@ class GainServer {
   /// Takes wanted gains over in the place of the running ones. Throws ParameterError with the reason why it does not.
   using Adopt = std::function<void(const Parameters& wanted, const Parameters& running)>;
 
-  /// @param name prefix of the gains' keys, "controller" or "predictive"; @param running gains at the start;
+  /// @param name prefix of the gains' keys, "controller", "predictive" or "sensors"; @param running gains at the start;
   /// @param adopt called for every change. A refused one is logged with its reason, and whoever asked for it gets the
   /// running gains back.
   GainServer(const std::string& name, const Parameters& running, Adopt adopt)

@@ -25,36 +25,39 @@ void completeGeometry(bool radius_given, bool track_given, const std::function<s
   if (!track_given) parameters.geometry.effective_track = wheels.track * parameters.robot.track_multiplier;
 }
 
-bool hasPrefix(const ParameterMap& map, const std::string& prefix) {
-  const auto keys = map.keys();
-  return std::any_of(keys.begin(), keys.end(), [&](const std::string& key) { return key.rfind(prefix, 0) == 0; });
-}
-
-decltype(DriveParameters::controller) readGains(ParameterMap& map) {
-  const bool thesis = hasPrefix(map, "controller."), predictive = hasPrefix(map, "predictive.");
-  const bool open_loop = hasPrefix(map, "diff_drive.");
+decltype(DriveParameters::controller) readGains(ParameterMap& map, const SensorNoise& sensors) {
+  const bool thesis = map.hasSection("controller"), predictive = map.hasSection("predictive");
+  const bool open_loop = map.hasSection("diff_drive");
   if (thesis + predictive + open_loop > 1) {
     throw ParameterError(std::string(thesis ? "controller.*" : "predictive.*") + " and " +
                          (open_loop ? "diff_drive.*" : "predictive.*") +
                          ": both given, but one controller runs; load one preset");
   }
-  if (predictive) return readParameters<PredictiveParameters>(map, "predictive");
+  if (predictive) {
+    PredictiveParameters defaults;
+    static_cast<SensorNoise&>(defaults) = sensors;
+    return readParameters(map, "predictive", defaults);
+  }
   if (open_loop) return readParameters<DifferentialDriveParameters>(map, "diff_drive");
   if (thesis) return readParameters<ControllerParameters>(map, "controller");
   throw ParameterError(
       "controller.* or predictive.*: missing; load a preset (config/predictive.yaml, improved.yaml, ...)");
 }
 
+FaultParameters readFaults(ParameterMap& map, const SensorNoise& sensors) {
+  FaultParameters defaults;
+  static_cast<SensorNoise&>(defaults) = sensors;
+  const auto faults = readParameters(map, "faults", defaults);
+  validate(faults);
+  return faults;
+}
+
+/// The file for what is learned of the slip, which only the predictive structure has.
 std::string readSlipFile(ParameterMap& map) {
   std::string path;
   ParameterReader(map, "slip").field("file", path, Presence::optional);
   if (path.empty() || path.front() == '/') return path;
   throw ParameterError("slip.file = '" + path + "': must be an absolute path");
-}
-
-std::optional<PlantModel> readPlantModel(ParameterMap& map) {
-  if (!hasPrefix(map, "plant_model.")) return std::nullopt;
-  return readParameters<PlantModel>(map, "plant_model");
 }
 
 void check(const ControllerParameters& controller, const NodeParameters& parameters) {
@@ -89,23 +92,29 @@ std::string describeRobot(const NodeParameters& parameters) {
                     drivenModel(model).acceleration_limit);
 }
 
-NodeParameters readNodeParameters(ParameterMap map, const std::function<std::string()>& robot_description) {
-  NodeParameters parameters;
-  parameters.controller = readGains(map);
-  parameters.geometry = readParameters<GeometryParameters>(map, "robot");
-  parameters.robot = readParameters<RobotNames>(map, "robot");
-  parameters.odometry = readParameters<OdometryParameters>(map, "odometry");
-  parameters.gate = readGateParameters(map);
-  parameters.on_loss = readParameters<LossPolicyParameters>(map, "on_loss");
-  parameters.faults = readParameters<FaultParameters>(map, "faults");
-  validate(*parameters.faults);
+NodeParameters readConfiguration(ParameterMap& map, NodeParameters parameters) {
+  const auto sensors = readParameters<SensorNoise>(map, "sensors");
+  parameters.controller = readGains(map, sensors);
+  parameters.geometry = readParameters(map, "robot", parameters.geometry);
+  parameters.robot = readParameters(map, "robot", parameters.robot);
+  parameters.odometry = readParameters(map, "odometry", parameters.odometry);
+  parameters.gate = readGateParameters(map, parameters.gate);
+  parameters.on_loss = readParameters(map, "on_loss", parameters.on_loss);
+  parameters.faults = readFaults(map, sensors);
   ParameterReader reader(map, "");
   reader.field("output", parameters.output, kOutputModeNames, Presence::optional);
   parameters.motors_shared = parameters.output == OutputMode::twist;
   reader.field("allow_other_publishers", parameters.allow_other_publishers, Presence::optional);
-  parameters.plant_model = readPlantModel(map);
+  if (map.hasSection("plant_model")) {
+    parameters.plant_model = readParameters(map, "plant_model", parameters.plant_model.value_or(PlantModel{}));
+  }
   parameters.robot_name = robotName(map);
   if (std::holds_alternative<PredictiveParameters>(parameters.controller)) parameters.slip_file = readSlipFile(map);
+  return parameters;
+}
+
+NodeParameters readNodeParameters(ParameterMap map, const std::function<std::string()>& robot_description) {
+  NodeParameters parameters = readConfiguration(map);
   map.refuseUnknown();
 
   if (const auto* drive = std::get_if<DifferentialDriveParameters>(&parameters.controller)) {

@@ -71,6 +71,13 @@ struct NodeParameters : DriveParameters {
 /// Which robot the node takes itself to drive, what it assumes of it, and whether `identify` is due: one line.
 std::string describeRobot(const NodeParameters& parameters);
 
+/// Reads every key that the configuration of a node may have, whoever drives by it: the node, the tools, the
+/// experiments. Nothing is checked beyond the ranges, and geometry that is not given stays as it is.
+/// @param parameters values of keys that are not given; gains, variances and settings of the fault detection, which
+/// have defaults of their own, excepted. @throws ParameterError as readNodeParameters(), but for unknown keys, which
+/// the caller refuses: it may know more.
+NodeParameters readConfiguration(ParameterMap& map, NodeParameters parameters = {});
+
 /// Reads and checks all parameters. Geometry that the map does not give is read from the robot's URDF. The keys that
 /// are there choose the structure: controller.* the thesis', predictive.* (with plant_model.*) the predictive one,
 /// diff_drive.* the open-loop baseline.

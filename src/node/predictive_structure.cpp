@@ -19,10 +19,12 @@ std::string describe(const SlipState& slip) {
 PredictiveStructure::PredictiveStructure(ros::NodeHandle& node, const PredictiveParameters& gains,
                                          const std::string& slip_file, PredictiveController& controller)
     : controller_(controller),
+      gains_(gains),
       belief_publisher_(node.advertise<geometry_msgs::TwistWithCovarianceStamped>("jackal_AIC/belief", 10)),
       freeze_service_(
           ros::NodeHandle("~").advertiseService("freeze_learning", &PredictiveStructure::onFreezeLearning, this)),
-      gain_server_("predictive", gains, [this](const auto& wanted, const auto& running) { adopt(wanted, running); }) {
+      gain_server_("predictive", gains, [this](const auto& wanted, const auto&) { adoptGains(wanted); }),
+      variance_server_("sensors", gains, [this](const auto& wanted, const auto&) { adoptVariances(wanted); }) {
   reportCertificate(gains);
   if (!slip_file.empty()) openSlipFile(slip_file);
 }
@@ -64,14 +66,27 @@ bool PredictiveStructure::onFreezeLearning(std_srvs::SetBool::Request& request, 
   return true;
 }
 
-void PredictiveStructure::adopt(const PredictiveParameters& wanted, const PredictiveParameters& running) {
+void PredictiveStructure::adoptGains(PredictiveParameters wanted) {
+  static_cast<SensorNoise&>(wanted) = gains_;
   requireInRange(wanted, "predictive");
+  adopt(wanted);
+}
+
+void PredictiveStructure::adoptVariances(const SensorNoise& wanted) {
+  requireInRange(wanted, "sensors");
+  PredictiveParameters gains = gains_;
+  static_cast<SensorNoise&>(gains) = wanted;
+  adopt(gains);
+}
+
+void PredictiveStructure::adopt(const PredictiveParameters& wanted) {
   validate(wanted);
   const PlantModel& model = controller_.model();
-  requireStable(wanted, model, model, &running);
+  requireStable(wanted, model, model, &gains_);
   const std::string thin = thinMargin(PredictiveLinearLoop(wanted, model, model));
   if (!thin.empty()) ROS_WARN("Gains with a thin margin: %s", thin.c_str());
   controller_.adoptGains(wanted);
+  gains_ = wanted;
 }
 
 ControllerState PredictiveStructure::state() const { return stateMessage(controller_); }

@@ -38,15 +38,19 @@ class PredictiveStructure : public ControllerStructure {
   void reportCertificate(const PredictiveParameters& gains) const;
   void openSlipFile(const std::string& path);
   void keepSlip(const ros::Time& now);
-  void adopt(const PredictiveParameters& wanted, const PredictiveParameters& running);
+  void adoptGains(PredictiveParameters wanted);
+  void adoptVariances(const SensorNoise& wanted);
+  void adopt(const PredictiveParameters& wanted);
   bool onFreezeLearning(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 
   PredictiveController& controller_;       // its gains are certified on a robot that is as it believes
+  PredictiveParameters gains_;             // in force
   std::optional<SlipWriter> slip_writer_;  // with a slip file
   ros::Time slip_kept_;                    // when the writer last got the slip
   ros::Publisher belief_publisher_;
   ros::ServiceServer freeze_service_;
   GainServer<PredictiveParameters, PredictiveGainsConfig> gain_server_;
+  GainServer<SensorNoise, SensorNoiseConfig> variance_server_;
 };
 
 }  // namespace jackal_aic

@@ -1,8 +1,8 @@
 #include "ros_parameters.hpp"
 
-#include <XmlRpcValue.h>
-
 #include <cstdint>
+#include <cstdlib>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,20 +15,38 @@ double number(XmlRpcValue& value) {
   return value.getType() == XmlRpcValue::TypeInt ? static_cast<int>(value) : static_cast<double>(value);
 }
 
+/// The number that a text is for every reader but rosparam: YAML 1.1 takes 1.0e+8, but not 1e8, for one.
+std::optional<double> exponential(const std::string& text) {
+  if (text.find_first_of("eE") == std::string::npos || text.find_first_of("0123456789") == std::string::npos ||
+      text.find_first_not_of("0123456789+-.eE") != std::string::npos) {
+    return std::nullopt;
+  }
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  return *end == '\0' ? std::optional<double>(value) : std::nullopt;
+}
+
+ParameterValue textOf(XmlRpcValue& value) {
+  const auto& text = static_cast<std::string&>(value);
+  if (const auto real = exponential(text)) return *real;
+  return text;
+}
+
 ParameterValue listOf(XmlRpcValue& list, const std::string& key) {
   std::vector<double> numbers;
   std::vector<std::string> words;
   for (int i = 0; i < list.size(); ++i) {
     const XmlRpcValue::Type type = list[i].getType();
     if (type == XmlRpcValue::TypeInt || type == XmlRpcValue::TypeDouble) numbers.push_back(number(list[i]));
-    if (type == XmlRpcValue::TypeString) words.push_back(static_cast<std::string&>(list[i]));
+    if (type != XmlRpcValue::TypeString) continue;
+    const ParameterValue text = textOf(list[i]);
+    if (const auto* real = std::get_if<double>(&text)) numbers.push_back(*real);
+    if (const auto* word = std::get_if<std::string>(&text)) words.push_back(*word);
   }
   const auto size = static_cast<std::size_t>(list.size());
   if (numbers.size() == size) return numbers;
   if (words.size() == size) return words;
-  if (numbers.size() + words.size() < size) throw ParameterError(key + ": expected a flat list of numbers or of words");
-  throw ParameterError(key + ": expected a flat list of numbers or of words; '" + words.front() +
-                       "' is a word for YAML 1.1, which takes 1.0e+8, but not 1e8, for a number");
+  throw ParameterError(key + ": expected a flat list of numbers or of words");
 }
 
 void addValue(XmlRpcValue& value, const std::string& key, ParameterMap& map) {
@@ -46,7 +64,7 @@ void addValue(XmlRpcValue& value, const std::string& key, ParameterMap& map) {
       map.set(key, static_cast<double>(value));
       break;
     case XmlRpcValue::TypeString:
-      map.set(key, static_cast<std::string&>(value));
+      map.set(key, textOf(value));
       break;
     case XmlRpcValue::TypeArray:
       map.set(key, listOf(value, key));
@@ -58,11 +76,15 @@ void addValue(XmlRpcValue& value, const std::string& key, ParameterMap& map) {
 
 }  // namespace
 
-ParameterMap readRosParameters(const ros::NodeHandle& node) {
+ParameterMap parametersIn(XmlRpcValue root) {
   ParameterMap map;
-  XmlRpcValue root;
-  if (node.getParam(node.getNamespace(), root) && root.getType() == XmlRpcValue::TypeStruct) addValue(root, "", map);
+  if (root.getType() == XmlRpcValue::TypeStruct) addValue(root, "", map);
   return map;
+}
+
+ParameterMap readRosParameters(const ros::NodeHandle& node) {
+  XmlRpcValue root;
+  return node.getParam(node.getNamespace(), root) ? parametersIn(root) : ParameterMap();
 }
 
 std::string robotDescription(const ros::NodeHandle& node) {

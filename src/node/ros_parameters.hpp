@@ -4,6 +4,7 @@
 /// ParameterMap from the ROS parameter server.
 
 #include <ros/node_handle.h>
+#include <xmlrpcpp/XmlRpcValue.h>
 
 #include <string>
 
@@ -11,10 +12,14 @@
 
 namespace jackal_aic {
 
-/// Every parameter in the namespace of a node handle, nested names joined by dots ("~plant/seed" is plant.seed for the
-/// private node handle). An empty namespace gives an empty map.
+/// What the parameter server has below a name, nested names joined by dots, by the rules of addYamlText(): a text that
+/// only YAML 1.1 does not take for a number (1e8) is one. An empty map if it is no struct.
 /// @throws ParameterError, naming the key, for a value that is not a bool, number, string or flat list of numbers or
 /// strings.
+ParameterMap parametersIn(XmlRpc::XmlRpcValue root);
+
+/// Every parameter in the namespace of a node handle, nested names joined by dots ("~plant/seed" is plant.seed for the
+/// private node handle). An empty namespace gives an empty map. @throws ParameterError as parametersIn().
 ParameterMap readRosParameters(const ros::NodeHandle& node);
 
 /// The URDF text in robot_description of the nearest enclosing namespace; empty if there is none.

@@ -26,10 +26,11 @@ void validate(const LimitParameters& limits, const BrakeParameters& brake) {
   checkBrake("angular", brake.angular_deceleration, limits.angular_speed, limits.angular_deceleration, brake.time);
 }
 
-GateParameters readGateParameters(ParameterMap& map) {
-  GateParameters parameters{
-      readParameters<LimitParameters>(map, "limits"), readParameters<DeadlineParameters>(map, "deadlines"),
-      readParameters<BrakeParameters>(map, "brake"), readParameters<PlausibilityParameters>(map, "plausibility")};
+GateParameters readGateParameters(ParameterMap& map, GateParameters parameters) {
+  parameters.limits = readParameters(map, "limits", parameters.limits);
+  parameters.deadlines = readParameters(map, "deadlines", parameters.deadlines);
+  parameters.brake = readParameters(map, "brake", parameters.brake);
+  parameters.plausibility = readParameters(map, "plausibility", parameters.plausibility);
   ParameterReader(map, "").field("restart_after_stop", parameters.restart_after_stop, kRestartPolicyNames,
                                  Presence::optional);
   validate(parameters.limits, parameters.brake);

@@ -133,10 +133,9 @@ po::options_description optionsOfAnalyze() {
       "config", po::value<std::string>(),
       "CONFIG.yaml: gains (controller.* or predictive.*), geometry (robot.*), the drive train that a predictive "
       "controller believes in (plant_model.*; by default the plant itself)");
-  options.add_options()(
-      "plant", po::value<std::string>(),
-      "PLANT.yaml: a plant model (plant_model.*) or a simulated robot (plant.*); by default one close "
-      "to config/plant_model.yaml");
+  options.add_options()("plant", po::value<std::string>(),
+                        "PLANT.yaml: a plant model (plant_model.*) or a simulated robot (plant.*); by default what "
+                        "config/jackal_model.yaml assumes");
   options.add_options()("range", po::value<std::string>(),
                         "print the stable interval of tau, kappa_mu or kappa_a instead, the others as they are");
   options.add_options()("json", "print one line of JSON");

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <vector>
+
 #include "jackal_aic/config/yaml_text.hpp"
+#include "jackal_aic/model/plant_model.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -26,6 +29,27 @@ double effectiveTrack(const Identification& result) {
   return left || right ? sum / (left + right) : 0.0;
 }
 
+/// To the four digits that a file shows.
+double rounded(double value) { return std::stod(yamlNumber(value, 4)); }
+
+std::string confidence(const Estimate& estimate) {
+  return estimate.known() ? fmt::format("+- {:.4f}", estimate.half_width) : estimate.unknown;
+}
+
+/// What stands beside an estimated field of the plant model; empty for the others.
+std::string remark(const std::string& field, const Identification& result) {
+  if (field == "dead_time") return confidence(result.dead_time);
+  if (field == "lag") return confidence(result.lag);
+  if (field == "gain") return confidence(result.gain);
+  if (field == "acceleration_limit") return confidence(result.acceleration_limit);
+  if (field != "effective_track") return "";
+  const auto side = [](const char* name, const Estimate& track) {
+    return track.known() ? fmt::format("{} {:.4f} ", name, track.value) + confidence(track)
+                         : std::string(name) + " unknown: " + track.unknown;
+  };
+  return side("left", result.track_left) + ", " + side("right", result.track_right);
+}
+
 }  // namespace
 
 std::string identificationTable(const Identification& result) {
@@ -45,23 +69,19 @@ std::string plantModelYaml(const Identification& result, const std::string& sour
   requireKnown("dead time", result.dead_time);
   requireKnown("lag", result.lag);
   requireKnown("gain", result.gain);
-  const Estimate& limit = result.acceleration_limit;
-  std::string text = "# Identified from " + source + "; +- is the 95 % confidence interval.\nplant_model:\n";
-  if (!robot.empty()) text += "  robot: " + yamlQuoted(robot) + "\n";
-  const auto line = [&](const char* name, double value, const std::string& comment) {
-    text += fmt::format("  {:<26} # {}", fmt::format("{}: {}", name, yamlNumber(value, 4)), comment);
-  };
-  line("dead_time", result.dead_time.value, fmt::format("s, +- {:.4f}\n", result.dead_time.half_width));
-  line("lag", result.lag.value, fmt::format("s, +- {:.4f}\n", result.lag.half_width));
-  line("gain", result.gain.value, fmt::format("+- {:.4f}\n", result.gain.half_width));
-  line("acceleration_limit", limit.value,
-       "m/s^2, " + (limit.known() ? fmt::format("+- {:.3f}\n", limit.half_width) : limit.unknown + "\n"));
-  line("effective_track", effectiveTrack(result), "m");
-  const auto side = [&](const char* name, const Estimate& track) {
-    return track.known() ? fmt::format(", {} {:.4f} +- {:.4f}", name, track.value, track.half_width)
-                         : fmt::format(", {} unknown: {}", name, track.unknown);
-  };
-  return text + side("left", result.track_left) + side("right", result.track_right) + "\n";
+  PlantModel model;
+  model.dead_time = rounded(result.dead_time.value);
+  model.lag = rounded(result.lag.value);
+  model.gain = rounded(result.gain.value);
+  model.acceleration_limit = rounded(result.acceleration_limit.value);
+  model.effective_track = rounded(effectiveTrack(result));
+  std::vector<Field> fields = fieldsOf(model);
+  for (Field& field : fields) {
+    if (field.name == "robot") field.value = robot;
+    const std::string found = remark(field.name, result);
+    if (!found.empty()) field.unit += (field.unit.empty() ? "" : ", ") + found;
+  }
+  return "# Identified from " + source + "; +- is the 95 % confidence interval.\n" + yamlBlock("plant_model", fields);
 }
 
 std::string identificationCsv(const DriveRecording& recording, const Identification& result) {

@@ -11,6 +11,14 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
+/// Drive train of which the numbers below are, whatever the default is.
+PlantModel known() {
+  PlantModel plant;
+  plant.dead_time = 0.083;
+  plant.lag = 0.008;
+  return plant;
+}
+
 ControllerParameters improved() {
   ControllerParameters controller;
   controller.belief_rate = 1000.0;
@@ -137,14 +145,14 @@ TEST(StableRange, IsEmptyIfNoValueHelps) {
 
 TEST(ThinMargin, NamesTheBoundThatIsNotKept) {
   const auto thin = [](double kappa_a, const MarginBounds& bounds) {
-    return thinMargin(LinearLoop(withActionGain(kappa_a), {}, {}), bounds);
+    return thinMargin(LinearLoop(withActionGain(kappa_a), {}, known()), bounds);
   };
   EXPECT_EQ(thin(8.0, {}), "");
   EXPECT_NE(thin(8.0, {3.4, 0.03}).find("3.4 times the kappa_a"), std::string::npos);
   EXPECT_NE(thin(8.0, {1.5, 0.28}).find("0.28 s more dead time"), std::string::npos);
-  EXPECT_TRUE(certify(withActionGain(8.0), {}, {}).keeps({3.2, 0.25}));
-  EXPECT_FALSE(certify(withActionGain(8.0), {}, {}).keeps({3.4, 0.25}));
-  EXPECT_FALSE(certify(withActionGain(8.0), {}, {}).keeps({3.2, 0.28}));
+  EXPECT_TRUE(certify(withActionGain(8.0), {}, known()).keeps({3.2, 0.25}));
+  EXPECT_FALSE(certify(withActionGain(8.0), {}, known()).keeps({3.4, 0.25}));
+  EXPECT_FALSE(certify(withActionGain(8.0), {}, known()).keeps({3.2, 0.28}));
 }
 
 TEST(RequireInRange, RefusesWhatTheFileMayNotHold) {
@@ -158,9 +166,9 @@ TEST(RequireInRange, RefusesWhatTheFileMayNotHold) {
 }
 
 TEST(RequireStable, NamesRadiusAndParameter) {
-  EXPECT_NO_THROW(requireStable(improved(), {}, {}));
+  EXPECT_NO_THROW(requireStable(improved(), {}, known()));
   try {
-    requireStable(withActionGain(40.0), {}, {});
+    requireStable(withActionGain(40.0), {}, known());
     FAIL() << "accepted";
   } catch (const ParameterError& error) {
     const std::string line = error.what();

@@ -219,6 +219,13 @@ TEST(LoadSetup, TakesTheConfigurationOfANodeAsAController) {
   }
 }
 
+TEST(LoadSetup, RefusesAnOverrideThatTheBaselineDoesNotHeed) {
+  EXPECT_THROW(loadSetup(files(), "diff_drive", "ground", {{"robot.effective_track", "0.7"}}), ParameterError);
+  EXPECT_EQ(loadSetup(files(), "diff_drive", "ground", {{"diff_drive.effective_track", "0.7"}})
+                .drive.geometry.effective_track,
+            0.7);
+}
+
 TEST(CalibratedFile, KeepsEverythingButTheFittedValues) {
   const CalibrationTask& task = calibrationTasks().front();
   const std::string before = readText(files().path("config/" + task.file));

@@ -39,6 +39,7 @@ sim::PlantParameters plantWith(double dead_time, double lag, double gain, double
   parameters.dead_time = dead_time;
   parameters.motor_lag = lag;
   parameters.wheel_gain = gain;
+  parameters.velocity_loop_integral = 0.0;
   parameters.acceleration_limit = limit;
   return parameters;
 }

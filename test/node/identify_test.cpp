@@ -87,6 +87,7 @@ TEST(IdentifyBag, FindsThirtyRandomDriveTrains) {
     truth.dead_time = std::round(1000 * between(0.03, 0.20)) / 1000;
     truth.motor_lag = between(0.02, 0.15);
     truth.wheel_gain = between(0.8, 1.2);
+    truth.velocity_loop_integral = 0.0;
     truth.acceleration_limit = between(1.5, 20.0);
     truth.friction = between(0.3, 1.0);
     truth.seed = 100 + trial;

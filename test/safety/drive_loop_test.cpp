@@ -26,6 +26,7 @@ DriveParameters predictive() {
   parameters.controller = PredictiveParameters{};
   parameters.plant_model = PlantModel{};
   parameters.plant_model->identified = true;
+  parameters.on_loss.one_wheel = LossAction::drive;
   return parameters;
 }
 

@@ -95,7 +95,9 @@ TEST(Analyze, UnstableGainsAreAResultNotAnError) {
 }
 
 TEST(Analyze, PrintsTheStableRange) {
-  const YAML::Node printed = YAML::Load(output({config("improved.yaml"), "--range", "kappa_a", "--json"}));
+  const TemporaryFile plant("plant_model: {dead_time: 0.083, lag: 0.008}\n");
+  const YAML::Node printed =
+      YAML::Load(output({config("improved.yaml"), "--plant", plant.path(), "--range", "kappa_a", "--json"}));
   EXPECT_EQ(printed["parameter"].as<std::string>(), "kappa_a");
   EXPECT_EQ(printed["present"].as<double>(), 8.0);
   EXPECT_EQ(printed["low"].as<double>(), 0.0);

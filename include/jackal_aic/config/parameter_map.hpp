@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -45,6 +46,9 @@ class ParameterMap {
 
   /// True if the key was given.
   bool has(const std::string& key) const;
+
+  /// True if a key of a section was given: "plant_model" has plant_model.lag.
+  bool hasSection(const std::string& prefix) const;
 
   /// Value of a key, marked as read; nullptr if it was not given.
   const ParameterValue* take(const std::string& key);
@@ -124,45 +128,66 @@ S readParameters(ParameterMap& map, const std::string& prefix, S defaults = S{})
   return defaults;
 }
 
-/// Writes the fields of a parameter struct into a map: the opposite of ParameterReader.
-class ParameterWriter {
- public:
-  /// @param map target; @param prefix dotted prefix of the struct's keys, e.g. "controller".
-  ParameterWriter(ParameterMap& map, std::string prefix) : map_(map), prefix_(std::move(prefix)) {}
+/// One field of a parameter struct, as describeFields() lists it.
+struct Field {
+  std::string name;                ///< last part of its key
+  ParameterValue value;            ///< what the struct holds
+  std::optional<Bounds> bounds;    ///< of a number; a whole number that only has to be 0 or more has none
+  std::string unit;                ///< empty: none
+  std::vector<std::string> words;  ///< one of which the value is; empty: it is no choice
+  Presence presence;               ///< whether its key has to be given
+};
 
+/// Lists the fields of a parameter struct, from which everything that writes parameters follows: the opposite of
+/// ParameterReader.
+class FieldList {
+ public:
   /// One overload for each of ParameterReader's.
-  void field(const char* name, double value, Bounds, const char*, Presence) { map_.set(key(name), value); }
-  void field(const char* name, int value, Bounds, const char*, Presence) { set(name, value); }
-  void field(const char* name, std::uint64_t value, const char*, Presence) { set(name, value); }
-  void field(const char* name, bool value, Presence) { map_.set(key(name), value); }
-  void field(const char* name, const std::string& value, Presence) { map_.set(key(name), value); }
-  void field(const char* name, const std::vector<std::string>& value, Presence) { map_.set(key(name), value); }
-  void field(const char* name, const std::vector<double>& value, Bounds, std::size_t, const char*, Presence) {
-    map_.set(key(name), value);
+  void field(const char* name, double value, Bounds bounds, const char* unit, Presence presence) {
+    fields.push_back({name, value, bounds, unit, {}, presence});
+  }
+  void field(const char* name, int value, Bounds bounds, const char* unit, Presence presence) {
+    fields.push_back({name, std::int64_t{value}, bounds, unit, {}, presence});
+  }
+  void field(const char* name, std::uint64_t value, const char* unit, Presence presence) {
+    fields.push_back({name, static_cast<std::int64_t>(value), std::nullopt, unit, {}, presence});
+  }
+  void field(const char* name, bool value, Presence presence) {
+    fields.push_back({name, value, std::nullopt, "", {}, presence});
+  }
+  void field(const char* name, const std::string& value, Presence presence) {
+    fields.push_back({name, value, std::nullopt, "", {}, presence});
+  }
+  void field(const char* name, const std::vector<std::string>& value, Presence presence) {
+    fields.push_back({name, value, std::nullopt, "", {}, presence});
+  }
+  void field(const char* name, const std::vector<double>& value, Bounds bounds, std::size_t, const char* unit,
+             Presence presence) {
+    fields.push_back({name, value, bounds, unit, {}, presence});
   }
   template <class Enum, std::size_t N>
-  void field(const char* name, Enum value, const std::array<const char*, N>& words, Presence) {
-    map_.set(key(name), std::string(words[static_cast<std::size_t>(value)]));
+  void field(const char* name, Enum value, const std::array<const char*, N>& words, Presence presence) {
+    const std::string word = words[static_cast<std::size_t>(value)];
+    fields.push_back({name, word, std::nullopt, "", {words.begin(), words.end()}, presence});
   }
 
- private:
-  template <class Integer>
-  void set(const char* name, Integer value) {
-    map_.set(key(name), static_cast<std::int64_t>(value));
-  }
-  std::string key(const char* name) const { return prefix_.empty() ? name : prefix_ + "." + name; }
-
-  ParameterMap& map_;
-  std::string prefix_;
+  std::vector<Field> fields;  ///< in the order in which the struct lists them
 };
+
+/// The fields of a parameter struct with their values.
+template <class S>
+std::vector<Field> fieldsOf(S values) {
+  FieldList list;
+  describeFields(list, values);
+  return list.fields;
+}
 
 /// Checks each field of a struct against its range, as if it had been read from the keys `prefix.*`. Throws
 /// ParameterError.
 template <class S>
 void requireInRange(S values, const std::string& prefix) {
   ParameterMap map;
-  ParameterWriter writer(map, prefix);
-  describeFields(writer, values);
+  for (const Field& field : fieldsOf(values)) map.set(prefix + "." + field.name, field.value);
   readParameters<S>(map, prefix);
 }
 

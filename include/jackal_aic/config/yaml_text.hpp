@@ -4,8 +4,6 @@
 /// Parameters as YAML text that every reader takes for what it is. Readers differ: for YAML 1.1, which rosparam and
 /// roslaunch speak, 1e+08 is a text; for YAML 1.2, and yaml-cpp, it is a number.
 
-#include <array>
-#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -23,38 +21,18 @@ std::string yamlNumber(double value, int digits = 17);
 /// become spaces.
 std::string yamlQuoted(const std::string& text);
 
-/// Writes the fields of a parameter struct as the lines of a YAML block, with their units as comments: the opposite of
-/// reading them from a file. No field can be forgotten.
-class YamlWriter {
- public:
-  /// One overload for each of ParameterReader's that a written struct has. @throws ParameterError as yamlNumber().
-  void field(const char* name, double value, Bounds, const char* unit, Presence) {
-    line(name, yamlNumber(value), unit);
-  }
-  void field(const char* name, int value, Bounds, const char* unit, Presence) {
-    line(name, std::to_string(value), unit);
-  }
-  void field(const char* name, const std::vector<double>& value, Bounds, std::size_t, const char* unit, Presence);
-  template <class Enum, std::size_t N>
-  void field(const char* name, Enum value, const std::array<const char*, N>& words, Presence) {
-    line(name, words[static_cast<std::size_t>(value)], "");
-  }
+/// A value as YAML text: numbers as yamlNumber(), texts as yamlQuoted(), lists in brackets.
+/// @throws ParameterError as yamlNumber().
+std::string yamlValue(const ParameterValue& value);
 
-  /// The lines so far.
-  std::string text() const { return text_; }
+/// Fields as the YAML block `prefix:`, each with its unit as a comment: the opposite of reading them from a file. No
+/// field can be forgotten; an empty text, which no reader takes, is left out. @throws ParameterError as yamlNumber().
+std::string yamlBlock(const std::string& prefix, const std::vector<Field>& fields);
 
- private:
-  void line(const char* name, const std::string& value, const std::string& unit);
-
-  std::string text_;
-};
-
-/// A parameter struct as the YAML block `prefix:`. @throws ParameterError if a number is not finite.
+/// The same of a parameter struct.
 template <class S>
-std::string yamlBlock(const std::string& prefix, S values) {
-  YamlWriter writer;
-  describeFields(writer, values);
-  return prefix + ":\n" + writer.text();
+std::string yamlBlock(const std::string& prefix, const S& values) {
+  return yamlBlock(prefix, fieldsOf(values));
 }
 
 }  // namespace jackal_aic

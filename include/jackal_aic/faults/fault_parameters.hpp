@@ -5,26 +5,24 @@
 
 #include "jackal_aic/config/parameter_map.hpp"
 #include "jackal_aic/faults/channel_monitor.hpp"
+#include "jackal_aic/model/sensor_noise.hpp"
 
 namespace jackal_aic {
 
-/// Parameters of the fault detection. YAML prefix `faults`.
-struct FaultParameters {
+/// Parameters of the fault detection. YAML prefix `faults`; the least variances of the measurements have `sensors`.
+struct FaultParameters : SensorNoise {
   double false_alarm_rate =
       0.04;                    ///< alpha: bound of the rate of outliers among good samples, whatever their distribution
   int fault_samples = 5;       ///< K outliers among the last N samples make a fault
   int fault_window = 8;        ///< N
   int frozen_samples = 8;      ///< repetitions to the bit that make a frozen sensor; 0 switches this test off
   double recovery_time = 1.0;  ///< time of good samples after which a faulty channel counts again [s]
-  double covariance_time_constant = 1.0;   ///< time over which the covariance of the prediction errors is learned [s]
-  double wheel_variance = 9e-4;            ///< least variance of a measured wheel speed [(rad/s)^2]
-  double gyro_variance = 2.5e-5;           ///< least variance of the measured yaw rate [(rad/s)^2]
-  double accelerometer_variance = 2.5e-3;  ///< least variance of a measured acceleration [(m/s^2)^2]
-  double dead_time_deviation = 0.03;       ///< standard deviation of the plant's dead time [s]
-  double gain_deviation = 0.1;             ///< standard deviation of the plant's gain, relative
-  double slowest_acceleration = 0.5;       ///< of the plant, in multiples of its model's acceleration limit
-  double fastest_acceleration = 3.0;       ///< of the plant, in multiples of its model's acceleration limit
-  double yaw_delay_deviation = 0.05;       ///< standard deviation of the delay of the yaw behind the wheels [s]
+  double covariance_time_constant = 1.0;  ///< time over which the covariance of the prediction errors is learned [s]
+  double dead_time_deviation = 0.03;      ///< standard deviation of the plant's dead time [s]
+  double gain_deviation = 0.1;            ///< standard deviation of the plant's gain, relative
+  double slowest_acceleration = 0.5;      ///< of the plant, in multiples of its model's acceleration limit
+  double fastest_acceleration = 3.0;      ///< of the plant, in multiples of its model's acceleration limit
+  double yaw_delay_deviation = 0.05;      ///< standard deviation of the delay of the yaw behind the wheels [s]
   double slip_deviation = 0.2;  ///< standard deviation of 1/b_hat, relative, after a change of speed by 0.5 m/s
   double largest_bias = 0.05;   ///< of the gyro; a larger one is a fault [rad/s]
 
@@ -32,7 +30,7 @@ struct FaultParameters {
   PersistenceParameters persistence() const { return {fault_samples, fault_window, recovery_time}; }
 };
 
-/// Lists the fields of FaultParameters with unit and range.
+/// Lists the fields of FaultParameters, but for the variances, with unit and range.
 template <class Visitor>
 void describeFields(Visitor& v, FaultParameters& p) {
   v.field("false_alarm_rate", p.false_alarm_rate, {1e-4, 0.2}, "", Presence::optional);
@@ -41,9 +39,6 @@ void describeFields(Visitor& v, FaultParameters& p) {
   v.field("frozen_samples", p.frozen_samples, {0, 1000}, "", Presence::optional);
   v.field("recovery_time", p.recovery_time, {0.0, 60.0}, "s", Presence::optional);
   v.field("covariance_time_constant", p.covariance_time_constant, {0.1, 1000.0}, "s", Presence::optional);
-  v.field("wheel_variance", p.wheel_variance, {1e-9, 1e3}, "(rad/s)^2", Presence::optional);
-  v.field("gyro_variance", p.gyro_variance, {1e-12, 1e3}, "(rad/s)^2", Presence::optional);
-  v.field("accelerometer_variance", p.accelerometer_variance, {1e-9, 1e3}, "(m/s^2)^2", Presence::optional);
   v.field("dead_time_deviation", p.dead_time_deviation, {0.0, 0.2}, "s", Presence::optional);
   v.field("gain_deviation", p.gain_deviation, {0.0, 1.0}, "", Presence::optional);
   v.field("slowest_acceleration", p.slowest_acceleration, {0.01, 1.0}, "", Presence::optional);

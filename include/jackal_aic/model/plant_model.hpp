@@ -16,14 +16,15 @@ namespace jackal_aic {
 ///     lag dw/dt = r(t - dead_time) + z - w,    dz/dt = velocity_loop_integral (r(t - dead_time) - w),
 ///
 /// and of the yaw rate to the wheel speeds, theta_dot = wheel_radius slip_factor (w_R - w_L) / effective_track (3-1),
-/// with wheel radius and slip factor of the robot's geometry (geometryOf()). YAML prefix `plant_model`. The defaults
-/// are close to the simulated robot on its ground (config/plant_model.yaml).
+/// with wheel radius and slip factor of the robot's geometry (geometryOf()). YAML prefix `plant_model`. The defaults are
+/// what config/jackal_model.yaml assumes of a Jackal, but for `identified`: a file that does not say was written by
+/// somebody who knows the robot.
 struct PlantModel {
-  double dead_time = 0.083;             ///< from a command until the motors follow it, all transports included [s]
-  double lag = 0.008;                   ///< time constant of the wheel speed [s]; 0 follows at once
+  double dead_time = 0.08;              ///< from a command until the motors follow it, all transports included [s]
+  double lag = 0.03;                    ///< time constant of the wheel speed [s]; 0 follows at once
   double gain = 1.0;                    ///< wheel speed / command at steady state
   double velocity_loop_integral = 0.0;  ///< integral gain of the motors' velocity loop [1/s]; 0 is a first-order lag
-  double acceleration_limit = 1.73;     ///< of the wheel circumference [m/s^2]; no part of the linear response
+  double acceleration_limit = 1.65;     ///< of the wheel circumference [m/s^2]; no part of the linear response
   double effective_track = 0.0;         ///< true virtual width b_hat [m]; 0 stands for the controller's own
   bool on_box = false;                  ///< wheels free, in the air: the gyro sees no turn (thesis section 4-1)
   double sensor_rate = 50.0;            ///< of paired wheel and IMU samples [Hz]

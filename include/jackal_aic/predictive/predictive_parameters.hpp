@@ -4,25 +4,23 @@
 /// Parameters of the predictive controller.
 
 #include "jackal_aic/config/parameter_map.hpp"
+#include "jackal_aic/model/sensor_noise.hpp"
 #include "jackal_aic/model/wheel_belief.hpp"
 
 namespace jackal_aic {
 
-/// Parameters of the predictive controller. YAML prefix `predictive`; the drive train is a PlantModel, prefix
-/// `plant_model`.
-struct PredictiveParameters {
+/// Parameters of the predictive controller. YAML prefix `predictive`; the variances of the measurements have `sensors`,
+/// the drive train is a PlantModel, prefix `plant_model`.
+struct PredictiveParameters : SensorNoise {
   double belief_rate = 1000.0;              ///< rate of the belief update [Hz], a whole multiple of action_rate
   double action_rate = 50.0;                ///< rate of the action update [Hz]
   double belief_learning_rate = 1.0;        ///< kappa_mu, learning rate of the belief (natural gradient), 0..1
   double action_learning_rate = 1.0;        ///< kappa_a, learning rate of the action (natural gradient), 0..1
   double reference_time = 0.01;             ///< tau_ref, time constant of the reference model [s]
-  double wheel_variance = 9e-4;             ///< Sigma_y of a wheel speed [(rad/s)^2]
-  double gyro_variance = 2.5e-5;            ///< Sigma_g of the yaw rate [(rad/s)^2]
   double speed_process_noise = 0.01;        ///< of a wheel's speed [(rad/s)^2/s]
   double yaw_process_noise = 1e-4;          ///< of the yaw rate beside what the wheels ask for [(rad/s)^2/s]
   double disturbance_process_noise = 0.01;  ///< of a wheel's input disturbance [(rad/s)^2/s]
   double dead_time_deviation = 0.03;        ///< standard deviation of the dead time [s]
-  double accelerometer_variance = 2.5e-3;   ///< of the forward acceleration [(m/s^2)^2]
   bool learn_precision = false;             ///< learn the variance of each channel while driving steadily
   double precision_time_constant = 10.0;    ///< time over which the precisions are averaged [s]
   bool learn_track = true;                  ///< learn the effective track
@@ -37,7 +35,7 @@ struct PredictiveParameters {
   int beliefStepsPerAction() const;
 };
 
-/// Lists the fields of PredictiveParameters with unit and range.
+/// Lists the fields of PredictiveParameters, but for the variances, with unit and range.
 template <class Visitor>
 void describeFields(Visitor& v, PredictiveParameters& p) {
   v.field("belief_rate", p.belief_rate, {1.0, 1000.0}, "Hz", Presence::required);
@@ -45,13 +43,10 @@ void describeFields(Visitor& v, PredictiveParameters& p) {
   v.field("belief_learning_rate", p.belief_learning_rate, {1e-6, 1.0}, "", Presence::optional);
   v.field("action_learning_rate", p.action_learning_rate, {0.0, 1.0}, "", Presence::optional);
   v.field("reference_time", p.reference_time, {1e-4, 10.0}, "s", Presence::optional);
-  v.field("wheel_variance", p.wheel_variance, {1e-9, 1e3}, "(rad/s)^2", Presence::required);
-  v.field("gyro_variance", p.gyro_variance, {1e-12, 1e3}, "(rad/s)^2", Presence::required);
   v.field("speed_process_noise", p.speed_process_noise, {0.0, 1e3}, "(rad/s)^2/s", Presence::required);
   v.field("disturbance_process_noise", p.disturbance_process_noise, {0.0, 1e3}, "(rad/s)^2/s", Presence::required);
   v.field("yaw_process_noise", p.yaw_process_noise, {0.0, 1e3}, "(rad/s)^2/s", Presence::optional);
   v.field("dead_time_deviation", p.dead_time_deviation, {0.0, 1.0}, "s", Presence::required);
-  v.field("accelerometer_variance", p.accelerometer_variance, {1e-12, 1e3}, "(m/s^2)^2", Presence::optional);
   v.field("learn_precision", p.learn_precision, Presence::optional);
   v.field("precision_time_constant", p.precision_time_constant, {0.1, 1e4}, "s", Presence::optional);
   v.field("learn_track", p.learn_track, Presence::optional);

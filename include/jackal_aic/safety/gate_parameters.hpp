@@ -106,7 +106,7 @@ struct GateParameters {
 
 /// Reads limits.*, deadlines.*, brake.*, plausibility.* and restart_after_stop. @throws ParameterError also as
 /// validate().
-GateParameters readGateParameters(ParameterMap& map);
+GateParameters readGateParameters(ParameterMap& map, GateParameters defaults = {});
 
 /// @throws ParameterError if the brake would have to exceed a given deceleration limit to keep its time or
 /// deceleration. Without one a brake may be harder than what is driven, as an emergency asks for.

@@ -22,10 +22,10 @@ inline constexpr std::array<const char*, 2> kLossActionNames{"drive", "stop"};
 
 /// Answers to the losses. YAML prefix `on_loss`.
 struct LossPolicyParameters {
-  LossAction imu = LossAction::drive;        ///< no yaw rate: drive on the wheels and the learned effective track
-  LossAction one_wheel = LossAction::drive;  ///< one encoder: its wheel follows from the other and the yaw rate
-  LossAction wheels = LossAction::stop;      ///< both encoders, or one and the yaw rate: drive on the model alone
-  double model_time = 1.0;                   ///< longest time of driving on the model alone [s]
+  LossAction imu = LossAction::drive;       ///< no yaw rate: drive on the wheels and the learned effective track
+  LossAction one_wheel = LossAction::stop;  ///< one encoder: its wheel would follow from the other and the yaw rate
+  LossAction wheels = LossAction::stop;     ///< both encoders, or one and the yaw rate: drive on the model alone
+  double model_time = 1.0;                  ///< longest time of driving on the model alone [s]
 };
 
 /// Lists the fields of LossPolicyParameters with unit and range.

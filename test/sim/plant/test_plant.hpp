@@ -39,6 +39,7 @@ inline PlantParameters quiet() {
   PlantParameters parameters;
   parameters.dead_time = 0.11;
   parameters.motor_lag = 0.035;
+  parameters.velocity_loop_integral = 0.0;
   parameters.acceleration_limit = 25.0;
   parameters.noise_scale = 0.0;
   return parameters;

@@ -1,0 +1,26 @@
+#pragma once
+
+/// @file
+/// How noisy the robot's sensors are: stated once, for all that weigh a measurement by it.
+
+#include "jackal_aic/config/parameter_map.hpp"
+
+namespace jackal_aic {
+
+/// Variances Sigma_y of the measurements. YAML prefix `sensors`. The predictive controller weighs by them (and may
+/// learn them); for the fault detection they are the least that it reckons with.
+struct SensorNoise {
+  double wheel_variance = 9e-4;            ///< of a measured wheel speed [(rad/s)^2]
+  double gyro_variance = 2.5e-5;           ///< of the measured yaw rate [(rad/s)^2]
+  double accelerometer_variance = 2.5e-3;  ///< of a measured acceleration [(m/s^2)^2]
+};
+
+/// Lists the fields of SensorNoise with unit and range.
+template <class Visitor>
+void describeFields(Visitor& v, SensorNoise& p) {
+  v.field("wheel_variance", p.wheel_variance, {1e-9, 1e3}, "(rad/s)^2", Presence::optional);
+  v.field("gyro_variance", p.gyro_variance, {1e-12, 1e3}, "(rad/s)^2", Presence::optional);
+  v.field("accelerometer_variance", p.accelerometer_variance, {1e-12, 1e3}, "(m/s^2)^2", Presence::optional);
+}
+
+}  // namespace jackal_aic

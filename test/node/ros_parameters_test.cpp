@@ -1,0 +1,57 @@
+// One text, three ways in: a YAML file, --set, and rosparam with its YAML 1.1 and XML-RPC. Each has to give the same.
+
+#include "ros_parameters.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+
+#include "jackal_aic/config/yaml_parameters.hpp"
+
+namespace jackal_aic {
+namespace {
+
+/// YAML as rosparam reads it and the parameter server hands it on.
+ParameterMap throughRosparam(const std::string& yaml) {
+  const std::string program =
+      "import sys, xmlrpc.client, yaml; print(xmlrpc.client.dumps((yaml.safe_load(sys.argv[1]),)))";
+  FILE* pipe = popen(("/usr/bin/python3 -c '" + program + "' \"" + yaml + "\"").c_str(), "r");
+  if (pipe == nullptr) throw std::runtime_error("no python3");
+  std::string xml;
+  char part[4096];
+  for (std::size_t n; (n = fread(part, 1, sizeof part, pipe)) > 0;) xml.append(part, n);
+  pclose(pipe);
+  int offset = static_cast<int>(xml.find("<value>"));
+  return parametersIn(XmlRpc::XmlRpcValue(xml, &offset));
+}
+
+class EveryReader : public testing::TestWithParam<const char*> {};
+
+TEST_P(EveryReader, TakesATextForTheSame) {
+  const std::string text = GetParam(), line = "section: {key: " + text + "}";
+  ParameterMap file, set, server = throughRosparam(line);
+  addYamlText(line, "file", file);
+  setFromText("section.key", text, set);
+  const ParameterValue* expected = file.take("section.key");
+  ASSERT_NE(expected, nullptr);
+  for (ParameterMap* other : {&set, &server}) {
+    const ParameterValue* value = other->take("section.key");
+    ASSERT_NE(value, nullptr) << text;
+    EXPECT_EQ(*value, *expected) << text << ": " << describe(*value) << " and " << describe(*expected);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Values, EveryReader,
+                         testing::Values("0.5", "3", "-1", "1e8", "1.0e8", "1.0e+08", "-2E-3", "true", "Yes", "off",
+                                         "word", "e", "two words", "'2'", "'on'", "[1, 2.5]", "[1e8, 2]", "[a, b]",
+                                         "['1', '2']", "['a,b', c]"));
+
+TEST(RosParameters, RefusesAListOfBothNumbersAndWords) {
+  EXPECT_THROW(throughRosparam("key: [1, a]"), ParameterError);
+  EXPECT_THROW(throughRosparam("key: [[1], [2]]"), ParameterError);
+}
+
+}  // namespace
+}  // namespace jackal_aic
