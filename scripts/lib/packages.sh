@@ -3,14 +3,16 @@
 
 readonly COMMON_PACKAGES=(
   cmake g++ make pkg-config python3
-  libboost-program-options-dev libeigen3-dev libfmt-dev libgmock-dev libgtest-dev libnlopt-cxx-dev libnlopt-dev libode-dev
+  libboost-program-options-dev libconsole-bridge-dev libeigen3-dev libfmt-dev libgmock-dev libgtest-dev libnlopt-cxx-dev libnlopt-dev
+  libode-dev
   liburdfdom-dev libyaml-cpp-dev python3-matplotlib python3-yaml)
 
-# ROS 1 as Debian 11 and 12 ship it, under /usr. The python3-*-msgs are for rostopic, which else knows no message.
+# ROS 1 as Debian 11 and 12 ship it, under /usr. The python3-*-msgs are for rostopic, and for rosservice, which else know no message.
 readonly DEBIAN_ROS_PACKAGES=(
   catkin ros-core ros-core-dev rosbash python3-rostest ros-robot-state-publisher
   libdiagnostic-updater-dev libdynamic-reconfigure-config-init-mutex-dev libmessage-filters-dev libtf2-msgs-dev libtf2-ros-dev pluginlib-dev
-  python3-dynamic-reconfigure python3-diagnostic-msgs python3-geometry-msgs python3-nav-msgs python3-sensor-msgs)
+  python3-dynamic-reconfigure python3-diagnostic-msgs python3-geometry-msgs python3-nav-msgs python3-sensor-msgs
+  python3-std-srvs python3-tf2-msgs)
 
 # ROS Noetic on Ubuntu 20.04, under /opt/ros/noetic: what runs on a Jackal.
 readonly NOETIC_PACKAGES=(

@@ -79,7 +79,7 @@ def registered_tests(build):
         command = test['command']
         runner = next(i for i, word in enumerate(command) if word.endswith('run_tests.py'))
         properties = {item['name']: item['value'] for item in test.get('properties', [])}
-        name = re.sub(r'^_ctest_[a-z0-9_]*?_(gtest|rostest|nosetests)_', r'\1 ', test['name'])
+        name = re.sub(r'^_ctest_[a-z0-9_]*?_(gtest|rostest|nosetests|roslaunch-check)_', r'\1 ', test['name'])
         yield name, command, pathlib.Path(command[runner + 1]), properties.get('WORKING_DIRECTORY', build)
 
 

@@ -1,10 +1,17 @@
 #include <ros/ros.h>
 
 #include "controller_node.hpp"
+#include "node_help.hpp"
 #include "ros_parameters.hpp"
 #include "stop_request.hpp"
 
 int main(int argc, char** argv) {
+  if (jackal_aic::printedHelp(argc, argv, "controller_node",
+                              "Active inference controller: measurements and set points in, wheel commands out. Its "
+                              "gains, robot, limits and plant\n"
+                              "model are private parameters; launch/controller.launch loads them from config/.\n")) {
+    return 0;
+  }
   ros::init(argc, argv, "jackal_aic", ros::init_options::NoSigintHandler);
   ros::NodeHandle handle, private_handle("~");  // kept to the end: without a handle roscpp shuts down and logs no more
   jackal_aic::StopRequest stop;

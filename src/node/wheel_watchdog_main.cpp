@@ -1,10 +1,16 @@
 #include <ros/ros.h>
 
+#include "node_help.hpp"
 #include "ros_parameters.hpp"
 #include "stop_request.hpp"
 #include "wheel_watchdog.hpp"
 
 int main(int argc, char** argv) {
+  if (jackal_aic::printedHelp(
+          argc, argv, "wheel_watchdog",
+          "Zeroes the wheel topics of output: gazebo when the controller's commands stay away.\n")) {
+    return 0;
+  }
   ros::init(argc, argv, "jackal_aic_watchdog", ros::init_options::NoSigintHandler);
   ros::NodeHandle handle, private_handle("~");
   jackal_aic::StopRequest stop;

@@ -5,11 +5,6 @@ namespace {
 
 constexpr double kRounding = 1e-9;  // s
 
-PredictiveParameters unbiased(PredictiveParameters parameters) {
-  parameters.goal_weight = 0.0;
-  return parameters;
-}
-
 double square(double x) { return x * x; }
 
 }  // namespace
@@ -18,7 +13,7 @@ Odometry::Odometry(const PredictiveController& belief, const GeometryParameters&
     : belief_(&belief), slip_(model.on_box ? 0.0 : kSlipTime * geometry.wheel_radius) {}
 
 Odometry::Odometry(const PredictiveParameters& parameters, const GeometryParameters& geometry, const PlantModel& model)
-    : own_(std::make_unique<PredictiveController>(unbiased(parameters), geometry, model)),
+    : own_(std::make_unique<PredictiveController>(parameters, geometry, model)),
       belief_(own_.get()),
       slip_(model.on_box ? 0.0 : kSlipTime * geometry.wheel_radius) {}
 

@@ -22,7 +22,7 @@ Odometry makeOdometry(const DriveParameters& parameters, const DriveLoop& loop) 
   const PlantModel model = drivenModel(*parameters.plant_model);
   const auto* gains = std::get_if<PredictiveParameters>(&parameters.controller);
   const auto* predictive = dynamic_cast<const PredictiveController*>(&loop.controller());
-  if (predictive && gains && gains->goal_weight == 0.0) return Odometry(*predictive, parameters.geometry, model);
+  if (predictive) return Odometry(*predictive, parameters.geometry, model);
   return Odometry(gains ? *gains : PredictiveParameters{}, parameters.geometry, model);
 }
 

@@ -6,6 +6,7 @@
 #include "conversions.hpp"
 #include "excitation.hpp"
 #include "graph_watch.hpp"
+#include "node_help.hpp"
 #include "ros_parameters.hpp"
 #include "stop_request.hpp"
 
@@ -95,6 +96,11 @@ void excite(ros::NodeHandle& node, const ros::NodeHandle& private_node, StopRequ
 }  // namespace jackal_aic
 
 int main(int argc, char** argv) {
+  if (jackal_aic::printedHelp(
+          argc, argv, "excitation_node",
+          "Drives the motion that identify learns from; the robot moves. launch/identify.launch records it.\n")) {
+    return 0;
+  }
   ros::init(argc, argv, "excitation", ros::init_options::NoSigintHandler);
   ros::NodeHandle node, private_node("~");
   jackal_aic::StopRequest stop_request;

@@ -1,0 +1,161 @@
+// The package as others meet it: its manifest, its programs, and what a package downstream is built against.
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace jackal_aic {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kRoot = JACKAL_AIC_SOURCE_DIR;
+
+std::string textOf(const fs::path& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// First groups of all matches in a text.
+std::set<std::string> found(const std::string& text, const std::string& pattern) {
+  std::set<std::string> groups;
+  const std::regex expression(pattern);
+  for (std::sregex_iterator i(text.begin(), text.end(), expression), end; i != end; ++i) groups.insert((*i)[1]);
+  return groups;
+}
+
+/// Everything that package.xml depends on.
+std::set<std::string> dependencies() { return found(textOf(kRoot / "package.xml"), "<\\w*depend>([^<]+)</"); }
+
+bool isRosPackage(const std::string& name) {
+  for (const fs::path& share : {fs::path("/usr/share"), fs::path("/opt/ros/noetic/share"), kRoot / "sim"}) {
+    if (fs::exists(share / name / "package.xml")) return true;
+  }
+  return false;
+}
+
+/// What a command prints, and that it ended well.
+std::string output(const std::string& command) {
+  std::string text;
+  FILE* pipe = popen(("exec 2>&1; " + command).c_str(), "r");
+  if (pipe == nullptr) throw std::runtime_error("cannot start " + command);
+  char part[4096];
+  for (std::size_t n; (n = fread(part, 1, sizeof part, pipe)) > 0;) text.append(part, n);
+  const int status = pclose(pipe);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << command << " ended with " << status << "\n" << text;
+  return text;
+}
+
+TEST(Manifest, NamesOnlyKeysThatRosdepKnows) {
+  // Of rosdep/base.yaml and python.yaml of the rosdistro; a name of Debian alone is none (opende, not libode-dev).
+  const std::set<std::string> keys{"eigen",
+                                   "fmt",
+                                   "libboost-program-options-dev",
+                                   "libconsole-bridge-dev",
+                                   "libnlopt-cxx-dev",
+                                   "libnlopt-dev",
+                                   "liburdfdom-dev",
+                                   "opende",
+                                   "python3-jinja2",
+                                   "python3-matplotlib",
+                                   "python3-pandas",
+                                   "python3-yaml",
+                                   "rviz",  // a package of ROS that only showing the robot needs
+                                   "yaml-cpp"};
+  const std::set<std::string> named = dependencies();
+  EXPECT_GT(named.size(), 30u);
+  for (const std::string& name : named) EXPECT_TRUE(keys.count(name) > 0 || isRosPackage(name)) << name;
+}
+
+TEST(Manifest, NamesEveryPackageOfWhichAHeaderIsIncluded) {
+  const std::set<std::string> named = dependencies();
+  std::set<std::string> included;
+  for (const char* directory : {"include", "src", "sim", "test"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / directory)) {
+      const fs::path extension = entry.path().extension();
+      if (extension != ".cpp" && extension != ".hpp") continue;
+      included.merge(found(textOf(entry.path()), "#include <(\\w+)/\\w+\\.h(?:pp)?>"));
+    }
+  }
+  int packages = 0;
+  for (const std::string& name : included) {
+    if (name == "jackal_aic" || !isRosPackage(name)) continue;
+    EXPECT_TRUE(named.count(name) > 0) << name;
+    ++packages;
+  }
+  EXPECT_GT(packages, 10);
+}
+
+TEST(Programs, AnswerHelpWithoutAMaster) {
+  std::set<std::string> programs;
+  for (const char* directory : {"src", "sim"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / directory)) {
+      if (entry.path().filename() == "CMakeLists.txt") {
+        programs.merge(found(textOf(entry.path()), "add_executable\\((\\w+)"));
+      }
+    }
+  }
+  EXPECT_GT(programs.size(), 8u);
+  for (const std::string& program : programs) {
+    const std::string path = JACKAL_AIC_DEVEL "/lib/jackal_aic/" + program;
+    const std::string help = output("ROS_MASTER_URI=http://127.0.0.1:1 timeout 20 " + path + " --help");
+    EXPECT_NE(help.find(program), std::string::npos) << help;
+  }
+}
+
+TEST(Programs, ScriptsAnswerHelp) {
+  int scripts = 0;
+  for (const auto& entry : fs::directory_iterator(kRoot / "scripts")) {
+    if (!entry.is_regular_file()) continue;
+    const std::string help = output("timeout 20 " + entry.path().string() + " --help");
+    EXPECT_NE(help.find("scripts/" + entry.path().filename().string()), std::string::npos) << help;
+    ++scripts;
+  }
+  EXPECT_GT(scripts, 4);
+}
+
+TEST(Launch, ARobotFileMaySayMoreThanTheShippedOne) {
+  const std::string robot = testing::TempDir() + "robot" + std::to_string(getpid()) + ".yaml";
+  std::ofstream(robot) << "robot: {effective_track: 0.6}\ndeadlines: {imu: 0.1}\n";
+  for (const char* launch : {"controller", "jackal", "gazebo"}) {
+    const std::string dumped =
+        output(std::string("roslaunch --dump-params jackal_aic ") + launch + ".launch robot:=" + robot);
+    for (const char* parameter : {"robot/effective_track: 0.6", "deadlines/imu: 0.1", "deadlines/wheels: 0.2"}) {
+      EXPECT_NE(dumped.find(std::string("/jackal_aic/") + parameter), std::string::npos) << launch << "\n" << dumped;
+    }
+  }
+  fs::remove(robot);
+}
+
+TEST(Messages, OfEveryTopicAndServiceAreKnownToPython) {
+  output(
+      "/usr/bin/python3 -c 'import diagnostic_msgs.msg, geometry_msgs.msg, jackal_aic.msg, jackal_msgs.msg, "
+      "nav_msgs.msg, sensor_msgs.msg, std_msgs.msg, std_srvs.srv, tf2_msgs.msg'");
+}
+
+/// Builds test/downstream against a space of this workspace, and runs it.
+void expectUsable(const std::string& space, const std::string& name) {
+  const std::string build = JACKAL_AIC_BUILD "/downstream_" + name;
+  output((kRoot / "test/downstream/check").string() + " " + space + " " + build);
+}
+
+TEST(Downstream, BuildsAgainstTheDevelSpace) { expectUsable(JACKAL_AIC_DEVEL, "devel"); }
+
+TEST(Downstream, BuildsAgainstTheInstallSpace) {
+  output("cmake -P " JACKAL_AIC_BUILD "/cmake_install.cmake");
+  expectUsable(JACKAL_AIC_INSTALL, "install");
+}
+
+}  // namespace
+}  // namespace jackal_aic
