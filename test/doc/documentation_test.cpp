@@ -1,8 +1,10 @@
-// The documentation against the repository: links lead somewhere, programs and equations are where it says.
+// The documentation against the repository: links lead somewhere, programs and equations are where it says, commands
+// run.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <regex>
@@ -25,7 +27,7 @@ std::string textOf(const fs::path& path) {
 }
 
 std::vector<fs::path> pages() {
-  std::vector<fs::path> found{kRoot / "README.md"};
+  std::vector<fs::path> found{kRoot / "README.md", kRoot / "CONTRIBUTING.md"};
   for (const auto& entry : fs::recursive_directory_iterator(kRoot / "doc")) {
     if (entry.path().extension() == ".md") found.push_back(entry.path());
   }
@@ -116,6 +118,18 @@ TEST(Documentation, EveryProgramAndLaunchFileThatItStartsIsBuiltHere) {
   }
   EXPECT_GT(commands, 20);
 }
+
+class Commands : public testing::TestWithParam<fs::path> {};
+
+TEST_P(Commands, DoWhatThePageSays) {
+  const std::string command =
+      (kRoot / "test/doc/run_commands").string() + " " + kRoot.string() + " " + GetParam().string();
+  EXPECT_EQ(std::system(command.c_str()), 0) << GetParam();
+}
+
+INSTANTIATE_TEST_SUITE_P(Pages, Commands, testing::ValuesIn(pages()), [](const auto& page) {
+  return std::regex_replace(page.param.stem().string(), std::regex("\\W"), "_");
+});
 
 }  // namespace
 }  // namespace jackal_aic

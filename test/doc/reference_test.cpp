@@ -1,0 +1,231 @@
+// The pages of doc/reference that are made from the code: test/doc/regenerate_reference writes them anew.
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/safety/stop_cause.hpp"
+#include "node_parameters.hpp"
+#include "plant_parameters.hpp"
+
+namespace jackal_aic {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kRoot = JACKAL_AIC_SOURCE_DIR;
+constexpr const char* kMade =
+    "<!-- Made from the code by test/doc/regenerate_reference; a test compares. Change the code, not this page. "
+    "-->\n\n";
+
+std::string textOf(const fs::path& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// A text with every match of a pattern replaced.
+std::string replaced(const std::string& text, const std::string& pattern, const std::string& by) {
+  return std::regex_replace(text, std::regex(pattern), by);
+}
+
+/// What a header says of a field of a struct, on one line, without the unit at its end.
+std::string remark(const fs::path& header, const std::string& structure, const Field& field) {
+  const std::string text = textOf(kRoot / header);
+  const std::size_t begin = text.find("struct " + structure);
+  const std::string body = text.substr(begin, text.find("\n};", begin) - begin);
+  std::smatch match;
+  const std::regex documented("\\b" + field.name + "(?:\\s*[={][^;]*)?;\\s*///<((?:[^\n]*\n\\s*///<)*[^\n]*)");
+  if (!std::regex_search(body, match, documented)) return "";
+  const std::string line = replaced(replaced(match[1], "\\s*\n\\s*///<\\s*", " "), "^\\s+|\\s+$", "");
+  const std::size_t unit = line.find(" [" + field.unit + "]");
+  return unit == std::string::npos ? line : line.substr(0, unit) + line.substr(unit + field.unit.size() + 3);
+}
+
+/// A parameter with its whole key and what it is.
+struct Row {
+  std::string key;
+  Field field;
+  std::string remark;
+};
+
+std::string range(const Field& field) {
+  if (!field.words.empty()) {
+    std::string words;
+    for (const std::string& word : field.words) words += (words.empty() ? "" : ", ") + word;
+    return words;
+  }
+  if (!field.bounds) return std::holds_alternative<bool>(field.value) ? "true, false" : "";
+  return describe(field.bounds->low) + ".." + describe(field.bounds->high);
+}
+
+std::string defaultOf(const Field& field) {
+  if (field.presence == Presence::required) return "(to be given)";
+  const auto* word = std::get_if<std::string>(&field.value);
+  if (word != nullptr) return *word;
+  return replaced(describe(field.value), "'", "");
+}
+
+std::string table(const std::vector<Row>& rows) {
+  std::string text = "| key | default | range | unit | |\n|---|---|---|---|---|\n";
+  for (const Row& row : rows) {
+    text += "| `" + row.key + "` | " + defaultOf(row.field) + " | " + range(row.field) + " | " + row.field.unit +
+            " | " + replaced(row.remark, "\\|", "\\|") + " |\n";
+  }
+  return text;
+}
+
+/// Rows of a parameter struct.
+template <class Parameters>
+std::vector<Row> rowsOf(const std::string& prefix, const fs::path& header, const std::string& structure) {
+  std::vector<Row> rows;
+  for (const Field& field : fieldsOf(Parameters{})) {
+    const std::string said =
+        field.name == "robot" ? "name of the robot, for messages" : remark(header, structure, field);
+    EXPECT_FALSE(said.empty()) << structure << ": " << field.name << " has no comment";
+    rows.push_back({prefix + "." + field.name, field, said});
+  }
+  return rows;
+}
+
+template <class Enum, std::size_t N>
+Field choice(const char* name, Enum value, const std::array<const char*, N>& words) {
+  FieldList list;
+  list.field(name, value, words, Presence::optional);
+  return list.fields.front();
+}
+
+std::vector<Row> nodeRows() {
+  const NodeParameters node;
+  Field others{"allow_other_publishers", node.allow_other_publishers, std::nullopt, "", {}, Presence::optional};
+  Field slip_file{"slip.file", node.slip_file, std::nullopt, "", {}, Presence::optional};
+  return {
+      {"output", choice("output", node.output, kOutputModeNames),
+       "where the commands go: jackal_msgs/Drive on /cmd_drive, Twist on /cmd_vel, or Float64 per wheel"},
+      {"restart_after_stop", choice("restart_after_stop", node.gate.restart_after_stop, kRestartPolicyNames),
+       "what sets the robot moving again after an emergency stop or a stop of the robot"},
+      {"allow_other_publishers", others, "drive although other nodes publish on the topics of the commands"},
+      {"slip.file", slip_file, "absolute path: where the predictive controller keeps what it learns about the slip"}};
+}
+
+/// A heading with its rows.
+struct Section {
+  std::string heading;
+  std::vector<Row> rows;
+};
+
+std::vector<Section> controllerSections() {
+  const fs::path include = "include/jackal_aic", gate = include / "safety/gate_parameters.hpp";
+  std::vector<Section> sections;
+  sections.push_back({"Node", nodeRows()});
+  auto robot = rowsOf<GeometryParameters>("robot", include / "model/geometry.hpp", "GeometryParameters");
+  const auto names = rowsOf<RobotNames>("robot", "src/node/node_parameters.hpp", "RobotNames");
+  robot.insert(robot.end(), names.begin(), names.end());
+  sections.push_back({"Robot", robot});
+  sections.push_back({"Sensors", rowsOf<SensorNoise>("sensors", include / "model/sensor_noise.hpp", "SensorNoise")});
+  sections.push_back({"Limits of the command", rowsOf<LimitParameters>("limits", gate, "LimitParameters")});
+  sections.push_back({"Deadlines", rowsOf<DeadlineParameters>("deadlines", gate, "DeadlineParameters")});
+  sections.push_back({"Lost channels", rowsOf<LossPolicyParameters>("on_loss", include / "safety/loss_policy.hpp",
+                                                                    "LossPolicyParameters")});
+  sections.push_back({"Brake", rowsOf<BrakeParameters>("brake", gate, "BrakeParameters")});
+  sections.push_back({"Plausibility", rowsOf<PlausibilityParameters>("plausibility", gate, "PlausibilityParameters")});
+  sections.push_back({"Fault detection",
+                      rowsOf<FaultParameters>("faults", include / "faults/fault_parameters.hpp", "FaultParameters")});
+  sections.push_back(
+      {"Plant model", rowsOf<PlantModel>("plant_model", include / "model/plant_model.hpp", "PlantModel")});
+  sections.push_back({"Predictive controller",
+                      rowsOf<PredictiveParameters>("predictive", include / "predictive/predictive_controller.hpp",
+                                                   "PredictiveParameters")});
+  sections.push_back(
+      {"The thesis' controller",
+       rowsOf<ControllerParameters>("controller", include / "aic/parameters.hpp", "ControllerParameters")});
+  sections.push_back(
+      {"Differential drive", rowsOf<DifferentialDriveParameters>("diff_drive", include / "aic/differential_drive.hpp",
+                                                                 "DifferentialDriveParameters")});
+  return sections;
+}
+
+/// Takes the rows of config/jackal.yaml out of the sections.
+std::vector<Row> takeBasic(std::vector<Section>& sections) {
+  ParameterMap map;
+  addYamlFile((kRoot / "config/jackal.yaml").string(), map);
+  std::vector<Row> basic;
+  for (Section& section : sections) {
+    std::vector<Row> rest;
+    for (const Row& row : section.rows) (map.has(row.key) ? basic : rest).push_back(row);
+    section.rows = rest;
+  }
+  EXPECT_EQ(basic.size(), map.keys().size());
+  return basic;
+}
+
+std::string parameterPage() {
+  std::vector<Section> sections = controllerSections();
+  const std::vector<Row> basic = takeBasic(sections);
+  EXPECT_LE(basic.size(), 12u) << "is every one of them for everybody?";
+  std::string text =
+      std::string("# Parameters\n\n") + kMade +
+      "Of `controller_node`, private; tools and experiments read the same keys, nested, from YAML files, "
+      "and `experiments --set`\none by one. What is missing, unknown, of the wrong type or out of range "
+      "is refused in one line.\n\n## What you set\n\nIn `config/jackal.yaml` or a copy of it "
+      "(`robot:=FILE` of the launch files), beside a preset (`preset:=`) and the plant model\n"
+      "(`plant_model:=`).\n\n" +
+      table(basic) +
+      "\n## What you rarely need\n\nIn `config/advanced.yaml`, presets and plant models; the defaults are "
+      "what these files have.\n";
+  for (const Section& section : sections) text += "\n### " + section.heading + "\n\n" + table(section.rows);
+  return text + "\n## The simulated robot\n\nOf `plant_node`, in `config/plant.yaml`.\n\n" +
+         table(rowsOf<sim::PlantParameters>("plant", "sim/plant/plant_parameters.hpp", "PlantParameters"));
+}
+
+const char* meeting(Severity severity) {
+  switch (severity) {
+    case Severity::stop:
+      return "brakes; drives on when it is gone";
+    case Severity::emergency:
+      return "brakes at the acceleration limits; drives on when it is gone";
+    case Severity::halt:
+      return "brakes at the acceleration limits; waits for `restart_after_stop` when it is gone";
+    default:
+      return "brakes at the acceleration limits; waits for a zero set point when it is gone";
+  }
+}
+
+std::string stopCausePage() {
+  const std::string header = textOf(kRoot / "include/jackal_aic/safety/stop_cause.hpp");
+  const std::string causes = header.substr(0, header.find("};"));
+  std::string text = std::string("# Stop causes\n\n") + kMade +
+                     "From mild to severe: of several the last one counts. The words are `reason` of "
+                     "`/jackal_AIC/state`; what they do is in\n[what stops the robot](../concepts/drive_gate.md).\n\n"
+                     "| cause | reason | when | the robot |\n|---|---|---|---|\n";
+  int cause = 1;
+  const std::regex documented("\n  (\\w+),?\\s*///< ([^\n]*)");
+  for (std::sregex_iterator i(causes.begin(), causes.end(), documented), end; i != end; ++i, ++cause) {
+    const auto present = static_cast<StopCause>(cause);
+    text += "| `" + i->str(1) + "` | " + jackal_aic::text(present) + " | " + i->str(2) + " | " +
+            meeting(severity(present)) + " |\n";
+  }
+  EXPECT_EQ(cause, kStopCauses) << "a cause without a comment";
+  return text;
+}
+
+void expectCurrent(const fs::path& page, const std::string& made) {
+  if (std::getenv("JACKAL_AIC_REGENERATE") != nullptr) std::ofstream(kRoot / page) << made;
+  EXPECT_EQ(textOf(kRoot / page), made) << page << " is out of date: run test/doc/regenerate_reference";
+}
+
+TEST(Reference, ParametersAreThoseOfTheCode) { expectCurrent("doc/reference/parameters.md", parameterPage()); }
+
+TEST(Reference, StopCausesAreThoseOfTheCode) { expectCurrent("doc/reference/stop_causes.md", stopCausePage()); }
+
+}  // namespace
+}  // namespace jackal_aic
