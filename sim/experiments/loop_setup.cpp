@@ -72,14 +72,16 @@ NodeParameters readNode(ParameterMap& map, const PlantModel& nominal) {
   return readConfiguration(map, defaults);
 }
 
-/// A file of a whole node may say what the baseline does not heed; whoever overrides it wants an effect.
-void refuseUnheeded(const Overrides& overrides) {
+/// A file of a whole node may say what its controller does not heed; whoever overrides it wants an effect.
+void refuseUnheeded(const ParameterMap& file, const Overrides& overrides) {
+  std::vector<std::string> unheeded;
+  for (const char* structure : {"controller", "predictive", "diff_drive"}) {
+    if (!file.hasSection(structure)) unheeded.emplace_back(structure);
+  }
+  if (file.hasSection("diff_drive")) unheeded.insert(unheeded.end(), {"robot", "limits", "plant_model"});
   for (const auto& [key, value] : overrides) {
-    for (const char* section : {"robot.", "limits.", "plant_model."}) {
-      if (key.rfind(section, 0) == 0) {
-        throw ParameterError(key + " = " + value + ": the differential drive has its own, diff_drive.*");
-      }
-    }
+    if (!contains(unheeded, key.substr(0, key.find('.')))) continue;
+    throw ParameterError(key + " = " + value + ": unknown key for this controller");
   }
 }
 
@@ -105,6 +107,7 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
   addController(files, controller, map);
   addPlant(files, plant, map);
   ParameterMap nominal = map;
+  refuseUnheeded(map, overrides);
   apply(overrides, map);
 
   LoopSetup setup;
@@ -116,7 +119,6 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
   DriveParameters& drive = setup.drive = uninterrupted();  // here nothing is late or fails, whatever the file says
   drive.controller = node.controller;
   if (const auto* gains = std::get_if<DifferentialDriveParameters>(&node.controller)) {
-    refuseUnheeded(overrides);
     drive.geometry = gains->geometry();
     drive.gate.limits = unlimited();  // it keeps its own
   } else {

@@ -156,14 +156,14 @@ TEST_F(PredictivePath, BeliefTellsWhatTheRobotDoes) {
   EXPECT_LT(yaw_rms, onBox() ? 0.01 : 0.1 * kTurn) << "with the effective track still to be learned";
 }
 
-/// Asks the running controller for a gain; returns what it answers with.
-double request(const std::string& name, double value) {
+/// Asks the running controller for a gain, or a variance of the sensors; returns what it answers with.
+double request(const std::string& name, double value, const std::string& section = "predictive") {
   dynamic_reconfigure::Reconfigure call;
   dynamic_reconfigure::DoubleParameter wanted;
   wanted.name = name;
   wanted.value = value;
   call.request.config.doubles.push_back(wanted);
-  EXPECT_TRUE(sim::callService("/controller/predictive/set_parameters", call));
+  EXPECT_TRUE(sim::callService("/controller/" + section + "/set_parameters", call));
   for (const auto& answer : call.response.config.doubles) {
     if (answer.name == name) return answer.value;
   }
@@ -188,6 +188,29 @@ TEST_F(PredictivePath, GainsChangeWhileItDrivesAndUnstableOnesAreRefused) {
   EXPECT_GT(slowest, 0.97 * kSpeed) << "without a jump";
   EXPECT_LT(fastest, 1.03 * kSpeed) << "without a jump";
   EXPECT_EQ(request("reference_time", 0.01), 0.01);
+}
+
+TEST_F(PredictivePath, VariancesOfTheSensorsChangeWhileItDrivesAndOutliveAChangeOfGains) {
+  double variance = 0.0;  // of the believed forward speed
+  ros::NodeHandle node;
+  const auto subscriber = node.subscribe<geometry_msgs::TwistWithCovarianceStamped>(
+      "jackal_AIC/belief", 10, [&](const geometry_msgs::TwistWithCovarianceStampedConstPtr& message) {
+        variance = message->twist.covariance[0];
+      });
+  const auto settled = [&] {
+    robot.run(2.0);
+    return variance;
+  };
+  robot.command(kSpeed, 0.0);
+  robot.waitFor([&] { return variance > 0.0; }, "a belief");
+  const double configured = settled();
+  EXPECT_EQ(request("wheel_variance", 9e-3, "sensors"), 9e-3);
+  EXPECT_GT(settled(), 2.0 * configured) << "of wheels that are trusted less";
+  EXPECT_EQ(request("reference_time", 0.02), 0.02);
+  EXPECT_GT(settled(), 2.0 * configured);
+  EXPECT_EQ(request("reference_time", 0.01), 0.01);
+  EXPECT_EQ(request("wheel_variance", 9e-4, "sensors"), 9e-4);
+  EXPECT_LT(settled(), 1.5 * configured);
 }
 
 }  // namespace
