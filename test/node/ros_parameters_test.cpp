@@ -3,8 +3,11 @@
 #include "ros_parameters.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <stdexcept>
 #include <string>
 
@@ -13,11 +16,11 @@
 namespace jackal_aic {
 namespace {
 
-/// YAML as rosparam reads it and the parameter server hands it on.
-ParameterMap throughRosparam(const std::string& yaml) {
+/// A YAML file as rosparam reads it and the parameter server hands it on.
+ParameterMap fileThroughRosparam(const std::string& path) {
   const std::string program =
-      "import sys, xmlrpc.client, yaml; print(xmlrpc.client.dumps((yaml.safe_load(sys.argv[1]),)))";
-  FILE* pipe = popen(("/usr/bin/python3 -c '" + program + "' \"" + yaml + "\"").c_str(), "r");
+      "import sys, xmlrpc.client, yaml; print(xmlrpc.client.dumps((yaml.safe_load(open(sys.argv[1])),)))";
+  FILE* pipe = popen(("/usr/bin/python3 -c '" + program + "' " + path).c_str(), "r");
   if (pipe == nullptr) throw std::runtime_error("no python3");
   std::string xml;
   char part[4096];
@@ -25,6 +28,14 @@ ParameterMap throughRosparam(const std::string& yaml) {
   pclose(pipe);
   int offset = static_cast<int>(xml.find("<value>"));
   return parametersIn(XmlRpc::XmlRpcValue(xml, &offset));
+}
+
+ParameterMap throughRosparam(const std::string& yaml) {
+  const std::string path = testing::TempDir() + "ros_parameters" + std::to_string(getpid()) + ".yaml";
+  std::ofstream(path) << yaml;
+  ParameterMap map = fileThroughRosparam(path);
+  unlink(path.c_str());
+  return map;
 }
 
 class EveryReader : public testing::TestWithParam<const char*> {};
@@ -47,6 +58,20 @@ INSTANTIATE_TEST_SUITE_P(Values, EveryReader,
                          testing::Values("0.5", "3", "-1", "1e8", "1.0e8", "1.0e+08", "-2E-3", "true", "Yes", "off",
                                          "word", "e", "two words", "'2'", "'on'", "[1, 2.5]", "[1e8, 2]", "[a, b]",
                                          "['1', '2']", "['a,b', c]"));
+
+TEST(RosParameters, EveryShippedFileIsTheSameForRosparam) {
+  int values = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(std::string(JACKAL_AIC_SOURCE_DIR) + "/config")) {
+    ParameterMap file, server = fileThroughRosparam(entry.path().string());
+    addYamlFile(entry.path().string(), file);
+    ASSERT_EQ(server.keys(), file.keys()) << entry.path();
+    for (const std::string& key : file.keys()) {
+      EXPECT_EQ(*server.take(key), *file.take(key)) << entry.path() << ": " << key;
+      ++values;
+    }
+  }
+  EXPECT_GT(values, 150);
+}
 
 TEST(RosParameters, RefusesAListOfBothNumbersAndWords) {
   EXPECT_THROW(throughRosparam("key: [1, a]"), ParameterError);

@@ -112,6 +112,7 @@ TEST(Programs, AnswerHelpWithoutAMaster) {
     const std::string help = output("ROS_MASTER_URI=http://127.0.0.1:1 timeout 20 " + path + " --help");
     EXPECT_NE(help.find(program), std::string::npos) << help;
   }
+  output((kRoot / "launch/show_rviz").string() + " --help");
 }
 
 TEST(Programs, ScriptsAnswerHelp) {
