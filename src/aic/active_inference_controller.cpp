@@ -82,7 +82,7 @@ void ActiveInferenceController::adoptGains(const ControllerParameters& controlle
   if (controller.orders != model_.orders()) refuseToChange("orders", controller.orders, model_.orders());
   if (controller.actionStep() != actionStep())
     refuseToChange("action_rate", controller.action_rate, 1.0 / actionStep());
-  ActiveInferenceController adopted(controller, geometry);
+  ActiveInferenceController adopted(controller, geometry, plant_model_);
   adopted.sensors_ = sensors_;
   adopted.action_update_ = action_update_;
   adopted.action_update_.setLearningRate(controller.kappa_a);

@@ -208,6 +208,15 @@ TEST(ActiveInferenceController, OtherGainsGoOnWithBeliefActionAndMeasurements) {
   EXPECT_NEAR(changed.updateAction().left - action.left, -0.02 * slower.kappa_a * gradient, 1e-12);
 }
 
+TEST(ActiveInferenceController, OtherGainsKeepThePlantModel) {
+  PlantModel plant;
+  plant.dead_time = 0.07;
+  ActiveInferenceController controller(improved(), {}, plant);
+  controller.adoptGains(improved(), {});
+  ASSERT_TRUE(controller.plantModel());
+  EXPECT_EQ(controller.plantModel()->dead_time, 0.07);
+}
+
 TEST(ActiveInferenceController, RefusedGainsChangeNothing) {
   ActiveInferenceController controller(improved(), {});
   ControllerParameters diverging = improved(), fewer = improved();
