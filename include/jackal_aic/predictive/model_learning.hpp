@@ -3,10 +3,10 @@
 /// @file
 /// What the controller learns about its generative model while it drives, beside the state of the robot:
 ///
-///     observe   effective track and slip, from a measurement against the beliefs that have not taken it yet
-///                                                                                            (slip_belief.hpp)
-///     correct   precision of each sensor, from what is left of the measurement after they have
-///     (precision_learning.hpp)
+///     observe   effective track and slip (slip_belief.hpp), from a measurement against the beliefs that have not
+///               taken it yet
+///     correct   precision of each sensor (precision_learning.hpp), from what is left of the measurement after they
+///               have
 
 #include "jackal_aic/model/geometry.hpp"
 #include "jackal_aic/model/plant_model.hpp"

@@ -1,0 +1,93 @@
+#include "jackal_aic/model/drive_train.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kRadius = 0.098;
+
+PlantModel model(double lag, double integral) {
+  PlantModel m;
+  m.dead_time = 0.05;
+  m.lag = lag;
+  m.gain = 0.9;
+  m.velocity_loop_integral = integral;
+  m.acceleration_limit = 1000.0;
+  return m;
+}
+
+TEST(DriveTrainResponse, OfALagIsTheExponential) {
+  for (const double time : {0.001, 0.02, 0.3}) {
+    const DriveTrainResponse response = driveTrainResponse(model(0.05, 0.0), time);
+    EXPECT_NEAR(response.transition(0, 0), std::exp(-time / 0.05), 1e-12);
+    EXPECT_NEAR(response.input(0), 1.0 - std::exp(-time / 0.05), 1e-12);
+    EXPECT_EQ(response.transition(0, 1), 0.0) << "without an integral there is no z";
+  }
+  EXPECT_EQ(driveTrainResponse(model(0.0, 5.0), 0.02).input, Eigen::Vector2d(1.0, 0.0)) << "follows at once";
+}
+
+TEST(DriveTrainResponse, OfTwoTimesIsThatOfBothAfterEachOther) {
+  const PlantModel loop = model(0.04, 8.0);
+  const DriveTrainResponse half = driveTrainResponse(loop, 0.015), whole = driveTrainResponse(loop, 0.03);
+  EXPECT_TRUE((half.transition * half.transition).isApprox(whole.transition, 1e-12));
+  EXPECT_TRUE((half.transition * half.input + half.input).isApprox(whole.input, 1e-12));
+}
+
+TEST(DriveTrain, StepsFollowTheExactResponse) {
+  const PlantModel loop = model(0.04, 8.0);
+  const DriveTrain train(loop, kRadius);
+  const DriveTrainResponse exact = driveTrainResponse(loop, 0.1);
+  Eigen::Vector3d x(1.0, 0.2, 0.3);
+  const Eigen::Vector2d expected = exact.transition * x.head<2>() + exact.input * (0.9 * 4.0 + 0.3);
+  for (int k = 0; k < 100; ++k) EXPECT_FALSE(train.step(x, 4.0).limited);
+  EXPECT_NEAR(x(0), expected(0), 0.005);
+  EXPECT_NEAR(x(1), expected(1), 0.005);
+  EXPECT_EQ(x(2), 0.3) << "a disturbance stays";
+}
+
+TEST(DriveTrain, AtItsLimitOnlyTheSpeedMoves) {
+  PlantModel slow = model(0.04, 8.0);
+  slow.acceleration_limit = 0.98;  // 10 rad/s^2
+  const DriveTrain train(slow, kRadius);
+  for (const double share : {1.0, 0.5}) {
+    Eigen::Vector3d x(0.0, 0.1, 0.0);
+    const DriveTrain::Step step = train.step(x, -20.0, share);
+    EXPECT_TRUE(step.limited);
+    EXPECT_NEAR(step.change, -0.01 * share, 1e-12);
+    EXPECT_NEAR(x(0), -0.01 * share, 1e-12);
+    EXPECT_EQ(x(1), 0.1);
+  }
+}
+
+TEST(CommandsUnderWay, ActAfterTheDeadTime) {
+  for (const double dead_time : {0.0, 0.003, CommandsUnderWay::kLongestDeadTime, 5.0}) {
+    CommandsUnderWay commands(dead_time);
+    commands.fill(-1.0);
+    const int delay = static_cast<int>(commands.delay());
+    EXPECT_EQ(delay, std::lround(1000.0 * std::min(dead_time, CommandsUnderWay::kLongestDeadTime)));
+    for (int k = 0; k < 5000; ++k) ASSERT_EQ(commands.step(k), k < delay ? -1.0 : k - delay) << dead_time;
+  }
+}
+
+TEST(DriveTrainPrediction, IsAtRestOfTheLoopAfterAReset) {
+  DriveTrainPrediction wheel(model(0.04, 8.0), kRadius);
+  wheel.reset(3.0);
+  for (int k = 0; k < 50; ++k) wheel.predict(0.0);
+  EXPECT_NEAR(wheel.speed(), 3.0, 1e-12) << "the command that drove it is still under way";
+  for (int k = 0; k < 1000; ++k) wheel.predict(0.0);
+  EXPECT_NEAR(wheel.speed(), 0.0, 0.01);
+}
+
+TEST(Pace, GoesAPartOfTheWayAndNoFartherThanTheLimit) {
+  const Pace pace = paceOf(0.05, 10.0, 0.02);
+  EXPECT_NEAR(pace.towards(0.1, 0.0), 0.1 * (1.0 - std::exp(-0.4)), 1e-12);
+  EXPECT_NEAR(pace.towards(5.0, 0.0), 0.2, 1e-12);
+  EXPECT_NEAR(pace.towards(-5.0, 0.0), -0.2, 1e-12);
+  EXPECT_EQ(paceOf(0.0, 10.0, 0.02).towards(0.1, 0.0), 0.1) << "without a lag at once";
+}
+
+}  // namespace
+}  // namespace jackal_aic
