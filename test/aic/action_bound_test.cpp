@@ -145,7 +145,9 @@ TEST(ActionBound, WhileAWheelRampsTheActionStaysAtTheGoal) {
     y.stamp = k * kPeriod;
     y.wheel_left = y.wheel_right = speed;
     bound.observe(y, {});
-    if (speed < 4.5) EXPECT_LE(action(0), 5.0) << k;
+    if (speed < 4.5) {
+      EXPECT_LE(action(0), 5.0) << k;
+    }
   }
   EXPECT_GT(action(0), 5.0) << "a wheel that rests is no ramp";
 }
