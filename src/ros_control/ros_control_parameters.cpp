@@ -99,34 +99,24 @@ void setBrake(ParameterMap& map, const std::string& axis) {
 /// Sets what is missing of a struct's keys.
 template <class Parameters>
 void setDefaults(ParameterMap& map, const std::string& prefix, Parameters values) {
-  ParameterMap defaults;
-  ParameterWriter writer(defaults, prefix);
-  describeFields(writer, values);
-  for (const std::string& key : defaults.keys()) {
-    if (!map.has(key)) map.set(key, *defaults.take(key));
+  for (const Field& field : fieldsOf(values)) {
+    const std::string key = prefix + "." + field.name;
+    if (!map.has(key)) map.set(key, field.value);
   }
-}
-
-bool hasPrefix(const ParameterMap& map, const std::string& prefix) {
-  const auto keys = map.keys();
-  return std::any_of(keys.begin(), keys.end(), [&](const std::string& key) { return key.rfind(prefix + ".", 0) == 0; });
 }
 
 /// What config/jackal_model.yaml assumes of a Jackal that nobody has identified.
 PlantModel assumedModel() {
   PlantModel model;
-  model.dead_time = 0.08;
-  model.lag = 0.03;
-  model.acceleration_limit = 1.65;
   model.identified = false;
   return model;
 }
 
 void setStructure(ParameterMap& map) {
-  const bool thesis = hasPrefix(map, "controller"), open_loop = hasPrefix(map, "diff_drive");
+  const bool thesis = map.hasSection("controller"), open_loop = map.hasSection("diff_drive");
   if (thesis || open_loop) return;
   setDefaults(map, "predictive", PredictiveParameters{});
-  if (hasPrefix(map, "plant_model")) return;
+  if (map.hasSection("plant_model")) return;
   setDefaults(map, "plant_model", assumedModel());
   map.set("plant_model.robot", std::string("Clearpath Jackal"));
 }
