@@ -33,14 +33,17 @@ class PredictiveLinearLoop::Trajectories : public LoopTrajectories {
   Trajectories(const PredictiveLinearLoop& loop, const LoopChange& change)
       : LoopTrajectories(loop.clock_, withGain(loop.robot_, change.gain), change, loop.longestPhase(), kBelief + 1,
                          static_cast<int>(modelDelay(loop) / loop.clock_.action_period) + 1),
-        loop_(loop) {
-    // With one correction in a period its gain is the same whenever it comes.
-    gains_ = loop.clock_.sensor_steps == 1 ? loop.converged_.gains : loop.convergedBelief(phase()).gains;
-  }
+        loop_(loop),
+        gains_(gainsAt(loop, phase())) {}
 
  private:
   static constexpr int kBelief = 3;
   static int measurementRow() { return kBelief; }
+
+  /// With one correction in a period its gain is the same whenever it comes.
+  static std::vector<Eigen::Vector3d> gainsAt(const PredictiveLinearLoop& loop, std::int64_t phase) {
+    return loop.clock_.sensor_steps == 1 ? loop.converged_.gains : loop.convergedBelief(phase).gains;
+  }
 
   static PlantModel withGain(PlantModel robot, double factor) {
     robot.gain *= factor;

@@ -16,8 +16,8 @@ namespace jackal_aic {
 ///     lag dw/dt = r(t - dead_time) + z - w,    dz/dt = velocity_loop_integral (r(t - dead_time) - w),
 ///
 /// and of the yaw rate to the wheel speeds, theta_dot = wheel_radius slip_factor (w_R - w_L) / effective_track (3-1),
-/// with wheel radius and slip factor of the robot's geometry (geometryOf()). YAML prefix `plant_model`. The defaults are
-/// what config/jackal_model.yaml assumes of a Jackal, but for `identified`: a file that does not say was written by
+/// with wheel radius and slip factor of the robot's geometry (geometryOf()). YAML prefix `plant_model`. The defaults
+/// are what config/jackal_model.yaml assumes of a Jackal, but for `identified`: a file that does not say was written by
 /// somebody who knows the robot.
 struct PlantModel {
   double dead_time = 0.08;              ///< from a command until the motors follow it, all transports included [s]
