@@ -21,6 +21,9 @@ constexpr double kEarly = 0.002;
 /// Largest age of an IMU sample that is paired with the wheels [s]: both come at 50 Hz, and neither waits.
 constexpr double kPairingAge = 0.03;
 
+/// Wheel speed above which a robot counts as moving when the controller starts; below it is noise [rad/s].
+constexpr double kMoving = 0.5;
+
 /// Part of the sensors' period in which the wheels are sampled once.
 constexpr double kShortestPeriod = 0.75;
 /// Part of the sensors' period after which wheels that did not change are sampled all the same.
@@ -175,8 +178,9 @@ void RosController::onImu(const sensor_msgs::Imu& message) {
 }
 
 void RosController::starting(const ros::Time& time) {
-  const Wheels now_driven = wheels();
-  const WheelCommand driven = now_driven.finite() ? WheelCommand{now_driven.left, now_driven.right} : WheelCommand{};
+  const Wheels turning = wheels();
+  const bool moving = turning.finite() && std::max(std::abs(turning.left), std::abs(turning.right)) > kMoving;
+  const WheelCommand driven = moving ? WheelCommand{turning.left, turning.right} : WheelCommand{};
   now_ = last_publication_ = wheels_taken_ = time.toSec();
   loop_->start(driven, now_);
   odometry_->forgetMotion();

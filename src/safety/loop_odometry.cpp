@@ -20,10 +20,9 @@ Odometry byMeasurements(const GeometryParameters& geometry) {
 Odometry makeOdometry(const DriveParameters& parameters, const DriveLoop& loop) {
   if (!parameters.plant_model) return byMeasurements(parameters.geometry);
   const PlantModel model = drivenModel(*parameters.plant_model);
-  const auto* gains = std::get_if<PredictiveParameters>(&parameters.controller);
   const auto* predictive = dynamic_cast<const PredictiveController*>(&loop.controller());
   if (predictive) return Odometry(*predictive, parameters.geometry, model);
-  return Odometry(gains ? *gains : PredictiveParameters{}, parameters.geometry, model);
+  return Odometry(PredictiveParameters{}, parameters.geometry, model);
 }
 
 Observation withoutFaults(Observation observation, const DriveLoop& loop) {

@@ -244,6 +244,11 @@ TEST_F(RosControl, IsLoadedByItsNameAndClaimsTheWheels) {
   EXPECT_EQ(controller.claimed_resources[0].resources.size(), 4u);
 }
 
+TEST_F(RosControl, ARobotAtRestStaysAtRest) {
+  ASSERT_TRUE(startController());
+  for (const double command : run(1.0).command) ASSERT_EQ(command, 0.0) << "whatever the noise of its encoders";
+}
+
 TEST_F(RosControl, StepIsFastAndExact) {
   ASSERT_TRUE(startController());
   run(1.0);
@@ -485,6 +490,203 @@ TEST_F(RosControl, WhatCannotDriveIsNotLoaded) {
   node.setParam(name + "/right_wheel", "front_right_wheel");
   EXPECT_TRUE(load(name));
   node.deleteParam(name);
+}
+
+/// A robot whose wheels do at once what they are told, without an IMU.
+class IdealRobot : public hardware_interface::RobotHW {
+ public:
+  IdealRobot() {
+    for (int i = 0; i < 2; ++i) {
+      const std::string name = "wheel_" + std::to_string(i) + "_joint";
+      const hardware_interface::JointStateHandle state(name, &position_[i], &velocity_[i], &effort_[i]);
+      states_.registerHandle(state);
+      velocities_.registerHandle(hardware_interface::JointHandle(state, &command_[i]));
+    }
+    registerInterface(&states_);
+    registerInterface(&velocities_);
+  }
+
+  void read(const ros::Time&, const ros::Duration& period) override {
+    const double lost = std::numeric_limits<double>::quiet_NaN();
+    for (int i = 0; i < 2; ++i) {
+      travel_[i] += velocity_of_[i] * period.toSec();
+      velocity_of_[i] = command_[i];
+      position_[i] = works ? travel_[i] : lost;
+      velocity_[i] = works ? velocity_of_[i] : lost;
+    }
+  }
+
+  bool works = true;
+  double command(int wheel) const { return command_[wheel]; }
+
+ private:
+  double position_[2] = {}, velocity_[2] = {}, effort_[2] = {}, command_[2] = {};
+  double travel_[2] = {}, velocity_of_[2] = {};
+  hardware_interface::JointStateInterface states_;
+  hardware_interface::VelocityJointInterface velocities_;
+};
+
+/// What the test programs of diff_drive_controller ask of it, with their robot, identified, and their bounds.
+class AsDiffDrive : public testing::Test {
+ protected:
+  AsDiffDrive() : manager(&robot, node), time(newStart()) {
+    ros::Time::setNow(ros::Time(time));
+    node.setParam(name + "/type", "jackal_aic/ActiveInferenceController");
+    node.setParam(name + "/left_wheel", "wheel_0_joint");
+    node.setParam(name + "/right_wheel", "wheel_1_joint");
+    node.setParam(name + "/wheel_separation", 0.5);
+    node.setParam(name + "/wheel_radius", 0.11);
+    node.setParam(name + "/cmd_vel_timeout", 20.0);
+    // The robot, as identify would find it: the wheels follow in the update after the command.
+    node.setParam(name + "/plant_model/dead_time", 0.01);
+    node.setParam(name + "/plant_model/lag", 0.0);
+    node.setParam(name + "/plant_model/acceleration_limit", 1000.0);
+    node.setParam(name + "/plant_model/sensor_rate", 100.0);
+    node.setParam(name + "/publish_rate", 50.0);
+    commands = node.advertise<geometry_msgs::Twist>(name + "/cmd_vel", 1);
+    subscriber = node.subscribe<nav_msgs::Odometry>(
+        name + "/odom", 100, [this](const nav_msgs::OdometryConstPtr& message) { odometry = *message; });
+  }
+
+  ~AsDiffDrive() override {
+    node.deleteParam(name);
+    ros::getGlobalCallbackQueue()->clear();
+  }
+
+  static double newStart() {
+    static double start = 100000.0;
+    return start += 1000.0;
+  }
+
+  void startController() {
+    ASSERT_TRUE(manager.loadController(name));
+    for (int i = 0; i < 500 && (commands.getNumSubscribers() == 0 || subscriber.getNumPublishers() == 0); ++i) {
+      ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.01));
+    }
+    auto done = std::async(std::launch::async,
+                           [&] { return manager.switchController({name}, {}, SwitchController::Request::STRICT); });
+    while (done.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) update();
+    ASSERT_TRUE(done.get());
+    command(0.0, 0.0);
+    run(2.0);
+  }
+
+  void update() {
+    const ros::Duration period(0.01);
+    time += period.toSec();
+    ros::Time::setNow(ros::Time(time));
+    robot.read(ros::Time::now(), period);
+    manager.update(ros::Time::now(), period);
+  }
+
+  void command(double forward, double yaw_rate) {
+    auto message = boost::make_shared<geometry_msgs::Twist>();
+    message->linear.x = forward;
+    message->angular.z = yaw_rate;
+    commands.publish(message);
+    ros::getGlobalCallbackQueue()->callAvailable();
+  }
+
+  /// Runs, and waits for the odometry of the end.
+  nav_msgs::Odometry run(double duration) {
+    for (int i = 0; i < std::lround(duration / 0.01); ++i) update();
+    for (int i = 0; i < 300 && time - odometry.header.stamp.toSec() > 0.03; ++i) {
+      ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.01));
+    }
+    EXPECT_LE(time - odometry.header.stamp.toSec(), 0.03);
+    return odometry;
+  }
+
+  static double yawOf(const nav_msgs::Odometry& message) {
+    return 2.0 * std::atan2(message.pose.pose.orientation.z, message.pose.pose.orientation.w);
+  }
+
+  const std::string name = "diffbot_controller";
+  ros::NodeHandle node;
+  IdealRobot robot;
+  controller_manager::ControllerManager manager;
+  double time;
+  ros::Publisher commands;
+  ros::Subscriber subscriber;
+  nav_msgs::Odometry odometry;
+};
+
+TEST_F(AsDiffDrive, Forward) {
+  startController();
+  const auto before = odometry;
+  command(0.1, 0.0);
+  const auto after = run(10.0);
+  const double elapsed = (after.header.stamp - before.header.stamp).toSec();
+  EXPECT_NEAR(after.pose.pose.position.x - before.pose.pose.position.x, 0.1 * elapsed, 0.01);
+  EXPECT_NEAR(after.twist.twist.linear.x, 0.1, 0.01);
+  EXPECT_NEAR(yawOf(after) - yawOf(before), 0.0, 0.01);
+}
+
+TEST_F(AsDiffDrive, Turn) {
+  startController();
+  const auto before = odometry;
+  const double rate = M_PI / 10.0;
+  command(0.0, rate);
+  const auto after = run(9.0);  // less than half around, so that the heading is told apart
+  const double elapsed = (after.header.stamp - before.header.stamp).toSec();
+  EXPECT_NEAR(yawOf(after) - yawOf(before), rate * elapsed, 0.03);
+  EXPECT_NEAR(after.twist.twist.angular.z, rate, 0.01);
+  EXPECT_NEAR(after.pose.pose.position.x - before.pose.pose.position.x, 0.0, 0.01);
+}
+
+TEST_F(AsDiffDrive, Limits) {
+  for (const char* axis : {"/linear/x", "/angular/z"}) {
+    const double scale = axis[1] == 'l' ? 1.0 : 2.0;
+    node.setParam(name + axis + "/has_velocity_limits", true);
+    node.setParam(name + axis + "/max_velocity", 1.0 * scale);
+    node.setParam(name + axis + "/has_acceleration_limits", true);
+    node.setParam(name + axis + "/max_acceleration", 1.0 * scale);
+    node.setParam(name + axis + "/has_jerk_limits", true);
+    node.setParam(name + axis + "/max_jerk", 5.0 * scale);
+  }
+  node.setParam(name + "/linear/x/min_velocity", -0.5);
+  node.setParam(name + "/linear/x/min_acceleration", -0.5);
+  startController();
+  command(10.0, 0.0);
+  EXPECT_NEAR(run(0.5).twist.twist.linear.x, 0.37, 0.1) << "by the jerk";
+  EXPECT_LT(run(4.5).twist.twist.linear.x, 1.02);
+  command(0.0, 0.0);
+  run(5.0);
+  command(0.0, 10.0);
+  EXPECT_LT(run(0.5).twist.twist.angular.z, 1.02);
+  EXPECT_LT(run(4.5).twist.twist.angular.z, 2.02);
+}
+
+TEST_F(AsDiffDrive, NoPositionsGiveNoNumbersThatAreNone) {
+  startController();
+  command(0.1, 0.0);
+  run(1.0);
+  robot.works = false;
+  for (const auto& message : {run(2.0), (robot.works = true, run(2.0))}) {
+    EXPECT_TRUE(std::isfinite(message.twist.twist.linear.x));
+    EXPECT_TRUE(std::isfinite(message.pose.pose.position.x));
+    EXPECT_TRUE(std::isfinite(message.pose.pose.orientation.z));
+    EXPECT_TRUE(std::isfinite(robot.command(0)));
+  }
+}
+
+TEST_F(AsDiffDrive, StopsAfterItsTimeout) {
+  node.setParam(name + "/cmd_vel_timeout", 0.5);
+  startController();
+  const auto before = odometry;
+  command(1.0, 0.0);
+  EXPECT_LT(run(3.0).pose.pose.position.x - before.pose.pose.position.x, 0.8);
+  EXPECT_EQ(robot.command(0), 0.0);
+}
+
+TEST_F(AsDiffDrive, OpenLoop) {
+  node.setParam(name + "/open_loop", true);
+  startController();
+  const auto before = odometry;
+  command(0.1, 0.0);
+  const auto after = run(10.0);
+  const double elapsed = (after.header.stamp - before.header.stamp).toSec();
+  EXPECT_NEAR(after.pose.pose.position.x - before.pose.pose.position.x, 0.1 * elapsed, 0.01);
 }
 
 }  // namespace

@@ -31,8 +31,8 @@ class Odometry {
   /// T, slip of a wheel by its acceleration [s].
   static constexpr double kSlipTime = 0.018;
 
-  /// By the belief of a controller, which has to outlive the odometry. @param geometry,
-  /// model as it has them.
+  /// By the belief of a controller, which has to outlive the odometry. @param geometry, model as it has
+  /// them.
   Odometry(const PredictiveController& belief, const GeometryParameters& geometry, const PlantModel& model);
 
   /// By a belief of its own. @param parameters its variances. @throws ParameterError as PredictiveController.

@@ -8,8 +8,8 @@
 
 namespace jackal_aic {
 
-/// Odometry by the belief of a loop's controller, or by one of its own where that is biased or missing. The loop's
-/// controller has to outlive it. @param parameters of the loop.
+/// Odometry by the belief of a loop's controller, or by one of its own beside the thesis' biased one, or none. The
+/// loop's controller has to outlive it. @param parameters of the loop.
 Odometry makeOdometry(const DriveParameters& parameters, const DriveLoop& loop);
 
 /// A measurement without the channels that the loop's fault detection has found faulty.
