@@ -184,7 +184,7 @@ TEST(RequireStable, NamesTheGainThatWasChanged) {
   slow_belief.tau = 0.002;  // harmless by itself
   for (const ControllerParameters& wanted : {withActionGain(0.0), slow_belief}) {
     try {
-      requireStable(wanted, {}, {}, &running);
+      requireStable(wanted, {}, known(), &running);
       ADD_FAILURE() << "accepted";
     } catch (const ParameterError& error) {
       const std::string line = error.what();

@@ -143,7 +143,7 @@ std::vector<Section> controllerSections() {
   sections.push_back(
       {"Plant model", rowsOf<PlantModel>("plant_model", include / "model/plant_model.hpp", "PlantModel")});
   sections.push_back({"Predictive controller",
-                      rowsOf<PredictiveParameters>("predictive", include / "predictive/predictive_controller.hpp",
+                      rowsOf<PredictiveParameters>("predictive", include / "predictive/predictive_parameters.hpp",
                                                    "PredictiveParameters")});
   sections.push_back(
       {"The thesis' controller",
