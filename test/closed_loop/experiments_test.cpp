@@ -116,9 +116,9 @@ TEST_F(Experiments, CommandLineErrorsAreOneLineWithTheValidNames) {
     arguments.insert(arguments.end(), share.begin(), share.end());
     return complaint(arguments);
   };
-  EXPECT_EQ(
-      complaint({"fly"}),
-      "command = 'fly': unknown; known: list, run, merge, step, square, detection, stops, unidentified, calibrate");
+  EXPECT_EQ(complaint({"fly"}),
+            "command = 'fly': unknown; known: list, run, merge, step, square, detection, stops, unidentified, "
+            "odometry, calibrate");
   EXPECT_TRUE(startsWith(with_share({"run", "table_9", "--out", path("x")}),
                          "experiment = 'table_9': unknown; known: all, table_3-1a"));
   EXPECT_TRUE(

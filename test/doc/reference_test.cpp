@@ -138,6 +138,8 @@ std::vector<Section> controllerSections() {
                                                                     "LossPolicyParameters")});
   sections.push_back({"Brake", rowsOf<BrakeParameters>("brake", gate, "BrakeParameters")});
   sections.push_back({"Plausibility", rowsOf<PlausibilityParameters>("plausibility", gate, "PlausibilityParameters")});
+  sections.push_back(
+      {"Odometry", rowsOf<OdometryParameters>("odometry", "src/node/node_parameters.hpp", "OdometryParameters")});
   sections.push_back({"Fault detection",
                       rowsOf<FaultParameters>("faults", include / "faults/fault_parameters.hpp", "FaultParameters")});
   sections.push_back(

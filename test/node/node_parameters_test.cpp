@@ -239,6 +239,7 @@ std::map<std::string, ParameterValue> defaultsOfTheStructs() {
   add<LimitParameters>("limits", defaults);
   add<DeadlineParameters>("deadlines", defaults);
   add<LossPolicyParameters>("on_loss", defaults);
+  add<OdometryParameters>("odometry", defaults);
   add<BrakeParameters>("brake", defaults);
   add<PlausibilityParameters>("plausibility", defaults);
   add<FaultParameters>("faults", defaults);

@@ -62,6 +62,7 @@ INSTANTIATE_TEST_SUITE_P(Values, EveryReader,
 TEST(RosParameters, EveryShippedFileIsTheSameForRosparam) {
   int values = 0;
   for (const auto& entry : std::filesystem::directory_iterator(std::string(JACKAL_AIC_SOURCE_DIR) + "/config")) {
+    if (entry.path().filename() == "robot_localization.yaml") continue;  // of another package's node
     ParameterMap file, server = fileThroughRosparam(entry.path().string());
     addYamlFile(entry.path().string(), file);
     ASSERT_EQ(server.keys(), file.keys()) << entry.path();

@@ -59,8 +59,11 @@ std::string output(const std::string& command) {
 
 TEST(Manifest, NamesOnlyKeysThatRosdepKnows) {
   // Of rosdep/base.yaml and python.yaml of the rosdistro; a name of Debian alone is none (opende, not libode-dev).
-  const std::set<std::string> keys{"eigen",
+  const std::set<std::string> keys{"controller_interface",  // Noetic's ros_control
+                                   "controller_manager",
+                                   "eigen",
                                    "fmt",
+                                   "hardware_interface",
                                    "libboost-program-options-dev",
                                    "libconsole-bridge-dev",
                                    "libnlopt-cxx-dev",
