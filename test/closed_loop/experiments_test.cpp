@@ -14,6 +14,7 @@
 #include "commands.hpp"
 #include "parallel.hpp"
 #include "usable_range.hpp"
+#include "yaml_fields.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -52,6 +53,27 @@ std::string complaint(const std::vector<std::string>& arguments) {
 }
 
 bool startsWith(const std::string& text, const std::string& start) { return text.rfind(start, 0) == 0; }
+
+/// Every map `set` in a part of the table, with what a loop with it throws.
+void expectReadable(const YAML::Node& node, int& sets) {
+  if (node.IsMap() && node["set"]) {
+    const Overrides overrides = readOverrides(node["set"], "");
+    const auto begins = [&](const char* prefix) {
+      return std::any_of(overrides.begin(), overrides.end(),
+                         [&](const auto& o) { return o.first.rfind(prefix, 0) == 0; });
+    };
+    const char* controller = begins("controller.") ? "standard" : "predictive";
+    EXPECT_NO_THROW(loadSetup(files(), controller, "ground", overrides)) << node;
+    ++sets;
+  }
+  for (const auto& child : node) expectReadable(node.IsMap() ? child.second : YAML::Node(child), sets);
+}
+
+TEST_F(Experiments, EveryOverrideOfTheTableIsRead) {
+  int sets = 0;
+  expectReadable(YAML::LoadFile(files().path("sim/experiments/experiments.yaml")), sets);
+  EXPECT_GT(sets, 40);
+}
 
 TEST_F(Experiments, EveryTableWithResultsIsRunAndHasItsRows) {
   const ExperimentTable table(files());
