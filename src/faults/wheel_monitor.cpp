@@ -109,6 +109,8 @@ void WheelMonitor::start(double speed) {
   envelope_.start(speed, speed);
   reachable_.start(speed);
   last_speed_ = measured_ = speed;
+  frozen_ = suspect_ = recovering_ = false;
+  farthest_ = 0.0;
   persistence_.reset();
 }
 

@@ -101,8 +101,7 @@ const GainAssessment* simplestOfTheFastest(const std::vector<GainSearchResult>& 
   }
   throw ParameterError(fmt::format(
       "no gains found that keep gain margin {:g}, delay margin {:g} s and overshoot {:g} % in every trial (nearest, "
-      "with "
-      "{} missed: {}); ask for less, or search with more --evaluations",
+      "with {} missed: {}); ask for less, or search with more --evaluations",
       task.margins.gain, task.margins.delay, task.overshoot_pct, nearest->missed.size(), nearest->missed.front()));
 }
 
@@ -120,8 +119,7 @@ std::string promise(const GainSearchTask& task, const GainAssessment& tuned) {
     text += fmt::format(
         "\n{}: settles at {:g} m/s in {:.2f}..{:.2f} s; overshoot <= {:.1f} / {:.1f} %; beyond zero after a stop <= "
         "{:.3f} / {:.3f} m/s, {:.3f} / {:.3f} rad/s;\n  ripple of the command <= {:.3f} / {:.3f} rad/s rms; gain "
-        "margin "
-        "{:.2f}, delay margin {:.3f} s",
+        "margin {:.2f}, delay margin {:.3f} s",
         task.robots[i].name, task.speed, robot.settling_first, robot.settling_last, nominal.overshoot_pct,
         others.overshoot_pct, nominal.beyond_mps, others.beyond_mps, nominal.beyond_radps, others.beyond_radps,
         nominal.ripple, others.ripple, robot.certificate.gain_margin, robot.certificate.delay_margin);
