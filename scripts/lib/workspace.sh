@@ -62,6 +62,8 @@ link_packages() {
   done
   cmp -s "$repository/package.xml" "$package/package.xml" ||
     cp --remove-destination --preserve=timestamps "$repository/package.xml" "$package/"
+  # The first configuration keeps the environment in which catkin will run the tests, and leaves out of it what is not there yet.
+  mkdir -p "$workspace/devel/lib/python3/dist-packages"
   link_stand_in jackal_msgs jackal_msgs
   link_stand_in controller_interface ros_control
 }
