@@ -36,9 +36,11 @@ class Swings {
     any_ = true;
     low_ = std::min(low_, value);
     high_ = std::max(high_, value);
-    const bool falls = high_ - value > threshold_, rises = value - low_ > threshold_;
-    if (falls && direction_ >= 0) turn(-1, value);
-    if (rises && direction_ <= 0) turn(1, value);
+    if (direction_ >= 0 && high_ - value > threshold_) {
+      turn(-1, value);
+    } else if (direction_ <= 0 && value - low_ > threshold_) {
+      turn(1, value);
+    }
   }
 
   int count() const { return count_; }

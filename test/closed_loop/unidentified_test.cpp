@@ -33,6 +33,16 @@ TEST(MostSwings, CountsWhatGoesOnAndNotWhatSettles) {
   EXPECT_GT(mostSwings(motion(1.0, 0.1, 0.0)), 10) << "limit cycle";
 }
 
+TEST(MostSwings, CountsATurningPointOnceHoweverFarItGoes) {
+  std::vector<MonitoredSample> samples(500);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    samples[i].time = 0.01 * static_cast<double>(i);
+    const double since = samples[i].time - 2.5;  // up to 1, back to 0.5, in steps that each go further than a swing
+    samples[i].velocity = since < 0.0 ? 0.0 : since < 1.0 ? since : std::max(0.5, 2.0 - since);
+  }
+  EXPECT_EQ(mostSwings(samples), 1);
+}
+
 TEST(DrivenModel, IsStableOnEveryRobotThatNobodyHasIdentified) {
   const PackageFiles files("");
   ParameterMap map;
