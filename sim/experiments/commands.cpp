@@ -5,7 +5,6 @@
 #include <boost/program_options.hpp>
 #include <filesystem>
 #include <iostream>
-#include <sstream>
 
 #include "calibration.hpp"
 #include "campaign.hpp"
@@ -71,10 +70,9 @@ void describeList(po::options_description&, po::positional_options_description&)
 int list(const po::variables_map& options) {
   const PackageFiles files = packageFiles(options);
   for (const ExperimentSummary& experiment : ExperimentTable(files).list()) {
-    std::string figures;
-    for (const auto& figure : experiment.figures) figures += (figures.empty() ? "  (figures " : ", ") + figure;
-    std::cout << experiment.name << std::string(14 - std::min<std::size_t>(13, experiment.name.size()), ' ')
-              << experiment.title << figures << (figures.empty() ? "\n" : ")\n");
+    std::cout << fmt::format("{:<13} {}", experiment.name, experiment.title);
+    if (!experiment.figures.empty()) std::cout << fmt::format("  (figures {})", fmt::join(experiment.figures, ", "));
+    std::cout << "\n";
   }
   return 0;
 }
@@ -184,12 +182,13 @@ void printResiduals(const PackageFiles& files, const CalibrationTask& task, cons
   for (const auto* tables : {&task.fitted, &task.held_out}) {
     for (const auto& table : *tables) {
       const auto rows = residuals(files, {table}, plant, jobs);
-      std::printf("Table %s (%s): mean |ln(ours/thesis)| %.3f\n", table.c_str(),
-                  tables == &task.fitted ? "fitted" : "held out", meanError(rows));
+      std::cout << fmt::format("Table {} ({}): mean |ln(ours/thesis)| {:.3f}\n", table,
+                               tables == &task.fitted ? "fitted" : "held out", meanError(rows));
       for (const Residual& row : rows) {
-        std::printf("  %-6s %-9s settling %5.2f (thesis %5.2f)  rise %5.2f (thesis %5.2f)\n", row.thesis.row.c_str(),
-                    row.thesis.column.c_str(), row.settling.value_or(NAN), row.thesis.settling.value_or(NAN),
-                    row.rise.value_or(NAN), row.thesis.rise.value_or(NAN));
+        std::cout << fmt::format("  {:<6} {:<9} settling {:5.2f} (thesis {:5.2f})  rise {:5.2f} (thesis {:5.2f})\n",
+                                 row.thesis.row, row.thesis.column, row.settling.value_or(NAN),
+                                 row.thesis.settling.value_or(NAN), row.rise.value_or(NAN),
+                                 row.thesis.rise.value_or(NAN));
       }
     }
   }
@@ -211,7 +210,7 @@ int calibratePlants(const po::variables_map& options) {
     });
     const auto file = std::filesystem::path(outputDirectory(options)) / task.file;
     writeText(file.string(), withFittedValues(readText(files.path("config/" + task.file)), task, found.plant));
-    std::printf("%s\n", file.c_str());
+    std::cout << file.string() << "\n";
     printResiduals(files, task, found.plant, jobs(options));
   }
   return 0;

@@ -1,9 +1,10 @@
 #include "odometry_table.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <cmath>
 #include <filesystem>
-#include <sstream>
 
 #include "campaign.hpp"
 #include "jackal_aic/safety/loop_odometry.hpp"
@@ -164,18 +165,17 @@ void writeOdometryTable(const PackageFiles& files, const std::string& directory,
   parallelFor(
       drives.size(), jobs, [&](std::size_t i) { figures[i] = driveOdometry(files, drives[i]); },
       [&](std::size_t done) { bar.show(done, ""); });
-  std::ostringstream text;
-  text.precision(4);
-  text << "controller,drive,way_m,drift_m_per_m,heading_error_rad,stock_drift_m_per_m,stock_heading_error_rad,nees,"
-          "inside_95\n";
+  std::string text =
+      "controller,drive,way_m,drift_m_per_m,heading_error_rad,stock_drift_m_per_m,stock_heading_error_rad,nees,"
+      "inside_95\n";
   for (std::size_t i = 0; i < drives.size(); ++i) {
     const OdometryFigures& f = figures[i];
-    text << drives[i].controller << ',' << drives[i].name << ',' << f.way << ',' << f.ours.position << ','
-         << f.ours.heading << ',' << f.stock.position << ',' << f.stock.heading << ',' << f.nees << ',' << f.inside
-         << '\n';
+    text +=
+        fmt::format("{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}\n", drives[i].controller, drives[i].name,
+                    f.way, f.ours.position, f.ours.heading, f.stock.position, f.stock.heading, f.nees, f.inside);
   }
   std::filesystem::create_directories(directory);
-  writeText((std::filesystem::path(directory) / "odometry.csv").string(), text.str());
+  writeText((std::filesystem::path(directory) / "odometry.csv").string(), text);
 }
 
 }  // namespace jackal_aic::sim

@@ -1,47 +1,47 @@
 #include "jackal_aic/certificate/advice.hpp"
 
+#include <fmt/format.h>
+
 #include <optional>
-#include <sstream>
 
 namespace jackal_aic {
 namespace {
 
-std::string text(double value, int digits = 3) {
-  std::ostringstream out;
-  out.precision(digits);
-  out << value;
-  return out.str();
-}
-
-std::string atLeast(double value, double bound, const char* unit) {
-  return (value >= bound ? "more than " : "") + text(value) + unit;
+/// A margin as the search for it ended: it may be larger than the largest that is looked for.
+std::string atLeast(double value, double bound) {
+  return fmt::format("{}{:.3g}", value >= bound ? "more than " : "", value);
 }
 
 std::string instability(const LoopVerdict& verdict) {
   const bool belief = verdict.belief_spectral_radius >= kStabilityLimit;
   const double radius = belief ? verdict.belief_spectral_radius : verdict.loop_spectral_radius;
   if (!belief && radius - verdict.radius_uncertainty < kStabilityLimit) {
-    return "the closed loop cannot be told from one at the limit of stability: spectral radius 1 within " +
-           text(verdict.radius_uncertainty);
+    return fmt::format(
+        "the closed loop cannot be told from one at the limit of stability: spectral radius 1 within {:.3g}",
+        verdict.radius_uncertainty);
   }
-  return (belief ? "the belief update diverges: spectral radius " : "the closed loop diverges: spectral radius ") +
-         text(radius, 4) + ", must be below 1";
+  return fmt::format("the {} diverges: spectral radius {:.4g}, must be below 1",
+                     belief ? "belief update" : "closed loop", radius);
 }
 
 /// @param value present, which is not stable: an end of the range that it is at does not belong to it.
 std::string rangeText(const StableRange& range, double value) {
   const bool low_ends = !range.low_is_bound || value <= range.low, high_ends = !range.high_is_bound;
-  if (low_ends && high_ends) return "stable between " + text(range.low) + " and " + text(range.high);
-  if (low_ends) return "stable above " + text(range.low);
-  return high_ends ? "stable below " + text(range.high) : "stable at any value";
+  if (low_ends && high_ends) return fmt::format("stable between {:.3g} and {:.3g}", range.low, range.high);
+  if (low_ends) return fmt::format("stable above {:.3g}", range.low);
+  return high_ends ? fmt::format("stable below {:.3g}", range.high) : "stable at any value";
 }
 
 /// @param prefix of the key.
 std::string blame(const std::optional<Culprit>& culprit, const std::string& prefix) {
   if (!culprit) return "no parameter changes that";
-  const std::string most = prefix + culprit->parameter + " = " + text(culprit->value) + " is most to blame";
-  if (culprit->range) return most + " (" + rangeText(*culprit->range, culprit->value) + ", the others as they are)";
-  if (culprit->stable_with) return most + " (stable with " + text(*culprit->stable_with) + ", the others as they are)";
+  const std::string most = fmt::format("{}{} = {:.3g} is most to blame", prefix, culprit->parameter, culprit->value);
+  if (culprit->range) {
+    return fmt::format("{} ({}, the others as they are)", most, rangeText(*culprit->range, culprit->value));
+  }
+  if (culprit->stable_with) {
+    return fmt::format("{} (stable with {:.3g}, the others as they are)", most, *culprit->stable_with);
+  }
   return most + ", but another value of it alone does not help";
 }
 
@@ -51,23 +51,23 @@ std::string blame(const PredictiveParameters& parameters, const PlantModel& mode
   if (!isStable(PredictiveLinearLoop(parameters, model, model))) {
     return blame(culpritOf(parameters, model, model, running), "predictive.");
   }
-  return "with plant_model.dead_time = " + text(model.dead_time) + " s, lag = " + text(model.lag) +
-         " s, gain = " + text(model.gain) + " it would be stable, but the robot has " + text(robot.dead_time) + " s, " +
-         text(robot.lag) + " s, " + text(robot.gain) +
-         ": identify it anew or lower predictive.disturbance_process_noise";
+  return fmt::format(
+      "with plant_model.dead_time = {:.3g} s, lag = {:.3g} s, gain = {:.3g} it would be stable, but the robot has "
+      "{:.3g} s, {:.3g} s, {:.3g}: identify it anew or lower predictive.disturbance_process_noise",
+      model.dead_time, model.lag, model.gain, robot.dead_time, robot.lag, robot.gain);
 }
 
 /// @param room what may change before the loop oscillates; @param help what makes the margin larger.
 std::string marginAdvice(const Margins& margins, const MarginBounds& bounds, const std::string& room,
                          const std::string& help) {
   if (margins.keeps(bounds)) return "Stable with room: " + room + ".";
-  return "Stable, but with a thin margin (below " + text(bounds.gain) + " or " + text(bounds.delay) + " s): " + room +
-         "; lower " + help + ".";
+  return fmt::format("Stable, but with a thin margin (below {:.3g} or {:.3g} s): {}; lower {}.", bounds.gain,
+                     bounds.delay, room, help);
 }
 
 std::string thinText(ThinMargin thin, const MarginBounds& bounds, const char* gain) {
-  if (thin == ThinMargin::gain) return "unstable with " + text(bounds.gain) + " times " + gain;
-  return thin == ThinMargin::delay ? "unstable with " + text(bounds.delay) + " s more dead time" : "";
+  if (thin == ThinMargin::gain) return fmt::format("unstable with {:.3g} times {}", bounds.gain, gain);
+  return thin == ThinMargin::delay ? fmt::format("unstable with {:.3g} s more dead time", bounds.delay) : "";
 }
 
 }  // namespace
@@ -78,10 +78,11 @@ std::string advice(const Certificate& certificate, const ControllerParameters& c
     return "Unstable: " + instability(certificate) + "; " + blame(culpritOf(controller, geometry, plant), "") + ".";
   }
   return marginAdvice(certificate, bounds,
-                      "kappa_a may rise by a factor of " + atLeast(certificate.gain_margin, kLargestGainMargin, "") +
-                          " or the dead time by " + atLeast(certificate.delay_margin, kLargestDelayMargin, " s") +
-                          " before the loop oscillates",
-                      "kappa_a = " + text(controller.kappa_a));
+                      fmt::format("kappa_a may rise by a factor of {} or the dead time by {} s before the loop "
+                                  "oscillates",
+                                  atLeast(certificate.gain_margin, kLargestGainMargin),
+                                  atLeast(certificate.delay_margin, kLargestDelayMargin)),
+                      fmt::format("kappa_a = {:.3g}", controller.kappa_a));
 }
 
 std::string advice(const PredictiveCertificate& certificate, const PredictiveParameters& parameters,
@@ -90,11 +91,11 @@ std::string advice(const PredictiveCertificate& certificate, const PredictivePar
     return "Unstable: " + instability(certificate) + "; " + blame(parameters, model, robot) + ".";
   }
   return marginAdvice(certificate, bounds,
-                      "the robot's gain may be " + atLeast(certificate.gain_margin, kLargestGainMargin, "") +
-                          " times as large, or its dead time " +
-                          atLeast(certificate.delay_margin, kLargestDelayMargin, " s") +
-                          " longer, before the loop oscillates",
-                      "disturbance_process_noise = " + text(parameters.disturbance_process_noise));
+                      fmt::format("the robot's gain may be {} times as large, or its dead time {} s longer, before "
+                                  "the loop oscillates",
+                                  atLeast(certificate.gain_margin, kLargestGainMargin),
+                                  atLeast(certificate.delay_margin, kLargestDelayMargin)),
+                      fmt::format("disturbance_process_noise = {:.3g}", parameters.disturbance_process_noise));
 }
 
 std::string thinMargin(const LinearLoop& loop, const MarginBounds& bounds) {

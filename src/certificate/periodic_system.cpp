@@ -1,8 +1,9 @@
 #include "periodic_system.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "jackal_aic/config/parameter_map.hpp"
 
@@ -35,10 +36,9 @@ int commonActionSteps(double action_rate, double sensor_rate, const char* key) {
     const double steps = n * sensor_steps_per_action;
     if (steps > 0.5 && std::abs(steps - std::round(steps)) < 1e-6) return n;
   }
-  std::ostringstream message;
-  message << "plant_model.sensor_rate = " << sensor_rate << " Hz: no common period with " << key << " = " << action_rate
-          << " Hz within " << kMostActionSteps << " action periods; round it";
-  throw ParameterError(message.str());
+  throw ParameterError(fmt::format(
+      "plant_model.sensor_rate = {:g} Hz: no common period with {} = {:g} Hz within {} action periods; round it",
+      sensor_rate, key, action_rate, kMostActionSteps));
 }
 
 std::int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }

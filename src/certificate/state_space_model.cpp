@@ -1,5 +1,7 @@
 #include "jackal_aic/certificate/state_space_model.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <string>
 
@@ -12,8 +14,8 @@ namespace {
 /// Pi over the orders 0..p: diag(1/Sigma), or V^-1/Sigma of order 0 for coloured noise.
 Eigen::MatrixXd precisions(const std::vector<double>& variances, const ControllerParameters& p, const char* name) {
   if (static_cast<int>(variances.size()) <= p.orders) {
-    throw ParameterError(std::string(name) + " has " + std::to_string(variances.size()) + " entries: " +
-                         std::to_string(p.orders + 1) + " needed for orders 0.." + std::to_string(p.orders));
+    throw ParameterError(
+        fmt::format("{} has {} entries: {} needed for orders 0..{}", name, variances.size(), p.orders + 1, p.orders));
   }
   if (p.noise_smoothness > 0.0) return noisePrecision(p.orders, p.noise_smoothness) / variances.front();
   return Eigen::Map<const Eigen::VectorXd>(variances.data(), p.orders + 1).cwiseInverse().asDiagonal();
@@ -28,7 +30,7 @@ Eigen::MatrixXd stateErrorJacobian(Eigen::Index size, double tau) {
 
 void requirePositive(const char* name, double value) {
   if (!(value > 0.0) || !std::isfinite(value)) {
-    throw ParameterError(std::string(name) + " = " + std::to_string(value) + ": must be positive");
+    throw ParameterError(fmt::format("{} = {:g}: must be positive", name, value));
   }
 }
 
@@ -52,8 +54,7 @@ void addErrors(const StateSpaceModel& model, double set_point, StateSpaceRespons
 
 StateSpaceModel stateSpaceModel(const ControllerParameters& parameters) {
   if (parameters.orders < 0 || parameters.orders > kMaxOrders) {
-    throw ParameterError("orders = " + std::to_string(parameters.orders) + ": must be in [0, " +
-                         std::to_string(kMaxOrders) + "]");
+    throw ParameterError(fmt::format("orders = {}: must be in [0, {}]", parameters.orders, kMaxOrders));
   }
   requirePositive("tau", parameters.tau);
   const Eigen::Index n = parameters.orders + 1;

@@ -1,26 +1,16 @@
 #include "jackal_aic/config/parameter_map.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "jackal_aic/config/text.hpp"
 
 namespace jackal_aic {
 namespace {
 
-std::string number(double value) {
-  std::ostringstream out;
-  out.precision(10);
-  out << value;
-  return out.str();
-}
-
-std::string join(const std::vector<std::string>& words) {
-  std::string text;
-  for (const auto& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
+std::string number(double value) { return fmt::format("{:.10g}", value); }
 
 /// The first items of a list, and how many there are if not all are told.
 template <class Item, class Text>
@@ -28,14 +18,12 @@ std::string listed(const std::vector<Item>& items, const Text& text) {
   constexpr std::size_t kMost = 8;
   std::vector<std::string> words;
   for (std::size_t i = 0; i < std::min(items.size(), kMost); ++i) words.push_back(text(items[i]));
-  if (items.size() > kMost) words.push_back("... " + std::to_string(items.size()) + " in all");
-  return "[" + join(words) + "]";
+  if (items.size() > kMost) words.push_back(fmt::format("... {} in all", items.size()));
+  return fmt::format("[{}]", fmt::join(words, ", "));
 }
 
 std::string range(Bounds bounds, const char* unit) {
-  std::string text = "[" + number(bounds.low) + ", " + number(bounds.high) + "]";
-  if (*unit != '\0') text += std::string(" ") + unit;
-  return text;
+  return fmt::format("[{:.10g}, {:.10g}]{}{}", bounds.low, bounds.high, *unit == '\0' ? "" : " ", unit);
 }
 
 const double* asNumber(const ParameterValue& value, double& storage) {
@@ -195,8 +183,8 @@ void ParameterMap::refuseUnknown() const {
     const std::string renamed = newNameOf(entry.first);
     if (!renamed.empty()) throw ParameterError(entry.first + ": renamed; it is called " + renamed + " now");
     const std::vector<std::string> candidates = nearest(entry.first, knownKeys());
-    throw ParameterError(shortened(entry.first) + " = " + describe(entry.second) + ": unknown key" +
-                         (candidates.empty() ? "" : "; nearest known keys: " + join(candidates)));
+    throw ParameterError(fmt::format("{} = {}: unknown key{}{}", shortened(entry.first), describe(entry.second),
+                                     candidates.empty() ? "" : "; nearest known keys: ", fmt::join(candidates, ", ")));
   }
 }
 
@@ -273,7 +261,7 @@ void ParameterReader::field(const char* name, std::vector<std::string>& value, P
 
 void ParameterReader::field(const char* name, std::vector<double>& value, Bounds bounds, std::size_t max_size,
                             const char* unit, Presence presence) {
-  const std::string expectation = "a list of 1 to " + std::to_string(max_size) + " numbers in " + range(bounds, unit);
+  const std::string expectation = fmt::format("a list of 1 to {} numbers in {}", max_size, range(bounds, unit));
   const ParameterValue* given = lookup(name, presence, expectation);
   if (given == nullptr) return;
   const auto* numbers = std::get_if<std::vector<double>>(given);
@@ -281,13 +269,13 @@ void ParameterReader::field(const char* name, std::vector<double>& value, Bounds
     throw ParameterError(key(name) + " = " + describe(*given) + ": expected " + expectation);
   }
   for (std::size_t i = 0; i < numbers->size(); ++i) {
-    checkRange(key(name) + "[" + std::to_string(i) + "]", (*numbers)[i], bounds, unit);
+    checkRange(fmt::format("{}[{}]", key(name), i), (*numbers)[i], bounds, unit);
   }
   value = *numbers;
 }
 
 int ParameterReader::choice(const char* name, const std::vector<std::string>& words, Presence presence) {
-  const std::string expectation = "one of " + join(words);
+  const std::string expectation = fmt::format("one of {}", fmt::join(words, ", "));
   const ParameterValue* given = lookup(name, presence, expectation);
   if (given == nullptr) return -1;
   const auto* text = std::get_if<std::string>(given);

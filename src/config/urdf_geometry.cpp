@@ -1,8 +1,9 @@
 #include "jackal_aic/config/urdf_geometry.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "urdf_document.hpp"
 
@@ -11,12 +12,6 @@ namespace {
 
 /// Larger differences between wheels [m] are a modelling error, not rounding in the file.
 constexpr double kTolerance = 1e-6;
-
-std::string metres(double value) {
-  std::ostringstream out;
-  out << value << " m";
-  return out.str();
-}
 
 /// Collects the wheels of one side: checks each radius against the first wheel's, returns the joints' common y.
 class WheelCollector {
@@ -40,8 +35,9 @@ class WheelCollector {
   void checkRadius(const std::string& joint, double radius) {
     if (radius_ == 0.0) radius_ = radius;
     if (std::abs(radius - radius_) > kTolerance) {
-      throw ParameterError("URDF: wheel of joint '" + joint + "' has radius " + metres(radius) +
-                           ": must be equal to the first wheel's " + metres(radius_));
+      throw ParameterError(
+          fmt::format("URDF: wheel of joint '{}' has radius {:g} m: must be equal to the first wheel's {:g} m", joint,
+                      radius, radius_));
     }
   }
 
@@ -59,8 +55,9 @@ UrdfGeometry readUrdfGeometry(const std::string& urdf_xml, const std::vector<std
   const double right = wheels.lateralPosition("right", right_joints);
   const double track = left - right;
   if (!(track > kTolerance) || !std::isfinite(track)) {
-    throw ParameterError("URDF: left wheel joints at y = " + metres(left) + ", right ones at y = " + metres(right) +
-                         ": the left ones must lie further left");
+    throw ParameterError(fmt::format(
+        "URDF: left wheel joints at y = {:g} m, right ones at y = {:g} m: the left ones must lie further left", left,
+        right));
   }
   return {wheels.radius(), track};
 }

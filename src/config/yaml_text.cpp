@@ -1,23 +1,31 @@
 #include "jackal_aic/config/yaml_text.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 
 namespace jackal_aic {
+namespace {
+
+template <class Item>
+std::string listed(const std::vector<Item>& items) {
+  std::vector<std::string> texts;
+  for (const Item& item : items) texts.push_back(yamlValue(item));
+  return fmt::format("[{}]", fmt::join(texts, ", "));
+}
+
+}  // namespace
 
 std::string yamlNumber(double value, int digits) {
   if (!std::isfinite(value)) throw ParameterError("a number to be written is not finite");
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
-  const double rounded = std::strtod(text, nullptr);
+  const auto written = [](double number, int used) { return fmt::format("{:.{}g}", number, used); };
+  const double rounded = std::strtod(written(value, digits).c_str(), nullptr);
   // The shortest text that is read back as it was; six digits keep 1000 from being 1e+03.
-  for (int used = 6; used <= 17; ++used) {
-    std::snprintf(text, sizeof text, "%.*g", used, rounded);
-    if (std::strtod(text, nullptr) == rounded) break;
-  }
-  std::string number = text;
+  int used = 6;
+  while (used < 17 && std::strtod(written(rounded, used).c_str(), nullptr) != rounded) ++used;
+  std::string number = written(rounded, used);
   if (number.find('.') == std::string::npos) number.insert(std::min(number.find('e'), number.size()), ".0");
   return number;
 }
@@ -32,22 +40,14 @@ std::string yamlQuoted(const std::string& text) {
 }
 
 std::string yamlValue(const ParameterValue& value) {
-  const auto list = [](const auto& items, const auto& text) {
-    std::string joined;
-    for (const auto& item : items) joined += (joined.empty() ? "" : ", ") + text(item);
-    return "[" + joined + "]";
-  };
   struct {
-    decltype(list) listed;
     std::string operator()(bool v) const { return v ? "true" : "false"; }
-    std::string operator()(std::int64_t v) const { return std::to_string(v); }
+    std::string operator()(std::int64_t v) const { return fmt::format("{}", v); }
     std::string operator()(double v) const { return yamlNumber(v); }
     std::string operator()(const std::string& v) const { return yamlQuoted(v); }
-    std::string operator()(const std::vector<double>& v) const {
-      return listed(v, [](double item) { return yamlNumber(item); });
-    }
-    std::string operator()(const std::vector<std::string>& v) const { return listed(v, yamlQuoted); }
-  } text{list};
+    std::string operator()(const std::vector<double>& v) const { return listed(v); }
+    std::string operator()(const std::vector<std::string>& v) const { return listed(v); }
+  } text;
   return std::visit(text, value);
 }
 
@@ -57,7 +57,7 @@ std::string yamlBlock(const std::string& prefix, const std::vector<Field>& field
     const auto* word = std::get_if<std::string>(&field.value);
     if (word != nullptr && word->empty()) continue;
     const std::string value = word != nullptr && !field.words.empty() ? *word : yamlValue(field.value);
-    text += "  " + field.name + ": " + value + (field.unit.empty() ? "" : "  # " + field.unit) + "\n";
+    text += fmt::format("  {}: {}{}{}\n", field.name, value, field.unit.empty() ? "" : "  # ", field.unit);
   }
   return text;
 }

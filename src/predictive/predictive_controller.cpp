@@ -1,8 +1,9 @@
 #include "jackal_aic/predictive/predictive_controller.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 namespace jackal_aic {
 namespace {
@@ -22,16 +23,13 @@ PredictiveParameters validated(const PredictiveParameters& parameters) {
 
 void requirePositive(const char* name, double value) {
   if (value > 0.0 && std::isfinite(value)) return;
-  std::ostringstream message;
-  message << "slip." << name << " = " << value << ": must be positive";
-  throw ParameterError(message.str());
+  throw ParameterError(fmt::format("slip.{} = {:g}: must be positive", name, value));
 }
 
 void requireSameRate(const char* key, double wanted, double running) {
   if (wanted == running) return;
-  std::ostringstream message;
-  message << "predictive." << key << " = " << wanted << " Hz: must stay " << running << " Hz while the controller runs";
-  throw ParameterError(message.str());
+  throw ParameterError(
+      fmt::format("predictive.{} = {:g} Hz: must stay {:g} Hz while the controller runs", key, wanted, running));
 }
 
 }  // namespace

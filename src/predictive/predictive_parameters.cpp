@@ -1,7 +1,8 @@
 #include "jackal_aic/predictive/predictive_parameters.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
-#include <sstream>
 
 namespace jackal_aic {
 namespace {
@@ -17,16 +18,14 @@ int PredictiveParameters::beliefStepsPerAction() const {
 }
 
 void validate(const PredictiveParameters& parameters) {
-  std::ostringstream message;
   if (!isWhole(parameters.belief_rate / parameters.action_rate)) {
-    message << "predictive.belief_rate = " << parameters.belief_rate
-            << " Hz: must be a whole multiple of predictive.action_rate = " << parameters.action_rate << " Hz";
-  } else if (!isWhole(1.0 / (parameters.belief_rate * WheelBelief::kStep))) {
-    message << "predictive.belief_rate = " << parameters.belief_rate << " Hz: must divide 1000 Hz";
-  } else {
-    return;
+    throw ParameterError(
+        fmt::format("predictive.belief_rate = {:g} Hz: must be a whole multiple of predictive.action_rate = {:g} Hz",
+                    parameters.belief_rate, parameters.action_rate));
   }
-  throw ParameterError(message.str());
+  if (!isWhole(1.0 / (parameters.belief_rate * WheelBelief::kStep))) {
+    throw ParameterError(fmt::format("predictive.belief_rate = {:g} Hz: must divide 1000 Hz", parameters.belief_rate));
+  }
 }
 
 WheelBeliefParameters wheelBeliefParameters(const PredictiveParameters& p) {
