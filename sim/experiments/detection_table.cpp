@@ -162,7 +162,7 @@ void AlarmCounter::add(const MonitoredSample& sample) {
 Alarms runOrdinary(const PackageFiles& files, const OrdinaryCase& c, double duration) {
   const LoopSetup setup = loadSetup(files, c.controller, c.plant, c.overrides);
   AlarmCounter alarms;
-  runMonitored(setup, monitorModel(files, c.plant), ordinaryDriving(kSeed, duration), {}, {},
+  runMonitored(setup, monitorModel(files, c.plant), ordinaryDriving(kSeed, duration), {},
                [&alarms](const MonitoredSample& sample) { alarms.add(sample); });
   return alarms.alarms();
 }

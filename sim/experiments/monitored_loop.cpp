@@ -46,6 +46,15 @@ ChannelValidity measured(const std::vector<ChannelLoss>& losses, double now) {
   return remaining;
 }
 
+/// The loop of a setup under the fault monitor, whose model need not be the controller's.
+DriveLoop monitoredLoop(const DriveParameters& drive, const PlantModel& model) {
+  DriveParameters monitored = drive;
+  monitored.faults = FaultParameters{};
+  monitored.plant_model = model;
+  monitored.open_loop_monitored = true;
+  return DriveLoop(monitored, makeController(drive, Divergence::allowed));
+}
+
 }  // namespace
 
 PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name) {
@@ -57,22 +66,17 @@ PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name
 }
 
 std::vector<MonitoredSample> runMonitored(const LoopSetup& setup, const PlantModel& model,
-                                          const SetPointProfile& profile, const Faults& faults,
-                                          const MonitorSettings& settings) {
+                                          const SetPointProfile& profile, const Faults& faults) {
   std::vector<MonitoredSample> samples;
-  runMonitored(setup, model, profile, faults, settings,
-               [&samples](const MonitoredSample& sample) { samples.push_back(sample); });
+  runMonitored(setup, model, profile, faults, [&samples](const MonitoredSample& sample) { samples.push_back(sample); });
   return samples;
 }
 
 void runMonitored(const LoopSetup& setup, const PlantModel& model, const SetPointProfile& profile, const Faults& faults,
-                  const MonitorSettings& settings, const std::function<void(const MonitoredSample&)>& take) {
+                  const std::function<void(const MonitoredSample&)>& take) {
   JackalPlant plant(setup.urdf, setup.plant);
-  DriveLoop drive = makeLoop(setup.drive);
+  DriveLoop drive = monitoredLoop(setup.drive, model);
   SensorFaults sensors(faults.sensors);
-  FaultMonitor monitor(settings.faults, setup.drive.geometry, model);
-  WheelCommand command;
-  bool stopped = false;
   const auto steps = std::llround(profile.duration / JackalPlant::kStep);
   for (long long k = 0; k < steps; ++k, plant.step()) {
     const double now = plant.time();
@@ -82,19 +86,14 @@ void runMonitored(const LoopSetup& setup, const PlantModel& model, const SetPoin
     if (plant.measurement()) {
       Observation y = sensors.apply(*plant.measurement()).observation();
       y.valid = measured(faults.losses, now);
-      const FaultReport& report = monitor.check(y);
-      if (settings.exclude) y.valid = y.valid & report.valid();
-      stopped = settings.stop && (report.drive_left || report.drive_right || report.moved);
       drive.observe(y, now);
+      const FaultReport& report = *drive.faultReport();
       const PlantTruth& truth = plant.truth();
       take({now, set_point, truth.linear_velocity.x(), truth.angular_velocity.z(),
-            0.5 * (truth.wheel_velocity[kFrontLeft] + truth.wheel_velocity[kRearLeft]), command, report, y.valid});
+            0.5 * (truth.wheel_velocity[kFrontLeft] + truth.wheel_velocity[kRearLeft]), drive.command(), report,
+            y.valid & report.valid()});
     }
-    monitor.advance(command, JackalPlant::kStep);
-    if (const auto due = drive.advance(now)) {
-      command = stopped ? WheelCommand{} : *due;
-      plant.command(command);
-    }
+    if (const auto due = drive.advance(now)) plant.command(*due);
   }
 }
 

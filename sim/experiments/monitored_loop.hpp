@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The closed loop without ROS with faults in the robot and the fault monitor between its sensors and the controller.
+/// The closed loop without ROS with faults in the robot and the drive loop's own fault monitor.
 
 #include <functional>
 #include <optional>
@@ -52,13 +52,6 @@ struct Faults {
   std::vector<Lift> lifts;
 };
 
-/// How the monitored loop is driven.
-struct MonitorSettings {
-  FaultParameters faults;
-  bool exclude = true;  ///< outliers and faulty channels do not reach the controller
-  bool stop = true;     ///< wheels that do not follow, or are moved, stop the robot, as the drive gate does
-};
-
 /// State of the monitored loop after one sensor sample.
 struct MonitoredSample {
   double time;              ///< [s]
@@ -75,14 +68,15 @@ struct MonitoredSample {
 /// plant, and the effective track of config/plant_model.yaml.
 PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name);
 
-/// Runs the controller of a setup along a profile with faults. One sample per sample of the sensors.
+/// Runs the drive loop of a setup along a profile with faults: outliers and faulty channels do not reach the
+/// controller, and wheels that do not follow, or are moved, stop the robot. One sample per sample of the sensors.
+/// @param model of the monitor, from which it predicts.
 std::vector<MonitoredSample> runMonitored(const LoopSetup& setup, const PlantModel& model,
-                                          const SetPointProfile& profile, const Faults& faults,
-                                          const MonitorSettings& settings = {});
+                                          const SetPointProfile& profile, const Faults& faults);
 
 /// As above, for long runs: hands each sample over instead of keeping it.
 void runMonitored(const LoopSetup& setup, const PlantModel& model, const SetPointProfile& profile, const Faults& faults,
-                  const MonitorSettings& settings, const std::function<void(const MonitoredSample&)>& take);
+                  const std::function<void(const MonitoredSample&)>& take);
 
 /// When and as what a fault was found.
 struct Detection {

@@ -153,7 +153,7 @@ Alarms runQuiet(const PackageFiles& files, const QuietDrive& drive) {
   PlantModel model = monitorModel(files, drive.plant);
   model.identified = drive.identified;
   AlarmCounter alarms;
-  runMonitored(setup, model, drive.profile, {}, {}, [&](const MonitoredSample& sample) { alarms.add(sample); });
+  runMonitored(setup, model, drive.profile, {}, [&](const MonitoredSample& sample) { alarms.add(sample); });
   return alarms.alarms();
 }
 

@@ -121,9 +121,7 @@ UnidentifiedDrive driveUnidentified(const PackageFiles& files, const std::string
                                     const DriveTrainRatios& robot, double duration, std::uint64_t seed) {
   const PlantModel assumed = assumedModel(files);
   const LoopSetup setup = setupFor(files, controller, assumed, robot, seed);
-  MonitorSettings settings;
-  settings.stop = false;  // a false stop is told as a fault, and must not hide an oscillation
-  const auto samples = runMonitored(setup, assumed, joystickDriving(seed, duration), {}, settings);
+  const auto samples = runMonitored(setup, assumed, joystickDriving(seed, duration), {});
   UnidentifiedDrive drive;
   drive.swings = mostSwings(samples);
   bool faulty = false;

@@ -26,7 +26,7 @@ MeasurementWatchParameters watchParameters(const DriveParameters& parameters) {
   MeasurementWatchParameters watch;
   watch.on_loss = parameters.on_loss;
   watch.tolerance = toleranceOf(parameters);
-  watch.faults = parameters.faults;
+  if (watch.tolerance != LossTolerance::open_loop || parameters.open_loop_monitored) watch.faults = parameters.faults;
   watch.geometry = parameters.geometry;
   watch.plant_model = parameters.plant_model;
   watch.largest_wheel_speed = parameters.gate.plausibility.speed_factor * parameters.gate.limits.wheel_speed;

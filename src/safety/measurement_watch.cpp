@@ -32,7 +32,7 @@ bool seesTheMotion(const ChannelValidity& valid) { return valid.yaw_rate + valid
 }  // namespace
 
 MeasurementWatch::MeasurementWatch(const MeasurementWatchParameters& parameters) : parameters_(parameters) {
-  if (parameters.faults && parameters.plant_model && parameters.tolerance != LossTolerance::open_loop) {
+  if (parameters.faults && parameters.plant_model) {
     monitor_.emplace(*parameters.faults, parameters.geometry, *parameters.plant_model);
   }
 }

@@ -283,6 +283,39 @@ TEST_F(PredictiveDriveLoopTest, ADeadEncoderIsExcludedAndNamed) {
   EXPECT_EQ(status(), DriveStatus::driving);
 }
 
+DriveParameters baseline(bool monitored) {
+  DriveParameters parameters = predictive();
+  parameters.controller = DifferentialDriveParameters{};
+  parameters.open_loop_monitored = monitored;
+  return parameters;
+}
+
+class BaselineDriveLoopTest : public DriveLoopTest {
+ protected:
+  BaselineDriveLoopTest() : DriveLoopTest(baseline(true)) {}
+};
+
+TEST_F(BaselineDriveLoopTest, ADeadEncoderIsToldOfTheMonitoredBaselineAndStopsNothing) {
+  drive(2.0);
+  ASSERT_NE(loop.faultReport(), nullptr);
+  EXPECT_FALSE(loop.faultReport()->faulty());
+  for (int i = 0; i < 100; ++i) {
+    drive(kPeriod, "s");
+    Observation y = sample();
+    y.wheel_left = 0.0;
+    loop.observe(y, now);
+  }
+  EXPECT_STREQ(loop.faultReport()->reason(), "left encoder wrong");
+  EXPECT_EQ(loop.status().fault, Fault::left_encoder_wrong);
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
+  EXPECT_GT(command.left, 4.0);
+}
+
+TEST(DriveLoop, TheBaselineIsMonitoredOnlyWhenAsked) {
+  const DriveParameters parameters = baseline(false);
+  EXPECT_EQ(DriveLoop(parameters, makeController(parameters)).faultReport(), nullptr);
+}
+
 TEST(DriveLoop, ThePredictiveStructureNeedsAPlantModel) {
   DriveParameters parameters;
   parameters.controller = PredictiveParameters{};

@@ -46,6 +46,8 @@ struct DriveParameters {
                                           ///< structure; part of the generative model of the predictive one, which
                                           ///< cannot do without it
   bool motors_shared = false;             ///< somebody else may drive: DriveLoop::applied() tells who does
+  bool open_loop_monitored = false;       ///< the fault detection watches the open-loop baseline, too; what it finds is
+                                          ///< told, and stops nothing, as nothing does that is measured there
 };
 
 /// The controller of these settings, on the robot as it is to be driven (drivenModel()).
