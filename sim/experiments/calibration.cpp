@@ -22,13 +22,36 @@ double rounded(double value, double resolution) {
   return std::strtod(written(value).c_str(), nullptr);
 }
 
-std::vector<ThesisStep> readRows(const PackageFiles& files, const std::vector<std::string>& tables) {
+/// A row of the thesis and the loop that is compared with it.
+struct ComparedRow {
+  ThesisStep thesis;
+  Integrator integrator;
+  LoopSetup setup;
+};
+
+std::vector<ComparedRow> readRows(const PackageFiles& files, const std::vector<std::string>& tables) {
   const ThesisTables thesis(files.path("sim/thesis/tables.yaml"));
-  std::vector<ThesisStep> rows;
+  std::vector<ComparedRow> rows;
   for (const auto& table : tables) {
-    for (ThesisStep& row : thesis.steps(table)) rows.push_back(std::move(row));
+    for (const ThesisStep& step : thesis.steps(table)) {
+      const Integrator integrator = comparableIntegrator(files, step);
+      rows.push_back({step, integrator, thesisSetup(files, step, integrator)});
+    }
   }
   return rows;
+}
+
+/// The rows on a plant without noise against those of the thesis.
+std::vector<Residual> residuals(const std::vector<ComparedRow>& rows, const PlantParameters& plant, unsigned jobs) {
+  std::vector<Residual> list(rows.size());
+  parallelFor(rows.size(), jobs, [&](std::size_t i) {
+    LoopSetup setup = rows[i].setup;
+    setup.plant = plant;
+    setup.plant.noise_scale = 0.0;
+    const ResultRow row = runThesisStep(setup, rows[i].thesis).row;
+    list[i] = {rows[i].thesis, rows[i].integrator, row.settling_s, row.rise_s};
+  });
+  return list;
 }
 
 /// Parameters in the unit cube, logarithmic in their ranges.
@@ -36,7 +59,7 @@ class Fit {
  public:
   Fit(const PackageFiles& files, const CalibrationTask& task, unsigned jobs,
       const std::function<void(int, double)>& progress)
-      : files_(files), task_(task), jobs_(jobs), progress_(progress) {
+      : rows_(readRows(files, task.fitted)), task_(task), jobs_(jobs), progress_(progress) {
     best_.plant = loadSetup(files, "diff_drive", task.plant, {}).plant;
     start_ = best_.plant;
   }
@@ -64,7 +87,7 @@ class Fit {
   }
 
   Calibration best() {
-    best_.error = meanError(residuals(files_, task_.fitted, best_.plant, jobs_));
+    best_.error = meanError(residuals(rows_, best_.plant, jobs_));
     return best_;
   }
 
@@ -110,12 +133,12 @@ class Fit {
     double sum = 0.0;
     for (const double offset : {-kDeadTimeSpread, 0.0, kDeadTimeSpread}) {
       plant.dead_time = dead_time + offset;
-      sum += meanError(residuals(files_, task_.fitted, plant, jobs_));
+      sum += meanError(residuals(rows_, plant, jobs_));
     }
     return sum / 3.0;
   }
 
-  const PackageFiles& files_;
+  std::vector<ComparedRow> rows_;
   const CalibrationTask& task_;
   unsigned jobs_;
   const std::function<void(int, double)>& progress_;
@@ -162,14 +185,7 @@ std::vector<double> Residual::errors() const {
 
 std::vector<Residual> residuals(const PackageFiles& files, const std::vector<std::string>& tables,
                                 const PlantParameters& plant, unsigned jobs) {
-  const std::vector<ThesisStep> rows = readRows(files, tables);
-  std::vector<Residual> list(rows.size());
-  parallelFor(rows.size(), jobs, [&](std::size_t i) {
-    const Integrator integrator = comparableIntegrator(files, rows[i]);
-    const ResultRow row = runThesisStepOn(files, rows[i], integrator, plant).row;
-    list[i] = {rows[i], integrator, row.settling_s, row.rise_s};
-  });
-  return list;
+  return residuals(readRows(files, tables), plant, jobs);
 }
 
 double meanError(const std::vector<Residual>& residuals) {

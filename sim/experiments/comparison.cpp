@@ -27,36 +27,21 @@ void refuseUnknownKeys(const YAML::Node& node, const char* what, const Words& kn
   }
 }
 
-/// What is run once: a controller on a plant.
-struct Loop {
-  std::string controller;
-  std::string plant;
-  Overrides overrides;
-  std::string label;
-  SetPointProfile profile;
-  std::function<void(LoopSetup&)> change;  ///< of the setup before the run; may be empty
-
-  LoopSetup setup(const PackageFiles& files) const {
-    LoopSetup setup = loadSetup(files, controller == kPlantLimit ? kDifferentialDrive : controller, plant, overrides);
-    if (change) change(setup);
-    return setup;
-  }
-};
-
-RunResult runLoop(const Loop& loop, const LoopSetup& setup) {
-  RunResult result = loop.controller == kPlantLimit ? runPlantLimit(loop.plant, setup.plant, loop.profile)
-                                                    : runSetup(setup, loop.profile);
-  result.row.label = loop.label;
-  if (result.row.stable) describeErrors(result.samples, loop.profile, result.row);
-  return result;
+/// The loop of a controller on a plant; that of kPlantLimit has the plant alone.
+LoopSetup loadLoop(const PackageFiles& files, const std::string& controller, const std::string& plant,
+                   const Overrides& overrides = {}) {
+  LoopSetup setup = loadSetup(files, controller == kPlantLimit ? kDifferentialDrive : controller, plant, overrides);
+  setup.controller_name = controller;
+  return setup;
 }
 
-void addRun(const PackageFiles& files, Loop loop, std::vector<Run>& runs, bool keep_trace = true) {
-  runs.emplace_back([&files, loop = std::move(loop), keep_trace] {
-    RunResult result = runLoop(loop, loop.setup(files));
-    if (!keep_trace) result.samples.clear();
-    return result;
-  });
+/// One run of a loop, with a label.
+RunResult runLoop(const LoopSetup& setup, const SetPointProfile& profile, const std::string& label) {
+  RunResult result = setup.controller_name == kPlantLimit ? runPlantLimit(setup.plant_name, setup.plant, profile)
+                                                          : runSetup(setup, profile);
+  result.row.label = label;
+  if (result.row.stable) describeErrors(result.samples, profile, result.row);
+  return result;
 }
 
 /// Calls add(controller, plant) for every pair, plant by plant.
@@ -122,7 +107,8 @@ std::vector<Run> comparisonRuns(const PackageFiles& files, const YAML::Node& nod
       if (const YAML::Node own = entry["set_for"]) {
         for (auto& override : readOverrides(own[controller], "")) overrides.push_back(std::move(override));
       }
-      addRun(files, {controller, plant, overrides, entry["label"].as<std::string>(""), profile, {}}, runs);
+      runs.emplace_back([setup = loadLoop(files, controller, plant, overrides), profile,
+                         label = entry["label"].as<std::string>("")] { return runLoop(setup, profile, label); });
     });
   }
   return runs;
@@ -132,17 +118,13 @@ std::vector<Run> perturbationRuns(const PackageFiles& files, const YAML::Node& n
   const SetPointProfile profile = readProfile(node["profile"]);
   std::vector<Run> runs;
   forEachLoop(node, node, [&](const std::string& controller, const std::string& plant) {
-    addRun(files, {controller, plant, {}, "as the model", profile, {}}, runs);
+    const LoopSetup nominal = loadLoop(files, controller, plant);
+    runs.emplace_back([nominal, profile] { return runLoop(nominal, profile, "as the model"); });
     for (const Perturbation& kind : perturbations()) {
       for (const double value : kind.extremes) {
-        addRun(files,
-               {controller,
-                plant,
-                {},
-                kind.label(value),
-                profile,
-                [drawn = DrawnPerturbation{&kind, value}](LoopSetup& setup) { perturb(setup, drawn); }},
-               runs);
+        LoopSetup setup = nominal;
+        perturb(setup, {&kind, value});
+        runs.emplace_back([setup, profile, label = kind.label(value)] { return runLoop(setup, profile, label); });
       }
     }
   });
@@ -154,13 +136,17 @@ std::vector<Run> pairRuns(const PackageFiles& files, const YAML::Node& node) {
   const auto pairs = drawPairs(node["count"].as<std::size_t>(), node["seed"].as<std::uint64_t>());
   std::vector<Run> runs;
   forEachLoop(node, node, [&](const std::string& controller, const std::string& plant) {
+    const LoopSetup nominal = loadLoop(files, controller, plant);
     for (const PerturbationPair& pair : pairs) {
-      const auto change = [pair](LoopSetup& setup) {
-        perturb(setup, pair.first);
-        perturb(setup, pair.second);
-        setup.plant.seed = pair.seed;
-      };
-      addRun(files, {controller, plant, {}, pair.label(), profile, change}, runs, false);
+      LoopSetup setup = nominal;
+      perturb(setup, pair.first);
+      perturb(setup, pair.second);
+      setup.plant.seed = pair.seed;
+      runs.emplace_back([setup, profile, label = pair.label()] {
+        RunResult result = runLoop(setup, profile, label);
+        result.samples.clear();
+        return result;
+      });
     }
   });
   return runs;
@@ -170,15 +156,12 @@ std::vector<Run> beliefAccuracyRuns(const PackageFiles& files, const YAML::Node&
   const SetPointProfile profile = readProfile(node["profile"]);
   std::vector<Run> runs;
   forEachLoop(node, node, [&](const std::string& controller, const std::string& plant) {
-    const Loop loop{controller, plant, readOverrides(node["set"], ""), "", profile, {}};
-    addRun(files, loop, runs);
+    const LoopSetup setup = loadLoop(files, controller, plant, readOverrides(node["set"], ""));
+    runs.emplace_back([setup, profile] { return runLoop(setup, profile, ""); });
     if (controller != kPredictive) return;
-    runs.emplace_back([&files, loop, track = node["kalman_filter_track"].as<double>()] {
-      const LoopSetup setup = loop.setup(files);
-      DriveParameters told = setup.drive;
-      if (!told.plant_model->on_box) told.plant_model->effective_track = track;
-      return filtered(runLoop(loop, setup), told, loop.profile);
-    });
+    DriveParameters told = setup.drive;
+    if (!told.plant_model->on_box) told.plant_model->effective_track = node["kalman_filter_track"].as<double>();
+    runs.emplace_back([setup, profile, told] { return filtered(runLoop(setup, profile, ""), told, profile); });
   });
   return runs;
 }

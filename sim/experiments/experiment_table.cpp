@@ -27,18 +27,15 @@ Overrides withIntegrator(Overrides overrides, Integrator integrator) {
 void addLoopRuns(const PackageFiles& files, const std::string& controller, const std::string& plant,
                  const Overrides& overrides, const SetPointProfile& profile, std::vector<Run>& runs) {
   const auto add = [&](const Overrides& all) {
-    runs.emplace_back([&files, controller, plant, all, profile] {
-      return runSetup(loadPrintedSetup(files, controller, plant, all), profile);
-    });
+    runs.emplace_back(
+        [setup = loadPrintedSetup(files, controller, plant, all), profile] { return runSetup(setup, profile); });
   };
   if (controller == kDifferentialDrive) return add(overrides);
   for (const Integrator integrator : kIntegrators) add(withIntegrator(overrides, integrator));
 }
 
 /// The point mass model of chapter 4 as a run: its output is the velocity, its belief the belief.
-RunResult runStateSpace(const PackageFiles& files, const std::string& controller, const Overrides& overrides,
-                        double set_point) {
-  const ThesisSetup setup = loadThesis(files, controller, withIntegrator(overrides, Integrator::euler));
+RunResult runStateSpace(const std::string& controller, const ThesisSetup& setup, double set_point) {
   const StateSpaceModel model = stateSpaceModel(setup.controller);
   StateSpaceRun run;
   run.dt = setup.controller.beliefStep();
@@ -68,16 +65,18 @@ RunResult runStateSpace(const PackageFiles& files, const std::string& controller
   return result;
 }
 
+Run comparedRun(const PackageFiles& files, const ThesisStep& step, Integrator integrator) {
+  return [setup = thesisSetup(files, step, integrator), step] { return runThesisStep(setup, step); };
+}
+
 std::vector<Run> thesisStepRuns(const PackageFiles& files, const ThesisTables& thesis, const YAML::Node& node) {
   std::vector<Run> runs;
   for (const ThesisStep& step : thesis.steps(node["table"].as<std::string>())) {
     if (step.controller == kDifferentialDrive) {
-      runs.emplace_back([&files, step] { return runThesisStep(files, step, Integrator::exact); });
+      runs.emplace_back(comparedRun(files, step, Integrator::exact));
       continue;
     }
-    for (const Integrator integrator : kIntegrators) {
-      runs.emplace_back([&files, step, integrator] { return runThesisStep(files, step, integrator); });
-    }
+    for (const Integrator integrator : kIntegrators) runs.emplace_back(comparedRun(files, step, integrator));
   }
   return runs;
 }
@@ -91,8 +90,8 @@ std::vector<Run> stepRuns(const PackageFiles& files, const YAML::Node& node) {
     const Overrides overrides = readOverrides(entry["set"], "");
     const std::size_t first = runs.size();
     if (plant == kStateSpace) {
-      runs.emplace_back(
-          [&files, controller, overrides, step] { return runStateSpace(files, controller, overrides, step); });
+      const ThesisSetup setup = loadThesis(files, controller, withIntegrator(overrides, Integrator::euler));
+      runs.emplace_back([controller, setup, step] { return runStateSpace(controller, setup, step); });
     } else {
       addLoopRuns(files, controller, plant, overrides, stepProfile(step, 0.0, kStepDuration), runs);
     }
@@ -146,19 +145,6 @@ std::vector<Run> runsOf(const PackageFiles& files, const YAML::Node& node) {
                        "perturbations, perturbation_pairs, belief_accuracy");
 }
 
-LoopSetup thesisSetup(const PackageFiles& files, const ThesisStep& step, Integrator integrator) {
-  const bool open_loop = step.controller == kDifferentialDrive;
-  return loadPrintedSetup(files, step.controller, step.plant,
-                          open_loop ? step.overrides : withIntegrator(step.overrides, integrator));
-}
-
-RunResult runThesisSetup(const LoopSetup& setup, const ThesisStep& step) {
-  RunResult result = runSetup(setup, stepProfile(step.step, 0.0, kStepDuration));
-  result.row.thesis_settling_s = step.settling;
-  result.row.thesis_rise_s = step.rise;
-  return result;
-}
-
 /// The run with the name of its experiment in the row.
 Run named(Run run, const std::string& experiment) {
   return [run = std::move(run), experiment] {
@@ -203,16 +189,21 @@ std::vector<Run> ExperimentTable::runs(const std::string& name) const {
   });
 }
 
-RunResult runThesisStep(const PackageFiles& files, const ThesisStep& step, Integrator integrator) {
-  return runThesisSetup(thesisSetup(files, step, integrator), step);
+LoopSetup thesisSetup(const PackageFiles& files, const ThesisStep& step, Integrator integrator) {
+  const bool open_loop = step.controller == kDifferentialDrive;
+  return loadPrintedSetup(files, step.controller, step.plant,
+                          open_loop ? step.overrides : withIntegrator(step.overrides, integrator));
 }
 
-RunResult runThesisStepOn(const PackageFiles& files, const ThesisStep& step, Integrator integrator,
-                          const PlantParameters& plant) {
-  LoopSetup setup = thesisSetup(files, step, integrator);
-  setup.plant = plant;
-  setup.plant.noise_scale = 0.0;
-  return runThesisSetup(setup, step);
+RunResult runThesisStep(const LoopSetup& setup, const ThesisStep& step) {
+  RunResult result = runSetup(setup, stepProfile(step.step, 0.0, kStepDuration));
+  result.row.thesis_settling_s = step.settling;
+  result.row.thesis_rise_s = step.rise;
+  return result;
+}
+
+RunResult runThesisStep(const PackageFiles& files, const ThesisStep& step, Integrator integrator) {
+  return runThesisStep(thesisSetup(files, step, integrator), step);
 }
 
 Integrator comparableIntegrator(const PackageFiles& files, const ThesisStep& step) {

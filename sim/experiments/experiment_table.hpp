@@ -14,7 +14,7 @@
 namespace jackal_aic::sim {
 
 /// One run of an experiment: gives one row of its result table and, unless it is a search, a trace. Runs are
-/// independent.
+/// independent, and hold all that they need.
 using Run = std::function<RunResult()>;
 
 /// An experiment as it is listed.
@@ -27,7 +27,7 @@ struct ExperimentSummary {
 /// The experiments. Every function throws ParameterError if the data files do not fit together.
 class ExperimentTable {
  public:
-  /// @param files must outlive the runs.
+  /// @param files must outlive the table, not its runs.
   explicit ExperimentTable(const PackageFiles& files);
 
   /// All experiments, in order.
@@ -42,13 +42,15 @@ class ExperimentTable {
   std::string path_;
 };
 
-/// Runs one row of a step response table of the thesis on its plant. @param integrator for an active inference
+/// The closed loop of one row of a step response table of the thesis. @param integrator for an active inference
 /// controller.
-RunResult runThesisStep(const PackageFiles& files, const ThesisStep& step, Integrator integrator);
+LoopSetup thesisSetup(const PackageFiles& files, const ThesisStep& step, Integrator integrator);
 
-/// As runThesisStep, on another plant and without its noise.
-RunResult runThesisStepOn(const PackageFiles& files, const ThesisStep& step, Integrator integrator,
-                          const PlantParameters& plant);
+/// Runs the step of such a row on a loop. @param setup as thesisSetup() gives it, or on another plant.
+RunResult runThesisStep(const LoopSetup& setup, const ThesisStep& step);
+
+/// The same on the row's own loop.
+RunResult runThesisStep(const PackageFiles& files, const ThesisStep& step, Integrator integrator);
 
 /// Integrator with which a row is compared with the thesis: the thesis' own euler where its belief update converges,
 /// else exact. The differential drive has none; the result is then without meaning.

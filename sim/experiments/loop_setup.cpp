@@ -31,7 +31,7 @@ void addController(const PackageFiles& files, const std::string& name, Parameter
   } else if (!contains(controllerNames(), name)) {
     refuse("controller", name, controllerNames());
   } else {
-    addYamlFile(files.path("config/" + name + ".yaml"), map);
+    map.add(files.configuration(name));
   }
 }
 
@@ -39,7 +39,7 @@ void addPlant(const PackageFiles& files, const std::string& name, ParameterMap& 
   if (isFile(name)) {
     addYamlFile(name, map);
   } else if (contains(plantNames(), name)) {
-    addYamlFile(files.path(name == "box" ? "config/plant_box.yaml" : "config/plant.yaml"), map);
+    map.add(files.configuration(name == "box" ? "plant_box" : "plant"));
   } else {
     refuse("plant", name, plantNames());
   }
@@ -127,7 +127,7 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
     drive.plant_model = node.plant_model;
   }
   map.refuseUnknown();
-  setup.urdf = readText(files.path("sim/urdf/jackal.urdf"));
+  setup.urdf = files.urdf();
   return setup;
 }
 

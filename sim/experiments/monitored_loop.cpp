@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "jackal_aic/config/yaml_parameters.hpp"
 #include "plant_conversion.hpp"
 
 namespace jackal_aic::sim {
@@ -59,8 +58,7 @@ DriveLoop monitoredLoop(const DriveParameters& drive, const PlantModel& model) {
 
 PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name) {
   PlantModel model = linearModel(loadSetup(files, "diff_drive", plant_name, {}).plant);
-  ParameterMap map;
-  addYamlFile(files.path("config/plant_model.yaml"), map);
+  ParameterMap map = files.configuration("plant_model");
   if (!model.on_box) model.effective_track = readParameters<PlantModel>(map, "plant_model").effective_track;
   return model;
 }

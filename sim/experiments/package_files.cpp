@@ -1,16 +1,19 @@
 #include "package_files.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
 #include <vector>
 
-#include "jackal_aic/config/parameter_map.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
 
 namespace jackal_aic::sim {
 namespace {
 
 constexpr const char* kMarker = "sim/thesis/tables.yaml";
+constexpr const char* kConfigurations[] = {"diff_drive", "standard",  "improved",    "tuned",       "predictive",
+                                           "plant",      "plant_box", "plant_model", "jackal_model"};
 
 bool holdsPackage(const std::filesystem::path& directory) {
   std::error_code ignored;
@@ -32,13 +35,20 @@ std::vector<std::filesystem::path> candidates() {
 
 PackageFiles::PackageFiles(const std::string& share) {
   const auto list = share.empty() ? candidates() : std::vector<std::filesystem::path>{share};
-  for (const auto& directory : list) {
-    if (!holdsPackage(directory)) continue;
-    share_ = directory;
-    return;
+  const auto found = std::find_if(list.begin(), list.end(), holdsPackage);
+  if (found == list.end()) {
+    throw ParameterError("share = '" + list.front().string() + "': holds no " + kMarker +
+                         "; give the package's directory with --share or JACKAL_AIC_SHARE");
   }
-  throw ParameterError("share = '" + list.front().string() + "': holds no " + kMarker +
-                       "; give the package's directory with --share or JACKAL_AIC_SHARE");
+  share_ = *found;
+  for (const std::string name : kConfigurations) addYamlFile(path("config/" + name + ".yaml"), configurations_[name]);
+  urdf_ = readText(path("sim/urdf/jackal.urdf"));
+}
+
+const ParameterMap& PackageFiles::configuration(const std::string& name) const {
+  const auto found = configurations_.find(name);
+  if (found == configurations_.end()) throw ParameterError("config/" + name + ".yaml: no configuration of a loop");
+  return found->second;
 }
 
 std::string PackageFiles::path(const std::string& relative) const {

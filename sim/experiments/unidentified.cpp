@@ -8,7 +8,6 @@
 
 #include "campaign.hpp"
 #include "csv.hpp"
-#include "jackal_aic/config/yaml_parameters.hpp"
 #include "parallel.hpp"
 #include "plant_conversion.hpp"
 #include "progress_bar.hpp"
@@ -21,8 +20,7 @@ constexpr double kForwardSwing = 0.05;  // m/s
 constexpr double kYawSwing = 0.15;      // rad/s
 
 PlantModel assumedModel(const PackageFiles& files) {
-  ParameterMap map;
-  addYamlFile(files.path("config/jackal_model.yaml"), map);
+  ParameterMap map = files.configuration("jackal_model");
   return readParameters<PlantModel>(map, "plant_model");
 }
 

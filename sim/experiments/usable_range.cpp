@@ -1,7 +1,5 @@
 #include "usable_range.hpp"
 
-#include <fmt/format.h>
-
 #include <cmath>
 
 namespace jackal_aic::sim {
@@ -12,48 +10,45 @@ constexpr double kPrecision = 0.005;
 constexpr double kStep = 0.5;      // m/s
 constexpr double kDuration = 4.0;  // s
 
-Overrides with(const ThesisLimit& limit, Integrator integrator, double value) {
-  Overrides overrides = limit.overrides;
-  overrides.emplace_back("controller.integrator", kIntegratorNames[static_cast<std::size_t>(integrator)]);
-  overrides.emplace_back("controller." + limit.parameter, fmt::format("{}", value));
-  return overrides;
-}
+using Gain = double ControllerParameters::*;
 
 double bound(const ThesisLimit& limit) { return limit.is_minimum ? 1e-5 : 1e3; }
 
-double startValue(const PackageFiles& files, const ThesisLimit& limit) {
-  const ControllerParameters p = loadThesis(files, limit.controller, limit.overrides).controller;
-  if (limit.parameter == "tau") return p.tau;
-  if (limit.parameter == "kappa_mu") return p.kappa_mu;
-  if (limit.parameter == "kappa_a") return p.kappa_a;
+Gain gainOf(const ThesisLimit& limit) {
+  if (limit.parameter == "tau") return &ControllerParameters::tau;
+  if (limit.parameter == "kappa_mu") return &ControllerParameters::kappa_mu;
+  if (limit.parameter == "kappa_a") return &ControllerParameters::kappa_a;
   throw ParameterError("parameter = '" + limit.parameter + "': expected tau, kappa_mu or kappa_a");
 }
 
-RunResult respond(const PackageFiles& files, const ThesisLimit& limit, Integrator integrator, double value) {
-  const LoopSetup setup = loadPrintedSetup(files, limit.controller, limit.plant, with(limit, integrator, value));
+RunResult respond(LoopSetup setup, Gain gain, double value) {
+  std::get<ControllerParameters>(setup.drive.controller).*gain = value;
   return runSetup(setup, stepProfile(kStep, 0.0, kDuration));
 }
 
-RunResult searchOnPlant(const PackageFiles& files, const ThesisLimit& limit, Integrator integrator) {
-  const double start = startValue(files, limit);
+/// @param start usable value of the gain.
+RunResult searchOnPlant(const LoopSetup& setup, Gain gain, double start, double bound) {
   const double longest =
-      limit.parameter == "kappa_a" ? respond(files, limit, integrator, start).row.settling_s.value_or(0.0) : kDuration;
-  const RangeLimit found = searchLimit(start, bound(limit), [&](double value) {
-    const ResultRow row = respond(files, limit, integrator, value).row;
+      gain == &ControllerParameters::kappa_a ? respond(setup, gain, start).row.settling_s.value_or(0.0) : kDuration;
+  const RangeLimit found = searchLimit(start, bound, [&](double value) {
+    const ResultRow row = respond(setup, gain, value).row;
     return row.stable && row.settling_s && *row.settling_s <= longest;
   });
-  RunResult result = respond(files, limit, integrator, found.value);
+  RunResult result = respond(setup, gain, found.value);
   result.samples.clear();
   return result;
 }
 
-RunResult searchBelief(const PackageFiles& files, const ThesisLimit& limit, Integrator integrator) {
-  const RangeLimit found = searchLimit(startValue(files, limit), bound(limit), [&](double value) {
-    return beliefConverges(loadThesis(files, limit.controller, with(limit, integrator, value)), integrator);
+/// As searchOnPlant(), of the belief update alone. @param controller its name.
+RunResult searchBelief(const std::string& controller, ThesisSetup setup, Gain gain, double bound) {
+  const RangeLimit found = searchLimit(setup.controller.*gain, bound, [&](double value) {
+    setup.controller.*gain = value;
+    return beliefConverges(setup, setup.controller.integrator);
   });
+  setup.controller.*gain = found.value;
   RunResult result;
-  result.row.controller = limit.controller;
-  describeController(loadThesis(files, limit.controller, with(limit, integrator, found.value)).controller, result.row);
+  result.row.controller = controller;
+  describeController(setup.controller, result.row);
   return result;
 }
 
@@ -80,10 +75,16 @@ RangeLimit searchLimit(double start, double bound, const std::function<bool(doub
 }
 
 std::vector<Run> usableRangeRuns(const PackageFiles& files, const ThesisLimit& limit, Integrator integrator) {
+  const Gain gain = gainOf(limit);
+  const double end = bound(limit);
+  ThesisSetup belief = loadThesis(files, limit.controller, limit.overrides);
+  belief.controller.integrator = integrator;
+  LoopSetup loop = loadPrintedSetup(files, limit.controller, limit.plant, limit.overrides);
+  std::get<ControllerParameters>(loop.drive.controller).integrator = integrator;
   std::vector<Run> runs;
-  runs.emplace_back([&files, limit, integrator] { return searchOnPlant(files, limit, integrator); });
-  if (limit.parameter == "kappa_a") return runs;
-  runs.emplace_back([&files, limit, integrator] { return searchBelief(files, limit, integrator); });
+  runs.emplace_back([=, start = belief.controller.*gain] { return searchOnPlant(loop, gain, start, end); });
+  if (gain == &ControllerParameters::kappa_a) return runs;
+  runs.emplace_back([=, name = limit.controller] { return searchBelief(name, belief, gain, end); });
   return runs;
 }
 

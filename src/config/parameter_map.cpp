@@ -152,6 +152,10 @@ std::string describe(const ParameterValue& value) {
 
 void ParameterMap::set(const std::string& key, ParameterValue value) { values_[key] = std::move(value); }
 
+void ParameterMap::add(const ParameterMap& others) {
+  for (const auto& [key, value] : others.values_) set(key, value);
+}
+
 bool ParameterMap::has(const std::string& key) const { return values_.count(key) > 0; }
 
 bool ParameterMap::hasSection(const std::string& prefix) const {

@@ -1,9 +1,11 @@
 #include "closed_loop.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "result_table.hpp"
 
@@ -214,6 +216,21 @@ TEST(LoopSetup, OverridesNeedAKeyAndAValue) {
 TEST(PackageFiles, RefusesADirectoryWithoutThePackage) {
   EXPECT_THROW(PackageFiles("/nonexistent"), ParameterError);
   EXPECT_THROW(files().path("config/nothing.yaml"), ParameterError);
+  EXPECT_THROW(files().configuration("nothing"), ParameterError);
+}
+
+TEST(PackageFiles, AreReadOnceAndNotAgain) {
+  const auto share = std::filesystem::temp_directory_path() / ("package_files_" + std::to_string(getpid()));
+  for (const char* directory : {"config", "sim/urdf", "sim/thesis"}) {
+    std::filesystem::create_directories(share / directory);
+    std::filesystem::copy(std::filesystem::path(JACKAL_AIC_SOURCE_DIR) / directory, share / directory,
+                          std::filesystem::copy_options::recursive);
+  }
+  const PackageFiles copied(share.string());
+  std::filesystem::remove_all(share);
+  const LoopSetup setup = loadSetup(copied, "improved", "ground", {});
+  EXPECT_EQ(setup.urdf, files().urdf());
+  EXPECT_EQ(setup.plant.dead_time, loadSetup(files(), "improved", "ground", {}).plant.dead_time);
 }
 
 }  // namespace

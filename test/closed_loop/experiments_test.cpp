@@ -95,6 +95,11 @@ TEST_F(Experiments, RowsCarryTheThesisValues) {
   EXPECT_DOUBLE_EQ(row.thesis_rise_s.value(), 0.19);
 }
 
+TEST_F(Experiments, RunsNeedNothingBesideThemselves) {
+  const auto runs = ExperimentTable(PackageFiles(JACKAL_AIC_SOURCE_DIR)).runs("table_5-9");
+  EXPECT_EQ(resultLine(runs.back()().row), resultLine(ExperimentTable(files()).runs("table_5-9").back()().row));
+}
+
 TEST_F(Experiments, JobsAndShardsDoNotChangeTheFiles) {
   const ExperimentTable table(files());
   const std::vector<std::string> names{"table_5-9", "figure_4-5"};

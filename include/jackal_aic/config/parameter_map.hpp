@@ -44,6 +44,9 @@ class ParameterMap {
   /// Sets or replaces a key.
   void set(const std::string& key, ParameterValue value);
 
+  /// Sets all keys that another map has.
+  void add(const ParameterMap& others);
+
   /// True if the key was given.
   bool has(const std::string& key) const;
 
