@@ -83,6 +83,8 @@ SetPoint SetPointProfile::at(double time) const {
   return later == changes.begin() ? SetPoint{} : std::prev(later)->set_point;
 }
 
+std::int64_t SetPointProfile::steps() const { return std::llround(duration / JackalPlant::kStep); }
+
 SetPointProfile stepProfile(double forward, double yaw_rate, double duration) {
   require(std::isfinite(forward) && std::isfinite(yaw_rate) && (forward != 0.0 || yaw_rate != 0.0), "step", forward,
           "finite and not zero, unless there is a turn");
@@ -142,14 +144,14 @@ SetPointProfile cycleProfile(const DrivingCycle& cycle) {
 std::vector<Sample> runClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile& profile, Support support,
                                   const GeometryParameters& geometry, const LoopParameters& loop) {
   const double ahead = takeLead(plant, drive, loop.phase);
-  const auto steps = std::llround(profile.duration / JackalPlant::kStep);
+  const std::int64_t steps = profile.steps();
   std::vector<Sample> samples;
   samples.reserve(static_cast<std::size_t>(steps));
   const SkidSteerKinematics kinematics(geometry);
   BodyVector measured = BodyVector::Zero();
   WheelCommand command;
   auto friction = profile.friction_changes.begin();
-  for (long long k = 0; k < steps; ++k, plant.step()) {
+  for (std::int64_t k = 0; k < steps; ++k, plant.step()) {
     const double now = plant.time() - ahead;
     const SetPoint set_point = profile.at(now);
     drive.setSetPoint(set_point, now);

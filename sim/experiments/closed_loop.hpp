@@ -38,6 +38,9 @@ struct SetPointProfile {
 
   /// Set point at a time [s].
   SetPoint at(double time) const;
+
+  /// Steps of the plant from the begin of the run to its end.
+  std::int64_t steps() const;
 };
 
 /// A step from rest, assessed in the forward speed unless only the yaw rate steps. The robot rests for kRestTime first.

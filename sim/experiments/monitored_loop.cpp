@@ -75,8 +75,8 @@ void runMonitored(const LoopSetup& setup, const PlantModel& model, const SetPoin
   JackalPlant plant(setup.urdf, setup.plant);
   DriveLoop drive = monitoredLoop(setup.drive, model);
   SensorFaults sensors(faults.sensors);
-  const auto steps = std::llround(profile.duration / JackalPlant::kStep);
-  for (long long k = 0; k < steps; ++k, plant.step()) {
+  const std::int64_t steps = profile.steps();
+  for (std::int64_t k = 0; k < steps; ++k, plant.step()) {
     const double now = plant.time();
     const SetPoint set_point = profile.at(now);
     drive.setSetPoint(set_point, now);

@@ -131,8 +131,8 @@ OdometryFigures driveOdometry(const PackageFiles& files, const OdometryDrive& dr
   StockOdometry stock(setup.drive.geometry.wheel_radius);
   OdometryFigures figures;
   long samples = 0, inside = 0;
-  const auto steps = std::llround(drive.profile.duration / JackalPlant::kStep);
-  for (long long k = 0; k < steps; ++k, plant.step()) {
+  const std::int64_t steps = drive.profile.steps();
+  for (std::int64_t k = 0; k < steps; ++k, plant.step()) {
     const double now = plant.time();
     loop.setSetPoint(drive.profile.at(now), now);
     if (plant.measurement()) {

@@ -7,10 +7,10 @@ namespace jackal_aic::sim {
 
 RunResult runPlantLimit(const std::string& plant_name, const PlantParameters& plant, const SetPointProfile& profile) {
   const double largest_change = plant.acceleration_limit * JackalPlant::kStep;
-  const auto steps = std::llround(profile.duration / JackalPlant::kStep);
+  const std::int64_t steps = profile.steps();
   RunResult result;
   double velocity = 0.0;
-  for (long long k = 0; k < steps; ++k) {
+  for (std::int64_t k = 0; k < steps; ++k) {
     Sample sample{};
     sample.time = static_cast<double>(k) * JackalPlant::kStep;
     sample.set_point = profile.at(sample.time);

@@ -1,5 +1,7 @@
 #include "stop_figures.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -63,6 +65,22 @@ void StopFigures::worsen(const StopFigures& other) {
   beyond_mps = std::max(beyond_mps, other.beyond_mps);
   beyond_radps = std::max(beyond_radps, other.beyond_radps);
   ripple = std::max(ripple, other.ripple);
+}
+
+bool StopBars::keepStop(const StopFigures& figures) const {
+  return figures.beyond_mps <= beyond_mps && figures.beyond_radps <= beyond_radps;
+}
+
+std::string StopBars::missed(const StopFigures& figures) const {
+  if (!figures.settling) return "never settles";
+  if (!(figures.overshoot_pct <= overshoot_pct))
+    return fmt::format("overshoots by {:.4g} % (at most {:.4g})", figures.overshoot_pct, overshoot_pct);
+  if (!(figures.beyond_mps <= beyond_mps))
+    return fmt::format("runs back with {:.4g} m/s after the stop", figures.beyond_mps);
+  if (!(figures.beyond_radps <= beyond_radps))
+    return fmt::format("turns back with {:.4g} rad/s after the stop", figures.beyond_radps);
+  if (!(figures.ripple <= ripple)) return fmt::format("its command ripples by {:.4g} rad/s", figures.ripple);
+  return "";
 }
 
 SetPointProfile stopProfile(const SetPoint& set_point, double drive, double stand) {

@@ -5,6 +5,7 @@
 /// and by `tune`.
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "closed_loop.hpp"
@@ -26,6 +27,23 @@ struct StopFigures {
 
   /// Takes over what is worse.
   void worsen(const StopFigures& other);
+};
+
+/// What the figures of such a drive have to keep: of a robot that is its controller's model.
+struct StopBars {
+  double overshoot_pct = 10.0;
+  double beyond_mps = 0.03;
+  double beyond_radps = 0.05;
+  double ripple = 0.1;
+
+  /// Those of a robot that is not its model: a motor that is slower than believed brings it back later.
+  static StopBars offModel(double overshoot_pct) { return {overshoot_pct, 0.10, 0.15}; }
+
+  /// True if a robot that is told to stop runs and turns back no further.
+  bool keepStop(const StopFigures& figures) const;
+
+  /// The first figure that is not kept, in words; empty if every one is.
+  std::string missed(const StopFigures& figures) const;
 };
 
 /// From rest to a set point at kRestTime, back to rest after `drive` [s], and `stand` [s] more.

@@ -41,16 +41,16 @@ StopFigures drive(const PackageFiles& files, const StopCase& c, const Overrides&
 }  // namespace
 
 StopBars barsOf(const StopCase& c) {
-  if (c.limit_factor < 1.0) return {15.0, 0.10, 0.15};
-  if (c.controller == "predictive") return {5.0, 0.03, 0.05};
-  return {c.controller == "standard" ? 12.0 : 10.0, 0.03, 0.05};
+  if (c.limit_factor < 1.0) return StopBars::offModel(15.0);
+  StopBars bars;
+  if (c.controller == "predictive") bars.overshoot_pct = 5.0;
+  if (c.controller == "standard") bars.overshoot_pct = 12.0;
+  return bars;
 }
 
 bool keeps(const StopOutcome& outcome, const StopBars& bars) {
   const double turning = outcome.without_limit_pct > 0.0 ? outcome.without_limit_pct + kTrackMargin : 0.0;
-  const StopFigures& figures = outcome.figures;
-  return figures.excess_pct <= std::max(bars.excess_pct, turning) && figures.beyond_mps <= bars.beyond_mps &&
-         figures.beyond_radps <= bars.beyond_radps;
+  return outcome.figures.excess_pct <= std::max(bars.overshoot_pct, turning) && bars.keepStop(outcome.figures);
 }
 
 std::vector<StopCase> stopCases() {

@@ -27,19 +27,12 @@ struct StopOutcome {
                                    ///< is what the effective track makes of it; else 0
 };
 
-/// What the figures of a case must keep.
-struct StopBars {
-  double excess_pct;
-  double beyond_mps;
-  double beyond_radps;
-};
-
-/// Bars of a case by its preset and the limit of its robot: 5, 10 or 12 % and 0.03 m/s, 0.05 rad/s beyond zero; with
-/// motors slower than the model's 15 % and 0.10 m/s, 0.15 rad/s.
+/// Bars of a case by its preset and the limit of its robot: overshoot of 5, 10 or 12 %; with motors slower than the
+/// model's 15 % and the bars of a robot off its model.
 StopBars barsOf(const StopCase& stop_case);
 
-/// True if the figures keep the bars. What a robot without limit does in a turn on the ground is no wind-up: the
-/// effective track of a skid-steer robot depends on its motion.
+/// True if excess and stop keep the bars; ripple and settling are shown elsewhere. What a robot without limit does in a
+/// turn on the ground is no wind-up: the effective track of a skid-steer robot depends on its motion.
 bool keeps(const StopOutcome& outcome, const StopBars& bars);
 
 /// Every preset of an active inference controller at 0.1..2 m/s, 0.5..2 rad/s and arcs of both, on ground and box, with

@@ -1,12 +1,13 @@
 #include "usable_range.hpp"
 
-#include <cmath>
+#include "jackal_aic/certificate/boundary.hpp"
 
 namespace jackal_aic::sim {
 namespace {
 
 constexpr double kStride = 1.189207115002721;  // 2^(1/4)
 constexpr double kPrecision = 0.005;
+constexpr int kMostHalvings = 100;
 constexpr double kStep = 0.5;      // m/s
 constexpr double kDuration = 4.0;  // s
 
@@ -56,22 +57,9 @@ RunResult searchBelief(const std::string& controller, ThesisSetup setup, Gain ga
 
 RangeLimit searchLimit(double start, double bound, const std::function<bool(double)>& usable) {
   const double stride = bound > start ? kStride : 1.0 / kStride;
-  const auto beyond = [&](double value) { return bound > start ? value >= bound : value <= bound; };
-  double good = start;
-  double bad = start * stride;
-  while (!beyond(bad) && usable(bad)) {
-    good = bad;
-    bad *= stride;
-  }
-  if (beyond(bad)) {
-    if (usable(bound)) return {bound, true};
-    bad = bound;
-  }
-  while (std::abs(bad / good - 1.0) > kPrecision) {
-    const double middle = std::sqrt(good * bad);
-    (usable(middle) ? good : bad) = middle;
-  }
-  return {good, false};
+  const auto limit = findBoundary([&](double value) { return value == start || usable(value); }, start, bound,
+                                  [&](double value) { return stride * value; }, {kMostHalvings, kPrecision, true});
+  return limit ? RangeLimit{limit->before, false} : RangeLimit{bound, true};
 }
 
 std::vector<Run> usableRangeRuns(const PackageFiles& files, const ThesisLimit& limit, Integrator integrator) {

@@ -5,8 +5,8 @@
 #include <functional>
 #include <limits>
 
+#include "jackal_aic/certificate/boundary.hpp"
 #include "margin_search.hpp"
-#include "periodic_system.hpp"
 
 namespace jackal_aic {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "periodic_system.hpp"
+#include "jackal_aic/certificate/boundary.hpp"
 
 namespace jackal_aic {
 namespace {

@@ -43,23 +43,4 @@ int commonActionSteps(double action_rate, double sensor_rate, const char* key) {
 
 std::int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
 
-std::optional<Boundary> findBoundary(const LineTest& holds, double start, double end,
-                                     const std::function<double(double)>& next) {
-  const bool at_start = holds(start);
-  for (double x = start; x != end;) {
-    const double candidate = end > start ? std::min(next(x), end) : std::max(next(x), end);
-    if (holds(candidate) == at_start) {
-      x = candidate;
-      continue;
-    }
-    Boundary boundary{x, candidate};
-    for (int i = 0; i < 14; ++i) {
-      const double middle = 0.5 * (boundary.before + boundary.after);
-      (holds(middle) == at_start ? boundary.before : boundary.after) = middle;
-    }
-    return boundary;
-  }
-  return std::nullopt;
-}
-
 }  // namespace jackal_aic

@@ -125,7 +125,7 @@ TrialController controllerOn(const GainSearchTask& task, const ControllerParamet
 }
 
 /// A second for every bar that is not kept, and for as many times as it is exceeded.
-double penalty(const TrialBars& bars, const sim::StopFigures& figures) {
+double penalty(const sim::StopBars& bars, const sim::StopFigures& figures) {
   double sum = figures.settling ? 0.0 : 2.0;
   const auto add = [&](double figure, double bar) {
     if (figure > kReserve * bar) sum += figure / (kReserve * bar) - (figure > bar ? 0.0 : 1.0);

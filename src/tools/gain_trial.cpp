@@ -54,17 +54,11 @@ sim::PlantParameters varied(sim::PlantParameters plant, const Variant& variant) 
   return plant;
 }
 
-TrialBars spreadBars(double overshoot_pct) {
-  TrialBars bars;
-  bars.overshoot_pct = kSpreadOvershoot * overshoot_pct;
-  bars.beyond_mps = 0.10;
-  bars.beyond_radps = 0.15;
-  return bars;
-}
+sim::StopBars spreadBars(double overshoot_pct) { return sim::StopBars::offModel(kSpreadOvershoot * overshoot_pct); }
 
 void addNominal(const sim::PlantParameters& plant, const std::string& robot, double overshoot_pct,
                 std::vector<Trial>& trials) {
-  TrialBars bars;
+  sim::StopBars bars;
   bars.overshoot_pct = overshoot_pct;
   for (const double phase : {latestPhase(plant), 0.0, 0.5 * latestPhase(plant)}) {
     for (const SetPoint& set_point : kSetPoints) {
@@ -90,7 +84,7 @@ void addCoarse(sim::PlantParameters plant, const std::string& robot, double over
     plant.encoder_noise = 0.003;
     plant.stamp_jitter = kLatest;
     for (const SetPoint& set_point : {SetPoint{0.1, 0.0, 0.0}, SetPoint{0.7, 0.0, 0.0}, SetPoint{0.3, 0.0, 0.7}}) {
-      TrialBars bars = spreadBars(overshoot_pct);
+      sim::StopBars bars = spreadBars(overshoot_pct);
       bars.overshoot_pct += 100.0 * 0.1 * step / std::max(set_point.forward, 0.1);  // what an encoder cannot see
       trials.push_back(
           {set_point, plant, 0.5 * latestPhase(plant), bars,
@@ -100,18 +94,6 @@ void addCoarse(sim::PlantParameters plant, const std::string& robot, double over
 }
 
 }  // namespace
-
-std::string TrialBars::missed(const sim::StopFigures& figures) const {
-  if (!figures.settling) return "never settles";
-  if (!(figures.overshoot_pct <= overshoot_pct))
-    return fmt::format("overshoots by {:.4g} % (at most {:.4g})", figures.overshoot_pct, overshoot_pct);
-  if (!(figures.beyond_mps <= beyond_mps))
-    return fmt::format("runs back with {:.4g} m/s after the stop", figures.beyond_mps);
-  if (!(figures.beyond_radps <= beyond_radps))
-    return fmt::format("turns back with {:.4g} rad/s after the stop", figures.beyond_radps);
-  if (!(figures.ripple <= ripple)) return fmt::format("its command ripples by {:.4g} rad/s", figures.ripple);
-  return "";
-}
 
 std::vector<Trial> allTrials(const sim::PlantParameters& plant, const std::string& robot, double overshoot_pct) {
   std::vector<Trial> trials;
@@ -123,7 +105,7 @@ std::vector<Trial> allTrials(const sim::PlantParameters& plant, const std::strin
 
 std::vector<Trial> searchedTrials(const sim::PlantParameters& plant, const std::string& robot, double overshoot_pct,
                                   double speed) {
-  TrialBars bars;
+  sim::StopBars bars;
   bars.overshoot_pct = overshoot_pct;
   std::vector<Trial> trials;
   for (const double phase : {latestPhase(plant), 0.0}) {

@@ -16,23 +16,12 @@
 
 namespace jackal_aic {
 
-/// What the figures of a trial have to keep.
-struct TrialBars {
-  double overshoot_pct = 10.0;
-  double beyond_mps = 0.03;
-  double beyond_radps = 0.05;
-  double ripple = 0.1;
-
-  /// What is not kept, in words; empty if everything is.
-  std::string missed(const sim::StopFigures& figures) const;
-};
-
 /// From rest to a set point and back to rest, on one robot.
 struct Trial {
   SetPoint set_point;
   sim::PlantParameters plant;  ///< robot that is driven
   double phase = 0.0;          ///< age of the newest measurement when the action is computed [s]
-  TrialBars bars;
+  sim::StopBars bars;
   std::string name;      ///< in words, e.g. "box, 0.5 m/s, limit x 0.5"
   bool nominal = false;  ///< the robot as it is
 };

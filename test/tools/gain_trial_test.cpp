@@ -59,20 +59,20 @@ TEST(Trial, FiguresAreOfTheStepAndOfTheStop) {
   EXPECT_LT(late.ripple, 1e-3) << "without noise";
 }
 
-TEST(TrialBars, NameWhatIsMissed) {
+TEST(StopBars, NameWhatIsMissed) {
   const auto with = [](double sim::StopFigures::*figure, double value) {
     sim::StopFigures figures;
     figures.*figure = value;
-    return TrialBars{}.missed(figures);
+    return sim::StopBars{}.missed(figures);
   };
-  EXPECT_EQ(TrialBars{}.missed({}), "");
+  EXPECT_EQ(sim::StopBars{}.missed({}), "");
   EXPECT_EQ(with(&sim::StopFigures::overshoot_pct, 12.5), "overshoots by 12.5 % (at most 10)");
   EXPECT_EQ(with(&sim::StopFigures::beyond_mps, 0.04), "runs back with 0.04 m/s after the stop");
   EXPECT_EQ(with(&sim::StopFigures::beyond_radps, 0.06), "turns back with 0.06 rad/s after the stop");
   EXPECT_EQ(with(&sim::StopFigures::ripple, 0.2), "its command ripples by 0.2 rad/s");
   sim::StopFigures never;
   never.settling.reset();
-  EXPECT_EQ(TrialBars{}.missed(never), "never settles");
+  EXPECT_EQ(sim::StopBars{}.missed(never), "never settles");
 }
 
 TEST(StopFigures, WorsenTakesTheWorseOfEach) {
