@@ -19,10 +19,7 @@ std::vector<std::string> AppliedCommands::topics() const {
 }
 
 void AppliedCommands::onDrive(const jackal_msgs::Drive& message) {
-  const bool velocity = message.mode == jackal_msgs::Drive::MODE_VELOCITY;
-  const WheelCommand command{velocity ? message.drivers[jackal_msgs::Drive::LEFT] : 0.0,
-                             velocity ? message.drivers[jackal_msgs::Drive::RIGHT] : 0.0};
-  if (command.vector().allFinite()) callback_(command, AppliedSource::drive);
+  if (const auto command = wheelCommand(message)) callback_(*command, AppliedSource::drive);
 }
 
 void AppliedCommands::onTwist(const geometry_msgs::Twist& message) {

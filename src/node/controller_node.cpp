@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "conversions.hpp"
@@ -17,13 +18,18 @@ constexpr double kGraphPeriod = 0.5;
 /// What a Twist with a component that is not finite asks for.
 constexpr SetPoint kNotFinite{std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
 
+/// Velocity in the state before the first measurement of it.
+constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
+
 }  // namespace
 
 ControllerNode::ControllerNode(const ros::NodeHandle& node, const NodeParameters& parameters)
     : node_(node),
       parameters_(parameters),
+      kinematics_(parameters.geometry),
       loop_(parameters, makeController(parameters)),
-      structure_(makeStructure(node_, parameters, loop_.controller())),
+      inputs_(parameters.publish_inputs ? std::make_unique<InputLog>(node_, parameters, loop_) : nullptr),
+      structure_(makeStructure(node_, parameters, loop_)),
       output_(node_, parameters.output, parameters.geometry),
       odometry_(node_, parameters, loop_),
       transform_listener_(transforms_, node_),
@@ -78,6 +84,7 @@ void ControllerNode::onWheels(const sensor_msgs::JointStateConstPtr& message) {
   const double now = currentTime();
   const std::optional<SensorReading> reading = sensors_.addWheels(message, last_now_);
   if (!sensors_.lastRefusal().empty()) return refuseReading();
+  if (reading) measured_wheels_ = {reading->observation.wheel_left, reading->observation.wheel_right};
   if (!reading || !loop_.receiveWheels(*reading, now)) return;
   odometry_.observe(reading->observation);
   publishMeasurement(message->header.stamp);
@@ -87,6 +94,7 @@ void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
   const double now = currentTime();
   const std::optional<SensorReading> reading = sensors_.addImu(message, last_now_);
   if (!sensors_.lastRefusal().empty()) return refuseReading();
+  if (reading) measured_yaw_rate_ = reading->observation.yaw_rate;
   if (!reading || !loop_.receiveImu(*reading, now)) return;
   odometry_.observe(reading->observation);
   publishMeasurement(message->header.stamp);
@@ -106,6 +114,7 @@ void ControllerNode::onActionTimer(const ros::TimerEvent& event) {
   const double now = currentTime();
   loop_.report(robotStatus(), now);
   const std::optional<WheelCommand> command = loop_.advance(now, event.current_expected.toSec());
+  if (inputs_) inputs_->publish(last_now_);
   reportStatus();
   if (command) {
     // Zero would keep the robot from following whoever else commands it.
@@ -171,6 +180,8 @@ void ControllerNode::publishState(const ros::Time& now) {
   message.reason = report_.reason();
   message.set_point_forward = loop_.setPoint().forward;
   message.set_point_yaw_rate = loop_.setPoint().yaw_rate;
+  message.measured_forward = measured_wheels_ ? kinematics_.bodyVelocity(*measured_wheels_)(kForward) : kNotMeasured;
+  message.measured_yaw_rate = measured_yaw_rate_.value_or(kNotMeasured);
   message.action_left = loop_.action().left;
   message.action_right = loop_.action().right;
   message.command_left = loop_.command().left;

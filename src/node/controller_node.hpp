@@ -23,6 +23,7 @@
 #include "command_output.hpp"
 #include "controller_structure.hpp"
 #include "graph_watch.hpp"
+#include "input_log.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "node_parameters.hpp"
 #include "odometry_output.hpp"
@@ -69,7 +70,9 @@ class ControllerNode {
 
   ros::NodeHandle node_;
   NodeParameters parameters_;
+  SkidSteerKinematics kinematics_;
   DriveLoop loop_;
+  std::unique_ptr<InputLog> inputs_;  // with publish_inputs; there before anything is told to the loop
   std::unique_ptr<ControllerStructure> structure_;
   CommandOutput output_;
   OdometryOutput odometry_;
@@ -82,6 +85,8 @@ class ControllerNode {
   StatusReport report_;
   ros::Time last_now_;  // of the last callback, to notice a clock that jumps back
   std::uint32_t rejected_readings_ = 0;
+  std::optional<WheelCommand> measured_wheels_;  // the last wheel speeds [rad/s]
+  std::optional<double> measured_yaw_rate_;      // the last of the gyro [rad/s]
   bool ending_ = false;
 
   diagnostic_updater::Updater diagnostics_;

@@ -28,16 +28,15 @@ class OpenLoopStructure : public ControllerStructure {
 }  // namespace
 
 std::unique_ptr<ControllerStructure> makeStructure(ros::NodeHandle& node, const NodeParameters& parameters,
-                                                   VelocityController& controller) {
+                                                   DriveLoop& loop) {
   if (const auto* gains = std::get_if<PredictiveParameters>(&parameters.controller)) {
-    return std::make_unique<PredictiveStructure>(node, *gains, parameters.slip_file,
-                                                 dynamic_cast<PredictiveController&>(controller));
+    return std::make_unique<PredictiveStructure>(node, *gains, parameters.slip_file, loop);
   }
   if (std::holds_alternative<DifferentialDriveParameters>(parameters.controller)) {
     return std::make_unique<OpenLoopStructure>(parameters.geometry);
   }
   return std::make_unique<ThesisStructure>(std::get<ControllerParameters>(parameters.controller), parameters.geometry,
-                                           dynamic_cast<ActiveInferenceController&>(controller));
+                                           loop);
 }
 
 }  // namespace jackal_aic

@@ -11,7 +11,7 @@
 
 #include <memory>
 
-#include "jackal_aic/aic/velocity_controller.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
 #include "node_parameters.hpp"
 
 namespace jackal_aic {
@@ -32,8 +32,9 @@ class ControllerStructure {
   virtual void publish(const std_msgs::Header& header) = 0;
 };
 
-/// What belongs to a controller that makeController(parameters) built; opens its topics in the namespace of `node`.
+/// What belongs to the controller of a loop, which makeController(parameters) built; opens its topics in the namespace
+/// of `node`. @param loop has to outlive the structure.
 std::unique_ptr<ControllerStructure> makeStructure(ros::NodeHandle& node, const NodeParameters& parameters,
-                                                   VelocityController& controller);
+                                                   DriveLoop& loop);
 
 }  // namespace jackal_aic

@@ -76,6 +76,23 @@ std::optional<SetPoint> setPoint(const geometry_msgs::Twist& message) {
   return SetPoint{v.x, 0.0, w.z};
 }
 
+std::optional<WheelCommand> wheelCommand(const jackal_msgs::Drive& message) {
+  if (message.mode != jackal_msgs::Drive::MODE_VELOCITY) return WheelCommand{};
+  const WheelCommand command{message.drivers[jackal_msgs::Drive::LEFT], message.drivers[jackal_msgs::Drive::RIGHT]};
+  return command.vector().allFinite() ? std::optional<WheelCommand>(command) : std::nullopt;
+}
+
+void takeStatus(const jackal_msgs::Status& message, RobotStatus& status) {
+  const bool stopped = message.driver_external_stop_present && message.driver_external_stop_stopped;
+  status.robot_stopped = stopped || !message.drivers_active;
+}
+
+void takeFeedback(const jackal_msgs::Feedback& message, RobotStatus& status) {
+  status.motors_off = message.commanded_mode == jackal_msgs::Drive::MODE_VELOCITY &&
+                      message.actual_mode != jackal_msgs::Drive::MODE_VELOCITY;
+  status.driver_fault = message.drivers[0].driver_fault || message.drivers[1].driver_fault;
+}
+
 jackal_msgs::Drive driveMessage(const WheelCommand& command) {
   jackal_msgs::Drive message;
   message.mode = jackal_msgs::Drive::MODE_VELOCITY;

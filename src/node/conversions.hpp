@@ -8,6 +8,8 @@
 #include <jackal_aic/ControllerState.h>
 #include <jackal_aic/SensorGeneralized.h>
 #include <jackal_msgs/Drive.h>
+#include <jackal_msgs/Feedback.h>
+#include <jackal_msgs/Status.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 
@@ -19,6 +21,7 @@
 #include "jackal_aic/aic/active_inference_controller.hpp"
 #include "jackal_aic/model/types.hpp"
 #include "jackal_aic/predictive/predictive_controller.hpp"
+#include "jackal_aic/safety/drive_input.hpp"
 
 namespace jackal_aic {
 
@@ -45,6 +48,15 @@ std::optional<Eigen::Vector4d> planarMotion(const sensor_msgs::Imu& message, con
 /// Set point of a Twist (linear.x, angular.z). std::nullopt if any component is not finite. A skid-steer robot cannot
 /// follow the other components: they are left out.
 std::optional<SetPoint> setPoint(const geometry_msgs::Twist& message);
+
+/// Wheel speeds of a drive message, zero in another mode than velocity. std::nullopt if one is not finite.
+std::optional<WheelCommand> wheelCommand(const jackal_msgs::Drive& message);
+
+/// What a message of the robot says about its stop.
+void takeStatus(const jackal_msgs::Status& message, RobotStatus& status);
+
+/// What a message of the motors says about them.
+void takeFeedback(const jackal_msgs::Feedback& message, RobotStatus& status);
 
 /// Drive message in velocity mode.
 jackal_msgs::Drive driveMessage(const WheelCommand& command);

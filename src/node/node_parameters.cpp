@@ -6,6 +6,8 @@
 
 #include "jackal_aic/certificate/advice.hpp"
 #include "jackal_aic/config/urdf_geometry.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml_text.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -75,7 +77,64 @@ void check(const PredictiveParameters& controller, const NodeParameters& paramet
       "identify)");
 }
 
+std::string robotText(const NodeParameters& parameters) {
+  std::vector<Field> robot = fieldsOf(parameters.geometry);
+  for (Field& field : fieldsOf(parameters.robot)) robot.push_back(std::move(field));
+  return yamlBlock("robot", robot);
+}
+
+std::string plantModelText(const NodeParameters& parameters) {
+  std::vector<Field> model = fieldsOf(*parameters.plant_model);
+  for (Field& field : model) {
+    if (field.name == "robot") field.value = parameters.robot_name;
+  }
+  return yamlBlock("plant_model", model);
+}
+
+/// What is told of the sensors beside the gains of a structure that weighs by them.
+std::string sensorText(const SensorNoise& sensors) { return yamlBlock("sensors", sensors); }
+
 }  // namespace
+
+std::string gainsText(const ControllerParameters& gains) { return yamlBlock("controller", gains); }
+
+std::string gainsText(const PredictiveParameters& gains) { return yamlBlock("predictive", gains) + sensorText(gains); }
+
+std::variant<ControllerParameters, PredictiveParameters> readGainsText(const std::string& text) {
+  ParameterMap map;
+  addYamlText(text, "gains", map);
+  const auto sensors = readParameters<SensorNoise>(map, "sensors");
+  const auto gains = readGains(map, sensors);
+  map.refuseUnknown();
+  if (const auto* thesis = std::get_if<ControllerParameters>(&gains)) return *thesis;
+  if (const auto* predictive = std::get_if<PredictiveParameters>(&gains)) return *predictive;
+  throw ParameterError("gains: diff_drive.* cannot be changed while it drives");
+}
+
+std::string configurationText(const NodeParameters& parameters) {
+  const auto* thesis = std::get_if<ControllerParameters>(&parameters.controller);
+  const auto* predictive = std::get_if<PredictiveParameters>(&parameters.controller);
+  const auto* open_loop = std::get_if<DifferentialDriveParameters>(&parameters.controller);
+  std::string text;
+  if (thesis != nullptr) text += gainsText(*thesis);
+  if (open_loop != nullptr) text += yamlBlock("diff_drive", *open_loop);
+  if (predictive != nullptr) text += gainsText(*predictive);
+  if (predictive == nullptr && parameters.faults) text += sensorText(*parameters.faults);
+  text += robotText(parameters);
+  if (parameters.plant_model) text += plantModelText(parameters);
+  const GateParameters& gate = parameters.gate;
+  text += yamlBlock("odometry", parameters.odometry) + yamlBlock("limits", gate.limits) +
+          yamlBlock("deadlines", gate.deadlines) + yamlBlock("brake", gate.brake) +
+          yamlBlock("plausibility", gate.plausibility) + yamlBlock("on_loss", parameters.on_loss);
+  if (parameters.faults) text += yamlBlock("faults", *parameters.faults);
+  FieldList others;
+  others.field("output", parameters.output, kOutputModeNames, Presence::optional);
+  others.field("restart_after_stop", gate.restart_after_stop, kRestartPolicyNames, Presence::optional);
+  others.field("allow_other_publishers", parameters.allow_other_publishers, Presence::optional);
+  others.field("publish_inputs", parameters.publish_inputs, Presence::optional);
+  for (const Field& field : others.fields) text += field.name + ": " + yamlValue(field.value) + "\n";
+  return text;
+}
 
 std::string describeRobot(const NodeParameters& parameters) {
   if (!parameters.plant_model) return "No plant model: no fault detection by prediction";
@@ -105,6 +164,7 @@ NodeParameters readConfiguration(ParameterMap& map, NodeParameters parameters) {
   reader.field("output", parameters.output, kOutputModeNames, Presence::optional);
   parameters.motors_shared = parameters.output == OutputMode::twist;
   reader.field("allow_other_publishers", parameters.allow_other_publishers, Presence::optional);
+  reader.field("publish_inputs", parameters.publish_inputs, Presence::optional);
   if (map.hasSection("plant_model")) {
     parameters.plant_model = readParameters(map, "plant_model", parameters.plant_model.value_or(PlantModel{}));
   }

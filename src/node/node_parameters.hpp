@@ -6,6 +6,7 @@
 #include <array>
 #include <functional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "jackal_aic/config/parameter_map.hpp"
@@ -65,6 +66,7 @@ struct NodeParameters : DriveParameters {
   std::string slip_file;  ///< absolute path of the YAML file (key slip.file) in which the predictive structure keeps
                           ///< what it learns about the slip; empty: it starts from the configured values each time
   bool allow_other_publishers = false;  ///< drive although other nodes publish on the topics of the commands
+  bool publish_inputs = false;          ///< publish everything that the loop is told, to be replayed to the same bits
   std::string robot_name;               ///< whose plant model it is, in its own words; empty if it does not say
 };
 
@@ -88,5 +90,16 @@ NodeParameters readConfiguration(ParameterMap& map, NodeParameters parameters = 
 /// if the closed loop is unstable on the plant model (keys plant_model.*, for the thesis' structure optional as a
 /// whole).
 NodeParameters readNodeParameters(ParameterMap map, const std::function<std::string()>& robot_description);
+
+/// The YAML text of parameters from which readNodeParameters() makes the same ones again, without a URDF; but for
+/// slip_file, which belongs to a machine. @throws ParameterError as yamlNumber().
+std::string configurationText(const NodeParameters& parameters);
+
+/// The YAML text of gains and of the sensors' variances that belong to them.
+std::string gainsText(const ControllerParameters& gains);
+std::string gainsText(const PredictiveParameters& gains);
+
+/// What gainsText() wrote. @throws ParameterError if it is no such text.
+std::variant<ControllerParameters, PredictiveParameters> readGainsText(const std::string& text);
 
 }  // namespace jackal_aic

@@ -17,8 +17,9 @@ std::string describe(const SlipState& slip) {
 }  // namespace
 
 PredictiveStructure::PredictiveStructure(ros::NodeHandle& node, const PredictiveParameters& gains,
-                                         const std::string& slip_file, PredictiveController& controller)
-    : controller_(controller),
+                                         const std::string& slip_file, DriveLoop& loop)
+    : loop_(loop),
+      controller_(dynamic_cast<PredictiveController&>(loop.controller())),
       gains_(gains),
       belief_publisher_(node.advertise<geometry_msgs::TwistWithCovarianceStamped>("jackal_AIC/belief", 10)),
       freeze_service_(
@@ -45,7 +46,7 @@ void PredictiveStructure::reportCertificate(const PredictiveParameters& gains) c
 }
 
 void PredictiveStructure::openSlipFile(const std::string& path) {
-  if (const auto kept = readSlipFile(path, controller_.slip())) controller_.setSlip(*kept);
+  if (const auto kept = readSlipFile(path, controller_.slip())) loop_.setSlip(*kept, ros::Time::now().toSec());
   slip_writer_.emplace(path, controller_.slip());
   ROS_INFO("Slip kept in %s: %s", path.c_str(), describe(controller_.slip()).c_str());
 }
@@ -60,7 +61,7 @@ void PredictiveStructure::keepSlip(const ros::Time& now) {
 }
 
 bool PredictiveStructure::onFreezeLearning(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
-  controller_.freezeLearning(request.data);
+  loop_.freezeLearning(request.data, ros::Time::now().toSec());
   response.success = true;
   response.message = (request.data ? "frozen: " : "learning: ") + describe(controller_.slip());
   return true;
@@ -85,7 +86,7 @@ void PredictiveStructure::adopt(const PredictiveParameters& wanted) {
   requireStable(wanted, model, model, &gains_);
   const std::string thin = thinMargin(PredictiveLinearLoop(wanted, model, model));
   if (!thin.empty()) ROS_WARN("Gains with a thin margin: %s", thin.c_str());
-  controller_.adoptGains(wanted);
+  loop_.adoptGains(wanted, ros::Time::now().toSec());
   gains_ = wanted;
 }
 

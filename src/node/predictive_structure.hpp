@@ -22,10 +22,10 @@ namespace jackal_aic {
 /// learning of the slip. With a slip file, what was learned outlives the node.
 class PredictiveStructure : public ControllerStructure {
  public:
-  /// Opens the topic in the namespace of `node`. @param slip_file path, or empty; @param controller with these gains;
-  /// it has to outlive the structure. @throws ParameterError if the slip file cannot be read or written.
+  /// Opens the topic in the namespace of `node`. @param slip_file path, or empty; @param loop whose controller has
+  /// these gains; it has to outlive the structure. @throws ParameterError if the slip file cannot be read or written.
   PredictiveStructure(ros::NodeHandle& node, const PredictiveParameters& gains, const std::string& slip_file,
-                      PredictiveController& controller);
+                      DriveLoop& loop);
 
   /// Keeps the slip for the next start.
   ~PredictiveStructure() override;
@@ -43,7 +43,8 @@ class PredictiveStructure : public ControllerStructure {
   void adopt(const PredictiveParameters& wanted);
   bool onFreezeLearning(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 
-  PredictiveController& controller_;       // its gains are certified on a robot that is as it believes
+  DriveLoop& loop_;
+  PredictiveController& controller_;       // of the loop; its gains are certified on a robot that is as it believes
   PredictiveParameters gains_;             // in force
   std::optional<SlipWriter> slip_writer_;  // with a slip file
   ros::Time slip_kept_;                    // when the writer last got the slip

@@ -1,8 +1,8 @@
 #include "robot_watch.hpp"
 
-#include <jackal_msgs/Drive.h>
-
 #include <utility>
+
+#include "conversions.hpp"
 
 namespace jackal_aic {
 
@@ -21,17 +21,14 @@ void RobotWatch::onEmergencyStop(const std_msgs::Bool& message) {
 }
 
 void RobotWatch::onStatus(const jackal_msgs::Status& message) {
-  const bool stopped = message.driver_external_stop_present && message.driver_external_stop_stopped;
-  status_.robot_stopped = stopped || !message.drivers_active;
+  takeStatus(message, status_);
   on_message_();
 }
 
 void RobotWatch::onFeedback(const jackal_msgs::Feedback& message) {
   if (message.header.stamp.isZero()) return;
   on_feedback_(message.header.stamp);
-  status_.motors_off = message.commanded_mode == jackal_msgs::Drive::MODE_VELOCITY &&
-                       message.actual_mode != jackal_msgs::Drive::MODE_VELOCITY;
-  status_.driver_fault = message.drivers[0].driver_fault || message.drivers[1].driver_fault;
+  takeFeedback(message, status_);
   on_message_();
 }
 

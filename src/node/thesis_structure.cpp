@@ -5,10 +5,10 @@
 
 namespace jackal_aic {
 
-ThesisStructure::ThesisStructure(const ControllerParameters& gains, const GeometryParameters& geometry,
-                                 ActiveInferenceController& controller)
+ThesisStructure::ThesisStructure(const ControllerParameters& gains, const GeometryParameters& geometry, DriveLoop& loop)
     : geometry_(geometry),
-      controller_(controller),
+      loop_(loop),
+      controller_(dynamic_cast<const ActiveInferenceController&>(loop.controller())),
       gain_server_("controller", gains, [this](const auto& wanted, const auto& running) { adopt(wanted, running); }) {
   reportCertificate(gains);
 }
@@ -33,7 +33,7 @@ void ThesisStructure::adopt(const ControllerParameters& wanted, const Controller
     const std::string thin = thinMargin(LinearLoop(wanted, geometry_, *plant));
     if (!thin.empty()) ROS_WARN("Gains with a thin margin: %s", thin.c_str());
   }
-  controller_.adoptGains(wanted, geometry_);
+  loop_.adoptGains(wanted, ros::Time::now().toSec());
 }
 
 ControllerState ThesisStructure::state() const {

@@ -12,9 +12,8 @@ namespace jackal_aic {
 /// Certifies the gains on the plant model, where there is one, when it starts and before it takes over changed ones.
 class ThesisStructure : public ControllerStructure {
  public:
-  /// @param controller with these gains; it has to outlive the structure.
-  ThesisStructure(const ControllerParameters& gains, const GeometryParameters& geometry,
-                  ActiveInferenceController& controller);
+  /// @param loop whose controller has these gains; it has to outlive the structure.
+  ThesisStructure(const ControllerParameters& gains, const GeometryParameters& geometry, DriveLoop& loop);
 
   ControllerState state() const override;
   SensorGeneralized measurement() const override;
@@ -25,7 +24,8 @@ class ThesisStructure : public ControllerStructure {
   void adopt(const ControllerParameters& wanted, const ControllerParameters& running);
 
   GeometryParameters geometry_;
-  ActiveInferenceController& controller_;
+  DriveLoop& loop_;
+  const ActiveInferenceController& controller_;  // of the loop
   GainServer<ControllerParameters, ControllerGainsConfig> gain_server_;
 };
 

@@ -96,6 +96,8 @@ void RosControlPublisher::publishState(const OdometryUpdate& update) {
   message.reason = report_.reason();
   message.set_point_forward = update.set_point.forward;
   message.set_point_yaw_rate = update.set_point.yaw_rate;
+  message.measured_forward = update.measured(kForward);
+  message.measured_yaw_rate = update.measured(kYaw);
   message.action_left = update.action.left;
   message.action_right = update.action.right;
   message.command_left = update.command.left;

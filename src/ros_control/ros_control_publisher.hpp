@@ -13,6 +13,7 @@
 
 #include <array>
 #include <atomic>
+#include <limits>
 #include <string>
 #include <thread>
 
@@ -32,9 +33,11 @@ struct OdometryUpdate {
   Eigen::Matrix3d pose_covariance = Eigen::Matrix3d::Zero();  ///< of the pose
   bool transform = false;                                     ///< publish the pose on tf too
   DriveLoopStatus status;
-  SetPoint set_point;    ///< in force
-  WheelCommand action;   ///< before the limits [rad/s]
-  WheelCommand command;  ///< [rad/s]
+  SetPoint set_point;  ///< in force
+  BodyVector measured =
+      BodyVector::Constant(std::numeric_limits<double>::quiet_NaN());  ///< by the wheels, and the gyro
+  WheelCommand action;                                                 ///< before the limits [rad/s]
+  WheelCommand command;                                                ///< [rad/s]
   double free_energy = 0.0;
 };
 

@@ -322,6 +322,9 @@ void RosController::publish(const ros::Time& time) {
   update.transform = live_.enable_odom_tf;
   update.status = loop_->status();
   update.set_point = loop_->setPoint();
+  const SkidSteerKinematics kinematics(parameters_.drive.geometry);
+  update.measured(kForward) = kinematics.bodyVelocity({last_wheels_.left, last_wheels_.right})(kForward);
+  if (imu_) update.measured(kYaw) = imu_->yaw_rate;
   update.action = loop_->action();
   update.command = loop_->command();
   update.free_energy = loop_->controller().freeEnergy();

@@ -74,6 +74,7 @@ DriveLoop::DriveLoop(const DriveParameters& parameters, std::unique_ptr<Velocity
       frozen_imu_(parameters.gate.deadlines.frozen_imu) {}
 
 void DriveLoop::start(const WheelCommand& driven, double now) {
+  tell(now, StartInput{driven});
   forget(now);
   clock_jumped_ = false;
   gate_.reset();
@@ -84,6 +85,7 @@ void DriveLoop::start(const WheelCommand& driven, double now) {
 }
 
 SetPointVerdict DriveLoop::setSetPoint(const SetPoint& wanted, double now) {
+  tell(now, SetPointInput{wanted});
   noteTime(now);
   const bool finite = wanted.vector().allFinite();
   if (!finite || !isPlausible(wanted, parameters_.gate.limits)) {
@@ -97,6 +99,7 @@ SetPointVerdict DriveLoop::setSetPoint(const SetPoint& wanted, double now) {
 }
 
 bool DriveLoop::receiveWheels(const SensorReading& reading, double now) {
+  tell(now, WheelsInput{reading});
   noteTime(now);
   const Observation& y = reading.observation;
   wheels_ = {y.stamp, now};
@@ -105,17 +108,28 @@ bool DriveLoop::receiveWheels(const SensorReading& reading, double now) {
   const double speed = std::max({std::abs(y.wheel_left), std::abs(y.wheel_right), command.cwiseAbs().maxCoeff()});
   frozen_wheels_.update(now, reading.sample, reading.may_repeat || speed < kMoving);
   if (parameters_.motors_shared) motors_.apply(now, {y.wheel_left, y.wheel_right}, AppliedSource::wheels);
-  return measurements_.started() && health(now).imu.silent() && observe(y, now);
+  return measurements_.started() && health(now).imu.silent() && takeObservation(y, now);
 }
 
 bool DriveLoop::receiveImu(const SensorReading& reading, double now) {
+  tell(now, ImuInput{reading});
   noteTime(now);
   imu_ = {reading.observation.stamp, now};
   frozen_imu_.update(now, reading.sample, false);
-  return measurements_.started() && health(now).wheels.silent() && observe(reading.observation, now);
+  return measurements_.started() && health(now).wheels.silent() && takeObservation(reading.observation, now);
+}
+
+void DriveLoop::receiveFeedback(double stamp, double now) {
+  tell(now, FeedbackInput{stamp});
+  feedback_ = {stamp, now};
 }
 
 bool DriveLoop::observe(const Observation& observation, double now) {
+  tell(now, ObservationInput{observation});
+  return takeObservation(observation, now);
+}
+
+bool DriveLoop::takeObservation(const Observation& observation, double now) {
   noteTime(now);
   // A measurement that overtakes the belief timer must not meet a belief about the past.
   runBelief(nanoseconds(now) - 1);
@@ -143,16 +157,69 @@ bool DriveLoop::observe(const Observation& observation, double now) {
 }
 
 void DriveLoop::report(const RobotStatus& status, double now) {
+  tell(now, StatusInput{status});
   noteTime(now);
   robot_ = status;
 }
 
 void DriveLoop::applied(const WheelCommand& command, AppliedSource source, double now) {
+  tell(now, AppliedInput{command, source});
   noteTime(now);
   if (parameters_.motors_shared) motors_.apply(now, command, source);
 }
 
+void DriveLoop::setSlip(const SlipState& slip, double now) {
+  tell(now, SlipInput{slip});
+  if (auto* predictive = dynamic_cast<PredictiveController*>(controller_.get())) predictive->setSlip(slip);
+}
+
+void DriveLoop::freezeLearning(bool frozen, double now) {
+  tell(now, LearningInput{frozen});
+  if (auto* predictive = dynamic_cast<PredictiveController*>(controller_.get())) predictive->freezeLearning(frozen);
+}
+
+void DriveLoop::adoptGains(const ControllerParameters& gains, double now) {
+  tell(now, GainsInput{gains});
+  auto* thesis = dynamic_cast<ActiveInferenceController*>(controller_.get());
+  if (thesis == nullptr) throw ParameterError("controller.*: another structure runs");
+  thesis->adoptGains(gains, parameters_.geometry);
+}
+
+void DriveLoop::adoptGains(const PredictiveParameters& gains, double now) {
+  tell(now, GainsInput{gains});
+  auto* predictive = dynamic_cast<PredictiveController*>(controller_.get());
+  if (predictive == nullptr) throw ParameterError("predictive.*: another structure runs");
+  predictive->adoptGains(gains);
+}
+
+std::optional<WheelCommand> DriveLoop::take(const DriveInput& input) {
+  struct {
+    DriveLoop& loop;
+    double now;
+    using Command = std::optional<WheelCommand>;
+
+    Command operator()(const BeliefInput&) { return loop.updateBelief(now), std::nullopt; }
+    Command operator()(const ActionInput& i) { return i.due ? loop.advance(now, *i.due) : loop.advance(now); }
+    Command operator()(const SetPointInput& i) { return loop.setSetPoint(i.wanted, now), std::nullopt; }
+    Command operator()(const WheelsInput& i) { return loop.receiveWheels(i.reading, now), std::nullopt; }
+    Command operator()(const ImuInput& i) { return loop.receiveImu(i.reading, now), std::nullopt; }
+    Command operator()(const ObservationInput& i) { return loop.observe(i.observation, now), std::nullopt; }
+    Command operator()(const FeedbackInput& i) { return loop.receiveFeedback(i.stamp, now), std::nullopt; }
+    Command operator()(const StatusInput& i) { return loop.report(i.status, now), std::nullopt; }
+    Command operator()(const AppliedInput& i) { return loop.applied(i.command, i.source, now), std::nullopt; }
+    Command operator()(const SlipInput& i) { return loop.setSlip(i.slip, now), std::nullopt; }
+    Command operator()(const LearningInput& i) { return loop.freezeLearning(i.frozen, now), std::nullopt; }
+    Command operator()(const GainsInput& i) {
+      std::visit([this](const auto& gains) { loop.adoptGains(gains, now); }, i.gains);
+      return std::nullopt;
+    }
+    Command operator()(const StartInput& i) { return loop.start(i.driven, now), std::nullopt; }
+  } call{*this, input.now};
+  return std::visit(call, input.what);
+}
+
 void DriveLoop::updateBelief(double now) {
+  tell(now, BeliefInput{});
   noteTime(now);
   runBelief(nanoseconds(now));
 }
@@ -162,11 +229,13 @@ void DriveLoop::runBelief(std::int64_t until) {
 }
 
 std::optional<WheelCommand> DriveLoop::advance(double now) {
+  tell(now, ActionInput{});
   noteTime(now);
   return advanceTo(now, schedule_.started() ? schedule_.lastBoundary(nanoseconds(now)) : nanoseconds(now));
 }
 
 std::optional<WheelCommand> DriveLoop::advance(double now, double due) {
+  tell(now, ActionInput{due});
   noteTime(now);
   return advanceTo(now, nanoseconds(std::min(due, now)));
 }

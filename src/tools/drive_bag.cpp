@@ -5,19 +5,16 @@
 #include <rosbag/view.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
-#include <sys/resource.h>
-#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <new>
 #include <type_traits>
 
+#include "bag_guard.hpp"
 #include "conversions.hpp"
-#include "jackal_aic/config/text.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -69,24 +66,14 @@ DriveRecording readOpenBag(const rosbag::Bag& bag, const std::string& path, cons
   return recording;
 }
 
-/// One line of what the bag library says, cut where it quotes the damaged file at length.
-std::string oneLine(const char* reason) {
-  constexpr std::size_t kLongest = 200;
-  std::string line = onOneLine(std::string(reason).substr(0, kLongest));
-  while (!line.empty() && line.back() == ' ') line.pop_back();
-  return line;
-}
-
 DriveRecording readBag(const std::string& path, const BagTopics& topics) {
   try {
     const rosbag::Bag bag(path, rosbag::bagmode::Read);
     return readOpenBag(bag, path, topics);
   } catch (const IdentificationError&) {
     throw;
-  } catch (const std::bad_alloc&) {
-    throw IdentificationError(path + ": cannot be read as a bag: a length in it is beyond all memory");
   } catch (const std::exception& error) {
-    throw IdentificationError(path + ": cannot be read as a bag: " + oneLine(error.what()));
+    throw IdentificationError(unreadableBag(path, error));
   }
 }
 
@@ -138,19 +125,6 @@ class PipeEnd {
  private:
   int descriptor_;
 };
-
-/// Bounds the memory of a process that reads a file: a corrupt length then is a failed allocation, not a busy machine.
-void boundMemory(const std::string& path) {
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // whose shadow memory is far beyond any bound
-  struct stat file {};
-  const rlim_t size = stat(path.c_str(), &file) == 0 ? static_cast<rlim_t>(file.st_size) : 0;
-  const rlim_t bound = (rlim_t{2} << 30) + 4 * size;
-  const rlimit limit{bound, bound};
-  setrlimit(RLIMIT_AS, &limit);
-#else
-  static_cast<void>(path);
-#endif
-}
 
 /// What the child does: the recording, or the reason why there is none, goes into the pipe.
 void sendBag(const std::string& path, const BagTopics& topics, const PipeEnd& pipe) {

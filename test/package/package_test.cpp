@@ -116,6 +116,7 @@ TEST(Programs, AnswerHelpWithoutAMaster) {
     EXPECT_NE(help.find(program), std::string::npos) << help;
   }
   output((kRoot / "launch/show_rviz").string() + " --help");
+  output((kRoot / "launch/record_drive").string() + " --help");
 }
 
 TEST(Programs, ScriptsAnswerHelp) {

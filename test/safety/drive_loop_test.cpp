@@ -8,6 +8,7 @@
 #include <limits>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace jackal_aic {
 namespace {
@@ -343,6 +344,51 @@ TEST(DriveLoop, ThePhaseOfTheCallsDoesNotMatter) {
   }
   EXPECT_GT(speeds[0], 0.0);
   EXPECT_EQ(speeds[0], speeds[1]);
+}
+
+TEST_F(PredictiveDriveLoopTest, WhatItWasToldDrivesAnotherLoopToTheSameBits) {
+  std::vector<DriveInput> heard;
+  std::vector<WheelCommand> driven;
+  loop.listen([&](const DriveInput& input) {
+    heard.push_back(input);
+    if (std::holds_alternative<ActionInput>(input.what)) driven.push_back(loop.command());
+  });
+  loop.setSlip({0.5, 0.95}, start);
+  drive(1.0);
+  set_point = {0.3, 0.0, 0.4};
+  drive(1.0, "ws");  // the IMU falls silent: the wheels are observed by the loop itself
+  loop.freezeLearning(true, now);
+  PredictiveParameters gains;
+  gains.reference_time *= 2.0;
+  loop.adoptGains(gains, now);
+  loop.receiveFeedback(now, now);
+  robot.emergency_stop = true;
+  drive(0.5);
+  robot.emergency_stop = false;
+  start -= 1.0;  // the clock runs back
+  drive(0.5);
+  loop.start({1.0, 1.0}, now);
+  drive(0.5);
+  ASSERT_GT(driven.size(), 150u);
+
+  DriveLoop again(predictive(), makeController(predictive()));
+  std::size_t actions = 0, different = 0;
+  for (const DriveInput& input : heard) {
+    if (std::holds_alternative<ActionInput>(input.what) && again.command() != driven.at(actions++)) ++different;
+    again.take(input);
+  }
+  EXPECT_EQ(actions, driven.size());
+  EXPECT_EQ(different, 0u);
+  EXPECT_EQ(again.command(), loop.command());
+  EXPECT_EQ(again.controller().freeEnergy(), loop.controller().freeEnergy());
+  EXPECT_EQ(again.status().clock_resets, 1u);
+  EXPECT_EQ(again.status().brakes, loop.status().brakes);
+  EXPECT_TRUE(dynamic_cast<const PredictiveController&>(again.controller()).learningFrozen());
+}
+
+TEST_F(DriveLoopTest, GainsOfAnotherStructureAreRefused) {
+  EXPECT_THROW(loop.adoptGains(PredictiveParameters{}, now), ParameterError);
+  EXPECT_NO_THROW(loop.adoptGains(ControllerParameters{}, now));
 }
 
 }  // namespace

@@ -15,9 +15,11 @@
 /// Whatever drives, drives through this class: the node, the experiments without ROS, the tests.
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 
 #include "jackal_aic/aic/active_inference_controller.hpp"
@@ -26,6 +28,7 @@
 #include "jackal_aic/model/types.hpp"
 #include "jackal_aic/predictive/predictive_controller.hpp"
 #include "jackal_aic/safety/drive_gate.hpp"
+#include "jackal_aic/safety/drive_input.hpp"
 #include "jackal_aic/safety/frozen_source.hpp"
 #include "jackal_aic/safety/measurement_watch.hpp"
 #include "jackal_aic/safety/motor_share.hpp"
@@ -54,24 +57,6 @@ struct DriveParameters {
 /// @throws ParameterError if its gains are invalid, or the predictive structure has no plant model.
 std::unique_ptr<VelocityController> makeController(const DriveParameters& parameters,
                                                    Divergence divergence = Divergence::refused);
-
-/// One message of a sensor.
-struct SensorReading {
-  Observation observation;      ///< with the channels of this sensor only
-  FrozenSource::Sample sample;  ///< what it gave, to see whether it repeats itself
-  bool may_repeat = false;      ///< nothing in the sample has to change while the robot moves
-};
-
-/// What the robot and its surroundings say beside the measurements.
-struct RobotStatus {
-  bool emergency_stop = false;  ///< a person's
-  bool robot_stopped = false;   ///< the robot's own stop is engaged
-  bool motors_off = false;      ///< the motors do not take velocity commands
-  bool driver_fault = false;    ///< a motor driver reports a fault
-  bool contended = false;       ///< another node publishes commands, and is not to
-  bool outputs_checked = true;  ///< it is known who else publishes commands
-  bool ending = false;          ///< the controller is to end
-};
 
 /// What the loop does, and what it counted since the start.
 struct DriveLoopStatus {
@@ -121,7 +106,7 @@ class DriveLoop {
   bool receiveImu(const SensorReading& reading, double now);
 
   /// Feedback of the motors came. @param stamp of it [s].
-  void receiveFeedback(double stamp, double now) { feedback_ = {stamp, now}; }
+  void receiveFeedback(double stamp, double now);
 
   /// A measurement of both, or of those channels that are valid in it; sources that were not received by themselves
   /// count as received with it. True if the controller took it.
@@ -144,12 +129,31 @@ class DriveLoop {
   /// to that.
   std::optional<WheelCommand> advance(double now, double due);
 
+  /// Goes on from another effective track and slip, where the controller learns them; else nothing. @throws
+  /// ParameterError as PredictiveController::setSlip().
+  void setSlip(const SlipState& slip, double now);
+
+  /// Stops (true) or resumes learning of effective track and slip, where the controller learns them.
+  void freezeLearning(bool frozen, double now);
+
+  /// Takes other gains over while it drives. @throws ParameterError as the controller's adoptGains(), or if the gains
+  /// are those of another structure.
+  void adoptGains(const ControllerParameters& gains, double now);
+  void adoptGains(const PredictiveParameters& gains, double now);
+
+  /// Makes the call that an input was. What advance() returns if it is one of it; else nothing.
+  std::optional<WheelCommand> take(const DriveInput& input);
+
+  /// Has every call from now on told to a listener before it takes effect, in their order. The listener is called at
+  /// the rate of the belief, and must not call the loop.
+  void listen(std::function<void(const DriveInput&)> listener) { listener_ = std::move(listener); }
+
   DriveLoopStatus status() const;
   const VelocityController& controller() const { return *controller_; }
-  VelocityController& controller() { return *controller_; }  ///< for changes of its gains
-  const SetPoint& setPoint() const { return set_point_; }    ///< in force
-  const WheelCommand& action() const { return action_; }     ///< of the last action step, before the limits [rad/s]
-  WheelCommand command() const { return gate_.command(); }   ///< of the last action step [rad/s]
+  VelocityController& controller() { return *controller_; }
+  const SetPoint& setPoint() const { return set_point_; }   ///< in force
+  const WheelCommand& action() const { return action_; }    ///< of the last action step, before the limits [rad/s]
+  WheelCommand command() const { return gate_.command(); }  ///< of the last action step [rad/s]
   const FaultReport* faultReport() const { return measurements_.report(); }  ///< empty without fault detection
 
  private:
@@ -158,6 +162,11 @@ class DriveLoop {
     double received = -kNever;  // s
   };
 
+  template <class Input>
+  void tell(double now, const Input& input) const {
+    if (listener_) listener_({now, input});
+  }
+  bool takeObservation(const Observation& observation, double now);
   static double age(const Arrival& arrival, double now);
   void noteTime(double now);
   void restart(double now);
@@ -187,6 +196,7 @@ class DriveLoop {
   FrozenSource frozen_wheels_;
   FrozenSource frozen_imu_;
 
+  std::function<void(const DriveInput&)> listener_;
   double now_ = -kNever;  // of the last call [s]
   SetPoint set_point_;
   Arrival set_point_arrival_;

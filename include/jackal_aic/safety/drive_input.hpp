@@ -1,0 +1,108 @@
+#pragma once
+
+/// @file
+/// Everything that a DriveLoop is told, as values: a drive that is kept as these can be driven again to the same bits.
+
+#include <optional>
+#include <variant>
+
+#include "jackal_aic/aic/parameters.hpp"
+#include "jackal_aic/model/types.hpp"
+#include "jackal_aic/predictive/predictive_parameters.hpp"
+#include "jackal_aic/predictive/slip_belief.hpp"
+#include "jackal_aic/safety/frozen_source.hpp"
+#include "jackal_aic/safety/motor_share.hpp"
+
+namespace jackal_aic {
+
+/// One message of a sensor.
+struct SensorReading {
+  Observation observation;      ///< with the channels of this sensor only
+  FrozenSource::Sample sample;  ///< what it gave, to see whether it repeats itself
+  bool may_repeat = false;      ///< nothing in the sample has to change while the robot moves
+};
+
+/// What the robot and its surroundings say beside the measurements.
+struct RobotStatus {
+  bool emergency_stop = false;  ///< a person's
+  bool robot_stopped = false;   ///< the robot's own stop is engaged
+  bool motors_off = false;      ///< the motors do not take velocity commands
+  bool driver_fault = false;    ///< a motor driver reports a fault
+  bool contended = false;       ///< another node publishes commands, and is not to
+  bool outputs_checked = true;  ///< it is known who else publishes commands
+  bool ending = false;          ///< the controller is to end
+};
+
+/// DriveLoop::updateBelief().
+struct BeliefInput {};
+
+/// DriveLoop::advance().
+struct ActionInput {
+  std::optional<double> due;  ///< time for which the timer was set [s]; empty: the loop keeps the time by itself
+};
+
+/// DriveLoop::setSetPoint().
+struct SetPointInput {
+  SetPoint wanted;  ///< base_link
+};
+
+/// DriveLoop::receiveWheels().
+struct WheelsInput {
+  SensorReading reading;
+};
+
+/// DriveLoop::receiveImu().
+struct ImuInput {
+  SensorReading reading;
+};
+
+/// DriveLoop::observe().
+struct ObservationInput {
+  Observation observation;
+};
+
+/// DriveLoop::receiveFeedback().
+struct FeedbackInput {
+  double stamp = 0.0;  ///< [s]
+};
+
+/// DriveLoop::report().
+struct StatusInput {
+  RobotStatus status;
+};
+
+/// DriveLoop::applied().
+struct AppliedInput {
+  WheelCommand command;  ///< [rad/s]
+  AppliedSource source = AppliedSource::drive;
+};
+
+/// DriveLoop::setSlip().
+struct SlipInput {
+  SlipState slip;
+};
+
+/// DriveLoop::freezeLearning().
+struct LearningInput {
+  bool frozen = false;
+};
+
+/// DriveLoop::adoptGains().
+struct GainsInput {
+  std::variant<ControllerParameters, PredictiveParameters> gains;
+};
+
+/// DriveLoop::start().
+struct StartInput {
+  WheelCommand driven;  ///< [rad/s]
+};
+
+/// One call of a DriveLoop.
+struct DriveInput {
+  double now = 0.0;  ///< time of the call [s]
+  std::variant<BeliefInput, ActionInput, SetPointInput, WheelsInput, ImuInput, ObservationInput, FeedbackInput,
+               StatusInput, AppliedInput, SlipInput, LearningInput, GainsInput, StartInput>
+      what;
+};
+
+}  // namespace jackal_aic

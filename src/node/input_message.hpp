@@ -1,0 +1,22 @@
+#pragma once
+
+/// @file
+/// Between what a drive loop is told and the messages that keep it. Pure functions.
+
+#include <jackal_aic/LoopInputs.h>
+
+#include <string>
+#include <vector>
+
+#include "jackal_aic/safety/drive_input.hpp"
+
+namespace jackal_aic {
+
+/// Adds an input to a message, gains as their text. Numbers keep their bits.
+void addInput(const DriveInput& input, LoopInputs& message);
+
+/// The inputs of a message, in their order; to the bit what was added.
+/// @throws ParameterError if an input is of a kind that is not known, lacks values, or its gains are no gains.
+std::vector<DriveInput> inputsOf(const LoopInputs& message);
+
+}  // namespace jackal_aic

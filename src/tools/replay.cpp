@@ -1,0 +1,427 @@
+#include "replay.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include <boost/program_options.hpp>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <iostream>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include "closed_loop.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
+#include "node_parameters.hpp"
+#include "package_files.hpp"
+#include "recorded_drive.hpp"
+#include "state_comparison.hpp"
+#include "tool_files.hpp"
+
+namespace jackal_aic {
+namespace {
+
+namespace po = boost::program_options;
+
+struct Options {
+  std::string bag, output, preset, robot, plant_model, urdf, plant, name_space = "/";
+  std::string set_point = "jackal_AIC/set_point";
+  std::vector<std::string> settings;
+  bool messages = false, check = false, help = false;
+};
+
+po::options_description optionsOf(Options& o) {
+  po::options_description options("Options");
+  auto add = options.add_options();
+  add("help,h", po::bool_switch(&o.help), "print this text");
+  add("bag", po::value(&o.bag), "bag to read (also without --bag)");
+  add("output", po::value(&o.output), "CSV to write: beliefs, commands, faults, free energy, a row per action update");
+  add("preset", po::value(&o.preset), "another controller: a file of config/ by its name, or a path");
+  add("robot", po::value(&o.robot), "file with other keys of the robot (config/jackal.yaml)");
+  add("plant-model", po::value(&o.plant_model), "file with another plant model (plant_model.*, as identify writes)");
+  add("set", po::value(&o.settings)->composing(), "key=value: another value of a key; may be repeated");
+  add("plant", po::value(&o.plant),
+      "PLANT.yaml: put the recorded set points on the simulated robot of this file (plant.* or plant_model.*) instead");
+  add("messages", po::bool_switch(&o.messages),
+      "from the sensors' messages, also if the bag has the log of the controller that recorded it");
+  add("namespace", po::value(&o.name_space)->default_value(o.name_space), "of the topics of the robot");
+  add("set-point-topic", po::value(&o.set_point)->default_value(o.set_point),
+      "geometry_msgs/Twist, for a bag without that log");
+  add("urdf", po::value(&o.urdf),
+      "file with the robot's URDF, for a bag without that log; by default the stock Jackal's");
+  add("check", po::bool_switch(&o.check), "exit with status 1 unless every recorded state comes out to the bit");
+  return options;
+}
+
+Options parse(const std::vector<std::string>& arguments) {
+  Options options;
+  const po::options_description named = optionsOf(options);
+  po::positional_options_description positional;
+  positional.add("bag", 1);
+  po::variables_map given;
+  po::store(po::command_line_parser(arguments).options(named).positional(positional).run(), given);
+  po::notify(given);
+  return options;
+}
+
+void printHelp(std::ostream& out) {
+  Options options;
+  out << "Usage: replay BAG [options]\n"
+         "Drives a recorded drive again, by the same code and as fast as it can, and tells the difference to what was\n"
+         "recorded. A bag of record:=true comes out to the bit; other bags are played from their messages "
+         "(joint_states,\n"
+         "imu/data, the set point, and status, feedback, e_stop, cmd_drive, tf where they are).\n"
+      << optionsOf(options);
+}
+
+/// A map without the keys of the sections of gains, for those of another preset.
+ParameterMap withoutGains(ParameterMap map) {
+  ParameterMap rest;
+  for (const std::string& key : map.keys()) {
+    const std::string section = key.substr(0, key.find('.'));
+    if (section != "controller" && section != "predictive" && section != "diff_drive") rest.set(key, *map.take(key));
+  }
+  return rest;
+}
+
+std::string presetFile(const std::string& preset, const sim::PackageFiles& files) {
+  return preset.find('/') != std::string::npos ? preset : files.path("config/" + preset + ".yaml");
+}
+
+void set(const std::string& setting, ParameterMap& map) {
+  const std::size_t equals = setting.find('=');
+  if (equals == std::string::npos || equals == 0) throw ParameterError("--set " + setting + ": expected key=value");
+  setFromText(setting.substr(0, equals), setting.substr(equals + 1), map);
+}
+
+/// The configuration of the controller that is to drive.
+NodeParameters configurationFor(const Options& options, const std::string& recorded) {
+  const sim::PackageFiles files;
+  ParameterMap map;
+  if (!recorded.empty()) {
+    addYamlText(recorded, options.bag + ": configuration", map);
+  } else {
+    for (const char* name : {"advanced", "jackal", "jackal_model"}) {
+      addYamlFile(files.path(std::string("config/") + name + ".yaml"), map);
+    }
+  }
+  if (recorded.empty() || !options.preset.empty()) {
+    map = withoutGains(std::move(map));
+    addYamlFile(presetFile(options.preset.empty() ? "predictive" : options.preset, files), map);
+  }
+  if (!options.robot.empty()) addYamlFile(options.robot, map);
+  if (!options.plant_model.empty()) addYamlFile(options.plant_model, map);
+  for (const std::string& setting : options.settings) set(setting, map);
+  return readNodeParameters(std::move(map), [&] {
+    return sim::readText(options.urdf.empty() ? files.path("sim/urdf/jackal.urdf") : options.urdf);
+  });
+}
+
+/// The table that is written, or none.
+class Table {
+ public:
+  Table(const std::string& path, const char* columns) : path_(path) {
+    if (path.empty()) return;
+    file_.open(path);
+    file_ << columns << "\n";
+    require();
+  }
+
+  template <class... Values>
+  void add(const Values&... values) {
+    if (path_.empty()) return;
+    std::size_t left = sizeof...(values);
+    ((fmt::print(file_, "{}{}", values, --left > 0 ? "," : "\n")), ...);
+  }
+
+  /// @throws ParameterError if something could not be written.
+  void finish(std::ostream& out) {
+    if (path_.empty()) return;
+    file_.flush();
+    require();
+    out << "Table: " << path_ << "\n";
+  }
+
+ private:
+  void require() const {
+    if (!file_) throw ParameterError("--output " + path_ + ": cannot be written");
+  }
+
+  std::string path_;
+  std::ofstream file_;
+};
+
+const char* statusName(DriveStatus status) {
+  switch (status) {
+    case DriveStatus::idle:
+      return "idle";
+    case DriveStatus::driving:
+      return "driving";
+    case DriveStatus::stopped:
+      return "stopped";
+    case DriveStatus::braking:
+      return "braking";
+    case DriveStatus::faulted:
+      break;
+  }
+  return "faulted";
+}
+
+/// A reason as a cell of a table: without what separates cells.
+std::string cell(std::string text) {
+  for (char& c : text) {
+    if (c == ',') c = ';';
+  }
+  return text;
+}
+
+/// Drives a loop by recorded inputs, compares, writes and notes what it does.
+class Replay {
+ public:
+  Replay(const NodeParameters& parameters, std::vector<ControllerState> recorded, double tolerance, Table& table)
+      : loop_(parameters, makeController(parameters)),
+        kinematics_(parameters.geometry),
+        comparison_(std::move(recorded), tolerance),
+        table_(table) {}
+
+  void take(const DriveInput& input) {
+    if (const auto* wheels = std::get_if<WheelsInput>(&input.what)) {
+      const Observation& y = wheels->reading.observation;
+      const BodyVector velocity = kinematics_.bodyVelocity({y.wheel_left, y.wheel_right});
+      state_.measured(kForward) = velocity(kForward);
+    } else if (const auto* imu = std::get_if<ImuInput>(&input.what)) {
+      state_.measured(kYaw) = imu->reading.observation.yaw_rate;
+    }
+    if (std::isnan(first_)) first_ = input.now;
+    if (input.now > last_) driven_ += std::min(input.now - last_, kLongestStep);
+    last_ = input.now;
+    const auto command = loop_.take(input);
+    if (command) note(*command);
+  }
+
+  const StateComparison& comparison() const { return comparison_; }
+  const DriveLoop& loop() const { return loop_; }
+  double driven() const { return driven_; }  ///< time that was driven [s]
+
+  /// What it did when, from the second update on where that changes.
+  const std::vector<std::string>& events() const { return events_; }
+
+ private:
+  static constexpr double kLongestStep =
+      1.0;  // between inputs of a drive; more is a pause, or the start of the clock [s]
+
+  void note(const WheelCommand& command) {
+    const std::string before = said_;
+    state_.time = last_;
+    state_.status = loop_.status();
+    state_.set_point = loop_.setPoint();
+    state_.belief = loop_.controller().believedVelocity();
+    state_.free_energy = loop_.controller().freeEnergy();
+    state_.action = loop_.action();
+    state_.command = command;
+    const std::string why = reason(state_.status);
+    said_ = statusName(state_.status.decision.status) + (why.empty() ? "" : ": " + why);
+    if (said_ != before) events_.push_back(fmt::format("{:12.3f} s  {}", last_ - first_, said_));
+    const ControllerState* recorded = comparison_.compare(state_);
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    const auto order0 = [](const std::vector<double>& orders) { return orders.empty() ? kNone : orders.front(); };
+    table_.add(state_.time, statusName(state_.status.decision.status), cell(why), state_.set_point.forward,
+               state_.set_point.yaw_rate, state_.measured(kForward), state_.measured(kYaw), state_.belief(kForward),
+               state_.belief(kYaw), state_.free_energy, state_.action.left, state_.action.right, command.left,
+               command.right, recorded != nullptr ? recorded->command_left : kNone,
+               recorded != nullptr ? recorded->command_right : kNone,
+               recorded != nullptr ? order0(recorded->belief_forward) : kNone,
+               recorded != nullptr ? order0(recorded->belief_yaw_rate) : kNone);
+  }
+
+  DriveLoop loop_;
+  SkidSteerKinematics kinematics_;
+  StateComparison comparison_;
+  Table& table_;
+  ReplayedState state_;
+  std::string said_;
+  std::vector<std::string> events_;
+  double first_ = std::numeric_limits<double>::quiet_NaN();
+  double last_ = 0.0;
+  double driven_ = 0.0;
+};
+
+constexpr const char* kColumns =
+    "time,status,reason,set_point_forward,set_point_yaw_rate,measured_forward,measured_yaw_rate,belief_forward,"
+    "belief_yaw_rate,free_energy,action_left,action_right,command_left,command_right,recorded_command_left,"
+    "recorded_command_right,recorded_belief_forward,recorded_belief_yaw_rate";
+
+/// Plays the log of the controller that recorded, or the messages.
+class Source {
+ public:
+  Source(const RecordedDrive& drive, const Options& options, const NodeParameters& parameters)
+      : drive_(drive), options_(options), parameters_(parameters) {}
+
+  bool fromLog() const { return drive_.hasLog() && !options_.messages; }
+
+  /// Plays everything. Says what was played.
+  void play(const RecordedDrive::Sink& sink, std::ostream& out) {
+    if (fromLog()) {
+      log_ = drive_.playLog(sink);
+      out << fmt::format("Log of the controller: {} inputs\n", log_.inputs);
+      if (log_.first > 0) out << fmt::format("It begins {} inputs after the start of the controller\n", log_.first);
+      if (log_.missing > 0) out << fmt::format("{} inputs are missing from it\n", log_.missing);
+      if (log_.restarted) out << "The controller was started anew in this bag: its first drive is replayed\n";
+      return;
+    }
+    const auto controller = makeController(parameters_);
+    PlayerSettings settings;
+    settings.name_space = options_.name_space;
+    settings.set_point = options_.set_point;
+    settings.belief_step = controller->beliefStep();
+    settings.action_step = controller->actionStep();
+    settings.commands = parameters_.motors_shared;
+    MessagePlayer player(parameters_, settings, sink);
+    drive_.playMessages(player, options_.set_point);
+    out << "Messages of the sensors; the timers of the controller as they come\n";
+    for (const auto& [reason, count] : player.refusals()) out << fmt::format("{} refused: {}\n", count, reason);
+  }
+
+ private:
+  const RecordedDrive& drive_;
+  const Options& options_;
+  const NodeParameters& parameters_;
+  LogReport log_;
+};
+
+int replayLoop(const RecordedDrive& drive, const Options& options, NodeParameters parameters, std::ostream& out) {
+  // From messages it drives beside whoever drove then: the beliefs are about what the motors got.
+  const bool from_log = drive.hasLog() && !options.messages;
+  if (!from_log && drive.has(resolvedTopic(options.name_space, "cmd_drive"))) parameters.motors_shared = true;
+  Table table(options.output, kColumns);
+  Source source(drive, options, parameters);
+  const double period = makeController(parameters)->actionStep();
+  Replay replay(parameters, drive.states(), from_log ? 0.0 : 0.5 * period, table);
+  const auto start = std::chrono::steady_clock::now();
+  source.play([&](const DriveInput& input) { replay.take(input); }, out);
+  const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+
+  constexpr std::size_t kMostEvents = 20;
+  for (std::size_t i = 0; i < std::min(replay.events().size(), kMostEvents); ++i) out << replay.events()[i] << "\n";
+  if (replay.events().size() > kMostEvents) out << fmt::format("... {} more\n", replay.events().size() - kMostEvents);
+  out << replay.comparison().text() << "\n"
+      << fmt::format("Replayed {:.1f} s in {:.3f} s: {:.0f} x real time\n", replay.driven(), took,
+                     took > 0.0 ? replay.driven() / took : 0.0);
+  table.finish(out);
+  const StateComparison& comparison = replay.comparison();
+  return options.check && (comparison.compared() == 0 || comparison.different() > 0) ? 1 : 0;
+}
+
+/// The set points of a drive, from its start; one that came to its deadline is rest from then on.
+sim::SetPointProfile recordedProfile(const RecordedDrive& drive, const Options& options,
+                                     const NodeParameters& parameters, double& start, std::ostream& out) {
+  sim::SetPointProfile profile;
+  profile.assessed = std::nullopt;
+  SetPoint held;
+  double last = 0.0, end = 0.0;
+  start = std::numeric_limits<double>::quiet_NaN();
+  const auto change = [&](double time, const SetPoint& wanted) {
+    if (wanted.vector() != held.vector()) profile.changes.push_back({time, wanted});
+    held = wanted;
+  };
+  const double patience = parameters.gate.deadlines.set_point;
+  Source(drive, options, parameters)
+      .play(
+          [&](const DriveInput& input) {
+            if (std::isnan(start) && std::holds_alternative<WheelsInput>(input.what)) start = input.now;
+            if (std::isnan(start)) return;
+            end = std::max(end, input.now - start);
+            const auto* set_point = std::get_if<SetPointInput>(&input.what);
+            if (set_point == nullptr || !set_point->wanted.vector().allFinite()) return;
+            const double now = input.now - start;
+            if (now - last > patience) change(last + patience, {});
+            change(now, set_point->wanted);
+            last = now;
+          },
+          out);
+  if (end - last > patience) change(last + patience, {});
+  profile.duration = end;
+  return profile;
+}
+
+int replayOnPlant(const RecordedDrive& drive, const Options& options, const NodeParameters& parameters,
+                  std::ostream& out) {
+  constexpr double kLongest = 3600.0;  // s; every millisecond is kept
+  double start = 0.0;
+  const sim::SetPointProfile profile = recordedProfile(drive, options, parameters, start, out);
+  if (!(profile.duration > 0.0)) throw ParameterError(options.bag + ": no measurement of the wheels in it");
+  if (profile.duration > kLongest) {
+    throw ParameterError(fmt::format("{}: {:.0f} s long; at most {:.0f} s go on the simulated robot", options.bag,
+                                     profile.duration, kLongest));
+  }
+  const PlantFile robot = readPlantFile(options.plant);
+  sim::JackalPlant plant(sim::readText(sim::PackageFiles().path("sim/urdf/jackal.urdf")), robot.simulation);
+  DriveParameters settings = sim::uninterrupted();
+  settings.controller = parameters.controller;
+  settings.geometry = parameters.geometry;
+  settings.gate.limits = parameters.gate.limits;
+  settings.plant_model = parameters.plant_model;
+  DriveLoop loop(settings, makeController(settings));
+  const auto samples = sim::runClosedLoop(plant, loop, profile, robot.simulation.support, parameters.geometry);
+
+  Table table(options.output,
+              "time,set_point_forward,set_point_yaw_rate,simulated_forward,simulated_yaw_rate,simulated_command_left,"
+              "simulated_command_right,recorded_forward,recorded_yaw_rate,recorded_command_left,"
+              "recorded_command_right");
+  BodyVector squares = BodyVector::Zero();
+  std::size_t compared = 0;
+  for (const ControllerState& state : drive.states()) {
+    const double time = state.header.stamp.toSec() - start;
+    const auto k = std::llround(time / sim::JackalPlant::kStep);
+    if (k < 0 || static_cast<std::size_t>(k) >= samples.size()) continue;
+    const sim::Sample& sample = samples[static_cast<std::size_t>(k)];
+    const bool measured = std::isfinite(state.measured_forward) && std::isfinite(state.measured_yaw_rate);
+    if (measured) {
+      ++compared;
+      squares += BodyVector(sample.measured_velocity - state.measured_forward, 0.0,
+                            sample.measured_yaw_rate - state.measured_yaw_rate)
+                     .cwiseAbs2();
+    }
+    table.add(state.header.stamp.toSec(), sample.set_point.forward, sample.set_point.yaw_rate, sample.velocity,
+              sample.yaw_rate, sample.command.left, sample.command.right, state.measured_forward,
+              state.measured_yaw_rate, state.command_left, state.command_right);
+  }
+  if (compared == 0) {
+    out << "No recorded states to compare with\n";
+  } else {
+    const BodyVector rms = (squares / static_cast<double>(compared)).cwiseSqrt();
+    out << fmt::format("Recorded beside simulated, as measured: {:.3g} m/s and {:.3g} rad/s rms over {:.1f} s\n",
+                       rms(kForward), rms(kYaw), profile.duration);
+  }
+  table.finish(out);
+  return 0;
+}
+
+}  // namespace
+
+std::string bagOf(const std::vector<std::string>& arguments) {
+  const Options options = parse(arguments);
+  return options.help ? "" : options.bag;
+}
+
+int replay(const std::vector<std::string>& arguments, std::ostream& out) {
+  const Options options = parse(arguments);
+  if (options.help) {
+    printHelp(out);
+    return 0;
+  }
+  if (options.bag.empty()) throw po::error("BAG: missing; see replay --help");
+  const RecordedDrive drive(options.bag, options.name_space);
+  const std::string recorded = drive.configuration();
+  const NodeParameters parameters = configurationFor(options, recorded);
+  const bool changed =
+      !options.preset.empty() || !options.robot.empty() || !options.plant_model.empty() || !options.settings.empty();
+  out << "Configuration: " << (recorded.empty() ? "that of config/" : "as recorded")
+      << (changed ? ", changed as asked for" : "") << "\n";
+  return options.plant.empty() ? replayLoop(drive, options, parameters, out)
+                               : replayOnPlant(drive, options, parameters, out);
+}
+
+}  // namespace jackal_aic

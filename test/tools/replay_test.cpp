@@ -1,0 +1,288 @@
+// Bags as a controller and its recorder write them, from the drive loop on the simulated robot without ROS.
+#include "replay.hpp"
+
+#include <geometry_msgs/Twist.h>
+#include <gtest/gtest.h>
+#include <jackal_aic/LoopInputs.h>
+#include <rosbag/bag.h>
+#include <unistd.h>
+
+#include <boost/program_options/errors.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "conversions.hpp"
+#include "input_message.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_plant.hpp"
+#include "node_parameters.hpp"
+#include "package_files.hpp"
+#include "plant_messages.hpp"
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kDuration = 4.0;  // s, of the drive
+
+std::string config(const std::string& name) { return std::string(JACKAL_AIC_SOURCE_DIR) + "/config/" + name; }
+
+NodeParameters parametersOf(const std::string& preset) {
+  ParameterMap map;
+  for (const std::string name : {"advanced", "jackal", preset.c_str(), "plant_model"}) {
+    addYamlFile(config(name + ".yaml"), map);
+  }
+  return readNodeParameters(map,
+                            [] { return sim::readText(std::string(JACKAL_AIC_SOURCE_DIR) + "/sim/urdf/jackal.urdf"); });
+}
+
+/// What is recorded.
+struct What {
+  std::string preset = "predictive";
+  bool log = true;          ///< of the controller
+  std::uint64_t first = 0;  ///< number of its first input
+};
+
+/// A bag that goes with the test.
+class RecordedBag {
+ public:
+  explicit RecordedBag(const What& what) {
+    char name[] = "/tmp/replay_test_XXXXXX";
+    if (mkdtemp(name) == nullptr) throw std::runtime_error("no directory for the bag");
+    directory_ = name;
+    write(what);
+  }
+  ~RecordedBag() { std::filesystem::remove_all(directory_); }
+  std::string path(const std::string& name = "drive.bag") const { return directory_ + "/" + name; }
+
+ private:
+  void write(const What& what) {
+    const NodeParameters parameters = parametersOf(what.preset);
+    DriveLoop loop(parameters, makeController(parameters));
+    const sim::PlantParameters plant_parameters;
+    sim::JackalPlant plant(sim::readText(std::string(JACKAL_AIC_SOURCE_DIR) + "/sim/urdf/jackal.urdf"),
+                           plant_parameters);
+    rosbag::Bag bag(path(), rosbag::bagmode::Write);
+    LoopInputs log;
+    log.first = what.first;
+    log.configuration = configurationText(parameters);
+    loop.listen([&](const DriveInput& input) { addInput(input, log); });
+    Observation wheels, imu;
+    for (; plant.time() < kDuration; plant.step()) {
+      const ros::Time stamp = sim::stampOf(plant.time());
+      const double now = stamp.toSec();
+      const long k = std::lround(plant.time() / sim::JackalPlant::kStep);
+      if (k % 50 == 0) {
+        geometry_msgs::Twist twist;
+        twist.linear.x = plant.time() < 1.0 ? 0.0 : 0.5;
+        twist.angular.z = plant.time() < 2.5 ? 0.0 : 0.5;
+        bag.write("/jackal_AIC/set_point", stamp, twist);
+        loop.setSetPoint(*setPoint(twist), now);
+      }
+      if (plant.measurement()) {
+        auto joints = sim::toJointState(*plant.measurement());
+        auto inertial = sim::toImu(*plant.measurement(), plant_parameters);
+        inertial.header.frame_id = "base_link";
+        const auto feedback = sim::toFeedback(*plant.measurement(), jackal_msgs::Drive::MODE_VELOCITY);
+        bag.write("/joint_states", stamp, joints);
+        bag.write("/imu/data", stamp, inertial);
+        bag.write("/feedback", stamp, feedback);
+        Observation y = plant.measurement()->observation();
+        y.stamp = joints.header.stamp.toSec();
+        wheels = imu = y;
+        wheels.valid = {false, true, true, false};
+        imu.valid = {true, false, false, true};
+        loop.receiveWheels({wheels, FrozenSource::Sample::Constant(now)}, now);
+        loop.receiveImu({imu, FrozenSource::Sample::Constant(now)}, now);
+        loop.observe(y, now);
+        loop.receiveFeedback(feedback.header.stamp.toSec(), now);
+      }
+      if (k % 20 != 7) {
+        loop.updateBelief(now);
+        continue;
+      }
+      loop.report({}, now);
+      const auto command = loop.advance(now, now);
+      if (!command) continue;
+      plant.command(*command);
+      ControllerState state = stateOf(loop);
+      state.header.stamp = log.header.stamp = stamp;
+      if (what.log) bag.write("/jackal_AIC/inputs", stamp, log);
+      log.first += log.inputs.size();
+      log.inputs.clear();
+      log.gains.clear();
+      log.configuration.clear();
+      bag.write("/jackal_AIC/state", stamp, state);
+      bag.write("/cmd_drive", stamp, driveMessage(*command));
+    }
+  }
+
+  static ControllerState stateOf(const DriveLoop& loop) {
+    ControllerState state;
+    const BodyVector belief = loop.controller().believedVelocity();
+    state.belief_forward = {belief(kForward)};
+    state.belief_yaw_rate = {belief(kYaw)};
+    state.free_energy = loop.controller().freeEnergy();
+    state.status = static_cast<std::uint8_t>(loop.status().decision.status);
+    state.set_point_forward = loop.setPoint().forward;
+    state.set_point_yaw_rate = loop.setPoint().yaw_rate;
+    state.measured_forward = belief(kForward);
+    state.measured_yaw_rate = belief(kYaw);
+    state.action_left = loop.action().left;
+    state.action_right = loop.action().right;
+    state.command_left = loop.command().left;
+    state.command_right = loop.command().right;
+    return state;
+  }
+
+  std::string directory_;
+};
+
+struct Outcome {
+  int status;
+  std::string text;
+};
+
+Outcome run(const std::vector<std::string>& arguments) {
+  std::ostringstream out;
+  const int status = replay(arguments, out);
+  return {status, out.str()};
+}
+
+std::string complaint(const std::vector<std::string>& arguments) {
+  try {
+    const Outcome outcome = run(arguments);
+    ADD_FAILURE() << "accepted: " << outcome.text;
+  } catch (const ParameterError& error) {
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+    return error.what();
+  }
+  return "";
+}
+
+/// Rows of a table of numbers and words.
+std::vector<std::vector<std::string>> rowsOf(const std::string& path) {
+  std::ifstream file(path);
+  std::vector<std::vector<std::string>> rows;
+  for (std::string line; std::getline(file, line);) {
+    rows.emplace_back();
+    std::istringstream cells(line);
+    for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(cell);
+  }
+  return rows;
+}
+
+TEST(Replay, LogOfEveryStructureComesOutToTheBit) {
+  for (const std::string preset : {"predictive", "improved", "standard", "diff_drive"}) {
+    const RecordedBag bag({preset});
+    const Outcome outcome = run({bag.path(), "--check"});
+    EXPECT_EQ(outcome.status, 0) << preset << ": " << outcome.text;
+    EXPECT_NE(outcome.text.find("all the same to the bit"), std::string::npos) << outcome.text;
+    EXPECT_NE(outcome.text.find("x real time"), std::string::npos) << outcome.text;
+  }
+}
+
+TEST(Replay, TableHasWhatWasDoneAndWhatWasRecorded) {
+  const RecordedBag bag({});
+  run({bag.path(), "--output", bag.path("drive.csv")});
+  const auto rows = rowsOf(bag.path("drive.csv"));
+  ASSERT_EQ(rows.size(), 1u + 199u);
+  ASSERT_EQ(rows[0].size(), 18u);
+  EXPECT_EQ(rows[0][11], "action_right");
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    ASSERT_EQ(rows[i].size(), rows[0].size()) << i;
+    EXPECT_EQ(rows[i][12], rows[i][14]) << i;  // command of the left wheels, replayed and recorded
+    EXPECT_EQ(rows[i][7], rows[i][16]) << i;   // belief of the forward speed
+  }
+  // The values of this drive, pinned: 0.5 m/s straight ahead at 2.4 s, in an arc of 0.5 rad/s at the end.
+  const auto& straight = rows[1 + 119];
+  EXPECT_EQ(straight[1], "driving");
+  EXPECT_NEAR(std::stod(straight[7]), 0.5, 0.01);
+  EXPECT_NEAR(std::stod(straight[12]), 5.11, 0.1);
+  EXPECT_NEAR(std::stod(rows.back()[8]), 0.5, 0.05);
+  EXPECT_LT(std::stod(rows.back()[12]), std::stod(rows.back()[13]));
+}
+
+TEST(Replay, AnotherConfigurationIsToldApart) {
+  const RecordedBag bag({});
+  const Outcome slow = run({bag.path(), "--check", "--set", "limits.linear_acceleration=0.3"});
+  EXPECT_EQ(slow.status, 1);
+  EXPECT_NE(slow.text.find("changed as asked for"), std::string::npos) << slow.text;
+  EXPECT_NE(slow.text.find("differ, the first at 1."), std::string::npos) << slow.text;
+  const Outcome improved = run({bag.path(), "--preset", "improved"});
+  EXPECT_EQ(improved.status, 0) << improved.text;
+  EXPECT_NE(improved.text.find(" differ"), std::string::npos) << improved.text;
+}
+
+TEST(Replay, LogThatBeginsLateSaysSo) {
+  What late;
+  late.first = 5000;
+  const RecordedBag bag(late);
+  EXPECT_NE(run({bag.path()}).text.find("begins 5000 inputs after the start"), std::string::npos);
+}
+
+TEST(Replay, MessagesComeOutAlmostAsTheLog) {
+  const RecordedBag bag({});
+  const Outcome outcome = run({bag.path(), "--messages", "--output", bag.path("drive.csv")});
+  EXPECT_EQ(outcome.text.find("refused"), std::string::npos) << outcome.text;
+  const auto rows = rowsOf(bag.path("drive.csv"));
+  ASSERT_GT(rows.size(), 190u);
+  for (std::size_t i = 120; i < rows.size(); ++i) {
+    if (rows[i][16] == "nan") continue;
+    EXPECT_NEAR(std::stod(rows[i][7]), std::stod(rows[i][16]), 0.05) << i;
+  }
+}
+
+TEST(Replay, BagOfAnotherControllerIsPlayedFromItsMessages) {
+  What stock;
+  stock.log = false;
+  const RecordedBag bag(stock);
+  const Outcome outcome = run({bag.path(), "--plant-model", config("plant_model.yaml")});
+  EXPECT_NE(outcome.text.find("that of config/"), std::string::npos) << outcome.text;
+  EXPECT_NE(outcome.text.find("Messages of the sensors"), std::string::npos) << outcome.text;
+  EXPECT_NE(outcome.text.find("driving"), std::string::npos) << outcome.text;
+  EXPECT_NE(complaint({bag.path(), "--set-point-topic", "cmd_vel"}).find("it has /jackal_AIC/set_point"),
+            std::string::npos);
+  EXPECT_NE(complaint({bag.path(), "--namespace", "robot1"}).find("no messages on /robot1/"), std::string::npos);
+}
+
+TEST(Replay, SetPointsGoOnTheSimulatedRobot) {
+  const RecordedBag bag({});
+  const Outcome outcome = run({bag.path(), "--plant", config("plant.yaml"), "--output", bag.path("plant.csv")});
+  EXPECT_NE(outcome.text.find("Recorded beside simulated"), std::string::npos) << outcome.text;
+  const auto rows = rowsOf(bag.path("plant.csv"));
+  ASSERT_GT(rows.size(), 190u);
+  for (std::size_t i = 100; i < rows.size(); ++i) {
+    EXPECT_NEAR(std::stod(rows[i][3]), std::stod(rows[i][7]), 0.1) << i;  // simulated beside recorded [m/s]
+  }
+}
+
+TEST(Replay, WhatCannotBeReplayedIsOneLine) {
+  const RecordedBag bag({});
+  EXPECT_NE(complaint({bag.path(), "--preset", "nope"}).find("nope"), std::string::npos);
+  EXPECT_NE(complaint({bag.path(), "--set", "limits.linear_speed"}).find("key=value"), std::string::npos);
+  EXPECT_NE(complaint({bag.path(), "--set", "limits.linear_sped=1"}).find("limits.linear_sped"), std::string::npos);
+  EXPECT_NE(complaint({bag.path(), "--output", "/nowhere/x.csv"}).find("/nowhere/x.csv"), std::string::npos);
+  std::ostringstream out;
+  EXPECT_THROW(replay({}, out), boost::program_options::error);
+  EXPECT_ANY_THROW(replay({bag.path("none.bag")}, out));
+}
+
+TEST(Replay, DamagedBagsEndTheProgramInOrder) {
+  const RecordedBag bag({});
+  const auto size = std::filesystem::file_size(bag.path());
+  for (const double part : {0.1, 0.5, 0.9, 0.999}) {
+    std::filesystem::copy_file(bag.path(), bag.path("cut.bag"), std::filesystem::copy_options::overwrite_existing);
+    std::filesystem::resize_file(bag.path("cut.bag"), static_cast<std::uintmax_t>(part * static_cast<double>(size)));
+    const std::string command =
+        std::string(JACKAL_AIC_REPLAY) + " " + bag.path("cut.bag") + " >" + bag.path("said") + " 2>&1";
+    const int status = std::system(command.c_str());
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 2) << part;
+    EXPECT_NE(sim::readText(bag.path("said")).find("cannot be read as a bag"), std::string::npos) << part;
+  }
+}
+
+}  // namespace
+}  // namespace jackal_aic
