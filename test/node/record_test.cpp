@@ -97,6 +97,13 @@ TEST_F(RecordTest, DriveComesOutToTheBit) {
   EXPECT_NE(messages.find("Messages of the sensors"), std::string::npos) << messages;
   EXPECT_EQ(messages.find("refused"), std::string::npos) << messages;
   EXPECT_NE(messages.find("emergency stop"), std::string::npos) << messages;
+
+  const std::string picture = to_ + ".png";
+  output("rosrun jackal_aic plot " + bag + " --output " + picture, 0);
+  EXPECT_GT(fs::file_size(picture), 10000u);
+  fs::remove(picture);
+  EXPECT_NE(output("rosrun jackal_aic plot " + bag + " --namespace robot1", 1).find("no messages on /robot1/"),
+            std::string::npos);
 }
 
 TEST_F(RecordTest, StateHasWhatWasMeasuredBesideWhatIsBelieved) {
@@ -116,6 +123,11 @@ TEST_F(RecordTest, StateHasWhatWasMeasuredBesideWhatIsBelieved) {
   EXPECT_NEAR(state.measured_forward, 0.4, 0.05);
   EXPECT_NEAR(state.measured_yaw_rate, 0.5, 0.1);
   EXPECT_NEAR(state.measured_forward, state.belief_forward.at(0), 0.05);
+
+  const std::string picture = to_ + ".png";
+  output("timeout 60 rosrun jackal_aic plot_live --duration 3 --output " + picture, 0);
+  EXPECT_GT(fs::file_size(picture), 10000u);
+  fs::remove(picture);
 }
 
 }  // namespace

@@ -115,6 +115,13 @@ TEST(Programs, AnswerHelpWithoutAMaster) {
     const std::string help = output("ROS_MASTER_URI=http://127.0.0.1:1 timeout 20 " + path + " --help");
     EXPECT_NE(help.find(program), std::string::npos) << help;
   }
+  const auto scripts = found(textOf(kRoot / "src/tools/CMakeLists.txt"), "(view/\\w+)\\s");
+  EXPECT_GT(scripts.size(), 2u);
+  for (const std::string& script : scripts) {
+    const std::string path = (kRoot / "src/tools" / script).string();
+    const std::string help = output("ROS_MASTER_URI=http://127.0.0.1:1 timeout 20 " + path + " --help");
+    EXPECT_NE(help.find(fs::path(script).filename().string()), std::string::npos) << help;
+  }
   output((kRoot / "launch/show_rviz").string() + " --help");
   output((kRoot / "launch/record_drive").string() + " --help");
 }

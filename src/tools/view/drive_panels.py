@@ -1,0 +1,130 @@
+"""The panels in which a drive is shown: from a recording and live."""
+
+import math
+
+# Okabe and Ito's palette, as in the demo: distinct for every kind of colour vision.
+BLACK, ORANGE, SKY, BLUE, VERMILION, GREY = '#000000', '#E69F00', '#56B4E9', '#0072B2', '#D55E00', '#999999'
+DRIVING = 1  # ControllerState.DRIVING
+
+
+def first(orders):
+    """Order 0 of a generalised quantity, NaN if there is none."""
+    return orders[0] if orders else math.nan
+
+
+class Drive:
+    """What a controller did over time, from its states (jackal_aic/ControllerState), and the true motion if that is known."""
+
+    COLUMNS = {
+        'set_point_forward': lambda state: state.set_point_forward,
+        'set_point_yaw_rate': lambda state: state.set_point_yaw_rate,
+        'measured_forward': lambda state: state.measured_forward,
+        'measured_yaw_rate': lambda state: state.measured_yaw_rate,
+        'belief_forward': lambda state: first(state.belief_forward),
+        'belief_yaw_rate': lambda state: first(state.belief_yaw_rate),
+        'action_left': lambda state: state.action_left,
+        'action_right': lambda state: state.action_right,
+        'command_left': lambda state: state.command_left,
+        'command_right': lambda state: state.command_right,
+        'free_energy': lambda state: state.free_energy,
+    }
+
+    def __init__(self, window=math.inf):
+        """window: seconds that are kept."""
+        self.window = window
+        self.clear()
+
+    def clear(self):
+        """Forgets everything."""
+        self.time, self.reasons = [], []
+        self.columns = {name: [] for name in self.COLUMNS}
+        self.true_time, self.true_forward, self.true_yaw_rate = [], [], []
+
+    def add_state(self, state):
+        """Takes a ControllerState. A clock that jumped back starts anew."""
+        time = state.header.stamp.to_sec()
+        if self.time and time < self.time[-1]:
+            self.clear()
+        self.time.append(time)
+        self.reasons.append('' if state.status == DRIVING and not state.reason else state.reason or 'idle')
+        for name, value in self.COLUMNS.items():
+            self.columns[name].append(value(state))
+        self._forget(self.time, [self.reasons, *self.columns.values()])
+
+    def add_truth(self, odometry):
+        """Takes a nav_msgs/Odometry of the true motion, twist in the robot's frame."""
+        time = odometry.header.stamp.to_sec()
+        if self.true_time and time < self.true_time[-1]:
+            return
+        self.true_time.append(time)
+        self.true_forward.append(odometry.twist.twist.linear.x)
+        self.true_yaw_rate.append(odometry.twist.twist.angular.z)
+        self._forget(self.true_time, [self.true_forward, self.true_yaw_rate])
+
+    def _forget(self, time, lists):
+        """Drops what is older than the window, at most a tenth of it too late."""
+        if time[-1] - time[0] <= 1.1 * self.window:
+            return
+        keep = next(i for i, t in enumerate(time) if t >= time[-1] - self.window)
+        for values in [time, *lists]:
+            del values[:keep]
+
+    def stops(self):
+        """(begin, end, reason) of each stretch in which something kept the robot from driving."""
+        begin = None
+        for i, reason in enumerate(self.reasons):
+            if begin is not None and reason != self.reasons[begin]:
+                yield self.time[begin], self.time[i], self.reasons[begin]
+                begin = None
+            if reason and begin is None:
+                begin = i
+        if begin is not None:
+            yield self.time[begin], self.time[-1], self.reasons[begin]
+
+
+def plain(axes):
+    """Removes from an axis what carries no data."""
+    axes.grid(color='0.9')
+    for side in ('top', 'right'):
+        axes.spines[side].set_visible(False)
+
+
+def draw_velocity(axes, drive, origin, name, unit, quantity):
+    """Set point, measured, true and believed velocity."""
+    time = [t - origin for t in drive.time]
+    axes.step(time, drive.columns['set_point_' + name], where='post', color=BLACK, lw=1.2, ls='--', label='set point')
+    axes.plot(time, drive.columns['measured_' + name], color=SKY, ls='', marker='.', ms=3, label='measured')
+    if drive.true_time:
+        truth = drive.true_forward if name == 'forward' else drive.true_yaw_rate
+        axes.plot([t - origin for t in drive.true_time], truth, color=BLUE, lw=1.8, label='true')
+    axes.plot(time, drive.columns['belief_' + name], color=VERMILION, lw=1.4, label='believed')
+    axes.set_ylabel(f'{quantity} [{unit}]')
+
+
+def draw(figure, drive, origin=None):
+    """Draws a drive on an empty figure. origin: time of 0 on the axis [s]; the first state by default."""
+    grid = figure.subplots(4, 1, sharex=True, gridspec_kw={'height_ratios': [3, 3, 2, 1.5]})
+    origin = origin if origin is not None else (drive.time[0] if drive.time else 0.0)
+    draw_velocity(grid[0], drive, origin, 'forward', 'm/s', 'forward speed')
+    draw_velocity(grid[1], drive, origin, 'yaw_rate', 'rad/s', 'yaw rate')
+    time = [t - origin for t in drive.time]
+    grid[2].step(time, drive.columns['command_left'], where='post', color=ORANGE, lw=2.2, label='command, left wheels')
+    grid[2].step(time, drive.columns['command_right'], where='post', color=BLACK, lw=1.0, ls=(0, (4, 3)),
+                 label='command, right wheels')
+    grid[2].set_ylabel('wheel speed [rad/s]')
+    grid[3].plot(time, drive.columns['free_energy'], color=VERMILION, lw=1.2)
+    grid[3].set_ylabel('free energy')
+    grid[3].set_xlabel('time [s]')
+    for axes in grid:
+        plain(axes)
+        for begin, end, _ in drive.stops():
+            axes.axvspan(begin - origin, end - origin, color=GREY, alpha=0.2, lw=0)
+    span = (time[-1] - time[0]) if time else 0.0
+    for begin, end, reason in drive.stops():
+        if end - begin > 0.08 * span:
+            grid[0].annotate(reason, (begin - origin, 1.02), xycoords=('data', 'axes fraction'), fontsize=8, color='0.3',
+                             clip_on=False)
+    handles, labels = (a + b for a, b in zip(grid[0].get_legend_handles_labels(), grid[2].get_legend_handles_labels()))
+    figure.legend(handles, labels, loc='upper center', ncol=len(labels), frameon=False, fontsize=9)
+    figure.align_ylabels(grid)
+    figure.subplots_adjust(left=0.09, right=0.98, top=0.91, bottom=0.07, hspace=0.12)
