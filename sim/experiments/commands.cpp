@@ -9,9 +9,11 @@
 #include "calibration.hpp"
 #include "campaign.hpp"
 #include "detection_table.hpp"
+#include "jackal_aic/config/text.hpp"
 #include "odometry_table.hpp"
 #include "progress_bar.hpp"
 #include "quiet_hours.hpp"
+#include "real_drives.hpp"
 #include "stop_table.hpp"
 #include "unidentified.hpp"
 
@@ -289,6 +291,26 @@ int assessOdometry(const po::variables_map& options) {
   return 0;
 }
 
+// ---- real
+
+void describeReal(po::options_description& options, po::positional_options_description&) {
+  options.add_options()("data", po::value<std::string>()->required(),
+                        "directory with recordings of real robots, husky*.csv and warthog*.csv");
+  options.add_options()("csv", po::value<std::string>()->default_value(""), "file for the rows of the table");
+  addJobs(options);
+}
+
+int replayRecordings(const po::variables_map& options) {
+  const auto directory = options["data"].as<std::string>();
+  if (!std::filesystem::exists(directory)) {
+    std::cout << "skipped: " << quoted(directory) << " is absent; recordings of real robots come with no package\n";
+    return 0;
+  }
+  std::cout << replayRealDrives(packageFiles(options), directory, options["csv"].as<std::string>(), jobs(options))
+            << "\n";
+  return 0;
+}
+
 constexpr Command kCommands[] = {
     {"list", "list", "names the experiments", describeList, list},
     {"run", "run NAME|all --out DIR [--jobs N] [--shard K/N]", "runs experiments and writes their results as CSV",
@@ -308,6 +330,9 @@ constexpr Command kCommands[] = {
     {"odometry", "odometry --out DIR [--jobs N]",
      "drift of the odometry by the metre, ours and the stock controller's, over the same drives", describeOdometry,
      assessOdometry},
+    {"real", "real --data DIR [--csv FILE] [--jobs N]",
+     "recordings of real robots through the drive loop: false alarms, and what is learned of the slip", describeReal,
+     replayRecordings},
     {"calibrate", "calibrate --out DIR [--plant box|ground|all]", "fits the plants to the thesis' tables",
      describeCalibrate, calibratePlants},
 };

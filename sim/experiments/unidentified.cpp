@@ -19,11 +19,6 @@ constexpr double kArrival = 2.0;        // s after a change of the set point tha
 constexpr double kForwardSwing = 0.05;  // m/s
 constexpr double kYawSwing = 0.15;      // rad/s
 
-PlantModel assumedModel(const PackageFiles& files) {
-  ParameterMap map = files.configuration("jackal_model");
-  return readParameters<PlantModel>(map, "plant_model");
-}
-
 /// Counts the turning points of a value that are further from the last one than a threshold.
 class Swings {
  public:
@@ -82,6 +77,11 @@ std::string lineOf(const std::string& controller, const DriveTrainRatios& robot,
 }
 
 }  // namespace
+
+PlantModel assumedModel(const PackageFiles& files) {
+  ParameterMap map = files.configuration("jackal_model");
+  return readParameters<PlantModel>(map, "plant_model");
+}
 
 std::vector<DriveTrainRatios> unidentifiedRobots() {
   std::vector<DriveTrainRatios> robots{{}};

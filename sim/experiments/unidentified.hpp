@@ -13,6 +13,9 @@
 
 namespace jackal_aic::sim {
 
+/// What is assumed of a robot that nobody has identified. @throws ParameterError if the file is not there or not right.
+PlantModel assumedModel(const PackageFiles& files);
+
 /// The robot as assumed, and the corners of what it may be instead: half and twice the dead time and the lag, gain 0.8
 /// and 1.2, half, the same and three times the acceleration limit.
 std::vector<DriveTrainRatios> unidentifiedRobots();

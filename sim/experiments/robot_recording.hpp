@@ -1,0 +1,90 @@
+#pragma once
+
+/// @file
+/// Recordings of real skid-steer robots as CSV files, and what reached their motors.
+///
+/// Two kinds, told apart by their columns: continuous logs (time_s, state, command_*, wheel_*, gyro_z_radps, accel_*,
+/// lidar_*), in which the command is known only while `state` is `calib`, and windows of 2 s (window, calib_step,
+/// steady, time_s, cmd_*, wheel_*, ...), of which those of one calib_step follow each other.
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "jackal_aic/identification/plant_identification.hpp"
+#include "jackal_aic/model/types.hpp"
+
+namespace jackal_aic::sim {
+
+/// Dimensions of a recorded robot, known by the name of its files.
+struct RecordedRobot {
+  const char* prefix;     ///< that the name of a file begins with
+  double wheel_radius;    ///< r [m]
+  double wheel_distance;  ///< between the left and the right wheels [m]
+};
+
+/// One row of a recording.
+struct RecordedSample {
+  Observation observation;  ///< stamp [s] is that of the recording's own clock, on which stretches are apart
+  bool starts = false;      ///< begins a stretch: what was before is not known, or somebody else drove
+  std::optional<WheelCommand> command;  ///< as recorded [rad/s]; empty while somebody drives who is not recorded
+  int step = -1;                        ///< which step of the commands it belongs to; -1: none
+  bool steady = false;                  ///< belongs to the later part of its step
+  double heading = 0.0;                 ///< by lidar, of the world's or the window's frame [rad]
+};
+
+/// A recording.
+struct RobotRecording {
+  std::string name;            ///< of its file, without extension
+  RecordedRobot robot;         ///< dimensions
+  bool has_imu = true;         ///< false: gyro and accelerometer of the file are zero throughout
+  bool gyro_reversed = false;  ///< the file's gyro has the other sign, which `samples` have right
+  std::vector<RecordedSample> samples;
+
+  double duration() const;  ///< of all samples [s]
+};
+
+/// Reads a recording. @throws ParameterError, one line with file, line, column and value, if the name begins with no
+/// known robot, the columns are of neither kind, a field is no finite number, or time runs back.
+RobotRecording readRecording(const std::string& path);
+
+/// Recordings of a directory: its files *.csv by name. @throws ParameterError if there is none.
+std::vector<std::string> recordingsIn(const std::string& directory);
+
+/// Means over a steady piece of kLength samples.
+struct SteadyBlock {
+  static constexpr std::size_t kLength = 40;  ///< 2 s at 20 Hz
+  int step;                                   ///< of the commands
+  WheelCommand command;                       ///< as recorded [rad/s]
+  WheelCommand wheels;                        ///< measured [rad/s]
+  double yaw_rate;                            ///< by the gyro; by lidar where there is none [rad/s]
+};
+
+/// The steady pieces of the steps, in order.
+std::vector<SteadyBlock> steadyBlocks(const RobotRecording& recording);
+
+/// What the robot's own software makes of a recorded command before its motors get it: the recordings hold the command
+/// that was sent, in units of the sender's kinematics, and the robot scales and cuts it (a Husky turns no faster than
+/// 1.0 rad/s, and slows both sides where one would exceed its speed). A monitor on the robot sees what the motors get,
+/// so its replay has to.
+struct CommandPath {
+  double forward_gain = 1.0;         ///< of the forward speed
+  double yaw_gain = 1.0;             ///< of the difference of the sides
+  double largest_difference = 1e3;   ///< between the sides, |omega_R - omega_L| [rad/s]
+  double largest_wheel_speed = 1e3;  ///< of either side; the other is slowed by the same factor [rad/s]
+
+  /// What the motors get of a recorded command.
+  WheelCommand applied(const WheelCommand& recorded) const;
+};
+
+/// The path that explains the steady pieces best, by the least sum of absolute errors: some of them may be held up.
+/// Straight through if there are fewer than 8 pieces.
+CommandPath fitCommandPath(const std::vector<SteadyBlock>& blocks);
+
+/// The part of a recording with known commands before a sample, for identifyDriveTrain(): its stretches butted
+/// together. @param end index of the sample.
+DriveRecording driveRecording(const RobotRecording& recording, const CommandPath& path, std::size_t end);
+
+}  // namespace jackal_aic::sim

@@ -1,0 +1,50 @@
+// Recordings of real robots through the drive loop. They are not part of the package: JACKAL_AIC_REAL_DATA says where
+// they are, and without it these tests are skipped.
+
+#include "real_drives.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <map>
+#include <regex>
+
+#include "commands.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+const PackageFiles& files() {
+  static const PackageFiles files{JACKAL_AIC_SOURCE_DIR};
+  return files;
+}
+
+/// Where the recordings are; empty if they are not here.
+std::string data() {
+  const char* directory = std::getenv("JACKAL_AIC_REAL_DATA");
+  return directory == nullptr ? "" : directory;
+}
+
+TEST(RealDrives, AbsentDataAreSkipped) {
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(runCommand({"real", "--data", "/nonexistent/recordings"}), 0);
+  EXPECT_EQ(testing::internal::GetCapturedStdout().rfind("skipped: ", 0), 0u);
+}
+
+TEST(RealDrives, EveryRecordingIsReplayedWithBothModels) {
+  if (data().empty()) GTEST_SKIP() << "JACKAL_AIC_REAL_DATA is not set";
+  testing::internal::CaptureStdout();
+  const std::string summary = replayRealDrives(files(), data(), "", 1);
+  const std::string table = testing::internal::GetCapturedStdout();
+  const std::regex format("false alarms: [0-9]+; yaw error / best constant: worst ([0-9]+\\.[0-9]{3}|-)");
+  EXPECT_TRUE(std::regex_match(summary, format)) << summary;
+  for (const std::string& path : recordingsIn(data())) {
+    const std::string name = readRecording(path).name;
+    for (const char* model : {"assumed", "identified"}) {
+      EXPECT_TRUE(std::regex_search(table, std::regex(name + " +" + model + " +[0-9]+"))) << name << " " << model;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace jackal_aic::sim
