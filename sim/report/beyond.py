@@ -4,20 +4,12 @@ import itertools
 import statistics
 
 import figures
-from markup import anchor, cell, escape, seconds, table
+from markup import cell, link, table
 from beyond_bars import BARS, CHANNEL_RATIOS
 
 KINDS = ('comparison', 'perturbations', 'perturbation_pairs', 'belief_accuracy')  # of the experiments shown here
 
 WORST = 10  # pairs listed
-
-INTRODUCTION = '''
-<p><b>Predictive</b> carries the drive train and its dead time in its generative model; its belief is unbiased. The differential
-drive is open loop and is told the true wheel gain where that is changed: it is the plant's own limit. Every controller keeps the
-settings of its preset; the predictive controller's model is that of the undisturbed plant. Velocity and yaw rate are the robot's true
-ones. A bar that is missed is printed in red, with what was reached.</p>
-'''
-
 
 def beyond(results):
     """Names of the experiments shown here, in order."""
@@ -59,7 +51,7 @@ def wide_table(runs, columns):
     groups = [('', 2)] + [(word(controller), len(columns)) for controller in controllers]
     rows = []
     for (plant, case), group in by_case(runs).items():
-        cells = [cell(plant, True), cell(escape(case), True)]
+        cells = [cell(plant, True), cell(case, True)]
         for controller in controllers:
             run = group.get(controller)
             cells += [content(run, group) if run else cell('') for _, content in columns]
@@ -123,17 +115,16 @@ def pair_table(results, name):
                      figure(max((abs(run['steady_error_pct']) for run in stable), default=None))])
     counts = table(['<plant', '<controller', 'pairs', 'unstable', 'settled in 0.5 s', 'in 0.8 s', 'in 1.0 s', 'median [s]',
                     'slowest [s]', 'largest error [%]'], rows)
-    return counts + worst_pairs(results.runs[name])
+    return [('', counts), (f'The {WORST} slowest of the predictive controller:', worst_pairs(results.runs[name]))]
 
 
 def worst_pairs(runs):
     ours = [run for run in runs if run['controller'] == 'predictive']
     ours.sort(key=lambda run: run['settling_s'] if run.stable and run['settling_s'] is not None else float('inf'), reverse=True)
-    rows = [[cell(run['plant'], True), cell(escape(run.label), True),
+    rows = [[cell(run['plant'], True), cell(run.label, True),
              figure(run['settling_s']) if run.stable else cell('unstable', style='no'), figure(run['overshoot_pct'], 1),
              figure(run['steady_error_pct'], 2, sign=True)] for run in ours[:WORST]]
-    return (f'<p>The {WORST} slowest of the predictive controller:</p>' +
-            table(['<plant', '<pair', 'settling [s]', 'overshoot [%]', 'error [%]'], rows))
+    return table(['<plant', '<pair', 'settling [s]', 'overshoot [%]', 'error [%]'], rows)
 
 
 def square_table(results, name):
@@ -171,7 +162,7 @@ def precision_table(results, name):
     rows = []
     for run in results.runs[name]:
         learned = run.label.endswith('learned')
-        cells = [cell(run['plant'], True), cell(escape(run.label), True)]
+        cells = [cell(run['plant'], True), cell(run.label, True)]
         cells += [figure(run[column], 2, not learned or abs(run[column] - 1.0) <= 0.2) for column in CHANNEL_RATIOS]
         cells += [cell(f'{run[column]:.4f}') for column in ('belief_rms_mps', 'belief_rms_radps')]
         rows.append(cells)
@@ -180,7 +171,7 @@ def precision_table(results, name):
 
 
 def accelerometer_table(results, name):
-    rows = [[cell(escape(run.label), True), figure(run['slip_alpha'], 3), figure(run['effective_track'], 3),
+    rows = [[cell(run.label, True), figure(run['slip_alpha'], 3), figure(run['effective_track'], 3),
              *(cell(f'{run[column]:.4f}') for column in ('belief_rms_mps', 'belief_rms_radps', 'tracking_rms_mps', 'tracking_rms_radps'))]
             for run in results.runs[name]]
     return table(['<case', 'slip', 'effective track [m]', 'speed [m/s]', 'yaw rate [rad/s]', 'speed [m/s]', 'yaw rate [rad/s]'], rows,
@@ -207,25 +198,27 @@ TABLES = {
 }
 
 
+def tables_of(results, name):
+    """The tables of an experiment, each with the words above it."""
+    tables = TABLES[name](results, name)
+    return [{'words': words, 'table': numbers} for words, numbers in (tables if isinstance(tables, list) else [('', tables)])]
+
+
 def bar_table(results):
     rows = []
     for name, text, judge in BARS:
         met, reached = judge(results)
-        rows.append([cell(f'<a href="#{anchor(name)}">{escape(results.experiments[name]["title"])}</a>', True), cell(escape(text), True),
-                     cell('met' if met else 'missed', True, 'yes' if met else 'no'), cell(escape(reached), True)])
+        rows.append([cell(link(name, results.experiments[name]['title']), True), cell(text, True),
+                     cell('met' if met else 'missed', True, 'yes' if met else 'no'), cell(reached, True)])
     return table(['<experiment', '<bar', '<', '<reached'], rows)
 
 
 def section(results, images):
-    """Everything beyond the thesis as HTML. images: by (experiment, figure)."""
-    parts = [f'<h1 id="beyond">Beyond the thesis: the predictive controller</h1>{INTRODUCTION}{bar_table(results)}']
+    """Everything beyond the thesis. images: by (experiment, figure)."""
+    sections = []
     for name in beyond(results):
         experiment = results.experiments[name]
-        parts.append(f'<h2 id="{anchor(name)}">{escape(experiment["title"])}</h2>')
-        if 'note' in experiment:
-            parts.append(f'<p class="note">{escape(experiment["note"])}</p>')
-        parts.append(f'<div class="wide">{TABLES[name](results, name)}</div>')
-        for (owner, title), (image, _) in images.items():
-            if owner == name:
-                parts.append(f'<img alt="{escape(title)}" src="{image}"><p class="note">Dashed: set point.</p>')
-    return ''.join(parts)
+        shown = [(title, image) for (owner, title), (image, _) in images.items() if owner == name]
+        sections.append({'name': name, 'title': experiment['title'], 'note': experiment.get('note'), 'tables': tables_of(results, name),
+                         'images': shown})
+    return {'bars': bar_table(results), 'sections': sections}

@@ -1,41 +1,42 @@
-"""Pieces of HTML that the sections of the report share."""
+"""What the sections of the report hand to its template (report.html.j2): texts, which it escapes, and tables of cells."""
 
-import html
+import collections
+import pathlib
 
-STYLE = '''
-body { font: 15px/1.45 sans-serif; max-width: 1100px; margin: 2em auto; padding: 0 1em; color: #222; }
-table { border-collapse: collapse; margin: .6em 0 1.2em; }
-th, td { border-bottom: 1px solid #ccc; padding: .2em .7em; text-align: right; }
-th { background: #f2f2f2; } td.text, th.text { text-align: left; }
-.yes { color: #00704d; } .no { color: #b03a00; } .note { color: #555; }
-img { max-width: 100%; } .wide { overflow-x: auto; } .wide table { font-size: 12.5px; }
-.wide th, .wide td { padding: .2em .45em; } .wide td.text { white-space: nowrap; } th.group { text-align: center; border-left: 2px solid #fff; } h2 { margin-top: 2em; border-top: 2px solid #ddd; padding-top: .6em; }
-'''
+import jinja2
+import markupsafe
 
-escape = html.escape
+Cell = collections.namedtuple('Cell', 'content names')
+Table = collections.namedtuple('Table', 'headings rows groups')
 
 
 def cell(content, text=False, style=''):
-    names = ' '.join(filter(None, ('text' if text else '', style)))
-    return f'<td class="{names}">{content}</td>' if names else f'<td>{content}</td>'
+    """A cell of a table; text: left-aligned; style: yes, no or note."""
+    return Cell(content, ' '.join(filter(None, ('text' if text else '', style))))
 
 
 def table(headings, rows, groups=()):
     """Headings that begin with '<' are for left-aligned columns. groups: (heading, columns it spans) above them."""
-    over = ''.join(f'<th class="group" colspan="{span}">{escape(heading)}</th>' for heading, span in groups)
-    over = f'<tr>{over}</tr>' if over else ''
-    head = ''.join(f'<th class="text">{escape(h[1:])}</th>' if h.startswith('<') else f'<th>{escape(h)}</th>'
-                   for h in headings)
-    return f'<table>{over}<tr>{head}</tr>' + ''.join(f'<tr>{"".join(row)}</tr>' for row in rows) + '</table>'
+    return Table(headings, rows, groups)
+
+
+def link(name, words):
+    """A link to what is called so on the page."""
+    return markupsafe.Markup('<a href="#{}">{}</a>').format(anchor(name), words)
 
 
 def seconds(value):
     return '–' if value is None else f'{value:.2f}'
 
 
-def number(value):
-    return '–' if value is None else f'{value:g}'
-
-
 def anchor(name):
-    return escape(name.replace(' ', '_'))
+    return name.replace(' ', '_')
+
+
+def rendered(**content):
+    """The page as HTML."""
+    loader = jinja2.FileSystemLoader(str(pathlib.Path(__file__).resolve().parent))
+    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True,
+                                     undefined=jinja2.StrictUndefined)
+    environment.filters['anchor'] = anchor
+    return environment.get_template('report.html.j2').render(content)

@@ -16,7 +16,7 @@ import claims
 import detection
 import faults
 import figures
-from markup import STYLE, anchor, cell, escape, seconds, table
+from markup import cell, rendered, seconds, table
 from results import ResultError, Results
 
 PACKAGE = pathlib.Path(__file__).resolve().parent.parent.parent
@@ -47,7 +47,7 @@ def settings(run):
             parts.append(f'p {run["orders"]:g}')
     if run.label:
         parts.append(run.label)
-    return escape(', '.join(parts))
+    return ', '.join(parts)
 
 
 def ours(run, name):
@@ -75,11 +75,11 @@ def step_table(results, name, thesis):
         for run in shown:
             is_compared = run is compared
             rows.append([
-                cell(escape(entry['row']), True), cell(escape(entry.get('column', '')), True), cell(settings(run), True),
+                cell(entry['row'], True), cell(entry.get('column', ''), True), cell(settings(run), True),
                 cell(run['integrator'] or '–', True), ours(run, 'settling'), theirs(run, 'settling', entry.get('unstable')),
                 ours(run, 'rise'), theirs(run, 'rise', entry.get('unstable')),
                 *(residual(run) if is_compared else [cell(''), cell('')]),
-                cell(seconds(run['overshoot_pct']) if run.stable else ''), cell(escape(note_of(entry)), True, 'note')
+                cell(seconds(run['overshoot_pct']) if run.stable else ''), cell(note_of(entry), True, 'note')
             ])
     return table(['<row', '<column', '<setting', '<integrator', 'settling ours [s]', 'thesis', 'rise ours [s]', 'thesis',
                   '|ln| settling', '|ln| rise', 'overshoot [%]', '<note'], rows)
@@ -151,23 +151,23 @@ def parameter_table(results, thesis):
             if preset in entry:
                 value = presets[preset][entry['parameter']]
                 agrees = value == entry[preset]
-                rows.append([cell(escape(entry['parameter']), True), cell(preset, True), cell(escape(str(value))),
-                             cell(escape(str(entry[preset]))), cell('same' if agrees else 'differs', style='yes' if agrees else 'no'),
-                             cell(escape(note_of(entry)), True, 'note')])
+                rows.append([cell(entry['parameter'], True), cell(preset, True), cell(str(value)),
+                             cell(str(entry[preset])), cell('same' if agrees else 'differs', style='yes' if agrees else 'no'),
+                             cell(note_of(entry), True, 'note')])
     return table(['<parameter', '<controller', 'ours', 'thesis', '', '<note'], rows)
 
 
 def tested_table(thesis):
-    rows = [[cell(figures.NAMES[entry['parameter']], True), cell(escape(', '.join(f'{v:g}' for v in entry['values'])), True),
-             cell(escape(note_of(entry)), True, 'note')] for entry in thesis['rows']]
+    rows = [[cell(figures.NAMES[entry['parameter']], True), cell(', '.join(f'{v:g}' for v in entry['values']), True),
+             cell(note_of(entry), True, 'note')] for entry in thesis['rows']]
     return table(['<parameter', '<values', '<note'], rows)
 
 
 def claim_table(verdicts, name):
-    rows = [[cell(escape(place), True), cell(escape(text), True),
+    rows = [[cell(place, True), cell(text, True),
              cell('agrees' if verdict.agrees else 'differs', style='yes' if verdict.agrees else 'no'),
-             cell(escape(verdict.ours), True)] for experiment, place, text, verdict in verdicts if experiment == name]
-    return table(['<where', '<the thesis says', 'ours', '<our numbers'], rows) if rows else ''
+             cell(verdict.ours, True)] for experiment, place, text, verdict in verdicts if experiment == name]
+    return table(['<where', '<the thesis says', 'ours', '<our numbers'], rows)
 
 
 def figure_groups(experiment):
@@ -208,17 +208,17 @@ def show_progress(done, total):
 
 
 def figure_section(results, images, name):
-    parts = []
+    """Title, image and notes of each figure of an experiment."""
+    section = []
     for figure, panels in figure_groups(results.experiments[name]):
         image, diverges = images[name, figure]
-        title = f'Figure {figure}'
         notes = []
         if any(p['signal'] == 'measured' for p in panels):
             notes.append('Dashed: set point. Full marker: our settling time; open: the thesis\'.')
         if diverges:
             notes.append('A diverging belief is drawn on a logarithmic axis until it leaves the numbers of the machine.')
-        parts.append(f'<h4 id="{anchor(title)}">{title}</h4><img alt="{title}" src="{image}"><p class="note">{" ".join(notes)}</p>')
-    return ''.join(parts)
+        section.append({'title': f'Figure {figure}', 'image': image, 'notes': ' '.join(notes)})
+    return section
 
 
 def numbers_of(results, name):
@@ -230,27 +230,30 @@ def numbers_of(results, name):
     if experiment['kind'] == 'usable_range':
         return range_table(results, results.tables[experiment['table']])
     if experiment['kind'] == 'squares':
-        return (f'<p>Ours: period {experiment["period"]} s, {experiment["cycles"]} periods.</p>' + square_table(runs))
+        return square_table(runs)
     return run_table(runs)
+
+
+def notes_of(results, name):
+    experiment = results.experiments[name]
+    notes = [experiment.get('note'), results.tables[experiment['table']].get('note') if 'table' in experiment else None]
+    if experiment['kind'] == 'squares':
+        notes.append(f'Ours: period {experiment["period"]} s, {experiment["cycles"]} periods.')
+    return [note for note in notes if note]
 
 
 def experiment_section(results, images, verdicts, name):
     experiment = results.experiments[name]
     heading = f'Table {experiment["table"]}: ' if 'table' in experiment else ''
-    notes = [experiment.get('note'), results.tables[experiment['table']].get('note') if 'table' in experiment else None]
-    text = ''.join(f'<p class="note">{escape(note)}</p>' for note in notes if note)
-    return (f'<h2 id="{anchor(name)}">{heading}{escape(experiment["title"])}</h2>{text}' + numbers_of(results, name) +
-            claim_table(verdicts, name) + figure_section(results, images, name))
+    return {'name': name, 'title': heading + experiment['title'], 'notes': notes_of(results, name), 'numbers': numbers_of(results, name),
+            'claims': claim_table(verdicts, name), 'figures': figure_section(results, images, name)}
 
 
 def data_sections(results):
     """The tables of the thesis that hold settings, no results."""
-    parts = []
-    for name, thesis in results.tables.items():
-        if thesis['kind'] in ('controller_parameters', 'tested_values'):
-            body = tested_table(thesis) if thesis['kind'] == 'tested_values' else parameter_table(results, thesis)
-            parts.append(f'<h2 id="table_{anchor(name)}">Table {name}: {escape(thesis["title"])}</h2>{body}')
-    return ''.join(parts)
+    makers = {'tested_values': tested_table, 'controller_parameters': lambda thesis: parameter_table(results, thesis)}
+    return [{'name': name, 'title': thesis['title'], 'table': makers[thesis['kind']](thesis)}
+            for name, thesis in results.tables.items() if thesis['kind'] in makers]
 
 
 def reproduced(results):
@@ -258,21 +261,15 @@ def reproduced(results):
     return [name for name in results.experiments if name not in beyond.beyond(results)]
 
 
-def checklist(results):
-    """Every table and figure of the thesis with a link to its place here."""
-    tables = []
-    for name in results.tables:
-        tables.append(f'<a href="#table_{anchor(name)}">{name}</a>')
-    links = []
-    for name in reproduced(results):
-        for figure, _ in figure_groups(results.experiments[name]):
-            links.append(f'<a href="#Figure_{anchor(figure)}">{figure}</a>')
-    return f'<p><b>Tables:</b> {" · ".join(tables)}</p><p><b>Figures:</b> {" · ".join(dict.fromkeys(links))}</p>'
+def figures_shown(results):
+    """The figures of the thesis that are here, in order."""
+    shown = [figure for name in reproduced(results) for figure, _ in figure_groups(results.experiments[name])]
+    return list(dict.fromkeys(shown))
 
 
 def plant_table(results):
     plants = {name: results.config(name)['plant'] for name in ('plant_box', 'plant')}
-    rows = [[cell(escape(words), True), cell(f'{plants["plant_box"][key]:g}'), cell(f'{plants["plant"][key]:g}'), cell(unit, True)]
+    rows = [[cell(words, True), cell(f'{plants["plant_box"][key]:g}'), cell(f'{plants["plant"][key]:g}'), cell(unit, True)]
             for key, words, unit in FITTED]
     return table(['<fitted parameter', 'box', 'ground', '<unit'], rows)
 
@@ -281,29 +278,12 @@ def bar_table(results):
     rows = []
     for tables, words, bar in BARS:
         error, count = results.mean_error(tables)
-        rows.append([cell(escape(', '.join(tables)), True), cell(escape(words), True), cell(str(count)), cell(f'{error:.3f}'),
+        rows.append([cell(', '.join(tables), True), cell(words, True), cell(str(count)), cell(f'{error:.3f}'),
                      cell(f'{bar:.2f}'), cell('met' if error <= bar else 'missed', style='yes' if error <= bar else 'no')])
     for tables in sorted({t for group, _, _ in BARS for t in group}):
         error, count = results.mean_error([tables])
         rows.append([cell(tables, True), cell('alone', True), cell(str(count)), cell(f'{error:.3f}'), cell(''), cell('')])
     return table(['<tables', '<used as', 'values', 'mean |ln(ours/thesis)|', 'bar', ''], rows)
-
-
-INTRODUCTION = '''
-<p><a href="#beyond">Beyond the thesis: the predictive controller</a> · <a href="#detection">Fault
-detection</a> · <a href="#faults">Faults</a></p>
-<p>Every table and figure of B.D. van der Meer, <i>Control analysis of an active inference controller for a skid-steer mobile
-robot</i> (TU Delft, 2022), run again on this package's simulated Jackal, without ROS, in steps of 1 ms.</p>
-<p><b>How to read it.</b> Velocity is the true velocity of base_link; on the box, where the robot cannot move, what its wheels
-would give without slip. Settling is the time after which the velocity stays within 5 % of its final value, rise from 10 % to
-90 % of the set point. The thesis integrates the belief by forward Euler. Where that converges at the row's rate, ours is
-compared with <i>euler</i>; elsewhere the thesis' equations diverge with its own integrator, and ours is compared with
-<i>exact</i> (the same equations without integration error), with both shown. |ln| is |ln(ours/thesis)|: 0.10 is about
-10 %. The thesis' own repeats of one condition (standard controller, 0.5 m/s) range from 0.73 to 0.94 s.</p>
-<p><b>Where the plant comes from.</b> The motors' dead time, lag and integral gain were fitted to the thesis' settling and rise
-times by <code>experiments calibrate</code>, once for the box (Tables 5-2, 5-4, 5-6, 5-9) and once, with the acceleration limit,
-for the ground (Tables 3-1a, 3-1b). Masses, inertias and geometry come from the URDF.</p>
-'''
 
 
 def evaluate(results):
@@ -312,17 +292,11 @@ def evaluate(results):
 
 def page(results, images):
     verdicts = evaluate(results)
-    agreed = sum(1 for *_, verdict in verdicts if verdict.agrees)
-    differing = ''.join(f'<li><a href="#{anchor(name)}">{escape(place)}</a>: {escape(text)} Ours: {escape(verdict.ours)}.</li>'
-                        for name, place, text, verdict in verdicts if not verdict.agrees)
-    sections = ''.join(experiment_section(results, images, verdicts, name) for name in reproduced(results))
-    return ('<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>The thesis, reproduced</title>'
-            f'<style>{STYLE}</style></head><body><h1>The thesis, reproduced</h1>{INTRODUCTION}'
-            f'<h2>Every table and figure</h2>{checklist(results)}'
-            f'<h2>Fit of the plant</h2>{plant_table(results)}{bar_table(results)}'
-            f'<h2>Where ours differs</h2><p>Of {len(verdicts)} statements of the thesis, ours agrees with {agreed}. '
-            f'It differs in:</p><ul>{differing}</ul>{data_sections(results)}{sections}{beyond.section(results, images)}'
-            f'{detection.section(results.directory)}{faults.section(results.directory.parent / "faults.csv")}</body></html>\n')
+    return rendered(tables=list(results.tables), figures=figures_shown(results), plants=plant_table(results), bars=bar_table(results),
+                    verdicts=verdicts, agreed=sum(1 for *_, verdict in verdicts if verdict.agrees), data=data_sections(results),
+                    experiments=[experiment_section(results, images, verdicts, name) for name in reproduced(results)],
+                    beyond=beyond.section(results, images), detection=detection.section(results.directory),
+                    faults=faults.section(results.directory.parent / 'faults.csv'))
 
 
 def main():
