@@ -4,10 +4,9 @@
 /// The predictive controller as configured on the simulated robot, stepped by hand, so that a test sees its beliefs.
 
 #include <cmath>
-#include <fstream>
-#include <sstream>
 #include <string>
 
+#include "../repository.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_aic/predictive/predictive_controller.hpp"
 #include "jackal_plant.hpp"
@@ -15,17 +14,10 @@
 
 namespace jackal_aic::sim {
 
-inline std::string textOf(const std::string& path) {
-  std::ifstream file(std::string(JACKAL_AIC_SOURCE_DIR) + "/" + path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
 template <class Parameters>
 Parameters configured(const std::string& file, const std::string& prefix) {
   ParameterMap map;
-  addYamlFile(std::string(JACKAL_AIC_SOURCE_DIR) + "/" + file, map);
+  addYamlText(textOf(file), file, map);
   return readParameters<Parameters>(map, prefix);
 }
 

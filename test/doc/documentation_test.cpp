@@ -6,25 +6,16 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <regex>
-#include <sstream>
 #include <string>
 #include <vector>
+
+#include "../repository.hpp"
 
 namespace jackal_aic {
 namespace {
 
 namespace fs = std::filesystem;
-
-const fs::path kRoot = JACKAL_AIC_SOURCE_DIR;
-
-std::string textOf(const fs::path& path) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 std::vector<fs::path> pages() {
   std::vector<fs::path> found{kRoot / "README.md", kRoot / "CONTRIBUTING.md"};

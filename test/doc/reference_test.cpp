@@ -7,10 +7,10 @@
 #include <fstream>
 #include <regex>
 #include <set>
-#include <sstream>
 #include <string>
 #include <vector>
 
+#include "../repository.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_aic/safety/stop_cause.hpp"
 #include "node_parameters.hpp"
@@ -21,17 +21,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kRoot = JACKAL_AIC_SOURCE_DIR;
 constexpr const char* kMade =
     "<!-- Made from the code by test/doc/regenerate_reference; a test compares. Change the code, not this page. "
     "-->\n\n";
-
-std::string textOf(const fs::path& path) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 /// A text with every match of a pattern replaced.
 std::string replaced(const std::string& text, const std::string& pattern, const std::string& by) {

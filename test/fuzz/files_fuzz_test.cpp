@@ -37,13 +37,13 @@ void readOrRefuse(const std::string& input, Outcomes& outcomes, Read read) {
 }
 
 TEST(FilesFuzz, ControllerFilesAreReadOrRefused) {
-  std::string urdf = packageFile("sim/urdf/jackal.urdf");
-  const std::string robot = packageFile("config/jackal.yaml"), plant_model = packageFile("config/plant_model.yaml");
+  std::string urdf = textOf("sim/urdf/jackal.urdf");
+  const std::string robot = textOf("config/jackal.yaml"), plant_model = textOf("config/plant_model.yaml");
   Random random(1);
   Outcomes outcomes;
   for (int i = fuzzInputs(0.04); i > 0; --i) {
     const char* presets[] = {"standard", "improved", "predictive"};
-    const std::string text = packageFile(std::string("config/") + presets[random.below(3)] + ".yaml") + robot +
+    const std::string text = textOf(std::string("config/") + presets[random.below(3)] + ".yaml") + robot +
                              (random.chance(0.5) ? plant_model : "");
     readOrRefuse(random.damaged(text), outcomes, [&](const std::string& input) {
       ParameterMap map;
@@ -57,7 +57,7 @@ TEST(FilesFuzz, ControllerFilesAreReadOrRefused) {
 }
 
 TEST(FilesFuzz, PlantFilesAreReadOrRefused) {
-  const std::string text = packageFile("config/plant.yaml");
+  const std::string text = textOf("config/plant.yaml");
   Random random(2);
   Outcomes outcomes;
   for (int i = fuzzInputs(0.04); i > 0; --i) {
@@ -74,7 +74,7 @@ TEST(FilesFuzz, PlantFilesAreReadOrRefused) {
 }
 
 TEST(FilesFuzz, UrdfsAreReadOrRefused) {
-  const std::string text = packageFile("sim/urdf/jackal.urdf");
+  const std::string text = textOf("sim/urdf/jackal.urdf");
   Random random(3);
   Outcomes geometry, model;
   for (int i = fuzzInputs(0.02); i > 0; --i) {

@@ -5,11 +5,12 @@
 
 #include <cstdint>
 #include <cstdlib>
-#include <fstream>
 #include <limits>
 #include <random>
 #include <sstream>
 #include <string>
+
+#include "../repository.hpp"
 
 namespace jackal_aic::test {
 
@@ -19,14 +20,6 @@ inline int fuzzInputs(double share) {
   const char* text = std::getenv("JACKAL_AIC_FUZZ_INPUTS");
   const double all = text != nullptr ? std::atof(text) : 20000.0;
   return static_cast<int>(share * all) + 1;
-}
-
-/// A file of the package as text.
-inline std::string packageFile(const std::string& name) {
-  std::ifstream file(std::string(JACKAL_AIC_SOURCE_DIR "/") + name);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
 }
 
 /// Seeded source of everything random. Spelled out where the standard leaves the numbers to the library.

@@ -25,10 +25,10 @@ constexpr double kSlack = 1.0 + 1e-9;   // rounding
 
 NodeParameters shipped(const std::string& preset) {
   ParameterMap map;
-  addYamlText(packageFile("config/jackal.yaml"), "jackal", map);
-  addYamlText(packageFile("config/" + preset + ".yaml"), preset, map);
-  addYamlText(packageFile("config/plant_model.yaml"), "plant_model", map);
-  return readNodeParameters(map, [] { return packageFile("sim/urdf/jackal.urdf"); });
+  addYamlText(textOf("config/jackal.yaml"), "jackal", map);
+  addYamlText(textOf("config/" + preset + ".yaml"), preset, map);
+  addYamlText(textOf("config/plant_model.yaml"), "plant_model", map);
+  return readNodeParameters(map, [] { return textOf("sim/urdf/jackal.urdf"); });
 }
 
 /// What the node does between its topics, on a time of its own.

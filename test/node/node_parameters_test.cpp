@@ -3,12 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <set>
-#include <sstream>
 #include <type_traits>
 
+#include "../repository.hpp"
 #include "gain_server.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "plant_parameters.hpp"
@@ -18,12 +17,7 @@ namespace {
 
 const std::string kSource = JACKAL_AIC_SOURCE_DIR;
 
-std::string jackalUrdf() {
-  std::ifstream file(kSource + "/sim/urdf/jackal.urdf");
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
+std::string jackalUrdf() { return textOf("sim/urdf/jackal.urdf"); }
 
 ParameterMap shipped(const std::string& preset) {
   ParameterMap map;

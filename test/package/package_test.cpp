@@ -9,23 +9,15 @@
 #include <fstream>
 #include <regex>
 #include <set>
-#include <sstream>
 #include <string>
 #include <vector>
+
+#include "../repository.hpp"
 
 namespace jackal_aic {
 namespace {
 
 namespace fs = std::filesystem;
-
-const fs::path kRoot = JACKAL_AIC_SOURCE_DIR;
-
-std::string textOf(const fs::path& path) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 /// First groups of all matches in a text.
 std::set<std::string> found(const std::string& text, const std::string& pattern) {

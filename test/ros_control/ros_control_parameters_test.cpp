@@ -2,18 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <sstream>
+#include "../repository.hpp"
 
 namespace jackal_aic {
 namespace {
 
-std::string jackalUrdf() {
-  std::ifstream file(std::string(JACKAL_AIC_SOURCE_DIR) + "/sim/urdf/jackal.urdf");
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
+std::string jackalUrdf() { return textOf("sim/urdf/jackal.urdf"); }
 
 /// The least that a robot has to say.
 ParameterMap bare() {

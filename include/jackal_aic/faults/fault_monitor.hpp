@@ -62,7 +62,7 @@ struct FaultReport {
   ChannelHealth accelerometer;  ///< all axes
   bool drive_left = false;      ///< the left wheels do not follow their command (blocked, or without power)
   bool drive_right = false;     ///< the right wheels do not follow their command
-  bool moved = false;           ///< wheels that are to stand turn: the robot is pushed, or carried; no fault
+  bool moved = false;           ///< wheels that are to stand turn, or the body moves on sliding tyres; no fault
 
   /// Channels that count: neither outlier nor faulty.
   ChannelValidity valid() const;

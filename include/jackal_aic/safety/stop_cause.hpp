@@ -14,7 +14,7 @@ namespace jackal_aic {
 enum class StopCause {
   none,
   unpaired,           ///< stamps of wheel speeds and IMU data do not pair
-  moved,              ///< wheels that are to stand turn: somebody pushes or carries the robot
+  moved,              ///< pushed or carried: wheels that are to stand turn, or the body moves on sliding tyres
   imu_frozen,         ///< IMU data repeat exactly
   imu_late,           ///< past deadlines.imu
   imu_missing,        ///< never received

@@ -4,11 +4,10 @@
 /// What the tests of the plant share.
 
 #include <cmath>
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 
+#include "../../repository.hpp"
 #include "jackal_plant.hpp"
 
 namespace jackal_aic::sim {
@@ -18,13 +17,7 @@ constexpr double kWheelRadius = 0.098;  // m
 constexpr double kTrack = 0.37559;      // m
 constexpr double kGravity = 9.81;       // m/s^2
 
-inline std::string jackalUrdf() {
-  const std::string path = std::string(JACKAL_AIC_SOURCE_DIR) + "/sim/urdf/jackal.urdf";
-  std::ifstream file(path);
-  std::ostringstream text;
-  if (!file || !(text << file.rdbuf())) throw std::runtime_error(path + ": cannot be read");
-  return text.str();
-}
+inline std::string jackalUrdf() { return textOf("sim/urdf/jackal.urdf"); }
 
 /// The Jackal's URDF with the first occurrence of a text replaced.
 inline std::string jackalUrdfWith(const std::string& original, const std::string& replacement) {
