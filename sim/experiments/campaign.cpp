@@ -138,8 +138,8 @@ void runCampaign(const ExperimentTable& table, const std::vector<std::string>& n
       rows += task.line;
       traces += task.trace;
     }
-    writeText((fs::path(directory) / (names[e] + shard.suffix() + ".csv")).string(), rows);
-    writeText((fs::path(directory) / (names[e] + "_traces" + shard.suffix() + ".csv")).string(), traces);
+    writeTable(directory, names[e] + shard.suffix() + ".csv", rows);
+    writeTable(directory, names[e] + "_traces" + shard.suffix() + ".csv", traces);
   }
 }
 
@@ -148,13 +148,17 @@ std::vector<std::string> mergeShards(const std::vector<std::string>& sources, co
   if (sets.empty()) throw ParameterError("merge: no files NAME.K-of-N.csv found");
   std::map<std::string, std::string> files;
   for (const auto& [name, set] : sets) files[name] = joined(name, set);
-  createDirectory(directory);
   std::vector<std::string> names;
   for (const auto& [name, text] : files) {
-    writeText((fs::path(directory) / (name + ".csv")).string(), text);
+    writeTable(directory, name + ".csv", text);
     if (!isTrace(name)) names.push_back(name);
   }
   return names;
+}
+
+void writeTable(const std::string& directory, const std::string& name, const std::string& text) {
+  createDirectory(directory);
+  writeText((fs::path(directory) / name).string(), text);
 }
 
 void writeText(const std::string& path, const std::string& text) {

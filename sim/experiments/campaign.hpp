@@ -37,6 +37,10 @@ void runCampaign(const ExperimentTable& table, const std::vector<std::string>& n
 /// @throws ParameterError if there is none, or one of a set is missing or there twice.
 std::vector<std::string> mergeShards(const std::vector<std::string>& sources, const std::string& directory);
 
+/// Writes a file of results into a directory, which is made if it is not there. @throws ParameterError if either cannot
+/// be.
+void writeTable(const std::string& directory, const std::string& name, const std::string& text);
+
 /// Writes a file; "-" is the standard output. @throws ParameterError if it cannot be written.
 void writeText(const std::string& path, const std::string& text);
 

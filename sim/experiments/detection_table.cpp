@@ -2,14 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <limits>
 #include <random>
 
 #include "campaign.hpp"
 #include "csv.hpp"
 #include "parallel.hpp"
-#include "progress_bar.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -170,24 +168,19 @@ Alarms runOrdinary(const PackageFiles& files, const OrdinaryCase& c, double dura
 void writeDetectionTables(const PackageFiles& files, const std::string& directory, unsigned jobs) {
   const auto detections = detectionCases();
   const auto ordinary = ordinaryCases();
-  std::vector<std::string> detection_lines(detections.size()), alarm_lines(ordinary.size());
-  const std::size_t count = ordinary.size() + detections.size();
-  ProgressBar bar("detection", count, true);
   // The long runs first, so that no thread ends alone with one of them.
-  const auto run = [&](std::size_t i) {
-    if (i < ordinary.size()) {
-      alarm_lines[i] = lineOf(ordinary[i], runOrdinary(files, ordinary[i], ordinary[i].duration));
-    } else {
-      const DetectionCase& c = detections[i - ordinary.size()];
-      detection_lines[i - ordinary.size()] = lineOf(c, runCase(files, c));
-    }
-  };
-  parallelFor(count, jobs, run, [&](std::size_t done) { bar.show(done, ""); });
-  const std::filesystem::path path(directory);
-  writeText((path / "detection.csv").string(), "controller,plant,motion,fault,expected,found,delay_s\n" +
-                                                   fmt::format("{}", fmt::join(detection_lines, "")));
-  writeText((path / "alarms.csv").string(), "controller,plant,condition,duration_s,samples,outliers,fault\n" +
-                                                fmt::format("{}", fmt::join(alarm_lines, "")));
+  const auto lines = parallelResults("detection", ordinary.size() + detections.size(), jobs, [&](std::size_t i) {
+    if (i < ordinary.size()) return lineOf(ordinary[i], runOrdinary(files, ordinary[i], ordinary[i].duration));
+    const DetectionCase& c = detections[i - ordinary.size()];
+    return lineOf(c, runCase(files, c));
+  });
+  const auto begin_of_detections = lines.begin() + static_cast<std::ptrdiff_t>(ordinary.size());
+  writeTable(directory, "detection.csv",
+             fmt::format("controller,plant,motion,fault,expected,found,delay_s\n{}",
+                         fmt::join(begin_of_detections, lines.end(), "")));
+  writeTable(directory, "alarms.csv",
+             fmt::format("controller,plant,condition,duration_s,samples,outliers,fault\n{}",
+                         fmt::join(lines.begin(), begin_of_detections, "")));
 }
 
 }  // namespace jackal_aic::sim

@@ -4,12 +4,10 @@
 
 #include <Eigen/LU>
 #include <cmath>
-#include <filesystem>
 
 #include "campaign.hpp"
 #include "jackal_aic/safety/loop_odometry.hpp"
 #include "parallel.hpp"
-#include "progress_bar.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -160,11 +158,8 @@ OdometryFigures driveOdometry(const PackageFiles& files, const OdometryDrive& dr
 
 void writeOdometryTable(const PackageFiles& files, const std::string& directory, unsigned jobs) {
   const auto drives = odometryDrives();
-  std::vector<OdometryFigures> figures(drives.size());
-  ProgressBar bar("odometry", drives.size(), true);
-  parallelFor(
-      drives.size(), jobs, [&](std::size_t i) { figures[i] = driveOdometry(files, drives[i]); },
-      [&](std::size_t done) { bar.show(done, ""); });
+  const auto figures =
+      parallelResults("odometry", drives.size(), jobs, [&](std::size_t i) { return driveOdometry(files, drives[i]); });
   std::string text =
       "controller,drive,way_m,drift_m_per_m,heading_error_rad,stock_drift_m_per_m,stock_heading_error_rad,nees,"
       "inside_95\n";
@@ -174,8 +169,7 @@ void writeOdometryTable(const PackageFiles& files, const std::string& directory,
         fmt::format("{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}\n", drives[i].controller, drives[i].name,
                     f.way, f.ours.position, f.ours.heading, f.stock.position, f.stock.heading, f.nees, f.inside);
   }
-  std::filesystem::create_directories(directory);
-  writeText((std::filesystem::path(directory) / "odometry.csv").string(), text);
+  writeTable(directory, "odometry.csv", text);
 }
 
 }  // namespace jackal_aic::sim

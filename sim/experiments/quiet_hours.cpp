@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "parallel.hpp"
-#include "progress_bar.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -113,6 +112,14 @@ DriveTrainRatios drawRobot(Draws& draw, QuietRobots robots) {
 
 }  // namespace
 
+PlantParameters scaled(PlantParameters plant, const DriveTrainRatios& ratios) {
+  plant.dead_time *= ratios.dead_time;
+  plant.motor_lag *= ratios.lag;
+  plant.wheel_gain *= ratios.gain;
+  plant.acceleration_limit *= ratios.acceleration_limit;
+  return plant;
+}
+
 SetPointProfile joystickDriving(std::uint64_t seed, double duration) {
   Draws draw(seed, 0);
   SetPointProfile profile;
@@ -146,10 +153,7 @@ std::string describe(const QuietDrive& drive) {
 
 Alarms runQuiet(const PackageFiles& files, const QuietDrive& drive) {
   LoopSetup setup = loadSetup(files, drive.controller, drive.plant, drive.overrides);
-  setup.plant.dead_time *= drive.robot.dead_time;
-  setup.plant.motor_lag *= drive.robot.lag;
-  setup.plant.wheel_gain *= drive.robot.gain;
-  setup.plant.acceleration_limit *= drive.robot.acceleration_limit;
+  setup.plant = scaled(setup.plant, drive.robot);
   PlantModel model = monitorModel(files, drive.plant);
   model.identified = drive.identified;
   AlarmCounter alarms;
@@ -163,13 +167,10 @@ std::size_t runQuietHours(const PackageFiles& files, double hours, std::uint64_t
   if (!(drives >= 1.0) || drives > 1e6 || drives != std::floor(drives)) {
     throw ParameterError(fmt::format("quiet-hours = {:g}: must be a multiple of 0.5 and at most 500000 h", hours));
   }
-  std::vector<Alarms> found(static_cast<std::size_t>(drives));
-  std::size_t faults = 0;
-  ProgressBar bar("quiet hours", found.size(), true);
   const auto draw = [&](std::size_t i) { return drawQuietDrive(seed, i, kDriveTime, robots); };
-  parallelFor(
-      found.size(), jobs, [&](std::size_t i) { found[i] = runQuiet(files, draw(i)); },
-      [&](std::size_t done) { bar.show(done, ""); });
+  const auto found = parallelResults("quiet hours", static_cast<std::size_t>(drives), jobs,
+                                     [&](std::size_t i) { return runQuiet(files, draw(i)); });
+  std::size_t faults = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
     faults += found[i].faults;
     if (found[i].faults == 0) continue;

@@ -25,6 +25,9 @@ struct DriveTrainRatios {
   double acceleration_limit = 1.0;
 };
 
+/// A robot with these multiples of its drive train.
+PlantParameters scaled(PlantParameters plant, const DriveTrainRatios& ratios);
+
 /// A healthy robot and what it does.
 struct QuietDrive {
   std::string controller;   ///< a preset

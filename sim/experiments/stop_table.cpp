@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 
 #include "campaign.hpp"
 #include "parallel.hpp"
-#include "progress_bar.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -83,11 +81,8 @@ std::string nameOf(const StopCase& c) {
 std::size_t writeStopTable(const PackageFiles& files, const std::string& directory, const Overrides& overrides,
                            unsigned jobs) {
   const auto cases = stopCases();
-  std::vector<StopOutcome> outcomes(cases.size());
-  ProgressBar bar("stops", cases.size(), true);
-  parallelFor(
-      cases.size(), jobs, [&](std::size_t i) { outcomes[i] = runCase(files, cases[i], overrides); },
-      [&](std::size_t done) { bar.show(done, ""); });
+  const auto outcomes =
+      parallelResults("stops", cases.size(), jobs, [&](std::size_t i) { return runCase(files, cases[i], overrides); });
   std::string text =
       "controller,plant,limit_factor,forward_mps,yaw_radps,excess_pct,without_limit_pct,settling_s,beyond_mps,"
       "beyond_radps,kept\n";
@@ -96,7 +91,7 @@ std::size_t writeStopTable(const PackageFiles& files, const std::string& directo
     text += lineOf(cases[i], outcomes[i]);
     if (!keeps(outcomes[i], barsOf(cases[i]))) ++missed;
   }
-  writeText((std::filesystem::path(directory) / "stops.csv").string(), text);
+  writeTable(directory, "stops.csv", text);
   return missed;
 }
 

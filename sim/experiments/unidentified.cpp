@@ -4,13 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
 #include "campaign.hpp"
 #include "csv.hpp"
 #include "parallel.hpp"
 #include "plant_conversion.hpp"
-#include "progress_bar.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -60,12 +58,7 @@ LoopSetup setupFor(const PackageFiles& files, const std::string& controller, con
                               {{"limits.linear_acceleration", fmt::format("{}", limits.linear_acceleration)},
                                {"limits.angular_acceleration", fmt::format("{}", limits.angular_acceleration)}});
   setup.drive.plant_model = assumed;
-  PlantModel truth = assumed;
-  truth.dead_time *= robot.dead_time;
-  truth.lag *= robot.lag;
-  truth.gain *= robot.gain;
-  truth.acceleration_limit *= robot.acceleration_limit;
-  setup.plant = simulatedRobot(truth, setup.plant);
+  setup.plant = scaled(simulatedRobot(assumed, setup.plant), robot);
   setup.plant.seed = seed;
   return setup;
 }
@@ -135,15 +128,12 @@ UnidentifiedDrive driveUnidentified(const PackageFiles& files, const std::string
 std::string writeUnidentifiedTable(const PackageFiles& files, const std::string& controller, double duration,
                                    std::uint64_t seed, const std::string& directory, unsigned jobs) {
   const auto robots = unidentifiedRobots();
-  std::vector<UnidentifiedDrive> drives(robots.size());
-  ProgressBar bar("unidentified robots", robots.size(), true);
-  parallelFor(
-      robots.size(), jobs,
-      [&](std::size_t i) { drives[i] = driveUnidentified(files, controller, robots[i], duration, seed + i); },
-      [&](std::size_t done) { bar.show(done, ""); });
+  const auto drives = parallelResults("unidentified robots", robots.size(), jobs, [&](std::size_t i) {
+    return driveUnidentified(files, controller, robots[i], duration, seed + i);
+  });
   std::string text = "controller,dead_time,lag,gain,acceleration_limit,duration_s,swings,faults,first\n";
   for (std::size_t i = 0; i < robots.size(); ++i) text += lineOf(controller, robots[i], duration, drives[i]);
-  writeText((std::filesystem::path(directory) / "unidentified.csv").string(), text);
+  writeTable(directory, "unidentified.csv", text);
   const auto count = [&](const auto& condition) { return std::count_if(drives.begin(), drives.end(), condition); };
   return fmt::format("oscillating: {}, with faults: {} of {} robots",
                      count([](const UnidentifiedDrive& d) { return d.oscillates(); }),
