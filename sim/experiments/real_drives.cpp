@@ -89,10 +89,10 @@ class AlarmWatch {
 /// A drive loop in the place of the one that would have run on the robot.
 class Replay {
  public:
-  Replay(const DriveParameters& parameters, const CommandPath& path)
-      : Replay(parameters, path, makeController(parameters)) {}
+  explicit Replay(const DriveParameters& parameters) : Replay(parameters, makeController(parameters)) {}
 
-  void take(const RecordedSample& sample) {
+  /// @param applied what the motors got; empty if that is not known.
+  void take(const RecordedSample& sample, const std::optional<WheelCommand>& applied) {
     const double now = sample.observation.stamp;
     const Observation& y = sample.observation;
     if (sample.starts) {
@@ -101,7 +101,7 @@ class Replay {
     }
     for (; clock_ + kTick < now; clock_ += kTick) tick(clock_ + kTick);
     controller_.freezeLearning(sample.step >= 0 && isHeldOut(sample.step));
-    command(sample, now);
+    command(applied, now);
     SensorReading reading;
     reading.observation = y;
     reading.may_repeat = true;  // the recordings hold no positions, which would tell
@@ -121,19 +121,14 @@ class Replay {
   const PredictiveController& controller() const { return controller_; }
 
  private:
-  Replay(const DriveParameters& parameters, const CommandPath& path, std::unique_ptr<VelocityController> controller)
-      : path_(path),
-        kinematics_(parameters.geometry),
+  Replay(const DriveParameters& parameters, std::unique_ptr<VelocityController> controller)
+      : kinematics_(parameters.geometry),
         controller_(dynamic_cast<PredictiveController&>(*controller)),
         loop_(parameters, std::move(controller)) {}
 
-  void command(const RecordedSample& sample, double now) {
-    WheelCommand command;
-    if (sample.command) {
-      command = path_.applied(*sample.command);
-      loop_.applied(command, AppliedSource::drive, now);
-    }
-    const BodyVector body = kinematics_.bodyVelocity(command);
+  void command(const std::optional<WheelCommand>& applied, double now) {
+    if (applied) loop_.applied(*applied, AppliedSource::drive, now);
+    const BodyVector body = kinematics_.bodyVelocity(applied.value_or(WheelCommand{}));
     loop_.setSetPoint({body(kForward), 0.0, body(kYaw)}, now);
   }
 
@@ -142,7 +137,6 @@ class Replay {
     watch_.look(loop_.status(), now);
   }
 
-  CommandPath path_;
   SkidSteerKinematics kinematics_;
   PredictiveController& controller_;
   DriveLoop loop_;
@@ -253,10 +247,11 @@ std::string csvText(const std::vector<Row>& rows) {
 }  // namespace
 
 RealFigures replay(const PackageFiles& files, const RobotRecording& recording, RealModel model) {
-  const CommandPath path = fitCommandPath(steadyBlocks(recording));
+  const CommandPath path = fitCommandPath(recording);
   const DriveParameters parameters = driveParameters(files, recording, path, model);
-  Replay replay(parameters, path);
-  for (const RecordedSample& sample : recording.samples) replay.take(sample);
+  Replay replay(parameters);
+  const auto commands = appliedCommands(recording, path);
+  for (std::size_t i = 0; i < commands.size(); ++i) replay.take(recording.samples[i], commands[i]);
   RealFigures figures;
   figures.model = *parameters.plant_model;
   figures.samples = recording.samples.size();

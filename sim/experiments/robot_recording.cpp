@@ -236,7 +236,41 @@ double ratio(const std::vector<SteadyBlock>& blocks, double (*part)(const WheelC
   return std::clamp(median(ratios, 1.0), 0.2, 5.0);
 }
 
-CommandPath pathOf(const std::vector<double>& p) { return {p[0], p[1], p[2], p[3]}; }
+/// A command by what it does to the body.
+struct Parts {
+  double forward = 0.0;     // mean of the sides [rad/s]
+  double difference = 0.0;  // of the sides [rad/s]
+};
+
+Parts partsOf(const WheelCommand& wheels) { return {mean(wheels), difference(wheels)}; }
+
+/// The parts of a command after gains and cut.
+Parts partsOf(const CommandPath& path, const WheelCommand& recorded) {
+  return {path.forward_gain * mean(recorded),
+          std::clamp(path.yaw_gain * difference(recorded), -path.largest_difference, path.largest_difference)};
+}
+
+WheelCommand slowed(const CommandPath& path, const Parts& parts) {
+  WheelCommand command{parts.forward - 0.5 * parts.difference, parts.forward + 0.5 * parts.difference};
+  const double slower = std::min(1.0, path.largest_wheel_speed / std::max(magnitude(command), 1e-9));
+  command.left *= slower;
+  command.right *= slower;
+  return command;
+}
+
+/// A value a sample later on its way to a goal. @param rate largest [1/s].
+double towards(double value, double goal, double rate) {
+  return value + std::clamp(goal - value, -rate * kPeriod, rate * kPeriod);
+}
+
+CommandPath pathOf(const std::vector<double>& p) {
+  CommandPath path;
+  path.forward_gain = p[0];
+  path.yaw_gain = p[1];
+  path.largest_difference = p[2];
+  path.largest_wheel_speed = p[3];
+  return path;
+}
 
 /// Sum of the absolute errors of a path over the pieces at `data` [rad/s].
 double pathError(const std::vector<double>& p, std::vector<double>&, void* data) {
@@ -246,6 +280,63 @@ double pathError(const std::vector<double>& p, std::vector<double>&, void* data)
     sum += (path.applied(block.command).vector() - block.wheels.vector()).lpNorm<1>();
   }
   return sum;
+}
+
+/// Gains and cuts.
+CommandPath steadyPath(const std::vector<SteadyBlock>& blocks) {
+  double fastest = 0.0, widest = 0.0;
+  for (const auto& block : blocks) {
+    fastest = std::max(fastest, magnitude(block.wheels));
+    widest = std::max(widest, std::abs(difference(block.wheels)));
+  }
+  std::vector<double> p{ratio(blocks, mean), ratio(blocks, difference), 0.95 * widest, 0.95 * fastest};
+  nlopt::opt search(nlopt::LN_SBPLX, 4);
+  search.set_min_objective(pathError, const_cast<std::vector<SteadyBlock>*>(&blocks));
+  search.set_lower_bounds({0.1, 0.1, 0.1, 0.1});
+  search.set_upper_bounds({10.0, 10.0, 2.0 * widest + 0.2, 2.0 * fastest + 0.2});
+  search.set_initial_step({0.1, 0.1, 0.1 * widest + 0.01, 0.1 * fastest + 0.01});
+  search.set_xtol_rel(1e-4);
+  search.set_maxeval(2000);
+  double least = 0.0;
+  search.optimize(p, least);
+  return pathOf(p);
+}
+
+/// Sum of the absolute errors of one part of the command against that of the wheels some samples later [rad/s].
+double rateError(const RobotRecording& recording, const CommandPath& path, double Parts::*part, double rate,
+                 std::size_t delay) {
+  const auto& samples = recording.samples;
+  double sum = 0.0, now = 0.0;
+  std::size_t begin = 0;  // of the stretch
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const auto measured = [&](std::size_t k) {
+      return partsOf(WheelCommand{samples[k].observation.wheel_left, samples[k].observation.wheel_right}).*part;
+    };
+    if (samples[i].starts) {
+      begin = i;
+      now = measured(i);
+    }
+    if (!samples[i].command || i < begin + delay) continue;
+    now = towards(now, partsOf(path, *samples[i - delay].command).*part, rate);
+    sum += std::abs(now - measured(i));
+  }
+  return sum;
+}
+
+/// The rate that explains a part of the wheels' speeds best, whatever the delay up to 0.4 s [rad/s^2].
+double bestRate(const RobotRecording& recording, const CommandPath& path, double Parts::*part) {
+  constexpr double kSlowest = 0.5, kFastest = 100.0, kFiner = 1.15;  // rad/s^2, rad/s^2, ratio
+  constexpr std::size_t kLongestDelay = 8;                           // samples
+  double best = kFastest, least = HUGE_VAL;
+  for (double rate = kSlowest; rate <= kFastest; rate *= kFiner) {
+    for (std::size_t delay = 0; delay <= kLongestDelay; ++delay) {
+      const double error = rateError(recording, path, part, rate, delay);
+      if (error >= least) continue;
+      least = error;
+      best = rate;
+    }
+  }
+  return best;
 }
 
 }  // namespace
@@ -323,48 +414,47 @@ std::vector<SteadyBlock> steadyBlocks(const RobotRecording& recording) {
 }
 
 WheelCommand CommandPath::applied(const WheelCommand& recorded) const {
-  const double forward = forward_gain * mean(recorded);
-  const double half = 0.5 * std::clamp(yaw_gain * difference(recorded), -largest_difference, largest_difference);
-  WheelCommand command{forward - half, forward + half};
-  const double slower = std::min(1.0, largest_wheel_speed / std::max(magnitude(command), 1e-9));
-  command.left *= slower;
-  command.right *= slower;
-  return command;
+  return slowed(*this, partsOf(*this, recorded));
 }
 
-CommandPath fitCommandPath(const std::vector<SteadyBlock>& blocks) {
+CommandPath fitCommandPath(const RobotRecording& recording) {
   constexpr std::size_t kFew = 8;
+  const std::vector<SteadyBlock> blocks = steadyBlocks(recording);
   if (blocks.size() < kFew) return {};
-  double fastest = 0.0, widest = 0.0;
-  for (const auto& block : blocks) {
-    fastest = std::max(fastest, magnitude(block.wheels));
-    widest = std::max(widest, std::abs(difference(block.wheels)));
+  CommandPath path = steadyPath(blocks);
+  path.largest_forward_rate = bestRate(recording, path, &Parts::forward);
+  path.largest_difference_rate = bestRate(recording, path, &Parts::difference);
+  return path;
+}
+
+std::vector<std::optional<WheelCommand>> appliedCommands(const RobotRecording& recording, const CommandPath& path) {
+  std::vector<std::optional<WheelCommand>> commands;
+  Parts now;
+  for (const RecordedSample& s : recording.samples) {
+    if (s.starts) now = partsOf({s.observation.wheel_left, s.observation.wheel_right});
+    commands.emplace_back();
+    if (!s.command) continue;
+    const Parts goal = partsOf(path, *s.command);
+    now.forward = towards(now.forward, goal.forward, path.largest_forward_rate);
+    now.difference = towards(now.difference, goal.difference, path.largest_difference_rate);
+    commands.back() = slowed(path, now);
   }
-  std::vector<double> p{ratio(blocks, mean), ratio(blocks, difference), 0.95 * widest, 0.95 * fastest};
-  nlopt::opt search(nlopt::LN_SBPLX, 4);
-  search.set_min_objective(pathError, const_cast<std::vector<SteadyBlock>*>(&blocks));
-  search.set_lower_bounds({0.1, 0.1, 0.1, 0.1});
-  search.set_upper_bounds({10.0, 10.0, 2.0 * widest + 0.2, 2.0 * fastest + 0.2});
-  search.set_initial_step({0.1, 0.1, 0.1 * widest + 0.01, 0.1 * fastest + 0.01});
-  search.set_xtol_rel(1e-4);
-  search.set_maxeval(2000);
-  double least = 0.0;
-  search.optimize(p, least);
-  return pathOf(p);
+  return commands;
 }
 
 DriveRecording driveRecording(const RobotRecording& recording, const CommandPath& path, std::size_t end) {
   DriveRecording drive;
   double removed = 0.0;  // s, between the stretches
   double last = 0.0;
+  const auto commands = appliedCommands(recording, path);
   for (std::size_t i = 0; i < std::min(end, recording.samples.size()); ++i) {
     const RecordedSample& s = recording.samples[i];
-    if (!s.command) continue;
+    if (!commands[i]) continue;
     const Observation& y = s.observation;
     if (drive.wheels.empty()) removed = y.stamp;
     if (!drive.wheels.empty() && s.starts) removed = y.stamp - last - kPeriod;
     last = y.stamp - removed;
-    drive.commands.push_back({last, path.applied(*s.command)});
+    drive.commands.push_back({last, *commands[i]});
     drive.wheels.push_back({last, {y.wheel_left, y.wheel_right}});
     if (recording.has_imu) drive.yaw.push_back({last, y.yaw_rate});
   }

@@ -65,23 +65,31 @@ struct SteadyBlock {
 /// The steady pieces of the steps, in order.
 std::vector<SteadyBlock> steadyBlocks(const RobotRecording& recording);
 
-/// What the robot's own software makes of a recorded command before its motors get it: the recordings hold the command
-/// that was sent, in units of the sender's kinematics, and the robot scales and cuts it (a Husky turns no faster than
-/// 1.0 rad/s, and slows both sides where one would exceed its speed). A monitor on the robot sees what the motors get,
-/// so its replay has to.
+/// What the robot's own software makes of a recorded command before its motors get it. The recordings hold the command
+/// that was sent, in units of the sender's kinematics; the robot scales it, cuts it, and lets forward speed and turn
+/// change only so fast (a Husky turns no faster than 1.0 rad/s and gets there in ramps of 2 rad/s^2, and slows both
+/// sides where one would exceed its speed). A monitor on the robot sees what the motors get, so its replay has to:
+/// against the recorded command its alarms would be right, because the wheels do not follow that.
 struct CommandPath {
-  double forward_gain = 1.0;         ///< of the forward speed
-  double yaw_gain = 1.0;             ///< of the difference of the sides
-  double largest_difference = 1e3;   ///< between the sides, |omega_R - omega_L| [rad/s]
-  double largest_wheel_speed = 1e3;  ///< of either side; the other is slowed by the same factor [rad/s]
+  double forward_gain = 1.0;             ///< of the mean of the sides
+  double yaw_gain = 1.0;                 ///< of the difference of the sides
+  double largest_difference = 1e3;       ///< between the sides, |omega_R - omega_L| [rad/s]
+  double largest_wheel_speed = 1e3;      ///< of either side; the other is slowed by the same factor [rad/s]
+  double largest_forward_rate = 1e6;     ///< at which the mean of the sides changes [rad/s^2]
+  double largest_difference_rate = 1e6;  ///< at which the difference of the sides changes [rad/s^2]
 
-  /// What the motors get of a recorded command.
+  /// What the motors get of a recorded command in the end.
   WheelCommand applied(const WheelCommand& recorded) const;
 };
 
-/// The path that explains the steady pieces best, by the least sum of absolute errors: some of them may be held up.
-/// Straight through if there are fewer than 8 pieces.
-CommandPath fitCommandPath(const std::vector<SteadyBlock>& blocks);
+/// The path that explains a recording best, by the least sum of absolute errors, because here and there something holds
+/// the wheels up: gains and cuts from the steady pieces, rates from all known commands. Straight through if there are
+/// fewer than 8 pieces.
+CommandPath fitCommandPath(const RobotRecording& recording);
+
+/// What the motors got, for every sample; empty where that is not known. A stretch begins with the speeds of its
+/// wheels.
+std::vector<std::optional<WheelCommand>> appliedCommands(const RobotRecording& recording, const CommandPath& path);
 
 /// The part of a recording with known commands before a sample, for identifyDriveTrain(): its stretches butted
 /// together. @param end index of the sample.

@@ -101,12 +101,29 @@ double RepetitionTest::expectedChance() const {
   return changes_ > 0 && quantum_ < usual_change_ ? kGaussian * quantum_ / usual_change_ : 1.0;
 }
 
-bool MissedMotion::update(double value, bool repeats, double low, double high, double least, double step) {
+void SampleHold::update(double value, double least, double step) {
+  const double change = value - last_;
+  if (change == 0.0) {
+    held_ += step;
+    return;
+  }
+  const double move = std::abs(change) > least ? change : 0.0;
+  if (move * last_move_ > 0.0 && held_ <= kLongest && held_ > longest_[0]) {
+    longest_[0] = held_;
+    std::sort(longest_.begin(), longest_.end());
+  }
+  last_ = value;
+  last_move_ = move;
+  held_ = 0.0;
+}
+
+bool MissedMotion::update(double value, bool repeats, double low, double high, double least, double step, double hold) {
   constexpr double kMemory = 5.0;    // s; what takes longer may be a slow change of the drive train
   constexpr double kLongest = 0.25;  // s, longest patience
   if (!repeats) {
     patience_ = std::min(std::max(patience_, 2.0 * missed_), kLongest);
     missed_ = 0.0;
+    changes_ = std::min(changes_ + 1, kFewChanges);
     low_ = low;
     high_ = high;
     return false;
@@ -114,7 +131,7 @@ bool MissedMotion::update(double value, bool repeats, double low, double high, d
   low_ += (low - low_) * std::min(step / kMemory, 1.0);
   high_ += (high - high_) * std::min(step / kMemory, 1.0);
   missed_ = std::max(low - std::max(high_, value), std::min(low_, value) - high) > least ? missed_ + step : 0.0;
-  return missed_ > patience_;
+  return missed_ > (changes_ < kFewChanges ? kLongest : patience_) + 2.0 * hold;
 }
 
 }  // namespace jackal_aic

@@ -31,6 +31,9 @@ constexpr double kEvidenceMemory = 0.05;
 constexpr double kNoise = 3.0;
 constexpr double kDoubtfulSamples = 25.0;
 
+/// Commands of this time [s] before the first sample tell what is under way in the drive train.
+constexpr double kCommandsKnown = 0.25;
+
 constexpr double kLongestStep = 0.5;  // s between samples; a longer silence says nothing more
 
 FaultParameters validated(const FaultParameters& parameters) {
@@ -90,8 +93,10 @@ FaultMonitor::FaultMonitor(const FaultParameters& parameters, const GeometryPara
       yaw_(parameters, geometryOf(model, geometry).effective_track),
       acceleration_(parameters) {}
 
-void FaultMonitor::advance(const WheelCommand& applied, double duration) {
-  if (!started_) return;
+void FaultMonitor::advance(const std::optional<WheelCommand>& known, double duration) {
+  if (!known) followed_ = true;
+  const WheelCommand applied = known.value_or(followed_command_);
+  if (!started_) known_ = known ? known_ + duration : 0.0;
   const long steps = std::lround(duration / WheelBelief::kStep);
   for (long i = 0; i < steps; ++i) {
     left_.predict(applied.left);
@@ -123,12 +128,24 @@ const FaultReport& FaultMonitor::check(const Observation& observation) {
 
 void FaultMonitor::start(const Observation& observation) {
   started_ = true;
-  left_.start(observation.valid.wheel_left ? observation.wheel_left : 0.0);
-  right_.start(observation.valid.wheel_right ? observation.wheel_right : 0.0);
+  const double left = observation.valid.wheel_left ? observation.wheel_left : 0.0;
+  const double right = observation.valid.wheel_right ? observation.wheel_right : 0.0;
+  if (known_ > kCommandsKnown) {
+    left_.startUnderWay(left);
+    right_.startUnderWay(right);
+  } else {
+    left_.start(left);
+    right_.start(right);
+  }
 }
 
 void FaultMonitor::checkWheels(const Observation& observation, double step) {
   const ChannelValidity& valid = observation.valid;
+  if (followed_) {
+    if (valid.wheel_left) left_.follow(followed_command_.left = observation.wheel_left);
+    if (valid.wheel_right) right_.follow(followed_command_.right = observation.wheel_right);
+    followed_ = false;
+  }
   if (valid.wheel_left) left_.compare(observation.wheel_left, step);
   if (valid.wheel_right) right_.compare(observation.wheel_right, step);
   if (valid.wheel_left && right_.frozen()) left_.freezeWithTheOther();
@@ -286,9 +303,12 @@ void FaultMonitor::checkAccelerometer(const Observation& observation, double ste
 
 void FaultMonitor::restart() {
   started_ = was_to_stand_ = wheels_turned_ = body_moved_ = false;
+  known_ = 0.0;
+  followed_ = false;
+  followed_command_ = {};
   report_ = FaultReport{};
   evidence_ = Evidence{};
-  yaw_.forgive();
+  yaw_.restart();
   acceleration_.forgive();
 }
 

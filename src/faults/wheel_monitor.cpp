@@ -32,11 +32,30 @@ constexpr double kCoarsestStep = 0.2;
 /// How much earlier or later than predicted a wheel may move, in standard deviations of the dead time.
 constexpr double kTimingBound = 3.0;
 
+/// Mean acceleration between two values of an encoder that holds them from which the wheel is on its way wherever it
+/// goes [rad/s^2]: a heavy robot on sticky ground may not be faster, whatever its motors can do. From sample to sample
+/// noise would be as much.
+constexpr double kSlowestRamp = 2.0;
+
 /// A wheel that comes back to its prediction does so by at least this part of its largest error, and more than noise in
 /// standard deviations, within this time [s].
 constexpr double kLeastReturn = 0.05;
 constexpr double kNoise = 3.0;
 constexpr double kReturnTime = 0.1;
+
+/// Change of an encoder that is no noise: steps of its resolution, and at least so much [rad/s].
+constexpr double kHeldSteps = 3.0;
+constexpr double kHeldMotion = 0.1;
+
+/// Age of an interval that is none [s], and tolerance of ages.
+constexpr double kUnknownAge = 1e3;
+constexpr double kTolerance = 1e-6;
+
+/// Time over which it is learned how far a wheel usually is from what its drive train's model can explain [s], and how
+/// many standard deviations of that are no fault, less what any model is off by [rad/s].
+constexpr double kMisfitMemory = 10.0;
+constexpr double kMisfit = 3.0;
+constexpr double kAnyMisfit = 0.3;
 
 std::size_t steps(double time) { return static_cast<std::size_t>(std::lround(time / WheelBelief::kStep)); }
 
@@ -45,10 +64,13 @@ double lead(const FaultParameters& p, const PlantModel& model) {
   return std::min(kTimingBound * p.dead_time_deviation, model.dead_time);
 }
 
-/// What an identified drive train may be.
+/// What an identified drive train may be. A lag beyond that of motors stands for what no first-order lag is: a ramp,
+/// ground that holds a heavy robot. Then dead time and lag are known as their sum at best.
 DriveTrainRange identifiedRange(const FaultParameters& p, const PlantModel& model) {
-  const double timing = kTimingBound * p.dead_time_deviation;
-  return {timing, timing, model.lag, model.lag, p.slowest_acceleration, p.fastest_acceleration};
+  constexpr double kLagOfMotors = 0.1;  // s
+  const double beyond = std::max(0.0, model.lag - kLagOfMotors);
+  const double timing = kTimingBound * p.dead_time_deviation + 0.5 * beyond;
+  return {timing, timing, model.lag - 0.5 * beyond, model.lag + beyond, p.slowest_acceleration, p.fastest_acceleration};
 }
 
 /// What a drive train that nobody identified may be besides: half to twice the dead time and the lag, and slower where
@@ -106,8 +128,26 @@ WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& 
 void WheelMonitor::start(double speed) {
   belief_.reset(speed);
   early_.reset(speed);
+  reachable_.start(speed);
+  begin(speed);
+}
+
+void WheelMonitor::startUnderWay(double speed) {
+  belief_.seed(speed);
+  reachable_.seed(speed);
+  begin(speed);
+}
+
+void WheelMonitor::follow(double speed) {
+  belief_.reset(speed);
+  early_.reset(speed);
   envelope_.start(speed, speed);
   reachable_.start(speed);
+}
+
+void WheelMonitor::begin(double speed) {
+  envelope_.start(speed, early_.speed());
+  intervals_.fill({{speed, speed}, {speed, speed}, kUnknownAge});
   last_speed_ = measured_ = speed;
   frozen_ = suspect_ = recovering_ = false;
   farthest_ = 0.0;
@@ -139,8 +179,26 @@ WheelMonitor::Interval WheelMonitor::possible() const {
   return {std::min(envelope_.low(), reachable_.low() + offset), std::max(envelope_.high(), reachable_.high() + offset)};
 }
 
+/// A value that the encoder holds is of the past: it may be any that was possible since it was renewed, and so for the
+/// time before, over which it is an average.
+void WheelMonitor::holdIntervals(double step) {
+  for (Intervals& old : intervals_) old.age += step;
+  newest_ = (newest_ + 1) % intervals_.size();
+  intervals_[newest_] = {possible(), {reachable_.low(), reachable_.high()}, 0.0};
+}
+
+WheelMonitor::Interval WheelMonitor::held(const Interval Intervals::*kind) const {
+  Interval held = intervals_[newest_].*kind;
+  for (const Intervals& old : intervals_) {
+    if (old.age > hold_.longest() + kTolerance) continue;
+    held.low = std::min(held.low, (old.*kind).low);
+    held.high = std::max(held.high, (old.*kind).high);
+  }
+  return held;
+}
+
 double WheelMonitor::uncertainty() const {
-  const auto [low, high] = possible();
+  const auto [low, high] = hold_.longest() > 0.0 ? held(&Intervals::possible) : possible();
   return speedVariance() + (high - low) * (high - low);
 }
 
@@ -153,21 +211,28 @@ double WheelMonitor::errorOf(double measurement) const {
   const auto outside = [measurement](const Interval& i) {
     return measurement - std::clamp(measurement, i.low, i.high);
   };
-  const double error = outside(possible());
+  const double usual = usualMisfit();
+  const auto [slowest, fastest] = held(&Intervals::possible);
+  const double error = outside({slowest - usual, fastest + usual});
   if (identified_) return error;
-  const double low = reachable_.low(), high = reachable_.high();
+  const auto [low, high] = held(&Intervals::reachable);
   const double assumed = outside(
       {low - kAssumedGain * std::abs(low) - kAssumedOffset, high + kAssumedGain * std::abs(high) + kAssumedOffset});
   return std::abs(assumed) < std::abs(error) ? assumed : error;
 }
 
 void WheelMonitor::compare(double measurement, double step) {
+  const double since_renewed = hold_.held() + step;
+  hold_.update(measurement, std::max(kHeldSteps * std::min(repetition_.quantum(), kCoarsestStep), kHeldMotion), step);
+  holdIntervals(step);
   error_ = errorOf(measurement);
   const double progress = (error_ < 0.0 ? 1.0 : -1.0) * (measurement - measured_);
   distance_ = std::sqrt(learned_.squaredDistance(error_, variance())) / bound_;
   frozen_ = isFrozen(measurement, step);
   suspect_ = distance_ > 1.0 || frozen_;
-  recovering_ = progress > least_progress_ * step || comesBack(measurement, step);
+  const bool waits = measurement == measured_ && hold_.held() <= hold_.longest();
+  const double least = hold_.longest() > 0.0 ? std::min(least_progress_, kSlowestRamp) : least_progress_;
+  recovering_ = (waits ? recovering_ : progress > least * since_renewed) || comesBack(measurement, step);
   measured_ = measurement;
 }
 
@@ -178,14 +243,14 @@ bool WheelMonitor::comesBack(double measurement, double step) {
   const double least = std::max(kLeastReturn * farthest_, noise);
   if (farthest_ > before || farthest_ == 0.0) {
     mark_ = measurement;
-    since_mark_ = kReturnTime;
+    since_mark_ = kReturnTime + 2.0 * hold_.longest();
   } else if ((error_ < 0.0 ? 1.0 : -1.0) * (measurement - mark_) > least && off < farthest_ - least) {
     mark_ = measurement;
     since_mark_ = 0.0;
   } else {
     since_mark_ += step;
   }
-  return since_mark_ < kReturnTime;
+  return since_mark_ < kReturnTime + 2.0 * hold_.longest();
 }
 
 bool WheelMonitor::isFrozen(double measurement, double step) {
@@ -195,10 +260,12 @@ bool WheelMonitor::isFrozen(double measurement, double step) {
   const double explained =
       std::max(std::abs(belief_.speed() - last_speed_), kUnderWay * (reachable_.high() - reachable_.low()));
   const bool silent = repetition_.update(measurement, may_rest, kResolution, explained);
-  const double least = std::max(
-      {kMissedSteps * std::min(repetition_.quantum(), kCoarsestStep), kLeastMotion, kDrift * std::abs(measurement)});
-  const bool missed =
-      missed_motion_.update(measurement, repetition_.repeats(), reachable_.low(), reachable_.high(), least, step);
+  // Of an encoder that has not told its resolution yet, the coarsest is assumed.
+  const double quantum = repetition_.quantum() > 0.0 ? std::min(repetition_.quantum(), kCoarsestStep) : kCoarsestStep;
+  const double least =
+      std::max({kMissedSteps * quantum, kLeastMotion, kDrift * std::abs(measurement)}) + kMisfit * std::sqrt(misfit_);
+  const bool missed = missed_motion_.update(measurement, repetition_.repeats(), reachable_.low(), reachable_.high(),
+                                            least, step, hold_.longest());
   return silent || (missed && parameters_.frozen_samples > 0);
 }
 
@@ -225,13 +292,26 @@ void WheelMonitor::conclude(double measurement, double step) {
   if (frozen_) persistence_.declareFaulty();
   last_speed_ = belief_.speed();
   if (state() != ChannelState::ok) return;
-  const auto [low, high] = possible();
+  learnMisfit(measurement, step);
+  const auto [low, high] = held(&Intervals::possible);
   const double width = high - low;
   const double deviation = std::sqrt(learned_.factor() * variance());
   if (width < kNarrow * deviation) learned_.learn(measurement - belief_.speed(), variance(), step);
   // While the wheel is under way somewhere, its speed says little about the drive train.
   belief_.correct(measurement, width * width);
   last_speed_ = belief_.speed();
+}
+
+double WheelMonitor::usualMisfit() const { return std::max(0.0, kMisfit * std::sqrt(misfit_) - kAnyMisfit); }
+
+/// How far a moving wheel is from what its drive train's model can explain, noise apart. One that stands where it
+/// should turn tells nothing of the model.
+void WheelMonitor::learnMisfit(double measurement, double step) {
+  if (std::abs(measurement) < kRestSpeed) return;
+  const auto [low, high] = held(&Intervals::reachable);
+  const double noise = kNoise * std::sqrt(variance());
+  const double misfit = measurement - std::clamp(measurement, low - noise, high + noise);
+  misfit_ += -std::expm1(-step / kMisfitMemory) * (misfit * misfit - misfit_);
 }
 
 }  // namespace jackal_aic

@@ -9,6 +9,8 @@ constexpr double kSlipRange = 2.0;         // factor around the given effective 
 constexpr double kLargestDeviation = 0.3;  // of s, relative
 constexpr double kBiasDrift = 1e-3;        // of beta after a second [rad/s]
 
+double square(double value) { return value * value; }
+
 }  // namespace
 
 YawBelief::YawBelief(double effective_track, const YawBeliefParameters& parameters)
@@ -21,7 +23,9 @@ void YawBelief::predict(double recent_change, double memory, double step) {
   const double drifted = parameters_.slip_drift * given_slope_;
   const double largest = kLargestDeviation * given_slope_;
   slope_variance_ = std::min(slope_variance_ + (moved * moved / memory + drifted * drifted) * step, largest * largest);
-  bias_variance_ += kBiasDrift * kBiasDrift * step;
+  // However long it was not seen, it is not wider than that of a gyro that nobody has seen.
+  bias_variance_ = std::min(bias_variance_ + kBiasDrift * kBiasDrift * step,
+                            std::max(bias_variance_, square(parameters_.bias_deviation)));
 }
 
 double YawBelief::variance(double x, double x_variance) const {
@@ -33,11 +37,12 @@ bool YawBelief::biasObservable(double x) const {
   return of_slip * of_slip < parameters_.gyro_variance;
 }
 
-void YawBelief::correct(double yaw_rate, double x, double x_variance, double noise_factor) {
+void YawBelief::correct(double yaw_rate, double x, double x_variance, double noise_factor, bool settled) {
   const double noise = noise_factor * (parameters_.gyro_variance + slope_ * slope_ * x_variance);
   const double error = this->error(yaw_rate, x);
   const double innovation = x * x * slope_variance_ + bias_variance_ + noise;
   if (biasObservable(x)) {
+    if (!settled) return;
     // K_β = P_β / (x² P_s + P_β + Σ)
     bias_ += bias_variance_ / innovation * error;
     bias_variance_ *= 1.0 - bias_variance_ / innovation;

@@ -16,6 +16,19 @@ constexpr double kMemory = 0.5;
 constexpr double kGripMemory = 0.05;  // s
 constexpr double kGripScale = 0.1;    // m/s
 
+/// Change of the motion within kMemory up to which it is none, and how long it has to stay so until the bias is
+/// learned.
+constexpr double kNoChange = 0.02;  // m/s
+constexpr double kSettled = 0.2;    // s
+
+/// Fastest change of the turn that the ground can bring about on a body of this kind [rad/s^2], and what noise adds, in
+/// standard deviations of one sample.
+constexpr double kFastestChange = 4.0;
+constexpr double kNoise = 5.0;
+
+/// Turn against the wheels that a sliding body may have, by the turn that they ask for.
+constexpr double kAgainst = 0.15;
+
 /// Standard deviation of the bias of a gyro that was found faulty [rad/s].
 constexpr double kFaultyBias = 0.5;
 
@@ -55,8 +68,9 @@ void YawMonitor::predict(double forward_rate, double difference_rate, double ste
   difference_change_.add(difference_rate, step);
   timing_.add(belief_.slope() * difference_rate, step);
   grip_.add(forward_rate, step);
-  const double change =
-      (std::abs(forward_change_.value()) + std::abs(difference_change_.value())) / YawBelief::kMotionScale;
+  const double changed = std::abs(forward_change_.value()) + std::abs(difference_change_.value());
+  settled_ = changed < kNoChange ? settled_ + step : 0.0;
+  const double change = changed / YawBelief::kMotionScale;
   // The belief of before a fault waits as it was for the gyro to agree with it again.
   (state() == ChannelState::faulty ? alternative_ : belief_).predict(change, kMemory, step);
 }
@@ -69,7 +83,9 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
   const bool frozen_at_rest = repetition_at_rest_.update(yaw_rate, moving, kResolution, moving ? kAnyChange : 0.0);
   const bool frozen_moving = repetition_moving_.update(yaw_rate, !moving, kResolution, moving ? 0.0 : kAnyChange);
   frozen_ = frozen_at_rest || frozen_moving;
-  bool suspect = distance_ > 1.0 || frozen_ || biased();
+  watchJumps(yaw_rate, step);
+  const bool sliding = distance_ > 1.0 && !was_faulty && slides(yaw_rate, x.value);
+  bool suspect = (distance_ > 1.0 && !sliding) || frozen_ || biased();
   if (was_faulty) {
     agreement_ = distanceFrom(alternative_, yaw_rate, x) <= 1.0 ? agreement_ + step : 0.0;
     suspect = suspect && (frozen_ || !explained(yaw_rate, x));
@@ -77,10 +93,10 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
   persistence_.update(suspect, true, step);
   if (frozen_) persistence_.declareFaulty();
 
-  if (state() == ChannelState::ok) {
+  if (state() == ChannelState::ok && !sliding) {
     if (was_faulty && (distance_ > 1.0 || biased())) belief_ = alternative_;
     learned_.learn(belief_.error(yaw_rate, x.value), variance(belief_, x), step);
-    belief_.correct(yaw_rate, x.value, x.variance, learned_.factor());
+    belief_.correct(yaw_rate, x.value, x.variance, learned_.factor(), settled_ > kSettled);
   } else if (state() == ChannelState::faulty) {
     if (!was_faulty) {
       alternative_ = belief_;
@@ -89,6 +105,22 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
     if (!was_faulty || distanceFrom(alternative_, yaw_rate, x) > 1.0) alternative_.inflate(kFaultyBias);
     alternative_.correct(yaw_rate, x.value, x.variance, learned_.factor());
   }
+}
+
+void YawMonitor::restart() {
+  settled_ = 0.0;
+  persistence_.reset();
+}
+
+void YawMonitor::watchJumps(double yaw_rate, double step) {
+  const double fastest = kFastestChange * step + kNoise * std::sqrt(learned_.factor() * parameters_.gyro_variance);
+  jumped_ = distance_ > 1.0 && (jumped_ || std::abs(yaw_rate - last_) > fastest);
+  last_ = yaw_rate;
+}
+
+bool YawMonitor::slides(double yaw_rate, double x) const {
+  const double asked = belief_.slope() * x, error = belief_.error(yaw_rate, x);
+  return !jumped_ && error * asked < 0.0 && std::abs(error) <= (1.0 + kAgainst) * std::abs(asked);
 }
 
 bool YawMonitor::biased() const {

@@ -275,7 +275,9 @@ int DriveLoop::mostActions(double now) const {
 }
 
 void DriveLoop::beliefStep() {
-  measurements_.advance(appliedCommand(now_), controller_->beliefStep());
+  // Where nobody but the wheels tells what reached the motors, no drive train explains the wheels.
+  measurements_.advance(motors_.toldByWheels() ? std::nullopt : std::optional(appliedCommand(now_)),
+                        controller_->beliefStep());
   controller_->updateBelief();
   schedule_.beliefStepDone();
 }

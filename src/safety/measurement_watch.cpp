@@ -37,7 +37,7 @@ MeasurementWatch::MeasurementWatch(const MeasurementWatchParameters& parameters)
   }
 }
 
-void MeasurementWatch::advance(const WheelCommand& command, double duration) {
+void MeasurementWatch::advance(const std::optional<WheelCommand>& command, double duration) {
   if (monitor_) monitor_->advance(command, duration);
 }
 

@@ -256,5 +256,38 @@ TEST_F(Repetition, CanBeSwitchedOff) {
   for (int k = 0; k < 100; ++k) EXPECT_FALSE(test.update(1.0, false, 1e-5));
 }
 
+/// Time for which a ramp [unit/s] is held between renewals as an encoder learns it.
+double holdOfRamp(double slope, double period, int samples_per_renewal) {
+  SampleHold hold;
+  for (int i = 0; i < 100; ++i) hold.update(slope * period * (i / samples_per_renewal), 0.1, period);
+  return hold.longest();
+}
+
+TEST(SampleHold, LearnsForHowLongAnEncoderHoldsItsValue) {
+  EXPECT_NEAR(holdOfRamp(4.0, 0.05, 5), 0.2, 1e-9) << "renewed at 4 Hz, published at 20";
+  EXPECT_EQ(holdOfRamp(4.0, 0.05, 1), 0.0) << "every sample is a new one";
+  EXPECT_EQ(holdOfRamp(40.0, 0.05, 20), 0.0) << "what lasts that long is no renewal";
+}
+
+TEST(SampleHold, StandingStillIsNoHold) {
+  SampleHold hold;
+  for (int i = 0; i < 200; ++i) hold.update(i % 20 < 10 ? 1.0 : 2.0, 0.1, 0.02);
+  EXPECT_EQ(hold.longest(), 0.0);
+}
+
+TEST(MissedMotion, WaitsForAnEncoderThatHoldsItsValue) {
+  const auto missedAfter = [](double hold) {
+    MissedMotion motion;
+    for (int i = 0; i < 20; ++i) motion.update(0.01 * i, false, 0.01 * i, 0.01 * i, 0.1, 0.02);
+    for (int i = 1; i < 100; ++i) {
+      if (motion.update(0.19, true, 5.0, 5.0, 0.1, 0.02, hold)) return 0.02 * i;
+    }
+    return 1e9;
+  };
+  EXPECT_LT(missedAfter(0.0), 0.2);
+  EXPECT_GT(missedAfter(0.2), 0.4);
+  EXPECT_LT(missedAfter(0.2), 0.6);
+}
+
 }  // namespace
 }  // namespace jackal_aic

@@ -393,5 +393,34 @@ TEST(YawBelief, DoesNotTakeASuddenBiasForSlip) {
   EXPECT_GT(error * error, 25.0 * belief.variance(0.3, 1e-6));
 }
 
+/// Turns and then lets the gyro read a part of the turn. @param change of the yaw rate on the way there [rad/s^2].
+ChannelState afterLosing(double part, double change) {
+  YawMonitor monitor(FaultParameters{}, 0.55);
+  std::mt19937 random(1);
+  turn(monitor, random, 0.5, 1.0, 0.0, 200);
+  const double asked = 0.5 / 0.55, done = part * asked, step = 0.02;
+  std::normal_distribution<double> noise(0.0, 0.005);
+  double yaw_rate = asked;
+  for (int i = 0; i < 50; ++i) {
+    yaw_rate += std::clamp(done - yaw_rate, -change * step, change * step);
+    monitor.check(yaw_rate + noise(random), {0.5, 2e-6}, true, step);
+    if (monitor.state() == ChannelState::faulty) return ChannelState::faulty;
+  }
+  return monitor.state();
+}
+
+TEST(YawMonitor, ABodyThatSlidesIsNoFaultOfTheGyro) {
+  EXPECT_EQ(afterLosing(0.0, 3.0), ChannelState::ok) << "the wheels turn, and the body comes to a stop";
+  EXPECT_EQ(afterLosing(0.4, 3.0), ChannelState::ok);
+  EXPECT_EQ(afterLosing(0.4, 1e3), ChannelState::faulty) << "no body stops in no time";
+  EXPECT_EQ(afterLosing(1.6, 3.0), ChannelState::faulty) << "no body turns faster than its wheels ask for";
+}
+
+TEST(YawMonitor, ABodyThatBeginsToTurnBeforeItsEncodersTellIsNoBias) {
+  YawMonitor monitor(FaultParameters{}, 0.55);
+  for (int i = 0; i < 5; ++i) monitor.check(0.1, {0.01, 2e-5}, true, 0.05);
+  EXPECT_NEAR(monitor.belief().bias(), 0.0, 1e-3);
+}
+
 }  // namespace
 }  // namespace jackal_aic

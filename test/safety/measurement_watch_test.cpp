@@ -202,7 +202,7 @@ TEST(MeasurementWatch, APushedRobotHasNoFault) {
     sample.wheel_left = sample.wheel_right = push + noise;
     sample.yaw_rate = sample.acceleration_x = noise;
     watch.judge(sample, kSound, sample.stamp);
-    for (int step = 0; step < 20; ++step) watch.advance({0.01, -0.01}, 0.001);
+    for (int step = 0; step < 20; ++step) watch.advance(WheelCommand{0.01, -0.01}, 0.001);
     const StopCauses causes = watch.causes(kSound, sample.stamp, false);
     if (i < 100 || i > 210) {
       EXPECT_EQ(causes.worst(), StopCause::none) << "sample " << i;

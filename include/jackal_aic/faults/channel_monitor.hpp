@@ -5,6 +5,7 @@
 /// errors and samples go in, verdicts come out. Nothing allocates.
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <limits>
 
@@ -185,20 +186,48 @@ class RepetitionTest {
   double repeats_ = 0.0;
 };
 
+/// Learns for how long a source holds its value while its samples go on, as where encoders are renewed at 4 Hz and
+/// published at 20: between two changes in the same direction, each too large for noise, the motion went on, so that
+/// repetitions between them were held and tell nothing new. Nothing is concluded from fewer than three of them.
+class SampleHold {
+ public:
+  static constexpr double kLongest = 0.3;  ///< that is believed [s]
+
+  /// Takes a sample. @param least change that is no noise; @param step time since the last sample [s].
+  void update(double value, double least, double step);
+
+  /// Longest usual time for which a value is held [s]; 0 where every sample is a new one.
+  double longest() const { return longest_[0]; }
+
+  /// Time for which the last value has been held [s].
+  double held() const { return held_; }
+
+ private:
+  std::array<double, 3> longest_{};  // the longest three, rising [s]
+  double last_ = 0.0;
+  double last_move_ = 0.0;  // the last change, if it was too large for noise
+  double held_ = 0.0;       // [s]
+};
+
 /// Finds a frozen source by the motion that it misses: its value repeats while it should have moved by more than some
 /// steps of its resolution, wherever within the uncertainty of its prediction it was and is.
 class MissedMotion {
  public:
+  /// Changes of the value after which it is known how often it is renewed; before, it is waited for longest.
+  static constexpr int kFewChanges = 10;
+
   /// Takes a sample. @param repeats it repeats the one before to the bit; @param low, high what it may measure: to be
   /// missed, a motion has to lead away from there and from the value itself;
-  /// @param least motion that cannot be missed; @param step time since the last sample [s]. @returns true while the
-  /// source misses the motion for longer than it is known to do.
-  bool update(double value, bool repeats, double low, double high, double least, double step);
+  /// @param least motion that cannot be missed; @param step time since the last sample [s]; @param hold for how long
+  /// the source holds its value as a rule [s]. @returns true while the source misses the motion for longer than it is
+  /// known to do.
+  bool update(double value, bool repeats, double low, double high, double least, double step, double hold = 0.0);
 
  private:
   double low_ = 0.0, high_ = 0.0;  // when the value changed last, fading into the present
   double missed_ = 0.0;            // [s]
   double patience_ = 0.1;          // [s]; a source that is renewed now and then teaches to wait for it
+  int changes_ = 0;                // up to kFewChanges
 };
 
 }  // namespace jackal_aic

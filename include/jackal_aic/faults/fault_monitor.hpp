@@ -28,6 +28,8 @@
 /// - a frozen encoder of a wheel that keeps its speed, where the noise is below the encoder's resolution; found when
 /// the speed should change.
 
+#include <optional>
+
 #include "jackal_aic/faults/acceleration_monitor.hpp"
 #include "jackal_aic/faults/fault.hpp"
 #include "jackal_aic/faults/fault_parameters.hpp"
@@ -84,9 +86,10 @@ class FaultMonitor {
   /// @throws ParameterError as validate().
   FaultMonitor(const FaultParameters& parameters, const GeometryParameters& geometry, const PlantModel& model);
 
-  /// Lets time pass under a command. @param applied the command that is really driven, zero while stopped; @param
-  /// duration [s], a whole number of WheelBelief::kStep.
-  void advance(const WheelCommand& applied, double duration);
+  /// Lets time pass under a command. @param applied the command that is really driven, zero while stopped; empty if it
+  /// is not known: then the wheels do what they are measured to do, and only a frozen encoder shows; @param duration
+  /// [s], a whole number of WheelBelief::kStep.
+  void advance(const std::optional<WheelCommand>& applied, double duration);
 
   /// Judges a sample. One that is not finite or not later than the last changes nothing. Channels that are not valid in
   /// it keep their verdict.
@@ -140,6 +143,9 @@ class FaultMonitor {
   bool body_moved_ = false;     // from outside
   double stamp_ = 0.0;
   bool started_ = false;
+  bool followed_ = false;          // since the last sample the commands were not known
+  WheelCommand followed_command_;  // what the wheels were measured to do meanwhile [rad/s]
+  double known_ = 0.0;             // time since a restart for which the commands are known [s]
 };
 
 }  // namespace jackal_aic

@@ -3,6 +3,9 @@
 /// @file
 /// Watches one wheel's encoder against the wheel's belief, which is driven by the commands really applied.
 
+#include <array>
+#include <cstddef>
+
 #include "jackal_aic/faults/channel_monitor.hpp"
 #include "jackal_aic/faults/fault_parameters.hpp"
 #include "jackal_aic/faults/prediction_envelope.hpp"
@@ -24,6 +27,13 @@ class WheelMonitor {
 
   /// Starts at a measured speed [rad/s] with no fault.
   void start(double speed);
+
+  /// As start(), but the commands that were predicted with before are still under way.
+  void startUnderWay(double speed);
+
+  /// Takes a measured speed [rad/s] for what the wheel is to do: nobody knows its command. What is known of noise and
+  /// suspicions stays.
+  void follow(double speed);
 
   /// Moves the prediction by one WheelBelief::kStep during which a command [rad/s] is applied.
   void predict(double command);
@@ -61,13 +71,24 @@ class WheelMonitor {
   struct Interval {
     double low, high;
   };
+  /// What a measurement of some time ago may be.
+  struct Intervals {
+    Interval possible;
+    Interval reachable;
+    double age;  // [s]
+  };
+  void begin(double speed);
   double speedVariance() const;
   double resolutionVariance() const;
   double variance() const;
   Interval possible() const;
+  void holdIntervals(double step);
+  Interval held(const Interval Intervals::*kind) const;
   double errorOf(double measurement) const;
   bool isFrozen(double measurement, double step);
   bool comesBack(double measurement, double step);
+  void learnMisfit(double measurement, double step);
+  double usualMisfit() const;
 
   FaultParameters parameters_;
   WheelBelief belief_;
@@ -80,6 +101,10 @@ class WheelMonitor {
   Persistence persistence_;
   RepetitionTest repetition_;
   MissedMotion missed_motion_;
+  SampleHold hold_;
+  std::array<Intervals, 64> intervals_{};  // of the last samples, a ring
+  std::size_t newest_ = 0;
+  double misfit_ = 0.0;  // mean square of what the drive train's model is usually off by [(rad/s)^2]
   double bound_;
   double last_speed_ = 0.0;  // believed when the last sample came [rad/s]
   double measured_ = 0.0;    // last [rad/s]

@@ -44,8 +44,10 @@ class YawBelief {
   /// Variance of error(). @param x_variance of x [(m/s)^2].
   double variance(double x, double x_variance) const;
 
-  /// Takes a yaw rate [rad/s]. @param noise_factor lambda: the noise's variance in multiples of the configured one.
-  void correct(double yaw_rate, double x, double x_variance, double noise_factor);
+  /// Takes a yaw rate [rad/s]. @param noise_factor lambda: the noise's variance in multiples of the configured one;
+  /// @param settled the motion has not changed for a while. Else nothing is learned of the bias: a body that begins to
+  /// turn before its encoders tell would be one.
+  void correct(double yaw_rate, double x, double x_variance, double noise_factor, bool settled = true);
 
   /// Forgets how much it knows, but not what: both slip and bias may have jumped. @param bias_deviation of beta
   /// [rad/s].

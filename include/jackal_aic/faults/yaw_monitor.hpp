@@ -17,6 +17,10 @@ struct DifferenceSpeed {
 
 /// Prediction, comparison and verdict for the gyro. Nothing here allocates.
 ///
+/// A gyro that comes to read less turn than the wheels ask for, and no faster than a body changes its turn, is right:
+/// the tyres slide, on ice or against a kerb. Only what jumps, or reads more than the wheels can do, is suspect. A bias
+/// that grows in a turn shows when the turn ends.
+///
 /// A gyro that was found faulty counts again when it agrees with what was believed before the fault, or when a new
 /// belief, free to learn other slip and bias, explains it by slip alone. In steady driving slip and bias look the same;
 /// they part when the motion changes. Where it does not change, a gyro that a plausible slip predicts well for long
@@ -44,10 +48,16 @@ class YawMonitor {
 
   /// Lets it count again: what was wrong with its last samples has been explained.
   void forgive() { persistence_.reset(); }
+
+  /// Starts anew after a time in which anything may have happened: counts again, and waits for the motion to settle.
+  void restart();
+
   const YawBelief& belief() const { return belief_; }  ///< slip and bias
 
  private:
   bool biased() const;
+  bool slides(double yaw_rate, double x) const;
+  void watchJumps(double yaw_rate, double step);
   bool explained(double yaw_rate, const DifferenceSpeed& x) const;
   double variance(const YawBelief& belief, const DifferenceSpeed& x) const;
   double distanceFrom(const YawBelief& belief, double yaw_rate, const DifferenceSpeed& x) const;
@@ -65,7 +75,10 @@ class YawMonitor {
   RepetitionTest repetition_moving_;
   double bound_;
   double distance_ = 0.0;
+  double settled_ = 0.0;    // time since the motion changed last [s]
   double agreement_ = 0.0;  // time for which a plausible slip has explained a gyro found faulty [s]
+  double last_ = 0.0;       // yaw rate [rad/s]
+  bool jumped_ = false;     // since the last good sample, faster than a body can
   bool frozen_ = false;
 };
 

@@ -36,8 +36,8 @@ class MeasurementWatch {
   /// @throws ParameterError as validate(FaultParameters).
   explicit MeasurementWatch(const MeasurementWatchParameters& parameters);
 
-  /// Lets time pass under a command [rad/s] that the motors really have. @param duration [s].
-  void advance(const WheelCommand& command, double duration);
+  /// Lets time pass under a command [rad/s] that the motors really have; empty if nobody knows it. @param duration [s].
+  void advance(const std::optional<WheelCommand>& command, double duration);
 
   /// Excludes channels of a sample that are lost, outliers or faulty, or read what no robot does: more than the largest
   /// wheel speed and yaw rate, or than 10 g. @param health of the sources now; @param now [s].

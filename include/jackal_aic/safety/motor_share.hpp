@@ -47,6 +47,9 @@ class MotorShare {
   /// The command that the motors have instead of ours; empty if they have ours, or if nobody tells. @param time [s].
   std::optional<WheelCommand> another(double time);
 
+  /// True if nobody but the wheels tells what reached the motors.
+  bool toldByWheels() const { return any_ && !any_drive_ && !any_twist_; }
+
   /// True unless it is known that the motors follow another.
   bool ours(double time) const { return ours_ || !known(time); }
 

@@ -161,23 +161,41 @@ TEST_F(RobotRecordingFile, SteadyPiecesAreMeansOfTwoSeconds) {
   EXPECT_NEAR(blocks[0].wheels.right, 3.0, 1e-12);
 }
 
-TEST(CommandPathTest, FindsGainsAndCutsOfTheRobot) {
-  const CommandPath robot{1.85, 0.8, 6.0, 6.2};
-  std::vector<SteadyBlock> blocks;
-  for (int i = 0; i < 200; ++i) {
-    const double forward = 4.0 * std::sin(1.0 * i), difference = 20.0 * std::sin(2.3 * i);
-    const WheelCommand command{forward - 0.5 * difference, forward + 0.5 * difference};
-    blocks.push_back({i, command, robot.applied(command), 0.0});
+/// A robot that makes of every command what a path says, 0.1 s later, in steps of 5 s.
+RobotRecording driven(const CommandPath& robot) {
+  RobotRecording recording{"synthetic", {"synthetic", 0.1, 0.5}, true, false, {}};
+  for (int i = 0; i < 200 * 100; ++i) {
+    const int step = i / 100;
+    const double forward = 4.0 * std::sin(1.0 * step), difference = 20.0 * std::sin(2.3 * step);
+    RecordedSample sample;
+    sample.observation.stamp = 0.05 * i;
+    sample.starts = i == 0;
+    sample.step = step;
+    sample.steady = i % 100 >= 50;
+    sample.command = WheelCommand{forward - 0.5 * difference, forward + 0.5 * difference};
+    recording.samples.push_back(sample);
   }
-  const CommandPath found = fitCommandPath(blocks);
+  const auto applied = appliedCommands(recording, robot);
+  for (std::size_t i = 2; i < applied.size(); ++i) {
+    recording.samples[i].observation.wheel_left = applied[i - 2]->left;
+    recording.samples[i].observation.wheel_right = applied[i - 2]->right;
+  }
+  return recording;
+}
+
+TEST(CommandPathTest, FindsGainsCutsAndRatesOfTheRobot) {
+  const CommandPath robot{1.85, 0.8, 6.0, 6.2, 20.0, 8.0};
+  const CommandPath found = fitCommandPath(driven(robot));
   EXPECT_NEAR(found.forward_gain, robot.forward_gain, 0.02);
   EXPECT_NEAR(found.yaw_gain, robot.yaw_gain, 0.02);
   EXPECT_NEAR(found.largest_difference, robot.largest_difference, 0.1);
   EXPECT_NEAR(found.largest_wheel_speed, robot.largest_wheel_speed, 0.1);
+  EXPECT_NEAR(found.largest_forward_rate, robot.largest_forward_rate, 4.0);
+  EXPECT_NEAR(found.largest_difference_rate, robot.largest_difference_rate, 1.6);
 }
 
 TEST(CommandPathTest, SlowsBothSidesAlike) {
-  const WheelCommand slower = CommandPath{1.0, 1.0, 100.0, 5.0}.applied({4.0, 10.0});
+  const WheelCommand slower = CommandPath{1.0, 1.0, 100.0, 5.0, 1e6, 1e6}.applied({4.0, 10.0});
   EXPECT_NEAR(slower.left, 2.0, 1e-12);
   EXPECT_NEAR(slower.right, 5.0, 1e-12);
 }
