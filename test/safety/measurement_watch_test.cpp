@@ -134,7 +134,7 @@ bool findsTheFault(MeasurementWatch& watch, double now, int samples) {
     sample.wheel_left = sample.wheel_right = sample.acceleration_x = noise;
     sample.yaw_rate = 1.0 + noise;
     watch.judge(sample, kSound, sample.stamp);
-    for (int step = 0; step < 20; ++step) watch.advance({}, 0.001);
+    for (int step = 0; step < 20; ++step) watch.advance(WheelCommand{}, 0.001);
   }
   return !reason(watch).empty();
 }
