@@ -32,13 +32,14 @@ PlantNode::PlantNode(ros::NodeHandle node, ros::NodeHandle private_node, const s
       plant_(urdf_xml, plant_parameters),
       pacer_(parameters.real_time_factor),
       truth_schedule_(parameters.truth_rate),
-      transform_schedule_(kTransformRate) {
+      transform_schedule_(kTransformRate),
+      tf_prefix_(tfPrefix(private_node)) {
   advertise(node);
   subscribe(node);
 }
 
 void PlantNode::advertise(ros::NodeHandle& node) {
-  clock_ = node.advertise<rosgraph_msgs::Clock>("/clock", kClockQueueSize);
+  if (parameters_.publish_clock) clock_ = node.advertise<rosgraph_msgs::Clock>("/clock", kClockQueueSize);
   joint_states_ = node.advertise<sensor_msgs::JointState>("joint_states", kQueueSize);
   imu_ = node.advertise<sensor_msgs::Imu>("imu/data", kQueueSize);
   feedback_ = node.advertise<jackal_msgs::Feedback>("feedback", kQueueSize);
@@ -63,16 +64,45 @@ void PlantNode::subscribe(ros::NodeHandle& node) {
 }
 
 void PlantNode::run() {
+  if (!parameters_.publish_clock) return runByClock();
   pacer_.restart(plant_.time());
   publish();
   while (ros::ok()) {
     pacer_.waitFor(plant_.time() + JackalPlant::kStep);
     ros::getGlobalCallbackQueue()->callAvailable();
-    waitForController();
-    stopIfSilent();
-    plant_.step();
-    publish();
+    step();
   }
+}
+
+void PlantNode::step() {
+  waitForController();
+  stopIfSilent();
+  plant_.step();
+  publish();
+}
+
+void PlantNode::runByClock() {
+  const ros::WallDuration kWait(0.001);
+  bool started = false;
+  while (ros::ok()) {
+    ros::getGlobalCallbackQueue()->callAvailable(kWait);
+    const ros::Time now = ros::Time::now();
+    if (now.isZero()) continue;
+    if (!started || now < stampOf(0.0) + ahead_) {  // the first look, or the clock was set back to before the start
+      started = true;
+      ahead_ = now - stampOf(plant_.time());
+      publish();
+    }
+    while (ros::ok() && stampOf(plant_.time()) + ahead_ < now) {
+      ros::getGlobalCallbackQueue()->callAvailable();
+      step();
+    }
+  }
+}
+
+void PlantNode::shift(std_msgs::Header& header) const {
+  header.stamp += ahead_;
+  header.frame_id = header.frame_id.empty() ? "" : prefixedFrame(tf_prefix_, header.frame_id);
 }
 
 void PlantNode::waitForController() {
@@ -150,6 +180,7 @@ void PlantNode::restart() {
   mode_ = jackal_msgs::Drive::MODE_NONE;
   command_time_ = 0.0;
   in_lockstep_ = false;
+  if (!parameters_.publish_clock) ahead_ = ros::Time::now() - stampOf(plant_.time());
   publish();
 }
 
@@ -186,16 +217,30 @@ void PlantNode::publish() {
   // The clock goes first, so that whoever receives a sample does not see it come from the future.
   rosgraph_msgs::Clock clock;
   clock.clock = stampOf(plant_.time());
-  clock_.publish(clock);
+  if (clock_) clock_.publish(clock);
   if (plant_.measurement()) publishMeasurement(*plant_.measurement());
-  if (truth_schedule_.due(plant_.time())) truth_.publish(toOdometry(plant_.truth()));
-  if (transform_schedule_.due(plant_.time())) transforms_.sendTransform(toTransform(plant_.truth()));
+  if (truth_schedule_.due(plant_.time())) {
+    nav_msgs::Odometry truth = toOdometry(plant_.truth());
+    shift(truth.header);
+    truth.child_frame_id = prefixedFrame(tf_prefix_, truth.child_frame_id);
+    truth_.publish(truth);
+  }
+  if (transform_schedule_.due(plant_.time())) {
+    geometry_msgs::TransformStamped transform = toTransform(plant_.truth());
+    shift(transform.header);
+    transform.child_frame_id = prefixedFrame(tf_prefix_, transform.child_frame_id);
+    transforms_.sendTransform(transform);
+  }
 }
 
 void PlantNode::publishMeasurement(const PlantMeasurement& measurement) {
-  joint_states_.publish(toJointState(measurement));
-  imu_.publish(toImu(measurement, plant_parameters_));
-  feedback_.publish(toFeedback(measurement, mode_));
+  sensor_msgs::JointState joints = toJointState(measurement);
+  sensor_msgs::Imu imu = toImu(measurement, plant_parameters_);
+  jackal_msgs::Feedback feedback = toFeedback(measurement, mode_);
+  for (std_msgs::Header* header : {&joints.header, &imu.header, &feedback.header}) shift(*header);
+  joint_states_.publish(joints);
+  imu_.publish(imu);
+  feedback_.publish(feedback);
 }
 
 }  // namespace jackal_aic::sim

@@ -32,7 +32,8 @@ struct PlantNodeParameters {
   /// Wall time after which a silent controller is not waited for any more, until it speaks again [s]; one that is gone
   /// is not waited for at all, and one of which no two commands came in a row only for 0.25 s.
   double patience = 2.0;
-  std::string urdf_file;  ///< URDF to read when there is no robot_description
+  bool publish_clock = true;  ///< false: somebody else publishes /clock, as for the second of two robots; this follows
+  std::string urdf_file;      ///< URDF to read when there is no robot_description
 };
 
 /// Lists the fields of PlantNodeParameters with unit and range.
@@ -43,15 +44,16 @@ void describeFields(Visitor& v, PlantNodeParameters& p) {
   v.field("command_timeout", p.command_timeout, {0.0, 3600.0}, "s", Presence::optional);
   v.field("lockstep", p.lockstep, {0.0, 1.0}, "s", Presence::optional);
   v.field("patience", p.patience, {0.0, 3600.0}, "s", Presence::optional);
+  v.field("publish_clock", p.publish_clock, Presence::optional);
   v.field("urdf_file", p.urdf_file, Presence::optional);
 }
 
-/// Steps a plant, publishes /clock, joint_states, imu/data, feedback, ground_truth/odom and tf, and drives it by
-/// cmd_drive or by Gazebo's jackal_left_wheel/command and jackal_right_wheel/command, whichever spoke last. Service
-/// ~reset puts everything, the clock included, back to the start, with the ~plant parameters as they are then;
-/// ~block_left and ~block_right (std_srvs/SetBool) block the motor of a side or let it go; ~push (geometry_msgs/Wrench,
-/// in base_link: force x and y, torque z) pushes the robot until the next message, and ~lift (std_srvs/SetBool) lifts
-/// it.
+/// Steps a plant, publishes /clock (or, without publish_clock, follows that of another one), joint_states, imu/data,
+/// feedback, ground_truth/odom and tf, and drives it by cmd_drive or by Gazebo's jackal_left_wheel/command and
+/// jackal_right_wheel/command, whichever spoke last. Service ~reset puts everything, the clock included, back to the
+/// start, with the ~plant parameters as they are then; ~block_left and ~block_right (std_srvs/SetBool) block the motor
+/// of a side or let it go; ~push (geometry_msgs/Wrench, in base_link: force x and y, torque z) pushes the robot until
+/// the next message, and ~lift (std_srvs/SetBool) lifts it.
 class PlantNode {
  public:
   /// @param node, private_node namespaces of the topics and of ~reset; @param urdf_xml text of the URDF.
@@ -63,6 +65,9 @@ class PlantNode {
   void run();
 
  private:
+  void runByClock();
+  void step();
+  void shift(std_msgs::Header& header) const;
   void advertise(ros::NodeHandle& node);
   void subscribe(ros::NodeHandle& node);
   void onDrive(const jackal_msgs::Drive& drive);
@@ -91,6 +96,8 @@ class PlantNode {
   WheelCommand command_;
   std::int8_t mode_ = jackal_msgs::Drive::MODE_NONE;
   double command_time_ = 0.0;
+  ros::Duration ahead_;  // of the clock that is followed, before the plant's own time
+  std::string tf_prefix_;
   bool in_lockstep_ = false;  // whether there is a controller to wait for
   double patience_ = 0.0;     // with it, wall time [s]
   std::uint64_t ignored_commands_ = 0;

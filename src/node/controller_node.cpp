@@ -15,6 +15,10 @@ namespace {
 /// Wall time between looks at who else publishes commands [s].
 constexpr double kGraphPeriod = 0.5;
 
+/// Wall time between looks at the clock, and how long it may stand still before that is told [s].
+constexpr double kClockPeriod = 0.5;
+constexpr double kClockPatience = 3.0;
+
 /// What a Twist with a component that is not finite asks for.
 constexpr SetPoint kNotFinite{std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
 
@@ -36,7 +40,8 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const NodeParameters
       sensors_(parameters.robot, transforms_,
                [this](const Observation& observation, const ros::Time& stamp) { onPair(observation, stamp); }),
       robot_(node_, [this](const ros::Time& stamp) { loop_.receiveFeedback(stamp.toSec(), currentTime()); }),
-      graph_(output_.topics(), kGraphPeriod, {watchdogOf(ros::this_node::getName())}) {
+      graph_(output_.topics(), kGraphPeriod, {watchdogOf(ros::this_node::getName())},
+             node_.resolveName("jackal_AIC/set_point")) {
   const bool due = parameters.plant_model && !parameters.plant_model->identified;
   ROS_LOG(due ? ros::console::levels::Warn : ros::console::levels::Info, ROSCONSOLE_DEFAULT_NAME, "%s",
           describeRobot(parameters).c_str());
@@ -50,13 +55,18 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const NodeParameters
   sensor_publisher_ = node_.advertise<SensorGeneralized>("sensor_generalized", 10);
   state_publisher_ = node_.advertise<ControllerState>("jackal_AIC/state", 10);
   const auto no_delay = ros::TransportHints().tcpNoDelay();
-  set_point_subscriber_ = node_.subscribe("jackal_AIC/set_point", 10, &ControllerNode::onSetPoint, this, no_delay);
+  subscribeSetPoint();
   requireForeignSetPoints();
   wheel_subscriber_ = node_.subscribe("joint_states", 50, &ControllerNode::onWheels, this, no_delay);
   imu_subscriber_ = node_.subscribe("imu/data", 50, &ControllerNode::onImu, this, no_delay);
   const VelocityController& controller = loop_.controller();
   belief_timer_ = node_.createTimer(ros::Duration(controller.beliefStep()), &ControllerNode::onBeliefTimer, this);
   action_timer_ = node_.createTimer(ros::Duration(controller.actionStep()), &ControllerNode::onActionTimer, this);
+  watched_advance_ = ros::WallTime::now();
+  clock_timer_ = node_.createWallTimer(ros::WallDuration(kClockPeriod), [this](const ros::WallTimerEvent&) {
+    watchClock();
+    renewSetPoint();
+  });
 }
 
 void ControllerNode::requireForeignSetPoints() const {
@@ -72,8 +82,17 @@ void ControllerNode::requireForeignSetPoints() const {
                        "another topic");
 }
 
-void ControllerNode::onSetPoint(const geometry_msgs::Twist& message) {
-  const SetPointVerdict verdict = loop_.setSetPoint(setPoint(message).value_or(kNotFinite), currentTime());
+void ControllerNode::onSetPoint(const topic_tools::ShapeShifter& message) {
+  const std::optional<ReceivedSetPoint> received = receivedSetPoint(message);
+  set_point_typed_ = true;
+  set_point_wrong_ = !received;
+  if (!received) {
+    ROS_ERROR_THROTTLE(5.0, "Set points on %s are of type %s: it has to be geometry_msgs/Twist or TwistStamped",
+                       set_point_subscriber_.getTopic().c_str(), message.getDataType().c_str());
+    return;
+  }
+  const SetPointVerdict verdict =
+      loop_.setSetPoint(received->wanted.value_or(kNotFinite), currentTime(), received->stamp);
   if (verdict == SetPointVerdict::accepted) return;
   const bool absurd = verdict == SetPointVerdict::absurd;
   StatusReport::refused(absurd ? "set point far beyond the limits" : "set point that is not finite",
@@ -130,11 +149,19 @@ RobotStatus ControllerNode::robotStatus() const {
   status.contended = contended();
   status.outputs_checked = graph_.checked();
   status.ending = ending_;
+  status.rivals = rivalled();
   return status;
 }
 
 bool ControllerNode::contended() const {
   return graph_.contended() && !parameters_.allow_other_publishers && !parameters_.motors_shared;
+}
+
+bool ControllerNode::rivalled() const { return graph_.rivalled() && !parameters_.allow_multiple_set_points; }
+
+std::uint8_t ControllerNode::drivenBy() const {
+  if (contended() || loop_.status().handed_over) return ControllerState::BY_ANOTHER;
+  return loop_.command() == WheelCommand{} ? ControllerState::BY_NOBODY : ControllerState::BY_US;
 }
 
 void ControllerNode::publishStop() {
@@ -154,11 +181,48 @@ double ControllerNode::currentTime() {
   return now.toSec();
 }
 
+void ControllerNode::subscribeSetPoint() {
+  set_point_subscriber_ = node_.subscribe("jackal_AIC/set_point", 10, &ControllerNode::onSetPoint, this,
+                                          ros::TransportHints().tcpNoDelay());
+  set_point_typed_ = set_point_wrong_ = false;
+}
+
+// A subscription of any type keeps that of its first publisher for good: once that is gone, or was none for a set
+// point, a new one takes another.
+void ControllerNode::renewSetPoint() {
+  if (!set_point_typed_ || (!set_point_wrong_ && set_point_subscriber_.getNumPublishers() > 0)) return;
+  set_point_subscriber_.shutdown();
+  subscribeSetPoint();
+}
+
+void ControllerNode::watchClock() {
+  const ros::Time now = ros::Time::now();
+  const ros::WallTime wall = ros::WallTime::now();
+  if (now != watched_time_) {
+    if (clock_stands_) ROS_INFO("The clock goes on");
+    watched_time_ = now;
+    watched_advance_ = wall;
+    clock_stands_ = false;
+  }
+  if (clock_stands_ || (wall - watched_advance_).toSec() < kClockPatience) return;
+  clock_stands_ = true;
+  if (now.isZero()) {
+    ROS_ERROR(
+        "No clock: /use_sim_time is true and nothing came on /clock for %.0f s. Nothing happens until it does: start "
+        "the simulation, or rosparam set /use_sim_time false and start this anew",
+        kClockPatience);
+  } else {
+    ROS_ERROR("The clock stands still at %.3f s: nothing came on /clock for %.0f s, and no command is sent",
+              now.toSec(), kClockPatience);
+  }
+}
+
 void ControllerNode::refuseReading() { StatusReport::refused(sensors_.lastRefusal(), ++rejected_readings_); }
 
 void ControllerNode::reportStatus() {
   const DriveLoopStatus status = loop_.status();
   std::string others;
+  if (rivalled()) others = graph_.rivals() + "; end one, or set allow_multiple_set_points";
   if (contended()) others = graph_.others() + "; remap the commands of one of the two (launch/jackal.launch says how)";
   // What happens is told at once, not with the next period.
   if (report_.update(status, others)) diagnostics_.force_update();
@@ -177,6 +241,7 @@ void ControllerNode::publishState(const ros::Time& now) {
   message.header.stamp = now;
   message.header.frame_id = parameters_.robot.base_frame;
   message.status = static_cast<std::uint8_t>(status.decision.status);
+  message.driven_by = drivenBy();
   message.reason = report_.reason();
   message.set_point_forward = loop_.setPoint().forward;
   message.set_point_yaw_rate = loop_.setPoint().yaw_rate;

@@ -4,16 +4,18 @@
 /// The ROS node around the drive loop: it converts, calls and publishes; what happens is decided in drive_loop.hpp.
 ///
 /// Subscribes: joint_states (sensor_msgs/JointState), imu/data (sensor_msgs/Imu), jackal_AIC/set_point
-/// (geometry_msgs/Twist), and if they are there e_stop (std_msgs/Bool), status and feedback (jackal_msgs). Publishes:
-/// cmd_drive (jackal_msgs/Drive), cmd_vel (geometry_msgs/Twist) or the two wheel topics of Gazebo,
-/// odom (nav_msgs/Odometry), sensor_generalized (SensorGeneralized), jackal_AIC/state (ControllerState), with the
-/// predictive structure jackal_AIC/belief (geometry_msgs/TwistWithCovarianceStamped), /diagnostics. Gains can be
-/// changed through dynamic_reconfigure in ~controller or ~predictive.
+/// (geometry_msgs/Twist or TwistStamped), and if they are there e_stop (std_msgs/Bool), status and feedback
+/// (jackal_msgs). Publishes: cmd_drive (jackal_msgs/Drive), cmd_vel (geometry_msgs/Twist) or the two wheel topics of
+/// Gazebo, odom (nav_msgs/Odometry), with publish_inputs jackal_AIC/inputs (LoopInputs), sensor_generalized
+/// (SensorGeneralized), jackal_AIC/state (ControllerState), with the predictive structure jackal_AIC/belief
+/// (geometry_msgs/TwistWithCovarianceStamped), /diagnostics. Gains can be changed through dynamic_reconfigure in
+/// ~controller or ~predictive.
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <geometry_msgs/Twist.h>
 #include <ros/ros.h>
 #include <tf2_ros/transform_listener.h>
+#include <topic_tools/shape_shifter.h>
 
 #include <cstdint>
 #include <memory>
@@ -50,7 +52,7 @@ class ControllerNode {
   void publishStop();
 
  private:
-  void onSetPoint(const geometry_msgs::Twist& message);
+  void onSetPoint(const topic_tools::ShapeShifter& message);
   void onWheels(const sensor_msgs::JointStateConstPtr& message);
   void onImu(const sensor_msgs::ImuConstPtr& message);
   void onPair(const Observation& observation, const ros::Time& stamp);
@@ -62,6 +64,11 @@ class ControllerNode {
   double currentTime();
   RobotStatus robotStatus() const;
   bool contended() const;
+  bool rivalled() const;
+  std::uint8_t drivenBy() const;
+  void watchClock();
+  void subscribeSetPoint();
+  void renewSetPoint();
   void refuseReading();
   void publishMeasurement(const ros::Time& stamp);
   void publishState(const ros::Time& now);
@@ -83,7 +90,12 @@ class ControllerNode {
   std::optional<AppliedCommands> applied_;  // where somebody else may drive
   GraphWatch graph_;
   StatusReport report_;
-  ros::Time last_now_;  // of the last callback, to notice a clock that jumps back
+  ros::Time last_now_;             // of the last callback, to notice a clock that jumps back
+  ros::Time watched_time_;         // of the clock, at the last look
+  ros::WallTime watched_advance_;  // when the clock was seen to go on
+  bool clock_stands_ = false;      // and this was told
+  bool set_point_typed_ = false;   // the subscription has taken the type of the first message
+  bool set_point_wrong_ = false;   // which is none for a set point
   std::uint32_t rejected_readings_ = 0;
   std::optional<WheelCommand> measured_wheels_;  // the last wheel speeds [rad/s]
   std::optional<double> measured_yaw_rate_;      // the last of the gyro [rad/s]
@@ -97,6 +109,7 @@ class ControllerNode {
   ros::Subscriber imu_subscriber_;
   ros::Timer belief_timer_;
   ros::Timer action_timer_;
+  ros::WallTimer clock_timer_;
 };
 
 }  // namespace jackal_aic

@@ -76,6 +76,17 @@ std::optional<SetPoint> setPoint(const geometry_msgs::Twist& message) {
   return SetPoint{v.x, 0.0, w.z};
 }
 
+std::optional<ReceivedSetPoint> receivedSetPoint(const topic_tools::ShapeShifter& message) {
+  using ros::message_traits::md5sum;
+  if (message.getMD5Sum() == md5sum<geometry_msgs::Twist>()) {
+    return ReceivedSetPoint{setPoint(*message.instantiate<geometry_msgs::Twist>()), std::nullopt};
+  }
+  if (message.getMD5Sum() != md5sum<geometry_msgs::TwistStamped>()) return std::nullopt;
+  const auto stamped = message.instantiate<geometry_msgs::TwistStamped>();
+  const ros::Time& stamp = stamped->header.stamp;
+  return ReceivedSetPoint{setPoint(stamped->twist), stamp.isZero() ? std::nullopt : std::optional(stamp.toSec())};
+}
+
 std::optional<WheelCommand> wheelCommand(const jackal_msgs::Drive& message) {
   if (message.mode != jackal_msgs::Drive::MODE_VELOCITY) return WheelCommand{};
   const WheelCommand command{message.drivers[jackal_msgs::Drive::LEFT], message.drivers[jackal_msgs::Drive::RIGHT]};

@@ -4,6 +4,7 @@
 /// Between ROS messages and the types of the core. Pure functions; what is unusable comes back as std::nullopt.
 
 #include <geometry_msgs/Twist.h>
+#include <geometry_msgs/TwistStamped.h>
 #include <geometry_msgs/TwistWithCovarianceStamped.h>
 #include <jackal_aic/ControllerState.h>
 #include <jackal_aic/SensorGeneralized.h>
@@ -12,6 +13,7 @@
 #include <jackal_msgs/Status.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
+#include <topic_tools/shape_shifter.h>
 
 #include <Eigen/Geometry>
 #include <optional>
@@ -48,6 +50,16 @@ std::optional<Eigen::Vector4d> planarMotion(const sensor_msgs::Imu& message, con
 /// Set point of a Twist (linear.x, angular.z). std::nullopt if any component is not finite. A skid-steer robot cannot
 /// follow the other components: they are left out.
 std::optional<SetPoint> setPoint(const geometry_msgs::Twist& message);
+
+/// A set point as it was sent.
+struct ReceivedSetPoint {
+  std::optional<SetPoint> wanted;  ///< empty if a component is not finite
+  std::optional<double> stamp;     ///< [s]; empty if the message has none
+};
+
+/// Set point of a message of any type: geometry_msgs/Twist, or TwistStamped, whose stamp counts unless it is zero.
+/// std::nullopt for another type.
+std::optional<ReceivedSetPoint> receivedSetPoint(const topic_tools::ShapeShifter& message);
 
 /// Wheel speeds of a drive message, zero in another mode than velocity. std::nullopt if one is not finite.
 std::optional<WheelCommand> wheelCommand(const jackal_msgs::Drive& message);

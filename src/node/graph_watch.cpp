@@ -50,9 +50,11 @@ std::vector<std::string> withThisNode(std::vector<std::string> companions) {
 
 }  // namespace
 
-GraphWatch::GraphWatch(std::vector<std::string> topics, double period, std::vector<std::string> companions)
+GraphWatch::GraphWatch(std::vector<std::string> topics, double period, std::vector<std::string> companions,
+                       std::string lone)
     : topics_(std::move(topics)),
       period_(period),
+      lone_(std::move(lone)),
       ours_(withThisNode(std::move(companions))),
       thread_([this] { run(); }) {}
 
@@ -68,6 +70,11 @@ GraphWatch::~GraphWatch() {
 std::string GraphWatch::others() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return others_;
+}
+
+std::string GraphWatch::rivals() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return rivals_;
 }
 
 void GraphWatch::run() {
@@ -89,15 +96,27 @@ std::vector<std::string> GraphWatch::othersIn(XmlRpc::XmlRpcValue& nodes) const 
   return others;
 }
 
+std::string GraphWatch::rivalsIn(XmlRpc::XmlRpcValue& nodes) {
+  std::string names;
+  int alive = 0;
+  for (int i = 0; i < nodes.size() && nodes.size() > 1; ++i) {
+    const std::string name = nodes[i];
+    if (!isAlive(name)) continue;
+    names += (alive++ > 0 ? " and " : "") + name;
+  }
+  return alive > 1 ? names : "";
+}
+
 void GraphWatch::look() {
   XmlRpc::XmlRpcValue request, response, state;
   request[0] = ros::this_node::getName();
   master_reachable_ = ros::master::execute("getSystemState", request, response, state, false);
   if (!master_reachable_) return;
-  std::string text;
+  std::string text, rivals;
   XmlRpc::XmlRpcValue& publishers = state[0];
   for (int i = 0; i < publishers.size(); ++i) {
     const std::string topic = publishers[i][0];
+    if (topic == lone_) rivals = rivalsIn(publishers[i][1]);
     if (std::find(topics_.begin(), topics_.end(), topic) == topics_.end()) continue;
     for (const std::string& name : othersIn(publishers[i][1])) {
       if (!isAlive(name)) continue;
@@ -105,9 +124,12 @@ void GraphWatch::look() {
       text.append(name).append(" on ").append(topic);
     }
   }
+  if (!rivals.empty()) rivals.append(" on ").append(lone_);
   contended_ = !text.empty();
+  rivalled_ = !rivals.empty();
   const std::lock_guard<std::mutex> lock(mutex_);
   others_ = text;
+  rivals_ = rivals;
   checked_ = true;
 }
 

@@ -82,7 +82,7 @@ void visitValues(Archive& a, ActionInput& input) {
 }
 template <class Archive>
 void visitValues(Archive& a, SetPointInput& input) {
-  a(input.wanted.forward), a(input.wanted.lateral), a(input.wanted.yaw_rate);
+  a(input.wanted.forward), a(input.wanted.lateral), a(input.wanted.yaw_rate), a(input.stamp);
 }
 template <class Archive>
 void visitValues(Archive& a, WheelsInput& input) {
@@ -104,7 +104,7 @@ template <class Archive>
 void visitValues(Archive& a, StatusInput& input) {
   RobotStatus& s = input.status;
   a(s.emergency_stop), a(s.robot_stopped), a(s.motors_off), a(s.driver_fault), a(s.contended), a(s.outputs_checked);
-  a(s.ending);
+  a(s.ending), a(s.rivals);
 }
 template <class Archive>
 void visitValues(Archive& a, AppliedInput& input) {

@@ -16,8 +16,11 @@ int main(int argc, char** argv) {
   ros::NodeHandle handle, private_handle("~");  // kept to the end: without a handle roscpp shuts down and logs no more
   jackal_aic::StopRequest stop;
   try {
-    const auto parameters = jackal_aic::readNodeParameters(
-        jackal_aic::readRosParameters(private_handle), [&] { return jackal_aic::robotDescription(private_handle); });
+    auto parameters = jackal_aic::readNodeParameters(jackal_aic::readRosParameters(private_handle),
+                                                     [&] { return jackal_aic::robotDescription(private_handle); });
+    const std::string prefix = jackal_aic::tfPrefix(private_handle);
+    parameters.robot.base_frame = jackal_aic::prefixedFrame(prefix, parameters.robot.base_frame);
+    parameters.odometry.frame = jackal_aic::prefixedFrame(prefix, parameters.odometry.frame);
     jackal_aic::ControllerNode node(handle, parameters);
     stop.spinUntilRequested();
     node.brake();

@@ -131,6 +131,7 @@ std::string configurationText(const NodeParameters& parameters) {
   others.field("output", parameters.output, kOutputModeNames, Presence::optional);
   others.field("restart_after_stop", gate.restart_after_stop, kRestartPolicyNames, Presence::optional);
   others.field("allow_other_publishers", parameters.allow_other_publishers, Presence::optional);
+  others.field("allow_multiple_set_points", parameters.allow_multiple_set_points, Presence::optional);
   others.field("publish_inputs", parameters.publish_inputs, Presence::optional);
   for (const Field& field : others.fields) text += field.name + ": " + yamlValue(field.value) + "\n";
   return text;
@@ -164,6 +165,7 @@ NodeParameters readConfiguration(ParameterMap& map, NodeParameters parameters) {
   reader.field("output", parameters.output, kOutputModeNames, Presence::optional);
   parameters.motors_shared = parameters.output == OutputMode::twist;
   reader.field("allow_other_publishers", parameters.allow_other_publishers, Presence::optional);
+  reader.field("allow_multiple_set_points", parameters.allow_multiple_set_points, Presence::optional);
   reader.field("publish_inputs", parameters.publish_inputs, Presence::optional);
   if (map.hasSection("plant_model")) {
     parameters.plant_model = readParameters(map, "plant_model", parameters.plant_model.value_or(PlantModel{}));

@@ -65,9 +65,10 @@ struct NodeParameters : DriveParameters {
   OutputMode output = OutputMode::cmd_drive;
   std::string slip_file;  ///< absolute path of the YAML file (key slip.file) in which the predictive structure keeps
                           ///< what it learns about the slip; empty: it starts from the configured values each time
-  bool allow_other_publishers = false;  ///< drive although other nodes publish on the topics of the commands
-  bool publish_inputs = false;          ///< publish everything that the loop is told, to be replayed to the same bits
-  std::string robot_name;               ///< whose plant model it is, in its own words; empty if it does not say
+  bool allow_other_publishers = false;     ///< drive although other nodes publish on the topics of the commands
+  bool allow_multiple_set_points = false;  ///< obey set points although more than one node publishes them
+  bool publish_inputs = false;  ///< publish everything that the loop is told, to be replayed to the same bits
+  std::string robot_name;       ///< whose plant model it is, in its own words; empty if it does not say
 };
 
 /// Which robot the node takes itself to drive, what it assumes of it, and whether `identify` is due: one line.

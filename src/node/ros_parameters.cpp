@@ -93,4 +93,17 @@ std::string robotDescription(const ros::NodeHandle& node) {
   return urdf_xml;
 }
 
+std::string tfPrefix(const ros::NodeHandle& node) {
+  std::string key, prefix;
+  if (node.searchParam("tf_prefix", key)) node.getParam(key, prefix);
+  return prefix;
+}
+
+std::string prefixedFrame(const std::string& prefix, const std::string& frame) {
+  if (!frame.empty() && frame.front() == '/') return frame.substr(1);
+  const std::size_t begin = prefix.find_first_not_of('/'), end = prefix.find_last_not_of('/');
+  if (begin == std::string::npos) return frame;
+  return prefix.substr(begin, end - begin + 1) + "/" + frame;
+}
+
 }  // namespace jackal_aic

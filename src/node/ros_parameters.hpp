@@ -25,4 +25,12 @@ ParameterMap readRosParameters(const ros::NodeHandle& node);
 /// The URDF text in robot_description of the nearest enclosing namespace; empty if there is none.
 std::string robotDescription(const ros::NodeHandle& node);
 
+/// The parameter tf_prefix of the nearest enclosing namespace, by which several robots tell their frames apart; empty
+/// if there is none.
+std::string tfPrefix(const ros::NodeHandle& node);
+
+/// A frame with a prefix before it: "robot1" and "odom" give "robot1/odom". A frame that begins with a slash is its own
+/// name without it.
+std::string prefixedFrame(const std::string& prefix, const std::string& frame);
+
 }  // namespace jackal_aic

@@ -77,6 +77,10 @@ void StatusReport::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status)
   using diagnostic_msgs::DiagnosticStatus;
   switch (status_.decision.status) {
     case DriveStatus::driving:
+      if (status_.handed_over && !isFault(status_.fault) && status_.loss == Loss::none) {
+        status.summary(DiagnosticStatus::OK, reason_);
+        break;
+      }
       status.summary(reason_.empty() ? DiagnosticStatus::OK : DiagnosticStatus::WARN,
                      reason_.empty() ? "driving" : "driving with a fault: " + reason_);
       break;

@@ -93,6 +93,7 @@ void RosControlPublisher::publishState(const OdometryUpdate& update) {
   message.header.stamp = update.stamp;
   message.header.frame_id = base_frame_;
   message.status = static_cast<std::uint8_t>(update.status.decision.status);
+  message.driven_by = update.command == WheelCommand{} ? ControllerState::BY_NOBODY : ControllerState::BY_US;
   message.reason = report_.reason();
   message.set_point_forward = update.set_point.forward;
   message.set_point_yaw_rate = update.set_point.yaw_rate;

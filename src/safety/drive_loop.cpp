@@ -55,7 +55,9 @@ std::unique_ptr<VelocityController> makeController(const DriveParameters& parame
 
 std::string reason(const DriveLoopStatus& status, const std::string& contender) {
   std::string reason = text(status.decision.cause);
-  if (status.decision.cause == StopCause::contention && !contender.empty()) reason += ": " + contender;
+  const StopCause cause = status.decision.cause;
+  const bool rivalry = cause == StopCause::contention || cause == StopCause::set_points_rival;
+  if (rivalry && !contender.empty()) reason += ": " + contender;
   if (status.handed_over) reason = "somebody else has the motors";
   const std::string fault = isFault(status.fault) ? text(status.fault) : text(status.loss);
   if (!fault.empty()) reason += (reason.empty() ? "" : "; ") + fault;
@@ -84,15 +86,15 @@ void DriveLoop::start(const WheelCommand& driven, double now) {
   now_ = now;
 }
 
-SetPointVerdict DriveLoop::setSetPoint(const SetPoint& wanted, double now) {
-  tell(now, SetPointInput{wanted});
+SetPointVerdict DriveLoop::setSetPoint(const SetPoint& wanted, double now, std::optional<double> stamp) {
+  tell(now, SetPointInput{wanted, stamp});
   noteTime(now);
   const bool finite = wanted.vector().allFinite();
   if (!finite || !isPlausible(wanted, parameters_.gate.limits)) {
     ++rejected_set_points_;
     return finite ? SetPointVerdict::absurd : SetPointVerdict::not_finite;
   }
-  set_point_arrival_ = {now, now};
+  set_point_arrival_ = {stamp.value_or(now), now};
   set_point_ = gate_.reachable(wanted);
   controller_->setSetPoint(set_point_);
   return SetPointVerdict::accepted;
@@ -200,7 +202,7 @@ std::optional<WheelCommand> DriveLoop::take(const DriveInput& input) {
 
     Command operator()(const BeliefInput&) { return loop.updateBelief(now), std::nullopt; }
     Command operator()(const ActionInput& i) { return i.due ? loop.advance(now, *i.due) : loop.advance(now); }
-    Command operator()(const SetPointInput& i) { return loop.setSetPoint(i.wanted, now), std::nullopt; }
+    Command operator()(const SetPointInput& i) { return loop.setSetPoint(i.wanted, now, i.stamp), std::nullopt; }
     Command operator()(const WheelsInput& i) { return loop.receiveWheels(i.reading, now), std::nullopt; }
     Command operator()(const ImuInput& i) { return loop.receiveImu(i.reading, now), std::nullopt; }
     Command operator()(const ObservationInput& i) { return loop.observe(i.observation, now), std::nullopt; }
@@ -309,6 +311,7 @@ GateInputs DriveLoop::gateInputs(double now) {
   const bool plausible = isPlausible(controller_->believedVelocity(), controller_->freeEnergy(), parameters_.gate);
   causes.add(StopCause::belief_diverged, !plausible)
       .add(StopCause::clock_jump, clock_jumped_)
+      .add(StopCause::set_points_rival, robot_.rivals)
       .add(StopCause::outputs_unchecked, !robot_.outputs_checked)
       .add(StopCause::motors_off, robot_.motors_off)
       .add(StopCause::robot_stopped, robot_.robot_stopped)

@@ -24,6 +24,7 @@ constexpr std::array<Entry, kStopCauses> kEntries{{
     {StopCause::wheels_missing, Severity::stop, "no wheel speeds received yet"},
     {StopCause::set_point_late, Severity::stop, "set point too old"},
     {StopCause::set_point_missing, Severity::stop, "no set point received yet"},
+    {StopCause::set_points_rival, Severity::stop, "more than one node publishes set points"},
     {StopCause::clock_jump, Severity::emergency, "clock jumped back"},
     {StopCause::outputs_unchecked, Severity::stop, "other publishers of commands not looked for yet"},
     {StopCause::motors_off, Severity::halt, "motors do not take velocity commands"},

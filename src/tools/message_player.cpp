@@ -85,8 +85,9 @@ void MessagePlayer::play(const rosbag::MessageInstance& message) {
   now_ = message.getTime();
   // Two kinds may share a topic: the set points of the multiplexer are commands, too.
   if (name == topic(settings_.set_point)) {
-    const auto twist = message.instantiate<geometry_msgs::Twist>();
-    if (twist) tell(SetPointInput{setPoint(*twist).value_or(kNotFinite)});
+    const auto set_point = message.instantiate<topic_tools::ShapeShifter>();
+    const auto received = set_point ? receivedSetPoint(*set_point) : std::nullopt;
+    if (received) tell(SetPointInput{received->wanted.value_or(kNotFinite), received->stamp});
   }
   playWheels(message);
   playImu(message);

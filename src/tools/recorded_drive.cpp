@@ -82,7 +82,8 @@ void RecordedDrive::playMessages(MessagePlayer& player, const std::string& set_p
   rosbag::View view(bag_, rosbag::TopicQuery(names));
   for (const auto* connection : view.getConnections()) {
     const std::string& type = topics.at(connection->topic);
-    if (connection->datatype == type) continue;
+    const bool stamped = type == "geometry_msgs/Twist" && connection->datatype == "geometry_msgs/TwistStamped";
+    if (connection->datatype == type || stamped) continue;
     throw ParameterError(
         fmt::format("{}: {} has type {}, expected {}", path_, connection->topic, connection->datatype, type));
   }

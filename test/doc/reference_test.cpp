@@ -99,6 +99,7 @@ Field choice(const char* name, Enum value, const std::array<const char*, N>& wor
 std::vector<Row> nodeRows() {
   const NodeParameters node;
   Field others{"allow_other_publishers", node.allow_other_publishers, std::nullopt, "", {}, Presence::optional};
+  Field rivals{"allow_multiple_set_points", node.allow_multiple_set_points, std::nullopt, "", {}, Presence::optional};
   Field inputs{"publish_inputs", node.publish_inputs, std::nullopt, "", {}, Presence::optional};
   Field slip_file{"slip.file", node.slip_file, std::nullopt, "", {}, Presence::optional};
   return {
@@ -107,6 +108,7 @@ std::vector<Row> nodeRows() {
       {"restart_after_stop", choice("restart_after_stop", node.gate.restart_after_stop, kRestartPolicyNames),
        "what sets the robot moving again after an emergency stop or a stop of the robot"},
       {"allow_other_publishers", others, "drive although other nodes publish on the topics of the commands"},
+      {"allow_multiple_set_points", rivals, "obey set points although more than one node publishes them"},
       {"publish_inputs", inputs, "publish everything that the controller is told, to be replayed to the same bits"},
       {"slip.file", slip_file, "absolute path: where the predictive controller keeps what it learns about the slip"}};
 }

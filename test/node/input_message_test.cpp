@@ -46,7 +46,9 @@ TEST(InputMessage, KeepsEveryKindToTheBit) {
   roundTrip(BeliefInput{});
   EXPECT_EQ(roundTrip(ActionInput{kNow}).due, kNow);
   EXPECT_EQ(roundTrip(ActionInput{}).due, std::nullopt);
-  EXPECT_EQ(roundTrip(SetPointInput{{kThird, 0.1, -kThird}}).wanted.vector(), BodyVector(kThird, 0.1, -kThird));
+  EXPECT_EQ(roundTrip(SetPointInput{{kThird, 0.1, -kThird}, {}}).wanted.vector(), BodyVector(kThird, 0.1, -kThird));
+  EXPECT_EQ(roundTrip(SetPointInput{{}, kNow}).stamp, kNow);
+  EXPECT_EQ(roundTrip(SetPointInput{}).stamp, std::nullopt);
   const SensorReading wheels = roundTrip(WheelsInput{reading()}).reading;
   expectSame(wheels.observation, reading().observation);
   EXPECT_EQ(wheels.sample, reading().sample);
@@ -56,8 +58,8 @@ TEST(InputMessage, KeepsEveryKindToTheBit) {
   without_z.acceleration_z = std::nullopt;
   expectSame(roundTrip(ObservationInput{without_z}).observation, without_z);
   EXPECT_EQ(roundTrip(FeedbackInput{kNow}).stamp, kNow);
-  const RobotStatus status = roundTrip(StatusInput{{false, true, false, true, false, false, true}}).status;
-  EXPECT_TRUE(status.robot_stopped && status.driver_fault && status.ending);
+  const RobotStatus status = roundTrip(StatusInput{{false, true, false, true, false, false, true, true}}).status;
+  EXPECT_TRUE(status.robot_stopped && status.driver_fault && status.ending && status.rivals);
   EXPECT_FALSE(status.emergency_stop || status.motors_off || status.contended || status.outputs_checked);
   const AppliedInput applied = roundTrip(AppliedInput{{kThird, -kThird}, AppliedSource::wheels});
   EXPECT_EQ(applied.command, (WheelCommand{kThird, -kThird}));
@@ -69,7 +71,7 @@ TEST(InputMessage, KeepsEveryKindToTheBit) {
 
 TEST(InputMessage, KeepsASetPointThatIsNotFinite) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(std::isnan(roundTrip(SetPointInput{{nan, 0.0, 1.0}}).wanted.forward));
+  EXPECT_TRUE(std::isnan(roundTrip(SetPointInput{{nan, 0.0, 1.0}, {}}).wanted.forward));
 }
 
 TEST(InputMessage, KeepsGainsInTheirOrder) {

@@ -244,6 +244,7 @@ std::map<std::string, ParameterValue> defaultsOfTheStructs() {
   defaults["restart_after_stop"] =
       std::string(kRestartPolicyNames[static_cast<std::size_t>(node.gate.restart_after_stop)]);
   defaults["allow_other_publishers"] = node.allow_other_publishers;
+  defaults["allow_multiple_set_points"] = node.allow_multiple_set_points;
   defaults["publish_inputs"] = node.publish_inputs;
   return defaults;
 }

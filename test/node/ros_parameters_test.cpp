@@ -79,5 +79,14 @@ TEST(RosParameters, RefusesAListOfBothNumbersAndWords) {
   EXPECT_THROW(throughRosparam("key: [[1], [2]]"), ParameterError);
 }
 
+TEST(Frames, HaveThePrefixOfTheirRobot) {
+  EXPECT_EQ(prefixedFrame("", "odom"), "odom");
+  EXPECT_EQ(prefixedFrame("robot1", "odom"), "robot1/odom");
+  EXPECT_EQ(prefixedFrame("/robot1/", "odom"), "robot1/odom");
+  EXPECT_EQ(prefixedFrame("fleet/robot1", "imu_link"), "fleet/robot1/imu_link");
+  EXPECT_EQ(prefixedFrame("robot1", "/map"), "map");
+  EXPECT_EQ(prefixedFrame("//", "odom"), "odom");
+}
+
 }  // namespace
 }  // namespace jackal_aic

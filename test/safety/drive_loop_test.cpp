@@ -386,6 +386,34 @@ TEST_F(PredictiveDriveLoopTest, WhatItWasToldDrivesAnotherLoopToTheSameBits) {
   EXPECT_TRUE(dynamic_cast<const PredictiveController&>(again.controller()).learningFrozen());
 }
 
+TEST_F(DriveLoopTest, ASetPointThatWasSentLongAgoIsLate) {
+  drive(1.0);
+  ASSERT_EQ(status(), DriveStatus::driving) << why();
+  for (int i = 0; i < 5; ++i) {
+    loop.setSetPoint(set_point, now, now - 10.0);
+    drive(0.02, "wip");
+  }
+  EXPECT_EQ(status(), DriveStatus::braking) << why();
+  EXPECT_EQ(why(), "set point too old");
+  loop.setSetPoint(set_point, now, now);
+  drive(0.3, "wip");
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
+}
+
+TEST_F(DriveLoopTest, TwoWhoSendSetPointsStopTheRobotUntilOneIsGone) {
+  drive(1.0);
+  robot.rivals = true;
+  drive(0.1);
+  EXPECT_EQ(status(), DriveStatus::braking);
+  EXPECT_EQ(reason(loop.status(), "/a and /b on /set_point"),
+            "more than one node publishes set points: /a and /b on /set_point");
+  drive(1.0);
+  EXPECT_EQ(loop.command(), WheelCommand{});
+  robot.rivals = false;
+  drive(0.1);
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
+}
+
 TEST_F(DriveLoopTest, GainsOfAnotherStructureAreRefused) {
   EXPECT_THROW(loop.adoptGains(PredictiveParameters{}, now), ParameterError);
   EXPECT_NO_THROW(loop.adoptGains(ControllerParameters{}, now));

@@ -31,6 +31,7 @@ struct RobotStatus {
   bool contended = false;       ///< another node publishes commands, and is not to
   bool outputs_checked = true;  ///< it is known who else publishes commands
   bool ending = false;          ///< the controller is to end
+  bool rivals = false;          ///< more than one node publishes set points, and only one is to
 };
 
 /// DriveLoop::updateBelief().
@@ -43,7 +44,8 @@ struct ActionInput {
 
 /// DriveLoop::setSetPoint().
 struct SetPointInput {
-  SetPoint wanted;  ///< base_link
+  SetPoint wanted;              ///< base_link
+  std::optional<double> stamp;  ///< time for which it was sent [s]; empty: it does not say
 };
 
 /// DriveLoop::receiveWheels().

@@ -74,7 +74,7 @@ struct DriveLoopStatus {
 };
 
 /// Why the robot does not drive, or drives with a fault; empty if neither. @param contender who else publishes
-/// commands, if that is known.
+/// commands, or who publish set points, if that is known.
 std::string reason(const DriveLoopStatus& status, const std::string& contender = {});
 
 /// Outcome of handing over a set point.
@@ -96,8 +96,9 @@ class DriveLoop {
   /// somebody else has driven so far. What was learned about the robot stays, and so does what was reported.
   void start(const WheelCommand& driven, double now);
 
-  /// Desired body velocity (base_link).
-  SetPointVerdict setSetPoint(const SetPoint& wanted, double now);
+  /// Desired body velocity (base_link). @param stamp time for which it was sent [s], where it says so: an old one is
+  /// late (deadlines.set_point) from the start.
+  SetPointVerdict setSetPoint(const SetPoint& wanted, double now, std::optional<double> stamp = std::nullopt);
 
   /// A message of the wheels' encoders came. While the IMU is silent they are observed alone: true if so, and taken.
   bool receiveWheels(const SensorReading& reading, double now);

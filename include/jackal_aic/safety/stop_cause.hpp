@@ -24,6 +24,7 @@ enum class StopCause {
   wheels_missing,     ///< never received
   set_point_late,     ///< past deadlines.set_point
   set_point_missing,  ///< never received
+  set_points_rival,   ///< more than one node publishes set points
   clock_jump,         ///< the clock jumped back
   outputs_unchecked,  ///< who else publishes commands is not known yet
   motors_off,         ///< feedback: the motors do not take velocity commands

@@ -1,0 +1,111 @@
+// Who may send set points, and as what.
+
+#include <geometry_msgs/TwistStamped.h>
+#include <jackal_aic/ControllerState.h>
+#include <rosgraph_msgs/Log.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "simulated_robot.hpp"
+
+namespace jackal_aic::test {
+namespace {
+
+/// A node of its own that publishes; it ends with this.
+class OtherNode {
+ public:
+  explicit OtherNode(const std::string& command) : pid_(fork()) {
+    if (pid_ != 0) return;
+    setsid();
+    execl("/bin/sh", "sh", "-c", ("exec " + command).c_str(), nullptr);
+    _exit(127);
+  }
+  ~OtherNode() {
+    kill(-pid_, SIGTERM);  // the shell and what it started
+    waitpid(pid_, nullptr, 0);
+  }
+
+ private:
+  pid_t pid_;
+};
+
+class SetPointsTest : public testing::Test {
+ protected:
+  SetPointsTest() {
+    log_ = node_.subscribe<rosgraph_msgs::Log>(
+        "/rosout", 100, [this](const rosgraph_msgs::LogConstPtr& message) { logged_ += message->msg + "\n"; });
+  }
+  void SetUp() override {
+    ASSERT_TRUE(robot_.waitFor([this] { return !robot_.states().empty() && !robot_.truth().time.empty(); }, "state"));
+  }
+
+  const ControllerState& state() const { return robot_.states().back(); }
+  bool drives() const {
+    return state().status == ControllerState::DRIVING && state().driven_by == ControllerState::BY_US;
+  }
+
+  ros::NodeHandle node_;
+  ros::Subscriber log_;
+  std::string logged_;
+  SimulatedRobot robot_;
+};
+
+// The robot's own publisher is on jackal_AIC/set_point, of which the controller knows nothing here.
+
+TEST_F(SetPointsTest, TwistAndTwistStampedAreObeyedAndAnOldOneIsNot) {
+  ros::Publisher wanted = node_.advertise<geometry_msgs::TwistStamped>("/wanted", 1);
+  robot_.waitFor([&] { return wanted.getNumSubscribers() > 0; }, "the controller");
+  geometry_msgs::TwistStamped message;
+  message.twist.linear.x = 0.3;
+  const auto send = [&](double age) {
+    message.header.stamp = ros::Time::now() - ros::Duration(age);
+    wanted.publish(message);
+    robot_.run(0.05);
+  };
+  for (int i = 0; i < 20; ++i) send(0.0);
+  EXPECT_TRUE(drives()) << state().reason;
+  EXPECT_EQ(state().set_point_forward, 0.3);
+  for (int i = 0; i < 40; ++i) send(1.0);
+  EXPECT_EQ(state().status, ControllerState::STOPPED);
+  EXPECT_EQ(state().driven_by, ControllerState::BY_NOBODY);
+  EXPECT_EQ(state().reason, "set point too old");
+}
+
+TEST_F(SetPointsTest, TwoNodesAreRefusedWithTheirNames) {
+  robot_.run(1.0);
+  const std::string publish =
+      "rostopic pub -r 20 /wanted geometry_msgs/Twist '{linear: {x: 0.2}}' >/dev/null 2>&1 __name:=";
+  const OtherNode first(publish + "first_driver");
+  robot_.waitFor([this] { return drives(); }, "to drive by the first", 30.0);
+  {
+    const OtherNode second(publish + "second_driver");
+    const std::string why = "more than one node publishes set points";
+    const auto stopped = [&] {
+      return state().status == ControllerState::STOPPED && state().reason.find(why) != std::string::npos;
+    };
+    robot_.waitFor(stopped, "to stop between the two", 30.0);
+    EXPECT_EQ(state().driven_by, ControllerState::BY_NOBODY);
+    for (const char* name : {"/first_driver", "/second_driver", "/wanted"}) {
+      EXPECT_NE(state().reason.find(name), std::string::npos) << state().reason;
+    }
+  }
+  robot_.waitFor([this] { return drives(); }, "to drive by the first alone", 30.0);
+}
+
+TEST_F(SetPointsTest, AnotherTypeIsTold) {
+  robot_.run(1.0);
+  const OtherNode wrong("rostopic pub -r 20 /wanted geometry_msgs/Pose '{}' >/dev/null 2>&1");
+  robot_.waitFor([this] { return logged_.find("of type geometry_msgs/Pose") != std::string::npos; }, "the log", 30.0);
+  EXPECT_NE(logged_.find("Set points on /wanted are of type geometry_msgs/Pose: it has to be"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace jackal_aic::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "set_points_test");
+  ros::NodeHandle node;
+  return RUN_ALL_TESTS();
+}
