@@ -1,9 +1,12 @@
 #include "analyze.hpp"
 
+#include <fmt/format.h>
+
 #include <boost/program_options.hpp>
 #include <cmath>
+#include <limits>
 #include <ostream>
-#include <utility>
+#include <variant>
 
 #include "jackal_aic/certificate/advice.hpp"
 #include "jackal_aic/config/yaml_text.hpp"
@@ -14,13 +17,20 @@ namespace {
 
 namespace po = boost::program_options;
 
-/// Keys and finished values, printed as YAML or as JSON.
-using Fields = std::vector<std::pair<std::string, std::string>>;
+struct Figure;
 
-std::string number(double value) { return std::isfinite(value) ? yamlNumber(value, 6) : "null"; }
+/// What is printed, as lines of a table or as an object of JSON.
+using Figures = std::vector<Figure>;
 
-std::string boolean(bool value) { return value ? "true" : "false"; }
+/// One of it: its key in JSON, its name and unit in the table, its value; a group has figures of its own.
+struct Figure {
+  std::string key;
+  std::string name;
+  std::string unit;
+  std::variant<double, bool, std::string, Figures> value;
+};
 
+/// A Unix path or a sentence as a string of JSON.
 std::string quoted(const std::string& text) {
   std::string escaped = "\"";
   for (const char c : text) {
@@ -31,77 +41,117 @@ std::string quoted(const std::string& text) {
 }
 
 /// {"key": value, ...} in one line, which YAML reads too.
-std::string object(const Fields& fields) {
+std::string json(const Figures& figures) {
+  struct Text {
+    std::string operator()(double value) const { return std::isfinite(value) ? yamlNumber(value, 6) : "null"; }
+    std::string operator()(bool value) const { return value ? "true" : "false"; }
+    std::string operator()(const std::string& value) const { return quoted(value); }
+    std::string operator()(const Figures& group) const { return json(group); }
+  };
   std::string text;
-  for (const auto& [key, value] : fields) text += (text.empty() ? "" : ", ") + quoted(key) + ": " + value;
+  for (const Figure& figure : figures) {
+    text += (text.empty() ? "" : ", ") + quoted(figure.key) + ": " + std::visit(Text{}, figure.value);
+  }
   return "{" + text + "}";
 }
 
-void print(const Fields& fields, bool json, std::ostream& out) {
-  if (json) {
-    out << object(fields) << "\n";
-    return;
+/// A line for each figure: its name, its value, its unit; those of a group below its name.
+std::string table(const Figures& figures, const std::string& indent = "") {
+  constexpr std::size_t kNames = 40;  // columns
+  std::string text;
+  for (const Figure& figure : figures) {
+    if (const auto* group = std::get_if<Figures>(&figure.value)) {
+      if (!group->empty()) text += fmt::format("\n{}{}\n{}", indent, figure.name, table(*group, indent + "  "));
+      continue;
+    }
+    struct Text {
+      std::string operator()(double value) const { return std::isfinite(value) ? fmt::format("{:.4g}", value) : "any"; }
+      std::string operator()(bool value) const { return value ? "yes" : "no"; }
+      std::string operator()(const std::string& value) const { return value; }
+      std::string operator()(const Figures&) const { return ""; }
+    };
+    const std::string value = std::visit(Text{}, figure.value);
+    if (figure.name.empty()) {
+      text += "\n" + value + "\n";  // a sentence
+      continue;
+    }
+    text +=
+        fmt::format("{:<{}}{}{}{}\n", indent + figure.name, kNames, value, figure.unit.empty() ? "" : " ", figure.unit);
   }
-  for (const auto& [key, value] : fields) out << key << ": " << value << "\n";
+  return text;
 }
 
-Fields modeFields(const ModeCertificate& mode) {
-  return {{"spectral_radius", number(mode.spectral_radius)},
-          {"gain_margin", number(mode.gain_margin)},
-          {"gain_reduction", number(mode.gain_reduction)},
-          {"delay_margin_s", number(mode.delay_margin)}};
+Figures marginFigures(const Margins& margins) {
+  return {{"gain_margin", "gain margin", "x the action gain", margins.gain_margin},
+          {"gain_reduction", "gain below which it is unstable", "x the action gain", margins.gain_reduction},
+          {"delay_margin_s", "delay margin", "s more dead time", margins.delay_margin}};
 }
 
-Fields plantFields(const PlantModel& plant) {
-  return {{"dead_time", number(plant.dead_time)},
-          {"lag", number(plant.lag)},
-          {"gain", number(plant.gain)},
-          {"velocity_loop_integral", number(plant.velocity_loop_integral)},
-          {"effective_track", number(plant.effective_track)},
-          {"on_box", boolean(plant.on_box)},
-          {"sensor_rate", number(plant.sensor_rate)}};
+Figures modeFigures(const ModeCertificate& mode) {
+  Figures figures = marginFigures(mode);
+  figures.insert(figures.begin(), {"spectral_radius", "spectral radius", "", mode.spectral_radius});
+  return figures;
 }
 
-Fields certificateFields(const ControllerFile& file, const PlantModel& plant) {
+Figures plantFigures(const PlantModel& plant) {
+  return {{"dead_time", "dead time", "s", plant.dead_time},
+          {"lag", "lag", "s", plant.lag},
+          {"gain", "gain", "", plant.gain},
+          {"velocity_loop_integral", "integral gain of the velocity loop", "1/s", plant.velocity_loop_integral},
+          {"effective_track", "effective track (0: the controller's)", "m", plant.effective_track},
+          {"on_box", "wheels in the air", "", plant.on_box},
+          {"sensor_rate", "rate of the sensors", "Hz", plant.sensor_rate}};
+}
+
+/// Radii of loop and belief.
+Figures verdictFigures(const LoopVerdict& verdict) {
+  return {{"belief_spectral_radius", "spectral radius of the belief", "", verdict.belief_spectral_radius},
+          {"loop_spectral_radius", "spectral radius of the loop", "(stable below 1)", verdict.loop_spectral_radius},
+          {"radius_uncertainty", "uncertainty of that", "", verdict.radius_uncertainty}};
+}
+
+Figure sensitivityFigures(const std::vector<Sensitivity>& sensitivities) {
+  Figures slopes;
+  for (const auto& [parameter, value] : sensitivities) slopes.push_back({parameter, parameter, "", value});
+  return {"sensitivity", "relative change of the radius per relative change of", "", slopes};
+}
+
+/// What a tool has found: the figures, and whether the loop is stable.
+struct Finding {
+  Figures figures;
+  bool stable = false;
+};
+
+Finding certificateOf(const ControllerFile& file, const PlantModel& plant) {
   const Certificate certificate = certify(file.controller, file.geometry, plant);
-  Fields slopes;
-  for (const auto& [parameter, value] : sensitivities(file.controller, file.geometry, plant)) {
-    slopes.emplace_back(parameter, number(value));
-  }
-  return {{"belief_spectral_radius", number(certificate.belief_spectral_radius)},
-          {"loop_spectral_radius", number(certificate.loop_spectral_radius)},
-          {"radius_uncertainty", number(certificate.radius_uncertainty)},
-          {"gain_margin", number(certificate.gain_margin)},
-          {"delay_margin_s", number(certificate.delay_margin)},
-          {"stable", boolean(certificate.stable())},
-          {"straight", object(modeFields(certificate.straight))},
-          {"turn", object(modeFields(certificate.turn))},
-          {"sensitivity", object(slopes)},
-          {"period_s", number(certificate.period)},
-          {"plant_model", object(plantFields(plant))},
-          {"advice", quoted(advice(certificate, file.controller, file.geometry, plant))}};
+  Figures figures = verdictFigures(certificate);
+  const Figures margins = marginFigures(certificate);
+  figures.push_back(margins.front());
+  figures.push_back(margins.back());
+  figures.push_back({"stable", "stable", "", certificate.stable()});
+  figures.push_back({"period_s", "common period of the timers", "s", certificate.period});
+  figures.push_back({"straight", "driving straight", "", modeFigures(certificate.straight)});
+  figures.push_back({"turn", "turning", "", modeFigures(certificate.turn)});
+  figures.push_back(sensitivityFigures(sensitivities(file.controller, file.geometry, plant)));
+  figures.push_back({"plant_model", "on the robot", "", plantFigures(plant)});
+  figures.push_back({"advice", "", "", advice(certificate, file.controller, file.geometry, plant)});
+  return {figures, certificate.stable()};
 }
 
-Fields predictiveFields(const PredictiveFile& file, const PlantModel& robot) {
+Finding certificateOf(const PredictiveFile& file, const PlantModel& robot) {
   const PlantModel model = file.model.value_or(robot);
   const PredictiveCertificate certificate = certify(file.parameters, model, robot);
-  Fields slopes;
-  for (const auto& [parameter, value] : sensitivities(file.parameters, model, robot)) {
-    slopes.emplace_back(parameter, number(value));
-  }
-  return {{"belief_spectral_radius", number(certificate.belief_spectral_radius)},
-          {"loop_spectral_radius", number(certificate.loop_spectral_radius)},
-          {"radius_uncertainty", number(certificate.radius_uncertainty)},
-          {"gain_margin", number(certificate.gain_margin)},
-          {"gain_reduction", number(certificate.gain_reduction)},
-          {"delay_margin_s", number(certificate.delay_margin)},
-          {"delay_reduction_s", number(certificate.delay_reduction)},
-          {"stable", boolean(certificate.stable())},
-          {"sensitivity", object(slopes)},
-          {"period_s", number(certificate.period)},
-          {"plant_model", object(plantFields(model))},
-          {"robot", object(plantFields(robot))},
-          {"advice", quoted(advice(certificate, file.parameters, model, robot))}};
+  Figures figures = verdictFigures(certificate);
+  const Figures margins = marginFigures(certificate);
+  figures.insert(figures.end(), margins.begin(), margins.end());
+  figures.push_back({"delay_reduction_s", "delay reduction", "s less dead time", certificate.delay_reduction});
+  figures.push_back({"stable", "stable", "", certificate.stable()});
+  figures.push_back({"period_s", "common period of the timers", "s", certificate.period});
+  figures.push_back(sensitivityFigures(sensitivities(file.parameters, model, robot)));
+  figures.push_back({"plant_model", "as the controller believes the robot", "", plantFigures(model)});
+  figures.push_back({"robot", "on the robot", "", plantFigures(robot)});
+  figures.push_back({"advice", "", "", advice(certificate, file.parameters, model, robot)});
+  return {figures, certificate.stable()};
 }
 
 Gain gainNamed(const std::string& name) {
@@ -113,17 +163,19 @@ Gain gainNamed(const std::string& name) {
   throw ParameterError("range = '" + name + "': expected one of " + names);
 }
 
-Fields rangeFields(const ControllerFile& file, const PlantModel& plant, Gain gain) {
+Finding rangeOf(const ControllerFile& file, const PlantModel& plant, Gain gain) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   ControllerParameters controller = file.controller;
   const auto range = stableRange(controller, file.geometry, plant, gain);
-  Fields fields{{"parameter", quoted(kGainNames[static_cast<std::size_t>(gain)])},
-                {"present", number(gainOf(controller, gain))},
-                {"stable", boolean(isStable(LinearLoop(controller, file.geometry, plant)))}};
-  fields.emplace_back("low", range ? number(range->low) : "null");
-  fields.emplace_back("high", range ? number(range->high) : "null");
-  fields.emplace_back("low_is_bound", boolean(range && range->low_is_bound));
-  fields.emplace_back("high_is_bound", boolean(range && range->high_is_bound));
-  return fields;
+  const bool stable = isStable(LinearLoop(controller, file.geometry, plant));
+  const Figures figures{{"parameter", "parameter", "", std::string(kGainNames[static_cast<std::size_t>(gain)])},
+                        {"present", "present value", "", gainOf(controller, gain)},
+                        {"stable", "stable with it", "", stable},
+                        {"low", "stable from", "", range ? range->low : kNone},
+                        {"high", "stable up to", "", range ? range->high : kNone},
+                        {"low_is_bound", "less is not permitted", "", range && range->low_is_bound},
+                        {"high_is_bound", "more is not permitted", "", range && range->high_is_bound}};
+  return {figures, stable};
 }
 
 po::options_description optionsOfAnalyze() {
@@ -138,7 +190,7 @@ po::options_description optionsOfAnalyze() {
                         "config/jackal_model.yaml assumes");
   options.add_options()("range", po::value<std::string>(),
                         "print the stable interval of tau, kappa_mu or kappa_a instead, the others as they are");
-  options.add_options()("json", "print one line of JSON");
+  options.add_options()("json", "print one line of JSON instead of the table");
   return options;
 }
 
@@ -152,7 +204,8 @@ int analyze(const std::vector<std::string>& arguments, std::ostream& out) {
   po::store(po::command_line_parser(arguments).options(options).positional(positional).run(), given);
   if (given.count("help") > 0) {
     out << "analyze CONFIG.yaml [--plant PLANT.yaml] [--range tau|kappa_mu|kappa_a] [--json]\n"
-        << "Stability certificate of a controller: spectral radii, gain and delay margin.\n"
+        << "Stability certificate of a controller: spectral radii, gain and delay margin. Exit status 1 if it is "
+           "unstable.\n"
         << options;
     return 0;
   }
@@ -160,16 +213,18 @@ int analyze(const std::vector<std::string>& arguments, std::ostream& out) {
   const std::string path = given["config"].as<std::string>();
   const PlantModel plant =
       given.count("plant") > 0 ? readPlantFile(given["plant"].as<std::string>()).model : PlantModel{};
+  const bool ranged = given.count("range") > 0;
+  Finding finding;
   if (describesPredictive(path)) {
-    if (given.count("range") > 0) throw ParameterError("range: only for the gains of controller.*");
-    print(predictiveFields(readPredictiveFile(path), plant), given.count("json") > 0, out);
-    return 0;
+    if (ranged) throw ParameterError("range: only for the gains of controller.*");
+    finding = certificateOf(readPredictiveFile(path), plant);
+  } else if (ranged) {
+    finding = rangeOf(readControllerFile(path), plant, gainNamed(given["range"].as<std::string>()));
+  } else {
+    finding = certificateOf(readControllerFile(path), plant);
   }
-  const ControllerFile file = readControllerFile(path);
-  const Fields fields = given.count("range") > 0 ? rangeFields(file, plant, gainNamed(given["range"].as<std::string>()))
-                                                 : certificateFields(file, plant);
-  print(fields, given.count("json") > 0, out);
-  return 0;
+  out << (given.count("json") > 0 ? json(finding.figures) + "\n" : table(finding.figures));
+  return finding.stable ? 0 : 1;
 }
 
 }  // namespace jackal_aic

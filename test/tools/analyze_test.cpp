@@ -1,5 +1,6 @@
 #include "analyze.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 #include <yaml-cpp/yaml.h>
@@ -18,10 +19,16 @@ namespace {
 
 std::string config(const std::string& name) { return std::string(JACKAL_AIC_SOURCE_DIR) + "/config/" + name; }
 
-std::string output(const std::vector<std::string>& arguments) {
+std::string output(const std::vector<std::string>& arguments, int status = 0) {
   std::ostringstream out;
-  EXPECT_EQ(analyze(arguments, out), 0);
+  EXPECT_EQ(analyze(arguments, out), status);
   return out.str();
+}
+
+/// What is printed with --json.
+YAML::Node figures(std::vector<std::string> arguments, int status = 0) {
+  arguments.push_back("--json");
+  return YAML::Load(output(arguments, status));
 }
 
 std::string complaint(const std::vector<std::string>& arguments) {
@@ -53,7 +60,7 @@ class TemporaryFile {
 };
 
 TEST(Analyze, PrintsTheCertificate) {
-  const YAML::Node printed = YAML::Load(output({config("improved.yaml"), "--plant", config("plant_model.yaml")}));
+  const YAML::Node printed = figures({config("improved.yaml"), "--plant", config("plant_model.yaml")});
   const ControllerFile file = readControllerFile(config("improved.yaml"));
   const Certificate expected = certify(file.controller, file.geometry, readPlantFile(config("plant_model.yaml")).model);
   EXPECT_NEAR(printed["belief_spectral_radius"].as<double>(), expected.belief_spectral_radius, 1e-10);
@@ -65,39 +72,40 @@ TEST(Analyze, PrintsTheCertificate) {
   EXPECT_NE(printed["advice"].as<std::string>().find("Stable with room"), std::string::npos);
 }
 
-TEST(Analyze, JsonHasTheSameContent) {
+TEST(Analyze, PrintsATableWithUnits) {
   const std::string json = output({config("standard.yaml"), "--json"});
-  const YAML::Node a = YAML::Load(json), b = YAML::Load(output({config("standard.yaml")}));
   EXPECT_EQ(json.find('\n'), json.size() - 1) << "one line";
-  for (const char* key :
-       {"belief_spectral_radius", "loop_spectral_radius", "gain_margin", "delay_margin_s", "stable"}) {
-    ASSERT_TRUE(a[key]) << key;
-    EXPECT_EQ(a[key].as<std::string>(), b[key].as<std::string>()) << key;
+  const std::string table = output({config("standard.yaml")});
+  const std::string delay = fmt::format("{:.4g} s", YAML::Load(json)["delay_margin_s"].as<double>());
+  for (const std::string& part :
+       {std::string("stable                                  yes"), delay, std::string("gain margin"),
+        std::string("driving straight"), std::string("0.08 s"), std::string("Stable with room")}) {
+    EXPECT_NE(table.find(part), std::string::npos) << part << "\n" << table;
   }
+  EXPECT_EQ(table.find('{'), std::string::npos) << table;
 }
 
 TEST(Analyze, TakesTheSimulatedRobotAsAPlant) {
-  const YAML::Node box = YAML::Load(output({config("improved.yaml"), "--plant", config("plant_box.yaml")}));
+  const YAML::Node box = figures({config("improved.yaml"), "--plant", config("plant_box.yaml")});
   EXPECT_TRUE(box["plant_model"]["on_box"].as<bool>());
   const double straight = box["straight"]["spectral_radius"].as<double>();
   const double turn = box["turn"]["spectral_radius"].as<double>();
   EXPECT_EQ(std::max(straight, turn), box["loop_spectral_radius"].as<double>());
 }
 
-TEST(Analyze, UnstableGainsAreAResultNotAnError) {
+TEST(Analyze, UnstableGainsAreAResultAndAnExitStatus) {
   std::ifstream preset(config("improved.yaml"));
   std::string text((std::istreambuf_iterator<char>(preset)), {});
   text.replace(text.find("kappa_a: 8"), 10, "kappa_a: 60");
   const TemporaryFile file(text);
-  const YAML::Node printed = YAML::Load(output({file.path()}));
+  const YAML::Node printed = figures({file.path()}, 1);
   EXPECT_FALSE(printed["stable"].as<bool>());
   EXPECT_NE(printed["advice"].as<std::string>().find("kappa_a = 60 is most to blame"), std::string::npos);
 }
 
 TEST(Analyze, PrintsTheStableRange) {
   const TemporaryFile plant("plant_model: {dead_time: 0.083, lag: 0.008}\n");
-  const YAML::Node printed =
-      YAML::Load(output({config("improved.yaml"), "--plant", plant.path(), "--range", "kappa_a", "--json"}));
+  const YAML::Node printed = figures({config("improved.yaml"), "--plant", plant.path(), "--range", "kappa_a"});
   EXPECT_EQ(printed["parameter"].as<std::string>(), "kappa_a");
   EXPECT_EQ(printed["present"].as<double>(), 8.0);
   EXPECT_EQ(printed["low"].as<double>(), 0.0);
@@ -119,13 +127,13 @@ TEST(Analyze, ReadsTheConfigurationOfAPredictiveNodeThatKeepsItsSlip) {
   std::stringstream text;
   text << preset.rdbuf() << robot.rdbuf() << model.rdbuf() << "slip:\n  file: /var/lib/jackal/slip.yaml\n";
   const TemporaryFile file(text.str());
-  EXPECT_TRUE(YAML::Load(output({file.path()}))["stable"].as<bool>());
+  EXPECT_TRUE(figures({file.path()})["stable"].as<bool>());
   const TemporaryFile wrong(text.str() + "  fil: /var/lib/jackal/slip.yaml\n");
   EXPECT_NE(complaint({wrong.path()}).find("slip.fil"), std::string::npos);
 }
 
 TEST(Analyze, CertifiesThePredictiveStructure) {
-  const YAML::Node printed = YAML::Load(output({config("predictive.yaml"), "--plant", config("plant_model.yaml")}));
+  const YAML::Node printed = figures({config("predictive.yaml"), "--plant", config("plant_model.yaml")});
   const PlantModel plant = readPlantFile(config("plant_model.yaml")).model;
   const auto expected = certify(readPredictiveFile(config("predictive.yaml")).parameters, plant, plant);
   EXPECT_TRUE(printed["stable"].as<bool>());
@@ -141,7 +149,7 @@ TEST(Analyze, PredictiveModelOfTheConfigurationMayDifferFromThePlant) {
   both << preset.rdbuf() << model.rdbuf();
   const TemporaryFile file(both.str());
   const TemporaryFile robot("plant_model: {dead_time: 0.4, lag: 0.01}\n");
-  const YAML::Node printed = YAML::Load(output({file.path(), "--plant", robot.path()}));
+  const YAML::Node printed = figures({file.path(), "--plant", robot.path()}, 1);
   EXPECT_FALSE(printed["stable"].as<bool>()) << "a dead time five times as long as believed";
   EXPECT_EQ(printed["robot"]["dead_time"].as<double>(), 0.4);
 }
