@@ -16,9 +16,18 @@ import subprocess
 import sys
 import time
 
+import yaml
+
 LOOK = 0.2  # s between looks at the results
 GRACE = 20.0  # s from the request to stop until a process is killed
 NOTHING_SELECTED = 'matches no scenario'  # what the campaign says
+
+
+def presets():
+    """Names of the files of config/ that hold the gains of a controller."""
+    files = (pathlib.Path(__file__).resolve().parents[2] / 'config').glob('*.yaml')
+    structures = ('controller', 'predictive', 'diff_drive')
+    return sorted(file.stem for file in files if any(key in yaml.safe_load(file.read_text()) for key in structures))
 
 
 def free_port():
@@ -136,6 +145,8 @@ def campaign(arguments, common):
         results.unlink()
     if not rows:
         sys.exit('run_faults: --only matches no scenario')
+    if arguments.only != '.':
+        print(f'A part of the campaign: only the scenarios that match {arguments.only!r}')
     with open(arguments.results / 'faults.csv', 'w', newline='') as file:
         writer = csv.DictWriter(file, fieldnames=rows[0].keys())
         writer.writeheader()
@@ -175,6 +186,8 @@ def main():
         sys.exit(f'run_faults: another campaign is writing to {arguments.results}')
     common = [f'select:={arguments.only}', f'real_time_factor:={arguments.speed}']
     if arguments.preset:
+        if arguments.preset not in presets():
+            parser.error(f'--preset {arguments.preset!r}: unknown; known: {", ".join(presets())}')
         common.append(f'preset:={arguments.preset}')
     return soak(arguments, common) if arguments.soak else campaign(arguments, common)
 

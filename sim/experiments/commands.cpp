@@ -124,8 +124,8 @@ void addLoopOptions(po::options_description& options) {
                         "diff_drive, standard, improved, tuned, predictive or FILE.yaml");
   options.add_options()("plant", po::value<std::string>()->required(), "box, ground or FILE.yaml");
   addOverrides(options);
-  options.add_options()("csv", po::value<std::string>()->default_value("-"),
-                        "file for the row of results; - prints it");
+  options.add_options()("csv", po::value<std::string>(),
+                        "file for the row of results; - prints it; by default a short table is printed");
   options.add_options()("trace", po::value<std::string>(), "file for the time series");
 }
 
@@ -135,7 +135,11 @@ void runLoop(const po::variables_map& options, const std::string& name, const Se
       loadSetup(files, options["controller"].as<std::string>(), options["plant"].as<std::string>(), overrides(options));
   RunResult result = runSetup(setup, profile);
   result.row.experiment = name;
-  writeText(options["csv"].as<std::string>(), resultHeader() + resultLine(result.row));
+  if (options.count("csv") > 0) {
+    writeText(options["csv"].as<std::string>(), resultHeader() + resultLine(result.row));
+  } else {
+    std::cout << resultText(result.row);
+  }
   if (options.count("trace") > 0) writeText(options["trace"].as<std::string>(), traceHeader() + traceLines(0, result));
 }
 

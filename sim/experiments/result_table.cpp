@@ -156,6 +156,15 @@ std::string resultLine(const ResultRow& row) {
   return fmt::format("{}\n", fmt::join(cells, ","));
 }
 
+std::string resultText(const ResultRow& row) {
+  std::string text;
+  for (const Column& column : kColumns) {
+    const std::string cell = column.cell(row);
+    if (!cell.empty()) text += fmt::format("{:<20}{}\n", column.name, cell);
+  }
+  return text;
+}
+
 std::string traceHeader() {
   return "run,label,time_s,set_point_mps,velocity_mps,measured_mps,belief_mps,set_point_radps,yaw_rate_radps,"
          "measured_radps,belief_radps,command_left_radps,command_right_radps\n";

@@ -79,6 +79,9 @@ std::string resultHeader();
 /// One line of the result tables.
 std::string resultLine(const ResultRow& row);
 
+/// A row for a person: a line with name and value for each column that has one.
+std::string resultText(const ResultRow& row);
+
 /// Header line of the traces: run is the index of the row in the result table, from 0.
 std::string traceHeader();
 

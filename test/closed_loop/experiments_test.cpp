@@ -137,6 +137,17 @@ TEST_F(Experiments, StepWritesOneRowAndItsTrace) {
   EXPECT_TRUE(startsWith(readText(path("trace.csv")), traceHeader()));
 }
 
+TEST_F(Experiments, AStepIsPrintedAsAShortTableUnlessARowIsAskedFor) {
+  testing::internal::CaptureStdout();
+  const int status = runCommand(
+      {"step", "--controller", "predictive", "--plant", "box", "--step", "0.5", "--share", JACKAL_AIC_SOURCE_DIR});
+  const std::string text = testing::internal::GetCapturedStdout();
+  EXPECT_EQ(status, 0);
+  EXPECT_TRUE(startsWith(text, "experiment          step\ncontroller          predictive\n")) << text;
+  EXPECT_NE(text.find("\nsettling_s          0."), std::string::npos) << text;
+  EXPECT_EQ(text.find("thesis"), std::string::npos) << "nothing that the row does not have:\n" << text;
+}
+
 TEST_F(Experiments, CommandLineErrorsAreOneLineWithTheValidNames) {
   const std::vector<std::string> share{"--share", JACKAL_AIC_SOURCE_DIR};
   const auto with_share = [&](std::vector<std::string> arguments) {
@@ -145,7 +156,7 @@ TEST_F(Experiments, CommandLineErrorsAreOneLineWithTheValidNames) {
   };
   EXPECT_EQ(complaint({"fly"}),
             "command = 'fly': unknown; known: list, run, merge, step, square, detection, stops, unidentified, "
-            "odometry, calibrate");
+            "odometry, real, calibrate");
   EXPECT_TRUE(startsWith(with_share({"run", "table_9", "--out", path("x")}),
                          "experiment = 'table_9': unknown; known: all, table_3-1a"));
   EXPECT_TRUE(
