@@ -101,6 +101,12 @@ class SimulatedRobot {
   /// Sends no more set points.
   void stopCommanding() { commanding_ = false; }
 
+  /// Leaves the set points to another node: the controller obeys one publisher only.
+  void leaveSetPoint() {
+    commanding_ = false;
+    set_point_.shutdown();
+  }
+
   /// Publishes one set point now, as it is.
   void publishOnce(const geometry_msgs::Twist& twist) { set_point_.publish(twist); }
 

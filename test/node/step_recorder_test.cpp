@@ -59,6 +59,7 @@ class StepRecorderTest : public testing::Test {
 
   /// Runs the recorder with a manoeuvre of two seconds forward and two of turning; returns its exit status.
   int record(const std::string& output_directory, const std::string& remapping = "") {
+    robot_.leaveSetPoint();
     ros::param::set("/recorder_under_test/recorder/output_directory", output_directory);
     ros::param::set("/recorder_under_test/manoeuvre/durations", std::vector<double>{1.0, 2.0, 1.0, 2.0});
     ros::param::set("/recorder_under_test/manoeuvre/forward", std::vector<double>{0.0, 0.5, 0.0, 0.0});
