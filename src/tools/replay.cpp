@@ -225,7 +225,7 @@ class Replay {
     said_ = statusName(state_.status.decision.status) + (why.empty() ? "" : ": " + why);
     if (said_ != before) events_.push_back(fmt::format("{:12.3f} s  {}", last_ - first_, said_));
     const ControllerState* recorded = comparison_.compare(state_);
-    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
     const auto order0 = [](const std::vector<double>& orders) { return orders.empty() ? kNone : orders.front(); };
     table_.add(state_.time, statusName(state_.status.decision.status), cell(why), state_.set_point.forward,
                state_.set_point.yaw_rate, state_.measured(kForward), state_.measured(kYaw), state_.belief(kForward),
