@@ -8,11 +8,9 @@
 
 #include "campaign.hpp"
 #include "csv.hpp"
-#include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "node_parameters.hpp"
 #include "parallel.hpp"
-#include "progress_bar.hpp"
 #include "unidentified.hpp"
 
 namespace jackal_aic::sim {
@@ -52,8 +50,7 @@ DriveParameters driveParameters(const PackageFiles& files, const RobotRecording&
   PlantModel model = assumedModel(files);
   model.sensor_rate = kSensorRate;
   if (kind == RealModel::identified) model = identified(recording, path, model);
-  ParameterMap map;
-  addYamlFile(files.path("config/predictive.yaml"), map);
+  ParameterMap map = files.configuration("predictive");
   map.set("plant_model.dead_time", model.dead_time);
   map.set("plant_model.lag", model.lag);
   const NodeParameters node = readConfiguration(map);
@@ -215,12 +212,20 @@ std::vector<std::pair<const char*, std::string>> cells(const Row& row) {
 }
 
 void print(const std::vector<Row>& rows) {
-  const auto line = [](const Row& row, bool header) {
+  std::vector<std::size_t> widths;
+  for (const auto& cell : cells(rows.front())) widths.push_back(std::string(cell.first).size());
+  for (const Row& row : rows) {
+    std::size_t column = 0;
+    for (const auto& cell : cells(row)) {
+      widths[column] = std::max(widths[column], cell.second.size());
+      ++column;
+    }
+  }
+  const auto line = [&widths](const Row& row, bool header) {
     std::string text;
-    for (const auto& [column, value] : cells(row)) {
-      const std::size_t width =
-          std::max<std::size_t>(std::string(column).size(), column == std::string("recording") ? 24 : 0);
-      text += fmt::format("{:<{}}  ", header ? column : value, width);
+    std::size_t column = 0;
+    for (const auto& cell : cells(row)) {
+      text += fmt::format("{:<{}}  ", header ? cell.first : cell.second, widths[column++]);
     }
     fmt::print("{}\n", text.substr(0, text.find_last_not_of(' ') + 1));
   };
@@ -270,10 +275,9 @@ std::string replayRealDrives(const PackageFiles& files, const std::string& direc
   for (const RobotRecording& recording : recordings) {
     for (const RealModel model : {RealModel::assumed, RealModel::identified}) rows.push_back({&recording, model, {}});
   }
-  ProgressBar bar("recordings", rows.size(), true);
-  parallelFor(
-      rows.size(), jobs, [&](std::size_t i) { rows[i].figures = replay(files, *rows[i].recording, rows[i].model); },
-      [&](std::size_t done) { bar.show(done, ""); });
+  const auto figures = parallelResults("recordings", rows.size(), jobs,
+                                       [&](std::size_t i) { return replay(files, *rows[i].recording, rows[i].model); });
+  for (std::size_t i = 0; i < rows.size(); ++i) rows[i].figures = figures[i];
   print(rows);
   if (!csv.empty()) writeText(csv, csvText(rows));
   std::size_t alarms = 0;
