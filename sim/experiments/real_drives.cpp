@@ -86,7 +86,8 @@ class AlarmWatch {
 /// A drive loop in the place of the one that would have run on the robot.
 class Replay {
  public:
-  explicit Replay(const DriveParameters& parameters) : Replay(parameters, makeController(parameters)) {}
+  explicit Replay(const DriveParameters& parameters)
+      : kinematics_(parameters.geometry), loop_(parameters, makeController(parameters)) {}
 
   /// @param applied what the motors got; empty if that is not known.
   void take(const RecordedSample& sample, const std::optional<WheelCommand>& applied) {
@@ -97,7 +98,7 @@ class Replay {
       clock_ = now;
     }
     for (; clock_ + kTick < now; clock_ += kTick) tick(clock_ + kTick);
-    controller_.freezeLearning(sample.step >= 0 && isHeldOut(sample.step));
+    loop_.freezeLearning(sample.step >= 0 && isHeldOut(sample.step), now);
     command(applied, now);
     SensorReading reading;
     reading.observation = y;
@@ -115,14 +116,9 @@ class Replay {
   static bool isHeldOut(int step) { return step % 2 == 1; }
   const std::vector<RealAlarm>& alarms() const { return watch_.alarms(); }
   std::size_t alarmed() const { return alarmed_; }  ///< samples
-  const PredictiveController& controller() const { return controller_; }
+  SlipState slip() const { return dynamic_cast<const PredictiveController&>(loop_.controller()).slip(); }
 
  private:
-  Replay(const DriveParameters& parameters, std::unique_ptr<VelocityController> controller)
-      : kinematics_(parameters.geometry),
-        controller_(dynamic_cast<PredictiveController&>(*controller)),
-        loop_(parameters, std::move(controller)) {}
-
   void command(const std::optional<WheelCommand>& applied, double now) {
     if (applied) loop_.applied(*applied, AppliedSource::drive, now);
     const BodyVector body = kinematics_.bodyVelocity(applied.value_or(WheelCommand{}));
@@ -135,7 +131,6 @@ class Replay {
   }
 
   SkidSteerKinematics kinematics_;
-  PredictiveController& controller_;
   DriveLoop loop_;
   AlarmWatch watch_;
   double clock_ = 0.0;  // s
@@ -153,7 +148,7 @@ struct YawErrors {
   double rms() const { return std::sqrt(squares / static_cast<double>(pieces)); }
 };
 
-void judgeSlip(const RobotRecording& recording, const PredictiveController& controller, RealFigures& figures) {
+void judgeSlip(const RobotRecording& recording, const SlipState& slip, RealFigures& figures) {
   const double radius = recording.robot.wheel_radius;
   const auto difference = [radius](const SteadyBlock& b) { return radius * (b.wheels.right - b.wheels.left); };
   double xx = 0.0, xy = 0.0;
@@ -163,7 +158,6 @@ void judgeSlip(const RobotRecording& recording, const PredictiveController& cont
     xx += difference(block) * difference(block);
     xy += difference(block) * block.yaw_rate;
   }
-  const SlipState slip = controller.slip();
   YawErrors ours, constant;
   for (const SteadyBlock& block : blocks) {
     if (!Replay::isHeldOut(block.step)) continue;
@@ -263,7 +257,7 @@ RealFigures replay(const PackageFiles& files, const RobotRecording& recording, R
   figures.duration = recording.duration();
   figures.alarms = replay.alarms();
   figures.alarmed = static_cast<double>(replay.alarmed()) / static_cast<double>(figures.samples);
-  judgeSlip(recording, replay.controller(), figures);
+  judgeSlip(recording, replay.slip(), figures);
   return figures;
 }
 

@@ -32,6 +32,7 @@ namespace jackal_aic::sim {
 namespace {
 
 constexpr double kSetPointRate = 20.0;  // Hz
+constexpr const char* kState = "jackal_AIC/state";
 
 /// Settings of the recorder. YAML prefix `recorder`.
 struct RecorderParameters {
@@ -59,6 +60,13 @@ std::optional<double> meanSpeed(const sensor_msgs::JointState& message, const st
     sum += message.velocity[i];
   }
   return sum / static_cast<double>(joints.size());
+}
+
+/// Whether the master knows a publisher of a topic.
+bool isPublished(const std::string& topic) {
+  ros::master::V_TopicInfo published;
+  ros::master::getTopics(published);
+  return std::any_of(published.begin(), published.end(), [&](const auto& info) { return info.name == topic; });
 }
 
 std::ofstream createFile(const std::string& directory, const char* name) {
@@ -110,8 +118,11 @@ class StepRecorder {
   std::string waits_for_;  // why a controller that tells its state does not drive; empty if it does
   std::ofstream response_file_, metrics_file_;
   ros::WallTime alive_ = ros::WallTime::now();
-  std::map<std::string, bool> received_ = {
-      {"ground_truth/odom", false}, {"joint_states", false}, {"imu/data", false}, {"cmd_drive", false}};
+  std::map<std::string, bool> received_ = {{"ground_truth/odom", false},
+                                           {"joint_states", false},
+                                           {"imu/data", false},
+                                           {"cmd_drive", false},
+                                           {kState, false}};
   TimeSeries set_forward_, set_yaw_rate_, true_forward_, true_yaw_rate_, measured_forward_, measured_yaw_rate_;
   TimeSeries believed_forward_, believed_yaw_rate_, command_left_, command_right_;
 
@@ -134,7 +145,7 @@ StepRecorder::StepRecorder(const RecorderParameters& parameters, const Manoeuvre
                   node_.subscribe("joint_states", kQueue, &StepRecorder::onJoints, this),
                   node_.subscribe("imu/data", kQueue, &StepRecorder::onImu, this),
                   node_.subscribe("cmd_drive", kQueue, &StepRecorder::onCommand, this),
-                  node_.subscribe("jackal_AIC/state", kQueue, &StepRecorder::onState, this)};
+                  node_.subscribe(kState, kQueue, &StepRecorder::onState, this)};
   timer_ = node_.createTimer(ros::Duration(1.0 / kSetPointRate), &StepRecorder::onTimer, this);
   watchdog_ = node_.createWallTimer(ros::WallDuration(0.2), &StepRecorder::onWatchdog, this);
 }
@@ -173,6 +184,7 @@ void StepRecorder::onCommand(const jackal_msgs::Drive& message) {
 }
 
 void StepRecorder::onState(const ControllerState& message) {
+  received_[kState] = true;
   waits_for_ = message.status == ControllerState::DRIVING ? "" : message.reason + ", says the controller";
   if (!start_ || message.belief_forward.empty() || message.belief_yaw_rate.empty()) return;
   const double time = sinceStart(message.header.stamp);
@@ -183,9 +195,11 @@ void StepRecorder::onState(const ControllerState& message) {
 std::string StepRecorder::awaited() const {
   std::string topics;
   for (const auto& [topic, received] : received_) {
-    if (!received) topics += (topics.empty() ? "" : ", ") + topic;
+    if (!received && topic != kState) topics += (topics.empty() ? "" : ", ") + topic;
   }
   if (!topics.empty()) return "data on " + topics;
+  // Only now: a controller that commands the motors has advertised whatever else it says.
+  if (!received_.at(kState) && isPublished(node_.resolveName(kState))) return fmt::format("data on {}", kState);
   if (set_point_.getNumSubscribers() == 0) return "a subscriber of jackal_AIC/set_point";
   return waits_for_.empty() ? "" : "driving: " + waits_for_;
 }

@@ -19,7 +19,7 @@ std::string describe(const SlipState& slip) {
 PredictiveStructure::PredictiveStructure(ros::NodeHandle& node, const PredictiveParameters& gains,
                                          const std::string& slip_file, DriveLoop& loop)
     : loop_(loop),
-      controller_(dynamic_cast<PredictiveController&>(loop.controller())),
+      controller_(dynamic_cast<const PredictiveController&>(loop.controller())),
       gains_(gains),
       belief_publisher_(node.advertise<geometry_msgs::TwistWithCovarianceStamped>("jackal_AIC/belief", 10)),
       freeze_service_(

@@ -44,10 +44,10 @@ class PredictiveStructure : public ControllerStructure {
   bool onFreezeLearning(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 
   DriveLoop& loop_;
-  PredictiveController& controller_;       // of the loop; its gains are certified on a robot that is as it believes
-  PredictiveParameters gains_;             // in force
-  std::optional<SlipWriter> slip_writer_;  // with a slip file
-  ros::Time slip_kept_;                    // when the writer last got the slip
+  const PredictiveController& controller_;  // of the loop; its gains are certified on a robot that is as it believes
+  PredictiveParameters gains_;              // in force
+  std::optional<SlipWriter> slip_writer_;   // with a slip file
+  ros::Time slip_kept_;                     // when the writer last got the slip
   ros::Publisher belief_publisher_;
   ros::ServiceServer freeze_service_;
   GainServer<PredictiveParameters, PredictiveGainsConfig> gain_server_;

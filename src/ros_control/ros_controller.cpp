@@ -193,7 +193,7 @@ void RosController::stopping(const ros::Time&) { drive({}); }
 
 void RosController::update(const ros::Time& time, const ros::Duration& period) {
   const double now = time.toSec();
-  takeSettings();
+  takeSettings(now);
   takeMessages(now);
   takeMeasurement(now, period.toSec());
   // The steps of an action are due a little before the update that runs them, so that one that comes early does too.
@@ -205,14 +205,14 @@ void RosController::update(const ros::Time& time, const ros::Duration& period) {
   publish(time);
 }
 
-void RosController::takeSettings() {
+void RosController::takeSettings(double now) {
   const LiveParameters* wanted = settings_.read();
   if (!wanted) return;
-  auto* predictive = dynamic_cast<PredictiveController*>(&loop_->controller());
+  const auto* predictive = dynamic_cast<const PredictiveController*>(&loop_->controller());
   if (predictive && wanted->wheel_separation_multiplier != live_.wheel_separation_multiplier) {
     SlipState slip = predictive->slip();
     slip.effective_track = parameters_.wheel_separation * wanted->wheel_separation_multiplier;
-    predictive->setSlip(slip);
+    loop_->setSlip(slip, now);
   }
   live_ = *wanted;
 }

@@ -76,7 +76,7 @@ class RosController : public controller_interface::Controller<hardware_interface
   void onReconfigure(RosControllerConfig& config, std::uint32_t level);
 
   Wheels wheels() const;
-  void takeSettings();
+  void takeSettings(double now);
   void takeMessages(double now);
   void takeMeasurement(double now, double period);
   std::optional<SensorReading> imuOfRobot(double now) const;

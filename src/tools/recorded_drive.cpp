@@ -87,7 +87,12 @@ void RecordedDrive::playMessages(MessagePlayer& player, const std::string& set_p
     throw ParameterError(
         fmt::format("{}: {} has type {}, expected {}", path_, connection->topic, connection->datatype, type));
   }
-  for (const rosbag::MessageInstance& message : view) player.play(message);
+  // What is static holds from the start, also if the recorder heard the first measurement before it.
+  const std::string fixed = "/tf_static";
+  for (const rosbag::MessageInstance& message : rosbag::View(bag_, rosbag::TopicQuery(fixed))) player.play(message);
+  for (const rosbag::MessageInstance& message : view) {
+    if (message.getTopic() != fixed) player.play(message);
+  }
 }
 
 }  // namespace jackal_aic

@@ -74,8 +74,9 @@ TEST_F(RecordTest, DriveComesOutToTheBit) {
   ASSERT_TRUE(sim::callService("/jackal_aic/predictive/set_parameters", gains, ros::Duration(30.0)));
   robot_.run(1.0);
   ros::NodeHandle node;
-  ros::Publisher stop = node.advertise<std_msgs::Bool>("e_stop", 1);
-  robot_.waitFor([&] { return stop.getNumSubscribers() > 0; }, "the controller to hear the stop");
+  // Latched: the controller and the recorder hear it, whichever is connected first.
+  ros::Publisher stop = node.advertise<std_msgs::Bool>("e_stop", 1, true);
+  robot_.waitFor([&] { return stop.getNumSubscribers() > 1; }, "the controller and the recorder to hear the stop");
   std_msgs::Bool engaged;
   engaged.data = true;
   stop.publish(engaged);
@@ -110,7 +111,7 @@ TEST_F(RecordTest, StateHasWhatWasMeasuredBesideWhatIsBelieved) {
   robot_.command(0.0, 0.0);
   robot_.run(0.5);
   ros::NodeHandle node;
-  ros::Publisher stop = node.advertise<std_msgs::Bool>("e_stop", 1);
+  ros::Publisher stop = node.advertise<std_msgs::Bool>("e_stop", 1, true);
   robot_.waitFor([&] { return stop.getNumSubscribers() > 0; }, "the controller to hear the release");
   stop.publish(std_msgs::Bool());
   robot_.run(0.5);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <jackal_aic/LoopInputs.h>
 #include <rosbag/bag.h>
+#include <tf2_msgs/TFMessage.h>
 #include <unistd.h>
 
 #include <boost/program_options/errors.hpp>
@@ -41,8 +42,9 @@ NodeParameters parametersOf(const std::string& preset) {
 /// What is recorded.
 struct What {
   std::string preset = "predictive";
-  bool log = true;          ///< of the controller
-  std::uint64_t first = 0;  ///< number of its first input
+  bool log = true;                      ///< of the controller
+  std::uint64_t first = 0;              ///< number of its first input
+  std::string imu_frame = "base_link";  ///< another is told by a static transform after a second
 };
 
 /// A bag that goes with the test.
@@ -81,10 +83,19 @@ class RecordedBag {
         bag.write("/jackal_AIC/set_point", stamp, twist);
         loop.setSetPoint(*setPoint(twist), now);
       }
+      if (k == 1000 && what.imu_frame != "base_link") {
+        geometry_msgs::TransformStamped mounted;
+        mounted.header.frame_id = "base_link";
+        mounted.child_frame_id = what.imu_frame;
+        mounted.transform.rotation.w = 1.0;
+        tf2_msgs::TFMessage transforms;
+        transforms.transforms = {mounted};
+        bag.write("/tf_static", stamp, transforms);
+      }
       if (plant.measurement()) {
         auto joints = sim::toJointState(*plant.measurement());
         auto inertial = sim::toImu(*plant.measurement(), plant_parameters);
-        inertial.header.frame_id = "base_link";
+        inertial.header.frame_id = what.imu_frame;
         const auto feedback = sim::toFeedback(*plant.measurement(), jackal_msgs::Drive::MODE_VELOCITY);
         bag.write("/joint_states", stamp, joints);
         bag.write("/imu/data", stamp, inertial);
@@ -233,6 +244,14 @@ TEST(Replay, MessagesComeOutAlmostAsTheLog) {
     if (rows[i][16] == "nan") continue;
     EXPECT_NEAR(std::stod(rows[i][7]), std::stod(rows[i][16]), 0.05) << i;
   }
+}
+
+TEST(Replay, StaticTransformThatCameLateHoldsFromTheStart) {
+  What late;
+  late.imu_frame = "imu_link";
+  const RecordedBag bag(late);
+  const std::string text = run({bag.path(), "--messages"}).text;
+  EXPECT_EQ(text.find("refused"), std::string::npos) << text;
 }
 
 TEST(Replay, BagOfAnotherControllerIsPlayedFromItsMessages) {

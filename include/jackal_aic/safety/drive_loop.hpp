@@ -151,7 +151,6 @@ class DriveLoop {
 
   DriveLoopStatus status() const;
   const VelocityController& controller() const { return *controller_; }
-  VelocityController& controller() { return *controller_; }
   const SetPoint& setPoint() const { return set_point_; }   ///< in force
   const WheelCommand& action() const { return action_; }    ///< of the last action step, before the limits [rad/s]
   WheelCommand command() const { return gate_.command(); }  ///< of the last action step [rad/s]
