@@ -73,13 +73,16 @@ class AlarmWatch {
     const bool alarmed = isFault(status.fault) || stops;
     if (alarmed && !alarmed_) alarms_.push_back({now, reason(status)});
     alarmed_ = alarmed;
+    if (status.fault == Fault::gyro_reversed && !reversed_) reversed_ = now;
   }
 
   bool alarmed() const { return alarmed_; }
   const std::vector<RealAlarm>& alarms() const { return alarms_; }
+  std::optional<double> reversedGyroTold() const { return reversed_; }  ///< when first [s]
 
  private:
   bool alarmed_ = false;
+  std::optional<double> reversed_;
   std::vector<RealAlarm> alarms_;
 };
 
@@ -115,8 +118,9 @@ class Replay {
 
   static bool isHeldOut(int step) { return step % 2 == 1; }
   const std::vector<RealAlarm>& alarms() const { return watch_.alarms(); }
-  std::size_t alarmed() const { return alarmed_; }  ///< samples
-  SlipState slip() const { return dynamic_cast<const PredictiveController&>(loop_.controller()).slip(); }
+  std::size_t alarmed() const { return alarmed_; }                                      ///< samples
+  std::optional<double> reversedGyroTold() const { return watch_.reversedGyroTold(); }  ///< when first [s]
+  const SlipBelief& slip() const { return dynamic_cast<const PredictiveController&>(loop_.controller()).slipBelief(); }
 
  private:
   void command(const std::optional<WheelCommand>& applied, double now) {
@@ -148,7 +152,7 @@ struct YawErrors {
   double rms() const { return std::sqrt(squares / static_cast<double>(pieces)); }
 };
 
-void judgeSlip(const RobotRecording& recording, const SlipState& slip, RealFigures& figures) {
+void judgeSlip(const RobotRecording& recording, const TurnModel& turn, RealFigures& figures) {
   const double radius = recording.robot.wheel_radius;
   const auto difference = [radius](const SteadyBlock& b) { return radius * (b.wheels.right - b.wheels.left); };
   double xx = 0.0, xy = 0.0;
@@ -161,7 +165,8 @@ void judgeSlip(const RobotRecording& recording, const SlipState& slip, RealFigur
   YawErrors ours, constant;
   for (const SteadyBlock& block : blocks) {
     if (!Replay::isHeldOut(block.step)) continue;
-    ours.add(block.yaw_rate - slip.slip_factor / slip.effective_track * difference(block));
+    const double v = 0.5 * radius * (block.wheels.left + block.wheels.right);
+    ours.add(block.yaw_rate - turn.yawRate(difference(block), v));
     constant.add(block.yaw_rate - xy / xx * difference(block));
   }
   if (!recording.has_imu || ours.pieces == 0 || xx == 0.0) return;
@@ -190,9 +195,10 @@ std::string number(const std::optional<double>& value, const char* otherwise = "
 /// The columns, once: what the table shows and the file holds.
 std::vector<std::pair<const char*, std::string>> cells(const Row& row) {
   const RealFigures& f = row.figures;
-  const std::string gyro = !row.recording->has_imu        ? "none"
-                           : row.recording->gyro_reversed ? "reversed"
-                                                          : "as the wheels";
+  std::string gyro = row.recording->has_imu ? "as the wheels" : "none";
+  if (f.reversed) {
+    gyro = f.reversed->told ? fmt::format("reversed, told after {:.0f} s", *f.reversed->told) : "reversed, not told";
+  }
   return {{"recording", row.recording->name},
           {"model", name(row.model)},
           {"duration_s", fmt::format("{:.0f}", f.duration)},
@@ -248,8 +254,8 @@ std::string csvText(const std::vector<Row>& rows) {
 RealFigures replay(const PackageFiles& files, const RobotRecording& recording, RealModel model) {
   const CommandPath path = fitCommandPath(recording);
   const DriveParameters parameters = driveParameters(files, recording, path, model);
-  Replay replay(parameters);
   const auto commands = appliedCommands(recording, path);
+  Replay replay(parameters);
   for (std::size_t i = 0; i < commands.size(); ++i) replay.take(recording.samples[i], commands[i]);
   RealFigures figures;
   figures.model = *parameters.plant_model;
@@ -257,8 +263,21 @@ RealFigures replay(const PackageFiles& files, const RobotRecording& recording, R
   figures.duration = recording.duration();
   figures.alarms = replay.alarms();
   figures.alarmed = static_cast<double>(replay.alarmed()) / static_cast<double>(figures.samples);
-  judgeSlip(recording, replay.slip(), figures);
+  judgeSlip(recording, replay.slip().turn(), figures);
+  if (recording.gyro_reversed) figures.reversed = replayReversed(files, recording, model);
   return figures;
+}
+
+ReversedGyro replayReversed(const PackageFiles& files, const RobotRecording& recording, RealModel model) {
+  const CommandPath path = fitCommandPath(recording);
+  const auto commands = appliedCommands(recording, path);
+  Replay replay(driveParameters(files, recording, path, model));
+  for (std::size_t i = 0; i < commands.size(); ++i) {
+    RecordedSample sample = recording.samples[i];
+    sample.observation.yaw_rate = -sample.observation.yaw_rate;
+    replay.take(sample, commands[i]);
+  }
+  return {replay.reversedGyroTold(), replay.slip().state()};
 }
 
 std::string replayRealDrives(const PackageFiles& files, const std::string& directory, const std::string& csv,

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "jackal_aic/model/plant_model.hpp"
+#include "jackal_aic/predictive/slip_belief.hpp"
 #include "package_files.hpp"
 #include "robot_recording.hpp"
 
@@ -26,6 +27,12 @@ struct RealAlarm {
   std::string reason;  ///< in the words of the drive loop's status
 };
 
+/// What the loop makes of a gyro that reads the turn with the wrong sign.
+struct ReversedGyro {
+  std::optional<double> told;  ///< time at which it said so first [s]; empty if it did not
+  SlipState slip;              ///< as learned in spite of it; as configured if nothing was
+};
+
 /// What came of the replay of a recording.
 struct RealFigures {
   PlantModel model;               ///< that was replayed with
@@ -38,6 +45,7 @@ struct RealFigures {
   /// gyro to learn from or without such steps.
   std::optional<double> yaw_error;
   std::optional<double> constant_error;  ///< see yaw_error
+  std::optional<ReversedGyro> reversed;  ///< if the file's gyro is: what came of the replay with it as it is there
 };
 
 /// Replays a recording in its order through a drive loop with the predictive controller, its fault detection on and the
@@ -45,6 +53,9 @@ struct RealFigures {
 /// wheels tell. Every second step of the commands is held out: nothing is learned of the slip in it. A part that does
 /// not follow on the one before starts the loop anew. @throws IdentificationError if the recording tells too little.
 RealFigures replay(const PackageFiles& files, const RobotRecording& recording, RealModel model);
+
+/// Replays a recording as replay(), with its gyro reversed.
+ReversedGyro replayReversed(const PackageFiles& files, const RobotRecording& recording, RealModel model);
 
 /// Replays all recordings of a directory with both models and prints a row for each. @param csv file for the same
 /// figures; empty: none. @param jobs threads; 0: one per core. @returns the line that sums it up, "false alarms: N; yaw

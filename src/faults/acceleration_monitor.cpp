@@ -11,6 +11,8 @@ namespace {
 constexpr double kResolution = 1e-6;         // m/s^2; smaller changes are no noise
 constexpr double kSteepest = 0.7;            // of the acceleration of gravity: an inclination of 45 degrees
 constexpr double kUnknownInclination = 1.0;  // m/s^2, standard deviation at the start (6 degrees)
+constexpr double kVibrationMemory = 0.2;     // T [s]
+constexpr double kSurprise = 9.0;            // c
 constexpr double kWandering = 1.0;           // m/s^2, standard deviation of the inclination after a second
 
 }  // namespace
@@ -46,9 +48,16 @@ void AccelerationMonitor::predict(double forward_rate, double lowest, double hig
   }
 }
 
-void AccelerationMonitor::Axis::compare(double error_without_offset, double noise) {
-  error = error_without_offset - offset;
-  total = variance + noise;
+double AccelerationMonitor::Axis::noise(double configured, bool moving) const {
+  return moving ? std::max(configured, vibration) : configured;
+}
+
+void AccelerationMonitor::Axis::compare(double error_without_offset, double configured, bool moving, double step) {
+  const double difference = error_without_offset - offset - error;
+  error += difference;
+  const double most = kSurprise * std::max(vibration, configured);
+  vibration += (std::min(0.5 * difference * difference, most) - vibration) * -std::expm1(-step / kVibrationMemory);
+  total = variance + noise(configured, moving);
 }
 
 void AccelerationMonitor::Axis::correct(double noise) {
@@ -63,8 +72,9 @@ void AccelerationMonitor::check(const Observation& observation, bool moving, dou
   const double left = observation.acceleration_x - forward_rate_ - forward_.offset;
   const double possible =
       std::clamp(left, std::min(0.0, lowest_rate_ - forward_rate_), std::max(0.0, highest_rate_ - forward_rate_));
-  forward_.compare(observation.acceleration_x - forward_rate_ - possible, forward_noise);
-  vertical_.compare(observation.acceleration_z.value_or(kGravity) - kGravity, parameters_.accelerometer_variance);
+  forward_.compare(observation.acceleration_x - forward_rate_ - possible, forward_noise, moving, step);
+  vertical_.compare(observation.acceleration_z.value_or(kGravity) - kGravity, parameters_.accelerometer_variance,
+                    moving, step);
   double squared = forward_.learned.squaredDistance(forward_.error, forward_.total);
   if (vertical) squared += vertical_.learned.squaredDistance(vertical_.error, vertical_.total);
   distance_ = std::sqrt(squared) / chebyshevBound(vertical ? 2 : 1, parameters_.false_alarm_rate);
@@ -75,8 +85,8 @@ void AccelerationMonitor::check(const Observation& observation, bool moving, dou
   if (frozen_) persistence_.declareFaulty();
   upside_down_ = state() == ChannelState::faulty && (vertical ? *observation.acceleration_z < 0.0 : upside_down_);
   if (state() == ChannelState::outlier) return;
-  forward_.correct(forward_noise);
-  if (vertical) vertical_.correct(parameters_.accelerometer_variance);
+  forward_.correct(forward_.noise(forward_noise, moving));
+  if (vertical) vertical_.correct(vertical_.noise(parameters_.accelerometer_variance, moving));
   if (state() == ChannelState::faulty) return;
   forward_.learned.learn(forward_.error, forward_.total, step);
   if (vertical) vertical_.learned.learn(vertical_.error, vertical_.total, step);

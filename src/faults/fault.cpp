@@ -22,6 +22,7 @@ constexpr std::array<Entry, kFaults> kEntries{{
     {Fault::right_encoder_wrong, "right encoder wrong"},
     {Fault::imu_upside_down, "IMU upside down"},
     {Fault::gyro_frozen, "gyro frozen"},
+    {Fault::gyro_reversed, "gyro turns against the wheels: mounted upside down?"},
     {Fault::gyro_disagrees, "gyro disagrees with the wheels"},
     {Fault::accelerometer_frozen, "accelerometer frozen"},
     {Fault::accelerometer_disagrees, "accelerometer wrong"},

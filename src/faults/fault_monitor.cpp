@@ -75,6 +75,7 @@ Fault FaultReport::fault() const {
   if (isFaulty(wheel_left)) return isFrozen(wheel_left) ? Fault::left_encoder_frozen : Fault::left_encoder_wrong;
   if (isFaulty(wheel_right)) return isFrozen(wheel_right) ? Fault::right_encoder_frozen : Fault::right_encoder_wrong;
   if (isFaulty(accelerometer) && accelerometer.cause == FaultCause::gravity) return Fault::imu_upside_down;
+  if (isFaulty(gyro) && gyro.cause == FaultCause::sign) return Fault::gyro_reversed;
   if (isFaulty(gyro)) return isFrozen(gyro) ? Fault::gyro_frozen : Fault::gyro_disagrees;
   if (isFaulty(accelerometer)) {
     return isFrozen(accelerometer) ? Fault::accelerometer_frozen : Fault::accelerometer_disagrees;
@@ -287,7 +288,9 @@ void FaultMonitor::checkGyro(const Observation& observation, double step) {
     report_.gyro.state = ChannelState::faulty;
     report_.gyro.cause = FaultCause::gravity;
   } else if (isFaulty(report_.gyro)) {
-    report_.gyro.cause = yaw_.frozen() ? FaultCause::frozen : FaultCause::prediction;
+    report_.gyro.cause = yaw_.reversed() ? FaultCause::sign
+                         : yaw_.frozen() ? FaultCause::frozen
+                                         : FaultCause::prediction;
   }
 }
 

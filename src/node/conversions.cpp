@@ -158,8 +158,10 @@ ControllerState stateMessage(const PredictiveController& controller) {
   message.sensory_error_wheel_left = {errors(kWheelLeft)};
   message.sensory_error_wheel_right = {errors(kWheelRight)};
   message.free_energy = controller.freeEnergy();
-  message.effective_track = controller.slip().effective_track;
-  message.slip_factor = controller.slip().slip_factor;
+  message.effective_track = controller.effectiveTrack();
+  message.slip_factor = controller.slipBelief().slipFactor();
+  const Eigen::Vector4d& turn = controller.slipBelief().turn().mean();
+  std::copy(turn.data(), turn.data() + turn.size(), message.turn_coefficients.begin());
   message.learning_frozen = controller.learningFrozen();
   message.wheel_belief_left = controller.left().speed();
   message.wheel_belief_right = controller.right().speed();

@@ -112,7 +112,19 @@ void visitValues(Archive& a, AppliedInput& input) {
 }
 template <class Archive>
 void visitValues(Archive& a, SlipInput& input) {
-  a(input.slip.effective_track), a(input.slip.slip_factor);
+  SlipState& slip = input.slip;
+  a(slip.effective_track), a(slip.slip_factor);
+  bool known = slip.turn.has_value();
+  a(known);
+  if (!known) return;
+  if (!slip.turn) slip.turn.emplace();
+  for (int i = 0; i < 4; ++i) a(slip.turn->mean(i));
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      a(slip.turn->covariance(i, j));
+      slip.turn->covariance(j, i) = slip.turn->covariance(i, j);
+    }
+  }
 }
 template <class Archive>
 void visitValues(Archive& a, LearningInput& input) {

@@ -1,6 +1,7 @@
 #include "slip_file.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -18,10 +19,16 @@ namespace {
 
 constexpr double kRange = SlipBelief::kRange * (1.0 + 1e-6);  // a bound is read again in spite of its rounding
 
+constexpr std::size_t kCoefficients = 4;
+constexpr std::size_t kTriangle = kCoefficients * (kCoefficients + 1) / 2;
+constexpr double kLargest = 1e6;  // of a coefficient or a covariance
+
 /// Slip while it is read, with the ranges in which the belief stays.
 struct BoundedSlip {
   SlipState slip;
   SlipState configured;
+  std::vector<double> turn_coefficients;  ///< empty: nothing known
+  std::vector<double> turn_covariance;    ///< lower triangle, row by row
 };
 
 template <class Visitor>
@@ -31,6 +38,36 @@ void describeFields(Visitor& v, BoundedSlip& p) {
   // The belief bounds alpha and the ratio alpha / b_hat.
   const double track = p.configured.effective_track * p.slip.slip_factor / p.configured.slip_factor;
   v.field("effective_track", p.slip.effective_track, {track / kRange, track * kRange}, "m", Presence::required);
+  v.field("turn_coefficients", p.turn_coefficients, {-kLargest, kLargest}, kCoefficients, "", Presence::optional);
+  v.field("turn_covariance", p.turn_covariance, {-kLargest, kLargest}, kTriangle, "", Presence::optional);
+}
+
+/// @throws ParameterError if there are too few numbers, or if TurnModel would not take them.
+std::optional<TurnCoefficients> turnOf(const BoundedSlip& p) {
+  if (p.turn_coefficients.empty() && p.turn_covariance.empty()) return std::nullopt;
+  if (p.turn_coefficients.size() != kCoefficients || p.turn_covariance.size() != kTriangle) {
+    throw ParameterError(
+        fmt::format("slip.turn_coefficients and slip.turn_covariance have {} and {} numbers: must be {} and {}",
+                    p.turn_coefficients.size(), p.turn_covariance.size(), kCoefficients, kTriangle));
+  }
+  TurnCoefficients turn;
+  std::size_t next = 0;
+  for (int i = 0; i < turn.mean.size(); ++i) {
+    turn.mean(i) = p.turn_coefficients[static_cast<std::size_t>(i)];
+    for (int j = 0; j <= i; ++j) turn.covariance(i, j) = turn.covariance(j, i) = p.turn_covariance[next++];
+  }
+  TurnModel(1.0).setCoefficients(turn);
+  return turn;
+}
+
+BoundedSlip bounded(const SlipState& slip) {
+  BoundedSlip p{slip, slip, {}, {}};
+  const TurnCoefficients turn = slip.turn.value_or(TurnModel(slip.slip_factor / slip.effective_track).coefficients());
+  for (int i = 0; i < turn.mean.size(); ++i) {
+    p.turn_coefficients.push_back(turn.mean(i));
+    for (int j = 0; j <= i; ++j) p.turn_covariance.push_back(turn.covariance(i, j));
+  }
+  return p;
 }
 
 [[noreturn]] void fail(const std::string& path, const char* what) {
@@ -39,7 +76,7 @@ void describeFields(Visitor& v, BoundedSlip& p) {
 
 std::string yamlText(const SlipState& slip) {
   return "# Slip as the predictive controller learned it; read at its start, rewritten while it runs.\n" +
-         yamlBlock("slip", BoundedSlip{slip, slip});
+         yamlBlock("slip", bounded(slip));
 }
 
 /// Writes a file and waits until it is on the disk.
@@ -58,9 +95,10 @@ std::optional<SlipState> readSlipFile(const std::string& path, const SlipState& 
   try {
     ParameterMap map;
     addYamlFile(path, map);
-    const SlipState slip = readParameters<BoundedSlip>(map, "slip", {configured, configured}).slip;
+    auto read = readParameters<BoundedSlip>(map, "slip", {configured, configured, {}, {}});
     map.refuseUnknown();
-    return slip;
+    read.slip.turn = turnOf(read);
+    return read.slip;
   } catch (const ParameterError& error) {
     throw ParameterError("slip.file = '" + path + "': " + error.what());
   }

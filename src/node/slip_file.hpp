@@ -13,7 +13,9 @@
 
 namespace jackal_aic {
 
-/// The slip in a file, keys slip.effective_track [m] and slip.slip_factor. Empty if there is no such file.
+/// The slip in a file, keys slip.effective_track [m], slip.slip_factor and, since how the turn depends on the motion is
+/// learned, slip.turn_coefficients and slip.turn_covariance (lower triangle, row by row). Empty if there is no such
+/// file.
 /// @param configured centre of the range in which the belief stays.
 /// @throws ParameterError naming file, key, value and bound, if the file is unreadable or holds anything else, or if a
 /// value is out of range.

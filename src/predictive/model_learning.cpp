@@ -25,9 +25,13 @@ SensorPrecisions sensorPrecisions(const PredictiveParameters& p) {
 }
 
 WheelDifference difference(const Observation& y, const WheelBelief& left, const WheelBelief& right) {
-  const double believed = right.speed() - left.speed();
-  return {believed, right.covariance()(0, 0) + left.covariance()(0, 0), right.acceleration() - left.acceleration(),
-          y.wheel_right - y.wheel_left - believed};
+  const double difference = right.speed() - left.speed(), mean = 0.5 * (left.speed() + right.speed());
+  return {difference,
+          right.covariance()(0, 0) + left.covariance()(0, 0),
+          right.acceleration() - left.acceleration(),
+          y.wheel_right - y.wheel_left - difference,
+          mean,
+          0.5 * (y.wheel_left + y.wheel_right) - mean};
 }
 
 }  // namespace
@@ -77,18 +81,14 @@ bool ModelLearning::steady(const WheelBelief& left, const WheelBelief& right, do
          std::max(std::abs(left.speed()), std::abs(right.speed())) > kMoving;
 }
 
-double ModelLearning::gyroSlope() const {
-  const auto [effective_track, slip_factor] = slip_.state();
-  return on_box_ ? 0.0 : wheel_radius_ * slip_factor / effective_track;
-}
-
 void ModelLearning::learnPrecisions(const Observation& y, const WheelBelief& left, const WheelBelief& right,
                                     double step) {
-  const double slope = gyroSlope();
-  const double rolling = on_box_ ? 0.0 : wheel_radius_ * slip_.state().slip_factor;
+  const double slope = on_box_ ? 0.0 : slip_.yawPerDifference(left.speed(), right.speed());
+  const double turn = on_box_ ? 0.0 : slip_.yawRate(left.speed(), right.speed());
+  const double rolling = on_box_ ? 0.0 : wheel_radius_ * slip_.slipFactor();
   precisions_.learnWheels(step);
   if (steady_time_ > kTrackSettled * parameters_.slip_time_constant + dead_time_) {
-    precisions_.learnGyro(y.yaw_rate - slope * (right.speed() - left.speed()), slope, slip_.trackGain(), step);
+    precisions_.learnGyro(y.yaw_rate - turn, slope, slip_.trackGain(), step);
   }
   if (std::abs(right.speed() - left.speed()) < kStraight) {
     precisions_.learnAccelerometer(y.acceleration_x - slip_.accelerometerOffset(), rolling, step);

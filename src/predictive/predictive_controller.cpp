@@ -87,7 +87,9 @@ void PredictiveController::updateBelief() {
 void PredictiveController::predict() {
   left_.predict();
   right_.predict();
-  yaw_.predict(kinematics().yawPerDifference() * (right().acceleration() - left().acceleration()), WheelBelief::kStep);
+  yaw_.predict(
+      slipBelief().yawAcceleration({left().speed(), right().speed()}, {left().acceleration(), right().acceleration()}),
+      WheelBelief::kStep);
   learning_.predict(left(), right());
 }
 
@@ -105,7 +107,8 @@ double PredictiveController::correctWheels(const Observation& y) {
   errors_(kWheelLeft) = y.valid.wheel_left ? y.wheel_left - left().speed() : 0.0;
   errors_(kWheelRight) = y.valid.wheel_right ? y.wheel_right - right().speed() : 0.0;
   const bool yaw_tells = y.valid.yaw_rate && !model_.on_box;
-  const double difference = y.yaw_rate / kinematics().yawPerDifference();
+  const double mean = 0.5 * (left().speed() + right().speed());
+  const double difference = yaw_tells ? slipBelief().wheelDifference(y.yaw_rate, mean) : 0.0;
   double free_energy = 0.0;
   if (y.valid.wheel_left) {
     free_energy += left_.correct(y.wheel_left);
@@ -122,16 +125,17 @@ double PredictiveController::correctWheels(const Observation& y) {
 
 double PredictiveController::standInVariance() const {
   // omega_L = omega_R - theta_dot / slope, where theta_dot comes late by the yaw's delay
-  const double slope = kinematics().yawPerDifference();
+  const double slope = slipBelief().yawPerDifference(left().speed(), right().speed());
   const double late = parameters_.yaw_delay_deviation * (right().acceleration() - left().acceleration());
   return learning_.variances().gyro / (slope * slope) + late * late;
 }
 
 double PredictiveController::correctYawRate(const Observation& y) {
   if (!model_.on_box && y.valid.yaw_rate) return yaw_.correct(y.yaw_rate);
-  const double slope =
-      kinematics().yawPerDifference();  // without a gyro, or on a box, the wheels' turn is all there is
-  yaw_.follow(slope * wheelDifference(), slope * slope * (left().covariance()(0, 0) + right().covariance()(0, 0)));
+  // Without a gyro, or on a box, the wheels' turn is all there is.
+  const double slope = slipBelief().yawPerDifference(left().speed(), right().speed());
+  yaw_.follow(slipBelief().yawRate(left().speed(), right().speed()),
+              slope * slope * (left().covariance()(0, 0) + right().covariance()(0, 0)));
   return 0.0;
 }
 
@@ -165,7 +169,7 @@ WheelCommand PredictiveController::updateAction() {
 }
 
 WheelVector PredictiveController::inputs() const {
-  const WheelCommand wanted = kinematics().wheelSpeeds(set_point_.forward, set_point_.yaw_rate);
+  const WheelCommand wanted = slipBelief().wheelSpeeds(set_point_.forward, set_point_.yaw_rate);
   const WheelVector input(left_.input(wanted.left), right_.input(wanted.right));
   if (turn_acceleration_ <= 0.0) return input;
   const double turn = input(1) - input(0);
@@ -213,7 +217,7 @@ void PredictiveController::start() {
 void PredictiveController::restart() {
   left_.restart(observation_.wheel_left);
   right_.restart(observation_.wheel_right);
-  yaw_.reset(model_.on_box ? kinematics().yawPerDifference() * (observation_.wheel_right - observation_.wheel_left)
+  yaw_.reset(model_.on_box ? slipBelief().yawRate(observation_.wheel_left, observation_.wheel_right)
                            : observation_.yaw_rate);
   forward_.reset(forwardSpeedOfWheels());
   learning_.restart(left(), right());
@@ -247,30 +251,18 @@ void PredictiveController::setSlip(const SlipState& state) {
 
 // ---- tell
 
-SkidSteerKinematics PredictiveController::kinematics() const {
-  GeometryParameters believed = geometry_;
-  believed.effective_track = slip().effective_track;
-  believed.slip_factor = slip().slip_factor;
-  return SkidSteerKinematics(believed);
-}
-
-double PredictiveController::wheelDifference() const { return right().speed() - left().speed(); }
-
 double PredictiveController::forwardSpeedOfWheels() const {
-  return 0.5 * geometry_.wheel_radius * slip().slip_factor * (left().speed() + right().speed());
+  return 0.5 * geometry_.wheel_radius * slipBelief().slipFactor() * (left().speed() + right().speed());
 }
 
 BodyVector PredictiveController::believedVelocity() const {
-  BodyVector velocity = kinematics().bodyVelocity({left().speed(), right().speed()});
-  velocity(kForward) += forward_.difference();
-  velocity(kYaw) = yaw_.yawRate();
-  return velocity;
+  return {forwardSpeedOfWheels() + forward_.difference(), 0.0, yaw_.yawRate()};
 }
 
 Eigen::Matrix2d PredictiveController::velocityCovariance() const {
   // x_dot = r alpha (w_L + w_R)/2; the yaw rate is a belief of its own, which the wheels only move.
   const double r = geometry_.wheel_radius;
-  const double per_wheel = 0.5 * r * slip().slip_factor;
+  const double per_wheel = 0.5 * r * slipBelief().slipFactor();
   const double mean = 0.5 * (left().speed() + right().speed());
   double forward = per_wheel * per_wheel * (left().covariance()(0, 0) + right().covariance()(0, 0));
   forward += r * r * mean * mean * learning_.slipFactorVariance();

@@ -14,7 +14,10 @@ constexpr double kAlphaMemory = 5.0;   // excited time over which alpha is avera
 constexpr double kSpeedChange = 0.1;   // least |r W| to learn alpha from [m/s]
 constexpr double kStraight = 0.5;      // largest difference of the wheel speeds while alpha is learned [rad/s]
 constexpr double kStandstill = 0.15;   // wheel speeds below which the robot is taken to rest [rad/s]
-constexpr double kOffsetMemory = 1.0;  // of the accelerometer's offset [s]
+constexpr double kOffsetMemory = 1.0;  // of the accelerometer's offset and the gyro's [s]
+constexpr double kTurn = 0.15;         // least |r n| of a turn of which f may learn what g had [m/s]
+constexpr double kAgainst = 0.15;      // part of the turn; what turns more against the wheels is no slip
+constexpr double kLargestGyroOffset = 0.05;  // rad/s; more at rest is no offset, but a robot that is turned
 
 /// One step of the natural gradient of 1/2 (y - parameter x)^2 / variance, with a curvature that forgets.
 double descend(double parameter, double& curvature, double y, double x, double variance, double forgetting) {
@@ -30,23 +33,53 @@ SlipBelief::SlipBelief(const SlipState& configured, double wheel_radius, const S
     : configured_(configured),
       radius_(wheel_radius),
       learning_(learning),
-      ratio_(configured.slip_factor / configured.effective_track),
+      turn_(configured.slip_factor / configured.effective_track),
       alpha_(configured.slip_factor),
-      ratio_curvature_(curvatureOf(ratio_)),
+      correction_curvature_(curvatureOf(1.0)),
       alpha_curvature_(curvatureOf(alpha_)) {}
 
 double SlipBelief::boundedAlpha(double alpha) const {
   return std::clamp(alpha, configured_.slip_factor / kRange, configured_.slip_factor * kRange);
 }
 
-double SlipBelief::boundedRatio(double ratio) const {
-  const double configured = configured_.slip_factor / configured_.effective_track;
-  return std::clamp(ratio, configured / kRange, configured * kRange);
+double SlipBelief::boundedCorrection(double correction) const {
+  // q = g q_1 stays within the range.
+  const double configured = configured_.slip_factor / (configured_.effective_track * turn_.inPlace());
+  return std::clamp(correction, configured / kRange, configured * kRange);
 }
 
 void SlipBelief::setState(const SlipState& state) {
+  turn_ = TurnModel(configured_.slip_factor / configured_.effective_track);
+  if (state.turn) turn_.setCoefficients(*state.turn);
   alpha_ = boundedAlpha(state.slip_factor);
-  ratio_ = boundedRatio(state.slip_factor / state.effective_track);
+  correction_ = boundedCorrection(state.slip_factor / (state.effective_track * turn_.inPlace()));
+}
+
+// ---- the turn
+
+double SlipBelief::yawRate(double left, double right) const {
+  return correction_ * turn_.yawRate(radius_ * (right - left), 0.5 * radius_ * (left + right));
+}
+
+double SlipBelief::yawPerDifference(double left, double right) const {
+  return correction_ * radius_ * turn_.perDifference(radius_ * (right - left), 0.5 * radius_ * (left + right));
+}
+
+double SlipBelief::yawAcceleration(const WheelVector& speed, const WheelVector& acceleration) const {
+  // d theta_dot/dt = g (df/dx dx/dt + df/dv dv/dt)
+  const double per_speed = turn_.perSpeed(radius_ * (speed(1) - speed(0)), 0.5 * radius_ * speed.sum());
+  return yawPerDifference(speed(0), speed(1)) * (acceleration(1) - acceleration(0)) +
+         correction_ * per_speed * 0.5 * radius_ * acceleration.sum();
+}
+
+double SlipBelief::wheelDifference(double yaw_rate, double mean) const {
+  return turn_.difference(yaw_rate / correction_, radius_ * mean) / radius_;
+}
+
+WheelCommand SlipBelief::wheelSpeeds(double forward, double yaw_rate) const {
+  const double mean = forward / (radius_ * alpha_);
+  const double half_difference = 0.5 * wheelDifference(yaw_rate, mean);
+  return {mean - half_difference, mean + half_difference};
 }
 
 bool SlipBelief::turns(const WheelDifference& n, double step) {
@@ -57,14 +90,33 @@ bool SlipBelief::turns(const WheelDifference& n, double step) {
 
 void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double step) {
   track_gain_ = 0.0;
+  const double left = n.mean - 0.5 * n.value, right = n.mean + 0.5 * n.value;
+  const double slope = yawPerDifference(left, right);
+  const double late = learning_.yaw_delay_deviation * slope * n.rate;
+  const double f = yawRate(left, right) / correction_;
+  const bool against = yaw_rate * f < 0.0 && std::abs(yaw_rate) > kAgainst * std::abs(f);
+  if (against && radius_ * std::abs(n.value) > kTurn) return;  // no slip turns the body so
+  learnTurn(yaw_rate, n, learning_.gyro_variance + late * late, step);
   if (!turns(n, step)) return;
-  const double late = learning_.yaw_delay_deviation * ratio_ * radius_ * n.rate;
-  const double slope = ratio_ * radius_;
   const double variance = learning_.gyro_variance + slope * slope * n.variance + late * late;
   const double forgetting = std::exp(-std::min(step, learning_.memory) / learning_.memory);
-  const double x = radius_ * n.value;
-  ratio_ = boundedRatio(descend(ratio_, ratio_curvature_, yaw_rate, x, variance, forgetting));
-  track_gain_ = x * x / (variance * ratio_curvature_);
+  correction_ = boundedCorrection(descend(correction_, correction_curvature_, yaw_rate, f, variance, forgetting));
+  track_gain_ = f * f / (variance * correction_curvature_);
+}
+
+void SlipBelief::learnTurn(double yaw_rate, const WheelDifference& n, double variance, double step) {
+  const double difference = n.value + n.error, mean = n.mean + n.mean_error;
+  if (std::abs(mean) + 0.5 * std::abs(difference) < kStandstill) {
+    gyro_offset_ += (yaw_rate - gyro_offset_) * -std::expm1(-step / kOffsetMemory);
+    gyro_offset_ = std::clamp(gyro_offset_, -kLargestGyroOffset, kLargestGyroOffset);
+    return;
+  }
+  const double x = radius_ * difference, v = radius_ * mean;
+  const double before = turn_.yawRate(x, v);
+  turn_.learn(yaw_rate - gyro_offset_, x, v, variance, step);
+  const double after = turn_.yawRate(x, v);
+  // What f learns of this turn is taken out of g.
+  if (std::abs(x) > kTurn && before * after > 0.0) correction_ = boundedCorrection(correction_ * before / after);
 }
 
 void SlipBelief::observeAcceleration(double acceleration, double left, double right, double step) {

@@ -118,6 +118,55 @@ TEST(FaultMonitor, TellsWhichSideAndWhy) {
   EXPECT_EQ(reason([&](Observation& y) { y.wheel_left = y.wheel_right = 0.0; }), "wheels do not follow their command");
 }
 
+TEST(FaultMonitor, GyroOfTheWrongSignIsToldAndStaysOut) {
+  Robot robot;
+  const auto flip = [](Observation& y) { y.yaw_rate = -y.yaw_rate; };
+  robot.drive(kStraight, 3.0, flip);
+  EXPECT_FALSE(robot.monitor().report().faulty()) << "a straight line does not tell the sign";
+  EXPECT_STREQ(robot.drive(kTurn, 1.2, flip).reason(), "gyro turns against the wheels: mounted upside down?");
+  for (const WheelCommand& command : {kStraight, WheelCommand{}, kTurn, WheelCommand{-3.0, 4.0}, kStraight}) {
+    const FaultReport& report = robot.drive(command, 5.0, flip);
+    EXPECT_FALSE(report.valid().yaw_rate) << "it agrees with the wheels where they do not turn the robot";
+    EXPECT_EQ(report.fault(), Fault::gyro_reversed);
+  }
+  EXPECT_FALSE(robot.drive(kTurn, 12.0).faulty()) << "turned over, it counts again";
+}
+
+TEST(FaultMonitor, VibrationOfARealRobotIsNoFaultAndBlindsNobody) {
+  // A Husky on asphalt at 1 m/s: 2.07, 2.69 and 0.93 m/s^2 and 0.019 rad/s; it grows with the speed.
+  for (const double scale : {0.3, 1.0, 1.5}) {
+    Robot robot;
+    std::mt19937 random(17);
+    std::normal_distribution<double> unit(0.0, 1.0);
+    const auto vibrate = [&](Observation& y) {
+      const double speed = scale * 0.098 * 0.5 * std::abs(y.wheel_left + y.wheel_right);
+      y.acceleration_x += 2.07 * speed * unit(random);
+      y.acceleration_y += 2.69 * speed * unit(random);
+      *y.acceleration_z += 0.93 * speed * unit(random);
+      y.yaw_rate += 0.019 * speed * unit(random);
+    };
+    int samples = 0, without_accelerometer = 0;
+    for (int lap = 0; lap < 10; ++lap) {
+      for (const WheelCommand& command : {WheelCommand{10.0, 10.0}, WheelCommand{5.0, 8.0}, WheelCommand{}}) {
+        for (int i = 0; i < 200; ++i, ++samples) {
+          const FaultReport& report = robot.drive(command, 0.02, vibrate);
+          EXPECT_FALSE(isFault(report.fault())) << report.reason() << ", scale " << scale << ", lap " << lap;
+          if (isFault(report.fault())) return;
+          without_accelerometer += report.valid().acceleration ? 0 : 1;
+        }
+      }
+    }
+    EXPECT_LT(without_accelerometer, samples / 50) << scale;
+    robot.drive({10.0, 10.0}, 4.0, vibrate);
+    const auto blocked = [&](Observation& y) {
+      vibrate(y);
+      y.yaw_rate += 0.098 * y.wheel_left / 0.55;
+      y.wheel_left = 0.0;
+    };
+    EXPECT_STREQ(robot.drive({10.0, 10.0}, 0.5, blocked).reason(), "left wheels do not follow their command") << scale;
+  }
+}
+
 TEST(FaultMonitor, FaultyChannelsDoNotCount) {
   Robot robot;
   robot.drive(kTurn, 3.0);

@@ -54,6 +54,25 @@ TEST_F(SlipFileTest, GivesBackWhatWasWritten) {
   EXPECT_NEAR(slip->slip_factor, 0.93, 1e-9);
 }
 
+TEST_F(SlipFileTest, GivesBackHowTheTurnDependsOnTheMotion) {
+  SlipBelief belief(kConfigured, 0.098, {});
+  for (int k = 0; k < 2000; ++k) {
+    const double mean = 0.01 * (k % 1000);
+    belief.learnTrack(0.6 + 0.01 * mean, {4.0, 1e-4, 0.0, 0.0, mean, 0.0}, 0.02);
+  }
+  writeSlipFile(path_, belief.state());
+  const auto slip = readSlipFile(path_, kConfigured);
+  ASSERT_TRUE(slip && slip->turn);
+  EXPECT_EQ(slip->turn->mean, belief.state().turn->mean);
+  EXPECT_EQ(slip->turn->covariance, belief.state().turn->covariance);
+
+  const std::string given = "slip: {slip_factor: 1.0, effective_track: 0.5621, ";
+  write(given + "turn_coefficients: [1.8, 0, 0, 0]}");
+  EXPECT_NE(refusal().find("4 and 0 numbers: must be 4 and 10"), std::string::npos) << refusal();
+  write(given + "turn_coefficients: [1.8, 0, 0, 0], turn_covariance: [1, 0, 1, 0, 0, -1, 0, 0, 0, 1]}");
+  EXPECT_NE(refusal().find("positive definite"), std::string::npos) << refusal();
+}
+
 TEST_F(SlipFileTest, GivesBackEveryStateThatTheBeliefCanReach) {
   for (double alpha : {1e-3, 1e3}) {
     for (double track : {1e-3, 1e3}) {

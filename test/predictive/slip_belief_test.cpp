@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kRadius = 0.098;
 constexpr double kPeriod = 0.02;
-constexpr SlipState kConfigured{0.5621, 1.0};
+const SlipState kConfigured{0.5621, 1.0};
 
 /// A robot of a given slip whose sensors are as noisy as the simulated one's.
 class SlippingRobot {
@@ -27,14 +27,16 @@ class SlippingRobot {
       const double left = speed_ / kRadius - half_difference + 0.03 * unit_(random_);
       const double right = speed_ / kRadius + half_difference + 0.03 * unit_(random_);
       const double acceleration = truth_.slip_factor * rate + offset + 0.05 * unit_(random_);
-      const double believed = 2.0 * half_difference;
-      belief_.learnTrack(yaw_rate + 0.005 * unit_(random_), {believed, 2e-4, 0.0, right - left - believed}, kPeriod);
+      const double believed = 2.0 * half_difference, mean = speed_ / kRadius;
+      belief_.learnTrack(yaw_rate + gyro_offset + 0.005 * unit_(random_),
+                         {believed, 2e-4, 0.0, right - left - believed, mean, 0.5 * (left + right) - mean}, kPeriod);
       belief_.observeAcceleration(acceleration, left, right, kPeriod);
       belief_.learnAlpha();
     }
   }
 
-  double offset = 0.0;  ///< of the accelerometer [m/s^2]
+  double offset = 0.0;       ///< of the accelerometer [m/s^2]
+  double gyro_offset = 0.0;  ///< [rad/s]
 
  private:
   SlipState truth_;
@@ -96,7 +98,7 @@ TEST(SlipBelief, ADifferenceWithinItsErrorIsNoTurn) {
     SlipBelief belief(kConfigured, kRadius, {});
     for (int k = 0; k < 3000; ++k) {  // a straight line: n is what the errors of the encoders leave in it
       const double swing = k % 2 == 0 ? error : -error;
-      belief.learnTrack(0.0, {0.6 * swing + 0.3, 2e-4, 0.0, swing}, kPeriod);
+      belief.learnTrack(0.0, {0.6 * swing + 0.3, 2e-4, 0.0, swing, 0.0, 0.0}, kPeriod);
       if (k == 500) belief.setState(kConfigured);
     }
     EXPECT_NEAR(belief.state().effective_track, 0.5621, 1e-3) << error;
@@ -105,20 +107,20 @@ TEST(SlipBelief, ADifferenceWithinItsErrorIsNoTurn) {
 
 TEST(SlipBelief, AnUncertainDifferenceTeachesLess) {
   SlipBelief certain(kConfigured, kRadius, {}), uncertain(kConfigured, kRadius, {});
-  certain.learnTrack(0.1, {3.0, 1e-5, 0.0, 0.0}, kPeriod);
-  uncertain.learnTrack(0.1, {3.0, 0.1, 0.0, 0.0}, kPeriod);
+  certain.learnTrack(0.1, {3.0, 1e-5, 0.0, 0.0, 0.0, 0.0}, kPeriod);
+  uncertain.learnTrack(0.1, {3.0, 0.1, 0.0, 0.0, 0.0, 0.0}, kPeriod);
   const double moved = certain.state().effective_track - 0.5621;
   EXPECT_GT(moved, 0.0);
   EXPECT_LT(uncertain.state().effective_track - 0.5621, 0.5 * moved);
-  uncertain.learnTrack(0.1, {3.0, 0.5, 0.0, 0.0}, kPeriod);
+  uncertain.learnTrack(0.1, {3.0, 0.5, 0.0, 0.0, 0.0, 0.0}, kPeriod);
   EXPECT_EQ(uncertain.trackGain(), 0.0) << "3 rad/s with a standard deviation of 0.7 rad/s may be none";
 }
 
 TEST(SlipBelief, StaysWithinItsBounds) {
   SlipBelief belief(kConfigured, kRadius, {});
-  for (int k = 0; k < 1000; ++k) belief.learnTrack(-5.0, {5.0, 0.0, 0.0, 0.0}, kPeriod);
+  for (int k = 0; k < 1000; ++k) belief.learnTrack(0.0, {5.0, 0.0, 0.0, 0.0, 0.0, 0.0}, kPeriod);
   EXPECT_NEAR(belief.state().effective_track, 2.0 * 0.5621, 1e-12);
-  for (int k = 0; k < 1000; ++k) belief.learnTrack(50.0, {5.0, 0.0, 0.0, 0.0}, kPeriod);
+  for (int k = 0; k < 1000; ++k) belief.learnTrack(50.0, {5.0, 0.0, 0.0, 0.0, 0.0, 0.0}, kPeriod);
   EXPECT_NEAR(belief.state().effective_track, 0.5 * 0.5621, 1e-12);
   for (int k = 0; k < 10000; ++k) {
     const double speed = 0.5 * (k % 40);
@@ -131,11 +133,61 @@ TEST(SlipBelief, StaysWithinItsBounds) {
 
 TEST(SlipBelief, LateYawTeachesLess) {
   SlipBelief steady(kConfigured, kRadius, {}), turning_in(kConfigured, kRadius, {});
-  steady.learnTrack(0.1, {3.0, 0.0, 0.0, 0.0}, kPeriod);
-  turning_in.learnTrack(0.1, {3.0, 0.0, 30.0, 0.0}, kPeriod);
+  steady.learnTrack(0.1, {3.0, 0.0, 0.0, 0.0, 0.0, 0.0}, kPeriod);
+  turning_in.learnTrack(0.1, {3.0, 0.0, 30.0, 0.0, 0.0, 0.0}, kPeriod);
   const double moved = steady.state().effective_track - 0.5621;
   EXPECT_GT(moved, 0.0);
   EXPECT_LT(turning_in.state().effective_track - 0.5621, 0.2 * moved);
+}
+
+TEST(SlipBelief, LearnsHowTheTurnDependsOnTheSpeedAndKeepsWhatIsInForce) {
+  // Two grounds in one: turning in place and turning at speed, each for longer than the correction remembers.
+  SlipBelief belief(kConfigured, kRadius, {});
+  SlippingRobot slow({0.6, 1.0}, belief), fast({0.5, 1.0}, belief);
+  for (int i = 0; i < 10; ++i) {
+    slow.drive(0.0, 0.6, 2.0);
+    EXPECT_NEAR(belief.yawRate(-1.8, 1.8), 0.6, 0.02);
+    fast.drive(1.0, 0.6, 2.0);
+    EXPECT_NEAR(belief.yawRate(8.7, 11.7), 0.6, 0.02);
+  }
+  const WheelCommand wheels = belief.wheelSpeeds(0.0, 0.6);
+  EXPECT_NEAR(wheels.right - wheels.left, 0.6 * 0.6 / kRadius, 0.05 * 0.6 * 0.6 / kRadius)
+      << "turning in place is known again although the robot came from a fast turn";
+}
+
+TEST(SlipBelief, NothingIsLearnedOfATurnAgainstTheWheels) {
+  SlipBelief belief(kConfigured, kRadius, {});
+  for (int k = 0; k < 500; ++k) belief.learnTrack(-0.5, {3.0, 0.0, 0.0, 0.0, 2.0, 0.0}, kPeriod);
+  EXPECT_EQ(belief.effectiveTrack(), 0.5621);
+  EXPECT_EQ(belief.turn().mean()(1), 0.0);
+}
+
+TEST(SlipBelief, GyroOffsetAtRestIsNotTakenForATurn) {
+  SlipBelief with(kConfigured, kRadius, {}), without(kConfigured, kRadius, {});
+  SlippingRobot offset(kConfigured, with), none(kConfigured, without);
+  offset.gyro_offset = 0.02;
+  for (SlippingRobot* robot : {&offset, &none}) {
+    robot->drive(0.0, 0.0, 10.0);
+    for (int i = 0; i < 20; ++i) robot->drive(0.5, i % 2 == 0 ? 0.6 : -0.6, 2.0);
+  }
+  EXPECT_LT((with.turn().mean() - without.turn().mean()).cwiseAbs().maxCoeff(), 0.004);
+}
+
+TEST(SlipBelief, KeepsTheTurnInItsState) {
+  SlipBelief first(kConfigured, kRadius, {});
+  SlippingRobot slow({0.6, 1.0}, first), fast({0.5, 1.0}, first);
+  for (int i = 0; i < 10; ++i) {
+    slow.drive(0.0, 0.6, 2.0);
+    fast.drive(1.0, 0.6, 2.0);
+  }
+  SlipBelief second(kConfigured, kRadius, {});
+  second.setState(first.state());
+  EXPECT_NEAR(second.effectiveTrack(), first.effectiveTrack(), 1e-12);
+  for (const double mean : {0.0, 5.0, 10.0}) {
+    EXPECT_NEAR(second.yawRate(mean - 2.0, mean + 2.0), first.yawRate(mean - 2.0, mean + 2.0), 1e-12);
+  }
+  second.setState({0.55, 1.0});
+  EXPECT_DOUBLE_EQ(second.yawRate(8.0, 12.0), kRadius * 4.0 / 0.55) << "a state without it is one track";
 }
 
 TEST(SlipBelief, TakesOverAStateWithinItsBounds) {

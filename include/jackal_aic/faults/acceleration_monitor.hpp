@@ -6,7 +6,14 @@
 ///     a_x = dv/dt + g_x + noise,    a_z = g + g_z + noise
 ///
 /// g_x and g_z stand for the inclination of the ground (g_x only where the IMU gives no attitude that has taken gravity
-/// out of a_x) and the accelerometer's bias; both are learned and wander.
+/// out of a_x) and the accelerometer's bias; both are learned and wander. The noise of a robot that moves is mostly
+/// vibration, tens of times that of one at rest and growing with the speed. What successive errors e differ by tells
+/// it,
+///
+///     D <- D + (1 - exp(-step/T)) (min((e_k - e_k-1)^2 / 2, c D) - D)
+///
+/// (von Neumann's estimate of a variance): an offset or a drift, which a fault would be, does not enter it, and one
+/// jump counts for no more than the factor c.
 
 #include <array>
 
@@ -45,10 +52,12 @@ class AccelerationMonitor {
     double variance;         // of the offset
     double lowest, highest;  // of the offset: an inclination that the robot can stand on
     LearnedVariance learned;
+    double vibration = 0.0;  // D [(m/s^2)^2]
     double error = 0.0;
     double total = 0.0;  // variance of the error
 
-    void compare(double error_without_offset, double noise);
+    void compare(double error_without_offset, double noise, bool moving, double step);
+    double noise(double configured, bool moving) const;
     void correct(double noise);
   };
 

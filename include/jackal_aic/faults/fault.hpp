@@ -17,6 +17,7 @@ enum class Fault {
   right_encoder_wrong,      ///< it contradicts the prediction and the other witnesses
   imu_upside_down,          ///< the accelerometer measures gravity the wrong way round
   gyro_frozen,              ///< it repeats its value to the bit
+  gyro_reversed,            ///< it reads the turn with the wrong sign: mounted upside down, or wired so
   gyro_disagrees,           ///< with the wheels
   accelerometer_frozen,     ///< it repeats its value to the bit
   accelerometer_disagrees,  ///< with the wheels

@@ -46,6 +46,7 @@ enum class FaultCause {
   none,        ///< it counts
   prediction,  ///< its errors against the prediction are too large
   frozen,      ///< it repeats its value to the bit
+  sign,        ///< it reads the turn with the wrong sign
   gravity      ///< the accelerometer says that the IMU hangs upside down
 };
 

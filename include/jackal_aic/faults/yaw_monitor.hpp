@@ -15,6 +15,24 @@ struct DifferenceSpeed {
   double variance;  ///< [(m/s)^2]
 };
 
+/// Tells a gyro that reads the turn with the wrong sign from one that reads it wrongly or a body that slides: with a
+/// the turn that the wheels ask for, c = sum y a / sum a^2 over a forgetting memory of turning is 1 on the ground of
+/// the model, 0 where nothing follows the wheels, and -1 with the wrong sign. Does not allocate.
+class ReversalTest {
+ public:
+  /// Takes a yaw rate y beside the one that the wheels ask for [rad/s]. @param step since the last sample [s].
+  void update(double yaw_rate, double asked, double step);
+
+  /// c was below -1/2 after half a second of turning, and has not come above 1/2 since.
+  bool reversed() const { return reversed_; }
+
+ private:
+  double product_ = 0.0;  // sum of y a step [rad^2/s]
+  double square_ = 0.0;   // sum of a^2 step [rad^2/s]
+  double turned_ = 0.0;   // time of turning [s]
+  bool reversed_ = false;
+};
+
 /// Prediction, comparison and verdict for the gyro. Nothing here allocates.
 ///
 /// A gyro that comes to read less turn than the wheels ask for, and no faster than a body changes its turn, is right:
@@ -24,7 +42,7 @@ struct DifferenceSpeed {
 /// A gyro that was found faulty counts again when it agrees with what was believed before the fault, or when a new
 /// belief, free to learn other slip and bias, explains it by slip alone. In steady driving slip and bias look the same;
 /// they part when the motion changes. Where it does not change, a gyro that a plausible slip predicts well for long
-/// counts again.
+/// counts again. One that reads the turn with the wrong sign does not: it agrees with everybody on a straight line.
 class YawMonitor {
  public:
   /// @param effective_track b_hat at the start [m].
@@ -42,6 +60,7 @@ class YawMonitor {
   void check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step);
 
   bool frozen() const { return frozen_; }                        ///< the last sample repeats to the bit
+  bool reversed() const { return reversal_.reversed(); }         ///< it reads the turn with the wrong sign
   double distance() const { return distance_; }                  ///< in multiples of the bound
   ChannelState state() const { return persistence_.state(); }    ///< verdict with the last sample
   bool suspecting() const { return persistence_.suspecting(); }  ///< an outlier is among the last samples
@@ -70,6 +89,7 @@ class YawMonitor {
   TimingVariance timing_;
   TimingVariance grip_;
   LearnedVariance learned_;
+  ReversalTest reversal_;
   Persistence persistence_;
   RepetitionTest repetition_at_rest_;
   RepetitionTest repetition_moving_;

@@ -41,8 +41,8 @@ class ModelLearning {
   /// Goes on with other gains; effective track and slip stay as learned, the precisions begin anew.
   void setParameters(const PredictiveParameters& parameters, const WheelBelief& left, const WheelBelief& right);
 
-  /// Believed effective track and slip.
-  SlipState slip() const { return slip_.state(); }
+  /// How the body follows the wheels.
+  const SlipBelief& slip() const { return slip_; }
 
   /// Goes on from these, as SlipBelief::setState().
   void setSlip(const SlipState& state) { slip_.setState(state); }
@@ -60,7 +60,6 @@ class ModelLearning {
  private:
   bool steady(const WheelBelief& left, const WheelBelief& right, double step) const;
   void learnPrecisions(const Observation& y, const WheelBelief& left, const WheelBelief& right, double step);
-  double gyroSlope() const;
 
   PredictiveParameters parameters_;
   double wheel_radius_;  // m

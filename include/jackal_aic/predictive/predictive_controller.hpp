@@ -95,7 +95,10 @@ class PredictiveController : public VelocityController {
   const SensorVector& sensoryErrors() const { return errors_; }
 
   /// Believed effective track and slip, e.g. to be kept for the next start.
-  SlipState slip() const { return learning_.slip(); }
+  SlipState slip() const { return slipBelief().state(); }
+
+  /// How the body follows the wheels, as it is believed.
+  const SlipBelief& slipBelief() const { return learning_.slip(); }
 
   /// Goes on from another effective track and slip, within a factor of 2 of the configured ones. @throws ParameterError
   /// if a value is not positive and finite.
@@ -108,14 +111,12 @@ class PredictiveController : public VelocityController {
   void freezeLearning(bool frozen) { learning_.freeze(frozen); }
   bool learningFrozen() const { return learning_.frozen(); }  ///< learning of effective track and slip was stopped
 
-  double effectiveTrack() const { return slip().effective_track; }  ///< believed b_hat [m]
-  const WheelBelief& left() const { return left_.belief(); }        ///< belief about the left wheels
-  const WheelBelief& right() const { return right_.belief(); }      ///< belief about the right wheels
+  double effectiveTrack() const { return slipBelief().effectiveTrack(); }  ///< believed b_hat, turning in place [m]
+  const WheelBelief& left() const { return left_.belief(); }               ///< belief about the left wheels
+  const WheelBelief& right() const { return right_.belief(); }             ///< belief about the right wheels
 
  private:
-  SkidSteerKinematics kinematics() const;
   double forwardSpeedOfWheels() const;
-  double wheelDifference() const;
   void start();
   Observation withBelieved(Observation observation) const;
   void predict();

@@ -3,54 +3,70 @@
 /// @file
 /// Belief about how the body follows the wheels: effective track b_hat and slip alpha of eq. 3-1, learned on line.
 ///
-/// With the wheel speeds w_L, w_R measured, n = w_R - w_L, m = (w_L + w_R)/2, eq. 3-1 predicts
+/// With the wheel speeds w_L, w_R, n = w_R - w_L, m = (w_L + w_R)/2, eq. 3-1 predicts
 ///
 ///     theta_dot = r q n,  q = alpha / b_hat        gyro
 ///     x_ddot    = r alpha dm/dt                    accelerometer
 ///
 /// Wheels and gyro together see the ratio q only: no turn tells alpha from b_hat, and a straight line at constant speed
-/// tells nothing. What separates them is the change of the forward speed, which the accelerometer measures. So each
-/// parameter descends the part of the free energy that depends on it,
+/// tells nothing. What separates them is the change of the forward speed, which the accelerometer measures.
 ///
-///     F = 1/2 eps_g^2 / Sigma_g + 1/2 eps_v^2 / Sigma_v,    eps_g = theta_dot - q r n,    eps_v = A - alpha r W,
-///     dq/dt = -kappa_q dF/dq = kappa_q eps_g r n / Sigma_g,  dalpha/dt = kappa_alpha eps_v r W / Sigma_v,
+/// On a real robot q depends on the motion, and on the ground that it has just come to. So
+///
+///     theta_dot = g f(r n, r m)
+///
+/// where f is learned over minutes (turn_model.hpp) and the correction g, about 1, over half a second. Each parameter
+/// descends the part of the free energy that depends on it,
+///
+///     F = 1/2 eps_g^2 / Sigma_g + 1/2 eps_v^2 / Sigma_v,    eps_g = theta_dot - g f,    eps_v = A - alpha r W,
+///     dg/dt = -kappa_g dF/dg = kappa_g eps_g f / Sigma_g,   dalpha/dt = kappa_alpha eps_v r W / Sigma_v,
 ///
 /// where A and r W are the changes of the forward speed by the accelerometer and by the wheels, both through one
 /// washout filter 1/(s + 1/T): comparing speeds instead of accelerations makes a delay between the two sensors
 /// harmless. The learning rates kappa are the inverse of the curvature of F summed over a forgetting memory (natural
-/// gradient); q and alpha are the coordinates in which it is diagonal. So alpha learned on a straight line leaves every
-/// turn as it was, and b_hat = alpha / q follows. Learning is gated on excitation (n, W), so that noise cannot move
-/// what is not observed, and bounded.
+/// gradient); the turn and alpha are coordinates in which it is diagonal. So alpha learned on a straight line leaves
+/// every turn as it was, and b_hat = alpha / (g q_1) follows. Learning is gated on excitation (n, W), so that noise
+/// cannot move what is not observed, and bounded. What f learns is taken out of g: the turn in force does not jump.
 ///
-/// n is the difference of the believed speeds. Measured ones hold the encoders' noise and resolution as errors in the
-/// regressor: they draw q towards zero, on a straight line all the way. An error of the believed difference given what
-/// was measured does not; its variance adds (q r)^2 Var(n) to Sigma_g. And it has to be a turn: |n| above five standard
-/// deviations, of the belief or of what measurements were lately off it, whichever is larger, so that the steps of an
-/// encoder are no turn however coarse they are.
+/// g learns from the difference of the believed speeds. Measured ones hold the encoders' noise and resolution as errors
+/// in the regressor: they draw g towards zero, on a straight line all the way. An error of the believed difference
+/// given what was measured does not; its variance adds (dtheta_dot/dn)^2 Var(n) to Sigma_g. And it has to be a turn:
+/// |n| above five standard deviations, of the belief or of what measurements were lately off it, whichever is larger,
+/// so that the steps of an encoder are no turn however coarse they are. f learns in turns that are large beside them,
+/// from the measured speeds: believed ones are led by a wrong model of the drive train, which half a second forgives
+/// and minutes do not. What the gyro shows at rest is no turn: f learns without it.
+
+#include <optional>
+
+#include "jackal_aic/model/types.hpp"
+#include "jackal_aic/predictive/turn_model.hpp"
 
 namespace jackal_aic {
 
 /// What is learned, and all that has to be kept for the next start.
 struct SlipState {
-  double effective_track;  ///< b_hat [m]
-  double slip_factor;      ///< ratio of body to wheel circumference speed
+  double effective_track;                               ///< b_hat in force, turning in place [m]
+  double slip_factor;                                   ///< alpha, ratio of body to wheel circumference speed
+  std::optional<TurnCoefficients> turn = std::nullopt;  ///< how the turn depends on the motion; empty: nothing known
 };
 
 /// What is believed about the difference n = w_R - w_L of the wheel speeds.
 struct WheelDifference {
-  double value;     ///< n [rad/s]
-  double variance;  ///< of n, as believed [(rad/s)^2]
-  double rate;      ///< dn/dt [rad/s^2]
-  double error;     ///< measured minus believed [rad/s]
+  double value;       ///< n [rad/s]
+  double variance;    ///< of n, as believed [(rad/s)^2]
+  double rate;        ///< dn/dt [rad/s^2]
+  double error;       ///< measured minus believed [rad/s]
+  double mean;        ///< m, as believed [rad/s]
+  double mean_error;  ///< measured minus believed [rad/s]
 };
 
 /// Trust of a SlipBelief in its sources.
 struct SlipLearning {
   double gyro_variance = 2.5e-5;           ///< Sigma_g of the yaw rate [(rad/s)^2]
   double accelerometer_variance = 2.5e-3;  ///< of the forward acceleration [(m/s^2)^2]
-  double memory = 0.5;                     ///< excited time over which the ratio q is averaged [s]
+  double memory = 0.5;                     ///< excited time over which the correction g is averaged [s]
   double yaw_delay_deviation = 0.05;       ///< standard deviation of the delay of the yaw behind the wheels [s]
-  double excitation = 0.5;                 ///< least |n| to learn q from, whatever is known of it [rad/s]
+  double excitation = 0.5;                 ///< least |n| to learn g from, whatever is known of it [rad/s]
 };
 
 /// Belief about b_hat and alpha. Nothing here allocates.
@@ -62,7 +78,7 @@ class SlipBelief {
   /// @param configured values to start from and centre of the range; @param wheel_radius r [m].
   SlipBelief(const SlipState& configured, double wheel_radius, const SlipLearning& learning);
 
-  /// Learns the ratio q from a yaw rate [rad/s] if n is beyond doubt. @param n as believed: its rate tells how much a
+  /// Learns the turn from a yaw rate [rad/s] if n is beyond doubt. @param n as believed: its rate tells how much a
   /// delay of the yaw falsifies the comparison; @param step since the last measurement [s].
   void learnTrack(double yaw_rate, const WheelDifference& n, double step);
 
@@ -88,7 +104,26 @@ class SlipBelief {
   }
 
   /// What is believed now.
-  SlipState state() const { return {alpha_ / ratio_, alpha_}; }
+  SlipState state() const { return {effectiveTrack(), alpha_, turn_.coefficients()}; }
+
+  double effectiveTrack() const { return alpha_ / (correction_ * turn_.inPlace()); }  ///< b_hat, turning in place [m]
+  double slipFactor() const { return alpha_; }                                        ///< alpha
+  const TurnModel& turn() const { return turn_; }                                     ///< f
+
+  /// theta_dot of the body whose wheels turn at these speeds [rad/s].
+  double yawRate(double left, double right) const;
+
+  /// d theta_dot/dn at these speeds of the wheels [rad/s].
+  double yawPerDifference(double left, double right) const;
+
+  /// d theta_dot/dt [rad/s^2] at these speeds [rad/s] and accelerations [rad/s^2] of the wheels.
+  double yawAcceleration(const WheelVector& speed, const WheelVector& acceleration) const;
+
+  /// Wheel speeds for a forward speed [m/s] and a yaw rate [rad/s] of the body.
+  WheelCommand wheelSpeeds(double forward, double yaw_rate) const;
+
+  /// Difference n of the wheel speeds [rad/s] that turns the body with theta_dot [rad/s] at their mean m [rad/s].
+  double wheelDifference(double yaw_rate, double mean) const;
 
   double alphaVariance() const { return 1.0 / alpha_curvature_; }  ///< of alpha
 
@@ -101,19 +136,22 @@ class SlipBelief {
  private:
   bool turns(const WheelDifference& n, double step);
   double boundedAlpha(double alpha) const;
-  double boundedRatio(double ratio) const;
+  double boundedCorrection(double correction) const;
+  void learnTurn(double yaw_rate, const WheelDifference& n, double variance, double step);
 
   SlipState configured_;
   double radius_;
   SlipLearning learning_;
-  double ratio_;  // q [1/m]
+  TurnModel turn_;           // f
+  double correction_ = 1.0;  // g
   double alpha_;
-  double ratio_curvature_;         // sum of (r n)^2 / Sigma_g
+  double correction_curvature_;    // sum of f^2 / Sigma_g
   double alpha_curvature_;         // sum of (r W)^2 / Sigma_v
   double mean_speed_ = 0.0;        // of the wheels, at the last sample [rad/s]
   double by_wheels_ = 0.0;         // r W [m/s]
   double by_accelerometer_ = 0.0;  // A [m/s]
   double offset_ = 0.0;
+  double gyro_offset_ = 0.0;  // at rest [rad/s]
   double track_gain_ = 0.0;
   double error_variance_ = 0.0;  // of the believed difference of the wheel speeds, as measured [(rad/s)^2]
   double difference_ = 0.0;      // of the wheel speeds, at the last sample [rad/s]

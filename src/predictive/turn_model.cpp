@@ -1,0 +1,93 @@
+#include "jackal_aic/predictive/turn_model.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "jackal_aic/config/parameter_map.hpp"
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kTrackDeviation = 0.5;   // prior of q_1, relative to the configured ratio
+constexpr double kMotionDeviation = 0.1;  // prior of q_2 (per m/s), q_3 and q_4 (per m/s), relative to it
+constexpr double kModelError = 0.1;       // sigma_m, of the yaw rate [rad/s]
+constexpr double kModelErrorLasts = 0.5;  // tau_m [s]
+constexpr double kTurn = 0.15;            // least |x| of a turn, and |v| of a straight line, to learn from [m/s]
+constexpr double kStraight = 0.05;        // largest |x| of a straight line [m/s]
+constexpr double kEnough = 1e4;           // information about the veer, in that of the prior: more would make it stiff
+constexpr double kLargestCoefficient = 0.5;  // of q_2, q_3 and q_4, relative to the configured ratio
+
+double sign(double value) { return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0; }
+
+}  // namespace
+
+TurnModel::TurnModel(double ratio) : configured_(ratio), mean_(ratio, 0.0, 0.0, 0.0) {
+  const double others = kMotionDeviation * ratio;
+  const Eigen::Vector4d deviations(kTrackDeviation * ratio, others, others, others);
+  prior_ = deviations.cwiseAbs2().cwiseInverse().asDiagonal();
+  information_ = prior_;
+}
+
+double TurnModel::alike(double v) const {
+  return std::clamp(mean_(0) + mean_(1) * std::abs(v), configured_ / kRange, configured_ * kRange);
+}
+
+double TurnModel::perDifference(double x, double v) const {
+  const double alike_both_ways = alike(v);
+  const double bound = 0.5 * alike_both_ways;
+  return alike_both_ways + sign(x) * std::clamp(mean_(3) * v, -bound, bound);
+}
+
+double TurnModel::perSpeed(double x, double v) const {
+  return mean_(1) * x * sign(v) + mean_(2) + mean_(3) * std::abs(x);
+}
+
+double TurnModel::yawRate(double x, double v) const { return perDifference(x, v) * x + mean_(2) * v; }
+
+double TurnModel::difference(double yaw_rate, double v) const {
+  const double turned = yaw_rate - mean_(2) * v;  // has the sign of x, because perDifference() is positive
+  return turned / perDifference(turned, v);
+}
+
+void TurnModel::learn(double yaw_rate, double x, double v, double variance, double step) {
+  const bool turns = std::abs(x) > kTurn, straight = std::abs(x) < kStraight && std::abs(v) > kTurn;
+  if (!(turns || straight) || !(step > 0.0)) return;
+  const Eigen::Vector4d motion(x, x * std::abs(v), v, v * std::abs(x));
+  // A straight line tells the veer alone: its x is mostly the encoders' noise, which would draw q_1 towards zero.
+  const Eigen::Vector4d phi = turns ? motion : Eigen::Vector4d(0.0, 0.0, v, 0.0);
+  const double Sigma = variance + kModelError * kModelError * std::max(1.0, kModelErrorLasts / step);
+  // P^-1 <- P_0^-1 + (P^-1 - P_0^-1) exp(-step/T) + phi phi^T / Sigma
+  if (turns) information_ = (prior_ + std::exp(-step / kTimeConstant) * (information_ - prior_)).eval();
+  if (turns || information_(2, 2) < kEnough * prior_(2, 2)) information_ += phi * phi.transpose() / Sigma;
+  // q <- q + P phi (y - phi^T q) / Sigma
+  mean_ += information_.inverse() * phi * ((yaw_rate - motion.dot(mean_)) / Sigma);
+  bound();
+}
+
+void TurnModel::bound() {
+  const double others = kLargestCoefficient * configured_;
+  mean_(0) = std::clamp(mean_(0), configured_ / kRange, configured_ * kRange);
+  mean_.tail<3>() = mean_.tail<3>().cwiseMax(-others).cwiseMin(others);
+}
+
+TurnCoefficients TurnModel::coefficients() const {
+  const Eigen::Matrix4d covariance = information_.inverse();
+  return {mean_, covariance.selfadjointView<Eigen::Lower>()};  // symmetric in spite of rounding
+}
+
+void TurnModel::setCoefficients(const TurnCoefficients& coefficients) {
+  const Eigen::LLT<Eigen::Matrix4d> factors(coefficients.covariance);
+  if (!coefficients.mean.allFinite() || !coefficients.covariance.allFinite() || factors.info() != Eigen::Success) {
+    throw ParameterError(
+        "slip.turn_covariance: must be finite and positive definite, and slip.turn_coefficients finite");
+  }
+  mean_ = coefficients.mean;
+  information_ = factors.solve(Eigen::Matrix4d::Identity());
+  bound();
+}
+
+}  // namespace jackal_aic

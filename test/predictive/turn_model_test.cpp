@@ -1,0 +1,162 @@
+#include "jackal_aic/predictive/turn_model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "jackal_aic/config/parameter_map.hpp"
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kRatio = 1.8;  // 1/m
+constexpr double kPeriod = 0.02;
+
+/// A motion of the wheels [m/s].
+struct Motion {
+  double x, v;
+};
+
+double yawRateOf(const Eigen::Vector4d& q, const Motion& m) {
+  return q(0) * m.x + q(1) * m.x * std::abs(m.v) + q(2) * m.v + q(3) * m.v * std::abs(m.x);
+}
+
+/// Drives random motions for a second each, with a gyro as noisy as a real one; learns from it.
+void drive(const Eigen::Vector4d& truth, int motions, TurnModel& model, double largest_speed = 1.0) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> speed(-largest_speed, largest_speed), turn(-0.8, 0.8);
+  std::normal_distribution<double> noise(0.0, 0.01);
+  for (int i = 0; i < motions; ++i) {
+    const Motion m{turn(random), speed(random)};
+    for (int k = 0; k < 50; ++k) model.learn(yawRateOf(truth, m) + noise(random), m.x, m.v, 2.5e-5, kPeriod);
+  }
+}
+
+TEST(TurnModel, IsOneTrackWhereNothingIsKnown) {
+  const TurnModel model(kRatio);
+  for (const Motion m : {Motion{0.5, 0.0}, Motion{-0.3, 1.0}, Motion{0.0, 2.0}}) {
+    EXPECT_EQ(model.yawRate(m.x, m.v), kRatio * m.x);
+    EXPECT_DOUBLE_EQ(model.difference(kRatio * m.x, m.v), m.x);
+  }
+}
+
+TEST(TurnModel, LearnsHowTheTurnDependsOnTheMotion) {
+  for (const Eigen::Vector4d& truth : {Eigen::Vector4d(1.5, 0.2, 0.03, -0.1), Eigen::Vector4d(2.4, -0.3, -0.05, 0.2)}) {
+    TurnModel model(kRatio);
+    drive(truth, 120, model);
+    EXPECT_LT((model.mean() - truth).cwiseAbs().maxCoeff(), 0.02) << model.mean().transpose();
+    for (const Motion m : {Motion{0.5, 0.8}, Motion{-0.5, 0.8}, Motion{0.4, -0.8}, Motion{-0.2, 0.0}}) {
+      EXPECT_NEAR(model.yawRate(m.x, m.v), yawRateOf(truth, m), 0.02);
+      EXPECT_NEAR(model.difference(yawRateOf(truth, m), m.v), m.x, 0.01);
+    }
+  }
+}
+
+TEST(TurnModel, StaysOneTrackWhereTheRobotHasOne) {
+  TurnModel model(kRatio);
+  drive({1.4, 0.0, 0.0, 0.0}, 120, model);
+  EXPECT_NEAR(model.inPlace(), 1.4, 0.005);
+  EXPECT_LT(model.mean().tail<3>().cwiseAbs().maxCoeff(), 0.005);
+}
+
+TEST(TurnModel, FindsTheTrackWithinTheFirstTurn) {
+  TurnModel model(kRatio);
+  for (int k = 0; k < 50; ++k) model.learn(1.2 * 0.5, 0.5, 0.0, 2.5e-5, kPeriod);
+  EXPECT_NEAR(model.inPlace(), 1.2, 0.06);
+  EXPECT_EQ(model.mean()(1), 0.0) << "turning in place says nothing about the speed";
+}
+
+TEST(TurnModel, DoesNotCountASecondAsThatManyMeasurements) {
+  TurnModel slow(kRatio), fast(kRatio);  // gyros at 20 and at 200 Hz
+  for (int k = 0; k < 20; ++k) slow.learn(0.5, 0.5, 0.5, 2.5e-5, 0.05);
+  for (int k = 0; k < 200; ++k) fast.learn(0.5, 0.5, 0.5, 2.5e-5, 0.005);
+  const Eigen::Vector4d deviations = slow.coefficients().covariance.diagonal().cwiseSqrt();
+  EXPECT_LT((slow.mean() - fast.mean()).cwiseAbs().maxCoeff(), 0.05 * deviations(0));
+  EXPECT_LT((slow.coefficients().covariance - fast.coefficients().covariance).cwiseAbs().maxCoeff(),
+            0.02 * slow.coefficients().covariance.cwiseAbs().maxCoeff());
+}
+
+TEST(TurnModel, StraightLineTellsTheVeerAlone) {
+  TurnModel model(kRatio);
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0.0, 0.01);
+  for (int k = 0; k < 50 * 1800; ++k) {  // half an hour; x is the encoders' noise
+    model.learn(0.02 * 0.8 + noise(random), 0.3 * noise(random), 0.8, 2.5e-5, kPeriod);
+  }
+  EXPECT_NEAR(model.mean()(2), 0.02, 0.002);
+  EXPECT_NEAR(model.inPlace(), kRatio, 1e-3 * kRatio);
+  const double known = model.coefficients().covariance(2, 2);
+  TurnModel turned = model;
+  for (int k = 0; k < 50 * 300; ++k) turned.learn(0.9, 0.5, 0.0, 2.5e-5, kPeriod);
+  EXPECT_GT(turned.coefficients().covariance(2, 2), 2.0 * known) << "five minutes of turning forget it";
+}
+
+TEST(TurnModel, ForgetsDownToThePriorAndNotBelow) {
+  TurnModel model(kRatio);
+  const Eigen::Matrix4d prior = model.coefficients().covariance;
+  drive({1.5, 0.2, 0.03, -0.1}, 60, model);
+  EXPECT_LT(model.coefficients().covariance(1, 1), 0.25 * prior(1, 1));
+  const Eigen::Vector4d learned = model.mean();
+  const Motion in_place{0.5, 0.0};  // says nothing about the speed
+  for (int k = 0; k < 100000; ++k) model.learn(yawRateOf(learned, in_place), in_place.x, in_place.v, 2.5e-5, kPeriod);
+  const Eigen::Matrix4d left = model.coefficients().covariance;
+  const Eigen::Matrix4d forgotten = left - prior;
+  EXPECT_LT(forgotten.bottomRightCorner(3, 3).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_LT(left(0, 0), 0.01 * prior(0, 0));
+  EXPECT_LT((model.mean() - learned).cwiseAbs().maxCoeff(), 1e-9) << "what was learned stays";
+}
+
+TEST(TurnModel, CoefficientsAreAPriorForTheNextDrive) {
+  TurnModel first(kRatio);
+  drive({1.5, 0.2, 0.03, -0.1}, 120, first);
+  TurnModel second(kRatio);
+  second.setCoefficients(first.coefficients());
+  EXPECT_EQ(second.mean(), first.mean());
+  EXPECT_LT((second.coefficients().covariance - first.coefficients().covariance).cwiseAbs().maxCoeff(), 1e-12);
+  TurnModel unknown(kRatio);
+  for (TurnModel* model : {&second, &unknown}) model->learn(0.5, 0.5, 0.5, 2.5e-5, kPeriod);
+  EXPECT_LT(std::abs(second.inPlace() - 1.5), 0.1 * std::abs(unknown.inPlace() - kRatio))
+      << "what is known moves less by one sample";
+}
+
+TEST(TurnModel, StaysInvertibleWhateverItIsTaught) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> any(-5.0, 5.0);
+  TurnModel model(kRatio);
+  for (int k = 0; k < 5000; ++k) model.learn(any(random), any(random), any(random), 2.5e-5, kPeriod);
+  ASSERT_TRUE(model.mean().allFinite());
+  for (int k = 0; k < 1000; ++k) {
+    const Motion m{any(random), any(random)};
+    EXPECT_GE(model.perDifference(m.x, m.v), 0.25 * kRatio);
+    EXPECT_LE(model.perDifference(m.x, m.v), 3.0 * kRatio);
+    EXPECT_NEAR(model.difference(model.yawRate(m.x, m.v), m.v), m.x, 1e-9);
+  }
+}
+
+TEST(TurnModel, DerivativesAreThoseOfTheYawRate) {
+  TurnModel model(kRatio);
+  drive({1.5, 0.2, 0.03, -0.1}, 60, model);
+  constexpr double h = 1e-6;
+  for (const Motion m : {Motion{0.5, 0.8}, Motion{-0.5, 0.8}, Motion{0.4, -0.8}, Motion{-0.2, -0.3}}) {
+    EXPECT_NEAR(model.perDifference(m.x, m.v), (model.yawRate(m.x + h, m.v) - model.yawRate(m.x - h, m.v)) / (2 * h),
+                1e-6);
+    EXPECT_NEAR(model.perSpeed(m.x, m.v), (model.yawRate(m.x, m.v + h) - model.yawRate(m.x, m.v - h)) / (2 * h), 1e-6);
+  }
+}
+
+TEST(TurnModel, RefusesCoefficientsThatAreNone) {
+  TurnModel model(kRatio);
+  const TurnCoefficients good = model.coefficients();
+  TurnCoefficients bad = good;
+  bad.mean(2) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(model.setCoefficients(bad), ParameterError);
+  bad = good;
+  bad.covariance(1, 1) = -1.0;
+  EXPECT_THROW(model.setCoefficients(bad), ParameterError);
+  EXPECT_EQ(model.mean(), good.mean);
+}
+
+}  // namespace
+}  // namespace jackal_aic
