@@ -10,10 +10,13 @@
 #include <jackal_aic/SensorNoiseConfig.h>
 #include <ros/ros.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "jackal_aic/aic/parameters.hpp"
 #include "jackal_aic/predictive/predictive_parameters.hpp"
@@ -57,18 +60,19 @@ void visitGains(Parameters& sensors, SensorNoiseConfig& config, const Visit& vis
   visit("accelerometer_variance", sensors.accelerometer_variance, config.accelerometer_variance);
 }
 
-/// Offers the gains of a structure in a private namespace, the one in which the YAML has them.
+/// Offers parameters in a namespace, by default the private one in which the YAML has them. One that is out of its
+/// range (describeFields) is refused, not clamped: rqt_reconfigure shows the range, and keeps to it by itself.
 template <class Parameters, class Config>
 class GainServer {
  public:
   /// Takes wanted gains over in the place of the running ones. Throws ParameterError with the reason why it does not.
   using Adopt = std::function<void(const Parameters& wanted, const Parameters& running)>;
 
-  /// @param name prefix of the gains' keys, "controller", "predictive" or "sensors"; @param running gains at the start;
-  /// @param adopt called for every change. A refused one is logged with its reason, and whoever asked for it gets the
-  /// running gains back.
-  GainServer(const std::string& name, const Parameters& running, Adopt adopt)
-      : running_(running), adopt_(std::move(adopt)), server_(ros::NodeHandle("~" + name)) {
+  /// @param node its namespace; @param running gains at the start; @param adopt called for every change. What was taken
+  /// over or refused is logged by name, and whoever asked for a refused change gets the running gains back.
+  GainServer(const ros::NodeHandle& node, const Parameters& running, Adopt adopt)
+      : running_(running), adopt_(std::move(adopt)), server_(node) {
+    showRanges();
     server_.setCallback([this](Config& config, std::uint32_t level) {
       if (level != kAtStart) onRequest(config);
       showRunning(config);
@@ -80,9 +84,10 @@ class GainServer {
 
   void onRequest(Config& config) {
     Parameters wanted = running_;
-    std::string changes;
+    std::string changes, refused;
     visitGains(wanted, config, [&](const char* name, auto& gain, auto& setting) {
       if (setting == gain) return;
+      refused += fmt::format("{}{} = {} (stays {})", refused.empty() ? "" : ", ", name, setting, gain);
       gain = setting;
       changes += fmt::format(" {} = {}", name, gain);
     });
@@ -92,12 +97,31 @@ class GainServer {
       running_ = wanted;
       ROS_INFO("Changed gains:%s", changes.c_str());
     } catch (const ParameterError& error) {
-      ROS_ERROR("Refused gains, the running ones stay: %s", error.what());
+      ROS_ERROR("Refused %s: %s", refused.c_str(), error.what());
     }
   }
 
   void showRunning(Config& config) const {
     visitGains(running_, config, [](const char*, const auto& gain, auto& setting) { setting = gain; });
+  }
+
+  void showRanges() {
+    Config low, high;
+    server_.getConfigMin(low);
+    server_.getConfigMax(high);
+    setBounds(low, &Bounds::low);
+    setBounds(high, &Bounds::high);
+    server_.setConfigMin(low);
+    server_.setConfigMax(high);
+  }
+
+  void setBounds(Config& config, double Bounds::*side) const {
+    const std::vector<Field> fields = fieldsOf(running_);
+    visitGains(running_, config, [&](const char* name, const auto&, auto& setting) {
+      const auto field = std::find_if(fields.begin(), fields.end(), [&](const Field& f) { return f.name == name; });
+      if (field == fields.end() || !field->bounds) return;
+      setting = static_cast<std::decay_t<decltype(setting)>>((*field->bounds).*side);
+    });
   }
 
   Parameters running_;

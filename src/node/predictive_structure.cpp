@@ -24,8 +24,10 @@ PredictiveStructure::PredictiveStructure(ros::NodeHandle& node, const Predictive
       belief_publisher_(node.advertise<geometry_msgs::TwistWithCovarianceStamped>("jackal_AIC/belief", 10)),
       freeze_service_(
           ros::NodeHandle("~").advertiseService("freeze_learning", &PredictiveStructure::onFreezeLearning, this)),
-      gain_server_("predictive", gains, [this](const auto& wanted, const auto&) { adoptGains(wanted); }),
-      variance_server_("sensors", gains, [this](const auto& wanted, const auto&) { adoptVariances(wanted); }) {
+      gain_server_(ros::NodeHandle("~predictive"), gains,
+                   [this](const auto& wanted, const auto&) { adoptGains(wanted); }),
+      variance_server_(ros::NodeHandle("~sensors"), gains,
+                       [this](const auto& wanted, const auto&) { adoptVariances(wanted); }) {
   reportCertificate(gains);
   if (!slip_file.empty()) openSlipFile(slip_file);
 }

@@ -9,7 +9,8 @@ ThesisStructure::ThesisStructure(const ControllerParameters& gains, const Geomet
     : geometry_(geometry),
       loop_(loop),
       controller_(dynamic_cast<const ActiveInferenceController&>(loop.controller())),
-      gain_server_("controller", gains, [this](const auto& wanted, const auto& running) { adopt(wanted, running); }) {
+      gain_server_(ros::NodeHandle("~controller"), gains,
+                   [this](const auto& wanted, const auto& running) { adopt(wanted, running); }) {
   reportCertificate(gains);
 }
 

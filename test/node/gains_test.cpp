@@ -1,5 +1,6 @@
 // Changing gains while the robot drives.
 
+#include <dynamic_reconfigure/ConfigDescription.h>
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <rosgraph_msgs/Log.h>
 
@@ -96,6 +97,26 @@ TEST_F(GainsTest, ThinMarginIsWarnedAbout) {
   EXPECT_EQ(request({{"kappa_a", 25.0}}).at("kappa_a"), 25.0);
   expectLogged("thin margin: unstable with 1.5 times the kappa_a");
   request({{"kappa_a", 8.0}});
+}
+
+TEST_F(GainsTest, OutOfRangeIsRefusedAndNamed) {
+  EXPECT_EQ(request({{"kappa_a", -1.0}}).at("kappa_a"), 8.0) << "not clamped to 0, which is in range";
+  expectLogged("Refused kappa_a = -1 (stays 8): controller.kappa_a = -1");
+  const Gains answer = request({{"kappa_a", 5.0}, {"tau", 11.0}});
+  EXPECT_EQ(answer.at("kappa_a"), 8.0) << "of two that were asked for, either both change or none";
+  EXPECT_EQ(answer.at("tau"), 0.001);
+  expectLogged("Refused tau = 11 (stays 0.001), kappa_a = 5 (stays 8): controller.tau = 11");
+}
+
+TEST_F(GainsTest, ClientsAreShownTheRanges) {
+  const auto shown = ros::topic::waitForMessage<dynamic_reconfigure::ConfigDescription>(
+      "/controller/controller/parameter_descriptions", ros::Duration(30.0));
+  ASSERT_TRUE(shown);
+  ASSERT_EQ(shown->min.doubles.size(), 3u);
+  EXPECT_EQ(shown->min.doubles[0].name, "tau");
+  EXPECT_EQ(shown->min.doubles[0].value, 1e-5);
+  EXPECT_EQ(shown->max.doubles[0].value, 10.0);
+  EXPECT_EQ(shown->max.doubles[2].value, 1e4) << "of kappa_a";
 }
 
 TEST_F(GainsTest, NotANumberIsRefused) {
