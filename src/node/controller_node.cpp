@@ -27,13 +27,16 @@ constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
 
-ControllerNode::ControllerNode(const ros::NodeHandle& node, const NodeParameters& parameters)
+ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
+                               const NodeParameters& parameters)
     : node_(node),
       parameters_(parameters),
       kinematics_(parameters.geometry),
       loop_(parameters, makeController(parameters)),
       inputs_(parameters.publish_inputs ? std::make_unique<InputLog>(node_, parameters, loop_) : nullptr),
       structure_(makeStructure(node_, parameters, loop_)),
+      tuning_(makeTuning(private_node, parameters, *this)),
+      services_(private_node, parameters.gate.deadlines.set_point, serviceActions()),
       output_(node_, parameters.output, parameters.geometry),
       odometry_(node_, parameters, loop_),
       transform_listener_(transforms_, node_),
@@ -93,7 +96,7 @@ void ControllerNode::onSetPoint(const topic_tools::ShapeShifter& message) {
   }
   const SetPointVerdict verdict =
       loop_.setSetPoint(received->wanted.value_or(kNotFinite), currentTime(), received->stamp);
-  if (verdict == SetPointVerdict::accepted) return;
+  if (verdict == SetPointVerdict::accepted) return services_.noteSetPoint(*received->wanted);
   const bool absurd = verdict == SetPointVerdict::absurd;
   StatusReport::refused(absurd ? "set point far beyond the limits" : "set point that is not finite",
                         loop_.status().rejected_set_points);
@@ -149,8 +152,21 @@ RobotStatus ControllerNode::robotStatus() const {
   status.contended = contended();
   status.outputs_checked = graph_.checked();
   status.ending = ending_;
+  status.disabled = !enabled_;
   status.rivals = rivalled();
   return status;
+}
+
+SlipState ControllerNode::slip() const { return dynamic_cast<const PredictiveController&>(loop_.controller()).slip(); }
+
+DriveServices::Actions ControllerNode::serviceActions() {
+  const auto reset = [this] {
+    loop_.start({}, currentTime());
+    sensors_.reset();
+    odometry_.reset();
+  };
+  return {[this](bool enabled) { enabled_ = enabled; }, [this] { return DriveServices::resting(loop_.command()); },
+          reset};
 }
 
 bool ControllerNode::contended() const {
@@ -255,6 +271,7 @@ void ControllerNode::publishState(const ros::Time& now) {
   message.rejected_measurements = status.rejected_measurements + rejected_readings_;
   state_publisher_.publish(message);
   structure_->publish(message.header);
+  tuning_->keep(now);
 }
 
 void ControllerNode::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {

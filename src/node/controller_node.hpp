@@ -8,8 +8,8 @@
 /// (jackal_msgs). Publishes: cmd_drive (jackal_msgs/Drive), cmd_vel (geometry_msgs/Twist) or the two wheel topics of
 /// Gazebo, odom (nav_msgs/Odometry), with publish_inputs jackal_AIC/inputs (LoopInputs), sensor_generalized
 /// (SensorGeneralized), jackal_AIC/state (ControllerState), with the predictive structure jackal_AIC/belief
-/// (geometry_msgs/TwistWithCovarianceStamped), /diagnostics. Gains can be changed through dynamic_reconfigure in
-/// ~controller or ~predictive.
+/// (geometry_msgs/TwistWithCovarianceStamped), /diagnostics. Services ~enable and ~reset (drive_services.hpp); gains
+/// and what is learned can be changed as loop_tuning.hpp says.
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <geometry_msgs/Twist.h>
@@ -24,9 +24,11 @@
 #include "applied_commands.hpp"
 #include "command_output.hpp"
 #include "controller_structure.hpp"
+#include "drive_services.hpp"
 #include "graph_watch.hpp"
 #include "input_log.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
+#include "loop_tuning.hpp"
 #include "node_parameters.hpp"
 #include "odometry_output.hpp"
 #include "robot_watch.hpp"
@@ -36,11 +38,12 @@
 namespace jackal_aic {
 
 /// Runs the drive loop on ROS time: a belief timer and an action timer at their rates. All callbacks run in one thread.
-class ControllerNode {
+class ControllerNode : private LoopChanges {
  public:
-  /// Opens the topics in the namespace of `node` and starts the timers. @throws ParameterError if the set point comes
-  /// from a topic on which our own commands come back.
-  ControllerNode(const ros::NodeHandle& node, const NodeParameters& parameters);
+  /// Opens the topics in the namespace of `node`, the services in that of `private_node`, and starts the timers.
+  /// @throws ParameterError if the set point comes from a topic on which our own commands come back, or as
+  /// makeTuning().
+  ControllerNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node, const NodeParameters& parameters);
 
   /// Brakes from now on, for the end of the node. The timers have to be served until atRest().
   void brake() { ending_ = true; }
@@ -62,6 +65,15 @@ class ControllerNode {
   /// Refuses a set point from a topic that carries our own commands. Throws ParameterError.
   void requireForeignSetPoints() const;
   double currentTime();
+
+  static double rosTime() { return ros::Time::now().toSec(); }
+  void adoptGains(const ControllerParameters& gains) override { loop_.adoptGains(gains, rosTime()); }
+  void adoptGains(const PredictiveParameters& gains) override { loop_.adoptGains(gains, rosTime()); }
+  void setSlip(const SlipState& slip) override { loop_.setSlip(slip, rosTime()); }
+  void freezeLearning(bool frozen) override { loop_.freezeLearning(frozen, rosTime()); }
+  SlipState slip() const override;
+  DriveServices::Actions serviceActions();
+
   RobotStatus robotStatus() const;
   bool contended() const;
   bool rivalled() const;
@@ -81,6 +93,8 @@ class ControllerNode {
   DriveLoop loop_;
   std::unique_ptr<InputLog> inputs_;  // with publish_inputs; there before anything is told to the loop
   std::unique_ptr<ControllerStructure> structure_;
+  std::unique_ptr<LoopTuning> tuning_;
+  DriveServices services_;
   CommandOutput output_;
   OdometryOutput odometry_;
   tf2_ros::Buffer transforms_;
@@ -100,6 +114,7 @@ class ControllerNode {
   std::optional<WheelCommand> measured_wheels_;  // the last wheel speeds [rad/s]
   std::optional<double> measured_yaw_rate_;      // the last of the gyro [rad/s]
   bool ending_ = false;
+  bool enabled_ = true;
 
   diagnostic_updater::Updater diagnostics_;
   ros::Publisher sensor_publisher_;

@@ -6,7 +6,7 @@
 namespace jackal_aic {
 namespace {
 
-/// The baseline has no belief, and no gains to change.
+/// The baseline has no belief.
 class OpenLoopStructure : public ControllerStructure {
  public:
   explicit OpenLoopStructure(const GeometryParameters& geometry) : geometry_(geometry) {}
@@ -28,15 +28,14 @@ class OpenLoopStructure : public ControllerStructure {
 }  // namespace
 
 std::unique_ptr<ControllerStructure> makeStructure(ros::NodeHandle& node, const NodeParameters& parameters,
-                                                   DriveLoop& loop) {
-  if (const auto* gains = std::get_if<PredictiveParameters>(&parameters.controller)) {
-    return std::make_unique<PredictiveStructure>(node, *gains, parameters.slip_file, loop);
+                                                   const DriveLoop& loop) {
+  if (std::holds_alternative<PredictiveParameters>(parameters.controller)) {
+    return std::make_unique<PredictiveStructure>(node, loop);
   }
   if (std::holds_alternative<DifferentialDriveParameters>(parameters.controller)) {
     return std::make_unique<OpenLoopStructure>(parameters.geometry);
   }
-  return std::make_unique<ThesisStructure>(std::get<ControllerParameters>(parameters.controller), parameters.geometry,
-                                           loop);
+  return std::make_unique<ThesisStructure>(parameters.geometry, loop);
 }
 
 }  // namespace jackal_aic

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// What only one kind of controller has on the ROS side: gains that can be changed, fields of the state, topics of its
-/// own.
+/// What only one kind of controller tells on the ROS side: fields of the state, topics of its own.
 
 #include <jackal_aic/ControllerState.h>
 #include <jackal_aic/SensorGeneralized.h>
@@ -35,6 +34,6 @@ class ControllerStructure {
 /// What belongs to the controller of a loop, which makeController(parameters) built; opens its topics in the namespace
 /// of `node`. @param loop has to outlive the structure.
 std::unique_ptr<ControllerStructure> makeStructure(ros::NodeHandle& node, const NodeParameters& parameters,
-                                                   DriveLoop& loop);
+                                                   const DriveLoop& loop);
 
 }  // namespace jackal_aic

@@ -22,6 +22,7 @@ class Writer {
   void operator()(const std::optional<double>& value) {
     values_.push_back(value.value_or(std::numeric_limits<double>::quiet_NaN()));
   }
+  static bool done() { return false; }
 
  private:
   std::vector<double>& values_;
@@ -105,6 +106,7 @@ void visitValues(Archive& a, StatusInput& input) {
   RobotStatus& s = input.status;
   a(s.emergency_stop), a(s.robot_stopped), a(s.motors_off), a(s.driver_fault), a(s.contended), a(s.outputs_checked);
   a(s.ending), a(s.rivals);
+  if (!a.done()) a(s.disabled);  // recordings from before there was the service have none
 }
 template <class Archive>
 void visitValues(Archive& a, AppliedInput& input) {

@@ -21,7 +21,7 @@ int main(int argc, char** argv) {
     const std::string prefix = jackal_aic::tfPrefix(private_handle);
     parameters.robot.base_frame = jackal_aic::prefixedFrame(prefix, parameters.robot.base_frame);
     parameters.odometry.frame = jackal_aic::prefixedFrame(prefix, parameters.odometry.frame);
-    jackal_aic::ControllerNode node(handle, parameters);
+    jackal_aic::ControllerNode node(handle, private_handle, parameters);
     stop.spinUntilRequested();
     node.brake();
     stop.spinWhile([&] { return !node.atRest(); }, 0.5);  // s; a simulation may stand still

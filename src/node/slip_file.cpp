@@ -133,6 +133,12 @@ void SlipWriter::write(const SlipState& slip) {
   changed_.notify_one();
 }
 
+std::optional<std::string> SlipWriter::outcome(std::chrono::milliseconds patience) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  if (!written_.wait_for(lock, patience, [this] { return !due_ && !writing_; })) return std::nullopt;
+  return failure_;
+}
+
 std::string SlipWriter::failure() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return failure_;
@@ -144,6 +150,7 @@ void SlipWriter::run() {
     changed_.wait(lock, [this] { return due_ || ending_; });
     if (!due_) return;
     const SlipState slip = *std::exchange(due_, std::nullopt);
+    writing_ = true;
     lock.unlock();
     std::string failure;
     try {
@@ -153,6 +160,8 @@ void SlipWriter::run() {
     }
     lock.lock();
     failure_ = failure;
+    writing_ = false;
+    written_.notify_all();
   }
 }
 

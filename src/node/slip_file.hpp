@@ -3,6 +3,7 @@
 /// @file
 /// What was learned about the slip, kept in a YAML file for the next start.
 
+#include <chrono>
 #include <condition_variable>
 #include <mutex>
 #include <optional>
@@ -42,6 +43,10 @@ class SlipWriter {
   /// Waits until what is due is written, and ends the thread.
   void finish();
 
+  /// Waits until what is due is written, for as long as a patience allows: as failure(), or std::nullopt if it is not
+  /// written by then.
+  std::optional<std::string> outcome(std::chrono::milliseconds patience);
+
   /// Why the last attempt failed; empty if it did not.
   std::string failure() const;
 
@@ -51,7 +56,9 @@ class SlipWriter {
   std::string path_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
+  std::condition_variable written_;
   std::optional<SlipState> due_;
+  bool writing_ = false;
   bool ending_ = false;
   std::string failure_;
   std::thread thread_;

@@ -316,6 +316,7 @@ GateInputs DriveLoop::gateInputs(double now) {
       .add(StopCause::motors_off, robot_.motors_off)
       .add(StopCause::robot_stopped, robot_.robot_stopped)
       .add(StopCause::emergency_stop, robot_.emergency_stop)
+      .add(StopCause::disabled, robot_.disabled)
       .add(StopCause::shutdown, robot_.ending)
       .add(StopCause::contention, robot_.contended)
       .add(StopCause::driver_fault, robot_.driver_fault);

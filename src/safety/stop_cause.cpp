@@ -30,6 +30,7 @@ constexpr std::array<Entry, kStopCauses> kEntries{{
     {StopCause::motors_off, Severity::halt, "motors do not take velocity commands"},
     {StopCause::robot_stopped, Severity::halt, "robot reports that it is stopped"},
     {StopCause::emergency_stop, Severity::halt, "emergency stop"},
+    {StopCause::disabled, Severity::halt, "disabled"},
     {StopCause::shutdown, Severity::emergency, "controller is to end"},
     {StopCause::contention, Severity::fault, "another node publishes commands"},
     {StopCause::sensor_fault, Severity::fault, "sensors faulty"},

@@ -58,8 +58,8 @@ TEST(InputMessage, KeepsEveryKindToTheBit) {
   without_z.acceleration_z = std::nullopt;
   expectSame(roundTrip(ObservationInput{without_z}).observation, without_z);
   EXPECT_EQ(roundTrip(FeedbackInput{kNow}).stamp, kNow);
-  const RobotStatus status = roundTrip(StatusInput{{false, true, false, true, false, false, true, true}}).status;
-  EXPECT_TRUE(status.robot_stopped && status.driver_fault && status.ending && status.rivals);
+  const RobotStatus status = roundTrip(StatusInput{{false, true, false, true, false, false, true, true, true}}).status;
+  EXPECT_TRUE(status.robot_stopped && status.driver_fault && status.ending && status.rivals && status.disabled);
   EXPECT_FALSE(status.emergency_stop || status.motors_off || status.contended || status.outputs_checked);
   const AppliedInput applied = roundTrip(AppliedInput{{kThird, -kThird}, AppliedSource::wheels});
   EXPECT_EQ(applied.command, (WheelCommand{kThird, -kThird}));
@@ -91,6 +91,16 @@ TEST(InputMessage, KeepsGainsInTheirOrder) {
   EXPECT_EQ(std::get<ControllerParameters>(std::get<GainsInput>(inputs.at(2).what).gains).tau, kThird);
   message.gains.pop_back();
   EXPECT_THROW(inputsOf(message), ParameterError);
+}
+
+TEST(InputMessage, ReadsAStatusFromBeforeItCouldBeDisabled) {
+  LoopInputs message;
+  addInput({kNow, StatusInput{{true, false, false, false, false, true, false, true, true}}}, message);
+  ASSERT_EQ(message.inputs[0].values.size(), 9u);
+  message.inputs[0].values.pop_back();
+  const RobotStatus status = std::get<StatusInput>(inputsOf(message).at(0).what).status;
+  EXPECT_TRUE(status.emergency_stop && status.rivals);
+  EXPECT_FALSE(status.disabled);
 }
 
 TEST(InputMessage, RefusesWhatNoControllerWrote) {

@@ -1,12 +1,14 @@
 // What the predictive controller learns about the slip: kept across restarts in a file, frozen on request.
 
 #include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 
 #include "controller_process.hpp"
 #include "service_call.hpp"
@@ -90,6 +92,20 @@ TEST_F(SlipMemory, IsWrittenWhileTheControllerRuns) {
   ASSERT_TRUE(robot.waitUntilReady());
   EXPECT_NEAR(robot.states().front().effective_track, learned, 1e-6);
   EXPECT_NEAR(learned, kTrue, kTolerance);
+}
+
+TEST_F(SlipMemory, IsSavedOnRequest) {
+  configure("saved");
+  SimulatedRobot robot;
+  ControllerProcess process("saved");
+  ASSERT_TRUE(robot.waitUntilReady());
+  turn(robot, kTurn);
+  std_srvs::Trigger save;
+  ASSERT_TRUE(sim::callService("/saved/save_learned_model", save) && save.response.success) << save.response.message;
+  EXPECT_NE(save.response.message.find(file() + ": effective track 0.5"), std::string::npos) << save.response.message;
+  std::ifstream stream(file());
+  const std::string kept((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  EXPECT_NE(kept.find("effective_track: 0.5"), std::string::npos) << kept;
 }
 
 TEST_F(SlipMemory, StaysAsItIsWhileFrozen) {

@@ -32,6 +32,7 @@ struct RobotStatus {
   bool outputs_checked = true;  ///< it is known who else publishes commands
   bool ending = false;          ///< the controller is to end
   bool rivals = false;          ///< more than one node publishes set points, and only one is to
+  bool disabled = false;        ///< a person holds the controller at rest
 };
 
 /// DriveLoop::updateBelief().

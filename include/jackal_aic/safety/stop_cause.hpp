@@ -30,6 +30,7 @@ enum class StopCause {
   motors_off,         ///< feedback: the motors do not take velocity commands
   robot_stopped,      ///< status: the robot's own stop is engaged
   emergency_stop,     ///< e_stop
+  disabled,           ///< service enable: false
   shutdown,           ///< the controller is to end
   contention,         ///< another node publishes commands
   sensor_fault,       ///< the fault monitor left too little to drive on

@@ -1,0 +1,189 @@
+#include "loop_tuning.hpp"
+
+#include <fmt/format.h>
+#include <ros/service_server.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "gain_server.hpp"
+#include "jackal_aic/certificate/advice.hpp"
+#include "jackal_aic/model/plant_model.hpp"
+#include "slip_file.hpp"
+
+namespace jackal_aic {
+namespace {
+
+const ros::Duration kKeepPeriod(10.0);                  // of writing the slip file
+constexpr std::chrono::milliseconds kDiskPatience(15);  // of a request, during which a node does not drive
+
+std::string describe(const SlipState& slip) {
+  return fmt::format("effective track {:g} m, slip factor {:g}", slip.effective_track, slip.slip_factor);
+}
+
+void tellCertificate(bool wide, const std::string& text) {
+  const auto level = wide ? ros::console::levels::Info : ros::console::levels::Warn;
+  ROS_LOG(level, ROSCONSOLE_DEFAULT_NAME, "%s", text.c_str());
+}
+
+void tellThinMargin(const std::string& thin) {
+  if (!thin.empty()) ROS_WARN("Gains with a thin margin: %s", thin.c_str());
+}
+
+/// The baseline has no gains to change, and learns nothing.
+class NoTuning : public LoopTuning {
+ public:
+  void keep(const ros::Time&) override {}
+};
+
+class ThesisTuning : public LoopTuning {
+ public:
+  ThesisTuning(const ros::NodeHandle& node, const NodeParameters& parameters, const ControllerParameters& gains,
+               LoopChanges& loop)
+      : geometry_(parameters.geometry),
+        loop_(loop),
+        gain_server_({node, "controller"}, gains,
+                     [this](const auto& wanted, const auto& running) { adopt(wanted, running); }) {
+    if (parameters.plant_model) plant_ = drivenModel(*parameters.plant_model);
+    if (!plant_) {
+      ROS_INFO("No plant model: of the gains, only the belief update was checked for stability");
+      return;
+    }
+    const Certificate certificate = certify(gains, geometry_, *plant_);
+    tellCertificate(certificate.keeps(MarginBounds{}), advice(certificate, gains, geometry_, *plant_));
+  }
+
+  void keep(const ros::Time&) override {}
+
+ private:
+  void adopt(const ControllerParameters& wanted, const ControllerParameters& running) {
+    requireInRange(wanted);
+    validate(wanted, geometry_);
+    if (plant_) {
+      requireStable(wanted, geometry_, *plant_, &running);
+      tellThinMargin(thinMargin(LinearLoop(wanted, geometry_, *plant_)));
+    }
+    loop_.adoptGains(wanted);
+  }
+
+  GeometryParameters geometry_;
+  std::optional<PlantModel> plant_;
+  LoopChanges& loop_;
+  GainServer<ControllerParameters, ControllerGainsConfig> gain_server_;
+};
+
+/// Gains are certified on a robot that is as the controller believes.
+class PredictiveTuning : public LoopTuning {
+ public:
+  PredictiveTuning(const ros::NodeHandle& node, const NodeParameters& parameters, const PredictiveParameters& gains,
+                   LoopChanges& loop)
+      : model_(drivenModel(parameters.plant_model.value())),
+        gains_(gains),
+        loop_(loop),
+        freeze_service_(ros::NodeHandle(node).advertiseService("freeze_learning", &PredictiveTuning::onFreeze, this)),
+        save_service_(ros::NodeHandle(node).advertiseService("save_learned_model", &PredictiveTuning::onSave, this)),
+        gain_server_({node, "predictive"}, gains, [this](const auto& wanted, const auto&) { adoptGains(wanted); }),
+        variance_server_({node, "sensors"}, gains,
+                         [this](const auto& wanted, const auto&) { adoptVariances(wanted); }) {
+    const PredictiveCertificate certificate = certify(gains, model_, model_);
+    tellCertificate(certificate.keeps(MarginBounds{}), advice(certificate, gains, model_, model_));
+    if (!parameters.slip_file.empty()) openSlipFile(parameters.slip_file);
+  }
+
+  ~PredictiveTuning() override {
+    if (!slip_writer_) return;
+    slip_writer_->write(loop_.slip());
+    slip_writer_->finish();
+    if (!slip_writer_->failure().empty()) ROS_ERROR("%s", slip_writer_->failure().c_str());
+  }
+
+  void keep(const ros::Time& now) override {
+    const bool due = now < slip_kept_ || now - slip_kept_ >= kKeepPeriod;
+    if (!slip_writer_ || !due) return;
+    slip_writer_->write(loop_.slip());
+    slip_kept_ = now;
+    const std::string failure = slip_writer_->failure();
+    if (!failure.empty()) ROS_WARN("%s", failure.c_str());
+  }
+
+ private:
+  void openSlipFile(const std::string& path) {
+    SlipState slip = loop_.slip();
+    if (const auto kept = readSlipFile(path, slip)) loop_.setSlip(slip = *kept);
+    slip_path_ = path;
+    slip_writer_.emplace(path, slip);
+    ROS_INFO("Slip kept in %s: %s", path.c_str(), describe(slip).c_str());
+  }
+
+  bool onFreeze(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
+    loop_.freezeLearning(request.data);
+    response.success = true;
+    response.message = (request.data ? "frozen: " : "learning: ") + describe(loop_.slip());
+    return true;
+  }
+
+  bool onSave(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+    if (!slip_writer_) {
+      response.message = "slip.file is not set: what is learned is kept nowhere";
+      return true;
+    }
+    const SlipState slip = loop_.slip();
+    slip_writer_->write(slip);
+    const std::optional<std::string> failure = slip_writer_->outcome(kDiskPatience);
+    response.success = !failure || failure->empty();
+    response.message = response.success ? slip_path_ + ": " + describe(slip) : *failure;
+    if (!failure) response.message += "; the disk is slow, it is still being written";
+    return true;
+  }
+
+  void adoptGains(PredictiveParameters wanted) {
+    static_cast<SensorNoise&>(wanted) = gains_;
+    requireInRange(wanted, "predictive");
+    adopt(wanted);
+  }
+
+  void adoptVariances(const SensorNoise& wanted) {
+    requireInRange(wanted, "sensors");
+    PredictiveParameters gains = gains_;
+    static_cast<SensorNoise&>(gains) = wanted;
+    adopt(gains);
+  }
+
+  void adopt(const PredictiveParameters& wanted) {
+    validate(wanted);
+    requireStable(wanted, model_, model_, &gains_);
+    tellThinMargin(thinMargin(PredictiveLinearLoop(wanted, model_, model_)));
+    loop_.adoptGains(wanted);
+    gains_ = wanted;
+  }
+
+  PlantModel model_;
+  PredictiveParameters gains_;  // in force
+  LoopChanges& loop_;
+  std::string slip_path_;
+  std::optional<SlipWriter> slip_writer_;  // with a slip file
+  ros::Time slip_kept_;                    // when the writer last got the slip
+  ros::ServiceServer freeze_service_;
+  ros::ServiceServer save_service_;
+  GainServer<PredictiveParameters, PredictiveGainsConfig> gain_server_;
+  GainServer<SensorNoise, SensorNoiseConfig> variance_server_;
+};
+
+}  // namespace
+
+std::unique_ptr<LoopTuning> makeTuning(const ros::NodeHandle& node, const NodeParameters& parameters,
+                                       LoopChanges& loop) {
+  if (const auto* gains = std::get_if<PredictiveParameters>(&parameters.controller)) {
+    return std::make_unique<PredictiveTuning>(node, parameters, *gains, loop);
+  }
+  if (const auto* gains = std::get_if<ControllerParameters>(&parameters.controller)) {
+    return std::make_unique<ThesisTuning>(node, parameters, *gains, loop);
+  }
+  return std::make_unique<NoTuning>();
+}
+
+}  // namespace jackal_aic
