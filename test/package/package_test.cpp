@@ -51,7 +51,8 @@ std::string output(const std::string& command) {
 
 TEST(Manifest, NamesOnlyKeysThatRosdepKnows) {
   // Of rosdep/base.yaml and python.yaml of the rosdistro; a name of Debian alone is none (opende, not libode-dev).
-  const std::set<std::string> keys{"controller_interface",  // Noetic's ros_control
+  const std::set<std::string> keys{"benchmark",
+                                   "controller_interface",  // Noetic's ros_control
                                    "controller_manager",
                                    "eigen",
                                    "fmt",
@@ -67,6 +68,7 @@ TEST(Manifest, NamesOnlyKeysThatRosdepKnows) {
                                    "python3-pandas",
                                    "python3-yaml",
                                    "rviz",  // a package of ROS that only showing the robot needs
+                                   "valgrind",
                                    "yaml-cpp"};
   const std::set<std::string> named = dependencies();
   EXPECT_GT(named.size(), 30u);
