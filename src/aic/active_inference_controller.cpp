@@ -40,7 +40,8 @@ ActiveInferenceController::ActiveInferenceController(const ControllerParameters&
       belief_step_(controller.beliefStep()),
       belief_steps_per_action_(controller.beliefStepsPerAction()),
       mu_(GeneralizedBody::Zero(kBodySize, controller.orders + 1)),
-      mu_d_(mu_) {}
+      mu_d_(mu_),
+      held_input_(mu_) {}
 
 SampleVerdict ActiveInferenceController::observe(const Observation& observation) {
   const std::optional<Observation> complete = reconstructed(observation, kinematics_);
@@ -52,12 +53,15 @@ SampleVerdict ActiveInferenceController::observe(const Observation& observation)
     seedBelief();  // a gap says nothing against the command that is driven: the action goes on from there
   }
   action_update_.bound().observe(*complete, observation.valid);
+  holdInputs();
   return verdict;
 }
 
 void ActiveInferenceController::updateBelief() {
-  if (sensors_.hasMeasurement()) belief_update_.step(mu_, sensors_.measurement(), mu_d_);  // μ̃  (3-11)
+  if (sensors_.hasMeasurement()) belief_update_.step(mu_, held_input_);  // μ̃  (3-11)
 }
+
+void ActiveInferenceController::holdInputs() { held_input_ = belief_update_.input(sensors_.measurement(), mu_d_); }
 
 WheelCommand ActiveInferenceController::updateAction() {
   if (!sensors_.hasMeasurement()) return action();
@@ -89,12 +93,14 @@ void ActiveInferenceController::adoptGains(const ControllerParameters& controlle
   adopted.standstill_ = standstill_;
   adopted.mu_ = mu_;
   adopted.mu_d_ = mu_d_;
+  adopted.holdInputs();
   *this = adopted;
 }
 
 bool ActiveInferenceController::setSetPoint(const SetPoint& set_point) {
   if (!set_point.vector().allFinite()) return false;
   mu_d_.col(0) = set_point.vector();
+  holdInputs();
   return true;
 }
 
@@ -114,6 +120,7 @@ void ActiveInferenceController::reset() {
   action_update_.bound().reset();
   if (standstill_) standstill_.emplace();
   restart();
+  holdInputs();
 }
 
 PredictionErrors ActiveInferenceController::errors() const {

@@ -208,6 +208,44 @@ TEST(ActiveInferenceController, OtherGainsGoOnWithBeliefActionAndMeasurements) {
   EXPECT_NEAR(changed.updateAction().left - action.left, -0.02 * slower.kappa_a * gradient, 1e-12);
 }
 
+TEST(ActiveInferenceController, EveryBeliefUpdateHasTheLatestInputs) {
+  // What measurement and set point add to the belief is kept between its updates.
+  ActiveInferenceController controller(improved(), {});
+  ControllerParameters gains = improved();
+  SetPoint set_point;
+  double stamp = 1.0;
+  const auto expectUpdate = [&](const char* after) {
+    const BeliefUpdate update(GenerativeModel(gains, {}), gains.kappa_mu, gains.beliefStep(), gains.integrator);
+    GeneralizedBody expected = controller.belief(), mu_d = GeneralizedBody::Zero(kBodySize, gains.orders + 1);
+    mu_d.col(0) = set_point.vector();
+    update.step(expected, controller.measurement(), mu_d);
+    controller.updateBelief();
+    EXPECT_EQ(controller.belief(), expected) << after;
+  };
+  const auto observe = [&](double speed) { controller.observe(observation(stamp += 0.02, {speed, speed + 0.3}, 0.1)); };
+  controller.setSetPoint(set_point = {0.5, 0.1, 0.2});
+  observe(1.0);
+  expectUpdate("the first measurement");
+  observe(2.0);
+  expectUpdate("another measurement");
+  controller.setSetPoint(set_point = {-0.5, 0.0, 0.7});
+  expectUpdate("another set point");
+  gains.tau = 0.01;
+  controller.adoptGains(gains, {});
+  expectUpdate("other gains");
+  controller.overrule({1.0, 1.0});
+  expectUpdate("another command");
+  controller.restart();
+  expectUpdate("a restart");
+  stamp += 1.0;
+  observe(3.0);
+  expectUpdate("a gap");
+  controller.reset();
+  set_point = {};
+  observe(1.0);
+  expectUpdate("a reset");
+}
+
 TEST(ActiveInferenceController, OtherGainsKeepThePlantModel) {
   PlantModel plant;
   plant.dead_time = 0.07;

@@ -87,6 +87,43 @@ TEST(BeliefUpdate, EulerStepIsEquation316) {
   EXPECT_TRUE(mu.isApprox(expected, 1e-14));
 }
 
+TEST(BeliefUpdate, LinksNoMotionWithAnother) {
+  // The step takes each motion by itself: what Phi has between two of them has to be nothing, to the bit.
+  for (const double tau : {0.03, 0.001, 0.0002}) {
+    for (const double smoothness : {0.0, 0.05}) {
+      for (int p = 0; p <= kMaxOrders; ++p) {
+        ControllerParameters controller = gains(p, tau, 0.1);
+        controller.noise_smoothness = smoothness;
+        GeometryParameters geometry;
+        geometry.effective_track = 0.473;
+        const GenerativeModel model(controller, geometry);
+        for (const Integrator integrator : {Integrator::exact, Integrator::euler}) {
+          BeliefMatrix between = BeliefUpdate(model, 0.1, 0.001, integrator).transition();
+          for (int i = 0; i < between.rows(); ++i) {
+            for (int j = i % kBodySize; j < between.cols(); j += kBodySize) between(i, j) = 0.0;
+          }
+          EXPECT_EQ(between.cwiseAbs().maxCoeff(), 0.0) << "p " << p << ", tau " << tau << ", s " << smoothness;
+        }
+      }
+    }
+  }
+}
+
+TEST(BeliefUpdate, StepIsTheWholeMap) {
+  for (int p = 0; p <= kMaxOrders; ++p) {
+    const GenerativeModel model(gains(p, 0.01, 0.1), {});
+    const BeliefUpdate update(model, 0.1, 0.001, Integrator::exact);
+    GeneralizedBody mu = GeneralizedBody::Random(kBodySize, p + 1);
+    const GeneralizedBody mu_d = generalizedSetPoint({0.5, 0.1, -0.3}, p);
+    const GeneralizedSensor y = GeneralizedSensor::Random(kSensorSize, p + 1);
+    const GeneralizedBody b = beliefDerivative(model, 0.1, still(model), y, mu_d);
+    const Eigen::VectorXd expected = update.transition() * Eigen::Map<Eigen::VectorXd>(mu.data(), mu.size()) +
+                                     update.inputTransition() * Eigen::Map<const Eigen::VectorXd>(b.data(), b.size());
+    update.step(mu, y, mu_d);
+    EXPECT_TRUE(expected.isApprox(Eigen::Map<Eigen::VectorXd>(mu.data(), mu.size()), 1e-13)) << "p " << p;
+  }
+}
+
 struct Case {
   double tau, kappa_mu;
 };

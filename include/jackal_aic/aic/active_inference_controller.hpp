@@ -78,6 +78,7 @@ class ActiveInferenceController : public VelocityController {
 
  private:
   void seedBelief();
+  void holdInputs();
 
   std::optional<PlantModel> plant_model_;
   SkidSteerKinematics kinematics_;
@@ -91,6 +92,7 @@ class ActiveInferenceController : public VelocityController {
   int belief_steps_per_action_;
   GeneralizedBody mu_;
   GeneralizedBody mu_d_;
+  GeneralizedBody held_input_;  // what measurement and set point add to the belief in every step
 };
 
 }  // namespace jackal_aic

@@ -11,9 +11,14 @@
 /// `exact` holds y_tilde and mu_d_tilde over the step h (they are held: measurements come at the sensor rate) and
 /// solves the dynamics without error: mu_tilde <- Phi mu_tilde + Gamma b with Phi = exp(A h), Gamma = int_0^h exp(A s)
 /// ds. `euler` is the thesis' mu_tilde <- mu_tilde + h d(mu_tilde)/dt (3-16), which diverges once the spectral radius
-/// of I + h A exceeds 1, near h kappa_mu Pi_mu / tau^2 = 2.
+/// of I + h A exceeds 1, near h kappa_mu Pi_mu / tau^2 = 2. With Phi = I + h A and Gamma = h I it is the same map.
+///
+/// Gamma b changes only with a measurement, a set point or gains. Phi links no motion with another: forward, lateral
+/// and yaw each have a block of their own, because every order is trusted alike on both sides of the robot
+/// (generative_model.hpp), so that what the wheels say of forward speed and turn adds up to zero between them.
 
 #include <Eigen/Core>
+#include <array>
 
 #include "jackal_aic/aic/generative_model.hpp"
 #include "jackal_aic/aic/parameters.hpp"
@@ -32,8 +37,16 @@ class BeliefUpdate {
   /// @param integrator exact or euler. Computes Phi and Gamma once.
   BeliefUpdate(const GenerativeModel& model, double kappa_mu, double step, Integrator integrator);
 
+  /// Gamma b: what a measurement and a set point that are held add to the belief in every step, 3 x (p+1).
+  GeneralizedBody input(const GeneralizedSensor& measurement, const GeneralizedBody& set_point) const;
+
+  /// Advances the belief by one step. @param input Gamma b, as input() gives it.
+  void step(GeneralizedBody& belief, const GeneralizedBody& input) const;
+
   /// Advances the belief by one step with the measurement and the set point held.
-  void step(GeneralizedBody& belief, const GeneralizedSensor& measurement, const GeneralizedBody& set_point) const;
+  void step(GeneralizedBody& belief, const GeneralizedSensor& measurement, const GeneralizedBody& set_point) const {
+    step(belief, input(measurement, set_point));
+  }
 
   /// A, the continuous belief dynamics, 3(p+1) square.
   const BeliefMatrix& dynamics() const { return A_; }
@@ -55,10 +68,10 @@ class BeliefUpdate {
   GenerativeModel model_;
   double kappa_mu_;
   double step_;
-  Integrator integrator_;
   BeliefMatrix A_;
   BeliefMatrix transition_;
   BeliefMatrix input_transition_;
+  std::array<double, kBodySize*(kMaxOrders + 1) * (kMaxOrders + 1)> blocks_{};  // of Phi, (p+1) x (p+1), one by motion
 };
 
 }  // namespace jackal_aic
