@@ -44,7 +44,9 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
                [this](const Observation& observation, const ros::Time& stamp) { onPair(observation, stamp); }),
       robot_(node_, [this](const ros::Time& stamp) { loop_.receiveFeedback(stamp.toSec(), currentTime()); }),
       graph_(output_.topics(), kGraphPeriod, {watchdogOf(ros::this_node::getName())},
-             node_.resolveName("jackal_AIC/set_point")) {
+             node_.resolveName("jackal_AIC/set_point")),
+      set_points_(node_, "jackal_AIC/set_point", 10,
+                  [this](const ReceivedSetPoint& received) { onSetPoint(received); }) {
   const bool due = parameters.plant_model && !parameters.plant_model->identified;
   ROS_LOG(due ? ros::console::levels::Warn : ros::console::levels::Info, ROSCONSOLE_DEFAULT_NAME, "%s",
           describeRobot(parameters).c_str());
@@ -58,7 +60,6 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
   sensor_publisher_ = node_.advertise<SensorGeneralized>("sensor_generalized", 10);
   state_publisher_ = node_.advertise<ControllerState>("jackal_AIC/state", 10);
   const auto no_delay = ros::TransportHints().tcpNoDelay();
-  subscribeSetPoint();
   requireForeignSetPoints();
   wheel_subscriber_ = node_.subscribe("joint_states", 50, &ControllerNode::onWheels, this, no_delay);
   imu_subscriber_ = node_.subscribe("imu/data", 50, &ControllerNode::onImu, this, no_delay);
@@ -66,10 +67,8 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
   belief_timer_ = node_.createTimer(ros::Duration(controller.beliefStep()), &ControllerNode::onBeliefTimer, this);
   action_timer_ = node_.createTimer(ros::Duration(controller.actionStep()), &ControllerNode::onActionTimer, this);
   watched_advance_ = ros::WallTime::now();
-  clock_timer_ = node_.createWallTimer(ros::WallDuration(kClockPeriod), [this](const ros::WallTimerEvent&) {
-    watchClock();
-    renewSetPoint();
-  });
+  clock_timer_ =
+      node_.createWallTimer(ros::WallDuration(kClockPeriod), [this](const ros::WallTimerEvent&) { watchClock(); });
 }
 
 void ControllerNode::requireForeignSetPoints() const {
@@ -78,25 +77,17 @@ void ControllerNode::requireForeignSetPoints() const {
     const std::vector<std::string> heard = applied_->topics();
     ours.insert(ours.end(), heard.begin(), heard.end());
   }
-  const std::string topic = set_point_subscriber_.getTopic();
+  const std::string topic = set_points_.topic();
   if (std::find(ours.begin(), ours.end(), topic) == ours.end()) return;
   throw ParameterError("jackal_AIC/set_point is remapped to " + topic +
                        ", where this node's own commands would come back as set points; take another output, or "
                        "another topic");
 }
 
-void ControllerNode::onSetPoint(const topic_tools::ShapeShifter& message) {
-  const std::optional<ReceivedSetPoint> received = receivedSetPoint(message);
-  set_point_typed_ = true;
-  set_point_wrong_ = !received;
-  if (!received) {
-    ROS_ERROR_THROTTLE(5.0, "Set points on %s are of type %s: it has to be geometry_msgs/Twist or TwistStamped",
-                       set_point_subscriber_.getTopic().c_str(), message.getDataType().c_str());
-    return;
-  }
+void ControllerNode::onSetPoint(const ReceivedSetPoint& received) {
   const SetPointVerdict verdict =
-      loop_.setSetPoint(received->wanted.value_or(kNotFinite), currentTime(), received->stamp);
-  if (verdict == SetPointVerdict::accepted) return services_.noteSetPoint(*received->wanted);
+      loop_.setSetPoint(received.wanted.value_or(kNotFinite), currentTime(), received.stamp);
+  if (verdict == SetPointVerdict::accepted) return services_.noteSetPoint(*received.wanted);
   const bool absurd = verdict == SetPointVerdict::absurd;
   StatusReport::refused(absurd ? "set point far beyond the limits" : "set point that is not finite",
                         loop_.status().rejected_set_points);
@@ -195,20 +186,6 @@ double ControllerNode::currentTime() {
   }
   last_now_ = now;
   return now.toSec();
-}
-
-void ControllerNode::subscribeSetPoint() {
-  set_point_subscriber_ = node_.subscribe("jackal_AIC/set_point", 10, &ControllerNode::onSetPoint, this,
-                                          ros::TransportHints().tcpNoDelay());
-  set_point_typed_ = set_point_wrong_ = false;
-}
-
-// A subscription of any type keeps that of its first publisher for good: once that is gone, or was none for a set
-// point, a new one takes another.
-void ControllerNode::renewSetPoint() {
-  if (!set_point_typed_ || (!set_point_wrong_ && set_point_subscriber_.getNumPublishers() > 0)) return;
-  set_point_subscriber_.shutdown();
-  subscribeSetPoint();
 }
 
 void ControllerNode::watchClock() {

@@ -15,7 +15,6 @@
 #include <geometry_msgs/Twist.h>
 #include <ros/ros.h>
 #include <tf2_ros/transform_listener.h>
-#include <topic_tools/shape_shifter.h>
 
 #include <cstdint>
 #include <memory>
@@ -33,6 +32,7 @@
 #include "odometry_output.hpp"
 #include "robot_watch.hpp"
 #include "sensor_pairing.hpp"
+#include "set_point_source.hpp"
 #include "status_report.hpp"
 
 namespace jackal_aic {
@@ -55,7 +55,7 @@ class ControllerNode : private LoopChanges {
   void publishStop();
 
  private:
-  void onSetPoint(const topic_tools::ShapeShifter& message);
+  void onSetPoint(const ReceivedSetPoint& received);
   void onWheels(const sensor_msgs::JointStateConstPtr& message);
   void onImu(const sensor_msgs::ImuConstPtr& message);
   void onPair(const Observation& observation, const ros::Time& stamp);
@@ -79,8 +79,6 @@ class ControllerNode : private LoopChanges {
   bool rivalled() const;
   std::uint8_t drivenBy() const;
   void watchClock();
-  void subscribeSetPoint();
-  void renewSetPoint();
   void refuseReading();
   void publishMeasurement(const ros::Time& stamp);
   void publishState(const ros::Time& now);
@@ -108,8 +106,6 @@ class ControllerNode : private LoopChanges {
   ros::Time watched_time_;         // of the clock, at the last look
   ros::WallTime watched_advance_;  // when the clock was seen to go on
   bool clock_stands_ = false;      // and this was told
-  bool set_point_typed_ = false;   // the subscription has taken the type of the first message
-  bool set_point_wrong_ = false;   // which is none for a set point
   std::uint32_t rejected_readings_ = 0;
   std::optional<WheelCommand> measured_wheels_;  // the last wheel speeds [rad/s]
   std::optional<double> measured_yaw_rate_;      // the last of the gyro [rad/s]
@@ -119,7 +115,7 @@ class ControllerNode : private LoopChanges {
   diagnostic_updater::Updater diagnostics_;
   ros::Publisher sensor_publisher_;
   ros::Publisher state_publisher_;
-  ros::Subscriber set_point_subscriber_;
+  SetPointSource set_points_;
   ros::Subscriber wheel_subscriber_;
   ros::Subscriber imu_subscriber_;
   ros::Timer belief_timer_;

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Changing gains while the controller runs, through dynamic_reconfigure.
+/// Changing gains and settings while the controller runs, through dynamic_reconfigure.
 
 #include <dynamic_reconfigure/server.h>
 #include <fmt/format.h>
@@ -95,7 +95,7 @@ class GainServer {
     try {
       adopt_(wanted, running_);
       running_ = wanted;
-      ROS_INFO("Changed gains:%s", changes.c_str());
+      ROS_INFO("Changed:%s", changes.c_str());
     } catch (const ParameterError& error) {
       ROS_ERROR("Refused %s: %s", refused.c_str(), error.what());
     }

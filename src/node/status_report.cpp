@@ -26,6 +26,11 @@ bool StatusReport::update(const DriveLoopStatus& status, const std::string& cont
   if (status.rejected_measurements != before.rejected_measurements) {
     refused("measurement whose stamp is not later than the last one", status.rejected_measurements);
   }
+  if (status.scaled_set_points > 0 && before.scaled_set_points == 0) {
+    ROS_WARN(
+        "Set point beyond the limits (%g m/s, %g rad/s): %g m/s, %g rad/s is driven. Told once; the diagnostics count",
+        status.scaled_from.forward, status.scaled_from.yaw_rate, status.scaled_to.forward, status.scaled_to.yaw_rate);
+  }
   if (status.dropped_periods != before.dropped_periods) {
     ROS_WARN_THROTTLE(1.0, "Held up: %llu action periods dropped",
                       static_cast<unsigned long long>(status.dropped_periods - before.dropped_periods));
@@ -96,6 +101,7 @@ void StatusReport::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status)
       break;
   }
   status.add("Rejected set points", status_.rejected_set_points);
+  status.add("Set points beyond the limits", status_.scaled_set_points);
   status.add("Dropped action periods", status_.dropped_periods);
   status.add("Clock resets", status_.clock_resets);
   status.add("Brakes", status_.brakes);

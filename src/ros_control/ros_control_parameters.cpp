@@ -18,8 +18,6 @@ constexpr const char* kOurs[] = {"controller", "predictive",   "diff_drive",    
 constexpr const char* kSilent[] = {"type", "k_l", "k_r", "velocity_rolling_window_size"};
 
 constexpr Bounds kSpeed{-100.0, 100.0};
-constexpr Bounds kRate{0.0, 1e4};
-constexpr Bounds kMultiplier{0.1, 10.0};
 constexpr double kNoTime = 1e-9;  // s; 0 would stand for "no deadline"
 
 bool isOurs(const std::string& key) {
@@ -144,16 +142,10 @@ std::optional<std::array<double, 6>> diagonal(ParameterMap& map, const std::stri
 }
 
 LiveParameters readLive(ParameterMap& map) {
-  LiveParameters p;
-  ParameterReader reader(map, "");
-  reader.field("wheel_separation_multiplier", p.wheel_separation_multiplier, kMultiplier, "", Presence::optional);
-  reader.field("left_wheel_radius_multiplier", p.left_wheel_radius_multiplier, kMultiplier, "", Presence::optional);
-  reader.field("right_wheel_radius_multiplier", p.right_wheel_radius_multiplier, kMultiplier, "", Presence::optional);
+  auto p = readParameters<LiveParameters>(map, "");
   double both = 0.0;
-  reader.field("wheel_radius_multiplier", both, kMultiplier, "", Presence::optional);
+  ParameterReader(map, "").field("wheel_radius_multiplier", both, {0.1, 10.0}, "", Presence::optional);
   if (both > 0.0) p.left_wheel_radius_multiplier = p.right_wheel_radius_multiplier = both;
-  reader.field("publish_rate", p.publish_rate, kRate, "Hz", Presence::optional);
-  reader.field("enable_odom_tf", p.enable_odom_tf, Presence::optional);
   return p;
 }
 
@@ -223,7 +215,6 @@ RosControlParameters readRosControlParameters(ParameterMap map, const std::funct
   setBrake(drive, "linear");
   setBrake(drive, "angular");
   setStructure(drive);
-  if (drive.has("slip.file")) throw ParameterError("slip.file: the controller of ros_control keeps no slip file");
   ParameterReader reader(map, "");
   reader.field("open_loop", parameters.open_loop, Presence::optional);
   reader.field("allow_multiple_cmd_vel_publishers", parameters.allow_multiple_cmd_vel_publishers, Presence::optional);

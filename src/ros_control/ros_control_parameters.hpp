@@ -23,6 +23,17 @@ struct LiveParameters {
   bool enable_odom_tf = true;  ///< publish the transform from odom_frame_id to base_frame_id
 };
 
+/// Lists the fields of LiveParameters with unit and range.
+template <class Visitor>
+void describeFields(Visitor& v, LiveParameters& p) {
+  constexpr Bounds kMultiplier{0.1, 10.0};
+  v.field("left_wheel_radius_multiplier", p.left_wheel_radius_multiplier, kMultiplier, "", Presence::optional);
+  v.field("right_wheel_radius_multiplier", p.right_wheel_radius_multiplier, kMultiplier, "", Presence::optional);
+  v.field("wheel_separation_multiplier", p.wheel_separation_multiplier, kMultiplier, "", Presence::optional);
+  v.field("publish_rate", p.publish_rate, {0.0, 1e4}, "Hz", Presence::optional);
+  v.field("enable_odom_tf", p.enable_odom_tf, Presence::optional);
+}
+
 /// Everything the controller is configured with.
 struct RosControlParameters {
   NodeParameters drive;  ///< of the drive loop; its deadline of the set point is cmd_vel_timeout, its track the

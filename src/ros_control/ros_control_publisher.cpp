@@ -106,6 +106,10 @@ void RosControlPublisher::publishState(const OdometryUpdate& update) {
   message.belief_forward = {update.motion.forward};
   message.belief_yaw_rate = {update.motion.yaw_rate};
   message.free_energy = update.free_energy;
+  message.structure = update.predictive ? ControllerState::PREDICTIVE : ControllerState::THESIS;
+  message.effective_track = update.slip.effective_track;
+  message.slip_factor = update.slip.slip_factor;
+  message.learning_frozen = update.learning_frozen;
   message.rejected_set_points = update.status.rejected_set_points;
   message.rejected_measurements = update.status.rejected_measurements;
   state_publisher_.publish(message);

@@ -39,6 +39,9 @@ struct OdometryUpdate {
   WheelCommand action;                                                 ///< before the limits [rad/s]
   WheelCommand command;                                                ///< [rad/s]
   double free_energy = 0.0;
+  bool predictive = false;  ///< of the predictive structure
+  SlipState slip{};         ///< believed, or configured
+  bool learning_frozen = false;
 };
 
 /// What is driven at one time.

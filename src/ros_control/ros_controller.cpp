@@ -24,6 +24,9 @@ constexpr double kPairingAge = 0.03;
 /// Wheel speed above which a robot counts as moving when the controller starts; below it is noise [rad/s].
 constexpr double kMoving = 0.5;
 
+/// Wall time between looks at whether what was learned is due to be written [s].
+constexpr double kKeepPeriod = 1.0;
+
 /// Part of the sensors' period in which the wheels are sampled once.
 constexpr double kShortestPeriod = 0.75;
 /// Part of the sensors' period after which wheels that did not change are sampled all the same.
@@ -81,8 +84,13 @@ bool RosController::init(hardware_interface::VelocityJointInterface* hw, ros::No
   name_ = name_.substr(name_.find_last_of('/') + 1);
   try {
     parameters_ = readRosControlParameters(readRosParameters(controller_nh), [&] { return urdfOf(root_nh); });
+    const std::string prefix = tfPrefix(controller_nh);
+    parameters_.drive.robot.base_frame = prefixedFrame(prefix, parameters_.drive.robot.base_frame);
+    parameters_.odom_frame_id = prefixedFrame(prefix, parameters_.odom_frame_id);
     loop_.emplace(parameters_.drive, makeController(parameters_.drive));
     odometry_.emplace(makeOdometry(parameters_.drive, *loop_));
+    if (predictive()) slip_ = predictive()->slip();
+    tuning_ = makeTuning(controller_nh, parameters_.drive, *this);
   } catch (const ParameterError& error) {
     ROS_ERROR_NAMED(name_, "%s: %s", name_.c_str(), error.what());
     return false;
@@ -94,15 +102,16 @@ bool RosController::init(hardware_interface::VelocityJointInterface* hw, ros::No
   live_ = parameters_.live;
   subscribe(root_nh, controller_nh);
   publisher_.emplace(root_nh, controller_nh, name_, parameters_);
-  serveReconfiguration(controller_nh);
+  serveChanges(controller_nh);
   return true;
 }
 
 void RosController::subscribe(ros::NodeHandle& robot, ros::NodeHandle& controller) {
   const auto no_delay = ros::TransportHints().tcpNoDelay();
-  command_subscriber_ = controller.subscribe("cmd_vel", 1, &RosController::onCommand, this, no_delay);
+  command_source_.emplace(controller, "cmd_vel", 1, [this](const ReceivedSetPoint& command) { onCommand(command); });
   const std::string& base_frame = parameters_.drive.robot.base_frame;
-  const bool by_handle = imu_handle_ && readsMotion(*imu_handle_) && imu_handle_->getFrameId() == base_frame;
+  const bool by_handle = imu_handle_ && readsMotion(*imu_handle_) &&
+                         prefixedFrame(tfPrefix(controller), imu_handle_->getFrameId()) == base_frame;
   if (!by_handle) {
     imu_handle_.reset();
     transform_listener_.emplace(transforms_, robot);
@@ -115,56 +124,90 @@ void RosController::subscribe(ros::NodeHandle& robot, ros::NodeHandle& controlle
         const std::lock_guard<std::mutex> lock(callbacks_);
         feedback_stamps_.write(stamp.toSec());
       },
-      [this] {
-        const std::lock_guard<std::mutex> lock(callbacks_);
-        robot_states_.write(robot_->status());
-      });
+      [this] { tellStatus(); });
 }
 
-void RosController::serveReconfiguration(ros::NodeHandle& controller) {
-  RosControllerConfig config;
-  config.left_wheel_radius_multiplier = live_.left_wheel_radius_multiplier;
-  config.right_wheel_radius_multiplier = live_.right_wheel_radius_multiplier;
-  config.wheel_separation_multiplier = live_.wheel_separation_multiplier;
-  config.publish_rate = live_.publish_rate;
-  config.enable_odom_tf = live_.enable_odom_tf;
-  reconfiguration_.emplace(reconfiguration_mutex_, controller);
-  {
-    const boost::recursive_mutex::scoped_lock lock(reconfiguration_mutex_);
-    reconfiguration_->updateConfig(config);
-  }
-  reconfiguration_->setCallback(
-      [this](RosControllerConfig& wanted, std::uint32_t level) { onReconfigure(wanted, level); });
+void RosController::tellStatus() {
+  const std::lock_guard<std::mutex> lock(callbacks_);
+  RobotStatus status = robot_->status();
+  status.disabled = !enabled_;
+  robot_states_.write(status);
 }
 
-void RosController::onReconfigure(RosControllerConfig& config, std::uint32_t) {
-  const bool predictive = std::holds_alternative<PredictiveParameters>(parameters_.drive.controller);
-  if (!predictive && config.wheel_separation_multiplier != parameters_.live.wheel_separation_multiplier) {
-    ROS_WARN_NAMED(name_, "wheel_separation_multiplier: this structure takes another one when it is loaded again");
+void RosController::serveChanges(ros::NodeHandle& controller) {
+  live_server_.emplace(controller, parameters_.live, [this](const auto& wanted, const auto&) { adoptLive(wanted); });
+  const auto enable = [this](bool enabled) {
+    enabled_ = enabled;
+    tellStatus();
+  };
+  const auto reset = [this] {
+    const std::lock_guard<std::mutex> lock(callbacks_);
+    resets_.write(true);
+  };
+  services_.emplace(controller, parameters_.drive.gate.deadlines.set_point,
+                    DriveServices::Actions{enable, [this] { return resting_.load(); }, reset});
+  keep_timer_ = controller.createWallTimer(ros::WallDuration(kKeepPeriod),
+                                           [this](const ros::WallTimerEvent&) { tuning_->keep(ros::Time::now()); });
+}
+
+const PredictiveController* RosController::predictive() const {
+  return dynamic_cast<const PredictiveController*>(&loop_->controller());
+}
+
+void RosController::adoptLive(const LiveParameters& wanted) {
+  requireInRange(wanted, "");
+  if (!predictive() && wanted.wheel_separation_multiplier != parameters_.live.wheel_separation_multiplier) {
+    throw ParameterError("wheel_separation_multiplier: this structure takes another one when it is loaded again");
   }
   const std::lock_guard<std::mutex> lock(callbacks_);
-  settings_.write({config.left_wheel_radius_multiplier, config.right_wheel_radius_multiplier,
-                   config.wheel_separation_multiplier, config.publish_rate, config.enable_odom_tf});
+  settings_.write(wanted);
 }
 
-void RosController::onCommand(const geometry_msgs::Twist& command) {
+void RosController::adoptGains(const ControllerParameters& gains) {
+  const std::lock_guard<std::mutex> lock(callbacks_);
+  thesis_gains_.write(gains);
+}
+
+void RosController::adoptGains(const PredictiveParameters& gains) {
+  const std::lock_guard<std::mutex> lock(callbacks_);
+  predictive_gains_.write(gains);
+}
+
+void RosController::setSlip(const SlipState& slip) {
+  const std::lock_guard<std::mutex> lock(callbacks_);
+  wanted_slip_.write(slip_ = slip);
+}
+
+void RosController::freezeLearning(bool frozen) {
+  const std::lock_guard<std::mutex> lock(callbacks_);
+  frozen_.write(frozen);
+}
+
+SlipState RosController::slip() const {
+  const std::lock_guard<std::mutex> lock(callbacks_);
+  if (const SlipState* update = slip_updates_.read()) slip_ = *update;
+  return slip_;
+}
+
+void RosController::onCommand(const ReceivedSetPoint& command) {
   if (!isRunning()) {
     ROS_ERROR_THROTTLE_NAMED(1.0, name_, "Can't accept new commands. Controller is not running.");
     return;
   }
-  SetPoint wanted{command.linear.x, 0.0, command.angular.z};
-  const auto publishers = command_subscriber_.getNumPublishers();
-  if (!parameters_.allow_multiple_cmd_vel_publishers && publishers > 1) {
-    ROS_ERROR_THROTTLE_NAMED(1.0, name_, "Detected %u publishers. Only 1 publisher is allowed. Going to brake.",
-                             publishers);
-    wanted = {};
-  }
-  if (!wanted.vector().allFinite()) {
+  if (!command.wanted) {
     ROS_WARN_THROTTLE_NAMED(1.0, name_, "Received NaN in velocity command. Ignoring.");
     return;
   }
+  SetPointInput input{*command.wanted, command.stamp};
+  const auto publishers = command_source_->publishers();
+  if (!parameters_.allow_multiple_cmd_vel_publishers && publishers > 1) {
+    ROS_ERROR_THROTTLE_NAMED(1.0, name_, "Detected %u publishers. Only 1 publisher is allowed. Going to brake.",
+                             publishers);
+    input = {};
+  }
+  services_->noteSetPoint(input.wanted);
   const std::lock_guard<std::mutex> lock(callbacks_);
-  commands_.write(wanted);
+  commands_.write(input);
 }
 
 void RosController::onImu(const sensor_msgs::Imu& message) {
@@ -200,27 +243,39 @@ void RosController::update(const ros::Time& time, const ros::Duration& period) {
   first_update_ ? loop_->advance(now, now - kEarly) : loop_->advance(now);
   first_update_ = false;
   drive(loop_->command());
+  resting_ = DriveServices::resting(loop_->command());
+  if (predictive()) slip_updates_.write(predictive()->slip());
   reckon(std::max(0.0, now - now_));
   now_ = now;
   publish(time);
 }
 
 void RosController::takeSettings(double now) {
-  const LiveParameters* wanted = settings_.read();
-  if (!wanted) return;
-  const auto* predictive = dynamic_cast<const PredictiveController*>(&loop_->controller());
-  if (predictive && wanted->wheel_separation_multiplier != live_.wheel_separation_multiplier) {
-    SlipState slip = predictive->slip();
-    slip.effective_track = parameters_.wheel_separation * wanted->wheel_separation_multiplier;
+  if (const LiveParameters* wanted = settings_.read()) takeLive(*wanted, now);
+  if (const ControllerParameters* gains = thesis_gains_.read()) loop_->adoptGains(*gains, now);
+  if (const PredictiveParameters* gains = predictive_gains_.read()) loop_->adoptGains(*gains, now);
+  if (const SlipState* slip = wanted_slip_.read()) loop_->setSlip(*slip, now);
+  if (const bool* frozen = frozen_.read()) loop_->freezeLearning(*frozen, now);
+  if (resets_.read()) {
+    loop_->start({}, now);
+    odometry_->forgetMotion();
+    first_update_ = true;
+  }
+}
+
+void RosController::takeLive(const LiveParameters& wanted, double now) {
+  if (predictive() && wanted.wheel_separation_multiplier != live_.wheel_separation_multiplier) {
+    SlipState slip = predictive()->slip();
+    slip.effective_track = parameters_.wheel_separation * wanted.wheel_separation_multiplier;
     loop_->setSlip(slip, now);
   }
-  live_ = *wanted;
+  live_ = wanted;
 }
 
 void RosController::takeMessages(double now) {
   if (const RobotStatus* status = robot_states_.read()) loop_->report(*status, now);
   if (const double* stamp = feedback_stamps_.read()) loop_->receiveFeedback(*stamp, now);
-  if (const SetPoint* command = commands_.read()) loop_->setSetPoint(*command, now);
+  if (const SetPointInput* command = commands_.read()) loop_->setSetPoint(command->wanted, now, command->stamp);
 }
 
 RosController::Wheels RosController::wheels() const {
@@ -328,6 +383,12 @@ void RosController::publish(const ros::Time& time) {
   update.action = loop_->action();
   update.command = loop_->command();
   update.free_energy = loop_->controller().freeEnergy();
+  update.slip = {parameters_.drive.geometry.effective_track, parameters_.drive.geometry.slip_factor};
+  if (predictive()) {
+    update.predictive = true;
+    update.slip = predictive()->slip();
+    update.learning_frozen = predictive()->learningFrozen();
+  }
   publisher_->tell(update);
 }
 

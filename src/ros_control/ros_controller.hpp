@@ -4,15 +4,14 @@
 /// The drive loop as a controller of ros_control: what diff_drive_controller is to its robot, with active inference.
 
 #include <controller_interface/controller.h>
-#include <dynamic_reconfigure/server.h>
-#include <geometry_msgs/Twist.h>
 #include <hardware_interface/imu_sensor_interface.h>
 #include <hardware_interface/joint_command_interface.h>
 #include <jackal_aic/RosControllerConfig.h>
+#include <ros/wall_timer.h>
 #include <sensor_msgs/Imu.h>
 #include <tf2_ros/transform_listener.h>
 
-#include <boost/thread/recursive_mutex.hpp>
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -20,24 +19,42 @@
 #include <string>
 #include <vector>
 
+#include "drive_services.hpp"
+#include "gain_server.hpp"
 #include "imu_reader.hpp"
 #include "jackal_aic/odometry/odometry.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "latest.hpp"
+#include "loop_tuning.hpp"
 #include "robot_watch.hpp"
 #include "ros_control_parameters.hpp"
 #include "ros_control_publisher.hpp"
+#include "set_point_source.hpp"
 
 namespace jackal_aic {
 
-/// Plugin jackal_aic/ActiveInferenceController. Topics, parameters and services are those of diff_drive_controller; in
+/// Calls visit(name, parameter, setting) for each parameter that may change while the controller runs.
+template <class Parameters, class Visit>
+void visitGains(Parameters& parameters, RosControllerConfig& config, const Visit& visit) {
+  visit("left_wheel_radius_multiplier", parameters.left_wheel_radius_multiplier, config.left_wheel_radius_multiplier);
+  visit("right_wheel_radius_multiplier", parameters.right_wheel_radius_multiplier,
+        config.right_wheel_radius_multiplier);
+  visit("wheel_separation_multiplier", parameters.wheel_separation_multiplier, config.wheel_separation_multiplier);
+  visit("publish_rate", parameters.publish_rate, config.publish_rate);
+  visit("enable_odom_tf", parameters.enable_odom_tf, config.enable_odom_tf);
+}
+
+/// Plugin jackal_aic/ActiveInferenceController. Topics, parameters and services are those of diff_drive_controller, and
+/// beside them the services and changes of the node (drive_services.hpp, loop_tuning.hpp) in its own namespace; in
 /// the namespace of the robot it listens to imu/data (sensor_msgs/Imu), and if they are there to e_stop
 /// (std_msgs/Bool), status and feedback (jackal_msgs). A robot that offers its IMU as an ImuSensorHandle in its base
 /// frame is read there.
 ///
 /// update() runs the steps of the drive loop that are due, at whatever rate it is called, and neither locks nor
-/// allocates; callbacks hand over what they got by Latest.
-class RosController : public controller_interface::Controller<hardware_interface::VelocityJointInterface> {
+/// allocates, but for the one update that takes over changed gains of the thesis' structure; callbacks hand over what
+/// they got by Latest.
+class RosController : public controller_interface::Controller<hardware_interface::VelocityJointInterface>,
+                      private LoopChanges {
  public:
   /// False, with the reason on the console, if the parameters are not good. @throws HardwareInterfaceException if the
   /// robot does not have a joint.
@@ -70,13 +87,22 @@ class RosController : public controller_interface::Controller<hardware_interface
   };
 
   void subscribe(ros::NodeHandle& robot, ros::NodeHandle& controller);
-  void serveReconfiguration(ros::NodeHandle& controller);
-  void onCommand(const geometry_msgs::Twist& command);
+  void serveChanges(ros::NodeHandle& controller);
+  void onCommand(const ReceivedSetPoint& command);
   void onImu(const sensor_msgs::Imu& message);
-  void onReconfigure(RosControllerConfig& config, std::uint32_t level);
+  void adoptLive(const LiveParameters& wanted);
+  void tellStatus();
+  const PredictiveController* predictive() const;
+
+  void adoptGains(const ControllerParameters& gains) override;
+  void adoptGains(const PredictiveParameters& gains) override;
+  void setSlip(const SlipState& slip) override;
+  void freezeLearning(bool frozen) override;
+  SlipState slip() const override;
 
   Wheels wheels() const;
   void takeSettings(double now);
+  void takeLive(const LiveParameters& wanted, double now);
   void takeMessages(double now);
   void takeMeasurement(double now, double period);
   std::optional<SensorReading> imuOfRobot(double now) const;
@@ -105,22 +131,35 @@ class RosController : public controller_interface::Controller<hardware_interface
   double last_publication_ = 0.0;  // s
 
   // From callbacks, whatever thread they come from, to the realtime thread.
-  std::mutex callbacks_;
-  Latest<SetPoint> commands_;
+  mutable std::mutex callbacks_;
+  Latest<SetPointInput> commands_;
   Latest<SensorReading> imu_readings_;
   Latest<double> feedback_stamps_;
   Latest<RobotStatus> robot_states_;
   Latest<LiveParameters> settings_;
+  Latest<ControllerParameters> thesis_gains_;
+  Latest<PredictiveParameters> predictive_gains_;
+  Latest<SlipState> wanted_slip_;
+  Latest<bool> frozen_;
+  Latest<bool> resets_;
+  bool enabled_ = true;  // for the callbacks alone
+
+  // The other way.
+  mutable Latest<SlipState> slip_updates_;
+  mutable SlipState slip_{};  // the last that was read
+  std::atomic<bool> resting_{true};
 
   tf2_ros::Buffer transforms_;
   std::optional<tf2_ros::TransformListener> transform_listener_;
   std::optional<ImuReader> imu_reader_;
   std::optional<RobotWatch> robot_;
   std::optional<RosControlPublisher> publisher_;
-  ros::Subscriber command_subscriber_;
+  std::optional<SetPointSource> command_source_;
   ros::Subscriber imu_subscriber_;
-  boost::recursive_mutex reconfiguration_mutex_;
-  std::optional<dynamic_reconfigure::Server<RosControllerConfig>> reconfiguration_;
+  std::optional<GainServer<LiveParameters, RosControllerConfig>> live_server_;
+  std::unique_ptr<LoopTuning> tuning_;
+  std::optional<DriveServices> services_;
+  ros::WallTimer keep_timer_;
 };
 
 }  // namespace jackal_aic

@@ -96,6 +96,11 @@ SetPointVerdict DriveLoop::setSetPoint(const SetPoint& wanted, double now, std::
   }
   set_point_arrival_ = {stamp.value_or(now), now};
   set_point_ = gate_.reachable(wanted);
+  if (set_point_.forward != wanted.forward || set_point_.yaw_rate != wanted.yaw_rate) {
+    ++scaled_set_points_;
+    scaled_from_ = wanted;
+    scaled_to_ = set_point_;
+  }
   controller_->setSetPoint(set_point_);
   return SetPointVerdict::accepted;
 }
@@ -413,6 +418,9 @@ DriveLoopStatus DriveLoop::status() const {
   status.loss = measurements_.loss();
   status.handed_over = handed_over_;
   status.rejected_set_points = rejected_set_points_;
+  status.scaled_set_points = scaled_set_points_;
+  status.scaled_from = scaled_from_;
+  status.scaled_to = scaled_to_;
   status.rejected_measurements = rejected_measurements_;
   status.faults_detected = measurements_.detected();
   status.brakes = brakes_;

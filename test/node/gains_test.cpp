@@ -73,7 +73,7 @@ TEST_F(GainsTest, StableOnesTakeOverWithoutAJump) {
   robot_.run(1.0);
   EXPECT_LT(robot_.largestCommandStep(), 0.1) << "of 5.1 rad/s";
   EXPECT_NEAR(robot_.truth().forward.back(), 0.5, 0.02);
-  expectLogged("Changed gains: tau = 0.003 kappa_a = 5");
+  expectLogged("Changed: tau = 0.003 kappa_a = 5");
   request({{"kappa_a", 8.0}, {"tau", 0.001}});
 }
 

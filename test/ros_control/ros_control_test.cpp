@@ -10,10 +10,15 @@
 #include <pthread.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
 #include <tf2_msgs/TFMessage.h>
+#include <topic_tools/shape_shifter.h>
 
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <future>
 #include <limits>
 
@@ -64,6 +69,31 @@ sim::PlantParameters plantParameters() {
   return readParameters<sim::PlantParameters>(map, "plant");
 }
 
+/// Publishes commands and waits until they have come. Messages for a subscriber that takes any type pass through a
+/// thread of roscpp, even within a process; this one listens behind the controller.
+class CommandSender {
+ public:
+  /// To be called when the controller has subscribed.
+  void listen(ros::NodeHandle& node, const std::string& topic) {
+    subscriber_ = node.subscribe<topic_tools::ShapeShifter>(
+        topic, 10, [this](const topic_tools::ShapeShifter::ConstPtr&) { ++heard_; });
+  }
+
+  void stopListening() { subscriber_.shutdown(); }
+
+  void send(const ros::Publisher& publisher, const geometry_msgs::Twist& command) {
+    const int before = heard_;
+    publisher.publish(boost::make_shared<geometry_msgs::Twist>(command));
+    for (int i = 0; i < 1000 && heard_ == before && publisher.getNumSubscribers() > 0; ++i) {
+      ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.001));
+    }
+  }
+
+ private:
+  ros::Subscriber subscriber_;
+  int heard_ = 0;
+};
+
 /// What the robot truly did.
 struct Recording {
   std::vector<double> time, forward, yaw_rate, command;
@@ -88,7 +118,11 @@ class RosControl : public testing::Test {
     tellImuFrame();
   }
 
-  ~RosControl() override { ros::getGlobalCallbackQueue()->clear(); }
+  ~RosControl() override {
+    ros::getGlobalCallbackQueue()->clear();
+    for (const char* part : {"/predictive", "/sensors"})
+      node.deleteParam(kName + std::string(part));  // as it was changed
+  }
 
   static double newStart() {  // no clock runs back from one test to the next
     static double start = 100.0;
@@ -109,6 +143,7 @@ class RosControl : public testing::Test {
 
   bool load(const std::string& name = kName) {
     if (!manager.loadController(name)) return false;
+    sender.listen(node, std::string(kName) + "/cmd_vel");
     const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(10.0);
     while (name == kName && ros::WallTime::now() < end &&
            (set_points.getNumSubscribers() == 0 || (!imu_of_robot && imu.getNumSubscribers() == 0) ||
@@ -149,7 +184,7 @@ class RosControl : public testing::Test {
     }
     if (wanted && now() - last_set_point >= kSetPointPeriod - 1e-6) {
       last_set_point = now();
-      set_points.publish(boost::make_shared<geometry_msgs::Twist>(*wanted));
+      sender.send(set_points, *wanted);
     }
     ros::getGlobalCallbackQueue()->callAvailable();
     if (now() - last_update < period - 1e-6) return;
@@ -201,6 +236,30 @@ class RosControl : public testing::Test {
     return metrics;
   }
 
+  /// Calls a service of the controller while the robot goes on.
+  template <class Service>
+  bool call(const std::string& service, Service& call) {
+    auto answered = std::async(std::launch::async, [&] {
+      return ros::service::call(std::string(kName) + "/" + service, call.request, call.response);
+    });
+    while (answered.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) step();
+    return answered.get();
+  }
+
+  /// Asks for a number by dynamic_reconfigure in a namespace below the controller's; returns what it is afterwards.
+  double change(const std::string& part, const std::string& name, double value) {
+    dynamic_reconfigure::Reconfigure wanted;
+    wanted.request.config.doubles.resize(1);
+    wanted.request.config.doubles[0].name = name;
+    wanted.request.config.doubles[0].value = value;
+    EXPECT_TRUE(call(part + "set_parameters", wanted));
+    for (const auto& number : wanted.response.config.doubles) {
+      if (number.name == name) return number.value;
+    }
+    ADD_FAILURE() << "no " << name;
+    return NAN;
+  }
+
   /// Waits for the publishing thread.
   template <class Condition>
   bool wait(const Condition& condition) {
@@ -215,12 +274,25 @@ class RosControl : public testing::Test {
   bool imu_of_robot;
   double period = 0.02;  // s
   ros::Publisher set_points, imu, transforms;
+  CommandSender sender;
   ros::Subscriber odometry_subscriber, command_subscriber;
   nav_msgs::Odometry odometry;
   geometry_msgs::TwistStamped command_out;
   std::optional<geometry_msgs::Twist> wanted;
   double last_set_point = -1.0, last_update = -1.0;
   bool imu_works = true;
+};
+
+struct TemporaryDirectory {
+  TemporaryDirectory() {
+    char name[] = "/tmp/ros_control_XXXXXX";
+    path = mkdtemp(name);
+  }
+  ~TemporaryDirectory() { std::filesystem::remove_all(path); }
+  TemporaryDirectory(const TemporaryDirectory&) = delete;
+  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
+
+  std::string path;
 };
 
 class RosControlWithImu : public RosControl {
@@ -392,6 +464,19 @@ TEST_F(RosControl, UpdateNeitherLocksNorAllocates) {
   int updates = 0;
   allocations = locks = 0;
   for (int i = 0; i < 4000; ++i) {
+    if (i == 1000) {  // other gains, which the update below takes over
+      dynamic_reconfigure::Reconfigure gains;
+      gains.request.config.doubles.resize(1);
+      gains.request.config.doubles[0].name = "reference_time";
+      gains.request.config.doubles[0].value = 0.02;
+      auto answered = std::async(std::launch::async, [&gains] {
+        return ros::service::call(std::string(kName) + "/predictive/set_parameters", gains.request, gains.response);
+      });
+      while (answered.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) {
+        ros::getGlobalCallbackQueue()->callAvailable();
+      }
+      ASSERT_TRUE(answered.get());
+    }
     if (i == 2000) imu_works = false;  // a loss
     if (i == 2500) wanted.reset();     // a time-out
     if (i == 3200) command(-0.3, -0.5);
@@ -439,16 +524,111 @@ TEST_F(RosControl, MultipliersChangeWhileItRuns) {
   change.request.config.doubles[0].value = 0.9;
   change.request.config.doubles[1].name = "right_wheel_radius_multiplier";
   change.request.config.doubles[1].value = 0.9;
-  auto answered = std::async(std::launch::async, [&] {
-    return ros::service::call(std::string(kName) + "/set_parameters", change.request, change.response);
-  });
-  while (answered.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) step();
-  ASSERT_TRUE(answered.get());
+  ASSERT_TRUE(call("set_parameters", change));
   EXPECT_EQ(change.response.config.bools.size(), 1u);
   ASSERT_EQ(change.response.config.doubles.size(), 4u);
   EXPECT_EQ(change.response.config.doubles[0].value, 0.9);
   run(3.0);
   EXPECT_NEAR(commandOf(0), before / 0.9, 0.3) << "smaller wheels turn faster";
+}
+
+TEST_F(RosControl, MultipliersBeyondTheirRangeAreRefused) {
+  ASSERT_TRUE(startController());
+  EXPECT_EQ(change("", "left_wheel_radius_multiplier", 50.0), 1.0);
+  EXPECT_EQ(change("", "publish_rate", 20.0), 20.0);
+}
+
+TEST_F(RosControl, GainsChangeWhileItRuns) {
+  ASSERT_TRUE(startController());
+  command(0.5, 0.0);
+  run(2.0);
+  EXPECT_EQ(change("predictive/", "reference_time", 0.3), 0.3);
+  EXPECT_EQ(change("predictive/", "reference_time", 20.0), 0.3) << "beyond its range";
+  EXPECT_EQ(change("sensors/", "wheel_variance", 2e-3), 2e-3);
+  command(0.0, 0.0);
+  run(2.0);
+  const auto metrics = stepResponse(0.5, 0.0);
+  EXPECT_GT(metrics.settling.value_or(NAN), 0.8) << "slow, as asked for";
+  EXPECT_NEAR(metrics.steady_error_pct, 0.0, 0.5);
+}
+
+TEST_F(RosControl, StandsWhileItIsDisabled) {
+  ASSERT_TRUE(startController());
+  command(0.5, 0.0);
+  run(2.0);
+  std_srvs::Trigger reset;
+  ASSERT_TRUE(call("reset", reset));
+  EXPECT_FALSE(reset.response.success) << "on the move";
+  std_srvs::SetBool enable;
+  ASSERT_TRUE(call("enable", enable) && enable.response.success);
+  EXPECT_NEAR(run(1.0).forward.back(), 0.0, 0.01);
+  EXPECT_EQ(commandOf(0), 0.0);
+  enable.request.data = true;
+  ASSERT_TRUE(call("enable", enable));
+  EXPECT_NEAR(run(1.0).forward.back(), 0.0, 0.01) << "until a zero set point has come";
+  command(0.0, 0.0);
+  run(0.5);
+  ASSERT_TRUE(call("reset", reset));
+  EXPECT_TRUE(reset.response.success) << reset.response.message;
+  command(0.5, 0.0);
+  EXPECT_NEAR(run(2.0).forward.back(), 0.5, 0.02);
+}
+
+TEST_F(RosControl, KeepsWhatItLearnedInAFile) {
+  static const TemporaryDirectory directory;  // outlives the controller, which writes at its end
+  const std::string file = directory.path + "/slip.yaml";
+  std::ofstream(file) << "slip: {effective_track: 0.7, slip_factor: 1.0}";
+  node.setParam(std::string(kName) + "/slip/file", file);
+  ASSERT_TRUE(startController());
+  node.deleteParam(std::string(kName) + "/slip");
+  std_srvs::SetBool freeze;
+  freeze.request.data = true;
+  ASSERT_TRUE(call("freeze_learning", freeze));
+  EXPECT_EQ(freeze.response.message, "frozen: effective track 0.7 m, slip factor 1");
+  command(0.0, 0.5);
+  run(3.0);
+  std_srvs::Trigger save;
+  ASSERT_TRUE(call("save_learned_model", save) && save.response.success) << save.response.message;
+  EXPECT_EQ(save.response.message, file + ": effective track 0.7 m, slip factor 1");
+  freeze.request.data = false;
+  ASSERT_TRUE(call("freeze_learning", freeze));
+  run(3.0);
+  ASSERT_TRUE(call("save_learned_model", save) && save.response.success) << save.response.message;
+  EXPECT_EQ(save.response.message.find(file + ": effective track 0.5"), 0u) << save.response.message;
+}
+
+TEST_F(RosControl, TakesStampedCommandsAndHeedsTheirStamp) {
+  ASSERT_TRUE(startController());
+  command(0.0, 0.0);
+  run(1.0);
+  wanted.reset();
+  set_points.shutdown();
+  sender.stopListening();
+  auto stamped = node.advertise<geometry_msgs::TwistStamped>(std::string(kName) + "/cmd_vel", 1);
+  ASSERT_TRUE(wait([&] { return stamped.getNumSubscribers() > 0; }));
+  const auto drive = [&](double duration, double age) {
+    for (const double end = now() + duration; now() < end;) {
+      auto message = boost::make_shared<geometry_msgs::TwistStamped>();
+      message->header.stamp = ros::Time::now() - ros::Duration(age);
+      message->twist.linear.x = 0.5;
+      stamped.publish(message);
+      ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.01));
+      run(0.05);
+    }
+    return robot.plant().truth().linear_velocity.x();
+  };
+  EXPECT_NEAR(drive(2.0, 0.0), 0.5, 0.02);
+  EXPECT_NEAR(drive(1.5, 5.0), 0.0, 0.02) << "said long ago";
+}
+
+TEST_F(RosControl, FramesOfOneOfSeveralRobots) {
+  node.setParam("tf_prefix", "robot1");
+  ASSERT_TRUE(startController());
+  node.deleteParam("tf_prefix");
+  run(1.0);
+  ASSERT_TRUE(wait([&] { return odometry.header.stamp.toSec() > 0.0; }));
+  EXPECT_EQ(odometry.header.frame_id, "robot1/odom");
+  EXPECT_EQ(odometry.child_frame_id, "robot1/base_link");
 }
 
 TEST_F(RosControl, IgnoresCommandsThatAreNotNumbers) {
@@ -545,6 +725,7 @@ class AsDiffDrive : public testing::Test {
 
   void startController() {
     ASSERT_TRUE(manager.loadController(name));
+    sender.listen(node, name + "/cmd_vel");
     for (int i = 0; i < 500 && (commands.getNumSubscribers() == 0 || subscriber.getNumPublishers() == 0); ++i) {
       ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.01));
     }
@@ -565,11 +746,10 @@ class AsDiffDrive : public testing::Test {
   }
 
   void command(double forward, double yaw_rate) {
-    auto message = boost::make_shared<geometry_msgs::Twist>();
-    message->linear.x = forward;
-    message->angular.z = yaw_rate;
-    commands.publish(message);
-    ros::getGlobalCallbackQueue()->callAvailable();
+    geometry_msgs::Twist message;
+    message.linear.x = forward;
+    message.angular.z = yaw_rate;
+    sender.send(commands, message);
   }
 
   /// Runs, and waits for the odometry of the end.
@@ -592,6 +772,7 @@ class AsDiffDrive : public testing::Test {
   controller_manager::ControllerManager manager;
   double time;
   ros::Publisher commands;
+  CommandSender sender;
   ros::Subscriber subscriber;
   nav_msgs::Odometry odometry;
 };

@@ -185,12 +185,13 @@ std::vector<Field> fieldsOf(S values) {
   return list.fields;
 }
 
-/// Checks each field of a struct against its range, as if it had been read from the keys `prefix.*`. Throws
-/// ParameterError.
+/// Checks each field of a struct against its range, as if it had been read from the keys `prefix.*`, or without a
+/// prefix. Throws ParameterError.
 template <class S>
 void requireInRange(S values, const std::string& prefix) {
   ParameterMap map;
-  for (const Field& field : fieldsOf(values)) map.set(prefix + "." + field.name, field.value);
+  const std::string before = prefix.empty() ? "" : prefix + ".";
+  for (const Field& field : fieldsOf(values)) map.set(before + field.name, field.value);
   readParameters<S>(map, prefix);
 }
 

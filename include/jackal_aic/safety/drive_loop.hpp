@@ -65,6 +65,9 @@ struct DriveLoopStatus {
   Loss loss = Loss::none;
   bool handed_over = false;  ///< somebody else has the motors
   std::uint32_t rejected_set_points = 0;
+  std::uint32_t scaled_set_points = 0;      ///< accepted, but beyond the limits
+  SetPoint scaled_from;                     ///< the last of these, as it was sent
+  SetPoint scaled_to;                       ///< and as it is driven
   std::uint32_t rejected_measurements = 0;  ///< by the controller, because their stamps were not later than the last
   std::uint32_t faults_detected = 0;        ///< in sensors and drives
   std::uint32_t brakes = 0;
@@ -212,6 +215,9 @@ class DriveLoop {
   GateDecision decision_;
   bool handed_over_ = false;
   std::uint32_t rejected_set_points_ = 0;
+  std::uint32_t scaled_set_points_ = 0;
+  SetPoint scaled_from_;
+  SetPoint scaled_to_;
   std::uint32_t rejected_measurements_ = 0;
   std::uint32_t brakes_ = 0;
   std::uint32_t faults_ = 0;

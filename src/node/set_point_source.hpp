@@ -1,0 +1,48 @@
+#pragma once
+
+/// @file
+/// Set points from a topic on which they may come as geometry_msgs/Twist or as TwistStamped.
+
+#include <ros/node_handle.h>
+#include <ros/subscriber.h>
+#include <ros/wall_timer.h>
+#include <topic_tools/shape_shifter.h>
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "conversions.hpp"
+
+namespace jackal_aic {
+
+/// Subscribes to one topic, whatever publishes there, and tells of a type that is none for a set point.
+class SetPointSource {
+ public:
+  using Take = std::function<void(const ReceivedSetPoint&)>;
+
+  /// @param topic in the namespace of `node`; @param queue messages that may wait; @param take called with each.
+  SetPointSource(const ros::NodeHandle& node, const std::string& topic, std::uint32_t queue, Take take);
+
+  SetPointSource(const SetPointSource&) = delete;
+  SetPointSource& operator=(const SetPointSource&) = delete;
+
+  std::string topic() const { return subscriber_.getTopic(); }                 ///< as resolved and remapped
+  std::uint32_t publishers() const { return subscriber_.getNumPublishers(); }  ///< connected
+
+ private:
+  void subscribe();
+  void renew();
+  void onMessage(const topic_tools::ShapeShifter& message);
+
+  ros::NodeHandle node_;
+  std::string name_;
+  std::uint32_t queue_;
+  Take take_;
+  ros::Subscriber subscriber_;
+  bool typed_ = false;  // the subscription has taken a publisher's type
+  bool wrong_ = false;  // which is none for a set point
+  ros::WallTimer timer_;
+};
+
+}  // namespace jackal_aic
