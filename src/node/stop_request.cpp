@@ -10,14 +10,14 @@
 namespace jackal_aic {
 namespace {
 
-std::atomic<bool> requested{false};
+std::atomic<bool> end_requested{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
 
-void onSignal(int) { requested = true; }
+void onSignal(int) { end_requested = true; }
 
 /// The master calls shutdown(caller, reason) of a node for `rosnode kill` and when another node takes its name.
 void onMasterRequest(XmlRpc::XmlRpcValue&, XmlRpc::XmlRpcValue& result) {
-  requested = true;
+  end_requested = true;
   result = ros::xmlrpc::responseInt(1, "", 0);
 }
 
@@ -33,10 +33,12 @@ StopRequest::StopRequest() {
   ros::XMLRPCManager::instance()->bind("shutdown", onMasterRequest);
 }
 
-void StopRequest::request() { requested = true; }
+void StopRequest::request() { end_requested = true; }
+
+bool StopRequest::requested() { return end_requested; }
 
 void StopRequest::spinUntilRequested() {
-  while (!requested && ros::ok()) ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(kWait));
+  while (!end_requested && ros::ok()) ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(kWait));
 }
 
 void StopRequest::spinWhile(const std::function<bool()>& condition, double longest) {

@@ -17,6 +17,9 @@ class StopRequest {
   /// Requests the end from within the process.
   static void request();
 
+  /// True once the end is requested.
+  static bool requested();
+
   /// Serves callbacks until the end is requested or roscpp is shut down by other means.
   void spinUntilRequested();
 

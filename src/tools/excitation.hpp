@@ -3,6 +3,7 @@
 /// @file
 /// The motion that makes a drive train tell its dead time, lag, gain, acceleration limit and effective track.
 
+#include <string>
 #include <vector>
 
 #include "jackal_aic/config/parameter_map.hpp"
@@ -28,6 +29,25 @@ void describeFields(Visitor& v, ExcitationParameters& p) {
   v.field("hold", p.hold, {0.8, 10.0}, "s", Presence::optional);
   v.field("rest", p.rest, {0.5, 10.0}, "s", Presence::optional);
   v.field("repetitions", p.repetitions, {1, 100}, "", Presence::optional);
+}
+
+/// How a drive of the excitation begins and ends.
+struct ExcitationSession {
+  bool confirm = false;          ///< wait until a person confirms
+  double countdown = 5.0;        ///< before the robot moves [s]
+  std::string bag;               ///< that is being recorded, to say what comes next; empty: none
+  std::vector<std::string> end;  ///< nodes to end with the drive: the recorder
+  bool end_launch = false;       ///< then end the launch file that started the node
+};
+
+/// Lists the fields of ExcitationSession with unit and range.
+template <class Visitor>
+void describeFields(Visitor& v, ExcitationSession& p) {
+  v.field("confirm", p.confirm, Presence::optional);
+  v.field("countdown", p.countdown, {0.0, 60.0}, "s", Presence::optional);
+  v.field("bag", p.bag, Presence::optional);
+  v.field("end", p.end, Presence::optional);
+  v.field("end_launch", p.end_launch, Presence::optional);
 }
 
 /// Steps of half and full speed forward, backward, to the left and to the right, each from rest, so that the robot ends

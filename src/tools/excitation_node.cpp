@@ -1,95 +1,312 @@
-#include <geometry_msgs/Twist.h>
 #include <jackal_msgs/Drive.h>
+#include <poll.h>
 #include <ros/callback_queue.h>
+#include <ros/network.h>
 #include <ros/ros.h>
+#include <ros/xmlrpc_manager.h>
+#include <sensor_msgs/Imu.h>
+#include <sensor_msgs/JointState.h>
+#include <std_srvs/Trigger.h>
+#include <topic_tools/shape_shifter.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <csignal>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <string>
 
 #include "conversions.hpp"
 #include "excitation.hpp"
 #include "graph_watch.hpp"
+#include "jackal_aic/safety/command_limiter.hpp"
 #include "node_help.hpp"
+#include "robot_watch.hpp"
 #include "ros_parameters.hpp"
 #include "stop_request.hpp"
 
 namespace jackal_aic {
 namespace {
 
-constexpr double kPeriod = 0.02;      // s between commands, as the controller sends them
-constexpr double kConnection = 10.0;  // s of wall time to wait for somebody who drives
-constexpr double kGraphPeriod = 0.5;  // s of wall time between looks at who else publishes commands
+constexpr double kPeriod = 0.02;        // s between commands, as the controller sends them
+constexpr double kConnection = 10.0;    // s of wall time to wait for somebody who drives, and for the sensors
+constexpr double kGraphPeriod = 0.5;    // s of wall time between looks at who else publishes commands
+constexpr double kSilence = 0.5;        // s without a message after which a source is lost
+constexpr double kClockPatience = 5.0;  // s of wall time in which the clock has to go on
+constexpr double kBrake = 0.5;          // s of wall time for the last commands; a simulation may stand still
+constexpr double kOthersEnd = 10.0;     // s of wall time for other nodes to end
 
-/// Drives the excitation open loop on cmd_drive. Any message on jackal_AIC/set_point ends it with zero commands,
-/// another publisher of commands without: that one has the motors.
+/// When a source spoke last.
+class Heartbeat {
+ public:
+  void beat() {
+    last_ = ros::Time::now();
+    heard_ = true;
+  }
+  bool heard() const { return heard_; }
+  bool silent() const { return heard_ && std::abs((ros::Time::now() - last_).toSec()) > kSilence; }
+
+ private:
+  ros::Time last_;
+  bool heard_ = false;
+};
+
+/// Drives the excitation open loop on cmd_drive, within the limits of the acceleration. Whatever keeps a controller
+/// from driving ends it, and so does any message on jackal_AIC/set_point; it brakes first, unless somebody else has the
+/// motors.
 class ExcitationNode {
  public:
-  ExcitationNode(ros::NodeHandle& node, const Excitation& excitation)
+  ExcitationNode(ros::NodeHandle& node, const ros::NodeHandle& private_node, const Excitation& excitation,
+                 const GeometryParameters& geometry, bool recorded)
       : excitation_(excitation),
+        subscribers_(recorded ? 2 : 1),
+        limiter_(LimitParameters{}, geometry, kPeriod),
         drive_(node.advertise<jackal_msgs::Drive>("cmd_drive", 1)),
-        graph_({drive_.getTopic()}, kGraphPeriod) {
-    abort_ = node.subscribe("jackal_AIC/set_point", 1, &ExcitationNode::onSetPoint, this);
+        graph_({drive_.getTopic()}, kGraphPeriod),
+        robot_(node, [this](const ros::Time&) { feedback_.beat(); }),
+        wheels_(node.subscribe<sensor_msgs::JointState>(
+            "joint_states", 10, [this](const sensor_msgs::JointStateConstPtr&) { wheels_heard_.beat(); })),
+        imu_(node.subscribe<sensor_msgs::Imu>("imu/data", 10,
+                                              [this](const sensor_msgs::ImuConstPtr&) { imu_heard_.beat(); })),
+        abort_(node.subscribe<topic_tools::ShapeShifter>(
+            "jackal_AIC/set_point", 1,
+            [this](const topic_tools::ShapeShifter::ConstPtr&) { end("aborted by a set point"); })),
+        start_service_(ros::NodeHandle(private_node).advertiseService("start", &ExcitationNode::onStart, this)) {}
+
+  /// Waits until somebody subscribes to the commands and the sensors speak. @throws ParameterError if they do not, or
+  /// if anything keeps the robot from driving.
+  void waitForRobot() {
+    const ros::WallTime patience = ros::WallTime::now() + ros::WallDuration(kConnection);
+    for (std::string missing = whatIsMissing(); !missing.empty(); missing = whatIsMissing()) {
+      if (ros::WallTime::now() > patience) throw ParameterError(missing);
+      serve();
+      if (over()) return;
+    }
+    requireDrivable();
   }
 
-  /// Waits until somebody subscribes to the commands, then starts. Throws ParameterError if nobody does, or if another
-  /// node publishes commands as well.
-  void start(ros::NodeHandle& node) {
-    const ros::WallTime patience = ros::WallTime::now() + ros::WallDuration(kConnection);
-    while (ros::ok() && (drive_.getNumSubscribers() == 0 || ros::Time::now().isZero() || !graph_.checked())) {
-      if (ros::WallTime::now() > patience) throw ParameterError("nobody subscribes to " + drive_.getTopic());
-      ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.01));
+  /// Waits for a person: a line on the terminal, or the service ~start. @throws ParameterError as waitForRobot().
+  void waitForConfirmation() {
+    const bool terminal = isatty(STDIN_FILENO) != 0;
+    std::cout << "The robot will move by itself for " << std::lround(excitation_.duration())
+              << " s: keep 2 m free all around, or its wheels off the ground.\n"
+              << (terminal ? "Press Enter here to start, or in another terminal:" : "To start, in another terminal:")
+              << " rosservice call " << start_service_.getService() << std::endl;
+    while (!confirmed_ && !over()) {
+      serve();
+      requireDrivable();
+      if (terminal && lineRead()) confirmed_ = true;
     }
-    requireMotors();
+  }
+
+  /// Counts the seconds down in which nothing moves yet. @throws ParameterError as waitForRobot().
+  void countDown(double seconds) {
+    const ros::WallTime begin = ros::WallTime::now() + ros::WallDuration(seconds);
+    for (double told = std::ceil(seconds); !over() && ros::WallTime::now() < begin;) {
+      const double left = (begin - ros::WallTime::now()).toSec();
+      if (left <= told) {
+        ROS_INFO("Driving in %.0f s; Ctrl-C stops it at any time", told);
+        told -= 1.0;
+      }
+      serve();
+      requireDrivable();
+    }
+  }
+
+  /// Drives; the callbacks have to be served until the end is requested.
+  void start(ros::NodeHandle& node) {
+    if (over()) return;
     start_ = ros::Time::now();
     timer_ = node.createTimer(ros::Duration(kPeriod), &ExcitationNode::onTimer, this);
+    clock_timer_ = node.createWallTimer(ros::WallDuration(kClockPatience), [this](const ros::WallTimerEvent&) {
+      if (ros::Time::now() == seen_) end("the clock stands still");
+      seen_ = ros::Time::now();
+    });
   }
 
-  void stop() {
+  /// Brakes from now on.
+  void brake() { braking_ = true; }
+
+  /// True when the last command was zero, or others have the motors.
+  bool atRest() const { return limiter_.atRest() || graph_.contended(); }
+
+  /// Says zero once more, unless others have the motors.
+  void publishStop() {
     if (!graph_.contended()) drive_.publish(driveMessage({}));
   }
 
-  /// Throws ParameterError if another node publishes commands.
-  void requireMotors() const {
-    if (!graph_.contended()) return;
-    throw ParameterError(
-        "another node publishes commands: " + graph_.others() +
-        "; the excitation needs the motors for itself (launch/jackal.launch says how to part the two)");
-  }
+  /// True if the motion was driven to its end. Else why not; empty if a person ended it.
+  bool complete() const { return complete_; }
+  const std::string& why() const { return why_; }
 
  private:
-  void onTimer(const ros::TimerEvent&) {
-    if (graph_.contended()) return end("Another node publishes commands");
-    const double time = (ros::Time::now() - start_).toSec();
-    if (time > excitation_.duration() || time < 0.0) return end("The excitation is complete");
-    drive_.publish(driveMessage(excitation_.at(time)));
-    ROS_INFO_THROTTLE(2.0, "Excitation: [%3.0f%%]", 100.0 * time / excitation_.duration());
+  bool over() const { return !ros::ok() || ended_ || StopRequest::requested(); }
+
+  static void serve() { ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.01)); }
+
+  static bool lineRead() {
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    std::string line;
+    return poll(&input, 1, 0) > 0 && (input.revents & POLLIN) != 0 && std::getline(std::cin, line);
   }
 
-  void onSetPoint(const geometry_msgs::Twist&) { end("Aborted by a set point"); }
+  std::string whatIsMissing() const {
+    if (ros::Time::now().isZero()) return "no clock: /use_sim_time is true and nothing comes on /clock";
+    if (!graph_.checked()) return "the master does not say who publishes commands";
+    if (drive_.getNumSubscribers() == 0) return "nobody subscribes to " + drive_.getTopic();
+    if (drive_.getNumSubscribers() < subscribers_) {
+      return "only one node subscribes to " + drive_.getTopic() + ": the motors or the recorder are missing";
+    }
+    if (!wheels_heard_.heard()) return "no wheel speeds on " + wheels_.getTopic();
+    if (!imu_heard_.heard()) return "no IMU data on " + imu_.getTopic();
+    return "";
+  }
 
-  void end(const char* why) {
-    timer_.stop();
-    stop();
-    ROS_INFO("%s", why);
+  /// Why the robot may not be driven; empty if it may.
+  std::string obstacle() const {
+    if (graph_.contended()) {
+      return "another node publishes commands: " + graph_.others() +
+             "; the excitation needs the motors for itself (launch/jackal.launch says how to part the two)";
+    }
+    const RobotStatus& robot = robot_.status();
+    if (robot.emergency_stop) return "emergency stop";
+    if (robot.robot_stopped) return "the robot reports that it is stopped";
+    if (robot.driver_fault) return "a motor driver reports a fault";
+    if (robot.motors_off) return "the motors do not take velocity commands";
+    if (feedback_.silent()) return "the feedback of the motors stays away";
+    if (wheels_heard_.silent()) return "no wheel speeds any more on " + wheels_.getTopic();
+    if (imu_heard_.silent()) return "no IMU data any more on " + imu_.getTopic();
+    return "";
+  }
+
+  void requireDrivable() const {
+    const std::string reason = obstacle();
+    if (!reason.empty()) throw ParameterError(reason);
+  }
+
+  void onTimer(const ros::TimerEvent&) {
+    if (!braking_) {
+      const double time = (ros::Time::now() - start_).toSec();
+      const std::string reason = obstacle();
+      if (!reason.empty()) {
+        end(reason);
+      } else if (time > excitation_.duration() || time < 0.0) {
+        complete_ = time >= 0.0;
+        end(complete_ ? "" : "the clock jumped back");
+      } else {
+        ROS_INFO_THROTTLE(2.0, "Excitation: [%3.0f%%]", 100.0 * time / excitation_.duration());
+        return publish(limiter_.drive(excitation_.at(time)));
+      }
+    }
+    publish(limiter_.drive({}));
+  }
+
+  void publish(const WheelCommand& command) {
+    if (!graph_.contended()) drive_.publish(driveMessage(command));
+  }
+
+  bool onStart(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+    confirmed_ = true;
+    response.success = true;
+    return true;
+  }
+
+  void end(const std::string& why) {
+    if (ended_) return;
+    why_ = why;
+    ended_ = true;
+    brake();
     StopRequest::request();
   }
 
   Excitation excitation_;
+  std::uint32_t subscribers_;  // of the commands: the motors, and the recorder
+  CommandLimiter limiter_;
+  Heartbeat feedback_, wheels_heard_, imu_heard_;
   ros::Publisher drive_;
   GraphWatch graph_;
-  ros::Subscriber abort_;
+  RobotWatch robot_;
+  ros::Subscriber wheels_, imu_, abort_;
+  ros::ServiceServer start_service_;
   ros::Timer timer_;
+  ros::WallTimer clock_timer_;
   ros::Time start_;
+  ros::Time seen_;  // of the clock
+  bool confirmed_ = false;
+  bool braking_ = false;
+  bool ended_ = false;
+  bool complete_ = false;
+  std::string why_;
 };
 
-void excite(ros::NodeHandle& node, const ros::NodeHandle& private_node, StopRequest& stop_request) {
+/// The URI of a node; empty if there is none of this name.
+std::string uriOf(const std::string& node) {
+  XmlRpc::XmlRpcValue request, response, payload;
+  request[0] = ros::this_node::getName();
+  request[1] = node;
+  return ros::master::execute("lookupNode", request, response, payload, false) ? std::string(payload) : "";
+}
+
+/// Ends a node as `rosnode kill` does, and waits until it is gone.
+void endNode(const std::string& name) {
+  const std::string uri = uriOf(name);
+  std::string host;
+  std::uint32_t port = 0;
+  if (uri.empty() || !ros::network::splitURI(uri, host, port)) return;
+  XmlRpc::XmlRpcClient* client = ros::XMLRPCManager::instance()->getXMLRPCClient(host, static_cast<int>(port), "/");
+  XmlRpc::XmlRpcValue request, response;
+  request[0] = ros::this_node::getName();
+  request[1] = std::string("the excitation is over");
+  client->execute("shutdown", request, response);
+  ros::XMLRPCManager::instance()->releaseXMLRPCClient(client);
+  const ros::WallTime patience = ros::WallTime::now() + ros::WallDuration(kOthersEnd);
+  while (!uriOf(name).empty() && ros::WallTime::now() < patience) ros::WallDuration(0.05).sleep();
+}
+
+/// Ends the launch file that started this node, as Ctrl-C does. Its attribute `required` would do so in red.
+void endLaunch() {
+  const pid_t parent = getppid();
+  std::ifstream command("/proc/" + std::to_string(parent) + "/cmdline");
+  const std::string words((std::istreambuf_iterator<char>(command)), std::istreambuf_iterator<char>());
+  if (words.find("roslaunch") != std::string::npos) kill(parent, SIGINT);
+}
+
+/// Drives; returns the exit status. @param session read here first. @throws ParameterError if it does not come to that.
+int excite(ros::NodeHandle& node, const ros::NodeHandle& private_node, StopRequest& stop_request,
+           ExcitationSession& session) {
   ParameterMap map = readRosParameters(private_node);
   const auto bounds = readParameters<ExcitationParameters>(map, "excitation");
   const auto geometry = readParameters<GeometryParameters>(map, "robot");
+  session = readParameters<ExcitationSession>(map, "session");
   map.refuseUnknown();
-  ExcitationNode excitation(node, Excitation(bounds, geometry));
+  ExcitationNode excitation(node, private_node, Excitation(bounds, geometry), geometry, !session.bag.empty());
+  const auto endOthers = [&session] {
+    for (const std::string& name : session.end) endNode(ros::names::resolve(name));
+  };
+  try {
+    excitation.waitForRobot();
+    if (session.confirm) excitation.waitForConfirmation();
+    excitation.countDown(session.countdown);
+  } catch (const ParameterError&) {
+    endOthers();
+    throw;
+  }
   excitation.start(node);
   stop_request.spinUntilRequested();
-  excitation.stop();
-  excitation.requireMotors();
-  stop_request.flush();
+  excitation.brake();
+  stop_request.spinWhile([&] { return !excitation.atRest(); }, kBrake);
+  excitation.publishStop();
+  endOthers();
+  const bool failed = !excitation.complete() && !excitation.why().empty();
+  if (failed) ROS_FATAL("the excitation was not driven to its end: %s", excitation.why().c_str());
+  stop_request.flush();  // nothing is logged after it
+  if (excitation.complete()) std::cout << "The excitation is complete." << std::endl;
+  if (excitation.complete() && !session.bag.empty()) {
+    std::cout << "Recorded " << session.bag << ". Next:\n    rosrun jackal_aic identify " << session.bag
+              << " --robot \"my Jackal\" --out my_jackal.yaml" << std::endl;
+  }
+  return failed ? 1 : 0;
 }
 
 }  // namespace
@@ -104,11 +321,14 @@ int main(int argc, char** argv) {
   ros::init(argc, argv, "excitation", ros::init_options::NoSigintHandler);
   ros::NodeHandle node, private_node("~");
   jackal_aic::StopRequest stop_request;
+  jackal_aic::ExcitationSession session;
+  int status = 0;
   try {
-    jackal_aic::excite(node, private_node, stop_request);
+    status = jackal_aic::excite(node, private_node, stop_request, session);
   } catch (const jackal_aic::ParameterError& error) {
     ROS_FATAL("%s", error.what());
-    return 1;
+    status = 1;
   }
-  return 0;
+  if (session.end_launch) jackal_aic::endLaunch();
+  return status;
 }
