@@ -147,7 +147,7 @@ void WheelMonitor::follow(double speed) {
 
 void WheelMonitor::begin(double speed) {
   envelope_.start(speed, early_.speed());
-  intervals_.fill({{speed, speed}, {speed, speed}, kUnknownAge});
+  intervals_.fill({{speed, speed}, {speed, speed}, clock_ - kUnknownAge});
   last_speed_ = measured_ = speed;
   frozen_ = suspect_ = recovering_ = false;
   farthest_ = 0.0;
@@ -182,15 +182,17 @@ WheelMonitor::Interval WheelMonitor::possible() const {
 /// A value that the encoder holds is of the past: it may be any that was possible since it was renewed, and so for the
 /// time before, over which it is an average.
 void WheelMonitor::holdIntervals(double step) {
-  for (Intervals& old : intervals_) old.age += step;
+  clock_ += step;
   newest_ = (newest_ + 1) % intervals_.size();
-  intervals_[newest_] = {possible(), {reachable_.low(), reachable_.high()}, 0.0};
+  intervals_[newest_] = {possible(), {reachable_.low(), reachable_.high()}, clock_};
 }
 
 WheelMonitor::Interval WheelMonitor::held(const Interval Intervals::*kind) const {
   Interval held = intervals_[newest_].*kind;
-  for (const Intervals& old : intervals_) {
-    if (old.age > hold_.longest() + kTolerance) continue;
+  const double earliest = clock_ - hold_.longest() - kTolerance;
+  for (std::size_t i = 1; i < intervals_.size(); ++i) {
+    const Intervals& old = intervals_[(newest_ + intervals_.size() - i) % intervals_.size()];
+    if (old.time < earliest) break;
     held.low = std::min(held.low, (old.*kind).low);
     held.high = std::max(held.high, (old.*kind).high);
   }

@@ -25,13 +25,6 @@ DriveTrainResponse driveTrainResponse(const PlantModel& model, double time) {
 CommandsUnderWay::CommandsUnderWay(double dead_time)
     : delay_(static_cast<std::size_t>(std::lround(std::clamp(dead_time, 0.0, kLongestDeadTime) / kStep))) {}
 
-double CommandsUnderWay::step(double command) {
-  commands_[head_] = command;
-  const double acting = commands_[(head_ + commands_.size() - delay_) % commands_.size()];
-  head_ = (head_ + 1) % commands_.size();
-  return acting;
-}
-
 DriveTrain::DriveTrain(const PlantModel& model, double wheel_radius)
     : gain_(model.gain), limit_(model.acceleration_limit / wheel_radius) {
   const double response = paceOf(model.lag, limit_, kStep).response;
@@ -42,19 +35,6 @@ DriveTrain::DriveTrain(const PlantModel& model, double wheel_radius)
       -k * (1.0 - 0.5 * response), 1.0 - 0.5 * k * response, of_r(1),  //
       0.0, 0.0, 1.0;
   input_ = model.gain * of_r;
-}
-
-DriveTrain::Step DriveTrain::step(Eigen::Vector3d& x, double acting, double limit_share) const {
-  const Eigen::Vector3d next = transition_ * x + input_ * acting;
-  const double wanted = next(0) - x(0);
-  const double largest = limit_share * limit_ * kStep;
-  const double change = std::clamp(wanted, -largest, largest);
-  if (change == wanted) {
-    x = next;
-  } else {
-    x(0) += change;
-  }
-  return {change, change != wanted};
 }
 
 DriveTrainPrediction::DriveTrainPrediction(const PlantModel& model, double wheel_radius)

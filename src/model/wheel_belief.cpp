@@ -10,6 +10,14 @@ namespace {
 /// learned limit or by the model's; one that moves less has another reason.
 constexpr double kLeastPart = 0.2;
 
+/// P ← J P J' of a symmetric P and a drive train's J, whose last row is (0, 0, 1).
+void propagate(const Eigen::Matrix3d& J, Eigen::Matrix3d& P) {
+  const Eigen::Matrix<double, 2, 3> JP = J.topRows<2>().lazyProduct(P);
+  P.topLeftCorner<2, 2>() = JP.lazyProduct(J.topRows<2>().transpose());
+  P.topRightCorner<2, 1>() = JP.col(2);
+  P.bottomLeftCorner<1, 2>() = JP.col(2).transpose();
+}
+
 constexpr double kLeastLimit = 0.3;   // lambda
 constexpr double kLimitMemory = 0.5;  // s at the limit
 
@@ -42,11 +50,12 @@ void WheelBelief::predict(double command) {
   const double largest = limit_share_ * drive_train_.limit() * kStep;
   const auto [change, limited] = drive_train_.step(x_, commands_.step(command), limit_share_);
   rate_ = change / kStep;
-  limit_doubt_ += limitDeviation() * std::max(0.0, 2.0 * std::abs(change) - largest);
+  const double beyond = 2.0 * std::abs(change) - largest;
+  if (beyond > 0.0) limit_doubt_ += limitDeviation() * beyond;
   ++steps_;
   limited_steps_ = limited ? limited_steps_ + 1 : 0;
   // At the limit the speed does not depend on z and d: J = I.
-  if (!limited) P_ = (transition() * P_ * transition().transpose()).eval();
+  if (!limited) propagate(transition(), P_);
   P_(0, 0) += parameters_.speed_process_noise * kStep;
   P_(2, 2) += parameters_.disturbance_process_noise * kStep;
 }

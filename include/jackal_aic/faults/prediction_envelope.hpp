@@ -3,8 +3,9 @@
 /// @file
 /// What an uncertain delay leaves of a prediction: not one value, but all those that it passes within the uncertainty.
 
-#include <array>
 #include <cstddef>
+
+#include "jackal_aic/faults/sliding_range.hpp"
 
 namespace jackal_aic {
 
@@ -38,15 +39,10 @@ class PredictionEnvelope {
   struct Range {
     double low, high;
   };
-  using Ring = std::array<double, kLongest + 1>;
   Range range() const;
-  static Range span(const Ring& ring, std::size_t head, std::size_t steps);
 
-  std::size_t behind_;
-  std::size_t ahead_;
-  std::size_t head_ = 0;
-  Ring now_{};    // the last predictions
-  Ring later_{};  // those that run ahead
+  SlidingRange<kLongest> now_;    // the last predictions
+  SlidingRange<kLongest> later_;  // those that run ahead
 };
 
 }  // namespace jackal_aic

@@ -9,9 +9,9 @@
 /// as fast and falls as slowly as any drive train may, towards the highest r that any dead time lets through, and the
 /// lowest one the other way round.
 
-#include <array>
 #include <cstddef>
 
+#include "jackal_aic/faults/sliding_range.hpp"
 #include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 
@@ -55,15 +55,10 @@ class ReachableSpeeds {
   double highestRate() const { return highest_rate_; }  ///< of dw/dt, at any speed in the interval [rad/s^2]
 
  private:
-  double command(std::size_t age) const;
-  void updateCommandRange();
-
   double gain_;
-  std::size_t youngest_, model_delay_, oldest_;  // commands that may act now, by age [steps]
+  std::size_t model_delay_;      // [steps]
+  SlidingRange<4000> commands_;  // that may act now, one per step
   Pace slow_, nominal_pace_, fast_;
-  std::array<double, 4001> commands_{};  // ring, one per step
-  std::size_t head_ = 0;
-  double lowest_command_ = 0.0, highest_command_ = 0.0;  // that may act now
   double low_ = 0.0, nominal_ = 0.0, high_ = 0.0;
   double lowest_rate_ = 0.0, highest_rate_ = 0.0;
 };

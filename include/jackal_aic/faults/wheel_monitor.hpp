@@ -75,7 +75,7 @@ class WheelMonitor {
   struct Intervals {
     Interval possible;
     Interval reachable;
-    double age;  // [s]
+    double time;  // of the sample, by clock_ [s]
   };
   void begin(double speed);
   double speedVariance() const;
@@ -104,6 +104,7 @@ class WheelMonitor {
   SampleHold hold_;
   std::array<Intervals, 64> intervals_{};  // of the last samples, a ring
   std::size_t newest_ = 0;
+  double clock_ = 0.0;   // time that the samples have taken [s]
   double misfit_ = 0.0;  // mean square of what the drive train's model is usually off by [(rad/s)^2]
   double bound_;
   double last_speed_ = 0.0;  // believed when the last sample came [rad/s]

@@ -52,7 +52,11 @@ class CommandsUnderWay {
   explicit CommandsUnderWay(double dead_time);
 
   /// Takes the command of a step; returns the one that acts in it.
-  double step(double command);
+  double step(double command) {
+    commands_[head_] = command;
+    head_ = head_ == delay_ ? 0 : head_ + 1;
+    return commands_[head_];  // the oldest
+  }
 
   /// As if this command had been given for long.
   void fill(double command) { commands_.fill(command); }
@@ -61,7 +65,8 @@ class CommandsUnderWay {
   std::size_t delay() const { return delay_; }
 
  private:
-  std::array<double, static_cast<std::size_t>(kLongestDeadTime / kStep) + 1> commands_{};  // ring, one per step
+  // Ring, one per step, of which delay_ + 1 are in use.
+  std::array<double, static_cast<std::size_t>(kLongestDeadTime / kStep) + 1> commands_{};
   std::size_t delay_;
   std::size_t head_ = 0;
 };
@@ -82,7 +87,19 @@ class DriveTrain {
 
   /// Moves x by a step in which a command u [rad/s] acts. At the acceleration limit the speed does not depend on z and
   /// d, and z rests. @param limit_share part of the acceleration limit that the motor has.
-  Step step(Eigen::Vector3d& x, double acting, double limit_share = 1.0) const;
+  Step step(Eigen::Vector3d& x, double acting, double limit_share = 1.0) const {
+    // x ← J x + b u, of which d rests
+    const Eigen::Vector2d next = transition_.topRows<2>() * x + input_.head<2>() * acting;
+    const double wanted = next(0) - x(0);
+    const double largest = limit_share * limit_ * kStep;
+    const double change = std::clamp(wanted, -largest, largest);
+    if (change == wanted) {
+      x.head<2>() = next;
+    } else {
+      x(0) += change;
+    }
+    return {change, change != wanted};
+  }
 
   /// Map of x over a step below the acceleration limit, and what a command that acts adds.
   const Eigen::Matrix3d& transition() const { return transition_; }

@@ -1,0 +1,68 @@
+#include "jackal_aic/faults/sliding_range.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <utility>
+#include <vector>
+
+namespace jackal_aic {
+namespace {
+
+/// What SlidingRange is to find, by looking at all values.
+struct Looked {
+  double low, high;
+};
+
+Looked look(const std::vector<double>& values, std::size_t youngest, std::size_t oldest) {
+  const auto end = values.end() - static_cast<std::ptrdiff_t>(youngest);
+  const auto begin = values.end() - static_cast<std::ptrdiff_t>(oldest) - 1;
+  return {*std::min_element(begin, end), *std::max_element(begin, end)};
+}
+
+TEST(SlidingRange, IsThatOfLookingAtEveryValue) {
+  std::mt19937 random(3);
+  for (const auto& [youngest, oldest] : std::vector<std::pair<std::size_t, std::size_t>>{
+           {0, 0}, {0, 1}, {0, 63}, {0, 64}, {0, 600}, {5, 5}, {40, 170}, {600, 600}}) {
+    SlidingRange<600> range(youngest, oldest);
+    range.fill(0.5);
+    std::vector<double> values(oldest + 1, 0.5);
+    for (int k = 0; k < 3000; ++k) {
+      // Rises, falls, and stays; few values, so that equal ones meet.
+      const double step = static_cast<double>(random() % 7) - 3.0;
+      values.push_back(k / 500 % 2 == 0 ? values.back() + step : values.back() + (k % 50 == 0 ? step : 0.0));
+      range.add(values.back());
+      const auto [low, high] = look(values, youngest, oldest);
+      ASSERT_EQ(range.low(), low) << "ages " << youngest << " to " << oldest << ", value " << k;
+      ASSERT_EQ(range.high(), high) << "ages " << youngest << " to " << oldest << ", value " << k;
+      ASSERT_EQ(range.newest(), values.back());
+      ASSERT_EQ(range.oldest(), values[values.size() - 1 - oldest]);
+      ASSERT_EQ(range.at(youngest), values[values.size() - 1 - youngest]);
+    }
+  }
+}
+
+TEST(SlidingRange, OutlastsItsCounter) {
+  SlidingRange<4000> range(10, 300);
+  for (int k = 0; k < 200'000; ++k) {
+    range.add(k);
+    ASSERT_EQ(range.low(), std::max(0, k - 300)) << k;
+    ASSERT_EQ(range.high(), std::max(0, k - 10)) << k;
+  }
+}
+
+TEST(SlidingRange, FillingForgets) {
+  SlidingRange<600> range(0, 100);
+  for (int k = 0; k < 50; ++k) range.add(k);
+  range.fill(7.0);
+  EXPECT_EQ(range.low(), 7.0);
+  EXPECT_EQ(range.high(), 7.0);
+  for (int k = 0; k < 100; ++k) range.add(9.0);
+  EXPECT_EQ(range.low(), 7.0);
+  range.add(9.0);
+  EXPECT_EQ(range.low(), 9.0);
+}
+
+}  // namespace
+}  // namespace jackal_aic
