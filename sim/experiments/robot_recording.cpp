@@ -444,19 +444,13 @@ std::vector<std::optional<WheelCommand>> appliedCommands(const RobotRecording& r
 
 DriveRecording driveRecording(const RobotRecording& recording, const CommandPath& path, std::size_t end) {
   DriveRecording drive;
-  double removed = 0.0;  // s, between the stretches
-  double last = 0.0;
   const auto commands = appliedCommands(recording, path);
   for (std::size_t i = 0; i < std::min(end, recording.samples.size()); ++i) {
-    const RecordedSample& s = recording.samples[i];
     if (!commands[i]) continue;
-    const Observation& y = s.observation;
-    if (drive.wheels.empty()) removed = y.stamp;
-    if (!drive.wheels.empty() && s.starts) removed = y.stamp - last - kPeriod;
-    last = y.stamp - removed;
-    drive.commands.push_back({last, *commands[i]});
-    drive.wheels.push_back({last, {y.wheel_left, y.wheel_right}});
-    if (recording.has_imu) drive.yaw.push_back({last, y.yaw_rate});
+    const Observation& y = recording.samples[i].observation;
+    drive.commands.push_back({y.stamp, *commands[i]});
+    drive.wheels.push_back({y.stamp, {y.wheel_left, y.wheel_right}});
+    if (recording.has_imu) drive.yaw.push_back({y.stamp, y.yaw_rate});
   }
   return drive;
 }

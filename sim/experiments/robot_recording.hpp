@@ -91,8 +91,8 @@ CommandPath fitCommandPath(const RobotRecording& recording);
 /// wheels.
 std::vector<std::optional<WheelCommand>> appliedCommands(const RobotRecording& recording, const CommandPath& path);
 
-/// The part of a recording with known commands before a sample, for identifyDriveTrain(): its stretches butted
-/// together. @param end index of the sample.
+/// The part of a recording with known commands before a sample, for identifyDriveTrain(): its stretches as
+/// far apart as they were. @param end index of the sample.
 DriveRecording driveRecording(const RobotRecording& recording, const CommandPath& path, std::size_t end);
 
 }  // namespace jackal_aic::sim

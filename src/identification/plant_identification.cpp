@@ -4,152 +4,35 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <functional>
-#include <nlopt.hpp>
 
-#include "jackal_aic/model/drive_train.hpp"
+#include "wheel_fit.hpp"
 
 namespace jackal_aic {
 namespace {
 
-constexpr double kStep = 0.001;             // s, longest integration step of the model
+using namespace identification;
+
 constexpr double kLeastCommand = 0.5;       // rad/s, commands below this excite nothing
 constexpr int kLeastSteps = 2;              // changes of the command
 constexpr std::size_t kLeastSamples = 100;  // wheel samples, 2 s at 50 Hz
 constexpr double kLeastDifference = 0.5;    // rad/s between the sides, to count as a turn
 constexpr int kLeastTurnSamples = 25;
-constexpr double kLargestTrack = 5.0;  // m; a larger one means that the robot does not turn with its wheels
-constexpr double kNormal95 = 1.96;
-
-/// theta = (dead time, ln lag, gain, ln acceleration limit): what the search moves.
-using Theta = std::array<double, 4>;
-constexpr Theta kLow{0.0, -6.9, 0.3, -1.6};  // 0 s, 1 ms, 0.3, 0.2 m/s^2
-constexpr Theta kHigh{0.5, 0.0, 2.0, 4.6};   // 0.5 s, 1 s, 2, 100 m/s^2
+constexpr double kLargestTrack = 5.0;   // m; a larger one means that the robot does not turn with its wheels
+constexpr double kGap = 0.5;            // s without wheel speeds or without commands, at which a recording is cut
+constexpr double kLeastStretch = 1.5;   // s, a shorter part between two gaps tells nothing
+constexpr double kUnknownStart = 0.6;   // s at the start of a part, in which commands act that were sent before it
+constexpr double kLeastMotion = 0.05;   // wheel speed / command (RMS), below which a wheel never turns
+constexpr double kOpposed = -0.5;       // correlation of wheel and command, below which one of them is inverted
+constexpr double kExchanged = 0.3;      // correlation by which the other side's command explains a wheel better
+constexpr double kLeastRSquared = 0.9;  // share of the variance of the wheel speeds that the model has to explain
+constexpr double kClipped = 0.9;        // sum of squares with / without clipping, below which the motors are clipped
+constexpr double kUnexplained = 0.5;    // residual / deviation of the wheel speeds, above which a block is cut
+constexpr double kUnusual = 5.0;        // residual / median residual of the blocks, likewise
+constexpr double kLeastOffset = 0.05;   // rad/s, a smaller one is not worth a word
+constexpr double kLargestUnexplained = 0.5;  // share of the time
 
 using Component = double WheelCommand::*;
-
-/// What the fit keeps fixed.
-struct Problem {
-  const DriveRecording& recording;
-  double radius;       ///< of the wheels [m]
-  double speed_limit;  ///< wheel speed at which the motors are clipped [rad/s]; infinite if they never were
-};
-
-/// Fitted speed of one wheel at the stamps of the measured ones.
-std::vector<double> simulateWheel(const Problem& problem, Component side, const Theta& theta) {
-  const DriveRecording& recording = problem.recording;
-  const double dead_time = theta[0], lag = std::exp(theta[1]), gain = theta[2];
-  const double limit = std::exp(theta[3]) / problem.radius;
-  std::vector<double> speeds;
-  speeds.reserve(recording.wheels.size());
-  double time = recording.wheels.front().time;
-  double speed = recording.wheels.front().speed.*side;
-  std::size_t next = 0;
-  double target = 0.0;
-  const auto takeCommands = [&] {
-    while (next < recording.commands.size() && recording.commands[next].time + dead_time <= time + 1e-12) {
-      target = std::clamp(gain * (recording.commands[next++].command.*side), -problem.speed_limit, problem.speed_limit);
-    }
-  };
-  for (const WheelSample& sample : recording.wheels) {
-    takeCommands();
-    while (time < sample.time) {
-      double end = std::min(time + kStep, sample.time);
-      if (next < recording.commands.size()) end = std::min(end, recording.commands[next].time + dead_time);
-      const double step = std::max(end - time, 1e-9);
-      speed += paceOf(lag, limit, step).towards(target, speed);
-      time += step;
-      takeCommands();
-    }
-    speeds.push_back(speed);
-  }
-  return speeds;
-}
-
-/// Measured minus fitted speed, left wheels then right wheels.
-Eigen::VectorXd residuals(const Problem& problem, const Theta& theta) {
-  const DriveRecording& recording = problem.recording;
-  const auto left = simulateWheel(problem, &WheelCommand::left, theta);
-  const auto right = simulateWheel(problem, &WheelCommand::right, theta);
-  const auto n = static_cast<Eigen::Index>(left.size());
-  Eigen::VectorXd r(2 * n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    r(i) = recording.wheels[i].speed.left - left[i];
-    r(n + i) = recording.wheels[i].speed.right - right[i];
-  }
-  return r;
-}
-
-/// Least squares over the whole range: the best of a coarse grid, refined without derivatives (the cost has kinks where
-/// a command switches between two samples).
-Theta searchLeastSquares(const std::function<double(const Theta&)>& cost) {
-  std::vector<std::pair<double, Theta>> starts;
-  for (int i = 0; i <= 10; ++i) {
-    for (double lag : {0.01, 0.04, 0.15}) {
-      for (double limit : {1.0, 3.0, 10.0, 50.0}) {
-        const Theta theta{0.04 * i, std::log(lag), 1.0, std::log(limit)};
-        starts.emplace_back(cost(theta), theta);
-      }
-    }
-  }
-  std::sort(starts.begin(), starts.end());
-
-  Theta best = starts.front().second;
-  double least = starts.front().first;
-  for (std::size_t i = 0; i < 3; ++i) {
-    nlopt::opt search(nlopt::LN_SBPLX, 4);
-    search.set_lower_bounds({kLow.begin(), kLow.end()});
-    search.set_upper_bounds({kHigh.begin(), kHigh.end()});
-    search.set_initial_step({0.01, 0.3, 0.05, 0.3});
-    search.set_xtol_abs({1e-5, 1e-3, 1e-5, 1e-3});
-    search.set_maxeval(600);
-    search.set_min_objective(
-        [](const std::vector<double>& x, std::vector<double>&, void* data) {
-          const auto& f = *static_cast<const std::function<double(const Theta&)>*>(data);
-          return f({x[0], x[1], x[2], x[3]});
-        },
-        const_cast<void*>(static_cast<const void*>(&cost)));
-    std::vector<double> x(starts[i].second.begin(), starts[i].second.end());
-    double value = 0.0;
-    search.optimize(x, value);
-    if (value < least) {
-      least = value;
-      best = {x[0], x[1], x[2], x[3]};
-    }
-  }
-  return best;
-}
-
-/// Standard deviations of theta from the linearised fit; infinite where the recording does not depend on a parameter.
-Theta standardDeviations(const Problem& problem, const Theta& theta) {
-  const Theta delta{0.002, 0.05, 0.005, 0.05};
-  const Eigen::VectorXd r = residuals(problem, theta);
-  Eigen::MatrixXd J(r.size(), 4);
-  for (int i = 0; i < 4; ++i) {
-    Theta up = theta, down = theta;
-    up[i] = std::min(up[i] + delta[i], kHigh[i]);
-    down[i] = std::max(down[i] - delta[i], kLow[i]);
-    J.col(i) = (residuals(problem, up) - residuals(problem, down)) / (up[i] - down[i]);
-  }
-  const double variance = r.squaredNorm() / static_cast<double>(r.size() - 4);
-  const Eigen::Matrix4d information = J.transpose() * J;
-  Theta deviations;
-  deviations.fill(HUGE_VAL);
-  std::vector<int> seen;
-  for (int i = 0; i < 4; ++i) {
-    if (information(i, i) > 1e-9 * static_cast<double>(r.size())) seen.push_back(i);
-  }
-  const auto count = static_cast<int>(seen.size());
-  Eigen::MatrixXd reduced(count, count);
-  for (int i = 0; i < count; ++i) {
-    for (int j = 0; j < count; ++j) reduced(i, j) = information(seen[i], seen[j]);
-  }
-  const Eigen::MatrixXd covariance = variance * reduced.inverse();
-  for (int i = 0; i < count; ++i) deviations[seen[i]] = std::sqrt(std::max(0.0, covariance(i, i)));
-  return deviations;
-}
 
 template <class Sample>
 void checkSeries(const std::vector<Sample>& series, const char* name, std::size_t least) {
@@ -208,23 +91,24 @@ std::vector<Plateau> plateaus(const DriveRecording& recording, Component side) {
     std::size_t end = i;
     while (end < recording.commands.size() && recording.commands[end].command.*side == command) ++end;
     const double stop = end < recording.commands.size() ? recording.commands[end].time : recording.wheels.back().time;
-    double sum = 0.0;
-    int count = 0;
-    for (const auto& wheels : recording.wheels) {
-      if (wheels.time <= stop - kMean || wheels.time > stop) continue;
-      sum += wheels.speed.*side;
-      ++count;
-    }
-    if (std::abs(command) >= kLeastCommand && stop - recording.commands[i].time >= kHeld && count > 0) {
-      found.push_back({command, sum / count});
+    if (std::abs(command) >= kLeastCommand && stop - recording.commands[i].time >= kHeld) {
+      double sum = 0.0;
+      int count = 0;
+      auto wheels = std::upper_bound(recording.wheels.begin(), recording.wheels.end(), stop - kMean,
+                                     [](double time, const WheelSample& sample) { return time < sample.time; });
+      for (; wheels != recording.wheels.end() && wheels->time <= stop; ++wheels) {
+        sum += wheels->speed.*side;
+        ++count;
+      }
+      if (count > 0) found.push_back({command, sum / count});
     }
     i = end;
   }
   return found;
 }
 
-/// Wheel speed at which the motors are clipped: where the fastest plateaus fall short of the gain of the slower ones.
-/// Infinite if none does.
+/// Wheel speed at which the motors may be clipped: where the fastest plateaus fall short of the gain of the slower
+/// ones. Infinite if none does. Plateaus are few and noisy: a fit has to confirm it.
 double clippedSpeed(const DriveRecording& recording) {
   std::vector<Plateau> all = plateaus(recording, &WheelCommand::left);
   const auto right = plateaus(recording, &WheelCommand::right);
@@ -237,9 +121,8 @@ double clippedSpeed(const DriveRecording& recording) {
   return fast < 0.93 * slow ? std::abs(all.back().speed) : HUGE_VAL;
 }
 
-/// Remarks on what the recording leaves out.
-std::vector<std::string> remarksOn(const DriveRecording& recording, double speed_limit) {
-  std::vector<std::string> remarks;
+/// Remarks on what the commands leave out, and on clipped motors.
+void remarkOnCommands(const DriveRecording& recording, double speed_limit, std::vector<std::string>& remarks) {
   double fastest = 0.0, slowest = 0.0;
   for (const auto& sample : recording.commands) {
     fastest = std::max({fastest, sample.command.left, sample.command.right});
@@ -253,47 +136,345 @@ std::vector<std::string> remarksOn(const DriveRecording& recording, double speed
                     "commanded; the gain is that below the clipping",
                     speed_limit, std::max(fastest, -slowest)));
   }
-  return remarks;
 }
+
+/// The parts of a recording between its gaps; parts too short to tell anything are left out, and remarked on.
+std::vector<Stretch> stretchesOf(const DriveRecording& recording, std::vector<std::string>& remarks) {
+  const auto& wheels = recording.wheels;
+  const auto& commands = recording.commands;
+  std::vector<Stretch> stretches;
+  int gaps = 0;
+  double used = 0.0;
+  std::size_t next = 0;  // command behind those sent up to now
+  const double first = std::max(wheels.front().time, commands.front().time);
+  std::size_t i = 0;
+  while (i < wheels.size() && wheels[i].time < first) ++i;
+  while (i < wheels.size()) {
+    while (next < commands.size() && commands[next].time <= wheels[i].time) ++next;
+    Stretch stretch;
+    stretch.begin = i;
+    stretch.commands.push_back(commands[next - 1]);
+    double last_command = commands[next - 1].time;
+    for (; i < wheels.size(); ++i) {
+      if (i > stretch.begin && wheels[i].time - wheels[i - 1].time > kGap) break;
+      bool silent = false;
+      for (; next < commands.size() && commands[next].time <= wheels[i].time; ++next) {
+        silent = silent || commands[next].time - last_command > kGap;
+        if (silent) break;
+        last_command = commands[next].time;
+        if (!(commands[next].command == stretch.commands.back().command)) stretch.commands.push_back(commands[next]);
+      }
+      if (silent || wheels[i].time - last_command > kGap) break;
+    }
+    stretch.end = i;
+    if (stretch.end > stretch.begin) {
+      const double length = wheels[stretch.end - 1].time - wheels[stretch.begin].time;
+      if (length >= kLeastStretch) {
+        used += length;
+        stretches.push_back(std::move(stretch));
+      }
+    }
+    if (i >= wheels.size()) break;
+    ++gaps;
+    // On to the first wheel sample with a fresh command.
+    for (; i < wheels.size(); ++i) {
+      while (next < commands.size() && commands[next].time <= wheels[i].time) ++next;
+      if (wheels[i].time - commands[next - 1].time <= kGap) break;
+    }
+  }
+  if (gaps > 0) {
+    remarks.push_back(
+        fmt::format("cut: {} gap{} of more than {:g} s in the wheel speeds or the commands; {:.1f} s used", gaps,
+                    gaps == 1 ? "" : "s", kGap, used));
+  }
+  if (stretches.empty()) {
+    throw IdentificationError(fmt::format(
+        "wheel speeds and commands: no {:g} s together without a gap of {:g} s or more", kLeastStretch, kGap));
+  }
+  return stretches;
+}
+
+/// Which samples a fit can count: those whose commands are known.
+std::vector<char> knownSamples(const DriveRecording& recording, const std::vector<Stretch>& stretches) {
+  std::vector<char> counts(recording.wheels.size(), 0);
+  for (const Stretch& stretch : stretches) {
+    const double start = recording.wheels[stretch.begin].time + kUnknownStart;
+    for (std::size_t i = stretch.begin; i < stretch.end; ++i) counts[i] = recording.wheels[i].time >= start ? 1 : 0;
+  }
+  return counts;
+}
+
+/// How a wheel goes with the command of a side that was sent some time before.
+struct Likeness {
+  double correlation = 0.0;  ///< of the two, about zero
+  double gain = 1.0;         ///< wheel speed / command
+  double motion = 0.0;       ///< RMS of the wheel's speed / RMS of the command; infinite without a command
+};
+
+/// Likeness at the delay at which it is largest.
+Likeness likeness(const WheelFit& fit, Component wheel, Component command) {
+  constexpr double kDelayStep = 0.04, kLongestDelay = 0.5;  // s
+  Likeness best;
+  for (double delay = 0.0; delay <= kLongestDelay; delay += kDelayStep) {
+    double uu = 0.0, uw = 0.0, ww = 0.0;
+    for (const Stretch& stretch : fit.stretches) {
+      std::size_t next = 0;
+      for (std::size_t i = stretch.begin; i < stretch.end; ++i) {
+        const double sent = fit.wheels[i].time - delay;
+        while (next < stretch.commands.size() && stretch.commands[next].time <= sent) ++next;
+        if (fit.counts[i] == 0 || next == 0) continue;
+        const double u = stretch.commands[next - 1].command.*command, w = fit.wheels[i].speed.*wheel;
+        uu += u * u;
+        uw += u * w;
+        ww += w * w;
+      }
+    }
+    if (uu <= 0.0) return {0.0, 1.0, HUGE_VAL};
+    const double correlation = uw / std::sqrt(uu * std::max(ww, 1e-12));
+    if (std::abs(correlation) > std::abs(best.correlation)) best = {correlation, uw / uu, std::sqrt(ww / uu)};
+  }
+  return best;
+}
+
+/// Refuses wheels that never turn, that turn the other way, or that follow the other side's command.
+/// @return where a search for the gain begins.
+double checkWheels(const WheelFit& fit) {
+  const Component left = &WheelCommand::left, right = &WheelCommand::right;
+  const Likeness l = likeness(fit, left, left), r = likeness(fit, right, right);
+  const bool left_still = l.motion < kLeastMotion, right_still = r.motion < kLeastMotion;
+  if (left_still || right_still) {
+    throw IdentificationError(
+        fmt::format("{} never turn although they are commanded (motors off, emergency stop, or another topic?)",
+                    left_still && right_still ? "the wheels"
+                    : left_still              ? "the left wheels"
+                                              : "the right wheels"));
+  }
+  const Likeness lr = likeness(fit, left, right), rl = likeness(fit, right, left);
+  if (lr.correlation > std::abs(l.correlation) + kExchanged && rl.correlation > std::abs(r.correlation) + kExchanged) {
+    throw IdentificationError(fmt::format(
+        "left and right are exchanged: each side's wheels follow the other side's command (correlation {:.2f}, with "
+        "their own {:.2f})",
+        std::min(lr.correlation, rl.correlation), std::max(l.correlation, r.correlation)));
+  }
+  const bool left_opposed = l.correlation < kOpposed, right_opposed = r.correlation < kOpposed;
+  if (left_opposed || right_opposed) {
+    throw IdentificationError(
+        fmt::format("{} turn against their commands (correlation {:.2f}): wheels or commands are "
+                    "inverted",
+                    left_opposed && right_opposed ? "the wheels"
+                    : left_opposed                ? "the left wheels"
+                                                  : "the right wheels",
+                    std::min(l.correlation, r.correlation)));
+  }
+  return std::clamp(0.5 * (l.gain + r.gain), 0.2, 2.5);
+}
+
+/// A block of time of a fit.
+struct Block {
+  std::size_t begin, end;  ///< samples
+  double squares = 0.0;    ///< sum of the squared residuals [rad^2/s^2]
+  int values = 0;          ///< residuals that count
+  double rms() const { return std::sqrt(squares / values); }
+};
+
+std::vector<Block> blocksOf(const WheelFit& fit, const Eigen::VectorXd& r) {
+  std::vector<Block> blocks;
+  for (const Stretch& stretch : fit.stretches) {
+    double block_end = -HUGE_VAL;
+    for (std::size_t i = stretch.begin; i < stretch.end; ++i) {
+      if (fit.counts[i] == 0) continue;
+      if (fit.wheels[i].time >= block_end) {
+        blocks.push_back({i, i});
+        block_end = fit.wheels[i].time + kBlock;
+      }
+      Block& block = blocks.back();
+      block.end = i + 1;
+      block.squares += r.segment<2>(static_cast<Eigen::Index>(2 * i)).squaredNorm();
+      block.values += 2;
+    }
+  }
+  return blocks;
+}
+
+/// Sum of the squared deviations of the wheel speeds that count from their mean.
+double totalSquares(const WheelFit& fit) {
+  WheelVector sum = WheelVector::Zero(), squares = WheelVector::Zero();
+  double count = 0.0;
+  for (std::size_t i = 0; i < fit.wheels.size(); ++i) {
+    if (fit.counts[i] == 0) continue;
+    const WheelVector w = fit.wheels[i].speed.vector();
+    sum += w;
+    squares += w.cwiseProduct(w);
+    count += 1.0;
+  }
+  return (squares - sum.cwiseProduct(sum) / std::max(count, 1.0)).sum();
+}
+
+/// Cuts the blocks that the commands do not explain, because somebody else drives, pushes or holds up, and those beside
+/// them, into which it may reach. Returns their time [s].
+double cutUnexplained(WheelFit& fit, const Theta& theta) {
+  const auto blocks = blocksOf(fit, fit.residuals(theta));
+  std::vector<double> rms;
+  for (const Block& block : blocks) rms.push_back(block.rms());
+  if (rms.empty()) return 0.0;
+  std::vector<double> sorted = rms;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  const double deviation = std::sqrt(totalSquares(fit) / std::max(1.0, static_cast<double>(fit.size())));
+  const double largest = std::max(kUnexplained * deviation, kUnusual * *middle);
+  double cut = 0.0;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const std::size_t first = i > 0 ? i - 1 : 0, last = std::min(i + 1, blocks.size() - 1);
+    bool cuts = false;
+    for (std::size_t k = first; k <= last; ++k) cuts = cuts || rms[k] > largest;
+    if (!cuts) continue;
+    const Block& block = blocks[i];
+    std::fill(fit.counts.begin() + static_cast<std::ptrdiff_t>(block.begin),
+              fit.counts.begin() + static_cast<std::ptrdiff_t>(block.end), 0);
+    cut += fit.wheels[block.end - 1].time - fit.wheels[block.begin].time;
+  }
+  return cut;
+}
+
+/// Fits, cuts what the commands do not explain, and fits again. @param clipped speed at which the motors may be clipped
+/// [rad/s].
+Theta fitExplained(WheelFit& fit, double gain, double clipped, std::vector<std::string>& remarks) {
+  constexpr int kRounds = 3;
+  const double all = static_cast<double>(fit.size());
+  Theta theta = searchLeastSquares(fit, gain, true);
+  if (std::isfinite(clipped)) {
+    const double free = fit.residuals(theta).squaredNorm();
+    fit.speed_limit = clipped;
+    const Theta with_clipping = searchLeastSquares(fit, gain, true);
+    const bool confirmed = fit.residuals(with_clipping).squaredNorm() < kClipped * free;
+    if (confirmed) theta = with_clipping;
+    if (!confirmed) fit.speed_limit = HUGE_VAL;
+  }
+  double cut = 0.0;
+  for (int round = 0; round < kRounds; ++round) {
+    const double more = cutUnexplained(fit, theta);
+    if (more <= 0.0) break;
+    cut += more;
+    const double left_out = 1.0 - static_cast<double>(fit.size()) / all;
+    if (left_out > kLargestUnexplained) {
+      throw IdentificationError(fmt::format(
+          "the commands do not explain the driving in {:.0f} % of the recording (at most {:.0f} % may be cut)",
+          100.0 * left_out, 100.0 * kLargestUnexplained));
+    }
+    theta = searchLeastSquares(fit, gain, true);
+  }
+  if (cut > 0.0) remarks.push_back(fmt::format("cut: {:.1f} s of driving that the commands do not explain", cut));
+  return theta;
+}
+
+/// Refuses estimates at the end of the range searched, and wheels that answer before their commands.
+void checkRange(const FitResult& found) {
+  const auto refuse = [](const char* name, double value, const char* unit) {
+    throw IdentificationError(fmt::format(
+        "{}: the estimate is at the end of the range searched, {:.4g}{}: the recording does not fit the model", name,
+        value, unit));
+  };
+  const Theta low = lowest(), high = highest();
+  const auto at = [&](int i, double bound) { return std::abs(found.theta[i] - bound) < 1e-4 * (high[i] - low[i]); };
+  if (found.theta[kDeadTime] + found.half_width[kDeadTime] < 0.0 || at(kDeadTime, low[kDeadTime])) {
+    throw IdentificationError(fmt::format(
+        "the wheels answer before their commands (dead time {:.4f} +- {:.4f} s): stamps of the wheel speeds "
+        "and times of the commands are not of one clock",
+        found.theta[kDeadTime], found.half_width[kDeadTime]));
+  }
+  if (at(kDeadTime, high[kDeadTime])) refuse("dead time", high[kDeadTime], " s");
+  if (at(kLag, high[kLag])) refuse("lag", high[kLag], " s");
+  if (at(kGain, low[kGain])) refuse("gain", low[kGain], "");
+  if (at(kGain, high[kGain])) refuse("gain", high[kGain], "");
+  if (at(kLogLimit, low[kLogLimit])) refuse("acceleration limit", std::exp(low[kLogLimit]), " m/s^2");
+  if (at(kOffset, low[kOffset])) refuse("offset", low[kOffset], " rad/s");
+  if (at(kOffset, high[kOffset])) refuse("offset", high[kOffset], " rad/s");
+}
+
+/// Yaw rate at a time, between the samples before and after it or, where one is missing, that of the nearest.
+class YawAt {
+ public:
+  explicit YawAt(const std::vector<YawSample>& samples) : samples_(samples) {}
+
+  /// Nothing if there is none near. @param time [s], not before that of the call before.
+  bool at(double time, double& yaw_rate) {
+    constexpr double kNear = 0.03, kLongest = 0.15;  // s to the nearest sample, and between two
+    if (samples_.empty()) return false;
+    while (next_ < samples_.size() && samples_[next_].time < time) ++next_;
+    const bool before = next_ > 0, after = next_ < samples_.size();
+    if (before && after && samples_[next_].time - samples_[next_ - 1].time <= kLongest) {
+      const YawSample &a = samples_[next_ - 1], &b = samples_[next_];
+      const double share = b.time > a.time ? (time - a.time) / (b.time - a.time) : 1.0;
+      yaw_rate = a.yaw_rate + share * (b.yaw_rate - a.yaw_rate);
+      return true;
+    }
+    if (after && samples_[next_].time - time <= kNear) return yaw_rate = samples_[next_].yaw_rate, true;
+    if (before && time - samples_[next_ - 1].time <= kNear) return yaw_rate = samples_[next_ - 1].yaw_rate, true;
+    return false;
+  }
+
+ private:
+  const std::vector<YawSample>& samples_;
+  std::size_t next_ = 0;  // first sample at the time or behind it
+};
 
 /// Effective track of one turn direction by least squares of yaw = r alpha (omega_R - omega_L) / b.
 /// @param rolling_radius r alpha [m].
 Estimate effectiveTrack(const DriveRecording& recording, double rolling_radius, double gyro_bias, double direction) {
+  struct Pair {
+    double time, x, y;
+  };
+  std::vector<Pair> pairs;
   double sxx = 0.0, sxy = 0.0, syy = 0.0;
-  int count = 0;
-  std::size_t k = 0;
+  YawAt yaw(recording.yaw);
   for (const auto& wheels : recording.wheels) {
-    while (k + 1 < recording.yaw.size() && recording.yaw[k + 1].time <= wheels.time + 1e-6) ++k;
-    if (recording.yaw.empty() || std::abs(recording.yaw[k].time - wheels.time) > 0.015) continue;
     const double difference = wheels.speed.right - wheels.speed.left;
-    if (direction * difference < kLeastDifference) continue;
-    const double x = rolling_radius * difference, y = recording.yaw[k].yaw_rate - gyro_bias;
-    sxx += x * x;
-    sxy += x * y;
-    syy += y * y;
-    ++count;
+    double yaw_rate = 0.0;
+    if (direction * difference < kLeastDifference || !yaw.at(wheels.time, yaw_rate)) continue;
+    pairs.push_back({wheels.time, rolling_radius * difference, yaw_rate - gyro_bias});
+    const Pair& pair = pairs.back();
+    sxx += pair.x * pair.x;
+    sxy += pair.x * pair.y;
+    syy += pair.y * pair.y;
   }
   Estimate track;
   if (recording.yaw.empty()) {
     track.unknown = "no IMU data";
-  } else if (count < kLeastTurnSamples) {
+  } else if (pairs.size() < kLeastTurnSamples) {
     track.unknown = std::string("no turn to the ") + (direction > 0 ? "left" : "right");
+  } else if (sxy < kOpposed * std::sqrt(sxx * syy) && sxy * kLargestTrack < -sxx) {
+    track.unknown = "the yaw rate is opposed to the wheels (IMU upside down, or left and right exchanged?)";
   } else if (sxy * kLargestTrack <= sxx) {
     track.unknown = "the yaw rate does not follow the wheels (robot on blocks?)";
   } else {
     const double slope = sxy / sxx;  // 1/b
-    const double variance = std::max(0.0, syy - slope * sxy) / (count - 1);
+    double meat = 0.0, score = 0.0, blocks = 0.0, squares = 0.0, block_end = -HUGE_VAL;
+    for (const Pair& pair : pairs) {
+      if (pair.time >= block_end) {
+        meat += score * score;
+        score = 0.0;
+        blocks += 1.0;
+        block_end = pair.time + kBlock;
+      }
+      const double residual = pair.y - slope * pair.x;
+      score += pair.x * residual;
+      squares += residual * residual;
+    }
+    meat += score * score;
+    const double freedom = std::max(1.0, blocks - 1.0);
+    const double white = squares / static_cast<double>(pairs.size() - 1) / sxx;
+    const double variance = std::max(meat * blocks / freedom / (sxx * sxx), white);
     track.value = 1.0 / slope;
-    track.half_width = kNormal95 * std::sqrt(variance / sxx) / (slope * slope);
+    track.half_width = studentQuantile(freedom) * std::sqrt(variance) / (slope * slope);
   }
   return track;
 }
 
 /// An estimate with its interval; unknown if the recording does not depend on it or leaves it open by more than its
 /// value.
-Estimate estimate(double value, double deviation) {
-  Estimate result{value, kNormal95 * deviation, ""};
-  if (!std::isfinite(deviation) || result.half_width > std::max(std::abs(value), 0.02)) {
+Estimate estimate(double value, double half_width) {
+  Estimate result{value, half_width, ""};
+  if (!std::isfinite(half_width) || half_width > std::max(std::abs(value), 0.02)) {
     result.unknown = "the recording does not depend on it";
   }
   return result;
@@ -301,17 +482,19 @@ Estimate estimate(double value, double deviation) {
 
 /// The acceleration limit, if the fitted wheels ever reached it; else the largest acceleration they reached, as a lower
 /// bound.
-Estimate accelerationLimit(const Problem& problem, const Theta& theta, double deviation) {
-  const double limit = std::exp(theta[3]);
+Estimate accelerationLimit(const WheelFit& fit, const FitResult& found) {
+  const double limit = std::exp(found.theta[kLogLimit]);
   double largest = 0.0;  // of the fitted motion, which has no noise
-  for (Component side : {&WheelCommand::left, &WheelCommand::right}) {
-    const auto speeds = simulateWheel(problem, side, theta);
-    for (std::size_t i = 1; i < speeds.size(); ++i) {
-      const double step = problem.recording.wheels[i].time - problem.recording.wheels[i - 1].time;
-      if (step > 0.0) largest = std::max(largest, problem.radius * std::abs(speeds[i] - speeds[i - 1]) / step);
+  const auto speeds = fit.simulate(found.theta);
+  for (const Stretch& stretch : fit.stretches) {
+    for (std::size_t i = stretch.begin + 1; i < stretch.end; ++i) {
+      const double step = fit.wheels[i].time - fit.wheels[i - 1].time;
+      if (step <= 0.0) continue;
+      const double change = (speeds[i].vector() - speeds[i - 1].vector()).cwiseAbs().maxCoeff();
+      largest = std::max(largest, fit.radius * change / step);
     }
   }
-  Estimate result = estimate(limit, limit * deviation);
+  Estimate result = estimate(limit, limit * found.half_width[kLogLimit]);
   if (!result.known()) {
     result.value = largest;
     result.unknown = "never reached; at least the largest acceleration seen";
@@ -342,26 +525,47 @@ Identification identifyDriveTrain(const DriveRecording& recording, double wheel_
   checkValues(recording);
   checkExcitation(recording);
 
-  const Problem problem{recording, wheel_radius, clippedSpeed(recording)};
-  const Theta theta = searchLeastSquares([&](const Theta& t) { return residuals(problem, t).squaredNorm(); });
-  const Theta deviation = standardDeviations(problem, theta);
-
   Identification result;
-  result.remarks = remarksOn(recording, problem.speed_limit);
-  result.dead_time = estimate(theta[0], deviation[0]);
-  result.lag = estimate(std::exp(theta[1]), std::exp(theta[1]) * deviation[1]);
-  result.gain = estimate(theta[2], deviation[2]);
-  result.acceleration_limit = accelerationLimit(problem, theta, deviation[3]);
+  WheelFit fit{recording.wheels, stretchesOf(recording, result.remarks), {}, wheel_radius};
+  fit.counts = knownSamples(recording, fit.stretches);
+  const double gain = checkWheels(fit);
+  Theta theta = fitExplained(fit, gain, clippedSpeed(recording), result.remarks);
+  remarkOnCommands(recording, fit.speed_limit, result.remarks);
+  FitResult found = withIntervals(fit, theta, true);
+  const bool offset_known = found.half_width[kOffset] <= kLeastCommand;
+  if (!offset_known) {
+    theta = searchLeastSquares(fit, gain, false);
+    found = withIntervals(fit, theta, false);
+  }
+  result.residual = std::sqrt(fit.residuals(theta).squaredNorm() / static_cast<double>(fit.size()));
+  result.r_squared = 1.0 - fit.residuals(theta).squaredNorm() / totalSquares(fit);
+  if (!(result.r_squared >= kLeastRSquared)) {
+    throw IdentificationError(
+        fmt::format("the model leaves {:.0f} % of the variance of the wheel speeds (R^2 = {:.3f}, at least {:g} is "
+                    "needed): the wheels do not follow these commands",
+                    100.0 * (1.0 - result.r_squared), result.r_squared, kLeastRSquared));
+  }
+  checkRange(found);
+
+  result.dead_time = estimate(std::max(0.0, theta[kDeadTime]), found.half_width[kDeadTime]);
+  result.lag = estimate(theta[kLag], found.half_width[kLag]);
+  result.gain = estimate(theta[kGain], found.half_width[kGain]);
+  result.offset = {theta[kOffset], offset_known ? found.half_width[kOffset] : 0.0, ""};
+  if (!offset_known) {
+    result.offset.unknown = "the commands are of one speed only; the gain is that at this speed";
+  } else if (theta[kOffset] > std::max(kLeastOffset, found.half_width[kOffset])) {
+    result.remarks.push_back(fmt::format(
+        "offset: the wheels turn by {:.2f} rad/s slower than the gain tells, and not at all below a command "
+        "of {:.2f} rad/s; the gain is that above it",
+        theta[kOffset], theta[kOffset] / theta[kGain]));
+  }
+  result.acceleration_limit = accelerationLimit(fit, found);
   const double bias = gyroBias(recording);
   result.track_left = effectiveTrack(recording, wheel_radius * slip_factor, bias, 1.0);
   result.track_right = effectiveTrack(recording, wheel_radius * slip_factor, bias, -1.0);
-  const Eigen::VectorXd r = residuals(problem, theta);
-  result.residual = std::sqrt(r.squaredNorm() / static_cast<double>(r.size()));
-  const auto n = static_cast<Eigen::Index>(recording.wheels.size());
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const WheelSample& sample = recording.wheels[i];
-    result.fitted.push_back({sample.time, {sample.speed.left - r(i), sample.speed.right - r(n + i)}});
-  }
+  const auto speeds = fit.simulate(theta);
+  for (std::size_t i = 0; i < speeds.size(); ++i) result.fitted.push_back({recording.wheels[i].time, speeds[i]});
+  result.duration = recording.wheels.back().time - recording.wheels.front().time;
   return result;
 }
 

@@ -57,15 +57,17 @@ std::string identificationTable(const Identification& result) {
   text += row("dead time", result.dead_time, "s");
   text += row("lag", result.lag, "s");
   text += row("gain", result.gain, "");
+  text += row("offset", result.offset, "rad/s");
   text += row("acceleration limit", result.acceleration_limit, "m/s^2");
   text += row("effective track, left", result.track_left, "m");
   text += row("effective track, right", result.track_right, "m");
   text += fmt::format("{:<26} {:9.4f} rad/s\n", "residual (RMS)", result.residual);
+  text += fmt::format("{:<26} {:9.4f}\n", "R^2", result.r_squared);
   for (const auto& remark : result.remarks) text += remark + "\n";
   return text;
 }
 
-std::string plantModelYaml(const Identification& result, const std::string& source, const std::string& robot) {
+std::string plantModelYaml(const Identification& result, const RecordingSource& source) {
   requireKnown("dead time", result.dead_time);
   requireKnown("lag", result.lag);
   requireKnown("gain", result.gain);
@@ -77,11 +79,21 @@ std::string plantModelYaml(const Identification& result, const std::string& sour
   model.effective_track = rounded(effectiveTrack(result));
   std::vector<Field> fields = fieldsOf(model);
   for (Field& field : fields) {
-    if (field.name == "robot") field.value = robot;
+    if (field.name == "robot") field.value = source.robot;
     const std::string found = remark(field.name, result);
     if (!found.empty()) field.unit += (field.unit.empty() ? "" : ", ") + found;
   }
-  return "# Identified from " + source + "; +- is the 95 % confidence interval.\n" + yamlBlock("plant_model", fields);
+  std::string head = fmt::format("# Identified from {}", source.recording);
+  if (!source.date.empty()) head += ", recorded " + source.date;
+  head += fmt::format(", {:.1f} s.\n# R^2 {:.4f}, residual {:.4f} rad/s (RMS); +- is the 95 % confidence interval.\n",
+                      result.duration, result.r_squared, result.residual);
+  if (result.offset.known()) {
+    head += fmt::format(
+        "# Wheels turn {:.4f} +- {:.4f} rad/s slower than gain x command; a plant model has no key for it.\n",
+        result.offset.value, result.offset.half_width);
+  }
+  for (const auto& remark : result.remarks) head += "# " + remark + "\n";
+  return head + yamlBlock("plant_model", fields);
 }
 
 std::string identificationCsv(const DriveRecording& recording, const Identification& result) {

@@ -2,8 +2,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <boost/program_options.hpp>
 #include <cstdio>
+#include <ctime>
 #include <fstream>
 #include <iostream>
 
@@ -75,11 +77,33 @@ void plot(const std::string& csv, const std::string& picture) {
   }
 }
 
+/// A time of the recording's clock as a date; empty if the clock is a simulation's.
+std::string dateOf(double time) {
+  constexpr double kFirstDate = 946684800.0;  // s, 2000-01-01
+  if (!(time >= kFirstDate)) return "";
+  const auto seconds = static_cast<std::time_t>(time);
+  std::tm utc{};
+  std::array<char, 32> text{};
+  if (gmtime_r(&seconds, &utc) == nullptr) return "";
+  return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M UTC", &utc)};
+}
+
+jackal_aic::RecordingSource sourceOf(const Options& options, const jackal_aic::DriveRecording& recording) {
+  return {options.bag, dateOf(recording.commands.front().time), options.robot};
+}
+
+/// Says what is being done, to a person who waits.
+void progress(const std::string& text) {
+  if (isatty(STDERR_FILENO) != 0) std::cerr << text << "\n";
+}
+
 void identify(const Options& options) {
+  progress("Reading " + options.bag);
   const auto recording = jackal_aic::readDriveBag(options.bag, options.topics);
+  progress("Fitting " + std::to_string(recording.wheels.size()) + " wheel samples");
   const auto result = jackal_aic::identifyDriveTrain(recording, options.wheel_radius, options.slip_factor);
   std::cout << jackal_aic::identificationTable(result);
-  if (!options.out.empty()) write(options.out, jackal_aic::plantModelYaml(result, options.bag, options.robot));
+  if (!options.out.empty()) write(options.out, jackal_aic::plantModelYaml(result, sourceOf(options, recording)));
   const std::string csv = options.csv.empty() ? options.plot + ".csv" : options.csv;
   write(csv, jackal_aic::identificationCsv(recording, result));
   plot(csv, options.plot);

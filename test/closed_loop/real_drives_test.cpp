@@ -66,5 +66,42 @@ TEST(RealDrives, AReversedGyroIsToldAndNotLearnedFrom) {
   }
 }
 
+/// A part of a recording, from one wheel sample to another.
+DriveRecording part(const DriveRecording& whole, double begin, double end) {
+  const double first = whole.wheels.front().time, length = whole.wheels.back().time - first;
+  DriveRecording result;
+  const auto copy = [&](const auto& from, auto& to) {
+    for (const auto& sample : from) {
+      const double share = (sample.time - first) / length;
+      if (share >= begin && share <= end) to.push_back(sample);
+    }
+  };
+  copy(whole.commands, result.commands);
+  copy(whole.wheels, result.wheels);
+  copy(whole.yaw, result.yaw);
+  return result;
+}
+
+/// Whether two estimates can be of one value.
+bool agree(const Estimate& a, const Estimate& b) { return std::abs(a.value - b.value) <= a.half_width + b.half_width; }
+
+TEST(RealDrives, BothHalvesOfARecordingAreExplained) {
+  if (data().empty()) GTEST_SKIP() << "JACKAL_AIC_REAL_DATA is not set";
+  for (const std::string& path : recordingsIn(data())) {
+    const RobotRecording recording = readRecording(path);
+    SCOPED_TRACE(recording.name);
+    const DriveRecording whole = driveRecording(recording, fitCommandPath(recording), recording.samples.size());
+    const double radius = recording.robot.wheel_radius;
+    const Identification first = identifyDriveTrain(part(whole, 0.0, 0.5), radius);
+    const Identification second = identifyDriveTrain(part(whole, 0.5, 1.0), radius);
+    for (const Identification* half : {&first, &second}) {
+      EXPECT_GT(half->r_squared, 0.97);
+      EXPECT_TRUE(half->dead_time.known() && half->gain.known());
+    }
+    EXPECT_TRUE(agree(first.dead_time, second.dead_time)) << first.dead_time.value << " " << second.dead_time.value;
+    EXPECT_NEAR(second.gain.value, first.gain.value, 0.07);
+  }
+}
+
 }  // namespace
 }  // namespace jackal_aic::sim

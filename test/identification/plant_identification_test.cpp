@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <functional>
+#include <random>
+#include <utility>
 
 #include "excitation.hpp"
 #include "jackal_plant.hpp"
@@ -135,6 +139,188 @@ TEST(PlantIdentification, RefusesWhatCannotBeIdentified) {
   DriveRecording short_one = good;
   short_one.wheels.resize(20);
   EXPECT_NE(refusal(short_one).find("wheel speeds: 20 samples"), std::string::npos);
+}
+
+/// A recording of a known drive train without the simulated robot: commands and samples at rates of their own.
+struct Drive {
+  double dead_time = 0.1, lag = 0.05, gain = 1.0, limit = 10.0;  // s, s, -, m/s^2
+  double offset = 0.0;                                           // rad/s, also the command below which nothing turns
+  double track = 0.6;                                            // m
+  double wheel_rate = 50.0, imu_rate = 50.0;                     // Hz
+  double imu_stamp = 0.0;                                        // s, later than that of the wheels
+  double duration = 20.0;                                        // s
+  double noise = 0.03;                                           // rad/s
+};
+
+/// Steps of 0.8 s, drawn at random, turns included.
+DriveRecording record(const Drive& drive) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> speed(-8.0, 8.0);
+  DriveRecording recording;
+  const auto target = [&](double u) {
+    return std::copysign(std::max(0.0, drive.gain * std::abs(u) - drive.offset), u);
+  };
+  const auto applied = [&](double time) {
+    WheelCommand command;
+    for (auto c = recording.commands.rbegin(); c != recording.commands.rend(); ++c) {
+      if (c->time <= time) return c->command;
+    }
+    return command;
+  };
+  WheelVector wheels = WheelVector::Zero();
+  WheelCommand command;
+  const auto due = [](int k, double rate) { return std::floor(k * 1e-3 * rate) != std::floor((k - 1) * 1e-3 * rate); };
+  for (int k = 0; k < 1000 * drive.duration; ++k) {
+    const double time = k * 1e-3;
+    if (k % 800 == 0 && k > 0) command = {speed(random), speed(random)};
+    if (k % 20 == 0) recording.commands.push_back({time, command});
+    const WheelCommand u = applied(time - drive.dead_time);
+    const double largest = 1e-3 * drive.limit / kRadius;
+    for (auto [w, asked] : {std::pair<double&, double>{wheels(0), u.left}, {wheels(1), u.right}}) {
+      w += std::clamp((1.0 - std::exp(-1e-3 / drive.lag)) * (target(asked) - w), -largest, largest);
+    }
+    if (due(k, drive.wheel_rate)) {
+      recording.wheels.push_back(
+          {time + 1e-3, {wheels(0) + drive.noise * normal(random), wheels(1) + drive.noise * normal(random)}});
+    }
+    if (due(k, drive.imu_rate)) {
+      recording.yaw.push_back({time + 1e-3 + drive.imu_stamp, kRadius * (wheels(1) - wheels(0)) / drive.track});
+    }
+  }
+  return recording;
+}
+
+TEST(PlantIdentification, RefusesWheelsThatNeverTurn) {
+  DriveRecording recording = record(Drive{});
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0.0, 0.03);
+  for (auto& sample : recording.wheels) sample.speed = {noise(random), noise(random)};
+  EXPECT_NE(refusal(recording).find("the wheels never turn"), std::string::npos);
+  recording = record(Drive{});
+  for (auto& sample : recording.wheels) sample.speed.right = 0.0;
+  EXPECT_NE(refusal(recording).find("the right wheels never turn"), std::string::npos);
+}
+
+TEST(PlantIdentification, RefusesInvertedAndExchangedWheels) {
+  const DriveRecording good = record(Drive{});
+  DriveRecording inverted = good;
+  for (auto& sample : inverted.commands) sample.command = {-sample.command.left, -sample.command.right};
+  EXPECT_NE(refusal(inverted).find("the wheels turn against their commands"), std::string::npos);
+  inverted = good;
+  for (auto& sample : inverted.wheels) sample.speed.left = -sample.speed.left;
+  EXPECT_NE(refusal(inverted).find("the left wheels turn against"), std::string::npos);
+  DriveRecording exchanged = good;
+  for (auto& sample : exchanged.wheels) std::swap(sample.speed.left, sample.speed.right);
+  EXPECT_NE(refusal(exchanged).find("left and right are exchanged"), std::string::npos);
+}
+
+TEST(PlantIdentification, RefusesWheelsThatDoNotFollowTheseCommands) {
+  DriveRecording other = record(Drive{});
+  std::mt19937 random(3);
+  WheelVector walk = WheelVector::Zero();
+  std::normal_distribution<double> step(0.0, 0.5);
+  for (auto& sample : other.wheels) {
+    walk = 0.99 * walk + WheelVector{step(random), step(random)};
+    sample.speed = {walk(0), walk(1)};
+  }
+  refusal(other);
+}
+
+TEST(PlantIdentification, RefusesWheelsThatAnswerBeforeTheirCommands) {
+  DriveRecording early = record(Drive{});
+  for (auto& sample : early.wheels) sample.time -= 0.15;
+  EXPECT_NE(refusal(early).find("the wheels answer before their commands"), std::string::npos);
+}
+
+TEST(PlantIdentification, RefusesEstimatesAtTheEndOfTheRange) {
+  Drive drive;
+  drive.dead_time = 0.55;
+  EXPECT_NE(refusal(record(drive)).find("dead time: the estimate is at the end of the range"), std::string::npos);
+}
+
+TEST(PlantIdentification, ModelsTheOffsetOfTheMotors) {
+  Drive drive;
+  drive.offset = 0.5;
+  drive.gain = 0.95;
+  const Identification found = identifyDriveTrain(record(drive), kRadius);
+  EXPECT_NEAR(found.gain.value, 0.95, 0.005);
+  EXPECT_NEAR(found.offset.value, 0.5, 0.03);
+  EXPECT_NE(std::count_if(found.remarks.begin(), found.remarks.end(),
+                          [](const std::string& remark) { return remark.rfind("offset: ", 0) == 0; }),
+            0);
+  EXPECT_GT(found.r_squared, 0.999);
+}
+
+TEST(PlantIdentification, CutsGaps) {
+  DriveRecording recording = record(Drive{});
+  const auto part = [](auto& series) {
+    series.erase(std::remove_if(series.begin(), series.end(),
+                                [](const auto& sample) { return sample.time > 9.0 && sample.time < 10.3; }),
+                 series.end());
+    for (auto& sample : series) {
+      if (sample.time > 9.5) sample.time += 3600.0;
+    }
+  };
+  part(recording.commands);
+  part(recording.wheels);
+  part(recording.yaw);
+  const Identification found = identifyDriveTrain(recording, kRadius);
+  EXPECT_NEAR(found.dead_time.value, 0.1, 0.005);
+  ASSERT_FALSE(found.remarks.empty());
+  EXPECT_EQ(found.remarks.front().rfind("cut: 1 gap of more than 0.5 s", 0), 0U) << found.remarks.front();
+}
+
+TEST(PlantIdentification, CutsWhatTheCommandsDoNotExplain) {
+  DriveRecording recording = record(Drive{});
+  for (auto& sample : recording.wheels) {
+    if (sample.time > 8.0 && sample.time < 12.0) sample.speed = {-6.0, 6.0};
+  }
+  const Identification found = identifyDriveTrain(recording, kRadius);
+  EXPECT_NEAR(found.dead_time.value, 0.1, 0.005);
+  EXPECT_NEAR(found.gain.value, 1.0, 0.005);
+  EXPECT_GT(found.r_squared, 0.99);
+  ASSERT_FALSE(found.remarks.empty());
+  EXPECT_NE(found.remarks.front().find("commands do not explain"), std::string::npos) << found.remarks.front();
+}
+
+TEST(PlantIdentification, TakesTheImuAtOtherTimesThanTheWheels) {
+  for (const double late : {0.003, -0.003, 0.009}) {
+    for (const double imu_rate : {20.0, 50.0, 80.0}) {
+      for (const double wheel_rate : {20.0, 50.0}) {
+        Drive drive;
+        drive.imu_stamp = late;
+        drive.imu_rate = imu_rate;
+        drive.wheel_rate = wheel_rate;
+        const Identification found = identifyDriveTrain(record(drive), kRadius);
+        ASSERT_TRUE(found.track_left.known()) << found.track_left.unknown;
+        ASSERT_TRUE(found.track_right.known()) << found.track_right.unknown;
+        EXPECT_NEAR(found.track_left.value, 0.6, 0.03) << late << " " << imu_rate << " " << wheel_rate;
+        EXPECT_NEAR(found.track_right.value, 0.6, 0.03) << late << " " << imu_rate << " " << wheel_rate;
+        EXPECT_NEAR(found.dead_time.value, 0.1, 0.01);
+      }
+    }
+  }
+}
+
+TEST(PlantIdentification, SaysWhenTheGyroIsUpsideDown) {
+  DriveRecording recording = record(Drive{});
+  for (auto& sample : recording.yaw) sample.yaw_rate = -sample.yaw_rate;
+  const Identification found = identifyDriveTrain(recording, kRadius);
+  EXPECT_NE(found.track_left.unknown.find("upside down"), std::string::npos);
+}
+
+TEST(PlantIdentification, TakesTenMinutesInSeconds) {
+  Drive drive;
+  drive.duration = 600.0;
+  const DriveRecording recording = record(drive);
+  const std::clock_t start = std::clock();
+  const Identification found = identifyDriveTrain(recording, kRadius);
+  const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  EXPECT_NEAR(found.dead_time.value, 0.1, 0.002);
+  // 1 s of the processor without sanitizers; the bound is for them.
+  EXPECT_LT(seconds, 30.0);
+  std::printf("%zu wheel samples: %.2f s\n", recording.wheels.size(), seconds);
 }
 
 TEST(Excitation, StaysWithinItsBoundsAndEndsAtRest) {

@@ -203,6 +203,23 @@ TEST(IdentificationReport, ItsPictureIsDrawn) {
   EXPECT_EQ(magic, "\x89PNG");
 }
 
+TEST(IdentificationReport, YamlSaysWhereItComesFrom) {
+  Identification result;
+  result.dead_time = {0.12, 0.001, ""};
+  result.lag = {0.05, 0.002, ""};
+  result.gain = {0.97, 0.001, ""};
+  result.offset = {0.5, 0.02, ""};
+  result.acceleration_limit = {3.2, 0.1, ""};
+  result.r_squared = 0.98765;
+  result.remarks = {"cut: 2.0 s of driving that the commands do not explain"};
+  const std::string text = plantModelYaml(result, {"drive.bag", "2022-05-17 14:03 UTC", "my Jackal"});
+  for (const char* said : {"drive.bag", "2022-05-17 14:03 UTC", "my Jackal", "R^2 0.9877", "0.5000 +- 0.0200",
+                           "# cut: 2.0 s of driving"}) {
+    EXPECT_NE(text.find(said), std::string::npos) << said << "\n" << text;
+  }
+  EXPECT_NE(identificationTable(result).find("R^2"), std::string::npos);
+}
+
 TEST(IdentificationReport, YamlHoldsTheEstimates) {
   Identification result;
   result.dead_time = {0.12, 0.001, ""};
@@ -212,7 +229,7 @@ TEST(IdentificationReport, YamlHoldsTheEstimates) {
   result.track_left = {0.55, 0.01, ""};
   result.track_right = {0.0, 0.0, "no turn to the right"};
   ParameterMap map;
-  addYamlText(plantModelYaml(result, "drive.bag"), "plant_model.yaml", map);
+  addYamlText(plantModelYaml(result, {"drive.bag", "", ""}), "plant_model.yaml", map);
   const auto number = [&](const char* key) { return std::get<double>(*map.take(std::string("plant_model.") + key)); };
   EXPECT_DOUBLE_EQ(number("dead_time"), 0.12);
   EXPECT_DOUBLE_EQ(number("lag"), 0.05);
@@ -221,7 +238,7 @@ TEST(IdentificationReport, YamlHoldsTheEstimates) {
   EXPECT_DOUBLE_EQ(number("effective_track"), 0.55);
   EXPECT_NE(identificationTable(result).find("no turn to the right"), std::string::npos);
   result.gain.unknown = "the recording does not depend on it";
-  EXPECT_THROW(plantModelYaml(result, "drive.bag"), IdentificationError);
+  EXPECT_THROW(plantModelYaml(result, {"drive.bag", "", ""}), IdentificationError);
 }
 
 }  // namespace

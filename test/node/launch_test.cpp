@@ -249,7 +249,7 @@ std::string identifiedModel() {
   result.gain = known(1.0);
   result.acceleration_limit = known(1.65);
   result.track_left = result.track_right = known(0.547);
-  return plantModelYaml(result, "some.bag");
+  return plantModelYaml(result, {"some.bag", "", ""});
 }
 
 /// The plant as `experiments calibrate` writes it, with numbers that are short only with an exponent or without a

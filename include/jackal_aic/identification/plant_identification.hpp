@@ -6,10 +6,13 @@
 ///
 /// Model of each wheel, with command u, speed w, wheel radius r:
 ///
-///     dw/dt = clamp( (gain u(t - dead_time) - w) / lag, +- acceleration_limit / r )
+///     dw/dt = clamp( (target - w) / lag, +- acceleration_limit / r ),
+///     target = sign(u) max(0, gain |u| - offset),  u = u(t - dead_time)
 ///
-/// fitted to all wheel speeds at once by least squares. Confidence intervals are those of the linearised fit with the
-/// noise that the residual shows.
+/// fitted to all wheel speeds at once by least squares. The offset is that of motors which turn by a fixed amount
+/// slower than commanded and not at all below it (clearpath_robot#280). Recordings are cut at gaps and where the
+/// commands do not explain the driving. Confidence intervals are those of the linearised fit with residuals that depend
+/// on each other over a second (cluster-robust, Liang and Zeger 1986).
 
 #include <stdexcept>
 #include <string>
@@ -62,11 +65,14 @@ struct Estimate {
 struct Identification {
   Estimate dead_time;           ///< [s]
   Estimate lag;                 ///< [s]
-  Estimate gain;                ///< true wheel speed / commanded wheel speed
+  Estimate gain;                ///< change of the wheel speed / change of the command, above the offset
+  Estimate offset;              ///< by which the wheels turn slower than gain x command [rad/s]
   Estimate acceleration_limit;  ///< of the wheel circumference [m/s^2]; where unknown, value is the largest one seen
   Estimate track_left;          ///< effective track turning left (theta_dot > 0) [m]
   Estimate track_right;         ///< effective track turning right [m]
   double residual = 0.0;        ///< root mean square of measured minus fitted wheel speed [rad/s]
+  double r_squared = 0.0;       ///< share of the variance of the wheel speeds that the model explains
+  double duration = 0.0;        ///< from the first wheel sample to the last [s]
   std::vector<std::string> remarks;  ///< what a user should know, one line each
   std::vector<WheelSample> fitted;   ///< wheel speeds of the fitted model at the stamps of the measured ones
 };
@@ -75,7 +81,10 @@ struct Identification {
 /// alpha / b_hat only (3-1), and the effective track is that of a robot with this slip factor.
 /// @throws IdentificationError if a series is missing or too short, stamps are not increasing, a value is not finite,
 /// or the
-///         commands hardly change (no excitation).
+///         commands hardly change (no excitation); if a wheel never turns, turns against its command or follows that of
+///         the other side; if the model leaves more than a tenth of the variance of the wheel speeds, or the commands
+///         do not explain half of the recording; if an estimate is at the end of the range searched, or the wheels
+///         answer before their commands.
 Identification identifyDriveTrain(const DriveRecording& recording, double wheel_radius, double slip_factor = 1.0);
 
 }  // namespace jackal_aic

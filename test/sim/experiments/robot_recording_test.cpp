@@ -200,13 +200,22 @@ TEST(CommandPathTest, SlowsBothSidesAlike) {
   EXPECT_NEAR(slower.right, 5.0, 1e-12);
 }
 
-TEST_F(RobotRecordingFile, IdentificationGetsTheStretchesButtedTogether) {
+TEST_F(RobotRecordingFile, IdentificationGetsTheStretchesApart) {
   const auto recording = readRecording(write("warthog_x.csv", windowsText(6, {1.0, 2.0}, {1.0, 2.0}, 0.1)));
   const DriveRecording drive = driveRecording(recording, {}, 200);
   ASSERT_EQ(drive.wheels.size(), 200u);
+  int gaps = 0;
   for (std::size_t i = 1; i < drive.wheels.size(); ++i) {
-    ASSERT_NEAR(drive.wheels[i].time - drive.wheels[i - 1].time, 0.05, 1e-9) << i;
+    const double step = drive.wheels[i].time - drive.wheels[i - 1].time;
+    EXPECT_EQ(drive.wheels[i].time, drive.commands[i].time);
+    if (recording.samples[i].starts) {
+      EXPECT_GT(step, 5.0) << i;
+      ++gaps;
+    } else {
+      EXPECT_NEAR(step, 0.05, 1e-9) << i;
+    }
   }
+  EXPECT_EQ(gaps, 1);
   EXPECT_EQ(drive.yaw.size(), 200u);
   EXPECT_EQ(drive.commands.back().command.right, 2.0);
 }

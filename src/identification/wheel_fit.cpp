@@ -1,0 +1,215 @@
+#include "wheel_fit.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace jackal_aic::identification {
+namespace {
+
+/// Commands below this are on their way to zero, where an offset ends [rad/s].
+constexpr double kSmallCommand = 0.3;
+
+/// Part of the residual's variance by which a parameter has to lessen the sum of squares: chance does so once in 600.
+constexpr double kSignificant = 10.0;
+
+/// Steps by which derivatives are taken: wide enough to bridge the kinks where a command switches between two samples.
+const Theta kDifference = (Theta() << 0.002, 0.002, 0.005, 0.05, 0.02).finished();
+
+/// The speed that a command asks for: with an offset o, the wheel turns by o slower than gain u, and not at all where
+/// that is below zero.
+double targetOf(const Theta& theta, double command, double speed_limit) {
+  const double magnitude = std::abs(command);
+  const double offset = theta[kOffset] * std::min(1.0, magnitude / kSmallCommand);
+  const double target = std::min(std::max(0.0, theta[kGain] * magnitude - offset), speed_limit);
+  return std::copysign(target, command);
+}
+
+/// Exact solution of dw/dt = clamp((target - w) / lag, +- limit) after a time.
+double advance(double speed, double target, double time, double lag, double limit) {
+  const double error = target - speed, linear = limit * lag;
+  if (std::abs(error) > linear) {
+    const double limited = (std::abs(error) - linear) / limit;  // time at the limit
+    if (time <= limited) return speed + std::copysign(limit * time, error);
+    speed = target - std::copysign(linear, error);
+    time -= limited;
+  }
+  return lag > 0.0 ? target - (target - speed) * std::exp(-time / lag) : target;
+}
+
+/// Goes through a stretch with one wheel.
+void simulateStretch(const WheelFit& fit, const Stretch& stretch, const Theta& theta, double WheelCommand::*side,
+                     std::vector<WheelCommand>& speeds) {
+  const double limit = std::exp(theta[kLogLimit]) / fit.radius, dead_time = theta[kDeadTime], lag = theta[kLag];
+  double speed = fit.wheels[stretch.begin].speed.*side;
+  double time = fit.wheels[stretch.begin].time;
+  double target = speed;  // what was sent before is not known: the wheel goes on as it is
+  std::size_t next = 0;
+  for (std::size_t i = stretch.begin; i < stretch.end; ++i) {
+    const double stamp = fit.wheels[i].time;
+    while (next < stretch.commands.size() && stretch.commands[next].time + dead_time <= stamp) {
+      const double acts = stretch.commands[next].time + dead_time;
+      if (acts > time) {
+        speed = advance(speed, target, acts - time, lag, limit);
+        time = acts;
+      }
+      target = targetOf(theta, stretch.commands[next++].command.*side, fit.speed_limit);
+    }
+    speed = advance(speed, target, stamp - time, lag, limit);
+    time = stamp;
+    speeds[i].*side = speed;
+  }
+}
+
+double cost(const WheelFit& fit, const Theta& theta) { return fit.residuals(theta).squaredNorm(); }
+
+/// Derivative of the fitted speeds by the parameters [rad/s per unit].
+Eigen::Matrix<double, Eigen::Dynamic, kParameters> jacobian(const WheelFit& fit, const Theta& theta, int parameters) {
+  Eigen::Matrix<double, Eigen::Dynamic, kParameters> J(2 * fit.wheels.size(), int(kParameters));
+  J.setZero();
+  for (int i = 0; i < parameters; ++i) {
+    Theta up = theta, down = theta;
+    up[i] = std::min(up[i] + kDifference[i], highest()[i]);
+    down[i] = std::max(down[i] - kDifference[i], lowest()[i]);
+    J.col(i) = (fit.residuals(down) - fit.residuals(up)) / (up[i] - down[i]);
+  }
+  return J;
+}
+
+/// Levenberg and Marquardt's method within the range. Returns the cost.
+double refine(const WheelFit& fit, Theta& theta, int parameters) {
+  constexpr int kIterations = 40;
+  constexpr double kLargestDamping = 1e8, kGood = 1e-9;
+  double damping = 1e-3, least = cost(fit, theta);
+  for (int iteration = 0; iteration < kIterations && damping < kLargestDamping; ++iteration) {
+    const auto J = jacobian(fit, theta, parameters);
+    const Theta gradient = J.transpose() * fit.residuals(theta);
+    const Eigen::Matrix<double, kParameters, kParameters> information = J.transpose() * J;
+    const double before = least;
+    for (; damping < kLargestDamping; damping *= 4.0) {
+      auto damped = information;
+      damped.diagonal() *= 1.0 + damping;
+      damped.diagonal().array() += 1e-12 * static_cast<double>(fit.wheels.size());
+      Theta next = theta + damped.ldlt().solve(gradient);
+      next = next.cwiseMax(lowest()).cwiseMin(highest());
+      const double value = cost(fit, next);
+      if (value >= least) continue;
+      theta = next;
+      least = value;
+      damping *= 0.2;
+      break;
+    }
+    if (before - least <= kGood * before) break;
+  }
+  return least;
+}
+
+}  // namespace
+
+Theta lowest() { return (Theta() << -0.1, 0.0, 0.1, std::log(0.1), -3.0).finished(); }
+Theta highest() { return (Theta() << 0.5, 1.0, 3.0, std::log(100.0), 3.0).finished(); }
+
+std::vector<WheelCommand> WheelFit::simulate(const Theta& theta) const {
+  std::vector<WheelCommand> speeds;
+  speeds.reserve(wheels.size());
+  for (const WheelSample& sample : wheels) speeds.push_back(sample.speed);
+  for (const Stretch& stretch : stretches) {
+    simulateStretch(*this, stretch, theta, &WheelCommand::left, speeds);
+    simulateStretch(*this, stretch, theta, &WheelCommand::right, speeds);
+  }
+  return speeds;
+}
+
+Eigen::VectorXd WheelFit::residuals(const Theta& theta) const {
+  const auto speeds = simulate(theta);
+  Eigen::VectorXd r = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(2 * speeds.size()));
+  for (std::size_t i = 0; i < speeds.size(); ++i) {
+    if (counts[i] == 0) continue;
+    r(static_cast<Eigen::Index>(2 * i)) = wheels[i].speed.left - speeds[i].left;
+    r(static_cast<Eigen::Index>(2 * i + 1)) = wheels[i].speed.right - speeds[i].right;
+  }
+  return r;
+}
+
+std::size_t WheelFit::size() const {
+  return 2 * static_cast<std::size_t>(std::count_if(counts.begin(), counts.end(), [](char c) { return c != 0; }));
+}
+
+Theta searchLeastSquares(const WheelFit& fit, double gain, bool fit_offset) {
+  constexpr std::size_t kStarts = 3;
+  std::vector<std::pair<double, Theta>> starts;
+  for (int i = -1; i <= 12; ++i) {
+    for (double lag : {0.01, 0.04, 0.15, 0.4}) {
+      for (double limit : {1.0, 3.0, 10.0, 50.0}) {
+        Theta theta;
+        theta << 0.04 * i, lag, gain, std::log(limit), 0.0;
+        starts.emplace_back(cost(fit, theta), theta);
+      }
+    }
+  }
+  std::partial_sort(starts.begin(), starts.begin() + kStarts, starts.end(),
+                    [](const auto& a, const auto& b) { return a.first < b.first; });
+  starts.resize(kStarts);
+  const int parameters = fit_offset ? kParameters : kOffset;
+  for (auto& start : starts) start.first = refine(fit, start.second, parameters);
+  const auto best =
+      *std::min_element(starts.begin(), starts.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  // A limit that the wheels never reached can still take up some noise: it has to explain more than chance does.
+  Theta unlimited = best.second;
+  unlimited[kLogLimit] = highest()[kLogLimit];
+  const double without = refine(fit, unlimited, parameters);
+  const bool chance = without <= best.first * (1.0 + kSignificant / static_cast<double>(fit.size()));
+  return chance ? unlimited : best.second;
+}
+
+double studentQuantile(double degrees_of_freedom) {
+  const double n = std::max(1.0, degrees_of_freedom);
+  return 1.959964 + 2.372271 / n + 2.822496 / (n * n) + 2.555853 / (n * n * n);
+}
+
+FitResult withIntervals(const WheelFit& fit, const Theta& theta, bool fit_offset) {
+  const auto J = jacobian(fit, theta, fit_offset ? kParameters : kOffset);
+  const Eigen::VectorXd r = fit.residuals(theta);
+  FitResult result{theta, Theta::Constant(HUGE_VAL)};
+  std::vector<int> seen;
+  for (int i = 0; i < kParameters; ++i) {
+    if (J.col(i).squaredNorm() > 1e-7 * static_cast<double>(fit.size())) seen.push_back(i);
+  }
+  const auto count = static_cast<Eigen::Index>(seen.size());
+  if (count == 0) return result;
+  Eigen::MatrixXd S(r.size(), count);
+  for (Eigen::Index i = 0; i < count; ++i) S.col(i) = J.col(seen[static_cast<std::size_t>(i)]);
+  const Eigen::MatrixXd bread = (S.transpose() * S).inverse();
+  Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(count, count);
+  Eigen::VectorXd score = Eigen::VectorXd::Zero(count);
+  double blocks = 0.0, block_end = -HUGE_VAL;
+  const auto close = [&] {
+    if (score.isZero(0.0)) return;
+    meat += score * score.transpose();
+    blocks += 1.0;
+    score.setZero();
+  };
+  for (std::size_t k = 0; k < fit.wheels.size(); ++k) {
+    if (fit.wheels[k].time >= block_end) {
+      close();
+      block_end = fit.wheels[k].time + kBlock;
+    }
+    for (auto row = static_cast<Eigen::Index>(2 * k); row < static_cast<Eigen::Index>(2 * k + 2); ++row) {
+      score += S.row(row).transpose() * r(row);
+    }
+  }
+  close();
+  const double freedom = std::max(1.0, blocks - static_cast<double>(count));
+  meat *= blocks / freedom;
+  // Blocks of few scores may look quieter than white noise of the same size: the larger variance counts.
+  const double white = r.squaredNorm() / std::max(1.0, static_cast<double>(fit.size()) - static_cast<double>(count));
+  const Eigen::MatrixXd robust = bread * meat * bread;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const double variance = std::max(robust(i, i), white * bread(i, i));
+    result.half_width[seen[static_cast<std::size_t>(i)]] = studentQuantile(freedom) * std::sqrt(variance);
+  }
+  return result;
+}
+
+}  // namespace jackal_aic::identification
