@@ -1,20 +1,28 @@
 #include "drive_bag.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <geometry_msgs/TransformStamped.h>
 #include <jackal_msgs/Drive.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 #include <sys/wait.h>
+#include <tf2/buffer_core.h>
+#include <tf2_msgs/TFMessage.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <map>
 #include <type_traits>
 
 #include "bag_guard.hpp"
 #include "conversions.hpp"
+#include "jackal_aic/config/text.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -47,10 +55,66 @@ void takeWheels(const sensor_msgs::JointState& message, const BagTopics& topics,
   recording.wheels.push_back({message.header.stamp.toSec(), {*left, *right}});
 }
 
+/// Refuses commands of more than one publisher: nobody knows which of them the motors followed.
+void checkPublishers(const rosbag::Bag& bag, const std::string& path, const std::string& topic) {
+  std::map<std::string, int> messages;
+  rosbag::View view(bag, rosbag::TopicQuery(topic));
+  for (const rosbag::MessageInstance& instance : view) ++messages[instance.getCallerId()];
+  if (messages.size() < 2) return;
+  std::vector<std::string> publishers;
+  for (const auto& [node, count] : messages)
+    publishers.push_back(fmt::format("{} sent {}", jackal_aic::quoted(node), count));
+  throw IdentificationError(fmt::format("{}: {} has {} publishers ({}): which of them the motors followed is not known",
+                                        path, topic, messages.size(), fmt::join(publishers, ", ")));
+}
+
+/// A frame's name as tf2 takes it.
+std::string frameName(const std::string& name) {
+  return name.substr(std::min(name.find_first_not_of('/'), name.size()));
+}
+
+/// Where IMUs are mounted, as a bag says.
+class ImuMounting {
+ public:
+  ImuMounting(const rosbag::Bag& bag, const BagTopics& topics) : topics_(topics) {
+    forEach<tf2_msgs::TFMessage>(bag, topics.fixed_frames, [&](const tf2_msgs::TFMessage& message, const ros::Time&) {
+      for (geometry_msgs::TransformStamped transform : message.transforms) {
+        transform.header.frame_id = frameName(transform.header.frame_id);
+        transform.child_frame_id = frameName(transform.child_frame_id);
+        frames_.setTransform(transform, "bag", true);
+      }
+    });
+  }
+
+  /// Yaw rate of the robot [rad/s].
+  double yawRate(const sensor_msgs::Imu& imu) {
+    const Eigen::Vector3d rate(imu.angular_velocity.x, imu.angular_velocity.y, imu.angular_velocity.z);
+    return (rotationOf(frameName(imu.header.frame_id)) * rate).z();
+  }
+
+ private:
+  const Eigen::Quaterniond& rotationOf(const std::string& frame) {
+    const auto known = rotations_.find(frame);
+    if (known != rotations_.end()) return known->second;
+    Eigen::Quaterniond rotation = topics_.imu_rotation.value_or(Eigen::Quaterniond::Identity());
+    if (!topics_.imu_rotation && !frame.empty() && frames_.canTransform(topics_.base_frame, frame, ros::Time(0))) {
+      const auto q = frames_.lookupTransform(topics_.base_frame, frame, ros::Time(0)).transform.rotation;
+      rotation = Eigen::Quaterniond(q.w, q.x, q.y, q.z);
+    }
+    return rotations_.emplace(frame, rotation).first->second;
+  }
+
+  const BagTopics& topics_;
+  tf2::BufferCore frames_;
+  std::map<std::string, Eigen::Quaterniond> rotations_;  // by frame
+};
+
 DriveRecording readOpenBag(const rosbag::Bag& bag, const std::string& path, const BagTopics& topics) {
   checkTopic(bag, path, topics.drive, "jackal_msgs/Drive", true);
   checkTopic(bag, path, topics.wheels, "sensor_msgs/JointState", true);
   checkTopic(bag, path, topics.imu, "sensor_msgs/Imu", false);
+  checkTopic(bag, path, topics.fixed_frames, "tf2_msgs/TFMessage", false);
+  checkPublishers(bag, path, topics.drive);
   DriveRecording recording;
   forEach<jackal_msgs::Drive>(bag, topics.drive, [&](const jackal_msgs::Drive& drive, const ros::Time& time) {
     const bool moves = drive.mode == jackal_msgs::Drive::MODE_VELOCITY;
@@ -60,8 +124,9 @@ DriveRecording readOpenBag(const rosbag::Bag& bag, const std::string& path, cons
   forEach<sensor_msgs::JointState>(bag, topics.wheels, [&](const sensor_msgs::JointState& joints, const ros::Time&) {
     takeWheels(joints, topics, recording);
   });
+  ImuMounting mounting(bag, topics);
   forEach<sensor_msgs::Imu>(bag, topics.imu, [&](const sensor_msgs::Imu& imu, const ros::Time&) {
-    recording.yaw.push_back({imu.header.stamp.toSec(), imu.angular_velocity.z});
+    recording.yaw.push_back({imu.header.stamp.toSec(), mounting.yawRate(imu)});
   });
   return recording;
 }

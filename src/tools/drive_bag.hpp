@@ -3,6 +3,8 @@
 /// @file
 /// A recorded drive from a ROS bag.
 
+#include <Eigen/Geometry>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,9 +14,14 @@ namespace jackal_aic {
 
 /// Where a bag holds what the identification needs.
 struct BagTopics {
-  std::string drive = "/cmd_drive";      ///< jackal_msgs/Drive; it has no stamp, the time of recording counts
-  std::string wheels = "/joint_states";  ///< sensor_msgs/JointState
-  std::string imu = "/imu/data";         ///< sensor_msgs/Imu, in a frame whose z axis points up; may be absent
+  std::string drive = "/cmd_drive";         ///< jackal_msgs/Drive; it has no stamp, the time of recording counts
+  std::string wheels = "/joint_states";     ///< sensor_msgs/JointState
+  std::string imu = "/imu/data";            ///< sensor_msgs/Imu; may be absent
+  std::string fixed_frames = "/tf_static";  ///< tf2_msgs/TFMessage; may be absent
+  std::string base_frame = "base_link";     ///< whose z axis points up
+  /// Orientation of the IMU in the base frame; without it that of the fixed frames counts, and without those the IMU is
+  /// taken to be mounted as the base frame.
+  std::optional<Eigen::Quaterniond> imu_rotation;
   std::vector<std::string> left_wheel_joints{"front_left_wheel", "rear_left_wheel"};
   std::vector<std::string> right_wheel_joints{"front_right_wheel", "rear_right_wheel"};
 };
@@ -24,7 +31,7 @@ struct BagTopics {
 /// The bag library reads in a child process, so that a damaged file cannot end this one.
 /// @throws IdentificationError, one line, if the file is missing, no bag, truncated or empty, a topic is absent or of
 /// another
-///         type, or the joint states lack a velocity.
+///         type, the joint states lack a velocity, or more than one node published commands.
 DriveRecording readDriveBag(const std::string& path, const BagTopics& topics);
 
 }  // namespace jackal_aic

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <ros/package.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -21,8 +22,22 @@ struct Options {
   std::string bag, out, robot, plot, csv;
   double wheel_radius = 0.098;
   double slip_factor = 1.0;
+  std::vector<double> imu_rotation;
   jackal_aic::BagTopics topics;
 };
+
+/// Orientation by roll, pitch and yaw [deg], of fixed axes in this order. @throws po::error if they are not three
+/// finite numbers.
+Eigen::Quaterniond rotationOf(const std::vector<double>& degrees) {
+  if (degrees.size() != 3 || !Eigen::Map<const Eigen::Vector3d>(degrees.data()).allFinite()) {
+    throw po::error(
+        fmt::format("--imu-rotation has {} values; expected 3, finite: roll, pitch and yaw, deg", degrees.size()));
+  }
+  const Eigen::Vector3d angles = Eigen::Map<const Eigen::Vector3d>(degrees.data()) * (M_PI / 180.0);
+  return Eigen::Quaterniond(Eigen::AngleAxisd(angles.z(), Eigen::Vector3d::UnitZ()) *
+                            Eigen::AngleAxisd(angles.y(), Eigen::Vector3d::UnitY()) *
+                            Eigen::AngleAxisd(angles.x(), Eigen::Vector3d::UnitX()));
+}
 
 /// The options, or nothing if the help was asked for.
 bool parse(int argc, char** argv, Options& options) {
@@ -37,7 +52,9 @@ bool parse(int argc, char** argv, Options& options) {
       "robot.slip_factor of the controller that the model is for")(
       "drive-topic", po::value(&options.topics.drive)->default_value(options.topics.drive), "jackal_msgs/Drive")(
       "wheel-topic", po::value(&options.topics.wheels)->default_value(options.topics.wheels), "sensor_msgs/JointState")(
-      "imu-topic", po::value(&options.topics.imu)->default_value(options.topics.imu), "sensor_msgs/Imu");
+      "imu-topic", po::value(&options.topics.imu)->default_value(options.topics.imu), "sensor_msgs/Imu")(
+      "imu-rotation", po::value(&options.imu_rotation)->multitoken()->value_name("ROLL PITCH YAW"),
+      "how the IMU is mounted, deg (default: as /tf_static in the bag says, or as base_link)");
   po::positional_options_description positional;
   positional.add("bag", 1);
   po::variables_map values;
@@ -53,6 +70,7 @@ bool parse(int argc, char** argv, Options& options) {
   if (options.bag.empty()) throw po::error("no bag given; usage: identify BAG [--out plant_model.yaml], see --help");
   if (!(options.wheel_radius > 0.0)) throw po::error("--wheel-radius must be above 0 m");
   if (!(options.slip_factor > 0.0)) throw po::error("--slip-factor must be above 0");
+  if (!options.imu_rotation.empty()) options.topics.imu_rotation = rotationOf(options.imu_rotation);
   if (options.plot.empty()) options.plot = options.bag.substr(0, options.bag.rfind(".bag")) + ".png";
   return true;
 }

@@ -7,9 +7,11 @@
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 #include <std_msgs/Float64.h>
+#include <tf2_msgs/TFMessage.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <boost/make_shared.hpp>
 #include <cctype>
 #include <cmath>
 #include <fstream>
@@ -187,6 +189,57 @@ TEST_F(BadBag, WithAnotherTypeOnTheDriveTopic) {
     bag.write("/cmd_drive", ros::Time(100.0), std_msgs::Float64());
   }
   EXPECT_NE(refusal(file.path).find("std_msgs/Float64"), std::string::npos);
+}
+
+/// A bag of one message on each topic, but for the commands, of which each of the nodes sends one.
+void writeMountedImu(const std::string& path, const std::vector<std::string>& nodes, bool with_frames) {
+  rosbag::Bag bag(path, rosbag::bagmode::Write);
+  for (const std::string& node : nodes) {
+    const auto header = boost::make_shared<ros::M_string>();
+    (*header)["callerid"] = node;
+    (*header)["type"] = "jackal_msgs/Drive";
+    (*header)["md5sum"] = ros::message_traits::md5sum<jackal_msgs::Drive>();
+    (*header)["message_definition"] = ros::message_traits::definition<jackal_msgs::Drive>();
+    bag.write("/cmd_drive", ros::Time(100.0), driveMessage({1.0, 1.0}), header);
+  }
+  writeMeasurement(bag, *sim::JackalPlant(sim::jackalUrdf(), {}).measurement(), ros::Time(100.0));
+  sensor_msgs::Imu imu;
+  imu.header.frame_id = "/imu_link";
+  imu.angular_velocity.y = 0.7;
+  bag.write("/imu/mounted", ros::Time(100.0), imu);
+  if (!with_frames) return;
+  // base_link <- mid_mount <- imu_link; the IMU lies on its side: its y axis points down.
+  tf2_msgs::TFMessage frames;
+  frames.transforms.resize(2);
+  frames.transforms[0].header.frame_id = "base_link";
+  frames.transforms[0].child_frame_id = "mid_mount";
+  frames.transforms[0].transform.rotation.w = 1.0;
+  frames.transforms[1].header.frame_id = "mid_mount";
+  frames.transforms[1].child_frame_id = "imu_link";
+  frames.transforms[1].transform.rotation.w = std::sqrt(0.5);
+  frames.transforms[1].transform.rotation.x = -std::sqrt(0.5);
+  bag.write("/tf_static", ros::Time(100.0), frames);
+}
+
+TEST_F(BadBag, WithTwoPublishersOfCommands) {
+  writeMountedImu(file.path, {"/jackal_node", "/excitation"}, false);
+  const std::string message = refusal(file.path);
+  EXPECT_NE(message.find("2 publishers"), std::string::npos) << message;
+  EXPECT_NE(message.find("/jackal_node"), std::string::npos) << message;
+  EXPECT_NE(message.find("/excitation"), std::string::npos) << message;
+}
+
+TEST(DriveBag, TurnsTheImuAsItIsMounted) {
+  const TemporaryFile file("mounted.bag");
+  writeMountedImu(file.path, {"/excitation"}, true);
+  BagTopics topics;
+  topics.imu = "/imu/mounted";
+  EXPECT_NEAR(readDriveBag(file.path, topics).yaw.at(0).yaw_rate, -0.7, 1e-9) << "as /tf_static says";
+  topics.imu_rotation = Eigen::Quaterniond(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitX()));
+  EXPECT_NEAR(readDriveBag(file.path, topics).yaw.at(0).yaw_rate, 0.7, 1e-9) << "as the user says";
+  writeMountedImu(file.path, {"/excitation"}, false);
+  topics.imu_rotation.reset();
+  EXPECT_NEAR(readDriveBag(file.path, topics).yaw.at(0).yaw_rate, 0.0, 1e-9) << "nobody says";
 }
 
 TEST(IdentificationReport, ItsPictureIsDrawn) {
