@@ -44,12 +44,22 @@ PlantModel identified(const RobotRecording& recording, const CommandPath& path, 
   return model;
 }
 
-/// A node's configuration on the recorded robot, as it is delivered.
-DriveParameters driveParameters(const PackageFiles& files, const RobotRecording& recording, const CommandPath& path,
-                                RealModel kind) {
+/// What the loop knows of the recorded robot. @param refusal why it is not identified, if it should be.
+PlantModel knownModel(const PackageFiles& files, const RobotRecording& recording, const CommandPath& path,
+                      RealModel kind, std::string& refusal) {
   PlantModel model = assumedModel(files);
   model.sensor_rate = kSensorRate;
-  if (kind == RealModel::identified) model = identified(recording, path, model);
+  if (kind == RealModel::assumed) return model;
+  try {
+    return identified(recording, path, model);
+  } catch (const IdentificationError& error) {
+    refusal = error.what();
+    return model;
+  }
+}
+
+/// A node's configuration on the recorded robot, as it is delivered.
+DriveParameters driveParameters(const PackageFiles& files, const RobotRecording& recording, const PlantModel& model) {
   ParameterMap map = files.configuration("predictive");
   map.set("plant_model.dead_time", model.dead_time);
   map.set("plant_model.lag", model.lag);
@@ -200,7 +210,7 @@ std::vector<std::pair<const char*, std::string>> cells(const Row& row) {
     gyro = f.reversed->told ? fmt::format("reversed, told after {:.0f} s", *f.reversed->told) : "reversed, not told";
   }
   return {{"recording", row.recording->name},
-          {"model", name(row.model)},
+          {"model", f.refusal.empty() ? name(row.model) : "refused"},
           {"duration_s", fmt::format("{:.0f}", f.duration)},
           {"samples", fmt::format("{}", f.samples)},
           {"gyro", gyro},
@@ -232,6 +242,7 @@ void print(const std::vector<Row>& rows) {
   line(rows.front(), true);
   for (const Row& row : rows) line(row, false);
   for (const Row& row : rows) {
+    if (!row.figures.refusal.empty()) fmt::print("{}: not identified: {}\n", row.recording->name, row.figures.refusal);
     for (const RealAlarm& alarm : row.figures.alarms) {
       fmt::print("{}, {}: {:.2f} s: {}\n", row.recording->name, name(row.model), alarm.time, alarm.reason);
     }
@@ -253,11 +264,12 @@ std::string csvText(const std::vector<Row>& rows) {
 
 RealFigures replay(const PackageFiles& files, const RobotRecording& recording, RealModel model) {
   const CommandPath path = fitCommandPath(recording);
-  const DriveParameters parameters = driveParameters(files, recording, path, model);
+  RealFigures figures;
+  const DriveParameters parameters =
+      driveParameters(files, recording, knownModel(files, recording, path, model, figures.refusal));
   const auto commands = appliedCommands(recording, path);
   Replay replay(parameters);
   for (std::size_t i = 0; i < commands.size(); ++i) replay.take(recording.samples[i], commands[i]);
-  RealFigures figures;
   figures.model = *parameters.plant_model;
   figures.samples = recording.samples.size();
   figures.duration = recording.duration();
@@ -271,7 +283,8 @@ RealFigures replay(const PackageFiles& files, const RobotRecording& recording, R
 ReversedGyro replayReversed(const PackageFiles& files, const RobotRecording& recording, RealModel model) {
   const CommandPath path = fitCommandPath(recording);
   const auto commands = appliedCommands(recording, path);
-  Replay replay(driveParameters(files, recording, path, model));
+  std::string refusal;
+  Replay replay(driveParameters(files, recording, knownModel(files, recording, path, model, refusal)));
   for (std::size_t i = 0; i < commands.size(); ++i) {
     RecordedSample sample = recording.samples[i];
     sample.observation.yaw_rate = -sample.observation.yaw_rate;

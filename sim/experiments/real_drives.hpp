@@ -36,6 +36,7 @@ struct ReversedGyro {
 /// What came of the replay of a recording.
 struct RealFigures {
   PlantModel model;               ///< that was replayed with
+  std::string refusal;            ///< why the recording identifies nothing; empty if it does
   std::size_t samples = 0;        ///< of the sensors
   double duration = 0.0;          ///< [s]
   std::vector<RealAlarm> alarms;  ///< times in which a channel or a drive counted as faulty, or the robot would stop
@@ -51,7 +52,8 @@ struct RealFigures {
 /// Replays a recording in its order through a drive loop with the predictive controller, its fault detection on and the
 /// motors shared with somebody else: the recorded command is what reached the motors, and where it is not known, the
 /// wheels tell. Every second step of the commands is held out: nothing is learned of the slip in it. A part that does
-/// not follow on the one before starts the loop anew. @throws IdentificationError if the recording tells too little.
+/// not follow on the one before starts the loop anew. Where the identification refuses, what is assumed is replayed, as
+/// a robot would drive.
 RealFigures replay(const PackageFiles& files, const RobotRecording& recording, RealModel model);
 
 /// Replays a recording as replay(), with its gyro reversed.
