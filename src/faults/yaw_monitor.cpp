@@ -29,10 +29,10 @@ constexpr double kNoise = 5.0;
 /// Turn against the wheels that a sliding body may have, by the turn that they ask for.
 constexpr double kAgainst = 0.15;
 
-/// Least turn that tells the sign of a gyro [rad/s], the time of turning that it takes and that is remembered [s].
-constexpr double kSignTurn = 0.2;
+/// Time of turning after which c of TurnAgreement tells the sign of a gyro [s], and c beyond which it is one or the
+/// other.
 constexpr double kSignTime = 0.5;
-constexpr double kSignMemory = 1.0;
+constexpr double kSign = 0.5;
 
 /// Standard deviation of the bias of a gyro that was found faulty [rad/s].
 constexpr double kFaultyBias = 0.5;
@@ -53,17 +53,6 @@ YawBeliefParameters beliefParameters(const FaultParameters& p) {
 }
 
 }  // namespace
-
-void ReversalTest::update(double yaw_rate, double asked, double step) {
-  if (std::abs(asked) < kSignTurn) return;
-  const double kept = std::exp(-step / kSignMemory);
-  product_ = kept * product_ + yaw_rate * asked * step;
-  square_ = kept * square_ + asked * asked * step;
-  turned_ += step;
-  if (turned_ < kSignTime) return;
-  if (product_ < -0.5 * square_) reversed_ = true;
-  if (product_ > 0.5 * square_) reversed_ = false;
-}
 
 YawMonitor::YawMonitor(const FaultParameters& parameters, double effective_track)
     : parameters_(parameters),
@@ -100,7 +89,10 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
   const bool frozen_moving = repetition_moving_.update(yaw_rate, !moving, kResolution, moving ? 0.0 : kAnyChange);
   frozen_ = frozen_at_rest || frozen_moving;
   watchJumps(yaw_rate, step);
-  reversal_.update(yaw_rate, belief_.slope() * x.value, step);
+  agreement_of_sign_.update(yaw_rate, belief_.slope() * x.value, step);
+  if (agreement_of_sign_.turned() > kSignTime && std::abs(agreement_of_sign_.value()) > kSign) {
+    reversed_ = agreement_of_sign_.value() < 0.0;
+  }
   const bool wrong_for_good = frozen_ || reversed();
   const bool sliding = distance_ > 1.0 && !was_faulty && slides(yaw_rate, x.value);
   bool suspect = (distance_ > 1.0 && !sliding) || wrong_for_good || biased();

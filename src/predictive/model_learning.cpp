@@ -45,6 +45,12 @@ ModelLearning::ModelLearning(const PredictiveParameters& parameters, const Geome
       slip_(configuredSlip(geometry, model), geometry.wheel_radius, slipLearning(parameters)),
       precisions_(sensorPrecisions(parameters)) {}
 
+void ModelLearning::takeOver(const SlipBelief& learned) {
+  slip_ = learned;
+  slip_.setLearning(slipLearning(parameters_));
+  slip_.forgetMotion();
+}
+
 void ModelLearning::restart(const WheelBelief& left, const WheelBelief& right) {
   steady_time_ = 0.0;
   precisions_.start(left, right);

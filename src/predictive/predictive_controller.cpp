@@ -238,9 +238,9 @@ void PredictiveController::reset() {
 }
 
 void PredictiveController::forgetMotion() {
-  const SlipState learned = slip();
+  const SlipBelief learned = slipBelief();
   reset();
-  setSlip(learned);
+  learning_.takeOver(learned);
 }
 
 void PredictiveController::setSlip(const SlipState& state) {

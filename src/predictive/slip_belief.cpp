@@ -16,6 +16,7 @@ constexpr double kStraight = 0.5;      // largest difference of the wheel speeds
 constexpr double kStandstill = 0.15;   // wheel speeds below which the robot is taken to rest [rad/s]
 constexpr double kOffsetMemory = 1.0;  // of the accelerometer's offset and the gyro's [s]
 constexpr double kTurn = 0.15;         // least |r n| of a turn of which f may learn what g had [m/s]
+constexpr double kFollows = 0.5;       // least c of TurnAgreement of a body that follows its wheels
 constexpr double kAgainst = 0.15;      // part of the turn; what turns more against the wheels is no slip
 constexpr double kLargestGyroOffset = 0.05;  // rad/s; more at rest is no offset, but a robot that is turned
 
@@ -23,6 +24,11 @@ constexpr double kLargestGyroOffset = 0.05;  // rad/s; more at rest is no offset
 double descend(double parameter, double& curvature, double y, double x, double variance, double forgetting) {
   curvature = curvature * forgetting + x * x / variance;
   return parameter + x * (y - parameter * x) / (variance * curvature);
+}
+
+/// Whether a body turns against what its wheels ask for: that is no slip.
+bool against(double yaw_rate, double asked) {
+  return yaw_rate * asked < 0.0 && std::abs(yaw_rate) > kAgainst * std::abs(asked);
 }
 
 double curvatureOf(double value) { return 1.0 / (kDeviation * value * kDeviation * value); }
@@ -36,7 +42,8 @@ SlipBelief::SlipBelief(const SlipState& configured, double wheel_radius, const S
       turn_(configured.slip_factor / configured.effective_track),
       alpha_(configured.slip_factor),
       correction_curvature_(curvatureOf(1.0)),
-      alpha_curvature_(curvatureOf(alpha_)) {}
+      alpha_curvature_(curvatureOf(alpha_)),
+      kept_{turn_, correction_} {}
 
 double SlipBelief::boundedAlpha(double alpha) const {
   return std::clamp(alpha, configured_.slip_factor / kRange, configured_.slip_factor * kRange);
@@ -53,6 +60,12 @@ void SlipBelief::setState(const SlipState& state) {
   if (state.turn) turn_.setCoefficients(*state.turn);
   alpha_ = boundedAlpha(state.slip_factor);
   correction_ = boundedCorrection(state.slip_factor / (state.effective_track * turn_.inPlace()));
+  kept_ = {turn_, correction_};
+}
+
+void SlipBelief::forgetMotion() {
+  started_ = false;
+  by_wheels_ = by_accelerometer_ = 0.0;
 }
 
 // ---- the turn
@@ -94,10 +107,15 @@ void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double st
   const double slope = yawPerDifference(left, right);
   const double late = learning_.yaw_delay_deviation * slope * n.rate;
   const double f = yawRate(left, right) / correction_;
-  const bool against = yaw_rate * f < 0.0 && std::abs(yaw_rate) > kAgainst * std::abs(f);
-  if (against && radius_ * std::abs(n.value) > kTurn) return;  // no slip turns the body so
+  agreement_.update(yaw_rate, correction_ * f, step);
+  if (agreement_.value() < 0.0) {
+    turn_ = kept_.turn;
+    correction_ = kept_.correction;
+    return;
+  }
+  if (agreement_.value() > kFollows) kept_ = {turn_, correction_};
   learnTurn(yaw_rate, n, learning_.gyro_variance + late * late, step);
-  if (!turns(n, step)) return;
+  if (!turns(n, step) || against(yaw_rate, f)) return;
   const double variance = learning_.gyro_variance + slope * slope * n.variance + late * late;
   const double forgetting = std::exp(-std::min(step, learning_.memory) / learning_.memory);
   correction_ = boundedCorrection(descend(correction_, correction_curvature_, yaw_rate, f, variance, forgetting));
@@ -113,6 +131,7 @@ void SlipBelief::learnTurn(double yaw_rate, const WheelDifference& n, double var
   }
   const double x = radius_ * difference, v = radius_ * mean;
   const double before = turn_.yawRate(x, v);
+  if (std::abs(x) > kTurn && against(yaw_rate, before)) return;
   turn_.learn(yaw_rate - gyro_offset_, x, v, variance, step);
   const double after = turn_.yawRate(x, v);
   // What f learns of this turn is taken out of g.

@@ -12,14 +12,14 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kTrackDeviation = 0.5;    // prior of q_1, relative to the configured ratio
-constexpr double kMotionDeviation = 0.05;  // prior of q_2 and q_4, relative to it, per m/s
-constexpr double kVeerDeviation = 0.03;    // prior of q_3, relative to it
-constexpr double kModelError = 0.1;        // sigma_m, of the yaw rate [rad/s]
-constexpr double kModelErrorLasts = 0.5;   // tau_m [s]
-constexpr double kTurn = 0.15;             // least |x| of a turn, and |v| of a straight line, to learn from [m/s]
-constexpr double kStraight = 0.05;         // largest |x| of a straight line [m/s]
-constexpr double kEnough = 1e3;            // information about the veer, in that of the prior: more would make it stiff
+constexpr double kTrackDeviation = 0.5;   // prior of q_1, relative to the configured ratio
+constexpr double kMotionDeviation = 0.1;  // prior of q_2 and q_4, relative to it, per m/s
+constexpr double kVeerDeviation = 0.03;   // prior of q_3, relative to it
+constexpr double kModelError = 0.1;       // sigma_m, of the yaw rate [rad/s]
+constexpr double kModelErrorLasts = 0.5;  // tau_m [s]
+constexpr double kTurn = 0.15;            // least |x| of a turn, and |v| of a straight line, to learn from [m/s]
+constexpr double kStraight = 0.05;        // largest |x| of a straight line [m/s]
+constexpr double kEnough = 1e3;           // information about the veer, in that of the prior: more would make it stiff
 constexpr double kLargestCoefficient = 0.5;  // of q_2, q_3 and q_4, relative to the configured ratio
 
 double sign(double value) { return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0; }

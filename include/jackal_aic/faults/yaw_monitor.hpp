@@ -6,6 +6,7 @@
 #include "jackal_aic/faults/channel_monitor.hpp"
 #include "jackal_aic/faults/fault_parameters.hpp"
 #include "jackal_aic/faults/yaw_belief.hpp"
+#include "jackal_aic/model/turn_agreement.hpp"
 
 namespace jackal_aic {
 
@@ -13,24 +14,6 @@ namespace jackal_aic {
 struct DifferenceSpeed {
   double value;     ///< x [m/s]
   double variance;  ///< [(m/s)^2]
-};
-
-/// Tells a gyro that reads the turn with the wrong sign from one that reads it wrongly or a body that slides: with a
-/// the turn that the wheels ask for, c = sum y a / sum a^2 over a forgetting memory of turning is 1 on the ground of
-/// the model, 0 where nothing follows the wheels, and -1 with the wrong sign. Does not allocate.
-class ReversalTest {
- public:
-  /// Takes a yaw rate y beside the one that the wheels ask for [rad/s]. @param step since the last sample [s].
-  void update(double yaw_rate, double asked, double step);
-
-  /// c was below -1/2 after half a second of turning, and has not come above 1/2 since.
-  bool reversed() const { return reversed_; }
-
- private:
-  double product_ = 0.0;  // sum of y a step [rad^2/s]
-  double square_ = 0.0;   // sum of a^2 step [rad^2/s]
-  double turned_ = 0.0;   // time of turning [s]
-  bool reversed_ = false;
 };
 
 /// Prediction, comparison and verdict for the gyro. Nothing here allocates.
@@ -60,7 +43,7 @@ class YawMonitor {
   void check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step);
 
   bool frozen() const { return frozen_; }                        ///< the last sample repeats to the bit
-  bool reversed() const { return reversal_.reversed(); }         ///< it reads the turn with the wrong sign
+  bool reversed() const { return reversed_; }                    ///< it reads the turn with the wrong sign
   double distance() const { return distance_; }                  ///< in multiples of the bound
   ChannelState state() const { return persistence_.state(); }    ///< verdict with the last sample
   bool suspecting() const { return persistence_.suspecting(); }  ///< an outlier is among the last samples
@@ -89,7 +72,8 @@ class YawMonitor {
   TimingVariance timing_;
   TimingVariance grip_;
   LearnedVariance learned_;
-  ReversalTest reversal_;
+  TurnAgreement agreement_of_sign_;
+  bool reversed_ = false;
   Persistence persistence_;
   RepetitionTest repetition_at_rest_;
   RepetitionTest repetition_moving_;

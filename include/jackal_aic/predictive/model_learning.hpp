@@ -44,6 +44,9 @@ class ModelLearning {
   /// How the body follows the wheels.
   const SlipBelief& slip() const { return slip_; }
 
+  /// Goes on with what was learned of the slip before a time of which nothing is known.
+  void takeOver(const SlipBelief& learned);
+
   /// Goes on from these, as SlipBelief::setState().
   void setSlip(const SlipState& state) { slip_.setState(state); }
 

@@ -34,10 +34,12 @@
 /// |n| above five standard deviations, of the belief or of what measurements were lately off it, whichever is larger,
 /// so that the steps of an encoder are no turn however coarse they are. f learns in turns that are large beside them,
 /// from the measured speeds: believed ones are led by a wrong model of the drive train, which half a second forgives
-/// and minutes do not. What the gyro shows at rest is no turn: f learns without it.
+/// and minutes do not. What the gyro shows at rest is no turn: f learns without it. What was learned of a turn that
+/// comes out to be against the wheels, by a gyro of the wrong sign, is taken back.
 
 #include <optional>
 
+#include "jackal_aic/model/turn_agreement.hpp"
 #include "jackal_aic/model/types.hpp"
 #include "jackal_aic/predictive/turn_model.hpp"
 
@@ -127,6 +129,9 @@ class SlipBelief {
 
   double alphaVariance() const { return 1.0 / alpha_curvature_; }  ///< of alpha
 
+  /// Goes on with what was learned after a time of which nothing is known.
+  void forgetMotion();
+
   /// Goes on from another state, e.g. that of the last run, within the range.
   void setState(const SlipState& state);
 
@@ -142,6 +147,10 @@ class SlipBelief {
   SlipState configured_;
   double radius_;
   SlipLearning learning_;
+  struct Kept {
+    TurnModel turn;
+    double correction;
+  };
   TurnModel turn_;           // f
   double correction_ = 1.0;  // g
   double alpha_;
@@ -151,6 +160,8 @@ class SlipBelief {
   double by_wheels_ = 0.0;         // r W [m/s]
   double by_accelerometer_ = 0.0;  // A [m/s]
   double offset_ = 0.0;
+  TurnAgreement agreement_;
+  Kept kept_;                 // turn_ and correction_ when the body last followed its wheels
   double gyro_offset_ = 0.0;  // at rest [rad/s]
   double track_gain_ = 0.0;
   double error_variance_ = 0.0;  // of the believed difference of the wheel speeds, as measured [(rad/s)^2]
