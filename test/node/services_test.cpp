@@ -11,10 +11,7 @@ namespace {
 
 class Services : public testing::Test {
  protected:
-  Services() {
-    odometry_subscriber_ = node_.subscribe<nav_msgs::Odometry>(
-        "odom", 100, [this](const nav_msgs::OdometryConstPtr& message) { odometry = *message; });
-  }
+  Services() { odometry_subscriber_ = node_.subscribe("odom", 100, &Services::onOdometry, this); }
 
   void SetUp() override {
     ASSERT_TRUE(robot.waitUntilReady());
@@ -35,6 +32,7 @@ class Services : public testing::Test {
     return call.response;
   }
 
+  void onOdometry(const nav_msgs::Odometry& message) { odometry = message; }
   void expectSpeed(double speed) const { EXPECT_NEAR(robot.truth().forward.back(), speed, 0.02); }
 
   ros::NodeHandle node_;

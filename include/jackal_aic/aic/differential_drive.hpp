@@ -42,6 +42,7 @@ void describeFields(Visitor& v, DifferentialDriveParameters& p) {
 /// at no measurement and believes nothing.
 class DifferentialDrive : public VelocityController {
  public:
+  /// Drives by these settings.
   explicit DifferentialDrive(const DifferentialDriveParameters& parameters) : parameters_(parameters) {}
 
   bool setSetPoint(const SetPoint& set_point) override;

@@ -58,8 +58,8 @@ class VelocityController {
 
  protected:
   VelocityController() = default;
-  VelocityController(const VelocityController&) = default;
-  VelocityController& operator=(const VelocityController&) = default;
+  VelocityController(const VelocityController&) = default;             ///< for the copy of a whole controller
+  VelocityController& operator=(const VelocityController&) = default;  ///< likewise
 };
 
 }  // namespace jackal_aic

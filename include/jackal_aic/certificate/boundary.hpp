@@ -14,8 +14,8 @@ using LineTest = std::function<bool(double)>;
 
 /// Where a test changes its answer along a line: the last point before and the first after.
 struct Boundary {
-  double before;
-  double after;
+  double before;  ///< last point with the answer of the beginning
+  double after;   ///< first point with the other answer
 };
 
 /// How the step that changes the answer is narrowed down.

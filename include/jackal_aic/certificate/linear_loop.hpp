@@ -77,8 +77,8 @@ class LinearLoop {
   /// Spectral radius of one belief step with the measurement held.
   double beliefSpectralRadius() const { return belief_radius_; }
 
-  const ControllerParameters& controller() const { return controller_; }
-  const PlantModel& plant() const { return plant_; }
+  const ControllerParameters& controller() const { return controller_; }  ///< gains of the loop
+  const PlantModel& plant() const { return plant_; }                      ///< robot in the loop
 
  private:
   /// Controller equations of one mode, with belief and measurement scaled by (sensor period)^order.

@@ -65,8 +65,8 @@ enum class ThinMargin { none, gain, delay };
 /// Relative sensitivity d ln(rho) / d ln(parameter) of the spectral radius rho, the belief's if that diverges, else the
 /// loop's.
 struct Sensitivity {
-  std::string parameter;
-  double value;
+  std::string parameter;  ///< name of its key, without the section
+  double value;           ///< d ln(rho) / d ln(parameter)
 };
 
 /// An interval of a gain in which loop and belief are stable, the other parameters fixed.
@@ -80,8 +80,8 @@ struct StableRange {
 /// The parameter that is most to blame for an instability: one that was just changed, else the one to which the radius
 /// is most sensitive among those of which another value alone helps.
 struct Culprit {
-  std::string parameter;
-  double value = 0.0;
+  std::string parameter;                   ///< name of its key, without the section
+  double value = 0.0;                      ///< what it is
   std::optional<StableRange> range = {};   ///< of it, the others as they are, if it was searched and found
   std::optional<double> stable_with = {};  ///< value before the change, or the default, if the loop is stable with it
 };

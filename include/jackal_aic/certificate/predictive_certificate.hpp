@@ -53,8 +53,8 @@ class PredictiveLinearLoop {
   /// Spectral radius of the error of the belief over a period: of the belief alone, whatever is driven.
   double beliefSpectralRadius() const { return converged_.spectral_radius; }
 
-  const PredictiveParameters& parameters() const { return parameters_; }
-  const PlantModel& robot() const { return robot_; }
+  const PredictiveParameters& parameters() const { return parameters_; }  ///< gains of the loop
+  const PlantModel& robot() const { return robot_; }                      ///< robot in the loop
 
  private:
   class Trajectories;

@@ -31,8 +31,8 @@ using ParameterValue =
 
 /// Inclusive bounds of a number.
 struct Bounds {
-  double low;
-  double high;
+  double low;   ///< least value
+  double high;  ///< largest value
 };
 
 /// Whether a key has to be given.
@@ -145,29 +145,36 @@ struct Field {
 /// ParameterReader.
 class FieldList {
  public:
-  /// One overload for each of ParameterReader's.
+  /// One overload for each of ParameterReader's: a number in bounds.
   void field(const char* name, double value, Bounds bounds, const char* unit, Presence presence) {
     fields.push_back({name, value, bounds, unit, {}, presence});
   }
+  /// A whole number in bounds.
   void field(const char* name, int value, Bounds bounds, const char* unit, Presence presence) {
     fields.push_back({name, std::int64_t{value}, bounds, unit, {}, presence});
   }
+  /// A whole number from 0 on.
   void field(const char* name, std::uint64_t value, const char* unit, Presence presence) {
     fields.push_back({name, static_cast<std::int64_t>(value), std::nullopt, unit, {}, presence});
   }
+  /// True or false.
   void field(const char* name, bool value, Presence presence) {
     fields.push_back({name, value, std::nullopt, "", {}, presence});
   }
+  /// A text.
   void field(const char* name, const std::string& value, Presence presence) {
     fields.push_back({name, value, std::nullopt, "", {}, presence});
   }
+  /// Texts.
   void field(const char* name, const std::vector<std::string>& value, Presence presence) {
     fields.push_back({name, value, std::nullopt, "", {}, presence});
   }
+  /// Numbers in bounds.
   void field(const char* name, const std::vector<double>& value, Bounds bounds, std::size_t, const char* unit,
              Presence presence) {
     fields.push_back({name, value, bounds, unit, {}, presence});
   }
+  /// One of several words.
   template <class Enum, std::size_t N>
   void field(const char* name, Enum value, const std::array<const char*, N>& words, Presence presence) {
     const std::string word = words[static_cast<std::size_t>(value)];
@@ -185,8 +192,8 @@ std::vector<Field> fieldsOf(S values) {
   return list.fields;
 }
 
-/// Checks each field of a struct against its range, as if it had been read from the keys `prefix.*`, or without a
-/// prefix. Throws ParameterError.
+/// Checks each field of a struct against its range, as if it had been read from the keys prefix.name, or name
+/// without a prefix. Throws ParameterError.
 template <class S>
 void requireInRange(S values, const std::string& prefix) {
   ParameterMap map;

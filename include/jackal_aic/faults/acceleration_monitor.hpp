@@ -26,9 +26,10 @@ namespace jackal_aic {
 /// Prediction, comparison and verdict for the accelerometer. Nothing here allocates.
 class AccelerationMonitor {
  public:
+  /// @param parameters thresholds, and the noise of the sensors.
   explicit AccelerationMonitor(const FaultParameters& parameters);
 
-  /// Lets a step pass [s]. @param forward_rate dv/dt of the wheels' predictions; @param lowest, @param highest what it
+  /// Lets a step pass [s]. @param forward_rate dv/dt of the wheels' predictions; @param lowest, highest what it
   /// may be besides, as the drive train is uncertain [m/s^2].
   void predict(double forward_rate, double lowest, double highest, double step);
 

@@ -106,6 +106,7 @@ struct PersistenceParameters {
 /// with a rate of at most alpha, a fault is declared in error with a rate of at most C(N, K) alpha^K per sample.
 class Persistence {
  public:
+  /// @param parameters K, N and the time of recovery.
   explicit Persistence(const PersistenceParameters& parameters) : parameters_(parameters) {}
 
   /// Takes the verdict on a sample. @param informative false if a fault would not show in it: such a sample does not

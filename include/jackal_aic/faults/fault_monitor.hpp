@@ -52,8 +52,8 @@ enum class FaultCause {
 
 /// Health of one channel.
 struct ChannelHealth {
-  ChannelState state = ChannelState::ok;
-  FaultCause cause = FaultCause::none;
+  ChannelState state = ChannelState::ok;  ///< whether it counts
+  FaultCause cause = FaultCause::none;    ///< why it does not
   double distance = 0.0;  ///< Mahalanobis distance of the last prediction error, in multiples of Chebyshev's bound
 };
 

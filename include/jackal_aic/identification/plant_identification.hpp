@@ -30,35 +30,35 @@ class IdentificationError : public std::runtime_error {
 
 /// A wheel command at the time it was sent [s].
 struct CommandSample {
-  double time;
-  WheelCommand command;
+  double time;           ///< [s]
+  WheelCommand command;  ///< wheel speeds that were commanded [rad/s]
 };
 
 /// Measured wheel speeds with their stamp [s].
 struct WheelSample {
-  double time;
-  WheelCommand speed;
+  double time;         ///< [s]
+  WheelCommand speed;  ///< measured wheel speeds [rad/s]
 };
 
 /// Measured yaw rate [rad/s] with its stamp [s].
 struct YawSample {
-  double time;
-  double yaw_rate;
+  double time;      ///< [s]
+  double yaw_rate;  ///< theta_dot [rad/s]
 };
 
 /// One recorded drive. All series share one clock and are in order of time.
 struct DriveRecording {
-  std::vector<CommandSample> commands;
-  std::vector<WheelSample> wheels;
-  std::vector<YawSample> yaw;  ///< may be empty: then the effective track stays unknown
+  std::vector<CommandSample> commands;  ///< what was commanded
+  std::vector<WheelSample> wheels;      ///< what the wheels did
+  std::vector<YawSample> yaw;           ///< may be empty: then the effective track stays unknown
 };
 
 /// An estimated quantity.
 struct Estimate {
-  double value = 0.0;       ///< estimate, in the unit of the quantity
-  double half_width = 0.0;  ///< half width of the 95 % confidence interval
-  std::string unknown;      ///< why the recording cannot tell; empty if it can
-  bool known() const { return unknown.empty(); }
+  double value = 0.0;                             ///< estimate, in the unit of the quantity
+  double half_width = 0.0;                        ///< half width of the 95 % confidence interval
+  std::string unknown;                            ///< why the recording cannot tell; empty if it can
+  bool known() const { return unknown.empty(); }  ///< the recording tells it
 };
 
 /// What a recording tells about the drive train.

@@ -103,7 +103,7 @@ class DriveTrain {
 
   /// Map of x over a step below the acceleration limit, and what a command that acts adds.
   const Eigen::Matrix3d& transition() const { return transition_; }
-  const Eigen::Vector3d& input() const { return input_; }
+  const Eigen::Vector3d& input() const { return input_; }  ///< likewise, per rad/s of command
 
   double gain() const { return gain_; }    ///< wheel speed / command
   double limit() const { return limit_; }  ///< of dw/dt [rad/s^2]

@@ -13,6 +13,7 @@ namespace jackal_aic {
 /// Kinematics of a skid-steer robot seen as a differential drive with a virtual width b_hat and a slip factor alpha.
 class SkidSteerKinematics {
  public:
+  /// @param geometry wheel radius, effective track and slip.
   explicit SkidSteerKinematics(const GeometryParameters& geometry) : geometry_(geometry) {}
 
   /// Body velocity (base_link) of given wheel speeds: mu = G (omega_L, omega_R) (3-1).
@@ -33,7 +34,7 @@ class SkidSteerKinematics {
   /// K, 2x5: the forward model d(eps_y)/d(a) (3-14).
   Eigen::Matrix<double, 2, kSensorSize> forwardModel() const;
 
-  const GeometryParameters& geometry() const { return geometry_; }
+  const GeometryParameters& geometry() const { return geometry_; }  ///< as given
 
  private:
   GeometryParameters geometry_;

@@ -76,7 +76,7 @@ class WheelBelief {
 
   /// Map of (w, z, d) over an inner step below the acceleration limit, and what a command adds that acts in it.
   const Eigen::Matrix3d& transition() const { return drive_train_.transition(); }
-  const Eigen::Vector3d& input() const { return drive_train_.input(); }
+  const Eigen::Vector3d& input() const { return drive_train_.input(); }  ///< likewise, per rad/s of command
 
   /// Dead time in inner steps.
   std::size_t delay() const { return commands_.delay(); }

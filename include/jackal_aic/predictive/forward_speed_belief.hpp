@@ -32,6 +32,7 @@ class ForwardSpeedBelief {
   /// Longest time that one acceleration stands for [s]; after a longer one the wheels are believed.
   static constexpr double kLongestStep = 0.1;
 
+  /// Begins with the speed of the wheels.
   explicit ForwardSpeedBelief(const ForwardSpeedBeliefParameters& parameters) : parameters_(parameters) {}
 
   /// Takes a forward acceleration free of gravity [m/s^2], of variance [(m/s^2)^2]. @param wheels v_w now

@@ -21,6 +21,7 @@ namespace jackal_aic {
 /// Learning of the parameters of the generative model. Nothing here allocates.
 class ModelLearning {
  public:
+  /// Begins with what is configured.
   ModelLearning(const PredictiveParameters& parameters, const GeometryParameters& geometry, const PlantModel& model);
 
   /// The beliefs start anew from a measurement: the robot is taken to move unsteadily.

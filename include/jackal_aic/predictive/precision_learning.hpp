@@ -84,7 +84,7 @@ class SteadyError {
   /// How the speed was predicted to change from the last measurement but one to the last [rad/s], and the variance of
   /// that prediction's error [(rad/s)^2].
   double predictedChange() const { return predicted_change_; }
-  double predictedChangeVariance() const { return predicted_change_variance_; }
+  double predictedChangeVariance() const { return predicted_change_variance_; }  ///< likewise
 
  private:
   Eigen::Matrix3d C_ = Eigen::Matrix3d::Zero();

@@ -60,9 +60,9 @@ class WheelController {
   /// Trusts the encoder with another variance from now on [(rad/s)^2].
   void setMeasurementVariance(double variance) { belief_.setMeasurementVariance(variance); }
 
-  const WheelBelief& belief() const { return belief_; }
-  const DriveTrainReference& path() const { return path_; }
-  double action() const { return action_; }  ///< command now driven [rad/s]
+  const WheelBelief& belief() const { return belief_; }      ///< about speed and disturbance
+  const DriveTrainReference& path() const { return path_; }  ///< towards the wanted speed
+  double action() const { return action_; }                  ///< command now driven [rad/s]
 
  private:
   double gain_;           // wheel speed / command

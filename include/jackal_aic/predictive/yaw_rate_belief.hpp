@@ -26,6 +26,7 @@ struct YawRateBeliefParameters {
 /// Belief about the yaw rate of the body. Does not allocate.
 class YawRateBelief {
  public:
+  /// Begins with a robot that does not turn.
   explicit YawRateBelief(const YawRateBeliefParameters& parameters) : parameters_(parameters) { reset(0.0); }
 
   /// Moves on by a step [s] in which the wheels ask for this yaw acceleration [rad/s^2].

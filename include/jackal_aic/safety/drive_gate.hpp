@@ -50,8 +50,8 @@ struct SourceHealth {
 
 /// Health of all measurements.
 struct SensorHealth {
-  SourceHealth wheels;
-  SourceHealth imu;
+  SourceHealth wheels;    ///< of the encoders
+  SourceHealth imu;       ///< of gyro and accelerometer
   bool unpaired = false;  ///< no pair of both was taken for longer than their deadlines allow
 };
 
@@ -95,9 +95,9 @@ struct GateInputs {
 
 /// Outcome of an action step.
 struct GateDecision {
-  DriveStatus status = DriveStatus::idle;
-  StopCause cause = StopCause::none;  ///< that counts; also while it waits for its acknowledgement
-  bool unacknowledged = false;        ///< the cause is gone, but a zero set point is still awaited
+  DriveStatus status = DriveStatus::idle;  ///< what the robot may do in this step
+  StopCause cause = StopCause::none;       ///< that counts; also while it waits for its acknowledgement
+  bool unacknowledged = false;             ///< the cause is gone, but a zero set point is still awaited
 };
 
 /// State machine and limits of the drive command. In every action step call decide() first, then either drive() with

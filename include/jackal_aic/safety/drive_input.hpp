@@ -51,17 +51,17 @@ struct SetPointInput {
 
 /// DriveLoop::receiveWheels().
 struct WheelsInput {
-  SensorReading reading;
+  SensorReading reading;  ///< as it came
 };
 
 /// DriveLoop::receiveImu().
 struct ImuInput {
-  SensorReading reading;
+  SensorReading reading;  ///< as it came
 };
 
 /// DriveLoop::observe().
 struct ObservationInput {
-  Observation observation;
+  Observation observation;  ///< of both, paired
 };
 
 /// DriveLoop::receiveFeedback().
@@ -71,28 +71,28 @@ struct FeedbackInput {
 
 /// DriveLoop::report().
 struct StatusInput {
-  RobotStatus status;
+  RobotStatus status;  ///< from now on
 };
 
 /// DriveLoop::applied().
 struct AppliedInput {
-  WheelCommand command;  ///< [rad/s]
-  AppliedSource source = AppliedSource::drive;
+  WheelCommand command;                         ///< [rad/s]
+  AppliedSource source = AppliedSource::drive;  ///< who tells
 };
 
 /// DriveLoop::setSlip().
 struct SlipInput {
-  SlipState slip;
+  SlipState slip;  ///< to go on from
 };
 
 /// DriveLoop::freezeLearning().
 struct LearningInput {
-  bool frozen = false;
+  bool frozen = false;  ///< stopped (true) or resumed
 };
 
 /// DriveLoop::adoptGains().
 struct GainsInput {
-  std::variant<ControllerParameters, PredictiveParameters> gains;
+  std::variant<ControllerParameters, PredictiveParameters> gains;  ///< of the structure that runs
 };
 
 /// DriveLoop::start().
@@ -105,7 +105,7 @@ struct DriveInput {
   double now = 0.0;  ///< time of the call [s]
   std::variant<BeliefInput, ActionInput, SetPointInput, WheelsInput, ImuInput, ObservationInput, FeedbackInput,
                StatusInput, AppliedInput, SlipInput, LearningInput, GainsInput, StartInput>
-      what;
+      what;  ///< the call, with its arguments
 };
 
 }  // namespace jackal_aic

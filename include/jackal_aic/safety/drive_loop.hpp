@@ -40,9 +40,9 @@ namespace jackal_aic {
 struct DriveParameters {
   /// Gains of the structure that runs: the thesis', the predictive one, or the open-loop baseline.
   std::variant<ControllerParameters, PredictiveParameters, DifferentialDriveParameters> controller;
-  GeometryParameters geometry;
-  GateParameters gate;
-  LossPolicyParameters on_loss;
+  GeometryParameters geometry;                                ///< of the robot, as it is configured
+  GateParameters gate;                                        ///< limits, deadlines and brake
+  LossPolicyParameters on_loss;                               ///< what to do without a sensor
   std::optional<FaultParameters> faults = FaultParameters{};  ///< of the fault detection, which needs a plant model;
                                                               ///< empty: none
   std::optional<PlantModel> plant_model;  ///< what the motors can follow, which bounds the action of the thesis'
@@ -60,20 +60,20 @@ std::unique_ptr<VelocityController> makeController(const DriveParameters& parame
 
 /// What the loop does, and what it counted since the start.
 struct DriveLoopStatus {
-  GateDecision decision;
-  Fault fault = Fault::none;
-  Loss loss = Loss::none;
-  bool handed_over = false;  ///< somebody else has the motors
-  std::uint32_t rejected_set_points = 0;
+  GateDecision decision;                    ///< of the last action step
+  Fault fault = Fault::none;                ///< that the fault detection finds
+  Loss loss = Loss::none;                   ///< sensors that are missing
+  bool handed_over = false;                 ///< somebody else has the motors
+  std::uint32_t rejected_set_points = 0;    ///< not finite, or absurd
   std::uint32_t scaled_set_points = 0;      ///< accepted, but beyond the limits
   SetPoint scaled_from;                     ///< the last of these, as it was sent
   SetPoint scaled_to;                       ///< and as it is driven
   std::uint32_t rejected_measurements = 0;  ///< by the controller, because their stamps were not later than the last
   std::uint32_t faults_detected = 0;        ///< in sensors and drives
-  std::uint32_t brakes = 0;
-  std::uint32_t faults = 0;  ///< times that the gate came to be faulted
-  std::uint32_t clock_resets = 0;
-  std::uint64_t dropped_periods = 0;  ///< action periods that a stall cost
+  std::uint32_t brakes = 0;                 ///< times that it came to brake
+  std::uint32_t faults = 0;                 ///< times that the gate came to be faulted
+  std::uint32_t clock_resets = 0;           ///< times that the clock ran back
+  std::uint64_t dropped_periods = 0;        ///< action periods that a stall cost
 };
 
 /// Why the robot does not drive, or drives with a fault; empty if neither. @param contender who else publishes
@@ -143,7 +143,7 @@ class DriveLoop {
   /// Takes other gains over while it drives. @throws ParameterError as the controller's adoptGains(), or if the gains
   /// are those of another structure.
   void adoptGains(const ControllerParameters& gains, double now);
-  void adoptGains(const PredictiveParameters& gains, double now);
+  void adoptGains(const PredictiveParameters& gains, double now);  ///< likewise
 
   /// Makes the call that an input was. What advance() returns if it is one of it; else nothing.
   std::optional<WheelCommand> take(const DriveInput& input);
@@ -152,9 +152,9 @@ class DriveLoop {
   /// the rate of the belief, and must not call the loop.
   void listen(std::function<void(const DriveInput&)> listener) { listener_ = std::move(listener); }
 
-  DriveLoopStatus status() const;
-  const VelocityController& controller() const { return *controller_; }
-  const SetPoint& setPoint() const { return set_point_; }   ///< in force
+  DriveLoopStatus status() const;                                        ///< of now
+  const VelocityController& controller() const { return *controller_; }  ///< that drives
+  const SetPoint& setPoint() const { return set_point_; }                ///< in force
   const WheelCommand& action() const { return action_; }    ///< of the last action step, before the limits [rad/s]
   WheelCommand command() const { return gate_.command(); }  ///< of the last action step [rad/s]
   const FaultReport* faultReport() const { return measurements_.report(); }  ///< empty without fault detection

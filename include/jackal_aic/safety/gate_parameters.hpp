@@ -97,11 +97,11 @@ inline constexpr std::array<const char*, 2> kRestartPolicyNames{"acknowledged", 
 
 /// All parameters of the drive gate.
 struct GateParameters {
-  LimitParameters limits;
-  DeadlineParameters deadlines;
-  BrakeParameters brake;
-  PlausibilityParameters plausibility;
-  RestartPolicy restart_after_stop = RestartPolicy::acknowledged;
+  LimitParameters limits;                                          ///< of speed, acceleration and jerk
+  DeadlineParameters deadlines;                                    ///< of the inputs
+  BrakeParameters brake;                                           ///< how it brakes
+  PlausibilityParameters plausibility;                             ///< of beliefs and measurements
+  RestartPolicy restart_after_stop = RestartPolicy::acknowledged;  ///< what it takes to go on
 };
 
 /// Reads limits.*, deadlines.*, brake.*, plausibility.* and restart_after_stop. @throws ParameterError also as

@@ -60,8 +60,8 @@ const char* text(Loss loss);
 
 /// Decision with what is lost.
 struct LossDecision {
-  LossAction action = LossAction::drive;
-  Loss loss = Loss::none;
+  LossAction action = LossAction::drive;  ///< what to do
+  Loss loss = Loss::none;                 ///< what is missing
 };
 
 /// Decides for or against driving on. @param valid channels that count; @param blind_time time since the last sample

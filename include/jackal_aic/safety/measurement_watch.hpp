@@ -19,13 +19,13 @@ namespace jackal_aic {
 
 /// Settings of the watch.
 struct MeasurementWatchParameters {
-  LossPolicyParameters on_loss;
+  LossPolicyParameters on_loss;                           ///< what to do without a sensor
   LossTolerance tolerance = LossTolerance::one_of_three;  ///< of the controller that gets the measurements
   std::optional<FaultParameters> faults;  ///< of the fault detection, which needs a plant model; empty: none
-  GeometryParameters geometry;
-  std::optional<PlantModel> plant_model;
-  double largest_wheel_speed = 127.5;  ///< that a sound encoder can read [rad/s]
-  double largest_yaw_rate = 20.0;      ///< that a sound gyro can read [rad/s]
+  GeometryParameters geometry;            ///< of the robot
+  std::optional<PlantModel> plant_model;  ///< what its motors can follow
+  double largest_wheel_speed = 127.5;     ///< that a sound encoder can read [rad/s]
+  double largest_yaw_rate = 20.0;         ///< that a sound gyro can read [rad/s]
 };
 
 /// Judges every sample before the controller sees it. Without fault detection nothing is predicted, so that only lost
