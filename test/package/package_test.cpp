@@ -75,6 +75,17 @@ TEST(Manifest, NamesOnlyKeysThatRosdepKnows) {
   for (const std::string& name : named) EXPECT_TRUE(keys.count(name) > 0 || isRosPackage(name)) << name;
 }
 
+TEST(Manifest, HasTheVersionOfTheChangelogAndTheCitation) {
+  const std::string version = *found(textOf(kRoot / "package.xml"), "<version>([^<]+)</version>").begin();
+  const std::string changelog = textOf(kRoot / "CHANGELOG.rst"), citation = textOf(kRoot / "CITATION.cff");
+  std::smatch newest, cited;
+  ASSERT_TRUE(std::regex_search(changelog, newest, std::regex(R"((\d+\.\d+\.\d+) \((\d{4}-\d\d-\d\d)\)\n-{18}\n)")));
+  EXPECT_EQ(newest[1], version);
+  ASSERT_TRUE(std::regex_search(citation, cited, std::regex(R"(\nversion: (\S+)\ndate-released: (\S+)\n)")));
+  EXPECT_EQ(cited[1], version);
+  EXPECT_EQ(cited[2], newest[2]);
+}
+
 TEST(Manifest, NamesEveryPackageOfWhichAHeaderIsIncluded) {
   const std::set<std::string> named = dependencies();
   std::set<std::string> included;
