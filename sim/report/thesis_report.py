@@ -81,7 +81,7 @@ def step_table(results, name, thesis):
                 *(residual(run) if is_compared else [cell(''), cell('')]),
                 cell(seconds(run['overshoot_pct']) if run.stable else ''), cell(note_of(entry), True, 'note')
             ])
-    return table(['<row', '<column', '<setting', '<integrator', 'settling ours [s]', 'thesis', 'rise ours [s]', 'thesis',
+    return table(['<row', '<column', '<setting', '<integrator', 'settling ours [s]', 'thesis [s]', 'rise ours [s]', 'thesis [s]',
                   '|ln| settling', '|ln| rise', 'overshoot [%]', '<note'], rows)
 
 
@@ -154,7 +154,7 @@ def parameter_table(results, thesis):
                 rows.append([cell(entry['parameter'], True), cell(preset, True), cell(str(value)),
                              cell(str(entry[preset])), cell('same' if agrees else 'differs', style='yes' if agrees else 'no'),
                              cell(note_of(entry), True, 'note')])
-    return table(['<parameter', '<controller', 'ours', 'thesis', '', '<note'], rows)
+    return table(['<parameter', '<controller', 'ours', 'thesis', 'agreement', '<note'], rows)
 
 
 def tested_table(thesis):
@@ -283,7 +283,7 @@ def bar_table(results):
     for tables in sorted({t for group, _, _ in BARS for t in group}):
         error, count = results.mean_error([tables])
         rows.append([cell(tables, True), cell('alone', True), cell(str(count)), cell(f'{error:.3f}'), cell(''), cell('')])
-    return table(['<tables', '<used as', 'values', 'mean |ln(ours/thesis)|', 'bar', ''], rows)
+    return table(['<tables', '<used as', 'values', 'mean |ln(ours/thesis)|', 'bar', 'verdict'], rows)
 
 
 def evaluate(results):
