@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <boost/program_options.hpp>
 #include <filesystem>
 #include <iostream>
@@ -71,8 +72,11 @@ void describeList(po::options_description&, po::positional_options_description&)
 
 int list(const po::variables_map& options) {
   const PackageFiles files = packageFiles(options);
-  for (const ExperimentSummary& experiment : ExperimentTable(files).list()) {
-    std::cout << fmt::format("{:<13} {}", experiment.name, experiment.title);
+  const std::vector<ExperimentSummary> experiments = ExperimentTable(files).list();
+  std::size_t width = 0;
+  for (const ExperimentSummary& experiment : experiments) width = std::max(width, experiment.name.size());
+  for (const ExperimentSummary& experiment : experiments) {
+    std::cout << fmt::format("{:<{}}  {}", experiment.name, width, experiment.title);
     if (!experiment.figures.empty()) std::cout << fmt::format("  (figures {})", fmt::join(experiment.figures, ", "));
     std::cout << "\n";
   }

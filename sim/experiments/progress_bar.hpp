@@ -20,7 +20,7 @@ class ProgressBar {
   /// Shows a number of finished parts; ends the line at the last one. @param note text behind the numbers.
   void show(std::size_t finished, const std::string& note = "") {
     if (!enabled_ || total_ == 0) return;
-    if (!terminal_) return log(100 * finished / total_);
+    if (!terminal_) return log(100 * finished / total_, note);
     constexpr std::size_t kWidth = 40;
     const std::size_t filled = kWidth * finished / total_;
     std::fprintf(stderr, "\r%s [%s%s] %zu/%zu %s", label_.c_str(), std::string(filled, '#').c_str(),
@@ -29,10 +29,10 @@ class ProgressBar {
   }
 
  private:
-  void log(std::size_t percent) {
+  void log(std::size_t percent, const std::string& note) {
     if (percent < logged_ + 5) return;
     logged_ = percent - percent % 5;
-    std::fprintf(stderr, "[%3zu%%] %s\n", percent, label_.c_str());
+    std::fprintf(stderr, "[%3zu%%] %s%s%s\n", percent, label_.c_str(), note.empty() ? "" : ", ", note.c_str());
   }
 
   std::string label_;

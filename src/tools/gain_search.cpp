@@ -305,6 +305,7 @@ ControllerParameters searchOrders(const GainSearchTask& task, int orders, WorkCo
 }
 
 void assessOn(const GainSearchTask& task, const SearchRobot& robot, unsigned jobs, GainAssessment& assessment) {
+  const std::size_t missed_before = assessment.missed.size();
   RobotAssessment result;
   result.certificate = certify(assessment.controller, task.start.geometry, robot.plant.model);
   if (!result.certificate.stable() || !result.certificate.keeps(task.margins)) {
@@ -326,6 +327,7 @@ void assessOn(const GainSearchTask& task, const SearchRobot& robot, unsigned job
     result.settling_first = std::min(result.settling_first, settling);
     result.settling_last = std::max(result.settling_last, settling);
   }
+  result.missed = assessment.missed.size() - missed_before;
   assessment.robots.push_back(result);
 }
 

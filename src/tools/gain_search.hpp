@@ -47,6 +47,7 @@ struct RobotAssessment {
   sim::StopFigures as_it_is;    ///< worst of the trials of the robot as it is
   sim::StopFigures otherwise;   ///< worst of its spread, of coarse encoders and of the random trials
   Certificate certificate;
+  std::size_t missed = 0;  ///< margins and trials that miss a bound
 };
 
 /// What gains do on every robot of a task.

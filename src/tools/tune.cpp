@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <boost/program_options.hpp>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -161,6 +162,12 @@ int judge(const GainSearchTask& task, const ControllerParameters& controller, st
 
 }  // namespace
 
+std::string timeLeft(double elapsed, std::size_t finished, std::size_t all) {
+  if (finished == 0 || finished >= all) return "";
+  const double left = elapsed * static_cast<double>(all - finished) / static_cast<double>(finished);
+  return left < 60.0 ? fmt::format("about {:.0f} s left", left) : fmt::format("about {:.0f} min left", left / 60.0);
+}
+
 std::string presetText(const ControllerParameters& controller, const std::string& comment) {
   return "# " + std::regex_replace(comment, std::regex("\n"), "\n# ") + "\n" + yamlBlock("controller", controller);
 }
@@ -196,7 +203,8 @@ std::string assessmentTable(const GainSearchTask& task,
             fmt::format("{:.1f} / {:.1f}", nominal.overshoot_pct, others.overshoot_pct),
             both(nominal.beyond_mps, others.beyond_mps), both(nominal.beyond_radps, others.beyond_radps),
             both(nominal.ripple, others.ripple), fmt::format("{:.2f}", robot.certificate.gain_margin),
-            fmt::format("{:.3f}", robot.certificate.delay_margin), fmt::format("{}", assessment.missed.size())});
+            fmt::format("{:.3f}", robot.certificate.delay_margin),
+            robot.missed > 0 ? fmt::format("{}", robot.missed) : ""});
     }
   }
   for (const auto& [name, assessment] : rows) {
@@ -227,16 +235,27 @@ int tune(const std::vector<std::string>& arguments, std::ostream& out) {
   const std::string path = given["out"].as<std::string>();
   requireDirectoryOf(path);  // before the search, which takes minutes
 
+  out << fmt::format(
+             "Searching orders {}..{} on {} robot{}, {} candidates each: this takes minutes, the bar says how many\n",
+             task.lowest_orders, task.highest_orders, task.robots.size(), task.robots.size() == 1 ? "" : "s",
+             task.linear_evaluations + task.evaluations)
+      << std::flush;
   sim::ProgressBar bar("Searching", 100, true);
   std::size_t shown = 0;
+  const auto begin = std::chrono::steady_clock::now();
   const auto results = searchGains(task, [&](std::size_t finished, std::size_t all) {
     const std::size_t percent = 100 * finished / all;
-    if (percent != shown) bar.show(shown = percent);
+    if (percent == shown) return;
+    shown = percent;
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
+    bar.show(percent, timeLeft(elapsed.count(), finished, all));
   });
   out << comparison(task, results, readControllerFile(files.path("config/standard.yaml")).controller);
   const GainAssessment* tuned = simplestOfTheFastest(results);
   if (tuned == nullptr) refuse(task, results);
   write(path, presetText(tuned->controller, promise(task, *tuned)));
+  out << fmt::format("Wrote {}: orders {}. Next: roslaunch jackal_aic simulation.launch preset:={}\n", path,
+                     tuned->controller.orders, std::filesystem::absolute(path).string());
   return 0;
 }
 

@@ -51,7 +51,8 @@ TEST_F(Tune, WritesAPresetThatSaysForWhatItHolds) {
   const ControllerFile tuned = readControllerFile(file("tuned.yaml"));
   EXPECT_EQ(tuned.controller.orders, 1);
   EXPECT_EQ(tuned.controller.belief_rate, 1000.0);
-  for (const char* word : {"standard", "start", "orders 1", "plant_box", "gain margin", "ripple"}) {
+  for (const char* word : {"standard", "start", "orders 1", "plant_box", "gain margin", "ripple",
+                           "Searching orders 1..1 on 1 robot, 803 candidates", "Wrote "}) {
     EXPECT_NE(out.str().find(word), std::string::npos) << word << " in\n" << out.str();
   }
   const std::string text = sim::readText(file("tuned.yaml"));
@@ -59,6 +60,31 @@ TEST_F(Tune, WritesAPresetThatSaysForWhatItHolds) {
        {"0.1..2 m/s", "encoder steps up to 0.1 rad/s", "plant_box: settles at 0.5 m/s", "delay margin"}) {
     EXPECT_NE(text.find(word), std::string::npos) << word << " in\n" << text;
   }
+}
+
+TEST(TuneProgress, SaysHowLongItTakes) {
+  EXPECT_EQ(timeLeft(3.0, 0, 100), "");
+  EXPECT_EQ(timeLeft(10.0, 25, 100), "about 30 s left");
+  EXPECT_EQ(timeLeft(60.0, 10, 100), "about 9 min left");
+  EXPECT_EQ(timeLeft(60.0, 100, 100), "");
+}
+
+TEST(AssessmentTable, MarksOnlyTheRowThatMisses) {
+  GainSearchTask task;
+  task.robots.resize(2);
+  task.robots[0].name = "first";
+  task.robots[1].name = "second";
+  GainAssessment assessment;
+  assessment.robots.resize(2);
+  assessment.robots[1].missed = 3;
+  assessment.missed = {"second: margins", "second: a", "second: b"};
+  std::istringstream table(assessmentTable(task, {{"tuned", assessment}}));
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(table, line);) lines.push_back(line);
+  ASSERT_EQ(lines.size(), 4u);
+  EXPECT_EQ(lines[1].back(), ' ') << lines[1];
+  EXPECT_EQ(lines[2].substr(lines[2].size() - 2), " 3") << lines[2];
+  EXPECT_EQ(lines[3], "tuned misses, first, second: margins");
 }
 
 TEST_F(Tune, GainsThatMissAnythingAreNoResult) {
