@@ -197,6 +197,30 @@ TEST_F(DriveLoopTest, RefusesSetPointsThatNobodyCanHaveMeant) {
   EXPECT_EQ(loop.status().rejected_set_points, 2u);
 }
 
+TEST_F(DriveLoopTest, CountsSetPointsBeyondTheLimitsAndTellsTheLast) {
+  loop.setSetPoint({2.0, 0.0, 0.0}, now);
+  loop.setSetPoint({-0.5, 0.0, 0.7}, now);
+  EXPECT_EQ(loop.status().scaled_set_points, 0u);
+  loop.setSetPoint({4.0, 0.0, 2.0}, now);
+  loop.setSetPoint({0.0, 0.0, 9.0}, now);
+  loop.setSetPoint({1.0, 0.0, 0.0}, now);
+  EXPECT_EQ(loop.status().scaled_set_points, 2u);
+  EXPECT_EQ(loop.status().scaled_from.yaw_rate, 9.0);
+  EXPECT_EQ(loop.status().scaled_to.yaw_rate, 4.0);
+}
+
+TEST_F(DriveLoopTest, DisabledItStandsUntilAZeroSetPoint) {
+  drive(2.0);
+  robot.disabled = true;
+  drive(1.0);
+  EXPECT_EQ(status(), DriveStatus::stopped);
+  EXPECT_EQ(why(), "disabled");
+  EXPECT_EQ(loop.command(), WheelCommand{});
+  robot.disabled = false;
+  drive(1.0);
+  EXPECT_EQ(status(), DriveStatus::stopped) << "the set point that goes on was meant for a robot that could drive";
+}
+
 TEST_F(DriveLoopTest, AClockThatJumpsBackBrakesAndStartsAnew) {
   drive(2.0);
   const double fast = command.left;
