@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Measures the ticks in one run, compares them with each other, and writes the figures to a JSON file.
+"""Measures the ticks and the node in one run, compares them, and writes the figures to a JSON file.
 
-Usage: bench.py PROGRAMS OUT.json      PROGRAMS is the directory of tick_benchmark and tick_instructions.
+Usage: bench.py PROGRAMS OUT.json      PROGRAMS is the directory of the built programs; needs a sourced workspace.
 """
 
 import json
@@ -12,6 +12,7 @@ import subprocess
 import sys
 
 import instructions
+import node
 
 REPETITIONS = 7  # of which the median counts
 LEAST_TIME = '0.1'  # s, of a repetition
@@ -94,6 +95,17 @@ def table(times, counts):
         yield f"{what:38}{times[name]:9.1f}{counts.get(name, ''):>14}  {ratio}".rstrip()
 
 
+def node_table(found):
+    """Lines of the table of the node."""
+    yield f"{'':38}{'CPU, %':>9}{'/ empty node':>14}  age of the newest sample in a command"
+    yield f"{'empty node, same timers and topics':38}{found['empty_node_cpu_percent']:9.2f}"
+    for preset in node.PRESETS:
+        suffix = '' if preset == node.PRESETS[0] else '_' + preset
+        yield (f"{'controller_node, ' + preset:38}{found['node_cpu_percent' + suffix]:9.2f}"
+               f"{found['node_cpu_over_empty' + suffix]:14.2f}  p50 {found['command_age_p50_ms' + suffix]:.1f} ms, "
+               f"p99 {found['command_age_p99_ms' + suffix]:.1f} ms")
+
+
 def main(arguments):
     if arguments in (['--help'], ['-h']):
         print(__doc__.strip())
@@ -105,14 +117,17 @@ def main(arguments):
     try:
         times = nanoseconds(str(programs / 'tick_benchmark'))
         compiler, counts = counted(str(programs / 'tick_instructions'))
-    except (BenchError, instructions.CountError) as error:
+        of_node = node.figures(programs, pathlib.Path(__file__).parents[1] / 'urdf' / 'jackal.urdf')
+    except (BenchError, instructions.CountError, node.NodeError) as error:
         print(f'bench: {error}', file=sys.stderr)
         return 1
     machine = f'{processor()}, {os.cpu_count()} processors, {compiler}'
     print(f'On {machine}:')
     for line in table(times, counts):
         print(line)
-    found = dict(machine=machine, **figures(times, counts))
+    for line in node_table(of_node):
+        print(line)
+    found = dict(machine=machine, **figures(times, counts), **of_node)
     out.write_text(json.dumps(found, indent=2) + '\n')
     return 0
 
