@@ -35,14 +35,19 @@ void addController(const PackageFiles& files, const std::string& name, Parameter
   }
 }
 
-void addPlant(const PackageFiles& files, const std::string& name, ParameterMap& map) {
+/// @return the simulated robot of a plant's file, before overrides.
+PlantParameters addPlant(const PackageFiles& files, const std::string& name, ParameterMap& map) {
   if (isFile(name)) {
-    addYamlFile(name, map);
+    ParameterMap file;
+    addYamlFile(name, file);
+    map.add(file);
+    return readSimulatedRobot(file);
   } else if (contains(plantNames(), name)) {
     map.add(files.configuration(name == "box" ? "plant_box" : "plant"));
   } else {
     refuse("plant", name, plantNames());
   }
+  return {};
 }
 
 /// The thesis' robot had no limit on the acceleration of the command, so that its runs, and what is compared with them,
@@ -105,7 +110,7 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
                     const Overrides& overrides) {
   ParameterMap map;
   addController(files, controller, map);
-  addPlant(files, plant, map);
+  const PlantParameters robot = addPlant(files, plant, map);
   ParameterMap nominal = map;
   refuseUnheeded(map, overrides);
   apply(overrides, map);
@@ -113,9 +118,9 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
   LoopSetup setup;
   setup.controller_name = controller;
   setup.plant_name = plant;
-  setup.plant = readParameters<PlantParameters>(map, "plant");
+  setup.plant = readParameters<PlantParameters>(map, "plant", robot);
   setup.loop = readParameters<LoopParameters>(map, "loop");
-  const NodeParameters node = readNode(map, linearModel(readParameters<PlantParameters>(nominal, "plant")));
+  const NodeParameters node = readNode(map, linearModel(readParameters<PlantParameters>(nominal, "plant", robot)));
   DriveParameters& drive = setup.drive = uninterrupted();  // here nothing is late or fails, whatever the file says
   drive.controller = node.controller;
   if (const auto* gains = std::get_if<DifferentialDriveParameters>(&node.controller)) {

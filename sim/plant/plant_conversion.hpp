@@ -34,4 +34,13 @@ inline PlantParameters simulatedRobot(const PlantModel& model, PlantParameters o
   return others;
 }
 
+/// The simulated robot that keys describe: plant.*, and where they say nothing plant_model.*, as `identify` writes
+/// them.
+/// @throws ParameterError.
+inline PlantParameters readSimulatedRobot(ParameterMap& map) {
+  PlantParameters robot;
+  if (map.hasSection("plant_model")) robot = simulatedRobot(readParameters<PlantModel>(map, "plant_model"));
+  return readParameters<PlantParameters>(map, "plant", robot);
+}
+
 }  // namespace jackal_aic::sim

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "node_help.hpp"
+#include "plant_conversion.hpp"
 #include "plant_node.hpp"
 #include "ros_parameters.hpp"
 
@@ -29,7 +30,7 @@ std::string urdfText(const ros::NodeHandle& node, const std::string& urdf_file) 
 
 void simulate(const ros::NodeHandle& node, const ros::NodeHandle& private_node) {
   ParameterMap map = jackal_aic::readRosParameters(private_node);
-  const auto plant_parameters = jackal_aic::readParameters<PlantParameters>(map, "plant");
+  const auto plant_parameters = jackal_aic::sim::readSimulatedRobot(map);
   const auto parameters = jackal_aic::readParameters<PlantNodeParameters>(map, "");
   map.refuseUnknown();
   PlantNode(node, private_node, urdfText(private_node, parameters.urdf_file), plant_parameters, parameters).run();

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "plant_conversion.hpp"
 #include "plant_messages.hpp"
 #include "ros_parameters.hpp"
 
@@ -145,7 +146,7 @@ void PlantNode::onRightWheel(const std_msgs::Float64& speed) {
 bool PlantNode::onReset(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
   try {
     ParameterMap map = readRosParameters(private_node_);
-    plant_parameters_ = readParameters<PlantParameters>(map, "plant");
+    plant_parameters_ = readSimulatedRobot(map);
     plant_ = JackalPlant(urdf_xml_, plant_parameters_);
   } catch (const ParameterError& error) {
     ROS_ERROR("Not reset: %s", error.what());

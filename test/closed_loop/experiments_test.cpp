@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -262,6 +263,24 @@ TEST(LoadSetup, RefusesAnOverrideThatTheBaselineDoesNotHeed) {
   EXPECT_EQ(loadSetup(files(), "diff_drive", "ground", {{"diff_drive.effective_track", "0.7"}})
                 .drive.geometry.effective_track,
             0.7);
+}
+
+TEST(LoadSetup, SimulatesTheRobotOfAPlantModelAndTellsThePredictiveController) {
+  const std::string path = testing::TempDir() + "my_jackal.yaml";
+  std::ofstream(path) << "plant_model:\n  robot: mine\n  dead_time: 0.15\n  lag: 0.12\n  gain: 0.9\n"
+                         "  acceleration_limit: 3.0\n";
+  for (const char* controller : {"predictive", "improved"}) {
+    const LoopSetup setup = loadSetup(files(), controller, path, {});
+    EXPECT_EQ(setup.plant.dead_time, 0.15) << controller;
+    EXPECT_EQ(setup.plant.motor_lag, 0.12) << controller;
+    EXPECT_EQ(setup.plant.wheel_gain, 0.9) << controller;
+    EXPECT_EQ(setup.plant.acceleration_limit, 3.0) << controller;
+    ASSERT_TRUE(setup.drive.plant_model) << controller;
+    EXPECT_EQ(setup.drive.plant_model->dead_time, 0.15) << controller;
+    EXPECT_EQ(setup.drive.plant_model->lag, 0.12) << controller;
+  }
+  EXPECT_EQ(loadSetup(files(), "predictive", path, {{"plant.dead_time", "0.2"}}).plant.dead_time, 0.2);
+  std::remove(path.c_str());
 }
 
 TEST(CalibratedFile, KeepsEverythingButTheFittedValues) {
