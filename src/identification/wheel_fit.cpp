@@ -105,6 +105,46 @@ double refine(const WheelFit& fit, Theta& theta, int parameters) {
   return least;
 }
 
+/// By how much more residuals that depend on each other weigh than as many independent ones: the variance of their sums
+/// over blocks of time against that of independent ones, at least 1.
+double persistence(const WheelFit& fit, const Eigen::VectorXd& r) {
+  double squares = 0.0, block_end = -HUGE_VAL;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (std::size_t k = 0; k < fit.wheels.size(); ++k) {
+    if (fit.wheels[k].time >= block_end) {
+      squares += sum.squaredNorm();
+      sum.setZero();
+      block_end = fit.wheels[k].time + kBlock;
+    }
+    sum += r.segment<2>(static_cast<Eigen::Index>(2 * k));
+  }
+  squares += sum.squaredNorm();
+  return std::max(1.0, squares / std::max(r.squaredNorm(), 1e-12));
+}
+
+/// Whether one fit explains the blocks of time better than another by more than chance (Vuong 1989). A low bar: a
+/// handful of blocks in which the wheels were fast to turn may tell all.
+bool isBetter(const WheelFit& fit, const Theta& one, const Theta& other) {
+  constexpr double kDeviations = 1.5;
+  const Eigen::VectorXd a = fit.residuals(one), b = fit.residuals(other);
+  double sum = 0.0, squares = 0.0, block = 0.0, block_end = -HUGE_VAL;
+  const auto close = [&] {
+    sum += block;
+    squares += block * block;
+    block = 0.0;
+  };
+  for (std::size_t k = 0; k < fit.wheels.size(); ++k) {
+    if (fit.wheels[k].time >= block_end) {
+      close();
+      block_end = fit.wheels[k].time + kBlock;
+    }
+    const auto row = static_cast<Eigen::Index>(2 * k);
+    block += b.segment<2>(row).squaredNorm() - a.segment<2>(row).squaredNorm();
+  }
+  close();
+  return sum > kDeviations * std::sqrt(squares);
+}
+
 }  // namespace
 
 Theta lowest() { return (Theta() << -0.1, 0.0, 0.1, std::log(0.1), -3.0).finished(); }
@@ -159,7 +199,8 @@ Theta searchLeastSquares(const WheelFit& fit, double gain, bool fit_offset) {
   Theta unlimited = best.second;
   unlimited[kLogLimit] = highest()[kLogLimit];
   const double without = refine(fit, unlimited, parameters);
-  const bool chance = without <= best.first * (1.0 + kSignificant / static_cast<double>(fit.size()));
+  const double share = kSignificant * persistence(fit, fit.residuals(unlimited)) / static_cast<double>(fit.size());
+  const bool chance = without <= best.first * (1.0 + share) || !isBetter(fit, best.second, unlimited);
   return chance ? unlimited : best.second;
 }
 
@@ -182,13 +223,17 @@ FitResult withIntervals(const WheelFit& fit, const Theta& theta, bool fit_offset
   for (Eigen::Index i = 0; i < count; ++i) S.col(i) = J.col(seen[static_cast<std::size_t>(i)]);
   const Eigen::MatrixXd bread = (S.transpose() * S).inverse();
   Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(count, count);
+  const Eigen::MatrixXd influence = S * bread;
   Eigen::VectorXd score = Eigen::VectorXd::Zero(count);
-  double blocks = 0.0, block_end = -HUGE_VAL;
+  // Of each parameter: what a block tells about it, and the sums of that and of its square over the blocks.
+  Eigen::ArrayXd told = Eigen::ArrayXd::Zero(count), told_sum = told, told_squares = told;
+  double block_end = -HUGE_VAL;
   const auto close = [&] {
-    if (score.isZero(0.0)) return;
     meat += score * score.transpose();
-    blocks += 1.0;
+    told_sum += told;
+    told_squares += told.square();
     score.setZero();
+    told.setZero();
   };
   for (std::size_t k = 0; k < fit.wheels.size(); ++k) {
     if (fit.wheels[k].time >= block_end) {
@@ -197,17 +242,18 @@ FitResult withIntervals(const WheelFit& fit, const Theta& theta, bool fit_offset
     }
     for (auto row = static_cast<Eigen::Index>(2 * k); row < static_cast<Eigen::Index>(2 * k + 2); ++row) {
       score += S.row(row).transpose() * r(row);
+      told += influence.row(row).transpose().array().square();
     }
   }
   close();
-  const double freedom = std::max(1.0, blocks - static_cast<double>(count));
-  meat *= blocks / freedom;
   // Blocks of few scores may look quieter than white noise of the same size: the larger variance counts.
   const double white = r.squaredNorm() / std::max(1.0, static_cast<double>(fit.size()) - static_cast<double>(count));
   const Eigen::MatrixXd robust = bread * meat * bread;
   for (Eigen::Index i = 0; i < count; ++i) {
-    const double variance = std::max(robust(i, i), white * bread(i, i));
-    result.half_width[seen[static_cast<std::size_t>(i)]] = studentQuantile(freedom) * std::sqrt(variance);
+    // A dead time is told by the few blocks with a step: their number counts (Carter, Schnepel and Steigerwald 2017).
+    const double blocks = std::max(2.0, told_sum(i) * told_sum(i) / std::max(told_squares(i), 1e-300));
+    const double variance = std::max(robust(i, i) * blocks / (blocks - 1.0), white * bread(i, i));
+    result.half_width[seen[static_cast<std::size_t>(i)]] = studentQuantile(blocks - 1.0) * std::sqrt(variance);
   }
   return result;
 }
