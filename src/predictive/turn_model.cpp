@@ -54,7 +54,8 @@ double TurnModel::difference(double yaw_rate, double v) const {
 }
 
 void TurnModel::learn(double yaw_rate, double x, double v, double variance, double step) {
-  const bool turns = std::abs(x) > kTurn, straight = std::abs(x) < kStraight && std::abs(v) > kTurn;
+  const bool turns = std::abs(x) > kTurn;
+  const bool straight = std::abs(x) <= kStraight && std::abs(v) > kTurn;
   if (!(turns || straight) || !(step > 0.0)) return;
   const Eigen::Vector4d motion(x, x * std::abs(v), v, v * std::abs(x));
   // A straight line tells the veer alone: its x is mostly the encoders' noise, which would draw q_1 towards zero.
