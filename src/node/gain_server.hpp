@@ -60,6 +60,19 @@ void visitGains(Parameters& sensors, SensorNoiseConfig& config, const Visit& vis
   visit("accelerometer_variance", sensors.accelerometer_variance, config.accelerometer_variance);
 }
 
+/// The lower or the upper ends of the ranges of parameters (describeFields) as a config, for clients to be shown.
+/// @param side &Bounds::low or &Bounds::high; @param config keeps what has no range.
+template <class Config, class Parameters>
+Config rangeOf(const Parameters& parameters, double Bounds::*side, Config config) {
+  const std::vector<Field> fields = fieldsOf(parameters);
+  visitGains(parameters, config, [&](const char* name, const auto&, auto& setting) {
+    const auto field = std::find_if(fields.begin(), fields.end(), [&](const Field& f) { return f.name == name; });
+    if (field == fields.end() || !field->bounds) return;
+    setting = static_cast<std::decay_t<decltype(setting)>>((*field->bounds).*side);
+  });
+  return config;
+}
+
 /// Offers parameters in a namespace, by default the private one in which the YAML has them. One that is out of its
 /// range (describeFields) is refused, not clamped: rqt_reconfigure shows the range, and keeps to it by itself.
 template <class Parameters, class Config>
@@ -109,19 +122,8 @@ class GainServer {
     Config low, high;
     server_.getConfigMin(low);
     server_.getConfigMax(high);
-    setBounds(low, &Bounds::low);
-    setBounds(high, &Bounds::high);
-    server_.setConfigMin(low);
-    server_.setConfigMax(high);
-  }
-
-  void setBounds(Config& config, double Bounds::*side) const {
-    const std::vector<Field> fields = fieldsOf(running_);
-    visitGains(running_, config, [&](const char* name, const auto&, auto& setting) {
-      const auto field = std::find_if(fields.begin(), fields.end(), [&](const Field& f) { return f.name == name; });
-      if (field == fields.end() || !field->bounds) return;
-      setting = static_cast<std::decay_t<decltype(setting)>>((*field->bounds).*side);
-    });
+    server_.setConfigMin(rangeOf(running_, &Bounds::low, low));
+    server_.setConfigMax(rangeOf(running_, &Bounds::high, high));
   }
 
   Parameters running_;

@@ -163,10 +163,16 @@ TEST(NodeParameters, RefusesAnUnknownOutput) {
   EXPECT_NE(refusal(map, jackalUrdf()).find("cmd_drive, twist, gazebo"), std::string::npos);
 }
 
-/// Expects that each bound of a gain offered at run time is the last value that is accepted towards `beyond`.
-template <class Parameters, class Config>
-void expectBounds(Parameters parameters, Config bounds, double beyond) {
-  visitGains(parameters, bounds, [&](const char* name, auto& gain, const auto& bound) {
+/// Expects that each bound of a gain shown at run time is the last value that is accepted towards `beyond`, and that
+/// the server does not clamp to one before it asks.
+template <class Config, class Parameters>
+void expectBounds(Parameters parameters, double Bounds::*side, double beyond) {
+  Config generated = beyond < 0.0 ? Config::__getMin__() : Config::__getMax__();
+  visitGains(parameters, generated, [&](const char* name, const auto&, const auto& bound) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(bound)>, double>) EXPECT_EQ(bound, beyond) << name;
+  });
+  Config shown = rangeOf(parameters, side, generated);
+  visitGains(parameters, shown, [&](const char* name, auto& gain, const auto& bound) {
     if constexpr (std::is_same_v<std::decay_t<decltype(bound)>, double>) {
       const double running = gain;
       gain = bound;
@@ -178,13 +184,13 @@ void expectBounds(Parameters parameters, Config bounds, double beyond) {
   });
 }
 
-TEST(GainServer, OffersTheRangesOfTheParameters) {
-  expectBounds(ControllerParameters{}, ControllerGainsConfig::__getMin__(), -HUGE_VAL);
-  expectBounds(ControllerParameters{}, ControllerGainsConfig::__getMax__(), HUGE_VAL);
-  expectBounds(PredictiveParameters{}, PredictiveGainsConfig::__getMin__(), -HUGE_VAL);
-  expectBounds(PredictiveParameters{}, PredictiveGainsConfig::__getMax__(), HUGE_VAL);
-  expectBounds(SensorNoise{}, SensorNoiseConfig::__getMin__(), -HUGE_VAL);
-  expectBounds(SensorNoise{}, SensorNoiseConfig::__getMax__(), HUGE_VAL);
+TEST(GainServer, ShowsTheRangesOfTheParametersAndDoesNotClamp) {
+  expectBounds<ControllerGainsConfig>(ControllerParameters{}, &Bounds::low, -HUGE_VAL);
+  expectBounds<ControllerGainsConfig>(ControllerParameters{}, &Bounds::high, HUGE_VAL);
+  expectBounds<PredictiveGainsConfig>(PredictiveParameters{}, &Bounds::low, -HUGE_VAL);
+  expectBounds<PredictiveGainsConfig>(PredictiveParameters{}, &Bounds::high, HUGE_VAL);
+  expectBounds<SensorNoiseConfig>(SensorNoise{}, &Bounds::low, -HUGE_VAL);
+  expectBounds<SensorNoiseConfig>(SensorNoise{}, &Bounds::high, HUGE_VAL);
 }
 
 TEST(GainServer, OffersEveryPredictiveParameterButTheRates) {
