@@ -65,7 +65,7 @@ BoundedSlip bounded(const SlipState& slip) {
   const TurnCoefficients turn = slip.turn.value_or(TurnModel(slip.slip_factor / slip.effective_track).coefficients());
   for (int i = 0; i < turn.mean.size(); ++i) {
     p.turn_coefficients.push_back(turn.mean(i));
-    for (int j = 0; j <= i; ++j) p.turn_covariance.push_back(turn.covariance(i, j));
+    for (int j = 0; j <= i; ++j) p.turn_covariance.push_back(turn.covariance(i, j) + 0.0);  // no -0
   }
   return p;
 }

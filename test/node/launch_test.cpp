@@ -277,7 +277,8 @@ TEST_F(Launch, TakesTheSlipFileThatThePredictiveControllerWrote) {
   writeSlipFile(path("slip.yaml"), {0.55, 1.0});
   const std::string load =
       "/usr/bin/python3 -c 'import sys, rosparam; slip = rosparam.load_file(sys.argv[1])[0][0][\"slip\"]; "
-      "sys.exit(not all(type(v) is float for v in slip.values()))' ";
+      "numbers = sum((v if type(v) is list else [v] for v in slip.values()), []); "
+      "sys.exit(len(numbers) != 16 or not all(type(v) is float for v in numbers))' ";
   EXPECT_EQ(std::system((load + path("slip.yaml")).c_str()), 0) << text("slip.yaml");
 }
 
