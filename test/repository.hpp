@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <regex>
+#include <set>
 #include <stdexcept>
 #include <string>
 
@@ -20,6 +22,14 @@ inline std::string textOf(const std::filesystem::path& path) {
   std::ifstream file(kRoot / path);
   if (!file) throw std::runtime_error((kRoot / path).string() + ": cannot be read");
   return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// First groups of all matches of a regular expression in a text.
+inline std::set<std::string> found(const std::string& text, const std::string& pattern) {
+  std::set<std::string> groups;
+  const std::regex expression(pattern);
+  for (std::sregex_iterator i(text.begin(), text.end(), expression), end; i != end; ++i) groups.insert((*i)[1]);
+  return groups;
 }
 
 }  // namespace jackal_aic

@@ -20,6 +20,7 @@ import yaml
 
 LOOK = 0.2  # s between looks at the results
 GRACE = 20.0  # s from the request to stop until a process is killed
+PLANTS = ('ground', 'real')
 NOTHING_SELECTED = 'matches no scenario'  # what the campaign says
 
 
@@ -175,6 +176,7 @@ def main():
     parser.add_argument('logs', type=pathlib.Path)
     parser.add_argument('--only', default='.')
     parser.add_argument('--preset')
+    parser.add_argument('--plant', default='ground', choices=PLANTS)
     parser.add_argument('--speed', type=float, default=2.0)
     parser.add_argument('--soak', type=float)
     arguments = parser.parse_args()
@@ -184,7 +186,8 @@ def main():
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         sys.exit(f'run_faults: another campaign is writing to {arguments.results}')
-    common = [f'select:={arguments.only}', f'real_time_factor:={arguments.speed}']
+    common = [f'select:={arguments.only}', f'real_time_factor:={arguments.speed}',
+              f'plant:={arguments.plant}']
     if arguments.preset:
         if arguments.preset not in presets():
             parser.error(f'--preset {arguments.preset!r}: unknown; known: {", ".join(presets())}')

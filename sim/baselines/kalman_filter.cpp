@@ -41,6 +41,44 @@ Eigen::MatrixXd predictionCovariance(const Eigen::MatrixXd& transition, const Ei
   throw ParameterError("Kalman filter: has no steady state; the model must be detectable and excited by its noise");
 }
 
+OverSteps overSteps(const Eigen::MatrixXd& step, const Eigen::VectorXd& fluctuation, long count) {
+  const Eigen::Index n = step.rows();
+  OverSteps over{Eigen::MatrixXd::Identity(n, n), Eigen::MatrixXd::Zero(n, n)};
+  for (long i = 0; i < count; ++i) {
+    over.process = (step * over.process * step.transpose()).eval();
+    over.process.diagonal() += fluctuation;
+    over.transition = (step * over.transition).eval();
+  }
+  return over;
+}
+
+Eigen::MatrixXd stationaryGain(const OverSteps& model, const Eigen::MatrixXd& output, const Eigen::MatrixXd& noise) {
+  const Eigen::MatrixXd covariance = predictionCovariance(model.transition, output, model.process, noise);
+  return covariance * output.transpose() * (output * covariance * output.transpose() + noise).inverse();
+}
+
+WheelKalmanFilter::WheelKalmanFilter(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& trust,
+                                     double period)
+    : drive_train_(model, wheel_radius), commands_(model.dead_time) {
+  const Eigen::Vector3d fluctuation(trust.speed_process_noise, 0.0, trust.disturbance_process_noise);
+  const OverSteps over =
+      overSteps(drive_train_.transition(), DriveTrain::kStep * fluctuation, std::lround(period / DriveTrain::kStep));
+  gain_ = stationaryGain(over, Eigen::RowVector3d(1.0, 0.0, 0.0),
+                         Eigen::MatrixXd::Constant(1, 1, trust.measurement_variance));
+}
+
+void WheelKalmanFilter::reset(double speed) {
+  commands_.fill(speed / drive_train_.gain());
+  state_ << speed, 0.0, 0.0;
+}
+
+Eigen::Vector3d WheelKalmanFilter::onArrival() const {
+  CommandsUnderWay commands = commands_;
+  Eigen::Vector3d state = state_;
+  for (std::size_t i = 0; i < commands_.delay(); ++i) drive_train_.step(state, commands.step(0.0));
+  return state;
+}
+
 SteadyStateKalmanFilter::SteadyStateKalmanFilter(const PredictiveParameters& parameters,
                                                  const GeometryParameters& geometry, const PlantModel& model)
     : drive_train_(model, geometry.wheel_radius),
@@ -54,21 +92,12 @@ SteadyStateKalmanFilter::SteadyStateKalmanFilter(const PredictiveParameters& par
   fluctuation << parameters.speed_process_noise, 0.0, parameters.disturbance_process_noise,
       parameters.speed_process_noise, 0.0, parameters.disturbance_process_noise;
 
-  // Over the period of the sensors.
   const auto steps = std::lround(1.0 / (model.sensor_rate * kStep));
-  Eigen::MatrixXd transition = Eigen::MatrixXd::Identity(6, 6);
-  Eigen::MatrixXd process = Eigen::MatrixXd::Zero(6, 6);
-  for (long i = 0; i < steps; ++i) {
-    process = (step * process * step.transpose()).eval();
-    process.diagonal() += kStep * fluctuation;
-    transition = (step * transition).eval();
-  }
 
   Eigen::VectorXd variance = Eigen::VectorXd::Constant(output_.rows(), parameters.wheel_variance);
   if (!model.on_box) variance(2) = parameters.gyro_variance;
   const Eigen::MatrixXd noise = variance.asDiagonal();
-  const Eigen::MatrixXd covariance = predictionCovariance(transition, output_, process, noise);
-  gain_ = covariance * output_.transpose() * (output_ * covariance * output_.transpose() + noise).inverse();
+  gain_ = stationaryGain(overSteps(step, kStep * fluctuation, steps), output_, noise);
 }
 
 void SteadyStateKalmanFilter::predict(const WheelCommand& command) {

@@ -9,6 +9,7 @@
 #include "jackal_aic/model/plant_model.hpp"
 #include "jackal_aic/model/skid_steer_kinematics.hpp"
 #include "jackal_aic/model/types.hpp"
+#include "jackal_aic/model/wheel_belief.hpp"
 #include "jackal_aic/predictive/predictive_parameters.hpp"
 
 namespace jackal_aic::sim {
@@ -23,6 +24,48 @@ namespace jackal_aic::sim {
 /// detectable and (A, Q^1/2) stabilisable.
 Eigen::MatrixXd predictionCovariance(const Eigen::MatrixXd& transition, const Eigen::MatrixXd& output,
                                      const Eigen::MatrixXd& process, const Eigen::MatrixXd& noise);
+
+/// A linear model over a number of equal steps.
+struct OverSteps {
+  Eigen::MatrixXd transition;  ///< of the state
+  Eigen::MatrixXd process;     ///< covariance that its fluctuations add
+};
+
+/// @param step transition of one step; @param fluctuation variances that it adds to each state.
+OverSteps overSteps(const Eigen::MatrixXd& step, const Eigen::VectorXd& fluctuation, long count);
+
+/// Stationary gain P C' (C P C' + R)^-1 of a measurement on the state, by predictionCovariance(). @throws
+/// ParameterError as that.
+Eigen::MatrixXd stationaryGain(const OverSteps& model, const Eigen::MatrixXd& output, const Eigen::MatrixXd& noise);
+
+/// The same estimator for one wheel by its encoder alone.
+class WheelKalmanFilter {
+ public:
+  /// At rest. @param model drive train; @param wheel_radius r [m]; @param trust variances of encoder and fluctuations,
+  /// of which the rest plays no part; @param period of the samples [s]. @throws ParameterError if there is no steady
+  /// state.
+  WheelKalmanFilter(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& trust, double period);
+
+  /// As if a command had been driving at this speed [rad/s] for long, without a disturbance.
+  void reset(double speed);
+
+  /// A step of DriveTrain::kStep passes in which a command [rad/s] is applied.
+  void predict(double command) { drive_train_.step(state_, commands_.step(command)); }
+
+  /// Takes a measured speed [rad/s].
+  void correct(double speed) { state_ += gain_ * (speed - state_(0)); }
+
+  const Eigen::Vector3d& state() const { return state_; }  ///< (w, z, d) now
+
+  /// (w, z, d) when the command of now begins to act.
+  Eigen::Vector3d onArrival() const;
+
+ private:
+  DriveTrain drive_train_;
+  CommandsUnderWay commands_;
+  Eigen::Vector3d gain_;
+  Eigen::Vector3d state_ = Eigen::Vector3d::Zero();
+};
 
 /// The best linear estimator with a constant gain for the model of drive_train.hpp: both wheels' speed w, correction z
 /// and input disturbance d, driven by the commands after the dead time, with the same random fluctuations. It measures

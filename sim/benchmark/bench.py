@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Measures the ticks and the node in one run, compares them, and writes the figures to a JSON file.
+"""Measures the ticks, the node and the replay in one run, compares them, and writes the figures to a JSON file.
 
 Usage: bench.py PROGRAMS OUT.json      PROGRAMS is the directory of the built programs; needs a sourced workspace.
 """
@@ -13,6 +13,7 @@ import sys
 
 import instructions
 import node
+import replay
 
 REPETITIONS = 7  # of which the median counts
 LEAST_TIME = '0.1'  # s, of a repetition
@@ -99,11 +100,11 @@ def node_table(found):
     """Lines of the table of the node."""
     yield f"{'':38}{'CPU, %':>9}{'/ empty node':>14}  age of the newest sample in a command"
     yield f"{'empty node, same timers and topics':38}{found['empty_node_cpu_percent']:9.2f}"
-    for preset in node.PRESETS:
-        suffix = '' if preset == node.PRESETS[0] else '_' + preset
-        yield (f"{'controller_node, ' + preset:38}{found['node_cpu_percent' + suffix]:9.2f}"
+    for suffix, (preset, extra) in node.NODES.items():
+        yield (f"{'controller_node, ' + preset + (', on demand' if extra else ''):38}{found['node_cpu_percent' + suffix]:9.2f}"
                f"{found['node_cpu_over_empty' + suffix]:14.2f}  p50 {found['command_age_p50_ms' + suffix]:.1f} ms, "
-               f"p99 {found['command_age_p99_ms' + suffix]:.1f} ms")
+               f"p99 {found['command_age_p99_ms' + suffix]:.1f} ms; period off by "
+               f"{found['action_period_off_p99_ms' + suffix]:.1f} ms (p99)")
 
 
 def main(arguments):
@@ -118,6 +119,7 @@ def main(arguments):
         times = nanoseconds(str(programs / 'tick_benchmark'))
         compiler, counts = counted(str(programs / 'tick_instructions'))
         of_node = node.figures(programs, pathlib.Path(__file__).parents[1] / 'urdf' / 'jackal.urdf')
+        of_replay = replay.figures(programs)
     except (BenchError, instructions.CountError, node.NodeError) as error:
         print(f'bench: {error}', file=sys.stderr)
         return 1
@@ -127,7 +129,8 @@ def main(arguments):
         print(line)
     for line in node_table(of_node):
         print(line)
-    found = dict(machine=machine, **figures(times, counts), **of_node)
+    print(f"{'replay of a drive, predictive':38}{of_replay['replay_over_real_time']:9.0f} times as fast as it was driven")
+    found = dict(machine=machine, **figures(times, counts), **of_node, **of_replay)
     out.write_text(json.dumps(found, indent=2) + '\n')
     return 0
 

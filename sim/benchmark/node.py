@@ -7,9 +7,11 @@ import re
 import signal
 import socket
 import subprocess
+import tempfile
 import time
 
-PRESETS = ('improved', 'predictive')
+# by the suffix of their figures: preset, and what the robot's file says beside config/jackal.yaml
+NODES = {'': ('improved', ''), '_predictive': ('predictive', ''), '_without_belief_timer': ('improved', 'belief_timer: false\n')}
 SETTLED = 3.0  # s, from the probe's start until the CPU time counts
 MEASURED = 10.0  # s
 STARTED = 20.0  # s, for a node to start
@@ -78,14 +80,20 @@ def measure(programs, pid, environment):
     finally:
         if probe.poll() is None:
             stop(probe)
-    ages = re.search(r'age_p50_ms (\S+) age_p99_ms (\S+) commands (\d+)\nspeed (\S+)', said)
+    ages = re.search(r'age_p50_ms (\S+) age_p99_ms (\S+) commands (\d+) period_off_p99_ms (\S+)\nspeed (\S+)', said)
     if probe.returncode != 0 or ages is None:
         raise NodeError((said.strip().splitlines() or ['node_probe says nothing'])[-1])
-    return used, float(ages.group(1)), float(ages.group(2)), float(ages.group(4))
+    return used, float(ages.group(1)), float(ages.group(2)), float(ages.group(4)), float(ages.group(5))
 
 
 def figures(programs, urdf):
     """The node's figures by name. @programs directory of the programs, @urdf file of robot_description."""
+    with tempfile.TemporaryDirectory() as directory:
+        return figures_of_nodes(programs, urdf, directory)
+
+
+def figures_of_nodes(programs, urdf, directory):
+    """As figures(), with a directory for files that pass away."""
     port = free_port()
     environment = dict(os.environ, ROS_MASTER_URI=f'http://127.0.0.1:{port}', ROS_IP='127.0.0.1')
     core = start(['roscore', '-p', str(port)], environment)
@@ -99,24 +107,28 @@ def figures(programs, urdf):
             time.sleep(0.2)
         empty = start([str(programs / 'empty_node')], environment)
         try:
-            empty_use, _, _, _ = measure(programs, empty.pid, environment)
+            empty_use, *_ = measure(programs, empty.pid, environment)
         finally:
             stop(empty)
         found = {'empty_node_cpu_percent': 100.0 * empty_use}
-        for preset in PRESETS:
-            launched = start(['roslaunch', 'jackal_aic', 'controller.launch', f'preset:={preset}'], environment)
+        robot = (pathlib.Path(__file__).parents[2] / 'config' / 'jackal.yaml').read_text()
+        for suffix, (preset, extra) in NODES.items():
+            robot_file = pathlib.Path(directory) / 'robot.yaml'
+            robot_file.write_text(robot + extra)
+            launched = start(['roslaunch', 'jackal_aic', 'controller.launch', f'preset:={preset}', f'robot:={robot_file}'],
+                             environment)
             try:
                 node = child_of(launched.pid, 'controller_node')
-                use, p50, p99, speed = measure(programs, node, environment)
+                use, p50, p99, period_off, speed = measure(programs, node, environment)
             finally:
                 stop(launched)
             if abs(speed - 0.5) > 0.05:
                 raise NodeError(f'{preset} does not drive: {speed} m/s after {SETTLED + MEASURED} s, told 0.5')
-            suffix = '' if preset == PRESETS[0] else '_' + preset
             found['node_cpu_percent' + suffix] = 100.0 * use
             found['node_cpu_over_empty' + suffix] = use / empty_use
             found['command_age_p50_ms' + suffix] = p50
             found['command_age_p99_ms' + suffix] = p99
+            found['action_period_off_p99_ms' + suffix] = period_off
         return found
     finally:
         stop(core)

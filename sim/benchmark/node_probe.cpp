@@ -8,6 +8,7 @@
 #include <sensor_msgs/JointState.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <random>
 #include <string>
@@ -23,14 +24,14 @@ using jackal_aic::PlantModel;
 
 constexpr const char* kHelp =
     "Usage: rosrun jackal_aic node_probe SECONDS\n"
-    "Stands in for a robot that drives an arc as config/plant_model.yaml says: publishes wheels and IMU at 50 Hz with "
-    "the\n"
-    "stamps of now, and the set point; obeys cmd_drive. After SECONDS (1 to 3600) it prints how old the newest sample "
-    "was\n"
-    "when a command arrived: p50, p99 [ms], number of commands. Needs a ROS master, on wall time.\n";
+    "Stands in for a robot that drives an arc as config/plant_model.yaml says: publishes wheels and IMU at 50 Hz,\n"
+    "stamped now, and the set point; obeys cmd_drive. After SECONDS (1 to 3600) it prints how old the newest sample\n"
+    "was when a command arrived: p50, p99 [ms], number of commands, and by how much the time between two of them was\n"
+    "off 20 ms: p99 [ms], and below p50, p99.9 and the largest [ms]. Needs a ROS master, on wall time.\n";
 
-constexpr double kRadius = 0.098;  // m
-constexpr double kTrack = 0.547;   // m
+constexpr double kRadius = 0.098;       // m
+constexpr double kTrack = 0.547;        // m
+constexpr double kActionPeriod = 20.0;  // ms
 
 PlantModel plantModel() {
   PlantModel model;
@@ -63,12 +64,16 @@ int main(int argc, char** argv) {
   ros::Publisher set_point = node.advertise<geometry_msgs::Twist>("jackal_AIC/set_point", 5);
   DriveTrainPrediction left(plantModel(), kRadius), right(plantModel(), kRadius);
   double command_left = 0.0, command_right = 0.0, speed_before = 0.0;
-  ros::WallTime newest;
-  std::vector<double> ages;  // ms
+  ros::WallTime newest, commanded;
+  std::vector<double> ages;     // ms
+  std::vector<double> periods;  // off the nominal [ms]
   const ros::Subscriber drive = node.subscribe<jackal_msgs::Drive>(
       "cmd_drive", 5,
       [&](const jackal_msgs::DriveConstPtr& message) {
-        if (!newest.isZero()) ages.push_back(1e3 * (ros::WallTime::now() - newest).toSec());
+        const ros::WallTime now = ros::WallTime::now();
+        if (!newest.isZero()) ages.push_back(1e3 * (now - newest).toSec());
+        if (!commanded.isZero()) periods.push_back(std::abs(1e3 * (now - commanded).toSec() - kActionPeriod));
+        commanded = now;
         command_left = message->drivers[jackal_msgs::Drive::LEFT];
         command_right = message->drivers[jackal_msgs::Drive::RIGHT];
       },
@@ -107,13 +112,16 @@ int main(int argc, char** argv) {
   const ros::WallTimer end = node.createWallTimer(
       ros::WallDuration(duration), [](const ros::WallTimerEvent&) { ros::shutdown(); }, true);
   ros::spin();
-  if (ages.empty()) {
-    std::fprintf(stderr, "node_probe: no command came within %g s\n", duration);
+  if (periods.empty()) {
+    std::fprintf(stderr, "node_probe: no two commands came within %g s\n", duration);
     return 1;
   }
   std::sort(ages.begin(), ages.end());
-  std::printf("age_p50_ms %.3f age_p99_ms %.3f commands %zu\n", percentile(ages, 0.5), percentile(ages, 0.99),
-              ages.size());
+  std::sort(periods.begin(), periods.end());
+  std::printf("age_p50_ms %.3f age_p99_ms %.3f commands %zu period_off_p99_ms %.3f\n", percentile(ages, 0.5),
+              percentile(ages, 0.99), ages.size(), percentile(periods, 0.99));
   std::printf("speed %.3f\n", speed_before);
+  std::printf("period_off_p50_ms %.3f period_off_p999_ms %.3f period_off_max_ms %.3f\n", percentile(periods, 0.5),
+              percentile(periods, 0.999), periods.back());
   return 0;
 }

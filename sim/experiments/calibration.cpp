@@ -13,7 +13,8 @@
 namespace jackal_aic::sim {
 namespace {
 
-constexpr double kDeadTimeSpread = 0.002;  // s
+constexpr double kDeadTimes[] = {-0.002, 0.0, 0.002};             // beside the plant's [s]
+constexpr double kSettlingBands[] = {0.04, kSettlingBand, 0.06};  // of the final value
 
 std::string written(double value) { return yamlNumber(value, 3); }
 
@@ -41,17 +42,49 @@ std::vector<ComparedRow> readRows(const PackageFiles& files, const std::vector<s
   return rows;
 }
 
-/// The rows on a plant without noise against those of the thesis.
+/// One row on a plant without noise.
+RunResult runOn(const ComparedRow& row, PlantParameters plant, double dead_time) {
+  LoopSetup setup = row.setup;
+  plant.dead_time = dead_time;
+  plant.noise_scale = 0.0;
+  setup.plant = plant;
+  return runThesisStep(setup, row.thesis);
+}
+
+/// The rows on a plant against those of the thesis.
 std::vector<Residual> residuals(const std::vector<ComparedRow>& rows, const PlantParameters& plant, unsigned jobs) {
   std::vector<Residual> list(rows.size());
   parallelFor(rows.size(), jobs, [&](std::size_t i) {
-    LoopSetup setup = rows[i].setup;
-    setup.plant = plant;
-    setup.plant.noise_scale = 0.0;
-    const ResultRow row = runThesisStep(setup, rows[i].thesis).row;
+    const ResultRow row = runOn(rows[i], plant, plant.dead_time).row;
     list[i] = {rows[i].thesis, rows[i].integrator, row.settling_s, row.rise_s};
   });
   return list;
+}
+
+/// As residuals(), once for each of kDeadTimes and kSettlingBands.
+std::vector<std::vector<Residual>> spreadResiduals(const std::vector<ComparedRow>& rows, const PlantParameters& plant,
+                                                   unsigned jobs) {
+  constexpr std::size_t kBands = std::size(kSettlingBands);
+  std::vector<std::vector<Residual>> lists(std::size(kDeadTimes) * kBands, std::vector<Residual>(rows.size()));
+  parallelFor(rows.size(), jobs, [&](std::size_t i) {
+    for (std::size_t d = 0; d < std::size(kDeadTimes); ++d) {
+      const std::vector<Sample> samples = runOn(rows[i], plant, plant.dead_time + kDeadTimes[d]).samples;
+      for (std::size_t b = 0; b < kBands; ++b) {
+        const ResponseMetrics metrics = assess(samples, thesisProfile(rows[i].thesis), kSettlingBands[b]);
+        lists[d * kBands + b][i] = {rows[i].thesis, rows[i].integrator, metrics.settling, metrics.rise};
+      }
+    }
+  });
+  return lists;
+}
+
+/// Those of the rows that stand in one of these tables.
+std::vector<Residual> ofTables(const std::vector<Residual>& all, const std::vector<std::string>& tables) {
+  std::vector<Residual> some;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(some), [&](const Residual& row) {
+    return std::find(tables.begin(), tables.end(), row.thesis.table) != tables.end();
+  });
+  return some;
 }
 
 /// Parameters in the unit cube, logarithmic in their ranges.
@@ -59,13 +92,13 @@ class Fit {
  public:
   Fit(const PackageFiles& files, const CalibrationTask& task, unsigned jobs,
       const std::function<void(int, double)>& progress)
-      : rows_(readRows(files, task.fitted)), task_(task), jobs_(jobs), progress_(progress) {
-    best_.plant = loadSetup(files, "diff_drive", task.plant, {}).plant;
-    start_ = best_.plant;
-  }
+      : rows_(readRows(files, task.tables)), task_(task), jobs_(jobs), progress_(progress) {}
 
-  /// Takes the plant as it is as the first candidate.
-  void start() { evaluate(position(start_)); }
+  /// The first candidate, from which comes what is not fitted.
+  void start(const PlantParameters& plant) {
+    start_ = best_.plant = plant;
+    evaluate(position(start_));
+  }
 
   void search(nlopt::algorithm algorithm, int evaluations) {
     const std::size_t n = task_.parameters.size();
@@ -118,7 +151,7 @@ class Fit {
       const FitParameter& p = task_.parameters[i];
       plant.*p.member = rounded(p.low * std::pow(p.high / p.low, x[i]), p.resolution);
     }
-    const double cost = robustCost(plant);
+    const double cost = spreadCost(plant);
     if (cost < best_cost_) {
       best_cost_ = cost;
       best_.plant = plant;
@@ -128,20 +161,17 @@ class Fit {
     return cost;
   }
 
-  double robustCost(PlantParameters plant) const {
-    const double dead_time = plant.dead_time;
+  double spreadCost(const PlantParameters& plant) const {
+    const auto lists = spreadResiduals(rows_, plant, jobs_);
     double sum = 0.0;
-    for (const double offset : {-kDeadTimeSpread, 0.0, kDeadTimeSpread}) {
-      plant.dead_time = dead_time + offset;
-      sum += meanError(residuals(rows_, plant, jobs_));
-    }
-    return sum / 3.0;
+    for (const auto& list : lists) sum += meanError(list) + trendError(ofTables(list, task_.trends));
+    return sum / static_cast<double>(lists.size());
   }
 
   std::vector<ComparedRow> rows_;
   const CalibrationTask& task_;
   unsigned jobs_;
-  const std::function<void(int, double)>& progress_;
+  std::function<void(int, double)> progress_;
   PlantParameters start_;
   Calibration best_;
   std::vector<double> best_x_;
@@ -150,14 +180,25 @@ class Fit {
   std::exception_ptr failure_;
 };
 
+/// The row before the i-th of its table: in the same column, else in the same line; null if there is none.
+const Residual* previousOf(const std::vector<Residual>& residuals, std::size_t i) {
+  for (const auto member : {&ThesisStep::column, &ThesisStep::row}) {
+    for (std::size_t k = i; k-- > 0;) {
+      const ThesisStep &a = residuals[k].thesis, &b = residuals[i].thesis;
+      if (a.table == b.table && a.*member == b.*member) return &residuals[k];
+    }
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 const std::vector<CalibrationTask>& calibrationTasks() {
   static const std::vector<CalibrationTask> tasks{
       {"box",
        "plant_box.yaml",
-       {"5-2", "5-4", "5-6", "5-9"},
-       {"5-5", "5-1"},
+       {"5-1", "5-2", "5-4", "5-5", "5-6", "5-9"},
+       {"5-4", "5-5", "5-9"},
        {{"dead_time", &PlantParameters::dead_time, 0.03, 0.16, JackalPlant::kStep},
         {"motor_lag", &PlantParameters::motor_lag, 0.01, 0.12},
         {"velocity_loop_integral", &PlantParameters::velocity_loop_integral, 1.0, 30.0}}},
@@ -201,13 +242,38 @@ double meanError(const std::vector<Residual>& residuals) {
   return sum / static_cast<double>(count);
 }
 
+double trendError(const std::vector<Residual>& residuals) {
+  double sum = 0.0;
+  int count = 0;
+  for (std::size_t i = 1; i < residuals.size(); ++i) {
+    const Residual *slow = previousOf(residuals, i), *fast = &residuals[i];
+    if (slow == nullptr || !slow->thesis.settling || !fast->thesis.settling) continue;
+    if (*slow->thesis.settling < *fast->thesis.settling) std::swap(slow, fast);
+    const bool both = slow->settling.value_or(0.0) > 0.0 && fast->settling.value_or(0.0) > 0.0;
+    const auto fall = [](const auto& a, const auto& b) { return std::log(*a / *b); };
+    const double thesis = fall(slow->thesis.settling, fast->thesis.settling);
+    sum += both ? std::max(0.0, thesis - fall(slow->settling, fast->settling)) : kMissing;
+    ++count;
+  }
+  return count > 0 ? sum / count : 0.0;
+}
+
 Calibration calibrate(const PackageFiles& files, const CalibrationTask& task, int evaluations, unsigned jobs,
                       const std::function<void(int, double)>& progress) {
   Fit fit(files, task, jobs, progress);
-  fit.start();
+  fit.start(loadSetup(files, "diff_drive", task.plant, {}).plant);
   fit.search(nlopt::GN_DIRECT_L, evaluations);
   fit.search(nlopt::LN_SBPLX, evaluations);
   return fit.best();
+}
+
+double leaveOneOutError(const PackageFiles& files, CalibrationTask task, const std::string& table,
+                        const PlantParameters& start, int evaluations, unsigned jobs) {
+  task.tables.erase(std::remove(task.tables.begin(), task.tables.end(), table), task.tables.end());
+  Fit fit(files, task, jobs, {});
+  fit.start(start);
+  fit.search(nlopt::LN_SBPLX, evaluations);
+  return meanError(residuals(files, {table}, fit.best().plant, jobs));
 }
 
 std::string withFittedValues(std::string yaml, const CalibrationTask& task, const PlantParameters& plant) {

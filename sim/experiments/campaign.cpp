@@ -9,7 +9,6 @@
 #include <iostream>
 #include <map>
 #include <regex>
-#include <sstream>
 
 #include "parallel.hpp"
 #include "progress_bar.hpp"
@@ -40,10 +39,10 @@ std::vector<Task> tasksOf(const ExperimentTable& table, const std::vector<std::s
 }
 
 std::vector<std::string> linesOf(const std::string& path) {
-  std::istringstream text(readText(path));
   std::vector<std::string> lines;
-  for (std::string line; std::getline(text, line);) lines.push_back(line + "\n");
-  if (lines.empty()) throw ParameterError(path + ": is empty");
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) lines.push_back(line + "\n");
+  if (lines.empty()) throw ParameterError(path + ": is empty or cannot be read");
   return lines;
 }
 

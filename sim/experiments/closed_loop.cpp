@@ -15,7 +15,6 @@ namespace jackal_aic::sim {
 namespace {
 
 constexpr double kShortestResponse = 0.6;  // s; the final value is a mean over 0.5 s
-constexpr double kTimeTolerance = 1e-9;    // s
 constexpr double kFinalWindow = 0.5;       // s
 
 void require(bool condition, const char* name, double value, const char* bound) {
@@ -77,13 +76,7 @@ DriveParameters uninterrupted() {
   return parameters;
 }
 
-SetPoint SetPointProfile::at(double time) const {
-  const auto later = std::upper_bound(changes.begin(), changes.end(), time + kTimeTolerance,
-                                      [](double end, const Change& change) { return end < change.time; });
-  return later == changes.begin() ? SetPoint{} : std::prev(later)->set_point;
-}
-
-std::int64_t SetPointProfile::steps() const { return std::llround(duration / JackalPlant::kStep); }
+std::int64_t SetPointProfile::plantSteps() const { return std::llround(duration / JackalPlant::kStep); }
 
 SetPointProfile stepProfile(double forward, double yaw_rate, double duration) {
   require(std::isfinite(forward) && std::isfinite(yaw_rate) && (forward != 0.0 || yaw_rate != 0.0), "step", forward,
@@ -144,19 +137,23 @@ SetPointProfile cycleProfile(const DrivingCycle& cycle) {
 std::vector<Sample> runClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile& profile, Support support,
                                   const GeometryParameters& geometry, const LoopParameters& loop) {
   const double ahead = takeLead(plant, drive, loop.phase);
-  const std::int64_t steps = profile.steps();
+  const std::int64_t steps = profile.plantSteps();
   std::vector<Sample> samples;
   samples.reserve(static_cast<std::size_t>(steps));
   const SkidSteerKinematics kinematics(geometry);
   BodyVector measured = BodyVector::Zero();
   WheelCommand command;
   auto friction = profile.friction_changes.begin();
+  auto motor = profile.motor_changes.begin();
   for (std::int64_t k = 0; k < steps; ++k, plant.step()) {
     const double now = plant.time() - ahead;
     const SetPoint set_point = profile.at(now);
     drive.setSetPoint(set_point, now);
     for (; friction != profile.friction_changes.end() && friction->time <= now + kTimeTolerance; ++friction) {
       plant.setFriction(friction->friction);
+    }
+    for (; motor != profile.motor_changes.end() && motor->time <= now + kTimeTolerance; ++motor) {
+      plant.changeMotors(motor->gain, motor->offset);
     }
     std::optional<Observation> observation;
     if (plant.measurement()) {
@@ -176,7 +173,7 @@ std::vector<Sample> runClosedLoop(JackalPlant& plant, DriveLoop& drive, const Se
   return samples;
 }
 
-ResponseMetrics assess(const std::vector<Sample>& samples, const SetPointProfile& profile) {
+ResponseMetrics assess(const std::vector<Sample>& samples, const SetPointProfile& profile, double settling_band) {
   const SetPoint before = profile.at(profile.assessed_from - JackalPlant::kStep);
   const SetPoint after = profile.at(profile.assessed_from);
   if (!profile.assessed) {
@@ -198,7 +195,7 @@ ResponseMetrics assess(const std::vector<Sample>& samples, const SetPointProfile
     diverged.stable = false;
     return diverged;
   }
-  return stepResponseMetrics(time, value, profile.assessed_from, initial, target);
+  return stepResponseMetrics(time, value, profile.assessed_from, initial, target, settling_band);
 }
 
 RunErrors runErrors(const std::vector<Sample>& samples) {

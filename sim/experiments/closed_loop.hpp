@@ -14,33 +14,31 @@
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "jackal_plant.hpp"
 #include "response_metrics.hpp"
+#include "set_point_timeline.hpp"
 
 namespace jackal_aic::sim {
 
-/// Set point over time, and which of its steps is assessed.
-struct SetPointProfile {
-  /// A set point and the time from which it holds.
-  struct Change {
-    double time;         ///< [s]
-    SetPoint set_point;  ///< base_link
-  };
+/// Set points, friction and motors over time, and which of the steps is assessed.
+struct SetPointProfile : SetPointTimeline {
   /// A friction coefficient of the ground and the time from which it holds.
   struct FrictionChange {
     double time;      ///< [s]
     double friction;  ///< Coulomb coefficient
   };
-  std::vector<Change> changes;                    ///< in order of time; rest before the first
-  std::vector<FrictionChange> friction_changes;   ///< in order of time; the plant's own before the first
-  double duration = 0.0;                          ///< end of the run [s]
+  std::vector<FrictionChange> friction_changes;  ///< in order of time; the plant's own before the first
+  /// Motors that follow their commands otherwise, and the time from which they do.
+  struct MotorChange {
+    double time;    ///< [s]
+    double gain;    ///< steady-state wheel speed / command
+    double offset;  ///< by which a wheel turns slower than asked [rad/s]
+  };
+  std::vector<MotorChange> motor_changes;         ///< in order of time; the plant's own before the first
   double assessed_from = 0.0;                     ///< time of the step that is assessed [s]
   double assessed_until = 0.0;                    ///< end of what is assessed [s]
   std::optional<BodyChannel> assessed{kForward};  ///< component whose step is assessed; empty if there is no such step
 
-  /// Set point at a time [s].
-  SetPoint at(double time) const;
-
   /// Steps of the plant from the begin of the run to its end.
-  std::int64_t steps() const;
+  std::int64_t plantSteps() const;
 };
 
 /// A step from rest, assessed in the forward speed unless only the yaw rate steps. The robot rests for kRestTime first.
@@ -120,7 +118,8 @@ std::vector<Sample> runClosedLoop(JackalPlant& plant, DriveLoop& drive, const Se
 /// Figures of the assessed step; none but `stable` if there is no such step. `stable` is false also if the belief is
 /// not finite or ran away to more than kRunaway times the largest set point, which the limits of the drive command can
 /// hide from the velocity.
-ResponseMetrics assess(const std::vector<Sample>& samples, const SetPointProfile& profile);
+ResponseMetrics assess(const std::vector<Sample>& samples, const SetPointProfile& profile,
+                       double settling_band = kSettlingBand);
 
 /// Belief in multiples of the largest set point beyond which it counts as diverged.
 inline constexpr double kRunaway = 10.0;

@@ -7,14 +7,19 @@
 #include <filesystem>
 #include <iostream>
 
+#include "baseline_table.hpp"
+#include "belief_consistency.hpp"
+#include "bounds.hpp"
 #include "calibration.hpp"
 #include "campaign.hpp"
 #include "detection_table.hpp"
 #include "jackal_aic/config/text.hpp"
+#include "jackal_aic/config/text_file.hpp"
 #include "odometry_table.hpp"
 #include "progress_bar.hpp"
 #include "quiet_hours.hpp"
 #include "real_drives.hpp"
+#include "robustness.hpp"
 #include "stop_table.hpp"
 #include "unidentified.hpp"
 
@@ -126,7 +131,7 @@ int merge(const po::variables_map& options) {
 void addLoopOptions(po::options_description& options) {
   options.add_options()("controller", po::value<std::string>()->required(),
                         "diff_drive, standard, improved, tuned, predictive or FILE.yaml");
-  options.add_options()("plant", po::value<std::string>()->required(), "box, ground or FILE.yaml");
+  options.add_options()("plant", po::value<std::string>()->required(), "box, ground, real or FILE.yaml");
   addOverrides(options);
   options.add_options()("csv", po::value<std::string>(),
                         "file for the row of results; - prints it; by default a short table is printed");
@@ -184,24 +189,35 @@ void describeCalibrate(po::options_description& options, po::positional_options_
   options.add_options()("out", po::value<std::string>()->required(), "directory for plant_box.yaml and plant.yaml");
   options.add_options()("evaluations", po::value<int>()->default_value(200),
                         "of the global and of the local search each");
+  options.add_options()("leave-one-out", "beside: the error of each table by a fit to the others");
   addJobs(options);
 }
 
 void printResiduals(const PackageFiles& files, const CalibrationTask& task, const PlantParameters& plant,
                     unsigned jobs) {
-  for (const auto* tables : {&task.fitted, &task.held_out}) {
-    for (const auto& table : *tables) {
-      const auto rows = residuals(files, {table}, plant, jobs);
-      std::cout << fmt::format("Table {} ({}): mean |ln(ours/thesis)| {:.3f}\n", table,
-                               tables == &task.fitted ? "fitted" : "held out", meanError(rows));
-      for (const Residual& row : rows) {
-        std::cout << fmt::format("  {:<6} {:<9} settling {:5.2f} (thesis {:5.2f})  rise {:5.2f} (thesis {:5.2f})\n",
-                                 row.thesis.row, row.thesis.column, row.settling.value_or(NAN),
-                                 row.thesis.settling.value_or(NAN), row.rise.value_or(NAN),
-                                 row.thesis.rise.value_or(NAN));
-      }
+  for (const auto& table : task.tables) {
+    const auto rows = residuals(files, {table}, plant, jobs);
+    std::cout << fmt::format("Table {}: mean |ln(ours/thesis)| {:.3f}\n", table, meanError(rows));
+    for (const Residual& row : rows) {
+      std::cout << fmt::format("  {:<6} {:<9} settling {:5.2f} (thesis {:5.2f})  rise {:5.2f} (thesis {:5.2f})\n",
+                               row.thesis.row, row.thesis.column, row.settling.value_or(NAN),
+                               row.thesis.settling.value_or(NAN), row.rise.value_or(NAN),
+                               row.thesis.rise.value_or(NAN));
     }
   }
+}
+
+/// Each table by the plant fitted to the others, set out from the one fitted to all.
+void printLeaveOneOut(const PackageFiles& files, const CalibrationTask& task, const PlantParameters& plant,
+                      int evaluations, unsigned jobs) {
+  double sum = 0.0;
+  for (const auto& table : task.tables) {
+    const double error = leaveOneOutError(files, task, table, plant, evaluations, jobs);
+    std::cout << fmt::format("Table {} by a fit to the others: mean |ln(ours/thesis)| {:.3f}\n", table, error)
+              << std::flush;
+    sum += error;
+  }
+  std::cout << fmt::format("mean over the tables {:.3f}\n", sum / static_cast<double>(task.tables.size()));
 }
 
 int calibratePlants(const po::variables_map& options) {
@@ -222,6 +238,9 @@ int calibratePlants(const po::variables_map& options) {
     writeText(file.string(), withFittedValues(readText(files.path("config/" + task.file)), task, found.plant));
     std::cout << file.string() << "\n";
     printResiduals(files, task, found.plant, jobs(options));
+    if (options.count("leave-one-out") > 0) {
+      printLeaveOneOut(files, task, found.plant, evaluations, jobs(options));
+    }
   }
   return 0;
 }
@@ -234,6 +253,8 @@ void describeDetection(po::options_description& options, po::positional_options_
                         "instead: hours of driving without a fault, 30 minutes each drive, drawn by seed");
   options.add_options()("seed", po::value<std::uint64_t>()->default_value(1), "of the quiet hours");
   options.add_options()("unidentified", "quiet hours of robots that nobody has identified");
+  options.add_options()("plant", po::value<std::string>(),
+                        "real: the quiet hours or the table on that plant; by default on box and ground");
   addJobs(options);
 }
 
@@ -241,13 +262,17 @@ int detect(const po::variables_map& options) {
   if (options.count("out") == options.count("quiet-hours")) {
     throw ParameterError("detection: needs either --out or --quiet-hours");
   }
+  const bool named = options.count("plant") > 0;
+  const std::string plant = named ? options["plant"].as<std::string>() : "";
+  if (named && plant != "real") throw ParameterError("plant = '" + plant + "': unknown; known: real");
+  const World world = named ? World::real : World::simple;
   if (options.count("quiet-hours") > 0) {
     const auto robots = options.count("unidentified") > 0 ? QuietRobots::unidentified : QuietRobots::identified;
     runQuietHours(packageFiles(options), options["quiet-hours"].as<double>(), options["seed"].as<std::uint64_t>(),
-                  robots, jobs(options));
+                  robots, jobs(options), world);
     return 0;
   }
-  writeDetectionTables(packageFiles(options), outputDirectory(options), jobs(options));
+  writeDetectionTables(packageFiles(options), outputDirectory(options), jobs(options), world);
   return 0;
 }
 
@@ -264,6 +289,47 @@ int stops(const po::variables_map& options) {
       writeStopTable(packageFiles(options), outputDirectory(options), overrides(options), jobs(options));
   std::cout << missed << " of " << stopCases().size() << " do not keep their bars\n";
   return missed == 0 ? 0 : 1;
+}
+
+// ---- bounds
+
+void describeBounds(po::options_description& options, po::positional_options_description&) {
+  options.add_options()("out", po::value<std::string>()->required(), "directory for bounds.csv");
+  addJobs(options);
+}
+
+int compareWithBounds(const po::variables_map& options) {
+  const std::size_t missed = writeBoundsTable(packageFiles(options), outputDirectory(options), jobs(options));
+  std::cout << "predictive misses " << missed << " bars\n";
+  return 0;
+}
+
+// ---- baselines
+
+void describeBaselines(po::options_description& options, po::positional_options_description&) {
+  options.add_options()("out", po::value<std::string>()->required(),
+                        "directory for baselines.csv and baselines_driven.csv");
+  addJobs(options);
+}
+
+int compareWithBaselines(const po::variables_map& options) {
+  writeBaselineTables(packageFiles(options), outputDirectory(options), jobs(options));
+  return 0;
+}
+
+// ---- robustness
+
+void describeRobustness(po::options_description& options, po::positional_options_description&) {
+  options.add_options()("draws", po::value<std::size_t>()->default_value(1000), "robots that are drawn");
+  options.add_options()("seed", po::value<std::uint64_t>()->default_value(1), "of the first; the others follow");
+  options.add_options()("out", po::value<std::string>()->required(), "directory for robustness.csv");
+  addJobs(options);
+}
+
+int assessRobustness(const po::variables_map& options) {
+  writeRobustnessTable(packageFiles(options), options["draws"].as<std::size_t>(), options["seed"].as<std::uint64_t>(),
+                       outputDirectory(options), jobs(options));
+  return 0;
 }
 
 // ---- unidentified
@@ -290,12 +356,13 @@ int driveUnidentifiedRobots(const po::variables_map& options) {
 // ---- odometry
 
 void describeOdometry(po::options_description& options, po::positional_options_description&) {
-  options.add_options()("out", po::value<std::string>()->required(), "directory for odometry.csv");
+  options.add_options()("out", po::value<std::string>()->required(), "directory for odometry.csv and belief.csv");
   addJobs(options);
 }
 
 int assessOdometry(const po::variables_map& options) {
   writeOdometryTable(packageFiles(options), outputDirectory(options), jobs(options));
+  writeConsistencyTable(packageFiles(options), outputDirectory(options), jobs(options));
   return 0;
 }
 
@@ -328,13 +395,22 @@ constexpr Command kCommands[] = {
      "runs one step response", describeStep, step},
     {"square", "square --controller NAME|FILE --plant NAME|FILE --min V --max V [--set KEY=VALUE ...]",
      "runs one square wave", describeSquare, square},
-    {"detection", "detection --out DIR | --quiet-hours N [--seed S] [--unidentified] [--jobs N]",
+    {"detection", "detection --out DIR | --quiet-hours N [--seed S] [--unidentified] [--plant real] [--jobs N]",
      "times to find a fault, and false alarms of ten minutes of driving, or of hours", describeDetection, detect},
     {"stops", "stops --out DIR [--jobs N] [--set KEY=VALUE ...]",
      "overshoot and running back of every preset, from rest to a set point and back to rest", describeStops, stops},
+    {"bounds", "bounds --out DIR [--jobs N]",
+     "steps and disturbances of every preset, in multiples of what no controller can beat", describeBounds,
+     compareWithBounds},
+    {"baselines", "baselines --out DIR [--jobs N]",
+     "predictive beside published controllers of a plant with dead time, all tuned under the same margins",
+     describeBaselines, compareWithBaselines},
     {"unidentified", "unidentified --out DIR [--controller NAME] [--minutes M] [--seed S] [--jobs N]",
      "joystick driving of robots that nobody has identified: which oscillate, which are called faulty",
      describeUnidentified, driveUnidentifiedRobots},
+    {"robustness", "robustness --out DIR [--draws N] [--seed S] [--jobs N]",
+     "a step by every preset on robots drawn over everything in which a real one differs from its model",
+     describeRobustness, assessRobustness},
     {"odometry", "odometry --out DIR [--jobs N]",
      "drift of the odometry by the metre, ours and the stock controller's, over the same drives", describeOdometry,
      assessOdometry},

@@ -44,17 +44,18 @@ std::vector<NamedFault> namedFaults() {
   constexpr const char* kLeftBlocked = "left wheels do not follow their command";
   constexpr const char* kRightBlocked = "right wheels do not follow their command";
   constexpr const char* kGyro = "gyro disagrees with the wheels";
-  return {{"left encoder frozen", sensorFault(SensorFaultKind::encoder_freeze), "left encoder frozen",
-           "left encoder frozen"},
-          {"right encoder frozen", sensorFault(SensorFaultKind::encoder_freeze, Side::right), "right encoder frozen",
-           "right encoder frozen"},
-          {"left encoder dead", sensorFault(SensorFaultKind::encoder_value), "left encoder wrong", kLeftBlocked},
-          {"gyro bias 0.2 rad/s", sensorFault(SensorFaultKind::gyro_offset, Side::left, 0.2), kGyro, kGyro},
-          {"gyro bias -0.2 rad/s", sensorFault(SensorFaultKind::gyro_offset, Side::left, -0.2), kGyro, kGyro},
-          {"gyro frozen", sensorFault(SensorFaultKind::gyro_freeze), "gyro frozen", "gyro frozen"},
-          {"IMU upside down", sensorFault(SensorFaultKind::imu_flip), "IMU upside down", "IMU upside down"},
-          {"left motor blocked", motor(Side::left), kLeftBlocked, kLeftBlocked},
-          {"right motor blocked", motor(Side::right), kRightBlocked, kRightBlocked}};
+  return {
+      {"left encoder frozen", sensorFault(FaultKind::freeze, FaultChannel::left), "left encoder frozen",
+       "left encoder frozen"},
+      {"right encoder frozen", sensorFault(FaultKind::freeze, FaultChannel::right), "right encoder frozen",
+       "right encoder frozen"},
+      {"left encoder dead", sensorFault(FaultKind::set, FaultChannel::left), "left encoder wrong", kLeftBlocked},
+      {"gyro bias 0.2 rad/s", sensorFault(FaultKind::bias, FaultChannel::gyro, 0.2), kGyro, kGyro},
+      {"gyro bias -0.2 rad/s", sensorFault(FaultKind::bias, FaultChannel::gyro, -0.2), kGyro, kGyro},
+      {"gyro frozen", sensorFault(FaultKind::freeze, FaultChannel::gyro), "gyro frozen", "gyro frozen"},
+      {"IMU upside down", sensorFault(FaultKind::upside_down, FaultChannel::all), "IMU upside down", "IMU upside down"},
+      {"left motor blocked", motor(Side::left), kLeftBlocked, kLeftBlocked},
+      {"right motor blocked", motor(Side::right), kRightBlocked, kRightBlocked}};
 }
 
 std::string lineOf(const DetectionCase& c, const std::optional<Detection>& found) {
@@ -70,15 +71,17 @@ std::string lineOf(const OrdinaryCase& c, const Alarms& alarms) {
 
 }  // namespace
 
-Faults sensorFault(SensorFaultKind kind, Side side, double value) {
+Faults sensorFault(FaultKind kind, FaultChannel channel, double amount) {
   Faults faults;
-  faults.sensors = {{kind, side, value, kFaultTime}};
+  faults.sensors = {{kind, channel, amount, 1.0, kFaultTime, std::numeric_limits<double>::infinity()}};
   return faults;
 }
 
-std::vector<DetectionCase> detectionCases() {
-  const std::pair<const char*, const char*> loops[] = {
-      {"predictive", "ground"}, {"predictive", "box"}, {"improved", "ground"}};
+std::vector<DetectionCase> detectionCases(World world) {
+  using Loops = std::vector<std::pair<const char*, const char*>>;
+  const Loops loops = world == World::real
+                          ? Loops{{"predictive", "real"}, {"improved", "real"}}
+                          : Loops{{"predictive", "ground"}, {"predictive", "box"}, {"improved", "ground"}};
   std::vector<DetectionCase> cases;
   for (const auto& [controller, plant] : loops) {
     for (const Motion& motion : kMotions) {
@@ -100,7 +103,11 @@ std::optional<Detection> runCase(const PackageFiles& files, const DetectionCase&
   return detection(runMonitored(setup, monitorModel(files, c.plant), profile, c.faults), kFaultTime);
 }
 
-std::vector<OrdinaryCase> ordinaryCases() {
+std::vector<OrdinaryCase> ordinaryCases(World world) {
+  if (world == World::real) {
+    return {{"predictive", "real", "as configured", {}, kTenMinutes},
+            {"improved", "real", "as configured", {}, kTenMinutes}};
+  }
   const std::pair<const char*, Overrides> conditions[] = {
       {"as calibrated", {}},
       {"noise x 5", {{"plant.noise_scale", "5"}}},
@@ -165,9 +172,9 @@ Alarms runOrdinary(const PackageFiles& files, const OrdinaryCase& c, double dura
   return alarms.alarms();
 }
 
-void writeDetectionTables(const PackageFiles& files, const std::string& directory, unsigned jobs) {
-  const auto detections = detectionCases();
-  const auto ordinary = ordinaryCases();
+void writeDetectionTables(const PackageFiles& files, const std::string& directory, unsigned jobs, World world) {
+  const auto detections = detectionCases(world);
+  const auto ordinary = ordinaryCases(world);
   // The long runs first, so that no thread ends alone with one of them.
   const auto lines = parallelResults("detection", ordinary.size() + detections.size(), jobs, [&](std::size_t i) {
     if (i < ordinary.size()) return lineOf(ordinary[i], runOrdinary(files, ordinary[i], ordinary[i].duration));

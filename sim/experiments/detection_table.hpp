@@ -13,19 +13,22 @@
 
 namespace jackal_aic::sim {
 
+/// On what is driven.
+enum class World {
+  simple,  ///< the calibrated plants, box and ground
+  real     ///< plant_real.yaml, or everything in which it may differ drawn: see drawReality()
+};
+
 /// When the faults of detectionCases() begin [s].
 inline constexpr double kFaultTime = 3.0;
 
-/// Longest time in which a fault has to be found [s].
-inline constexpr double kDetectionBar = 0.3;
-
-/// A sensor that is faulty from kFaultTime on. @param side of an encoder; @param value see SensorFault.
-Faults sensorFault(SensorFaultKind kind, Side side = Side::left, double value = 0.0);
+/// A sensor that is faulty from kFaultTime on; see SensorFaults.
+Faults sensorFault(FaultKind kind, FaultChannel channel, double amount = 0.0);
 
 /// A fault in a motion.
 struct DetectionCase {
   std::string controller;
-  std::string plant;   ///< box or ground
+  std::string plant;   ///< box, ground or real
   std::string motion;  ///< a word
   SetPoint set_point;  ///< from kRestTime on
   std::string fault;   ///< a word
@@ -33,8 +36,9 @@ struct DetectionCase {
   std::string expected;  ///< FaultReport::reason() that names it
 };
 
-/// Every fault in every motion, on the ground for each structure of the controller and on the box.
-std::vector<DetectionCase> detectionCases();
+/// Every fault in every motion, for each structure of the controller; on the ground and on the box, or on the real
+/// plant.
+std::vector<DetectionCase> detectionCases(World world = World::simple);
 
 /// Runs a case until the fault is found, or a second after its onset. @throws ParameterError if something was found
 /// before.
@@ -49,8 +53,9 @@ struct OrdinaryCase {
   double duration;  ///< [s]
 };
 
-/// Ten minutes of ordinary driving under each condition: friction, slope, payload, noise, lost samples.
-std::vector<OrdinaryCase> ordinaryCases();
+/// Ten minutes of ordinary driving under each condition: friction, slope, payload, noise, lost samples; in the real
+/// world of both structures of the controller as it is.
+std::vector<OrdinaryCase> ordinaryCases(World world = World::simple);
 
 /// Steps, turns in place, arcs and square waves in random order.
 SetPointProfile ordinaryDriving(std::uint64_t seed, double duration);
@@ -78,6 +83,7 @@ class AlarmCounter {
 Alarms runOrdinary(const PackageFiles& files, const OrdinaryCase& ordinary_case, double duration);
 
 /// Runs everything and writes detection.csv and alarms.csv into a directory. @param jobs threads; 0: one per core.
-void writeDetectionTables(const PackageFiles& files, const std::string& directory, unsigned jobs);
+void writeDetectionTables(const PackageFiles& files, const std::string& directory, unsigned jobs,
+                          World world = World::simple);
 
 }  // namespace jackal_aic::sim

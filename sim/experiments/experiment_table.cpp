@@ -195,8 +195,10 @@ LoopSetup thesisSetup(const PackageFiles& files, const ThesisStep& step, Integra
                           open_loop ? step.overrides : withIntegrator(step.overrides, integrator));
 }
 
+SetPointProfile thesisProfile(const ThesisStep& step) { return stepProfile(step.step, 0.0, kStepDuration); }
+
 RunResult runThesisStep(const LoopSetup& setup, const ThesisStep& step) {
-  RunResult result = runSetup(setup, stepProfile(step.step, 0.0, kStepDuration));
+  RunResult result = runSetup(setup, thesisProfile(step));
   result.row.thesis_settling_s = step.settling;
   result.row.thesis_rise_s = step.rise;
   return result;

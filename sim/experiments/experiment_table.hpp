@@ -46,6 +46,9 @@ class ExperimentTable {
 /// controller.
 LoopSetup thesisSetup(const PackageFiles& files, const ThesisStep& step, Integrator integrator);
 
+/// Set point of a row: its step from rest.
+SetPointProfile thesisProfile(const ThesisStep& step);
+
 /// Runs the step of such a row on a loop. @param setup as thesisSetup() gives it, or on another plant.
 RunResult runThesisStep(const LoopSetup& setup, const ThesisStep& step);
 

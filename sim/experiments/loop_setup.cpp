@@ -19,20 +19,13 @@ bool isFile(const std::string& name) {
   return path.extension() == ".yaml" || path.extension() == ".yml";
 }
 
-[[noreturn]] void refuse(const char* what, const std::string& name, const std::vector<std::string>& names) {
-  std::string list;
-  for (const auto& known : names) list += known + ", ";
-  throw ParameterError(std::string(what) + " = '" + name + "': unknown; known: " + list + "or a file NAME.yaml");
-}
-
 void addController(const PackageFiles& files, const std::string& name, ParameterMap& map) {
   if (isFile(name)) {
     addYamlFile(name, map);
-  } else if (!contains(controllerNames(), name)) {
-    refuse("controller", name, controllerNames());
-  } else {
-    map.add(files.configuration(name));
+    return;
   }
+  requireKnown("controller", name, controllerNames());
+  map.add(files.configuration(name));
 }
 
 /// @return the simulated robot of a plant's file, before overrides.
@@ -42,11 +35,9 @@ PlantParameters addPlant(const PackageFiles& files, const std::string& name, Par
     addYamlFile(name, file);
     map.add(file);
     return readSimulatedRobot(file);
-  } else if (contains(plantNames(), name)) {
-    map.add(files.configuration(name == "box" ? "plant_box" : "plant"));
-  } else {
-    refuse("plant", name, plantNames());
   }
+  requireKnown("plant", name, plantNames());
+  map.add(files.configuration(name == "ground" ? "plant" : "plant_" + name));
   return {};
 }
 
@@ -102,8 +93,15 @@ const std::vector<std::string>& controllerNames() {
 }
 
 const std::vector<std::string>& plantNames() {
-  static const std::vector<std::string> names{"box", "ground"};
+  static const std::vector<std::string> names{"box", "ground", "real"};
   return names;
+}
+
+void requireKnown(const char* what, const std::string& name, const std::vector<std::string>& names) {
+  if (contains(names, name)) return;
+  std::string list;
+  for (const auto& known : names) list += known + ", ";
+  throw ParameterError(std::string(what) + " = '" + name + "': unknown; known: " + list + "or a file NAME.yaml");
 }
 
 LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
@@ -156,6 +154,10 @@ ThesisSetup loadThesis(const PackageFiles& files, const std::string& controller,
 
 DriveLoop makeLoop(const DriveParameters& parameters) {
   return DriveLoop(parameters, makeController(parameters, Divergence::allowed));
+}
+
+DriveLoop makeLoop(const LoopSetup& setup) {
+  return setup.structure ? DriveLoop(setup.drive, setup.structure()) : makeLoop(setup.drive);
 }
 
 std::pair<std::string, std::string> parseOverride(const std::string& text) {

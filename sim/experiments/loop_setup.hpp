@@ -3,6 +3,8 @@
 /// @file
 /// From names and overrides to the parameters of one closed loop.
 
+#include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,6 +27,8 @@ struct LoopSetup {
   PlantParameters plant;        ///< settings of the plant
   LoopParameters loop;          ///< how they are timed
   std::string urdf;             ///< text of the robot's URDF
+  /// Makes the controller, where it is another one than that of `drive`; else empty.
+  std::function<std::unique_ptr<VelocityController>()> structure = {};
 };
 
 /// Gains and geometry of the thesis' controller.
@@ -39,11 +43,16 @@ const std::vector<std::string>& controllerNames();
 /// Names that loadSetup() takes for a plant beside a file.
 const std::vector<std::string>& plantNames();
 
+/// Requires that a name is among some, beside which a file could stand. @param what it names, for the text.
+/// @throws ParameterError with the names, if it is not.
+void requireKnown(const char* what, const std::string& name, const std::vector<std::string>& names);
+
 /// Reads the parameters of a loop.
 /// @param controller a preset (config/NAME.yaml) or a YAML file with the keys of a preset; a file with
 /// the key
 ///        diff_drive is the differential drive.
-/// @param plant "box", "ground" (the calibrated plants of config/) or a YAML file with the key plant.
+/// @param plant "box", "ground" (the calibrated plants of config/), "real" (config/plant_real.yaml) or a YAML file with
+/// the key plant.
 /// The controller's model of the drive train is that of the plant's file, whatever the overrides make of the plant;
 /// keys plant_model.* change the model.
 /// @throws ParameterError for an unknown name (with the list of names), key, type or value.
@@ -61,6 +70,7 @@ ThesisSetup loadThesis(const PackageFiles& files, const std::string& controller,
 /// The drive loop of a setup. A belief update that diverges is run as it is, because the thesis shows such cases.
 /// @throws ParameterError if its parameters contradict each other.
 DriveLoop makeLoop(const DriveParameters& parameters);
+DriveLoop makeLoop(const LoopSetup& setup);  ///< likewise, with the controller of the setup
 
 /// "key=value" as an override. @throws ParameterError if there is no '=' or the key is empty.
 std::pair<std::string, std::string> parseOverride(const std::string& text);

@@ -10,8 +10,6 @@
 namespace jackal_aic::sim {
 namespace {
 
-constexpr double kTimeTolerance = 1e-9;  // s
-
 bool within(double time, double from, double until) {
   return time >= from - kTimeTolerance && time < until - kTimeTolerance;
 }
@@ -75,7 +73,7 @@ void runMonitored(const LoopSetup& setup, const PlantModel& model, const SetPoin
   JackalPlant plant(setup.urdf, setup.plant);
   DriveLoop drive = monitoredLoop(setup.drive, model);
   SensorFaults sensors(faults.sensors);
-  const std::int64_t steps = profile.steps();
+  const std::int64_t steps = profile.plantSteps();
   for (std::int64_t k = 0; k < steps; ++k, plant.step()) {
     const double now = plant.time();
     const SetPoint set_point = profile.at(now);

@@ -2,31 +2,35 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <cmath>
+#include <deque>
 
+#include "belief_consistency.hpp"
 #include "campaign.hpp"
 #include "jackal_aic/safety/loop_odometry.hpp"
 #include "parallel.hpp"
+#include "planar_ekf.hpp"
 
 namespace jackal_aic::sim {
 namespace {
 
 constexpr double kStockTrack = 0.563385;  // m, 1.5 times the distance between the wheels
-constexpr double kInside = 5.991;         // 95 % of a chi-squared with 2 degrees of freedom
 constexpr double kPi = 3.14159265358979323846;
 
-/// Odometry of the stock controller: the ways of the wheels, on arcs.
+/// Odometry of the stock controller: the ways of the wheels, on arcs, and their means as velocities.
 class StockOdometry {
  public:
-  explicit StockOdometry(double wheel_radius) : wheel_radius_(wheel_radius) {}
+  StockOdometry(double wheel_radius, double period) : wheel_radius_(wheel_radius), period_(period) {}
 
   void update(const PlantMeasurement& measurement) {
     const double left = wheel_radius_ * measurement.wheel_position[kFrontLeft];
     const double right = wheel_radius_ * measurement.wheel_position[kFrontRight];
     if (started_) {
       const double moved_left = left - left_, moved_right = right - right_;
-      reckoning_.advance({0.5 * (moved_left + moved_right), (moved_right - moved_left) / kStockTrack}, 1.0);
+      const PlanarMotion moved{0.5 * (moved_left + moved_right), (moved_right - moved_left) / kStockTrack};
+      reckoning_.advance(moved, 1.0);
+      last_.push_back({moved.forward / period_, moved.yaw_rate / period_});
+      if (last_.size() > kWindow) last_.pop_front();
     }
     started_ = true;
     left_ = left;
@@ -35,8 +39,23 @@ class StockOdometry {
 
   const PlanarPose& pose() const { return reckoning_.pose(); }
 
+  /// With the variances of its twist as configured on the stock robot.
+  PlanarMotion motion() const {
+    PlanarMotion mean;
+    for (const Eigen::Vector2d& velocity : last_) {
+      mean.forward += velocity(0) / static_cast<double>(last_.size());
+      mean.yaw_rate += velocity(1) / static_cast<double>(last_.size());
+    }
+    mean.covariance.diagonal() << 0.001, 0.03;
+    return mean;
+  }
+
  private:
+  static constexpr std::size_t kWindow = 10;  // velocity_rolling_window_size
+
   double wheel_radius_;
+  double period_;                     // of the samples [s]
+  std::deque<Eigen::Vector2d> last_;  // x_dot, theta_dot
   bool started_ = false;
   double left_ = 0.0, right_ = 0.0;  // m
   DeadReckoning reckoning_;
@@ -50,24 +69,6 @@ double headingOf(const PlantTruth& truth) {
 Drift driftOf(const PlanarPose& pose, const PlantTruth& truth, double way) {
   const double error = std::hypot(pose.x - truth.position.x(), pose.y - truth.position.y());
   return {way > 0.0 ? error / way : 0.0, std::abs(std::remainder(pose.heading - headingOf(truth), 2.0 * kPi))};
-}
-
-/// x_dot and theta_dot as they are, or on the box as the wheels have them.
-Eigen::Vector2d trueMotion(const LoopSetup& setup, const PlantTruth& truth) {
-  if (setup.plant.support == Support::ground) return {truth.linear_velocity.x(), truth.angular_velocity.z()};
-  GeometryParameters geometry = setup.drive.geometry;
-  const double track = setup.drive.plant_model ? setup.drive.plant_model->effective_track : 0.0;
-  if (track > 0.0) geometry.effective_track = track;
-  const auto& wheel = truth.wheel_velocity;
-  const BodyVector body = SkidSteerKinematics(geometry).bodyVelocity(
-      {0.5 * (wheel[kFrontLeft] + wheel[kRearLeft]), 0.5 * (wheel[kFrontRight] + wheel[kRearRight])});
-  return {body(kForward), body(kYaw)};
-}
-
-/// e' P^-1 e (normalised estimation error squared).
-double normalisedError(const PlanarMotion& motion, const Eigen::Vector2d& truth) {
-  const Eigen::Vector2d error = Eigen::Vector2d(motion.forward, motion.yaw_rate) - truth;
-  return error.dot(motion.covariance.inverse() * error);
 }
 
 SetPointProfile segments(const std::vector<SetPointProfile::Change>& segments) {
@@ -126,10 +127,12 @@ OdometryFigures driveOdometry(const PackageFiles& files, const OdometryDrive& dr
   JackalPlant plant(setup.urdf, setup.plant);
   DriveLoop loop = makeLoop(setup.drive);
   Odometry ours = makeOdometry(setup.drive, loop);
-  StockOdometry stock(setup.drive.geometry.wheel_radius);
+  const double period = 1.0 / setup.plant.sensor_rate, gyro = setup.plant.noise_scale * setup.plant.gyro_noise;
+  StockOdometry stock(setup.drive.geometry.wheel_radius, period);
+  PlanarEkf ours_filtered, stock_filtered;
   OdometryFigures figures;
-  long samples = 0, inside = 0;
-  const std::int64_t steps = drive.profile.steps();
+  ConsistencySums consistency;
+  const std::int64_t steps = drive.profile.plantSteps();
   for (std::int64_t k = 0; k < steps; ++k, plant.step()) {
     const double now = plant.time();
     loop.setSetPoint(drive.profile.at(now), now);
@@ -138,21 +141,26 @@ OdometryFigures driveOdometry(const PackageFiles& files, const OdometryDrive& dr
       loop.observe(observation, now);
       ours.observe(withoutFaults(observation, loop));
       stock.update(*plant.measurement());
+      // What config/robot_localization.yaml takes, and what the stock robot's does: there the gyro comes beside.
+      ours_filtered.predict(period);
+      ours_filtered.correct(ours.motion());
+      stock_filtered.predict(period);
+      stock_filtered.correct(stock.motion());
+      stock_filtered.correct(observation.yaw_rate, gyro * gyro);
     }
     if (const auto due = loop.advance(now)) plant.command(*due);
     ours.advance(loop.command(), JackalPlant::kStep);
     const PlantTruth& truth = plant.truth();
     figures.way += std::abs(truth.linear_velocity.x()) * JackalPlant::kStep;
     if (now < kRestTime || k % 10 != 5) continue;
-    const double nees = normalisedError(ours.motion(), trueMotion(setup, truth));
-    figures.nees += nees;
-    inside += nees < kInside ? 1 : 0;
-    ++samples;
+    consistency.add(ours.motion(), trueMotion(setup, truth));
   }
-  figures.nees /= static_cast<double>(samples);
-  figures.inside = static_cast<double>(inside) / static_cast<double>(samples);
+  figures.nees = consistency.nees();
+  figures.inside = consistency.inside();
   figures.ours = driftOf(ours.pose(), plant.truth(), figures.way);
   figures.stock = driftOf(stock.pose(), plant.truth(), figures.way);
+  figures.ours_filtered = driftOf(ours_filtered.pose(), plant.truth(), figures.way);
+  figures.stock_filtered = driftOf(stock_filtered.pose(), plant.truth(), figures.way);
   return figures;
 }
 
@@ -161,13 +169,15 @@ void writeOdometryTable(const PackageFiles& files, const std::string& directory,
   const auto figures =
       parallelResults("odometry", drives.size(), jobs, [&](std::size_t i) { return driveOdometry(files, drives[i]); });
   std::string text =
-      "controller,drive,way_m,drift_m_per_m,heading_error_rad,stock_drift_m_per_m,stock_heading_error_rad,nees,"
-      "inside_95\n";
+      "controller,drive,way_m,drift_m_per_m,heading_error_rad,stock_drift_m_per_m,stock_heading_error_rad,"
+      "ekf_drift_m_per_m,ekf_heading_error_rad,stock_ekf_drift_m_per_m,stock_ekf_heading_error_rad,nees,inside_95\n";
   for (std::size_t i = 0; i < drives.size(); ++i) {
     const OdometryFigures& f = figures[i];
-    text +=
-        fmt::format("{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}\n", drives[i].controller, drives[i].name,
-                    f.way, f.ours.position, f.ours.heading, f.stock.position, f.stock.heading, f.nees, f.inside);
+    text += fmt::format("{},{},{:.4g}", drives[i].controller, drives[i].name, f.way);
+    for (const Drift& drift : {f.ours, f.stock, f.ours_filtered, f.stock_filtered}) {
+      text += fmt::format(",{:.4g},{:.4g}", drift.position, drift.heading);
+    }
+    text += fmt::format(",{:.4g},{:.4g}\n", f.nees, f.inside);
   }
   writeTable(directory, "odometry.csv", text);
 }

@@ -31,9 +31,11 @@ struct Drift {
 struct OdometryFigures {
   double way = 0.0;  ///< length of the true path [m]
   Drift ours;
-  Drift stock;          ///< wheels alone, at the effective track as configured on the stock robot
-  double nees = 0.0;    ///< mean normalised squared error of (x_dot, theta_dot); 2 for a covariance that is right
-  double inside = 0.0;  ///< part of the samples within the 95 % bounds of the covariance
+  Drift stock;           ///< wheels alone, at the effective track as configured on the stock robot
+  Drift ours_filtered;   ///< what an EKF makes of ours (planar_ekf.hpp)
+  Drift stock_filtered;  ///< what it makes of the stock controller's and the gyro
+  double nees = 0.0;     ///< mean normalised squared error of (x_dot, theta_dot); 2 for a covariance that is right
+  double inside = 0.0;   ///< part of the samples within the 95 % bounds of the covariance
 };
 
 /// Straight lines, squares, circles, eights and driving cycles on the ground of the thesis, on one with less and with

@@ -2,18 +2,17 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <fstream>
-#include <sstream>
 #include <vector>
 
+#include "jackal_aic/config/text_file.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 
 namespace jackal_aic::sim {
 namespace {
 
 constexpr const char* kMarker = "sim/thesis/tables.yaml";
-constexpr const char* kConfigurations[] = {"diff_drive", "standard",  "improved",    "tuned",       "predictive",
-                                           "plant",      "plant_box", "plant_model", "jackal_model"};
+constexpr const char* kConfigurations[] = {"diff_drive", "standard",  "improved",   "tuned",       "predictive",
+                                           "plant",      "plant_box", "plant_real", "plant_model", "jackal_model"};
 
 bool holdsPackage(const std::filesystem::path& directory) {
   std::error_code ignored;
@@ -42,6 +41,7 @@ PackageFiles::PackageFiles(const std::string& share) {
   }
   share_ = *found;
   for (const std::string name : kConfigurations) addYamlFile(path("config/" + name + ".yaml"), configurations_[name]);
+  addYamlFile(path("sim/experiments/acceptance.yaml"), bars_);
   urdf_ = readText(path("sim/urdf/jackal.urdf"));
 }
 
@@ -51,17 +51,18 @@ const ParameterMap& PackageFiles::configuration(const std::string& name) const {
   return found->second;
 }
 
+double PackageFiles::bar(const std::string& name) const {
+  if (!bars_.has(name)) throw ParameterError(name + ": no bar of sim/experiments/acceptance.yaml");
+  ParameterMap map = bars_;
+  double bar = 0.0;
+  ParameterReader(map, "").field(name.c_str(), bar, {0.0, 1e6}, "", Presence::required);
+  return bar;
+}
+
 std::string PackageFiles::path(const std::string& relative) const {
   const auto file = share_ / relative;
   if (!std::filesystem::exists(file)) throw ParameterError(file.string() + ": does not exist");
   return file.string();
-}
-
-std::string readText(const std::string& path) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  if (!file || !(text << file.rdbuf())) throw ParameterError(path + ": cannot be read");
-  return text.str();
 }
 
 void createDirectory(const std::string& directory) {

@@ -24,6 +24,10 @@ class PackageFiles {
   /// "plant_box", "plant_model", "jackal_model". @throws ParameterError if there is no such configuration.
   const ParameterMap& configuration(const std::string& name) const;
 
+  /// What was asked for (sim/experiments/acceptance.yaml), e.g. "predictive_steps.overshoot". @throws ParameterError if
+  /// nothing of that name was.
+  double bar(const std::string& name) const;
+
   /// Text of the robot's URDF (sim/urdf/jackal.urdf).
   const std::string& urdf() const { return urdf_; }
 
@@ -33,11 +37,9 @@ class PackageFiles {
  private:
   std::filesystem::path share_;
   std::map<std::string, ParameterMap> configurations_;
+  ParameterMap bars_;
   std::string urdf_;
 };
-
-/// Whole text of a file. @throws ParameterError if it cannot be read.
-std::string readText(const std::string& path);
 
 /// Makes a directory for results, and those above it, unless it is there. @throws ParameterError, in the words of the
 /// option --out, if it cannot be made.

@@ -3,9 +3,55 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <iterator>
 #include <random>
 
 namespace jackal_aic::sim {
+
+namespace {
+
+/// A key of the plant and between which values it is drawn.
+struct DrawnKey {
+  const char* key;
+  double low, high;
+};
+
+constexpr DrawnKey kReality[] = {{"wheel_offset", 0.0, 0.5},
+                                 {"wheel_breakaway", 0.0, 0.8},
+                                 {"wheel_radius_left", 0.095, 0.098},
+                                 {"wheel_radius_right", 0.095, 0.098},
+                                 {"battery_sag", 0.0, 0.2},
+                                 {"battery_discharge", 0.0, 0.1},
+                                 {"payload", 0.0, 8.0},
+                                 {"payload_x", -0.08, 0.08},
+                                 {"payload_y", -0.08, 0.08},
+                                 {"payload_z", 0.0, 0.2},
+                                 {"friction", 0.35, 0.9},
+                                 {"slope", -5.0, 5.0},
+                                 {"roughness", 0.0, 0.005},
+                                 {"roughness_length", 0.5, 2.0},
+                                 {"ramp", -6.0, 6.0},
+                                 {"ramp_start", 0.5, 10.0},
+                                 {"ramp_length", 1.0, 5.0},
+                                 {"patch_friction", 0.5, 1.0},
+                                 {"patch_size", 0.3, 3.0},
+                                 {"kerb_distance", 0.5, 20.0},
+                                 {"kerb_height", 0.0, 0.015},
+                                 {"feedback_rate", 45.0, 50.0},
+                                 {"feedback_repeats", 0.0, 0.05},
+                                 {"measurement_loss", 0.0, 0.02},
+                                 {"encoder_noise", 0.0, 0.03},
+                                 {"encoder_filter", 0.0, 0.05},
+                                 {"gyro_bias", 0.0, 0.005},
+                                 {"vibration_x", 0.3, 2.7},
+                                 {"vibration_y", 0.3, 2.7},
+                                 {"vibration_z", 0.3, 1.0},
+                                 {"vibration_gyro", 0.005, 0.02},
+                                 {"stamp_jitter", 0.0, 0.005},
+                                 {"network_delay", 0.0, 0.02}};
+constexpr const char* kEncoderSteps[] = {"0.0065", "0.06", "0.1"};  // rad/s
+
+}  // namespace
 
 std::string Perturbation::label(double value) const {
   return fmt::format("{} {:.3g}{}{}", name, value, *unit == '\0' ? "" : " ", unit);
@@ -50,6 +96,18 @@ std::vector<PerturbationPair> drawPairs(std::size_t count, std::uint64_t seed) {
     pairs.push_back({one, draw(second), seed + i});
   }
   return pairs;
+}
+
+Overrides drawReality(std::uint64_t seed) {
+  std::mt19937_64 generator(seed);
+  Overrides robot;
+  for (const DrawnKey& drawn : kReality) {
+    const double value = std::uniform_real_distribution<double>(drawn.low, drawn.high)(generator);
+    robot.emplace_back(std::string("plant.") + drawn.key, fmt::format("{:.4g}", value));
+  }
+  robot.emplace_back("plant.encoder_step", kEncoderSteps[generator() % std::size(kEncoderSteps)]);
+  robot.emplace_back("plant.seed", fmt::format("{}", seed));
+  return robot;
 }
 
 void perturb(LoopSetup& setup, const DrawnPerturbation& perturbation) {

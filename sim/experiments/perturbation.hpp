@@ -46,6 +46,11 @@ struct PerturbationPair {
 /// Draws pairs; the same seed gives the same ones.
 std::vector<PerturbationPair> drawPairs(std::size_t count, std::uint64_t seed);
 
+/// A robot like that of plant_real.yaml, with everything drawn in which a real one may differ: wheels, battery, load,
+/// ground, sensors and network, each evenly within what its sources tell, and the seed of all noise. The motors' dead
+/// time, lag and limit are left as they are. Equal seeds give equal robots.
+Overrides drawReality(std::uint64_t seed);
+
 /// Applies a perturbation to the plant of a loop. The differential drive is told a changed wheel gain, which makes it
 /// the plant's own limit.
 void perturb(LoopSetup& setup, const DrawnPerturbation& perturbation);

@@ -7,7 +7,7 @@ namespace jackal_aic::sim {
 
 RunResult runPlantLimit(const std::string& plant_name, const PlantParameters& plant, const SetPointProfile& profile) {
   const double largest_change = plant.acceleration_limit * JackalPlant::kStep;
-  const std::int64_t steps = profile.steps();
+  const std::int64_t steps = profile.plantSteps();
   RunResult result;
   double velocity = 0.0;
   for (std::int64_t k = 0; k < steps; ++k) {

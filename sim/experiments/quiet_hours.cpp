@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "parallel.hpp"
+#include "perturbation.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -15,6 +16,7 @@ namespace {
 constexpr double kDriveTime = 1800.0;     // s
 constexpr double kFastestInAnArc = 2.0;   // m/s^2 across: half of what the ground holds
 constexpr double kJoystickPeriod = 0.05;  // s
+constexpr const char* kPlants[] = {"box", "ground"};
 constexpr const char* kSteps[] = {"0", "0.0065", "0.0131", "0.06", "0.1"};  // rad/s
 constexpr const char* kNoises[] = {"0", "0.003", "0.03"};                   // rad/s
 constexpr const char* kJitters[] = {"0", "0.008"};                          // s
@@ -128,11 +130,11 @@ SetPointProfile joystickDriving(std::uint64_t seed, double duration) {
   return profile;
 }
 
-QuietDrive drawQuietDrive(std::uint64_t seed, std::uint64_t number, double duration, QuietRobots robots) {
+QuietDrive drawQuietDrive(std::uint64_t seed, std::uint64_t number, double duration, QuietRobots robots, World world) {
   Draws draw(seed, number);
   QuietDrive drive;
   drive.controller = controllerNames()[draw.below(controllerNames().size())];
-  drive.plant = plantNames()[draw.below(plantNames().size())];
+  drive.plant = draw.oneOf(kPlants);
   drive.identified = robots == QuietRobots::identified;
   drive.robot = drawRobot(draw, robots);
   drive.overrides = {{"plant.encoder_step", draw.oneOf(kSteps)},
@@ -140,6 +142,10 @@ QuietDrive drawQuietDrive(std::uint64_t seed, std::uint64_t number, double durat
                      {"plant.stamp_jitter", draw.oneOf(kJitters)},
                      {"plant.seed", fmt::format("{}", 1 + draw.below(1000))}};
   drawMotion(draw, drive, duration);
+  if (world == World::real) {
+    drive.plant = "real";
+    drive.overrides = drawReality(seed * 1000003 + number);
+  }
   return drive;
 }
 
@@ -162,12 +168,12 @@ Alarms runQuiet(const PackageFiles& files, const QuietDrive& drive) {
 }
 
 std::size_t runQuietHours(const PackageFiles& files, double hours, std::uint64_t seed, QuietRobots robots,
-                          unsigned jobs) {
+                          unsigned jobs, World world) {
   const double drives = hours * 3600.0 / kDriveTime;
   if (!(drives >= 1.0) || drives > 1e6 || drives != std::floor(drives)) {
     throw ParameterError(fmt::format("quiet-hours = {:g}: must be a multiple of 0.5 and at most 500000 h", hours));
   }
-  const auto draw = [&](std::size_t i) { return drawQuietDrive(seed, i, kDriveTime, robots); };
+  const auto draw = [&](std::size_t i) { return drawQuietDrive(seed, i, kDriveTime, robots, world); };
   const auto found = parallelResults("quiet hours", static_cast<std::size_t>(drives), jobs,
                                      [&](std::size_t i) { return runQuiet(files, draw(i)); });
   std::size_t faults = 0;

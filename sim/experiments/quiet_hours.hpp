@@ -31,7 +31,7 @@ PlantParameters scaled(PlantParameters plant, const DriveTrainRatios& ratios);
 /// A healthy robot and what it does.
 struct QuietDrive {
   std::string controller;   ///< a preset
-  std::string plant;        ///< box or ground
+  std::string plant;        ///< box, ground or real
   std::string motion;       ///< a few words
   Overrides overrides;      ///< of the plant: sensors and seed
   DriveTrainRatios robot;   ///< what the model does not know
@@ -46,8 +46,10 @@ SetPointProfile joystickDriving(std::uint64_t seed, double duration);
 
 /// Draws the drive of a number from a seed: steady turns of 0.1..2 rad/s, circles, arcs, straight driving at 0.1..2
 /// m/s, standing or a joystick; any preset, ground or box, encoders with steps of 0..0.1 rad/s and noise of 0..0.03
-/// rad/s, stamps with and without jitter. Equal seed and number give an equal drive. @param duration [s].
-QuietDrive drawQuietDrive(std::uint64_t seed, std::uint64_t number, double duration, QuietRobots robots);
+/// rad/s, stamps with and without jitter; in the real world instead robot, ground, sensors and network. Equal seed and
+/// number give an equal drive. @param duration [s].
+QuietDrive drawQuietDrive(std::uint64_t seed, std::uint64_t number, double duration, QuietRobots robots,
+                          World world = World::simple);
 
 /// What is drawn, in one line.
 std::string describe(const QuietDrive& drive);
@@ -59,6 +61,6 @@ Alarms runQuiet(const PackageFiles& files, const QuietDrive& drive);
 /// "false alarms: K in N hours". @param jobs threads; 0: one per core. @returns K.
 /// @throws ParameterError if hours is not a positive multiple of a half.
 std::size_t runQuietHours(const PackageFiles& files, double hours, std::uint64_t seed, QuietRobots robots,
-                          unsigned jobs);
+                          unsigned jobs, World world = World::simple);
 
 }  // namespace jackal_aic::sim

@@ -189,6 +189,7 @@ const char* name(RealModel model) { return model == RealModel::assumed ? "assume
 /// A row of the table, and of the CSV file.
 struct Row {
   const RobotRecording* recording;
+  const CommandPath* path;
   RealModel model;
   RealFigures figures;
 
@@ -262,8 +263,8 @@ std::string csvText(const std::vector<Row>& rows) {
 
 }  // namespace
 
-RealFigures replay(const PackageFiles& files, const RobotRecording& recording, RealModel model) {
-  const CommandPath path = fitCommandPath(recording);
+RealFigures replay(const PackageFiles& files, const RobotRecording& recording, const CommandPath& path,
+                   RealModel model) {
   RealFigures figures;
   const DriveParameters parameters =
       driveParameters(files, recording, knownModel(files, recording, path, model, figures.refusal));
@@ -276,12 +277,12 @@ RealFigures replay(const PackageFiles& files, const RobotRecording& recording, R
   figures.alarms = replay.alarms();
   figures.alarmed = static_cast<double>(replay.alarmed()) / static_cast<double>(figures.samples);
   judgeSlip(recording, replay.slip().turn(), figures);
-  if (recording.gyro_reversed) figures.reversed = replayReversed(files, recording, model);
+  if (recording.gyro_reversed) figures.reversed = replayReversed(files, recording, path, model);
   return figures;
 }
 
-ReversedGyro replayReversed(const PackageFiles& files, const RobotRecording& recording, RealModel model) {
-  const CommandPath path = fitCommandPath(recording);
+ReversedGyro replayReversed(const PackageFiles& files, const RobotRecording& recording, const CommandPath& path,
+                            RealModel model) {
   const auto commands = appliedCommands(recording, path);
   std::string refusal;
   Replay replay(driveParameters(files, recording, knownModel(files, recording, path, model, refusal)));
@@ -297,12 +298,17 @@ std::string replayRealDrives(const PackageFiles& files, const std::string& direc
                              unsigned jobs) {
   std::vector<RobotRecording> recordings;
   for (const std::string& path : recordingsIn(directory)) recordings.push_back(readRecording(path));
+  const auto paths = parallelResults("command paths", recordings.size(), jobs,
+                                     [&](std::size_t i) { return fitCommandPath(recordings[i]); });
   std::vector<Row> rows;
-  for (const RobotRecording& recording : recordings) {
-    for (const RealModel model : {RealModel::assumed, RealModel::identified}) rows.push_back({&recording, model, {}});
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    for (const RealModel model : {RealModel::assumed, RealModel::identified}) {
+      rows.push_back({&recordings[i], &paths[i], model, {}});
+    }
   }
-  const auto figures = parallelResults("recordings", rows.size(), jobs,
-                                       [&](std::size_t i) { return replay(files, *rows[i].recording, rows[i].model); });
+  const auto figures = parallelResults("recordings", rows.size(), jobs, [&](std::size_t i) {
+    return replay(files, *rows[i].recording, *rows[i].path, rows[i].model);
+  });
   for (std::size_t i = 0; i < rows.size(); ++i) rows[i].figures = figures[i];
   print(rows);
   if (!csv.empty()) writeText(csv, csvText(rows));

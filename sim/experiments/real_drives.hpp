@@ -54,10 +54,13 @@ struct RealFigures {
 /// wheels tell. Every second step of the commands is held out: nothing is learned of the slip in it. A part that does
 /// not follow on the one before starts the loop anew. Where the identification refuses, what is assumed is replayed, as
 /// a robot would drive.
-RealFigures replay(const PackageFiles& files, const RobotRecording& recording, RealModel model);
+/// @param path from the commands to the wheels, as fitCommandPath() found it in the recording.
+RealFigures replay(const PackageFiles& files, const RobotRecording& recording, const CommandPath& path,
+                   RealModel model);
 
 /// Replays a recording as replay(), with its gyro reversed.
-ReversedGyro replayReversed(const PackageFiles& files, const RobotRecording& recording, RealModel model);
+ReversedGyro replayReversed(const PackageFiles& files, const RobotRecording& recording, const CommandPath& path,
+                            RealModel model);
 
 /// Replays all recordings of a directory with both models and prints a row for each. @param csv file for the same
 /// figures; empty: none. @param jobs threads; 0: one per core. @returns the line that sums it up, "false alarms: N; yaw

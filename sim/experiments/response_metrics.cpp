@@ -8,9 +8,8 @@
 namespace jackal_aic::sim {
 namespace {
 
-constexpr double kSettlingBand = 0.05;  // of the final value (thesis, chapter 5)
-constexpr double kFinalWindow = 0.5;    // s
-constexpr double kDivergence = 3.0;     // steps away from the set point
+constexpr double kFinalWindow = 0.5;  // s
+constexpr double kDivergence = 3.0;   // steps away from the set point
 
 /// A response normalised to a step from 0 to 1 at time 0.
 struct UnitResponse {
@@ -53,8 +52,8 @@ double meanSince(const UnitResponse& unit, double start) {
 
 /// Time of the last entry into the band around the final value; empty if the response is outside it in the final
 /// window.
-std::optional<double> settlingTime(const UnitResponse& unit, double final_value, double window_start) {
-  const double band = kSettlingBand * std::abs(final_value);
+std::optional<double> settlingTime(const UnitResponse& unit, double final_value, double window_start, double share) {
+  const double band = share * std::abs(final_value);
   for (std::size_t i = unit.value.size(); i-- > 0;) {
     const double deviation = std::abs(unit.value[i] - final_value);
     if (deviation <= band) continue;
@@ -71,7 +70,7 @@ std::optional<double> settlingTime(const UnitResponse& unit, double final_value,
 }  // namespace
 
 ResponseMetrics stepResponseMetrics(const std::vector<double>& time, const std::vector<double>& value, double step_time,
-                                    double initial, double set_point) {
+                                    double initial, double set_point, double settling_band) {
   if (time.size() != value.size()) throw std::invalid_argument("step response: time and value differ in length");
   if (set_point == initial) throw std::invalid_argument("step response: the step is zero");
   const UnitResponse unit = normalise(time, value, step_time, initial, set_point);
@@ -86,7 +85,7 @@ ResponseMetrics stepResponseMetrics(const std::vector<double>& time, const std::
 
   const double window_start = unit.time.back() - kFinalWindow;
   const double final_value = meanSince(unit, window_start);
-  metrics.settling = settlingTime(unit, final_value, window_start);
+  metrics.settling = settlingTime(unit, final_value, window_start, settling_band);
   const auto low = firstCrossing(unit, 0.1);
   const auto high = firstCrossing(unit, 0.9);
   if (low && high) metrics.rise = *high - *low;

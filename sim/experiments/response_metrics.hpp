@@ -8,9 +8,13 @@
 
 namespace jackal_aic::sim {
 
+/// Band around the final value, as a share of it, in which a response counts as settled (thesis, chapter 5).
+inline constexpr double kSettlingBand = 0.05;
+
 /// Figures of one step response.
 struct ResponseMetrics {
-  /// Time after the step from which the signal stays within 5 % of its final value [s]; empty if it never settles.
+  /// Time after the step from which the signal stays within the band around its final value [s]; empty if it never
+  /// settles.
   std::optional<double> settling;
   /// Time from 10 % to 90 % of the set point [s]; empty if 90 % is never reached.
   std::optional<double> rise;
@@ -24,11 +28,12 @@ struct ResponseMetrics {
 
 /// Computes the figures of a step from `initial` to `set_point` at `step_time`.
 /// @param time stamps [s], increasing; @param value signal at these times; @param step_time time of the step [s];
-/// @param initial set point before the step; @param set_point set point after it, different from initial.
+/// @param initial set point before the step; @param set_point set point after it, different from initial;
+/// @param settling_band share of the final value.
 /// The final value is the mean over the last 0.5 s. Crossings are interpolated linearly between samples.
 /// @throws std::invalid_argument if the series differ in length, span less than 0.5 s after the step, or the step is
 /// zero.
 ResponseMetrics stepResponseMetrics(const std::vector<double>& time, const std::vector<double>& value, double step_time,
-                                    double initial, double set_point);
+                                    double initial, double set_point, double settling_band = kSettlingBand);
 
 }  // namespace jackal_aic::sim

@@ -115,7 +115,7 @@ void describeLearned(const SlipState& slip, const SensorVariances& variances, co
 
 RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile) {
   JackalPlant plant(setup.urdf, setup.plant);
-  DriveLoop drive = makeLoop(setup.drive);
+  DriveLoop drive = makeLoop(setup);
   RunResult result;
   result.samples = runClosedLoop(plant, drive, profile, setup.plant.support, setup.drive.geometry, setup.loop);
   result.row.controller = setup.controller_name;

@@ -22,10 +22,10 @@
 
 #include "jackal_aic/ControllerState.h"
 #include "jackal_aic/config/urdf_geometry.hpp"
-#include "manoeuvre.hpp"
 #include "node_help.hpp"
 #include "response_metrics.hpp"
 #include "ros_parameters.hpp"
+#include "set_point_timeline.hpp"
 #include "time_series.hpp"
 
 namespace jackal_aic::sim {
@@ -80,7 +80,7 @@ class StepRecorder {
  public:
   /// @param wheel_radius turns measured wheel speeds into the measured forward speed [m].
   /// @throws ParameterError if the files cannot be created.
-  StepRecorder(const RecorderParameters& parameters, const Manoeuvre& manoeuvre, double wheel_radius);
+  StepRecorder(const RecorderParameters& parameters, const SetPointTimeline& timeline, double wheel_radius);
 
   /// True once the manoeuvre was driven and recorded to its end.
   bool finished() const { return finished_; }
@@ -108,10 +108,10 @@ class StepRecorder {
   double sinceStart(const ros::Time& stamp) const { return (stamp - *start_).toSec(); }
 
   RecorderParameters parameters_;
-  Manoeuvre manoeuvre_;
+  SetPointTimeline timeline_;
   double wheel_radius_;
   std::optional<ros::Time> start_;
-  std::vector<double> segment_starts_;  // when each set point was really published, s since start_
+  std::vector<double> change_times_;  // when each set point was really published, s since start_
   int shown_tenths_ = -1;
   bool finished_ = false;
   bool failed_ = false;
@@ -133,9 +133,9 @@ class StepRecorder {
   ros::WallTimer watchdog_;
 };
 
-StepRecorder::StepRecorder(const RecorderParameters& parameters, const Manoeuvre& manoeuvre, double wheel_radius)
+StepRecorder::StepRecorder(const RecorderParameters& parameters, const SetPointTimeline& timeline, double wheel_radius)
     : parameters_(parameters),
-      manoeuvre_(manoeuvre),
+      timeline_(timeline),
       wheel_radius_(wheel_radius),
       response_file_(createFile(parameters.output_directory, "response.csv")),
       metrics_file_(createFile(parameters.output_directory, "metrics.csv")) {
@@ -157,7 +157,7 @@ void StepRecorder::onTruth(const nav_msgs::Odometry& message) {
   const double time = sinceStart(message.header.stamp);
   true_forward_.add(time, message.twist.twist.linear.x);
   true_yaw_rate_.add(time, message.twist.twist.angular.z);
-  finished_ = finished_ || time >= manoeuvre_.duration();  // by the data, which may come later than the clock
+  finished_ = finished_ || time >= timeline_.duration;  // by the data, which may come later than the clock
 }
 
 void StepRecorder::onJoints(const sensor_msgs::JointState& message) {
@@ -219,22 +219,21 @@ void StepRecorder::onTimer(const ros::TimerEvent& event) {
 
 void StepRecorder::publishSetPoint(double time) {
   constexpr double kRounding = 1e-6;  // s; the timer fires on multiples of its period
-  const std::size_t segment = manoeuvre_.segmentAt(time + kRounding);
-  const SetPoint set_point = manoeuvre_.setPoint(segment);
+  const SetPoint set_point = timeline_.at(time + kRounding);
   geometry_msgs::Twist message;
   message.linear.x = set_point.forward;
   message.angular.z = set_point.yaw_rate;
   set_point_.publish(message);
   set_forward_.add(time, set_point.forward);
   set_yaw_rate_.add(time, set_point.yaw_rate);
-  while (segment_starts_.size() <= segment) segment_starts_.push_back(time);
+  while (change_times_.size() < timeline_.changesUntil(time + kRounding)) change_times_.push_back(time);
 }
 
 void StepRecorder::showProgress(double time) {
-  const int tenths = static_cast<int>(10.0 * std::min(1.0, time / manoeuvre_.duration()));
+  const int tenths = static_cast<int>(10.0 * std::min(1.0, time / timeline_.duration));
   if (tenths == shown_tenths_) return;
   shown_tenths_ = tenths;
-  const SetPoint now = manoeuvre_.setPoint(manoeuvre_.segmentAt(time));
+  const SetPoint now = timeline_.at(time);
   ROS_INFO("[%3d%%] set point %g m/s, %g rad/s", 10 * tenths, now.forward, now.yaw_rate);
 }
 
@@ -251,7 +250,7 @@ void StepRecorder::fail(const std::string& reason) {
 }
 
 void StepRecorder::write() {
-  writeTable(response_file_, true_forward_.between(0.0, manoeuvre_.duration()).time(),
+  writeTable(response_file_, true_forward_.between(0.0, timeline_.duration).time(),
              {{"set_forward", &set_forward_},
               {"set_yaw_rate", &set_yaw_rate_},
               {"true_forward", &true_forward_},
@@ -263,7 +262,7 @@ void StepRecorder::write() {
               {"command_left", &command_left_},
               {"command_right", &command_right_}});
   metrics_file_ << "step,begin_s,end_s,settling_s,rise_s,overshoot_pct,steady_error_pct,stable,command_gap_s\n";
-  for (const auto& step : manoeuvre_.steps()) writeMetrics(step);
+  for (const auto& step : timeline_.steps()) writeMetrics(step);
   if (!response_file_.flush() || !metrics_file_.flush()) {
     throw ParameterError("recorder.output_directory = '" + parameters_.output_directory +
                          "': writing failed; is the disk full?");
@@ -271,9 +270,8 @@ void StepRecorder::write() {
 }
 
 void StepRecorder::writeMetrics(const SetPointStep& step) {
-  const double begin = segment_starts_[step.segment];
-  const double end =
-      step.segment + 1 < segment_starts_.size() ? segment_starts_[step.segment + 1] : manoeuvre_.duration();
+  const double begin = change_times_[step.change];
+  const double end = step.change + 1 < change_times_.size() ? change_times_[step.change + 1] : timeline_.duration;
   const TimeSeries response = (step.channel == kForward ? true_forward_ : true_yaw_rate_).between(begin, end);
   const ResponseMetrics metrics =
       stepResponseMetrics(response.time(), response.value(), begin, step.initial, step.set_point);
@@ -293,9 +291,9 @@ double wheelRadius(const ros::NodeHandle& node, const RecorderParameters& parame
 bool record(const ros::NodeHandle& private_node) {
   ParameterMap map = readRosParameters(private_node);
   const auto parameters = readParameters<RecorderParameters>(map, "recorder");
-  const Manoeuvre manoeuvre(readParameters<ManoeuvreParameters>(map, "manoeuvre"));
+  const SetPointTimeline timeline = timelineOf(readParameters<ManoeuvreParameters>(map, "manoeuvre"));
   map.refuseUnknown();
-  StepRecorder recorder(parameters, manoeuvre, wheelRadius(private_node, parameters));
+  StepRecorder recorder(parameters, timeline, wheelRadius(private_node, parameters));
   // Not ros::shutdown() from a callback: after it, nothing could be logged any more.
   while (ros::ok() && !recorder.finished() && !recorder.failed()) {
     ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.1));

@@ -13,7 +13,7 @@ std::vector<Scenario> selectedScenarios(const CampaignParameters& parameters) {
     const std::regex pattern(parameters.select);
     for (Scenario& scenario : readScenarios(parameters.scenarios)) {
       if (!std::regex_search(scenario.name, pattern) || scenario.own_launch != parameters.own_launch) continue;
-      if (parameters.core && !scenario.core) continue;
+      if ((parameters.core && !scenario.core) || (parameters.real && !scenario.real)) continue;
       selected.push_back(std::move(scenario));
     }
   } catch (const std::regex_error& error) {

@@ -20,6 +20,7 @@ struct CampaignParameters {
   std::string select = ".";  ///< regular expression: which scenarios
   bool own_launch = false;   ///< those that leave the ROS graph unfit for another, instead of those that do not
   bool core = false;         ///< only those of the test suite
+  bool real = false;         ///< only those that run on the plant `real` as well
   double soak = 0.0;         ///< simulated time to go on with scenarios picked at random [s]; 0: each scenario once
   CampaignNodes nodes;       ///< names of controller and plant
 };
@@ -34,6 +35,7 @@ void describeFields(Visitor& v, CampaignParameters& p) {
   v.field("select", p.select, Presence::optional);
   v.field("own_launch", p.own_launch, Presence::optional);
   v.field("core", p.core, Presence::optional);
+  v.field("real", p.real, Presence::optional);
   v.field("soak", p.soak, {0.0, 1e6}, "s", Presence::optional);
   v.field("controller_node", p.nodes.controller, Presence::optional);
   v.field("plant_node", p.nodes.plant, Presence::optional);

@@ -178,7 +178,7 @@ int FaultCampaign::controllerProcess() const { return processOf(nodes_.controlle
 
 void FaultCampaign::arm(const Scenario& scenario) {
   const auto of = [&](FaultTopic topic) {
-    std::vector<MessageFault> faults;
+    std::vector<InjectedFault> faults;
     for (const TopicFault& fault : scenario.faults) {
       if (fault.topic == topic) faults.push_back(fault.fault);
     }

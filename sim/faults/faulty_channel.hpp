@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "injected_fault.hpp"
 #include "message_access.hpp"
-#include "message_fault.hpp"
 
 namespace jackal_aic::sim {
 
@@ -31,7 +31,7 @@ class FaultyChannel {
 
   /// Arms faults and forgets everything from before. @param onset time from which `start` of a fault counts [s];
   /// @param seed of the choice of messages where `share` is below 1. Equal seeds and messages give equal results.
-  void arm(const std::vector<MessageFault>& faults, double onset, std::uint64_t seed) {
+  void arm(const std::vector<InjectedFault>& faults, double onset, std::uint64_t seed) {
     faults_.clear();
     for (const auto& fault : faults) faults_.push_back({fault, std::nullopt, false});
     onset_ = onset;
@@ -53,13 +53,13 @@ class FaultyChannel {
 
  private:
   struct Fault {
-    MessageFault parameters;
+    InjectedFault parameters;
     std::optional<Message> first;  // message in force when the fault began
     bool second;                   // whether the next message is the second of a pair
   };
 
-  /// 1e300 does not fit a float32 field; the largest double that does stands for it there.
-  static constexpr double kHuge =
+  /// The largest value of a field: those of the drivers are float32.
+  static constexpr double kLargest =
       std::is_same_v<Message, jackal_msgs::Drive> || std::is_same_v<Message, jackal_msgs::Feedback> ? 1e38 : 1e300;
 
   bool hit(double share) { return share >= 1.0 || std::uniform_real_distribution<double>(0.0, 1.0)(random_) < share; }
@@ -124,25 +124,9 @@ class FaultyChannel {
     }
   }
 
-  void affectValues(const MessageFault& fault, Message& message) {
-    mapValues(message, fault.channel, [&fault](double value) {
-      switch (fault.kind) {
-        case FaultKind::not_a_number:
-          return std::numeric_limits<double>::quiet_NaN();
-        case FaultKind::infinite:
-          return std::numeric_limits<double>::infinity();
-        case FaultKind::set:
-          return fault.amount;
-        case FaultKind::huge:
-          return kHuge;
-        case FaultKind::bias:
-          return value + fault.amount;
-        case FaultKind::scale:
-          return value * fault.amount;
-        default:
-          return value;
-      }
-    });
+  void affectValues(const InjectedFault& fault, Message& message) {
+    mapValues(message, fault.channel,
+              [&fault](double value) { return faultyValue(fault.kind, fault.amount, value, kLargest); });
   }
 
   /// The first message's values under the stamp of this one: of the whole message, or of one channel.

@@ -21,7 +21,7 @@ class FaultyTopic {
       : publisher_(node.advertise<Message>(topic, kQueueSize)) {}
 
   /// As FaultyChannel::arm; messages still waiting are forgotten.
-  void arm(const std::vector<MessageFault>& faults, double onset, std::uint64_t seed) {
+  void arm(const std::vector<InjectedFault>& faults, double onset, std::uint64_t seed) {
     channel_.arm(faults, onset, seed);
     queue_.clear();
   }

@@ -13,7 +13,7 @@
 #include <functional>
 #include <type_traits>
 
-#include "message_fault.hpp"
+#include "injected_fault.hpp"
 
 namespace jackal_aic::sim {
 

@@ -1,10 +1,9 @@
 #include "scenario.hpp"
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <set>
 
+#include "jackal_aic/config/text_file.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "message_access.hpp"
 #include "plant_parameters.hpp"
@@ -20,6 +19,7 @@ struct Entry {
   std::string name;
   std::vector<std::string> motions;
   std::vector<std::string> core;  ///< motions in which it is part of the test suite
+  std::vector<std::string> real;  ///< motions in which it is run on the plant `real` as well
   Scenario scenario;
 };
 
@@ -27,6 +27,7 @@ template <class Visitor>
 void describeFields(Visitor& v, Entry& p) {
   v.field("motions", p.motions, Presence::required);
   v.field("core", p.core, Presence::optional);
+  v.field("real", p.real, Presence::optional);
   v.field("onset", p.scenario.onset, {0.5, 3600.0}, "s", Presence::optional);
   v.field("recovery", p.scenario.recovery, {0.0, 3600.0}, "s", Presence::optional);
   v.field("own_launch", p.scenario.own_launch, Presence::optional);
@@ -81,7 +82,7 @@ Entry readEntry(ParameterMap& map, const std::string& name) {
   for (std::size_t i = 0; i < kFaultTopicNames.size(); ++i) {
     if (parts.count(kFaultTopicNames[i]) == 0) continue;
     const std::string key = prefix + "." + kFaultTopicNames[i];
-    const TopicFault fault{static_cast<FaultTopic>(i), readParameters<MessageFault>(map, key)};
+    const TopicFault fault{static_cast<FaultTopic>(i), readParameters<InjectedFault>(map, key)};
     if (!possible(fault.topic, fault.fault.kind, fault.fault.channel)) {
       throw ParameterError(key + ": " + kFaultKindNames[static_cast<std::size_t>(fault.fault.kind)] + " of " +
                            kFaultChannelNames[static_cast<std::size_t>(fault.fault.channel)] +
@@ -117,6 +118,7 @@ Scenario withMotion(const Entry& entry, const Motion& motion) {
   scenario.motion = motion;
   scenario.name = entry.name + "/" + motion.name;
   scenario.core = std::count(entry.core.begin(), entry.core.end(), motion.name) > 0;
+  scenario.real = std::count(entry.real.begin(), entry.real.end(), motion.name) > 0;
   return scenario;
 }
 
@@ -131,6 +133,7 @@ std::vector<Scenario> scenariosIn(ParameterMap& map) {
     const Entry entry = readEntry(map, name);
     const std::string key = std::string(kScenarios) + "." + name;
     for (const auto& motion : entry.core) motionNamed(motions, motion, key + ".core");
+    for (const auto& motion : entry.real) motionNamed(motions, motion, key + ".real");
     for (const auto& motion : entry.motions) {
       scenarios.push_back(withMotion(entry, motionNamed(motions, motion, key + ".motions")));
     }
@@ -158,11 +161,6 @@ std::vector<Scenario> parseScenarios(const std::string& text, const std::string&
   }
 }
 
-std::vector<Scenario> readScenarios(const std::string& path) {
-  std::ifstream file(path);
-  const std::string text(std::istreambuf_iterator<char>(file), {});
-  if (!file) throw ParameterError(path + ": cannot be read");
-  return parseScenarios(text, path);
-}
+std::vector<Scenario> readScenarios(const std::string& path) { return parseScenarios(readText(path), path); }
 
 }  // namespace jackal_aic::sim

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "message_fault.hpp"
+#include "injected_fault.hpp"
 
 namespace jackal_aic::sim {
 
@@ -130,7 +130,7 @@ void describeFields(Visitor& v, Expectation& p) {
 /// A fault on a topic.
 struct TopicFault {
   FaultTopic topic;
-  MessageFault fault;
+  InjectedFault fault;
 };
 
 /// One run of the campaign. Times count from the reset of the simulation unless they say otherwise.
@@ -145,6 +145,7 @@ struct Scenario {
   double onset = 2.0;       ///< when the faults begin [s]
   double recovery = 2.0;    ///< observed time after the faults are over [s]
   bool core = false;        ///< part of the test suite
+  bool real = false;        ///< part of what runs on the plant `real` as well
   bool own_launch = false;  ///< leaves the ROS graph unfit for another scenario
   std::uint64_t seed = 1;   ///< of faults that hit a share of the messages
 

@@ -26,7 +26,7 @@ std::string faultsOf(const Scenario& scenario) {
   std::vector<std::string> words;
   const auto amount = [](double value) { return value == 0.0 ? std::string() : fmt::format(" {:g}", value); };
   for (const TopicFault& fault : scenario.faults) {
-    const MessageFault& f = fault.fault;
+    const InjectedFault& f = fault.fault;
     std::string text = std::string(kFaultTopicNames[static_cast<std::size_t>(fault.topic)]) + " " +
                        kFaultKindNames[static_cast<std::size_t>(f.kind)] + amount(f.amount);
     if (f.channel != FaultChannel::all) {

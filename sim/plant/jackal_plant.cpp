@@ -1,5 +1,6 @@
 #include "jackal_plant.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "jackal_aic/model/gravity.hpp"
@@ -13,23 +14,58 @@ namespace jackal_aic::sim {
 namespace {
 
 constexpr double kRadiansPerDegree = 0.017453292519943295;
+constexpr double kLowestVoltage = 0.5;  // share of the full one; below, a battery switches itself off
 
-/// The payload is spread as the chassis' own mass is: it scales mass and inertia and leaves the centre of mass.
-RobotModel withPayload(RobotModel model, double payload) {
-  const double scale = 1.0 + payload / model.chassis.mass;
-  model.chassis.mass *= scale;
-  model.chassis.inertia *= scale;
+/// The payload is spread as the chassis' own mass is: at the chassis' centre of mass it scales mass and inertia.
+RigidBody loaded(const RigidBody& chassis, const PlantParameters& p) {
+  const Eigen::Vector3d offset(p.payload_x, p.payload_y, p.payload_z);
+  const double scale = p.payload / chassis.mass;
+  if (!offset.isZero(0.0)) return chassis + RigidBody{p.payload, chassis.centre + offset, scale * chassis.inertia};
+  return {chassis.mass * (1.0 + scale), chassis.centre, chassis.inertia * (1.0 + scale)};
+}
+
+/// The robot of the URDF as the parameters change it: its load and its tyres.
+RobotModel changed(RobotModel model, const PlantParameters& p) {
+  model.chassis = loaded(model.chassis, p);
+  for (const Wheel left : {kFrontLeft, kRearLeft}) {
+    if (p.wheel_radius_left > 0.0) model.wheels[left].radius = p.wheel_radius_left;
+  }
+  for (const Wheel right : {kFrontRight, kRearRight}) {
+    if (p.wheel_radius_right > 0.0) model.wheels[right].radius = p.wheel_radius_right;
+  }
   return model;
 }
 
+TerrainParameters terrainParameters(const PlantParameters& p) {
+  TerrainParameters terrain;
+  terrain.roughness = p.roughness;
+  terrain.roughness_length = p.roughness_length;
+  terrain.ramp = p.ramp * kRadiansPerDegree;
+  terrain.ramp_start = p.ramp_start;
+  terrain.ramp_length = p.ramp_length;
+  terrain.patch_size = p.patch_size;
+  terrain.patch_friction = p.patch_friction;
+  terrain.kerb_distance = p.kerb_distance;
+  terrain.kerb_height = p.kerb_height;
+  terrain.seed = p.seed;
+  return terrain;
+}
+
 WorldParameters worldParameters(const PlantParameters& p) {
-  return {p.support == Support::box, p.slope * kRadiansPerDegree, p.friction, p.torque_limit};
+  return {p.support == Support::box, p.slope * kRadiansPerDegree, p.friction, p.torque_limit, terrainParameters(p)};
 }
 
 MotorParameters motorParameters(const PlantParameters& p, double wheel_radius) {
-  return {p.wheel_gain, p.motor_lag, p.velocity_loop_integral, p.acceleration_limit / wheel_radius,
-          p.speed_limit / wheel_radius};
+  return {p.wheel_gain,
+          p.motor_lag,
+          p.velocity_loop_integral,
+          p.acceleration_limit / wheel_radius,
+          p.speed_limit / wheel_radius,
+          p.wheel_offset,
+          p.wheel_breakaway};
 }
+
+bool within(double time, double from, double duration) { return time >= from && time < from + duration; }
 
 }  // namespace
 
@@ -50,13 +86,15 @@ struct JackalPlant::Implementation {
   /// Everything that moves; built afresh by reset().
   struct Motion {
     Motion(const RobotModel& model, const PlantParameters& p)
-        : world(withPayload(model, p.payload), worldParameters(p)),
+        : world(model, worldParameters(p)),
           delay(p.dead_time, kStep),
           left(motorParameters(p, model.wheels[kFrontLeft].radius), kStep),
           right(motorParameters(p, model.wheels[kFrontRight].radius), kStep),
           encoder_filter(p.encoder_filter, kStep),
           sampling(p.sensor_rate),
-          sensors(p) {}
+          imu_sampling(p.imu_rate),
+          feedback_sampling(p.feedback_rate),
+          sensors(p, {model.wheels[kFrontLeft].radius, model.wheels[kFrontRight].radius}) {}
 
     OdeWorld world;
     CommandDelay delay;
@@ -64,8 +102,16 @@ struct JackalPlant::Implementation {
     MotorLoop right;
     EncoderFilter encoder_filter;
     Periodic sampling;
+    Periodic imu_sampling;
+    Periodic feedback_sampling;
     SensorModel sensors;
-    SampleQueue samples;
+    SampleQueue<PlantMeasurement> samples;
+    SampleQueue<ImuMeasurement> imu_samples;
+    ImuMeasurement imu;                              // the newest that has come, with a rate of its own
+    WheelFeedback feedback;                          // the newest, with a rate of its own
+    WheelFeedback published;                         // that of the last sample
+    Eigen::Vector3d push = Eigen::Vector3d::Zero();  // along, across [N] and about the vertical [N m]
+    bool lifted = false;
     bool left_blocked = false;
     bool right_blocked = false;
     std::int64_t steps = 0;
@@ -73,9 +119,12 @@ struct JackalPlant::Implementation {
     int force_count = 0;
     PlantTruth truth;
     std::optional<PlantMeasurement> measurement;
+    std::optional<ImuMeasurement> imu_measurement;
   };
 
-  Implementation(RobotModel robot, const PlantParameters& p) : model(std::move(robot)), parameters(p) { reset(); }
+  Implementation(const RobotModel& robot, const PlantParameters& p) : model(changed(robot, p)), parameters(p) {
+    reset();
+  }
 
   void reset() {
     motion = std::make_unique<Motion>(model, parameters);
@@ -86,6 +135,8 @@ struct JackalPlant::Implementation {
   void step() {
     Motion& m = *motion;
     m.truth.acting_command = m.delay.acting(m.steps);
+    handle();
+    supply = voltage();
     drive(m.left, m.left_blocked, m.truth.acting_command.left, kFrontLeft, kRearLeft);
     drive(m.right, m.right_blocked, m.truth.acting_command.right, kFrontRight, kRearRight);
     m.world.step(kStep);
@@ -94,11 +145,31 @@ struct JackalPlant::Implementation {
     observe();
   }
 
+  /// What somebody does to the robot, by call or by the parameters.
+  void handle() {
+    Motion& m = *motion;
+    const PlantParameters& p = parameters;
+    const bool pushed = within(m.truth.time, p.push_time, p.push_duration);
+    const Eigen::Vector3d push = pushed ? m.push + Eigen::Vector3d(p.push_force, 0.0, p.push_torque) : m.push;
+    m.world.push({push.x(), push.y(), 0.0}, push.z());
+    m.world.lift(m.lifted || within(m.truth.time, p.lift_time, p.lift_duration));
+  }
+
+  /// Share of its full voltage that the battery gives: less with the time and with the load of the last step.
+  double voltage() const {
+    const PlantParameters& p = parameters;
+    if (p.battery_sag == 0.0 && p.battery_discharge == 0.0) return 1.0;
+    double torque = 0.0;
+    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) torque += std::abs(motion->world.wheelTorque(i));
+    const double load = torque / (p.torque_limit * static_cast<double>(kWheelJoints.size()));
+    return std::max(kLowestVoltage, 1.0 - p.battery_sag * load - p.battery_discharge * motion->truth.time / 3600.0);
+  }
+
   /// One motor drives both wheels of its side.
   void drive(MotorLoop& motor, bool blocked, double command, Wheel front, Wheel rear) {
     OdeWorld& world = motion->world;
     const double speed = 0.5 * (world.wheelSpeed(front) + world.wheelSpeed(rear));
-    const double reference = blocked ? 0.0 : motor.reference(command, speed);
+    const double reference = blocked ? 0.0 : motor.reference(command, speed, supply);
     world.setWheelReference(front, reference);
     world.setWheelReference(rear, reference);
   }
@@ -111,17 +182,60 @@ struct JackalPlant::Implementation {
     seen.wheel_velocity = m.encoder_filter.update(m.truth.wheel_velocity);
     m.force_sum += specificForce(chassis);
     ++m.force_count;
+    const bool own_feedback = parameters.feedback_rate > 0.0, own_imu = parameters.imu_rate > 0.0;
+    if (own_feedback && m.feedback_sampling.due(m.truth.time)) {
+      m.feedback = m.sensors.wheels(seen, sensorInput(chassis));
+    }
+    if (own_imu) {
+      if (m.imu_sampling.due(m.truth.time)) takeImuSample(seen, chassis);
+      m.imu_measurement = m.imu_samples.receive(m.truth.time);
+      if (m.imu_measurement) m.imu = *m.imu_measurement;
+    }
     if (m.sampling.due(m.truth.time)) takeSample(seen, chassis);
     m.measurement = m.samples.receive(m.truth.time);
+    if (!own_imu) {
+      m.imu_measurement = m.measurement;
+    } else if (m.measurement) {
+      const double stamp = m.measurement->stamp;
+      static_cast<ImuMeasurement&>(*m.measurement) = m.imu;
+      m.measurement->stamp = stamp;
+    }
+  }
+
+  /// Travel of the next message to who reads it; the first sample is there at once.
+  double travel() const {
+    return parameters.network_delay > 0.0 && motion->steps > 0 ? motion->sensors.drawTravel() : 0.0;
+  }
+
+  void takeImuSample(const PlantTruth& seen, const ChassisState& chassis) {
+    Motion& m = *motion;
+    const ImuMeasurement sample = m.sensors.imu(seen, sensorInput(chassis));
+    m.imu_samples.send(sample, seen.time, travel());
+    restartMean();
+  }
+
+  void restartMean() {
+    motion->force_sum.setZero();
+    motion->force_count = 0;
   }
 
   void takeSample(const PlantTruth& seen, const ChassisState& chassis) {
     Motion& m = *motion;
-    const PlantMeasurement sample = m.sensors.sample(seen, sensorInput(chassis));
+    const bool own_imu = parameters.imu_rate > 0.0, own_feedback = parameters.feedback_rate > 0.0;
+    PlantMeasurement sample;
+    if (!own_imu && !own_feedback) {
+      sample = m.sensors.sample(seen, sensorInput(chassis));
+    } else {
+      if (!own_feedback) static_cast<WheelFeedback&>(sample) = m.sensors.wheels(seen, sensorInput(chassis));
+      if (!own_imu) static_cast<ImuMeasurement&>(sample) = m.sensors.imu(seen, sensorInput(chassis));
+    }
+    const bool repeats = m.sensors.repeatsFeedback();
+    if (own_feedback && !repeats) m.published = m.feedback;
+    if (!own_feedback && !repeats) m.published = sample;
+    static_cast<WheelFeedback&>(sample) = m.published;
     const double delay = m.sensors.drawDelay();
-    if (!m.sensors.losesSample()) m.samples.send(sample, seen.time + delay);
-    m.force_sum.setZero();
-    m.force_count = 0;
+    if (!m.sensors.losesSample()) m.samples.send(sample, seen.time + delay, travel());
+    if (!own_imu) restartMean();
   }
 
   void updateTruth(const ChassisState& chassis) {
@@ -153,13 +267,14 @@ struct JackalPlant::Implementation {
     SensorInput input;
     for (std::size_t i = 0; i < kWheelJoints.size(); ++i) input.wheel_effort[i] = motion->world.wheelTorque(i);
     input.angular_velocity = imu.conjugate() * chassis.angular_velocity;
-    input.specific_force = motion->force_sum / motion->force_count;
+    input.specific_force = motion->force_sum / std::max(1, motion->force_count);
     input.orientation = Eigen::AngleAxisd(-parameters.slope * kRadiansPerDegree, Eigen::Vector3d::UnitY()) * imu;
     return input;
   }
 
   RobotModel model;
   PlantParameters parameters;
+  double supply = 1.0;  // share of the full voltage in the present step
   std::unique_ptr<Motion> motion;
 };
 
@@ -172,7 +287,9 @@ JackalPlant& JackalPlant::operator=(JackalPlant&&) noexcept = default;
 
 bool JackalPlant::command(const WheelCommand& command) {
   if (!std::isfinite(command.left) || !std::isfinite(command.right)) return false;
-  self_->motion->delay.push(self_->motion->steps, command);
+  Implementation::Motion& m = *self_->motion;
+  const double travel = self_->parameters.network_delay > 0.0 ? m.sensors.drawTravel() : 0.0;
+  m.delay.push(m.steps, command, std::llround(travel / kStep));
   return true;
 }
 
@@ -181,6 +298,8 @@ void JackalPlant::step() { self_->step(); }
 double JackalPlant::time() const { return self_->motion->truth.time; }
 
 const std::optional<PlantMeasurement>& JackalPlant::measurement() const { return self_->motion->measurement; }
+
+const std::optional<ImuMeasurement>& JackalPlant::imuMeasurement() const { return self_->motion->imu_measurement; }
 
 const PlantTruth& JackalPlant::truth() const { return self_->motion->truth; }
 
@@ -191,15 +310,22 @@ void JackalPlant::setFriction(double friction) {
   self_->motion->world.setFriction(friction);
 }
 
+void JackalPlant::changeMotors(double gain, double offset) {
+  if (!(gain > 0.0) || !(offset >= 0.0) || !std::isfinite(gain) || !std::isfinite(offset)) {
+    throw ParameterError("wheel_gain = " + describe(ParameterValue(gain)) +
+                         ", wheel_offset = " + describe(ParameterValue(offset)) + ": must be above 0, 0 or more");
+  }
+  self_->motion->left.change(gain, offset);
+  self_->motion->right.change(gain, offset);
+}
+
 void JackalPlant::blockWheels(Side side, bool blocked) {
   (side == Side::left ? self_->motion->left_blocked : self_->motion->right_blocked) = blocked;
 }
 
-void JackalPlant::push(double forward, double left, double torque) {
-  self_->motion->world.push({forward, left, 0.0}, torque);
-}
+void JackalPlant::push(double forward, double left, double torque) { self_->motion->push = {forward, left, torque}; }
 
-void JackalPlant::lift(bool lifted) { self_->motion->world.lift(lifted); }
+void JackalPlant::lift(bool lifted) { self_->motion->lifted = lifted; }
 
 void JackalPlant::reset() { self_->reset(); }
 

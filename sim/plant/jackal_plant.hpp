@@ -39,24 +39,33 @@ struct PlantTruth {
   WheelCommand acting_command;           ///< command that left the dead time and drives the motors now [rad/s]
 };
 
-/// One sample of the robot's sensors, with noise.
-struct PlantMeasurement {
-  double stamp = 0.0;                    ///< time of the sample, plus its delay where `stamp_jitter` is set [s]
+/// One sample of the IMU, with noise.
+struct ImuMeasurement {
+  double stamp = 0.0;                   ///< time of the sample, plus its delay where `stamp_jitter` is set [s]
+  Eigen::Vector3d angular_velocity;     ///< gyro, in imu_link [rad/s]
+  Eigen::Vector3d linear_acceleration;  ///< mean since the last sample, gravity included, in imu_link [m/s^2]
+  Eigen::Quaterniond orientation;       ///< of imu_link in a level frame
+};
+
+/// What the motor controller tells of the wheels, with noise: /feedback of a Jackal.
+struct WheelFeedback {
+  double feedback_stamp = 0.0;           ///< time at which it was measured [s]
   std::array<double, 4> wheel_position;  ///< encoders [rad]
   std::array<double, 4> wheel_velocity;  ///< encoders [rad/s]
   std::array<double, 4> wheel_effort;    ///< torque the motors apply, from the physics engine [N m]
-  Eigen::Vector3d angular_velocity;      ///< gyro, in imu_link [rad/s]
-  Eigen::Vector3d linear_acceleration;   ///< mean since the last sample, gravity included, in imu_link [m/s^2]
-  Eigen::Quaterniond orientation;        ///< of imu_link in a level frame
+};
 
+/// One sample of the robot's sensors: /joint_states, which is the newest feedback with a stamp of its own, and the IMU,
+/// sampled at the same time or, with an `imu_rate` of its own, the newest that has come.
+struct PlantMeasurement : ImuMeasurement, WheelFeedback {
   /// The channels of eq. 3-3: gyro z, mean of each side's wheels, accelerometer x and y without gravity; and
   /// accelerometer z. As the node makes them of the messages of this sample (an IMU mounted as base_link).
   Observation observation() const;
 };
 
-/// A Clearpath Jackal in simulation: rigid chassis and wheels on a plane (OdeWorld), one motor per side (CommandDelay,
-/// MotorLoop), encoders and IMU (SensorModel). Deterministic: equal parameters and commands give equal bytes. Plants
-/// are independent of each other; each may be used by one thread at a time.
+/// A Clearpath Jackal in simulation: rigid chassis and wheels on the ground (OdeWorld, Terrain), one motor per side
+/// (CommandDelay, MotorLoop), encoders and IMU (SensorModel). Deterministic: equal parameters and commands give equal
+/// bytes. Plants are independent of each other; each may be used by one thread at a time.
 ///
 /// Ground frame: origin under base_link at the start, x along the initial heading, z normal to the ground. A slope
 /// tilts this frame by `slope` about y against the level frame of the IMU's orientation.
@@ -72,8 +81,9 @@ class JackalPlant {
   JackalPlant(JackalPlant&&) noexcept;
   JackalPlant& operator=(JackalPlant&&) noexcept;
 
-  /// Hands over a wheel command now; the motors see it after the dead time, rounded to whole steps: without dead time
-  /// it drives the next step(). A command that is not finite is ignored and false is returned.
+  /// Hands over a wheel command now; the motors see it after the dead time, and what the network delays, rounded to
+  /// whole steps: without dead time it drives the next step(). A command that is not finite is ignored and false is
+  /// returned.
   bool command(const WheelCommand& command);
 
   /// Advances by kStep.
@@ -86,12 +96,20 @@ class JackalPlant {
   /// `stamp_jitter` it was taken in that step. The first, of time 0, is there right after construction and reset().
   const std::optional<PlantMeasurement>& measurement() const;
 
+  /// The IMU's sample that came in the last step(): the one in measurement(), or, with an `imu_rate`, at that rate.
+  const std::optional<ImuMeasurement>& imuMeasurement() const;
+
   /// True state after the last step().
   const PlantTruth& truth() const;
 
   /// Changes the friction coefficient of the ground from now on, until reset(). @throws ParameterError if negative or
   /// not finite.
   void setFriction(double friction);
+
+  /// Gives all motors another steady-state wheel speed per command and another offset [rad/s] from now on, until
+  /// reset(): a battery that weakens, a load under which they turn slower than asked.
+  /// @throws ParameterError if the gain is not positive, the offset negative, or one of them not finite.
+  void changeMotors(double gain, double offset);
 
   /// Blocks the motor of a side from now on, or lets it go: its wheels stop within the torque limit and its encoder
   /// tells so.
@@ -105,7 +123,7 @@ class JackalPlant {
   void lift(bool lifted);
 
   /// Puts the robot back to rest at time 0, with the friction and the seed of the parameters, without pending commands,
-  /// with no motor blocked, on its wheels and left alone.
+  /// with no motor blocked, on its wheels and left alone, but for the push and the lift of the parameters.
   void reset();
 
  private:

@@ -17,8 +17,9 @@ class CommandDelay {
   /// @param dead_time [s], rounded to whole steps; @param step [s].
   CommandDelay(double dead_time, double step);
 
-  /// Takes a command at the beginning of a step; a later one in the same step replaces it.
-  void push(std::int64_t step, const WheelCommand& command);
+  /// Takes a command at the beginning of a step; a later one in the same step replaces it. @param underway steps that
+  /// it was underway for before, in which it overtakes no other.
+  void push(std::int64_t step, const WheelCommand& command, std::int64_t underway = 0);
 
   /// The command that drives the motors during a step: the last one pushed at least the dead time earlier, at first
   /// zero. Steps must not decrease from call to call.
@@ -37,25 +38,36 @@ struct MotorParameters {
   double integral = 0.0;            ///< integral gain k_i on (gain x command - speed) [1/s]
   double acceleration_limit = 0.0;  ///< of the wheel [rad/s^2]
   double speed_limit = 0.0;         ///< of the wheel [rad/s]
+  double offset = 0.0;              ///< by which a wheel turns slower than asked, and below which it stands [rad/s]
+  double breakaway = 0.0;           ///< command below which a wheel that stands does not start [rad/s]
 };
 
 /// Closed velocity loop of one motor, with command u, wheel speed w and target r = clamp(gain u, +-speed_limit):
 ///
 ///     dw/dt = clamp( (r + z - w) / T, +-acceleration_limit ),    dz/dt = k_i (r - w),
 ///
-/// so that w = gain u at steady state whatever k_i is. Each step starts from the wheel speed the physics reached, so
-/// the reference cannot run away from a wheel that the torque limit holds back, and z rests while either limit acts (no
-/// wind-up).
+/// so that w = gain u at steady state whatever k_i is. With an offset o, u stands for sign(u) max(0, |u| - o): o is a
+/// dead band, too; and a wheel that stands takes a command below the breakaway for none (stiction). Each step starts
+/// from the wheel speed the physics reached, so the reference cannot run away from a wheel that the torque limit holds
+/// back, and z rests while either limit acts (no wind-up).
 class MotorLoop {
  public:
   /// @param step [s].
   MotorLoop(const MotorParameters& parameters, double step);
 
   /// Wheel speed to be reached at the end of a step [rad/s].
-  /// @param command during the step [rad/s]; @param speed of the wheel at its beginning [rad/s].
-  double reference(double command, double speed);
+  /// @param command during the step [rad/s]; @param speed of the wheel at its beginning [rad/s]; @param supply share of
+  /// its full voltage that the battery gives: speed and acceleration limit are proportional to it.
+  double reference(double command, double speed, double supply = 1.0);
+
+  /// Goes on with another wheel speed per command and offset [rad/s].
+  void change(double gain, double offset) {
+    parameters_.gain = gain;
+    parameters_.offset = offset;
+  }
 
  private:
+  double followed(double command, double speed) const;
   void integrate(double speed);
 
   MotorParameters parameters_;

@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "jackal_aic/model/gravity.hpp"
+#include "jackal_plant.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -22,6 +23,9 @@ constexpr double kLiftTurn = 0.8;    // rad/s
 
 /// A contact point slower than this sticks [m/s].
 constexpr double kStickSpeed = 1e-4;
+
+/// What of a normal force on tilted ground is rounding [N]: its share of the friction would break the solver.
+constexpr double kSlightestForce = 1e-9;
 
 /// ODE is initialised once per process and never closed: worlds may outlive any other static object.
 void initialiseOde() {
@@ -75,6 +79,7 @@ Eigen::Vector3d normalForcePlane(const RobotModel& model, const Eigen::Vector3d&
 
 OdeWorld::OdeWorld(const RobotModel& model, const WorldParameters& parameters)
     : gravity_(kGravity * Eigen::Vector3d(-std::sin(parameters.slope), 0.0, -std::cos(parameters.slope))),
+      terrain_(parameters.terrain),
       friction_(parameters.friction),
       torque_limit_(parameters.torque_limit),
       fixed_chassis_(parameters.fixed_chassis),
@@ -111,7 +116,10 @@ void OdeWorld::createWheel(const RobotModel& model, std::size_t index) {
 void OdeWorld::setInEquilibrium(const RobotModel& model) {
   const Eigen::Vector3d forces = normalForcePlane(model, gravity_);
   const double pitch = forces(1) / kContactStiffness;
-  const double roll = -forces(2) / kContactStiffness;
+  double roll = -forces(2) / kContactStiffness;
+  const WheelModel& left = model.wheels[kFrontLeft];
+  const WheelModel& right = model.wheels[kFrontRight];
+  if (left.radius != right.radius) roll += (left.radius - right.radius) / (left.hub.y() - right.hub.y());
   const Eigen::Quaterniond tilt(Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) *
                                 Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()));
   double height = -forces(0) / kContactStiffness;
@@ -165,10 +173,13 @@ void OdeWorld::step(double step) {
   const Eigen::Vector3d velocity = vectorOf(dBodyGetLinearVel(chassis_));
   const Eigen::Vector3d angular_velocity = vectorOf(dBodyGetAngularVel(chassis_));
   if (!fixed_chassis_) {
-    for (std::size_t i = 0; i < wheels_.size(); ++i) createContact(i, step);
+    for (std::size_t i = 0; i < wheels_.size(); ++i) createContacts(i, step);
   }
   dWorldStep(world_.get(), step);
-  for (std::size_t i = 0; i < wheels_.size(); ++i) updateContact(i);
+  for (std::size_t i = 0; i < wheels_.size(); ++i) {
+    updateContact(i, contacts_[i]);
+    updateContact(i, kerb_contacts_[i]);
+  }
   dJointGroupEmpty(contact_group_.get());
   acceleration_ = (vectorOf(dBodyGetLinearVel(chassis_)) - velocity) / step;
   angular_acceleration_ = (vectorOf(dBodyGetAngularVel(chassis_)) - angular_velocity) / step;
@@ -179,53 +190,64 @@ void OdeWorld::step(double step) {
 /// contact point slides at speed s, viscous friction of coefficient mu N / s, taken from the last step, has the Coulomb
 /// magnitude mu N and opposes the slip in every direction; the solver applies it implicitly, so that it does not
 /// chatter. While the point sticks, friction is a rigid constraint within the pyramid.
-void OdeWorld::createContact(std::size_t index, double step) {
-  Contact& last = contacts_[index];
-  const Eigen::Vector3d hub =
-      vectorOf(dBodyGetPosition(wheels_[index])) + orientationOf(wheels_[index]) * hub_in_wheel_[index];
-  const double depth = radius_[index] - hub.z();
-  last.touching = depth >= 0.0;
+void OdeWorld::createContact(std::size_t index, Contact& last, const TouchPoint& touch, double step) {
+  last.touching = touch.depth >= 0.0;
   if (!last.touching) return;
 
   dContact contact{};
   dReal axle[4];
   dJointGetHingeAxis(hinges_[index], axle);
-  const Eigen::Vector3d rolling = vectorOf(axle).cross(Eigen::Vector3d::UnitZ()).normalized();
+  last.normal = touch.normal;
+  last.friction = friction_ * terrain_.frictionShare(touch.point.x(), touch.point.y());
+  const Eigen::Vector3d rolling = vectorOf(axle).cross(touch.normal).normalized();
   const double spring = step * kContactStiffness;
   contact.surface.mode = dContactFDir1 | dContactSoftERP | dContactSoftCFM;
   contact.surface.soft_erp = spring / (spring + kContactDamping);
   contact.surface.soft_cfm = 1.0 / (spring + kContactDamping);
-  const double limit = friction_ * last.normal_force;
+  const double limit = last.friction * last.normal_force;
   contact.surface.mu = limit;
   if (!last.sticking && limit > 0.0) {
     contact.surface.mode |= dContactSlip1 | dContactSlip2;
     contact.surface.slip1 = contact.surface.slip2 = std::max(last.slip_speed, kStickSpeed) / limit;
   }
   std::copy_n(rolling.data(), 3, contact.fdir1);
-  const Eigen::Vector3d point = hub - radius_[index] * Eigen::Vector3d::UnitZ();
-  std::copy_n(point.data(), 3, contact.geom.pos);
-  contact.geom.normal[2] = 1.0;
-  contact.geom.depth = depth;
+  std::copy_n(touch.point.data(), 3, contact.geom.pos);
+  std::copy_n(touch.normal.data(), 3, contact.geom.normal);
+  contact.geom.depth = touch.depth;
   dJointID joint = dJointCreateContact(world_.get(), contact_group_.get(), &contact);
   dJointAttach(joint, wheels_[index], nullptr);
   dJointSetFeedback(joint, &last.feedback);
 }
 
-void OdeWorld::updateContact(std::size_t index) {
-  Contact& contact = contacts_[index];
+void OdeWorld::createContacts(std::size_t index, double step) {
+  const Eigen::Vector3d hub =
+      vectorOf(dBodyGetPosition(wheels_[index])) + orientationOf(wheels_[index]) * hub_in_wheel_[index];
+  const double radius = radius_[index];
+  const Surface ground = terrain_.surface(hub.x(), hub.y());
+  const double depth = radius - (hub.z() - ground.height) * ground.normal.z();
+  createContact(index, contacts_[index], {hub - radius * ground.normal, ground.normal, depth}, step);
+  const auto kerb = terrain_.kerb(hub, radius);
+  if (kerb) createContact(index, kerb_contacts_[index], *kerb, step);
+}
+
+void OdeWorld::updateContact(std::size_t index, Contact& contact) {
   if (!contact.touching) {
     contact.normal_force = 0.0;
     contact.sticking = true;
     return;
   }
+  const auto along = [&contact](const Eigen::Vector3d& v) {
+    return Eigen::Vector3d(v - contact.normal * contact.normal.dot(v)).norm();
+  };
   const Eigen::Vector3d force = vectorOf(contact.feedback.f1);
   const Eigen::Vector3d hub = orientationOf(wheels_[index]) * hub_in_wheel_[index];
-  const Eigen::Vector3d arm = hub - radius_[index] * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d arm = hub - radius_[index] * contact.normal;
   const Eigen::Vector3d slip =
       vectorOf(dBodyGetLinearVel(wheels_[index])) + vectorOf(dBodyGetAngularVel(wheels_[index])).cross(arm);
-  contact.normal_force = force.z();
-  contact.slip_speed = slip.head<2>().norm();
-  contact.sticking = contact.slip_speed < kStickSpeed && force.head<2>().norm() <= friction_ * force.z();
+  const double normal_force = contact.normal.dot(force);
+  contact.normal_force = normal_force > kSlightestForce ? normal_force : 0.0;
+  contact.slip_speed = along(slip);
+  contact.sticking = contact.slip_speed < kStickSpeed && along(force) <= contact.friction * contact.normal_force;
 }
 
 ChassisState OdeWorld::chassis() const {

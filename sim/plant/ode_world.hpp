@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "robot_model.hpp"
+#include "terrain.hpp"
 
 namespace jackal_aic::sim {
 
@@ -19,6 +20,7 @@ struct WorldParameters {
   double slope = 0.0;          ///< inclination of the ground, positive is uphill along x [rad]
   double friction = 0.5;       ///< Coulomb coefficient between wheels and ground
   double torque_limit = 20.0;  ///< of each wheel's motor [N m]
+  TerrainParameters terrain;   ///< what the ground has beside its inclination
 };
 
 /// Motion of the chassis' centre of mass; vectors in the ground frame.
@@ -31,10 +33,11 @@ struct ChassisState {
   Eigen::Vector3d angular_acceleration;  ///< mean over the last step [rad/s^2]
 };
 
-/// Chassis and four wheels on hinges with velocity motors, on a plane.
+/// Chassis and four wheels on hinges with velocity motors, on the ground.
 ///
-/// Ground frame: x along the robot's initial heading, z normal to the plane, which is z = 0; a slope tilts gravity.
-/// Each wheel touches the plane in one point (sphere against plane) with a spring and damper along the normal. Friction
+/// Ground frame: x along the robot's initial heading, z normal to the ground under it, which is z = 0; a slope tilts
+/// gravity. Each wheel touches the ground in one point (sphere against the tangential plane under its hub), and a kerb
+/// in another, with a spring and damper along the normal. Friction
 /// is isotropic Coulomb friction, as slip in a turn depends on it: rolling and lateral friction share the limit mu N,
 /// so that a skidding tyre gives way lengthwise too (a friction pyramid would let it hold, and the robot turn as if it
 /// did not skid). The chassis itself touches nothing.
@@ -91,6 +94,8 @@ class OdeWorld {
   /// Contact of one wheel in the last step, from which the friction of the next one is linearised.
   struct Contact {
     bool touching = false;
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of the surface
+    double friction = 0.0;                              ///< Coulomb coefficient of the place
     bool sticking = true;
     double normal_force = 0.0;  ///< [N]
     double slip_speed = 0.0;    ///< of the contact point over the ground [m/s]
@@ -101,10 +106,12 @@ class OdeWorld {
   void createWheel(const RobotModel& model, std::size_t index);
   void setInEquilibrium(const RobotModel& model);
   void carry();
-  void createContact(std::size_t index, double step);
-  void updateContact(std::size_t index);
+  void createContacts(std::size_t index, double step);
+  void createContact(std::size_t index, Contact& contact, const TouchPoint& touch, double step);
+  void updateContact(std::size_t index, Contact& contact);
 
   Eigen::Vector3d gravity_;
+  Terrain terrain_;
   double friction_;
   double torque_limit_;
   bool fixed_chassis_;
@@ -125,7 +132,8 @@ class OdeWorld {
   std::array<dBodyID, 4> wheels_{};
   std::array<dJointID, 4> hinges_{};
   std::array<dJointFeedback, 4> hinge_feedback_{};
-  std::array<Contact, 4> contacts_{};
+  std::array<Contact, 4> contacts_{};       ///< with the ground
+  std::array<Contact, 4> kerb_contacts_{};  ///< with the kerb
 };
 
 }  // namespace jackal_aic::sim

@@ -1,8 +1,6 @@
 #include <ros/ros.h>
 
-#include <fstream>
-#include <sstream>
-
+#include "jackal_aic/config/text_file.hpp"
 #include "node_help.hpp"
 #include "plant_conversion.hpp"
 #include "plant_node.hpp"
@@ -22,10 +20,7 @@ std::string urdfText(const ros::NodeHandle& node, const std::string& urdf_file) 
   if (!urdf_xml.empty()) return urdf_xml;
   if (urdf_file.empty())
     throw ParameterError("robot_description: missing, and there is no parameter urdf_file instead");
-  std::ifstream file(urdf_file);
-  std::ostringstream text;
-  if (!file || !(text << file.rdbuf())) throw ParameterError("urdf_file = '" + urdf_file + "': cannot be read");
-  return text.str();
+  return jackal_aic::readText(urdf_file);
 }
 
 void simulate(const ros::NodeHandle& node, const ros::NodeHandle& private_node) {

@@ -55,7 +55,7 @@ sensor_msgs::JointState toJointState(const PlantMeasurement& measurement) {
   return message;
 }
 
-sensor_msgs::Imu toImu(const PlantMeasurement& measurement, const PlantParameters& parameters) {
+sensor_msgs::Imu toImu(const ImuMeasurement& measurement, const PlantParameters& parameters) {
   sensor_msgs::Imu message;
   message.header.stamp = stampOf(measurement.stamp);
   message.header.frame_id = kImuFrame;
@@ -71,7 +71,7 @@ sensor_msgs::Imu toImu(const PlantMeasurement& measurement, const PlantParameter
 
 jackal_msgs::Feedback toFeedback(const PlantMeasurement& measurement, std::int8_t mode) {
   jackal_msgs::Feedback message;
-  message.header.stamp = stampOf(measurement.stamp);
+  message.header.stamp = stampOf(measurement.feedback_stamp);
   message.drivers[jackal_msgs::Drive::LEFT] = driverOf(measurement, kFrontLeft);
   message.drivers[jackal_msgs::Drive::RIGHT] = driverOf(measurement, kFrontRight);
   message.commanded_mode = mode;

@@ -24,9 +24,10 @@ ros::Time stampOf(double plant_time);
 sensor_msgs::JointState toJointState(const PlantMeasurement& measurement);
 
 /// imu/data, frame imu_link; the covariances are those of the plant's noise, which spares the orientation.
-sensor_msgs::Imu toImu(const PlantMeasurement& measurement, const PlantParameters& parameters);
+sensor_msgs::Imu toImu(const ImuMeasurement& measurement, const PlantParameters& parameters);
 
-/// feedback: wheel speed and travel per side; currents and temperatures, which the plant does not model, are 0.
+/// feedback: wheel speed and travel per side, stamped with the time at which they were measured; currents and
+/// temperatures, which the plant does not model, are 0.
 /// @param mode the last commanded mode, a constant of jackal_msgs/Drive.
 jackal_msgs::Feedback toFeedback(const PlantMeasurement& measurement, std::int8_t mode);
 

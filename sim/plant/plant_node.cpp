@@ -180,6 +180,7 @@ void PlantNode::restart() {
   command_ = WheelCommand{};
   mode_ = jackal_msgs::Drive::MODE_NONE;
   command_time_ = 0.0;
+  feedback_stamp_.reset();
   in_lockstep_ = false;
   if (!parameters_.publish_clock) ahead_ = ros::Time::now() - stampOf(plant_.time());
   publish();
@@ -220,6 +221,11 @@ void PlantNode::publish() {
   clock.clock = stampOf(plant_.time());
   if (clock_) clock_.publish(clock);
   if (plant_.measurement()) publishMeasurement(*plant_.measurement());
+  if (plant_.imuMeasurement()) {
+    sensor_msgs::Imu imu = toImu(*plant_.imuMeasurement(), plant_parameters_);
+    shift(imu.header);
+    imu_.publish(imu);
+  }
   if (truth_schedule_.due(plant_.time())) {
     nav_msgs::Odometry truth = toOdometry(plant_.truth());
     shift(truth.header);
@@ -236,11 +242,13 @@ void PlantNode::publish() {
 
 void PlantNode::publishMeasurement(const PlantMeasurement& measurement) {
   sensor_msgs::JointState joints = toJointState(measurement);
-  sensor_msgs::Imu imu = toImu(measurement, plant_parameters_);
-  jackal_msgs::Feedback feedback = toFeedback(measurement, mode_);
-  for (std_msgs::Header* header : {&joints.header, &imu.header, &feedback.header}) shift(*header);
+  shift(joints.header);
   joint_states_.publish(joints);
-  imu_.publish(imu);
+  if (measurement.feedback_stamp == feedback_stamp_)
+    return;  // the joint states repeat it; the motor controller does not
+  feedback_stamp_ = measurement.feedback_stamp;
+  jackal_msgs::Feedback feedback = toFeedback(measurement, mode_);
+  shift(feedback.header);
   feedback_.publish(feedback);
 }
 

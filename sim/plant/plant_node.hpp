@@ -12,6 +12,7 @@
 #include <tf2_ros/transform_broadcaster.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "jackal_aic/config/parameter_map.hpp"
@@ -27,7 +28,8 @@ struct PlantNodeParameters {
   double truth_rate = 100.0;      ///< rate of /ground_truth/odom [Hz]
   double command_timeout = 0.0;   ///< age of the last command at which the wheels stop [s]; 0 lets them run on
   /// Simulated time that may pass without a command before the plant waits for the controller [s], its action period
-  /// for instance, so that a busy machine makes the simulation slower instead of the controller late; 0 never waits.
+  /// and a tenth for instance (it lengthens some, to follow the measurements, and the clock has to go on until then),
+  /// so that a busy machine makes the simulation slower instead of the controller late; 0 never waits.
   double lockstep = 0.0;
   /// Wall time after which a silent controller is not waited for any more, until it speaks again [s]; one that is gone
   /// is not waited for at all, and one of which no two commands came in a row only for 0.25 s.
@@ -96,7 +98,8 @@ class PlantNode {
   WheelCommand command_;
   std::int8_t mode_ = jackal_msgs::Drive::MODE_NONE;
   double command_time_ = 0.0;
-  ros::Duration ahead_;  // of the clock that is followed, before the plant's own time
+  std::optional<double> feedback_stamp_;  // of the feedback published last [s]
+  ros::Duration ahead_;                   // of the clock that is followed, before the plant's own time
   std::string tf_prefix_;
   bool in_lockstep_ = false;  // whether there is a controller to wait for
   double patience_ = 0.0;     // with it, wall time [s]

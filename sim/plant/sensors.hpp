@@ -4,7 +4,9 @@
 /// Encoders and IMU of the simulated robot, with seeded noise. No physics engine here.
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
+#include <cstdint>
 #include <deque>
 #include <optional>
 #include <random>
@@ -22,15 +24,51 @@ struct SensorInput {
   Eigen::Quaterniond orientation;      ///< imu_link in a level frame
 };
 
+/// Random numbers of deviation 1 that go on from one moment to the next: Ornstein-Uhlenbeck processes of one
+/// correlation time, exact at any distance in time, and stationary from the start.
+class ColouredNoise {
+ public:
+  static constexpr int kChannels = 6;
+  using Values = Eigen::Matrix<double, kChannels, 1>;
+
+  /// @param correlation_time T of exp(-|t| / T) [s], 0 makes them white; @param seed.
+  ColouredNoise(double correlation_time, std::uint64_t seed);
+
+  /// Values at a time [s], not before that of the last call.
+  const Values& at(double time);
+
+ private:
+  double correlation_time_;
+  std::mt19937_64 generator_;
+  std::normal_distribution<double> normal_;
+  std::optional<double> time_;
+  Values values_ = Values::Zero();
+};
+
 /// Samples the sensors, adds noise and loses samples. The rear encoders copy the front ones, as on the robot, which
 /// has one motor with one encoder per side. A wheel speed gets its noise and is then rounded to whole `encoder_step`.
+/// The IMU's vibration is proportional to the circumferential speed of the faster wheels, and coloured; its gyro's bias
+/// wanders.
 class SensorModel {
  public:
-  /// @param parameters noise, resolution and seed.
-  explicit SensorModel(const PlantParameters& parameters);
+  /// @param parameters noise, resolution and seed; @param wheel_radius of the left and right wheels [m].
+  explicit SensorModel(const PlantParameters& parameters, const std::array<double, 2>& wheel_radius = {0.098, 0.098});
 
   /// One sample with fresh noise. @param truth with the wheel speeds as the encoders see them (EncoderFilter).
   PlantMeasurement sample(const PlantTruth& truth, const SensorInput& input);
+
+  /// The wheels' part of a sample alone.
+  WheelFeedback wheels(const PlantTruth& truth, const SensorInput& input);
+
+  /// The IMU's part of a sample alone.
+  ImuMeasurement imu(const PlantTruth& truth, const SensorInput& input);
+
+  /// Draws whether a sample repeats the one before (rate `feedback_repeats`); to be asked once per sample. The first
+  /// never does.
+  bool repeatsFeedback();
+
+  /// Time that a message is underway [s], drawn between 0 and `network_delay`; to be asked once per message.
+  double drawTravel();
 
   /// Draws whether a sample gets lost on its way (rate `measurement_loss`); to be asked once per sample. The first
   /// never is. The noise does not depend on what gets lost.
@@ -41,6 +79,7 @@ class SensorModel {
 
  private:
   double noise(double deviation);
+  double rollingSpeed(const PlantTruth& truth) const;
   Eigen::Vector3d noiseVector(double deviation);
 
   PlantParameters parameters_;
@@ -48,7 +87,13 @@ class SensorModel {
   std::normal_distribution<double> normal_;
   std::mt19937_64 loss_generator_;
   std::mt19937_64 delay_generator_;
+  std::mt19937_64 repeat_generator_;
+  std::mt19937_64 travel_generator_;
+  ColouredNoise vibration_;
+  ColouredNoise bias_;
+  std::array<double, 2> wheel_radius_;
   bool first_ = true;
+  bool first_repeat_ = true;
   bool first_delay_ = true;
 };
 
@@ -66,17 +111,39 @@ class EncoderFilter {
   std::array<double, 4> filtered_{};
 };
 
-/// Samples on their way to whoever reads them: each comes, in order, at the time it is stamped with.
+/// Samples on their way to whoever reads them: each is stamped and sent at one time and comes, in order, at another.
+/// @tparam Sample has a `stamp` [s].
+template <class Sample = PlantMeasurement>
 class SampleQueue {
  public:
-  /// Sends a sample. @param stamp time at which it is to come [s]; not before those sent earlier.
-  void send(const PlantMeasurement& sample, double stamp);
+  /// Sends a sample. @param stamp time of sending [s], or that of the one sent before if that is later; @param travel
+  /// time underway [s]; one that needs none is stamped with the time at which it comes.
+  void send(const Sample& sample, double stamp, double travel = 0.0) {
+    Message message{sample, stamp + travel, travel > 0.0};
+    message.sample.stamp = stamp;
+    if (!underway_.empty()) {
+      message.sample.stamp = std::max(stamp, underway_.back().sample.stamp);
+      message.arrival = std::max({message.arrival, message.sample.stamp, underway_.back().arrival});
+    }
+    underway_.push_back(message);
+  }
 
   /// The sample that comes at this time [s]; at most one per call.
-  std::optional<PlantMeasurement> receive(double time);
+  std::optional<Sample> receive(double time) {
+    if (underway_.empty() || underway_.front().arrival > time) return std::nullopt;
+    Sample sample = underway_.front().sample;
+    if (!underway_.front().travels) sample.stamp = time;
+    underway_.pop_front();
+    return sample;
+  }
 
  private:
-  std::deque<PlantMeasurement> underway_;
+  struct Message {
+    Sample sample;
+    double arrival;  // [s]
+    bool travels;
+  };
+  std::deque<Message> underway_;
 };
 
 }  // namespace jackal_aic::sim

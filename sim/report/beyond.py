@@ -4,7 +4,7 @@ import itertools
 import statistics
 
 import figures
-from markup import cell, link, table
+from markup import cell, fixed, link, table
 from beyond_bars import BARS, CHANNEL_RATIOS
 
 KINDS = ('comparison', 'perturbations', 'perturbation_pairs', 'belief_accuracy')  # of the experiments shown here
@@ -24,8 +24,7 @@ def figure(value, digits=2, ok=True, sign=False):
     """A number as a cell, in red where it misses its bar."""
     if value is None:
         return cell('never' if not ok else '–', style='' if ok else 'no')
-    rounded = round(value, digits) or 0.0  # no "-0.00"
-    return cell(f'{rounded:{"+" if sign and rounded else ""}.{digits}f}', style='' if ok else 'no')
+    return cell(fixed(value, digits, sign), style='' if ok else 'no')
 
 
 def by_case(runs):
@@ -92,14 +91,16 @@ def steady_error(bar=None):
 
 
 def steps_table(results, name):
-    limit = lambda group: 1.10 * group['diff_drive']['settling_s']
-    return wide_table(results.runs[name], [('settling [s]', settling_bar(limit)), ('overshoot [%]', overshoot(5.0)),
-                                           ('error [%]', steady_error(0.5))])
+    bars = results.bars['predictive_steps']
+    limit = lambda group: bars['settling_over_open_loop'] * group['diff_drive']['settling_s']
+    return wide_table(results.runs[name], [('settling [s]', settling_bar(limit)), ('overshoot [%]', overshoot(bars['overshoot'])),
+                                           ('error [%]', steady_error(bars['steady_error']))])
 
 
 def perturbation_table(results, name):
-    return wide_table(results.runs[name], [('settling [s]', settling_bar(lambda _: 0.8)), ('overshoot [%]', overshoot()),
-                                           ('error [%]', steady_error(1.0))])
+    bars = results.bars['predictive_perturbations']
+    return wide_table(results.runs[name], [('settling [s]', settling_bar(lambda _: bars['settling'])), ('overshoot [%]', overshoot()),
+                                           ('error [%]', steady_error(bars['steady_error']))])
 
 
 def pair_table(results, name):
@@ -208,9 +209,9 @@ def bar_table(results):
     rows = []
     for name, text, judge in BARS:
         met, reached = judge(results)
-        rows.append([cell(link(name, results.experiments[name]['title']), True), cell(text, True),
+        rows.append([cell(link(name, results.experiments[name]['title']), True), cell(text.format(**results.bars[name]), True) if name in results.bars else cell(text, True),
                      cell('met' if met else 'missed', True, 'yes' if met else 'no'), cell(reached, True)])
-    return table(['<experiment', '<bar', '<', '<reached'], rows)
+    return table(['<experiment', '<bar', '<verdict', '<reached'], rows)
 
 
 def section(results, images):

@@ -14,6 +14,8 @@ from results import REST, comparable  # noqa: E402
 # Okabe and Ito's palette: distinct for every kind of colour vision.
 COLOURS = ('#0072B2', '#D55E00', '#009E73', '#E69F00', '#56B4E9', '#CC79A7', '#000000', '#8C8C00', '#7F7F7F')
 
+OURS = '#C00000'  # the predictive controller among lines of all of these
+
 SIGNALS = {  # signal: column of the trace, axis label
     'measured': ('measured_mps', 'velocity [m/s]'),
     'belief': ('belief_mps', 'believed velocity [m/s]'),
@@ -140,12 +142,37 @@ def draw_set_points(axis, runs, names, start):
 
 
 def figure_image(runs, panels, square=False):
-    """Panels side by side as an SVG data URI, and whether a line diverges."""
+    """Panels in rows of two as an SVG data URI, and whether a line diverges."""
     setup()
-    figure, axes = plt.subplots(1, len(panels), figsize=(5.0 * len(panels), 3.2), squeeze=False)
-    diverges = [draw_panel(axis, runs, panel, square) for axis, panel in zip(axes[0], panels)]
+    across = min(len(panels), 2)
+    down = -(-len(panels) // across)
+    figure, axes = plt.subplots(down, across, figsize=(5.0 * across, 3.2 * down), squeeze=False)
+    diverges = [draw_panel(axis, runs, panel, square) for axis, panel in zip(axes.flat, panels)]
+    for axis in axes.flat[len(panels):]:
+        axis.remove()
+    return data_uri(figure), any(diverges)
+
+
+def data_uri(figure):
+    """A figure as an SVG data URI; closes it."""
     figure.tight_layout()
     buffer = io.BytesIO()
     figure.savefig(buffer, format='svg', metadata={'Date': None, 'Creator': None})
     plt.close(figure)
-    return 'data:image/svg+xml;base64,' + base64.b64encode(buffer.getvalue()).decode(), any(diverges)
+    return 'data:image/svg+xml;base64,' + base64.b64encode(buffer.getvalue()).decode()
+
+
+def front_image(fronts, across, up):
+    """Panels side by side as an SVG data URI. fronts: (title, {name: points (x, y)}); across, up: labels of the axes."""
+    setup()
+    figure, axes = plt.subplots(1, len(fronts), figsize=(5.0 * len(fronts), 3.6), squeeze=False)
+    for axis, (title, lines) in zip(axes[0], fronts):
+        for i, (name, points) in enumerate(lines.items()):
+            ours = name.startswith('predictive')
+            axis.plot(*zip(*points), color=OURS if ours else COLOURS[i % len(COLOURS)], linewidth=2.2 if ours else 1.1, label=name,
+                      marker='s' if len(points) == 1 else 'o', markersize=4)
+        axis.set_title(title, fontsize=9)
+        axis.set_xlabel(across)
+        axis.set_ylabel(up)
+    axes[0][-1].legend(fontsize=7, loc='center left', bbox_to_anchor=(1.0, 0.5), frameon=False)
+    return data_uri(figure)

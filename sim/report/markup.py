@@ -11,7 +11,7 @@ Table = collections.namedtuple('Table', 'headings rows groups')
 
 
 def cell(content, text=False, style=''):
-    """A cell of a table; text: left-aligned; style: yes, no or note."""
+    """A cell of a table; text: left-aligned; style: yes, no, note, or key for what is not broken into lines."""
     return Cell(content, ' '.join(filter(None, ('text' if text else '', style))))
 
 
@@ -23,6 +23,12 @@ def table(headings, rows, groups=()):
 def link(name, words):
     """A link to what is called so on the page."""
     return markupsafe.Markup('<a href="#{}">{}</a>').format(anchor(name), words)
+
+
+def fixed(value, digits=2, sign=False):
+    """A number with its sign where it is wanted, without a minus before a zero."""
+    rounded = round(value, digits) or 0.0
+    return f'{rounded:{"+" if sign and rounded else ""}.{digits}f}'
 
 
 def seconds(value):

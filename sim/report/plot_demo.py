@@ -28,6 +28,7 @@ BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION = '#000000', '#E69F00', '#56B4E9', '#
 ROBOTS = {  # directory: what it is
     'nominal': 'the robot as it is known',
     'worn': 'worn: weak battery (-20 %), 8 kg on top, 5° uphill',
+    'real': 'real: uneven ground, tyres that differ, delays, ...',
 }
 COLOURS = {'diff_drive': VERMILION, 'standard': SKY, 'improved': ORANGE, 'predictive': BLUE}
 

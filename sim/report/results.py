@@ -28,6 +28,11 @@ def read_yaml(path):
         raise ResultError(f'{path}: {error}') from error
 
 
+def read_bars(package):
+    """What was asked for, by experiment and figure."""
+    return read_yaml(pathlib.Path(package) / 'sim/experiments/acceptance.yaml')
+
+
 def read_rows(path):
     try:
         with open(path, newline='') as file:
@@ -103,6 +108,7 @@ class Results:
         self.directory = pathlib.Path(directory)
         self.tables = {t['table']: t for t in read_yaml(self.package / 'sim/thesis/tables.yaml')['tables']}
         self.experiments = {e['name']: e for e in read_yaml(self.package / 'sim/experiments/experiments.yaml')['experiments']}
+        self.bars = read_bars(self.package)
         self.runs = {name: self._read(name) for name in self.experiments}
 
     def _read(self, name):

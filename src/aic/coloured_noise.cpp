@@ -29,11 +29,6 @@ OrderMatrix powers(int size, double x) {
 
 }  // namespace
 
-OrderMatrix noiseCovariance(int orders, double smoothness) {
-  const OrderMatrix scale = powers(orders + 1, 1.0 / smoothness);
-  return scale * scaledCovariance(orders + 1) * scale;
-}
-
 OrderMatrix noisePrecision(int orders, double smoothness) {
   if (smoothness <= 0.0) return OrderMatrix::Identity(orders + 1, orders + 1);
   const OrderMatrix scale = powers(orders + 1, smoothness);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "jackal_aic/aic/spectral_radius.hpp"
 #include "jackal_aic/certificate/predictive_certificate.hpp"
@@ -30,16 +31,23 @@ LoopClock clockOf(const PredictiveParameters& p, const PlantModel& robot) {
 /// State of one wheel: belief (w, z, d) and last measurement, then that of the robot.
 class PredictiveLinearLoop::Trajectories : public LoopTrajectories {
  public:
-  Trajectories(const PredictiveLinearLoop& loop, const LoopChange& change)
-      : LoopTrajectories(loop.clock_, withGain(loop.robot_, change.gain), change, loop.longestPhase(), kBelief + 1,
-                         static_cast<int>(modelDelay(loop) / loop.clock_.action_period) + 1),
-        loop_(loop),
-        gains_(gainsAt(loop, phase())) {}
-
- private:
   static constexpr int kBelief = 3;
+
+  Trajectories(const PredictiveLinearLoop& loop, const LoopChange& change) : Trajectories(loop, change, {}, 0) {
+    gains_ = gainsAt(loop, phase());
+  }
+
+  /// @param gains of the corrections, none if the sample is lost; @param commands at least this many of the past.
+  Trajectories(const PredictiveLinearLoop& loop, const LoopChange& change, std::vector<Eigen::Vector3d> gains,
+               int commands)
+      : LoopTrajectories(loop.clock_, withGain(loop.robot_, change.gain), change, loop.longestPhase(), kBelief + 1,
+                         std::max(commands, static_cast<int>(modelDelay(loop) / loop.clock_.action_period) + 1)),
+        loop_(loop),
+        gains_(std::move(gains)) {}
+
   static int measurementRow() { return kBelief; }
 
+ private:
   /// With one correction in a period its gain is the same whenever it comes.
   static std::vector<Eigen::Vector3d> gainsAt(const PredictiveLinearLoop& loop, std::int64_t phase) {
     return loop.clock_.sensor_steps == 1 ? loop.converged_.gains : loop.convergedBelief(phase).gains;
@@ -74,7 +82,7 @@ class PredictiveLinearLoop::Trajectories : public LoopTrajectories {
 
   /// x ← x + K (y − w)
   void believe() override {
-    if (!fresh_) return;
+    if (!fresh_ || correction_ == gains_.size()) return;
     fresh_ = false;
     const Eigen::RowVectorXd error = states_.row(measurementRow()) - states_.row(0);
     states_.topRows<kBelief>() += gains_[correction_++] * error;
@@ -143,6 +151,43 @@ Eigen::MatrixXd PredictiveLinearLoop::periodMap(const LoopChange& change) const 
   Eigen::MatrixXd map = Trajectories(*this, change).afterOnePeriod();
   if (model_.velocity_loop_integral <= 0.0) map.row(1).setZero();
   return map;
+}
+
+Eigen::MatrixXd PredictiveLinearLoop::jitteredMap(const JitteredPeriod& period, double longest_extra) const {
+  if (clock_.action_steps != 1 || clock_.sensor_steps != 1) {
+    throw ParameterError("plant_model.sensor_rate: must be that of the action for a certificate of irregular samples");
+  }
+  std::vector<Eigen::Vector3d> gains;
+  if (period.gain) gains.push_back(*period.gain);
+  const std::int64_t longest = nanoseconds(robot_.dead_time + longest_extra);
+  const int commands = static_cast<int>((longest + clock_.action_period - 1) / clock_.action_period);
+  Trajectories trajectories(*this, {1.0, period.extra_dead_time, period.phase}, std::move(gains), commands);
+  Eigen::MatrixXd map = trajectories.afterOnePeriod();
+  if (model_.velocity_loop_integral <= 0.0) map.row(1).setZero();
+  // Without the last measurement.
+  const Eigen::Index row = Trajectories::measurementRow(), after = map.rows() - 1 - row;
+  Eigen::MatrixXd kept(map.rows() - 1, map.cols() - 1);
+  kept << map.topLeftCorner(row, row), map.topRightCorner(row, after), map.bottomLeftCorner(after, row),
+      map.bottomRightCorner(after, after);
+  return kept;
+}
+
+std::vector<Eigen::Vector3d> PredictiveLinearLoop::irregularGains(int most_periods) const {
+  std::vector<Eigen::Vector3d> gains;
+  for (int periods = 1; periods <= most_periods; ++periods) {
+    WheelBelief belief = belief_;
+    Eigen::Vector3d gain = Eigen::Vector3d::Zero();
+    for (int sample = 0; sample < kMostPeriods; ++sample) {
+      for (std::int64_t i = 0; i < periods * clock_.predict_steps; ++i) belief.predict(0.0);
+      const Eigen::Vector3d before = gain;
+      gain = belief.gain();
+      belief.correct(0.0);
+      if ((gain - before).norm() < kConverged * gain.norm()) break;
+    }
+    if (periods == 1) gains.push_back(belief.gain());
+    gains.push_back(gain);
+  }
+  return gains;
 }
 
 double PredictiveLinearLoop::longestPhase() const {

@@ -8,13 +8,12 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <optional>
 #include <set>
-#include <sstream>
 
 #include "jackal_aic/config/text.hpp"
+#include "jackal_aic/config/text_file.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -188,13 +187,7 @@ void setFromText(const std::string& key, const std::string& text, ParameterMap& 
 }
 
 void addYamlFile(const std::string& path, ParameterMap& map) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) throw ParameterError(onOneLine(path) + ": is a directory");
-  std::ifstream file(path);
-  std::string text(kLargestText + 1, '\0');  // one more than is read, to notice a larger one
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (!file.is_open() || file.bad()) throw ParameterError(onOneLine(path) + ": cannot be read");
-  text.resize(static_cast<std::size_t>(file.gcount()));
+  const std::string text = readText(path, kLargestText + 1);  // one more than is taken, to notice a larger one
   addYamlText(text, path, map);
 }
 

@@ -93,7 +93,8 @@ void RepetitionTest::countNoise(double size) {
 bool RepetitionTest::carriesNoise(double resolution) const {
   constexpr double kFine = 2.0;    // steps of the resolution that the noise passes from sample to sample
   constexpr double kEnough = 5.0;  // samples of noise to know how large it is
-  return noisy_ >= kEnough && usual_change_ > std::max(resolution, kFine * quantum_);
+  constexpr double kRare = 2.0;    // repetitions by samples of noise, above which these are shoves of the ground
+  return noisy_ >= kEnough && repeats_ < kRare * noisy_ && usual_change_ > std::max(resolution, kFine * quantum_);
 }
 
 double RepetitionTest::expectedChance() const {

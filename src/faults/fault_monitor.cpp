@@ -281,7 +281,8 @@ void FaultMonitor::checkGyro(const Observation& observation, double step) {
   if (model_.on_box) {
     yaw_.check(observation.yaw_rate, {0.0, 0.0}, wheelsTurn(), step);
   } else if (wheels_tell || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right)) {
-    yaw_.check(observation.yaw_rate, {differenceSpeed(), differenceVariance(observation)}, wheelsTurn(), step);
+    const double forward = 0.5 * rolling_radius_ * (left_.speed() + right_.speed());
+    yaw_.check(observation.yaw_rate, {differenceSpeed(), differenceVariance(observation), forward}, wheelsTurn(), step);
   }
   report_.gyro = {yaw_.state(), FaultCause::none, yaw_.distance()};
   if (acceleration_.upsideDown()) {
@@ -314,6 +315,8 @@ void FaultMonitor::restart() {
   yaw_.restart();
   acceleration_.forgive();
 }
+
+void FaultMonitor::forgetEncoders() { left_ = right_ = WheelMonitor(parameters_, model_, geometry_.wheel_radius); }
 
 void FaultMonitor::reset() { *this = FaultMonitor(parameters_, geometry_, model_); }
 

@@ -18,13 +18,13 @@ YawBelief::YawBelief(double effective_track, const YawBeliefParameters& paramete
   inflate(parameters.bias_deviation);
 }
 
-void YawBelief::predict(double recent_change, double memory, double step) {
+void YawBelief::predict(double recent_change, double memory, double step, double recent_turn) {
   const double moved = parameters_.slip_deviation * given_slope_ * recent_change;
   const double drifted = parameters_.slip_drift * given_slope_;
   const double largest = kLargestDeviation * given_slope_;
   slope_variance_ = std::min(slope_variance_ + (moved * moved / memory + drifted * drifted) * step, largest * largest);
   // However long it was not seen, it is not wider than that of a gyro that nobody has seen.
-  bias_variance_ = std::min(bias_variance_ + kBiasDrift * kBiasDrift * step,
+  bias_variance_ = std::min(bias_variance_ + (kBiasDrift * kBiasDrift + recent_turn * recent_turn / memory) * step,
                             std::max(bias_variance_, square(parameters_.bias_deviation)));
 }
 

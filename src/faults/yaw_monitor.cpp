@@ -21,13 +21,33 @@ constexpr double kGripScale = 0.1;    // m/s
 constexpr double kNoChange = 0.02;  // m/s
 constexpr double kSettled = 0.2;    // s
 
-/// Fastest change of the turn that the ground can bring about on a body of this kind [rad/s^2], and what noise adds, in
-/// standard deviations of one sample.
+/// Fastest change of the turn that the ground can bring about on a body of this kind [rad/s^2], the same by the turn
+/// that the wheels ask for [1/s], and what noise adds, in standard deviations of one sample.
 constexpr double kFastestChange = 4.0;
+constexpr double kFastestShare = 8.0;
 constexpr double kNoise = 5.0;
+
+/// Distance at which a jump has ended: the controller turns the wheels after a gyro that jumped, and the more the
+/// motion changes the less is known of the turn.
+constexpr double kJumpEnd = 0.8;
+
+/// A robot of four rigid wheels rocks from one to another of them where the ground is uneven, which changes its turn at
+/// once, by as much as this, relative, until it rocks back. Such jumps, which end by themselves, are remembered [s];
+/// the more there were, the longer the next one may last, up to a limit [s].
+constexpr double kRocking = 0.6;
+constexpr double kJoltMemory = 600.0;
+constexpr double kTimePerJolt = 0.25;
+constexpr double kLongestJolt = 1.0;
+
+/// Change of the turn by which one ground differs from another, by the turn that the wheels ask for.
+constexpr double kOtherGround = 0.3;
 
 /// Turn against the wheels that a sliding body may have, by the turn that they ask for.
 constexpr double kAgainst = 0.15;
+
+/// Difference of the tyres' radii, relative: as usual, and the largest.
+constexpr double kUnlikeTyres = 0.01;
+constexpr double kUnlikeTyresAtMost = 0.03;
 
 /// Time of turning after which c of TurnAgreement tells the sign of a gyro [s], and c beyond which it is one or the
 /// other.
@@ -52,6 +72,14 @@ YawBeliefParameters beliefParameters(const FaultParameters& p) {
   return belief;
 }
 
+/// A jolt of the ground turns the body for some samples: to tell a fault takes more of them than of an encoder.
+PersistenceParameters slower(PersistenceParameters p) {
+  constexpr int kTimes = 2, kLargestWindow = 64;
+  p.fault_window = std::min(kTimes * p.fault_window, kLargestWindow);
+  p.fault_samples = std::min(kTimes * p.fault_samples, p.fault_window);
+  return p;
+}
+
 }  // namespace
 
 YawMonitor::YawMonitor(const FaultParameters& parameters, double effective_track)
@@ -63,7 +91,7 @@ YawMonitor::YawMonitor(const FaultParameters& parameters, double effective_track
       timing_(parameters.yaw_delay_deviation),
       grip_(kGripMemory),
       learned_(parameters.covariance_time_constant),
-      persistence_(parameters.persistence()),
+      persistence_(slower(parameters.persistence())),
       repetition_at_rest_(parameters.frozen_samples),
       repetition_moving_(parameters.frozen_samples),
       bound_(chebyshevBound(1, parameters.false_alarm_rate)) {}
@@ -77,7 +105,8 @@ void YawMonitor::predict(double forward_rate, double difference_rate, double ste
   settled_ = changed < kNoChange ? settled_ + step : 0.0;
   const double change = changed / YawBelief::kMotionScale;
   // The belief of before a fault waits as it was for the gyro to agree with it again.
-  (state() == ChannelState::faulty ? alternative_ : belief_).predict(change, kMemory, step);
+  const double turn = kUnlikeTyres * belief_.slope() * forward_change_.value();
+  (state() == ChannelState::faulty ? alternative_ : belief_).predict(change, kMemory, step, turn);
 }
 
 void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step) {
@@ -88,14 +117,15 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
   const bool frozen_at_rest = repetition_at_rest_.update(yaw_rate, moving, kResolution, moving ? kAnyChange : 0.0);
   const bool frozen_moving = repetition_moving_.update(yaw_rate, !moving, kResolution, moving ? 0.0 : kAnyChange);
   frozen_ = frozen_at_rest || frozen_moving;
-  watchJumps(yaw_rate, step);
-  agreement_of_sign_.update(yaw_rate, belief_.slope() * x.value, step);
+  watchJumps(yaw_rate, belief_.slope() * x.value, step);
+  // Wheels that are under way nobody knows where do not tell which turn they ask for.
+  if (x.value * x.value > x.variance) agreement_of_sign_.update(yaw_rate, belief_.slope() * x.value, step);
   if (agreement_of_sign_.turned() > kSignTime && std::abs(agreement_of_sign_.value()) > kSign) {
     reversed_ = agreement_of_sign_.value() < 0.0;
   }
   const bool wrong_for_good = frozen_ || reversed();
-  const bool sliding = distance_ > 1.0 && !was_faulty && slides(yaw_rate, x.value);
-  bool suspect = (distance_ > 1.0 && !sliding) || wrong_for_good || biased();
+  const bool sliding = (distance_ > 1.0 || jumped_) && !was_faulty && slides(yaw_rate, x.value);
+  bool suspect = ((distance_ > 1.0 || jumped_) && !sliding) || wrong_for_good || biased(x.forward);
   if (was_faulty) {
     agreement_ = distanceFrom(alternative_, yaw_rate, x) <= 1.0 ? agreement_ + step : 0.0;
     suspect = suspect && (wrong_for_good || !explained(yaw_rate, x));
@@ -104,7 +134,7 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
   if (wrong_for_good) persistence_.declareFaulty();
 
   if (state() == ChannelState::ok && !sliding) {
-    if (was_faulty && (distance_ > 1.0 || biased())) belief_ = alternative_;
+    if (was_faulty && (distance_ > 1.0 || biased(x.forward))) belief_ = alternative_;
     learned_.learn(belief_.error(yaw_rate, x.value), variance(belief_, x), step);
     belief_.correct(yaw_rate, x.value, x.variance, learned_.factor(), settled_ > kSettled);
   } else if (state() == ChannelState::faulty) {
@@ -118,23 +148,34 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
 }
 
 void YawMonitor::restart() {
-  settled_ = 0.0;
+  settled_ = jump_time_ = jolts_ = 0.0;
+  jumped_ = false;
   persistence_.reset();
 }
 
-void YawMonitor::watchJumps(double yaw_rate, double step) {
-  const double fastest = kFastestChange * step + kNoise * std::sqrt(learned_.factor() * parameters_.gyro_variance);
-  jumped_ = distance_ > 1.0 && (jumped_ || std::abs(yaw_rate - last_) > fastest);
+void YawMonitor::watchJumps(double yaw_rate, double asked, double step) {
+  const double change = std::max(kFastestChange, kFastestShare * std::abs(asked));
+  const double fastest = change * step + kNoise * std::sqrt(learned_.factor() * parameters_.gyro_variance);
+  const bool jumped = jumped_;
+  jumped_ = jumped_ ? distance_ > kJumpEnd : distance_ > 1.0 && std::abs(yaw_rate - last_) > fastest;
+  jolts_ += (jumped && !jumped_ ? 1.0 : 0.0) - jolts_ * step / kJoltMemory;
+  jump_time_ = jumped_ ? jump_time_ + step : 0.0;
   last_ = yaw_rate;
 }
 
 bool YawMonitor::slides(double yaw_rate, double x) const {
   const double asked = belief_.slope() * x, error = belief_.error(yaw_rate, x);
-  return !jumped_ && error * asked < 0.0 && std::abs(error) <= (1.0 + kAgainst) * std::abs(asked);
+  if (jumped_) {
+    const bool passes = jump_time_ < std::min(kTimePerJolt * jolts_, kLongestJolt);
+    return passes && std::abs(error) <= kRocking * std::abs(asked);
+  }
+  const double most = error * asked < 0.0 ? 1.0 + kAgainst : kOtherGround;
+  return std::abs(error) <= most * std::abs(asked);
 }
 
-bool YawMonitor::biased() const {
-  return std::abs(belief_.bias()) - kSure * std::sqrt(belief_.biasVariance()) > parameters_.largest_bias;
+bool YawMonitor::biased(double forward) const {
+  const double by_tyres = kUnlikeTyresAtMost * belief_.slope() * std::abs(forward);
+  return std::abs(belief_.bias()) - kSure * std::sqrt(belief_.biasVariance()) > parameters_.largest_bias + by_tyres;
 }
 
 bool YawMonitor::explained(double yaw_rate, const DifferenceSpeed& x) const {

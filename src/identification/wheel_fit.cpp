@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "jackal_aic/model/drive_train.hpp"
+
 namespace jackal_aic::identification {
 namespace {
 
@@ -26,18 +28,6 @@ double targetOf(const Theta& theta, double command, double speed_limit) {
   return std::copysign(target, command);
 }
 
-/// Exact solution of dw/dt = clamp((target - w) / lag, +- limit) after a time.
-double advance(double speed, double target, double time, double lag, double limit) {
-  const double error = target - speed, linear = limit * lag;
-  if (std::abs(error) > linear) {
-    const double limited = (std::abs(error) - linear) / limit;  // time at the limit
-    if (time <= limited) return speed + std::copysign(limit * time, error);
-    speed = target - std::copysign(linear, error);
-    time -= limited;
-  }
-  return lag > 0.0 ? target - (target - speed) * std::exp(-time / lag) : target;
-}
-
 /// Goes through a stretch with one wheel.
 void simulateStretch(const WheelFit& fit, const Stretch& stretch, const Theta& theta, double WheelCommand::*side,
                      std::vector<WheelCommand>& speeds) {
@@ -51,12 +41,12 @@ void simulateStretch(const WheelFit& fit, const Stretch& stretch, const Theta& t
     while (next < stretch.commands.size() && stretch.commands[next].time + dead_time <= stamp) {
       const double acts = stretch.commands[next].time + dead_time;
       if (acts > time) {
-        speed = advance(speed, target, acts - time, lag, limit);
+        speed = speedAfter(speed, target, lag, limit, acts - time);
         time = acts;
       }
       target = targetOf(theta, stretch.commands[next++].command.*side, fit.speed_limit);
     }
-    speed = advance(speed, target, stamp - time, lag, limit);
+    speed = speedAfter(speed, target, lag, limit, stamp - time);
     time = stamp;
     speeds[i].*side = speed;
   }
@@ -122,10 +112,8 @@ double persistence(const WheelFit& fit, const Eigen::VectorXd& r) {
   return std::max(1.0, squares / std::max(r.squaredNorm(), 1e-12));
 }
 
-/// Whether one fit explains the blocks of time better than another by more than chance (Vuong 1989). A low bar: a
-/// handful of blocks in which the wheels were fast to turn may tell all.
-bool isBetter(const WheelFit& fit, const Theta& one, const Theta& other) {
-  constexpr double kDeviations = 1.5;
+/// By how many standard deviations of chance one fit explains the blocks of time better than another (Vuong 1989).
+double advantage(const WheelFit& fit, const Theta& one, const Theta& other) {
   const Eigen::VectorXd a = fit.residuals(one), b = fit.residuals(other);
   double sum = 0.0, squares = 0.0, block = 0.0, block_end = -HUGE_VAL;
   const auto close = [&] {
@@ -142,7 +130,18 @@ bool isBetter(const WheelFit& fit, const Theta& one, const Theta& other) {
     block += b.segment<2>(row).squaredNorm() - a.segment<2>(row).squaredNorm();
   }
   close();
-  return sum > kDeviations * std::sqrt(squares);
+  return sum / std::max(std::sqrt(squares), 1e-300);
+}
+
+/// Deviations of chance by which a limit explains the wheels better than none. A low bar to fit with it: a handful of
+/// blocks in which the wheels were fast to turn may tell all. To call it known, chance has to do so once in a hundred:
+/// commands and samples that come late at random smear the fast blocks, which looks like a limit.
+constexpr double kLikely = 1.5, kSure = 2.33;
+
+/// The best fit without a limit near a fit. Returns its cost.
+double refineUnlimited(const WheelFit& fit, Theta& theta, int parameters) {
+  theta[kLogLimit] = highest()[kLogLimit];
+  return refine(fit, theta, parameters);
 }
 
 }  // namespace
@@ -197,10 +196,9 @@ Theta searchLeastSquares(const WheelFit& fit, double gain, bool fit_offset) {
       *std::min_element(starts.begin(), starts.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   // A limit that the wheels never reached can still take up some noise: it has to explain more than chance does.
   Theta unlimited = best.second;
-  unlimited[kLogLimit] = highest()[kLogLimit];
-  const double without = refine(fit, unlimited, parameters);
+  const double without = refineUnlimited(fit, unlimited, parameters);
   const double share = kSignificant * persistence(fit, fit.residuals(unlimited)) / static_cast<double>(fit.size());
-  const bool chance = without <= best.first * (1.0 + share) || !isBetter(fit, best.second, unlimited);
+  const bool chance = without <= best.first * (1.0 + share) || advantage(fit, best.second, unlimited) <= kLikely;
   return chance ? unlimited : best.second;
 }
 
@@ -255,6 +253,9 @@ FitResult withIntervals(const WheelFit& fit, const Theta& theta, bool fit_offset
     const double variance = std::max(robust(i, i) * blocks / (blocks - 1.0), white * bread(i, i));
     result.half_width[seen[static_cast<std::size_t>(i)]] = studentQuantile(blocks - 1.0) * std::sqrt(variance);
   }
+  Theta unlimited = theta;
+  refineUnlimited(fit, unlimited, fit_offset ? kParameters : kOffset);
+  if (advantage(fit, theta, unlimited) <= kSure) result.half_width[kLogLimit] = HUGE_VAL;
   return result;
 }
 

@@ -62,7 +62,7 @@ Theta searchLeastSquares(const WheelFit& fit, double gain, bool fit_offset);
 
 /// 95 % intervals that allow for residuals which depend on each other: the covariance of the linearised fit with the
 /// scores summed over blocks of time (cluster-robust "sandwich", Liang and Zeger 1986), Student's distribution with the
-/// number of blocks that tell about a parameter.
+/// number of blocks that tell about a parameter. A limit that explains no more than chance may is not known.
 FitResult withIntervals(const WheelFit& fit, const Theta& theta, bool fit_offset);
 
 /// 97.5 % quantile of Student's distribution by its expansion about the normal one (Abramowitz and Stegun 26.7.5).

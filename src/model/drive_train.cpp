@@ -9,6 +9,17 @@ Pace paceOf(double lag, double limit, double time) {
   return {lag > 0.0 ? -std::expm1(-time / lag) : 1.0, limit * time};
 }
 
+double speedAfter(double speed, double target, double lag, double limit, double time) {
+  const double error = target - speed, linear = limit * lag;
+  if (std::abs(error) > linear) {
+    const double limited = (std::abs(error) - linear) / limit;  // time at the limit
+    if (time <= limited) return speed + std::copysign(limit * time, error);
+    speed = target - std::copysign(linear, error);
+    time -= limited;
+  }
+  return lag > 0.0 ? target - (target - speed) * std::exp(-time / lag) : target;
+}
+
 DriveTrainResponse driveTrainResponse(const PlantModel& model, double time) {
   DriveTrainResponse response{Eigen::Matrix2d::Zero(), {1.0, 0.0}};
   if (model.lag <= 0.0) return response;  // w = r, which leaves z at rest

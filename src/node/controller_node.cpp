@@ -1,10 +1,6 @@
 #include "controller_node.hpp"
 
 #include <algorithm>
-#include <limits>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "conversions.hpp"
 #include "wheel_watchdog.hpp"
@@ -15,15 +11,28 @@ namespace {
 /// Wall time between looks at who else publishes commands [s].
 constexpr double kGraphPeriod = 0.5;
 
-/// Wall time between looks at the clock, and how long it may stand still before that is told [s].
-constexpr double kClockPeriod = 0.5;
-constexpr double kClockPatience = 3.0;
+/// Wall time between looks at what there is to tell or to keep [s].
+constexpr double kReportPeriod = 0.05;
 
-/// What a Twist with a component that is not finite asks for.
-constexpr SetPoint kNotFinite{std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
+/// The changes, which know of the loop already.
+LoopChanges& toldOf(LoopExchange& changes, const DriveLoop& loop) {
+  changes.tell(loop);
+  return changes;
+}
 
-/// Velocity in the state before the first measurement of it.
-constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
+/// Who may publish beside the node.
+GraphRules graphRules(const ros::NodeHandle& node, const NodeParameters& parameters, const CommandOutput& output) {
+  return {output.topics(),
+          {watchdogOf(ros::this_node::getName())},
+          parameters.allow_other_publishers || parameters.motors_shared,
+          node.resolveName("jackal_AIC/set_point"),
+          parameters.allow_multiple_set_points};
+}
+
+ros::NodeHandle withQueue(ros::NodeHandle node, ros::CallbackQueue& queue) {
+  node.setCallbackQueue(&queue);
+  return node;
+}
 
 }  // namespace
 
@@ -34,8 +43,8 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
       kinematics_(parameters.geometry),
       loop_(parameters, makeController(parameters)),
       inputs_(parameters.publish_inputs ? std::make_unique<InputLog>(node_, parameters, loop_) : nullptr),
-      structure_(makeStructure(node_, parameters, loop_)),
-      tuning_(makeTuning(private_node, parameters, *this)),
+      state_(node_, parameters, loop_),
+      tuning_(makeTuning(withQueue(private_node, requests_), parameters, toldOf(changes_, loop_))),
       services_(private_node, parameters.gate.deadlines.set_point, serviceActions()),
       output_(node_, parameters.output, parameters.geometry),
       odometry_(node_, parameters, loop_),
@@ -43,51 +52,41 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
       sensors_(parameters.robot, transforms_,
                [this](const Observation& observation, const ros::Time& stamp) { onPair(observation, stamp); }),
       robot_(node_, [this](const ros::Time& stamp) { loop_.receiveFeedback(stamp.toSec(), currentTime()); }),
-      graph_(output_.topics(), kGraphPeriod, {watchdogOf(ros::this_node::getName())},
-             node_.resolveName("jackal_AIC/set_point")),
+      graph_(graphRules(node_, parameters, output_), kGraphPeriod),
       set_points_(node_, "jackal_AIC/set_point", 10,
-                  [this](const ReceivedSetPoint& received) { onSetPoint(received); }) {
-  const bool due = parameters.plant_model && !parameters.plant_model->identified;
-  ROS_LOG(due ? ros::console::levels::Warn : ros::console::levels::Info, ROSCONSOLE_DEFAULT_NAME, "%s",
-          describeRobot(parameters).c_str());
+                  [this](const ReceivedSetPoint& received) { onSetPoint(received); }),
+      request_thread_(1, &requests_) {
+  set_points_.requireForeign(output_.topics());
   if (parameters.motors_shared) {
     applied_.emplace(node_, parameters.geometry, [this](const WheelCommand& command, AppliedSource source) {
       loop_.applied(command, source, currentTime());
     });
+    set_points_.requireForeign(applied_->topics());
   }
-  diagnostics_.setHardwareID("jackal");
-  diagnostics_.add("Active inference controller", this, &ControllerNode::diagnose);
-  sensor_publisher_ = node_.advertise<SensorGeneralized>("sensor_generalized", 10);
-  state_publisher_ = node_.advertise<ControllerState>("jackal_AIC/state", 10);
   const auto no_delay = ros::TransportHints().tcpNoDelay();
-  requireForeignSetPoints();
   wheel_subscriber_ = node_.subscribe("joint_states", 50, &ControllerNode::onWheels, this, no_delay);
   imu_subscriber_ = node_.subscribe("imu/data", 50, &ControllerNode::onImu, this, no_delay);
   const VelocityController& controller = loop_.controller();
-  belief_timer_ = node_.createTimer(ros::Duration(controller.beliefStep()), &ControllerNode::onBeliefTimer, this);
-  action_timer_ = node_.createTimer(ros::Duration(controller.actionStep()), &ControllerNode::onActionTimer, this);
-  watched_advance_ = ros::WallTime::now();
-  clock_timer_ =
-      node_.createWallTimer(ros::WallDuration(kClockPeriod), [this](const ros::WallTimerEvent&) { watchClock(); });
-}
-
-void ControllerNode::requireForeignSetPoints() const {
-  std::vector<std::string> ours = output_.topics();
-  if (applied_) {
-    const std::vector<std::string> heard = applied_->topics();
-    ours.insert(ours.end(), heard.begin(), heard.end());
+  const auto update_belief = [this](const ros::TimerEvent&) { loop_.updateBelief(currentTime()); };
+  if (parameters.belief_timer) {
+    belief_timer_ = node_.createTimer(ros::Duration(controller.beliefStep()), update_belief);
   }
-  const std::string topic = set_points_.topic();
-  if (std::find(ours.begin(), ours.end(), topic) == ours.end()) return;
-  throw ParameterError("jackal_AIC/set_point is remapped to " + topic +
-                       ", where this node's own commands would come back as set points; take another output, or "
-                       "another topic");
+  action_timer_ = node_.createTimer(ros::Duration(controller.actionStep()), &ControllerNode::onActionTimer, this);
+  setActionTimer(currentTime() + controller.actionStep());
+  // The action timer does not fire before the time at which the clock jumped back, unless it is set anew.
+  clock_.emplace(node_, [this] { currentTime(); });
+  const auto tell = [this](const ros::WallTimerEvent&) {
+    diagnostics_.publish();
+    tuning_->keep(ros::Time::now());
+  };
+  report_timer_ = withQueue(node_, requests_).createWallTimer(ros::WallDuration(kReportPeriod), tell);
+  changes_.apply(loop_, currentTime());  // of the slip file
+  request_thread_.start();
 }
 
 void ControllerNode::onSetPoint(const ReceivedSetPoint& received) {
-  const SetPointVerdict verdict =
-      loop_.setSetPoint(received.wanted.value_or(kNotFinite), currentTime(), received.stamp);
-  if (verdict == SetPointVerdict::accepted) return services_.noteSetPoint(*received.wanted);
+  const SetPointVerdict verdict = loop_.setSetPoint(received.wanted, currentTime(), received.stamp);
+  if (verdict == SetPointVerdict::accepted) return services_.noteSetPoint(received.wanted);
   const bool absurd = verdict == SetPointVerdict::absurd;
   StatusReport::refused(absurd ? "set point far beyond the limits" : "set point that is not finite",
                         loop_.status().rejected_set_points);
@@ -97,20 +96,23 @@ void ControllerNode::onWheels(const sensor_msgs::JointStateConstPtr& message) {
   const double now = currentTime();
   const std::optional<SensorReading> reading = sensors_.addWheels(message, last_now_);
   if (!sensors_.lastRefusal().empty()) return refuseReading();
-  if (reading) measured_wheels_ = {reading->observation.wheel_left, reading->observation.wheel_right};
-  if (!reading || !loop_.receiveWheels(*reading, now)) return;
-  odometry_.observe(reading->observation);
-  publishMeasurement(message->header.stamp);
+  if (!reading) return;
+  const Observation& y = reading->observation;
+  measured_(kForward) = kinematics_.bodyVelocity({y.wheel_left, y.wheel_right})(kForward);
+  if (!loop_.receiveWheels(*reading, now)) return;
+  odometry_.observe(y);
+  state_.publishMeasurement(message->header.stamp);
 }
 
 void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
   const double now = currentTime();
   const std::optional<SensorReading> reading = sensors_.addImu(message, last_now_);
   if (!sensors_.lastRefusal().empty()) return refuseReading();
-  if (reading) measured_yaw_rate_ = reading->observation.yaw_rate;
-  if (!reading || !loop_.receiveImu(*reading, now)) return;
+  if (!reading) return;
+  measured_(kYaw) = reading->observation.yaw_rate;
+  if (!loop_.receiveImu(*reading, now)) return;
   odometry_.observe(reading->observation);
-  publishMeasurement(message->header.stamp);
+  state_.publishMeasurement(message->header.stamp);
 }
 
 void ControllerNode::onPair(const Observation& observation, const ros::Time& stamp) {
@@ -118,37 +120,42 @@ void ControllerNode::onPair(const Observation& observation, const ros::Time& sta
   const bool taken = loop_.observe(observation, last_now_.toSec());
   odometry_.observe(observation);
   reportStatus();
-  if (taken) publishMeasurement(stamp);
+  if (taken) state_.publishMeasurement(stamp);
 }
 
-void ControllerNode::onBeliefTimer(const ros::TimerEvent&) { loop_.updateBelief(currentTime()); }
-
-void ControllerNode::onActionTimer(const ros::TimerEvent& event) {
+void ControllerNode::onActionTimer(const ros::TimerEvent&) {
   const double now = currentTime();
+  changes_.apply(loop_, now);
   loop_.report(robotStatus(), now);
-  const std::optional<WheelCommand> command = loop_.advance(now, event.current_expected.toSec());
+  const std::optional<WheelCommand> command = loop_.advance(now, action_due_);
   if (inputs_) inputs_->publish(last_now_);
   reportStatus();
   if (command) {
     // Zero would keep the robot from following whoever else commands it.
-    if (!contended() || *command != WheelCommand{}) output_.publish(*command);
-    publishState(last_now_);
+    if (!graph_.contended() || *command != WheelCommand{}) output_.publish(*command);
+    const bool by_another = graph_.contended() || loop_.status().handed_over;
+    state_.publish(loopState(loop_, measured_, last_now_), diagnostics_.reason(), by_another, rejected_readings_);
     odometry_.publish(last_now_);
   }
-  diagnostics_.update();
+  changes_.tell(loop_);
+  setActionTimer(loop_.nextDue(action_due_, now));
+}
+
+void ControllerNode::setActionTimer(double due) {
+  action_due_ = due;
+  // Anew for each action: a timer whose period is changed on its way fires at times of its own.
+  action_timer_.setPeriod(ros::Duration(std::max(0.0, due - ros::Time::now().toSec())));
 }
 
 RobotStatus ControllerNode::robotStatus() const {
   RobotStatus status = robot_.status();
-  status.contended = contended();
+  status.contended = graph_.contended();
   status.outputs_checked = graph_.checked();
   status.ending = ending_;
   status.disabled = !enabled_;
-  status.rivals = rivalled();
+  status.rivals = graph_.rivalled();
   return status;
 }
-
-SlipState ControllerNode::slip() const { return dynamic_cast<const PredictiveController&>(loop_.controller()).slip(); }
 
 DriveServices::Actions ControllerNode::serviceActions() {
   const auto reset = [this] {
@@ -160,19 +167,8 @@ DriveServices::Actions ControllerNode::serviceActions() {
           reset};
 }
 
-bool ControllerNode::contended() const {
-  return graph_.contended() && !parameters_.allow_other_publishers && !parameters_.motors_shared;
-}
-
-bool ControllerNode::rivalled() const { return graph_.rivalled() && !parameters_.allow_multiple_set_points; }
-
-std::uint8_t ControllerNode::drivenBy() const {
-  if (contended() || loop_.status().handed_over) return ControllerState::BY_ANOTHER;
-  return loop_.command() == WheelCommand{} ? ControllerState::BY_NOBODY : ControllerState::BY_US;
-}
-
 void ControllerNode::publishStop() {
-  if (!contended()) output_.publish({});
+  if (!graph_.contended()) output_.publish({});
 }
 
 double ControllerNode::currentTime() {
@@ -183,79 +179,19 @@ double ControllerNode::currentTime() {
     robot_.reset();
     odometry_.reset();
     transforms_.clear();
+    setActionTimer(now.toSec() + loop_.controller().actionStep());
   }
   last_now_ = now;
   return now.toSec();
 }
 
-void ControllerNode::watchClock() {
-  const ros::Time now = ros::Time::now();
-  const ros::WallTime wall = ros::WallTime::now();
-  if (now != watched_time_) {
-    if (clock_stands_) ROS_INFO("The clock goes on");
-    watched_time_ = now;
-    watched_advance_ = wall;
-    clock_stands_ = false;
-  }
-  if (clock_stands_ || (wall - watched_advance_).toSec() < kClockPatience) return;
-  clock_stands_ = true;
-  if (now.isZero()) {
-    ROS_ERROR(
-        "No clock: /use_sim_time is true and nothing came on /clock for %.0f s. Nothing happens until it does: start "
-        "the simulation, or rosparam set /use_sim_time false and start this anew",
-        kClockPatience);
-  } else {
-    ROS_ERROR("The clock stands still at %.3f s: nothing came on /clock for %.0f s, and no command is sent",
-              now.toSec(), kClockPatience);
-  }
-}
-
 void ControllerNode::refuseReading() { StatusReport::refused(sensors_.lastRefusal(), ++rejected_readings_); }
 
-void ControllerNode::reportStatus() {
-  const DriveLoopStatus status = loop_.status();
-  std::string others;
-  if (rivalled()) others = graph_.rivals() + "; end one, or set allow_multiple_set_points";
-  if (contended()) others = graph_.others() + "; remap the commands of one of the two (launch/jackal.launch says how)";
-  // What happens is told at once, not with the next period.
-  if (report_.update(status, others)) diagnostics_.force_update();
+DiagnosticsOutput::Figures ControllerNode::figures() const {
+  return {loop_.status().rejected_measurements + rejected_readings_, loop_.controller().freeEnergy(),
+          graph_.masterReachable()};
 }
 
-void ControllerNode::publishMeasurement(const ros::Time& stamp) {
-  SensorGeneralized message = structure_->measurement();
-  message.header.stamp = stamp;
-  message.header.frame_id = parameters_.robot.base_frame;
-  sensor_publisher_.publish(message);
-}
-
-void ControllerNode::publishState(const ros::Time& now) {
-  const DriveLoopStatus status = loop_.status();
-  ControllerState message = structure_->state();
-  message.header.stamp = now;
-  message.header.frame_id = parameters_.robot.base_frame;
-  message.status = static_cast<std::uint8_t>(status.decision.status);
-  message.driven_by = drivenBy();
-  message.reason = report_.reason();
-  message.set_point_forward = loop_.setPoint().forward;
-  message.set_point_yaw_rate = loop_.setPoint().yaw_rate;
-  message.measured_forward = measured_wheels_ ? kinematics_.bodyVelocity(*measured_wheels_)(kForward) : kNotMeasured;
-  message.measured_yaw_rate = measured_yaw_rate_.value_or(kNotMeasured);
-  message.action_left = loop_.action().left;
-  message.action_right = loop_.action().right;
-  message.command_left = loop_.command().left;
-  message.command_right = loop_.command().right;
-  message.rejected_set_points = status.rejected_set_points;
-  message.rejected_measurements = status.rejected_measurements + rejected_readings_;
-  state_publisher_.publish(message);
-  structure_->publish(message.header);
-  tuning_->keep(now);
-}
-
-void ControllerNode::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
-  report_.diagnose(status);
-  status.add("Rejected measurements", loop_.status().rejected_measurements + rejected_readings_);
-  status.add("Master reachable", graph_.masterReachable() ? "yes" : "no");
-  status.add("Free energy", loop_.controller().freeEnergy());
-}
+void ControllerNode::reportStatus() { diagnostics_.look(loop_.status(), graph_.complaint(), figures()); }
 
 }  // namespace jackal_aic

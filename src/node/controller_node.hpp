@@ -11,9 +11,10 @@
 /// (geometry_msgs/TwistWithCovarianceStamped), /diagnostics. Services ~enable and ~reset (drive_services.hpp); gains
 /// and what is learned can be changed as loop_tuning.hpp says.
 
-#include <diagnostic_updater/diagnostic_updater.h>
 #include <geometry_msgs/Twist.h>
+#include <ros/callback_queue.h>
 #include <ros/ros.h>
+#include <ros/spinner.h>
 #include <tf2_ros/transform_listener.h>
 
 #include <cstdint>
@@ -21,24 +22,29 @@
 #include <optional>
 
 #include "applied_commands.hpp"
+#include "clock_watch.hpp"
 #include "command_output.hpp"
-#include "controller_structure.hpp"
+#include "diagnostics_output.hpp"
 #include "drive_services.hpp"
 #include "graph_watch.hpp"
 #include "input_log.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
+#include "loop_exchange.hpp"
 #include "loop_tuning.hpp"
 #include "node_parameters.hpp"
 #include "odometry_output.hpp"
 #include "robot_watch.hpp"
 #include "sensor_pairing.hpp"
 #include "set_point_source.hpp"
+#include "state_output.hpp"
 #include "status_report.hpp"
 
 namespace jackal_aic {
 
-/// Runs the drive loop on ROS time: a belief timer and an action timer at their rates. All callbacks run in one thread.
-class ControllerNode : private LoopChanges {
+/// Runs the drive loop on ROS time: an action timer, and unless the beliefs catch up on demand a belief timer, at
+/// their rates. All callbacks run in one thread, but for what takes longer than a period: changes of gains, which are
+/// certified first, and diagnostics have a thread of their own, and hand over between two actions.
+class ControllerNode {
  public:
   /// Opens the topics in the namespace of `node`, the services in that of `private_node`, and starts the timers.
   /// @throws ParameterError if the set point comes from a topic on which our own commands come back, or as
@@ -59,38 +65,30 @@ class ControllerNode : private LoopChanges {
   void onWheels(const sensor_msgs::JointStateConstPtr& message);
   void onImu(const sensor_msgs::ImuConstPtr& message);
   void onPair(const Observation& observation, const ros::Time& stamp);
-  void onBeliefTimer(const ros::TimerEvent& event);
   void onActionTimer(const ros::TimerEvent& event);
 
-  /// Refuses a set point from a topic that carries our own commands. Throws ParameterError.
-  void requireForeignSetPoints() const;
   double currentTime();
+  void setActionTimer(double due);
 
-  static double rosTime() { return ros::Time::now().toSec(); }
-  void adoptGains(const ControllerParameters& gains) override { loop_.adoptGains(gains, rosTime()); }
-  void adoptGains(const PredictiveParameters& gains) override { loop_.adoptGains(gains, rosTime()); }
-  void setSlip(const SlipState& slip) override { loop_.setSlip(slip, rosTime()); }
-  void freezeLearning(bool frozen) override { loop_.freezeLearning(frozen, rosTime()); }
-  SlipState slip() const override;
   DriveServices::Actions serviceActions();
 
   RobotStatus robotStatus() const;
-  bool contended() const;
-  bool rivalled() const;
-  std::uint8_t drivenBy() const;
-  void watchClock();
   void refuseReading();
-  void publishMeasurement(const ros::Time& stamp);
-  void publishState(const ros::Time& now);
+  DiagnosticsOutput::Figures figures() const;
   void reportStatus();
-  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   ros::NodeHandle node_;
   NodeParameters parameters_;
   SkidSteerKinematics kinematics_;
   DriveLoop loop_;
+
+  // Between the thread that drives and that of the requests.
+  LoopExchange changes_;
+  DiagnosticsOutput diagnostics_;
+
+  ros::CallbackQueue requests_;
   std::unique_ptr<InputLog> inputs_;  // with publish_inputs; there before anything is told to the loop
-  std::unique_ptr<ControllerStructure> structure_;
+  StateOutput state_;
   std::unique_ptr<LoopTuning> tuning_;
   DriveServices services_;
   CommandOutput output_;
@@ -101,26 +99,21 @@ class ControllerNode : private LoopChanges {
   RobotWatch robot_;
   std::optional<AppliedCommands> applied_;  // where somebody else may drive
   GraphWatch graph_;
-  StatusReport report_;
-  ros::Time last_now_;             // of the last callback, to notice a clock that jumps back
-  ros::Time watched_time_;         // of the clock, at the last look
-  ros::WallTime watched_advance_;  // when the clock was seen to go on
-  bool clock_stands_ = false;      // and this was told
+  ros::Time last_now_;  // of the last callback, to notice a clock that jumps back
   std::uint32_t rejected_readings_ = 0;
-  std::optional<WheelCommand> measured_wheels_;  // the last wheel speeds [rad/s]
-  std::optional<double> measured_yaw_rate_;      // the last of the gyro [rad/s]
+  BodyVector measured_ = LoopState{}.measured;  // the last by the wheels, and the gyro
   bool ending_ = false;
   bool enabled_ = true;
 
-  diagnostic_updater::Updater diagnostics_;
-  ros::Publisher sensor_publisher_;
-  ros::Publisher state_publisher_;
   SetPointSource set_points_;
   ros::Subscriber wheel_subscriber_;
   ros::Subscriber imu_subscriber_;
-  ros::Timer belief_timer_;
+  ros::Timer belief_timer_;  // without belief_timer, none
   ros::Timer action_timer_;
-  ros::WallTimer clock_timer_;
+  double action_due_ = 0.0;  // time for which it is set [s]
+  std::optional<ClockWatch> clock_;
+  ros::WallTimer report_timer_;
+  ros::AsyncSpinner request_thread_;  // the last, so that it ends first
 };
 
 }  // namespace jackal_aic

@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "jackal_aic/model/gravity.hpp"
 
 namespace jackal_aic {
 namespace {
+
+/// What a Twist with a component that is not finite asks for.
+constexpr SetPoint kNotFinite{std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
 
 bool contains(const std::vector<std::string>& list, const std::string& name) {
   return std::find(list.begin(), list.end(), name) != list.end();
@@ -79,12 +83,13 @@ std::optional<SetPoint> setPoint(const geometry_msgs::Twist& message) {
 std::optional<ReceivedSetPoint> receivedSetPoint(const topic_tools::ShapeShifter& message) {
   using ros::message_traits::md5sum;
   if (message.getMD5Sum() == md5sum<geometry_msgs::Twist>()) {
-    return ReceivedSetPoint{setPoint(*message.instantiate<geometry_msgs::Twist>()), std::nullopt};
+    return ReceivedSetPoint{setPoint(*message.instantiate<geometry_msgs::Twist>()).value_or(kNotFinite), std::nullopt};
   }
   if (message.getMD5Sum() != md5sum<geometry_msgs::TwistStamped>()) return std::nullopt;
   const auto stamped = message.instantiate<geometry_msgs::TwistStamped>();
   const ros::Time& stamp = stamped->header.stamp;
-  return ReceivedSetPoint{setPoint(stamped->twist), stamp.isZero() ? std::nullopt : std::optional(stamp.toSec())};
+  return ReceivedSetPoint{setPoint(stamped->twist).value_or(kNotFinite),
+                          stamp.isZero() ? std::nullopt : std::optional(stamp.toSec())};
 }
 
 std::optional<WheelCommand> wheelCommand(const jackal_msgs::Drive& message) {
@@ -173,7 +178,7 @@ ControllerState stateMessage(const PredictiveController& controller) {
 geometry_msgs::TwistWithCovarianceStamped beliefMessage(const PredictiveController& controller) {
   constexpr int kSize = 6, kX = 0, kYawRow = 5;  // rows of (x, y, z, roll, pitch, yaw)
   const BodyVector belief = controller.believedVelocity();
-  const Eigen::Matrix2d covariance = controller.velocityCovariance();
+  const Eigen::Matrix2d covariance = controller.motionCovariance();
   geometry_msgs::TwistWithCovarianceStamped message;
   message.twist.twist.linear.x = belief(kForward);
   message.twist.twist.angular.z = belief(kYaw);

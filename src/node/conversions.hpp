@@ -53,8 +53,8 @@ std::optional<SetPoint> setPoint(const geometry_msgs::Twist& message);
 
 /// A set point as it was sent.
 struct ReceivedSetPoint {
-  std::optional<SetPoint> wanted;  ///< empty if a component is not finite
-  std::optional<double> stamp;     ///< [s]; empty if the message has none
+  SetPoint wanted;              ///< not finite if any component is not
+  std::optional<double> stamp;  ///< [s]; empty if the message has none
 };
 
 /// Set point of a message of any type: geometry_msgs/Twist, or TwistStamped, whose stamp counts unless it is zero.

@@ -50,13 +50,8 @@ std::vector<std::string> withThisNode(std::vector<std::string> companions) {
 
 }  // namespace
 
-GraphWatch::GraphWatch(std::vector<std::string> topics, double period, std::vector<std::string> companions,
-                       std::string lone)
-    : topics_(std::move(topics)),
-      period_(period),
-      lone_(std::move(lone)),
-      ours_(withThisNode(std::move(companions))),
-      thread_([this] { run(); }) {}
+GraphWatch::GraphWatch(GraphRules rules, double period)
+    : rules_(std::move(rules)), period_(period), ours_(withThisNode(rules_.companions)), thread_([this] { run(); }) {}
 
 GraphWatch::~GraphWatch() {
   {
@@ -72,9 +67,11 @@ std::string GraphWatch::others() const {
   return others_;
 }
 
-std::string GraphWatch::rivals() const {
+std::string GraphWatch::complaint() const {
+  if (!contended_ && !rivalled_) return "";  // without a lock
   const std::lock_guard<std::mutex> lock(mutex_);
-  return rivals_;
+  if (contended_) return others_ + "; remap the commands of one of the two (launch/jackal.launch says how)";
+  return rivals_ + "; end one, or set allow_multiple_set_points";
 }
 
 void GraphWatch::run() {
@@ -116,17 +113,17 @@ void GraphWatch::look() {
   XmlRpc::XmlRpcValue& publishers = state[0];
   for (int i = 0; i < publishers.size(); ++i) {
     const std::string topic = publishers[i][0];
-    if (topic == lone_) rivals = rivalsIn(publishers[i][1]);
-    if (std::find(topics_.begin(), topics_.end(), topic) == topics_.end()) continue;
+    if (topic == rules_.lone) rivals = rivalsIn(publishers[i][1]);
+    if (std::find(rules_.topics.begin(), rules_.topics.end(), topic) == rules_.topics.end()) continue;
     for (const std::string& name : othersIn(publishers[i][1])) {
       if (!isAlive(name)) continue;
       if (!text.empty()) text += ", ";
       text.append(name).append(" on ").append(topic);
     }
   }
-  if (!rivals.empty()) rivals.append(" on ").append(lone_);
-  contended_ = !text.empty();
-  rivalled_ = !rivals.empty();
+  if (!rivals.empty()) rivals.append(" on ").append(rules_.lone);
+  contended_ = !text.empty() && !rules_.others_allowed;
+  rivalled_ = !rivals.empty() && !rules_.rivals_allowed;
   const std::lock_guard<std::mutex> lock(mutex_);
   others_ = text;
   rivals_ = rivals;

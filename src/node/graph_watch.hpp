@@ -14,15 +14,22 @@
 
 namespace jackal_aic {
 
+/// What is to be found in the graph, and who may be there.
+struct GraphRules {
+  std::vector<std::string> topics;      ///< of our commands, resolved names
+  std::vector<std::string> companions;  ///< nodes beside this one that may publish there
+  bool others_allowed = false;          ///< any node may
+  std::string lone;                     ///< resolved name of a topic on which one node is to publish; empty: none
+  bool rivals_allowed = false;          ///< several nodes may publish there
+};
+
 /// Asks the master every `period` of wall time, in a thread of its own because the master may be slow or gone, who else
 /// publishes on given topics. A publisher whose process is dead, whom the master still lists, does not count. While the
 /// master cannot be reached the last answer stands.
 class GraphWatch {
  public:
-  /// @param topics resolved names; @param period [s]; @param companions nodes beside this one that may publish there;
-  /// @param lone resolved name of a topic on which one node is to publish, whichever; empty: none.
-  GraphWatch(std::vector<std::string> topics, double period, std::vector<std::string> companions = {},
-             std::string lone = {});
+  /// @param period [s].
+  GraphWatch(GraphRules rules, double period);
 
   /// Ends the thread.
   ~GraphWatch();
@@ -36,14 +43,14 @@ class GraphWatch {
   /// True if the master answered last time.
   bool masterReachable() const { return master_reachable_; }
 
-  /// True if somebody else publishes on one of the topics.
+  /// True if somebody publishes on one of our topics who may not.
   bool contended() const { return contended_; }
 
-  /// True if more than one node publishes on the lone topic.
+  /// True if more nodes than allowed publish on the lone topic.
   bool rivalled() const { return rivalled_; }
 
-  /// The nodes that publish on the lone topic, if they are more than one: "/a and /b on /topic". Else empty.
-  std::string rivals() const;
+  /// What is against the rules, and what to do about it; empty if nothing is.
+  std::string complaint() const;
 
   /// Who publishes on what: "/name on /cmd_drive, ...". Empty if nobody does.
   std::string others() const;
@@ -54,9 +61,8 @@ class GraphWatch {
   std::vector<std::string> othersIn(XmlRpc::XmlRpcValue& nodes) const;
   static std::string rivalsIn(XmlRpc::XmlRpcValue& nodes);
 
-  const std::vector<std::string> topics_;
+  const GraphRules rules_;
   const double period_;
-  const std::string lone_;
   const std::vector<std::string> ours_;  // nodes: this one and its companions
   std::atomic<bool> checked_{false};
   std::atomic<bool> master_reachable_{true};

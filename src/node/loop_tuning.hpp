@@ -39,7 +39,8 @@ class LoopTuning {
  public:
   virtual ~LoopTuning() = default;
 
-  /// To be called now and then: with a slip file, writes what was learned every 10 s.
+  /// To be called now and then, by the thread that serves the requests: with a slip file, writes what was learned every
+  /// 10 s.
   virtual void keep(const ros::Time& now) = 0;
 };
 

@@ -2,6 +2,7 @@
 
 #include "controller_node.hpp"
 #include "node_help.hpp"
+#include "real_time.hpp"
 #include "ros_parameters.hpp"
 #include "stop_request.hpp"
 
@@ -14,6 +15,7 @@ int main(int argc, char** argv) {
   }
   ros::init(argc, argv, "jackal_aic", ros::init_options::NoSigintHandler);
   ros::NodeHandle handle, private_handle("~");  // kept to the end: without a handle roscpp shuts down and logs no more
+  const jackal_aic::RealTimeThreads threads(handle);  // those of roscpp
   jackal_aic::StopRequest stop;
   try {
     auto parameters = jackal_aic::readNodeParameters(jackal_aic::readRosParameters(private_handle),
@@ -21,7 +23,11 @@ int main(int argc, char** argv) {
     const std::string prefix = jackal_aic::tfPrefix(private_handle);
     parameters.robot.base_frame = jackal_aic::prefixedFrame(prefix, parameters.robot.base_frame);
     parameters.odometry.frame = jackal_aic::prefixedFrame(prefix, parameters.odometry.frame);
+    const bool due = parameters.plant_model && !parameters.plant_model->identified;
+    ROS_LOG(due ? ros::console::levels::Warn : ros::console::levels::Info, ROSCONSOLE_DEFAULT_NAME, "%s",
+            jackal_aic::describeRobot(parameters).c_str());
     jackal_aic::ControllerNode node(handle, private_handle, parameters);
+    threads.schedule(parameters.realtime_priority);
     stop.spinUntilRequested();
     node.brake();
     stop.spinWhile([&] { return !node.atRest(); }, 0.5);  // s; a simulation may stand still

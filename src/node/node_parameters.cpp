@@ -128,11 +128,9 @@ std::string configurationText(const NodeParameters& parameters) {
           yamlBlock("plausibility", gate.plausibility) + yamlBlock("on_loss", parameters.on_loss);
   if (parameters.faults) text += yamlBlock("faults", *parameters.faults);
   FieldList others;
-  others.field("output", parameters.output, kOutputModeNames, Presence::optional);
+  NodeOptions options = parameters;
   others.field("restart_after_stop", gate.restart_after_stop, kRestartPolicyNames, Presence::optional);
-  others.field("allow_other_publishers", parameters.allow_other_publishers, Presence::optional);
-  others.field("allow_multiple_set_points", parameters.allow_multiple_set_points, Presence::optional);
-  others.field("publish_inputs", parameters.publish_inputs, Presence::optional);
+  describeFields(others, options);
   for (const Field& field : others.fields) text += field.name + ": " + yamlValue(field.value) + "\n";
   return text;
 }
@@ -161,12 +159,8 @@ NodeParameters readConfiguration(ParameterMap& map, NodeParameters parameters) {
   parameters.gate = readGateParameters(map, parameters.gate);
   parameters.on_loss = readParameters(map, "on_loss", parameters.on_loss);
   parameters.faults = readFaults(map, sensors);
-  ParameterReader reader(map, "");
-  reader.field("output", parameters.output, kOutputModeNames, Presence::optional);
+  static_cast<NodeOptions&>(parameters) = readParameters<NodeOptions>(map, "", parameters);
   parameters.motors_shared = parameters.output == OutputMode::twist;
-  reader.field("allow_other_publishers", parameters.allow_other_publishers, Presence::optional);
-  reader.field("allow_multiple_set_points", parameters.allow_multiple_set_points, Presence::optional);
-  reader.field("publish_inputs", parameters.publish_inputs, Presence::optional);
   if (map.hasSection("plant_model")) {
     parameters.plant_model = readParameters(map, "plant_model", parameters.plant_model.value_or(PlantModel{}));
   }
@@ -177,6 +171,11 @@ NodeParameters readConfiguration(ParameterMap& map, NodeParameters parameters) {
 
 NodeParameters readNodeParameters(ParameterMap map, const std::function<std::string()>& robot_description) {
   NodeParameters parameters = readConfiguration(map);
+  if (map.hasSection("plant")) {
+    throw ParameterError(
+        "plant: parameters of a simulated robot; its controller needs a model of it, as identify writes: "
+        "plant_model:=FILE");
+  }
   map.refuseUnknown();
 
   if (const auto* drive = std::get_if<DifferentialDriveParameters>(&parameters.controller)) {

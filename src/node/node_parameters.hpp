@@ -58,17 +58,37 @@ void describeFields(Visitor& v, OdometryParameters& p) {
   v.field("frame", p.frame, Presence::optional);
 }
 
+/// How the node runs. YAML keys without a prefix.
+struct NodeOptions {
+  OutputMode output = OutputMode::cmd_drive;  ///< where the commands go: jackal_msgs/Drive on /cmd_drive, Twist on
+                                              ///< /cmd_vel, or Float64 per wheel
+  bool allow_other_publishers = false;        ///< drive although other nodes publish on the topics of the commands
+  bool allow_multiple_set_points = false;     ///< obey set points although more than one node publishes them
+  bool belief_timer = true;  ///< run the beliefs at their own rate; false: only when a measurement, a set point or an
+                             ///< action needs them, which gives the same numbers for less CPU time
+  bool publish_inputs = false;  ///< publish everything that the controller is told, to be replayed to the same bits
+  int realtime_priority = 0;    ///< of the threads that receive and drive (SCHED_FIFO), with locked memory; 0: ordinary
+                                ///< scheduling
+};
+
+/// Lists the fields of NodeOptions.
+template <class Visitor>
+void describeFields(Visitor& v, NodeOptions& p) {
+  v.field("output", p.output, kOutputModeNames, Presence::optional);
+  v.field("allow_other_publishers", p.allow_other_publishers, Presence::optional);
+  v.field("allow_multiple_set_points", p.allow_multiple_set_points, Presence::optional);
+  v.field("belief_timer", p.belief_timer, Presence::optional);
+  v.field("publish_inputs", p.publish_inputs, Presence::optional);
+  v.field("realtime_priority", p.realtime_priority, {0, 99}, "", Presence::optional);
+}
+
 /// All parameters of the controller node. The plant model is for the certificate too.
-struct NodeParameters : DriveParameters {
+struct NodeParameters : DriveParameters, NodeOptions {
   RobotNames robot;
   OdometryParameters odometry;
-  OutputMode output = OutputMode::cmd_drive;
-  std::string slip_file;  ///< absolute path of the YAML file (key slip.file) in which the predictive structure keeps
-                          ///< what it learns about the slip; empty: it starts from the configured values each time
-  bool allow_other_publishers = false;     ///< drive although other nodes publish on the topics of the commands
-  bool allow_multiple_set_points = false;  ///< obey set points although more than one node publishes them
-  bool publish_inputs = false;  ///< publish everything that the loop is told, to be replayed to the same bits
-  std::string robot_name;       ///< whose plant model it is, in its own words; empty if it does not say
+  std::string slip_file;   ///< absolute path of the YAML file (key slip.file) in which the predictive structure keeps
+                           ///< what it learns about the slip; empty: it starts from the configured values each time
+  std::string robot_name;  ///< whose plant model it is, in its own words; empty if it does not say
 };
 
 /// Which robot the node takes itself to drive, what it assumes of it, and whether `identify` is due: one line.

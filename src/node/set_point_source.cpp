@@ -1,13 +1,20 @@
 #include "set_point_source.hpp"
 
 #include <ros/console.h>
+#include <ros/time.h>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
+
+#include "jackal_aic/config/parameter_map.hpp"
 
 namespace jackal_aic {
 namespace {
 
 constexpr double kRenewalPeriod = 0.5;  // s of wall time
+constexpr double kSameClock = 1.0;      // s; more no network delays
+constexpr double kTellPeriod = 5.0;     // s
 
 }  // namespace
 
@@ -15,6 +22,13 @@ SetPointSource::SetPointSource(const ros::NodeHandle& node, const std::string& t
     : node_(node), name_(topic), queue_(queue), take_(std::move(take)) {
   subscribe();
   timer_ = node_.createWallTimer(ros::WallDuration(kRenewalPeriod), [this](const ros::WallTimerEvent&) { renew(); });
+}
+
+void SetPointSource::requireForeign(const std::vector<std::string>& ours) const {
+  if (std::find(ours.begin(), ours.end(), topic()) == ours.end()) return;
+  throw ParameterError(name_ + " is remapped to " + topic() +
+                       ", where this node's own commands would come back as set points; take another output, or "
+                       "another topic");
 }
 
 void SetPointSource::subscribe() {
@@ -35,9 +49,20 @@ void SetPointSource::onMessage(const topic_tools::ShapeShifter& message) {
   const std::optional<ReceivedSetPoint> received = receivedSetPoint(message);
   typed_ = true;
   wrong_ = !received;
-  if (received) return take_(*received);
-  ROS_ERROR_THROTTLE(5.0, "Set points on %s are of type %s: it has to be geometry_msgs/Twist or TwistStamped",
+  if (received) {
+    if (received->stamp) tellOfAnotherClock(*received->stamp);
+    return take_(*received);
+  }
+  ROS_ERROR_THROTTLE(kTellPeriod, "Set points on %s are of type %s: it has to be geometry_msgs/Twist or TwistStamped",
                      topic().c_str(), message.getDataType().c_str());
+}
+
+// "Too old" alone would send somebody to look at the network, who has to look at the sender's clock.
+void SetPointSource::tellOfAnotherClock(double stamp) const {
+  const double ahead = stamp - ros::Time::now().toSec();
+  if (std::abs(ahead) < kSameClock) return;
+  ROS_WARN_THROTTLE(kTellPeriod, "Set points on %s are stamped %.0f s %s this node's clock: they count as too old",
+                    topic().c_str(), std::abs(ahead), ahead > 0.0 ? "ahead of" : "behind");
 }
 
 }  // namespace jackal_aic

@@ -11,12 +11,14 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "conversions.hpp"
 
 namespace jackal_aic {
 
-/// Subscribes to one topic, whatever publishes there, and tells of a type that is none for a set point.
+/// Subscribes to one topic, whatever publishes there, and tells of a type that is none for a set point, and of stamps
+/// by another clock.
 class SetPointSource {
  public:
   using Take = std::function<void(const ReceivedSetPoint&)>;
@@ -27,6 +29,9 @@ class SetPointSource {
   SetPointSource(const SetPointSource&) = delete;
   SetPointSource& operator=(const SetPointSource&) = delete;
 
+  /// @throws ParameterError if the topic is one of ours: our own commands would come back as set points.
+  void requireForeign(const std::vector<std::string>& ours) const;
+
   std::string topic() const { return subscriber_.getTopic(); }                 ///< as resolved and remapped
   std::uint32_t publishers() const { return subscriber_.getNumPublishers(); }  ///< connected
 
@@ -34,6 +39,7 @@ class SetPointSource {
   void subscribe();
   void renew();
   void onMessage(const topic_tools::ShapeShifter& message);
+  void tellOfAnotherClock(double stamp) const;
 
   ros::NodeHandle node_;
   std::string name_;

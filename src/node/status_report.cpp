@@ -13,16 +13,20 @@ bool tellTheSame(const DriveLoopStatus& a, const DriveLoopStatus& b) {
 
 }  // namespace
 
+bool StopReason::update(const DriveLoopStatus& status, const std::string& contender) {
+  if (tellTheSame(status, status_) && contender == contender_) return false;
+  text_ = reason(status, contender);
+  status_ = status;
+  contender_ = contender;
+  return true;
+}
+
 bool StatusReport::update(const DriveLoopStatus& status, const std::string& contender) {
   const DriveLoopStatus before = status_;
   status_ = status;
   const bool decided =
       status.decision.status != before.decision.status || status.decision.cause != before.decision.cause;
-  const bool changed = decided || !tellTheSame(status, before) || contender != contender_;
-  if (changed) {
-    reason_ = jackal_aic::reason(status, contender);
-    contender_ = contender;
-  }
+  const bool changed = reason_.update(status, contender) || decided;
   if (status.rejected_measurements != before.rejected_measurements) {
     refused("measurement whose stamp is not later than the last one", status.rejected_measurements);
   }
@@ -62,18 +66,18 @@ void StatusReport::logDecision(const DriveLoopStatus& before) const {
       ROS_INFO("Driving");
       break;
     case DriveStatus::braking:
-      ROS_WARN("Braking: %s", reason_.c_str());
+      ROS_WARN("Braking: %s", reason().c_str());
       break;
     case DriveStatus::stopped:
       // A start is no event: what is waited for is told, but nothing has stopped.
       if (before.decision.status == DriveStatus::idle) {
-        ROS_INFO("Waiting: %s", reason_.c_str());
+        ROS_INFO("Waiting: %s", reason().c_str());
       } else {
-        ROS_WARN("Stopped: %s", reason_.c_str());
+        ROS_WARN("Stopped: %s", reason().c_str());
       }
       break;
     case DriveStatus::faulted:
-      ROS_ERROR("Faulted: %s", reason_.c_str());
+      ROS_ERROR("Faulted: %s", reason().c_str());
       break;
   }
 }
@@ -83,21 +87,21 @@ void StatusReport::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status)
   switch (status_.decision.status) {
     case DriveStatus::driving:
       if (status_.handed_over && !isFault(status_.fault) && status_.loss == Loss::none) {
-        status.summary(DiagnosticStatus::OK, reason_);
+        status.summary(DiagnosticStatus::OK, reason());
         break;
       }
-      status.summary(reason_.empty() ? DiagnosticStatus::OK : DiagnosticStatus::WARN,
-                     reason_.empty() ? "driving" : "driving with a fault: " + reason_);
+      status.summary(reason().empty() ? DiagnosticStatus::OK : DiagnosticStatus::WARN,
+                     reason().empty() ? "driving" : "driving with a fault: " + reason());
       break;
     case DriveStatus::idle:
-      status.summary(DiagnosticStatus::OK, reason_);
+      status.summary(DiagnosticStatus::OK, reason());
       break;
     case DriveStatus::braking:
     case DriveStatus::stopped:
-      status.summary(DiagnosticStatus::WARN, reason_);
+      status.summary(DiagnosticStatus::WARN, reason());
       break;
     case DriveStatus::faulted:
-      status.summary(DiagnosticStatus::ERROR, reason_);
+      status.summary(DiagnosticStatus::ERROR, reason());
       break;
   }
   status.add("Rejected set points", status_.rejected_set_points);

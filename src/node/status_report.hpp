@@ -11,6 +11,21 @@
 
 namespace jackal_aic {
 
+/// Why the robot is not driven, put into words when it changes.
+class StopReason {
+ public:
+  /// Looks at the status. @param contender who else publishes commands, if that is known. True if it has changed.
+  bool update(const DriveLoopStatus& status, const std::string& contender);
+
+  /// reason(DriveLoopStatus) of the last update.
+  const std::string& text() const { return text_; }
+
+ private:
+  DriveLoopStatus status_;
+  std::string contender_;
+  std::string text_;
+};
+
 /// Tells what has changed between two looks at the status.
 class StatusReport {
  public:
@@ -22,7 +37,7 @@ class StatusReport {
   static void refused(const std::string& what, std::uint32_t count);
 
   /// reason(DriveLoopStatus) of the last update.
-  const std::string& reason() const { return reason_; }
+  const std::string& reason() const { return reason_.text(); }
 
   /// Level, reason and counters of the last update.
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) const;
@@ -32,8 +47,7 @@ class StatusReport {
   void logFault(Fault before) const;
 
   DriveLoopStatus status_;
-  std::string contender_;
-  std::string reason_;
+  StopReason reason_;
 };
 
 }  // namespace jackal_aic

@@ -10,12 +10,12 @@ double square(double x) { return x * x; }
 }  // namespace
 
 Odometry::Odometry(const PredictiveController& belief, const GeometryParameters& geometry, const PlantModel& model)
-    : belief_(&belief), slip_(model.on_box ? 0.0 : kSlipTime * geometry.wheel_radius) {}
+    : belief_(&belief), wheel_radius_(model.on_box ? 0.0 : geometry.wheel_radius) {}
 
 Odometry::Odometry(const PredictiveParameters& parameters, const GeometryParameters& geometry, const PlantModel& model)
     : own_(std::make_unique<PredictiveController>(parameters, geometry, model)),
       belief_(own_.get()),
-      slip_(model.on_box ? 0.0 : kSlipTime * geometry.wheel_radius) {}
+      wheel_radius_(model.on_box ? 0.0 : geometry.wheel_radius) {}
 
 void Odometry::observe(const Observation& observation) {
   if (own_) own_->observe(observation);
@@ -28,6 +28,8 @@ void Odometry::advance(const WheelCommand& applied, double duration) {
       own_->updateBelief();
     }
   }
+  slip_.predict(wheel_radius_ * belief_->left().acceleration(), wheel_radius_ * belief_->right().acceleration(),
+                duration);
   const PlanarMotion now = motion();
   reckoning_.advance({0.5 * (last_.forward + now.forward), 0.5 * (last_.yaw_rate + now.yaw_rate), now.covariance},
                      duration);
@@ -37,15 +39,16 @@ void Odometry::advance(const WheelCommand& applied, double duration) {
 PlanarMotion Odometry::motion() const {
   const BodyVector velocity = belief_->believedVelocity();
   PlanarMotion motion{velocity(kForward), velocity(kYaw), belief_->velocityCovariance()};
-  // + ½ T² ((dv_L/dt)² + (dv_R/dt)²)
-  motion.covariance(0, 0) +=
-      0.5 * (square(slip_ * belief_->left().acceleration()) + square(slip_ * belief_->right().acceleration()));
+  if (wheel_radius_ == 0.0) return motion;
+  // + ½ (s_L² + s_R²) + c² θ̇²
+  motion.covariance(0, 0) += slip_.variance() + square(kCentreDeviation * motion.yaw_rate);
   return motion;
 }
 
 void Odometry::forgetMotion() {
   if (own_) own_->forgetMotion();
   left_over_ = 0.0;
+  slip_.reset();
   last_ = {};
 }
 

@@ -44,7 +44,8 @@ PredictiveController::PredictiveController(const PredictiveParameters& parameter
       right_(left_),
       yaw_(yawParameters(parameters)),
       forward_(forwardParameters(parameters)),
-      learning_(parameters, geometry, model) {}
+      learning_(parameters, geometry, model),
+      uncertainty_(geometry.wheel_radius, geometryOf(model, geometry).effective_track, model.on_box) {}
 
 // ---- sense
 
@@ -91,12 +92,19 @@ void PredictiveController::predict() {
       slipBelief().yawAcceleration({left().speed(), right().speed()}, {left().acceleration(), right().acceleration()}),
       WheelBelief::kStep);
   learning_.predict(left(), right());
+  uncertainty_.predict(left().acceleration(), right().acceleration(), WheelBelief::kStep);
 }
 
 void PredictiveController::correct(const Observation& y) {
   errors_(kYawRate) = y.yaw_rate - yaw_.yawRate();
-  free_energy_ = correctWheels(y);
-  free_energy_ += correctYawRate(y);
+  const double of_wheels = correctWheels(y), of_yaw_rate = correctYawRate(y);
+  free_energy_ = of_wheels + of_yaw_rate;
+  uncertainty_.learnWheels(0.5 * of_wheels, observation_step_);
+  if (y.valid.yaw_rate) {
+    uncertainty_.learnGyro(of_yaw_rate, observation_step_);
+    uncertainty_.learnTurn(y.yaw_rate - slipBelief().gyroOffset(),
+                           slipBelief().usualYawRate(left().speed(), right().speed()), observation_step_);
+  }
   if (!model_.on_box) correctForwardSpeed(y);
   learning_.correct(y, left(), right(), observation_step_);
   trust(learning_.variances());
@@ -221,6 +229,7 @@ void PredictiveController::restart() {
                            : observation_.yaw_rate);
   forward_.reset(forwardSpeedOfWheels());
   learning_.restart(left(), right());
+  uncertainty_.forgetMotion();
 }
 
 void PredictiveController::reset() {
@@ -268,6 +277,14 @@ Eigen::Matrix2d PredictiveController::velocityCovariance() const {
   forward += r * r * mean * mean * learning_.slipFactorVariance();
   forward += forward_.variance();
   return Eigen::Vector2d(forward, yaw_.variance()).asDiagonal();
+}
+
+Eigen::Matrix2d PredictiveController::motionCovariance() const {
+  const Eigen::Matrix2d believed = velocityCovariance();
+  const BodyVector velocity = believedVelocity();
+  return Eigen::Vector2d(uncertainty_.forwardVariance(believed(0, 0), velocity),
+                         uncertainty_.yawVariance(believed(1, 1), velocity, slipBelief().gyroOffset()))
+      .asDiagonal();
 }
 
 }  // namespace jackal_aic

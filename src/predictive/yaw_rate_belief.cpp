@@ -4,7 +4,7 @@ namespace jackal_aic {
 
 void YawRateBelief::predict(double acceleration, double step) {
   yaw_rate_ += acceleration * step;
-  variance_ += parameters_.fluctuation * step;
+  variance_ += parameters_.process_noise * step;
   const double forgotten = parameters_.deviation > step ? step / parameters_.deviation : 1.0;
   unfollowed_ += acceleration * step - forgotten * unfollowed_;
 }

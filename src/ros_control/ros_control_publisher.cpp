@@ -69,7 +69,7 @@ void RosControlPublisher::run() {
 }
 
 void RosControlPublisher::publish(const OdometryUpdate& update) {
-  odometry_.header.stamp = update.stamp;
+  odometry_.header.stamp = update.state.stamp;
   fillPose(update.pose, odometry_);
   fillMotion(update.motion, odometry_);
   if (!pose_covariance_given_) fillPoseCovariance(update.pose_covariance, odometry_);
@@ -77,32 +77,20 @@ void RosControlPublisher::publish(const OdometryUpdate& update) {
   odometry_publisher_.publish(odometry_);
   if (update.transform) {
     geometry_msgs::TransformStamped& transform = transform_.transforms[0];
-    transform.header.stamp = update.stamp;
+    transform.header.stamp = update.state.stamp;
     transform.transform.translation.x = update.pose.x;
     transform.transform.translation.y = update.pose.y;
     transform.transform.rotation = odometry_.pose.pose.orientation;
     transform_publisher_.publish(transform_);
   }
-  if (report_.update(update.status, "")) diagnostics_.force_update();
+  if (report_.update(update.state.status, "")) diagnostics_.force_update();
   diagnostics_.update();
   publishState(update);
 }
 
 void RosControlPublisher::publishState(const OdometryUpdate& update) {
   ControllerState message;
-  message.header.stamp = update.stamp;
-  message.header.frame_id = base_frame_;
-  message.status = static_cast<std::uint8_t>(update.status.decision.status);
-  message.driven_by = update.command == WheelCommand{} ? ControllerState::BY_NOBODY : ControllerState::BY_US;
-  message.reason = report_.reason();
-  message.set_point_forward = update.set_point.forward;
-  message.set_point_yaw_rate = update.set_point.yaw_rate;
-  message.measured_forward = update.measured(kForward);
-  message.measured_yaw_rate = update.measured(kYaw);
-  message.action_left = update.action.left;
-  message.action_right = update.action.right;
-  message.command_left = update.command.left;
-  message.command_right = update.command.right;
+  fillState(update.state, report_.reason(), base_frame_, message);
   message.belief_forward = {update.motion.forward};
   message.belief_yaw_rate = {update.motion.yaw_rate};
   message.free_energy = update.free_energy;
@@ -110,8 +98,6 @@ void RosControlPublisher::publishState(const OdometryUpdate& update) {
   message.effective_track = update.slip.effective_track;
   message.slip_factor = update.slip.slip_factor;
   message.learning_frozen = update.learning_frozen;
-  message.rejected_set_points = update.status.rejected_set_points;
-  message.rejected_measurements = update.status.rejected_measurements;
   state_publisher_.publish(message);
 }
 

@@ -13,7 +13,6 @@
 
 #include <array>
 #include <atomic>
-#include <limits>
 #include <string>
 #include <thread>
 
@@ -21,23 +20,18 @@
 #include "latest.hpp"
 #include "odometry_message.hpp"
 #include "ros_control_parameters.hpp"
+#include "state_message.hpp"
 #include "status_report.hpp"
 
 namespace jackal_aic {
 
 /// Odometry, and what the drive loop does, at one time.
 struct OdometryUpdate {
-  ros::Time stamp;
+  LoopState state;
   PlanarPose pose;
   PlanarMotion motion;
   Eigen::Matrix3d pose_covariance = Eigen::Matrix3d::Zero();  ///< of the pose
   bool transform = false;                                     ///< publish the pose on tf too
-  DriveLoopStatus status;
-  SetPoint set_point;  ///< in force
-  BodyVector measured =
-      BodyVector::Constant(std::numeric_limits<double>::quiet_NaN());  ///< by the wheels, and the gyro
-  WheelCommand action;                                                 ///< before the limits [rad/s]
-  WheelCommand command;                                                ///< [rad/s]
   double free_energy = 0.0;
   bool predictive = false;  ///< of the predictive structure
   SlipState slip{};         ///< believed, or configured

@@ -89,8 +89,8 @@ bool RosController::init(hardware_interface::VelocityJointInterface* hw, ros::No
     parameters_.odom_frame_id = prefixedFrame(prefix, parameters_.odom_frame_id);
     loop_.emplace(parameters_.drive, makeController(parameters_.drive));
     odometry_.emplace(makeOdometry(parameters_.drive, *loop_));
-    if (predictive()) slip_ = predictive()->slip();
-    tuning_ = makeTuning(controller_nh, parameters_.drive, *this);
+    changes_.tell(*loop_);
+    tuning_ = makeTuning(controller_nh, parameters_.drive, changes_);
   } catch (const ParameterError& error) {
     ROS_ERROR_NAMED(name_, "%s: %s", name_.c_str(), error.what());
     return false;
@@ -163,42 +163,16 @@ void RosController::adoptLive(const LiveParameters& wanted) {
   settings_.write(wanted);
 }
 
-void RosController::adoptGains(const ControllerParameters& gains) {
-  const std::lock_guard<std::mutex> lock(callbacks_);
-  thesis_gains_.write(gains);
-}
-
-void RosController::adoptGains(const PredictiveParameters& gains) {
-  const std::lock_guard<std::mutex> lock(callbacks_);
-  predictive_gains_.write(gains);
-}
-
-void RosController::setSlip(const SlipState& slip) {
-  const std::lock_guard<std::mutex> lock(callbacks_);
-  wanted_slip_.write(slip_ = slip);
-}
-
-void RosController::freezeLearning(bool frozen) {
-  const std::lock_guard<std::mutex> lock(callbacks_);
-  frozen_.write(frozen);
-}
-
-SlipState RosController::slip() const {
-  const std::lock_guard<std::mutex> lock(callbacks_);
-  if (const SlipState* update = slip_updates_.read()) slip_ = *update;
-  return slip_;
-}
-
 void RosController::onCommand(const ReceivedSetPoint& command) {
   if (!isRunning()) {
     ROS_ERROR_THROTTLE_NAMED(1.0, name_, "Can't accept new commands. Controller is not running.");
     return;
   }
-  if (!command.wanted) {
+  if (!command.wanted.vector().allFinite()) {
     ROS_WARN_THROTTLE_NAMED(1.0, name_, "Received NaN in velocity command. Ignoring.");
     return;
   }
-  SetPointInput input{*command.wanted, command.stamp};
+  SetPointInput input{command.wanted, command.stamp};
   const auto publishers = command_source_->publishers();
   if (!parameters_.allow_multiple_cmd_vel_publishers && publishers > 1) {
     ROS_ERROR_THROTTLE_NAMED(1.0, name_, "Detected %u publishers. Only 1 publisher is allowed. Going to brake.",
@@ -244,7 +218,7 @@ void RosController::update(const ros::Time& time, const ros::Duration& period) {
   first_update_ = false;
   drive(loop_->command());
   resting_ = DriveServices::resting(loop_->command());
-  if (predictive()) slip_updates_.write(predictive()->slip());
+  changes_.tell(*loop_);
   reckon(std::max(0.0, now - now_));
   now_ = now;
   publish(time);
@@ -252,10 +226,7 @@ void RosController::update(const ros::Time& time, const ros::Duration& period) {
 
 void RosController::takeSettings(double now) {
   if (const LiveParameters* wanted = settings_.read()) takeLive(*wanted, now);
-  if (const ControllerParameters* gains = thesis_gains_.read()) loop_->adoptGains(*gains, now);
-  if (const PredictiveParameters* gains = predictive_gains_.read()) loop_->adoptGains(*gains, now);
-  if (const SlipState* slip = wanted_slip_.read()) loop_->setSlip(*slip, now);
-  if (const bool* frozen = frozen_.read()) loop_->freezeLearning(*frozen, now);
+  changes_.apply(*loop_, now);
   if (resets_.read()) {
     loop_->start({}, now);
     odometry_->forgetMotion();
@@ -369,19 +340,16 @@ void RosController::publish(const ros::Time& time) {
   if (!(last_publication_ + period < now)) return;
   last_publication_ = std::max(last_publication_ + period, now - period);
   OdometryUpdate update;
-  update.stamp = time;
   const bool open_loop = parameters_.open_loop;
   update.pose = open_loop ? commanded_.pose() : odometry_->pose();
   update.pose_covariance = open_loop ? commanded_.covariance() : odometry_->poseCovariance();
   update.motion = open_loop ? commanded_motion_ : odometry_->motion();
   update.transform = live_.enable_odom_tf;
-  update.status = loop_->status();
-  update.set_point = loop_->setPoint();
+  BodyVector measured = LoopState{}.measured;
   const SkidSteerKinematics kinematics(parameters_.drive.geometry);
-  update.measured(kForward) = kinematics.bodyVelocity({last_wheels_.left, last_wheels_.right})(kForward);
-  if (imu_) update.measured(kYaw) = imu_->yaw_rate;
-  update.action = loop_->action();
-  update.command = loop_->command();
+  measured(kForward) = kinematics.bodyVelocity({last_wheels_.left, last_wheels_.right})(kForward);
+  if (imu_) measured(kYaw) = imu_->yaw_rate;
+  update.state = loopState(*loop_, measured, time);
   update.free_energy = loop_->controller().freeEnergy();
   update.slip = {parameters_.drive.geometry.effective_track, parameters_.drive.geometry.slip_factor};
   if (predictive()) {

@@ -25,6 +25,7 @@
 #include "jackal_aic/odometry/odometry.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "latest.hpp"
+#include "loop_exchange.hpp"
 #include "loop_tuning.hpp"
 #include "robot_watch.hpp"
 #include "ros_control_parameters.hpp"
@@ -53,8 +54,7 @@ void visitGains(Parameters& parameters, RosControllerConfig& config, const Visit
 /// update() runs the steps of the drive loop that are due, at whatever rate it is called, and neither locks nor
 /// allocates, but for the one update that takes over changed gains of the thesis' structure; callbacks hand over what
 /// they got by Latest.
-class RosController : public controller_interface::Controller<hardware_interface::VelocityJointInterface>,
-                      private LoopChanges {
+class RosController : public controller_interface::Controller<hardware_interface::VelocityJointInterface> {
  public:
   /// False, with the reason on the console, if the parameters are not good. @throws HardwareInterfaceException if the
   /// robot does not have a joint.
@@ -94,12 +94,6 @@ class RosController : public controller_interface::Controller<hardware_interface
   void tellStatus();
   const PredictiveController* predictive() const;
 
-  void adoptGains(const ControllerParameters& gains) override;
-  void adoptGains(const PredictiveParameters& gains) override;
-  void setSlip(const SlipState& slip) override;
-  void freezeLearning(bool frozen) override;
-  SlipState slip() const override;
-
   Wheels wheels() const;
   void takeSettings(double now);
   void takeLive(const LiveParameters& wanted, double now);
@@ -131,22 +125,17 @@ class RosController : public controller_interface::Controller<hardware_interface
   double last_publication_ = 0.0;  // s
 
   // From callbacks, whatever thread they come from, to the realtime thread.
-  mutable std::mutex callbacks_;
+  std::mutex callbacks_;
   Latest<SetPointInput> commands_;
   Latest<SensorReading> imu_readings_;
   Latest<double> feedback_stamps_;
   Latest<RobotStatus> robot_states_;
   Latest<LiveParameters> settings_;
-  Latest<ControllerParameters> thesis_gains_;
-  Latest<PredictiveParameters> predictive_gains_;
-  Latest<SlipState> wanted_slip_;
-  Latest<bool> frozen_;
+  LoopExchange changes_;
   Latest<bool> resets_;
   bool enabled_ = true;  // for the callbacks alone
 
   // The other way.
-  mutable Latest<SlipState> slip_updates_;
-  mutable SlipState slip_{};  // the last that was read
   std::atomic<bool> resting_{true};
 
   tf2_ros::Buffer transforms_;

@@ -72,6 +72,7 @@ DriveLoop::DriveLoop(const DriveParameters& parameters, std::unique_ptr<Velocity
       measurements_(watchParameters(parameters)),
       gate_(parameters.gate, parameters.geometry, controller_->actionStep()),
       schedule_(nanoseconds(controller_->beliefStep()), controller_->beliefStepsPerAction(), kMostPeriods),
+      phase_(nanoseconds(controller_->actionStep())),
       frozen_wheels_(parameters.gate.deadlines.frozen_wheels),
       frozen_imu_(parameters.gate.deadlines.frozen_imu) {}
 
@@ -88,7 +89,7 @@ void DriveLoop::start(const WheelCommand& driven, double now) {
 
 SetPointVerdict DriveLoop::setSetPoint(const SetPoint& wanted, double now, std::optional<double> stamp) {
   tell(now, SetPointInput{wanted, stamp});
-  noteTime(now);
+  catchUp(now);
   const bool finite = wanted.vector().allFinite();
   if (!finite || !isPlausible(wanted, parameters_.gate.limits)) {
     ++rejected_set_points_;
@@ -107,7 +108,7 @@ SetPointVerdict DriveLoop::setSetPoint(const SetPoint& wanted, double now, std::
 
 bool DriveLoop::receiveWheels(const SensorReading& reading, double now) {
   tell(now, WheelsInput{reading});
-  noteTime(now);
+  catchUp(now);
   const Observation& y = reading.observation;
   wheels_ = {y.stamp, now};
   // Encoders at rest may repeat, on the move they may not.
@@ -137,9 +138,7 @@ bool DriveLoop::observe(const Observation& observation, double now) {
 }
 
 bool DriveLoop::takeObservation(const Observation& observation, double now) {
-  noteTime(now);
-  // A measurement that overtakes the belief timer must not meet a belief about the past.
-  runBelief(nanoseconds(now) - 1);
+  catchUp(now);
   const ChannelValidity& valid = observation.valid;
   if (valid.wheel_left || valid.wheel_right) wheels_ = {observation.stamp, now};
   if (valid.yaw_rate || valid.acceleration) imu_ = {observation.stamp, now};
@@ -153,6 +152,7 @@ bool DriveLoop::takeObservation(const Observation& observation, double now) {
     return false;
   }
   measurement_ = {observation.stamp, now};
+  phase_.arrived(nanoseconds(now));
   observed_alone_ = !valid.all();
   if (verdict == SampleVerdict::incomplete) return false;  // it has come, but does not count: measurements_ knows why
   if (measurements_.recoversFromStall(now)) {
@@ -171,22 +171,25 @@ void DriveLoop::report(const RobotStatus& status, double now) {
 
 void DriveLoop::applied(const WheelCommand& command, AppliedSource source, double now) {
   tell(now, AppliedInput{command, source});
-  noteTime(now);
+  catchUp(now);
   if (parameters_.motors_shared) motors_.apply(now, command, source);
 }
 
 void DriveLoop::setSlip(const SlipState& slip, double now) {
   tell(now, SlipInput{slip});
+  catchUp(now);
   if (auto* predictive = dynamic_cast<PredictiveController*>(controller_.get())) predictive->setSlip(slip);
 }
 
 void DriveLoop::freezeLearning(bool frozen, double now) {
   tell(now, LearningInput{frozen});
+  catchUp(now);
   if (auto* predictive = dynamic_cast<PredictiveController*>(controller_.get())) predictive->freezeLearning(frozen);
 }
 
 void DriveLoop::adoptGains(const ControllerParameters& gains, double now) {
   tell(now, GainsInput{gains});
+  catchUp(now);
   auto* thesis = dynamic_cast<ActiveInferenceController*>(controller_.get());
   if (thesis == nullptr) throw ParameterError("controller.*: another structure runs");
   thesis->adoptGains(gains, parameters_.geometry);
@@ -194,6 +197,7 @@ void DriveLoop::adoptGains(const ControllerParameters& gains, double now) {
 
 void DriveLoop::adoptGains(const PredictiveParameters& gains, double now) {
   tell(now, GainsInput{gains});
+  catchUp(now);
   auto* predictive = dynamic_cast<PredictiveController*>(controller_.get());
   if (predictive == nullptr) throw ParameterError("predictive.*: another structure runs");
   predictive->adoptGains(gains);
@@ -231,6 +235,12 @@ void DriveLoop::updateBelief(double now) {
   runBelief(nanoseconds(now));
 }
 
+/// What changes the beliefs, or what they follow, must not meet a belief about the past.
+void DriveLoop::catchUp(double now) {
+  noteTime(now);
+  runBelief(nanoseconds(now) - 1);
+}
+
 void DriveLoop::runBelief(std::int64_t until) {
   for (int due = schedule_.beliefStepsDue(until); due > 0; --due) beliefStep();
 }
@@ -266,6 +276,10 @@ std::optional<WheelCommand> DriveLoop::advanceTo(double now, std::int64_t bounda
   return gate_.command();
 }
 
+double DriveLoop::nextDue(double due, double now) {
+  return 1e-9 * static_cast<double>(phase_.next(nanoseconds(due), nanoseconds(now)));
+}
+
 int DriveLoop::actionPeriodsDue(double now, std::int64_t boundary) {
   // A simulated clock begins when its first message comes, with the timer already set: what it skips is no stall.
   const std::int64_t period = nanoseconds(controller_->actionStep());
@@ -282,8 +296,10 @@ int DriveLoop::mostActions(double now) const {
 }
 
 void DriveLoop::beliefStep() {
+  // The step's own time, whenever it is run.
+  const double due = 1e-9 * static_cast<double>(schedule_.nextBeliefStep());
   // Where nobody but the wheels tells what reached the motors, no drive train explains the wheels.
-  measurements_.advance(motors_.toldByWheels() ? std::nullopt : std::optional(appliedCommand(now_)),
+  measurements_.advance(motors_.toldByWheels() ? std::nullopt : std::optional(appliedCommand(due)),
                         controller_->beliefStep());
   controller_->updateBelief();
   schedule_.beliefStepDone();
@@ -396,6 +412,7 @@ void DriveLoop::noteTime(double now) {
 void DriveLoop::restart(double now) {
   ++clock_resets_;
   forget(now);
+  measurements_.forgetEncoders();  // a simulation that starts anew may have another robot
   clock_jumped_ = true;
 }
 
@@ -403,6 +420,7 @@ void DriveLoop::forget(double now) {
   controller_->forgetMotion();
   measurements_.restart(now);
   schedule_.stop();
+  phase_.reset();
   motors_.reset();
   frozen_wheels_.reset();
   frozen_imu_.reset();

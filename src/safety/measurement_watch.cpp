@@ -163,6 +163,10 @@ void MeasurementWatch::restart(double now) {
   first_source_ = 0.0;
 }
 
+void MeasurementWatch::forgetEncoders() {
+  if (monitor_) monitor_->forgetEncoders();
+}
+
 void MeasurementWatch::resumeAfterStall(double now) {
   if (monitor_) monitor_->restart();
   forgetLosses();

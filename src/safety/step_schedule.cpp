@@ -5,7 +5,8 @@
 namespace jackal_aic {
 namespace {
 
-constexpr std::int64_t kRounding = 1000;  // ns, of times that came as seconds
+constexpr std::int64_t kRounding = 1000;    // ns, of times that came as seconds
+constexpr std::int64_t kForwardParts = 16;  // of a period, by which the action timer may be brought forward
 
 }  // namespace
 
@@ -27,7 +28,7 @@ int StepSchedule::beliefStepsDue(std::int64_t now) const {
 
 int StepSchedule::actionPeriodsDue(std::int64_t expected) {
   const std::int64_t period = belief_step_ * belief_steps_per_action_;
-  const std::int64_t due = (expected - boundary_ + kRounding) / period;
+  const std::int64_t due = (expected - boundary_ + std::max(kRounding, period / kForwardParts)) / period;
   if (!started_ || due <= 0) return 0;
   const std::int64_t run = std::min<std::int64_t>(due, most_periods_);
   dropped_ += static_cast<std::uint64_t>(due - run);

@@ -9,6 +9,7 @@
 #include <variant>
 
 #include "jackal_aic/certificate/advice.hpp"
+#include "jackal_aic/certificate/jitter_certificate.hpp"
 #include "jackal_aic/config/yaml_text.hpp"
 #include "tool_files.hpp"
 
@@ -65,7 +66,7 @@ std::string table(const Figures& figures, const std::string& indent = "") {
       continue;
     }
     struct Text {
-      std::string operator()(double value) const { return std::isfinite(value) ? fmt::format("{:.4g}", value) : "any"; }
+      std::string operator()(double value) const { return std::isfinite(value) ? fmt::format("{:.6g}", value) : "any"; }
       std::string operator()(bool value) const { return value ? "yes" : "no"; }
       std::string operator()(const std::string& value) const { return value; }
       std::string operator()(const Figures&) const { return ""; }
@@ -138,7 +139,16 @@ Finding certificateOf(const ControllerFile& file, const PlantModel& plant) {
   return {figures, certificate.stable()};
 }
 
-Finding certificateOf(const PredictiveFile& file, const PlantModel& robot) {
+/// Of a clock on which every period has a phase, a delay and maybe a lost sample of its own.
+Figure jitterFigures(const PredictiveFile& file, const PlantModel& robot) {
+  const JitterMargins margins = jitterMargins(PredictiveLinearLoop(file.parameters, file.model.value_or(robot), robot));
+  const Figures figures{{"any_phase", "stable with phases in any order", "", margins.any_phase},
+                        {"jitter_margin_s", "delays in any order, certified up to", "s more dead time", margins.delay},
+                        {"lost_samples", "samples lost in a row, certified", "", static_cast<double>(margins.lost)}};
+  return {"jitter", "on a clock that is irregular", "", figures};
+}
+
+Finding certificateOf(const PredictiveFile& file, const PlantModel& robot, bool jitter) {
   const PlantModel model = file.model.value_or(robot);
   const PredictiveCertificate certificate = certify(file.parameters, model, robot);
   Figures figures = verdictFigures(certificate);
@@ -147,6 +157,7 @@ Finding certificateOf(const PredictiveFile& file, const PlantModel& robot) {
   figures.push_back({"delay_reduction_s", "delay reduction", "s less dead time", certificate.delay_reduction});
   figures.push_back({"stable", "stable", "", certificate.stable()});
   figures.push_back({"period_s", "common period of the timers", "s", certificate.period});
+  if (jitter) figures.push_back(jitterFigures(file, robot));
   figures.push_back(sensitivityFigures(sensitivities(file.parameters, model, robot)));
   figures.push_back({"plant_model", "as the controller believes the robot", "", plantFigures(model)});
   figures.push_back({"robot", "on the robot", "", plantFigures(robot)});
@@ -190,6 +201,9 @@ po::options_description optionsOfAnalyze() {
                         "config/jackal_model.yaml assumes");
   options.add_options()("range", po::value<std::string>(),
                         "print the stable interval of tau, kappa_mu or kappa_a instead, the others as they are");
+  options.add_options()("jitter",
+                        "of a predictive controller: certify every sequence of phases, delays and lost samples, too; "
+                        "takes some 20 s");
   options.add_options()("json", "print one line of JSON instead of the table");
   return options;
 }
@@ -203,7 +217,7 @@ int analyze(const std::vector<std::string>& arguments, std::ostream& out) {
   po::variables_map given;
   po::store(po::command_line_parser(arguments).options(options).positional(positional).run(), given);
   if (given.count("help") > 0) {
-    out << "analyze CONFIG.yaml [--plant PLANT.yaml] [--range tau|kappa_mu|kappa_a] [--json]\n"
+    out << "analyze CONFIG.yaml [--plant PLANT.yaml] [--range tau|kappa_mu|kappa_a] [--jitter] [--json]\n"
         << "Stability certificate of a controller: spectral radii, gain and delay margin. Exit status 1 if it is "
            "unstable.\n"
         << options;
@@ -213,11 +227,13 @@ int analyze(const std::vector<std::string>& arguments, std::ostream& out) {
   const std::string path = given["config"].as<std::string>();
   const PlantModel plant =
       given.count("plant") > 0 ? readPlantFile(given["plant"].as<std::string>()).model : PlantModel{};
-  const bool ranged = given.count("range") > 0;
+  const bool ranged = given.count("range") > 0, jitter = given.count("jitter") > 0;
   Finding finding;
   if (describesPredictive(path)) {
     if (ranged) throw ParameterError("range: only for the gains of controller.*");
-    finding = certificateOf(readPredictiveFile(path), plant);
+    finding = certificateOf(readPredictiveFile(path), plant, jitter);
+  } else if (jitter) {
+    throw ParameterError("jitter: only for the gains of predictive.*");
   } else if (ranged) {
     finding = rangeOf(readControllerFile(path), plant, gainNamed(given["range"].as<std::string>()));
   } else {

@@ -63,7 +63,7 @@ class ExcitationNode {
         subscribers_(recorded ? 2 : 1),
         limiter_(LimitParameters{}, geometry, kPeriod),
         drive_(node.advertise<jackal_msgs::Drive>("cmd_drive", 1)),
-        graph_({drive_.getTopic()}, kGraphPeriod),
+        graph_({{drive_.getTopic()}, {}, false, "", false}, kGraphPeriod),
         robot_(node, [this](const ros::Time&) { feedback_.beat(); }),
         wheels_(node.subscribe<sensor_msgs::JointState>(
             "joint_states", 10, [this](const sensor_msgs::JointStateConstPtr&) { wheels_heard_.beat(); })),

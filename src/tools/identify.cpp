@@ -47,7 +47,7 @@ bool parse(int argc, char** argv, Options& options) {
       "robot", po::value(&options.robot), "which robot it is, in a few words, for the plant model")(
       "plot", po::value(&options.plot), "picture to write (default: the bag's name with .png)")(
       "csv", po::value(&options.csv), "write measured and fitted wheel speeds")(
-      "wheel-radius", po::value(&options.wheel_radius)->default_value(options.wheel_radius), "m")(
+      "wheel-radius", po::value(&options.wheel_radius)->default_value(options.wheel_radius, "0.098"), "m")(
       "slip-factor", po::value(&options.slip_factor)->default_value(options.slip_factor),
       "robot.slip_factor of the controller that the model is for")(
       "drive-topic", po::value(&options.topics.drive)->default_value(options.topics.drive), "jackal_msgs/Drive")(

@@ -9,7 +9,6 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "conversions.hpp"
@@ -21,8 +20,6 @@ namespace {
 constexpr std::int64_t kLongestGap = 60'000'000'000;
 
 std::int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
-
-constexpr SetPoint kNotFinite{std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
 
 }  // namespace
 
@@ -87,7 +84,7 @@ void MessagePlayer::play(const rosbag::MessageInstance& message) {
   if (name == topic(settings_.set_point)) {
     const auto set_point = message.instantiate<topic_tools::ShapeShifter>();
     const auto received = set_point ? receivedSetPoint(*set_point) : std::nullopt;
-    if (received) tell(SetPointInput{received->wanted.value_or(kNotFinite), received->stamp});
+    if (received) tell(SetPointInput{received->wanted, received->stamp});
   }
   playWheels(message);
   playImu(message);

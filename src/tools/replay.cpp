@@ -13,7 +13,9 @@
 #include <utility>
 
 #include "closed_loop.hpp"
+#include "jackal_aic/config/text_file.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
+#include "loop_setup.hpp"
 #include "node_parameters.hpp"
 #include "package_files.hpp"
 #include "recorded_drive.hpp"
@@ -87,7 +89,9 @@ ParameterMap withoutGains(ParameterMap map) {
 }
 
 std::string presetFile(const std::string& preset, const sim::PackageFiles& files) {
-  return preset.find('/') != std::string::npos ? preset : files.path("config/" + preset + ".yaml");
+  if (preset.find('/') != std::string::npos || preset.find(".yaml") != std::string::npos) return preset;
+  sim::requireKnown("--preset", preset, sim::controllerNames());
+  return files.path("config/" + preset + ".yaml");
 }
 
 void set(const std::string& setting, ParameterMap& map) {
@@ -115,7 +119,7 @@ NodeParameters configurationFor(const Options& options, const std::string& recor
   if (!options.plant_model.empty()) addYamlFile(options.plant_model, map);
   for (const std::string& setting : options.settings) set(setting, map);
   return readNodeParameters(std::move(map), [&] {
-    return sim::readText(options.urdf.empty() ? files.path("sim/urdf/jackal.urdf") : options.urdf);
+    return readText(options.urdf.empty() ? files.path("sim/urdf/jackal.urdf") : options.urdf);
   });
 }
 
@@ -357,7 +361,7 @@ int replayOnPlant(const RecordedDrive& drive, const Options& options, const Node
                                      profile.duration, kLongest));
   }
   const PlantFile robot = readPlantFile(options.plant);
-  sim::JackalPlant plant(sim::readText(sim::PackageFiles().path("sim/urdf/jackal.urdf")), robot.simulation);
+  sim::JackalPlant plant(readText(sim::PackageFiles().path("sim/urdf/jackal.urdf")), robot.simulation);
   DriveParameters settings = sim::uninterrupted();
   settings.controller = parameters.controller;
   settings.geometry = parameters.geometry;

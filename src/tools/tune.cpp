@@ -11,6 +11,7 @@
 #include <ostream>
 #include <regex>
 
+#include "jackal_aic/config/text_file.hpp"
 #include "jackal_aic/config/yaml_text.hpp"
 #include "package_files.hpp"
 #include "progress_bar.hpp"
@@ -50,7 +51,7 @@ po::options_description optionsOfTune() {
   add("overshoot", po::value<double>()->default_value(10.0),
       "largest overshoot of the robot as it is [%]; half as much again with its spread");
   add("gain-margin", po::value<double>()->default_value(2.0), "least gain margin");
-  add("delay-margin", po::value<double>()->default_value(0.05), "least delay margin [s]");
+  add("delay-margin", po::value<double>()->default_value(0.05, "0.05"), "least delay margin [s]");
   add("orders", po::value<std::string>()->default_value("1..5"), "generalised orders p to search, A or A..B");
   add("evaluations", po::value<int>()->default_value(80), "simulated candidates of each round of a local search");
   add("linear-evaluations", po::value<int>()->default_value(4000),
@@ -69,7 +70,7 @@ GainSearchTask readTask(const po::variables_map& given, const sim::PackageFiles&
   for (const std::string& path : given["plant"].as<std::vector<std::string>>()) {
     task.robots.push_back({std::filesystem::path(path).stem().string(), readPlantFile(path)});
   }
-  task.urdf = sim::readText(files.path("sim/urdf/jackal.urdf"));
+  task.urdf = readText(files.path("sim/urdf/jackal.urdf"));
   task.overshoot_pct = checked(given, "overshoot", {0.0, 100.0});
   task.margins.gain = checked(given, "gain-margin", {1.0, 100.0});
   task.margins.delay = checked(given, "delay-margin", {0.0, 0.9 * kLargestDelayMargin});

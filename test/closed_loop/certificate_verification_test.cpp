@@ -17,6 +17,7 @@
 #include "jackal_aic/certificate/closed_loop_certificate.hpp"
 #include "jackal_plant.hpp"
 #include "linear_plant.hpp"
+#include "stepped_loop.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -148,21 +149,17 @@ class TimeDomain {
   /// @param decay, growth relative to the largest excursion in the first second at which the verdict is clear;
   /// @param longest run [s].
   TimeDomain(const Case& c, double decay, double growth, double longest)
-      : plant_(c),
-        controller_(c.controller, c.geometry, {}, Divergence::allowed),
-        sensor_ticks_(ticks(c.plant.sensor_rate)),
-        belief_ticks_(ticks(c.controller.belief_rate)),
-        action_ticks_(ticks(c.controller.action_rate)),
-        phase_ticks_(std::llround(c.phase / kStep)),
+      : loop_(Plant(c), ActiveInferenceController(c.controller, c.geometry, {}, Divergence::allowed),
+              {c.plant.sensor_rate, c.controller.belief_rate, c.controller.action_rate, c.phase}),
         decay_(decay),
         growth_(growth),
         seconds_(static_cast<int>(longest)) {}
 
   Verdict verdict() {
-    controller_.observe(Observation{});
-    controller_.setSetPoint({0.5, 0.2, 0.4});
+    loop_.controller.observe(Observation{});
+    loop_.controller.setSetPoint({0.5, 0.2, 0.4});
     const double reference = excursionInOneSecond();
-    controller_.setSetPoint({});
+    loop_.controller.setSetPoint({});
     excursionInOneSecond();
     double middle = 0.0, last = 0.0;
     for (int second = 2; second < seconds_; ++second) {
@@ -175,35 +172,22 @@ class TimeDomain {
   }
 
  private:
-  static std::int64_t ticks(double rate) { return std::llround(1.0 / (rate * kStep)); }
-
   double excursionInOneSecond() {
     double largest = 0.0;
     for (int i = 0; i < std::lround(1.0 / kStep); ++i) {
-      tick();
-      const Observation y = plant_.observation();
-      largest = std::max({largest, std::abs(y.wheel_left), std::abs(y.wheel_right),
-                          controller_.belief().col(0).cwiseAbs().maxCoeff()});
-      if (!std::isfinite(y.wheel_left) || !controller_.belief().allFinite()) return HUGE_VAL;
+      loop_.step();
+      const Observation y = loop_.plant.observation();
+      const GeneralizedBody& belief = loop_.controller.belief();
+      largest =
+          std::max({largest, std::abs(y.wheel_left), std::abs(y.wheel_right), belief.col(0).cwiseAbs().maxCoeff()});
+      if (!std::isfinite(y.wheel_left) || !belief.allFinite()) return HUGE_VAL;
     }
     return largest;
   }
 
-  /// The timing that the certificate describes: plant, sensor, belief, action.
-  void tick() {
-    plant_.step();
-    ++now_;
-    if ((now_ + phase_ticks_) % sensor_ticks_ == 0) controller_.observe(plant_.observation());
-    if (now_ % belief_ticks_ == 0) controller_.updateBelief();
-    if (now_ % action_ticks_ == 0) plant_.command(controller_.updateAction());
-  }
-
-  Plant plant_;
-  ActiveInferenceController controller_;
-  std::int64_t sensor_ticks_, belief_ticks_, action_ticks_, phase_ticks_;
+  SteppedLoop<Plant, ActiveInferenceController> loop_;
   double decay_, growth_;
   int seconds_;
-  std::int64_t now_ = 0;
 };
 
 template <class Plant>

@@ -186,7 +186,7 @@ TEST(LoopSetup, NamesWhatItDoesNotKnow) {
   EXPECT_EQ(
       message("improvd", "box", {}),
       "controller = 'improvd': unknown; known: diff_drive, standard, improved, tuned, predictive, or a file NAME.yaml");
-  EXPECT_EQ(message("improved", "moon", {}), "plant = 'moon': unknown; known: box, ground, or a file NAME.yaml");
+  EXPECT_EQ(message("improved", "moon", {}), "plant = 'moon': unknown; known: box, ground, real, or a file NAME.yaml");
   EXPECT_EQ(message("improved", "box", {{"controller.tau", "-1"}}).rfind("controller.tau = -1: must be in", 0), 0u);
   EXPECT_EQ(message("improved", "box", {{"plant.deadtime", "1"}}).rfind("plant.deadtime = 1: unknown key", 0), 0u);
   EXPECT_EQ(message("nothing.yaml", "box", {}), "nothing.yaml: cannot be read");
@@ -221,7 +221,7 @@ TEST(PackageFiles, RefusesADirectoryWithoutThePackage) {
 
 TEST(PackageFiles, AreReadOnceAndNotAgain) {
   const auto share = std::filesystem::temp_directory_path() / ("package_files_" + std::to_string(getpid()));
-  for (const char* directory : {"config", "sim/urdf", "sim/thesis"}) {
+  for (const char* directory : {"config", "sim/urdf", "sim/thesis", "sim/experiments"}) {
     std::filesystem::create_directories(share / directory);
     std::filesystem::copy(std::filesystem::path(JACKAL_AIC_SOURCE_DIR) / directory, share / directory,
                           std::filesystem::copy_options::recursive);

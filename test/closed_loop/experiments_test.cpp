@@ -13,6 +13,7 @@
 #include "calibration.hpp"
 #include "campaign.hpp"
 #include "commands.hpp"
+#include "jackal_aic/config/text_file.hpp"
 #include "parallel.hpp"
 #include "usable_range.hpp"
 #include "yaml_fields.hpp"
@@ -156,8 +157,8 @@ TEST_F(Experiments, CommandLineErrorsAreOneLineWithTheValidNames) {
     return complaint(arguments);
   };
   EXPECT_EQ(complaint({"fly"}),
-            "command = 'fly': unknown; known: list, run, merge, step, square, detection, stops, unidentified, "
-            "odometry, real, calibrate");
+            "command = 'fly': unknown; known: list, run, merge, step, square, detection, stops, bounds, baselines, "
+            "unidentified, robustness, odometry, real, calibrate");
   EXPECT_TRUE(startsWith(with_share({"run", "table_9", "--out", path("x")}),
                          "experiment = 'table_9': unknown; known: all, table_3-1a"));
   EXPECT_TRUE(
@@ -300,10 +301,10 @@ TEST(CalibratedFile, KeepsEverythingButTheFittedValues) {
 
 TEST(CalibratedFile, ASearchFindsAPlantThatFitsBetterThanItsStart) {
   CalibrationTask task = calibrationTasks().front();
-  task.fitted = {"5-9"};
+  task.tables = {"5-9"};
   const PlantParameters start = loadSetup(files(), "diff_drive", "box", {{"plant.dead_time", "0.2"}}).plant;
   const Calibration found = calibrate(files(), task, 6, 0);
-  EXPECT_LT(found.error, meanError(residuals(files(), task.fitted, start, 0)));
+  EXPECT_LT(found.error, meanError(residuals(files(), task.tables, start, 0)));
   const Calibration again = calibrate(files(), task, 6, 1);
   EXPECT_DOUBLE_EQ(found.plant.dead_time, again.plant.dead_time);
   EXPECT_DOUBLE_EQ(found.error, again.error);

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "experiment_table.hpp"
+#include "jackal_aic/config/text_file.hpp"
 
 namespace jackal_aic::sim {
 namespace {

@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 
 #include "odometry_table.hpp"
+#include "planar_ekf.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -46,9 +48,27 @@ INSTANTIATE_TEST_SUITE_P(ControllersAndPlants, OdometryCovariance,
                                          std::tuple{"improved", "ground"}, std::tuple{"improved", "box"},
                                          std::tuple{"diff_drive", "ground"}));
 
+/// Steps of up to 1 m/s and 1 rad/s every second or so, each seed by itself.
+TEST(Odometry, IsAsSureInHardCyclesAsItMayBe) {
+  for (const char* controller : {"predictive", "improved"}) {
+    for (const char* friction : {"0.5", "0.8"}) {
+      for (const std::uint64_t seed : {2u, 7u}) {
+        DrivingCycle hard;
+        hard.seed = seed;
+        const auto figures = driveOdometry(
+            kFiles, {"hard cycle", controller, "ground", cycleProfile(hard), {{"plant.friction", friction}}});
+        std::printf("%s on friction %s, seed %d: NEES %.2f, %.1f %% inside\n", controller, friction,
+                    static_cast<int>(seed), figures.nees, 100.0 * figures.inside);
+        EXPECT_GE(figures.inside, 0.95) << controller << " on friction " << friction << ", seed " << seed;
+        EXPECT_GE(figures.nees, 0.5) << "wider than it has to be";
+      }
+    }
+  }
+}
+
 TEST(Odometry, DriftsLessThanTheStockController) {
   int drives = 0;
-  double ours = 0.0, stock = 0.0;
+  double ours = 0.0, stock = 0.0, ours_filtered = 0.0, stock_filtered = 0.0;
   for (const OdometryDrive& drive : odometryDrives()) {
     const bool straight = drive.name.rfind("straight", 0) == 0;
     if (straight || !drive.overrides.empty()) continue;
@@ -58,10 +78,51 @@ TEST(Odometry, DriftsLessThanTheStockController) {
     EXPECT_LT(figures.ours.heading, figures.stock.heading + 0.03) << drive.name;
     ours += figures.ours.position;
     stock += figures.stock.position;
+    ours_filtered += figures.ours_filtered.position;
+    stock_filtered += figures.stock_filtered.position;
     ++drives;
   }
   EXPECT_EQ(drives, 8);
   EXPECT_LT(ours, 0.5 * stock);
+  EXPECT_LT(ours_filtered, 0.5 * stock_filtered) << "with the gyro beside the stock controller's";
+}
+
+constexpr double kStep = 0.02, kForward = 0.5, kYawRate = 0.4;  // s, m/s, rad/s
+
+PlanarMotion arcWith(double variance) {
+  PlanarMotion arc{kForward, kYawRate};
+  arc.covariance.diagonal().setConstant(variance);
+  return arc;
+}
+
+TEST(PlanarEkf, FollowsAnArc) {
+  PlanarEkf ekf;
+  ekf.correct(arcWith(1e-18));  // surer than its own start
+  constexpr int kSteps = 200;
+  for (int k = 0; k < kSteps; ++k) {
+    ekf.predict(kStep);
+    ekf.correct(arcWith(1e-6));
+  }
+  const double heading = kSteps * kStep * kYawRate, radius = kForward / kYawRate;
+  EXPECT_NEAR(ekf.pose().heading, heading, 1e-3);
+  EXPECT_NEAR(ekf.pose().x, radius * std::sin(heading), 0.01);
+  EXPECT_NEAR(ekf.pose().y, radius * (1.0 - std::cos(heading)), 0.01);
+}
+
+TEST(PlanarEkf, BelievesTheSurerOfTwoYawRates) {
+  const auto headingWith = [](double odometry_variance, double gyro_variance) {
+    PlanarEkf ekf;
+    for (int k = 0; k < 500; ++k) {
+      ekf.predict(kStep);
+      ekf.correct(arcWith(odometry_variance));
+      ekf.correct(0.0, gyro_variance);
+    }
+    return ekf.pose().heading;
+  };
+  const double turned = 500 * kStep * kYawRate;
+  EXPECT_LT(headingWith(1.0, 1e-4), 0.05 * turned);
+  EXPECT_GT(headingWith(1e-4, 1.0), 0.95 * turned);
+  EXPECT_NEAR(headingWith(0.01, 0.01), 0.5 * turned, 0.05 * turned);
 }
 
 }  // namespace

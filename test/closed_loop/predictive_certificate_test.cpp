@@ -14,6 +14,7 @@
 #include "jackal_aic/certificate/advice.hpp"
 #include "jackal_aic/predictive/predictive_controller.hpp"
 #include "linear_plant.hpp"
+#include "stepped_loop.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -85,21 +86,17 @@ enum class Verdict { stable, unstable };
 class TimeDomain {
  public:
   explicit TimeDomain(const Case& c)
-      : plant_(c.robot, {}),
-        controller_(c.parameters, {}, c.model),
-        sensor_ticks_(std::lround(1000.0 / c.robot.sensor_rate)),
-        belief_ticks_(std::lround(1000.0 / c.parameters.belief_rate)),
-        action_ticks_(std::lround(1000.0 / c.parameters.action_rate)),
-        phase_ticks_(std::lround(1000.0 * c.phase)) {}
+      : loop_(LinearPlant(c.robot, {}), PredictiveController(c.parameters, {}, c.model),
+              {c.robot.sensor_rate, c.parameters.belief_rate, c.parameters.action_rate, c.phase}) {}
 
   Verdict verdict() {
     constexpr double kTiny = 1e-9;
     constexpr double kNearlyRest = 1e-30;  // a robot that is told to stand, and does, is not driven by the loop
-    controller_.observe(Observation{});
+    loop_.controller.observe(Observation{});
     for (int i = 0; i < 10; ++i) excursionInOneSecond();  // at rest the gain of the belief converges
-    controller_.setSetPoint({kTiny, 0.0, kTiny});
+    loop_.controller.setSetPoint({kTiny, 0.0, kTiny});
     const double reference = excursionInOneSecond();
-    controller_.setSetPoint({kNearlyRest, 0.0, kNearlyRest});
+    loop_.controller.setSetPoint({kNearlyRest, 0.0, kNearlyRest});
     excursionInOneSecond();
     double middle = 0.0, last = 0.0;
     for (int second = 2; second < 120; second += 2) {
@@ -115,22 +112,15 @@ class TimeDomain {
   double excursionInOneSecond() {
     double largest = 0.0;
     for (int i = 0; i < 1000; ++i) {
-      plant_.step();
-      ++now_;
-      if ((now_ + phase_ticks_) % sensor_ticks_ == 0) controller_.observe(plant_.observation());
-      if (now_ % belief_ticks_ == 0) controller_.updateBelief();
-      if (now_ % action_ticks_ == 0) plant_.command(controller_.updateAction());
-      const Observation y = plant_.observation();
+      loop_.step();
+      const Observation y = loop_.plant.observation();
       largest = std::max(
-          {largest, std::abs(y.wheel_left), std::abs(y.wheel_right), std::abs(controller_.left().disturbance())});
+          {largest, std::abs(y.wheel_left), std::abs(y.wheel_right), std::abs(loop_.controller.left().disturbance())});
     }
     return largest;
   }
 
-  LinearPlant plant_;
-  PredictiveController controller_;
-  long sensor_ticks_, belief_ticks_, action_ticks_, phase_ticks_;
-  long now_ = 0;
+  SteppedLoop<LinearPlant, PredictiveController> loop_;
 };
 
 TEST(PredictiveCertificate, AgreesWithEveryRunOnALinearRobot) {

@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file
-/// The predictive controller as configured on the simulated robot, stepped by hand, so that a test sees its beliefs.
+/// The predictive controller as configured on the simulated robot, without the drive loop, so that a test sees its
+/// beliefs and changes its robot.
 
 #include <cmath>
 #include <string>

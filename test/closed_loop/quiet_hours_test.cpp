@@ -31,6 +31,19 @@ TEST_P(QuietDrives, RaiseNoAlarm) {
 
 INSTANTIATE_TEST_SUITE_P(DrawnBySeed, QuietDrives, testing::Range(0, 20));
 
+/// On the plant `real`, over patches of friction: arcs, a straight line on unlike tyres, and circles.
+class QuietDrivesOnReal : public testing::TestWithParam<int> {};
+
+TEST_P(QuietDrivesOnReal, RaiseNoAlarm) {
+  const auto number = static_cast<std::uint64_t>(GetParam());
+  const QuietDrive drive = drawQuietDrive(1, number, kTenMinutes, QuietRobots::identified, World::real);
+  const Alarms alarms = runQuiet(files(), drive);
+  EXPECT_EQ(alarms.fault, "") << describe(drive);
+  EXPECT_GT(alarms.samples, 25000u);
+}
+
+INSTANTIATE_TEST_SUITE_P(DrawnBySeed, QuietDrivesOnReal, testing::Values(0, 1, 6, 16));
+
 /// A joystick that goes to and fro and then rests, with encoders whose noise is below their resolution.
 TEST(QuietDrive, ToAndFroIsNoNoiseOfTheEncoder) {
   const QuietDrive drive = drawQuietDrive(5, 4, 60.0, QuietRobots::identified);

@@ -57,7 +57,7 @@ TEST(RealDrives, AReversedGyroIsToldAndNotLearnedFrom) {
   for (const std::string& path : recordingsIn(data())) {
     const RobotRecording recording = readRecording(path);
     if (!recording.has_imu) continue;
-    const ReversedGyro reversed = replayReversed(files(), recording, RealModel::assumed);
+    const ReversedGyro reversed = replayReversed(files(), recording, fitCommandPath(recording), RealModel::assumed);
     EXPECT_TRUE(reversed.told) << recording.name;
     ASSERT_TRUE(reversed.slip.turn) << recording.name;
     const double configured = 1.0 / (1.5 * recording.robot.wheel_distance);

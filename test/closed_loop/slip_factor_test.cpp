@@ -12,6 +12,7 @@
 #include "jackal_aic/model/skid_steer_kinematics.hpp"
 #include "jackal_aic/predictive/predictive_controller.hpp"
 #include "linear_plant.hpp"
+#include "stepped_loop.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -92,23 +93,17 @@ TEST_P(AtSlipFactor, ThePredictiveControllerDrivesAsTold) {
     parameters.learn_track = learn;
     PlantModel model = identified();
     if (learn) model.effective_track = 1.25 * kTrack;
-    PredictiveController controller(parameters, geometry(), model);
-    LinearPlant plant(robot(), geometry());
-    controller.setSetPoint({0.4, 0.0, 0.5});
-    for (int k = 1; k <= 4000; ++k) {
-      plant.step();
-      if (k % 20 == 0) controller.observe(plant.observation());
-      controller.updateBelief();
-      if (k % 20 == 0) plant.command(controller.updateAction());
-    }
-    const Observation y = plant.observation();
+    SteppedLoop loop(LinearPlant(robot(), geometry()), PredictiveController(parameters, geometry(), model));
+    loop.controller.setSetPoint({0.4, 0.0, 0.5});
+    for (int k = 0; k < 4000; ++k) loop.step();
+    const Observation y = loop.plant.observation();
     const GeometryParameters truth = geometryOf(robot(), geometry());
     const BodyVector driven = SkidSteerKinematics(truth).bodyVelocity({y.wheel_left, y.wheel_right});
     EXPECT_NEAR(driven(kForward), 0.4, 0.004) << "learning " << learn;
     EXPECT_NEAR(driven(kYaw), 0.5, 0.005) << "learning " << learn;
     EXPECT_NEAR(y.yaw_rate, driven(kYaw), 1e-9);
-    EXPECT_NEAR(controller.believedVelocity()(kForward), 0.4, 0.004);
-    EXPECT_NEAR(controller.effectiveTrack(), kTrack, 0.01 * kTrack);
+    EXPECT_NEAR(loop.controller.believedVelocity()(kForward), 0.4, 0.004);
+    EXPECT_NEAR(loop.controller.effectiveTrack(), kTrack, 0.01 * kTrack);
   }
 }
 

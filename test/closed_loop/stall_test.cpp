@@ -87,6 +87,37 @@ TEST(ClockThatRanBack, LeavesNothingThatHidesAFault) {
   EXPECT_EQ(loop.status().clock_resets, 1u);
 }
 
+/// First fault that is found in a turn of a new robot, whose clock begins at zero.
+Fault faultInATurn(DriveLoop& loop, const PlantParameters& robot) {
+  constexpr double kLong = 8.0;  // s
+  JackalPlant plant(textOf("sim/urdf/jackal.urdf"), robot);
+  for (; plant.time() < kLong; plant.step()) {
+    const double now = plant.time();
+    loop.setSetPoint(now < 0.3 ? SetPoint{} : SetPoint{0.5, 0.0, 0.8}, now);
+    if (plant.measurement()) loop.observe(plant.measurement()->observation(), now);
+    if (const auto command = loop.advance(now)) plant.command(*command);
+    if (isFault(loop.status().fault)) return loop.status().fault;
+  }
+  return Fault::none;
+}
+
+/// A simulation that starts anew may have another robot; what resolution its encoders have is to be learned.
+TEST(ClockThatRanBack, EncodersAreNotJudgedByThoseOfBefore) {
+  DriveParameters parameters;
+  parameters.controller = PredictiveLoop::preset();
+  parameters.plant_model = linearModel(PredictiveLoop::ground());
+  parameters.plant_model->identified = true;
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    DriveLoop loop(parameters, makeController(parameters));
+    PlantParameters noisy = PredictiveLoop::ground(), coarse = noisy;
+    noisy.seed = coarse.seed = seed;
+    coarse.encoder_step = 0.1;
+    coarse.encoder_noise = 0.0;
+    EXPECT_EQ(faultInATurn(loop, noisy), Fault::none) << seed;
+    EXPECT_STREQ(text(faultInATurn(loop, coarse)), "") << seed;
+  }
+}
+
 TEST(Stall, WithoutTheDriveLoopItWouldBeOne) {
   PredictiveController controller(PredictiveLoop::preset(), GeometryParameters{},
                                   linearModel(PredictiveLoop::ground()));

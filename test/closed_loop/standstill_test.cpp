@@ -7,9 +7,11 @@
 #include <utility>
 #include <vector>
 
+#include "linear_plant.hpp"
 #include "loop_setup.hpp"
 #include "predictive_loop.hpp"
 #include "result_table.hpp"
+#include "stepped_loop.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -60,34 +62,37 @@ TEST_P(StandstillOfAPreset, AfterAStopTheCommandIsExactlyZeroAndStaysSo) {
 INSTANTIATE_TEST_SUITE_P(Presets, StandstillOfAPreset, ::testing::Values("standard", "improved", "tuned", "predictive"),
                          [](const auto& info) { return info.param; });
 
+/// Wheels whose velocity loop gives way, so that they turn without a command.
+class PushedWheels : public LinearPlant {
+ public:
+  PushedWheels(const PlantModel& model, double push) : LinearPlant(model, {}), push_(push) { command({}); }
+
+  void command(const WheelCommand& wanted) {
+    wanted_ = wanted;
+    LinearPlant::command({wanted.left + push_, wanted.right + push_});
+  }
+  const WheelCommand& wanted() const { return wanted_; }  ///< last command
+
+ private:
+  double push_;  // [rad/s]
+  WheelCommand wanted_;
+};
+
 TEST(Standstill, ADisturbanceOfTheWheelsIsStillHeldAgainst) {
-  // A velocity loop that gives way: the belief is of a wheel that turns without a command.
   const PlantModel model;
-  PredictiveController controller(PredictiveLoop::preset(), {}, model);
   for (const double push : {0.1, -0.3}) {
-    controller.reset();
-    double speed = 0.0, travel = 0.0;
-    std::vector<double> way(static_cast<std::size_t>(model.dead_time / 0.001), 0.0);  // commands
+    SteppedLoop loop(PushedWheels(model, push), PredictiveController(PredictiveLoop::preset(), {}, model));
+    double travel = 0.0;
     int reversals = 0;
     bool stood = false;
     for (int k = 0; k < 60000; ++k) {
-      const double command = way[static_cast<std::size_t>(k) % way.size()];
-      speed += (command + push - speed) * 0.001 / model.lag;
-      if (k > 20000) travel += 0.001 * speed;
-      if (k % 20 == 0) {
-        Observation y;
-        y.stamp = 0.001 * k;
-        y.wheel_left = y.wheel_right = speed;
-        controller.observe(y);
-      }
-      controller.updateBelief();
-      if (k % 20 == 0) controller.updateAction();
-      const bool stands = controller.action() == WheelCommand{};
+      loop.step();
+      if (k > 20000) travel += 0.001 * loop.plant.observation().wheel_left;
+      const bool stands = loop.plant.wanted() == WheelCommand{};
       reversals += stands != stood;
       stood = stands;
-      way[static_cast<std::size_t>(k) % way.size()] = controller.action().left;
     }
-    EXPECT_NEAR(controller.action().left, -push, 0.01);
+    EXPECT_NEAR(loop.plant.wanted().left, -push, 0.01);
     EXPECT_LT(std::abs(travel), 0.05) << "rad in 40 s";
     EXPECT_LE(reversals, 4) << "it holds or it stands";
   }

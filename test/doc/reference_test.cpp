@@ -84,7 +84,7 @@ std::vector<Row> rowsOf(const std::string& prefix, const fs::path& header, const
     const std::string said =
         field.name == "robot" ? "name of the robot, for messages" : remark(header, structure, field);
     EXPECT_FALSE(said.empty()) << structure << ": " << field.name << " has no comment";
-    rows.push_back({prefix + "." + field.name, field, said});
+    rows.push_back({(prefix.empty() ? "" : prefix + ".") + field.name, field, said});
   }
   return rows;
 }
@@ -98,19 +98,13 @@ Field choice(const char* name, Enum value, const std::array<const char*, N>& wor
 
 std::vector<Row> nodeRows() {
   const NodeParameters node;
-  Field others{"allow_other_publishers", node.allow_other_publishers, std::nullopt, "", {}, Presence::optional};
-  Field rivals{"allow_multiple_set_points", node.allow_multiple_set_points, std::nullopt, "", {}, Presence::optional};
-  Field inputs{"publish_inputs", node.publish_inputs, std::nullopt, "", {}, Presence::optional};
-  Field slip_file{"slip.file", node.slip_file, std::nullopt, "", {}, Presence::optional};
-  return {
-      {"output", choice("output", node.output, kOutputModeNames),
-       "where the commands go: jackal_msgs/Drive on /cmd_drive, Twist on /cmd_vel, or Float64 per wheel"},
-      {"restart_after_stop", choice("restart_after_stop", node.gate.restart_after_stop, kRestartPolicyNames),
-       "what sets the robot moving again after an emergency stop or a stop of the robot"},
-      {"allow_other_publishers", others, "drive although other nodes publish on the topics of the commands"},
-      {"allow_multiple_set_points", rivals, "obey set points although more than one node publishes them"},
-      {"publish_inputs", inputs, "publish everything that the controller is told, to be replayed to the same bits"},
-      {"slip.file", slip_file, "absolute path: where the predictive controller keeps what it learns about the slip"}};
+  auto rows = rowsOf<NodeOptions>("", "src/node/node_parameters.hpp", "NodeOptions");
+  rows.push_back({"restart_after_stop", choice("restart_after_stop", node.gate.restart_after_stop, kRestartPolicyNames),
+                  "what sets the robot moving again after an emergency stop or a stop of the robot"});
+  const Field slip_file{"slip.file", node.slip_file, std::nullopt, "", {}, Presence::optional};
+  rows.push_back(
+      {"slip.file", slip_file, "absolute path: where the predictive controller keeps what it learns about the slip"});
+  return rows;
 }
 
 /// A heading with its rows.

@@ -144,6 +144,14 @@ TEST_F(Repetition, BelowTheResolutionNoiseSaysNothing) {
   }
 }
 
+TEST_F(Repetition, ShovesOfTheGroundAreNoNoise) {
+  RepetitionTest test(8);
+  for (int shove = 0; shove < 20; ++shove) {
+    for (int k = 0; k < 10; ++k) EXPECT_FALSE(test.update(9.0 + (k % 2 == 0 ? 0.24 : -0.24), false, 1e-5));
+    for (int k = 0; k < 300; ++k) ASSERT_FALSE(test.update(9.0, false, 1e-5)) << shove << ", sample " << k;
+  }
+}
+
 TEST_F(Repetition, TheFirstRunCondemnsNobody) {
   RepetitionTest test(8);
   for (int k = 0; k < 100; ++k) EXPECT_FALSE(test.update(5.0, false, 1e-5));

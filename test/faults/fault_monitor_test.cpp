@@ -256,6 +256,7 @@ TEST(FaultMonitor, WheelsThatAreToStandAndTurnAreMoved) {
     EXPECT_FALSE(pushed.drive_left || pushed.drive_right);
     EXPECT_NE(pushed.wheel_left.state, ChannelState::faulty);
     EXPECT_NE(pushed.wheel_right.state, ChannelState::faulty);
+    EXPECT_FALSE(pushed.valid().wheel_left || pushed.valid().wheel_right) << "the controller is not to fight it";
     robot.drive({}, 1.5);
     EXPECT_TRUE(robot.monitor().report().valid().wheel_left && robot.monitor().report().valid().wheel_right);
     EXPECT_STREQ(robot.drive(kStraight, 2.0).reason(), "") << "nothing is left of it";
@@ -277,6 +278,60 @@ TEST(FaultMonitor, ARobotThatIsMovedAndThenDrivesIsWatchedAgain) {
   EXPECT_STREQ(robot.drive(kStraight, 3.0).reason(), "");
   EXPECT_STREQ(robot.drive(kStraight, 0.3, [](Observation& y) { y.wheel_left = y.wheel_right = 0.0; }).reason(),
                "wheels do not follow their command");
+}
+
+TEST(FaultMonitor, ABodyThatIsStillMovedIsNoFaultOfTheInstrumentThatSeesIt) {
+  for (const bool turned : {true, false}) {
+    Robot robot;
+    robot.drive({}, 3.0);
+    robot.drive({}, 0.5, [](Observation& y) { y.yaw_rate += 1.0, y.acceleration_x += 12.0; });
+    ASSERT_TRUE(robot.monitor().report().moved);
+    const FaultReport& goes_on = robot.drive({}, 0.5, [turned](Observation& y) {
+      if (turned) y.yaw_rate += 1.0;
+      if (!turned) y.acceleration_x += 12.0;
+    });
+    EXPECT_TRUE(goes_on.moved) << turned;
+    EXPECT_FALSE(goes_on.faulty()) << goes_on.reason();
+  }
+}
+
+TEST(FaultMonitor, CommandsThatNobodyKnowsBlameNoWheelUntilTheyAreKnown) {
+  FaultMonitor monitor({}, {}, model());
+  WheelBelief left(model(), 0.098, {}), right(left);
+  std::mt19937 random(8);
+  std::normal_distribution<double> noise(0.0, 1.0);
+  const auto drive = [&](const WheelCommand& command, bool known, double duration, double off) {
+    static long k = 0;
+    for (const long end = k + std::lround(duration / 0.001); k < end; ++k) {
+      if (k % 20 == 0) {
+        Observation y;
+        y.stamp = 0.001 * static_cast<double>(k);
+        y.wheel_left = left.speed() + 0.03 * noise(random) + off;
+        y.wheel_right = right.speed() + 0.03 * noise(random);
+        y.yaw_rate = 0.098 * (right.speed() - left.speed()) / 0.55 + 0.005 * noise(random);
+        y.acceleration_x = 0.049 * (left.acceleration() + right.acceleration()) + 0.05 * noise(random);
+        y.acceleration_z = kGravity + 0.05 * noise(random);
+        monitor.check(y);
+        if (off == 0.0) EXPECT_FALSE(monitor.report().faulty()) << monitor.report().reason() << " at " << y.stamp;
+      }
+      monitor.advance(known ? std::optional(command) : std::nullopt, 0.001);
+      left.predict(command.left);
+      right.predict(command.right);
+    }
+  };
+  for (const double speed : {5.0, -5.0, 8.0}) drive({speed, speed}, false, 2.0, 0.0);
+  drive({8.0, 8.0}, true, 2.0, 0.0);
+  drive({8.0, 8.0}, true, 0.6, -3.0);
+  EXPECT_STREQ(monitor.report().reason(), "left encoder wrong");
+  EXPECT_EQ(monitor.report().wheel_left.cause, FaultCause::prediction);
+}
+
+TEST(FaultMonitor, AWheelThatTheBodyDragsAlongIsGivenHalfASecond) {
+  Robot robot;
+  robot.drive(kStraight, 3.0);
+  const auto dragged = [](Observation& y) { y.wheel_left += 2.0, y.yaw_rate -= 0.098 * 2.0 / 0.55; };
+  EXPECT_STREQ(robot.drive(kStraight, 0.5, dragged).reason(), "");
+  EXPECT_STREQ(robot.drive(kStraight, 0.5, dragged).reason(), "left wheels do not follow their command");
 }
 
 TEST(FaultMonitor, AnotherAccelerationLimitIsNoFault) {
@@ -463,6 +518,79 @@ TEST(YawMonitor, ABodyThatSlidesIsNoFaultOfTheGyro) {
   EXPECT_EQ(afterLosing(0.4, 3.0), ChannelState::ok);
   EXPECT_EQ(afterLosing(0.4, 1e3), ChannelState::faulty) << "no body stops in no time";
   EXPECT_EQ(afterLosing(1.6, 3.0), ChannelState::faulty) << "no body turns faster than its wheels ask for";
+}
+
+TEST(YawMonitor, AnotherGroundIsNoFaultOfTheGyro) {
+  for (double change : {-0.2, 0.2}) {
+    YawMonitor monitor(FaultParameters{}, 0.55);
+    std::mt19937 random(1);
+    turn(monitor, random, 1.375, 1.0, 0.0, 200);  // 2.5 rad/s
+    for (int k = 1; k <= 5; ++k) turn(monitor, random, 1.375, 1.0 + 0.2 * k * change, 0.0, 1);
+    for (int k = 0; k < 100; ++k) {
+      turn(monitor, random, 1.375, 1.0 + change, 0.0, 1);
+      ASSERT_NE(monitor.state(), ChannelState::faulty) << change << ", sample " << k;
+    }
+    EXPECT_EQ(monitor.state(), ChannelState::ok);
+  }
+}
+
+TEST(YawMonitor, AJoltOfTheGroundIsAnOutlierAndNoFault) {
+  YawMonitor monitor(FaultParameters{}, 0.55);
+  std::mt19937 random(1);
+  turn(monitor, random, 0.5, 1.0, 0.0, 200);
+  for (int k = 0; k < 7; ++k) {
+    turn(monitor, random, 0.5, 1.0, 0.3, 1);
+    EXPECT_EQ(monitor.state(), ChannelState::outlier);
+  }
+  turn(monitor, random, 0.5, 1.0, 0.0, 1);
+  EXPECT_EQ(monitor.state(), ChannelState::ok);
+}
+
+TEST(YawMonitor, AGroundThatRocksTheRobotIsNoFaultOfTheGyro) {
+  const auto afterALongJolt = [](int jolts) {
+    YawMonitor monitor(FaultParameters{}, 0.55);
+    std::mt19937 random(1);
+    for (int k = 0; k < jolts; ++k) {
+      turn(monitor, random, 0.5, 1.0, 0.0, 200);
+      turn(monitor, random, 0.5, 1.0, 0.4, 5);
+    }
+    turn(monitor, random, 0.5, 1.0, 0.0, 200);
+    EXPECT_EQ(monitor.state(), ChannelState::ok);
+    turn(monitor, random, 0.5, 1.0, 0.4, 30);
+    return monitor.state();
+  };
+  EXPECT_EQ(afterALongJolt(0), ChannelState::faulty);
+  EXPECT_NE(afterALongJolt(4), ChannelState::faulty);
+}
+
+TEST(YawMonitor, WheelsThatAreUnderWayNobodyKnowsWhereDoNotTellTheSignOfTheGyro) {
+  YawMonitor monitor(FaultParameters{}, 0.55);
+  for (int k = 0; k < 50; ++k) monitor.check(-0.8, {0.26, 4.0}, true, 0.02);
+  EXPECT_FALSE(monitor.reversed());
+  for (int k = 0; k < 50; ++k) monitor.check(-0.8, {0.26, 1e-4}, true, 0.02);
+  EXPECT_TRUE(monitor.reversed());
+}
+
+TEST(YawMonitor, UnlikeTyresOnAStraightLineAreNoBias) {
+  YawMonitor monitor(FaultParameters{}, 0.55);
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0.0, 0.005);
+  double speed = 0.0;
+  const auto drive = [&](double target, double bias, int samples) {
+    for (int k = 0; k < samples; ++k) {
+      const double before = speed;
+      speed += std::clamp(target - speed, -0.03, 0.03);
+      for (int step = 0; step < 20; ++step) monitor.predict(50.0 * (speed - before), 0.0, 0.001);
+      const double by_tyres = 0.02 * speed / 0.55;  // of 2 % difference
+      monitor.check(by_tyres + bias + noise(random), {0.0, 2e-6, speed}, speed > 0.0, 0.02);
+    }
+    return monitor.state();
+  };
+  drive(0.0, 0.0, 200);
+  EXPECT_EQ(drive(1.8, 0.0, 3000), ChannelState::ok);
+  EXPECT_EQ(drive(0.0, 0.0, 200), ChannelState::ok);
+  EXPECT_EQ(drive(1.8, 0.0, 200), ChannelState::ok);
+  EXPECT_EQ(drive(1.8, 0.2, 20), ChannelState::faulty) << "a bias still is";
 }
 
 TEST(YawMonitor, ABodyThatBeginsToTurnBeforeItsEncodersTellIsNoBias) {

@@ -81,6 +81,20 @@ TEST(DriveTrainPrediction, IsAtRestOfTheLoopAfterAReset) {
   EXPECT_NEAR(wheel.speed(), 0.0, 0.01);
 }
 
+TEST(SpeedAfter, IsWhereShortStepsLeadTo) {
+  for (const double lag : {0.0, 0.05, 0.2}) {
+    for (const double limit : {2.0, 10.0, 1e6}) {
+      for (const double target : {-3.0, 0.4, 5.0}) {
+        const Pace pace = paceOf(lag, limit, 1e-5);
+        double stepped = 1.0;
+        for (int k = 0; k < 30000; ++k) stepped += pace.towards(target, stepped);
+        EXPECT_NEAR(speedAfter(1.0, target, lag, limit, 0.3), stepped, 1e-3) << lag << ", " << limit << ", " << target;
+      }
+    }
+  }
+  EXPECT_EQ(speedAfter(1.0, 5.0, 0.05, 2.0, 0.5), 2.0) << "at the limit all the time";
+}
+
 TEST(Pace, GoesAPartOfTheWayAndNoFartherThanTheLimit) {
   const Pace pace = paceOf(0.05, 10.0, 0.02);
   EXPECT_NEAR(pace.towards(0.1, 0.0), 0.1 * (1.0 - std::exp(-0.4)), 1e-12);

@@ -198,8 +198,8 @@ TEST(BeliefMessage, HasAVarianceForWhatIsBelievedAndNoneForTheRest) {
   const auto message = beliefMessage(controller);
   EXPECT_EQ(message.twist.twist.linear.x, controller.believedVelocity()(kForward));
   EXPECT_EQ(message.twist.twist.angular.z, controller.believedVelocity()(kYaw));
-  EXPECT_EQ(message.twist.covariance[0], controller.velocityCovariance()(0, 0));
-  EXPECT_EQ(message.twist.covariance[35], controller.velocityCovariance()(1, 1));
+  EXPECT_EQ(message.twist.covariance[0], controller.motionCovariance()(0, 0));
+  EXPECT_EQ(message.twist.covariance[35], controller.motionCovariance()(1, 1));
   EXPECT_EQ(message.twist.covariance[5], message.twist.covariance[30]);
   EXPECT_GT(message.twist.covariance[0], 0.0);
   for (int i : {7, 14, 21, 28}) EXPECT_EQ(message.twist.covariance[i], kUnknownVariance);

@@ -1,4 +1,5 @@
-// The core of the fault campaign: its scenarios through the real nodes, each judged as ./scripts/faults does.
+// The core of the fault campaign, or its part on the plant real (argument "real"): scenarios through the real nodes,
+// each judged as ./scripts/faults does.
 
 #include <gtest/gtest.h>
 #include <ros/ros.h>
@@ -13,14 +14,17 @@
 namespace jackal_aic::sim {
 namespace {
 
+bool on_real = false;  // known before the tests are
+
 /// The shipped configuration.
 CampaignParameters parameters() {
   CampaignParameters parameters;
   const std::string source = JACKAL_AIC_SOURCE_DIR;
   parameters.scenarios = source + "/sim/faults/scenarios.yaml";
   parameters.robot = source + "/config/jackal.yaml";
-  parameters.plant = source + "/config/plant.yaml";
-  parameters.core = true;
+  parameters.plant = source + (on_real ? "/config/plant_real.yaml" : "/config/plant.yaml");
+  parameters.core = !on_real;
+  parameters.real = on_real;
   return parameters;
 }
 
@@ -49,6 +53,7 @@ INSTANTIATE_TEST_SUITE_P(Faults, CoreScenario, testing::ValuesIn(selectedScenari
 }  // namespace jackal_aic::sim
 
 int main(int argc, char** argv) {
+  jackal_aic::sim::on_real = std::find(argv, argv + argc, std::string("real")) != argv + argc;
   testing::InitGoogleTest(&argc, argv);
   ros::init(argc, argv, "faults_test");
   ros::NodeHandle keep_alive;

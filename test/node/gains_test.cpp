@@ -4,9 +4,11 @@
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <rosgraph_msgs/Log.h>
 
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <thread>
 
 #include "service_call.hpp"
 #include "simulated_robot.hpp"
@@ -75,6 +77,32 @@ TEST_F(GainsTest, StableOnesTakeOverWithoutAJump) {
   EXPECT_NEAR(robot_.truth().forward.back(), 0.5, 0.02);
   expectLogged("Changed: tau = 0.003 kappa_a = 5");
   request({{"kappa_a", 8.0}, {"tau", 0.001}});
+}
+
+TEST_F(GainsTest, CertifyingDoesNotHoldTheLoop) {
+  robot_.command(0.5, 0.0);
+  robot_.run(2.0);
+  std::atomic<int> actions{0};
+  const auto states =
+      node_.subscribe<ControllerState>("jackal_AIC/state", 1000, [&](const ControllerStateConstPtr&) { ++actions; });
+  constexpr int kRequests = 20;
+  std::atomic<bool> done{false};
+  int meanwhile = 0;  // actions while requests were waiting for their answers
+  std::thread requests([&] {
+    for (int i = 0; i < kRequests; ++i) {
+      const int before = actions;
+      request({{"kappa_a", 60.0}});
+      meanwhile += actions - before;
+      ros::WallDuration(0.1).sleep();
+    }
+    done = true;
+  });
+  robot_.waitFor([&] { return done.load(); }, "answers");
+  requests.join();
+  ROS_INFO("%d actions while %d requests waited", meanwhile, kRequests);
+  // Certifying an unstable set takes three periods (10 ms of wall time here): in the thread of the actions there is one
+  // at most, before it begins.
+  EXPECT_GT(meanwhile, 3 * kRequests / 2);
 }
 
 TEST_F(GainsTest, UnstableOnesAreRefusedWithTheReason) {

@@ -17,6 +17,7 @@
 
 #include "calibration.hpp"
 #include "identification_report.hpp"
+#include "jackal_aic/config/text_file.hpp"
 #include "package_files.hpp"
 #include "slip_file.hpp"
 #include "stop_table.hpp"
@@ -191,12 +192,7 @@ class Launch : public testing::Test {
   /// is simulated time, and at ten times it would be 50 ms of a busy machine's. Expects the robot to do as it is told
   /// in every leg; returns the legs.
   std::vector<Leg> drive(const ManoeuvreFile& manoeuvre, const std::string& arguments, Witness witness) const {
-    const std::string port = std::to_string(freePort());
-    const std::string command =
-        "ROS_MASTER_URI=http://127.0.0.1:" + port + " roslaunch -p " + port +
-        " jackal_aic step_response.launch real_time_factor:=2 manoeuvre:=" + write("manoeuvre.yaml", manoeuvre.text) +
-        " output_directory:=" + directory_ + " " + arguments + " > " + path("log") + " 2>&1";
-    EXPECT_EQ(std::system(command.c_str()), 0);
+    launch(manoeuvre, arguments);
     const std::vector<Leg> legs = legsOf(readRows(path("response.csv"), witness), witness);
     EXPECT_EQ(legs.size(), manoeuvre.legs) << text("log");
     for (const Leg& leg : legs) {
@@ -207,7 +203,17 @@ class Launch : public testing::Test {
     return legs;
   }
 
-  std::string text(const std::string& name) const { return sim::readText(path(name)); }
+  /// Runs launch/step_response.launch to its end; what it says is in the file log.
+  void launch(const ManoeuvreFile& manoeuvre, const std::string& arguments) const {
+    const std::string port = std::to_string(freePort());
+    const std::string command =
+        "ROS_MASTER_URI=http://127.0.0.1:" + port + " roslaunch -p " + port +
+        " jackal_aic step_response.launch real_time_factor:=2 manoeuvre:=" + write("manoeuvre.yaml", manoeuvre.text) +
+        " output_directory:=" + directory_ + " " + arguments + " > " + path("log") + " 2>&1";
+    EXPECT_EQ(std::system(command.c_str()), 0);
+  }
+
+  std::string text(const std::string& name) const { return readText(path(name)); }
 
  private:
   std::string directory_;
@@ -220,9 +226,7 @@ TEST_P(LaunchPreset, DrivesSlowlyFastOnAnArcAndInPlaceAndStops) {
   const auto [preset, plant] = GetParam();
   std::string arguments = std::string("preset:=") + preset;
   const bool on_box = plant == std::string("box");
-  if (on_box) {
-    arguments += " plant:=" + kConfig + "plant_box.yaml plant_model:=" + kConfig + "plant_model_box.yaml";
-  }
+  if (on_box) arguments += " plant:=box";
   const sim::PackageFiles files(JACKAL_AIC_SOURCE_DIR);
   const auto legs = drive(kTour, arguments, on_box ? Witness::wheels : Witness::truth);
   ASSERT_FALSE(legs.empty());
@@ -241,16 +245,19 @@ INSTANTIATE_TEST_SUITE_P(Config, LaunchPreset,
 
 Estimate known(double value) { return {value, 0.01 * value, ""}; }
 
-/// A plant model as `identify` writes it, close to the simulated robot's.
-std::string identifiedModel() {
+/// What `identify` finds out about a robot that is close to the simulated one.
+Identification identified() {
   Identification result;
   result.dead_time = known(0.08);
   result.lag = known(0.00636);
   result.gain = known(1.0);
   result.acceleration_limit = known(1.65);
   result.track_left = result.track_right = known(0.547);
-  return plantModelYaml(result, {"some.bag", "", ""});
+  return result;
 }
+
+/// The same as `identify` writes it.
+std::string identifiedModel() { return plantModelYaml(identified(), {"some.bag", "", ""}); }
 
 /// The plant as `experiments calibrate` writes it, with numbers that are short only with an exponent or without a
 /// point.
@@ -261,7 +268,7 @@ std::string calibratedPlant() {
   plant.motor_lag = 1e-5;
   plant.velocity_loop_integral = 1.0;
   plant.acceleration_limit = 2.0;
-  return sim::withFittedValues(sim::readText(kConfig + task.file), task, plant);
+  return sim::withFittedValues(readText(kConfig + task.file), task, plant);
 }
 
 TEST_F(Launch, TakesThePresetThatTuneWritesAndTheModelsThatIdentifyAndCalibrateWrite) {
@@ -271,6 +278,21 @@ TEST_F(Launch, TakesThePresetThatTuneWritesAndTheModelsThatIdentifyAndCalibrateW
         "preset:=" + write("tuned.yaml", presetText(gains, "as tune writes it")) + " plant_model:=" +
             write("model.yaml", identifiedModel()) + " plant:=" + write("plant.yaml", calibratedPlant()),
         Witness::truth);
+}
+
+// The dead time is half the shipped model's, which tells whose model the controller took.
+TEST_F(Launch, GivesTheControllerTheModelOfAPlantThatIdentifyWrote) {
+  Identification result = identified();
+  result.dead_time = known(0.04);
+  const std::string file = write("robot.yaml", plantModelYaml(result, {"some.bag", "", ""}));
+  drive(kStep, "plant:=" + file, Witness::truth);
+  EXPECT_NE(text("log").find("/plant_model/dead_time: 0.04"), std::string::npos) << text("log");
+}
+
+TEST_F(Launch, SaysThatAPlantWithoutAModelOfItNeedsOne) {
+  launch(kStep, "plant:=" + write("plant.yaml", calibratedPlant()));
+  EXPECT_TRUE(legsOf(readRows(path("response.csv"), Witness::truth), Witness::truth).empty());
+  EXPECT_NE(text("log").find("plant_model:=FILE"), std::string::npos) << text("log");
 }
 
 TEST_F(Launch, TakesTheSlipFileThatThePredictiveControllerWrote) {

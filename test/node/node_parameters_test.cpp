@@ -224,7 +224,8 @@ TEST(GainServer, StartsFromTheDefaultsOfTheParameters) {
 /// Adds the fields of a parameter struct to a table by key.
 template <class Parameters>
 void add(const std::string& prefix, std::map<std::string, ParameterValue>& defaults) {
-  for (const Field& field : fieldsOf(Parameters{})) defaults[prefix + "." + field.name] = field.value;
+  for (const Field& field : fieldsOf(Parameters{}))
+    defaults[(prefix.empty() ? "" : prefix + ".") + field.name] = field.value;
 }
 
 /// What every key of the shipped configuration has if no file gives it.
@@ -245,13 +246,10 @@ std::map<std::string, ParameterValue> defaultsOfTheStructs() {
   add<FaultParameters>("faults", defaults);
   add<PlantModel>("plant_model", defaults);
   add<sim::PlantParameters>("plant", defaults);
+  add<NodeOptions>("", defaults);
   const NodeParameters node;
-  defaults["output"] = std::string(kOutputModeNames[static_cast<std::size_t>(node.output)]);
   defaults["restart_after_stop"] =
       std::string(kRestartPolicyNames[static_cast<std::size_t>(node.gate.restart_after_stop)]);
-  defaults["allow_other_publishers"] = node.allow_other_publishers;
-  defaults["allow_multiple_set_points"] = node.allow_multiple_set_points;
-  defaults["publish_inputs"] = node.publish_inputs;
   return defaults;
 }
 

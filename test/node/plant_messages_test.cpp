@@ -12,6 +12,7 @@ namespace {
 PlantMeasurement measurement() {
   PlantMeasurement m;
   m.stamp = 0.02;
+  m.feedback_stamp = 0.019;
   m.wheel_position = {1.0, 2.0, 3.0, 4.0};
   m.wheel_velocity = {5.0, 6.0, 7.0, 8.0};
   m.wheel_effort = {0.1, 0.2, 0.3, 0.4};
@@ -56,7 +57,7 @@ TEST(PlantMessages, ImuStatesItsNoise) {
 
 TEST(PlantMessages, FeedbackHasOneDriverPerSide) {
   const jackal_msgs::Feedback message = toFeedback(measurement(), jackal_msgs::Drive::MODE_VELOCITY);
-  EXPECT_EQ(message.header.stamp, ros::Time(0, 21000000));
+  EXPECT_EQ(message.header.stamp, ros::Time(0, 20000000)) << "when it was measured";
   EXPECT_EQ(message.drivers[jackal_msgs::Drive::LEFT].measured_velocity, 5.0f);
   EXPECT_EQ(message.drivers[jackal_msgs::Drive::RIGHT].measured_velocity, 6.0f);
   EXPECT_EQ(message.drivers[jackal_msgs::Drive::RIGHT].measured_travel, 2.0f);

@@ -72,6 +72,24 @@ TEST_F(SetPointsTest, TwistAndTwistStampedAreObeyedAndAnOldOneIsNot) {
   EXPECT_EQ(state().reason, "set point too old");
 }
 
+TEST_F(SetPointsTest, AClockOfAnotherIsTold) {
+  ros::Publisher wanted = node_.advertise<geometry_msgs::TwistStamped>("/wanted", 1);
+  robot_.waitFor([&] { return wanted.getNumSubscribers() > 0; }, "the controller");
+  geometry_msgs::TwistStamped message;
+  message.twist.linear.x = 0.3;
+  const auto sendUntilTold = [&](double ahead, const std::string& said) {
+    const auto told = [&] {
+      message.header.stamp = ros::Time::now() + ros::Duration(ahead);
+      wanted.publish(message);
+      return logged_.find(said) != std::string::npos;
+    };
+    robot_.waitFor(told, said, 30.0);
+    EXPECT_FALSE(drives());
+  };
+  sendUntilTold(1000.0, "Set points on /wanted are stamped 1000 s ahead of this node's clock");
+  sendUntilTold(-3.0, "Set points on /wanted are stamped 3 s behind this node's clock");
+}
+
 TEST_F(SetPointsTest, TwoNodesAreRefusedWithTheirNames) {
   robot_.run(1.0);
   const std::string publish =

@@ -136,7 +136,8 @@ TEST_F(StartAndStop, AfterAKillItDoesNotGoOnWithTheOldMotion) {
     robot.run(2.5);
     ASSERT_NEAR(robot.truth().forward.back(), 0.5, 0.03);
     robot.stopCommanding();
-  }  // SIGKILL: the plant drives on with the last command
+  }                // SIGKILL: the plant drives on with the last command
+  robot.run(0.2);  // what it had sent before may still be on its way to this process
   robot.clear();
   ControllerProcess process("killed");
   ASSERT_TRUE(robot.waitUntilReady());

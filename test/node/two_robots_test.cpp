@@ -1,14 +1,47 @@
 // Two robots in one graph keep apart: topics, frames, parameters.
 
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <sensor_msgs/Imu.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <set>
 
+#include "../repository.hpp"
 #include "simulated_robot.hpp"
 
 namespace jackal_aic::test {
 namespace {
+
+/// The view that show_rviz has rviz show; a stand-in prints it.
+std::string viewOf(const std::string& options) {
+  const std::filesystem::path directory = testing::TempDir() + "show_rviz" + std::to_string(getpid());
+  std::filesystem::create_directories(directory);
+  std::ofstream(directory / "rviz") << "#!/bin/sh\n[ \"$1\" = -d ] && cat \"$2\"\n";
+  std::filesystem::permissions(directory / "rviz", std::filesystem::perms::owner_all);
+  const std::string command = "PATH=" + directory.string() + ":$PATH ROS_HOME=" + directory.string() + " " +
+                              (kRoot / "launch/show_rviz").string() + " " + options + " >" + directory.string() +
+                              "/out";
+  EXPECT_EQ(std::system(command.c_str()), 0) << command;
+  const std::string view = textOf(directory / "out");
+  std::filesystem::remove_all(directory);
+  return view;
+}
+
+/// Every topic of a view is published in the namespace of its robot.
+void expectPublished(const std::string& view, const std::string& robot) {
+  const std::set<std::string> shown = found(view, "Topic: \"?([^\"\\s]+)");
+  EXPECT_EQ(shown.size(), 5u) << view;
+  ros::master::V_TopicInfo published;
+  ASSERT_TRUE(ros::master::getTopics(published));
+  for (const std::string& topic : shown) {
+    const std::string name = ros::names::append("/" + robot, topic);
+    EXPECT_TRUE(std::any_of(published.begin(), published.end(), [&](const auto& info) { return info.name == name; }))
+        << name;
+  }
+}
 
 /// The last true velocity and state of one of them.
 struct Robot {
@@ -73,6 +106,27 @@ TEST(TwoRobots, DriveApartOnOneClock) {
     EXPECT_TRUE(frame.rfind("robot1/", 0) == 0 || frame.rfind("robot2/", 0) == 0) << frame;
   }
   EXPECT_GT(frames.size(), 4u);
+
+  // In all of space rviz draws no ellipse but a column: nothing is known of the height.
+  const auto pose = ros::topic::waitForMessage<geometry_msgs::PoseWithCovarianceStamped>(
+      "/robot1/jackal_AIC/arrows/pose", ros::Duration(20.0));
+  ASSERT_TRUE(pose);
+  const auto& covariance = pose->pose.covariance;
+  EXPECT_GT(std::min({covariance[0], covariance[7], covariance[35]}), 0.0);
+  for (int row : {2, 3, 4}) EXPECT_EQ(covariance[row * 7], 0.0) << row;
+
+  const std::string view = viewOf("--tf-prefix=robot1 __name:=rviz");
+  expectPublished(view, "robot1");
+  const std::set<std::string> shown = found(view, "(?:Fixed|Target) Frame: \"?([^\"\\s]+)");
+  EXPECT_EQ(shown.size(), 2u) << view;
+  for (const std::string& frame : shown) EXPECT_EQ(frames.count(frame), 1u) << frame;
+  EXPECT_EQ(found(view, "TF Prefix: \"?([^\"\\s]*)"), std::set<std::string>{"robot1"});
+}
+
+TEST(TwoRobots, AViewWithoutAPrefixHasTheFramesOfARobotAlone) {
+  const std::string view = viewOf("--tf-prefix=");
+  EXPECT_EQ(found(view, "(?:Fixed|Target) Frame: \"?([^\"\\s]+)"), (std::set<std::string>{"odom", "base_link"}));
+  EXPECT_EQ(view.find('@'), std::string::npos) << view;
 }
 
 }  // namespace

@@ -4,9 +4,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <regex>
 #include <set>
 #include <string>
@@ -18,14 +20,6 @@ namespace jackal_aic {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// First groups of all matches in a text.
-std::set<std::string> found(const std::string& text, const std::string& pattern) {
-  std::set<std::string> groups;
-  const std::regex expression(pattern);
-  for (std::sregex_iterator i(text.begin(), text.end(), expression), end; i != end; ++i) groups.insert((*i)[1]);
-  return groups;
-}
 
 /// Everything that package.xml depends on.
 std::set<std::string> dependencies() { return found(textOf(kRoot / "package.xml"), "<\\w*depend>([^<]+)</"); }
@@ -57,6 +51,7 @@ TEST(Manifest, NamesOnlyKeysThatRosdepKnows) {
                                    "eigen",
                                    "fmt",
                                    "hardware_interface",
+                                   "libboost-dev",
                                    "libboost-program-options-dev",
                                    "libconsole-bridge-dev",
                                    "libnlopt-cxx-dev",
@@ -119,6 +114,7 @@ TEST(Programs, AnswerHelpWithoutAMaster) {
     const std::string path = JACKAL_AIC_DEVEL "/lib/jackal_aic/" + program;
     const std::string help = output("ROS_MASTER_URI=http://127.0.0.1:1 timeout 20 " + path + " --help");
     EXPECT_NE(help.find(program), std::string::npos) << help;
+    EXPECT_TRUE(found(help, "(=\\d\\.\\d*0000\\d)").empty()) << "a number as no person writes it\n" << help;
   }
   const auto scripts = found(textOf(kRoot / "src/tools/CMakeLists.txt"), "(view/\\w+)\\s");
   EXPECT_GT(scripts.size(), 2u);
@@ -155,10 +151,43 @@ TEST(Launch, ARobotFileMaySayMoreThanTheShippedOne) {
   fs::remove(robot);
 }
 
+/// But for the fault campaign, whose nodes are all its own.
+TEST(Launch, EveryFileTakesTheTopicOfTheSetPoint) {
+  int files = 0;
+  for (const auto& entry : fs::directory_iterator(kRoot / "launch")) {
+    const std::string name = entry.path().filename();
+    if (entry.path().extension() != ".launch" || name == "faults.launch") continue;
+    const std::string taken = output("roslaunch --ros-args jackal_aic " + name);
+    EXPECT_NE(taken.find("set_point"), std::string::npos) << name << "\n" << taken;
+    ++files;
+  }
+  EXPECT_EQ(files, 6);
+}
+
 TEST(Messages, OfEveryTopicAndServiceAreKnownToPython) {
   output(
       "/usr/bin/python3 -c 'import diagnostic_msgs.msg, geometry_msgs.msg, jackal_aic.msg, jackal_msgs.msg, "
       "nav_msgs.msg, sensor_msgs.msg, std_msgs.msg, std_srvs.srv, tf2_msgs.msg'");
+}
+
+/// Python that walks /-separated fields of a message to a number, or with an index into an array.
+constexpr const char* kWalk = R"(import re, sys, roslib.message
+field = roslib.message.get_message_class(sys.argv[1])()
+for name in re.sub(r'\[\d+\]$', '', sys.argv[2]).split('/'): field = getattr(field, name)
+assert isinstance(field, list if sys.argv[2].endswith(']') else (int, float)), field)";
+
+TEST(PlotJuggler, EveryCurveIsAFieldOfAMessage) {
+  const std::map<std::string, std::string> types{{"/jackal_AIC/state", "jackal_aic/ControllerState"},
+                                                 {"/ground_truth/odom", "nav_msgs/Odometry"}};
+  const std::set<std::string> curves = found(textOf("launch/plotjuggler.xml"), "<curve name=\"([^\"]+)\"");
+  EXPECT_EQ(curves.size(), 11u);
+  for (const std::string& curve : curves) {
+    const auto type = std::find_if(types.begin(), types.end(),
+                                   [&](const auto& topic) { return curve.rfind(topic.first + "/", 0) == 0; });
+    ASSERT_NE(type, types.end()) << curve;
+    output("/usr/bin/python3 -c \"" + std::string(kWalk) + "\" " + type->second + " '" +
+           curve.substr(type->first.size() + 1) + "'");
+  }
 }
 
 /// A package that is not instrumented itself cannot be linked with libraries that are.

@@ -27,31 +27,13 @@ class Robot {
       : left_(model, 0.098, {}), right_(model, 0.098, {}), track_(track), step_time_(0.001) {}
 
   void drive(PredictiveController& controller, const PredictiveParameters& parameters, double seconds) {
-    const int belief = static_cast<int>(std::lround(1000.0 / parameters.belief_rate));
-    for (int k = 1; k <= 1000 * seconds; ++k) {
-      left_.predict(gain * controller.action().left);
-      right_.predict(gain * controller.action().right);
-      time_ += step_time_;
-      if ((k + phase) % 20 == 0) observe(controller);
-      if (k % belief == 0) controller.updateBelief();
-      if (k % 20 == 0) controller.hold(limited(controller.updateAction()));
-      past_.push_back({left_.speed(), right_.speed()});
-      fastest = std::max(fastest, forward());
-    }
+    drive(controller, parameters, seconds, [&] { controller.hold(limited(controller.updateAction())); });
   }
 
   /// As drive(), with another command than the controller's.
   void overrule(PredictiveController& controller, const PredictiveParameters& parameters, const WheelCommand& command,
                 double seconds) {
-    const int belief = static_cast<int>(std::lround(1000.0 / parameters.belief_rate));
-    for (int k = 1; k <= 1000 * seconds; ++k) {
-      left_.predict(gain * controller.action().left);
-      right_.predict(gain * controller.action().right);
-      time_ += step_time_;
-      if (k % 20 == 0) observe(controller);
-      if (k % belief == 0) controller.updateBelief();
-      if (k % 20 == 0) controller.overrule(command);
-    }
+    drive(controller, parameters, seconds, [&] { controller.overrule(command); });
   }
 
   double forward() const { return 0.098 * 0.5 * (left_.speed() + right_.speed()); }
@@ -65,6 +47,22 @@ class Robot {
   double fastest = 0.0;  // forward speed so far [m/s]
 
  private:
+  /// @param act gives the controller's command.
+  template <class Act>
+  void drive(PredictiveController& controller, const PredictiveParameters& parameters, double seconds, Act act) {
+    const int belief = static_cast<int>(std::lround(1000.0 / parameters.belief_rate));
+    for (int k = 1; k <= 1000 * seconds; ++k) {
+      left_.predict(gain * controller.action().left);
+      right_.predict(gain * controller.action().right);
+      time_ += step_time_;
+      if ((k + phase) % 20 == 0) observe(controller);
+      if (k % belief == 0) controller.updateBelief();
+      if (k % 20 == 0) act();
+      past_.push_back({left_.speed(), right_.speed()});
+      fastest = std::max(fastest, forward());
+    }
+  }
+
   WheelCommand limited(const WheelCommand& wanted) const {
     return {std::clamp(wanted.left, -limit, limit), std::clamp(wanted.right, -limit, limit)};
   }

@@ -57,7 +57,7 @@ TEST(YawRateBelief, ToldVarianceIsThatOfItsError) {
     double truth = 0.005 * unit(random);
     for (int k = 0; k < 20; ++k) {
       yaw.predict(0.0, 0.02);
-      truth += std::sqrt(parameters.fluctuation * 0.02) * unit(random);
+      truth += std::sqrt(parameters.process_noise * 0.02) * unit(random);
       yaw.correct(truth + 0.005 * unit(random));
     }
     sum += std::pow(yaw.yawRate() - truth, 2) / yaw.variance();

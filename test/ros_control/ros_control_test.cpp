@@ -22,31 +22,19 @@
 #include <future>
 #include <limits>
 
+#include "../counted_allocations.hpp"
 #include "../repository.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_robot_hw.hpp"
 #include "plant_messages.hpp"
 #include "response_metrics.hpp"
 
-// Counts what update() must not do: allocate (operator new and Eigen both end in malloc) and lock. The sanitizers bring
-// their own.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define JACKAL_AIC_COUNTS 0
-#else
-#define JACKAL_AIC_COUNTS 1
-#endif
-
+// Counts the locks too, which update() must not take either.
 namespace {
-thread_local bool counting = false;
-thread_local int allocations = 0, locks = 0;
+thread_local int locks = 0;
 }  // namespace
 
 #if JACKAL_AIC_COUNTS
-extern "C" void* __libc_malloc(std::size_t size);  // NOLINT(bugprone-reserved-identifier): glibc's name
-extern "C" void* malloc(std::size_t size) noexcept {
-  if (counting) ++allocations;
-  return __libc_malloc(size);
-}
 extern "C" int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
   using Lock = int (*)(pthread_mutex_t*);
   static const Lock real = reinterpret_cast<Lock>(dlsym(RTLD_NEXT, "pthread_mutex_lock"));

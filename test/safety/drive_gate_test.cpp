@@ -73,6 +73,24 @@ TEST(OverdueInputs, ZeroSwitchesADeadlineOff) {
   EXPECT_EQ(overdue(old, {0.0, 0.2, 0.0, 0.0, 0.0, 0.0}), StopCause::wheels_late);
 }
 
+TEST(OverdueInputs, APairIsAsLateAsTheMorePatientOfItsTwoDeadlinesAllows) {
+  struct Case {
+    double wheels, imu, age;
+    StopCause cause;
+  };
+  // Where one of the two is never late, a pair is not.
+  for (const Case& c : {Case{0.2, 0.6, 0.6, StopCause::none}, Case{0.6, 0.2, 0.6, StopCause::none},
+                        Case{0.2, 0.6, 0.601, StopCause::unpaired}, Case{0.6, 0.2, 0.601, StopCause::unpaired},
+                        Case{0.2, 0.0, 100.0, StopCause::none}, Case{0.0, 0.2, 100.0, StopCause::none}}) {
+    DeadlineParameters deadlines;
+    deadlines.wheels = c.wheels;
+    deadlines.imu = c.imu;
+    InputAges ages = fresh();
+    ages.measurement = c.age;
+    EXPECT_EQ(overdue(ages, deadlines), c.cause) << c.wheels << ", " << c.imu << ", " << c.age;
+  }
+}
+
 TEST(StopCauses, TheLastOneCountsAndEachHasAText) {
   StopCauses causes;
   EXPECT_EQ(causes.worst(), StopCause::none);
@@ -91,8 +109,16 @@ TEST(BeliefWatchdog, KnowsAPlausibleBelief) {
   EXPECT_FALSE(isPlausible({0.0, 0.0, 0.0}, kNaN, kParameters));
 }
 
+TEST(BeliefWatchdog, AnInfiniteFactorSwitchesItOff) {
+  GateParameters parameters;
+  parameters.plausibility.speed_factor = kInfinity;
+  EXPECT_TRUE(isPlausible({1e6, kNaN, -kInfinity}, kNaN, parameters));
+}
+
 TEST(SetPointPlausibility, TooFastIsScaledButAbsurdIsRefused) {
   EXPECT_TRUE(isPlausible(SetPoint{199.0, 0.0, -399.0}, kParameters.limits));
+  EXPECT_TRUE(isPlausible(SetPoint{0.0, -199.0, 0.0}, kParameters.limits));
+  EXPECT_FALSE(isPlausible(SetPoint{0.0, -201.0, 0.0}, kParameters.limits));
   for (double bad : {1e300, -1e300, kNaN, kInfinity}) {
     EXPECT_FALSE(isPlausible(SetPoint{bad, 0.0, 0.0}, kParameters.limits)) << bad;
     EXPECT_FALSE(isPlausible(SetPoint{0.0, bad, 0.0}, kParameters.limits)) << bad;
@@ -186,6 +212,19 @@ TEST_F(DriveGateTest, AnEmergencyStopBrakesAtTheAccelerationLimit) {
   EXPECT_EQ(command, WheelCommand{}) << "1 m/s at 20 m/s^2 within 3 steps";
   EXPECT_EQ(step(with(StopCause::emergency_stop)).status, DriveStatus::stopped);
   EXPECT_EQ(steps(with(StopCause::emergency_stop), 5.0).status, DriveStatus::stopped);
+}
+
+TEST_F(DriveGateTest, AnEmergencyStopBrakesAtTheDecelerationLimitWhereThereIsOne) {
+  GateParameters parameters;
+  parameters.limits.linear_acceleration = 2.0;
+  parameters.limits.linear_deceleration = 10.0;
+  gate = DriveGate(parameters, kGeometry, kPeriod);
+  steps(clear, 1.0);
+  ASSERT_NEAR(speed(), 1.0, 1e-9);
+  steps(with(StopCause::emergency_stop), 4 * kPeriod);
+  EXPECT_NEAR(speed(), 0.2, 1e-9) << "harder than the brake's 3 m/s^2 and the 2 m/s^2 it drives with";
+  step(with(StopCause::emergency_stop));
+  EXPECT_EQ(command, WheelCommand{});
 }
 
 class StopBySomebody : public DriveGateTest, public testing::WithParamInterface<StopCause> {
@@ -299,11 +338,42 @@ TEST_F(DriveGateTest, AnActionThatIsNotFiniteBrakesAndIsAFault) {
   EXPECT_EQ(steps(clear, 1.0).status, DriveStatus::faulted);
 }
 
+TEST_F(DriveGateTest, AnActionThatIsFiniteAgainIsAcknowledgedLikeAnyFault) {
+  steps(clear, 1.0);
+  ASSERT_EQ(gate.decide(clear).status, DriveStatus::driving);
+  gate.drive({kNaN, 1.0}, {});
+  ASSERT_EQ(steps(clear, 2.0).status, DriveStatus::faulted);
+  EXPECT_EQ(step({{}, true}).status, DriveStatus::driving);
+}
+
+TEST_F(DriveGateTest, AFaultThatComesBackIsNoLongerWaitingForAnAcknowledgement) {
+  steps(with(StopCause::driver_fault), 0.5);
+  ASSERT_TRUE(steps(clear, 0.5).unacknowledged);
+  EXPECT_FALSE(step(with(StopCause::driver_fault)).unacknowledged);
+  EXPECT_TRUE(step(clear).unacknowledged);
+}
+
 TEST_F(DriveGateTest, ResetForgetsMotionAndFault) {
   steps(clear, 1.0);
   steps(with(StopCause::belief_diverged), 0.02);
   gate.reset();
   EXPECT_EQ(gate.command(), WheelCommand{});
+  EXPECT_EQ(step(clear).status, DriveStatus::driving);
+}
+
+TEST_F(DriveGateTest, ResetForgetsABrakeAndAnActionThatWasNotFinite) {
+  steps(clear, 1.0);
+  step(with(StopCause::emergency_stop));
+  gate.reset();
+  steps(clear, 1.0);
+  const double before = speed();
+  const GateDecision braking = step(with(StopCause::imu_late));
+  EXPECT_EQ(braking.cause, StopCause::imu_late);
+  EXPECT_NEAR(before - speed(), 1.0 / 17.0, 1e-9) << "no emergency any more";
+
+  ASSERT_EQ(steps(clear, 1.0).status, DriveStatus::driving);
+  gate.drive({kNaN, 1.0}, {});
+  gate.reset();
   EXPECT_EQ(step(clear).status, DriveStatus::driving);
 }
 

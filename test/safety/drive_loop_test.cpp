@@ -101,6 +101,87 @@ TEST_F(DriveLoopTest, DrivesToTheSetPointWithOneCommandAPeriod) {
   EXPECT_EQ(why(), "");
 }
 
+/// Two loops are told the same at the same times, one of them also every belief step: both do the same to the bit.
+void expectSameWithoutBeliefTimer(const DriveParameters& parameters) {
+  DriveLoop timed(parameters, makeController(parameters)), untimed(parameters, makeController(parameters));
+  WheelVector speed = WheelVector::Zero();
+  WheelCommand command;
+  int commands = 0;
+  const SkidSteerKinematics kinematics{GeometryParameters{}};
+  for (long tick = 0; tick < 6000; ++tick) {
+    const double now = 10.0 + kTick * static_cast<double>(tick);
+    speed += (command.vector() - speed) * kTick / 0.1;
+    timed.updateBelief(now);
+    if (tick % 20 == 0) {
+      const auto with = timed.advance(now), without = untimed.advance(now);
+      ASSERT_EQ(with.has_value(), without.has_value()) << tick;
+      ASSERT_EQ(timed.controller().believedVelocity(), untimed.controller().believedVelocity()) << tick;
+      ASSERT_EQ(timed.status().faults_detected, untimed.status().faults_detected) << tick;
+      if (!with) continue;
+      ASSERT_EQ(with->left, without->left) << tick;
+      ASSERT_EQ(with->right, without->right) << tick;
+      command = *with;
+      ++commands;
+    }
+    const double between = now + 0.0004;  // the messages
+    for (DriveLoop* loop : {&timed, &untimed}) {
+      if (tick % 20 == 7) {
+        const BodyVector body = kinematics.bodyVelocity({speed(0), speed(1)});
+        Observation y;
+        y.stamp = between;
+        y.wheel_left = speed(0) + 0.001 * static_cast<double>(tick % 7);
+        y.wheel_right = speed(1);
+        y.yaw_rate = body(kYaw);
+        loop->receiveWheels({y, FrozenSource::Sample::Constant(between)}, between);
+        loop->observe(y, between);
+      }
+      if (tick % 130 == 0) loop->setSetPoint({0.3, 0.0, 0.1 * static_cast<double>(tick % 3)}, between);
+      if (tick % 50 == 33) loop->applied(command, AppliedSource::drive, between);
+      if (tick == 2011) loop->freezeLearning(true, between);
+      if (tick == 3017) loop->freezeLearning(false, between);
+      if (tick == 4013) {
+        if (const auto* gains = std::get_if<ControllerParameters>(&parameters.controller)) {
+          ControllerParameters other = *gains;
+          other.kappa_a *= 0.9;
+          loop->adoptGains(other, between);
+        }
+      }
+    }
+  }
+  EXPECT_GT(commands, 290);
+  EXPECT_GT(command.left, 1.0) << "it drives";
+}
+
+TEST(DriveLoopWithoutBeliefTimer, DoesTheSameToTheBit) {
+  for (DriveParameters parameters : {thesis(), predictive()}) {
+    if (!parameters.plant_model) parameters.plant_model = PlantModel{};
+    for (const bool shared : {false, true}) {
+      parameters.motors_shared = shared;
+      expectSameWithoutBeliefTimer(parameters);
+    }
+  }
+}
+
+/// Drives by a timer that is set as the loop asks for.
+TEST_F(DriveLoopTest, TimerIsSetToRightAfterTheMeasurements) {
+  drive(0.1, "");
+  double due = now + kPeriod;
+  std::vector<double> ages;
+  double measured = 0.0;
+  for (long end = tick + 4000; tick < end; ++tick) {
+    now = start + kTick * static_cast<double>(tick);
+    if (tick % 20 == 5) loop.observe(sample(), measured = now);
+    if (now < due) continue;
+    if (loop.advance(now, due)) ages.push_back(now - measured);
+    due = loop.nextDue(due, now);
+    ASSERT_GE(due, now + 0.95 * kPeriod - kTick);
+  }
+  ASSERT_GE(ages.size(), 195u);
+  EXPECT_LE(*std::max_element(ages.begin() + 5, ages.end()), 1.5 * kTick);
+  loop.start({}, now);
+  EXPECT_NEAR(loop.nextDue(now, now), now + kPeriod, 1e-6) << "a start forgets the measurements";
+}
+
 TEST_F(PredictiveDriveLoopTest, DrivesToTheSetPoint) {
   drive(3.0);
   EXPECT_EQ(status(), DriveStatus::driving) << why();

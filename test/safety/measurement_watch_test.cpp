@@ -226,5 +226,186 @@ TEST(MeasurementWatch, AnImuThatSpeaksNonsenseIsLost) {
   EXPECT_EQ(reason(watch), "yaw rate lost");
 }
 
+TEST(MeasurementWatch, TheBaselineIsAskedNothing) {
+  MeasurementWatchParameters p = parameters(kStop, kStop, kStop);
+  p.tolerance = LossTolerance::open_loop;
+  MeasurementWatch watch(p);
+  EXPECT_EQ(after(watch, {StopCause::wheels_missing, StopCause::imu_missing, StopCause::unpaired}), StopCause::none);
+  Observation seen;
+  watch.judge(seen, kSound, 1.0);
+  EXPECT_EQ(after(watch, {StopCause::wheels_late, StopCause::imu_late}, 9.0), StopCause::none);
+}
+
+TEST(MeasurementWatch, ChannelsOfLostWheelsDoNotCountEither) {
+  MeasurementWatch watch(parameters(kDrive, kDrive, kDrive));
+  Observation observation;
+  watch.judge(observation, healthOf({StopCause::wheels_late}), 1.0);
+  EXPECT_EQ(observation.valid, (ChannelValidity{true, false, false, true}));
+}
+
+TEST(MeasurementWatch, AnExcludedGyroIsALossLikeASilentOne) {
+  for (const LossAction imu : {kDrive, kStop}) {
+    MeasurementWatchParameters with_model = parameters(imu, kDrive, kDrive);
+    with_model.plant_model = PlantModel{};
+    MeasurementWatch watch(with_model);
+    ASSERT_TRUE(findsTheFault(watch, 1.0, 40));
+    EXPECT_EQ(watch.detected(), 1u) << "one fault, however long it lasts";
+    EXPECT_EQ(after(watch, {}, 1.8), imu == kDrive ? StopCause::none : StopCause::sensor_fault);
+    EXPECT_EQ(watch.causes(kSound, 1.8, true).worst(), StopCause::none) << "no stop of a robot that stands";
+    watch.reset();
+    EXPECT_FALSE(watch.report()->faulty());
+    EXPECT_EQ(after(watch, {}, 1.8), StopCause::none);
+  }
+}
+
+TEST(MeasurementWatch, TooFewChannelsAtATimeStop) {
+  for (const bool monitored : {false, true}) {
+    MeasurementWatchParameters p = parameters(kDrive, kDrive, kDrive);
+    if (monitored) p.plant_model = PlantModel{};
+    MeasurementWatch watch(p);
+    for (int i = 1; i <= 20; ++i) {
+      Observation sample;  // one channel counts at a time, each in its turn: none is missing for long
+      sample.stamp = 1.0 + 0.02 * i;
+      if (i % 3 != 0) sample.wheel_left = 200.0;
+      if (i % 3 != 1) sample.wheel_right = 200.0;
+      if (i % 3 != 2) sample.yaw_rate = 1e3;
+      watch.judge(sample, kSound, sample.stamp);
+      EXPECT_EQ(after(watch, {}, sample.stamp), i <= 15 ? StopCause::none : StopCause::sensor_fault) << i;
+    }
+    EXPECT_EQ(watch.loss(), Loss::unclear);
+    Observation sound;
+    sound.stamp = 2.0;
+    watch.judge(sound, kSound, 2.0);
+    EXPECT_EQ(after(watch, {}, 2.0), StopCause::none);
+  }
+}
+
+/// The watch of a robot that drives at 5 rad/s of its wheels, and what it measures.
+struct DrivingWatch {
+  MeasurementWatch watch;
+  int sample = 0;
+
+  static MeasurementWatchParameters withModel() {
+    MeasurementWatchParameters p = parameters(kDrive, kStop, kStop);
+    p.plant_model = PlantModel{};
+    return p;
+  }
+
+  DrivingWatch() : watch(withModel()) {}
+
+  StopCause step(double left, double right, double noise = 0.01) {
+    const double stamp = 1.0 + 0.02 * ++sample;
+    const auto noisy = [&](double scale) { return scale * noise * ((sample * 7) % 11 - 5); };
+    Observation y;
+    y.stamp = stamp;
+    y.wheel_left = left + noisy(1.0);
+    y.wheel_right = right - noisy(1.0);
+    y.yaw_rate = 0.001 * ((sample * 5) % 7);
+    y.acceleration_x = 0.01 * ((sample * 3) % 5);
+    watch.judge(y, kSound, stamp);
+    for (int i = 0; i < 20; ++i) watch.advance(WheelCommand{5.0, 5.0}, 0.001);
+    return watch.causes(kSound, stamp, false).worst();
+  }
+};
+
+TEST(MeasurementWatch, OneWheelThatDoesNotFollowStops) {
+  for (const bool left : {true, false}) {
+    DrivingWatch robot;
+    for (int i = 0; i < 100; ++i) robot.step(5.0, 5.0);
+    EXPECT_EQ(robot.step(5.0, 5.0), StopCause::none);
+    StopCause cause = StopCause::none;
+    for (int i = 0; i < 60; ++i) cause = left ? robot.step(0.0, 5.0) : robot.step(5.0, 0.0);
+    EXPECT_EQ(cause, StopCause::sensor_fault);
+  }
+}
+
+TEST(MeasurementWatch, BothEncodersThatRepeatAreLeftToTheirSourceForAWhile) {
+  DrivingWatch robot;
+  for (int i = 0; i < 100; ++i) robot.step(5.0, 5.0);
+  int repeating = 0, tolerated = 0;
+  StopCause cause = StopCause::none;
+  for (int i = 0; i < 100 && cause == StopCause::none; ++i) {
+    cause = robot.step(5.0, 5.0, 0.0);
+    const FaultReport& report = *robot.watch.report();
+    repeating += report.wheel_left.cause == FaultCause::frozen && report.wheel_right.cause == FaultCause::frozen;
+    tolerated += repeating > 0 && cause == StopCause::none;
+  }
+  EXPECT_EQ(cause, StopCause::sensor_fault);
+  EXPECT_EQ(tolerated, 15) << "0.3 s, in which deadlines.frozen_wheels decides";
+}
+
+TEST(MeasurementWatch, NothingHasSpokenForLongIsAStartAllTheSame) {
+  MeasurementWatch watch(parameters(kDrive, kDrive, kStop));
+  EXPECT_EQ(after(watch, {StopCause::imu_missing, StopCause::wheels_missing}, 1.0), StopCause::wheels_missing);
+  EXPECT_EQ(after(watch, {StopCause::imu_missing, StopCause::wheels_missing}, 50.0), StopCause::wheels_missing);
+  EXPECT_FALSE(watch.started());
+  EXPECT_EQ(after(watch, {StopCause::imu_missing}, 60.0), StopCause::imu_missing) << "may come within a second";
+  EXPECT_FALSE(watch.started());
+  EXPECT_EQ(after(watch, {StopCause::imu_missing}, 60.9), StopCause::imu_missing);
+  Observation first;
+  watch.judge(first, kSound, 60.95);
+  EXPECT_TRUE(watch.started());
+}
+
+TEST(MeasurementWatch, AnImuThatComesBackCountsAtOnce) {
+  MeasurementWatch watch(parameters(kDrive, kStop, kStop));
+  const SensorHealth silent = healthOf({StopCause::imu_late});
+  for (int i = 0; i < 20; ++i) {
+    Observation wheels_alone;
+    watch.judge(wheels_alone, silent, 1.0);
+    after(watch, {StopCause::imu_late});
+  }
+  EXPECT_EQ(watch.loss(), Loss::yaw_rate);
+  EXPECT_EQ(after(watch, {}), StopCause::none);
+  EXPECT_EQ(watch.loss(), Loss::none);
+}
+
+TEST(MeasurementWatch, ARestartWaitsForTheFirstMeasurementsAgain) {
+  MeasurementWatchParameters p = parameters(kDrive, kDrive, kDrive);
+  p.tolerance = LossTolerance::model;
+  MeasurementWatch watch(p);
+  Observation seen;
+  watch.judge(seen, kSound, 10.0);
+  ASSERT_TRUE(watch.started());
+  for (int i = 0; i < 12; ++i) {
+    Observation nonsense;
+    nonsense.wheel_left = nonsense.wheel_right = nonsense.yaw_rate = 1e6;
+    watch.judge(nonsense, kSound, 10.0);
+  }
+  EXPECT_EQ(after(watch, {}, 10.5), StopCause::none) << "on the model";
+  EXPECT_EQ(watch.loss(), Loss::both_encoders);
+  watch.restart(2.0);
+  EXPECT_FALSE(watch.started());
+  EXPECT_EQ(watch.loss(), Loss::none);
+  EXPECT_TRUE(watch.recoversFromStall(2.1));
+  EXPECT_EQ(after(watch, {StopCause::imu_missing}, 2.2), StopCause::imu_missing);
+  EXPECT_FALSE(watch.started()) << "what was first before is of the past";
+  watch.judge(seen, kSound, 2.3);
+  EXPECT_EQ(after(watch, {StopCause::wheels_late}, 3.2), StopCause::none) << "seen 0.9 s ago";
+  watch.reset();
+  EXPECT_FALSE(watch.recoversFromStall(2.1));
+}
+
+TEST(MeasurementWatch, AfterAStallTheModelTimeCountsFromItsEnd) {
+  MeasurementWatchParameters p = parameters(kDrive, kDrive, kDrive);
+  p.tolerance = LossTolerance::model;
+  MeasurementWatch watch(p);
+  Observation seen;
+  watch.judge(seen, kSound, 1.0);
+  watch.resumeAfterStall(5.0);
+  EXPECT_EQ(after(watch, {StopCause::wheels_late}, 5.9), StopCause::none);
+  EXPECT_EQ(after(watch, {StopCause::wheels_late}, 6.1), StopCause::wheels_late);
+}
+
+TEST(MeasurementWatch, TheBoundOfAnAccelerationIsTenG) {
+  for (const double acceleration : {99.0, 101.0}) {
+    MeasurementWatch watch(parameters(kDrive, kDrive, kStop));
+    Observation sample;
+    sample.acceleration_x = acceleration;
+    watch.judge(sample, kSound, 1.0);
+    EXPECT_EQ(sample.valid.acceleration, acceleration < 100.0);
+  }
+}
+
 }  // namespace
 }  // namespace jackal_aic

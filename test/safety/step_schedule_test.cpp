@@ -91,6 +91,22 @@ TEST(StepSchedule, PutOffTimerMovesTheBoundaryAndLosesNoStep) {
   EXPECT_EQ(timers.steps, periods(2));
 }
 
+TEST(StepSchedule, TimerBroughtForwardALittleRunsEveryStepOnce) {
+  Timers timers;
+  timers.schedule.start(0);
+  std::int64_t expected = 0;
+  for (int i = 0; i < 10; ++i) {
+    expected += 20 * kMs - kMs / 2;
+    timers.belief(expected - kMs / 4);
+    timers.action(expected);
+    timers.action(expected + kMs);
+  }
+  EXPECT_EQ(timers.steps.substr(0, 210), periods(10));
+  EXPECT_EQ(timers.steps.size(), 210u);
+  timers.action(expected + 18 * kMs);
+  EXPECT_EQ(timers.steps.size(), 210u) << "a tenth of a period is no jitter";
+}
+
 TEST(StepSchedule, NothingIsDueBeforeTheStartOrTwiceAtOnce) {
   Timers timers;
   timers.belief(100 * kMs);

@@ -76,13 +76,23 @@ TEST(Analyze, PrintsATableWithUnits) {
   const std::string json = output({config("standard.yaml"), "--json"});
   EXPECT_EQ(json.find('\n'), json.size() - 1) << "one line";
   const std::string table = output({config("standard.yaml")});
-  const std::string delay = fmt::format("{:.4g} s", YAML::Load(json)["delay_margin_s"].as<double>());
+  const std::string delay = fmt::format("{:.6g} s", YAML::Load(json)["delay_margin_s"].as<double>());
   for (const std::string& part :
        {std::string("stable                                  yes"), delay, std::string("gain margin"),
         std::string("driving straight"), std::string("0.08 s"), std::string("Stable with room")}) {
     EXPECT_NE(table.find(part), std::string::npos) << part << "\n" << table;
   }
   EXPECT_EQ(table.find('{'), std::string::npos) << table;
+}
+
+TEST(Analyze, ShowsHowFarARadiusIsBelowOne) {
+  const TemporaryFile gains(
+      "controller: {belief_rate: 1000, action_rate: 50, integrator: exact, orders: 2, tau: 2.673e-4, kappa_mu: "
+      "0.001005, kappa_a: 6.175, "
+      "state_variances: [401.3, 1.0e+06, 5.982e-4], sensory_variances: [2.0, 0.1, 1.141e+11]}");
+  const std::string table = output({gains.path(), "--plant", config("plant.yaml")});
+  EXPECT_EQ(table.find("spectral radius of the belief           1\n"), std::string::npos) << table;
+  EXPECT_NE(table.find("spectral radius of the belief           0.9999"), std::string::npos) << table;
 }
 
 TEST(Analyze, TakesTheSimulatedRobotAsAPlant) {
@@ -141,6 +151,22 @@ TEST(Analyze, CertifiesThePredictiveStructure) {
   EXPECT_NEAR(printed["gain_margin"].as<double>(), expected.gain_margin, 1e-4);
   EXPECT_NEAR(printed["delay_margin_s"].as<double>(), expected.delay_margin, 1e-5);
   EXPECT_NE(complaint({config("predictive.yaml"), "--range", "tau"}).find("range"), std::string::npos);
+}
+
+TEST(Analyze, CertifiesAnIrregularClockWhereAsked) {
+  // A robot with which the loop is unstable on a regular one, so that nothing has to be searched.
+  const TemporaryFile slow("plant_model: {dead_time: 0.4, lag: 0.006, velocity_loop_integral: 0.7}\n");
+  const TemporaryFile model(
+      "predictive: {belief_rate: 1000, action_rate: 50, speed_process_noise: 0.01, disturbance_process_noise: 0.01,\n"
+      "  dead_time_deviation: 0.03}\n"
+      "plant_model: {dead_time: 0.08, lag: 0.006, velocity_loop_integral: 0.7}\n");
+  const YAML::Node jitter = figures({model.path(), "--plant", slow.path(), "--jitter"}, 1)["jitter"];
+  ASSERT_TRUE(jitter);
+  EXPECT_FALSE(jitter["any_phase"].as<bool>());
+  EXPECT_EQ(jitter["jitter_margin_s"].as<double>(), 0.0);
+  EXPECT_EQ(jitter["lost_samples"].as<double>(), 0.0);
+  EXPECT_FALSE(figures({model.path(), "--plant", slow.path()}, 1)["jitter"]);
+  EXPECT_NE(complaint({config("improved.yaml"), "--jitter"}).find("jitter"), std::string::npos);
 }
 
 TEST(Analyze, PredictiveModelOfTheConfigurationMayDifferFromThePlant) {

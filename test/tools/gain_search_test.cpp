@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "jackal_aic/config/text_file.hpp"
 #include "package_files.hpp"
 
 namespace jackal_aic {
@@ -15,7 +16,7 @@ GainSearchTask taskOn(const std::vector<std::string>& plants) {
   for (const std::string& plant : plants) {
     task.robots.push_back({plant, readPlantFile(kPackage + "/config/" + plant + ".yaml")});
   }
-  task.urdf = sim::readText(kPackage + "/sim/urdf/jackal.urdf");
+  task.urdf = readText(kPackage + "/sim/urdf/jackal.urdf");
   return task;
 }
 

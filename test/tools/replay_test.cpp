@@ -17,6 +17,7 @@
 
 #include "conversions.hpp"
 #include "input_message.hpp"
+#include "jackal_aic/config/text_file.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_plant.hpp"
 #include "node_parameters.hpp"
@@ -35,8 +36,7 @@ NodeParameters parametersOf(const std::string& preset) {
   for (const std::string name : {"advanced", "jackal", preset.c_str(), "plant_model"}) {
     addYamlFile(config(name + ".yaml"), map);
   }
-  return readNodeParameters(map,
-                            [] { return sim::readText(std::string(JACKAL_AIC_SOURCE_DIR) + "/sim/urdf/jackal.urdf"); });
+  return readNodeParameters(map, [] { return readText(std::string(JACKAL_AIC_SOURCE_DIR) + "/sim/urdf/jackal.urdf"); });
 }
 
 /// What is recorded.
@@ -64,8 +64,7 @@ class RecordedBag {
     const NodeParameters parameters = parametersOf(what.preset);
     DriveLoop loop(parameters, makeController(parameters));
     const sim::PlantParameters plant_parameters;
-    sim::JackalPlant plant(sim::readText(std::string(JACKAL_AIC_SOURCE_DIR) + "/sim/urdf/jackal.urdf"),
-                           plant_parameters);
+    sim::JackalPlant plant(readText(std::string(JACKAL_AIC_SOURCE_DIR) + "/sim/urdf/jackal.urdf"), plant_parameters);
     rosbag::Bag bag(path(), rosbag::bagmode::Write);
     LoopInputs log;
     log.first = what.first;
@@ -280,7 +279,9 @@ TEST(Replay, SetPointsGoOnTheSimulatedRobot) {
 
 TEST(Replay, WhatCannotBeReplayedIsOneLine) {
   const RecordedBag bag({});
-  EXPECT_NE(complaint({bag.path(), "--preset", "nope"}).find("nope"), std::string::npos);
+  EXPECT_EQ(
+      complaint({bag.path(), "--preset", "nope"}),
+      "--preset = 'nope': unknown; known: diff_drive, standard, improved, tuned, predictive, or a file NAME.yaml");
   EXPECT_NE(complaint({bag.path(), "--set", "limits.linear_speed"}).find("key=value"), std::string::npos);
   EXPECT_NE(complaint({bag.path(), "--set", "limits.linear_sped=1"}).find("limits.linear_sped"), std::string::npos);
   EXPECT_NE(complaint({bag.path(), "--output", "/nowhere/x.csv"}).find("/nowhere/x.csv"), std::string::npos);
@@ -299,7 +300,7 @@ TEST(Replay, DamagedBagsEndTheProgramInOrder) {
         std::string(JACKAL_AIC_REPLAY) + " " + bag.path("cut.bag") + " >" + bag.path("said") + " 2>&1";
     const int status = std::system(command.c_str());
     EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 2) << part;
-    EXPECT_NE(sim::readText(bag.path("said")).find("cannot be read as a bag"), std::string::npos) << part;
+    EXPECT_NE(readText(bag.path("said")).find("cannot be read as a bag"), std::string::npos) << part;
   }
 }
 

@@ -22,11 +22,8 @@ namespace jackal_aic {
 using OrderMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxOrders + 1, kMaxOrders + 1>;
 
-/// V, (p+1) x (p+1): covariance of unit noise and its derivatives [1/s^(i+j)]. @param orders highest order p, 0..5;
-/// @param smoothness s, above 0 [s].
-OrderMatrix noiseCovariance(int orders, double smoothness);
-
-/// V^-1 [s^(i+j)]; the identity for smoothness 0, which stands for orders that are independent.
+/// V^-1, (p+1) x (p+1): precision of unit noise and its derivatives [s^(i+j)]; the identity for smoothness 0, which
+/// stands for orders that are independent. @param orders highest order p, 0..5; @param smoothness s [s].
 OrderMatrix noisePrecision(int orders, double smoothness);
 
 }  // namespace jackal_aic

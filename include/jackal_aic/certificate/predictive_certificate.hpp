@@ -23,6 +23,13 @@
 
 namespace jackal_aic {
 
+/// One action period of a loop whose clock is a real one.
+struct JitteredPeriod {
+  double phase = 0.0;                   ///< age of the sample when the action is computed [s], up to longestPhase()
+  double extra_dead_time = 0.0;         ///< by which the robot's dead time is longer in this period [s]
+  std::optional<Eigen::Vector3d> gain;  ///< of the belief on (w, z, d) for the sample; empty: it was lost
+};
+
 /// Linear periodic system of one wheel under the predictive controller.
 class PredictiveLinearLoop {
  public:
@@ -36,6 +43,15 @@ class PredictiveLinearLoop {
 
   /// Map over one period of belief (w, z, d), last measurement, action, commands under way, wheel speed and correction.
   Eigen::MatrixXd periodMap(const LoopChange& change = {}) const;
+
+  /// Map over one action period, alike in size for every extra dead time up to a longest one [s]: of the state of
+  /// periodMap() without the last measurement, which no later period needs. @throws ParameterError if sensor and action
+  /// do not have the same rate.
+  Eigen::MatrixXd jitteredMap(const JitteredPeriod& period, double longest_extra) const;
+
+  /// Gains between which the belief's is while samples come irregularly: for one right after another, and those to
+  /// which it converges with a sample every 1 to `most_periods` action periods, in this order.
+  std::vector<Eigen::Vector3d> irregularGains(int most_periods) const;
 
   /// Spectral radius of periodMap() with its uncertainty (spectral_radius.hpp) on top, so that what is below 1 is
   /// stable; infinity if the map is not finite.

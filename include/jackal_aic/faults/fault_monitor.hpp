@@ -103,6 +103,10 @@ class FaultMonitor {
   /// are is not.
   void restart();
 
+  /// Forgets what it learned about the encoders (noise, resolution, how far they are from what the drive train
+  /// explains), for a robot that may be another. To be called after restart().
+  void forgetEncoders();
+
   /// Forgets everything but the parameters, faults included.
   void reset();
 

@@ -11,6 +11,8 @@
 /// a scalar Kalman filter that counts the other's variance as noise (a Schmidt-Kalman, or consider, filter without the
 /// covariance of the two).
 ///
+/// Tyres that are not alike turn a robot on a straight line by its speed, which looks like a bias that changes with it.
+///
 /// s changes with the motion (a skid-steer robot that drives a fast arc turns as if its track were narrower: on the
 /// simulated ground b_hat goes from 0.55 m to 0.38 m) and beta hardly ever: what changes while the motion stays is
 /// suspect.
@@ -35,8 +37,9 @@ class YawBelief {
   YawBelief(double effective_track, const YawBeliefParameters& parameters);
 
   /// Lets time pass [s]. @param recent_change how much the motion changed lately, in multiples of kMotionScale; @param
-  /// memory what "lately" means [s].
-  void predict(double recent_change, double memory, double step);
+  /// memory what "lately" means [s]; @param recent_turn how much what unlike tyres turn the robot by changed lately, at
+  /// most [rad/s].
+  void predict(double recent_change, double memory, double step, double recent_turn = 0.0);
 
   /// theta_dot - (s x + beta) [rad/s].
   double error(double yaw_rate, double x) const { return yaw_rate - slope_ * x - bias_; }

@@ -12,15 +12,18 @@ namespace jackal_aic {
 
 /// Difference speed of the sides x = r alpha (w_R - w_L) as the wheels' beliefs have it.
 struct DifferenceSpeed {
-  double value;     ///< x [m/s]
-  double variance;  ///< [(m/s)^2]
+  double value;          ///< x [m/s]
+  double variance;       ///< [(m/s)^2]
+  double forward = 0.0;  ///< v, by which unlike tyres turn a robot that its wheels drive straight [m/s]
 };
 
 /// Prediction, comparison and verdict for the gyro. Nothing here allocates.
 ///
 /// A gyro that comes to read less turn than the wheels ask for, and no faster than a body changes its turn, is right:
 /// the tyres slide, on ice or against a kerb. Only what jumps, or reads more than the wheels can do, is suspect. A bias
-/// that grows in a turn shows when the turn ends.
+/// that grows in a turn shows when the turn ends. What the turn changes by from one ground to another is no fault
+/// either, if no faster than a body can, nor is a turn by the speed of the robot, as of tyres that are not alike. Jumps
+/// that end by themselves are of ground that rocks the robot: the more there were, the longer the next one may last.
 ///
 /// A gyro that was found faulty counts again when it agrees with what was believed before the fault, or when a new
 /// belief, free to learn other slip and bias, explains it by slip alone. In steady driving slip and bias look the same;
@@ -57,9 +60,9 @@ class YawMonitor {
   const YawBelief& belief() const { return belief_; }  ///< slip and bias
 
  private:
-  bool biased() const;
+  bool biased(double forward) const;
   bool slides(double yaw_rate, double x) const;
-  void watchJumps(double yaw_rate, double step);
+  void watchJumps(double yaw_rate, double asked, double step);
   bool explained(double yaw_rate, const DifferenceSpeed& x) const;
   double variance(const YawBelief& belief, const DifferenceSpeed& x) const;
   double distanceFrom(const YawBelief& belief, double yaw_rate, const DifferenceSpeed& x) const;
@@ -83,6 +86,8 @@ class YawMonitor {
   double agreement_ = 0.0;  // time for which a plausible slip has explained a gyro found faulty [s]
   double last_ = 0.0;       // yaw rate [rad/s]
   bool jumped_ = false;     // since the last good sample, faster than a body can
+  double jump_time_ = 0.0;  // for which it has [s]
+  double jolts_ = 0.0;      // jumps that ended by themselves, those of long ago less
   bool frozen_ = false;
 };
 

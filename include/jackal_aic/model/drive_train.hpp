@@ -33,6 +33,11 @@ struct Pace {
 /// Pace over a time [s]. @param lag [s], 0 follows at once; @param limit of dw/dt [rad/s^2].
 Pace paceOf(double lag, double limit, double time);
 
+/// Speed [rad/s] of a drive train without velocity-loop integral after any time [s] with one target: the exact
+/// solution, at the acceleration limit and below it. @param lag [s], 0 follows at once; @param limit of dw/dt
+/// [rad/s^2].
+double speedAfter(double speed, double target, double lag, double limit, double time);
+
 /// Linear response of (w, z) over a time during which one input acts.
 struct DriveTrainResponse {
   Eigen::Matrix2d transition;  ///< of (w, z)

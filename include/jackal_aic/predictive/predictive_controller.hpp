@@ -26,6 +26,7 @@
 #include "jackal_aic/model/types.hpp"
 #include "jackal_aic/predictive/forward_speed_belief.hpp"
 #include "jackal_aic/predictive/model_learning.hpp"
+#include "jackal_aic/predictive/motion_uncertainty.hpp"
 #include "jackal_aic/predictive/predictive_parameters.hpp"
 #include "jackal_aic/predictive/wheel_controller.hpp"
 #include "jackal_aic/predictive/yaw_rate_belief.hpp"
@@ -82,8 +83,12 @@ class PredictiveController : public VelocityController {
   int beliefStepsPerAction() const override { return parameters_.beliefStepsPerAction(); }
 
   /// Covariance of the believed x_dot [m/s] and theta_dot [rad/s], from those of the wheels' speeds and, where they
-  /// take part, of the learned slip and of the accelerometer.
+  /// take part, of the learned slip and of the accelerometer: that of a robot that is its model.
   Eigen::Matrix2d velocityCovariance() const;
+
+  /// The same with what is uncertain about the motion of a real one beside (motion_uncertainty.hpp), for whoever
+  /// filters with it.
+  Eigen::Matrix2d motionCovariance() const;
 
   /// Drive train as it is believed.
   const PlantModel& model() const { return model_; }
@@ -137,6 +142,7 @@ class PredictiveController : public VelocityController {
   YawRateBelief yaw_;
   ForwardSpeedBelief forward_;
   ModelLearning learning_;
+  MotionUncertainty uncertainty_;
   SetPoint set_point_;
   Standstill standstill_;
   double turn_acceleration_ = 0.0;  // that a command may have [rad/s^2]; 0: no bound

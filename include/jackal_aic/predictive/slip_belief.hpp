@@ -115,6 +115,9 @@ class SlipBelief {
   /// theta_dot of the body whose wheels turn at these speeds [rad/s].
   double yawRate(double left, double right) const;
 
+  /// theta_dot by f alone, as it was in the minutes before, at these speeds of the wheels [rad/s].
+  double usualYawRate(double left, double right) const { return yawRate(left, right) / correction_; }
+
   /// d theta_dot/dn at these speeds of the wheels [rad/s].
   double yawPerDifference(double left, double right) const;
 
@@ -137,6 +140,9 @@ class SlipBelief {
 
   /// Offset of the accelerometer as learned at standstill [m/s^2].
   double accelerometerOffset() const { return offset_; }
+
+  /// Offset of the gyro as learned at standstill [rad/s].
+  double gyroOffset() const { return gyro_offset_; }
 
  private:
   bool turns(const WheelDifference& n, double step);

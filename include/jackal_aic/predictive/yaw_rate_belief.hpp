@@ -19,7 +19,7 @@ namespace jackal_aic {
 /// Trust of a YawRateBelief in its sources.
 struct YawRateBeliefParameters {
   double gyro_variance = 2.5e-5;  ///< Sigma_g [(rad/s)^2]
-  double fluctuation = 1e-4;      ///< Q, growth of the variance [(rad/s)^2/s]
+  double process_noise = 1e-4;    ///< Q, growth of the variance [(rad/s)^2/s]
   double deviation = 0.05;        ///< sigma_y, standard deviation of the body's delay behind the wheels [s]
 };
 

@@ -32,6 +32,7 @@
 #include "jackal_aic/safety/frozen_source.hpp"
 #include "jackal_aic/safety/measurement_watch.hpp"
 #include "jackal_aic/safety/motor_share.hpp"
+#include "jackal_aic/safety/phase_lock.hpp"
 #include "jackal_aic/safety/step_schedule.hpp"
 
 namespace jackal_aic {
@@ -122,7 +123,8 @@ class DriveLoop {
   /// With shared motors: a command reached them, or seems to have.
   void applied(const WheelCommand& command, AppliedSource source, double now);
 
-  /// Runs the belief steps that are due, up to the next action step.
+  /// Runs the belief steps that are due, up to the next action step. Need not be called: whatever depends on the
+  /// beliefs, or changes them, runs those that are due before it, so that the numbers are the same to the bit.
   void updateBelief(double now);
 
   /// Runs every step that is due. Returns the command if an action step was: the wheel speeds to drive from now on. The
@@ -132,6 +134,10 @@ class DriveLoop {
   /// The same for a timer that may fire late. @param due time for which it was set, not later than now: the steps keep
   /// to that.
   std::optional<WheelCommand> advance(double now, double due);
+
+  /// Time for which a timer that served advance(now, due) is to be set next [s], so that the action follows right upon
+  /// a measurement: PhaseLock::next(). It tells, and changes no command: another timer may be set otherwise.
+  double nextDue(double due, double now);
 
   /// Goes on from another effective track and slip, where the controller learns them; else nothing. @throws
   /// ParameterError as PredictiveController::setSlip().
@@ -172,6 +178,7 @@ class DriveLoop {
   bool takeObservation(const Observation& observation, double now);
   static double age(const Arrival& arrival, double now);
   void noteTime(double now);
+  void catchUp(double now);
   void restart(double now);
   void forget(double now);
   InputAges ages(double now) const;
@@ -195,6 +202,7 @@ class DriveLoop {
   MeasurementWatch measurements_;
   DriveGate gate_;
   StepSchedule schedule_;
+  PhaseLock phase_;
   MotorShare motors_;
   FrozenSource frozen_wheels_;
   FrozenSource frozen_imu_;

@@ -70,6 +70,10 @@ class MeasurementWatch {
   /// the first measurements again: what has not come yet is not lost. @param now [s].
   void restart(double now);
 
+  /// Forgets what the fault detection learned about the encoders, for a robot that may be another. To be called after
+  /// restart().
+  void forgetEncoders();
+
   /// After a time without action steps (a stall, a clock that jumped forward), in which the motors may have stopped by
   /// themselves: forgets, and lets every sample count until the robot does what it is told again. @param now [s].
   void resumeAfterStall(double now);

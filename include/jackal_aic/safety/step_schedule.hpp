@@ -32,11 +32,15 @@ class StepSchedule {
   /// Belief steps still missing in the present action period.
   int beliefStepsLeft() const { return belief_steps_per_action_ - belief_steps_done_; }
 
+  /// Time for which the next belief step is due [ns].
+  std::int64_t nextBeliefStep() const { return boundary_ + (belief_steps_done_ + 1) * belief_step_; }
+
   /// Notes that a belief step was run.
   void beliefStepDone() { ++belief_steps_done_; }
 
   /// Whole action periods that are over at the time [ns] for which the action timer was set, at most most_periods. The
-  /// remainder (a timer that was put off) moves the boundary and costs no step.
+  /// remainder moves the boundary and costs no step: a timer that was put off, or brought forward by no more than 1/16
+  /// of a period, to follow the measurements (phase_lock.hpp).
   int actionPeriodsDue(std::int64_t expected);
 
   /// End of the last action period that is over at a time [ns], for a caller without a timer.

@@ -32,8 +32,8 @@ sensor_msgs::Imu imuAt(double time) {
   return message;
 }
 
-MessageFault faultOf(FaultKind kind, double amount = 0.0, FaultChannel channel = FaultChannel::all) {
-  MessageFault fault;
+InjectedFault faultOf(FaultKind kind, double amount = 0.0, FaultChannel channel = FaultChannel::all) {
+  InjectedFault fault;
   fault.kind = kind;
   fault.amount = amount;
   fault.channel = channel;
@@ -42,7 +42,7 @@ MessageFault faultOf(FaultKind kind, double amount = 0.0, FaultChannel channel =
 }
 
 /// What comes out, in the order of the times, of wheel messages at 50 Hz from one period before the onset on.
-std::vector<TimedMessage<sensor_msgs::JointState>> sent(const MessageFault& fault, int messages) {
+std::vector<TimedMessage<sensor_msgs::JointState>> sent(const InjectedFault& fault, int messages) {
   FaultyChannel<sensor_msgs::JointState> channel;
   channel.arm({fault}, kOnset, 1);
   ReleaseQueue<sensor_msgs::JointState> queue;
@@ -62,7 +62,7 @@ double stampOfMessage(int i) { return kOnset + (i - 1) * kPeriod; }
 
 TEST(FaultyChannel, LeavesMessagesAloneOutsideTheWindow) {
   FaultyChannel<sensor_msgs::JointState> channel;
-  MessageFault fault = faultOf(FaultKind::drop);
+  InjectedFault fault = faultOf(FaultKind::drop);
   fault.start = 0.5;
   channel.arm({fault}, kOnset, 1);
   for (const double time : {0.0, 1.0, 1.499, 1.6, 5.0}) {
@@ -76,7 +76,7 @@ TEST(FaultyChannel, LeavesMessagesAloneOutsideTheWindow) {
 }
 
 TEST(FaultyChannel, DropsTheShareAskedFor) {
-  MessageFault fault = faultOf(FaultKind::drop);
+  InjectedFault fault = faultOf(FaultKind::drop);
   fault.share = 0.3;
   fault.duration = 1000.0;
   FaultyChannel<sensor_msgs::JointState> channel;

@@ -21,7 +21,7 @@ Scenario stopScenario() {
   Scenario scenario;
   scenario.name = "sample/straight";
   scenario.motion = {"straight", kSpeed, 0.0};
-  MessageFault fault;
+  InjectedFault fault;
   fault.duration = 1.6;
   scenario.faults = {{FaultTopic::imu, fault}};
   scenario.expectation.outcome = Outcome::stops;

@@ -718,5 +718,280 @@ TEST(Plant, CanBeMoved) {
   EXPECT_NEAR(moved.truth().linear_velocity.x(), 0.5, 1e-3);
 }
 
+// --- What a real robot has beside
+// -------------------------------------------------------------------------------------
+
+/// Every step of a drive with one parameter changed.
+template <class Change>
+std::vector<double> drivenWith(Change change) {
+  PlantParameters parameters;
+  change(parameters);
+  Recording recording(parameters);
+  recording.run(800);
+  return recording.numbers();
+}
+
+using P = PlantParameters;
+
+/// Keys of which a value says nothing while the one that switches them is off.
+TEST(RealPlant, WhatIsOffLeavesEveryByte) {
+  const std::vector<double> as_is = drivenWith([](P&) {});
+  EXPECT_TRUE(sameBytes(as_is, drivenWith([](P& p) { p.roughness_length = 0.5; })));
+  EXPECT_TRUE(sameBytes(as_is, drivenWith([](P& p) { p.ramp_start = 0.1; })));
+  EXPECT_TRUE(sameBytes(as_is, drivenWith([](P& p) { p.patch_size = 0.2; })));
+  EXPECT_TRUE(sameBytes(as_is, drivenWith([](P& p) { p.kerb_height = 0.5; })));
+  EXPECT_TRUE(sameBytes(as_is, drivenWith([](P& p) { p.push_force = 100.0; })));
+  EXPECT_TRUE(sameBytes(as_is, drivenWith([](P& p) { p.gyro_bias_time = 7.0; })));
+  EXPECT_TRUE(sameBytes(as_is, drivenWith([](P& p) { p.vibration_time = 0.5; })));
+  EXPECT_TRUE(sameBytes(as_is, drivenWith([](P& p) { p.payload_x = 0.1; }))) << "without a payload";
+  EXPECT_TRUE(sameBytes(as_is, drivenWith([](P& p) { p.wheel_radius_left = p.wheel_radius_right = kWheelRadius; })));
+}
+
+TEST(RealPlant, EveryKeyHasAnEffectThatTheSeedRepeats) {
+  void (*const changes[])(P&) = {[](P& p) { p.wheel_offset = 0.5; },
+                                 [](P& p) { p.wheel_breakaway = 7.0; },
+                                 [](P& p) { p.wheel_radius_left = 0.0965; },
+                                 [](P& p) { p.wheel_radius_right = 0.095; },
+                                 [](P& p) { p.battery_sag = 0.2; },
+                                 [](P& p) { p.battery_discharge = 0.2; },
+                                 [](P& p) { p.payload = 5.0, p.payload_x = 0.1; },
+                                 [](P& p) { p.payload = 5.0, p.payload_y = 0.1; },
+                                 [](P& p) { p.payload = 5.0, p.payload_z = 0.1; },
+                                 [](P& p) { p.roughness = 0.005; },
+                                 [](P& p) { p.ramp = 5.0, p.ramp_start = 0.1; },
+                                 [](P& p) { p.patch_friction = 0.3, p.patch_size = 0.1; },
+                                 [](P& p) { p.kerb_distance = 0.25; },
+                                 [](P& p) { p.push_force = 50.0, p.push_time = 0.1, p.push_duration = 0.1; },
+                                 [](P& p) { p.lift_time = 0.1, p.lift_duration = 1.0; },
+                                 [](P& p) { p.imu_rate = 80.0; },
+                                 [](P& p) { p.feedback_rate = 10.0; },
+                                 [](P& p) { p.feedback_repeats = 0.5; },
+                                 [](P& p) { p.gyro_bias = 0.01; },
+                                 [](P& p) { p.vibration_x = 1.0; },
+                                 [](P& p) { p.vibration_gyro = 0.02; },
+                                 [](P& p) { p.network_delay = 0.02; }};
+  const std::vector<double> as_is = drivenWith([](P&) {});
+  for (std::size_t i = 0; i < std::size(changes); ++i) {
+    const std::vector<double> changed = drivenWith(changes[i]);
+    EXPECT_FALSE(sameBytes(as_is, changed)) << i;
+    EXPECT_TRUE(sameBytes(changed, drivenWith(changes[i]))) << i;
+  }
+}
+
+TEST(RealPlant, WheelsTurnSlowerByTheOffset) {
+  PlantParameters parameters = quiet();
+  parameters.wheel_offset = 0.5;
+  JackalPlant plant = plantOf(parameters);
+  plant.command({0.45, 0.45});
+  run(plant, 1.0);
+  EXPECT_NEAR(plant.truth().position.x(), 0.0, 1e-4);
+  plant.command({5.0, 5.0});
+  run(plant, 2.0);
+  EXPECT_NEAR(plant.truth().wheel_velocity[kFrontLeft], 4.5, 0.01);
+}
+
+TEST(RealPlant, ASmallerTyreTurnsTheRobotToItsSide) {
+  PlantParameters parameters = quiet();
+  parameters.wheel_radius_left = 0.095;
+  JackalPlant plant = plantOf(parameters);
+  run(plant, 0.1);
+  EXPECT_NEAR(plant.truth().linear_velocity.norm(), 0.0, 1e-3) << "stands from the start";
+  plant.command({5.0, 5.0});
+  run(plant, 2.0);
+  EXPECT_GT(plant.truth().angular_velocity.z(), 0.01);
+  EXPECT_NEAR(plant.truth().linear_velocity.x(), 5.0 * 0.0965, 0.005);
+}
+
+TEST(RealPlant, AnEmptyingBatteryLowersTheTopSpeed) {
+  PlantParameters parameters = onBox();
+  parameters.battery_discharge = 10.0;
+  JackalPlant plant = plantOf(parameters);
+  plant.command({100.0, 100.0});
+  run(plant, 18.0);
+  EXPECT_NEAR(kWheelRadius * plant.truth().wheel_velocity[kFrontLeft], 2.5 * 0.95, 0.01);
+}
+
+TEST(RealPlant, ALoadBehindMakesTheWheelsBehindHoldTheTurn) {
+  const auto sideways = [](double offset) {  // speed of base_link across itself, in a turn in place [m/s]
+    PlantParameters parameters = quiet();
+    parameters.payload = 8.0;
+    parameters.payload_x = offset;
+    JackalPlant plant = plantOf(parameters);
+    plant.command(rolling(-0.4, 0.4));
+    run(plant, 2.0);
+    return plant.truth().linear_velocity.y();
+  };
+  EXPECT_GT(sideways(-0.15), sideways(0.15) + 0.02) << "the robot turns about its heavy end";
+}
+
+TEST(RealPlant, UnevenGroundTossesTheRobotOnceItHasLeftTheLevel) {
+  PlantParameters parameters = quiet();
+  parameters.roughness = 0.01;
+  JackalPlant plant = plantOf(parameters);
+  const double on_ground = plant.truth().position.z();
+  run(plant, 0.2);
+  EXPECT_LT(plant.truth().angular_velocity.norm(), 0.01);
+  plant.command(rolling(0.8, 0.8));
+  double tossed = 0.0;
+  for (int n = 0; n < 6000; ++n) {
+    plant.step();
+    tossed = std::max(tossed, plant.truth().angular_velocity.head<2>().norm());
+  }
+  EXPECT_GT(tossed, 0.05);
+  EXPECT_GT(plant.truth().position.x(), 3.0) << "and drives on";
+  EXPECT_NEAR(plant.truth().position.z(), on_ground, 0.05);
+}
+
+TEST(RealPlant, ARampIsClimbedAtItsInclinationAndLeftAgain) {
+  PlantParameters parameters = quiet();
+  parameters.ramp = 10.0;
+  parameters.ramp_start = 1.0;
+  parameters.ramp_length = 2.0;
+  JackalPlant plant = plantOf(parameters);
+  const double on_ground = plant.truth().position.z();
+  plant.command(rolling(0.5, 0.5));
+  const auto climbed = [&plant] {
+    const Eigen::Vector3d x = plant.truth().orientation * Eigen::Vector3d::UnitX();
+    return std::atan2(x.z(), x.head<2>().norm()) * 57.29577951308232;
+  };
+  run(plant, 1.5);
+  EXPECT_NEAR(climbed(), 0.0, 0.1);
+  run(plant, 3.0);
+  EXPECT_NEAR(climbed(), 10.0, 0.1);
+  EXPECT_NEAR(nextMeasurement(plant).linear_acceleration.x(), kGravity * std::sin(climbed() / 57.29577951308232), 0.1);
+  run(plant, 5.0);
+  EXPECT_NEAR(climbed(), 0.0, 0.1);
+  EXPECT_NEAR(plant.truth().position.z() - on_ground, 2.0 * std::tan(10.0 / 57.29577951308232), 0.01);
+}
+
+TEST(RealPlant, AKerbStopsTheRobotWhileItsWheelsTurn) {
+  PlantParameters parameters = quiet();
+  parameters.kerb_distance = 0.7;
+  parameters.kerb_height = 0.3;
+  parameters.friction = 0.3;
+  JackalPlant plant = plantOf(parameters);
+  plant.command(rolling(0.3, 0.3));
+  run(plant, 4.0);
+  EXPECT_NEAR(plant.truth().position.x(), 0.7 - 0.131 - kWheelRadius, 0.03);
+  EXPECT_NEAR(plant.truth().linear_velocity.x(), 0.0, 0.03);
+  EXPECT_GT(plant.truth().wheel_velocity[kRearLeft], 2.5);
+}
+
+TEST(RealPlant, AThresholdIsDrivenOver) {
+  PlantParameters parameters = quiet();
+  parameters.kerb_distance = 0.7;
+  parameters.kerb_height = 0.015;
+  JackalPlant plant = plantOf(parameters);
+  const double on_ground = plant.truth().position.z();
+  plant.command(rolling(0.5, 0.5));
+  run(plant, 4.0);
+  EXPECT_GT(plant.truth().position.x(), 1.2);
+  EXPECT_NEAR(plant.truth().position.z(), on_ground + 0.015, 1e-3);
+}
+
+TEST(RealPlant, SomebodyPushesAndLiftsByTheClock) {
+  PlantParameters parameters = quiet();
+  parameters.push_time = 1.0;
+  parameters.push_duration = 0.3;
+  parameters.push_force = 150.0;
+  parameters.lift_time = 4.0;
+  parameters.lift_duration = 2.0;
+  JackalPlant plant = plantOf(parameters);
+  run(plant, 0.99);
+  EXPECT_NEAR(plant.truth().linear_velocity.x(), 0.0, 1e-3);
+  run(plant, 0.31);
+  EXPECT_GT(plant.truth().linear_velocity.x(), 0.3);
+  run(plant, 2.5);
+  EXPECT_NEAR(plant.truth().linear_velocity.x(), 0.0, 0.02);
+  const double on_ground = plant.truth().position.z();
+  run(plant, 2.0);
+  EXPECT_NEAR(plant.truth().position.z(), on_ground + 0.3, 0.01);
+  run(plant, 2.5);
+  EXPECT_NEAR(plant.truth().position.z(), on_ground, 1e-3);
+}
+
+TEST(RealPlant, TheImuComesAtItsOwnRate) {
+  PlantParameters parameters = quiet();
+  parameters.imu_rate = 80.0;
+  JackalPlant plant = plantOf(parameters);
+  plant.command(rolling(0.1, 0.4));
+  int inertial = 0, joints = 0;
+  double newest = 0.0;
+  for (int n = 0; n < 2000; ++n) {
+    plant.step();
+    if (plant.imuMeasurement()) {
+      ++inertial;
+      newest = plant.imuMeasurement()->angular_velocity.z();
+    }
+    if (!plant.measurement()) continue;
+    ++joints;
+    EXPECT_EQ(plant.measurement()->stamp, plant.time());
+    EXPECT_EQ(plant.measurement()->angular_velocity.z(), newest);
+  }
+  EXPECT_EQ(inertial, 160);
+  EXPECT_EQ(joints, 100);
+}
+
+TEST(RealPlant, JointStatesRepeatTheNewestFeedback) {
+  PlantParameters parameters = quiet();
+  parameters.feedback_rate = 10.0;
+  parameters.noise_scale = 1.0;
+  JackalPlant plant = plantOf(parameters);
+  plant.command(rolling(0.5, 0.5));
+  std::vector<double> speeds, stamps;
+  for (int n = 0; n < 50; ++n) {
+    const PlantMeasurement sample = nextMeasurement(plant);
+    speeds.push_back(sample.wheel_velocity[kFrontLeft]);
+    stamps.push_back(sample.feedback_stamp);
+    EXPECT_EQ(sample.stamp, plant.time());
+    EXPECT_LT(sample.stamp - sample.feedback_stamp, 0.1);
+  }
+  EXPECT_EQ(std::unique(speeds.begin(), speeds.end()) - speeds.begin(), 11);
+  EXPECT_EQ(std::unique(stamps.begin(), stamps.end()) - stamps.begin(), 11);
+}
+
+TEST(RealPlant, TheNetworkDelaysSensorsAndCommands) {
+  PlantParameters parameters = onBox(direct());
+  parameters.network_delay = 0.02;
+  JackalPlant plant = plantOf(parameters);
+  double oldest = 0.0, slowest = 0.0;
+  int arrived = 0, underway = 0;
+  double wanted = 0.0;
+  for (int n = 0; n < 4000; ++n) {
+    if (n % 100 == 0) {
+      wanted = n % 200 == 0 ? 5.0 : -5.0;
+      plant.command({wanted, wanted});
+      underway = 0;
+    }
+    plant.step();
+    ++underway;
+    if (plant.truth().acting_command.left != wanted) slowest = std::max(slowest, 0.001 * underway);
+    if (!plant.measurement()) continue;
+    ++arrived;
+    oldest = std::max(oldest, plant.time() - plant.measurement()->stamp);
+  }
+  EXPECT_GE(arrived, 198);
+  EXPECT_GT(oldest, 0.015);
+  EXPECT_LE(oldest, 0.021);
+  EXPECT_GT(slowest, 0.012);
+  EXPECT_LE(slowest, 0.021);
+}
+
+TEST(JackalPlant, MotorsThatChangeDoSoUntilReset) {
+  JackalPlant plant(jackalUrdf(), direct());
+  const auto speed = [&] {
+    plant.command({5.0, 5.0});
+    run(plant, 1.0);
+    return plant.truth().wheel_velocity[kFrontLeft];
+  };
+  EXPECT_NEAR(speed(), 5.0, 0.01);
+  plant.changeMotors(0.8, 0.5);
+  EXPECT_NEAR(speed(), 0.8 * (5.0 - 0.5), 0.01);
+  plant.reset();
+  EXPECT_NEAR(speed(), 5.0, 0.01);
+  EXPECT_THROW(plant.changeMotors(0.0, 0.0), ParameterError);
+  EXPECT_THROW(plant.changeMotors(1.0, -1.0), ParameterError);
+}
+
 }  // namespace
 }  // namespace jackal_aic::sim

@@ -137,5 +137,45 @@ TEST(MotorLoop, ClampsTheTarget) {
   EXPECT_NEAR(speedAfter(backward, -1e300, 1.0), -10.0, 1e-6);
 }
 
+TEST(CommandDelay, LateCommandsKeepTheirOrder) {
+  CommandDelay delay(0.010, kStep);
+  delay.push(0, {1.0, 1.0}, 15);
+  delay.push(5, {2.0, 2.0}, 2);
+  EXPECT_EQ(delay.acting(24), WheelCommand{});
+  EXPECT_EQ(delay.acting(25), (WheelCommand{2.0, 2.0})) << "both come at once";
+}
+
+TEST(MotorLoop, OffsetSlowsTheWheelAndIsADeadBand) {
+  MotorParameters p = parameters();
+  p.offset = 0.5;
+  p.integral = 5.0;
+  MotorLoop forward(p, kStep), backward(p, kStep), weak(p, kStep);
+  EXPECT_NEAR(speedAfter(forward, 3.0, 3.0), 2.5, 1e-6);
+  EXPECT_NEAR(speedAfter(backward, -3.0, 3.0), -2.5, 1e-6);
+  EXPECT_EQ(speedAfter(weak, 0.5, 3.0), 0.0);
+}
+
+TEST(MotorLoop, AStandingWheelNeedsTheBreakawayARollingOneDoesNot) {
+  MotorParameters p = parameters();
+  p.breakaway = 0.8;
+  MotorLoop motor(p, kStep);
+  EXPECT_EQ(speedAfter(motor, 0.7, 1.0), 0.0);
+  const double rolling = speedAfter(motor, 0.9, 1.0);
+  EXPECT_NEAR(rolling, 0.9, 1e-6);
+  EXPECT_NEAR(speedAfter(motor, 0.4, 1.0, rolling), 0.4, 1e-6);
+}
+
+TEST(MotorLoop, AnEmptyBatteryLowersSpeedAndAcceleration) {
+  MotorParameters p = parameters();
+  p.lag = 0.0;
+  p.speed_limit = 10.0;
+  p.acceleration_limit = 100.0;
+  MotorLoop motor(p, kStep);
+  double speed = motor.reference(20.0, 0.0, 0.8);
+  EXPECT_NEAR(speed, 0.08, 1e-12);
+  for (int n = 0; n < 1000; ++n) speed = motor.reference(20.0, speed, 0.8);
+  EXPECT_NEAR(speed, 8.0, 1e-9);
+}
+
 }  // namespace
 }  // namespace jackal_aic::sim

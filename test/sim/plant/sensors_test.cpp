@@ -151,6 +151,83 @@ TEST(Sensors, DelaysLieWithinTheJitterAndSpareTheFirstSample) {
   EXPECT_NEAR(sum / 2000, 0.004, 0.0003);
 }
 
+TEST(ColouredNoise, HasUnitDeviationAndTheStatedCorrelation) {
+  ColouredNoise noise(0.1, 3);
+  constexpr int kSamples = 50000;
+  double squares = 0.0, products = 0.0, before = 0.0;
+  for (int n = 0; n < kSamples; ++n) {
+    const double value = noise.at(0.02 * n)[4];
+    squares += value * value;
+    products += value * before;
+    before = value;
+  }
+  EXPECT_NEAR(squares / kSamples, 1.0, 0.05);
+  EXPECT_NEAR(products / kSamples, std::exp(-0.2), 0.05);
+}
+
+/// Deviation over time of a channel of the IMU at a speed of the wheels, in rad/s.
+template <class Channel>
+double shaking(const PlantParameters& parameters, double wheel_speed, Channel channel) {
+  SensorModel sensors(parameters);
+  PlantTruth moving = truth();
+  moving.wheel_velocity.fill(wheel_speed);
+  constexpr int kSamples = 20000;
+  double squares = 0.0;
+  for (int n = 0; n < kSamples; ++n) {
+    moving.time = 0.02 * n;
+    const ImuMeasurement sample = sensors.imu(moving, input());
+    const double value = channel(sample) - channel(ImuMeasurement{0.0, input().angular_velocity, input().specific_force,
+                                                                  Eigen::Quaterniond::Identity()});
+    squares += value * value;
+  }
+  return std::sqrt(squares / kSamples);
+}
+
+TEST(Sensors, VibrationGrowsWithTheSpeedOfTheWheels) {
+  PlantParameters parameters;
+  parameters.gyro_noise = parameters.accelerometer_noise = 0.0;
+  parameters.vibration_x = 2.07;
+  parameters.vibration_z = 0.93;
+  parameters.vibration_gyro = 0.019;
+  const auto along = [](const ImuMeasurement& m) { return m.linear_acceleration.x(); };
+  const auto across = [](const ImuMeasurement& m) { return m.linear_acceleration.y(); };
+  const auto up = [](const ImuMeasurement& m) { return m.linear_acceleration.z(); };
+  const auto yaw = [](const ImuMeasurement& m) { return m.angular_velocity.z(); };
+  const double one = 1.0 / 0.098;  // m/s of the circumference
+  EXPECT_EQ(shaking(parameters, 0.0, along), 0.0);
+  EXPECT_NEAR(shaking(parameters, one, along), 2.07, 0.06);
+  EXPECT_NEAR(shaking(parameters, -0.5 * one, along), 1.035, 0.03);
+  EXPECT_EQ(shaking(parameters, one, across), 0.0);
+  EXPECT_NEAR(shaking(parameters, one, up), 0.93, 0.03);
+  EXPECT_NEAR(shaking(parameters, one, yaw), 0.019, 0.0006);
+}
+
+TEST(Sensors, GyroBiasWandersSlowly) {
+  PlantParameters parameters;
+  parameters.gyro_noise = 0.0;
+  parameters.gyro_bias = 0.01;
+  parameters.gyro_bias_time = 30.0;
+  const auto yaw = [](const ImuMeasurement& m) { return m.angular_velocity.z(); };
+  EXPECT_NEAR(shaking(parameters, 0.0, yaw), 0.01, 0.004) << "400 s are 13 correlation times";
+  SensorModel sensors(parameters);
+  PlantTruth now = truth();
+  const double first = sensors.imu(now, input()).angular_velocity.z();
+  now.time += 0.02;
+  EXPECT_NEAR(sensors.imu(now, input()).angular_velocity.z(), first, 0.002);
+  now.time += 300.0;
+  EXPECT_GT(std::abs(sensors.imu(now, input()).angular_velocity.z() - first), 0.001);
+}
+
+TEST(Sensors, FeedbackRepeatsAtTheStatedShare) {
+  PlantParameters parameters;
+  parameters.feedback_repeats = 0.2;
+  SensorModel sensors(parameters);
+  EXPECT_FALSE(sensors.repeatsFeedback());
+  int repeated = 0;
+  for (int n = 0; n < 20000; ++n) repeated += sensors.repeatsFeedback();
+  EXPECT_NEAR(repeated / 20000.0, 0.2, 0.01);
+}
+
 TEST(EncoderFilter, FollowsWithItsTimeConstant) {
   EncoderFilter filter(0.05, 0.001);
   for (int n = 0; n < 50; ++n) filter.update({1.0, 2.0, 0.0, -1.0});
@@ -183,6 +260,18 @@ TEST(SampleQueue, DeliversInOrderWithTheTimeOfArrival) {
   EXPECT_EQ(second->stamp, 0.032);
   EXPECT_EQ(second->wheel_velocity[0], 2.0);
   EXPECT_FALSE(queue.receive(0.033).has_value());
+}
+
+TEST(SampleQueue, ASampleOnItsWayKeepsItsStampAndItsPlace) {
+  SampleQueue queue;
+  PlantMeasurement sample;
+  queue.send(sample, 0.020, 0.015);
+  queue.send(sample, 0.030, 0.001);
+  EXPECT_FALSE(queue.receive(0.034).has_value());
+  const auto first = queue.receive(0.035), second = queue.receive(0.036);
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(first->stamp, 0.020);
+  EXPECT_EQ(second->stamp, 0.030) << "which overtakes none";
 }
 
 TEST(Observation, MapsTheChannelsOfTheThesis) {

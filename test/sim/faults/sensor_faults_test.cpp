@@ -5,6 +5,13 @@
 namespace jackal_aic::sim {
 namespace {
 
+constexpr double kEver = 1e9;  // s
+
+InjectedFault faultOf(FaultKind kind, FaultChannel channel, double amount = 0.0, double start = 0.0,
+                      double duration = kEver) {
+  return {kind, channel, amount, 1.0, start, duration};
+}
+
 /// A sample whose every number depends on its stamp.
 PlantMeasurement sampleAt(double stamp) {
   PlantMeasurement sample;
@@ -28,7 +35,7 @@ TEST(SensorFaults, WithoutFaultsPassEverythingOn) {
 }
 
 TEST(SensorFaults, FrozenEncoderRepeatsItsLastGoodSampleWithFreshStamps) {
-  SensorFaults faults({{SensorFaultKind::encoder_freeze, Side::left, 0.0, 2.0, 4.0}});
+  SensorFaults faults({faultOf(FaultKind::freeze, FaultChannel::left, 0.0, 2.0, 2.0)});
   faults.apply(sampleAt(1.0));
   for (double stamp : {2.0, 3.0}) {
     const PlantMeasurement sample = faults.apply(sampleAt(stamp));
@@ -44,23 +51,23 @@ TEST(SensorFaults, FrozenEncoderRepeatsItsLastGoodSampleWithFreshStamps) {
 }
 
 TEST(SensorFaults, EncoderOfASideReadsAValueOrAnOffset) {
-  SensorFaults value({{SensorFaultKind::encoder_value, Side::right, -3.0}});
+  SensorFaults value({faultOf(FaultKind::set, FaultChannel::right, -3.0)});
   EXPECT_EQ(value.apply(sampleAt(1.0)).wheel_velocity, (std::array<double, 4>{2.0, -3.0, 2.0, -3.0}));
-  SensorFaults offset({{SensorFaultKind::encoder_offset, Side::left, 4.0}});
+  SensorFaults offset({faultOf(FaultKind::bias, FaultChannel::left, 4.0)});
   EXPECT_EQ(offset.apply(sampleAt(1.0)).wheel_velocity, (std::array<double, 4>{6.0, 3.0, 6.0, 3.0}));
 }
 
 TEST(SensorFaults, GyroFreezesOrReadsAnOffset) {
-  SensorFaults freeze({{SensorFaultKind::gyro_freeze, Side::left, 0.0, 2.0}});
+  SensorFaults freeze({faultOf(FaultKind::freeze, FaultChannel::gyro, 0.0, 2.0)});
   freeze.apply(sampleAt(1.0));
   EXPECT_EQ(freeze.apply(sampleAt(5.0)).angular_velocity, sampleAt(1.0).angular_velocity);
-  SensorFaults offset({{SensorFaultKind::gyro_offset, Side::left, 0.2}});
+  SensorFaults offset({faultOf(FaultKind::bias, FaultChannel::gyro, 0.2)});
   EXPECT_DOUBLE_EQ(offset.apply(sampleAt(1.0)).angular_velocity.z(), 1.7);
   EXPECT_DOUBLE_EQ(offset.apply(sampleAt(1.0)).angular_velocity.x(), 1.01);
 }
 
 TEST(SensorFaults, FlippedImuSeesGravityAndTheTurnUpsideDown) {
-  SensorFaults faults({{SensorFaultKind::imu_flip}});
+  SensorFaults faults({faultOf(FaultKind::upside_down, FaultChannel::all)});
   const PlantMeasurement sample = faults.apply(sampleAt(1.0));
   EXPECT_NEAR(sample.angular_velocity.z(), -1.5, 1e-12);
   EXPECT_NEAR(sample.angular_velocity.x(), 1.01, 1e-12);
@@ -70,7 +77,8 @@ TEST(SensorFaults, FlippedImuSeesGravityAndTheTurnUpsideDown) {
 }
 
 TEST(SensorFaults, FaultsAddUp) {
-  SensorFaults faults({{SensorFaultKind::gyro_offset, Side::left, 0.2}, {SensorFaultKind::imu_flip}});
+  SensorFaults faults(
+      {faultOf(FaultKind::bias, FaultChannel::gyro, 0.2), faultOf(FaultKind::upside_down, FaultChannel::all)});
   EXPECT_NEAR(faults.apply(sampleAt(1.0)).angular_velocity.z(), -1.7, 1e-12);
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A set point followed over time, and the steps in it whose response is worth measuring.
+/// Set points over time, and the steps in them whose response is worth measuring.
 
 #include <cstddef>
 #include <string>
@@ -11,6 +11,9 @@
 #include "jackal_aic/model/types.hpp"
 
 namespace jackal_aic::sim {
+
+/// Rounding of times that are multiples of a step [s].
+inline constexpr double kTimeTolerance = 1e-9;
 
 /// Segments of constant set point, one after another; three lists of equal length. YAML prefix `manoeuvre`.
 struct ManoeuvreParameters {
@@ -31,39 +34,33 @@ void describeFields(Visitor& v, ManoeuvreParameters& p) {
 /// A change of one component of the set point to a value that is not zero.
 struct SetPointStep {
   std::string name;     ///< e.g. "0.5 m/s" or "0.5 rad/s"
-  std::size_t segment;  ///< in which the new value holds
+  std::size_t change;   ///< of the timeline, with which the new value comes
   BodyChannel channel;  ///< kForward or kYaw
   double initial;       ///< value before [m/s or rad/s]
   double set_point;     ///< value after [m/s or rad/s]
 };
 
-/// Set point over time.
-class Manoeuvre {
- public:
-  /// @throws ParameterError if the lists differ in length.
-  explicit Manoeuvre(const ManoeuvreParameters& parameters);
+/// Set points over time: each holds from its time on, and the robot rests before the first.
+struct SetPointTimeline {
+  /// A set point and the time from which it holds.
+  struct Change {
+    double time;         ///< [s]
+    SetPoint set_point;  ///< base_link
+  };
+  std::vector<Change> changes;  ///< in order of time
+  double duration = 0.0;        ///< end of the last [s]
 
-  /// Number of segments.
-  std::size_t size() const { return parameters_.durations.size(); }
+  /// Changes up to and with a time [s], kTimeTolerance allowed.
+  std::size_t changesUntil(double time) const;
 
-  /// Time at which a segment begins [s]; for size(), the end of the manoeuvre.
-  double startOf(std::size_t segment) const { return starts_[segment]; }
+  /// Set point at a time [s].
+  SetPoint at(double time) const;
 
-  /// Duration of the whole manoeuvre [s].
-  double duration() const { return starts_.back(); }
-
-  /// Segment at a time since the start of the manoeuvre [s]; the first before it, the last after its end.
-  std::size_t segmentAt(double time) const;
-
-  /// Set point of a segment.
-  SetPoint setPoint(std::size_t segment) const;
-
-  /// The steps of the manoeuvre, from rest, in order. A return to zero is none.
+  /// The steps in it, from rest, in order. A return to zero is none.
   std::vector<SetPointStep> steps() const;
-
- private:
-  ManoeuvreParameters parameters_;
-  std::vector<double> starts_;  // size() + 1 of them, s
 };
+
+/// The timeline of a manoeuvre, from time 0. @throws ParameterError if the lists differ in length.
+SetPointTimeline timelineOf(const ManoeuvreParameters& manoeuvre);
 
 }  // namespace jackal_aic::sim

@@ -1,16 +1,18 @@
 #pragma once
 
 /// @file
-/// What can go wrong with the messages of one topic.
+/// What can go wrong with a sensor or with the messages of a topic: in the fault campaign (faulty_channel.hpp) as in
+/// experiments without ROS (sensor_faults.hpp).
 
+#include <algorithm>
 #include <array>
-#include <cstdint>
+#include <limits>
 
 #include "jackal_aic/config/parameter_map.hpp"
 
 namespace jackal_aic::sim {
 
-/// Kind of a fault. The meaning of MessageFault::amount is in brackets.
+/// Kind of a fault. The meaning of InjectedFault::amount is in brackets, its unit that of the channel.
 enum class FaultKind {
   drop,            ///< the message is lost
   delay,           ///< it comes later [s]
@@ -60,22 +62,44 @@ enum class FaultChannel {
 inline constexpr std::array<const char*, 7> kFaultChannelNames{"all",          "left",    "right",   "gyro",
                                                                "acceleration", "forward", "yaw_rate"};
 
-/// A fault of the messages of one topic, for a time.
-struct MessageFault {
+/// A fault of one sensor or of the messages of one topic, for a time.
+struct InjectedFault {
   FaultKind kind = FaultKind::drop;          ///< what happens
   FaultChannel channel = FaultChannel::all;  ///< to which values, where the kind concerns values
   double amount = 0.0;                       ///< how much; meaning and unit depend on the kind
   double share = 1.0;                        ///< probability with which a message is hit
-  double start = 0.0;                        ///< after the onset of the scenario's faults [s]
+  double start = 0.0;                        ///< after the onset of the faults, which is 0 without a scenario [s]
   double duration = 1.6;                     ///< [s]
 
   /// True at a time since the onset [s].
   bool activeAt(double time) const { return time >= start && time < start + duration; }
 };
 
-/// Lists the fields of MessageFault with unit and range.
+/// What a fault of a value makes of it; 1e300 is limited to `largest`. Kinds that concern no single value leave it as
+/// it is.
+inline double faultyValue(FaultKind kind, double amount, double value,
+                          double largest = std::numeric_limits<double>::max()) {
+  switch (kind) {
+    case FaultKind::not_a_number:
+      return std::numeric_limits<double>::quiet_NaN();
+    case FaultKind::infinite:
+      return std::numeric_limits<double>::infinity();
+    case FaultKind::set:
+      return amount;
+    case FaultKind::huge:
+      return std::min(1e300, largest);
+    case FaultKind::bias:
+      return value + amount;
+    case FaultKind::scale:
+      return value * amount;
+    default:
+      return value;
+  }
+}
+
+/// Lists the fields of InjectedFault with unit and range.
 template <class Visitor>
-void describeFields(Visitor& v, MessageFault& p) {
+void describeFields(Visitor& v, InjectedFault& p) {
   v.field("kind", p.kind, kFaultKindNames, Presence::required);
   v.field("channel", p.channel, kFaultChannelNames, Presence::optional);
   v.field("amount", p.amount, {-1000.0, 1000.0}, "", Presence::optional);

@@ -1,4 +1,4 @@
-#include "manoeuvre.hpp"
+#include "set_point_timeline.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,31 +8,32 @@ namespace {
 /// Rest, forward, faster and turning, rest.
 ManoeuvreParameters driveAndTurn() { return {{1.0, 4.0, 2.0, 1.5}, {0.0, 0.5, 0.8, 0.0}, {0.0, 0.0, -0.3, 0.0}}; }
 
-TEST(Manoeuvre, SegmentBeginsAtTheEndOfTheOneBefore) {
-  const Manoeuvre manoeuvre(driveAndTurn());
-  EXPECT_EQ(manoeuvre.segmentAt(-1.0), 0u);
-  EXPECT_EQ(manoeuvre.segmentAt(0.999), 0u);
-  EXPECT_EQ(manoeuvre.segmentAt(1.0), 1u);
-  EXPECT_EQ(manoeuvre.segmentAt(4.999), 1u);
-  EXPECT_EQ(manoeuvre.segmentAt(5.0), 2u);
-  EXPECT_EQ(manoeuvre.segmentAt(7.0), 3u);
-  EXPECT_EQ(manoeuvre.segmentAt(100.0), 3u);
-  EXPECT_DOUBLE_EQ(manoeuvre.startOf(2), 5.0);
-  EXPECT_DOUBLE_EQ(manoeuvre.duration(), 8.5);
+TEST(SetPointTimeline, ASetPointHoldsFromTheEndOfTheOneBefore) {
+  const SetPointTimeline timeline = timelineOf(driveAndTurn());
+  EXPECT_EQ(timeline.changesUntil(-1.0), 0u);
+  EXPECT_EQ(timeline.changesUntil(0.999), 1u);
+  EXPECT_EQ(timeline.changesUntil(1.0), 2u);
+  EXPECT_EQ(timeline.changesUntil(4.999), 2u);
+  EXPECT_EQ(timeline.changesUntil(5.0), 3u);
+  EXPECT_EQ(timeline.changesUntil(7.0), 4u);
+  EXPECT_EQ(timeline.changesUntil(100.0), 4u);
+  EXPECT_DOUBLE_EQ(timeline.changes[2].time, 5.0);
+  EXPECT_DOUBLE_EQ(timeline.duration, 8.5);
 }
 
-TEST(Manoeuvre, SetPointsAreThoseOfTheSegments) {
-  const Manoeuvre manoeuvre(driveAndTurn());
-  EXPECT_EQ(manoeuvre.setPoint(2).forward, 0.8);
-  EXPECT_EQ(manoeuvre.setPoint(2).lateral, 0.0);
-  EXPECT_EQ(manoeuvre.setPoint(2).yaw_rate, -0.3);
+TEST(SetPointTimeline, SetPointsAreThoseOfTheSegmentsAndRestBeforeThem) {
+  const SetPointTimeline timeline = timelineOf(driveAndTurn());
+  EXPECT_TRUE(timeline.at(-1.0).vector().isZero(0.0));
+  EXPECT_EQ(timeline.at(5.5).forward, 0.8);
+  EXPECT_EQ(timeline.at(5.5).lateral, 0.0);
+  EXPECT_EQ(timeline.at(5.5).yaw_rate, -0.3);
 }
 
-TEST(Manoeuvre, StepsStartFromTheSetPointBeforeAndLeaveOutTheReturnToRest) {
-  const auto steps = Manoeuvre(driveAndTurn()).steps();
+TEST(SetPointTimeline, StepsStartFromTheSetPointBeforeAndLeaveOutTheReturnToRest) {
+  const auto steps = timelineOf(driveAndTurn()).steps();
   ASSERT_EQ(steps.size(), 3u);
   EXPECT_EQ(steps[0].name, "0.5 m/s");
-  EXPECT_EQ(steps[0].segment, 1u);
+  EXPECT_EQ(steps[0].change, 1u);
   EXPECT_EQ(steps[0].channel, kForward);
   EXPECT_EQ(steps[0].initial, 0.0);
   EXPECT_EQ(steps[0].set_point, 0.5);
@@ -45,18 +46,18 @@ TEST(Manoeuvre, StepsStartFromTheSetPointBeforeAndLeaveOutTheReturnToRest) {
   EXPECT_EQ(steps[2].set_point, -0.3);
 }
 
-TEST(Manoeuvre, ListsOfDifferentLengthAreRefusedByName) {
+TEST(SetPointTimeline, ListsOfDifferentLengthAreRefusedByName) {
   ManoeuvreParameters parameters = driveAndTurn();
   parameters.yaw_rate.pop_back();
   try {
-    Manoeuvre manoeuvre(parameters);
+    timelineOf(parameters);
     FAIL() << "accepted";
   } catch (const ParameterError& error) {
     EXPECT_STREQ(error.what(), "manoeuvre.yaw_rate: has 3 values; manoeuvre.durations has 4");
   }
 }
 
-TEST(Manoeuvre, SegmentTooShortToAssessIsRefused) {
+TEST(SetPointTimeline, SegmentTooShortToAssessIsRefused) {
   ParameterMap map;
   map.set("manoeuvre.durations", std::vector<double>{1.0, 0.4});
   map.set("manoeuvre.forward", std::vector<double>{0.0, 0.5});

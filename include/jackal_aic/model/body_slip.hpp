@@ -1,0 +1,39 @@
+#pragma once
+
+/// @file
+/// Slip by which tyres pull the body along. A body that follows its wheels with a lag T is behind them by a slip of
+/// each side,
+///
+///     T ds/dt = T dv/dt - s,
+///
+/// which outlasts the acceleration of the wheels.
+
+namespace jackal_aic {
+
+/// Slip of both sides. Does not allocate.
+class BodySlip {
+ public:
+  /// @param lag T [s].
+  explicit BodySlip(double lag) : lag_(lag) {}
+
+  /// Goes on by a time [s] in which the sides accelerate, dv/dt [m/s^2].
+  void predict(double left, double right, double duration) {
+    // T ds/dt = T dv/dt - s, by the implicit Euler step
+    left_ = lag_ * (left_ + duration * left) / (lag_ + duration);
+    right_ = lag_ * (right_ + duration * right) / (lag_ + duration);
+  }
+
+  /// Square of the error of the forward speed, 1/2 (s_L^2 + s_R^2) [(m/s)^2].
+  double variance() const { return 0.5 * (left_ * left_ + right_ * right_); }
+
+  double difference() const { return right_ - left_; }  ///< s_R - s_L [m/s]
+
+  /// The body moves as its wheels do.
+  void reset() { left_ = right_ = 0.0; }
+
+ private:
+  double lag_;
+  double left_ = 0.0, right_ = 0.0;  // s_L, s_R [m/s]
+};
+
+}  // namespace jackal_aic

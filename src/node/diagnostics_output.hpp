@@ -1,0 +1,70 @@
+#pragma once
+
+/// @file
+/// Log lines and diagnostics of the node, by another thread than the one that drives.
+
+#include <diagnostic_updater/diagnostic_updater.h>
+
+#include <boost/lockfree/spsc_queue.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "jackal_aic/safety/drive_loop.hpp"
+#include "latest.hpp"
+#include "status_report.hpp"
+
+namespace jackal_aic {
+
+/// Tells of a drive loop: log lines when it changes, and /diagnostics.
+class DiagnosticsOutput {
+ public:
+  /// What is told beside the status.
+  struct Figures {
+    std::uint32_t rejected_measurements = 0;
+    double free_energy = 0.0;
+    bool master_reachable = true;
+  };
+
+  DiagnosticsOutput();
+
+  /// In the thread that drives: hands over what there is to tell. Every change of what keeps the robot from driving is
+  /// told, unless more come than the other thread can take. @param contender as in StatusReport::update().
+  void look(const DriveLoopStatus& status, const std::string& contender, const Figures& figures);
+
+  /// In the thread that drives: why the robot is not driven.
+  const std::string& reason() const { return reason_.text(); }
+
+  /// In the other thread: logs what has changed, and publishes if it is time to, or if something has changed.
+  void publish();
+
+ private:
+  static constexpr std::size_t kWaiting = 64;  // changes that may wait
+
+  struct Look {
+    std::uint64_t number = 0;  // in their order
+    DriveLoopStatus status;
+    std::string contender;
+  };
+
+  bool tell(const Look& look);
+  void fill(diagnostic_updater::DiagnosticStatusWrapper& status);
+
+  // Of the thread that drives.
+  StopReason reason_;
+  std::uint64_t looks_ = 0;
+  std::optional<DriveStatus> last_status_;
+  bool untold_ = false;  // a change that did not fit
+
+  boost::lockfree::spsc_queue<Look, boost::lockfree::capacity<kWaiting>> changes_;
+  Latest<Look> newest_;
+  Latest<Figures> figures_;
+
+  // Of the other thread.
+  StatusReport report_;
+  std::uint64_t told_looks_ = 0;
+  Figures told_;
+  diagnostic_updater::Updater updater_;
+};
+
+}  // namespace jackal_aic

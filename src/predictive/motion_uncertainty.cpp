@@ -1,0 +1,64 @@
+#include "jackal_aic/predictive/motion_uncertainty.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kSurprise = 9.0;  // of 2 F, in multiples of its mean: one outlier is not the noise of a second
+constexpr double kTurn = 0.1;      // rad/s; least turn that tells
+constexpr double kSteady = 0.01;   // m/s; largest difference of the slips of a body that has followed its wheels
+
+double square(double x) { return x * x; }
+
+void average(double& mean, double value, double step, double memory) {
+  mean += step / (step + memory) * (value - mean);  // the implicit Euler step
+}
+
+}  // namespace
+
+void MotionUncertainty::Innovations::learn(double free_energy, double step) {
+  const double value = std::min(2.0 * free_energy, kLargestFactor);
+  average(mean, std::min(value, kSurprise * mean), step, kMemory);
+  average(lately, value, step, kShortMemory);
+}
+
+double MotionUncertainty::Innovations::factor() const {
+  return std::clamp(std::max(mean, lately / kBurst), kLeastFactor, kLargestFactor);
+}
+
+void MotionUncertainty::predict(double left_acceleration, double right_acceleration, double step) {
+  if (on_box_) return;
+  slip_.predict(wheel_radius_ * left_acceleration, wheel_radius_ * right_acceleration, step);
+}
+
+void MotionUncertainty::learnTurn(double yaw_rate, double usual, double step) {
+  if (on_box_ || std::abs(usual) < kTurn || std::abs(slip_.difference()) > kSteady) return;
+  const double deviation = std::abs(yaw_rate / usual - 1.0);
+  turn_ += step / (step + kTurnMemory) * ((deviation > kUsualTurn ? square(deviation) : 0.0) - turn_);
+}
+
+double MotionUncertainty::forwardVariance(double believed, const BodyVector& velocity) const {
+  const double factor = wheels_.factor();
+  if (on_box_) return factor * believed;
+  const double slip = square(std::max(1.0, factor)) * slip_.variance();
+  const double centre = square(kCentreDeviation) + square(kCentrePerTurn) * turn_;  // c² = c₀² + l² q²
+  // φ P + φ² ½ (s_L² + s_R²) + c² θ̇² + ρ² ẋ²
+  return factor * believed + slip + centre * square(velocity(kYaw)) + square(kRadiusDeviation * velocity(kForward));
+}
+
+double MotionUncertainty::yawVariance(double believed, const BodyVector& velocity, double gyro_offset) const {
+  if (on_box_) return wheels_.factor() * believed;
+  const double factor = gyro_.factor();
+  const double turning_in = std::max(0.0, square(factor) - 1.0) * square(kTurnIn * slip_.difference() / track_);
+  // φ P + offset² + (m q θ̇)² + (φ² − 1) (k (s_R − s_L)/b̂)²
+  return factor * believed + square(gyro_offset) + square(kYawPerTurn * velocity(kYaw)) * turn_ + turning_in;
+}
+
+void MotionUncertainty::forgetMotion() {
+  slip_.reset();
+  wheels_ = gyro_ = {};
+}
+
+}  // namespace jackal_aic

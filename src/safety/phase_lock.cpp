@@ -1,0 +1,109 @@
+#include "jackal_aic/safety/phase_lock.hpp"
+
+#include <algorithm>
+
+namespace jackal_aic {
+namespace {
+
+/// Time between a measurement and the action that waits for it, as a part of the period: 0.3 ms of 20 ms, for the
+/// jitter that the recent measurements did not show.
+constexpr std::int64_t kMarginParts = 64;
+
+/// What a move has to gain, in mean age, as a part of the period: measurements at a rate of their own, which leave
+/// every phase as good as the others, are not followed to and fro.
+constexpr std::int64_t kWorthwhileParts = 80;
+
+/// Periods without a measurement after which the old ones tell nothing.
+constexpr std::int64_t kSilence = 25;
+
+/// Measurements between which the drift is taken. Where rates differ, the phases repeat after 2 (20 Hz beside 50), 4 or
+/// 5 of them (80 beside 50): a multiple of all compares the same with the same.
+constexpr std::size_t kApart = 20;
+
+/// In [0, period).
+std::int64_t modulo(std::int64_t value, std::int64_t period) {
+  const std::int64_t rest = value % period;
+  return rest < 0 ? rest + period : rest;
+}
+
+/// In [-period/2, period/2).
+std::int64_t wrapped(std::int64_t value, std::int64_t period) {
+  return modulo(value + period / 2, period) - period / 2;
+}
+
+}  // namespace
+
+PhaseLock::PhaseLock(std::int64_t period) : period_(period) {}
+
+void PhaseLock::reset() {
+  count_ = 0;
+  locked_ = false;
+}
+
+void PhaseLock::arrived(std::int64_t now) {
+  if (count_ > 0) {
+    const std::int64_t since_last = now - arrivals_[(count_ - 1) % kMost];
+    if (since_last < period_ / 2) return;
+    if (since_last > kSilence * period_) reset();
+  }
+  arrivals_[count_++ % kMost] = now;
+}
+
+std::int64_t PhaseLock::next(std::int64_t due, std::int64_t now) {
+  std::int64_t next = due + period_;
+  if (count_ > 0 && now - arrivals_[(count_ - 1) % kMost] <= kSilence * period_) {
+    const std::int64_t shift = bestShift(next);
+    if (locked_) {
+      next += std::clamp(shift, -longestShift(), longestShift());
+    } else {
+      next += modulo(shift, period_);
+      locked_ = true;
+    }
+  }
+  return next + period_ < now ? now : next;
+}
+
+std::int64_t PhaseLock::drift() const {
+  if (count_ < kMost) return 0;
+  // The median is not moved by a measurement that was late, nor by the one after which some were lost.
+  std::array<std::int64_t, kMost - kApart> drifts;
+  for (std::size_t i = 0; i < drifts.size(); ++i) {
+    const std::int64_t from = arrivals_[(count_ + i) % kMost], to = arrivals_[(count_ + i + kApart) % kMost];
+    const std::int64_t periods = std::max<std::int64_t>(1, (to - from + period_ / 2) / period_);
+    drifts[i] = wrapped(to - from, period_) / periods;
+  }
+  const auto middle = drifts.begin() + drifts.size() / 2;
+  std::nth_element(drifts.begin(), middle, drifts.end());
+  return *middle;
+}
+
+std::int64_t PhaseLock::bestShift(std::int64_t due) const {
+  const std::int64_t margin = period_ / kMarginParts, per_period = drift();
+  const auto n = static_cast<std::int64_t>(std::min(count_, kMost));
+  // After `due`, each where it would come now, with the margin; 0..period.
+  std::array<std::int64_t, kMost> after;
+  std::int64_t sum = 0;
+  for (std::int64_t i = 0; i < n; ++i) {
+    const std::int64_t arrival = arrivals_[i];
+    const std::int64_t periods = (due - arrival) / period_;
+    after[i] = modulo(arrival + per_period * periods + margin - due, period_);
+    sum += after[i];
+  }
+  const auto end = after.begin() + n;
+  std::sort(after.begin(), end);
+  // Sum of the ages, with the action right after the k-th: the later ones wait for the action after it.
+  std::int64_t best = 0, best_age = n * period_;
+  for (std::int64_t k = 0; k < n; ++k) {
+    const std::int64_t age = n * after[k] - sum + period_ * (n - 1 - k);
+    if (age < best_age) {
+      best_age = age;
+      best = after[k];
+    }
+  }
+  const auto with_it = std::upper_bound(after.begin(), end, 0) - after.begin();  // those at `due` itself
+  const std::int64_t age = period_ * (n - with_it) - sum;
+  if (age - best_age < n * period_ / kWorthwhileParts) return 0;
+  return wrapped(best, period_);
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,78 @@
+// What a period of the drive loop must not do: allocate, for every preset with the fault detection on.
+
+#include <gtest/gtest.h>
+
+#include <utility>
+
+#include "../counted_allocations.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
+#include "jackal_plant.hpp"
+#include "loop_setup.hpp"
+#include "monitored_loop.hpp"
+#include "sensor_faults.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+const PackageFiles& files() {
+  static const PackageFiles files{JACKAL_AIC_SOURCE_DIR};
+  return files;
+}
+
+class Allocations : public testing::TestWithParam<const char*> {};
+
+TEST_P(Allocations, NoneInMeasurementsSetPointsBeliefsAndActions) {
+#if !JACKAL_AIC_COUNTS
+  GTEST_SKIP() << "the sanitizers allocate";
+#endif
+  LoopSetup setup = loadSetup(files(), GetParam(), "ground", {});
+  setup.drive.faults = FaultParameters{};
+  setup.drive.open_loop_monitored = true;
+  auto controller = makeController(setup.drive);
+  setup.drive.plant_model = monitorModel(files(), "ground");  // of the fault detection, which the open loop has not
+  JackalPlant plant(setup.urdf, setup.plant);
+  DriveLoop loop(setup.drive, std::move(controller));
+  SensorFaults faults({{FaultKind::freeze, FaultChannel::left, 0.0, 1.0, 3.0, 1.0},
+                       {FaultKind::bias, FaultChannel::gyro, 0.3, 1.0, 6.0, 1.0},
+                       {FaultKind::not_a_number, FaultChannel::right, 0.0, 1.0, 8.0, 0.1}});
+  int commands = 0, faulty = 0;
+  const int before = allocations;
+  for (int k = 0; k < 10000; ++k, plant.step()) {
+    const double now = plant.time();
+    std::optional<Observation> y;
+    if (plant.measurement()) y = faults.apply(*plant.measurement()).observation();
+    const bool stands = k >= 5000 && k < 5500;
+    counting = true;
+    loop.setSetPoint(stands ? SetPoint{} : SetPoint{0.5, 0.0, k < 2000 ? 0.0 : 0.4}, now);
+    loop.report({}, now);
+    if (y) loop.observe(*y, now);
+    loop.updateBelief(now);
+    const auto command = loop.advance(now);
+    faulty += isFault(loop.status().fault);
+    counting = false;
+    if (!command) continue;
+    ++commands;
+    plant.command(*command);
+  }
+  EXPECT_EQ(allocations, before);
+  EXPECT_GT(commands, 490);
+  EXPECT_GT(faulty, 0) << "a fault was there to be found";
+}
+
+INSTANTIATE_TEST_SUITE_P(Presets, Allocations,
+                         testing::Values("diff_drive", "standard", "improved", "tuned", "predictive"),
+                         [](const auto& info) { return info.param; });
+
+TEST(Counter, CountsAllocations) {
+#if !JACKAL_AIC_COUNTS
+  GTEST_SKIP() << "the sanitizers allocate";
+#endif
+  const int before = allocations;
+  counting = true;
+  delete new volatile int(1);
+  counting = false;
+  EXPECT_EQ(allocations, before + 1);
+}
+
+}  // namespace
+}  // namespace jackal_aic::sim

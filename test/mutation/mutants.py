@@ -1,0 +1,264 @@
+#!/usr/bin/env python3
+"""Breaks the code that keeps the robot safe, one small change at a time, and sees whether a test notices.
+
+A mutant is one source file with one change: a comparison turned round, a condition negated, an operator or a constant
+changed, a statement dropped. It is compiled into a library of its own, which stands before the real one in the search
+path of the tests, so that the working tree and its build stay as they are. The tests run from the quick to the slow
+until one fails (the mutant is killed) or all have passed (it survives). Mutants that do not compile, or to the same
+machine code, are no mutants. Survivors that nobody can tell from the original are listed in survivors.yaml, each with
+the reason; they count as survivors all the same.
+"""
+
+import argparse
+import concurrent.futures
+import dataclasses
+import os
+import pathlib
+import random
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+import time
+
+import yaml
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SURVIVORS = pathlib.Path(__file__).with_name("survivors.yaml")
+
+# The sources by library; the files that only hold texts are left out.
+SOURCES = {
+    "jackal_aic_safety": ["command_limiter", "drive_gate", "drive_loop", "frozen_source", "loss_policy",
+                          "measurement_watch", "motor_share", "phase_lock", "step_schedule"],
+    "jackal_aic_faults": ["acceleration_monitor", "channel_monitor", "fault_monitor", "prediction_envelope",
+                          "reachable_speeds", "wheel_monitor", "yaw_belief", "yaw_monitor"],
+}
+ROOMS = {"jackal_aic_safety": "safety", "jackal_aic_faults": "faults"}
+
+# Unit tests of each room first, then those that close the loop; each list from the quick to the slow. A test may be
+# followed by its arguments.
+UNIT_TESTS = {
+    "jackal_aic_safety": ["drive_gate_test", "command_limiter_test", "frozen_source_test", "step_schedule_test",
+                          "loss_policy_test", "phase_lock_test", "measurement_watch_test", "motor_share_test", "drive_loop_test",
+                          "drive_loop_duties_test"],
+    "jackal_aic_faults": ["channel_monitor_test", "reachable_speeds_test", "acceleration_monitor_test", "wheel_monitor_test",
+                          "fault_monitor_test", "drive_loop_test"],
+}
+# Of the fault detection those cases that take a tenth of its time: every fault, and the alarms of some conditions.
+FAULT_CASES = ("fault_detection_test --gtest_filter=-FrozenEncoder.Is*:HealthyRobot.*:*as_calibrated:*deg_*:*box_10*:*box_no*:"
+               "*ground_noise_x_5:*ground_10*:*friction_1:*ground_no_noise")
+LOOP_TESTS = {
+    "jackal_aic_safety": ["stall_test", "sensor_loss_test", "standstill_test"],
+    "jackal_aic_faults": ["stall_test", FAULT_CASES, "sensor_loss_test"],
+}
+
+# What is changed into what: (name, pattern, replacement).
+CHANGES = [
+    ("comparison", r" < ", " >= "), ("comparison", r" > ", " <= "),
+    ("comparison", r" <= ", " > "), ("comparison", r" >= ", " < "),
+    ("comparison", r" == ", " != "), ("comparison", r" != ", " == "),
+    ("condition", r" && ", " || "), ("condition", r" \|\| ", " && "),
+    ("condition", r"(?<=[(\s])!(?=[a-z_(])", ""),
+    ("condition", r"\bif (\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*\))", r"if (!\1)"),
+    ("truth", r"\btrue\b", "false"), ("truth", r"\bfalse\b", "true"),
+    ("extreme", r"\bstd::min\b", "std::max"), ("extreme", r"\bstd::max\b", "std::min"),
+    ("arithmetic", r"(?<=[\w)]) \+ ", " - "), ("arithmetic", r"(?<=[\w)]) - ", " + "),
+    ("arithmetic", r" \* (?=[\w(])", " / "), ("arithmetic", r" / ", " * "),
+    ("arithmetic", r" \+= ", " -= "), ("arithmetic", r" -= ", " += "),
+    ("constant", r"(?<=constexpr double )(k\w+) = ", r"\1 = 2.0 * "),
+    ("constant", r"(?<=constexpr double )(k\w+) = ", r"\1 = 0.5 * "),
+]
+# A statement of one line that is no declaration and leaves no function.
+STATEMENT = re.compile(r"^\s+(?!return\b|using\b|break\b|case\b|default\b|const\b|static\b|constexpr\b|auto\b|double\b"
+                       r"|bool\b|int\b|[A-Z][\w:<>, ]* [a-z_])[\w.\->:()\[\]]+.*;\s*$")
+
+
+@dataclasses.dataclass(frozen=True)
+class Mutant:
+    """One change of one line."""
+    library: str
+    source: str  # of the repository
+    line: int  # from 1
+    kind: str
+    before: str
+    after: str
+
+    def where(self):
+        return f"{self.source}:{self.line}"
+
+
+def masked(text):
+    """The text with comments and literals blanked: of the same length, so that positions hold."""
+    literal = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'', re.DOTALL)
+    return literal.sub(lambda found: re.sub(r"[^\n]", "\0", found.group()), text)
+
+
+def mutants_of(library, name):
+    """All mutants of a source file."""
+    source = f"src/{ROOMS[library]}/{name}.cpp"
+    text = (ROOT / source).read_text()
+    for number, (line, code) in enumerate(zip(text.split("\n"), masked(text).split("\n")), start=1):
+        if code.lstrip().startswith("#"):
+            continue
+        for kind, pattern, replacement in CHANGES:
+            for found in re.finditer(pattern, code):
+                changed = line[:found.start()] + found.expand(replacement) + line[found.end():]
+                yield Mutant(library, source, number, kind, line, changed)
+        # A line that is a whole statement: balanced, and not the rest of one.
+        if STATEMENT.match(code) and code.count("(") == code.count(")"):
+            yield Mutant(library, source, number, "dropped", line, "")
+
+
+def drawn(candidates, count, seed):
+    """`count` of the candidates, at random, as many of each kind in each library as they can give."""
+    shuffled = list(candidates)
+    random.Random(seed).shuffle(shuffled)
+    queues = {}
+    for mutant in shuffled:
+        queues.setdefault((mutant.library, mutant.kind), []).append(mutant)
+    chosen = []
+    while len(chosen) < count and any(queues.values()):
+        for key in sorted(queues):
+            if queues[key] and len(chosen) < count:
+                chosen.append(queues[key].pop())
+    return sorted(chosen, key=lambda mutant: (mutant.source, mutant.line, mutant.after))
+
+
+class Workshop:
+    """Compiles mutants and runs tests against them."""
+
+    def __init__(self, workspace):
+        self.build = workspace / "build" / "jackal_aic"
+        self.libraries = workspace / "devel" / "lib"
+        self.tests = self.libraries / "jackal_aic"
+        self.durations = {}
+
+    def flags(self, library):
+        lines = (self.build / "CMakeFiles" / f"{library}.dir" / "flags.make").read_text().split("\n")
+        return [word for line in lines if line.startswith("CXX_") for word in shlex.split(line.split("=", 1)[1])]
+
+    def compiled(self, mutant, directory):
+        """Whether the mutant compiles, to other machine code than the original; its library is in `directory` then."""
+        target = self.build / "CMakeFiles" / f"{mutant.library}.dir"
+        original = target / (mutant.source + ".o")
+        text = (ROOT / mutant.source).read_text().split("\n")
+        text[mutant.line - 1] = mutant.after
+        source = directory / "mutant.cpp"
+        source.write_text("\n".join(text))
+        parts = shlex.split((target / "link.txt").read_text())
+        code = directory / "mutant.o"
+        compiler = [parts[0], *self.flags(mutant.library), "-w", "-c", str(source), "-o", str(code)]
+        if subprocess.run(compiler, capture_output=True, check=False).returncode != 0:
+            return False
+        sections = [["objcopy", "-O", "binary", "-j", ".text*", "-j", ".rodata*", str(obj), str(directory / out)]
+                    for obj, out in ((code, "a"), (original, "b"))]
+        for command in sections:
+            subprocess.run(command, capture_output=True, check=False)
+        if (directory / "a").read_bytes() == (directory / "b").read_bytes():
+            return False
+        relative = str(original.relative_to(self.build))
+        link = [str(code) if part == relative else part for part in parts]
+        link[link.index("-o") + 1] = str(directory / f"lib{mutant.library}.so")
+        subprocess.run(link, cwd=self.build, capture_output=True, check=True)
+        return True
+
+    def passes(self, test, libraries=None):
+        """Whether a test passes with the libraries of a directory before the others."""
+        environment = dict(os.environ)
+        if libraries:
+            environment["LD_LIBRARY_PATH"] = f"{libraries}:{environment.get('LD_LIBRARY_PATH', '')}"
+        limit = None if libraries is None else 10.0 + 8.0 * self.durations[test]
+        begin = time.monotonic()
+        try:
+            name, *cases = test.split()
+            status = subprocess.run([str(self.tests / name), *cases, "--gtest_fail_fast"], env=environment, timeout=limit,
+                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False).returncode
+        except subprocess.TimeoutExpired:
+            status = -1  # hangs
+        if libraries is None:
+            self.durations[test] = time.monotonic() - begin
+        return status == 0
+
+    def killer(self, mutant, tests):
+        """The test that fails of a mutant, "" if none does, None if it is no mutant."""
+        with tempfile.TemporaryDirectory(prefix="mutant_") as name:
+            directory = pathlib.Path(name)
+            if not self.compiled(mutant, directory):
+                return None
+            return next((test for test in tests if not self.passes(test, directory)), "")
+
+
+def reason(mutant, reasons):
+    """Why nobody can tell a survivor from the original, or ""."""
+    for entry in reasons:
+        if (entry["source"], entry["before"], entry["after"]) == (mutant.source, mutant.before.strip(), mutant.after.strip()):
+            return entry["reason"]
+    return ""
+
+
+def arguments():
+    parser = argparse.ArgumentParser(prog="scripts/mutants", description=__doc__.split("\n\n")[0],
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--count", type=int, default=150, help="mutants to draw (150)")
+    parser.add_argument("--seed", type=int, default=1, help="of the draw (1)")
+    parser.add_argument("--only", default="", help="sources whose name, or name:line, contains this")
+    parser.add_argument("--all", action="store_true", help="every mutant of them instead of a draw")
+    parser.add_argument("--unit", action="store_true", help="unit tests only, without the closed loop")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="mutants at a time (all cores)")
+    parser.add_argument("--list", action="store_true", help="print the mutants and end")
+    parser.add_argument("--tests", action="store_true", help="print the names of the tests that it takes and end")
+    parser.add_argument("--workspace", type=pathlib.Path, default=ROOT / ".ws", help=argparse.SUPPRESS)
+    chosen = parser.parse_args()
+    if chosen.count < 1 or chosen.jobs < 1:
+        parser.error("--count and --jobs: must be at least 1")
+    return chosen
+
+
+def main():
+    chosen = arguments()
+    if chosen.tests:
+        print(*sorted({test.split()[0] for library in SOURCES for test in UNIT_TESTS[library] + LOOP_TESTS[library]}), sep="\n")
+        return 0
+    candidates = [mutant for library, names in SOURCES.items() for name in names for mutant in mutants_of(library, name)
+                  if chosen.only in mutant.where()]
+    if not candidates:
+        sys.exit(f"mutants: --only: no source has {chosen.only!r} in its name")
+    mutants = candidates if chosen.all else drawn(candidates, chosen.count, chosen.seed)
+    if chosen.list:
+        for mutant in mutants:
+            print(f"{mutant.where()}  {mutant.kind}\n  - {mutant.before.strip()}\n  + {mutant.after.strip()}")
+        return 0
+    workshop = Workshop(chosen.workspace)
+    tests = {library: UNIT_TESTS[library] + ([] if chosen.unit else LOOP_TESTS[library])
+             for library in sorted({m.library for m in mutants})}
+    for test in dict.fromkeys(test for of_library in tests.values() for test in of_library):
+        if not (workshop.tests / test.split()[0]).exists():
+            sys.exit(f"mutants: {test} is not built")
+        if not workshop.passes(test):
+            sys.exit(f"mutants: {test} fails without any change")
+    reasons = (yaml.safe_load(SURVIVORS.read_text()) or []) if SURVIVORS.exists() else []
+    killed = survived = explained = 0
+    with concurrent.futures.ThreadPoolExecutor(chosen.jobs) as pool:
+        outcomes = pool.map(lambda m: workshop.killer(m, tests[m.library]), mutants)
+        for number, (mutant, killer) in enumerate(zip(mutants, outcomes), start=1):
+            if sys.stderr.isatty():
+                print(f"[{100 * number // len(mutants):3d}%]", end="\r", file=sys.stderr, flush=True)
+            if killer is None:
+                continue
+            if killer:
+                killed += 1
+                print(f"killed    {mutant.where()}  {mutant.kind}  by {killer.split()[0]}", flush=True)
+                continue
+            survived += 1
+            why = reason(mutant, reasons)
+            explained += bool(why)
+            print(f"survived  {mutant.where()}  {mutant.kind}\n  - {mutant.before.strip()}\n  + {mutant.after.strip()}"
+                  + (f"\n  {why}" if why else ""), flush=True)
+    total = killed + survived
+    print(f"killed: {killed} of {total} ({100.0 * killed / max(1, total):.1f} %); survivors with a reason: {explained} of {survived}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
