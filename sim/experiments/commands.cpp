@@ -322,7 +322,8 @@ int compareWithBaselines(const po::variables_map& options) {
 void describeRobustness(po::options_description& options, po::positional_options_description&) {
   options.add_options()("draws", po::value<std::size_t>()->default_value(1000), "robots that are drawn");
   options.add_options()("seed", po::value<std::uint64_t>()->default_value(1), "of the first; the others follow");
-  options.add_options()("out", po::value<std::string>()->required(), "directory for robustness.csv");
+  options.add_options()("out", po::value<std::string>()->required(),
+                        "directory for robustness.csv and soft_motors.csv");
   addJobs(options);
 }
 
@@ -409,7 +410,9 @@ constexpr Command kCommands[] = {
      "joystick driving of robots that nobody has identified: which oscillate, which are called faulty",
      describeUnidentified, driveUnidentifiedRobots},
     {"robustness", "robustness --out DIR [--draws N] [--seed S] [--jobs N]",
-     "a step by every preset on robots drawn over everything in which a real one differs from its model",
+     "a step by every preset on robots drawn over everything in which a real one differs from its model, and turns "
+     "with soft "
+     "motors",
      describeRobustness, assessRobustness},
     {"odometry", "odometry --out DIR [--jobs N]",
      "drift of the odometry by the metre, ours and the stock controller's, over the same drives", describeOdometry,

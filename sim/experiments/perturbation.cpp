@@ -110,6 +110,29 @@ Overrides drawReality(std::uint64_t seed) {
   return robot;
 }
 
+SoftMotorTurn drawSoftMotorTurn(std::uint64_t seed) {
+  std::mt19937_64 generator(seed);
+  const auto evenly = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(generator);
+  };
+  SoftMotorTurn turn;
+  const auto set = [&](const char* key, double value) {
+    turn.robot.emplace_back(std::string("plant.") + key, fmt::format("{:.4g}", value));
+  };
+  turn.yaw_rate = evenly(0.3, 1.5);
+  const double proportional = evenly(3.0, 4.0);
+  set("velocity_loop_stiffness", proportional);
+  set("velocity_loop_integral", evenly(25.0, 30.0) / proportional);
+  set("torque_limit", evenly(3.0, 20.0));
+  set("friction", evenly(0.3, 0.9));
+  set("dead_time", evenly(0.06, 0.1));
+  set("payload", evenly(0.0, 5.0));
+  set("encoder_noise", generator() % 2 == 0 ? 0.003 : 0.03);
+  turn.robot.emplace_back("plant.encoder_step", kEncoderSteps[generator() % std::size(kEncoderSteps)]);
+  turn.robot.emplace_back("plant.seed", fmt::format("{}", seed));
+  return turn;
+}
+
 void perturb(LoopSetup& setup, const DrawnPerturbation& perturbation) {
   perturbation.kind->apply(setup.plant, perturbation.value);
   if (auto* drive = std::get_if<DifferentialDriveParameters>(&setup.drive.controller))

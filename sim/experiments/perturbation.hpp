@@ -51,6 +51,16 @@ std::vector<PerturbationPair> drawPairs(std::size_t count, std::uint64_t seed);
 /// time, lag and limit are left as they are. Equal seeds give equal robots.
 Overrides drawReality(std::uint64_t seed);
 
+/// A turn in place by a robot of plant.yaml whose motors are softer than its model says.
+struct SoftMotorTurn {
+  double yaw_rate;  ///< [rad/s]
+  Overrides robot;
+};
+
+/// Draws such a turn: the torque of each wheel is a PI controller's of 3..4 N m s/rad and 25..30 N m/rad, and torque
+/// limit, friction, dead time, load and encoders are drawn too. Equal seeds give equal ones.
+SoftMotorTurn drawSoftMotorTurn(std::uint64_t seed);
+
 /// Applies a perturbation to the plant of a loop. The differential drive is told a changed wheel gain, which makes it
 /// the plant's own limit.
 void perturb(LoopSetup& setup, const DrawnPerturbation& perturbation);

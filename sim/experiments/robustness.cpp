@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "campaign.hpp"
@@ -74,9 +75,17 @@ RobustnessSummary summarise(const std::vector<RobustnessRun>& runs, const Robust
   return sum;
 }
 
-void writeRobustnessTable(const PackageFiles& files, std::size_t draws, std::uint64_t seed,
-                          const std::string& directory, unsigned jobs) {
-  if (draws == 0) throw ParameterError("draws = 0: must be 1 or more");
+std::optional<double> turnOvershoot(const PackageFiles& files, const std::string& controller, std::uint64_t seed) {
+  const SoftMotorTurn turn = drawSoftMotorTurn(seed);
+  const LoopSetup setup = loadSetup(files, controller, "ground", turn.robot);
+  const ResultRow row = runSetup(setup, stepProfile(0.0, turn.yaw_rate, kDuration)).row;
+  return row.stable ? std::optional(row.overshoot_pct) : std::nullopt;
+}
+
+namespace {
+
+void writeDrawnRobots(const PackageFiles& files, std::size_t draws, std::uint64_t seed, const std::string& directory,
+                      unsigned jobs) {
   const auto& controllers = controllerNames();
   const RobustnessBars bars = robustnessBars(files);
   const auto runs = parallelResults("robustness", controllers.size() * draws, jobs, [&](std::size_t i) {
@@ -98,6 +107,39 @@ void writeRobustnessTable(const PackageFiles& files, std::size_t draws, std::uin
         controllers[c], sum.unstable, sum.runs, bars.settling_factor, bars.settling_margin, sum.settled,
         bars.steady_error, sum.exact, bars.belief_error, sum.believed);
   }
+}
+
+void writeSoftMotors(const PackageFiles& files, std::size_t draws, std::uint64_t seed, const std::string& directory,
+                     unsigned jobs) {
+  const auto& controllers = controllerNames();
+  const double bar = files.bar("robustness.soft_motor_overshoot");
+  const auto runs = parallelResults("soft motors", controllers.size() * draws, jobs, [&](std::size_t i) {
+    return turnOvershoot(files, controllers[i / draws], seed + i % draws);
+  });
+  std::string table = "controller,seed,yaw_rate_radps,overshoot_pct\n";
+  for (std::size_t c = 0; c < controllers.size(); ++c) {
+    std::vector<double> sorted;
+    for (std::size_t i = 0; i < draws; ++i) {
+      const std::optional<double>& overshoot = runs[c * draws + i];
+      table += fmt::format("{},{},{:.3f},{}\n", controllers[c], seed + i, drawSoftMotorTurn(seed + i).yaw_rate,
+                           text(overshoot));
+      sorted.push_back(overshoot.value_or(HUGE_VAL));
+    }
+    std::sort(sorted.begin(), sorted.end());
+    const auto kept = std::upper_bound(sorted.begin(), sorted.end(), bar) - sorted.begin();
+    fmt::print("{} with soft motors: overshoot in turns within {:g} %: {} of {}; median {:.1f} %, largest {:.1f} %\n",
+               controllers[c], bar, kept, draws, sorted[draws / 2], sorted.back());
+  }
+  writeTable(directory, "soft_motors.csv", table);
+}
+
+}  // namespace
+
+void writeRobustnessTable(const PackageFiles& files, std::size_t draws, std::uint64_t seed,
+                          const std::string& directory, unsigned jobs) {
+  if (draws == 0) throw ParameterError("draws = 0: must be 1 or more");
+  writeDrawnRobots(files, draws, seed, directory, jobs);
+  writeSoftMotors(files, draws, seed, directory, jobs);
 }
 
 }  // namespace jackal_aic::sim

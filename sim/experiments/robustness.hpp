@@ -52,9 +52,12 @@ struct RobustnessSummary {
 /// Counts.
 RobustnessSummary summarise(const std::vector<RobustnessRun>& runs, const RobustnessBars& bars);
 
-/// Runs every preset on robots drawn from seed, seed + 1, ...; writes robustness.csv into a directory and prints a line
-/// per preset. @param jobs threads; 0: one per core. @throws ParameterError if draws is 0 or the file cannot be
-/// written.
+/// Overshoot of a controller in the turn that drawSoftMotorTurn() draws from a seed [%]; empty if it is unstable.
+std::optional<double> turnOvershoot(const PackageFiles& files, const std::string& controller, std::uint64_t seed);
+
+/// Runs every preset on robots drawn from seed, seed + 1, ...; writes robustness.csv, and soft_motors.csv of the turns
+/// with soft motors, into a directory and prints a line per preset and table. @param jobs threads; 0: one per core.
+/// @throws ParameterError if draws is 0 or a file cannot be written.
 void writeRobustnessTable(const PackageFiles& files, std::size_t draws, std::uint64_t seed,
                           const std::string& directory, unsigned jobs);
 

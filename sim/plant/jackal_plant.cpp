@@ -52,7 +52,8 @@ TerrainParameters terrainParameters(const PlantParameters& p) {
 }
 
 WorldParameters worldParameters(const PlantParameters& p) {
-  return {p.support == Support::box, p.slope * kRadiansPerDegree, p.friction, p.torque_limit, terrainParameters(p)};
+  return {p.support == Support::box, p.slope * kRadiansPerDegree, p.friction, p.torque_limit,
+          p.velocity_loop_stiffness, terrainParameters(p)};
 }
 
 MotorParameters motorParameters(const PlantParameters& p, double wheel_radius) {
@@ -62,7 +63,9 @@ MotorParameters motorParameters(const PlantParameters& p, double wheel_radius) {
           p.acceleration_limit / wheel_radius,
           p.speed_limit / wheel_radius,
           p.wheel_offset,
-          p.wheel_breakaway};
+          p.wheel_breakaway,
+          p.velocity_loop_stiffness,
+          p.torque_limit};
 }
 
 bool within(double time, double from, double duration) { return time >= from && time < from + duration; }

@@ -44,10 +44,15 @@ MotorLoop::MotorLoop(const MotorParameters& parameters, double step)
 double MotorLoop::reference(double command, double speed, double supply) {
   integrate(speed);
   target_ = clampMagnitude(parameters_.gain * followed(command, speed), parameters_.speed_limit * supply);
+  start_speed_ = speed;
+  if (parameters_.stiffness > 0.0) {
+    reference_ = target_ + correction_;
+    limited_ = std::abs(parameters_.stiffness * (reference_ - speed)) >= parameters_.torque_limit * supply;
+    return reference_;
+  }
   const double wanted = response_ * (target_ + correction_ - speed);
   const double change = clampMagnitude(wanted, parameters_.acceleration_limit * supply * step_);
   limited_ = change != wanted;
-  start_speed_ = speed;
   reference_ = speed + change;
   return reference_;
 }
@@ -60,7 +65,7 @@ double MotorLoop::followed(double command, double speed) const {
 }
 
 void MotorLoop::integrate(double speed) {
-  if (limited_ || std::abs(speed - reference_) > kReached) return;
+  if (limited_ || (parameters_.stiffness == 0.0 && std::abs(speed - reference_) > kReached)) return;
   const double mean_speed = 0.5 * (start_speed_ + speed);
   correction_ += parameters_.integral * step_ * (target_ - mean_speed);
 }

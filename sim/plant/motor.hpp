@@ -40,6 +40,8 @@ struct MotorParameters {
   double speed_limit = 0.0;         ///< of the wheel [rad/s]
   double offset = 0.0;              ///< by which a wheel turns slower than asked, and below which it stands [rad/s]
   double breakaway = 0.0;           ///< command below which a wheel that stands does not start [rad/s]
+  double stiffness = 0.0;           ///< torque per error of the wheel speed k_p [N m s/rad]; 0: as much as is needed
+  double torque_limit = 0.0;        ///< of each wheel's motor, where the loop is not stiff [N m]
 };
 
 /// Closed velocity loop of one motor, with command u, wheel speed w and target r = clamp(gain u, +-speed_limit):
@@ -50,12 +52,15 @@ struct MotorParameters {
 /// dead band, too; and a wheel that stands takes a command below the breakaway for none (stiction). Each step starts
 /// from the wheel speed the physics reached, so the reference cannot run away from a wheel that the torque limit holds
 /// back, and z rests while either limit acts (no wind-up).
+///
+/// A loop that is not stiff gives the torque k_p (r + z - w) within its limit, and the masses and the ground decide how
+/// the wheel follows: neither T nor the acceleration limit are in it.
 class MotorLoop {
  public:
   /// @param step [s].
   MotorLoop(const MotorParameters& parameters, double step);
 
-  /// Wheel speed to be reached at the end of a step [rad/s].
+  /// Wheel speed to be reached at the end of a step, or, of a loop that is not stiff, r + z [rad/s].
   /// @param command during the step [rad/s]; @param speed of the wheel at its beginning [rad/s]; @param supply share of
   /// its full voltage that the battery gives: speed and acceleration limit are proportional to it.
   double reference(double command, double speed, double supply = 1.0);

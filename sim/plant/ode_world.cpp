@@ -82,6 +82,7 @@ OdeWorld::OdeWorld(const RobotModel& model, const WorldParameters& parameters)
       terrain_(parameters.terrain),
       friction_(parameters.friction),
       torque_limit_(parameters.torque_limit),
+      stiffness_(parameters.stiffness),
       fixed_chassis_(parameters.fixed_chassis),
       threading_(createThreading()),
       world_(dWorldCreate()),
@@ -109,6 +110,8 @@ void OdeWorld::createWheel(const RobotModel& model, std::size_t index) {
   dJointSetHingeAnchor(hinge, wheel.hub.x(), wheel.hub.y(), wheel.hub.z());
   dJointSetHingeAxis(hinge, 0.0, 1.0, 0.0);
   dJointSetHingeParam(hinge, dParamFMax, torque_limit_);
+  // w + c tau = reference: a motor of constraint force mixing c is a proportional controller of gain 1/c.
+  if (stiffness_ > 0.0) dJointSetHingeParam(hinge, dParamCFM, 1.0 / stiffness_);
   dJointSetFeedback(hinge, &hinge_feedback_[index]);
   hinges_[index] = hinge;
 }

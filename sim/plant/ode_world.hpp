@@ -20,6 +20,7 @@ struct WorldParameters {
   double slope = 0.0;          ///< inclination of the ground, positive is uphill along x [rad]
   double friction = 0.5;       ///< Coulomb coefficient between wheels and ground
   double torque_limit = 20.0;  ///< of each wheel's motor [N m]
+  double stiffness = 0.0;      ///< of each wheel's motor, torque per error of its speed [N m s/rad]; 0: rigid
   TerrainParameters terrain;   ///< what the ground has beside its inclination
 };
 
@@ -114,6 +115,7 @@ class OdeWorld {
   Terrain terrain_;
   double friction_;
   double torque_limit_;
+  double stiffness_;
   bool fixed_chassis_;
   Handle<dThreadingImplementationID, FreeThreading> threading_;  ///< the world's own: ODE's default one is shared
   Handle<dWorldID, DestroyWorld> world_;

@@ -18,20 +18,35 @@ void propagate(const Eigen::Matrix3d& J, Eigen::Matrix3d& P) {
   P.bottomLeftCorner<1, 2>() = JP.col(2).transpose();
 }
 
-constexpr double kLeastLimit = 0.3;   // lambda
-constexpr double kLimitMemory = 0.5;  // s at the limit
+constexpr double kLeastLimit = 0.3;            // lambda
+constexpr double kLimitMemory = 0.5;           // s at the limit
+constexpr double kLeastTiming = 0.1;           // lambda_t
+constexpr double kMostSurprise = 4.0;          // of epsilon^2/S that lambda_t learns from
+constexpr double kTimingCurvature = 1.0;       // of F along ln lambda_t, as it is believed before anything is known
+constexpr double kMostTimingCurvature = 20.0;  // with which older accelerations are forgotten
+constexpr double kNoTiming = 1e-9;             // (rad/s)^2; e of a smaller variance is none
 
 }  // namespace
 
 WheelBelief::WheelBelief(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& parameters)
-    : drive_train_(model, wheel_radius), commands_(model.dead_time), parameters_(parameters) {
+    : drive_train_(model, wheel_radius), commands_(model.dead_time) {
+  setParameters(parameters);
   reset(0.0);
+}
+
+void WheelBelief::setParameters(const WheelBeliefParameters& parameters) {
+  parameters_ = parameters;
+  const double T = parameters.timing_time_constant;
+  timing_decay_ = T > 0.0 ? std::exp(-kStep / T) : 0.0;
+  lagging_ = parameters.dead_time_deviation > 0.0 ? -std::expm1(-kStep / parameters.dead_time_deviation) : 1.0;
 }
 
 void WheelBelief::reset(double speed) {
   commands_.fill(speed / drive_train_.gain());
   limit_share_ = 1.0;
   limit_curvature_ = 0.0;
+  timing_share_ = 1.0;
+  timing_curvature_ = kTimingCurvature;
   seed(speed);
 }
 
@@ -41,7 +56,8 @@ void WheelBelief::seed(double speed) {
   P_(0, 0) = parameters_.measurement_variance;
   P_(2, 2) = parameters_.disturbance_deviation * parameters_.disturbance_deviation;
   gain_.setZero();
-  corrected_ = measured_ = predicted_ = speed;
+  forgetTiming();
+  lagged_ = corrected_ = measured_ = predicted_ = speed;
   steps_ = limited_steps_ = 0;
   limit_doubt_ = rate_ = 0.0;
 }
@@ -56,14 +72,34 @@ void WheelBelief::predict(double command) {
   limited_steps_ = limited ? limited_steps_ + 1 : 0;
   // At the limit the speed does not depend on z and d: J = I.
   if (!limited) propagate(transition(), P_);
+  predictTiming(limited);
   P_(0, 0) += parameters_.speed_process_noise * kStep;
   P_(2, 2) += parameters_.disturbance_process_noise * kStep;
 }
 
+void WheelBelief::forgetTiming() {
+  timing_ = timing_variance_ = 0.0;
+  timing_covariance_.setZero();
+}
+
+void WheelBelief::predictTiming(bool limited) {
+  // w(t) − w(t − σ_t) of a first-order filter: σ_t dw/dt while w ramps, and no more than it changed.
+  lagged_ += lagging_ * (x_(0) - lagged_);
+  const double least = timing_share_ * (x_(0) - lagged_);
+  if (timing_decay_ == 0.0) {
+    timing_variance_ = least * least;
+    return;
+  }
+  if (timing_variance_ < kNoTiming && least * least < kNoTiming) return forgetTiming();
+  timing_ *= timing_decay_;
+  timing_variance_ = std::max(timing_decay_ * timing_decay_ * timing_variance_, least * least);
+  if (!limited) timing_covariance_.head<2>() = (transition().topRows<2>().lazyProduct(timing_covariance_)).eval();
+  timing_covariance_ *= timing_decay_;
+}
+
 double WheelBelief::correct(double measurement, double added_variance) {
-  const double timing = parameters_.dead_time_deviation * rate_;
-  const double variance = parameters_.measurement_variance + timing * timing + added_variance;
-  predicted_ = x_(0);
+  const double variance = parameters_.measurement_variance + added_variance;
+  predicted_ = speed();
   const double error = measurement - predicted_, change = predicted_ - corrected_;
   if ((measurement - measured_) * change > kLeastPart * change * change) {
     P_(0, 0) += limit_doubt_ * limit_doubt_;
@@ -76,18 +112,35 @@ double WheelBelief::correct(double measurement, double added_variance) {
   limit_doubt_ = 0.0;
 
   // x ← x − κ_μ (∂²F/∂x²)⁻¹ ∂F/∂x at the prior, where ∂F/∂x = −C' ε_y/Σ and (∂²F/∂x²)⁻¹ C'/Σ = P C'/(C P C' + Σ)
-  const Eigen::Vector3d gain = P_.col(0) / (P_(0, 0) + variance);
-  const Eigen::Vector3d step = parameters_.learning_rate * error * gain;
-  x_ += step;
-  P_ = (P_ - gain * P_.row(0)).eval();
+  const Eigen::Vector3d PC = P_.col(0) + timing_covariance_;
+  const double PC_e = timing_covariance_(0) + timing_variance_;
+  const double S = PC(0) + PC_e + variance, moved = parameters_.learning_rate * error;
+  learnTiming(error * error / S, timing_variance_ / S);
+  const Eigen::Vector3d gain = PC / S;
+  const double gain_e = PC_e / S;
+  x_ += moved * gain;
+  lagged_ += moved * gain(0);  // a corrected speed is no change of it
+  timing_ += moved * gain_e;
+  P_ = (P_ - gain * PC.transpose()).eval();
   P_ = (0.5 * (P_ + P_.transpose())).eval();
+  timing_covariance_ -= gain * PC_e;
+  timing_variance_ -= gain_e * PC_e;
+  if (timing_decay_ == 0.0) forgetTiming();
   gain_ = parameters_.learning_rate * gain;
-  corrected_ = x_(0);
+  corrected_ = speed();
 
-  const double residual = measurement - x_(0);
-  const double moved = parameters_.learning_rate * error;  // x − x_prior = P C' moved/(C P C' + Σ)
-  const double innovation_variance = variance / (1.0 - gain(0));
-  return 0.5 * residual * residual / variance + 0.5 * gain(0) * moved * moved / innovation_variance;
+  const double total = gain(0) + gain_e, residual = error - total * moved;
+  // x − x_prior = P C' moved/S
+  return 0.5 * residual * residual / variance + 0.5 * total * moved * moved / S;
+}
+
+void WheelBelief::learnTiming(double surprise, double part) {
+  if (timing_decay_ == 0.0) return;
+  // With S = Σ + λ² q: ∂F/∂(ln λ) = part (1 − surprise) of F = ½ ε²/S + ½ ln S, and its curvature is 2 part² on
+  // average.
+  timing_curvature_ = std::min(timing_curvature_ + 2.0 * part * part, kMostTimingCurvature);
+  timing_share_ *= std::exp(-part * (1.0 - std::min(surprise, kMostSurprise)) / timing_curvature_);
+  timing_share_ = std::clamp(timing_share_, kLeastTiming, 1.0);
 }
 
 double WheelBelief::limitDeviation() const {

@@ -27,7 +27,7 @@ SensorPrecisions sensorPrecisions(const PredictiveParameters& p) {
 WheelDifference difference(const Observation& y, const WheelBelief& left, const WheelBelief& right) {
   const double difference = right.speed() - left.speed(), mean = 0.5 * (left.speed() + right.speed());
   return {difference,
-          right.covariance()(0, 0) + left.covariance()(0, 0),
+          right.speedVariance() + left.speedVariance(),
           right.acceleration() - left.acceleration(),
           y.wheel_right - y.wheel_left - difference,
           mean,

@@ -143,7 +143,7 @@ double PredictiveController::correctYawRate(const Observation& y) {
   // Without a gyro, or on a box, the wheels' turn is all there is.
   const double slope = slipBelief().yawPerDifference(left().speed(), right().speed());
   yaw_.follow(slipBelief().yawRate(left().speed(), right().speed()),
-              slope * slope * (left().covariance()(0, 0) + right().covariance()(0, 0)));
+              slope * slope * (left().speedVariance() + right().speedVariance()));
   return 0.0;
 }
 
@@ -273,7 +273,7 @@ Eigen::Matrix2d PredictiveController::velocityCovariance() const {
   const double r = geometry_.wheel_radius;
   const double per_wheel = 0.5 * r * slipBelief().slipFactor();
   const double mean = 0.5 * (left().speed() + right().speed());
-  double forward = per_wheel * per_wheel * (left().covariance()(0, 0) + right().covariance()(0, 0));
+  double forward = per_wheel * per_wheel * (left().speedVariance() + right().speedVariance());
   forward += r * r * mean * mean * learning_.slipFactorVariance();
   forward += forward_.variance();
   return Eigen::Vector2d(forward, yaw_.variance()).asDiagonal();

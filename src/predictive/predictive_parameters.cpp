@@ -7,6 +7,8 @@
 namespace jackal_aic {
 namespace {
 
+constexpr double kTimingTimeConstant =
+    0.035;                               // s; of motors of a Jackal's size, from as stiff as the model's to soft ones
 constexpr double kLimitDeviation = 0.6;  // of the motors' acceleration limit; half of it has to be ordinary
 
 bool isWhole(double ratio) { return ratio >= 1.0 - 1e-9 && std::abs(ratio - std::round(ratio)) < 1e-9 * ratio; }
@@ -34,6 +36,7 @@ WheelBeliefParameters wheelBeliefParameters(const PredictiveParameters& p) {
   belief.speed_process_noise = p.speed_process_noise;
   belief.disturbance_process_noise = p.disturbance_process_noise;
   belief.dead_time_deviation = p.dead_time_deviation;
+  belief.timing_time_constant = kTimingTimeConstant;
   belief.learning_rate = p.belief_learning_rate;
   belief.limit_deviation = kLimitDeviation;
   return belief;

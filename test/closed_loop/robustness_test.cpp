@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "parallel.hpp"
@@ -52,6 +54,18 @@ TEST(Robustness, CountsWhatKeepsItsBars) {
   EXPECT_EQ(sum.settled, 1u);
   EXPECT_EQ(sum.exact, 1u);
   EXPECT_EQ(sum.believed, 1u);
+}
+
+// The disturbance belief must not take for a disturbance what a soft motor still has to catch up.
+TEST(Robustness, PredictiveHardlyOvershootsInTurnsWithSoftMotors) {
+  EXPECT_EQ(drawSoftMotorTurn(3).robot, drawSoftMotorTurn(3).robot);
+  std::vector<double> overshoot(2 * kRobots);
+  parallelFor(overshoot.size(), 0, [&](std::size_t i) {
+    overshoot[i] = turnOvershoot(files(), "predictive", kSeed + i).value_or(HUGE_VAL);
+  });
+  std::sort(overshoot.begin(), overshoot.end());
+  EXPECT_LE(overshoot[overshoot.size() * 95 / 100 - 1], files().bar("robustness.soft_motor_overshoot"));
+  EXPECT_LT(overshoot.front(), 5.0);
 }
 
 TEST(Robustness, NeedsADraw) { EXPECT_THROW(writeRobustnessTable(files(), 0, 1, ".", 1), ParameterError); }

@@ -67,6 +67,49 @@ TEST(WheelBelief, FindsAConstantDisturbance) {
   EXPECT_NEAR(wheel.speed(), 4.8, 0.05);
 }
 
+/// Largest disturbance that is believed while a wheel follows a step of 1 rad/s late and slowly, and how long after it
+/// a wheel that turns 20 % faster than asked is known to do so to a tenth [s].
+std::pair<double, double> largestOfASoftLoop(double timing_time_constant, double gain) {
+  WheelBeliefParameters parameters;
+  parameters.timing_time_constant = timing_time_constant;
+  WheelBelief wheel(model(0.04, 0.006), kRadius, parameters);
+  WheelBelief truth(model(0.06, gain == 1.0 ? 0.06 : 0.006), kRadius, {});
+  double largest = 0.0, known = 0.0;
+  for (int k = 1; k <= 2000; ++k) {
+    wheel.predict(1.0);
+    truth.predict(gain);
+    if (k % 20 != 0) continue;
+    wheel.correct(truth.speed());
+    largest = std::max(largest, std::abs(wheel.disturbance()));
+    if (std::abs(wheel.disturbance() - (gain - 1.0)) > 0.1 * std::abs(gain - 1.0)) known = 0.001 * k;
+  }
+  return {largest, known};
+}
+
+TEST(WheelBelief, WhatFadesIsTimingWhatStaysIsADisturbance) {
+  const double white = largestOfASoftLoop(0.0, 1.0).first, coloured = largestOfASoftLoop(0.035, 1.0).first;
+  EXPECT_GT(white, 0.1) << "a soft loop that is taken for a disturbance";
+  EXPECT_LT(coloured, 0.5 * white);
+  EXPECT_LT(largestOfASoftLoop(0.035, 1.2).second, 0.3) << "found as soon as it has outlasted the timing";
+}
+
+TEST(WheelBelief, SpeedIsThatOfTheWheelWhoeverIsLate) {
+  WheelBeliefParameters parameters;
+  parameters.timing_time_constant = 0.05;
+  WheelBelief wheel(model(0.04, 0.006), kRadius, parameters), truth(model(0.06, 0.06), kRadius, {});
+  for (int k = 1; k <= 200; ++k) {
+    wheel.predict(1.0);
+    truth.predict(1.0);
+    if (k % 20 != 0) continue;
+    const double before = wheel.speedVariance();
+    wheel.correct(truth.speed());
+    EXPECT_LE(wheel.speedVariance(), before);
+    EXPECT_GE(wheel.speedVariance(), 0.0);
+    if (k <= 60) continue;  // the command was still underway
+    EXPECT_NEAR(wheel.speed(), truth.speed(), 0.1) << k << " ms";
+  }
+}
+
 TEST(WheelBelief, CovarianceIsHonest) {
   // Over many runs with disturbance and noise as modelled, the normalised squared error of w averages 1.
   const WheelBeliefParameters parameters;

@@ -6,21 +6,28 @@
 /// Hidden states: wheel speed w, correction z of the motors' velocity loop, input disturbance d (gain error, slope,
 /// friction), which the drive train moves under the command u that was really applied (drive_train.hpp); dd/dt = 0.
 ///
-///     y     = w + noise of variance Sigma_y + (sigma_t dw/dt)^2
+///     y     = w + e + noise of variance Sigma_y,    de/dt = -e/T_e
 ///
-/// The second part of the measurement's variance is what an error sigma_t of the dead time does to a speed that
-/// changes: while the wheel accelerates its measurement says little about the disturbance.
+/// e is the part of a change of speed in which the wheel is not where the model is: an error sigma_t of the dead time
+/// makes it as large as w changes in that time, which is the least deviation of e while the wheel accelerates, and a
+/// motor whose velocity loop is softer than the model's lets it fade afterwards. With T_e = 0 it is noise of the
+/// measurement, which ends with the acceleration: a belief that has arrived before the wheel then takes what is still
+/// missing for a disturbance, and the action makes up for it. The wheel's speed is w + e.
 ///
-/// So is w after an acceleration beyond half the model's limit, by up to the deviation of the limit times the change,
-/// if the wheel accelerates at all: a motor slower than the model's is no disturbance to be made up for. What the
-/// motor's limit is, as a part lambda of the model's and at most that, is learned where the model is at its limit, from
-/// how the measured speed changes (gradient of 1/2 (dy - lambda dw)^2 / (2 Sigma_y), natural, with forgetting), and
-/// sigma_l is how far lambda is off before anything is learned.
+/// How much of sigma_t a motor really needs, a part lambda_t of it, is learned where e explains most of an innovation
+/// epsilon of variance S (gradient of 1/2 epsilon^2/S + 1/2 ln S along ln lambda_t, natural, with forgetting): a motor
+/// that is as its model says is soon believed to be.
 ///
-/// Between measurements the belief x = (w, z, d) moves with the model and its covariance P grows by the random
+/// Uncertain is w after an acceleration beyond half the model's limit, by up to the deviation of the limit times the
+/// change, if the wheel accelerates at all: a motor slower than the model's is no disturbance to be made up for. What
+/// the motor's limit is, as a part lambda of the model's and at most that, is learned where the model is at its limit,
+/// from how the measured speed changes (gradient of 1/2 (dy - lambda dw)^2 / (2 Sigma_y), natural, with forgetting),
+/// and sigma_l is how far lambda is off before anything is learned.
+///
+/// Between measurements the belief x = (w, z, d, e) moves with the model and its covariance P grows by the random
 /// fluctuations of w and d. A measurement changes it by the gradient of the free energy
 ///
-///     F(x) = 1/2 (y - w)^2 / Sigma + 1/2 (x - x_prior)' P^-1 (x - x_prior),
+///     F(x) = 1/2 (y - w - e)^2 / Sigma + 1/2 (x - x_prior)' P^-1 (x - x_prior),
 ///
 /// preconditioned by the inverse of its curvature (the natural gradient); with learning rate 1 the step ends in the
 /// minimum of F, which is the Kalman filter's estimate.
@@ -39,6 +46,7 @@ struct WheelBeliefParameters {
   double speed_process_noise = 0.01;        ///< growth of the variance of w [(rad/s)^2/s]
   double disturbance_process_noise = 0.01;  ///< growth of the variance of d [(rad/s)^2/s]
   double dead_time_deviation = 0.03;        ///< sigma_t, standard deviation of the dead time [s]
+  double timing_time_constant = 0.0;        ///< T_e, in which an error of the timing fades; 0: it is noise of y [s]
   double learning_rate = 1.0;               ///< kappa_mu of the natural gradient, above 0 and at most 1
   double limit_deviation = 0.0;             ///< sigma_l, standard deviation of the acceleration limit as a part of it
   double disturbance_deviation = 0.3;       ///< of d before anything is known of it [rad/s]; 0: there is none
@@ -60,13 +68,14 @@ class WheelBelief {
   /// the encoder [(rad/s)^2].
   double correct(double measurement, double added_variance = 0.0);
 
-  double speed() const { return x_(0); }               ///< w [rad/s]
-  double disturbance() const { return x_(2); }         ///< d [rad/s]
+  double speed() const { return x_(0) + timing_; }                                                    ///< w + e [rad/s]
+  double speedVariance() const { return P_(0, 0) + 2.0 * timing_covariance_(0) + timing_variance_; }  ///< of it
+  double disturbance() const { return x_(2); }                                                        ///< d [rad/s]
   double limitShare() const { return limit_share_; }   ///< lambda, acceleration limit of the wheel / of the model
   double acceleration() const { return rate_; }        ///< dw/dt of the last inner step [rad/s^2]
   bool atLimit() const { return limited_steps_ > 0; }  ///< in the last inner step it bounded dw/dt
   double measurement() const { return measured_; }     ///< y, the last one [rad/s]
-  double predicted() const { return predicted_; }      ///< w that it was compared with [rad/s]
+  double predicted() const { return predicted_; }      ///< w + e that it was compared with [rad/s]
 
   /// Gain of the next measurement on (w, z, d) if the wheel does not accelerate.
   Eigen::Vector3d gain() const;
@@ -85,7 +94,7 @@ class WheelBelief {
   const Eigen::Matrix3d& covariance() const { return P_; }
 
   /// Goes on with other trust in its sources.
-  void setParameters(const WheelBeliefParameters& parameters) { parameters_ = parameters; }
+  void setParameters(const WheelBeliefParameters& parameters);
 
   const WheelBeliefParameters& parameters() const { return parameters_; }  ///< present trust in its sources
 
@@ -102,6 +111,9 @@ class WheelBelief {
  private:
   void learnLimit(double moved);
   void forgetLimit();
+  void predictTiming(bool limited);
+  void forgetTiming();
+  void learnTiming(double surprise, double part);
   double limitDeviation() const;
 
   DriveTrain drive_train_;
@@ -112,7 +124,15 @@ class WheelBelief {
   Eigen::Vector3d x_ = Eigen::Vector3d::Zero();
   Eigen::Matrix3d P_ = Eigen::Matrix3d::Zero();
   Eigen::Vector3d gain_ = Eigen::Vector3d::Zero();  // of the last measurement
-  double corrected_ = 0.0;                          // w after the last measurement [rad/s]
+  double timing_decay_ = 0.0;                       // of e in an inner step
+  double lagging_ = 0.0;                            // part of a change that w a time sigma_t ago makes in an inner step
+  double lagged_ = 0.0;                             // w a time sigma_t ago [rad/s]
+  double timing_share_ = 1.0;                       // lambda_t
+  double timing_curvature_ = 0.0;                   // of F along ln lambda_t
+  double timing_ = 0.0;                             // e [rad/s]
+  double timing_variance_ = 0.0;                    // of e
+  Eigen::Vector3d timing_covariance_ = Eigen::Vector3d::Zero();  // of (w, z, d) with e
+  double corrected_ = 0.0;                                       // w + e after the last measurement [rad/s]
   double measured_ = 0.0;
   double predicted_ = 0.0;
   std::size_t steps_ = 0;          // inner steps since the last measurement

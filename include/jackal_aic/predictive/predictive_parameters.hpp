@@ -20,7 +20,7 @@ struct PredictiveParameters : SensorNoise {
   double speed_process_noise = 0.01;        ///< of a wheel's speed [(rad/s)^2/s]
   double yaw_process_noise = 1e-4;          ///< of the yaw rate beside what the wheels ask for [(rad/s)^2/s]
   double disturbance_process_noise = 0.01;  ///< of a wheel's input disturbance [(rad/s)^2/s]
-  double dead_time_deviation = 0.03;        ///< standard deviation of the dead time [s]
+  double dead_time_deviation = 0.01;        ///< standard deviation of the dead time [s]
   bool learn_precision = false;             ///< learn the variance of each channel while driving steadily
   double precision_time_constant = 10.0;    ///< time over which the precisions are averaged [s]
   bool learn_track = true;                  ///< learn the effective track

@@ -151,6 +151,39 @@ TEST(PlantOnBox, WheelGainIsTheRatioOfTrueToCommandedSpeed) {
   EXPECT_NEAR(plant.truth().wheel_velocity[kFrontRight], -4.0, 1e-5);
 }
 
+TEST(PlantOnGround, ASoftMotorGivesTorqueByTheErrorOfItsSpeed) {
+  PlantParameters parameters = direct();
+  parameters.velocity_loop_stiffness = 3.5;
+  parameters.acceleration_limit = 0.1;  // is none of a soft motor's
+  parameters.slope = 10.0;
+  for (const double integral : {0.0, 8.0}) {
+    parameters.velocity_loop_integral = integral;
+    JackalPlant plant = plantOf(parameters);
+    plant.command({5.0, 5.0});
+    run(plant, 3.0);
+    const double torque = nextMeasurement(plant).wheel_effort[kFrontLeft];
+    EXPECT_GT(torque, 0.3) << "uphill";
+    EXPECT_NEAR(5.0 - plant.truth().wheel_velocity[kFrontLeft], integral > 0.0 ? 0.0 : torque / 3.5, 1e-3);
+  }
+}
+
+TEST(PlantOnGround, ASoftMotorHasATorqueLimitAndNoWindUp) {
+  PlantParameters parameters = direct();
+  parameters.velocity_loop_stiffness = 3.5;
+  parameters.velocity_loop_integral = 8.0;
+  parameters.torque_limit = 0.7;
+  JackalPlant plant = plantOf(parameters);
+  plant.command({10.0, 10.0});
+  double largest = 0.0, fastest = 0.0;
+  for (int n = 0; n < 100; ++n) {
+    largest = std::max(largest, std::abs(nextMeasurement(plant).wheel_effort[kFrontLeft]));
+    fastest = std::max(fastest, plant.truth().wheel_velocity[kFrontLeft]);
+  }
+  EXPECT_NEAR(largest, 0.7, 1e-3);
+  EXPECT_LT(fastest, 1.1 * 10.0);
+  EXPECT_NEAR(plant.truth().wheel_velocity[kFrontLeft], 10.0, 0.01);
+}
+
 TEST(PlantOnBox, RespectsTheAccelerationLimit) {
   PlantParameters parameters = onBox(direct());
   parameters.acceleration_limit = 2.0;
