@@ -250,7 +250,9 @@ void FaultMonitor::conclude(const WheelMonitor& wheel, ChannelHealth& verdict, b
   } else if (wheel.suspect() && evidence_.time >= kIsolationTime) {
     const double doubt = std::max(kClearly * evidence_.against_predicted, kNoEvidence * kNoEvidence);
     const bool as_measured = !yaw_tells_ || evidence_.against_measured <= doubt;
-    if (as_measured && wheel.fasterThanCommanded() && evidence_.time < kDraggedTime) return;
+    // The tyres of a wheel that is dragged may slide: then neither speed explains the yaw rate.
+    const bool as_predicted = !as_measured && evidence_.against_predicted <= kNoEvidence * kNoEvidence;
+    if (!as_predicted && wheel.fasterThanCommanded() && evidence_.time < kDraggedTime) return;
     drive = as_measured;
     verdict.state = drive ? ChannelState::ok : ChannelState::faulty;
     verdict.cause = drive ? FaultCause::none : FaultCause::prediction;
