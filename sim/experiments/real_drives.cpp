@@ -80,7 +80,7 @@ class AlarmWatch {
   void look(const DriveLoopStatus& status, double now) {
     const DriveStatus drive = status.decision.status;
     const bool stops = drive != DriveStatus::driving && drive != DriveStatus::idle;
-    const bool alarmed = isFault(status.fault) || stops;
+    const bool alarmed = isFault(status.fault) || status.fault == Fault::stuck || stops;
     if (alarmed && !alarmed_) alarms_.push_back({now, reason(status)});
     alarmed_ = alarmed;
     if (status.fault == Fault::gyro_reversed && !reversed_) reversed_ = now;

@@ -194,7 +194,7 @@ TABLES = {
     'learned_precision': precision_table,
     'accelerometer': accelerometer_table,
     'coloured_noise': coloured_table,
-    'accelerometer_speed': accelerometer_table,
+    'sliding_speed': accelerometer_table,
     'slip_straight': perturbation_table,
 }
 

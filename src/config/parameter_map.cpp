@@ -100,7 +100,9 @@ constexpr Removed kRemoved[] = {
     {"predictive.sensory_action",
      "the action of this structure answers the believed disturbance (action_learning_rate); that of the thesis "
      "descends "
-     "the sensory prediction error (preset standard or improved)"}};
+     "the sensory prediction error (preset standard or improved)"},
+    {"predictive.accelerometer_weight",
+     "the accelerometer is believed where the tyres slide, and nowhere else; no key is needed"}};
 
 void refuseRemoved(const std::string& key) {
   for (const Removed& removed : kRemoved) {

@@ -14,6 +14,9 @@ constexpr double kUnknownInclination = 1.0;  // m/s^2, standard deviation at the
 constexpr double kVibrationMemory = 0.2;     // T [s]
 constexpr double kSurprise = 9.0;            // c
 constexpr double kWandering = 1.0;           // m/s^2, standard deviation of the inclination after a second
+constexpr int kLongestJolt = 3;              // samples of a collision
+constexpr double kRebound = 1.3;             // of the speed, that a collision may take
+constexpr double kBetweenJolts = 0.5;        // s
 
 }  // namespace
 
@@ -66,7 +69,18 @@ void AccelerationMonitor::Axis::correct(double noise) {
   variance *= 1.0 - gain;
 }
 
-void AccelerationMonitor::check(const Observation& observation, bool moving, double step) {
+/// True for a sample that takes no more of the speed than there is.
+bool AccelerationMonitor::Jolt::update(bool suspect, double change, double speed, double step) {
+  since += step;
+  if (!suspect) return false;
+  if (since > kBetweenJolts) *this = Jolt{};
+  since = 0.0;
+  change_of_speed += change;
+  const double taken = speed < 0.0 ? change_of_speed : -change_of_speed;
+  return ++samples <= kLongestJolt && taken > 0.0 && taken <= kRebound * std::abs(speed);
+}
+
+void AccelerationMonitor::check(const Observation& observation, bool moving, double speed, double step) {
   const bool vertical = observation.acceleration_z.has_value();
   const double forward_noise = parameters_.accelerometer_variance + timing_.value();
   const double left = observation.acceleration_x - forward_rate_ - forward_.offset;
@@ -81,10 +95,11 @@ void AccelerationMonitor::check(const Observation& observation, bool moving, dou
   const bool frozen_at_rest = repetition_at_rest_.update(observation, moving);
   frozen_ = repetition_moving_.update(observation, !moving) || frozen_at_rest;
 
-  persistence_.update(distance_ > 1.0 || frozen_, true, step);
+  const bool jolt = jolt_.update(distance_ > 1.0, forward_.error * step, speed, step);
+  persistence_.update((distance_ > 1.0 && !jolt) || frozen_, true, step);
   if (frozen_) persistence_.declareFaulty();
   upside_down_ = state() == ChannelState::faulty && (vertical ? *observation.acceleration_z < 0.0 : upside_down_);
-  if (state() == ChannelState::outlier) return;
+  if (state() == ChannelState::outlier || jolt) return;
   forward_.correct(forward_.noise(forward_noise, moving));
   if (vertical) vertical_.correct(vertical_.noise(parameters_.accelerometer_variance, moving));
   if (state() == ChannelState::faulty) return;

@@ -27,6 +27,7 @@ constexpr std::array<Entry, kFaults> kEntries{{
     {Fault::accelerometer_frozen, "accelerometer frozen"},
     {Fault::accelerometer_disagrees, "accelerometer wrong"},
     {Fault::moved, "moved by somebody else"},
+    {Fault::stuck, "does not move although its wheels turn"},
 }};
 
 constexpr bool inOrder() {

@@ -80,7 +80,7 @@ Fault FaultReport::fault() const {
   if (isFaulty(accelerometer)) {
     return isFrozen(accelerometer) ? Fault::accelerometer_frozen : Fault::accelerometer_disagrees;
   }
-  return moved ? Fault::moved : Fault::none;
+  return moved ? Fault::moved : stuck ? Fault::stuck : Fault::none;
 }
 
 FaultMonitor::FaultMonitor(const FaultParameters& parameters, const GeometryParameters& geometry,
@@ -124,6 +124,7 @@ const FaultReport& FaultMonitor::check(const Observation& observation) {
   checkAccelerometer(observation, step);
   checkGyro(observation, step);
   concludeBodyMoved();
+  checkTraction(observation, step);
   return report_;
 }
 
@@ -259,6 +260,8 @@ void FaultMonitor::conclude(const WheelMonitor& wheel, ChannelHealth& verdict, b
   }
 }
 
+double FaultMonitor::forwardSpeed() const { return 0.5 * rolling_radius_ * (left_.speed() + right_.speed()); }
+
 double FaultMonitor::differenceSpeed() const { return rolling_radius_ * (right_.speed() - left_.speed()); }
 
 double FaultMonitor::differenceVariance(const Observation& observation) const {
@@ -283,8 +286,8 @@ void FaultMonitor::checkGyro(const Observation& observation, double step) {
   if (model_.on_box) {
     yaw_.check(observation.yaw_rate, {0.0, 0.0}, wheelsTurn(), step);
   } else if (wheels_tell || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right)) {
-    const double forward = 0.5 * rolling_radius_ * (left_.speed() + right_.speed());
-    yaw_.check(observation.yaw_rate, {differenceSpeed(), differenceVariance(observation), forward}, wheelsTurn(), step);
+    const DifferenceSpeed wheels{differenceSpeed(), differenceVariance(observation), forwardSpeed()};
+    yaw_.check(observation.yaw_rate, wheels, wheelsTurn(), step);
   }
   report_.gyro = {yaw_.state(), FaultCause::none, yaw_.distance()};
   if (acceleration_.upsideDown()) {
@@ -299,12 +302,28 @@ void FaultMonitor::checkGyro(const Observation& observation, double step) {
 
 void FaultMonitor::checkAccelerometer(const Observation& observation, double step) {
   if (!observation.valid.acceleration) return;
-  acceleration_.check(observation, wheelsTurn(), step);
+  acceleration_.check(observation, wheelsTurn(), forwardSpeed(), step);
   report_.accelerometer = {acceleration_.state(), FaultCause::none, acceleration_.distance()};
   if (!isFaulty(report_.accelerometer)) return;
   report_.accelerometer.cause = acceleration_.upsideDown() ? FaultCause::gravity
                                 : acceleration_.frozen()   ? FaultCause::frozen
                                                            : FaultCause::prediction;
+}
+
+/// By the wheels as they are measured, which need not do what the model says, and an accelerometer that is not found
+/// faulty.
+void FaultMonitor::checkTraction(const Observation& observation, double step) {
+  if (model_.on_box) return;
+  const double left = observation.valid.wheel_left ? observation.wheel_left : left_.speed();
+  const double right = observation.valid.wheel_right ? observation.wheel_right : right_.speed();
+  const double wheels = 0.5 * rolling_radius_ * (left + right);
+  if (report_.moved || !observation.valid.acceleration || isFaulty(report_.accelerometer)) {
+    traction_.reset(wheels);
+  } else {
+    const double yaw_rate = observation.valid.yaw_rate ? observation.yaw_rate : 0.0;
+    traction_.correct(wheels, observation.acceleration_x, parameters_.accelerometer_variance, yaw_rate, step);
+  }
+  report_.stuck = traction_.traction() == Traction::stands;
 }
 
 void FaultMonitor::restart() {
@@ -316,6 +335,7 @@ void FaultMonitor::restart() {
   evidence_ = Evidence{};
   yaw_.restart();
   acceleration_.forgive();
+  traction_.restart();
 }
 
 void FaultMonitor::forgetEncoders() { left_ = right_ = WheelMonitor(parameters_, model_, geometry_.wheel_radius); }

@@ -48,7 +48,6 @@ void visitGains(Parameters& gains, PredictiveGainsConfig& config, const Visit& v
   visit("slip_time_constant", gains.slip_time_constant, config.slip_time_constant);
   visit("yaw_delay_deviation", gains.yaw_delay_deviation, config.yaw_delay_deviation);
   visit("slip_excitation", gains.slip_excitation, config.slip_excitation);
-  visit("accelerometer_weight", gains.accelerometer_weight, config.accelerometer_weight);
   visit("turning_centre", gains.turning_centre, config.turning_centre);
 }
 

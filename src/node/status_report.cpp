@@ -53,6 +53,8 @@ void StatusReport::logFault(Fault before) const {
     ROS_WARN("Fault detected: %s", text(status_.fault));
   } else if (status_.fault == Fault::moved) {
     ROS_INFO("The robot is %s", text(status_.fault));
+  } else if (status_.fault == Fault::stuck) {
+    ROS_WARN("The robot %s", text(status_.fault));
   } else {
     ROS_INFO("Over: %s", text(before));
   }

@@ -12,10 +12,6 @@ YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
   return {p.gyro_variance, p.yaw_process_noise, p.yaw_delay_deviation};
 }
 
-ForwardSpeedBeliefParameters forwardParameters(const PredictiveParameters& p) {
-  return {p.accelerometer_weight, p.turning_centre};
-}
-
 PredictiveParameters validated(const PredictiveParameters& parameters) {
   validate(parameters);
   return parameters;
@@ -43,7 +39,7 @@ PredictiveController::PredictiveController(const PredictiveParameters& parameter
       left_(parameters, model, geometry.wheel_radius),
       right_(left_),
       yaw_(yawParameters(parameters)),
-      forward_(forwardParameters(parameters)),
+      traction_(parameters.turning_centre),
       learning_(parameters, geometry, model),
       uncertainty_(geometry.wheel_radius, geometryOf(model, geometry).effective_track, model.on_box) {}
 
@@ -92,6 +88,7 @@ void PredictiveController::predict() {
       slipBelief().yawAcceleration({left().speed(), right().speed()}, {left().acceleration(), right().acceleration()}),
       WheelBelief::kStep);
   learning_.predict(left(), right());
+  traction_.predict(WheelBelief::kStep);
   uncertainty_.predict(left().acceleration(), right().acceleration(), WheelBelief::kStep);
 }
 
@@ -148,10 +145,11 @@ double PredictiveController::correctYawRate(const Observation& y) {
 }
 
 void PredictiveController::correctForwardSpeed(const Observation& y) {
-  if (!y.valid.acceleration) return forward_.reset(forwardSpeedOfWheels());
-  // As it comes: the offset learned while the wheels rest is that of a robot that may still slide on locked wheels.
-  forward_.correct(forwardSpeedOfWheels(), y.acceleration_x, learning_.variances().accelerometer, yaw_.yawRate(),
-                   observation_step_);
+  const double wheels = forwardSpeedOf(y.wheel_left + y.wheel_right);
+  if (!y.valid.acceleration) return traction_.miss(wheels, observation_step_);
+  // The accelerometer as it comes: the offset learned while the wheels rest is that of a robot that may still slide on
+  // locked wheels. The wheels as they are measured: they need not do what the model says.
+  traction_.correct(wheels, y.acceleration_x, learning_.variances().accelerometer, yaw_.yawRate(), observation_step_);
 }
 
 void PredictiveController::trust(const SensorVariances& variances) {
@@ -210,7 +208,7 @@ void PredictiveController::adoptGains(const PredictiveParameters& parameters) {
   left_.setParameters(parameters);
   right_.setParameters(parameters);
   yaw_.setParameters(yawParameters(parameters));
-  forward_.setParameters(forwardParameters(parameters));
+  traction_.setTurningCentre(parameters.turning_centre);
   learning_.setParameters(parameters, left(), right());
 }
 
@@ -227,7 +225,7 @@ void PredictiveController::restart() {
   right_.restart(observation_.wheel_right);
   yaw_.reset(model_.on_box ? slipBelief().yawRate(observation_.wheel_left, observation_.wheel_right)
                            : observation_.yaw_rate);
-  forward_.reset(forwardSpeedOfWheels());
+  traction_.restart();
   learning_.restart(left(), right());
   uncertainty_.forgetMotion();
 }
@@ -260,12 +258,12 @@ void PredictiveController::setSlip(const SlipState& state) {
 
 // ---- tell
 
-double PredictiveController::forwardSpeedOfWheels() const {
-  return 0.5 * geometry_.wheel_radius * slipBelief().slipFactor() * (left().speed() + right().speed());
+double PredictiveController::forwardSpeedOf(double sum_of_wheels) const {
+  return 0.5 * geometry_.wheel_radius * slipBelief().slipFactor() * sum_of_wheels;
 }
 
 BodyVector PredictiveController::believedVelocity() const {
-  return {forwardSpeedOfWheels() + forward_.difference(), 0.0, yaw_.yawRate()};
+  return {traction_.speed(forwardSpeedOf(left().speed() + right().speed())), 0.0, yaw_.yawRate()};
 }
 
 Eigen::Matrix2d PredictiveController::velocityCovariance() const {
@@ -275,7 +273,7 @@ Eigen::Matrix2d PredictiveController::velocityCovariance() const {
   const double mean = 0.5 * (left().speed() + right().speed());
   double forward = per_wheel * per_wheel * (left().speedVariance() + right().speedVariance());
   forward += r * r * mean * mean * learning_.slipFactorVariance();
-  forward += forward_.variance();
+  forward += traction_.variance();
   return Eigen::Vector2d(forward, yaw_.variance()).asDiagonal();
 }
 

@@ -59,7 +59,8 @@ std::string reason(const DriveLoopStatus& status, const std::string& contender) 
   const bool rivalry = cause == StopCause::contention || cause == StopCause::set_points_rival;
   if (rivalry && !contender.empty()) reason += ": " + contender;
   if (status.handed_over) reason = "somebody else has the motors";
-  const std::string fault = isFault(status.fault) ? text(status.fault) : text(status.loss);
+  const bool told = isFault(status.fault) || status.fault == Fault::stuck;
+  const std::string fault = told ? text(status.fault) : text(status.loss);
   if (!fault.empty()) reason += (reason.empty() ? "" : "; ") + fault;
   if (status.decision.unacknowledged) reason += " (over; a zero set point, or one after a pause, starts anew)";
   return reason;

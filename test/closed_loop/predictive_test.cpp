@@ -212,32 +212,6 @@ TEST(Predictive, LearnsTheSlipFromTheAccelerometerAlone) {
   EXPECT_EQ(misconfigured, 2);
 }
 
-/// Error of the believed forward speed in a case of accelerometer_speed [m/s].
-double speedError(const std::vector<ResultRow>& all, const std::string& label) {
-  const auto found = std::find_if(all.begin(), all.end(), [&](const ResultRow& row) { return row.label == label; });
-  if (found == all.end()) throw ParameterError("no case " + label);
-  return found->belief_rms_mps.value();
-}
-
-TEST(Predictive, AccelerometerKnowsTheSpeedBetterThanSpinningWheelsAndWorseThanWheelsThatGrip) {
-  const auto all = rows(comparisonRuns(files(), experiment("accelerometer_speed", {"predictive"})));
-  for (const char* friction : {"0.5", "0.25", "0.15", "0.1"}) {
-    const bool grip = friction == std::string("0.5") || friction == std::string("0.25");
-    const auto error = [&](const char* weight) {
-      return speedError(all, std::string("friction ") + friction + ", weight " + weight);
-    };
-    if (grip) {
-      EXPECT_GT(error("0.9"), 1.2 * error("0")) << friction;
-      EXPECT_GT(error("0.98"), 2.0 * error("0")) << friction;
-    } else {
-      EXPECT_LT(error("0.9"), 0.95 * error("0")) << friction;
-      EXPECT_LT(error("0.98"), 0.6 * error("0")) << friction;
-    }
-  }
-  EXPECT_LT(speedError(all, "arc, weight 0.98, turning centre 0.05 m"),
-            0.8 * speedError(all, "arc, weight 0.98, turning centre 0 m"));
-}
-
 struct Files {
   const char* plant;
   const char* model;

@@ -23,13 +23,14 @@ class WatchedBody {
       Observation y;
       y.acceleration_x = measured + 0.05 * normal_(random_);
       y.acceleration_z = kGravity + 0.05 * normal_(random_);
-      monitor.check(y, true, kPeriod);
+      monitor.check(y, true, speed, kPeriod);
       most = std::max(most, monitor.distance());
     }
     return most;
   }
 
   AccelerationMonitor monitor{FaultParameters{}};
+  double speed = 0.0;  // of the wheels [m/s]
 
  private:
   std::mt19937 random_{5};
@@ -60,6 +61,22 @@ TEST(AccelerationMonitor, WhatWasPossibleFadesWithinTenthsOfASecond) {
   EXPECT_GT(afterwards, 2.0 * at_once);
 }
 
+TEST(AccelerationMonitor, CollisionCountsButNothingThatTakesMoreThanTheSpeedOrLastsLonger) {
+  WatchedBody hits, jumps, speeds_up, stays;
+  for (WatchedBody* body : {&hits, &jumps, &speeds_up, &stays}) {
+    body->speed = 1.0;
+    body->accelerate(0.0, 150, 0.0);
+  }
+  EXPECT_GT(hits.accelerate(0.0, 2, -24.0), 1.0);
+  EXPECT_EQ(hits.monitor.state(), ChannelState::ok) << "0.96 m/s in 0.04 s";
+  jumps.accelerate(0.0, 1, -80.0);
+  EXPECT_EQ(jumps.monitor.state(), ChannelState::outlier) << "1.6 m/s";
+  speeds_up.accelerate(0.0, 2, 24.0);
+  EXPECT_EQ(speeds_up.monitor.state(), ChannelState::outlier);
+  stays.accelerate(0.0, 8, -8.0);
+  EXPECT_EQ(stays.monitor.state(), ChannelState::faulty) << "a collision is over sooner";
+}
+
 TEST(AccelerationMonitor, IsFaultyWithTheSampleThatShowsItFrozen) {
   WatchedBody body;
   body.accelerate(0.0, 150, 0.0);
@@ -69,7 +86,7 @@ TEST(AccelerationMonitor, IsFaultyWithTheSampleThatShowsItFrozen) {
   int samples = 0;
   for (; samples < 100 && !body.monitor.frozen(); ++samples) {
     for (int k = 0; k < 20; ++k) body.monitor.predict(0.0, 0.0, 0.0, 0.001);
-    body.monitor.check(y, true, kPeriod);
+    body.monitor.check(y, true, body.speed, kPeriod);
   }
   EXPECT_TRUE(body.monitor.frozen());
   EXPECT_LT(samples, 15);

@@ -14,6 +14,9 @@
 ///
 /// (von Neumann's estimate of a variance): an offset or a drift, which a fault would be, does not enter it, and one
 /// jump counts for no more than the factor c.
+///
+/// A body that hits something loses its speed within a few samples. Such a jolt, against the motion and of no more than
+/// the speed there is, counts: it is how whoever believes the speed knows of the collision.
 
 #include <array>
 
@@ -34,8 +37,8 @@ class AccelerationMonitor {
   void predict(double forward_rate, double lowest, double highest, double step);
 
   /// Judges a sample; its vertical part only if it is known. @param step time since the last sample [s].
-  /// @param moving the wheels turn: the noise differs from that at rest.
-  void check(const Observation& observation, bool moving, double step);
+  /// @param moving the wheels turn: the noise differs from that at rest. @param speed of the wheels, forward [m/s].
+  void check(const Observation& observation, bool moving, double speed, double step);
 
   bool upsideDown() const { return upside_down_; }               ///< faulty, and gravity points upwards
   bool frozen() const { return frozen_; }                        ///< an axis of the last sample repeats to the bit
@@ -75,6 +78,16 @@ class AccelerationMonitor {
     RepetitionTest forward, vertical;
     bool update(const Observation& observation, bool other);
   };
+  /// Samples that may be those of a collision.
+  struct Jolt {
+    double since = 0.0;            // the last one [s]
+    double change_of_speed = 0.0;  // by them [m/s]
+    int samples = 0;
+
+    bool update(bool suspect, double change, double speed, double step);
+  };
+
+  Jolt jolt_;
   Repetition repetition_at_rest_;
   Repetition repetition_moving_;
   double distance_ = 0.0;

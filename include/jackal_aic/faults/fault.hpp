@@ -21,14 +21,15 @@ enum class Fault {
   gyro_disagrees,           ///< with the wheels
   accelerometer_frozen,     ///< it repeats its value to the bit
   accelerometer_disagrees,  ///< with the wheels
-  moved                     ///< no fault: somebody pushes or carries the robot
+  moved,                    ///< no fault: somebody pushes or carries the robot
+  stuck                     ///< no fault: wheels turn, and the body stands: against a wall, on its belly
 };
 
 /// Number of findings, `none` included.
-inline constexpr int kFaults = static_cast<int>(Fault::moved) + 1;
+inline constexpr int kFaults = static_cast<int>(Fault::stuck) + 1;
 
-/// False for `none` and for what is no fault of the robot.
-inline bool isFault(Fault fault) { return fault != Fault::none && fault != Fault::moved; }
+/// False for `none` and for what is no fault of the robot, `moved` and `stuck`.
+inline bool isFault(Fault fault) { return fault != Fault::none && fault != Fault::moved && fault != Fault::stuck; }
 
 /// What a person reads; empty for `none`.
 const char* text(Fault fault);

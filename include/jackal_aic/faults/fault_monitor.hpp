@@ -37,6 +37,7 @@
 #include "jackal_aic/faults/yaw_monitor.hpp"
 #include "jackal_aic/model/geometry.hpp"
 #include "jackal_aic/model/plant_model.hpp"
+#include "jackal_aic/model/traction_belief.hpp"
 #include "jackal_aic/model/types.hpp"
 
 namespace jackal_aic {
@@ -65,6 +66,7 @@ struct FaultReport {
   ChannelHealth accelerometer;  ///< all axes
   bool drive_left = false;      ///< the left wheels do not follow their command (blocked, or without power)
   bool drive_right = false;     ///< the right wheels do not follow their command
+  bool stuck = false;           ///< the wheels turn, and the body stands all the same; no fault
   bool moved = false;           ///< wheels that are to stand turn, or the body moves on sliding tyres; no fault
 
   /// Channels that count: neither outlier nor faulty.
@@ -73,7 +75,7 @@ struct FaultReport {
   /// True if a channel or a drive is faulty (an outlier is no fault).
   bool faulty() const;
 
-  /// The gravest fault, else that the robot is moved.
+  /// The gravest fault, else that the robot is moved, else that it is stuck.
   Fault fault() const;
 
   /// The same in a few words.
@@ -128,7 +130,9 @@ class FaultMonitor {
   bool wheelsTurn() const;
   void checkGyro(const Observation& observation, double step);
   void checkAccelerometer(const Observation& observation, double step);
+  void checkTraction(const Observation& observation, double step);
   bool yawTells(const Observation& observation) const;
+  double forwardSpeed() const;
   double differenceSpeed() const;
   double differenceVariance(const Observation& observation) const;
 
@@ -140,6 +144,7 @@ class FaultMonitor {
   WheelMonitor right_;
   YawMonitor yaw_;
   AccelerationMonitor acceleration_;
+  TractionBelief traction_{0.0};
   FaultReport report_;
   Evidence evidence_;
   bool yaw_tells_ = false;

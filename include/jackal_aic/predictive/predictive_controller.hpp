@@ -23,8 +23,8 @@
 #include "jackal_aic/model/geometry.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 #include "jackal_aic/model/skid_steer_kinematics.hpp"
+#include "jackal_aic/model/traction_belief.hpp"
 #include "jackal_aic/model/types.hpp"
-#include "jackal_aic/predictive/forward_speed_belief.hpp"
 #include "jackal_aic/predictive/model_learning.hpp"
 #include "jackal_aic/predictive/motion_uncertainty.hpp"
 #include "jackal_aic/predictive/predictive_parameters.hpp"
@@ -116,12 +116,15 @@ class PredictiveController : public VelocityController {
   void freezeLearning(bool frozen) { learning_.freeze(frozen); }
   bool learningFrozen() const { return learning_.frozen(); }  ///< learning of effective track and slip was stopped
 
+  /// Whether the body follows its wheels, as it is believed.
+  Traction traction() const { return traction_.traction(); }
+
   double effectiveTrack() const { return slipBelief().effectiveTrack(); }  ///< believed b_hat, turning in place [m]
   const WheelBelief& left() const { return left_.belief(); }               ///< belief about the left wheels
   const WheelBelief& right() const { return right_.belief(); }             ///< belief about the right wheels
 
  private:
-  double forwardSpeedOfWheels() const;
+  double forwardSpeedOf(double sum_of_wheels) const;
   void start();
   Observation withBelieved(Observation observation) const;
   void predict();
@@ -140,7 +143,7 @@ class PredictiveController : public VelocityController {
   WheelController left_;
   WheelController right_;
   YawRateBelief yaw_;
-  ForwardSpeedBelief forward_;
+  TractionBelief traction_;
   ModelLearning learning_;
   MotionUncertainty uncertainty_;
   SetPoint set_point_;

@@ -28,7 +28,6 @@ struct PredictiveParameters : SensorNoise {
   double slip_time_constant = 0.5;          ///< time over which the effective track is averaged while turning [s]
   double yaw_delay_deviation = 0.05;  ///< sigma_y, standard deviation of the delay of the yaw behind the wheels [s]
   double slip_excitation = 0.5;       ///< least difference of the wheel speeds to learn from [rad/s]
-  double accelerometer_weight = 0.0;  ///< of the accelerometer in the believed forward speed, 0: the wheels alone
   double turning_centre = 0.0;        ///< l, how far the centre of turning lies ahead of the IMU [m]
 
   /// Belief updates per action update.
@@ -54,7 +53,6 @@ void describeFields(Visitor& v, PredictiveParameters& p) {
   v.field("slip_time_constant", p.slip_time_constant, {0.02, 1000.0}, "s", Presence::optional);
   v.field("yaw_delay_deviation", p.yaw_delay_deviation, {0.0, 1.0}, "s", Presence::optional);
   v.field("slip_excitation", p.slip_excitation, {0.05, 100.0}, "rad/s", Presence::optional);
-  v.field("accelerometer_weight", p.accelerometer_weight, {0.0, 0.999}, "", Presence::optional);
   v.field("turning_centre", p.turning_centre, {-1.0, 1.0}, "m", Presence::optional);
 }
 

@@ -1,0 +1,135 @@
+#pragma once
+
+/// @file
+/// Belief about whether the body follows its wheels, and about its forward speed where it does not.
+///
+/// The wheels say what the speed is, v_w = r alpha (w_L + w_R)/2, as long as the tyres grip; the accelerometer says how
+/// it changes. A point of the body sees the centripetal acceleration beside dx_dot/dt,
+///
+///     a = a_x + theta_dot y_dot = a_x - l theta_dot^2 - b,    y_dot = -l theta_dot,
+///
+/// because the robot turns about a centre that lies l ahead of the IMU; b is what the accelerometer shows of a robot
+/// that keeps its speed. Three hypotheses on x_dot:
+///
+///     rolls    x_dot = v_w
+///     slides   x_dot is the integral of a since the tyres gripped last: friction alone moves the body
+///     stands   x_dot = 0 although the wheels turn: something holds it
+///
+/// Over a window of W the wheels changed their speed by Delta v_w and the body by Delta v, the integral of a. Rolling
+/// is given up when the prediction error D = Delta v_w - Delta v is more than noise, vibration and late sensors make
+/// it, and comes of the wheels (Delta v_w has its sign, and the body did not go against it) or of a collision (within
+/// W_c, and it stops the body): a slope, which an IMU without attitude takes for an acceleration, does neither. Tyres
+/// that slide accelerate the body, unless something holds it; so one that neither accelerates nor brakes has come to
+/// roll, or stands, whichever is nearer to the integral.
+///
+/// An instrument of the belief about the speed alone: wheels and commands do not depend on it.
+
+#include <array>
+#include <cstddef>
+#include <optional>
+
+namespace jackal_aic {
+
+/// What the body does relative to its wheels.
+enum class Traction {
+  rolls,   ///< it follows its wheels
+  slides,  ///< its tyres slide: wheels spin up or are locked
+  stands   ///< it stands although its wheels turn
+};
+
+/// Belief about the forward speed of the body beside that of its wheels. Does not allocate.
+class TractionBelief {
+ public:
+  /// Longest time that one acceleration stands for [s]; after a longer one the wheels are believed.
+  static constexpr double kLongestStep = 0.15;
+
+  /// @param turning_centre l, how far the centre of turning lies ahead of the IMU [m].
+  explicit TractionBelief(double turning_centre) : turning_centre_(turning_centre) {}
+
+  /// Lets a step [s] pass: between two measurements a body that slides goes on with the last acceleration,
+  /// as far as tyres can be the cause of it.
+  void predict(double step);
+
+  /// Takes a forward acceleration free of gravity, the mean since the last one [m/s^2], of variance [(m/s^2)^2].
+  /// @param wheels v_w now [m/s]; @param yaw_rate theta_dot [rad/s]; @param step since the last measurement [s].
+  void correct(double wheels, double acceleration, double variance, double yaw_rate, double step);
+
+  /// No acceleration was measured, or none that counts, for a step [s]. @param wheels v_w now [m/s].
+  void miss(double wheels, double step);
+
+  /// Goes on with another centre of turning [m].
+  void setTurningCentre(double turning_centre) { turning_centre_ = turning_centre; }
+
+  /// Begins anew with the next measurement; what was learned of the accelerometer stays.
+  void restart();
+
+  /// Believes the wheels, v_w [m/s]; what was learned of the accelerometer stays.
+  void reset(double wheels);
+
+  /// x_dot [m/s]. @param wheels v_w now [m/s].
+  double speed(double wheels) const { return traction_ == Traction::rolls ? wheels : speed_; }
+
+  Traction traction() const { return traction_; }  ///< the hypothesis believed
+  double variance() const { return variance_; }    ///< of x_dot - v_w, by the accelerometer's noise [(m/s)^2]
+
+ private:
+  /// Integrals from the start up to a time.
+  struct Past {
+    double time = 0.0;      // [s]
+    double wheels = 0.0;    // v_w [m/s]
+    double body = 0.0;      // integral of a [m/s]
+    double variance = 0.0;  // of it [(m/s)^2]
+    double turning = 0.0;   // integral of theta_dot^2 [rad^2/s]
+  };
+
+  /// What changed from a time in the past until now.
+  struct Change {
+    double time, wheels, body, variance, turning;
+    double error() const { return wheels - body; }  // D
+  };
+
+  Change since(double time) const;
+  Change sinceOldest() const;
+  Change sinceThen(const Past& then) const;
+  std::size_t oldest() const;
+  void remember();
+  void learnNoise(double acceleration, double variance, double step);
+  double bound(const Change& change) const;
+  std::optional<Change> againstRolling() const;
+  void roll(double step);
+  void slide(double gap_before, double acceleration, double step);
+  void stand();
+  void beginToRoll();
+  void beginToSlide(double speed, const Change& surprise);
+  void beginToStand();
+  void forgetPast();
+
+  static constexpr double kNever = 1e9;       // s
+  static constexpr double kSpacing = 0.0199;  // s between two remembered
+  static constexpr std::size_t kRemembered = 64;
+
+  double turning_centre_;
+  double offset_ = 0.0;                    // b [m/s^2]
+  double quick_ = 0.0;                     // variance of a, by what successive ones differ by [(m/s^2)^2]
+  double slow_ = 1e-9;                     // likewise, by what every third differ by [(m/s^2)^2]
+  double variance_rate_ = 0.0;             // of the integral of a, per second, now [(m/s)^2/s]
+  double factor_ = 1.0;                    // lambda, of the variance of its integral
+  std::array<double, 7> accelerations_{};  // the last ones [m/s^2]
+  double jolt_ = 0.0;                      // fastest change of the body lately [m/s]
+  double fastest_ = 0.0;                   // acceleration of the wheels lately, for sensors that are late [m/s^2]
+  double missed_ = kNever;                 // since the last acceleration [s]
+  double listened_ = 0.0;                  // to accelerations [s]
+  double measured_ = 0.0;                  // the last acceleration, as it came [m/s^2]
+  Past now_;
+  std::array<Past, kRemembered> past_;
+  std::size_t newest_ = 0, remembered_ = 0;
+  Traction traction_ = Traction::rolls;
+  double surprise_ = 0.0;         // for how long rolling had been contradicted when it began to slide [s]
+  double sliding_ = 0.0;          // for how long [s]
+  double turning_before_ = 0.0;   // integral of theta_dot^2 when it began to slide
+  double speed_ = 0.0;            // x_dot [m/s]
+  double corrected_speed_ = 0.0;  // at the last measurement [m/s]
+  double variance_ = 0.0;
+};
+
+}  // namespace jackal_aic

@@ -1,0 +1,236 @@
+#include "jackal_aic/model/traction_belief.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "jackal_aic/model/gravity.hpp"
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kWindow = 1.0;           // W [s]
+constexpr double kRounding = 1e-6;        // s
+constexpr double kJolt = 0.1;             // s, within which a collision takes the body's speed
+constexpr double kShare = 0.6;            // ... most of it
+constexpr double kCollision = 0.3;        // W_c [s]
+constexpr double kOffsetMemory = 5.0;     // of b [s]
+constexpr double kFactorMemory = 5.0;     // of lambda [s]
+constexpr double kLargestFactor = 25.0;   // of lambda
+constexpr double kVibrationMemory = 1.0;  // [s]
+constexpr double kSurprise = 25.0;        // of vibration: a jolt is none
+constexpr double kBound = 6.0;            // standard deviations of D that noise may make
+constexpr double kLeast = 0.15;           // m/s; D that tyres which grip may make
+constexpr double kOpposed = 0.8;          // Delta v_w by D of a body that does not go against its wheels
+constexpr double kStopped = 0.3;          // part of its speed that a body which was stopped may seem to have
+constexpr double kMissed = 5.0;           // m/s^2, that an acceleration may have been which was not measured
+constexpr double kListening = 0.5;        // s, before which the noise is not known
+constexpr double kLate = 0.05;            // s, by which the wheels may be measured later than the body
+constexpr double kFastest = 3.0;          // m/s^2, of wheels that bring the body along
+constexpr double kScale = 0.1;            // of Delta v_w: scale of the accelerometer, and a body that pitches
+constexpr double kLateMemory = 0.2;       // s, for which that matters
+constexpr double kCentre = 0.2;           // m, by which the centre of turning may lie elsewhere
+constexpr double kStraight = 0.02;        // m/s^2, centripetal, that matters to nobody
+constexpr double kMet = 0.02;             // m/s; difference of a body that has met its wheels
+constexpr double kQuiet = 0.2;            // s, for which a body and its wheels keep their speed
+constexpr double kKept = 0.03;            // m/s, within which they keep it, beside noise
+constexpr double kTurns = 0.08;           // m/s; wheels that turn
+constexpr double kDoubt = 0.5;            // s, after which the nearer hypothesis is taken
+constexpr double kUnsure = 1.0;           // s, after which the wheels are believed as long as noise may be the reason
+constexpr double kLongestSlide = 3.0;     // s; what is longer would be an error of the accelerometer
+constexpr double kSmallerOfTwo =
+    0.44;                        // mean square of the smaller of two differences of noise in a row, by that of one
+constexpr double kMargin = 2.0;  // of the variance of vibration, of which half a second tells little
+constexpr double kMostColoured = 0.6;  // of rho
+
+}  // namespace
+
+TractionBelief::Change TractionBelief::sinceThen(const Past& then) const {
+  return {now_.time - then.time, now_.wheels - then.wheels, now_.body - then.body, now_.variance - then.variance,
+          now_.turning - then.turning};
+}
+
+TractionBelief::Change TractionBelief::since(double time) const {
+  const Past* first = &now_;
+  for (std::size_t i = 0; i < remembered_; ++i) {
+    const Past& past = past_[(newest_ + kRemembered - i) % kRemembered];
+    if (now_.time - past.time > time + kRounding) break;
+    first = &past;
+  }
+  return sinceThen(*first);
+}
+
+TractionBelief::Change TractionBelief::sinceOldest() const { return sinceThen(past_[oldest()]); }
+
+std::size_t TractionBelief::oldest() const { return (newest_ + kRemembered + 1 - remembered_) % kRemembered; }
+
+/// What is older than the window is forgotten.
+void TractionBelief::remember() {
+  while (remembered_ > 1 && now_.time - past_[oldest()].time > kWindow + kRounding) --remembered_;
+  if (remembered_ > 0 && now_.time - past_[newest_].time < kSpacing) return;
+  newest_ = (newest_ + 1) % kRemembered;
+  past_[newest_] = now_;
+  remembered_ = std::min(remembered_ + 1, kRemembered);
+}
+
+void TractionBelief::learnNoise(double acceleration, double variance, double step) {
+  std::rotate(accelerations_.begin(), accelerations_.end() - 1, accelerations_.end());
+  accelerations_.front() = acceleration;
+  const double share = step / (step + kVibrationMemory);
+  // The smaller of two differences in a row: a body that begins to accelerate makes one.
+  const auto learn = [&](double& vibration, std::size_t lag) {
+    const double last = accelerations_[0] - accelerations_[lag], before = accelerations_[lag] - accelerations_[2 * lag];
+    const double smaller = 0.5 * std::min(last * last, before * before) / kSmallerOfTwo;
+    vibration += share * (std::min(smaller, kSurprise * std::max(vibration, variance)) - vibration);
+  };
+  learn(quick_, 1);
+  learn(slow_, 3);
+  // Of noise that is correlated by rho from sample to sample a mean varies by (1 + rho)/(1 - rho) as much.
+  const double rho = std::clamp(1.0 - quick_ / slow_, 0.0, kMostColoured);
+  const double added = step * step * std::max(variance, kMargin * slow_ * (1.0 + rho) / (1.0 - rho));
+  now_.variance += added;
+  variance_rate_ = added / step;
+}
+
+double TractionBelief::bound(const Change& change) const {
+  return kBound * std::sqrt(factor_ * change.variance) + kLate * std::min(fastest_, kFastest) +
+         kScale * std::abs(change.wheels) + kCentre * change.turning;
+}
+
+std::optional<TractionBelief::Change> TractionBelief::againstRolling() const {
+  if (listened_ < kListening) return std::nullopt;
+  const auto surprises = [this](const Change& change) {
+    return std::abs(change.error()) > std::max(kLeast, bound(change));
+  };
+  const Change collision = since(kCollision);
+  const double remains = now_.wheels - collision.error();
+  const bool stopped = std::abs(remains) < kStopped * std::abs(now_.wheels);
+  if (surprises(collision) && stopped && jolt_ > kShare * std::abs(collision.error())) return collision;
+  const Change window = sinceOldest();
+  const double by_wheels = window.error() < 0.0 ? -window.wheels : window.wheels;
+  if (surprises(window) && by_wheels > kOpposed * std::abs(window.error())) return window;
+  return std::nullopt;
+}
+
+void TractionBelief::predict(double step) {
+  if (traction_ == Traction::slides) speed_ += step * std::clamp(accelerations_.front(), -kGravity, kGravity);
+}
+
+void TractionBelief::correct(double wheels, double acceleration, double variance, double yaw_rate, double since_last) {
+  // An accelerometer that repeats itself to the bit says nothing new, or nothing at all.
+  if (acceleration == std::exchange(measured_, acceleration)) return miss(wheels, since_last);
+  const double step = since_last + std::exchange(missed_, 0.0);
+  if (step > kLongestStep) return reset(wheels);
+  const double a = acceleration - turning_centre_ * yaw_rate * yaw_rate - offset_;
+  const double gap = corrected_speed_ - now_.wheels;
+  fastest_ = std::max(fastest_ * kLateMemory / (step + kLateMemory), std::abs(wheels - now_.wheels) / step);
+  learnNoise(a, variance, step);
+  listened_ += step;
+  const double turned = step * yaw_rate * yaw_rate;
+  now_ = {now_.time + step, wheels, now_.body + step * a, now_.variance, now_.turning + turned};
+  remember();
+  jolt_ = std::max(jolt_ * kCollision / (step + kCollision), std::abs(since(kJolt).body));
+  switch (traction_) {
+    case Traction::rolls:
+      roll(step);
+      break;
+    case Traction::slides:
+      slide(gap, a, step);
+      break;
+    case Traction::stands:
+      stand();
+      break;
+  }
+  corrected_speed_ = speed_;
+}
+
+void TractionBelief::miss(double wheels, double step) {
+  missed_ += step;
+  now_.variance += step * step * kMissed * kMissed;
+  if (missed_ > kLongestStep) reset(wheels);
+}
+
+void TractionBelief::roll(double step) {
+  speed_ = now_.wheels;
+  if (const auto change = againstRolling()) return beginToSlide(now_.wheels - change->error(), *change);
+  const Change window = sinceOldest();
+  // In a turn the mean of a is that of an unknown centre.
+  const bool straight = kCentre * window.turning < kStraight * window.time;
+  const bool keeps = window.time > 0.5 * kWindow && std::abs(window.wheels) < kKept && straight;
+  if (!keeps) return;
+  // db/dt = (mean of a)/T while the speed is kept
+  offset_ += step / (step + kOffsetMemory) * window.body / window.time;
+  if (std::abs(now_.wheels) < kTurns) return;
+  const double squared = window.error() * window.error() / window.variance;
+  factor_ = std::clamp(factor_ + step / (step + kFactorMemory) * (squared - factor_), 1.0, kLargestFactor);
+}
+
+void TractionBelief::slide(double gap_before, double acceleration, double step) {
+  sliding_ += step;
+  speed_ = corrected_speed_ + step * acceleration;
+  variance_ += variance_rate_ * step;
+  const double gap = speed_ - now_.wheels;
+  const bool met = gap_before * gap <= 0.0 || std::abs(gap) < kMet;
+  const bool unknown = kCentre * (now_.turning - turning_before_) > std::max(kLeast, std::abs(gap));
+  if (met || unknown) return beginToRoll();
+  const Change quiet = since(kQuiet);
+  const bool keeps = sliding_ > kQuiet && std::abs(quiet.body) < kKept + std::sqrt(quiet.variance);
+  const bool late = sliding_ > kLongestSlide;
+  if (!keeps && !late) return;
+  const double wheels = std::abs(now_.wheels);
+  const double stopped = sliding_ > kDoubt ? 0.5 : kStopped;
+  // The noise is what it is now: when the slide began it may just have grown. A collision makes some of its own.
+  const bool collided = surprise_ <= kCollision + kRounding;
+  const double noise = kBound * std::sqrt(factor_ * variance_rate_ * surprise_);
+  const bool sure = collided || std::abs(gap) > noise;
+  if (sure && wheels > kTurns && std::abs(speed_) < stopped * wheels) return beginToStand();
+  if (late || (!sure && sliding_ > kUnsure) || (std::abs(quiet.wheels) < kKept && std::abs(gap) < kStopped * wheels))
+    beginToRoll();
+}
+
+void TractionBelief::stand() {
+  const Change window = sinceOldest();
+  if (std::abs(now_.wheels) < kTurns) return beginToRoll();
+  if (std::abs(window.body) < std::max(kLeast, bound(window))) return;
+  const bool follows = std::abs(window.error()) < 0.5 * std::abs(window.wheels);
+  follows ? beginToRoll() : beginToSlide(window.body, window);
+}
+
+void TractionBelief::beginToRoll() {
+  traction_ = Traction::rolls;
+  speed_ = now_.wheels;
+  variance_ = 0.0;
+  forgetPast();
+}
+
+void TractionBelief::beginToSlide(double speed, const Change& surprise) {
+  traction_ = Traction::slides;
+  speed_ = speed;
+  variance_ = surprise.variance;
+  surprise_ = surprise.time;
+  sliding_ = 0.0;
+  turning_before_ = now_.turning;
+}
+
+void TractionBelief::beginToStand() {
+  traction_ = Traction::stands;
+  speed_ = variance_ = 0.0;
+  forgetPast();
+}
+
+void TractionBelief::forgetPast() {
+  remembered_ = 0;
+  remember();
+}
+
+void TractionBelief::restart() {
+  missed_ = kNever;
+  beginToRoll();
+}
+
+void TractionBelief::reset(double wheels) {
+  now_.wheels = corrected_speed_ = wheels;
+  beginToRoll();
+}
+
+}  // namespace jackal_aic

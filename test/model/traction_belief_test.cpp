@@ -1,0 +1,229 @@
+#include "jackal_aic/model/traction_belief.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kPeriod = 0.02;
+constexpr double kDeviation = 0.05;
+constexpr double kVariance = kDeviation * kDeviation;
+
+/// Wheels and a body on its way, each with an acceleration of its own.
+class Robot {
+ public:
+  explicit Robot(double turning_centre = 0.0, double noise = kDeviation) : belief(turning_centre), noise_(noise) {
+    belief.reset(0.0);
+  }
+
+  /// Goes on for a time [s] with the accelerations of wheels and body [m/s^2].
+  void drive(double time, double wheels, double body, double measured_offset = 0.0) {
+    for (int k = 0; k < std::lround(time / kPeriod); ++k) {
+      wheel_speed += wheels * kPeriod;
+      body_speed += body * kPeriod;
+      belief.correct(wheel_speed, body + measured_offset + noise_(random_), kVariance, yaw_rate, kPeriod);
+      slid = slid || belief.traction() != Traction::rolls;
+    }
+  }
+
+  double error() const { return belief.speed(wheel_speed) - body_speed; }
+
+  TractionBelief belief;
+  double wheel_speed = 0.0, body_speed = 0.0, yaw_rate = 0.0;
+  bool slid = false;
+
+ private:
+  std::mt19937 random_{1};
+  struct Noise {
+    explicit Noise(double deviation) : deviation(deviation) {}
+    double operator()(std::mt19937& random) { return deviation * normal(random); }
+    double deviation;
+    std::normal_distribution<double> normal;
+  } noise_;
+};
+
+TEST(TractionBelief, WheelsThatGripAreBelieved) {
+  for (const double noise : {0.05, 0.3}) {
+    Robot robot(0.0, noise);
+    for (int cycle = 0; cycle < 20; ++cycle) {
+      robot.drive(1.0, 1.5, 1.5);
+      robot.drive(1.0, 0.0, 0.0);
+      robot.drive(1.0, -1.5, -1.5);
+      robot.drive(1.0, 0.0, 0.0);
+    }
+    EXPECT_FALSE(robot.slid) << noise;
+    EXPECT_EQ(robot.belief.speed(0.7), 0.7);
+    EXPECT_EQ(robot.belief.variance(), 0.0);
+  }
+}
+
+TEST(TractionBelief, WheelsThatSpinUpAreLeftToTheAccelerometerUntilTheBodyHasMetThem) {
+  Robot robot;
+  robot.drive(1.0, 0.0, 0.0);
+  robot.drive(0.6, 1.65, 1.0);
+  EXPECT_EQ(robot.belief.traction(), Traction::slides);
+  EXPECT_NEAR(robot.error(), 0.0, 0.03);
+  EXPECT_GT(robot.belief.variance(), 0.0);
+  robot.drive(0.42, 0.0, 0.99 - 0.02);
+  robot.body_speed = robot.wheel_speed;
+  robot.drive(0.3, 0.0, 0.0);
+  EXPECT_EQ(robot.belief.traction(), Traction::rolls);
+  EXPECT_EQ(robot.belief.variance(), 0.0);
+}
+
+TEST(TractionBelief, BodyThatSlidesGoesOnBetweenMeasurements) {
+  Robot robot;
+  robot.drive(1.0, 0.0, 0.0);
+  robot.drive(0.6, 1.65, 1.0);
+  ASSERT_EQ(robot.belief.traction(), Traction::slides);
+  const double before = robot.belief.speed(robot.wheel_speed);
+  for (int k = 0; k < 20; ++k) robot.belief.predict(0.001);
+  EXPECT_NEAR(robot.belief.speed(robot.wheel_speed) - before, 0.02, 3.0 * 0.02 * kDeviation);
+  robot.drive(kPeriod, 1.65, 1.0);
+  EXPECT_NEAR(robot.error(), 0.0, 0.03) << "not counted twice";
+}
+
+TEST(TractionBelief, LockedWheelsSlide) {
+  Robot robot;
+  robot.drive(1.0, 1.0, 1.0);
+  robot.drive(1.0, 0.0, 0.0);
+  robot.drive(0.5, -2.0, -1.0);
+  EXPECT_EQ(robot.belief.traction(), Traction::slides);
+  EXPECT_NEAR(robot.error(), 0.0, 0.03);
+}
+
+TEST(TractionBelief, BodyThatStandsAgainstSomethingIsToldWithinASecondAndForAsLong) {
+  Robot robot;
+  robot.drive(1.0, 0.0, 0.0);
+  robot.drive(0.3, 1.65, 0.0);
+  robot.drive(0.7, 0.0, 0.0);
+  EXPECT_EQ(robot.belief.traction(), Traction::stands);
+  EXPECT_NEAR(robot.error(), 0.0, 1e-9);
+  robot.drive(60.0, 0.0, 0.0);
+  EXPECT_EQ(robot.belief.traction(), Traction::stands);
+  robot.drive(0.3, 1.0, 0.0);
+  EXPECT_EQ(robot.belief.traction(), Traction::stands) << "wheels alone are faster";
+  robot.drive(0.8, -1.0, 0.0);
+  EXPECT_EQ(robot.belief.traction(), Traction::rolls) << "wheels stand too";
+}
+
+TEST(TractionBelief, BodyThatIsFreeAgainGoesOn) {
+  Robot robot;
+  robot.drive(1.0, 0.0, 0.0);
+  robot.drive(0.4, 1.65, 0.0);
+  robot.drive(2.0, 0.0, 0.0);
+  ASSERT_EQ(robot.belief.traction(), Traction::stands);
+  robot.drive(0.32, 0.0, 2.0);
+  EXPECT_NE(robot.belief.traction(), Traction::stands);
+  EXPECT_NEAR(robot.error(), 0.0, 0.05);
+  robot.body_speed = robot.wheel_speed;
+  robot.drive(0.5, 0.0, 0.0);
+  EXPECT_EQ(robot.belief.traction(), Traction::rolls);
+}
+
+TEST(TractionBelief, CollisionStopsTheBodyThoughTheWheelsTurnOn) {
+  Robot robot;
+  robot.drive(0.5, 1.0, 1.0);
+  robot.drive(2.0, 0.0, 0.0);
+  robot.drive(0.04, 0.0, -12.5);
+  robot.drive(0.4, 0.0, 0.0);
+  EXPECT_EQ(robot.belief.traction(), Traction::stands);
+  EXPECT_NEAR(robot.error(), 0.0, 1e-9);
+}
+
+TEST(TractionBelief, SlopeThatAnImuWithoutAttitudeFeelsIsNoSlide) {
+  Robot robot;
+  robot.drive(0.5, 1.0, 1.0);
+  for (const double degrees : {3.0, 0.0, -3.0, 5.0, 0.0}) {
+    robot.drive(3.0, 0.0, 0.0, 9.81 * std::sin(degrees * M_PI / 180.0));
+  }
+  EXPECT_FALSE(robot.slid);
+}
+
+TEST(TractionBelief, OffsetOfTheAccelerometerIsLearnedWhileTheSpeedIsKept) {
+  Robot robot;
+  robot.drive(20.0, 0.0, 0.0, 0.3);
+  robot.drive(0.6, 1.65, 1.0, 0.3);
+  EXPECT_EQ(robot.belief.traction(), Traction::slides);
+  EXPECT_NEAR(robot.error(), 0.0, 0.03);
+}
+
+TEST(TractionBelief, CentripetalAccelerationIsNoChangeOfSpeed) {
+  constexpr double kCentre = 0.3, kYawRate = 0.7;  // IMU behind the centre of turning: it is pulled forward
+  Robot knows(kCentre), does_not;
+  for (Robot* robot : {&knows, &does_not}) {
+    robot->drive(1.0, 0.0, 0.0);
+    robot->yaw_rate = kYawRate;
+    robot->drive(0.8, 1.65, 0.9, kCentre * kYawRate * kYawRate);
+    EXPECT_EQ(robot->belief.traction(), Traction::slides);
+  }
+  EXPECT_NEAR(knows.error(), 0.0, 0.03);
+  EXPECT_GT(does_not.error(), 0.09);
+}
+
+TEST(TractionBelief, FastTurnOfUnknownCentreIsNoSlide) {
+  Robot robot;
+  robot.drive(0.5, 1.0, 1.0);
+  robot.yaw_rate = 2.0;
+  robot.drive(5.0, 0.0, 0.0, 0.1 * 4.0);
+  robot.drive(0.3, 1.0, 1.0, 0.1 * 4.0);
+  EXPECT_FALSE(robot.slid);
+  robot.yaw_rate = 0.0;
+  robot.drive(0.5, -1.0, -1.0);
+  robot.drive(5.0, 0.0, 0.0);
+  EXPECT_FALSE(robot.slid) << "what the accelerometer showed of the turn is not its offset";
+}
+
+TEST(TractionBelief, VibrationIsNoSlide) {
+  Robot robot(0.0, 2.0);
+  robot.drive(5.0, 0.0, 0.0);
+  robot.slid = false;
+  for (int cycle = 0; cycle < 100; ++cycle) {
+    robot.drive(0.6, 1.65, 1.65);
+    robot.drive(2.0, 0.0, 0.0);
+    robot.drive(0.6, -1.65, -1.65);
+    robot.drive(2.0, 0.0, 0.0);
+  }
+  EXPECT_FALSE(robot.slid);
+}
+
+TEST(TractionBelief, RobotThatDrivesWhenItIsFirstMeasuredIsNoSlide) {
+  Robot robot;
+  robot.wheel_speed = robot.body_speed = 1.5;
+  robot.drive(0.02, 0.0, 0.0);
+  robot.belief.restart();
+  robot.wheel_speed = robot.body_speed = -1.5;
+  robot.drive(2.0, 0.0, 0.0);
+  EXPECT_FALSE(robot.slid);
+}
+
+TEST(TractionBelief, AccelerometerThatRepeatsItselfSaysNothing) {
+  Robot robot(0.0, 0.0);
+  robot.drive(1.0, 0.0, 0.0);
+  robot.drive(0.6, 1.65, 0.0);
+  robot.drive(2.0, 0.0, 0.0);
+  EXPECT_FALSE(robot.slid);
+}
+
+TEST(TractionBelief, OneAccelerationThatIsMissingIsBridgedALongGapEndsTheSlide) {
+  Robot robot;
+  robot.drive(1.0, 0.0, 0.0);
+  robot.drive(0.5, 1.65, 1.0);
+  ASSERT_EQ(robot.belief.traction(), Traction::slides);
+  robot.belief.miss(robot.wheel_speed, kPeriod);
+  robot.wheel_speed += 1.65 * kPeriod;
+  robot.body_speed += kPeriod;
+  robot.drive(kPeriod, 1.65, 1.0);
+  EXPECT_EQ(robot.belief.traction(), Traction::slides);
+  EXPECT_NEAR(robot.error(), 0.0, 0.03);
+  robot.belief.correct(robot.wheel_speed, 0.0, kVariance, 0.0, 0.5);
+  EXPECT_EQ(robot.belief.traction(), Traction::rolls);
+  EXPECT_EQ(robot.belief.speed(0.7), 0.7);
+}
+
+}  // namespace
+}  // namespace jackal_aic
