@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <boost/program_options.hpp>
 #include <cmath>
 #include <limits>
@@ -123,8 +124,31 @@ struct Finding {
   bool stable = false;
 };
 
-Finding certificateOf(const ControllerFile& file, const PlantModel& plant) {
-  const Certificate certificate = certify(file.controller, file.geometry, plant);
+/// The worst over the corners of an identified plant's confidence box, each by its certificate; true if it is stable,
+/// or there is no box.
+template <class Certify>
+bool addBox(Figures& figures, const PlantModel& plant, const Certify& certificate_on) {
+  const std::vector<PlantModel> corners = confidenceBox(plant);
+  if (corners.size() < 2) return true;
+  double radius = 0.0, gain = kLargestGainMargin, delay = kLargestDelayMargin;
+  bool stable = true;
+  for (const PlantModel& corner : corners) {
+    const auto certificate = certificate_on(corner);
+    stable = stable && certificate.stable();
+    radius = std::max(radius, certificate.loop_spectral_radius);
+    gain = std::min(gain, certificate.gain_margin);
+    delay = std::min(delay, certificate.delay_margin);
+  }
+  figures.push_back({"confidence_box", "at the worst corner of the plant's confidence box", "",
+                     Figures{{"loop_spectral_radius", "spectral radius of the loop", "(stable below 1)", radius},
+                             {"gain_margin", "gain margin", "x the action gain", gain},
+                             {"delay_margin_s", "delay margin", "s more dead time", delay},
+                             {"stable", "stable", "", stable}}});
+  return stable;
+}
+
+Finding certificateOf(const ControllerFile& file, const ControllerParameters& gains, const PlantModel& plant) {
+  const Certificate certificate = certify(gains, file.geometry, plant);
   Figures figures = verdictFigures(certificate);
   const Figures margins = marginFigures(certificate);
   figures.push_back(margins.front());
@@ -133,36 +157,41 @@ Finding certificateOf(const ControllerFile& file, const PlantModel& plant) {
   figures.push_back({"period_s", "common period of the timers", "s", certificate.period});
   figures.push_back({"straight", "driving straight", "", modeFigures(certificate.straight)});
   figures.push_back({"turn", "turning", "", modeFigures(certificate.turn)});
-  figures.push_back(sensitivityFigures(sensitivities(file.controller, file.geometry, plant)));
+  const bool box_stable =
+      addBox(figures, plant, [&](const PlantModel& corner) { return certify(gains, file.geometry, corner); });
+  figures.push_back(sensitivityFigures(sensitivities(gains, file.geometry, plant)));
   figures.push_back({"plant_model", "on the robot", "", plantFigures(plant)});
-  figures.push_back({"advice", "", "", advice(certificate, file.controller, file.geometry, plant)});
-  return {figures, certificate.stable()};
+  figures.push_back({"advice", "", "", advice(certificate, gains, file.geometry, plant)});
+  return {figures, certificate.stable() && box_stable};
 }
 
 /// Of a clock on which every period has a phase, a delay and maybe a lost sample of its own.
-Figure jitterFigures(const PredictiveFile& file, const PlantModel& robot) {
-  const JitterMargins margins = jitterMargins(PredictiveLinearLoop(file.parameters, file.model.value_or(robot), robot));
+Figure jitterFigures(const PredictiveParameters& gains, const PlantModel& model, const PlantModel& robot) {
+  const JitterMargins margins = jitterMargins(PredictiveLinearLoop(gains, model, robot));
   const Figures figures{{"any_phase", "stable with phases in any order", "", margins.any_phase},
                         {"jitter_margin_s", "delays in any order, certified up to", "s more dead time", margins.delay},
                         {"lost_samples", "samples lost in a row, certified", "", static_cast<double>(margins.lost)}};
   return {"jitter", "on a clock that is irregular", "", figures};
 }
 
-Finding certificateOf(const PredictiveFile& file, const PlantModel& robot, bool jitter) {
+Finding certificateOf(const ControllerFile& file, const PredictiveParameters& gains, const PlantModel& robot,
+                      bool jitter) {
   const PlantModel model = file.model.value_or(robot);
-  const PredictiveCertificate certificate = certify(file.parameters, model, robot);
+  const PredictiveCertificate certificate = certify(gains, model, robot);
   Figures figures = verdictFigures(certificate);
   const Figures margins = marginFigures(certificate);
   figures.insert(figures.end(), margins.begin(), margins.end());
   figures.push_back({"delay_reduction_s", "delay reduction", "s less dead time", certificate.delay_reduction});
   figures.push_back({"stable", "stable", "", certificate.stable()});
   figures.push_back({"period_s", "common period of the timers", "s", certificate.period});
-  if (jitter) figures.push_back(jitterFigures(file, robot));
-  figures.push_back(sensitivityFigures(sensitivities(file.parameters, model, robot)));
+  const bool box_stable =
+      addBox(figures, robot, [&](const PlantModel& corner) { return certify(gains, model, corner); });
+  if (jitter) figures.push_back(jitterFigures(gains, model, robot));
+  figures.push_back(sensitivityFigures(sensitivities(gains, model, robot)));
   figures.push_back({"plant_model", "as the controller believes the robot", "", plantFigures(model)});
   figures.push_back({"robot", "on the robot", "", plantFigures(robot)});
-  figures.push_back({"advice", "", "", advice(certificate, file.parameters, model, robot)});
-  return {figures, certificate.stable()};
+  figures.push_back({"advice", "", "", advice(certificate, gains, model, robot)});
+  return {figures, certificate.stable() && box_stable};
 }
 
 Gain gainNamed(const std::string& name) {
@@ -174,9 +203,8 @@ Gain gainNamed(const std::string& name) {
   throw ParameterError("range = '" + name + "': expected one of " + names);
 }
 
-Finding rangeOf(const ControllerFile& file, const PlantModel& plant, Gain gain) {
+Finding rangeOf(const ControllerFile& file, ControllerParameters controller, const PlantModel& plant, Gain gain) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  ControllerParameters controller = file.controller;
   const auto range = stableRange(controller, file.geometry, plant, gain);
   const bool stable = isStable(LinearLoop(controller, file.geometry, plant));
   const Figures figures{{"parameter", "parameter", "", std::string(kGainNames[static_cast<std::size_t>(gain)])},
@@ -228,16 +256,16 @@ int analyze(const std::vector<std::string>& arguments, std::ostream& out) {
   const PlantModel plant =
       given.count("plant") > 0 ? readPlantFile(given["plant"].as<std::string>()).model : PlantModel{};
   const bool ranged = given.count("range") > 0, jitter = given.count("jitter") > 0;
+  const ControllerFile file = readControllerFile(path);
   Finding finding;
-  if (describesPredictive(path)) {
+  if (const auto* predictive = std::get_if<PredictiveParameters>(&file.controller)) {
     if (ranged) throw ParameterError("range: only for the gains of controller.*");
-    finding = certificateOf(readPredictiveFile(path), plant, jitter);
-  } else if (jitter) {
-    throw ParameterError("jitter: only for the gains of predictive.*");
-  } else if (ranged) {
-    finding = rangeOf(readControllerFile(path), plant, gainNamed(given["range"].as<std::string>()));
+    finding = certificateOf(file, *predictive, plant, jitter);
   } else {
-    finding = certificateOf(readControllerFile(path), plant);
+    if (jitter) throw ParameterError("jitter: only for the gains of predictive.*");
+    const auto& gains = std::get<ControllerParameters>(file.controller);
+    finding = ranged ? rangeOf(file, gains, plant, gainNamed(given["range"].as<std::string>()))
+                     : certificateOf(file, gains, plant);
   }
   out << (given.count("json") > 0 ? json(finding.figures) + "\n" : table(finding.figures));
   return finding.stable ? 0 : 1;

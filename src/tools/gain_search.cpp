@@ -1,11 +1,16 @@
 #include "gain_search.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <mutex>
 #include <nlopt.hpp>
+#include <tuple>
+#include <utility>
 
+#include "jackal_aic/certificate/predictive_certificate.hpp"
 #include "jackal_plant.hpp"
 #include "parallel.hpp"
 
@@ -19,6 +24,7 @@ constexpr double kErrorAreaWeight = 0.5;    // 1/s; leads the search where the s
 constexpr double kOthersWeight = 0.05;      // of the settling times that are not the longest
 constexpr double kReserve = 0.9;            // part of a bar that the search keeps to
 constexpr int kRounds = 3;                  // of the local search, each with the trials that the one before missed
+constexpr double kSameCost = 1e-3;          // s of settling, less than which ends a local search
 constexpr std::size_t kMostJoining = 3;     // trials
 
 double rounded(double value) {
@@ -26,32 +32,55 @@ double rounded(double value) {
   return std::round(value * scale) / scale;
 }
 
-/// The vector that is searched: logarithms of tau, kappa_mu, kappa_a, the state variances and the sensory variances
-/// from order 1.
+/// A gain that is searched, and where.
+template <class Parameters>
+struct SearchedGain {
+  double Parameters::*value;
+  Bounds bounds;
+};
+
+constexpr SearchedGain<PredictiveParameters> kPredictiveGains[] = {
+    {&PredictiveParameters::action_learning_rate, {0.1, 1.0}},
+    {&PredictiveParameters::reference_time, {1e-3, 1.0}},
+    {&PredictiveParameters::speed_process_noise, {1e-4, 10.0}},
+    {&PredictiveParameters::disturbance_process_noise, {1e-4, 10.0}},
+    {&PredictiveParameters::yaw_process_noise, {1e-6, 0.1}},
+    {&PredictiveParameters::dead_time_deviation, {1e-3, 0.1}},
+    {&PredictiveParameters::yaw_delay_deviation, {0.01, 0.5}},
+    {&PredictiveParameters::slip_time_constant, {0.1, 10.0}}};
+
+/// The vector that is searched: logarithms of the gains that searchGains() names.
 class SearchSpace {
  public:
-  SearchSpace(const ControllerParameters& fixed, double sensor_rate)
-      : fixed_(fixed), bounds_{{1e-4, 1.0}, {1e-3, 1e3}, {0.3, 300.0}} {  // tau, kappa_mu, kappa_a
-    for (int i = 0; i <= fixed.orders; ++i) bounds_.push_back({1e-4, 1e6});
-    for (int i = 1; i <= fixed.orders; ++i) {
-      bounds_.push_back({lowestSensoryVariance(i, fixed.sensory_variances[0], sensor_rate), 1e12});
+  SearchSpace(const Gains& fixed, double sensor_rate) : fixed_(fixed) {
+    if (const auto* thesis = std::get_if<ControllerParameters>(&fixed)) {
+      bounds_ = {{1e-4, 1.0}, {1e-3, 1e3}, {0.3, 300.0}};  // tau, kappa_mu, kappa_a
+      for (int i = 0; i <= thesis->orders; ++i) bounds_.push_back({1e-4, 1e6});
+      for (int i = 1; i <= thesis->orders; ++i) {
+        bounds_.push_back({lowestSensoryVariance(i, thesis->sensory_variances[0], sensor_rate), 1e12});
+      }
+    } else {
+      for (const auto& gain : kPredictiveGains) bounds_.push_back(gain.bounds);
     }
   }
 
   std::size_t size() const { return bounds_.size(); }
 
-  ControllerParameters controller(const std::vector<double>& x) const {
-    ControllerParameters controller = fixed_;
+  Gains controller(const std::vector<double>& x) const {
+    Gains controller = fixed_;
     visit(controller, [&](double& value, std::size_t i) { value = rounded(std::exp(x[i])); });
     return controller;
   }
 
-  std::vector<double> vector(ControllerParameters controller) const {
+  std::vector<double> vector(Gains controller) const {
     std::vector<double> x(size());
     visit(controller,
           [&](double& value, std::size_t i) { x[i] = std::log(std::clamp(value, bounds_[i].low, bounds_[i].high)); });
     return x;
   }
+
+  /// First step of a local search: from the linear models' gains, or, where there are none, by a factor of 2.
+  double initialStep() const { return std::holds_alternative<ControllerParameters>(fixed_) ? 0.15 : std::log(2.0); }
 
   /// One end of the bounds, as in vector().
   std::vector<double> logarithms(double Bounds::*end) const {
@@ -62,35 +91,60 @@ class SearchSpace {
 
  private:
   template <class Function>
-  static void visit(ControllerParameters& controller, const Function& function) {
+  static void visit(Gains& controller, const Function& function) {
     std::size_t i = 0;
-    for (double* gain : {&controller.tau, &controller.kappa_mu, &controller.kappa_a}) function(*gain, i++);
-    for (double& variance : controller.state_variances) function(variance, i++);
-    for (std::size_t k = 1; k < controller.sensory_variances.size(); ++k)
-      function(controller.sensory_variances[k], i++);
+    if (auto* predictive = std::get_if<PredictiveParameters>(&controller)) {
+      for (const auto& gain : kPredictiveGains) function(predictive->*gain.value, i++);
+      return;
+    }
+    auto& thesis = std::get<ControllerParameters>(controller);
+    for (double* gain : {&thesis.tau, &thesis.kappa_mu, &thesis.kappa_a}) function(*gain, i++);
+    for (double& variance : thesis.state_variances) function(variance, i++);
+    for (std::size_t k = 1; k < thesis.sensory_variances.size(); ++k) function(thesis.sensory_variances[k], i++);
   }
 
-  ControllerParameters fixed_;
+  Gains fixed_;
   std::vector<Bounds> bounds_;
 };
 
-SearchSpace searchSpace(const GainSearchTask& task, const ControllerParameters& fixed) {
+const ControllerParameters& thesisStart(const GainSearchTask& task) {
+  return std::get<ControllerParameters>(task.start.controller);
+}
+
+SearchSpace searchSpace(const GainSearchTask& task, const Gains& fixed) {
   return {fixed, task.robots.front().plant.model.sensor_rate};
 }
 
-std::array<double, 2> endsOfPhase(const LinearLoop& loop) { return {loop.longestPhase(), 0.0}; }
+template <class Loop>
+std::array<double, 2> endsOfPhase(const Loop& loop) {
+  return {loop.longestPhase(), 0.0};
+}
+
+/// The changes under which a loop with these margins is stable, at one phase; the worst first.
+std::array<LoopChange, 3> marginChanges(const MarginBounds& margins, double phase) {
+  return {LoopChange{margins.gain, 0.0, phase}, LoopChange{1.0, margins.delay, phase}, LoopChange{1.0, 0.0, phase}};
+}
 
 double marginViolation(const MarginBounds& margins, const LinearLoop& loop) {
   double radius = loop.beliefSpectralRadius();
   for (const double phase : endsOfPhase(loop)) {
-    for (const LoopChange& change :
-         {LoopChange{margins.gain, 0.0, phase}, LoopChange{1.0, margins.delay, phase}, LoopChange{1.0, 0.0, phase}}) {
+    for (const LoopChange& change : marginChanges(margins, phase)) {
       for (const LoopMode mode : {LoopMode::straight, LoopMode::turn}) {
         if (radius < kStabilityLimit) radius = std::max(radius, loop.spectralRadius(mode, change));
       }
     }
   }
   return std::max(radius, loop.spectralRadius(LoopMode::lateral)) - kStabilityLimit;
+}
+
+double marginViolation(const MarginBounds& margins, const PredictiveLinearLoop& loop) {
+  double radius = loop.beliefSpectralRadius();
+  for (const double phase : endsOfPhase(loop)) {
+    for (const LoopChange& change : marginChanges(margins, phase)) {
+      if (radius < kStabilityLimit) radius = std::max(radius, loop.spectralRadius(change));
+    }
+  }
+  return radius - kStabilityLimit;
 }
 
 /// Time [s] from which a response stays within kSearchBand of 1, between its samples, plus a little of its error's
@@ -119,8 +173,7 @@ double linearCostOn(const GainSearchTask& task, const LinearLoop& loop) {
   return cost;
 }
 
-TrialController controllerOn(const GainSearchTask& task, const ControllerParameters& controller,
-                             const SearchRobot& robot) {
+TrialController controllerOn(const GainSearchTask& task, const Gains& controller, const SearchRobot& robot) {
   return {controller, task.start.geometry, task.start.limits, robot.plant.model};
 }
 
@@ -148,10 +201,10 @@ ControllerParameters withStableAction(const GainSearchTask& task, ControllerPara
   return gains;
 }
 
-/// The local search for one number of orders.
+/// The local search on the simulated robots.
 class Descent {
  public:
-  Descent(const GainSearchTask& task, const ControllerParameters& start, std::vector<SearchTrial> trials,
+  Descent(const GainSearchTask& task, const Gains& start, std::vector<SearchTrial> trials,
           std::function<void()> evaluated)
       : task_(task),
         trials_(std::move(trials)),
@@ -166,8 +219,9 @@ class Descent {
     nlopt::opt optimizer(nlopt::LN_SBPLX, static_cast<unsigned>(space_.size()));
     optimizer.set_lower_bounds(space_.logarithms(&Bounds::low));
     optimizer.set_upper_bounds(space_.logarithms(&Bounds::high));
-    optimizer.set_initial_step(0.15);
+    optimizer.set_initial_step(space_.initialStep());
     optimizer.set_xtol_abs(3e-3);
+    optimizer.set_ftol_abs(kSameCost);
     optimizer.set_maxeval(task_.evaluations);
     optimizer.set_min_objective(&Descent::objective, this);
     std::vector<double> x = space_.vector(best_);
@@ -178,7 +232,7 @@ class Descent {
     }
   }
 
-  const ControllerParameters& best() const { return best_; }
+  const Gains& best() const { return best_; }
 
  private:
   static double objective(const std::vector<double>& x, std::vector<double>&, void* self) {
@@ -186,7 +240,7 @@ class Descent {
   }
 
   double evaluate(const std::vector<double>& x) {
-    const ControllerParameters candidate = space_.controller(x);
+    const Gains candidate = space_.controller(x);
     const double cost = gainCost(task_, candidate, trials_, best_cost_);
     if (cost < best_cost_) {  // then it is no lower bound by giving up
       best_cost_ = cost;
@@ -200,7 +254,7 @@ class Descent {
   std::vector<SearchTrial> trials_;
   SearchSpace space_;
   std::function<void()> evaluated_;
-  ControllerParameters best_;
+  Gains best_;
   double best_cost_ = 0.0;
 };
 
@@ -209,7 +263,7 @@ class Descent {
 class LinearSearch {
  public:
   LinearSearch(const GainSearchTask& task, int orders)
-      : task_(task), orders_(orders), space_(searchSpace(task, withOrders(task.start.controller, orders))) {}
+      : task_(task), orders_(orders), space_(searchSpace(task, withOrders(thesisStart(task), orders))) {}
 
   ControllerParameters run() {
     for (const auto& start : {dampedStart(task_, orders_, 0.2), shapedStart(task_, orders_)}) {
@@ -218,7 +272,7 @@ class LinearSearch {
     const ControllerParameters damped = dampedStart(task_, orders_, 0.2);
     search(nlopt::LN_SBPLX, search(nlopt::GN_CRS2_LM, space_.vector(damped), task_.linear_evaluations),
            task_.linear_evaluations / 4);
-    return space_.controller(best_);
+    return controller(best_);
   }
 
  private:
@@ -234,7 +288,7 @@ class LinearSearch {
     try {
       optimizer.optimize(x, cost);
     } catch (const nlopt::roundoff_limited&) {  // as good as it gets
-      cost = linearCost(task_, space_.controller(x));
+      cost = linearCost(task_, controller(x));
     }
     if (cost < best_cost_) {
       best_cost_ = cost;
@@ -245,7 +299,11 @@ class LinearSearch {
 
   static double objective(const std::vector<double>& x, std::vector<double>&, void* self) {
     const auto* search = static_cast<const LinearSearch*>(self);
-    return linearCost(search->task_, search->space_.controller(x));
+    return linearCost(search->task_, search->controller(x));
+  }
+
+  ControllerParameters controller(const std::vector<double>& x) const {
+    return std::get<ControllerParameters>(space_.controller(x));
   }
 
   const GainSearchTask& task_;
@@ -273,8 +331,8 @@ class WorkCounter {
   std::mutex mutex_;
 };
 
-/// The missed trials of an assessment's gains, as further trials.
-std::vector<SearchTrial> missedTrials(const GainSearchTask& task, const ControllerParameters& controller) {
+/// Trials that gains miss, the worst, as further trials.
+std::vector<SearchTrial> missedTrials(const GainSearchTask& task, const Gains& controller) {
   if (!(marginViolation(task, controller) < 0.0)) return {};  // no trial helps that
   std::vector<std::pair<double, SearchTrial>> missed;
   for (std::size_t i = 0; i < task.robots.size(); ++i) {
@@ -290,11 +348,9 @@ std::vector<SearchTrial> missedTrials(const GainSearchTask& task, const Controll
   return worst;
 }
 
-/// The whole search for one number of orders.
-ControllerParameters searchOrders(const GainSearchTask& task, int orders, WorkCounter& work) {
-  const ControllerParameters linear = LinearSearch(task, orders).run();
-  work.add(static_cast<std::size_t>(task.evaluations));
-  Descent descent(task, linear, firstTrials(task), [&] { work.add(1); });
+/// The rounds of the local search from a start.
+Gains searchFrom(const GainSearchTask& task, const Gains& start, WorkCounter& work) {
+  Descent descent(task, start, firstTrials(task), [&] { work.add(1); });
   std::vector<SearchTrial> further;
   for (int round = 0; round < kRounds; ++round) {
     descent.run(further);
@@ -304,11 +360,40 @@ ControllerParameters searchOrders(const GainSearchTask& task, int orders, WorkCo
   return descent.best();
 }
 
+/// The whole search for one number of orders.
+Gains searchOrders(const GainSearchTask& task, int orders, WorkCounter& work) {
+  const ControllerParameters linear = LinearSearch(task, orders).run();
+  work.add(static_cast<std::size_t>(task.evaluations));
+  return searchFrom(task, linear, work);
+}
+
+/// Verdict and margins of gains on a robot that need not be the model that their controller has.
+std::pair<bool, Margins> robustnessOf(const GainSearchTask& task, const Gains& gains, const PlantModel& model,
+                                      const PlantModel& robot) {
+  const auto both = [](const auto& certificate) { return std::pair<bool, Margins>(certificate.stable(), certificate); };
+  if (const auto* predictive = std::get_if<PredictiveParameters>(&gains)) {
+    return both(certify(*predictive, model, robot));
+  }
+  return both(certify(std::get<ControllerParameters>(gains), task.start.geometry, robot));
+}
+
+/// The worst of it at the corners of the robot's confidence box.
+void assessRobustness(const GainSearchTask& task, const Gains& gains, const PlantModel& model,
+                      RobotAssessment& result) {
+  std::tie(result.stable, result.margins) = robustnessOf(task, gains, model, model);
+  for (const PlantModel& corner : confidenceBox(model)) {
+    const auto [stable, margins] = robustnessOf(task, gains, model, corner);
+    result.stable = result.stable && stable;
+    result.margins.gain_margin = std::min(result.margins.gain_margin, margins.gain_margin);
+    result.margins.delay_margin = std::min(result.margins.delay_margin, margins.delay_margin);
+  }
+}
+
 void assessOn(const GainSearchTask& task, const SearchRobot& robot, unsigned jobs, GainAssessment& assessment) {
   const std::size_t missed_before = assessment.missed.size();
   RobotAssessment result;
-  result.certificate = certify(assessment.controller, task.start.geometry, robot.plant.model);
-  if (!result.certificate.stable() || !result.certificate.keeps(task.margins)) {
+  assessRobustness(task, assessment.controller, robot.plant.model, result);
+  if (!result.stable || !result.margins.keeps(task.margins)) {
     assessment.missed.push_back(robot.name + ": margins");
   }
   const std::vector<Trial> trials = trialsOf(task, robot);
@@ -342,21 +427,32 @@ double GainAssessment::settling() const {
 std::vector<Trial> trialsOf(const GainSearchTask& task, const SearchRobot& robot) {
   std::vector<Trial> trials = allTrials(robot.plant.simulation, robot.name, task.overshoot_pct);
   const auto drawn = drawnTrials(robot.plant.simulation, robot.name, task.overshoot_pct, task.draws, task.seed);
+  const auto box = boxTrials(robot.plant, robot.name, task.overshoot_pct);
   trials.insert(trials.end(), drawn.begin(), drawn.end());
+  trials.insert(trials.end(), box.begin(), box.end());
   return trials;
 }
 
-GainAssessment assessGains(const GainSearchTask& task, const ControllerParameters& controller, unsigned jobs) {
+GainAssessment assessGains(const GainSearchTask& task, const Gains& controller, unsigned jobs) {
   GainAssessment assessment{controller, {}, {}};
   for (const SearchRobot& robot : task.robots) assessOn(task, robot, jobs, assessment);
   return assessment;
 }
 
-double marginViolation(const GainSearchTask& task, const ControllerParameters& controller) {
+double marginViolation(const GainSearchTask& task, const Gains& controller) {
   double violation = -1.0;
+  const auto add = [&](const PlantModel& model, const PlantModel& robot) {
+    const double of_robot =
+        std::holds_alternative<PredictiveParameters>(controller)
+            ? marginViolation(task.margins,
+                              PredictiveLinearLoop(std::get<PredictiveParameters>(controller), model, robot))
+            : marginViolation(task.margins,
+                              LinearLoop(std::get<ControllerParameters>(controller), task.start.geometry, robot));
+    violation = std::max(violation, of_robot);
+  };
   for (const SearchRobot& robot : task.robots) {
-    violation = std::max(violation,
-                         marginViolation(task.margins, LinearLoop(controller, task.start.geometry, robot.plant.model)));
+    add(robot.plant.model, robot.plant.model);
+    for (const PlantModel& corner : confidenceBox(robot.plant.model)) add(robot.plant.model, corner);
   }
   return violation;
 }
@@ -385,8 +481,8 @@ std::vector<SearchTrial> firstTrials(const GainSearchTask& task) {
   return first;
 }
 
-double gainCost(const GainSearchTask& task, const ControllerParameters& controller,
-                const std::vector<SearchTrial>& trials, double give_up) {
+double gainCost(const GainSearchTask& task, const Gains& controller, const std::vector<SearchTrial>& trials,
+                double give_up) {
   const double violation = marginViolation(task, controller);
   if (!(violation < 0.0)) return kUnstablePenalty + std::min(violation, 1e3);
   double longest = 0.0, others = 0.0;
@@ -420,7 +516,7 @@ double lowestSensoryVariance(int order, double variance, double sensor_rate) {
 }
 
 ControllerParameters dampedStart(const GainSearchTask& task, int orders, double relative_tau) {
-  ControllerParameters damped = withOrders(task.start.controller, orders);
+  ControllerParameters damped = withOrders(thesisStart(task), orders);
   double delay = 0.0;
   for (const SearchRobot& robot : task.robots) {
     delay = std::max(delay, robot.plant.model.dead_time + robot.plant.model.lag + damped.actionStep());
@@ -433,7 +529,7 @@ ControllerParameters dampedStart(const GainSearchTask& task, int orders, double 
 }
 
 ControllerParameters shapedStart(const GainSearchTask& task, int orders) {
-  ControllerParameters shaped = withOrders(task.start.controller, orders);
+  ControllerParameters shaped = withOrders(thesisStart(task), orders);
   shaped.tau = 3e-4;
   shaped.kappa_mu = 2e-3;
   std::fill(shaped.state_variances.begin(), shaped.state_variances.end(), 9.5e5);
@@ -442,17 +538,30 @@ ControllerParameters shapedStart(const GainSearchTask& task, int orders) {
   return withStableAction(task, shaped);
 }
 
+PredictiveParameters patientStart(const GainSearchTask& task) {
+  auto patient = std::get<PredictiveParameters>(task.start.controller);
+  patient.slip_time_constant *= 4.0;
+  return patient;
+}
+
 std::vector<GainSearchResult> searchGains(const GainSearchTask& task, const SearchProgress& progress) {
+  if (std::holds_alternative<PredictiveParameters>(task.start.controller)) {
+    const std::array<Gains, 2> starts{task.start.controller, patientStart(task)};
+    std::array<Gains, 2> best;
+    WorkCounter work(starts.size() * static_cast<std::size_t>(kRounds * task.evaluations), progress);
+    sim::parallelFor(starts.size(), task.jobs, [&](std::size_t i) { best[i] = searchFrom(task, starts[i], work); });
+    work.finish();
+    return {{"predictive", assessGains(task, best[0], task.jobs)}, {"patient", assessGains(task, best[1], task.jobs)}};
+  }
   const auto count = static_cast<std::size_t>(task.highest_orders - task.lowest_orders) + 1;
   WorkCounter work(count * static_cast<std::size_t>((1 + kRounds) * task.evaluations), progress);
-  std::vector<ControllerParameters> best(count);
-  sim::parallelFor(count, task.jobs, [&](std::size_t i) {
-    best[i] = searchOrders(task, task.lowest_orders + static_cast<int>(i), work);
-  });
+  std::vector<Gains> best(count);
+  const auto orders = [&](std::size_t i) { return task.lowest_orders + static_cast<int>(i); };
+  sim::parallelFor(count, task.jobs, [&](std::size_t i) { best[i] = searchOrders(task, orders(i), work); });
   work.finish();
   std::vector<GainSearchResult> results;
-  for (const ControllerParameters& controller : best) {
-    results.push_back({controller.orders, assessGains(task, controller, task.jobs)});
+  for (std::size_t i = 0; i < count; ++i) {
+    results.push_back({fmt::format("orders {}", orders(i)), assessGains(task, best[i], task.jobs)});
   }
   return results;
 }

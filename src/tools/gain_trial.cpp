@@ -32,19 +32,19 @@ double latestPhase(const sim::PlantParameters& plant) { return 1.0 / plant.senso
 
 /// A robot that is not quite its model, and in which way.
 struct Variant {
-  const char* name;
+  std::string name;
   double extra_dead_time;  // s
   double lag, gain, limit;
 };
 
-constexpr std::array<Variant, 8> kSpread{{{"dead time + 10 ms", 0.01, 1.0, 1.0, 1.0},
-                                          {"dead time - 10 ms", -0.01, 1.0, 1.0, 1.0},
-                                          {"lag x 1.4", 0.0, 1.4, 1.0, 1.0},
-                                          {"lag x 0.7", 0.0, 0.7, 1.0, 1.0},
-                                          {"gain x 1.05", 0.0, 1.0, 1.05, 1.0},
-                                          {"gain x 0.95", 0.0, 1.0, 0.95, 1.0},
-                                          {"limit x 0.5", 0.0, 1.0, 1.0, 0.5},
-                                          {"limit x 2", 0.0, 1.0, 1.0, 2.0}}};
+const std::array<Variant, 8> kSpread{{{"dead time + 10 ms", 0.01, 1.0, 1.0, 1.0},
+                                      {"dead time - 10 ms", -0.01, 1.0, 1.0, 1.0},
+                                      {"lag x 1.4", 0.0, 1.4, 1.0, 1.0},
+                                      {"lag x 0.7", 0.0, 0.7, 1.0, 1.0},
+                                      {"gain x 1.05", 0.0, 1.0, 1.05, 1.0},
+                                      {"gain x 0.95", 0.0, 1.0, 0.95, 1.0},
+                                      {"limit x 0.5", 0.0, 1.0, 1.0, 0.5},
+                                      {"limit x 2", 0.0, 1.0, 1.0, 2.0}}};
 
 sim::PlantParameters varied(sim::PlantParameters plant, const Variant& variant) {
   plant.dead_time = std::max(0.0, plant.dead_time + variant.extra_dead_time);
@@ -68,13 +68,11 @@ void addNominal(const sim::PlantParameters& plant, const std::string& robot, dou
   }
 }
 
-void addSpread(const sim::PlantParameters& plant, const std::string& robot, double overshoot_pct,
-               std::vector<Trial>& trials) {
-  for (const Variant& variant : kSpread) {
-    for (const SetPoint& set_point : {SetPoint{0.3, 0.0, 0.0}, SetPoint{1.0, 0.0, 0.0}, SetPoint{0.5, 0.0, 1.0}}) {
-      trials.push_back({set_point, varied(plant, variant), latestPhase(plant), spreadBars(overshoot_pct),
-                        robot + nameOf(set_point) + ", " + variant.name});
-    }
+void addVariant(const sim::PlantParameters& plant, const std::string& robot, double overshoot_pct,
+                const Variant& variant, std::vector<Trial>& trials) {
+  for (const SetPoint& set_point : {SetPoint{0.3, 0.0, 0.0}, SetPoint{1.0, 0.0, 0.0}, SetPoint{0.5, 0.0, 1.0}}) {
+    trials.push_back({set_point, varied(plant, variant), latestPhase(plant), spreadBars(overshoot_pct),
+                      robot + nameOf(set_point) + ", " + variant.name});
   }
 }
 
@@ -93,13 +91,25 @@ void addCoarse(sim::PlantParameters plant, const std::string& robot, double over
   }
 }
 
+/// What is driven until `begin` [s], and once more from then on; the profile itself if that is 0.
+sim::SetPointProfile repeated(sim::SetPointProfile profile, double begin) {
+  if (begin == 0.0) return profile;
+  const auto first = profile.changes;
+  for (auto change : first) {
+    change.time += begin;
+    profile.changes.push_back(change);
+  }
+  profile.duration += begin;
+  return profile;
+}
+
 }  // namespace
 
 std::vector<Trial> allTrials(const sim::PlantParameters& plant, const std::string& robot, double overshoot_pct) {
   std::vector<Trial> trials;
   addNominal(plant, robot, overshoot_pct, trials);
   addCoarse(plant, robot, overshoot_pct, trials);
-  addSpread(plant, robot, overshoot_pct, trials);
+  for (const Variant& variant : kSpread) addVariant(plant, robot, overshoot_pct, variant, trials);
   return trials;
 }
 
@@ -146,16 +156,38 @@ std::vector<Trial> drawnTrials(const sim::PlantParameters& plant, const std::str
   return trials;
 }
 
+std::vector<Trial> boxTrials(const PlantFile& plant, const std::string& robot, double overshoot_pct) {
+  const PlantModel& model = plant.model;
+  const auto times = [](double corner, double value) { return value > 0.0 ? corner / value : 1.0; };
+  std::vector<Trial> trials;
+  for (const PlantModel& corner : confidenceBox(model)) {
+    const Variant variant{
+        fmt::format("dead time {:.3g} s, lag {:.3g} s, gain {:.3g}", corner.dead_time, corner.lag, corner.gain),
+        corner.dead_time - model.dead_time, times(corner.lag, model.lag), times(corner.gain, model.gain), 1.0};
+    const bool is_model = variant.extra_dead_time == 0.0 && variant.lag == 1.0 && variant.gain == 1.0;
+    if (!is_model) addVariant(plant.simulation, robot, overshoot_pct, variant, trials);
+  }
+  return trials;
+}
+
 sim::StopFigures drive(const Trial& trial, const TrialController& controller, const std::string& urdf) {
   sim::JackalPlant plant(urdf, trial.plant);
   DriveParameters parameters = sim::uninterrupted();
-  parameters.controller = controller.controller;
+  std::visit([&](const auto& gains) { parameters.controller = gains; }, controller.controller);
   parameters.geometry = controller.geometry;
   parameters.gate.limits = controller.limits;
   parameters.plant_model = controller.model;
   DriveLoop loop(parameters, makeController(parameters));
-  const auto samples = sim::runClosedLoop(plant, loop, sim::stopProfile(trial.set_point, kDrive, kStand),
-                                          trial.plant.support, controller.geometry, {trial.phase});
+  const sim::SetPointProfile once = sim::stopProfile(trial.set_point, kDrive, kStand);
+  // How much an arc slips is learned in the first one, whatever the gains, and remembered.
+  const bool is_arc = trial.set_point.forward != 0.0 && trial.set_point.yaw_rate != 0.0;
+  const bool learns = std::holds_alternative<PredictiveParameters>(controller.controller);
+  const double begin = is_arc && learns ? once.duration : 0.0;
+  auto samples =
+      sim::runClosedLoop(plant, loop, repeated(once, begin), trial.plant.support, controller.geometry, {trial.phase});
+  const auto before = [begin](const sim::Sample& s) { return s.time < begin; };
+  samples.erase(samples.begin(), std::find_if_not(samples.begin(), samples.end(), before));
+  for (sim::Sample& sample : samples) sample.time -= begin;
   return sim::assessStop(samples, trial.set_point, kDrive);
 }
 

@@ -8,11 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "jackal_aic/aic/parameters.hpp"
-#include "jackal_aic/model/plant_model.hpp"
-#include "jackal_aic/safety/gate_parameters.hpp"
 #include "plant_parameters.hpp"
 #include "stop_figures.hpp"
+#include "tool_files.hpp"
 
 namespace jackal_aic {
 
@@ -41,15 +39,19 @@ std::vector<Trial> searchedTrials(const sim::PlantParameters& plant, const std::
 std::vector<Trial> drawnTrials(const sim::PlantParameters& plant, const std::string& robot, double overshoot_pct,
                                int count, std::uint64_t seed);
 
+/// The trials of a robot at the corners of the confidence box of its model (confidenceBox()); none if that has no box.
+std::vector<Trial> boxTrials(const PlantFile& plant, const std::string& robot, double overshoot_pct);
+
 /// A controller and what it is told of the robot.
 struct TrialController {
-  ControllerParameters controller;
+  Gains controller;
   GeometryParameters geometry;
   LimitParameters limits;
   PlantModel model;
 };
 
-/// Drives a trial. @param urdf of the simulated robot.
+/// Drives a trial. A controller that learns how the robot turns drives an arc twice, and is judged by the second time.
+/// @param urdf of the simulated robot.
 sim::StopFigures drive(const Trial& trial, const TrialController& controller, const std::string& urdf);
 
 }  // namespace jackal_aic

@@ -77,6 +77,9 @@ std::string plantModelYaml(const Identification& result, const RecordingSource& 
   model.gain = rounded(result.gain.value);
   model.acceleration_limit = rounded(result.acceleration_limit.value);
   model.effective_track = rounded(effectiveTrack(result));
+  model.dead_time_half_width = rounded(result.dead_time.half_width);
+  model.lag_half_width = rounded(result.lag.half_width);
+  model.gain_half_width = rounded(result.gain.half_width);
   std::vector<Field> fields = fieldsOf(model);
   for (Field& field : fields) {
     if (field.name == "robot") field.value = source.robot;

@@ -26,24 +26,15 @@ auto readFile(const std::string& path, const Read& read) {
 ControllerFile readControllerFile(const std::string& path) {
   return readFile(path, [](ParameterMap& map) {
     const NodeParameters node = readConfiguration(map);
-    const auto* gains = std::get_if<ControllerParameters>(&node.controller);
-    if (gains == nullptr) throw ParameterError("controller.*: missing; expected gains of the thesis' structure");
-    return ControllerFile{*gains, node.geometry, node.gate.limits};
-  });
-}
-
-bool describesPredictive(const std::string& path) {
-  ParameterMap map;
-  addYamlFile(path, map);
-  return map.hasSection("predictive");
-}
-
-PredictiveFile readPredictiveFile(const std::string& path) {
-  return readFile(path, [](ParameterMap& map) {
-    const NodeParameters node = readConfiguration(map);
-    const auto* gains = std::get_if<PredictiveParameters>(&node.controller);
-    if (gains == nullptr) throw ParameterError("predictive.*: missing; expected gains of the predictive structure");
-    return PredictiveFile{*gains, node.plant_model};
+    ControllerFile file{{}, node.geometry, node.gate.limits, node.plant_model};
+    if (const auto* gains = std::get_if<ControllerParameters>(&node.controller)) {
+      file.controller = *gains;
+    } else if (const auto* predictive = std::get_if<PredictiveParameters>(&node.controller)) {
+      file.controller = *predictive;
+    } else {
+      throw ParameterError("controller.* and predictive.*: missing; expected gains of one of them");
+    }
+    return file;
   });
 }
 

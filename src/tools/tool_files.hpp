@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <variant>
 
 #include "jackal_aic/aic/parameters.hpp"
 #include "jackal_aic/model/plant_model.hpp"
@@ -14,29 +15,21 @@
 
 namespace jackal_aic {
 
+/// Gains of a structure that can be certified.
+using Gains = std::variant<ControllerParameters, PredictiveParameters>;
+
 /// A controller as its file describes it.
 struct ControllerFile {
-  ControllerParameters controller;
+  Gains controller;
   GeometryParameters geometry;
   LimitParameters limits;
+  std::optional<PlantModel> model;  ///< drive train that a predictive controller believes in, if the file says
 };
 
-/// Reads a preset, or the whole configuration of a controller node; what is not about gains, geometry or limits is
-/// checked for unknown keys only. @throws ParameterError naming file and key.
+/// Reads a preset, or the whole configuration of a controller node; what is not about gains, geometry, limits or the
+/// believed drive train is checked for unknown keys only. @throws ParameterError naming file and key, also for the
+/// open-loop baseline, which has no gains.
 ControllerFile readControllerFile(const std::string& path);
-
-/// A predictive controller as its file describes it.
-struct PredictiveFile {
-  PredictiveParameters parameters;
-  std::optional<PlantModel> model;  ///< drive train that it believes in, if the file says
-};
-
-/// True if the file has keys predictive.*. @throws ParameterError if it can't be read.
-bool describesPredictive(const std::string& path);
-
-/// Reads the keys predictive.* and plant_model.* of a preset or a whole configuration. @throws ParameterError naming
-/// file and key.
-PredictiveFile readPredictiveFile(const std::string& path);
 
 /// A robot as its file describes it.
 struct PlantFile {

@@ -46,8 +46,9 @@ po::options_description optionsOfTune() {
       "hold "
       "on each");
   add("out", po::value<std::string>(), "TUNED.yaml: preset to write");
-  add("start", po::value<std::string>(), "CONFIG.yaml: gains to begin with, by default config/improved.yaml");
-  add("judge", po::value<std::string>(), "CONFIG.yaml: say what these gains do instead of searching any");
+  add("start", po::value<std::string>()->default_value("improved"),
+      "gains to begin with, which also choose the structure: a preset (improved, predictive, ...) or CONFIG.yaml");
+  add("judge", po::value<std::string>(), "a preset or CONFIG.yaml: say what these gains do instead of searching any");
   add("overshoot", po::value<double>()->default_value(10.0),
       "largest overshoot of the robot as it is [%]; half as much again with its spread");
   add("gain-margin", po::value<double>()->default_value(2.0), "least gain margin");
@@ -63,10 +64,15 @@ po::options_description optionsOfTune() {
   return options;
 }
 
+/// Gains by the name of a preset of the package, or by the path of a file.
+ControllerFile readPreset(const std::string& preset, const sim::PackageFiles& files) {
+  const bool is_name = std::regex_match(preset, std::regex("[a-z_]+"));
+  return readControllerFile(is_name ? files.path("config/" + preset + ".yaml") : preset);
+}
+
 GainSearchTask readTask(const po::variables_map& given, const sim::PackageFiles& files) {
   GainSearchTask task;
-  task.start = readControllerFile(given.count("start") > 0 ? given["start"].as<std::string>()
-                                                           : files.path("config/improved.yaml"));
+  task.start = readPreset(given["start"].as<std::string>(), files);
   for (const std::string& path : given["plant"].as<std::vector<std::string>>()) {
     task.robots.push_back({std::filesystem::path(path).stem().string(), readPlantFile(path)});
   }
@@ -85,13 +91,13 @@ GainSearchTask readTask(const po::variables_map& given, const sim::PackageFiles&
 
 /// The result with the fewest orders that misses nothing and settles at most 2 % later than the fastest that does,
 /// which is no difference on a robot; nullptr if each misses something. Results are in order of their orders.
-const GainAssessment* simplestOfTheFastest(const std::vector<GainSearchResult>& results) {
+const GainSearchResult* simplestOfTheFastest(const std::vector<GainSearchResult>& results) {
   double fastest = std::numeric_limits<double>::infinity();
   for (const GainSearchResult& result : results) {
     if (result.best.missed.empty()) fastest = std::min(fastest, result.best.settling());
   }
   for (const GainSearchResult& result : results) {
-    if (result.best.missed.empty() && result.best.settling() <= 1.02 * fastest) return &result.best;
+    if (result.best.missed.empty() && result.best.settling() <= 1.02 * fastest) return &result;
   }
   return nullptr;
 }
@@ -124,19 +130,19 @@ std::string promise(const GainSearchTask& task, const GainAssessment& tuned) {
         "margin {:.2f}, delay margin {:.3f} s",
         task.robots[i].name, task.speed, robot.settling_first, robot.settling_last, nominal.overshoot_pct,
         others.overshoot_pct, nominal.beyond_mps, others.beyond_mps, nominal.beyond_radps, others.beyond_radps,
-        nominal.ripple, others.ripple, robot.certificate.gain_margin, robot.certificate.delay_margin);
+        nominal.ripple, others.ripple, robot.margins.gain_margin, robot.margins.delay_margin);
   }
   return text;
 }
 
 /// The gains that are compared: the thesis' standard, those of the start, and the best of each number of orders.
 std::string comparison(const GainSearchTask& task, const std::vector<GainSearchResult>& results,
-                       const ControllerParameters& standard) {
+                       const Gains& standard) {
   std::vector<std::pair<std::string, GainAssessment>> rows{
       {"standard", assessGains(task, standard, task.jobs)},
       {"start", assessGains(task, task.start.controller, task.jobs)}};
   for (const GainSearchResult& result : results) {
-    rows.emplace_back("orders " + std::to_string(result.orders), result.best);
+    rows.emplace_back(result.name, result.best);
   }
   return assessmentTable(task, rows);
 }
@@ -154,7 +160,7 @@ void write(const std::string& path, const std::string& text) {
 }
 
 /// Says what gains do; returns 1 if they miss anything.
-int judge(const GainSearchTask& task, const ControllerParameters& controller, std::ostream& out) {
+int judge(const GainSearchTask& task, const Gains& controller, std::ostream& out) {
   const GainAssessment assessment = assessGains(task, controller, task.jobs);
   out << assessmentTable(task, {{"judged", assessment}});
   for (const std::string& missed : assessment.missed) out << "  " << missed << "\n";
@@ -169,8 +175,12 @@ std::string timeLeft(double elapsed, std::size_t finished, std::size_t all) {
   return left < 60.0 ? fmt::format("about {:.0f} s left", left) : fmt::format("about {:.0f} min left", left / 60.0);
 }
 
-std::string presetText(const ControllerParameters& controller, const std::string& comment) {
-  return "# " + std::regex_replace(comment, std::regex("\n"), "\n# ") + "\n" + yamlBlock("controller", controller);
+std::string presetText(const Gains& controller, const std::string& comment) {
+  struct Block {
+    std::string operator()(const ControllerParameters& gains) const { return yamlBlock("controller", gains); }
+    std::string operator()(const PredictiveParameters& gains) const { return yamlBlock("predictive", gains); }
+  };
+  return "# " + std::regex_replace(comment, std::regex("\n"), "\n# ") + "\n" + std::visit(Block{}, controller);
 }
 
 std::pair<int, int> parseOrders(const std::string& text) {
@@ -203,8 +213,8 @@ std::string assessmentTable(const GainSearchTask& task,
       line({name, task.robots[i].name, fmt::format("{:.2f}..{:.2f}", robot.settling_first, robot.settling_last),
             fmt::format("{:.1f} / {:.1f}", nominal.overshoot_pct, others.overshoot_pct),
             both(nominal.beyond_mps, others.beyond_mps), both(nominal.beyond_radps, others.beyond_radps),
-            both(nominal.ripple, others.ripple), fmt::format("{:.2f}", robot.certificate.gain_margin),
-            fmt::format("{:.3f}", robot.certificate.delay_margin),
+            both(nominal.ripple, others.ripple), fmt::format("{:.2f}", robot.margins.gain_margin),
+            fmt::format("{:.3f}", robot.margins.delay_margin),
             robot.missed > 0 ? fmt::format("{}", robot.missed) : ""});
     }
   }
@@ -232,14 +242,16 @@ int tune(const std::vector<std::string>& arguments, std::ostream& out) {
   }
   const sim::PackageFiles files(given["share"].as<std::string>());
   const GainSearchTask task = readTask(given, files);
-  if (judges) return judge(task, readControllerFile(given["judge"].as<std::string>()).controller, out);
+  if (judges) return judge(task, readPreset(given["judge"].as<std::string>(), files).controller, out);
   const std::string path = given["out"].as<std::string>();
   requireDirectoryOf(path);  // before the search, which takes minutes
 
-  out << fmt::format(
-             "Searching orders {}..{} on {} robot{}, {} candidates each: this takes minutes, the bar says how many\n",
-             task.lowest_orders, task.highest_orders, task.robots.size(), task.robots.size() == 1 ? "" : "s",
-             task.linear_evaluations + task.evaluations)
+  const bool predictive = std::holds_alternative<PredictiveParameters>(task.start.controller);
+  const std::string searched =
+      predictive ? "the predictive gains" : fmt::format("orders {}..{}", task.lowest_orders, task.highest_orders);
+  out << fmt::format("Searching {} on {} robot{}, {} candidates each: this takes minutes, the bar says how many\n",
+                     searched, task.robots.size(), task.robots.size() == 1 ? "" : "s",
+                     (predictive ? 0 : task.linear_evaluations) + task.evaluations)
       << std::flush;
   sim::ProgressBar bar("Searching", 100, true);
   std::size_t shown = 0;
@@ -251,12 +263,12 @@ int tune(const std::vector<std::string>& arguments, std::ostream& out) {
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
     bar.show(percent, timeLeft(elapsed.count(), finished, all));
   });
-  out << comparison(task, results, readControllerFile(files.path("config/standard.yaml")).controller);
-  const GainAssessment* tuned = simplestOfTheFastest(results);
+  out << comparison(task, results, readPreset("standard", files).controller);
+  const GainSearchResult* tuned = simplestOfTheFastest(results);
   if (tuned == nullptr) refuse(task, results);
-  write(path, presetText(tuned->controller, promise(task, *tuned)));
-  out << fmt::format("Wrote {}: orders {}. Next: roslaunch jackal_aic simulation.launch preset:={}\n", path,
-                     tuned->controller.orders, std::filesystem::absolute(path).string());
+  write(path, presetText(tuned->best.controller, promise(task, tuned->best)));
+  out << fmt::format("Wrote {}: {}. Next: roslaunch jackal_aic simulation.launch preset:={}\n", path, tuned->name,
+                     std::filesystem::absolute(path).string());
   return 0;
 }
 

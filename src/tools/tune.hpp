@@ -20,7 +20,7 @@ int tune(const std::vector<std::string>& arguments, std::ostream& out);
 std::string timeLeft(double elapsed, std::size_t finished, std::size_t all);
 
 /// Gains as a preset. @param comment lines for its head.
-std::string presetText(const ControllerParameters& controller, const std::string& comment);
+std::string presetText(const Gains& controller, const std::string& comment);
 
 /// Numbers of orders "A..B" or "A". @throws ParameterError if they are not 0..5, or B is below A.
 std::pair<int, int> parseOrders(const std::string& text);

@@ -289,6 +289,9 @@ TEST(IdentificationReport, YamlHoldsTheEstimates) {
   EXPECT_DOUBLE_EQ(number("gain"), 0.97);
   EXPECT_DOUBLE_EQ(number("acceleration_limit"), 3.2);
   EXPECT_DOUBLE_EQ(number("effective_track"), 0.55);
+  EXPECT_DOUBLE_EQ(number("dead_time_half_width"), 0.001);
+  EXPECT_DOUBLE_EQ(number("lag_half_width"), 0.002);
+  EXPECT_DOUBLE_EQ(number("gain_half_width"), 0.001);
   EXPECT_NE(identificationTable(result).find("no turn to the right"), std::string::npos);
   result.gain.unknown = "the recording does not depend on it";
   EXPECT_THROW(plantModelYaml(result, {"drive.bag", "", ""}), IdentificationError);

@@ -272,12 +272,20 @@ std::string calibratedPlant() {
 }
 
 TEST_F(Launch, TakesThePresetThatTuneWritesAndTheModelsThatIdentifyAndCalibrateWrite) {
-  ControllerParameters gains = readControllerFile(kConfig + "improved.yaml").controller;
+  ControllerParameters gains = std::get<ControllerParameters>(readControllerFile(kConfig + "improved.yaml").controller);
   gains.sensory_variances = {2.0, 2.0, 1e8, 1e12};
   drive(kStep,
         "preset:=" + write("tuned.yaml", presetText(gains, "as tune writes it")) + " plant_model:=" +
             write("model.yaml", identifiedModel()) + " plant:=" + write("plant.yaml", calibratedPlant()),
         Witness::truth);
+}
+
+TEST_F(Launch, TakesAPredictivePresetThatTuneWrites) {
+  PredictiveParameters gains =
+      std::get<PredictiveParameters>(readControllerFile(kConfig + "predictive.yaml").controller);
+  gains.slip_time_constant = 2.0;
+  drive(kStep, "preset:=" + write("mine.yaml", presetText(gains, "as tune writes it")), Witness::truth);
+  EXPECT_NE(text("log").find("/predictive/slip_time_constant: 2.0"), std::string::npos) << text("log");
 }
 
 // The dead time is half the shipped model's, which tells whose model the controller took.

@@ -62,7 +62,8 @@ class TemporaryFile {
 TEST(Analyze, PrintsTheCertificate) {
   const YAML::Node printed = figures({config("improved.yaml"), "--plant", config("plant_model.yaml")});
   const ControllerFile file = readControllerFile(config("improved.yaml"));
-  const Certificate expected = certify(file.controller, file.geometry, readPlantFile(config("plant_model.yaml")).model);
+  const Certificate expected = certify(std::get<ControllerParameters>(file.controller), file.geometry,
+                                       readPlantFile(config("plant_model.yaml")).model);
   EXPECT_NEAR(printed["belief_spectral_radius"].as<double>(), expected.belief_spectral_radius, 1e-10);
   EXPECT_NEAR(printed["loop_spectral_radius"].as<double>(), expected.loop_spectral_radius, 1e-5);
   EXPECT_NEAR(printed["gain_margin"].as<double>(), expected.gain_margin, 1e-4);
@@ -145,12 +146,31 @@ TEST(Analyze, ReadsTheConfigurationOfAPredictiveNodeThatKeepsItsSlip) {
 TEST(Analyze, CertifiesThePredictiveStructure) {
   const YAML::Node printed = figures({config("predictive.yaml"), "--plant", config("plant_model.yaml")});
   const PlantModel plant = readPlantFile(config("plant_model.yaml")).model;
-  const auto expected = certify(readPredictiveFile(config("predictive.yaml")).parameters, plant, plant);
+  const auto expected =
+      certify(std::get<PredictiveParameters>(readControllerFile(config("predictive.yaml")).controller), plant, plant);
   EXPECT_TRUE(printed["stable"].as<bool>());
   EXPECT_NEAR(printed["loop_spectral_radius"].as<double>(), expected.loop_spectral_radius, 1e-5);
   EXPECT_NEAR(printed["gain_margin"].as<double>(), expected.gain_margin, 1e-4);
   EXPECT_NEAR(printed["delay_margin_s"].as<double>(), expected.delay_margin, 1e-5);
   EXPECT_NE(complaint({config("predictive.yaml"), "--range", "tau"}).find("range"), std::string::npos);
+}
+
+TEST(Analyze, CertifiesTheConfidenceBoxOfAnIdentifiedPlant) {
+  const std::string model = "plant_model: {dead_time: 0.08, lag: 0.00636, velocity_loop_integral: 0.678";
+  const TemporaryFile known(model + "}"), narrow(model + ", dead_time_half_width: 0.01, gain_half_width: 0.05}"),
+      wide(model + ", dead_time_half_width: 0.01, gain_half_width: 2.0}");
+  for (const char* preset : {"improved.yaml", "predictive.yaml"}) {
+    EXPECT_FALSE(figures({config(preset), "--plant", known.path()})["confidence_box"]) << preset;
+    const YAML::Node printed = figures({config(preset), "--plant", narrow.path()});
+    const YAML::Node box = printed["confidence_box"];
+    EXPECT_GE(box["loop_spectral_radius"].as<double>(), printed["loop_spectral_radius"].as<double>()) << preset;
+    EXPECT_LT(box["gain_margin"].as<double>(), printed["gain_margin"].as<double>()) << preset;
+    EXPECT_LT(box["delay_margin_s"].as<double>(), printed["delay_margin_s"].as<double>()) << preset;
+    EXPECT_TRUE(box["stable"].as<bool>()) << preset;
+  }
+  const YAML::Node printed = figures({config("predictive.yaml"), "--plant", wide.path()}, 1);
+  EXPECT_TRUE(printed["stable"].as<bool>()) << "as the model says";
+  EXPECT_FALSE(printed["confidence_box"]["stable"].as<bool>());
 }
 
 TEST(Analyze, CertifiesAnIrregularClockWhereAsked) {

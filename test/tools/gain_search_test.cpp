@@ -10,6 +10,8 @@ namespace {
 
 const std::string kPackage = JACKAL_AIC_SOURCE_DIR;
 
+ControllerParameters gainsOf(const ControllerFile& file) { return std::get<ControllerParameters>(file.controller); }
+
 GainSearchTask taskOn(const std::vector<std::string>& plants) {
   GainSearchTask task;
   task.start = readControllerFile(kPackage + "/config/improved.yaml");
@@ -58,7 +60,7 @@ TEST(LowestSensoryVariance, GrowsWithTheNoiseOfDifferences) {
 
 TEST(LinearCost, IsTheSettlingTimeAtTheWorseEndOfThePhase) {
   const GainSearchTask task = smallTask();
-  const LinearLoop loop(task.start.controller, {}, task.robots[0].plant.model);
+  const LinearLoop loop(gainsOf(task.start), {}, task.robots[0].plant.model);
   double latest = 0.0;
   for (const double phase : {0.0, 0.02}) {
     const Eigen::VectorXd response = loop.stepResponse(LoopMode::straight, 120, {1.0, 0.0, phase});
@@ -66,8 +68,8 @@ TEST(LinearCost, IsTheSettlingTimeAtTheWorseEndOfThePhase) {
       if (std::abs(response(k) - 1.0) > kSearchBand) latest = std::max(latest, 0.02 * (k + 1));
     }
   }
-  EXPECT_GT(linearCost(task, task.start.controller), latest);
-  ControllerParameters thin = task.start.controller;
+  EXPECT_GT(linearCost(task, gainsOf(task.start)), latest);
+  ControllerParameters thin = gainsOf(task.start);
   thin.kappa_a *= 2.0;
   EXPECT_GT(linearCost(task, thin), 100.0) << "without the margins";
 }
@@ -75,19 +77,19 @@ TEST(LinearCost, IsTheSettlingTimeAtTheWorseEndOfThePhase) {
 TEST(GainCost, RisesWithEveryTrialThatIsNotPassedAndGivesUp) {
   GainSearchTask task = smallTask();
   const auto trials = firstTrials(task);
-  const double cost = gainCost(task, task.start.controller, trials);
+  const double cost = gainCost(task, gainsOf(task.start), trials);
   EXPECT_GT(cost, 0.8) << "settling at the worse end of the phase";
-  EXPECT_LT(gainCost(task, task.start.controller, trials, 0.1), cost);
+  EXPECT_LT(gainCost(task, gainsOf(task.start), trials, 0.1), cost);
   task.overshoot_pct = 3.0;
-  EXPECT_GT(gainCost(task, task.start.controller, firstTrials(task)), cost + 1.0);
+  EXPECT_GT(gainCost(task, gainsOf(task.start), firstTrials(task)), cost + 1.0);
   task.margins.gain = 5.0;
-  EXPECT_GT(gainCost(task, task.start.controller, trials), 100.0);
+  EXPECT_GT(gainCost(task, gainsOf(task.start), trials), 100.0);
 }
 
 TEST(AssessGains, NamesWhatIsMissed) {
   GainSearchTask task = smallTask();
   task.margins.gain = 5.0;
-  const GainAssessment assessment = assessGains(task, task.start.controller, 1);
+  const GainAssessment assessment = assessGains(task, gainsOf(task.start), 1);
   ASSERT_GT(assessment.missed.size(), 1U) << "improved overshoots on the box, late in the phase";
   EXPECT_EQ(assessment.missed[0], "plant_box: margins");
   EXPECT_NE(assessment.missed[1].find("plant_box, "), std::string::npos) << assessment.missed[1];
@@ -106,21 +108,76 @@ TEST(SearchGains, FindsFasterGainsThatPassWhateverTheThreads) {
   EXPECT_EQ(finished, all);
   ASSERT_EQ(results.size(), 1u);
   const GainAssessment& best = results[0].best;
-  EXPECT_EQ(results[0].orders, 1);
+  EXPECT_EQ(results[0].name, "orders 1");
   EXPECT_TRUE(best.missed.empty()) << best.missed.front();
   EXPECT_LT(best.settling(), 0.7) << "improved takes 0.84 s at the worse end of the phase";
 
   task.jobs = 2;
   const auto again = searchGains(task);
-  EXPECT_EQ(again[0].best.controller.tau, best.controller.tau);
-  EXPECT_EQ(again[0].best.controller.state_variances, best.controller.state_variances);
+  const auto first = std::get<ControllerParameters>(best.controller);
+  const auto second = std::get<ControllerParameters>(again[0].best.controller);
+  EXPECT_EQ(second.tau, first.tau);
+  EXPECT_EQ(second.state_variances, first.state_variances);
+}
+
+/// A small search for the predictive structure on the ground.
+GainSearchTask predictiveTask() {
+  GainSearchTask task = taskOn({"plant"});
+  task.start = readControllerFile(kPackage + "/config/predictive.yaml");
+  task.evaluations = 8;
+  task.draws = 4;
+  return task;
+}
+
+TEST(SearchGains, FindsPredictiveGainsThatPassWhateverTheThreads) {
+  GainSearchTask task = predictiveTask();
+  task.jobs = 1;
+  const auto results = searchGains(task);
+  ASSERT_EQ(results.size(), 2U);
+  EXPECT_EQ(results[1].name, "patient");
+  const GainAssessment &best = results[1].best, start = assessGains(task, task.start.controller, 2);
+  EXPECT_FALSE(start.missed.empty()) << "predictive takes the tyres of a fast arc for its slip";
+  EXPECT_TRUE(best.missed.empty()) << best.missed.front();
+  EXPECT_LE(best.settling(), start.settling());
+
+  task.jobs = 2;
+  const auto again = std::get<PredictiveParameters>(searchGains(task)[1].best.controller);
+  const auto first = std::get<PredictiveParameters>(best.controller);
+  EXPECT_EQ(again.slip_time_constant, first.slip_time_constant);
+  EXPECT_EQ(again.disturbance_process_noise, first.disturbance_process_noise);
+}
+
+TEST(MarginViolation, IsOfTheWorstCornerOfTheConfidenceBox) {
+  for (const char* preset : {"improved", "predictive"}) {
+    GainSearchTask task = taskOn({"plant"});
+    task.start = readControllerFile(kPackage + "/config/" + preset + ".yaml");
+    const double of_model = marginViolation(task, task.start.controller);
+    EXPECT_LT(of_model, 0.0) << preset;
+    PlantModel& model = task.robots[0].plant.model;
+    model.gain_half_width = 0.1;
+    EXPECT_GT(marginViolation(task, task.start.controller), of_model) << preset;
+    model.gain_half_width = 2.0;
+    EXPECT_GT(marginViolation(task, task.start.controller), 0.0) << preset;
+    EXPECT_EQ(assessGains(task, task.start.controller, 2).missed.front(), "plant: margins") << preset;
+  }
+}
+
+TEST(BoxTrials, DriveTheRobotAtTheCornersOfItsConfidenceBox) {
+  PlantFile plant = readPlantFile(kPackage + "/config/plant_model.yaml");
+  EXPECT_TRUE(boxTrials(plant, "robot", 10.0).empty());
+  plant.model.dead_time_half_width = 0.02;
+  const std::vector<Trial> trials = boxTrials(plant, "robot", 10.0);
+  ASSERT_EQ(trials.size(), 6U);
+  EXPECT_NEAR(trials.front().plant.dead_time, plant.simulation.dead_time - 0.02, 1e-12);
+  EXPECT_NEAR(trials.back().plant.dead_time, plant.simulation.dead_time + 0.02, 1e-12);
+  EXPECT_EQ(trials.back().bars.overshoot_pct, 15.0) << "a robot that is not its model";
 }
 
 /// The preset that ships keeps what its header promises on both simulated robots.
 TEST(TunedPreset, PassesWhatUsersDriveOnGroundAndBox) {
   GainSearchTask task = taskOn({"plant", "plant_box"});
   task.draws = 40;
-  const ControllerParameters tuned = readControllerFile(kPackage + "/config/tuned.yaml").controller;
+  const Gains tuned = readControllerFile(kPackage + "/config/tuned.yaml").controller;
   const GainAssessment assessment = assessGains(task, tuned, 1);
   for (const std::string& missed : assessment.missed) ADD_FAILURE() << missed;
   EXPECT_LT(assessment.robots[1].settling_last, 0.7) << "on the box, where improved takes 0.84 s";

@@ -18,7 +18,9 @@ TrialController on(const PlantFile& plant, const ControllerParameters& gains) {
   return {gains, file.geometry, file.limits, plant.model};
 }
 
-ControllerParameters improved() { return readControllerFile(kPackage + "/config/improved.yaml").controller; }
+ControllerParameters improved() {
+  return std::get<ControllerParameters>(readControllerFile(kPackage + "/config/improved.yaml").controller);
+}
 
 /// Gains that were once shipped: fast on the linear model, but a precise y'' makes limit cycles of the encoders' steps.
 ControllerParameters brittle() {

@@ -49,9 +49,9 @@ TEST_F(Tune, WritesAPresetThatSaysForWhatItHolds) {
       "--plant", kBox,      "--out", file("tuned.yaml"), "--orders", "1", "--evaluations", "3", "--linear-evaluations",
       "800",     "--draws", "3",     "--share",          kPackage};
   ASSERT_EQ(tune(arguments, out), 0) << out.str();
-  const ControllerFile tuned = readControllerFile(file("tuned.yaml"));
-  EXPECT_EQ(tuned.controller.orders, 1);
-  EXPECT_EQ(tuned.controller.belief_rate, 1000.0);
+  const auto tuned = std::get<ControllerParameters>(readControllerFile(file("tuned.yaml")).controller);
+  EXPECT_EQ(tuned.orders, 1);
+  EXPECT_EQ(tuned.belief_rate, 1000.0);
   for (const char* word : {"standard", "start", "orders 1", "plant_box", "gain margin", "ripple",
                            "Searching orders 1..1 on 1 robot, 803 candidates", "Wrote "}) {
     EXPECT_NE(out.str().find(word), std::string::npos) << word << " in\n" << out.str();
@@ -61,6 +61,19 @@ TEST_F(Tune, WritesAPresetThatSaysForWhatItHolds) {
        {"0.1..2 m/s", "encoder steps up to 0.1 rad/s", "plant_box: settles at 0.5 m/s", "delay margin"}) {
     EXPECT_NE(text.find(word), std::string::npos) << word << " in\n" << text;
   }
+}
+
+TEST_F(Tune, TunesThePredictivePreset) {
+  std::ostringstream out;
+  ASSERT_EQ(tune({"--plant", kPackage + "/config/plant.yaml", "--start", "predictive", "--out", file("mine.yaml"),
+                  "--evaluations", "1", "--draws", "0", "--share", kPackage},
+                 out),
+            0)
+      << out.str();
+  EXPECT_NE(out.str().find("Searching the predictive gains on 1 robot"), std::string::npos) << out.str();
+  const auto tuned = std::get<PredictiveParameters>(readControllerFile(file("mine.yaml")).controller);
+  EXPECT_EQ(tuned.belief_rate, 1000.0);
+  EXPECT_GT(tuned.slip_time_constant, 1.0);
 }
 
 TEST(TuneProgress, SaysHowLongItTakes) {
@@ -116,6 +129,10 @@ TEST_F(Tune, BadInputGivesOneClearLine) {
   std::ofstream(file("negative.yaml")) << "plant_model: {dead_time: 0.1, lag: -0.03}";
   EXPECT_NE(complaint({"--plant", file("negative.yaml"), "--out", out}).find("plant_model.lag = -0.03"),
             std::string::npos);
+  EXPECT_NE(complaint({"--plant", kBox, "--out", out, "--start", "diff_drive"}).find("expected gains"),
+            std::string::npos);
+  EXPECT_NE(complaint({"--plant", kBox, "--out", out, "--start", "nonesuch"}).find("does not exist"),
+            std::string::npos);
   EXPECT_NE(complaint({"--plant", kBox, "--out", file("no/such/out.yaml")}).find("cannot be written"),
             std::string::npos);
 }
@@ -140,7 +157,7 @@ TEST(PresetText, ReadsBackAsTheSameGains) {
   char path[] = "/tmp/preset_test_XXXXXX";
   close(mkstemp(path));
   std::ofstream(path) << presetText(gains, "comment");
-  const ControllerParameters read = readControllerFile(path).controller;
+  const auto read = std::get<ControllerParameters>(readControllerFile(path).controller);
   std::filesystem::remove(path);
   EXPECT_EQ(read.orders, 2);
   EXPECT_EQ(read.tau, gains.tau);

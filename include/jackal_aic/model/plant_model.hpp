@@ -5,6 +5,7 @@
 /// certifies against and a predicting controller predicts with.
 
 #include <string>
+#include <vector>
 
 #include "jackal_aic/config/parameter_map.hpp"
 #include "jackal_aic/model/geometry.hpp"
@@ -29,6 +30,10 @@ struct PlantModel {
   bool on_box = false;                  ///< wheels free, in the air: the gyro sees no turn (thesis section 4-1)
   double sensor_rate = 50.0;            ///< of paired wheel and IMU samples [Hz]
   bool identified = true;  ///< estimated from this robot; false: assumed of a robot that nobody has identified yet
+  double dead_time_half_width =
+      0.0;                       ///< half the width of the 95 % confidence interval of dead_time [s]; 0: not stated
+  double lag_half_width = 0.0;   ///< likewise of lag [s]
+  double gain_half_width = 0.0;  ///< likewise of gain
 };
 
 /// The geometry of the robot that a model describes: with the model's effective track, if it has one.
@@ -66,7 +71,14 @@ void describeFields(Visitor& v, PlantModel& p) {
   v.field("on_box", p.on_box, Presence::optional);
   v.field("sensor_rate", p.sensor_rate, {1.0, 1000.0}, "Hz", Presence::optional);
   v.field("identified", p.identified, Presence::optional);
+  v.field("dead_time_half_width", p.dead_time_half_width, {0.0, 2.0}, "s", Presence::optional);
+  v.field("lag_half_width", p.lag_half_width, {0.0, 2.0}, "s", Presence::optional);
+  v.field("gain_half_width", p.gain_half_width, {0.0, 3.0}, "", Presence::optional);
 }
+
+/// The corners of the box that the confidence intervals of dead time, lag and gain span, none of them below what a
+/// plant model may have; a model that states no interval is its only one.
+std::vector<PlantModel> confidenceBox(const PlantModel& model);
 
 /// Which robot a plant model describes, in its own words (key plant_model.robot); empty if it does not say.
 inline std::string robotName(ParameterMap& map) {

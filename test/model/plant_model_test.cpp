@@ -1,0 +1,40 @@
+#include "jackal_aic/model/plant_model.hpp"
+
+#include <gtest/gtest.h>
+
+namespace jackal_aic {
+namespace {
+
+TEST(ConfidenceBox, HasACornerForEveryEndOfTheIntervals) {
+  PlantModel model;
+  EXPECT_EQ(confidenceBox(model).size(), 1U) << "no interval is stated";
+  model.dead_time_half_width = 0.01;
+  model.gain_half_width = 0.05;
+  const std::vector<PlantModel> corners = confidenceBox(model);
+  ASSERT_EQ(corners.size(), 4U);
+  int early = 0, weak = 0;
+  for (const PlantModel& corner : corners) {
+    EXPECT_NEAR(std::abs(corner.dead_time - model.dead_time), 0.01, 1e-12);
+    EXPECT_NEAR(std::abs(corner.gain - model.gain), 0.05, 1e-12);
+    EXPECT_EQ(corner.lag, model.lag);
+    early += corner.dead_time < model.dead_time;
+    weak += corner.gain < model.gain;
+  }
+  EXPECT_EQ(early, 2);
+  EXPECT_EQ(weak, 2);
+}
+
+TEST(ConfidenceBox, StaysWithinWhatAModelMayBe) {
+  PlantModel model;
+  model.dead_time_half_width = 0.5;
+  model.lag_half_width = 0.5;
+  model.gain_half_width = 2.0;
+  for (const PlantModel& corner : confidenceBox(model)) {
+    EXPECT_GE(corner.dead_time, 0.0);
+    EXPECT_GE(corner.lag, 0.0);
+    EXPECT_GE(corner.gain, 0.1);
+  }
+}
+
+}  // namespace
+}  // namespace jackal_aic
