@@ -230,6 +230,7 @@ void OdeWorld::createContacts(std::size_t index, double step) {
   const double depth = radius - (hub.z() - ground.height) * ground.normal.z();
   createContact(index, contacts_[index], {hub - radius * ground.normal, ground.normal, depth}, step);
   const auto kerb = terrain_.kerb(hub, radius);
+  kerb_contacts_[index].touching = false;
   if (kerb) createContact(index, kerb_contacts_[index], *kerb, step);
 }
 

@@ -53,7 +53,7 @@ struct PlantParameters {
       1.0;  ///< friction of the slipperiest patch of ground in multiples of the friction; 1: all are alike
   double patch_size = 1.0;     ///< side of the square patches [m]
   double kerb_distance = 0.0;  ///< distance of a kerb ahead of the start; 0: none [m]
-  double kerb_height = 0.1;    ///< height of the kerb; above the wheels' hubs it is a wall [m]
+  double kerb_height = 0.1;    ///< height of the kerb above the ground; above the wheels' hubs it is a wall [m]
   double push_time = 0.0;      ///< time at which somebody begins to push the robot [s]
   double push_duration = 0.0;  ///< how long somebody pushes; 0: nobody does [s]
   double push_force = 0.0;     ///< push along the robot [N]

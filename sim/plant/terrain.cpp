@@ -81,9 +81,14 @@ double Terrain::frictionShare(double x, double y) const {
 
 std::optional<TouchPoint> Terrain::kerb(const Eigen::Vector3d& hub, double radius) const {
   const TerrainParameters& p = parameters_;
-  if (p.kerb_distance <= 0.0 || p.kerb_height <= 0.0) return std::nullopt;
-  // What of the kerb is nearest to the hub: its face, its edge or, from above, its top.
-  const Eigen::Vector3d nearest(std::max(p.kerb_distance, hub.x()), hub.y(), std::min(p.kerb_height, hub.z()));
+  if (p.kerb_distance <= 0.0 || p.kerb_height <= 0.0 || hub.x() + radius < p.kerb_distance) return std::nullopt;
+  const Surface ground = surface(std::max(p.kerb_distance, hub.x()), hub.y());
+  const double top = ground.height + p.kerb_height;
+  if (hub.x() >= p.kerb_distance && hub.z() > top) {
+    return TouchPoint{hub - radius * ground.normal, ground.normal, radius - (hub.z() - top) * ground.normal.z()};
+  }
+  // What of the kerb is nearest to the hub: its face or its edge.
+  const Eigen::Vector3d nearest(std::max(p.kerb_distance, hub.x()), hub.y(), std::min(top, hub.z()));
   const Eigen::Vector3d away = hub - nearest;
   const double distance = away.norm();
   if (distance == 0.0) return std::nullopt;  // the hub in the kerb: no robot gets there

@@ -20,7 +20,7 @@ struct TerrainParameters {
   double patch_size = 1.0;        ///< side of the squares that differ in friction [m]
   double patch_friction = 1.0;    ///< of the slipperiest square, as a share of the whole friction; 1: all are alike
   double kerb_distance = 0.0;     ///< x of a kerb's edge, which has no end [m]; 0: none
-  double kerb_height = 0.0;       ///< [m]; one that reaches above the hubs is a wall
+  double kerb_height = 0.0;       ///< above the ground there [m]; one that reaches above the hubs is a wall
   std::uint64_t seed = 1;         ///< of height and patches
 };
 
@@ -49,7 +49,8 @@ class Terrain {
   /// Friction at a place in multiples of that of the whole ground.
   double frictionShare(double x, double y) const;
 
-  /// Where a wheel, a sphere here, touches the kerb; empty if there is none. @param hub [m]; @param radius [m].
+  /// Where a wheel, a sphere here, touches the kerb, which stands on the ground and whose top follows it; empty if there
+  /// is none within reach. @param hub [m]; @param radius [m].
   std::optional<TouchPoint> kerb(const Eigen::Vector3d& hub, double radius) const;
 
  private:

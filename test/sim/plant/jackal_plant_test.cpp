@@ -922,6 +922,24 @@ TEST(RealPlant, AThresholdIsDrivenOver) {
   EXPECT_NEAR(plant.truth().position.z(), on_ground + 0.015, 1e-3);
 }
 
+TEST(RealPlant, AThresholdBehindARampIsDrivenOver) {
+  for (const double ramp : {-4.0, 4.0}) {
+    PlantParameters parameters = quiet();
+    parameters.ramp = ramp;
+    parameters.ramp_start = 0.5;
+    parameters.ramp_length = 1.0;
+    parameters.kerb_distance = 2.5;
+    parameters.kerb_height = 0.015;
+    JackalPlant plant = plantOf(parameters);
+    const double on_ground = plant.truth().position.z();
+    plant.command(rolling(0.5, 0.5));
+    run(plant, 8.0);
+    EXPECT_GT(plant.truth().position.x(), 3.0) << ramp;
+    const double risen = std::tan(ramp / 57.29577951308232) + 0.015;
+    EXPECT_NEAR(plant.truth().position.z(), on_ground + risen, 1e-3) << ramp;
+  }
+}
+
 TEST(RealPlant, SomebodyPushesAndLiftsByTheClock) {
   PlantParameters parameters = quiet();
   parameters.push_time = 1.0;

@@ -85,5 +85,24 @@ TEST(Terrain, AKerbIsTouchedAtItsFaceOrItsEdge) {
   EXPECT_TRUE(edge->normal.isApprox(Eigen::Vector3d(-0.8, 0.0, 0.6)));
 }
 
+TEST(Terrain, AKerbStandsOnTheGround) {
+  TerrainParameters parameters;
+  parameters.ramp = -0.1;
+  parameters.ramp_start = 1.0;
+  parameters.ramp_length = 2.0;
+  parameters.kerb_distance = 5.0;
+  parameters.kerb_height = 0.01;
+  const Terrain terrain(parameters);
+  const double ground = terrain.surface(5.0, 0.0).height;
+  EXPECT_LT(ground, -0.19);
+  const auto before = terrain.kerb({4.95, 0.0, ground + 0.098}, 0.098);
+  ASSERT_TRUE(before);
+  EXPECT_LT(before->depth, 0.0) << "its edge is out of reach";
+  const auto on_top = terrain.kerb({6.0, 0.0, ground + 0.107}, 0.098);
+  ASSERT_TRUE(on_top);
+  EXPECT_NEAR(on_top->depth, 0.001, 1e-12);
+  EXPECT_TRUE(on_top->normal.isApprox(Eigen::Vector3d::UnitZ()));
+}
+
 }  // namespace
 }  // namespace jackal_aic::sim
