@@ -27,9 +27,9 @@ namespace jackal_aic {
 /// to the bit, where the offset is zero.
 class DeadZone {
  public:
-  /// Wheel speed below which the inverse does not make up for the whole offset [rad/s]: 5 mm/s of a Jackal, less than
-  /// what a believed disturbance at rest makes of it would move the wheels.
-  static constexpr double kSmooth = 0.05;
+  /// Wheel speed below which the inverse does not make up for the whole offset [rad/s]; 1 cm/s of a Jackal. The noise
+  /// of a belief at rest, 0.04 rad/s with the shipped encoders, then makes commands of less than half the offset.
+  static constexpr double kSmooth = 0.1;
 
   /// @param model gain and offset.
   explicit DeadZone(const PlantModel& model)
