@@ -82,8 +82,8 @@ Drive drive(const LoopSetup& setup, const SetPoint& set_point) {
     result.believed_forward += (*sample.belief)(kForward)-sample.velocity;
     result.believed_yaw_rate += (*sample.belief)(kYaw)-sample.yaw_rate;
   }
-  for (double* sum : {&result.steady_forward, &result.steady_yaw_rate, &result.believed_forward,
-                      &result.believed_yaw_rate}) {
+  for (double* sum :
+       {&result.steady_forward, &result.steady_yaw_rate, &result.believed_forward, &result.believed_yaw_rate}) {
     *sum /= count;
   }
   result.stop = assessStop(samples, set_point, kDrive);

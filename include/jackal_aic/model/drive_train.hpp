@@ -32,8 +32,7 @@ class DeadZone {
   static constexpr double kSmooth = 0.1;
 
   /// @param model gain and offset.
-  explicit DeadZone(const PlantModel& model)
-      : width_(model.offset / model.gain), slope_(model.offset / kSmooth) {}
+  explicit DeadZone(const PlantModel& model) : width_(model.offset / model.gain), slope_(model.offset / kSmooth) {}
 
   /// Effective command v [rad/s], with which the wheel turns by gain v, of a command u [rad/s].
   double effective(double command) const {
@@ -126,8 +125,8 @@ class DriveTrain {
   /// @param wheel_radius r [m].
   DriveTrain(const PlantModel& model, double wheel_radius);
 
-  /// Moves x by a step in which an effective command v [rad/s] acts. At the acceleration limit the speed does not depend on z and
-  /// d, and z rests. @param limit_share part of the acceleration limit that the motor has.
+  /// Moves x by a step in which an effective command v [rad/s] acts. At the acceleration limit the speed does not
+  /// depend on z and d, and z rests. @param limit_share part of the acceleration limit that the motor has.
   Step step(Eigen::Vector3d& x, double acting, double limit_share = 1.0) const {
     // x ← J x + b u, of which d rests
     const Eigen::Vector2d next = transition_.topRows<2>() * x + input_.head<2>() * acting;

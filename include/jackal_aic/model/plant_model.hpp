@@ -35,9 +35,9 @@ struct PlantModel {
   double sensor_rate = 50.0;            ///< of paired wheel and IMU samples [Hz]
   bool identified = true;  ///< estimated from this robot; false: assumed of a robot that nobody has identified yet
   double dead_time_half_width =
-      0.0;                       ///< half the width of the 95 % confidence interval of dead_time [s]; 0: not stated
-  double lag_half_width = 0.0;   ///< likewise of lag [s]
-  double gain_half_width = 0.0;  ///< likewise of gain
+      0.0;                         ///< half the width of the 95 % confidence interval of dead_time [s]; 0: not stated
+  double lag_half_width = 0.0;     ///< likewise of lag [s]
+  double gain_half_width = 0.0;    ///< likewise of gain
   double offset_half_width = 0.0;  ///< likewise of offset [rad/s]
 };
 

@@ -70,7 +70,7 @@ class WheelController {
  private:
   void drive(double applied, double effective);
 
-  double gain_;           // wheel speed / effective command
+  double gain_;  // wheel speed / effective command
   DeadZone dead_zone_;
   double learning_rate_;  // kappa_a
   WheelBelief belief_;
