@@ -96,9 +96,10 @@ std::string plantModelYaml(const Identification& result, const RecordingSource& 
   head += fmt::format(", {:.1f} s.\n# R^2 {:.4f}, residual {:.4f} rad/s (RMS); +- is the 95 % confidence interval.\n",
                       result.duration, result.r_squared, result.residual);
   if (result.offset.known()) {
-    head += fmt::format("# Wheels turn {:.4f} +- {:.4f} rad/s slower than gain x command{}.\n", result.offset.value,
-                        result.offset.half_width,
-                        result.offset.significant() ? "" : ", which may as well be none: no offset is written");
+    head += fmt::format(
+        "# Wheels turn {:.4f} +- {:.4f} rad/s slower than gain x command{}.\n", result.offset.value,
+        result.offset.half_width,
+        result.offset.significant() ? "" : "; not significantly above zero, so that plant_model.offset stays 0");
   }
   for (const auto& remark : result.remarks) head += "# " + remark + "\n";
   return head + yamlBlock("plant_model", fields);

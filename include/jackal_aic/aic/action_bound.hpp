@@ -73,9 +73,9 @@ class WheelLateness {
   Line measured() const;
   double commandAgo(std::size_t periods) const;
 
-  double acceleration_;  // rad/s^2
-  double gain_;          // wheel speed / effective command
-  DeadZone dead_zone_;
+  double acceleration_;                     // rad/s^2
+  double gain_;                             // wheel speed / effective command
+  DeadZone dead_zone_;                      // of the motors
   std::size_t delay_;                       // of the wheel behind its command, in periods
   std::vector<double> commands_;            // ring, as the wheel's speeds [rad/s]
   std::size_t head_ = 0;                    // of the last command
@@ -120,9 +120,9 @@ class ActionBound {
   double room(const WheelVector& action, const WheelVector& change) const;
   double towardsGoal(int wheel, double action, double next, double goal) const;
 
-  double period_;      // s
-  double gain_ = 1.0;  // wheel speed / effective command
-  DeadZone dead_zone_{PlantModel{}};
+  double period_;                               // s
+  double gain_ = 1.0;                           // wheel speed / effective command
+  DeadZone dead_zone_{PlantModel{}};            // of the motors
   double ramp_ = kUnbounded;                    // of a motor in a period [rad/s]
   std::vector<WheelLateness> wheels_;           // left and right; none without a model
   WheelVector followed_ = WheelVector::Zero();  // where a motor at its limit is, as effective command [rad/s]

@@ -70,8 +70,8 @@ class WheelController {
  private:
   void drive(double applied, double effective);
 
-  double gain_;  // wheel speed / effective command
-  DeadZone dead_zone_;
+  double gain_;           // wheel speed / effective command
+  DeadZone dead_zone_;    // of the motors
   double learning_rate_;  // kappa_a
   WheelBelief belief_;
   DriveTrainReference path_;
