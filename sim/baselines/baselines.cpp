@@ -22,15 +22,22 @@ WheelBeliefParameters noise(double speed, double disturbance) {
   return noise;
 }
 
+/// The drive train behind the motors' dead zone, for which WheelwiseController makes up.
+PlantModel linear(PlantModel model) {
+  model.offset = 0.0;
+  return model;
+}
+
 /// A baseline of regulators. @param regulator made of values, model and wheel radius.
 template <class Maker>
 Baseline regulated(std::string name, std::string title, std::vector<Tunable> tuned, const Maker& regulator) {
   return {std::move(name), std::move(title), std::move(tuned),
           [regulator](const Values& values, const PlantModel& model, const GeometryParameters& geometry) {
             const double radius = geometry.wheel_radius;
-            return std::make_unique<WheelwiseController>(geometry, [&] {
-              return std::make_unique<PathFollower>(model, radius, kReferenceTime, regulator(values, model, radius));
-            });
+            const auto law = [&, behind = linear(model)] {
+              return std::make_unique<PathFollower>(behind, radius, kReferenceTime, regulator(values, behind, radius));
+            };
+            return std::make_unique<WheelwiseController>(geometry, law, DeadZone(model));
           }};
 }
 
@@ -82,9 +89,11 @@ const std::vector<Baseline>& controlBaselines() {
        "MPC with the acceleration limit",
        {kSpeedNoise, kDisturbanceNoise, {"change_weight", 0.3, 1e-3, 1e3}},
        [](const Values& v, const PlantModel& model, const GeometryParameters& geometry) {
-         return std::make_unique<WheelwiseController>(geometry, [&] {
-           return std::make_unique<ModelPredictive>(model, geometry.wheel_radius, MpcTuning{noise(v[0], v[1]), v[2]});
-         });
+         const auto law = [&] {
+           return std::make_unique<ModelPredictive>(linear(model), geometry.wheel_radius,
+                                                    MpcTuning{noise(v[0], v[1]), v[2]});
+         };
+         return std::make_unique<WheelwiseController>(geometry, law, DeadZone(model));
        }},
       regulated(
           "delayed_inference", "delayed feedback active inference (Ji et al. 2023)",

@@ -82,6 +82,7 @@ Eigen::Vector3d WheelKalmanFilter::onArrival() const {
 SteadyStateKalmanFilter::SteadyStateKalmanFilter(const PredictiveParameters& parameters,
                                                  const GeometryParameters& geometry, const PlantModel& model)
     : drive_train_(model, geometry.wheel_radius),
+      dead_zone_(model),
       left_(model.dead_time),
       right_(left_),
       kinematics_(geometryOf(model, geometry)),
@@ -102,8 +103,8 @@ SteadyStateKalmanFilter::SteadyStateKalmanFilter(const PredictiveParameters& par
 
 void SteadyStateKalmanFilter::predict(const WheelCommand& command) {
   Eigen::Vector3d left = state_.head<3>(), right = state_.tail<3>();
-  drive_train_.step(left, left_.step(command.left));
-  drive_train_.step(right, right_.step(command.right));
+  drive_train_.step(left, left_.step(dead_zone_.effective(command.left)));
+  drive_train_.step(right, right_.step(dead_zone_.effective(command.right)));
   state_ << left, right;
 }
 

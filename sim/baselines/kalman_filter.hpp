@@ -93,7 +93,8 @@ class SteadyStateKalmanFilter {
 
  private:
   DriveTrain drive_train_;
-  CommandsUnderWay left_, right_;  // through the dead time
+  DeadZone dead_zone_;
+  CommandsUnderWay left_, right_;  // effective ones through the dead time
   SkidSteerKinematics kinematics_;
   Eigen::MatrixXd output_;                                                   // C, 2 or 3 channels by 6 states
   Eigen::MatrixXd gain_;                                                     // 6 by 2 or 3

@@ -4,8 +4,13 @@
 
 namespace jackal_aic::sim {
 
-WheelwiseController::WheelwiseController(const GeometryParameters& geometry, const WheelLawMaker& make)
-    : kinematics_(geometry), left_(make()), right_(make()) {}
+WheelwiseController::WheelwiseController(const GeometryParameters& geometry, const WheelLawMaker& make,
+                                         const DeadZone& dead_zone)
+    : kinematics_(geometry), dead_zone_(dead_zone), left_(make()), right_(make()) {}
+
+WheelCommand WheelwiseController::action() const {
+  return {dead_zone_.command(left_->command()), dead_zone_.command(right_->command())};
+}
 
 bool WheelwiseController::setSetPoint(const SetPoint& set_point) {
   if (!set_point.vector().allFinite()) return false;
@@ -39,18 +44,20 @@ void WheelwiseController::updateBelief() {
 WheelCommand WheelwiseController::updateAction() {
   if (!started_) return action();
   const WheelCommand wanted = kinematics_.wheelSpeeds(set_point_.forward, set_point_.yaw_rate);
-  return {left_->act(wanted.left), right_->act(wanted.right)};
+  left_->act(wanted.left);
+  right_->act(wanted.right);
+  return action();
 }
 
 void WheelwiseController::hold(const WheelCommand& applied) {
   if (applied == action()) return;
-  left_->hold(applied.left);
-  right_->hold(applied.right);
+  left_->hold(dead_zone_.effective(applied.left));
+  right_->hold(dead_zone_.effective(applied.right));
 }
 
 void WheelwiseController::overrule(const WheelCommand& applied) {
-  left_->overrule(applied.left);
-  right_->overrule(applied.right);
+  left_->overrule(dead_zone_.effective(applied.left));
+  right_->overrule(dead_zone_.effective(applied.right));
 }
 
 void WheelwiseController::restart() {

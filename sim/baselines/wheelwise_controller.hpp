@@ -19,7 +19,9 @@ using WheelLawMaker = std::function<std::unique_ptr<WheelLaw>()>;
 /// measure, and takes samples alone in which both of them count.
 class WheelwiseController : public VelocityController {
  public:
-  WheelwiseController(const GeometryParameters& geometry, const WheelLawMaker& make);
+  /// @param dead_zone of the motors; the laws give and take what it leaves of a command.
+  WheelwiseController(const GeometryParameters& geometry, const WheelLawMaker& make,
+                      const DeadZone& dead_zone = DeadZone(PlantModel{}));
 
   bool setSetPoint(const SetPoint& set_point) override;
   SampleVerdict observe(const Observation& observation) override;
@@ -32,7 +34,7 @@ class WheelwiseController : public VelocityController {
 
   /// As measured by the encoders.
   BodyVector believedVelocity() const override;
-  WheelCommand action() const override { return {left_->command(), right_->command()}; }
+  WheelCommand action() const override;
 
   /// Zero: it has no generative model.
   double freeEnergy() const override { return 0.0; }
@@ -41,6 +43,7 @@ class WheelwiseController : public VelocityController {
 
  private:
   SkidSteerKinematics kinematics_;
+  DeadZone dead_zone_;
   std::unique_ptr<WheelLaw> left_, right_;
   SetPoint set_point_;
   Observation observation_;

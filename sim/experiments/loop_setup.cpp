@@ -118,7 +118,9 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
   setup.plant_name = plant;
   setup.plant = readParameters<PlantParameters>(map, "plant", robot);
   setup.loop = readParameters<LoopParameters>(map, "loop");
-  const NodeParameters node = readNode(map, linearModel(readParameters<PlantParameters>(nominal, "plant", robot)));
+  PlantModel told = linearModel(readParameters<PlantParameters>(nominal, "plant", robot));
+  if (!isFile(plant)) told.offset = 0.0;  // what `real` has beside `ground`, its offset too, no controller is told
+  const NodeParameters node = readNode(map, told);
   DriveParameters& drive = setup.drive = uninterrupted();  // here nothing is late or fails, whatever the file says
   drive.controller = node.controller;
   if (const auto* gains = std::get_if<DifferentialDriveParameters>(&node.controller)) {

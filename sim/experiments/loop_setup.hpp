@@ -53,8 +53,8 @@ void requireKnown(const char* what, const std::string& name, const std::vector<s
 ///        diff_drive is the differential drive.
 /// @param plant "box", "ground" (the calibrated plants of config/), "real" (config/plant_real.yaml) or a YAML file with
 /// the key plant.
-/// The controller's model of the drive train is that of the plant's file, whatever the overrides make of the plant;
-/// keys plant_model.* change the model.
+/// The controller's model of the drive train is that of the plant's file, whatever the overrides make of the plant, but
+/// for the offset of a plant that is named; keys plant_model.* change the model.
 /// @throws ParameterError for an unknown name (with the list of names), key, type or value.
 LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
                     const Overrides& overrides);

@@ -64,8 +64,8 @@ struct MonitoredSample {
   ChannelValidity counted;  ///< channels that reached the controller
 };
 
-/// The linear model that a monitor of a plant uses: the drive train of the plant's file, whatever overrides make of the
-/// plant, and the effective track of config/plant_model.yaml.
+/// The model that a monitor of a plant uses: the drive train of the plant's file without an offset, whatever overrides
+/// make of the plant, and the effective track of config/plant_model.yaml.
 PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name);
 
 /// Runs the drive loop of a setup along a profile with faults: outliers and faulty channels do not reach the

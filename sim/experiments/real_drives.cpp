@@ -36,6 +36,7 @@ PlantModel identified(const RobotRecording& recording, const CommandPath& path, 
   model.dead_time = found.dead_time.value;
   model.lag = found.lag.value;
   model.gain = found.gain.value;
+  model.offset = found.offset.significant() ? found.offset.value : 0.0;
   model.acceleration_limit = found.acceleration_limit.value;
   const auto& left = found.track_left;
   const auto& right = found.track_right;

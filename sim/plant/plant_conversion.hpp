@@ -1,20 +1,21 @@
 #pragma once
 
 /// @file
-/// Between the parameters of the simulated robot and the linear plant model of the controller's side.
+/// Between the parameters of the simulated robot and the plant model of the controller's side.
 
 #include "jackal_aic/model/plant_model.hpp"
 #include "plant_parameters.hpp"
 
 namespace jackal_aic::sim {
 
-/// Linear model of a simulated robot's drive train. The effective track, which friction and geometry decide, is left to
+/// Model of a simulated robot's drive train. The effective track, which friction and geometry decide, is left to
 /// the controller's own.
 inline PlantModel linearModel(const PlantParameters& plant) {
   PlantModel model;
   model.dead_time = plant.dead_time;
   model.lag = plant.motor_lag;
   model.gain = plant.wheel_gain;
+  model.offset = plant.wheel_gain * plant.wheel_offset;  // the motor's is one of its command
   model.velocity_loop_integral = plant.velocity_loop_integral;
   model.acceleration_limit = plant.acceleration_limit;
   model.on_box = plant.support == Support::box;
@@ -27,6 +28,7 @@ inline PlantParameters simulatedRobot(const PlantModel& model, PlantParameters o
   others.dead_time = model.dead_time;
   others.motor_lag = model.lag;
   others.wheel_gain = model.gain;
+  others.wheel_offset = model.offset / model.gain;
   others.velocity_loop_integral = model.velocity_loop_integral;
   others.acceleration_limit = model.acceleration_limit;
   others.support = model.on_box ? Support::box : Support::ground;

@@ -19,12 +19,13 @@ std::size_t periodsOf(double time, double period) { return static_cast<std::size
 WheelLateness::WheelLateness(const PlantModel& model, double acceleration, double period)
     : acceleration_(acceleration),
       gain_(model.gain),
+      dead_zone_(model),
       delay_(periodsOf(model.dead_time + model.lag, period)),
       commands_(delay_ + 1, 0.0) {}
 
 void WheelLateness::command(double speed) {
   head_ = (head_ + 1) % commands_.size();
-  commands_[head_] = gain_ * speed;
+  commands_[head_] = gain_ * dead_zone_.effective(speed);
 }
 
 void WheelLateness::observe(double stamp, double speed) {
@@ -69,6 +70,7 @@ ActionBound::ActionBound(const std::optional<PlantModel>& model, double wheel_ra
   if (!model) return;
   const double acceleration = model->acceleration_limit / wheel_radius;
   gain_ = model->gain;
+  dead_zone_ = DeadZone(*model);
   ramp_ = acceleration * period / gain_;
   wheels_.assign(2, WheelLateness(*model, acceleration, period));
 }
@@ -87,7 +89,8 @@ void ActionBound::forgetMeasurements() {
 }
 
 void ActionBound::apply(const WheelVector& applied) {
-  followed_ += (applied - followed_).cwiseMax(-ramp_).cwiseMin(ramp_);
+  const WheelVector effective = applied.unaryExpr([this](double u) { return dead_zone_.effective(u); });
+  followed_ += (effective - followed_).cwiseMax(-ramp_).cwiseMin(ramp_);
   for (std::size_t i = 0; i < wheels_.size(); ++i) wheels_[i].command(applied(static_cast<Eigen::Index>(i)));
 }
 
@@ -100,14 +103,16 @@ WheelVector ActionBound::bound(const WheelVector& action, const WheelVector& wan
   WheelVector next = wanted;
   if (part < 1.0) next = action + part * (wanted - action);
   watchRamp(part < 1.0);
-  if (!told_to_stop_) next = together(action, next, goal / gain_);
-  for (int i = 0; i < 2; ++i) next(i) = towardsGoal(i, action(i), next(i), goal(i) / gain_);
+  const WheelVector steady = (goal / gain_).unaryExpr([this](double v) { return dead_zone_.command(v); });
+  if (!told_to_stop_) next = together(action, next, steady);
+  for (int i = 0; i < 2; ++i) next(i) = towardsGoal(i, action(i), next(i), steady(i));
   return next;
 }
 
 double ActionBound::towardsGoal(int wheel, double action, double next, double goal) const {
   const WheelLateness& motor = wheels_[static_cast<std::size_t>(wheel)];
-  const bool on_its_way = ramped_ && motor.accelerating() * (gain_ * goal - speed_(wheel)) > 0.0;
+  const double speed = gain_ * dead_zone_.effective(goal);
+  const bool on_its_way = ramped_ && motor.accelerating() * (speed - speed_(wheel)) > 0.0;
   if (motor.late() != 0 || on_its_way) return std::clamp(next, std::min(action, goal), std::max(action, goal));
   if (told_to_stop_ && speed_(wheel) > kRest) return std::max(next, std::min(action, 0.0));
   if (told_to_stop_ && speed_(wheel) < -kRest) return std::min(next, std::max(action, 0.0));
@@ -150,7 +155,7 @@ double ActionBound::room(const WheelVector& action, const WheelVector& change) c
   double part = 1.0;
   for (int i = 0; i < 2; ++i) {
     // A period later the motor has gone on by its ramp, and the action may lead it by another.
-    const double end = followed_(i) + std::copysign(2.0 * ramp_, change(i)) - action(i);
+    const double end = dead_zone_.command(followed_(i) + std::copysign(2.0 * ramp_, change(i))) - action(i);
     const double largest = std::min(std::max(0.0, std::copysign(1.0, change(i)) * end), stop_change_);
     if (std::abs(change(i)) > largest) part = std::min(part, largest / std::abs(change(i)));
   }

@@ -144,8 +144,15 @@ void FaultMonitor::start(const Observation& observation) {
 void FaultMonitor::checkWheels(const Observation& observation, double step) {
   const ChannelValidity& valid = observation.valid;
   if (followed_) {
-    if (valid.wheel_left) left_.follow(followed_command_.left = observation.wheel_left);
-    if (valid.wheel_right) right_.follow(followed_command_.right = observation.wheel_right);
+    const DeadZone dead_zone(model_);
+    if (valid.wheel_left) {
+      left_.follow(observation.wheel_left);
+      followed_command_.left = dead_zone.command(observation.wheel_left);
+    }
+    if (valid.wheel_right) {
+      right_.follow(observation.wheel_right);
+      followed_command_.right = dead_zone.command(observation.wheel_right);
+    }
     followed_ = false;
   }
   if (valid.wheel_left) left_.compare(observation.wheel_left, step);

@@ -22,6 +22,7 @@ Pace paceWith(const PlantModel& model, double wheel_radius, double lag, double l
 
 ReachableSpeeds::ReachableSpeeds(const PlantModel& model, double wheel_radius, const DriveTrainRange& range)
     : gain_(model.gain),
+      dead_zone_(model),
       model_delay_(steps(model.dead_time)),
       commands_(steps(model.dead_time - range.earlier), steps(model.dead_time + range.later)),
       slow_(paceWith(model, wheel_radius, range.longest_lag, range.slowest_acceleration)),
@@ -37,7 +38,7 @@ void ReachableSpeeds::start(double speed) {
 }
 
 void ReachableSpeeds::predict(double command) {
-  commands_.add(command);
+  commands_.add(dead_zone_.effective(command));
   const double lowest = gain_ * commands_.low(), highest = gain_ * commands_.high();
   lowest_rate_ = std::min(0.0, fast_.towards(lowest, high_)) / kStep;
   highest_rate_ = std::max(0.0, fast_.towards(highest, low_)) / kStep;

@@ -49,7 +49,7 @@ DriveTrain::DriveTrain(const PlantModel& model, double wheel_radius)
 }
 
 DriveTrainPrediction::DriveTrainPrediction(const PlantModel& model, double wheel_radius)
-    : drive_train_(model, wheel_radius), commands_(model.dead_time) {}
+    : drive_train_(model, wheel_radius), dead_zone_(model), commands_(model.dead_time) {}
 
 void DriveTrainPrediction::reset(double speed) {
   commands_.fill(speed / drive_train_.gain());

@@ -25,6 +25,7 @@ std::vector<PlantModel> confidenceBox(const PlantModel& model) {
   span(&PlantModel::dead_time, model.dead_time_half_width, 0.0);
   span(&PlantModel::lag, model.lag_half_width, 0.0);
   span(&PlantModel::gain, model.gain_half_width, kLeastGain);
+  span(&PlantModel::offset, model.offset_half_width, 0.0);
   return corners;
 }
 

@@ -29,7 +29,7 @@ constexpr double kNoTiming = 1e-9;             // (rad/s)^2; e of a smaller vari
 }  // namespace
 
 WheelBelief::WheelBelief(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& parameters)
-    : drive_train_(model, wheel_radius), commands_(model.dead_time) {
+    : drive_train_(model, wheel_radius), dead_zone_(model), commands_(model.dead_time) {
   setParameters(parameters);
   reset(0.0);
 }
@@ -64,7 +64,7 @@ void WheelBelief::seed(double speed) {
 
 void WheelBelief::predict(double command) {
   const double largest = limit_share_ * drive_train_.limit() * kStep;
-  const auto [change, limited] = drive_train_.step(x_, commands_.step(command), limit_share_);
+  const auto [change, limited] = drive_train_.step(x_, commands_.step(dead_zone_.effective(command)), limit_share_);
   rate_ = change / kStep;
   const double beyond = 2.0 * std::abs(change) - largest;
   if (beyond > 0.0) limit_doubt_ += limitDeviation() * beyond;

@@ -138,11 +138,11 @@ std::string configurationText(const NodeParameters& parameters) {
 std::string describeRobot(const NodeParameters& parameters) {
   if (!parameters.plant_model) return "No plant model: no fault detection by prediction";
   const PlantModel& model = *parameters.plant_model;
-  const std::string text =
-      fmt::format("Plant model: {}{}, {}dead time {:g} s, lag {:g} s, gain {:g}, acceleration limit {:g} m/s^2",
-                  parameters.robot_name.empty() ? "robot without a name" : parameters.robot_name,
-                  model.on_box ? ", wheels in the air" : "", model.identified ? "" : "assumed ", model.dead_time,
-                  model.lag, model.gain, model.acceleration_limit);
+  const std::string text = fmt::format(
+      "Plant model: {}{}, {}dead time {:g} s, lag {:g} s, gain {:g}, offset {:g} rad/s, acceleration limit {:g} m/s^2",
+      parameters.robot_name.empty() ? "robot without a name" : parameters.robot_name,
+      model.on_box ? ", wheels in the air" : "", model.identified ? "" : "assumed ", model.dead_time, model.lag,
+      model.gain, model.offset, model.acceleration_limit);
   if (model.identified) return text;
   return text + fmt::format(
                     ". Nobody has identified this robot: it is driven at {:g} m/s^2 at most and the fault "

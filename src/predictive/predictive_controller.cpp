@@ -167,7 +167,9 @@ WheelCommand PredictiveController::updateAction() {
   left_.act(input(0));
   right_.act(input(1));
   const bool told_to_stand = set_point_.forward == 0.0 && set_point_.yaw_rate == 0.0;
-  if (standstill_.stands(told_to_stand, action(), left().speed(), right().speed(), 1.0 / parameters_.action_rate)) {
+  // Within a dead zone a command of nothing is large, and does nothing.
+  const WheelCommand effective{left_.effectiveAction(), right_.effectiveAction()};
+  if (standstill_.stands(told_to_stand, effective, left().speed(), right().speed(), 1.0 / parameters_.action_rate)) {
     left_.stand();
     right_.stand();
   }

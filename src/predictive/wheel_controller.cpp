@@ -4,34 +4,43 @@ namespace jackal_aic {
 
 WheelController::WheelController(const PredictiveParameters& parameters, const PlantModel& model, double wheel_radius)
     : gain_(model.gain),
+      dead_zone_(model),
       learning_rate_(parameters.action_learning_rate),
       belief_(model, wheel_radius, wheelBeliefParameters(parameters)),
       path_(model, wheel_radius, parameters.reference_time, 1.0 / parameters.action_rate) {}
 
 void WheelController::act(double input) {
   path_.take(input);
-  // a ← a − κ_a (∂²F/∂a²)⁻¹ ∂F/∂a with F = ½ ε_a²/Σ_a, ε_a = g a + d − w*
-  const double error = gain_ * action_ + belief_.disturbance() - input;
-  action_ -= learning_rate_ * error / gain_;
+  // v ← v − κ_a (∂²F/∂v²)⁻¹ ∂F/∂v with F = ½ ε_a²/Σ_a, ε_a = g v + d − w*
+  const double error = gain_ * effective_ + belief_.disturbance() - input;
+  effective_ -= learning_rate_ * error / gain_;
+  action_ = dead_zone_.command(effective_);
 }
 
 void WheelController::hold(double applied) {
-  path_.amend(gain_ * (applied - action_));
-  action_ = applied;
+  const double effective = dead_zone_.effective(applied);
+  path_.amend(gain_ * (effective - effective_));
+  drive(applied, effective);
 }
 
 void WheelController::overrule(double applied) {
-  path_.follow(gain_ * applied + belief_.disturbance());
+  const double effective = dead_zone_.effective(applied);
+  path_.follow(gain_ * effective + belief_.disturbance());
+  drive(applied, effective);
+}
+
+void WheelController::drive(double applied, double effective) {
   action_ = applied;
+  effective_ = effective;
 }
 
 void WheelController::stand() {
-  action_ = 0.0;
+  drive(0.0, 0.0);
   path_.reset(0.0);
 }
 
 void WheelController::restart(double measured) {
-  action_ = 0.0;
+  drive(0.0, 0.0);
   path_.reset(measured);
   belief_.seed(measured);
 }

@@ -99,6 +99,7 @@ Figures plantFigures(const PlantModel& plant) {
   return {{"dead_time", "dead time", "s", plant.dead_time},
           {"lag", "lag", "s", plant.lag},
           {"gain", "gain", "", plant.gain},
+          {"offset", "offset (no part of the linear loop)", "rad/s", plant.offset},
           {"velocity_loop_integral", "integral gain of the velocity loop", "1/s", plant.velocity_loop_integral},
           {"effective_track", "effective track (0: the controller's)", "m", plant.effective_track},
           {"on_box", "wheels in the air", "", plant.on_box},

@@ -35,6 +35,7 @@ struct Variant {
   std::string name;
   double extra_dead_time;  // s
   double lag, gain, limit;
+  double extra_offset = 0.0;  // of the motor's command [rad/s]
 };
 
 const std::array<Variant, 8> kSpread{{{"dead time + 10 ms", 0.01, 1.0, 1.0, 1.0},
@@ -50,6 +51,7 @@ sim::PlantParameters varied(sim::PlantParameters plant, const Variant& variant) 
   plant.dead_time = std::max(0.0, plant.dead_time + variant.extra_dead_time);
   plant.motor_lag *= variant.lag;
   plant.wheel_gain *= variant.gain;
+  plant.wheel_offset = std::max(0.0, plant.wheel_offset + variant.extra_offset);
   plant.acceleration_limit *= variant.limit;
   return plant;
 }
@@ -162,9 +164,15 @@ std::vector<Trial> boxTrials(const PlantFile& plant, const std::string& robot, d
   std::vector<Trial> trials;
   for (const PlantModel& corner : confidenceBox(model)) {
     const Variant variant{
-        fmt::format("dead time {:.3g} s, lag {:.3g} s, gain {:.3g}", corner.dead_time, corner.lag, corner.gain),
-        corner.dead_time - model.dead_time, times(corner.lag, model.lag), times(corner.gain, model.gain), 1.0};
-    const bool is_model = variant.extra_dead_time == 0.0 && variant.lag == 1.0 && variant.gain == 1.0;
+        fmt::format("dead time {:.3g} s, lag {:.3g} s, gain {:.3g}", corner.dead_time, corner.lag, corner.gain) +
+            (corner.offset > 0.0 ? fmt::format(", offset {:.3g} rad/s", corner.offset) : ""),
+        corner.dead_time - model.dead_time,
+        times(corner.lag, model.lag),
+        times(corner.gain, model.gain),
+        1.0,
+        corner.offset / corner.gain - model.offset / model.gain};
+    const bool is_model =
+        variant.extra_dead_time == 0.0 && variant.lag == 1.0 && variant.gain == 1.0 && variant.extra_offset == 0.0;
     if (!is_model) addVariant(plant.simulation, robot, overshoot_pct, variant, trials);
   }
   return trials;

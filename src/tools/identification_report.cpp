@@ -41,6 +41,7 @@ std::string remark(const std::string& field, const Identification& result) {
   if (field == "dead_time") return confidence(result.dead_time);
   if (field == "lag") return confidence(result.lag);
   if (field == "gain") return confidence(result.gain);
+  if (field == "offset") return confidence(result.offset);
   if (field == "acceleration_limit") return confidence(result.acceleration_limit);
   if (field != "effective_track") return "";
   const auto side = [](const char* name, const Estimate& track) {
@@ -80,6 +81,10 @@ std::string plantModelYaml(const Identification& result, const RecordingSource& 
   model.dead_time_half_width = rounded(result.dead_time.half_width);
   model.lag_half_width = rounded(result.lag.half_width);
   model.gain_half_width = rounded(result.gain.half_width);
+  if (result.offset.significant()) {
+    model.offset = rounded(result.offset.value);
+    model.offset_half_width = rounded(result.offset.half_width);
+  }
   std::vector<Field> fields = fieldsOf(model);
   for (Field& field : fields) {
     if (field.name == "robot") field.value = source.robot;
@@ -92,8 +97,9 @@ std::string plantModelYaml(const Identification& result, const RecordingSource& 
                       result.duration, result.r_squared, result.residual);
   if (result.offset.known()) {
     head += fmt::format(
-        "# Wheels turn {:.4f} +- {:.4f} rad/s slower than gain x command; a plant model has no key for it.\n",
-        result.offset.value, result.offset.half_width);
+        "# Wheels turn {:.4f} +- {:.4f} rad/s slower than gain x command{}.\n", result.offset.value,
+        result.offset.half_width,
+        result.offset.significant() ? "" : "; not significantly above zero, so that plant_model.offset stays 0");
   }
   for (const auto& remark : result.remarks) head += "# " + remark + "\n";
   return head + yamlBlock("plant_model", fields);

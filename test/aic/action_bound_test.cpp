@@ -37,8 +37,10 @@ struct Motor {
 };
 
 /// Ramps a command to `target`, holds it, and counts the periods in which the wheel counts as late.
-int latePeriods(const Motor& motor, double target, double ramp = kRamp) {
-  WheelLateness wheel(ground(), kLimit, kPeriod);
+int latePeriods(const Motor& motor, double target, double ramp = kRamp, double offset = 0.0) {
+  PlantModel model = ground();
+  model.offset = offset;
+  WheelLateness wheel(model, kLimit, kPeriod);
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0.0, motor.noise);
   std::uniform_real_distribution<double> jitter(-motor.jitter, motor.jitter);
@@ -82,6 +84,13 @@ TEST(WheelLateness, AMotorLikeTheModelsIsNot) {
     motor.limit_factor = 2.0;
     EXPECT_EQ(latePeriods(motor, 10.0), 0) << "twice the limit, encoder step " << step;
   }
+}
+
+TEST(WheelLateness, AMotorWithTheModelsOffsetIsNot) {
+  Motor motor;
+  motor.load = 1.0;
+  EXPECT_EQ(latePeriods(motor, 10.0, 0.5 * kRamp, motor.load), 0);
+  EXPECT_GT(latePeriods(motor, 10.0, 0.5 * kRamp), 0) << "of one that has none it would be";
 }
 
 TEST(WheelLateness, AWeakGainIsTakenForASlowMotorUntilItsWheelIsThereAndNoLonger) {

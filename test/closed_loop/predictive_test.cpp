@@ -228,6 +228,7 @@ TEST_P(PlantModelFile, IsThatOfTheSimulatedRobot) {
   EXPECT_EQ(file.dead_time, robot.dead_time);
   EXPECT_EQ(file.lag, robot.lag);
   EXPECT_EQ(file.gain, robot.gain);
+  EXPECT_EQ(file.offset, robot.offset);
   EXPECT_EQ(file.velocity_loop_integral, robot.velocity_loop_integral);
   EXPECT_EQ(file.acceleration_limit, robot.acceleration_limit);
   EXPECT_EQ(file.sensor_rate, robot.sensor_rate);

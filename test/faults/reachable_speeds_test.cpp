@@ -67,6 +67,18 @@ TEST(ReachableSpeeds, CloseWhenTheCommandStays) {
   EXPECT_NEAR(reachable.highestRate(), 0.0, 1e-3);
 }
 
+TEST(ReachableSpeeds, HoldAWheelThatTurnsByTheOffsetSlowerOrStands) {
+  PlantModel with = model();
+  with.offset = 0.5;
+  ReachableSpeeds reachable(with, kRadius, kRange);
+  for (int k = 0; k < 3000; ++k) reachable.predict(-10.0);
+  EXPECT_NEAR(reachable.low(), -9.5, 1e-6);
+  EXPECT_NEAR(reachable.high(), -9.5, 1e-6);
+  reachable.start(0.0);
+  for (int k = 0; k < 3000; ++k) reachable.predict(0.4);
+  EXPECT_EQ(reachable.high(), 0.0);
+}
+
 TEST(ReachableSpeeds, AreTheModelsWithoutUncertainty) {
   ReachableSpeeds reachable(model(), kRadius, {0.0, 0.0, 0.02, 0.02, 1.0, 1.0});
   WheelBelief wheel(model(), kRadius, {});

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace jackal_aic {
@@ -34,6 +35,68 @@ TEST(DriveTrainResponse, OfTwoTimesIsThatOfBothAfterEachOther) {
   const DriveTrainResponse half = driveTrainResponse(loop, 0.015), whole = driveTrainResponse(loop, 0.03);
   EXPECT_TRUE((half.transition * half.transition).isApprox(whole.transition, 1e-12));
   EXPECT_TRUE((half.transition * half.input + half.input).isApprox(whole.input, 1e-12));
+}
+
+PlantModel withOffset(double gain, double offset) {
+  PlantModel m = model(0.04, 8.0);
+  m.gain = gain;
+  m.offset = offset;
+  return m;
+}
+
+TEST(DeadZone, LeavesWhatTheWheelTurnsBy) {
+  for (const double gain : {0.5, 1.0, 1.3}) {
+    const DeadZone zone(withOffset(gain, 0.5));
+    for (const double command : {0.0, 0.1, 0.3, 0.7, 2.0, 20.0}) {
+      EXPECT_NEAR(gain * zone.effective(command), std::max(0.0, gain * command - 0.5), 1e-12);
+      EXPECT_EQ(zone.effective(-command), -zone.effective(command));
+    }
+  }
+}
+
+TEST(DeadZone, ItsInverseMakesUpForIt) {
+  for (const double gain : {0.5, 1.0, 1.3}) {
+    const DeadZone zone(withOffset(gain, 0.5));
+    EXPECT_EQ(zone.command(0.0), 0.0);
+    EXPECT_EQ(zone.effective(0.0), 0.0);
+    for (const double speed : {DeadZone::kSmooth, 0.1, 1.0, 20.0}) {
+      EXPECT_NEAR(gain * zone.effective(zone.command(speed / gain)), speed, 1e-12);
+      EXPECT_EQ(zone.command(-speed / gain), -zone.command(speed / gain));
+    }
+  }
+}
+
+TEST(DeadZone, ItsInverseDoesNotJump) {
+  const DeadZone zone(withOffset(1.0, 0.5));
+  double last = zone.command(-1.0);
+  for (double v = -1.0; v <= 1.0; v += 1e-4) {
+    const double command = zone.command(v);
+    EXPECT_GE(command, last);
+    EXPECT_LE(command - last, 1e-4 * (1.01 + 0.5 / DeadZone::kSmooth));
+    EXPECT_LE(std::abs(zone.effective(command) - v), DeadZone::kSmooth) << "and a slower wheel stands at worst";
+    EXPECT_LE(std::abs(zone.effective(command)), std::abs(v) + 1e-12) << "never faster than it is to be";
+    last = command;
+  }
+}
+
+TEST(DeadZone, WithoutOffsetIsNone) {
+  const DeadZone zone(withOffset(0.7, 0.0));
+  for (const double command : {0.0, 1e-9, -0.3, 1.0 / 3.0}) {
+    EXPECT_EQ(zone.effective(command), command);
+    EXPECT_EQ(zone.command(command), command);
+  }
+}
+
+TEST(DriveTrainPrediction, TurnsByTheOffsetSlowerAndStandsBelowIt) {
+  DriveTrainPrediction wheel(withOffset(0.9, 0.5), kRadius), straight(withOffset(0.9, 0.0), kRadius);
+  for (int i = 0; i < 2000; ++i) wheel.predict(0.5);
+  EXPECT_EQ(wheel.speed(), 0.0);
+  for (int i = 0; i < 2000; ++i) {
+    wheel.predict(-3.0);
+    straight.predict(-3.0 + 0.5 / 0.9);
+    ASSERT_NEAR(wheel.speed(), straight.speed(), 1e-12);
+  }
+  EXPECT_NEAR(wheel.speed(), -(0.9 * 3.0 - 0.5), 1e-3);
 }
 
 TEST(DriveTrain, StepsFollowTheExactResponse) {

@@ -273,11 +273,29 @@ TEST(IdentificationReport, YamlSaysWhereItComesFrom) {
   EXPECT_NE(identificationTable(result).find("R^2"), std::string::npos);
 }
 
+TEST(IdentificationReport, AnOffsetThatMayBeNoneIsNotWritten) {
+  Identification result;
+  result.dead_time = {0.12, 0.001, ""};
+  result.lag = {0.05, 0.002, ""};
+  result.gain = {0.97, 0.001, ""};
+  result.acceleration_limit = {3.2, 0.1, ""};
+  for (const Estimate& offset :
+       {Estimate{0.04, 0.05, ""}, Estimate{-0.2, 0.05, ""}, Estimate{0.2, 0.0, "the commands are of one speed only"}}) {
+    result.offset = offset;
+    ParameterMap map;
+    addYamlText(plantModelYaml(result, {"drive.bag", "", ""}), "plant_model.yaml", map);
+    const auto model = readParameters<PlantModel>(map, "plant_model");
+    EXPECT_EQ(model.offset, 0.0) << offset.value;
+    EXPECT_EQ(model.offset_half_width, 0.0) << offset.value;
+  }
+}
+
 TEST(IdentificationReport, YamlHoldsTheEstimates) {
   Identification result;
   result.dead_time = {0.12, 0.001, ""};
   result.lag = {0.05, 0.002, ""};
   result.gain = {0.97, 0.001, ""};
+  result.offset = {0.48, 0.02, ""};
   result.acceleration_limit = {3.2, 0.0, "never reached; at least the largest acceleration seen"};
   result.track_left = {0.55, 0.01, ""};
   result.track_right = {0.0, 0.0, "no turn to the right"};
@@ -292,6 +310,8 @@ TEST(IdentificationReport, YamlHoldsTheEstimates) {
   EXPECT_DOUBLE_EQ(number("dead_time_half_width"), 0.001);
   EXPECT_DOUBLE_EQ(number("lag_half_width"), 0.002);
   EXPECT_DOUBLE_EQ(number("gain_half_width"), 0.001);
+  EXPECT_DOUBLE_EQ(number("offset"), 0.48);
+  EXPECT_DOUBLE_EQ(number("offset_half_width"), 0.02);
   EXPECT_NE(identificationTable(result).find("no turn to the right"), std::string::npos);
   result.gain.unknown = "the recording does not depend on it";
   EXPECT_THROW(plantModelYaml(result, {"drive.bag", "", ""}), IdentificationError);

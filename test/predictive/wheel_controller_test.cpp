@@ -51,6 +51,45 @@ TEST(WheelController, CancelsTheDisturbanceThatItBelieves) {
   }
 }
 
+TEST(WheelController, MakesUpForTheOffsetOfItsModel) {
+  PlantModel with = driveTrain();
+  with.offset = 0.5;
+  WheelController wheel({}, with, kRadius), without({}, driveTrain(), kRadius);
+  WheelBelief robot(with, kRadius, {}), other(driveTrain(), kRadius, {});
+  for (const double wanted : {0.2, 5.0, -3.0}) {
+    for (int k = 0; k < 100; ++k) {
+      for (int i = 0; i < 20; ++i) {
+        robot.predict(wheel.action());
+        other.predict(without.action());
+        wheel.predict();
+        without.predict();
+      }
+      wheel.correct(robot.speed());
+      without.correct(other.speed());
+      wheel.act(wheel.input(wanted));
+      without.act(without.input(wanted));
+      ASSERT_NEAR(wheel.effectiveAction(), without.action(), 1e-9) << "to " << wanted << ", period " << k;
+      ASSERT_NEAR(robot.speed(), other.speed(), 1e-9) << "to " << wanted << ", period " << k;
+    }
+    EXPECT_NEAR(wheel.action(), (wanted + std::copysign(0.5, wanted)) / 0.9, 0.01) << wanted;
+  }
+}
+
+TEST(WheelController, WhatIsHeldOfACommandIsLessTheOffset) {
+  PlantModel with = driveTrain();
+  with.offset = 0.5;
+  WheelController wheel({}, with, kRadius), without({}, driveTrain(), kRadius);
+  wheel.act(wheel.input(3.0));
+  without.act(without.input(3.0));
+  wheel.hold(1.0);
+  without.hold(1.0 - 0.5 / 0.9);
+  EXPECT_NEAR(wheel.path().speed(), without.path().speed(), 1e-12);
+  wheel.overrule(0.3);
+  without.overrule(0.0);
+  EXPECT_EQ(wheel.action(), 0.3);
+  EXPECT_NEAR(wheel.path().speed(), without.path().speed(), 1e-12) << "within the dead zone it is none";
+}
+
 TEST(WheelController, ASmallLearningRateGoesOnlyAPartOfTheWay) {
   PredictiveParameters slow;
   slow.action_learning_rate = 0.25;

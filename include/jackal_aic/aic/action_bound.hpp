@@ -26,6 +26,7 @@
 #include <optional>
 #include <vector>
 
+#include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 #include "jackal_aic/model/types.hpp"
 
@@ -73,7 +74,8 @@ class WheelLateness {
   double commandAgo(std::size_t periods) const;
 
   double acceleration_;                     // rad/s^2
-  double gain_;                             // wheel speed / command
+  double gain_;                             // wheel speed / effective command
+  DeadZone dead_zone_;                      // of the motors
   std::size_t delay_;                       // of the wheel behind its command, in periods
   std::vector<double> commands_;            // ring, as the wheel's speeds [rad/s]
   std::size_t head_ = 0;                    // of the last command
@@ -119,10 +121,11 @@ class ActionBound {
   double towardsGoal(int wheel, double action, double next, double goal) const;
 
   double period_;                               // s
-  double gain_ = 1.0;                           // wheel speed / command
+  double gain_ = 1.0;                           // wheel speed / effective command
+  DeadZone dead_zone_{PlantModel{}};            // of the motors
   double ramp_ = kUnbounded;                    // of a motor in a period [rad/s]
   std::vector<WheelLateness> wheels_;           // left and right; none without a model
-  WheelVector followed_ = WheelVector::Zero();  // where a motor at its limit is on the way to the action [rad/s]
+  WheelVector followed_ = WheelVector::Zero();  // where a motor at its limit is, as effective command [rad/s]
   WheelVector speed_ = WheelVector::Zero();     // measured last [rad/s]
   bool told_to_stop_ = true;                    // the last set point was zero
   WheelVector goal_ = WheelVector::Zero();      // of the last period [rad/s]

@@ -154,7 +154,7 @@ class FaultMonitor {
   double stamp_ = 0.0;
   bool started_ = false;
   bool followed_ = false;          // since the last sample the commands were not known
-  WheelCommand followed_command_;  // what the wheels were measured to do meanwhile [rad/s]
+  WheelCommand followed_command_;  // with which they do what they were measured to do meanwhile [rad/s]
   double known_ = 0.0;             // time since a restart for which the commands are known [s]
 };
 

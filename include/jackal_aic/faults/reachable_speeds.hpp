@@ -56,8 +56,9 @@ class ReachableSpeeds {
 
  private:
   double gain_;
+  DeadZone dead_zone_;
   std::size_t model_delay_;      // [steps]
-  SlidingRange<4000> commands_;  // that may act now, one per step
+  SlidingRange<4000> commands_;  // effective ones that may act now, one per step
   Pace slow_, nominal_pace_, fast_;
   double low_ = 0.0, nominal_ = 0.0, high_ = 0.0;
   double lowest_rate_ = 0.0, highest_rate_ = 0.0;

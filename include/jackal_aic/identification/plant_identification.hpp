@@ -59,6 +59,9 @@ struct Estimate {
   double half_width = 0.0;                        ///< half width of the 95 % confidence interval
   std::string unknown;                            ///< why the recording cannot tell; empty if it can
   bool known() const { return unknown.empty(); }  ///< the recording tells it
+
+  /// Known to be above zero: its confidence interval does not reach down to it.
+  bool significant() const { return known() && value > half_width; }
 };
 
 /// What a recording tells about the drive train.

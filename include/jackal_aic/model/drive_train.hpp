@@ -3,7 +3,7 @@
 /// @file
 /// The model of a wheel's drive train, from the command u to the wheel's speed w:
 ///
-///     r     = gain u(t - dead_time) + d
+///     r     = gain v(t - dead_time) + d,    gain v = sign(u) max(0, gain |u| - offset)
 ///     dw/dt = clamp((r + z - w) / lag, +- acceleration_limit / radius),    dz/dt = velocity_loop_integral (r - w)
 ///
 /// with the correction z of the motors' velocity loop and a disturbance d of its input. Whatever reckons with a drive
@@ -13,11 +13,46 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 #include "jackal_aic/model/plant_model.hpp"
 
 namespace jackal_aic {
+
+/// Dead zone of motors that turn by a fixed amount slower than commanded, and not at all below it: 0.5 rad/s on some
+/// Jackals (clearpath_robot#280). Everything behind it is the linear drive train, of which the input is the effective
+/// command v. The inverse is smooth, as adaptive control uses it (Tao and Kokotovic 1994; Zhou, Wen and Zhang 2006):
+/// that of the dead zone itself jumps at zero, where noise would make it chatter. A command is its own effective one,
+/// to the bit, where the offset is zero.
+class DeadZone {
+ public:
+  /// Wheel speed below which the inverse does not make up for the whole offset [rad/s]; 1 cm/s of a Jackal. The noise
+  /// of a belief at rest, 0.04 rad/s with the shipped encoders, then makes commands of less than half the offset.
+  static constexpr double kSmooth = 0.1;
+
+  /// @param model gain and offset.
+  explicit DeadZone(const PlantModel& model) : width_(model.offset / model.gain), slope_(model.offset / kSmooth) {}
+
+  /// Effective command v [rad/s], with which the wheel turns by gain v, of a command u [rad/s].
+  double effective(double command) const {
+    if (width_ == 0.0) return command;
+    // v = sign(u) max(0, |u| − offset/gain)
+    return std::copysign(std::max(0.0, std::abs(command) - width_), command);
+  }
+
+  /// Command u [rad/s] with this effective one [rad/s]; of a wheel that is to turn slower than kSmooth a smaller one,
+  /// for which it stands. Odd, continuous and increasing; zero of zero.
+  double command(double effective) const {
+    if (width_ == 0.0) return effective;
+    // u = v + sign(v) min(|v|/v_s, 1) offset/gain,  gain v_s = kSmooth
+    return effective + std::clamp(slope_ * effective, -width_, width_);
+  }
+
+ private:
+  double width_;  // offset/gain [rad/s]
+  double slope_;  // of what is added to a small effective command
+};
 
 /// How a drive train without velocity-loop integral goes to its target over a time.
 struct Pace {
@@ -90,8 +125,8 @@ class DriveTrain {
   /// @param wheel_radius r [m].
   DriveTrain(const PlantModel& model, double wheel_radius);
 
-  /// Moves x by a step in which a command u [rad/s] acts. At the acceleration limit the speed does not depend on z and
-  /// d, and z rests. @param limit_share part of the acceleration limit that the motor has.
+  /// Moves x by a step in which an effective command v [rad/s] acts. At the acceleration limit the speed does not
+  /// depend on z and d, and z rests. @param limit_share part of the acceleration limit that the motor has.
   Step step(Eigen::Vector3d& x, double acting, double limit_share = 1.0) const {
     // x ← J x + b u, of which d rests
     const Eigen::Vector2d next = transition_.topRows<2>() * x + input_.head<2>() * acting;
@@ -108,9 +143,9 @@ class DriveTrain {
 
   /// Map of x over a step below the acceleration limit, and what a command that acts adds.
   const Eigen::Matrix3d& transition() const { return transition_; }
-  const Eigen::Vector3d& input() const { return input_; }  ///< likewise, per rad/s of command
+  const Eigen::Vector3d& input() const { return input_; }  ///< likewise, per rad/s of effective command
 
-  double gain() const { return gain_; }    ///< wheel speed / command
+  double gain() const { return gain_; }    ///< wheel speed / effective command
   double limit() const { return limit_; }  ///< of dw/dt [rad/s^2]
 
  private:
@@ -127,7 +162,7 @@ class DriveTrainPrediction {
   DriveTrainPrediction(const PlantModel& model, double wheel_radius);
 
   /// Goes on by DriveTrain::kStep during which a command u [rad/s] is applied.
-  void predict(double command) { drive_train_.step(x_, commands_.step(command)); }
+  void predict(double command) { drive_train_.step(x_, commands_.step(dead_zone_.effective(command))); }
 
   /// Starts at a speed [rad/s] with a command under way that has been driving it for long.
   void reset(double speed);
@@ -136,7 +171,8 @@ class DriveTrainPrediction {
 
  private:
   DriveTrain drive_train_;
-  CommandsUnderWay commands_;
+  DeadZone dead_zone_;
+  CommandsUnderWay commands_;  // effective ones
   Eigen::Vector3d x_ = Eigen::Vector3d::Zero();
 };
 

@@ -12,10 +12,13 @@
 
 namespace jackal_aic {
 
-/// Response of the wheel speeds to the drive command, per wheel, with command u, wheel speed w and r = gain u:
+/// Response of the wheel speeds to the drive command, per wheel, with command u, wheel speed w and target r:
 ///
 ///     lag dw/dt = r(t - dead_time) + z - w,    dz/dt = velocity_loop_integral (r(t - dead_time) - w),
+///     r = sign(u) max(0, gain |u| - offset),
 ///
+/// where the offset is that of motors which turn by a fixed amount slower than commanded, and not at all below it, as
+/// those of some Jackals do by 0.5 rad/s (clearpath_robot#280; DeadZone, drive_train.hpp),
 /// and of the yaw rate to the wheel speeds, theta_dot = wheel_radius slip_factor (w_R - w_L) / effective_track (3-1),
 /// with wheel radius and slip factor of the robot's geometry (geometryOf()). YAML prefix `plant_model`. The defaults
 /// are what config/jackal_model.yaml assumes of a Jackal, but for `identified`: a file that does not say was written by
@@ -23,7 +26,8 @@ namespace jackal_aic {
 struct PlantModel {
   double dead_time = 0.08;              ///< from a command until the motors follow it, all transports included [s]
   double lag = 0.03;                    ///< time constant of the wheel speed [s]; 0 follows at once
-  double gain = 1.0;                    ///< wheel speed / command at steady state
+  double gain = 1.0;                    ///< wheel speed / command at steady state; with an offset, change of both
+  double offset = 0.0;                  ///< by which a wheel turns slower than gain x command [rad/s]; 0: none
   double velocity_loop_integral = 0.0;  ///< integral gain of the motors' velocity loop [1/s]; 0 is a first-order lag
   double acceleration_limit = 1.65;     ///< of the wheel circumference [m/s^2]; no part of the linear response
   double effective_track = 0.0;         ///< true virtual width b_hat [m]; 0 stands for the controller's own
@@ -31,9 +35,10 @@ struct PlantModel {
   double sensor_rate = 50.0;            ///< of paired wheel and IMU samples [Hz]
   bool identified = true;  ///< estimated from this robot; false: assumed of a robot that nobody has identified yet
   double dead_time_half_width =
-      0.0;                       ///< half the width of the 95 % confidence interval of dead_time [s]; 0: not stated
-  double lag_half_width = 0.0;   ///< likewise of lag [s]
-  double gain_half_width = 0.0;  ///< likewise of gain
+      0.0;                         ///< half the width of the 95 % confidence interval of dead_time [s]; 0: not stated
+  double lag_half_width = 0.0;     ///< likewise of lag [s]
+  double gain_half_width = 0.0;    ///< likewise of gain
+  double offset_half_width = 0.0;  ///< likewise of offset [rad/s]
 };
 
 /// The geometry of the robot that a model describes: with the model's effective track, if it has one.
@@ -65,6 +70,7 @@ void describeFields(Visitor& v, PlantModel& p) {
   v.field("dead_time", p.dead_time, {0.0, 2.0}, "s", Presence::required);
   v.field("lag", p.lag, {0.0, 2.0}, "s", Presence::required);
   v.field("gain", p.gain, {0.1, 3.0}, "", Presence::optional);
+  v.field("offset", p.offset, {0.0, 5.0}, "rad/s", Presence::optional);
   v.field("velocity_loop_integral", p.velocity_loop_integral, {0.0, 100.0}, "1/s", Presence::optional);
   v.field("acceleration_limit", p.acceleration_limit, {0.01, 1000.0}, "m/s^2", Presence::optional);
   v.field("effective_track", p.effective_track, {0.0, 5.0}, "m", Presence::optional);
@@ -74,10 +80,11 @@ void describeFields(Visitor& v, PlantModel& p) {
   v.field("dead_time_half_width", p.dead_time_half_width, {0.0, 2.0}, "s", Presence::optional);
   v.field("lag_half_width", p.lag_half_width, {0.0, 2.0}, "s", Presence::optional);
   v.field("gain_half_width", p.gain_half_width, {0.0, 3.0}, "", Presence::optional);
+  v.field("offset_half_width", p.offset_half_width, {0.0, 5.0}, "rad/s", Presence::optional);
 }
 
-/// The corners of the box that the confidence intervals of dead time, lag and gain span, none of them below what a
-/// plant model may have; a model that states no interval is its only one.
+/// The corners of the box that the confidence intervals of dead time, lag, gain and offset span, none of them below
+/// what a plant model may have; a model that states no interval is its only one.
 std::vector<PlantModel> confidenceBox(const PlantModel& model);
 
 /// Which robot a plant model describes, in its own words (key plant_model.robot); empty if it does not say.

@@ -83,9 +83,9 @@ class WheelBelief {
   /// Gain of the last measurement on (w, z, d).
   const Eigen::Vector3d& lastGain() const { return gain_; }
 
-  /// Map of (w, z, d) over an inner step below the acceleration limit, and what a command adds that acts in it.
+  /// Map of (w, z, d) over an inner step below the acceleration limit, and what an effective command adds.
   const Eigen::Matrix3d& transition() const { return drive_train_.transition(); }
-  const Eigen::Vector3d& input() const { return drive_train_.input(); }  ///< likewise, per rad/s of command
+  const Eigen::Vector3d& input() const { return drive_train_.input(); }  ///< likewise, per rad/s of effective command
 
   /// Dead time in inner steps.
   std::size_t delay() const { return commands_.delay(); }
@@ -117,7 +117,8 @@ class WheelBelief {
   double limitDeviation() const;
 
   DriveTrain drive_train_;
-  CommandsUnderWay commands_;
+  DeadZone dead_zone_;
+  CommandsUnderWay commands_;  // effective ones
   WheelBeliefParameters parameters_;
   double limit_share_ = 1.0;      // lambda
   double limit_curvature_ = 0.0;  // of F along lambda, beside that of what was believed before

@@ -5,13 +5,15 @@
 ///
 ///     believe   x = (w, z, d) from the commands really applied and the measured speed          (wheel_belief.hpp)
 ///     refer     w*, the input that takes the drive train along the reference model's path (drive_train_reference.hpp)
-///     act       a <- a - kappa_a (d2F/da2)^-1 dF/da,  F = 1/2 eps_a^2 / Sigma_a,  eps_a = gain a + d - w*
+///     act       v <- v - kappa_a (d2F/dv2)^-1 dF/dv,  F = 1/2 eps_a^2 / Sigma_a,  eps_a = gain v + d - w*
+///     command   a, of which v is what the motors' dead zone leaves; a = v without one           (DeadZone)
 ///     hold      what of the action is really driven goes into belief and path
 ///
 /// So the believed disturbance is cancelled, and the wheel's own dynamics become the reference dynamics. The present
 /// sensation does not depend on the present action, because of the dead time: only the expected error eps_a has a
 /// gradient.
 
+#include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 #include "jackal_aic/model/wheel_belief.hpp"
 #include "jackal_aic/predictive/drive_train_reference.hpp"
@@ -62,14 +64,19 @@ class WheelController {
 
   const WheelBelief& belief() const { return belief_; }      ///< about speed and disturbance
   const DriveTrainReference& path() const { return path_; }  ///< towards the wanted speed
-  double action() const { return action_; }                  ///< command now driven [rad/s]
+  double action() const { return action_; }                  ///< command now driven, a [rad/s]
+  double effectiveAction() const { return effective_; }      ///< what the dead zone leaves of it, v [rad/s]
 
  private:
-  double gain_;           // wheel speed / command
+  void drive(double applied, double effective);
+
+  double gain_;           // wheel speed / effective command
+  DeadZone dead_zone_;    // of the motors
   double learning_rate_;  // kappa_a
   WheelBelief belief_;
   DriveTrainReference path_;
-  double action_ = 0.0;  // a
+  double action_ = 0.0;     // a
+  double effective_ = 0.0;  // v
 };
 
 }  // namespace jackal_aic
