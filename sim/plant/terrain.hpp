@@ -49,8 +49,8 @@ class Terrain {
   /// Friction at a place in multiples of that of the whole ground.
   double frictionShare(double x, double y) const;
 
-  /// Where a wheel, a sphere here, touches the kerb, which stands on the ground and whose top follows it; empty if there
-  /// is none within reach. @param hub [m]; @param radius [m].
+  /// Where a wheel, a sphere here, touches the kerb, which stands on the ground and whose top follows it; empty if
+  /// there is none within reach. @param hub [m]; @param radius [m].
   std::optional<TouchPoint> kerb(const Eigen::Vector3d& hub, double radius) const;
 
  private:
