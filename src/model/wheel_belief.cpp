@@ -35,8 +35,12 @@ WheelBelief::WheelBelief(const PlantModel& model, double wheel_radius, const Whe
 }
 
 void WheelBelief::setDriveTrain(const PlantModel& model, double wheel_radius) {
+  const auto before = static_cast<double>(commands_.delay());
   drive_train_ = DriveTrain(model, wheel_radius);
   commands_.setDeadTime(model.dead_time);
+  // w is off by what it changed meanwhile.
+  const double late = (static_cast<double>(commands_.delay()) - before) * kStep * rate_;
+  P_(0, 0) += late * late;
 }
 
 void WheelBelief::setParameters(const WheelBeliefParameters& parameters) {

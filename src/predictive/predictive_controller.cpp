@@ -320,11 +320,23 @@ Eigen::Matrix2d PredictiveController::velocityCovariance() const {
   return Eigen::Vector2d(forward, yaw_.variance()).asDiagonal();
 }
 
+WheelVector PredictiveController::changeAhead() const {
+  // The path is a dead time ahead of the wheels, of which only what was learned is in doubt.
+  const double learned = model_.dead_time + model_.lag - configured_model_.dead_time - configured_model_.lag;
+  const double most = std::abs(learned) * model_.acceleration_limit / geometry_.wheel_radius;
+  const auto ahead = [most](const WheelController& wheel) {
+    return std::clamp(wheel.path().speed() - wheel.belief().speed(), -most, most);
+  };
+  return {ahead(left_), ahead(right_)};
+}
+
 Eigen::Matrix2d PredictiveController::motionCovariance() const {
   const Eigen::Matrix2d believed = velocityCovariance();
   const BodyVector velocity = believedVelocity();
-  return Eigen::Vector2d(uncertainty_.forwardVariance(believed(0, 0), velocity),
-                         uncertainty_.yawVariance(believed(1, 1), velocity, slipBelief().gyroOffset()))
+  const WheelVector ahead = changeAhead();
+  const double turn = slipBelief().yawPerDifference(left().speed(), right().speed()) * (ahead(1) - ahead(0));
+  return Eigen::Vector2d(uncertainty_.forwardVariance(believed(0, 0), velocity, forwardSpeedOf(ahead.sum())),
+                         uncertainty_.yawVariance(believed(1, 1), velocity, slipBelief().gyroOffset(), turn))
       .asDiagonal();
 }
 

@@ -129,6 +129,7 @@ class PredictiveController : public VelocityController {
 
  private:
   double forwardSpeedOf(double sum_of_wheels) const;
+  WheelVector changeAhead() const;
   void start();
   Observation withBelieved(Observation observation) const;
   void predict();
