@@ -176,7 +176,8 @@ double WheelMonitor::resolutionVariance() const {
 /// slowest and the fastest drive train are from the model.
 WheelMonitor::Interval WheelMonitor::possible() const {
   const double offset = belief_.speed() - reachable_.nominal();
-  return {std::min(envelope_.low(), reachable_.low() + offset), std::max(envelope_.high(), reachable_.high() + offset)};
+  const auto [low, high] = envelope_.range();
+  return {std::min(low, reachable_.low() + offset), std::max(high, reachable_.high() + offset)};
 }
 
 /// A value that the encoder holds is of the past: it may be any that was possible since it was renewed, and so for the

@@ -27,7 +27,7 @@ struct DriveTrainRange {
   double fastest_acceleration = 1.0;  ///< L in multiples of the model's
 };
 
-/// The interval of one wheel. It never sees a measurement. Nothing here allocates.
+/// The interval of one wheel. It never sees a measurement. Allocates when it is made, and not after.
 class ReachableSpeeds {
  public:
   /// Longest dead time, uncertainty included [s]; a longer one counts as this.
@@ -57,8 +57,8 @@ class ReachableSpeeds {
  private:
   double gain_;
   DeadZone dead_zone_;
-  std::size_t model_delay_;      // [steps]
-  SlidingRange<4000> commands_;  // effective ones that may act now, one per step
+  std::size_t model_delay_;  // [steps]
+  SlidingRange commands_;    // effective ones that may act now, one per step
   Pace slow_, nominal_pace_, fast_;
   double low_ = 0.0, nominal_ = 0.0, high_ = 0.0;
   double lowest_rate_ = 0.0, highest_rate_ = 0.0;
