@@ -97,8 +97,9 @@ constexpr double kAssumedOffset = 0.5;
 /// Width of the envelope, in standard deviations of the error, up to which an error tells of the noise.
 constexpr double kNarrow = 3.0;
 
-PlantModel earlier(PlantModel model, double by) {
-  model.dead_time -= by;
+/// The drive train behind dead zone and dead time.
+PlantModel afterDeadTime(PlantModel model) {
+  model.offset = model.dead_time = 0.0;
   return model;
 }
 
@@ -113,10 +114,11 @@ WheelBeliefParameters beliefParameters(const FaultParameters& p) {
 
 WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius)
     : parameters_(parameters),
-      belief_(model, wheel_radius, beliefParameters(parameters)),
-      early_(earlier(model, lead(parameters, model)), wheel_radius),
-      envelope_(steps(kTimingBound * parameters.dead_time_deviation), steps(lead(parameters, model))),
       reachable_(model, wheel_radius, driveTrainRange(parameters, model)),
+      belief_(afterDeadTime(model), wheel_radius, beliefParameters(parameters)),
+      early_(afterDeadTime(model), wheel_radius),
+      early_delay_(steps(model.dead_time - lead(parameters, model))),
+      envelope_(steps(kTimingBound * parameters.dead_time_deviation), steps(lead(parameters, model))),
       identified_(model.identified),
       change_(kMemory),
       learned_(parameters.covariance_time_constant),
@@ -155,10 +157,10 @@ void WheelMonitor::begin(double speed) {
 }
 
 void WheelMonitor::predict(double command) {
-  belief_.predict(command);
-  early_.predict(command);
-  envelope_.add(belief_.speed(), early_.speed());
   reachable_.predict(command);
+  belief_.predict(reachable_.commandBefore(reachable_.delay()));
+  early_.predict(reachable_.commandBefore(early_delay_));
+  envelope_.add(belief_.speed(), early_.speed());
   change_.add(belief_.acceleration(), WheelBelief::kStep);
 }
 

@@ -34,7 +34,8 @@ DriveTrainResponse driveTrainResponse(const PlantModel& model, double time) {
 }
 
 CommandsUnderWay::CommandsUnderWay(double dead_time)
-    : delay_(static_cast<std::size_t>(std::lround(std::clamp(dead_time, 0.0, kLongestDeadTime) / kStep))) {}
+    : delay_(static_cast<std::size_t>(std::lround(std::clamp(dead_time, 0.0, kLongestDeadTime) / kStep))),
+      commands_(delay_ + 1) {}
 
 DriveTrain::DriveTrain(const PlantModel& model, double wheel_radius)
     : gain_(model.gain), limit_(model.acceleration_limit / wheel_radius) {

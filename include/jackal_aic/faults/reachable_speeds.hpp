@@ -45,11 +45,17 @@ class ReachableSpeeds {
   /// Goes on by one DriveTrain::kStep during which a command u [rad/s] is applied.
   void predict(double command);
 
+  /// Effective command [rad/s] of some time ago [steps], which is not longer than the longest dead time.
+  double commandBefore(std::size_t age) const { return commands_.at(age); }
+
   double low() const { return low_; }    ///< lowest speed [rad/s]
   double high() const { return high_; }  ///< highest speed [rad/s]
 
   /// Speed of the model itself, between the two [rad/s].
   double nominal() const { return nominal_; }
+
+  /// Dead time of the model [steps].
+  std::size_t delay() const { return model_delay_; }
 
   double lowestRate() const { return lowest_rate_; }    ///< of dw/dt, at any speed in the interval [rad/s^2]
   double highestRate() const { return highest_rate_; }  ///< of dw/dt, at any speed in the interval [rad/s^2]

@@ -16,7 +16,7 @@
 
 namespace jackal_aic {
 
-/// Prediction, comparison and verdict for one encoder. Nothing here allocates.
+/// Prediction, comparison and verdict for one encoder. Allocates when it is made, and not after.
 class WheelMonitor {
  public:
   /// A wheel slower than this may be at rest: a repeated speed says nothing, and neither does a good sample [rad/s].
@@ -91,10 +91,11 @@ class WheelMonitor {
   double usualMisfit() const;
 
   FaultParameters parameters_;
-  WheelBelief belief_;
-  DriveTrainPrediction early_;  // never corrected: tells what may happen soon
+  ReachableSpeeds reachable_;    // keeps the commands under way
+  WheelBelief belief_;           // of the command that acts
+  DriveTrainPrediction early_;   // of one that will; never corrected: tells what may happen soon
+  std::size_t early_delay_;      // [steps]
   PredictionEnvelope envelope_;
-  ReachableSpeeds reachable_;
   bool identified_;
   RecentChange change_;
   LearnedVariance learned_;

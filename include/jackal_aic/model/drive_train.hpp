@@ -12,9 +12,9 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
+#include <vector>
 
 #include "jackal_aic/model/plant_model.hpp"
 
@@ -82,7 +82,7 @@ struct DriveTrainResponse {
 /// Exact response below the acceleration limit over a time [s].
 DriveTrainResponse driveTrainResponse(const PlantModel& model, double time);
 
-/// Commands of one wheel on their way through the dead time. Nothing here allocates.
+/// Commands of one wheel on their way through the dead time. Allocates when it is made, and not after.
 class CommandsUnderWay {
  public:
   static constexpr double kStep = 0.001;           ///< between commands [s]; the dead time is a whole number of these
@@ -99,15 +99,14 @@ class CommandsUnderWay {
   }
 
   /// As if this command had been given for long.
-  void fill(double command) { commands_.fill(command); }
+  void fill(double command) { std::fill(commands_.begin(), commands_.end(), command); }
 
   /// Dead time in steps.
   std::size_t delay() const { return delay_; }
 
  private:
-  // Ring, one per step, of which delay_ + 1 are in use.
-  std::array<double, static_cast<std::size_t>(kLongestDeadTime / kStep) + 1> commands_{};
   std::size_t delay_;
+  std::vector<double> commands_;  // ring, one per step
   std::size_t head_ = 0;
 };
 
@@ -155,7 +154,7 @@ class DriveTrain {
   Eigen::Vector3d input_;
 };
 
-/// A wheel that does what its drive train does, whatever is measured. Nothing here allocates.
+/// A wheel that does what its drive train does, whatever is measured. Allocates when it is made, and not after.
 class DriveTrainPrediction {
  public:
   /// At rest. @param wheel_radius r [m].

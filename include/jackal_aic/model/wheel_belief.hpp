@@ -52,7 +52,7 @@ struct WheelBeliefParameters {
   double disturbance_deviation = 0.3;       ///< of d before anything is known of it [rad/s]; 0: there is none
 };
 
-/// Belief about one wheel. Nothing here allocates.
+/// Belief about one wheel. Allocates when it is made, and not after.
 class WheelBelief {
  public:
   /// Inner step of the model [s].
