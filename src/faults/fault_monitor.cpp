@@ -98,8 +98,8 @@ void FaultMonitor::advance(const std::optional<WheelCommand>& known, double dura
   if (!known) followed_ = true;
   const WheelCommand applied = known.value_or(followed_command_);
   if (!started_) known_ = known ? known_ + duration : 0.0;
-  const long steps = std::lround(duration / WheelBelief::kStep);
-  for (long i = 0; i < steps; ++i) {
+  const int steps = static_cast<int>(duration / WheelBelief::kStep + 0.5);
+  for (int i = 0; i < steps; ++i) {
     left_.predict(applied.left);
     right_.predict(applied.right);
     const double forward_rate = 0.5 * rolling_radius_ * (left_.acceleration() + right_.acceleration());

@@ -97,9 +97,9 @@ constexpr double kAssumedOffset = 0.5;
 /// Width of the envelope, in standard deviations of the error, up to which an error tells of the noise.
 constexpr double kNarrow = 3.0;
 
-/// The drive train behind dead zone and dead time.
+/// The drive train behind its dead time.
 PlantModel afterDeadTime(PlantModel model) {
-  model.offset = model.dead_time = 0.0;
+  model.dead_time = 0.0;
   return model;
 }
 
@@ -116,7 +116,7 @@ WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& 
     : parameters_(parameters),
       reachable_(model, wheel_radius, driveTrainRange(parameters, model)),
       belief_(afterDeadTime(model), wheel_radius, beliefParameters(parameters)),
-      early_(afterDeadTime(model), wheel_radius),
+      drive_train_(model, wheel_radius),
       early_delay_(steps(model.dead_time - lead(parameters, model))),
       envelope_(steps(kTimingBound * parameters.dead_time_deviation), steps(lead(parameters, model))),
       identified_(model.identified),
@@ -129,7 +129,7 @@ WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& 
 
 void WheelMonitor::start(double speed) {
   belief_.reset(speed);
-  early_.reset(speed);
+  early_ << speed, 0.0, 0.0;
   reachable_.start(speed);
   begin(speed);
 }
@@ -142,13 +142,13 @@ void WheelMonitor::startUnderWay(double speed) {
 
 void WheelMonitor::follow(double speed) {
   belief_.reset(speed);
-  early_.reset(speed);
+  early_ << speed, 0.0, 0.0;
   envelope_.start(speed, speed);
   reachable_.start(speed);
 }
 
 void WheelMonitor::begin(double speed) {
-  envelope_.start(speed, early_.speed());
+  envelope_.start(speed, early_(0));
   intervals_.fill({{speed, speed}, {speed, speed}, clock_ - kUnknownAge});
   last_speed_ = measured_ = speed;
   frozen_ = suspect_ = recovering_ = false;
@@ -158,9 +158,9 @@ void WheelMonitor::begin(double speed) {
 
 void WheelMonitor::predict(double command) {
   reachable_.predict(command);
-  belief_.predict(reachable_.commandBefore(reachable_.delay()));
-  early_.predict(reachable_.commandBefore(early_delay_));
-  envelope_.add(belief_.speed(), early_.speed());
+  belief_.predictActing(reachable_.commandBefore(reachable_.delay()));
+  drive_train_.step(early_, reachable_.commandBefore(early_delay_));
+  envelope_.add(belief_.speed(), early_(0));
   change_.add(belief_.acceleration(), WheelBelief::kStep);
 }
 

@@ -62,9 +62,9 @@ void WheelBelief::seed(double speed) {
   limit_doubt_ = rate_ = 0.0;
 }
 
-void WheelBelief::predict(double command) {
+void WheelBelief::predictActing(double command) {
   const double largest = limit_share_ * drive_train_.limit() * kStep;
-  const auto [change, limited] = drive_train_.step(x_, commands_.step(dead_zone_.effective(command)), limit_share_);
+  const auto [change, limited] = drive_train_.step(x_, command, limit_share_);
   rate_ = change / kStep;
   const double beyond = 2.0 * std::abs(change) - largest;
   if (beyond > 0.0) limit_doubt_ += limitDeviation() * beyond;

@@ -93,8 +93,9 @@ class WheelMonitor {
   FaultParameters parameters_;
   ReachableSpeeds reachable_;    // keeps the commands under way
   WheelBelief belief_;           // of the command that acts
-  DriveTrainPrediction early_;   // of one that will; never corrected: tells what may happen soon
-  std::size_t early_delay_;      // [steps]
+  DriveTrain drive_train_;
+  Eigen::Vector3d early_ = Eigen::Vector3d::Zero();  // of a command that will act; never corrected: what may happen soon
+  std::size_t early_delay_;                          // [steps]
   PredictionEnvelope envelope_;
   bool identified_;
   RecentChange change_;

@@ -62,7 +62,11 @@ class WheelBelief {
   WheelBelief(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& parameters);
 
   /// Moves the belief by one inner step during which the command u [rad/s] is applied.
-  void predict(double command);
+  void predict(double command) { predictActing(commands_.step(dead_zone_.effective(command))); }
+
+  /// As predict(), with the effective command v [rad/s] that acts after the dead time: of whoever keeps the commands
+  /// under way. To be used alone.
+  void predictActing(double command);
 
   /// Takes a measurement [rad/s] made now. Returns F after the step. @param added_variance of this one, beyond that of
   /// the encoder [(rad/s)^2].
