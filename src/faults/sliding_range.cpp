@@ -6,9 +6,8 @@
 namespace jackal_aic {
 
 SlidingRange::SlidingRange(std::size_t youngest, std::size_t oldest)
-    : youngest_(static_cast<Time>(std::min(youngest, kLargestAge))),
-      oldest_(static_cast<Time>(std::min(oldest, kLargestAge))) {
-  while (mask_ < oldest_ + 1u) mask_ = 2 * mask_ + 1;  // the one that leaves included
+    : youngest_(static_cast<Time>(youngest)), oldest_(static_cast<Time>(oldest)) {
+  while (mask_ < oldest_ + 1) mask_ = 2 * mask_ + 1;  // the one that leaves included
   values_.resize(mask_ + 1);
   smallest_.times.resize(mask_ + 1);
   largest_.times.resize(mask_ + 1);

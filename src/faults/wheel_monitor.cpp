@@ -158,7 +158,7 @@ void WheelMonitor::begin(double speed) {
 
 void WheelMonitor::predict(double command) {
   reachable_.predict(command);
-  belief_.predictActing(reachable_.commandBefore(reachable_.delay()));
+  belief_.predictActing(reachable_.acting());
   drive_train_.step(early_, reachable_.commandBefore(early_delay_));
   envelope_.add(belief_.speed(), early_(0));
   change_.add(belief_.acceleration(), WheelBelief::kStep);

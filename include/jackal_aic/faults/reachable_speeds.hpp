@@ -54,8 +54,8 @@ class ReachableSpeeds {
   /// Speed of the model itself, between the two [rad/s].
   double nominal() const { return nominal_; }
 
-  /// Dead time of the model [steps].
-  std::size_t delay() const { return model_delay_; }
+  /// Effective command [rad/s] that acts after the model's dead time.
+  double acting() const { return acting_; }
 
   double lowestRate() const { return lowest_rate_; }    ///< of dw/dt, at any speed in the interval [rad/s^2]
   double highestRate() const { return highest_rate_; }  ///< of dw/dt, at any speed in the interval [rad/s^2]
@@ -67,6 +67,7 @@ class ReachableSpeeds {
   SlidingRange commands_;    // effective ones that may act now, one per step
   Pace slow_, nominal_pace_, fast_;
   double low_ = 0.0, nominal_ = 0.0, high_ = 0.0;
+  double acting_ = 0.0;
   double lowest_rate_ = 0.0, highest_rate_ = 0.0;
 };
 

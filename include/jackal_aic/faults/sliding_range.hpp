@@ -18,8 +18,6 @@ namespace jackal_aic {
 /// changes. Allocates when it is made, and not after.
 class SlidingRange {
  public:
-  static constexpr std::size_t kLargestAge = 60000;  ///< of `oldest` [steps]; a larger one counts as this
-
   /// All values are 0. @param youngest, oldest ages [steps], youngest <= oldest.
   SlidingRange(std::size_t youngest, std::size_t oldest);
 
@@ -35,13 +33,13 @@ class SlidingRange {
   }
 
   /// The value of an age, at most `oldest`.
-  double at(std::size_t age) const { return valueAt(static_cast<Time>(now_ - age)); }
+  double at(std::size_t age) const { return valueAt(now_ - static_cast<Time>(age)); }
 
   double low() const { return low_; }    ///< smallest value
   double high() const { return high_; }  ///< largest value
 
  private:
-  using Time = std::uint16_t;  // [steps], wraps around
+  using Time = std::uint32_t;  // [steps], wraps around
 
   /// Runs of equal values by the time of their last one, the earliest first, of which each is beaten by none that is
   /// later. The last run is the one that has entered last: it may go on, and its time is that of its first value.
@@ -52,14 +50,14 @@ class SlidingRange {
 
   double valueAt(Time time) const { return values_[time & mask_]; }
   Time first(const Queue& queue) const { return queue.times[queue.begin & mask_]; }
-  Time& last(Queue& queue) { return queue.times[static_cast<Time>(queue.end - 1) & mask_]; }
+  Time& last(Queue& queue) { return queue.times[(queue.end - 1) & mask_]; }
   template <class Beats>
   void push(Queue& queue, Time entering, Beats beats);
   void enter(Time entering);
   void leave(Time leaving);
 
   Time youngest_, oldest_;
-  std::size_t mask_ = 0;  // the rings have mask_ + 1 elements, a power of two
+  Time mask_ = 0;  // the rings have mask_ + 1 elements, a power of two
   Time now_ = 0;
   std::vector<double> values_;
   Queue smallest_, largest_;
