@@ -345,8 +345,17 @@ void FaultMonitor::restart() {
   traction_.restart();
 }
 
-void FaultMonitor::forgetEncoders() { left_ = right_ = WheelMonitor(parameters_, model_, geometry_.wheel_radius); }
+void FaultMonitor::forgetEncoders() {
+  left_.forget(model_, geometry_.wheel_radius);
+  right_.forget(model_, geometry_.wheel_radius);
+}
 
-void FaultMonitor::reset() { *this = FaultMonitor(parameters_, geometry_, model_); }
+void FaultMonitor::reset() {
+  restart();
+  forgetEncoders();
+  yaw_ = YawMonitor(parameters_, geometryOf(model_, geometry_).effective_track);
+  acceleration_ = AccelerationMonitor(parameters_);
+  traction_ = TractionBelief(0.0);
+}
 
 }  // namespace jackal_aic

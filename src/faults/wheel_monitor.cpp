@@ -113,12 +113,18 @@ WheelBeliefParameters beliefParameters(const FaultParameters& p) {
 }  // namespace
 
 WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius)
+    : WheelMonitor(parameters, model, wheel_radius, {model, wheel_radius, driveTrainRange(parameters, model)},
+                   {afterDeadTime(model), wheel_radius, beliefParameters(parameters)},
+                   {steps(kTimingBound * parameters.dead_time_deviation), steps(lead(parameters, model))}) {}
+
+WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius,
+                           ReachableSpeeds&& reachable, WheelBelief&& belief, PredictionEnvelope&& envelope)
     : parameters_(parameters),
-      reachable_(model, wheel_radius, driveTrainRange(parameters, model)),
-      belief_(afterDeadTime(model), wheel_radius, beliefParameters(parameters)),
+      reachable_(std::move(reachable)),
+      belief_(std::move(belief)),
       drive_train_(model, wheel_radius),
       early_delay_(steps(model.dead_time - lead(parameters, model))),
-      envelope_(steps(kTimingBound * parameters.dead_time_deviation), steps(lead(parameters, model))),
+      envelope_(std::move(envelope)),
       identified_(model.identified),
       change_(kMemory),
       learned_(parameters.covariance_time_constant),
@@ -126,6 +132,11 @@ WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& 
       repetition_(parameters.frozen_samples),
       bound_(chebyshevBound(1, parameters.false_alarm_rate)),
       least_progress_(0.5 * parameters.slowest_acceleration * model.acceleration_limit / wheel_radius) {}
+
+void WheelMonitor::forget(const PlantModel& model, double wheel_radius) {
+  *this = WheelMonitor(parameters_, model, wheel_radius, std::move(reachable_), std::move(belief_), std::move(envelope_));
+  start(0.0);
+}
 
 void WheelMonitor::start(double speed) {
   belief_.reset(speed);

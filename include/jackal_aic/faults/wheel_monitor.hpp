@@ -25,6 +25,9 @@ class WheelMonitor {
   /// @param wheel_radius r [m].
   WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius);
 
+  /// Forgets everything but the parameters, without allocating. @param model, wheel_radius as when it was made.
+  void forget(const PlantModel& model, double wheel_radius);
+
   /// Starts at a measured speed [rad/s] with no fault.
   void start(double speed);
 
@@ -77,6 +80,8 @@ class WheelMonitor {
     Interval reachable;
     double time;  // of the sample, by clock_ [s]
   };
+  WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius,
+               ReachableSpeeds&& reachable, WheelBelief&& belief, PredictionEnvelope&& envelope);
   void begin(double speed);
   double speedVariance() const;
   double resolutionVariance() const;
