@@ -310,9 +310,9 @@ void WheelMonitor::conclude(double measurement, double step) {
   if (state() != ChannelState::ok) return;
   learnMisfit(measurement, step);
   const auto [low, high] = held(&Intervals::possible);
-  const double width = high - low;
-  const double deviation = std::sqrt(learned_.factor() * variance());
-  if (width < kNarrow * deviation) learned_.learn(measurement - belief_.speed(), variance(), step);
+  const double width = high - low, variance = this->variance();
+  const double deviation = std::sqrt(learned_.factor() * variance);
+  if (width < kNarrow * deviation) learned_.learn(measurement - belief_.speed(), variance, step);
   // While the wheel is under way somewhere, its speed says little about the drive train.
   belief_.correct(measurement, width * width);
   last_speed_ = belief_.speed();

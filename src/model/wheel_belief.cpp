@@ -18,6 +18,14 @@ void propagate(const Eigen::Matrix3d& J, Eigen::Matrix3d& P) {
   P.bottomLeftCorner<1, 2>() = JP.col(2).transpose();
 }
 
+/// P ← P − K (PC)', of which the symmetric part is kept.
+void correctCovariance(const Eigen::Vector3d& K, const Eigen::Vector3d& PC, Eigen::Matrix3d& P) {
+  for (int i = 0; i < 3; ++i) {
+    P(i, i) -= K(i) * PC(i);
+    for (int j = 0; j < i; ++j) P(i, j) = P(j, i) = 0.5 * (P(i, j) - K(i) * PC(j) + (P(j, i) - K(j) * PC(i)));
+  }
+}
+
 constexpr double kLeastLimit = 0.3;            // lambda
 constexpr double kLimitMemory = 0.5;           // s at the limit
 constexpr double kLeastTiming = 0.1;           // lambda_t
@@ -121,8 +129,7 @@ double WheelBelief::correct(double measurement, double added_variance) {
   x_ += moved * gain;
   lagged_ += moved * gain(0);  // a corrected speed is no change of it
   timing_ += moved * gain_e;
-  P_ = (P_ - gain * PC.transpose()).eval();
-  P_ = (0.5 * (P_ + P_.transpose())).eval();
+  correctCovariance(gain, PC, P_);
   timing_covariance_ -= gain * PC_e;
   timing_variance_ -= gain_e * PC_e;
   if (timing_decay_ == 0.0) forgetTiming();
