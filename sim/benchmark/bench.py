@@ -29,7 +29,8 @@ TICKS = (
     ('predictive', 'predictive tick without a sample', None),
     ('predictive_sample', 'predictive tick with a sample', None),
     ('monitor_advance', 'fault monitor, 1 ms', None),
-    ('monitor_check', 'fault monitor, sample', None))
+    ('monitor_check', 'fault monitor, sample', None),
+    ('monitor_period', 'fault monitor, 20 ms and their sample', None))
 
 
 class BenchError(Exception):

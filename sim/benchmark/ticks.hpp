@@ -110,7 +110,7 @@ class MonitorAdvanceTick {
 };
 
 /// Fault monitor: a sample every 20 ms, of a robot that has driven for a second.
-class MonitorCheckTick : MonitorAdvanceTick {
+class MonitorCheckTick : protected MonitorAdvanceTick {
  public:
   MonitorCheckTick();
   void operator()() { monitor_.check(samples_.next()); }
@@ -118,6 +118,15 @@ class MonitorCheckTick : MonitorAdvanceTick {
 
  private:
   Samples samples_;
+};
+
+/// Fault monitor: 20 ms of driving and their sample, with everything that one leaves to the other.
+class MonitorPeriodTick : MonitorCheckTick {
+ public:
+  void operator()() {
+    for (int k = 0; k < 20; ++k) MonitorAdvanceTick::operator()();
+    MonitorCheckTick::operator()();
+  }
 };
 
 /// Calls visit(name, make) for each tick; make() sets it up.
@@ -133,6 +142,7 @@ void forEachTick(Visitor&& visit) {
   visit("predictive_sample", [] { return PredictiveTick<true>(); });
   visit("monitor_advance", [] { return MonitorAdvanceTick(); });
   visit("monitor_check", [] { return MonitorCheckTick(); });
+  visit("monitor_period", [] { return MonitorPeriodTick(); });
 }
 
 }  // namespace jackal_aic::benchmark
