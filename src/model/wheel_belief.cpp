@@ -142,7 +142,7 @@ double WheelBelief::correct(double measurement, double added_variance) {
 }
 
 void WheelBelief::learnTiming(double surprise, double part) {
-  if (timing_decay_ == 0.0) return;
+  if (timing_decay_ == 0.0 || part == 0.0) return;
   // With S = Σ + λ² q: ∂F/∂(ln λ) = part (1 − surprise) of F = ½ ε²/S + ½ ln S, and its curvature is 2 part² on
   // average.
   timing_curvature_ = std::min(timing_curvature_ + 2.0 * part * part, kMostTimingCurvature);

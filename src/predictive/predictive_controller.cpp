@@ -112,17 +112,18 @@ double PredictiveController::correctWheels(const Observation& y) {
   errors_(kWheelLeft) = y.valid.wheel_left ? y.wheel_left - left().speed() : 0.0;
   errors_(kWheelRight) = y.valid.wheel_right ? y.wheel_right - right().speed() : 0.0;
   const bool yaw_tells = y.valid.yaw_rate && !model_.on_box;
+  const bool one_stands_in = yaw_tells && y.valid.wheel_left != y.valid.wheel_right;
   const double mean = 0.5 * (left().speed() + right().speed());
-  const double difference = yaw_tells ? slipBelief().wheelDifference(y.yaw_rate, mean) : 0.0;
+  const double difference = one_stands_in ? slipBelief().wheelDifference(y.yaw_rate, mean) : 0.0;
   double free_energy = 0.0;
   if (y.valid.wheel_left) {
     free_energy += left_.correct(y.wheel_left);
-  } else if (y.valid.wheel_right && yaw_tells) {
+  } else if (one_stands_in) {
     free_energy += left_.correct(y.wheel_right - difference, standInVariance());
   }
   if (y.valid.wheel_right) {
     free_energy += right_.correct(y.wheel_right);
-  } else if (y.valid.wheel_left && yaw_tells) {
+  } else if (one_stands_in) {
     free_energy += right_.correct(y.wheel_left + difference, standInVariance());
   }
   return free_energy;
