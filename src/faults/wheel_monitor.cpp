@@ -97,12 +97,6 @@ constexpr double kAssumedOffset = 0.5;
 /// Width of the envelope, in standard deviations of the error, up to which an error tells of the noise.
 constexpr double kNarrow = 3.0;
 
-/// The drive train behind its dead time.
-PlantModel afterDeadTime(PlantModel model) {
-  model.dead_time = 0.0;
-  return model;
-}
-
 WheelBeliefParameters beliefParameters(const FaultParameters& p) {
   WheelBeliefParameters belief;
   belief.measurement_variance = p.wheel_variance;
@@ -114,7 +108,7 @@ WheelBeliefParameters beliefParameters(const FaultParameters& p) {
 
 WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius)
     : WheelMonitor(parameters, model, wheel_radius, {model, wheel_radius, driveTrainRange(parameters, model)},
-                   {afterDeadTime(model), wheel_radius, beliefParameters(parameters)},
+                   {model, wheel_radius, beliefParameters(parameters), 0.0},
                    {steps(kTimingBound * parameters.dead_time_deviation), steps(lead(parameters, model))}) {}
 
 WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius,

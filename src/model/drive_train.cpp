@@ -33,9 +33,9 @@ DriveTrainResponse driveTrainResponse(const PlantModel& model, double time) {
   return response;
 }
 
-CommandsUnderWay::CommandsUnderWay(double dead_time)
-    : delay_(static_cast<std::size_t>(std::lround(std::clamp(dead_time, 0.0, kLongestDeadTime) / kStep))),
-      commands_(delay_ + 1) {}
+CommandsUnderWay::CommandsUnderWay(double dead_time, double longest)
+    : delay_(static_cast<std::size_t>(std::lround(std::clamp(dead_time, 0.0, longest) / kStep))),
+      commands_(static_cast<std::size_t>(std::lround(longest / kStep)) + 1) {}
 
 DriveTrain::DriveTrain(const PlantModel& model, double wheel_radius)
     : gain_(model.gain), limit_(model.acceleration_limit / wheel_radius) {

@@ -36,8 +36,9 @@ constexpr double kNoTiming = 1e-9;             // (rad/s)^2; e of a smaller vari
 
 }  // namespace
 
-WheelBelief::WheelBelief(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& parameters)
-    : drive_train_(model, wheel_radius), dead_zone_(model), commands_(model.dead_time) {
+WheelBelief::WheelBelief(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& parameters,
+                         double longest_dead_time)
+    : drive_train_(model, wheel_radius), dead_zone_(model), commands_(model.dead_time, longest_dead_time) {
   setParameters(parameters);
   reset(0.0);
 }

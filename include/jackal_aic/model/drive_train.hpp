@@ -88,8 +88,8 @@ class CommandsUnderWay {
   static constexpr double kStep = 0.001;           ///< between commands [s]; the dead time is a whole number of these
   static constexpr double kLongestDeadTime = 2.0;  ///< a longer one counts as this [s]
 
-  /// @param dead_time [s].
-  explicit CommandsUnderWay(double dead_time);
+  /// @param dead_time [s]; @param longest that is kept in mind [s].
+  explicit CommandsUnderWay(double dead_time, double longest = kLongestDeadTime);
 
   /// Takes the command of a step; returns the one that acts in it.
   double step(double command) {
@@ -106,7 +106,7 @@ class CommandsUnderWay {
 
  private:
   std::size_t delay_;
-  std::vector<double> commands_;  // ring, one per step
+  std::vector<double> commands_;  // ring, one per step, of which delay_ + 1 are in use
   std::size_t head_ = 0;
 };
 
