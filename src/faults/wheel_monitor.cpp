@@ -128,7 +128,8 @@ WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& 
       least_progress_(0.5 * parameters.slowest_acceleration * model.acceleration_limit / wheel_radius) {}
 
 void WheelMonitor::forget(const PlantModel& model, double wheel_radius) {
-  *this = WheelMonitor(parameters_, model, wheel_radius, std::move(reachable_), std::move(belief_), std::move(envelope_));
+  *this =
+      WheelMonitor(parameters_, model, wheel_radius, std::move(reachable_), std::move(belief_), std::move(envelope_));
   start(0.0);
 }
 

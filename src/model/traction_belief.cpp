@@ -74,7 +74,7 @@ void TractionBelief::remember() {
 }
 
 void TractionBelief::learnNoise(double acceleration, double variance, double step) {
-  accelerations_[++latest_ % kAccelerations] = acceleration;
+  accelerations_[++latest_ % accelerations_.size()] = acceleration;
   const double share = step / (step + kVibrationMemory);
   // The smaller of two differences in a row: a body that begins to accelerate makes one.
   const auto learn = [&](double& vibration, std::size_t lag) {
@@ -93,7 +93,7 @@ void TractionBelief::learnNoise(double acceleration, double variance, double ste
 }
 
 double TractionBelief::accelerationBefore(std::size_t samples) const {
-  return accelerations_[(latest_ - samples) % kAccelerations];
+  return accelerations_[(latest_ - samples) % accelerations_.size()];
 }
 
 double TractionBelief::bound(const Change& change) const {

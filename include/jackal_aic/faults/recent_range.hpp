@@ -10,8 +10,8 @@
 namespace jackal_aic {
 
 /// Range of the values whose age is at most `oldest` steps. A value that is added costs little: it goes into a ring and
-/// into the extremes of its block of the ring. Whoever asks pays for looking at the blocks, and at the values of the one
-/// that is partly too old. Allocates when it is made, and not after.
+/// into the extremes of its block of the ring. Whoever asks pays for looking at the blocks, and at the values of the
+/// one that is partly too old. Allocates when it is made, and not after.
 class RecentRange {
  public:
   /// Smallest and largest value.

@@ -96,10 +96,10 @@ class WheelMonitor {
   double usualMisfit() const;
 
   FaultParameters parameters_;
-  ReachableSpeeds reachable_;    // keeps the commands under way
-  WheelBelief belief_;           // of the command that acts
+  ReachableSpeeds reachable_;  // keeps the commands under way
+  WheelBelief belief_;         // of the command that acts
   DriveTrain drive_train_;
-  Eigen::Vector3d early_ = Eigen::Vector3d::Zero();  // of a command that will act; never corrected: what may happen soon
+  Eigen::Vector3d early_ = Eigen::Vector3d::Zero();  // of a command that will act; never corrected
   std::size_t early_delay_;                          // [steps]
   PredictionEnvelope envelope_;
   bool identified_;

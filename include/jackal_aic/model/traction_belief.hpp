@@ -108,7 +108,7 @@ class TractionBelief {
 
   static constexpr double kNever = 1e9;       // s
   static constexpr double kSpacing = 0.0199;  // s between two remembered
-  static constexpr std::size_t kRemembered = 64, kAccelerations = 8;
+  static constexpr std::size_t kRemembered = 64;
 
   double turning_centre_;
   double offset_ = 0.0;                    // b [m/s^2]
@@ -116,8 +116,8 @@ class TractionBelief {
   double slow_ = 1e-9;                     // likewise, by what every third differ by [(m/s^2)^2]
   double variance_rate_ = 0.0;             // of the integral of a, per second, now [(m/s)^2/s]
   double factor_ = 1.0;                    // lambda, of the variance of its integral
-  std::array<double, kAccelerations> accelerations_{};  // the last ones, a ring [m/s^2]
-  std::size_t latest_ = 0;
+  std::array<double, 8> accelerations_{};  // the last ones, a ring [m/s^2]
+  std::size_t latest_ = 0;                 // of them
   double jolt_ = 0.0;                      // fastest change of the body lately [m/s]
   double fastest_ = 0.0;                   // acceleration of the wheels lately, for sensors that are late [m/s^2]
   double missed_ = kNever;                 // since the last acceleration [s]

@@ -58,8 +58,8 @@ class WheelBelief {
   /// Inner step of the model [s].
   static constexpr double kStep = DriveTrain::kStep;
 
-  /// @param model drive train; @param wheel_radius r [m]; @param longest_dead_time [s]: 0 for whoever keeps the commands
-  /// under way, and tells by predictActing() which of them acts.
+  /// @param model drive train; @param wheel_radius r [m]; @param longest_dead_time [s]: 0 for whoever keeps the
+  /// commands under way, and tells by predictActing() which of them acts.
   WheelBelief(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& parameters,
               double longest_dead_time = CommandsUnderWay::kLongestDeadTime);
 
