@@ -57,19 +57,20 @@ SampleVerdict PredictiveController::observe(const Observation& observation) {
   const bool first = !started_;
   observation_step_ = first ? 0.0 : observation.stamp - observation_.stamp;
   if (!first) learning_.observe(observation, left(), right(), observation_step_);
-  observation_ = withBelieved(observation);
+  observation_ = observation;
+  believeMissing(observation_);
   observed_ = started_ = true;
   if (!first) return SampleVerdict::accepted;
   start();
   return SampleVerdict::restarted;
 }
 
-Observation PredictiveController::withBelieved(Observation y) const {
+void PredictiveController::believeMissing(Observation& y) const {
+  if (y.valid.all()) return;
   if (!y.valid.wheel_left) y.wheel_left = left().speed();
   if (!y.valid.wheel_right) y.wheel_right = right().speed();
   if (!y.valid.yaw_rate) y.yaw_rate = yaw_.yawRate();
   if (!y.valid.acceleration) y.acceleration_x = y.acceleration_y = 0.0;
-  return y;
 }
 
 // ---- believe
