@@ -17,6 +17,8 @@ constexpr double kWandering = 1.0;           // m/s^2, standard deviation of the
 constexpr int kLongestJolt = 3;              // samples of a collision
 constexpr double kRebound = 1.3;             // of the speed, that a collision may take
 constexpr double kBetweenJolts = 0.5;        // s
+constexpr double kStruck = 0.5;              // of the speed, that a collision takes
+constexpr double kAftermath = 0.3;           // s, in which the body bounces and the tyres slide
 
 }  // namespace
 
@@ -69,15 +71,18 @@ void AccelerationMonitor::Axis::correct(double noise) {
   variance *= 1.0 - gain;
 }
 
-/// True for a sample that takes no more of the speed than there is.
+/// True for a sample that takes no more of the speed than there is, and after that for what sliding tyres can do.
 bool AccelerationMonitor::Jolt::update(bool suspect, double change, double speed, double step) {
   since += step;
+  age += step;
   if (!suspect) return false;
   if (since > kBetweenJolts) *this = Jolt{};
   since = 0.0;
   change_of_speed += change;
   const double taken = speed < 0.0 ? change_of_speed : -change_of_speed;
-  return ++samples <= kLongestJolt && taken > 0.0 && taken <= kRebound * std::abs(speed);
+  const bool takes = ++samples <= kLongestJolt && taken > 0.0 && taken <= kRebound * std::abs(speed);
+  struck = struck || (takes && taken > kStruck * std::abs(speed));
+  return takes || (struck && age < kAftermath && std::abs(change) < kGravity * step);
 }
 
 void AccelerationMonitor::check(const Observation& observation, bool moving, double speed, double step) {

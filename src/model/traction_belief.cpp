@@ -12,7 +12,7 @@ namespace {
 constexpr double kWindow = 1.0;           // W [s]
 constexpr double kRounding = 1e-6;        // s
 constexpr double kJolt = 0.1;             // s, within which a collision takes the body's speed
-constexpr double kShare = 0.6;            // ... most of it
+constexpr double kShare = 0.8;            // ... most of it
 constexpr double kCollision = 0.3;        // W_c [s]
 constexpr double kOffsetMemory = 5.0;     // of b [s]
 constexpr double kFactorMemory = 5.0;     // of lambda [s]
@@ -103,9 +103,13 @@ std::optional<TractionBelief::Change> TractionBelief::againstRolling() const {
     return std::abs(change.error()) > std::max(kLeast, bound(change));
   };
   const Change collision = since(kCollision);
-  const double remains = now_.wheels - collision.error();
-  const bool stopped = std::abs(remains) < kStopped * std::abs(now_.wheels);
-  if (surprises(collision) && stopped && jolt_ > kShare * std::abs(collision.error())) return collision;
+  // The wheels may have been stopped with the body, which may have been thrown back.
+  const double before = std::max(std::abs(now_.wheels), std::abs(now_.wheels - collision.wheels));
+  const bool stopped = std::abs(now_.wheels - collision.error()) < kStopped * before;
+  // Sensors that are late make an error of it too, but one that ends with their being late.
+  const double noise = kBound * std::sqrt(factor_ * collision.variance);
+  const double least = std::max(kLeast, noise), error = std::abs(collision.error());
+  if (stopped && error > least && jolt_ > kShare * error) return collision;
   const Change window = sinceOldest();
   const double by_wheels = window.error() < 0.0 ? -window.wheels : window.wheels;
   if (surprises(window) && by_wheels > kOpposed * std::abs(window.error())) return window;

@@ -16,7 +16,8 @@
 /// jump counts for no more than the factor c.
 ///
 /// A body that hits something loses its speed within a few samples. Such a jolt, against the motion and of no more than
-/// the speed there is, counts: it is how whoever believes the speed knows of the collision.
+/// the speed there is, counts: it is how whoever believes the speed knows of the collision. So does what follows it for
+/// a moment, in which the body bounces and its tyres slide.
 
 #include <array>
 
@@ -81,8 +82,10 @@ class AccelerationMonitor {
   /// Samples that may be those of a collision.
   struct Jolt {
     double since = 0.0;            // the last one [s]
+    double age = 0.0;              // since the first one [s]
     double change_of_speed = 0.0;  // by them [m/s]
     int samples = 0;
+    bool struck = false;  // they took much of the speed
 
     bool update(bool suspect, double change, double speed, double step);
   };
