@@ -121,8 +121,15 @@ void TractionBelief::predict(double step) {
 }
 
 void TractionBelief::correct(double wheels, double acceleration, double variance, double yaw_rate, double since_last) {
-  // An accelerometer that repeats itself to the bit says nothing new, or nothing at all.
-  if (acceleration == std::exchange(measured_, acceleration)) return miss(wheels, since_last);
+  // An accelerometer that repeats itself to the bit says nothing new, or nothing at all. What it says next is the mean
+  // since then.
+  const double variance_before = now_.variance;
+  if (acceleration == std::exchange(measured_, acceleration)) {
+    miss(wheels, since_last);
+    repeated_ += now_.variance - variance_before;
+    return;
+  }
+  now_.variance -= std::exchange(repeated_, 0.0);
   const double step = since_last + std::exchange(missed_, 0.0);
   if (step > kLongestStep) return reset(wheels);
   const double a = acceleration - turning_centre_ * yaw_rate * yaw_rate - offset_;
