@@ -110,10 +110,10 @@ struct JackalPlant::Implementation {
     SensorModel sensors;
     SampleQueue<PlantMeasurement> samples;
     SampleQueue<ImuMeasurement> imu_samples;
-    ImuMeasurement imu;                              // the newest that has come, with a rate of its own
-    int imu_count = 0;  // of those that came since the last sample, of whose accelerations imu has the mean
-    WheelFeedback feedback;                          // the newest, with a rate of its own
-    WheelFeedback published;                         // that of the last sample
+    ImuMeasurement imu;       // the newest that has come, with a rate of its own
+    int imu_count = 0;        // of those that came since the last sample, of whose accelerations imu has the mean
+    WheelFeedback feedback;   // the newest, with a rate of its own
+    WheelFeedback published;  // that of the last sample
     Eigen::Vector3d push = Eigen::Vector3d::Zero();  // along, across [N] and about the vertical [N m]
     bool lifted = false;
     bool left_blocked = false;

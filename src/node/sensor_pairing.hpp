@@ -49,8 +49,8 @@ class SensorPairing {
  private:
   using Policy = message_filters::sync_policies::ApproximateTime<sensor_msgs::JointState, sensor_msgs::Imu>;
 
-  /// Means of the accelerations since the last pair: where the IMU is faster than the joint states, a collision would else
-  /// fall between two pairs.
+  /// Means of the accelerations since the last pair: where the IMU is faster than the joint states, a collision would
+  /// else fall between two pairs.
   struct Accelerations {
     double x = 0.0, y = 0.0, z = 0.0;  // [m/s^2]
     int count = 0;

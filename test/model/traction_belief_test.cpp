@@ -148,7 +148,8 @@ TEST(TractionBelief, BodyThatIsThrownBackWhileItsWheelsAreStoppedTooStands) {
   EXPECT_EQ(robot.belief.speed(robot.wheel_speed), 0.0);
 }
 
-/// An IMU whose messages come in bursts: between two of them the last mean repeats, and the next is that of all the time.
+/// An IMU whose messages come in bursts: between two of them the last mean repeats, and the next is that of all the
+/// time.
 TEST(TractionBelief, AMeanThatRepeatsUntilTheNextComesCostsNoCertainty) {
   Robot robot;
   robot.drive(0.4, 1.5, 1.5);

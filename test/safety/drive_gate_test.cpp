@@ -33,7 +33,8 @@ TEST(OverdueInputs, FreshOnesHaveNoCause) {
 
 TEST(OverdueInputs, NothingReceivedIsForemostNoSetPoint) { EXPECT_EQ(overdue({}), StopCause::set_point_missing); }
 
-/// Where network and rates delay the samples, the last pair is older than the last sample of a source that falls silent.
+/// Where network and rates delay the samples, the last pair is older than the last sample of a source that falls
+/// silent.
 TEST(OverdueInputs, PairsThatEndWithASilentSourceAreNoOtherCause) {
   for (double InputAges::*silent : {&InputAges::imu, &InputAges::wheels}) {
     InputAges ages = fresh();
