@@ -114,7 +114,7 @@ TEST(Wall, ARobotThatDrivesIntoItOrStartsAgainstItSaysSoWithinASecond) {
     // Almost against it, and at speed; at 1 m/s the wheels stop with the body, which bounces.
     for (const char* distance : {"0.3", "1.0", "2.5"}) {
       for (const double speed : {0.3, 0.5, 1.0}) {
-        if (speed == 0.3 && distance == std::string("2.5")) continue;  // it is not there in time
+        if (speed < 1.0 && distance == std::string("2.5")) continue;  // it is not there in time
         const Figures f =
             drive(controller, "ground", speed, 0, {{"plant.kerb_distance", distance}, {"plant.kerb_height", "0.2"}});
         SCOPED_TRACE(std::string(controller) + ", wall after " + distance + " m, " + std::to_string(speed) + " m/s");
