@@ -18,6 +18,7 @@ constexpr int kLongestJolt = 3;              // samples of a collision
 constexpr double kRebound = 1.3;             // of the speed, that a collision may take
 constexpr double kBetweenJolts = 0.5;        // s
 constexpr double kStruck = 0.5;              // of the speed, that a collision takes
+constexpr double kLeastStrike = 0.1;         // m/s
 constexpr double kShaken = 0.2;              // s, for which a body goes on rocking
 constexpr double kAftermath = 0.3;           // s, in which the body bounces and the tyres slide
 
@@ -83,7 +84,7 @@ bool AccelerationMonitor::Jolt::update(bool suspect, double change, double speed
   change_of_speed += change;
   const double taken = speed < 0.0 ? change_of_speed : -change_of_speed;
   const bool takes = ++samples <= kLongestJolt && taken > 0.0 && taken <= kRebound * std::abs(speed);
-  struck = struck || (takes && taken > kStruck * std::abs(speed));
+  struck = struck || (takes && taken > std::max(kLeastStrike, kStruck * std::abs(speed)));
   return takes || (struck && age < kAftermath && std::abs(change) < kGravity * step);
 }
 
