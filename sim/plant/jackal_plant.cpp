@@ -110,9 +110,10 @@ struct JackalPlant::Implementation {
     SensorModel sensors;
     SampleQueue<PlantMeasurement> samples;
     SampleQueue<ImuMeasurement> imu_samples;
-    ImuMeasurement imu;                              // the newest that has come, with a rate of its own
-    WheelFeedback feedback;                          // the newest, with a rate of its own
-    WheelFeedback published;                         // that of the last sample
+    ImuMeasurement imu;       // the newest that has come, with a rate of its own
+    int imu_count = 0;        // of those that came since the last sample, of whose accelerations imu has the mean
+    WheelFeedback feedback;   // the newest, with a rate of its own
+    WheelFeedback published;  // that of the last sample
     Eigen::Vector3d push = Eigen::Vector3d::Zero();  // along, across [N] and about the vertical [N m]
     bool lifted = false;
     bool left_blocked = false;
@@ -192,7 +193,7 @@ struct JackalPlant::Implementation {
     if (own_imu) {
       if (m.imu_sampling.due(m.truth.time)) takeImuSample(seen, chassis);
       m.imu_measurement = m.imu_samples.receive(m.truth.time);
-      if (m.imu_measurement) m.imu = *m.imu_measurement;
+      if (m.imu_measurement) pair(*m.imu_measurement);
     }
     if (m.sampling.due(m.truth.time)) takeSample(seen, chassis);
     m.measurement = m.samples.receive(m.truth.time);
@@ -202,6 +203,18 @@ struct JackalPlant::Implementation {
       const double stamp = m.measurement->stamp;
       static_cast<ImuMeasurement&>(*m.measurement) = m.imu;
       m.measurement->stamp = stamp;
+      m.imu_count = 0;
+    }
+  }
+
+  /// As whoever reads both pairs them: the newest, but the mean of the accelerations, of which none may get lost.
+  void pair(const ImuMeasurement& sample) {
+    Motion& m = *motion;
+    const Eigen::Vector3d before = m.imu.linear_acceleration;
+    m.imu = sample;
+    ++m.imu_count;
+    if (m.imu_count > 1) {
+      m.imu.linear_acceleration = before + (sample.linear_acceleration - before) / m.imu_count;
     }
   }
 

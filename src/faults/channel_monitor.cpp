@@ -92,9 +92,12 @@ void RepetitionTest::countNoise(double size) {
 
 bool RepetitionTest::carriesNoise(double resolution) const {
   constexpr double kFine = 2.0;    // steps of the resolution that the noise passes from sample to sample
+  constexpr double kCoarse = 1.5;  // ... of a noise that is known by
+  constexpr double kMany = 25.0;   // samples
   constexpr double kEnough = 5.0;  // samples of noise to know how large it is
   constexpr double kRare = 2.0;    // repetitions by samples of noise, above which these are shoves of the ground
-  return noisy_ >= kEnough && repeats_ < kRare * noisy_ && usual_change_ > std::max(resolution, kFine * quantum_);
+  const double steps = noisy_ < kMany ? kFine : kCoarse;
+  return noisy_ >= kEnough && repeats_ < kRare * noisy_ && usual_change_ > std::max(resolution, steps * quantum_);
 }
 
 double RepetitionTest::expectedChance() const {

@@ -47,6 +47,9 @@ constexpr double kReturnTime = 0.1;
 constexpr double kHeldSteps = 3.0;
 constexpr double kHeldMotion = 0.1;
 
+/// Speed up to which a wheel that is asked for it may stand, by stiction and play, or turn after all [rad/s].
+constexpr double kStiction = 0.8;
+
 /// Age of an interval that is none [s], and tolerance of ages.
 constexpr double kUnknownAge = 1e3;
 constexpr double kTolerance = 1e-6;
@@ -181,11 +184,17 @@ double WheelMonitor::resolutionVariance() const {
 }
 
 /// Where the wheel may be while it is under way: within the envelope of its timing, and as far from the belief as the
-/// slowest and the fastest drive train are from the model.
+/// slowest and the fastest drive train are from the model. Where it may stick the belief tells neither that it stands
+/// nor that it has started.
 WheelMonitor::Interval WheelMonitor::possible() const {
+  const double slowest = reachable_.low(), fastest = reachable_.high();
   const double offset = belief_.speed() - reachable_.nominal();
   const auto [low, high] = envelope_.range();
-  return {std::min(low, reachable_.low() + offset), std::max(high, reachable_.high() + offset)};
+  Interval possible{std::min(low, slowest + offset), std::max(high, fastest + offset)};
+  if (slowest > kStiction || fastest < -kStiction) return possible;
+  possible.low = std::min({possible.low, slowest, 0.0});
+  possible.high = std::max({possible.high, fastest, 0.0});
+  return possible;
 }
 
 /// A value that the encoder holds is of the past: it may be any that was possible since it was renewed, and so for the

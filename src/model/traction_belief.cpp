@@ -12,7 +12,7 @@ namespace {
 constexpr double kWindow = 1.0;           // W [s]
 constexpr double kRounding = 1e-6;        // s
 constexpr double kJolt = 0.1;             // s, within which a collision takes the body's speed
-constexpr double kShare = 0.6;            // ... most of it
+constexpr double kShare = 0.8;            // ... most of it
 constexpr double kCollision = 0.3;        // W_c [s]
 constexpr double kOffsetMemory = 5.0;     // of b [s]
 constexpr double kFactorMemory = 5.0;     // of lambda [s]
@@ -110,9 +110,13 @@ std::optional<TractionBelief::Change> TractionBelief::againstRolling(const Chang
   if (listened_ < kListening) return std::nullopt;
   if (jolt_ > kShare * kLeast) {  // else no collision
     const Change collision = since(kCollision);
-    const double remains = now_.wheels - collision.error();
-    const bool stopped = std::abs(remains) < kStopped * std::abs(now_.wheels);
-    if (stopped && jolt_ > kShare * std::abs(collision.error()) && surprises(collision)) return collision;
+    // The wheels may have been stopped with the body, which may have been thrown back.
+    const double before = std::max(std::abs(now_.wheels), std::abs(now_.wheels - collision.wheels));
+    const bool stopped = std::abs(now_.wheels - collision.error()) < kStopped * before;
+    // Sensors that are late make an error of it too, but one that ends with their being late.
+    const double noise = kBound * std::sqrt(factor_ * collision.variance);
+    const double least = std::max(kLeast, noise), error = std::abs(collision.error());
+    if (stopped && error > least && jolt_ > kShare * error) return collision;
   }
   const double by_wheels = window.error() < 0.0 ? -window.wheels : window.wheels;
   if (by_wheels > kOpposed * std::abs(window.error()) && surprises(window)) return window;
@@ -124,8 +128,15 @@ void TractionBelief::predict(double step) {
 }
 
 void TractionBelief::correct(double wheels, double acceleration, double variance, double yaw_rate, double since_last) {
-  // An accelerometer that repeats itself to the bit says nothing new, or nothing at all.
-  if (acceleration == std::exchange(measured_, acceleration)) return miss(wheels, since_last);
+  // An accelerometer that repeats itself to the bit says nothing new, or nothing at all. What it says next is the mean
+  // since then.
+  const double variance_before = now_.variance;
+  if (acceleration == std::exchange(measured_, acceleration)) {
+    miss(wheels, since_last);
+    repeated_ += now_.variance - variance_before;
+    return;
+  }
+  now_.variance -= std::exchange(repeated_, 0.0);
   const double step = since_last + std::exchange(missed_, 0.0);
   if (step > kLongestStep) return reset(wheels);
   const double a = acceleration - turning_centre_ * yaw_rate * yaw_rate - offset_;

@@ -24,6 +24,7 @@ SensorPairing::SensorPairing(const RobotNames& names, const tf2_ros::Buffer& tra
 
 void SensorPairing::reset() {
   paired_wheels_ = paired_imu_ = ros::Time();
+  accelerations_ = {};
   // A new synchronizer, because the old one keeps messages and refuses stamps from before them.
   synchronizer_.reset();
   Policy policy(kQueueLength);
@@ -63,11 +64,28 @@ std::optional<SensorReading> SensorPairing::addImu(const sensor_msgs::ImuConstPt
   refusal_.clear();
   const std::optional<SensorReading> reading = imu_reader_.read(*message, now);
   if (!reading) return refuse(imu_reader_.lastRefusal());
+  accelerations_.add(reading->observation);
   if (!followsClosely(message->header.stamp, paired_imu_)) {
     paired_imu_ = message->header.stamp;
     imu_input_.add(message);
   }
   return reading;
+}
+
+// Of equal ones the mean is the same to the bit, so that a frozen source stays one.
+void SensorPairing::Accelerations::add(const Observation& sample) {
+  const double share = 1.0 / ++count;
+  x += share * (sample.acceleration_x - x);
+  y += share * (sample.acceleration_y - y);
+  z += share * (sample.acceleration_z.value_or(0.0) - z);
+}
+
+void SensorPairing::Accelerations::take(Observation& observation) {
+  if (count == 0) return;
+  observation.acceleration_x = x;
+  observation.acceleration_y = y;
+  if (observation.acceleration_z) observation.acceleration_z = z;
+  *this = {};
 }
 
 // Messages were checked when they came in, so that the values are there.
@@ -100,6 +118,7 @@ void SensorPairing::onPair(const sensor_msgs::JointStateConstPtr& wheels, const 
   observation.wheel_left = encoders.wheel_left;
   observation.wheel_right = encoders.wheel_right;
   observation.valid = {};
+  accelerations_.take(observation);
   callback_(observation, wheels->header.stamp);
 }
 

@@ -31,7 +31,10 @@ SensorHealth sensorHealth(const InputAges& ages, const DeadlineParameters& deadl
   health.wheels.late = late(ages.wheels, deadlines.wheels);
   health.imu.missing = ages.imu == kNever;
   health.imu.late = late(ages.imu, deadlines.imu);
-  health.unpaired = ages.measurement == kNever || late(ages.measurement, pair_deadline);
+  // Sources that do not pair go on without a pair; one that has just fallen silent takes the pairs with it.
+  const double silence = std::max(std::abs(ages.wheels), std::abs(ages.imu));
+  const bool go_on = !(std::abs(ages.measurement) - silence <= 0.5 * pair_deadline);
+  health.unpaired = ages.measurement == kNever || (late(ages.measurement, pair_deadline) && go_on);
   return health;
 }
 

@@ -111,11 +111,10 @@ TEST(Grip, NobodyIsSaidToBeStuckAndTheWheelsAreBelieved) {
 
 TEST(Wall, ARobotThatDrivesIntoItOrStartsAgainstItSaysSoWithinASecond) {
   for (const char* controller : {"diff_drive", "standard", "improved", "tuned", "predictive"}) {
-    // Almost against it, and at speed.
-    for (const char* distance : {"0.3", "1.0"}) {
+    // Almost against it, and at speed; at 1 m/s the wheels stop with the body, which bounces.
+    for (const char* distance : {"0.3", "1.0", "2.5"}) {
       for (const double speed : {0.3, 0.5, 1.0}) {
-        // At 1 m/s the wheels stop with the body and the robot bounces: that is taken for noise by some.
-        if (speed == 1.0 && distance == std::string("1.0")) continue;
+        if (speed < 1.0 && distance == std::string("2.5")) continue;  // it is not there in time
         const Figures f =
             drive(controller, "ground", speed, 0, {{"plant.kerb_distance", distance}, {"plant.kerb_height", "0.2"}});
         SCOPED_TRACE(std::string(controller) + ", wall after " + distance + " m, " + std::to_string(speed) + " m/s");

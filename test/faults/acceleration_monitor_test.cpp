@@ -77,6 +77,17 @@ TEST(AccelerationMonitor, CollisionCountsButNothingThatTakesMoreThanTheSpeedOrLa
   EXPECT_EQ(stays.monitor.state(), ChannelState::faulty) << "a collision is over sooner";
 }
 
+TEST(AccelerationMonitor, WhatFollowsACollisionIsOfABodyThatBounces) {
+  WatchedBody bounces;
+  bounces.speed = 1.0;
+  bounces.accelerate(0.0, 150, 0.0);
+  bounces.accelerate(0.0, 1, -48.0);
+  EXPECT_GT(bounces.accelerate(0.0, 10, 6.0), 1.0);
+  EXPECT_EQ(bounces.monitor.state(), ChannelState::ok) << "tyres that slide, for 0.2 s";
+  bounces.accelerate(0.0, 12, 6.0);
+  EXPECT_EQ(bounces.monitor.state(), ChannelState::faulty) << "no bounce takes so long";
+}
+
 TEST(AccelerationMonitor, IsFaultyWithTheSampleThatShowsItFrozen) {
   WatchedBody body;
   body.accelerate(0.0, 150, 0.0);

@@ -136,6 +136,22 @@ TEST_F(Repetition, LearnsThatAQuantisedSensorRepeats) {
   EXPECT_LT(needed, 15) << "freezing is still found, later";
 }
 
+/// Noise of one and a half steps, as a low-pass leaves it of a fine encoder: known by many samples, not by its size.
+TEST_F(Repetition, NoiseThatIsHardlyFinerThanTheResolutionIsEnoughInTheEnd) {
+  constexpr double kQuantum = 0.02;
+  int found = 0;
+  for (int run = 0; run < 100; ++run) {
+    RepetitionTest test(8);
+    EXPECT_FALSE(feedNoise(test, 300, kQuantum));
+    bool suspect = false;
+    for (int k = 0; k < 25; ++k) suspect = test.update(5.0, false, 1e-5);
+    found += suspect ? 1 : 0;
+  }
+  EXPECT_GE(found, 95) << "within half a second at 50 Hz";
+  RepetitionTest healthy(8);
+  EXPECT_FALSE(feedNoise(healthy, 1000000, kQuantum)) << "five and a half hours";
+}
+
 TEST_F(Repetition, BelowTheResolutionNoiseSaysNothing) {
   for (double quantum : {0.0606, 0.1}) {
     RepetitionTest test(8);

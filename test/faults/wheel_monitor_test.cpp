@@ -117,6 +117,24 @@ TEST(WheelMonitor, AWheelThatSomebodyElseDrivesIsFollowed) {
   EXPECT_LT(wheel.monitor.uncertainty(), 0.1) << "it does not come from rest";
 }
 
+/// Stiction: a wheel that stands starts at 0.75 rad/s, and one that turns goes on down to rest.
+TEST(WheelMonitor, AWheelThatSticksAtASmallCommandAndThenStartsIsNoFault) {
+  for (const double sign : {1.0, -1.0}) {
+    WatchedWheel wheel;
+    bool stands = true;
+    const auto sticks = [&](double speed) {
+      stands = stands ? std::abs(speed) < 0.75 : std::abs(speed) < 0.02;
+      return stands ? 0.0 : speed + wheel.noise();
+    };
+    const auto coarse = [&](double speed) { return 0.06 * std::round(sticks(speed) / 0.06); };
+    wheel.drive(3.0 * sign, 100, coarse);
+    int left_out = 0;
+    for (int k = 0; k < 100; ++k) left_out += wheel.drive(sign * (0.2 - 0.01 * k), 1, coarse);  // to the other side
+    for (int k = 0; k < 100; ++k) left_out += wheel.drive(sign * (-0.8 + 0.01 * k), 1, coarse);
+    EXPECT_EQ(left_out, 0) << sign;
+  }
+}
+
 TEST(WheelMonitor, AnUnidentifiedDriveTrainMayBeSlow) {
   PlantModel unknown = model();
   unknown.identified = false;

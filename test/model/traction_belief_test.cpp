@@ -25,7 +25,8 @@ class Robot {
     for (int k = 0; k < std::lround(time / kPeriod); ++k) {
       wheel_speed += wheels * kPeriod;
       body_speed += body * kPeriod;
-      belief.correct(wheel_speed, body + measured_offset + noise_(random_), kVariance, yaw_rate, kPeriod);
+      measured = body + measured_offset + noise_(random_);
+      belief.correct(wheel_speed, measured, kVariance, yaw_rate, kPeriod);
       slid = slid || belief.traction() != Traction::rolls;
     }
   }
@@ -34,6 +35,7 @@ class Robot {
 
   TractionBelief belief;
   double wheel_speed = 0.0, body_speed = 0.0, yaw_rate = 0.0;
+  double measured = 0.0;  // the last acceleration [m/s^2]
   bool slid = false;
 
  private:
@@ -133,6 +135,57 @@ TEST(TractionBelief, CollisionStopsTheBodyThoughTheWheelsTurnOn) {
   robot.drive(0.4, 0.0, 0.0);
   EXPECT_EQ(robot.belief.traction(), Traction::stands);
   EXPECT_NEAR(robot.error(), 0.0, 1e-9);
+}
+
+TEST(TractionBelief, BodyThatIsThrownBackWhileItsWheelsAreStoppedTooStands) {
+  Robot robot;
+  robot.drive(0.6, 1.5, 1.5);
+  robot.drive(0.5, 0.0, 0.0);
+  robot.drive(0.02, -37.5, -55.0);  // to 0.15 and -0.2 m/s
+  robot.drive(0.04, 1.65, 5.0);
+  robot.drive(0.45, 1.65, 0.0);
+  EXPECT_EQ(robot.belief.traction(), Traction::stands);
+  EXPECT_EQ(robot.belief.speed(robot.wheel_speed), 0.0);
+}
+
+/// An IMU whose messages come in bursts: between two of them the last mean repeats, and the next is that of all the
+/// time.
+TEST(TractionBelief, AMeanThatRepeatsUntilTheNextComesCostsNoCertainty) {
+  Robot robot;
+  robot.drive(0.4, 1.5, 1.5);
+  for (int k = 0; k < 20; ++k) {
+    robot.drive(0.04, 0.0, 0.0);
+    robot.belief.correct(robot.wheel_speed, robot.measured, kVariance, 0.0, kPeriod);
+  }
+  robot.drive(kPeriod, 0.0, 0.0);
+  robot.drive(kPeriod, 0.0, -robot.body_speed / kPeriod);
+  robot.drive(0.4, 0.0, 0.0);
+  EXPECT_EQ(robot.belief.traction(), Traction::stands);
+}
+
+/// Coloured vibration of 2.7 m/s^2 at 1 m/s, from rest, before anybody knows how the robot shakes: what looks like a
+/// collision by chance takes its time.
+TEST(TractionBelief, VibrationSeldomLooksLikeAWall) {
+  constexpr int kRobots = 20000;
+  constexpr double kVibration = 2.7, kSpeed = 0.5, kKept = 0.37;
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  int stands = 0;
+  for (int i = 0; i < kRobots; ++i) {
+    TractionBelief belief(0.0);
+    belief.reset(0.0);
+    double speed = 0.0, shaking = 0.0;
+    bool stood = false;
+    for (int k = 0; k < 150; ++k) {
+      const double rate = k > 50 && speed < kSpeed ? 1.65 : 0.0;
+      speed = std::min(kSpeed, speed + rate * kPeriod);
+      shaking = kKept * shaking + std::sqrt(1.0 - kKept * kKept) * normal(random);
+      belief.correct(speed, rate + kDeviation * normal(random) + kVibration * speed * shaking, kVariance, 0.0, kPeriod);
+      stood = stood || belief.traction() == Traction::stands;
+    }
+    stands += stood ? 1 : 0;
+  }
+  EXPECT_LE(stands, kRobots / 1000);
 }
 
 TEST(TractionBelief, SlopeThatAnImuWithoutAttitudeFeelsIsNoSlide) {

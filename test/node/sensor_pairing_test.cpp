@@ -28,11 +28,12 @@ class SensorPairingTest : public testing::Test {
     return sensors_.addWheels(message, ros::Time(now)).has_value();
   }
 
-  bool addImu(double stamp, double now) {
+  bool addImu(double stamp, double now, double acceleration = 0.0) {
     auto message = boost::make_shared<sensor_msgs::Imu>();
     message->header.stamp = ros::Time(stamp);
     message->header.frame_id = "base_link";
     message->angular_velocity.z = 0.5;
+    message->linear_acceleration.x = acceleration;
     return sensors_.addImu(message, ros::Time(now)).has_value();
   }
 
@@ -69,6 +70,19 @@ TEST_F(SensorPairingTest, PairsSamplesOfOneStamp) {
   EXPECT_EQ(observations_[0].wheel_left, 1.0);
   EXPECT_EQ(observations_[0].wheel_right, 2.0);
   EXPECT_EQ(observations_[0].yaw_rate, 0.5);
+}
+
+/// An IMU of twice the rate: what happens between two pairs is in the second of them.
+TEST_F(SensorPairingTest, NoAccelerationFallsBetweenTwoPairs) {
+  double sum = 0.0;
+  for (int i = 0; i < 20; ++i) {
+    const double now = 10.0 + 0.5 * i * kPeriod;
+    EXPECT_TRUE(addImu(now, now, i == 9 ? -40.0 : 0.0));
+    if (i % 2 == 0) EXPECT_TRUE(addWheels(now, now));
+  }
+  ASSERT_GE(observations_.size(), 8u);
+  for (const Observation& observation : observations_) sum += observation.acceleration_x;
+  EXPECT_NEAR(sum, -20.0, 1e-9) << "the change of the speed stays";
 }
 
 TEST_F(SensorPairingTest, PairsAtOnceWithoutAWarningAlthoughSomeStampsAreCloseTogether) {

@@ -33,6 +33,20 @@ TEST(OverdueInputs, FreshOnesHaveNoCause) {
 
 TEST(OverdueInputs, NothingReceivedIsForemostNoSetPoint) { EXPECT_EQ(overdue({}), StopCause::set_point_missing); }
 
+/// Where network and rates delay the samples, the last pair is older than the last sample of a source that falls
+/// silent.
+TEST(OverdueInputs, PairsThatEndWithASilentSourceAreNoOtherCause) {
+  for (double InputAges::*silent : {&InputAges::imu, &InputAges::wheels}) {
+    InputAges ages = fresh();
+    ages.*silent = 0.19;
+    ages.measurement = 0.23;
+    EXPECT_EQ(overdue(ages), StopCause::none);
+    ages.*silent = 0.201;
+    EXPECT_NE(overdue(ages), StopCause::unpaired);
+    EXPECT_NE(overdue(ages), StopCause::none);
+  }
+}
+
 TEST(OverdueInputs, EachHasItsOwnInclusiveDeadlineOnBothSidesOfNow) {
   struct Case {
     double InputAges::*input;

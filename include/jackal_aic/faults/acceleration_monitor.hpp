@@ -16,7 +16,8 @@
 /// jump counts for no more than the factor c.
 ///
 /// A body that hits something loses its speed within a few samples. Such a jolt, against the motion and of no more than
-/// the speed there is, counts: it is how whoever believes the speed knows of the collision.
+/// the speed there is, counts: it is how whoever believes the speed knows of the collision. So does what follows it for
+/// a moment, in which the body bounces and its tyres slide.
 
 #include <array>
 
@@ -45,6 +46,9 @@ class AccelerationMonitor {
   double distance() const { return distance_; }                  ///< in multiples of the bound
   ChannelState state() const { return persistence_.state(); }    ///< verdict with the last sample
   bool suspecting() const { return persistence_.suspecting(); }  ///< an outlier is among the last samples
+
+  /// The ground has just shaken the robot: an outlier came within the last moment, and the accelerometer is in order.
+  bool shaken() const;
 
   /// Lets it count again: what was wrong with its last samples has been explained.
   void forgive() { persistence_.reset(); }
@@ -81,8 +85,10 @@ class AccelerationMonitor {
   /// Samples that may be those of a collision.
   struct Jolt {
     double since = 0.0;            // the last one [s]
+    double age = 0.0;              // since the first one [s]
     double change_of_speed = 0.0;  // by them [m/s]
     int samples = 0;
+    bool struck = false;  // they took much of the speed
 
     bool update(bool suspect, double change, double speed, double step);
   };
@@ -91,6 +97,7 @@ class AccelerationMonitor {
   Repetition repetition_at_rest_;
   Repetition repetition_moving_;
   double distance_ = 0.0;
+  double since_outlier_;  // [s]
   bool upside_down_ = false;
   bool frozen_ = false;
 };

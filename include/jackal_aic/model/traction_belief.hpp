@@ -121,6 +121,7 @@ class TractionBelief {
   double jolt_ = 0.0;                      // fastest change of the body lately [m/s]
   double fastest_ = 0.0;                   // acceleration of the wheels lately, for sensors that are late [m/s^2]
   double missed_ = kNever;                 // since the last acceleration [s]
+  double repeated_ = 0.0;                  // variance by which the integral is unsure until then [(m/s)^2]
   double listened_ = 0.0;                  // to accelerations [s]
   double measured_ = 0.0;                  // the last acceleration, as it came [m/s^2]
   Past now_;

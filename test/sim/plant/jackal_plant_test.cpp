@@ -966,18 +966,24 @@ TEST(RealPlant, TheImuComesAtItsOwnRate) {
   parameters.imu_rate = 80.0;
   JackalPlant plant = plantOf(parameters);
   plant.command(rolling(0.1, 0.4));
-  int inertial = 0, joints = 0;
-  double newest = 0.0;
+  int inertial = 0, joints = 0, since_joints = 0;
+  double newest = 0.0, accelerations = 0.0;
   for (int n = 0; n < 2000; ++n) {
     plant.step();
     if (plant.imuMeasurement()) {
       ++inertial;
+      ++since_joints;
       newest = plant.imuMeasurement()->angular_velocity.z();
+      accelerations += plant.imuMeasurement()->linear_acceleration.x();
     }
     if (!plant.measurement()) continue;
     ++joints;
     EXPECT_EQ(plant.measurement()->stamp, plant.time());
     EXPECT_EQ(plant.measurement()->angular_velocity.z(), newest);
+    ASSERT_GT(since_joints, 0);
+    EXPECT_NEAR(plant.measurement()->linear_acceleration.x(), accelerations / since_joints, 1e-12) << "none gets lost";
+    since_joints = 0;
+    accelerations = 0.0;
   }
   EXPECT_EQ(inertial, 160);
   EXPECT_EQ(joints, 100);
