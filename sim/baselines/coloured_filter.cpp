@@ -13,8 +13,12 @@ constexpr double kLargestCoefficient = 0.99;  // of noise of first order
 constexpr double kLeastPart = 0.1;            // of the innovations that the noise with a memory is taken to have
 constexpr double kLargestSurprise = 50.0;     // e^2 from which is learned
 constexpr double kRange = 1e4;                // of the learned variance / the white one, to either side of 1
-constexpr double kSteady = 1.0;               // rad/s^2; largest acceleration of a wheel of a steady drive
+constexpr double kSteady = 2.0;               // rad/s^2; largest acceleration of a wheel of a steady drive
+constexpr double kAveraged = 0.1;             // s; over which it is averaged, for the noise in the commands
+constexpr double kQuiet = 0.01;               // fluctuations of a steady drive, as part of those that are trusted
 constexpr double kSettled = 0.5;              // s; until nothing is left of an acceleration
+
+using Scalar = BeliefWithNoise<1>::State;
 
 double square(double x) { return x * x; }
 
@@ -116,21 +120,20 @@ ColouredNoiseFilter::ColouredNoiseFilter(const PredictiveParameters& parameters,
       dead_zone_(model),
       kinematics_(geometryOf(model, geometry)),
       on_box_(model.on_box),
-      left_{CommandsUnderWay(model.dead_time), noise(true)},
-      right_{CommandsUnderWay(model.dead_time), noise(true)},
-      gyro_noise_(noise(false)) {}
+      left_{CommandsUnderWay(model.dead_time), {noise(true)}},
+      right_{CommandsUnderWay(model.dead_time), {noise(true)}},
+      yaw_{noise(false)} {}
 
 void ColouredNoiseFilter::start(const Observation& y) {
   constexpr double kFirst = 0.02;  // s, until the step of the samples is known
   const double disturbance = square(WheelBeliefParameters().disturbance_deviation);
   for (auto [wheel, speed] : {std::pair(&left_, y.wheel_left), std::pair(&right_, y.wheel_right)}) {
     wheel->commands.fill(speed / drive_train_.gain());
-    const double variance = wheel->noise->covariance(kFirst)(0, 0);
-    const Eigen::Matrix3d known = Eigen::Vector3d(variance, 0.0, disturbance).asDiagonal();
-    wheel->belief.start({speed, 0.0, 0.0}, known, *wheel->noise, kFirst);
+    const NoiseModel& noise = *wheel->channel.noise;
+    const Eigen::Matrix3d known = Eigen::Vector3d(noise.covariance(kFirst)(0, 0), 0.0, disturbance).asDiagonal();
+    wheel->channel.belief.start({speed, 0.0, 0.0}, known, noise, kFirst);
   }
-  using Scalar = BeliefWithNoise<1>::State;
-  yaw_.start(Scalar(y.yaw_rate), Scalar(gyro_noise_->covariance(kFirst)(0, 0)), *gyro_noise_, kFirst);
+  yaw_.belief.start(Scalar(y.yaw_rate), Scalar(yaw_.noise->covariance(kFirst)(0, 0)), *yaw_.noise, kFirst);
   stamp_ = y.stamp;
   started_ = true;
 }
@@ -138,22 +141,27 @@ void ColouredNoiseFilter::start(const Observation& y) {
 void ColouredNoiseFilter::predict(const WheelCommand& command) {
   predict(left_, command.left);
   predict(right_, command.right);
-  const double turn = kinematics_.yawPerDifference() * (right_.acceleration - left_.acceleration) * kStep;
-  yaw_.state()(0) += turn;
-  yaw_.predict(BeliefWithNoise<1>::StateMatrix::Identity(),
-               BeliefWithNoise<1>::State(parameters_.yaw_process_noise * kStep));
+  const Eigen::Vector2d acceleration(left_.acceleration, right_.acceleration);
+  const double turn = kinematics_.yawPerDifference() * (acceleration(1) - acceleration(0)) * kStep;
+  const Scalar fluctuation(parameters_.yaw_process_noise * kStep);
+  for (auto [belief, part] : {std::pair(&yaw_.belief, 1.0), std::pair(&yaw_.steady, kQuiet)}) {
+    belief->state()(0) += turn;
+    belief->predict(Scalar::Identity(), part * fluctuation);
+  }
   unfollowed_ += turn - std::min(kStep / parameters_.yaw_delay_deviation, 1.0) * unfollowed_;
-  const double largest = std::max(std::abs(left_.acceleration), std::abs(right_.acceleration));
-  steady_time_ = largest > kSteady ? 0.0 : steady_time_ + kStep;
+  acceleration_ += kStep / kAveraged * (acceleration - acceleration_);
+  steady_time_ = acceleration_.cwiseAbs().maxCoeff() > kSteady ? 0.0 : steady_time_ + kStep;
 }
 
 void ColouredNoiseFilter::predict(Wheel& wheel, double command) {
-  const auto [change, limited] =
-      drive_train_.step(wheel.belief.state(), wheel.commands.step(dead_zone_.effective(command)));
-  wheel.acceleration = change / kStep;
-  const Eigen::Matrix3d J = limited ? Eigen::Matrix3d(Eigen::Matrix3d::Identity()) : drive_train_.transition();
-  wheel.belief.predict(J, kStep * Eigen::Vector3d(parameters_.speed_process_noise, 0.0,
-                                                  parameters_.disturbance_process_noise));
+  const double acting = wheel.commands.step(dead_zone_.effective(command));
+  const Eigen::Vector3d fluctuation(parameters_.speed_process_noise, 0.0, parameters_.disturbance_process_noise);
+  for (auto [belief, part] : {std::pair(&wheel.channel.steady, kQuiet), std::pair(&wheel.channel.belief, 1.0)}) {
+    const auto [change, limited] = drive_train_.step(belief->state(), acting);
+    const Eigen::Matrix3d J = limited ? Eigen::Matrix3d(Eigen::Matrix3d::Identity()) : drive_train_.transition();
+    belief->predict(J, part * kStep * fluctuation);
+    wheel.acceleration = change / kStep;
+  }
 }
 
 void ColouredNoiseFilter::correct(const Observation& y) {
@@ -164,24 +172,31 @@ void ColouredNoiseFilter::correct(const Observation& y) {
   correct(left_, y.wheel_left, step);
   correct(right_, y.wheel_right, step);
   if (on_box_) return;
-  using Scalar = BeliefWithNoise<1>::State;
-  yaw_.predict(BeliefWithNoise<1>::StateMatrix::Identity(), Scalar(square(unfollowed_)));
-  const NoiseEvidence evidence = yaw_.correct(y.yaw_rate, *gyro_noise_, step);
-  if (steady()) gyro_noise_->learn(evidence);
+  yaw_.belief.predict(Scalar::Identity(), Scalar(square(unfollowed_)));
+  correct(yaw_, y.yaw_rate, step);
 }
 
 void ColouredNoiseFilter::correct(Wheel& wheel, double measured, double step) {
   const double late = parameters_.dead_time_deviation * wheel.acceleration;
-  wheel.belief.predict(Eigen::Matrix3d::Identity(), {square(late), 0.0, 0.0});
-  const NoiseEvidence evidence = wheel.belief.correct(measured, *wheel.noise, step);
-  if (steady()) wheel.noise->learn(evidence);
+  wheel.channel.belief.predict(Eigen::Matrix3d::Identity(), {square(late), 0.0, 0.0});
+  correct(wheel.channel, measured, step);
+}
+
+template <int n>
+void ColouredNoiseFilter::correct(Channel<n>& channel, double measured, double step) {
+  channel.belief.correct(measured, *channel.noise, step);
+  if (steady()) {
+    channel.noise->learn(channel.steady.correct(measured, *channel.noise, step));
+  } else {
+    channel.steady = channel.belief;
+  }
 }
 
 bool ColouredNoiseFilter::steady() const { return steady_time_ > kSettled; }
 
 BodyVector ColouredNoiseFilter::velocity() const {
-  BodyVector velocity = kinematics_.bodyVelocity({left_.belief.state()(0), right_.belief.state()(0)});
-  if (!on_box_) velocity(kYaw) = yaw_.state()(0);
+  BodyVector velocity = kinematics_.bodyVelocity({left_.channel.belief.state()(0), right_.channel.belief.state()(0)});
+  if (!on_box_) velocity(kYaw) = yaw_.belief.state()(0);
   return velocity;
 }
 

@@ -131,8 +131,12 @@ class BeliefWithNoise {
 using NoiseModelFactory = std::function<std::unique_ptr<NoiseModel>(bool wheel)>;
 
 /// Believes the motion of a robot from the commands that drive it and from sensors whose noise has a memory. What it
-/// trusts beside (fluctuations, deviation of the dead time, delay of the yaw) is that of the predictive controller, and
-/// so is when it learns of the noise: on a robot that drives steadily.
+/// trusts beside (fluctuations, deviation of the dead time, delay of the yaw) is that of the predictive controller.
+///
+/// It learns of the noise while the robot drives steadily. The fluctuations are chosen for how fast a disturbance is
+/// followed and are larger than what disturbs a robot that drives steadily (precision_learning.hpp): a belief with
+/// them takes slow noise for motion. So beside each belief goes a second one that has a hundredth of them, begins where
+/// the first one is when the drive becomes steady, and tells of the noise.
 class ColouredNoiseFilter {
  public:
   static constexpr double kStep = DriveTrain::kStep;  ///< of the prediction [s]
@@ -151,20 +155,27 @@ class ColouredNoiseFilter {
   /// Estimated body velocity (base_link).
   BodyVector velocity() const;
 
-  const NoiseModel& wheelNoise() const { return *left_.noise; }  ///< of the left encoder
-  const NoiseModel& gyroNoise() const { return *gyro_noise_; }   ///< of the gyro
+  const NoiseModel& wheelNoise() const { return *left_.channel.noise; }  ///< of the left encoder
+  const NoiseModel& gyroNoise() const { return *yaw_.noise; }            ///< of the gyro
 
  private:
+  /// What is believed, the same while it drives steadily, and the noise of its sensor.
+  template <int n>
+  struct Channel {
+    std::unique_ptr<NoiseModel> noise;
+    BeliefWithNoise<n> belief = {}, steady = {};
+  };
   struct Wheel {
     CommandsUnderWay commands;
-    std::unique_ptr<NoiseModel> noise;
-    BeliefWithNoise<3> belief = {};
+    Channel<3> channel;
     double acceleration = 0.0;  // of the last step [rad/s^2]
   };
 
   void start(const Observation& observation);
   void predict(Wheel& wheel, double command);
   void correct(Wheel& wheel, double measured, double step);
+  template <int n>
+  void correct(Channel<n>& channel, double measured, double step);
   bool steady() const;
 
   PredictiveParameters parameters_;
@@ -173,10 +184,10 @@ class ColouredNoiseFilter {
   SkidSteerKinematics kinematics_;
   bool on_box_;
   Wheel left_, right_;
-  std::unique_ptr<NoiseModel> gyro_noise_;
-  BeliefWithNoise<1> yaw_;
-  double unfollowed_ = 0.0;   // yaw rate that the wheels asked for and the body may not have [rad/s]
-  double steady_time_ = 0.0;  // [s]
+  Channel<1> yaw_;
+  double unfollowed_ = 0.0;                             // yaw rate that the body may not have yet [rad/s]
+  Eigen::Vector2d acceleration_{0.0, 0.0};              // of both wheels, over some periods [rad/s^2]
+  double steady_time_ = 0.0;                            // [s]
   double stamp_ = 0.0;        // of the last measurement [s]
   bool started_ = false;
 };

@@ -223,6 +223,7 @@ std::vector<Estimator> estimators() {
 
 void writeColouredNoiseTable(const PackageFiles& files, const std::string& directory, unsigned jobs) {
   constexpr std::size_t kPlantCount = std::size(kPlants), kColourCount = std::size(kColours);
+  constexpr auto kSeeds = static_cast<double>(kColouredNoiseSeeds);
   const auto drives = parallelResults("drives", kPlantCount * kColouredNoiseSeeds, jobs, [&](std::size_t i) {
     return record(files, kPlants[i / kColouredNoiseSeeds], i % kColouredNoiseSeeds + 1);
   });
@@ -247,16 +248,17 @@ void writeColouredNoiseTable(const PackageFiles& files, const std::string& direc
         const Outcome outcome = all[e].run(drive, moments, colour, level);
         sums[e].squares += outcome.squares;
         sums[e].count += outcome.count;
-        sums[e].wheel_noise += outcome.wheel_noise / static_cast<double>(kColouredNoiseSeeds);
-        sums[e].gyro_noise += outcome.gyro_noise / static_cast<double>(kColouredNoiseSeeds);
+        sums[e].wheel_noise += outcome.wheel_noise.array().max(1e-9).log().matrix() / kSeeds;
+        sums[e].gyro_noise += outcome.gyro_noise.array().max(1e-9).log().matrix() / kSeeds;
       }
     }
     std::string text;
     for (std::size_t e = 0; e < all.size(); ++e) {
       const Eigen::Vector2d error = (sums[e].squares / sums[e].count).cwiseSqrt();
+      const Eigen::Vector2d wheel = sums[e].wheel_noise.array().exp(), gyro = sums[e].gyro_noise.array().exp();
       text += fmt::format("{},{},{},{},\"{}\",{:.4g},{:.4g},{:.3g},{:.3g},{:.3g},{:.3g}\n", kPlants[cases[i].plant],
                           colour.name, level.wheel, level.gyro, all[e].name, 1e3 * error(0), 1e3 * error(1),
-                          sums[e].wheel_noise(0), sums[e].wheel_noise(1), sums[e].gyro_noise(0), sums[e].gyro_noise(1));
+                          wheel(0), wheel(1), gyro(0), gyro(1));
     }
     return text;
   });
