@@ -9,14 +9,13 @@ namespace {
 
 using WindowMatrix = SmoothNoise::WindowMatrix;
 
-constexpr double kLargestCoefficient = 0.99;  // of noise of first order
-constexpr double kLeastPart = 0.1;            // of the innovations that the noise with a memory is taken to have
-constexpr double kLargestSurprise = 50.0;     // e^2 from which is learned
-constexpr double kRange = 1e4;                // of the learned variance / the white one, to either side of 1
-constexpr double kSteady = 2.0;               // rad/s^2; largest acceleration of a wheel of a steady drive
-constexpr double kAveraged = 0.1;             // s; over which it is averaged, for the noise in the commands
-constexpr double kQuiet = 0.01;               // fluctuations of a steady drive, as part of those that are trusted
-constexpr double kSettled = 0.5;              // s; until nothing is left of an acceleration
+constexpr double kLeastPart = 0.1;         // of the innovations that the noise with a memory is taken to have
+constexpr double kLargestSurprise = 50.0;  // e^2 from which is learned
+constexpr double kRange = 1e4;             // of the learned variance / the white one, to either side of 1
+constexpr double kSteady = 2.0;            // rad/s^2; largest acceleration of a wheel of a steady drive
+constexpr double kAveraged = 0.1;          // s; over which it is averaged, for the noise in the commands
+constexpr double kQuiet = 0.01;            // fluctuations of a steady drive, as part of those that are trusted
+constexpr double kSettled = 0.5;           // s; until nothing is left of an acceleration
 
 using Scalar = BeliefWithNoise<1>::State;
 
@@ -54,7 +53,8 @@ void WhitenedNoise::learn(const NoiseEvidence& evidence) {
 
   // φ ← φ + (h/T) e_k e_(k-1) / g
   double coefficient = noise_.correlation_time > 0.0 ? std::exp(-step_ / noise_.correlation_time) : 0.0;
-  coefficient = std::clamp(coefficient + rate * correlation, 0.0, kLargestCoefficient);
+  const double largest = std::exp(-step_ / SmoothnessLearning::kMost);
+  coefficient = std::clamp(coefficient + rate * correlation, 0.0, largest);
   noise_.correlation_time = coefficient > 0.0 ? -step_ / std::log(coefficient) : 0.0;
 
   // ln Σ ← ln Σ + (h/T) (e² − 1) / g

@@ -185,10 +185,10 @@ class ColouredNoiseFilter {
   bool on_box_;
   Wheel left_, right_;
   Channel<1> yaw_;
-  double unfollowed_ = 0.0;                             // yaw rate that the body may not have yet [rad/s]
-  Eigen::Vector2d acceleration_{0.0, 0.0};              // of both wheels, over some periods [rad/s^2]
-  double steady_time_ = 0.0;                            // [s]
-  double stamp_ = 0.0;        // of the last measurement [s]
+  double unfollowed_ = 0.0;                 // yaw rate that the body may not have yet [rad/s]
+  Eigen::Vector2d acceleration_{0.0, 0.0};  // of both wheels, over some periods [rad/s^2]
+  double steady_time_ = 0.0;                // [s]
+  double stamp_ = 0.0;                      // of the last measurement [s]
   bool started_ = false;
 };
 

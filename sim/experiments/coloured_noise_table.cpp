@@ -21,32 +21,22 @@ constexpr double kLearning = 60.0;      // s, of which nothing counts
 constexpr double kTrueTrack = 0.547;    // m, of the simulated robot, turning in place
 constexpr double kMemory = 10.0;        // s, of all that is learned: that of the shipped precisions
 constexpr double kExpectedTime = 0.01;  // s, smoothness and correlation time with which learning begins
+constexpr double kSampleStep = 0.02;    // s, of the sensors
 
-/// Noise beside that of the sensors.
-struct Colour {
-  const char* name;
-  bool smooth;  ///< of Gaussian autocorrelation, else of first order
-  double time;  ///< s or T [s]; 0: white
-};
-
-constexpr Colour kColours[] = {{"white", true, 0.0},          {"s = 0.02 s", true, 0.02},
-                               {"s = 0.05 s", true, 0.05},    {"s = 0.1 s", true, 0.1},
-                               {"T = 0.02 s", false, 0.02},   {"T = 0.1 s", false, 0.1}};
-
-/// Standard deviations of it.
-struct Level {
-  double wheel;  ///< [rad/s]
-  double gyro;   ///< [rad/s]
-};
-
-constexpr Level kLevels[] = {{0.06, 0.01}, {0.2, 0.02}};
+constexpr AddedNoise kNoises[] = {{"white", true, 0.0, 0.06, 0.01},        {"s = 0.02 s", true, 0.02, 0.06, 0.01},
+                                  {"s = 0.05 s", true, 0.05, 0.06, 0.01},  {"s = 0.1 s", true, 0.1, 0.06, 0.01},
+                                  {"T = 0.02 s", false, 0.02, 0.06, 0.01}, {"T = 0.1 s", false, 0.1, 0.06, 0.01},
+                                  {"white", true, 0.0, 0.2, 0.02},         {"s = 0.02 s", true, 0.02, 0.2, 0.02},
+                                  {"s = 0.05 s", true, 0.05, 0.2, 0.02},   {"s = 0.1 s", true, 0.1, 0.2, 0.02},
+                                  {"T = 0.02 s", false, 0.02, 0.2, 0.02},  {"T = 0.1 s", false, 0.1, 0.2, 0.02}};
 
 constexpr const char* kPlants[] = {"box", "ground", "real"};
+constexpr std::size_t kSeeds = 4;
 
 /// Noise of deviation 1 at any time: a sum of many waves, of which the frequencies are drawn from the spectrum.
 class Waves {
  public:
-  Waves(const Colour& colour, std::mt19937_64& generator) : white_(colour.time <= 0.0), generator_(generator()) {
+  Waves(const AddedNoise& colour, std::mt19937_64& generator) : white_(colour.time <= 0.0), generator_(generator()) {
     // exp(-t^2/(4 s^2)) has a Gaussian spectrum of deviation 1/(sqrt(2) s), exp(-|t|/T) that of Cauchy with width 1/T
     std::normal_distribution<double> gauss(0.0, white_ ? 1.0 : 1.0 / (std::sqrt(2.0) * colour.time));
     std::cauchy_distribution<double> cauchy(0.0, white_ ? 1.0 : 1.0 / colour.time);
@@ -108,16 +98,16 @@ Drive record(const PackageFiles& files, const std::string& plant_name, std::uint
 }
 
 /// What the sensors say with other noise on top.
-std::vector<Drive::Moment> disturbed(const Drive& drive, const Colour& colour, const Level& level, std::uint64_t seed) {
+std::vector<Drive::Moment> disturbed(const Drive& drive, const AddedNoise& noise, std::uint64_t seed) {
   std::mt19937_64 generator(seed);
-  Waves left(colour, generator), right(colour, generator), gyro(colour, generator);
+  Waves left(noise, generator), right(noise, generator), gyro(noise, generator);
   std::vector<Drive::Moment> moments = drive.moments;
   for (Drive::Moment& moment : moments) {
     if (!moment.observation) continue;
     Observation& y = *moment.observation;
-    y.wheel_left += level.wheel * left.at(y.stamp);
-    y.wheel_right += level.wheel * right.at(y.stamp);
-    y.yaw_rate += level.gyro * gyro.at(y.stamp);
+    y.wheel_left += noise.wheel * left.at(y.stamp);
+    y.wheel_right += noise.wheel * right.at(y.stamp);
+    y.yaw_rate += noise.gyro * gyro.at(y.stamp);
   }
   return moments;
 }
@@ -126,13 +116,27 @@ std::vector<Drive::Moment> disturbed(const Drive& drive, const Colour& colour, c
 struct Outcome {
   Eigen::Vector2d squares = Eigen::Vector2d::Zero();  // sum of squared errors
   double count = 0.0;
-  Eigen::Vector2d wheel_noise = Eigen::Vector2d::Zero(), gyro_noise = Eigen::Vector2d::Zero();  // learned
+  Eigen::Vector2d wheel_noise = Eigen::Vector2d::Zero(), gyro_noise = Eigen::Vector2d::Zero();  // learned, logarithms
 
   void add(double time, const BodyVector& believed, const Eigen::Vector2d& truth) {
     if (time < kLearning) return;
     squares += (Eigen::Vector2d(believed(kForward), believed(kYaw)) - truth).cwiseAbs2();
     count += 1.0;
   }
+
+  void learned(const Eigen::Vector2d& wheel, const Eigen::Vector2d& gyro) {
+    wheel_noise = wheel.array().max(kNothing).log();
+    gyro_noise = gyro.array().max(kNothing).log();
+  }
+
+  void add(const Outcome& other) {
+    squares += other.squares;
+    count += other.count;
+    wheel_noise += other.wheel_noise;
+    gyro_noise += other.gyro_noise;
+  }
+
+  static constexpr double kNothing = 1e-9;
 };
 
 Outcome byController(const Drive& drive, const std::vector<Drive::Moment>& moments, bool learn_precision) {
@@ -148,8 +152,7 @@ Outcome byController(const Drive& drive, const std::vector<Drive::Moment>& momen
     outcome.add(JackalPlant::kStep * static_cast<double>(k), controller.believedVelocity(), moments[k].truth);
   }
   const SensorVariances learned = controller.variances();
-  outcome.wheel_noise(0) = std::sqrt(learned.wheel_left);
-  outcome.gyro_noise(0) = std::sqrt(learned.gyro);
+  outcome.learned({std::sqrt(learned.wheel_left), 0.0}, {std::sqrt(learned.gyro), 0.0});
   return outcome;
 }
 
@@ -166,106 +169,101 @@ Outcome byFilter(const Drive& drive, const std::vector<Drive::Moment>& moments, 
     applied = moments[k].command;
     outcome.add(JackalPlant::kStep * static_cast<double>(k), filter.velocity(), moments[k].truth);
   }
-  outcome.wheel_noise = filter.wheelNoise().learned();
-  outcome.gyro_noise = filter.gyroNoise().learned();
+  outcome.learned(filter.wheelNoise().learned(), filter.gyroNoise().learned());
   return outcome;
 }
 
-struct Estimator {
+struct NamedEstimator {
   const char* name;
-  std::function<Outcome(const Drive&, const std::vector<Drive::Moment>&, const Colour&, const Level&)> run;
+  std::function<Outcome(const Drive&, const std::vector<Drive::Moment>&, const AddedNoise&)> run;
 };
 
+/// @param make the model of a channel's noise from its white part, the variance added to it and the noise.
 template <class MakeNoise>
-Estimator filterWith(const char* name, const MakeNoise& make) {
-  return {name, [make](const Drive& drive, const std::vector<Drive::Moment>& moments, const Colour& colour,
-                       const Level& level) {
+NamedEstimator filterWith(const char* name, const MakeNoise& make) {
+  return {name, [make](const Drive& drive, const std::vector<Drive::Moment>& moments, const AddedNoise& noise) {
             const auto& trust = std::get<PredictiveParameters>(drive.setup.drive.controller);
             return byFilter(drive, moments, [&](bool wheel) -> std::unique_ptr<NoiseModel> {
-              const double added = wheel ? level.wheel : level.gyro;
-              return make(wheel ? trust.wheel_variance : trust.gyro_variance, added * added, colour);
+              const double added = wheel ? noise.wheel : noise.gyro;
+              return make(wheel ? trust.wheel_variance : trust.gyro_variance, added * added, noise);
             });
           }};
 }
 
-std::vector<Estimator> estimators() {
+std::unique_ptr<NoiseModel> knownNoise(double white, double added, const AddedNoise& noise) {
+  if (noise.smooth) return std::make_unique<KnownNoise<SmoothNoise>>(SmoothNoise{white, added, noise.time});
+  return std::make_unique<KnownNoise<ExponentialNoise>>(ExponentialNoise{white, added, noise.time});
+}
+
+/// By Estimator.
+std::vector<NamedEstimator> estimators() {
+  using Moments = std::vector<Drive::Moment>;
   using Made = std::unique_ptr<NoiseModel>;
-  return {
-      {"predictive, as shipped",
-       [](const Drive& d, const std::vector<Drive::Moment>& m, const Colour&, const Level&) {
-         return byController(d, m, false);
-       }},
-      {"predictive, precision learned",
-       [](const Drive& d, const std::vector<Drive::Moment>& m, const Colour&, const Level&) {
-         return byController(d, m, true);
-       }},
-      filterWith("s = 0, variance known",
-                 [](double white, double added, const Colour&) -> Made {
-                   return std::make_unique<KnownNoise<SmoothNoise>>(SmoothNoise{white, added, 0.0});
-                 }),
-      filterWith("colour and variance known",
-                 [](double white, double added, const Colour& colour) -> Made {
-                   if (colour.smooth) {
-                     return std::make_unique<KnownNoise<SmoothNoise>>(SmoothNoise{white, added, colour.time});
-                   }
-                   return std::make_unique<KnownNoise<ExponentialNoise>>(ExponentialNoise{white, added, colour.time});
-                 }),
-      filterWith("s and variance learned",
-                 [](double white, double, const Colour&) -> Made {
-                   return std::make_unique<LearnedSmoothNoise>(SmoothNoise{white, white, kExpectedTime}, kMemory);
-                 }),
-      filterWith("innovations whitened", [](double white, double, const Colour&) -> Made {
-        return std::make_unique<WhitenedNoise>(ExponentialNoise{white, white, kExpectedTime}, kMemory, 0.02);
-      })};
+  return {{"predictive as shipped",
+           [](const Drive& d, const Moments& m, const auto&) { return byController(d, m, false); }},
+          {"predictive with learned precision",
+           [](const Drive& d, const Moments& m, const auto&) { return byController(d, m, true); }},
+          filterWith("variance known and s = 0",
+                     [](double white, double added, const auto&) -> Made {
+                       return std::make_unique<KnownNoise<SmoothNoise>>(SmoothNoise{white, added, 0.0});
+                     }),
+          filterWith("noise known", knownNoise),
+          filterWith("variance and s learned",
+                     [](double white, double, const auto&) -> Made {
+                       return std::make_unique<LearnedSmoothNoise>(SmoothNoise{white, white, kExpectedTime}, kMemory);
+                     }),
+          filterWith("innovations whitened", [](double white, double, const auto&) -> Made {
+            return std::make_unique<WhitenedNoise>(ExponentialNoise{white, white, kExpectedTime}, kMemory, kSampleStep);
+          })};
+}
+
+/// @param drives the first of some; @param count their number.
+std::vector<EstimatorFigures> estimate(const Drive* drives, std::size_t count, const AddedNoise& noise) {
+  const std::vector<NamedEstimator> all = estimators();
+  std::vector<Outcome> sums(all.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto moments = disturbed(drives[i], noise, i + 1);
+    for (std::size_t e = 0; e < all.size(); ++e) sums[e].add(all[e].run(drives[i], moments, noise));
+  }
+  std::vector<EstimatorFigures> figures;
+  for (std::size_t e = 0; e < all.size(); ++e) {
+    const Eigen::Vector2d error = (sums[e].squares / sums[e].count).cwiseSqrt();
+    const auto mean = [count](const Eigen::Vector2d& logarithms) {
+      return Eigen::Vector2d((logarithms / static_cast<double>(count)).array().exp());
+    };
+    figures.push_back({all[e].name, error(0), error(1), mean(sums[e].wheel_noise), mean(sums[e].gyro_noise)});
+  }
+  return figures;
 }
 
 }  // namespace
 
+std::vector<EstimatorFigures> estimateUnderNoise(const PackageFiles& files, const std::string& plant,
+                                                 const AddedNoise& noise, std::size_t seeds) {
+  std::vector<Drive> drives;
+  for (std::size_t seed = 1; seed <= seeds; ++seed) drives.push_back(record(files, plant, seed));
+  return estimate(drives.data(), drives.size(), noise);
+}
+
 void writeColouredNoiseTable(const PackageFiles& files, const std::string& directory, unsigned jobs) {
-  constexpr std::size_t kPlantCount = std::size(kPlants), kColourCount = std::size(kColours);
-  constexpr auto kSeeds = static_cast<double>(kColouredNoiseSeeds);
-  const auto drives = parallelResults("drives", kPlantCount * kColouredNoiseSeeds, jobs, [&](std::size_t i) {
-    return record(files, kPlants[i / kColouredNoiseSeeds], i % kColouredNoiseSeeds + 1);
+  constexpr std::size_t kNoiseCount = std::size(kNoises);
+  const auto drives = parallelResults("drives", std::size(kPlants) * kSeeds, jobs, [&](std::size_t i) {
+    return record(files, kPlants[i / kSeeds], i % kSeeds + 1);
   });
-  const std::vector<Estimator> all = estimators();
-  struct Case {
-    std::size_t plant, level, colour;
-  };
-  std::vector<Case> cases;
-  for (std::size_t plant = 0; plant < kPlantCount; ++plant) {
-    for (std::size_t level = 0; level < std::size(kLevels); ++level) {
-      for (std::size_t colour = 0; colour < kColourCount; ++colour) cases.push_back({plant, level, colour});
-    }
-  }
-  const auto rows = parallelResults("estimators", cases.size(), jobs, [&](std::size_t i) {
-    const Colour& colour = kColours[cases[i].colour];
-    const Level& level = kLevels[cases[i].level];
-    std::vector<Outcome> sums(all.size());
-    for (std::size_t seed = 0; seed < kColouredNoiseSeeds; ++seed) {
-      const Drive& drive = drives[cases[i].plant * kColouredNoiseSeeds + seed];
-      const auto moments = disturbed(drive, colour, level, seed + 1);
-      for (std::size_t e = 0; e < all.size(); ++e) {
-        const Outcome outcome = all[e].run(drive, moments, colour, level);
-        sums[e].squares += outcome.squares;
-        sums[e].count += outcome.count;
-        sums[e].wheel_noise += outcome.wheel_noise.array().max(1e-9).log().matrix() / kSeeds;
-        sums[e].gyro_noise += outcome.gyro_noise.array().max(1e-9).log().matrix() / kSeeds;
-      }
-    }
-    std::string text;
-    for (std::size_t e = 0; e < all.size(); ++e) {
-      const Eigen::Vector2d error = (sums[e].squares / sums[e].count).cwiseSqrt();
-      const Eigen::Vector2d wheel = sums[e].wheel_noise.array().exp(), gyro = sums[e].gyro_noise.array().exp();
-      text += fmt::format("{},{},{},{},\"{}\",{:.4g},{:.4g},{:.3g},{:.3g},{:.3g},{:.3g}\n", kPlants[cases[i].plant],
-                          colour.name, level.wheel, level.gyro, all[e].name, 1e3 * error(0), 1e3 * error(1),
-                          wheel(0), wheel(1), gyro(0), gyro(1));
-    }
-    return text;
+  const auto figures = parallelResults("noises", std::size(kPlants) * kNoiseCount, jobs, [&](std::size_t i) {
+    return estimate(&drives[i / kNoiseCount * kSeeds], kSeeds, kNoises[i % kNoiseCount]);
   });
   std::string text =
       "plant,noise,wheel_deviation_radps,gyro_deviation_radps,estimator,forward_rms_mmps,yaw_rms_mradps,"
       "learned_wheel_deviation_radps,learned_wheel_time_s,learned_gyro_deviation_radps,learned_gyro_time_s\n";
-  for (const std::string& row : rows) text += row;
+  for (std::size_t i = 0; i < figures.size(); ++i) {
+    const AddedNoise& noise = kNoises[i % kNoiseCount];
+    for (const EstimatorFigures& f : figures[i]) {
+      text += fmt::format("{},{},{},{},{},{:.4g},{:.4g},{:.3g},{:.3g},{:.3g},{:.3g}\n", kPlants[i / kNoiseCount],
+                          noise.name, noise.wheel, noise.gyro, f.name, 1e3 * f.forward, 1e3 * f.yaw_rate,
+                          f.wheel_noise(0), f.wheel_noise(1), f.gyro_noise(0), f.gyro_noise(1));
+    }
+  }
   writeTable(directory, "coloured_noise.csv", text);
 }
 
