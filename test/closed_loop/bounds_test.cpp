@@ -67,15 +67,6 @@ TEST(Bounds, ThePredictiveControllerKeepsItsBarsOnTheGround) {
   }
 }
 
-TEST(Bounds, ThePredictiveControllerKeepsThoseOfStepsOnTheBox) {
-  for (const BoundedCase& bounded : boundedCases()) {
-    if (bounded.disturbed()) continue;
-    const BoundedFigure figure = runBounded(files(), "predictive", "box", bounded);
-    ASSERT_TRUE(figure.value) << bounded.name;
-    EXPECT_LE(*figure.value, barOf(files(), bounded, figure.bound)) << bounded.name;
-  }
-}
-
 TEST(Bounds, TheOpenLoopDoesNothingAboutADisturbance) {
   // Else the disturbances show nothing.
   const BoundedFigure figure = runBounded(files(), "diff_drive", "ground", caseOf("gain 0.8"));

@@ -157,7 +157,7 @@ TEST_F(PredictivePath, GainsChangeWhileItDrivesAndUnstableOnesAreRefused) {
   }
   EXPECT_GT(slowest, 0.97 * kSpeed) << "without a jump";
   EXPECT_LT(fastest, 1.03 * kSpeed) << "without a jump";
-  EXPECT_EQ(request("reference_time", 0.008), 0.008);
+  EXPECT_EQ(request("reference_time", 0.01), 0.01);
 }
 
 // The published covariance follows the innovations, which on the ground make up for a wrong variance: there the free
@@ -184,7 +184,7 @@ TEST_F(PredictivePath, VariancesOfTheSensorsChangeWhileItDrivesAndOutliveAChange
   EXPECT_GT(distrust(), 1.5 * configured) << "of wheels that are trusted less";
   EXPECT_EQ(request("reference_time", 0.02), 0.02);
   EXPECT_GT(distrust(), 1.5 * configured);
-  EXPECT_EQ(request("reference_time", 0.008), 0.008);
+  EXPECT_EQ(request("reference_time", 0.01), 0.01);
   EXPECT_EQ(request("wheel_variance", 9e-4, "sensors"), 9e-4);
   EXPECT_LT(distrust(), 1.3 * configured);
 }

@@ -33,27 +33,6 @@ TEST(DriveTrainReference, InputMakesTheModelFollowThePath) {
   }
 }
 
-TEST(DriveTrainReference, AtTheAccelerationLimitTheMotorIsWhereThePathIs) {
-  PlantModel model = driveTrain();
-  model.dead_time = 0.0;
-  model.lag = 0.0244;
-  model.velocity_loop_integral = 9.22;
-  model.acceleration_limit = 25.0;
-  constexpr double kRadius = 0.098, kPeriod = 0.02;
-  const double largest_change = kPeriod * model.acceleration_limit / kRadius;
-  for (const double wanted : {3.0, 5.1, 10.2, -20.4}) {
-    DriveTrainReference reference(model, kRadius, 1e-3, kPeriod);
-    WheelBelief wheel(model, kRadius, {});
-    for (int k = 1; k <= 10; ++k) {
-      const double r = reference.advance(wanted);
-      for (int i = 0; i < 20; ++i) wheel.predict(r);
-      const double fastest = std::copysign(std::min(std::abs(wanted), k * largest_change), wanted);
-      EXPECT_NEAR(wheel.speed(), reference.speed(), 0.01) << wanted << ", period " << k;
-      EXPECT_NEAR(wheel.speed(), fastest, 0.03) << wanted << ", period " << k;
-    }
-  }
-}
-
 TEST(DriveTrainReference, AnInputThatMayOnlyChangeSlowlyEndsInTime) {
   PlantModel model = driveTrain();
   model.lag = 0.0455;

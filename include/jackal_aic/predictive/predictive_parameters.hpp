@@ -16,7 +16,7 @@ struct PredictiveParameters : SensorNoise {
   double action_rate = 50.0;                ///< rate of the action update [Hz]
   double belief_learning_rate = 1.0;        ///< kappa_mu, learning rate of the belief (natural gradient), 0..1
   double action_learning_rate = 1.0;        ///< kappa_a, learning rate of the action (natural gradient), 0..1
-  double reference_time = 0.008;            ///< tau_ref, time constant of the reference model [s]
+  double reference_time = 0.01;             ///< tau_ref, time constant of the reference model [s]
   double speed_process_noise = 0.01;        ///< of a wheel's speed [(rad/s)^2/s]
   double yaw_process_noise = 1e-4;          ///< of the yaw rate beside what the wheels ask for [(rad/s)^2/s]
   double disturbance_process_noise = 0.01;  ///< of a wheel's input disturbance [(rad/s)^2/s]
