@@ -37,7 +37,7 @@ void PathFollower::hold(double applied) {
 }
 
 void PathFollower::overrule(double applied) {
-  path_.take(gain_ * (applied - feedback_));
+  path_.follow(gain_ * (applied - feedback_));
   forward_ = applied - feedback_;
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "jackal_aic/model/drive_train.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -14,11 +16,7 @@ constexpr int kLongestReturn = 50;       // periods
 
 DriveTrainReference::DriveTrainReference(const PlantModel& model, double wheel_radius, double reference_time,
                                          double step)
-    : drive_train_(model, wheel_radius),
-      steps_(static_cast<int>(std::lround(step / DriveTrain::kStep))),
-      step_(step),
-      largest_change_(step * drive_train_.limit()),
-      lead_(model.lag * drive_train_.limit()) {
+    : step_(step), largest_change_(step * model.acceleration_limit / wheel_radius) {
   setReferenceTime(reference_time);
   const DriveTrainResponse response = driveTrainResponse(model, step);
   transition_ = response.transition;
@@ -27,34 +25,13 @@ DriveTrainReference::DriveTrainReference(const PlantModel& model, double wheel_r
 
 double DriveTrainReference::input(double wanted) const {
   const double change = std::clamp(pull_ * (wanted - state_(0)), -largest_change_, largest_change_);
-  const double r = (state_(0) + change - transition_.row(0).dot(state_)) / input_(0);
-  return afterPeriod(r).limited ? inputAtLimit(change, r) : r;
-}
-
-double DriveTrainReference::inputAtLimit(double change, double r) const {
-  // The motor accelerates as fast as it can all period long with r + z − w >= limit lag at its end.
-  const double direction = std::copysign(1.0, change);
-  double high = state_(0) + direction * (largest_change_ + lead_) - state_(1);
-  if (direction * (high - r) <= 0.0) return r;
-  for (int i = 0; i < kHalvings; ++i) {
-    const double middle = 0.5 * (r + high);
-    (direction * (afterPeriod(middle).state(0) - state_(0) - change) < 0.0 ? r : high) = middle;
-  }
-  return high;
-}
-
-DriveTrainReference::Period DriveTrainReference::afterPeriod(double r) const {
-  Eigen::Vector3d x(state_(0), state_(1), 0.0);
-  bool limited = false;
-  for (int i = 0; i < steps_; ++i) limited |= drive_train_.step(x, r / drive_train_.gain()).limited;
-  if (limited) return {x.head<2>(), true};
-  return {transition_ * state_ + input_ * r, false};
+  return (state_(0) + change - transition_.row(0).dot(state_)) / input_(0);
 }
 
 void DriveTrainReference::take(double r) {
   before_ = state_;
   r_ = r;
-  state_ = afterPeriod(r).state;
+  state_ = transition_ * before_ + input_ * r_;
 }
 
 double DriveTrainReference::advance(double wanted) {
@@ -94,9 +71,19 @@ bool DriveTrainReference::endsInTime(double wanted, double r, double largest_cha
   return true;
 }
 
+void DriveTrainReference::follow(double r) {
+  before_ = state_;
+  r_ = r;
+  // Beyond the acceleration limit only as much of the input takes part as the limit lets through. Nothing jumps there:
+  // two wheels that differ by a hair, one on either side of the limit, must not part.
+  const double without = transition_.row(0).dot(before_) - before_(0);
+  const double lowest = (-largest_change_ - without) / input_(0), highest = (largest_change_ - without) / input_(0);
+  state_ = transition_ * before_ + input_ * std::clamp(r_, lowest, highest);
+}
+
 void DriveTrainReference::amend(double more) {
   state_ = before_;
-  take(r_ + more);
+  follow(r_ + more);
 }
 
 void DriveTrainReference::reset(double speed) {

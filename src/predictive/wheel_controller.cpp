@@ -25,7 +25,7 @@ void WheelController::hold(double applied) {
 
 void WheelController::overrule(double applied) {
   const double effective = dead_zone_.effective(applied);
-  path_.take(gain_ * effective + belief_.disturbance());
+  path_.follow(gain_ * effective + belief_.disturbance());
   drive(applied, effective);
 }
 

@@ -6,15 +6,11 @@
 ///     dw_ref/dt = clamp((w_d - w_ref) / tau_ref, +- acceleration limit / radius)
 ///
 /// Once in an action period it tells the input r that takes the drive train of the model along the path until the next
-/// one, which solves w(t + T) = w_ref(t + T) for the r held over the period. Below the acceleration limit that is a
-/// linear equation. Where the motor meets its limit within the period it would end behind w_ref, and r is searched for
-/// on the model with its limit: as small as gets there, at most what makes the motor accelerate to the end of the
-/// period as fast as it can, r = w(t + T) + limit lag - z.
+/// one, which solves w(t + T) = w_ref(t + T) for the r held over the period.
 
 #include <Eigen/Core>
 #include <cmath>
 
-#include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 
 namespace jackal_aic {
@@ -44,6 +40,9 @@ class DriveTrainReference {
   /// input in a period [rad/s]. Where r is not to be changed it is returned to the bit.
   double inTime(double wanted, double r, double largest_change) const;
 
+  /// Goes on by one action period as the model does under an input r [rad/s].
+  void follow(double r);
+
   /// Takes the last period back and goes through it anew with this much more input [rad/s].
   void amend(double more);
 
@@ -57,22 +56,12 @@ class DriveTrainReference {
   double speed() const { return state_(0); }
 
  private:
-  struct Period {
-    Eigen::Vector2d state;  // at its end
-    bool limited;           // the acceleration limit was met
-  };
-
-  Period afterPeriod(double r) const;
-  double inputAtLimit(double change, double r) const;
   bool endsInTime(double wanted, double r, double largest_change) const;
 
-  DriveTrain drive_train_;
-  int steps_;                   // of drive_train_ in an action period
   Eigen::Matrix2d transition_;  // of (w, z) over an action period
   Eigen::Vector2d input_;       // of r held over it
   double step_;                 // action period [s]
   double largest_change_;       // of w over it [rad/s]
-  double lead_;                 // of the input before the speed, at the limit [rad/s]
   double pull_;                 // part of the way to the wanted speed
   Eigen::Vector2d state_ = Eigen::Vector2d::Zero();
   Eigen::Vector2d before_ = Eigen::Vector2d::Zero();  // state before the last period
