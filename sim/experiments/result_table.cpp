@@ -132,7 +132,7 @@ RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile) {
     result.row.action_hz = std::get<DifferentialDriveParameters>(setup.drive.controller).rate;
   }
   if (const auto* predictive = dynamic_cast<const PredictiveController*>(&drive.controller())) {
-    describeLearned(predictive->slip(), predictive->variances(), setup.plant, result.row);
+    describeLearned(predictive->learned().slip, predictive->variances(), setup.plant, result.row);
   }
   describeStep(profile, result.row);
   const ResponseMetrics metrics = assess(result.samples, profile);

@@ -1,5 +1,6 @@
 #include "jackal_aic/model/drive_train.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <unsupported/Eigen/MatrixFunctions>
 
@@ -33,8 +34,31 @@ DriveTrainResponse driveTrainResponse(const PlantModel& model, double time) {
   return response;
 }
 
-CommandsUnderWay::CommandsUnderWay(double dead_time)
-    : delay_(static_cast<std::size_t>(std::lround(std::clamp(dead_time, 0.0, kLongestDeadTime) / kStep))) {}
+namespace {
+
+std::size_t stepsOf(double dead_time) {
+  return static_cast<std::size_t>(
+      std::lround(std::clamp(dead_time, 0.0, CommandsUnderWay::kLongestDeadTime) / CommandsUnderWay::kStep));
+}
+
+}  // namespace
+
+CommandsUnderWay::CommandsUnderWay(double dead_time) : delay_(stepsOf(dead_time)) {}
+
+void CommandsUnderWay::setDeadTime(double dead_time) {
+  const std::size_t delay = stepsOf(dead_time);
+  const auto begin = commands_.begin(), end = begin + static_cast<std::ptrdiff_t>(delay_ + 1);
+  std::rotate(begin, begin + static_cast<std::ptrdiff_t>(head_), end);  // the oldest first
+  if (delay < delay_) {
+    std::copy(end - static_cast<std::ptrdiff_t>(delay + 1), end, begin);
+  } else {
+    const auto later = static_cast<std::ptrdiff_t>(delay - delay_);
+    std::copy_backward(begin, end, end + later);
+    std::fill(begin, begin + later, *begin);
+  }
+  delay_ = delay;
+  head_ = 0;
+}
 
 DriveTrain::DriveTrain(const PlantModel& model, double wheel_radius)
     : gain_(model.gain), limit_(model.acceleration_limit / wheel_radius) {

@@ -34,6 +34,11 @@ WheelBelief::WheelBelief(const PlantModel& model, double wheel_radius, const Whe
   reset(0.0);
 }
 
+void WheelBelief::setDriveTrain(const PlantModel& model, double wheel_radius) {
+  drive_train_ = DriveTrain(model, wheel_radius);
+  commands_.setDeadTime(model.dead_time);
+}
+
 void WheelBelief::setParameters(const WheelBeliefParameters& parameters) {
   parameters_ = parameters;
   const double T = parameters.timing_time_constant;

@@ -165,6 +165,8 @@ ControllerState stateMessage(const PredictiveController& controller) {
   message.free_energy = controller.freeEnergy();
   message.effective_track = controller.effectiveTrack();
   message.slip_factor = controller.slipBelief().slipFactor();
+  message.dead_time = controller.model().dead_time;
+  message.lag = controller.model().lag;
   const Eigen::Vector4d& turn = controller.slipBelief().turn().mean();
   std::copy(turn.data(), turn.data() + turn.size(), message.turn_coefficients.begin());
   message.learning_frozen = controller.learningFrozen();

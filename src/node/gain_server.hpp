@@ -45,6 +45,7 @@ void visitGains(Parameters& gains, PredictiveGainsConfig& config, const Visit& v
   visit("precision_time_constant", gains.precision_time_constant, config.precision_time_constant);
   visit("learn_track", gains.learn_track, config.learn_track);
   visit("learn_slip_factor", gains.learn_slip_factor, config.learn_slip_factor);
+  visit("learn_drive_train", gains.learn_drive_train, config.learn_drive_train);
   visit("slip_time_constant", gains.slip_time_constant, config.slip_time_constant);
   visit("yaw_delay_deviation", gains.yaw_delay_deviation, config.yaw_delay_deviation);
   visit("slip_excitation", gains.slip_excitation, config.slip_excitation);

@@ -113,8 +113,7 @@ void visitValues(Archive& a, AppliedInput& input) {
   a(input.command.left), a(input.command.right), a(input.source);
 }
 template <class Archive>
-void visitValues(Archive& a, SlipInput& input) {
-  SlipState& slip = input.slip;
+void visitValues(Archive& a, SlipState& slip) {
   a(slip.effective_track), a(slip.slip_factor);
   bool known = slip.turn.has_value();
   a(known);
@@ -127,6 +126,16 @@ void visitValues(Archive& a, SlipInput& input) {
       slip.turn->covariance(j, i) = slip.turn->covariance(i, j);
     }
   }
+}
+template <class Archive>
+void visitValues(Archive& a, LearnedInput& input) {
+  visitValues(a, input.learned.slip);
+  auto& timing = input.learned.timing;
+  bool known = timing.has_value();
+  if (!a.done()) a(known);  // recordings from before it was learned do not say
+  if (!known) return;
+  if (!timing) timing.emplace();
+  a(timing->dead_time), a(timing->lag);
 }
 template <class Archive>
 void visitValues(Archive& a, LearningInput& input) {
@@ -147,7 +156,7 @@ static_assert(isKind<LoopInput::BELIEF, BeliefInput> && isKind<LoopInput::ACTION
               isKind<LoopInput::SET_POINT, SetPointInput> && isKind<LoopInput::WHEELS, WheelsInput> &&
               isKind<LoopInput::IMU, ImuInput> && isKind<LoopInput::OBSERVATION, ObservationInput> &&
               isKind<LoopInput::FEEDBACK, FeedbackInput> && isKind<LoopInput::STATUS, StatusInput> &&
-              isKind<LoopInput::APPLIED, AppliedInput> && isKind<LoopInput::SLIP, SlipInput> &&
+              isKind<LoopInput::APPLIED, AppliedInput> && isKind<LoopInput::SLIP, LearnedInput> &&
               isKind<LoopInput::LEARNING, LearningInput> && isKind<LoopInput::GAINS, GainsInput> &&
               isKind<LoopInput::START, StartInput> && kKinds == LoopInput::START + 1);
 

@@ -12,9 +12,9 @@ void LoopExchange::adoptGains(const PredictiveParameters& gains) {
   predictive_gains_.write(gains);
 }
 
-void LoopExchange::setSlip(const SlipState& slip) {
+void LoopExchange::setLearned(const LearnedModel& learned) {
   const std::lock_guard<std::mutex> lock(requests_);
-  wanted_slip_.write(slip_ = slip);
+  wanted_model_.write(learned_ = learned);
 }
 
 void LoopExchange::freezeLearning(bool frozen) {
@@ -22,22 +22,22 @@ void LoopExchange::freezeLearning(bool frozen) {
   frozen_.write(frozen);
 }
 
-SlipState LoopExchange::slip() const {
+LearnedModel LoopExchange::learned() const {
   const std::lock_guard<std::mutex> lock(requests_);
-  if (const SlipState* believed = believed_slip_.read()) slip_ = *believed;
-  return slip_;
+  if (const LearnedModel* believed = believed_model_.read()) learned_ = *believed;
+  return learned_;
 }
 
 void LoopExchange::apply(DriveLoop& loop, double now) {
   if (const ControllerParameters* gains = thesis_gains_.read()) loop.adoptGains(*gains, now);
   if (const PredictiveParameters* gains = predictive_gains_.read()) loop.adoptGains(*gains, now);
-  if (const SlipState* slip = wanted_slip_.read()) loop.setSlip(*slip, now);
+  if (const LearnedModel* learned = wanted_model_.read()) loop.setLearned(*learned, now);
   if (const bool* frozen = frozen_.read()) loop.freezeLearning(*frozen, now);
 }
 
 void LoopExchange::tell(const DriveLoop& loop) {
   const auto* learning = dynamic_cast<const PredictiveController*>(&loop.controller());
-  if (learning != nullptr) believed_slip_.write(learning->slip());
+  if (learning != nullptr) believed_model_.write(learning->learned());
 }
 
 }  // namespace jackal_aic

@@ -17,25 +17,25 @@ class LoopExchange : public LoopChanges {
   // From any thread but the one that drives:
   void adoptGains(const ControllerParameters& gains) override;
   void adoptGains(const PredictiveParameters& gains) override;
-  void setSlip(const SlipState& slip) override;
+  void setLearned(const LearnedModel& learned) override;
   void freezeLearning(bool frozen) override;
-  SlipState slip() const override;
+  LearnedModel learned() const override;
 
   /// Has the loop go on with what was asked for. For the thread that drives; does not lock, and allocates only where
   /// the loop does (DriveLoop::adoptGains() of the thesis' structure).
   void apply(DriveLoop& loop, double now);
 
-  /// Hands the slip as it is believed over to the others; for the thread that drives, as apply().
+  /// Hands what the loop has learned over to the others; for the thread that drives, as apply().
   void tell(const DriveLoop& loop);
 
  private:
   mutable std::mutex requests_;  // between the threads of these
   Latest<ControllerParameters> thesis_gains_;
   Latest<PredictiveParameters> predictive_gains_;
-  Latest<SlipState> wanted_slip_;
+  Latest<LearnedModel> wanted_model_;
   Latest<bool> frozen_;
-  mutable Latest<SlipState> believed_slip_;
-  mutable SlipState slip_{};  // the last that was read
+  mutable Latest<LearnedModel> believed_model_;
+  mutable LearnedModel learned_{};  // the last that was read
 };
 
 }  // namespace jackal_aic

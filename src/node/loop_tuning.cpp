@@ -21,8 +21,13 @@ namespace {
 const ros::Duration kKeepPeriod(10.0);                  // of writing the slip file
 constexpr std::chrono::milliseconds kDiskPatience(15);  // of a request, during which a node does not drive
 
-std::string describe(const SlipState& slip) {
-  return fmt::format("effective track {:g} m, slip factor {:g}", slip.effective_track, slip.slip_factor);
+std::string describe(const LearnedModel& learned) {
+  std::string text =
+      fmt::format("effective track {:g} m, slip factor {:g}", learned.slip.effective_track, learned.slip.slip_factor);
+  if (learned.timing) {
+    text += fmt::format(", dead time {:.3f} s, lag {:.3f} s", learned.timing->dead_time, learned.timing->lag);
+  }
+  return text;
 }
 
 void tellCertificate(bool wide, const std::string& text) {
@@ -96,7 +101,7 @@ class PredictiveTuning : public LoopTuning {
 
   ~PredictiveTuning() override {
     if (!slip_writer_) return;
-    slip_writer_->write(loop_.slip());
+    slip_writer_->write(loop_.learned());
     slip_writer_->finish();
     if (!slip_writer_->failure().empty()) ROS_ERROR("%s", slip_writer_->failure().c_str());
   }
@@ -104,7 +109,7 @@ class PredictiveTuning : public LoopTuning {
   void keep(const ros::Time& now) override {
     const bool due = now < slip_kept_ || now - slip_kept_ >= kKeepPeriod;
     if (!slip_writer_ || !due) return;
-    slip_writer_->write(loop_.slip());
+    slip_writer_->write(loop_.learned());
     slip_kept_ = now;
     const std::string failure = slip_writer_->failure();
     if (!failure.empty()) ROS_WARN("%s", failure.c_str());
@@ -112,17 +117,17 @@ class PredictiveTuning : public LoopTuning {
 
  private:
   void openSlipFile(const std::string& path) {
-    SlipState slip = loop_.slip();
-    if (const auto kept = readSlipFile(path, slip)) loop_.setSlip(slip = *kept);
+    LearnedModel learned = loop_.learned();
+    if (const auto kept = readSlipFile(path, learned.slip)) loop_.setLearned(learned = *kept);
     slip_path_ = path;
-    slip_writer_.emplace(path, slip);
-    ROS_INFO("Slip kept in %s: %s", path.c_str(), describe(slip).c_str());
+    slip_writer_.emplace(path, learned);
+    ROS_INFO("Slip kept in %s: %s", path.c_str(), describe(learned).c_str());
   }
 
   bool onFreeze(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
     loop_.freezeLearning(request.data);
     response.success = true;
-    response.message = (request.data ? "frozen: " : "learning: ") + describe(loop_.slip());
+    response.message = (request.data ? "frozen: " : "learning: ") + describe(loop_.learned());
     return true;
   }
 
@@ -131,11 +136,11 @@ class PredictiveTuning : public LoopTuning {
       response.message = "slip.file is not set: what is learned is kept nowhere";
       return true;
     }
-    const SlipState slip = loop_.slip();
-    slip_writer_->write(slip);
+    const LearnedModel learned = loop_.learned();
+    slip_writer_->write(learned);
     const std::optional<std::string> failure = slip_writer_->outcome(kDiskPatience);
     response.success = !failure || failure->empty();
-    response.message = response.success ? slip_path_ + ": " + describe(slip) : *failure;
+    response.message = response.success ? slip_path_ + ": " + describe(learned) : *failure;
     if (!failure) response.message += "; the disk is slow, it is still being written";
     return true;
   }
@@ -166,7 +171,7 @@ class PredictiveTuning : public LoopTuning {
   LoopChanges& loop_;
   std::string slip_path_;
   std::optional<SlipWriter> slip_writer_;  // with a slip file
-  ros::Time slip_kept_;                    // when the writer last got the slip
+  ros::Time slip_kept_;                    // when the writer last got what was learned
   ros::ServiceServer freeze_service_;
   ros::ServiceServer save_service_;
   GainServer<PredictiveParameters, PredictiveGainsConfig> gain_server_;

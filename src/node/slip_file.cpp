@@ -74,9 +74,11 @@ BoundedSlip bounded(const SlipState& slip) {
   throw ParameterError("slip.file = '" + path + "': " + what + ": " + std::strerror(errno));
 }
 
-std::string yamlText(const SlipState& slip) {
-  return "# Slip as the predictive controller learned it; read at its start, rewritten while it runs.\n" +
-         yamlBlock("slip", bounded(slip));
+std::string yamlText(const LearnedModel& learned) {
+  std::string text = "# What the predictive controller learned; read at its start, rewritten while it runs.\n" +
+                     yamlBlock("slip", bounded(learned.slip));
+  if (learned.timing) text += yamlBlock("drive_train", *learned.timing);
+  return text;
 }
 
 /// Writes a file and waits until it is on the disk.
@@ -90,28 +92,30 @@ void writeThrough(const std::string& path, const std::string& text) {
 
 }  // namespace
 
-std::optional<SlipState> readSlipFile(const std::string& path, const SlipState& configured) {
+std::optional<LearnedModel> readSlipFile(const std::string& path, const SlipState& configured) {
   if (!std::filesystem::exists(path)) return std::nullopt;
   try {
     ParameterMap map;
     addYamlFile(path, map);
     auto read = readParameters<BoundedSlip>(map, "slip", {configured, configured, {}, {}});
+    LearnedModel learned{read.slip, std::nullopt};
+    if (map.hasSection("drive_train")) learned.timing = readParameters<DriveTrainTiming>(map, "drive_train");
     map.refuseUnknown();
-    read.slip.turn = turnOf(read);
-    return read.slip;
+    learned.slip.turn = turnOf(read);
+    return learned;
   } catch (const ParameterError& error) {
     throw ParameterError("slip.file = '" + path + "': " + error.what());
   }
 }
 
-void writeSlipFile(const std::string& path, const SlipState& slip) {
+void writeSlipFile(const std::string& path, const LearnedModel& learned) {
   const std::string fresh = path + ".new";
-  writeThrough(fresh, yamlText(slip));
+  writeThrough(fresh, yamlText(learned));
   if (std::rename(fresh.c_str(), path.c_str()) != 0) fail(path, "cannot be replaced");
 }
 
-SlipWriter::SlipWriter(std::string path, const SlipState& slip) : path_(std::move(path)) {
-  writeSlipFile(path_, slip);
+SlipWriter::SlipWriter(std::string path, const LearnedModel& learned) : path_(std::move(path)) {
+  writeSlipFile(path_, learned);
   thread_ = std::thread(&SlipWriter::run, this);
 }
 
@@ -125,10 +129,10 @@ void SlipWriter::finish() {
   thread_.join();
 }
 
-void SlipWriter::write(const SlipState& slip) {
+void SlipWriter::write(const LearnedModel& learned) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    due_ = slip;
+    due_ = learned;
   }
   changed_.notify_one();
 }
@@ -149,12 +153,12 @@ void SlipWriter::run() {
   while (true) {
     changed_.wait(lock, [this] { return due_ || ending_; });
     if (!due_) return;
-    const SlipState slip = *std::exchange(due_, std::nullopt);
+    const LearnedModel learned = *std::exchange(due_, std::nullopt);
     writing_ = true;
     lock.unlock();
     std::string failure;
     try {
-      writeSlipFile(path_, slip);
+      writeSlipFile(path_, learned);
     } catch (const ParameterError& error) {
       failure = error.what();
     }

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What was learned about the slip, kept in a YAML file for the next start.
+/// What was learned about slip and drive train, kept in a YAML file for the next start.
 
 #include <chrono>
 #include <condition_variable>
@@ -10,35 +10,36 @@
 #include <string>
 #include <thread>
 
-#include "jackal_aic/predictive/slip_belief.hpp"
+#include "jackal_aic/predictive/learned_model.hpp"
 
 namespace jackal_aic {
 
-/// The slip in a file, keys slip.effective_track [m], slip.slip_factor and, since how the turn depends on the motion is
-/// learned, slip.turn_coefficients and slip.turn_covariance (lower triangle, row by row). Empty if there is no such
-/// file.
-/// @param configured centre of the range in which the belief stays.
+/// What a file holds: keys slip.effective_track [m], slip.slip_factor and, since how the turn depends on the motion is
+/// learned, slip.turn_coefficients and slip.turn_covariance (lower triangle, row by row); since they are learned,
+/// drive_train.dead_time and drive_train.lag [s]. Empty if there is no such file.
+/// @param configured centre of the range in which the belief about the slip stays.
 /// @throws ParameterError naming file, key, value and bound, if the file is unreadable or holds anything else, or if a
 /// value is out of range.
-std::optional<SlipState> readSlipFile(const std::string& path, const SlipState& configured);
+std::optional<LearnedModel> readSlipFile(const std::string& path, const SlipState& configured);
 
-/// Writes the slip to a file at once: another process sees the old file or the new one, whatever happens meanwhile.
+/// Writes what was learned to a file at once: another process sees the old file or the new one, whatever happens
+/// meanwhile.
 /// @throws ParameterError naming the file and the reason.
-void writeSlipFile(const std::string& path, const SlipState& slip);
+void writeSlipFile(const std::string& path, const LearnedModel& learned);
 
-/// Writes the slip in a thread of its own, so that a slow disk does not delay the controller.
+/// Writes what was learned in a thread of its own, so that a slow disk does not delay the controller.
 class SlipWriter {
  public:
-  /// @param path file; @param slip written at once. @throws ParameterError if it cannot be written.
-  SlipWriter(std::string path, const SlipState& slip);
+  /// @param path file; @param learned written at once. @throws ParameterError if it cannot be written.
+  SlipWriter(std::string path, const LearnedModel& learned);
 
   ~SlipWriter() { finish(); }
 
   SlipWriter(const SlipWriter&) = delete;
   SlipWriter& operator=(const SlipWriter&) = delete;
 
-  /// Has the slip written soon. Neither waits for the disk nor allocates.
-  void write(const SlipState& slip);
+  /// Has it written soon. Neither waits for the disk nor allocates.
+  void write(const LearnedModel& learned);
 
   /// Waits until what is due is written, and ends the thread.
   void finish();
@@ -57,7 +58,7 @@ class SlipWriter {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::condition_variable written_;
-  std::optional<SlipState> due_;
+  std::optional<LearnedModel> due_;
   bool writing_ = false;
   bool ending_ = false;
   std::string failure_;

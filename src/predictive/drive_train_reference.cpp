@@ -18,7 +18,11 @@ DriveTrainReference::DriveTrainReference(const PlantModel& model, double wheel_r
                                          double step)
     : step_(step), largest_change_(step * model.acceleration_limit / wheel_radius) {
   setReferenceTime(reference_time);
-  const DriveTrainResponse response = driveTrainResponse(model, step);
+  setDriveTrain(model);
+}
+
+void DriveTrainReference::setDriveTrain(const PlantModel& model) {
+  const DriveTrainResponse response = driveTrainResponse(model, step_);
   transition_ = response.transition;
   input_ = response.input;
 }

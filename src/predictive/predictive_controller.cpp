@@ -17,6 +17,11 @@ PredictiveParameters validated(const PredictiveParameters& parameters) {
   return parameters;
 }
 
+void requireNotNegative(const char* name, double value) {
+  if (value >= 0.0 && std::isfinite(value)) return;
+  throw ParameterError(fmt::format("drive_train.{} = {:g} s: must be 0 or more", name, value));
+}
+
 void requirePositive(const char* name, double value) {
   if (value > 0.0 && std::isfinite(value)) return;
   throw ParameterError(fmt::format("slip.{} = {:g}: must be positive", name, value));
@@ -34,6 +39,7 @@ PredictiveController::PredictiveController(const PredictiveParameters& parameter
                                            const PlantModel& model)
     : parameters_(validated(parameters)),
       geometry_(geometry),
+      configured_model_(model),
       model_(model),
       inner_steps_(static_cast<int>(std::lround(1.0 / (parameters.belief_rate * WheelBelief::kStep)))),
       left_(parameters, model, geometry.wheel_radius),
@@ -41,6 +47,7 @@ PredictiveController::PredictiveController(const PredictiveParameters& parameter
       yaw_(yawParameters(parameters)),
       traction_(parameters.turning_centre),
       learning_(parameters, geometry, model),
+      drive_train_(model, geometry.wheel_radius, parameters.wheel_variance),
       uncertainty_(geometry.wheel_radius, geometryOf(model, geometry).effective_track, model.on_box) {}
 
 // ---- sense
@@ -84,6 +91,9 @@ void PredictiveController::updateBelief() {
 void PredictiveController::predict() {
   left_.predict();
   right_.predict();
+  if (parameters_.learn_drive_train) {
+    drive_train_.predict({left_.effectiveAction(), right_.effectiveAction()}, {left().speed(), right().speed()});
+  }
   yaw_.predict(
       slipBelief().yawAcceleration({left().speed(), right().speed()}, {left().acceleration(), right().acceleration()}),
       WheelBelief::kStep);
@@ -105,6 +115,22 @@ void PredictiveController::correct(const Observation& y) {
   if (!model_.on_box) correctForwardSpeed(y);
   learning_.correct(y, left(), right(), observation_step_);
   trust(learning_.variances());
+  learnDriveTrain(y);
+}
+
+void PredictiveController::learnDriveTrain(const Observation& y) {
+  if (!parameters_.learn_drive_train || learning_.frozen()) return;
+  if (!y.valid.wheel_left || !y.valid.wheel_right) return drive_train_.forgetMotion();
+  const auto timing = drive_train_.correct({y.wheel_left, y.wheel_right}, observation_step_);
+  if (timing) setTiming(*timing);
+}
+
+void PredictiveController::setTiming(const DriveTrainTiming& timing) {
+  model_.dead_time = timing.dead_time;
+  model_.lag = timing.lag;
+  left_.setDriveTrain(model_, geometry_.wheel_radius);
+  right_.setDriveTrain(model_, geometry_.wheel_radius);
+  learning_.setDeadTime(timing.dead_time);
 }
 
 double PredictiveController::correctWheels(const Observation& y) {
@@ -196,6 +222,7 @@ void PredictiveController::hold(const WheelCommand& applied) {
 void PredictiveController::overrule(const WheelCommand& applied) {
   left_.overrule(applied.left);
   right_.overrule(applied.right);
+  drive_train_.forgetMotion();
 }
 
 void PredictiveController::setTurnLimits(double acceleration, double deceleration) {
@@ -229,10 +256,13 @@ void PredictiveController::restart() {
                            : observation_.yaw_rate);
   traction_.restart();
   learning_.restart(left(), right());
+  drive_train_.forgetMotion();
   uncertainty_.forgetMotion();
 }
 
 void PredictiveController::reset() {
+  setTiming({configured_model_.dead_time, configured_model_.lag});
+  drive_train_.setTiming({model_.dead_time, model_.lag});
   observation_ = {};
   observed_ = started_ = false;
   set_point_ = {};
@@ -248,14 +278,25 @@ void PredictiveController::reset() {
 
 void PredictiveController::forgetMotion() {
   const SlipBelief learned = slipBelief();
+  const DriveTrainLearning drive_train = drive_train_;
   reset();
   learning_.takeOver(learned);
+  drive_train_ = drive_train;
+  drive_train_.forgetMotion();
+  setTiming(drive_train_.timing());
 }
 
-void PredictiveController::setSlip(const SlipState& state) {
-  requirePositive("effective_track", state.effective_track);
-  requirePositive("slip_factor", state.slip_factor);
-  learning_.setSlip(state);
+void PredictiveController::setLearned(const LearnedModel& learned) {
+  requirePositive("effective_track", learned.slip.effective_track);
+  requirePositive("slip_factor", learned.slip.slip_factor);
+  if (learned.timing) {
+    requireNotNegative("dead_time", learned.timing->dead_time);
+    requireNotNegative("lag", learned.timing->lag);
+    drive_train_.setTiming({std::min(learned.timing->dead_time, kLongestTiming.dead_time),
+                            std::min(learned.timing->lag, kLongestTiming.lag)});
+    setTiming(drive_train_.timing());
+  }
+  learning_.setSlip(learned.slip);
 }
 
 // ---- tell

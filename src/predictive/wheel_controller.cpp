@@ -45,6 +45,11 @@ void WheelController::restart(double measured) {
   belief_.seed(measured);
 }
 
+void WheelController::setDriveTrain(const PlantModel& model, double wheel_radius) {
+  belief_.setDriveTrain(model, wheel_radius);
+  path_.setDriveTrain(model);
+}
+
 void WheelController::setParameters(const PredictiveParameters& parameters) {
   learning_rate_ = parameters.action_learning_rate;
   belief_.setParameters(wheelBeliefParameters(parameters));

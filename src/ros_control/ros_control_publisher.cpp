@@ -95,8 +95,12 @@ void RosControlPublisher::publishState(const OdometryUpdate& update) {
   message.belief_yaw_rate = {update.motion.yaw_rate};
   message.free_energy = update.free_energy;
   message.structure = update.predictive ? ControllerState::PREDICTIVE : ControllerState::THESIS;
-  message.effective_track = update.slip.effective_track;
-  message.slip_factor = update.slip.slip_factor;
+  message.effective_track = update.learned.slip.effective_track;
+  message.slip_factor = update.learned.slip.slip_factor;
+  if (update.learned.timing) {
+    message.dead_time = update.learned.timing->dead_time;
+    message.lag = update.learned.timing->lag;
+  }
   message.learning_frozen = update.learning_frozen;
   state_publisher_.publish(message);
 }

@@ -34,7 +34,7 @@ struct OdometryUpdate {
   bool transform = false;                                     ///< publish the pose on tf too
   double free_energy = 0.0;
   bool predictive = false;  ///< of the predictive structure
-  SlipState slip{};         ///< believed, or configured
+  LearnedModel learned{};   ///< believed, or configured
   bool learning_frozen = false;
 };
 

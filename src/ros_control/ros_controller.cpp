@@ -236,9 +236,9 @@ void RosController::takeSettings(double now) {
 
 void RosController::takeLive(const LiveParameters& wanted, double now) {
   if (predictive() && wanted.wheel_separation_multiplier != live_.wheel_separation_multiplier) {
-    SlipState slip = predictive()->slip();
-    slip.effective_track = parameters_.wheel_separation * wanted.wheel_separation_multiplier;
-    loop_->setSlip(slip, now);
+    LearnedModel learned = predictive()->learned();
+    learned.slip.effective_track = parameters_.wheel_separation * wanted.wheel_separation_multiplier;
+    loop_->setLearned(learned, now);
   }
   live_ = wanted;
 }
@@ -351,10 +351,10 @@ void RosController::publish(const ros::Time& time) {
   if (imu_) measured(kYaw) = imu_->yaw_rate;
   update.state = loopState(*loop_, measured, time);
   update.free_energy = loop_->controller().freeEnergy();
-  update.slip = {parameters_.drive.geometry.effective_track, parameters_.drive.geometry.slip_factor};
+  update.learned.slip = {parameters_.drive.geometry.effective_track, parameters_.drive.geometry.slip_factor};
   if (predictive()) {
     update.predictive = true;
-    update.slip = predictive()->slip();
+    update.learned = predictive()->learned();
     update.learning_frozen = predictive()->learningFrozen();
   }
   publisher_->tell(update);

@@ -176,10 +176,10 @@ void DriveLoop::applied(const WheelCommand& command, AppliedSource source, doubl
   if (parameters_.motors_shared) motors_.apply(now, command, source);
 }
 
-void DriveLoop::setSlip(const SlipState& slip, double now) {
-  tell(now, SlipInput{slip});
+void DriveLoop::setLearned(const LearnedModel& learned, double now) {
+  tell(now, LearnedInput{learned});
   catchUp(now);
-  if (auto* predictive = dynamic_cast<PredictiveController*>(controller_.get())) predictive->setSlip(slip);
+  if (auto* predictive = dynamic_cast<PredictiveController*>(controller_.get())) predictive->setLearned(learned);
 }
 
 void DriveLoop::freezeLearning(bool frozen, double now) {
@@ -219,7 +219,7 @@ std::optional<WheelCommand> DriveLoop::take(const DriveInput& input) {
     Command operator()(const FeedbackInput& i) { return loop.receiveFeedback(i.stamp, now), std::nullopt; }
     Command operator()(const StatusInput& i) { return loop.report(i.status, now), std::nullopt; }
     Command operator()(const AppliedInput& i) { return loop.applied(i.command, i.source, now), std::nullopt; }
-    Command operator()(const SlipInput& i) { return loop.setSlip(i.slip, now), std::nullopt; }
+    Command operator()(const LearnedInput& i) { return loop.setLearned(i.learned, now), std::nullopt; }
     Command operator()(const LearningInput& i) { return loop.freezeLearning(i.frozen, now), std::nullopt; }
     Command operator()(const GainsInput& i) {
       std::visit([this](const auto& gains) { loop.adoptGains(gains, now); }, i.gains);

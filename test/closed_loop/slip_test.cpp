@@ -112,7 +112,7 @@ TEST(Slip, AlphaIsFoundByTheAccelerometerWhereTheWheelsAreSmallerThanConfigured)
       motion = loop.drive({0.8, 0.0, 0.0}, 3.0);
       loop.drive({}, 2.0);
     }
-    EXPECT_NEAR(loop.controller.slip().slip_factor, alpha, 0.03 * alpha);
+    EXPECT_NEAR(loop.controller.learned().slip.slip_factor, alpha, 0.03 * alpha);
     EXPECT_NEAR(motion.forward, 0.8, 0.03 * 0.8);
   }
 }
@@ -130,7 +130,7 @@ TEST(Slip, ASlopeIsNotTakenForAlphaWhenTheRobotTurnsRoundOnIt) {
     loop.drive({1.0, 0.0, 0.0}, 2.0);
     loop.drive({0.3, 0.0, 0.0}, 2.0);
   }
-  EXPECT_NEAR(loop.controller.slip().slip_factor, 1.0, 0.03);
+  EXPECT_NEAR(loop.controller.learned().slip.slip_factor, 1.0, 0.03);
 }
 
 }  // namespace

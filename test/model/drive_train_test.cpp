@@ -166,5 +166,19 @@ TEST(Pace, GoesAPartOfTheWayAndNoFartherThanTheLimit) {
   EXPECT_EQ(paceOf(0.0, 10.0, 0.02).towards(0.1, 0.0), 0.1) << "without a lag at once";
 }
 
+TEST(CommandsUnderWay, KeepTheLatestWhenTheDeadTimeChanges) {
+  CommandsUnderWay commands(0.005);
+  commands.fill(0.0);
+  for (int k = 1; k <= 8; ++k) commands.step(k);  // 4..8 are under way, and 3 acts
+  CommandsUnderWay shorter = commands, longer = commands;
+  shorter.setDeadTime(0.002);
+  EXPECT_EQ(shorter.delay(), 2u);
+  for (int k = 9; k <= 20; ++k) EXPECT_EQ(shorter.step(k), k - 2);
+  longer.setDeadTime(0.009);
+  EXPECT_EQ(longer.delay(), 9u);
+  for (int k = 9; k <= 12; ++k) EXPECT_EQ(longer.step(k), 3) << "what was given before it is forgotten";
+  for (int k = 13; k <= 20; ++k) EXPECT_EQ(longer.step(k), k - 9);
+}
+
 }  // namespace
 }  // namespace jackal_aic

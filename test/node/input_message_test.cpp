@@ -64,7 +64,12 @@ TEST(InputMessage, KeepsEveryKindToTheBit) {
   const AppliedInput applied = roundTrip(AppliedInput{{kThird, -kThird}, AppliedSource::wheels});
   EXPECT_EQ(applied.command, (WheelCommand{kThird, -kThird}));
   EXPECT_EQ(applied.source, AppliedSource::wheels);
-  EXPECT_EQ(roundTrip(SlipInput{{kThird, 0.9}}).slip.effective_track, kThird);
+  EXPECT_EQ(roundTrip(LearnedInput{{{kThird, 0.9}}}).learned.slip.effective_track, kThird);
+  EXPECT_FALSE(roundTrip(LearnedInput{{{kThird, 0.9}}}).learned.timing);
+  const LearnedInput timed{{{kThird, 0.9}, DriveTrainTiming{kThird, 0.25}}};
+  ASSERT_TRUE(roundTrip(timed).learned.timing);
+  EXPECT_EQ(roundTrip(timed).learned.timing->dead_time, kThird);
+  EXPECT_EQ(roundTrip(timed).learned.timing->lag, 0.25);
   EXPECT_TRUE(roundTrip(LearningInput{true}).frozen);
   EXPECT_EQ(roundTrip(StartInput{{1.0, kThird}}).driven.right, kThird);
 }

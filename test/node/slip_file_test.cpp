@@ -47,11 +47,11 @@ class SlipFileTest : public testing::Test {
 };
 
 TEST_F(SlipFileTest, GivesBackWhatWasWritten) {
-  writeSlipFile(path_, {0.7123, 0.93});
+  writeSlipFile(path_, {{0.7123, 0.93}});
   const auto slip = readSlipFile(path_, kConfigured);
   ASSERT_TRUE(slip);
-  EXPECT_NEAR(slip->effective_track, 0.7123, 1e-9);
-  EXPECT_NEAR(slip->slip_factor, 0.93, 1e-9);
+  EXPECT_NEAR(slip->slip.effective_track, 0.7123, 1e-9);
+  EXPECT_NEAR(slip->slip.slip_factor, 0.93, 1e-9);
 }
 
 TEST_F(SlipFileTest, GivesBackHowTheTurnDependsOnTheMotion) {
@@ -60,11 +60,11 @@ TEST_F(SlipFileTest, GivesBackHowTheTurnDependsOnTheMotion) {
     const double mean = 0.01 * (k % 1000);
     belief.learnTrack(0.6 + 0.01 * mean, {4.0, 1e-4, 0.0, 0.0, mean, 0.0}, 0.02);
   }
-  writeSlipFile(path_, belief.state());
+  writeSlipFile(path_, {belief.state()});
   const auto slip = readSlipFile(path_, kConfigured);
-  ASSERT_TRUE(slip && slip->turn);
-  EXPECT_EQ(slip->turn->mean, belief.state().turn->mean);
-  EXPECT_EQ(slip->turn->covariance, belief.state().turn->covariance);
+  ASSERT_TRUE(slip && slip->slip.turn);
+  EXPECT_EQ(slip->slip.turn->mean, belief.state().turn->mean);
+  EXPECT_EQ(slip->slip.turn->covariance, belief.state().turn->covariance);
 
   const std::string given = "slip: {slip_factor: 1.0, effective_track: 0.5621, ";
   write(given + "turn_coefficients: [1.8, 0, 0, 0]}");
@@ -73,15 +73,31 @@ TEST_F(SlipFileTest, GivesBackHowTheTurnDependsOnTheMotion) {
   EXPECT_NE(refusal().find("positive definite"), std::string::npos) << refusal();
 }
 
+TEST_F(SlipFileTest, GivesBackDeadTimeAndLag) {
+  writeSlipFile(path_, {{0.7123, 0.93}, DriveTrainTiming{0.123, 0.045}});
+  const auto learned = readSlipFile(path_, kConfigured);
+  ASSERT_TRUE(learned && learned->timing);
+  EXPECT_NEAR(learned->timing->dead_time, 0.123, 1e-9);
+  EXPECT_NEAR(learned->timing->lag, 0.045, 1e-9);
+
+  const std::string slip = "slip: {slip_factor: 1.0, effective_track: 0.5621}\n";
+  write(slip);
+  EXPECT_FALSE(readSlipFile(path_, kConfigured)->timing) << "a file from before they were learned";
+  write(slip + "drive_train: {dead_time: 0.1}");
+  EXPECT_NE(refusal().find("drive_train.lag"), std::string::npos) << refusal();
+  write(slip + "drive_train: {dead_time: 2.0, lag: 0.01}");
+  EXPECT_NE(refusal().find("drive_train.dead_time = 2 s: must be in [0, 0.4]"), std::string::npos) << refusal();
+}
+
 TEST_F(SlipFileTest, GivesBackEveryStateThatTheBeliefCanReach) {
   for (double alpha : {1e-3, 1e3}) {
     for (double track : {1e-3, 1e3}) {
       SlipBelief belief(kConfigured, 0.098, {});
       belief.setState({track, alpha});
-      writeSlipFile(path_, belief.state());
+      writeSlipFile(path_, {belief.state()});
       const auto slip = readSlipFile(path_, kConfigured);
       ASSERT_TRUE(slip);
-      EXPECT_NEAR(slip->effective_track, belief.state().effective_track, 1e-6);
+      EXPECT_NEAR(slip->slip.effective_track, belief.state().effective_track, 1e-6);
     }
   }
 }
@@ -109,16 +125,16 @@ TEST_F(SlipFileTest, RefusesWhatIsOutOfRangeMissingUnknownOrNoNumber) {
 }
 
 TEST_F(SlipFileTest, ReplacesTheOldFileAsAWhole) {
-  writeSlipFile(path_, {0.6, 1.0});
+  writeSlipFile(path_, {{0.6, 1.0}});
   std::ofstream(path_ + ".new") << "half a fi";  // a writer that was killed
-  writeSlipFile(path_, {0.7, 1.0});
-  EXPECT_NEAR(readSlipFile(path_, kConfigured)->effective_track, 0.7, 1e-9);
+  writeSlipFile(path_, {{0.7, 1.0}});
+  EXPECT_NEAR(readSlipFile(path_, kConfigured)->slip.effective_track, 0.7, 1e-9);
   EXPECT_FALSE(std::filesystem::exists(path_ + ".new"));
 }
 
 TEST_F(SlipFileTest, SaysWhyItCannotWrite) {
   try {
-    writeSlipFile("/nowhere/slip.yaml", kConfigured);
+    writeSlipFile("/nowhere/slip.yaml", {kConfigured});
     FAIL() << "written";
   } catch (const ParameterError& error) {
     EXPECT_NE(std::string(error.what()).find("/nowhere/slip.yaml"), std::string::npos) << error.what();
@@ -128,19 +144,19 @@ TEST_F(SlipFileTest, SaysWhyItCannotWrite) {
 
 TEST_F(SlipFileTest, WriterKeepsTheLastState) {
   {
-    SlipWriter writer(path_, kConfigured);
-    EXPECT_NEAR(readSlipFile(path_, kConfigured)->effective_track, 0.5621, 1e-9) << "at once";
-    for (int i = 0; i <= 100; ++i) writer.write({0.5 + 0.001 * i, 1.0});
+    SlipWriter writer(path_, {kConfigured});
+    EXPECT_NEAR(readSlipFile(path_, kConfigured)->slip.effective_track, 0.5621, 1e-9) << "at once";
+    for (int i = 0; i <= 100; ++i) writer.write({{0.5 + 0.001 * i, 1.0}});
     writer.finish();
     EXPECT_EQ(writer.failure(), "");
   }
-  EXPECT_NEAR(readSlipFile(path_, kConfigured)->effective_track, 0.6, 1e-9);
+  EXPECT_NEAR(readSlipFile(path_, kConfigured)->slip.effective_track, 0.6, 1e-9);
 }
 
 TEST_F(SlipFileTest, WriterReportsAFailure) {
-  SlipWriter writer(path_, kConfigured);
+  SlipWriter writer(path_, {kConfigured});
   std::filesystem::remove_all(directory_);
-  writer.write({0.6, 1.0});
+  writer.write({{0.6, 1.0}});
   writer.finish();
   EXPECT_NE(writer.failure().find("slip.file"), std::string::npos) << writer.failure();
 }

@@ -182,16 +182,16 @@ TEST(PredictiveController, SlipIsFrozenKeptAndTakenOver) {
   controller.freezeLearning(true);
   controller.setSetPoint({0.0, 0.0, 0.5});
   robot.drive(controller, {}, 2.0);
-  EXPECT_EQ(controller.slip().effective_track, 0.5621);
+  EXPECT_EQ(controller.learned().slip.effective_track, 0.5621);
   controller.freezeLearning(false);
   robot.drive(controller, {}, 2.0);
-  EXPECT_NEAR(controller.slip().effective_track, 0.7, 0.007);
+  EXPECT_NEAR(controller.learned().slip.effective_track, 0.7, 0.007);
 
   PredictiveController restarted({}, {}, driveTrain());
-  restarted.setSlip(controller.slip());
+  restarted.setLearned(controller.learned());
   EXPECT_DOUBLE_EQ(restarted.effectiveTrack(), controller.effectiveTrack());
-  EXPECT_THROW(restarted.setSlip({-0.5, 1.0}), ParameterError);
-  EXPECT_THROW(restarted.setSlip({0.5, std::numeric_limits<double>::quiet_NaN()}), ParameterError);
+  EXPECT_THROW(restarted.setLearned({{-0.5, 1.0}}), ParameterError);
+  EXPECT_THROW(restarted.setLearned({{0.5, std::numeric_limits<double>::quiet_NaN()}}), ParameterError);
 }
 
 TEST(PredictiveController, RefusesWhatIsNotFiniteOrNotLater) {

@@ -319,11 +319,11 @@ TEST_F(PredictiveDriveLoopTest, AClockThatJumpsBackForgetsNothingThatWasLearned)
   auto controller = makeController(parameters);
   auto& inside = dynamic_cast<PredictiveController&>(*controller);
   DriveLoop other(parameters, std::move(controller));
-  inside.setSlip({0.6, 1.0});
+  inside.setLearned({{0.6, 1.0}});
   other.advance(10.0);
   other.advance(5.0);
   EXPECT_EQ(other.status().clock_resets, 1u);
-  EXPECT_EQ(inside.slip().effective_track, 0.6);
+  EXPECT_EQ(inside.learned().slip.effective_track, 0.6);
 }
 
 TEST_F(PredictiveDriveLoopTest, StartsFromTheSpeedThatSomebodyElseDrove) {
@@ -458,7 +458,7 @@ TEST_F(PredictiveDriveLoopTest, WhatItWasToldDrivesAnotherLoopToTheSameBits) {
     heard.push_back(input);
     if (std::holds_alternative<ActionInput>(input.what)) driven.push_back(loop.command());
   });
-  loop.setSlip({0.5, 0.95}, start);
+  loop.setLearned({{0.5, 0.95}}, start);
   drive(1.0);
   set_point = {0.3, 0.0, 0.4};
   drive(1.0, "ws");  // the IMU falls silent: the wheels are observed by the loop itself

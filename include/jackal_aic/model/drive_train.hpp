@@ -101,6 +101,10 @@ class CommandsUnderWay {
   /// As if this command had been given for long.
   void fill(double command) { commands_.fill(command); }
 
+  /// Goes on with another dead time [s]: the latest commands stay under way, and before them the oldest one known was
+  /// given for long.
+  void setDeadTime(double dead_time);
+
   /// Dead time in steps.
   std::size_t delay() const { return delay_; }
 

@@ -49,6 +49,9 @@ class DriveTrainReference {
   /// Starts at this wheel speed [rad/s].
   void reset(double speed);
 
+  /// Goes on along the same path with a drive train of another lag.
+  void setDriveTrain(const PlantModel& model);
+
   /// Goes on with another time constant tau_ref [s].
   void setReferenceTime(double reference_time) { pull_ = -std::expm1(-step_ / reference_time); }
 

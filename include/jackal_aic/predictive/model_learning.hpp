@@ -48,6 +48,9 @@ class ModelLearning {
   /// Goes on with what was learned of the slip before a time of which nothing is known.
   void takeOver(const SlipBelief& learned);
 
+  /// Goes on with another dead time of the drive train [s].
+  void setDeadTime(double dead_time) { dead_time_ = dead_time; }
+
   /// Goes on from these, as SlipBelief::setState().
   void setSlip(const SlipState& state) { slip_.setState(state); }
 

@@ -6,6 +6,7 @@
 ///     sense    each wheel speed against its prediction from the commands really applied          (wheel_belief.hpp)
 ///     believe  speed and input disturbance of each wheel, yaw rate, by the gradient of one free energy
 ///     learn    effective track, slip, precisions, by the same free energy                        (model_learning.hpp)
+///              dead time and lag of the drive train                                        (drive_train_learning.hpp)
 ///     act      da/dt descends 1/2 eps_a^2 / Sigma_a with eps_a = gain a + d - w*, so that the disturbance is cancelled
 ///              and the wheel's own dynamics become the reference dynamics                     (wheel_controller.hpp)
 ///
@@ -25,6 +26,8 @@
 #include "jackal_aic/model/skid_steer_kinematics.hpp"
 #include "jackal_aic/model/traction_belief.hpp"
 #include "jackal_aic/model/types.hpp"
+#include "jackal_aic/predictive/drive_train_learning.hpp"
+#include "jackal_aic/predictive/learned_model.hpp"
 #include "jackal_aic/predictive/model_learning.hpp"
 #include "jackal_aic/predictive/motion_uncertainty.hpp"
 #include "jackal_aic/predictive/predictive_parameters.hpp"
@@ -63,7 +66,7 @@ class PredictiveController : public VelocityController {
 
   void reset() override;
 
-  /// As the base: keeps the slip.
+  /// As the base: keeps what was learned of slip and drive train.
   void forgetMotion() override;
 
   /// Tells the angular acceleration and deceleration [rad/s^2] that a drive command may have; 0: no bound, or none of
@@ -90,7 +93,7 @@ class PredictiveController : public VelocityController {
   /// filters with it.
   Eigen::Matrix2d motionCovariance() const;
 
-  /// Drive train as it is believed.
+  /// Drive train as it is believed, with the dead time and the lag that were learned.
   const PlantModel& model() const { return model_; }
 
   /// Last measurement taken; zero before the first.
@@ -99,22 +102,23 @@ class PredictiveController : public VelocityController {
   /// eps_y of the last measurement, before it moved the belief; 0 where the model predicts nothing (acceleration).
   const SensorVector& sensoryErrors() const { return errors_; }
 
-  /// Believed effective track and slip, e.g. to be kept for the next start.
-  SlipState slip() const { return slipBelief().state(); }
+  /// What is learned until now, e.g. to be kept for the next start.
+  LearnedModel learned() const { return {slipBelief().state(), drive_train_.timing()}; }
 
   /// How the body follows the wheels, as it is believed.
   const SlipBelief& slipBelief() const { return learning_.slip(); }
 
-  /// Goes on from another effective track and slip, within a factor of 2 of the configured ones. @throws ParameterError
-  /// if a value is not positive and finite.
-  void setSlip(const SlipState& state);
+  /// Goes on from what was learned before: effective track and slip within a factor of 2 of the configured ones, dead
+  /// time and lag where they are known, up to kLongestTiming. @throws ParameterError if a value is not finite, a dead
+  /// time or lag negative, or another one not positive.
+  void setLearned(const LearnedModel& learned);
 
   /// Variance of each channel as configured or learned.
   SensorVariances variances() const { return learning_.variances(); }
 
-  /// Stops (true) or resumes learning of effective track and slip.
+  /// Stops (true) or resumes learning of effective track, slip and drive train.
   void freezeLearning(bool frozen) { learning_.freeze(frozen); }
-  bool learningFrozen() const { return learning_.frozen(); }  ///< learning of effective track and slip was stopped
+  bool learningFrozen() const { return learning_.frozen(); }  ///< learning was stopped
 
   /// Whether the body follows its wheels, as it is believed.
   Traction traction() const { return traction_.traction(); }
@@ -134,17 +138,21 @@ class PredictiveController : public VelocityController {
   void correctForwardSpeed(const Observation& observation);
   double standInVariance() const;
   void trust(const SensorVariances& variances);
+  void learnDriveTrain(const Observation& observation);
+  void setTiming(const DriveTrainTiming& timing);
   WheelVector inputs() const;
 
   PredictiveParameters parameters_;
   GeometryParameters geometry_;
-  PlantModel model_;
-  int inner_steps_;  // of the beliefs in a belief step
+  PlantModel configured_model_;
+  PlantModel model_;  // as it is believed
+  int inner_steps_;   // of the beliefs in a belief step
   WheelController left_;
   WheelController right_;
   YawRateBelief yaw_;
   TractionBelief traction_;
   ModelLearning learning_;
+  DriveTrainLearning drive_train_;
   MotionUncertainty uncertainty_;
   SetPoint set_point_;
   Standstill standstill_;

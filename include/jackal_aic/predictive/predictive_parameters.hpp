@@ -25,6 +25,7 @@ struct PredictiveParameters : SensorNoise {
   double precision_time_constant = 10.0;    ///< time over which the precisions are averaged [s]
   bool learn_track = true;                  ///< learn the effective track
   bool learn_slip_factor = false;           ///< learn the slip alpha from the accelerometer
+  bool learn_drive_train = true;            ///< learn dead time and lag of the drive train
   double slip_time_constant = 0.5;          ///< time over which the effective track is averaged while turning [s]
   double yaw_delay_deviation = 0.05;  ///< sigma_y, standard deviation of the delay of the yaw behind the wheels [s]
   double slip_excitation = 0.5;       ///< least difference of the wheel speeds to learn from [rad/s]
@@ -50,6 +51,7 @@ void describeFields(Visitor& v, PredictiveParameters& p) {
   v.field("precision_time_constant", p.precision_time_constant, {0.1, 1e4}, "s", Presence::optional);
   v.field("learn_track", p.learn_track, Presence::optional);
   v.field("learn_slip_factor", p.learn_slip_factor, Presence::optional);
+  v.field("learn_drive_train", p.learn_drive_train, Presence::optional);
   v.field("slip_time_constant", p.slip_time_constant, {0.02, 1000.0}, "s", Presence::optional);
   v.field("yaw_delay_deviation", p.yaw_delay_deviation, {0.0, 1.0}, "s", Presence::optional);
   v.field("slip_excitation", p.slip_excitation, {0.05, 100.0}, "rad/s", Presence::optional);

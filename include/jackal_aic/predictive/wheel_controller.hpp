@@ -59,6 +59,9 @@ class WheelController {
   /// Goes on with other gains.
   void setParameters(const PredictiveParameters& parameters);
 
+  /// Goes on with another dead time and lag of the drive train.
+  void setDriveTrain(const PlantModel& model, double wheel_radius);
+
   /// Trusts the encoder with another variance from now on [(rad/s)^2].
   void setMeasurementVariance(double variance) { belief_.setMeasurementVariance(variance); }
 

@@ -8,8 +8,8 @@
 
 #include "jackal_aic/aic/parameters.hpp"
 #include "jackal_aic/model/types.hpp"
+#include "jackal_aic/predictive/learned_model.hpp"
 #include "jackal_aic/predictive/predictive_parameters.hpp"
-#include "jackal_aic/predictive/slip_belief.hpp"
 #include "jackal_aic/safety/frozen_source.hpp"
 #include "jackal_aic/safety/motor_share.hpp"
 
@@ -80,9 +80,9 @@ struct AppliedInput {
   AppliedSource source = AppliedSource::drive;  ///< who tells
 };
 
-/// DriveLoop::setSlip().
-struct SlipInput {
-  SlipState slip;  ///< to go on from
+/// DriveLoop::setLearned().
+struct LearnedInput {
+  LearnedModel learned;  ///< to go on from
 };
 
 /// DriveLoop::freezeLearning().
@@ -104,7 +104,7 @@ struct StartInput {
 struct DriveInput {
   double now = 0.0;  ///< time of the call [s]
   std::variant<BeliefInput, ActionInput, SetPointInput, WheelsInput, ImuInput, ObservationInput, FeedbackInput,
-               StatusInput, AppliedInput, SlipInput, LearningInput, GainsInput, StartInput>
+               StatusInput, AppliedInput, LearnedInput, LearningInput, GainsInput, StartInput>
       what;  ///< the call, with its arguments
 };
 

@@ -139,11 +139,11 @@ class DriveLoop {
   /// a measurement: PhaseLock::next(). It tells, and changes no command: another timer may be set otherwise.
   double nextDue(double due, double now);
 
-  /// Goes on from another effective track and slip, where the controller learns them; else nothing. @throws
-  /// ParameterError as PredictiveController::setSlip().
-  void setSlip(const SlipState& slip, double now);
+  /// Goes on from what was learned before, where the controller learns it; else nothing. @throws ParameterError as
+  /// PredictiveController::setLearned().
+  void setLearned(const LearnedModel& learned, double now);
 
-  /// Stops (true) or resumes learning of effective track and slip, where the controller learns them.
+  /// Stops (true) or resumes learning of the robot, where the controller does.
   void freezeLearning(bool frozen, double now);
 
   /// Takes other gains over while it drives. @throws ParameterError as the controller's adoptGains(), or if the gains

@@ -1,0 +1,137 @@
+// The predictive controller on robots whose dead time it was told wrong: it learns while it drives.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "loop_setup.hpp"
+#include "quiet_hours.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+constexpr double kOff = 0.08;      // s, by which the dead time is told wrong
+constexpr double kDriving = 10.0;  // s of ordinary driving
+constexpr double kPause = 3.0;     // s
+constexpr double kStep = 4.0;      // s
+
+const PackageFiles& files() {
+  static const PackageFiles files{JACKAL_AIC_SOURCE_DIR};
+  return files;
+}
+
+/// Ten seconds at a joystick, a pause, and a step.
+SetPointProfile drivingThenStep(std::uint64_t seed, const SetPoint& step) {
+  SetPointProfile profile = joystickDriving(seed, kRestTime + kDriving);
+  const double stop = kRestTime + kDriving, begin = stop + kPause;
+  profile.changes.push_back({stop, {}});
+  profile.changes.push_back({begin, step});
+  profile.duration = profile.assessed_until = begin + kStep;
+  profile.assessed_from = begin;
+  profile.assessed = step.forward != 0.0 ? kForward : kYaw;
+  return profile;
+}
+
+SetPointProfile steadily(const SetPoint& set_point, double duration) {
+  SetPointProfile profile;
+  profile.assessed.reset();
+  profile.changes = {{kRestTime, set_point}};
+  profile.duration = duration;
+  return profile;
+}
+
+struct Drive {
+  PlantModel believed;
+  ResponseMetrics step;
+};
+
+Drive drive(const std::string& plant_name, const Overrides& overrides, const SetPointProfile& profile) {
+  const LoopSetup setup = loadSetup(files(), "predictive", plant_name, overrides);
+  JackalPlant plant(setup.urdf, setup.plant);
+  DriveLoop loop = makeLoop(setup);
+  const auto samples = runClosedLoop(plant, loop, profile, setup.plant.support, setup.drive.geometry, setup.loop);
+  return {dynamic_cast<const PredictiveController&>(loop.controller()).model(), assess(samples, profile)};
+}
+
+/// A robot whose dead time is told wrong. @param off by so much [s].
+Overrides told(const std::string& plant, double off, Overrides robot) {
+  const double dead_time = loadSetup(files(), "predictive", plant, {}).drive.plant_model->dead_time;
+  robot.emplace_back("plant_model.dead_time", std::to_string(std::max(0.0, dead_time + off)));
+  return robot;
+}
+
+Overrides withoutLearning(Overrides robot) {
+  robot.emplace_back("predictive.learn_drive_train", "false");
+  return robot;
+}
+
+/// Told wrong either way it finds the dead time within 10 ms, and settles within 1.25 times the time of a controller
+/// that knows it.
+void expectLearned(const std::string& plant, const Overrides& robot, const SetPoint& step, double delay = 0.0,
+                   double tolerance = 0.01) {
+  const double truth = loadSetup(files(), "predictive", plant, robot).plant.dead_time + delay;
+  for (const double off : {-kOff, kOff}) {
+    for (const std::uint64_t seed : {1, 2}) {
+      SCOPED_TRACE(plant + ", off " + std::to_string(off) + ", seed " + std::to_string(seed));
+      const SetPointProfile profile = drivingThenStep(seed, step);
+      const Drive known = drive(plant, withoutLearning(robot), profile),
+                  learned = drive(plant, told(plant, off, robot), profile);
+      EXPECT_NEAR(learned.believed.dead_time, truth, tolerance);
+      ASSERT_TRUE(learned.step.settling && known.step.settling);
+      EXPECT_LE(*learned.step.settling, 1.25 * *known.step.settling);
+      EXPECT_LE(learned.step.overshoot_pct, std::max(5.0, known.step.overshoot_pct + 2.0));
+    }
+  }
+}
+
+TEST(UnknownDeadTime, IsLearnedInTenSeconds) {
+  expectLearned("ground", {}, {0.5, 0.0, 0.0});
+  expectLearned("box", {}, {0.5, 0.0, 0.0});
+}
+
+TEST(UnknownDeadTime, IsLearnedForSlowAndFastStepsAndTurns) {
+  expectLearned("ground", {}, {0.1, 0.0, 0.0});
+  expectLearned("ground", {}, {1.5, 0.0, 0.0});
+  expectLearned("ground", {}, {0.0, 0.0, 0.5});
+}
+
+TEST(UnknownDeadTime, IsLearnedWithCoarseAndLateSensors) {
+  expectLearned("ground", {{"plant.encoder_step", "0.1"}, {"plant.stamp_jitter", "0.008"}}, {0.5, 0.0, 0.0}, 0.004);
+}
+
+TEST(UnknownDeadTime, IsLearnedOnRobotsWithOtherMotors) {
+  expectLearned("ground", {{"plant.acceleration_limit", "4"}}, {0.5, 0.0, 0.0});
+  // A soft loop is none of the model's: it lags at first and then runs ahead.
+  expectLearned("ground", {{"plant.velocity_loop_stiffness", "3.5"}, {"plant.velocity_loop_integral", "8"}},
+                {0.5, 0.0, 0.0}, 0.0, 0.02);
+}
+
+TEST(UnknownDeadTime, IsLearnedOfWhatTheRealRobotIsLate) {
+  // 0.08 s of the motors, 10 ms of the network to them, 10 ms for which the newest feedback waits for its joint states,
+  // 2.5 ms of their stamps, 10 ms of the network from them, 20 ms of the encoders' filter.
+  for (const double off : {-kOff, 0.0, kOff}) {
+    const Drive learned = drive("real", told("real", off, {}), drivingThenStep(1, {0.5, 0.0, 0.0}));
+    EXPECT_NEAR(learned.believed.dead_time, 0.1325, 0.015) << off;
+  }
+}
+
+TEST(UnknownDeadTime, DoesNotDriftWithoutExcitation) {
+  for (const std::string plant : {"box", "real"}) {
+    for (const SetPoint& set_point : {plant == "real" ? SetPoint{0.5, 0.0, 0.0} : SetPoint{0.3, 0.0, 0.5}}) {
+      const Drive driven = drive(plant, {}, steadily(set_point, 1800.0));
+      EXPECT_NEAR(driven.believed.dead_time, loadSetup(files(), "predictive", plant, {}).drive.plant_model->dead_time,
+                  0.001)
+          << plant << ", " << set_point.yaw_rate << " rad/s";
+    }
+  }
+}
+
+TEST(UnknownDeadTime, StaysAsToldByRequest) {
+  const SetPointProfile profile = drivingThenStep(1, {0.5, 0.0, 0.0});
+  const Drive unlearned = drive("ground", withoutLearning(told("ground", kOff, {})), profile);
+  EXPECT_NEAR(unlearned.believed.dead_time, 0.16, 1e-9);
+}
+
+}  // namespace
+}  // namespace jackal_aic::sim
