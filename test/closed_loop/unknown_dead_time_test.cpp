@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <string>
 #include <utility>
 
@@ -78,6 +79,10 @@ void expectLearned(const std::string& plant, const Overrides& robot, const SetPo
       const SetPointProfile profile = drivingThenStep(seed, step);
       const Drive known = drive(plant, withoutLearning(robot), profile),
                   learned = drive(plant, told(plant, off, robot), profile);
+      std::printf(
+          "%s, %g m/s, %g rad/s, told %+g s, seed %d: dead time %.4f s of %.4f, lag %.4f; settles in %.3f of %.3f s\n",
+          plant.c_str(), step.forward, step.yaw_rate, off, static_cast<int>(seed), learned.believed.dead_time, truth,
+          learned.believed.lag, learned.step.settling.value_or(-1.0), known.step.settling.value_or(-1.0));
       EXPECT_NEAR(learned.believed.dead_time, truth, tolerance);
       ASSERT_TRUE(learned.step.settling && known.step.settling);
       EXPECT_LE(*learned.step.settling, 1.25 * *known.step.settling);

@@ -19,9 +19,11 @@
 /// is the free energy, of which the sums are kept. Once the commands have settled, its minimum along theta and then
 /// along delta is sought, with the variance Sigma of what it leaves: theta by a Gauss-Newton step, around which the
 /// next change is linearised, delta between the points of the grid by a parabola, whose curvature is its precision.
-/// Older changes count 0.7 of the next. The model takes over what is beyond doubt, of dead time and lag alone:
-/// acceleration limit and disturbance have beliefs of their own (wheel_belief.hpp). Commands that do not change teach
-/// nothing.
+/// Older changes count 0.7 of the next. No step and no dead time is taken from a change that the model does not
+/// explain, or that lies farther from theta_0 than what was believed of it; one in which the largest accelerations,
+/// measured and predicted, are apart teaches lambda alone. The model takes over what is beyond doubt, of dead time and
+/// lag alone: acceleration limit and disturbance have beliefs of their own (wheel_belief.hpp). Commands that do not
+/// change teach nothing.
 
 #include <Eigen/Core>
 #include <algorithm>
