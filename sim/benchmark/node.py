@@ -65,7 +65,8 @@ def start(command, environment):
 
 
 def measure(programs, pid, environment):
-    """CPU use of a process (seconds per second) while the probe runs, and what the probe prints."""
+    """CPU use of a process (seconds per second) while the probe runs, and what the probe prints: age p50, p99 and period p99 after
+    the start [ms], speed, and by how much a period was off at the start, in which the action timer finds its phase [ms]."""
     probe = subprocess.Popen([str(programs / 'node_probe'), str(SETTLED + MEASURED + 1.0)], env=environment,
                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                              universal_newlines=True)
@@ -81,9 +82,10 @@ def measure(programs, pid, environment):
         if probe.poll() is None:
             stop(probe)
     ages = re.search(r'age_p50_ms (\S+) age_p99_ms (\S+) commands (\d+) period_off_p99_ms (\S+)\nspeed (\S+)', said)
-    if probe.returncode != 0 or ages is None:
+    start = re.search(r'start_period_off_max_ms (\S+)', said)
+    if probe.returncode != 0 or ages is None or start is None:
         raise NodeError((said.strip().splitlines() or ['node_probe says nothing'])[-1])
-    return used, float(ages.group(1)), float(ages.group(2)), float(ages.group(4)), float(ages.group(5))
+    return used, float(ages.group(1)), float(ages.group(2)), float(ages.group(4)), float(ages.group(5)), float(start.group(1))
 
 
 def figures(programs, urdf):
@@ -119,7 +121,7 @@ def figures_of_nodes(programs, urdf, directory):
                              environment)
             try:
                 node = child_of(launched.pid, 'controller_node')
-                use, p50, p99, period_off, speed = measure(programs, node, environment)
+                use, p50, p99, period_off, speed, start_off = measure(programs, node, environment)
             finally:
                 stop(launched)
             if abs(speed - 0.5) > 0.05:
@@ -129,6 +131,7 @@ def figures_of_nodes(programs, urdf, directory):
             found['command_age_p50_ms' + suffix] = p50
             found['command_age_p99_ms' + suffix] = p99
             found['action_period_off_p99_ms' + suffix] = period_off
+            found['action_period_off_at_start_ms' + suffix] = start_off
         return found
     finally:
         stop(core)

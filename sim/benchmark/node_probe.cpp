@@ -25,13 +25,27 @@ using jackal_aic::PlantModel;
 constexpr const char* kHelp =
     "Usage: rosrun jackal_aic node_probe SECONDS\n"
     "Stands in for a robot that drives an arc as config/plant_model.yaml says: publishes wheels and IMU at 50 Hz,\n"
-    "stamped now, and the set point; obeys cmd_drive. After SECONDS (1 to 3600) it prints how old the newest sample\n"
+    "stamped now, and the set point; obeys cmd_drive. After SECONDS (4 to 3600) it prints how old the newest sample\n"
     "was when a command arrived: p50, p99 [ms], number of commands, and by how much the time between two of them was\n"
-    "off 20 ms: p99 [ms], and below p50, p99.9 and the largest [ms]. Needs a ROS master, on wall time.\n";
+    "off 20 ms: p99 [ms], and below p50, p99.9 and the largest [ms]. The first two seconds of commands, in which the\n"
+    "action timer finds its phase, stand apart: the largest age and the largest that a period was off [ms]. Needs a\n"
+    "ROS master, on wall time.\n";
 
 constexpr double kRadius = 0.098;       // m
 constexpr double kTrack = 0.547;        // m
 constexpr double kActionPeriod = 20.0;  // ms
+constexpr double kStart = 2.0;          // s
+
+/// What two commands and their samples were like [ms].
+struct Timing {
+  std::vector<double> ages;
+  std::vector<double> periods;  // off the nominal
+
+  void sort() {
+    std::sort(ages.begin(), ages.end());
+    std::sort(periods.begin(), periods.end());
+  }
+};
 
 PlantModel plantModel() {
   PlantModel model;
@@ -53,8 +67,8 @@ int main(int argc, char** argv) {
   }
   ros::init(argc, argv, "node_probe");
   const double duration = argc > 1 ? std::strtod(argv[1], nullptr) : 0.0;
-  if (!(duration >= 1.0 && duration <= 3600.0)) {
-    std::fprintf(stderr, "node_probe: SECONDS = %s: must be from 1 to 3600 (see --help)\n", argc > 1 ? argv[1] : "");
+  if (!(duration >= 4.0 && duration <= 3600.0)) {
+    std::fprintf(stderr, "node_probe: SECONDS = %s: must be from 4 to 3600 (see --help)\n", argc > 1 ? argv[1] : "");
     return 2;
   }
   ros::NodeHandle node;
@@ -64,15 +78,16 @@ int main(int argc, char** argv) {
   ros::Publisher set_point = node.advertise<geometry_msgs::Twist>("jackal_AIC/set_point", 5);
   DriveTrainPrediction left(plantModel(), kRadius), right(plantModel(), kRadius);
   double command_left = 0.0, command_right = 0.0, speed_before = 0.0;
-  ros::WallTime newest, commanded;
-  std::vector<double> ages;     // ms
-  std::vector<double> periods;  // off the nominal [ms]
+  ros::WallTime newest, commanded, first;
+  Timing start, steady;
   const ros::Subscriber drive = node.subscribe<jackal_msgs::Drive>(
       "cmd_drive", 5,
       [&](const jackal_msgs::DriveConstPtr& message) {
         const ros::WallTime now = ros::WallTime::now();
-        if (!newest.isZero()) ages.push_back(1e3 * (now - newest).toSec());
-        if (!commanded.isZero()) periods.push_back(std::abs(1e3 * (now - commanded).toSec() - kActionPeriod));
+        if (first.isZero() && !newest.isZero()) first = now;
+        Timing& timing = first.isZero() || (now - first).toSec() < kStart ? start : steady;
+        if (!newest.isZero()) timing.ages.push_back(1e3 * (now - newest).toSec());
+        if (!commanded.isZero()) timing.periods.push_back(std::abs(1e3 * (now - commanded).toSec() - kActionPeriod));
         commanded = now;
         command_left = message->drivers[jackal_msgs::Drive::LEFT];
         command_right = message->drivers[jackal_msgs::Drive::RIGHT];
@@ -112,16 +127,18 @@ int main(int argc, char** argv) {
   const ros::WallTimer end = node.createWallTimer(
       ros::WallDuration(duration), [](const ros::WallTimerEvent&) { ros::shutdown(); }, true);
   ros::spin();
-  if (periods.empty()) {
-    std::fprintf(stderr, "node_probe: no two commands came within %g s\n", duration);
+  if (start.periods.empty() || steady.periods.empty()) {
+    std::fprintf(stderr, "node_probe: no two commands came within %g s, or none after the start\n", duration);
     return 1;
   }
-  std::sort(ages.begin(), ages.end());
-  std::sort(periods.begin(), periods.end());
-  std::printf("age_p50_ms %.3f age_p99_ms %.3f commands %zu period_off_p99_ms %.3f\n", percentile(ages, 0.5),
-              percentile(ages, 0.99), ages.size(), percentile(periods, 0.99));
+  start.sort();
+  steady.sort();
+  std::printf("age_p50_ms %.3f age_p99_ms %.3f commands %zu period_off_p99_ms %.3f\n", percentile(steady.ages, 0.5),
+              percentile(steady.ages, 0.99), steady.ages.size(), percentile(steady.periods, 0.99));
   std::printf("speed %.3f\n", speed_before);
-  std::printf("period_off_p50_ms %.3f period_off_p999_ms %.3f period_off_max_ms %.3f\n", percentile(periods, 0.5),
-              percentile(periods, 0.999), periods.back());
+  std::printf("period_off_p50_ms %.3f period_off_p999_ms %.3f period_off_max_ms %.3f\n",
+              percentile(steady.periods, 0.5), percentile(steady.periods, 0.999), steady.periods.back());
+  std::printf("start_age_max_ms %.3f start_period_off_max_ms %.3f\n", start.ages.empty() ? 0.0 : start.ages.back(),
+              start.periods.back());
   return 0;
 }

@@ -1,5 +1,7 @@
 #include "loop_setup.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 
@@ -9,6 +11,8 @@
 
 namespace jackal_aic::sim {
 namespace {
+
+constexpr const char* kDifferentialDrive = "diff_drive";
 
 bool contains(const std::vector<std::string>& list, const std::string& word) {
   return std::find(list.begin(), list.end(), word) != list.end();
@@ -71,10 +75,10 @@ NodeParameters readNode(ParameterMap& map, const PlantModel& nominal) {
 /// A file of a whole node may say what its controller does not heed; whoever overrides it wants an effect.
 void refuseUnheeded(const ParameterMap& file, const Overrides& overrides) {
   std::vector<std::string> unheeded;
-  for (const char* structure : {"controller", "predictive", "diff_drive"}) {
+  for (const char* structure : {"controller", "predictive", kDifferentialDrive}) {
     if (!file.hasSection(structure)) unheeded.emplace_back(structure);
   }
-  if (file.hasSection("diff_drive")) unheeded.insert(unheeded.end(), {"robot", "limits", "plant_model"});
+  if (file.hasSection(kDifferentialDrive)) unheeded.insert(unheeded.end(), {"robot", "limits", "plant_model"});
   for (const auto& [key, value] : overrides) {
     if (!contains(unheeded, key.substr(0, key.find('.')))) continue;
     throw ParameterError(key + " = " + value + ": unknown key for this controller");
@@ -88,7 +92,7 @@ void apply(const Overrides& overrides, ParameterMap& map) {
 }  // namespace
 
 const std::vector<std::string>& controllerNames() {
-  static const std::vector<std::string> names{"diff_drive", "standard", "improved", "tuned", "predictive"};
+  static const std::vector<std::string> names{kDifferentialDrive, "standard", "improved", "tuned", "predictive"};
   return names;
 }
 
@@ -138,7 +142,12 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
 
 LoopSetup loadPrintedSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
                            const Overrides& overrides) {
-  LoopSetup setup = loadSetup(files, controller, plant, overrides);
+  Overrides all;
+  if (controller == kDifferentialDrive) {
+    all.emplace_back("diff_drive.linear_acceleration", fmt::format("{}", kThesisDriveAcceleration));
+  }
+  all.insert(all.end(), overrides.begin(), overrides.end());
+  LoopSetup setup = loadSetup(files, controller, plant, all);
   if (std::holds_alternative<ControllerParameters>(setup.drive.controller)) setup.drive.plant_model.reset();
   return setup;
 }

@@ -95,8 +95,8 @@ void AccelerationMonitor::check(const Observation& observation, bool moving, dou
   const double possible =
       std::clamp(left, std::min(0.0, lowest_rate_ - forward_rate_), std::max(0.0, highest_rate_ - forward_rate_));
   forward_.compare(observation.acceleration_x - forward_rate_ - possible, forward_noise, moving, step);
-  vertical_.compare(observation.acceleration_z.value_or(kGravity) - kGravity, parameters_.accelerometer_variance,
-                    moving, step);
+  if (vertical)
+    vertical_.compare(*observation.acceleration_z - kGravity, parameters_.accelerometer_variance, moving, step);
   double squared = forward_.learned.squaredDistance(forward_.error, forward_.total);
   if (vertical) squared += vertical_.learned.squaredDistance(vertical_.error, vertical_.total);
   distance_ = std::sqrt(squared) / chebyshevBound(vertical ? 2 : 1, parameters_.false_alarm_rate);

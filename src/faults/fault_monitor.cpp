@@ -98,8 +98,8 @@ void FaultMonitor::advance(const std::optional<WheelCommand>& known, double dura
   if (!known) followed_ = true;
   const WheelCommand applied = known.value_or(followed_command_);
   if (!started_) known_ = known ? known_ + duration : 0.0;
-  const long steps = std::lround(duration / WheelBelief::kStep);
-  for (long i = 0; i < steps; ++i) {
+  const int steps = static_cast<int>(duration / WheelBelief::kStep + 0.5);
+  for (int i = 0; i < steps; ++i) {
     left_.predict(applied.left);
     right_.predict(applied.right);
     const double forward_rate = 0.5 * rolling_radius_ * (left_.acceleration() + right_.acceleration());
@@ -345,8 +345,17 @@ void FaultMonitor::restart() {
   traction_.restart();
 }
 
-void FaultMonitor::forgetEncoders() { left_ = right_ = WheelMonitor(parameters_, model_, geometry_.wheel_radius); }
+void FaultMonitor::forgetEncoders() {
+  left_.forget(model_, geometry_.wheel_radius);
+  right_.forget(model_, geometry_.wheel_radius);
+}
 
-void FaultMonitor::reset() { *this = FaultMonitor(parameters_, geometry_, model_); }
+void FaultMonitor::reset() {
+  restart();
+  forgetEncoders();
+  yaw_ = YawMonitor(parameters_, geometryOf(model_, geometry_).effective_track);
+  acceleration_ = AccelerationMonitor(parameters_);
+  traction_ = TractionBelief(0.0);
+}
 
 }  // namespace jackal_aic

@@ -5,31 +5,27 @@
 namespace jackal_aic {
 
 PredictionEnvelope::PredictionEnvelope(std::size_t behind, std::size_t ahead)
-    : now_(0, std::min(behind, kLongest)), later_(0, std::min(ahead, kLongest)) {}
+    : now_(std::min(behind, kLongest)), later_(std::min(ahead, kLongest)) {}
 
 void PredictionEnvelope::start(double now, double ahead) {
   now_.fill(now);
   later_.fill(ahead);
 }
 
-void PredictionEnvelope::add(double now, double ahead) {
-  now_.add(now);
-  later_.add(ahead);
-}
-
-PredictionEnvelope::Range PredictionEnvelope::range() const {
+RecentRange::Range PredictionEnvelope::range() const {
   // The prediction that runs ahead was here when it was where the other one is now.
   const double offset = now_.newest() - later_.oldest();
-  return {std::min(now_.low(), later_.low() + offset), std::max(now_.high(), later_.high() + offset)};
+  const auto now = now_.range(), later = later_.range();
+  return {std::min(now.low, later.low + offset), std::max(now.high, later.high + offset)};
 }
 
 double PredictionEnvelope::error(double value) const {
-  const Range inside = range();
+  const RecentRange::Range inside = range();
   return value - std::clamp(value, inside.low, inside.high);
 }
 
 double PredictionEnvelope::width() const {
-  const Range inside = range();
+  const RecentRange::Range inside = range();
   return inside.high - inside.low;
 }
 

@@ -39,12 +39,13 @@ void ReachableSpeeds::start(double speed) {
 
 void ReachableSpeeds::predict(double command) {
   commands_.add(dead_zone_.effective(command));
+  acting_ = commands_.at(model_delay_);
   const double lowest = gain_ * commands_.low(), highest = gain_ * commands_.high();
   lowest_rate_ = std::min(0.0, fast_.towards(lowest, high_)) / kStep;
   highest_rate_ = std::max(0.0, fast_.towards(highest, low_)) / kStep;
   low_ += (lowest < low_ ? fast_ : slow_).towards(lowest, low_);
   high_ += (highest > high_ ? fast_ : slow_).towards(highest, high_);
-  nominal_ = std::clamp(nominal_ + nominal_pace_.towards(gain_ * commands_.at(model_delay_), nominal_), low_, high_);
+  nominal_ = std::clamp(nominal_ + nominal_pace_.towards(gain_ * acting_, nominal_), low_, high_);
 }
 
 }  // namespace jackal_aic

@@ -100,11 +100,6 @@ constexpr double kAssumedOffset = 0.5;
 /// Width of the envelope, in standard deviations of the error, up to which an error tells of the noise.
 constexpr double kNarrow = 3.0;
 
-PlantModel earlier(PlantModel model, double by) {
-  model.dead_time -= by;
-  return model;
-}
-
 WheelBeliefParameters beliefParameters(const FaultParameters& p) {
   WheelBeliefParameters belief;
   belief.measurement_variance = p.wheel_variance;
@@ -115,11 +110,18 @@ WheelBeliefParameters beliefParameters(const FaultParameters& p) {
 }  // namespace
 
 WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius)
+    : WheelMonitor(parameters, model, wheel_radius, {model, wheel_radius, driveTrainRange(parameters, model)},
+                   {model, wheel_radius, beliefParameters(parameters), 0.0},
+                   {steps(kTimingBound * parameters.dead_time_deviation), steps(lead(parameters, model))}) {}
+
+WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius,
+                           ReachableSpeeds&& reachable, WheelBelief&& belief, PredictionEnvelope&& envelope)
     : parameters_(parameters),
-      belief_(model, wheel_radius, beliefParameters(parameters)),
-      early_(earlier(model, lead(parameters, model)), wheel_radius),
-      envelope_(steps(kTimingBound * parameters.dead_time_deviation), steps(lead(parameters, model))),
-      reachable_(model, wheel_radius, driveTrainRange(parameters, model)),
+      reachable_(std::move(reachable)),
+      belief_(std::move(belief)),
+      drive_train_(model, wheel_radius),
+      early_delay_(steps(model.dead_time - lead(parameters, model))),
+      envelope_(std::move(envelope)),
       identified_(model.identified),
       change_(kMemory),
       learned_(parameters.covariance_time_constant),
@@ -128,9 +130,15 @@ WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& 
       bound_(chebyshevBound(1, parameters.false_alarm_rate)),
       least_progress_(0.5 * parameters.slowest_acceleration * model.acceleration_limit / wheel_radius) {}
 
+void WheelMonitor::forget(const PlantModel& model, double wheel_radius) {
+  *this =
+      WheelMonitor(parameters_, model, wheel_radius, std::move(reachable_), std::move(belief_), std::move(envelope_));
+  start(0.0);
+}
+
 void WheelMonitor::start(double speed) {
   belief_.reset(speed);
-  early_.reset(speed);
+  early_ << speed, 0.0, 0.0;
   reachable_.start(speed);
   begin(speed);
 }
@@ -143,13 +151,13 @@ void WheelMonitor::startUnderWay(double speed) {
 
 void WheelMonitor::follow(double speed) {
   belief_.reset(speed);
-  early_.reset(speed);
+  early_ << speed, 0.0, 0.0;
   envelope_.start(speed, speed);
   reachable_.start(speed);
 }
 
 void WheelMonitor::begin(double speed) {
-  envelope_.start(speed, early_.speed());
+  envelope_.start(speed, early_(0));
   intervals_.fill({{speed, speed}, {speed, speed}, clock_ - kUnknownAge});
   last_speed_ = measured_ = speed;
   frozen_ = suspect_ = recovering_ = false;
@@ -158,10 +166,10 @@ void WheelMonitor::begin(double speed) {
 }
 
 void WheelMonitor::predict(double command) {
-  belief_.predict(command);
-  early_.predict(command);
-  envelope_.add(belief_.speed(), early_.speed());
   reachable_.predict(command);
+  belief_.predictActing(reachable_.acting());
+  drive_train_.step(early_, reachable_.commandBefore(early_delay_));
+  envelope_.add(belief_.speed(), early_(0));
   change_.add(belief_.acceleration(), WheelBelief::kStep);
 }
 
@@ -181,7 +189,8 @@ double WheelMonitor::resolutionVariance() const {
 WheelMonitor::Interval WheelMonitor::possible() const {
   const double slowest = reachable_.low(), fastest = reachable_.high();
   const double offset = belief_.speed() - reachable_.nominal();
-  Interval possible{std::min(envelope_.low(), slowest + offset), std::max(envelope_.high(), fastest + offset)};
+  const auto [low, high] = envelope_.range();
+  Interval possible{std::min(low, slowest + offset), std::max(high, fastest + offset)};
   if (slowest > kStiction || fastest < -kStiction) return possible;
   possible.low = std::min({possible.low, slowest, 0.0});
   possible.high = std::max({possible.high, fastest, 0.0});
@@ -305,9 +314,9 @@ void WheelMonitor::conclude(double measurement, double step) {
   if (state() != ChannelState::ok) return;
   learnMisfit(measurement, step);
   const auto [low, high] = held(&Intervals::possible);
-  const double width = high - low;
-  const double deviation = std::sqrt(learned_.factor() * variance());
-  if (width < kNarrow * deviation) learned_.learn(measurement - belief_.speed(), variance(), step);
+  const double width = high - low, variance = this->variance();
+  const double deviation = std::sqrt(learned_.factor() * variance);
+  if (width < kNarrow * deviation) learned_.learn(measurement - belief_.speed(), variance, step);
   // While the wheel is under way somewhere, its speed says little about the drive train.
   belief_.correct(measurement, width * width);
   last_speed_ = belief_.speed();

@@ -7,25 +7,18 @@ namespace {
 
 constexpr double kSlipRange = 2.0;         // factor around the given effective track
 constexpr double kLargestDeviation = 0.3;  // of s, relative
-constexpr double kBiasDrift = 1e-3;        // of beta after a second [rad/s]
 
 double square(double value) { return value * value; }
 
 }  // namespace
 
 YawBelief::YawBelief(double effective_track, const YawBeliefParameters& parameters)
-    : parameters_(parameters), given_slope_(1.0 / effective_track), slope_(given_slope_) {
+    : parameters_(parameters),
+      given_slope_(1.0 / effective_track),
+      slope_(given_slope_),
+      drift_(square(parameters.slip_drift * given_slope_)),
+      largest_slope_variance_(square(kLargestDeviation * given_slope_)) {
   inflate(parameters.bias_deviation);
-}
-
-void YawBelief::predict(double recent_change, double memory, double step, double recent_turn) {
-  const double moved = parameters_.slip_deviation * given_slope_ * recent_change;
-  const double drifted = parameters_.slip_drift * given_slope_;
-  const double largest = kLargestDeviation * given_slope_;
-  slope_variance_ = std::min(slope_variance_ + (moved * moved / memory + drifted * drifted) * step, largest * largest);
-  // However long it was not seen, it is not wider than that of a gyro that nobody has seen.
-  bias_variance_ = std::min(bias_variance_ + (kBiasDrift * kBiasDrift + recent_turn * recent_turn / memory) * step,
-                            std::max(bias_variance_, square(parameters_.bias_deviation)));
 }
 
 double YawBelief::variance(double x, double x_variance) const {

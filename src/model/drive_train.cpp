@@ -37,16 +37,16 @@ DriveTrainResponse driveTrainResponse(const PlantModel& model, double time) {
 namespace {
 
 std::size_t stepsOf(double dead_time) {
-  return static_cast<std::size_t>(
-      std::lround(std::clamp(dead_time, 0.0, CommandsUnderWay::kLongestDeadTime) / CommandsUnderWay::kStep));
+  return static_cast<std::size_t>(std::lround(std::max(0.0, dead_time) / CommandsUnderWay::kStep));
 }
 
 }  // namespace
 
-CommandsUnderWay::CommandsUnderWay(double dead_time) : delay_(stepsOf(dead_time)) {}
+CommandsUnderWay::CommandsUnderWay(double dead_time, double longest)
+    : delay_(stepsOf(std::min(dead_time, longest))), commands_(stepsOf(longest) + 1) {}
 
 void CommandsUnderWay::setDeadTime(double dead_time) {
-  const std::size_t delay = stepsOf(dead_time);
+  const std::size_t delay = std::min(stepsOf(dead_time), commands_.size() - 1);
   const auto begin = commands_.begin(), end = begin + static_cast<std::ptrdiff_t>(delay_ + 1);
   std::rotate(begin, begin + static_cast<std::ptrdiff_t>(head_), end);  // the oldest first
   if (delay < delay_) {

@@ -74,12 +74,12 @@ void TractionBelief::remember() {
 }
 
 void TractionBelief::learnNoise(double acceleration, double variance, double step) {
-  std::rotate(accelerations_.begin(), accelerations_.end() - 1, accelerations_.end());
-  accelerations_.front() = acceleration;
+  accelerations_[++latest_ % accelerations_.size()] = acceleration;
   const double share = step / (step + kVibrationMemory);
   // The smaller of two differences in a row: a body that begins to accelerate makes one.
   const auto learn = [&](double& vibration, std::size_t lag) {
-    const double last = accelerations_[0] - accelerations_[lag], before = accelerations_[lag] - accelerations_[2 * lag];
+    const double between = accelerationBefore(lag);
+    const double last = acceleration - between, before = between - accelerationBefore(2 * lag);
     const double smaller = 0.5 * std::min(last * last, before * before) / kSmallerOfTwo;
     vibration += share * (std::min(smaller, kSurprise * std::max(vibration, variance)) - vibration);
   };
@@ -92,32 +92,39 @@ void TractionBelief::learnNoise(double acceleration, double variance, double ste
   variance_rate_ = added / step;
 }
 
+double TractionBelief::accelerationBefore(std::size_t samples) const {
+  return accelerations_[(latest_ - samples) % accelerations_.size()];
+}
+
 double TractionBelief::bound(const Change& change) const {
   return kBound * std::sqrt(factor_ * change.variance) + kLate * std::min(fastest_, kFastest) +
          kScale * std::abs(change.wheels) + kCentre * change.turning;
 }
 
-std::optional<TractionBelief::Change> TractionBelief::againstRolling() const {
+bool TractionBelief::surprises(const Change& change) const {
+  const double error = std::abs(change.error());
+  return error > kLeast && error > bound(change);
+}
+
+std::optional<TractionBelief::Change> TractionBelief::againstRolling(const Change& window) const {
   if (listened_ < kListening) return std::nullopt;
-  const auto surprises = [this](const Change& change) {
-    return std::abs(change.error()) > std::max(kLeast, bound(change));
-  };
-  const Change collision = since(kCollision);
-  // The wheels may have been stopped with the body, which may have been thrown back.
-  const double before = std::max(std::abs(now_.wheels), std::abs(now_.wheels - collision.wheels));
-  const bool stopped = std::abs(now_.wheels - collision.error()) < kStopped * before;
-  // Sensors that are late make an error of it too, but one that ends with their being late.
-  const double noise = kBound * std::sqrt(factor_ * collision.variance);
-  const double least = std::max(kLeast, noise), error = std::abs(collision.error());
-  if (stopped && error > least && jolt_ > kShare * error) return collision;
-  const Change window = sinceOldest();
+  if (jolt_ > kShare * kLeast) {  // else no collision
+    const Change collision = since(kCollision);
+    // The wheels may have been stopped with the body, which may have been thrown back.
+    const double before = std::max(std::abs(now_.wheels), std::abs(now_.wheels - collision.wheels));
+    const bool stopped = std::abs(now_.wheels - collision.error()) < kStopped * before;
+    // Sensors that are late make an error of it too, but one that ends with their being late.
+    const double noise = kBound * std::sqrt(factor_ * collision.variance);
+    const double least = std::max(kLeast, noise), error = std::abs(collision.error());
+    if (stopped && error > least && jolt_ > kShare * error) return collision;
+  }
   const double by_wheels = window.error() < 0.0 ? -window.wheels : window.wheels;
-  if (surprises(window) && by_wheels > kOpposed * std::abs(window.error())) return window;
+  if (by_wheels > kOpposed * std::abs(window.error()) && surprises(window)) return window;
   return std::nullopt;
 }
 
 void TractionBelief::predict(double step) {
-  if (traction_ == Traction::slides) speed_ += step * std::clamp(accelerations_.front(), -kGravity, kGravity);
+  if (traction_ == Traction::slides) speed_ += step * std::clamp(accelerationBefore(0), -kGravity, kGravity);
 }
 
 void TractionBelief::correct(double wheels, double acceleration, double variance, double yaw_rate, double since_last) {
@@ -163,8 +170,8 @@ void TractionBelief::miss(double wheels, double step) {
 
 void TractionBelief::roll(double step) {
   speed_ = now_.wheels;
-  if (const auto change = againstRolling()) return beginToSlide(now_.wheels - change->error(), *change);
   const Change window = sinceOldest();
+  if (const auto change = againstRolling(window)) return beginToSlide(now_.wheels - change->error(), *change);
   // In a turn the mean of a is that of an unknown centre.
   const bool straight = kCentre * window.turning < kStraight * window.time;
   const bool keeps = window.time > 0.5 * kWindow && std::abs(window.wheels) < kKept && straight;

@@ -18,6 +18,14 @@ void propagate(const Eigen::Matrix3d& J, Eigen::Matrix3d& P) {
   P.bottomLeftCorner<1, 2>() = JP.col(2).transpose();
 }
 
+/// P ← P − K (PC)', of which the symmetric part is kept.
+void correctCovariance(const Eigen::Vector3d& K, const Eigen::Vector3d& PC, Eigen::Matrix3d& P) {
+  for (int i = 0; i < 3; ++i) {
+    P(i, i) -= K(i) * PC(i);
+    for (int j = 0; j < i; ++j) P(i, j) = P(j, i) = 0.5 * (P(i, j) - K(i) * PC(j) + (P(j, i) - K(j) * PC(i)));
+  }
+}
+
 constexpr double kLeastLimit = 0.3;            // lambda
 constexpr double kLimitMemory = 0.5;           // s at the limit
 constexpr double kLeastTiming = 0.1;           // lambda_t
@@ -28,15 +36,20 @@ constexpr double kNoTiming = 1e-9;             // (rad/s)^2; e of a smaller vari
 
 }  // namespace
 
-WheelBelief::WheelBelief(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& parameters)
-    : drive_train_(model, wheel_radius), dead_zone_(model), commands_(model.dead_time) {
+WheelBelief::WheelBelief(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& parameters,
+                         double longest_dead_time)
+    : drive_train_(model, wheel_radius), dead_zone_(model), commands_(model.dead_time, longest_dead_time) {
   setParameters(parameters);
   reset(0.0);
 }
 
 void WheelBelief::setDriveTrain(const PlantModel& model, double wheel_radius) {
+  const auto before = static_cast<double>(commands_.delay());
   drive_train_ = DriveTrain(model, wheel_radius);
   commands_.setDeadTime(model.dead_time);
+  // w is off by what it changed meanwhile.
+  const double late = (static_cast<double>(commands_.delay()) - before) * kStep * rate_;
+  P_(0, 0) += late * late;
 }
 
 void WheelBelief::setParameters(const WheelBeliefParameters& parameters) {
@@ -67,9 +80,9 @@ void WheelBelief::seed(double speed) {
   limit_doubt_ = rate_ = 0.0;
 }
 
-void WheelBelief::predict(double command) {
+void WheelBelief::predictActing(double command) {
   const double largest = limit_share_ * drive_train_.limit() * kStep;
-  const auto [change, limited] = drive_train_.step(x_, commands_.step(dead_zone_.effective(command)), limit_share_);
+  const auto [change, limited] = drive_train_.step(x_, command, limit_share_);
   rate_ = change / kStep;
   const double beyond = 2.0 * std::abs(change) - largest;
   if (beyond > 0.0) limit_doubt_ += limitDeviation() * beyond;
@@ -126,8 +139,7 @@ double WheelBelief::correct(double measurement, double added_variance) {
   x_ += moved * gain;
   lagged_ += moved * gain(0);  // a corrected speed is no change of it
   timing_ += moved * gain_e;
-  P_ = (P_ - gain * PC.transpose()).eval();
-  P_ = (0.5 * (P_ + P_.transpose())).eval();
+  correctCovariance(gain, PC, P_);
   timing_covariance_ -= gain * PC_e;
   timing_variance_ -= gain_e * PC_e;
   if (timing_decay_ == 0.0) forgetTiming();
@@ -140,7 +152,7 @@ double WheelBelief::correct(double measurement, double added_variance) {
 }
 
 void WheelBelief::learnTiming(double surprise, double part) {
-  if (timing_decay_ == 0.0) return;
+  if (timing_decay_ == 0.0 || part == 0.0) return;
   // With S = Σ + λ² q: ∂F/∂(ln λ) = part (1 − surprise) of F = ½ ε²/S + ½ ln S, and its curvature is 2 part² on
   // average.
   timing_curvature_ = std::min(timing_curvature_ + 2.0 * part * part, kMostTimingCurvature);

@@ -48,7 +48,7 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
       services_(private_node, parameters.gate.deadlines.set_point, serviceActions()),
       output_(node_, parameters.output, parameters.geometry),
       odometry_(node_, parameters, loop_),
-      transform_listener_(transforms_, node_),
+      transform_listener_(transforms_, withQueue(node_, requests_), false),
       sensors_(parameters.robot, transforms_,
                [this](const Observation& observation, const ros::Time& stamp) { onPair(observation, stamp); }),
       robot_(node_, [this](const ros::Time& stamp) { loop_.receiveFeedback(stamp.toSec(), currentTime()); }),

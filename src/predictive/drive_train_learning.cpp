@@ -13,7 +13,7 @@ constexpr double kLongest = 2.0;  // s; of a change, after which it is learned f
 constexpr double kWashout = 0.3;  // s; T_w
 constexpr double kTransient =
     1.0;  // s; after a motion of which nothing is known, until the washout filter has forgotten it
-constexpr double kMemory = 0.5;          // weight of a change of the commands beside the next
+constexpr double kMemory = 0.7;          // weight of a change of the commands beside the next
 constexpr double kExcess = 8.0;          // of variances, because what is left of eps is no white noise
 constexpr double kUnexplained = 0.01;    // of the squares of a motion; a model that leaves more did not make it
 constexpr double kNoise = 4.0;           // variances of the encoders, which nothing explains
@@ -68,11 +68,11 @@ void DriveTrainLearning::forgetChange() {
 }
 
 void DriveTrainLearning::linearise() {
-  response_ = -std::expm1(-DriveTrain::kStep / lag_);
+  response_ = -std::expm1(-kStep / lag_);
   // ρ = 1 − e^(−h/T), ∂ρ/∂T = −h/T² e^(−h/T)
-  response_by_lag_ = -DriveTrain::kStep / squared(lag_) * (1.0 - response_);
-  integral_ = model_.velocity_loop_integral * DriveTrain::kStep;
-  limit_ = limit_share_ * model_.acceleration_limit / radius_ * DriveTrain::kStep;
+  response_by_lag_ = -kStep / squared(lag_) * (1.0 - response_);
+  integral_ = model_.velocity_loop_integral * kStep;
+  limit_ = limit_share_ * model_.acceleration_limit / radius_ * kStep;
 }
 
 // ---- predict
@@ -84,14 +84,20 @@ void DriveTrainLearning::predict(const WheelVector& given, const WheelVector& sp
   if (changes) resting_ = given;
   settled_time_ = changes ? 0.0 : settled_time_ + DriveTrain::kStep;
   changing_time_ += DriveTrain::kStep;
+  given_ += given;
+  if (++ticks_ < kTicks) return;
   newest_ = (newest_ + 1) % kHistory;
-  step(left_, given(0));
-  step(right_, given(1));
+  step(left_, given_(0) / kTicks);
+  step(right_, given_(1) / kTicks);
+  ticks_ = 0;
+  given_.setZero();
 }
 
 void DriveTrainLearning::start(const WheelVector& speed) {
   changing_time_ = state_ == State::settled ? 0.0 : -kTransient;
   settled_time_ = 0.0;
+  ticks_ = 0;
+  given_.setZero();
   state_ = State::changing;
   start(left_, resting_(0), speed(0));
   start(right_, resting_(1), speed(1));
@@ -131,8 +137,8 @@ void DriveTrainLearning::step(Prediction& wheel, double given) const {
     wheel.speed(1 + kLag) += response_by_lag_ * drive(0);
     wheel.correction(1 + kLag) -= 0.5 * k * response_by_lag_ * drive(0);
   }
-  static const double decay = std::exp(-DriveTrain::kStep / kWashout);
-  wheel.filtered = decay * (wheel.filtered + wheel.speed - before);
+  static const double decay = std::exp(-kStep / kWashout), half = std::sqrt(decay);
+  wheel.filtered = decay * wheel.filtered + half * (wheel.speed - before);
   wheel.history[newest_] = wheel.filtered;
 }
 
@@ -157,9 +163,11 @@ void DriveTrainLearning::observe(Prediction& wheel, double measured, double step
   if (changing_time_ < 0.0) return;
   wheel.measured_lately.add(measured, step);
   wheel.predicted_lately.add(wheel.speed(0), step);
-  constexpr auto stride = static_cast<std::size_t>(kGridStep / DriveTrain::kStep + 0.5);
+  // The prediction is at the time of a step, the measurement between two of them.
+  const double part = static_cast<double>(ticks_) / kTicks;
   for (std::size_t i = 0; i < kGrid; ++i) {
-    const Speeds& then = wheel.history[(newest_ + kHistory - i * stride) % kHistory];
+    const std::size_t at = (newest_ + kHistory - i) % kHistory, after = i > 0 ? (at + 1) % kHistory : at;
+    const Speeds then = wheel.history[at] + part * (wheel.history[after] - wheel.history[at]);
     const double error = wheel.measured_filtered - then(0);
     const Vector sensitivity = then.tail<kParameters>().transpose();
     sums_[i].curvature.noalias() += sensitivity.lazyProduct(sensitivity.transpose());
@@ -184,7 +192,7 @@ DriveTrainLearning::Minimum DriveTrainLearning::minimum(const Sums& sums) const 
 }
 
 double DriveTrainLearning::freeEnergy(int i) const {
-  const double late = i * kGridStep - timing_.dead_time;
+  const double late = i * kStep - timing_.dead_time;
   return minimum(memory_[static_cast<std::size_t>(i)]).free_energy + 0.5 * squared(late / kDeadTimeDeviation);
 }
 
@@ -248,7 +256,7 @@ std::optional<DriveTrainTiming> DriveTrainLearning::learnTiming() {
   // A parabola through the least F and its neighbours.
   const double before = freeEnergy(i - 1), at = freeEnergy(i), after = freeEnergy(i + 1);
   const double bend = before - 2.0 * at + after;
-  const double dead_time = kGridStep * (i + std::clamp(0.5 * (before - after) / bend, -1.0, 1.0));
+  const double dead_time = kStep * (i + std::clamp(0.5 * (before - after) / bend, -1.0, 1.0));
   const Sums& sums = memory_[static_cast<std::size_t>(i)];
   const double lag_variance = sums.curvature.inverse()(kLag, kLag);
   // Farther away than what was believed is no Gauss-Newton step, and no dead time that goes with it.
@@ -259,7 +267,7 @@ std::optional<DriveTrainTiming> DriveTrainLearning::learnTiming() {
   relinearise(change);
   const bool taken =
       explained && distance <= kFarthest && bend > 0.0 &&
-      takeOver({std::clamp(dead_time, 0.0, kLongestTiming.dead_time), lag_}, squared(kGridStep) / bend, lag_variance);
+      takeOver({std::clamp(dead_time, 0.0, kLongestTiming.dead_time), lag_}, squared(kStep) / bend, lag_variance);
   for (Sums& kept : memory_) kept = kept.over(1.0 / kMemory);
   return taken ? std::optional(timing_) : std::nullopt;
 }

@@ -39,21 +39,24 @@ void MotionUncertainty::learnTurn(double yaw_rate, double usual, double step) {
   turn_ += step / (step + kTurnMemory) * ((deviation > kUsualTurn ? square(deviation) : 0.0) - turn_);
 }
 
-double MotionUncertainty::forwardVariance(double believed, const BodyVector& velocity) const {
+double MotionUncertainty::forwardVariance(double believed, const BodyVector& velocity, double ahead) const {
   const double factor = wheels_.factor();
-  if (on_box_) return factor * believed;
+  if (on_box_) return factor * believed + square(ahead);
   const double slip = square(std::max(1.0, factor)) * slip_.variance();
   const double centre = square(kCentreDeviation) + square(kCentrePerTurn) * turn_;  // c² = c₀² + l² q²
-  // φ P + φ² ½ (s_L² + s_R²) + c² θ̇² + ρ² ẋ²
-  return factor * believed + slip + centre * square(velocity(kYaw)) + square(kRadiusDeviation * velocity(kForward));
+  // φ P + φ² ½ (s_L² + s_R²) + Δẋ² + c² θ̇² + ρ² ẋ²
+  return factor * believed + slip + square(ahead) + centre * square(velocity(kYaw)) +
+         square(kRadiusDeviation * velocity(kForward));
 }
 
-double MotionUncertainty::yawVariance(double believed, const BodyVector& velocity, double gyro_offset) const {
-  if (on_box_) return wheels_.factor() * believed;
+double MotionUncertainty::yawVariance(double believed, const BodyVector& velocity, double gyro_offset,
+                                      double ahead) const {
+  if (on_box_) return wheels_.factor() * believed + square(ahead);
   const double factor = gyro_.factor();
   const double turning_in = std::max(0.0, square(factor) - 1.0) * square(kTurnIn * slip_.difference() / track_);
-  // φ P + offset² + (m q θ̇)² + (φ² − 1) (k (s_R − s_L)/b̂)²
-  return factor * believed + square(gyro_offset) + square(kYawPerTurn * velocity(kYaw)) * turn_ + turning_in;
+  // φ P + offset² + Δθ̇² + (m q θ̇)² + (φ² − 1) (k (s_R − s_L)/b̂)²
+  return factor * believed + square(gyro_offset) + square(ahead) + square(kYawPerTurn * velocity(kYaw)) * turn_ +
+         turning_in;
 }
 
 void MotionUncertainty::forgetMotion() {

@@ -64,19 +64,20 @@ SampleVerdict PredictiveController::observe(const Observation& observation) {
   const bool first = !started_;
   observation_step_ = first ? 0.0 : observation.stamp - observation_.stamp;
   if (!first) learning_.observe(observation, left(), right(), observation_step_);
-  observation_ = withBelieved(observation);
+  observation_ = observation;
+  believeMissing(observation_);
   observed_ = started_ = true;
   if (!first) return SampleVerdict::accepted;
   start();
   return SampleVerdict::restarted;
 }
 
-Observation PredictiveController::withBelieved(Observation y) const {
+void PredictiveController::believeMissing(Observation& y) const {
+  if (y.valid.all()) return;
   if (!y.valid.wheel_left) y.wheel_left = left().speed();
   if (!y.valid.wheel_right) y.wheel_right = right().speed();
   if (!y.valid.yaw_rate) y.yaw_rate = yaw_.yawRate();
   if (!y.valid.acceleration) y.acceleration_x = y.acceleration_y = 0.0;
-  return y;
 }
 
 // ---- believe
@@ -138,17 +139,18 @@ double PredictiveController::correctWheels(const Observation& y) {
   errors_(kWheelLeft) = y.valid.wheel_left ? y.wheel_left - left().speed() : 0.0;
   errors_(kWheelRight) = y.valid.wheel_right ? y.wheel_right - right().speed() : 0.0;
   const bool yaw_tells = y.valid.yaw_rate && !model_.on_box;
+  const bool one_stands_in = yaw_tells && y.valid.wheel_left != y.valid.wheel_right;
   const double mean = 0.5 * (left().speed() + right().speed());
-  const double difference = yaw_tells ? slipBelief().wheelDifference(y.yaw_rate, mean) : 0.0;
+  const double difference = one_stands_in ? slipBelief().wheelDifference(y.yaw_rate, mean) : 0.0;
   double free_energy = 0.0;
   if (y.valid.wheel_left) {
     free_energy += left_.correct(y.wheel_left);
-  } else if (y.valid.wheel_right && yaw_tells) {
+  } else if (one_stands_in) {
     free_energy += left_.correct(y.wheel_right - difference, standInVariance());
   }
   if (y.valid.wheel_right) {
     free_energy += right_.correct(y.wheel_right);
-  } else if (y.valid.wheel_left && yaw_tells) {
+  } else if (one_stands_in) {
     free_energy += right_.correct(y.wheel_left + difference, standInVariance());
   }
   return free_energy;
@@ -320,11 +322,23 @@ Eigen::Matrix2d PredictiveController::velocityCovariance() const {
   return Eigen::Vector2d(forward, yaw_.variance()).asDiagonal();
 }
 
+WheelVector PredictiveController::changeAhead() const {
+  // The path is a dead time ahead of the wheels, of which only what was learned is in doubt.
+  const double learned = model_.dead_time + model_.lag - configured_model_.dead_time - configured_model_.lag;
+  const double most = std::abs(learned) * model_.acceleration_limit / geometry_.wheel_radius;
+  const auto ahead = [most](const WheelController& wheel) {
+    return std::clamp(wheel.path().speed() - wheel.belief().speed(), -most, most);
+  };
+  return {ahead(left_), ahead(right_)};
+}
+
 Eigen::Matrix2d PredictiveController::motionCovariance() const {
   const Eigen::Matrix2d believed = velocityCovariance();
   const BodyVector velocity = believedVelocity();
-  return Eigen::Vector2d(uncertainty_.forwardVariance(believed(0, 0), velocity),
-                         uncertainty_.yawVariance(believed(1, 1), velocity, slipBelief().gyroOffset()))
+  const WheelVector ahead = changeAhead();
+  const double turn = slipBelief().yawPerDifference(left().speed(), right().speed()) * (ahead(1) - ahead(0));
+  return Eigen::Vector2d(uncertainty_.forwardVariance(believed(0, 0), velocity, forwardSpeedOf(ahead.sum())),
+                         uncertainty_.yawVariance(believed(1, 1), velocity, slipBelief().gyroOffset(), turn))
       .asDiagonal();
 }
 

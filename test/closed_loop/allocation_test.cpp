@@ -63,6 +63,26 @@ INSTANTIATE_TEST_SUITE_P(Presets, Allocations,
                          testing::Values("diff_drive", "standard", "improved", "tuned", "predictive"),
                          [](const auto& info) { return info.param; });
 
+TEST(FaultMonitor, ForgetsWithoutAllocating) {
+#if !JACKAL_AIC_COUNTS
+  GTEST_SKIP() << "the sanitizers allocate";
+#endif
+  FaultMonitor monitor({}, {}, {});
+  Observation y;
+  const int before = allocations;
+  counting = true;
+  for (int k = 1; k <= 100; ++k) {
+    monitor.advance(WheelCommand{1.0, 1.0}, 0.02);
+    y.stamp = 0.02 * k;
+    monitor.check(y);
+    if (k == 50) monitor.restart();
+    if (k % 20 == 0) monitor.forgetEncoders();
+    if (k % 30 == 0) monitor.reset();
+  }
+  counting = false;
+  EXPECT_EQ(allocations, before);
+}
+
 TEST(Counter, CountsAllocations) {
 #if !JACKAL_AIC_COUNTS
   GTEST_SKIP() << "the sanitizers allocate";

@@ -52,6 +52,8 @@ TEST(Calibration, TablesOnTheBox) {
   EXPECT_LE(error({"5-1", "5-2", "5-4", "5-5", "5-6", "5-9"}), files().bar("thesis_fit.box"));
 }
 
+TEST(Calibration, TablesOnTheGround) { EXPECT_LE(error({"3-1a", "3-1b"}), files().bar("thesis_fit.ground")); }
+
 TEST(Calibration, AllTables) {
   EXPECT_LE(error({"3-1a", "3-1b", "5-1", "5-2", "5-4", "5-5", "5-6", "5-9"}), files().bar("thesis_fit.all"));
 }

@@ -103,7 +103,7 @@ std::vector<Row> nodeRows() {
                   "what sets the robot moving again after an emergency stop or a stop of the robot"});
   const Field slip_file{"slip.file", node.slip_file, std::nullopt, "", {}, Presence::optional};
   rows.push_back(
-      {"slip.file", slip_file, "absolute path: where the predictive controller keeps what it learns about the slip"});
+      {"slip.file", slip_file, "absolute path: where the predictive controller keeps what it learns about slip and drive train"});
   return rows;
 }
 

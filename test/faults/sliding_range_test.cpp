@@ -25,7 +25,7 @@ TEST(SlidingRange, IsThatOfLookingAtEveryValue) {
   std::mt19937 random(3);
   for (const auto& [youngest, oldest] : std::vector<std::pair<std::size_t, std::size_t>>{
            {0, 0}, {0, 1}, {0, 63}, {0, 64}, {0, 600}, {5, 5}, {40, 170}, {600, 600}}) {
-    SlidingRange<600> range(youngest, oldest);
+    SlidingRange range(youngest, oldest);
     range.fill(0.5);
     std::vector<double> values(oldest + 1, 0.5);
     for (int k = 0; k < 3000; ++k) {
@@ -36,15 +36,15 @@ TEST(SlidingRange, IsThatOfLookingAtEveryValue) {
       const auto [low, high] = look(values, youngest, oldest);
       ASSERT_EQ(range.low(), low) << "ages " << youngest << " to " << oldest << ", value " << k;
       ASSERT_EQ(range.high(), high) << "ages " << youngest << " to " << oldest << ", value " << k;
-      ASSERT_EQ(range.newest(), values.back());
-      ASSERT_EQ(range.oldest(), values[values.size() - 1 - oldest]);
+      ASSERT_EQ(range.at(0), values.back());
+      ASSERT_EQ(range.at(oldest), values[values.size() - 1 - oldest]);
       ASSERT_EQ(range.at(youngest), values[values.size() - 1 - youngest]);
     }
   }
 }
 
 TEST(SlidingRange, OutlastsItsCounter) {
-  SlidingRange<4000> range(10, 300);
+  SlidingRange range(10, 300);
   for (int k = 0; k < 200'000; ++k) {
     range.add(k);
     ASSERT_EQ(range.low(), std::max(0, k - 300)) << k;
@@ -53,7 +53,7 @@ TEST(SlidingRange, OutlastsItsCounter) {
 }
 
 TEST(SlidingRange, FillingForgets) {
-  SlidingRange<600> range(0, 100);
+  SlidingRange range(0, 100);
   for (int k = 0; k < 50; ++k) range.add(k);
   range.fill(7.0);
   EXPECT_EQ(range.low(), 7.0);

@@ -86,7 +86,7 @@ TEST_F(SlipFileTest, GivesBackDeadTimeAndLag) {
   write(slip + "drive_train: {dead_time: 0.1}");
   EXPECT_NE(refusal().find("drive_train.lag"), std::string::npos) << refusal();
   write(slip + "drive_train: {dead_time: 2.0, lag: 0.01}");
-  EXPECT_NE(refusal().find("drive_train.dead_time = 2 s: must be in [0, 0.4]"), std::string::npos) << refusal();
+  EXPECT_NE(refusal().find("drive_train.dead_time = 2: must be in [0, 0.4] s"), std::string::npos) << refusal();
 }
 
 TEST_F(SlipFileTest, GivesBackEveryStateThatTheBeliefCanReach) {

@@ -5,12 +5,12 @@
 
 #include <cstddef>
 
-#include "jackal_aic/faults/sliding_range.hpp"
+#include "jackal_aic/faults/recent_range.hpp"
 
 namespace jackal_aic {
 
 /// Values that a predicted quantity may have now if it comes up to `behind` later or `ahead` earlier than predicted.
-/// What comes earlier is known from a second prediction that runs ahead. Nothing here allocates.
+/// What comes earlier is known from a second prediction that runs ahead. Allocates when it is made, and not after.
 class PredictionEnvelope {
  public:
   /// Longest uncertainty [steps].
@@ -24,25 +24,23 @@ class PredictionEnvelope {
 
   /// Adds a step. @param now the prediction; @param ahead the one that runs `ahead` steps ahead of it. Only changes of
   /// the latter count.
-  void add(double now, double ahead);
+  void add(double now, double ahead) {
+    now_.add(now);
+    later_.add(ahead);
+  }
 
   /// What the envelope leaves unexplained of a value: its distance to the nearest value inside, with sign; 0 inside.
   double error(double value) const;
 
-  double low() const { return range().low; }    ///< smallest value inside
-  double high() const { return range().high; }  ///< largest value inside
+  /// Smallest and largest value inside.
+  RecentRange::Range range() const;
 
   /// Largest minus smallest value inside.
   double width() const;
 
  private:
-  struct Range {
-    double low, high;
-  };
-  Range range() const;
-
-  SlidingRange<kLongest> now_;    // the last predictions
-  SlidingRange<kLongest> later_;  // those that run ahead
+  RecentRange now_;    // the last predictions
+  RecentRange later_;  // those that run ahead
 };
 
 }  // namespace jackal_aic

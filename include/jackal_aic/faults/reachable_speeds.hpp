@@ -27,7 +27,7 @@ struct DriveTrainRange {
   double fastest_acceleration = 1.0;  ///< L in multiples of the model's
 };
 
-/// The interval of one wheel. It never sees a measurement. Nothing here allocates.
+/// The interval of one wheel. It never sees a measurement. Allocates when it is made, and not after.
 class ReachableSpeeds {
  public:
   /// Longest dead time, uncertainty included [s]; a longer one counts as this.
@@ -45,11 +45,17 @@ class ReachableSpeeds {
   /// Goes on by one DriveTrain::kStep during which a command u [rad/s] is applied.
   void predict(double command);
 
+  /// Effective command [rad/s] of some time ago [steps], which is not longer than the longest dead time.
+  double commandBefore(std::size_t age) const { return commands_.at(age); }
+
   double low() const { return low_; }    ///< lowest speed [rad/s]
   double high() const { return high_; }  ///< highest speed [rad/s]
 
   /// Speed of the model itself, between the two [rad/s].
   double nominal() const { return nominal_; }
+
+  /// Effective command [rad/s] that acts after the model's dead time.
+  double acting() const { return acting_; }
 
   double lowestRate() const { return lowest_rate_; }    ///< of dw/dt, at any speed in the interval [rad/s^2]
   double highestRate() const { return highest_rate_; }  ///< of dw/dt, at any speed in the interval [rad/s^2]
@@ -57,10 +63,11 @@ class ReachableSpeeds {
  private:
   double gain_;
   DeadZone dead_zone_;
-  std::size_t model_delay_;      // [steps]
-  SlidingRange<4000> commands_;  // effective ones that may act now, one per step
+  std::size_t model_delay_;  // [steps]
+  SlidingRange commands_;    // effective ones that may act now, one per step
   Pace slow_, nominal_pace_, fast_;
   double low_ = 0.0, nominal_ = 0.0, high_ = 0.0;
+  double acting_ = 0.0;
   double lowest_rate_ = 0.0, highest_rate_ = 0.0;
 };
 

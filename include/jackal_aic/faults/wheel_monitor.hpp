@@ -16,7 +16,7 @@
 
 namespace jackal_aic {
 
-/// Prediction, comparison and verdict for one encoder. Nothing here allocates.
+/// Prediction, comparison and verdict for one encoder. Allocates when it is made, and not after.
 class WheelMonitor {
  public:
   /// A wheel slower than this may be at rest: a repeated speed says nothing, and neither does a good sample [rad/s].
@@ -24,6 +24,9 @@ class WheelMonitor {
 
   /// @param wheel_radius r [m].
   WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius);
+
+  /// Forgets everything but the parameters, without allocating. @param model, wheel_radius as when it was made.
+  void forget(const PlantModel& model, double wheel_radius);
 
   /// Starts at a measured speed [rad/s] with no fault.
   void start(double speed);
@@ -77,6 +80,8 @@ class WheelMonitor {
     Interval reachable;
     double time;  // of the sample, by clock_ [s]
   };
+  WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius,
+               ReachableSpeeds&& reachable, WheelBelief&& belief, PredictionEnvelope&& envelope);
   void begin(double speed);
   double speedVariance() const;
   double resolutionVariance() const;
@@ -91,10 +96,12 @@ class WheelMonitor {
   double usualMisfit() const;
 
   FaultParameters parameters_;
-  WheelBelief belief_;
-  DriveTrainPrediction early_;  // never corrected: tells what may happen soon
+  ReachableSpeeds reachable_;  // keeps the commands under way
+  WheelBelief belief_;         // of the command that acts
+  DriveTrain drive_train_;
+  Eigen::Vector3d early_ = Eigen::Vector3d::Zero();  // of a command that will act; never corrected
+  std::size_t early_delay_;                          // [steps]
   PredictionEnvelope envelope_;
-  ReachableSpeeds reachable_;
   bool identified_;
   RecentChange change_;
   LearnedVariance learned_;

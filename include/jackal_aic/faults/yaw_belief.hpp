@@ -17,6 +17,8 @@
 /// simulated ground b_hat goes from 0.55 m to 0.38 m) and beta hardly ever: what changes while the motion stays is
 /// suspect.
 
+#include <algorithm>
+
 namespace jackal_aic {
 
 /// Trust of a YawBelief in its sources.
@@ -39,7 +41,13 @@ class YawBelief {
   /// Lets time pass [s]. @param recent_change how much the motion changed lately, in multiples of kMotionScale; @param
   /// memory what "lately" means [s]; @param recent_turn how much what unlike tyres turn the robot by changed lately, at
   /// most [rad/s].
-  void predict(double recent_change, double memory, double step, double recent_turn = 0.0);
+  void predict(double recent_change, double memory, double step, double recent_turn = 0.0) {
+    const double moved = parameters_.slip_deviation * given_slope_ * recent_change;
+    slope_variance_ = std::min(slope_variance_ + (moved * moved / memory + drift_) * step, largest_slope_variance_);
+    // However long it was not seen, it is not wider than that of a gyro that nobody has seen.
+    bias_variance_ = std::min(bias_variance_ + (kBiasDrift * kBiasDrift + recent_turn * recent_turn / memory) * step,
+                              std::max(bias_variance_, parameters_.bias_deviation * parameters_.bias_deviation));
+  }
 
   /// theta_dot - (s x + beta) [rad/s].
   double error(double yaw_rate, double x) const { return yaw_rate - slope_ * x - bias_; }
@@ -62,12 +70,16 @@ class YawBelief {
   double relativeSlope() const { return slope_ / given_slope_; }  ///< s in multiples of the one at the start
 
  private:
+  static constexpr double kBiasDrift = 1e-3;  // of beta after a second [rad/s]
+
   bool biasObservable(double x) const;
 
   YawBeliefParameters parameters_;
   double given_slope_;
   double slope_;
   double bias_ = 0.0;
+  double drift_;                   // of s [1/m^2/s]
+  double largest_slope_variance_;  // [1/m^2]
   double slope_variance_;
   double bias_variance_;
 };

@@ -12,9 +12,9 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
+#include <vector>
 
 #include "jackal_aic/model/plant_model.hpp"
 
@@ -82,14 +82,14 @@ struct DriveTrainResponse {
 /// Exact response below the acceleration limit over a time [s].
 DriveTrainResponse driveTrainResponse(const PlantModel& model, double time);
 
-/// Commands of one wheel on their way through the dead time. Nothing here allocates.
+/// Commands of one wheel on their way through the dead time. Allocates when it is made, and not after.
 class CommandsUnderWay {
  public:
   static constexpr double kStep = 0.001;           ///< between commands [s]; the dead time is a whole number of these
   static constexpr double kLongestDeadTime = 2.0;  ///< a longer one counts as this [s]
 
-  /// @param dead_time [s].
-  explicit CommandsUnderWay(double dead_time);
+  /// @param dead_time [s]; @param longest that is kept in mind [s].
+  explicit CommandsUnderWay(double dead_time, double longest = kLongestDeadTime);
 
   /// Takes the command of a step; returns the one that acts in it.
   double step(double command) {
@@ -99,7 +99,7 @@ class CommandsUnderWay {
   }
 
   /// As if this command had been given for long.
-  void fill(double command) { commands_.fill(command); }
+  void fill(double command) { std::fill(commands_.begin(), commands_.end(), command); }
 
   /// Goes on with another dead time [s]: the latest commands stay under way, and before them the oldest one known was
   /// given for long.
@@ -109,9 +109,8 @@ class CommandsUnderWay {
   std::size_t delay() const { return delay_; }
 
  private:
-  // Ring, one per step, of which delay_ + 1 are in use.
-  std::array<double, static_cast<std::size_t>(kLongestDeadTime / kStep) + 1> commands_{};
   std::size_t delay_;
+  std::vector<double> commands_;  // ring, one per step, of which delay_ + 1 are in use
   std::size_t head_ = 0;
 };
 
@@ -159,7 +158,7 @@ class DriveTrain {
   Eigen::Vector3d input_;
 };
 
-/// A wheel that does what its drive train does, whatever is measured. Nothing here allocates.
+/// A wheel that does what its drive train does, whatever is measured. Allocates when it is made, and not after.
 class DriveTrainPrediction {
  public:
   /// At rest. @param wheel_radius r [m].

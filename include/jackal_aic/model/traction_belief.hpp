@@ -94,8 +94,10 @@ class TractionBelief {
   std::size_t oldest() const;
   void remember();
   void learnNoise(double acceleration, double variance, double step);
+  double accelerationBefore(std::size_t samples) const;
   double bound(const Change& change) const;
-  std::optional<Change> againstRolling() const;
+  bool surprises(const Change& change) const;
+  std::optional<Change> againstRolling(const Change& window) const;
   void roll(double step);
   void slide(double gap_before, double acceleration, double step);
   void stand();
@@ -114,7 +116,8 @@ class TractionBelief {
   double slow_ = 1e-9;                     // likewise, by what every third differ by [(m/s^2)^2]
   double variance_rate_ = 0.0;             // of the integral of a, per second, now [(m/s)^2/s]
   double factor_ = 1.0;                    // lambda, of the variance of its integral
-  std::array<double, 7> accelerations_{};  // the last ones [m/s^2]
+  std::array<double, 8> accelerations_{};  // the last ones, a ring [m/s^2]
+  std::size_t latest_ = 0;                 // of them
   double jolt_ = 0.0;                      // fastest change of the body lately [m/s]
   double fastest_ = 0.0;                   // acceleration of the wheels lately, for sensors that are late [m/s^2]
   double missed_ = kNever;                 // since the last acceleration [s]

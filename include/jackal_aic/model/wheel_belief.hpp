@@ -52,17 +52,22 @@ struct WheelBeliefParameters {
   double disturbance_deviation = 0.3;       ///< of d before anything is known of it [rad/s]; 0: there is none
 };
 
-/// Belief about one wheel. Nothing here allocates.
+/// Belief about one wheel. Allocates when it is made, and not after.
 class WheelBelief {
  public:
   /// Inner step of the model [s].
   static constexpr double kStep = DriveTrain::kStep;
 
-  /// @param model drive train; @param wheel_radius r [m].
-  WheelBelief(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& parameters);
+  /// @param model drive train; @param wheel_radius r [m]; @param longest_dead_time [s]: 0 for whoever keeps the
+  /// commands under way, and tells by predictActing() which of them acts.
+  WheelBelief(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& parameters,
+              double longest_dead_time = CommandsUnderWay::kLongestDeadTime);
 
   /// Moves the belief by one inner step during which the command u [rad/s] is applied.
-  void predict(double command);
+  void predict(double command) { predictActing(commands_.step(dead_zone_.effective(command))); }
+
+  /// As predict(), with the effective command v [rad/s] that acts now.
+  void predictActing(double command);
 
   /// Takes a measurement [rad/s] made now. Returns F after the step. @param added_variance of this one, beyond that of
   /// the encoder [(rad/s)^2].

@@ -19,7 +19,7 @@
 /// is the free energy, of which the sums are kept. Once the commands have settled, its minimum along theta and then
 /// along delta is sought, with the variance Sigma of what it leaves: theta by a Gauss-Newton step, around which the
 /// next change is linearised, delta between the points of the grid by a parabola, whose curvature is its precision.
-/// Older changes count half of the next. The model takes over what is beyond doubt, of dead time and lag alone:
+/// Older changes count 0.7 of the next. The model takes over what is beyond doubt, of dead time and lag alone:
 /// acceleration limit and disturbance have beliefs of their own (wheel_belief.hpp). Commands that do not change teach
 /// nothing.
 
@@ -79,9 +79,10 @@ class DriveTrainLearning {
 
  private:
   static constexpr int kParameters = 4;
-  static constexpr double kGridStep = 0.005;  // s
-  static constexpr int kGrid = static_cast<int>(kLongestTiming.dead_time / kGridStep) + 2;
-  static constexpr std::size_t kHistory = 512;           // steps, more than the longest dead time, a power of two
+  static constexpr int kTicks = 5;                             // inner steps of a step of the prediction
+  static constexpr double kStep = kTicks * DriveTrain::kStep;  // s; of the prediction, and between the dead times
+  static constexpr int kGrid = static_cast<int>(kLongestTiming.dead_time / kStep) + 2;
+  static constexpr std::size_t kHistory = 128;           // steps, more than the longest dead time, a power of two
   static constexpr double kSettled = 0.6;                // s; after the dead time, until nothing is left of a change
   using Vector = Eigen::Matrix<double, kParameters, 1>;  // along theta
   using Matrix = Eigen::Matrix<double, kParameters, kParameters>;
@@ -170,16 +171,18 @@ class DriveTrainLearning {
   double limit_share_ = 1.0;      // lambda
   double gain_share_ = 1.0;       // gamma
   double offset_ = 0.0;           // o [rad/s]
-  double response_ = 0.0;         // rho, of w in an inner step
+  double response_ = 0.0;         // rho, of w in a step
   double response_by_lag_ = 0.0;  // d rho/dT [1/s]
-  double integral_ = 0.0;         // of the motors' velocity loop in an inner step
-  double limit_ = 0.0;            // largest change of w in an inner step, with lambda [rad/s]
+  double integral_ = 0.0;         // of the motors' velocity loop in a step
+  double limit_ = 0.0;            // largest change of w in a step, with lambda [rad/s]
 
   State state_ = State::unknown;
   WheelVector resting_ = WheelVector::Zero();  // commands about which they are settled [rad/s]
   double changing_time_ = 0.0;                 // since the commands began to change, or something was last learned [s]
   double settled_time_ = 0.0;                  // since they last did [s]
   std::size_t newest_ = 0;                     // of the histories
+  WheelVector given_ = WheelVector::Zero();    // sum of the commands since the last step of the prediction [rad/s]
+  int ticks_ = 0;                              // inner steps since then
   Prediction left_;
   Prediction right_;
   std::array<Sums, kGrid> sums_;    // since the commands began to change, or something was last learned

@@ -15,6 +15,10 @@
 ///   - the square of the gyro's offset as it was seen at rest;
 ///   - phi^2 1/2 (s_L^2 + s_R^2), s_L and s_R the slip of each side of a body that follows its wheels with a lag T
 ///     (body_slip.hpp). Sensors that are late have the same effect, and phi is large of them;
+///   - the square of what the motion changes in a time t, the part of the dead time that was learned and not told:
+///   whether
+///     it lies before the motors or behind the encoders, which then tell what the body did a time t ago, nobody knows,
+///     and a model that has it leaves no innovation;
 ///   - (phi^2 - 1) (k (s_R - s_L)/b_hat)^2 of the yaw rate likewise. The gyro tells how the body turns in, unless it is
 ///     late;
 ///   - (c theta_dot)^2: a robot that turns about a centre that lies c beside its middle moves while the mean of its
@@ -66,12 +70,13 @@ class MotionUncertainty {
   /// The body turned at a yaw rate [rad/s]. @param usual f [rad/s]; @param step since the last measurement [s].
   void learnTurn(double yaw_rate, double usual, double step);
 
-  /// Variance of x_dot [(m/s)^2]. @param believed P, by the wheels; @param velocity of the body (base_link).
-  double forwardVariance(double believed, const BodyVector& velocity) const;
+  /// Variance of x_dot [(m/s)^2]. @param believed P, by the wheels; @param velocity of the body (base_link); @param
+  /// ahead what the speed changes in a time t [m/s].
+  double forwardVariance(double believed, const BodyVector& velocity, double ahead = 0.0) const;
 
   /// Variance of theta_dot [(rad/s)^2]. @param believed P; @param velocity of the body (base_link); @param gyro_offset
-  /// as seen at rest [rad/s].
-  double yawVariance(double believed, const BodyVector& velocity, double gyro_offset) const;
+  /// as seen at rest [rad/s]; @param ahead what the yaw rate changes in a time t [rad/s].
+  double yawVariance(double believed, const BodyVector& velocity, double gyro_offset, double ahead = 0.0) const;
 
   /// Forgets the motion; what was learned of the ground stays.
   void forgetMotion();

@@ -129,8 +129,9 @@ class PredictiveController : public VelocityController {
 
  private:
   double forwardSpeedOf(double sum_of_wheels) const;
+  WheelVector changeAhead() const;
   void start();
-  Observation withBelieved(Observation observation) const;
+  void believeMissing(Observation& observation) const;
   void predict();
   void correct(const Observation& observation);
   double correctWheels(const Observation& observation);

@@ -1,0 +1,49 @@
+#include "jackal_aic/faults/sliding_range.hpp"
+
+#include <algorithm>
+#include <functional>
+
+namespace jackal_aic {
+
+SlidingRange::SlidingRange(std::size_t youngest, std::size_t oldest)
+    : youngest_(static_cast<Time>(youngest)), oldest_(static_cast<Time>(oldest)) {
+  while (mask_ < oldest_ + 1) mask_ = 2 * mask_ + 1;  // the one that leaves included
+  values_.resize(mask_ + 1);
+  smallest_.times.resize(mask_ + 1);
+  largest_.times.resize(mask_ + 1);
+  fill(0.0);
+}
+
+void SlidingRange::fill(double value) {
+  std::fill(values_.begin(), values_.end(), value);
+  low_ = high_ = value;
+  for (Queue* queue : {&smallest_, &largest_}) {
+    queue->begin = 0;
+    queue->end = 1;
+    queue->times[0] = now_ - youngest_;
+  }
+}
+
+template <class Beats>
+void SlidingRange::push(Queue& queue, Time entering, Beats beats) {
+  last(queue) = entering - 1;  // the run before has ended
+  while (queue.begin != queue.end && !beats(valueAt(last(queue)), valueAt(entering))) --queue.end;
+  ++queue.end;
+  last(queue) = entering;
+}
+
+void SlidingRange::enter(Time entering) {
+  push(smallest_, entering, std::less<>());
+  push(largest_, entering, std::greater<>());
+  low_ = valueAt(first(smallest_));
+  high_ = valueAt(first(largest_));
+}
+
+void SlidingRange::leave(Time leaving) {
+  if (first(smallest_) == leaving) ++smallest_.begin;
+  if (first(largest_) == leaving) ++largest_.begin;
+  low_ = valueAt(first(smallest_));
+  high_ = valueAt(first(largest_));
+}
+
+}  // namespace jackal_aic
