@@ -39,8 +39,9 @@ constexpr double kJoltMemory = 600.0;
 constexpr double kTimePerJolt = 0.25;
 constexpr double kLongestJolt = 1.0;
 
-/// Change of the turn by which one ground differs from another, by the turn that the wheels ask for.
-constexpr double kOtherGround = 0.3;
+/// Change of the turn by which one ground differs from another, by the turn that the wheels ask for: up to that of
+/// wheels that do not slip sideways, whose track is two thirds of the effective one.
+constexpr double kOtherGround = 0.45;
 
 /// Turn against the wheels that a sliding body may have, by the turn that they ask for.
 constexpr double kAgainst = 0.15;
