@@ -204,6 +204,7 @@ std::vector<Baseline> comparedStructures(const PredictiveParameters& preset) {
   const auto predictive = [preset](const std::vector<double>& values, const PlantModel& model,
                                    const GeometryParameters& geometry) {
     PredictiveParameters parameters = preset;
+    parameters.learn_drive_train = false;  // margins are those of the model as it was told, as of all structures
     if (!values.empty()) {
       parameters.speed_process_noise = values[0];
       parameters.disturbance_process_noise = values[1];

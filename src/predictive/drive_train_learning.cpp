@@ -20,7 +20,7 @@ constexpr double kNoise = 4.0;           // variances of the encoders, which not
 constexpr double kLeastRamp = 0.5;       // of the acceleration limit, from which on an acceleration tells of it
 constexpr double kFarthest = 1.5;        // standard deviations of theta, of a Gauss-Newton step
 constexpr double kBeyondDoubt = 3.0;     // standard deviations
-constexpr double kLeastChange = 0.006;   // s, of dead time or lag; a smaller one makes no difference
+constexpr double kLeastChange = 0.009;   // s, of dead time or lag; a smaller one makes no difference
 constexpr double kLargestDoubt = 0.008;  // s; standard deviation of a dead time that is taken over
 constexpr double kShortestLag = 0.002;   // s; below it the speed does not depend on the lag
 constexpr double kSlowest = 0.01;        // rad/s; of a command whose wheel turns
@@ -49,7 +49,7 @@ DriveTrainLearning::DriveTrainLearning(const PlantModel& model, double wheel_rad
 
 void DriveTrainLearning::setTiming(const DriveTrainTiming& timing) {
   timing_ = timing;
-  lag_ = std::max(timing.lag, kShortestLag);
+  lag_ = told_lag_ = std::max(timing.lag, kShortestLag);
   limit_share_ = gain_share_ = 1.0;
   offset_ = 0.0;
   memory_.fill({});
@@ -68,11 +68,8 @@ void DriveTrainLearning::forgetChange() {
 }
 
 void DriveTrainLearning::linearise() {
-  response_ = -std::expm1(-kStep / lag_);
-  // ρ = 1 − e^(−h/T), ∂ρ/∂T = −h/T² e^(−h/T)
-  response_by_lag_ = -kStep / squared(lag_) * (1.0 - response_);
-  integral_ = model_.velocity_loop_integral * kStep;
-  limit_ = limit_share_ * model_.acceleration_limit / radius_ * kStep;
+  rest_ = std::exp(-kStep / lag_);
+  limit_ = limit_share_ * model_.acceleration_limit / radius_;
 }
 
 // ---- predict
@@ -117,26 +114,25 @@ void DriveTrainLearning::start(Prediction& wheel, double given, double speed) co
 }
 
 void DriveTrainLearning::step(Prediction& wheel, double given) const {
-  // Below the limit, with r = γ g v − o sign(v) + d and e = r + z − w:
-  //     w ← w + ρ e, z ← z + k (r − w − ½ρ e), and their derivatives alike;    along T beside ∂ρ/∂T e (1, −½k)
   const double turning = std::abs(given) > kSlowest ? std::copysign(1.0, given) : 0.0;
   Speeds input;
   input << gain_share_ * model_.gain * given - offset_ * turning + wheel.steady, 0.0, 0.0, model_.gain * given,
       -turning;
   const Speeds drive = input + wheel.correction - wheel.speed;
   const Speeds before = wheel.speed;
-  if (std::abs(response_ * drive(0)) > limit_) {
-    // w ← w ± λ L h, whatever else
-    wheel.speed(0) += std::copysign(limit_, drive(0));
-    wheel.speed(1 + kShare) += std::copysign(limit_ / limit_share_, drive(0));
-    wheel.limited = true;
-  } else {
-    const double k = integral_;
-    wheel.speed += response_ * drive;
-    wheel.correction += k * (input - before - 0.5 * response_ * drive);
-    wheel.speed(1 + kLag) += response_by_lag_ * drive(0);
-    wheel.correction(1 + kLag) -= 0.5 * k * response_by_lag_ * drive(0);
-  }
+  // Exact for a constant r = γ g v − o sign(v) + d, e = r + z − w: at the limit for a time t, until |e| = L T, then
+  // free; with q = e^(−(h−t)/T)
+  //     w ← w ± L t + (1 − q) e_t,    ∂w/∂e = 1 − q,    ∂w/∂T = −e_t q (h−t)/T²,    ∂w/∂L = ± q t
+  const double e = drive(0), end = limit_ * lag_;
+  const double limited = std::clamp(std::abs(e) / limit_ - lag_, 0.0, kStep), free = kStep - limited;
+  const double q = limited > 0.0 ? std::exp(-free / lag_) : rest_, e_t = std::clamp(e, -end, end);
+  wheel.speed += (1.0 - q) * drive;
+  wheel.speed(0) = before(0) + std::copysign(limit_ * limited, e) + (1.0 - q) * e_t;
+  wheel.speed(1 + kLag) -= e_t * q * free / squared(lag_);
+  wheel.speed(1 + kShare) += std::copysign(q * limited * limit_ / limit_share_, e);
+  wheel.limited = wheel.limited || limited > 0.0;
+  // z ← z + k ∫(r − w) dt while it is free, by the trapezoidal rule
+  wheel.correction += model_.velocity_loop_integral * free * (input - 0.5 * (before + wheel.speed));
   static const double decay = std::exp(-kStep / kWashout), half = std::sqrt(decay);
   wheel.filtered = decay * wheel.filtered + half * (wheel.speed - before);
   wheel.history[newest_] = wheel.filtered;
@@ -184,11 +180,15 @@ DriveTrainLearning::Vector DriveTrainLearning::deviations() const {
 }
 
 DriveTrainLearning::Minimum DriveTrainLearning::minimum(const Sums& sums) const {
-  // θ − θ_0 = (Σψψ'/Σ + Π_0)⁻¹ Σψε/Σ
+  // θ − θ_0 = (Σψψ'/Σ + Π_0)⁻¹ (Σψε/Σ − Π_0 (θ_0 − θ_1)), θ_1 with the lag that was told
+  const Vector precision = deviations().cwiseAbs2().cwiseInverse();
   Matrix curvature = sums.curvature;
-  curvature.diagonal() += deviations().cwiseAbs2().cwiseInverse();
-  const Vector change = curvature.ldlt().solve(sums.slope);
-  return {change, 0.5 * (sums.squares - change.dot(sums.slope))};
+  curvature.diagonal() += precision;
+  Vector slope = sums.slope;
+  const double learned = lag_ - told_lag_;
+  slope(kLag) -= precision(kLag) * learned;
+  const Vector change = curvature.ldlt().solve(slope);
+  return {change, 0.5 * (sums.squares + precision(kLag) * squared(learned) - change.dot(slope))};
 }
 
 double DriveTrainLearning::freeEnergy(int i) const {
@@ -273,12 +273,14 @@ std::optional<DriveTrainTiming> DriveTrainLearning::learnTiming() {
 }
 
 bool DriveTrainLearning::takeOver(const DriveTrainTiming& timing, double dead_time_variance, double lag_variance) {
-  const auto beyondDoubt = [](double by, double variance) {
-    return std::abs(by) > std::max(kLeastChange, kBeyondDoubt * std::sqrt(variance));
-  };
   if (dead_time_variance > squared(kLargestDoubt)) return false;
-  if (!beyondDoubt(timing.dead_time - timing_.dead_time, dead_time_variance) &&
-      !beyondDoubt(timing.lag - timing_.lag, lag_variance)) {
+  // How late the wheels are shows well; how much of it is a lag only where motions begin and end.
+  const double later = timing.lag - timing_.lag, together = timing.dead_time - timing_.dead_time + later;
+  const auto beyondDoubt = [](double by, double deviation) {
+    return std::abs(by) > std::max(kLeastChange, kBeyondDoubt * deviation);
+  };
+  if (!beyondDoubt(together, std::sqrt(dead_time_variance)) &&
+      !beyondDoubt(later, std::max(std::sqrt(lag_variance), deviations()(kLag)))) {
     return false;
   }
   timing_ = timing;

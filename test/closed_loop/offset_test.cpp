@@ -158,7 +158,9 @@ struct Rest {
   double command = 0.0;  ///< largest one from half a second after the stop on [rad/s]
 };
 
-Rest expectStand(const LoopSetup& setup, const SetPoint& set_point) {
+Rest expectStand(LoopSetup setup, const SetPoint& set_point) {
+  // Two robots are compared, and not what each teaches of its dead time.
+  std::get<PredictiveParameters>(setup.drive.controller).learn_drive_train = false;
   constexpr double kStop = kRestTime + 2.0;  // s
   JackalPlant robot(setup.urdf, setup.plant);
   DriveLoop loop = makeLoop(setup);

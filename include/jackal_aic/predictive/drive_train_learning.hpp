@@ -14,16 +14,16 @@
 /// so that what is off for long, a slope or the tyres, counts for nothing. For each delta of a grid
 ///
 ///     F(delta, theta) = 1/2 sum_k (y_k - w(t_k - delta) - psi(t_k - delta)' (theta - theta_0))^2 / Sigma
-///                       + 1/2 (theta - theta_0)' Pi_0 (theta - theta_0) + 1/2 (delta - delta_0)^2 / sigma_delta^2
+///                       + 1/2 (theta - theta_1)' Pi_0 (theta - theta_1) + 1/2 (delta - delta_0)^2 / sigma_delta^2
 ///
-/// is the free energy, of which the sums are kept. Once the commands have settled, its minimum along theta and then
-/// along delta is sought, with the variance Sigma of what it leaves: theta by a Gauss-Newton step, around which the
-/// next change is linearised, delta between the points of the grid by a parabola, whose curvature is its precision.
-/// Older changes count 0.7 of the next. No step and no dead time is taken from a change that the model does not
-/// explain, or that lies farther from theta_0 than what was believed of it; one in which the largest accelerations,
-/// measured and predicted, are apart teaches lambda alone. The model takes over what is beyond doubt, of dead time and
-/// lag alone: acceleration limit and disturbance have beliefs of their own (wheel_belief.hpp). Commands that do not
-/// change teach nothing.
+/// is the free energy, of which the sums are kept; theta_1 is theta_0 but for the lag, which is as it was told. Once
+/// the commands have settled, its minimum along theta and then along delta is sought, with the variance Sigma of what
+/// it leaves: theta by a Gauss-Newton step, around which the next change is linearised, delta between the points of the
+/// grid by a parabola, whose curvature is its precision. Older changes count 0.7 of the next. No step and no dead time
+/// is taken from a change that the model does not explain, or that lies farther from theta_0 than what was believed of
+/// it; one in which the largest accelerations, measured and predicted, are apart teaches lambda alone. The model takes
+/// over what is beyond doubt, of dead time and lag alone: acceleration limit and disturbance have beliefs of their own
+/// (wheel_belief.hpp). Commands that do not change teach nothing.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -169,14 +169,13 @@ class DriveTrainLearning {
   double radius_;
   double wheel_variance_;
   DriveTrainTiming timing_;
-  double lag_ = 0.0;              // T [s]
-  double limit_share_ = 1.0;      // lambda
-  double gain_share_ = 1.0;       // gamma
-  double offset_ = 0.0;           // o [rad/s]
-  double response_ = 0.0;         // rho, of w in a step
-  double response_by_lag_ = 0.0;  // d rho/dT [1/s]
-  double integral_ = 0.0;         // of the motors' velocity loop in a step
-  double limit_ = 0.0;            // largest change of w in a step, with lambda [rad/s]
+  double lag_ = 0.0;          // T [s]
+  double told_lag_ = 0.0;     // T that was told [s]
+  double limit_share_ = 1.0;  // lambda
+  double gain_share_ = 1.0;   // gamma
+  double offset_ = 0.0;       // o [rad/s]
+  double rest_ = 0.0;         // of a difference of speed after a step, e^(-h/T)
+  double limit_ = 0.0;        // L of dw/dt, with lambda [rad/s^2]
 
   State state_ = State::unknown;
   WheelVector resting_ = WheelVector::Zero();  // commands about which they are settled [rad/s]
