@@ -86,9 +86,8 @@ void describeFields(Visitor& v, NodeOptions& p) {
 struct NodeParameters : DriveParameters, NodeOptions {
   RobotNames robot;
   OdometryParameters odometry;
-  std::string
-      slip_file;  ///< absolute path of the YAML file (key slip.file) in which the predictive structure keeps
-                  ///< what it learns about slip and drive train; empty: it starts from the configured values each time
+  std::string slip_file;   ///< absolute path of the YAML file (key slip.file) in which the predictive structure keeps
+                           ///< what it learns; empty: it starts from the configured values each time
   std::string robot_name;  ///< whose plant model it is, in its own words; empty if it does not say
 };
 

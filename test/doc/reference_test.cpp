@@ -102,8 +102,8 @@ std::vector<Row> nodeRows() {
   rows.push_back({"restart_after_stop", choice("restart_after_stop", node.gate.restart_after_stop, kRestartPolicyNames),
                   "what sets the robot moving again after an emergency stop or a stop of the robot"});
   const Field slip_file{"slip.file", node.slip_file, std::nullopt, "", {}, Presence::optional};
-  rows.push_back(
-      {"slip.file", slip_file, "absolute path: where the predictive controller keeps what it learns about slip and drive train"});
+  rows.push_back({"slip.file", slip_file,
+                  "absolute path: where the predictive controller keeps what it learns about slip and drive train"});
   return rows;
 }
 
