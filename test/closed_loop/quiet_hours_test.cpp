@@ -44,24 +44,6 @@ TEST_P(QuietDrivesOnReal, RaiseNoAlarm) {
 
 INSTANTIATE_TEST_SUITE_P(DrawnBySeed, QuietDrivesOnReal, testing::Values(0, 1, 6, 16));
 
-/// The door sill of the plant `real`, which shakes the gyro as the front wheels meet it and again as the rear ones do.
-TEST(QuietDrive, ADoorSillIsNoFaultOfTheGyro) {
-  for (const char* controller : {"predictive", "improved", "diff_drive"}) {
-    for (const double speed : {0.5, 1.0, 1.5}) {
-      for (const char* seed : {"1", "3", "4", "6"}) {
-        const LoopSetup setup = loadSetup(files(), controller, "real", {{"plant.seed", seed}});
-        SetPointProfile profile;
-        profile.changes = {{kRestTime, {speed, 0.0, 0.0}}};
-        profile.duration = kRestTime + 11.0 / speed;
-        AlarmCounter alarms;
-        runMonitored(setup, monitorModel(files(), "real"), profile, {},
-                     [&alarms](const MonitoredSample& sample) { alarms.add(sample); });
-        EXPECT_EQ(alarms.alarms().fault, "") << controller << ", " << speed << " m/s, seed " << seed;
-      }
-    }
-  }
-}
-
 /// A joystick that goes to and fro and then rests, with encoders whose noise is below their resolution.
 TEST(QuietDrive, ToAndFroIsNoNoiseOfTheEncoder) {
   const QuietDrive drive = drawQuietDrive(5, 4, 60.0, QuietRobots::identified);
