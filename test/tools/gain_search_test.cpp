@@ -120,17 +120,11 @@ TEST(SearchGains, FindsFasterGainsThatPassWhateverTheThreads) {
   EXPECT_EQ(second.state_variances, first.state_variances);
 }
 
-/// A search for the predictive structure on the ground.
-GainSearchTask predictiveTask(int evaluations, int draws) {
+TEST(SearchGains, FindsPredictiveGainsThatPass) {
   GainSearchTask task = taskOn({"plant"});
   task.start = readControllerFile(kPackage + "/config/predictive.yaml");
-  task.evaluations = evaluations;
-  task.draws = draws;
-  return task;
-}
-
-TEST(SearchGains, FindsPredictiveGainsThatPass) {
-  const GainSearchTask task = predictiveTask(8, 4);
+  task.evaluations = 8;
+  task.draws = 4;
   const auto results = searchGains(task);
   ASSERT_EQ(results.size(), 2U);
   EXPECT_EQ(results[1].name, "patient");
@@ -138,20 +132,6 @@ TEST(SearchGains, FindsPredictiveGainsThatPass) {
   EXPECT_FALSE(start.missed.empty()) << "predictive takes the tyres of a fast arc for its slip";
   EXPECT_TRUE(best.missed.empty()) << best.missed.front();
   EXPECT_LE(best.settling(), start.settling());
-}
-
-TEST(SearchGains, FindsThePredictiveGainsWhateverTheThreads) {
-  std::vector<PredictiveParameters> found;
-  for (const unsigned jobs : {1U, 2U}) {
-    GainSearchTask task = predictiveTask(2, 1);
-    task.jobs = jobs;
-    for (const auto& result : searchGains(task)) found.push_back(std::get<PredictiveParameters>(result.best.controller));
-  }
-  ASSERT_EQ(found.size(), 4U);
-  for (std::size_t i = 0; i < 2; ++i) {
-    EXPECT_EQ(found[i + 2].slip_time_constant, found[i].slip_time_constant);
-    EXPECT_EQ(found[i + 2].disturbance_process_noise, found[i].disturbance_process_noise);
-  }
 }
 
 TEST(MarginViolation, IsOfTheWorstCornerOfTheConfidenceBox) {
