@@ -24,8 +24,12 @@ constexpr double kLiftTurn = 0.8;    // rad/s
 /// A contact point slower than this sticks [m/s].
 constexpr double kStickSpeed = 1e-4;
 
-/// A force below this share of its bound is far from it: it is solved for without the bound, and with it if it goes beyond.
-constexpr double kFarFromBound = 0.8;
+/// A force below this share of its bound is far from it: it is solved for without the bound, and with it if it goes
+/// beyond.
+constexpr double kFarFromBound = 0.95;
+
+/// Steps with all bounds after one that was not kept: wheels that slide and stick by turns miss them again and again.
+constexpr int kStepsWithBounds = 30;
 
 /// By which a force at its bound may seem to exceed it.
 constexpr double kRounding = 1e-6;
@@ -196,14 +200,18 @@ void OdeWorld::carry() {
 }
 
 /// The solver takes all unbounded forces in one factorisation and every bounded one in a step of its own. Without a
-/// bound that it keeps, a solution is the same, so that bounds that are far are left out until one is not kept.
+/// bound that it keeps, a solution is the same, so that bounds that are far are left out until one is not
+/// kept.
 void OdeWorld::step(double step) {
   initialiseOde();
   if (carried_) carry();
   const std::array<dBodyID, 5> bodies{chassis_, wheels_[0], wheels_[1], wheels_[2], wheels_[3]};
   std::array<BodyState, 5> before;
   std::transform(bodies.begin(), bodies.end(), before.begin(), stateOf);
-  if (!solve(step, kFarFromBound)) {
+  const bool far = steps_since_bound_ >= kStepsWithBounds;
+  ++steps_since_bound_;
+  if (!solve(step, far ? kFarFromBound : 0.0) && far) {
+    steps_since_bound_ = 0;
     for (std::size_t i = 0; i < bodies.size(); ++i) restore(bodies[i], before[i]);
     solve(step, 0.0);
   }

@@ -125,6 +125,7 @@ class OdeWorld {
   double torque_limit_;
   double stiffness_;
   bool fixed_chassis_;
+  int steps_since_bound_ = 0;                                    // that a force without it did not keep
   Handle<dThreadingImplementationID, FreeThreading> threading_;  ///< the world's own: ODE's default one is shared
   Handle<dWorldID, DestroyWorld> world_;
   Handle<dJointGroupID, DestroyGroup> contact_group_;
