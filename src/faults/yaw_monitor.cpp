@@ -110,7 +110,7 @@ void YawMonitor::predict(double forward_rate, double difference_rate, double ste
   (state() == ChannelState::faulty ? alternative_ : belief_).predict(change, kMemory, step, turn);
 }
 
-void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step) {
+void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step, bool shaken) {
   const bool was_faulty = state() == ChannelState::faulty;
   distance_ = distanceFrom(belief_, yaw_rate, x);
   // What it does at rest says nothing of what it does while moving: its driver may filter differently.
@@ -125,8 +125,9 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
     reversed_ = agreement_of_sign_.value() < 0.0;
   }
   const bool wrong_for_good = frozen_ || reversed();
-  const bool sliding = (distance_ > 1.0 || jumped_) && !was_faulty && slides(yaw_rate, x.value);
-  bool suspect = ((distance_ > 1.0 || jumped_) && !sliding) || wrong_for_good || biased(x.forward);
+  const bool off = distance_ > 1.0 || jumped_;
+  const bool sliding = off && !was_faulty && (shaken || slides(yaw_rate, x.value));
+  bool suspect = (off && !sliding) || wrong_for_good || biased(x.forward);
   if (was_faulty) {
     agreement_ = distanceFrom(alternative_, yaw_rate, x) <= 1.0 ? agreement_ + step : 0.0;
     suspect = suspect && (wrong_for_good || !explained(yaw_rate, x));
