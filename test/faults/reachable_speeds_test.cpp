@@ -93,7 +93,7 @@ TEST(ReachableSpeeds, AreTheModelsWithoutUncertainty) {
   for (int k = 0; k < 2000; ++k) {
     const double command = k < 1000 ? 6.0 : -4.0;
     wheel.predict(command);
-    reachable.predict(command);
+    predict(reachable, command);
     EXPECT_NEAR(reachable.low(), wheel.speed(), 1e-6);
     EXPECT_NEAR(reachable.nominal(), wheel.speed(), 1e-6);
     EXPECT_NEAR(reachable.high(), wheel.speed(), 1e-6);
