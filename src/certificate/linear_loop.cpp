@@ -180,6 +180,15 @@ double LinearLoop::worstSpectralRadius(LoopMode mode, LoopChange change) const {
       longestPhase());
 }
 
+bool LinearLoop::stable(LoopMode mode, LoopChange change) const {
+  if (mode == LoopMode::lateral) return spectralRadius(mode) < kStabilityLimit;
+  const auto radius = [&](double phase) {
+    change.phase = phase;
+    return spectralRadiusBy(periodMap(mode, change), kStabilityLimit);
+  };
+  return worstOverPhase(radius, longestPhase(), kStabilityLimit) < kStabilityLimit;
+}
+
 double LinearLoop::worstSpectralRadius() const {
   return std::max({worstSpectralRadius(LoopMode::straight), worstSpectralRadius(LoopMode::turn),
                    spectralRadius(LoopMode::lateral)});

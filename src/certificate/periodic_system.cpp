@@ -9,11 +9,12 @@
 
 namespace jackal_aic {
 
-double worstOverPhase(const std::function<double(double phase)>& radius, double longest) {
+double worstOverPhase(const std::function<double(double phase)>& radius, double longest, double enough) {
   constexpr int kGrid = 4, kHalvings = 4;
   constexpr double kClose = 0.02;  // more than the radius changes between the points of the grid
   double worst = -1.0, at = 0.0;
   const auto look = [&](double phase) {
+    if (worst >= enough) return;
     const double here = radius(std::clamp(phase, 0.0, longest));
     if (here <= worst) return;
     worst = here;

@@ -212,6 +212,7 @@ void WheelMonitor::holdIntervals(double step) {
 
 WheelMonitor::Interval WheelMonitor::held(const Interval Intervals::*kind) const {
   Interval held = intervals_[newest_].*kind;
+  if (hold_.longest() == 0.0) return held;
   const double earliest = clock_ - hold_.longest() - kTolerance;
   for (std::size_t i = 1; i < intervals_.size(); ++i) {
     const Intervals& old = intervals_[(newest_ + intervals_.size() - i) % intervals_.size()];
