@@ -139,24 +139,4 @@ SpectralRadius spectralRadiusOf(const Eigen::MatrixXd& map) {
   return largerOf(times(radius, size), alone);
 }
 
-double spectralRadiusBy(const Eigen::MatrixXd& map, double limit) {
-  constexpr int kMostSquarings = 14, kAlike = 10;  // after which bounds of like maps can be compared
-  constexpr double kFarBelow = 0.9;
-  const auto n = static_cast<double>(map.rows());
-  const double rounding = n * std::numeric_limits<double>::epsilon();
-  Eigen::MatrixXd power = map;  // M^m
-  double norm = power.norm(), error = 2.0 * rounding * norm;
-  for (int i = 0; i <= kMostSquarings && std::isfinite(norm * norm); ++i) {
-    const double root = std::exp2(-i);  // 1/m
-    const double low = std::pow(std::max(0.0, std::abs(power.trace()) / n - error), root);
-    if (low >= limit) return low;
-    const double high = std::pow(norm + error, root);
-    if (high < kFarBelow * limit || (i >= kAlike && high < limit)) return high;
-    error = 2.0 * norm * error + error * error + rounding * norm * norm;
-    power = (power * power).eval();
-    norm = power.norm();
-  }
-  return spectralRadiusOf(map).upper();
-}
-
 }  // namespace jackal_aic

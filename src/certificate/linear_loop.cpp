@@ -184,9 +184,9 @@ bool LinearLoop::stable(LoopMode mode, LoopChange change) const {
   if (mode == LoopMode::lateral) return spectralRadius(mode) < kStabilityLimit;
   const auto radius = [&](double phase) {
     change.phase = phase;
-    return spectralRadiusBy(periodMap(mode, change), kStabilityLimit);
+    return spectralRadius(mode, change);
   };
-  return worstOverPhase(radius, longestPhase(), kStabilityLimit) < kStabilityLimit;
+  return stableAtEveryPhase(radius, longestPhase());
 }
 
 double LinearLoop::worstSpectralRadius() const {

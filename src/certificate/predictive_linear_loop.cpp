@@ -207,9 +207,9 @@ double PredictiveLinearLoop::worstSpectralRadius(LoopChange change) const {
 bool PredictiveLinearLoop::stable(LoopChange change) const {
   const auto radius = [&](double phase) {
     change.phase = phase;
-    return spectralRadiusBy(periodMap(change), kStabilityLimit);
+    return spectralRadius(change);
   };
-  return worstOverPhase(radius, longestPhase(), kStabilityLimit) < kStabilityLimit;
+  return stableAtEveryPhase(radius, longestPhase());
 }
 
 double PredictiveLinearLoop::radiusUncertainty() const {

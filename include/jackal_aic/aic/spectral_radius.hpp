@@ -27,12 +27,4 @@ struct SpectralRadius {
 /// infinite if the map or the radius is not finite.
 SpectralRadius spectralRadiusOf(const Eigen::MatrixXd& map);
 
-/// On which side of a limit the spectral radius is: an upper bound of it that is below the limit, or else a number that
-/// is not, as spectralRadiusOf(map).upper() would be. By powers where these tell, at a tenth of the cost:
-///
-///     (|tr M^m| / n)^(1/m) <= rho(M) <= |M^m|^(1/m),    m = 1, 2, 4, ...
-///
-/// with the error of M^m that rounding M and squaring make. @param limit about 1.
-double spectralRadiusBy(const Eigen::MatrixXd& map, double limit);
-
 }  // namespace jackal_aic

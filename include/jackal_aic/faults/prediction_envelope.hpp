@@ -22,8 +22,11 @@ class PredictionEnvelope {
   /// Starts with constant predictions.
   void start(double now, double ahead);
 
-  /// Adds steps. @param now the predictions; @param ahead those that run `ahead` steps ahead of them. Only changes of
+  /// Adds a step. @param now the prediction; @param ahead the one that runs `ahead` steps ahead of it. Only changes of
   /// the latter count.
+  void add(double now, double ahead) { add(&now, &ahead, 1); }
+
+  /// The same for a number of steps.
   void add(const double* now, const double* ahead, std::size_t number) {
     now_.add(now, number);
     later_.add(ahead, number);
