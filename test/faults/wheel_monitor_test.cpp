@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "jackal_aic/model/wheel_belief.hpp"
+
 namespace jackal_aic {
 namespace {
 
