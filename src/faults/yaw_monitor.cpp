@@ -179,13 +179,9 @@ void YawMonitor::watchJumps(double yaw_rate, double asked, double step) {
 }
 
 bool YawMonitor::slides(double yaw_rate, double x) const {
-  const double asked = belief_.slope() * x, error = belief_.error(yaw_rate, x);
-  if (jumped_) {
-    const bool passes = jump_time_ < std::min(kTimePerJolt * jolts_, kLongestJolt);
-    return passes && std::abs(error) <= kRocking * std::abs(asked);
-  }
-  const double most = error * asked < 0.0 ? 1.0 + kAgainst : kOtherGround;
-  return std::abs(error) <= most * std::abs(asked);
+  const double part = belief_.error(yaw_rate, x) / (belief_.slope() * x);  // of what the wheels ask for
+  if (!jumped_) return part >= -(1.0 + kAgainst) && part <= kOtherGround;
+  return jump_time_ < std::min(kTimePerJolt * jolts_, kLongestJolt) && std::abs(part) <= kRocking;
 }
 
 bool YawMonitor::biased(double forward) const {
