@@ -19,6 +19,7 @@ constexpr double kRebound = 1.3;             // of the speed, that a collision m
 constexpr double kBetweenJolts = 0.5;        // s
 constexpr double kStruck = 0.5;              // of the speed, that a collision takes
 constexpr double kLeastStrike = 0.1;         // m/s
+constexpr double kShaken = 0.2;              // s, for which a body goes on rocking
 constexpr double kAftermath = 0.3;           // s, in which the body bounces and the tyres slide
 
 }  // namespace
@@ -32,7 +33,8 @@ AccelerationMonitor::AccelerationMonitor(const FaultParameters& parameters)
       timing_(parameters.dead_time_deviation),
       persistence_(parameters.persistence()),
       repetition_at_rest_{RepetitionTest(parameters.frozen_samples), RepetitionTest(parameters.frozen_samples)},
-      repetition_moving_(repetition_at_rest_) {}
+      repetition_moving_(repetition_at_rest_),
+      since_outlier_(2.0 * kShaken) {}
 
 bool AccelerationMonitor::Repetition::update(const Observation& observation, bool other) {
   const double explained = other ? RepetitionTest::kAnyChange : 0.0;
@@ -41,16 +43,25 @@ bool AccelerationMonitor::Repetition::update(const Observation& observation, boo
   return vertical.update(*observation.acceleration_z, other, kResolution, explained) || frozen;
 }
 
-void AccelerationMonitor::predict(double forward_rate, double lowest, double highest, double step) {
-  timing_.add((forward_rate - forward_rate_) / step, step);
-  forward_rate_ = forward_rate;
+void AccelerationMonitor::predict(const double* forward_rates, const double* lowest, const double* highest,
+                                  std::size_t number, double step) {
+  TimingVariance timing = timing_;
+  double forward_rate = forward_rate_, lowest_rate = lowest_rate_, highest_rate = highest_rate_;
   // What was possible fades slowly: the body follows its wheels late.
   const double fading = step / TimingVariance::kFading;
-  lowest_rate_ = std::min(lowest, lowest_rate_ - fading * lowest_rate_);
-  highest_rate_ = std::max(highest, highest_rate_ - fading * highest_rate_);
+  for (std::size_t i = 0; i < number; ++i) {
+    timing.add((forward_rates[i] - forward_rate) / step, step);
+    forward_rate = forward_rates[i];
+    lowest_rate = std::min(lowest[i], lowest_rate - fading * lowest_rate);
+    highest_rate = std::max(highest[i], highest_rate - fading * highest_rate);
+  }
+  timing_ = timing;
+  forward_rate_ = forward_rate;
+  lowest_rate_ = lowest_rate;
+  highest_rate_ = highest_rate;
+  const double wandered = kWandering * kWandering * static_cast<double>(number) * step;
   for (Axis* axis : {&forward_, &vertical_}) {
-    axis->variance =
-        std::min(axis->variance + kWandering * kWandering * step, kUnknownInclination * kUnknownInclination);
+    axis->variance = std::min(axis->variance + wandered, kUnknownInclination * kUnknownInclination);
   }
 }
 
@@ -101,6 +112,7 @@ void AccelerationMonitor::check(const Observation& observation, bool moving, dou
   const bool frozen_at_rest = repetition_at_rest_.update(observation, moving);
   frozen_ = repetition_moving_.update(observation, !moving) || frozen_at_rest;
 
+  since_outlier_ = distance_ > 1.0 ? 0.0 : since_outlier_ + step;
   const bool jolt = jolt_.update(distance_ > 1.0, forward_.error * step, speed, step);
   persistence_.update((distance_ > 1.0 && !jolt) || frozen_, true, step);
   if (frozen_) persistence_.declareFaulty();
@@ -112,5 +124,7 @@ void AccelerationMonitor::check(const Observation& observation, bool moving, dou
   forward_.learned.learn(forward_.error, forward_.total, step);
   if (vertical) vertical_.learned.learn(vertical_.error, vertical_.total, step);
 }
+
+bool AccelerationMonitor::shaken() const { return since_outlier_ < kShaken && state() != ChannelState::faulty; }
 
 }  // namespace jackal_aic

@@ -61,6 +61,7 @@ void RepetitionTest::learnQuantum(double change, double resolution) {
 }
 
 void RepetitionTest::learnRun() {
+  if (run_ == 0) return;
   repeats_ += run_;
   run_ = 0;
   chance_ = 1.0;

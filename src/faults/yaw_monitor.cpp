@@ -97,20 +97,33 @@ YawMonitor::YawMonitor(const FaultParameters& parameters, double effective_track
       repetition_moving_(parameters.frozen_samples),
       bound_(chebyshevBound(1, parameters.false_alarm_rate)) {}
 
-void YawMonitor::predict(double forward_rate, double difference_rate, double step) {
-  forward_change_.add(forward_rate, step);
-  difference_change_.add(difference_rate, step);
-  timing_.add(belief_.slope() * difference_rate, step);
-  grip_.add(forward_rate, step);
-  const double changed = std::abs(forward_change_.value()) + std::abs(difference_change_.value());
-  settled_ = changed < kNoChange ? settled_ + step : 0.0;
-  const double change = changed / YawBelief::kMotionScale;
+void YawMonitor::predict(const double* forward_rates, const double* difference_rates, std::size_t number, double step) {
+  RecentChange forward_change = forward_change_, difference_change = difference_change_;
+  TimingVariance timing = timing_, grip = grip_;
   // The belief of before a fault waits as it was for the gyro to agree with it again.
-  const double turn = kUnlikeTyres * belief_.slope() * forward_change_.value();
-  (state() == ChannelState::faulty ? alternative_ : belief_).predict(change, kMemory, step, turn);
+  YawBelief& waiting = state() == ChannelState::faulty ? alternative_ : belief_;
+  YawBelief belief = waiting;
+  double settled = settled_;
+  const double slope = belief_.slope();
+  for (std::size_t i = 0; i < number; ++i) {
+    forward_change.add(forward_rates[i], step);
+    difference_change.add(difference_rates[i], step);
+    timing.add(slope * difference_rates[i], step);
+    grip.add(forward_rates[i], step);
+    const double changed = std::abs(forward_change.value()) + std::abs(difference_change.value());
+    settled = changed < kNoChange ? settled + step : 0.0;
+    const double turn = kUnlikeTyres * slope * forward_change.value();
+    belief.predict(changed / YawBelief::kMotionScale, kMemory, step, turn);
+  }
+  forward_change_ = forward_change;
+  difference_change_ = difference_change;
+  timing_ = timing;
+  grip_ = grip;
+  waiting = belief;
+  settled_ = settled;
 }
 
-void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step) {
+void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step, bool shaken) {
   const bool was_faulty = state() == ChannelState::faulty;
   distance_ = distanceFrom(belief_, yaw_rate, x);
   // What it does at rest says nothing of what it does while moving: its driver may filter differently.
@@ -125,8 +138,9 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
     reversed_ = agreement_of_sign_.value() < 0.0;
   }
   const bool wrong_for_good = frozen_ || reversed();
-  const bool sliding = (distance_ > 1.0 || jumped_) && !was_faulty && slides(yaw_rate, x.value);
-  bool suspect = ((distance_ > 1.0 || jumped_) && !sliding) || wrong_for_good || biased(x.forward);
+  const bool off = distance_ > 1.0 || jumped_;
+  const bool sliding = off && !was_faulty && (shaken || slides(yaw_rate, x.value));
+  bool suspect = (off && !sliding) || wrong_for_good || biased(x.forward);
   if (was_faulty) {
     agreement_ = distanceFrom(alternative_, yaw_rate, x) <= 1.0 ? agreement_ + step : 0.0;
     suspect = suspect && (wrong_for_good || !explained(yaw_rate, x));

@@ -7,6 +7,8 @@
 #include <random>
 #include <vector>
 
+#include "jackal_aic/model/wheel_belief.hpp"
+
 namespace jackal_aic {
 namespace {
 

@@ -20,6 +20,7 @@
 /// a moment, in which the body bounces and its tyres slide.
 
 #include <array>
+#include <cstddef>
 
 #include "jackal_aic/faults/channel_monitor.hpp"
 #include "jackal_aic/faults/fault_parameters.hpp"
@@ -35,7 +36,13 @@ class AccelerationMonitor {
 
   /// Lets a step pass [s]. @param forward_rate dv/dt of the wheels' predictions; @param lowest, highest what it
   /// may be besides, as the drive train is uncertain [m/s^2].
-  void predict(double forward_rate, double lowest, double highest, double step);
+  void predict(double forward_rate, double lowest, double highest, double step) {
+    predict(&forward_rate, &lowest, &highest, 1, step);
+  }
+
+  /// The same for a number of steps with a rate each.
+  void predict(const double* forward_rates, const double* lowest, const double* highest, std::size_t number,
+               double step);
 
   /// Judges a sample; its vertical part only if it is known. @param step time since the last sample [s].
   /// @param moving the wheels turn: the noise differs from that at rest. @param speed of the wheels, forward [m/s].
@@ -46,6 +53,9 @@ class AccelerationMonitor {
   double distance() const { return distance_; }                  ///< in multiples of the bound
   ChannelState state() const { return persistence_.state(); }    ///< verdict with the last sample
   bool suspecting() const { return persistence_.suspecting(); }  ///< an outlier is among the last samples
+
+  /// The ground has just shaken the robot: an outlier came within the last moment, and the accelerometer is in order.
+  bool shaken() const;
 
   /// Lets it count again: what was wrong with its last samples has been explained.
   void forgive() { persistence_.reset(); }
@@ -94,6 +104,7 @@ class AccelerationMonitor {
   Repetition repetition_at_rest_;
   Repetition repetition_moving_;
   double distance_ = 0.0;
+  double since_outlier_;  // [s]
   bool upside_down_ = false;
   bool frozen_ = false;
 };

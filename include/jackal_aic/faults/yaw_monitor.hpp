@@ -3,6 +3,8 @@
 /// @file
 /// Watches the gyro against the wheels.
 
+#include <cstddef>
+
 #include "jackal_aic/faults/channel_monitor.hpp"
 #include "jackal_aic/faults/fault_parameters.hpp"
 #include "jackal_aic/faults/yaw_belief.hpp"
@@ -36,14 +38,20 @@ class YawMonitor {
 
   /// Lets a step pass [s]. @param forward_rate dv/dt; @param difference_rate dx/dt, both of the wheels' predictions
   /// [m/s^2].
-  void predict(double forward_rate, double difference_rate, double step);
+  void predict(double forward_rate, double difference_rate, double step) {
+    predict(&forward_rate, &difference_rate, 1, step);
+  }
+
+  /// The same for a number of steps with a rate each.
+  void predict(const double* forward_rates, const double* difference_rates, std::size_t number, double step);
 
   /// Yaw rate against the wheels, theta_dot - (x/b_hat + beta) [rad/s].
   double error(double yaw_rate, double x) const { return belief_.error(yaw_rate, x); }
 
   /// Judges a sample against wheels that are trusted. @param step time since the last sample [s].
-  /// @param moving the wheels turn: the noise of a gyro differs from that at rest.
-  void check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step);
+  /// @param moving the wheels turn: the noise of a gyro differs from that at rest. @param shaken another instrument has
+  /// just seen a jolt of the ground: what the gyro reads against the wheels says nothing.
+  void check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step, bool shaken = false);
 
   bool frozen() const { return frozen_; }                        ///< the last sample repeats to the bit
   bool reversed() const { return reversed_; }                    ///< it reads the turn with the wrong sign
