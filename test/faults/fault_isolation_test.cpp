@@ -7,6 +7,7 @@
 
 #include "jackal_aic/faults/fault_monitor.hpp"
 #include "jackal_aic/model/gravity.hpp"
+#include "jackal_aic/model/wheel_belief.hpp"
 
 /// @file
 /// Which of the robot's sensors and drives is told to be at fault, and what the monitor makes of pushes, kerbs, lost
@@ -16,8 +17,8 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kRadius = 0.098;        // m
-constexpr double kTrack = 0.55;          // m
+constexpr double kRadius = 0.098;               // m
+constexpr double kTrack = 0.55;                 // m
 constexpr double kPerWheel = kRadius / kTrack;  // yaw rate by difference of the wheels
 constexpr WheelCommand kStand{}, kStraight{5.0, 5.0}, kFast{10.0, 10.0};
 
@@ -184,8 +185,10 @@ TEST(FaultIsolation, AGyroThatIsNoWitnessLeavesTheDrive) {
   const auto stops = [](Observation& y) { y.wheel_left = 0.0; };
   EXPECT_EQ(with(nothing, stops, model()).fault(), Fault::left_encoder_wrong) << "the gyro sees no turn";
   EXPECT_TRUE(with([](Observation& y) { y.valid.yaw_rate = false; }, stops, model()).drive_left);
-  EXPECT_TRUE(with([](Observation& y) { y.yaw_rate += 1.0; }, [](Observation& y) { y.wheel_left = y.yaw_rate = 0.0; },
-                   model()).drive_left) << "it was found faulty";
+  EXPECT_TRUE(
+      with([](Observation& y) { y.yaw_rate += 1.0; }, [](Observation& y) { y.wheel_left = y.yaw_rate = 0.0; }, model())
+          .drive_left)
+      << "it was found faulty";
   EXPECT_TRUE(with([](Observation& y) { y.acceleration_x += 20.0; }, stops, model()).drive_left)
       << "the accelerometer of the same IMU was";
   EXPECT_TRUE(with([](Observation& y) { y.valid.wheel_right = false; }, stops, model()).drive_left)
@@ -384,12 +387,18 @@ TEST(FaultIsolation, AGyroThatFreezesOnABoxIsFound) {
   PlantModel box = model();
   box.on_box = true;
   Robot robot({}, box);
-  const auto stands = [](Observation& y) { y.yaw_rate = 0.003 * std::sin(1e4 * y.stamp), y.acceleration_x = 0.01 * std::sin(1e4 * y.stamp); };
+  const auto stands = [](Observation& y) {
+    y.yaw_rate = 0.003 * std::sin(1e4 * y.stamp), y.acceleration_x = 0.01 * std::sin(1e4 * y.stamp);
+  };
   EXPECT_FALSE(robot.drive(kStraight, 300, stands).faulty());
-  EXPECT_EQ(robot.drive(kStraight, 30, [&](Observation& y) {
-    stands(y);
-    y.yaw_rate = 0.001;
-  }).fault(), Fault::gyro_frozen);
+  EXPECT_EQ(robot
+                .drive(kStraight, 30,
+                       [&](Observation& y) {
+                         stands(y);
+                         y.yaw_rate = 0.001;
+                       })
+                .fault(),
+            Fault::gyro_frozen);
 }
 
 TEST(FaultIsolation, TheInclinationOfABoxMayChange) {
@@ -487,7 +496,8 @@ TEST(FaultIsolation, AWheelThatTurnsWhileTheOtherIsToTurnIsNotPushed) {
     const WheelCommand command{left ? 0.0 : 5.0, left ? 5.0 : 0.0};
     Robot robot = settled(command);
     for (int k = 0; k < 50; ++k) {
-      EXPECT_FALSE(robot.drive(command, 1, [left](Observation& y) { (left ? y.wheel_left : y.wheel_right) += 3.0; }).moved);
+      EXPECT_FALSE(
+          robot.drive(command, 1, [left](Observation& y) { (left ? y.wheel_left : y.wheel_right) += 3.0; }).moved);
     }
     EXPECT_TRUE(robot.monitor.report().faulty());
   }
@@ -645,8 +655,8 @@ TEST(FaultIsolation, WheelsThatSomebodyElseDrivesAreFollowedUntilTheRestart) {
     }
   }
   for (const bool left : {true, false}) {  // a wheel that is not measured goes on as it was
-    const FaultReport& report =
-        robot.drive({6.0, 6.0}, 25, [left](Observation& y) { (left ? y.valid.wheel_left : y.valid.wheel_right) = false; });
+    const FaultReport& report = robot.drive(
+        {6.0, 6.0}, 25, [left](Observation& y) { (left ? y.valid.wheel_left : y.valid.wheel_right) = false; });
     EXPECT_LT(report.gyro.distance, 0.5) << left;
     robot.drive({6.0, 6.0}, 5);
   }
@@ -710,17 +720,19 @@ TEST(FaultIsolation, NoiseIsForgottenWithTheEncodersOnly) {
 }
 
 TEST(FaultIsolation, ResetForgetsBiasAndInclination) {
-  const auto valid = [](bool reset) {
+  const auto valid = [](bool reset, double yaw_rate, double acceleration) {
     Robot robot;
     robot.noise = 0.0;
     robot.drive(kStand, 300, [](Observation& y) { y.yaw_rate = 0.045, y.acceleration_x = 2.0; });
     if (reset) robot.monitor.reset();
     if (!reset) robot.monitor.restart();
-    robot.drive(kStand, 1, [](Observation& y) { y.acceleration_x = -2.0; });
+    robot.drive(kStand, 1, [&](Observation& y) { y.yaw_rate = yaw_rate, y.acceleration_x = acceleration; });
     return robot.monitor.report().valid();
   };
-  EXPECT_TRUE(valid(true).all());
-  EXPECT_FALSE(valid(false).yaw_rate || valid(false).acceleration) << "a restart does not";
+  EXPECT_TRUE(valid(true, 0.0, 2.0).all());
+  EXPECT_TRUE(valid(true, 0.045, -2.0).all());
+  EXPECT_FALSE(valid(false, 0.0, 2.0).yaw_rate) << "a restart does not";
+  EXPECT_FALSE(valid(false, 0.045, -2.0).acceleration);
 }
 
 // Traction.

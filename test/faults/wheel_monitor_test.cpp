@@ -231,6 +231,12 @@ FaultParameters exactParameters() {
   return p;
 }
 
+/// Lets a number of steps pass, each of them for itself.
+void predict(ReachableSpeeds& reachable, double command, long number) {
+  ReachableSpeeds::Steps steps;
+  for (; number > 0; --number) reachable.predict(command, 1, steps);
+}
+
 /// Compares the band of a monitor during steps of the command with that of a range of drive trains.
 void expectBand(const PlantModel& told, const DriveTrainRange& range, double gain, double offset) {
   Wheel wheel(told);
@@ -238,7 +244,7 @@ void expectBand(const PlantModel& told, const DriveTrainRange& range, double gai
   for (const double command : {10.0, -10.0, 3.0}) {
     for (int k = 1; k <= 50; ++k) {
       wheel.pass(command, kPeriod);
-      for (int step = 0; step < 20; ++step) reachable.predict(command);
+      predict(reachable, command, 20);
       double low = reachable.low(), high = reachable.high();
       if (low <= 0.8 && high >= -0.8) low = std::min(low, 0.0), high = std::max(high, 0.0);  // stiction
       low = std::min(low, reachable.low() - gain * std::abs(reachable.low()) - offset);
@@ -738,7 +744,7 @@ TEST(WheelMonitor, TheBandMovesWithWhatIsBelieved) {
     ReachableSpeeds reachable(model(), kRadius, {0.09, 0.09, 0.01, 0.01, 0.5, 3.0});
     const auto pass = [&](double command, double duration) {
       wheel.pass(command, duration);
-      for (long k = std::lround(duration / 0.001); k > 0; --k) reachable.predict(command);
+      predict(reachable, command, std::lround(duration / 0.001));
     };
     for (int k = 0; k < 600; ++k) {
       pass(10.0, kPeriod);

@@ -7,10 +7,10 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kTrack = 0.55;    // m
-constexpr double kPeriod = 0.02;   // s
-constexpr double kSpread = 2e-6;   // variance of the difference speed [(m/s)^2]
-constexpr double kBound = 5.0;     // sqrt(1 / 0.04)
+constexpr double kTrack = 0.55;   // m
+constexpr double kPeriod = 0.02;  // s
+constexpr double kSpread = 2e-6;  // variance of the difference speed [(m/s)^2]
+constexpr double kBound = 5.0;    // sqrt(1 / 0.04)
 constexpr ChannelState kOk = ChannelState::ok, kOutlier = ChannelState::outlier, kFaulty = ChannelState::faulty;
 
 constexpr double square(double value) { return value * value; }
@@ -53,9 +53,7 @@ class Gyro {
     return samples;
   }
 
-  double slopeVariance() const {
-    return monitor.belief().variance(1.0, 0.0) - monitor.belief().variance(0.0, 0.0);
-  }
+  double slopeVariance() const { return monitor.belief().variance(1.0, 0.0) - monitor.belief().variance(0.0, 0.0); }
 
   YawMonitor monitor;
   double x = 0.0, forward = 0.0;                     // of the wheels [m/s]
