@@ -15,9 +15,7 @@ constexpr int kPointsPerDecade = 16;
 constexpr double kSmallestGain = 1e-9;  // where a scan begins if a gain may be zero
 
 ModeCertificate certifyMode(const LinearLoop& loop, LoopMode mode) {
-  const LoopTest stable = [&](const LoopChange& change) {
-    return loop.worstSpectralRadius(mode, change) < kStabilityLimit;
-  };
+  const LoopTest stable = [&](const LoopChange& change) { return loop.stable(mode, change); };
   return {findMargins(stable, loop.controller().actionStep(), loop.plant().dead_time), loop.worstSpectralRadius(mode)};
 }
 
@@ -81,10 +79,8 @@ std::vector<LoopParameter> parametersOf(const ControllerParameters& controller, 
 }  // namespace
 
 bool isStable(const LinearLoop& loop, const LoopChange& change) {
-  if (loop.beliefSpectralRadius() >= kStabilityLimit || loop.worstSpectralRadius(LoopMode::lateral) >= kStabilityLimit)
-    return false;
-  return loop.worstSpectralRadius(LoopMode::straight, change) < kStabilityLimit &&
-         loop.worstSpectralRadius(LoopMode::turn, change) < kStabilityLimit;
+  return loop.beliefSpectralRadius() < kStabilityLimit && loop.stable(LoopMode::lateral) &&
+         loop.stable(LoopMode::straight, change) && loop.stable(LoopMode::turn, change);
 }
 
 LoopVerdict verdictOn(const LinearLoop& loop) { return {radiiOf(loop), loop.period(), loop.radiusUncertainty()}; }

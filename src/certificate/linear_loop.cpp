@@ -180,6 +180,15 @@ double LinearLoop::worstSpectralRadius(LoopMode mode, LoopChange change) const {
       longestPhase());
 }
 
+bool LinearLoop::stable(LoopMode mode, LoopChange change) const {
+  if (mode == LoopMode::lateral) return spectralRadius(mode) < kStabilityLimit;
+  const auto radius = [&](double phase) {
+    change.phase = phase;
+    return spectralRadius(mode, change);
+  };
+  return stableAtEveryPhase(radius, longestPhase());
+}
+
 double LinearLoop::worstSpectralRadius() const {
   return std::max({worstSpectralRadius(LoopMode::straight), worstSpectralRadius(LoopMode::turn),
                    spectralRadius(LoopMode::lateral)});

@@ -4,16 +4,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "jackal_aic/certificate/margins.hpp"
 #include "jackal_aic/config/parameter_map.hpp"
 
 namespace jackal_aic {
 
-double worstOverPhase(const std::function<double(double phase)>& radius, double longest) {
+namespace {
+
+/// @param close difference to 1 below which a radius is close to the limit; @param enough where the search ends.
+double worstOverPhase(const std::function<double(double)>& radius, double longest, double close, double enough) {
   constexpr int kGrid = 4, kHalvings = 4;
-  constexpr double kClose = 0.02;  // more than the radius changes between the points of the grid
   double worst = -1.0, at = 0.0;
   const auto look = [&](double phase) {
+    if (worst >= enough) return;
     const double here = radius(std::clamp(phase, 0.0, longest));
     if (here <= worst) return;
     worst = here;
@@ -21,13 +26,24 @@ double worstOverPhase(const std::function<double(double phase)>& radius, double 
   };
   for (int i = 0; i <= kGrid; ++i) look(longest * i / kGrid);
   double distance = longest / kGrid;
-  for (int i = 0; i < kHalvings && std::abs(worst - 1.0) < kClose; ++i) {
+  for (int i = 0; i < kHalvings && std::abs(worst - 1.0) < close; ++i) {
     distance *= 0.5;
     const double centre = at;
     look(centre - distance);
     look(centre + distance);
   }
   return worst;
+}
+
+}  // namespace
+
+double worstOverPhase(const std::function<double(double)>& radius, double longest) {
+  return worstOverPhase(radius, longest, 0.02, std::numeric_limits<double>::infinity());
+}
+
+bool stableAtEveryPhase(const std::function<double(double)>& radius, double longest) {
+  constexpr double kClose = 0.004;  // ten times what the radius of any preset changes by between the points of the grid
+  return worstOverPhase(radius, longest, kClose, kStabilityLimit) < kStabilityLimit;
 }
 
 int commonActionSteps(double action_rate, double sensor_rate, const char* key) {

@@ -17,6 +17,9 @@ inline constexpr int kMostActionSteps = 50;
 /// the grid.
 double worstOverPhase(const std::function<double(double phase)>& radius, double longest);
 
+/// True if that is below kStabilityLimit, which needs fewer phases.
+bool stableAtEveryPhase(const std::function<double(double phase)>& radius, double longest);
+
 /// Smallest number of action periods that is a whole number of sensor periods. @param key of the action rate, for the
 /// message. @throws ParameterError if there is none within kMostActionSteps.
 int commonActionSteps(double action_rate, double sensor_rate, const char* key);

@@ -50,7 +50,7 @@ PredictiveCertificate certify(const PredictiveParameters& parameters, const Plan
 }
 
 bool isStable(const PredictiveLinearLoop& loop, const LoopChange& change) {
-  return loop.beliefSpectralRadius() < kStabilityLimit && loop.worstSpectralRadius(change) < kStabilityLimit;
+  return loop.beliefSpectralRadius() < kStabilityLimit && loop.stable(change);
 }
 
 LoopVerdict verdictOn(const PredictiveLinearLoop& loop) {

@@ -114,10 +114,11 @@ PredictiveLinearLoop::Belief PredictiveLinearLoop::convergedBelief(std::int64_t 
   const auto events = clock_.events(0, phase);
   WheelBelief belief = belief_;
   Belief result{};
+  Eigen::Matrix3d error;  // over a period
   for (int period = 0; period < kMostPeriods; ++period) {
     const std::vector<Eigen::Vector3d> before = result.gains;
     result.gains.clear();
-    Eigen::Matrix3d error = Eigen::Matrix3d::Identity();
+    error.setIdentity();
     bool fresh = false;
     for (const auto& [time, event] : events) {
       if (event == LoopEvent::sensor) fresh = true;
@@ -131,15 +132,15 @@ PredictiveLinearLoop::Belief PredictiveLinearLoop::convergedBelief(std::int64_t 
       belief.correct(0.0);
       fresh = false;
     }
-    // Without an integral z stays at rest: it is no mode of the loop.
-    if (model_.velocity_loop_integral <= 0.0) error.row(1).setZero();
-    result.spectral_radius = spectralRadiusOf(error).upper();
     double change = before.size() == result.gains.size() ? 0.0 : 1.0;
     for (std::size_t i = 0; i < before.size() && i < result.gains.size(); ++i) {
       change = std::max(change, (result.gains[i] - before[i]).norm() / result.gains[i].norm());
     }
     if (change < kConverged) break;
   }
+  // Without an integral z stays at rest: it is no mode of the loop.
+  if (model_.velocity_loop_integral <= 0.0) error.row(1).setZero();
+  result.spectral_radius = spectralRadiusOf(error).upper();
   return result;
 }
 
@@ -201,6 +202,14 @@ double PredictiveLinearLoop::worstSpectralRadius(LoopChange change) const {
         return spectralRadius(change);
       },
       longestPhase());
+}
+
+bool PredictiveLinearLoop::stable(LoopChange change) const {
+  const auto radius = [&](double phase) {
+    change.phase = phase;
+    return spectralRadius(change);
+  };
+  return stableAtEveryPhase(radius, longestPhase());
 }
 
 double PredictiveLinearLoop::radiusUncertainty() const {

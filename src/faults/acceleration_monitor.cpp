@@ -43,16 +43,25 @@ bool AccelerationMonitor::Repetition::update(const Observation& observation, boo
   return vertical.update(*observation.acceleration_z, other, kResolution, explained) || frozen;
 }
 
-void AccelerationMonitor::predict(double forward_rate, double lowest, double highest, double step) {
-  timing_.add((forward_rate - forward_rate_) / step, step);
-  forward_rate_ = forward_rate;
+void AccelerationMonitor::predict(const double* forward_rates, const double* lowest, const double* highest,
+                                  std::size_t number, double step) {
+  TimingVariance timing = timing_;
+  double forward_rate = forward_rate_, lowest_rate = lowest_rate_, highest_rate = highest_rate_;
   // What was possible fades slowly: the body follows its wheels late.
   const double fading = step / TimingVariance::kFading;
-  lowest_rate_ = std::min(lowest, lowest_rate_ - fading * lowest_rate_);
-  highest_rate_ = std::max(highest, highest_rate_ - fading * highest_rate_);
+  for (std::size_t i = 0; i < number; ++i) {
+    timing.add((forward_rates[i] - forward_rate) / step, step);
+    forward_rate = forward_rates[i];
+    lowest_rate = std::min(lowest[i], lowest_rate - fading * lowest_rate);
+    highest_rate = std::max(highest[i], highest_rate - fading * highest_rate);
+  }
+  timing_ = timing;
+  forward_rate_ = forward_rate;
+  lowest_rate_ = lowest_rate;
+  highest_rate_ = highest_rate;
+  const double wandered = kWandering * kWandering * static_cast<double>(number) * step;
   for (Axis* axis : {&forward_, &vertical_}) {
-    axis->variance =
-        std::min(axis->variance + kWandering * kWandering * step, kUnknownInclination * kUnknownInclination);
+    axis->variance = std::min(axis->variance + wandered, kUnknownInclination * kUnknownInclination);
   }
 }
 

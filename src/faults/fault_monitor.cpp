@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 namespace jackal_aic {
 namespace {
@@ -96,27 +97,41 @@ FaultMonitor::FaultMonitor(const FaultParameters& parameters, const GeometryPara
 
 void FaultMonitor::advance(const std::optional<WheelCommand>& known, double duration) {
   if (!known) followed_ = true;
-  const WheelCommand applied = known.value_or(followed_command_);
   if (!started_) known_ = known ? known_ + duration : 0.0;
-  const int steps = static_cast<int>(duration / WheelBelief::kStep + 0.5);
-  for (int i = 0; i < steps; ++i) {
-    left_.predict(applied.left);
-    right_.predict(applied.right);
-    const double forward_rate = 0.5 * rolling_radius_ * (left_.acceleration() + right_.acceleration());
-    const double difference_rate = rolling_radius_ * (right_.acceleration() - left_.acceleration());
-    yaw_.predict(forward_rate, model_.on_box ? 0.0 : difference_rate, WheelBelief::kStep);
-    if (model_.on_box) {
-      acceleration_.predict(0.0, 0.0, 0.0, WheelBelief::kStep);
-    } else {
-      acceleration_.predict(
-          forward_rate, 0.5 * rolling_radius_ * (left_.lowestAcceleration() + right_.lowestAcceleration()),
-          0.5 * rolling_radius_ * (left_.highestAcceleration() + right_.highestAcceleration()), WheelBelief::kStep);
-    }
+  const WheelCommand applied = known.value_or(followed_command_);
+  if (!(applied == driven_.command)) predict();
+  driven_.command = applied;
+  auto steps = static_cast<std::size_t>(duration / DriveTrain::kStep + 0.5);
+  for (; driven_.steps + steps >= kMostSteps; predict()) {
+    steps -= kMostSteps - driven_.steps;
+    driven_.steps = kMostSteps;
   }
+  driven_.steps += steps;
+}
+
+/// Lets the predictions follow what was driven.
+void FaultMonitor::predict() {
+  const std::size_t number = std::exchange(driven_.steps, 0);
+  if (number == 0) return;
+  WheelSteps left, right;
+  left_.predict(driven_.command.left, number, left);
+  right_.predict(driven_.command.right, number, right);
+  PerStep forward, difference, lowest, highest;  // rates
+  for (std::size_t i = 0; i < number; ++i) {
+    forward[i] = 0.5 * rolling_radius_ * (left.rate[i] + right.rate[i]);
+    difference[i] = rolling_radius_ * (right.rate[i] - left.rate[i]);
+    lowest[i] = 0.5 * rolling_radius_ * (left.lowest_rate[i] + right.lowest_rate[i]);
+    highest[i] = 0.5 * rolling_radius_ * (left.highest_rate[i] + right.highest_rate[i]);
+  }
+  const PerStep none{};  // on a box the body does not follow its wheels
+  const auto of_body = [&](const PerStep& rates) { return (model_.on_box ? none : rates).data(); };
+  yaw_.predict(forward.data(), of_body(difference), number, DriveTrain::kStep);
+  acceleration_.predict(of_body(forward), of_body(lowest), of_body(highest), number, DriveTrain::kStep);
 }
 
 const FaultReport& FaultMonitor::check(const Observation& observation) {
   if (!observation.finite() || (started_ && observation.stamp <= stamp_)) return report_;
+  predict();
   const double step = started_ ? std::min(observation.stamp - stamp_, kLongestStep) : 0.0;
   if (!started_) start(observation);
   stamp_ = observation.stamp;
@@ -336,6 +351,7 @@ void FaultMonitor::checkTraction(const Observation& observation, double step) {
 }
 
 void FaultMonitor::restart() {
+  predict();
   started_ = was_to_stand_ = wheels_turned_ = body_moved_ = false;
   known_ = 0.0;
   followed_ = false;

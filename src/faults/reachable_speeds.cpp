@@ -24,7 +24,7 @@ ReachableSpeeds::ReachableSpeeds(const PlantModel& model, double wheel_radius, c
     : gain_(model.gain),
       dead_zone_(model),
       model_delay_(steps(model.dead_time)),
-      commands_(steps(model.dead_time - range.earlier), steps(model.dead_time + range.later)),
+      commands_(steps(model.dead_time - range.earlier), steps(model.dead_time + range.later), kMostSteps),
       slow_(paceWith(model, wheel_radius, range.longest_lag, range.slowest_acceleration)),
       nominal_pace_(paceWith(model, wheel_radius, model.lag, 1.0)),
       fast_(paceWith(model, wheel_radius, range.shortest_lag, range.fastest_acceleration)) {
@@ -33,19 +33,27 @@ ReachableSpeeds::ReachableSpeeds(const PlantModel& model, double wheel_radius, c
 
 void ReachableSpeeds::start(double speed) {
   commands_.fill(speed / gain_);
-  lowest_rate_ = highest_rate_ = 0.0;
   seed(speed);
 }
 
-void ReachableSpeeds::predict(double command) {
-  commands_.add(dead_zone_.effective(command));
-  acting_ = commands_.at(model_delay_);
-  const double lowest = gain_ * commands_.low(), highest = gain_ * commands_.high();
-  lowest_rate_ = std::min(0.0, fast_.towards(lowest, high_)) / kStep;
-  highest_rate_ = std::max(0.0, fast_.towards(highest, low_)) / kStep;
-  low_ += (lowest < low_ ? fast_ : slow_).towards(lowest, low_);
-  high_ += (highest > high_ ? fast_ : slow_).towards(highest, high_);
-  nominal_ = std::clamp(nominal_ + nominal_pace_.towards(gain_ * acting_, nominal_), low_, high_);
+void ReachableSpeeds::predict(double command, std::size_t number, Steps& steps) {
+  PerStep lowest, highest;
+  commands_.add(dead_zone_.effective(command), number, lowest.data(), highest.data());
+  for (std::size_t i = 0; i < number; ++i) steps.acting[i] = commands_.at(model_delay_ + number - 1 - i);
+  const Pace slow = slow_, model = nominal_pace_, fast = fast_;
+  const double gain = gain_;
+  double low = low_, nominal = nominal_, high = high_;
+  for (std::size_t i = 0; i < number; ++i) {
+    const double r_low = gain * lowest[i], r_high = gain * highest[i];
+    steps.lowest_rate[i] = std::min(0.0, fast.towards(r_low, high)) / kStep;
+    steps.highest_rate[i] = std::max(0.0, fast.towards(r_high, low)) / kStep;
+    low += r_low < low ? fast.towards(r_low, low) : slow.towards(r_low, low);
+    high += r_high > high ? fast.towards(r_high, high) : slow.towards(r_high, high);
+    nominal = std::min(high, std::max(low, nominal + model.towards(gain * steps.acting[i], nominal)));
+  }
+  low_ = low;
+  nominal_ = nominal;
+  high_ = high;
 }
 
 }  // namespace jackal_aic

@@ -1,36 +1,39 @@
 #include "jackal_aic/faults/recent_range.hpp"
 
+#include <algorithm>
+
 namespace jackal_aic {
 
 RecentRange::RecentRange(std::size_t oldest) : oldest_(oldest) {
-  while (mask_ < oldest + kBlock) mask_ = 2 * mask_ + 1;  // the block of the newest value has none in use that is old
+  while (mask_ < oldest) mask_ = 2 * mask_ + 1;
   values_.resize(mask_ + 1);
-  blocks_.resize(values_.size() / kBlock);
   fill(0.0);
 }
 
 void RecentRange::fill(double value) {
   std::fill(values_.begin(), values_.end(), value);
-  std::fill(blocks_.begin(), blocks_.end(), Range{value, value});
   looked_ = false;
 }
 
-RecentRange::Range RecentRange::range() const {
-  if (!looked_) look();
-  return range_;
+void RecentRange::add(const double* values, std::size_t number) {
+  for (std::size_t i = 0; i < number; ++i) values_[++now_ & mask_] = values[i];
+  now_ &= mask_;
+  looked_ = false;
 }
 
-void RecentRange::look() const {
-  range_ = {newest(), newest()};
-  const auto include = [this](double low, double high) {
-    range_.low = std::min(range_.low, low);
-    range_.high = std::max(range_.high, high);
-  };
-  std::size_t left = oldest_ + 1;  // values that have not been looked at, the last ones
-  const auto next = [&] { return (now_ + 1 - left) & mask_; };
-  for (; left > 0 && next() % kBlock != 0; --left) include(values_[next()], values_[next()]);
-  for (; left > 0; left -= std::min(left, kBlock)) include(blocks_[next() / kBlock].low, blocks_[next() / kBlock].high);
+RecentRange::Range RecentRange::rangeOf(std::size_t begin, std::size_t end) const {
+  Range range{values_[begin], values_[begin]};
+  for (; begin < end; ++begin) range = {std::min(values_[begin], range.low), std::max(values_[begin], range.high)};
+  return range;
+}
+
+RecentRange::Range RecentRange::range() const {
+  if (looked_) return range_;
   looked_ = true;
+  const std::size_t first = (now_ - oldest_) & mask_;
+  if (first <= now_) return range_ = rangeOf(first, now_ + 1);
+  const Range older = rangeOf(first, values_.size()), newer = rangeOf(0, now_ + 1);
+  return range_ = {std::min(older.low, newer.low), std::max(older.high, newer.high)};
 }
 
 }  // namespace jackal_aic

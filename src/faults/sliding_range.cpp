@@ -5,9 +5,9 @@
 
 namespace jackal_aic {
 
-SlidingRange::SlidingRange(std::size_t youngest, std::size_t oldest)
+SlidingRange::SlidingRange(std::size_t youngest, std::size_t oldest, std::size_t kept)
     : youngest_(static_cast<Time>(youngest)), oldest_(static_cast<Time>(oldest)) {
-  while (mask_ < oldest_ + 1) mask_ = 2 * mask_ + 1;  // the one that leaves included
+  while (mask_ < oldest_ + kept + 1) mask_ = 2 * mask_ + 1;  // the one that leaves included
   values_.resize(mask_ + 1);
   smallest_.times.resize(mask_ + 1);
   largest_.times.resize(mask_ + 1);
@@ -22,6 +22,22 @@ void SlidingRange::fill(double value) {
     queue->end = 1;
     queue->times[0] = now_ - youngest_;
   }
+}
+
+void SlidingRange::add(double value, std::size_t number, double* lows, double* highs) {
+  double entered = valueAt(now_ - youngest_), left = valueAt(now_ - oldest_);
+  Time now = now_;
+  for (std::size_t i = 0; i < number; ++i) {
+    values_[++now & mask_] = value;
+    const double entering = valueAt(now - youngest_), leaving = valueAt(now - oldest_);
+    if (entering != entered) enter(now - youngest_);
+    if (leaving != left) leave(now - oldest_ - 1);
+    entered = entering;
+    left = leaving;
+    lows[i] = low_;
+    highs[i] = high_;
+  }
+  now_ = now;
 }
 
 template <class Beats>

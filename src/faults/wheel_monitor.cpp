@@ -60,7 +60,7 @@ constexpr double kMisfitMemory = 10.0;
 constexpr double kMisfit = 3.0;
 constexpr double kAnyMisfit = 0.3;
 
-std::size_t steps(double time) { return static_cast<std::size_t>(std::lround(time / WheelBelief::kStep)); }
+std::size_t steps(double time) { return static_cast<std::size_t>(std::lround(time / DriveTrain::kStep)); }
 
 /// The time by which a second prediction can run ahead: what is commanded now is not yet driven.
 double lead(const FaultParameters& p, const PlantModel& model) {
@@ -100,8 +100,8 @@ constexpr double kAssumedOffset = 0.5;
 /// Width of the envelope, in standard deviations of the error, up to which an error tells of the noise.
 constexpr double kNarrow = 3.0;
 
-WheelBeliefParameters beliefParameters(const FaultParameters& p) {
-  WheelBeliefParameters belief;
+DriveTrainBeliefParameters beliefParameters(const FaultParameters& p) {
+  DriveTrainBeliefParameters belief;
   belief.measurement_variance = p.wheel_variance;
   belief.dead_time_deviation = p.dead_time_deviation;
   return belief;
@@ -111,14 +111,13 @@ WheelBeliefParameters beliefParameters(const FaultParameters& p) {
 
 WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius)
     : WheelMonitor(parameters, model, wheel_radius, {model, wheel_radius, driveTrainRange(parameters, model)},
-                   {model, wheel_radius, beliefParameters(parameters), 0.0},
                    {steps(kTimingBound * parameters.dead_time_deviation), steps(lead(parameters, model))}) {}
 
 WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius,
-                           ReachableSpeeds&& reachable, WheelBelief&& belief, PredictionEnvelope&& envelope)
+                           ReachableSpeeds&& reachable, PredictionEnvelope&& envelope)
     : parameters_(parameters),
       reachable_(std::move(reachable)),
-      belief_(std::move(belief)),
+      belief_(model, wheel_radius, beliefParameters(parameters)),
       drive_train_(model, wheel_radius),
       early_delay_(steps(model.dead_time - lead(parameters, model))),
       envelope_(std::move(envelope)),
@@ -131,8 +130,7 @@ WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& 
       least_progress_(0.5 * parameters.slowest_acceleration * model.acceleration_limit / wheel_radius) {}
 
 void WheelMonitor::forget(const PlantModel& model, double wheel_radius) {
-  *this =
-      WheelMonitor(parameters_, model, wheel_radius, std::move(reachable_), std::move(belief_), std::move(envelope_));
+  *this = WheelMonitor(parameters_, model, wheel_radius, std::move(reachable_), std::move(envelope_));
   start(0.0);
 }
 
@@ -144,7 +142,7 @@ void WheelMonitor::start(double speed) {
 }
 
 void WheelMonitor::startUnderWay(double speed) {
-  belief_.seed(speed);
+  belief_.reset(speed);
   reachable_.seed(speed);
   begin(speed);
 }
@@ -165,16 +163,23 @@ void WheelMonitor::begin(double speed) {
   persistence_.reset();
 }
 
-void WheelMonitor::predict(double command) {
-  reachable_.predict(command);
-  belief_.predictActing(reachable_.acting());
-  drive_train_.step(early_, reachable_.commandBefore(early_delay_));
-  envelope_.add(belief_.speed(), early_(0));
-  change_.add(belief_.acceleration(), WheelBelief::kStep);
+void WheelMonitor::predict(double command, std::size_t number, WheelSteps& steps) {
+  reachable_.predict(command, number, steps);
+  belief_.predict(steps.acting, number, steps.speed, steps.rate);
+  PerStep early;
+  const DriveTrain drive_train = drive_train_;
+  Eigen::Vector3d x = early_;
+  for (std::size_t i = 0; i < number; ++i) {
+    drive_train.step(x, reachable_.commandBefore(early_delay_ + number - 1 - i));
+    early[i] = x(0);
+    change_.add(steps.rate[i], DriveTrain::kStep);
+  }
+  early_ = x;
+  envelope_.add(steps.speed.data(), early.data(), number);
 }
 
 double WheelMonitor::speedVariance() const {
-  return std::min(belief_.covariance()(0, 0), kLargestDeviation * kLargestDeviation) + resolutionVariance();
+  return std::min(belief_.speedVariance(), kLargestDeviation * kLargestDeviation) + resolutionVariance();
 }
 
 /// Of rounding to whole steps; it does not average out while the speed stays.
@@ -207,6 +212,7 @@ void WheelMonitor::holdIntervals(double step) {
 
 WheelMonitor::Interval WheelMonitor::held(const Interval Intervals::*kind) const {
   Interval held = intervals_[newest_].*kind;
+  if (hold_.longest() == 0.0) return held;
   const double earliest = clock_ - hold_.longest() - kTolerance;
   for (std::size_t i = 1; i < intervals_.size(); ++i) {
     const Intervals& old = intervals_[(newest_ + intervals_.size() - i) % intervals_.size()];
@@ -302,7 +308,7 @@ bool WheelMonitor::fasterThanCommanded() const {
 }
 
 void WheelMonitor::forgive() {
-  belief_.seed(measured_);
+  belief_.reset(measured_);
   reachable_.seed(measured_);
   persistence_.reset();
 }

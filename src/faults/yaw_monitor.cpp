@@ -97,17 +97,30 @@ YawMonitor::YawMonitor(const FaultParameters& parameters, double effective_track
       repetition_moving_(parameters.frozen_samples),
       bound_(chebyshevBound(1, parameters.false_alarm_rate)) {}
 
-void YawMonitor::predict(double forward_rate, double difference_rate, double step) {
-  forward_change_.add(forward_rate, step);
-  difference_change_.add(difference_rate, step);
-  timing_.add(belief_.slope() * difference_rate, step);
-  grip_.add(forward_rate, step);
-  const double changed = std::abs(forward_change_.value()) + std::abs(difference_change_.value());
-  settled_ = changed < kNoChange ? settled_ + step : 0.0;
-  const double change = changed / YawBelief::kMotionScale;
+void YawMonitor::predict(const double* forward_rates, const double* difference_rates, std::size_t number, double step) {
+  RecentChange forward_change = forward_change_, difference_change = difference_change_;
+  TimingVariance timing = timing_, grip = grip_;
   // The belief of before a fault waits as it was for the gyro to agree with it again.
-  const double turn = kUnlikeTyres * belief_.slope() * forward_change_.value();
-  (state() == ChannelState::faulty ? alternative_ : belief_).predict(change, kMemory, step, turn);
+  YawBelief& waiting = state() == ChannelState::faulty ? alternative_ : belief_;
+  YawBelief belief = waiting;
+  double settled = settled_;
+  const double slope = belief_.slope();
+  for (std::size_t i = 0; i < number; ++i) {
+    forward_change.add(forward_rates[i], step);
+    difference_change.add(difference_rates[i], step);
+    timing.add(slope * difference_rates[i], step);
+    grip.add(forward_rates[i], step);
+    const double changed = std::abs(forward_change.value()) + std::abs(difference_change.value());
+    settled = changed < kNoChange ? settled + step : 0.0;
+    const double turn = kUnlikeTyres * slope * forward_change.value();
+    belief.predict(changed / YawBelief::kMotionScale, kMemory, step, turn);
+  }
+  forward_change_ = forward_change;
+  difference_change_ = difference_change;
+  timing_ = timing;
+  grip_ = grip;
+  waiting = belief;
+  settled_ = settled;
 }
 
 void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step, bool shaken) {
@@ -166,13 +179,9 @@ void YawMonitor::watchJumps(double yaw_rate, double asked, double step) {
 }
 
 bool YawMonitor::slides(double yaw_rate, double x) const {
-  const double asked = belief_.slope() * x, error = belief_.error(yaw_rate, x);
-  if (jumped_) {
-    const bool passes = jump_time_ < std::min(kTimePerJolt * jolts_, kLongestJolt);
-    return passes && std::abs(error) <= kRocking * std::abs(asked);
-  }
-  const double most = error * asked < 0.0 ? 1.0 + kAgainst : kOtherGround;
-  return std::abs(error) <= most * std::abs(asked);
+  const double part = belief_.error(yaw_rate, x) / (belief_.slope() * x);  // of what the wheels ask for
+  if (!jumped_) return part >= -(1.0 + kAgainst) && part <= kOtherGround;
+  return jump_time_ < std::min(kTimePerJolt * jolts_, kLongestJolt) && std::abs(part) <= kRocking;
 }
 
 bool YawMonitor::biased(double forward) const {

@@ -3,28 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "jackal_aic/model/drive_train_belief.hpp"
+
 namespace jackal_aic {
 namespace {
 
 /// Part of the expected change of its speed that a wheel with a slow motor makes at least, be it expected by the
 /// learned limit or by the model's; one that moves less has another reason.
 constexpr double kLeastPart = 0.2;
-
-/// P ← J P J' of a symmetric P and a drive train's J, whose last row is (0, 0, 1).
-void propagate(const Eigen::Matrix3d& J, Eigen::Matrix3d& P) {
-  const Eigen::Matrix<double, 2, 3> JP = J.topRows<2>().lazyProduct(P);
-  P.topLeftCorner<2, 2>() = JP.lazyProduct(J.topRows<2>().transpose());
-  P.topRightCorner<2, 1>() = JP.col(2);
-  P.bottomLeftCorner<1, 2>() = JP.col(2).transpose();
-}
-
-/// P ← P − K (PC)', of which the symmetric part is kept.
-void correctCovariance(const Eigen::Vector3d& K, const Eigen::Vector3d& PC, Eigen::Matrix3d& P) {
-  for (int i = 0; i < 3; ++i) {
-    P(i, i) -= K(i) * PC(i);
-    for (int j = 0; j < i; ++j) P(i, j) = P(j, i) = 0.5 * (P(i, j) - K(i) * PC(j) + (P(j, i) - K(j) * PC(i)));
-  }
-}
 
 constexpr double kLeastLimit = 0.3;            // lambda
 constexpr double kLimitMemory = 0.5;           // s at the limit

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "jackal_aic/model/gravity.hpp"
+#include "jackal_aic/model/wheel_belief.hpp"
 
 namespace jackal_aic {
 namespace {

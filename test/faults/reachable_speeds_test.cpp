@@ -23,6 +23,13 @@ PlantModel model() {
 
 constexpr DriveTrainRange kRange{0.04, 0.09, 0.01, 0.1, 0.5, 3.0};
 
+/// What happens while a command [rad/s] is applied for a step.
+ReachableSpeeds::Steps predict(ReachableSpeeds& reachable, double command) {
+  ReachableSpeeds::Steps steps;
+  reachable.predict(command, 1, steps);
+  return steps;
+}
+
 /// A drive train somewhere in the range.
 PlantModel drawn(std::mt19937& random) {
   const auto between = [&](double low, double high) {
@@ -49,33 +56,34 @@ TEST(ReachableSpeeds, HoldEveryDriveTrainOfTheirRange) {
         hold = 1 + static_cast<int>(random() % 500);
       }
       wheel.predict(command);
-      reachable.predict(command);
+      const ReachableSpeeds::Steps steps = predict(reachable, command);
       ASSERT_GE(wheel.speed(), reachable.low() - 1e-9) << "robot " << robot << ", step " << k;
       ASSERT_LE(wheel.speed(), reachable.high() + 1e-9) << "robot " << robot << ", step " << k;
-      ASSERT_GE(wheel.acceleration(), reachable.lowestRate() - 1e-6) << "robot " << robot << ", step " << k;
-      ASSERT_LE(wheel.acceleration(), reachable.highestRate() + 1e-6) << "robot " << robot << ", step " << k;
+      ASSERT_GE(wheel.acceleration(), steps.lowest_rate[0] - 1e-6) << "robot " << robot << ", step " << k;
+      ASSERT_LE(wheel.acceleration(), steps.highest_rate[0] + 1e-6) << "robot " << robot << ", step " << k;
     }
   }
 }
 
 TEST(ReachableSpeeds, CloseWhenTheCommandStays) {
   ReachableSpeeds reachable(model(), kRadius, kRange);
-  for (int k = 0; k < 3000; ++k) reachable.predict(10.0);
+  for (int k = 0; k < 3000; ++k) predict(reachable, 10.0);
   EXPECT_NEAR(reachable.low(), 10.0, 1e-6);
   EXPECT_NEAR(reachable.high(), 10.0, 1e-6);
-  EXPECT_NEAR(reachable.lowestRate(), 0.0, 1e-3);
-  EXPECT_NEAR(reachable.highestRate(), 0.0, 1e-3);
+  const ReachableSpeeds::Steps steps = predict(reachable, 10.0);
+  EXPECT_NEAR(steps.lowest_rate[0], 0.0, 1e-3);
+  EXPECT_NEAR(steps.highest_rate[0], 0.0, 1e-3);
 }
 
 TEST(ReachableSpeeds, HoldAWheelThatTurnsByTheOffsetSlowerOrStands) {
   PlantModel with = model();
   with.offset = 0.5;
   ReachableSpeeds reachable(with, kRadius, kRange);
-  for (int k = 0; k < 3000; ++k) reachable.predict(-10.0);
+  for (int k = 0; k < 3000; ++k) predict(reachable, -10.0);
   EXPECT_NEAR(reachable.low(), -9.5, 1e-6);
   EXPECT_NEAR(reachable.high(), -9.5, 1e-6);
   reachable.start(0.0);
-  for (int k = 0; k < 3000; ++k) reachable.predict(0.4);
+  for (int k = 0; k < 3000; ++k) predict(reachable, 0.4);
   EXPECT_EQ(reachable.high(), 0.0);
 }
 
@@ -85,7 +93,7 @@ TEST(ReachableSpeeds, AreTheModelsWithoutUncertainty) {
   for (int k = 0; k < 2000; ++k) {
     const double command = k < 1000 ? 6.0 : -4.0;
     wheel.predict(command);
-    reachable.predict(command);
+    predict(reachable, command);
     EXPECT_NEAR(reachable.low(), wheel.speed(), 1e-6);
     EXPECT_NEAR(reachable.nominal(), wheel.speed(), 1e-6);
     EXPECT_NEAR(reachable.high(), wheel.speed(), 1e-6);

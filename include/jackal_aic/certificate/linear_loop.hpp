@@ -63,6 +63,9 @@ class LinearLoop {
   /// not matter.
   double worstSpectralRadius(LoopMode mode, LoopChange change = {}) const;
 
+  /// True if a mode is stable at every phase: worstSpectralRadius() < kStabilityLimit, and sooner told.
+  bool stable(LoopMode mode, LoopChange change = {}) const;
+
   /// The largest over all modes and phases.
   double worstSpectralRadius() const;
 

@@ -63,6 +63,9 @@ class PredictiveLinearLoop {
   /// The largest spectral radius over the phase. @param change whose phase does not matter.
   double worstSpectralRadius(LoopChange change = {}) const;
 
+  /// True if the loop is stable at every phase: worstSpectralRadius() < kStabilityLimit, and sooner told.
+  bool stable(LoopChange change = {}) const;
+
   /// How much smaller than worstSpectralRadius() the true one may be.
   double radiusUncertainty() const;
 

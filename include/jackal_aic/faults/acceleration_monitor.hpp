@@ -20,6 +20,7 @@
 /// a moment, in which the body bounces and its tyres slide.
 
 #include <array>
+#include <cstddef>
 
 #include "jackal_aic/faults/channel_monitor.hpp"
 #include "jackal_aic/faults/fault_parameters.hpp"
@@ -35,7 +36,13 @@ class AccelerationMonitor {
 
   /// Lets a step pass [s]. @param forward_rate dv/dt of the wheels' predictions; @param lowest, highest what it
   /// may be besides, as the drive train is uncertain [m/s^2].
-  void predict(double forward_rate, double lowest, double highest, double step);
+  void predict(double forward_rate, double lowest, double highest, double step) {
+    predict(&forward_rate, &lowest, &highest, 1, step);
+  }
+
+  /// The same for a number of steps with a rate each.
+  void predict(const double* forward_rates, const double* lowest, const double* highest, std::size_t number,
+               double step);
 
   /// Judges a sample; its vertical part only if it is known. @param step time since the last sample [s].
   /// @param moving the wheels turn: the noise differs from that at rest. @param speed of the wheels, forward [m/s].

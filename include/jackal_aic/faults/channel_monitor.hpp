@@ -54,7 +54,9 @@ class RecentChange {
   explicit RecentChange(double memory) : memory_(memory) {}
 
   /// Adds a rate [1/s] over a step [s].
-  void add(double rate, double step) { value_ = memory_ > step ? value_ + step * (rate - value_ / memory_) : 0.0; }
+  void add(double rate, double step) {
+    value_ = memory_ > step ? (1.0 - step / memory_) * value_ + step * rate : 0.0;
+  }
 
   double value() const { return value_; }  ///< change over the memory
 
@@ -77,7 +79,7 @@ class TimingVariance {
   /// Adds a rate of the predicted quantity [1/s] over a step [s].
   void add(double rate, double step) {
     change_.add(rate, step);
-    value_ = std::max(value_ - value_ * step / kFading, change_.value() * change_.value());
+    value_ = std::max((1.0 - step / kFading) * value_, change_.value() * change_.value());
   }
 
   double value() const { return value_; }  ///< of the prediction now
@@ -170,7 +172,7 @@ class RepetitionTest {
   void learnChange(double change, double explained);
   void countNoise(double size);
   bool carriesNoise(double resolution) const;
-  double expectedChance() const;
+  double expectedChance() const;  // of a channel that carries noise
 
   int samples_;
   int run_ = 0;          // repetitions so far

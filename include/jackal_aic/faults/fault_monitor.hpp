@@ -92,7 +92,8 @@ class FaultMonitor {
 
   /// Lets time pass under a command. @param applied the command that is really driven, zero while stopped; empty if it
   /// is not known: then the wheels do what they are measured to do, and only a frozen encoder shows; @param duration
-  /// [s], a whole number of WheelBelief::kStep.
+  /// [s], a whole number of DriveTrain::kStep. The predictions follow when another command comes, with the next sample,
+  /// or after kMostSteps.
   void advance(const std::optional<WheelCommand>& applied, double duration);
 
   /// Judges a sample. One that is not finite or not later than the last changes nothing. Channels that are not valid in
@@ -122,6 +123,13 @@ class FaultMonitor {
     double time = 0.0;  // since the first suspect sample [s]
   };
 
+  /// A command and the steps in which it was applied.
+  struct Driven {
+    WheelCommand command;
+    std::size_t steps = 0;
+  };
+
+  void predict();
   void start(const Observation& observation);
   void checkWheels(const Observation& observation, double step);
   void weighEvidence(const Observation& observation, double step);
@@ -146,6 +154,7 @@ class FaultMonitor {
   YawMonitor yaw_;
   AccelerationMonitor acceleration_;
   TractionBelief traction_{0.0};
+  Driven driven_;  // that the predictions have not followed yet
   FaultReport report_;
   Evidence evidence_;
   bool yaw_tells_ = false;

@@ -24,9 +24,12 @@ class PredictionEnvelope {
 
   /// Adds a step. @param now the prediction; @param ahead the one that runs `ahead` steps ahead of it. Only changes of
   /// the latter count.
-  void add(double now, double ahead) {
-    now_.add(now);
-    later_.add(ahead);
+  void add(double now, double ahead) { add(&now, &ahead, 1); }
+
+  /// The same for a number of steps.
+  void add(const double* now, const double* ahead, std::size_t number) {
+    now_.add(now, number);
+    later_.add(ahead, number);
   }
 
   /// What the envelope leaves unexplained of a value: its distance to the nearest value inside, with sign; 0 inside.

@@ -13,6 +13,7 @@
 
 #include "jackal_aic/faults/sliding_range.hpp"
 #include "jackal_aic/model/drive_train.hpp"
+#include "jackal_aic/model/drive_train_belief.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 
 namespace jackal_aic {
@@ -42,10 +43,19 @@ class ReachableSpeeds {
   /// Believes a speed [rad/s]; the commands of the last dead time are still under way.
   void seed(double speed) { low_ = nominal_ = high_ = speed; }
 
-  /// Goes on by one DriveTrain::kStep during which a command u [rad/s] is applied.
-  void predict(double command);
+  /// What happens in each of some steps.
+  struct Steps {
+    PerStep acting;       ///< effective command that acts after the model's dead time [rad/s]
+    PerStep lowest_rate;  ///< of dw/dt, at any speed in the interval [rad/s^2]
+    PerStep highest_rate;
+  };
 
-  /// Effective command [rad/s] of some time ago [steps], which is not longer than the longest dead time.
+  /// Goes on by steps of DriveTrain::kStep during which a command u [rad/s] is applied. @param number of steps, at most
+  /// kMostSteps; @param[out] steps what happens in them.
+  void predict(double command, std::size_t number, Steps& steps);
+
+  /// Effective command [rad/s] of some time ago [steps], which is not longer than the longest dead time
+  /// and kMostSteps.
   double commandBefore(std::size_t age) const { return commands_.at(age); }
 
   double low() const { return low_; }    ///< lowest speed [rad/s]
@@ -54,12 +64,6 @@ class ReachableSpeeds {
   /// Speed of the model itself, between the two [rad/s].
   double nominal() const { return nominal_; }
 
-  /// Effective command [rad/s] that acts after the model's dead time.
-  double acting() const { return acting_; }
-
-  double lowestRate() const { return lowest_rate_; }    ///< of dw/dt, at any speed in the interval [rad/s^2]
-  double highestRate() const { return highest_rate_; }  ///< of dw/dt, at any speed in the interval [rad/s^2]
-
  private:
   double gain_;
   DeadZone dead_zone_;
@@ -67,8 +71,6 @@ class ReachableSpeeds {
   SlidingRange commands_;    // effective ones that may act now, one per step
   Pace slow_, nominal_pace_, fast_;
   double low_ = 0.0, nominal_ = 0.0, high_ = 0.0;
-  double acting_ = 0.0;
-  double lowest_rate_ = 0.0, highest_rate_ = 0.0;
 };
 
 }  // namespace jackal_aic

@@ -18,21 +18,23 @@ namespace jackal_aic {
 /// changes. Allocates when it is made, and not after.
 class SlidingRange {
  public:
-  /// All values are 0. @param youngest, oldest ages [steps], youngest <= oldest.
-  SlidingRange(std::size_t youngest, std::size_t oldest);
+  /// All values are 0. @param youngest, oldest ages [steps], youngest <= oldest; @param kept for how much longer values
+  /// can be told [steps].
+  SlidingRange(std::size_t youngest, std::size_t oldest, std::size_t kept = 0);
 
   /// As if the value had been this one for long.
   void fill(double value);
 
   /// Adds a value, of age 0; the others age by a step.
   void add(double value) {
-    values_[++now_ & mask_] = value;
-    const Time entering = now_ - youngest_, leaving = now_ - oldest_ - 1;
-    if (valueAt(entering) != valueAt(entering - 1)) enter(entering);
-    if (valueAt(leaving) != valueAt(leaving + 1)) leave(leaving);
+    double low, high;
+    add(value, 1, &low, &high);
   }
 
-  /// The value of an age, at most `oldest`.
+  /// Adds a value a number of times. @param[out] lows, highs smallest and largest value after each.
+  void add(double value, std::size_t number, double* lows, double* highs);
+
+  /// The value of an age, at most `oldest` and what is kept.
   double at(std::size_t age) const { return valueAt(now_ - static_cast<Time>(age)); }
 
   double low() const { return low_; }    ///< smallest value

@@ -11,10 +11,16 @@
 #include "jackal_aic/faults/prediction_envelope.hpp"
 #include "jackal_aic/faults/reachable_speeds.hpp"
 #include "jackal_aic/model/drive_train.hpp"
+#include "jackal_aic/model/drive_train_belief.hpp"
 #include "jackal_aic/model/plant_model.hpp"
-#include "jackal_aic/model/wheel_belief.hpp"
 
 namespace jackal_aic {
+
+/// What a wheel is predicted to do in each of some steps.
+struct WheelSteps : ReachableSpeeds::Steps {
+  PerStep speed;  ///< as the model has it [rad/s]
+  PerStep rate;   ///< likewise, dw/dt [rad/s^2]
+};
 
 /// Prediction, comparison and verdict for one encoder. Allocates when it is made, and not after.
 class WheelMonitor {
@@ -38,8 +44,14 @@ class WheelMonitor {
   /// suspicions stays.
   void follow(double speed);
 
-  /// Moves the prediction by one WheelBelief::kStep during which a command [rad/s] is applied.
-  void predict(double command);
+  /// Moves the prediction by one DriveTrain::kStep during which a command [rad/s] is applied.
+  void predict(double command) {
+    WheelSteps steps;
+    predict(command, 1, steps);
+  }
+
+  /// The same for a number of steps, at most kMostSteps. @param[out] steps what it does in them.
+  void predict(double command, std::size_t number, WheelSteps& steps);
 
   /// Compares a measured speed [rad/s] with the prediction; suspect(), frozen() and distance() tell the outcome. @param
   /// step time since the last sample [s].
@@ -65,10 +77,7 @@ class WheelMonitor {
   ChannelState state() const { return persistence_.state(); }     ///< verdict with the last sample
   bool suspecting() const { return persistence_.suspecting(); }   ///< an outlier is among the last samples
   double speed() const { return belief_.speed(); }                ///< believed wheel speed [rad/s]
-  double acceleration() const { return belief_.acceleration(); }  ///< of the prediction [rad/s^2]
   double uncertainty() const;  ///< variance of speed(), uncertain drive train included [(rad/s)^2]
-  double lowestAcceleration() const { return reachable_.lowestRate(); }    ///< that the drive train may have [rad/s^2]
-  double highestAcceleration() const { return reachable_.highestRate(); }  ///< that the drive train may have [rad/s^2]
 
  private:
   struct Interval {
@@ -81,7 +90,7 @@ class WheelMonitor {
     double time;  // of the sample, by clock_ [s]
   };
   WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius,
-               ReachableSpeeds&& reachable, WheelBelief&& belief, PredictionEnvelope&& envelope);
+               ReachableSpeeds&& reachable, PredictionEnvelope&& envelope);
   void begin(double speed);
   double speedVariance() const;
   double resolutionVariance() const;
@@ -97,7 +106,7 @@ class WheelMonitor {
 
   FaultParameters parameters_;
   ReachableSpeeds reachable_;  // keeps the commands under way
-  WheelBelief belief_;         // of the command that acts
+  DriveTrainBelief belief_;    // of the command that acts
   DriveTrain drive_train_;
   Eigen::Vector3d early_ = Eigen::Vector3d::Zero();  // of a command that will act; never corrected
   std::size_t early_delay_;                          // [steps]

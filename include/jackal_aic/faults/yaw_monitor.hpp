@@ -3,6 +3,8 @@
 /// @file
 /// Watches the gyro against the wheels.
 
+#include <cstddef>
+
 #include "jackal_aic/faults/channel_monitor.hpp"
 #include "jackal_aic/faults/fault_parameters.hpp"
 #include "jackal_aic/faults/yaw_belief.hpp"
@@ -36,7 +38,12 @@ class YawMonitor {
 
   /// Lets a step pass [s]. @param forward_rate dv/dt; @param difference_rate dx/dt, both of the wheels' predictions
   /// [m/s^2].
-  void predict(double forward_rate, double difference_rate, double step);
+  void predict(double forward_rate, double difference_rate, double step) {
+    predict(&forward_rate, &difference_rate, 1, step);
+  }
+
+  /// The same for a number of steps with a rate each.
+  void predict(const double* forward_rates, const double* difference_rates, std::size_t number, double step);
 
   /// Yaw rate against the wheels, theta_dot - (x/b_hat + beta) [rad/s].
   double error(double yaw_rate, double x) const { return belief_.error(yaw_rate, x); }

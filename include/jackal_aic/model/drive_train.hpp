@@ -54,6 +54,9 @@ class DeadZone {
   double slope_;  // of what is added to a small effective command
 };
 
+/// A value within +- largest.
+inline double limited(double value, double largest) { return std::min(largest, std::max(-largest, value)); }
+
 /// How a drive train without velocity-loop integral goes to its target over a time.
 struct Pace {
   double response;        ///< part of the difference gone, 1 - e^(-time/lag)
@@ -61,7 +64,7 @@ struct Pace {
 
   /// Change of a speed towards a target [rad/s].
   double towards(double target, double speed) const {
-    return std::clamp(response * (target - speed), -largest_change, largest_change);
+    return limited(response * (target - speed), largest_change);
   }
 };
 
@@ -135,7 +138,7 @@ class DriveTrain {
     const Eigen::Vector2d next = transition_.topRows<2>() * x + input_.head<2>() * acting;
     const double wanted = next(0) - x(0);
     const double largest = limit_share * limit_ * kStep;
-    const double change = std::clamp(wanted, -largest, largest);
+    const double change = limited(wanted, largest);
     if (change == wanted) {
       x.head<2>() = next;
     } else {
