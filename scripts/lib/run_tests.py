@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Runs the tests that catkin registered with CTest and counts their cases: gtests as many at a time as there are processors,
-rostests one after another, because each is several processes that have to keep up with each other.
+rostests RATIO times as many, because the clock of their simulated robots paces them and waits for who is late, and at last,
+one after another, those that CTest is to run alone (RUN_SERIAL): they measure on the wall clock.
 
 A gtest writes one JUnit file. A rostest writes one per <test> (its cases) and one of its own, whose failures are what the
 cases cannot tell: a test that crashed, hung or never started. A test that ends with an error although no case failed, or
@@ -13,6 +14,7 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -21,6 +23,7 @@ import threading
 import time
 import xml.etree.ElementTree as xml
 
+RATIO = 2  # rostests at a time for each processor
 GRACE = 20.0  # s from the request to stop until a test is killed
 WHOLE = '(whole test)'  # stands for the case where none can be named
 SANITIZERS = ('ASAN_OPTIONS', 'UBSAN_OPTIONS', 'TSAN_OPTIONS')
@@ -70,17 +73,25 @@ def failure(case):
     return '\n'.join(messages) if messages else None
 
 
+def file_name(name):
+    """A test's name as that of a file."""
+    return re.sub(r'[^\w.]', '_', name)
+
+
 def registered_tests(build):
-    """(name, command, result file, working directory) of each test, in the order of the CMake files."""
+    """((name, command, result file, working directory), whether it has to run alone) of each test, in the order of the CMake
+    files. Each test leaves its results in a directory of its own."""
+    results = str(build / 'test_results')
     listing = subprocess.run(['ctest', '--show-only=json-v1'], cwd=build, check=True, stdout=subprocess.PIPE)
     for test in json.loads(listing.stdout)['tests']:
         if 'command' not in test:
             sys.exit(f'run_tests: {test["name"]} has no command; was it built?')
-        command = test['command']
+        name = re.sub(r'^_ctest_[a-z0-9_]*?_(gtest|rostest|nosetests|roslaunch-check)_', r'\1 ', test['name'])
+        command = [word.replace(results, f'{results}/{file_name(name)}') for word in test['command']]
         runner = next(i for i, word in enumerate(command) if word.endswith('run_tests.py'))
         properties = {item['name']: item['value'] for item in test.get('properties', [])}
-        name = re.sub(r'^_ctest_[a-z0-9_]*?_(gtest|rostest|nosetests|roslaunch-check)_', r'\1 ', test['name'])
-        yield name, command, pathlib.Path(command[runner + 1]), properties.get('WORKING_DIRECTORY', build)
+        where = properties.get('WORKING_DIRECTORY', build)
+        yield (name, command, pathlib.Path(command[runner + 1]), where), properties.get('RUN_SERIAL', False)
 
 
 def descendants(root):
@@ -167,10 +178,8 @@ class Runner:
 
     def __call__(self, name, command, result, directory):
         """Runs one test; returns its outcome, how long it took [s] and its log."""
-        log = self.logs / (re.sub(r'[^\w.]', '_', name) + '.log')
-        own = result.parent.glob('*.xml') if result.name.startswith('rostest-') else result.parent.glob(result.name)
-        for old in own:  # so that what is there afterwards is of this test
-            old.unlink()
+        log = self.logs / f'{file_name(name)}.log'
+        shutil.rmtree(result.parent, ignore_errors=True)  # so that what is there afterwards is of this test
         environment = dict(os.environ)
         if self.findings:
             findings = self.findings / log.stem
@@ -234,11 +243,12 @@ def main():
     arguments = parser.parse_args()
 
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
-    tests = [test for test in registered_tests(arguments.workspace / 'build') if arguments.only.search(test[0])]
+    tests = [(test, alone) for test, alone in registered_tests(arguments.workspace / 'build') if arguments.only.search(test[0])]
     if not tests:
         sys.exit(f'run_tests: no test matches "{arguments.only.pattern}"')
-    alone = [test for test in tests if test[0].startswith('rostest')]
-    together = [test for test in tests if test not in alone]
+    serial = [test for test, alone in tests if alone]
+    rostests = [test for test, alone in tests if not alone and test[0].startswith('rostest')]
+    gtests = [test for test, alone in tests if not alone and not test[0].startswith('rostest')]
     logs = arguments.workspace / 'log' / 'test'
     logs.mkdir(parents=True, exist_ok=True)
 
@@ -253,7 +263,7 @@ def main():
             print(f'\r\033[K{position()} ...  {what}'[:120], end='', flush=True)
 
     runner = Runner(logs, arguments.findings, arguments.timeout)
-    for group, jobs in ((together, arguments.jobs), (alone, 1)):
+    for group, jobs in ((gtests, arguments.jobs), (rostests, RATIO * arguments.jobs), (serial, 1)):
         for name, (outcome, seconds, log) in completed(runner, group, jobs, show):
             ended += 1
             if on_terminal:

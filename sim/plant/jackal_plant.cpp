@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "jackal_aic/model/acceleration_pairing.hpp"
 #include "jackal_aic/model/gravity.hpp"
 #include "motor.hpp"
 #include "ode_world.hpp"
@@ -110,10 +111,10 @@ struct JackalPlant::Implementation {
     SensorModel sensors;
     SampleQueue<PlantMeasurement> samples;
     SampleQueue<ImuMeasurement> imu_samples;
-    ImuMeasurement imu;       // the newest that has come, with a rate of its own
-    int imu_count = 0;        // of those that came since the last sample, of whose accelerations imu has the mean
-    WheelFeedback feedback;   // the newest, with a rate of its own
-    WheelFeedback published;  // that of the last sample
+    ImuMeasurement imu;  // the newest that has come, with a rate of its own
+    AccelerationPairing accelerations;
+    WheelFeedback feedback;                          // the newest, with a rate of its own
+    WheelFeedback published;                         // that of the last sample
     Eigen::Vector3d push = Eigen::Vector3d::Zero();  // along, across [N] and about the vertical [N m]
     bool lifted = false;
     bool left_blocked = false;
@@ -193,7 +194,10 @@ struct JackalPlant::Implementation {
     if (own_imu) {
       if (m.imu_sampling.due(m.truth.time)) takeImuSample(seen, chassis);
       m.imu_measurement = m.imu_samples.receive(m.truth.time);
-      if (m.imu_measurement) pair(*m.imu_measurement);
+      if (m.imu_measurement) {
+        m.imu = *m.imu_measurement;
+        m.accelerations.add(m.imu.linear_acceleration, m.imu.stamp);
+      }
     }
     if (m.sampling.due(m.truth.time)) takeSample(seen, chassis);
     m.measurement = m.samples.receive(m.truth.time);
@@ -201,20 +205,10 @@ struct JackalPlant::Implementation {
       m.imu_measurement = m.measurement;
     } else if (m.measurement) {
       const double stamp = m.measurement->stamp;
+      // As whoever reads both pairs them.
       static_cast<ImuMeasurement&>(*m.measurement) = m.imu;
       m.measurement->stamp = stamp;
-      m.imu_count = 0;
-    }
-  }
-
-  /// As whoever reads both pairs them: the newest, but the mean of the accelerations, of which none may get lost.
-  void pair(const ImuMeasurement& sample) {
-    Motion& m = *motion;
-    const Eigen::Vector3d before = m.imu.linear_acceleration;
-    m.imu = sample;
-    ++m.imu_count;
-    if (m.imu_count > 1) {
-      m.imu.linear_acceleration = before + (sample.linear_acceleration - before) / m.imu_count;
+      m.measurement->linear_acceleration = m.accelerations.take(stamp);
     }
   }
 

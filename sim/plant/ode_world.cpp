@@ -24,6 +24,16 @@ constexpr double kLiftTurn = 0.8;    // rad/s
 /// A contact point slower than this sticks [m/s].
 constexpr double kStickSpeed = 1e-4;
 
+/// A force below this share of its bound is far from it: it is solved for without the bound, and with it if it goes
+/// beyond.
+constexpr double kFarFromBound = 0.95;
+
+/// Steps with all bounds after one that was not kept: wheels that slide and stick by turns miss them again and again.
+constexpr int kStepsWithBounds = 30;
+
+/// By which a force at its bound may seem to exceed it.
+constexpr double kRounding = 1e-6;
+
 /// What of a normal force on tilted ground is rounding [N]: its share of the friction would break the solver.
 constexpr double kSlightestForce = 1e-9;
 
@@ -41,6 +51,28 @@ dThreadingImplementationID createThreading() {
 }
 
 Eigen::Vector3d vectorOf(const dReal* v) { return {v[0], v[1], v[2]}; }
+
+/// Motion of a body, to be given back to it.
+struct BodyState {
+  std::array<dReal, 3> position, velocity, angular_velocity;
+  std::array<dReal, 4> orientation;
+};
+
+BodyState stateOf(dBodyID body) {
+  BodyState state;
+  std::copy_n(dBodyGetPosition(body), 3, state.position.begin());
+  std::copy_n(dBodyGetLinearVel(body), 3, state.velocity.begin());
+  std::copy_n(dBodyGetAngularVel(body), 3, state.angular_velocity.begin());
+  std::copy_n(dBodyGetQuaternion(body), 4, state.orientation.begin());
+  return state;
+}
+
+void restore(dBodyID body, const BodyState& state) {
+  dBodySetPosition(body, state.position[0], state.position[1], state.position[2]);
+  dBodySetQuaternion(body, state.orientation.data());
+  dBodySetLinearVel(body, state.velocity[0], state.velocity[1], state.velocity[2]);
+  dBodySetAngularVel(body, state.angular_velocity[0], state.angular_velocity[1], state.angular_velocity[2]);
+}
 
 Eigen::Quaterniond orientationOf(dBodyID body) {
   const dReal* q = dBodyGetQuaternion(body);
@@ -109,7 +141,6 @@ void OdeWorld::createWheel(const RobotModel& model, std::size_t index) {
   dJointAttach(hinge, wheels_[index], chassis_);
   dJointSetHingeAnchor(hinge, wheel.hub.x(), wheel.hub.y(), wheel.hub.z());
   dJointSetHingeAxis(hinge, 0.0, 1.0, 0.0);
-  dJointSetHingeParam(hinge, dParamFMax, torque_limit_);
   // w + c tau = reference: a motor of constraint force mixing c is a proportional controller of gain 1/c.
   if (stiffness_ > 0.0) dJointSetHingeParam(hinge, dParamCFM, 1.0 / stiffness_);
   dJointSetFeedback(hinge, &hinge_feedback_[index]);
@@ -168,24 +199,53 @@ void OdeWorld::carry() {
   dBodySetAngularVel(chassis_, 0.0, 0.0, lifted_ ? kLiftTurn : 0.0);
 }
 
+/// The solver takes all unbounded forces in one factorisation and every bounded one in a step of its own. Without a
+/// bound that it keeps, a solution is the same, so that bounds that are far are left out until one is not
+/// kept.
 void OdeWorld::step(double step) {
   initialiseOde();
   if (carried_) carry();
-  if (push_torque_ != 0.0) dBodyAddRelTorque(chassis_, 0.0, 0.0, push_torque_);
-  if (!push_force_.isZero(0.0)) dBodyAddRelForce(chassis_, push_force_.x(), push_force_.y(), push_force_.z());
-  const Eigen::Vector3d velocity = vectorOf(dBodyGetLinearVel(chassis_));
-  const Eigen::Vector3d angular_velocity = vectorOf(dBodyGetAngularVel(chassis_));
-  if (!fixed_chassis_) {
-    for (std::size_t i = 0; i < wheels_.size(); ++i) createContacts(i, step);
+  const std::array<dBodyID, 5> bodies{chassis_, wheels_[0], wheels_[1], wheels_[2], wheels_[3]};
+  std::array<BodyState, 5> before;
+  std::transform(bodies.begin(), bodies.end(), before.begin(), stateOf);
+  const bool far = steps_since_bound_ >= kStepsWithBounds;
+  ++steps_since_bound_;
+  if (!solve(step, far ? kFarFromBound : 0.0) && far) {
+    steps_since_bound_ = 0;
+    for (std::size_t i = 0; i < bodies.size(); ++i) restore(bodies[i], before[i]);
+    solve(step, 0.0);
   }
-  dWorldStep(world_.get(), step);
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     updateContact(i, contacts_[i]);
     updateContact(i, kerb_contacts_[i]);
   }
+  acceleration_ = (vectorOf(dBodyGetLinearVel(chassis_)) - vectorOf(before[0].velocity.data())) / step;
+  angular_acceleration_ = (vectorOf(dBodyGetAngularVel(chassis_)) - vectorOf(before[0].angular_velocity.data())) / step;
+}
+
+bool OdeWorld::solve(double step, double far) {
+  if (push_torque_ != 0.0) dBodyAddRelTorque(chassis_, 0.0, 0.0, push_torque_);
+  if (!push_force_.isZero(0.0)) dBodyAddRelForce(chassis_, push_force_.x(), push_force_.y(), push_force_.z());
+  for (std::size_t i = 0; i < wheels_.size(); ++i) {
+    const bool bounded = !(std::abs(wheelTorque(i)) < far * torque_limit_);
+    dJointSetHingeParam(hinges_[i], dParamFMax, bounded ? torque_limit_ : dInfinity);
+    if (!fixed_chassis_) createContacts(i, step, far);
+  }
+  dWorldStep(world_.get(), step);
   dJointGroupEmpty(contact_group_.get());
-  acceleration_ = (vectorOf(dBodyGetLinearVel(chassis_)) - velocity) / step;
-  angular_acceleration_ = (vectorOf(dBodyGetAngularVel(chassis_)) - angular_velocity) / step;
+  bool kept = true;
+  for (std::size_t i = 0; i < wheels_.size(); ++i) {
+    kept = kept && std::abs(wheelTorque(i)) <= (1.0 + kRounding) * torque_limit_ && keepsBounds(contacts_[i]) &&
+           keepsBounds(kerb_contacts_[i]);
+  }
+  return kept;
+}
+
+bool OdeWorld::keepsBounds(const Contact& contact) {
+  if (!contact.touching) return true;
+  const Eigen::Vector3d force = vectorOf(contact.feedback.f1);
+  const double largest = std::max(std::abs(force.dot(contact.rolling)), std::abs(force.dot(contact.lateral())));
+  return largest <= (1.0 + kRounding) * contact.limit;
 }
 
 /// ODE's friction is a box, by dContactApprox1 scaled with the normal force that would act without friction; here its
@@ -193,7 +253,9 @@ void OdeWorld::step(double step) {
 /// contact point slides at speed s, viscous friction of coefficient mu N / s, taken from the last step, has the Coulomb
 /// magnitude mu N and opposes the slip in every direction; the solver applies it implicitly, so that it does not
 /// chatter. While the point sticks, friction is a rigid constraint within the pyramid.
-void OdeWorld::createContact(std::size_t index, Contact& last, const TouchPoint& touch, double step) {
+void OdeWorld::createContact(std::size_t index, Contact& last, const TouchPoint& touch, double step, double far) {
+  const Eigen::Vector3d force = vectorOf(last.feedback.f1);
+  const double rolling_force = force.dot(last.rolling), lateral_force = force.dot(last.lateral());
   last.touching = touch.depth >= 0.0;
   if (!last.touching) return;
 
@@ -202,18 +264,19 @@ void OdeWorld::createContact(std::size_t index, Contact& last, const TouchPoint&
   dJointGetHingeAxis(hinges_[index], axle);
   last.normal = touch.normal;
   last.friction = friction_ * terrain_.frictionShare(touch.point.x(), touch.point.y());
-  const Eigen::Vector3d rolling = vectorOf(axle).cross(touch.normal).normalized();
+  last.rolling = vectorOf(axle).cross(touch.normal).normalized();
   const double spring = step * kContactStiffness;
-  contact.surface.mode = dContactFDir1 | dContactSoftERP | dContactSoftCFM;
+  contact.surface.mode = dContactFDir1 | dContactMu2 | dContactSoftERP | dContactSoftCFM;
   contact.surface.soft_erp = spring / (spring + kContactDamping);
   contact.surface.soft_cfm = 1.0 / (spring + kContactDamping);
-  const double limit = last.friction * last.normal_force;
-  contact.surface.mu = limit;
+  const double limit = last.limit = last.friction * last.normal_force;
+  contact.surface.mu = std::abs(rolling_force) < far * limit ? dInfinity : limit;
+  contact.surface.mu2 = std::abs(lateral_force) < far * limit ? dInfinity : limit;
   if (!last.sticking && limit > 0.0) {
     contact.surface.mode |= dContactSlip1 | dContactSlip2;
     contact.surface.slip1 = contact.surface.slip2 = std::max(last.slip_speed, kStickSpeed) / limit;
   }
-  std::copy_n(rolling.data(), 3, contact.fdir1);
+  std::copy_n(last.rolling.data(), 3, contact.fdir1);
   std::copy_n(touch.point.data(), 3, contact.geom.pos);
   std::copy_n(touch.normal.data(), 3, contact.geom.normal);
   contact.geom.depth = touch.depth;
@@ -222,16 +285,16 @@ void OdeWorld::createContact(std::size_t index, Contact& last, const TouchPoint&
   dJointSetFeedback(joint, &last.feedback);
 }
 
-void OdeWorld::createContacts(std::size_t index, double step) {
+void OdeWorld::createContacts(std::size_t index, double step, double far) {
   const Eigen::Vector3d hub =
       vectorOf(dBodyGetPosition(wheels_[index])) + orientationOf(wheels_[index]) * hub_in_wheel_[index];
   const double radius = radius_[index];
   const Surface ground = terrain_.surface(hub.x(), hub.y());
   const double depth = radius - (hub.z() - ground.height) * ground.normal.z();
-  createContact(index, contacts_[index], {hub - radius * ground.normal, ground.normal, depth}, step);
+  createContact(index, contacts_[index], {hub - radius * ground.normal, ground.normal, depth}, step, far);
   const auto kerb = terrain_.kerb(hub, radius);
   kerb_contacts_[index].touching = false;
-  if (kerb) createContact(index, kerb_contacts_[index], *kerb, step);
+  if (kerb) createContact(index, kerb_contacts_[index], *kerb, step, far);
 }
 
 void OdeWorld::updateContact(std::size_t index, Contact& contact) {

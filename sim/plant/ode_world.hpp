@@ -95,20 +95,28 @@ class OdeWorld {
   /// Contact of one wheel in the last step, from which the friction of the next one is linearised.
   struct Contact {
     bool touching = false;
-    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of the surface
-    double friction = 0.0;                              ///< Coulomb coefficient of the place
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   ///< of the surface
+    Eigen::Vector3d rolling = Eigen::Vector3d::UnitX();  ///< direction in which the wheel rolls
+    double friction = 0.0;                               ///< Coulomb coefficient of the place
+    double limit = 0.0;                                  ///< of the friction, in each direction [N]
     bool sticking = true;
     double normal_force = 0.0;  ///< [N]
     double slip_speed = 0.0;    ///< of the contact point over the ground [m/s]
     dJointFeedback feedback{};
+
+    Eigen::Vector3d lateral() const { return normal.cross(rolling); }  ///< the other direction of friction
   };
 
   void createChassis(const RobotModel& model);
   void createWheel(const RobotModel& model, std::size_t index);
   void setInEquilibrium(const RobotModel& model);
   void carry();
-  void createContacts(std::size_t index, double step);
-  void createContact(std::size_t index, Contact& contact, const TouchPoint& touch, double step);
+  /// Moves the bodies on. @param far share of its bound below which a force of the last step is solved for without it.
+  /// @returns whether the solution keeps all bounds.
+  bool solve(double step, double far);
+  void createContacts(std::size_t index, double step, double far);
+  void createContact(std::size_t index, Contact& contact, const TouchPoint& touch, double step, double far);
+  static bool keepsBounds(const Contact& contact);
   void updateContact(std::size_t index, Contact& contact);
 
   Eigen::Vector3d gravity_;
@@ -117,6 +125,7 @@ class OdeWorld {
   double torque_limit_;
   double stiffness_;
   bool fixed_chassis_;
+  int steps_since_bound_ = 0;                                    // that a force without it did not keep
   Handle<dThreadingImplementationID, FreeThreading> threading_;  ///< the world's own: ODE's default one is shared
   Handle<dWorldID, DestroyWorld> world_;
   Handle<dJointGroupID, DestroyGroup> contact_group_;

@@ -19,6 +19,7 @@ constexpr double kRebound = 1.3;             // of the speed, that a collision m
 constexpr double kBetweenJolts = 0.5;        // s
 constexpr double kStruck = 0.5;              // of the speed, that a collision takes
 constexpr double kLeastStrike = 0.1;         // m/s
+constexpr double kShaken = 0.2;              // s, for which a body goes on rocking
 constexpr double kAftermath = 0.3;           // s, in which the body bounces and the tyres slide
 
 }  // namespace
@@ -32,7 +33,8 @@ AccelerationMonitor::AccelerationMonitor(const FaultParameters& parameters)
       timing_(parameters.dead_time_deviation),
       persistence_(parameters.persistence()),
       repetition_at_rest_{RepetitionTest(parameters.frozen_samples), RepetitionTest(parameters.frozen_samples)},
-      repetition_moving_(repetition_at_rest_) {}
+      repetition_moving_(repetition_at_rest_),
+      since_outlier_(2.0 * kShaken) {}
 
 bool AccelerationMonitor::Repetition::update(const Observation& observation, bool other) {
   const double explained = other ? RepetitionTest::kAnyChange : 0.0;
@@ -110,6 +112,7 @@ void AccelerationMonitor::check(const Observation& observation, bool moving, dou
   const bool frozen_at_rest = repetition_at_rest_.update(observation, moving);
   frozen_ = repetition_moving_.update(observation, !moving) || frozen_at_rest;
 
+  since_outlier_ = distance_ > 1.0 ? 0.0 : since_outlier_ + step;
   const bool jolt = jolt_.update(distance_ > 1.0, forward_.error * step, speed, step);
   persistence_.update((distance_ > 1.0 && !jolt) || frozen_, true, step);
   if (frozen_) persistence_.declareFaulty();
@@ -121,5 +124,7 @@ void AccelerationMonitor::check(const Observation& observation, bool moving, dou
   forward_.learned.learn(forward_.error, forward_.total, step);
   if (vertical) vertical_.learned.learn(vertical_.error, vertical_.total, step);
 }
+
+bool AccelerationMonitor::shaken() const { return since_outlier_ < kShaken && state() != ChannelState::faulty; }
 
 }  // namespace jackal_aic

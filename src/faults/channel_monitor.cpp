@@ -35,7 +35,6 @@ void Persistence::declareFaulty() {
 
 void Persistence::reset() {
   recent_ = 0;
-  good_time_ = 0.0;
   state_ = ChannelState::ok;
 }
 
@@ -48,10 +47,11 @@ bool RepetitionTest::update(double value, bool expected, double resolution, doub
   learnQuantum(std::abs(change), resolution);
   if (!repeats) learnChange(change, explained);
   if (expected || !repeats) return false;
+  const int run = run_++;
+  if (!carriesNoise(resolution)) return false;
   constexpr double kPriorSamples = 50.0;
-  chance_ *= (repeats_ + run_ + kPriorSamples * expectedChance()) / (noisy_ + repeats_ + run_ + kPriorSamples);
-  ++run_;
-  return samples_ > 0 && run_ >= samples_ && chance_ < kChance && carriesNoise(resolution);
+  chance_ *= (repeats_ + run + kPriorSamples * expectedChance()) / (noisy_ + repeats_ + run + kPriorSamples);
+  return repeatsForLong() && chance_ < kChance;
 }
 
 void RepetitionTest::learnQuantum(double change, double resolution) {
@@ -103,7 +103,7 @@ bool RepetitionTest::carriesNoise(double resolution) const {
 
 double RepetitionTest::expectedChance() const {
   constexpr double kGaussian = 0.5;  // above 0.34, of the mean change
-  return changes_ > 0 && quantum_ < usual_change_ ? kGaussian * quantum_ / usual_change_ : 1.0;
+  return kGaussian * quantum_ / usual_change_;
 }
 
 void SampleHold::update(double value, double least, double step) {

@@ -309,7 +309,7 @@ void FaultMonitor::checkGyro(const Observation& observation, double step) {
     yaw_.check(observation.yaw_rate, {0.0, 0.0}, wheelsTurn(), step);
   } else if (wheels_tell || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right)) {
     const DifferenceSpeed wheels{differenceSpeed(), differenceVariance(observation), forwardSpeed()};
-    yaw_.check(observation.yaw_rate, wheels, wheelsTurn(), step);
+    yaw_.check(observation.yaw_rate, wheels, wheelsTurn(), step, report_.shaken);
   }
   report_.gyro = {yaw_.state(), FaultCause::none, yaw_.distance()};
   if (acceleration_.upsideDown()) {
@@ -323,9 +323,11 @@ void FaultMonitor::checkGyro(const Observation& observation, double step) {
 }
 
 void FaultMonitor::checkAccelerometer(const Observation& observation, double step) {
+  report_.shaken = false;
   if (!observation.valid.acceleration) return;
   acceleration_.check(observation, wheelsTurn(), forwardSpeed(), step);
   report_.accelerometer = {acceleration_.state(), FaultCause::none, acceleration_.distance()};
+  report_.shaken = acceleration_.shaken();
   if (!isFaulty(report_.accelerometer)) return;
   report_.accelerometer.cause = acceleration_.upsideDown() ? FaultCause::gravity
                                 : acceleration_.frozen()   ? FaultCause::frozen
@@ -355,7 +357,6 @@ void FaultMonitor::restart() {
   followed_ = false;
   followed_command_ = {};
   report_ = FaultReport{};
-  evidence_ = Evidence{};
   yaw_.restart();
   acceleration_.forgive();
   traction_.restart();

@@ -123,7 +123,7 @@ void YawMonitor::predict(const double* forward_rates, const double* difference_r
   settled_ = settled;
 }
 
-void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step) {
+void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step, bool shaken) {
   const bool was_faulty = state() == ChannelState::faulty;
   distance_ = distanceFrom(belief_, yaw_rate, x);
   // What it does at rest says nothing of what it does while moving: its driver may filter differently.
@@ -138,8 +138,9 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
     reversed_ = agreement_of_sign_.value() < 0.0;
   }
   const bool wrong_for_good = frozen_ || reversed();
-  const bool sliding = (distance_ > 1.0 || jumped_) && !was_faulty && slides(yaw_rate, x.value);
-  bool suspect = ((distance_ > 1.0 || jumped_) && !sliding) || wrong_for_good || biased(x.forward);
+  const bool off = distance_ > 1.0 || jumped_;
+  const bool sliding = off && !was_faulty && (shaken || slides(yaw_rate, x.value));
+  bool suspect = (off && !sliding) || wrong_for_good || biased(x.forward);
   if (was_faulty) {
     agreement_ = distanceFrom(alternative_, yaw_rate, x) <= 1.0 ? agreement_ + step : 0.0;
     suspect = suspect && (wrong_for_good || !explained(yaw_rate, x));
@@ -178,13 +179,9 @@ void YawMonitor::watchJumps(double yaw_rate, double asked, double step) {
 }
 
 bool YawMonitor::slides(double yaw_rate, double x) const {
-  const double asked = belief_.slope() * x, error = belief_.error(yaw_rate, x);
-  if (jumped_) {
-    const bool passes = jump_time_ < std::min(kTimePerJolt * jolts_, kLongestJolt);
-    return passes && std::abs(error) <= kRocking * std::abs(asked);
-  }
-  const double most = error * asked < 0.0 ? 1.0 + kAgainst : kOtherGround;
-  return std::abs(error) <= most * std::abs(asked);
+  const double part = belief_.error(yaw_rate, x) / (belief_.slope() * x);  // of what the wheels ask for
+  if (!jumped_) return part >= -(1.0 + kAgainst) && part <= kOtherGround;
+  return jump_time_ < std::min(kTimePerJolt * jolts_, kLongestJolt) && std::abs(part) <= kRocking;
 }
 
 bool YawMonitor::biased(double forward) const {

@@ -114,9 +114,10 @@ std::optional<TractionBelief::Change> TractionBelief::againstRolling(const Chang
     const double before = std::max(std::abs(now_.wheels), std::abs(now_.wheels - collision.wheels));
     const bool stopped = std::abs(now_.wheels - collision.error()) < kStopped * before;
     // Sensors that are late make an error of it too, but one that ends with their being late.
-    const double noise = kBound * std::sqrt(factor_ * collision.variance);
+    // Most of a collision lies within its jolt, in which vibration does less than in the whole.
+    const double noise = kBound * std::sqrt(factor_ * collision.variance * std::min(1.0, kJolt / collision.time));
     const double least = std::max(kLeast, noise), error = std::abs(collision.error());
-    if (stopped && error > least && jolt_ > kShare * error) return collision;
+    if (stopped && error > least && jolt_ > std::max(noise, kShare * error)) return collision;
   }
   const double by_wheels = window.error() < 0.0 ? -window.wheels : window.wheels;
   if (by_wheels > kOpposed * std::abs(window.error()) && surprises(window)) return window;
@@ -188,7 +189,9 @@ void TractionBelief::slide(double gap_before, double acceleration, double step) 
   speed_ = corrected_speed_ + step * acceleration;
   variance_ += variance_rate_ * step;
   const double gap = speed_ - now_.wheels;
-  const bool met = gap_before * gap <= 0.0 || std::abs(gap) < kMet;
+  const bool collided = surprise_ <= kCollision + kRounding;
+  // A body that bounces off something may seem to meet the wheels, which were stopped with it.
+  const bool met = (gap_before * gap <= 0.0 || std::abs(gap) < kMet) && (!collided || sliding_ > kCollision);
   const bool unknown = kCentre * (now_.turning - turning_before_) > std::max(kLeast, std::abs(gap));
   if (met || unknown) return beginToRoll();
   const Change quiet = since(kQuiet);
@@ -198,7 +201,6 @@ void TractionBelief::slide(double gap_before, double acceleration, double step) 
   const double wheels = std::abs(now_.wheels);
   const double stopped = sliding_ > kDoubt ? 0.5 : kStopped;
   // The noise is what it is now: when the slide began it may just have grown. A collision makes some of its own.
-  const bool collided = surprise_ <= kCollision + kRounding;
   const double noise = kBound * std::sqrt(factor_ * variance_rate_ * surprise_);
   const bool sure = collided || std::abs(gap) > noise;
   if (sure && wheels > kTurns && std::abs(speed_) < stopped * wheels) return beginToStand();

@@ -24,7 +24,7 @@ SensorPairing::SensorPairing(const RobotNames& names, const tf2_ros::Buffer& tra
 
 void SensorPairing::reset() {
   paired_wheels_ = paired_imu_ = ros::Time();
-  accelerations_ = {};
+  accelerations_.reset();
   // A new synchronizer, because the old one keeps messages and refuses stamps from before them.
   synchronizer_.reset();
   Policy policy(kQueueLength);
@@ -64,28 +64,13 @@ std::optional<SensorReading> SensorPairing::addImu(const sensor_msgs::ImuConstPt
   refusal_.clear();
   const std::optional<SensorReading> reading = imu_reader_.read(*message, now);
   if (!reading) return refuse(imu_reader_.lastRefusal());
-  accelerations_.add(reading->observation);
+  const Observation& y = reading->observation;
+  accelerations_.add({y.acceleration_x, y.acceleration_y, y.acceleration_z.value_or(0.0)}, y.stamp);
   if (!followsClosely(message->header.stamp, paired_imu_)) {
     paired_imu_ = message->header.stamp;
     imu_input_.add(message);
   }
   return reading;
-}
-
-// Of equal ones the mean is the same to the bit, so that a frozen source stays one.
-void SensorPairing::Accelerations::add(const Observation& sample) {
-  const double share = 1.0 / ++count;
-  x += share * (sample.acceleration_x - x);
-  y += share * (sample.acceleration_y - y);
-  z += share * (sample.acceleration_z.value_or(0.0) - z);
-}
-
-void SensorPairing::Accelerations::take(Observation& observation) {
-  if (count == 0) return;
-  observation.acceleration_x = x;
-  observation.acceleration_y = y;
-  if (observation.acceleration_z) observation.acceleration_z = z;
-  *this = {};
 }
 
 // Messages were checked when they came in, so that the values are there.
@@ -118,7 +103,10 @@ void SensorPairing::onPair(const sensor_msgs::JointStateConstPtr& wheels, const 
   observation.wheel_left = encoders.wheel_left;
   observation.wheel_right = encoders.wheel_right;
   observation.valid = {};
-  accelerations_.take(observation);
+  const Eigen::Vector3d acceleration = accelerations_.take(observation.stamp);
+  observation.acceleration_x = acceleration.x();
+  observation.acceleration_y = acceleration.y();
+  if (observation.acceleration_z) observation.acceleration_z = acceleration.z();
   callback_(observation, wheels->header.stamp);
 }
 

@@ -16,6 +16,7 @@
 #include <string>
 
 #include "imu_reader.hpp"
+#include "jackal_aic/model/acceleration_pairing.hpp"
 #include "jackal_aic/model/types.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "node_parameters.hpp"
@@ -25,8 +26,8 @@ namespace jackal_aic {
 /// Takes /joint_states and /imu/data messages and hands on one Observation for each pair of stamps.
 class SensorPairing {
  public:
-  /// Called with each paired observation; its stamp is that of the wheel speeds, its accelerations are the means of all
-  /// IMU messages since the last pair.
+  /// Called with each paired observation; its stamp is that of the wheel speeds, its accelerations are paired
+  /// (acceleration_pairing.hpp).
   using Callback = std::function<void(const Observation&, const ros::Time&)>;
 
   SensorPairing(const RobotNames& names, const tf2_ros::Buffer& transforms, Callback callback);
@@ -49,15 +50,6 @@ class SensorPairing {
  private:
   using Policy = message_filters::sync_policies::ApproximateTime<sensor_msgs::JointState, sensor_msgs::Imu>;
 
-  /// Means of the accelerations since the last pair: where the IMU is faster than the joint states, a collision would
-  /// else fall between two pairs.
-  struct Accelerations {
-    double x = 0.0, y = 0.0, z = 0.0;  // [m/s^2]
-    int count = 0;
-    void add(const Observation& sample);
-    void take(Observation& observation);
-  };
-
   void onPair(const sensor_msgs::JointStateConstPtr& wheels, const sensor_msgs::ImuConstPtr& imu);
   Observation wheelsAlone(const sensor_msgs::JointState& message) const;
   SensorReading wheelReading(const sensor_msgs::JointState& message) const;
@@ -68,7 +60,7 @@ class SensorPairing {
   Callback callback_;
   ros::Time paired_wheels_;  // stamps of the last samples that the pairing got
   ros::Time paired_imu_;
-  Accelerations accelerations_;
+  AccelerationPairing accelerations_;
   std::string refusal_;
   message_filters::PassThrough<sensor_msgs::JointState> wheel_input_;
   message_filters::PassThrough<sensor_msgs::Imu> imu_input_;

@@ -146,6 +146,9 @@ bool DriveLoop::takeObservation(const Observation& observation, double now) {
 
   Observation judged = observation;
   measurements_.judge(judged, health(now), now);
+  if (auto* predictive = dynamic_cast<PredictiveController*>(controller_.get())) {
+    predictive->setShaken(measurements_.report() != nullptr && measurements_.report()->shaken);
+  }
   const SampleVerdict verdict = controller_->observe(judged);
   if (!taken(verdict) && verdict != SampleVerdict::incomplete) {
     // The partner of a sample that was observed alone has come back: no reason to complain.

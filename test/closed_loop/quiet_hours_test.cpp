@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <set>
 
 namespace jackal_aic::sim {
@@ -43,6 +44,49 @@ TEST_P(QuietDrivesOnReal, RaiseNoAlarm) {
 }
 
 INSTANTIATE_TEST_SUITE_P(DrawnBySeed, QuietDrivesOnReal, testing::Values(0, 1, 6, 16));
+
+/// The door sill of the plant `real`, which shakes the gyro as the front wheels meet it and again as the rear ones do.
+TEST(QuietDrive, ADoorSillIsNoFaultOfTheGyro) {
+  for (const char* controller : {"predictive", "improved", "diff_drive"}) {
+    for (const double speed : {0.5, 1.0, 1.5}) {
+      for (const char* seed : {"1", "3", "4", "6"}) {
+        const LoopSetup setup = loadSetup(files(), controller, "real", {{"plant.seed", seed}});
+        SetPointProfile profile;
+        profile.changes = {{kRestTime, {speed, 0.0, 0.0}}};
+        profile.duration = kRestTime + 11.0 / speed;
+        AlarmCounter alarms;
+        runMonitored(setup, monitorModel(files(), "real"), profile, {},
+                     [&alarms](const MonitoredSample& sample) { alarms.add(sample); });
+        EXPECT_EQ(alarms.alarms().fault, "") << controller << ", " << speed << " m/s, seed " << seed;
+      }
+    }
+  }
+}
+
+/// The kerb of the fault campaign (sim/faults/scenarios.yaml), which turns the robot for a moment, is no slip to learn from.
+TEST(QuietDrive, AKerbTeachesNoVeer) {
+  for (const double torque : {15.0, -15.0}) {  // N m
+    for (const char* seed : {"1", "2", "3"}) {
+      const LoopSetup setup = loadSetup(files(), "predictive", "ground", {{"plant.seed", seed}});
+      Faults kerb;
+      kerb.pushes = {{-200.0, torque, 4.0, 4.12}};
+      SetPointProfile profile;
+      profile.changes = {{kRestTime, {0.5, 0.0, 0.0}}};
+      profile.duration = 8.0;
+      AlarmCounter alarms;
+      double turned = 0.0;
+      int samples = 0;
+      runMonitored(setup, monitorModel(files(), "ground"), profile, kerb, [&](const MonitoredSample& sample) {
+        alarms.add(sample);
+        if (sample.time < 6.0) return;
+        turned += sample.yaw_rate;
+        ++samples;
+      });
+      EXPECT_LT(std::abs(turned / samples), 0.01) << "torque " << torque << " N m, seed " << seed;
+      EXPECT_EQ(alarms.alarms().fault, "") << "torque " << torque << " N m, seed " << seed;
+    }
+  }
+}
 
 /// A joystick that goes to and fro and then rests, with encoders whose noise is below their resolution.
 TEST(QuietDrive, ToAndFroIsNoNoiseOfTheEncoder) {

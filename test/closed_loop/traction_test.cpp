@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "jackal_aic/predictive/predictive_controller.hpp"
 #include "jackal_aic/safety/loop_odometry.hpp"
@@ -21,6 +22,7 @@ constexpr double kAfterAStep = 1.0;  // s, from which the belief has to be right
 constexpr double kBeliefBar = 0.03;  // m/s
 constexpr double kStuckBar = 1.0;    // s from the contact until it is told
 constexpr double kContact = -3.0;    // m/s^2, of the body that hits something
+constexpr double kNear = 0.5;        // m, of the centre of a robot that touches a wall
 
 const PackageFiles& files() {
   static const PackageFiles files{JACKAL_AIC_SOURCE_DIR};
@@ -57,7 +59,10 @@ Figures drive(const std::string& controller, const std::string& plant_name, doub
     const bool drives = now >= kStart && (cycles == 0 || into < kHalfPeriod);
     loop.setSetPoint({drives ? speed : 0.0, 0.0, 0.0}, now);
     const double truth = plant.truth().linear_velocity.x();
-    if ((truth - before) / 0.001 * (speed < 0.0 ? -1.0 : 1.0) < kContact && !figures.contact) figures.contact = now;
+    const bool near = plant.truth().position.x() > setup.plant.kerb_distance - kNear;  // uneven ground jolts, too
+    if (near && !figures.contact && (truth - before) / 0.001 * (speed < 0.0 ? -1.0 : 1.0) < kContact) {
+      figures.contact = now;
+    }
     before = truth;
     if (plant.measurement()) {
       const Observation y = plant.measurement()->observation();
@@ -111,13 +116,33 @@ TEST(Grip, NobodyIsSaidToBeStuckAndTheWheelsAreBelieved) {
 
 TEST(Wall, ARobotThatDrivesIntoItOrStartsAgainstItSaysSoWithinASecond) {
   for (const char* controller : {"diff_drive", "standard", "improved", "tuned", "predictive"}) {
-    // Almost against it, and at speed; at 1 m/s the wheels stop with the body, which bounces.
+    // Almost against it, and at speed; from 1 m/s on the wheels stop with the body, which bounces.
     for (const char* distance : {"0.3", "1.0", "2.5"}) {
-      for (const double speed : {0.3, 0.5, 1.0}) {
+      for (const double speed : {0.3, 0.5, 1.0, 1.5}) {
         if (speed < 1.0 && distance == std::string("2.5")) continue;  // it is not there in time
+        if (speed > 1.0 && distance != std::string("2.5")) continue;  // it is not that fast yet
         const Figures f =
             drive(controller, "ground", speed, 0, {{"plant.kerb_distance", distance}, {"plant.kerb_height", "0.2"}});
         SCOPED_TRACE(std::string(controller) + ", wall after " + distance + " m, " + std::to_string(speed) + " m/s");
+        ASSERT_TRUE(f.contact);
+        ASSERT_TRUE(f.stuck);
+        EXPECT_GE(*f.stuck, *f.contact);
+        EXPECT_LE(*f.stuck - *f.contact, kStuckBar);
+        EXPECT_EQ(f.faults, "") << "a healthy sensor is called faulty";
+      }
+    }
+  }
+}
+
+/// Through vibration, an IMU of its own rate and a network that delays.
+TEST(Wall, ARealRobotThatDrivesIntoItAtSpeedSaysSoWithinASecond) {
+  for (const char* controller : {"diff_drive", "standard", "improved", "tuned", "predictive"}) {
+    for (const auto& [speed, distance] : {std::pair(0.3, "1.0"), std::pair(0.5, "1.0"), std::pair(1.0, "2.5")}) {
+      for (const char* seed : {"1", "2"}) {
+        const Figures f =
+            drive(controller, "real", speed, 0,
+                  {{"plant.kerb_distance", distance}, {"plant.kerb_height", "0.2"}, {"plant.seed", seed}});
+        SCOPED_TRACE(std::string(controller) + ", " + std::to_string(speed) + " m/s, seed " + seed);
         ASSERT_TRUE(f.contact);
         ASSERT_TRUE(f.stuck);
         EXPECT_GE(*f.stuck, *f.contact);

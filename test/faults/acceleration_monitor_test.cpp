@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "jackal_aic/model/gravity.hpp"
@@ -102,6 +103,245 @@ TEST(AccelerationMonitor, IsFaultyWithTheSampleThatShowsItFrozen) {
   EXPECT_TRUE(body.monitor.frozen());
   EXPECT_LT(samples, 15);
   EXPECT_EQ(body.monitor.state(), ChannelState::faulty);
+}
+
+/// A body without noise: every distance is known from the formulas of the header.
+class QuietBody {
+ public:
+  /// @param vertical its accelerometer has a vertical axis; @param moving its wheels turn.
+  explicit QuietBody(bool vertical = false, bool moving = false) : vertical_(vertical), moving_(moving) {}
+
+  /// Goes on for some samples; returns the distance of the last one. @param x, z measured [m/s^2].
+  double measure(int samples, double x, double z = kGravity) {
+    for (int i = 0; i < samples; ++i) {
+      pass(kPeriod);
+      Observation y;
+      y.acceleration_x = x;
+      if (vertical_) y.acceleration_z = z;
+      monitor.check(y, moving_, speed, kPeriod);
+    }
+    return monitor.distance();
+  }
+
+  /// Lets time pass [s].
+  void pass(double duration) {
+    for (long k = std::lround(duration / 0.001); k > 0; --k) monitor.predict(rate, lowest, highest, 0.001);
+  }
+
+  /// The state after some samples that are good otherwise.
+  ChannelState hit(int samples, double x) {
+    measure(samples, x);
+    return monitor.state();
+  }
+
+  AccelerationMonitor monitor{FaultParameters{}};
+  double rate = 0.0, lowest = 0.0, highest = 0.0;  // of the wheels [m/s^2]
+  double speed = 0.0;                              // of the wheels [m/s]
+
+ private:
+  bool vertical_, moving_;
+};
+
+constexpr double kBound = 5.0;               // sqrt(1 / 0.04)
+constexpr double kSensor = 2.5e-3;           // variance of the sensor [(m/s^2)^2]
+constexpr double kUnknown = 1.0 + kSensor;   // of an acceleration on unknown ground
+constexpr double kKnown = 0.0222 + kSensor;  // ... on ground that has been seen for long
+constexpr double kUnknownNoise = 5.0;        // factor of the deviation as long as nobody knows the noise
+
+TEST(AccelerationMonitor, AtTheStartTheGroundMayBeInclined) {
+  QuietBody body;
+  EXPECT_NEAR(body.measure(1, 2.0), 2.0 / (kUnknownNoise * std::sqrt(kUnknown) * kBound), 1e-6);
+}
+
+TEST(AccelerationMonitor, WhileNothingIsSeenTheInclinationWanders) {
+  QuietBody body;
+  body.measure(500, 0.0);
+  body.pass(0.23);
+  EXPECT_NEAR(body.measure(1, 1.0), 1.0 / (std::sqrt(0.0022 + 0.25 + kSensor) * kBound), 0.01);
+  QuietBody steady;
+  steady.measure(500, 0.0);
+  EXPECT_NEAR(steady.measure(1, 0.1), 0.1 / (std::sqrt(kKnown) * kBound), 0.002);
+}
+
+TEST(AccelerationMonitor, AnInclinationIsLearnedUpToTheSteepestThatARobotStandsOn) {
+  for (const double sign : {1.0, -1.0}) {
+    EXPECT_LT(QuietBody().measure(250, sign * 6.0), 0.01) << "38 degrees";
+    EXPECT_GT(QuietBody().measure(250, sign * 9.0), 0.1);
+    EXPECT_LT(QuietBody(true).measure(250, 0.0, kGravity + sign * 2.0), 0.01);
+    EXPECT_GT(QuietBody(true).measure(250, 0.0, kGravity + sign * 5.0), 0.1);
+  }
+}
+
+TEST(AccelerationMonitor, WhatTheDriveTrainMayDoIsNoError) {
+  for (const double sign : {1.0, -1.0}) {
+    QuietBody body;
+    body.measure(250, 0.5);  // inclined
+    body.rate = sign * 1.0;
+    body.lowest = sign > 0.0 ? 0.5 : -2.0;
+    body.highest = sign > 0.0 ? 2.0 : -0.5;
+    body.measure(250, 0.5 + sign);
+    const auto errorOf = [body](double x) {
+      QuietBody copy = body;
+      return copy.measure(1, 0.5 + x) * std::sqrt(kKnown) * kBound;
+    };
+    EXPECT_NEAR(errorOf(sign * 1.9), 0.0, 0.01);
+    EXPECT_NEAR(errorOf(sign * 2.3), 0.3, 0.01);
+    EXPECT_NEAR(errorOf(sign * 0.1), 0.0, 0.01);
+    EXPECT_NEAR(errorOf(sign * -0.3), 0.3, 0.01);
+  }
+}
+
+TEST(AccelerationMonitor, WhatWasPossibleFadesByATimeConstantOfATenthOfASecond) {
+  for (const double sign : {1.0, -1.0}) {
+    const auto errorAfter = [sign](int samples) {
+      QuietBody body;
+      body.measure(500, 0.0);
+      (sign > 0.0 ? body.highest : body.lowest) = sign * 10.0;
+      body.pass(0.001);
+      body.lowest = body.highest = 0.0;
+      body.measure(samples, 0.0);
+      return body.measure(1, sign * 9.0) * std::sqrt(kKnown) * kBound;
+    };
+    EXPECT_NEAR(errorAfter(4), 9.0 - 10.0 * std::exp(-1.0), 0.2);
+    EXPECT_NEAR(errorAfter(9), 9.0 - 10.0 * std::exp(-2.0), 0.2);
+  }
+}
+
+TEST(AccelerationMonitor, AJustChangedRateMayComeLater) {
+  const auto distanceAfter = [](double time) {
+    QuietBody body;
+    body.measure(500, 0.0);
+    body.rate = body.lowest = body.highest = 1.6;
+    body.pass(time - kPeriod);
+    return body.measure(1, -2.0);  // 2 below all that is possible
+  };
+  EXPECT_NEAR(distanceAfter(0.021), 2.0 / (std::sqrt(kKnown + 1.6 * 1.6) * kBound), 0.05);
+  EXPECT_GT(distanceAfter(0.021) * 1.5, 0.3);
+  QuietBody body;
+  body.measure(500, 0.0);
+  body.rate = body.lowest = body.highest = 1.6;
+  body.measure(100, 1.6);
+  EXPECT_NEAR(body.measure(1, -2.0), 2.0 / (std::sqrt(kKnown) * kBound), 0.05) << "two seconds later it is there";
+}
+
+TEST(AccelerationMonitor, VibrationIsWhatSuccessiveErrorsDifferBy) {
+  QuietBody body(false, true);
+  body.measure(250, 0.0);
+  for (int k = 0; k < 150; ++k) body.measure(1, k % 2 == 0 ? 0.15 : -0.15);
+  // The believed inclination follows by 0.41 of every error, which is 0.189 to and fro then: D = 2 * 0.189^2. A jump
+  // counts for nine times as much at most, with a memory of 0.2 s.
+  const double before = 2.0 * 0.189 * 0.189, with_it = before + 8.0 * before * -std::expm1(-kPeriod / 0.2);
+  EXPECT_NEAR(body.measure(1, 3.0), 3.04 / (std::sqrt(0.049 + with_it) * kBound), 0.03);
+}
+
+TEST(AccelerationMonitor, AtRestVibrationIsNoExcuse) {
+  QuietBody body(false, false);
+  body.measure(250, 0.0);
+  for (int k = 0; k < 150; ++k) body.measure(1, k % 2 == 0 ? 0.15 : -0.15);
+  EXPECT_GT(body.measure(1, 3.0), 2.3);
+}
+
+TEST(AccelerationMonitor, TheNoiseOfTheVerticalAxisIsLearned) {
+  QuietBody body(true);
+  body.measure(250, 0.0);
+  EXPECT_NEAR(body.measure(1, 0.0, kGravity + 2.0), 2.0 / (std::sqrt(kKnown) * std::sqrt(50.0)), 0.05);
+}
+
+TEST(AccelerationMonitor, AWrongAccelerationIsNotGrownAccustomedTo) {
+  QuietBody body;
+  body.measure(250, 0.0);
+  body.measure(500, 15.0);
+  EXPECT_EQ(body.monitor.state(), ChannelState::faulty);
+  EXPECT_GT(body.monitor.distance(), 2.0);
+  body.measure(100, 0.0);
+  EXPECT_EQ(body.monitor.state(), ChannelState::ok) << "and counts again when it is right again";
+}
+
+TEST(AccelerationMonitor, CollisionsThatFollowEachOtherWithinHalfASecondAreOne) {
+  const auto afterHits = [](int hits, double apart) {
+    QuietBody body(false, true);
+    body.speed = 1.0;
+    body.measure(250, 0.0);
+    for (int k = 1; k < hits; ++k) {
+      body.measure(2, -24.0);  // 0.96 m/s
+      body.measure(static_cast<int>(std::lround(apart / kPeriod)) - 2, 0.0);
+    }
+    return body.hit(1, -24.0);
+  };
+  EXPECT_EQ(afterHits(1, 0.0), ChannelState::ok);
+  EXPECT_EQ(afterHits(2, 0.4), ChannelState::outlier) << "takes more than the speed";
+  EXPECT_EQ(afterHits(2, 0.7), ChannelState::ok);
+  EXPECT_EQ(afterHits(3, 0.34), ChannelState::outlier) << "0.68 s since the first, 0.34 s since the last";
+}
+
+TEST(AccelerationMonitor, ACollisionTakesUpToAThirdMoreThanTheSpeed) {
+  const auto afterTaking = [](double part, double speed) {
+    QuietBody body(false, true);
+    body.speed = speed;
+    body.measure(250, 0.0);
+    return body.hit(1, -part * speed / kPeriod);
+  };
+  for (const double speed : {0.3, 1.0, 2.0, -2.0}) {
+    EXPECT_EQ(afterTaking(1.2, speed), ChannelState::ok) << speed;
+    EXPECT_EQ(afterTaking(1.4, speed), ChannelState::outlier) << speed;
+    EXPECT_EQ(afterTaking(-0.9, speed), ChannelState::outlier) << speed << ": faster";
+  }
+}
+
+TEST(AccelerationMonitor, OnlyWhatTakesHalfOfTheSpeedHasAnAftermath) {
+  const auto aftermath = [](double taken, double speed, double acceleration) {
+    QuietBody body(false, true);
+    body.speed = speed;
+    body.measure(250, 0.0);
+    EXPECT_EQ(body.hit(1, -taken / kPeriod), ChannelState::ok);
+    return body.hit(4, acceleration);
+  };
+  EXPECT_EQ(aftermath(1.2, 2.0, 9.0), ChannelState::ok) << "tyres slide by less than gravity";
+  EXPECT_EQ(aftermath(1.2, 2.0, 12.0), ChannelState::outlier);
+  EXPECT_EQ(aftermath(0.8, 2.0, 9.0), ChannelState::outlier) << "less than half of the speed";
+  EXPECT_EQ(aftermath(0.3, 0.4, 9.0), ChannelState::ok);
+  EXPECT_EQ(aftermath(0.12, 0.1, 9.0), ChannelState::ok);
+  EXPECT_EQ(aftermath(0.08, 0.1, 9.0), ChannelState::outlier) << "less than 0.1 m/s";
+}
+
+/// Whether axes that freeze after some noise are found. @param change by the noise [m/s^2], now and then 0.6 of it;
+/// @param lost the vertical axis is not known any more then.
+bool findsFrozen(bool has_vertical, bool x_freezes, bool z_freezes, double change, bool lost = false) {
+  AccelerationMonitor monitor{FaultParameters{}};
+  const auto check = [&](double x, double z) {
+    Observation y;
+    y.acceleration_x = x;
+    if (has_vertical) y.acceleration_z = kGravity + z;
+    monitor.check(y, true, 0.5, kPeriod);
+    return monitor.frozen();
+  };
+  double value = 0.0;
+  for (int k = 0; k < 200; ++k) {
+    value += (k % 40 < 2 ? 0.6 : 1.0) * (k % 2 == 0 ? change : -change);
+    check(value, value);
+  }
+  has_vertical = has_vertical && !lost;
+  bool found = false;
+  for (int k = 0; k < 100; ++k) {
+    value += k % 2 == 0 ? change : -change;
+    found |= check(x_freezes ? 0.0 : value, z_freezes ? 0.0 : value);
+  }
+  return found;
+}
+
+TEST(AccelerationMonitor, EitherAxisCanFreeze) {
+  EXPECT_TRUE(findsFrozen(true, true, false, 0.05));
+  EXPECT_TRUE(findsFrozen(true, false, true, 0.05));
+  EXPECT_TRUE(findsFrozen(true, true, true, 0.05));
+  EXPECT_TRUE(findsFrozen(false, true, false, 0.05));
+  EXPECT_FALSE(findsFrozen(true, false, false, 0.05));
+  EXPECT_FALSE(findsFrozen(false, false, true, 0.05)) << "an axis that nobody knows";
+  EXPECT_FALSE(findsFrozen(true, false, false, 0.05, true)) << "an axis that nobody knows any more";
+}
+
+TEST(AccelerationMonitor, ChangesBelowAMillionthAreNoNoise) {
+  EXPECT_TRUE(findsFrozen(false, true, false, 2.2e-6));
+  EXPECT_FALSE(findsFrozen(false, true, false, 0.95e-6));
 }
 
 }  // namespace

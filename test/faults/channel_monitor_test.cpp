@@ -99,6 +99,30 @@ TEST(Persistence, RecoversAfterGoodSamplesThatSaySomething) {
   EXPECT_EQ(channel.update(true, true, kStep), ChannelState::outlier) << "and the window starts empty";
 }
 
+TEST(Persistence, ADeclarationStartsTheRecoveryAnew) {
+  Persistence channel({5, 8, 1.0});
+  const auto goodSamples = [&](int count) {
+    for (int k = 0; k < count; ++k) channel.update(false, true, kStep);
+    return channel.state();
+  };
+  channel.declareFaulty();
+  EXPECT_EQ(goodSamples(40), ChannelState::faulty);
+  channel.declareFaulty();
+  EXPECT_EQ(goodSamples(40), ChannelState::faulty) << "0.8 s since it was declared again";
+  EXPECT_EQ(goodSamples(11), ChannelState::ok);
+  channel.declareFaulty();
+  EXPECT_EQ(goodSamples(40), ChannelState::faulty) << "as the first time";
+}
+
+TEST(Persistence, ResetForgetsTheSamples) {
+  Persistence channel({5, 8, 1.0});
+  for (int k = 0; k < 4; ++k) channel.update(true, true, kStep);
+  EXPECT_TRUE(channel.suspecting());
+  channel.reset();
+  EXPECT_FALSE(channel.suspecting());
+  EXPECT_EQ(channel.update(true, true, kStep), ChannelState::outlier) << "one of one";
+}
+
 class Repetition : public testing::Test {
  protected:
   /// Samples of noise, rounded to a quantum if there is one; true if one was suspect.
@@ -228,6 +252,141 @@ TEST_F(Repetition, ARunThatCondemnsTeaches) {
   EXPECT_LT(first, repeatsUntilSuspect());
 }
 
+/// A channel of which the number of noisy samples, of repetitions, the resolution and the change by noise are known.
+class KnownChannel {
+ public:
+  /// @param quantum q, shown by motion, which is no noise; @param change c of every noisy sample.
+  KnownChannel(double quantum, double change) : change_(change) {
+    test.update(0.0, false, 1e-5);
+    test.update(-quantum, false, 1e-5, RepetitionTest::kAnyChange);
+    value_ = -quantum;
+  }
+
+  /// Shows noise, to and fro, an even number of samples. @param repeated each value twice.
+  void show(int noisy, bool repeated = false) {
+    for (int k = 0; k < noisy; ++k) {
+      value_ += k % 2 == 0 ? change_ : -change_;
+      test.update(value_, false, 1e-5);
+      if (repeated) test.update(value_, false, 1e-5);
+    }
+  }
+
+  /// Repetitions of the next value until the run is suspect; 1000 if it never is. The value itself is one of motion.
+  int repetitionsUntilSuspect() {
+    value_ += 2.0 * change_;
+    test.update(value_, false, 1e-5, RepetitionTest::kAnyChange);
+    for (int count = 1; count < 1000; ++count) {
+      if (test.update(value_, false, 1e-5)) return count;
+    }
+    return 1000;
+  }
+
+  RepetitionTest test{1};
+
+ private:
+  double change_;
+  double value_ = 0.0;
+};
+
+/// The same by the formula: (m + k p) / (n + m + k) for another repetition, below a billionth for all of them.
+int expectedRepetitions(double noisy, double repeats, double quantum, double change) {
+  double chance = 1.0;
+  int run = 0;
+  for (; chance >= 1e-9; ++run) {
+    const double m = repeats + run;
+    chance *= (m + 50.0 * quantum / (2.0 * change)) / (noisy + m + 50.0);
+  }
+  return run;
+}
+
+TEST_F(Repetition, ARunIsSuspectOnceItIsLessLikelyThanOneInABillion) {
+  struct Channel {
+    int plain, repeated;  // noisy samples
+    double quantum, change;
+  };
+  for (const Channel& c : {Channel{30, 0, 0.01, 0.03}, Channel{200, 0, 0.01, 0.03}, Channel{30, 0, 0.001, 0.03},
+                           Channel{100, 40, 0.01, 0.03}, Channel{40, 100, 0.01, 0.2}, Channel{10, 200, 0.5, 1.5},
+                           Channel{600, 60, 2.0, 8.0}, Channel{30, 10, 0.1, 0.16}}) {
+    KnownChannel channel(c.quantum, c.change);
+    channel.show(c.plain);
+    channel.show(c.repeated, true);
+    EXPECT_EQ(channel.repetitionsUntilSuspect(),
+              expectedRepetitions(c.plain + c.repeated, c.repeated, c.quantum, c.change))
+        << c.plain << ", " << c.repeated << ", " << c.quantum << ", " << c.change;
+  }
+}
+
+TEST_F(Repetition, WhatIsKnownOfAChannelFadesWithinAMinute) {
+  KnownChannel channel(0.01, 0.03);
+  channel.show(2000);
+  channel.show(1000, true);  // of the first 3000, which are 2500 and 500, a half is left
+  EXPECT_EQ(channel.repetitionsUntilSuspect(), expectedRepetitions(1750.0, 750.0, 0.01, 0.03));
+}
+
+TEST_F(Repetition, FiveSamplesOfNoiseAreEnoughIfItIsTwiceTheResolution) {
+  const auto isFound = [](int noisy, double ratio) {
+    KnownChannel channel(0.01, 0.01 * ratio);
+    channel.show(noisy);
+    return channel.repetitionsUntilSuspect() < 1000;
+  };
+  EXPECT_FALSE(isFound(4, 3.0));
+  EXPECT_TRUE(isFound(6, 3.0));
+  EXPECT_TRUE(isFound(6, 2.2));
+  EXPECT_FALSE(isFound(6, 1.8));
+  EXPECT_FALSE(isFound(22, 1.8));
+  EXPECT_TRUE(isFound(28, 1.8)) << "of many, three halves are enough";
+  EXPECT_FALSE(isFound(28, 1.4));
+}
+
+TEST_F(Repetition, OnlyWhatComesBackIsNoise) {
+  constexpr double kAnyChange = RepetitionTest::kAnyChange;
+  // Falls, shows its resolution, and comes back some times; @returns whether these are enough noise.
+  const auto isFound = [](int falls, bool fall_counts, int comes_back) {
+    RepetitionTest test(1);
+    double value = 0.0;
+    const auto change = [&](double by, double explained = 0.0) {
+      return test.update(value += by, false, 1e-5, explained);
+    };
+    change(0.0);
+    if (fall_counts) change(-0.001, kAnyChange);
+    for (int k = 0; k < falls; ++k) change(-0.03);
+    if (!fall_counts) change(-0.001, kAnyChange);
+    for (int k = 0; k < comes_back; ++k) change(k % 2 == 0 ? 0.03 : -0.03);
+    bool suspect = false;
+    for (int k = 0; k < 200; ++k) suspect |= change(0.0);
+    return suspect;
+  };
+  for (const int falls : {1, 2, 5}) {
+    EXPECT_FALSE(isFound(falls, false, 4)) << falls;
+    EXPECT_TRUE(isFound(falls, false, 5)) << falls;
+    EXPECT_FALSE(isFound(falls, true, 3)) << falls << ": with the last one four";
+    EXPECT_TRUE(isFound(falls, true, 4)) << falls << ": with the last one five";
+  }
+}
+
+TEST_F(Repetition, ASourceThatRepeatsMoreThanTwiceAsOftenAsItChangesIsNotCondemned) {
+  const auto isFound = [](int noisy, int repetitions) {
+    KnownChannel channel(0.001, 0.03);
+    channel.show(noisy);
+    for (; repetitions > 0; repetitions -= 10) {
+      channel.test.update(10.0 * repetitions, false, 1e-5, RepetitionTest::kAnyChange);
+      for (int k = 0; k < 10; ++k) channel.test.update(10.0 * repetitions, false, 1e-5);
+    }
+    return channel.repetitionsUntilSuspect() < 1000;
+  };
+  EXPECT_TRUE(isFound(30, 50));
+  EXPECT_FALSE(isFound(30, 70));
+}
+
+TEST_F(Repetition, TheResolutionIsKnownAfterTenChanges) {
+  RepetitionTest test(8);
+  test.update(0.0, false, 1e-5);
+  for (int k = 1; k < 10; ++k) test.update(0.03 * (k % 2), false, 1e-5);
+  EXPECT_EQ(test.quantum(), 0.0);
+  test.update(0.0, false, 1e-5);
+  EXPECT_EQ(test.quantum(), 0.03);
+}
+
 TEST(MissedMotion, FindsARunThatOutlastsTheMotion) {
   MissedMotion test;
   EXPECT_FALSE(test.update(5.0, false, 4.9, 5.1, 0.3, kStep));
@@ -250,6 +409,67 @@ TEST(MissedMotion, AValueThatWasThereBeforeItsPredictionMissesNothing) {
   MissedMotion test;
   test.update(6.0, false, 4.0, 5.0, 0.3, kStep);
   for (int k = 0; k < 1000; ++k) EXPECT_FALSE(test.update(6.0, true, 5.9, 6.1, 0.3, kStep));
+}
+
+TEST(MissedMotion, IsFoundInBothDirections) {
+  for (const double way : {1.0, -1.0}) {
+    const auto missesAll = [way](double value, double from, double to) {
+      MissedMotion test;
+      const auto update = [&](double y, bool repeats, double at) {
+        return test.update(way * y, repeats, way * at - 0.1, way * at + 0.1, 0.3, kStep);
+      };
+      update(value, false, from);
+      bool missed = false;
+      for (int k = 0; k < 20; ++k) missed = update(value, true, to);
+      return missed;
+    };
+    EXPECT_TRUE(missesAll(5.0, 5.0, 6.0)) << way;
+    EXPECT_TRUE(missesAll(5.0, 5.0, 3.0)) << way;
+    EXPECT_FALSE(missesAll(6.0, 5.0, 6.0)) << way << ": it was there before";
+    EXPECT_FALSE(missesAll(3.0, 5.0, 3.0)) << way;
+  }
+}
+
+TEST(MissedMotion, WhatTakesLongerThanSecondsMayBeTheDriveTrain) {
+  const auto missed = [](double rate) {  // [1/s]
+    MissedMotion test;
+    test.update(5.0, false, 4.9, 5.1, 0.3, kStep);
+    bool result = false;
+    for (int k = 1; k <= 1000; ++k) {
+      const double at = 5.0 + rate * kStep * k;
+      result |= test.update(5.0, true, at - 0.1, at + 0.1, 0.3, kStep);
+    }
+    return result;
+  };
+  for (const double way : {1.0, -1.0}) {
+    EXPECT_FALSE(missed(0.08 * way)) << "1.6 in 20 s";
+    EXPECT_TRUE(missed(0.15 * way)) << "3 in 20 s";
+  }
+}
+
+/// A source that is renewed now and then misses motion in between. @param samples between renewals; @returns after how
+/// many of them it is found frozen at last, when it has been renewed some times.
+int samplesUntilMissed(int renewals, int samples) {
+  MissedMotion test;
+  double at = 0.0;
+  bool missed = false;
+  for (int k = 0; k < renewals; ++k) {
+    test.update(at, false, at, at, 0.3, kStep);
+    for (int i = 1; i < samples; ++i) missed |= test.update(at, true, at + 1.0, at + 1.0, 0.3, kStep);
+    at += 1.0;
+  }
+  if (missed) return 0;
+  test.update(at, false, at, at, 0.3, kStep);
+  int count = 1;
+  while (!test.update(at, true, at + 1.0, at + 1.0, 0.3, kStep)) ++count;
+  return count;
+}
+
+TEST(MissedMotion, IsGivenTwiceTheLongestTimeThatItTookBefore) {
+  EXPECT_NEAR(samplesUntilMissed(3, 1) * kStep, 0.26, 0.021) << "hardly known: the longest patience";
+  EXPECT_NEAR(samplesUntilMissed(30, 1) * kStep, 0.12, 0.021) << "known to be renewed all the time";
+  EXPECT_NEAR(samplesUntilMissed(30, 5) * kStep, 0.18, 0.021) << "renewed at 10 Hz, misses 0.08 s";
+  EXPECT_NEAR(samplesUntilMissed(30, 10) * kStep, 0.26, 0.021) << "renewed at 5 Hz: the longest patience";
 }
 
 TEST(MissedMotion, UncertainMotionIsNone) {
@@ -296,6 +516,17 @@ TEST(SampleHold, LearnsForHowLongAnEncoderHoldsItsValue) {
 TEST(SampleHold, StandingStillIsNoHold) {
   SampleHold hold;
   for (int i = 0; i < 200; ++i) hold.update(i % 20 < 10 ? 1.0 : 2.0, 0.1, 0.02);
+  EXPECT_EQ(hold.longest(), 0.0);
+}
+
+TEST(SampleHold, OnlyMotionThatGoesOnTellsOfAHold) {
+  SampleHold hold;
+  double value = 0.0;
+  for (int i = 0; i < 100; ++i) {  // stands, shivers, goes up, stands, ...
+    if (i % 10 == 0) value += 0.05;
+    if (i % 10 == 5) value += 1.0;
+    hold.update(value, 0.1, 0.02);
+  }
   EXPECT_EQ(hold.longest(), 0.0);
 }
 

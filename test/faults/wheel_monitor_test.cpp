@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include "jackal_aic/model/wheel_belief.hpp"
 
@@ -161,6 +163,627 @@ TEST(WheelMonitor, AnUnidentifiedDriveTrainMayBeSlow) {
     }
   }
   EXPECT_EQ(left_out, 0);
+}
+
+/// A monitor whose distances are known from the formulas of the headers: it sees what it is shown, and no noise.
+class Wheel {
+ public:
+  explicit Wheel(const PlantModel& told = model(), const FaultParameters& parameters = {})
+      : monitor(parameters, told, kRadius) {
+    monitor.start(0.0);
+  }
+
+  /// Lets time pass [s].
+  Wheel& pass(double command, double duration) {
+    for (long k = std::lround(duration / 0.001); k > 0; --k) monitor.predict(command);
+    return *this;
+  }
+
+  /// Shows a speed that teaches nothing.
+  void look(double command, double measurement) {
+    pass(command, kPeriod);
+    monitor.compare(measurement, kPeriod);
+  }
+
+  /// Drives as predicted, for some samples.
+  Wheel& follow(double command, int samples) {
+    for (; samples > 0; --samples) {
+      pass(command, kPeriod);
+      show(monitor.speed());
+    }
+    return *this;
+  }
+
+  /// Starts at a speed and keeps it for long. Nothing is known of the encoder's resolution then.
+  Wheel& keep(double speed) {
+    monitor.start(speed);
+    for (int k = 0; k < 300; ++k) pass(speed, kPeriod).show(speed);
+    return *this;
+  }
+
+  /// Shows a speed now.
+  void show(double measurement) {
+    monitor.compare(measurement, kPeriod);
+    monitor.conclude(measurement, kPeriod);
+  }
+
+  /// The distance that a speed would have now.
+  double distanceOf(double measurement) const {
+    WheelMonitor copy = monitor;
+    copy.compare(measurement, kPeriod);
+    return copy.distance();
+  }
+
+  /// Where the band of speeds ends that need no noise to be explained. @param way 1 or -1.
+  double edge(double inside, double way) const {
+    double in = inside, out = inside + 40.0 * way;
+    for (int k = 0; k < 60; ++k) (distanceOf(0.5 * (in + out)) == 0.0 ? in : out) = 0.5 * (in + out);
+    return in;
+  }
+
+  WheelMonitor monitor;
+};
+
+FaultParameters exactParameters() {
+  FaultParameters p;
+  p.dead_time_deviation = 0.0;
+  p.slowest_acceleration = p.fastest_acceleration = 1.0;
+  return p;
+}
+
+/// Lets a number of steps pass, each of them for itself.
+void predict(ReachableSpeeds& reachable, double command, long number) {
+  ReachableSpeeds::Steps steps;
+  for (; number > 0; --number) reachable.predict(command, 1, steps);
+}
+
+/// Compares the band of a monitor during steps of the command with that of a range of drive trains.
+void expectBand(const PlantModel& told, const DriveTrainRange& range, double gain, double offset) {
+  Wheel wheel(told);
+  ReachableSpeeds reachable(told, kRadius, range);
+  for (const double command : {10.0, -10.0, 3.0}) {
+    for (int k = 1; k <= 50; ++k) {
+      wheel.pass(command, kPeriod);
+      predict(reachable, command, 20);
+      double low = reachable.low(), high = reachable.high();
+      if (low <= 0.8 && high >= -0.8) low = std::min(low, 0.0), high = std::max(high, 0.0);  // stiction
+      low = std::min(low, reachable.low() - gain * std::abs(reachable.low()) - offset);
+      high = std::max(high, reachable.high() + gain * std::abs(reachable.high()) + offset);
+      const double inside = wheel.monitor.speed();
+      ASSERT_NEAR(wheel.edge(inside, -1.0), low, 1e-4) << command << ", " << k;
+      ASSERT_NEAR(wheel.edge(inside, 1.0), high, 1e-4) << command << ", " << k;
+    }
+  }
+}
+
+TEST(WheelMonitor, AnIdentifiedDriveTrainIsWithinThreeDeviationsOfItsTiming) {
+  expectBand(model(), {0.09, 0.09, 0.01, 0.01, 0.5, 3.0}, 0.0, 0.0);
+}
+
+TEST(WheelMonitor, ALagBeyondThatOfMotorsIsKnownWithTheDeadTimeAtBest) {
+  PlantModel heavy = model();
+  heavy.dead_time = 0.2;
+  heavy.lag = 0.3;
+  expectBand(heavy, {0.19, 0.19, 0.2, 0.5, 0.5, 3.0}, 0.0, 0.0);
+}
+
+TEST(WheelMonitor, ADriveTrainThatNobodyIdentifiedIsWithinItsHalfAndItsDouble) {
+  PlantModel unknown = model();
+  unknown.identified = false;
+  unknown.dead_time = 0.2;
+  unknown.lag = 0.03;
+  expectBand(unknown, {0.19, 0.29, 0.015, 0.36, 0.5, 3.0}, 0.25, 0.5);
+}
+
+TEST(WheelMonitor, StartsAtItsSpeedAndWithNoFault) {
+  for (const double speed : {5.0, -3.0}) {
+    Wheel wheel;
+    wheel.follow(8.0, 100);
+    for (int k = 0; k < 10; ++k) wheel.show(0.0);
+    ASSERT_EQ(wheel.monitor.state(), ChannelState::faulty);
+    wheel.monitor.start(speed);
+    EXPECT_EQ(wheel.monitor.state(), ChannelState::ok);
+    EXPECT_FALSE(wheel.monitor.suspect() || wheel.monitor.frozen() || wheel.monitor.recovering());
+    EXPECT_FALSE(wheel.monitor.suspecting());
+    EXPECT_NEAR(wheel.monitor.speed(), speed, 1e-12);
+    for (int k = 0; k < 20; ++k) {  // with the command that has been driving it for long
+      wheel.pass(speed, kPeriod);
+      ASSERT_NEAR(wheel.monitor.speed(), speed, 1e-9);
+      ASSERT_NEAR(wheel.edge(speed, 1.0), speed, 1e-6);
+      ASSERT_NEAR(wheel.edge(speed, -1.0), speed, 1e-6);
+      ASSERT_LT(wheel.monitor.uncertainty(), 0.1);
+    }
+  }
+}
+
+TEST(WheelMonitor, StartsUnderWayWithTheCommandsBefore) {
+  Wheel wheel(model(), exactParameters());
+  for (int k = 0; k < 10; ++k) wheel.show(7.0);
+  ASSERT_EQ(wheel.monitor.state(), ChannelState::faulty);
+  wheel.pass(9.0, 0.3);
+  wheel.monitor.startUnderWay(3.0);
+  EXPECT_NEAR(wheel.monitor.speed(), 3.0, 1e-12);
+  wheel.pass(9.0, 0.1);
+  const double expected = 3.0 + 0.1 * 1.65 / kRadius;  // at the acceleration limit
+  EXPECT_NEAR(wheel.monitor.speed(), expected, 0.01);
+  EXPECT_NEAR(wheel.edge(wheel.monitor.speed(), 1.0), expected, 0.01);
+  EXPECT_NEAR(wheel.edge(wheel.monitor.speed(), -1.0), expected, 0.01);
+  EXPECT_EQ(wheel.monitor.state(), ChannelState::ok);
+  wheel.monitor.compare(expected + 0.1, kPeriod);
+  EXPECT_TRUE(wheel.monitor.fasterThanCommanded());
+  wheel.monitor.compare(expected - 0.1, kPeriod);
+  EXPECT_FALSE(wheel.monitor.fasterThanCommanded());
+}
+
+TEST(WheelMonitor, ForgettingStartsAtRest) {
+  Wheel wheel;
+  wheel.follow(8.0, 100);
+  for (int k = 0; k < 10; ++k) wheel.show(0.0);
+  wheel.monitor.forget(model(), kRadius);
+  EXPECT_EQ(wheel.monitor.speed(), 0.0);
+  EXPECT_EQ(wheel.monitor.state(), ChannelState::ok);
+  wheel.pass(0.0, kPeriod);
+  EXPECT_NEAR(wheel.edge(0.0, 1.0), 0.0, 1e-6);
+}
+
+TEST(WheelMonitor, ForgivenItBelievesWhatItMeasured) {
+  Wheel wheel;
+  wheel.follow(8.0, 100);
+  for (int k = 0; k < 10; ++k) wheel.show(12.0);
+  ASSERT_TRUE(wheel.monitor.fasterThanCommanded());
+  wheel.monitor.forgive();
+  EXPECT_EQ(wheel.monitor.state(), ChannelState::ok);
+  EXPECT_NEAR(wheel.monitor.speed(), 12.0, 1e-12);
+  EXPECT_FALSE(wheel.monitor.fasterThanCommanded());
+}
+
+TEST(WheelMonitor, IsFasterThanCommandedBeyondAllThatTheCommandsMayHaveGivenIt) {
+  for (const double sign : {1.0, -1.0}) {
+    Wheel wheel;
+    wheel.follow(sign * 8.0, 100);
+    wheel.pass(sign * 2.0, 0.2);  // may be anywhere between the two
+    wheel.show(sign * 7.0);
+    EXPECT_FALSE(wheel.monitor.fasterThanCommanded());
+    wheel.show(sign * 8.5);
+    EXPECT_TRUE(wheel.monitor.fasterThanCommanded());
+    wheel.show(sign * -8.5);
+    EXPECT_TRUE(wheel.monitor.fasterThanCommanded());
+  }
+}
+
+TEST(WheelMonitor, IsCommandedToRestOnceNoDriveTrainMayTurnAnyMore) {
+  for (const double sign : {1.0, -1.0}) {
+    Wheel wheel;
+    wheel.follow(sign * 5.0, 100);
+    EXPECT_FALSE(wheel.monitor.commandedToRest());
+    wheel.pass(0.0, 0.4);
+    EXPECT_FALSE(wheel.monitor.commandedToRest()) << "half of the limit: 0.6 s, and the dead time";
+    wheel.pass(0.0, 1.0);
+    EXPECT_TRUE(wheel.monitor.commandedToRest());
+    wheel.pass(sign * 0.4, 2.0);
+    EXPECT_TRUE(wheel.monitor.commandedToRest());
+    wheel.pass(sign * 0.6, 2.0);
+    EXPECT_FALSE(wheel.monitor.commandedToRest());
+  }
+}
+
+TEST(WheelMonitor, AFaultyWheelThatStandsDoesNotRecover) {
+  Wheel wheel;
+  wheel.follow(8.0, 100);
+  for (int k = 0; k < 10; ++k) wheel.show(0.0);
+  wheel.pass(0.0, 2.0);
+  EXPECT_EQ((wheel.follow(0.0, 100), wheel.monitor.state()), ChannelState::faulty);
+  EXPECT_EQ((wheel.follow(8.0, 100), wheel.monitor.state()), ChannelState::ok);
+}
+
+// Variances.
+
+TEST(WheelMonitor, WithoutMeasurementsItIsUnsureUpToALimit) {
+  Wheel wheel(model(), exactParameters());
+  wheel.follow(5.0, 200);
+  EXPECT_LT(wheel.monitor.uncertainty(), 1e-3);
+  wheel.pass(5.0, 600.0);
+  EXPECT_NEAR(wheel.monitor.uncertainty(), 0.3 * 0.3, 1e-6);
+}
+
+TEST(WheelMonitor, TheResolutionOfAnEncoderDoesNotAverageOut) {
+  const auto uncertainty = [](double step) {
+    Wheel wheel(model(), exactParameters());
+    wheel.keep(5.0);
+    for (int k = 0; k < 20; ++k) wheel.look(5.0, 5.0 + (k % 2) * step);
+    return wheel.monitor.uncertainty();
+  };
+  const double fine = uncertainty(1e-4);
+  EXPECT_NEAR(uncertainty(0.1) - fine, 0.1 * 0.1 / 12.0, 1e-6);
+  EXPECT_NEAR(uncertainty(0.5) - fine, 0.2 * 0.2 / 12.0, 1e-6) << "coarser than any encoder";
+}
+
+TEST(WheelMonitor, ANoisierEncoderIsTrustedLess) {
+  FaultParameters noisy = exactParameters();
+  noisy.wheel_variance = 0.09;
+  Wheel usual(model(), exactParameters()), other(model(), noisy);
+  usual.follow(5.0, 200);
+  other.follow(5.0, 200);
+  EXPECT_GT(other.monitor.uncertainty(), 2.0 * usual.monitor.uncertainty());
+  EXPECT_NEAR(other.distanceOf(7.0), 2.0 / (5.0 * std::sqrt(0.09 + other.monitor.uncertainty())), 0.02);
+}
+
+TEST(WheelMonitor, AGainThatIsNotTheModelsMakesAChangeOfTheSpeedUncertain) {
+  Wheel wheel(model(), exactParameters());
+  wheel.follow(0.0, 400);
+  wheel.follow(10.0, 36);  // it has just arrived
+  const double limit = 1.65 / kRadius, time = 10.0 / limit;
+  const double arrived = wheel.monitor.speed();
+  ASSERT_NEAR(arrived, 10.0, 0.3);
+  wheel.pass(10.0, kPeriod);
+  const double since = 37 * kPeriod - model().dead_time - time;
+  const double change = 0.1 * limit * 0.5 * (1.0 - std::exp(-time / 0.5)) * std::exp(-since / 0.5);
+  const double deviation = std::sqrt(wheel.monitor.uncertainty() + 9e-4 + change * change);
+  EXPECT_NEAR(wheel.distanceOf(wheel.monitor.speed() + 3.0), 3.0 / (5.0 * deviation), 0.03);
+}
+
+// What the model is usually off by.
+
+TEST(WheelMonitor, WhatAModelIsUsuallyOffByIsNoFault) {
+  const auto band = [](double time) {
+    Wheel wheel(model(), exactParameters());
+    wheel.follow(10.0, 300);
+    double speed = 10.0;
+    for (; speed > 8.0; speed -= 0.01) {  // slower and slower
+      wheel.pass(10.0, kPeriod);
+      wheel.show(speed);
+    }
+    for (long k = std::lround(time / kPeriod); k > 0; --k) {
+      wheel.pass(10.0, kPeriod);
+      wheel.show(speed);
+    }
+    EXPECT_EQ(wheel.monitor.state(), ChannelState::ok);
+    wheel.pass(10.0, kPeriod);
+    const double believed = wheel.monitor.speed();
+    EXPECT_NEAR(believed, speed, 0.05);
+    const double up = wheel.edge(believed, 1.0) - believed, down = believed - wheel.edge(believed, -1.0);
+    EXPECT_NEAR(up, down, 1e-3);
+    return up;
+  };
+  // Three times the root mean square, noise apart, less 0.3 rad/s, learned within 10 s.
+  const double off = 2.0 - 3.0 * std::sqrt(2e-3);
+  EXPECT_NEAR(band(60.0), 3.0 * off - 0.3, 0.15);
+  const double on_the_way = off * off / 3.0 * 0.33;  // 4 s of a ramp
+  const double after = off * off + (on_the_way - off * off) * std::exp(-0.5);
+  EXPECT_NEAR(band(5.0), 3.0 * std::sqrt(after) - 0.3, 0.2);
+}
+
+TEST(WheelMonitor, AWheelThatStandsTellsNothingOfTheModel) {
+  Wheel wheel(model(), exactParameters());
+  wheel.follow(0.0, 300);
+  for (double speed = 0.0; speed < 0.45; speed += 0.001) {
+    wheel.pass(0.0, kPeriod);
+    wheel.show(speed);
+  }
+  for (int k = 0; k < 1000; ++k) {
+    wheel.pass(0.0, kPeriod);
+    wheel.show(0.45);
+  }
+  wheel.pass(0.0, kPeriod);
+  EXPECT_NEAR(wheel.edge(wheel.monitor.speed(), 1.0), wheel.monitor.speed(), 0.01);
+}
+
+// Encoders that hold their value.
+
+/// Shows values that change every some samples, and then a ramp; @returns how much the wheel may have moved since the
+/// value was renewed. @param changes sizes of the changes, one after another.
+double heldMotion(const std::vector<double>& changes, int samples) {
+  Wheel wheel(model(), exactParameters());
+  wheel.follow(0.0, 300);
+  double value = 0.0;
+  for (const double change : changes) {
+    value += change;
+    for (int k = 0; k < samples; ++k) wheel.look(0.0, value);
+  }
+  wheel.pass(10.0, 0.08 + 0.1);
+  for (int k = 0; k < 10; ++k) wheel.look(10.0, value);
+  return std::sqrt(wheel.monitor.uncertainty());
+}
+
+TEST(WheelMonitor, AHeldValueMayBeAnyThatWasPossibleSinceItWasRenewed) {
+  const double limit = 1.65 / kRadius;
+  const std::vector<double> rises(8, 0.5);
+  EXPECT_NEAR(heldMotion(rises, 1), 0.0, 0.3);
+  EXPECT_NEAR(heldMotion(rises, 5), 0.08 * limit, 0.1);
+  EXPECT_NEAR(heldMotion(rises, 10), 0.18 * limit, 0.1);
+}
+
+TEST(WheelMonitor, AChangeThatIsNoNoiseTellsOfAHold) {
+  const auto isLearned = [](const std::vector<double>& changes) { return heldMotion(changes, 5) > 0.7; };
+  const auto afterKnown = [&](double quantum, double change) {  // its resolution first, to and fro
+    std::vector<double> changes;
+    for (int k = 0; k < 12; ++k) changes.push_back(k % 2 == 0 ? quantum : -quantum);
+    changes.insert(changes.end(), 8, change);
+    return isLearned(changes);
+  };
+  EXPECT_TRUE(isLearned(std::vector<double>(8, 0.15))) << "of an unknown resolution";
+  EXPECT_FALSE(isLearned(std::vector<double>(8, 0.08)));
+  EXPECT_TRUE(afterKnown(0.1, 0.4)) << "more than three steps";
+  EXPECT_FALSE(afterKnown(0.1, 0.25));
+  EXPECT_TRUE(afterKnown(0.5, 0.7)) << "coarser than any encoder";
+  EXPECT_FALSE(afterKnown(0.01, 0.08));
+}
+
+TEST(WheelMonitor, TheBandOfAHeldValueIsThatOfTheLastTenthOfASecond) {
+  Wheel wheel(model(), exactParameters());
+  wheel.follow(0.0, 300);
+  for (int k = 0; k < 40; ++k) wheel.look(0.0, 0.5 * (k / 5));  // renewed every 0.1 s, whatever it says
+  std::vector<double> speeds;
+  for (const double command : {10.0, -10.0, 5.0}) {
+    for (int k = 0; k < 100; ++k) {
+      wheel.pass(command, kPeriod);
+      const double speed = wheel.monitor.speed();
+      speeds.push_back(speed);
+      if (speeds.size() >= 6 && std::abs(speed) > 1.0) {
+        const auto [low, high] = std::minmax_element(speeds.end() - 5, speeds.end());
+        if (*low * *high > 0.0 && std::min(std::abs(*low), std::abs(*high)) > 0.9) {
+          ASSERT_NEAR(wheel.edge(speed, -1.0), *low, 1e-3) << command << ", " << k;
+          ASSERT_NEAR(wheel.edge(speed, 1.0), *high, 1e-3) << command << ", " << k;
+        }
+      }
+      wheel.monitor.compare(0.5 * (k / 5), kPeriod);
+    }
+  }
+  wheel.monitor.start(0.0);
+  wheel.pass(0.0, kPeriod);
+  EXPECT_NEAR(wheel.edge(0.0, 1.0), 0.0, 1e-6) << "a start forgets what was before";
+}
+
+// Wheels that come back.
+
+/// A wheel that stands off its prediction and comes back by a step per sample. @param off [rad/s], negative where it is
+/// slower; @param rate [rad/s] per sample; @param hold samples for which its encoder holds a value.
+/// @returns whether it is recovering with each of the samples.
+std::vector<bool> comesBack(double off, double rate, int hold = 1, int samples = 40) {
+  constexpr double kSpeed = 12.0;
+  Wheel wheel(model(), exactParameters());
+  wheel.follow(kSpeed, 300);
+  if (hold > 1) {
+    for (int k = 0; k < 8 * hold; ++k) wheel.look(kSpeed, kSpeed + 0.5 * (k / hold));
+    wheel.look(kSpeed, kSpeed);
+  }
+  for (int k = 0; k < 10; ++k) wheel.look(kSpeed, kSpeed + off);
+  EXPECT_TRUE(wheel.monitor.suspect());
+  EXPECT_FALSE(wheel.monitor.recovering());
+  std::vector<bool> recovering;
+  for (int k = 0; k < samples; ++k) {
+    wheel.look(kSpeed, kSpeed + off - (off > 0.0 ? rate : -rate) * (1 + k / hold));
+    EXPECT_TRUE(wheel.monitor.suspect());
+    recovering.push_back(wheel.monitor.recovering());
+  }
+  return recovering;
+}
+
+/// Number of samples from one on with which it is not recovering.
+long notRecovering(const std::vector<bool>& recovering, int from) {
+  return std::count(recovering.begin() + from, recovering.end(), false);
+}
+
+TEST(WheelMonitor, AWheelThatAcceleratesAsASlowOneMayIsOnItsWay) {
+  // Half of the limit: 8.4 rad/s^2, 0.168 rad/s per sample, of one that is so far off that nothing else counts.
+  for (const double off : {-11.0, 11.0}) {
+    EXPECT_EQ(notRecovering(comesBack(off, 0.18, 1, 3), 1), 0) << off;
+    EXPECT_EQ(notRecovering(comesBack(off, 0.15, 1, 3), 1), 2) << off;
+    EXPECT_EQ(notRecovering(comesBack(off, -0.18, 1, 3), 1), 2) << off << ", goes away";
+  }
+}
+
+TEST(WheelMonitor, AWheelThatComesSlowlyNearerByATwentiethWithinATenthOfASecondIsOnItsWay) {
+  for (const double sign : {1.0, -1.0}) {
+    EXPECT_EQ(notRecovering(comesBack(sign * 5.0, 0.06), 6), 0) << "0.25 rad/s in 0.08 s";
+    EXPECT_GT(notRecovering(comesBack(sign * 5.0, 0.04), 6), 3) << "0.25 rad/s in 0.14 s";
+    EXPECT_GT(notRecovering(comesBack(sign * 5.0, 0.0), 6), 30);
+    EXPECT_GT(notRecovering(comesBack(sign * 5.0, -0.06), 6), 30);
+  }
+}
+
+TEST(WheelMonitor, NoiseIsNoComingBack) {
+  // Three deviations of the sensor: 0.09 rad/s.
+  for (const double sign : {1.0, -1.0}) {
+    EXPECT_EQ(notRecovering(comesBack(sign * 1.5, 0.025, 1, 15), 6), 0);
+    EXPECT_GT(notRecovering(comesBack(sign * 1.5, 0.0145, 1, 25), 8), 2);
+  }
+}
+
+TEST(WheelMonitor, AWheelThatStopsComingBackIsNotOnItsWayAnyMore) {
+  Wheel wheel(model(), exactParameters());
+  wheel.follow(12.0, 300);
+  for (int k = 0; k < 10; ++k) wheel.look(12.0, 1.0);
+  for (int k = 1; k <= 2; ++k) wheel.look(12.0, 1.0 + 0.2 * k);
+  EXPECT_TRUE(wheel.monitor.recovering());
+  wheel.look(12.0, 1.4);
+  EXPECT_FALSE(wheel.monitor.recovering());
+}
+
+TEST(WheelMonitor, AHeldValueIsOnItsWayByTwoRadPerSquareSecond) {
+  // Renewed every 0.1 s: 0.2 rad/s from one to the next.
+  for (const double off : {-10.5, 10.5}) {
+    const auto quick = comesBack(off, 0.24, 5, 15), slow = comesBack(off, 0.16, 5, 15);
+    EXPECT_EQ(notRecovering(quick, 5), 0) << off;
+    EXPECT_EQ(notRecovering(slow, 5), 10) << off;
+  }
+}
+
+// Frozen encoders.
+
+/// Whether an encoder that stays while its wheel changes its speed is found. @param quantum steps of it before, 0 for
+/// one of which nothing is known.
+bool missesMotion(double speed, double change, double quantum) {
+  Wheel wheel(model(), exactParameters());
+  wheel.keep(speed);
+  for (int k = 0; k < (quantum > 0.0 ? 24 : 0); ++k) wheel.look(speed, speed + (k % 2) * quantum);
+  bool frozen = false;
+  wheel.look(speed, speed);
+  for (int k = 0; k < 40; ++k) {
+    wheel.look(speed + change, speed);
+    frozen |= wheel.monitor.frozen();
+  }
+  return frozen;
+}
+
+TEST(WheelMonitor, ALiveEncoderDoesNotMissThreeOfItsSteps) {
+  for (const double sign : {1.0, -1.0}) {
+    EXPECT_TRUE(missesMotion(5.0, sign * 0.17, 0.05));
+    EXPECT_FALSE(missesMotion(5.0, sign * 0.13, 0.05));
+    EXPECT_TRUE(missesMotion(5.0, sign * 0.65, 0.5)) << "coarser than any encoder";
+    EXPECT_FALSE(missesMotion(5.0, sign * 0.55, 0.5));
+    EXPECT_TRUE(missesMotion(5.0, sign * 0.65, 0.0)) << "as of one that is not known";
+    EXPECT_FALSE(missesMotion(5.0, sign * 0.55, 0.0));
+  }
+}
+
+TEST(WheelMonitor, AFineEncoderDoesNotMissMoreThanADriveTrainDrifts) {
+  EXPECT_TRUE(missesMotion(5.0, 0.06, 0.001)) << "a hundredth";
+  EXPECT_FALSE(missesMotion(5.0, 0.045, 0.001));
+  EXPECT_TRUE(missesMotion(1.5, 0.023, 0.001)) << "and 0.02 rad/s";
+  EXPECT_FALSE(missesMotion(1.5, 0.018, 0.001));
+}
+
+TEST(WheelMonitor, ChangesBelowAHundredThousandthAreNoNoise) {
+  const auto findsFrozen = [](double change) {
+    Wheel wheel(model(), exactParameters());
+    wheel.monitor.start(5.0);
+    double value = 5.0;
+    for (int k = 0; k < 200; ++k) {
+      value += (k % 40 < 2 ? 0.6 : 1.0) * (k % 2 == 0 ? change : -change);
+      wheel.look(5.0, value);
+    }
+    bool found = false;
+    for (int k = 0; k < 100; ++k) {
+      wheel.look(5.0, 5.0);
+      found |= wheel.monitor.frozen();
+    }
+    return found;
+  };
+  EXPECT_TRUE(findsFrozen(2.2e-5));
+  EXPECT_FALSE(findsFrozen(0.95e-5));
+}
+
+TEST(WheelMonitor, AFrozenEncoderIsFaultyAtOnceAndTakesTheOtherWithIt) {
+  Wheel wheel(model(), exactParameters());
+  wheel.monitor.start(5.0);
+  for (int k = 0; k < 100; ++k) {
+    wheel.pass(5.0, kPeriod);
+    wheel.show(5.0 + (k % 2 == 0 ? 0.03 : -0.03) + 0.001 * (k % 5));
+  }
+  Wheel other = wheel;
+  for (int k = 0; k < 4; ++k) other.show(5.0);
+  other.monitor.freezeWithTheOther();
+  EXPECT_FALSE(other.monitor.frozen()) << "too few samples that repeat";
+  int samples = 0;
+  for (; samples < 30 && wheel.monitor.state() != ChannelState::faulty; ++samples) {
+    wheel.pass(5.0, kPeriod);
+    wheel.show(5.0);
+  }
+  EXPECT_TRUE(wheel.monitor.frozen());
+  EXPECT_LT(samples, 15);
+  WheelMonitor coarse = WheelMonitor(FaultParameters{}, model(), kRadius);
+  coarse.start(5.0);
+  for (int k = 0; k < 12; ++k) coarse.compare(5.0, kPeriod);
+  EXPECT_FALSE(coarse.frozen());
+  coarse.freezeWithTheOther();
+  EXPECT_TRUE(coarse.frozen() && coarse.suspect());
+}
+
+/// A wheel whose command rises at a constant rate, so that there is always a band of the same width.
+/// @param noise change of the encoder from sample to sample [rad/s].
+Wheel onARamp(double noise) {
+  FaultParameters p;
+  p.gain_deviation = 0.0;
+  Wheel wheel(model(), p);
+  wheel.follow(2.0, 300);
+  for (int k = 0; k < 300; ++k) {
+    wheel.pass(2.0 + 0.03 * k, kPeriod);
+    wheel.show(wheel.monitor.speed() + (k % 2 == 0 ? 0.5 : -0.5) * noise);
+  }
+  return wheel;
+}
+
+TEST(WheelMonitor, WhereItMayBeAnywhereWithinThreeDeviationsNoNoiseIsLearned) {
+  Wheel wheel(model(), [] {
+    FaultParameters p;
+    p.gain_deviation = 0.0;
+    return p;
+  }());
+  wheel.monitor.start(0.0);
+  double command = 0.0;
+  for (int k = 0; k < 400; ++k) {  // from the start, when nobody knows the noise
+    wheel.pass(command += 0.03, kPeriod);
+    wheel.show(wheel.monitor.speed());
+  }
+  wheel.pass(command, kPeriod);
+  const double speed = wheel.monitor.speed(), high = wheel.edge(speed, 1.0), width = high - wheel.edge(speed, -1.0);
+  EXPECT_NEAR(wheel.distanceOf(high + 1.0), 1.0 / (5.0 * width / 3.0), 0.25 / (5.0 * width / 3.0));
+}
+
+TEST(WheelMonitor, AQuarterOfTheBandIsMotionAndNoNoise) {
+  const auto findsFrozen = [](double noise) {
+    Wheel wheel = onARamp(noise);
+    wheel.follow(10.97, 100);
+    bool found = false;
+    for (int k = 0; k < 60; ++k) {
+      wheel.look(10.97, 10.97);
+      found |= wheel.monitor.frozen();
+    }
+    return found;
+  };
+  const Wheel wheel = onARamp(0.0);
+  const double speed = wheel.monitor.speed(), width = wheel.edge(speed, 1.0) - wheel.edge(speed, -1.0);
+  EXPECT_TRUE(findsFrozen(0.7 * width));
+  EXPECT_FALSE(findsFrozen(0.35 * width)) << "to and fro by half of it";
+}
+
+TEST(WheelMonitor, TheBandMovesWithWhatIsBelieved) {
+  for (const double off : {0.2, -0.2}) {
+    Wheel wheel;
+    ReachableSpeeds reachable(model(), kRadius, {0.09, 0.09, 0.01, 0.01, 0.5, 3.0});
+    const auto pass = [&](double command, double duration) {
+      wheel.pass(command, duration);
+      predict(reachable, command, std::lround(duration / 0.001));
+    };
+    for (int k = 0; k < 600; ++k) {
+      pass(10.0, kPeriod);
+      wheel.show(k < 100 ? wheel.monitor.speed() : 10.0 + off);
+    }
+    for (const double command : {2.0, 15.0}) {
+      for (int k = 0; k < 15; ++k) {
+        pass(command, kPeriod);
+        const double speed = wheel.monitor.speed(), offset = speed - reachable.nominal();
+        ASSERT_NEAR(wheel.edge(speed, -1.0), reachable.low() + offset, 0.1) << off << ", " << command << ", " << k;
+        ASSERT_NEAR(wheel.edge(speed, 1.0), reachable.high() + offset, 0.1) << off << ", " << command << ", " << k;
+      }
+    }
+  }
+}
+
+TEST(WheelMonitor, AStartForgetsHowFarItWasOff) {
+  Wheel wheel(model(), exactParameters());
+  wheel.keep(8.0);
+  for (int k = 0; k < 3; ++k) wheel.show(0.0);
+  wheel.monitor.start(5.0);
+  wheel.look(5.0, 3.0);
+  EXPECT_TRUE(wheel.monitor.suspect());
+  EXPECT_FALSE(wheel.monitor.recovering());
+}
+
+TEST(WheelMonitor, HowFastAWheelOnItsWayIsDependsOnTheSlowestDriveTrain) {
+  const auto isOnItsWay = [](double rate) {
+    FaultParameters slow = exactParameters();
+    slow.slowest_acceleration = 0.5;
+    Wheel wheel(model(), slow);
+    wheel.keep(12.0);
+    for (int k = 0; k < 10; ++k) wheel.look(12.0, 1.0);
+    wheel.look(12.0, 1.0 + rate);
+    wheel.look(12.0, 1.0 + 2.0 * rate);
+    return wheel.monitor.recovering();
+  };
+  EXPECT_TRUE(isOnItsWay(0.095)) << "4.2 rad/s^2";
+  EXPECT_FALSE(isOnItsWay(0.075));
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ SOURCES = {
     "jackal_aic_safety": ["command_limiter", "drive_gate", "drive_loop", "frozen_source", "loss_policy",
                           "measurement_watch", "motor_share", "phase_lock", "step_schedule"],
     "jackal_aic_faults": ["acceleration_monitor", "channel_monitor", "fault_monitor", "prediction_envelope",
-                          "reachable_speeds", "wheel_monitor", "yaw_belief", "yaw_monitor"],
+                          "reachable_speeds", "recent_range", "sliding_range", "wheel_monitor", "yaw_belief", "yaw_monitor"],
 }
 ROOMS = {"jackal_aic_safety": "safety", "jackal_aic_faults": "faults"}
 
@@ -42,7 +42,8 @@ UNIT_TESTS = {
     "jackal_aic_safety": ["drive_gate_test", "command_limiter_test", "frozen_source_test", "step_schedule_test",
                           "loss_policy_test", "phase_lock_test", "measurement_watch_test", "motor_share_test", "drive_loop_test",
                           "drive_loop_duties_test"],
-    "jackal_aic_faults": ["channel_monitor_test", "reachable_speeds_test", "acceleration_monitor_test", "wheel_monitor_test",
+    "jackal_aic_faults": ["yaw_belief_test", "yaw_monitor_test", "recent_range_test", "sliding_range_test", "acceleration_monitor_test", "reachable_speeds_test",
+                          "channel_monitor_test", "wheel_monitor_test", "fault_isolation_test",
                           "fault_monitor_test", "drive_loop_test"],
 }
 # Of the fault detection those cases that take a tenth of its time: every fault, and the alarms of some conditions.
@@ -110,6 +111,13 @@ def mutants_of(library, name):
             yield Mutant(library, source, number, "dropped", line, "")
 
 
+def survivors_of(report, candidates):
+    """Those of the candidates that survived by the report of an earlier run, wherever their lines are now."""
+    found = re.findall(r"^survived  (\S+):\d+  \w+\n  - (.*)\n  \+ (.*)$", report, re.MULTILINE)
+    names = {(source, before.strip(), after.strip()) for source, before, after in found}
+    return [m for m in candidates if (m.source, m.before.strip(), m.after.strip()) in names]
+
+
 def drawn(candidates, count, seed):
     """`count` of the candidates, at random, as many of each kind in each library as they can give."""
     shuffled = list(candidates)
@@ -128,7 +136,8 @@ def drawn(candidates, count, seed):
 class Workshop:
     """Compiles mutants and runs tests against them."""
 
-    def __init__(self, workspace):
+    def __init__(self, workspace, headers):
+        self.headers = headers
         self.build = workspace / "build" / "jackal_aic"
         self.libraries = workspace / "devel" / "lib"
         self.tests = self.libraries / "jackal_aic"
@@ -137,6 +146,15 @@ class Workshop:
     def flags(self, library):
         lines = (self.build / "CMakeFiles" / f"{library}.dir" / "flags.make").read_text().split("\n")
         return [word for line in lines if line.startswith("CXX_") for word in shlex.split(line.split("=", 1)[1])]
+
+    def precompile(self, library, source):
+        """The header that a source includes first, which takes most of the time of its compilation."""
+        name = pathlib.Path("jackal_aic") / ROOMS[library] / (pathlib.Path(source).stem + ".hpp")
+        out = self.headers / name.with_suffix(".hpp.gch")
+        out.parent.mkdir(parents=True, exist_ok=True)
+        parts = shlex.split((self.build / "CMakeFiles" / f"{library}.dir" / "link.txt").read_text())
+        subprocess.run([parts[0], *self.flags(library), "-w", "-x", "c++-header", str(ROOT / "include" / name), "-o", str(out)],
+                       capture_output=True, check=True)
 
     def compiled(self, mutant, directory):
         """Whether the mutant compiles, to other machine code than the original; its library is in `directory` then."""
@@ -148,7 +166,7 @@ class Workshop:
         source.write_text("\n".join(text))
         parts = shlex.split((target / "link.txt").read_text())
         code = directory / "mutant.o"
-        compiler = [parts[0], *self.flags(mutant.library), "-w", "-c", str(source), "-o", str(code)]
+        compiler = [parts[0], f"-I{self.headers}", *self.flags(mutant.library), "-w", "-c", str(source), "-o", str(code)]
         if subprocess.run(compiler, capture_output=True, check=False).returncode != 0:
             return False
         sections = [["objcopy", "-O", "binary", "-j", ".text*", "-j", ".rodata*", str(obj), str(directory / out)]
@@ -204,6 +222,7 @@ def arguments():
     parser.add_argument("--seed", type=int, default=1, help="of the draw (1)")
     parser.add_argument("--only", default="", help="sources whose name, or name:line, contains this")
     parser.add_argument("--all", action="store_true", help="every mutant of them instead of a draw")
+    parser.add_argument("--again", type=pathlib.Path, help="file with the output of an earlier run: its survivors")
     parser.add_argument("--unit", action="store_true", help="unit tests only, without the closed loop")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="mutants at a time (all cores)")
     parser.add_argument("--list", action="store_true", help="print the mutants and end")
@@ -224,12 +243,21 @@ def main():
                   if chosen.only in mutant.where()]
     if not candidates:
         sys.exit(f"mutants: --only: no source has {chosen.only!r} in its name")
-    mutants = candidates if chosen.all else drawn(candidates, chosen.count, chosen.seed)
+    if chosen.again:
+        candidates = survivors_of(chosen.again.read_text(), candidates)
+    mutants = candidates if chosen.all or chosen.again else drawn(candidates, chosen.count, chosen.seed)
     if chosen.list:
         for mutant in mutants:
             print(f"{mutant.where()}  {mutant.kind}\n  - {mutant.before.strip()}\n  + {mutant.after.strip()}")
         return 0
-    workshop = Workshop(chosen.workspace)
+    with tempfile.TemporaryDirectory(prefix="mutants_") as headers:
+        return count_killed(chosen, mutants, Workshop(chosen.workspace, pathlib.Path(headers)))
+
+
+def count_killed(chosen, mutants, workshop):
+    """Tries the mutants, prints what became of each, and how many were killed."""
+    for library, source in sorted({(m.library, m.source) for m in mutants}):
+        workshop.precompile(library, source)
     tests = {library: UNIT_TESTS[library] + ([] if chosen.unit else LOOP_TESTS[library])
              for library in sorted({m.library for m in mutants})}
     for test in dict.fromkeys(test for of_library in tests.values() for test in of_library):

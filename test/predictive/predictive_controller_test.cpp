@@ -194,6 +194,19 @@ TEST(PredictiveController, SlipIsFrozenKeptAndTakenOver) {
   EXPECT_THROW(restarted.setLearned({{0.5, std::numeric_limits<double>::quiet_NaN()}}), ParameterError);
 }
 
+TEST(PredictiveController, AGyroThatAJoltShakesIsBelievedAndTeachesNoSlip) {
+  PredictiveController controller({}, {}, driveTrain());
+  Robot robot(driveTrain(), 0.7);
+  controller.setShaken(true);
+  controller.setSetPoint({0.0, 0.0, 0.5});
+  robot.drive(controller, {}, 2.0);
+  EXPECT_EQ(controller.effectiveTrack(), 0.5621);
+  EXPECT_NEAR(controller.believedVelocity()(kYaw), 0.5 * 0.5621 / 0.7, 0.01);
+  controller.setShaken(false);
+  robot.drive(controller, {}, 2.0);
+  EXPECT_NEAR(controller.effectiveTrack(), 0.7, 0.007);
+}
+
 TEST(PredictiveController, RefusesWhatIsNotFiniteOrNotLater) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   PredictiveController controller({}, {}, driveTrain());

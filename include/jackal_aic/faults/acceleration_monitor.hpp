@@ -54,6 +54,9 @@ class AccelerationMonitor {
   ChannelState state() const { return persistence_.state(); }    ///< verdict with the last sample
   bool suspecting() const { return persistence_.suspecting(); }  ///< an outlier is among the last samples
 
+  /// The ground has just shaken the robot: an outlier came within the last moment, and the accelerometer is in order.
+  bool shaken() const;
+
   /// Lets it count again: what was wrong with its last samples has been explained.
   void forgive() { persistence_.reset(); }
 
@@ -101,6 +104,7 @@ class AccelerationMonitor {
   Repetition repetition_at_rest_;
   Repetition repetition_moving_;
   double distance_ = 0.0;
+  double since_outlier_;  // [s]
   bool upside_down_ = false;
   bool frozen_ = false;
 };

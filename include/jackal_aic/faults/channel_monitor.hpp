@@ -170,7 +170,7 @@ class RepetitionTest {
   void learnChange(double change, double explained);
   void countNoise(double size);
   bool carriesNoise(double resolution) const;
-  double expectedChance() const;
+  double expectedChance() const;  // of a channel that carries noise
 
   int samples_;
   int run_ = 0;          // repetitions so far

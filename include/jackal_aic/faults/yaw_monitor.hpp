@@ -49,8 +49,9 @@ class YawMonitor {
   double error(double yaw_rate, double x) const { return belief_.error(yaw_rate, x); }
 
   /// Judges a sample against wheels that are trusted. @param step time since the last sample [s].
-  /// @param moving the wheels turn: the noise of a gyro differs from that at rest.
-  void check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step);
+  /// @param moving the wheels turn: the noise of a gyro differs from that at rest. @param shaken another instrument has
+  /// just seen a jolt of the ground: what the gyro reads against the wheels says nothing.
+  void check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step, bool shaken = false);
 
   bool frozen() const { return frozen_; }                        ///< the last sample repeats to the bit
   bool reversed() const { return reversed_; }                    ///< it reads the turn with the wrong sign

@@ -64,6 +64,9 @@ class ModelLearning {
   void freeze(bool frozen) { frozen_ = frozen; }
   bool frozen() const { return frozen_; }  ///< learning of effective track and slip was stopped
 
+  /// A jolt of the ground shakes the robot (true): until it is over, how the body turns against its wheels is no slip.
+  void setShaken(bool shaken) { shaken_ = shaken; }
+
  private:
   bool steady(const WheelBelief& left, const WheelBelief& right, double step) const;
   void learnPrecisions(const Observation& y, const WheelBelief& left, const WheelBelief& right, double step);
@@ -77,6 +80,7 @@ class ModelLearning {
   WheelVector path_ = WheelVector::Zero();  // at the last action [rad/s]
   double steady_time_ = 0.0;                // since it last moved [s]
   bool frozen_ = false;
+  bool shaken_ = false;
 };
 
 }  // namespace jackal_aic

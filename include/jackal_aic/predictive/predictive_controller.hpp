@@ -120,6 +120,9 @@ class PredictiveController : public VelocityController {
   void freezeLearning(bool frozen) { learning_.freeze(frozen); }
   bool learningFrozen() const { return learning_.frozen(); }  ///< learning was stopped
 
+  /// A jolt of the ground shakes the robot (true): the gyro counts, and teaches no effective track until it is over.
+  void setShaken(bool shaken) { learning_.setShaken(shaken); }
+
   /// Whether the body follows its wheels, as it is believed.
   Traction traction() const { return traction_.traction(); }
 

@@ -1,0 +1,46 @@
+#pragma once
+
+/// @file
+/// Accelerations of an IMU with a clock of its own, handed on with the samples of another sensor.
+///
+/// Between two samples of the other sensor, which are h apart, come any number of IMU samples a_i, each the mean over
+/// the time d_i since the one before: none or four where both travel over a network. Whoever integrates what is handed
+/// on over h is to get the change of velocity that the IMU saw, or a collision counts for a half or twice of what it
+/// was:
+///
+///     a h = sum a_i d_i + b (h - sum d_i)
+///
+/// b is the usual acceleration, of the last T, which holds for the time that h has more or less than the IMU samples.
+/// What is too much of it in one sample lacks in the next, because over a while the h add up to what the d_i do.
+
+#include <Eigen/Core>
+
+namespace jackal_aic {
+
+/// Pairs accelerations with samples of another sensor. Nothing here allocates.
+class AccelerationPairing {
+ public:
+  /// Takes an IMU sample. @param acceleration [m/s^2]; @param stamp of it [s].
+  void add(const Eigen::Vector3d& acceleration, double stamp);
+
+  /// The acceleration for a sample of the other sensor [m/s^2], of which the velocity changed since the one before. To
+  /// be called after the first add(). @param stamp of the sample [s].
+  Eigen::Vector3d take(double stamp);
+
+  /// Begins anew.
+  void reset() { *this = AccelerationPairing(); }
+
+ private:
+  Eigen::Vector3d usual_ = Eigen::Vector3d::Zero();   // b [m/s^2]
+  Eigen::Vector3d newest_ = Eigen::Vector3d::Zero();  // a_i [m/s^2]
+  Eigen::Array3i repeats_ = Eigen::Array3i::Zero();   // of a_i to the bit
+  Eigen::Vector3d mean_ = Eigen::Vector3d::Zero();    // of those since the last take() [m/s^2]
+  int count_ = 0;                                     // of them
+  double stamp_ = 0.0;                                // of the newest [s]
+  double last_stamp_ = 0.0;                           // of the newest at the last take() [s]
+  double taken_ = 0.0;                                // stamp of the last take() [s]
+  bool started_ = false;
+  bool taken_once_ = false;
+};
+
+}  // namespace jackal_aic

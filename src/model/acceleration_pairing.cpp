@@ -1,0 +1,44 @@
+#include "jackal_aic/model/acceleration_pairing.hpp"
+
+#include <algorithm>
+
+namespace jackal_aic {
+namespace {
+
+constexpr int kFrozen = 8;           // samples of a source that does not change
+constexpr double kMemory = 0.2;      // T [s]
+constexpr double kLongest = 0.15;    // s between two samples; what lies further apart was lost
+constexpr double kLargestShare = 4;  // of the time that the IMU samples stand for, in multiples of h
+
+}  // namespace
+
+void AccelerationPairing::add(const Eigen::Vector3d& acceleration, double stamp) {
+  if (!started_) {
+    usual_ = newest_ = acceleration;
+    last_stamp_ = stamp;
+    started_ = true;
+  }
+  // One that repeats itself to the bit for longer than a collision may do so at its limit does so also in what is
+  // handed on.
+  repeats_ = (acceleration.array() == newest_.array()).select(repeats_ + 1, 0);
+  usual_ = (repeats_ >= kFrozen).select(acceleration, usual_);
+  newest_ = acceleration;
+  mean_ += (acceleration - mean_) / ++count_;
+  stamp_ = stamp;
+}
+
+Eigen::Vector3d AccelerationPairing::take(double stamp) {
+  const double step = stamp - taken_, lasted = count_ > 0 ? stamp_ - last_stamp_ : 0.0;
+  const bool known = taken_once_ && step > 0.0 && step < kLongest && lasted >= 0.0 && lasted < kLongest;
+  const double share = count_ == 0 ? 0.0 : known ? std::min(lasted / step, kLargestShare) : 1.0;
+  const Eigen::Vector3d paired = usual_ + share * (mean_ - usual_);
+  if (count_ > 0) usual_ += std::max(lasted, 0.0) / (std::max(lasted, 0.0) + kMemory) * (mean_ - usual_);
+  mean_.setZero();
+  count_ = 0;
+  last_stamp_ = stamp_;
+  taken_ = stamp;
+  taken_once_ = true;
+  return paired;
+}
+
+}  // namespace jackal_aic
