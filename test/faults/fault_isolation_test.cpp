@@ -626,13 +626,25 @@ TEST(FaultIsolation, AJoltThatTheAccelerometerSawIsNoFaultOfTheGyro) {
 
 // What is known of the commands.
 
+TEST(FaultIsolation, EveryCommandCountsForAsLongAsItWasApplied) {
+  Robot robot = settled(kStand, exactParameters(), exactModel());
+  for (int k = 0; k < 50; ++k) {
+    robot.pass(kFast, 0.013);
+    const FaultReport& report = robot.drive(kStand, 1);
+    EXPECT_LT(report.wheel_left.distance, 0.01) << k;
+    EXPECT_LT(report.wheel_right.distance, 0.01) << k;
+  }
+}
+
 TEST(FaultIsolation, TimeThatPassesAtOnceIsThatOfManySteps) {
   Robot robot;
   FaultMonitor at_once({}, {}, model());
   for (const WheelCommand& command : {kStraight, WheelCommand{-3.0, 6.0}, kFast, kStand}) {
     for (int k = 0; k < 10; ++k) {
-      robot.pass(command, 0.1);
-      at_once.advance(command, 0.1);
+      for (const WheelCommand& part : {command, kStraight}) {  // no sample between the two
+        robot.pass(part, 0.05);
+        at_once.advance(part, 0.05);
+      }
       const Observation y = robot.sample();
       const FaultReport &expected = robot.monitor.check(y), &report = at_once.check(y);
       ASSERT_NEAR(report.wheel_left.distance, expected.wheel_left.distance, 1e-9);
