@@ -148,6 +148,17 @@ TEST(TractionBelief, BodyThatIsThrownBackWhileItsWheelsAreStoppedTooStands) {
   EXPECT_EQ(robot.belief.speed(robot.wheel_speed), 0.0);
 }
 
+TEST(TractionBelief, BodyThatBouncesHasNotMetItsWheels) {
+  Robot robot;
+  robot.drive(0.6, 1.5, 1.5);
+  robot.drive(0.5, 0.0, 0.0);
+  robot.drive(0.04, -15.0, -22.5);  // to 0.3 and 0.0 m/s
+  robot.drive(0.06, 0.0, 6.0);      // as it pitches, the IMU moves faster than the wheels
+  robot.drive(0.06, 0.0, -6.0);
+  robot.drive(0.5, 1.0, 0.0);
+  EXPECT_EQ(robot.belief.traction(), Traction::stands);
+}
+
 /// An IMU whose messages come in bursts: between two of them the last mean repeats, and the next is that of all the
 /// time.
 TEST(TractionBelief, AMeanThatRepeatsUntilTheNextComesCostsNoCertainty) {
