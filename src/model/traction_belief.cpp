@@ -115,7 +115,9 @@ std::optional<TractionBelief::Change> TractionBelief::collision() const {
   // Sensors that are late make an error of it too, but one that ends with their being late.
   // Most of a collision lies within its jolt, in which vibration does less than in the whole.
   const double noise = kBound * std::sqrt(factor_ * change.variance * std::min(1.0, kJolt / change.time));
-  const double least = std::max(kLeast, noise), error = std::abs(change.error());
+  // Where the ground rocks a robot that turns, the centre of turning jumps from one side to the other.
+  const double turn = kCentre * std::sqrt(change.turning / change.time);
+  const double least = std::max({kLeast, noise, turn}), error = std::abs(change.error());
   const bool struck = error > least && jolt_ > std::max(noise, kShare * error);
   return stopped && struck ? std::optional(change) : std::nullopt;
 }
@@ -216,7 +218,8 @@ void TractionBelief::slide(double gap_before, double acceleration, double step) 
 
 void TractionBelief::stand() {
   const Change window = sinceOldest();
-  if (std::abs(now_.wheels) < kTurns) return beginToRoll();
+  const bool unknown = kCentre * window.turning > std::max(kLeast, std::abs(now_.wheels));
+  if (unknown || std::abs(now_.wheels) < kTurns) return beginToRoll();
   if (std::abs(window.body) < std::max(kLeast, bound(window))) return;
   const bool follows = std::abs(window.error()) < 0.5 * std::abs(window.wheels);
   follows ? beginToRoll() : beginToSlide(window.body, window);
