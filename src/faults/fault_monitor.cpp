@@ -357,7 +357,6 @@ void FaultMonitor::restart() {
   followed_ = false;
   followed_command_ = {};
   report_ = FaultReport{};
-  evidence_ = Evidence{};
   yaw_.restart();
   acceleration_.forgive();
   traction_.restart();

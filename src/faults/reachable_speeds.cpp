@@ -27,9 +27,7 @@ ReachableSpeeds::ReachableSpeeds(const PlantModel& model, double wheel_radius, c
       commands_(steps(model.dead_time - range.earlier), steps(model.dead_time + range.later), kMostSteps),
       slow_(paceWith(model, wheel_radius, range.longest_lag, range.slowest_acceleration)),
       nominal_pace_(paceWith(model, wheel_radius, model.lag, 1.0)),
-      fast_(paceWith(model, wheel_radius, range.shortest_lag, range.fastest_acceleration)) {
-  start(0.0);
-}
+      fast_(paceWith(model, wheel_radius, range.shortest_lag, range.fastest_acceleration)) {}
 
 void ReachableSpeeds::start(double speed) {
   commands_.fill(speed / gain_);

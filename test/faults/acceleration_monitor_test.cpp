@@ -142,11 +142,11 @@ class QuietBody {
   bool vertical_, moving_;
 };
 
-constexpr double kBound = 5.0;                // sqrt(1 / 0.04)
-constexpr double kSensor = 2.5e-3;            // variance of the sensor [(m/s^2)^2]
-constexpr double kUnknown = 1.0 + kSensor;    // of an acceleration on unknown ground
-constexpr double kKnown = 0.0222 + kSensor;   // ... on ground that has been seen for long
-constexpr double kUnknownNoise = 5.0;         // factor of the deviation as long as nobody knows the noise
+constexpr double kBound = 5.0;               // sqrt(1 / 0.04)
+constexpr double kSensor = 2.5e-3;           // variance of the sensor [(m/s^2)^2]
+constexpr double kUnknown = 1.0 + kSensor;   // of an acceleration on unknown ground
+constexpr double kKnown = 0.0222 + kSensor;  // ... on ground that has been seen for long
+constexpr double kUnknownNoise = 5.0;        // factor of the deviation as long as nobody knows the noise
 
 TEST(AccelerationMonitor, AtTheStartTheGroundMayBeInclined) {
   QuietBody body;

@@ -7,6 +7,7 @@
 
 #include "jackal_aic/faults/fault_monitor.hpp"
 #include "jackal_aic/model/gravity.hpp"
+#include "jackal_aic/model/wheel_belief.hpp"
 
 /// @file
 /// Which of the robot's sensors and drives is told to be at fault, and what the monitor makes of pushes, kerbs, lost
@@ -16,8 +17,8 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kRadius = 0.098;        // m
-constexpr double kTrack = 0.55;          // m
+constexpr double kRadius = 0.098;               // m
+constexpr double kTrack = 0.55;                 // m
 constexpr double kPerWheel = kRadius / kTrack;  // yaw rate by difference of the wheels
 constexpr WheelCommand kStand{}, kStraight{5.0, 5.0}, kFast{10.0, 10.0};
 
@@ -184,8 +185,10 @@ TEST(FaultIsolation, AGyroThatIsNoWitnessLeavesTheDrive) {
   const auto stops = [](Observation& y) { y.wheel_left = 0.0; };
   EXPECT_EQ(with(nothing, stops, model()).fault(), Fault::left_encoder_wrong) << "the gyro sees no turn";
   EXPECT_TRUE(with([](Observation& y) { y.valid.yaw_rate = false; }, stops, model()).drive_left);
-  EXPECT_TRUE(with([](Observation& y) { y.yaw_rate += 1.0; }, [](Observation& y) { y.wheel_left = y.yaw_rate = 0.0; },
-                   model()).drive_left) << "it was found faulty";
+  EXPECT_TRUE(
+      with([](Observation& y) { y.yaw_rate += 1.0; }, [](Observation& y) { y.wheel_left = y.yaw_rate = 0.0; }, model())
+          .drive_left)
+      << "it was found faulty";
   EXPECT_TRUE(with([](Observation& y) { y.acceleration_x += 20.0; }, stops, model()).drive_left)
       << "the accelerometer of the same IMU was";
   EXPECT_TRUE(with([](Observation& y) { y.valid.wheel_right = false; }, stops, model()).drive_left)
@@ -217,11 +220,49 @@ TEST(FaultIsolation, ADriveAndAnEncoderCountAgainAfterASecond) {
 }
 
 TEST(FaultIsolation, TwoKerbsAreNotOne) {
-  Robot robot = settled();
-  for (int kerb = 0; kerb < 3; ++kerb) {
-    EXPECT_FALSE(robot.drive(kStraight, 7, Off{-5.0, 1.0}).faulty()) << kerb;
-    EXPECT_TRUE(robot.drive(kStraight, 20).valid().all());
+  for (const bool left : {true, false}) {
+    Robot robot = settled();
+    const auto kerb = [left](Observation& y) {
+      Off{-5.0, 1.0}(y);
+      if (!left) y = mirrored(y);
+    };
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_FALSE(robot.drive(kStraight, 7, kerb).faulty()) << k;
+      EXPECT_TRUE(robot.drive(kStraight, 20).valid().all());
+    }
   }
+}
+
+TEST(FaultIsolation, AWheelThatWasHeldUpIsLearnedOfAgainAsSoonAsItFollows) {
+  for (const bool left : {true, false}) {
+    Robot robot = settled(kStraight, exactParameters(), exactModel());
+    const auto off = [left](double speed) {
+      return [=](Observation& y) {
+        Off{speed, 1.0}(y);
+        if (!left) y = mirrored(y);
+      };
+    };
+    const auto distance = [&] {
+      const FaultReport& report = robot.monitor.report();
+      return (left ? report.wheel_left : report.wheel_right).distance;
+    };
+    robot.drive(kStraight, 7, off(-4.0));
+    robot.drive(kStraight, 1, off(-0.1));
+    const double at_first = distance();
+    EXPECT_GT(at_first, 0.1);
+    robot.drive(kStraight, 16, off(-0.1));
+    EXPECT_LT(distance(), 0.5 * at_first);
+  }
+}
+
+TEST(FaultIsolation, AGyroThatComesBackWhileAWheelIsSuspectIsAWitnessFromThenOn) {
+  Robot robot = settled();
+  robot.drive(kStraight, 5, [](Observation& y) {
+    Off{-5.0, 1.0}(y);
+    y.valid.yaw_rate = false;
+    y.yaw_rate = kNan;
+  });
+  EXPECT_EQ(robot.drive(kStraight, 10, Off{-5.0, 1.0}).fault(), Fault::left_wheels_blocked);
 }
 
 TEST(FaultIsolation, AGoodSampleNowAndThenDoesNotClearAWheel) {
@@ -255,12 +296,16 @@ TEST(FaultIsolation, AWheelThatWasHeldUpAndIsOnItsWayAgainIsNoFaultAndCounts) {
 TEST(FaultIsolation, TheGyroIsNotJudgedByAWheelThatIsSuspect) {
   for (const bool left : {true, false}) {
     Robot robot = settled();
+    robot.drive(kStraight, 1, [](Observation& y) { y.yaw_rate += 0.02; });
+    const double before = robot.monitor.report().gyro.distance;
+    EXPECT_GT(before, 0.1);
     const FaultReport& report = robot.drive(kStraight, 1, [&](Observation& y) {
       (left ? y.wheel_left : y.wheel_right) += 10.0;
       y.yaw_rate += 0.5;
     });
-    EXPECT_EQ(report.gyro.state, ChannelState::ok);
     EXPECT_EQ((left ? report.wheel_left : report.wheel_right).state, ChannelState::outlier);
+    EXPECT_EQ(report.gyro.state, ChannelState::ok);
+    EXPECT_EQ(report.gyro.distance, before) << "keeps its verdict";
   }
 }
 
@@ -342,12 +387,18 @@ TEST(FaultIsolation, AGyroThatFreezesOnABoxIsFound) {
   PlantModel box = model();
   box.on_box = true;
   Robot robot({}, box);
-  const auto stands = [](Observation& y) { y.yaw_rate = 0.003 * std::sin(1e4 * y.stamp), y.acceleration_x = 0.01 * std::sin(1e4 * y.stamp); };
+  const auto stands = [](Observation& y) {
+    y.yaw_rate = 0.003 * std::sin(1e4 * y.stamp), y.acceleration_x = 0.01 * std::sin(1e4 * y.stamp);
+  };
   EXPECT_FALSE(robot.drive(kStraight, 300, stands).faulty());
-  EXPECT_EQ(robot.drive(kStraight, 30, [&](Observation& y) {
-    stands(y);
-    y.yaw_rate = 0.001;
-  }).fault(), Fault::gyro_frozen);
+  EXPECT_EQ(robot
+                .drive(kStraight, 30,
+                       [&](Observation& y) {
+                         stands(y);
+                         y.yaw_rate = 0.001;
+                       })
+                .fault(),
+            Fault::gyro_frozen);
 }
 
 TEST(FaultIsolation, TheInclinationOfABoxMayChange) {
@@ -412,12 +463,41 @@ TEST(FaultIsolation, OneWheelThatIsTurnedByHandMovesTheRobot) {
   }
 }
 
+TEST(FaultIsolation, AfterAPushTheWheelsAreLearnedOfAgain) {
+  for (const bool left : {true, false}) {
+    Robot robot = settled(kStand, exactParameters(), exactModel());
+    robot.drive(kStand, 20, [](Observation& y) { y.wheel_left += 3.0, y.wheel_right += 3.0; });
+    ASSERT_TRUE(robot.monitor.report().moved);
+    const auto creeps = [left](Observation& y) { (left ? y.wheel_left : y.wheel_right) += 0.1; };
+    const auto distance = [&] {
+      const FaultReport& report = robot.monitor.report();
+      return (left ? report.wheel_left : report.wheel_right).distance;
+    };
+    while (robot.drive(kStand, 1, creeps).moved) {
+    }
+    const double at_first = distance();
+    robot.drive(kStand, 25, creeps);
+    EXPECT_LT(distance(), 0.5 * at_first);
+  }
+}
+
+TEST(FaultIsolation, AFaultThatFollowsAPushHasItsOwnTime) {
+  Robot robot = settled(kStand, exactParameters(), exactModel());
+  robot.drive(kStand, 20, [](Observation& y) { y.wheel_left += 3.0, y.wheel_right += 3.0; });
+  int samples = 0;
+  while (robot.drive(kStraight, 1).moved && samples < 20) ++samples;
+  ASSERT_EQ(samples, 7);
+  EXPECT_FALSE(robot.drive(kStraight, 7, Off{-3.0, 1.0}).faulty()) << "0.14 s";
+  EXPECT_TRUE(robot.drive(kStraight, 40, Off{-3.0, 1.0}).faulty());
+}
+
 TEST(FaultIsolation, AWheelThatTurnsWhileTheOtherIsToTurnIsNotPushed) {
   for (const bool left : {true, false}) {
     const WheelCommand command{left ? 0.0 : 5.0, left ? 5.0 : 0.0};
     Robot robot = settled(command);
     for (int k = 0; k < 50; ++k) {
-      EXPECT_FALSE(robot.drive(command, 1, [left](Observation& y) { (left ? y.wheel_left : y.wheel_right) += 3.0; }).moved);
+      EXPECT_FALSE(
+          robot.drive(command, 1, [left](Observation& y) { (left ? y.wheel_left : y.wheel_right) += 3.0; }).moved);
     }
     EXPECT_TRUE(robot.monitor.report().faulty());
   }
@@ -449,7 +529,7 @@ TEST(FaultIsolation, ABodyThatIsMovedOnSlidingTyresBlamesNobodyWhileItIsAndAfter
     robot.drive(kStand, 150);
     robot.drive(kStand, 25, [](Observation& y) { y.yaw_rate += 1.0, y.acceleration_x += 15.0; });
     ASSERT_TRUE(robot.monitor.report().moved);
-    for (int k = 0; k < 25; ++k) {
+    for (int k = 0; k < 100; ++k) {
       const FaultReport& report = robot.drive(kStand, 1, [turned](Observation& y) {
         if (turned) y.yaw_rate += 1.0;
         if (!turned) y.acceleration_x += 15.0;
@@ -459,6 +539,7 @@ TEST(FaultIsolation, ABodyThatIsMovedOnSlidingTyresBlamesNobodyWhileItIsAndAfter
     }
     int samples = 0;
     while (robot.drive(kStand, 1).moved && samples < 100) ++samples;
+    ASSERT_GT(samples, 4) << "it may only seem to have ended";
     ASSERT_LT(samples, 30);
     for (int k = 0; k < 30; ++k, robot.drive(kStand, 1)) {
       ASSERT_TRUE(robot.monitor.report().valid().all()) << turned << ", " << k;
@@ -505,8 +586,8 @@ TEST(FaultIsolation, ABodyMayAccelerateAsFastAsItsDriveTrainsMay) {
     }
     return largest;
   };
-  EXPECT_LT(largestDistance(kStand, kFast, 0.0), 0.5);
-  EXPECT_LT(largestDistance(kFast, kStand, 0.0), 0.5);
+  EXPECT_LT(largestDistance(kStand, kFast, 0.0), 0.1);
+  EXPECT_LT(largestDistance(kFast, kStand, 0.0), 0.1);
   EXPECT_GT(largestDistance(kStand, kFast, 20.0), 1.0);
   EXPECT_GT(largestDistance(kFast, kStand, -20.0), 1.0);
 }
@@ -570,18 +651,19 @@ TEST(FaultIsolation, WheelsThatSomebodyElseDrivesAreFollowedUntilTheRestart) {
     for (int k = 0; k < 100; ++k) {
       const FaultReport& report = robot.drive(command, 1);
       EXPECT_TRUE(report.valid().wheel_left && report.valid().wheel_right) << k;
+      EXPECT_LT(std::max(report.wheel_left.distance, report.wheel_right.distance), 0.01) << k;
     }
   }
   for (const bool left : {true, false}) {  // a wheel that is not measured goes on as it was
-    const FaultReport& report =
-        robot.drive({6.0, 6.0}, 25, [left](Observation& y) { (left ? y.valid.wheel_left : y.valid.wheel_right) = false; });
+    const FaultReport& report = robot.drive(
+        {6.0, 6.0}, 25, [left](Observation& y) { (left ? y.valid.wheel_left : y.valid.wheel_right) = false; });
     EXPECT_LT(report.gyro.distance, 0.5) << left;
     robot.drive({6.0, 6.0}, 5);
   }
   robot.monitor.restart();
   robot.known = true;
   robot.pass({0.0, 0.0}, 0.3);  // under way to rest
-  EXPECT_TRUE(robot.drive({0.0, 0.0}, 5).valid().all());
+  for (int k = 0; k < 8; ++k) EXPECT_LT(robot.drive({0.0, 0.0}, 1).wheel_left.distance, 0.01) << k;
 }
 
 TEST(FaultIsolation, ARestartForgetsWhoDroveTheWheels) {
@@ -589,7 +671,7 @@ TEST(FaultIsolation, ARestartForgetsWhoDroveTheWheels) {
     Robot robot(exactParameters(), exactModel());
     robot.noise = 0.0;
     robot.known = false;
-    robot.drive(kStraight, 100);
+    robot.drive(kStraight, 300);
     robot.pass(kStand, 2.0);
     robot.monitor.restart();
     const FaultReport& report =
@@ -638,17 +720,19 @@ TEST(FaultIsolation, NoiseIsForgottenWithTheEncodersOnly) {
 }
 
 TEST(FaultIsolation, ResetForgetsBiasAndInclination) {
-  const auto valid = [](bool reset) {
+  const auto valid = [](bool reset, double yaw_rate, double acceleration) {
     Robot robot;
     robot.noise = 0.0;
     robot.drive(kStand, 300, [](Observation& y) { y.yaw_rate = 0.045, y.acceleration_x = 2.0; });
     if (reset) robot.monitor.reset();
     if (!reset) robot.monitor.restart();
-    robot.drive(kStand, 1, [](Observation& y) { y.acceleration_x = -2.0; });
+    robot.drive(kStand, 1, [&](Observation& y) { y.yaw_rate = yaw_rate, y.acceleration_x = acceleration; });
     return robot.monitor.report().valid();
   };
-  EXPECT_TRUE(valid(true).all());
-  EXPECT_FALSE(valid(false).yaw_rate || valid(false).acceleration) << "a restart does not";
+  EXPECT_TRUE(valid(true, 0.0, 2.0).all());
+  EXPECT_TRUE(valid(true, 0.045, -2.0).all());
+  EXPECT_FALSE(valid(false, 0.0, 2.0).yaw_rate) << "a restart does not";
+  EXPECT_FALSE(valid(false, 0.045, -2.0).acceleration);
 }
 
 // Traction.

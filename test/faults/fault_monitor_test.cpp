@@ -425,6 +425,18 @@ TEST(PredictionEnvelope, HoldsWhatComesEarlierOrLater) {
   }
 }
 
+TEST(PredictionEnvelope, OnlyChangesOfThePredictionAheadCount) {
+  PredictionEnvelope envelope(10, 10);
+  envelope.start(2.0, 5.0);
+  for (int k = 0; k < 5; ++k) envelope.add(2.0, 4.0);
+  EXPECT_EQ(envelope.range().low, 1.0);
+  EXPECT_EQ(envelope.range().high, 2.0);
+  envelope.start(2.0, 5.0);
+  for (int k = 0; k < 5; ++k) envelope.add(2.0, 6.0);
+  EXPECT_EQ(envelope.range().low, 2.0);
+  EXPECT_EQ(envelope.range().high, 3.0);
+}
+
 TEST(YawBelief, LearnsSlipInATurnAndBiasOnAStraightLine) {
   std::mt19937 random(2);
   std::normal_distribution<double> noise(0.0, 0.005);

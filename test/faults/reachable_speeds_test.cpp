@@ -100,5 +100,18 @@ TEST(ReachableSpeeds, AreTheModelsWithoutUncertainty) {
   }
 }
 
+TEST(ReachableSpeeds, StartWithTheCommandThatDrivesTheirSpeed) {
+  PlantModel weak = model();
+  weak.gain = 0.8;
+  ReachableSpeeds reachable(weak, kRadius, kRange);
+  for (int k = 0; k < 200; ++k) predict(reachable, 10.0);
+  reachable.start(4.0);
+  for (int k = 0; k < 500; ++k) {
+    predict(reachable, 5.0);
+    ASSERT_NEAR(reachable.low(), 4.0, 1e-9);
+    ASSERT_NEAR(reachable.high(), 4.0, 1e-9);
+  }
+}
+
 }  // namespace
 }  // namespace jackal_aic

@@ -231,6 +231,12 @@ FaultParameters exactParameters() {
   return p;
 }
 
+/// Lets a number of steps pass, each of them for itself.
+void predict(ReachableSpeeds& reachable, double command, long number) {
+  ReachableSpeeds::Steps steps;
+  for (; number > 0; --number) reachable.predict(command, 1, steps);
+}
+
 /// Compares the band of a monitor during steps of the command with that of a range of drive trains.
 void expectBand(const PlantModel& told, const DriveTrainRange& range, double gain, double offset) {
   Wheel wheel(told);
@@ -238,7 +244,7 @@ void expectBand(const PlantModel& told, const DriveTrainRange& range, double gai
   for (const double command : {10.0, -10.0, 3.0}) {
     for (int k = 1; k <= 50; ++k) {
       wheel.pass(command, kPeriod);
-      for (int step = 0; step < 20; ++step) reachable.predict(command);
+      predict(reachable, command, 20);
       double low = reachable.low(), high = reachable.high();
       if (low <= 0.8 && high >= -0.8) low = std::min(low, 0.0), high = std::max(high, 0.0);  // stiction
       low = std::min(low, reachable.low() - gain * std::abs(reachable.low()) - offset);
@@ -292,6 +298,8 @@ TEST(WheelMonitor, StartsAtItsSpeedAndWithNoFault) {
 
 TEST(WheelMonitor, StartsUnderWayWithTheCommandsBefore) {
   Wheel wheel(model(), exactParameters());
+  for (int k = 0; k < 10; ++k) wheel.show(7.0);
+  ASSERT_EQ(wheel.monitor.state(), ChannelState::faulty);
   wheel.pass(9.0, 0.3);
   wheel.monitor.startUnderWay(3.0);
   EXPECT_NEAR(wheel.monitor.speed(), 3.0, 1e-12);
@@ -301,6 +309,10 @@ TEST(WheelMonitor, StartsUnderWayWithTheCommandsBefore) {
   EXPECT_NEAR(wheel.edge(wheel.monitor.speed(), 1.0), expected, 0.01);
   EXPECT_NEAR(wheel.edge(wheel.monitor.speed(), -1.0), expected, 0.01);
   EXPECT_EQ(wheel.monitor.state(), ChannelState::ok);
+  wheel.monitor.compare(expected + 0.1, kPeriod);
+  EXPECT_TRUE(wheel.monitor.fasterThanCommanded());
+  wheel.monitor.compare(expected - 0.1, kPeriod);
+  EXPECT_FALSE(wheel.monitor.fasterThanCommanded());
 }
 
 TEST(WheelMonitor, ForgettingStartsAtRest) {
@@ -676,6 +688,102 @@ TEST(WheelMonitor, AFrozenEncoderIsFaultyAtOnceAndTakesTheOtherWithIt) {
   EXPECT_FALSE(coarse.frozen());
   coarse.freezeWithTheOther();
   EXPECT_TRUE(coarse.frozen() && coarse.suspect());
+}
+
+/// A wheel whose command rises at a constant rate, so that there is always a band of the same width.
+/// @param noise change of the encoder from sample to sample [rad/s].
+Wheel onARamp(double noise) {
+  FaultParameters p;
+  p.gain_deviation = 0.0;
+  Wheel wheel(model(), p);
+  wheel.follow(2.0, 300);
+  for (int k = 0; k < 300; ++k) {
+    wheel.pass(2.0 + 0.03 * k, kPeriod);
+    wheel.show(wheel.monitor.speed() + (k % 2 == 0 ? 0.5 : -0.5) * noise);
+  }
+  return wheel;
+}
+
+TEST(WheelMonitor, WhereItMayBeAnywhereWithinThreeDeviationsNoNoiseIsLearned) {
+  Wheel wheel(model(), [] {
+    FaultParameters p;
+    p.gain_deviation = 0.0;
+    return p;
+  }());
+  wheel.monitor.start(0.0);
+  double command = 0.0;
+  for (int k = 0; k < 400; ++k) {  // from the start, when nobody knows the noise
+    wheel.pass(command += 0.03, kPeriod);
+    wheel.show(wheel.monitor.speed());
+  }
+  wheel.pass(command, kPeriod);
+  const double speed = wheel.monitor.speed(), high = wheel.edge(speed, 1.0), width = high - wheel.edge(speed, -1.0);
+  EXPECT_NEAR(wheel.distanceOf(high + 1.0), 1.0 / (5.0 * width / 3.0), 0.25 / (5.0 * width / 3.0));
+}
+
+TEST(WheelMonitor, AQuarterOfTheBandIsMotionAndNoNoise) {
+  const auto findsFrozen = [](double noise) {
+    Wheel wheel = onARamp(noise);
+    wheel.follow(10.97, 100);
+    bool found = false;
+    for (int k = 0; k < 60; ++k) {
+      wheel.look(10.97, 10.97);
+      found |= wheel.monitor.frozen();
+    }
+    return found;
+  };
+  const Wheel wheel = onARamp(0.0);
+  const double speed = wheel.monitor.speed(), width = wheel.edge(speed, 1.0) - wheel.edge(speed, -1.0);
+  EXPECT_TRUE(findsFrozen(0.7 * width));
+  EXPECT_FALSE(findsFrozen(0.35 * width)) << "to and fro by half of it";
+}
+
+TEST(WheelMonitor, TheBandMovesWithWhatIsBelieved) {
+  for (const double off : {0.2, -0.2}) {
+    Wheel wheel;
+    ReachableSpeeds reachable(model(), kRadius, {0.09, 0.09, 0.01, 0.01, 0.5, 3.0});
+    const auto pass = [&](double command, double duration) {
+      wheel.pass(command, duration);
+      predict(reachable, command, std::lround(duration / 0.001));
+    };
+    for (int k = 0; k < 600; ++k) {
+      pass(10.0, kPeriod);
+      wheel.show(k < 100 ? wheel.monitor.speed() : 10.0 + off);
+    }
+    for (const double command : {2.0, 15.0}) {
+      for (int k = 0; k < 15; ++k) {
+        pass(command, kPeriod);
+        const double speed = wheel.monitor.speed(), offset = speed - reachable.nominal();
+        ASSERT_NEAR(wheel.edge(speed, -1.0), reachable.low() + offset, 0.1) << off << ", " << command << ", " << k;
+        ASSERT_NEAR(wheel.edge(speed, 1.0), reachable.high() + offset, 0.1) << off << ", " << command << ", " << k;
+      }
+    }
+  }
+}
+
+TEST(WheelMonitor, AStartForgetsHowFarItWasOff) {
+  Wheel wheel(model(), exactParameters());
+  wheel.keep(8.0);
+  for (int k = 0; k < 3; ++k) wheel.show(0.0);
+  wheel.monitor.start(5.0);
+  wheel.look(5.0, 3.0);
+  EXPECT_TRUE(wheel.monitor.suspect());
+  EXPECT_FALSE(wheel.monitor.recovering());
+}
+
+TEST(WheelMonitor, HowFastAWheelOnItsWayIsDependsOnTheSlowestDriveTrain) {
+  const auto isOnItsWay = [](double rate) {
+    FaultParameters slow = exactParameters();
+    slow.slowest_acceleration = 0.5;
+    Wheel wheel(model(), slow);
+    wheel.keep(12.0);
+    for (int k = 0; k < 10; ++k) wheel.look(12.0, 1.0);
+    wheel.look(12.0, 1.0 + rate);
+    wheel.look(12.0, 1.0 + 2.0 * rate);
+    return wheel.monitor.recovering();
+  };
+  EXPECT_TRUE(isOnItsWay(0.095)) << "4.2 rad/s^2";
+  EXPECT_FALSE(isOnItsWay(0.075));
 }
 
 }  // namespace

@@ -21,8 +21,8 @@ double slopeVariance(const YawBelief& belief) { return belief.variance(1.0, 0.0)
 TEST(YawBelief, BeginsWithWhatAnyRobotMayBe) {
   const YawBelief belief(kTrack, kParameters);
   EXPECT_DOUBLE_EQ(belief.slope(), kSlope);
-  EXPECT_NEAR(belief.variance(0.5, 1e-4),
-              square(0.5 * 0.3 * kSlope) + square(0.03) + 4e-5 + square(kSlope) * 1e-4, 1e-12);
+  EXPECT_NEAR(belief.variance(0.5, 1e-4), square(0.5 * 0.3 * kSlope) + square(0.03) + 4e-5 + square(kSlope) * 1e-4,
+              1e-12);
   EXPECT_DOUBLE_EQ(belief.biasVariance(), square(0.03));
 }
 

@@ -32,7 +32,7 @@ SOURCES = {
     "jackal_aic_safety": ["command_limiter", "drive_gate", "drive_loop", "frozen_source", "loss_policy",
                           "measurement_watch", "motor_share", "phase_lock", "step_schedule"],
     "jackal_aic_faults": ["acceleration_monitor", "channel_monitor", "fault_monitor", "prediction_envelope",
-                          "reachable_speeds", "wheel_monitor", "yaw_belief", "yaw_monitor"],
+                          "reachable_speeds", "recent_range", "sliding_range", "wheel_monitor", "yaw_belief", "yaw_monitor"],
 }
 ROOMS = {"jackal_aic_safety": "safety", "jackal_aic_faults": "faults"}
 
@@ -42,7 +42,7 @@ UNIT_TESTS = {
     "jackal_aic_safety": ["drive_gate_test", "command_limiter_test", "frozen_source_test", "step_schedule_test",
                           "loss_policy_test", "phase_lock_test", "measurement_watch_test", "motor_share_test", "drive_loop_test",
                           "drive_loop_duties_test"],
-    "jackal_aic_faults": ["yaw_belief_test", "yaw_monitor_test", "acceleration_monitor_test", "reachable_speeds_test",
+    "jackal_aic_faults": ["yaw_belief_test", "yaw_monitor_test", "recent_range_test", "sliding_range_test", "acceleration_monitor_test", "reachable_speeds_test",
                           "channel_monitor_test", "wheel_monitor_test", "fault_isolation_test",
                           "fault_monitor_test", "drive_loop_test"],
 }

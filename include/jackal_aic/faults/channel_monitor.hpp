@@ -54,9 +54,7 @@ class RecentChange {
   explicit RecentChange(double memory) : memory_(memory) {}
 
   /// Adds a rate [1/s] over a step [s].
-  void add(double rate, double step) {
-    value_ = memory_ > step ? (1.0 - step / memory_) * value_ + step * rate : 0.0;
-  }
+  void add(double rate, double step) { value_ = memory_ > step ? (1.0 - step / memory_) * value_ + step * rate : 0.0; }
 
   double value() const { return value_; }  ///< change over the memory
 

@@ -67,8 +67,8 @@ struct FaultReport {
   bool drive_left = false;      ///< the left wheels do not follow their command (blocked, or without power)
   bool drive_right = false;     ///< the right wheels do not follow their command
   bool stuck = false;           ///< the wheels turn, and the body stands all the same; no fault
-  bool shaken = false;          ///< a jolt of the ground has just shaken the robot: how it turns now is no slip; no fault
-  bool moved = false;           ///< wheels that are to stand turn, or the body moves on sliding tyres; no fault
+  bool shaken = false;  ///< a jolt of the ground has just shaken the robot: how it turns now is no slip; no fault
+  bool moved = false;   ///< wheels that are to stand turn, or the body moves on sliding tyres; no fault
 
   /// Channels that count: neither outlier nor faulty.
   ChannelValidity valid() const;

@@ -73,10 +73,10 @@ class WheelMonitor {
   bool frozen() const { return frozen_; }    ///< because it repeats to the bit
   /// The last sample is an outlier on its way to the prediction.
   bool recovering() const { return recovering_; }
-  double distance() const { return distance_; }                   ///< in multiples of the bound
-  ChannelState state() const { return persistence_.state(); }     ///< verdict with the last sample
-  bool suspecting() const { return persistence_.suspecting(); }   ///< an outlier is among the last samples
-  double speed() const { return belief_.speed(); }                ///< believed wheel speed [rad/s]
+  double distance() const { return distance_; }                  ///< in multiples of the bound
+  ChannelState state() const { return persistence_.state(); }    ///< verdict with the last sample
+  bool suspecting() const { return persistence_.suspecting(); }  ///< an outlier is among the last samples
+  double speed() const { return belief_.speed(); }               ///< believed wheel speed [rad/s]
   double uncertainty() const;  ///< variance of speed(), uncertain drive train included [(rad/s)^2]
 
  private:
