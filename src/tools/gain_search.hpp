@@ -132,10 +132,10 @@ using SearchProgress = std::function<void(std::size_t finished, std::size_t all)
 ///
 /// Of the thesis' structure: tau, kappa_mu, kappa_a and the variances of all orders, separately for each number of
 /// orders. First on the linear models and in the whole space (NLopt, controlled random search), then from there on the
-/// simulated robots (NLopt, Subplex), first without their masses, where trials that a best candidate does not pass join
-/// those by which the next
-/// round judges. The sensory variance of order 0 stays as it is: scaling all variances and both learning rates together
-/// changes nothing, so that it would be one number too many.
+/// simulated robots (NLopt, Subplex), where trials that a best candidate does not pass join those by which the next
+/// round judges: without masses, and with them where it passes all of these. The sensory variance of order 0 stays as
+/// it is: scaling all variances and both learning rates together changes nothing, so that it would be one number too
+/// many.
 ///
 /// Of the predictive structure: kappa_a, the time constant of the reference, the process noises, the deviations of the
 /// dead time and of the yaw's delay, and the time over which the slip is learned, on the simulated robots from the

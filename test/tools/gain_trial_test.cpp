@@ -109,5 +109,30 @@ TEST(DrawnTrials, AreTheSameForTheSameSeedAndSpreadWhatIsSpread) {
   EXPECT_NE(first[0].plant.dead_time, other[0].plant.dead_time);
 }
 
+TEST(RollingTrack, IsThatOfTheRigidBodiesAndNoneOfMotorsThatYield) {
+  const std::string urdf = readText(kPackage + "/sim/urdf/jackal.urdf");
+  sim::PlantParameters ground = readPlantFile(kPackage + "/config/plant.yaml").simulation;
+  const ControllerFile file = readControllerFile(kPackage + "/config/improved.yaml");
+  const auto track = rollingTrack(ground, urdf);
+  ASSERT_TRUE(track);
+  EXPECT_NEAR(*track, file.geometry.effective_track / file.geometry.slip_factor, 0.05);
+  EXPECT_TRUE(rollingTrack(box().simulation, urdf));
+  ground.velocity_loop_stiffness = 3.5;
+  EXPECT_FALSE(rollingTrack(ground, urdf));
+}
+
+TEST(Trial, WithoutMassesIsMuchTheSame) {
+  const std::string urdf = readText(kPackage + "/sim/urdf/jackal.urdf");
+  const PlantFile ground = readPlantFile(kPackage + "/config/plant.yaml");
+  for (const SetPoint& set_point : {SetPoint{0.5, 0.0, 0.0}, SetPoint{0.0, 0.0, 1.0}}) {
+    Trial trial{set_point, ground.simulation, 0.019, {}, "", true};
+    const sim::StopFigures rigid = drive(trial, on(ground, improved()), urdf);
+    trial.rolling_track = rollingTrack(ground.simulation, urdf);
+    const sim::StopFigures light = drive(trial, on(ground, improved()), urdf);
+    EXPECT_NEAR(*light.settling, *rigid.settling, 0.05);
+    EXPECT_NEAR(light.overshoot_pct, rigid.overshoot_pct, 2.0);
+  }
+}
+
 }  // namespace
 }  // namespace jackal_aic
