@@ -106,19 +106,25 @@ bool TractionBelief::surprises(const Change& change) const {
   return error > kLeast && error > bound(change);
 }
 
+std::optional<TractionBelief::Change> TractionBelief::collision() const {
+  if (jolt_ <= kShare * kLeast) return std::nullopt;
+  const Change change = since(kCollision);
+  // The wheels may have been stopped with the body, which may have been thrown back.
+  const double before = std::max(std::abs(now_.wheels), std::abs(now_.wheels - change.wheels));
+  const bool stopped = std::abs(now_.wheels - change.error()) < kStopped * before;
+  // Sensors that are late make an error of it too, but one that ends with their being late.
+  // Most of a collision lies within its jolt, in which vibration does less than in the whole.
+  const double noise = kBound * std::sqrt(factor_ * change.variance * std::min(1.0, kJolt / change.time));
+  // Where the ground rocks a robot that turns, the centre of turning jumps from one side to the other.
+  const double turn = kCentre * std::sqrt(change.turning / change.time);
+  const double least = std::max({kLeast, noise, turn}), error = std::abs(change.error());
+  const bool struck = error > least && jolt_ > std::max(noise, kShare * error);
+  return stopped && struck ? std::optional(change) : std::nullopt;
+}
+
 std::optional<TractionBelief::Change> TractionBelief::againstRolling(const Change& window) const {
   if (listened_ < kListening) return std::nullopt;
-  if (jolt_ > kShare * kLeast) {  // else no collision
-    const Change collision = since(kCollision);
-    // The wheels may have been stopped with the body, which may have been thrown back.
-    const double before = std::max(std::abs(now_.wheels), std::abs(now_.wheels - collision.wheels));
-    const bool stopped = std::abs(now_.wheels - collision.error()) < kStopped * before;
-    // Sensors that are late make an error of it too, but one that ends with their being late.
-    // Most of a collision lies within its jolt, in which vibration does less than in the whole.
-    const double noise = kBound * std::sqrt(factor_ * collision.variance * std::min(1.0, kJolt / collision.time));
-    const double least = std::max(kLeast, noise), error = std::abs(collision.error());
-    if (stopped && error > least && jolt_ > std::max(noise, kShare * error)) return collision;
-  }
+  if (const auto change = collision()) return change;
   const double by_wheels = window.error() < 0.0 ? -window.wheels : window.wheels;
   if (by_wheels > kOpposed * std::abs(window.error()) && surprises(window)) return window;
   return std::nullopt;
@@ -189,6 +195,8 @@ void TractionBelief::slide(double gap_before, double acceleration, double step) 
   speed_ = corrected_speed_ + step * acceleration;
   variance_ += variance_rate_ * step;
   const double gap = speed_ - now_.wheels;
+  // Of a robot that accelerates a collision may be noticed before all of it is over.
+  if (sliding_ <= kCollision && collision()) surprise_ = std::min(surprise_, kCollision);
   const bool collided = surprise_ <= kCollision + kRounding;
   // A body that bounces off something may seem to meet the wheels, which were stopped with it.
   const bool met = (gap_before * gap <= 0.0 || std::abs(gap) < kMet) && (!collided || sliding_ > kCollision);
@@ -210,7 +218,8 @@ void TractionBelief::slide(double gap_before, double acceleration, double step) 
 
 void TractionBelief::stand() {
   const Change window = sinceOldest();
-  if (std::abs(now_.wheels) < kTurns) return beginToRoll();
+  const bool unknown = kCentre * window.turning > std::max(kLeast, std::abs(now_.wheels));
+  if (unknown || std::abs(now_.wheels) < kTurns) return beginToRoll();
   if (std::abs(window.body) < std::max(kLeast, bound(window))) return;
   const bool follows = std::abs(window.error()) < 0.5 * std::abs(window.wheels);
   follows ? beginToRoll() : beginToSlide(window.body, window);

@@ -159,6 +159,39 @@ TEST(TractionBelief, BodyThatBouncesHasNotMetItsWheels) {
   EXPECT_EQ(robot.belief.traction(), Traction::stands);
 }
 
+TEST(TractionBelief, ACentreOfTurningThatJumpsIsNoCollision) {
+  Robot robot;
+  robot.drive(0.6, 0.0, 0.0);
+  robot.drive(0.2, 1.5, 1.5);
+  robot.yaw_rate = 1.6;
+  robot.drive(1.0, 0.0, 0.0);
+  robot.drive(0.06, 0.0, -5.0);  // 0.3 m/s, as from one side of the robot to the other
+  robot.drive(0.5, 0.0, 0.0);
+  EXPECT_FALSE(robot.slid);
+}
+
+TEST(TractionBelief, ARobotThatTurnsDoesNotStandForGood) {
+  Robot robot;
+  robot.drive(0.6, 0.0, 0.0);
+  robot.drive(0.2, 1.5, 1.5);
+  robot.drive(0.04, 0.0, -7.5);
+  robot.drive(0.5, 0.0, 0.0);
+  ASSERT_EQ(robot.belief.traction(), Traction::stands);
+  robot.yaw_rate = 1.6;
+  robot.drive(1.0, 0.0, 0.0);
+  EXPECT_EQ(robot.belief.traction(), Traction::rolls);
+}
+
+TEST(TractionBelief, ACollisionIsOneAlsoIfItIsNoticedBeforeItIsOver) {
+  Robot robot;
+  robot.drive(0.6, 0.0, 0.0);
+  robot.drive(0.3, 1.5, 1.5);
+  robot.drive(0.02, 0.0, -11.0);
+  robot.drive(0.02, 0.0, -10.0);
+  robot.drive(0.5, 0.2, 0.0);
+  EXPECT_EQ(robot.belief.traction(), Traction::stands);
+}
+
 /// An IMU whose messages come in bursts: between two of them the last mean repeats, and the next is that of all the
 /// time.
 TEST(TractionBelief, AMeanThatRepeatsUntilTheNextComesCostsNoCertainty) {

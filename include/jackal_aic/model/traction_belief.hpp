@@ -97,6 +97,7 @@ class TractionBelief {
   double accelerationBefore(std::size_t samples) const;
   double bound(const Change& change) const;
   bool surprises(const Change& change) const;
+  std::optional<Change> collision() const;
   std::optional<Change> againstRolling(const Change& window) const;
   void roll(double step);
   void slide(double gap_before, double acceleration, double step);
