@@ -77,6 +77,11 @@ class JackalPlant {
   /// Builds the robot at rest from a URDF text. @throws ParameterError if the URDF lacks a body, joint, inertia or
   /// wheel.
   JackalPlant(const std::string& urdf_xml, const PlantParameters& parameters);
+
+  /// The same robot without masses (RollingWorld), with its motors and sensors: a tenth of the time, for what torques,
+  /// tyres and terrain make no difference to. @param effective_track by which it turns [m].
+  static JackalPlant rolling(const std::string& urdf_xml, const PlantParameters& parameters, double effective_track);
+
   ~JackalPlant();
   JackalPlant(JackalPlant&&) noexcept;
   JackalPlant& operator=(JackalPlant&&) noexcept;
@@ -128,6 +133,7 @@ class JackalPlant {
 
  private:
   struct Implementation;
+  explicit JackalPlant(std::unique_ptr<Implementation> self);
   std::unique_ptr<Implementation> self_;
 };
 

@@ -11,6 +11,7 @@
 
 #include "robot_model.hpp"
 #include "terrain.hpp"
+#include "world.hpp"
 
 namespace jackal_aic::sim {
 
@@ -24,16 +25,6 @@ struct WorldParameters {
   TerrainParameters terrain;   ///< what the ground has beside its inclination
 };
 
-/// Motion of the chassis' centre of mass; vectors in the ground frame.
-struct ChassisState {
-  Eigen::Vector3d position;              ///< [m]
-  Eigen::Quaterniond orientation;        ///< base_link in the ground frame
-  Eigen::Vector3d velocity;              ///< [m/s]
-  Eigen::Vector3d angular_velocity;      ///< [rad/s]
-  Eigen::Vector3d acceleration;          ///< mean over the last step [m/s^2]
-  Eigen::Vector3d angular_acceleration;  ///< mean over the last step [rad/s^2]
-};
-
 /// Chassis and four wheels on hinges with velocity motors, on the ground.
 ///
 /// Ground frame: x along the robot's initial heading, z normal to the ground under it, which is z = 0; a slope tilts
@@ -42,42 +33,24 @@ struct ChassisState {
 /// is isotropic Coulomb friction, as slip in a turn depends on it: rolling and lateral friction share the limit mu N,
 /// so that a skidding tyre gives way lengthwise too (a friction pyramid would let it hold, and the robot turn as if it
 /// did not skid). The chassis itself touches nothing.
-class OdeWorld {
+class OdeWorld : public World {
  public:
   /// Builds the robot at rest, its wheels in static equilibrium with the ground, base_link above the ground frame's
   /// origin.
   OdeWorld(const RobotModel& model, const WorldParameters& parameters);
 
-  /// Sets the speed that a wheel's motor reaches in the next step, if its torque suffices [rad/s].
-  void setWheelReference(std::size_t wheel, double speed);
-
-  /// Changes the friction coefficient.
-  void setFriction(double friction) { friction_ = friction; }
-
-  /// Somebody's force on the chassis at its centre of mass [N] and torque about its vertical [N m], both in the
-  /// chassis' frame, from now on.
-  void push(const Eigen::Vector3d& force, double torque) {
+  void setWheelReference(std::size_t wheel, double speed) override;
+  void setFriction(double friction) override { friction_ = friction; }
+  void push(const Eigen::Vector3d& force, double torque) override {
     push_force_ = force;
     push_torque_ = torque;
   }
-
-  /// Somebody lifts the robot, and turns it meanwhile, or sets it down again. Not on a box.
-  void lift(bool lifted);
-
-  /// Advances by a time step [s].
-  void step(double step);
-
-  /// Motion of the chassis after the last step.
-  ChassisState chassis() const;
-
-  /// Speed of a wheel relative to the chassis [rad/s].
-  double wheelSpeed(std::size_t wheel) const;
-
-  /// Torque of a wheel's motor in the last step [N m].
-  double wheelTorque(std::size_t wheel) const;
-
-  /// Gravity in the ground frame [m/s^2].
-  const Eigen::Vector3d& gravity() const { return gravity_; }
+  void lift(bool lifted) override;
+  void step(double step) override;
+  ChassisState chassis() const override;
+  double wheelSpeed(std::size_t wheel) const override;
+  double wheelTorque(std::size_t wheel) const override;
+  const Eigen::Vector3d& gravity() const override { return gravity_; }
 
  private:
   struct DestroyWorld {

@@ -186,7 +186,7 @@ bool LinearLoop::stable(LoopMode mode, LoopChange change) const {
     change.phase = phase;
     return spectralRadius(mode, change);
   };
-  return stableAtEveryPhase(radius, longestPhase());
+  return worstOverPhase(radius, longestPhase(), kStabilityLimit) < kStabilityLimit;
 }
 
 double LinearLoop::worstSpectralRadius() const {

@@ -4,18 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "jackal_aic/certificate/margins.hpp"
 #include "jackal_aic/config/parameter_map.hpp"
 
 namespace jackal_aic {
 
-namespace {
-
-/// @param close difference to 1 below which a radius is close to the limit; @param enough where the search ends.
-double worstOverPhase(const std::function<double(double)>& radius, double longest, double close, double enough) {
+double worstOverPhase(const std::function<double(double phase)>& radius, double longest, double enough) {
   constexpr int kGrid = 4, kHalvings = 4;
+  constexpr double kClose = 0.02;  // more than the radius changes between the points of the grid
   double worst = -1.0, at = 0.0;
   const auto look = [&](double phase) {
     if (worst >= enough) return;
@@ -26,24 +22,13 @@ double worstOverPhase(const std::function<double(double)>& radius, double longes
   };
   for (int i = 0; i <= kGrid; ++i) look(longest * i / kGrid);
   double distance = longest / kGrid;
-  for (int i = 0; i < kHalvings && std::abs(worst - 1.0) < close; ++i) {
+  for (int i = 0; i < kHalvings && std::abs(worst - 1.0) < kClose; ++i) {
     distance *= 0.5;
     const double centre = at;
     look(centre - distance);
     look(centre + distance);
   }
   return worst;
-}
-
-}  // namespace
-
-double worstOverPhase(const std::function<double(double)>& radius, double longest) {
-  return worstOverPhase(radius, longest, 0.02, std::numeric_limits<double>::infinity());
-}
-
-bool stableAtEveryPhase(const std::function<double(double)>& radius, double longest) {
-  constexpr double kClose = 0.004;  // ten times what the radius of any preset changes by between the points of the grid
-  return worstOverPhase(radius, longest, kClose, kStabilityLimit) < kStabilityLimit;
 }
 
 int commonActionSteps(double action_rate, double sensor_rate, const char* key) {

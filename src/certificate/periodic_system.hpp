@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 
 namespace jackal_aic {
 
@@ -14,11 +15,9 @@ inline constexpr int kMostActionSteps = 50;
 
 /// Largest of a radius over the phase between two timers, from 0 to `longest` [s]: on a grid, and where that is close
 /// to the limit of stability also between the neighbours of its largest value, so that the verdict does not depend on
-/// the grid.
-double worstOverPhase(const std::function<double(double phase)>& radius, double longest);
-
-/// True if that is below kStabilityLimit, which needs fewer phases.
-bool stableAtEveryPhase(const std::function<double(double phase)>& radius, double longest);
+/// the grid. @param enough a radius that is worse than any need be: the search ends there.
+double worstOverPhase(const std::function<double(double phase)>& radius, double longest,
+                      double enough = std::numeric_limits<double>::infinity());
 
 /// Smallest number of action periods that is a whole number of sensor periods. @param key of the action rate, for the
 /// message. @throws ParameterError if there is none within kMostActionSteps.

@@ -209,7 +209,7 @@ bool PredictiveLinearLoop::stable(LoopChange change) const {
     change.phase = phase;
     return spectralRadius(change);
   };
-  return stableAtEveryPhase(radius, longestPhase());
+  return worstOverPhase(radius, longestPhase(), kStabilityLimit) < kStabilityLimit;
 }
 
 double PredictiveLinearLoop::radiusUncertainty() const {

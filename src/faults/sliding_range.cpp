@@ -20,7 +20,6 @@ void SlidingRange::fill(double value) {
   for (Queue* queue : {&smallest_, &largest_}) {
     queue->begin = 0;
     queue->end = 1;
-    queue->times[0] = now_ - youngest_;
   }
 }
 

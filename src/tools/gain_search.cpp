@@ -23,7 +23,7 @@ constexpr double kOvershootPenalty = 20.0;  // s per part of the step
 constexpr double kErrorAreaWeight = 0.5;    // 1/s; leads the search where the settling time has no slope
 constexpr double kOthersWeight = 0.05;      // of the settling times that are not the longest
 constexpr double kReserve = 0.9;            // part of a bar that the search keeps to
-constexpr int kRounds = 3;                  // of the local search, each with the trials that the one before missed
+constexpr int kRounds = 4;                  // of the local search, each with the trials that the one before missed
 constexpr double kSameCost = 1e-3;          // s of settling, less than which ends a local search
 constexpr std::size_t kMostJoining = 3;     // trials
 
@@ -331,21 +331,34 @@ class WorkCounter {
   std::mutex mutex_;
 };
 
-/// Trials that gains miss, the worst, as further trials.
-std::vector<SearchTrial> missedTrials(const GainSearchTask& task, const Gains& controller) {
-  if (!(marginViolation(task, controller) < 0.0)) return {};  // no trial helps that
+/// Of some trials those that gains miss, the worst.
+std::vector<SearchTrial> worstMissed(const GainSearchTask& task, const Gains& controller,
+                                     const std::vector<SearchTrial>& trials) {
   std::vector<std::pair<double, SearchTrial>> missed;
-  for (std::size_t i = 0; i < task.robots.size(); ++i) {
-    for (const Trial& trial : trialsOf(task, task.robots[i])) {
-      const double excess =
-          penalty(trial.bars, drive(trial, controllerOn(task, controller, task.robots[i]), task.urdf));
-      if (excess >= 1.0) missed.emplace_back(excess, SearchTrial{trial, i});
-    }
+  for (const SearchTrial& t : trials) {
+    const double excess =
+        penalty(t.trial.bars, drive(t.trial, controllerOn(task, controller, task.robots[t.robot]), task.urdf));
+    if (excess >= 1.0) missed.emplace_back(excess, t);
   }
   std::stable_sort(missed.begin(), missed.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<SearchTrial> worst;
   for (std::size_t i = 0; i < std::min(missed.size(), kMostJoining); ++i) worst.push_back(missed[i].second);
   return worst;
+}
+
+/// Trials that gains miss, as further trials: of the robots without masses, and where these miss none, of the others.
+std::vector<SearchTrial> missedTrials(const GainSearchTask& task, const Gains& controller) {
+  if (!(marginViolation(task, controller) < 0.0)) return {};  // no trial helps that
+  std::vector<SearchTrial> rolling, rigid;
+  for (std::size_t i = 0; i < task.robots.size(); ++i) {
+    for (Trial& trial : trialsOf(task, task.robots[i])) {
+      rigid.push_back({trial, i});
+      trial.rolling_track = task.robots[i].rolling_track;
+      if (trial.rolling_track) rolling.push_back({std::move(trial), i});
+    }
+  }
+  const std::vector<SearchTrial> missed = worstMissed(task, controller, rolling);
+  return missed.empty() ? worstMissed(task, controller, rigid) : missed;
 }
 
 /// The rounds of the local search from a start.
@@ -472,7 +485,8 @@ std::vector<SearchTrial> firstTrials(const GainSearchTask& task) {
   std::vector<SearchTrial> first, others;
   for (std::size_t i = 0; i < task.robots.size(); ++i) {
     const sim::PlantParameters& plant = task.robots[i].plant.simulation;
-    for (const Trial& trial : searchedTrials(plant, task.robots[i].name, task.overshoot_pct, task.speed)) {
+    for (Trial& trial : searchedTrials(plant, task.robots[i].name, task.overshoot_pct, task.speed)) {
+      trial.rolling_track = task.robots[i].rolling_track;
       const bool searched = trial.nominal && trial.set_point.forward == task.speed;
       (searched ? first : others).push_back({trial, i});
     }
@@ -544,7 +558,8 @@ PredictiveParameters patientStart(const GainSearchTask& task) {
   return patient;
 }
 
-std::vector<GainSearchResult> searchGains(const GainSearchTask& task, const SearchProgress& progress) {
+std::vector<GainSearchResult> searchGains(GainSearchTask task, const SearchProgress& progress) {
+  for (SearchRobot& robot : task.robots) robot.rolling_track = rollingTrack(robot.plant.simulation, task.urdf);
   if (std::holds_alternative<PredictiveParameters>(task.start.controller)) {
     const std::array<Gains, 2> starts{task.start.controller, patientStart(task)};
     std::array<Gains, 2> best;

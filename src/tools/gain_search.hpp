@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,8 @@ namespace jackal_aic {
 struct SearchRobot {
   std::string name;  ///< in words
   PlantFile plant;   ///< with its noise
+  std::optional<double> rolling_track =
+      std::nullopt;  ///< with which searchGains() first drives the robot without masses
 };
 
 /// What gains are searched for, and within which bounds.
@@ -86,7 +89,7 @@ struct SearchTrial {
 };
 
 /// Trials by which a candidate is first judged: steps to the task's speed at both ends of the phase, a fast and a
-/// coarse one. Those of the task's speed come first.
+/// coarse one, without masses where the robot has a rolling track. Those of the task's speed come first.
 std::vector<SearchTrial> firstTrials(const GainSearchTask& task);
 
 /// What the local search minimises: the longest settling time [s] of the trials to the task's speed, plus a second for
@@ -129,7 +132,8 @@ using SearchProgress = std::function<void(std::size_t finished, std::size_t all)
 ///
 /// Of the thesis' structure: tau, kappa_mu, kappa_a and the variances of all orders, separately for each number of
 /// orders. First on the linear models and in the whole space (NLopt, controlled random search), then from there on the
-/// simulated robots (NLopt, Subplex), where trials that a best candidate does not pass join those by which the next
+/// simulated robots (NLopt, Subplex), first without their masses, where trials that a best candidate does not pass join
+/// those by which the next
 /// round judges. The sensory variance of order 0 stays as it is: scaling all variances and both learning rates together
 /// changes nothing, so that it would be one number too many.
 ///
@@ -138,6 +142,6 @@ using SearchProgress = std::function<void(std::size_t finished, std::size_t all)
 /// start and from patientStart(). The sensors' variances stay: they are measured, not tuned.
 ///
 /// Same task, same result. @throws ParameterError if the start is invalid for a robot.
-std::vector<GainSearchResult> searchGains(const GainSearchTask& task, const SearchProgress& progress = {});
+std::vector<GainSearchResult> searchGains(GainSearchTask task, const SearchProgress& progress = {});
 
 }  // namespace jackal_aic

@@ -178,8 +178,25 @@ std::vector<Trial> boxTrials(const PlantFile& plant, const std::string& robot, d
   return trials;
 }
 
+std::optional<double> rollingTrack(const sim::PlantParameters& parameters, const std::string& urdf) {
+  constexpr double kLeft = 3.0, kRight = 7.0, kSettled = 2.0, kMeasured = 3.0;  // rad/s, s
+  if (parameters.velocity_loop_stiffness > 0.0) return std::nullopt;
+  sim::JackalPlant plant(urdf, parameters);
+  plant.command({kLeft, kRight});
+  double rolled = 0.0, turned = 0.0;
+  while (plant.time() < kMeasured) {
+    plant.step();
+    if (plant.time() < kSettled) continue;
+    rolled += plant.truth().linear_velocity.x();
+    turned += plant.truth().angular_velocity.z();
+  }
+  // T = r (w_R - w_L)/theta', r = 2 v/(w_R + w_L); on a box nothing turns by any
+  return turned > 0.0 ? 2.0 * rolled / (kLeft + kRight) * (kRight - kLeft) / turned : 1.0;
+}
+
 sim::StopFigures drive(const Trial& trial, const TrialController& controller, const std::string& urdf) {
-  sim::JackalPlant plant(urdf, trial.plant);
+  sim::JackalPlant plant = trial.rolling_track ? sim::JackalPlant::rolling(urdf, trial.plant, *trial.rolling_track)
+                                               : sim::JackalPlant(urdf, trial.plant);
   DriveParameters parameters = sim::uninterrupted();
   std::visit([&](const auto& gains) { parameters.controller = gains; }, controller.controller);
   parameters.geometry = controller.geometry;

@@ -5,6 +5,7 @@
 /// that have steps, late samples, and a robot that is not quite its model. Gains are judged by the worst of it.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,9 +21,15 @@ struct Trial {
   sim::PlantParameters plant;  ///< robot that is driven
   double phase = 0.0;          ///< age of the newest measurement when the action is computed [s]
   sim::StopBars bars;
-  std::string name;      ///< in words, e.g. "box, 0.5 m/s, limit x 0.5"
-  bool nominal = false;  ///< the robot as it is
+  std::string name;                                    ///< in words, e.g. "box, 0.5 m/s, limit x 0.5"
+  bool nominal = false;                                ///< the robot as it is
+  std::optional<double> rolling_track = std::nullopt;  ///< effective track of a robot without masses that takes its
+                                                       ///< place (JackalPlant::rolling()) [m]
 };
+
+/// By which effective track a simulated robot turns on an arc of 0.5 m/s and about 0.7 rad/s [m]. None where motors
+/// yield: there the torques of rigid bodies make the difference.
+std::optional<double> rollingTrack(const sim::PlantParameters& plant, const std::string& urdf);
 
 /// Every trial of a robot: the robot as it is at 0.1..2 m/s, 0.5..2 rad/s and on arcs over the phase; its spread (dead
 /// time, lag, gain, acceleration limit) at the worst end of the phase; and coarse encoders with late samples.

@@ -344,5 +344,23 @@ TEST(AccelerationMonitor, ChangesBelowAMillionthAreNoNoise) {
   EXPECT_FALSE(findsFrozen(false, true, false, 0.95e-6));
 }
 
+TEST(AccelerationMonitor, ABodyIsShakenForAFifthOfASecondAfterAJolt) {
+  QuietBody body(false, true);
+  body.speed = 1.0;
+  EXPECT_FALSE(body.monitor.shaken());
+  body.measure(1, 0.0);
+  EXPECT_FALSE(body.monitor.shaken());
+  body.measure(250, 0.0);
+  body.measure(1, -24.0);
+  EXPECT_TRUE(body.monitor.shaken());
+  body.measure(8, 0.0);
+  EXPECT_TRUE(body.monitor.shaken());
+  body.measure(3, 0.0);
+  EXPECT_FALSE(body.monitor.shaken());
+  body.measure(20, 24.0);
+  ASSERT_EQ(body.monitor.state(), ChannelState::faulty);
+  EXPECT_FALSE(body.monitor.shaken()) << "who believes an accelerometer that is faulty";
+}
+
 }  // namespace
 }  // namespace jackal_aic

@@ -607,7 +607,53 @@ TEST(FaultIsolation, AnAccelerationInAnArcMakesTheTurnUncertainAndOneOnAStraight
   EXPECT_LT(distance({-2.0, 2.0}, {-12.0, 12.0}, 0.1), 0.3) << "a turn that begins comes late";
 }
 
+TEST(FaultIsolation, AJoltThatTheAccelerometerSawIsNoFaultOfTheGyro) {
+  const auto gyroAfter = [](bool has_accelerometer) {
+    Robot robot = settled(kFast);
+    robot.drive(kFast, 1, [](Observation& y) { y.acceleration_x -= 24.0; });
+    EXPECT_TRUE(robot.monitor.report().shaken);
+    EXPECT_STREQ(robot.monitor.report().reason(), "");
+    const FaultReport& report = robot.drive(kFast, 1, [=](Observation& y) {
+      y.yaw_rate += 0.5;
+      y.valid.acceleration = has_accelerometer;
+    });
+    EXPECT_EQ(report.shaken, has_accelerometer);
+    return report.gyro.state;
+  };
+  EXPECT_EQ(gyroAfter(true), ChannelState::ok);
+  EXPECT_EQ(gyroAfter(false), ChannelState::outlier);
+}
+
 // What is known of the commands.
+
+TEST(FaultIsolation, EveryCommandCountsForAsLongAsItWasApplied) {
+  Robot robot = settled(kStand, exactParameters(), exactModel());
+  for (int k = 0; k < 50; ++k) {
+    robot.pass(kFast, 0.013);
+    const FaultReport& report = robot.drive(kStand, 1);
+    EXPECT_LT(report.wheel_left.distance, 0.01) << k;
+    EXPECT_LT(report.wheel_right.distance, 0.01) << k;
+  }
+}
+
+TEST(FaultIsolation, TimeThatPassesAtOnceIsThatOfManySteps) {
+  Robot robot;
+  FaultMonitor at_once({}, {}, model());
+  for (const WheelCommand& command : {kStraight, WheelCommand{-3.0, 6.0}, kFast, kStand}) {
+    for (int k = 0; k < 10; ++k) {
+      for (const WheelCommand& part : {command, kStraight}) {  // no sample between the two
+        robot.pass(part, 0.05);
+        at_once.advance(part, 0.05);
+      }
+      const Observation y = robot.sample();
+      const FaultReport &expected = robot.monitor.check(y), &report = at_once.check(y);
+      ASSERT_NEAR(report.wheel_left.distance, expected.wheel_left.distance, 1e-9);
+      ASSERT_NEAR(report.wheel_right.distance, expected.wheel_right.distance, 1e-9);
+      ASSERT_NEAR(report.gyro.distance, expected.gyro.distance, 1e-9);
+      ASSERT_NEAR(report.accelerometer.distance, expected.accelerometer.distance, 1e-9);
+    }
+  }
+}
 
 /// Distances of both wheels after some samples of a robot that is told to drive off. @param moves it does.
 double distanceOfWheels(Robot& robot, bool moves) {

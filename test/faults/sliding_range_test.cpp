@@ -26,6 +26,7 @@ TEST(SlidingRange, IsThatOfLookingAtEveryValue) {
   for (const auto& [youngest, oldest] : std::vector<std::pair<std::size_t, std::size_t>>{
            {0, 0}, {0, 1}, {0, 63}, {0, 64}, {0, 600}, {5, 5}, {40, 170}, {600, 600}}) {
     SlidingRange range(youngest, oldest);
+    for (int k = 0; k < 777; ++k) range.add(static_cast<double>(random() % 7));  // which is forgotten
     range.fill(0.5);
     std::vector<double> values(oldest + 1, 0.5);
     for (int k = 0; k < 3000; ++k) {

@@ -724,18 +724,34 @@ TEST(WheelMonitor, WhereItMayBeAnywhereWithinThreeDeviationsNoNoiseIsLearned) {
 TEST(WheelMonitor, AQuarterOfTheBandIsMotionAndNoNoise) {
   const auto findsFrozen = [](double noise) {
     Wheel wheel = onARamp(noise);
-    wheel.follow(10.97, 100);
     bool found = false;
-    for (int k = 0; k < 60; ++k) {
-      wheel.look(10.97, 10.97);
+    for (int k = 0; k < 160; ++k) {  // the command stays, and so does the speed before long
+      wheel.follow(10.97, 1);
       found |= wheel.monitor.frozen();
     }
     return found;
   };
   const Wheel wheel = onARamp(0.0);
   const double speed = wheel.monitor.speed(), width = wheel.edge(speed, 1.0) - wheel.edge(speed, -1.0);
-  EXPECT_TRUE(findsFrozen(0.7 * width));
-  EXPECT_FALSE(findsFrozen(0.35 * width)) << "to and fro by half of it";
+  // The ramp itself adds 0.03 rad/s, an eighth of the band, to every second change.
+  EXPECT_TRUE(findsFrozen(0.5 * width));
+  EXPECT_FALSE(findsFrozen(0.3 * width)) << "to and fro by half of it";
+}
+
+TEST(WheelMonitor, AnAcceleratingWheelIsCorrectedAsFarAsItsDeadTimeIsKnown) {
+  const auto correction = [](double deviation) {
+    FaultParameters p = exactParameters();
+    p.dead_time_deviation = deviation;
+    Wheel wheel(model(), p);
+    wheel.follow(0.0, 300);
+    wheel.follow(10.0, 15);
+    wheel.pass(10.0, kPeriod);
+    const double before = wheel.monitor.speed();
+    wheel.show(before + 0.1);
+    return (wheel.monitor.speed() - before) / 0.1;
+  };
+  EXPECT_GT(correction(0.0), 0.1);
+  EXPECT_LT(correction(0.05), 0.02);
 }
 
 TEST(WheelMonitor, TheBandMovesWithWhatIsBelieved) {

@@ -257,6 +257,19 @@ TEST(YawMonitor, RestartingForgetsJoltsAndWaitsForTheMotionToSettle) {
   EXPECT_NE(gyro.monitor.belief().bias(), bias);
 }
 
+TEST(YawMonitor, WhileTheRobotIsShakenTheTurnTellsNothing) {
+  Gyro gyro;
+  gyro.settle(0.5);
+  const double slope = gyro.monitor.belief().slope(), yaw_rate = Gyro::asked(0.5) + 1.0;
+  for (int k = 0; k < 20; ++k) {
+    gyro.monitor.check(yaw_rate, {0.5, kSpread, 0.0}, true, kPeriod, true);
+    EXPECT_EQ(gyro.monitor.state(), kOk) << k;
+  }
+  EXPECT_EQ(gyro.monitor.belief().slope(), slope) << "nor of the slip";
+  gyro.monitor.check(yaw_rate, {0.5, kSpread, 0.0}, true, kPeriod, false);
+  EXPECT_EQ(gyro.monitor.state(), kOutlier);
+}
+
 TEST(YawMonitor, TenOfSixteenOutliersAreAFault) {
   Gyro row;
   row.settle(0.0);

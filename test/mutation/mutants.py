@@ -42,9 +42,9 @@ UNIT_TESTS = {
     "jackal_aic_safety": ["drive_gate_test", "command_limiter_test", "frozen_source_test", "step_schedule_test",
                           "loss_policy_test", "phase_lock_test", "measurement_watch_test", "motor_share_test", "drive_loop_test",
                           "drive_loop_duties_test"],
-    "jackal_aic_faults": ["yaw_belief_test", "yaw_monitor_test", "recent_range_test", "sliding_range_test", "acceleration_monitor_test", "reachable_speeds_test",
-                          "channel_monitor_test", "wheel_monitor_test", "fault_isolation_test",
-                          "fault_monitor_test", "drive_loop_test"],
+    "jackal_aic_faults": ["yaw_belief_test", "yaw_monitor_test", "recent_range_test", "sliding_range_test",
+                          "acceleration_monitor_test", "reachable_speeds_test", "channel_monitor_test", "wheel_monitor_test",
+                          "fault_isolation_test", "fault_monitor_test", "drive_loop_test"],
 }
 # Of the fault detection those cases that take a tenth of its time: every fault, and the alarms of some conditions.
 FAULT_CASES = ("fault_detection_test --gtest_filter=-FrozenEncoder.Is*:HealthyRobot.*:*as_calibrated:*deg_*:*box_10*:*box_no*:"

@@ -45,9 +45,9 @@ class ReachableSpeeds {
 
   /// What happens in each of some steps.
   struct Steps {
-    PerStep acting;       ///< effective command that acts after the model's dead time [rad/s]
-    PerStep lowest_rate;  ///< of dw/dt, at any speed in the interval [rad/s^2]
-    PerStep highest_rate;
+    PerStep acting;        ///< effective command that acts after the model's dead time [rad/s]
+    PerStep lowest_rate;   ///< of dw/dt, at any speed in the interval [rad/s^2]
+    PerStep highest_rate;  ///< likewise [rad/s^2]
   };
 
   /// Goes on by steps of DriveTrain::kStep during which a command u [rad/s] is applied. @param number of steps, at most

@@ -63,9 +63,7 @@ struct Pace {
   double largest_change;  ///< of the speed, by the acceleration limit [rad/s]
 
   /// Change of a speed towards a target [rad/s].
-  double towards(double target, double speed) const {
-    return limited(response * (target - speed), largest_change);
-  }
+  double towards(double target, double speed) const { return limited(response * (target - speed), largest_change); }
 };
 
 /// Pace over a time [s]. @param lag [s], 0 follows at once; @param limit of dw/dt [rad/s^2].
