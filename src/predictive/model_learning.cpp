@@ -63,7 +63,8 @@ void ModelLearning::predict(const WheelBelief& left, const WheelBelief& right) {
 void ModelLearning::observe(const Observation& y, const WheelBelief& left, const WheelBelief& right, double step) {
   if (frozen_ || on_box_) return;  // on a box neither gyro nor accelerometer notices the wheels
   if (!y.valid.wheel_left || !y.valid.wheel_right) return;
-  if (parameters_.learn_track && y.valid.yaw_rate && !shaken_) slip_.learnTrack(y.yaw_rate, difference(y, left, right), step);
+  if (parameters_.learn_track && y.valid.yaw_rate && !shaken_)
+    slip_.learnTrack(y.yaw_rate, difference(y, left, right), step);
   if (!y.valid.acceleration) return;
   slip_.observeAcceleration(y.acceleration_x, y.wheel_left, y.wheel_right, step);
   if (parameters_.learn_slip_factor) slip_.learnAlpha();

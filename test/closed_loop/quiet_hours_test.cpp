@@ -63,7 +63,8 @@ TEST(QuietDrive, ADoorSillIsNoFaultOfTheGyro) {
   }
 }
 
-/// The kerb of the fault campaign (sim/faults/scenarios.yaml), which turns the robot for a moment, is no slip to learn from.
+/// The kerb of the fault campaign (sim/faults/scenarios.yaml), which turns the robot for a moment, is no slip to learn
+/// from.
 TEST(QuietDrive, AKerbTeachesNoVeer) {
   for (const double torque : {15.0, -15.0}) {  // N m
     for (const char* seed : {"1", "2", "3"}) {
