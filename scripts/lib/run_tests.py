@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Runs the tests that catkin registered with CTest and counts their cases: gtests as many at a time as there are processors,
-rostests RATIO times as many, because the clock of their simulated robots paces them and waits for who is late, and at last,
-one after another, those that CTest is to run alone (RUN_SERIAL): they measure on the wall clock.
+"""Runs the tests that catkin registered with CTest and counts their cases: as many at a time as there are processors, gtests
+first, then rostests, whose simulated robots wait for who is late, and at last, one after another, those that CTest is to
+run alone (RUN_SERIAL): they measure on the wall clock.
 
 A gtest writes one JUnit file. A rostest writes one per <test> (its cases) and one of its own, whose failures are what the
 cases cannot tell: a test that crashed, hung or never started. A test that ends with an error although no case failed, or
@@ -23,7 +23,6 @@ import threading
 import time
 import xml.etree.ElementTree as xml
 
-RATIO = 2  # rostests at a time for each processor
 GRACE = 20.0  # s from the request to stop until a test is killed
 WHOLE = '(whole test)'  # stands for the case where none can be named
 SANITIZERS = ('ASAN_OPTIONS', 'UBSAN_OPTIONS', 'TSAN_OPTIONS')
@@ -238,7 +237,7 @@ def main():
     parser.add_argument('workspace', type=pathlib.Path)
     parser.add_argument('--only', default='', type=re.compile, help='regular expression')
     parser.add_argument('--findings', type=pathlib.Path, help='directory for the reports of the sanitizers')
-    parser.add_argument('--jobs', default=len(os.sched_getaffinity(0)), type=int, help='gtests at a time')
+    parser.add_argument('--jobs', default=len(os.sched_getaffinity(0)), type=int, help='tests at a time')
     parser.add_argument('--timeout', default=600.0, type=float, help='of one test [s]')
     arguments = parser.parse_args()
 
@@ -263,7 +262,7 @@ def main():
             print(f'\r\033[K{position()} ...  {what}'[:120], end='', flush=True)
 
     runner = Runner(logs, arguments.findings, arguments.timeout)
-    for group, jobs in ((gtests, arguments.jobs), (rostests, RATIO * arguments.jobs), (serial, 1)):
+    for group, jobs in ((gtests, arguments.jobs), (rostests, arguments.jobs), (serial, 1)):
         for name, (outcome, seconds, log) in completed(runner, group, jobs, show):
             ended += 1
             if on_terminal:

@@ -82,26 +82,24 @@ std::int64_t PhaseLock::bestShift(std::int64_t due) const {
   const auto n = static_cast<std::int64_t>(std::min(count_, kMost));
   // After `due`, each where it would come now, with the margin; 0..period.
   std::array<std::int64_t, kMost> after;
-  std::int64_t sum = 0;
   for (std::int64_t i = 0; i < n; ++i) {
     const std::int64_t arrival = arrivals_[i];
     const std::int64_t periods = (due - arrival) / period_;
     after[i] = modulo(arrival + per_period * periods + margin - due, period_);
-    sum += after[i];
   }
   const auto end = after.begin() + n;
   std::sort(after.begin(), end);
-  // Sum of the ages, with the action right after the k-th: the later ones wait for the action after it.
-  std::int64_t best = 0, best_age = n * period_;
+  // Sum of age and `after` over all, with the action right after the k-th: the later ones wait for the action after it.
+  std::int64_t best = 0, best_age = 0;
   for (std::int64_t k = 0; k < n; ++k) {
-    const std::int64_t age = n * after[k] - sum + period_ * (n - 1 - k);
-    if (age < best_age) {
+    const std::int64_t age = n * after[k] + period_ * (n - 1 - k);
+    if (k == 0 || age < best_age) {
       best_age = age;
       best = after[k];
     }
   }
   const auto with_it = std::upper_bound(after.begin(), end, 0) - after.begin();  // those at `due` itself
-  const std::int64_t age = period_ * (n - with_it) - sum;
+  const std::int64_t age = period_ * (n - with_it);
   if (age - best_age < n * period_ / kWorthwhileParts) return 0;
   return wrapped(best, period_);
 }

@@ -572,7 +572,8 @@ TEST_F(RosControl, KeepsWhatItLearnedInAFile) {
   std_srvs::SetBool freeze;
   freeze.request.data = true;
   ASSERT_TRUE(call("freeze_learning", freeze));
-  EXPECT_EQ(freeze.response.message, "frozen: effective track 0.7 m, slip factor 1");
+  EXPECT_EQ(freeze.response.message.find("frozen: effective track 0.7 m, slip factor 1"), 0u)
+      << freeze.response.message;
   command(0.0, 0.5);
   run(3.0);
   std_srvs::Trigger save;

@@ -65,6 +65,8 @@ TEST_F(MotorShareTest, AnothersCommandsAreFoundAndGivenBackWithoutAJump) {
   const WheelCommand offer = share.offer(wish);
   EXPECT_LE(std::abs(offer.left - joystick.left), MotorShare::kOffer);
   EXPECT_LE(std::abs(offer.right - joystick.right), MotorShare::kOffer);
+  EXPECT_GT(offer.left, joystick.left) << "towards our wish";
+  EXPECT_GT(offer.right, joystick.right);
   steps(0.1, wish);
   EXPECT_TRUE(share.ours(time_));
 }
@@ -82,6 +84,48 @@ TEST_F(MotorShareTest, SilenceTellsNothing) {
   steps(1.0, wish, &joystick);
   ASSERT_FALSE(share.ours(time_));
   EXPECT_TRUE(share.ours(time_ + MotorShare::kSilence + 0.01));
+}
+
+TEST_F(MotorShareTest, OursMayBeOffByThreeTenthsAndATwentieth) {
+  steps(1.0, {});
+  const WheelCommand within{0.31, -0.31}, beyond{0.32, 0.0};  // 0.3 + 0.05 x 0.31 is 0.3155
+  steps(1.0, {}, &within);
+  EXPECT_TRUE(share.ours(time_));
+  steps(1.0, {}, &beyond);
+  EXPECT_FALSE(share.ours(time_));
+}
+
+/// Whether commands that come nearer to ours by so much every 0.18 s are ours.
+bool isApproach(double step) {
+  MotorShare share;
+  share.send(0.0, {10.0, 10.0});
+  share.apply(0.0, {10.0, 10.0}, AppliedSource::drive);
+  double wheels = 0.0, time = kPeriod;
+  for (int i = 0; i < 20; ++i, wheels += step) {
+    for (int k = 0; k < 9; ++k, time += kPeriod) {
+      share.send(time, {10.0, 10.0});
+      share.apply(time, {wheels, wheels}, AppliedSource::drive);
+      if (!share.ours(time)) return false;
+    }
+  }
+  return true;
+}
+
+TEST(MotorShareApproach, IsTwoTenthsWithinThePatience) {
+  EXPECT_TRUE(isApproach(0.24));
+  EXPECT_FALSE(isApproach(0.15));
+}
+
+TEST_F(MotorShareTest, AnothersCommandAmongOffersThatSurroundItIsNotOurs) {
+  const WheelCommand joystick{2.0, 2.0};
+  steps(1.0, {});
+  steps(1.0, {5.0, 5.0}, &joystick);
+  ASSERT_FALSE(share.ours(time_));
+  for (int i = 0; i < 50; ++i) {
+    const double wish = i % 2 == 0 ? 8.0 : -8.0;
+    step({wish, wish}, &joystick);
+    ASSERT_FALSE(share.ours(time_)) << i;
+  }
 }
 
 }  // namespace

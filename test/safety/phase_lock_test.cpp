@@ -213,5 +213,16 @@ TEST(PhaseLock, ForgetsWithAReset) {
   EXPECT_EQ(lock.next(7 * kMs, 7 * kMs), 27 * kMs);
 }
 
+TEST(PhaseLock, ABurstIsNoMeasurementOfItsOwn) {
+  std::vector<std::int64_t> times = arrivals(kPeriod, 10 * kSecond);
+  for (std::int64_t burst = kSecond + 7 * kMs; burst < 10 * kSecond; burst += kSecond) {
+    for (int i = 0; i < 100; ++i) times.push_back(burst + i * kMs / 100);
+  }
+  std::sort(times.begin(), times.end());
+  const Drive drive = run(times, 10 * kSecond);
+  EXPECT_LT(drive.longest(), 20.1);
+  EXPECT_GT(drive.shortest(), 19.9);
+}
+
 }  // namespace
 }  // namespace jackal_aic
