@@ -208,10 +208,10 @@ void OdeWorld::step(double step) {
   const std::array<dBodyID, 5> bodies{chassis_, wheels_[0], wheels_[1], wheels_[2], wheels_[3]};
   std::array<BodyState, 5> before;
   std::transform(bodies.begin(), bodies.end(), before.begin(), stateOf);
-  const bool far = steps_since_bound_ >= kStepsWithBounds;
-  ++steps_since_bound_;
+  const bool far = bounded_steps_ == 0;
+  if (!far) --bounded_steps_;
   if (!solve(step, far ? kFarFromBound : 0.0) && far) {
-    steps_since_bound_ = 0;
+    bounded_steps_ = kStepsWithBounds;
     for (std::size_t i = 0; i < bodies.size(); ++i) restore(bodies[i], before[i]);
     solve(step, 0.0);
   }

@@ -98,7 +98,7 @@ class OdeWorld : public World {
   double torque_limit_;
   double stiffness_;
   bool fixed_chassis_;
-  int steps_since_bound_ = 0;                                    // that a force without it did not keep
+  int bounded_steps_ = 0;                                        // that are still to be solved with all bounds
   Handle<dThreadingImplementationID, FreeThreading> threading_;  ///< the world's own: ODE's default one is shared
   Handle<dWorldID, DestroyWorld> world_;
   Handle<dJointGroupID, DestroyGroup> contact_group_;

@@ -170,23 +170,18 @@ Eigen::VectorXd LinearLoop::stepResponse(LoopMode mode, int periods, const LoopC
 
 double LinearLoop::longestPhase() const { return std::min(1.0 / plant_.sensor_rate, controller_.actionStep()); }
 
-double LinearLoop::worstSpectralRadius(LoopMode mode, LoopChange change) const {
+double LinearLoop::worstSpectralRadius(LoopMode mode, LoopChange change, double enough) const {
   if (mode == LoopMode::lateral) return spectralRadius(mode);
   return worstOverPhase(
       [&](double phase) {
         change.phase = phase;
         return spectralRadius(mode, change);
       },
-      longestPhase());
+      longestPhase(), enough);
 }
 
 bool LinearLoop::stable(LoopMode mode, LoopChange change) const {
-  if (mode == LoopMode::lateral) return spectralRadius(mode) < kStabilityLimit;
-  const auto radius = [&](double phase) {
-    change.phase = phase;
-    return spectralRadius(mode, change);
-  };
-  return worstOverPhase(radius, longestPhase(), kStabilityLimit) < kStabilityLimit;
+  return worstSpectralRadius(mode, change, kStabilityLimit) < kStabilityLimit;
 }
 
 double LinearLoop::worstSpectralRadius() const {

@@ -195,21 +195,17 @@ double PredictiveLinearLoop::longestPhase() const {
   return std::min(1.0 / robot_.sensor_rate, 1.0 / parameters_.action_rate);
 }
 
-double PredictiveLinearLoop::worstSpectralRadius(LoopChange change) const {
+double PredictiveLinearLoop::worstSpectralRadius(LoopChange change, double enough) const {
   return worstOverPhase(
       [&](double phase) {
         change.phase = phase;
         return spectralRadius(change);
       },
-      longestPhase());
+      longestPhase(), enough);
 }
 
 bool PredictiveLinearLoop::stable(LoopChange change) const {
-  const auto radius = [&](double phase) {
-    change.phase = phase;
-    return spectralRadius(change);
-  };
-  return worstOverPhase(radius, longestPhase(), kStabilityLimit) < kStabilityLimit;
+  return worstSpectralRadius(change, kStabilityLimit) < kStabilityLimit;
 }
 
 double PredictiveLinearLoop::radiusUncertainty() const {

@@ -10,6 +10,7 @@
 /// asymptotically stable if and only if the spectral radius of that map is below 1.
 
 #include <Eigen/Core>
+#include <limits>
 #include <vector>
 
 #include "jackal_aic/aic/parameters.hpp"
@@ -60,8 +61,9 @@ class LinearLoop {
   double longestPhase() const;
 
   /// The largest spectral radius over the phase between the timers of sensor and action. @param change whose phase does
-  /// not matter.
-  double worstSpectralRadius(LoopMode mode, LoopChange change = {}) const;
+  /// not matter; @param enough a radius that is worse than any need be: the search ends there.
+  double worstSpectralRadius(LoopMode mode, LoopChange change = {},
+                             double enough = std::numeric_limits<double>::infinity()) const;
 
   /// True if a mode is stable at every phase: worstSpectralRadius() < kStabilityLimit, and sooner told.
   bool stable(LoopMode mode, LoopChange change = {}) const;

@@ -12,6 +12,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -60,8 +61,9 @@ class PredictiveLinearLoop {
   /// Longest phase between the timers of sensor and action [s]: the shorter one of their periods.
   double longestPhase() const;
 
-  /// The largest spectral radius over the phase. @param change whose phase does not matter.
-  double worstSpectralRadius(LoopChange change = {}) const;
+  /// The largest spectral radius over the phase. @param change whose phase does not matter; @param enough a radius
+  /// that is worse than any need be: the search ends there.
+  double worstSpectralRadius(LoopChange change = {}, double enough = std::numeric_limits<double>::infinity()) const;
 
   /// True if the loop is stable at every phase: worstSpectralRadius() < kStabilityLimit, and sooner told.
   bool stable(LoopChange change = {}) const;
