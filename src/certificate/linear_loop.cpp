@@ -180,7 +180,7 @@ double LinearLoop::worstSpectralRadius(LoopMode mode, LoopChange change, double 
       longestPhase(), enough);
 }
 
-bool LinearLoop::stable(LoopMode mode, LoopChange change) const {
+bool LinearLoop::stable(LoopMode mode, const LoopChange& change) const {
   return worstSpectralRadius(mode, change, kStabilityLimit) < kStabilityLimit;
 }
 

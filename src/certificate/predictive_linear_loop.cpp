@@ -204,7 +204,7 @@ double PredictiveLinearLoop::worstSpectralRadius(LoopChange change, double enoug
       longestPhase(), enough);
 }
 
-bool PredictiveLinearLoop::stable(LoopChange change) const {
+bool PredictiveLinearLoop::stable(const LoopChange& change) const {
   return worstSpectralRadius(change, kStabilityLimit) < kStabilityLimit;
 }
 

@@ -66,7 +66,7 @@ class LinearLoop {
                              double enough = std::numeric_limits<double>::infinity()) const;
 
   /// True if a mode is stable at every phase: worstSpectralRadius() < kStabilityLimit, and sooner told.
-  bool stable(LoopMode mode, LoopChange change = {}) const;
+  bool stable(LoopMode mode, const LoopChange& change = {}) const;
 
   /// The largest over all modes and phases.
   double worstSpectralRadius() const;

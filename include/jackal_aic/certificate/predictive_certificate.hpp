@@ -66,7 +66,7 @@ class PredictiveLinearLoop {
   double worstSpectralRadius(LoopChange change = {}, double enough = std::numeric_limits<double>::infinity()) const;
 
   /// True if the loop is stable at every phase: worstSpectralRadius() < kStabilityLimit, and sooner told.
-  bool stable(LoopChange change = {}) const;
+  bool stable(const LoopChange& change = {}) const;
 
   /// How much smaller than worstSpectralRadius() the true one may be.
   double radiusUncertainty() const;
