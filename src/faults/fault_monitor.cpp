@@ -358,7 +358,7 @@ void FaultMonitor::restart() {
   followed_command_ = {};
   report_ = FaultReport{};
   yaw_.restart();
-  acceleration_.forgive();
+  acceleration_.restart();
   traction_.restart();
 }
 
