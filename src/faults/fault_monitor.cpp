@@ -226,6 +226,7 @@ void FaultMonitor::concludeBodyMoved() {
     report_.gyro.state = report_.accelerometer.state = ChannelState::ok;
   }
   if (!body_moved_) return;
+  acceleration_.follow();
   report_.moved = true;
   for (ChannelHealth* channel : {&report_.gyro, &report_.accelerometer}) {
     if (sees_motion(*channel)) *channel = {ChannelState::outlier, FaultCause::none, channel->distance};

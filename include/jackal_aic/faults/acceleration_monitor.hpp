@@ -62,6 +62,11 @@ class AccelerationMonitor {
   /// The ground has just shaken the robot: an outlier came within the last moment, and the accelerometer is in order.
   bool shaken() const;
 
+  /// Believes at once what inclination explains a faulty one: somebody moves the robot from one ground to another.
+  void follow() {
+    if (state() == ChannelState::faulty) axes_ = alternative_;
+  }
+
   /// Lets it count again: somebody has moved the robot, and it may stand on other ground.
   void forgive();
 
