@@ -2,7 +2,10 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <cstdarg>
+#include <cstdio>
 #include <mutex>
 
 #include "jackal_aic/model/gravity.hpp"
@@ -24,6 +27,11 @@ constexpr double kLiftTurn = 0.8;    // rad/s
 /// A contact point slower than this sticks [m/s].
 constexpr double kStickSpeed = 1e-4;
 
+/// Bounds of a sliding contact of a wheel that touches two surfaces, by Coulomb's magnitude, which its viscous friction
+/// has. Of two such contacts the forces along the axle are nearly the same unknown; with both at their bounds as a rule
+/// the solver would find no way from one to the other ("LCP internal error") and leave out what comes after them.
+constexpr double kOneOfTwo = 1.5;
+
 /// A force below this share of its bound is far from it: it is solved for without the bound, and with it if it goes
 /// beyond.
 constexpr double kFarFromBound = 0.95;
@@ -37,10 +45,21 @@ constexpr double kRounding = 1e-6;
 /// What of a normal force on tilted ground is rounding [N]: its share of the friction would break the solver.
 constexpr double kSlightestForce = 1e-9;
 
+std::atomic<long> unsolved_steps{0};
+
+/// ODE would print each of its messages; what it has to say is that it left forces of a step out.
+void countUnsolved(int /*number*/, const char* /*format*/, std::va_list /*values*/) {
+  if (unsolved_steps++ == 0)
+    std::fputs("simulated robot: contact forces of a step were not found (told once)\n", stderr);
+}
+
 /// ODE is initialised once per process and never closed: worlds may outlive any other static object.
 void initialiseOde() {
   static std::once_flag once;
-  std::call_once(once, [] { dInitODE2(0); });
+  std::call_once(once, [] {
+    dInitODE2(0);
+    dSetMessageHandler(countUnsolved);
+  });
   static thread_local const bool allocated = dAllocateODEDataForThread(dAllocateMaskAll) != 0;
   static_cast<void>(allocated);
 }
@@ -126,6 +145,8 @@ OdeWorld::OdeWorld(const RobotModel& model, const WorldParameters& parameters)
   for (std::size_t i = 0; i < wheels_.size(); ++i) createWheel(model, i);
   setInEquilibrium(model);
 }
+
+long OdeWorld::unsolvedSteps() { return unsolved_steps; }
 
 void OdeWorld::createChassis(const RobotModel& model) {
   chassis_ = createBody(world_.get(), model.chassis);
@@ -253,7 +274,8 @@ bool OdeWorld::keepsBounds(const Contact& contact) {
 /// contact point slides at speed s, viscous friction of coefficient mu N / s, taken from the last step, has the Coulomb
 /// magnitude mu N and opposes the slip in every direction; the solver applies it implicitly, so that it does not
 /// chatter. While the point sticks, friction is a rigid constraint within the pyramid.
-void OdeWorld::createContact(std::size_t index, Contact& last, const TouchPoint& touch, double step, double far) {
+void OdeWorld::createContact(std::size_t index, Contact& last, const TouchPoint& touch, double step, double far,
+                             bool one_of_two) {
   const Eigen::Vector3d force = vectorOf(last.feedback.f1);
   const double rolling_force = force.dot(last.rolling), lateral_force = force.dot(last.lateral());
   last.touching = touch.depth >= 0.0;
@@ -269,12 +291,14 @@ void OdeWorld::createContact(std::size_t index, Contact& last, const TouchPoint&
   contact.surface.mode = dContactFDir1 | dContactMu2 | dContactSoftERP | dContactSoftCFM;
   contact.surface.soft_erp = spring / (spring + kContactDamping);
   contact.surface.soft_cfm = 1.0 / (spring + kContactDamping);
-  const double limit = last.limit = last.friction * last.normal_force;
+  const double coulomb = last.friction * last.normal_force;
+  const bool slides = !last.sticking && coulomb > 0.0;
+  const double limit = last.limit = slides && one_of_two ? kOneOfTwo * coulomb : coulomb;
   contact.surface.mu = std::abs(rolling_force) < far * limit ? dInfinity : limit;
   contact.surface.mu2 = std::abs(lateral_force) < far * limit ? dInfinity : limit;
-  if (!last.sticking && limit > 0.0) {
+  if (slides) {
     contact.surface.mode |= dContactSlip1 | dContactSlip2;
-    contact.surface.slip1 = contact.surface.slip2 = std::max(last.slip_speed, kStickSpeed) / limit;
+    contact.surface.slip1 = contact.surface.slip2 = std::max(last.slip_speed, kStickSpeed) / coulomb;
   }
   std::copy_n(last.rolling.data(), 3, contact.fdir1);
   std::copy_n(touch.point.data(), 3, contact.geom.pos);
@@ -291,10 +315,11 @@ void OdeWorld::createContacts(std::size_t index, double step, double far) {
   const double radius = radius_[index];
   const Surface ground = terrain_.surface(hub.x(), hub.y());
   const double depth = radius - (hub.z() - ground.height) * ground.normal.z();
-  createContact(index, contacts_[index], {hub - radius * ground.normal, ground.normal, depth}, step, far);
   const auto kerb = terrain_.kerb(hub, radius);
+  const bool two = kerb.has_value();
+  createContact(index, contacts_[index], {hub - radius * ground.normal, ground.normal, depth}, step, far, two);
   kerb_contacts_[index].touching = false;
-  if (kerb) createContact(index, kerb_contacts_[index], *kerb, step, far);
+  if (kerb) createContact(index, kerb_contacts_[index], *kerb, step, far, two);
 }
 
 void OdeWorld::updateContact(std::size_t index, Contact& contact) {

@@ -47,6 +47,10 @@ class OdeWorld : public World {
   }
   void lift(bool lifted) override;
   void step(double step) override;
+
+  /// Steps of this process, of any world, in which ODE did not find all contact forces and left some out.
+  static long unsolvedSteps();
+
   ChassisState chassis() const override;
   double wheelSpeed(std::size_t wheel) const override;
   double wheelTorque(std::size_t wheel) const override;
@@ -71,7 +75,7 @@ class OdeWorld : public World {
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   ///< of the surface
     Eigen::Vector3d rolling = Eigen::Vector3d::UnitX();  ///< direction in which the wheel rolls
     double friction = 0.0;                               ///< Coulomb coefficient of the place
-    double limit = 0.0;                                  ///< of the friction, in each direction [N]
+    double limit = 0.0;                                  ///< of the solver, for each direction of the friction [N]
     bool sticking = true;
     double normal_force = 0.0;  ///< [N]
     double slip_speed = 0.0;    ///< of the contact point over the ground [m/s]
@@ -88,7 +92,8 @@ class OdeWorld : public World {
   /// @returns whether the solution keeps all bounds.
   bool solve(double step, double far);
   void createContacts(std::size_t index, double step, double far);
-  void createContact(std::size_t index, Contact& contact, const TouchPoint& touch, double step, double far);
+  void createContact(std::size_t index, Contact& contact, const TouchPoint& touch, double step, double far,
+                     bool one_of_two);
   static bool keepsBounds(const Contact& contact);
   void updateContact(std::size_t index, Contact& contact);
 

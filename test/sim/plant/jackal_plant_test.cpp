@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "ode_world.hpp"
 #include "test_plant.hpp"
 
 namespace jackal_aic::sim {
@@ -938,6 +939,27 @@ TEST(RealPlant, AThresholdBehindARampIsDrivenOver) {
     const double risen = std::tan(ramp / 57.29577951308232) + 0.015;
     EXPECT_NEAR(plant.truth().position.z(), on_ground + risen, 1e-3) << ramp;
   }
+}
+
+/// A sill of a sixth of a millimetre, which a wheel that turns aside on it touches beside the ground in the same place.
+TEST(RealPlant, OfAWheelThatSlidesOnTwoSurfacesTheForcesAreFound) {
+  const long before = OdeWorld::unsolvedSteps();
+  for (const double distance : {0.1, 0.25, 0.4}) {
+    for (const double forward : {0.0, 0.3, 1.0}) {
+      PlantParameters parameters = quiet();
+      parameters.friction = 0.86;
+      parameters.kerb_distance = distance;
+      parameters.kerb_height = 1.6e-4;
+      parameters.wheel_radius_right = 0.096;
+      parameters.roughness = 0.003;
+      JackalPlant plant = plantOf(parameters);
+      for (const double turn : {1.2, -1.2, 0.8}) {
+        plant.command({forward / kWheelRadius - 4.0 * turn, forward / kWheelRadius + 4.0 * turn});
+        run(plant, 4.0);
+      }
+    }
+  }
+  EXPECT_EQ(OdeWorld::unsolvedSteps() - before, 0);
 }
 
 TEST(RealPlant, SomebodyPushesAndLiftsByTheClock) {
