@@ -43,9 +43,11 @@ constexpr double kLongestJolt = 1.0;
 /// wheels that do not slip sideways, whose track is two thirds of the effective one.
 constexpr double kOtherGround = 0.45;
 
-/// Angle by which the ground turns a body against its wheels, as it passes a sill or grazes a kerb [rad], and how long
-/// that takes at most [s].
+/// Angle by which the ground turns a body against its wheels, as it passes a sill or grazes a kerb [rad], the same in
+/// multiples of the bound [s], since a robot whose gyro or slip is known badly is on bad ground, and how long that
+/// takes at most [s].
 constexpr double kTurnByGround = 0.05;
+constexpr double kTurnByBadGround = 0.35;
 constexpr double kLongestTurnByGround = 1.0;
 
 /// Turn against the wheels that a sliding body may have, by the turn that they ask for.
@@ -172,12 +174,15 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
 void YawMonitor::sumUp(bool suspect, double yaw_rate, double x, double step) {
   if (!persistence_.suspecting()) unexplained_ = Unexplained{};
   if (!suspect) return;
-  unexplained_.angle += belief_.error(yaw_rate, x) * step;
+  const double error = belief_.error(yaw_rate, x);
+  unexplained_.angle += error * step;
+  unexplained_.distance += std::copysign(distance_, error) * step;
   unexplained_.time += step;
 }
 
 bool YawMonitor::byGround() const {
-  return std::abs(unexplained_.angle) < kTurnByGround && unexplained_.time < kLongestTurnByGround;
+  const bool far = std::abs(unexplained_.angle) > kTurnByGround && std::abs(unexplained_.distance) > kTurnByBadGround;
+  return !far && unexplained_.time < kLongestTurnByGround;
 }
 
 void YawMonitor::restart() {

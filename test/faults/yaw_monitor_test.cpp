@@ -301,6 +301,17 @@ TEST(YawMonitor, AKerbThatIsGrazedTurnsTheBodyByLessThanATwentiethOfARadian) {
   }
 }
 
+TEST(YawMonitor, WhereLittleIsKnownOfTheTurnTheGroundMayTurnTheBodyFarther) {
+  FaultParameters parameters;
+  parameters.gyro_variance = 1.6e-3;
+  Gyro gyro(parameters);
+  gyro.settle(0.0);
+  YawMonitor before = gyro.monitor;
+  before.check(0.24, {0.0, kSpread, 0.0}, true, kPeriod);
+  ASSERT_NEAR(before.distance(), 1.2, 0.1);
+  EXPECT_NEAR(gyro.samplesUntil(kFaulty, 0.24, 100), 0.35 / (before.distance() * kPeriod), 1.5) << "0.07 rad";
+}
+
 TEST(YawMonitor, AGyroThatIsOffForASecondIsFaultyWhicheverWayItTurns) {
   Gyro gyro;
   gyro.settle(0.0);

@@ -73,8 +73,9 @@ class YawMonitor {
  private:
   /// Turn against the wheels since the first of the last suspect samples, by these.
   struct Unexplained {
-    double angle = 0.0;  // [rad]
-    double time = 0.0;   // [s]
+    double angle = 0.0;     // [rad]
+    double distance = 0.0;  // the same in multiples of the bound [s]
+    double time = 0.0;      // [s]
   };
 
   bool biased(double forward) const;
