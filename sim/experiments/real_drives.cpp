@@ -131,7 +131,7 @@ class Replay {
   const std::vector<RealAlarm>& alarms() const { return watch_.alarms(); }
   std::size_t alarmed() const { return alarmed_; }                                      ///< samples
   std::optional<double> reversedGyroTold() const { return watch_.reversedGyroTold(); }  ///< when first [s]
-  const SlipBelief& slip() const { return dynamic_cast<const PredictiveController&>(loop_.controller()).slipBelief(); }
+  const SlipBelief& slip() const { return loop_.predictive()->slipBelief(); }
 
  private:
   void command(const std::optional<WheelCommand>& applied, double now) {
