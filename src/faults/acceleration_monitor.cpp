@@ -14,6 +14,7 @@ constexpr double kUnknownInclination = 1.0;  // m/s^2, standard deviation at the
 constexpr double kVibrationMemory = 0.2;     // T [s]
 constexpr double kSurprise = 9.0;            // c
 constexpr double kWandering = 1.0;           // m/s^2, standard deviation of the inclination after a second
+constexpr double kLongAgreement = 10.0;      // s, after which an inclination that came at once is one
 constexpr int kLongestJolt = 3;              // samples of a collision
 constexpr double kRebound = 1.3;             // of the speed, that a collision may take
 constexpr double kBetweenJolts = 0.5;        // s
@@ -26,10 +27,11 @@ constexpr double kAftermath = 0.3;           // s, in which the body bounces and
 
 AccelerationMonitor::AccelerationMonitor(const FaultParameters& parameters)
     : parameters_(parameters),
-      forward_{0.0, kUnknownInclination, -kSteepest * kGravity, kSteepest * kGravity,
-               LearnedVariance(parameters.covariance_time_constant)},
-      vertical_{0.0, kUnknownInclination, -(1.0 - kSteepest) * kGravity, (1.0 - kSteepest) * kGravity,
-                LearnedVariance(parameters.covariance_time_constant)},
+      axes_{{0.0, kUnknownInclination, -kSteepest * kGravity, kSteepest * kGravity,
+             LearnedVariance(parameters.covariance_time_constant)},
+            {0.0, kUnknownInclination, -(1.0 - kSteepest) * kGravity, (1.0 - kSteepest) * kGravity,
+             LearnedVariance(parameters.covariance_time_constant)}},
+      alternative_(axes_),
       timing_(parameters.dead_time_deviation),
       persistence_(parameters.persistence()),
       repetition_at_rest_{RepetitionTest(parameters.frozen_samples), RepetitionTest(parameters.frozen_samples)},
@@ -60,7 +62,8 @@ void AccelerationMonitor::predict(const double* forward_rates, const double* low
   lowest_rate_ = lowest_rate;
   highest_rate_ = highest_rate;
   const double wandered = kWandering * kWandering * static_cast<double>(number) * step;
-  for (Axis* axis : {&forward_, &vertical_}) {
+  Axes& learning = state() == ChannelState::faulty ? alternative_ : axes_;
+  for (Axis* axis : {&learning.forward, &learning.vertical}) {
     axis->variance = std::min(axis->variance + wandered, kUnknownInclination * kUnknownInclination);
   }
 }
@@ -97,32 +100,68 @@ bool AccelerationMonitor::Jolt::update(bool suspect, double change, double speed
   return takes || (struck && age < kAftermath && std::abs(change) < kGravity * step);
 }
 
+/// Squared Mahalanobis distance of a sample.
+double AccelerationMonitor::compare(Axes& axes, const Sample& y) {
+  const double left = y.measured - y.rate - axes.forward.offset;
+  const double possible =
+      std::clamp(left, std::min(0.0, y.lowest_rate - y.rate), std::max(0.0, y.highest_rate - y.rate));
+  axes.forward.compare(y.measured - y.rate - possible, y.forward_noise, y.moving, y.step);
+  if (!y.vertical_error) return axes.forward.squaredDistance();
+  axes.vertical.compare(*y.vertical_error, y.vertical_noise, y.moving, y.step);
+  return axes.forward.squaredDistance() + axes.vertical.squaredDistance();
+}
+
+void AccelerationMonitor::correct(Axes& axes, const Sample& y) {
+  axes.forward.correct(axes.forward.noise(y.forward_noise, y.moving));
+  if (y.vertical_error) axes.vertical.correct(axes.vertical.noise(y.vertical_noise, y.moving));
+}
+
+void AccelerationMonitor::learn(Axes& axes, const Sample& y) {
+  axes.forward.learned.learn(axes.forward.error, axes.forward.total, y.step);
+  if (y.vertical_error) axes.vertical.learned.learn(axes.vertical.error, axes.vertical.total, y.step);
+}
+
 void AccelerationMonitor::check(const Observation& observation, bool moving, double speed, double step) {
   const bool vertical = observation.acceleration_z.has_value();
-  const double forward_noise = parameters_.accelerometer_variance + timing_.value();
-  const double left = observation.acceleration_x - forward_rate_ - forward_.offset;
-  const double possible =
-      std::clamp(left, std::min(0.0, lowest_rate_ - forward_rate_), std::max(0.0, highest_rate_ - forward_rate_));
-  forward_.compare(observation.acceleration_x - forward_rate_ - possible, forward_noise, moving, step);
-  if (vertical)
-    vertical_.compare(*observation.acceleration_z - kGravity, parameters_.accelerometer_variance, moving, step);
-  double squared = forward_.learned.squaredDistance(forward_.error, forward_.total);
-  if (vertical) squared += vertical_.learned.squaredDistance(vertical_.error, vertical_.total);
-  distance_ = std::sqrt(squared) / chebyshevBound(vertical ? 2 : 1, parameters_.false_alarm_rate);
+  Sample sample{observation.acceleration_x,
+                forward_rate_,
+                lowest_rate_,
+                highest_rate_,
+                parameters_.accelerometer_variance + timing_.value(),
+                parameters_.accelerometer_variance,
+                std::nullopt,
+                moving,
+                step};
+  if (vertical) sample.vertical_error = *observation.acceleration_z - kGravity;
+  const double bound = chebyshevBound(vertical ? 2 : 1, parameters_.false_alarm_rate);
+  const bool was_faulty = state() == ChannelState::faulty;
+  distance_ = std::sqrt(compare(axes_, sample)) / bound;
+  if (was_faulty) agreement_ = std::sqrt(compare(alternative_, sample)) <= bound ? agreement_ + step : 0.0;
   const bool frozen_at_rest = repetition_at_rest_.update(observation, moving);
   frozen_ = repetition_moving_.update(observation, !moving) || frozen_at_rest;
 
   since_outlier_ = distance_ > 1.0 ? 0.0 : since_outlier_ + step;
-  const bool jolt = jolt_.update(distance_ > 1.0, forward_.error * step, speed, step);
-  persistence_.update((distance_ > 1.0 && !jolt) || frozen_, true, step);
+  const bool jolt = jolt_.update(distance_ > 1.0, axes_.forward.error * step, speed, step);
+  const bool explained = jolt || (was_faulty && agreement_ > kLongAgreement);
+  persistence_.update((distance_ > 1.0 && !explained) || frozen_, true, step);
   if (frozen_) persistence_.declareFaulty();
   upside_down_ = state() == ChannelState::faulty && (vertical ? *observation.acceleration_z < 0.0 : upside_down_);
   if (state() == ChannelState::outlier || jolt) return;
-  forward_.correct(forward_.noise(forward_noise, moving));
-  if (vertical) vertical_.correct(vertical_.noise(parameters_.accelerometer_variance, moving));
-  if (state() == ChannelState::faulty) return;
-  forward_.learned.learn(forward_.error, forward_.total, step);
-  if (vertical) vertical_.learned.learn(vertical_.error, vertical_.total, step);
+  if (state() == ChannelState::faulty) {
+    if (!was_faulty) {
+      alternative_ = axes_;
+      agreement_ = 0.0;
+    }
+    return correct(alternative_, sample);
+  }
+  if (was_faulty && distance_ > 1.0) axes_ = alternative_;
+  correct(axes_, sample);
+  learn(axes_, sample);
+}
+
+void AccelerationMonitor::forgive() {
+  for (Axis* axis : {&axes_.forward, &axes_.vertical}) axis->variance = kUnknownInclination * kUnknownInclination;
+  persistence_.reset();
 }
 
 bool AccelerationMonitor::shaken() const { return since_outlier_ < kShaken && state() != ChannelState::faulty; }

@@ -12,7 +12,7 @@ void LearnedVariance::learn(double error, double variance, double step) {
   factor_ = std::clamp(factor_, 1.0, kLargestFactor);
 }
 
-ChannelState Persistence::update(bool suspect, bool informative, double step) {
+ChannelState Persistence::update(bool suspect, bool informative, double step, bool conclusive) {
   const std::uint64_t window = (std::uint64_t{2} << (parameters_.fault_window - 1)) - 1;
   recent_ = ((recent_ << 1) | (suspect ? 1u : 0u)) & window;
   if (state_ == ChannelState::faulty) {
@@ -24,7 +24,7 @@ ChannelState Persistence::update(bool suspect, bool informative, double step) {
   int suspects = 0;
   for (std::uint64_t bits = recent_; bits != 0; bits &= bits - 1) ++suspects;
   state_ = suspect ? ChannelState::outlier : ChannelState::ok;
-  if (suspects >= parameters_.fault_samples) declareFaulty();
+  if (conclusive && suspects >= parameters_.fault_samples) declareFaulty();
   return state_;
 }
 

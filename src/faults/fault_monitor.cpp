@@ -226,6 +226,7 @@ void FaultMonitor::concludeBodyMoved() {
     report_.gyro.state = report_.accelerometer.state = ChannelState::ok;
   }
   if (!body_moved_) return;
+  acceleration_.follow();
   report_.moved = true;
   for (ChannelHealth* channel : {&report_.gyro, &report_.accelerometer}) {
     if (sees_motion(*channel)) *channel = {ChannelState::outlier, FaultCause::none, channel->distance};
@@ -358,7 +359,7 @@ void FaultMonitor::restart() {
   followed_command_ = {};
   report_ = FaultReport{};
   yaw_.restart();
-  acceleration_.forgive();
+  acceleration_.restart();
   traction_.restart();
 }
 

@@ -43,6 +43,11 @@ constexpr double kLongestJolt = 1.0;
 /// wheels that do not slip sideways, whose track is two thirds of the effective one.
 constexpr double kOtherGround = 0.45;
 
+/// Angle by which the ground turns a body against its wheels, as it passes a sill or grazes a kerb [rad], and how long
+/// that takes at most [s].
+constexpr double kTurnByGround = 0.05;
+constexpr double kLongestTurnByGround = 1.0;
+
 /// Turn against the wheels that a sliding body may have, by the turn that they ask for.
 constexpr double kAgainst = 0.15;
 
@@ -145,7 +150,8 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
     agreement_ = distanceFrom(alternative_, yaw_rate, x) <= 1.0 ? agreement_ + step : 0.0;
     suspect = suspect && (wrong_for_good || !explained(yaw_rate, x));
   }
-  persistence_.update(suspect, true, step);
+  sumUp(suspect, yaw_rate, x.value, step);
+  persistence_.update(suspect, true, step, biased(x.forward) || !byGround());
   if (wrong_for_good) persistence_.declareFaulty();
 
   if (state() == ChannelState::ok && !sliding) {
@@ -160,6 +166,18 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
     if (!was_faulty || distanceFrom(alternative_, yaw_rate, x) > 1.0) alternative_.inflate(kFaultyBias);
     alternative_.correct(yaw_rate, x.value, x.variance, learned_.factor());
   }
+}
+
+/// Adds what is suspect to the turn that nothing explains.
+void YawMonitor::sumUp(bool suspect, double yaw_rate, double x, double step) {
+  if (!persistence_.suspecting()) unexplained_ = Unexplained{};
+  if (!suspect) return;
+  unexplained_.angle += belief_.error(yaw_rate, x) * step;
+  unexplained_.time += step;
+}
+
+bool YawMonitor::byGround() const {
+  return std::abs(unexplained_.angle) < kTurnByGround && unexplained_.time < kLongestTurnByGround;
 }
 
 void YawMonitor::restart() {

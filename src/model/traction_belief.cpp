@@ -23,6 +23,7 @@ constexpr double kBound = 6.0;            // standard deviations of D that noise
 constexpr double kLeast = 0.15;           // m/s; D that tyres which grip may make
 constexpr double kOpposed = 0.8;          // Delta v_w by D of a body that does not go against its wheels
 constexpr double kStopped = 0.3;          // part of its speed that a body which was stopped may seem to have
+constexpr double kThrownBack = 1.3;       // of the speed, that a collision may take
 constexpr double kMissed = 5.0;           // m/s^2, that an acceleration may have been which was not measured
 constexpr double kListening = 0.5;        // s, before which the noise is not known
 constexpr double kLate = 0.05;            // s, by which the wheels may be measured later than the body
@@ -190,10 +191,24 @@ void TractionBelief::roll(double step) {
   factor_ = std::clamp(factor_ + step / (step + kFactorMemory) * (squared - factor_), 1.0, kLargestFactor);
 }
 
+/// Friction brings a sliding body nearer to its wheels, and what it hits throws it back by a part of its speed: what is
+/// farther away is none, but an accelerometer that has come to read something else.
+bool TractionBelief::possible(double gap) const {
+  return std::abs(gap) <= kThrownBack * gap_at_first_ + wheels_away_ + kLeast + kBound * std::sqrt(variance_);
+}
+
+void TractionBelief::learnJumpOfOffset() {
+  // b <- b + (mean of a - dv_w/dt) since then
+  const Change change = since(surprise_ + sliding_);
+  offset_ -= change.error() / change.time;
+  beginToRoll();
+}
+
 void TractionBelief::slide(double gap_before, double acceleration, double step) {
   sliding_ += step;
   speed_ = corrected_speed_ + step * acceleration;
   variance_ += variance_rate_ * step;
+  wheels_away_ += std::abs(speed_ - now_.wheels - gap_before - step * acceleration);
   const double gap = speed_ - now_.wheels;
   // Of a robot that accelerates a collision may be noticed before all of it is over.
   if (sliding_ <= kCollision && collision()) surprise_ = std::min(surprise_, kCollision);
@@ -202,6 +217,7 @@ void TractionBelief::slide(double gap_before, double acceleration, double step) 
   const bool met = (gap_before * gap <= 0.0 || std::abs(gap) < kMet) && (!collided || sliding_ > kCollision);
   const bool unknown = kCentre * (now_.turning - turning_before_) > std::max(kLeast, std::abs(gap));
   if (met || unknown) return beginToRoll();
+  if (!possible(gap)) return learnJumpOfOffset();
   const Change quiet = since(kQuiet);
   const bool keeps = sliding_ > kQuiet && std::abs(quiet.body) < kKept + std::sqrt(quiet.variance);
   const bool late = sliding_ > kLongestSlide;
@@ -237,7 +253,8 @@ void TractionBelief::beginToSlide(double speed, const Change& surprise) {
   speed_ = speed;
   variance_ = surprise.variance;
   surprise_ = surprise.time;
-  sliding_ = 0.0;
+  sliding_ = wheels_away_ = 0.0;
+  gap_at_first_ = std::abs(speed - now_.wheels);
   turning_before_ = now_.turning;
 }
 

@@ -61,8 +61,10 @@ void ModelLearning::predict(const WheelBelief& left, const WheelBelief& right) {
 }
 
 void ModelLearning::observe(const Observation& y, const WheelBelief& left, const WheelBelief& right, double step) {
-  if (frozen_ || on_box_) return;  // on a box neither gyro nor accelerometer notices the wheels
-  if (!y.valid.wheel_left || !y.valid.wheel_right) return;
+  if (on_box_) return;  // neither gyro nor accelerometer notices the wheels
+  const bool wheels = y.valid.wheel_left && y.valid.wheel_right;
+  if (frozen_ || !wheels || !y.valid.acceleration) slip_.missAcceleration(step);
+  if (frozen_ || !wheels) return;
   if (parameters_.learn_track && y.valid.yaw_rate && !shaken_)
     slip_.learnTrack(y.yaw_rate, difference(y, left, right), step);
   if (!y.valid.acceleration) return;

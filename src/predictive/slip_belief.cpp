@@ -15,9 +15,10 @@ constexpr double kSpeedChange = 0.1;   // least |r W| to learn alpha from [m/s]
 constexpr double kStraight = 0.5;      // largest difference of the wheel speeds while alpha is learned [rad/s]
 constexpr double kStandstill = 0.15;   // wheel speeds below which the robot is taken to rest [rad/s]
 constexpr double kOffsetMemory = 1.0;  // of the accelerometer's offset and the gyro's [s]
-constexpr double kTurn = 0.15;         // least |r n| of a turn of which f may learn what g had [m/s]
-constexpr double kFollows = 0.5;       // least c of TurnAgreement of a body that follows its wheels
-constexpr double kAgainst = 0.15;      // part of the turn; what turns more against the wheels is no slip
+constexpr double kLongestMissed = kWashout + 2.0 * kOffsetMemory;  // without an acceleration, that is counted [s]
+constexpr double kTurn = 0.15;               // least |r n| of a turn of which f may learn what g had [m/s]
+constexpr double kFollows = 0.5;             // least c of TurnAgreement of a body that follows its wheels
+constexpr double kAgainst = 0.15;            // part of the turn; what turns more against the wheels is no slip
 constexpr double kLargestGyroOffset = 0.05;  // rad/s; more at rest is no offset, but a robot that is turned
 
 /// One step of the natural gradient of 1/2 (y - parameter x)^2 / variance, with a curvature that forgets.
@@ -149,15 +150,23 @@ void SlipBelief::observeAcceleration(double acceleration, double left, double ri
   started_ = true;
   if (first || std::max(std::abs(left), std::abs(right)) < kStandstill) {
     if (!first) offset_ += (acceleration - offset_) * -std::expm1(-step / kOffsetMemory);
+    if (!first) missed_ = std::max(0.0, missed_ - step);
     by_wheels_ = by_accelerometer_ = 0.0;
     return;
   }
+  if (missed_ <= kWashout) missed_ = 0.0;
   const double washout = std::exp(-step / kWashout);
   by_wheels_ = washout * by_wheels_ + wheel_change;
   by_accelerometer_ = washout * by_accelerometer_ + body_change;
 }
 
+void SlipBelief::missAcceleration(double step) {
+  forgetMotion();
+  missed_ = std::min(missed_ + step, kLongestMissed);
+}
+
 void SlipBelief::learnAlpha() {
+  if (missed_ > kWashout) return;  // what comes back after long may have another offset, until the robot has rested
   if (std::abs(by_wheels_) < kSpeedChange || std::abs(difference_) > kStraight) return;
   // The filter makes the errors of A equal over T: as a constant error of that size they are weighted, not as white.
   const double variance = 0.5 * learning_.accelerometer_variance * kWashout * kWashout;

@@ -257,6 +257,44 @@ TEST(AccelerationMonitor, AWrongAccelerationIsNotGrownAccustomedTo) {
   EXPECT_EQ(body.monitor.state(), ChannelState::ok) << "and counts again when it is right again";
 }
 
+TEST(AccelerationMonitor, AnOffsetThatJumpsTeachesNoInclination) {
+  for (const double jump : {3.0, -4.0}) {
+    QuietBody body;
+    body.measure(250, 0.5);
+    body.measure(400, 0.5 + jump);
+    EXPECT_EQ(body.monitor.state(), ChannelState::faulty) << "the ground does not tilt at once";
+    QuietBody back = body, again = body;
+    EXPECT_LT(back.measure(1, 0.5), 0.1) << "what was believed before has waited";
+    back.measure(60, 0.5);
+    EXPECT_EQ(back.monitor.state(), ChannelState::ok);
+    again.monitor.restart();
+    EXPECT_EQ(again.monitor.state(), ChannelState::ok);
+    EXPECT_EQ(again.hit(1, 0.5 + jump), ChannelState::outlier) << "a restart makes no inclination of it";
+  }
+}
+
+TEST(AccelerationMonitor, WhatAnInclinationExplainsForLongCountsAgain) {
+  QuietBody tilted, to_and_fro;
+  for (QuietBody* body : {&tilted, &to_and_fro}) body->measure(250, 0.0);
+  tilted.measure(500, 3.0);
+  EXPECT_EQ(tilted.monitor.state(), ChannelState::faulty);
+  tilted.measure(100, 3.0);
+  EXPECT_EQ(tilted.monitor.state(), ChannelState::ok) << "a steep ramp, after 11 s";
+  EXPECT_LT(tilted.measure(1, 3.0), 0.1);
+  for (int k = 0; k < 30; ++k) to_and_fro.measure(20, k % 2 == 0 ? 6.0 : -6.0);
+  EXPECT_EQ(to_and_fro.monitor.state(), ChannelState::faulty) << "no ground does that";
+}
+
+TEST(AccelerationMonitor, WhoWasHandledMayStandOnOtherGround) {
+  QuietBody body;
+  body.measure(250, 0.0);
+  body.measure(20, 3.0);
+  ASSERT_EQ(body.monitor.state(), ChannelState::faulty);
+  body.monitor.forgive();
+  EXPECT_EQ(body.hit(100, 3.0), ChannelState::ok);
+  EXPECT_LT(body.measure(1, 3.0), 0.1);
+}
+
 TEST(AccelerationMonitor, CollisionsThatFollowEachOtherWithinHalfASecondAreOne) {
   const auto afterHits = [](int hits, double apart) {
     QuietBody body(false, true);

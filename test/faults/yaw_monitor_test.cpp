@@ -280,6 +280,35 @@ TEST(YawMonitor, TenOfSixteenOutliersAreAFault) {
   for (int k = 0; k < 200; ++k) EXPECT_NE(half.show(k % 2 == 0 ? 0.3 : 0.0), kFaulty) << k;
 }
 
+TEST(YawMonitor, WheelsThatCrossASillOneAfterTheOtherTurnTheBodyToAndFro) {
+  Gyro gyro;
+  gyro.settle(0.0);
+  for (const double yaw_rate : {0.3, 0.4, 0.4, 0.3, 0.15, -0.4, -0.55, -0.75, -0.8, -0.5}) gyro.show(yaw_rate);
+  EXPECT_EQ(gyro.monitor.state(), kOutlier) << "ten of ten, in which the body turned by 0.03 rad";
+  EXPECT_EQ(gyro.show(0.0), kOk);
+}
+
+TEST(YawMonitor, AKerbThatIsGrazedTurnsTheBodyByLessThanATwentiethOfARadian) {
+  for (const double sign : {1.0, -1.0}) {
+    Gyro kerb, bias, weak;
+    for (Gyro* gyro : {&kerb, &bias, &weak}) gyro->settle(0.0);
+    EXPECT_EQ(kerb.show(sign * 0.15, 16), kOutlier) << "0.048 rad";
+    EXPECT_EQ(kerb.show(0.0), kOk);
+    EXPECT_LE(bias.samplesUntil(kFaulty, sign * 0.2, 100), 13) << "0.052 rad, 0.26 s";
+    EXPECT_NEAR(weak.samplesUntil(kFaulty, sign * 0.15, 100), 17, 1);
+    EXPECT_EQ(kerb.show(0.0, 20), kOk);
+    EXPECT_EQ(kerb.show(sign * 0.15, 16), kOutlier) << "what is over is forgotten";
+  }
+}
+
+TEST(YawMonitor, AGyroThatIsOffForASecondIsFaultyWhicheverWayItTurns) {
+  Gyro gyro;
+  gyro.settle(0.0);
+  int samples = 0;
+  for (; samples < 100 && gyro.monitor.state() != kFaulty; ++samples) gyro.show(samples % 2 == 0 ? 0.9 : -0.9);
+  EXPECT_NEAR(samples, 51, 1);
+}
+
 TEST(YawMonitor, TheSignIsToldByHalfASecondOfTurning) {
   const auto isReversed = [](double part, double spread, int samples) {
     Gyro gyro;

@@ -249,6 +249,25 @@ TEST(TractionBelief, OffsetOfTheAccelerometerIsLearnedWhileTheSpeedIsKept) {
   EXPECT_NEAR(robot.error(), 0.0, 0.03);
 }
 
+TEST(TractionBelief, AnAccelerometerThatComesToReadWrongIsNotFollowed) {
+  for (const double offset : {-5.0, -3.0, -1.5, 1.5, 3.0, 5.0}) {
+    for (const double speed : {0.3, 0.5, 1.0}) {
+      Robot robot;
+      robot.drive(1.0, speed, speed);
+      robot.drive(3.0, 0.0, 0.0);
+      double largest = 0.0, late = 0.0;
+      for (int k = 0; k < 500; ++k) {
+        const double rate = k % 150 < 50 ? 1.0 : k % 150 < 100 ? -1.0 : 0.0;
+        robot.drive(kPeriod, rate * speed, rate * speed, offset);
+        largest = std::max(largest, std::abs(robot.error()));
+        if (k > 50) late = std::max(late, std::abs(robot.error()));
+      }
+      EXPECT_LT(largest, 1.7 * speed + 0.2) << offset << ": as of a body that was thrown back, at " << speed << " m/s";
+      EXPECT_LT(late, 0.05) << offset << ": after a second, at " << speed << " m/s";
+    }
+  }
+}
+
 TEST(TractionBelief, CentripetalAccelerationIsNoChangeOfSpeed) {
   constexpr double kCentre = 0.3, kYawRate = 0.7;  // IMU behind the centre of turning: it is pulled forward
   Robot knows(kCentre), does_not;

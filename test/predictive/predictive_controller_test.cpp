@@ -207,6 +207,27 @@ TEST(PredictiveController, AGyroThatAJoltShakesIsBelievedAndTeachesNoSlip) {
   EXPECT_NEAR(controller.effectiveTrack(), 0.7, 0.007);
 }
 
+TEST(PredictiveController, AnAccelerationThatWasNotMeasuredTeachesNoSlipFactor) {
+  PredictiveParameters parameters;
+  parameters.learn_slip_factor = true;
+  PredictiveController controller(parameters, GeometryParameters{}, PlantModel{});
+  Observation y;
+  const auto drive = [&](int samples, double change, bool measured) {
+    for (int k = 0; k < samples; ++k) {
+      y.stamp += 0.02;
+      y.wheel_left = y.wheel_right += change;
+      y.acceleration_x = 0.098 * change / 0.02;
+      y.valid.acceleration = measured;
+      controller.observe(y);
+      for (int i = 0; i < 20; ++i) controller.updateBelief();
+    }
+    return controller.slipBelief().slipFactor();
+  };
+  const double before = drive(100, 0.0, true);
+  drive(50, 0.2, false);
+  EXPECT_EQ(drive(50, 0.0, true), before);
+}
+
 TEST(PredictiveController, RefusesWhatIsNotFiniteOrNotLater) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   PredictiveController controller({}, {}, driveTrain());

@@ -15,12 +15,17 @@
 /// (von Neumann's estimate of a variance): an offset or a drift, which a fault would be, does not enter it, and one
 /// jump counts for no more than the factor c.
 ///
+/// While it is faulty, the belief about g_x and g_z of before waits, and another one learns which inclination would
+/// explain it. It counts again when it agrees with the first, as after a jolt, or with the second for long: an
+/// inclination that comes at once is an offset of the sensor or a steep ramp, and only a ramp comes to an end.
+///
 /// A body that hits something loses its speed within a few samples. Such a jolt, against the motion and of no more than
 /// the speed there is, counts: it is how whoever believes the speed knows of the collision. So does what follows it for
 /// a moment, in which the body bounces and its tyres slide.
 
 #include <array>
 #include <cstddef>
+#include <optional>
 
 #include "jackal_aic/faults/channel_monitor.hpp"
 #include "jackal_aic/faults/fault_parameters.hpp"
@@ -57,8 +62,17 @@ class AccelerationMonitor {
   /// The ground has just shaken the robot: an outlier came within the last moment, and the accelerometer is in order.
   bool shaken() const;
 
-  /// Lets it count again: what was wrong with its last samples has been explained.
-  void forgive() { persistence_.reset(); }
+  /// Believes at once what inclination explains a faulty one: somebody moves the robot from one ground to another.
+  void follow() {
+    if (state() == ChannelState::faulty) axes_ = alternative_;
+  }
+
+  /// Lets it count again: somebody has moved the robot, and it may stand on other ground.
+  void forgive();
+
+  /// Starts anew after a time in which anything may have happened: it counts again, against what was believed of it
+  /// before.
+  void restart() { persistence_.reset(); }
 
  private:
   /// Slowly wandering part of one axis.
@@ -73,12 +87,30 @@ class AccelerationMonitor {
 
     void compare(double error_without_offset, double noise, bool moving, double step);
     double noise(double configured, bool moving) const;
+    double squaredDistance() const { return learned.squaredDistance(error, total); }
     void correct(double noise);
   };
 
+  /// What is believed of the accelerometer.
+  struct Axes {
+    Axis forward, vertical;
+  };
+  /// A sample, and what is known of it without the inclination.
+  struct Sample {
+    double measured, rate, lowest_rate, highest_rate;  // forward [m/s^2]
+    double forward_noise, vertical_noise;              // variances [(m/s^2)^2]
+    std::optional<double> vertical_error;              // [m/s^2]
+    bool moving;
+    double step;  // [s]
+  };
+  static double compare(Axes& axes, const Sample& sample);
+  static void correct(Axes& axes, const Sample& sample);
+  static void learn(Axes& axes, const Sample& sample);
+
   FaultParameters parameters_;
-  Axis forward_;
-  Axis vertical_;
+  Axes axes_;
+  Axes alternative_;        // while it is faulty: learns what inclination would explain it
+  double agreement_ = 0.0;  // time for which one has [s]
   double forward_rate_ = 0.0;
   double lowest_rate_ = 0.0;   // since the last sample
   double highest_rate_ = 0.0;  // since the last sample

@@ -110,8 +110,9 @@ class Persistence {
   explicit Persistence(const PersistenceParameters& parameters) : parameters_(parameters) {}
 
   /// Takes the verdict on a sample. @param informative false if a fault would not show in it: such a sample does not
-  /// help a faulty channel back; @param step time since the last sample [s].
-  ChannelState update(bool suspect, bool informative, double step);
+  /// help a faulty channel back; @param step time since the last sample [s]; @param conclusive false if what is suspect
+  /// may still come of something else than a fault: K of the last N samples do not make one yet.
+  ChannelState update(bool suspect, bool informative, double step, bool conclusive = true);
 
   ChannelState state() const { return state_; }  ///< verdict on the channel with its last sample
 

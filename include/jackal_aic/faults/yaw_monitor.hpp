@@ -24,8 +24,11 @@ struct DifferenceSpeed {
 /// A gyro that comes to read less turn than the wheels ask for, and no faster than a body changes its turn, is right:
 /// the tyres slide, on ice or against a kerb. Only what jumps, or reads more than the wheels can do, is suspect. A bias
 /// that grows in a turn shows when the turn ends. What the turn changes by from one ground to another is no fault
-/// either, if no faster than a body can, nor is a turn by the speed of the robot, as of tyres that are not alike. Jumps
-/// that end by themselves are of ground that rocks the robot: the more there were, the longer the next one may last.
+/// either, if no faster than a body can, nor is a turn by the speed of the robot, as of tyres that are not alike.
+/// A sill or a kerb pushes the body aside, one wheel this way and the next one that way, and lets go of it before it
+/// has turned far: outliers do not count, but make a fault only where they add up to more than such an angle, or last.
+/// Jumps that end by themselves are of ground that rocks the robot: the more there were, the longer the next one may
+/// last.
 ///
 /// A gyro that was found faulty counts again when it agrees with what was believed before the fault, or when a new
 /// belief, free to learn other slip and bias, explains it by slip alone. In steady driving slip and bias look the same;
@@ -68,7 +71,15 @@ class YawMonitor {
   const YawBelief& belief() const { return belief_; }  ///< slip and bias
 
  private:
+  /// Turn against the wheels since the first of the last suspect samples, by these.
+  struct Unexplained {
+    double angle = 0.0;  // [rad]
+    double time = 0.0;   // [s]
+  };
+
   bool biased(double forward) const;
+  void sumUp(bool suspect, double yaw_rate, double x, double step);
+  bool byGround() const;
   bool slides(double yaw_rate, double x) const;
   void watchJumps(double yaw_rate, double asked, double step);
   bool explained(double yaw_rate, const DifferenceSpeed& x) const;
@@ -96,6 +107,7 @@ class YawMonitor {
   bool jumped_ = false;     // since the last good sample, faster than a body can
   double jump_time_ = 0.0;  // for which it has [s]
   double jolts_ = 0.0;      // jumps that ended by themselves, those of long ago less
+  Unexplained unexplained_;
   bool frozen_ = false;
 };
 

@@ -22,6 +22,9 @@
 /// that slide accelerate the body, unless something holds it; so one that neither accelerates nor brakes has come to
 /// roll, or stands, whichever is nearer to the integral.
 ///
+/// What is farther from its wheels than friction or a collision can have brought it is no body that slides: b has
+/// jumped, and is taken from what was measured since.
+///
 /// An instrument of the belief about the speed alone: wheels and commands do not depend on it.
 
 #include <array>
@@ -100,6 +103,8 @@ class TractionBelief {
   std::optional<Change> collision() const;
   std::optional<Change> againstRolling(const Change& window) const;
   void roll(double step);
+  bool possible(double gap) const;
+  void learnJumpOfOffset();
   void slide(double gap_before, double acceleration, double step);
   void stand();
   void beginToRoll();
@@ -131,6 +136,8 @@ class TractionBelief {
   Traction traction_ = Traction::rolls;
   double surprise_ = 0.0;         // for how long rolling had been contradicted when it began to slide [s]
   double sliding_ = 0.0;          // for how long [s]
+  double gap_at_first_ = 0.0;     // |x_dot - v_w| when it began to slide [m/s]
+  double wheels_away_ = 0.0;      // by which the wheels changed their speed since then, to and fro [m/s]
   double turning_before_ = 0.0;   // integral of theta_dot^2 when it began to slide
   double speed_ = 0.0;            // x_dot [m/s]
   double corrected_speed_ = 0.0;  // at the last measurement [m/s]

@@ -92,6 +92,10 @@ class SlipBelief {
   /// measurement [s].
   void observeAcceleration(double acceleration, double left, double right, double step);
 
+  /// No acceleration was measured, or none that counts, for a step [s]: what the wheels did meanwhile teaches no alpha,
+  /// and after half a second nothing does until the robot has rested.
+  void missAcceleration(double step);
+
   /// Learns alpha from the accelerations observed. A turn is left out, because there the accelerometer sees more than
   /// dx_dot/dt.
   void learnAlpha();
@@ -173,6 +177,7 @@ class SlipBelief {
   double error_variance_ = 0.0;  // of the believed difference of the wheel speeds, as measured [(rad/s)^2]
   double difference_ = 0.0;      // of the wheel speeds, at the last sample [rad/s]
   double step_ = 0.0;            // to the last sample [s]
+  double missed_ = 0.0;          // time without an acceleration that has not been made up for by rest [s]
   bool started_ = false;
 };
 
