@@ -180,7 +180,7 @@ void judgeSlip(const RobotRecording& recording, const TurnModel& turn, RealFigur
     ours.add(block.yaw_rate - turn.yawRate(difference(block), v));
     constant.add(block.yaw_rate - xy / xx * difference(block));
   }
-  if (!recording.has_imu || ours.pieces == 0 || xx == 0.0) return;
+  if (!recording.has_imu || ours.pieces == 0 || xx == 0.0 || constant.squares == 0.0) return;
   figures.yaw_error = ours.rms();
   figures.constant_error = constant.rms();
 }
