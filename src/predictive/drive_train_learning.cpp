@@ -1,7 +1,6 @@
 #include "jackal_aic/predictive/drive_train_learning.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -19,9 +18,10 @@ constexpr std::size_t kTransient = steps(1.0);       // of a motion of which not
 constexpr double kResting = 0.1 / DriveTrainFit::kStep;  // steps; before a change, whose mean is the speed of before
 constexpr double kSpacing = 0.015 / DriveTrainFit::kStep;  // steps; least between measurements that are kept
 constexpr int kReviewed = 2;                // measurements of a run in an inner step
-constexpr double kOtherLags[] = {0.9, -0.9};  // of ln T, with which a review begins beside
-constexpr int kStarts = 3;
-constexpr int kMostRuns = 9;
+constexpr double kOtherLags[] = {0.0, 0.9, -0.9, 0.0};   // of ln T, with which a review begins beside
+constexpr double kOtherShares[] = {1.0, 1.0, 1.0, 0.5};  // of lambda, likewise
+constexpr int kStarts = 4;
+constexpr int kMostRuns = 10;
 constexpr double kShorter = 0.3;        // of a step that led nowhere
 constexpr double kSmallStep = 0.05;     // standard deviations of theta; of a step that makes no difference
 constexpr double kMemory = 0.7;         // weight of a change of the commands beside the next
@@ -30,7 +30,7 @@ constexpr double kUnexplained = 0.01;   // of the squares of a motion; a model t
 constexpr double kNoise = 4.0;          // variances of the encoders, which nothing explains
 constexpr double kOtherLag = 0.7;       // of ln T, beyond which a parabola says nothing
 constexpr double kBeyondDoubt = 3.0;    // standard deviations
-constexpr double kLeastChange = 0.009;  // s, of dead time or lag; a smaller one makes no difference
+constexpr double kLeastChange = 0.005;  // s, of dead time or lag; a smaller one makes no difference
 constexpr double kLargestDoubt = 0.008;  // s; standard deviation of a dead time that is taken over
 constexpr double kShortestLag = 0.002;   // s; below it the speed does not depend on the lag
 constexpr double kPinned = 1e9;          // precision of what is at its bound
@@ -173,7 +173,8 @@ void DriveTrainLearning::judge() {
   ++runs_;
   if (runs_ < kStarts) {
     DriveTrainVector other = theta_;
-    other(kLogLag) += kOtherLags[runs_ - 1];
+    other(kLogLag) += kOtherLags[runs_];
+    other(kLimitShare) *= kOtherShares[runs_];
     return run(other);
   }
   next_ = better || runs_ == kStarts ? newtonStep() : DriveTrainVector(kShorter * next_);
@@ -248,61 +249,65 @@ DriveTrainVector DriveTrainLearning::newtonStep() const {
 
 void DriveTrainLearning::learn() {
   const double left = leastSquares(), variance = std::max(wheel_variance_, left / best_.samples);
-  if (left > std::max(kNoise * wheel_variance_ * best_.samples, kUnexplained * best_.motion)) return;
-  const DriveTrainVector change = best_.theta - theta_;
+  const bool explained = left <= std::max(kNoise * wheel_variance_ * best_.samples, kUnexplained * best_.motion);
+  DriveTrainVector change = best_.theta - theta_;
+  // Of a change that is not explained the limit is as far as the next search got, at least.
+  if (!explained) change(kLogLag) = change(kGainShare) = change(kOffset) = 0.0;
   const bool same = std::abs(change(kLogLag)) < kOtherLag;
-  for (std::size_t i = 0; i < memory_.size(); ++i) {
-    memory_[i] = same ? memory_[i].around(change) : DriveTrainSums{};
-    memory_[i].add(best_.sums[i].over(kExcess * variance));
-  }
-  theta_ = best_.theta;
-  const int i = std::clamp(bestDeadTime(), 1, DriveTrainFit::kGrid - 2);
-  // A parabola through the least F and its neighbours.
-  const double before = freeEnergyOf(i - 1), at = freeEnergyOf(i), after = freeEnergyOf(i + 1);
-  const double bend = before - 2.0 * at + after;
-  const double dead_time = kStep * (i + std::clamp(0.5 * (before - after) / bend, -1.0, 1.0));
-  const double lag = std::exp(theta_(kLogLag));
-  DriveTrainMatrix curvature = memory_[static_cast<std::size_t>(i)].curvature;
-  curvature.diagonal() += deviations().cwiseAbs2().cwiseInverse();
-  const double lag_variance = squared(lag) * curvature.inverse()(kLogLag, kLogLag);
-  if (bend > 0.0 && takeOver({std::clamp(dead_time, 0.0, kLongestTiming.dead_time), lag}, squared(kStep) / bend, lag_variance)) {
-    learned_ = timing_;
-  }
+  for (DriveTrainSums& kept : memory_) kept = same ? kept.around(change) : DriveTrainSums{};
+  theta_ += change;
+  if (!explained) return;
+  for (std::size_t i = 0; i < memory_.size(); ++i) memory_[i].add(best_.sums[i].over(kExcess * variance));
+  learned_ = takenOver();
   for (DriveTrainSums& kept : memory_) kept = kept.over(1.0 / kMemory);
 }
 
-double DriveTrainLearning::freeEnergyOf(int i) const {
+std::optional<DriveTrainTiming> DriveTrainLearning::takenOver() {
+  const int i = std::clamp(bestDeadTime(), 1, DriveTrainFit::kGrid - 2);
+  // A parabola through the least F and its neighbours.
+  const Minimum before = minimum(i - 1), at = minimum(i), after = minimum(i + 1);
+  const double bend = before.free_energy - 2.0 * at.free_energy + after.free_energy;
+  const double variance = squared(kStep) / bend;
+  if (bend <= 0.0 || variance > squared(kLargestDoubt)) return std::nullopt;
+  const double beside = std::clamp(0.5 * (before.free_energy - after.free_energy) / bend, -1.0, 1.0);
+  const DriveTrainTiming found{std::clamp(kStep * (i + beside), 0.0, kLongestTiming.dead_time),
+                               std::exp(theta_(kLogLag))};
+  // How the lag goes with the dead time, and how far it is beyond doubt with the dead time known.
+  const double along = found.lag * (after.change(kLogLag) - before.change(kLogLag)) / (2.0 * kStep);
+  const double alone = squared(found.lag) * at.log_lag_variance;
+  const auto beyondDoubt = [](double by, double of_variance) {
+    return std::abs(by) > std::max(kLeastChange, kBeyondDoubt * std::sqrt(of_variance));
+  };
+  const double later = found.dead_time - timing_.dead_time, slower = found.lag - timing_.lag;
+  if (!beyondDoubt(later, variance) && !beyondDoubt(slower, alone + squared(along) * variance) &&
+      !beyondDoubt(later + slower, alone + squared(1.0 + along) * variance)) {
+    return std::nullopt;
+  }
+  timing_ = found;
+  return found;
+}
+
+DriveTrainLearning::Minimum DriveTrainLearning::minimum(int i) const {
   const DriveTrainSums& sums = memory_[static_cast<std::size_t>(i)];
   const DriveTrainVector precision = deviations().cwiseAbs2().cwiseInverse();
   DriveTrainMatrix curvature = sums.curvature;
   curvature.diagonal() += precision;
   const DriveTrainVector slope = sums.slope + precision.cwiseProduct(expected() - theta_);
+  const auto solver = curvature.ldlt();
+  const DriveTrainVector change = solver.solve(slope);
   const double late = i * kStep - timing_.dead_time;
-  return 0.5 * (sums.squares - slope.dot(curvature.ldlt().solve(slope)) + squared(late / kDeadTimeDeviation));
+  return {change, 0.5 * (sums.squares - slope.dot(change) + squared(late / kDeadTimeDeviation)),
+          solver.solve(DriveTrainVector::Unit(kLogLag))(kLogLag)};
 }
 
 int DriveTrainLearning::bestDeadTime() const {
   int best = 0;
-  double least = freeEnergyOf(0);
-  for (int i = 1; i < DriveTrainFit::kGrid; ++i) {
-    const double candidate = freeEnergyOf(i);
+  double least = HUGE_VAL;
+  for (int i = 0; i < DriveTrainFit::kGrid; ++i) {
+    const double candidate = minimum(i).free_energy;
     if (candidate < least) least = candidate, best = i;
   }
   return best;
-}
-
-bool DriveTrainLearning::takeOver(const DriveTrainTiming& timing, double dead_time_variance, double lag_variance) {
-  if (dead_time_variance > squared(kLargestDoubt)) return false;
-  // How late the wheels are shows well; how much of it is a lag only where motions begin and end.
-  const double later = timing.lag - timing_.lag, together = timing.dead_time - timing_.dead_time + later;
-  const auto beyondDoubt = [](double by, double deviation) {
-    return std::abs(by) > std::max(kLeastChange, kBeyondDoubt * deviation);
-  };
-  if (!beyondDoubt(together, std::sqrt(dead_time_variance)) && !beyondDoubt(later, std::sqrt(lag_variance))) {
-    return false;
-  }
-  timing_ = timing;
-  return true;
 }
 
 }  // namespace jackal_aic

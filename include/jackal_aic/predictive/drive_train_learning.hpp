@@ -104,6 +104,13 @@ class DriveTrainLearning {
     double motion = 0.0;
   };
 
+  /// Minimum along theta of what the changes so far say, for one dead time.
+  struct Minimum {
+    DriveTrainVector change;  // of theta
+    double free_energy;
+    double log_lag_variance;  // of ln T, with this dead time
+  };
+
   enum class State { unknown, settled, changing };
 
   void watch(const WheelVector& given);
@@ -119,9 +126,9 @@ class DriveTrainLearning {
   double leastSquares() const;
   DriveTrainVector newtonStep() const;
   void learn();
-  double freeEnergyOf(int i) const;
+  std::optional<DriveTrainTiming> takenOver();
+  Minimum minimum(int i) const;
   int bestDeadTime() const;
-  bool takeOver(const DriveTrainTiming& timing, double dead_time_variance, double lag_variance);
 
   double wheel_variance_;
   DriveTrainTiming timing_;
