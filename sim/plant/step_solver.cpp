@@ -17,16 +17,16 @@ constexpr int kMostExchanges = 20;
 constexpr double kForceTolerance = 1e-10;  // by which a force may miss its bound, relative
 constexpr double kSpeedTolerance = 1e-13;  // by which a velocity may miss its inequality [m/s or rad/s]
 
-/// A ← L of A = L L', with the inverse of its diagonal. Loops of fixed bounds, which is several times faster than a
-/// general factorisation.
+/// A ← L of A = L L', with the inverse of its diagonal; what is above it is of no use. Whole rows of fixed length,
+/// which do not wait for each other, take a fraction of the time of a general factorisation.
 template <int Size>
 void factorise(RowMajor<Size, Size>& A, int size = Size) {
-  for (int i = 0; i < size; ++i) {
-    for (int j = 0; j <= i; ++j) {
-      double rest = A(i, j);
-      for (int k = 0; k < j; ++k) rest -= A(i, k) * A(j, k);
-      A(i, j) = i == j ? 1.0 / std::sqrt(rest) : rest * A(j, j);
-    }
+  RowMajor<1, Size> column = RowMajor<1, Size>::Zero();
+  for (int k = 0; k < size; ++k) {
+    A(k, k) = 1.0 / std::sqrt(A(k, k));
+    column(k) = 0.0;
+    for (int i = k + 1; i < size; ++i) column(i) = A(i, k) *= A(k, k);
+    for (int i = k + 1; i < size; ++i) A.row(i) -= A(i, k) * column;
   }
 }
 
@@ -42,9 +42,9 @@ void forward(const RowMajor<Size, Size>& L, RowMajor<Size, Columns>& B) {
 /// b ← L⁻¹ b
 template <int Size, class Vector>
 void forward(const RowMajor<Size, Size>& L, Vector& b, int size = Size) {
-  for (int i = 0; i < size; ++i) {
-    for (int j = 0; j < i; ++j) b(i) -= L(i, j) * b(j);
-    b(i) *= L(i, i);
+  for (int j = 0; j < size; ++j) {
+    b(j) *= L(j, j);
+    for (int i = j + 1; i < size; ++i) b(i) -= L(i, j) * b(j);
   }
 }
 
@@ -227,7 +227,7 @@ void StepSolver::solveFree(const Square& A, const Rows& b) {
     given(i) = 0.0;
   }
   const Rows others = given.isZero(0.0) ? b : Rows(b - A.lazyProduct(given));
-  Square of_free;
+  Square of_free = Square::Zero();
   Rows rest;
   for (int row = 0; row < count; ++row) {
     const int i = free[static_cast<std::size_t>(row)];
