@@ -248,8 +248,10 @@ void OdeWorld::step(double step) {
 }
 
 bool OdeWorld::solve(double step) {
-  const auto at_kerb = [](const Contact& contact) { return contact.touching; };
-  if (ode_solver_ || std::any_of(kerb_contacts_.begin(), kerb_contacts_.end(), at_kerb)) return false;
+  if (ode_solver_) return false;
+  for (std::size_t i = 0; i < wheels_.size(); ++i) {
+    if (contacts_[i].touching && kerb_contacts_[i].touching) return false;
+  }
   const Eigen::Matrix3d rotation = rotationOf(chassis_);
   SteppedBody chassis{0.0, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(), velocityOf(chassis_)};
   if (dBodyIsKinematic(chassis_) == 0) {
@@ -264,7 +266,7 @@ bool OdeWorld::solve(double step) {
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     move(wheels_[i], solver_.wheel(i), step);
     torque_[i] = solver_.force(i, 0);
-    Contact& contact = contacts_[i];
+    Contact& contact = kerb_contacts_[i].touching ? kerb_contacts_[i] : contacts_[i];
     contact.force = solver_.force(i, 1) * contact.normal + solver_.force(i, 2) * contact.rolling +
                     solver_.force(i, 3) * contact.lateral();
   }
@@ -296,7 +298,7 @@ SteppedWheel OdeWorld::steppedWheel(std::size_t index, double step) const {
   motor.high = torque_limit_;
   motor.low = -torque_limit_;
 
-  const Contact& contact = contacts_[index];
+  const Contact& contact = kerb_contacts_[index].touching ? kerb_contacts_[index] : contacts_[index];
   if (!contact.touching) return wheel;
   const Eigen::Vector3d arm = contact.point - centre;
   const auto row = [&](const Eigen::Vector3d& direction, double target, double softness, double low, double high) {

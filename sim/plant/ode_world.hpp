@@ -37,7 +37,7 @@ struct WorldParameters {
 /// did not skid). The chassis itself touches nothing.
 ///
 /// ODE keeps the bodies and has the equations of a step; StepSolver solves them, and ODE itself those of a step in
-/// which a wheel touches a kerb.
+/// which a wheel touches ground and kerb at a time.
 class OdeWorld : public World {
  public:
   /// Builds the robot at rest, its wheels in static equilibrium with the ground, base_link above the ground frame's

@@ -115,7 +115,7 @@ TEST(OdeWorld, MovesAsWithOdesOwnSolverWithWheelsThatAreNotBalanced) {
   drive(pair, 50.0, 1e-7);
 }
 
-TEST(OdeWorld, ClimbsAKerbWithOdesOwnSolver) {
+TEST(OdeWorld, ClimbsAKerbAndRollsOnBehindItAsWithOdesOwnSolver) {
   WorldParameters parameters;
   parameters.terrain.kerb_distance = 0.3;
   parameters.terrain.kerb_height = 0.02;
