@@ -59,7 +59,7 @@ Eigen::MatrixXd stationaryGain(const OverSteps& model, const Eigen::MatrixXd& ou
 
 WheelKalmanFilter::WheelKalmanFilter(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& trust,
                                      double period)
-    : drive_train_(model, wheel_radius), commands_(model.dead_time) {
+    : drive_train_(model, wheel_radius), commands_(model.dead_time, model.dead_time) {
   const Eigen::Vector3d fluctuation(trust.speed_process_noise, 0.0, trust.disturbance_process_noise);
   const OverSteps over =
       overSteps(drive_train_.transition(), DriveTrain::kStep * fluctuation, std::lround(period / DriveTrain::kStep));

@@ -78,7 +78,8 @@ double Lqg::act() {
   return -(state(2) + gain_.dot(state.head<2>())) / command_gain_;
 }
 
-Adrc::Adrc(const PlantModel& model, const AdrcTuning& tuning) : tuning_(tuning), commands_(model.dead_time) {}
+Adrc::Adrc(const PlantModel& model, const AdrcTuning& tuning)
+    : tuning_(tuning), commands_(model.dead_time, model.dead_time) {}
 
 void Adrc::reset() {
   commands_.fill(0.0);
@@ -99,7 +100,7 @@ double Adrc::act() {
 }
 
 DelayedInference::DelayedInference(const PlantModel& model, double wheel_radius, const DelayedInferenceGains& gains)
-    : gains_(gains), drive_train_(model, wheel_radius), commands_(model.dead_time) {}
+    : gains_(gains), drive_train_(model, wheel_radius), commands_(model.dead_time, model.dead_time) {}
 
 void DelayedInference::reset() {
   commands_.fill(0.0);

@@ -89,7 +89,7 @@ PhaseConsistency driveConsistency(const PackageFiles& files, const std::string& 
   const SetPointProfile profile = drivesAndStops(seed);
   JackalPlant plant(setup.urdf, setup.plant);
   DriveLoop loop = makeLoop(setup.drive);
-  const auto& controller = dynamic_cast<const PredictiveController&>(loop.controller());
+  const PredictiveController& controller = *loop.predictive();
   PhaseConsistency sums;
   const std::int64_t steps = profile.plantSteps();
   for (std::int64_t k = 0; k < steps; ++k, plant.step()) {

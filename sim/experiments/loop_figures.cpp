@@ -1,6 +1,7 @@
 #include "loop_figures.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <limits>
@@ -30,44 +31,54 @@ constexpr double kLowest = 0.5;  // rad/s
 constexpr double kSpeed = 0.5;   // m/s
 constexpr int kMoment = 10;      // steps from a sample to a disturbance
 
-/// What is done to a loop from kWarmUp on.
-struct Stimulus {
-  double impulse = 0.0;  ///< on one sample [rad/s]
-  double input = 0.0;    ///< of the motors, from kMoment steps later on [rad/s]
-};
-
-/// What a wheel does from kWarmUp on [rad/s].
+/// What a wheel does per period, from kWarmUp on [rad/s].
 struct Answer {
-  std::vector<double> samples, commands;  // per period
-  std::vector<double> speed;              // per step
+  std::vector<double> samples, commands;
 };
 
-Answer simulate(VelocityController& controller, const PlantModel& robot, double radius, const Stimulus& stimulus) {
-  const DriveTrain drive_train(withoutLimit(robot), radius);
-  CommandsUnderWay commands(robot.dead_time);
-  Eigen::Vector3d x = Eigen::Vector3d::Zero();
-  Answer answer;
-  double command = 0.0;
+/// A wheel of a linear robot.
+class LinearWheel {
+ public:
+  LinearWheel(const PlantModel& robot, double radius)
+      : drive_train_(withoutLimit(robot), radius), commands_(robot.dead_time) {}
+
+  double speed() const { return x_(0); }
+  void disturb(double input) { x_(2) = input; }
+  void step(double command) { drive_train_.step(x_, commands_.step(command)); }
+
+ private:
+  DriveTrain drive_train_;
+  CommandsUnderWay commands_;
+  Eigen::Vector3d x_ = Eigen::Vector3d::Zero();
+};
+
+/// Drives two wheels, of which no one but the right one has an impulse [rad/s] on a sample. @returns left and right.
+std::array<Answer, 2> simulate(VelocityController& controller, const PlantModel& robot, double radius, double impulse) {
+  LinearWheel left(robot, radius), right = left;
+  std::array<Answer, 2> answers;
   controller.setSetPoint({kSpeed, 0.0, 0.0});
   for (int k = 0; k < kWarmUp + kPeriods; ++k) {
     Observation y;
     y.stamp = k * kPeriod;
-    y.wheel_left = y.wheel_right = x(0) + (k == kWarmUp ? stimulus.impulse : 0.0);
+    y.valid.yaw_rate = false;  // a gyro would tell each wheel of the other
+    y.wheel_left = left.speed();
+    y.wheel_right = right.speed() + (k == kWarmUp ? impulse : 0.0);
     controller.observe(y);
     controller.updateBelief();
-    command = controller.updateAction().left;
+    const WheelCommand command = controller.updateAction();
     if (k >= kWarmUp) {
-      answer.samples.push_back(y.wheel_left);
-      answer.commands.push_back(command);
+      answers[0].samples.push_back(y.wheel_left);
+      answers[0].commands.push_back(command.left);
+      answers[1].samples.push_back(y.wheel_right);
+      answers[1].commands.push_back(command.right);
     }
     for (int i = 0; i < kSteps; ++i) {
-      if (i == kMoment && k == kWarmUp) x(2) = stimulus.input;
-      if (k >= kWarmUp) answer.speed.push_back(x(0));
-      drive_train.step(x, commands.step(command));
+      left.step(command.left);
+      right.step(command.right);
       if (i + 1 < kSteps) controller.updateBelief();
     }
   }
-  return answer;
+  return answers;
 }
 
 std::vector<double> perAmplitude(std::vector<double> with, const std::vector<double>& without) {
@@ -96,11 +107,36 @@ std::vector<double> ripple(std::vector<double> samples) {
   return samples;
 }
 
-/// S(e^(i omega T)) = sum of y_k e^(-i omega T k).
-Complex transform(const std::vector<double>& samples, double angle) {
-  const Complex turn = std::polar(1.0, -angle);
-  Complex sum = 0.0;
-  for (auto y = samples.rbegin(); y != samples.rend(); ++y) sum = sum * turn + *y;
+using Frequencies = Eigen::Array<double, kFrequencies + 1, 1>;
+
+/// Frequencies up to half the rate of the samples [rad/s].
+const Frequencies& frequencies() {
+  static const Frequencies list = [] {
+    Frequencies omega;
+    for (int i = 0; i <= kFrequencies; ++i) {
+      omega(i) = kLowest * std::pow(kPi / kPeriod / kLowest, static_cast<double>(i) / kFrequencies);
+    }
+    return omega;
+  }();
+  return list;
+}
+
+/// A function of the frequencies.
+struct Spectrum {
+  Frequencies real = Frequencies::Zero(), imaginary = Frequencies::Zero();
+
+  Complex operator()(int i) const { return {real(i), imaginary(i)}; }
+};
+
+/// S(e^(i omega T)) = sum of y_k e^(-i omega T k), by Horner's scheme for all frequencies at a time.
+Spectrum transform(const std::vector<double>& samples) {
+  static const Frequencies cosine = (kPeriod * frequencies()).cos(), sine = -(kPeriod * frequencies()).sin();
+  Spectrum sum;
+  for (auto y = samples.rbegin(); y != samples.rend(); ++y) {
+    const Frequencies real = sum.real * cosine - sum.imaginary * sine + *y;
+    sum.imaginary = sum.real * sine + sum.imaginary * cosine;
+    sum.real = real;
+  }
   return sum;
 }
 
@@ -115,11 +151,12 @@ bool crosses(double a, double b, double& part) {
 void describeRobustness(const std::vector<double>& samples, LoopFigures& figures) {
   figures.peak_sensitivity = 0.0;
   figures.gain_margin = figures.delay_margin = kInfinity;
+  const Spectrum spectrum = transform(samples);
   Complex before = 0.0;
   double omega_before = 0.0, part = 0.0;
   for (int i = 0; i <= kFrequencies; ++i) {
-    const double omega = kLowest * std::pow(kPi / kPeriod / kLowest, static_cast<double>(i) / kFrequencies);
-    const Complex sensitivity = transform(samples, omega * kPeriod), loop = 1.0 / sensitivity - 1.0;
+    const double omega = frequencies()(i);
+    const Complex sensitivity = spectrum(i), loop = 1.0 / sensitivity - 1.0;
     figures.peak_sensitivity = std::max(figures.peak_sensitivity, std::abs(sensitivity));
     if (i > 0 && crosses(before.imag(), loop.imag(), part)) {
       const double real = before.real() + part * (loop.real() - before.real());
@@ -139,9 +176,26 @@ void describeRobustness(const std::vector<double>& samples, LoopFigures& figures
   }
 }
 
-double area(const std::vector<double>& errors) {
+/// Integral of the absolute error after a unit step of the motors' input, kMoment steps behind a sample. Without a
+/// command it shows in the samples as d; the loop answers the sample of each period k by its commands c after an
+/// impulse, u_k = sum of c_(k-j) d_j. @param after_impulse c.
+double iaeOf(const std::vector<double>& after_impulse, const PlantModel& robot, double radius) {
+  LinearWheel uncontrolled(robot, radius), wheel = uncontrolled;
+  std::vector<double> commands(after_impulse.size());
   double sum = 0.0;
-  for (const double error : errors) sum += DriveTrain::kStep * std::abs(error);
+  for (std::size_t k = 0; k < commands.size(); ++k) {
+    const double sample = uncontrolled.speed();
+    for (std::size_t j = k; j < commands.size(); ++j) commands[j] += after_impulse[j - k] * sample;
+    for (int i = 0; i < kSteps; ++i) {
+      if (i == kMoment && k == 0) {
+        wheel.disturb(1.0);
+        uncontrolled.disturb(1.0);
+      }
+      sum += DriveTrain::kStep * std::abs(wheel.speed());
+      wheel.step(commands[k]);
+      uncontrolled.step(0.0);
+    }
+  }
   return sum;
 }
 
@@ -153,10 +207,8 @@ PlantModel withoutLimit(PlantModel model) {
 }
 
 LoopFigures loopFigures(const ControllerMaker& make, const PlantModel& robot, const GeometryParameters& geometry) {
-  const auto answer = [&](const Stimulus& stimulus) {
-    return simulate(*make(), robot, geometry.wheel_radius, stimulus);
-  };
-  const Answer undisturbed = answer({}), after_impulse = answer({kAmplitude, 0.0});
+  const auto answers = simulate(*make(), robot, geometry.wheel_radius, kAmplitude);
+  const Answer &undisturbed = answers[0], &after_impulse = answers[1];
   const std::vector<double> samples = perAmplitude(after_impulse.samples, undisturbed.samples);
   LoopFigures figures{fades(ripple(undisturbed.samples), kNothing) && fades(samples, kNothing / kAmplitude),
                       kInfinity,
@@ -166,10 +218,11 @@ LoopFigures loopFigures(const ControllerMaker& make, const PlantModel& robot, co
                       kInfinity};
   if (!figures.stable) return figures;
   describeRobustness(samples, figures);
+  const std::vector<double> commands = perAmplitude(after_impulse.commands, undisturbed.commands);
   double power = 0.0;
-  for (const double u : perAmplitude(after_impulse.commands, undisturbed.commands)) power += u * u;
+  for (const double u : commands) power += u * u;
   figures.noise = std::sqrt(power);
-  figures.iae = area(perAmplitude(answer({0.0, kAmplitude}).speed, undisturbed.speed));
+  figures.iae = iaeOf(commands, robot, geometry.wheel_radius);
   return figures;
 }
 

@@ -131,7 +131,7 @@ class Replay {
   const std::vector<RealAlarm>& alarms() const { return watch_.alarms(); }
   std::size_t alarmed() const { return alarmed_; }                                      ///< samples
   std::optional<double> reversedGyroTold() const { return watch_.reversedGyroTold(); }  ///< when first [s]
-  const SlipBelief& slip() const { return dynamic_cast<const PredictiveController&>(loop_.controller()).slipBelief(); }
+  const SlipBelief& slip() const { return loop_.predictive()->slipBelief(); }
 
  private:
   void command(const std::optional<WheelCommand>& applied, double now) {
@@ -180,7 +180,7 @@ void judgeSlip(const RobotRecording& recording, const TurnModel& turn, RealFigur
     ours.add(block.yaw_rate - turn.yawRate(difference(block), v));
     constant.add(block.yaw_rate - xy / xx * difference(block));
   }
-  if (!recording.has_imu || ours.pieces == 0 || xx == 0.0) return;
+  if (!recording.has_imu || ours.pieces == 0 || xx == 0.0 || constant.squares == 0.0) return;
   figures.yaw_error = ours.rms();
   figures.constant_error = constant.rms();
 }

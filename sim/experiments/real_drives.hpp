@@ -43,7 +43,7 @@ struct RealFigures {
   double alarmed = 0.0;           ///< part of the samples in such a time
   /// Root mean square of the yaw rate's error over the steady pieces of held-out steps [rad/s]: with the slip that the
   /// controller had learned at the end, and with the constant track that fits the other steps best. Empty without a
-  /// gyro to learn from or without such steps.
+  /// gyro to learn from, without such steps, or where the body never turned.
   std::optional<double> yaw_error;
   std::optional<double> constant_error;  ///< see yaw_error
   std::optional<ReversedGyro> reversed;  ///< if the file's gyro is: what came of the replay with it as it is there

@@ -131,7 +131,7 @@ RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile) {
   } else {
     result.row.action_hz = std::get<DifferentialDriveParameters>(setup.drive.controller).rate;
   }
-  if (const auto* predictive = dynamic_cast<const PredictiveController*>(&drive.controller())) {
+  if (const PredictiveController* predictive = drive.predictive()) {
     describeLearned(predictive->learned().slip, predictive->variances(), setup.plant, result.row);
   }
   describeStep(profile, result.row);

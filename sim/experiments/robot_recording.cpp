@@ -25,6 +25,7 @@ constexpr double kSteady = 2.0;              // s after a command of a log until
 constexpr double kWindow = 2.0;              // s
 constexpr std::size_t kMostRows = 10000000;  // six days
 constexpr std::size_t kLongestLine = 10000;  // characters
+constexpr double kLargest = 1e10;            // of any number, larger than every date
 
 const std::vector<std::string> kSensors{"wheel_left_radps", "wheel_right_radps", "gyro_z_radps",
                                         "accel_x_mps2",     "accel_y_mps2",      "accel_z_mps2",
@@ -77,8 +78,11 @@ class Table {
     const std::string& text = fields_[column];
     char* end = nullptr;
     const double value = std::strtod(text.c_str(), &end);
-    if (!text.empty() && *end == '\0' && std::isfinite(value)) return value;
-    fail(fmt::format("{} = {}: must be a finite number", names()[column], quoted(text)));
+    if (text.empty() || end != text.c_str() + text.size() || !std::isfinite(value)) {
+      fail(fmt::format("{} = {}: must be a finite number", names()[column], quoted(text)));
+    }
+    if (std::abs(value) <= kLargest) return value;
+    fail(fmt::format("{} = {}: must be within +-{:g}", names()[column], quoted(text), kLargest));
   }
 
   int count(std::size_t column) const {
@@ -96,7 +100,7 @@ class Table {
 
   bool nextFields(std::vector<std::string>& fields) {
     std::string line;
-    if (!std::getline(file_, line)) return false;
+    if (!nextLine(line)) return false;
     ++line_;
     if (line.size() > kLongestLine) fail(fmt::format("longer than {} characters", kLongestLine));
     if (!line.empty() && line.back() == '\r') line.pop_back();
@@ -109,6 +113,13 @@ class Table {
       }
     }
     return true;
+  }
+
+  /// Like std::getline(), but no further than a character beyond the longest line.
+  bool nextLine(std::string& line) {
+    char c = 0;
+    while (line.size() <= kLongestLine && file_.get(c) && c != '\n') line += c;
+    return !line.empty() || !file_.fail();
   }
 
   std::string path_;
@@ -289,10 +300,12 @@ CommandPath steadyPath(const std::vector<SteadyBlock>& blocks) {
     fastest = std::max(fastest, magnitude(block.wheels));
     widest = std::max(widest, std::abs(difference(block.wheels)));
   }
+  constexpr double kLeast = 0.1;  // of gains and cuts
   std::vector<double> p{ratio(blocks, mean), ratio(blocks, difference), 0.95 * widest, 0.95 * fastest};
+  for (double& value : p) value = std::max(value, kLeast);  // also where the robot stood, or never turned
   nlopt::opt search(nlopt::LN_SBPLX, 4);
   search.set_min_objective(pathError, const_cast<std::vector<SteadyBlock>*>(&blocks));
-  search.set_lower_bounds({0.1, 0.1, 0.1, 0.1});
+  search.set_lower_bounds(std::vector<double>(4, kLeast));
   search.set_upper_bounds({10.0, 10.0, 2.0 * widest + 0.2, 2.0 * fastest + 0.2});
   search.set_initial_step({0.1, 0.1, 0.1 * widest + 0.01, 0.1 * fastest + 0.01});
   search.set_xtol_rel(1e-4);
@@ -348,7 +361,7 @@ std::vector<std::string> recordingsIn(const std::string& directory) {
   std::error_code error;
   for (std::filesystem::directory_iterator entry(directory, error), end; !error && entry != end;
        entry.increment(error)) {
-    if (entry->path().extension() == ".csv") paths.push_back(entry->path().string());
+    if (entry->path().extension() == ".csv" && entry->is_regular_file(error)) paths.push_back(entry->path().string());
   }
   if (error) throw ParameterError(fmt::format("data = {}: {}", quoted(directory), error.message()));
   if (paths.empty()) throw ParameterError(fmt::format("data = {}: holds no file *.csv", quoted(directory)));
@@ -358,7 +371,7 @@ std::vector<std::string> recordingsIn(const std::string& directory) {
 
 RobotRecording readRecording(const std::string& path) {
   const std::filesystem::path file(path);
-  RobotRecording recording{file.stem().string(), robotOf(file), true, false, {}};
+  RobotRecording recording{shortened(file.stem().string()), robotOf(file), true, false, {}};
   Table table(path);
   if (table.isLog()) {
     readLog(table, recording.robot, recording.samples);

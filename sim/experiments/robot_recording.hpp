@@ -37,7 +37,7 @@ struct RecordedSample {
 
 /// A recording.
 struct RobotRecording {
-  std::string name;            ///< of its file, without extension
+  std::string name;            ///< of its file, without extension and what a terminal would obey
   RecordedRobot robot;         ///< dimensions
   bool has_imu = true;         ///< false: gyro and accelerometer of the file are zero throughout
   bool gyro_reversed = false;  ///< the file's gyro has the other sign, which `samples` have right
@@ -47,10 +47,10 @@ struct RobotRecording {
 };
 
 /// Reads a recording. @throws ParameterError, one line with file, line, column and value, if the name begins with no
-/// known robot, the columns are of neither kind, a field is no finite number, or time runs back.
+/// known robot, the columns are of neither kind, a field is no finite number or beyond +-1e10, or time runs back.
 RobotRecording readRecording(const std::string& path);
 
-/// Recordings of a directory: its files *.csv by name. @throws ParameterError if there is none.
+/// Recordings of a directory: its regular files *.csv by name. @throws ParameterError if there is none.
 std::vector<std::string> recordingsIn(const std::string& directory);
 
 /// Means over a steady piece of kLength samples.

@@ -19,6 +19,15 @@ namespace {
 constexpr double kContactStiffness = 2.0e5;  // N/m
 constexpr double kContactDamping = 2.0e3;    // N s/m
 
+/// That spring in a step [s], as ODE takes it.
+struct Spring {
+  explicit Spring(double step)
+      : correction(step * kContactStiffness / (step * kContactStiffness + kContactDamping)),
+        softness(1.0 / (step * kContactStiffness + kContactDamping)) {}
+
+  double correction, softness;
+};
+
 /// How somebody lifts the robot: upwards, to this height, turning it.
 constexpr double kLiftSpeed = 0.3;   // m/s
 constexpr double kLiftHeight = 0.3;  // m
@@ -27,23 +36,13 @@ constexpr double kLiftTurn = 0.8;    // rad/s
 /// A contact point slower than this sticks [m/s].
 constexpr double kStickSpeed = 1e-4;
 
-/// Bounds of a sliding contact of a wheel that touches two surfaces, by Coulomb's magnitude, which its viscous friction
-/// has. Of two such contacts the forces along the axle are nearly the same unknown; with both at their bounds as a rule
-/// the solver would find no way from one to the other ("LCP internal error") and leave out what comes after them.
-constexpr double kOneOfTwo = 1.5;
-
-/// A force below this share of its bound is far from it: it is solved for without the bound, and with it if it goes
-/// beyond.
-constexpr double kFarFromBound = 0.95;
-
-/// Steps with all bounds after one that was not kept: wheels that slide and stick by turns miss them again and again.
-constexpr int kStepsWithBounds = 30;
-
-/// By which a force at its bound may seem to exceed it.
-constexpr double kRounding = 1e-6;
-
 /// What of a normal force on tilted ground is rounding [N]: its share of the friction would break the solver.
 constexpr double kSlightestForce = 1e-9;
+
+/// Bounds of a sliding contact of a wheel that touches two surfaces, by Coulomb's magnitude, which its viscous friction
+/// has. Of two such contacts that lie close together the forces are nearly the same unknowns; with both at their bounds
+/// as a rule ODE would find no way from one to the other ("LCP internal error") and leave out what comes after them.
+constexpr double kOneOfTwo = 1.5;
 
 std::atomic<long> unsolved_steps{0};
 
@@ -71,26 +70,54 @@ dThreadingImplementationID createThreading() {
 
 Eigen::Vector3d vectorOf(const dReal* v) { return {v[0], v[1], v[2]}; }
 
-/// Motion of a body, to be given back to it.
-struct BodyState {
-  std::array<dReal, 3> position, velocity, angular_velocity;
-  std::array<dReal, 4> orientation;
-};
-
-BodyState stateOf(dBodyID body) {
-  BodyState state;
-  std::copy_n(dBodyGetPosition(body), 3, state.position.begin());
-  std::copy_n(dBodyGetLinearVel(body), 3, state.velocity.begin());
-  std::copy_n(dBodyGetAngularVel(body), 3, state.angular_velocity.begin());
-  std::copy_n(dBodyGetQuaternion(body), 4, state.orientation.begin());
-  return state;
+Twist velocityOf(dBodyID body) {
+  Twist velocity;
+  velocity << vectorOf(dBodyGetLinearVel(body)), vectorOf(dBodyGetAngularVel(body));
+  return velocity;
 }
 
-void restore(dBodyID body, const BodyState& state) {
-  dBodySetPosition(body, state.position[0], state.position[1], state.position[2]);
-  dBodySetQuaternion(body, state.orientation.data());
-  dBodySetLinearVel(body, state.velocity[0], state.velocity[1], state.velocity[2]);
-  dBodySetAngularVel(body, state.angular_velocity[0], state.angular_velocity[1], state.angular_velocity[2]);
+Eigen::Matrix3d rotationOf(dBodyID body) {
+  const dReal* r = dBodyGetRotation(body);  // rows of four
+  Eigen::Matrix3d rotation;
+  rotation << r[0], r[1], r[2], r[4], r[5], r[6], r[8], r[9], r[10];
+  return rotation;
+}
+
+Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& a) {
+  Eigen::Matrix3d matrix;
+  matrix << 0.0, -a.z(), a.y(), a.z(), 0.0, -a.x(), -a.y(), a.x(), 0.0;
+  return matrix;
+}
+
+/// A body on which a force [N] at its centre of mass and a torque [N m] act for a step, as ODE takes it.
+SteppedBody steppedBody(const RigidBody& source, const Eigen::Matrix3d& inverse_inertia, dBodyID body,
+                        const Eigen::Vector3d& force, const Eigen::Vector3d& torque, double step) {
+  const Eigen::Matrix3d rotation = rotationOf(body);
+  const auto turned = [&rotation](const Eigen::Matrix3d& tensor) -> Eigen::Matrix3d {
+    return rotation * tensor * rotation.transpose();
+  };
+  SteppedBody stepped{source.mass, turned(source.inertia), turned(inverse_inertia), velocityOf(body)};
+  const Eigen::Vector3d momentum = stepped.inertia * stepped.velocity.tail<3>();
+  // I ω⁺ = I ω + h (L × ω⁺ + τ), the gyroscopic part implicitly
+  stepped.velocity.head<3>() += step / source.mass * force;
+  stepped.velocity.tail<3>() =
+      (stepped.inertia - step * crossMatrix(momentum)).inverse() * momentum + step * (stepped.inverse_inertia * torque);
+  return stepped;
+}
+
+/// Moves a body by a step with the velocity at its end.
+void move(dBodyID body, const Twist& velocity, double step) {
+  dBodySetLinearVel(body, velocity(0), velocity(1), velocity(2));
+  dBodySetAngularVel(body, velocity(3), velocity(4), velocity(5));
+  const Eigen::Vector3d position = vectorOf(dBodyGetPosition(body)) + step * velocity.head<3>();
+  dBodySetPosition(body, position.x(), position.y(), position.z());
+  const dReal* q = dBodyGetQuaternion(body);
+  const Eigen::Quaterniond now(q[0], q[1], q[2], q[3]);
+  // q ← q + h/2 ω q, which ODE normalises
+  const Eigen::Quaterniond rate = Eigen::Quaterniond(0.0, velocity(3), velocity(4), velocity(5)) * now;
+  const Eigen::Vector4d next = now.coeffs() + 0.5 * step * rate.coeffs();
+  const dQuaternion orientation = {next(3), next(0), next(1), next(2)};
+  dBodySetQuaternion(body, orientation);
 }
 
 Eigen::Quaterniond orientationOf(dBodyID body) {
@@ -135,14 +162,18 @@ OdeWorld::OdeWorld(const RobotModel& model, const WorldParameters& parameters)
       torque_limit_(parameters.torque_limit),
       stiffness_(parameters.stiffness),
       fixed_chassis_(parameters.fixed_chassis),
+      ode_solver_(parameters.ode_solver),
       threading_(createThreading()),
       world_(dWorldCreate()),
       contact_group_(dJointGroupCreate(0)) {
   dWorldSetStepThreadingImplementation(world_.get(), dThreadingImplementationGetFunctions(threading_.get()),
                                        threading_.get());
   dWorldSetGravity(world_.get(), gravity_.x(), gravity_.y(), gravity_.z());
+  solver_ = StepSolver(dWorldGetCFM(world_.get()));
   createChassis(model);
   for (std::size_t i = 0; i < wheels_.size(); ++i) createWheel(model, i);
+  bodies_ = {model.chassis, model.wheels[0].body, model.wheels[1].body, model.wheels[2].body, model.wheels[3].body};
+  for (std::size_t i = 0; i < bodies_.size(); ++i) inverse_inertia_[i] = bodies_[i].inertia.inverse();
   setInEquilibrium(model);
 }
 
@@ -157,6 +188,7 @@ void OdeWorld::createWheel(const RobotModel& model, std::size_t index) {
   const WheelModel& wheel = model.wheels[index];
   radius_[index] = wheel.radius;
   hub_in_wheel_[index] = wheel.hub - wheel.body.centre;
+  hub_in_chassis_[index] = wheel.hub - model.chassis.centre;
   wheels_[index] = createBody(world_.get(), wheel.body);
   dJointID hinge = dJointCreateHinge(world_.get(), nullptr);
   dJointAttach(hinge, wheels_[index], chassis_);
@@ -164,6 +196,7 @@ void OdeWorld::createWheel(const RobotModel& model, std::size_t index) {
   dJointSetHingeAxis(hinge, 0.0, 1.0, 0.0);
   // w + c tau = reference: a motor of constraint force mixing c is a proportional controller of gain 1/c.
   if (stiffness_ > 0.0) dJointSetHingeParam(hinge, dParamCFM, 1.0 / stiffness_);
+  dJointSetHingeParam(hinge, dParamFMax, torque_limit_);
   dJointSetFeedback(hinge, &hinge_feedback_[index]);
   hinges_[index] = hinge;
 }
@@ -220,53 +253,111 @@ void OdeWorld::carry() {
   dBodySetAngularVel(chassis_, 0.0, 0.0, lifted_ ? kLiftTurn : 0.0);
 }
 
-/// The solver takes all unbounded forces in one factorisation and every bounded one in a step of its own. Without a
-/// bound that it keeps, a solution is the same, so that bounds that are far are left out until one is not
-/// kept.
 void OdeWorld::step(double step) {
   initialiseOde();
   if (carried_) carry();
-  const std::array<dBodyID, 5> bodies{chassis_, wheels_[0], wheels_[1], wheels_[2], wheels_[3]};
-  std::array<BodyState, 5> before;
-  std::transform(bodies.begin(), bodies.end(), before.begin(), stateOf);
-  const bool far = bounded_steps_ == 0;
-  if (!far) --bounded_steps_;
-  if (!solve(step, far ? kFarFromBound : 0.0) && far) {
-    bounded_steps_ = kStepsWithBounds;
-    for (std::size_t i = 0; i < bodies.size(); ++i) restore(bodies[i], before[i]);
-    solve(step, 0.0);
-  }
+  const Twist before = velocityOf(chassis_);
+  for (std::size_t i = 0; i < wheels_.size() && !fixed_chassis_; ++i) touch(i);
+  if (!solve(step)) solveByOde(step);
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     updateContact(i, contacts_[i]);
     updateContact(i, kerb_contacts_[i]);
   }
-  acceleration_ = (vectorOf(dBodyGetLinearVel(chassis_)) - vectorOf(before[0].velocity.data())) / step;
-  angular_acceleration_ = (vectorOf(dBodyGetAngularVel(chassis_)) - vectorOf(before[0].angular_velocity.data())) / step;
+  const Twist acceleration = (velocityOf(chassis_) - before) / step;
+  acceleration_ = acceleration.head<3>();
+  angular_acceleration_ = acceleration.tail<3>();
 }
 
-bool OdeWorld::solve(double step, double far) {
+bool OdeWorld::solve(double step) {
+  if (ode_solver_) return false;
+  for (std::size_t i = 0; i < wheels_.size(); ++i) {
+    if (contacts_[i].touching && kerb_contacts_[i].touching) return false;
+  }
+  const Eigen::Matrix3d rotation = rotationOf(chassis_);
+  SteppedBody chassis{0.0, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(), velocityOf(chassis_)};
+  if (dBodyIsKinematic(chassis_) == 0) {
+    chassis =
+        steppedBody(bodies_[0], inverse_inertia_[0], chassis_, bodies_[0].mass * gravity_ + rotation * push_force_,
+                    rotation * Eigen::Vector3d(0.0, 0.0, push_torque_), step);
+  }
+  std::array<SteppedWheel, 4> wheels;
+  for (std::size_t i = 0; i < wheels_.size(); ++i) wheels[i] = steppedWheel(i, step);
+  if (!solver_.solve(chassis, wheels, step)) return false;
+  move(chassis_, solver_.chassis(), step);
+  for (std::size_t i = 0; i < wheels_.size(); ++i) {
+    move(wheels_[i], solver_.wheel(i), step);
+    torque_[i] = solver_.force(i, 0);
+    Contact& contact = kerb_contacts_[i].touching ? kerb_contacts_[i] : contacts_[i];
+    contact.force = solver_.force(i, 1) * contact.normal + solver_.force(i, 2) * contact.rolling +
+                    solver_.force(i, 3) * contact.lateral();
+  }
+  return true;
+}
+
+/// Rows as ODE's hinge and contact make them.
+SteppedWheel OdeWorld::steppedWheel(std::size_t index, double step) const {
+  const dBodyID body = wheels_[index];
+  const Eigen::Matrix3d rotation = rotationOf(body), chassis = rotationOf(chassis_);
+  const Eigen::Vector3d centre = vectorOf(dBodyGetPosition(body)), axle = rotation.col(1);
+  SteppedWheel wheel;
+  wheel.body = steppedBody(bodies_[index + 1], inverse_inertia_[index + 1], body, bodies_[index + 1].mass * gravity_,
+                           Eigen::Vector3d::Zero(), step);
+  wheel.hinge_in_wheel = rotation * hub_in_wheel_[index];
+  wheel.hinge_in_chassis = chassis * hub_in_chassis_[index];
+  wheel.across = {rotation.col(0), rotation.col(2)};
+  const double correction = dWorldGetERP(world_.get()) / step;
+  const Eigen::Vector3d apart =
+      vectorOf(dBodyGetPosition(chassis_)) + wheel.hinge_in_chassis - centre - wheel.hinge_in_wheel;
+  const Eigen::Vector3d askew = axle.cross(chassis.col(1));
+  wheel.target << correction * apart, correction * askew.dot(wheel.across[0]), correction * askew.dot(wheel.across[1]);
+
+  StepRow& motor = wheel.rows[0];
+  motor.of_wheel.tail<3>() = axle;
+  motor.of_chassis.tail<3>() = -axle;
+  motor.target = dJointGetHingeParam(hinges_[index], dParamVel);
+  motor.softness = stiffness_ > 0.0 ? 1.0 / stiffness_ : dWorldGetCFM(world_.get());
+  motor.high = torque_limit_;
+  motor.low = -torque_limit_;
+
+  const Contact& contact = kerb_contacts_[index].touching ? kerb_contacts_[index] : contacts_[index];
+  if (!contact.touching) return wheel;
+  const Eigen::Vector3d arm = contact.point - centre;
+  const auto row = [&](const Eigen::Vector3d& direction, double target, double softness, double low, double high) {
+    StepRow along;
+    along.of_wheel << direction, arm.cross(direction);
+    along.target = target;
+    along.softness = softness;
+    along.low = low;
+    along.high = high;
+    return along;
+  };
+  const Spring spring(step);
+  const double slip = contact.slip > 0.0 ? contact.slip : dWorldGetCFM(world_.get());
+  wheel.rows[1] = row(contact.normal, spring.correction / step * contact.depth, spring.softness, 0.0, dInfinity);
+  wheel.rows[2] = row(contact.rolling, 0.0, slip, -contact.limit, contact.limit);
+  wheel.rows[3] = row(contact.lateral(), 0.0, slip, -contact.limit, contact.limit);
+  return wheel;
+}
+
+void OdeWorld::solveByOde(double step) {
   if (push_torque_ != 0.0) dBodyAddRelTorque(chassis_, 0.0, 0.0, push_torque_);
   if (!push_force_.isZero(0.0)) dBodyAddRelForce(chassis_, push_force_.x(), push_force_.y(), push_force_.z());
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
-    const bool bounded = !(std::abs(wheelTorque(i)) < far * torque_limit_);
-    dJointSetHingeParam(hinges_[i], dParamFMax, bounded ? torque_limit_ : dInfinity);
-    if (!fixed_chassis_) createContacts(i, step, far);
+    createContact(i, contacts_[i], step);
+    createContact(i, kerb_contacts_[i], step);
   }
   dWorldStep(world_.get(), step);
   dJointGroupEmpty(contact_group_.get());
-  bool kept = true;
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
-    kept = kept && std::abs(wheelTorque(i)) <= (1.0 + kRounding) * torque_limit_ && keepsBounds(contacts_[i]) &&
-           keepsBounds(kerb_contacts_[i]);
+    contacts_[i].force = vectorOf(contacts_[i].feedback.f1);
+    kerb_contacts_[i].force = vectorOf(kerb_contacts_[i].feedback.f1);
+    // The feedback torque is about the wheel's centre of mass; the motor acts about the axle.
+    const Eigen::Vector3d hub = rotationOf(wheels_[i]) * hub_in_wheel_[i];
+    dReal axle[4];
+    dJointGetHingeAxis(hinges_[i], axle);
+    const dJointFeedback& feedback = hinge_feedback_[i];
+    torque_[i] = vectorOf(axle).dot(vectorOf(feedback.t1) - hub.cross(vectorOf(feedback.f1)));
   }
-  return kept;
-}
-
-bool OdeWorld::keepsBounds(const Contact& contact) {
-  if (!contact.touching) return true;
-  const Eigen::Vector3d force = vectorOf(contact.feedback.f1);
-  const double largest = std::max(std::abs(force.dot(contact.rolling)), std::abs(force.dot(contact.lateral())));
-  return largest <= (1.0 + kRounding) * contact.limit;
 }
 
 /// ODE's friction is a box, by dContactApprox1 scaled with the normal force that would act without friction; here its
@@ -274,52 +365,55 @@ bool OdeWorld::keepsBounds(const Contact& contact) {
 /// contact point slides at speed s, viscous friction of coefficient mu N / s, taken from the last step, has the Coulomb
 /// magnitude mu N and opposes the slip in every direction; the solver applies it implicitly, so that it does not
 /// chatter. While the point sticks, friction is a rigid constraint within the pyramid.
-void OdeWorld::createContact(std::size_t index, Contact& last, const TouchPoint& touch, double step, double far,
-                             bool one_of_two) {
-  const Eigen::Vector3d force = vectorOf(last.feedback.f1);
-  const double rolling_force = force.dot(last.rolling), lateral_force = force.dot(last.lateral());
-  last.touching = touch.depth >= 0.0;
-  if (!last.touching) return;
-
-  dContact contact{};
-  dReal axle[4];
-  dJointGetHingeAxis(hinges_[index], axle);
-  last.normal = touch.normal;
-  last.friction = friction_ * terrain_.frictionShare(touch.point.x(), touch.point.y());
-  last.rolling = vectorOf(axle).cross(touch.normal).normalized();
-  const double spring = step * kContactStiffness;
-  contact.surface.mode = dContactFDir1 | dContactMu2 | dContactSoftERP | dContactSoftCFM;
-  contact.surface.soft_erp = spring / (spring + kContactDamping);
-  contact.surface.soft_cfm = 1.0 / (spring + kContactDamping);
-  const double coulomb = last.friction * last.normal_force;
-  const bool slides = !last.sticking && coulomb > 0.0;
-  const double limit = last.limit = slides && one_of_two ? kOneOfTwo * coulomb : coulomb;
-  contact.surface.mu = std::abs(rolling_force) < far * limit ? dInfinity : limit;
-  contact.surface.mu2 = std::abs(lateral_force) < far * limit ? dInfinity : limit;
-  if (slides) {
-    contact.surface.mode |= dContactSlip1 | dContactSlip2;
-    contact.surface.slip1 = contact.surface.slip2 = std::max(last.slip_speed, kStickSpeed) / coulomb;
-  }
-  std::copy_n(last.rolling.data(), 3, contact.fdir1);
-  std::copy_n(touch.point.data(), 3, contact.geom.pos);
-  std::copy_n(touch.normal.data(), 3, contact.geom.normal);
-  contact.geom.depth = touch.depth;
-  dJointID joint = dJointCreateContact(world_.get(), contact_group_.get(), &contact);
-  dJointAttach(joint, wheels_[index], nullptr);
-  dJointSetFeedback(joint, &last.feedback);
+void OdeWorld::touch(std::size_t index, Contact& contact, const TouchPoint& touch) const {
+  contact.touching = touch.depth >= 0.0;
+  if (!contact.touching) return;
+  contact.point = touch.point;
+  contact.depth = touch.depth;
+  contact.normal = touch.normal;
+  contact.friction = friction_ * terrain_.frictionShare(touch.point.x(), touch.point.y());
+  contact.rolling = rotationOf(wheels_[index]).col(1).cross(touch.normal).normalized();
+  contact.limit = contact.friction * contact.normal_force;
+  const bool slides = !contact.sticking && contact.limit > 0.0;
+  contact.slip = slides ? std::max(contact.slip_speed, kStickSpeed) / contact.limit : 0.0;
 }
 
-void OdeWorld::createContacts(std::size_t index, double step, double far) {
+void OdeWorld::touch(std::size_t index) {
   const Eigen::Vector3d hub =
-      vectorOf(dBodyGetPosition(wheels_[index])) + orientationOf(wheels_[index]) * hub_in_wheel_[index];
+      vectorOf(dBodyGetPosition(wheels_[index])) + rotationOf(wheels_[index]) * hub_in_wheel_[index];
   const double radius = radius_[index];
   const Surface ground = terrain_.surface(hub.x(), hub.y());
   const double depth = radius - (hub.z() - ground.height) * ground.normal.z();
+  touch(index, contacts_[index], {hub - radius * ground.normal, ground.normal, depth});
   const auto kerb = terrain_.kerb(hub, radius);
-  const bool two = kerb.has_value();
-  createContact(index, contacts_[index], {hub - radius * ground.normal, ground.normal, depth}, step, far, two);
   kerb_contacts_[index].touching = false;
-  if (kerb) createContact(index, kerb_contacts_[index], *kerb, step, far, two);
+  if (!kerb) return;
+  touch(index, kerb_contacts_[index], *kerb);
+  if (!contacts_[index].touching || !kerb_contacts_[index].touching) return;
+  for (Contact* contact : {&contacts_[index], &kerb_contacts_[index]}) {
+    if (contact->slip > 0.0) contact->limit *= kOneOfTwo;
+  }
+}
+
+void OdeWorld::createContact(std::size_t index, Contact& last, double step) {
+  if (!last.touching) return;
+  dContact contact{};
+  contact.surface.mode = dContactFDir1 | dContactSoftERP | dContactSoftCFM;
+  const Spring spring(step);
+  contact.surface.soft_erp = spring.correction;
+  contact.surface.soft_cfm = spring.softness;
+  contact.surface.mu = last.limit;
+  if (last.slip > 0.0) {
+    contact.surface.mode |= dContactSlip1 | dContactSlip2;
+    contact.surface.slip1 = contact.surface.slip2 = last.slip;
+  }
+  std::copy_n(last.rolling.data(), 3, contact.fdir1);
+  std::copy_n(last.point.data(), 3, contact.geom.pos);
+  std::copy_n(last.normal.data(), 3, contact.geom.normal);
+  contact.geom.depth = last.depth;
+  dJointID joint = dJointCreateContact(world_.get(), contact_group_.get(), &contact);
+  dJointAttach(joint, wheels_[index], nullptr);
+  dJointSetFeedback(joint, &last.feedback);
 }
 
 void OdeWorld::updateContact(std::size_t index, Contact& contact) {
@@ -331,7 +425,7 @@ void OdeWorld::updateContact(std::size_t index, Contact& contact) {
   const auto along = [&contact](const Eigen::Vector3d& v) {
     return Eigen::Vector3d(v - contact.normal * contact.normal.dot(v)).norm();
   };
-  const Eigen::Vector3d force = vectorOf(contact.feedback.f1);
+  const Eigen::Vector3d& force = contact.force;
   const Eigen::Vector3d hub = orientationOf(wheels_[index]) * hub_in_wheel_[index];
   const Eigen::Vector3d arm = hub - radius_[index] * contact.normal;
   const Eigen::Vector3d slip =
@@ -349,13 +443,6 @@ ChassisState OdeWorld::chassis() const {
 
 double OdeWorld::wheelSpeed(std::size_t wheel) const { return dJointGetHingeAngleRate(hinges_[wheel]); }
 
-double OdeWorld::wheelTorque(std::size_t wheel) const {
-  const dJointFeedback& feedback = hinge_feedback_[wheel];
-  dReal axle[4];
-  dJointGetHingeAxis(hinges_[wheel], axle);
-  const Eigen::Vector3d hub = orientationOf(wheels_[wheel]) * hub_in_wheel_[wheel];
-  // The feedback torque is about the wheel's centre of mass; the motor acts about the axle.
-  return vectorOf(axle).dot(vectorOf(feedback.t1) - hub.cross(vectorOf(feedback.f1)));
-}
+double OdeWorld::wheelTorque(std::size_t wheel) const { return torque_[wheel]; }
 
 }  // namespace jackal_aic::sim

@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "robot_model.hpp"
+#include "step_solver.hpp"
 #include "terrain.hpp"
 #include "world.hpp"
 
@@ -23,6 +24,7 @@ struct WorldParameters {
   double torque_limit = 20.0;  ///< of each wheel's motor [N m]
   double stiffness = 0.0;      ///< of each wheel's motor, torque per error of its speed [N m s/rad]; 0: rigid
   TerrainParameters terrain;   ///< what the ground has beside its inclination
+  bool ode_solver = false;     ///< every step by ODE's own solver, which comes to the same, more slowly
 };
 
 /// Chassis and four wheels on hinges with velocity motors, on the ground.
@@ -33,6 +35,9 @@ struct WorldParameters {
 /// is isotropic Coulomb friction, as slip in a turn depends on it: rolling and lateral friction share the limit mu N,
 /// so that a skidding tyre gives way lengthwise too (a friction pyramid would let it hold, and the robot turn as if it
 /// did not skid). The chassis itself touches nothing.
+///
+/// ODE keeps the bodies and has the equations of a step; StepSolver solves them, and ODE itself those of a step in
+/// which a wheel touches ground and kerb at a time.
 class OdeWorld : public World {
  public:
   /// Builds the robot at rest, its wheels in static equilibrium with the ground, base_link above the ground frame's
@@ -50,7 +55,6 @@ class OdeWorld : public World {
 
   /// Steps of this process, of any world, in which ODE did not find all contact forces and left some out.
   static long unsolvedSteps();
-
   ChassisState chassis() const override;
   double wheelSpeed(std::size_t wheel) const override;
   double wheelTorque(std::size_t wheel) const override;
@@ -75,7 +79,11 @@ class OdeWorld : public World {
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   ///< of the surface
     Eigen::Vector3d rolling = Eigen::Vector3d::UnitX();  ///< direction in which the wheel rolls
     double friction = 0.0;                               ///< Coulomb coefficient of the place
-    double limit = 0.0;                                  ///< of the solver, for each direction of the friction [N]
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();     ///< in which they touch [m]
+    double depth = 0.0;                                  ///< by which the wheel would be in the ground [m]
+    double limit = 0.0;                                  ///< of the friction, in each direction [N]
+    double slip = 0.0;                                   ///< slip speed per friction [m/(N s)]; 0 sticks
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();     ///< on the wheel [N]
     bool sticking = true;
     double normal_force = 0.0;  ///< [N]
     double slip_speed = 0.0;    ///< of the contact point over the ground [m/s]
@@ -88,13 +96,14 @@ class OdeWorld : public World {
   void createWheel(const RobotModel& model, std::size_t index);
   void setInEquilibrium(const RobotModel& model);
   void carry();
-  /// Moves the bodies on. @param far share of its bound below which a force of the last step is solved for without it.
-  /// @returns whether the solution keeps all bounds.
-  bool solve(double step, double far);
-  void createContacts(std::size_t index, double step, double far);
-  void createContact(std::size_t index, Contact& contact, const TouchPoint& touch, double step, double far,
-                     bool one_of_two);
-  static bool keepsBounds(const Contact& contact);
+  /// Moves the bodies on by a step [s]. @returns false if it cannot, and they are where they were.
+  bool solve(double step);
+  SteppedWheel steppedWheel(std::size_t index, double step) const;
+  /// Likewise, whatever touches.
+  void solveByOde(double step);
+  void createContact(std::size_t index, Contact& contact, double step);
+  void touch(std::size_t index);
+  void touch(std::size_t index, Contact& contact, const TouchPoint& touch) const;
   void updateContact(std::size_t index, Contact& contact);
 
   Eigen::Vector3d gravity_;
@@ -103,7 +112,7 @@ class OdeWorld : public World {
   double torque_limit_;
   double stiffness_;
   bool fixed_chassis_;
-  int bounded_steps_ = 0;                                        // that are still to be solved with all bounds
+  bool ode_solver_;
   Handle<dThreadingImplementationID, FreeThreading> threading_;  ///< the world's own: ODE's default one is shared
   Handle<dWorldID, DestroyWorld> world_;
   Handle<dJointGroupID, DestroyGroup> contact_group_;
@@ -118,6 +127,11 @@ class OdeWorld : public World {
   std::array<double, 4> radius_{};
   std::array<Eigen::Vector3d, 4>
       hub_in_wheel_{};  ///< joint origin relative to the wheel's centre of mass, in the wheel [m]
+  std::array<Eigen::Vector3d, 4> hub_in_chassis_{};  ///< likewise of the chassis
+  std::array<RigidBody, 5> bodies_;                  ///< chassis and wheels
+  std::array<Eigen::Matrix3d, 5> inverse_inertia_;   ///< of these
+  StepSolver solver_{0.0};
+  std::array<double, 4> torque_{};  ///< of the motors in the last step [N m]
   std::array<dBodyID, 4> wheels_{};
   std::array<dJointID, 4> hinges_{};
   std::array<dJointFeedback, 4> hinge_feedback_{};

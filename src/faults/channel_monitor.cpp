@@ -38,7 +38,7 @@ void Persistence::reset() {
   state_ = ChannelState::ok;
 }
 
-bool RepetitionTest::update(double value, bool expected, double resolution, double explained) {
+bool RepetitionTest::update(double value, bool expected, double resolution, double explained, double share) {
   const bool repeats = has_last_ && value == last_;
   const double change = has_last_ ? value - last_ : 0.0;
   last_ = value;
@@ -48,9 +48,10 @@ bool RepetitionTest::update(double value, bool expected, double resolution, doub
   if (!repeats) learnChange(change, explained);
   if (expected || !repeats) return false;
   const int run = run_++;
-  if (!carriesNoise(resolution)) return false;
+  const double noise = share * usual_change_;
+  if (!carriesNoise(noise, resolution)) return false;
   constexpr double kPriorSamples = 50.0;
-  chance_ *= (repeats_ + run + kPriorSamples * expectedChance()) / (noisy_ + repeats_ + run + kPriorSamples);
+  chance_ *= (repeats_ + run + kPriorSamples * expectedChance(noise)) / (noisy_ + repeats_ + run + kPriorSamples);
   return repeatsForLong() && chance_ < kChance;
 }
 
@@ -85,25 +86,27 @@ void RepetitionTest::countNoise(double size) {
   constexpr double kChangesAveraged = 10.0;
   constexpr double kMemory = 3000.0;  // samples, a minute at 50 Hz
   noisy_ += 1.0;
-  usual_change_ += (size - usual_change_) / std::min(noisy_, kChangesAveraged);
+  const double weight = 1.0 / std::min(noisy_, kChangesAveraged);
+  usual_change_ += weight * (size - usual_change_);
+  noisy_value_ += weight * (std::abs(last_) - noisy_value_);
   if (noisy_ + repeats_ < kMemory) return;
   noisy_ *= 0.5;
   repeats_ *= 0.5;
 }
 
-bool RepetitionTest::carriesNoise(double resolution) const {
+bool RepetitionTest::carriesNoise(double noise, double resolution) const {
   constexpr double kFine = 2.0;    // steps of the resolution that the noise passes from sample to sample
   constexpr double kCoarse = 1.5;  // ... of a noise that is known by
   constexpr double kMany = 25.0;   // samples
   constexpr double kEnough = 5.0;  // samples of noise to know how large it is
   constexpr double kRare = 2.0;    // repetitions by samples of noise, above which these are shoves of the ground
   const double steps = noisy_ < kMany ? kFine : kCoarse;
-  return noisy_ >= kEnough && repeats_ < kRare * noisy_ && usual_change_ > std::max(resolution, steps * quantum_);
+  return noisy_ >= kEnough && repeats_ < kRare * noisy_ && noise > std::max(resolution, steps * quantum_);
 }
 
-double RepetitionTest::expectedChance() const {
+double RepetitionTest::expectedChance(double noise) const {
   constexpr double kGaussian = 0.5;  // above 0.34, of the mean change
-  return kGaussian * quantum_ / usual_change_;
+  return kGaussian * quantum_ / noise;
 }
 
 void SampleHold::update(double value, double least, double step) {

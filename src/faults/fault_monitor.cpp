@@ -346,6 +346,7 @@ void FaultMonitor::checkTraction(const Observation& observation, double step) {
     traction_.reset(wheels);
   } else {
     const double yaw_rate = observation.valid.yaw_rate ? observation.yaw_rate : 0.0;
+    traction_.setWheelsHold(std::max(left_.longestHold(), right_.longestHold()));
     traction_.correct(wheels, observation.acceleration_x, parameters_.accelerometer_variance, yaw_rate, step);
   }
   report_.stuck = traction_.traction() == Traction::stands;

@@ -256,10 +256,19 @@ void WheelMonitor::compare(double measurement, double step) {
   distance_ = std::sqrt(learned_.squaredDistance(error_, variance())) / bound_;
   frozen_ = isFrozen(measurement, step);
   suspect_ = distance_ > 1.0 || frozen_;
-  const bool waits = measurement == measured_ && hold_.held() <= hold_.longest();
+  waits_ = measurement == measured_ && hold_.held() <= hold_.longest();
   const double least = hold_.longest() > 0.0 ? std::min(least_progress_, kSlowestRamp) : least_progress_;
-  recovering_ = (waits ? recovering_ : progress > least * since_renewed) || comesBack(measurement, step);
+  recovering_ =
+      (waits_ ? recovering_ : progress > least * since_renewed) || comesBack(measurement, step) || isAhead(measurement);
   measured_ = measurement;
+}
+
+/// A wheel that turns, beyond its prediction on the way to the speed commanded, follows its command: its motor is
+/// stronger than its model, or answers sooner.
+bool WheelMonitor::isAhead(double measurement) const {
+  if (!suspect_ || frozen_ || std::abs(measurement) < kRestSpeed) return false;
+  const double commanded = reachable_.commanded();
+  return error_ > 0.0 ? measurement <= commanded : measurement >= commanded;
 }
 
 /// Weak motors bring a wheel back slowly: from where it was farthest off it has to come nearer step by step.
@@ -285,7 +294,9 @@ bool WheelMonitor::isFrozen(double measurement, double step) {
   // Of a wheel that is under way, even to and fro is not noise; a controller that answers noise moves it by less.
   const double explained =
       std::max(std::abs(belief_.speed() - last_speed_), kUnderWay * (reachable_.high() - reachable_.low()));
-  const bool silent = repetition_.update(measurement, may_rest, kResolution, explained);
+  // What gear and motor add to the speed grows with it: noise of fast driving is none to be missed in slow.
+  const double share = std::min(1.0, std::abs(measurement) / std::max(repetition_.noisyValue(), kRestSpeed));
+  const bool silent = repetition_.update(measurement, may_rest, kResolution, explained, share);
   // Of an encoder that has not told its resolution yet, the coarsest is assumed.
   const double quantum = repetition_.quantum() > 0.0 ? std::min(repetition_.quantum(), kCoarsestStep) : kCoarsestStep;
   const double least =
@@ -314,7 +325,8 @@ void WheelMonitor::forgive() {
 }
 
 void WheelMonitor::conclude(double measurement, double step) {
-  persistence_.update(suspect_, std::abs(belief_.speed()) > kRestSpeed, step);
+  // A value that the encoder holds is one measurement, however often it is published.
+  if (!(suspect_ && waits_)) persistence_.update(suspect_, std::abs(belief_.speed()) > kRestSpeed, step);
   if (frozen_) persistence_.declareFaulty();
   last_speed_ = belief_.speed();
   if (state() != ChannelState::ok) return;

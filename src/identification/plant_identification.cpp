@@ -418,21 +418,56 @@ class YawAt {
   std::size_t next_ = 0;  // first sample at the time or behind it
 };
 
+/// What a gyro reads of a robot that does not turn.
+struct GyroBias {
+  double value = 0.0;     ///< [rad/s]
+  double variance = 0.0;  ///< of it [(rad/s)^2]
+};
+
+/// Yaw rate of a robot whose wheels stand still, by a straight line through those of wheels that hardly turn: a slow
+/// turn among them is none of the gyro's.
+GyroBias gyroBias(const DriveRecording& recording) {
+  constexpr double kHardly = 0.2;    // rad/s
+  constexpr double kUnknown = 0.02;  // rad/s, standard deviation of a bias that no rest tells
+  double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0, syy = 0.0;
+  std::size_t k = 0;
+  for (const auto& sample : recording.yaw) {
+    while (k + 1 < recording.wheels.size() && recording.wheels[k + 1].time <= sample.time + 1e-6) ++k;
+    const WheelCommand& speed = recording.wheels[k].speed;
+    if (speed.vector().cwiseAbs().maxCoeff() > kHardly) continue;
+    const double x = speed.right - speed.left;
+    n += 1.0;
+    sx += x;
+    sy += sample.yaw_rate;
+    sxx += x * x;
+    sxy += x * sample.yaw_rate;
+    syy += sample.yaw_rate * sample.yaw_rate;
+  }
+  if (n < kLeastTurnSamples) return {0.0, kUnknown * kUnknown};
+  const double spread = n * sxx - sx * sx;
+  const double slope = spread > 0.0 ? (n * sxy - sx * sy) / spread : 0.0;
+  const double bias = (sy - slope * sx) / n;
+  const double squares = std::max(0.0, syy - bias * sy - slope * sxy);  // of the residuals
+  return {bias, squares / (n - 2.0) * (spread > 0.0 ? sxx / spread : 1.0 / n)};
+}
+
 /// Effective track of one turn direction by least squares of yaw = r alpha (omega_R - omega_L) / b.
 /// @param rolling_radius r alpha [m].
-Estimate effectiveTrack(const DriveRecording& recording, double rolling_radius, double gyro_bias, double direction) {
+Estimate effectiveTrack(const DriveRecording& recording, double rolling_radius, const GyroBias& bias,
+                        double direction) {
   struct Pair {
     double time, x, y;
   };
   std::vector<Pair> pairs;
-  double sxx = 0.0, sxy = 0.0, syy = 0.0;
+  double sx = 0.0, sxx = 0.0, sxy = 0.0, syy = 0.0;
   YawAt yaw(recording.yaw);
   for (const auto& wheels : recording.wheels) {
     const double difference = wheels.speed.right - wheels.speed.left;
     double yaw_rate = 0.0;
     if (direction * difference < kLeastDifference || !yaw.at(wheels.time, yaw_rate)) continue;
-    pairs.push_back({wheels.time, rolling_radius * difference, yaw_rate - gyro_bias});
+    pairs.push_back({wheels.time, rolling_radius * difference, yaw_rate - bias.value});
     const Pair& pair = pairs.back();
+    sx += pair.x;
     sxx += pair.x * pair.x;
     sxy += pair.x * pair.y;
     syy += pair.y * pair.y;
@@ -463,7 +498,8 @@ Estimate effectiveTrack(const DriveRecording& recording, double rolling_radius, 
     meat += score * score;
     const double freedom = std::max(1.0, blocks - 1.0);
     const double white = squares / static_cast<double>(pairs.size() - 1) / sxx;
-    const double variance = std::max(meat * blocks / freedom / (sxx * sxx), white);
+    const double of_bias = bias.variance * sx * sx / (sxx * sxx);
+    const double variance = std::max(meat * blocks / freedom / (sxx * sxx), white) + of_bias;
     track.value = 1.0 / slope;
     track.half_width = studentQuantile(freedom) * std::sqrt(variance) / (slope * slope);
   }
@@ -500,20 +536,6 @@ Estimate accelerationLimit(const WheelFit& fit, const FitResult& found) {
     result.unknown = "never reached; at least the largest acceleration seen";
   }
   return result;
-}
-
-/// Mean yaw rate while the wheels stand still.
-double gyroBias(const DriveRecording& recording) {
-  double sum = 0.0;
-  int count = 0;
-  std::size_t k = 0;
-  for (const auto& sample : recording.yaw) {
-    while (k + 1 < recording.wheels.size() && recording.wheels[k + 1].time <= sample.time + 1e-6) ++k;
-    if (recording.wheels[k].speed.vector().cwiseAbs().maxCoeff() > 0.2) continue;
-    sum += sample.yaw_rate;
-    ++count;
-  }
-  return count < kLeastTurnSamples ? 0.0 : sum / count;
 }
 
 }  // namespace
@@ -560,7 +582,7 @@ Identification identifyDriveTrain(const DriveRecording& recording, double wheel_
         theta[kOffset], theta[kOffset] / theta[kGain]));
   }
   result.acceleration_limit = accelerationLimit(fit, found);
-  const double bias = gyroBias(recording);
+  const GyroBias bias = gyroBias(recording);
   result.track_left = effectiveTrack(recording, wheel_radius * slip_factor, bias, 1.0);
   result.track_right = effectiveTrack(recording, wheel_radius * slip_factor, bias, -1.0);
   const auto speeds = fit.simulate(theta);

@@ -97,8 +97,11 @@ double TractionBelief::accelerationBefore(std::size_t samples) const {
   return accelerations_[(latest_ - samples) % accelerations_.size()];
 }
 
+/// D of wheels that may have changed since they were measured last [m/s].
+double TractionBelief::unseenChange() const { return std::max(0.0, hold_ - kLate) * kFastest; }
+
 double TractionBelief::bound(const Change& change) const {
-  return kBound * std::sqrt(factor_ * change.variance) + kLate * std::min(fastest_, kFastest) +
+  return kBound * std::sqrt(factor_ * change.variance) + kLate * std::min(fastest_, kFastest) + unseenChange() +
          kScale * std::abs(change.wheels) + kCentre * change.turning;
 }
 
@@ -118,7 +121,7 @@ std::optional<TractionBelief::Change> TractionBelief::collision() const {
   const double noise = kBound * std::sqrt(factor_ * change.variance * std::min(1.0, kJolt / change.time));
   // Where the ground rocks a robot that turns, the centre of turning jumps from one side to the other.
   const double turn = kCentre * std::sqrt(change.turning / change.time);
-  const double least = std::max({kLeast, noise, turn}), error = std::abs(change.error());
+  const double least = std::max({kLeast, noise, turn, unseenChange()}), error = std::abs(change.error());
   const bool struck = error > least && jolt_ > std::max(noise, kShare * error);
   return stopped && struck ? std::optional(change) : std::nullopt;
 }

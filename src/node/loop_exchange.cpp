@@ -36,8 +36,7 @@ void LoopExchange::apply(DriveLoop& loop, double now) {
 }
 
 void LoopExchange::tell(const DriveLoop& loop) {
-  const auto* learning = dynamic_cast<const PredictiveController*>(&loop.controller());
-  if (learning != nullptr) believed_model_.write(learning->learned());
+  if (loop.predictive() != nullptr) believed_model_.write(loop.predictive()->learned());
 }
 
 }  // namespace jackal_aic

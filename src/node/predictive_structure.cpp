@@ -5,7 +5,7 @@
 namespace jackal_aic {
 
 PredictiveStructure::PredictiveStructure(ros::NodeHandle& node, const DriveLoop& loop)
-    : controller_(dynamic_cast<const PredictiveController&>(loop.controller())),
+    : controller_(*loop.predictive()),
       belief_publisher_(node.advertise<geometry_msgs::TwistWithCovarianceStamped>("jackal_AIC/belief", 10)) {}
 
 ControllerState PredictiveStructure::state() const { return stateMessage(controller_); }

@@ -1,305 +1,313 @@
 #include "jackal_aic/predictive/drive_train_learning.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace jackal_aic {
 namespace {
 
-constexpr double kChange = 0.3;   // rad/s; of a command beyond which a wheel does not rest
-constexpr double kLongest = 2.0;  // s; of a change, after which it is learned from as far as it has come
-constexpr double kWashout = 0.3;  // s; T_w
-constexpr double kTransient =
-    1.0;  // s; after a motion of which nothing is known, until the washout filter has forgotten it
-constexpr double kMemory = 0.7;          // weight of a change of the commands beside the next
-constexpr double kExcess = 8.0;          // of variances, because what is left of eps is no white noise
-constexpr double kUnexplained = 0.01;    // of the squares of a motion; a model that leaves more did not make it
-constexpr double kNoise = 4.0;           // variances of the encoders, which nothing explains
-constexpr double kLeastRamp = 0.5;       // of the acceleration limit, from which on an acceleration tells of it
-constexpr double kFarthest = 1.5;        // standard deviations of theta, of a Gauss-Newton step
-constexpr double kBeyondDoubt = 3.0;     // standard deviations
-constexpr double kLeastChange = 0.009;   // s, of dead time or lag; a smaller one makes no difference
+constexpr std::size_t steps(double time) { return static_cast<std::size_t>(time / DriveTrainFit::kStep + 0.5); }
+
+constexpr double kChange = 0.3;                      // rad/s; of a command beyond which a wheel does not rest
+constexpr std::size_t kUnnoticed = steps(0.06);      // in which the commands change before it shows
+constexpr std::size_t kSettled = steps(0.6);         // after the dead time, until nothing is left of a change
+constexpr std::size_t kLongest = steps(2.0);         // of a change, which is learned from as far as it has come
+constexpr std::size_t kTransient = steps(1.0);       // of a motion of which nothing is known, until the filter forgot it
+constexpr double kResting = 0.1 / DriveTrainFit::kStep;  // steps; before a change, whose mean is the speed of before
+constexpr double kSpacing = 0.015 / DriveTrainFit::kStep;  // steps; least between measurements that are kept
+constexpr int kReviewed = 2;                // measurements of a run in an inner step
+constexpr double kOtherLags[] = {0.0, 0.9, -0.9, 0.0};   // of ln T, with which a review begins beside
+constexpr double kOtherShares[] = {1.0, 1.0, 1.0, 0.5};  // of lambda, likewise
+constexpr int kStarts = 4;
+constexpr int kMostRuns = 10;
+constexpr double kShorter = 0.3;        // of a step that led nowhere
+constexpr double kSmallStep = 0.05;     // standard deviations of theta; of a step that makes no difference
+constexpr double kMemory = 0.7;         // weight of a change of the commands beside the next
+constexpr double kExcess = 8.0;         // n_0
+constexpr double kUnexplained = 0.01;   // of the squares of a motion; a model that leaves more did not make it
+constexpr double kNoise = 4.0;          // variances of the encoders, which nothing explains
+constexpr double kOtherLag = 0.7;       // of ln T, beyond which a parabola says nothing
+constexpr double kBeyondDoubt = 3.0;    // standard deviations
+constexpr double kLeastChange = 0.005;  // s, of dead time or lag; a smaller one makes no difference
 constexpr double kLargestDoubt = 0.008;  // s; standard deviation of a dead time that is taken over
 constexpr double kShortestLag = 0.002;   // s; below it the speed does not depend on the lag
-constexpr double kSlowest = 0.01;        // rad/s; of a command whose wheel turns
+constexpr double kPinned = 1e9;          // precision of what is at its bound
 // Range of theta.
 constexpr double kLeastShare = 0.3;
 constexpr double kGainRange = 1.5;
 constexpr double kLargestOffset = 1.0;  // rad/s
 // Standard deviations of delta and theta.
 constexpr double kDeadTimeDeviation = 0.08;  // s
-constexpr double kLagDeviation = 0.0015;     // s
-constexpr double kLagPart = 0.15;            // of the lag, beside
-constexpr double kShareDeviation = 0.1;
+constexpr double kLogLagDeviation = 0.7;
+constexpr double kShareDeviation = 0.3;
 constexpr double kGainDeviation = 0.1;
 constexpr double kOffsetDeviation = 0.3;  // rad/s
 
-enum Parameter { kLag, kShare, kGain, kOffset };
-
 double squared(double x) { return x * x; }
+
+DriveTrainVector bounded(const DriveTrainVector& theta) {
+  return {std::clamp(theta(kLogLag), std::log(kShortestLag), std::log(kLongestTiming.lag)),
+          std::clamp(theta(kLimitShare), kLeastShare, 1.0), std::clamp(theta(kGainShare), 1.0 / kGainRange, kGainRange),
+          std::clamp(theta(kOffset), 0.0, kLargestOffset)};
+}
 
 }  // namespace
 
 DriveTrainLearning::DriveTrainLearning(const PlantModel& model, double wheel_radius, double wheel_variance)
-    : model_(model), radius_(wheel_radius), wheel_variance_(wheel_variance), timing_{model.dead_time, model.lag} {
-  setTiming(timing_);
+    : wheel_variance_(wheel_variance), fit_(model, wheel_radius) {
+  setTiming({model.dead_time, model.lag});
 }
 
 void DriveTrainLearning::setTiming(const DriveTrainTiming& timing) {
   timing_ = timing;
-  lag_ = told_lag_ = std::max(timing.lag, kShortestLag);
-  limit_share_ = gain_share_ = 1.0;
-  offset_ = 0.0;
+  told_ = std::log(std::max(timing.lag, kShortestLag));
+  theta_ << told_, 1.0, 1.0, 0.0;
   memory_.fill({});
-  linearise();
   forgetMotion();
 }
 
 void DriveTrainLearning::forgetMotion() {
   state_ = State::unknown;
-  forgetChange();
+  known_ = step_;
+  reviewing_ = false;
+  learned_.reset();
 }
 
-void DriveTrainLearning::forgetChange() {
-  sums_.fill({});
-  samples_ = motion_ = 0.0;
-}
+// ---- keep
 
-void DriveTrainLearning::linearise() {
-  rest_ = std::exp(-kStep / lag_);
-  limit_ = limit_share_ * model_.acceleration_limit / radius_;
-}
-
-// ---- predict
-
-void DriveTrainLearning::predict(const WheelVector& given, const WheelVector& speed) {
-  const bool changes = (given - resting_).cwiseAbs().maxCoeff() > kChange;
-  if (state_ == State::settled && !changes) return;
-  if (state_ != State::changing) start(speed);
-  if (changes) resting_ = given;
-  settled_time_ = changes ? 0.0 : settled_time_ + DriveTrain::kStep;
-  changing_time_ += DriveTrain::kStep;
+void DriveTrainLearning::predict(const WheelVector& given) {
+  for (int i = 0; reviewing_ && i < kReviewed; ++i) review();
   given_ += given;
   if (++ticks_ < kTicks) return;
-  newest_ = (newest_ + 1) % kHistory;
-  step(left_, given_(0) / kTicks);
-  step(right_, given_(1) / kTicks);
+  commands_[step_ % kCommands] = given_ / kTicks;
+  watch(commands_[step_ % kCommands]);
+  ++step_;
   ticks_ = 0;
   given_.setZero();
 }
 
-void DriveTrainLearning::start(const WheelVector& speed) {
-  changing_time_ = state_ == State::settled ? 0.0 : -kTransient;
-  settled_time_ = 0.0;
-  ticks_ = 0;
-  given_.setZero();
+void DriveTrainLearning::watch(const WheelVector& given) {
+  const bool changes = (given - resting_).cwiseAbs().maxCoeff() > kChange;
+  if (state_ == State::settled && !changes) return;
+  if (changes) resting_ = given;
+  settled_ = changes ? 0 : settled_ + 1;
+  if (state_ == State::changing) return;
+  const bool rested = state_ == State::settled;
+  first_ = rested ? std::max(known_, step_ - kUnnoticed) : step_;
+  counted_ = rested ? first_ : step_ + kTransient;
   state_ = State::changing;
-  start(left_, resting_(0), speed(0));
-  start(right_, resting_(1), speed(1));
 }
-
-void DriveTrainLearning::start(Prediction& wheel, double given, double speed) const {
-  wheel.speed.setZero();
-  wheel.correction.setZero();
-  wheel.filtered.setZero();
-  wheel.history.fill(Speeds::Zero());
-  wheel.speed(0) = wheel.measured = speed;
-  wheel.measured_lately.start(speed);
-  wheel.predicted_lately.start(speed);
-  wheel.limited = false;
-  wheel.measured_filtered = 0.0;
-  wheel.steady = speed - gain_share_ * model_.gain * given;
-}
-
-void DriveTrainLearning::step(Prediction& wheel, double given) const {
-  const double turning = std::abs(given) > kSlowest ? std::copysign(1.0, given) : 0.0;
-  Speeds input;
-  input << gain_share_ * model_.gain * given - offset_ * turning + wheel.steady, 0.0, 0.0, model_.gain * given,
-      -turning;
-  const Speeds drive = input + wheel.correction - wheel.speed;
-  const Speeds before = wheel.speed;
-  // Exact for a constant r = γ g v − o sign(v) + d, e = r + z − w: at the limit for a time t, until |e| = L T, then
-  // free; with q = e^(−(h−t)/T)
-  //     w ← w ± L t + (1 − q) e_t,    ∂w/∂e = 1 − q,    ∂w/∂T = −e_t q (h−t)/T²,    ∂w/∂L = ± q t
-  const double e = drive(0), end = limit_ * lag_;
-  const double limited = std::clamp(std::abs(e) / limit_ - lag_, 0.0, kStep), free = kStep - limited;
-  const double q = limited > 0.0 ? std::exp(-free / lag_) : rest_, e_t = std::clamp(e, -end, end);
-  wheel.speed += (1.0 - q) * drive;
-  wheel.speed(0) = before(0) + std::copysign(limit_ * limited, e) + (1.0 - q) * e_t;
-  wheel.speed(1 + kLag) -= e_t * q * free / squared(lag_);
-  wheel.speed(1 + kShare) += std::copysign(q * limited * limit_ / limit_share_, e);
-  wheel.limited = wheel.limited || limited > 0.0;
-  // z ← z + k ∫(r − w) dt while it is free, by the trapezoidal rule
-  wheel.correction += model_.velocity_loop_integral * free * (input - 0.5 * (before + wheel.speed));
-  static const double decay = std::exp(-kStep / kWashout), half = std::sqrt(decay);
-  wheel.filtered = decay * wheel.filtered + half * (wheel.speed - before);
-  wheel.history[newest_] = wheel.filtered;
-}
-
-// ---- correct
 
 std::optional<DriveTrainTiming> DriveTrainLearning::correct(const WheelVector& measured, double step) {
-  if (state_ != State::changing || step <= 0.0) return std::nullopt;
-  observe(left_, measured(0), step);
-  observe(right_, measured(1), step);
-  if (changing_time_ < 0.0) return std::nullopt;
-  samples_ += 2.0;
-  if (!settles() && changing_time_ < kLongest) return std::nullopt;
-  if (settles()) state_ = State::settled;
-  changing_time_ = 0.0;
-  return learn();
-}
-
-void DriveTrainLearning::observe(Prediction& wheel, double measured, double step) {
-  const double decay = std::exp(-step / kWashout);
-  wheel.measured_filtered = decay * wheel.measured_filtered + std::sqrt(decay) * (measured - wheel.measured);
-  wheel.measured = measured;
-  if (changing_time_ < 0.0) return;
-  wheel.measured_lately.add(measured, step);
-  wheel.predicted_lately.add(wheel.speed(0), step);
-  // The prediction is at the time of a step, the measurement between two of them.
-  const double part = static_cast<double>(ticks_) / kTicks;
-  for (std::size_t i = 0; i < kGrid; ++i) {
-    const std::size_t at = (newest_ + kHistory - i) % kHistory, after = i > 0 ? (at + 1) % kHistory : at;
-    const Speeds then = wheel.history[at] + part * (wheel.history[after] - wheel.history[at]);
-    const double error = wheel.measured_filtered - then(0);
-    const Vector sensitivity = then.tail<kParameters>().transpose();
-    sums_[i].curvature.noalias() += sensitivity.lazyProduct(sensitivity.transpose());
-    sums_[i].slope += error * sensitivity;
-    sums_[i].squares += squared(error);
+  if (step <= 0.0) return std::nullopt;
+  const double time = static_cast<double>(step_) + static_cast<double>(ticks_) / kTicks;
+  if (sample_ == 0 || time - samples_[(sample_ - 1) % kSamples].time >= kSpacing) {
+    samples_[sample_++ % kSamples] = {measured, time};
   }
-  motion_ += squared(wheel.measured_filtered);
+  if (state_ == State::changing && step_ > counted_ && (settles() || step_ - counted_ >= kLongest)) endChange();
+  return std::exchange(learned_, std::nullopt);
 }
 
-// ---- learn
+bool DriveTrainLearning::settles() const { return settled_ >= kSettled + steps(timing_.dead_time); }
 
-DriveTrainLearning::Vector DriveTrainLearning::deviations() const {
-  return {kLagDeviation + kLagPart * lag_, kShareDeviation, kGainDeviation, kOffsetDeviation};
-}
-
-DriveTrainLearning::Minimum DriveTrainLearning::minimum(const Sums& sums) const {
-  // θ − θ_0 = (Σψψ'/Σ + Π_0)⁻¹ (Σψε/Σ − Π_0 (θ_0 − θ_1)), θ_1 with the lag that was told
-  const Vector precision = deviations().cwiseAbs2().cwiseInverse();
-  Matrix curvature = sums.curvature;
-  curvature.diagonal() += precision;
-  Vector slope = sums.slope;
-  const double learned = lag_ - told_lag_;
-  slope(kLag) -= precision(kLag) * learned;
-  const Vector change = curvature.ldlt().solve(slope);
-  return {change, 0.5 * (sums.squares + precision(kLag) * squared(learned) - change.dot(slope))};
-}
-
-double DriveTrainLearning::freeEnergy(int i) const {
-  const double late = i * kStep - timing_.dead_time;
-  return minimum(memory_[static_cast<std::size_t>(i)]).free_energy + 0.5 * squared(late / kDeadTimeDeviation);
-}
-
-int DriveTrainLearning::best() const {
-  int best = 0;
-  double least = freeEnergy(0);
-  for (int i = 1; i < kGrid; ++i) {
-    const double candidate = freeEnergy(i);
-    if (candidate < least) least = candidate, best = i;
+void DriveTrainLearning::endChange() {
+  const std::size_t first = first_, counted = counted_;
+  if (settles()) {
+    state_ = State::settled;
+  } else {
+    first_ = step_ - kTransient;
+    counted_ = step_;
   }
-  return best;
+  if (reviewing_ || first == 0) return;
+  change_ = {};
+  change_.first = first;
+  change_.counted = counted;
+  change_.end_sample = sample_;
+  change_.resting = restingSpeed(first, change_.first_sample);
+  best_.free_energy = HUGE_VAL;
+  runs_ = 0;
+  reviewing_ = true;
+  run(theta_);
 }
 
-double DriveTrainLearning::leastSquares(double variance) const {
+WheelVector DriveTrainLearning::restingSpeed(std::size_t first, std::size_t& first_sample) const {
+  const auto begin = static_cast<double>(first);
+  const auto of = [this](std::size_t i) { return samples_[i % kSamples]; };
+  first_sample = sample_;
+  while (first_sample > 0 && sample_ - first_sample < kSamples && of(first_sample - 1).time > begin) --first_sample;
+  WheelVector sum = WheelVector::Zero();
+  int count = 0;
+  for (std::size_t i = first_sample; i > 0 && of(i - 1).time > begin - kResting && sample_ - i < kSamples; --i) {
+    sum += of(i - 1).speed;
+    ++count;
+  }
+  return count > 0 ? WheelVector(sum / count) : of(first_sample).speed;
+}
+
+// ---- review
+
+void DriveTrainLearning::run(const DriveTrainVector& theta) {
+  fit_.start(bounded(theta), commands_[(change_.first - 1) % kCommands], change_.resting);
+  change_.next_step = change_.first;
+  change_.next_sample = change_.first_sample;
+  change_.last_time = static_cast<double>(change_.first);
+}
+
+void DriveTrainLearning::review() {
+  if (change_.next_sample == change_.end_sample) return judge();
+  const Sample& sample = samples_[change_.next_sample++ % kSamples];
+  const auto until = static_cast<std::size_t>(sample.time);
+  for (; change_.next_step < until; ++change_.next_step) fit_.step(commands_[change_.next_step % kCommands]);
+  fit_.observe(sample.speed, (sample.time - change_.last_time) * kStep, sample.time - static_cast<double>(until),
+               sample.time > static_cast<double>(change_.counted));
+  change_.last_time = sample.time;
+}
+
+/// A run is over: goes on from the best one.
+void DriveTrainLearning::judge() {
+  const double free_energy = freeEnergy(fit_);
+  const bool better = free_energy < best_.free_energy;
+  if (better) best_ = {fit_.theta(), free_energy, fit_.sums(), fit_.samples(), fit_.motion()};
+  ++runs_;
+  if (runs_ < kStarts) {
+    DriveTrainVector other = theta_;
+    other(kLogLag) += kOtherLags[runs_];
+    other(kLimitShare) *= kOtherShares[runs_];
+    return run(other);
+  }
+  next_ = better || runs_ == kStarts ? newtonStep() : DriveTrainVector(kShorter * next_);
+  const bool small = next_.cwiseAbs().cwiseQuotient(deviations()).maxCoeff() < kSmallStep;
+  if (!small && runs_ < kMostRuns) return run(best_.theta + next_);
+  learn();
+  reviewing_ = false;
+}
+
+DriveTrainVector DriveTrainLearning::deviations() const {
+  return {kLogLagDeviation, kShareDeviation, kGainDeviation, kOffsetDeviation};
+}
+
+/// theta_1
+DriveTrainVector DriveTrainLearning::expected() const {
+  return {told_, theta_(kLimitShare), theta_(kGainShare), theta_(kOffset)};
+}
+
+double DriveTrainLearning::freeEnergy(const DriveTrainFit& fit) const {
+  const DriveTrainVector change = fit.theta() - theta_;
+  const double n = fit.samples();
   double least = HUGE_VAL;
-  for (const Sums& sums : sums_) {
-    const Vector change = minimum(sums.over(variance)).change;
-    least = std::min(least, sums.squares - 2.0 * change.dot(sums.slope) + change.dot(sums.curvature * change));
+  for (std::size_t i = 0; i < DriveTrainFit::kGrid; ++i) {
+    const double variance = std::max(wheel_variance_, fit.sums()[i].squares / n);
+    const double late = static_cast<double>(i) * kStep - timing_.dead_time;
+    least = std::min(least, 0.5 * (n / kExcess * std::log(variance) + memory_[i].around(change).squares +
+                                   squared(late / kDeadTimeDeviation)));
+  }
+  return least + 0.5 * (fit.theta() - expected()).cwiseQuotient(deviations()).squaredNorm();
+}
+
+/// Sum of what the best run leaves of the measurements, after the step that its sums tell.
+double DriveTrainLearning::leastSquares() const {
+  double least = HUGE_VAL;
+  for (const DriveTrainSums& sums : best_.sums) {
+    DriveTrainMatrix curvature = sums.curvature / wheel_variance_;
+    curvature.diagonal() += deviations().cwiseAbs2().cwiseInverse();
+    const DriveTrainVector change = curvature.ldlt().solve(sums.slope / wheel_variance_);
+    least = std::min(least, sums.around(change).squares);
   }
   return least;
 }
 
-bool DriveTrainLearning::learnLimit() {
-  const double limit = model_.acceleration_limit / radius_;
-  double measured = 0.0, predicted = 0.0;
-  bool limited = false;
-  for (Prediction* wheel : {&left_, &right_}) {
-    measured = std::max(measured, wheel->measured_lately.fastest);
-    predicted = std::max(predicted, wheel->predicted_lately.fastest);
-    limited = limited || wheel->limited;
-    wheel->measured_lately.fastest = wheel->predicted_lately.fastest = 0.0;
-    wheel->limited = false;
+DriveTrainVector DriveTrainLearning::newtonStep() const {
+  const double variance = kExcess * std::max(wheel_variance_, leastSquares() / best_.samples);
+  const DriveTrainVector precision = deviations().cwiseAbs2().cwiseInverse(), far = expected() - best_.theta;
+  DriveTrainVector step = DriveTrainVector::Zero();
+  double least = HUGE_VAL;
+  for (std::size_t i = 0; i < DriveTrainFit::kGrid; ++i) {
+    DriveTrainSums sums = memory_[i].around(best_.theta - theta_);
+    sums.add(best_.sums[i].over(variance));
+    // θ − θ_0 = (Σψψ'/Σ + Π_0)⁻¹ (Σψε/Σ + Π_0 (θ_1 − θ_0)); what is at its bound stays there
+    DriveTrainVector pinned = precision;
+    const DriveTrainVector slope = sums.slope + precision.cwiseProduct(far);
+    DriveTrainVector change;
+    for (int pass = 0; pass < 2; ++pass) {
+      DriveTrainMatrix curvature = sums.curvature;
+      curvature.diagonal() += pinned;
+      change = curvature.ldlt().solve(slope);
+      const DriveTrainVector outside = best_.theta + change - bounded(best_.theta + change);
+      for (int k = 0; k < kDriveTrainParameters; ++k) pinned(k) = outside(k) != 0.0 ? kPinned : pinned(k);
+    }
+    const double late = static_cast<double>(i) * kStep - timing_.dead_time;
+    const double free_energy = 0.5 * (sums.squares - change.dot(slope) + squared(late / kDeadTimeDeviation));
+    if (free_energy < least) least = free_energy, step = change;
   }
-  if (predicted < kLeastRamp * limit_share_ * limit) return true;
-  const bool slower = measured < (1.0 - kShareDeviation) * predicted;
-  const bool faster = limited && measured > (1.0 + kShareDeviation) * predicted;
-  const double share = std::clamp(measured / limit, kLeastShare, 1.0);
-  if ((!slower && !faster) || share == limit_share_) return true;
-  limit_share_ = share;
-  return false;
+  step(kLogLag) = std::clamp(step(kLogLag), -kOtherLag, kOtherLag);
+  return step;
 }
 
-std::optional<DriveTrainTiming> DriveTrainLearning::learn() {
-  std::optional<DriveTrainTiming> taken;
-  if (learnLimit()) {
-    taken = learnTiming();
-  } else {
-    linearise();
-  }
-  forgetChange();
-  return taken;
+// ---- learn
+
+void DriveTrainLearning::learn() {
+  const double left = leastSquares(), variance = std::max(wheel_variance_, left / best_.samples);
+  const bool explained = left <= std::max(kNoise * wheel_variance_ * best_.samples, kUnexplained * best_.motion);
+  DriveTrainVector change = best_.theta - theta_;
+  // Of a change that is not explained the limit is as far as the next search got, at least.
+  if (!explained) change(kLogLag) = change(kGainShare) = change(kOffset) = 0.0;
+  const bool same = std::abs(change(kLogLag)) < kOtherLag;
+  for (DriveTrainSums& kept : memory_) kept = same ? kept.around(change) : DriveTrainSums{};
+  theta_ += change;
+  if (!explained) return;
+  for (std::size_t i = 0; i < memory_.size(); ++i) memory_[i].add(best_.sums[i].over(kExcess * variance));
+  learned_ = takenOver();
+  for (DriveTrainSums& kept : memory_) kept = kept.over(1.0 / kMemory);
 }
 
-std::optional<DriveTrainTiming> DriveTrainLearning::learnTiming() {
-  const double left = leastSquares(wheel_variance_);
-  const double variance = std::max(wheel_variance_, left / samples_);
-  const bool explained = left < std::max(kNoise * wheel_variance_ * samples_, kUnexplained * motion_);
-  const auto remembered = memory_;
-  for (std::size_t i = 0; i < kGrid; ++i) memory_[i].add(sums_[i].over(kExcess * variance));
-  const int i = std::clamp(best(), 1, kGrid - 2);
+std::optional<DriveTrainTiming> DriveTrainLearning::takenOver() {
+  const int i = std::clamp(bestDeadTime(), 1, DriveTrainFit::kGrid - 2);
   // A parabola through the least F and its neighbours.
-  const double before = freeEnergy(i - 1), at = freeEnergy(i), after = freeEnergy(i + 1);
-  const double bend = before - 2.0 * at + after;
-  const double dead_time = kStep * (i + std::clamp(0.5 * (before - after) / bend, -1.0, 1.0));
-  const Sums& sums = memory_[static_cast<std::size_t>(i)];
-  const double lag_variance = sums.curvature.inverse()(kLag, kLag);
-  // Farther away than what was believed is no Gauss-Newton step, and no dead time that goes with it.
-  Vector change = minimum(sums).change;
-  const double distance = change.cwiseAbs().cwiseQuotient(deviations()).maxCoeff();
-  if (!explained || distance > kFarthest) memory_ = remembered;
-  if (distance > kFarthest) change *= kFarthest / distance;
-  relinearise(change);
-  const bool taken =
-      explained && distance <= kFarthest && bend > 0.0 &&
-      takeOver({std::clamp(dead_time, 0.0, kLongestTiming.dead_time), lag_}, squared(kStep) / bend, lag_variance);
-  for (Sums& kept : memory_) kept = kept.over(1.0 / kMemory);
-  return taken ? std::optional(timing_) : std::nullopt;
-}
-
-bool DriveTrainLearning::takeOver(const DriveTrainTiming& timing, double dead_time_variance, double lag_variance) {
-  if (dead_time_variance > squared(kLargestDoubt)) return false;
-  // How late the wheels are shows well; how much of it is a lag only where motions begin and end.
-  const double later = timing.lag - timing_.lag, together = timing.dead_time - timing_.dead_time + later;
-  const auto beyondDoubt = [](double by, double deviation) {
-    return std::abs(by) > std::max(kLeastChange, kBeyondDoubt * deviation);
+  const Minimum before = minimum(i - 1), at = minimum(i), after = minimum(i + 1);
+  const double bend = before.free_energy - 2.0 * at.free_energy + after.free_energy;
+  const double variance = squared(kStep) / bend;
+  if (bend <= 0.0 || variance > squared(kLargestDoubt)) return std::nullopt;
+  const double beside = std::clamp(0.5 * (before.free_energy - after.free_energy) / bend, -1.0, 1.0);
+  const DriveTrainTiming found{std::clamp(kStep * (i + beside), 0.0, kLongestTiming.dead_time),
+                               std::exp(theta_(kLogLag))};
+  // How the lag goes with the dead time, and how far it is beyond doubt with the dead time known.
+  const double along = found.lag * (after.change(kLogLag) - before.change(kLogLag)) / (2.0 * kStep);
+  const double alone = squared(found.lag) * at.log_lag_variance;
+  const auto beyondDoubt = [](double by, double of_variance) {
+    return std::abs(by) > std::max(kLeastChange, kBeyondDoubt * std::sqrt(of_variance));
   };
-  if (!beyondDoubt(together, std::sqrt(dead_time_variance)) &&
-      !beyondDoubt(later, std::max(std::sqrt(lag_variance), deviations()(kLag)))) {
-    return false;
+  const double later = found.dead_time - timing_.dead_time, slower = found.lag - timing_.lag;
+  if (!beyondDoubt(later, variance) && !beyondDoubt(slower, alone + squared(along) * variance) &&
+      !beyondDoubt(later + slower, alone + squared(1.0 + along) * variance)) {
+    return std::nullopt;
   }
-  timing_ = timing;
-  return true;
+  timing_ = found;
+  return found;
 }
 
-void DriveTrainLearning::relinearise(const Vector& change) {
-  const Vector before(lag_, limit_share_, gain_share_, offset_);
-  lag_ = std::clamp(lag_ + change(kLag), kShortestLag, kLongestTiming.lag);
-  limit_share_ = std::clamp(limit_share_ + change(kShare), kLeastShare, 1.0);
-  gain_share_ = std::clamp(gain_share_ + change(kGain), 1.0 / kGainRange, kGainRange);
-  offset_ = std::clamp(offset_ + change(kOffset), 0.0, kLargestOffset);
-  const Vector taken = Vector(lag_, limit_share_, gain_share_, offset_) - before;
-  // Around the new θ_0: ε ← ε − ψ'Δθ
-  for (Sums& sums : memory_) {
-    sums.squares += taken.dot(sums.curvature * taken) - 2.0 * taken.dot(sums.slope);
-    sums.slope -= sums.curvature * taken;
+DriveTrainLearning::Minimum DriveTrainLearning::minimum(int i) const {
+  const DriveTrainSums& sums = memory_[static_cast<std::size_t>(i)];
+  const DriveTrainVector precision = deviations().cwiseAbs2().cwiseInverse();
+  DriveTrainMatrix curvature = sums.curvature;
+  curvature.diagonal() += precision;
+  const DriveTrainVector slope = sums.slope + precision.cwiseProduct(expected() - theta_);
+  const auto solver = curvature.ldlt();
+  const DriveTrainVector change = solver.solve(slope);
+  const double late = i * kStep - timing_.dead_time;
+  return {change, 0.5 * (sums.squares - slope.dot(change) + squared(late / kDeadTimeDeviation)),
+          solver.solve(DriveTrainVector::Unit(kLogLag))(kLogLag)};
+}
+
+int DriveTrainLearning::bestDeadTime() const {
+  int best = 0;
+  double least = HUGE_VAL;
+  for (int i = 0; i < DriveTrainFit::kGrid; ++i) {
+    const double candidate = minimum(i).free_energy;
+    if (candidate < least) least = candidate, best = i;
   }
-  linearise();
+  return best;
 }
 
 }  // namespace jackal_aic

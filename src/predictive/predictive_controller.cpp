@@ -93,7 +93,7 @@ void PredictiveController::predict() {
   left_.predict();
   right_.predict();
   if (parameters_.learn_drive_train) {
-    drive_train_.predict({left_.effectiveAction(), right_.effectiveAction()}, {left().speed(), right().speed()});
+    drive_train_.predict({left_.effectiveAction(), right_.effectiveAction()});
   }
   yaw_.predict(
       slipBelief().yawAcceleration({left().speed(), right().speed()}, {left().acceleration(), right().acceleration()}),

@@ -150,13 +150,9 @@ void RosController::serveChanges(ros::NodeHandle& controller) {
                                            [this](const ros::WallTimerEvent&) { tuning_->keep(ros::Time::now()); });
 }
 
-const PredictiveController* RosController::predictive() const {
-  return dynamic_cast<const PredictiveController*>(&loop_->controller());
-}
-
 void RosController::adoptLive(const LiveParameters& wanted) {
   requireInRange(wanted, "");
-  if (!predictive() && wanted.wheel_separation_multiplier != parameters_.live.wheel_separation_multiplier) {
+  if (!loop_->predictive() && wanted.wheel_separation_multiplier != parameters_.live.wheel_separation_multiplier) {
     throw ParameterError("wheel_separation_multiplier: this structure takes another one when it is loaded again");
   }
   const std::lock_guard<std::mutex> lock(callbacks_);
@@ -235,8 +231,8 @@ void RosController::takeSettings(double now) {
 }
 
 void RosController::takeLive(const LiveParameters& wanted, double now) {
-  if (predictive() && wanted.wheel_separation_multiplier != live_.wheel_separation_multiplier) {
-    LearnedModel learned = predictive()->learned();
+  if (loop_->predictive() && wanted.wheel_separation_multiplier != live_.wheel_separation_multiplier) {
+    LearnedModel learned = loop_->predictive()->learned();
     learned.slip.effective_track = parameters_.wheel_separation * wanted.wheel_separation_multiplier;
     loop_->setLearned(learned, now);
   }
@@ -352,10 +348,10 @@ void RosController::publish(const ros::Time& time) {
   update.state = loopState(*loop_, measured, time);
   update.free_energy = loop_->controller().freeEnergy();
   update.learned.slip = {parameters_.drive.geometry.effective_track, parameters_.drive.geometry.slip_factor};
-  if (predictive()) {
+  if (loop_->predictive()) {
     update.predictive = true;
-    update.learned = predictive()->learned();
-    update.learning_frozen = predictive()->learningFrozen();
+    update.learned = loop_->predictive()->learned();
+    update.learning_frozen = loop_->predictive()->learningFrozen();
   }
   publisher_->tell(update);
 }

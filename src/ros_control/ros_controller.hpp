@@ -92,7 +92,6 @@ class RosController : public controller_interface::Controller<hardware_interface
   void onImu(const sensor_msgs::Imu& message);
   void adoptLive(const LiveParameters& wanted);
   void tellStatus();
-  const PredictiveController* predictive() const;
 
   Wheels wheels() const;
   void takeSettings(double now);

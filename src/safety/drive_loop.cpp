@@ -69,6 +69,7 @@ std::string reason(const DriveLoopStatus& status, const std::string& contender) 
 DriveLoop::DriveLoop(const DriveParameters& parameters, std::unique_ptr<VelocityController> controller)
     : parameters_(parameters),
       controller_(std::move(controller)),
+      predictive_(dynamic_cast<PredictiveController*>(controller_.get())),
       kinematics_(parameters.geometry),
       measurements_(watchParameters(parameters)),
       gate_(parameters.gate, parameters.geometry, controller_->actionStep()),
@@ -146,9 +147,8 @@ bool DriveLoop::takeObservation(const Observation& observation, double now) {
 
   Observation judged = observation;
   measurements_.judge(judged, health(now), now);
-  if (auto* predictive = dynamic_cast<PredictiveController*>(controller_.get())) {
-    predictive->setShaken(measurements_.report() != nullptr && measurements_.report()->shaken);
-  }
+  const FaultReport* faults = measurements_.report();
+  if (predictive_ != nullptr) predictive_->setShaken(faults != nullptr && faults->shaken);
   const SampleVerdict verdict = controller_->observe(judged);
   if (!taken(verdict) && verdict != SampleVerdict::incomplete) {
     // The partner of a sample that was observed alone has come back: no reason to complain.
@@ -182,13 +182,13 @@ void DriveLoop::applied(const WheelCommand& command, AppliedSource source, doubl
 void DriveLoop::setLearned(const LearnedModel& learned, double now) {
   tell(now, LearnedInput{learned});
   catchUp(now);
-  if (auto* predictive = dynamic_cast<PredictiveController*>(controller_.get())) predictive->setLearned(learned);
+  if (predictive_ != nullptr) predictive_->setLearned(learned);
 }
 
 void DriveLoop::freezeLearning(bool frozen, double now) {
   tell(now, LearningInput{frozen});
   catchUp(now);
-  if (auto* predictive = dynamic_cast<PredictiveController*>(controller_.get())) predictive->freezeLearning(frozen);
+  if (predictive_ != nullptr) predictive_->freezeLearning(frozen);
 }
 
 void DriveLoop::adoptGains(const ControllerParameters& gains, double now) {
@@ -202,9 +202,8 @@ void DriveLoop::adoptGains(const ControllerParameters& gains, double now) {
 void DriveLoop::adoptGains(const PredictiveParameters& gains, double now) {
   tell(now, GainsInput{gains});
   catchUp(now);
-  auto* predictive = dynamic_cast<PredictiveController*>(controller_.get());
-  if (predictive == nullptr) throw ParameterError("predictive.*: another structure runs");
-  predictive->adoptGains(gains);
+  if (predictive_ == nullptr) throw ParameterError("predictive.*: another structure runs");
+  predictive_->adoptGains(gains);
 }
 
 std::optional<WheelCommand> DriveLoop::take(const DriveInput& input) {

@@ -20,8 +20,7 @@ Odometry byMeasurements(const GeometryParameters& geometry) {
 Odometry makeOdometry(const DriveParameters& parameters, const DriveLoop& loop) {
   if (!parameters.plant_model) return byMeasurements(parameters.geometry);
   const PlantModel model = drivenModel(*parameters.plant_model);
-  const auto* predictive = dynamic_cast<const PredictiveController*>(&loop.controller());
-  if (predictive) return Odometry(*predictive, parameters.geometry, model);
+  if (loop.predictive() != nullptr) return Odometry(*loop.predictive(), parameters.geometry, model);
   return Odometry(PredictiveParameters{}, parameters.geometry, model);
 }
 

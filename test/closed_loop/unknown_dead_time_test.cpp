@@ -108,17 +108,67 @@ TEST(UnknownDeadTime, IsLearnedWithCoarseAndLateSensors) {
 
 TEST(UnknownDeadTime, IsLearnedOnRobotsWithOtherMotors) {
   expectLearned("ground", {{"plant.acceleration_limit", "4"}}, {0.5, 0.0, 0.0});
+  expectLearned("ground", {{"plant.acceleration_limit", "0.825"}}, {0.5, 0.0, 0.0});
+  expectLearned("box", {{"plant.acceleration_limit", "12.5"}}, {0.5, 0.0, 0.0});
+  expectLearned("ground", {{"plant.wheel_gain", "0.8"}}, {0.5, 0.0, 0.0});
   // A soft loop is none of the model's: it lags at first and then runs ahead.
   expectLearned("ground", {{"plant.velocity_loop_stiffness", "3.5"}, {"plant.velocity_loop_integral", "8"}},
                 {0.5, 0.0, 0.0}, 0.0, 0.02);
 }
 
+TEST(UnknownDeadTime, IsToldFromALagThatIsFarOff) {
+  for (const char* plant : {"ground", "box"}) {
+    for (const double off : {-kOff, kOff}) {
+      for (const std::uint64_t seed : {1, 2}) {
+        SCOPED_TRACE(std::string(plant) + ", off " + std::to_string(off) + ", seed " + std::to_string(seed));
+        const Overrides robot{{"plant.motor_lag", "0.06"}};
+        const SetPointProfile profile = drivingThenStep(seed, {0.5, 0.0, 0.0});
+        Overrides right = withoutLearning(robot);
+        right.emplace_back("plant_model.lag", "0.06");
+        const Drive known = drive(plant, right, profile), learned = drive(plant, told(plant, off, robot), profile);
+        std::printf("%s, told %+g s, seed %d: dead time %.4f s, lag %.4f; settles in %.3f of %.3f s\n", plant, off,
+                    static_cast<int>(seed), learned.believed.dead_time, learned.believed.lag,
+                    learned.step.settling.value_or(-1.0), known.step.settling.value_or(-1.0));
+        EXPECT_NEAR(learned.believed.dead_time, loadSetup(files(), "predictive", plant, {}).plant.dead_time, 0.01);
+        EXPECT_NEAR(learned.believed.lag, 0.06, 0.01);
+        ASSERT_TRUE(learned.step.settling && known.step.settling);
+        EXPECT_LE(*learned.step.settling, 1.25 * *known.step.settling);
+      }
+    }
+  }
+}
+
+TEST(UnknownDeadTime, IsLearnedFromStraightRampsTurnsAndArcs) {
+  // Nothing but ramps at the acceleration limit, which the commands begin with less than a whole period's step.
+  for (const SetPoint& motion : {SetPoint{1.0, 0.0, 0.0}, {1.5, 0.0, 0.0}, {0.1, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.5, 0.0, 0.5}}) {
+    for (const double off : {-kOff, kOff}) {
+      SetPointProfile profile;
+      profile.assessed.reset();
+      for (int i = 0; i < 6; ++i) profile.changes.push_back({kRestTime + 2.0 * i, i % 2 == 0 ? motion : SetPoint{}});
+      profile.duration = kRestTime + 12.0;
+      const Drive learned = drive("ground", told("ground", off, {}), profile);
+      std::printf("%g m/s, %g rad/s, told %+g s: dead time %.4f s, lag %.4f s\n", motion.forward, motion.yaw_rate, off,
+                  learned.believed.dead_time, learned.believed.lag);
+      EXPECT_NEAR(learned.believed.dead_time, 0.08, 0.01) << motion.forward << ", " << motion.yaw_rate << ", " << off;
+      EXPECT_NEAR(learned.believed.lag, 0.00636, 0.01);
+    }
+  }
+}
+
 TEST(UnknownDeadTime, IsLearnedOfWhatTheRealRobotIsLate) {
   // 0.08 s of the motors, 10 ms of the network to them, 10 ms for which the newest feedback waits for its joint states,
-  // 2.5 ms of their stamps, 10 ms of the network from them, 20 ms of the encoders' filter.
+  // 2.5 ms of their stamps, 10 ms of the network from them; a lag of 6 ms of the motors and 20 ms of the encoders.
   for (const double off : {-kOff, 0.0, kOff}) {
-    const Drive learned = drive("real", told("real", off, {}), drivingThenStep(1, {0.5, 0.0, 0.0}));
-    EXPECT_NEAR(learned.believed.dead_time, 0.1325, 0.015) << off;
+    for (const std::uint64_t seed : {1, 2}) {
+      SetPointProfile profile = joystickDriving(seed, kRestTime + kDriving);
+      profile.changes.push_back({kRestTime + kDriving, {}});
+      profile.duration = kRestTime + kDriving + kPause;
+      profile.assessed.reset();
+      const Drive learned = drive("real", told("real", off, {}), profile);
+      std::printf("real, told %+g s, seed %d: dead time %.4f s, lag %.4f s\n", off, static_cast<int>(seed),
+                  learned.believed.dead_time, learned.believed.lag);
+      EXPECT_NEAR(learned.believed.dead_time + learned.believed.lag, 0.1389, 0.015) << off;
+    }
   }
 }
 

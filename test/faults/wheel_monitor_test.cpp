@@ -582,6 +582,52 @@ TEST(WheelMonitor, AWheelThatComesSlowlyNearerByATwentiethWithinATenthOfASecondI
   }
 }
 
+TEST(WheelMonitor, AWheelAheadOfItsPredictionOnTheWayToItsCommandFollowsIt) {
+  for (const double sign : {1.0, -1.0}) {
+    Wheel wheel(model(), exactParameters());
+    wheel.follow(sign * -8.0, 300);
+    wheel.pass(sign * 10.0, 0.04);  // which acts in 0.04 s
+    const auto follows = [&wheel](double measurement) {
+      WheelMonitor copy = wheel.monitor;
+      copy.compare(measurement, 100.0);  // no progress within so long a time
+      EXPECT_TRUE(copy.suspect()) << measurement;
+      return copy.recovering();
+    };
+    EXPECT_TRUE(follows(sign * -3.0));
+    EXPECT_TRUE(follows(sign * 6.0));
+    EXPECT_FALSE(follows(sign * 0.4)) << "it stands";
+    EXPECT_FALSE(follows(sign * 11.0)) << "beyond the command";
+    EXPECT_FALSE(follows(sign * -10.0)) << "the other way";
+  }
+}
+
+TEST(WheelMonitor, AHeldValueIsOneMeasurementHoweverOftenItIsPublished) {
+  Wheel wheel(model(), exactParameters());
+  wheel.follow(10.0, 300);
+  for (int k = 0; k < 60; ++k) wheel.look(10.0, 10.0 + 0.5 * (k / 6));  // renewed every 0.12 s
+  wheel.monitor.start(10.0);
+  wheel.follow(10.0, 100);
+  const auto away = [&wheel](int values) {
+    Wheel copy = wheel;
+    for (int k = 0; k < 6 * values; ++k) copy.pass(10.0, kPeriod).show(k / 6 % 2 == 0 ? 7.0 : 7.2);
+    return copy.monitor.state();
+  };
+  EXPECT_NE(away(2), ChannelState::faulty) << "twelve samples, two measurements";
+  EXPECT_EQ(away(6), ChannelState::faulty);
+}
+
+TEST(WheelMonitor, TheNoiseOfAFastWheelIsNoneThatASlowOneLacks) {
+  // Gear and motor add 5 % of the speed; the encoder counts steps.
+  WatchedWheel wheel;
+  const auto counted = [&](double speed) { return 0.1 * std::round(speed * (1.0 + 1.5 * wheel.noise()) / 0.1); };
+  wheel.drive(10.0, 300, counted);
+  EXPECT_EQ(wheel.drive(0.82, 300, counted), 0);
+  EXPECT_FALSE(wheel.monitor.frozen());
+  wheel.drive(10.0, 100, counted);
+  wheel.drive(10.0, 100, [](double) { return 10.1; });
+  EXPECT_TRUE(wheel.monitor.frozen()) << "a fast one does";
+}
+
 TEST(WheelMonitor, NoiseIsNoComingBack) {
   // Three deviations of the sensor: 0.09 rad/s.
   for (const double sign : {1.0, -1.0}) {

@@ -78,6 +78,21 @@ TEST(PlantIdentification, FindsTheEffectiveTrackOfEachDirection) {
   EXPECT_NEAR(found.track_right.value, 0.547, 0.547 * 0.03);
 }
 
+TEST(PlantIdentification, ASlowTurnIsNoBiasOfTheGyro) {
+  DriveRecording recording = record(plantWith(0.1, 0.05, 1.0, 10.0));
+  constexpr double kSlow = 0.12, kTrack = 0.547;  // rad/s of each wheel, m
+  const double end = recording.wheels.back().time;
+  for (int k = 1; k <= 500; ++k) {
+    const double time = end + 0.02 * k;
+    recording.commands.push_back({time, {-kSlow, kSlow}});
+    recording.wheels.push_back({time, {-kSlow, kSlow}});
+    recording.yaw.push_back({time, kRadius * 2.0 * kSlow / kTrack});
+  }
+  const Identification found = identifyDriveTrain(recording, kRadius);
+  ASSERT_TRUE(found.track_left.known() && found.track_right.known());
+  EXPECT_NEAR(found.track_left.value, found.track_right.value, 0.01 * kTrack);
+}
+
 TEST(PlantIdentification, SaysWhenTheAccelerationLimitWasNeverReached) {
   const Identification found = identifyDriveTrain(record(plantWith(0.1, 0.2, 1.0, 100.0)), kRadius);
   EXPECT_FALSE(found.acceleration_limit.known());

@@ -194,6 +194,35 @@ TEST(TractionBelief, ACollisionIsOneAlsoIfItIsNoticedBeforeItIsOver) {
 
 /// An IMU whose messages come in bursts: between two of them the last mean repeats, and the next is that of all the
 /// time.
+TEST(TractionBelief, WheelsThatAreRenewedFourTimesASecondAreLateAndDoNotSpin) {
+  constexpr double kHold = 0.24;  // s
+  const auto stood = [](double hold, double phase) {
+    Robot robot;
+    robot.belief.setWheelsHold(hold);
+    double time = phase, held = 0.0;
+    bool stands = false;
+    const auto drive = [&](double duration, double acceleration) {
+      for (int k = 0; k < std::lround(duration / kPeriod); ++k, time += kPeriod) {
+        robot.body_speed += acceleration * kPeriod;
+        if (std::fmod(time, kHold) < kPeriod) held = robot.body_speed;
+        robot.belief.correct(held, acceleration + 0.3 * std::sin(50.0 * time), kVariance, 0.0, kPeriod);
+        stands = stands || robot.belief.traction() == Traction::stands;
+      }
+    };
+    drive(1.0, 0.5);
+    drive(1.0, 0.0);
+    drive(0.12, -8.0);
+    drive(1.0, 0.0);
+    return stands;
+  };
+  int untold = 0;
+  for (double phase = 0.0; phase < kHold; phase += kPeriod) {
+    untold += stood(0.0, phase) ? 1 : 0;
+    EXPECT_FALSE(stood(kHold, phase)) << phase;
+  }
+  EXPECT_GT(untold, 0);
+}
+
 TEST(TractionBelief, AMeanThatRepeatsUntilTheNextComesCostsNoCertainty) {
   Robot robot;
   robot.drive(0.4, 1.5, 1.5);

@@ -154,8 +154,11 @@ class RepetitionTest {
   /// Takes a sample; true while it continues a suspect run. @param expected true if a repetition would be normal here
   /// (a wheel at rest): it ends a run and is not counted; a change still teaches what noise there is. @param resolution
   /// changes below this are no noise. @param explained how far the value may have changed since the last sample without
-  /// any noise.
-  bool update(double value, bool expected, double resolution, double explained = 0.0);
+  /// any noise; @param share of the usual noise that this value carries.
+  bool update(double value, bool expected, double resolution, double explained = 0.0, double share = 1.0);
+
+  /// Mean magnitude of the values whose noise is the usual one; 0 before there were some.
+  double noisyValue() const { return noisy_value_; }
 
   /// The last samples repeat, as many as make the shortest suspect run.
   bool repeatsForLong() const { return samples_ > 0 && run_ >= samples_; }
@@ -170,8 +173,8 @@ class RepetitionTest {
   void learnQuantum(double change, double resolution);
   void learnChange(double change, double explained);
   void countNoise(double size);
-  bool carriesNoise(double resolution) const;
-  double expectedChance() const;  // of a channel that carries noise
+  bool carriesNoise(double noise, double resolution) const;
+  double expectedChance(double noise) const;  // of a channel that carries noise
 
   int samples_;
   int run_ = 0;          // repetitions so far
@@ -184,6 +187,7 @@ class RepetitionTest {
   double last_change_ = 0.0;
   double uncounted_ = 0.0;     // size of the last change, if nothing explains it and it is not counted as noise
   double usual_change_ = 0.0;  // mean |change| of the last samples that nothing explains
+  double noisy_value_ = 0.0;   // mean |value| of them
   double noisy_ = 0.0;         // samples counted, in a fading memory
   double repeats_ = 0.0;
 };

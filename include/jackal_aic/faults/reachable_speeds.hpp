@@ -58,6 +58,9 @@ class ReachableSpeeds {
   /// and kMostSteps.
   double commandBefore(std::size_t age) const { return commands_.at(age); }
 
+  /// Speed that the newest command asks for, at steady state [rad/s].
+  double commanded() const { return gain_ * commands_.at(0); }
+
   double low() const { return low_; }    ///< lowest speed [rad/s]
   double high() const { return high_; }  ///< highest speed [rad/s]
 

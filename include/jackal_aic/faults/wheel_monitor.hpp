@@ -71,12 +71,13 @@ class WheelMonitor {
   bool commandedToRest() const;      ///< no command of late makes it turn: what turns it comes from outside
   bool suspect() const { return suspect_; }  ///< the last sample is an outlier
   bool frozen() const { return frozen_; }    ///< because it repeats to the bit
-  /// The last sample is an outlier on its way to the prediction.
+  /// The last sample is an outlier on its way to the prediction, or ahead of it on its way to the speed commanded.
   bool recovering() const { return recovering_; }
   double distance() const { return distance_; }                  ///< in multiples of the bound
   ChannelState state() const { return persistence_.state(); }    ///< verdict with the last sample
   bool suspecting() const { return persistence_.suspecting(); }  ///< an outlier is among the last samples
   double speed() const { return belief_.speed(); }               ///< believed wheel speed [rad/s]
+  double longestHold() const { return hold_.longest(); }         ///< for which the encoder holds its value [s]
   double uncertainty() const;  ///< variance of speed(), uncertain drive train included [(rad/s)^2]
 
  private:
@@ -101,6 +102,7 @@ class WheelMonitor {
   double errorOf(double measurement) const;
   bool isFrozen(double measurement, double step);
   bool comesBack(double measurement, double step);
+  bool isAhead(double measurement) const;
   void learnMisfit(double measurement, double step);
   double usualMisfit() const;
 
@@ -130,6 +132,7 @@ class WheelMonitor {
   bool frozen_ = false;
   bool suspect_ = false;
   bool recovering_ = false;
+  bool waits_ = false;       // the last value was held, and its renewal is not due yet
   double farthest_ = 0.0;    // |error| of the outliers in a row, the largest [rad/s]
   double mark_ = 0.0;        // measured when the wheel came nearer last [rad/s]
   double since_mark_ = 0.0;  // [s]

@@ -63,6 +63,9 @@ class TractionBelief {
   /// Goes on with another centre of turning [m].
   void setTurningCentre(double turning_centre) { turning_centre_ = turning_centre; }
 
+  /// Wheels that are measured anew only once in a time [s] are late by up to that.
+  void setWheelsHold(double hold) { hold_ = hold; }
+
   /// Begins anew with the next measurement; what was learned of the accelerometer stays.
   void restart();
 
@@ -97,6 +100,7 @@ class TractionBelief {
   std::size_t oldest() const;
   void remember();
   void learnNoise(double acceleration, double variance, double step);
+  double unseenChange() const;
   double accelerationBefore(std::size_t samples) const;
   double bound(const Change& change) const;
   bool surprises(const Change& change) const;
@@ -117,6 +121,7 @@ class TractionBelief {
   static constexpr std::size_t kRemembered = 64;
 
   double turning_centre_;
+  double hold_ = 0.0;                      // of the wheels' speeds [s]
   double offset_ = 0.0;                    // b [m/s^2]
   double quick_ = 0.0;                     // variance of a, by what successive ones differ by [(m/s^2)^2]
   double slow_ = 1e-9;                     // likewise, by what every third differ by [(m/s^2)^2]

@@ -158,9 +158,10 @@ class DriveLoop {
   /// the rate of the belief, and must not call the loop.
   void listen(std::function<void(const DriveInput&)> listener) { listener_ = std::move(listener); }
 
-  DriveLoopStatus status() const;                                        ///< of now
-  const VelocityController& controller() const { return *controller_; }  ///< that drives
-  const SetPoint& setPoint() const { return set_point_; }                ///< in force
+  DriveLoopStatus status() const;                                         ///< of now
+  const VelocityController& controller() const { return *controller_; }   ///< that drives
+  const PredictiveController* predictive() const { return predictive_; }  ///< it, where it is one; else nullptr
+  const SetPoint& setPoint() const { return set_point_; }                 ///< in force
   const WheelCommand& action() const { return action_; }    ///< of the last action step, before the limits [rad/s]
   WheelCommand command() const { return gate_.command(); }  ///< of the last action step [rad/s]
   const FaultReport* faultReport() const { return measurements_.report(); }  ///< empty without fault detection
@@ -198,6 +199,7 @@ class DriveLoop {
 
   DriveParameters parameters_;
   std::unique_ptr<VelocityController> controller_;
+  PredictiveController* predictive_;  // the same, where it is one: it learns; else nullptr
   SkidSteerKinematics kinematics_;
   MeasurementWatch measurements_;
   DriveGate gate_;

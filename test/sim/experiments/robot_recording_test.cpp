@@ -104,6 +104,36 @@ TEST_F(RobotRecordingFile, WindowsOfAStepFollowEachOther) {
   EXPECT_TRUE(samples[50].steady);
 }
 
+TEST_F(RobotRecordingFile, NumbersThatNoSensorGivesAreRefused) {
+  const auto row = [](const std::string& left) {
+    return std::string(kLog) + "0.00,idle,0,0," + left + ",2,0.1,0.2,0.3,9.8,0,0,0\n";
+  };
+  EXPECT_NE(complaint("husky_x.csv", row("1e300")).find("wheel_left_radps = '1e300': must be within +-1e+10"),
+            std::string::npos);
+  EXPECT_NE(complaint("husky_x.csv", row(std::string("1\0", 2))).find("must be a finite number"), std::string::npos);
+  EXPECT_EQ(complaint("husky_x.csv", row("1.7e9")), "accepted");
+}
+
+TEST_F(RobotRecordingFile, WhatIsNoFileIsNoRecording) {
+  fs::create_directories(directory_ / "husky_directory.csv");
+  fs::create_symlink("/dev/zero", directory_ / "husky_endless.csv");
+  EXPECT_THROW(recordingsIn(directory_.string()), ParameterError);
+  EXPECT_THROW(readRecording("/dev/zero"), ParameterError);
+  const std::string path = write("husky_x.csv", kLog);
+  EXPECT_EQ(recordingsIn(directory_.string()), std::vector<std::string>{path});
+}
+
+TEST_F(RobotRecordingFile, ANameCannotCommandTheTerminal) {
+  EXPECT_EQ(readRecording(write("husky_\033[31m.csv", windowsText(1, {}, {}, 0.0))).name, "husky_ [31m");
+}
+
+TEST_F(RobotRecordingFile, ARobotThatStandsOrNeverTurnsHasAPathToo) {
+  for (const WheelCommand& wheels : {WheelCommand{}, WheelCommand{5.0, 5.0}, WheelCommand{5e-324, 0.0}}) {
+    const auto recording = readRecording(write("husky_x.csv", windowsText(30, {6.0, 6.0}, wheels, 0.0)));
+    EXPECT_NO_THROW(fitCommandPath(recording)) << wheels.left;
+  }
+}
+
 TEST_F(RobotRecordingFile, GyroThatCountsTheOtherWayIsTurnedRoundAndTold) {
   const auto recording = readRecording(write("warthog_x.csv", windowsText(3, {1.0, 2.0}, {1.0, 2.0}, -0.1)));
   EXPECT_TRUE(recording.gyro_reversed);

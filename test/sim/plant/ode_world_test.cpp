@@ -1,0 +1,129 @@
+// A step is solved along the tree of the robot's joints; ODE's own solver, which takes all of them at a time, has to
+// come to the same.
+
+#include "ode_world.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+
+#include "test_plant.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+constexpr double kStep = 0.001;  // s
+
+/// A world and the same with ODE's solver.
+struct Pair {
+  explicit Pair(WorldParameters parameters, RobotModel model = readRobotModel(jackalUrdf())) : ours(model, parameters) {
+    parameters.ode_solver = true;
+    ode = std::make_unique<OdeWorld>(model, parameters);
+  }
+
+  void step(double left, double right) {
+    for (OdeWorld* world : {&ours, ode.get()}) {
+      for (const Wheel wheel : {kFrontLeft, kRearLeft}) world->setWheelReference(wheel, left);
+      for (const Wheel wheel : {kFrontRight, kRearRight}) world->setWheelReference(wheel, right);
+      world->step(kStep);
+    }
+  }
+
+  void expectTheSame(double tolerance, const std::string& when) const {
+    const ChassisState a = ours.chassis(), b = ode->chassis();
+    EXPECT_LT((a.position - b.position).norm(), tolerance) << when;
+    EXPECT_LT(a.orientation.angularDistance(b.orientation), tolerance) << when;
+    EXPECT_LT((a.velocity - b.velocity).norm(), tolerance) << when;
+    EXPECT_LT((a.angular_velocity - b.angular_velocity).norm(), tolerance) << when;
+    for (std::size_t wheel = 0; wheel < 4; ++wheel) {
+      EXPECT_NEAR(ours.wheelSpeed(wheel), ode->wheelSpeed(wheel), tolerance) << when;
+      // Four wheels that stick share a load as the rounding of their positions has it.
+      EXPECT_NEAR(ours.wheelTorque(wheel), ode->wheelTorque(wheel), 0.1) << when;
+    }
+  }
+
+  OdeWorld ours;
+  std::unique_ptr<OdeWorld> ode;
+};
+
+/// Starts, a turn, reverse, a turn in place and a stop, within the motors' limits or beyond them.
+void drive(Pair& pair, double acceleration, double tolerance) {
+  const double references[][2] = {{5.0, 5.0}, {2.0, 8.0}, {-4.0, -4.0}, {-6.0, 6.0}, {0.0, 0.0}};
+  double left = 0.0, right = 0.0;
+  for (const auto& [wanted_left, wanted_right] : references) {
+    for (int k = 0; k < 600; ++k) {
+      left += std::clamp(wanted_left - left, -acceleration * kStep, acceleration * kStep);
+      right += std::clamp(wanted_right - right, -acceleration * kStep, acceleration * kStep);
+      pair.step(left, right);
+      pair.expectTheSame(tolerance, std::to_string(wanted_left) + ", " + std::to_string(k));
+      if (testing::Test::HasFailure()) return;
+    }
+  }
+}
+
+TEST(OdeWorld, MovesAsWithOdesOwnSolver) {
+  Pair pair({});
+  drive(pair, 20.0, 1e-7);
+  EXPECT_GT(pair.ours.chassis().position.head<2>().norm(), 0.1);
+}
+
+TEST(OdeWorld, MovesAsWithOdesOwnSolverWhereTheTyresSkidAndTheMotorsAreAtTheirLimit) {
+  WorldParameters parameters;
+  parameters.friction = 0.25;
+  parameters.torque_limit = 4.0;
+  parameters.stiffness = 5.0;
+  Pair pair(parameters);
+  drive(pair, 500.0, 1e-7);
+}
+
+TEST(OdeWorld, MovesAsWithOdesOwnSolverUphillOnRoughGround) {
+  WorldParameters parameters;
+  parameters.slope = 0.15;
+  parameters.terrain.roughness = 0.005;
+  parameters.terrain.roughness_length = 0.3;
+  Pair pair(parameters);
+  drive(pair, 50.0, 1e-7);
+}
+
+TEST(OdeWorld, MovesAsWithOdesOwnSolverOnTheBox) {
+  WorldParameters parameters;
+  parameters.fixed_chassis = true;
+  parameters.torque_limit = 0.05;
+  Pair pair(parameters);
+  drive(pair, 500.0, 1e-9);
+}
+
+TEST(OdeWorld, MovesAsWithOdesOwnSolverPushedLiftedAndSetDown) {
+  Pair pair({});
+  for (int k = 0; k < 3000; ++k) {
+    for (OdeWorld* world : {&pair.ours, pair.ode.get()}) {
+      world->push({k > 100 && k < 500 ? 60.0 : 0.0, 0.0, 0.0}, k > 300 && k < 600 ? 20.0 : 0.0);
+      world->lift(k > 1000 && k < 1500);
+    }
+    pair.step(3.0, 3.0);
+    pair.expectTheSame(1e-7, std::to_string(k));
+    if (HasFailure()) return;
+  }
+}
+
+TEST(OdeWorld, MovesAsWithOdesOwnSolverWithWheelsThatAreNotBalanced) {
+  RobotModel model = readRobotModel(jackalUrdf());
+  for (WheelModel& wheel : model.wheels) wheel.body.centre += Eigen::Vector3d(0.004, 0.01, -0.003);
+  Pair pair({}, model);
+  drive(pair, 50.0, 1e-7);
+}
+
+TEST(OdeWorld, ClimbsAKerbAndRollsOnBehindItAsWithOdesOwnSolver) {
+  WorldParameters parameters;
+  parameters.terrain.kerb_distance = 0.3;
+  parameters.terrain.kerb_height = 0.02;
+  Pair pair(parameters);
+  for (int k = 0; k < 2500; ++k) pair.step(5.0, 5.0);
+  pair.expectTheSame(1e-3, "behind the kerb");
+  EXPECT_GT(pair.ours.chassis().position.x(), 0.6);
+}
+
+}  // namespace
+}  // namespace jackal_aic::sim
