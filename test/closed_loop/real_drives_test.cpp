@@ -114,13 +114,14 @@ TEST(RealDrives, RaiseNoAlarmInAnotherOrderOrWithCoarserOrSlowerEncoders) {
   if (data().empty()) GTEST_SKIP() << "JACKAL_AIC_REAL_DATA is not set";
   for (const std::string& path : recordingsIn(data())) {
     const RobotRecording whole = readRecording(path);
-    for (const auto& [what, recording] :
-         std::vector<std::pair<const char*, RobotRecording>>{{"shuffled", shuffled(whole, 1)},
-                                                             {"later half", laterPart(whole, 0.5)},
-                                                             {"later quarter", laterPart(whole, 0.75)},
-                                                             {"encoders at 5 Hz", held(whole, 4)},
-                                                             {"encoders at 4 Hz", held(whole, 5)},
-                                                             {"encoders of 0.1 rad/s", rounded(whole, 0.1)}}) {
+    std::vector<std::pair<const char*, RobotRecording>> variants{{"later half", laterPart(whole, 0.5)},
+                                                                 {"later quarter", laterPart(whole, 0.75)},
+                                                                 {"encoders at 5 Hz", held(whole, 4)},
+                                                                 {"encoders at 4 Hz", held(whole, 5)},
+                                                                 {"encoders of 0.1 rad/s", rounded(whole, 0.1)}};
+    // The steps of a log are one drive; those of windows are apart as they are.
+    if (whole.name.find("windows") != std::string::npos) variants.emplace_back("shuffled", shuffled(whole, 1));
+    for (const auto& [what, recording] : variants) {
       const CommandPath command_path = fitCommandPath(recording);
       for (const RealModel model : {RealModel::assumed, RealModel::identified}) {
         const RealFigures figures = replay(files(), recording, command_path, model);
