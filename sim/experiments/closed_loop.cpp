@@ -79,8 +79,10 @@ DriveParameters uninterrupted() {
 std::int64_t SetPointProfile::plantSteps() const { return std::llround(duration / JackalPlant::kStep); }
 
 SetPointProfile stepProfile(double forward, double yaw_rate, double duration) {
-  require(std::isfinite(forward) && std::isfinite(yaw_rate) && (forward != 0.0 || yaw_rate != 0.0), "step", forward,
-          "finite and not zero, unless there is a turn");
+  constexpr double kFastest = 10.0, kFastestTurn = 50.0;  // m/s, rad/s
+  require(std::abs(forward) <= kFastest && (forward != 0.0 || yaw_rate != 0.0), "step", forward,
+          "within +-10 m/s and not zero, unless there is a turn");
+  require(std::abs(yaw_rate) <= kFastestTurn, "turn", yaw_rate, "within +-50 rad/s");
   require(duration >= kShortestResponse && duration <= 3600.0, "duration", duration, "in [0.6, 3600] s");
   SetPointProfile profile;
   profile.changes = {{kRestTime, SetPoint{forward, 0.0, yaw_rate}}};

@@ -227,7 +227,7 @@ int calibratePlants(const po::variables_map& options) {
   const int evaluations = options["evaluations"].as<int>();
   if (evaluations < 1) throw ParameterError(fmt::format("evaluations = {}: must be 1 or more", evaluations));
   if (wanted != "box" && wanted != "ground" && wanted != "all") {
-    throw ParameterError("plant = '" + wanted + "': unknown; known: box, ground, all");
+    throw ParameterError("plant = " + quoted(wanted) + ": unknown; known: box, ground, all");
   }
   for (const CalibrationTask& task : calibrationTasks()) {
     if (wanted != "all" && wanted != task.plant) continue;
@@ -265,7 +265,7 @@ int detect(const po::variables_map& options) {
   }
   const bool named = options.count("plant") > 0;
   const std::string plant = named ? options["plant"].as<std::string>() : "";
-  if (named && plant != "real") throw ParameterError("plant = '" + plant + "': unknown; known: real");
+  if (named && plant != "real") throw ParameterError("plant = " + quoted(plant) + ": unknown; known: real");
   const World world = named ? World::real : World::simple;
   if (options.count("quiet-hours") > 0) {
     const auto robots = options.count("unidentified") > 0 ? QuietRobots::unidentified : QuietRobots::identified;
@@ -329,8 +329,11 @@ void describeRobustness(po::options_description& options, po::positional_options
 }
 
 int assessRobustness(const po::variables_map& options) {
-  writeRobustnessTable(packageFiles(options), options["draws"].as<std::size_t>(), options["seed"].as<std::uint64_t>(),
-                       outputDirectory(options), jobs(options));
+  constexpr std::size_t kMost = 1000000;
+  const auto draws = options["draws"].as<std::size_t>();
+  if (draws < 1 || draws > kMost) throw ParameterError(fmt::format("draws = {}: must be in [1, {}]", draws, kMost));
+  writeRobustnessTable(packageFiles(options), draws, options["seed"].as<std::uint64_t>(), outputDirectory(options),
+                       jobs(options));
   return 0;
 }
 
@@ -492,7 +495,7 @@ int runCommand(const std::vector<std::string>& arguments) {
     if (arguments[0] == command.name) return dispatch(command, {arguments.begin() + 1, arguments.end()});
     names += (names.empty() ? "" : ", ") + std::string(command.name);
   }
-  throw ParameterError("command = '" + arguments[0] + "': unknown; known: " + names);
+  throw ParameterError("command = " + quoted(arguments[0]) + ": unknown; known: " + names);
 }
 
 }  // namespace jackal_aic::sim

@@ -7,6 +7,7 @@
 #include "comparison.hpp"
 #include "jackal_aic/aic/belief_update.hpp"
 #include "jackal_aic/certificate/state_space_model.hpp"
+#include "jackal_aic/config/text.hpp"
 #include "usable_range.hpp"
 #include "yaml_fields.hpp"
 
@@ -185,7 +186,7 @@ std::vector<Run> ExperimentTable::runs(const std::string& name) const {
       for (Run& run : runsOf(files_, node)) runs.push_back(named(std::move(run), name));
       return runs;
     }
-    throw ParameterError("experiment = '" + name + "': unknown; known: all, " + names);
+    throw ParameterError("experiment = " + quoted(name) + ": unknown; known: all, " + names);
   });
 }
 

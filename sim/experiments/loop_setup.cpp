@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "node_parameters.hpp"
 #include "plant_conversion.hpp"
@@ -105,7 +106,7 @@ void requireKnown(const char* what, const std::string& name, const std::vector<s
   if (contains(names, name)) return;
   std::string list;
   for (const auto& known : names) list += known + ", ";
-  throw ParameterError(std::string(what) + " = '" + name + "': unknown; known: " + list + "or a file NAME.yaml");
+  throw ParameterError(std::string(what) + " = " + quoted(name) + ": unknown; known: " + list + "or a file NAME.yaml");
 }
 
 LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,

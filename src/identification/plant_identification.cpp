@@ -42,22 +42,27 @@ void checkSeries(const std::vector<Sample>& series, const char* name, std::size_
   for (std::size_t i = 0; i < series.size(); ++i) {
     if (!std::isfinite(series[i].time)) throw IdentificationError(std::string(name) + ": a stamp is not finite");
     if (i > 0 && series[i].time < series[i - 1].time) {
-      throw IdentificationError(fmt::format("{}: stamps are not monotonic ({:g} s is followed by {:g} s)", name,
+      throw IdentificationError(fmt::format("{}: stamps are not monotonic ({:.3f} s is followed by {:.3f} s)", name,
                                             series[i - 1].time, series[i].time));
     }
   }
 }
 
+void checkValue(const char* name, double value, double largest) {
+  if (!std::isfinite(value)) throw IdentificationError(fmt::format("{}: a value is not finite", name));
+  if (std::abs(value) <= largest) return;
+  throw IdentificationError(fmt::format("{} = {:g} rad/s: must be within +-{:g} rad/s", name, value, largest));
+}
+
 void checkValues(const DriveRecording& recording) {
+  constexpr double kFastestWheel = 1e4, kFastestTurn = 1e3;  // rad/s; no robot is as fast
   for (const auto& c : recording.commands) {
-    if (!c.command.vector().allFinite()) throw IdentificationError("wheel commands: a value is not finite");
+    for (const double value : {c.command.left, c.command.right}) checkValue("wheel commands", value, kFastestWheel);
   }
   for (const auto& w : recording.wheels) {
-    if (!w.speed.vector().allFinite()) throw IdentificationError("wheel speeds: a value is not finite");
+    for (const double value : {w.speed.left, w.speed.right}) checkValue("wheel speeds", value, kFastestWheel);
   }
-  for (const auto& y : recording.yaw) {
-    if (!std::isfinite(y.yaw_rate)) throw IdentificationError("yaw rate: a value is not finite");
-  }
+  for (const auto& y : recording.yaw) checkValue("yaw rate", y.yaw_rate, kFastestTurn);
 }
 
 void checkExcitation(const DriveRecording& recording) {

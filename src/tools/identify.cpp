@@ -68,8 +68,9 @@ bool parse(int argc, char** argv, Options& options) {
     return false;
   }
   if (options.bag.empty()) throw po::error("no bag given; usage: identify BAG [--out plant_model.yaml], see --help");
-  if (!(options.wheel_radius > 0.0)) throw po::error("--wheel-radius must be above 0 m");
-  if (!(options.slip_factor > 0.0)) throw po::error("--slip-factor must be above 0");
+  const auto within = [](double value) { return value >= 0.001 && value <= 10.0; };
+  if (!within(options.wheel_radius)) throw po::error("--wheel-radius must be in [0.001, 10] m");
+  if (!within(options.slip_factor)) throw po::error("--slip-factor must be in [0.001, 10]");
   if (!options.imu_rotation.empty()) options.topics.imu_rotation = rotationOf(options.imu_rotation);
   if (options.plot.empty()) options.plot = options.bag.substr(0, options.bag.rfind(".bag")) + ".png";
   return true;

@@ -168,6 +168,15 @@ TEST_F(Experiments, CommandLineErrorsAreOneLineWithTheValidNames) {
             "shard = '3/2': expected K/N with 1 <= K <= N <= 100000");
   EXPECT_EQ(with_share({"run", "all", "--out", path("x"), "--jobs", "-1"}), "jobs = -1: must be in [0, 1024]");
   EXPECT_TRUE(startsWith(with_share({"step", "--controller", "improved", "--plant", "box"}), "step = 0: must be"));
+  for (const char* speed : {"nan", "1e+300", "11"}) {
+    EXPECT_TRUE(startsWith(with_share({"step", "--controller", "improved", "--plant", "box", "--step", speed}),
+                           std::string("step = ") + speed))
+        << speed;
+  }
+  EXPECT_TRUE(startsWith(
+      with_share({"step", "--controller", "improved", "--plant", "box", "--step", "1", "--turn", "51"}), "turn = 51"));
+  EXPECT_EQ(complaint({"fl\033y"}).find('\033'), std::string::npos) << "a terminal obeys it";
+  EXPECT_EQ(with_share({"robustness", "--out", path("x"), "--draws", "0"}), "draws = 0: must be in [1, 1000000]");
   EXPECT_TRUE(startsWith(with_share({"step", "--controller", "improved", "--plant", "box", "--step", "fast"}),
                          "step: the argument ('fast')"));
   EXPECT_TRUE(startsWith(

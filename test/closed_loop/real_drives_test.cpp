@@ -5,8 +5,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
+#include <random>
 #include <regex>
+#include <utility>
+#include <vector>
 
 #include "commands.hpp"
 
@@ -48,6 +52,82 @@ TEST(RealDrives, RaiseNoAlarmAndTeachTheTurnWithEitherModel) {
       // How the turn depends on the motion is learned where it matters, and costs nothing elsewhere.
       const bool depends = name.find("asphalt") != std::string::npos;
       EXPECT_LE(std::stod(row[1]), depends ? 0.65 : 1.05) << name << " " << model;
+    }
+  }
+}
+
+/// A recording whose steps are put into another order; each of them stays as it was.
+RobotRecording shuffled(RobotRecording recording, unsigned seed) {
+  std::vector<std::vector<RecordedSample>> stretches;
+  for (const RecordedSample& sample : recording.samples) {
+    if (sample.starts) stretches.emplace_back();
+    stretches.back().push_back(sample);
+  }
+  std::mt19937 random(seed);
+  for (std::size_t i = stretches.size() - 1; i > 0; --i) std::swap(stretches[i], stretches[random() % (i + 1)]);
+  recording.samples.clear();
+  double clock = 0.0;
+  for (std::vector<RecordedSample>& stretch : stretches) {
+    const double shift = clock - stretch.front().observation.stamp;
+    for (RecordedSample& sample : stretch) {
+      sample.observation.stamp += shift;
+      recording.samples.push_back(sample);
+    }
+    clock = recording.samples.back().observation.stamp + 10.0;
+  }
+  return recording;
+}
+
+/// A recording whose wheels are measured anew only with every n-th sample of a stretch. @param samples n.
+RobotRecording held(RobotRecording recording, std::size_t samples) {
+  std::size_t since = 0;
+  for (std::size_t i = 0; i < recording.samples.size(); ++i, ++since) {
+    if (recording.samples[i].starts) since = 0;
+    if (since % samples == 0) continue;
+    const Observation& before = recording.samples[i - 1].observation;
+    recording.samples[i].observation.wheel_left = before.wheel_left;
+    recording.samples[i].observation.wheel_right = before.wheel_right;
+  }
+  return recording;
+}
+
+/// A recording of an encoder with another resolution [rad/s].
+RobotRecording rounded(RobotRecording recording, double step) {
+  for (RecordedSample& sample : recording.samples) {
+    Observation& y = sample.observation;
+    y.wheel_left = step * std::round(y.wheel_left / step);
+    y.wheel_right = step * std::round(y.wheel_right / step);
+  }
+  return recording;
+}
+
+/// The later part of a recording.
+RobotRecording laterPart(RobotRecording recording, double share) {
+  const auto all = static_cast<double>(recording.samples.size());
+  recording.samples.erase(recording.samples.begin(),
+                          recording.samples.begin() + static_cast<std::ptrdiff_t>(share * all));
+  recording.samples.front().starts = true;
+  return recording;
+}
+
+TEST(RealDrives, RaiseNoAlarmInAnotherOrderOrWithCoarserOrSlowerEncoders) {
+  if (data().empty()) GTEST_SKIP() << "JACKAL_AIC_REAL_DATA is not set";
+  for (const std::string& path : recordingsIn(data())) {
+    const RobotRecording whole = readRecording(path);
+    std::vector<std::pair<const char*, RobotRecording>> variants{{"later half", laterPart(whole, 0.5)},
+                                                                 {"later quarter", laterPart(whole, 0.75)},
+                                                                 {"encoders at 5 Hz", held(whole, 4)},
+                                                                 {"encoders at 4 Hz", held(whole, 5)},
+                                                                 {"encoders of 0.1 rad/s", rounded(whole, 0.1)}};
+    // The steps of a log are one drive; those of windows are apart as they are.
+    if (whole.name.find("windows") != std::string::npos) variants.emplace_back("shuffled", shuffled(whole, 1));
+    for (const auto& [what, recording] : variants) {
+      const CommandPath command_path = fitCommandPath(recording);
+      for (const RealModel model : {RealModel::assumed, RealModel::identified}) {
+        const RealFigures figures = replay(files(), recording, command_path, model);
+        EXPECT_TRUE(figures.alarms.empty())
+            << recording.name << ", " << what << ": " << figures.alarms.size() << ", " << figures.alarms.front().reason;
+      }
     }
   }
 }

@@ -78,6 +78,17 @@ TEST(PlantIdentification, FindsTheEffectiveTrackOfEachDirection) {
   EXPECT_NEAR(found.track_right.value, 0.547, 0.547 * 0.03);
 }
 
+TEST(PlantIdentification, SpeedsThatNoRobotHasAreToldWithTheirBound) {
+  const DriveRecording good = record(plantWith(0.1, 0.05, 1.0, 10.0));
+  DriveRecording wheels = good, turn = good, command = good;
+  wheels.wheels[100].speed.left = 1e300;
+  turn.yaw[100].yaw_rate = -2e3;
+  command.commands[100].command.right = 3e38;
+  EXPECT_EQ(refusal(wheels), "wheel speeds = 1e+300 rad/s: must be within +-10000 rad/s");
+  EXPECT_EQ(refusal(turn), "yaw rate = -2000 rad/s: must be within +-1000 rad/s");
+  EXPECT_EQ(refusal(command), "wheel commands = 3e+38 rad/s: must be within +-10000 rad/s");
+}
+
 TEST(PlantIdentification, ASlowTurnIsNoBiasOfTheGyro) {
   DriveRecording recording = record(plantWith(0.1, 0.05, 1.0, 10.0));
   constexpr double kSlow = 0.12, kTrack = 0.547;  // rad/s of each wheel, m
