@@ -35,7 +35,8 @@ DriveTrainFit::Speeds DriveTrainFit::input(double given) const {
   // r = γ g v − o sign(v), and its derivatives
   const double turning = std::abs(given) > kSlowest ? std::copysign(1.0, given) : 0.0;
   Speeds input;
-  input << theta_(kGainShare) * model_.gain * given - theta_(kOffset) * turning, 0.0, 0.0, model_.gain * given, -turning;
+  input << theta_(kGainShare) * model_.gain * given - theta_(kOffset) * turning, 0.0, 0.0, model_.gain * given,
+      -turning;
   return input;
 }
 

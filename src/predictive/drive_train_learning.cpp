@@ -10,27 +10,27 @@ namespace {
 
 constexpr std::size_t steps(double time) { return static_cast<std::size_t>(time / DriveTrainFit::kStep + 0.5); }
 
-constexpr double kChange = 0.3;                      // rad/s; of a command beyond which a wheel does not rest
-constexpr std::size_t kUnnoticed = steps(0.06);      // in which the commands change before it shows
-constexpr std::size_t kSettled = steps(0.6);         // after the dead time, until nothing is left of a change
-constexpr std::size_t kLongest = steps(2.0);         // of a change, which is learned from as far as it has come
-constexpr std::size_t kTransient = steps(1.0);       // of a motion of which nothing is known, until the filter forgot it
-constexpr double kResting = 0.1 / DriveTrainFit::kStep;  // steps; before a change, whose mean is the speed of before
+constexpr double kChange = 0.3;                  // rad/s; of a command beyond which a wheel does not rest
+constexpr std::size_t kUnnoticed = steps(0.06);  // in which the commands change before it shows
+constexpr std::size_t kSettled = steps(0.6);     // after the dead time, until nothing is left of a change
+constexpr std::size_t kLongest = steps(2.0);     // of a change, which is learned from as far as it has come
+constexpr std::size_t kTransient = steps(1.0);   // of a motion of which nothing is known, until the filter forgot it
+constexpr double kResting = 0.1 / DriveTrainFit::kStep;    // steps; before a change, whose mean is the speed of before
 constexpr double kSpacing = 0.015 / DriveTrainFit::kStep;  // steps; least between measurements that are kept
-constexpr int kReviewed = 2;                // measurements of a run in an inner step
-constexpr double kOtherLags[] = {0.0, 0.9, -0.9, 0.0};   // of ln T, with which a review begins beside
-constexpr double kOtherShares[] = {1.0, 1.0, 1.0, 0.5};  // of lambda, likewise
+constexpr int kReviewed = 2;                               // measurements of a run in an inner step
+constexpr double kOtherLags[] = {0.0, 0.9, -0.9, 0.0};     // of ln T, with which a review begins beside
+constexpr double kOtherShares[] = {1.0, 1.0, 1.0, 0.5};    // of lambda, likewise
 constexpr int kStarts = 4;
 constexpr int kMostRuns = 10;
-constexpr double kShorter = 0.3;        // of a step that led nowhere
-constexpr double kSmallStep = 0.05;     // standard deviations of theta; of a step that makes no difference
-constexpr double kMemory = 0.7;         // weight of a change of the commands beside the next
-constexpr double kExcess = 8.0;         // n_0
-constexpr double kUnexplained = 0.01;   // of the squares of a motion; a model that leaves more did not make it
-constexpr double kNoise = 4.0;          // variances of the encoders, which nothing explains
-constexpr double kOtherLag = 0.7;       // of ln T, beyond which a parabola says nothing
-constexpr double kBeyondDoubt = 3.0;    // standard deviations
-constexpr double kLeastChange = 0.005;  // s, of dead time or lag; a smaller one makes no difference
+constexpr double kShorter = 0.3;         // of a step that led nowhere
+constexpr double kSmallStep = 0.05;      // standard deviations of theta; of a step that makes no difference
+constexpr double kMemory = 0.7;          // weight of a change of the commands beside the next
+constexpr double kExcess = 8.0;          // n_0
+constexpr double kUnexplained = 0.01;    // of the squares of a motion; a model that leaves more did not make it
+constexpr double kNoise = 4.0;           // variances of the encoders, which nothing explains
+constexpr double kOtherLag = 0.7;        // of ln T, beyond which a parabola says nothing
+constexpr double kBeyondDoubt = 3.0;     // standard deviations
+constexpr double kLeastChange = 0.005;   // s, of dead time or lag; a smaller one makes no difference
 constexpr double kLargestDoubt = 0.008;  // s; standard deviation of a dead time that is taken over
 constexpr double kShortestLag = 0.002;   // s; below it the speed does not depend on the lag
 constexpr double kPinned = 1e9;          // precision of what is at its bound

@@ -140,7 +140,8 @@ TEST(UnknownDeadTime, IsToldFromALagThatIsFarOff) {
 
 TEST(UnknownDeadTime, IsLearnedFromStraightRampsTurnsAndArcs) {
   // Nothing but ramps at the acceleration limit, which the commands begin with less than a whole period's step.
-  for (const SetPoint& motion : {SetPoint{1.0, 0.0, 0.0}, {1.5, 0.0, 0.0}, {0.1, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.5, 0.0, 0.5}}) {
+  for (const SetPoint& motion :
+       {SetPoint{1.0, 0.0, 0.0}, {1.5, 0.0, 0.0}, {0.1, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.5, 0.0, 0.5}}) {
     for (const double off : {-kOff, kOff}) {
       SetPointProfile profile;
       profile.assessed.reset();

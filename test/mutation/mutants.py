@@ -33,8 +33,9 @@ SOURCES = {
                           "measurement_watch", "motor_share", "phase_lock", "step_schedule"],
     "jackal_aic_faults": ["acceleration_monitor", "channel_monitor", "fault_monitor", "prediction_envelope",
                           "reachable_speeds", "recent_range", "sliding_range", "wheel_monitor", "yaw_belief", "yaw_monitor"],
+    "jackal_aic_predictive": ["drive_train_fit", "drive_train_learning"],
 }
-ROOMS = {"jackal_aic_safety": "safety", "jackal_aic_faults": "faults"}
+ROOMS = {"jackal_aic_safety": "safety", "jackal_aic_faults": "faults", "jackal_aic_predictive": "predictive"}
 
 # Unit tests of each room first, then those that close the loop; each list from the quick to the slow. A test may be
 # followed by its arguments.
@@ -45,13 +46,16 @@ UNIT_TESTS = {
     "jackal_aic_faults": ["yaw_belief_test", "yaw_monitor_test", "recent_range_test", "sliding_range_test",
                           "acceleration_monitor_test", "reachable_speeds_test", "channel_monitor_test", "wheel_monitor_test",
                           "fault_isolation_test", "fault_monitor_test", "drive_loop_test"],
+    "jackal_aic_predictive": ["drive_train_learning_test"],
 }
 # Of the fault detection those cases that take a tenth of its time: every fault, and the alarms of some conditions.
 FAULT_CASES = ("fault_detection_test --gtest_filter=-FrozenEncoder.Is*:HealthyRobot.*:*as_calibrated:*deg_*:*box_10*:*box_no*:"
                "*ground_noise_x_5:*ground_10*:*friction_1:*ground_no_noise")
+DEAD_TIME_CASES = "unknown_dead_time_test --gtest_filter=*TenSeconds:*Coarse*:*Ramps*:*FarOff:*Real*"
 LOOP_TESTS = {
     "jackal_aic_safety": ["stall_test", "sensor_loss_test", "standstill_test"],
     "jackal_aic_faults": ["stall_test", FAULT_CASES, "sensor_loss_test"],
+    "jackal_aic_predictive": [DEAD_TIME_CASES],
 }
 
 # What is changed into what: (name, pattern, replacement).

@@ -101,6 +101,17 @@ TEST(DriveTrainLearning, TakesAChangeFromItsBeginning) {
   }
 }
 
+TEST(DriveTrainLearning, AnOffsetOfTheMotorsMakesNoRampLate) {
+  // At the limit a wheel that turns slower by o is late by o over the limit, 30 ms, at the start alone.
+  PlantModel motors = modelWith(0.08, 0.006);
+  motors.offset = 0.5;
+  LearningFromARobot robot(motors, modelWith(0.08, 0.006));
+  for (int i = 0; i < 6; ++i) {
+    robot.ramp(i % 2 == 0 ? 0.0 : 10.0, i % 2 == 0 ? 10.0 : 0.0, PlantModel{}.acceleration_limit / kRadius, 2.0);
+  }
+  EXPECT_NEAR(robot.learning().timing().dead_time, 0.08, 0.01);
+}
+
 TEST(DriveTrainLearning, ALimitFarBelowTheModelsIsNoDeadTime) {
   for (const double told : {0.0, 0.08, 0.16}) {
     PlantModel motors = modelWith(0.08, 0.006);

@@ -36,8 +36,8 @@ class DriveLoopTest : public testing::Test {
  protected:
   explicit DriveLoopTest(const DriveParameters& parameters = thesis()) : loop(parameters, makeController(parameters)) {}
 
-  /// Drives for a time [s]. @param sources that send: w for the wheels, i for the IMU, p for pairs; s for the set
-  /// point.
+  /// Drives for a time [s]. @param sources that send: w for the wheels, i for the IMU, p for pairs, x for pairs of which
+  /// no wheel can be believed; s for the set point.
   void drive(double duration, const std::string& sources = "wips") {
     const auto sends = [&sources](char source) { return sources.find(source) != std::string::npos; };
     for (long end = tick + std::lround(duration / kTick); tick < end; ++tick) {
@@ -50,8 +50,11 @@ class DriveLoopTest : public testing::Test {
         imu.valid.wheel_left = imu.valid.wheel_right = false;
         FrozenSource::Sample changing = FrozenSource::Sample::Constant(now);
         if (sends('w')) loop.receiveWheels({wheels, changing}, now);
-        if (sends('i')) loop.receiveImu({imu, changing}, now);
+        if (sends('i')) loop.receiveImu({imu, imu_repeats ? FrozenSource::Sample::Zero() : changing}, now);
         if (sends('p')) loop.observe(y, now);
+        wheels = y;
+        wheels.wheel_left = wheels.wheel_right = 200.0;
+        if (sends('x')) loop.observe(wheels, now);
       }
       if (tick % 100 == 0 && sends('s')) loop.setSetPoint(set_point, now);
       loop.report(robot, now);
@@ -86,6 +89,7 @@ class DriveLoopTest : public testing::Test {
   WheelVector speed = WheelVector::Zero();
   WheelCommand command;
   int commands = 0;
+  bool imu_repeats = false;
 };
 
 class PredictiveDriveLoopTest : public DriveLoopTest {
@@ -99,6 +103,28 @@ TEST_F(DriveLoopTest, DrivesToTheSetPointWithOneCommandAPeriod) {
   EXPECT_NEAR(commands, 3.0 / kPeriod, 1.0);
   EXPECT_NEAR(0.098 * speed.mean(), 0.5, 0.02);
   EXPECT_EQ(why(), "");
+}
+
+TEST_F(DriveLoopTest, SensorsThatTellNothingLetARobotStandAndNotStart) {
+  drive(1.0, "wip");
+  drive(1.0, "x");
+  EXPECT_EQ(status(), DriveStatus::idle) << why();
+  EXPECT_NE(loop.status().decision.cause, StopCause::sensor_fault) << why();
+  drive(1.0, "xs");
+  EXPECT_EQ(loop.status().decision.cause, StopCause::sensor_fault) << why();
+  EXPECT_EQ(command, WheelCommand{});
+}
+
+TEST_F(DriveLoopTest, AStartForgetsThatTheImuRepeated) {
+  drive(1.0);
+  imu_repeats = true;
+  drive(0.6);
+  EXPECT_EQ(why(), "yaw rate lost");
+  loop.start({}, now);
+  drive(0.2);
+  EXPECT_EQ(why(), "");
+  drive(0.4);
+  EXPECT_EQ(why(), "yaw rate lost");
 }
 
 /// Two loops are told the same at the same times, one of them also every belief step: both do the same to the bit.

@@ -28,9 +28,13 @@
 
 namespace jackal_aic {
 
-/// What is fitted of a drive train beside its dead time: (ln T, lambda, gamma, o).
+/// Number of parameters theta.
 inline constexpr int kDriveTrainParameters = 4;
+
+/// What is fitted of a drive train beside its dead time: (ln T, lambda, gamma, o).
 using DriveTrainVector = Eigen::Matrix<double, kDriveTrainParameters, 1>;
+
+/// Its square.
 using DriveTrainMatrix = Eigen::Matrix<double, kDriveTrainParameters, kDriveTrainParameters>;
 
 /// Indices of DriveTrainVector.
@@ -67,7 +71,7 @@ struct DriveTrainSums {
 /// A run of a drive train through commands, and its sums. Nothing here allocates.
 class DriveTrainFit {
  public:
-  static constexpr double kStep = 0.005;  ///< of the prediction, and between the dead times [s]
+  static constexpr double kStep = 0.005;           ///< of the prediction, and between the dead times [s]
   static constexpr double kLongestDeadTime = 0.4;  ///< [s]
   static constexpr int kGrid = static_cast<int>(kLongestDeadTime / kStep) + 2;  ///< dead times 0, kStep, ...
   using Sums = std::array<DriveTrainSums, kGrid>;                               ///< by dead time
@@ -112,9 +116,9 @@ class DriveTrainFit {
   PlantModel model_;
   double radius_;
   DriveTrainVector theta_ = DriveTrainVector::Zero();
-  double lag_ = 0.0;    // T [s]
-  double rest_ = 0.0;   // of a difference of speed after a step, e^(-h/T)
-  double limit_ = 0.0;  // L of dw/dt, with lambda [rad/s^2]
+  double lag_ = 0.0;        // T [s]
+  double rest_ = 0.0;       // of a difference of speed after a step, e^(-h/T)
+  double limit_ = 0.0;      // L of dw/dt, with lambda [rad/s^2]
   std::size_t newest_ = 0;  // of the histories
   Wheel left_;
   Wheel right_;

@@ -132,9 +132,9 @@ class DriveTrainLearning {
 
   double wheel_variance_;
   DriveTrainTiming timing_;
-  double told_ = 0.0;                                     // ln T that was told
+  double told_ = 0.0;                                  // ln T that was told
   DriveTrainVector theta_ = DriveTrainVector::Zero();  // around which memory_ is
-  Sums memory_;                                           // of earlier changes, over the variance of each
+  Sums memory_;                                        // of earlier changes, over the variance of each
 
   // What is kept.
   std::array<WheelVector, kCommands> commands_{};  // of each step, a ring [rad/s]
@@ -158,7 +158,7 @@ class DriveTrainLearning {
   DriveTrainFit fit_;
   Best best_;
   DriveTrainVector next_ = DriveTrainVector::Zero();  // step from the best theta
-  std::optional<DriveTrainTiming> learned_;              // that the model has not taken over yet
+  std::optional<DriveTrainTiming> learned_;           // that the model has not taken over yet
 };
 
 }  // namespace jackal_aic
