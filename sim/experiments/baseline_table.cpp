@@ -122,10 +122,17 @@ class Search {
   TunedBaseline best_{};
 };
 
+/// A case that is driven, and its bound.
+struct DrivenCase {
+  BoundedCase bounded;
+  double bound;
+};
+
 /// A structure on a plant.
 struct Case {
   const Baseline* structure;
   const char* plant;
+  const std::vector<DrivenCase>* driven;
 };
 
 /// What is written of it.
@@ -168,16 +175,22 @@ std::string lineOf(const Case& c, const LoopSetup& setup, double limit, const Tu
   return line + fmt::format(",{}\n", valuesOf(c, tuned));
 }
 
+/// Cases on a plant, the same for all structures.
+std::vector<DrivenCase> drivenCases(const PackageFiles& files, const std::string& plant) {
+  const LoopSetup open_loop = loadSetup(files, "diff_drive", plant, {{"plant.noise_scale", "0"}});
+  std::vector<DrivenCase> cases;
+  for (const BoundedCase& bounded : boundedCases()) {
+    const auto found = std::find(std::begin(kDrivenCases), std::end(kDrivenCases), std::string(bounded.name));
+    if (found != std::end(kDrivenCases)) cases.push_back({bounded, boundOf(open_loop, bounded)});
+  }
+  return cases;
+}
+
 std::string drivenLine(const PackageFiles& files, const Case& c, const TunedBaseline& tuned) {
   const LoopSetup setup = setupOf(files, c, tuned.values);
-  const LoopSetup open_loop = loadSetup(files, "diff_drive", c.plant, {{"plant.noise_scale", "0"}});
   std::string line = fmt::format("{},{}", c.structure->name, c.plant);
-  for (const BoundedCase& bounded : boundedCases()) {
-    if (std::find(std::begin(kDrivenCases), std::end(kDrivenCases), std::string(bounded.name)) ==
-        std::end(kDrivenCases)) {
-      continue;
-    }
-    line += fmt::format(",{:.3f}", runBounded(setup, open_loop, bounded).ofBound());
+  for (const auto& [bounded, bound] : *c.driven) {
+    line += fmt::format(",{:.3f}", BoundedFigure{figureOf(setup, bounded), bound}.ofBound());
   }
   return line + "\n";
 }
@@ -238,8 +251,10 @@ void writeBaselineTables(const PackageFiles& files, const std::string& directory
   const LoopSetup preset = loadSetup(files, "predictive", "ground", {});
   const auto structures = comparedStructures(std::get<PredictiveParameters>(preset.drive.controller));
   std::vector<Case> cases;
-  for (const char* plant : kPlants) {
-    for (const Baseline& structure : structures) cases.push_back({&structure, plant});
+  const auto driven_cases = parallelResults("bounds", std::size(kPlants), jobs,
+                                            [&](std::size_t i) { return drivenCases(files, kPlants[i]); });
+  for (std::size_t i = 0; i < driven_cases.size(); ++i) {
+    for (const Baseline& structure : structures) cases.push_back({&structure, kPlants[i], &driven_cases[i]});
   }
   const auto lines =
       parallelResults("baselines", cases.size(), jobs, [&](std::size_t i) { return linesOf(files, cases[i]); });

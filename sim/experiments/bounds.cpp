@@ -51,16 +51,12 @@ double iae(const std::vector<double>& errors) {
   return sum;
 }
 
-BoundedFigure runDisturbance(const LoopSetup& setup, const LoopSetup& open_loop, const BoundedCase& bounded) {
-  BoundedFigure figure{0.0};
-  for (const double moment : kMoments) {
-    const double start = kRestTime + kSettled + moment;
-    const double t_1 = kPeriod - moment + setup.plant.dead_time;
-    const double share = 1.0 / static_cast<double>(std::size(kMoments));
-    *figure.value += share * iae(errorsAfter(setup, bounded, start));
-    figure.bound += share * leastIae(errorsAfter(open_loop, bounded, start), t_1, setup.plant.acceleration_limit);
-  }
-  return figure;
+/// Mean over the moments of a disturbance. @param figure of the time at which it begins [s] and of the moment [s].
+template <class Figure>
+double meanOverMoments(const Figure& figure) {
+  double sum = 0.0;
+  for (const double moment : kMoments) sum += figure(kRestTime + kSettled + moment, moment);
+  return sum / static_cast<double>(std::size(kMoments));
 }
 
 std::string lineOf(const PackageFiles& files, const std::string& controller, const std::string& plant,
@@ -104,14 +100,24 @@ double leastIae(const std::vector<double>& uncorrected, double t_1, double limit
 
 BoundedFigure runBounded(const PackageFiles& files, const std::string& controller, const std::string& plant,
                          const BoundedCase& bounded) {
-  return runBounded(quietSetup(files, controller, plant), quietSetup(files, kOpenLoop, plant), bounded);
+  return {figureOf(quietSetup(files, controller, plant), bounded),
+          boundOf(quietSetup(files, kOpenLoop, plant), bounded)};
 }
 
-BoundedFigure runBounded(const LoopSetup& setup, const LoopSetup& open_loop, const BoundedCase& bounded) {
-  if (bounded.disturbed()) return runDisturbance(setup, open_loop, bounded);
+double boundOf(const LoopSetup& open_loop, const BoundedCase& bounded) {
+  if (!bounded.disturbed()) return leastSettling(open_loop, bounded.set_point);
+  return meanOverMoments([&](double start, double moment) {
+    const double t_1 = kPeriod - moment + open_loop.plant.dead_time;
+    return leastIae(errorsAfter(open_loop, bounded, start), t_1, open_loop.plant.acceleration_limit);
+  });
+}
+
+std::optional<double> figureOf(const LoopSetup& setup, const BoundedCase& bounded) {
   const SetPoint& target = bounded.set_point;
-  const ResultRow row = runSetup(setup, stepProfile(target.forward, target.yaw_rate, kStepDuration)).row;
-  return {row.settling_s, leastSettling(setup, target)};
+  if (!bounded.disturbed()) {
+    return runSetup(setup, stepProfile(target.forward, target.yaw_rate, kStepDuration)).row.settling_s;
+  }
+  return meanOverMoments([&](double start, double) { return iae(errorsAfter(setup, bounded, start)); });
 }
 
 double barOf(const PackageFiles& files, const BoundedCase& bounded, double bound) {

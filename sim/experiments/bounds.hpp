@@ -74,8 +74,11 @@ double leastIae(const std::vector<double>& uncorrected, double t_1, double limit
 BoundedFigure runBounded(const PackageFiles& files, const std::string& controller, const std::string& plant,
                          const BoundedCase& bounded);
 
-/// The same of setups without noise. @param open_loop the open loop on the same plant.
-BoundedFigure runBounded(const LoopSetup& setup, const LoopSetup& open_loop, const BoundedCase& bounded);
+/// The figure of a setup without noise; empty: it does not settle.
+std::optional<double> figureOf(const LoopSetup& setup, const BoundedCase& bounded);
+
+/// Its bound. @param open_loop the open loop on the same plant, without noise.
+double boundOf(const LoopSetup& open_loop, const BoundedCase& bounded);
 
 /// What is asked of `predictive` (acceptance.yaml): a settling time in multiples of the bound and one action period
 /// beside, an IAE in multiples of the bound.

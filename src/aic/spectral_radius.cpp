@@ -40,6 +40,14 @@ double isolated(Eigen::MatrixXd& map) {
   return largest;
 }
 
+/// |v|, without overflow or underflow; the safe way takes several times as long.
+template <class Vector>
+double length(const Vector& v) {
+  constexpr double kSafeSquare = 1e-200;
+  const double square = v.squaredNorm();
+  return square > kSafeSquare && square < 1.0 / kSafeSquare ? std::sqrt(square) : v.stableNorm();
+}
+
 /// The map with its states scaled by powers of two, so that each row is as long as its column.
 Eigen::MatrixXd balanced(Eigen::MatrixXd map) {
   bool changed = true;
@@ -48,9 +56,9 @@ Eigen::MatrixXd balanced(Eigen::MatrixXd map) {
     for (Eigen::Index i = 0; i < map.rows(); ++i) {
       const double diagonal = map(i, i);
       map(i, i) = 0.0;
-      const double column = map.col(i).stableNorm(), row = map.row(i).stableNorm();
-      if (column > 0.0 && row > 0.0) {
-        const double factor = std::exp2(std::round(0.5 * std::log2(row / column)));
+      const double column = length(map.col(i)), row = length(map.row(i)), ratio = row / column;
+      if (column > 0.0 && row > 0.0 && (ratio > 2.0 || ratio < 0.5)) {  // else the nearest power of two is 1
+        const double factor = std::exp2(std::round(0.5 * std::log2(ratio)));
         if (std::hypot(factor * column, row / factor) < kWorthIt * std::hypot(column, row)) {
           map.col(i) *= factor;
           map.row(i) /= factor;

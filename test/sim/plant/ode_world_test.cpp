@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <memory>
 #include <string>
 
 #include "test_plant.hpp"
@@ -18,13 +17,16 @@ constexpr double kStep = 0.001;  // s
 
 /// A world and the same with ODE's solver.
 struct Pair {
-  explicit Pair(WorldParameters parameters, RobotModel model = readRobotModel(jackalUrdf())) : ours(model, parameters) {
+  explicit Pair(const WorldParameters& parameters, const RobotModel& model = readRobotModel(jackalUrdf()))
+      : ours(model, parameters), ode(model, byOde(parameters)) {}
+
+  static WorldParameters byOde(WorldParameters parameters) {
     parameters.ode_solver = true;
-    ode = std::make_unique<OdeWorld>(model, parameters);
+    return parameters;
   }
 
   void step(double left, double right) {
-    for (OdeWorld* world : {&ours, ode.get()}) {
+    for (OdeWorld* world : {&ours, &ode}) {
       for (const Wheel wheel : {kFrontLeft, kRearLeft}) world->setWheelReference(wheel, left);
       for (const Wheel wheel : {kFrontRight, kRearRight}) world->setWheelReference(wheel, right);
       world->step(kStep);
@@ -32,20 +34,19 @@ struct Pair {
   }
 
   void expectTheSame(double tolerance, const std::string& when) const {
-    const ChassisState a = ours.chassis(), b = ode->chassis();
+    const ChassisState a = ours.chassis(), b = ode.chassis();
     EXPECT_LT((a.position - b.position).norm(), tolerance) << when;
     EXPECT_LT(a.orientation.angularDistance(b.orientation), tolerance) << when;
     EXPECT_LT((a.velocity - b.velocity).norm(), tolerance) << when;
     EXPECT_LT((a.angular_velocity - b.angular_velocity).norm(), tolerance) << when;
     for (std::size_t wheel = 0; wheel < 4; ++wheel) {
-      EXPECT_NEAR(ours.wheelSpeed(wheel), ode->wheelSpeed(wheel), tolerance) << when;
+      EXPECT_NEAR(ours.wheelSpeed(wheel), ode.wheelSpeed(wheel), tolerance) << when;
       // Four wheels that stick share a load as the rounding of their positions has it.
-      EXPECT_NEAR(ours.wheelTorque(wheel), ode->wheelTorque(wheel), 0.1) << when;
+      EXPECT_NEAR(ours.wheelTorque(wheel), ode.wheelTorque(wheel), 0.1) << when;
     }
   }
 
-  OdeWorld ours;
-  std::unique_ptr<OdeWorld> ode;
+  OdeWorld ours, ode;
 };
 
 /// Starts, a turn, reverse, a turn in place and a stop, within the motors' limits or beyond them.
@@ -98,7 +99,7 @@ TEST(OdeWorld, MovesAsWithOdesOwnSolverOnTheBox) {
 TEST(OdeWorld, MovesAsWithOdesOwnSolverPushedLiftedAndSetDown) {
   Pair pair({});
   for (int k = 0; k < 3000; ++k) {
-    for (OdeWorld* world : {&pair.ours, pair.ode.get()}) {
+    for (OdeWorld* world : {&pair.ours, &pair.ode}) {
       world->push({k > 100 && k < 500 ? 60.0 : 0.0, 0.0, 0.0}, k > 300 && k < 600 ? 20.0 : 0.0);
       world->lift(k > 1000 && k < 1500);
     }
