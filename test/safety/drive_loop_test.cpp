@@ -36,8 +36,8 @@ class DriveLoopTest : public testing::Test {
  protected:
   explicit DriveLoopTest(const DriveParameters& parameters = thesis()) : loop(parameters, makeController(parameters)) {}
 
-  /// Drives for a time [s]. @param sources that send: w for the wheels, i for the IMU, p for pairs, x for pairs of which
-  /// no wheel can be believed; s for the set point.
+  /// Drives for a time [s]. @param sources that send: w for the wheels, i for the IMU, p for pairs, x for pairs of
+  /// which no wheel can be believed; s for the set point.
   void drive(double duration, const std::string& sources = "wips") {
     const auto sends = [&sources](char source) { return sources.find(source) != std::string::npos; };
     for (long end = tick + std::lround(duration / kTick); tick < end; ++tick) {
