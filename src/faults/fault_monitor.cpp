@@ -24,6 +24,10 @@ constexpr double kIsolationTime = 0.2;
 /// motors cannot hold it.
 constexpr double kDraggedTime = 0.6;
 
+/// A wheel that slows down and turns on may be held up for this long [s]: by a kerb that it climbs at speed, at which
+/// its tyre slides and which throws it back more than once.
+constexpr double kHeldUpTime = 0.5;
+
 /// Time over which the yaw rate's evidence is averaged [s].
 constexpr double kEvidenceMemory = 0.05;
 
@@ -277,6 +281,7 @@ void FaultMonitor::conclude(const WheelMonitor& wheel, ChannelHealth& verdict, b
     // The tyres of a wheel that is dragged may slide: then neither speed explains the yaw rate.
     const bool as_predicted = !as_measured && evidence_.against_predicted <= kNoEvidence * kNoEvidence;
     if (!as_predicted && wheel.fasterThanCommanded() && evidence_.time < kDraggedTime) return;
+    if (as_measured && wheel.turnsOn() && evidence_.time < kHeldUpTime) return;
     drive = as_measured;
     verdict.state = drive ? ChannelState::ok : ChannelState::faulty;
     verdict.cause = drive ? FaultCause::none : FaultCause::prediction;

@@ -47,11 +47,17 @@ constexpr double kOtherGround = 0.45;
 /// multiples of the bound [s], since a robot whose gyro or slip is known badly is on bad ground, and how long that
 /// takes at most [s].
 constexpr double kTurnByGround = 0.05;
-constexpr double kTurnByBadGround = 0.35;
+constexpr double kTurnByBadGround = 0.3;
 constexpr double kLongestTurnByGround = 1.0;
 
 /// Turn against the wheels that a sliding body may have, by the turn that they ask for.
 constexpr double kAgainst = 0.15;
+
+/// A creeping robot of which a sill or a kerb holds one side turns about it, while its wheels go on: by this much, in
+/// multiples of the turn that the forward speed on one side would ask for. Up to this speed [m/s] no accelerometer
+/// feels that.
+constexpr double kAboutOneSide = 2.0;
+constexpr double kCreep = 0.2;
 
 /// Difference of the tyres' radii, relative: as usual, and the largest.
 constexpr double kUnlikeTyres = 0.01;
@@ -138,7 +144,7 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
   const bool frozen_at_rest = repetition_at_rest_.update(yaw_rate, moving, kResolution, moving ? kAnyChange : 0.0);
   const bool frozen_moving = repetition_moving_.update(yaw_rate, !moving, kResolution, moving ? 0.0 : kAnyChange);
   frozen_ = frozen_at_rest || frozen_moving;
-  watchJumps(yaw_rate, belief_.slope() * x.value, step);
+  watchJumps(yaw_rate, x.value, step);
   // Wheels that are under way nobody knows where do not tell which turn they ask for.
   if (x.value * x.value > x.variance) agreement_of_sign_.update(yaw_rate, belief_.slope() * x.value, step);
   if (agreement_of_sign_.turned() > kSignTime && std::abs(agreement_of_sign_.value()) > kSign) {
@@ -146,7 +152,7 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
   }
   const bool wrong_for_good = frozen_ || reversed();
   const bool off = distance_ > 1.0 || jumped_;
-  const bool sliding = off && !was_faulty && (shaken || slides(yaw_rate, x.value));
+  const bool sliding = off && !was_faulty && (shaken || slides(yaw_rate, x));
   bool suspect = (off && !sliding) || wrong_for_good || biased(x.forward);
   if (was_faulty) {
     agreement_ = distanceFrom(alternative_, yaw_rate, x) <= 1.0 ? agreement_ + step : 0.0;
@@ -191,18 +197,22 @@ void YawMonitor::restart() {
   persistence_.reset();
 }
 
-void YawMonitor::watchJumps(double yaw_rate, double asked, double step) {
-  const double change = std::max(kFastestChange, kFastestShare * std::abs(asked));
+void YawMonitor::watchJumps(double yaw_rate, double x, double step) {
+  const double change = std::max(kFastestChange, kFastestShare * std::abs(belief_.slope() * x));
   const double fastest = change * step + kNoise * std::sqrt(learned_.factor() * parameters_.gyro_variance);
   const bool jumped = jumped_;
-  jumped_ = jumped_ ? distance_ > kJumpEnd : distance_ > 1.0 && std::abs(yaw_rate - last_) > fastest;
+  const double by = yaw_rate - last_;
+  const bool away = by * belief_.error(yaw_rate, x) > 0.0;
+  jumped_ = jumped_ ? distance_ > kJumpEnd : distance_ > 1.0 && away && std::abs(by) > fastest;
   jolts_ += (jumped && !jumped_ ? 1.0 : 0.0) - jolts_ * step / kJoltMemory;
   jump_time_ = jumped_ ? jump_time_ + step : 0.0;
   last_ = yaw_rate;
 }
 
-bool YawMonitor::slides(double yaw_rate, double x) const {
-  const double part = belief_.error(yaw_rate, x) / (belief_.slope() * x);  // of what the wheels ask for
+bool YawMonitor::slides(double yaw_rate, const DifferenceSpeed& x) const {
+  const double error = belief_.error(yaw_rate, x.value), speed = std::abs(x.forward);
+  const double part = error / (belief_.slope() * x.value);  // of what the wheels ask for
+  if (!jumped_ && speed < kCreep && std::abs(error) < kAboutOneSide * belief_.slope() * speed) return true;
   if (!jumped_) return part >= -(1.0 + kAgainst) && part <= kOtherGround;
   return jump_time_ < std::min(kTimePerJolt * jolts_, kLongestJolt) && std::abs(part) <= kRocking;
 }

@@ -313,7 +313,9 @@ TEST(FaultMonitor, CommandsThatNobodyKnowsBlameNoWheelUntilTheyAreKnown) {
         y.acceleration_x = 0.049 * (left.acceleration() + right.acceleration()) + 0.05 * noise(random);
         y.acceleration_z = kGravity + 0.05 * noise(random);
         monitor.check(y);
-        if (off == 0.0) EXPECT_FALSE(monitor.report().faulty()) << monitor.report().reason() << " at " << y.stamp;
+        if (off == 0.0) {
+          EXPECT_FALSE(monitor.report().faulty()) << monitor.report().reason() << " at " << y.stamp;
+        }
       }
       monitor.advance(known ? std::optional(command) : std::nullopt, 0.001);
       left.predict(command.left);
@@ -333,6 +335,25 @@ TEST(FaultMonitor, AWheelThatTheBodyDragsAlongIsGivenHalfASecond) {
   const auto dragged = [](Observation& y) { y.wheel_left += 2.0, y.yaw_rate -= 0.098 * 2.0 / 0.55; };
   EXPECT_STREQ(robot.drive(kStraight, 0.5, dragged).reason(), "");
   EXPECT_STREQ(robot.drive(kStraight, 0.5, dragged).reason(), "left wheels do not follow their command");
+}
+
+TEST(FaultMonitor, AWheelThatAKerbHoldsUpIsGivenHalfASecondWhileItTurnsOn) {
+  const auto slowedTo = [](double part) {
+    return [part](Observation& y) {
+      const double off = (part - 1.0) * y.wheel_right;
+      y.wheel_right += off, y.yaw_rate += 0.098 * off / 0.55;
+    };
+  };
+  const auto turnsOn = slowedTo(0.6), hardlyTurns = slowedTo(0.4);
+  Robot kerb;
+  kerb.drive(kStraight, 3.0);
+  EXPECT_STREQ(kerb.drive(kStraight, 0.45, turnsOn).reason(), "");
+  EXPECT_STREQ(kerb.drive(kStraight, 2.0).reason(), "");
+  EXPECT_STREQ(kerb.drive(kStraight, 0.45, turnsOn).reason(), "") << "what is over is forgotten";
+  EXPECT_STREQ(kerb.drive(kStraight, 0.2, turnsOn).reason(), "right wheels do not follow their command");
+  Robot blocked;
+  blocked.drive(kStraight, 3.0);
+  EXPECT_STREQ(blocked.drive(kStraight, 0.3, hardlyTurns).reason(), "right wheels do not follow their command");
 }
 
 TEST(FaultMonitor, AnotherAccelerationLimitIsNoFault) {

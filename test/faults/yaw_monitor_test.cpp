@@ -309,7 +309,25 @@ TEST(YawMonitor, WhereLittleIsKnownOfTheTurnTheGroundMayTurnTheBodyFarther) {
   YawMonitor before = gyro.monitor;
   before.check(0.24, {0.0, kSpread, 0.0}, true, kPeriod);
   ASSERT_NEAR(before.distance(), 1.2, 0.1);
-  EXPECT_NEAR(gyro.samplesUntil(kFaulty, 0.24, 100), 0.35 / (before.distance() * kPeriod), 1.5) << "0.07 rad";
+  EXPECT_NEAR(gyro.samplesUntil(kFaulty, 0.24, 100), 0.3 / (before.distance() * kPeriod), 1.5) << "0.06 rad";
+}
+
+TEST(YawMonitor, ACreepingRobotThatIsHeldAtOneSideTurnsAboutIt) {
+  const auto stateAfter = [](double speed, std::initializer_list<double> yaw_rates) {
+    Gyro gyro;
+    gyro.forward = speed;
+    gyro.settle(0.0);
+    for (const double yaw_rate : yaw_rates) gyro.show(yaw_rate);
+    return gyro.show(*(yaw_rates.end() - 1), 100);
+  };
+  const double turn = 0.1 / kTrack;  // of a side that stands, with 0.1 m/s at the other
+  EXPECT_EQ(stateAfter(0.1, {0.3 * turn, 0.6 * turn, 0.9 * turn}), kOk);
+  EXPECT_EQ(stateAfter(0.1, {-0.3 * turn, -0.6 * turn, -0.9 * turn}), kOk);
+  EXPECT_EQ(stateAfter(-0.1, {0.3 * turn, 0.6 * turn, 0.9 * turn}), kOk);
+  EXPECT_EQ(stateAfter(0.1, {0.5 * turn, turn, 1.5 * turn, turn}), kOk) << "a jump back to the wheels";
+  EXPECT_EQ(stateAfter(0.1, {1.5 * turn}), kFaulty) << "a jump away from them";
+  EXPECT_EQ(stateAfter(0.05, {0.3 * turn, 0.6 * turn, 0.9 * turn, 1.2 * turn}), kFaulty) << "faster than that";
+  EXPECT_EQ(stateAfter(0.3, {0.3 * turn, 0.6 * turn, 0.9 * turn}), kFaulty) << "too fast to go unfelt";
 }
 
 TEST(YawMonitor, AGyroThatIsOffForASecondIsFaultyWhicheverWayItTurns) {

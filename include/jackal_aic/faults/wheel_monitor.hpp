@@ -67,6 +67,8 @@ class WheelMonitor {
   /// Declares the encoder frozen if it repeats: because the other one is, which comes with the same messages.
   void freezeWithTheOther();
 
+  /// The last sample has more than half of the speed believed: a wheel that something holds up, but does not block.
+  bool turnsOn() const { return measured_ * speed() > 0.5 * speed() * speed(); }
   bool fasterThanCommanded() const;  ///< the last sample is beyond every speed that the commands may have given it
   bool commandedToRest() const;      ///< no command of late makes it turn: what turns it comes from outside
   bool suspect() const { return suspect_; }  ///< the last sample is an outlier

@@ -27,6 +27,7 @@ struct DifferenceSpeed {
 /// either, if no faster than a body can, nor is a turn by the speed of the robot, as of tyres that are not alike.
 /// A sill or a kerb pushes the body aside, one wheel this way and the next one that way, and lets go of it before it
 /// has turned far: outliers do not count, but make a fault only where they add up to more than such an angle, or last.
+/// At a creep, where no accelerometer feels it, it may hold one side for as long as it likes: the body turns about it.
 /// Jumps that end by themselves are of ground that rocks the robot: the more there were, the longer the next one may
 /// last.
 ///
@@ -81,8 +82,8 @@ class YawMonitor {
   bool biased(double forward) const;
   void sumUp(bool suspect, double yaw_rate, double x, double step);
   bool byGround() const;
-  bool slides(double yaw_rate, double x) const;
-  void watchJumps(double yaw_rate, double asked, double step);
+  bool slides(double yaw_rate, const DifferenceSpeed& x) const;
+  void watchJumps(double yaw_rate, double x, double step);
   bool explained(double yaw_rate, const DifferenceSpeed& x) const;
   double variance(const YawBelief& belief, const DifferenceSpeed& x) const;
   double distanceFrom(const YawBelief& belief, double yaw_rate, const DifferenceSpeed& x) const;
