@@ -59,9 +59,11 @@ constexpr double kAgainst = 0.15;
 constexpr double kAboutOneSide = 2.0;
 constexpr double kCreep = 0.2;
 
-/// Difference of the tyres' radii, relative: as usual, and the largest.
+/// Difference of the tyres' radii, relative: as usual, and the largest; and the time over which the bias is learned
+/// anew that they seem to be, where the speed changes [s].
 constexpr double kUnlikeTyres = 0.01;
 constexpr double kUnlikeTyresAtMost = 0.03;
+constexpr double kTyresMemory = 1.0;
 
 /// Time of turning after which c of TurnAgreement tells the sign of a gyro [s], and c beyond which it is one or the
 /// other.
@@ -145,6 +147,7 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
   const bool frozen_moving = repetition_moving_.update(yaw_rate, !moving, kResolution, moving ? 0.0 : kAnyChange);
   frozen_ = frozen_at_rest || frozen_moving;
   watchJumps(yaw_rate, x.value, step);
+  forward_lately_ = std::max(std::abs(x.forward), forward_lately_ * std::exp(-step / kTyresMemory));
   // Wheels that are under way nobody knows where do not tell which turn they ask for.
   if (x.value * x.value > x.variance) agreement_of_sign_.update(yaw_rate, belief_.slope() * x.value, step);
   if (agreement_of_sign_.turned() > kSignTime && std::abs(agreement_of_sign_.value()) > kSign) {
@@ -153,17 +156,17 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
   const bool wrong_for_good = frozen_ || reversed();
   const bool off = distance_ > 1.0 || jumped_;
   const bool sliding = off && !was_faulty && (shaken || slides(yaw_rate, x));
-  bool suspect = (off && !sliding) || wrong_for_good || biased(x.forward);
+  bool suspect = (off && !sliding) || wrong_for_good || biased();
   if (was_faulty) {
     agreement_ = distanceFrom(alternative_, yaw_rate, x) <= 1.0 ? agreement_ + step : 0.0;
     suspect = suspect && (wrong_for_good || !explained(yaw_rate, x));
   }
   sumUp(suspect, yaw_rate, x.value, step);
-  persistence_.update(suspect, true, step, biased(x.forward) || !byGround());
+  persistence_.update(suspect, true, step, biased() || !byGround());
   if (wrong_for_good) persistence_.declareFaulty();
 
   if (state() == ChannelState::ok && !sliding) {
-    if (was_faulty && (distance_ > 1.0 || biased(x.forward))) belief_ = alternative_;
+    if (was_faulty && (distance_ > 1.0 || biased())) belief_ = alternative_;
     learned_.learn(belief_.error(yaw_rate, x.value), variance(belief_, x), step);
     belief_.correct(yaw_rate, x.value, x.variance, learned_.factor(), settled_ > kSettled);
   } else if (state() == ChannelState::faulty) {
@@ -192,7 +195,7 @@ bool YawMonitor::byGround() const {
 }
 
 void YawMonitor::restart() {
-  settled_ = jump_time_ = jolts_ = 0.0;
+  settled_ = jump_time_ = jolts_ = forward_lately_ = 0.0;
   jumped_ = false;
   persistence_.reset();
 }
@@ -217,8 +220,8 @@ bool YawMonitor::slides(double yaw_rate, const DifferenceSpeed& x) const {
   return jump_time_ < std::min(kTimePerJolt * jolts_, kLongestJolt) && std::abs(part) <= kRocking;
 }
 
-bool YawMonitor::biased(double forward) const {
-  const double by_tyres = kUnlikeTyresAtMost * belief_.slope() * std::abs(forward);
+bool YawMonitor::biased() const {
+  const double by_tyres = kUnlikeTyresAtMost * belief_.slope() * forward_lately_;
   return std::abs(belief_.bias()) - kSure * std::sqrt(belief_.biasVariance()) > parameters_.largest_bias + by_tyres;
 }
 

@@ -36,6 +36,7 @@ constexpr double kMet = 0.02;             // m/s; difference of a body that has 
 constexpr double kQuiet = 0.2;            // s, for which a body and its wheels keep their speed
 constexpr double kKept = 0.03;            // m/s, within which they keep it, beside noise
 constexpr double kTurns = 0.08;           // m/s; wheels that turn
+constexpr double kHeldTurn = 0.3;         // rad/s, that a body which something holds may turn by
 constexpr double kDoubt = 0.5;            // s, after which the nearer hypothesis is taken
 constexpr double kUnsure = 1.0;           // s, after which the wheels are believed as long as noise may be the reason
 constexpr double kLongestSlide = 3.0;     // s; what is longer would be an error of the accelerometer
@@ -229,16 +230,22 @@ void TractionBelief::slide(double gap_before, double acceleration, double step) 
   const double stopped = sliding_ > kDoubt ? 0.5 : kStopped;
   // The noise is what it is now: when the slide began it may just have grown. A collision makes some of its own.
   const double noise = kBound * std::sqrt(factor_ * variance_rate_ * surprise_);
-  const bool sure = collided || std::abs(gap) > noise;
+  const bool sure = (collided || std::abs(gap) > noise) && !turnsOn();
   if (sure && wheels > kTurns && std::abs(speed_) < stopped * wheels) return beginToStand();
   if (late || (!sure && sliding_ > kUnsure) || (std::abs(quiet.wheels) < kKept && std::abs(gap) < kStopped * wheels))
     beginToRoll();
 }
 
+/// What something holds does not turn.
+bool TractionBelief::turnsOn() const {
+  const Change quiet = since(kQuiet);
+  return quiet.turning > kHeldTurn * kHeldTurn * quiet.time;
+}
+
 void TractionBelief::stand() {
   const Change window = sinceOldest();
   const bool unknown = kCentre * window.turning > std::max(kLeast, std::abs(now_.wheels));
-  if (unknown || std::abs(now_.wheels) < kTurns) return beginToRoll();
+  if (unknown || turnsOn() || std::abs(now_.wheels) < kTurns) return beginToRoll();
   if (std::abs(window.body) < std::max(kLeast, bound(window))) return;
   const bool follows = std::abs(window.error()) < 0.5 * std::abs(window.wheels);
   follows ? beginToRoll() : beginToSlide(window.body, window);

@@ -627,6 +627,24 @@ TEST(YawMonitor, UnlikeTyresOnAStraightLineAreNoBias) {
   EXPECT_EQ(drive(1.8, 0.2, 20), ChannelState::faulty) << "a bias still is";
 }
 
+TEST(YawMonitor, UnlikeTyresOfARobotThatBrakesAreNoBias) {
+  YawMonitor monitor(FaultParameters{}, 0.55);
+  const auto drive = [&](double from, double to, int samples) {
+    bool faulty = false;
+    for (int k = 1; k <= samples; ++k) {
+      const double change = (to - from) / samples, speed = from + k * change;
+      for (int step = 0; step < 20; ++step) monitor.predict(50.0 * change, 0.0, 0.001);
+      monitor.check(0.03 * speed / 0.55, {0.0, 2e-6, speed}, speed != 0.0, 0.02);  // of 3 % difference
+      faulty = faulty || monitor.state() == ChannelState::faulty;
+    }
+    return faulty;
+  };
+  EXPECT_FALSE(drive(0.0, 1.2, 40));
+  EXPECT_FALSE(drive(1.2, 1.2, 1000));
+  EXPECT_FALSE(drive(1.2, -0.2, 35));
+  EXPECT_FALSE(drive(-0.2, -0.2, 200));
+}
+
 TEST(YawMonitor, ABodyThatBeginsToTurnBeforeItsEncodersTellIsNoBias) {
   YawMonitor monitor(FaultParameters{}, 0.55);
   for (int i = 0; i < 5; ++i) monitor.check(0.1, {0.01, 2e-5}, true, 0.05);

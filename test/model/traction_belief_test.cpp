@@ -177,9 +177,23 @@ TEST(TractionBelief, ARobotThatTurnsDoesNotStandForGood) {
   robot.drive(0.04, 0.0, -7.5);
   robot.drive(0.5, 0.0, 0.0);
   ASSERT_EQ(robot.belief.traction(), Traction::stands);
-  robot.yaw_rate = 1.6;
-  robot.drive(1.0, 0.0, 0.0);
+  robot.yaw_rate = 0.4;
+  robot.drive(0.3, 0.0, 0.0);
   EXPECT_EQ(robot.belief.traction(), Traction::rolls);
+}
+
+TEST(TractionBelief, WhatTurnsIsHeldByNothing) {
+  const auto tractionAt = [](double yaw_rate) {
+    Robot robot;
+    robot.drive(1.0, 0.0, 0.0);
+    robot.yaw_rate = yaw_rate;
+    robot.drive(0.3, 1.65, 0.0);
+    robot.drive(0.7, 0.0, 0.0);
+    return robot.belief.traction();
+  };
+  EXPECT_EQ(tractionAt(0.2), Traction::stands);
+  EXPECT_NE(tractionAt(0.4), Traction::stands);
+  EXPECT_NE(tractionAt(-0.8), Traction::stands);
 }
 
 TEST(TractionBelief, ACollisionIsOneAlsoIfItIsNoticedBeforeItIsOver) {

@@ -79,7 +79,7 @@ class YawMonitor {
     double time = 0.0;      // [s]
   };
 
-  bool biased(double forward) const;
+  bool biased() const;
   void sumUp(bool suspect, double yaw_rate, double x, double step);
   bool byGround() const;
   bool slides(double yaw_rate, const DifferenceSpeed& x) const;
@@ -103,12 +103,13 @@ class YawMonitor {
   RepetitionTest repetition_moving_;
   double bound_;
   double distance_ = 0.0;
-  double settled_ = 0.0;    // time since the motion changed last [s]
-  double agreement_ = 0.0;  // time for which a plausible slip has explained a gyro found faulty [s]
-  double last_ = 0.0;       // yaw rate [rad/s]
-  bool jumped_ = false;     // since the last good sample, faster than a body can
-  double jump_time_ = 0.0;  // for which it has [s]
-  double jolts_ = 0.0;      // jumps that ended by themselves, those of long ago less
+  double settled_ = 0.0;         // time since the motion changed last [s]
+  double agreement_ = 0.0;       // time for which a plausible slip has explained a gyro found faulty [s]
+  double last_ = 0.0;            // yaw rate [rad/s]
+  bool jumped_ = false;          // since the last good sample, faster than a body can
+  double jump_time_ = 0.0;       // for which it has [s]
+  double forward_lately_ = 0.0;  // fastest speed, fading [m/s]
+  double jolts_ = 0.0;           // jumps that ended by themselves, those of long ago less
   Unexplained unexplained_;
   bool frozen_ = false;
 };

@@ -20,7 +20,7 @@
 /// it, and comes of the wheels (Delta v_w has its sign, and the body did not go against it) or of a collision (within
 /// W_c, and it stops the body): a slope, which an IMU without attitude takes for an acceleration, does neither. Tyres
 /// that slide accelerate the body, unless something holds it; so one that neither accelerates nor brakes has come to
-/// roll, or stands, whichever is nearer to the integral.
+/// roll, or stands, whichever is nearer to the integral; one that turns does not stand.
 ///
 /// What is farther from its wheels than friction or a collision can have brought it is no body that slides: b has
 /// jumped, and is taken from what was measured since.
@@ -110,6 +110,7 @@ class TractionBelief {
   bool possible(double gap) const;
   void learnJumpOfOffset();
   void slide(double gap_before, double acceleration, double step);
+  bool turnsOn() const;
   void stand();
   void beginToRoll();
   void beginToSlide(double speed, const Change& surprise);
