@@ -226,7 +226,9 @@ TEST(HealthyRobot, PushesKerbsAndLiftsLeaveNothing) {
         for (const MonitoredSample& s : samples) {
           const FaultReport& r = s.report;
           moved = moved || r.moved;
-          if (pushed) EXPECT_NE(r.gyro.state, ChannelState::faulty) << "which sees what happens, at " << s.time;
+          if (pushed) {
+            EXPECT_NE(r.gyro.state, ChannelState::faulty) << "which sees what happens, at " << s.time;
+          }
           const bool latched = r.drive_left || r.drive_right || r.wheel_left.state == ChannelState::faulty ||
                                r.wheel_right.state == ChannelState::faulty;
           EXPECT_FALSE(latched) << r.reason() << " at " << s.time;  // the robot would not drive on
@@ -234,7 +236,9 @@ TEST(HealthyRobot, PushesKerbsAndLiftsLeaveNothing) {
         }
         EXPECT_STREQ(samples.back().report.reason(), "");
         EXPECT_TRUE(samples.back().counted.all());
-        if (pushed && handling.faults.pushes[0].torque != 0.0) EXPECT_TRUE(moved) << "told as what it is";
+        if (pushed && handling.faults.pushes[0].torque != 0.0) {
+          EXPECT_TRUE(moved) << "told as what it is";
+        }
       }
     }
   }

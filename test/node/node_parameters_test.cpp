@@ -169,7 +169,9 @@ template <class Config, class Parameters>
 void expectBounds(Parameters parameters, double Bounds::*side, double beyond) {
   Config generated = beyond < 0.0 ? Config::__getMin__() : Config::__getMax__();
   visitGains(parameters, generated, [&](const char* name, const auto&, const auto& bound) {
-    if constexpr (std::is_same_v<std::decay_t<decltype(bound)>, double>) EXPECT_EQ(bound, beyond) << name;
+    if constexpr (std::is_same_v<std::decay_t<decltype(bound)>, double>) {
+      EXPECT_EQ(bound, beyond) << name;
+    }
   });
   Config shown = rangeOf(parameters, side, generated);
   visitGains(parameters, shown, [&](const char* name, auto& gain, const auto& bound) {

@@ -78,7 +78,9 @@ TEST_F(SensorPairingTest, NoAccelerationFallsBetweenTwoPairs) {
   for (int i = 0; i < 20; ++i) {
     const double now = 10.0 + 0.5 * i * kPeriod;
     EXPECT_TRUE(addImu(now, now, i == 9 ? -40.0 : 0.0));
-    if (i % 2 == 0) EXPECT_TRUE(addWheels(now, now));
+    if (i % 2 == 0) {
+      EXPECT_TRUE(addWheels(now, now));
+    }
   }
   ASSERT_GE(observations_.size(), 8u);
   for (const Observation& observation : observations_) sum += observation.acceleration_x;
