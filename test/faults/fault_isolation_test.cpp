@@ -148,8 +148,8 @@ TEST(FaultIsolation, TheGyroTellsAnEncoderFromADriveIfOneErrorIsTwiceTheOtherSqu
 }
 
 TEST(FaultIsolation, ASmallErrorOfTheYawRateIsNoEvidence) {
-  // The squares of three samples are summed up, with a memory of 0.05 s.
-  EXPECT_EQ(settled(kStraight, {}, wideModel()).drive(kStraight, 15, Off{-0.5, 0.4, 0.5}).fault(),
+  // The squares of three samples are summed up, with a memory of 0.05 s. A wheel that turns on is given half a second.
+  EXPECT_EQ(settled(kStraight, {}, wideModel()).drive(kStraight, 30, Off{-0.5, 0.4, 0.5}).fault(),
             Fault::left_wheels_blocked);
   EXPECT_EQ(settled(kStraight, {}, wideModel()).drive(kStraight, 15, Off{-0.55, 0.25, 0.5}).fault(),
             Fault::left_encoder_wrong);
