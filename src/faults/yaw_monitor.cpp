@@ -147,7 +147,7 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
   const bool frozen_moving = repetition_moving_.update(yaw_rate, !moving, kResolution, moving ? 0.0 : kAnyChange);
   frozen_ = frozen_at_rest || frozen_moving;
   watchJumps(yaw_rate, x.value, step);
-  forward_lately_ = std::max(std::abs(x.forward), forward_lately_ * std::exp(-step / kTyresMemory));
+  forward_lately_ = std::max(std::abs(x.forward), forward_lately_ * kTyresMemory / (step + kTyresMemory));
   // Wheels that are under way nobody knows where do not tell which turn they ask for.
   if (x.value * x.value > x.variance) agreement_of_sign_.update(yaw_rate, belief_.slope() * x.value, step);
   if (agreement_of_sign_.turned() > kSignTime && std::abs(agreement_of_sign_.value()) > kSign) {
