@@ -24,8 +24,8 @@ constexpr double kIsolationTime = 0.2;
 /// motors cannot hold it.
 constexpr double kDraggedTime = 0.6;
 
-/// A wheel that slows down and turns on may be held up for this long [s]: by a kerb that it climbs at speed, at which
-/// its tyre slides and which throws it back more than once.
+/// A wheel that is slower than predicted and turns on has a motor at its limit, or climbs a kerb at speed, which may
+/// throw it back more than once. Where no yaw rate tells so it has this long [s].
 constexpr double kHeldUpTime = 0.5;
 
 /// Time over which the yaw rate's evidence is averaged [s].
@@ -184,8 +184,8 @@ void FaultMonitor::checkWheels(const Observation& observation, double step) {
   if (concludeMoved()) return;
   if (undecided(left_, report_.wheel_left, report_.drive_left) && !left_.suspecting()) left_.forgive();
   if (undecided(right_, report_.wheel_right, report_.drive_right) && !right_.suspecting()) right_.forgive();
-  conclude(left_, report_.wheel_left, report_.drive_left);
-  conclude(right_, report_.wheel_right, report_.drive_right);
+  conclude(left_, report_.wheel_left, report_.drive_left, step);
+  conclude(right_, report_.wheel_right, report_.drive_right, step);
 }
 
 /// Wheels that are to stand and turn all the same are turned from outside, whatever the yaw rate says: pushed, or
@@ -261,7 +261,7 @@ void FaultMonitor::weighEvidence(const Observation& observation, double step) {
   evidence_.against_predicted = fading * evidence_.against_predicted + predicted_error * predicted_error;
 }
 
-void FaultMonitor::conclude(const WheelMonitor& wheel, ChannelHealth& verdict, bool& drive) const {
+void FaultMonitor::conclude(WheelMonitor& wheel, ChannelHealth& verdict, bool& drive, double step) const {
   const bool isolated = isFaulty(verdict) || drive;
   verdict.distance = wheel.distance();
   if (wheel.state() != ChannelState::faulty) {
@@ -281,7 +281,11 @@ void FaultMonitor::conclude(const WheelMonitor& wheel, ChannelHealth& verdict, b
     // The tyres of a wheel that is dragged may slide: then neither speed explains the yaw rate.
     const bool as_predicted = !as_measured && evidence_.against_predicted <= kNoEvidence * kNoEvidence;
     if (!as_predicted && wheel.fasterThanCommanded() && evidence_.time < kDraggedTime) return;
-    if (as_measured && wheel.turnsOn() && evidence_.time < kHeldUpTime) return;
+    if (as_measured && wheel.slowed()) {
+      if (yaw_tells_) wheel.acceptMeasured(step);
+      if (yaw_tells_) verdict.state = ChannelState::ok;
+      if (yaw_tells_ || evidence_.time < kHeldUpTime) return;
+    }
     drive = as_measured;
     verdict.state = drive ? ChannelState::ok : ChannelState::faulty;
     verdict.cause = drive ? FaultCause::none : FaultCause::prediction;

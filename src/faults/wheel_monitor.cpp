@@ -318,6 +318,11 @@ bool WheelMonitor::fasterThanCommanded() const {
   return std::abs(measured_) > std::max(std::abs(reachable_.low()), std::abs(reachable_.high()));
 }
 
+bool WheelMonitor::slowed() const {
+  const double part = measured_ / speed();
+  return part > 0.5 && part < 1.0;
+}
+
 void WheelMonitor::forgive() {
   belief_.reset(measured_);
   reachable_.seed(measured_);

@@ -148,9 +148,11 @@ TEST(FaultIsolation, TheGyroTellsAnEncoderFromADriveIfOneErrorIsTwiceTheOtherSqu
 }
 
 TEST(FaultIsolation, ASmallErrorOfTheYawRateIsNoEvidence) {
-  // The squares of three samples are summed up, with a memory of 0.05 s. A wheel that turns on is given half a second.
-  EXPECT_EQ(settled(kStraight, {}, wideModel()).drive(kStraight, 30, Off{-0.5, 0.4, 0.5}).fault(),
-            Fault::left_wheels_blocked);
+  // The squares of three samples are summed up, with a memory of 0.05 s.
+  Robot slower = settled(kStraight, {}, wideModel());
+  const FaultReport& report = slower.drive(kStraight, 100, Off{-0.5, 0.4, 0.5});
+  EXPECT_EQ(report.fault(), Fault::none) << "it turns on";
+  EXPECT_TRUE(report.valid().wheel_left);
   EXPECT_EQ(settled(kStraight, {}, wideModel()).drive(kStraight, 15, Off{-0.55, 0.25, 0.5}).fault(),
             Fault::left_encoder_wrong);
 }

@@ -133,7 +133,7 @@ class FaultMonitor {
   void start(const Observation& observation);
   void checkWheels(const Observation& observation, double step);
   void weighEvidence(const Observation& observation, double step);
-  void conclude(const WheelMonitor& wheel, ChannelHealth& verdict, bool& drive) const;
+  void conclude(WheelMonitor& wheel, ChannelHealth& verdict, bool& drive, double step) const;
   bool concludeMoved();
   void concludeBodyMoved();
   bool wheelsTurn() const;

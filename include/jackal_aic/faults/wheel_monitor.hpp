@@ -64,11 +64,15 @@ class WheelMonitor {
   /// Believes the last measured speed and suspects nothing: the wheel was moved by somebody else.
   void forgive();
 
+  /// The wheel does what was measured last, however far that is from its model, which errs by as much. @param step time
+  /// since the last sample [s].
+  void acceptMeasured(double step) { learnMisfit(measured_, step); }
+
   /// Declares the encoder frozen if it repeats: because the other one is, which comes with the same messages.
   void freezeWithTheOther();
 
-  /// The last sample has more than half of the speed believed: a wheel that something holds up, but does not block.
-  bool turnsOn() const { return measured_ * speed() > 0.5 * speed() * speed(); }
+  /// The last sample has half to all of the speed believed: a wheel that something slows down, but does not block.
+  bool slowed() const;
   bool fasterThanCommanded() const;  ///< the last sample is beyond every speed that the commands may have given it
   bool commandedToRest() const;      ///< no command of late makes it turn: what turns it comes from outside
   bool suspect() const { return suspect_; }  ///< the last sample is an outlier
