@@ -6,6 +6,9 @@
 #include <complex>
 #include <limits>
 #include <utility>
+#include <vector>
+
+#include "hessenberg.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -14,6 +17,8 @@ constexpr int kMostSweeps = 100;    // of the scaling; a handful suffices
 constexpr double kWorthIt = 0.95;   // a scaling that shortens row and column by less is left
 constexpr double kEnough = 1e-10;   // uncertainty relative to the radius that asks for no more precision
 constexpr double kOuterRing = 0.9;  // eigenvalues of less than this part of the radius do not count
+constexpr double kDoubt = 1e3;      // bounds within which a limit asks for the sharp one
+constexpr double kLargest = 1e100;  // length of a map, like its inverse, whose square is a normal number
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 template <class Real>
@@ -145,6 +150,26 @@ SpectralRadius spectralRadiusOf(const Eigen::MatrixXd& map) {
     radius = radiusWithBound<long double>(scaled.cast<long double>());
   }
   return largerOf(times(radius, size), alone);
+}
+
+double spectralRadiusBeside(double limit, const Eigen::MatrixXd& map) {
+  const auto sharp = [&] { return spectralRadiusOf(map).upper(); };
+  const double size = map.norm();
+  if (!(size > 1.0 / kLargest && size < kLargest)) return sharp();
+  const Eigen::MatrixXd H = hessenbergForm(map);
+  const std::vector<std::complex<double>> eigenvalues = eigenvaluesOf(H);
+  if (eigenvalues.empty()) return sharp();
+  double radius = 0.0;
+  for (const auto& eigenvalue : eigenvalues) radius = std::max(radius, std::abs(eigenvalue));
+  const double rounding = std::numeric_limits<double>::epsilon() * size;
+  const double error = static_cast<double>(2 * map.rows()) * rounding;
+  for (const auto& eigenvalue : eigenvalues) {
+    const double magnitude = std::abs(eigenvalue);
+    if (magnitude < (radius < limit ? kOuterRing * radius : radius)) continue;
+    const double bound = kDoubt * error * conditionNumber(H, eigenvalue, rounding);
+    if (!(std::abs(magnitude - limit) > bound)) return sharp();
+  }
+  return radius;
 }
 
 }  // namespace jackal_aic

@@ -195,17 +195,21 @@ double PredictiveLinearLoop::longestPhase() const {
   return std::min(1.0 / robot_.sensor_rate, 1.0 / parameters_.action_rate);
 }
 
-double PredictiveLinearLoop::worstSpectralRadius(LoopChange change, double enough) const {
+double PredictiveLinearLoop::worstSpectralRadius(LoopChange change) const {
   return worstOverPhase(
       [&](double phase) {
         change.phase = phase;
         return spectralRadius(change);
       },
-      longestPhase(), enough);
+      longestPhase());
 }
 
-bool PredictiveLinearLoop::stable(const LoopChange& change) const {
-  return worstSpectralRadius(change, kStabilityLimit) < kStabilityLimit;
+bool PredictiveLinearLoop::stable(LoopChange change) const {
+  const auto radius = [&](double phase) {
+    change.phase = phase;
+    return spectralRadiusBeside(kStabilityLimit, periodMap(change));
+  };
+  return worstOverPhase(radius, longestPhase(), kStabilityLimit) < kStabilityLimit;
 }
 
 double PredictiveLinearLoop::radiusUncertainty() const {
