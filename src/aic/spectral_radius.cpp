@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -27,21 +28,25 @@ using Square = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
 /// Largest magnitude of an eigenvalue of the states that nothing drives or that drive nothing: theirs are entries of
 /// the diagonal, and exact. Takes these states out of the map.
 double isolated(Eigen::MatrixXd& map) {
+  std::vector<Eigen::Index> kept(static_cast<std::size_t>(map.rows()));
+  std::iota(kept.begin(), kept.end(), 0);
   double largest = 0.0;
-  for (Eigen::Index i = 0; i < map.rows();) {
-    const Eigen::Index behind = map.rows() - 1 - i;
-    const bool driven = (map.row(i).head(i).array() != 0.0).any() || (map.row(i).tail(behind).array() != 0.0).any();
-    const bool drives = (map.col(i).head(i).array() != 0.0).any() || (map.col(i).tail(behind).array() != 0.0).any();
-    if (driven && drives) {
-      ++i;
-      continue;
-    }
+  const auto alone = [&](Eigen::Index i) {
+    const auto any = [&](const auto& coupled) {
+      return std::any_of(kept.begin(), kept.end(), [&](Eigen::Index j) { return j != i && coupled(j) != 0.0; });
+    };
+    if (any([&](Eigen::Index j) { return map(i, j); }) && any([&](Eigen::Index j) { return map(j, i); })) return false;
     largest = std::max(largest, std::abs(map(i, i)));
-    map.middleRows(i, behind) = map.bottomRows(behind).eval();
-    map.middleCols(i, behind) = map.rightCols(behind).eval();
-    map.conservativeResize(map.rows() - 1, map.cols() - 1);
-    i = 0;
+    return true;
+  };
+  // One that is taken out may leave others alone.
+  for (auto found = kept.begin(); (found = std::find_if(kept.begin(), kept.end(), alone)) != kept.end();) {
+    kept.erase(found);
   }
+  const auto size = static_cast<Eigen::Index>(kept.size());
+  map = Eigen::MatrixXd::NullaryExpr(size, size, [&](Eigen::Index i, Eigen::Index j) {
+          return map(kept[static_cast<std::size_t>(i)], kept[static_cast<std::size_t>(j)]);
+        }).eval();
   return largest;
 }
 
@@ -156,10 +161,12 @@ double spectralRadiusBeside(double limit, const Eigen::MatrixXd& map) {
   const auto sharp = [&] { return spectralRadiusOf(map).upper(); };
   const double size = map.norm();
   if (!(size > 1.0 / kLargest && size < kLargest)) return sharp();
-  const Eigen::MatrixXd H = hessenbergForm(map);
+  Eigen::MatrixXd driven = map;
+  const double alone = isolated(driven);
+  const Eigen::MatrixXd H = hessenbergForm(std::move(driven));
   const std::vector<std::complex<double>> eigenvalues = eigenvaluesOf(H);
-  if (eigenvalues.empty()) return sharp();
-  double radius = 0.0;
+  if (eigenvalues.size() == 0 && H.rows() > 0) return sharp();
+  double radius = alone;
   for (const auto& eigenvalue : eigenvalues) radius = std::max(radius, std::abs(eigenvalue));
   const double rounding = std::numeric_limits<double>::epsilon() * size;
   const double error = static_cast<double>(2 * map.rows()) * rounding;
