@@ -64,7 +64,7 @@ struct Reflector {
   }
 };
 
-/// First row of the block that ends with row `high` and that no row below it drives.
+/// First state of the block that ends with state `high` and that no state above it drives.
 Index beginOfBlock(const MatrixXd& H, Index high, double size) {
   Index low = high;
   for (; low > 0; --low) {
@@ -102,6 +102,7 @@ template <class Scalar>
 double conditionNumberOf(const MatrixXd& H, Scalar eigenvalue, double least) {
   using Rows = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+  using Eigen::numext::abs2;
   const Index n = H.rows();
   Rows U = H.template cast<Scalar>();
   U.diagonal().array() -= eigenvalue;
@@ -109,11 +110,11 @@ double conditionNumberOf(const MatrixXd& H, Scalar eigenvalue, double least) {
   std::vector<bool> swapped(static_cast<std::size_t>(n), false);
   for (Index k = 0; k < n; ++k) {
     const Index right = n - k;
-    if (k + 1 < n && std::abs(U(k + 1, k)) > std::abs(U(k, k))) {
+    if (k + 1 < n && abs2(U(k + 1, k)) > abs2(U(k, k))) {
       U.row(k).tail(right).swap(U.row(k + 1).tail(right));
       swapped[static_cast<std::size_t>(k)] = true;
     }
-    if (std::abs(U(k, k)) < least) U(k, k) = least;
+    if (abs2(U(k, k)) < least * least) U(k, k) = least;
     if (k + 1 == n || U(k + 1, k) == 0.0) continue;
     factors(k) = U(k + 1, k) / U(k, k);
     U.row(k + 1).tail(right - 1) -= factors(k) * U.row(k).tail(right - 1);
