@@ -13,6 +13,7 @@ using Eigen::MatrixXd;
 using Complex = std::complex<double>;
 
 constexpr double kRounding = std::numeric_limits<double>::epsilon();
+constexpr double kNoSquare = std::numeric_limits<double>::min() / kRounding;  // below, squares lose their digits
 constexpr int kMostSteps = 40;    // of QR for an eigenvalue or a pair; two or three suffice
 constexpr int kExceptional = 10;  // steps after which another shift is tried
 
@@ -25,7 +26,7 @@ struct Reflector {
   explicit Reflector(const double* x) : v{1.0}, w{}, image(x[0]) {
     double rest = 0.0;
     for (int i = 1; i < N; ++i) rest += x[i] * x[i];
-    if (rest == 0.0) return;
+    if (rest < kNoSquare) return;
     image = -std::copysign(std::sqrt(x[0] * x[0] + rest), x[0]);
     w[0] = (image - x[0]) / image;
     for (int i = 1; i < N; ++i) {
@@ -139,7 +140,12 @@ MatrixXd hessenbergForm(MatrixXd map) {
     if (length == 1) continue;
     // I - tau v v', v = (1, ...), of rows and columns from k + 1 on
     const auto below = map.col(k).segment(k + 1, length);
-    const double image = -std::copysign(below.norm(), below(0));
+    const double rest = below.tail(length - 1).squaredNorm();
+    if (rest < kNoSquare) {
+      map.col(k).segment(k + 2, length - 1).setZero();
+      continue;
+    }
+    const double image = -std::copysign(std::sqrt(below(0) * below(0) + rest), below(0));
     const double tau = (image - below(0)) / image;
     v.head(length) = below / (below(0) - image);
     v(0) = 1.0;

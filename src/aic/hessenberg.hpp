@@ -10,7 +10,7 @@
 namespace jackal_aic {
 
 /// H = Q' M Q with zeros below the first subdiagonal. What is zero already costs nothing: chains of delays are of that
-/// form.
+/// form. Entries of less than 1e-145 may count as zeros.
 Eigen::MatrixXd hessenbergForm(Eigen::MatrixXd map);
 
 /// Eigenvalues of a Hessenberg form by QR steps with two shifts (Golub and Van Loan 2013, 7.5), of each conjugate pair

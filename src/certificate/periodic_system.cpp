@@ -20,7 +20,7 @@ double worstOverPhase(const std::function<double(double phase)>& radius, double 
     worst = here;
     at = phase;
   };
-  for (int i = kGrid; i >= 0; --i) look(longest * i / kGrid);  // an old measurement is mostly the worst
+  for (int i = 0; i <= kGrid; ++i) look(longest * i / kGrid);
   double distance = longest / kGrid;
   for (int i = 0; i < kHalvings && std::abs(worst - 1.0) < kClose; ++i) {
     distance *= 0.5;
