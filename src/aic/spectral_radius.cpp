@@ -5,7 +5,11 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <numeric>
 #include <utility>
+#include <vector>
+
+#include "hessenberg.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -14,6 +18,8 @@ constexpr int kMostSweeps = 100;    // of the scaling; a handful suffices
 constexpr double kWorthIt = 0.95;   // a scaling that shortens row and column by less is left
 constexpr double kEnough = 1e-10;   // uncertainty relative to the radius that asks for no more precision
 constexpr double kOuterRing = 0.9;  // eigenvalues of less than this part of the radius do not count
+constexpr double kDoubt = 1e3;      // bounds within which a limit asks for the sharp one
+constexpr double kLargest = 1e100;  // length of a map, like its inverse, whose square is a normal number
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 template <class Real>
@@ -22,21 +28,25 @@ using Square = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
 /// Largest magnitude of an eigenvalue of the states that nothing drives or that drive nothing: theirs are entries of
 /// the diagonal, and exact. Takes these states out of the map.
 double isolated(Eigen::MatrixXd& map) {
+  std::vector<Eigen::Index> kept(static_cast<std::size_t>(map.rows()));
+  std::iota(kept.begin(), kept.end(), 0);
   double largest = 0.0;
-  for (Eigen::Index i = 0; i < map.rows();) {
-    const Eigen::Index behind = map.rows() - 1 - i;
-    const bool driven = (map.row(i).head(i).array() != 0.0).any() || (map.row(i).tail(behind).array() != 0.0).any();
-    const bool drives = (map.col(i).head(i).array() != 0.0).any() || (map.col(i).tail(behind).array() != 0.0).any();
-    if (driven && drives) {
-      ++i;
-      continue;
-    }
+  const auto alone = [&](Eigen::Index i) {
+    const auto any = [&](const auto& coupled) {
+      return std::any_of(kept.begin(), kept.end(), [&](Eigen::Index j) { return j != i && coupled(j) != 0.0; });
+    };
+    if (any([&](Eigen::Index j) { return map(i, j); }) && any([&](Eigen::Index j) { return map(j, i); })) return false;
     largest = std::max(largest, std::abs(map(i, i)));
-    map.middleRows(i, behind) = map.bottomRows(behind).eval();
-    map.middleCols(i, behind) = map.rightCols(behind).eval();
-    map.conservativeResize(map.rows() - 1, map.cols() - 1);
-    i = 0;
+    return true;
+  };
+  // One that is taken out may leave others alone.
+  for (auto found = kept.begin(); (found = std::find_if(kept.begin(), kept.end(), alone)) != kept.end();) {
+    kept.erase(found);
   }
+  const auto size = static_cast<Eigen::Index>(kept.size());
+  map = Eigen::MatrixXd::NullaryExpr(size, size, [&](Eigen::Index i, Eigen::Index j) {
+          return map(kept[static_cast<std::size_t>(i)], kept[static_cast<std::size_t>(j)]);
+        }).eval();
   return largest;
 }
 
@@ -145,6 +155,28 @@ SpectralRadius spectralRadiusOf(const Eigen::MatrixXd& map) {
     radius = radiusWithBound<long double>(scaled.cast<long double>());
   }
   return largerOf(times(radius, size), alone);
+}
+
+double spectralRadiusBeside(double limit, const Eigen::MatrixXd& map) {
+  const auto sharp = [&] { return spectralRadiusOf(map).upper(); };
+  const double size = map.norm();
+  if (!(size > 1.0 / kLargest && size < kLargest)) return sharp();
+  Eigen::MatrixXd driven = map;
+  const double alone = isolated(driven);
+  const Eigen::MatrixXd H = hessenbergForm(std::move(driven));
+  const std::vector<std::complex<double>> eigenvalues = eigenvaluesOf(H);
+  if (eigenvalues.size() == 0 && H.rows() > 0) return sharp();
+  double radius = alone;
+  for (const auto& eigenvalue : eigenvalues) radius = std::max(radius, std::abs(eigenvalue));
+  const double rounding = std::numeric_limits<double>::epsilon() * size;
+  const double error = static_cast<double>(2 * map.rows()) * rounding;
+  for (const auto& eigenvalue : eigenvalues) {
+    const double magnitude = std::abs(eigenvalue);
+    if (magnitude < (radius < limit ? kOuterRing * radius : radius)) continue;
+    const double bound = kDoubt * error * conditionNumber(H, eigenvalue, rounding);
+    if (!(std::abs(magnitude - limit) > bound)) return sharp();
+  }
+  return radius;
 }
 
 }  // namespace jackal_aic

@@ -170,18 +170,23 @@ Eigen::VectorXd LinearLoop::stepResponse(LoopMode mode, int periods, const LoopC
 
 double LinearLoop::longestPhase() const { return std::min(1.0 / plant_.sensor_rate, controller_.actionStep()); }
 
-double LinearLoop::worstSpectralRadius(LoopMode mode, LoopChange change, double enough) const {
+double LinearLoop::worstSpectralRadius(LoopMode mode, LoopChange change) const {
   if (mode == LoopMode::lateral) return spectralRadius(mode);
   return worstOverPhase(
       [&](double phase) {
         change.phase = phase;
         return spectralRadius(mode, change);
       },
-      longestPhase(), enough);
+      longestPhase());
 }
 
-bool LinearLoop::stable(LoopMode mode, const LoopChange& change) const {
-  return worstSpectralRadius(mode, change, kStabilityLimit) < kStabilityLimit;
+bool LinearLoop::stable(LoopMode mode, LoopChange change) const {
+  if (mode == LoopMode::lateral) return spectralRadius(mode) < kStabilityLimit;
+  const auto radius = [&](double phase) {
+    change.phase = phase;
+    return spectralRadiusBeside(kStabilityLimit, periodMap(mode, change));
+  };
+  return worstOverPhase(radius, longestPhase(), kStabilityLimit) < kStabilityLimit;
 }
 
 double LinearLoop::worstSpectralRadius() const {

@@ -8,6 +8,7 @@ namespace jackal_aic {
 std::vector<std::pair<std::int64_t, LoopEvent>> LoopClock::events(std::int64_t command_late,
                                                                   std::int64_t sample_early) const {
   std::vector<std::pair<std::int64_t, LoopEvent>> events;
+  events.reserve(static_cast<std::size_t>(2 * action_steps + sensor_steps + predict_steps + belief_steps));
   const auto period = static_cast<double>(action_steps * action_period);
   const auto every = [&](std::int64_t count, std::int64_t earlier, LoopEvent event) {
     for (std::int64_t i = 1; i <= count; ++i) {

@@ -14,8 +14,8 @@ double worstOverPhase(const std::function<double(double phase)>& radius, double 
   constexpr double kClose = 0.02;  // more than the radius changes between the points of the grid
   double worst = -1.0, at = 0.0;
   const auto look = [&](double phase) {
-    if (worst >= enough) return;
-    const double here = radius(std::clamp(phase, 0.0, longest));
+    if (worst >= enough || phase < 0.0 || phase > longest) return;
+    const double here = radius(phase);
     if (here <= worst) return;
     worst = here;
     at = phase;

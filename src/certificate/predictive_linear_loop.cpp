@@ -74,10 +74,13 @@ class PredictiveLinearLoop::Trajectories : public LoopTrajectories {
       return time >= 0 ? time / period : -((-time + period - 1) / period);
     };
     const auto back = actions_before(now - 1) - actions_before(now - kTick - modelDelay(loop_));
-    auto belief = states_.topRows<kBelief>();
-    belief =
-        (loop_.belief_.transition() * belief + loop_.belief_.input() * states_.row(commandRow(static_cast<int>(back))))
-            .eval();
+    const Eigen::Matrix3d J = loop_.belief_.transition();
+    const Eigen::Vector3d b = loop_.belief_.input();
+    const int command = commandRow(static_cast<int>(back));
+    for (Eigen::Index i = 0; i < states_.cols(); ++i) {
+      auto x = states_.col(i).head<kBelief>();
+      x = (J.col(0) * x(0) + J.col(1) * x(1) + J.col(2) * x(2) + b * states_(command, i)).eval();
+    }
   }
 
   /// x ← x + K (y − w)
@@ -195,17 +198,21 @@ double PredictiveLinearLoop::longestPhase() const {
   return std::min(1.0 / robot_.sensor_rate, 1.0 / parameters_.action_rate);
 }
 
-double PredictiveLinearLoop::worstSpectralRadius(LoopChange change, double enough) const {
+double PredictiveLinearLoop::worstSpectralRadius(LoopChange change) const {
   return worstOverPhase(
       [&](double phase) {
         change.phase = phase;
         return spectralRadius(change);
       },
-      longestPhase(), enough);
+      longestPhase());
 }
 
-bool PredictiveLinearLoop::stable(const LoopChange& change) const {
-  return worstSpectralRadius(change, kStabilityLimit) < kStabilityLimit;
+bool PredictiveLinearLoop::stable(LoopChange change) const {
+  const auto radius = [&](double phase) {
+    change.phase = phase;
+    return spectralRadiusBeside(kStabilityLimit, periodMap(change));
+  };
+  return worstOverPhase(radius, longestPhase(), kStabilityLimit) < kStabilityLimit;
 }
 
 double PredictiveLinearLoop::radiusUncertainty() const {

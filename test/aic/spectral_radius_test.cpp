@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <random>
 
 namespace jackal_aic {
 namespace {
@@ -58,6 +59,28 @@ TEST(SpectralRadius, OfAChainOfDelaysIsZeroBesideAnything) {
   EXPECT_EQ(spectralRadiusOf(chain).upper(), 0.0);
   chain.topLeftCorner<3, 3>() = inOtherUnits(1.0);
   EXPECT_NEAR(spectralRadiusOf(chain).upper(), 0.9, 1e-12);
+}
+
+/// A limit is told on the right side even where it is closer than what is known of the map without scaling.
+TEST(SpectralRadius, IsOnTheSameSideOfALimitWhenSoonerTold) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 3000; ++i) {
+    const int size = 1 + i % 30;
+    Eigen::MatrixXd map = Eigen::MatrixXd::NullaryExpr(size, size, [&] { return normal(random); });
+    if (i % 2 == 0) map.bottomRows(size / 2).setZero();
+    if (i % 2 == 0 && size > 3) map.diagonal(-1).tail(size / 2).setOnes();  // a chain of delays
+    if (i % 3 == 0) map = map * Eigen::VectorXd::LinSpaced(size, 1e-4, 1e4).asDiagonal();
+    if (i % 5 < 2) map = map.unaryExpr([&](double x) { return normal(random) < 0.0 ? 1e-161 * x : x; });
+    const SpectralRadius radius = spectralRadiusOf(map);
+    for (const double part : {0.0, 0.5, 0.999, 1.0 - 1e-12, 1.0, 1.0 + 1e-12, 1.001, 2.0}) {
+      const double limit = part * radius.upper();
+      EXPECT_EQ(spectralRadiusBeside(limit, map) < limit, radius.upper() < limit) << size << ", " << part;
+    }
+  }
+  EXPECT_LT(spectralRadiusBeside(0.95, inOtherUnits(1e30)), 0.95);
+  EXPECT_GT(spectralRadiusBeside(0.85, inOtherUnits(1e30)), 0.85);
+  EXPECT_EQ(spectralRadiusBeside(1.0, Eigen::MatrixXd::Constant(3, 3, HUGE_VAL)), HUGE_VAL);
 }
 
 TEST(SpectralRadius, OfNothingIsZeroAndOfTooMuchInfinite) {

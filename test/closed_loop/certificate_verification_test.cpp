@@ -294,6 +294,8 @@ TEST(CertificateVerification, RadiusIsRightWithinItsUncertaintyOnThreeThousandSe
     const Eigen::MatrixXd map = LinearLoop(c.controller, c.geometry, c.plant).periodMap(mode);
     if (!map.allFinite()) continue;
     const SpectralRadius radius = spectralRadiusOf(map);
+    EXPECT_EQ(spectralRadiusBeside(kStabilityLimit, map) < kStabilityLimit, radius.upper() < kStabilityLimit)
+        << i << ", radius " << radius.value << ": " << describeCase(c);
     const double exact = exactRadius(map);
     if (!std::isfinite(exact)) continue;
     EXPECT_LE(std::abs(radius.value - exact), radius.uncertainty)

@@ -27,4 +27,8 @@ struct SpectralRadius {
 /// infinite if the map or the radius is not finite.
 SpectralRadius spectralRadiusOf(const Eigen::MatrixXd& map);
 
+/// On the same side of a limit as spectralRadiusOf(map).upper(), and sooner told: without a sharp bound on its error
+/// where the limit is farther away than a thousand times a rough one.
+double spectralRadiusBeside(double limit, const Eigen::MatrixXd& map);
+
 }  // namespace jackal_aic

@@ -10,7 +10,6 @@
 /// asymptotically stable if and only if the spectral radius of that map is below 1.
 
 #include <Eigen/Core>
-#include <limits>
 #include <vector>
 
 #include "jackal_aic/aic/parameters.hpp"
@@ -61,12 +60,11 @@ class LinearLoop {
   double longestPhase() const;
 
   /// The largest spectral radius over the phase between the timers of sensor and action. @param change whose phase does
-  /// not matter; @param enough a radius that is worse than any need be: the search ends there.
-  double worstSpectralRadius(LoopMode mode, LoopChange change = {},
-                             double enough = std::numeric_limits<double>::infinity()) const;
+  /// not matter.
+  double worstSpectralRadius(LoopMode mode, LoopChange change = {}) const;
 
   /// True if a mode is stable at every phase: worstSpectralRadius() < kStabilityLimit, and sooner told.
-  bool stable(LoopMode mode, const LoopChange& change = {}) const;
+  bool stable(LoopMode mode, LoopChange change = {}) const;
 
   /// The largest over all modes and phases.
   double worstSpectralRadius() const;

@@ -12,7 +12,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <vector>
 
@@ -61,12 +60,11 @@ class PredictiveLinearLoop {
   /// Longest phase between the timers of sensor and action [s]: the shorter one of their periods.
   double longestPhase() const;
 
-  /// The largest spectral radius over the phase. @param change whose phase does not matter; @param enough a radius
-  /// that is worse than any need be: the search ends there.
-  double worstSpectralRadius(LoopChange change = {}, double enough = std::numeric_limits<double>::infinity()) const;
+  /// The largest spectral radius over the phase. @param change whose phase does not matter.
+  double worstSpectralRadius(LoopChange change = {}) const;
 
   /// True if the loop is stable at every phase: worstSpectralRadius() < kStabilityLimit, and sooner told.
-  bool stable(const LoopChange& change = {}) const;
+  bool stable(LoopChange change = {}) const;
 
   /// How much smaller than worstSpectralRadius() the true one may be.
   double radiusUncertainty() const;
