@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "jackal_aic/certificate/advice.hpp"
+#include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/urdf_geometry.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_aic/config/yaml_text.hpp"
@@ -59,7 +60,7 @@ std::string readSlipFile(ParameterMap& map) {
   std::string path;
   ParameterReader(map, "slip").field("file", path, Presence::optional);
   if (path.empty() || path.front() == '/') return path;
-  throw ParameterError("slip.file = '" + path + "': must be an absolute path");
+  throw ParameterError("slip.file = " + quoted(path) + ": must be an absolute path");
 }
 
 void check(const ControllerParameters& controller, const NodeParameters& parameters) {
@@ -140,7 +141,7 @@ std::string describeRobot(const NodeParameters& parameters) {
   const PlantModel& model = *parameters.plant_model;
   const std::string text = fmt::format(
       "Plant model: {}{}, {}dead time {:g} s, lag {:g} s, gain {:g}, offset {:g} rad/s, acceleration limit {:g} m/s^2",
-      parameters.robot_name.empty() ? "robot without a name" : parameters.robot_name,
+      parameters.robot_name.empty() ? "robot without a name" : shortened(parameters.robot_name),
       model.on_box ? ", wheels in the air" : "", model.identified ? "" : "assumed ", model.dead_time, model.lag,
       model.gain, model.offset, model.acceleration_limit);
   if (model.identified) return text;
