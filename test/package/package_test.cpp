@@ -127,6 +127,19 @@ TEST(Programs, AnswerHelpWithoutAMaster) {
   output((kRoot / "launch/record_drive").string() + " --help");
 }
 
+/// What a user typed or a file is called is text of anybody: it ends up in the one line of an error, and not on
+/// another.
+TEST(Programs, TellWhatIsWrongInOneLine) {
+  for (const char* program : {"analyze", "experiments step --plant ground --step 1 --controller", "identify", "replay",
+                              "tune --out nowhere/gains.yaml --plant"}) {
+    const std::string text = output("! timeout 20 " JACKAL_AIC_DEVEL "/lib/jackal_aic/" + std::string(program) +
+                                    " \"$(printf 'no\\n\\033[31msuch')\"");
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
+    EXPECT_EQ(text.find('\033'), std::string::npos) << text;
+    EXPECT_NE(text.find("such"), std::string::npos) << text;
+  }
+}
+
 TEST(Programs, ScriptsAnswerHelp) {
   int scripts = 0;
   for (const auto& entry : fs::directory_iterator(kRoot / "scripts")) {
