@@ -26,6 +26,11 @@ void completeGeometry(bool radius_given, bool track_given, const std::function<s
       readUrdfGeometry(urdf, parameters.robot.left_wheel_joints, parameters.robot.right_wheel_joints);
   if (!radius_given) parameters.geometry.wheel_radius = wheels.wheel_radius;
   if (!track_given) parameters.geometry.effective_track = wheels.track * parameters.robot.track_multiplier;
+  try {
+    requireInRange(parameters.geometry, "robot");  // a URDF in millimetres, for one
+  } catch (const ParameterError& error) {
+    throw ParameterError(std::string("URDF: ") + error.what());
+  }
 }
 
 decltype(DriveParameters::controller) readGains(ParameterMap& map, const SensorNoise& sensors) {
