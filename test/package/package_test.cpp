@@ -153,12 +153,15 @@ TEST(Programs, ScriptsAnswerHelp) {
 
 TEST(Launch, ARobotFileMaySayMoreThanTheShippedOne) {
   const std::string robot = testing::TempDir() + "robot" + std::to_string(getpid()) + ".yaml";
-  std::ofstream(robot) << "robot: {effective_track: 0.6}\ndeadlines: {imu: 0.1}\n";
-  for (const char* launch : {"controller", "jackal", "gazebo"}) {
+  std::ofstream(robot) << "robot: {effective_track: 0.6}\ndeadlines: {imu: 0.1}\noutput: twist\n";
+  for (const char* launch : {"controller", "jackal", "gazebo", "simulation"}) {
     const std::string dumped =
         output(std::string("roslaunch --dump-params jackal_aic ") + launch + ".launch robot:=" + robot);
-    for (const char* parameter : {"robot/effective_track: 0.6", "deadlines/imu: 0.1", "deadlines/wheels: 0.2"}) {
-      EXPECT_NE(dumped.find(std::string("/jackal_aic/") + parameter), std::string::npos) << launch << "\n" << dumped;
+    // The simulated robot has no other topic.
+    const std::string output_mode = launch == std::string("simulation") ? "output: cmd_drive" : "output: twist";
+    for (const std::string parameter :
+         {"robot/effective_track: 0.6", "deadlines/imu: 0.1", "deadlines/wheels: 0.2", output_mode.c_str()}) {
+      EXPECT_NE(dumped.find("/jackal_aic/" + parameter), std::string::npos) << launch << "\n" << dumped;
     }
   }
   fs::remove(robot);
