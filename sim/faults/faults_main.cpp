@@ -8,6 +8,7 @@
 
 #include "campaign_parameters.hpp"
 #include "fault_campaign.hpp"
+#include "jackal_aic/config/text.hpp"
 #include "node_help.hpp"
 #include "ros_parameters.hpp"
 #include "soak.hpp"
@@ -57,7 +58,7 @@ int main(int argc, char** argv) {
   try {
     return jackal_aic::sim::run(node, private_node);
   } catch (const std::exception& error) {
-    ROS_FATAL("%s", error.what());
+    ROS_FATAL("%s", jackal_aic::onOneLine(error.what()).c_str());
     return 1;
   }
 }

@@ -1,5 +1,6 @@
 #include <ros/ros.h>
 
+#include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/text_file.hpp"
 #include "node_help.hpp"
 #include "plant_conversion.hpp"
@@ -46,7 +47,7 @@ int main(int argc, char** argv) {
   try {
     simulate(node, private_node);
   } catch (const std::exception& error) {
-    ROS_FATAL("%s", error.what());
+    ROS_FATAL("%s", jackal_aic::onOneLine(error.what()).c_str());
     return 1;
   }
   return 0;

@@ -187,7 +187,13 @@ void ParameterMap::refuseUnknown() const {
     if (known_.count(entry.first) > 0) continue;
     refuseRemoved(entry.first);
     const std::string renamed = newNameOf(entry.first);
-    if (!renamed.empty()) throw ParameterError(entry.first + ": renamed; it is called " + renamed + " now");
+    if (!renamed.empty())
+      throw ParameterError(shortened(entry.first) + ": renamed; it is called " + shortened(renamed) + " now");
+    const auto below = known_.lower_bound(entry.first + ".");
+    if (below != known_.end() && below->compare(0, entry.first.size() + 1, entry.first + ".") == 0) {
+      throw ParameterError(entry.first + " = " + describe(entry.second) + ": expected keys below it, " + *below +
+                           " for one");
+    }
     const std::vector<std::string> candidates = nearest(entry.first, knownKeys());
     throw ParameterError(fmt::format("{} = {}: unknown key{}{}", shortened(entry.first), describe(entry.second),
                                      candidates.empty() ? "" : "; nearest known keys: ", fmt::join(candidates, ", ")));

@@ -53,10 +53,18 @@ std::optional<bool> truth(const std::string& text) {
   return std::nullopt;
 }
 
+/// Digits with a zero before them, which YAML 1.1, rosparam among its readers, takes for octal or for no number at all:
+/// 010 is 8 there, and 10 to people.
+bool hasLeadingZero(const std::string& text) {
+  const std::size_t first = text.find_first_not_of("+-");
+  return first != std::string::npos && first <= 1 && text[first] == '0' && text.size() > first + 1 &&
+         text.find_first_not_of("0123456789", first) == std::string::npos;
+}
+
 /// A scalar with its type. A quoted one stays text even if it looks like a number; yaml-cpp tags it "!".
 ParameterValue scalar(const YAML::Node& node) {
   const std::string& text = node.Scalar();
-  if (node.Tag() == "!") return text;
+  if (node.Tag() == "!" || hasLeadingZero(text)) return text;
   if (const auto value = truth(text)) return *value;
   if (const auto value = wholeNumber(text)) return *value;
   if (const auto value = number(text)) return *value;

@@ -5,6 +5,7 @@
 #include <std_msgs/Bool.h>
 
 #include "command_monitor.hpp"
+#include "jackal_aic/config/text.hpp"
 #include "node_help.hpp"
 #include "node_parameters.hpp"
 #include "ros_parameters.hpp"
@@ -113,8 +114,8 @@ int main(int argc, char** argv) {
                             jackal_aic::readNodeParameters(jackal_aic::readRosParameters(controller),
                                                            [&] { return jackal_aic::robotDescription(controller); }));
     ros::spin();
-  } catch (const jackal_aic::ParameterError& error) {
-    ROS_FATAL("%s", error.what());
+  } catch (const std::exception& error) {
+    ROS_FATAL("%s", jackal_aic::onOneLine(error.what()).c_str());
     return 1;
   }
   return 0;

@@ -48,8 +48,8 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
       services_(private_node, parameters.gate.deadlines.set_point, serviceActions()),
       output_(node_, parameters.output, parameters.geometry),
       odometry_(node_, parameters, loop_),
-      transform_listener_(transforms_, withQueue(node_, requests_), false),
-      sensors_(parameters.robot, transforms_,
+      frame_listener_(withQueue(node_, requests_), frames_),
+      sensors_(parameters.robot, frames_,
                [this](const Observation& observation, const ros::Time& stamp) { onPair(observation, stamp); }),
       robot_(node_, [this](const ros::Time& stamp) { loop_.receiveFeedback(stamp.toSec(), currentTime()); }),
       graph_(graphRules(node_, parameters, output_), kGraphPeriod),
@@ -178,7 +178,6 @@ double ControllerNode::currentTime() {
     sensors_.reset();
     robot_.reset();
     odometry_.reset();
-    transforms_.clear();
     setActionTimer(now.toSec() + loop_.controller().actionStep());
   }
   last_now_ = now;

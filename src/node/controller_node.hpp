@@ -15,7 +15,6 @@
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <ros/spinner.h>
-#include <tf2_ros/transform_listener.h>
 
 #include <cstdint>
 #include <memory>
@@ -26,6 +25,7 @@
 #include "command_output.hpp"
 #include "diagnostics_output.hpp"
 #include "drive_services.hpp"
+#include "fixed_frames.hpp"
 #include "graph_watch.hpp"
 #include "input_log.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
@@ -93,8 +93,8 @@ class ControllerNode {
   DriveServices services_;
   CommandOutput output_;
   OdometryOutput odometry_;
-  tf2_ros::Buffer transforms_;
-  tf2_ros::TransformListener transform_listener_;
+  FixedFrames frames_;
+  FrameListener frame_listener_;
   SensorPairing sensors_;
   RobotWatch robot_;
   std::optional<AppliedCommands> applied_;  // where somebody else may drive

@@ -44,11 +44,11 @@ std::optional<double> meanVelocity(const sensor_msgs::JointState& message, const
   int count = 0;
   for (std::size_t i = 0; i < message.name.size(); ++i) {
     if (!contains(joints, message.name[i])) continue;
-    if (i >= message.velocity.size() || !std::isfinite(message.velocity[i])) return std::nullopt;
+    if (i >= message.velocity.size()) return std::nullopt;
     sum += message.velocity[i];
     ++count;
   }
-  if (count == 0) return std::nullopt;
+  if (count == 0 || !std::isfinite(sum)) return std::nullopt;
   return sum / count;
 }
 

@@ -34,7 +34,7 @@ inline constexpr double kUnknownVariance = 1e6;
 bool mentionsAny(const sensor_msgs::JointState& message, const std::vector<std::string>& joints);
 
 /// Mean velocity [rad/s] of those of the joints that the message lists. std::nullopt if it lists none of them, or a
-/// velocity is missing or not finite.
+/// velocity is missing, or the mean is not finite.
 std::optional<double> meanVelocity(const sensor_msgs::JointState& message, const std::vector<std::string>& joints);
 
 /// Sum of the positions [rad] of those of the joints that the message lists with one. std::nullopt if it lists none, or

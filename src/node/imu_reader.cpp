@@ -1,8 +1,7 @@
 #include "imu_reader.hpp"
 
-#include <tf2/exceptions.h>
-
 #include "conversions.hpp"
+#include "jackal_aic/config/text.hpp"
 
 namespace jackal_aic {
 
@@ -15,10 +14,13 @@ std::optional<SensorReading> ImuReader::read(const sensor_msgs::Imu& message, co
   refusal_.clear();
   if (message.header.stamp.isZero()) return refuse("IMU data without a stamp");
   if (message.header.stamp > now + ros::Duration(kFurthestAhead)) return refuse("IMU data from the future");
-  if (!rotationFrom(message.header.frame_id)) {
-    return refuse("IMU data in frame '" + message.header.frame_id + "', which tf does not relate to '" + base_frame_ +
-                  "'");
+  const std::string& frame = message.header.frame_id;
+  const auto rotation = frames_.rotation(base_frame_, frame);
+  if (!rotation) {
+    return refuse("IMU data in frame " + quoted(frame) + ", which tf does not relate to " +
+                  jackal_aic::quoted(base_frame_));
   }
+  rotation_ = *rotation;
   if (!planarMotion(message, rotation_)) return refuse("IMU data that is not finite");
   SensorReading reading{observation(message), FrozenSource::Sample::Zero()};
   const auto& w = message.angular_velocity;
@@ -38,20 +40,6 @@ Observation ImuReader::observation(const sensor_msgs::Imu& message) const {
   observation.acceleration_z = (*motion)(3);
   observation.valid.wheel_left = observation.valid.wheel_right = false;
   return observation;
-}
-
-bool ImuReader::rotationFrom(const std::string& frame) {
-  if (frame == base_frame_) {
-    rotation_.setIdentity();
-    return true;
-  }
-  try {
-    const auto q = transforms_.lookupTransform(base_frame_, frame, ros::Time(0)).transform.rotation;
-    rotation_ = Eigen::Quaterniond(q.w, q.x, q.y, q.z);
-    return true;
-  } catch (const tf2::TransformException&) {
-    return false;
-  }
 }
 
 }  // namespace jackal_aic

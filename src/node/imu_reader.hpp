@@ -4,12 +4,12 @@
 /// IMU messages, checked and rotated into the base frame.
 
 #include <sensor_msgs/Imu.h>
-#include <tf2_ros/buffer.h>
 
 #include <Eigen/Geometry>
 #include <optional>
 #include <string>
 
+#include "fixed_frames.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
 
 namespace jackal_aic {
@@ -21,9 +21,8 @@ constexpr double kFurthestAhead = 0.1;  // s
 /// Makes readings of /imu/data messages.
 class ImuReader {
  public:
-  /// @param base_frame of the body velocity; @param transforms have to outlive the reader.
-  ImuReader(const std::string& base_frame, const tf2_ros::Buffer& transforms)
-      : base_frame_(base_frame), transforms_(transforms) {}
+  /// @param base_frame of the body velocity; @param frames have to outlive the reader.
+  ImuReader(const std::string& base_frame, const FixedFrames& frames) : base_frame_(base_frame), frames_(frames) {}
 
   /// The reading of a message. One with a non-finite value, without a stamp, from the future, or from a frame that tf
   /// cannot relate to the base frame is refused (empty, and lastRefusal() says why).
@@ -37,10 +36,9 @@ class ImuReader {
 
  private:
   std::nullopt_t refuse(const std::string& reason);
-  bool rotationFrom(const std::string& frame);
 
   std::string base_frame_;
-  const tf2_ros::Buffer& transforms_;
+  const FixedFrames& frames_;
   Eigen::Quaterniond rotation_ = Eigen::Quaterniond::Identity();
   std::string refusal_;
 };

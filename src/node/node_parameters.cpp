@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "jackal_aic/certificate/advice.hpp"
+#include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/urdf_geometry.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_aic/config/yaml_text.hpp"
@@ -25,6 +26,11 @@ void completeGeometry(bool radius_given, bool track_given, const std::function<s
       readUrdfGeometry(urdf, parameters.robot.left_wheel_joints, parameters.robot.right_wheel_joints);
   if (!radius_given) parameters.geometry.wheel_radius = wheels.wheel_radius;
   if (!track_given) parameters.geometry.effective_track = wheels.track * parameters.robot.track_multiplier;
+  try {
+    requireInRange(parameters.geometry, "robot");  // a URDF in millimetres, for one
+  } catch (const ParameterError& error) {
+    throw ParameterError(std::string("URDF: ") + error.what());
+  }
 }
 
 decltype(DriveParameters::controller) readGains(ParameterMap& map, const SensorNoise& sensors) {
@@ -59,7 +65,7 @@ std::string readSlipFile(ParameterMap& map) {
   std::string path;
   ParameterReader(map, "slip").field("file", path, Presence::optional);
   if (path.empty() || path.front() == '/') return path;
-  throw ParameterError("slip.file = '" + path + "': must be an absolute path");
+  throw ParameterError("slip.file = " + quoted(path) + ": must be an absolute path");
 }
 
 void check(const ControllerParameters& controller, const NodeParameters& parameters) {
@@ -140,7 +146,7 @@ std::string describeRobot(const NodeParameters& parameters) {
   const PlantModel& model = *parameters.plant_model;
   const std::string text = fmt::format(
       "Plant model: {}{}, {}dead time {:g} s, lag {:g} s, gain {:g}, offset {:g} rad/s, acceleration limit {:g} m/s^2",
-      parameters.robot_name.empty() ? "robot without a name" : parameters.robot_name,
+      parameters.robot_name.empty() ? "robot without a name" : shortened(parameters.robot_name),
       model.on_box ? ", wheels in the air" : "", model.identified ? "" : "assumed ", model.dead_time, model.lag,
       model.gain, model.offset, model.acceleration_limit);
   if (model.identified) return text;
@@ -177,6 +183,11 @@ NodeParameters readNodeParameters(ParameterMap map, const std::function<std::str
         "plant_model:=FILE");
   }
   map.refuseUnknown();
+  if (parameters.output == OutputMode::gazebo && !parameters.watchdog) {
+    throw ParameterError(
+        "output = gazebo: nothing stops the wheels when the commands stay away, but wheel_watchdog, which the launch "
+        "files start with output:=gazebo");
+  }
 
   if (const auto* drive = std::get_if<DifferentialDriveParameters>(&parameters.controller)) {
     parameters.geometry = drive->geometry();  // as the baseline believes it

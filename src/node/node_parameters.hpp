@@ -67,6 +67,8 @@ struct NodeOptions {
   bool belief_timer = true;  ///< run the beliefs at their own rate; false: only when a measurement, a set point or an
                              ///< action needs them, which gives the same numbers for less CPU time
   bool publish_inputs = false;  ///< publish everything that the controller is told, to be replayed to the same bits
+  bool watchdog = true;         ///< false: no wheel_watchdog runs beside the node, without which it does not drive
+                                ///< with output: gazebo
   int realtime_priority = 0;    ///< of the threads that receive and drive (SCHED_FIFO), with locked memory; 0: ordinary
                                 ///< scheduling
 };
@@ -79,6 +81,7 @@ void describeFields(Visitor& v, NodeOptions& p) {
   v.field("allow_multiple_set_points", p.allow_multiple_set_points, Presence::optional);
   v.field("belief_timer", p.belief_timer, Presence::optional);
   v.field("publish_inputs", p.publish_inputs, Presence::optional);
+  v.field("watchdog", p.watchdog, Presence::optional);
   v.field("realtime_priority", p.realtime_priority, {0, 99}, "", Presence::optional);
 }
 

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "jackal_aic/config/text.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -46,7 +48,7 @@ ParameterValue listOf(XmlRpcValue& list, const std::string& key) {
   const auto size = static_cast<std::size_t>(list.size());
   if (numbers.size() == size) return numbers;
   if (words.size() == size) return words;
-  throw ParameterError(key + ": expected a flat list of numbers or of words");
+  throw ParameterError(shortened(key) + ": expected a flat list of numbers or of words");
 }
 
 void addValue(XmlRpcValue& value, const std::string& key, ParameterMap& map) {
@@ -70,7 +72,7 @@ void addValue(XmlRpcValue& value, const std::string& key, ParameterMap& map) {
       map.set(key, listOf(value, key));
       break;
     default:
-      throw ParameterError(key + ": expected true or false, a number, a text or a flat list");
+      throw ParameterError(shortened(key) + ": expected true or false, a number, a text or a flat list");
   }
 }
 

@@ -17,8 +17,8 @@ bool followsClosely(const ros::Time& stamp, const ros::Time& last) {
 
 }  // namespace
 
-SensorPairing::SensorPairing(const RobotNames& names, const tf2_ros::Buffer& transforms, Callback callback)
-    : names_(names), imu_reader_(names.base_frame, transforms), callback_(std::move(callback)) {
+SensorPairing::SensorPairing(const RobotNames& names, const FixedFrames& frames, Callback callback)
+    : names_(names), imu_reader_(names.base_frame, frames), callback_(std::move(callback)) {
   reset();
 }
 

@@ -8,7 +8,6 @@
 #include <message_filters/synchronizer.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
-#include <tf2_ros/buffer.h>
 
 #include <functional>
 #include <memory>
@@ -30,7 +29,7 @@ class SensorPairing {
   /// (acceleration_pairing.hpp).
   using Callback = std::function<void(const Observation&, const ros::Time&)>;
 
-  SensorPairing(const RobotNames& names, const tf2_ros::Buffer& transforms, Callback callback);
+  SensorPairing(const RobotNames& names, const FixedFrames& frames, Callback callback);
 
   /// Takes a joint state message and returns its reading. Messages without a wheel of ours are left alone (empty); one
   /// without both sides, with a missing or non-finite velocity, without a stamp or from the future is refused (empty,

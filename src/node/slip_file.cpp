@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "jackal_aic/config/parameter_map.hpp"
+#include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_aic/config/yaml_text.hpp"
 
@@ -70,8 +71,12 @@ BoundedSlip bounded(const SlipState& slip) {
   return p;
 }
 
-[[noreturn]] void fail(const std::string& path, const char* what) {
-  throw ParameterError("slip.file = '" + path + "': " + what + ": " + std::strerror(errno));
+[[noreturn]] void fail(const std::string& path, const std::string& what) {
+  throw ParameterError("slip.file = " + quoted(path) + ": " + what);
+}
+
+[[noreturn]] void failBy(const std::string& path, const char* what) {
+  fail(path, std::string(what) + ": " + std::strerror(errno));
 }
 
 std::string yamlText(const LearnedModel& learned) {
@@ -84,16 +89,17 @@ std::string yamlText(const LearnedModel& learned) {
 /// Writes a file and waits until it is on the disk.
 void writeThrough(const std::string& path, const std::string& text) {
   const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (file < 0) return fail(path, "cannot be written");
+  if (file < 0) return failBy(path, "cannot be written");
   const bool written = write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size()) && fsync(file) == 0;
   close(file);
-  if (!written) fail(path, "cannot be written");
+  if (!written) failBy(path, "cannot be written");
 }
 
 }  // namespace
 
 std::optional<LearnedModel> readSlipFile(const std::string& path, const SlipState& configured) {
-  if (!std::filesystem::exists(path)) return std::nullopt;
+  std::error_code unknown;
+  if (std::filesystem::status(path, unknown).type() == std::filesystem::file_type::not_found) return std::nullopt;
   try {
     ParameterMap map;
     addYamlFile(path, map);
@@ -104,14 +110,14 @@ std::optional<LearnedModel> readSlipFile(const std::string& path, const SlipStat
     learned.slip.turn = turnOf(read);
     return learned;
   } catch (const ParameterError& error) {
-    throw ParameterError("slip.file = '" + path + "': " + error.what());
+    fail(path, error.what());
   }
 }
 
 void writeSlipFile(const std::string& path, const LearnedModel& learned) {
   const std::string fresh = path + ".new";
   writeThrough(fresh, yamlText(learned));
-  if (std::rename(fresh.c_str(), path.c_str()) != 0) fail(path, "cannot be replaced");
+  if (std::rename(fresh.c_str(), path.c_str()) != 0) failBy(path, "cannot be replaced");
 }
 
 SlipWriter::SlipWriter(std::string path, const LearnedModel& learned) : path_(std::move(path)) {

@@ -1,5 +1,6 @@
 #include <ros/ros.h>
 
+#include "jackal_aic/config/text.hpp"
 #include "node_help.hpp"
 #include "ros_parameters.hpp"
 #include "stop_request.hpp"
@@ -24,8 +25,8 @@ int main(int argc, char** argv) {
     stop.spinWhile([&] { return !watchdog.atRest(); }, 1.0);
     watchdog.stop();
     stop.flush();
-  } catch (const jackal_aic::ParameterError& error) {
-    ROS_FATAL("%s", error.what());
+  } catch (const std::exception& error) {
+    ROS_FATAL("%s", jackal_aic::onOneLine(error.what()).c_str());
     return 1;
   }
   return 0;

@@ -114,8 +114,8 @@ void RosController::subscribe(ros::NodeHandle& robot, ros::NodeHandle& controlle
                          prefixedFrame(tfPrefix(controller), imu_handle_->getFrameId()) == base_frame;
   if (!by_handle) {
     imu_handle_.reset();
-    transform_listener_.emplace(transforms_, robot);
-    imu_reader_.emplace(base_frame, transforms_);
+    frame_listener_.emplace(robot, frames_);
+    imu_reader_.emplace(base_frame, frames_);
     imu_subscriber_ = robot.subscribe(parameters_.imu_topic, 10, &RosController::onImu, this, no_delay);
   }
   robot_.emplace(

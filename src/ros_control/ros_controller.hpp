@@ -9,7 +9,6 @@
 #include <jackal_aic/RosControllerConfig.h>
 #include <ros/wall_timer.h>
 #include <sensor_msgs/Imu.h>
-#include <tf2_ros/transform_listener.h>
 
 #include <atomic>
 #include <cstdint>
@@ -137,8 +136,8 @@ class RosController : public controller_interface::Controller<hardware_interface
   // The other way.
   std::atomic<bool> resting_{true};
 
-  tf2_ros::Buffer transforms_;
-  std::optional<tf2_ros::TransformListener> transform_listener_;
+  FixedFrames frames_;
+  std::optional<FrameListener> frame_listener_;
   std::optional<ImuReader> imu_reader_;
   std::optional<RobotWatch> robot_;
   std::optional<RosControlPublisher> publisher_;

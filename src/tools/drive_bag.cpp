@@ -9,7 +9,6 @@
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 #include <sys/wait.h>
-#include <tf2/buffer_core.h>
 #include <tf2_msgs/TFMessage.h>
 #include <unistd.h>
 
@@ -22,6 +21,7 @@
 
 #include "bag_guard.hpp"
 #include "conversions.hpp"
+#include "fixed_frames.hpp"
 #include "jackal_aic/config/text.hpp"
 
 namespace jackal_aic {
@@ -68,44 +68,32 @@ void checkPublishers(const rosbag::Bag& bag, const std::string& path, const std:
                                         path, topic, messages.size(), fmt::join(publishers, ", ")));
 }
 
-/// A frame's name as tf2 takes it.
-std::string frameName(const std::string& name) {
-  return name.substr(std::min(name.find_first_not_of('/'), name.size()));
-}
-
 /// Where IMUs are mounted, as a bag says.
 class ImuMounting {
  public:
   ImuMounting(const rosbag::Bag& bag, const BagTopics& topics) : topics_(topics) {
     forEach<tf2_msgs::TFMessage>(bag, topics.fixed_frames, [&](const tf2_msgs::TFMessage& message, const ros::Time&) {
-      for (geometry_msgs::TransformStamped transform : message.transforms) {
-        transform.header.frame_id = frameName(transform.header.frame_id);
-        transform.child_frame_id = frameName(transform.child_frame_id);
-        frames_.setTransform(transform, "bag", true);
-      }
+      for (const geometry_msgs::TransformStamped& transform : message.transforms) frames_.add(transform);
     });
   }
 
   /// Yaw rate of the robot [rad/s].
   double yawRate(const sensor_msgs::Imu& imu) {
     const Eigen::Vector3d rate(imu.angular_velocity.x, imu.angular_velocity.y, imu.angular_velocity.z);
-    return (rotationOf(frameName(imu.header.frame_id)) * rate).z();
+    return (rotationOf(imu.header.frame_id) * rate).z();
   }
 
  private:
   const Eigen::Quaterniond& rotationOf(const std::string& frame) {
     const auto known = rotations_.find(frame);
     if (known != rotations_.end()) return known->second;
-    Eigen::Quaterniond rotation = topics_.imu_rotation.value_or(Eigen::Quaterniond::Identity());
-    if (!topics_.imu_rotation && !frame.empty() && frames_.canTransform(topics_.base_frame, frame, ros::Time(0))) {
-      const auto q = frames_.lookupTransform(topics_.base_frame, frame, ros::Time(0)).transform.rotation;
-      rotation = Eigen::Quaterniond(q.w, q.x, q.y, q.z);
-    }
-    return rotations_.emplace(frame, rotation).first->second;
+    auto rotation = topics_.imu_rotation;
+    if (!rotation) rotation = frames_.rotation(topics_.base_frame, frame);
+    return rotations_.emplace(frame, rotation.value_or(Eigen::Quaterniond::Identity())).first->second;
   }
 
   const BagTopics& topics_;
-  tf2::BufferCore frames_;
+  FixedFrames frames_;
   std::map<std::string, Eigen::Quaterniond> rotations_;  // by frame
 };
 

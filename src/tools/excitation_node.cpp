@@ -20,6 +20,7 @@
 #include "conversions.hpp"
 #include "excitation.hpp"
 #include "graph_watch.hpp"
+#include "jackal_aic/config/text.hpp"
 #include "jackal_aic/safety/command_limiter.hpp"
 #include "node_help.hpp"
 #include "robot_watch.hpp"
@@ -325,8 +326,8 @@ int main(int argc, char** argv) {
   int status = 0;
   try {
     status = jackal_aic::excite(node, private_node, stop_request, session);
-  } catch (const jackal_aic::ParameterError& error) {
-    ROS_FATAL("%s", error.what());
+  } catch (const std::exception& error) {
+    ROS_FATAL("%s", jackal_aic::onOneLine(error.what()).c_str());
     status = 1;
   }
   if (session.end_launch) jackal_aic::endLaunch();

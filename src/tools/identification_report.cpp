@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/yaml_text.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 
@@ -91,7 +92,7 @@ std::string plantModelYaml(const Identification& result, const RecordingSource& 
     const std::string found = remark(field.name, result);
     if (!found.empty()) field.unit += (field.unit.empty() ? "" : ", ") + found;
   }
-  std::string head = fmt::format("# Identified from {}", source.recording);
+  std::string head = fmt::format("# Identified from {}", onOneLine(source.recording));
   if (!source.date.empty()) head += ", recorded " + source.date;
   head += fmt::format(", {:.1f} s.\n# R^2 {:.4f}, residual {:.4f} rad/s (RMS); +- is the 95 % confidence interval.\n",
                       result.duration, result.r_squared, result.residual);

@@ -12,6 +12,7 @@
 
 #include "drive_bag.hpp"
 #include "identification_report.hpp"
+#include "jackal_aic/config/text.hpp"
 
 namespace {
 
@@ -138,7 +139,7 @@ int main(int argc, char** argv) {
     Options options;
     if (parse(argc, argv, options)) identify(options);
   } catch (const std::exception& error) {
-    std::cerr << "identify: " << error.what() << "\n";
+    std::cerr << "identify: " << jackal_aic::onOneLine(error.what()) << "\n";
     return 1;
   }
   return 0;

@@ -5,7 +5,6 @@
 #include <jackal_msgs/Feedback.h>
 #include <jackal_msgs/Status.h>
 #include <std_msgs/Bool.h>
-#include <tf2/exceptions.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <cmath>
@@ -35,9 +34,9 @@ MessagePlayer::MessagePlayer(const NodeParameters& parameters, const PlayerSetti
       settings_(settings),
       sink_(std::move(sink)),
       kinematics_(parameters.geometry),
-      sensors_(parameters.robot, transforms_,
+      sensors_(parameters.robot, frames_,
                [this](const Observation& observation, const ros::Time&) { tell(ObservationInput{observation}); }) {
-  ros::Time::init();  // the transforms want a clock, whatever it says
+  ros::Time::init();  // warnings of the pairing want a clock, whatever it says
 }
 
 std::map<std::string, std::string> MessagePlayer::topics() const {
@@ -134,11 +133,8 @@ void MessagePlayer::playTransforms(const rosbag::MessageInstance& message) {
   const auto transforms = message.instantiate<tf2_msgs::TFMessage>();
   if (!transforms) return;
   for (const auto& transform : transforms->transforms) {
-    try {
-      transforms_.setTransform(transform, "bag", message.getTopic() == "/tf_static");
-    } catch (const tf2::TransformException&) {
-      ++refusals_["transforms of frames without names"];
-    }
+    const std::string refusal = frames_.add(transform);
+    if (!refusal.empty()) ++refusals_[refusal];
   }
 }
 

@@ -4,7 +4,6 @@
 /// The messages of a bag as what a drive loop would have been told by a node that heard them when they were recorded.
 
 #include <rosbag/message_instance.h>
-#include <tf2_ros/buffer.h>
 
 #include <cstdint>
 #include <functional>
@@ -60,7 +59,7 @@ class MessagePlayer {
   PlayerSettings settings_;
   Sink sink_;
   SkidSteerKinematics kinematics_;
-  tf2_ros::Buffer transforms_;
+  FixedFrames frames_;
   SensorPairing sensors_;
   RobotStatus status_;
   ros::Time now_;

@@ -4,6 +4,7 @@
 
 #include "bag_guard.hpp"
 #include "jackal_aic/config/parameter_map.hpp"
+#include "jackal_aic/config/text.hpp"
 #include "replay.hpp"
 
 namespace {
@@ -12,9 +13,9 @@ int runReplay(const std::vector<std::string>& arguments, const std::string& bag)
   try {
     return jackal_aic::replay(arguments, std::cout);
   } catch (const jackal_aic::ParameterError& error) {
-    std::fprintf(stderr, "replay: %s\n", error.what());
+    std::fprintf(stderr, "replay: %s\n", jackal_aic::onOneLine(error.what()).c_str());
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "replay: %s\n", jackal_aic::unreadableBag(bag, error).c_str());
+    std::fprintf(stderr, "replay: %s\n", jackal_aic::onOneLine(jackal_aic::unreadableBag(bag, error)).c_str());
   }
   return 2;
 }
@@ -32,7 +33,7 @@ int main(int argc, char** argv) {
       return status;
     });
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "replay: %s\n", error.what());
+    std::fprintf(stderr, "replay: %s\n", jackal_aic::onOneLine(error.what()).c_str());
     return 2;
   }
 }

@@ -95,6 +95,19 @@ TEST(Parameters, UnknownKeyIsNamedWithTheKnownOnes) {
               {"controller.taau = 0.1: unknown key; nearest known keys: controller.tau, "});
 }
 
+TEST(Parameters, ASectionThatIsNoneIsToldWhatBelongsIntoIt) {
+  ParameterMap map;
+  map.set("controller", 5.0);
+  map.declare("controller.kappa_a");
+  map.declare("controller.tau");
+  try {
+    map.refuseUnknown();
+    FAIL() << "taken";
+  } catch (const ParameterError& error) {
+    EXPECT_STREQ(error.what(), "controller = 5: expected keys below it, controller.kappa_a for one");
+  }
+}
+
 TEST(Parameters, ARenamedKeyIsToldItsNewName) {
   const std::pair<const char*, const char*> kRenamed[] = {{"predictive.learn_slip", "predictive.learn_track"},
                                                           {"predictive.kappa_mu", "predictive.belief_learning_rate"},
@@ -141,6 +154,8 @@ TEST(Parameters, WrongTypeIsNamed) {
   expectNames(refusal(preset("tau: fast")), {"controller.tau", "'fast'", "number"});
   expectNames(refusal(preset("tau: \"0.03\"")), {"controller.tau", "'0.03'", "number"});
   expectNames(refusal(preset("orders: 2.5")), {"controller.orders", "2.5", "whole number"});
+  expectNames(refusal(preset("orders: 010")), {"controller.orders", "'010'", "whole number"});  // 8 for rosparam
+  expectNames(refusal(preset("orders: -01")), {"controller.orders", "'-01'"});
   expectNames(refusal(preset("orders: true")), {"controller.orders", "true"});
   expectNames(refusal(preset("tau: [1, 2]")), {"controller.tau", "[1, 2]"});
   expectNames(refusal(preset("state_variances: 3")), {"controller.state_variances", "list"});

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 #include <ros/time.h>
-#include <tf2_ros/buffer.h>
 
 #include <algorithm>
 #include <memory>
@@ -39,14 +38,14 @@ class Loop {
         parameters_(shipped(preset)),
         kinematics_(parameters_.geometry),
         loop_(parameters_, makeController(parameters_)),
-        sensors_(parameters_.robot, transforms_, [this](const Observation& observation, const ros::Time&) {
+        sensors_(parameters_.robot, frames_, [this](const Observation& observation, const ros::Time&) {
           taken_ += loop_.observe(observation, now_) ? 1 : 0;
         }) {
     geometry_msgs::TransformStamped mounting;
     mounting.header.frame_id = "base_link";
     mounting.child_frame_id = "imu_link";
     mounting.transform.rotation.w = 1.0;
-    transforms_.setTransform(mounting, "fuzz", true);
+    frames_.add(mounting);
   }
 
   /// One message of any kind, and the steps that are due.
@@ -143,7 +142,7 @@ class Loop {
   NodeParameters parameters_;
   SkidSteerKinematics kinematics_;
   DriveLoop loop_;
-  tf2_ros::Buffer transforms_{ros::Duration(10.0), false};
+  FixedFrames frames_;
   SensorPairing sensors_;
   double now_ = 100.0;  // s
   WheelCommand last_;

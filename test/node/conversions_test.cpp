@@ -48,6 +48,7 @@ TEST(MeanVelocity, RefusesWhatIsMissingOrNotFinite) {
   EXPECT_FALSE(meanVelocity(joints({"front_left_wheel", "rear_left_wheel"}, {1.0}), kLeft));
   EXPECT_FALSE(meanVelocity(joints({"front_left_wheel", "rear_left_wheel"}, {1.0, kNaN}), kLeft));
   EXPECT_FALSE(meanVelocity(joints({"front_left_wheel"}, {}), kLeft));
+  EXPECT_FALSE(meanVelocity(joints({"front_left_wheel", "rear_left_wheel"}, {1.7e308, 1.7e308}), kLeft)) << "overflows";
 }
 
 TEST(PlanarMotion, RotatesIntoTheBaseFrame) {

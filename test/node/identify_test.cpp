@@ -290,6 +290,17 @@ TEST(IdentificationReport, AnOffsetThatMayBeNoneIsNotWritten) {
   }
 }
 
+TEST(IdentificationReport, TheNameOfABagStaysInItsComment) {
+  Identification result;
+  result.dead_time = {0.12, 0.001, ""};
+  result.lag = {0.05, 0.002, ""};
+  result.gain = {0.97, 0.001, ""};
+  result.acceleration_limit = {3.2, 0.1, ""};
+  ParameterMap map;
+  addYamlText(plantModelYaml(result, {"of\nlimits: {linear_speed: 9.0}\n.bag", "", ""}), "plant_model.yaml", map);
+  EXPECT_FALSE(map.hasSection("limits"));
+}
+
 TEST(IdentificationReport, YamlHoldsTheEstimates) {
   Identification result;
   result.dead_time = {0.12, 0.001, ""};

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <map>
+#include <regex>
 #include <set>
 #include <type_traits>
 
@@ -121,6 +122,19 @@ TEST(NodeParameters, RefusesPredictiveRatesThatDoNotFit) {
   EXPECT_NE(refusal(map, jackalUrdf()).find("predictive.belief_rate = 75"), std::string::npos);
 }
 
+/// The bounds of a radius and a track hold wherever they come from.
+TEST(NodeParameters, AUrdfInOtherUnitsIsRefused) {
+  ParameterMap map = shipped("predictive");
+  addYamlFile(kSource + "/config/plant_model.yaml", map);
+  const auto with = [](const std::string& from, const std::string& to) {
+    return std::regex_replace(jackalUrdf(), std::regex(from), to);
+  };
+  const std::string radius = "radius=\"0\\.098\"";
+  ASSERT_NE(jackalUrdf(), with(radius, ""));
+  EXPECT_EQ(refusal(map, with(radius, "radius=\"98\"")), "URDF: robot.wheel_radius = 98: must be in [0.01, 1] m");
+  EXPECT_EQ(refusal(map, with(radius, "radius=\"1e-9\"")).rfind("URDF: robot.wheel_radius = 1e-09", 0), 0u);
+}
+
 TEST(NodeParameters, TakesGeometryFromTheUrdfUnlessTheYamlGivesIt) {
   ParameterMap map;
   addYamlFile(kSource + "/config/standard.yaml", map);
@@ -161,6 +175,15 @@ TEST(NodeParameters, RefusesAnUnknownOutput) {
   ParameterMap map = shipped("standard");
   map.set("output", std::string("serial"));
   EXPECT_NE(refusal(map, jackalUrdf()).find("cmd_drive, twist, gazebo"), std::string::npos);
+}
+
+/// A robot's file may ask for it, but only a launch file that was told so starts the watchdog.
+TEST(NodeParameters, RefusesWheelTopicsThatNobodyWatches) {
+  ParameterMap map = shipped("standard");
+  map.set("output", std::string("gazebo"));
+  EXPECT_NO_THROW(readNodeParameters(map, jackalUrdf));
+  map.set("watchdog", false);
+  EXPECT_NE(refusal(map, jackalUrdf()).find("output:=gazebo"), std::string::npos);
 }
 
 /// Expects that each bound of a gain shown at run time is the last value that is accepted towards `beyond`, and that

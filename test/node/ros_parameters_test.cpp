@@ -56,8 +56,8 @@ TEST_P(EveryReader, TakesATextForTheSame) {
 
 INSTANTIATE_TEST_SUITE_P(Values, EveryReader,
                          testing::Values("0.5", "3", "-1", "1e8", "1.0e8", "1.0e+08", "-2E-3", "true", "Yes", "off",
-                                         "word", "e", "two words", "'2'", "'on'", "[1, 2.5]", "[1e8, 2]", "[a, b]",
-                                         "['1', '2']", "['a,b', c]"));
+                                         "word", "e", "two words", "'2'", "'on'", "08", "-09", "[1, 2.5]", "[1e8, 2]",
+                                         "[a, b]", "['1', '2']", "['a,b', c]"));
 
 TEST(RosParameters, EveryShippedFileIsTheSameForRosparam) {
   int values = 0;
@@ -77,6 +77,21 @@ TEST(RosParameters, EveryShippedFileIsTheSameForRosparam) {
 TEST(RosParameters, RefusesAListOfBothNumbersAndWords) {
   EXPECT_THROW(throughRosparam("key: [1, a]"), ParameterError);
   EXPECT_THROW(throughRosparam("key: [[1], [2]]"), ParameterError);
+}
+
+TEST(RosParameters, AKeyOfAnyTextIsNamedInOneShortLine) {
+  const std::string key = "\n[FATAL] forged" + std::string(10000, 'x');
+  XmlRpc::XmlRpcValue list, nested, root;
+  nested[0] = 1;
+  list[0] = nested;
+  root[key] = list;
+  try {
+    parametersIn(root);
+    FAIL() << "taken";
+  } catch (const ParameterError& error) {
+    EXPECT_LT(std::string(error.what()).size(), 200u);
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+  }
 }
 
 TEST(Frames, HaveThePrefixOfTheirRobot) {

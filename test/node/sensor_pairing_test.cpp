@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <string>
 #include <vector>
 
 namespace jackal_aic {
@@ -17,7 +18,7 @@ class SensorPairingTest : public testing::Test {
   static void SetUpTestSuite() { ros::Time::init(); }  // for warnings, which are limited in rate
 
   SensorPairingTest()
-      : sensors_(RobotNames{}, transforms_,
+      : sensors_(RobotNames{}, frames_,
                  [this](const Observation& observation, const ros::Time&) { observations_.push_back(observation); }) {}
 
   bool addWheels(double stamp, double now, double speed = 1.0) {
@@ -46,7 +47,7 @@ class SensorPairingTest : public testing::Test {
     }
   }
 
-  tf2_ros::Buffer transforms_{ros::Duration(10.0), false};
+  FixedFrames frames_;
   std::vector<Observation> observations_;
   SensorPairing sensors_;
 };
@@ -61,6 +62,18 @@ TEST_F(SensorPairingTest, WheelSpeedsMayRepeatOnlyWithoutPositions) {
   EXPECT_TRUE(sensors_.addWheels(message, ros::Time(10.0))->may_repeat) << "half of them are none";
   message->position = {3.0, 3.0};
   EXPECT_FALSE(sensors_.addWheels(message, ros::Time(10.0))->may_repeat);
+}
+
+/// The frame of a message is anybody's text, and the reason goes into the log.
+TEST_F(SensorPairingTest, ARefusedFrameIsNamedInOneShortLine) {
+  auto message = boost::make_shared<sensor_msgs::Imu>();
+  message->header.stamp = ros::Time(10.0);
+  message->header.frame_id = "\n\x1b[31m[FATAL] forged" + std::string(100000, 'x');
+  EXPECT_FALSE(sensors_.addImu(message, ros::Time(10.0)));
+  const std::string& refusal = sensors_.lastRefusal();
+  EXPECT_EQ(refusal.rfind("IMU data in frame '", 0), 0u) << refusal;
+  EXPECT_LT(refusal.size(), 200u);
+  EXPECT_EQ(refusal.find_first_of("\n\x1b"), std::string::npos) << refusal;
 }
 
 TEST_F(SensorPairingTest, PairsSamplesOfOneStamp) {

@@ -124,6 +124,13 @@ TEST_F(SlipFileTest, RefusesWhatIsOutOfRangeMissingUnknownOrNoNumber) {
   EXPECT_FALSE(refusal().empty());
 }
 
+/// A path that no file can have is refused like a file that cannot be read, in one short line whatever it holds.
+TEST_F(SlipFileTest, RefusesAPathThatCannotBe) {
+  path_ += "\n" + std::string(300, 'x');
+  EXPECT_EQ(refusal().rfind("slip.file = '/", 0), 0u) << refusal();
+  EXPECT_EQ(refusal().find('\n'), std::string::npos) << refusal();
+}
+
 TEST_F(SlipFileTest, ReplacesTheOldFileAsAWhole) {
   writeSlipFile(path_, {{0.6, 1.0}});
   std::ofstream(path_ + ".new") << "half a fi";  // a writer that was killed

@@ -127,6 +127,19 @@ TEST(Programs, AnswerHelpWithoutAMaster) {
   output((kRoot / "launch/record_drive").string() + " --help");
 }
 
+/// What a user typed or a file is called is text of anybody: it ends up in the one line of an error, and not on
+/// another.
+TEST(Programs, TellWhatIsWrongInOneLine) {
+  for (const char* program : {"analyze", "experiments step --plant ground --step 1 --controller", "identify", "replay",
+                              "tune --out nowhere/gains.yaml --plant"}) {
+    const std::string text = output("! timeout 20 " JACKAL_AIC_DEVEL "/lib/jackal_aic/" + std::string(program) +
+                                    " \"$(printf 'no\\n\\033[31msuch')\"");
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
+    EXPECT_EQ(text.find('\033'), std::string::npos) << text;
+    EXPECT_NE(text.find("such"), std::string::npos) << text;
+  }
+}
+
 TEST(Programs, ScriptsAnswerHelp) {
   int scripts = 0;
   for (const auto& entry : fs::directory_iterator(kRoot / "scripts")) {
@@ -140,12 +153,15 @@ TEST(Programs, ScriptsAnswerHelp) {
 
 TEST(Launch, ARobotFileMaySayMoreThanTheShippedOne) {
   const std::string robot = testing::TempDir() + "robot" + std::to_string(getpid()) + ".yaml";
-  std::ofstream(robot) << "robot: {effective_track: 0.6}\ndeadlines: {imu: 0.1}\n";
-  for (const char* launch : {"controller", "jackal", "gazebo"}) {
+  std::ofstream(robot) << "robot: {effective_track: 0.6}\ndeadlines: {imu: 0.1}\noutput: twist\n";
+  for (const char* launch : {"controller", "jackal", "gazebo", "simulation"}) {
     const std::string dumped =
         output(std::string("roslaunch --dump-params jackal_aic ") + launch + ".launch robot:=" + robot);
-    for (const char* parameter : {"robot/effective_track: 0.6", "deadlines/imu: 0.1", "deadlines/wheels: 0.2"}) {
-      EXPECT_NE(dumped.find(std::string("/jackal_aic/") + parameter), std::string::npos) << launch << "\n" << dumped;
+    // The simulated robot has no other topic.
+    const std::string output_mode = launch == std::string("simulation") ? "output: cmd_drive" : "output: twist";
+    for (const std::string parameter :
+         {"robot/effective_track: 0.6", "deadlines/imu: 0.1", "deadlines/wheels: 0.2", output_mode.c_str()}) {
+      EXPECT_NE(dumped.find("/jackal_aic/" + parameter), std::string::npos) << launch << "\n" << dumped;
     }
   }
   fs::remove(robot);

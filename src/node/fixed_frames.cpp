@@ -1,0 +1,60 @@
+#include "fixed_frames.hpp"
+
+#include <tf2/exceptions.h>
+
+#include <algorithm>
+
+#include "jackal_aic/config/text.hpp"
+#include "jackal_aic/model/gravity.hpp"
+#include "status_report.hpp"
+
+namespace jackal_aic {
+namespace {
+
+/// A frame's name as tf2 takes it: those of older drivers begin with a slash.
+std::string frameName(const std::string& name) {
+  return name.substr(std::min(name.find_first_not_of('/'), name.size()));
+}
+
+}  // namespace
+
+std::string FixedFrames::add(const geometry_msgs::TransformStamped& transform) {
+  geometry_msgs::TransformStamped named = transform;
+  named.header.frame_id = frameName(transform.header.frame_id);
+  named.child_frame_id = frameName(transform.child_frame_id);
+  const auto refused = [&](const char* why) {
+    return "transform of frame " + jackal_aic::quoted(named.child_frame_id) + why;
+  };
+  if (named.child_frame_id.empty() || named.header.frame_id.empty()) return refused(" with a frame that has no name");
+  if (named.child_frame_id == named.header.frame_id) return refused(" to itself");
+  const auto& t = transform.transform.translation;
+  const auto& q = transform.transform.rotation;
+  if (!Eigen::Vector3d(t.x, t.y, t.z).allFinite()) return refused(" that is not finite");
+  if (!unitAttitude({q.w, q.x, q.y, q.z})) return refused(", whose rotation is no unit quaternion");
+  return frames_.setTransform(named, "", true) ? "" : refused(" that tf2 does not take");
+}
+
+std::optional<Eigen::Quaterniond> FixedFrames::rotation(const std::string& base, const std::string& frame) const {
+  const std::string to = frameName(base), from = frameName(frame);
+  if (to == from) return Eigen::Quaterniond::Identity();
+  try {
+    const auto q = frames_.lookupTransform(to, from, ros::Time(0)).transform.rotation;
+    return Eigen::Quaterniond(q.w, q.x, q.y, q.z);
+  } catch (const tf2::TransformException&) {
+    return std::nullopt;
+  }
+}
+
+FrameListener::FrameListener(ros::NodeHandle node, FixedFrames& frames)
+    : frames_(frames),
+      moving_(node.subscribe("/tf", 100, &FrameListener::take, this)),
+      fixed_(node.subscribe("/tf_static", 100, &FrameListener::take, this)) {}
+
+void FrameListener::take(const tf2_msgs::TFMessage& message) {
+  for (const geometry_msgs::TransformStamped& transform : message.transforms) {
+    const std::string refusal = frames_.add(transform);
+    if (!refusal.empty()) StatusReport::refused(refusal, ++refused_);
+  }
+}
+
+}  // namespace jackal_aic

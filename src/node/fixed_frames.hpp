@@ -1,0 +1,49 @@
+#pragma once
+
+/// @file
+/// How frames are mounted to each other, as /tf and /tf_static say.
+
+#include <geometry_msgs/TransformStamped.h>
+#include <ros/node_handle.h>
+#include <ros/subscriber.h>
+#include <tf2/buffer_core.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace jackal_aic {
+
+/// Frames that do not move against each other. Of a transform the last one that came counts, whatever its stamp: the
+/// history that tf2 keeps of frames that move does not survive a stamp at the end of time.
+class FixedFrames {
+ public:
+  /// Takes a transform. Returns why it is refused, which leaves what was known: frames without a name or of the same
+  /// one, a number that is not finite, a rotation that is none; empty if it was taken.
+  std::string add(const geometry_msgs::TransformStamped& transform);
+
+  /// Turns vectors of `frame` into those of `base`; std::nullopt if no transforms relate the two.
+  std::optional<Eigen::Quaterniond> rotation(const std::string& base, const std::string& frame) const;
+
+ private:
+  tf2::BufferCore frames_;
+};
+
+/// Keeps the transforms of the topics /tf and /tf_static.
+class FrameListener {
+ public:
+  /// Listens in the callback queue of `node`. @param frames have to outlive the listener.
+  FrameListener(ros::NodeHandle node, FixedFrames& frames);
+
+ private:
+  void take(const tf2_msgs::TFMessage& message);
+
+  FixedFrames& frames_;
+  std::uint32_t refused_ = 0;
+  ros::Subscriber moving_;
+  ros::Subscriber fixed_;
+};
+
+}  // namespace jackal_aic
