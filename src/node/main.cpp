@@ -1,7 +1,6 @@
 #include <ros/ros.h>
 
 #include "controller_node.hpp"
-#include "jackal_aic/config/text.hpp"
 #include "node_help.hpp"
 #include "real_time.hpp"
 #include "ros_parameters.hpp"
@@ -17,6 +16,7 @@ int main(int argc, char** argv) {
   ros::init(argc, argv, "jackal_aic", ros::init_options::NoSigintHandler);
   ros::NodeHandle handle, private_handle("~");  // kept to the end: without a handle roscpp shuts down and logs no more
   const jackal_aic::RealTimeThreads threads(handle);  // those of roscpp
+  jackal_aic::StopRequest stop;
   try {
     auto parameters = jackal_aic::readNodeParameters(jackal_aic::readRosParameters(private_handle),
                                                      [&] { return jackal_aic::robotDescription(private_handle); });
@@ -28,15 +28,13 @@ int main(int argc, char** argv) {
             jackal_aic::describeRobot(parameters).c_str());
     jackal_aic::ControllerNode node(handle, private_handle, parameters);
     threads.schedule(parameters.realtime_priority);
-    // Until here nothing was commanded, and a signal ends the process at once: a certificate may take its time.
-    jackal_aic::StopRequest stop;
     stop.spinUntilRequested();
     node.brake();
     stop.spinWhile([&] { return !node.atRest(); }, 0.5);  // s; a simulation may stand still
     node.publishStop();
     stop.flush();
-  } catch (const std::exception& error) {
-    ROS_FATAL("%s", jackal_aic::onOneLine(error.what()).c_str());
+  } catch (const jackal_aic::ParameterError& error) {
+    ROS_FATAL("%s", error.what());
     return 1;
   }
   return 0;

@@ -124,21 +124,6 @@ TEST_P(EndsBy, StoppingTheRobot) {
   EXPECT_NEAR(robot.truth().forward.back(), 0.0, 0.01) << "the plant drives on with its last command";
 }
 
-/// The certificate of a robot with a long dead time takes long, and nobody waits for it who has pressed Ctrl-C.
-TEST_P(EndsBy, EndingItsStartAtOnce) {
-  const std::string name = "starting" + std::to_string(GetParam());
-  configure(name, "predictive");
-  loadPlantModel(name);
-  ros::param::set("/" + name + "/plant_model/dead_time", 2.0);
-  SimulatedRobot robot;
-  ControllerProcess process(name);
-  ros::WallDuration(1.5).sleep();
-  process.signal(GetParam());
-  const ros::WallTime asked = ros::WallTime::now();
-  ASSERT_TRUE(robot.waitFor([&] { return process.ended(); }, "the node to end", 60.0));
-  EXPECT_LT((ros::WallTime::now() - asked).toSec(), 2.0);
-}
-
 INSTANTIATE_TEST_SUITE_P(Signals, EndsBy, testing::Values(SIGINT, SIGTERM));
 
 TEST_F(StartAndStop, AfterAKillItDoesNotGoOnWithTheOldMotion) {
