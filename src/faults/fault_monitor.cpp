@@ -282,9 +282,12 @@ void FaultMonitor::conclude(WheelMonitor& wheel, ChannelHealth& verdict, bool& d
     const bool as_predicted = !as_measured && evidence_.against_predicted <= kNoEvidence * kNoEvidence;
     if (!as_predicted && wheel.fasterThanCommanded() && evidence_.time < kDraggedTime) return;
     if (as_measured && wheel.slowed()) {
-      if (yaw_tells_) wheel.acceptMeasured(step);
-      if (yaw_tells_) verdict.state = ChannelState::ok;
-      if (yaw_tells_ || evidence_.time < kHeldUpTime) return;
+      if (yaw_tells_) {
+        wheel.acceptMeasured(step);
+        verdict.state = ChannelState::ok;
+        return;
+      }
+      if (evidence_.time < kHeldUpTime) return;
     }
     drive = as_measured;
     verdict.state = drive ? ChannelState::ok : ChannelState::faulty;

@@ -215,9 +215,9 @@ void YawMonitor::watchJumps(double yaw_rate, double x, double step) {
 bool YawMonitor::slides(double yaw_rate, const DifferenceSpeed& x) const {
   const double error = belief_.error(yaw_rate, x.value), speed = std::abs(x.forward);
   const double part = error / (belief_.slope() * x.value);  // of what the wheels ask for
-  if (!jumped_ && speed < kCreep && std::abs(error) < kAboutOneSide * belief_.slope() * speed) return true;
-  if (!jumped_) return part >= -(1.0 + kAgainst) && part <= kOtherGround;
-  return jump_time_ < std::min(kTimePerJolt * jolts_, kLongestJolt) && std::abs(part) <= kRocking;
+  if (jumped_) return jump_time_ < std::min(kTimePerJolt * jolts_, kLongestJolt) && std::abs(part) <= kRocking;
+  const bool held_at_one_side = speed < kCreep && std::abs(error) < kAboutOneSide * belief_.slope() * speed;
+  return held_at_one_side || (part >= -(1.0 + kAgainst) && part <= kOtherGround);
 }
 
 bool YawMonitor::biased() const {

@@ -242,6 +242,16 @@ TEST(DriveBag, TurnsTheImuAsItIsMounted) {
   EXPECT_NEAR(readDriveBag(file.path, topics).yaw.at(0).yaw_rate, 0.0, 1e-9) << "nobody says";
 }
 
+/// What a report is made of, without an offset and a track.
+Identification foundDriveTrain() {
+  Identification result;
+  result.dead_time = {0.12, 0.001, ""};
+  result.lag = {0.05, 0.002, ""};
+  result.gain = {0.97, 0.001, ""};
+  result.acceleration_limit = {3.2, 0.1, ""};
+  return result;
+}
+
 TEST(IdentificationReport, ItsPictureIsDrawn) {
   const TemporaryFile csv("identify.csv");
   const std::string picture = csv.path + ".png";
@@ -257,12 +267,8 @@ TEST(IdentificationReport, ItsPictureIsDrawn) {
 }
 
 TEST(IdentificationReport, YamlSaysWhereItComesFrom) {
-  Identification result;
-  result.dead_time = {0.12, 0.001, ""};
-  result.lag = {0.05, 0.002, ""};
-  result.gain = {0.97, 0.001, ""};
+  Identification result = foundDriveTrain();
   result.offset = {0.5, 0.02, ""};
-  result.acceleration_limit = {3.2, 0.1, ""};
   result.r_squared = 0.98765;
   result.remarks = {"cut: 2.0 s of driving that the commands do not explain"};
   const std::string text = plantModelYaml(result, {"drive.bag", "2022-05-17 14:03 UTC", "my Jackal"});
@@ -274,11 +280,7 @@ TEST(IdentificationReport, YamlSaysWhereItComesFrom) {
 }
 
 TEST(IdentificationReport, AnOffsetThatMayBeNoneIsNotWritten) {
-  Identification result;
-  result.dead_time = {0.12, 0.001, ""};
-  result.lag = {0.05, 0.002, ""};
-  result.gain = {0.97, 0.001, ""};
-  result.acceleration_limit = {3.2, 0.1, ""};
+  Identification result = foundDriveTrain();
   for (const Estimate& offset :
        {Estimate{0.04, 0.05, ""}, Estimate{-0.2, 0.05, ""}, Estimate{0.2, 0.0, "the commands are of one speed only"}}) {
     result.offset = offset;
@@ -291,21 +293,14 @@ TEST(IdentificationReport, AnOffsetThatMayBeNoneIsNotWritten) {
 }
 
 TEST(IdentificationReport, TheNameOfABagStaysInItsComment) {
-  Identification result;
-  result.dead_time = {0.12, 0.001, ""};
-  result.lag = {0.05, 0.002, ""};
-  result.gain = {0.97, 0.001, ""};
-  result.acceleration_limit = {3.2, 0.1, ""};
+  const Identification result = foundDriveTrain();
   ParameterMap map;
   addYamlText(plantModelYaml(result, {"of\nlimits: {linear_speed: 9.0}\n.bag", "", ""}), "plant_model.yaml", map);
   EXPECT_FALSE(map.hasSection("limits"));
 }
 
 TEST(IdentificationReport, YamlHoldsTheEstimates) {
-  Identification result;
-  result.dead_time = {0.12, 0.001, ""};
-  result.lag = {0.05, 0.002, ""};
-  result.gain = {0.97, 0.001, ""};
+  Identification result = foundDriveTrain();
   result.offset = {0.48, 0.02, ""};
   result.acceleration_limit = {3.2, 0.0, "never reached; at least the largest acceleration seen"};
   result.track_left = {0.55, 0.01, ""};
