@@ -110,9 +110,13 @@ int main(int argc, char** argv) {
     jackal_aic::ParameterReader(map, "").field("controller", name, jackal_aic::Presence::optional);
     map.refuseUnknown();
     const ros::NodeHandle controller(handle, name);
-    CommandMonitorNode node(handle, parameters,
-                            jackal_aic::readNodeParameters(jackal_aic::readRosParameters(controller),
-                                                           [&] { return jackal_aic::robotDescription(controller); }));
+    const auto watched = jackal_aic::readNodeParameters(jackal_aic::readRosParameters(controller),
+                                                        [&] { return jackal_aic::robotDescription(controller); });
+    if (watched.output != jackal_aic::OutputMode::cmd_drive) {
+      ROS_WARN("Nothing to watch: %s does not publish cmd_drive (its parameter output)", name.c_str());
+      return 0;
+    }
+    CommandMonitorNode node(handle, parameters, watched);
     ros::spin();
   } catch (const std::exception& error) {
     ROS_FATAL("%s", jackal_aic::onOneLine(error.what()).c_str());
