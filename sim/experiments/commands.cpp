@@ -121,7 +121,8 @@ void describeMerge(po::options_description& options, po::positional_options_desc
 }
 
 int merge(const po::variables_map& options) {
-  for (const auto& name : mergeShards(options["directory"].as<std::vector<std::string>>(), outputDirectory(options))) {
+  for (const auto& name :
+       mergeShards(options["directory"].as<std::vector<std::string>>(), options["out"].as<std::string>())) {
     std::cout << name << "\n";
   }
   return 0;

@@ -78,11 +78,10 @@ Eigen::Isometry3d chassisLinkPose(const urdf::ModelInterface& model, const std::
 }
 
 WheelModel wheelOf(const urdf::ModelInterface& model, const std::string& name, const Eigen::Isometry3d& root_in_base) {
-  const urdf::Joint& joint = requiredJoint(model, name);
+  const urdf::Joint& joint = requiredWheelJoint(model, name);
   const Eigen::Isometry3d pose = root_in_base * poseInRoot(model, joint);
-  const bool turns = joint.type == urdf::Joint::CONTINUOUS || joint.type == urdf::Joint::REVOLUTE;
   const Eigen::Vector3d axis = pose.linear() * Eigen::Vector3d(joint.axis.x, joint.axis.y, joint.axis.z);
-  if (!turns || !axis.isApprox(Eigen::Vector3d::UnitY(), 1e-6)) {
+  if (!axis.isApprox(Eigen::Vector3d::UnitY(), 1e-6)) {
     throw ParameterError("URDF: joint " + quoted(name) + " must turn about +y of " + kBaseLink +
                          " (positive is forward)");
   }

@@ -117,6 +117,12 @@ const urdf::Joint& requiredJoint(const urdf::ModelInterface& model, const std::s
   return *joint;
 }
 
+const urdf::Joint& requiredWheelJoint(const urdf::ModelInterface& model, const std::string& name) {
+  const urdf::Joint& joint = requiredJoint(model, name);
+  if (joint.type == urdf::Joint::CONTINUOUS || joint.type == urdf::Joint::REVOLUTE) return joint;
+  throw ParameterError("URDF: wheel joint " + quoted(name) + " does not turn: its type must be continuous or revolute");
+}
+
 Eigen::Isometry3d toEigen(const urdf::Pose& pose) {
   Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
   transform.translation() << pose.position.x, pose.position.y, pose.position.z;

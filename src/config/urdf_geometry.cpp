@@ -22,7 +22,7 @@ class WheelCollector {
     if (joints.empty()) throw ParameterError("URDF: no " + side + " wheel joint is named");
     double sum = 0.0;
     for (const std::string& name : joints) {
-      const urdf::Joint& joint = requiredJoint(model_, name);
+      const urdf::Joint& joint = requiredWheelJoint(model_, name);
       checkRadius(name, wheelRadius(model_, joint));
       sum += poseInRoot(model_, joint).translation().y();
     }
@@ -65,14 +65,14 @@ UrdfGeometry readUrdfGeometry(const std::string& urdf_xml, const std::vector<std
 double readWheelSeparation(const std::string& urdf_xml, const std::string& left_joint, const std::string& right_joint) {
   const urdf::ModelInterfaceSharedPtr model = parseUrdf(urdf_xml);
   const auto origin = [&](const std::string& joint) {
-    return toEigen(requiredJoint(*model, joint).parent_to_joint_origin_transform).translation().eval();
+    return toEigen(requiredWheelJoint(*model, joint).parent_to_joint_origin_transform).translation().eval();
   };
   return (origin(left_joint) - origin(right_joint)).norm();
 }
 
 double readWheelRadius(const std::string& urdf_xml, const std::string& joint) {
   const urdf::ModelInterfaceSharedPtr model = parseUrdf(urdf_xml);
-  return wheelRadius(*model, requiredJoint(*model, joint));
+  return wheelRadius(*model, requiredWheelJoint(*model, joint));
 }
 
 }  // namespace jackal_aic

@@ -26,12 +26,20 @@ std::string FixedFrames::add(const geometry_msgs::TransformStamped& transform) {
     return "transform of frame " + jackal_aic::quoted(named.child_frame_id) + why;
   };
   if (named.child_frame_id.empty() || named.header.frame_id.empty()) return refused(" with a frame that has no name");
+  if (std::max(named.child_frame_id.size(), named.header.frame_id.size()) > kLongestName) {
+    return refused(" with a name that is too long");
+  }
   if (named.child_frame_id == named.header.frame_id) return refused(" to itself");
   const auto& t = transform.transform.translation;
   const auto& q = transform.transform.rotation;
   if (!Eigen::Vector3d(t.x, t.y, t.z).allFinite()) return refused(" that is not finite");
   if (!unitAttitude({q.w, q.x, q.y, q.z})) return refused(", whose rotation is no unit quaternion");
-  return frames_.setTransform(named, "", true) ? "" : refused(" that tf2 does not take");
+  const std::string& parent = named.header.frame_id;
+  const std::size_t unknown = 2 - names_.count(named.child_frame_id) - names_.count(parent);
+  if (unknown > 0 && names_.size() + unknown > kMostFrames) return refused(", which is one too many");
+  if (!frames_.setTransform(named, "", true)) return refused(" that tf2 does not take");
+  names_.insert({named.child_frame_id, parent});
+  return "";
 }
 
 std::optional<Eigen::Quaterniond> FixedFrames::rotation(const std::string& base, const std::string& frame) const {

@@ -10,8 +10,10 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <Eigen/Geometry>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 
 namespace jackal_aic {
@@ -20,8 +22,12 @@ namespace jackal_aic {
 /// history that tf2 keeps of frames that move does not survive a stamp at the end of time.
 class FixedFrames {
  public:
-  /// Takes a transform. Returns why it is refused, which leaves what was known: frames without a name or of the same
-  /// one, a number that is not finite, a rotation that is none; empty if it was taken.
+  static constexpr std::size_t kMostFrames = 1000;  ///< what is kept is bounded, whoever publishes on /tf
+  static constexpr std::size_t kLongestName = 256;  ///< [characters]
+
+  /// Takes a transform. Returns why it is refused, which leaves what was known: frames without a name, with one of more
+  /// than kLongestName characters or of the same one, a number that is not finite, a rotation that is none, a frame
+  /// beyond the kMostFrames first ones; empty if it was taken.
   std::string add(const geometry_msgs::TransformStamped& transform);
 
   /// Turns vectors of `frame` into those of `base`; std::nullopt if no transforms relate the two.
@@ -29,6 +35,7 @@ class FixedFrames {
 
  private:
   tf2::BufferCore frames_;
+  std::set<std::string> names_;  // that tf2 keeps
 };
 
 /// Keeps the transforms of the topics /tf and /tf_static.

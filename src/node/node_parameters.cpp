@@ -68,6 +68,12 @@ std::string readSlipFile(ParameterMap& map) {
   throw ParameterError("slip.file = " + quoted(path) + ": must be an absolute path");
 }
 
+/// tf2 knows a frame without the slashes that older configurations begin its name with.
+void requireFrame(const char* key, const std::string& frame) {
+  if (frame.find_first_not_of('/') != std::string::npos) return;
+  throw ParameterError(std::string(key) + " = " + quoted(frame) + ": must be the name of a frame");
+}
+
 void check(const ControllerParameters& controller, const NodeParameters& parameters) {
   validate(controller, parameters.geometry);
   if (parameters.plant_model) requireStable(controller, parameters.geometry, *parameters.plant_model);
@@ -170,6 +176,8 @@ NodeParameters readConfiguration(ParameterMap& map, NodeParameters parameters) {
   if (map.hasSection("plant_model")) {
     parameters.plant_model = readParameters(map, "plant_model", parameters.plant_model.value_or(PlantModel{}));
   }
+  requireFrame("robot.base_frame", parameters.robot.base_frame);
+  requireFrame("odometry.frame", parameters.odometry.frame);
   parameters.robot_name = robotName(map);
   if (std::holds_alternative<PredictiveParameters>(parameters.controller)) parameters.slip_file = readSlipFile(map);
   return parameters;

@@ -91,11 +91,17 @@ void MessagePlayer::play(const rosbag::MessageInstance& message) {
   if (settings_.commands) playCommand(message);
 }
 
+void MessagePlayer::count(const std::string& refusal) {
+  if (refusal.empty()) return;
+  const bool kept = refusals_.size() < kMostReasons || refusals_.count(refusal) > 0;
+  ++refusals_[kept ? refusal : "for other reasons"];
+}
+
 void MessagePlayer::playWheels(const rosbag::MessageInstance& message) {
   const auto wheels = message.instantiate<sensor_msgs::JointState>();
   if (!wheels) return;
   const std::optional<SensorReading> reading = sensors_.addWheels(wheels, now_);
-  if (!sensors_.lastRefusal().empty()) ++refusals_[sensors_.lastRefusal()];
+  count(sensors_.lastRefusal());
   if (reading) tell(WheelsInput{*reading});
 }
 
@@ -103,7 +109,7 @@ void MessagePlayer::playImu(const rosbag::MessageInstance& message) {
   const auto imu = message.instantiate<sensor_msgs::Imu>();
   if (!imu) return;
   const std::optional<SensorReading> reading = sensors_.addImu(imu, now_);
-  if (!sensors_.lastRefusal().empty()) ++refusals_[sensors_.lastRefusal()];
+  count(sensors_.lastRefusal());
   if (reading) tell(ImuInput{*reading});
 }
 
@@ -132,10 +138,7 @@ void MessagePlayer::playCommand(const rosbag::MessageInstance& message) {
 void MessagePlayer::playTransforms(const rosbag::MessageInstance& message) {
   const auto transforms = message.instantiate<tf2_msgs::TFMessage>();
   if (!transforms) return;
-  for (const auto& transform : transforms->transforms) {
-    const std::string refusal = frames_.add(transform);
-    if (!refusal.empty()) ++refusals_[refusal];
-  }
+  for (const auto& transform : transforms->transforms) count(frames_.add(transform));
 }
 
 }  // namespace jackal_aic

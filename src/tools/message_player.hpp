@@ -42,11 +42,15 @@ class MessagePlayer {
   /// Plays the next message. One of another type than the topic's is left out.
   void play(const rosbag::MessageInstance& message);
 
-  /// Messages of sensors that were refused, by the reason.
+  /// Messages of sensors and transforms that were refused, by the reason; those beyond the first hundred reasons as
+  /// one.
   const std::map<std::string, int>& refusals() const { return refusals_; }
 
  private:
+  static constexpr std::size_t kMostReasons = 100;  // a reason may hold text of the recording
+
   void runTimers(std::int64_t now);
+  void count(const std::string& refusal);
   void tell(decltype(DriveInput::what) what) { sink_({now_.toSec(), std::move(what)}); }
   void playWheels(const rosbag::MessageInstance& message);
   void playImu(const rosbag::MessageInstance& message);

@@ -125,6 +125,7 @@ TEST_F(Experiments, MergeNoticesWhatIsMissingOrTwice) {
             std::string::npos);
   fs::create_directories(path("empty"));
   EXPECT_EQ(complaint({"merge", path("empty"), "--out", path("out")}), "merge: no files NAME.K-of-N.csv found");
+  EXPECT_FALSE(fs::exists(path("out"))) << "nothing is made before it is needed";
 }
 
 TEST_F(Experiments, StepWritesOneRowAndItsTrace) {

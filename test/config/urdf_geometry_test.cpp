@@ -108,6 +108,13 @@ TEST(UrdfGeometry, NamesTheMissingJoint) {
   EXPECT_EQ(complaint(robot(wheel("left", "0 0.2 0", kCylinder))), "URDF: no joint 'right'");
 }
 
+TEST(UrdfGeometry, RefusesAWheelThatDoesNotTurn) {
+  std::string left = wheel("left", "0 0.2 0", kCylinder);
+  left.replace(left.find("continuous"), 10, "fixed");
+  EXPECT_EQ(complaint(robot(left + wheel("right", "0 -0.2 0", kCylinder))),
+            "URDF: wheel joint 'left' does not turn: its type must be continuous or revolute");
+}
+
 TEST(UrdfGeometry, RefusesAWheelWithoutRadius) {
   const std::string box = wheel("right", "0 -0.2 0", "<box size='1 1 1'/>");
   EXPECT_EQ(complaint(robot(wheel("left", "0 0.2 0", kCylinder) + box)),

@@ -78,6 +78,24 @@ TEST(FixedFrames, FramesThatHangOnEachOtherRelateToNothing) {
   EXPECT_FALSE(frames.rotation("base_link", "a"));
 }
 
+/// A publisher of ever new names takes no memory beyond a bound, and what is known stays.
+TEST(FixedFrames, AreBoundedInNumberAndName) {
+  FixedFrames frames;
+  ASSERT_EQ(frames.add(onItsSide()), "");
+  for (std::size_t i = 2; i < FixedFrames::kMostFrames; ++i) {
+    ASSERT_EQ(frames.add(onItsSide("base_link", "frame_" + std::to_string(i))), "") << i;
+  }
+  EXPECT_EQ(frames.add(onItsSide("base_link", "one_more")), "transform of frame 'one_more', which is one too many");
+  EXPECT_FALSE(frames.rotation("base_link", "one_more"));
+  EXPECT_EQ(frames.add(onItsSide("another_base")), "transform of frame 'imu_link', which is one too many");
+  auto upright = onItsSide();
+  upright.transform.rotation.w = 1.0;
+  upright.transform.rotation.x = 0.0;
+  EXPECT_EQ(frames.add(upright), "") << "a frame that is known";
+  EXPECT_NEAR(yawOf(frames), 0.0, 1e-12);
+  EXPECT_NE(FixedFrames().add(onItsSide("base_link", std::string(FixedFrames::kLongestName + 1, 'x'))), "");
+}
+
 /// Whatever a name holds: one line of a log, and no long one.
 TEST(FixedFrames, ARefusalIsOneShortLine) {
   FixedFrames frames;

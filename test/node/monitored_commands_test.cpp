@@ -3,6 +3,9 @@
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <std_msgs/Bool.h>
 
+#include <cstdlib>
+
+#include "controller_process.hpp"
 #include "simulated_robot.hpp"
 
 namespace jackal_aic::test {
@@ -71,6 +74,19 @@ TEST_F(MonitoredCommands, TheControllerIsNotAccusedAndAnotherIs) {
   EXPECT_TRUE(robot_.waitFor([this] { return count("LIM-1") >= 1.0; }, "an accusation"));
   EXPECT_EQ(monitor_.level, diagnostic_msgs::DiagnosticStatus::ERROR);
   EXPECT_NE(monitor_.message.find("LIM-1 broken"), std::string::npos) << monitor_.message;
+}
+
+TEST_F(MonitoredCommands, AControllerThatCommandsByAnotherTopicIsNotWatched) {
+  const std::string config = ros::param::param<std::string>("~config", "");
+  for (const char* part : {"jackal", "improved"}) {
+    ASSERT_EQ(std::system(("rosparam load " + config + "/" + part + ".yaml /elsewhere").c_str()), 0);
+  }
+  ros::param::set("/elsewhere/output", "twist");
+  ControllerProcess monitor("elsewhere_monitor", "command_monitor", {"_controller:=/elsewhere"});
+  ASSERT_TRUE(robot_.waitFor([&] { return monitor.ended(); }, "the monitor to end", 60.0));
+  EXPECT_EQ(monitor.exitStatus(), 0);
+  EXPECT_NE(monitor.errors().find("Nothing to watch: /elsewhere does not publish cmd_drive"), std::string::npos)
+      << monitor.errors();
 }
 
 }  // namespace

@@ -122,6 +122,16 @@ TEST(NodeParameters, RefusesPredictiveRatesThatDoNotFit) {
   EXPECT_NE(refusal(map, jackalUrdf()).find("predictive.belief_rate = 75"), std::string::npos);
 }
 
+TEST(NodeParameters, RefusesAFrameWithoutAName) {
+  for (const char* key : {"robot.base_frame", "odometry.frame"}) {
+    ParameterMap map = shipped("improved");
+    map.set(key, std::string("//"));
+    EXPECT_EQ(refusal(map, jackalUrdf()), std::string(key) + " = '//': must be the name of a frame");
+    map.set(key, std::string("/base"));
+    EXPECT_NO_THROW(readNodeParameters(map, jackalUrdf));
+  }
+}
+
 /// The bounds of a radius and a track hold wherever they come from.
 TEST(NodeParameters, AUrdfInOtherUnitsIsRefused) {
   ParameterMap map = shipped("predictive");

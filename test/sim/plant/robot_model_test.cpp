@@ -81,7 +81,7 @@ TEST(RobotModel, RefusesWhatCannotDrive) {
   EXPECT_EQ(complaint(jackalUrdfWith("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 -1 0\"/>")),
             "URDF: joint 'front_left_wheel' must turn about +y of base_link (positive is forward)");
   EXPECT_EQ(complaint(jackalUrdfWith("type=\"continuous\"", "type=\"fixed\"")),
-            "URDF: joint 'front_left_wheel' must turn about +y of base_link (positive is forward)");
+            "URDF: wheel joint 'front_left_wheel' does not turn: its type must be continuous or revolute");
   EXPECT_EQ(complaint("<robot name='r'><link name='base_link'/></robot>"), "URDF: no link 'imu_link'");
 }
 
