@@ -18,7 +18,9 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kRange = SlipBelief::kRange * (1.0 + 1e-6);  // a bound is read again in spite of its rounding
+constexpr double kRounding = 1.0 + 1e-6;  // a bound is read again in spite of it
+constexpr double kAlphaRange = SlipBelief::kAlphaRange * kRounding;
+constexpr double kTurnRange = TurnModel::kRange * kRounding;
 
 constexpr std::size_t kCoefficients = 4;
 constexpr std::size_t kTriangle = kCoefficients * (kCoefficients + 1) / 2;
@@ -34,11 +36,11 @@ struct BoundedSlip {
 
 template <class Visitor>
 void describeFields(Visitor& v, BoundedSlip& p) {
-  v.field("slip_factor", p.slip.slip_factor, {p.configured.slip_factor / kRange, p.configured.slip_factor * kRange}, "",
-          Presence::required);
+  const double alpha = p.configured.slip_factor;
+  v.field("slip_factor", p.slip.slip_factor, {alpha / kAlphaRange, alpha * kAlphaRange}, "", Presence::required);
   // The belief bounds alpha and the ratio alpha / b_hat.
-  const double track = p.configured.effective_track * p.slip.slip_factor / p.configured.slip_factor;
-  v.field("effective_track", p.slip.effective_track, {track / kRange, track * kRange}, "m", Presence::required);
+  const double track = p.configured.effective_track * p.slip.slip_factor / alpha;
+  v.field("effective_track", p.slip.effective_track, {track / kTurnRange, track * kTurnRange}, "m", Presence::required);
   v.field("turn_coefficients", p.turn_coefficients, {-kLargest, kLargest}, kCoefficients, "", Presence::optional);
   v.field("turn_covariance", p.turn_covariance, {-kLargest, kLargest}, kTriangle, "", Presence::optional);
 }

@@ -47,13 +47,13 @@ SlipBelief::SlipBelief(const SlipState& configured, double wheel_radius, const S
       kept_{turn_, correction_} {}
 
 double SlipBelief::boundedAlpha(double alpha) const {
-  return std::clamp(alpha, configured_.slip_factor / kRange, configured_.slip_factor * kRange);
+  return std::clamp(alpha, configured_.slip_factor / kAlphaRange, configured_.slip_factor * kAlphaRange);
 }
 
 double SlipBelief::boundedCorrection(double correction) const {
-  // q = g q_1 stays within the range.
+  // q = g q_1 stays within the range of q_1.
   const double configured = configured_.slip_factor / (configured_.effective_track * turn_.inPlace());
-  return std::clamp(correction, configured / kRange, configured * kRange);
+  return std::clamp(correction, configured / TurnModel::kRange, configured * TurnModel::kRange);
 }
 
 void SlipBelief::setState(const SlipState& state) {
@@ -119,7 +119,10 @@ void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double st
   if (!turns(n, step) || against(yaw_rate, f)) return;
   const double variance = learning_.gyro_variance + slope * slope * n.variance + late * late;
   const double forgetting = std::exp(-std::min(step, learning_.memory) / learning_.memory);
-  correction_ = boundedCorrection(descend(correction_, correction_curvature_, yaw_rate, f, variance, forgetting));
+  // Beyond the range of g is only what f left to it.
+  const double learned = descend(correction_, correction_curvature_, yaw_rate, f, variance, forgetting);
+  correction_ = boundedCorrection(
+      std::clamp(learned, std::min(correction_, 1.0 / kCorrectionRange), std::max(correction_, kCorrectionRange)));
   track_gain_ = f * f / (variance * correction_curvature_);
 }
 

@@ -12,11 +12,14 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kTrackDeviation = 0.5;   // prior of q_1, relative to the configured ratio
-constexpr double kMotionDeviation = 0.1;  // prior of q_2 and q_4, relative to it, per m/s
-constexpr double kVeerDeviation = 0.03;   // prior of q_3, relative to it
-constexpr double kModelError = 0.1;       // sigma_m, of the yaw rate [rad/s]
-constexpr double kModelErrorLasts = 0.5;  // tau_m [s]
+constexpr double kTrackDeviation = 0.5;    // prior of q_1, relative to the configured ratio
+constexpr double kMotionDeviation = 0.05;  // prior of q_2 and q_4, relative to it, per m/s
+constexpr double kVeerDeviation = 0.03;    // prior of q_3, relative to it
+constexpr double kModelError = 0.1;        // sigma_m of a robot that has not turned yet [rad/s]
+constexpr double kLeastError = 0.02;       // its bounds [rad/s]
+constexpr double kLargestError = 0.3;
+constexpr double kErrorEvidence = 2.0;    // N_0
+constexpr double kModelErrorLasts = 1.5;  // tau_m [s]
 constexpr double kTurn = 0.15;            // least |x| of a turn, and |v| of a straight line, to learn from [m/s]
 constexpr double kStraight = 0.05;        // largest |x| of a straight line [m/s]
 constexpr double kEnough = 1e3;           // information about the veer, in that of the prior: more would make it stiff
@@ -26,10 +29,15 @@ double sign(double value) { return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0;
 
 }  // namespace
 
-TurnModel::TurnModel(double ratio) : configured_(ratio), mean_(ratio, 0.0, 0.0, 0.0) {
+TurnModel::TurnModel(double ratio)
+    : configured_(ratio),
+      mean_(ratio, 0.0, 0.0, 0.0),
+      model_error_(kModelError * kModelError),
+      error_evidence_(kErrorEvidence) {
   const Eigen::Vector4d deviations(kTrackDeviation, kMotionDeviation, kVeerDeviation, kMotionDeviation);
   prior_ = (ratio * deviations).cwiseAbs2().cwiseInverse().asDiagonal();
   information_ = prior_;
+  covariance_ = (ratio * deviations).cwiseAbs2().asDiagonal();
 }
 
 double TurnModel::alike(double v) const {
@@ -60,13 +68,27 @@ void TurnModel::learn(double yaw_rate, double x, double v, double variance, doub
   const Eigen::Vector4d motion(x, x * std::abs(v), v, v * std::abs(x));
   // A straight line tells the veer alone: its x is mostly the encoders' noise, which would draw q_1 towards zero.
   const Eigen::Vector4d phi = turns ? motion : Eigen::Vector4d(0.0, 0.0, v, 0.0);
-  const double Sigma = variance + kModelError * kModelError * std::max(1.0, kModelErrorLasts / step);
+  const double error = yaw_rate - motion.dot(mean_);
+  const double forgetting = turns ? std::exp(-step / kTimeConstant) : 1.0;
+  if (turns) {
+    learnError(error * error - variance - motion.dot(covariance_ * motion), step / kModelErrorLasts, forgetting);
+  }
+  const double Sigma = variance + model_error_ * std::max(1.0, kModelErrorLasts / step);
   // P^-1 <- P_0^-1 + (P^-1 - P_0^-1) exp(-step/T) + phi phi^T / Sigma
-  if (turns) information_ = (prior_ + std::exp(-step / kTimeConstant) * (information_ - prior_)).eval();
+  if (turns) information_ = (prior_ + forgetting * (information_ - prior_)).eval();
   if (turns || information_(2, 2) < kEnough * prior_(2, 2)) information_ += phi * phi.transpose() / Sigma;
+  covariance_ = information_.inverse();
   // q <- q + P phi (y - phi^T q) / Sigma
-  mean_ += information_.inverse() * phi * ((yaw_rate - motion.dot(mean_)) / Sigma);
+  mean_ += covariance_ * phi * (error / Sigma);
   bound();
+}
+
+void TurnModel::learnError(double unexplained, double weight, double forgetting) {
+  // N <- N_0 + (N - N_0) exp(-step/T) + w,   sigma_m^2 <- sigma_m^2 + w/N (max(0, eps^2 - ...) - sigma_m^2)
+  const double w = std::min(1.0, weight);
+  error_evidence_ = kErrorEvidence + (error_evidence_ - kErrorEvidence) * forgetting + w;
+  model_error_ += w / error_evidence_ * (std::max(0.0, unexplained) - model_error_);
+  model_error_ = std::clamp(model_error_, kLeastError * kLeastError, kLargestError * kLargestError);
 }
 
 void TurnModel::bound() {
@@ -76,8 +98,7 @@ void TurnModel::bound() {
 }
 
 TurnCoefficients TurnModel::coefficients() const {
-  const Eigen::Matrix4d covariance = information_.inverse();
-  return {mean_, covariance.selfadjointView<Eigen::Lower>()};  // symmetric in spite of rounding
+  return {mean_, covariance_.selfadjointView<Eigen::Lower>()};  // symmetric in spite of rounding
 }
 
 void TurnModel::setCoefficients(const TurnCoefficients& coefficients) {
@@ -88,6 +109,7 @@ void TurnModel::setCoefficients(const TurnCoefficients& coefficients) {
   }
   mean_ = coefficients.mean;
   information_ = factors.solve(Eigen::Matrix4d::Identity());
+  covariance_ = coefficients.covariance;
   bound();
 }
 

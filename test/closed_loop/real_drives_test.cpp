@@ -101,12 +101,20 @@ RobotRecording rounded(RobotRecording recording, double step) {
   return recording;
 }
 
-/// The later part of a recording.
-RobotRecording laterPart(RobotRecording recording, double share) {
-  const auto all = static_cast<double>(recording.samples.size());
-  recording.samples.erase(recording.samples.begin(),
-                          recording.samples.begin() + static_cast<std::ptrdiff_t>(share * all));
+/// A part of a recording, from one share of its samples to another.
+RobotRecording partOf(RobotRecording recording, double begin, double end) {
+  const std::vector<RecordedSample> all = recording.samples;
+  const auto at = [&](double share) {
+    return all.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(all.size()));
+  };
+  recording.samples.assign(at(begin), at(end));
   recording.samples.front().starts = true;
+  return recording;
+}
+
+/// A recording of the same wheels on ground on which they turn the body by a part of what they did.
+RobotRecording slipperier(RobotRecording recording, double share) {
+  for (RecordedSample& sample : recording.samples) sample.observation.yaw_rate *= share;
   return recording;
 }
 
@@ -114,8 +122,8 @@ TEST(RealDrives, RaiseNoAlarmInAnotherOrderOrWithCoarserOrSlowerEncoders) {
   if (data().empty()) GTEST_SKIP() << "JACKAL_AIC_REAL_DATA is not set";
   for (const std::string& path : recordingsIn(data())) {
     const RobotRecording whole = readRecording(path);
-    std::vector<std::pair<const char*, RobotRecording>> variants{{"later half", laterPart(whole, 0.5)},
-                                                                 {"later quarter", laterPart(whole, 0.75)},
+    std::vector<std::pair<const char*, RobotRecording>> variants{{"later half", partOf(whole, 0.5, 1.0)},
+                                                                 {"later quarter", partOf(whole, 0.75, 1.0)},
                                                                  {"encoders at 5 Hz", held(whole, 4)},
                                                                  {"encoders at 4 Hz", held(whole, 5)},
                                                                  {"encoders of 0.1 rad/s", rounded(whole, 0.1)}};
@@ -127,6 +135,40 @@ TEST(RealDrives, RaiseNoAlarmInAnotherOrderOrWithCoarserOrSlowerEncoders) {
         const RealFigures figures = replay(files(), recording, command_path, model);
         EXPECT_TRUE(figures.alarms.empty())
             << recording.name << ", " << what << ": " << figures.alarms.size() << ", " << figures.alarms.front().reason;
+      }
+    }
+  }
+}
+
+/// The ground may turn the robot by far less than is assumed of it; a Husky's floor does so by more than half already.
+TEST(RealDrives, TeachTheTurnOnSlipperierGroundToo) {
+  if (data().empty()) GTEST_SKIP() << "JACKAL_AIC_REAL_DATA is not set";
+  for (const std::string& path : recordingsIn(data())) {
+    const RobotRecording whole = readRecording(path);
+    for (const double share : {1.3, 0.7, 0.5}) {
+      const RobotRecording recording = slipperier(whole, share);
+      const RealFigures figures = replay(files(), recording, fitCommandPath(recording), RealModel::assumed);
+      EXPECT_TRUE(figures.alarms.empty()) << whole.name << ", " << share << ": " << figures.alarms.front().reason;
+      if (!figures.yaw_error) continue;
+      const bool depends = whole.name.find("asphalt") != std::string::npos;
+      EXPECT_LE(*figures.yaw_error, (depends ? 0.65 : 1.05) * *figures.constant_error) << whole.name << ", " << share;
+    }
+  }
+}
+
+/// Five minutes teach no more than they hold: what is learned of how the turn depends on the motion does not overreach.
+TEST(RealDrives, APartOfARecordingTeachesTheTurnTenPercentAboveTheBestConstantAtMost) {
+  if (data().empty()) GTEST_SKIP() << "JACKAL_AIC_REAL_DATA is not set";
+  for (const std::string& path : recordingsIn(data())) {
+    const RobotRecording whole = readRecording(path);
+    if (whole.name.find("windows") == std::string::npos) continue;
+    for (const int parts : {2, 3, 4}) {
+      for (int i = 0; i < parts; ++i) {
+        const RobotRecording part = partOf(whole, static_cast<double>(i) / parts, static_cast<double>(i + 1) / parts);
+        const RealFigures figures = replay(files(), part, fitCommandPath(part), RealModel::assumed);
+        EXPECT_TRUE(figures.alarms.empty()) << whole.name << ", part " << i << " of " << parts;
+        ASSERT_TRUE(figures.yaw_error) << whole.name << ", part " << i << " of " << parts;
+        EXPECT_LE(*figures.yaw_error, 1.1 * *figures.constant_error) << whole.name << ", part " << i << " of " << parts;
       }
     }
   }

@@ -116,12 +116,30 @@ TEST(SlipBelief, AnUncertainDifferenceTeachesLess) {
   EXPECT_EQ(uncertain.trackGain(), 0.0) << "3 rad/s with a standard deviation of 0.7 rad/s may be none";
 }
 
+/// A Husky on its floor turns by half of what is assumed of it, and less on a smoother one.
+TEST(SlipBelief, FindsATrackThreeTimesTheAssumedOne) {
+  SlipBelief belief(kConfigured, kRadius, {});
+  SlippingRobot robot({3.0 * 0.5621, 1.0}, belief);
+  for (int i = 0; i < 10; ++i) robot.drive(0.5, i % 2 == 0 ? 0.4 : -0.4, 2.0);
+  EXPECT_NEAR(belief.state().effective_track, 3.0 * 0.5621, 0.05 * 3.0 * 0.5621);
+}
+
+/// Half a second on ice moves the turn by no more than a factor of 2, so that grip finds no robot that asks for four
+/// times the difference of its wheels.
+TEST(SlipBelief, AMomentOnIceTeachesNoMoreThanAFactorOfTwo) {
+  SlipBelief belief(kConfigured, kRadius, {});
+  SlippingRobot robot(kConfigured, belief);
+  for (int i = 0; i < 20; ++i) robot.drive(0.5, i % 2 == 0 ? 0.6 : -0.6, 2.0);
+  for (int k = 0; k < 50; ++k) belief.learnTrack(0.0, {5.0, 0.0, 0.0, 0.0, 0.0, 0.0}, kPeriod);
+  EXPECT_LT(belief.state().effective_track, 2.2 * 0.5621);
+}
+
 TEST(SlipBelief, StaysWithinItsBounds) {
   SlipBelief belief(kConfigured, kRadius, {});
   for (int k = 0; k < 1000; ++k) belief.learnTrack(0.0, {5.0, 0.0, 0.0, 0.0, 0.0, 0.0}, kPeriod);
-  EXPECT_NEAR(belief.state().effective_track, 2.0 * 0.5621, 1e-12);
+  EXPECT_NEAR(belief.state().effective_track, 4.0 * 0.5621, 1e-12);
   for (int k = 0; k < 1000; ++k) belief.learnTrack(50.0, {5.0, 0.0, 0.0, 0.0, 0.0, 0.0}, kPeriod);
-  EXPECT_NEAR(belief.state().effective_track, 0.5 * 0.5621, 1e-12);
+  EXPECT_NEAR(belief.state().effective_track, 0.25 * 0.5621, 1e-12);
   for (int k = 0; k < 10000; ++k) {
     const double speed = 0.5 * (k % 40);
     belief.observeAcceleration(k % 40 < 20 ? 90.0 : -90.0, speed, speed, kPeriod);

@@ -108,7 +108,7 @@ class PredictiveController : public VelocityController {
   /// How the body follows the wheels, as it is believed.
   const SlipBelief& slipBelief() const { return learning_.slip(); }
 
-  /// Goes on from what was learned before: effective track and slip within a factor of 2 of the configured ones, dead
+  /// Goes on from what was learned before: slip within a factor of 2 and turn within 4 of the configured ones, dead
   /// time and lag where they are known, up to kLongestTiming. @throws ParameterError if a value is not finite, a dead
   /// time or lag negative, or another one not positive.
   void setLearned(const LearnedModel& learned);

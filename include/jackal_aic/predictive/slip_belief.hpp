@@ -74,8 +74,9 @@ struct SlipLearning {
 /// Belief about b_hat and alpha. Nothing here allocates.
 class SlipBelief {
  public:
-  /// Range of both parameters: a factor of 2 to either side of the configured values.
-  static constexpr double kRange = 2.0;
+  static constexpr double kAlphaRange = 2.0;       ///< of alpha, a factor to either side of the configured value
+  static constexpr double kCorrectionRange = 2.0;  ///< of g, a factor to either side of 1: how much half a second on
+                                                   ///< ice may teach, whatever f has learned in minutes
 
   /// @param configured values to start from and centre of the range; @param wheel_radius r [m].
   SlipBelief(const SlipState& configured, double wheel_radius, const SlipLearning& learning);
