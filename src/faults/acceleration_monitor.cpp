@@ -21,6 +21,8 @@ constexpr double kBetweenJolts = 0.5;        // s
 constexpr double kStruck = 0.5;              // of the speed, that a collision takes
 constexpr double kLeastStrike = 0.1;         // m/s
 constexpr double kShaken = 0.2;              // s, for which a body goes on rocking
+constexpr double kPush = 0.5;                // of the bound of an outlier, that vibration does not reach
+constexpr double kAtOnce = 0.06;             // s, within which the other instrument sees what one has felt
 constexpr double kAftermath = 0.3;           // s, in which the body bounces and the tyres slide
 
 }  // namespace
@@ -36,7 +38,8 @@ AccelerationMonitor::AccelerationMonitor(const FaultParameters& parameters)
       persistence_(parameters.persistence()),
       repetition_at_rest_{RepetitionTest(parameters.frozen_samples), RepetitionTest(parameters.frozen_samples)},
       repetition_moving_(repetition_at_rest_),
-      since_outlier_(2.0 * kShaken) {}
+      since_outlier_(2.0 * kShaken),
+      since_push_(2.0 * kAtOnce) {}
 
 bool AccelerationMonitor::Repetition::update(const Observation& observation, bool other) {
   const double explained = other ? RepetitionTest::kAnyChange : 0.0;
@@ -141,6 +144,7 @@ void AccelerationMonitor::check(const Observation& observation, bool moving, dou
   frozen_ = repetition_moving_.update(observation, !moving) || frozen_at_rest;
 
   since_outlier_ = distance_ > 1.0 ? 0.0 : since_outlier_ + step;
+  since_push_ = distance_ > kPush ? 0.0 : since_push_ + step;
   const bool jolt = jolt_.update(distance_ > 1.0, axes_.forward.error * step, speed, step);
   const bool explained = jolt || (was_faulty && agreement_ > kLongAgreement);
   persistence_.update((distance_ > 1.0 && !explained) || frozen_, true, step);
@@ -163,6 +167,8 @@ void AccelerationMonitor::forgive() {
   for (Axis* axis : {&axes_.forward, &axes_.vertical}) axis->variance = kUnknownInclination * kUnknownInclination;
   persistence_.reset();
 }
+
+bool AccelerationMonitor::pushed() const { return since_push_ < kAtOnce && state() != ChannelState::faulty; }
 
 bool AccelerationMonitor::shaken() const { return since_outlier_ < kShaken && state() != ChannelState::faulty; }
 

@@ -27,6 +27,9 @@ constexpr double kFastestChange = 4.0;
 constexpr double kFastestShare = 8.0;
 constexpr double kNoise = 5.0;
 
+/// Time after a jump within which the accelerometer may feel what was its cause [s].
+constexpr double kAtOnce = 0.06;
+
 /// Distance at which a jump has ended: the controller turns the wheels after a gyro that jumped, and the more the
 /// motion changes the less is known of the turn.
 constexpr double kJumpEnd = 0.8;
@@ -138,7 +141,7 @@ void YawMonitor::predict(const double* forward_rates, const double* difference_r
   settled_ = settled;
 }
 
-void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step, bool shaken) {
+void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step, const Shock& shock) {
   const bool was_faulty = state() == ChannelState::faulty;
   distance_ = distanceFrom(belief_, yaw_rate, x);
   // What it does at rest says nothing of what it does while moving: its driver may filter differently.
@@ -146,7 +149,7 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
   const bool frozen_at_rest = repetition_at_rest_.update(yaw_rate, moving, kResolution, moving ? kAnyChange : 0.0);
   const bool frozen_moving = repetition_moving_.update(yaw_rate, !moving, kResolution, moving ? 0.0 : kAnyChange);
   frozen_ = frozen_at_rest || frozen_moving;
-  watchJumps(yaw_rate, x.value, step);
+  watchJumps(yaw_rate, x.value, step, shock.push);
   forward_lately_ = std::max(std::abs(x.forward), forward_lately_ * kTyresMemory / (step + kTyresMemory));
   // Wheels that are under way nobody knows where do not tell which turn they ask for.
   if (x.value * x.value > x.variance) agreement_of_sign_.update(yaw_rate, belief_.slope() * x.value, step);
@@ -155,7 +158,7 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
   }
   const bool wrong_for_good = frozen_ || reversed();
   const bool off = distance_ > 1.0 || jumped_;
-  const bool sliding = off && !was_faulty && (shaken || slides(yaw_rate, x));
+  const bool sliding = off && !was_faulty && (shock.jolt || slides(yaw_rate, x));
   bool suspect = (off && !sliding) || wrong_for_good || biased();
   if (was_faulty) {
     agreement_ = distanceFrom(alternative_, yaw_rate, x) <= 1.0 ? agreement_ + step : 0.0;
@@ -200,13 +203,15 @@ void YawMonitor::restart() {
   persistence_.reset();
 }
 
-void YawMonitor::watchJumps(double yaw_rate, double x, double step) {
+void YawMonitor::watchJumps(double yaw_rate, double x, double step, bool pushed) {
   const double change = std::max(kFastestChange, kFastestShare * std::abs(belief_.slope() * x));
   const double fastest = change * step + kNoise * std::sqrt(learned_.factor() * parameters_.gyro_variance);
   const bool jumped = jumped_;
   const double by = yaw_rate - last_;
   const bool away = by * belief_.error(yaw_rate, x) > 0.0;
   jumped_ = jumped_ ? distance_ > kJumpEnd : distance_ > 1.0 && away && std::abs(by) > fastest;
+  // The sample that felt the push may come before or after the one that saw the turn.
+  if (pushed && (!jumped || jump_time_ < kAtOnce)) jumped_ = false;
   jolts_ += (jumped && !jumped_ ? 1.0 : 0.0) - jolts_ * step / kJoltMemory;
   jump_time_ = jumped_ ? jump_time_ + step : 0.0;
   last_ = yaw_rate;

@@ -37,6 +37,7 @@ constexpr double kQuiet = 0.2;            // s, for which a body and its wheels 
 constexpr double kKept = 0.03;            // m/s, within which they keep it, beside noise
 constexpr double kTurns = 0.08;           // m/s; wheels that turn
 constexpr double kHeldTurn = 0.3;         // rad/s, that a body which something holds may turn by
+constexpr double kTurnedBack = 0.4;       // s, within which a turn that goes to the other side passes zero
 constexpr double kDoubt = 0.5;            // s, after which the nearer hypothesis is taken
 constexpr double kUnsure = 1.0;           // s, after which the wheels are believed as long as noise may be the reason
 constexpr double kLongestSlide = 3.0;     // s; what is longer would be an error of the accelerometer
@@ -238,8 +239,8 @@ void TractionBelief::slide(double gap_before, double acceleration, double step) 
 
 /// What something holds does not turn.
 bool TractionBelief::turnsOn() const {
-  const Change quiet = since(kQuiet);
-  return quiet.turning > kHeldTurn * kHeldTurn * quiet.time;
+  const Change lately = since(kTurnedBack);
+  return lately.turning > kHeldTurn * kHeldTurn * lately.time;
 }
 
 void TractionBelief::stand() {

@@ -27,7 +27,7 @@ class Gyro {
   ChannelState show(double yaw_rate, int samples = 1) {
     for (int k = 0; k < samples; ++k) {
       pass(kPeriod);
-      monitor.check(yaw_rate, {x, kSpread, forward}, true, kPeriod);
+      monitor.check(yaw_rate, {x, kSpread, forward}, true, kPeriod, shock);
     }
     return monitor.state();
   }
@@ -58,6 +58,7 @@ class Gyro {
   YawMonitor monitor;
   double x = 0.0, forward = 0.0;                     // of the wheels [m/s]
   double forward_rate = 0.0, difference_rate = 0.0;  // of the wheels [m/s^2]
+  Shock shock;
 };
 
 TEST(YawMonitor, BeginsWithItsParameters) {
@@ -262,12 +263,45 @@ TEST(YawMonitor, WhileTheRobotIsShakenTheTurnTellsNothing) {
   gyro.settle(0.5);
   const double slope = gyro.monitor.belief().slope(), yaw_rate = Gyro::asked(0.5) + 1.0;
   for (int k = 0; k < 20; ++k) {
-    gyro.monitor.check(yaw_rate, {0.5, kSpread, 0.0}, true, kPeriod, true);
+    gyro.monitor.check(yaw_rate, {0.5, kSpread, 0.0}, true, kPeriod, {true, false});
     EXPECT_EQ(gyro.monitor.state(), kOk) << k;
   }
   EXPECT_EQ(gyro.monitor.belief().slope(), slope) << "nor of the slip";
-  gyro.monitor.check(yaw_rate, {0.5, kSpread, 0.0}, true, kPeriod, false);
+  gyro.monitor.check(yaw_rate, {0.5, kSpread, 0.0}, true, kPeriod);
   EXPECT_EQ(gyro.monitor.state(), kOutlier);
+}
+
+/// A patch of ice under one wheel changes the turn at once, and pushes the body as it does.
+TEST(YawMonitor, ATurnThatJumpsWithAPushIsTheBodys) {
+  const double less = 0.6 * Gyro::asked(0.5);
+  for (const int late : {-2, 0, 2}) {  // samples by which the push is felt after the jump
+    Gyro gyro;
+    gyro.settle(0.5);
+    if (late < 0) {
+      gyro.shock.push = true;
+      gyro.show(Gyro::asked(0.5), -late);
+    }
+    gyro.show(less, std::max(0, late));
+    gyro.shock.push = late >= 0;
+    gyro.show(less);
+    gyro.shock.push = false;
+    EXPECT_EQ(gyro.show(less, 100), late < 0 ? kFaulty : kOk) << late;
+  }
+  Gyro none;
+  none.settle(0.5);
+  EXPECT_EQ(none.show(less, 100), kFaulty) << "without a push the gyro is to blame";
+}
+
+TEST(YawMonitor, APushLongAfterAJumpOrWithATurnThatNoGroundMakesExplainsNothing) {
+  Gyro late;
+  late.settle(0.5);
+  late.show(0.6 * Gyro::asked(0.5), 5);
+  late.shock.push = true;
+  EXPECT_EQ(late.show(0.6 * Gyro::asked(0.5), 20), kFaulty);
+  Gyro much;
+  much.settle(0.5);
+  much.shock.push = true;
+  EXPECT_EQ(much.show(1.7 * Gyro::asked(0.5), 20), kFaulty);
 }
 
 TEST(YawMonitor, TenOfSixteenOutliersAreAFault) {

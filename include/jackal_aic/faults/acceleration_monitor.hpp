@@ -62,6 +62,10 @@ class AccelerationMonitor {
   /// The ground has just shaken the robot: an outlier came within the last moment, and the accelerometer is in order.
   bool shaken() const;
 
+  /// The body has just been pushed, by less than an outlier and by more than vibration does: within the last few
+  /// samples, and the accelerometer is in order.
+  bool pushed() const;
+
   /// Believes at once what inclination explains a faulty one: somebody moves the robot from one ground to another.
   void follow() {
     if (state() == ChannelState::faulty) axes_ = alternative_;
@@ -137,6 +141,7 @@ class AccelerationMonitor {
   Repetition repetition_moving_;
   double distance_ = 0.0;
   double since_outlier_;  // [s]
+  double since_push_;     // [s]
   bool upside_down_ = false;
   bool frozen_ = false;
 };

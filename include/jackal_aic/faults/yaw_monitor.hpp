@@ -19,6 +19,12 @@ struct DifferenceSpeed {
   double forward = 0.0;  ///< v, by which unlike tyres turn a robot that its wheels drive straight [m/s]
 };
 
+/// What the accelerometer has just felt of the ground.
+struct Shock {
+  bool jolt = false;  ///< the robot rocks: what the gyro reads against the wheels says nothing
+  bool push = false;  ///< something changed its motion at once: a turn that jumps with it is the body's
+};
+
 /// Prediction, comparison and verdict for the gyro. Nothing here allocates.
 ///
 /// A gyro that comes to read less turn than the wheels ask for, and no faster than a body changes its turn, is right:
@@ -29,7 +35,7 @@ struct DifferenceSpeed {
 /// has turned far: outliers do not count, but make a fault only where they add up to more than such an angle, or last.
 /// At a creep, where no accelerometer feels it, it may hold one side for as long as it likes: the body turns about it.
 /// Jumps that end by themselves are of ground that rocks the robot: the more there were, the longer the next one may
-/// last.
+/// last. What jumps while the accelerometer feels a push is the body's motion.
 ///
 /// A gyro that was found faulty counts again when it agrees with what was believed before the fault, or when a new
 /// belief, free to learn other slip and bias, explains it by slip alone. In steady driving slip and bias look the same;
@@ -53,9 +59,8 @@ class YawMonitor {
   double error(double yaw_rate, double x) const { return belief_.error(yaw_rate, x); }
 
   /// Judges a sample against wheels that are trusted. @param step time since the last sample [s].
-  /// @param moving the wheels turn: the noise of a gyro differs from that at rest. @param shaken another instrument has
-  /// just seen a jolt of the ground: what the gyro reads against the wheels says nothing.
-  void check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step, bool shaken = false);
+  /// @param moving the wheels turn: the noise of a gyro differs from that at rest.
+  void check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step, const Shock& shock = {});
 
   bool frozen() const { return frozen_; }                        ///< the last sample repeats to the bit
   bool reversed() const { return reversed_; }                    ///< it reads the turn with the wrong sign
@@ -83,7 +88,7 @@ class YawMonitor {
   void sumUp(bool suspect, double yaw_rate, double x, double step);
   bool byGround() const;
   bool slides(double yaw_rate, const DifferenceSpeed& x) const;
-  void watchJumps(double yaw_rate, double x, double step);
+  void watchJumps(double yaw_rate, double x, double step, bool pushed);
   bool explained(double yaw_rate, const DifferenceSpeed& x) const;
   double variance(const YawBelief& belief, const DifferenceSpeed& x) const;
   double distanceFrom(const YawBelief& belief, double yaw_rate, const DifferenceSpeed& x) const;
