@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Runs the tests that catkin registered with CTest and counts their cases: as many at a time as there are processors, gtests
-first, then rostests, whose simulated robots wait for who is late, and at last, one after another, those that CTest is to
-run alone (RUN_SERIAL): they measure on the wall clock.
+"""Runs the tests that catkin registered with CTest and counts their cases, the longest (COST) first: as many at a time as there
+are processors of those that start nodes (rostests and those with the label nodes), whose robots mostly wait, for their clock
+and for who is late; in the time that these leave, with a low priority, as many of the others; and at last, one after
+another, those that CTest is to run alone (RUN_SERIAL): they measure on the wall clock.
 
 A gtest writes one JUnit file. A rostest writes one per <test> (its cases) and one of its own, whose failures are what the
 cases cannot tell: a test that crashed, hung or never started. A test that ends with an error although no case failed, or
@@ -10,6 +11,7 @@ that runs no case at all, counts as one failed case.
 
 import argparse
 import concurrent.futures
+import contextlib
 import json
 import os
 import pathlib
@@ -78,8 +80,9 @@ def file_name(name):
 
 
 def registered_tests(build):
-    """((name, command, result file, working directory), whether it has to run alone) of each test, in the order of the CMake
-    files. Each test leaves its results in a directory of its own."""
+    """((name, command, result file, working directory), properties) of each test, the longest first, else in the order of the
+    CMake files. Each test leaves its results in a directory of its own."""
+    found = []
     results = str(build / 'test_results')
     listing = subprocess.run(['ctest', '--show-only=json-v1'], cwd=build, check=True, stdout=subprocess.PIPE)
     for test in json.loads(listing.stdout)['tests']:
@@ -90,7 +93,13 @@ def registered_tests(build):
         runner = next(i for i, word in enumerate(command) if word.endswith('run_tests.py'))
         properties = {item['name']: item['value'] for item in test.get('properties', [])}
         where = properties.get('WORKING_DIRECTORY', build)
-        yield (name, command, pathlib.Path(command[runner + 1]), where), properties.get('RUN_SERIAL', False)
+        found.append(((name, command, pathlib.Path(command[runner + 1]), where), properties))
+    return sorted(found, key=lambda test: -test[1].get('COST', 0.0))
+
+
+def starts_nodes(test, properties):
+    """Whether a test mostly waits for nodes that it has started."""
+    return test[0].startswith('rostest') or 'nodes' in properties.get('LABELS', [])
 
 
 def descendants(root):
@@ -215,11 +224,20 @@ def report(position, name, outcome, seconds, log):
     sys.stdout.flush()
 
 
-def completed(runner, tests, jobs, show):
-    """Runs tests, `jobs` at a time; yields (name, what the runner returns) as they end."""
-    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+def in_the_background(test):
+    """A test that leaves the processors to whoever else wants them."""
+    name, command, result, directory = test
+    return name, ['nice', '-n', '10', *command], result, directory
+
+
+def completed(runner, groups, jobs, show):
+    """Runs groups of tests beside each other, of each `jobs` at a time; yields (name, what the runner returns) as they end."""
+    with contextlib.ExitStack() as pools:
+        pending = {}
         try:
-            pending = {pool.submit(runner, *test): test[0] for test in tests}
+            for tests in groups:
+                pool = pools.enter_context(concurrent.futures.ThreadPoolExecutor(jobs))
+                pending.update({pool.submit(runner, *test): test[0] for test in tests})
             while pending:
                 done, _ = concurrent.futures.wait(pending, 0.2, concurrent.futures.FIRST_COMPLETED)
                 show(runner.progress())
@@ -237,17 +255,17 @@ def main():
     parser.add_argument('workspace', type=pathlib.Path)
     parser.add_argument('--only', default='', type=re.compile, help='regular expression')
     parser.add_argument('--findings', type=pathlib.Path, help='directory for the reports of the sanitizers')
-    parser.add_argument('--jobs', default=len(os.sched_getaffinity(0)), type=int, help='tests at a time')
+    parser.add_argument('--jobs', default=len(os.sched_getaffinity(0)), type=int, help='tests of a kind at a time')
     parser.add_argument('--timeout', default=600.0, type=float, help='of one test [s]')
     arguments = parser.parse_args()
 
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
-    tests = [(test, alone) for test, alone in registered_tests(arguments.workspace / 'build') if arguments.only.search(test[0])]
+    tests = [test for test in registered_tests(arguments.workspace / 'build') if arguments.only.search(test[0][0])]
     if not tests:
         sys.exit(f'run_tests: no test matches "{arguments.only.pattern}"')
-    serial = [test for test, alone in tests if alone]
-    rostests = [test for test, alone in tests if not alone and test[0].startswith('rostest')]
-    gtests = [test for test, alone in tests if not alone and not test[0].startswith('rostest')]
+    serial = [test for test, properties in tests if properties.get('RUN_SERIAL', False)]
+    waiting = [test for test, properties in tests if starts_nodes(test, properties) and test not in serial]
+    computing = [in_the_background(test) for test, _ in tests if test not in serial and test not in waiting]
     logs = arguments.workspace / 'log' / 'test'
     logs.mkdir(parents=True, exist_ok=True)
 
@@ -262,8 +280,8 @@ def main():
             print(f'\r\033[K{position()} ...  {what}'[:120], end='', flush=True)
 
     runner = Runner(logs, arguments.findings, arguments.timeout)
-    for group, jobs in ((gtests, arguments.jobs), (rostests, arguments.jobs), (serial, 1)):
-        for name, (outcome, seconds, log) in completed(runner, group, jobs, show):
+    for groups, jobs in (((waiting, computing), arguments.jobs), ((serial,), 1)):
+        for name, (outcome, seconds, log) in completed(runner, groups, jobs, show):
             ended += 1
             if on_terminal:
                 print('\r\033[K', end='')
