@@ -113,14 +113,15 @@ std::optional<DriveTrainTiming> DriveTrainLearning::correct(const WheelVector& m
 bool DriveTrainLearning::settles() const { return settled_ >= kSettled + steps(timing_.dead_time); }
 
 void DriveTrainLearning::endChange() {
-  const std::size_t first = first_, counted = counted_;
+  const std::size_t first = first_, counted = counted_, last_change = step_ - settled_;
   if (settles()) {
     state_ = State::settled;
   } else {
     first_ = step_ - kTransient;
     counted_ = step_;
   }
-  if (reviewing_ || first == 0) return;
+  // Where nothing changed while measurements counted, they tell what is left of the motion before.
+  if (reviewing_ || first == 0 || last_change < counted) return;
   change_ = {};
   change_.first = first;
   change_.counted = counted;

@@ -24,19 +24,20 @@ PlantModel modelWith(double dead_time, double lag) {
 /// Both wheels of a robot with a drive train, of which a DriveTrainLearning with another one hears.
 class LearningFromARobot {
  public:
-  LearningFromARobot(const PlantModel& robot, const PlantModel& told, double noise = 0.03)
-      : robot_(robot, kRadius), learning_(told, kRadius, kVariance), noise_(0.0, noise) {
+  LearningFromARobot(const PlantModel& robot, const PlantModel& told, double noise = 0.03, unsigned seed = 1)
+      : robot_(robot, kRadius), learning_(told, kRadius, kVariance), generator_(seed), noise_(0.0, noise) {
     robot_.reset(0.0);
   }
 
   /// Goes to a command [rad/s] in steps of an action period, as far in each as an acceleration [rad/s^2] takes it, and
-  /// stays there until a time [s] is over. Returns how often the timing was changed.
-  int ramp(double from, double to, double acceleration, double seconds) {
+  /// stays there until a time [s] is over. Returns how often the timing was changed. @param jitter of the commands,
+  /// whose controller follows the noise, in that of the wheels.
+  int ramp(double from, double to, double acceleration, double seconds, double jitter = 0.0) {
     constexpr double kPeriod = 0.02;  // s
     int changes = 0;
     for (double time = 0.0; time < seconds; time += kPeriod) {
       const double way = std::min(acceleration * (time + 0.5 * kPeriod), std::abs(to - from));
-      changes += drive(from + std::copysign(way, to - from), kPeriod);
+      changes += drive(from + std::copysign(way, to - from) + jitter * noise_(generator_), kPeriod);
     }
     return changes;
   }
@@ -59,7 +60,7 @@ class LearningFromARobot {
  private:
   DriveTrainPrediction robot_;
   DriveTrainLearning learning_;
-  std::mt19937 generator_{1};
+  std::mt19937 generator_;
   std::normal_distribution<double> noise_;
   long steps_ = 0;
 };
@@ -157,6 +158,26 @@ TEST(DriveTrainLearning, GoesOnFromAnotherTiming) {
   robot.learning().setTiming({0.16, 0.03});
   EXPECT_EQ(robot.learning().timing().dead_time, 0.16);
   for (int i = 0; i < 10; ++i) EXPECT_EQ(robot.drive(i % 2 == 0 ? 5.0 : 0.0, 2.0), 0);
+}
+
+TEST(DriveTrainLearning, WhatSettlesBeforeItsMeasurementsCountTeachesNothing) {
+  // A process that was held up: the robot brakes, all of that is forgotten, and it is on its way again while its wheels
+  // still slow down. Where its motion is known again it drives steadily.
+  const double limit = PlantModel{}.acceleration_limit / kRadius;
+  for (unsigned seed = 1; seed <= 120; ++seed) {
+    LearningFromARobot robot(modelWith(0.08, 0.006), modelWith(0.08, 0.006), 0.03, seed);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> share(0.0, 1.0);
+    robot.drive(0.0, 0.4);
+    robot.ramp(0.0, 10.2, limit, 1.6, 0.7);
+    for (unsigned i = 0; i < 15; ++i) {
+      robot.drive(i < 10 + seed % 8 ? std::max(0.0, 10.2 - 0.8 * (i + 1)) : 5.0 * share(random), 0.02);
+      robot.learning().forgetMotion();
+    }
+    robot.drive(0.6 * share(random), 0.02 * (seed % 4));
+    robot.ramp(7.0 * share(random), 10.2, limit, 1.9, 0.7);
+    EXPECT_NEAR(robot.learning().timing().dead_time, 0.08, 0.01) << "seed " << seed;
+  }
 }
 
 TEST(DriveTrainLearning, AMotionThatIsForgottenTeachesNothing) {
