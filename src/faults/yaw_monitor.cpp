@@ -211,7 +211,7 @@ void YawMonitor::watchJumps(double yaw_rate, double x, double step, bool pushed)
   const bool away = by * belief_.error(yaw_rate, x) > 0.0;
   jumped_ = jumped_ ? distance_ > kJumpEnd : distance_ > 1.0 && away && std::abs(by) > fastest;
   // The sample that felt the push may come before or after the one that saw the turn.
-  if (pushed && (!jumped || jump_time_ < kAtOnce)) jumped_ = false;
+  if (pushed && jump_time_ < kAtOnce) jumped_ = false;
   jolts_ += (jumped && !jumped_ ? 1.0 : 0.0) - jolts_ * step / kJoltMemory;
   jump_time_ = jumped_ ? jump_time_ + step : 0.0;
   last_ = yaw_rate;

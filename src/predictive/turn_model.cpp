@@ -76,8 +76,10 @@ void TurnModel::learn(double yaw_rate, double x, double v, double variance, doub
   const double Sigma = variance + model_error_ * std::max(1.0, kModelErrorLasts / step);
   // P^-1 <- P_0^-1 + (P^-1 - P_0^-1) exp(-step/T) + phi phi^T / Sigma
   if (turns) information_ = (prior_ + forgetting * (information_ - prior_)).eval();
-  if (turns || information_(2, 2) < kEnough * prior_(2, 2)) information_ += phi * phi.transpose() / Sigma;
-  covariance_ = information_.inverse();
+  if (turns || information_(2, 2) < kEnough * prior_(2, 2)) {
+    information_ += phi * phi.transpose() / Sigma;
+    covariance_ = information_.inverse();
+  }
   // q <- q + P phi (y - phi^T q) / Sigma
   mean_ += covariance_ * phi * (error / Sigma);
   bound();
