@@ -3,6 +3,7 @@
 #include <ros/master.h>
 #include <ros/network.h>
 #include <ros/this_node.h>
+#include <ros/xmlrpc_manager.h>
 #include <xmlrpcpp/XmlRpc.h>
 
 #include <algorithm>
@@ -16,8 +17,23 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::seconds kPatience(1);  // with a node that does not answer
 constexpr double kPoll = 0.05;                // s
 
-/// True unless the process of a node is gone: its port refuses the connection. One that hangs is still there.
-bool isAlive(const std::string& node) {
+/// True if a reply to getPublications, which may be anybody's, holds a topic.
+bool lists(XmlRpc::XmlRpcValue& reply, const std::string& topic) {
+  using XmlRpc::XmlRpcValue;
+  XmlRpcValue publications;  // of [topic, type]
+  if (!ros::XMLRPCManager::instance()->validateXmlrpcResponse("getPublications", reply, publications)) return false;
+  if (publications.getType() != XmlRpcValue::TypeArray) return false;
+  for (int i = 0; i < publications.size(); ++i) {
+    XmlRpcValue& publication = publications[i];
+    if (publication.getType() != XmlRpcValue::TypeArray || publication.size() == 0) continue;
+    if (publication[0].getType() == XmlRpcValue::TypeString && publication[0] == XmlRpcValue(topic)) return true;
+  }
+  return false;
+}
+
+/// True if a node whom the master lists as a publisher of a topic is one. It is not if its process is gone: its port
+/// refuses the connection, or belongs to another process by now, which publishes no such topic. One that hangs is.
+bool publishes(const std::string& node, const std::string& topic) {
   XmlRpc::XmlRpcValue request, response, uri;
   request[0] = ros::this_node::getName();
   request[1] = node;
@@ -27,20 +43,21 @@ bool isAlive(const std::string& node) {
   if (!ros::network::splitURI(static_cast<std::string>(uri), host, port)) return false;
 
   XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
-  XmlRpc::XmlRpcValue caller, pid;
+  XmlRpc::XmlRpcValue caller, reply;
   caller[0] = ros::this_node::getName();
-  if (!client.executeNonBlock("getPid", caller)) return false;
+  if (!client.executeNonBlock("getPublications", caller)) return false;
   XmlRpc::XmlRpcDispatch dispatch;
   dispatch.addSource(&client, XmlRpc::XmlRpcDispatch::WritableEvent | XmlRpc::XmlRpcDispatch::Exception);
   const auto end = Clock::now() + kPatience;
   bool answered = false;
   while (!answered && Clock::now() < end) {
     dispatch.work(kPoll);
-    answered = client.executeCheckDone(pid);
+    answered = client.executeCheckDone(reply);
   }
   dispatch.removeSource(&client);
   client.close();
-  return !answered || pid.valid();
+  if (!answered) return true;
+  return lists(reply, topic);
 }
 
 std::vector<std::string> withThisNode(std::vector<std::string> companions) {
@@ -93,12 +110,12 @@ std::vector<std::string> GraphWatch::othersIn(XmlRpc::XmlRpcValue& nodes) const 
   return others;
 }
 
-std::string GraphWatch::rivalsIn(XmlRpc::XmlRpcValue& nodes) {
+std::string GraphWatch::rivalsIn(XmlRpc::XmlRpcValue& nodes, const std::string& topic) {
   std::string names;
   int alive = 0;
   for (int i = 0; i < nodes.size() && nodes.size() > 1; ++i) {
     const std::string name = nodes[i];
-    if (!isAlive(name)) continue;
+    if (!publishes(name, topic)) continue;
     names += (alive++ > 0 ? " and " : "") + name;
   }
   return alive > 1 ? names : "";
@@ -113,10 +130,10 @@ void GraphWatch::look() {
   XmlRpc::XmlRpcValue& publishers = state[0];
   for (int i = 0; i < publishers.size(); ++i) {
     const std::string topic = publishers[i][0];
-    if (topic == rules_.lone) rivals = rivalsIn(publishers[i][1]);
+    if (topic == rules_.lone) rivals = rivalsIn(publishers[i][1], topic);
     if (std::find(rules_.topics.begin(), rules_.topics.end(), topic) == rules_.topics.end()) continue;
     for (const std::string& name : othersIn(publishers[i][1])) {
-      if (!isAlive(name)) continue;
+      if (!publishes(name, topic)) continue;
       if (!text.empty()) text += ", ";
       text.append(name).append(" on ").append(topic);
     }

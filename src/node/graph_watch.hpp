@@ -24,8 +24,8 @@ struct GraphRules {
 };
 
 /// Asks the master every `period` of wall time, in a thread of its own because the master may be slow or gone, who else
-/// publishes on given topics. A publisher whose process is dead, whom the master still lists, does not count. While the
-/// master cannot be reached the last answer stands.
+/// publishes on given topics. A publisher whose process is dead, whom the master still lists, does not count,
+/// whoever has its port now. While the master cannot be reached the last answer stands.
 class GraphWatch {
  public:
   /// @param period [s].
@@ -59,7 +59,7 @@ class GraphWatch {
   void run();
   void look();
   std::vector<std::string> othersIn(XmlRpc::XmlRpcValue& nodes) const;
-  static std::string rivalsIn(XmlRpc::XmlRpcValue& nodes);
+  static std::string rivalsIn(XmlRpc::XmlRpcValue& nodes, const std::string& topic);
 
   const GraphRules rules_;
   const double period_;
