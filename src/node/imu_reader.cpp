@@ -17,7 +17,7 @@ std::optional<SensorReading> ImuReader::read(const sensor_msgs::Imu& message, co
   const std::string& frame = message.header.frame_id;
   const auto rotation = frames_.rotation(base_frame_, frame);
   if (!rotation) {
-    return refuse("IMU data in frame " + quoted(frame) + ", which tf does not relate to " +
+    return refuse("IMU data in frame " + jackal_aic::quoted(frame) + ", which tf does not relate to " +
                   jackal_aic::quoted(base_frame_));
   }
   rotation_ = *rotation;
