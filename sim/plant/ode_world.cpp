@@ -45,9 +45,12 @@ constexpr double kSlightestForce = 1e-9;
 constexpr double kOneOfTwo = 1.5;
 
 std::atomic<long> unsolved_steps{0};
+thread_local bool left_out = false;  // whether ODE left forces of a step out; it steps in the thread that asks for it
 
 /// ODE would print each of its messages; what it has to say is that it left forces of a step out.
-void countUnsolved(int /*number*/, const char* /*format*/, std::va_list /*values*/) {
+void noteLeftOut(int /*number*/, const char* /*format*/, std::va_list /*values*/) { left_out = true; }
+
+void countUnsolved() {
   if (unsolved_steps++ == 0)
     std::fputs("simulated robot: contact forces of a step were not found (told once)\n", stderr);
 }
@@ -57,7 +60,7 @@ void initialiseOde() {
   static std::once_flag once;
   std::call_once(once, [] {
     dInitODE2(0);
-    dSetMessageHandler(countUnsolved);
+    dSetMessageHandler(noteLeftOut);
   });
   static thread_local const bool allocated = dAllocateODEDataForThread(dAllocateMaskAll) != 0;
   static_cast<void>(allocated);
@@ -119,6 +122,25 @@ void move(dBodyID body, const Twist& velocity, double step) {
   const dQuaternion orientation = {next(3), next(0), next(1), next(2)};
   dBodySetQuaternion(body, orientation);
 }
+
+/// Where a body is and how it moves.
+struct BodyState {
+  explicit BodyState(dBodyID body) : velocity(velocityOf(body)) {
+    std::copy_n(dBodyGetPosition(body), 3, position);
+    std::copy_n(dBodyGetQuaternion(body), 4, orientation);
+  }
+
+  void restore(dBodyID body) const {
+    dBodySetPosition(body, position[0], position[1], position[2]);
+    dBodySetQuaternion(body, orientation);
+    dBodySetLinearVel(body, velocity(0), velocity(1), velocity(2));
+    dBodySetAngularVel(body, velocity(3), velocity(4), velocity(5));
+  }
+
+  dVector3 position{};
+  dQuaternion orientation{};
+  Twist velocity;
+};
 
 Eigen::Quaterniond orientationOf(dBodyID body) {
   const dReal* q = dBodyGetQuaternion(body);
@@ -339,13 +361,32 @@ SteppedWheel OdeWorld::steppedWheel(std::size_t index, double step) const {
   return wheel;
 }
 
+/// What slides on two surfaces has viscous friction of Coulomb's magnitude: where ODE finds no way between the bounds
+/// of two contacts so close together, it does without them.
 void OdeWorld::solveByOde(double step) {
+  const BodyState chassis(chassis_);
+  const std::array<BodyState, 4> wheels{BodyState(wheels_[0]), BodyState(wheels_[1]), BodyState(wheels_[2]),
+                                        BodyState(wheels_[3])};
+  if (stepByOde(step)) return;
+  chassis.restore(chassis_);
+  for (std::size_t i = 0; i < wheels_.size(); ++i) {
+    wheels[i].restore(wheels_[i]);
+    if (!contacts_[i].touching || !kerb_contacts_[i].touching) continue;
+    for (Contact* contact : {&contacts_[i], &kerb_contacts_[i]}) {
+      if (contact->slip > 0.0) contact->limit = dInfinity;
+    }
+  }
+  if (!stepByOde(step)) countUnsolved();
+}
+
+bool OdeWorld::stepByOde(double step) {
   if (push_torque_ != 0.0) dBodyAddRelTorque(chassis_, 0.0, 0.0, push_torque_);
   if (!push_force_.isZero(0.0)) dBodyAddRelForce(chassis_, push_force_.x(), push_force_.y(), push_force_.z());
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     createContact(i, contacts_[i], step);
     createContact(i, kerb_contacts_[i], step);
   }
+  left_out = false;
   dWorldStep(world_.get(), step);
   dJointGroupEmpty(contact_group_.get());
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
@@ -358,6 +399,7 @@ void OdeWorld::solveByOde(double step) {
     const dJointFeedback& feedback = hinge_feedback_[i];
     torque_[i] = vectorOf(axle).dot(vectorOf(feedback.t1) - hub.cross(vectorOf(feedback.f1)));
   }
+  return !left_out;
 }
 
 /// ODE's friction is a box, by dContactApprox1 scaled with the normal force that would act without friction; here its

@@ -53,7 +53,7 @@ class OdeWorld : public World {
   void lift(bool lifted) override;
   void step(double step) override;
 
-  /// Steps of this process, of any world, in which ODE did not find all contact forces and left some out.
+  /// Steps of this process, of any world, of which ODE did not find all contact forces, in a second attempt either.
   static long unsolvedSteps();
   ChassisState chassis() const override;
   double wheelSpeed(std::size_t wheel) const override;
@@ -101,6 +101,8 @@ class OdeWorld : public World {
   SteppedWheel steppedWheel(std::size_t index, double step) const;
   /// Likewise, whatever touches.
   void solveByOde(double step);
+  /// @returns false if forces were left out.
+  bool stepByOde(double step);
   void createContact(std::size_t index, Contact& contact, double step);
   void touch(std::size_t index);
   void touch(std::size_t index, Contact& contact, const TouchPoint& touch) const;

@@ -164,7 +164,7 @@ static_assert(isKind<LoopInput::BELIEF, BeliefInput> && isKind<LoopInput::ACTION
 template <std::size_t... kinds>
 What emptyInput(std::size_t kind, std::index_sequence<kinds...>) {
   What what;
-  const bool known = ((kind == kinds && (what.emplace<kinds>(), true)) || ...);
+  const bool known = ((kind == kinds ? (what.emplace<kinds>(), true) : false) || ...);
   if (!known) throw ParameterError(fmt::format("a recorded input is of kind {}, which is not known", kind));
   return what;
 }

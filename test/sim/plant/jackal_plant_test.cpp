@@ -962,6 +962,41 @@ TEST(RealPlant, OfAWheelThatSlidesOnTwoSurfacesTheForcesAreFound) {
   EXPECT_EQ(OdeWorld::unsolvedSteps() - before, 0);
 }
 
+/// Drives of which ODE leaves forces of one or two steps out, between the bounds of two contacts.
+TEST(RealPlant, OfAWheelThatSlidesOnTwoSurfacesTheForcesAreFoundBeyondTheirBounds) {
+  struct Drive {
+    std::uint64_t seed;
+    double friction, distance, height, radius, roughness, patch_friction, patch_size, payload, forward, turn;
+  };
+  const long before = OdeWorld::unsolvedSteps();
+  for (const Drive& drive : {Drive{27, 0.50399989098559139, 0.13794651928761476, 0.00011670999770785369,
+                                   0.097804616593671956, 0.0031283680795727688, 0.5587969937201962, 0.53292552906563895,
+                                   2.9880022403140711, 1.0318602834439969, 0.18511430285921346},
+                             Drive{29, 0.61248675660990304, 0.3960358545940238, 0.00014241605596259873,
+                                   0.0969809956899996, 0.00074951431860168871, 0.56114328405365477, 2.3077585256969928,
+                                   4.7515273754139713, 1.0065352906265794, 0.13928004943585717},
+                             Drive{58, 0.69389751393672583, 0.29715937855050956, 0.00016274761775732113,
+                                   0.095084808508194549, 0.00027187456887032028, 0.48794160698612804,
+                                   2.0456688650772179, 4.0713064143430291, 0.63921273278943691, 0.44641035455376887}}) {
+    PlantParameters parameters = quiet();
+    parameters.seed = drive.seed;
+    parameters.friction = drive.friction;
+    parameters.kerb_distance = drive.distance;
+    parameters.kerb_height = drive.height;
+    parameters.wheel_radius_right = drive.radius;
+    parameters.roughness = drive.roughness;
+    parameters.patch_friction = drive.patch_friction;
+    parameters.patch_size = drive.patch_size;
+    parameters.payload = drive.payload;
+    JackalPlant plant = plantOf(parameters);
+    for (const double turn : {1.2 + drive.turn, -1.2 - drive.turn, 0.8 + drive.turn}) {
+      plant.command({drive.forward / kWheelRadius - 4.0 * turn, drive.forward / kWheelRadius + 4.0 * turn});
+      run(plant, 3.0);
+    }
+  }
+  EXPECT_EQ(OdeWorld::unsolvedSteps() - before, 0);
+}
+
 TEST(RealPlant, SomebodyPushesAndLiftsByTheClock) {
   PlantParameters parameters = quiet();
   parameters.push_time = 1.0;
