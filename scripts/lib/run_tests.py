@@ -227,7 +227,7 @@ def report(position, name, outcome, seconds, log):
 def in_the_background(test):
     """A test that leaves the processors to whoever else wants them."""
     name, command, result, directory = test
-    return name, ['nice', '-n', '19', *command], result, directory
+    return name, ['nice', '-n', '10', *command], result, directory
 
 
 def completed(runner, groups, jobs, show):
