@@ -207,8 +207,14 @@ double studentQuantile(double degrees_of_freedom) {
   return 1.959964 + 2.372271 / n + 2.822496 / (n * n) + 2.555853 / (n * n * n);
 }
 
+/// Below a lag of a fraction of the samples' period its derivative vanishes, as if nothing were known of it, while the
+/// recording does exclude a longer one: the interval is the one about this lag [s].
+constexpr double kShortestLag = 0.005;
+
 FitResult withIntervals(const WheelFit& fit, const Theta& theta, bool fit_offset) {
-  const auto J = jacobian(fit, theta, fit_offset ? kParameters : kOffset);
+  Theta smooth = theta;
+  smooth[kLag] = std::max(theta[kLag], kShortestLag);
+  const auto J = jacobian(fit, smooth, fit_offset ? kParameters : kOffset);
   const Eigen::VectorXd r = fit.residuals(theta);
   FitResult result{theta, Theta::Constant(HUGE_VAL)};
   std::vector<int> seen;

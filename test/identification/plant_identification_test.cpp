@@ -71,6 +71,17 @@ TEST(PlantIdentification, FindsTheDriveTrainThroughTheNoise) {
   EXPECT_LT(std::abs(found.lag.value - 0.06), 3 * found.lag.half_width + 0.002);
 }
 
+TEST(PlantIdentification, ALagTooShortToBeSeenIsKnownToBeShort) {
+  for (const double lag : {0.0, 0.0005, 0.001, 0.002, 0.004, 0.006}) {
+    SCOPED_TRACE(lag);
+    const Identification found = identifyDriveTrain(record(plantWith(0.08, lag, 1.0, 4.0)), kRadius);
+    EXPECT_TRUE(found.lag.known()) << found.lag.value << " " << found.lag.unknown;
+    EXPECT_LT(found.lag.half_width, 0.02);
+    EXPECT_LE(std::abs(found.lag.value - lag), 1.5 * found.lag.half_width);
+    EXPECT_LE(std::abs(found.dead_time.value - 0.08), found.dead_time.half_width + 0.002);
+  }
+}
+
 TEST(PlantIdentification, FindsTheEffectiveTrackOfEachDirection) {
   const Identification found = identifyDriveTrain(record(plantWith(0.1, 0.05, 1.0, 10.0)), kRadius);
   ASSERT_TRUE(found.track_left.known() && found.track_right.known());
