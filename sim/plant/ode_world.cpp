@@ -123,20 +123,21 @@ void move(dBodyID body, const Twist& velocity, double step) {
   dBodySetQuaternion(body, orientation);
 }
 
-/// Where a body is and how it moves.
+/// Where a body is and how it moves, to be put back there.
 struct BodyState {
-  explicit BodyState(dBodyID body) : velocity(velocityOf(body)) {
+  explicit BodyState(dBodyID of) : body(of), velocity(velocityOf(of)) {
     std::copy_n(dBodyGetPosition(body), 3, position);
     std::copy_n(dBodyGetQuaternion(body), 4, orientation);
   }
 
-  void restore(dBodyID body) const {
+  void restore() const {
     dBodySetPosition(body, position[0], position[1], position[2]);
     dBodySetQuaternion(body, orientation);
     dBodySetLinearVel(body, velocity(0), velocity(1), velocity(2));
     dBodySetAngularVel(body, velocity(3), velocity(4), velocity(5));
   }
 
+  dBodyID body;
   dVector3 position{};
   dQuaternion orientation{};
   Twist velocity;
@@ -364,18 +365,11 @@ SteppedWheel OdeWorld::steppedWheel(std::size_t index, double step) const {
 /// What slides on two surfaces has viscous friction of Coulomb's magnitude: where ODE finds no way between the bounds
 /// of two contacts so close together, it does without them.
 void OdeWorld::solveByOde(double step) {
-  const BodyState chassis(chassis_);
-  const std::array<BodyState, 4> wheels{BodyState(wheels_[0]), BodyState(wheels_[1]), BodyState(wheels_[2]),
-                                        BodyState(wheels_[3])};
+  const std::array<BodyState, 5> before{BodyState(chassis_), BodyState(wheels_[0]), BodyState(wheels_[1]),
+                                        BodyState(wheels_[2]), BodyState(wheels_[3])};
   if (stepByOde(step)) return;
-  chassis.restore(chassis_);
-  for (std::size_t i = 0; i < wheels_.size(); ++i) {
-    wheels[i].restore(wheels_[i]);
-    if (!contacts_[i].touching || !kerb_contacts_[i].touching) continue;
-    for (Contact* contact : {&contacts_[i], &kerb_contacts_[i]}) {
-      if (contact->slip > 0.0) contact->limit = dInfinity;
-    }
-  }
+  for (const BodyState& state : before) state.restore();
+  for (std::size_t i = 0; i < wheels_.size(); ++i) widenOnTwoSurfaces(i, dInfinity);
   if (!stepByOde(step)) countUnsolved();
 }
 
@@ -431,9 +425,13 @@ void OdeWorld::touch(std::size_t index) {
   kerb_contacts_[index].touching = false;
   if (!kerb) return;
   touch(index, kerb_contacts_[index], *kerb);
+  widenOnTwoSurfaces(index, kOneOfTwo);
+}
+
+void OdeWorld::widenOnTwoSurfaces(std::size_t index, double factor) {
   if (!contacts_[index].touching || !kerb_contacts_[index].touching) return;
   for (Contact* contact : {&contacts_[index], &kerb_contacts_[index]}) {
-    if (contact->slip > 0.0) contact->limit *= kOneOfTwo;
+    if (contact->slip > 0.0) contact->limit *= factor;
   }
 }
 

@@ -106,6 +106,8 @@ class OdeWorld : public World {
   void createContact(std::size_t index, Contact& contact, double step);
   void touch(std::size_t index);
   void touch(std::size_t index, Contact& contact, const TouchPoint& touch) const;
+  /// Bounds of friction of a wheel that slides on ground and kerb, times a factor.
+  void widenOnTwoSurfaces(std::size_t index, double factor);
   void updateContact(std::size_t index, Contact& contact);
 
   Eigen::Vector3d gravity_;

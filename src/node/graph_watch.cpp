@@ -26,7 +26,7 @@ bool lists(XmlRpc::XmlRpcValue& reply, const std::string& topic) {
   for (int i = 0; i < publications.size(); ++i) {
     XmlRpcValue& publication = publications[i];
     if (publication.getType() != XmlRpcValue::TypeArray || publication.size() == 0) continue;
-    if (publication[0].getType() == XmlRpcValue::TypeString && publication[0] == XmlRpcValue(topic)) return true;
+    if (publication[0] == XmlRpcValue(topic)) return true;
   }
   return false;
 }
@@ -56,8 +56,7 @@ bool publishes(const std::string& node, const std::string& topic) {
   }
   dispatch.removeSource(&client);
   client.close();
-  if (!answered) return true;
-  return lists(reply, topic);
+  return !answered || lists(reply, topic);
 }
 
 std::vector<std::string> withThisNode(std::vector<std::string> companions) {

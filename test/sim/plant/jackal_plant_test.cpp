@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <initializer_list>
 #include <limits>
 #include <thread>
 #include <vector>
@@ -941,6 +942,16 @@ TEST(RealPlant, AThresholdBehindARampIsDrivenOver) {
   }
 }
 
+/// Drives a robot with one turn after the other [rad/s of a track of 8 radii], each for some seconds.
+void turnAside(const PlantParameters& parameters, double forward, std::initializer_list<double> turns,
+               double duration) {
+  JackalPlant plant = plantOf(parameters);
+  for (const double turn : turns) {
+    plant.command({forward / kWheelRadius - 4.0 * turn, forward / kWheelRadius + 4.0 * turn});
+    run(plant, duration);
+  }
+}
+
 /// A sill of a sixth of a millimetre, which a wheel that turns aside on it touches beside the ground in the same place.
 TEST(RealPlant, OfAWheelThatSlidesOnTwoSurfacesTheForcesAreFound) {
   const long before = OdeWorld::unsolvedSteps();
@@ -952,11 +963,7 @@ TEST(RealPlant, OfAWheelThatSlidesOnTwoSurfacesTheForcesAreFound) {
       parameters.kerb_height = 1.6e-4;
       parameters.wheel_radius_right = 0.096;
       parameters.roughness = 0.003;
-      JackalPlant plant = plantOf(parameters);
-      for (const double turn : {1.2, -1.2, 0.8}) {
-        plant.command({forward / kWheelRadius - 4.0 * turn, forward / kWheelRadius + 4.0 * turn});
-        run(plant, 4.0);
-      }
+      turnAside(parameters, forward, {1.2, -1.2, 0.8}, 4.0);
     }
   }
   EXPECT_EQ(OdeWorld::unsolvedSteps() - before, 0);
@@ -988,11 +995,7 @@ TEST(RealPlant, OfAWheelThatSlidesOnTwoSurfacesTheForcesAreFoundBeyondTheirBound
     parameters.patch_friction = drive.patch_friction;
     parameters.patch_size = drive.patch_size;
     parameters.payload = drive.payload;
-    JackalPlant plant = plantOf(parameters);
-    for (const double turn : {1.2 + drive.turn, -1.2 - drive.turn, 0.8 + drive.turn}) {
-      plant.command({drive.forward / kWheelRadius - 4.0 * turn, drive.forward / kWheelRadius + 4.0 * turn});
-      run(plant, 3.0);
-    }
+    turnAside(parameters, drive.forward, {1.2 + drive.turn, -1.2 - drive.turn, 0.8 + drive.turn}, 3.0);
   }
   EXPECT_EQ(OdeWorld::unsolvedSteps() - before, 0);
 }
