@@ -54,12 +54,17 @@ void simulateStretch(const WheelFit& fit, const Stretch& stretch, const Theta& t
 
 double cost(const WheelFit& fit, const Theta& theta) { return fit.residuals(theta).squaredNorm(); }
 
+/// Below a lag of a part of the samples' period its derivative vanishes: a search that comes there would stay, and its
+/// interval say that nothing is known, where the recording excludes a longer one. It is taken at this lag [s].
+constexpr double kShortestLag = 0.005;
+
 /// Derivative of the fitted speeds by the parameters [rad/s per unit].
 Eigen::Matrix<double, Eigen::Dynamic, kParameters> jacobian(const WheelFit& fit, const Theta& theta, int parameters) {
   Eigen::Matrix<double, Eigen::Dynamic, kParameters> J(2 * fit.wheels.size(), int(kParameters));
   J.setZero();
   for (int i = 0; i < parameters; ++i) {
     Theta up = theta, down = theta;
+    if (i == kLag) up[i] = down[i] = std::max(theta[i], kShortestLag);
     up[i] = std::min(up[i] + kDifference[i], highest()[i]);
     down[i] = std::max(down[i] - kDifference[i], lowest()[i]);
     J.col(i) = (fit.residuals(down) - fit.residuals(up)) / (up[i] - down[i]);
@@ -207,14 +212,8 @@ double studentQuantile(double degrees_of_freedom) {
   return 1.959964 + 2.372271 / n + 2.822496 / (n * n) + 2.555853 / (n * n * n);
 }
 
-/// Below a lag of a fraction of the samples' period its derivative vanishes, as if nothing were known of it, while the
-/// recording does exclude a longer one: the interval is the one about this lag [s].
-constexpr double kShortestLag = 0.005;
-
 FitResult withIntervals(const WheelFit& fit, const Theta& theta, bool fit_offset) {
-  Theta smooth = theta;
-  smooth[kLag] = std::max(theta[kLag], kShortestLag);
-  const auto J = jacobian(fit, smooth, fit_offset ? kParameters : kOffset);
+  const auto J = jacobian(fit, theta, fit_offset ? kParameters : kOffset);
   const Eigen::VectorXd r = fit.residuals(theta);
   FitResult result{theta, Theta::Constant(HUGE_VAL)};
   std::vector<int> seen;

@@ -71,14 +71,19 @@ TEST(PlantIdentification, FindsTheDriveTrainThroughTheNoise) {
   EXPECT_LT(std::abs(found.lag.value - 0.06), 3 * found.lag.half_width + 0.002);
 }
 
+/// Robots of which nothing was known of the lag, because the search had come to one whose derivative vanishes.
 TEST(PlantIdentification, ALagTooShortToBeSeenIsKnownToBeShort) {
-  for (const double lag : {0.0, 0.0005, 0.001, 0.002, 0.004, 0.006}) {
-    SCOPED_TRACE(lag);
-    const Identification found = identifyDriveTrain(record(plantWith(0.08, lag, 1.0, 4.0)), kRadius);
+  for (const auto& [seed, lag] :
+       {std::pair(14, 0.0), std::pair(16, 0.001), std::pair(18, 0.002), std::pair(20, 0.003)}) {
+    SCOPED_TRACE(seed);
+    sim::PlantParameters parameters = plantWith(0.08, lag, 1.0, 1.65);
+    parameters.stamp_jitter = 0.002 * (seed % 3);
+    parameters.encoder_noise = 0.03;
+    parameters.seed = seed;
+    const Identification found = identifyDriveTrain(record(parameters), kRadius);
     EXPECT_TRUE(found.lag.known()) << found.lag.value << " " << found.lag.unknown;
+    EXPECT_LE(std::abs(found.lag.value - lag), found.lag.half_width);
     EXPECT_LT(found.lag.half_width, 0.02);
-    EXPECT_LE(std::abs(found.lag.value - lag), 1.5 * found.lag.half_width);
-    EXPECT_LE(std::abs(found.dead_time.value - 0.08), found.dead_time.half_width + 0.002);
   }
 }
 
