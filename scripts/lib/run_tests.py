@@ -26,6 +26,7 @@ import time
 import xml.etree.ElementTree as xml
 
 GRACE = 20.0  # s from the request to stop until a test is killed
+BACKGROUND_PATIENCE = 3.0  # limits of time that a test gets which the others leave little of the processors
 WHOLE = '(whole test)'  # stands for the case where none can be named
 SANITIZERS = ('ASAN_OPTIONS', 'UBSAN_OPTIONS', 'TSAN_OPTIONS')
 
@@ -184,8 +185,9 @@ class Runner:
         self.timeout = timeout
         self.running = {}  # test name: start
 
-    def __call__(self, name, command, result, directory):
-        """Runs one test; returns its outcome, how long it took [s] and its log."""
+    def __call__(self, name, command, result, directory, patience=1.0):
+        """Runs one test, for `patience` times the limit at most; returns its outcome, how long it took [s] and its log."""
+        timeout = patience * self.timeout
         log = self.logs / f'{file_name(name)}.log'
         shutil.rmtree(result.parent, ignore_errors=True)  # so that what is there afterwards is of this test
         environment = dict(os.environ)
@@ -195,8 +197,8 @@ class Runner:
             for variable in SANITIZERS:
                 environment[variable] = f'{environment.get(variable, "")}:log_path={findings}/report'
         start = self.running[name] = time.monotonic()
-        status = run(command, directory, log, self.timeout, environment)
-        outcome = judge(status, result, self.timeout)
+        status = run(command, directory, log, timeout, environment)
+        outcome = judge(status, result, timeout)
         if self.findings:
             outcome.add_findings(findings)
         del self.running[name]
@@ -225,9 +227,12 @@ def report(position, name, outcome, seconds, log):
 
 
 def in_the_background(test):
-    """A test that leaves the processors to whoever else wants them."""
+    """A test that leaves the processors to whoever else wants them, and is given the time that this takes. Where Linux
+    shares the processors out by session (autogroup), a session has a priority of its own, and that of a process counts
+    within its session only."""
     name, command, result, directory = test
-    return name, ['nice', '-n', '10', *command], result, directory
+    low = 'echo 10 2>/dev/null >/proc/self/autogroup; exec nice -n 10 "$@"'
+    return name, ['sh', '-c', low, 'sh', *command], result, directory, BACKGROUND_PATIENCE
 
 
 def completed(runner, groups, jobs, show):
@@ -256,7 +261,7 @@ def main():
     parser.add_argument('--only', default='', type=re.compile, help='regular expression')
     parser.add_argument('--findings', type=pathlib.Path, help='directory for the reports of the sanitizers')
     parser.add_argument('--jobs', default=len(os.sched_getaffinity(0)), type=int, help='tests of a kind at a time')
-    parser.add_argument('--timeout', default=600.0, type=float, help='of one test [s]')
+    parser.add_argument('--timeout', default=600.0, type=float, help=f'of one test [s]; {BACKGROUND_PATIENCE:g} times as long of one that only computes')
     arguments = parser.parse_args()
 
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
