@@ -21,6 +21,7 @@ constexpr double kWarningPeriod = 5.0;    // s
 constexpr std::uint32_t kQueueSize = 50;  // a second of 50 Hz messages
 constexpr std::uint32_t kClockQueueSize = 1000;
 constexpr double kFirstPatience = 0.25;  // wall time for the command after the first [s]
+constexpr double kLatestTime = 0.5;      // s: what is older, or of the future, is by another clock
 
 }  // namespace
 
@@ -52,6 +53,10 @@ void PlantNode::subscribe(ros::NodeHandle& node) {
   drive_ = node.subscribe("cmd_drive", kQueueSize, &PlantNode::onDrive, this, hints);
   left_wheel_ = node.subscribe("jackal_left_wheel/command", kQueueSize, &PlantNode::onLeftWheel, this, hints);
   right_wheel_ = node.subscribe("jackal_right_wheel/command", kQueueSize, &PlantNode::onRightWheel, this, hints);
+  if (parameters_.lockstep > 0.0) {
+    state_ = node.subscribe("jackal_AIC/state", kQueueSize, &PlantNode::onState, this, hints);
+    seen_ = private_node_.subscribe("seen", kQueueSize, &PlantNode::onSeen, this, hints);
+  }
   push_ = private_node_.subscribe("push", kQueueSize, &PlantNode::onPush, this, hints);
   lift_ = private_node_.advertiseService("lift", &PlantNode::onLift, this);
   reset_ = private_node_.advertiseService("reset", &PlantNode::onReset, this);
@@ -76,7 +81,7 @@ void PlantNode::run() {
 }
 
 void PlantNode::step() {
-  waitForController();
+  if (parameters_.lockstep > 0.0) waitForFollowers();
   stopIfSilent();
   plant_.step();
   publish();
@@ -106,20 +111,44 @@ void PlantNode::shift(std_msgs::Header& header) const {
   header.frame_id = header.frame_id.empty() ? "" : prefixedFrame(tf_prefix_, header.frame_id);
 }
 
-void PlantNode::waitForController() {
-  const auto ahead = [this] { return plant_.time() + 0.5 * JackalPlant::kStep > command_time_ + parameters_.lockstep; };
-  if (parameters_.lockstep <= 0.0 || !in_lockstep_ || !ahead()) return;
-  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(patience_);
-  while (ros::ok() && ahead() && in_lockstep_) {
+void PlantNode::waitForFollowers() {
+  waitFor(controller_, [this] {
+    return drive_.getNumPublishers() + left_wheel_.getNumPublishers() + right_wheel_.getNumPublishers() +
+               state_.getNumPublishers() >
+           0;
+  });
+  waitFor(spectator_, [this] { return seen_.getNumPublishers() > 0; });
+}
+
+void PlantNode::waitFor(Follower& follower, const std::function<bool()>& is_there) {
+  const auto behind = [&] {
+    return follower.awaited && plant_.time() + 0.5 * JackalPlant::kStep > follower.time + parameters_.lockstep;
+  };
+  if (!behind()) return;
+  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(follower.patience);
+  while (ros::ok() && behind()) {
     const ros::WallTime now = ros::WallTime::now();
-    const bool alive = drive_.getNumPublishers() + left_wheel_.getNumPublishers() + right_wheel_.getNumPublishers() > 0;
-    if (alive && now < end) {
+    if (is_there() && now < end) {
       ros::getGlobalCallbackQueue()->callOne(std::min(end - now, ros::WallDuration(0.05)));
     } else {
-      in_lockstep_ = false;
+      follower.awaited = false;
     }
   }
   pacer_.restart(plant_.time());
+}
+
+void PlantNode::follow(Follower& follower, double time) {
+  // Whoever follows is waited for from the first word on: a controller that a busy machine makes late would else never
+  // get into step. One that speaks now and then is no controller in its stride, and is not waited for long.
+  const bool in_stride = time - follower.time <= 2.0 * parameters_.lockstep;
+  follower = {time, true, in_stride ? parameters_.patience : std::min(parameters_.patience, kFirstPatience)};
+}
+
+std::optional<double> PlantNode::recentTime(const ros::Time& stamp) const {
+  const double time = stamp.toSec() - ahead_.toSec() - stampOf(0.0).toSec();
+  const double age = plant_.time() - time;
+  if (age < -0.5 * JackalPlant::kStep || age > kLatestTime) return std::nullopt;
+  return time;
 }
 
 void PlantNode::onDrive(const jackal_msgs::Drive& message) {
@@ -133,6 +162,15 @@ void PlantNode::onDrive(const jackal_msgs::Drive& message) {
     default:
       ignore("mode other than MODE_VELOCITY and MODE_NONE");
   }
+}
+
+void PlantNode::onState(const ControllerState& state) {
+  state_time_ = recentTime(state.header.stamp);
+  if (state_time_) follow(controller_, *state_time_);
+}
+
+void PlantNode::onSeen(const std_msgs::Time& seen) {
+  if (const std::optional<double> time = recentTime(seen.data)) follow(spectator_, *time);
 }
 
 void PlantNode::onLeftWheel(const std_msgs::Float64& speed) {
@@ -180,8 +218,9 @@ void PlantNode::restart() {
   command_ = WheelCommand{};
   mode_ = jackal_msgs::Drive::MODE_NONE;
   command_time_ = 0.0;
+  controller_ = spectator_ = Follower{};
+  state_time_.reset();
   feedback_stamp_.reset();
-  in_lockstep_ = false;
   if (!parameters_.publish_clock) ahead_ = ros::Time::now() - stampOf(plant_.time());
   publish();
 }
@@ -191,12 +230,10 @@ void PlantNode::drive(const WheelCommand& command, std::int8_t mode) {
     ignore("wheel speed that is not finite");
     return;
   }
-  // Whoever commands is waited for from the first command on: a controller that a busy machine makes late would else
-  // never get into step. One that speaks now and then is no controller in its stride, and is not waited for long.
-  const bool in_stride = plant_.time() - command_time_ <= 2.0 * parameters_.lockstep;
-  patience_ = in_stride ? parameters_.patience : std::min(parameters_.patience, kFirstPatience);
-  in_lockstep_ = true;
   command_time_ = plant_.time();
+  // A command comes some time after the action. To count from there would let every action come as late as a busy
+  // machine delivers commands: the next wait would begin by as much later.
+  if (!state_time_ || command_time_ > *state_time_ + kLatestTime) follow(controller_, command_time_);
   command_ = command;
   mode_ = mode;
 }

@@ -4,14 +4,17 @@
 /// The simulated robot as a ROS node: the stock Jackal's topics and the simulation's clock around a JackalPlant.
 
 #include <geometry_msgs/Wrench.h>
+#include <jackal_aic/ControllerState.h>
 #include <jackal_msgs/Drive.h>
 #include <ros/node_handle.h>
 #include <std_msgs/Float64.h>
+#include <std_msgs/Time.h>
 #include <std_srvs/Empty.h>
 #include <std_srvs/SetBool.h>
 #include <tf2_ros/transform_broadcaster.h>
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -27,9 +30,11 @@ struct PlantNodeParameters {
   double real_time_factor = 1.0;  ///< simulated seconds per wall second; 0 runs as fast as possible
   double truth_rate = 100.0;      ///< rate of /ground_truth/odom [Hz]
   double command_timeout = 0.0;   ///< age of the last command at which the wheels stop [s]; 0 lets them run on
-  /// Simulated time that may pass without a command before the plant waits for the controller [s], its action period
-  /// and a tenth for instance (it lengthens some, to follow the measurements, and the clock has to go on until then),
-  /// so that a busy machine makes the simulation slower instead of the controller late; 0 never waits.
+  /// Simulated time that may pass since the last action of the controller before the plant waits for the next [s], its
+  /// action period and a tenth for instance (it lengthens some, to follow the measurements, and the clock has to go on
+  /// until then), so that a busy machine makes the simulation slower instead of the controller late; 0 never waits.
+  /// When a controller acted its jackal_AIC/state tells; one that has none acts when its command comes. Somebody else
+  /// who is not to be left behind says on ~seen (std_msgs/Time) up to which time he has come, as often.
   double lockstep = 0.0;
   /// Wall time after which a silent controller is not waited for any more, until it speaks again [s]; one that is gone
   /// is not waited for at all, and one of which no two commands came in a row only for 0.25 s.
@@ -55,7 +60,7 @@ void describeFields(Visitor& v, PlantNodeParameters& p) {
 /// jackal_right_wheel/command, whichever spoke last. Service ~reset puts everything, the clock included, back to the
 /// start, with the ~plant parameters as they are then; ~block_left and ~block_right (std_srvs/SetBool) block the motor
 /// of a side or let it go; ~push (geometry_msgs/Wrench, in base_link: force x and y, torque z) pushes the robot until
-/// the next message, and ~lift (std_srvs/SetBool) lifts it.
+/// the next message, and ~lift (std_srvs/SetBool) lifts it. With lockstep it listens to jackal_AIC/state and ~seen.
 class PlantNode {
  public:
   /// @param node, private_node namespaces of the topics and of ~reset; @param urdf_xml text of the URDF.
@@ -67,12 +72,21 @@ class PlantNode {
   void run();
 
  private:
+  /// Somebody who is waited for, in lockstep.
+  struct Follower {
+    double time = 0.0;      ///< up to which it has come [s]
+    bool awaited = false;   ///< it has not fallen silent
+    double patience = 0.0;  ///< for how long it is waited [s of wall time]
+  };
+
   void runByClock();
   void step();
   void shift(std_msgs::Header& header) const;
   void advertise(ros::NodeHandle& node);
   void subscribe(ros::NodeHandle& node);
   void onDrive(const jackal_msgs::Drive& drive);
+  void onState(const ControllerState& state);
+  void onSeen(const std_msgs::Time& seen);
   void onLeftWheel(const std_msgs::Float64& speed);
   void onRightWheel(const std_msgs::Float64& speed);
   bool onReset(std_srvs::Empty::Request& request, std_srvs::Empty::Response& response);
@@ -83,7 +97,10 @@ class PlantNode {
   void drive(const WheelCommand& command, std::int8_t mode);
   void ignore(const char* reason);
   void stopIfSilent();
-  void waitForController();
+  void waitForFollowers();
+  void waitFor(Follower& follower, const std::function<bool()>& is_there);
+  void follow(Follower& follower, double time);
+  std::optional<double> recentTime(const ros::Time& stamp) const;
   void publish();
   void publishMeasurement(const PlantMeasurement& measurement);
 
@@ -97,12 +114,13 @@ class PlantNode {
   Periodic transform_schedule_;
   WheelCommand command_;
   std::int8_t mode_ = jackal_msgs::Drive::MODE_NONE;
-  double command_time_ = 0.0;
+  double command_time_ = 0.0;             // of the last command [s]
+  std::optional<double> state_time_;      // of the last state that told of one [s]
   std::optional<double> feedback_stamp_;  // of the feedback published last [s]
   ros::Duration ahead_;                   // of the clock that is followed, before the plant's own time
   std::string tf_prefix_;
-  bool in_lockstep_ = false;  // whether there is a controller to wait for
-  double patience_ = 0.0;     // with it, wall time [s]
+  Follower controller_;  // up to its last action
+  Follower spectator_;   // who speaks on ~seen
   std::uint64_t ignored_commands_ = 0;
 
   ros::Publisher clock_;
@@ -112,6 +130,8 @@ class PlantNode {
   ros::Publisher truth_;
   tf2_ros::TransformBroadcaster transforms_;
   ros::Subscriber drive_;
+  ros::Subscriber state_;
+  ros::Subscriber seen_;
   ros::Subscriber left_wheel_;
   ros::Subscriber right_wheel_;
   ros::Subscriber push_;

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <jackal_aic/ControllerState.h>
 #include <jackal_msgs/Drive.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
@@ -19,6 +20,7 @@ class LockstepTest : public testing::Test {
         "/clock", 100000,
         [this](const rosgraph_msgs::ClockConstPtr& message) { now_ = std::llround(1e3 * message->clock.toSec()); });
     drive_ = node_.advertise<jackal_msgs::Drive>("/cmd_drive", 10);
+    state_ = node_.advertise<jackal_aic::ControllerState>("/jackal_AIC/state", 10);
   }
 
   bool waitFor(const std::function<bool()>& condition) {
@@ -35,6 +37,13 @@ class LockstepTest : public testing::Test {
     drive_.publish(message);
   }
 
+  /// Says that the last action was at this time [ms].
+  void acted(std::int64_t time) {
+    jackal_aic::ControllerState message;
+    message.header.stamp.fromSec(1e-3 * static_cast<double>(time));
+    state_.publish(message);
+  }
+
   /// Time at which the clock stands, once it does [ms].
   std::int64_t standstill() {
     std::int64_t last = -1;
@@ -48,7 +57,7 @@ class LockstepTest : public testing::Test {
 
   ros::NodeHandle node_;
   ros::Subscriber clock_;
-  ros::Publisher drive_;
+  ros::Publisher drive_, state_;
   std::int64_t now_ = 0;  // ms
 };
 
@@ -67,6 +76,29 @@ TEST_F(LockstepTest, EachCommandLetsOnePeriodPassAndSilenceIsNotWaitedForLong) {
   }
   EXPECT_TRUE(waitFor([&] { return now_ > held + 20 * kPeriod; }))
       << "waits for ever for a controller that fell silent";
+}
+
+TEST_F(LockstepTest, AnActionCountsFromWhenItWasNotFromWhenItsCommandCame) {
+  ASSERT_TRUE(waitFor([this] { return now_ > 0 && drive_.getNumSubscribers() > 0 && state_.getNumSubscribers() > 0; }));
+  command();
+  command();
+  std::int64_t held = standstill();
+  for (const std::int64_t late : {7, 7, 0, 15}) {
+    command();
+    acted(held - late);
+    ASSERT_TRUE(waitFor([&] { return now_ >= held - late + kPeriod; })) << "late by " << late << " ms";
+    EXPECT_EQ(standstill(), held - late + kPeriod) << "late by " << late << " ms";
+    held = now_;
+  }
+  // Neither another clock's time nor one to come is an action's, and a state that stayed away tells no more.
+  acted(held - 1000);
+  acted(held + 10);
+  EXPECT_EQ(standstill(), held);
+  ASSERT_TRUE(waitFor([&] { return now_ > held + 600; })) << "waits for ever";
+  command();
+  command();
+  const std::int64_t commanded = now_;
+  EXPECT_LT(standstill(), commanded + 5 * kPeriod) << "does not wait for who commands without a state";
 }
 
 TEST_F(LockstepTest, AControllerThatIsLateFromItsFirstCommandOnIsWaitedForAndALoneCommandOnlyBriefly) {

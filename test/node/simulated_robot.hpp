@@ -12,6 +12,8 @@
 #include <nav_msgs/Odometry.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
+#include <std_msgs/Time.h>
+#include <tf2_ros/static_transform_broadcaster.h>
 
 #include <algorithm>
 #include <cmath>
@@ -41,6 +43,12 @@ class SimulatedRobot {
     truth_subscriber_ = node_.subscribe("ground_truth/odom", 1000, &SimulatedRobot::onTruth, this);
     drive_subscriber_ = node_.subscribe(prefix + "cmd_drive", 1000, &SimulatedRobot::onDrive, this);
     state_subscriber_ = node_.subscribe(prefix + "jackal_AIC/state", 1000, &SimulatedRobot::onState, this);
+    seen_ = node_.advertise<std_msgs::Time>("/plant/seen", 10);
+    geometry_msgs::TransformStamped mount;  // of sim/urdf/jackal.urdf
+    mount.header.frame_id = "base_link";
+    mount.child_frame_id = "imu_link";
+    mount.transform.rotation.w = 1.0;
+    mounts_.sendTransform(mount);
   }
 
   /// Serves callbacks until a condition holds; fails the test if the simulation stands still for 60 s of wall time
@@ -51,6 +59,7 @@ class SimulatedRobot {
     while (ros::ok() && !condition()) {
       publishDueSetPoint();
       ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.002));
+      publishSeen();
       if (ros::Time::now() != last) {
         last = ros::Time::now();
         if (patience_ > 0 && last.toSec() > patience_) break;
@@ -184,12 +193,22 @@ class SimulatedRobot {
     next_set_point_ = now + ros::Duration(0.05);
   }
 
+  /// Keeps the simulation from leaving this process behind on a busy machine.
+  void publishSeen() {
+    std_msgs::Time seen;
+    seen.data = ros::Time::now();
+    if (seen.data >= seen_time_ && seen.data - seen_time_ < ros::Duration(0.5 * kActionPeriod)) return;
+    seen_time_ = seen.data;
+    seen_.publish(seen);
+  }
+
   ros::NodeHandle node_;
-  ros::Publisher set_point_;
+  ros::Publisher set_point_, seen_;
+  tf2_ros::StaticTransformBroadcaster mounts_;
   ros::Subscriber truth_subscriber_, drive_subscriber_, state_subscriber_;
   geometry_msgs::Twist wanted_;
   bool commanding_ = false;
-  ros::Time next_set_point_;
+  ros::Time next_set_point_, seen_time_;
   double patience_ = 0.0;
   Recording truth_;
   std::vector<ControllerState> states_;
