@@ -5,10 +5,12 @@
 #include <ros/ros.h>
 #include <signal.h>
 #include <std_msgs/Bool.h>
+#include <std_msgs/Time.h>
 #include <std_srvs/Empty.h>
 #include <std_srvs/SetBool.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "node_process.hpp"
 #include "service_call.hpp"
@@ -17,6 +19,7 @@ namespace jackal_aic::sim {
 namespace {
 
 constexpr std::uint32_t kQueueSize = 1000;  // nothing of what is judged may be lost
+constexpr std::uint64_t kTicksToSay = 10;   // ms between words to the plant of how far this node has come
 constexpr double kSetPointPeriod = 0.05;    // s, as an operator's joystick or a planner would
 constexpr double kStatusPeriod = 1.0;       // s, as the robot's firmware
 constexpr double kIntrusionPeriod = 0.02;   // s, as the stock jackal_node
@@ -63,7 +66,8 @@ FaultCampaign::FaultCampaign(const ros::NodeHandle& node, const CampaignNodes& n
       commands_(node_, "robot/cmd_drive"),
       clock_(node_.advertise<rosgraph_msgs::Clock>("/clock", kQueueSize)),
       e_stop_(node_.advertise<std_msgs::Bool>("e_stop", 1, true)),
-      push_(node_.advertise<geometry_msgs::Wrench>(nodes_.plant + "/push", kQueueSize)) {
+      push_(node_.advertise<geometry_msgs::Wrench>(nodes_.plant + "/push", kQueueSize)),
+      seen_(node_.advertise<std_msgs::Time>(nodes_.plant + "/seen", kQueueSize)) {
   const auto hints = ros::TransportHints().tcpNoDelay();
   const auto forward = [this](auto& topic) { return [this, &topic](const auto& message) { pass(topic, *message); }; };
   using JointState = sensor_msgs::JointStateConstPtr;
@@ -106,6 +110,11 @@ void FaultCampaign::onClock(const rosgraph_msgs::Clock& message) {
   status_.release(time_);
   set_points_.release(time_);
   commands_.release(time_);
+  if (ticks_ % kTicksToSay == 0) {
+    std_msgs::Time seen;
+    seen.data = plant_clock_;
+    seen_.publish(seen);
+  }
 }
 
 void FaultCampaign::onCommand(const ros::MessageEvent<const jackal_msgs::Drive>& event) {
@@ -311,10 +320,16 @@ bool FaultCampaign::restart(const Scenario& scenario) {
   time_ = plant_clock_.toSec();
   states_since_reset_.clear();
   next_set_point_ = next_status_ = 0.0;
-  return waitFor(speaks) && waitFor([this] {
-           const ControllerState& state = states_since_reset_.back();
-           return state.status == ControllerState::IDLE || state.status == ControllerState::STOPPED;
-         });
+  return waitFor(speaks) && waitFor([this] { return controllerIsReady(); });
+}
+
+bool FaultCampaign::controllerIsReady() const {
+  const ControllerState& state = states_since_reset_.back();
+  const bool hears =
+      joint_states_.heard() && imu_.heard() && feedback_.heard() && status_.heard() && set_points_.heard();
+  const bool measures = std::isfinite(state.measured_forward) && std::isfinite(state.measured_yaw_rate);
+  const bool rests = state.status == ControllerState::IDLE || state.status == ControllerState::STOPPED;
+  return hears && measures && rests;
 }
 
 void FaultCampaign::resetPlant() {

@@ -73,6 +73,7 @@ class FaultCampaign {
   void endController(int signal);
   void endMaster();
   bool restart(const Scenario& scenario);
+  bool controllerIsReady() const;
   void resetPlant();
   void perform();
   bool waitFor(const std::function<bool()>& condition);
@@ -108,7 +109,7 @@ class FaultCampaign {
   FaultyTopic<jackal_msgs::Status> status_;
   FaultyTopic<geometry_msgs::Twist> set_points_;
   FaultyTopic<jackal_msgs::Drive> commands_;
-  ros::Publisher clock_, e_stop_, push_, intruder_;
+  ros::Publisher clock_, e_stop_, push_, seen_, intruder_;
   /// Parameters of the plant that a scenario changed, as they were before; empty: not given.
   std::vector<std::pair<std::string, std::optional<XmlRpc::XmlRpcValue>>> plant_before_;
   std::vector<ros::Subscriber> subscribers_;

@@ -20,6 +20,9 @@ class FaultyTopic {
   FaultyTopic(ros::NodeHandle& node, const std::string& topic)
       : publisher_(node.advertise<Message>(topic, kQueueSize)) {}
 
+  /// Whether somebody listens to the topic.
+  bool heard() const { return publisher_.getNumSubscribers() > 0; }
+
   /// As FaultyChannel::arm; messages still waiting are forgotten.
   void arm(const std::vector<InjectedFault>& faults, double onset, std::uint64_t seed) {
     channel_.arm(faults, onset, seed);
