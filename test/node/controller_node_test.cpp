@@ -4,12 +4,12 @@
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 #include <std_srvs/Empty.h>
-#include <topic_tools/MuxSelect.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "relay.hpp"
 #include "service_call.hpp"
 #include "simulated_robot.hpp"
 
@@ -24,22 +24,14 @@ const double kNaN = std::numeric_limits<double>::quiet_NaN();
 class ControllerNodeTest : public testing::Test {
  protected:
   void SetUp() override {
-    connect("wheel_switch", "joint_states");
-    connect("imu_switch", "imu/data");
     ASSERT_TRUE(robot.waitUntilReady());
+    ASSERT_TRUE(robot.waitFor([this] { return wheels.heard() && imu.heard(); }, "the controller to listen"));
     robot.rest();
   }
 
   void TearDown() override {
     robot.rest();
     robot.stopCommanding();
-  }
-
-  /// Lets a sensor through a switch, or nothing ("__none").
-  static void connect(const std::string& name, const std::string& topic) {
-    topic_tools::MuxSelect select;
-    select.request.topic = topic;
-    ASSERT_TRUE(sim::callService(name + "/select", select)) << name << " to " << topic;
   }
 
   /// Drives straight ahead until the speed is steady.
@@ -75,17 +67,16 @@ class ControllerNodeTest : public testing::Test {
     EXPECT_LT(robot.largestCommandStep(), 1.0) << "a brake must be free of jumps";
   }
 
-  /// Opens a sensor's switch while driving and expects the robot to stop within deadline and margin, then to drive
-  /// again.
-  void expectStopWithout(const std::string& name, const std::string& topic, const std::string& word) {
+  /// Silences a sensor while driving and expects the robot to stop within deadline and margin, then to drive again.
+  template <class Message>
+  void expectStopWithout(Relay<Message>& sensor, const std::string& word) {
     cruise();
-    const double cut = ros::Time::now().toSec();
-    connect(name, "__none");
+    sensor.silence();
     robot.run(1.5);
-    expectBrakeAndStop(cut, 0.2, word);
+    expectBrakeAndStop(sensor.last(), 0.2, word);
 
     robot.clear();
-    connect(name, topic);
+    sensor.alter = nullptr;
     robot.run(2.5);
     EXPECT_TRUE(driving(robot.states().back()));
     EXPECT_NEAR(robot.truth().forward.back(), kSpeed, 0.05 * kSpeed);
@@ -103,7 +94,10 @@ class ControllerNodeTest : public testing::Test {
     return sum / count;
   }
 
+  ros::NodeHandle node;
   SimulatedRobot robot;
+  Relay<sensor_msgs::JointState> wheels{node, "joint_states", "relayed/joint_states"};
+  Relay<sensor_msgs::Imu> imu{node, "imu/data", "relayed/imu"};
 };
 
 TEST_F(ControllerNodeTest, TurnsBothWaysAtTheSetPoint) {
@@ -127,7 +121,6 @@ TEST_F(ControllerNodeTest, DrivesAnArc) {
 
 TEST_F(ControllerNodeTest, OdometryIsWhatTheRobotDoesAndNotWhatItShouldDo) {
   std::vector<nav_msgs::Odometry> odometry;
-  ros::NodeHandle node;
   const auto subscriber = node.subscribe<nav_msgs::Odometry>(
       "odom", 1000, [&](const nav_msgs::OdometryConstPtr& message) { odometry.push_back(*message); });
   robot.waitFor([&] { return !odometry.empty(); }, "odometry");
@@ -164,7 +157,6 @@ TEST_F(ControllerNodeTest, FollowsASquareWave) {
 
 TEST_F(ControllerNodeTest, PublishesStampedGeneralisedMeasurementsOfAllOrders) {
   std::vector<SensorGeneralized> messages;
-  ros::NodeHandle node;
   const auto subscriber = node.subscribe<SensorGeneralized>(
       "sensor_generalized", 100, [&](const SensorGeneralizedConstPtr& message) { messages.push_back(*message); });
   robot.waitFor([&] { return subscriber.getNumPublishers() > 0; }, "a publisher of sensor_generalized");
@@ -212,9 +204,9 @@ TEST_F(ControllerNodeTest, StopsWhenTheSetPointIsTooOld) {
   EXPECT_LT(robot.largestCommandStep(), 1.0) << "recovery must be free of jumps";
 }
 
-TEST_F(ControllerNodeTest, StopsWithoutWheelSpeeds) { expectStopWithout("wheel_switch", "joint_states", "wheel"); }
+TEST_F(ControllerNodeTest, StopsWithoutWheelSpeeds) { expectStopWithout(wheels, "wheel"); }
 
-TEST_F(ControllerNodeTest, StopsWithoutImu) { expectStopWithout("imu_switch", "imu/data", "IMU"); }
+TEST_F(ControllerNodeTest, StopsWithoutImu) { expectStopWithout(imu, "IMU"); }
 
 TEST_F(ControllerNodeTest, RejectsASetPointThatIsNotFinite) {
   cruise();
@@ -234,10 +226,10 @@ TEST_F(ControllerNodeTest, RejectsASetPointThatIsNotFinite) {
 }
 
 TEST_F(ControllerNodeTest, RejectsMeasurementsThatAreNotFinite) {
-  ros::NodeHandle node;
-  auto wheels = node.advertise<sensor_msgs::JointState>("switched/joint_states", 10);
-  auto imu = node.advertise<sensor_msgs::Imu>("switched/imu", 10);
-  robot.waitFor([&] { return wheels.getNumSubscribers() > 0 && imu.getNumSubscribers() > 0; }, "the controller");
+  auto bad_wheels = node.advertise<sensor_msgs::JointState>("relayed/joint_states", 10);
+  auto bad_imu = node.advertise<sensor_msgs::Imu>("relayed/imu", 10);
+  robot.waitFor([&] { return bad_wheels.getNumSubscribers() > 0 && bad_imu.getNumSubscribers() > 0; },
+                "the controller");
   cruise();
   const auto rejected = robot.states().back().rejected_measurements;
   const double start = ros::Time::now().toSec();
@@ -245,15 +237,15 @@ TEST_F(ControllerNodeTest, RejectsMeasurementsThatAreNotFinite) {
   broken_wheels.header.stamp = ros::Time::now();
   broken_wheels.name = {"front_left_wheel", "front_right_wheel"};
   broken_wheels.velocity = {kNaN, 5.0};
-  wheels.publish(broken_wheels);
+  bad_wheels.publish(broken_wheels);
   sensor_msgs::Imu broken_imu;
   broken_imu.header.stamp = ros::Time::now();
   broken_imu.header.frame_id = "imu_link";
   broken_imu.angular_velocity.z = kNaN;
-  imu.publish(broken_imu);
+  bad_imu.publish(broken_imu);
   broken_imu.angular_velocity.z = 0.0;
   broken_imu.header.frame_id = "nowhere";
-  imu.publish(broken_imu);
+  bad_imu.publish(broken_imu);
   robot.run(1.0);
   EXPECT_EQ(robot.states().back().rejected_measurements, rejected + 3);
   EXPECT_TRUE(driving(robot.states().back()));
@@ -261,8 +253,7 @@ TEST_F(ControllerNodeTest, RejectsMeasurementsThatAreNotFinite) {
 }
 
 TEST_F(ControllerNodeTest, LeavesJointStatesOfOthersAlone) {
-  ros::NodeHandle node;
-  auto others = node.advertise<sensor_msgs::JointState>("switched/joint_states", 10);
+  auto others = node.advertise<sensor_msgs::JointState>("relayed/joint_states", 10);
   robot.waitFor([&] { return others.getNumSubscribers() > 0; }, "the controller");
   cruise();
   const auto rejected = robot.states().back().rejected_measurements;

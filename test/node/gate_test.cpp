@@ -13,6 +13,7 @@
 #include <functional>
 #include <string>
 
+#include "relay.hpp"
 #include "simulated_robot.hpp"
 
 namespace jackal_aic::test {
@@ -23,46 +24,17 @@ constexpr double kRadius = 0.098;           // m
 constexpr double kEffectiveTrack = 0.5621;  // m
 constexpr double kLate = 5 * kActionPeriod;
 
-/// Hands on what a source says, altered by the test.
-template <class Message>
-class Relay {
- public:
-  Relay(ros::NodeHandle& node, const std::string& from, const std::string& to)
-      : publisher_(node.advertise<Message>(to, 50)), subscriber_(node.subscribe(from, 50, &Relay::pass, this)) {}
-
-  /// Changes a message on its way; false swallows it. Empty: as it is.
-  std::function<bool(Message&)> alter;
-
-  /// Repeats the values of the next message from now on, with fresh stamps.
-  void freeze() {
-    alter = [held = Message(), any = false](Message& message) mutable {
-      const auto header = message.header;
-      if (!any) held = message;
-      any = true;
-      message = held;
-      message.header = header;
-      return true;
-    };
-  }
-
- private:
-  void pass(const Message& original) {
-    Message message = original;
-    if (!alter || alter(message)) publisher_.publish(message);
-  }
-
-  ros::Publisher publisher_;
-  ros::Subscriber subscriber_;
-};
-
 class DriveGateNode : public testing::Test {
  protected:
   void SetUp() override {
     e_stop = node.advertise<std_msgs::Bool>("e_stop", 10);
     status = node.advertise<jackal_msgs::Status>("status", 10);
     ASSERT_TRUE(robot.waitUntilReady());
-    ASSERT_TRUE(robot.waitFor([&] { return e_stop.getNumSubscribers() > 0 && status.getNumSubscribers() > 0; },
-                              "the controller to listen"));
+    const auto listens = [this] {
+      return e_stop.getNumSubscribers() > 0 && status.getNumSubscribers() > 0 && wheels.heard() && imu.heard() &&
+             feedback.heard();
+    };
+    ASSERT_TRUE(robot.waitFor(listens, "the controller to listen"));
     robot.rest();
     robot.command(kSpeed, 0.0);
     robot.run(2.5);

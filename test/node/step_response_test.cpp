@@ -1,7 +1,5 @@
-// Three controllers, standard, improved and predictive, on one plant: the test switches the plant's drive topic between
-// them. The test's parameter ~plant is "ground", "box" or "real".
-
-#include <topic_tools/MuxSelect.h>
+// Three controllers, standard, improved and predictive, on one plant: the test hands on the commands of one of them.
+// The test's parameter ~plant is "ground", "box" or "real".
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "service_call.hpp"
 #include "simulated_robot.hpp"
 #include "true_motion.hpp"
 
@@ -50,19 +47,37 @@ struct Steps {
   static double median(const std::vector<double>& sorted) { return sorted.at(sorted.size() / 2); }
 };
 
+/// Hands on to the motors what one controller commands, and when it acted, so that the simulation waits for it.
+class Motors {
+ public:
+  void give(const std::string& controller) {
+    const auto hints = ros::TransportHints().tcpNoDelay();
+    from_drive_ = node_.subscribe<jackal_msgs::Drive>(
+        controller + "/cmd_drive", 50, [this](const jackal_msgs::DriveConstPtr& drive) { drive_.publish(drive); }, {},
+        hints);
+    from_state_ = node_.subscribe<ControllerState>(
+        controller + "/jackal_AIC/state", 50, [this](const ControllerStateConstPtr& state) { state_.publish(state); },
+        {}, hints);
+  }
+
+ private:
+  ros::NodeHandle node_;
+  ros::Publisher drive_ = node_.advertise<jackal_msgs::Drive>("cmd_drive", 50);
+  ros::Publisher state_ = node_.advertise<ControllerState>("jackal_AIC/state", 50);
+  ros::Subscriber from_drive_, from_state_;
+};
+
 class StepResponse : public testing::Test {
  protected:
   /// Gives the motors to one of the controllers.
-  void giveMotors(SimulatedRobot& robot, const std::string& topic) {
-    topic_tools::MuxSelect select;
-    select.request.topic = topic;
-    EXPECT_TRUE(sim::callService("drive_mux/select", select)) << topic;
+  void giveMotors(SimulatedRobot& robot, const std::string& controller) {
+    motors_.give(controller);
     EXPECT_TRUE(robot.waitUntilReady());
   }
 
   /// Drives 0.5 m/s steps from rest with one of the controllers; figures from ground truth.
-  Steps drive(SimulatedRobot& robot, const std::string& topic) {
-    giveMotors(robot, topic);
+  Steps drive(SimulatedRobot& robot, const std::string& controller) {
+    giveMotors(robot, controller);
     Steps steps;
     for (int i = 0; i < kSteps; ++i) {
       rest(robot);
@@ -92,6 +107,7 @@ class StepResponse : public testing::Test {
     truth_.clear();
   }
 
+  Motors motors_;
   Truth truth_;
 };
 
@@ -114,7 +130,7 @@ TEST_F(StepResponse, NoneWindsUpAndNoneRunsBackAfterAStop) {
   };
   for (const Bars& bars : {Bars{"predictive", 5.0, 8.0}, Bars{"standard", 12.0, 12.0}, Bars{"improved", 10.0, 10.0}}) {
     SimulatedRobot robot(std::string(bars.controller) + "/");
-    giveMotors(robot, std::string(bars.controller) + "/cmd_drive");
+    giveMotors(robot, bars.controller);
     for (const auto& [forward, yaw_rate] : {std::pair(1.0, 0.0), std::pair(0.5, 0.5), std::pair(0.0, 1.0)}) {
       SCOPED_TRACE(std::string(bars.controller) + ", " + std::to_string(forward) + " m/s, " + std::to_string(yaw_rate) +
                    " rad/s");
@@ -151,8 +167,8 @@ TEST_F(StepResponse, NoneWindsUpAndNoneRunsBackAfterAStop) {
 // which side of it depends on the noise and on the phase between timers and samples.
 TEST_F(StepResponse, BothReachTheSetPointAndImprovedSettlesFaster) {
   SimulatedRobot standard("standard/"), improved("improved/");
-  const Steps slow = drive(standard, "standard/cmd_drive");
-  const Steps fast = drive(improved, "improved/cmd_drive");
+  const Steps slow = drive(standard, "standard");
+  const Steps fast = drive(improved, "improved");
   const double slow_settling = Steps::median(slow.settling), fast_settling = Steps::median(fast.settling);
   EXPECT_LE(slow.largest_error_pct, plantBars().steady_error_pct);
   EXPECT_LE(fast.largest_error_pct, plantBars().steady_error_pct);
