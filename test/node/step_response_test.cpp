@@ -118,6 +118,17 @@ double largest(const std::vector<double>& series, double sign) {
   return most;
 }
 
+/// Mean of a series over the last half second: a single sample is of the wave or the joint of patches it is on.
+double final(const Recording& done, const std::vector<double>& series) {
+  double sum = 0.0, count = 0.0;
+  for (std::size_t i = 0; i < series.size(); ++i) {
+    if (done.time[i] < done.time.back() - 0.5) continue;
+    sum += series[i];
+    ++count;
+  }
+  return sum / count;
+}
+
 // The bars of stop_table.hpp through the nodes. A turn's share of the overshoot that is the effective track's, not
 // known yet, is 3 % in place and 7 % on the arc, which predictive has learned to 5 % by then.
 // Predictive drives first: what it would learn of the track while another one has the motors, and it does not know, is
@@ -141,8 +152,8 @@ TEST_F(StepResponse, NoneWindsUpAndNoneRunsBackAfterAStop) {
       ASSERT_FALSE(driven.time.empty());
       const bool arc = forward != 0.0 && yaw_rate != 0.0;
       const double turn_pct = arc ? bars.arc_pct + plant.arc_pct : bars.step_pct + plant.turn_pct;
-      EXPECT_NEAR(driven.forward.back(), forward, forward != 0.0 ? 0.05 : plant.aside);
-      EXPECT_NEAR(driven.yaw_rate.back(), yaw_rate, 0.1 + 0.01 * plant.turn_pct);
+      EXPECT_NEAR(final(driven, driven.forward), forward, forward != 0.0 ? 0.05 : plant.aside);
+      EXPECT_NEAR(final(driven, driven.yaw_rate), yaw_rate, 0.1 + 0.01 * plant.turn_pct);
       if (forward != 0.0) {
         EXPECT_LE(largest(driven.forward, 1.0), (1.0 + 0.01 * bars.step_pct) * forward + plant.forward_noise);
       }
