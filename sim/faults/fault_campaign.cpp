@@ -310,8 +310,9 @@ bool FaultCampaign::restart(const Scenario& scenario) {
   offset_ = base_ = 0.0;
   pressStop(false);
   states_since_reset_.clear();
-  // A controller that was killed in the run before has to be there again before the clock is put back for all.
-  if (!waitFor(speaks)) return false;
+  // A controller that was killed in the run before has to be there again, and to hear and measure, before the clock is
+  // put back for all: from then on the time of the run counts.
+  if (!waitFor([&] { return speaks() && controllerIsConnected(); })) return false;
   const std::uint64_t resets = resets_;
   changePlant(scenario);
   resetPlant();
@@ -320,16 +321,17 @@ bool FaultCampaign::restart(const Scenario& scenario) {
   time_ = plant_clock_.toSec();
   states_since_reset_.clear();
   next_set_point_ = next_status_ = 0.0;
-  return waitFor(speaks) && waitFor([this] { return controllerIsReady(); });
+  return waitFor(speaks) && waitFor([this] {
+           const ControllerState& state = states_since_reset_.back();
+           return state.status == ControllerState::IDLE || state.status == ControllerState::STOPPED;
+         });
 }
 
-bool FaultCampaign::controllerIsReady() const {
+bool FaultCampaign::controllerIsConnected() const {
   const ControllerState& state = states_since_reset_.back();
   const bool hears =
       joint_states_.heard() && imu_.heard() && feedback_.heard() && status_.heard() && set_points_.heard();
-  const bool measures = std::isfinite(state.measured_forward) && std::isfinite(state.measured_yaw_rate);
-  const bool rests = state.status == ControllerState::IDLE || state.status == ControllerState::STOPPED;
-  return hears && measures && rests;
+  return hears && std::isfinite(state.measured_forward) && std::isfinite(state.measured_yaw_rate);
 }
 
 void FaultCampaign::resetPlant() {

@@ -73,7 +73,7 @@ class FaultCampaign {
   void endController(int signal);
   void endMaster();
   bool restart(const Scenario& scenario);
-  bool controllerIsReady() const;
+  bool controllerIsConnected() const;
   void resetPlant();
   void perform();
   bool waitFor(const std::function<bool()>& condition);
