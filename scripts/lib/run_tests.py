@@ -261,7 +261,8 @@ def main():
     parser.add_argument('--only', default='', type=re.compile, help='regular expression')
     parser.add_argument('--findings', type=pathlib.Path, help='directory for the reports of the sanitizers')
     parser.add_argument('--jobs', default=len(os.sched_getaffinity(0)), type=int, help='tests of a kind at a time')
-    parser.add_argument('--timeout', default=600.0, type=float, help=f'of one test [s]; {BACKGROUND_PATIENCE:g} times as long of one that only computes')
+    parser.add_argument('--timeout', default=600.0, type=float,
+                        help=f'of one test [s]; {BACKGROUND_PATIENCE:g} times as long of one that only computes')
     arguments = parser.parse_args()
 
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))

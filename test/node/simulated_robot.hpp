@@ -34,6 +34,19 @@ struct Recording {
   std::vector<double> yaw_rate;  ///< true theta_dot [rad/s]
 };
 
+/// Mean of a recorded series over (from, to] [s].
+inline double mean(const Recording& done, const std::vector<double>& series, double from, double to) {
+  double sum = 0.0;
+  int count = 0;
+  for (std::size_t i = 0; i < series.size(); ++i) {
+    if (done.time[i] <= from || done.time[i] > to) continue;
+    sum += series[i];
+    ++count;
+  }
+  EXPECT_GT(count, 0) << "nothing recorded between " << from << " and " << to;
+  return sum / count;
+}
+
 /// Talks to one controller and one plant.
 class SimulatedRobot {
  public:
@@ -142,17 +155,9 @@ class SimulatedRobot {
     return sim::stepResponseMetrics(truth_.time, truth_.forward, step_time, 0.0, set_point);
   }
 
-  /// Mean of a recorded series over (from, to] [s].
+  /// Mean of a series of the truth over (from, to] [s].
   double mean(const std::vector<double>& series, double from, double to) const {
-    double sum = 0.0;
-    int count = 0;
-    for (std::size_t i = 0; i < series.size(); ++i) {
-      if (truth_.time[i] <= from || truth_.time[i] > to) continue;
-      sum += series[i];
-      ++count;
-    }
-    EXPECT_GT(count, 0) << "nothing recorded between " << from << " and " << to;
-    return sum / count;
+    return test::mean(truth_, series, from, to);
   }
 
   /// Largest change of a wheel command in one action period, over the recorded states [rad/s]. A late timer publishes
