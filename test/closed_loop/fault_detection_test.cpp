@@ -304,6 +304,31 @@ TEST(FrozenEncoder, IsFoundAtEveryResolutionOnceItsWheelShouldMove) {
   }
 }
 
+/// A robot that settled long ago and slows down: what the wheel may have done as it started is no excuse for its encoder.
+TEST(FrozenEncoder, IsFoundHoweverWideThePredictionWasWhenItChangedLast) {
+  constexpr double kStepTime = 4.0;  // the set point falls, a second after the encoder froze
+  for (const char* plant : {"ground", "real"}) {
+    for (const char* controller : {"predictive", "improved", "diff_drive"}) {
+      for (const char* step : {"0.0065", "0.06", "0.0606", "0.1"}) {
+        for (double speed : {0.5, 1.0, 1.1, 1.5}) {
+          SCOPED_TRACE(std::string(controller) + " on " + plant + ", step " + step + ", " + std::to_string(speed) +
+                       " m/s");
+          SetPointProfile profile = driving({speed, 0.0, 0.0});
+          profile.changes.push_back({kStepTime, {0.7 * speed, 0.0, 0.0}});
+          profile.duration = 6.0;
+          const auto found =
+              detection(run(controller, plant, profile, sensorFault(FaultKind::freeze, FaultChannel::left),
+                            {{"plant.encoder_step", step}, {"plant.encoder_noise", "0"}}),
+                        kStepTime);
+          ASSERT_TRUE(found);
+          EXPECT_LE(found->delay, 0.5);
+          EXPECT_EQ(found->reason, "left encoder frozen");
+        }
+      }
+    }
+  }
+}
+
 class OrdinaryDriving : public testing::TestWithParam<OrdinaryCase> {};
 
 TEST_P(OrdinaryDriving, RaisesNoAlarm) {

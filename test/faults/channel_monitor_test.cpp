@@ -472,6 +472,26 @@ TEST(MissedMotion, IsGivenTwiceTheLongestTimeThatItTookBefore) {
   EXPECT_NEAR(samplesUntilMissed(30, 10) * kStep, 0.26, 0.021) << "renewed at 5 Hz: the longest patience";
 }
 
+TEST(MissedMotion, ForgetsWhatWasUncertainWhenTheValueChangedLast) {
+  MissedMotion test;
+  test.update(5.0, false, 1.0, 9.0, 0.3, kStep);
+  for (int k = 0; k < 100; ++k) EXPECT_FALSE(test.update(5.0, true, 4.9, 5.1, 0.3, kStep)) << "nothing to miss";
+  int samples = 0;
+  while (!test.update(5.0, true, 4.0, 4.2, 0.3, kStep) && samples < 100) ++samples;
+  EXPECT_LE(samples * kStep, 0.26);
+}
+
+TEST(MissedMotion, IsNoneToAndFroBetweenTwoRenewals) {
+  constexpr double kHold = 0.24;
+  MissedMotion test;
+  for (int k = 0; k < 20; ++k) test.update(0.5 * k, false, 0.5 * k, 0.5 * k, 0.3, kStep, kHold);
+  test.update(9.5, false, 8.6, 8.6, 0.3, kStep, kHold);  // a wheel that is faster than its model by a tenth
+  for (int k = 0; k < 500; ++k) {
+    const double at = k >= 50 && k < 62 ? 9.5 : 8.6;
+    EXPECT_FALSE(test.update(9.5, true, at, at, 0.3, kStep, kHold)) << k;
+  }
+}
+
 TEST(MissedMotion, UncertainMotionIsNone) {
   MissedMotion test;
   test.update(4.5, false, 4.0, 5.0, 0.3, kStep);

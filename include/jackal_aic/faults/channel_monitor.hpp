@@ -216,7 +216,9 @@ class SampleHold {
 };
 
 /// Finds a frozen source by the motion that it misses: its value repeats while it should have moved by more than some
-/// steps of its resolution, wherever within the uncertainty of its prediction it was and is.
+/// steps of its resolution, wherever within the uncertainty of its prediction it was and is. Where it was is as
+/// uncertain as the prediction has been since the value changed last, once it was long enough for a source that lives to
+/// show a change; a drift of seconds is the drive train's.
 class MissedMotion {
  public:
   /// Changes of the value after which it is known how often it is renewed; before, it is waited for longest.
@@ -230,7 +232,7 @@ class MissedMotion {
   bool update(double value, bool repeats, double low, double high, double least, double step, double hold = 0.0);
 
  private:
-  double low_ = 0.0, high_ = 0.0;  // when the value changed last, fading into the present
+  double low_ = 0.0, high_ = 0.0;  // where it was, since the value changed last
   double missed_ = 0.0;            // [s]
   double patience_ = 0.1;          // [s]; a source that is renewed now and then teaches to wait for it
   int changes_ = 0;                // up to kFewChanges
