@@ -14,6 +14,7 @@ constexpr double kChange = 0.3;                  // rad/s; of a command beyond w
 constexpr std::size_t kUnnoticed = steps(0.06);  // in which the commands change before it shows
 constexpr std::size_t kSettled = steps(0.6);     // after the dead time, until nothing is left of a change
 constexpr std::size_t kLongest = steps(2.0);     // of a change, which is learned from as far as it has come
+constexpr std::size_t kLongestReviewed = 2 * kLongest;  // from its first step on, what settles included
 constexpr std::size_t kTransient = steps(1.0);   // of a motion of which nothing is known, until the filter forgot it
 constexpr double kResting = 0.1 / DriveTrainFit::kStep;    // steps; before a change, whose mean is the speed of before
 constexpr double kSpacing = 0.015 / DriveTrainFit::kStep;  // steps; least between measurements that are kept
@@ -120,8 +121,9 @@ void DriveTrainLearning::endChange() {
     first_ = step_ - kTransient;
     counted_ = step_;
   }
-  // Where nothing changed while measurements counted, they tell what is left of the motion before.
-  if (reviewing_ || first == 0 || last_change < counted) return;
+  // Where nothing changed while measurements counted, they tell what is left of the motion before; where none came for
+  // long, its beginning is no longer kept.
+  if (reviewing_ || first == 0 || last_change < counted || step_ - first > kLongestReviewed) return;
   change_ = {};
   change_.first = first;
   change_.counted = counted;

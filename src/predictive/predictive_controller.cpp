@@ -27,6 +27,10 @@ void requirePositive(const char* name, double value) {
   throw ParameterError(fmt::format("slip.{} = {:g}: must be positive", name, value));
 }
 
+MotionUncertainty uncertaintyOf(const GeometryParameters& geometry, const PlantModel& model) {
+  return {geometry.wheel_radius, geometryOf(model, geometry).effective_track, model.on_box};
+}
+
 void requireSameRate(const char* key, double wanted, double running) {
   if (wanted == running) return;
   throw ParameterError(
@@ -48,7 +52,7 @@ PredictiveController::PredictiveController(const PredictiveParameters& parameter
       traction_(parameters.turning_centre),
       learning_(parameters, geometry, model),
       drive_train_(model, geometry.wheel_radius, parameters.wheel_variance),
-      uncertainty_(geometry.wheel_radius, geometryOf(model, geometry).effective_track, model.on_box) {}
+      uncertainty_(uncertaintyOf(geometry, model)) {}
 
 // ---- sense
 
@@ -92,9 +96,7 @@ void PredictiveController::updateBelief() {
 void PredictiveController::predict() {
   left_.predict();
   right_.predict();
-  if (parameters_.learn_drive_train) {
-    drive_train_.predict({left_.effectiveAction(), right_.effectiveAction()});
-  }
+  if (learnsDriveTrain()) drive_train_.predict({left_.effectiveAction(), right_.effectiveAction()});
   yaw_.predict(
       slipBelief().yawAcceleration({left().speed(), right().speed()}, {left().acceleration(), right().acceleration()}),
       WheelBelief::kStep);
@@ -120,7 +122,7 @@ void PredictiveController::correct(const Observation& y) {
 }
 
 void PredictiveController::learnDriveTrain(const Observation& y) {
-  if (!parameters_.learn_drive_train || learning_.frozen()) return;
+  if (!learnsDriveTrain()) return;
   if (!y.valid.wheel_left || !y.valid.wheel_right) return drive_train_.forgetMotion();
   const auto timing = drive_train_.correct({y.wheel_left, y.wheel_right}, observation_step_);
   if (timing) setTiming(*timing);
@@ -228,7 +230,8 @@ void PredictiveController::overrule(const WheelCommand& applied) {
 }
 
 void PredictiveController::setTurnLimits(double acceleration, double deceleration) {
-  turn_acceleration_ = deceleration > 0.0 ? std::min(acceleration, deceleration) : acceleration;
+  const bool both = acceleration > 0.0 && deceleration > 0.0;
+  turn_acceleration_ = both ? std::min(acceleration, deceleration) : std::max(acceleration, deceleration);
 }
 
 void PredictiveController::adoptGains(const PredictiveParameters& parameters) {
@@ -241,6 +244,13 @@ void PredictiveController::adoptGains(const PredictiveParameters& parameters) {
   yaw_.setParameters(yawParameters(parameters));
   traction_.setTurningCentre(parameters.turning_centre);
   learning_.setParameters(parameters, left(), right());
+  drive_train_.setWheelVariance(parameters.wheel_variance);
+  if (!learnsDriveTrain()) drive_train_.forgetMotion();
+}
+
+void PredictiveController::freezeLearning(bool frozen) {
+  learning_.freeze(frozen);
+  if (!learnsDriveTrain()) drive_train_.forgetMotion();
 }
 
 // ---- start
@@ -273,6 +283,8 @@ void PredictiveController::reset() {
   learning_ = ModelLearning(parameters_, geometry_, model_);
   learning_.freeze(frozen);
   trust(learning_.variances());
+  traction_ = TractionBelief(parameters_.turning_centre);
+  uncertainty_ = uncertaintyOf(geometry_, model_);
   free_energy_ = 0.0;
   errors_.setZero();
   restart();
@@ -281,11 +293,17 @@ void PredictiveController::reset() {
 void PredictiveController::forgetMotion() {
   const SlipBelief learned = slipBelief();
   const DriveTrainLearning drive_train = drive_train_;
+  const TractionBelief traction = traction_;
+  const MotionUncertainty uncertainty = uncertainty_;
   reset();
   learning_.takeOver(learned);
   drive_train_ = drive_train;
   drive_train_.forgetMotion();
   setTiming(drive_train_.timing());
+  traction_ = traction;
+  traction_.restart();
+  uncertainty_ = uncertainty;
+  uncertainty_.forgetMotion();
 }
 
 void PredictiveController::setLearned(const LearnedModel& learned) {

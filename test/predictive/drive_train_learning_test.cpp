@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
+#include <limits>
 #include <random>
 
 namespace jackal_aic {
@@ -53,6 +55,14 @@ class LearningFromARobot {
       if (learning_.correct({y, y + noise_(generator_)}, 0.001 * kSamplePeriod)) ++changes;
     }
     return changes;
+  }
+
+  /// As drive(), with wheels that are not measured.
+  void driveUnmeasured(double command, double seconds) {
+    for (long k = 0; k < std::lround(1000.0 * seconds); ++k) {
+      learning_.predict({command, command});
+      robot_.predict(command);
+    }
   }
 
   DriveTrainLearning& learning() { return learning_; }
@@ -186,6 +196,31 @@ TEST(DriveTrainLearning, AMotionThatIsForgottenTeachesNothing) {
   robot.drive(5.0, 0.5);
   robot.learning().forgetMotion();
   EXPECT_EQ(robot.drive(5.0, 1.0), 0);
+}
+
+TEST(DriveTrainLearning, ALongChangeIsNoMoreWorkThanAShortOne) {
+  const auto work = [](double unmeasured) {  // of the measurement that ends it and its review, the least of some runs
+    std::clock_t least = std::numeric_limits<std::clock_t>::max();
+    for (int run = 0; run < 5; ++run) {
+      LearningFromARobot robot(modelWith(0.08, 0.03), modelWith(0.08, 0.03));
+      robot.drive(0.0, 3.0);
+      robot.driveUnmeasured(5.0, unmeasured);
+      const std::clock_t begin = std::clock();
+      robot.drive(5.0, 1.0);
+      least = std::min(least, std::clock() - begin);
+    }
+    return static_cast<double>(least);
+  };
+  EXPECT_LE(work(600.0), 10.0 * work(1.0));
+}
+
+TEST(DriveTrainLearning, AChangeLongerThanWhatIsKeptTeachesNothing) {
+  for (const double last : {-3.0, 0.0, 5.0}) {
+    LearningFromARobot robot(modelWith(0.08, 0.03), modelWith(0.08, 0.03));
+    robot.drive(0.0, 3.0);
+    for (int i = 0; i < 21; ++i) robot.driveUnmeasured(i % 2 == 0 ? 5.0 : -5.0, 0.5);
+    EXPECT_EQ(robot.drive(last, 3.0), 0) << last;
+  }
 }
 
 }  // namespace

@@ -194,6 +194,26 @@ TEST(PredictiveController, SlipIsFrozenKeptAndTakenOver) {
   EXPECT_THROW(restarted.setLearned({{0.5, std::numeric_limits<double>::quiet_NaN()}}), ParameterError);
 }
 
+TEST(PredictiveController, WhatWasDrivenWhileNothingWasLearnedIsNoDeadTime) {
+  for (const bool by_gains : {false, true}) {
+    for (const double pause : {0.25, 2.0, 20.0}) {
+      PredictiveController controller({}, {}, driveTrain());
+      Robot robot(driveTrain(), 0.5621);
+      robot.drive(controller, {}, 2.0);
+      PredictiveParameters off;
+      off.learn_drive_train = !by_gains;
+      controller.adoptGains(off);
+      controller.freezeLearning(!by_gains);
+      controller.setSetPoint({1.0, 0.0, 0.0});
+      robot.drive(controller, off, pause);
+      controller.adoptGains({});
+      controller.freezeLearning(false);
+      robot.drive(controller, {}, 3.0);
+      EXPECT_NEAR(controller.learned().timing->dead_time, driveTrain().dead_time, 0.003) << by_gains << ", " << pause;
+    }
+  }
+}
+
 TEST(PredictiveController, AGyroThatAJoltShakesIsBelievedAndTeachesNoSlip) {
   PredictiveController controller({}, {}, driveTrain());
   Robot robot(driveTrain(), 0.7);
@@ -249,6 +269,45 @@ TEST(PredictiveController, ResetMakesItAsNew) {
   third.drive(fresh, {}, 1.0);
   EXPECT_EQ(used.action(), fresh.action());
   EXPECT_EQ(used.believedVelocity(), fresh.believedVelocity());
+  EXPECT_EQ(used.velocityCovariance(), fresh.velocityCovariance());
+}
+
+TEST(PredictiveController, ResetForgetsTheVibrationOfTheAccelerometer) {
+  const auto feed = [](PredictiveController& controller, int samples, double begin, double vibration) {
+    for (int k = 1; k <= samples; ++k) {
+      const double speed = std::clamp(0.6 * (k - 20), 0.0, 15.0);  // wheels that spin up while the body does not feel it
+      const double felt = 0.05 * std::sin(2.0 * k) + (k % 2 == 0 ? vibration : -vibration);
+      controller.observe({begin + 0.02 * k, 0.0, speed, speed, felt, 0.0});
+      for (int i = 0; i < 20; ++i) controller.updateBelief();
+    }
+    return controller.believedVelocity();
+  };
+  PredictiveController used({}, {}, driveTrain()), fresh({}, {}, driveTrain());
+  feed(used, 500, 0.0, 6.0);
+  used.reset();
+  const BodyVector believed = feed(fresh, 60, 10.0, 0.0);
+  EXPECT_LT(believed(kForward), 0.3) << "that the body stands";
+  EXPECT_EQ(feed(used, 60, 10.0, 0.0), believed);
+}
+
+TEST(PredictiveController, ATurnLimitThatIsNoneBoundsNothingAndHidesNoOther) {
+  // 0 stands for no bound. Commands follow the same path whether the other limit is told alone or twice.
+  const auto actions = [](double acceleration, double deceleration) {
+    PredictiveController controller({}, {}, driveTrain());
+    controller.setTurnLimits(acceleration, deceleration);
+    Robot robot(driveTrain(), 0.5621);
+    robot.drive(controller, {}, 0.1);
+    controller.setSetPoint({0.0, 0.0, 1.5});
+    std::vector<double> turn;
+    for (int i = 0; i < 40; ++i) {
+      robot.drive(controller, {}, 0.02);
+      turn.push_back(controller.action().right);
+    }
+    return turn;
+  };
+  EXPECT_EQ(actions(0.0, 2.0), actions(2.0, 2.0));
+  EXPECT_EQ(actions(2.0, 0.0), actions(2.0, 2.0));
+  EXPECT_NE(actions(0.0, 0.0), actions(2.0, 2.0));
 }
 
 TEST(PredictiveController, BelievesItsOwnBrakeWhileItIsOverruledAndDrivesOnWithoutAJump) {

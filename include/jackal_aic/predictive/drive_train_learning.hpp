@@ -67,6 +67,9 @@ class DriveTrainLearning {
   /// Goes on from another timing, which is believed as a configured one.
   void setTiming(const DriveTrainTiming& timing);
 
+  /// Sigma_y of a measured wheel speed from now on [(rad/s)^2].
+  void setWheelVariance(double variance) { wheel_variance_ = variance; }
+
   /// That the model has now.
   const DriveTrainTiming& timing() const { return timing_; }
 

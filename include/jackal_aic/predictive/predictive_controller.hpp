@@ -117,7 +117,7 @@ class PredictiveController : public VelocityController {
   SensorVariances variances() const { return learning_.variances(); }
 
   /// Stops (true) or resumes learning of effective track, slip and drive train.
-  void freezeLearning(bool frozen) { learning_.freeze(frozen); }
+  void freezeLearning(bool frozen);
   bool learningFrozen() const { return learning_.frozen(); }  ///< learning was stopped
 
   /// A jolt of the ground shakes the robot (true): the gyro counts, and teaches no effective track until it is over.
@@ -131,6 +131,7 @@ class PredictiveController : public VelocityController {
   const WheelBelief& right() const { return right_.belief(); }             ///< belief about the right wheels
 
  private:
+  bool learnsDriveTrain() const { return parameters_.learn_drive_train && !learning_.frozen(); }
   double forwardSpeedOf(double sum_of_wheels) const;
   WheelVector changeAhead() const;
   void start();
