@@ -142,8 +142,12 @@ bool DriveLoop::observe(const Observation& observation, double now) {
 bool DriveLoop::takeObservation(const Observation& observation, double now) {
   catchUp(now);
   const ChannelValidity& valid = observation.valid;
-  if (valid.wheel_left || valid.wheel_right) wheels_ = {observation.stamp, now};
-  if (valid.yaw_rate || valid.acceleration) imu_ = {observation.stamp, now};
+  // A pair is as old as the later of its sources came: the other may have sent newer ones since.
+  const auto came = [&](Arrival& source) {
+    if (observation.stamp >= source.stamp || source.received == -kNever) source = {observation.stamp, now};
+  };
+  if (valid.wheel_left || valid.wheel_right) came(wheels_);
+  if (valid.yaw_rate || valid.acceleration) came(imu_);
 
   Observation judged = observation;
   measurements_.judge(judged, health(now), now);

@@ -37,7 +37,7 @@ class DriveLoopTest : public testing::Test {
   explicit DriveLoopTest(const DriveParameters& parameters = thesis()) : loop(parameters, makeController(parameters)) {}
 
   /// Drives for a time [s]. @param sources that send: w for the wheels, i for the IMU, p for pairs, x for pairs of
-  /// which no wheel can be believed; s for the set point.
+  /// which no wheel can be believed, l for an IMU that comes late, and for its pairs; s for the set point.
   void drive(double duration, const std::string& sources = "wips") {
     const auto sends = [&sources](char source) { return sources.find(source) != std::string::npos; };
     for (long end = tick + std::lround(duration / kTick); tick < end; ++tick) {
@@ -55,6 +55,12 @@ class DriveLoopTest : public testing::Test {
         wheels = y;
         wheels.wheel_left = wheels.wheel_right = 200.0;
         if (sends('x')) loop.observe(wheels, now);
+        sent.push_back(y);
+      }
+      if (tick % 20 == 15 && sends('l') && sent.size() > kLate) {
+        const Observation& late = sent[sent.size() - 1 - kLate];
+        loop.observe(late, now);
+        loop.receiveImu({late, FrozenSource::Sample::Constant(now)}, now);
       }
       if (tick % 100 == 0 && sends('s')) loop.setSetPoint(set_point, now);
       loop.report(robot, now);
@@ -90,6 +96,8 @@ class DriveLoopTest : public testing::Test {
   WheelCommand command;
   int commands = 0;
   bool imu_repeats = false;
+  static constexpr std::size_t kLate = 13;  // samples
+  std::vector<Observation> sent;
 };
 
 class PredictiveDriveLoopTest : public DriveLoopTest {
@@ -113,6 +121,14 @@ TEST_F(DriveLoopTest, SensorsThatTellNothingLetARobotStandAndNotStart) {
   drive(1.0, "xs");
   EXPECT_EQ(loop.status().decision.cause, StopCause::sensor_fault) << why();
   EXPECT_EQ(command, WheelCommand{});
+}
+
+TEST_F(DriveLoopTest, AnImuThatComesLateIsNoReasonToMissTheWheels) {
+  drive(1.0);
+  drive(1.0, "wls");
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
+  EXPECT_EQ(why(), "yaw rate lost");
+  EXPECT_NEAR(0.098 * speed.mean(), 0.5, 0.02);
 }
 
 TEST_F(DriveLoopTest, AStartForgetsThatTheImuRepeated) {
