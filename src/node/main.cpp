@@ -6,6 +6,12 @@
 #include "ros_parameters.hpp"
 #include "stop_request.hpp"
 
+namespace {
+
+constexpr double kPatience = 0.5;  // s; beyond the longest brake
+
+}  // namespace
+
 int main(int argc, char** argv) {
   if (jackal_aic::printedHelp(argc, argv, "controller_node",
                               "Active inference controller: measurements and set points in, wheel commands out. Its "
@@ -30,7 +36,8 @@ int main(int argc, char** argv) {
     threads.schedule(parameters.realtime_priority);
     stop.spinUntilRequested();
     node.brake();
-    stop.spinWhile([&] { return !node.atRest(); }, 0.5);  // s; a simulation may stand still
+    // A simulation may stand still, and never come to rest.
+    stop.spinWhile([&] { return !node.atRest(); }, parameters.gate.brake.time + kPatience);
     node.publishStop();
     stop.flush();
   } catch (const jackal_aic::ParameterError& error) {

@@ -124,6 +124,27 @@ TEST_P(EndsBy, StoppingTheRobot) {
   EXPECT_NEAR(robot.truth().forward.back(), 0.0, 0.01) << "the plant drives on with its last command";
 }
 
+TEST_F(StartAndStop, EndsAfterASlowBrakeAsAfterAnyOther) {
+  configure("slow_brake", "improved");
+  ros::param::set("/slow_brake/limits/linear_deceleration", 0.5);
+  ros::param::set("/slow_brake/brake/linear_deceleration", 0.5);
+  ros::param::set("/slow_brake/brake/time", 5.0);
+  SimulatedRobot robot;
+  ControllerProcess process("slow_brake");
+  ASSERT_TRUE(robot.waitUntilReady());
+  robot.command(1.5, 0.0);
+  robot.run(4.0);
+  ASSERT_NEAR(robot.truth().forward.back(), 1.5, 0.05);
+  process.signal(SIGINT);
+  ASSERT_TRUE(robot.waitFor([&] { return process.ended(); }, "the node to end", 60.0));
+  const auto& drives = robot.drives();
+  ASSERT_FALSE(drives.empty());
+  EXPECT_EQ(drives.back().drivers[0], 0.0);
+  for (std::size_t i = drives.size() - 50; i < drives.size(); ++i) {
+    EXPECT_GT(drives[i].drivers[0], drives[i - 1].drivers[0] - 0.5) << drives.size() - i << " before the last";
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Signals, EndsBy, testing::Values(SIGINT, SIGTERM));
 
 TEST_F(StartAndStop, AfterAKillItDoesNotGoOnWithTheOldMotion) {
