@@ -206,6 +206,7 @@ void RosController::stopping(const ros::Time&) { drive({}); }
 
 void RosController::update(const ros::Time& time, const ros::Duration& period) {
   const double now = time.toSec();
+  if (now < now_) followClockBack(now);
   takeSettings(now);
   takeMessages(now);
   takeMeasurement(now, period.toSec());
@@ -218,6 +219,13 @@ void RosController::update(const ros::Time& time, const ros::Duration& period) {
   reckon(std::max(0.0, now - now_));
   now_ = now;
   publish(time);
+}
+
+/// The loop notices by itself.
+void RosController::followClockBack(double now) {
+  odometry_->forgetMotion();
+  imu_.reset();
+  now_ = last_publication_ = now;
 }
 
 void RosController::takeSettings(double now) {

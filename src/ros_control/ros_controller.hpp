@@ -93,6 +93,7 @@ class RosController : public controller_interface::Controller<hardware_interface
   void tellStatus();
 
   Wheels wheels() const;
+  void followClockBack(double now);
   void takeSettings(double now);
   void takeLive(const LiveParameters& wanted, double now);
   void takeMessages(double now);

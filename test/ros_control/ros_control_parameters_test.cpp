@@ -135,6 +135,14 @@ TEST(RosControlParameters, RefusesWhatCannotDrive) {
   EXPECT_NE(refusal(map).find("belief_learning_rate"), std::string::npos);
 }
 
+TEST(RosControlParameters, TakesTheVariancesOfTheSensors) {
+  ParameterMap map = bare();
+  map.set("sensors.wheel_variance", 0.01);
+  const auto p = read(map);
+  EXPECT_TRUE(p.unused.empty());
+  EXPECT_EQ(std::get<PredictiveParameters>(p.drive.controller).wheel_variance, 0.01);
+}
+
 TEST(RosControlParameters, TellsKeysThatNobodyReads) {
   ParameterMap map = bare();
   map.set("type", std::string("jackal_aic/ActiveInferenceController"));

@@ -379,6 +379,19 @@ TEST_F(RosControl, OdometryTellsWhatTheRobotDid) {
   EXPECT_EQ(odometry.pose.covariance[35], 0.03);
 }
 
+TEST_F(RosControl, AClockThatRanBackLeavesNoSilence) {
+  ASSERT_TRUE(startController());
+  command(0.5, 0.0);
+  run(2.0);
+  ASSERT_TRUE(wait([&] { return now() - odometry.header.stamp.toSec() < 0.05; }));
+  start -= 50.0;
+  last_update = last_set_point = -1.0;
+  run(2.5);
+  ASSERT_TRUE(wait([&] { return std::abs(now() - odometry.header.stamp.toSec()) < 0.05; }));
+  EXPECT_NEAR(odometry.twist.twist.linear.x, robot.plant().truth().linear_velocity.x(), 0.02);
+  EXPECT_NEAR(robot.plant().truth().linear_velocity.x(), 0.5, 0.02) << "starts anew, and follows the set point";
+}
+
 TEST_F(RosControl, PublishesWhatItDrives) {
   ASSERT_TRUE(startController());
   command(0.5, 0.0);
