@@ -100,7 +100,7 @@ void ControllerNode::onWheels(const sensor_msgs::JointStateConstPtr& message) {
   const Observation& y = reading->observation;
   measured_(kForward) = kinematics_.bodyVelocity({y.wheel_left, y.wheel_right})(kForward);
   if (!loop_.receiveWheels(*reading, now)) return;
-  odometry_.observe(y);
+  odometry_.observe(y, last_now_);
   state_.publishMeasurement(message->header.stamp);
 }
 
@@ -111,14 +111,14 @@ void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
   if (!reading) return;
   measured_(kYaw) = reading->observation.yaw_rate;
   if (!loop_.receiveImu(*reading, now)) return;
-  odometry_.observe(reading->observation);
+  odometry_.observe(reading->observation, last_now_);
   state_.publishMeasurement(message->header.stamp);
 }
 
 void ControllerNode::onPair(const Observation& observation, const ros::Time& stamp) {
   // At the time of the message that completed the pair, which the loop is still to be told of.
   const bool taken = loop_.observe(observation, last_now_.toSec());
-  odometry_.observe(observation);
+  odometry_.observe(observation, last_now_);
   reportStatus();
   if (taken) state_.publishMeasurement(stamp);
 }
@@ -127,6 +127,7 @@ void ControllerNode::onActionTimer(const ros::TimerEvent&) {
   const double now = currentTime();
   changes_.apply(loop_, now);
   loop_.report(robotStatus(), now);
+  const WheelCommand applied = loop_.command();  // until now
   const std::optional<WheelCommand> command = loop_.advance(now, action_due_);
   if (inputs_) inputs_->publish(last_now_);
   reportStatus();
@@ -135,7 +136,7 @@ void ControllerNode::onActionTimer(const ros::TimerEvent&) {
     if (!graph_.contended() || *command != WheelCommand{}) output_.publish(*command);
     const bool by_another = graph_.contended() || loop_.status().handed_over;
     state_.publish(loopState(loop_, measured_, last_now_), diagnostics_.reason(), by_another, rejected_readings_);
-    odometry_.publish(last_now_);
+    odometry_.publish(applied, last_now_);
   }
   changes_.tell(loop_);
   setActionTimer(loop_.nextDue(action_due_, now));

@@ -13,11 +13,18 @@ OdometryOutput::OdometryOutput(ros::NodeHandle& node, const NodeParameters& para
   if (parameters.odometry.tf) broadcaster_.emplace();
 }
 
-void OdometryOutput::observe(const Observation& observation) { odometry_.observe(withoutFaults(observation, loop_)); }
+void OdometryOutput::observe(const Observation& observation, const ros::Time& now) {
+  advance(loop_.command(), now);
+  odometry_.observe(withoutFaults(observation, loop_));
+}
 
-void OdometryOutput::publish(const ros::Time& now) {
-  if (!last_.isZero()) odometry_.advance(loop_.command(), (now - last_).toSec());
+void OdometryOutput::advance(const WheelCommand& applied, const ros::Time& now) {
+  if (!last_.isZero()) odometry_.advance(applied, (now - last_).toSec());
   last_ = now;
+}
+
+void OdometryOutput::publish(const WheelCommand& applied, const ros::Time& now) {
+  advance(applied, now);
   message_.header.stamp = now;
   fillPose(odometry_.pose(), message_);
   fillMotion(odometry_.motion(), message_);

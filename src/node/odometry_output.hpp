@@ -22,16 +22,17 @@ class OdometryOutput {
   /// Opens the topics in the namespace of `node`. @param loop has to outlive the output.
   OdometryOutput(ros::NodeHandle& node, const NodeParameters& parameters, const DriveLoop& loop);
 
-  /// The loop was given a measurement.
-  void observe(const Observation& observation);
+  /// The loop was given a measurement at a time.
+  void observe(const Observation& observation, const ros::Time& now);
 
-  /// Goes on to a time and publishes.
-  void publish(const ros::Time& now);
+  /// Goes on to a time and publishes. @param applied the command that the motors had until now [rad/s].
+  void publish(const WheelCommand& applied, const ros::Time& now);
 
   /// The clock jumped back.
   void reset();
 
  private:
+  void advance(const WheelCommand& applied, const ros::Time& now);
   void publishTransform();
 
   const DriveLoop& loop_;

@@ -209,14 +209,16 @@ void RosController::update(const ros::Time& time, const ros::Duration& period) {
   if (now < now_) followClockBack(now);
   takeSettings(now);
   takeMessages(now);
-  takeMeasurement(now, period.toSec());
+  const WheelCommand applied = loop_->command();  // until now
+  const std::optional<Observation> measured = takeMeasurement(now, period.toSec());
   // The steps of an action are due a little before the update that runs them, so that one that comes early does too.
   first_update_ ? loop_->advance(now, now - kEarly) : loop_->advance(now);
   first_update_ = false;
   drive(loop_->command());
   resting_ = DriveServices::resting(loop_->command());
   changes_.tell(*loop_);
-  reckon(std::max(0.0, now - now_));
+  reckon(applied, std::max(0.0, now - now_));
+  if (measured) odometry_->observe(withoutFaults(*measured, *loop_));
   now_ = now;
   publish(time);
 }
@@ -264,20 +266,20 @@ void RosController::drive(const WheelCommand& command) {
   setCommand(right_joints_, command.right / live_.right_wheel_radius_multiplier);
 }
 
-void RosController::takeMeasurement(double now, double period) {
+std::optional<Observation> RosController::takeMeasurement(double now, double period) {
   const SensorReading* reading = imu_handle_ ? nullptr : imu_readings_.read();
   if (reading) {
     imu_ = reading->observation;
     loop_->receiveImu(*reading, now);
   }
   const Wheels read = wheels();
-  if (!read.finite() || !wheelsAreDue(read, now, period)) return;
+  if (!read.finite() || !wheelsAreDue(read, now, period)) return std::nullopt;
   if (imu_handle_) {
     const SensorReading of_robot = *imuOfRobot(now);
     imu_ = of_robot.observation;
     loop_->receiveImu(of_robot, now);
   }
-  observe(read, now);
+  return observe(read, now);
 }
 
 std::optional<SensorReading> RosController::imuOfRobot(double now) const {
@@ -308,7 +310,7 @@ bool RosController::wheelsAreDue(const Wheels& wheels, double now, double period
   return period > 0.5 * sensor_period || wheels != last_wheels_ || since >= kLongestPeriod * sensor_period;
 }
 
-void RosController::observe(const Wheels& wheels, double now) {
+Observation RosController::observe(const Wheels& wheels, double now) {
   last_wheels_ = wheels;
   wheels_taken_ = now;
   SensorReading reading;
@@ -328,11 +330,11 @@ void RosController::observe(const Wheels& wheels, double now) {
     y.valid = {};
     loop_->observe(y, now);
   }
-  odometry_->observe(withoutFaults(y, *loop_));
+  return y;
 }
 
-void RosController::reckon(double duration) {
-  odometry_->advance(loop_->command(), duration);
+void RosController::reckon(const WheelCommand& applied, double duration) {
+  odometry_->advance(applied, duration);
   const BodyVector command = SkidSteerKinematics(parameters_.drive.geometry).bodyVelocity(loop_->command());
   commanded_motion_ = {command(kForward), command(kYaw), odometry_->motion().covariance};
   commanded_.advance(commanded_motion_, duration);

@@ -97,12 +97,12 @@ class RosController : public controller_interface::Controller<hardware_interface
   void takeSettings(double now);
   void takeLive(const LiveParameters& wanted, double now);
   void takeMessages(double now);
-  void takeMeasurement(double now, double period);
+  std::optional<Observation> takeMeasurement(double now, double period);
   std::optional<SensorReading> imuOfRobot(double now) const;
   bool wheelsAreDue(const Wheels& wheels, double now, double period) const;
-  void observe(const Wheels& wheels, double now);
+  Observation observe(const Wheels& wheels, double now);
   void drive(const WheelCommand& command);
-  void reckon(double duration);
+  void reckon(const WheelCommand& applied, double duration);
   void publish(const ros::Time& time);
 
   std::string name_;

@@ -7,9 +7,16 @@ namespace {
 constexpr double kUnknownWheel = 1.0;  // (rad/s)^2/s
 constexpr double kUnknownYaw = 0.1;    // (rad/s)^2/s
 
+/// The belief beside another controller is told its commands, which start a motion anew each time: it learns no dead time.
+PredictiveParameters ofItsOwn() {
+  PredictiveParameters parameters;
+  parameters.learn_drive_train = false;
+  return parameters;
+}
+
 /// The belief of a robot without a plant model goes by what is measured.
 Odometry byMeasurements(const GeometryParameters& geometry) {
-  PredictiveParameters parameters;
+  PredictiveParameters parameters = ofItsOwn();
   parameters.speed_process_noise = kUnknownWheel;
   parameters.yaw_process_noise = kUnknownYaw;
   return Odometry(parameters, geometry, PlantModel{});
@@ -21,7 +28,7 @@ Odometry makeOdometry(const DriveParameters& parameters, const DriveLoop& loop) 
   if (!parameters.plant_model) return byMeasurements(parameters.geometry);
   const PlantModel model = drivenModel(*parameters.plant_model);
   if (loop.predictive() != nullptr) return Odometry(*loop.predictive(), parameters.geometry, model);
-  return Odometry(PredictiveParameters{}, parameters.geometry, model);
+  return Odometry(ofItsOwn(), parameters.geometry, model);
 }
 
 Observation withoutFaults(Observation observation, const DriveLoop& loop) {

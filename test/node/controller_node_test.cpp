@@ -144,6 +144,30 @@ TEST_F(ControllerNodeTest, OdometryIsWhatTheRobotDoesAndNotWhatItShouldDo) {
   EXPECT_GT(last.pose.covariance[35], odometry.front().pose.covariance[35]) << "the heading drifts";
 }
 
+TEST_F(ControllerNodeTest, OdometryIsOfItsStamp) {
+  std::vector<nav_msgs::Odometry> odometry;
+  const auto subscriber = node.subscribe<nav_msgs::Odometry>(
+      "odom", 1000, [&](const nav_msgs::OdometryConstPtr& message) { odometry.push_back(*message); });
+  robot.waitFor([&] { return !odometry.empty(); }, "odometry");
+  for (const double speed : {1.0, 0.0}) {
+    const double start = robot.command(speed, 0.0);
+    robot.run(1.5);
+    double sum = 0.0;
+    int count = 0;
+    for (const auto& message : odometry) {
+      const double time = message.header.stamp.toSec();
+      if (time <= start || time > start + 1.0) continue;
+      sum += message.twist.twist.linear.x;
+      ++count;
+    }
+    ASSERT_GT(count, 40);
+    const double truth = robot.mean(robot.truth().forward, start, start + 1.0);
+    // What is told early is off by as much as the robot changes its speed by in that time. Tyres that pull the body
+    // along make it some milliseconds late, which no wheel tells.
+    EXPECT_NEAR(sum / count, truth, 0.012) << speed;
+  }
+}
+
 TEST_F(ControllerNodeTest, FollowsASquareWave) {
   for (int half = 0; half < 6; ++half) {
     const double level = half % 2 == 0 ? 0.1 : 0.5;
