@@ -139,7 +139,7 @@ OdometryFigures driveOdometry(const PackageFiles& files, const OdometryDrive& dr
     if (plant.measurement()) {
       const Observation observation = plant.measurement()->observation();
       loop.observe(observation, now);
-      ours.observe(withoutFaults(observation, loop));
+      ours.observe(asCounted(observation, loop));
       stock.update(*plant.measurement());
       // What config/robot_localization.yaml takes, and what the stock robot's does: there the gyro comes beside.
       ours_filtered.predict(period);

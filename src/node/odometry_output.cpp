@@ -15,7 +15,7 @@ OdometryOutput::OdometryOutput(ros::NodeHandle& node, const NodeParameters& para
 
 void OdometryOutput::observe(const Observation& observation, const ros::Time& now) {
   advance(loop_.command(), now);
-  odometry_.observe(withoutFaults(observation, loop_));
+  odometry_.observe(asCounted(observation, loop_));
 }
 
 void OdometryOutput::advance(const WheelCommand& applied, const ros::Time& now) {

@@ -218,7 +218,7 @@ void RosController::update(const ros::Time& time, const ros::Duration& period) {
   resting_ = DriveServices::resting(loop_->command());
   changes_.tell(*loop_);
   reckon(applied, std::max(0.0, now - now_));
-  if (measured) odometry_->observe(withoutFaults(*measured, *loop_));
+  if (measured) odometry_->observe(asCounted(*measured, *loop_));
   now_ = now;
   publish(time);
 }

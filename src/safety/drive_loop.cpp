@@ -151,6 +151,7 @@ bool DriveLoop::takeObservation(const Observation& observation, double now) {
 
   Observation judged = observation;
   measurements_.judge(judged, health(now), now);
+  counted_ = judged.valid;
   const FaultReport* faults = measurements_.report();
   if (predictive_ != nullptr) predictive_->setShaken(faults != nullptr && faults->shaken);
   const SampleVerdict verdict = controller_->observe(judged);

@@ -31,8 +31,8 @@ Odometry makeOdometry(const DriveParameters& parameters, const DriveLoop& loop) 
   return Odometry(ofItsOwn(), parameters.geometry, model);
 }
 
-Observation withoutFaults(Observation observation, const DriveLoop& loop) {
-  if (const FaultReport* faults = loop.faultReport()) observation.valid = observation.valid & faults->valid();
+Observation asCounted(Observation observation, const DriveLoop& loop) {
+  observation.valid = observation.valid & loop.counted();
   return observation;
 }
 

@@ -67,7 +67,7 @@ Figures drive(const std::string& controller, const std::string& plant_name, doub
     if (plant.measurement()) {
       const Observation y = plant.measurement()->observation();
       loop.observe(y, now);
-      odometry.observe(withoutFaults(y, loop));
+      odometry.observe(asCounted(y, loop));
       const Fault fault = loop.status().fault;
       if (fault == Fault::stuck && !figures.stuck) figures.stuck = now;
       if (fault != Fault::none && fault != Fault::stuck && figures.faults.empty()) figures.faults = text(fault);

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "jackal_aic/safety/loop_odometry.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -129,6 +131,26 @@ TEST_F(DriveLoopTest, AnImuThatComesLateIsNoReasonToMissTheWheels) {
   EXPECT_EQ(status(), DriveStatus::driving) << why();
   EXPECT_EQ(why(), "yaw rate lost");
   EXPECT_NEAR(0.098 * speed.mean(), 0.5, 0.02);
+}
+
+TEST_F(DriveLoopTest, AnImpossibleSampleIsNoneForTheOdometry) {
+  for (const double impossible : {1e300, 1e4, std::numeric_limits<double>::quiet_NaN()}) {
+    DriveLoop driven(thesis(), makeController(thesis()));
+    Odometry odometry = makeOdometry(thesis(), driven);
+    for (int k = 1; k <= 100; ++k) {
+      Observation y;
+      y.stamp = kPeriod * k;
+      y.wheel_left = k == 50 ? impossible : 0.0;
+      y.yaw_rate = k == 60 ? impossible : 0.0;
+      driven.observe(y, y.stamp);
+      odometry.observe(asCounted(y, driven));
+      driven.advance(y.stamp);
+      odometry.advance(driven.command(), kPeriod);
+      ASSERT_LT(std::abs(odometry.motion().forward), 0.01) << impossible << ", sample " << k;
+      ASSERT_LT(std::abs(odometry.motion().yaw_rate), 0.01) << impossible << ", sample " << k;
+    }
+    EXPECT_LT(odometry.poseCovariance()(0, 0), 0.01);
+  }
 }
 
 TEST_F(DriveLoopTest, AStartForgetsThatTheImuRepeated) {

@@ -165,6 +165,7 @@ class DriveLoop {
   const WheelCommand& action() const { return action_; }    ///< of the last action step, before the limits [rad/s]
   WheelCommand command() const { return gate_.command(); }  ///< of the last action step [rad/s]
   const FaultReport* faultReport() const { return measurements_.report(); }  ///< empty without fault detection
+  ChannelValidity counted() const { return counted_; }  ///< channels of the last measurement that counted
 
  private:
   struct Arrival {
@@ -217,6 +218,7 @@ class DriveLoop {
   Arrival imu_;
   Arrival feedback_;
   Arrival measurement_;          // the last that the controller took
+  ChannelValidity counted_;  // of the last measurement
   bool observed_alone_ = false;  // it was of one source, the other being silent
   RobotStatus robot_;
   bool clock_jumped_ = false;     // back, and the robot has not come to rest since

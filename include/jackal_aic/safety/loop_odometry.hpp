@@ -12,7 +12,7 @@ namespace jackal_aic {
 /// loop's controller has to outlive it. @param parameters of the loop.
 Odometry makeOdometry(const DriveParameters& parameters, const DriveLoop& loop);
 
-/// A measurement without the channels that the loop's fault detection has found faulty.
-Observation withoutFaults(Observation observation, const DriveLoop& loop);
+/// The last measurement of a loop with those of its channels alone that count for it: neither faulty nor impossible.
+Observation asCounted(Observation observation, const DriveLoop& loop);
 
 }  // namespace jackal_aic
