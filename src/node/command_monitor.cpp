@@ -11,8 +11,8 @@ constexpr double kRounding = 1e-3;  // relative: cmd_drive carries float32
 }  // namespace
 
 CommandMonitor::CommandMonitor(const CommandMonitorParameters& parameters, const GateParameters& gate,
-                               const GeometryParameters& geometry)
-    : parameters_(parameters), gate_(gate), geometry_(geometry) {}
+                               const GeometryParameters& geometry, double longest_blind)
+    : parameters_(parameters), gate_(gate), geometry_(geometry), longest_blind_(longest_blind) {}
 
 void CommandMonitor::takeSetPoint(double forward, double yaw_rate, double now) {
   if (!std::isfinite(forward) || !std::isfinite(yaw_rate)) return;
@@ -49,7 +49,7 @@ std::optional<Breach> CommandMonitor::judge(const WheelCommand& command, double 
   if (!set_point_) return Breach::no_set_point;
   if (overdue(*set_point_, gate_.deadlines.set_point, now)) return Breach::old_set_point;
   if (zero_since_ && now > *zero_since_ + parameters_.standstill) return Breach::no_standstill;
-  if (!wheels_ || overdue(*wheels_, gate_.deadlines.wheels, now)) return Breach::no_wheels;
+  if (blind(now)) return Breach::no_wheels;
   if (stop_since_ && now > *stop_since_ + gate_.brake.time + 2.0 * parameters_.action_period) {
     return Breach::stop_ignored;
   }
@@ -60,11 +60,16 @@ bool CommandMonitor::overdue(double since, double deadline, double now) const {
   return deadline > 0.0 && now > since + deadline + gate_.brake.time + 2.0 * parameters_.action_period;
 }
 
+bool CommandMonitor::blind(double now) const {
+  if (std::isinf(longest_blind_)) return false;
+  return !wheels_ || overdue(*wheels_ + longest_blind_, gate_.deadlines.wheels, now);
+}
+
 BodyVector CommandMonitor::motion(const WheelCommand& command) const {
-  const double r = geometry_.wheel_radius;
-  // x_dot = r (omega_L + omega_R) / 2, theta_dot = r alpha (omega_R - omega_L) / b_hat (3-1)
-  return {0.5 * r * (command.left + command.right), 0.0,
-          r * geometry_.slip_factor * (command.right - command.left) / geometry_.effective_track};
+  // x_dot = r alpha (omega_L + omega_R) / 2, theta_dot = r alpha (omega_R - omega_L) / b_hat (3-1)
+  const double rolling = geometry_.wheel_radius * geometry_.slip_factor;
+  return {0.5 * rolling * (command.left + command.right), 0.0,
+          rolling * (command.right - command.left) / geometry_.effective_track};
 }
 
 bool CommandMonitor::tooFast(const WheelCommand& command) const {
@@ -82,14 +87,14 @@ bool CommandMonitor::tooSudden(const WheelCommand& command, double now) const {
   const LimitParameters& limits = gate_.limits;
   const double time = std::max(now - last_time_, parameters_.action_period) + parameters_.action_period;
   const BodyVector before = motion(*last_), after = motion(command);
-  const auto beyond = [&](int axis, double limit, double speed, double brake) {
-    if (limit <= 0.0) return false;
-    const double largest = std::max({limit, brake, speed / gate_.brake.time});
+  const auto beyond = [&](int axis, double acceleration, double deceleration, double speed, double brake) {
+    if (acceleration <= 0.0) return false;  // no bound
+    const double largest = std::max({acceleration, deceleration, brake, speed / gate_.brake.time});
     return std::abs(after(axis) - before(axis)) > largest * time * (1.0 + kRounding);
   };
-  return beyond(kForward, std::max(limits.linear_acceleration, limits.linear_deceleration), limits.linear_speed,
+  return beyond(kForward, limits.linear_acceleration, limits.linear_deceleration, limits.linear_speed,
                 gate_.brake.linear_deceleration) ||
-         beyond(kYaw, std::max(limits.angular_acceleration, limits.angular_deceleration), limits.angular_speed,
+         beyond(kYaw, limits.angular_acceleration, limits.angular_deceleration, limits.angular_speed,
                 gate_.brake.angular_deceleration);
 }
 

@@ -60,9 +60,10 @@ void describeFields(Visitor& v, CommandMonitorParameters& p) {
 /// Judges each command by what has come before. Times [s] are those of arrival, on one clock.
 class CommandMonitor {
  public:
-  /// @param gate limits, deadlines and brake that the controller has; @param geometry r and b_hat that it starts from.
+  /// @param gate limits, deadlines and brake that the controller has; @param geometry r, alpha and b_hat that it starts
+  /// from; @param longest_blind time that it may drive without wheel speeds beyond their deadline [s].
   CommandMonitor(const CommandMonitorParameters& parameters, const GateParameters& gate,
-                 const GeometryParameters& geometry);
+                 const GeometryParameters& geometry, double longest_blind = 0.0);
 
   /// A set point was sent. One that is not finite is no set point.
   void takeSetPoint(double forward, double yaw_rate, double now);
@@ -87,11 +88,13 @@ class CommandMonitor {
   bool tooFast(const WheelCommand& command) const;
   bool tooSudden(const WheelCommand& command, double now) const;
   bool overdue(double since, double deadline, double now) const;
+  bool blind(double now) const;
   BodyVector motion(const WheelCommand& command) const;
 
   CommandMonitorParameters parameters_;
   GateParameters gate_;
   GeometryParameters geometry_;
+  double longest_blind_;              // s
   std::optional<double> set_point_;   // time of the last [s]
   std::optional<double> zero_since_;  // set points have been zero since [s]
   std::optional<double> wheels_;      // time of the last [s]

@@ -4,6 +4,9 @@
 #include <sensor_msgs/JointState.h>
 #include <std_msgs/Bool.h>
 
+#include <cmath>
+#include <variant>
+
 #include "command_monitor.hpp"
 #include "jackal_aic/config/text.hpp"
 #include "node_help.hpp"
@@ -20,6 +23,14 @@ using jackal_aic::kMonitored;
 using jackal_aic::NodeParameters;
 
 constexpr std::uint32_t kQueue = 50;
+
+/// How long a controller may drive without wheel speeds beyond their deadline [s].
+double longestBlind(const NodeParameters& controller) {
+  if (std::holds_alternative<jackal_aic::DifferentialDriveParameters>(controller.controller)) return HUGE_VAL;
+  const bool predicts = std::holds_alternative<jackal_aic::PredictiveParameters>(controller.controller);
+  const bool drives = controller.on_loss.wheels == jackal_aic::LossAction::drive;
+  return predicts && drives ? controller.on_loss.model_time : 0.0;
+}
 
 /// Topics in, accusations out: a log line, at most one a second for each requirement, and /diagnostics.
 class CommandMonitorNode {
@@ -43,12 +54,17 @@ class CommandMonitorNode {
   }
 
  private:
-  CommandMonitor made() const { return {parameters_, controller_.gate, controller_.geometry}; }
+  CommandMonitor made() const {
+    return {parameters_, controller_.gate, controller_.geometry, longestBlind(controller_)};
+  }
 
   /// A world that starts anew owes nothing of the one before.
   double now() {
     const double time = ros::Time::now().toSec();
-    if (time < last_now_) monitor_ = made();
+    if (time < last_now_) {
+      monitor_ = made();
+      accused_ = {};
+    }
     return last_now_ = time;
   }
 

@@ -16,7 +16,9 @@ constexpr double kPeriod = 0.02;  // s
 /// Commands every 20 ms, with set points and wheel speeds as often unless they are switched off.
 class Stream {
  public:
-  explicit Stream(const GateParameters& gate = gentle()) : monitor({}, gate, {}) {}
+  explicit Stream(const GateParameters& gate = gentle(), const GeometryParameters& geometry = {},
+                  double longest_blind = 0.0)
+      : monitor({}, gate, geometry, longest_blind) {}
 
   /// 1 m/s^2 and 2 rad/s^2, which show what is too sudden.
   static GateParameters gentle() {
@@ -116,6 +118,39 @@ TEST(CommandMonitor, AccusesDrivingWithoutWheelSpeedsAndPastAnEmergencyStop) {
   EXPECT_EQ(stopped.run({stopped.wheel, stopped.wheel}, 10.0), Breach::stop_ignored);
   stopped.monitor.takeEmergencyStop(false, stopped.now);
   EXPECT_FALSE(stopped.run({stopped.wheel, stopped.wheel}, 10.0));
+}
+
+TEST(CommandMonitor, ReckonsWithTheSlipFactor) {
+  GateParameters gate;
+  gate.limits.linear_acceleration = gate.limits.angular_acceleration = 0.0;
+  GeometryParameters slipping;
+  slipping.slip_factor = 0.9;
+  const double limit = gate.limits.linear_speed / (0.9 * slipping.wheel_radius);
+  EXPECT_FALSE(Stream(gate, slipping).run({limit, limit}, 0.1));
+  EXPECT_EQ(Stream(gate, slipping).run({1.01 * limit, 1.01 * limit}, 0.1), Breach::speed);
+}
+
+TEST(CommandMonitor, WhereAnAccelerationIsNotBoundedNoneIsTooSudden) {
+  GateParameters gate = Stream::gentle();
+  gate.limits.linear_acceleration = 0.0;
+  gate.limits.linear_deceleration = 1.0;
+  Stream stream(gate);
+  EXPECT_FALSE(stream.run({}, 0.1));
+  EXPECT_FALSE(stream.run({15.0, 15.0}, 0.1));
+  EXPECT_EQ(stream.run({9.0, 21.0}, 0.1), Breach::acceleration) << "the turn is bounded";
+}
+
+TEST(CommandMonitor, AllowsWhatTheControllerMayDriveBlind) {
+  Stream blind(Stream::gentle(), {}, 4.0);
+  EXPECT_FALSE(blind.rampTo(0.2));
+  blind.sends_wheels = false;
+  const double since = blind.now;
+  EXPECT_EQ(blind.run({blind.wheel, blind.wheel}, 20.0), Breach::no_wheels);
+  EXPECT_NEAR(blind.now - since, 4.0 + 0.2 + 2.5, 0.1);
+  Stream open_loop(Stream::gentle(), {}, HUGE_VAL);
+  open_loop.sends_wheels = false;
+  EXPECT_FALSE(open_loop.rampTo(0.2));
+  EXPECT_FALSE(open_loop.run({open_loop.wheel, open_loop.wheel}, 20.0));
 }
 
 TEST(CommandMonitor, EveryBreachHasItsRequirement) {

@@ -79,6 +79,15 @@ TEST(RosParameters, RefusesAListOfBothNumbersAndWords) {
   EXPECT_THROW(throughRosparam("key: [[1], [2]]"), ParameterError);
 }
 
+TEST(RosParameters, RefusesAnEmptyMapAsTheFileDoes) {
+  for (const char* yaml : {"plant_model: {gain: {}}", "controller: {}"}) {
+    ParameterMap file;
+    EXPECT_THROW(addYamlText(yaml, "file", file), ParameterError) << yaml;
+    EXPECT_THROW(throughRosparam(yaml), ParameterError) << yaml;
+  }
+  EXPECT_TRUE(throughRosparam("{}").keys().empty()) << "a namespace without parameters";
+}
+
 TEST(RosParameters, AKeyOfAnyTextIsNamedInOneShortLine) {
   const std::string key = "\n[FATAL] forged" + std::string(10000, 'x');
   XmlRpc::XmlRpcValue list, nested, root;
