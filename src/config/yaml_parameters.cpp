@@ -22,7 +22,8 @@ namespace {
 constexpr std::size_t kLargestText = std::size_t{1} << 20;  // bytes
 constexpr int kDeepestText = 200;                           // brackets and dashes that are open at a time
 constexpr int kDeepest = 32;                                // levels of keys
-constexpr int kMostValues = 10000;                          // with every alias spelled out
+constexpr std::size_t kLongestKey = 1000;                   // characters, which every value below it has again
+constexpr std::size_t kMostNodes = 10000;                   // keys and values, with every alias spelled out
 
 std::optional<std::int64_t> wholeNumber(const std::string& text) {
   char* end = nullptr;
@@ -105,7 +106,10 @@ class Document {
 
   void add(const YAML::Node& node, const std::string& key, int depth = 0) {
     if (depth > kDeepest) throw ParameterError(shortened(key) + ": more than 32 levels of keys");
+    if (key.size() > kLongestKey) throw ParameterError(shortened(key) + ": more than 1000 characters");
+    count(1);  // an empty one too: ten aliases of ten aliases of it are a hundred
     if (node.IsMap()) {
+      if (node.size() == 0) throw ParameterError(shortened(key) + " = {}: expected a value, or keys below it");
       for (const auto& entry : node) {
         const std::string name = nameOf(entry.first);
         add(entry.second, key.empty() ? name : key + "." + name, depth + 1);
@@ -114,7 +118,6 @@ class Document {
       count(node.size());
       set(key, list(node, key));
     } else if (node.IsScalar()) {
-      count(1);
       set(key, scalar(node));
     } else {
       throw ParameterError(shortened(key) + ": has no value");
@@ -122,9 +125,9 @@ class Document {
   }
 
  private:
-  void count(std::size_t values) {
-    values_ += values;
-    if (values_ > kMostValues) throw ParameterError("more than 10000 values");
+  void count(std::size_t nodes) {
+    nodes_ += nodes;
+    if (nodes_ > kMostNodes) throw ParameterError("more than 10000 keys and values");
   }
 
   void set(const std::string& key, ParameterValue value) {
@@ -134,7 +137,7 @@ class Document {
 
   ParameterMap& map_;
   std::set<std::string> given_;
-  std::size_t values_ = 0;
+  std::size_t nodes_ = 0;
 };
 
 /// How many brackets of a text, and dashes and question marks at the beginning of one of its lines, are open at a time
@@ -185,7 +188,7 @@ void readYaml(const std::string& name, const Read& read) {
 void addYamlText(const std::string& text, const std::string& name, ParameterMap& map) {
   readYaml(name, [&] {
     const YAML::Node root = parsed(text);
-    if (!root.IsMap()) throw ParameterError("no keys found; expected 'key: value' lines");
+    if (!root.IsMap() || root.size() == 0) throw ParameterError("no keys found; expected 'key: value' lines");
     Document(map).add(root, "");
   });
 }

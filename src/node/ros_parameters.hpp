@@ -15,7 +15,7 @@ namespace jackal_aic {
 /// What the parameter server has below a name, nested names joined by dots, by the rules of addYamlText(): a text that
 /// only YAML 1.1 does not take for a number (1e8) is one. An empty map if it is no struct.
 /// @throws ParameterError, naming the key, for a value that is not a bool, number, string or flat list of numbers or
-/// strings.
+/// strings, or an empty struct.
 ParameterMap parametersIn(XmlRpc::XmlRpcValue root);
 
 /// Every parameter in the namespace of a node handle, nested names joined by dots ("~plant/seed" is plant.seed for the

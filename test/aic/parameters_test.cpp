@@ -266,27 +266,46 @@ TEST(YamlParameters, RefuseWhatIsNoConfiguration) {
   EXPECT_EQ(yamlRefusal("a: 1\nb: 2\na: 3\n"), "file: a: given twice");
   EXPECT_EQ(yamlRefusal("a: {b: 1}\na.b: 2\n"), "file: a.b: given twice");
   EXPECT_EQ(yamlRefusal("a: 1\n---\na: 2\n"), "file: more than one document (---)");
+  EXPECT_EQ(yamlRefusal("{}"), "file: no keys found; expected 'key: value' lines");
   ParameterMap map;
   EXPECT_THROW(addYamlFile(testing::TempDir(), map), ParameterError);
   EXPECT_EQ(yamlRefusal("a: " + std::string(2 << 20, '1')), "file: more than 1 MiB of text");
 }
 
+/// A map of ten seeds, a map of ten aliases of it, and so on, twenty levels deep.
+std::string aliasBomb(const std::string& seed) {
+  std::string text, last = seed;
+  for (int i = 0; i < 20; ++i) {
+    const std::string name = "a" + std::to_string(i);
+    text += name + ": &" + name + " {";
+    for (int k = 0; k < 10; ++k) text += (k > 0 ? ", k" : "k") + std::to_string(k) + ": " + last;
+    text += "}\n";
+    last = "*" + name;
+  }
+  return text;
+}
+
 TEST(YamlParameters, SurviveWhatGrowsWithoutEnd) {
   EXPECT_EQ(yamlRefusal("a: &a\n  b: *a\n").find("file: "), 0U);
   EXPECT_EQ(yamlRefusal("a: &a [*a]\n").find("file: "), 0U);
-  std::string bomb = "a0: &a0 {k0: 1, k1: 1, k2: 1, k3: 1, k4: 1, k5: 1, k6: 1, k7: 1, k8: 1, k9: 1}\n";
-  for (int i = 1; i < 20; ++i) {
-    const std::string last = "*a" + std::to_string(i - 1);
-    bomb += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " {";
-    for (int k = 0; k < 10; ++k) bomb += (k > 0 ? ", k" : "k") + std::to_string(k) + ": " + last;
-    bomb += "}\n";
+  for (const char* seed : {"1", "[]", "[1, 2]"}) {
+    EXPECT_EQ(yamlRefusal(aliasBomb(seed)), "file: more than 10000 keys and values") << seed;
   }
-  EXPECT_EQ(yamlRefusal(bomb), "file: more than 10000 values");
+  EXPECT_EQ(yamlRefusal(aliasBomb("{}")).find("file: a0.k0 = {}: "), 0U);
+  EXPECT_EQ(yamlRefusal(std::string(1001, 'k') + ": {a: 1, b: 2}"),
+            "file: " + std::string(80, 'k') + "...: more than 1000 characters");
   for (const char* open : {"[", "{", "- ", "? ", "{a: "}) {
     std::string nested = "a: \n";
     for (int i = 0; i < 100000; ++i) nested += open;
     EXPECT_EQ(yamlRefusal(nested), "file: more than 200 levels of brackets or dashes") << open;
   }
+}
+
+TEST(YamlParameters, AnEmptyMapIsNoValueAndNoSection) {
+  EXPECT_EQ(yamlRefusal("plant_model: {gain: {}}"), "file: plant_model.gain = {}: expected a value, or keys below it");
+  EXPECT_EQ(yamlRefusal("a: 1\ncontroller: {}\n"), "file: controller = {}: expected a value, or keys below it");
+  ParameterMap map;
+  EXPECT_THROW(setFromText("plant_model.gain", "{}", map), ParameterError);
 }
 
 TEST(YamlParameters, ALongListIsNotEchoed) {
