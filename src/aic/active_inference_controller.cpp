@@ -86,6 +86,8 @@ void ActiveInferenceController::adoptGains(const ControllerParameters& controlle
   if (controller.orders != model_.orders()) refuseToChange("orders", controller.orders, model_.orders());
   if (controller.actionStep() != actionStep())
     refuseToChange("action_rate", controller.action_rate, 1.0 / actionStep());
+  if (controller.beliefStep() != beliefStep())
+    refuseToChange("belief_rate", controller.belief_rate, 1.0 / beliefStep());
   ActiveInferenceController adopted(controller, geometry, plant_model_);
   adopted.sensors_ = sensors_;
   adopted.action_update_ = action_update_;

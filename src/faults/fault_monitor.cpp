@@ -14,7 +14,7 @@ namespace {
 constexpr double kClearly = 2.0;
 
 /// Error of the yaw rate that may come of noise and tyres, and speaks for nothing [rad/s].
-constexpr double kNoEvidence = 0.05;
+constexpr double kNoEvidence = 0.0287;
 
 /// A robot of which one wheel stops needs this long to turn [s]; before, the yaw rate tells nothing. What is over
 /// sooner, a kerb for instance, was no fault.
@@ -38,6 +38,8 @@ constexpr double kDoubtfulSamples = 25.0;
 
 /// Commands of this time [s] before the first sample tell what is under way in the drive train.
 constexpr double kCommandsKnown = 0.25;
+
+constexpr double kRounding = 1e-6;  // of a step
 
 constexpr double kLongestStep = 0.5;  // s between samples; a longer silence says nothing more
 
@@ -105,7 +107,9 @@ void FaultMonitor::advance(const std::optional<WheelCommand>& known, double dura
   const WheelCommand applied = known.value_or(followed_command_);
   if (!(applied == driven_.command)) predict();
   driven_.command = applied;
-  auto steps = static_cast<std::size_t>(duration / DriveTrain::kStep + 0.5);
+  const double due = driven_.left_over + duration;
+  auto steps = static_cast<std::size_t>(due / DriveTrain::kStep + kRounding);
+  driven_.left_over = due - static_cast<double>(steps) * DriveTrain::kStep;
   for (; driven_.steps + steps >= kMostSteps; predict()) {
     steps -= kMostSteps - driven_.steps;
     driven_.steps = kMostSteps;
@@ -257,8 +261,9 @@ void FaultMonitor::weighEvidence(const Observation& observation, double step) {
   const double measured = rolling_radius_ * (observation.wheel_right - observation.wheel_left);
   const double measured_error = yaw_.error(observation.yaw_rate, measured);
   const double predicted_error = yaw_.error(observation.yaw_rate, differenceSpeed());
-  evidence_.against_measured = fading * evidence_.against_measured + measured_error * measured_error;
-  evidence_.against_predicted = fading * evidence_.against_predicted + predicted_error * predicted_error;
+  const auto average = [fading](double& mean, double error) { mean += (1.0 - fading) * (error * error - mean); };
+  average(evidence_.against_measured, measured_error);
+  average(evidence_.against_predicted, predicted_error);
 }
 
 void FaultMonitor::conclude(WheelMonitor& wheel, ChannelHealth& verdict, bool& drive, double step) const {

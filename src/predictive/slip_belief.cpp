@@ -105,10 +105,8 @@ bool SlipBelief::turns(const WheelDifference& n, double step) {
 void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double step) {
   track_gain_ = 0.0;
   const double left = n.mean - 0.5 * n.value, right = n.mean + 0.5 * n.value;
-  const double slope = yawPerDifference(left, right);
-  const double late = learning_.yaw_delay_deviation * slope * n.rate;
-  const double f = yawRate(left, right) / correction_;
-  agreement_.update(yaw_rate, correction_ * f, step);
+  const double late = learning_.yaw_delay_deviation * yawPerDifference(left, right) * n.rate;
+  agreement_.update(yaw_rate, yawRate(left, right), step);
   if (agreement_.value() < 0.0) {
     turn_ = kept_.turn;
     correction_ = kept_.correction;
@@ -116,6 +114,7 @@ void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double st
   }
   if (agreement_.value() > kFollows) kept_ = {turn_, correction_};
   learnTurn(yaw_rate, n, learning_.gyro_variance + late * late, step);
+  const double slope = yawPerDifference(left, right), f = yawRate(left, right) / correction_;
   if (!turns(n, step) || against(yaw_rate, f)) return;
   const double variance = learning_.gyro_variance + slope * slope * n.variance + late * late;
   const double forgetting = std::exp(-std::min(step, learning_.memory) / learning_.memory);

@@ -257,13 +257,15 @@ TEST(ActiveInferenceController, OtherGainsKeepThePlantModel) {
 
 TEST(ActiveInferenceController, RefusedGainsChangeNothing) {
   ActiveInferenceController controller(improved(), {});
-  ControllerParameters diverging = improved(), fewer = improved();
+  ControllerParameters diverging = improved(), fewer = improved(), slower = improved();
   diverging.integrator = Integrator::euler;
   fewer.orders = 2;
+  slower.belief_rate = 500;
   drive(controller, improved(), {0.5, 0.0, 0.0}, 7);
   const GeneralizedBody belief = controller.belief();
   EXPECT_THROW(controller.adoptGains(diverging, {}), ParameterError);
   EXPECT_THROW(controller.adoptGains(fewer, {}), ParameterError);
+  EXPECT_THROW(controller.adoptGains(slower, {}), ParameterError) << "whoever calls it keeps the time";
   EXPECT_EQ(controller.belief(), belief);
 }
 

@@ -656,5 +656,24 @@ TEST(YawMonitor, ABodyThatBeginsToTurnBeforeItsEncodersTellIsNoBias) {
   EXPECT_NEAR(monitor.belief().bias(), 0.0, 1e-3);
 }
 
+TEST(FaultMonitor, KeepsTheTimeOfAnyStep) {
+  for (const int steps : {8, 12, 14, 7}) {  // of 20 ms: 400, 600, 700 and 350 Hz
+    FaultMonitor by_steps({}, {}, model()), by_milliseconds({}, {}, model());
+    WheelBelief wheel(model(), 0.098, {});
+    for (int k = 1; k <= 150; ++k) {
+      const WheelCommand command = k < 100 ? WheelCommand{8.0, 8.0} : WheelCommand{};
+      for (int i = 0; i < steps; ++i) by_steps.advance(command, 0.02 / steps);
+      for (int i = 0; i < 20; ++i) by_milliseconds.advance(command, 0.001);
+      for (int i = 0; i < 20; ++i) wheel.predict(command.left);
+      Observation y;
+      y.stamp = 0.02 * k;
+      y.wheel_left = y.wheel_right = wheel.speed() + 0.03 * std::sin(7.0 * k);
+      y.acceleration_x = 0.098 * wheel.acceleration() + 0.02 * std::sin(5.0 * k);
+      const double expected = by_milliseconds.check(y).wheel_left.distance;
+      ASSERT_NEAR(by_steps.check(y).wheel_left.distance, expected, 0.03) << steps << " steps, sample " << k;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace jackal_aic

@@ -128,5 +128,18 @@ TEST_F(MotorShareTest, AnothersCommandAmongOffersThatSurroundItIsNotOurs) {
   }
 }
 
+TEST(MotorShareMemory, IsAsLongAtAnyRate) {
+  for (const int rate : {50, 500, 1000}) {
+    MotorShare share;
+    const int late = rate / 5;  // of a ramp through a transport of 0.2 s
+    for (int k = 0; k < 2 * rate; ++k) {
+      const double time = 1.0 * k / rate, then = std::max(0.0, time - 1.0 * late / rate);
+      share.send(time, {8.0 * time, 8.0 * time});
+      share.apply(time, {8.0 * then, 8.0 * then}, AppliedSource::drive);
+      ASSERT_TRUE(share.ours(time)) << rate << " Hz, " << time << " s";
+    }
+  }
+}
+
 }  // namespace
 }  // namespace jackal_aic

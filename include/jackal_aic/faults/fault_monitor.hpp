@@ -92,8 +92,8 @@ class FaultMonitor {
 
   /// Lets time pass under a command. @param applied the command that is really driven, zero while stopped; empty if it
   /// is not known: then the wheels do what they are measured to do, and only a frozen encoder shows; @param duration
-  /// [s], a whole number of DriveTrain::kStep. The predictions follow when another command comes, with the next sample,
-  /// or after kMostSteps.
+  /// [s]; what is no whole number of DriveTrain::kStep is made up for later. The predictions follow when another command
+  /// comes, with the next sample, or after kMostSteps.
   void advance(const std::optional<WheelCommand>& applied, double duration);
 
   /// Judges a sample. One that is not finite or not later than the last changes nothing. Channels that are not valid in
@@ -115,8 +115,8 @@ class FaultMonitor {
   void reset();
 
  private:
-  /// Witness of the yaw rate while a wheel is suspect: mean squared errors against the measured wheels and the
-  /// predicted.
+  /// Witness of the yaw rate while a wheel is suspect: squared errors against the measured wheels and the predicted,
+  /// averaged over kEvidenceMemory.
   struct Evidence {
     double against_measured = 0.0;
     double against_predicted = 0.0;
@@ -127,6 +127,7 @@ class FaultMonitor {
   struct Driven {
     WheelCommand command;
     std::size_t steps = 0;
+    double left_over = 0.0;  // of a step [s]
   };
 
   void predict();

@@ -60,6 +60,8 @@ class MotorShare {
   void reset() { *this = MotorShare(); }
 
  private:
+  static constexpr std::size_t kMostSent = 320;  // kMemory at the highest action rate, 1 kHz
+
   struct Sent {
     double time = 0.0;
     WheelVector command = WheelVector::Zero();
@@ -70,7 +72,7 @@ class MotorShare {
   double distance(double time, const WheelVector& tolerance) const;
   bool follows(const WheelVector& before, const WheelVector& tolerance) const;
 
-  std::array<Sent, 64> sent_{};  // a ring
+  std::array<Sent, kMostSent> sent_{};  // a ring
   std::size_t head_ = 0;
   std::size_t count_ = 0;
   WheelCommand applied_;
