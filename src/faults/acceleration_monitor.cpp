@@ -22,7 +22,6 @@ constexpr double kStruck = 0.5;              // of the speed, that a collision t
 constexpr double kLeastStrike = 0.1;         // m/s
 constexpr double kShaken = 0.2;              // s, for which a body goes on rocking
 constexpr double kPush = 0.5;                // of the bound of an outlier, that vibration does not reach
-constexpr double kAtOnce = 0.06;             // s, within which the other instrument sees what one has felt
 constexpr double kAftermath = 0.3;           // s, in which the body bounces and the tyres slide
 
 }  // namespace

@@ -19,14 +19,4 @@ RecentRange::Range PredictionEnvelope::range() const {
   return {std::min(now.low, later.low + offset), std::max(now.high, later.high + offset)};
 }
 
-double PredictionEnvelope::error(double value) const {
-  const RecentRange::Range inside = range();
-  return value - std::clamp(value, inside.low, inside.high);
-}
-
-double PredictionEnvelope::width() const {
-  const RecentRange::Range inside = range();
-  return inside.high - inside.low;
-}
-
 }  // namespace jackal_aic

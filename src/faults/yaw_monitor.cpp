@@ -27,9 +27,6 @@ constexpr double kFastestChange = 4.0;
 constexpr double kFastestShare = 8.0;
 constexpr double kNoise = 5.0;
 
-/// Time after a jump within which the accelerometer may feel what was its cause [s].
-constexpr double kAtOnce = 0.06;
-
 /// Distance at which a jump has ended: the controller turns the wheels after a gyro that jumped, and the more the
 /// motion changes the less is known of the turn.
 constexpr double kJumpEnd = 0.8;

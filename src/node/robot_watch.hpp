@@ -16,14 +16,14 @@
 namespace jackal_aic {
 
 /// Subscribes e_stop (std_msgs/Bool), status (jackal_msgs/Status) and feedback (jackal_msgs/Feedback); none of them has
-/// to be there. All callbacks run in the thread of the node.
+/// to be there. Callbacks run in the threads of the node handle, one at a time where it has one thread.
 class RobotWatch {
  public:
-  /// @param on_feedback called with the stamp of each feedback that has one; @param on_message called after each
-  /// message that may have changed status().
+  /// @param on_feedback called with the stamp of each feedback that has one; @param on_message called with status()
+  /// after each message that may have changed it.
   RobotWatch(
       ros::NodeHandle& node, std::function<void(const ros::Time&)> on_feedback,
-      std::function<void()> on_message = [] {});
+      std::function<void(const RobotStatus&)> on_message = [](const RobotStatus&) {});
 
   /// What they said last; contention and end of the controller are left to the caller.
   const RobotStatus& status() const { return status_; }
@@ -37,7 +37,7 @@ class RobotWatch {
   void onFeedback(const jackal_msgs::Feedback& message);
 
   std::function<void(const ros::Time&)> on_feedback_;
-  std::function<void()> on_message_;
+  std::function<void(const RobotStatus&)> on_message_;
   RobotStatus status_;
   ros::Subscriber emergency_stop_subscriber_;
   ros::Subscriber status_subscriber_;

@@ -92,6 +92,7 @@ std::string yamlText(const LearnedModel& learned) {
 void writeThrough(const std::string& path, const std::string& text) {
   const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (file < 0) return failBy(path, "cannot be written");
+  errno = ENOSPC;  // where only a part is written
   const bool written = write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size()) && fsync(file) == 0;
   close(file);
   if (!written) failBy(path, "cannot be written");

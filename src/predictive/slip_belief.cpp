@@ -16,7 +16,6 @@ constexpr double kStraight = 0.5;      // largest difference of the wheel speeds
 constexpr double kStandstill = 0.15;   // wheel speeds below which the robot is taken to rest [rad/s]
 constexpr double kOffsetMemory = 1.0;  // of the accelerometer's offset and the gyro's [s]
 constexpr double kLongestMissed = kWashout + 2.0 * kOffsetMemory;  // without an acceleration, that is counted [s]
-constexpr double kTurn = 0.15;               // least |r n| of a turn of which f may learn what g had [m/s]
 constexpr double kFollows = 0.5;             // least c of TurnAgreement of a body that follows its wheels
 constexpr double kAgainst = 0.15;            // part of the turn; what turns more against the wheels is no slip
 constexpr double kLargestGyroOffset = 0.05;  // rad/s; more at rest is no offset, but a robot that is turned
@@ -134,11 +133,13 @@ void SlipBelief::learnTurn(double yaw_rate, const WheelDifference& n, double var
   }
   const double x = radius_ * difference, v = radius_ * mean;
   const double before = turn_.yawRate(x, v);
-  if (std::abs(x) > kTurn && against(yaw_rate, before)) return;
+  // What f learns of a turn is taken out of g.
+  const bool turn = std::abs(x) > TurnModel::kTurn;
+  if (turn && against(yaw_rate, before)) return;
   turn_.learn(yaw_rate - gyro_offset_, x, v, variance, step);
   const double after = turn_.yawRate(x, v);
   // What f learns of this turn is taken out of g.
-  if (std::abs(x) > kTurn && before * after > 0.0) correction_ = boundedCorrection(correction_ * before / after);
+  if (turn && before * after > 0.0) correction_ = boundedCorrection(correction_ * before / after);
 }
 
 void SlipBelief::observeAcceleration(double acceleration, double left, double right, double step) {

@@ -20,7 +20,6 @@ constexpr double kLeastError = 0.02;       // its bounds [rad/s]
 constexpr double kLargestError = 0.3;
 constexpr double kErrorEvidence = 2.0;    // N_0
 constexpr double kModelErrorLasts = 1.5;  // tau_m [s]
-constexpr double kTurn = 0.15;            // least |x| of a turn, and |v| of a straight line, to learn from [m/s]
 constexpr double kStraight = 0.05;        // largest |x| of a straight line [m/s]
 constexpr double kEnough = 1e3;           // information about the veer, in that of the prior: more would make it stiff
 constexpr double kLargestCoefficient = 0.5;  // of q_2, q_3 and q_4, relative to the configured ratio

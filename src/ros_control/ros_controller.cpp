@@ -124,12 +124,16 @@ void RosController::subscribe(ros::NodeHandle& robot, ros::NodeHandle& controlle
         const std::lock_guard<std::mutex> lock(callbacks_);
         feedback_stamps_.write(stamp.toSec());
       },
-      [this] { tellStatus(); });
+      [this](const RobotStatus& status) {
+        const std::lock_guard<std::mutex> lock(callbacks_);
+        robot_status_ = status;
+        tellStatus();
+      });
 }
 
+/// With callbacks_ locked.
 void RosController::tellStatus() {
-  const std::lock_guard<std::mutex> lock(callbacks_);
-  RobotStatus status = robot_->status();
+  RobotStatus status = robot_status_;
   status.disabled = !enabled_;
   robot_states_.write(status);
 }
@@ -137,6 +141,7 @@ void RosController::tellStatus() {
 void RosController::serveChanges(ros::NodeHandle& controller) {
   live_server_.emplace(controller, parameters_.live, [this](const auto& wanted, const auto&) { adoptLive(wanted); });
   const auto enable = [this](bool enabled) {
+    const std::lock_guard<std::mutex> lock(callbacks_);
     enabled_ = enabled;
     tellStatus();
   };

@@ -132,7 +132,8 @@ class RosController : public controller_interface::Controller<hardware_interface
   Latest<LiveParameters> settings_;
   LoopExchange changes_;
   Latest<bool> resets_;
-  bool enabled_ = true;  // for the callbacks alone
+  bool enabled_ = true;       // for the callbacks alone
+  RobotStatus robot_status_;  // likewise
 
   // The other way.
   std::atomic<bool> resting_{true};

@@ -433,9 +433,8 @@ TEST(PredictionEnvelope, IsNarrowWhileNothingChanges) {
   PredictionEnvelope envelope(90, 80);
   envelope.start(2.0, 5.0);
   for (int k = 0; k < 200; ++k) envelope.add(2.0, 5.0);
-  EXPECT_EQ(envelope.width(), 0.0);
-  EXPECT_DOUBLE_EQ(envelope.error(2.3), 2.3 - 2.0);
-  EXPECT_DOUBLE_EQ(envelope.error(1.5), 1.5 - 2.0);
+  EXPECT_EQ(envelope.range().low, 2.0);
+  EXPECT_EQ(envelope.range().high, 2.0);
 }
 
 TEST(PredictionEnvelope, HoldsWhatComesEarlierOrLater) {
@@ -444,10 +443,8 @@ TEST(PredictionEnvelope, HoldsWhatComesEarlierOrLater) {
   envelope.start(0.0, 0.0);
   for (int k = 1; k <= 700; ++k) {
     envelope.add(k >= 500 ? 1.0 : 0.0, k >= 420 ? 1.0 : 0.0);
-    const bool open = k >= 420 && k < 590;
-    EXPECT_EQ(envelope.error(1.0) == 0.0, k >= 420) << k;
-    EXPECT_EQ(envelope.error(0.0) == 0.0, k < 590) << k;
-    EXPECT_EQ(envelope.width(), open ? 1.0 : 0.0) << k;
+    EXPECT_EQ(envelope.range().low, k < 590 ? 0.0 : 1.0) << k;
+    EXPECT_EQ(envelope.range().high, k >= 420 ? 1.0 : 0.0) << k;
   }
 }
 

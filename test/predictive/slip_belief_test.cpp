@@ -47,7 +47,7 @@ class SlippingRobot {
 };
 
 TEST(SlipBelief, LearnsAlphaFromChangesOfSpeedAndTrackFromTurns) {
-  for (const SlipState truth : {SlipState{0.5621, 0.8}, SlipState{0.45, 1.2}, SlipState{0.7, 0.9}}) {
+  for (const SlipState& truth : {SlipState{0.5621, 0.8}, SlipState{0.45, 1.2}, SlipState{0.7, 0.9}}) {
     SlipBelief belief(kConfigured, kRadius, {});
     SlippingRobot robot(truth, belief);
     robot.drive(0.0, 0.0, 2.0);

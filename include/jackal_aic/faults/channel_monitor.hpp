@@ -132,6 +132,9 @@ class Persistence {
   ChannelState state_ = ChannelState::ok;
 };
 
+/// Time within which one instrument feels what another has seen happen to the body [s].
+inline constexpr double kAtOnce = 0.06;
+
 /// Finds a frozen source whose stamps are fresh by the noise that it lacks: a value that carries noise never repeats to
 /// the bit for long.
 ///

@@ -92,8 +92,8 @@ class FaultMonitor {
 
   /// Lets time pass under a command. @param applied the command that is really driven, zero while stopped; empty if it
   /// is not known: then the wheels do what they are measured to do, and only a frozen encoder shows; @param duration
-  /// [s]; what is no whole number of DriveTrain::kStep is made up for later. The predictions follow when another command
-  /// comes, with the next sample, or after kMostSteps.
+  /// [s]; what is no whole number of DriveTrain::kStep is made up for later. The predictions follow when another
+  /// command comes, with the next sample, or after kMostSteps.
   void advance(const std::optional<WheelCommand>& applied, double duration);
 
   /// Judges a sample. One that is not finite or not later than the last changes nothing. Channels that are not valid in

@@ -32,14 +32,8 @@ class PredictionEnvelope {
     later_.add(ahead, number);
   }
 
-  /// What the envelope leaves unexplained of a value: its distance to the nearest value inside, with sign; 0 inside.
-  double error(double value) const;
-
   /// Smallest and largest value inside.
   RecentRange::Range range() const;
-
-  /// Largest minus smallest value inside.
-  double width() const;
 
  private:
   RecentRange now_;    // the last predictions

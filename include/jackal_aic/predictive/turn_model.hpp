@@ -36,6 +36,7 @@ class TurnModel {
  public:
   static constexpr double kRange = 4.0;         ///< of d theta_dot/dx, a factor to either side of the configured ratio
   static constexpr double kTimeConstant = 120;  ///< T, time of turning over which the coefficients are averaged [s]
+  static constexpr double kTurn = 0.15;  ///< least |x| of a turn, and |v| of a straight line, to learn from [m/s]
 
   /// @param ratio alpha / b_hat as configured [1/m].
   explicit TurnModel(double ratio);

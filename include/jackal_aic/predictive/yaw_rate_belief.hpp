@@ -6,10 +6,11 @@
 /// A skid-steer robot turns as its wheels do only on average: tyres creep, and the body follows the wheels late. So the
 /// yaw rate is a state of its own, driven by the wheels' accelerations and corrected by the gyro alone:
 ///
-///     d theta_dot/dt = r q (dw_R/dt - dw_L/dt) + fluctuation,     theta_dot_measured = theta_dot + noise of Sigma_g
+///     d theta_dot/dt = a + fluctuation,     theta_dot_measured = theta_dot + noise of Sigma_g
 ///
-/// The fluctuation's variance grows by Q per second. Beside it stands what the wheels asked for and the body may not
-/// have done yet, e, de/dt = r q (dw_R/dt - dw_L/dt) - e/sigma_y: its square is added to the variance P of the
+/// with the acceleration a of the turn that the wheels ask for (SlipBelief::yawAcceleration()). The fluctuation's
+/// variance grows by Q per second. Beside it stands what the wheels asked for and the body may not have done yet, e,
+/// de/dt = a - e/sigma_y: its square is added to the variance P of the
 /// prediction, so that the gyro alone is believed while the robot turns in. A measurement takes the natural gradient of
 /// 1/2 (y - theta_dot)^2 / Sigma_g + 1/2 (theta_dot - prior)^2 / P. Whatever track is believed, the estimate is
 /// unbiased in a steady turn.
