@@ -9,6 +9,7 @@
 #include "jackal_aic/config/parameter_map.hpp"
 #include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/urdf_geometry.hpp"
+#include "jackal_aic/model/geometry.hpp"
 #include "jackal_plant.hpp"
 #include "urdf_document.hpp"
 
@@ -45,25 +46,27 @@ RigidBody lump(const urdf::Link& link, const Eigen::Isometry3d& pose) {
 }
 
 // Beyond what any robot on wheels has; the rigid-body solver keeps its precision within them.
-constexpr double kLargestMass = 1e4;       // kg
-constexpr double kLargestInertia = 1e5;    // kg m^2
-constexpr double kFarthestCentre = 100.0;  // m
+constexpr Bounds kMasses{1e-3, 1e4};    // kg
+constexpr Bounds kInertias{1e-9, 1e5};  // kg m^2
+constexpr double kFarthest = 100.0;     // m
 
-/// Refuses a mass, an inertia or a length outside (0, largest].
-void checkQuantity(const char* what, const std::string& name, double value, double largest, const char* unit) {
-  if (value > 0.0 && value <= largest) return;
-  throw ParameterError(fmt::format("URDF: {} of {} = {:g}: must be in (0, {:g}] {}", what, name, value, largest, unit));
+void checkQuantity(const char* what, const std::string& name, double value, Bounds bounds, const char* unit) {
+  if (value >= bounds.low && value <= bounds.high) return;
+  throw ParameterError(fmt::format("URDF: {} of {} = {:g}: must be in [{:g}, {:g}] {}", what, name, value, bounds.low,
+                                   bounds.high, unit));
+}
+
+void checkPlace(const std::string& name, const Eigen::Vector3d& place) {
+  if (!(place.cwiseAbs().maxCoeff() <= kFarthest)) throw ParameterError("URDF: " + name + " is more than 100 m away");
 }
 
 void checkPhysical(const RigidBody& body, const std::string& name) {
-  checkQuantity("mass", name, body.mass, kLargestMass, "kg");
-  if (!(body.centre.cwiseAbs().maxCoeff() <= kFarthestCentre)) {
-    throw ParameterError("URDF: centre of mass of " + name + " is more than 100 m away");
-  }
+  checkQuantity("mass", name, body.mass, kMasses, "kg");
+  checkPlace("centre of mass of " + name, body.centre);
   if (!body.inertia.allFinite()) throw ParameterError("URDF: inertia of " + name + " is not finite");
   const Eigen::Vector3d principal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(body.inertia).eigenvalues();
-  checkQuantity("smallest principal inertia", name, principal.minCoeff(), kLargestInertia, "kg m^2");
-  checkQuantity("largest principal inertia", name, principal.maxCoeff(), kLargestInertia, "kg m^2");
+  checkQuantity("smallest principal inertia", name, principal.minCoeff(), kInertias, "kg m^2");
+  checkQuantity("largest principal inertia", name, principal.maxCoeff(), kInertias, "kg m^2");
 }
 
 /// Pose of a link of the chassis in the root link.
@@ -77,7 +80,8 @@ Eigen::Isometry3d chassisLinkPose(const urdf::ModelInterface& model, const std::
   return link->parent_joint ? poseInRoot(model, *link->parent_joint) : Eigen::Isometry3d::Identity();
 }
 
-WheelModel wheelOf(const urdf::ModelInterface& model, const std::string& name, const Eigen::Isometry3d& root_in_base) {
+WheelModel wheelOf(const UrdfDocument& document, const std::string& name, const Eigen::Isometry3d& root_in_base) {
+  const urdf::ModelInterface& model = *document.model;
   const urdf::Joint& joint = requiredWheelJoint(model, name);
   const Eigen::Isometry3d pose = root_in_base * poseInRoot(model, joint);
   const Eigen::Vector3d axis = pose.linear() * Eigen::Vector3d(joint.axis.x, joint.axis.y, joint.axis.z);
@@ -86,9 +90,23 @@ WheelModel wheelOf(const urdf::ModelInterface& model, const std::string& name, c
                          " (positive is forward)");
   }
   const urdf::LinkConstSharedPtr link = model.getLink(joint.child_link_name);
-  WheelModel wheel{lump(*link, pose), pose.translation(), wheelRadius(model, joint)};
+  WheelModel wheel{lump(*link, pose), pose.translation(), wheelRadius(document, joint)};
   checkPhysical(wheel.body, "wheel " + quoted(link->name));
+  checkPlace("joint " + quoted(name), wheel.hub);
   return wheel;
+}
+
+/// Holds a URDF against what the controller lives by: equal radii in its range, left wheels on the left.
+void checkGeometry(const std::string& urdf_xml) {
+  const UrdfGeometry wheels = readUrdfGeometry(urdf_xml, {kWheelJoints[kFrontLeft], kWheelJoints[kRearLeft]},
+                                               {kWheelJoints[kFrontRight], kWheelJoints[kRearRight]});
+  GeometryParameters geometry;
+  geometry.wheel_radius = wheels.wheel_radius;
+  try {
+    requireInRange(geometry, "");
+  } catch (const ParameterError& error) {
+    throw ParameterError(std::string("URDF: ") + error.what());
+  }
 }
 
 }  // namespace
@@ -108,18 +126,19 @@ RigidBody RigidBody::operator+(const RigidBody& other) const {
 }
 
 RobotModel readRobotModel(const std::string& urdf_xml) {
-  const urdf::ModelInterfaceSharedPtr model = parseUrdf(urdf_xml);
-  const Eigen::Isometry3d root_in_base = chassisLinkPose(*model, kBaseLink).inverse();
+  const UrdfDocument document = parseUrdf(urdf_xml);
+  if (!document.left_out.empty()) throw ParameterError("URDF: cannot be parsed: " + document.left_out);
+  const urdf::ModelInterface& model = *document.model;
+  const Eigen::Isometry3d root_in_base = chassisLinkPose(model, kBaseLink).inverse();
   RobotModel robot;
-  robot.imu = root_in_base * chassisLinkPose(*model, kImuLink);
+  robot.imu = root_in_base * chassisLinkPose(model, kImuLink);
+  checkPlace("link " + quoted(kImuLink), robot.imu.translation());
   for (std::size_t i = 0; i < kWheelJoints.size(); ++i) {
-    robot.wheels[i] = wheelOf(*model, kWheelJoints[i], root_in_base);
+    robot.wheels[i] = wheelOf(document, kWheelJoints[i], root_in_base);
   }
-  robot.chassis = lump(*model->getRoot(), root_in_base);
+  robot.chassis = lump(*model.getRoot(), root_in_base);
   checkPhysical(robot.chassis, "the chassis");
-  // The plant lives by the same geometry as the controller: equal radii, left wheels on the left.
-  readUrdfGeometry(urdf_xml, {kWheelJoints[kFrontLeft], kWheelJoints[kRearLeft]},
-                   {kWheelJoints[kFrontRight], kWheelJoints[kRearRight]});
+  checkGeometry(urdf_xml);
   return robot;
 }
 

@@ -54,36 +54,45 @@ void checkTree(const urdf::ModelInterface& model) {
   }
 }
 
-/// Keeps the parser's first complaint instead of letting it print: it belongs into the one line of the exception.
-class FirstComplaint : public console_bridge::OutputHandler {
+/// Keeps the parser's first complaints instead of letting it print: they belong into the one line of the exception. The
+/// first tells what is wrong, the next where.
+class Complaints : public console_bridge::OutputHandler {
  public:
-  explicit FirstComplaint(const std::string& urdf_xml) : level_(console_bridge::getLogLevel()) {
+  explicit Complaints(const std::string& urdf_xml) : level_(console_bridge::getLogLevel()) {
     // The parser takes parts of the text for a printf format: a '%' in a number would be undefined behaviour.
     if (urdf_xml.find('%') != std::string::npos) {
       console_bridge::setLogLevel(console_bridge::CONSOLE_BRIDGE_LOG_NONE);
-      text_ = "no reason is given for a text with a '%' in it";
+      unsaid_ = "no reason is given for a text with a '%' in it";
     }
     console_bridge::useOutputHandler(this);
   }
-  ~FirstComplaint() override {
+  ~Complaints() override {
     console_bridge::restorePreviousOutputHandler();
     console_bridge::setLogLevel(level_);
   }
-  FirstComplaint(const FirstComplaint&) = delete;
-  FirstComplaint& operator=(const FirstComplaint&) = delete;
+  Complaints(const Complaints&) = delete;
+  Complaints& operator=(const Complaints&) = delete;
 
   void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
-    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR && text_.empty()) text_ = text;
+    constexpr int kMost = 2;
+    if (level < console_bridge::CONSOLE_BRIDGE_LOG_ERROR || ++complaints_ > kMost) return;
+    text_ += (text_.empty() ? "" : "; ") + text;
   }
 
+  /// What a text without complaints is refused for.
+  const char* unsaid() const { return unsaid_; }
+
+  /// On one line; empty if there are none.
   std::string line() const {
     constexpr std::size_t kLongest = 300;
-    return text_.empty() ? "not valid XML" : onOneLine(text_.substr(0, kLongest));
+    return onOneLine(text_.substr(0, kLongest));
   }
 
  private:
   console_bridge::LogLevel level_;
   std::string text_;
+  const char* unsaid_ = "not valid XML";
+  int complaints_ = 0;
 };
 
 double radiusOf(const urdf::GeometrySharedPtr& geometry) {
@@ -94,21 +103,23 @@ double radiusOf(const urdf::GeometrySharedPtr& geometry) {
 
 }  // namespace
 
-urdf::ModelInterfaceSharedPtr parseUrdf(const std::string& urdf_xml) {
+UrdfDocument parseUrdf(const std::string& urdf_xml) {
   checkSize(urdf_xml);
   // The output handler is one per process.
   static std::mutex mutex;
   const std::lock_guard<std::mutex> lock(mutex);
-  FirstComplaint complaint(urdf_xml);
+  Complaints complaints(urdf_xml);
   urdf::ModelInterfaceSharedPtr model;
   try {
     model = urdf::parseURDF(urdf_xml);
   } catch (const std::exception& error) {
     throw ParameterError(std::string("URDF: cannot be parsed: ") + onOneLine(error.what()));
   }
-  if (!model || !model->getRoot()) throw ParameterError("URDF: cannot be parsed: " + complaint.line());
+  const std::string complaint = complaints.line();
+  if (!model || !model->getRoot())
+    throw ParameterError("URDF: cannot be parsed: " + (complaint.empty() ? complaints.unsaid() : complaint));
   checkTree(*model);
-  return model;
+  return {model, complaint};
 }
 
 const urdf::Joint& requiredJoint(const urdf::ModelInterface& model, const std::string& name) {
@@ -137,12 +148,13 @@ Eigen::Isometry3d poseInRoot(const urdf::ModelInterface& model, const urdf::Join
   return above ? poseInRoot(model, *above) * in_parent : in_parent;
 }
 
-double wheelRadius(const urdf::ModelInterface& model, const urdf::Joint& joint) {
-  const urdf::LinkConstSharedPtr link = model.getLink(joint.child_link_name);
+double wheelRadius(const UrdfDocument& document, const urdf::Joint& joint) {
+  const urdf::LinkConstSharedPtr link = document.model->getLink(joint.child_link_name);
   double radius = link->collision ? radiusOf(link->collision->geometry) : 0.0;
   if (radius == 0.0 && link->visual) radius = radiusOf(link->visual->geometry);
   if (!(radius > 0.0) || !std::isfinite(radius)) {
-    throw ParameterError("URDF: link " + quoted(link->name) + " has no cylinder or sphere with a positive radius");
+    throw ParameterError("URDF: link " + quoted(link->name) + " has no cylinder or sphere with a positive radius" +
+                         (document.left_out.empty() ? "" : "; left out of the URDF: " + document.left_out));
   }
   return radius;
 }

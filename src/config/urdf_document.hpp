@@ -11,9 +11,15 @@
 
 namespace jackal_aic {
 
+/// A URDF as the parser takes it.
+struct UrdfDocument {
+  urdf::ModelInterfaceSharedPtr model;
+  std::string left_out;  ///< what the parser says of parts of links that it left out, on one line; empty: nothing
+};
+
 /// Parses a URDF; safe to call from several threads.
 /// @throws ParameterError with the parser's first complaint if the text is not a URDF.
-urdf::ModelInterfaceSharedPtr parseUrdf(const std::string& urdf_xml);
+UrdfDocument parseUrdf(const std::string& urdf_xml);
 
 /// The joint called name. @throws ParameterError, naming it, if the URDF has none.
 const urdf::Joint& requiredJoint(const urdf::ModelInterface& model, const std::string& name);
@@ -29,6 +35,6 @@ Eigen::Isometry3d poseInRoot(const urdf::ModelInterface& model, const urdf::Join
 
 /// Radius of the cylinder or sphere that is the collision (else the visual) geometry of a wheel's child link [m].
 /// @throws ParameterError if there is none, or its radius is not positive and finite.
-double wheelRadius(const urdf::ModelInterface& model, const urdf::Joint& joint);
+double wheelRadius(const UrdfDocument& document, const urdf::Joint& joint);
 
 }  // namespace jackal_aic

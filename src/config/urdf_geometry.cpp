@@ -16,15 +16,15 @@ constexpr double kTolerance = 1e-6;
 /// Collects the wheels of one side: checks each radius against the first wheel's, returns the joints' common y.
 class WheelCollector {
  public:
-  explicit WheelCollector(const urdf::ModelInterface& model) : model_(model) {}
+  explicit WheelCollector(const UrdfDocument& document) : document_(document) {}
 
   double lateralPosition(const std::string& side, const std::vector<std::string>& joints) {
     if (joints.empty()) throw ParameterError("URDF: no " + side + " wheel joint is named");
     double sum = 0.0;
     for (const std::string& name : joints) {
-      const urdf::Joint& joint = requiredWheelJoint(model_, name);
-      checkRadius(name, wheelRadius(model_, joint));
-      sum += poseInRoot(model_, joint).translation().y();
+      const urdf::Joint& joint = requiredWheelJoint(*document_.model, name);
+      checkRadius(name, wheelRadius(document_, joint));
+      sum += poseInRoot(*document_.model, joint).translation().y();
     }
     return sum / static_cast<double>(joints.size());
   }
@@ -41,7 +41,7 @@ class WheelCollector {
     }
   }
 
-  const urdf::ModelInterface& model_;
+  const UrdfDocument& document_;
   double radius_ = 0.0;
 };
 
@@ -49,8 +49,8 @@ class WheelCollector {
 
 UrdfGeometry readUrdfGeometry(const std::string& urdf_xml, const std::vector<std::string>& left_joints,
                               const std::vector<std::string>& right_joints) {
-  const urdf::ModelInterfaceSharedPtr model = parseUrdf(urdf_xml);
-  WheelCollector wheels(*model);
+  const UrdfDocument document = parseUrdf(urdf_xml);
+  WheelCollector wheels(document);
   const double left = wheels.lateralPosition("left", left_joints);
   const double right = wheels.lateralPosition("right", right_joints);
   const double track = left - right;
@@ -63,7 +63,7 @@ UrdfGeometry readUrdfGeometry(const std::string& urdf_xml, const std::vector<std
 }
 
 double readWheelSeparation(const std::string& urdf_xml, const std::string& left_joint, const std::string& right_joint) {
-  const urdf::ModelInterfaceSharedPtr model = parseUrdf(urdf_xml);
+  const urdf::ModelInterfaceSharedPtr model = parseUrdf(urdf_xml).model;
   const auto origin = [&](const std::string& joint) {
     return toEigen(requiredWheelJoint(*model, joint).parent_to_joint_origin_transform).translation().eval();
   };
@@ -71,8 +71,8 @@ double readWheelSeparation(const std::string& urdf_xml, const std::string& left_
 }
 
 double readWheelRadius(const std::string& urdf_xml, const std::string& joint) {
-  const urdf::ModelInterfaceSharedPtr model = parseUrdf(urdf_xml);
-  return wheelRadius(*model, requiredWheelJoint(*model, joint));
+  const UrdfDocument document = parseUrdf(urdf_xml);
+  return wheelRadius(document, requiredWheelJoint(*document.model, joint));
 }
 
 }  // namespace jackal_aic

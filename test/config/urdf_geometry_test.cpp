@@ -121,6 +121,17 @@ TEST(UrdfGeometry, RefusesAWheelWithoutRadius) {
             "URDF: link 'right_link' has no cylinder or sphere with a positive radius");
 }
 
+TEST(UrdfGeometry, TellsWhatOfAWheelThatHasNoRadiusWasLeftOut) {
+  std::string left = wheel("left", "0 0.2 0", kCylinder);
+  const std::string link = "<link name='left_link'>";
+  ASSERT_NE(left.find(link), std::string::npos) << left;
+  left.insert(left.find(link) + link.size(),
+              "<inertial><mass value='nan'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>");
+  EXPECT_EQ(complaint(robot(left + wheel("right", "0 -0.2 0", kCylinder))),
+            "URDF: link 'left_link' has no cylinder or sphere with a positive radius; left out of the URDF: Inertial: "
+            "mass [nan] is not a float; Could not parse inertial element for Link [left_link]");
+}
+
 TEST(UrdfGeometry, RefusesUnequalRadii) {
   const std::string smaller = wheel("right", "0 -0.2 0", "<sphere radius='0.09'/>");
   EXPECT_EQ(complaint(robot(wheel("left", "0 0.2 0", kCylinder) + smaller)),

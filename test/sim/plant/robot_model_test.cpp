@@ -75,9 +75,9 @@ TEST(RobotModel, RefusesWhatCannotDrive) {
   EXPECT_EQ(complaint(jackalUrdfWith("joint name=\"rear_left_wheel\"", "joint name=\"rl\"")),
             "URDF: no joint 'rear_left_wheel'");
   EXPECT_EQ(complaint(jackalUrdfWith("<mass value=\"0.477\"/>", "<mass value=\"0\"/>")),
-            "URDF: mass of wheel 'front_left_wheel_link' = 0: must be in (0, 10000] kg");
+            "URDF: mass of wheel 'front_left_wheel_link' = 0: must be in [0.001, 10000] kg");
   EXPECT_EQ(complaint(jackalUrdfWith("ixx=\"0.3136\"", "ixx=\"-0.3136\"")),
-            "URDF: smallest principal inertia of the chassis = -0.313954: must be in (0, 100000] kg m^2");
+            "URDF: smallest principal inertia of the chassis = -0.313954: must be in [1e-09, 100000] kg m^2");
   EXPECT_EQ(complaint(jackalUrdfWith("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 -1 0\"/>")),
             "URDF: joint 'front_left_wheel' must turn about +y of base_link (positive is forward)");
   EXPECT_EQ(complaint(jackalUrdfWith("type=\"continuous\"", "type=\"fixed\"")),
@@ -87,11 +87,47 @@ TEST(RobotModel, RefusesWhatCannotDrive) {
 
 TEST(RobotModel, RefusesNumbersBeyondAnyRobot) {
   EXPECT_EQ(complaint(jackalUrdfWith("<mass value=\"16.523\"/>", "<mass value=\"1e300\"/>")),
-            "URDF: mass of the chassis = 1e+300: must be in (0, 10000] kg");
+            "URDF: mass of the chassis = 1e+300: must be in [0.001, 10000] kg");
   EXPECT_EQ(complaint(jackalUrdfWith("ixx=\"0.3136\"", "ixx=\"1e300\"")),
-            "URDF: largest principal inertia of the chassis = 1e+300: must be in (0, 100000] kg m^2");
+            "URDF: largest principal inertia of the chassis = 1e+300: must be in [1e-09, 100000] kg m^2");
+  EXPECT_EQ(complaint(jackalUrdfWith("ixx=\"0.0013\"", "ixx=\"1e-300\"")),
+            "URDF: smallest principal inertia of wheel 'front_left_wheel_link' = 1e-300: must be in [1e-09, 100000] "
+            "kg m^2");
   EXPECT_EQ(complaint(jackalUrdfWith("xyz=\"0.012 0.002 0.067\"", "xyz=\"0.012 1e300 0.067\"")),
             "URDF: centre of mass of the chassis is more than 100 m away");
+  EXPECT_EQ(complaint(jackalUrdfWith("<child link=\"imu_link\"/>\n    <origin xyz=\"0 0 0\"",
+                                     "<child link=\"imu_link\"/>\n    <origin xyz=\"0 1e300 0\"")),
+            "URDF: link 'imu_link' is more than 100 m away");
+  // The hub is far away, the wheel's centre of mass is not.
+  std::string urdf = jackalUrdfWith("xyz=\"0.131 0.187795 0.0345\"", "xyz=\"0.131 1000 0.0345\"");
+  const auto wheel = urdf.find("<inertial>", urdf.find("<link name=\"front_left_wheel_link\""));
+  urdf.replace(urdf.find("xyz=\"0 0 0\"", wheel), 11, "xyz=\"0 -999.8 0\"");
+  EXPECT_EQ(complaint(urdf), "URDF: joint 'front_left_wheel' is more than 100 m away");
+}
+
+/// The Jackal with wheels of another radius.
+std::string jackalOnWheelsOf(const std::string& radius) {
+  std::string urdf = jackalUrdf();
+  const std::string before = "radius=\"0.098\"", now = "radius=\"" + radius + "\"";
+  for (std::size_t at = 0; (at = urdf.find(before, at)) != std::string::npos; at += now.size()) {
+    urdf.replace(at, before.size(), now);
+  }
+  return urdf;
+}
+
+TEST(RobotModel, TakesTheRadiiThatTheControllerTakes) {
+  EXPECT_DOUBLE_EQ(readRobotModel(jackalOnWheelsOf("1")).wheels[kRearLeft].radius, 1.0);
+  EXPECT_EQ(complaint(jackalOnWheelsOf("1e300")), "URDF: wheel_radius = 1e+300: must be in [0.01, 1] m");
+  EXPECT_EQ(complaint(jackalOnWheelsOf("98")), "URDF: wheel_radius = 98: must be in [0.01, 1] m");
+  EXPECT_EQ(complaint(jackalOnWheelsOf("1e-300")), "URDF: wheel_radius = 1e-300: must be in [0.01, 1] m");
+}
+
+TEST(RobotModel, TellsWhatTheParserLeavesOut) {
+  EXPECT_EQ(complaint(jackalUrdfWith("<mass value=\"0.477\"/>", "<mass value=\"nan\"/>")),
+            "URDF: cannot be parsed: Inertial: mass [nan] is not a float; Could not parse inertial element for Link "
+            "[front_left_wheel_link]");
+  EXPECT_EQ(complaint(jackalUrdfWith("<material name=\"dark_grey\">", "<!-- 100 % --><material name=\"dark_grey\">")),
+            "");
 }
 
 TEST(RobotModel, RefusesAWheelWithoutInertia) {
@@ -99,7 +135,7 @@ TEST(RobotModel, RefusesAWheelWithoutInertia) {
   const auto wheel = urdf.find("front_left_wheel_link");
   const auto begin = urdf.find("<inertial>", wheel);
   urdf.erase(begin, urdf.find("</inertial>", begin) + std::string("</inertial>").size() - begin);
-  EXPECT_EQ(complaint(urdf), "URDF: mass of wheel 'front_left_wheel_link' = 0: must be in (0, 10000] kg");
+  EXPECT_EQ(complaint(urdf), "URDF: mass of wheel 'front_left_wheel_link' = 0: must be in [0.001, 10000] kg");
 }
 
 }  // namespace
