@@ -479,7 +479,7 @@ Estimate effectiveTrack(const DriveRecording& recording, double rolling_radius, 
   }
   Estimate track;
   if (recording.yaw.empty()) {
-    track.unknown = "no IMU data";
+    track.unknown = recording.yaw_unknown;
   } else if (pairs.size() < kLeastTurnSamples) {
     track.unknown = std::string("no turn to the ") + (direction > 0 ? "left" : "right");
   } else if (sxy < kOpposed * std::sqrt(sxx * syy) && sxy * kLargestTrack < -sxx) {
@@ -553,6 +553,7 @@ Identification identifyDriveTrain(const DriveRecording& recording, double wheel_
   checkExcitation(recording);
 
   Identification result;
+  result.remarks = recording.remarks;
   WheelFit fit{recording.wheels, stretchesOf(recording, result.remarks), {}, wheel_radius};
   fit.counts = knownSamples(recording, fit.stretches);
   const double gain = checkWheels(fit);

@@ -15,8 +15,10 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <type_traits>
 
 #include "bag_guard.hpp"
@@ -33,7 +35,8 @@ void checkTopic(const rosbag::Bag& bag, const std::string& path, const std::stri
   if (view.size() == 0 && required) throw IdentificationError(path + ": no messages on " + topic);
   for (const auto* connection : view.getConnections()) {
     if (connection->datatype != type) {
-      throw IdentificationError(path + ": " + topic + " has type " + connection->datatype + ", expected " + type);
+      throw IdentificationError(
+          fmt::format("{}: {} has type {}, expected {}", path, topic, jackal_aic::quoted(connection->datatype), type));
     }
   }
 }
@@ -47,55 +50,176 @@ void forEach(const rosbag::Bag& bag, const std::string& topic, Take take) {
   }
 }
 
-void takeWheels(const sensor_msgs::JointState& message, const BagTopics& topics, DriveRecording& recording) {
-  if (!mentionsAny(message, topics.left_wheel_joints) && !mentionsAny(message, topics.right_wheel_joints)) return;
-  const auto left = meanVelocity(message, topics.left_wheel_joints);
-  const auto right = meanVelocity(message, topics.right_wheel_joints);
-  if (!left || !right) throw IdentificationError(topics.wheels + ": a wheel velocity is missing or not finite");
-  recording.wheels.push_back({message.header.stamp.toSec(), {*left, *right}});
-}
-
 /// Refuses commands of more than one publisher: nobody knows which of them the motors followed.
 void checkPublishers(const rosbag::Bag& bag, const std::string& path, const std::string& topic) {
+  constexpr std::size_t kNamed = 5;
   std::map<std::string, int> messages;
   rosbag::View view(bag, rosbag::TopicQuery(topic));
   for (const rosbag::MessageInstance& instance : view) ++messages[instance.getCallerId()];
   if (messages.size() < 2) return;
   std::vector<std::string> publishers;
-  for (const auto& [node, count] : messages)
+  for (const auto& [node, count] : messages) {
+    if (publishers.size() == kNamed) break;
     publishers.push_back(fmt::format("{} sent {}", jackal_aic::quoted(node), count));
+  }
+  if (messages.size() > kNamed) publishers.push_back(fmt::format("and {} more", messages.size() - kNamed));
   throw IdentificationError(fmt::format("{}: {} has {} publishers ({}): which of them the motors followed is not known",
                                         path, topic, messages.size(), fmt::join(publishers, ", ")));
+}
+
+/// The first of the joints whose velocity a message lacks, or has not finite; empty if there is none.
+std::string unusableJoint(const sensor_msgs::JointState& message, const std::vector<std::string>& joints) {
+  if (!mentionsAny(message, joints)) return joints.front();
+  for (std::size_t i = 0; i < message.name.size(); ++i) {
+    if (std::find(joints.begin(), joints.end(), message.name[i]) == joints.end()) continue;
+    if (i >= message.velocity.size() || !std::isfinite(message.velocity[i])) return message.name[i];
+  }
+  return "";
+}
+
+/// How long after their stamps the messages of a topic arrived at the recorder.
+class Arrivals {
+ public:
+  /// @throws IdentificationError if the message has no stamp.
+  void add(const std::string& topic, const ros::Time& stamp, const ros::Time& arrival) {
+    if (stamp.isZero()) {
+      throw IdentificationError(
+          fmt::format("{}: the message that arrived at {:.3f} s has no stamp", topic, arrival.toSec()));
+    }
+    delays_.push_back((arrival - stamp).toSec());
+  }
+
+  /// Median delay [s]; 0 without messages.
+  double delay() {
+    if (delays_.empty()) return 0.0;
+    const auto middle = delays_.begin() + static_cast<std::ptrdiff_t>(delays_.size() / 2);
+    std::nth_element(delays_.begin(), middle, delays_.end());
+    return *middle;
+  }
+
+ private:
+  std::vector<double> delays_;  // s
+};
+
+// By one clock, no message arrives before its stamp: what is left to it are the steps of a simulation's clock. A
+// network's delay looks like a clock that is behind: a long one is remarked on, of one that no network has the stamps
+// are refused.
+constexpr double kEarliestArrival = -0.01, kRemarkedArrival = 0.05, kLatestArrival = 0.5;  // s behind the stamp
+
+std::string arrivalText(const std::string& topic, double delay) {
+  return fmt::format("{}: stamps are {:.3f} s {} their arrival at the recorder (median)", topic, std::abs(delay),
+                     delay < 0.0 ? "later than" : "before");
+}
+
+/// Refuses stamps of another clock than that of the commands, which is the recorder's.
+void checkWheelClock(const std::string& topic, double delay, std::vector<std::string>& remarks) {
+  const std::string text = arrivalText(topic, delay);
+  if (delay < kEarliestArrival || delay > kLatestArrival) {
+    throw IdentificationError(fmt::format(
+        "{}, must be at most {:g} s {}: the clocks of the wheels and of the recorder, which times the commands, "
+        "differ, and the dead time would be off by as much",
+        text, std::abs(delay < 0.0 ? kEarliestArrival : kLatestArrival), delay < 0.0 ? "later" : "before"));
+  }
+  if (delay > kRemarkedArrival) {
+    remarks.push_back(text + ": unless the network takes as long, the clocks differ, and the dead time is too short");
+  }
+}
+
+/// Remarks on stamps of another clock than the recorder's.
+void checkImuClock(const std::string& topic, double delay, std::vector<std::string>& remarks) {
+  if (delay >= kEarliestArrival && delay <= kRemarkedArrival) return;
+  remarks.push_back(arrivalText(topic, delay) +
+                    ": if the clocks differ, yaw rate and wheel speeds of the effective track are of different times");
+}
+
+void readCommands(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording& recording) {
+  forEach<jackal_msgs::Drive>(bag, topics.drive, [&](const jackal_msgs::Drive& drive, const ros::Time& time) {
+    const bool moves = drive.mode == jackal_msgs::Drive::MODE_VELOCITY;
+    recording.commands.push_back(
+        {time.toSec(), moves ? WheelCommand{drive.drivers[0], drive.drivers[1]} : WheelCommand{}});
+  });
+}
+
+void takeWheels(const sensor_msgs::JointState& message, const BagTopics& topics, DriveRecording& recording) {
+  const auto left = meanVelocity(message, topics.left_wheel_joints);
+  const auto right = meanVelocity(message, topics.right_wheel_joints);
+  const double stamp = message.header.stamp.toSec();
+  if (!left || !right) {
+    throw IdentificationError(fmt::format(
+        "{}: the velocity of joint {} at {:.3f} s is missing or not finite", topics.wheels,
+        jackal_aic::quoted(unusableJoint(message, left ? topics.right_wheel_joints : topics.left_wheel_joints)),
+        stamp));
+  }
+  recording.wheels.push_back({stamp, {*left, *right}});
+}
+
+void readWheels(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording& recording) {
+  Arrivals arrivals;
+  forEach<sensor_msgs::JointState>(
+      bag, topics.wheels, [&](const sensor_msgs::JointState& joints, const ros::Time& time) {
+        if (!mentionsAny(joints, topics.left_wheel_joints) && !mentionsAny(joints, topics.right_wheel_joints)) {
+          return;
+        }
+        arrivals.add(topics.wheels, joints.header.stamp, time);
+        takeWheels(joints, topics, recording);
+      });
+  if (recording.wheels.empty()) {
+    throw IdentificationError(fmt::format("{}: no message names a joint of {} or {}", topics.wheels,
+                                          fmt::join(topics.left_wheel_joints, ", "),
+                                          fmt::join(topics.right_wheel_joints, ", ")));
+  }
+  checkWheelClock(topics.wheels, arrivals.delay(), recording.remarks);
 }
 
 /// Where IMUs are mounted, as a bag says.
 class ImuMounting {
  public:
   ImuMounting(const rosbag::Bag& bag, const BagTopics& topics) : topics_(topics) {
-    forEach<tf2_msgs::TFMessage>(bag, topics.fixed_frames, [&](const tf2_msgs::TFMessage& message, const ros::Time&) {
-      for (const geometry_msgs::TransformStamped& transform : message.transforms) frames_.add(transform);
-    });
+    for (const std::string& topic : {topics.fixed_frames, topics.frames}) {
+      forEach<tf2_msgs::TFMessage>(bag, topic, [&](const tf2_msgs::TFMessage& message, const ros::Time&) {
+        for (const geometry_msgs::TransformStamped& transform : message.transforms) frames_.add(transform);
+      });
+    }
   }
 
-  /// Yaw rate of the robot [rad/s].
-  double yawRate(const sensor_msgs::Imu& imu) {
+  /// Yaw rate of the robot [rad/s]; nothing if nobody says how the frame of the IMU is mounted.
+  std::optional<double> yawRate(const sensor_msgs::Imu& imu) {
     const Eigen::Vector3d rate(imu.angular_velocity.x, imu.angular_velocity.y, imu.angular_velocity.z);
-    return (rotationOf(imu.header.frame_id) * rate).z();
+    const auto& rotation = rotationOf(imu.header.frame_id);
+    return rotation ? std::optional<double>((*rotation * rate).z()) : std::nullopt;
   }
 
  private:
-  const Eigen::Quaterniond& rotationOf(const std::string& frame) {
+  const std::optional<Eigen::Quaterniond>& rotationOf(const std::string& frame) {
     const auto known = rotations_.find(frame);
     if (known != rotations_.end()) return known->second;
-    auto rotation = topics_.imu_rotation;
-    if (!rotation) rotation = frames_.rotation(topics_.base_frame, frame);
-    return rotations_.emplace(frame, rotation.value_or(Eigen::Quaterniond::Identity())).first->second;
+    const auto rotation = topics_.imu_rotation ? topics_.imu_rotation : frames_.rotation(topics_.base_frame, frame);
+    return rotations_.emplace(frame, rotation).first->second;
   }
 
   const BagTopics& topics_;
   FixedFrames frames_;
-  std::map<std::string, Eigen::Quaterniond> rotations_;  // by frame
+  std::map<std::string, std::optional<Eigen::Quaterniond>> rotations_;  // by frame
 };
+
+void readYaw(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording& recording) {
+  ImuMounting mounting(bag, topics);
+  Arrivals arrivals;
+  std::optional<std::string> unknown;  // frame
+  forEach<sensor_msgs::Imu>(bag, topics.imu, [&](const sensor_msgs::Imu& imu, const ros::Time& time) {
+    arrivals.add(topics.imu, imu.header.stamp, time);
+    const auto rate = mounting.yawRate(imu);
+    if (!rate) unknown = imu.header.frame_id;
+    recording.yaw.push_back({imu.header.stamp.toSec(), rate.value_or(0.0)});
+  });
+  if (unknown) {
+    recording.yaw.clear();
+    recording.yaw_unknown = fmt::format(
+        "neither {} nor {} says how IMU frame {} is mounted on {}: say it with --imu-rotation", topics.fixed_frames,
+        topics.frames, jackal_aic::quoted(*unknown), jackal_aic::quoted(topics.base_frame));
+  }
+  checkImuClock(topics.imu, arrivals.delay(), recording.remarks);
+}
 
 DriveRecording readOpenBag(const rosbag::Bag& bag, const std::string& path, const BagTopics& topics) {
   checkTopic(bag, path, topics.drive, "jackal_msgs/Drive", true);
@@ -104,18 +228,13 @@ DriveRecording readOpenBag(const rosbag::Bag& bag, const std::string& path, cons
   checkTopic(bag, path, topics.fixed_frames, "tf2_msgs/TFMessage", false);
   checkPublishers(bag, path, topics.drive);
   DriveRecording recording;
-  forEach<jackal_msgs::Drive>(bag, topics.drive, [&](const jackal_msgs::Drive& drive, const ros::Time& time) {
-    const bool moves = drive.mode == jackal_msgs::Drive::MODE_VELOCITY;
-    recording.commands.push_back(
-        {time.toSec(), moves ? WheelCommand{drive.drivers[0], drive.drivers[1]} : WheelCommand{}});
-  });
-  forEach<sensor_msgs::JointState>(bag, topics.wheels, [&](const sensor_msgs::JointState& joints, const ros::Time&) {
-    takeWheels(joints, topics, recording);
-  });
-  ImuMounting mounting(bag, topics);
-  forEach<sensor_msgs::Imu>(bag, topics.imu, [&](const sensor_msgs::Imu& imu, const ros::Time&) {
-    recording.yaw.push_back({imu.header.stamp.toSec(), mounting.yawRate(imu)});
-  });
+  try {
+    readCommands(bag, topics, recording);
+    readWheels(bag, topics, recording);
+    readYaw(bag, topics, recording);
+  } catch (const IdentificationError& error) {
+    throw IdentificationError(path + ": " + error.what());
+  }
   return recording;
 }
 
@@ -175,6 +294,19 @@ class PipeEnd {
     return get(list.data(), size * sizeof(typename List::value_type));
   }
 
+  /// Texts with their number before them.
+  bool putTexts(const std::vector<std::string>& texts) const {
+    const std::size_t size = texts.size();
+    return put(&size, sizeof size) &&
+           std::all_of(texts.begin(), texts.end(), [this](const std::string& text) { return putList(text); });
+  }
+  bool getTexts(std::vector<std::string>& texts) const {
+    std::size_t size = 0;
+    if (!get(&size, sizeof size)) return false;
+    texts.resize(size);
+    return std::all_of(texts.begin(), texts.end(), [this](std::string& text) { return getList(text); });
+  }
+
  private:
   int descriptor_;
 };
@@ -190,7 +322,7 @@ void sendBag(const std::string& path, const BagTopics& topics, const PipeEnd& pi
     refusal = error.what();
   }
   pipe.putList(refusal) && pipe.putList(recording.commands) && pipe.putList(recording.wheels) &&
-      pipe.putList(recording.yaw);
+      pipe.putList(recording.yaw) && pipe.putList(recording.yaw_unknown) && pipe.putTexts(recording.remarks);
 }
 
 }  // namespace
@@ -215,7 +347,8 @@ DriveRecording readDriveBag(const std::string& path, const BagTopics& topics) {
   std::string refusal;
   DriveRecording recording;
   const bool complete = pipe.getList(refusal) && pipe.getList(recording.commands) && pipe.getList(recording.wheels) &&
-                        pipe.getList(recording.yaw);
+                        pipe.getList(recording.yaw) && pipe.getList(recording.yaw_unknown) &&
+                        pipe.getTexts(recording.remarks);
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }

@@ -17,21 +17,22 @@ struct BagTopics {
   std::string drive = "/cmd_drive";         ///< jackal_msgs/Drive; it has no stamp, the time of recording counts
   std::string wheels = "/joint_states";     ///< sensor_msgs/JointState
   std::string imu = "/imu/data";            ///< sensor_msgs/Imu; may be absent
-  std::string fixed_frames = "/tf_static";  ///< tf2_msgs/TFMessage; may be absent
   std::string base_frame = "base_link";     ///< whose z axis points up
-  /// Orientation of the IMU in the base frame; without it that of the fixed frames counts, and without those the IMU is
-  /// taken to be mounted as the base frame.
+  std::string fixed_frames = "/tf_static";  ///< tf2_msgs/TFMessage; may be absent
+  std::string frames = "/tf";               ///< likewise, where fixed frames may stand among those that move
+  /// Orientation of the IMU in the base frame; without it that of the fixed frames counts. An IMU of the base frame
+  /// needs neither; how any other is mounted is not guessed.
   std::optional<Eigen::Quaterniond> imu_rotation;
   std::vector<std::string> left_wheel_joints{"front_left_wheel", "rear_left_wheel"};
   std::vector<std::string> right_wheel_joints{"front_right_wheel", "rear_right_wheel"};
 };
 
 /// Reads a bag. Drive messages in another mode than velocity count as zero; joint states without wheels of ours are
-/// left out.
+/// left out, and so is the yaw rate of an IMU of which nobody says how it is mounted (DriveRecording::yaw_unknown).
 /// The bag library reads in a child process, so that a damaged file cannot end this one.
 /// @throws IdentificationError, one line, if the file is missing, no bag, truncated or empty, a topic is absent or of
-/// another
-///         type, the joint states lack a velocity, or more than one node published commands.
+///         another type, the joint states lack a velocity, a message has no stamp, the stamps of the wheels are of
+///         another clock than the recorder's, or more than one node published commands.
 DriveRecording readDriveBag(const std::string& path, const BagTopics& topics);
 
 }  // namespace jackal_aic

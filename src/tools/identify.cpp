@@ -5,10 +5,16 @@
 
 #include <array>
 #include <boost/program_options.hpp>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <iterator>
+#include <optional>
+#include <sstream>
 
 #include "drive_bag.hpp"
 #include "identification_report.hpp"
@@ -23,21 +29,59 @@ struct Options {
   std::string bag, out, robot, plot, csv;
   double wheel_radius = 0.098;
   double slip_factor = 1.0;
-  std::vector<double> imu_rotation;
+  std::string imu_rotation;
   jackal_aic::BagTopics topics;
 };
 
+/// A text that is a number, whichever; nothing of another.
+std::optional<double> number(const std::string& text) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  return end != text.c_str() && *end == '\0' ? std::optional<double>(value) : std::nullopt;
+}
+
 /// Orientation by roll, pitch and yaw [deg], of fixed axes in this order. @throws po::error if they are not three
-/// finite numbers.
-Eigen::Quaterniond rotationOf(const std::vector<double>& degrees) {
-  if (degrees.size() != 3 || !Eigen::Map<const Eigen::Vector3d>(degrees.data()).allFinite()) {
-    throw po::error(
-        fmt::format("--imu-rotation has {} values; expected 3, finite: roll, pitch and yaw, deg", degrees.size()));
+/// numbers within a turn.
+Eigen::Quaterniond rotationOf(const std::string& text) {
+  constexpr double kTurn = 360.0;  // deg
+  std::istringstream words(text);
+  const std::vector<std::string> degrees{std::istream_iterator<std::string>(words), {}};
+  std::vector<double> angles;  // rad
+  for (const std::string& word : degrees) {
+    const auto angle = number(word);
+    if (angle && std::abs(*angle) <= kTurn) angles.push_back(*angle * (M_PI / 180.0));
   }
-  const Eigen::Vector3d angles = Eigen::Map<const Eigen::Vector3d>(degrees.data()) * (M_PI / 180.0);
-  return Eigen::Quaterniond(Eigen::AngleAxisd(angles.z(), Eigen::Vector3d::UnitZ()) *
-                            Eigen::AngleAxisd(angles.y(), Eigen::Vector3d::UnitY()) *
-                            Eigen::AngleAxisd(angles.x(), Eigen::Vector3d::UnitX()));
+  if (degrees.size() != 3 || angles.size() != 3) {
+    throw po::error(fmt::format("--imu-rotation = {}: must be three angles within +-{:g} deg: roll, pitch and yaw",
+                                jackal_aic::quoted(text), kTurn));
+  }
+  return Eigen::Quaterniond(Eigen::AngleAxisd(angles[2], Eigen::Vector3d::UnitZ()) *
+                            Eigen::AngleAxisd(angles[1], Eigen::Vector3d::UnitY()) *
+                            Eigen::AngleAxisd(angles[0], Eigen::Vector3d::UnitX()));
+}
+
+/// The arguments with the angles behind --imu-rotation as its one value: program_options would take -90 for an option,
+/// and a bag behind three angles for a fourth.
+std::vector<std::string> joinedRotation(int argc, char** argv) {
+  const std::string name = "--imu-rotation";
+  std::vector<std::string> arguments(argv + 1, argv + argc), joined;
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    joined.push_back(arguments[i]);
+    const bool first_follows = arguments[i] == name;
+    if (!first_follows && arguments[i].rfind(name + "=", 0) != 0) continue;
+    const std::size_t last = i + (first_follows ? 3 : 2);
+    std::string& angles = joined.back();
+    for (; i < last && i + 1 < arguments.size() && number(arguments[i + 1]); ++i) {
+      angles += (angles == name ? "=" : " ") + arguments[i + 1];
+    }
+  }
+  return joined;
+}
+
+/// The picture of a bag: beside it, with .png for its .bag.
+std::string pictureOf(const std::string& bag) {
+  std::filesystem::path path(bag);
+  return path.extension() == ".bag" ? path.replace_extension(".png").string() : bag + ".png";
 }
 
 /// The options, or nothing if the help was asked for.
@@ -54,12 +98,14 @@ bool parse(int argc, char** argv, Options& options) {
       "drive-topic", po::value(&options.topics.drive)->default_value(options.topics.drive), "jackal_msgs/Drive")(
       "wheel-topic", po::value(&options.topics.wheels)->default_value(options.topics.wheels), "sensor_msgs/JointState")(
       "imu-topic", po::value(&options.topics.imu)->default_value(options.topics.imu), "sensor_msgs/Imu")(
-      "imu-rotation", po::value(&options.imu_rotation)->multitoken()->value_name("ROLL PITCH YAW"),
-      "how the IMU is mounted, deg (default: as /tf_static in the bag says, or as base_link)");
+      "imu-rotation", po::value(&options.imu_rotation)->value_name("ROLL PITCH YAW"),
+      "how the IMU is mounted, deg (default: as /tf_static or /tf in the bag says)")(
+      "base-frame", po::value(&options.topics.base_frame)->default_value(options.topics.base_frame),
+      "frame of the robot in them");
   po::positional_options_description positional;
   positional.add("bag", 1);
   po::variables_map values;
-  po::store(po::command_line_parser(argc, argv).options(named).positional(positional).run(), values);
+  po::store(po::command_line_parser(joinedRotation(argc, argv)).options(named).positional(positional).run(), values);
   po::notify(values);
   if (values.count("help") > 0) {
     std::cout
@@ -72,8 +118,8 @@ bool parse(int argc, char** argv, Options& options) {
   const auto within = [](double value) { return value >= 0.001 && value <= 10.0; };
   if (!within(options.wheel_radius)) throw po::error("--wheel-radius must be in [0.001, 10] m");
   if (!within(options.slip_factor)) throw po::error("--slip-factor must be in [0.001, 10]");
-  if (!options.imu_rotation.empty()) options.topics.imu_rotation = rotationOf(options.imu_rotation);
-  if (options.plot.empty()) options.plot = options.bag.substr(0, options.bag.rfind(".bag")) + ".png";
+  if (values.count("imu-rotation") > 0) options.topics.imu_rotation = rotationOf(options.imu_rotation);
+  if (options.plot.empty()) options.plot = pictureOf(options.bag);
   return true;
 }
 
@@ -118,7 +164,7 @@ void progress(const std::string& text) {
 }
 
 void identify(const Options& options) {
-  progress("Reading " + options.bag);
+  progress("Reading " + jackal_aic::onOneLine(options.bag));
   const auto recording = jackal_aic::readDriveBag(options.bag, options.topics);
   progress("Fitting " + std::to_string(recording.wheels.size()) + " wheel samples");
   const auto result = jackal_aic::identifyDriveTrain(recording, options.wheel_radius, options.slip_factor);
@@ -128,8 +174,8 @@ void identify(const Options& options) {
   write(csv, jackal_aic::identificationCsv(recording, result));
   plot(csv, options.plot);
   if (options.csv.empty()) std::remove(csv.c_str());
-  if (!options.out.empty()) std::cout << "Plant model: " << options.out << "\n";
-  std::cout << "Figure: " << options.plot << "\n";
+  if (!options.out.empty()) std::cout << "Plant model: " << jackal_aic::onOneLine(options.out) << "\n";
+  std::cout << "Figure: " << jackal_aic::onOneLine(options.plot) << "\n";
 }
 
 }  // namespace

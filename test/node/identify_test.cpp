@@ -14,7 +14,10 @@
 #include <boost/make_shared.hpp>
 #include <cctype>
 #include <cmath>
+#include <cstdio>
+#include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <random>
 
@@ -37,20 +40,26 @@ struct TemporaryFile {
   std::string path;
 };
 
-void writeMeasurement(rosbag::Bag& bag, const sim::PlantMeasurement& measurement, const ros::Time& now) {
+/// What a test changes in the messages of the sensors before they are recorded.
+using Change = std::function<void(sensor_msgs::JointState&, sensor_msgs::Imu&)>;
+
+void writeMeasurement(rosbag::Bag& bag, const sim::PlantMeasurement& measurement, const ros::Time& now,
+                      const Change& change = {}) {
   sensor_msgs::JointState joints;
   joints.header.stamp = ros::Time(100.0 + measurement.stamp);
   joints.name.assign(sim::kWheelJoints.begin(), sim::kWheelJoints.end());
   joints.velocity.assign(measurement.wheel_velocity.begin(), measurement.wheel_velocity.end());
-  bag.write("/joint_states", now, joints);
   sensor_msgs::Imu imu;
   imu.header.stamp = joints.header.stamp;
+  imu.header.frame_id = "base_link";
   imu.angular_velocity.z = measurement.angular_velocity.z();
+  if (change) change(joints, imu);
+  bag.write("/joint_states", now, joints);
   bag.write("/imu/data", now, imu);
 }
 
 /// Records the excitation on the simulated robot, as identify.launch does.
-void writeBag(const std::string& path, const sim::PlantParameters& parameters) {
+void writeBag(const std::string& path, const sim::PlantParameters& parameters, const Change& change = {}) {
   sim::JackalPlant plant(sim::jackalUrdf(), parameters);
   const Excitation excitation(ExcitationParameters{}, GeometryParameters{});
   rosbag::Bag bag(path, rosbag::bagmode::Write);
@@ -62,7 +71,7 @@ void writeBag(const std::string& path, const sim::PlantParameters& parameters) {
       bag.write("/cmd_drive", now, driveMessage(command));
     }
     plant.step();
-    if (plant.measurement()) writeMeasurement(bag, *plant.measurement(), ros::Time(100.0 + plant.time()));
+    if (plant.measurement()) writeMeasurement(bag, *plant.measurement(), ros::Time(100.0 + plant.time()), change);
   }
 }
 
@@ -191,6 +200,40 @@ TEST_F(BadBag, WithAnotherTypeOnTheDriveTopic) {
   EXPECT_NE(refusal(file.path).find("std_msgs/Float64"), std::string::npos);
 }
 
+TEST_F(BadBag, WithWheelsOfAnotherClockThanTheRecorders) {
+  for (const auto& [late, told] : {std::pair(0.1, "stamps are 0.100 s later than their arrival"),
+                                   std::pair(-3.0, "stamps are 3.000 s before their arrival")}) {
+    writeBag(file.path, {}, [late = late](sensor_msgs::JointState& joints, sensor_msgs::Imu&) {
+      joints.header.stamp += ros::Duration(late);
+    });
+    EXPECT_NE(refusal(file.path).find(told), std::string::npos) << refusal(file.path);
+  }
+}
+
+TEST_F(BadBag, WithoutStamps) {
+  writeBag(file.path, {},
+           [](sensor_msgs::JointState& joints, sensor_msgs::Imu&) { joints.header.stamp = ros::Time(); });
+  EXPECT_NE(refusal(file.path).find("/joint_states: the message that arrived at 100.0"), std::string::npos);
+  writeBag(file.path, {}, [](sensor_msgs::JointState&, sensor_msgs::Imu& imu) { imu.header.stamp = ros::Time(); });
+  EXPECT_NE(refusal(file.path).find("/imu/data: the message that arrived at 100.0"), std::string::npos);
+}
+
+TEST_F(BadBag, WithAWheelThatIsNotFiniteOrMissing) {
+  const auto from = [](double time, const std::function<void(sensor_msgs::JointState&)>& break_it) {
+    return [=](sensor_msgs::JointState& joints, sensor_msgs::Imu&) {
+      if (joints.header.stamp > ros::Time(time)) break_it(joints);
+    };
+  };
+  writeBag(file.path, {}, from(105.0, [](sensor_msgs::JointState& joints) { joints.velocity[2] = NAN; }));
+  EXPECT_NE(refusal(file.path).find("/joint_states: the velocity of joint 'rear_left_wheel' at 105.0"),
+            std::string::npos)
+      << refusal(file.path);
+  writeBag(file.path, {}, from(105.0, [](sensor_msgs::JointState& joints) { joints.velocity.resize(3); }));
+  EXPECT_NE(refusal(file.path).find("'rear_right_wheel' at 105.0"), std::string::npos) << refusal(file.path);
+  writeBag(file.path, {}, from(0.0, [](sensor_msgs::JointState& joints) { joints.name = {"a", "b", "c", "d"}; }));
+  EXPECT_NE(refusal(file.path).find("no message names a joint of front_left_wheel"), std::string::npos);
+}
+
 /// A bag of one message on each topic, but for the commands, of which each of the nodes sends one.
 void writeMountedImu(const std::string& path, const std::vector<std::string>& nodes, bool with_frames) {
   rosbag::Bag bag(path, rosbag::bagmode::Write);
@@ -204,6 +247,7 @@ void writeMountedImu(const std::string& path, const std::vector<std::string>& no
   }
   writeMeasurement(bag, *sim::JackalPlant(sim::jackalUrdf(), {}).measurement(), ros::Time(100.0));
   sensor_msgs::Imu imu;
+  imu.header.stamp = ros::Time(100.0);
   imu.header.frame_id = "/imu_link";
   imu.angular_velocity.y = 0.7;
   bag.write("/imu/mounted", ros::Time(100.0), imu);
@@ -229,6 +273,30 @@ TEST_F(BadBag, WithTwoPublishersOfCommands) {
   EXPECT_NE(message.find("/excitation"), std::string::npos) << message;
 }
 
+TEST_F(BadBag, WithCountlessPublishersOfCommands) {
+  std::vector<std::string> nodes;
+  for (int i = 0; i < 200; ++i) nodes.push_back("/node" + std::to_string(i));
+  writeMountedImu(file.path, nodes, false);
+  const std::string message = refusal(file.path);
+  EXPECT_NE(message.find("200 publishers"), std::string::npos) << message;
+  EXPECT_NE(message.find("and 195 more"), std::string::npos) << message;
+  EXPECT_LT(message.size(), 400U);
+}
+
+TEST_F(BadBag, WithAnEndlessNameOfAType) {
+  {
+    rosbag::Bag bag(file.path, rosbag::bagmode::Write);
+    const auto header = boost::make_shared<ros::M_string>();
+    (*header)["type"] = "a\x1b[31m/" + std::string(300000, 'y');
+    (*header)["md5sum"] = "*";
+    (*header)["message_definition"] = "float64 data";
+    bag.write("/cmd_drive", ros::Time(100.0), std_msgs::Float64(), header);
+  }
+  const std::string message = refusal(file.path);
+  EXPECT_LT(message.size(), 400U);
+  EXPECT_EQ(message.find('\x1b'), std::string::npos);
+}
+
 TEST(DriveBag, TurnsTheImuAsItIsMounted) {
   const TemporaryFile file("mounted.bag");
   writeMountedImu(file.path, {"/excitation"}, true);
@@ -239,7 +307,103 @@ TEST(DriveBag, TurnsTheImuAsItIsMounted) {
   EXPECT_NEAR(readDriveBag(file.path, topics).yaw.at(0).yaw_rate, 0.7, 1e-9) << "as the user says";
   writeMountedImu(file.path, {"/excitation"}, false);
   topics.imu_rotation.reset();
-  EXPECT_NEAR(readDriveBag(file.path, topics).yaw.at(0).yaw_rate, 0.0, 1e-9) << "nobody says";
+  const DriveRecording nobody_says = readDriveBag(file.path, topics);
+  EXPECT_TRUE(nobody_says.yaw.empty());
+  EXPECT_EQ(nobody_says.yaw_unknown,
+            "neither /tf_static nor /tf says how IMU frame '/imu_link' is mounted on 'base_link': say it with "
+            "--imu-rotation");
+  topics.base_frame = "imu_link";
+  EXPECT_NEAR(readDriveBag(file.path, topics).yaw.at(0).yaw_rate, 0.0, 1e-9) << "it is that of the base";
+}
+
+TEST(DriveBag, AnImuOfUnknownMountingTellsNoTrackAndTheRestIsIdentified) {
+  const TemporaryFile file("tilted.bag");
+  writeBag(file.path, {}, [](sensor_msgs::JointState&, sensor_msgs::Imu& imu) {
+    imu.header.frame_id = "tilted_imu";
+    imu.angular_velocity.z *= 0.5;
+  });
+  const Identification found = identifyDriveTrain(readDriveBag(file.path, {}), kRadius);
+  EXPECT_TRUE(found.dead_time.known());
+  for (const Estimate* track : {&found.track_left, &found.track_right}) {
+    EXPECT_NE(track->unknown.find("IMU frame 'tilted_imu'"), std::string::npos) << track->unknown;
+  }
+}
+
+/// The remarks on a drive whose stamps are late by so much.
+std::vector<std::string> remarksOnLate(double wheels, double imu) {
+  const TemporaryFile file("late.bag");
+  writeBag(file.path, {}, [=](sensor_msgs::JointState& joints, sensor_msgs::Imu& sample) {
+    joints.header.stamp += ros::Duration(wheels);
+    sample.header.stamp += ros::Duration(imu);
+  });
+  return identifyDriveTrain(readDriveBag(file.path, {}), kRadius).remarks;
+}
+
+TEST(DriveBag, StampsOfAnotherClockAreTold) {
+  EXPECT_TRUE(remarksOnLate(0.004, 0.004).empty());
+  const auto expect = [](const std::vector<std::string>& remarks, const std::string& text) {
+    ASSERT_EQ(remarks.size(), 1U);
+    EXPECT_EQ(remarks[0].rfind(text, 0), 0U) << remarks[0];
+  };
+  expect(remarksOnLate(-0.06, 0.0), "/joint_states: stamps are 0.060 s before their arrival at the recorder (median)");
+  expect(remarksOnLate(0.0, -0.06), "/imu/data: stamps are 0.060 s before their arrival at the recorder (median)");
+  expect(remarksOnLate(0.0, 0.02), "/imu/data: stamps are 0.020 s later than their arrival at the recorder (median)");
+}
+
+/// The program, as a user calls it, in a directory of its own with one bag.
+class IdentifyProgram : public testing::Test {
+ protected:
+  IdentifyProgram() { std::filesystem::create_directories(directory / "my.bags"); }
+  ~IdentifyProgram() override { std::filesystem::remove_all(directory); }
+
+  /// What it prints, whatever its exit status, which goes to `status`.
+  std::string run(const std::string& arguments) {
+    const std::string command = "cd " + directory.string() + " && " JACKAL_AIC_IDENTIFY " " + arguments + " 2>&1";
+    FILE* pipe = popen(command.c_str(), "r");
+    std::string text;
+    for (int c = 0; (c = std::fgetc(pipe)) != EOF;) text += static_cast<char>(c);
+    status = pclose(pipe);
+    return text;
+  }
+
+  const std::filesystem::path directory = testing::TempDir() + "identify_program" + std::to_string(getpid());
+  int status = -1;
+};
+
+TEST_F(IdentifyProgram, TakesAnglesBelowZeroAndABagBehindThem) {
+  // The IMU lies on its side: its y axis points up.
+  writeBag(directory / "drive.bag", {}, [](sensor_msgs::JointState&, sensor_msgs::Imu& imu) {
+    imu.header.frame_id = "imu_link";
+    std::swap(imu.angular_velocity.y, imu.angular_velocity.z);
+  });
+  for (const char* arguments : {"drive.bag --imu-rotation 90 -0 0", "--imu-rotation 90 0 -0.0 drive.bag",
+                                "--imu-rotation=-270 0 0 drive.bag", "drive.bag --imu-rotation '90 0 0'"}) {
+    const std::string text = run(arguments);
+    EXPECT_EQ(status, 0) << text;
+    EXPECT_NE(text.find("effective track, left         0.5"), std::string::npos) << arguments << "\n" << text;
+  }
+}
+
+TEST_F(IdentifyProgram, TellsAnglesThatAreNone) {
+  for (const char* angles : {"nan 0 0", "0 1e300 0", "180 0", "", "0 -90 x"}) {
+    const std::string text = run("drive.bag --imu-rotation '" + std::string(angles) + "'");
+    EXPECT_NE(status, 0);
+    EXPECT_EQ(text, "identify: --imu-rotation = '" + std::string(angles) +
+                        "': must be three angles within +-360 deg: roll, pitch and yaw\n");
+  }
+  EXPECT_NE(run("drive.bag --imu-rotation nan 0 0").find("--imu-rotation = 'nan 0 0'"), std::string::npos);
+}
+
+TEST_F(IdentifyProgram, DrawsBesideTheBag) {
+  for (const auto& [name, picture] :
+       {std::pair("my.bags/drive", "my.bags/drive.png"), std::pair("my.bags/a.bag.bag", "my.bags/a.bag.png"),
+        std::pair("e\x1b[31m.bag", "e\x1b[31m.png")}) {
+    writeBag(directory / name, {});
+    const std::string text = run("'" + std::string(name) + "'");
+    EXPECT_EQ(status, 0) << text;
+    EXPECT_TRUE(std::filesystem::exists(directory / picture)) << text;
+    EXPECT_EQ(text.find('\x1b'), std::string::npos);
+  }
 }
 
 /// What a report is made of, without an offset and a track.

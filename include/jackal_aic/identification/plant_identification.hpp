@@ -48,9 +48,11 @@ struct YawSample {
 
 /// One recorded drive. All series share one clock and are in order of time.
 struct DriveRecording {
-  std::vector<CommandSample> commands;  ///< what was commanded
-  std::vector<WheelSample> wheels;      ///< what the wheels did
-  std::vector<YawSample> yaw;           ///< may be empty: then the effective track stays unknown
+  std::vector<CommandSample> commands;      ///< what was commanded
+  std::vector<WheelSample> wheels;          ///< what the wheels did
+  std::vector<YawSample> yaw;               ///< may be empty: then the effective track stays unknown
+  std::string yaw_unknown = "no IMU data";  ///< why yaw is empty, if it is
+  std::vector<std::string> remarks;         ///< what its source tells of it, one line each; identification repeats them
 };
 
 /// An estimated quantity.
