@@ -85,7 +85,7 @@ class Complaints : public console_bridge::OutputHandler {
   /// On one line; empty if there are none.
   std::string line() const {
     constexpr std::size_t kLongest = 300;
-    return onOneLine(text_.substr(0, kLongest));
+    return shortened(text_, kLongest);
   }
 
  private:
@@ -113,7 +113,7 @@ UrdfDocument parseUrdf(const std::string& urdf_xml) {
   try {
     model = urdf::parseURDF(urdf_xml);
   } catch (const std::exception& error) {
-    throw ParameterError(std::string("URDF: cannot be parsed: ") + onOneLine(error.what()));
+    throw ParameterError("URDF: cannot be parsed: " + onOneLine(error.what()));
   }
   const std::string complaint = complaints.line();
   if (!model || !model->getRoot())

@@ -178,8 +178,7 @@ void readYaml(const std::string& name, const Read& read) {
   } catch (const ParameterError& error) {
     throw ParameterError(onOneLine(name) + ": " + error.what());
   } catch (const std::exception& error) {
-    throw ParameterError(onOneLine(name) +
-                         ": not valid YAML: " + onOneLine(std::string(error.what()).substr(0, kLongestReason)));
+    throw ParameterError(onOneLine(name) + ": not valid YAML: " + shortened(error.what(), kLongestReason));
   }
 }
 

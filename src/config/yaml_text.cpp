@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "jackal_aic/config/text.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -32,9 +34,9 @@ std::string yamlNumber(double value, int digits) {
 
 std::string yamlQuoted(const std::string& text) {
   std::string quoted = "\"";
-  for (const char c : text) {
+  for (const char c : onOneLine(text)) {  // readers refuse a file with a byte in it that is no character
     if (c == '"' || c == '\\') quoted += '\\';
-    quoted += static_cast<unsigned char>(c) < ' ' || c == '\x7f' ? ' ' : c;
+    quoted += c;
   }
   return quoted + '"';
 }

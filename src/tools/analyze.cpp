@@ -32,27 +32,17 @@ struct Figure {
   std::variant<double, bool, std::string, Figures> value;
 };
 
-/// A Unix path or a sentence as a string of JSON.
-std::string quoted(const std::string& text) {
-  std::string escaped = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') escaped += '\\';
-    escaped += c;
-  }
-  return escaped + "\"";
-}
-
 /// {"key": value, ...} in one line, which YAML reads too.
 std::string json(const Figures& figures) {
   struct Text {
     std::string operator()(double value) const { return std::isfinite(value) ? yamlNumber(value, 6) : "null"; }
     std::string operator()(bool value) const { return value ? "true" : "false"; }
-    std::string operator()(const std::string& value) const { return quoted(value); }
+    std::string operator()(const std::string& value) const { return yamlQuoted(value); }
     std::string operator()(const Figures& group) const { return json(group); }
   };
   std::string text;
   for (const Figure& figure : figures) {
-    text += (text.empty() ? "" : ", ") + quoted(figure.key) + ": " + std::visit(Text{}, figure.value);
+    text += (text.empty() ? "" : ", ") + yamlQuoted(figure.key) + ": " + std::visit(Text{}, figure.value);
   }
   return "{" + text + "}";
 }

@@ -19,7 +19,7 @@ namespace {
 /// One line of what the bag library says, cut where it quotes the damaged file at length.
 std::string oneLine(const char* reason) {
   constexpr std::size_t kLongest = 200;
-  std::string line = onOneLine(std::string(reason).substr(0, kLongest));
+  std::string line = shortened(reason, kLongest);
   while (!line.empty() && line.back() == ' ') line.pop_back();
   return line;
 }
