@@ -11,7 +11,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml_text.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -86,6 +88,17 @@ TEST(RosParameters, RefusesAnEmptyMapAsTheFileDoes) {
     EXPECT_THROW(throughRosparam(yaml), ParameterError) << yaml;
   }
   EXPECT_TRUE(throughRosparam("{}").keys().empty()) << "a namespace without parameters";
+}
+
+TEST(RosParameters, TakesEveryQuotedText) {
+  for (const char* text : {"a \xe9\xff", "\u009b31m \u202e", "\x1b[31m\x7f", "\uffff", "\u65e5 \U0001f916 \u00e9"}) {
+    const std::string yaml = "key: " + yamlQuoted(text);
+    ParameterMap file, server = throughRosparam(yaml);
+    addYamlText(yaml, "file", file);
+    ASSERT_NE(server.take("key"), nullptr) << yaml;
+    EXPECT_EQ(*server.take("key"), *file.take("key")) << yaml;
+    EXPECT_EQ(std::get<std::string>(*file.take("key")), onOneLine(text)) << yaml;
+  }
 }
 
 TEST(RosParameters, AKeyOfAnyTextIsNamedInOneShortLine) {
