@@ -50,6 +50,9 @@ constexpr double kTurnByGround = 0.05;
 constexpr double kTurnByBadGround = 0.3;
 constexpr double kLongestTurnByGround = 1.0;
 
+/// Number of remembered jolts after which the ground is one that may turn the body twice as far.
+constexpr double kManyJolts = 4.0;
+
 /// Turn against the wheels that a sliding body may have, by the turn that they ask for.
 constexpr double kAgainst = 0.15;
 
@@ -190,7 +193,9 @@ void YawMonitor::sumUp(bool suspect, double yaw_rate, double x, double step) {
 }
 
 bool YawMonitor::byGround() const {
-  const bool far = std::abs(unexplained_.angle) > kTurnByGround && std::abs(unexplained_.distance) > kTurnByBadGround;
+  const double rough = 1.0 + std::min(jolts_ / kManyJolts, 1.0);
+  const bool far = std::abs(unexplained_.angle) > rough * kTurnByGround &&
+                   std::abs(unexplained_.distance) > rough * kTurnByBadGround;
   return !far && unexplained_.time < kLongestTurnByGround;
 }
 
@@ -202,13 +207,16 @@ void YawMonitor::restart() {
 
 void YawMonitor::watchJumps(double yaw_rate, double x, double step, bool pushed) {
   const double change = std::max(kFastestChange, kFastestShare * std::abs(belief_.slope() * x));
-  const double fastest = change * step + kNoise * std::sqrt(learned_.factor() * parameters_.gyro_variance);
+  const double noise = kNoise * std::sqrt(learned_.factor() * parameters_.gyro_variance);
   const bool jumped = jumped_;
-  const double by = yaw_rate - last_;
-  const bool away = by * belief_.error(yaw_rate, x) > 0.0;
-  jumped_ = jumped_ ? distance_ > kJumpEnd : distance_ > 1.0 && away && std::abs(by) > fastest;
-  // The sample that felt the push may come before or after the one that saw the turn.
-  if (pushed && jump_time_ < kAtOnce) jumped_ = false;
+  const double by = yaw_rate - last_, error = belief_.error(yaw_rate, x);
+  jumped_ =
+      jumped_ ? distance_ > kJumpEnd : distance_ > 1.0 && by * error > 0.0 && std::abs(by) > change * step + noise;
+  if (jumped_ && !jumped) jumped_by_ = error;
+  // The sample that felt the push may come before or after the one that saw the turn; and a body that the ground throws
+  // round goes on from sample to sample, where a gyro jumps from one to the next.
+  const bool goes_on = std::copysign(1.0, jumped_by_) * error - std::abs(jumped_by_) > noise;
+  if ((pushed || goes_on) && jump_time_ < kAtOnce) jumped_ = false;
   jolts_ += (jumped && !jumped_ ? 1.0 : 0.0) - jolts_ * step / kJoltMemory;
   jump_time_ = jumped_ ? jump_time_ + step : 0.0;
   last_ = yaw_rate;

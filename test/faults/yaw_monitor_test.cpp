@@ -292,6 +292,32 @@ TEST(YawMonitor, ATurnThatJumpsWithAPushIsTheBodys) {
   EXPECT_EQ(none.show(less, 100), kFaulty) << "without a push the gyro is to blame";
 }
 
+TEST(YawMonitor, ATurnThatGoesOnAfterItJumpedIsTheBodys) {
+  const double most = 0.75 * Gyro::asked(0.5), less = 0.6 * Gyro::asked(0.5);
+  for (const int samples : {1, 2}) {  // in which it goes on
+    Gyro gyro;
+    gyro.settle(0.5);
+    gyro.show(most, samples);
+    EXPECT_EQ(gyro.show(less, 100), kOk) << samples;
+  }
+  Gyro late;
+  late.settle(0.5);
+  late.show(most, 5);
+  EXPECT_EQ(late.show(less, 100), kFaulty) << "another motion than the one that jumped";
+}
+
+TEST(YawMonitor, WhereThereWereManyJoltsTheGroundTurnsABodyTwiceAsFar) {
+  const auto afterATurnBy = [](int jolts, int samples) {
+    Gyro gyro = jolted(jolts, 0.5);
+    gyro.settle(0.1);
+    gyro.shock.push = true;
+    return gyro.show(Gyro::asked(0.1) + 0.4, samples);  // more than any ground explains
+  };
+  EXPECT_NE(afterATurnBy(0, 11), kOutlier) << "0.09 rad";
+  EXPECT_EQ(afterATurnBy(8, 11), kOutlier);
+  EXPECT_EQ(afterATurnBy(8, 20), kFaulty) << "0.16 rad";
+}
+
 TEST(YawMonitor, APushLongAfterAJumpOrWithATurnThatNoGroundMakesExplainsNothing) {
   Gyro late;
   late.settle(0.5);
