@@ -21,9 +21,12 @@ double speedAfter(double speed, double target, double lag, double limit, double 
   return lag > 0.0 ? target - (target - speed) * std::exp(-time / lag) : target;
 }
 
+/// A lag below this is none: 1/T would be lost in rounding beside the rest [s].
+constexpr double kShortestLag = 1e-9;
+
 DriveTrainResponse driveTrainResponse(const PlantModel& model, double time) {
   DriveTrainResponse response{Eigen::Matrix2d::Zero(), {1.0, 0.0}};
-  if (model.lag <= 0.0) return response;  // w = r, which leaves z at rest
+  if (model.lag < kShortestLag) return response;  // w = r, which leaves z at rest
   Eigen::Matrix3d augmented = Eigen::Matrix3d::Zero();
   augmented.row(0) << -1.0 / model.lag, 1.0 / model.lag, 1.0 / model.lag;
   augmented.row(1) << -model.velocity_loop_integral, 0.0, model.velocity_loop_integral;
