@@ -196,9 +196,6 @@ void setFromText(const std::string& key, const std::string& text, ParameterMap& 
   readYaml(key + " = " + quoted(text), [&] { Document(map).add(parsed(text), key); });
 }
 
-void addYamlFile(const std::string& path, ParameterMap& map) {
-  const std::string text = readText(path, kLargestText + 1);  // one more than is taken, to notice a larger one
-  addYamlText(text, path, map);
-}
+void addYamlFile(const std::string& path, ParameterMap& map) { addYamlText(readText(path, kLargestText), path, map); }
 
 }  // namespace jackal_aic

@@ -44,7 +44,14 @@ std::string unreadableBag(const std::string& path, const std::exception& error) 
   return what + oneLine(error.what());
 }
 
+std::string noFile(const std::string& path) {
+  struct stat file {};
+  if (stat(path.c_str(), &file) != 0 || S_ISREG(file.st_mode)) return "";
+  return path + ": cannot be read as a bag: it is " + (S_ISDIR(file.st_mode) ? "a directory" : "no file");
+}
+
 int withBag(const std::string& path, const std::function<int()>& work) {
+  if (const std::string refusal = noFile(path); !refusal.empty()) throw std::runtime_error(refusal);
   std::fflush(nullptr);  // what is buffered would else be written by both
   const pid_t child = fork();
   if (child < 0) throw std::runtime_error(path + ": cannot be read: " + std::strerror(errno));

@@ -17,8 +17,13 @@ void boundMemory(const std::string& path);
 /// Why a bag cannot be read, after its path and on one line, from what the bag library threw.
 std::string unreadableBag(const std::string& path, const std::exception& error);
 
+/// Why a path cannot be that of a bag, in which the library seeks: a directory, or a pipe or device, which would block
+/// or never end. Empty for a file, and for what does not exist.
+std::string noFile(const std::string& path);
+
 /// Does something with a bag in a process of its own, within bounded memory. @returns its exit status.
-/// @throws std::runtime_error, one line, if that process was killed, as the bag library is by a damaged file.
+/// @throws std::runtime_error, one line, if it is noFile(), or that process was killed, as the bag library is by a
+/// damaged file.
 int withBag(const std::string& path, const std::function<int()>& work);
 
 }  // namespace jackal_aic

@@ -328,6 +328,7 @@ void sendBag(const std::string& path, const BagTopics& topics, const PipeEnd& pi
 }  // namespace
 
 DriveRecording readDriveBag(const std::string& path, const BagTopics& topics) {
+  if (const std::string refusal = noFile(path); !refusal.empty()) throw IdentificationError(refusal);
   // The bag library trusts the lengths and positions in a file, and a damaged one makes it die in many ways: it reads
   // in a process of its own.
   std::array<int, 2> ends{};

@@ -7,6 +7,7 @@
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 #include <std_msgs/Float64.h>
+#include <sys/stat.h>
 #include <tf2_msgs/TFMessage.h>
 #include <unistd.h>
 
@@ -149,6 +150,12 @@ TEST_F(BadBag, EmptyFile) {
 TEST_F(BadBag, ForeignFile) {
   std::ofstream(file.path) << "time,left,right\n0.0,1.0,1.0\n";
   refusal(file.path);
+}
+
+TEST_F(BadBag, NoFile) {
+  ASSERT_EQ(mkfifo(file.path.c_str(), 0600), 0);
+  EXPECT_EQ(refusal(file.path), file.path + ": cannot be read as a bag: it is no file");
+  EXPECT_EQ(refusal("/dev/zero"), "/dev/zero: cannot be read as a bag: it is no file");
 }
 
 TEST_F(BadBag, Truncated) {

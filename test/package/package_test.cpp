@@ -151,6 +151,16 @@ TEST(Programs, ScriptsAnswerHelp) {
   EXPECT_GT(scripts, 4);
 }
 
+TEST(Plot, WhatIsNoFileIsNoBag) {
+  const std::string plot = "timeout 10 /usr/bin/python3 " + (kRoot / "src/tools/view/plot").string() + " ";
+  EXPECT_EQ(output(plot + "/dev/zero || test $? = 1"), "plot: /dev/zero: cannot be read as a bag: it is no file\n");
+  const fs::path directory = testing::TempDir() + "plot\x1b[31m\n\u009b\u202e" + std::to_string(getpid());
+  fs::create_directory(directory);
+  const std::string said = output(plot + "'" + directory.string() + "' || test $? = 1");
+  fs::remove(directory);
+  EXPECT_NE(said.find("plot\\x1b[31m\\n\\x9b\\u202e"), std::string::npos) << said;
+}
+
 TEST(Launch, ARobotFileMaySayMoreThanTheShippedOne) {
   const std::string robot = testing::TempDir() + "robot" + std::to_string(getpid()) + ".yaml";
   std::ofstream(robot) << "robot: {effective_track: 0.6}\ndeadlines: {imu: 0.1}\noutput: twist\n";

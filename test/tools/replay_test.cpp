@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <jackal_aic/LoopInputs.h>
 #include <rosbag/bag.h>
+#include <sys/stat.h>
 #include <tf2_msgs/TFMessage.h>
 #include <unistd.h>
 
@@ -290,16 +291,32 @@ TEST(Replay, WhatCannotBeReplayedIsOneLine) {
   EXPECT_ANY_THROW(replay({bag.path("none.bag")}, out));
 }
 
+/// Runs the program on a path; what it says goes into a file.
+int statusOf(const std::string& bag, const std::string& arguments, const std::string& said) {
+  const int status = std::system(
+      (std::string("timeout 20 ") + JACKAL_AIC_REPLAY + " " + bag + arguments + " >" + said + " 2>&1").c_str());
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+TEST(Replay, WhatIsNoFileIsNoBag) {
+  const RecordedBag bag({});
+  ASSERT_EQ(mkfifo(bag.path("fifo.bag").c_str(), 0600), 0);
+  for (const std::string& path : {bag.path("fifo.bag"), std::string("/dev/zero")}) {
+    EXPECT_EQ(statusOf(path, "", bag.path("said")), 2) << path;
+    EXPECT_EQ(readText(bag.path("said")), "replay: " + path + ": cannot be read as a bag: it is no file\n");
+  }
+  const RecordedBag without_log({"predictive", false});
+  EXPECT_EQ(statusOf(without_log.path(), " --urdf /dev/zero", bag.path("said")), 2);
+  EXPECT_EQ(readText(bag.path("said")), "replay: /dev/zero: is a device or a socket, not a file\n");
+}
+
 TEST(Replay, DamagedBagsEndTheProgramInOrder) {
   const RecordedBag bag({});
   const auto size = std::filesystem::file_size(bag.path());
   for (const double part : {0.1, 0.5, 0.9, 0.999}) {
     std::filesystem::copy_file(bag.path(), bag.path("cut.bag"), std::filesystem::copy_options::overwrite_existing);
     std::filesystem::resize_file(bag.path("cut.bag"), static_cast<std::uintmax_t>(part * static_cast<double>(size)));
-    const std::string command =
-        std::string(JACKAL_AIC_REPLAY) + " " + bag.path("cut.bag") + " >" + bag.path("said") + " 2>&1";
-    const int status = std::system(command.c_str());
-    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 2) << part;
+    EXPECT_EQ(statusOf(bag.path("cut.bag"), "", bag.path("said")), 2) << part;
     EXPECT_NE(readText(bag.path("said")).find("cannot be read as a bag"), std::string::npos) << part;
   }
 }

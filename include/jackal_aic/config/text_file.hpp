@@ -4,13 +4,13 @@
 /// Text files, for everything that runs without a ROS parameter server.
 
 #include <cstddef>
-#include <limits>
 #include <string>
 
 namespace jackal_aic {
 
-/// Text of a file, of which no more than `most` bytes are read. @throws ParameterError, one line, if it is a directory
-/// or cannot be read.
-std::string readText(const std::string& path, std::size_t most = std::numeric_limits<std::size_t>::max());
+/// Text of a file, or of a pipe that somebody writes to (/dev/stdin, what a shell makes of <(command)).
+/// @param most of bytes that it may have. @throws ParameterError, one line, if it is larger, a directory, a device or a
+/// socket, a pipe that is silent for 10 s, or cannot be read.
+std::string readText(const std::string& path, std::size_t most = std::size_t{16} << 20);
 
 }  // namespace jackal_aic
