@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <string>
 #include <utility>
 
@@ -107,9 +108,10 @@ void FaultMonitor::advance(const std::optional<WheelCommand>& known, double dura
   const WheelCommand applied = known.value_or(followed_command_);
   if (!(applied == driven_.command)) predict();
   driven_.command = applied;
-  const double due = driven_.left_over + duration;
-  auto steps = static_cast<std::size_t>(due / DriveTrain::kStep + kRounding);
-  driven_.left_over = due - static_cast<double>(steps) * DriveTrain::kStep;
+  const double due = driven_.left_over + duration / DriveTrain::kStep;
+  const auto whole = static_cast<std::int64_t>(due + kRounding);
+  driven_.left_over = due - static_cast<double>(whole);
+  auto steps = static_cast<std::size_t>(whole);
   for (; driven_.steps + steps >= kMostSteps; predict()) {
     steps -= kMostSteps - driven_.steps;
     driven_.steps = kMostSteps;

@@ -127,7 +127,7 @@ class FaultMonitor {
   struct Driven {
     WheelCommand command;
     std::size_t steps = 0;
-    double left_over = 0.0;  // of a step [s]
+    double left_over = 0.0;  // of a step
   };
 
   void predict();
