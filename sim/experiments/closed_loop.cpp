@@ -16,6 +16,8 @@ namespace {
 
 constexpr double kShortestResponse = 0.6;  // s; the final value is a mean over 0.5 s
 constexpr double kFinalWindow = 0.5;       // s
+constexpr double kFastest = 10.0;          // m/s, of a set point
+constexpr double kFastestTurn = 50.0;      // rad/s
 
 void require(bool condition, const char* name, double value, const char* bound) {
   if (!condition) throw ParameterError(fmt::format("{} = {:g}: must be {}", name, value, bound));
@@ -79,7 +81,6 @@ DriveParameters uninterrupted() {
 std::int64_t SetPointProfile::plantSteps() const { return std::llround(duration / JackalPlant::kStep); }
 
 SetPointProfile stepProfile(double forward, double yaw_rate, double duration) {
-  constexpr double kFastest = 10.0, kFastestTurn = 50.0;  // m/s, rad/s
   require(std::abs(forward) <= kFastest && (forward != 0.0 || yaw_rate != 0.0), "step", forward,
           "within +-10 m/s and not zero, unless there is a turn");
   require(std::abs(yaw_rate) <= kFastestTurn, "turn", yaw_rate, "within +-50 rad/s");
@@ -94,8 +95,9 @@ SetPointProfile stepProfile(double forward, double yaw_rate, double duration) {
 }
 
 SetPointProfile squareProfile(const SquareWave& wave) {
-  require(std::isfinite(wave.low) && std::isfinite(wave.high) && wave.high != wave.low, "max", wave.high,
-          "finite and different from min");
+  require(std::abs(wave.low) <= kFastest, "min", wave.low, "within +-10 m/s");
+  require(std::abs(wave.high) <= kFastest && wave.high != wave.low, "max", wave.high,
+          "within +-10 m/s and different from min");
   require(wave.period >= 2.0 * kShortestResponse && wave.period <= 3600.0, "period", wave.period, "in [1.2, 3600] s");
   require(wave.cycles >= 2 && wave.cycles <= 1000, "cycles", wave.cycles, "in [2, 1000]");
   SetPointProfile profile;

@@ -59,6 +59,16 @@ void addJobs(po::options_description& options) {
                         "threads; 0 takes all cores (results do not differ)");
 }
 
+void addSeed(po::options_description& options, const char* purpose) {
+  options.add_options()("seed", po::value<std::int64_t>()->default_value(1), purpose);
+}
+
+std::uint64_t seed(const po::variables_map& options) {
+  const auto value = options["seed"].as<std::int64_t>();
+  if (value < 0) throw ParameterError(fmt::format("seed = {}: must be 0 or more", value));
+  return static_cast<std::uint64_t>(value);
+}
+
 void addOverrides(po::options_description& options) {
   options.add_options()("set", po::value<std::vector<std::string>>()->composing(),
                         "key=value, e.g. plant.dead_time=0.14, controller.tau=0.01, or loop.phase=0.01, the age of the "
@@ -253,7 +263,7 @@ void describeDetection(po::options_description& options, po::positional_options_
   options.add_options()("out", po::value<std::string>(), "directory for detection.csv and alarms.csv");
   options.add_options()("quiet-hours", po::value<double>(),
                         "instead: hours of driving without a fault, 30 minutes each drive, drawn by seed");
-  options.add_options()("seed", po::value<std::uint64_t>()->default_value(1), "of the quiet hours");
+  addSeed(options, "of the quiet hours");
   options.add_options()("unidentified", "quiet hours of robots that nobody has identified");
   options.add_options()("plant", po::value<std::string>(),
                         "real: the quiet hours or the table on that plant; by default on box and ground");
@@ -270,8 +280,8 @@ int detect(const po::variables_map& options) {
   const World world = named ? World::real : World::simple;
   if (options.count("quiet-hours") > 0) {
     const auto robots = options.count("unidentified") > 0 ? QuietRobots::unidentified : QuietRobots::identified;
-    runQuietHours(packageFiles(options), options["quiet-hours"].as<double>(), options["seed"].as<std::uint64_t>(),
-                  robots, jobs(options), world);
+    runQuietHours(packageFiles(options), options["quiet-hours"].as<double>(), seed(options), robots, jobs(options),
+                  world);
     return 0;
   }
   writeDetectionTables(packageFiles(options), outputDirectory(options), jobs(options), world);
@@ -322,18 +332,18 @@ int compareWithBaselines(const po::variables_map& options) {
 // ---- robustness
 
 void describeRobustness(po::options_description& options, po::positional_options_description&) {
-  options.add_options()("draws", po::value<std::size_t>()->default_value(1000), "robots that are drawn");
-  options.add_options()("seed", po::value<std::uint64_t>()->default_value(1), "of the first; the others follow");
+  options.add_options()("draws", po::value<std::int64_t>()->default_value(1000), "robots that are drawn");
+  addSeed(options, "of the first; the others follow");
   options.add_options()("out", po::value<std::string>()->required(),
                         "directory for robustness.csv and soft_motors.csv");
   addJobs(options);
 }
 
 int assessRobustness(const po::variables_map& options) {
-  constexpr std::size_t kMost = 1000000;
-  const auto draws = options["draws"].as<std::size_t>();
+  constexpr std::int64_t kMost = 1000000;
+  const auto draws = options["draws"].as<std::int64_t>();
   if (draws < 1 || draws > kMost) throw ParameterError(fmt::format("draws = {}: must be in [1, {}]", draws, kMost));
-  writeRobustnessTable(packageFiles(options), draws, options["seed"].as<std::uint64_t>(), outputDirectory(options),
+  writeRobustnessTable(packageFiles(options), static_cast<std::size_t>(draws), seed(options), outputDirectory(options),
                        jobs(options));
   return 0;
 }
@@ -343,7 +353,7 @@ int assessRobustness(const po::variables_map& options) {
 void describeUnidentified(po::options_description& options, po::positional_options_description&) {
   options.add_options()("controller", po::value<std::string>()->default_value("predictive"), "a preset or FILE.yaml");
   options.add_options()("minutes", po::value<double>()->default_value(30.0), "of joystick driving, each robot");
-  options.add_options()("seed", po::value<std::uint64_t>()->default_value(1), "of joystick and noise");
+  addSeed(options, "of joystick and noise");
   options.add_options()("out", po::value<std::string>()->required(), "directory for unidentified.csv");
   addJobs(options);
 }
@@ -354,7 +364,7 @@ int driveUnidentifiedRobots(const po::variables_map& options) {
     throw ParameterError(fmt::format("minutes = {:g}: must be in (0, 10000]", minutes));
   }
   std::cout << writeUnidentifiedTable(packageFiles(options), options["controller"].as<std::string>(), 60.0 * minutes,
-                                      options["seed"].as<std::uint64_t>(), outputDirectory(options), jobs(options))
+                                      seed(options), outputDirectory(options), jobs(options))
             << " in " << minutes << " minutes each\n";
   return 0;
 }

@@ -92,10 +92,17 @@ ParameterMap readRosParameters(const ros::NodeHandle& node) {
   return node.getParam(node.getNamespace(), root) ? parametersIn(root) : ParameterMap();
 }
 
+std::string urdfIn(XmlRpcValue value, const std::string& key) {
+  if (value.getType() == XmlRpcValue::TypeString && !static_cast<std::string&>(value).empty())
+    return static_cast<std::string&>(value);
+  throw ParameterError(shortened(key) + ": expected the text of a URDF; it is empty, or no text");
+}
+
 std::string robotDescription(const ros::NodeHandle& node) {
-  std::string key, urdf_xml;
-  if (node.searchParam("robot_description", key)) node.getParam(key, urdf_xml);
-  return urdf_xml;
+  std::string key;
+  XmlRpcValue value;
+  if (!node.searchParam("robot_description", key) || !node.getParam(key, value)) return "";
+  return urdfIn(value, key);
 }
 
 std::string tfPrefix(const ros::NodeHandle& node) {

@@ -178,6 +178,16 @@ TEST_F(Experiments, CommandLineErrorsAreOneLineWithTheValidNames) {
       with_share({"step", "--controller", "improved", "--plant", "box", "--step", "1", "--turn", "51"}), "turn = 51"));
   EXPECT_EQ(complaint({"fl\033y"}).find('\033'), std::string::npos) << "a terminal obeys it";
   EXPECT_EQ(with_share({"robustness", "--out", path("x"), "--draws", "0"}), "draws = 0: must be in [1, 1000000]");
+  EXPECT_EQ(with_share({"robustness", "--out", path("x"), "--draws", "-1"}), "draws = -1: must be in [1, 1000000]");
+  for (const char* command : {"robustness", "unidentified"}) {
+    EXPECT_EQ(with_share({command, "--out", path("x"), "--seed", "-1"}), "seed = -1: must be 0 or more") << command;
+  }
+  const auto square = [&](const char* low, const char* high) {
+    return with_share({"square", "--controller", "improved", "--plant", "box", "--min", low, "--max", high});
+  };
+  EXPECT_EQ(square("nan", "1"), "min = nan: must be within +-10 m/s");
+  EXPECT_EQ(square("0", "1e+300"), "max = 1e+300: must be within +-10 m/s and different from min");
+  EXPECT_EQ(square("1", "1"), "max = 1: must be within +-10 m/s and different from min");
   EXPECT_TRUE(startsWith(with_share({"step", "--controller", "improved", "--plant", "box", "--step", "fast"}),
                          "step: the argument ('fast')"));
   EXPECT_TRUE(startsWith(

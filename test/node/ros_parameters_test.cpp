@@ -116,6 +116,20 @@ TEST(RosParameters, AKeyOfAnyTextIsNamedInOneShortLine) {
   }
 }
 
+TEST(RobotDescription, OnlyATextIsAUrdf) {
+  EXPECT_EQ(urdfIn(XmlRpc::XmlRpcValue("<robot/>"), "/robot_description"), "<robot/>");
+  XmlRpc::XmlRpcValue list, none;
+  list[0] = "<robot/>";
+  for (const XmlRpc::XmlRpcValue& value : {XmlRpc::XmlRpcValue(""), XmlRpc::XmlRpcValue(5), list, none}) {
+    try {
+      urdfIn(value, "/robot_description");
+      ADD_FAILURE() << "taken";
+    } catch (const ParameterError& error) {
+      EXPECT_STREQ(error.what(), "/robot_description: expected the text of a URDF; it is empty, or no text");
+    }
+  }
+}
+
 TEST(Frames, HaveThePrefixOfTheirRobot) {
   EXPECT_EQ(prefixedFrame("", "odom"), "odom");
   EXPECT_EQ(prefixedFrame("robot1", "odom"), "robot1/odom");
