@@ -200,13 +200,16 @@ void readWindows(Table& table, std::vector<RecordedSample>& samples) {
   }
 }
 
-/// Whether the gyro counts the other way than the wheels turn the robot.
+/// Whether the gyro counts the other way than the wheels turn the robot, and it is not the wheels that do, against
+/// their commands.
 bool gyroReversed(const std::vector<RecordedSample>& samples) {
-  double together = 0.0;
+  double together = 0.0, followed = 0.0;
   for (const auto& s : samples) {
-    together += s.observation.yaw_rate * (s.observation.wheel_right - s.observation.wheel_left);
+    const double turn = s.observation.wheel_right - s.observation.wheel_left;
+    together += s.observation.yaw_rate * turn;
+    if (s.command) followed += (s.command->right - s.command->left) * turn;
   }
-  return together < 0.0;
+  return together < 0.0 && followed >= 0.0;
 }
 
 const RecordedRobot& robotOf(const std::filesystem::path& path) {
@@ -245,6 +248,17 @@ double ratio(const std::vector<SteadyBlock>& blocks, double (*part)(const WheelC
     }
   }
   return std::clamp(median(ratios, 1.0), 0.2, 5.0);
+}
+
+/// Whether a part of the wheels' speeds follows that of the commands at all, as far as it is commanded.
+bool follows(const std::vector<SteadyBlock>& blocks, double (*part)(const WheelCommand&)) {
+  constexpr double kLeast = 0.05;  // wheels / command
+  double squares = 0.0, together = 0.0;
+  for (const auto& block : blocks) {
+    squares += part(block.command) * part(block.command);
+    together += part(block.command) * part(block.wheels);
+  }
+  return together >= kLeast * squares;
 }
 
 /// A command by what it does to the body.
@@ -433,7 +447,7 @@ WheelCommand CommandPath::applied(const WheelCommand& recorded) const {
 CommandPath fitCommandPath(const RobotRecording& recording) {
   constexpr std::size_t kFew = 8;
   const std::vector<SteadyBlock> blocks = steadyBlocks(recording);
-  if (blocks.size() < kFew) return {};
+  if (blocks.size() < kFew || !follows(blocks, mean) || !follows(blocks, difference)) return {};
   CommandPath path = steadyPath(blocks);
   path.largest_forward_rate = bestRate(recording, path, &Parts::forward);
   path.largest_difference_rate = bestRate(recording, path, &Parts::difference);

@@ -40,7 +40,7 @@ struct RobotRecording {
   std::string name;            ///< of its file, without extension and what a terminal would obey
   RecordedRobot robot;         ///< dimensions
   bool has_imu = true;         ///< false: gyro and accelerometer of the file are zero throughout
-  bool gyro_reversed = false;  ///< the file's gyro has the other sign, which `samples` have right
+  bool gyro_reversed = false;  ///< the file's gyro, not its wheels, has the other sign, which `samples` have right
   std::vector<RecordedSample> samples;
 
   double duration() const;  ///< of all samples [s]
@@ -84,7 +84,8 @@ struct CommandPath {
 
 /// The path that explains a recording best, by the least sum of absolute errors, because here and there something holds
 /// the wheels up: gains and cuts from the steady pieces, rates from all known commands. Straight through if there are
-/// fewer than 8 pieces.
+/// fewer than 8 pieces, or if the wheels stand or turn against the commands: a path that cuts these to nothing would
+/// hide from identification and monitors what is wrong.
 CommandPath fitCommandPath(const RobotRecording& recording);
 
 /// What the motors got, for every sample; empty where that is not known. A stretch begins with the speeds of its

@@ -124,7 +124,7 @@ TEST_F(RobotRecordingFile, WhatIsNoFileIsNoRecording) {
 }
 
 TEST_F(RobotRecordingFile, ANameCannotCommandTheTerminal) {
-  EXPECT_EQ(readRecording(write("husky_\033[31m.csv", windowsText(1, {}, {}, 0.0))).name, "husky_ [31m");
+  EXPECT_EQ(readRecording(write("husky_\033[31m.csv", windowsText(1, {}, {}, 0.0))).name, "husky_\\x1b[31m");
 }
 
 TEST_F(RobotRecordingFile, ARobotThatStandsOrNeverTurnsHasAPathToo) {
@@ -137,6 +137,12 @@ TEST_F(RobotRecordingFile, ARobotThatStandsOrNeverTurnsHasAPathToo) {
 TEST_F(RobotRecordingFile, GyroThatCountsTheOtherWayIsTurnedRoundAndTold) {
   const auto recording = readRecording(write("warthog_x.csv", windowsText(3, {1.0, 2.0}, {1.0, 2.0}, -0.1)));
   EXPECT_TRUE(recording.gyro_reversed);
+  EXPECT_EQ(recording.samples.front().observation.yaw_rate, 0.1);
+}
+
+TEST_F(RobotRecordingFile, GyroIsAsItShouldBeWhereTheWheelsCountTheOtherWay) {
+  const auto recording = readRecording(write("warthog_x.csv", windowsText(3, {1.0, 2.0}, {-1.0, -2.0}, 0.1)));
+  EXPECT_FALSE(recording.gyro_reversed) << "it turns as it was commanded";
   EXPECT_EQ(recording.samples.front().observation.yaw_rate, 0.1);
 }
 
@@ -222,6 +228,33 @@ TEST(CommandPathTest, FindsGainsCutsAndRatesOfTheRobot) {
   EXPECT_NEAR(found.largest_wheel_speed, robot.largest_wheel_speed, 0.1);
   EXPECT_NEAR(found.largest_forward_rate, robot.largest_forward_rate, 4.0);
   EXPECT_NEAR(found.largest_difference_rate, robot.largest_difference_rate, 1.6);
+}
+
+/// What identification refuses a robot for whose wheels are not what it makes of its commands.
+std::string refusalOf(void (*change)(Observation&)) {
+  RobotRecording recording = driven({1.85, 0.8, 6.0, 6.2, 20.0, 8.0});
+  for (RecordedSample& sample : recording.samples) change(sample.observation);
+  const CommandPath path = fitCommandPath(recording);
+  EXPECT_EQ(path.forward_gain, CommandPath().forward_gain) << "straight through";
+  EXPECT_EQ(path.largest_wheel_speed, CommandPath().largest_wheel_speed);
+  try {
+    identifyDriveTrain(driveRecording(recording, path, recording.samples.size()), recording.robot.wheel_radius);
+  } catch (const IdentificationError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(CommandPathTest, IsNoneOfWheelsThatDoNotFollowTheirCommands) {
+  EXPECT_NE(refusalOf([](Observation& y) { y.wheel_left = y.wheel_right = 0.0; }).find("the wheels never turn"),
+            std::string::npos);
+  EXPECT_NE(refusalOf([](Observation& y) {
+              y.wheel_left = -y.wheel_left;
+              y.wheel_right = -y.wheel_right;
+            }).find("the wheels turn against their commands"),
+            std::string::npos);
+  EXPECT_NE(refusalOf([](Observation& y) { std::swap(y.wheel_left, y.wheel_right); }).find("exchanged"),
+            std::string::npos);
 }
 
 TEST(CommandPathTest, SlowsBothSidesAlike) {
