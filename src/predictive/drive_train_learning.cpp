@@ -10,12 +10,12 @@ namespace {
 
 constexpr std::size_t steps(double time) { return static_cast<std::size_t>(time / DriveTrainFit::kStep + 0.5); }
 
-constexpr double kChange = 0.3;                  // rad/s; of a command beyond which a wheel does not rest
-constexpr std::size_t kUnnoticed = steps(0.06);  // in which the commands change before it shows
-constexpr std::size_t kSettled = steps(0.6);     // after the dead time, until nothing is left of a change
-constexpr std::size_t kLongest = steps(2.0);     // of a change, which is learned from as far as it has come
+constexpr double kChange = 0.3;                         // rad/s; of a command beyond which a wheel does not rest
+constexpr std::size_t kUnnoticed = steps(0.06);         // in which the commands change before it shows
+constexpr std::size_t kSettled = steps(0.6);            // after the dead time, until nothing is left of a change
+constexpr std::size_t kLongest = steps(2.0);            // of a change, which is learned from as far as it has come
 constexpr std::size_t kLongestReviewed = 2 * kLongest;  // from its first step on, what settles included
-constexpr std::size_t kTransient = steps(1.0);   // of a motion of which nothing is known, until the filter forgot it
+constexpr std::size_t kTransient = steps(1.0);  // of a motion of which nothing is known, until the filter forgot it
 constexpr double kResting = 0.1 / DriveTrainFit::kStep;    // steps; before a change, whose mean is the speed of before
 constexpr double kSpacing = 0.015 / DriveTrainFit::kStep;  // steps; least between measurements that are kept
 constexpr int kReviewed = 2;                               // measurements of a run in an inner step

@@ -10,8 +10,8 @@ namespace jackal_aic {
 namespace {
 
 /// First words of the keys that the drive loop reads.
-constexpr const char* kOurs[] = {"controller", "predictive", "diff_drive", "sensors", "plant_model",
-                                 "robot",      "limits",     "deadlines",  "on_loss", "faults",
+constexpr const char* kOurs[] = {"controller", "predictive", "diff_drive",   "sensors",           "plant_model",
+                                 "robot",      "limits",     "deadlines",    "on_loss",           "faults",
                                  "brake",      "slip",       "plausibility", "restart_after_stop"};
 
 /// Keys of the stock configuration that have no meaning here.

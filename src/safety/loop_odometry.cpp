@@ -7,7 +7,8 @@ namespace {
 constexpr double kUnknownWheel = 1.0;  // (rad/s)^2/s
 constexpr double kUnknownYaw = 0.1;    // (rad/s)^2/s
 
-/// The belief beside another controller is told its commands, which start a motion anew each time: it learns no dead time.
+/// The belief beside another controller is told its commands, which start a motion anew each time: it learns no dead
+/// time.
 PredictiveParameters ofItsOwn() {
   PredictiveParameters parameters;
   parameters.learn_drive_train = false;

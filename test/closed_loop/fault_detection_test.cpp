@@ -304,7 +304,8 @@ TEST(FrozenEncoder, IsFoundAtEveryResolutionOnceItsWheelShouldMove) {
   }
 }
 
-/// A robot that settled long ago and slows down: what the wheel may have done as it started is no excuse for its encoder.
+/// A robot that settled long ago and slows down: what the wheel may have done as it started is no excuse for its
+/// encoder.
 TEST(FrozenEncoder, IsFoundHoweverWideThePredictionWasWhenItChangedLast) {
   constexpr double kStepTime = 4.0;  // the set point falls, a second after the encoder froze
   for (const char* plant : {"ground", "real"}) {

@@ -275,7 +275,8 @@ TEST(PredictiveController, ResetMakesItAsNew) {
 TEST(PredictiveController, ResetForgetsTheVibrationOfTheAccelerometer) {
   const auto feed = [](PredictiveController& controller, int samples, double begin, double vibration) {
     for (int k = 1; k <= samples; ++k) {
-      const double speed = std::clamp(0.6 * (k - 20), 0.0, 15.0);  // wheels that spin up while the body does not feel it
+      const double speed =
+          std::clamp(0.6 * (k - 20), 0.0, 15.0);  // wheels that spin up while the body does not feel it
       const double felt = 0.05 * std::sin(2.0 * k) + (k % 2 == 0 ? vibration : -vibration);
       controller.observe({begin + 0.02 * k, 0.0, speed, speed, felt, 0.0});
       for (int i = 0; i < 20; ++i) controller.updateBelief();

@@ -8,7 +8,7 @@
 
 namespace jackal_aic {
 
-/// A text as valid UTF-8 that no terminal takes for a command: spaces for its line breaks and tabs, and \xNN for the
+/// A text as valid UTF-8 that no terminal takes for a command: spaces for its line breaks and tabs, and `\xNN` for the
 /// bytes of other control characters (C0, DEL, C1), of those that turn the direction of writing or break lines, and of
 /// what is no character of UTF-8. Twice is as once.
 std::string onOneLine(const std::string& text);

@@ -220,8 +220,8 @@ class SampleHold {
 
 /// Finds a frozen source by the motion that it misses: its value repeats while it should have moved by more than some
 /// steps of its resolution, wherever within the uncertainty of its prediction it was and is. Where it was is as
-/// uncertain as the prediction has been since the value changed last, once it was long enough for a source that lives to
-/// show a change; a drift of seconds is the drive train's.
+/// uncertain as the prediction has been since the value changed last, once it was long enough for a source that lives
+/// to show a change; a drift of seconds is the drive train's.
 class MissedMotion {
  public:
   /// Changes of the value after which it is known how often it is renewed; before, it is waited for longest.

@@ -218,7 +218,7 @@ class DriveLoop {
   Arrival imu_;
   Arrival feedback_;
   Arrival measurement_;          // the last that the controller took
-  ChannelValidity counted_;  // of the last measurement
+  ChannelValidity counted_;      // of the last measurement
   bool observed_alone_ = false;  // it was of one source, the other being silent
   RobotStatus robot_;
   bool clock_jumped_ = false;     // back, and the robot has not come to rest since
