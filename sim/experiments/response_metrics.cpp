@@ -85,7 +85,10 @@ ResponseMetrics stepResponseMetrics(const std::vector<double>& time, const std::
 
   const double window_start = unit.time.back() - kFinalWindow;
   const double final_value = meanSince(unit, window_start);
-  metrics.settling = settlingTime(unit, final_value, window_start, settling_band);
+  // Around a final value that is no step there is no band.
+  if (std::abs(final_value) > settling_band) {
+    metrics.settling = settlingTime(unit, final_value, window_start, settling_band);
+  }
   const auto low = firstCrossing(unit, 0.1);
   const auto high = firstCrossing(unit, 0.9);
   if (low && high) metrics.rise = *high - *low;

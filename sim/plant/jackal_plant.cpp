@@ -229,7 +229,8 @@ struct JackalPlant::Implementation {
   void takeImuSample(const PlantTruth& seen, const ChassisState& chassis) {
     Motion& m = *motion;
     const ImuMeasurement sample = m.sensors.imu(seen, sensorInput(chassis));
-    m.imu_samples.send(sample, seen.time, travel());
+    const double delay = m.sensors.drawDelay(SampleMessage::imu);
+    if (!m.sensors.losesSample(SampleMessage::imu)) m.imu_samples.send(sample, seen.time + delay, travel());
     restartMean();
   }
 

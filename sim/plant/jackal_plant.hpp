@@ -41,18 +41,25 @@ struct PlantTruth {
 
 /// One sample of the IMU, with noise.
 struct ImuMeasurement {
-  double stamp = 0.0;                   ///< time of the sample, plus its delay where `stamp_jitter` is set [s]
-  Eigen::Vector3d angular_velocity;     ///< gyro, in imu_link [rad/s]
-  Eigen::Vector3d linear_acceleration;  ///< mean since the last sample, gravity included, in imu_link [m/s^2]
-  Eigen::Quaterniond orientation;       ///< of imu_link in a level frame
+  /// Time of the sample, plus its delay where `stamp_jitter` is set [s].
+  double stamp = 0.0;
+
+  /// Gyro, in imu_link [rad/s].
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();
+
+  /// Mean since the last sample, gravity included, in imu_link [m/s^2].
+  Eigen::Vector3d linear_acceleration = Eigen::Vector3d::Zero();
+
+  /// Of imu_link in a level frame.
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
 };
 
 /// What the motor controller tells of the wheels, with noise: /feedback of a Jackal.
 struct WheelFeedback {
-  double feedback_stamp = 0.0;           ///< time at which it was measured [s]
-  std::array<double, 4> wheel_position;  ///< encoders [rad]
-  std::array<double, 4> wheel_velocity;  ///< encoders [rad/s]
-  std::array<double, 4> wheel_effort;    ///< torque the motors apply, from the physics engine [N m]
+  double feedback_stamp = 0.0;             ///< time at which it was measured [s]
+  std::array<double, 4> wheel_position{};  ///< encoders [rad]
+  std::array<double, 4> wheel_velocity{};  ///< encoders [rad/s]
+  std::array<double, 4> wheel_effort{};    ///< torque the motors apply, from the physics engine [N m]
 };
 
 /// One sample of the robot's sensors: /joint_states, which is the newest feedback with a stamp of its own, and the IMU,

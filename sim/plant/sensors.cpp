@@ -10,6 +10,7 @@ namespace {
 /// Tells the seed of the losses from that of the noise, so that they are independent.
 constexpr std::uint64_t kLossStream = 0x9e3779b97f4a7c15;
 constexpr std::uint64_t kDelayStream = 0xd1b54a32d192ed03;
+constexpr std::uint64_t kImuStream = 0xe7037ed1a0b428db;
 constexpr std::uint64_t kRepeatStream = 0x8cb92ba72f3d8dd7;
 constexpr std::uint64_t kTravelStream = 0xdb4f0b9175ae2165;
 constexpr std::uint64_t kVibrationStream = 0xbbe0563303a4615f;
@@ -31,11 +32,13 @@ const ColouredNoise::Values& ColouredNoise::at(double time) {
   return values_;
 }
 
+SensorModel::Way::Way(std::uint64_t seed) : losses(seed + kLossStream), delays(seed + kDelayStream) {}
+
 SensorModel::SensorModel(const PlantParameters& parameters, const std::array<double, 2>& wheel_radius)
     : parameters_(parameters),
       generator_(parameters.seed),
-      loss_generator_(parameters.seed + kLossStream),
-      delay_generator_(parameters.seed + kDelayStream),
+      way_(parameters.seed),
+      imu_way_(parameters.seed + kImuStream),
       repeat_generator_(parameters.seed + kRepeatStream),
       travel_generator_(parameters.seed + kTravelStream),
       vibration_(parameters.vibration_time, parameters.seed + kVibrationStream),
@@ -97,14 +100,16 @@ double SensorModel::drawTravel() {
   return std::uniform_real_distribution<double>(0.0, parameters_.network_delay)(travel_generator_);
 }
 
-bool SensorModel::losesSample() {
-  if (std::exchange(first_, false)) return false;
-  return std::bernoulli_distribution(parameters_.measurement_loss)(loss_generator_);
+bool SensorModel::losesSample(SampleMessage message) {
+  Way& way = wayOf(message);
+  if (std::exchange(way.first, false)) return false;
+  return std::bernoulli_distribution(parameters_.measurement_loss)(way.losses);
 }
 
-double SensorModel::drawDelay() {
-  if (std::exchange(first_delay_, false)) return 0.0;
-  return std::uniform_real_distribution<double>(0.0, parameters_.stamp_jitter)(delay_generator_);
+double SensorModel::drawDelay(SampleMessage message) {
+  Way& way = wayOf(message);
+  if (std::exchange(way.first_delay, false)) return 0.0;
+  return std::uniform_real_distribution<double>(0.0, parameters_.stamp_jitter)(way.delays);
 }
 
 double SensorModel::noise(double deviation) { return parameters_.noise_scale * deviation * normal_(generator_); }

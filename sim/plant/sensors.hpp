@@ -45,6 +45,12 @@ class ColouredNoise {
   Values values_ = Values::Zero();
 };
 
+/// A message that a sample comes with.
+enum class SampleMessage {
+  joint_states,  ///< with the IMU's part of it, where that has no rate of its own
+  imu            ///< of an IMU that has
+};
+
 /// Samples the sensors, adds noise and loses samples. The rear encoders copy the front ones, as on the robot, which
 /// has one motor with one encoder per side. A wheel speed gets its noise and is then rounded to whole `encoder_step`.
 /// The IMU's vibration is proportional to the circumferential speed of the faster wheels, and coloured; its gyro's bias
@@ -71,13 +77,22 @@ class SensorModel {
   double drawTravel();
 
   /// Draws whether a sample gets lost on its way (rate `measurement_loss`); to be asked once per sample. The first
-  /// never is. The noise does not depend on what gets lost.
-  bool losesSample();
+  /// never is. The noise does not depend on what gets lost, nor one message on the other.
+  bool losesSample(SampleMessage message = SampleMessage::joint_states);
 
   /// Delay of a sample on its way [s], drawn between 0 and `stamp_jitter`; none for the first.
-  double drawDelay();
+  double drawDelay(SampleMessage message = SampleMessage::joint_states);
 
  private:
+  /// What happens to the samples of a message on their way.
+  struct Way {
+    explicit Way(std::uint64_t seed);
+
+    std::mt19937_64 losses, delays;
+    bool first = true, first_delay = true;
+  };
+
+  Way& wayOf(SampleMessage message) { return message == SampleMessage::imu ? imu_way_ : way_; }
   double noise(double deviation);
   double rollingSpeed(const PlantTruth& truth) const;
   Eigen::Vector3d noiseVector(double deviation);
@@ -85,16 +100,14 @@ class SensorModel {
   PlantParameters parameters_;
   std::mt19937_64 generator_;
   std::normal_distribution<double> normal_;
-  std::mt19937_64 loss_generator_;
-  std::mt19937_64 delay_generator_;
+  Way way_;
+  Way imu_way_;
   std::mt19937_64 repeat_generator_;
   std::mt19937_64 travel_generator_;
   ColouredNoise vibration_;
   ColouredNoise bias_;
   std::array<double, 2> wheel_radius_;
-  bool first_ = true;
   bool first_repeat_ = true;
-  bool first_delay_ = true;
 };
 
 /// Low-pass in the measured wheel speeds: dw_f/dt = (w - w_f) / T, exact for a constant w.

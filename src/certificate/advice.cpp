@@ -81,7 +81,7 @@ std::string advice(const Certificate& certificate, const ControllerParameters& c
                       fmt::format("kappa_a may rise by a factor of {} or the dead time by {} s before the loop "
                                   "oscillates",
                                   atLeast(certificate.gain_margin, kLargestGainMargin),
-                                  atLeast(certificate.delay_margin, kLargestDelayMargin)),
+                                  atLeast(certificate.delay_margin, largestDelayMargin(controller.actionStep()))),
                       fmt::format("kappa_a = {:.3g}", controller.kappa_a));
 }
 
@@ -94,7 +94,7 @@ std::string advice(const PredictiveCertificate& certificate, const PredictivePar
                       fmt::format("the robot's gain may be {} times as large, or its dead time {} s longer, before "
                                   "the loop oscillates",
                                   atLeast(certificate.gain_margin, kLargestGainMargin),
-                                  atLeast(certificate.delay_margin, kLargestDelayMargin)),
+                                  atLeast(certificate.delay_margin, largestDelayMargin(1.0 / parameters.action_rate))),
                       fmt::format("disturbance_process_noise = {:.3g}", parameters.disturbance_process_noise));
 }
 

@@ -10,8 +10,7 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kSmallestGainFactor = 1e-3;
-constexpr int kMostExtraActionPeriods = 250;  // bounds the size of the map
-constexpr double kStep = 0.01;                // of a parameter, relative, for its sensitivity
+constexpr double kStep = 0.01;  // of a parameter, relative, for its sensitivity
 
 /// Factor on the gain at which the verdict changes on the way from 1 to `end`; `none` if it does not.
 double gainBoundary(const LoopTest& stable, double end, double none) {
@@ -75,12 +74,12 @@ double delayBoundary(const LoopTest& stable, double action_period, double end) {
 
 Margins findMargins(const LoopTest& stable, double action_period, double dead_time) {
   const bool is_stable = stable({});
-  const double longest = std::min(kLargestDelayMargin, kMostExtraActionPeriods * action_period);
   Margins margins;
   margins.gain_reduction = gainBoundary(stable, kSmallestGainFactor, 0.0);
   margins.gain_margin =
       is_stable ? gainBoundary(stable, kLargestGainMargin, kLargestGainMargin) : margins.gain_reduction;
-  margins.delay_margin = delayBoundary(stable, action_period, is_stable ? longest : -dead_time);
+  margins.delay_margin =
+      delayBoundary(stable, action_period, is_stable ? largestDelayMargin(action_period) : -dead_time);
   return margins;
 }
 

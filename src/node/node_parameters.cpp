@@ -60,7 +60,7 @@ FaultParameters readFaults(ParameterMap& map, const SensorNoise& sensors) {
   return faults;
 }
 
-/// The file for what is learned of the slip, which only the predictive structure has.
+/// The file for what is learned of the slip.
 std::string readSlipFile(ParameterMap& map) {
   std::string path;
   ParameterReader(map, "slip").field("file", path, Presence::optional);
@@ -76,14 +76,17 @@ void requireFrame(const char* key, const std::string& frame) {
 
 void check(const ControllerParameters& controller, const NodeParameters& parameters) {
   validate(controller, parameters.geometry);
-  if (parameters.plant_model) requireStable(controller, parameters.geometry, *parameters.plant_model);
+  if (parameters.plant_model) requireStable(controller, parameters.geometry, drivenModel(*parameters.plant_model));
 }
 
 void check(const DifferentialDriveParameters&, const NodeParameters&) {}
 
 void check(const PredictiveParameters& controller, const NodeParameters& parameters) {
   validate(controller);
-  if (parameters.plant_model) return requireStable(controller, *parameters.plant_model, *parameters.plant_model);
+  if (parameters.plant_model) {
+    const PlantModel model = drivenModel(*parameters.plant_model);
+    return requireStable(controller, model, model);
+  }
   throw ParameterError(
       "plant_model.*: missing; the predictive controller needs the drive train (config/plant_model.yaml, or by "
       "identify)");
@@ -179,7 +182,9 @@ NodeParameters readConfiguration(ParameterMap& map, NodeParameters parameters) {
   requireFrame("robot.base_frame", parameters.robot.base_frame);
   requireFrame("odometry.frame", parameters.odometry.frame);
   parameters.robot_name = robotName(map);
-  if (std::holds_alternative<PredictiveParameters>(parameters.controller)) parameters.slip_file = readSlipFile(map);
+  // The robot's file may name it whatever the preset; only the predictive structure learns.
+  const std::string slip_file = readSlipFile(map);
+  if (std::holds_alternative<PredictiveParameters>(parameters.controller)) parameters.slip_file = slip_file;
   return parameters;
 }
 

@@ -167,7 +167,7 @@ Figure jitterFigures(const PredictiveParameters& gains, const PlantModel& model,
 
 Finding certificateOf(const ControllerFile& file, const PredictiveParameters& gains, const PlantModel& robot,
                       bool jitter) {
-  const PlantModel model = file.model.value_or(robot);
+  const PlantModel model = file.model ? drivenModel(*file.model) : robot;
   const PredictiveCertificate certificate = certify(gains, model, robot);
   Figures figures = verdictFigures(certificate);
   const Figures margins = marginFigures(certificate);
@@ -244,8 +244,9 @@ int analyze(const std::vector<std::string>& arguments, std::ostream& out) {
   }
   if (given.count("config") == 0) throw ParameterError("CONFIG.yaml: missing; see analyze --help");
   const std::string path = given["config"].as<std::string>();
+  // As the node that would drive it certifies it.
   const PlantModel plant =
-      given.count("plant") > 0 ? readPlantFile(given["plant"].as<std::string>()).model : PlantModel{};
+      drivenModel(given.count("plant") > 0 ? readPlantFile(given["plant"].as<std::string>()).model : PlantModel{});
   const bool ranged = given.count("range") > 0, jitter = given.count("jitter") > 0;
   const ControllerFile file = readControllerFile(path);
   Finding finding;

@@ -391,8 +391,9 @@ std::pair<bool, Margins> robustnessOf(const GainSearchTask& task, const Gains& g
 }
 
 /// The worst of it at the corners of the robot's confidence box.
-void assessRobustness(const GainSearchTask& task, const Gains& gains, const PlantModel& model,
+void assessRobustness(const GainSearchTask& task, const Gains& gains, const PlantModel& robot,
                       RobotAssessment& result) {
+  const PlantModel model = drivenModel(robot);
   std::tie(result.stable, result.margins) = robustnessOf(task, gains, model, model);
   for (const PlantModel& corner : confidenceBox(model)) {
     const auto [stable, margins] = robustnessOf(task, gains, model, corner);
@@ -464,8 +465,9 @@ double marginViolation(const GainSearchTask& task, const Gains& controller) {
     violation = std::max(violation, of_robot);
   };
   for (const SearchRobot& robot : task.robots) {
-    add(robot.plant.model, robot.plant.model);
-    for (const PlantModel& corner : confidenceBox(robot.plant.model)) add(robot.plant.model, corner);
+    const PlantModel model = drivenModel(robot.plant.model);
+    add(model, model);
+    for (const PlantModel& corner : confidenceBox(model)) add(model, corner);
   }
   return violation;
 }

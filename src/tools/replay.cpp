@@ -330,7 +330,8 @@ sim::SetPointProfile recordedProfile(const RecordedDrive& drive, const Options& 
     if (wanted.vector() != held.vector()) profile.changes.push_back({time, wanted});
     held = wanted;
   };
-  const double patience = parameters.gate.deadlines.set_point;
+  const double deadline = parameters.gate.deadlines.set_point;
+  const double patience = deadline > 0.0 ? deadline : std::numeric_limits<double>::infinity();
   Source(drive, options, parameters)
       .play(
           [&](const DriveInput& input) {

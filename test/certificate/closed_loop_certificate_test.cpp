@@ -206,5 +206,12 @@ TEST(Advice, TellsStableThinAndUnstableApart) {
   EXPECT_EQ(text(40.0).find("Unstable"), 0u) << text(40.0);
 }
 
+TEST(Advice, SaysWhereTheSearchForTheDelayMarginEnded) {
+  ControllerParameters slow = withActionGain(0.01);
+  slow.action_rate = 500;
+  const std::string text = advice(certify(slow, {}, {}), slow, {}, {});
+  EXPECT_NE(text.find("the dead time by more than 0.5 s"), std::string::npos) << text;
+}
+
 }  // namespace
 }  // namespace jackal_aic

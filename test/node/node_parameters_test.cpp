@@ -65,6 +65,26 @@ TEST(NodeParameters, ChecksTheGainsOnThePlantModelIfThereIsOne) {
   EXPECT_NE(refusal(map, jackalUrdf()).find("plant_model.lag = -0.1"), std::string::npos);
 }
 
+TEST(NodeParameters, ChecksTheGainsOnTheRobotThatIsDriven) {
+  // One that nobody has identified is taken for slower than it is assumed to be; a change of the gains is checked so,
+  // too.
+  ParameterMap map = shipped("improved");
+  addYamlFile(kSource + "/config/jackal_model.yaml", map);
+  EXPECT_FALSE(readNodeParameters(map, jackalUrdf).plant_model->identified);
+  map.set("controller.kappa_a", 22.0);
+  EXPECT_NE(refusal(map, jackalUrdf()).find("kappa_a = 22 is most to blame"), std::string::npos);
+  map.set("plant_model.identified", true);
+  EXPECT_TRUE(readNodeParameters(map, jackalUrdf).plant_model->identified);
+}
+
+TEST(NodeParameters, ARobotsFileMayNameItsSlipFileWhateverThePreset) {
+  ParameterMap map = shipped("improved");
+  map.set("slip.file", std::string("/tmp/slip.yaml"));
+  EXPECT_EQ(readNodeParameters(map, jackalUrdf).slip_file, "") << "nothing is learned";
+  map.set("slip.file", std::string("slip.yaml"));
+  EXPECT_NE(refusal(map, jackalUrdf()).find("must be an absolute path"), std::string::npos);
+}
+
 TEST(NodeParameters, SaysWhichRobotIsAssumedAndThatIdentifyIsDue) {
   EXPECT_NE(describeRobot(readNodeParameters(shipped("improved"), jackalUrdf)).find("No plant model"),
             std::string::npos);

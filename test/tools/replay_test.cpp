@@ -269,12 +269,15 @@ TEST(Replay, BagOfAnotherControllerIsPlayedFromItsMessages) {
 
 TEST(Replay, SetPointsGoOnTheSimulatedRobot) {
   const RecordedBag bag({});
-  const Outcome outcome = run({bag.path(), "--plant", config("plant.yaml"), "--output", bag.path("plant.csv")});
-  EXPECT_NE(outcome.text.find("Recorded beside simulated"), std::string::npos) << outcome.text;
-  const auto rows = rowsOf(bag.path("plant.csv"));
-  ASSERT_GT(rows.size(), 190u);
-  for (std::size_t i = 100; i < rows.size(); ++i) {
-    EXPECT_NEAR(std::stod(rows[i][3]), std::stod(rows[i][7]), 0.1) << i;  // simulated beside recorded [m/s]
+  for (const char* deadline : {"0.5", "0"}) {  // 0: none
+    const Outcome outcome = run({bag.path(), "--plant", config("plant.yaml"), "--output", bag.path("plant.csv"),
+                                 "--set", std::string("deadlines.set_point=") + deadline});
+    EXPECT_NE(outcome.text.find("Recorded beside simulated"), std::string::npos) << outcome.text;
+    const auto rows = rowsOf(bag.path("plant.csv"));
+    ASSERT_GT(rows.size(), 190u);
+    for (std::size_t i = 100; i < rows.size(); ++i) {
+      EXPECT_NEAR(std::stod(rows[i][3]), std::stod(rows[i][7]), 0.1) << i;  // simulated beside recorded [m/s]
+    }
   }
 }
 

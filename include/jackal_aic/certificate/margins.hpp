@@ -4,6 +4,7 @@
 /// What the certificates of both structures tell: whether a linear periodic loop is stable, how far it is from its
 /// limit, and what that depends on.
 
+#include <algorithm>
 #include <optional>
 #include <string>
 
@@ -16,8 +17,16 @@ inline constexpr double kStabilityLimit = 1.0 - 1e-12;
 /// Gain margins are searched up to this factor; a larger one is reported as this.
 inline constexpr double kLargestGainMargin = 1000.0;
 
-/// Delay margins are searched up to this, and up to 250 action periods; a larger one is reported as the bound [s].
+/// Delay margins are searched up to this, and up to kMostExtraActionPeriods; a larger one is reported as the bound [s].
 inline constexpr double kLargestDelayMargin = 1.0;
+
+/// Bounds the size of the map.
+inline constexpr int kMostExtraActionPeriods = 250;
+
+/// The largest delay margin that is searched for at an action period [s].
+inline double largestDelayMargin(double action_period) {
+  return std::min(kLargestDelayMargin, kMostExtraActionPeriods * action_period);
+}
 
 /// Change of a loop for which a margin asks.
 struct LoopChange {

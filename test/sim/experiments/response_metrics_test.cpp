@@ -71,6 +71,14 @@ TEST(ResponseMetrics, BandIsAroundTheFinalValueNotTheSetPoint) {
   EXPECT_NEAR(m.steady_error_pct, -20.0, 1e-3);
 }
 
+TEST(ResponseMetrics, ARobotThatDoesNotGoNeverSettles) {
+  for (const double reached : {0.0, 0.01}) {
+    const ResponseMetrics m = metricsOf(sampled([&](double) { return reached; }, 0.0), 0.0, 1.0);
+    EXPECT_FALSE(m.settling) << reached;
+    EXPECT_NEAR(m.steady_error_pct, 100.0 * (reached - 1.0), 1e-6);
+  }
+}
+
 TEST(ResponseMetrics, StepDownAndFromAnotherLevelAreTheSameStep) {
   const auto up = [](double t) { return 1.0 - std::exp(-t / 0.2) * std::cos(9.0 * t); };
   const auto down = [&](double t) { return 0.7 - 0.5 * up(t); };

@@ -116,6 +116,28 @@ TEST(Judge, FailsACommandBeyondTheLimits) {
   EXPECT_TRUE(mentions(judge(stopScenario(), record, CampaignLimits{}), "not finite"));
 }
 
+// Whatever a scenario excuses: the soak runs on after a bar that a random sequence misses, but not after these.
+TEST(Judge, TellsWhatNoFaultExcusesApart) {
+  const auto unsound = [](const RunRecord& record) { return judge(stopScenario(), record, CampaignLimits{}).unsound; };
+  const RunRecord late = braking(kOnset + 0.9, 2.0);
+  EXPECT_FALSE(judge(stopScenario(), late, CampaignLimits{}).passed());
+  EXPECT_TRUE(unsound(late).empty());
+  EXPECT_EQ(unsound(RunRecord{}), std::vector<std::string>{"nothing was recorded"});
+  RunRecord record = late;
+  record.breakdown = "the controller died";
+  EXPECT_EQ(unsound(record), std::vector<std::string>{"the controller died"});
+  record = late;
+  record.commands[3].speeds.right = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(unsound(record), std::vector<std::string>{"a drive command is not finite"});
+  record = late;
+  record.commands.back().fresh_start = true;
+  record.commands.back().speeds = {1.0, 1.0};
+  EXPECT_EQ(unsound(record), std::vector<std::string>{"an old motion goes on after a fresh start"});
+  EXPECT_EQ(unsound(braking(kOnset + 0.2, 1000.0)).size(), 1u) << "a step";
+  for (CommandSample& sample : record.commands) sample.speeds = {2.1 / kRadius, 2.1 / kRadius};
+  EXPECT_NE(unsound(record).back().find("of the limits"), std::string::npos);
+}
+
 TEST(Judge, FailsOverspeed) {
   RunRecord record = braking(kOnset + 0.2, 2.0);
   for (TruthSample& sample : record.truth) {

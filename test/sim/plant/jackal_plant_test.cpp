@@ -1050,6 +1050,26 @@ TEST(RealPlant, TheImuComesAtItsOwnRate) {
   EXPECT_EQ(joints, 100);
 }
 
+TEST(RealPlant, AnImuOfItsOwnRateIsLateAndLostAsJointStatesAre) {
+  PlantParameters parameters = quiet();
+  parameters.imu_rate = 80.0;
+  parameters.measurement_loss = 0.1;
+  parameters.stamp_jitter = 0.005;
+  JackalPlant plant = plantOf(parameters);
+  int came = 0;
+  double latest = 0.0;
+  for (int n = 0; n < 20000; ++n) {
+    plant.step();
+    if (!plant.imuMeasurement()) continue;
+    ++came;
+    const double sampled = std::floor(plant.imuMeasurement()->stamp * 80.0 + 1e-6) / 80.0;
+    latest = std::max(latest, plant.imuMeasurement()->stamp - sampled);
+  }
+  EXPECT_NEAR(came, 0.9 * 1600, 40);
+  EXPECT_GT(latest, 0.004);
+  EXPECT_LT(latest, 0.007);
+}
+
 TEST(RealPlant, JointStatesRepeatTheNewestFeedback) {
   PlantParameters parameters = quiet();
   parameters.feedback_rate = 10.0;
