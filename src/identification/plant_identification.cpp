@@ -1,10 +1,13 @@
 #include "jackal_aic/identification/plant_identification.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "wheel_fit.hpp"
 
@@ -18,7 +21,9 @@ constexpr int kLeastSteps = 2;              // changes of the command
 constexpr std::size_t kLeastSamples = 100;  // wheel samples, 2 s at 50 Hz
 constexpr double kLeastDifference = 0.5;    // rad/s between the sides, to count as a turn
 constexpr int kLeastTurnSamples = 25;
-constexpr double kLargestTrack = 5.0;   // m; a larger one means that the robot does not turn with its wheels
+// Effective track / wheel radius, for a slip factor of 1: skid-steered robots have about 6, and their wheels are
+// further apart than one is high; they slip sideways in a turn, but not five times as far.
+constexpr double kSmallestTrack = 2.0, kLargestTrack = 20.0;
 constexpr double kGap = 0.5;            // s without wheel speeds or without commands, at which a recording is cut
 constexpr double kLeastStretch = 1.5;   // s, a shorter part between two gaps tells nothing
 constexpr double kUnknownStart = 0.6;   // s at the start of a part, in which commands act that were sent before it
@@ -48,21 +53,34 @@ void checkSeries(const std::vector<Sample>& series, const char* name, std::size_
   }
 }
 
-void checkValue(const char* name, double value, double largest) {
-  if (!std::isfinite(value)) throw IdentificationError(fmt::format("{}: a value is not finite", name));
+void checkValue(const char* name, double time, double value, double largest) {
+  if (!std::isfinite(value)) {
+    throw IdentificationError(fmt::format("{} at {:.3f} s: a value is not finite", name, time));
+  }
   if (std::abs(value) <= largest) return;
-  throw IdentificationError(fmt::format("{} = {:g} rad/s: must be within +-{:g} rad/s", name, value, largest));
+  throw IdentificationError(
+      fmt::format("{} = {:g} rad/s at {:.3f} s: must be within +-{:g} rad/s", name, value, time, largest));
 }
 
 void checkValues(const DriveRecording& recording) {
   constexpr double kFastestWheel = 1e4, kFastestTurn = 1e3;  // rad/s; no robot is as fast
   for (const auto& c : recording.commands) {
-    for (const double value : {c.command.left, c.command.right}) checkValue("wheel commands", value, kFastestWheel);
+    for (const double value : {c.command.left, c.command.right})
+      checkValue("wheel commands", c.time, value, kFastestWheel);
   }
   for (const auto& w : recording.wheels) {
-    for (const double value : {w.speed.left, w.speed.right}) checkValue("wheel speeds", value, kFastestWheel);
+    for (const double value : {w.speed.left, w.speed.right}) checkValue("wheel speeds", w.time, value, kFastestWheel);
   }
-  for (const auto& y : recording.yaw) checkValue("yaw rate", y.yaw_rate, kFastestTurn);
+  for (const auto& y : recording.yaw) checkValue("yaw rate", y.time, y.yaw_rate, kFastestTurn);
+}
+
+/// When two series were recorded, if at no time both were; else empty.
+template <class One, class Other>
+std::string apartText(const std::vector<One>& one, const std::vector<Other>& other) {
+  if (one.empty() || other.empty()) return "";
+  if (one.front().time <= other.back().time && other.front().time <= one.back().time) return "";
+  return fmt::format("do not overlap in time ({:.3f} to {:.3f} s, {:.3f} to {:.3f} s)", one.front().time,
+                     one.back().time, other.front().time, other.back().time);
 }
 
 void checkExcitation(const DriveRecording& recording) {
@@ -199,14 +217,102 @@ std::vector<Stretch> stretchesOf(const DriveRecording& recording, std::vector<st
   return stretches;
 }
 
+/// Mean of the intervals that are about as long as the median one; 0 without any. [s]
+double usualInterval(std::vector<double> intervals) {
+  if (intervals.empty()) return 0.0;
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  const double median = *middle;
+  double sum = 0.0, count = 0.0;
+  for (const double interval : intervals) {
+    if (interval < 0.5 * median || interval > 1.5 * median) continue;
+    sum += interval;
+    count += 1.0;
+  }
+  return sum / count;
+}
+
+/// Time between the samples of a series [s].
+template <class Sample>
+double samplePeriod(const std::vector<Sample>& series) {
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < series.size(); ++i) {
+    if (series[i].time > series[i - 1].time) intervals.push_back(series[i].time - series[i - 1].time);
+  }
+  return usualInterval(std::move(intervals));
+}
+
+/// How often wheel speeds are measured anew: a driver that asks its motors less often than it publishes repeats them.
+struct Sampling {
+  double period = 0.0;                                  ///< of the samples [s]
+  double renewal = 0.0;                                 ///< of the measurements [s]
+  bool held() const { return renewal > 1.5 * period; }  ///< samples repeat a measurement
+  /// By how much the age of a measurement may differ from the mean one, which is part of the dead time [s].
+  double doubt() const { return held() ? 0.5 * (renewal + period) : 0.0; }
+};
+
+/// Encoders in coarse steps repeat slow changes, too. Only between two changes of more than some steps, as while a
+/// wheel comes to speed, is a repeated value a held one.
+Sampling samplingOf(const std::vector<WheelSample>& wheels) {
+  constexpr double kSteps = 4.0;
+  constexpr std::size_t kLeast = 10;
+  const auto change = [&](std::size_t i) {
+    return (wheels[i].speed.vector() - wheels[i - 1].speed.vector()).cwiseAbs().eval();
+  };
+  double step = HUGE_VAL;  // smallest change, rad/s
+  for (std::size_t i = 1; i < wheels.size(); ++i) {
+    for (const double side : change(i)) step = side > 0.0 ? std::min(step, side) : step;
+  }
+  std::vector<double> intervals;
+  double last = -HUGE_VAL;  // time of the change before, if it was a large one
+  for (std::size_t i = 1; i < wheels.size(); ++i) {
+    const double most = change(i).maxCoeff();
+    if (most <= 0.0) continue;
+    const bool large = most > kSteps * step;
+    if (large && std::isfinite(last)) intervals.push_back(wheels[i].time - last);
+    last = large ? wheels[i].time : -HUGE_VAL;
+  }
+  const double period = samplePeriod(wheels);
+  return {period, intervals.size() < kLeast ? period : usualInterval(std::move(intervals))};
+}
+
+/// The rate at which a controller gets samples: a round number, so that a certificate finds a period in common with
+/// that of the action. [Hz]
+double sensorRate(const DriveRecording& recording, const Sampling& sampling) {
+  constexpr double kNear = 0.025, kSlowest = 1.0, kFastest = 1000.0;  // of the rate; Hz
+  const double period = std::max(sampling.period, samplePeriod(recording.yaw));
+  const double rate = std::clamp(1.0 / std::max(period, 1e-6), kSlowest, kFastest);
+  for (const double step : {50.0, 25.0, 10.0, 5.0, 2.0, 1.0}) {
+    const double round = step * std::round(rate / step);
+    if (std::abs(round - rate) <= kNear * rate) return round;
+  }
+  return std::round(10.0 * rate) / 10.0;
+}
+
 /// Which samples a fit can count: those whose commands are known.
 std::vector<char> knownSamples(const DriveRecording& recording, const std::vector<Stretch>& stretches) {
-  std::vector<char> counts(recording.wheels.size(), 0);
+  std::vector<char> counts(recording.wheels.size(), kNeither);
   for (const Stretch& stretch : stretches) {
     const double start = recording.wheels[stretch.begin].time + kUnknownStart;
-    for (std::size_t i = stretch.begin; i < stretch.end; ++i) counts[i] = recording.wheels[i].time >= start ? 1 : 0;
+    for (std::size_t i = stretch.begin; i < stretch.end; ++i)
+      counts[i] = recording.wheels[i].time >= start ? kBoth : kNeither;
   }
   return counts;
+}
+
+/// Remarks on held wheel speeds; refuses those that are too few measurements.
+void checkHeld(const DriveRecording& recording, const Sampling& sampling, std::vector<std::string>& remarks) {
+  if (!sampling.held()) return;
+  const std::string held = fmt::format("the wheel speeds are renewed every {:.3f} s only, in samples every {:.3f} s",
+                                       sampling.renewal, sampling.period);
+  const auto measurements =
+      std::lround(static_cast<double>(recording.wheels.size()) * sampling.period / sampling.renewal);
+  if (measurements < static_cast<long>(kLeastSamples)) {
+    throw IdentificationError(
+        fmt::format("{}: {} measurements, at least {} are needed", held, measurements, kLeastSamples));
+  }
+  remarks.push_back(
+      fmt::format("held: {}: the dead time is that of values of mean age, the intervals cover fresh ones", held));
 }
 
 /// How a wheel goes with the command of a side that was sent some time before.
@@ -396,6 +502,96 @@ void checkRange(const FitResult& found) {
   if (at(kOffset, high[kOffset])) refuse("offset", high[kOffset], " rad/s");
 }
 
+/// A part of a drive, to be compared with the rest.
+struct Part {
+  const char* name;
+  FitResult found;
+};
+using Parts = std::array<Part, 2>;
+
+/// A part's fit, with intervals of dead time and lag that are wider by the doubt about the age of values [s].
+FitResult fitLate(const WheelFit& part, const Theta& theta, double doubt, bool fit_offset = false) {
+  FitResult found = fitPart(part, theta, fit_offset);
+  found.half_width[kDeadTime] += doubt;
+  found.half_width[kLag] += doubt;
+  return found;
+}
+
+/// Fits of each side alone.
+Parts sides(const WheelFit& fit, const Theta& theta, double doubt) {
+  const auto only = [&](Counted side) {
+    WheelFit part = fit;
+    for (char& counts : part.counts) counts &= side;
+    return fitLate(part, theta, doubt);
+  };
+  return {Part{"left", only(kLeft)}, Part{"right", only(kRight)}};
+}
+
+/// Fits of the wheels that turn forward and of those that turn backward, as the fit of both says.
+Parts directions(const WheelFit& fit, const Theta& theta, double doubt) {
+  const auto speeds = fit.simulate(theta);
+  const auto only = [&](double sign) {
+    WheelFit part = fit;
+    for (std::size_t i = 0; i < speeds.size(); ++i) {
+      if (sign * speeds[i].left <= 0.0) part.counts[i] &= ~kLeft;
+      if (sign * speeds[i].right <= 0.0) part.counts[i] &= ~kRight;
+    }
+    return fitLate(part, theta, doubt);
+  };
+  return {Part{"forward", only(1.0)}, Part{"backward", only(-1.0)}};
+}
+
+/// Fit of the samples that are measured anew, of a held value the first, whose stamp may be late by up to a sample.
+FitResult freshOnes(const WheelFit& fit, const Theta& theta, const Sampling& sampling, bool fit_offset) {
+  WheelFit part = fit;
+  double renewed = fit.wheels.front().time;  // s
+  for (std::size_t i = 1; i < fit.wheels.size(); ++i) {
+    // A measurement may be equal to the one before.
+    const bool due = fit.wheels[i].time - renewed > sampling.renewal - 0.5 * sampling.period;
+    const bool fresh = due || !(fit.wheels[i].speed == fit.wheels[i - 1].speed);
+    if (fresh) renewed = fit.wheels[i].time;
+    if (!fresh) part.counts[i] = kNeither;
+  }
+  return fitLate(part, theta, sampling.period, fit_offset);
+}
+
+/// Whether two parts differ in a parameter by more than their intervals, and by more than anybody would mind.
+bool differ(const Parts& parts, int parameter) {
+  constexpr std::array<double, 3> kMinded{0.01, 0.02, 0.03};  // s, s, 1
+  const FitResult &a = parts[0].found, &b = parts[1].found;
+  const double difference = std::abs(a.theta[parameter] - b.theta[parameter]);
+  return difference >
+         std::max(kMinded[static_cast<std::size_t>(parameter)], a.half_width[parameter] + b.half_width[parameter]);
+}
+
+bool differ(const Parts& parts) { return differ(parts, kDeadTime) || differ(parts, kLag) || differ(parts, kGain); }
+
+/// The estimates of what parts are compared in, by index of a Theta.
+std::array<Estimate*, 3> compared(Identification& result) { return {&result.dead_time, &result.lag, &result.gain}; }
+
+/// Widens an interval over that of a part.
+void cover(const FitResult& part, int parameter, Estimate& estimate) {
+  const double distance = std::abs(part.theta[parameter] - estimate.value);
+  estimate.half_width = std::max(estimate.half_width, distance + part.half_width[parameter]);
+}
+
+/// Widens the intervals over both parts where they differ, and says so.
+void coverBoth(const Parts& parts, Identification& result) {
+  constexpr std::array<const char*, 3> kNames{"dead time", "lag", "gain"}, kUnits{" s", " s", ""};
+  const auto estimates = compared(result);
+  std::vector<std::string> told;
+  for (std::size_t i = 0; i < estimates.size(); ++i) {
+    const auto parameter = static_cast<int>(i);
+    if (!differ(parts, parameter)) continue;
+    for (const Part& part : parts) cover(part.found, parameter, *estimates[i]);
+    told.push_back(fmt::format("{} {:.3f} and {:.3f}{}", kNames[i], parts[0].found.theta[parameter],
+                               parts[1].found.theta[parameter], kUnits[i]));
+  }
+  if (told.empty()) return;
+  result.remarks.push_back(fmt::format("{} and {} differ: {}; the intervals cover both", parts[0].name, parts[1].name,
+                                       fmt::join(told, ", ")));
+}
+
 /// Yaw rate at a time, between the samples before and after it or, where one is missing, that of the nearest.
 class YawAt {
  public:
@@ -464,12 +660,15 @@ Estimate effectiveTrack(const DriveRecording& recording, double rolling_radius, 
     double time, x, y;
   };
   std::vector<Pair> pairs;
+  int turns = 0;  // samples of wheels that turn
   double sx = 0.0, sxx = 0.0, sxy = 0.0, syy = 0.0;
   YawAt yaw(recording.yaw);
   for (const auto& wheels : recording.wheels) {
     const double difference = wheels.speed.right - wheels.speed.left;
     double yaw_rate = 0.0;
-    if (direction * difference < kLeastDifference || !yaw.at(wheels.time, yaw_rate)) continue;
+    if (direction * difference < kLeastDifference) continue;
+    ++turns;
+    if (!yaw.at(wheels.time, yaw_rate)) continue;
     pairs.push_back({wheels.time, rolling_radius * difference, yaw_rate - bias.value});
     const Pair& pair = pairs.back();
     sx += pair.x;
@@ -477,14 +676,30 @@ Estimate effectiveTrack(const DriveRecording& recording, double rolling_radius, 
     sxy += pair.x * pair.y;
     syy += pair.y * pair.y;
   }
+  const double smallest = kSmallestTrack * rolling_radius, largest = kLargestTrack * rolling_radius;
+  const bool correlated = sxy > -kOpposed * std::sqrt(sxx * syy);
+  const std::string apart = apartText(recording.wheels, recording.yaw);
   Estimate track;
   if (recording.yaw.empty()) {
     track.unknown = recording.yaw_unknown;
+  } else if (!apart.empty()) {
+    track.unknown = "wheel speeds and IMU data " + apart;
+  } else if (turns < kLeastTurnSamples) {
+    track.unknown = fmt::format("no turn to the {} ({} samples of one, at least {} are needed)",
+                                direction > 0 ? "left" : "right", turns, kLeastTurnSamples);
   } else if (pairs.size() < kLeastTurnSamples) {
-    track.unknown = std::string("no turn to the ") + (direction > 0 ? "left" : "right");
-  } else if (sxy < kOpposed * std::sqrt(sxx * syy) && sxy * kLargestTrack < -sxx) {
+    track.unknown =
+        fmt::format("no IMU data within 0.15 s of turns to the {} but for {} samples, at least {} are needed",
+                    direction > 0 ? "left" : "right", pairs.size(), kLeastTurnSamples);
+  } else if (sxy < kOpposed * std::sqrt(sxx * syy) && sxy * largest < -sxx) {
     track.unknown = "the yaw rate is opposed to the wheels (IMU upside down, or left and right exchanged?)";
-  } else if (sxy * kLargestTrack <= sxx) {
+  } else if (sxy * smallest >= sxx || (correlated && sxy * largest <= sxx)) {
+    track.unknown = fmt::format(
+        "{:.4g} m, must be within {:.3g} to {:.3g} m ({:g} to {:g} wheel radii): is the gyro in rad/s, mounted as "
+        "said, "
+        "and the wheel radius right?",
+        sxx / sxy, smallest, largest, kSmallestTrack, kLargestTrack);
+  } else if (sxy * largest <= sxx) {
     track.unknown = "the yaw rate does not follow the wheels (robot on blocks?)";
   } else {
     const double slope = sxy / sxx;  // 1/b
@@ -512,10 +727,10 @@ Estimate effectiveTrack(const DriveRecording& recording, double rolling_radius, 
 }
 
 /// An estimate with its interval; unknown if the recording does not depend on it or leaves it open by more than its
-/// value.
-Estimate estimate(double value, double half_width) {
+/// value. @param resolution an interval as narrow as that is no doubt, whatever the value.
+Estimate estimate(double value, double half_width, double resolution = 0.02) {
   Estimate result{value, half_width, ""};
-  if (!std::isfinite(half_width) || half_width > std::max(std::abs(value), 0.02)) {
+  if (!std::isfinite(half_width) || half_width > std::max(std::abs(value), resolution)) {
     result.unknown = "the recording does not depend on it";
   }
   return result;
@@ -550,18 +765,27 @@ Identification identifyDriveTrain(const DriveRecording& recording, double wheel_
   checkSeries(recording.wheels, "wheel speeds", kLeastSamples);
   checkSeries(recording.yaw, "yaw rate", 0);
   checkValues(recording);
+  const std::string apart = apartText(recording.wheels, recording.commands);
+  if (!apart.empty()) throw IdentificationError("wheel speeds and commands " + apart);
   checkExcitation(recording);
 
   Identification result;
   result.remarks = recording.remarks;
   WheelFit fit{recording.wheels, stretchesOf(recording, result.remarks), {}, wheel_radius};
+  const Sampling sampling = samplingOf(recording.wheels);
+  checkHeld(recording, sampling, result.remarks);
   fit.counts = knownSamples(recording, fit.stretches);
   const double gain = checkWheels(fit);
   Theta theta = fitExplained(fit, gain, clippedSpeed(recording), result.remarks);
   remarkOnCommands(recording, fit.speed_limit, result.remarks);
   FitResult found = withIntervals(fit, theta, true);
-  const bool offset_known = found.half_width[kOffset] <= kLeastCommand;
-  if (!offset_known) {
+  std::string no_offset;  // why none is known
+  if (found.half_width[kOffset] > kLeastCommand) {
+    no_offset = "the commands are of one speed only; the gain is that at this speed";
+  } else if (differ(directions(fit, theta, sampling.doubt()))) {
+    no_offset = "forward and backward differ; the gain is that without an offset";
+  }
+  if (!no_offset.empty()) {
     theta = searchLeastSquares(fit, gain, false);
     found = withIntervals(fit, theta, false);
   }
@@ -575,13 +799,21 @@ Identification identifyDriveTrain(const DriveRecording& recording, double wheel_
   }
   checkRange(found);
 
-  result.dead_time = estimate(std::max(0.0, theta[kDeadTime]), found.half_width[kDeadTime]);
-  result.lag = estimate(theta[kLag], found.half_width[kLag]);
+  // Times are told as finely as the measurements follow each other.
+  const double resolution = std::max(0.02, sampling.renewal);
+  result.dead_time = estimate(std::max(0.0, theta[kDeadTime]), found.half_width[kDeadTime], resolution);
+  result.lag = estimate(theta[kLag], found.half_width[kLag], resolution);
   result.gain = estimate(theta[kGain], found.half_width[kGain]);
-  result.offset = {theta[kOffset], offset_known ? found.half_width[kOffset] : 0.0, ""};
-  if (!offset_known) {
-    result.offset.unknown = "the commands are of one speed only; the gain is that at this speed";
-  } else if (theta[kOffset] > std::max(kLeastOffset, found.half_width[kOffset])) {
+  result.offset = {theta[kOffset], no_offset.empty() ? found.half_width[kOffset] : 0.0, no_offset};
+  if (sampling.held()) {
+    const FitResult fresh = freshOnes(fit, theta, sampling, no_offset.empty());
+    const auto estimates = compared(result);
+    for (std::size_t i = 0; i < estimates.size(); ++i) cover(fresh, static_cast<int>(i), *estimates[i]);
+    if (no_offset.empty()) cover(fresh, kOffset, result.offset);
+  }
+  coverBoth(sides(fit, theta, sampling.doubt()), result);
+  coverBoth(directions(fit, theta, sampling.doubt()), result);
+  if (no_offset.empty() && theta[kOffset] > std::max(kLeastOffset, result.offset.half_width)) {
     result.remarks.push_back(fmt::format(
         "offset: the wheels turn by {:.2f} rad/s slower than the gain tells, and not at all below a command "
         "of {:.2f} rad/s; the gain is that above it",
@@ -593,6 +825,7 @@ Identification identifyDriveTrain(const DriveRecording& recording, double wheel_
   result.track_right = effectiveTrack(recording, wheel_radius * slip_factor, bias, -1.0);
   const auto speeds = fit.simulate(theta);
   for (std::size_t i = 0; i < speeds.size(); ++i) result.fitted.push_back({recording.wheels[i].time, speeds[i]});
+  result.sensor_rate = sensorRate(recording, sampling);
   result.duration = recording.wheels.back().time - recording.wheels.front().time;
   return result;
 }

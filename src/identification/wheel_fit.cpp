@@ -149,71 +149,9 @@ double refineUnlimited(const WheelFit& fit, Theta& theta, int parameters) {
   return refine(fit, theta, parameters);
 }
 
-}  // namespace
-
-Theta lowest() { return (Theta() << -0.1, 0.0, 0.1, std::log(0.1), -3.0).finished(); }
-Theta highest() { return (Theta() << 0.5, 1.0, 3.0, std::log(100.0), 3.0).finished(); }
-
-std::vector<WheelCommand> WheelFit::simulate(const Theta& theta) const {
-  std::vector<WheelCommand> speeds;
-  speeds.reserve(wheels.size());
-  for (const WheelSample& sample : wheels) speeds.push_back(sample.speed);
-  for (const Stretch& stretch : stretches) {
-    simulateStretch(*this, stretch, theta, &WheelCommand::left, speeds);
-    simulateStretch(*this, stretch, theta, &WheelCommand::right, speeds);
-  }
-  return speeds;
-}
-
-Eigen::VectorXd WheelFit::residuals(const Theta& theta) const {
-  const auto speeds = simulate(theta);
-  Eigen::VectorXd r = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(2 * speeds.size()));
-  for (std::size_t i = 0; i < speeds.size(); ++i) {
-    if (counts[i] == 0) continue;
-    r(static_cast<Eigen::Index>(2 * i)) = wheels[i].speed.left - speeds[i].left;
-    r(static_cast<Eigen::Index>(2 * i + 1)) = wheels[i].speed.right - speeds[i].right;
-  }
-  return r;
-}
-
-std::size_t WheelFit::size() const {
-  return 2 * static_cast<std::size_t>(std::count_if(counts.begin(), counts.end(), [](char c) { return c != 0; }));
-}
-
-Theta searchLeastSquares(const WheelFit& fit, double gain, bool fit_offset) {
-  constexpr std::size_t kStarts = 3;
-  std::vector<std::pair<double, Theta>> starts;
-  for (int i = -1; i <= 12; ++i) {
-    for (double lag : {0.01, 0.04, 0.15, 0.4}) {
-      for (double limit : {1.0, 3.0, 10.0, 50.0}) {
-        Theta theta;
-        theta << 0.04 * i, lag, gain, std::log(limit), 0.0;
-        starts.emplace_back(cost(fit, theta), theta);
-      }
-    }
-  }
-  std::partial_sort(starts.begin(), starts.begin() + kStarts, starts.end(),
-                    [](const auto& a, const auto& b) { return a.first < b.first; });
-  starts.resize(kStarts);
-  const int parameters = fit_offset ? kParameters : kOffset;
-  for (auto& start : starts) start.first = refine(fit, start.second, parameters);
-  const auto best =
-      *std::min_element(starts.begin(), starts.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  // A limit that the wheels never reached can still take up some noise: it has to explain more than chance does.
-  Theta unlimited = best.second;
-  const double without = refineUnlimited(fit, unlimited, parameters);
-  const double share = kSignificant * persistence(fit, fit.residuals(unlimited)) / static_cast<double>(fit.size());
-  const bool chance = without <= best.first * (1.0 + share) || advantage(fit, best.second, unlimited) <= kLikely;
-  return chance ? unlimited : best.second;
-}
-
-double studentQuantile(double degrees_of_freedom) {
-  const double n = std::max(1.0, degrees_of_freedom);
-  return 1.959964 + 2.372271 / n + 2.822496 / (n * n) + 2.555853 / (n * n * n);
-}
-
-FitResult withIntervals(const WheelFit& fit, const Theta& theta, bool fit_offset) {
-  const auto J = jacobian(fit, theta, fit_offset ? kParameters : kOffset);
+/// The intervals of the first so many parameters.
+FitResult intervals(const WheelFit& fit, const Theta& theta, int parameters) {
+  const auto J = jacobian(fit, theta, parameters);
   const Eigen::VectorXd r = fit.residuals(theta);
   FitResult result{theta, Theta::Constant(HUGE_VAL)};
   std::vector<int> seen;
@@ -258,10 +196,88 @@ FitResult withIntervals(const WheelFit& fit, const Theta& theta, bool fit_offset
     const double variance = std::max(robust(i, i) * blocks / (blocks - 1.0), white * bread(i, i));
     result.half_width[seen[static_cast<std::size_t>(i)]] = studentQuantile(blocks - 1.0) * std::sqrt(variance);
   }
+  return result;
+}
+
+}  // namespace
+
+Theta lowest() { return (Theta() << -0.1, 0.0, 0.1, std::log(0.1), -3.0).finished(); }
+Theta highest() { return (Theta() << 0.5, 1.0, 3.0, std::log(100.0), 3.0).finished(); }
+
+std::vector<WheelCommand> WheelFit::simulate(const Theta& theta) const {
+  std::vector<WheelCommand> speeds;
+  speeds.reserve(wheels.size());
+  for (const WheelSample& sample : wheels) speeds.push_back(sample.speed);
+  for (const Stretch& stretch : stretches) {
+    simulateStretch(*this, stretch, theta, &WheelCommand::left, speeds);
+    simulateStretch(*this, stretch, theta, &WheelCommand::right, speeds);
+  }
+  return speeds;
+}
+
+Eigen::VectorXd WheelFit::residuals(const Theta& theta) const {
+  const auto speeds = simulate(theta);
+  Eigen::VectorXd r = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(2 * speeds.size()));
+  for (std::size_t i = 0; i < speeds.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(2 * i);
+    if ((counts[i] & kLeft) != 0) r(row) = wheels[i].speed.left - speeds[i].left;
+    if ((counts[i] & kRight) != 0) r(row + 1) = wheels[i].speed.right - speeds[i].right;
+  }
+  return r;
+}
+
+std::size_t WheelFit::size() const {
+  std::size_t values = 0;
+  for (const char c : counts) values += ((c & kLeft) != 0) + ((c & kRight) != 0);
+  return values;
+}
+
+Theta searchLeastSquares(const WheelFit& fit, double gain, bool fit_offset) {
+  constexpr std::size_t kStarts = 3;
+  std::vector<std::pair<double, Theta>> starts;
+  for (int i = -1; i <= 12; ++i) {
+    for (double lag : {0.01, 0.04, 0.15, 0.4}) {
+      for (double limit : {1.0, 3.0, 10.0, 50.0}) {
+        Theta theta;
+        theta << 0.04 * i, lag, gain, std::log(limit), 0.0;
+        starts.emplace_back(cost(fit, theta), theta);
+      }
+    }
+  }
+  std::partial_sort(starts.begin(), starts.begin() + kStarts, starts.end(),
+                    [](const auto& a, const auto& b) { return a.first < b.first; });
+  starts.resize(kStarts);
+  const int parameters = fit_offset ? kParameters : kOffset;
+  for (auto& start : starts) start.first = refine(fit, start.second, parameters);
+  const auto best =
+      *std::min_element(starts.begin(), starts.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  // A limit that the wheels never reached can still take up some noise: it has to explain more than chance does.
+  Theta unlimited = best.second;
+  const double without = refineUnlimited(fit, unlimited, parameters);
+  const double share = kSignificant * persistence(fit, fit.residuals(unlimited)) / static_cast<double>(fit.size());
+  const bool chance = without <= best.first * (1.0 + share) || advantage(fit, best.second, unlimited) <= kLikely;
+  return chance ? unlimited : best.second;
+}
+
+double studentQuantile(double degrees_of_freedom) {
+  const double n = std::max(1.0, degrees_of_freedom);
+  return 1.959964 + 2.372271 / n + 2.822496 / (n * n) + 2.555853 / (n * n * n);
+}
+
+FitResult withIntervals(const WheelFit& fit, const Theta& theta, bool fit_offset) {
+  const int parameters = fit_offset ? kParameters : kOffset;
+  FitResult result = intervals(fit, theta, parameters);
   Theta unlimited = theta;
-  refineUnlimited(fit, unlimited, fit_offset ? kParameters : kOffset);
+  refineUnlimited(fit, unlimited, parameters);
   if (advantage(fit, theta, unlimited) <= kSure) result.half_width[kLogLimit] = HUGE_VAL;
   return result;
+}
+
+FitResult fitPart(const WheelFit& part, const Theta& theta, bool fit_offset) {
+  const int parameters = fit_offset ? kParameters : kOffset;
+  Theta near = theta;
+  refine(part, near, parameters);
+  return intervals(part, near, parameters);
 }
 
 }  // namespace jackal_aic::identification

@@ -32,18 +32,21 @@ struct Stretch {
   std::size_t end = 0;                  ///< behind the last one
 };
 
+/// Which wheels of a sample a fit counts.
+enum Counted : char { kNeither = 0, kLeft = 1, kRight = 2, kBoth = 3 };
+
 /// The data of a fit and what it keeps fixed.
 struct WheelFit {
   const std::vector<WheelSample>& wheels;
   std::vector<Stretch> stretches;
-  std::vector<char> counts;                                      ///< of each wheel sample, whether the fit counts it
+  std::vector<char> counts;                                      ///< of each wheel sample, one of Counted
   double radius;                                                 ///< of the wheels [m]
   double speed_limit = std::numeric_limits<double>::infinity();  ///< at which the motors are clipped [rad/s]
 
   /// Speeds of the model at the stamps of the measured ones; the measured ones outside all stretches.
   std::vector<WheelCommand> simulate(const Theta& theta) const;
 
-  /// Measured minus fitted speed [rad/s], left and right of each sample in turn; zero where the sample does not count.
+  /// Measured minus fitted speed [rad/s], left and right of each sample in turn; zero where the wheel does not count.
   Eigen::VectorXd residuals(const Theta& theta) const;
 
   /// Number of values that count.
@@ -64,6 +67,10 @@ Theta searchLeastSquares(const WheelFit& fit, double gain, bool fit_offset);
 /// scores summed over blocks of time (cluster-robust "sandwich", Liang and Zeger 1986), Student's distribution with the
 /// number of blocks that tell about a parameter. A limit that explains no more than chance may is not known.
 FitResult withIntervals(const WheelFit& fit, const Theta& theta, bool fit_offset);
+
+/// Estimate of a part of what a fit counts: the least squares near the whole's estimate `theta`, with intervals.
+/// @param fit_offset false: at the offset of the whole.
+FitResult fitPart(const WheelFit& part, const Theta& theta, bool fit_offset);
 
 /// 97.5 % quantile of Student's distribution by its expansion about the normal one (Abramowitz and Stegun 26.7.5).
 double studentQuantile(double degrees_of_freedom);

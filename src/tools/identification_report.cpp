@@ -63,6 +63,7 @@ std::string identificationTable(const Identification& result) {
   text += row("acceleration limit", result.acceleration_limit, "m/s^2");
   text += row("effective track, left", result.track_left, "m");
   text += row("effective track, right", result.track_right, "m");
+  text += fmt::format("{:<26} {:9.4g} Hz\n", "sensor rate", result.sensor_rate);
   text += fmt::format("{:<26} {:9.4f} rad/s\n", "residual (RMS)", result.residual);
   text += fmt::format("{:<26} {:9.4f}\n", "R^2", result.r_squared);
   for (const auto& remark : result.remarks) text += remark + "\n";
@@ -79,6 +80,7 @@ std::string plantModelYaml(const Identification& result, const RecordingSource& 
   model.gain = rounded(result.gain.value);
   model.acceleration_limit = rounded(result.acceleration_limit.value);
   model.effective_track = rounded(effectiveTrack(result));
+  model.sensor_rate = result.sensor_rate;
   model.dead_time_half_width = rounded(result.dead_time.half_width);
   model.lag_half_width = rounded(result.lag.half_width);
   model.gain_half_width = rounded(result.gain.half_width);

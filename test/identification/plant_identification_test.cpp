@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <ctime>
 #include <functional>
 #include <random>
+#include <string>
+#include <tuple>
 #include <utility>
 
 #include "excitation.hpp"
@@ -100,9 +103,9 @@ TEST(PlantIdentification, SpeedsThatNoRobotHasAreToldWithTheirBound) {
   wheels.wheels[100].speed.left = 1e300;
   turn.yaw[100].yaw_rate = -2e3;
   command.commands[100].command.right = 3e38;
-  EXPECT_EQ(refusal(wheels), "wheel speeds = 1e+300 rad/s: must be within +-10000 rad/s");
-  EXPECT_EQ(refusal(turn), "yaw rate = -2000 rad/s: must be within +-1000 rad/s");
-  EXPECT_EQ(refusal(command), "wheel commands = 3e+38 rad/s: must be within +-10000 rad/s");
+  EXPECT_EQ(refusal(wheels), "wheel speeds = 1e+300 rad/s at 2.020 s: must be within +-10000 rad/s");
+  EXPECT_EQ(refusal(turn), "yaw rate = -2000 rad/s at 2.020 s: must be within +-1000 rad/s");
+  EXPECT_EQ(refusal(command), "wheel commands = 3e+38 rad/s at 2.007 s: must be within +-10000 rad/s");
 }
 
 TEST(PlantIdentification, ASlowTurnIsNoBiasOfTheGyro) {
@@ -176,7 +179,12 @@ TEST(PlantIdentification, RefusesWhatCannotBeIdentified) {
 
   DriveRecording broken = good;
   broken.wheels[10].speed.left = std::nan("");
-  EXPECT_NE(refusal(broken).find("not finite"), std::string::npos);
+  EXPECT_EQ(refusal(broken), "wheel speeds at 0.220 s: a value is not finite");
+
+  DriveRecording apart = good;
+  for (auto& sample : apart.wheels) sample.time += 3600.0;
+  EXPECT_EQ(refusal(apart).rfind("wheel speeds and commands do not overlap in time (3600.020 to ", 0), 0U)
+      << refusal(apart);
 
   DriveRecording short_one = good;
   short_one.wheels.resize(20);
@@ -192,6 +200,9 @@ struct Drive {
   double imu_stamp = 0.0;                                        // s, later than that of the wheels
   double duration = 20.0;                                        // s
   double noise = 0.03;                                           // rad/s
+  double right_gain = 1.0, backward_gain = 1.0;                  // times gain, of wheels on the right, and backward
+  double right_later = 0.0;                                      // s, dead time of the right more than that of the left
+  double hold = 0.0;                                             // s, between two measurements of the wheels
 };
 
 /// Steps of 0.8 s, drawn at random, turns included.
@@ -200,8 +211,9 @@ DriveRecording record(const Drive& drive) {
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> speed(-8.0, 8.0);
   DriveRecording recording;
-  const auto target = [&](double u) {
-    return std::copysign(std::max(0.0, drive.gain * std::abs(u) - drive.offset), u);
+  const auto target = [&](double u, double gain) {
+    const double of_direction = u < 0.0 ? gain * drive.backward_gain : gain;
+    return std::copysign(std::max(0.0, of_direction * std::abs(u) - drive.offset), u);
   };
   const auto applied = [&](double time) {
     WheelCommand command;
@@ -211,21 +223,23 @@ DriveRecording record(const Drive& drive) {
     return command;
   };
   WheelVector wheels = WheelVector::Zero();
-  WheelCommand command;
+  WheelCommand command, measured;
   const auto due = [](int k, double rate) { return std::floor(k * 1e-3 * rate) != std::floor((k - 1) * 1e-3 * rate); };
   for (int k = 0; k < 1000 * drive.duration; ++k) {
     const double time = k * 1e-3;
     if (k % 800 == 0 && k > 0) command = {speed(random), speed(random)};
     if (k % 20 == 0) recording.commands.push_back({time, command});
-    const WheelCommand u = applied(time - drive.dead_time);
+    const double left = applied(time - drive.dead_time).left;
+    const double right = applied(time - drive.dead_time - drive.right_later).right;
+    const double left_target = target(left, drive.gain), right_target = target(right, drive.gain * drive.right_gain);
     const double largest = 1e-3 * drive.limit / kRadius;
-    for (auto [w, asked] : {std::pair<double&, double>{wheels(0), u.left}, {wheels(1), u.right}}) {
-      w += std::clamp((1.0 - std::exp(-1e-3 / drive.lag)) * (target(asked) - w), -largest, largest);
+    for (auto [w, asked] : {std::pair<double&, double>{wheels(0), left_target}, {wheels(1), right_target}}) {
+      w += std::clamp((1.0 - std::exp(-1e-3 / drive.lag)) * (asked - w), -largest, largest);
     }
-    if (due(k, drive.wheel_rate)) {
-      recording.wheels.push_back(
-          {time + 1e-3, {wheels(0) + drive.noise * normal(random), wheels(1) + drive.noise * normal(random)}});
+    if (due(k, drive.hold > 0.0 ? 1.0 / drive.hold : drive.wheel_rate)) {
+      measured = {wheels(0) + drive.noise * normal(random), wheels(1) + drive.noise * normal(random)};
     }
+    if (due(k, drive.wheel_rate)) recording.wheels.push_back({time + 1e-3, measured});
     if (due(k, drive.imu_rate)) {
       recording.yaw.push_back({time + 1e-3 + drive.imu_stamp, kRadius * (wheels(1) - wheels(0)) / drive.track});
     }
@@ -350,6 +364,122 @@ TEST(PlantIdentification, SaysWhenTheGyroIsUpsideDown) {
   for (auto& sample : recording.yaw) sample.yaw_rate = -sample.yaw_rate;
   const Identification found = identifyDriveTrain(recording, kRadius);
   EXPECT_NE(found.track_left.unknown.find("upside down"), std::string::npos);
+}
+
+TEST(PlantIdentification, AGyroOfAnotherUnitOrScaleTellsNoTrack) {
+  for (const auto& [scale, track] : {std::pair(180.0 / M_PI, 0.01047), std::pair(0.2, 3.0)}) {
+    DriveRecording recording = record(Drive{});
+    for (auto& sample : recording.yaw) sample.yaw_rate *= scale;
+    const Identification found = identifyDriveTrain(recording, kRadius);
+    for (const Estimate* side : {&found.track_left, &found.track_right}) {
+      EXPECT_NEAR(std::atof(side->unknown.c_str()), track, 0.01 * track) << side->unknown;
+      EXPECT_NE(side->unknown.find(" m, must be within 0.196 to 1.96 m"), std::string::npos) << side->unknown;
+    }
+  }
+}
+
+TEST(PlantIdentification, SaysWhyThereIsNoTrack) {
+  const DriveRecording good = record(Drive{});
+  DriveRecording apart = good, gone = good, far = good;
+  for (auto& sample : apart.yaw) sample.time += 100.0;
+  EXPECT_EQ(identifyDriveTrain(apart, kRadius).track_left.unknown.rfind("wheel speeds and IMU data do not overlap", 0),
+            0U);
+  gone.yaw.clear();
+  gone.yaw_unknown = "nobody says how it is mounted";
+  EXPECT_EQ(identifyDriveTrain(gone, kRadius).track_left.unknown, gone.yaw_unknown);
+  far.yaw = {good.yaw.front(), good.yaw.back()};
+  EXPECT_EQ(identifyDriveTrain(far, kRadius).track_left.unknown.rfind("no IMU data within", 0), 0U);
+}
+
+bool covers(const Estimate& estimate, double truth) {
+  return estimate.known() && std::abs(estimate.value - truth) <= estimate.half_width;
+}
+
+/// Whether there is a remark that begins so.
+bool remarked(const Identification& found, const std::string& text) {
+  return std::any_of(found.remarks.begin(), found.remarks.end(),
+                     [&](const std::string& remark) { return remark.rfind(text, 0) == 0; });
+}
+
+TEST(PlantIdentification, IntervalsCoverSidesThatDiffer) {
+  Drive drive;
+  drive.right_gain = 0.8;
+  Identification found = identifyDriveTrain(record(drive), kRadius);
+  EXPECT_TRUE(remarked(found, "left and right differ: gain 1.00"));
+  EXPECT_TRUE(covers(found.gain, 1.0) && covers(found.gain, 0.8)) << found.gain.value << " " << found.gain.half_width;
+  drive = Drive{};
+  drive.right_later = 0.1;
+  found = identifyDriveTrain(record(drive), kRadius);
+  EXPECT_TRUE(remarked(found, "left and right differ: dead time 0.10"));
+  EXPECT_TRUE(covers(found.dead_time, drive.dead_time) && covers(found.dead_time, drive.dead_time + drive.right_later))
+      << found.dead_time.value << " " << found.dead_time.half_width;
+}
+
+TEST(PlantIdentification, IntervalsCoverDirectionsThatDifferWhichAreNoOffset) {
+  Drive drive;
+  drive.backward_gain = 0.8;
+  const Identification found = identifyDriveTrain(record(drive), kRadius);
+  EXPECT_TRUE(remarked(found, "forward and backward differ: gain 1.0") ||
+              remarked(found, "forward and backward differ: gain 0.99"));
+  EXPECT_TRUE(covers(found.gain, 1.0) && covers(found.gain, 0.8)) << found.gain.value << " " << found.gain.half_width;
+  EXPECT_FALSE(found.offset.known());
+  EXPECT_FALSE(remarked(found, "offset: "));
+}
+
+TEST(PlantIdentification, EqualSidesAndDirectionsAreNotRemarkedOn) {
+  for (const double offset : {0.0, 0.5}) {
+    Drive drive;
+    drive.offset = offset;
+    const Identification found = identifyDriveTrain(record(drive), kRadius);
+    EXPECT_FALSE(remarked(found, "left and right differ") || remarked(found, "forward and backward differ")) << offset;
+    EXPECT_TRUE(covers(found.offset, offset)) << found.offset.value;
+  }
+}
+
+TEST(PlantIdentification, TellsTheRateOfTheSensors) {
+  for (const auto& [wheels, imu, rate] :
+       {std::tuple(20.0, 80.0, 20.0), std::tuple(80.0, 50.0, 50.0), std::tuple(80.0, 80.0, 80.0),
+        std::tuple(33.3, 50.0, 34.0), std::tuple(10.0, 50.0, 10.0), std::tuple(125.0, 200.0, 125.0)}) {
+    Drive drive;
+    drive.wheel_rate = wheels;
+    drive.imu_rate = imu;
+    EXPECT_EQ(identifyDriveTrain(record(drive), kRadius).sensor_rate, rate) << wheels << " " << imu;
+  }
+}
+
+TEST(PlantIdentification, AHeldWheelSpeedIsOneMeasurement) {
+  for (const auto& [rate, hold] : {std::pair(50.0, 0.1), std::pair(20.0, 0.1), std::pair(50.0, 0.07)}) {
+    Drive drive;
+    drive.wheel_rate = rate;
+    drive.hold = hold;
+    const Identification found = identifyDriveTrain(record(drive), kRadius);
+    SCOPED_TRACE(std::to_string(rate) + " Hz, held " + std::to_string(hold) + " s");
+    EXPECT_TRUE(
+        remarked(found, "held: the wheel speeds are renewed every 0." + std::to_string(std::lround(1e3 * hold) / 100)));
+    EXPECT_TRUE(covers(found.dead_time, drive.dead_time)) << found.dead_time.value << " " << found.dead_time.half_width;
+    EXPECT_TRUE(covers(found.lag, drive.lag)) << found.lag.value << " " << found.lag.half_width;
+    // One in twenty misses by chance, this by the last digit.
+    EXPECT_LE(std::abs(found.gain.value - drive.gain), found.gain.half_width + 0.001);
+    EXPECT_EQ(found.sensor_rate, rate);
+  }
+  Drive slow;
+  slow.wheel_rate = 20.0;
+  slow.hold = 0.25;
+  EXPECT_EQ(refusal(record(slow)).rfind("the wheel speeds are renewed every 0.250 s only", 0), 0U);
+}
+
+/// What repeats because it is coarse is not held.
+TEST(PlantIdentification, CoarseEncodersAreNotHeld) {
+  for (const double step : {0.0065, 0.1, 0.3}) {
+    for (const double noise : {0.0, 0.03}) {
+      auto parameters = plantWith(0.1, 0.1, 1.0, 1.65);
+      parameters.encoder_step = step;
+      parameters.encoder_noise = noise;
+      const Identification found = identifyDriveTrain(record(parameters), kRadius);
+      EXPECT_FALSE(remarked(found, "held")) << step << " " << noise;
+      EXPECT_EQ(found.sensor_rate, 50.0);
+    }
+  }
 }
 
 TEST(PlantIdentification, TakesTenMinutesInSeconds) {

@@ -473,6 +473,7 @@ TEST(IdentificationReport, TheNameOfABagStaysInItsComment) {
 TEST(IdentificationReport, YamlHoldsTheEstimates) {
   Identification result = foundDriveTrain();
   result.offset = {0.48, 0.02, ""};
+  result.sensor_rate = 20.0;
   result.acceleration_limit = {3.2, 0.0, "never reached; at least the largest acceleration seen"};
   result.track_left = {0.55, 0.01, ""};
   result.track_right = {0.0, 0.0, "no turn to the right"};
@@ -488,6 +489,7 @@ TEST(IdentificationReport, YamlHoldsTheEstimates) {
   EXPECT_DOUBLE_EQ(number("lag_half_width"), 0.002);
   EXPECT_DOUBLE_EQ(number("gain_half_width"), 0.001);
   EXPECT_DOUBLE_EQ(number("offset"), 0.48);
+  EXPECT_DOUBLE_EQ(number("sensor_rate"), 20.0);
   EXPECT_DOUBLE_EQ(number("offset_half_width"), 0.02);
   EXPECT_NE(identificationTable(result).find("no turn to the right"), std::string::npos);
   result.gain.unknown = "the recording does not depend on it";

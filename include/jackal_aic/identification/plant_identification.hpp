@@ -12,7 +12,9 @@
 /// fitted to all wheel speeds at once by least squares. The offset is that of motors which turn by a fixed amount
 /// slower than commanded and not at all below it (clearpath_robot#280). Recordings are cut at gaps and where the
 /// commands do not explain the driving. Confidence intervals are those of the linearised fit with residuals that depend
-/// on each other over a second (cluster-robust, Liang and Zeger 1986).
+/// on each other over a second (cluster-robust, Liang and Zeger 1986). Where left and right, or forward and backward,
+/// have drive trains of their own, they cover both, and where a driver repeats wheel speeds between two measurements,
+/// fresh and old ones.
 
 #include <stdexcept>
 #include <string>
@@ -77,6 +79,7 @@ struct Identification {
   Estimate track_right;         ///< effective track turning right [m]
   double residual = 0.0;        ///< root mean square of measured minus fitted wheel speed [rad/s]
   double r_squared = 0.0;       ///< share of the variance of the wheel speeds that the model explains
+  double sensor_rate = 50.0;    ///< of wheel speeds, or of the yaw rate where that is lower, rounded [Hz]
   double duration = 0.0;        ///< from the first wheel sample to the last [s]
   std::vector<std::string> remarks;  ///< what a user should know, one line each
   std::vector<WheelSample> fitted;   ///< wheel speeds of the fitted model at the stamps of the measured ones
