@@ -212,11 +212,15 @@ void YawMonitor::watchJumps(double yaw_rate, double x, double step, bool pushed)
   const double by = yaw_rate - last_, error = belief_.error(yaw_rate, x);
   jumped_ =
       jumped_ ? distance_ > kJumpEnd : distance_ > 1.0 && by * error > 0.0 && std::abs(by) > change * step + noise;
-  if (jumped_ && !jumped) jumped_by_ = error;
-  // The sample that felt the push may come before or after the one that saw the turn; and a body that the ground throws
-  // round goes on from sample to sample, where a gyro jumps from one to the next.
+  if (jumped_ && !jumped) {
+    jumped_by_ = error;
+    thrown_ = false;
+  }
+  // The sample that felt the push may come before or after the one that saw the turn.
+  if (pushed && jump_time_ < kAtOnce) jumped_ = false;
+  // A body that the ground throws round goes on from sample to sample, where a gyro jumps from one to the next.
   const bool goes_on = std::copysign(1.0, jumped_by_) * error - std::abs(jumped_by_) > noise;
-  if ((pushed || goes_on) && jump_time_ < kAtOnce) jumped_ = false;
+  if (goes_on && jump_time_ < kAtOnce) thrown_ = true;
   jolts_ += (jumped && !jumped_ ? 1.0 : 0.0) - jolts_ * step / kJoltMemory;
   jump_time_ = jumped_ ? jump_time_ + step : 0.0;
   last_ = yaw_rate;
@@ -225,7 +229,9 @@ void YawMonitor::watchJumps(double yaw_rate, double x, double step, bool pushed)
 bool YawMonitor::slides(double yaw_rate, const DifferenceSpeed& x) const {
   const double error = belief_.error(yaw_rate, x.value), speed = std::abs(x.forward);
   const double part = error / (belief_.slope() * x.value);  // of what the wheels ask for
-  if (jumped_) return jump_time_ < std::min(kTimePerJolt * jolts_, kLongestJolt) && std::abs(part) <= kRocking;
+  const bool rocks =
+      jumped_ && jump_time_ < std::min(kTimePerJolt * jolts_, kLongestJolt) && std::abs(part) <= kRocking;
+  if (rocks || (jumped_ && !thrown_)) return rocks;
   const bool held_at_one_side = speed < kCreep && std::abs(error) < kAboutOneSide * belief_.slope() * speed;
   return held_at_one_side || (part >= -(1.0 + kAgainst) && part <= kOtherGround);
 }

@@ -113,6 +113,7 @@ class YawMonitor {
   double last_ = 0.0;            // yaw rate [rad/s]
   bool jumped_ = false;          // since the last good sample, faster than a body can
   double jumped_by_ = 0.0;       // error of the sample that did [rad/s]
+  bool thrown_ = false;          // and it went on, as a body does
   double jump_time_ = 0.0;       // for which it has [s]
   double forward_lately_ = 0.0;  // fastest speed, fading [m/s]
   double jolts_ = 0.0;           // jumps that ended by themselves, those of long ago less
