@@ -36,9 +36,9 @@ class Judgement {
       : scenario_(scenario), record_(record), limits_(limits) {}
 
   Verdict verdict() {
-    if (!record_.breakdown.empty()) fail(record_.breakdown);
+    if (!record_.breakdown.empty()) failUnsound(record_.breakdown);
     if (record_.truth.empty() || record_.commands.empty() || record_.states.empty()) {
-      fail("nothing was recorded");
+      failUnsound("nothing was recorded");
       return verdict_;
     }
     tellHistory();
@@ -51,6 +51,11 @@ class Judgement {
 
  private:
   void fail(const std::string& failure) { verdict_.failures.push_back(failure); }
+
+  void failUnsound(const std::string& failure) {
+    verdict_.unsound.push_back(failure);
+    fail(failure);
+  }
 
   void tellHistory() {
     const std::string* last = nullptr;
@@ -107,17 +112,18 @@ class Judgement {
     const SkidSteerKinematics kinematics(limits_.geometry);
     const CommandSample* previous = nullptr;
     for (const CommandSample& sample : record_.commands) {
-      if (!sample.speeds.vector().allFinite()) return fail("a drive command is not finite");
+      if (!sample.speeds.vector().allFinite()) return failUnsound("a drive command is not finite");
       checkBounds(sample, kinematics);
-      if (sample.fresh_start && sample.speeds != WheelCommand{}) fail("an old motion goes on after a fresh start");
+      if (sample.fresh_start && sample.speeds != WheelCommand{})
+        failUnsound("an old motion goes on after a fresh start");
       if (previous != nullptr && !sample.fresh_start) measureStep(*previous, sample, kinematics);
       previous = &sample;
     }
     if (verdict_.limit_use > 1.0 + kRounding)
-      fail(fmt::format("a drive command is {:.2f} of the limits", verdict_.limit_use));
+      failUnsound(fmt::format("a drive command is {:.2f} of the limits", verdict_.limit_use));
     if (verdict_.acceleration_use > 1.0 + kRounding) {
-      fail(fmt::format("drive command steps by {:.2f} rad/s in one period, {:.2f} of the limit", verdict_.command_step,
-                       verdict_.acceleration_use));
+      failUnsound(fmt::format("drive command steps by {:.2f} rad/s in one period, {:.2f} of the limit",
+                              verdict_.command_step, verdict_.acceleration_use));
     }
   }
 

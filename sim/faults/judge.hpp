@@ -79,6 +79,10 @@ struct Verdict {
   std::string told;                      ///< what told of it
   std::vector<std::string> failures;     ///< what was not as it has to be; empty if all was
 
+  /// Those of the failures that no fault excuses: a run that broke down or was not recorded, and drive commands that
+  /// are not finite, not within the limits or go on after a fresh start.
+  std::vector<std::string> unsound;
+
   bool passed() const { return failures.empty(); }  ///< every bar is met
 };
 

@@ -15,12 +15,6 @@ std::string number(double value) { return fmt::format("{:.3f}", value); }
 
 std::string number(const std::optional<double>& value) { return value ? number(*value) : ""; }
 
-/// A text as a CSV field on one line: whoever follows the file while it grows takes a line for a row.
-std::string lineField(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return csvField(text);
-}
-
 /// The faults of a scenario in words: "imu bias 0.2 of gyro".
 std::string faultsOf(const Scenario& scenario) {
   std::vector<std::string> words;
@@ -42,6 +36,11 @@ std::string faultsOf(const Scenario& scenario) {
 }
 
 }  // namespace
+
+std::string lineField(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return csvField(text);
+}
 
 std::string verdictHeader() {
   return "scenario,faults,expected,distance_m,standstill_s,allowed_s,command_step_radps,acceleration_use,limit_use,"

@@ -10,6 +10,9 @@
 
 namespace jackal_aic::sim {
 
+/// A text as a CSV field on one line: whoever follows the file while it grows takes a line for a row.
+std::string lineField(std::string text);
+
 /// Header line of the table.
 std::string verdictHeader();
 
