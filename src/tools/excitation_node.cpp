@@ -10,8 +10,12 @@
 #include <topic_tools/shape_shifter.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <boost/algorithm/string/replace.hpp>
+#include <cctype>
 #include <cmath>
 #include <csignal>
+#include <cstring>
 #include <fstream>
 #include <iostream>
 #include <iterator>
@@ -61,6 +65,7 @@ class ExcitationNode {
   ExcitationNode(ros::NodeHandle& node, const ros::NodeHandle& private_node, const Excitation& excitation,
                  const GeometryParameters& geometry, bool recorded)
       : excitation_(excitation),
+        tf_prefix_(tfPrefix(private_node)),
         subscribers_(recorded ? 2 : 1),
         limiter_(LimitParameters{}, geometry, kPeriod),
         drive_(node.advertise<jackal_msgs::Drive>("cmd_drive", 1)),
@@ -135,6 +140,19 @@ class ExcitationNode {
   /// Says zero once more, unless others have the motors.
   void publishStop() {
     if (!graph_.contended()) drive_.publish(driveMessage({}));
+  }
+
+  /// What identify has to be told of a bag of these topics.
+  std::string bagOptions() const {
+    std::string options;
+    const auto tell = [&options](const char* option, const std::string& name, const char* usual) {
+      if (name != usual) options += std::string(" --") + option + " " + name;
+    };
+    tell("drive-topic", drive_.getTopic(), "/cmd_drive");
+    tell("wheel-topic", wheels_.getTopic(), "/joint_states");
+    tell("imu-topic", imu_.getTopic(), "/imu/data");
+    tell("base-frame", prefixedFrame(tf_prefix_, "base_link"), "base_link");
+    return options;
   }
 
   /// True if the motion was driven to its end. Else why not; empty if a person ended it.
@@ -222,6 +240,7 @@ class ExcitationNode {
   }
 
   Excitation excitation_;
+  std::string tf_prefix_;
   std::uint32_t subscribers_;  // of the commands: the motors, and the recorder
   CommandLimiter limiter_;
   Heartbeat feedback_, wheels_heard_, imu_heard_;
@@ -240,6 +259,13 @@ class ExcitationNode {
   bool complete_ = false;
   std::string why_;
 };
+
+/// A path as a word of the shell.
+std::string shellWord(const std::string& path) {
+  const auto plain = [](unsigned char c) { return std::isalnum(c) != 0 || std::strchr("/._-", c) != nullptr; };
+  if (std::all_of(path.begin(), path.end(), plain)) return path;
+  return "'" + boost::replace_all_copy(path, "'", "'\\''") + "'";
+}
 
 /// The URI of a node; empty if there is none of this name.
 std::string uriOf(const std::string& node) {
@@ -304,8 +330,8 @@ int excite(ros::NodeHandle& node, const ros::NodeHandle& private_node, StopReque
   stop_request.flush();  // nothing is logged after it
   if (excitation.complete()) std::cout << "The excitation is complete." << std::endl;
   if (excitation.complete() && !session.bag.empty()) {
-    std::cout << "Recorded " << session.bag << ". Next:\n    rosrun jackal_aic identify " << session.bag
-              << " --robot \"my Jackal\" --out my_jackal.yaml" << std::endl;
+    std::cout << "Recorded " << session.bag << ". Next:\n    rosrun jackal_aic identify " << shellWord(session.bag)
+              << excitation.bagOptions() << " --robot \"my Jackal\" --out my_jackal.yaml" << std::endl;
   }
   return failed ? 1 : 0;
 }

@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <regex>
 #include <sstream>
 #include <tuple>
 
@@ -205,11 +206,15 @@ class Launch : public testing::Test {
 
   /// Runs launch/step_response.launch to its end; what it says is in the file log.
   void launch(const ManoeuvreFile& manoeuvre, const std::string& arguments) const {
+    roslaunch("step_response.launch real_time_factor:=2 manoeuvre:=" + write("manoeuvre.yaml", manoeuvre.text) +
+              " output_directory:=" + directory_ + " " + arguments);
+  }
+
+  /// Runs a launch file to its end, in a namespace; what it says is in the file log.
+  void roslaunch(const std::string& arguments, const std::string& name_space = "/") const {
     const std::string port = std::to_string(freePort());
-    const std::string command =
-        "ROS_MASTER_URI=http://127.0.0.1:" + port + " roslaunch -p " + port +
-        " jackal_aic step_response.launch real_time_factor:=2 manoeuvre:=" + write("manoeuvre.yaml", manoeuvre.text) +
-        " output_directory:=" + directory_ + " " + arguments + " > " + path("log") + " 2>&1";
+    const std::string command = "ROS_NAMESPACE=" + name_space + " ROS_MASTER_URI=http://127.0.0.1:" + port +
+                                " roslaunch -p " + port + " jackal_aic " + arguments + " > " + path("log") + " 2>&1";
     EXPECT_EQ(std::system(command.c_str()), 0);
   }
 
@@ -301,6 +306,19 @@ TEST_F(Launch, SaysThatAPlantWithoutAModelOfItNeedsOne) {
   launch(kStep, "plant:=" + write("plant.yaml", calibratedPlant()));
   EXPECT_TRUE(legsOf(readRows(path("response.csv"), Witness::truth), Witness::truth).empty());
   EXPECT_NE(text("log").find("plant_model:=FILE"), std::string::npos) << text("log");
+}
+
+// The command that it shows in the end is the one that works.
+TEST_F(Launch, RecordsTheExcitationInANamespaceIntoAPathWithASpace) {
+  const std::string plant = write("plant.yaml", readText(kConfig + "plant.yaml") + "real_time_factor: 2.0\n");
+  roslaunch("identify.launch simulated:=true countdown:=0 plant:=" + plant + " bag:='" + path("my drive.bag") + "'",
+            "/robot1");
+  std::smatch shown;
+  const std::string said = text("log");
+  ASSERT_TRUE(std::regex_search(said, shown, std::regex("Next:\n +(rosrun jackal_aic identify .*)\n"))) << said;
+  const std::string identify = "cd " + path("") + " && " + shown.str(1) + " > identified 2>&1";
+  EXPECT_EQ(std::system(identify.c_str()), 0) << identify << "\n" << text("identified");
+  EXPECT_NE(text("my_jackal.yaml").find("dead_time"), std::string::npos);
 }
 
 TEST_F(Launch, TakesTheSlipFileThatThePredictiveControllerWrote) {

@@ -27,6 +27,9 @@ std::vector<fs::path> bagsOf(const fs::path& prefix) {
   return bags;
 }
 
+/// A path as a word of the shell.
+std::string quoted(const std::string& path) { return "'" + path + "'"; }
+
 /// What a command prints; its exit status is checked.
 std::string output(const std::string& command, int expected) {
   std::string text;
@@ -87,23 +90,23 @@ TEST_F(RecordTest, DriveComesOutToTheBit) {
 
   const std::string bag = recording();
   ASSERT_NE(bag, "");
-  const std::string text = output("rosrun jackal_aic replay --check " + bag, 0);
+  const std::string text = output("rosrun jackal_aic replay --check " + quoted(bag), 0);
   EXPECT_NE(text.find("all the same to the bit"), std::string::npos) << text;
   EXPECT_EQ(text.find("missing"), std::string::npos) << text;
   EXPECT_EQ(text.find("begins"), std::string::npos) << text;
   EXPECT_NE(text.find("emergency stop"), std::string::npos) << text;
 
   // The sensors' messages alone give the same drive, with the timers a moment apart.
-  const std::string messages = output("rosrun jackal_aic replay --messages " + bag, 0);
+  const std::string messages = output("rosrun jackal_aic replay --messages " + quoted(bag), 0);
   EXPECT_NE(messages.find("Messages of the sensors"), std::string::npos) << messages;
   EXPECT_EQ(messages.find("refused"), std::string::npos) << messages;
   EXPECT_NE(messages.find("emergency stop"), std::string::npos) << messages;
 
   const std::string picture = to_ + ".png";
-  output("rosrun jackal_aic plot " + bag + " --output " + picture, 0);
+  output("rosrun jackal_aic plot " + quoted(bag) + " --output " + quoted(picture), 0);
   EXPECT_GT(fs::file_size(picture), 10000u);
   fs::remove(picture);
-  EXPECT_NE(output("rosrun jackal_aic plot " + bag + " --namespace robot1", 1).find("no messages on /robot1/"),
+  EXPECT_NE(output("rosrun jackal_aic plot " + quoted(bag) + " --namespace robot1", 1).find("no messages on /robot1/"),
             std::string::npos);
 }
 
@@ -126,7 +129,7 @@ TEST_F(RecordTest, StateHasWhatWasMeasuredBesideWhatIsBelieved) {
   EXPECT_NEAR(state.measured_forward, state.belief_forward.at(0), 0.05);
 
   const std::string picture = to_ + ".png";
-  output("timeout 60 rosrun jackal_aic plot_live --duration 3 --output " + picture, 0);
+  output("timeout 60 rosrun jackal_aic plot_live --duration 3 --output " + quoted(picture), 0);
   EXPECT_GT(fs::file_size(picture), 10000u);
   fs::remove(picture);
 }

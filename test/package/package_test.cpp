@@ -125,6 +125,7 @@ TEST(Programs, AnswerHelpWithoutAMaster) {
   }
   output((kRoot / "launch/show_rviz").string() + " --help");
   output((kRoot / "launch/record_drive").string() + " --help");
+  output((kRoot / "launch/record_topics").string() + " --help");
 }
 
 /// What a user typed or a file is called is text of anybody: it ends up in the one line of an error, and not on
@@ -175,6 +176,41 @@ TEST(Launch, ARobotFileMaySayMoreThanTheShippedOne) {
     }
   }
   fs::remove(robot);
+}
+
+TEST(Launch, ARobotFileComesAfterThePreset) {
+  const std::string robot = testing::TempDir() + "robot" + std::to_string(getpid()) + ".yaml";
+  const std::string dump = "roslaunch --dump-params jackal_aic controller.launch preset:=diff_drive robot:=" + robot;
+  const auto deadline = [&](const std::string& text) {
+    std::ofstream(robot) << "robot: {effective_track: 0.6}\n" << text;
+    return found(output(dump), "/jackal_aic/deadlines/set_point: ([\\d.]+)");
+  };
+  EXPECT_EQ(deadline(""), std::set<std::string>{"0.25"}) << "as the stock controller";
+  EXPECT_EQ(deadline("deadlines: {set_point: 0.4}\n"), std::set<std::string>{"0.4"});
+  fs::remove(robot);
+}
+
+/// roslaunch says nothing of an argument that the file does not know.
+TEST(Launch, FilesAroundTheControllersTakeItsArguments) {
+  const std::map<std::string, std::set<std::string>> has_no{
+      {"jackal", {}},
+      {"gazebo", {"cmd_drive", "monitor"}},  // which is of cmd_drive, too
+      {"simulation", {"cmd_drive", "output", "on_box", "respawn"}}};
+  const std::set<std::string> arguments = found(textOf(kRoot / "launch/controller.launch"), "<arg name=\"(\\w+)\"");
+  EXPECT_GT(arguments.size(), 10u);
+  const std::string slip_file = " slip_file:=/tmp/my_slip.yaml";
+  for (const auto& [name, missing] : has_no) {
+    const std::string launch = name + ".launch";
+    const auto taken = found(textOf(kRoot / "launch" / launch), "<arg name=\"(\\w+)\" default");
+    const auto passed = found(textOf(kRoot / "launch" / launch), "    <arg name=\"(\\w+)\" value");
+    for (const std::string& argument : arguments) {
+      if (missing.count(argument) > 0) continue;
+      EXPECT_TRUE(taken.count(argument) > 0 && passed.count(argument) > 0) << argument << " of " << launch;
+    }
+    EXPECT_NE(output("roslaunch --dump-params jackal_aic " + launch + slip_file).find("slip/file: /tmp/my_slip.yaml"),
+              std::string::npos)
+        << launch;
+  }
 }
 
 /// But for the fault campaign, whose nodes are all its own.
