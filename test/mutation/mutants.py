@@ -228,7 +228,7 @@ def arguments():
     parser.add_argument("--all", action="store_true", help="every mutant of them instead of a draw")
     parser.add_argument("--again", type=pathlib.Path, help="file with the output of an earlier run: its survivors")
     parser.add_argument("--unit", action="store_true", help="unit tests only, without the closed loop")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="mutants at a time (all cores)")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="mutants at a time (scripts/mutants: as the builds)")
     parser.add_argument("--list", action="store_true", help="print the mutants and end")
     parser.add_argument("--tests", action="store_true", help="print the names of the tests that it takes and end")
     parser.add_argument("--workspace", type=pathlib.Path, default=ROOT / ".ws", help=argparse.SUPPRESS)
