@@ -12,6 +12,9 @@ namespace {
 /// learned limit or by the model's; one that moves less has another reason.
 constexpr double kLeastPart = 0.2;
 
+/// Time that a wheel has to keep its speed at the limit until that is none [s]: any dead time is over by then.
+constexpr double kStall = 0.3;
+
 constexpr double kLeastLimit = 0.3;            // lambda
 constexpr double kLimitMemory = 0.5;           // s at the limit
 constexpr double kLeastTiming = 0.1;           // lambda_t
@@ -63,7 +66,7 @@ void WheelBelief::seed(double speed) {
   forgetTiming();
   lagged_ = corrected_ = measured_ = predicted_ = speed;
   steps_ = limited_steps_ = 0;
-  limit_doubt_ = rate_ = 0.0;
+  limit_doubt_ = rate_ = stalled_ = 0.0;
 }
 
 void WheelBelief::predictActing(double command) {
@@ -74,8 +77,9 @@ void WheelBelief::predictActing(double command) {
   if (beyond > 0.0) limit_doubt_ += limitDeviation() * beyond;
   ++steps_;
   limited_steps_ = limited ? limited_steps_ + 1 : 0;
-  // At the limit the speed does not depend on z and d: J = I.
-  if (!limited) propagate(transition(), P_);
+  // At the limit the speed does not depend on z and d: J = I. A wheel that has stood at one speed for long is at no
+  // limit, whatever the belief has it do: it tells that z and d are wrong, and may correct them.
+  if (!limited || stalled_ > kStall) propagate(transition(), P_);
   predictTiming(limited);
   P_(0, 0) += parameters_.speed_process_noise * kStep;
   P_(2, 2) += parameters_.disturbance_process_noise * kStep;
@@ -108,8 +112,12 @@ double WheelBelief::correct(double measurement, double added_variance) {
   if ((measurement - measured_) * change > kLeastPart * change * change) {
     P_(0, 0) += limit_doubt_ * limit_doubt_;
     learnLimit(measurement - measured_);
+    stalled_ = 0.0;
   } else if (limited_steps_ >= 2 * steps_) {
     forgetLimit();
+    stalled_ += static_cast<double>(steps_) * kStep;
+  } else {
+    stalled_ = 0.0;
   }
   measured_ = measurement;
   steps_ = 0;

@@ -232,5 +232,26 @@ TEST(WheelBelief, ResetForgetsCommandsUnderWay) {
   EXPECT_EQ(wheel.speed(), 0.0);
 }
 
+TEST(WheelBelief, ADisturbanceThatIsWrongIsFoundOnAWheelThatKeepsItsSpeed) {
+  // Its own limit, which the wheel does not follow, would hide for ever that the disturbance is another one now.
+  PlantModel model;
+  model.dead_time = 0.0;
+  model.lag = 0.036;
+  model.acceleration_limit = 0.8;
+  WheelBelief belief(model, 0.098, {});
+  const auto keep = [&](double command, double speed, double seconds) {
+    for (int k = 1; k <= std::lround(1000.0 * seconds); ++k) {
+      belief.predict(command);
+      if (k % 20 == 0) belief.correct(speed);
+    }
+  };
+  belief.reset(5.1);
+  keep(8.1, 5.1, 5.0);
+  EXPECT_NEAR(belief.disturbance(), -3.0, 0.1);
+  keep(-2.6, -2.2, 6.0);
+  EXPECT_NEAR(belief.disturbance(), 0.4, 0.1);
+  EXPECT_NEAR(belief.speed(), -2.2, 0.02);
+}
+
 }  // namespace
 }  // namespace jackal_aic

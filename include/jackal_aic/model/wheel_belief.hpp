@@ -133,6 +133,7 @@ class WheelBelief {
   Eigen::Vector3d x_ = Eigen::Vector3d::Zero();
   Eigen::Matrix3d P_ = Eigen::Matrix3d::Zero();
   Eigen::Vector3d gain_ = Eigen::Vector3d::Zero();  // of the last measurement
+  double stalled_ = 0.0;                            // time at the limit in which the wheel kept its speed [s]
   double timing_decay_ = 0.0;                       // of e in an inner step
   double lagging_ = 0.0;                            // part of a change that w a time sigma_t ago makes in an inner step
   double lagged_ = 0.0;                             // w a time sigma_t ago [rad/s]
