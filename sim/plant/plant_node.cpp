@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "jackal_aic/config/text.hpp"
 #include "plant_conversion.hpp"
 #include "plant_messages.hpp"
 #include "ros_parameters.hpp"
@@ -184,10 +185,13 @@ void PlantNode::onRightWheel(const std_msgs::Float64& speed) {
 bool PlantNode::onReset(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
   try {
     ParameterMap map = readRosParameters(private_node_);
-    plant_parameters_ = readSimulatedRobot(map);
-    plant_ = JackalPlant(urdf_xml_, plant_parameters_);
+    const PlantParameters plant_parameters = readSimulatedRobot(map);
+    readParameters<PlantNodeParameters>(map, "");  // which stay as they are; what is left then, nobody knows
+    map.refuseUnknown();
+    plant_ = JackalPlant(urdf_xml_, plant_parameters);
+    plant_parameters_ = plant_parameters;
   } catch (const ParameterError& error) {
-    ROS_ERROR("Not reset: %s", error.what());
+    ROS_ERROR("Not reset: %s", onOneLine(error.what()).c_str());
     return false;
   }
   restart();

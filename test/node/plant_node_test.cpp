@@ -6,6 +6,7 @@
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <rosgraph_msgs/Clock.h>
+#include <rosgraph_msgs/Log.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 #include <std_msgs/Float64.h>
@@ -17,6 +18,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "service_call.hpp"
@@ -252,6 +254,22 @@ TEST_F(PlantNodeTest, ResetTakesItsParametersAnew) {
   run(0.1);
   EXPECT_GE(now(), before) << "and the robot is left as it is";
   node_.deleteParam("/plant/plant/encoder_step");
+}
+
+TEST_F(PlantNodeTest, ResetNamesAParameterThatNobodyKnows) {
+  std::string said;
+  const auto log = node_.subscribe<rosgraph_msgs::Log>(
+      "/rosout", 100, [&](const rosgraph_msgs::LogConstPtr& line) { said += line->msg + "\n"; });
+  for (const std::string name : {"plant/fricton", "lockstop"}) {
+    node_.setParam("/plant/" + name, 0.2);
+    const std::string key = name.substr(name.find('/') + 1);
+    EXPECT_TRUE(waitFor([&] {  // again until the plant's log is connected
+      std_srvs::Empty request;
+      EXPECT_FALSE(ros::service::call("/plant/reset", request)) << name;
+      return said.find(key) != std::string::npos;
+    })) << name;
+    node_.deleteParam("/plant/" + name);
+  }
 }
 
 TEST_F(PlantNodeTest, ResetPutsClockAndRobotBack) {
