@@ -103,6 +103,7 @@ class DriveGateNode : public testing::Test {
   /// point does.
   void expectAcknowledgedRecovery() {
     robot.run(2.0);
+    ASSERT_FALSE(robot.states().empty());
     for (const auto& state : robot.states()) ASSERT_TRUE(still(state)) << "set off by the release alone";
     EXPECT_NE(robot.states().back().reason.find("zero set point"), std::string::npos) << robot.states().back().reason;
     robot.command(0.0, 0.0);
@@ -125,6 +126,7 @@ TEST_F(DriveGateNode, AnEmergencyStopHoldsUntilItIsReleased) {
   press(true);
   expectBrake(0.0, 0.06, 20.0, ControllerState::STOPPED, "emergency stop");
   robot.run(2.0);
+  ASSERT_FALSE(robot.states().empty());
   for (const auto& state : robot.states()) EXPECT_TRUE(still(state));
   press(false);
   expectAcknowledgedRecovery();
@@ -309,6 +311,7 @@ TEST_F(DriveGateNode, ADeadPublisherWhoseAddressAnotherProcessHasNowDoesNotCount
   withdrawal[1] = "/cmd_drive";
   withdrawal[2] = registration[3];
   ASSERT_TRUE(ros::master::execute("unregisterPublisher", withdrawal, response, payload, false));
+  ASSERT_FALSE(states.empty());
   for (const auto& state : states) ASSERT_EQ(state.status, ControllerState::DRIVING) << state.reason;
 }
 
