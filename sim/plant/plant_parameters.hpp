@@ -65,7 +65,7 @@ struct PlantParameters {
   double feedback_rate =
       0.0;  ///< rate of the motor controller's feedback, whose newest the joint states repeat; 0: with them [Hz]
   double feedback_repeats = 0.0;  ///< share of the joint states that repeat the feedback of the one before, at random
-  double measurement_loss = 0.0;  ///< share of the samples (encoders and IMU together, unless imu_rate parts them) that get lost, at random
+  double measurement_loss = 0.0;  ///< share of the samples that get lost, at random; each, where the IMU has its own
   double noise_scale = 1.0;       ///< factor on all noise below; 0 switches it off
   double encoder_noise = 0.03;    ///< standard deviation of the wheel speed [rad/s]
   double encoder_step = 0.0;      ///< resolution of the measured wheel speed [rad/s]; 0: none
