@@ -47,9 +47,6 @@ constexpr double kReturnTime = 0.1;
 constexpr double kHeldSteps = 3.0;
 constexpr double kHeldMotion = 0.1;
 
-/// Speed up to which a wheel that is asked for it may stand, by stiction and play, or turn after all [rad/s].
-constexpr double kStiction = 0.8;
-
 /// Age of an interval that is none [s], and tolerance of ages.
 constexpr double kUnknownAge = 1e3;
 constexpr double kTolerance = 1e-6;

@@ -115,8 +115,9 @@ bool DriveLoop::receiveWheels(const SensorReading& reading, double now) {
   wheels_ = {y.stamp, now};
   // Encoders at rest may repeat, on the move they may not.
   const WheelVector command = appliedCommand(now).vector();
-  const double speed = std::max({std::abs(y.wheel_left), std::abs(y.wheel_right), command.cwiseAbs().maxCoeff()});
-  frozen_wheels_.update(now, reading.sample, reading.may_repeat || speed < kMoving);
+  const bool turns = std::max(std::abs(y.wheel_left), std::abs(y.wheel_right)) >= kMoving;
+  const bool has_to_turn = command.cwiseAbs().maxCoeff() > WheelMonitor::kStiction;
+  frozen_wheels_.update(now, reading.sample, reading.may_repeat || !(turns || has_to_turn));
   if (parameters_.motors_shared) motors_.apply(now, {y.wheel_left, y.wheel_right}, AppliedSource::wheels);
   return measurements_.started() && health(now).imu.silent() && takeObservation(y, now);
 }

@@ -352,6 +352,7 @@ TEST_F(RepeatedWheels, AreFrozenWhileAnyWheelTurnsOrIsToTurn) {
   loop.start({}, now);
   run(100);
   EXPECT_FALSE(stopped({}, {})) << "encoders of wheels at rest";
+  EXPECT_FALSE(stopped({}, {0.7, 0.7})) << "of wheels that a small command does not move";
 }
 
 TEST_F(DriveLoopDuties, WhatNoRobotReadsDoesNotCount) {

@@ -28,6 +28,10 @@ class WheelMonitor {
   /// A wheel slower than this may be at rest: a repeated speed says nothing, and neither does a good sample [rad/s].
   static constexpr double kRestSpeed = 0.5;
 
+  /// Speed up to which a wheel that is asked for it may stand, by stiction, play and what a motor stays behind its
+  /// command, or turn after all [rad/s].
+  static constexpr double kStiction = 0.8;
+
   /// @param wheel_radius r [m].
   WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius);
 
