@@ -33,9 +33,8 @@ constexpr double kShortestPeriod = 0.75;
 constexpr double kLongestPeriod = 1.5;
 
 std::string urdfOf(const ros::NodeHandle& robot) {
-  std::string urdf;
-  robot.getParam("robot_description", urdf);
-  return urdf;
+  XmlRpc::XmlRpcValue value;
+  return robot.getParam("robot_description", value) ? urdfIn(value, "robot_description") : "";
 }
 
 void setCommand(std::vector<hardware_interface::JointHandle>& joints, double command) {
