@@ -18,6 +18,7 @@ constexpr double kStall = 0.3;
 constexpr double kLeastLimit = 0.3;            // lambda
 constexpr double kLimitMemory = 0.5;           // s at the limit
 constexpr double kLeastTiming = 0.1;           // lambda_t
+constexpr double kMostTiming = 5.0;            // lambda_t
 constexpr double kMostSurprise = 4.0;          // of epsilon^2/S that lambda_t learns from
 constexpr double kTimingCurvature = 1.0;       // of F along ln lambda_t, as it is believed before anything is known
 constexpr double kMostTimingCurvature = 20.0;  // with which older accelerations are forgotten
@@ -43,16 +44,21 @@ void WheelBelief::setDriveTrain(const PlantModel& model, double wheel_radius) {
 
 void WheelBelief::setParameters(const WheelBeliefParameters& parameters) {
   parameters_ = parameters;
-  const double T = parameters.timing_time_constant;
-  timing_decay_ = T > 0.0 ? std::exp(-kStep / T) : 0.0;
+  setTurning(0.0);
   lagging_ = parameters.dead_time_deviation > 0.0 ? -std::expm1(-kStep / parameters.dead_time_deviation) : 1.0;
+}
+
+void WheelBelief::setTurning(double share) {
+  const double straight = parameters_.timing_time_constant, turn = std::max(straight, parameters_.turning_time_constant);
+  const double T = straight + share * (turn - straight);
+  timing_decay_ = T > 0.0 ? std::exp(-kStep / T) : 0.0;
 }
 
 void WheelBelief::reset(double speed) {
   commands_.fill(speed / drive_train_.gain());
   limit_share_ = 1.0;
   limit_curvature_ = 0.0;
-  timing_share_ = 1.0;
+  timing_scale_ = 1.0;
   timing_curvature_ = kTimingCurvature;
   seed(speed);
 }
@@ -93,7 +99,7 @@ void WheelBelief::forgetTiming() {
 void WheelBelief::predictTiming(bool limited) {
   // w(t) − w(t − σ_t) of a first-order filter: σ_t dw/dt while w ramps, and no more than it changed.
   lagged_ += lagging_ * (x_(0) - lagged_);
-  const double least = timing_share_ * (x_(0) - lagged_);
+  const double least = timing_scale_ * (x_(0) - lagged_);
   if (timing_decay_ == 0.0) {
     timing_variance_ = least * least;
     return;
@@ -150,8 +156,8 @@ void WheelBelief::learnTiming(double surprise, double part) {
   // With S = Σ + λ² q: ∂F/∂(ln λ) = part (1 − surprise) of F = ½ ε²/S + ½ ln S, and its curvature is 2 part² on
   // average.
   timing_curvature_ = std::min(timing_curvature_ + 2.0 * part * part, kMostTimingCurvature);
-  timing_share_ *= std::exp(-part * (1.0 - std::min(surprise, kMostSurprise)) / timing_curvature_);
-  timing_share_ = std::clamp(timing_share_, kLeastTiming, 1.0);
+  timing_scale_ *= std::exp(-part * (1.0 - std::min(surprise, kMostSurprise)) / timing_curvature_);
+  timing_scale_ = std::clamp(timing_scale_, kLeastTiming, kMostTiming);
 }
 
 double WheelBelief::limitDeviation() const {

@@ -27,6 +27,7 @@ constexpr double kShorter = 0.3;         // of a step that led nowhere
 constexpr double kSmallStep = 0.05;      // standard deviations of theta; of a step that makes no difference
 constexpr double kMemory = 0.7;          // weight of a change of the commands beside the next
 constexpr double kExcess = 8.0;          // n_0
+constexpr double kTurn = 0.3;            // share of a turn in a change that tells nothing of the lag
 constexpr double kUnexplained = 0.01;    // of the squares of a motion; a model that leaves more did not make it
 constexpr double kNoise = 4.0;           // variances of the encoders, which nothing explains
 constexpr double kOtherLag = 0.7;        // of ln T, beyond which a parabola says nothing
@@ -129,10 +130,22 @@ void DriveTrainLearning::endChange() {
   change_.counted = counted;
   change_.end_sample = sample_;
   change_.resting = restingSpeed(first, change_.first_sample);
+  change_.turns = turnShare(first) > kTurn;
   best_.free_energy = HUGE_VAL;
   runs_ = 0;
   reviewing_ = true;
   run(theta_);
+}
+
+/// How much of a change of the commands is a turn: 0 of a straight line, 1 of a turn in place.
+double DriveTrainLearning::turnShare(std::size_t first) const {
+  double difference = 0.0, sum = 0.0;
+  for (std::size_t i = first; i < step_; ++i) {
+    const WheelVector change = commands_[i % kCommands] - commands_[(first - 1) % kCommands];
+    difference = std::max(difference, std::abs(change(1) - change(0)));
+    sum = std::max(sum, std::abs(change(1) + change(0)));
+  }
+  return difference > 0.0 ? difference / (difference + sum) : 0.0;
 }
 
 WheelVector DriveTrainLearning::restingSpeed(std::size_t first, std::size_t& first_sample) const {
@@ -256,11 +269,15 @@ void DriveTrainLearning::learn() {
   DriveTrainVector change = best_.theta - theta_;
   // Of a change that is not explained the limit is as far as the next search got, at least.
   if (!explained) change(kLogLag) = change(kGainShare) = change(kOffset) = 0.0;
+  if (change_.turns) change(kLogLag) = 0.0;
   const bool same = std::abs(change(kLogLag)) < kOtherLag;
   for (DriveTrainSums& kept : memory_) kept = same ? kept.around(change) : DriveTrainSums{};
   theta_ += change;
   if (!explained) return;
-  for (std::size_t i = 0; i < memory_.size(); ++i) memory_[i].add(best_.sums[i].over(kExcess * variance));
+  for (std::size_t i = 0; i < memory_.size(); ++i) {
+    const DriveTrainSums& sums = best_.sums[i];
+    memory_[i].add((change_.turns ? sums.whatever(kLogLag) : sums).over(kExcess * variance));
+  }
   learned_ = takenOver();
   for (DriveTrainSums& kept : memory_) kept = kept.over(1.0 / kMemory);
 }

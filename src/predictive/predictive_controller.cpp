@@ -8,6 +8,9 @@
 namespace jackal_aic {
 namespace {
 
+constexpr double kTurn = 1.0;       // rad/s; difference of the wheel speeds of a robot whose tyres slide
+constexpr double kTurnLasts = 0.3;  // s; after it, until motors have forgotten its load
+
 YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
   return {p.gyro_variance, p.yaw_process_noise, p.yaw_delay_deviation};
 }
@@ -106,6 +109,7 @@ void PredictiveController::predict() {
 }
 
 void PredictiveController::correct(const Observation& y) {
+  watchTurn();
   errors_(kYawRate) = y.yaw_rate - yaw_.yawRate();
   const double of_wheels = correctWheels(y), of_yaw_rate = correctYawRate(y);
   free_energy_ = of_wheels + of_yaw_rate;
@@ -134,6 +138,16 @@ void PredictiveController::setTiming(const DriveTrainTiming& timing) {
   left_.setDriveTrain(model_, geometry_.wheel_radius);
   right_.setDriveTrain(model_, geometry_.wheel_radius);
   learning_.setDeadTime(timing.dead_time);
+}
+
+/// Whether the ground takes what a turn needs of the motors, or did of late.
+void PredictiveController::watchTurn() {
+  if (model_.on_box) return;
+  const double difference = std::abs(right().speed() - left().speed());
+  turning_ = std::max(difference, turning_ * std::exp(-observation_step_ / kTurnLasts));
+  const double share = std::min(1.0, turning_ / kTurn);
+  left_.setTurning(share);
+  right_.setTurning(share);
 }
 
 double PredictiveController::correctWheels(const Observation& y) {
@@ -285,7 +299,7 @@ void PredictiveController::reset() {
   trust(learning_.variances());
   traction_ = TractionBelief(parameters_.turning_centre);
   uncertainty_ = uncertaintyOf(geometry_, model_);
-  free_energy_ = 0.0;
+  free_energy_ = turning_ = 0.0;
   errors_.setZero();
   restart();
 }

@@ -8,8 +8,9 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kTimingTimeConstant =
-    0.035;                               // s; of motors of a Jackal's size, from as stiff as the model's to soft ones
-constexpr double kLimitDeviation = 0.6;  // of the motors' acceleration limit; half of it has to be ordinary
+    0.035;  // s; of motors of a Jackal's size, from as stiff as the model's to soft ones
+constexpr double kTurningTimeConstant = 0.2;  // s; in which the integral of a soft velocity loop makes up for the ground
+constexpr double kLimitDeviation = 0.6;       // of the motors' acceleration limit; half of it has to be ordinary
 
 bool isWhole(double ratio) { return ratio >= 1.0 - 1e-9 && std::abs(ratio - std::round(ratio)) < 1e-9 * ratio; }
 
@@ -37,6 +38,7 @@ WheelBeliefParameters wheelBeliefParameters(const PredictiveParameters& p) {
   belief.disturbance_process_noise = p.disturbance_process_noise;
   belief.dead_time_deviation = p.dead_time_deviation;
   belief.timing_time_constant = kTimingTimeConstant;
+  belief.turning_time_constant = kTurningTimeConstant;
   belief.learning_rate = p.belief_learning_rate;
   belief.limit_deviation = kLimitDeviation;
   return belief;

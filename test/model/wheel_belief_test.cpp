@@ -195,6 +195,33 @@ TEST(WheelBelief, ALearnedLimitIsForgottenWhenTheWheelDoesNotRampAtAll) {
   EXPECT_EQ(wheel.limitShare(), 1.0) << "a belief that crawls would hide that something else is wrong";
 }
 
+/// Largest disturbance that is believed of a wheel whose ground takes 45 % of a step to 1.5 rad/s, until the integral of
+/// its velocity loop has made up for it in 0.12 s.
+double largestOfALoad(double turning) {
+  WheelBeliefParameters parameters;
+  parameters.dead_time_deviation = 0.01;
+  parameters.timing_time_constant = 0.035;
+  parameters.turning_time_constant = 0.2;
+  WheelBelief wheel(model(0.04, 0.03), kRadius, parameters);
+  wheel.setTurning(turning);
+  double at_once = 0.0, later = 0.0, largest = 0.0;
+  for (int k = 1; k <= 1000; ++k) {
+    wheel.predict(1.5);
+    if (k > 40) {
+      at_once += (0.55 * 1.5 - at_once) * -std::expm1(-0.001 / 0.03);
+      later += (0.45 * 1.5 - later) * -std::expm1(-0.001 / 0.12);
+    }
+    if (k % 20 == 0) wheel.correct(at_once + later);
+    largest = std::max(largest, std::abs(wheel.disturbance()));
+  }
+  return largest;
+}
+
+TEST(WheelBelief, WhatTheGroundTakesInATurnIsNoDisturbanceOfItsMotor) {
+  EXPECT_LT(largestOfALoad(1.0), 0.1);
+  EXPECT_LT(2.0 * largestOfALoad(1.0), largestOfALoad(0.0)) << "on a straight line it is found sooner";
+}
+
 TEST(WheelBelief, SmallLearningRateMovesLessTowardsTheSameSide) {
   WheelBeliefParameters slow;
   slow.learning_rate = 0.1;

@@ -190,6 +190,31 @@ TEST(DriveTrainLearning, WhatSettlesBeforeItsMeasurementsCountTeachesNothing) {
   }
 }
 
+/// The ground takes 40 % of what the motors get of the step at once, until the integral of their velocity loops has
+/// made up for it: that is no lag.
+TEST(DriveTrainLearning, ATurnThatLoadsTheMotorsTeachesNoLag) {
+  PlantModel told = modelWith(0.07, 0.03);
+  told.velocity_loop_integral = 0.0;
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    DriveTrainLearning learning(told, kRadius, kVariance);
+    DriveTrainPrediction motor(told, kRadius);
+    std::mt19937 generator(seed);
+    std::normal_distribution<double> noise(0.0, 0.012);
+    double load = 0.0;
+    for (int k = 1; k <= 4500; ++k) {
+      const double command = k % 3500 > 500 && k % 3500 < 2500 ? 1.4 : 0.0;
+      learning.predict({-command, command});
+      const double before = motor.speed();
+      motor.predict(command);
+      load += 0.4 * (motor.speed() - before) - load * 0.001 / 0.12;
+      const double speed = motor.speed() - load;
+      if (k % 20 == 0) learning.correct({-speed + noise(generator), speed + noise(generator)}, 0.02);
+    }
+    EXPECT_NEAR(learning.timing().lag, 0.03, 0.015) << "seed " << seed;
+    EXPECT_NEAR(learning.timing().dead_time, 0.07, 0.01) << "seed " << seed;
+  }
+}
+
 TEST(DriveTrainLearning, AMotionThatIsForgottenTeachesNothing) {
   LearningFromARobot robot(modelWith(0.16, 0.03), modelWith(0.08, 0.03));
   robot.drive(0.0, 3.0);

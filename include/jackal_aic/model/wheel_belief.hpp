@@ -10,13 +10,14 @@
 ///
 /// e is the part of a change of speed in which the wheel is not where the model is: an error sigma_t of the dead time
 /// makes it as large as w changes in that time, which is the least deviation of e while the wheel accelerates, and a
-/// motor whose velocity loop is softer than the model's lets it fade afterwards. With T_e = 0 it is noise of the
+/// motor whose velocity loop is softer than the model's lets it fade afterwards; more slowly in a turn, for which the
+/// ground takes a torque at once that the integral of such a loop has to make up for. With T_e = 0 it is noise of the
 /// measurement, which ends with the acceleration: a belief that has arrived before the wheel then takes what is still
 /// missing for a disturbance, and the action makes up for it. The wheel's speed is w + e.
 ///
-/// How much of sigma_t a motor really needs, a part lambda_t of it, is learned where e explains most of an innovation
-/// epsilon of variance S (gradient of 1/2 epsilon^2/S + 1/2 ln S along ln lambda_t, natural, with forgetting): a motor
-/// that is as its model says is soon believed to be.
+/// What a motor really needs, lambda_t times sigma_t, is learned where e explains most of an innovation epsilon of
+/// variance S (gradient of 1/2 epsilon^2/S + 1/2 ln S along ln lambda_t, natural, with forgetting): a motor that is as
+/// its model says is soon believed to be, and one whose loop has to make up first for what the ground takes is, too.
 ///
 /// Uncertain is w after an acceleration beyond half the model's limit, by up to the deviation of the limit times the
 /// change, if the wheel accelerates at all: a motor slower than the model's is no disturbance to be made up for. What
@@ -47,6 +48,7 @@ struct WheelBeliefParameters {
   double disturbance_process_noise = 0.01;  ///< growth of the variance of d [(rad/s)^2/s]
   double dead_time_deviation = 0.03;        ///< sigma_t, standard deviation of the dead time [s]
   double timing_time_constant = 0.0;        ///< T_e, in which an error of the timing fades; 0: it is noise of y [s]
+  double turning_time_constant = 0.0;       ///< T_e of a robot that turns, if it is longer [s]
   double learning_rate = 1.0;               ///< kappa_mu of the natural gradient, above 0 and at most 1
   double limit_deviation = 0.0;             ///< sigma_l, standard deviation of the acceleration limit as a part of it
   double disturbance_deviation = 0.3;       ///< of d before anything is known of it [rad/s]; 0: there is none
@@ -106,6 +108,9 @@ class WheelBelief {
 
   const WheelBeliefParameters& parameters() const { return parameters_; }  ///< present trust in its sources
 
+  /// How far the robot turns: 0 on a straight line, 1 in a turn, whose T_e counts.
+  void setTurning(double share);
+
   /// Trusts the measurement with another variance Sigma_y from now on [(rad/s)^2].
   void setMeasurementVariance(double variance) { parameters_.measurement_variance = variance; }
 
@@ -137,7 +142,7 @@ class WheelBelief {
   double timing_decay_ = 0.0;                       // of e in an inner step
   double lagging_ = 0.0;                            // part of a change that w a time sigma_t ago makes in an inner step
   double lagged_ = 0.0;                             // w a time sigma_t ago [rad/s]
-  double timing_share_ = 1.0;                       // lambda_t
+  double timing_scale_ = 1.0;                       // lambda_t
   double timing_curvature_ = 0.0;                   // of F along ln lambda_t
   double timing_ = 0.0;                             // e [rad/s]
   double timing_variance_ = 0.0;                    // of e

@@ -60,6 +60,15 @@ struct DriveTrainSums {
     return {curvature, slope - moved, squares + change.dot(moved) - 2.0 * change.dot(slope)};
   }
 
+  /// Likewise with the least squares along one parameter, whatever that is: they say nothing of it.
+  DriveTrainSums whatever(int parameter) const {
+    const double bend = curvature(parameter, parameter);
+    if (!(bend > 0.0)) return *this;
+    const DriveTrainVector along = curvature.col(parameter) / bend;
+    const double pull = slope(parameter);
+    return {curvature - along * curvature.row(parameter), slope - along * pull, squares - pull * pull / bend};
+  }
+
   /// Adds other sums around the same theta_0.
   void add(const DriveTrainSums& other) {
     curvature += other.curvature;

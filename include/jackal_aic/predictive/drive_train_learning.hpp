@@ -15,7 +15,8 @@
 /// minimum begins with the lag as it is and with others, because near a short lag nothing tells of a long one where the
 /// acceleration is limited, and goes on by Gauss-Newton steps from the best. It takes a few hundred inner steps, two
 /// measurements in each. Earlier changes count 0.7 of the next, as parabolas around theta. A change that the model does
-/// not explain teaches nothing. The model takes over what is beyond doubt, of dead time and lag alone: acceleration
+/// not explain teaches nothing, and a turn nothing of the lag: for what the ground takes there the integral of a motor's
+/// velocity loop needs its time. The model takes over what is beyond doubt, of dead time and lag alone: acceleration
 /// limit and disturbance have beliefs of their own (wheel_belief.hpp). Commands that do not change teach nothing.
 
 #include <array>
@@ -94,6 +95,7 @@ class DriveTrainLearning {
     std::size_t next_sample = 0;  // likewise
     std::size_t first_sample = 0;
     std::size_t end_sample = 0;
+    bool turns = false;                         // the robot; the lag is that of loaded motors
     double last_time = 0.0;                     // of the last measurement of the run, in steps
     WheelVector resting = WheelVector::Zero();  // wheel speeds of before [rad/s]
   };
@@ -119,6 +121,7 @@ class DriveTrainLearning {
   void watch(const WheelVector& given);
   bool settles() const;
   void endChange();
+  double turnShare(std::size_t first) const;
   WheelVector restingSpeed(std::size_t first, std::size_t& first_sample) const;
   void run(const DriveTrainVector& theta);
   void review();

@@ -143,6 +143,7 @@ class PredictiveController : public VelocityController {
   void correctForwardSpeed(const Observation& observation);
   double standInVariance() const;
   void trust(const SensorVariances& variances);
+  void watchTurn();
   void learnDriveTrain(const Observation& observation);
   void setTiming(const DriveTrainTiming& timing);
   WheelVector inputs() const;
@@ -167,6 +168,7 @@ class PredictiveController : public VelocityController {
   bool started_ = false;           // a first observation came
   double observation_step_ = 0.0;  // from the last observation but one to the last [s]
   double free_energy_ = 0.0;
+  double turning_ = 0.0;  // difference of the wheel speeds, of late [rad/s]
   SensorVector errors_ = SensorVector::Zero();
 };
 

@@ -65,6 +65,9 @@ class WheelController {
   /// Trusts the encoder with another variance from now on [(rad/s)^2].
   void setMeasurementVariance(double variance) { belief_.setMeasurementVariance(variance); }
 
+  /// As WheelBelief::setTurning().
+  void setTurning(double share) { belief_.setTurning(share); }
+
   const WheelBelief& belief() const { return belief_; }      ///< about speed and disturbance
   const DriveTrainReference& path() const { return path_; }  ///< towards the wanted speed
   double action() const { return action_; }                  ///< command now driven, a [rad/s]
