@@ -66,6 +66,10 @@ std::optional<BodyVector> beliefOf(const VelocityController& controller) {
   return controller.hasBelief() ? std::optional(controller.believedVelocity()) : std::nullopt;
 }
 
+std::optional<SensorVariances> variancesOf(const DriveLoop& drive) {
+  return drive.predictive() != nullptr ? std::optional(drive.predictive()->variances()) : std::nullopt;
+}
+
 }  // namespace
 
 DriveParameters uninterrupted() {
@@ -172,7 +176,7 @@ std::vector<Sample> runClosedLoop(JackalPlant& plant, DriveLoop& drive, const Se
     }
     const BodyVector velocity = trueVelocity(plant.truth(), support, kinematics);
     samples.push_back({now, set_point, velocity(kForward), velocity(kYaw), measured(kForward), measured(kYaw),
-                       beliefOf(drive.controller()), command, observation});
+                       beliefOf(drive.controller()), command, observation, variancesOf(drive)});
   }
   return samples;
 }

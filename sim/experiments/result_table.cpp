@@ -98,10 +98,26 @@ void describeErrors(const std::vector<Sample>& samples, const SetPointProfile& p
   row.belief_bias_pct = beliefBias(samples, profile);
 }
 
-void describeLearned(const SlipState& slip, const SensorVariances& variances, const PlantParameters& plant,
+namespace {
+
+SensorVariances meanOfSecondHalf(const std::vector<Sample>& samples) {
+  Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+  const std::size_t first = samples.size() / 2;
+  for (std::size_t i = first; i < samples.size(); ++i) {
+    const SensorVariances& v = *samples[i].variances;
+    sum += Eigen::Vector4d(v.wheel_left, v.wheel_right, v.gyro, v.accelerometer);
+  }
+  sum /= static_cast<double>(samples.size() - first);
+  return {sum(0), sum(1), sum(2), sum(3)};
+}
+
+}  // namespace
+
+void describeLearned(const SlipState& slip, const std::vector<Sample>& samples, const PlantParameters& plant,
                      ResultRow& row) {
   row.effective_track = slip.effective_track;
   row.slip_alpha = slip.slip_factor;
+  const SensorVariances variances = meanOfSecondHalf(samples);
   const auto ratio = [&](double variance, double deviation) -> std::optional<double> {
     const double truth = plant.noise_scale * deviation;
     if (truth == 0.0) return std::nullopt;
@@ -132,7 +148,7 @@ RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile) {
     result.row.action_hz = std::get<DifferentialDriveParameters>(setup.drive.controller).rate;
   }
   if (const PredictiveController* predictive = drive.predictive()) {
-    describeLearned(predictive->learned().slip, predictive->variances(), setup.plant, result.row);
+    describeLearned(predictive->learned().slip, result.samples, setup.plant, result.row);
   }
   describeStep(profile, result.row);
   const ResponseMetrics metrics = assess(result.samples, profile);

@@ -57,6 +57,11 @@ constexpr double kMisfitMemory = 10.0;
 constexpr double kMisfit = 3.0;
 constexpr double kAnyMisfit = 0.3;
 
+/// Part of a wheel's speed that its commands may ask for at most, and more of any [rad/s], for this time [s].
+constexpr double kBehind = 2.0;
+constexpr double kAnyBehind = 1.5;
+constexpr double kBehindTime = 0.5;
+
 std::size_t steps(double time) { return static_cast<std::size_t>(std::lround(time / DriveTrain::kStep)); }
 
 /// The time by which a second prediction can run ahead: what is commanded now is not yet driven.
@@ -156,7 +161,7 @@ void WheelMonitor::begin(double speed) {
   intervals_.fill({{speed, speed}, {speed, speed}, clock_ - kUnknownAge});
   last_speed_ = measured_ = speed;
   frozen_ = suspect_ = recovering_ = false;
-  farthest_ = 0.0;
+  farthest_ = behind_ = 0.0;
   persistence_.reset();
 }
 
@@ -252,12 +257,22 @@ void WheelMonitor::compare(double measurement, double step) {
   const double progress = (error_ < 0.0 ? 1.0 : -1.0) * (measurement - measured_);
   distance_ = std::sqrt(learned_.squaredDistance(error_, variance())) / bound_;
   frozen_ = isFrozen(measurement, step);
-  suspect_ = distance_ > 1.0 || frozen_;
+  behind_ = isBehind(measurement) ? behind_ + step : 0.0;
+  suspect_ = distance_ > 1.0 || frozen_ || behind_ > kBehindTime + 2.0 * hold_.longest();
   waits_ = measurement == measured_ && hold_.held() <= hold_.longest();
   const double least = hold_.longest() > 0.0 ? std::min(least_progress_, kSlowestRamp) : least_progress_;
   recovering_ =
       (waits_ ? recovering_ : progress > least * since_renewed) || comesBack(measurement, step) || isAhead(measurement);
   measured_ = measurement;
+}
+
+/// A wheel that has less than half of what even the slowest drive train would have made of its commands. A belief that
+/// is led there slowly takes that for a disturbance, however large.
+bool WheelMonitor::isBehind(double measurement) const {
+  const auto [low, high] = held(&Intervals::reachable);
+  const double slowest = low > 0.0 ? low : std::min(high, 0.0);
+  const double followed = slowest > 0.0 ? measurement : -measurement;
+  return std::abs(slowest) > kBehind * std::max(0.0, followed) + kAnyBehind;
 }
 
 /// A wheel that turns, beyond its prediction on the way to the speed commanded, follows its command: its motor is

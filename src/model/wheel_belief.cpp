@@ -18,7 +18,8 @@ constexpr double kStall = 0.3;
 constexpr double kLeastLimit = 0.3;            // lambda
 constexpr double kLimitMemory = 0.5;           // s at the limit
 constexpr double kLeastTiming = 0.1;           // lambda_t
-constexpr double kMostTiming = 5.0;            // lambda_t
+constexpr double kMostTiming = 1.0;            // lambda_t
+constexpr double kMostTurnTiming = 5.0;        // lambda_t in a turn
 constexpr double kMostSurprise = 4.0;          // of epsilon^2/S that lambda_t learns from
 constexpr double kTimingCurvature = 1.0;       // of F along ln lambda_t, as it is believed before anything is known
 constexpr double kMostTimingCurvature = 20.0;  // with which older accelerations are forgotten
@@ -49,9 +50,11 @@ void WheelBelief::setParameters(const WheelBeliefParameters& parameters) {
 }
 
 void WheelBelief::setTurning(double share) {
-  const double straight = parameters_.timing_time_constant, turn = std::max(straight, parameters_.turning_time_constant);
+  const double straight = parameters_.timing_time_constant,
+               turn = std::max(straight, parameters_.turning_time_constant);
   const double T = straight + share * (turn - straight);
   timing_decay_ = T > 0.0 ? std::exp(-kStep / T) : 0.0;
+  most_timing_ = kMostTiming + share * (kMostTurnTiming - kMostTiming);
 }
 
 void WheelBelief::reset(double speed) {
@@ -157,7 +160,7 @@ void WheelBelief::learnTiming(double surprise, double part) {
   // average.
   timing_curvature_ = std::min(timing_curvature_ + 2.0 * part * part, kMostTimingCurvature);
   timing_scale_ *= std::exp(-part * (1.0 - std::min(surprise, kMostSurprise)) / timing_curvature_);
-  timing_scale_ = std::clamp(timing_scale_, kLeastTiming, kMostTiming);
+  timing_scale_ = std::clamp(timing_scale_, kLeastTiming, most_timing_);
 }
 
 double WheelBelief::limitDeviation() const {

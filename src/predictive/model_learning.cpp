@@ -28,6 +28,7 @@ WheelDifference difference(const Observation& y, const WheelBelief& left, const 
   const double difference = right.speed() - left.speed(), mean = 0.5 * (left.speed() + right.speed());
   return {difference,
           right.speedVariance() + left.speedVariance(),
+          right.acceleration() - left.acceleration(),
           y.wheel_right - y.wheel_left - difference,
           mean,
           0.5 * (y.wheel_left + y.wheel_right) - mean};

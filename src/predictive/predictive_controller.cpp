@@ -9,6 +9,7 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kTurn = 1.0;       // rad/s; difference of the wheel speeds of a robot whose tyres slide
+constexpr double kStraight = 0.5;   // rad/s; of one that drives straight on
 constexpr double kTurnLasts = 0.3;  // s; after it, until motors have forgotten its load
 
 YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
@@ -145,7 +146,7 @@ void PredictiveController::watchTurn() {
   if (model_.on_box) return;
   const double difference = std::abs(right().speed() - left().speed());
   turning_ = std::max(difference, turning_ * std::exp(-observation_step_ / kTurnLasts));
-  const double share = std::min(1.0, turning_ / kTurn);
+  const double share = std::clamp((turning_ - kStraight) / (kTurn - kStraight), 0.0, 1.0);
   left_.setTurning(share);
   right_.setTurning(share);
 }

@@ -9,6 +9,7 @@ namespace {
 constexpr double kDeviation = 0.05;    // of the configured values, relative: how much they are trusted at first
 constexpr double kCertainTurn = 5.0;   // least difference of the wheel speeds to learn from, standard deviations of it
 constexpr double kErrorMemory = 1.0;   // over which the error of the believed difference is averaged [s]
+constexpr double kUsual = 4.0;         // mean squares of that error, up to which it is the encoders' noise
 constexpr double kBodyComes = 3.0;     // deviations of the yaw's delay, in which the body comes after its wheels
 constexpr double kWashout = 0.5;       // T of the filter of speed changes [s]
 constexpr double kAlphaMemory = 5.0;   // excited time over which alpha is averaged [s]
@@ -98,15 +99,15 @@ WheelCommand SlipBelief::wheelSpeeds(double forward, double yaw_rate) const {
 
 bool SlipBelief::turns(const WheelDifference& n, double step) {
   error_variance_ += (n.error * n.error - error_variance_) * -std::expm1(-step / kErrorMemory);
-  const double variance = std::max({n.variance, error_variance_, n.error * n.error});
+  const double variance = std::max(n.variance, error_variance_);
   return std::abs(n.value) > std::max(learning_.excitation, kCertainTurn * std::sqrt(variance));
 }
 
 /// n(t) - n(t - T) of a first-order filter: T dn/dt while the wheels ramp, and fading as the body comes after them.
 double SlipBelief::changeOf(const WheelDifference& n, double step) {
   const double T = kBodyComes * learning_.yaw_delay_deviation;
-  lagged_ += (n.value - lagged_) * (T > 0.0 ? -std::expm1(-step / T) : 1.0);
-  return n.value - lagged_;
+  changed_ = T > 0.0 ? (changed_ + step * n.rate) * std::exp(-step / T) : 0.0;
+  return changed_;
 }
 
 void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double step) {
@@ -122,9 +123,10 @@ void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double st
   if (agreement_.value() > kFollows) kept_ = {turn_, correction_};
   learnTurn(yaw_rate, n, learning_.gyro_variance + late * late, step);
   const double slope = yawPerDifference(left, right), f = yawRate(left, right) / correction_;
+  // A belief that is off by more than usual may be off by as much as is measured.
+  const double surprise = n.error * n.error > kUsual * error_variance_ ? n.error * n.error : 0.0;
   if (!turns(n, step) || against(yaw_rate, f)) return;
-  // A belief that is off as it was measured may be off by as much.
-  const double variance = learning_.gyro_variance + slope * slope * (n.variance + n.error * n.error) + late * late;
+  const double variance = learning_.gyro_variance + slope * slope * (n.variance + surprise) + late * late;
   const double forgetting = std::exp(-std::min(step, learning_.memory) / learning_.memory);
   // Beyond the range of g is only what f left to it.
   const double learned = descend(correction_, correction_curvature_, yaw_rate, f, variance, forgetting);

@@ -2,13 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
 #include <string>
 
+#include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/gravity.hpp"
 #include "jackal_aic/model/wheel_belief.hpp"
+#include "jackal_aic/predictive/wheel_controller.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -327,6 +330,42 @@ TEST(FaultMonitor, CommandsThatNobodyKnowsBlameNoWheelUntilTheyAreKnown) {
   drive({8.0, 8.0}, true, 0.6, -3.0);
   EXPECT_STREQ(monitor.report().reason(), "left encoder wrong");
   EXPECT_EQ(monitor.report().wheel_left.cause, FaultCause::prediction);
+}
+
+/// Motors without power let the robot coast. A controller takes the slow decay for a disturbance, and so does a
+/// monitor.
+TEST(FaultMonitor, WheelsThatCoastWhileTheirCommandRisesAreTold) {
+  for (const double deceleration : {1.5, 2.0, 4.0}) {  // rad/s^2
+    FaultMonitor monitor({}, {}, model());
+    WheelController wheel(PredictiveParameters{}, model(), 0.098);
+    DriveTrainPrediction motor(model(), 0.098);
+    std::mt19937 random(3);
+    std::normal_distribution<double> noise(0.0, 1.0);
+    double told = HUGE_VAL;
+    for (long k = 0; k < 8000; ++k) {
+      const double off = std::max(0.0, 0.001 * static_cast<double>(k) - 4.0);  // s without power
+      const double speed = off > 0.0 ? std::max(0.0, 5.0 - deceleration * off) : motor.speed();
+      if (k % 20 == 0) {
+        Observation y;
+        y.stamp = 0.001 * static_cast<double>(k);
+        y.wheel_left = speed + 0.01 * noise(random);
+        y.wheel_right = speed + 0.01 * noise(random);
+        y.yaw_rate = 0.005 * noise(random);
+        y.acceleration_x = (off > 0.0 && speed > 0.0 ? -0.098 * deceleration : 0.0) + 0.05 * noise(random);
+        y.acceleration_z = kGravity;
+        if (isFault(monitor.check(y).fault())) told = std::min(told, off);
+        wheel.correct(y.wheel_left);
+        wheel.act(wheel.input(5.0));
+      }
+      wheel.predict();
+      motor.predict(wheel.action());
+      monitor.advance(WheelCommand{wheel.action(), wheel.action()}, 0.001);
+    }
+    EXPECT_GT(told, 0.0) << deceleration;
+    // Half of 5 rad/s is lost by then, and half a second is over.
+    EXPECT_LT(told, 2.5 / deceleration + 0.8) << deceleration;
+    EXPECT_EQ(monitor.report().fault(), Fault::wheels_blocked) << deceleration;
+  }
 }
 
 TEST(FaultMonitor, AWheelThatTheBodyDragsAlongIsGivenHalfASecond) {

@@ -51,6 +51,18 @@ TEST(WheelController, CancelsTheDisturbanceThatItBelieves) {
   }
 }
 
+TEST(WheelController, MakesUpForNoMoreThanAMotorOfHalfTheGain) {
+  // A wheel that follows nothing, and does again: it is not thrown forward.
+  WheelController wheel(PredictiveParameters{}, driveTrain(), kRadius);
+  for (int k = 0; k < 500; ++k) {
+    for (int i = 0; i < 20; ++i) wheel.predict();
+    wheel.correct(0.0);
+    wheel.act(wheel.input(5.0));
+    EXPECT_LE(wheel.action() * driveTrain().gain, 2.0 * 5.0 + 1.6);
+  }
+  EXPECT_LT(wheel.belief().disturbance(), -8.0);
+}
+
 TEST(WheelController, MakesUpForTheOffsetOfItsModel) {
   PlantModel with = driveTrain();
   with.offset = 0.5;

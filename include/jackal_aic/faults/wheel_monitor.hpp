@@ -113,6 +113,7 @@ class WheelMonitor {
   bool isFrozen(double measurement, double step);
   bool comesBack(double measurement, double step);
   bool isAhead(double measurement) const;
+  bool isBehind(double measurement) const;
   void learnMisfit(double measurement, double step);
   double usualMisfit() const;
 
@@ -143,6 +144,7 @@ class WheelMonitor {
   bool suspect_ = false;
   bool recovering_ = false;
   bool waits_ = false;       // the last value was held, and its renewal is not due yet
+  double behind_ = 0.0;      // time for which the wheel has had too little of its command [s]
   double farthest_ = 0.0;    // |error| of the outliers in a row, the largest [rad/s]
   double mark_ = 0.0;        // measured when the wheel came nearer last [rad/s]
   double since_mark_ = 0.0;  // [s]

@@ -31,14 +31,14 @@
 /// g learns from the difference of the believed speeds. Measured ones hold the encoders' noise and resolution as errors
 /// in the regressor: they draw g towards zero, on a straight line all the way. An error of the believed difference
 /// given what was measured does not; its variance adds (dtheta_dot/dn)^2 Var(n) to Sigma_g, and so does the square of
-/// what is measured off it now, because a motor that needs longer than its model is no slip. And it has to be a turn:
-/// |n| above five standard deviations, of the belief or of what measurements are, and lately were, off it, whichever is
-/// largest, so that the steps of an encoder are no turn however coarse they are. Tyres that break away take their time:
-/// Sigma_g has the square of what n changed over three standard deviations of the yaw's delay, times the slope, which
-/// fades as the body comes after its wheels. f learns in turns that are large beside the steps of an encoder,
-/// from the measured speeds: believed ones are led by a wrong model of the drive train, which half a second forgives
-/// and minutes do not. What the gyro shows at rest is no turn: f learns without it. What was learned of a turn that
-/// comes out to be against the wheels, by a gyro of the wrong sign, is taken back.
+/// what is measured off it, where that is more than usual: a motor that needs longer than its model is no slip. And it
+/// has to be a turn: |n| above five standard deviations, of the belief or of what measurements were lately off it,
+/// whichever is larger, so that the steps of an encoder are no turn however coarse they are. Tyres that break away take
+/// their time: Sigma_g has the square of what n changed over three standard deviations of the yaw's delay, times the
+/// slope, which fades as the body comes after its wheels. f learns in turns that are large beside the steps of an
+/// encoder, from the measured speeds: believed ones are led by a wrong model of the drive train, which half a second
+/// forgives and minutes do not. What the gyro shows at rest is no turn: f learns without it. What was learned of a turn
+/// that comes out to be against the wheels, by a gyro of the wrong sign, is taken back.
 
 #include <optional>
 
@@ -59,6 +59,7 @@ struct SlipState {
 struct WheelDifference {
   double value;       ///< n [rad/s]
   double variance;    ///< of n, as believed [(rad/s)^2]
+  double rate;        ///< dn/dt of the model [rad/s^2]
   double error;       ///< measured minus believed [rad/s]
   double mean;        ///< m, as believed [rad/s]
   double mean_error;  ///< measured minus believed [rad/s]
@@ -179,7 +180,7 @@ class SlipBelief {
   double gyro_offset_ = 0.0;  // at rest [rad/s]
   double track_gain_ = 0.0;
   double error_variance_ = 0.0;  // of the believed difference of the wheel speeds, as measured [(rad/s)^2]
-  double lagged_ = 0.0;          // n some time ago [rad/s]
+  double changed_ = 0.0;         // n, since some time ago [rad/s]
   double difference_ = 0.0;      // of the wheel speeds, at the last sample [rad/s]
   double step_ = 0.0;            // to the last sample [s]
   double missed_ = 0.0;          // time without an acceleration that has not been made up for by rest [s]

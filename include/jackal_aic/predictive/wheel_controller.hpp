@@ -9,9 +9,9 @@
 ///     command   a, of which v is what the motors' dead zone leaves; a = v without one           (DeadZone)
 ///     hold      what of the action is really driven goes into belief and path
 ///
-/// So the believed disturbance is cancelled, and the wheel's own dynamics become the reference dynamics. The present
-/// sensation does not depend on the present action, because of the dead time: only the expected error eps_a has a
-/// gradient.
+/// So the believed disturbance is cancelled, as far as motors may lack what is asked of them, and the wheel's own
+/// dynamics become the reference dynamics. The present sensation does not depend on the present action, because of the
+/// dead time: only the expected error eps_a has a gradient.
 
 #include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/plant_model.hpp"
