@@ -335,10 +335,13 @@ TEST(FaultMonitor, CommandsThatNobodyKnowsBlameNoWheelUntilTheyAreKnown) {
 /// Motors without power let the robot coast. A controller takes the slow decay for a disturbance, and so does a
 /// monitor.
 TEST(FaultMonitor, WheelsThatCoastWhileTheirCommandRisesAreTold) {
+  PlantModel quick = model();
+  quick.lag = 0.03;
+  quick.acceleration_limit = 10.0;
   for (const double deceleration : {1.5, 2.0, 4.0}) {  // rad/s^2
-    FaultMonitor monitor({}, {}, model());
-    WheelController wheel(PredictiveParameters{}, model(), 0.098);
-    DriveTrainPrediction motor(model(), 0.098);
+    FaultMonitor monitor({}, {}, quick);
+    WheelController wheel(PredictiveParameters{}, quick, 0.098);
+    DriveTrainPrediction motor(quick, 0.098);
     std::mt19937 random(3);
     std::normal_distribution<double> noise(0.0, 1.0);
     double told = HUGE_VAL;
