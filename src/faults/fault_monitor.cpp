@@ -37,6 +37,11 @@ constexpr double kEvidenceMemory = 0.05;
 constexpr double kNoise = 3.0;
 constexpr double kDoubtfulSamples = 25.0;
 
+/// A wheel this far off [rad/s] is not where it is predicted, or not where it is measured, for as long as that lasts:
+/// no number of samples tells the slip.
+constexpr double kFarApart = 1.0;
+constexpr double kCountless = 1e6;
+
 /// Commands of this time [s] before the first sample tell what is under way in the drive train.
 constexpr double kCommandsKnown = 0.25;
 
@@ -313,7 +318,7 @@ double FaultMonitor::differenceVariance(const Observation& observation) const {
   const auto doubt = [noise](const WheelMonitor& wheel, const ChannelHealth& verdict, bool valid, double measured) {
     if (!valid || isFaulty(verdict)) return 0.0;
     const double apart = std::max(0.0, std::abs(measured - wheel.speed()) - noise);
-    return kDoubtfulSamples * apart * apart;
+    return (apart > kFarApart ? kCountless : kDoubtfulSamples) * apart * apart;
   };
   return rolling_radius_ * rolling_radius_ *
          (left_.uncertainty() + right_.uncertainty() +

@@ -17,9 +17,8 @@ constexpr double kStall = 0.3;
 
 constexpr double kLeastLimit = 0.3;            // lambda
 constexpr double kLimitMemory = 0.5;           // s at the limit
+constexpr double kNoise = 2.0;                 // standard deviations of a measurement, of a change that is none
 constexpr double kLeastTiming = 0.1;           // lambda_t
-constexpr double kMostTiming = 1.0;            // lambda_t
-constexpr double kMostTurnTiming = 5.0;        // lambda_t in a turn
 constexpr double kMostSurprise = 4.0;          // of epsilon^2/S that lambda_t learns from
 constexpr double kTimingCurvature = 1.0;       // of F along ln lambda_t, as it is believed before anything is known
 constexpr double kMostTimingCurvature = 20.0;  // with which older accelerations are forgotten
@@ -50,18 +49,18 @@ void WheelBelief::setParameters(const WheelBeliefParameters& parameters) {
 }
 
 void WheelBelief::setTurning(double share) {
+  turning_ = share;
   const double straight = parameters_.timing_time_constant,
                turn = std::max(straight, parameters_.turning_time_constant);
   const double T = straight + share * (turn - straight);
   timing_decay_ = T > 0.0 ? std::exp(-kStep / T) : 0.0;
-  most_timing_ = kMostTiming + share * (kMostTurnTiming - kMostTiming);
 }
 
 void WheelBelief::reset(double speed) {
   commands_.fill(speed / drive_train_.gain());
   limit_share_ = 1.0;
   limit_curvature_ = 0.0;
-  timing_scale_ = 1.0;
+  timing_share_ = 1.0;
   timing_curvature_ = kTimingCurvature;
   seed(speed);
 }
@@ -88,8 +87,9 @@ void WheelBelief::predictActing(double command) {
   limited_steps_ = limited ? limited_steps_ + 1 : 0;
   // At the limit the speed does not depend on z and d: J = I. A wheel that has stood at one speed for long is at no
   // limit, whatever the belief has it do: it tells that z and d are wrong, and may correct them.
-  if (!limited || stalled_ > kStall) propagate(transition(), P_);
-  predictTiming(limited);
+  const bool held = limited && stalled_ <= kStall;
+  if (!held) propagate(transition(), P_);
+  predictTiming(held);
   P_(0, 0) += parameters_.speed_process_noise * kStep;
   P_(2, 2) += parameters_.disturbance_process_noise * kStep;
 }
@@ -99,10 +99,12 @@ void WheelBelief::forgetTiming() {
   timing_covariance_.setZero();
 }
 
-void WheelBelief::predictTiming(bool limited) {
-  // w(t) − w(t − σ_t) of a first-order filter: σ_t dw/dt while w ramps, and no more than it changed.
+void WheelBelief::predictTiming(bool held) {
+  // w(t) − w(t − σ_t) of a first-order filter: σ_t dw/dt while w ramps, and no more than it changed. In a turn, where e
+  // lasts, without what the action makes of the encoder's noise.
   lagged_ += lagging_ * (x_(0) - lagged_);
-  const double least = timing_scale_ * (x_(0) - lagged_);
+  const double change = x_(0) - lagged_, noise = turning_ * kNoise * std::sqrt(parameters_.measurement_variance);
+  const double least = timing_share_ * (change - std::clamp(change, -noise, noise));
   if (timing_decay_ == 0.0) {
     timing_variance_ = least * least;
     return;
@@ -110,7 +112,7 @@ void WheelBelief::predictTiming(bool limited) {
   if (timing_variance_ < kNoTiming && least * least < kNoTiming) return forgetTiming();
   timing_ *= timing_decay_;
   timing_variance_ = std::max(timing_decay_ * timing_decay_ * timing_variance_, least * least);
-  if (!limited) timing_covariance_.head<2>() = (transition().topRows<2>().lazyProduct(timing_covariance_)).eval();
+  if (!held) timing_covariance_.head<2>() = (transition().topRows<2>().lazyProduct(timing_covariance_)).eval();
   timing_covariance_ *= timing_decay_;
 }
 
@@ -159,8 +161,8 @@ void WheelBelief::learnTiming(double surprise, double part) {
   // With S = Σ + λ² q: ∂F/∂(ln λ) = part (1 − surprise) of F = ½ ε²/S + ½ ln S, and its curvature is 2 part² on
   // average.
   timing_curvature_ = std::min(timing_curvature_ + 2.0 * part * part, kMostTimingCurvature);
-  timing_scale_ *= std::exp(-part * (1.0 - std::min(surprise, kMostSurprise)) / timing_curvature_);
-  timing_scale_ = std::clamp(timing_scale_, kLeastTiming, most_timing_);
+  timing_share_ *= std::exp(-part * (1.0 - std::min(surprise, kMostSurprise)) / timing_curvature_);
+  timing_share_ = std::clamp(timing_share_, kLeastTiming, 1.0);
 }
 
 double WheelBelief::limitDeviation() const {

@@ -9,7 +9,7 @@ namespace {
 constexpr double kDeviation = 0.05;    // of the configured values, relative: how much they are trusted at first
 constexpr double kCertainTurn = 5.0;   // least difference of the wheel speeds to learn from, standard deviations of it
 constexpr double kErrorMemory = 1.0;   // over which the error of the believed difference is averaged [s]
-constexpr double kUsual = 4.0;         // mean squares of that error, up to which it is the encoders' noise
+constexpr double kUsual = 9.0;         // mean squares of that error, up to which it is the encoders' noise
 constexpr double kBodyComes = 3.0;     // deviations of the yaw's delay, in which the body comes after its wheels
 constexpr double kWashout = 0.5;       // T of the filter of speed changes [s]
 constexpr double kAlphaMemory = 5.0;   // excited time over which alpha is averaged [s]

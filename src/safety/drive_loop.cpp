@@ -301,6 +301,8 @@ int DriveLoop::actionPeriodsDue(double now, std::int64_t boundary) {
 
 int DriveLoop::mostActions(double now) const {
   const double since_last = (now - last_action_) / controller_->actionStep();
+  // Longer than that was a stall, or a jump of the clock, in which no time may have gone by.
+  if (since_last > kMostPeriods + 0.75) return 1;
   return static_cast<int>(std::clamp(since_last + 0.25, 1.0, 1.0 * kMostPeriods));
 }
 

@@ -371,6 +371,43 @@ TEST(FaultMonitor, WheelsThatCoastWhileTheirCommandRisesAreTold) {
   }
 }
 
+/// A robot of 400 kg that is asked to turn faster than its motors can: its wheels stay behind their prediction for
+/// seconds, and turn the body as they are measured.
+TEST(FaultMonitor, ATurnThatTheMotorsCannotFollowIsNoFaultOfTheEncoders) {
+  PlantModel heavy;
+  heavy.dead_time = 0.2;
+  heavy.lag = 0.047;
+  heavy.gain = 0.948;
+  heavy.acceleration_limit = 1.56;
+  heavy.effective_track = 1.852;
+  GeometryParameters geometry;
+  geometry.wheel_radius = 0.2;
+  FaultMonitor monitor({}, geometry, heavy);
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0.0, 1.0);
+  double speed = 0.0;
+  for (long k = 0; k < 8000; ++k) {
+    const double time = 0.001 * static_cast<double>(k);
+    const double command = std::clamp(8.2 * (time - 2.0), 0.0, 13.4),
+                 acting = std::clamp(8.2 * (time - 2.2), 0.0, 13.4);
+    // 7.7 rad/s is all that the torque of the motors makes of it.
+    const double wanted = std::min(acting, 7.7);
+    speed += (wanted - speed) * 0.001 / (wanted < 7.7 ? 0.05 : 0.45);
+    if (k % 10 == 0) {
+      Observation y;
+      y.stamp = time;
+      y.wheel_left = -speed + 0.01 * noise(random);
+      y.wheel_right = speed + 0.01 * noise(random);
+      y.yaw_rate = 0.4 * speed / 1.852 + 0.005 * noise(random);
+      y.acceleration_x = 0.05 * noise(random);
+      y.acceleration_z = kGravity;
+      EXPECT_FALSE(monitor.check(y).faulty()) << monitor.report().reason() << " at " << time << " s";
+    }
+    monitor.advance(WheelCommand{-command, command}, 0.001);
+    if (monitor.report().faulty()) return;
+  }
+}
+
 TEST(FaultMonitor, AWheelThatTheBodyDragsAlongIsGivenHalfASecond) {
   Robot robot;
   robot.drive(kStraight, 3.0);

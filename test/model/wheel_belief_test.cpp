@@ -195,8 +195,8 @@ TEST(WheelBelief, ALearnedLimitIsForgottenWhenTheWheelDoesNotRampAtAll) {
   EXPECT_EQ(wheel.limitShare(), 1.0) << "a belief that crawls would hide that something else is wrong";
 }
 
-/// Largest disturbance that is believed of a wheel whose ground takes 45 % of a step to 1.5 rad/s, until the integral of
-/// its velocity loop has made up for it in 0.12 s.
+/// Largest disturbance that is believed of a wheel whose ground takes 45 % of a step to 1.5 rad/s, until the integral
+/// of its velocity loop has made up for it in 0.12 s.
 double largestOfALoad(double turning) {
   WheelBeliefParameters parameters;
   parameters.dead_time_deviation = 0.01;
@@ -278,6 +278,24 @@ TEST(WheelBelief, ADisturbanceThatIsWrongIsFoundOnAWheelThatKeepsItsSpeed) {
   keep(-2.6, -2.2, 6.0);
   EXPECT_NEAR(belief.disturbance(), 0.4, 0.1);
   EXPECT_NEAR(belief.speed(), -2.2, 0.02);
+}
+
+TEST(WheelBelief, TheVarianceOfAStalledWheelStaysPositive) {
+  // Its own motion is out of the covariance at the limit, and with it how that goes with the timing.
+  PlantModel model;
+  model.dead_time = 0.0;
+  model.lag = 0.036;
+  model.acceleration_limit = 0.8;
+  WheelBeliefParameters parameters;
+  parameters.timing_time_constant = 0.2;
+  WheelBelief belief(model, 0.098, parameters);
+  belief.reset(0.0);
+  for (int k = 1; k <= 6000; ++k) {
+    belief.predict(k % 2000 < 1000 ? 8.0 : -8.0);
+    EXPECT_GT(belief.speedVariance(), 0.0) << k << " ms";
+    if (k % 20 == 0) belief.correct(k % 2000 < 1000 ? 1.0 : -1.0);
+    if (HasFailure()) return;
+  }
 }
 
 }  // namespace

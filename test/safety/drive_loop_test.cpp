@@ -426,7 +426,8 @@ TEST_F(DriveLoopTest, AStallIsCountedAndNothingJumps) {
   start += 0.5;
   drive(kPeriod);
   EXPECT_GT(loop.status().dropped_periods, 10u);
-  EXPECT_LE((command.vector() - before.vector()).cwiseAbs().maxCoeff(), 20.0 * 5.25 * kPeriod / 0.098);
+  // The clock may have jumped.
+  EXPECT_LE((command.vector() - before.vector()).cwiseAbs().maxCoeff(), 20.0 * 1.25 * kPeriod / 0.098);
   drive(1.0);
   EXPECT_EQ(status(), DriveStatus::driving) << why();
 }

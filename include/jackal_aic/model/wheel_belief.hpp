@@ -15,10 +15,9 @@
 /// measurement, which ends with the acceleration: a belief that has arrived before the wheel then takes what is still
 /// missing for a disturbance, and the action makes up for it. The wheel's speed is w + e.
 ///
-/// What a motor really needs, lambda_t times sigma_t, is learned where e explains most of an innovation epsilon of
-/// variance S (gradient of 1/2 epsilon^2/S + 1/2 ln S along ln lambda_t, natural, with forgetting): a motor that is as
-/// its model says is soon believed to be, and one whose loop has to make up first for what the ground takes in a turn
-/// is, too.
+/// How much of sigma_t a motor really needs, a part lambda_t of it, is learned where e explains most of an innovation
+/// epsilon of variance S (gradient of 1/2 epsilon^2/S + 1/2 ln S along ln lambda_t, natural, with forgetting): a motor
+/// that is as its model says is soon believed to be.
 ///
 /// Uncertain is w after an acceleration beyond half the model's limit, by up to the deviation of the limit times the
 /// change, if the wheel accelerates at all: a motor slower than the model's is no disturbance to be made up for. What
@@ -125,7 +124,7 @@ class WheelBelief {
  private:
   void learnLimit(double moved);
   void forgetLimit();
-  void predictTiming(bool limited);
+  void predictTiming(bool held);
   void forgetTiming();
   void learnTiming(double surprise, double part);
   double limitDeviation() const;
@@ -143,8 +142,8 @@ class WheelBelief {
   double timing_decay_ = 0.0;                       // of e in an inner step
   double lagging_ = 0.0;                            // part of a change that w a time sigma_t ago makes in an inner step
   double lagged_ = 0.0;                             // w a time sigma_t ago [rad/s]
-  double timing_scale_ = 1.0;                       // lambda_t
-  double most_timing_ = 1.0;                        // its bound
+  double turning_ = 0.0;                            // share of a turn
+  double timing_share_ = 1.0;                       // lambda_t
   double timing_curvature_ = 0.0;                   // of F along ln lambda_t
   double timing_ = 0.0;                             // e [rad/s]
   double timing_variance_ = 0.0;                    // of e
