@@ -49,7 +49,7 @@ void WheelBelief::setParameters(const WheelBeliefParameters& parameters) {
 }
 
 void WheelBelief::setTurning(double share) {
-  turning_ = share;
+  quiet_ = share * kNoise * std::sqrt(parameters_.measurement_variance);
   const double straight = parameters_.timing_time_constant,
                turn = std::max(straight, parameters_.turning_time_constant);
   const double T = straight + share * (turn - straight);
@@ -103,8 +103,8 @@ void WheelBelief::predictTiming(bool held) {
   // w(t) − w(t − σ_t) of a first-order filter: σ_t dw/dt while w ramps, and no more than it changed. In a turn, where e
   // lasts, without what the action makes of the encoder's noise.
   lagged_ += lagging_ * (x_(0) - lagged_);
-  const double change = x_(0) - lagged_, noise = turning_ * kNoise * std::sqrt(parameters_.measurement_variance);
-  const double least = timing_share_ * (change - std::clamp(change, -noise, noise));
+  const double change = x_(0) - lagged_;
+  const double least = timing_share_ * (change - std::clamp(change, -quiet_, quiet_));
   if (timing_decay_ == 0.0) {
     timing_variance_ = least * least;
     return;

@@ -142,7 +142,7 @@ class WheelBelief {
   double timing_decay_ = 0.0;                       // of e in an inner step
   double lagging_ = 0.0;                            // part of a change that w a time sigma_t ago makes in an inner step
   double lagged_ = 0.0;                             // w a time sigma_t ago [rad/s]
-  double turning_ = 0.0;                            // share of a turn
+  double quiet_ = 0.0;                              // change of w that is none [rad/s]
   double timing_share_ = 1.0;                       // lambda_t
   double timing_curvature_ = 0.0;                   // of F along ln lambda_t
   double timing_ = 0.0;                             // e [rad/s]
