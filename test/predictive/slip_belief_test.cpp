@@ -178,7 +178,7 @@ double largestTrackError(double of_wheels, double of_body) {
 
 TEST(SlipBelief, AMotorThatNeedsLongerThanItsModelIsNoSlip) { EXPECT_LT(largestTrackError(0.15, 0.0), 0.06); }
 
-TEST(SlipBelief, TyresThatTakeTheirTimeToBreakAwayAreNoSlip) { EXPECT_LT(largestTrackError(0.03, 0.1), 0.12); }
+TEST(SlipBelief, TyresThatTakeTheirTimeToBreakAwayAreNoSlip) { EXPECT_LT(largestTrackError(0.03, 0.1), 0.15); }
 
 TEST(SlipBelief, LearnsHowTheTurnDependsOnTheSpeedAndKeepsWhatIsInForce) {
   // Two grounds in one: turning in place and turning at speed, each for longer than the correction remembers.

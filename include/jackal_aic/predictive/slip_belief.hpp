@@ -34,7 +34,7 @@
 /// what is measured off it, where that is more than usual: a motor that needs longer than its model is no slip. And it
 /// has to be a turn: |n| above five standard deviations, of the belief or of what measurements were lately off it,
 /// whichever is larger, so that the steps of an encoder are no turn however coarse they are. Tyres that break away take
-/// their time: Sigma_g has the square of what n changed over three standard deviations of the yaw's delay, times the
+/// their time: Sigma_g has the square of what n changed over two standard deviations of the yaw's delay, times the
 /// slope, which fades as the body comes after its wheels. f learns in turns that are large beside the steps of an
 /// encoder, from the measured speeds: believed ones are led by a wrong model of the drive train, which half a second
 /// forgives and minutes do not. What the gyro shows at rest is no turn: f learns without it. What was learned of a turn
