@@ -15,9 +15,10 @@
 /// minimum begins with the lag as it is and with others, because near a short lag nothing tells of a long one where the
 /// acceleration is limited, and goes on by Gauss-Newton steps from the best. It takes a few hundred inner steps, two
 /// measurements in each. Earlier changes count 0.7 of the next, as parabolas around theta. A change that the model does
-/// not explain teaches nothing, and a turn nothing of the lag: for what the ground takes there the integral of a motor's
-/// velocity loop needs its time. The model takes over what is beyond doubt, of dead time and lag alone: acceleration
-/// limit and disturbance have beliefs of their own (wheel_belief.hpp). Commands that do not change teach nothing.
+/// not explain teaches nothing, and a turn nothing of the lag: for what the ground takes there the integral of a
+/// motor's velocity loop needs its time. The model takes over what is beyond doubt, of dead time and lag alone:
+/// acceleration limit and disturbance have beliefs of their own (wheel_belief.hpp). Commands that do not change teach
+/// nothing.
 
 #include <array>
 #include <cmath>
