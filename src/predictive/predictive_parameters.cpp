@@ -9,8 +9,9 @@ namespace {
 
 constexpr double kTimingTimeConstant =
     0.035;  // s; of motors of a Jackal's size, from as stiff as the model's to soft ones
-constexpr double kTurningTimeConstant = 0.2;  // s; in which the integral of a soft velocity loop makes up for the ground
-constexpr double kLimitDeviation = 0.6;       // of the motors' acceleration limit; half of it has to be ordinary
+constexpr double kTurningTimeConstant =
+    0.2;                                 // s; in which the integral of a soft velocity loop makes up for the ground
+constexpr double kLimitDeviation = 0.6;  // of the motors' acceleration limit; half of it has to be ordinary
 
 bool isWhole(double ratio) { return ratio >= 1.0 - 1e-9 && std::abs(ratio - std::round(ratio)) < 1e-9 * ratio; }
 
