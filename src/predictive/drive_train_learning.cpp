@@ -276,7 +276,7 @@ void DriveTrainLearning::learn() {
   if (!explained) return;
   for (std::size_t i = 0; i < memory_.size(); ++i) {
     const DriveTrainSums& sums = best_.sums[i];
-    memory_[i].add((change_.turns ? sums.whatever(kLogLag) : sums).over(kExcess * variance));
+    memory_[i].add((change_.turns ? sums.marginalised(kLogLag) : sums).over(kExcess * variance));
   }
   learned_ = takenOver();
   for (DriveTrainSums& kept : memory_) kept = kept.over(1.0 / kMemory);

@@ -60,8 +60,8 @@ struct DriveTrainSums {
     return {curvature, slope - moved, squares + change.dot(moved) - 2.0 * change.dot(slope)};
   }
 
-  /// Likewise with the least squares along one parameter, whatever that is: they say nothing of it.
-  DriveTrainSums whatever(int parameter) const {
+  /// Likewise with one parameter marginalised: the least squares along it, which say nothing of it.
+  DriveTrainSums marginalised(int parameter) const {
     const double bend = curvature(parameter, parameter);
     if (!(bend > 0.0)) return *this;
     const DriveTrainVector along = curvature.col(parameter) / bend;

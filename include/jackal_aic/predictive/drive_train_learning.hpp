@@ -96,7 +96,7 @@ class DriveTrainLearning {
     std::size_t next_sample = 0;  // likewise
     std::size_t first_sample = 0;
     std::size_t end_sample = 0;
-    bool turns = false;                         // the robot; the lag is that of loaded motors
+    bool turns = false;                         // a turn: the lag is that of loaded motors
     double last_time = 0.0;                     // of the last measurement of the run, in steps
     WheelVector resting = WheelVector::Zero();  // wheel speeds of before [rad/s]
   };
