@@ -106,11 +106,13 @@ TEST_F(SlipMemory, IsSavedOnRequest) {
   std::ifstream stream(file());
   const std::string kept((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
   EXPECT_NE(kept.find("effective_track: 0.5"), std::string::npos) << kept;
+  end(robot, process, SIGTERM);
 }
 
 TEST_F(SlipMemory, StaysAsItIsWhileFrozen) {
   configure("frozen");
   SimulatedRobot robot;
+  robot.run(1.0);  // whatever drove it before, it rests: nothing is learned before it is frozen
   ControllerProcess process("frozen");
   ASSERT_TRUE(robot.waitUntilReady());
   std_srvs::SetBool freeze;
