@@ -390,9 +390,9 @@ TEST(FaultMonitor, ATurnThatTheMotorsCannotFollowIsNoFaultOfTheEncoders) {
     const double time = 0.001 * static_cast<double>(k);
     const double command = std::clamp(8.2 * (time - 2.0), 0.0, 13.4),
                  acting = std::clamp(8.2 * (time - 2.2), 0.0, 13.4);
-    // 7.7 rad/s is all that the torque of the motors makes of it.
-    const double wanted = std::min(acting, 7.7);
-    speed += (wanted - speed) * 0.001 / (wanted < 7.7 ? 0.05 : 0.45);
+    // 6.8 rad/s is all that the torque of the motors makes of it.
+    const double wanted = std::min(acting, 6.8);
+    speed += (wanted - speed) * 0.001 / (wanted < 6.8 ? 0.05 : 0.45);
     if (k % 10 == 0) {
       Observation y;
       y.stamp = time;
