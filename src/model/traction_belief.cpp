@@ -14,7 +14,7 @@ constexpr double kRounding = 1e-6;        // s
 constexpr double kJolt = 0.1;             // s, within which a collision takes the body's speed
 constexpr double kShare = 0.8;            // ... most of it
 constexpr double kCollision = 0.3;        // W_c [s]
-constexpr double kOffsetMemory = 5.0;     // of b [s]
+constexpr double kOffsetMemory = 5.0;     // T_b [s]
 constexpr double kFactorMemory = 5.0;     // of lambda [s]
 constexpr double kLargestFactor = 25.0;   // of lambda
 constexpr double kVibrationMemory = 1.0;  // [s]
@@ -189,17 +189,33 @@ void TractionBelief::roll(double step) {
   const bool straight = kCentre * window.turning < kStraight * window.time;
   const bool keeps = window.time > 0.5 * kWindow && std::abs(window.wheels) < kKept && straight;
   if (!keeps) return;
-  // db/dt = (mean of a)/T while the speed is kept
-  offset_ += step / (step + kOffsetMemory) * window.body / window.time;
+  learnOffset(window, step);
   if (std::abs(now_.wheels) < kTurns) return;
   const double squared = window.error() * window.error() / window.variance;
   factor_ = std::clamp(factor_ + step / (step + kFactorMemory) * (squared - factor_), 1.0, kLargestFactor);
 }
 
+/// Of wheels that kept their speed in a window. What the body did last they may not tell yet.
+void TractionBelief::learnOffset(const Change& window, double step) {
+  const Change untold = since(hold_ + kLate);
+  const double time = window.time - untold.time;
+  if (time < kQuiet) return;
+  const double mean = (window.body - untold.body) / time;
+  if (kept_ == 0.0) {
+    // Nothing is known of b yet, which may be gravity on a slope: it is all of the mean.
+    offset_ += mean;
+    kept_ = time;
+    return forgetPast();
+  }
+  // db/dt = (mean of a)/T while the speed is kept, T for how long it was, at most T_b
+  kept_ = std::min(kept_ + step, kOffsetMemory);
+  offset_ += step / (step + kept_) * mean;
+}
+
 /// Friction brings a sliding body nearer to its wheels, and what it hits throws it back by a part of its speed: what is
 /// farther away is none, but an accelerometer that has come to read something else.
 bool TractionBelief::possible(double gap) const {
-  return std::abs(gap) <= kThrownBack * gap_at_first_ + wheels_away_ + kLeast + kBound * std::sqrt(variance_);
+  return std::abs(gap) <= kThrownBack * std::abs(gap_at_first_) + wheels_away_ + kLeast + kBound * std::sqrt(variance_);
 }
 
 void TractionBelief::learnJumpOfOffset() {
@@ -219,7 +235,8 @@ void TractionBelief::slide(double gap_before, double acceleration, double step) 
   if (sliding_ <= kCollision && collision()) surprise_ = std::min(surprise_, kCollision);
   const bool collided = surprise_ <= kCollision + kRounding;
   // A body that bounces off something may seem to meet the wheels, which were stopped with it.
-  const bool met = (gap_before * gap <= 0.0 || std::abs(gap) < kMet) && (!collided || sliding_ > kCollision);
+  const bool passed = gap_before * gap <= 0.0 || gap_at_first_ * gap <= 0.0;
+  const bool met = (passed || std::abs(gap) < kMet) && (!collided || sliding_ > kCollision);
   const bool unknown = kCentre * (now_.turning - turning_before_) > std::max(kLeast, std::abs(gap));
   if (met || unknown) return beginToRoll();
   if (!possible(gap)) return learnJumpOfOffset();
@@ -265,7 +282,7 @@ void TractionBelief::beginToSlide(double speed, const Change& surprise) {
   variance_ = surprise.variance;
   surprise_ = surprise.time;
   sliding_ = wheels_away_ = 0.0;
-  gap_at_first_ = std::abs(speed - now_.wheels);
+  gap_at_first_ = speed - now_.wheels;
   turning_before_ = now_.turning;
 }
 

@@ -159,6 +159,21 @@ TEST(TractionBelief, BodyThatBouncesHasNotMetItsWheels) {
   EXPECT_EQ(robot.belief.traction(), Traction::stands);
 }
 
+TEST(TractionBelief, WheelsThatTurnBackAreMetThoughItLookedLikeACollision) {
+  for (const double offset : {-0.4, -0.8}) {
+    Robot robot;
+    robot.drive(1.0, 0.7, 0.7);
+    robot.drive(3.0, 0.0, 0.0);
+    robot.drive(0.08, -16.0, -6.0, offset);
+    robot.drive(0.08, 0.0, -6.0, offset);
+    ASSERT_EQ(robot.belief.traction(), Traction::slides) << offset;
+    // Friction ends where the body has the speed of its wheels, within the time in which a body may bounce.
+    robot.drive(0.02, 0.0, (robot.wheel_speed - robot.body_speed) / 0.02, offset);
+    robot.drive(0.4, 0.0, 0.0, offset);
+    EXPECT_EQ(robot.belief.traction(), Traction::rolls) << offset;
+  }
+}
+
 TEST(TractionBelief, ACentreOfTurningThatJumpsIsNoCollision) {
   Robot robot;
   robot.drive(0.6, 0.0, 0.0);
@@ -282,6 +297,20 @@ TEST(TractionBelief, SlopeThatAnImuWithoutAttitudeFeelsIsNoSlide) {
     robot.drive(3.0, 0.0, 0.0, 9.81 * std::sin(degrees * M_PI / 180.0));
   }
   EXPECT_FALSE(robot.slid);
+}
+
+TEST(TractionBelief, SlopeThatARobotHasStoodOnForASecondIsKnownWhenItDrives) {
+  for (const double gravity : {0.5, 1.0, -1.7}) {
+    Robot robot;
+    robot.drive(1.0, 0.0, 0.0, gravity);
+    for (const double way : {1.0, -1.0}) {
+      robot.drive(0.3, way * 2.0, way * 2.0, gravity);
+      robot.drive(2.0, 0.0, 0.0, gravity);
+      robot.drive(0.3, -way * 2.0, -way * 2.0, gravity);
+      robot.drive(0.7, 0.0, 0.0, gravity);
+    }
+    EXPECT_FALSE(robot.slid) << gravity;
+  }
 }
 
 TEST(TractionBelief, OffsetOfTheAccelerometerIsLearnedWhileTheSpeedIsKept) {

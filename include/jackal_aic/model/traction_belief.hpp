@@ -107,6 +107,7 @@ class TractionBelief {
   std::optional<Change> collision() const;
   std::optional<Change> againstRolling(const Change& window) const;
   void roll(double step);
+  void learnOffset(const Change& window, double step);
   bool possible(double gap) const;
   void learnJumpOfOffset();
   void slide(double gap_before, double acceleration, double step);
@@ -124,6 +125,7 @@ class TractionBelief {
   double turning_centre_;
   double hold_ = 0.0;                      // of the wheels' speeds [s]
   double offset_ = 0.0;                    // b [m/s^2]
+  double kept_ = 0.0;                      // for how long b was learned, up to its memory [s]
   double quick_ = 0.0;                     // variance of a, by what successive ones differ by [(m/s^2)^2]
   double slow_ = 1e-9;                     // likewise, by what every third differ by [(m/s^2)^2]
   double variance_rate_ = 0.0;             // of the integral of a, per second, now [(m/s)^2/s]
@@ -142,7 +144,7 @@ class TractionBelief {
   Traction traction_ = Traction::rolls;
   double surprise_ = 0.0;         // for how long rolling had been contradicted when it began to slide [s]
   double sliding_ = 0.0;          // for how long [s]
-  double gap_at_first_ = 0.0;     // |x_dot - v_w| when it began to slide [m/s]
+  double gap_at_first_ = 0.0;     // x_dot - v_w when it began to slide [m/s]
   double wheels_away_ = 0.0;      // by which the wheels changed their speed since then, to and fro [m/s]
   double turning_before_ = 0.0;   // integral of theta_dot^2 when it began to slide
   double speed_ = 0.0;            // x_dot [m/s]
