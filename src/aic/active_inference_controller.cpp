@@ -5,6 +5,7 @@
 #include <Eigen/QR>
 
 #include "jackal_aic/aic/sensor_reconstruction.hpp"
+#include "jackal_aic/model/drive_train.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -69,9 +70,10 @@ WheelCommand ActiveInferenceController::updateAction() {
   action_update_.step(model_, sensoryPredictionError(model_, mu_, sensors_.measurement()), goal);  // a  (3-13)
   const auto& y = sensors_.measurement();
   const bool told_to_stand = mu_d_(kForward, 0) == 0.0 && mu_d_(kYaw, 0) == 0.0;
-  if (standstill_ && standstill_->stands(told_to_stand, action(), y(kWheelLeft, 0), y(kWheelRight, 0), actionStep())) {
-    action_update_.hold({});
-  }
+  if (!standstill_) return action();
+  const double most =
+      standstill_->largestCommand(told_to_stand, action(), y(kWheelLeft, 0), y(kWheelRight, 0), actionStep());
+  action_update_.hold({limited(action().left, most), limited(action().right, most)});
   return action();
 }
 

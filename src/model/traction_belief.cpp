@@ -15,6 +15,7 @@ constexpr double kJolt = 0.1;             // s, within which a collision takes t
 constexpr double kShare = 0.8;            // ... most of it
 constexpr double kCollision = 0.3;        // W_c [s]
 constexpr double kOffsetMemory = 5.0;     // T_b [s]
+constexpr double kSlope = 0.2;            // m/s^2, that is gravity: on a slope of 1.2 degrees
 constexpr double kFactorMemory = 5.0;     // of lambda [s]
 constexpr double kLargestFactor = 25.0;   // of lambda
 constexpr double kVibrationMemory = 1.0;  // [s]
@@ -201,15 +202,14 @@ void TractionBelief::learnOffset(const Change& window, double step) {
   const double time = window.time - untold.time;
   if (time < kQuiet) return;
   const double mean = (window.body - untold.body) / time;
-  if (kept_ == 0.0) {
-    // Nothing is known of b yet, which may be gravity on a slope: it is all of the mean.
+  const bool first = !std::exchange(offset_known_, true);
+  if (first && std::abs(mean) > kSlope) {
+    // No accelerometer of a robot on level ground is off by so much: b is all of the mean.
     offset_ += mean;
-    kept_ = time;
     return forgetPast();
   }
-  // db/dt = (mean of a)/T while the speed is kept, T for how long it was, at most T_b
-  kept_ = std::min(kept_ + step, kOffsetMemory);
-  offset_ += step / (step + kept_) * mean;
+  // db/dt = (mean of a)/T_b
+  offset_ += step / (step + kOffsetMemory) * mean;
 }
 
 /// Friction brings a sliding body nearer to its wheels, and what it hits throws it back by a part of its speed: what is

@@ -214,9 +214,11 @@ WheelCommand PredictiveController::updateAction() {
   const bool told_to_stand = set_point_.forward == 0.0 && set_point_.yaw_rate == 0.0;
   // Within a dead zone a command of nothing is large, and does nothing.
   const WheelCommand effective{left_.effectiveAction(), right_.effectiveAction()};
-  if (standstill_.stands(told_to_stand, effective, left().speed(), right().speed(), 1.0 / parameters_.action_rate)) {
-    left_.stand();
-    right_.stand();
+  const double most = standstill_.largestCommand(told_to_stand, effective, left().speed(), right().speed(),
+                                                 1.0 / parameters_.action_rate);
+  if (most < Standstill::kFree) {
+    left_.rest(most);
+    right_.rest(most);
   }
   return action();
 }

@@ -48,8 +48,9 @@ void WheelController::drive(double applied, double effective) {
   effective_ = effective;
 }
 
-void WheelController::stand() {
-  drive(0.0, 0.0);
+void WheelController::rest(double most) {
+  const double effective = limited(effective_, most);
+  drive(dead_zone_.command(effective), effective);
   path_.reset(0.0);
 }
 

@@ -125,7 +125,12 @@ TEST(WheelController, ThePathEndsWhereTheHeldCommandTakesIt) {
 TEST(WheelController, AStandingWheelIsDrivenByNothing) {
   Loop loop(0.3);
   loop.drive(5.0, 50);
-  loop.wheel.stand();
+  const double before = loop.wheel.action();
+  loop.wheel.rest(2.0 * std::abs(before));
+  EXPECT_EQ(loop.wheel.action(), before);
+  loop.wheel.rest(0.5);
+  EXPECT_EQ(loop.wheel.action(), 0.5) << "it is released by and by";
+  loop.wheel.rest(0.0);
   EXPECT_EQ(loop.wheel.action(), 0.0);
   EXPECT_EQ(loop.wheel.path().speed(), 0.0);
   EXPECT_NE(loop.wheel.belief().disturbance(), 0.0) << "what is believed of the wheel stays";

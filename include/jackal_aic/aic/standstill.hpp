@@ -8,30 +8,49 @@
 /// whose velocity loop gives way. So a robot stands if what it was commanded and what it does were both nothing, on
 /// average over kMemory. It no longer does when it is found moving at twice that speed; the action it then gets to hold
 /// it is one that does not count as nothing, so that it does not begin anew.
+///
+/// A command that is left of a robot at rest holds it, or is what its motors swallow before they turn. Which of the two
+/// is tried, once for each time that it is told to stand: the command is released slowly, until it is nothing or the
+/// robot is found moving.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "jackal_aic/model/types.hpp"
 
 namespace jackal_aic {
 
-/// Decides about a command of zero. Allocates nothing.
+/// Decides how large the command of a robot that rests may be. Allocates nothing.
 class Standstill {
  public:
   static constexpr double kNothing = 0.02;  ///< wheel speed or command that counts as nothing [rad/s]
   static constexpr double kMemory = 0.5;    ///< over which both are averaged [s]
+  static constexpr double kPatience = 1.0;  ///< at rest, before a command is released [s]
+  static constexpr double kRelease = 0.3;   ///< rate at which it is [rad/s^2]
+  static constexpr double kFree = std::numeric_limits<double>::infinity();  ///< a limit that is none [rad/s]
 
   /// One action period [s] on. @param told_to_stand the set point is zero; @param command that would be sent [rad/s];
-  /// @param left, right believed wheel speeds [rad/s]. True if the robot stands: zero is what to send.
-  bool stands(bool told_to_stand, const WheelCommand& command, double left, double right, double period) {
+  /// @param left, right believed wheel speeds [rad/s].
+  /// @return largest command to send, either way [rad/s]: kFree, less and less of one that is released, or zero of a
+  /// robot that stands.
+  double largestCommand(bool told_to_stand, const WheelCommand& command, double left, double right, double period) {
     const double part = -std::expm1(-period / kMemory);
     command_ += part * (bounded({command.left, command.right}) - command_);
     speed_ += part * (bounded({left, right}) - speed_);
-    const double speed = speed_.cwiseAbs().maxCoeff();
-    stands_ = told_to_stand && speed < (stands_ ? 2.0 : 1.0) * kNothing &&
-              (stands_ || command_.cwiseAbs().maxCoeff() < kNothing);
-    return stands_;
+    const bool held_back = limit_ < kFree;
+    const bool rests = speed_.cwiseAbs().maxCoeff() < (held_back ? 2.0 : 1.0) * kNothing;
+    if (!told_to_stand || !rests) {
+      needed_ = told_to_stand && (needed_ || held_back);
+      rested_ = 0.0;
+      return limit_ = kFree;
+    }
+    rested_ += period;
+    if (held_back) return limit_ = std::max(0.0, limit_ - kRelease * period);
+    if (command_.cwiseAbs().maxCoeff() < kNothing) return limit_ = 0.0;
+    if (rested_ > kPatience && !needed_) limit_ = command.vector().cwiseAbs().maxCoeff();
+    return limit_;
   }
 
  private:
@@ -40,7 +59,9 @@ class Standstill {
 
   WheelVector command_ = WheelVector::Zero();
   WheelVector speed_ = WheelVector::Zero();
-  bool stands_ = false;
+  double limit_ = kFree;  // [rad/s]
+  double rested_ = 0.0;   // [s]
+  bool needed_ = false;   // without the command the robot was found moving, since it was told to stand
 };
 
 }  // namespace jackal_aic

@@ -125,7 +125,7 @@ class TractionBelief {
   double turning_centre_;
   double hold_ = 0.0;                      // of the wheels' speeds [s]
   double offset_ = 0.0;                    // b [m/s^2]
-  double kept_ = 0.0;                      // for how long b was learned, up to its memory [s]
+  bool offset_known_ = false;              // something was learned of b
   double quick_ = 0.0;                     // variance of a, by what successive ones differ by [(m/s^2)^2]
   double slow_ = 1e-9;                     // likewise, by what every third differ by [(m/s^2)^2]
   double variance_rate_ = 0.0;             // of the integral of a, per second, now [(m/s)^2/s]

@@ -47,8 +47,8 @@ class WheelController {
   /// This is driven in an action period instead of an action [rad/s].
   void overrule(double applied);
 
-  /// Nothing is driven, and the wheel is to stay where it is.
-  void stand();
+  /// No larger effective command than this is driven [rad/s], and the wheel is to stay where it is.
+  void rest(double most);
 
   /// The first measured speed [rad/s]; what drove the wheel so far is not known, it is taken for steady.
   void start(double measured) { belief_.reset(measured); }
