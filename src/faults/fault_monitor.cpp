@@ -334,7 +334,8 @@ void FaultMonitor::checkGyro(const Observation& observation, double step) {
     yaw_.check(observation.yaw_rate, {0.0, 0.0}, wheelsTurn(), step);
   } else if (wheels_tell || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right)) {
     const DifferenceSpeed wheels{differenceSpeed(), differenceVariance(observation), forwardSpeed()};
-    yaw_.check(observation.yaw_rate, wheels, wheelsTurn(), step, {report_.shaken, acceleration_.pushed()});
+    yaw_.check(observation.yaw_rate, wheels, wheelsTurn(), step,
+               {report_.shaken, acceleration_.pushed(), acceleration_.vibration()});
   }
   report_.gyro = {yaw_.state(), FaultCause::none, yaw_.distance()};
   if (acceleration_.upsideDown()) {

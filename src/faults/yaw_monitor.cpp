@@ -50,8 +50,9 @@ constexpr double kTurnByGround = 0.05;
 constexpr double kTurnByBadGround = 0.3;
 constexpr double kLongestTurnByGround = 1.0;
 
-/// Number of remembered jolts after which the ground is one that may turn the body twice as far.
+/// Number of remembered jolts, and vibration [m/s^2], of ground that may turn the body twice as far.
 constexpr double kManyJolts = 4.0;
+constexpr double kRoughVibration = 2.0;
 
 /// Turn against the wheels that a sliding body may have, by the turn that they ask for.
 constexpr double kAgainst = 0.15;
@@ -165,7 +166,7 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
     suspect = suspect && (wrong_for_good || !explained(yaw_rate, x));
   }
   sumUp(suspect, yaw_rate, x.value, step);
-  persistence_.update(suspect, true, step, biased() || !byGround());
+  persistence_.update(suspect, true, step, biased() || !byGround(shock.vibration));
   if (wrong_for_good) persistence_.declareFaulty();
 
   if (state() == ChannelState::ok && !sliding) {
@@ -192,8 +193,8 @@ void YawMonitor::sumUp(bool suspect, double yaw_rate, double x, double step) {
   unexplained_.time += step;
 }
 
-bool YawMonitor::byGround() const {
-  const double rough = 1.0 + std::min(jolts_ / kManyJolts, 1.0);
+bool YawMonitor::byGround(double vibration) const {
+  const double rough = 1.0 + std::min(jolts_ / kManyJolts + vibration / kRoughVibration, 1.0);
   const bool far = std::abs(unexplained_.angle) > rough * kTurnByGround &&
                    std::abs(unexplained_.distance) > rough * kTurnByBadGround;
   return !far && unexplained_.time < kLongestTurnByGround;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 namespace jackal_aic {
 namespace {
@@ -358,6 +359,16 @@ TEST(YawMonitor, AKerbThatIsGrazedTurnsTheBodyByLessThanATwentiethOfARadian) {
     EXPECT_NEAR(weak.samplesUntil(kFaulty, sign * 0.15, 100), 17, 1);
     EXPECT_EQ(kerb.show(0.0, 20), kOk);
     EXPECT_EQ(kerb.show(sign * 0.15, 16), kOutlier) << "what is over is forgotten";
+  }
+}
+
+TEST(YawMonitor, GroundThatShakesARobotMayTurnItUpToTwiceAsFar) {
+  for (const auto& [vibration, samples] :
+       {std::pair(0.0, 13), std::pair(1.0, 19), std::pair(2.0, 26), std::pair(9.0, 26)}) {
+    Gyro gyro;
+    gyro.settle(0.0);
+    gyro.shock.vibration = vibration;
+    EXPECT_NEAR(gyro.samplesUntil(kFaulty, 0.2, 100), samples, 1) << vibration;
   }
 }
 

@@ -24,6 +24,7 @@
 /// a moment, in which the body bounces and its tyres slide.
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 
@@ -65,6 +66,9 @@ class AccelerationMonitor {
   /// The body has just been pushed, by less than an outlier and by more than vibration does: within the last few
   /// samples, and the accelerometer is in order.
   bool pushed() const;
+
+  /// Standard deviation of the forward acceleration by noise and vibration, over kVibrationMemory [m/s^2].
+  double vibration() const { return std::sqrt(axes_.forward.vibration); }
 
   /// Believes at once what inclination explains a faulty one: somebody moves the robot from one ground to another.
   void follow() {

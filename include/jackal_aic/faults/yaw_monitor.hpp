@@ -21,8 +21,9 @@ struct DifferenceSpeed {
 
 /// What the accelerometer has just felt of the ground.
 struct Shock {
-  bool jolt = false;  ///< the robot rocks: what the gyro reads against the wheels says nothing
-  bool push = false;  ///< something changed its motion at once: a turn that jumps with it is the body's
+  bool jolt = false;       ///< the robot rocks: what the gyro reads against the wheels says nothing
+  bool push = false;       ///< something changed its motion at once: a turn that jumps with it is the body's
+  double vibration = 0.0;  ///< standard deviation of the forward acceleration [m/s^2], large on rough ground
 };
 
 /// Prediction, comparison and verdict for the gyro. Nothing here allocates.
@@ -86,7 +87,7 @@ class YawMonitor {
 
   bool biased() const;
   void sumUp(bool suspect, double yaw_rate, double x, double step);
-  bool byGround() const;
+  bool byGround(double vibration) const;
   bool slides(double yaw_rate, const DifferenceSpeed& x) const;
   void watchJumps(double yaw_rate, double x, double step, bool pushed);
   bool explained(double yaw_rate, const DifferenceSpeed& x) const;
