@@ -11,6 +11,11 @@ bool tellTheSame(const DriveLoopStatus& a, const DriveLoopStatus& b) {
          a.fault == b.fault && a.loss == b.loss && a.handed_over == b.handed_over;
 }
 
+/// Whether no action step was made since the start, or since it was started anew.
+bool undecided(const DriveLoopStatus& status) {
+  return status.decision.status == DriveStatus::idle && status.decision.cause == StopCause::none;
+}
+
 }  // namespace
 
 bool StopReason::update(const DriveLoopStatus& status, const std::string& contender) {
@@ -41,7 +46,7 @@ bool StatusReport::update(const DriveLoopStatus& status, const std::string& cont
   }
   if (status.fault != before.fault) logFault(before.fault);
   if (decided) logDecision(before);
-  return changed;
+  return changed && !undecided(status);  // why it is idle is told with the next action step
 }
 
 void StatusReport::refused(const std::string& what, std::uint32_t count) {
@@ -96,7 +101,11 @@ void StatusReport::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status)
                      reason().empty() ? "driving" : "driving with a fault: " + reason());
       break;
     case DriveStatus::idle:
-      status.summary(DiagnosticStatus::OK, reason());
+      if (undecided(status_)) {
+        status.summary(DiagnosticStatus::WARN, "no action step yet");
+      } else {
+        status.summary(DiagnosticStatus::OK, reason());
+      }
       break;
     case DriveStatus::braking:
     case DriveStatus::stopped:

@@ -1,0 +1,64 @@
+// What people read of the drive loop: log lines and diagnostics.
+
+#include "status_report.hpp"
+
+#include <gtest/gtest.h>
+#include <ros/console.h>
+
+#include <string>
+#include <vector>
+
+namespace jackal_aic {
+namespace {
+
+using diagnostic_msgs::DiagnosticStatus;
+
+/// Keeps what is logged while it is there.
+class KeptLog : public ros::console::LogAppender {
+ public:
+  KeptLog() { ros::console::register_appender(this); }
+  ~KeptLog() override { ros::console::deregister_appender(this); }
+  KeptLog(const KeptLog&) = delete;
+  KeptLog& operator=(const KeptLog&) = delete;
+
+  void log(ros::console::Level level, const char* text, const char*, const char*, int) override {
+    lines.push_back((level == ros::console::levels::Warn ? "WARN " : "") + std::string(text));
+  }
+
+  std::vector<std::string> lines;
+};
+
+class StatusReportTest : public testing::Test {
+ protected:
+  bool update() { return report.update(status, ""); }
+
+  diagnostic_updater::DiagnosticStatusWrapper diagnosis() const {
+    diagnostic_updater::DiagnosticStatusWrapper told;
+    report.diagnose(told);
+    return told;
+  }
+
+  KeptLog log;
+  DriveLoopStatus status;
+  StatusReport report;
+};
+
+TEST_F(StatusReportTest, BeforeTheFirstActionStepItSaysSo) {
+  EXPECT_EQ(diagnosis().message, "no action step yet");
+  EXPECT_EQ(diagnosis().level, DiagnosticStatus::WARN);
+}
+
+TEST_F(StatusReportTest, AStartIsToldWithTheNextActionStep) {
+  status.decision.status = DriveStatus::driving;
+  EXPECT_TRUE(update());
+  status.decision = {};
+  EXPECT_FALSE(update());
+  EXPECT_EQ(diagnosis().message, "no action step yet");
+  status.decision.cause = StopCause::set_point_missing;
+  EXPECT_TRUE(update());
+  EXPECT_EQ(diagnosis().message, "no set point received yet");
+  EXPECT_EQ(diagnosis().level, DiagnosticStatus::OK);
+}
+
+}  // namespace
+}  // namespace jackal_aic
