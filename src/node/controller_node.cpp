@@ -1,6 +1,7 @@
 #include "controller_node.hpp"
 
 #include <algorithm>
+#include <variant>
 
 #include "conversions.hpp"
 #include "wheel_watchdog.hpp"
@@ -97,6 +98,7 @@ void ControllerNode::onWheels(const sensor_msgs::JointStateConstPtr& message) {
   const std::optional<SensorReading> reading = sensors_.addWheels(message, last_now_);
   if (!sensors_.lastRefusal().empty()) return refuseReading();
   if (!reading) return;
+  wheels_heard_ = true;
   const Observation& y = reading->observation;
   measured_(kForward) = kinematics_.bodyVelocity({y.wheel_left, y.wheel_right})(kForward);
   if (!loop_.receiveWheels(*reading, now)) return;
@@ -109,6 +111,7 @@ void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
   const std::optional<SensorReading> reading = sensors_.addImu(message, last_now_);
   if (!sensors_.lastRefusal().empty()) return refuseReading();
   if (!reading) return;
+  imu_heard_ = true;
   measured_(kYaw) = reading->observation.yaw_rate;
   if (!loop_.receiveImu(*reading, now)) return;
   odometry_.observe(reading->observation, last_now_);
@@ -161,6 +164,7 @@ RobotStatus ControllerNode::robotStatus() const {
 DriveServices::Actions ControllerNode::serviceActions() {
   const auto reset = [this] {
     loop_.start({}, currentTime());
+    wheels_heard_ = imu_heard_ = false;
     sensors_.reset();
     odometry_.reset();
   };
@@ -176,6 +180,7 @@ double ControllerNode::currentTime() {
   const ros::Time now = ros::Time::now();
   if (now < last_now_) {
     ROS_WARN("The clock jumped back by %.3f s: the controller starts anew", (last_now_ - now).toSec());
+    wheels_heard_ = imu_heard_ = false;
     sensors_.reset();
     robot_.reset();
     odometry_.reset();
@@ -188,8 +193,12 @@ double ControllerNode::currentTime() {
 void ControllerNode::refuseReading() { StatusReport::refused(sensors_.lastRefusal(), ++rejected_readings_); }
 
 DiagnosticsOutput::Figures ControllerNode::figures() const {
+  StopCauses missing;
+  if (!std::holds_alternative<DifferentialDriveParameters>(parameters_.controller)) {  // which looks at none
+    missing.add(StopCause::wheels_missing, !wheels_heard_).add(StopCause::imu_missing, !imu_heard_);
+  }
   return {loop_.status().rejected_measurements + rejected_readings_, loop_.controller().freeEnergy(),
-          graph_.masterReachable()};
+          graph_.masterReachable(), missing};
 }
 
 void ControllerNode::reportStatus() { diagnostics_.look(loop_.status(), graph_.complaint(), figures()); }

@@ -101,6 +101,8 @@ class ControllerNode {
   GraphWatch graph_;
   ros::Time last_now_;  // of the last callback, to notice a clock that jumps back
   std::uint32_t rejected_readings_ = 0;
+  bool wheels_heard_ = false;  // since the start
+  bool imu_heard_ = false;
   BodyVector measured_ = LoopState{}.measured;  // the last by the wheels, and the gyro
   bool ending_ = false;
   bool enabled_ = true;

@@ -24,8 +24,9 @@ bool DiagnosticsOutput::tell(const Look& look) {
 }
 
 void DiagnosticsOutput::publish() {
+  const StopCause missing = told_.missing.worst();
   if (const Figures* figures = figures_.read()) told_ = *figures;
-  bool changed = false;
+  bool changed = told_.missing.worst() != missing;
   changes_.consume_all([&](const Look& look) { changed = tell(look) || changed; });
   if (const Look* look = newest_.read()) changed = tell(*look) || changed;
   // What happens is told at once, not with the next period.
@@ -33,7 +34,7 @@ void DiagnosticsOutput::publish() {
 }
 
 void DiagnosticsOutput::fill(diagnostic_updater::DiagnosticStatusWrapper& status) {
-  report_.diagnose(status);
+  report_.diagnose(status, told_.missing);
   status.add("Rejected measurements", told_.rejected_measurements);
   status.add("Master reachable", told_.master_reachable ? "yes" : "no");
   status.add("Free energy", told_.free_energy);

@@ -24,6 +24,7 @@ class DiagnosticsOutput {
     std::uint32_t rejected_measurements = 0;
     double free_energy = 0.0;
     bool master_reachable = true;
+    StopCauses missing;  ///< as in StatusReport::diagnose()
   };
 
   DiagnosticsOutput();

@@ -89,7 +89,20 @@ void StatusReport::logDecision(const DriveLoopStatus& before) const {
   }
 }
 
-void StatusReport::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) const {
+void StatusReport::diagnoseIdle(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing) const {
+  using diagnostic_msgs::DiagnosticStatus;
+  if (undecided(status_)) return status.summary(DiagnosticStatus::WARN, "no action step yet");
+  std::string message = reason();
+  bool complete = !isFault(status_.fault) && status_.loss == Loss::none;
+  for (const StopCause source : {StopCause::wheels_missing, StopCause::imu_missing}) {
+    if (!missing.hasAny({source})) continue;
+    message.append("; ").append(text(source));
+    complete = false;
+  }
+  status.summary(complete ? DiagnosticStatus::OK : DiagnosticStatus::WARN, message);
+}
+
+void StatusReport::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing) const {
   using diagnostic_msgs::DiagnosticStatus;
   switch (status_.decision.status) {
     case DriveStatus::driving:
@@ -101,11 +114,7 @@ void StatusReport::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status)
                      reason().empty() ? "driving" : "driving with a fault: " + reason());
       break;
     case DriveStatus::idle:
-      if (undecided(status_)) {
-        status.summary(DiagnosticStatus::WARN, "no action step yet");
-      } else {
-        status.summary(DiagnosticStatus::OK, reason());
-      }
+      diagnoseIdle(status, missing);
       break;
     case DriveStatus::braking:
     case DriveStatus::stopped:

@@ -39,12 +39,14 @@ class StatusReport {
   /// reason(DriveLoopStatus) of the last update.
   const std::string& reason() const { return reason_.text(); }
 
-  /// Level, reason and counters of the last update.
-  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) const;
+  /// Level, reason and counters of the last update. @param missing sources that have not come since the start
+  /// (wheels_missing, imu_missing), which are told while it is idle.
+  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing = {}) const;
 
  private:
   void logDecision(const DriveLoopStatus& before) const;
   void logFault(Fault before) const;
+  void diagnoseIdle(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing) const;
 
   DriveLoopStatus status_;
   StopReason reason_;

@@ -1,5 +1,6 @@
 // The controller node as a process: what it refuses to start with, and what it leaves behind when it ends.
 
+#include <diagnostic_msgs/DiagnosticArray.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 
@@ -279,6 +280,33 @@ TEST_F(StartAndStop, SendsZeroWhileNothingWasEverReceived) {
     EXPECT_EQ(drive.drivers[1], 0.0);
   }
   EXPECT_EQ(robot.states().back().status, ControllerState::IDLE);
+}
+
+TEST_F(StartAndStop, WarnsWhileIdleOfWhatHasNotCome) {
+  configure("unheard", "improved");
+  std::string told;
+  const auto take = [&](const diagnostic_msgs::DiagnosticArrayConstPtr& message) {
+    for (const auto& status : message->status) {
+      if (status.name.find("unheard") == std::string::npos) continue;
+      told = (status.level == diagnostic_msgs::DiagnosticStatus::WARN ? "WARN " : "") + status.message;
+    }
+  };
+  ros::NodeHandle node;
+  const auto diagnostics = node.subscribe<diagnostic_msgs::DiagnosticArray>("/diagnostics", 100, take);
+  SimulatedRobot robot;
+  Relay<sensor_msgs::JointState> wheels("joint_states", "unheard/joint_states");
+  Relay<sensor_msgs::Imu> imu("imu/data", "unheard/imu/data");
+  ControllerProcess process("unheard", "controller_node",
+                            {"joint_states:=unheard/joint_states", "imu/data:=unheard/imu/data"});
+  ASSERT_TRUE(robot.waitUntilReady());
+  const auto expect = [&](const std::string& text) {
+    robot.waitFor([&] { return told == text; }, text, 30.0);
+    EXPECT_EQ(told, text);
+  };
+  expect("WARN no set point received yet; no wheel speeds received yet; no IMU data received yet");
+  wheels.open();
+  imu.open();
+  expect("no set point received yet");
 }
 
 }  // namespace

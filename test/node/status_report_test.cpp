@@ -34,12 +34,13 @@ class StatusReportTest : public testing::Test {
 
   diagnostic_updater::DiagnosticStatusWrapper diagnosis() const {
     diagnostic_updater::DiagnosticStatusWrapper told;
-    report.diagnose(told);
+    report.diagnose(told, missing);
     return told;
   }
 
   KeptLog log;
   DriveLoopStatus status;
+  StopCauses missing;
   StatusReport report;
 };
 
@@ -58,6 +59,32 @@ TEST_F(StatusReportTest, AStartIsToldWithTheNextActionStep) {
   EXPECT_TRUE(update());
   EXPECT_EQ(diagnosis().message, "no set point received yet");
   EXPECT_EQ(diagnosis().level, DiagnosticStatus::OK);
+}
+
+TEST_F(StatusReportTest, WhatHasNotComeIsAWarningWhileIdle) {
+  status.decision.cause = StopCause::set_point_missing;
+  update();
+  EXPECT_EQ(diagnosis().level, DiagnosticStatus::OK);
+  missing.add(StopCause::wheels_missing, true);
+  EXPECT_EQ(diagnosis().message, "no set point received yet; no wheel speeds received yet");
+  EXPECT_EQ(diagnosis().level, DiagnosticStatus::WARN);
+  missing.add(StopCause::imu_missing, true);
+  EXPECT_EQ(diagnosis().message, "no set point received yet; no wheel speeds received yet; no IMU data received yet");
+  missing = {};
+  missing.add(StopCause::imu_missing, true);
+  EXPECT_EQ(diagnosis().message, "no set point received yet; no IMU data received yet");
+}
+
+TEST_F(StatusReportTest, WhatIsLostOrFaultyIsAWarningWhileIdle) {
+  status.decision.cause = StopCause::set_point_missing;
+  status.loss = Loss::both_encoders;
+  update();
+  EXPECT_EQ(diagnosis().message, "no set point received yet; both encoders lost");
+  EXPECT_EQ(diagnosis().level, DiagnosticStatus::WARN);
+  status.loss = Loss::none;
+  status.fault = Fault::gyro_frozen;
+  update();
+  EXPECT_EQ(diagnosis().level, DiagnosticStatus::WARN);
 }
 
 }  // namespace
