@@ -45,6 +45,7 @@ bool StatusReport::update(const DriveLoopStatus& status, const std::string& cont
                       static_cast<unsigned long long>(status.dropped_periods - before.dropped_periods));
   }
   if (status.fault != before.fault) logFault(before.fault);
+  logLoss();
   if (decided) logDecision(before);
   return changed && !undecided(status);  // why it is idle is told with the next action step
 }
@@ -63,6 +64,18 @@ void StatusReport::logFault(Fault before) const {
   } else {
     ROS_INFO("Over: %s", text(before));
   }
+}
+
+void StatusReport::logLoss() {
+  if (status_.loss == logged_loss_) return;
+  if (status_.loss == Loss::none) {
+    ROS_INFO("Over: %s", text(logged_loss_));
+  } else if (isFault(status_.fault)) {
+    return;  // which says what is lost, and why
+  } else {
+    ROS_WARN("Sensors: %s", text(status_.loss));
+  }
+  logged_loss_ = status_.loss;
 }
 
 void StatusReport::logDecision(const DriveLoopStatus& before) const {

@@ -46,9 +46,11 @@ class StatusReport {
  private:
   void logDecision(const DriveLoopStatus& before) const;
   void logFault(Fault before) const;
+  void logLoss();
   void diagnoseIdle(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing) const;
 
   DriveLoopStatus status_;
+  Loss logged_loss_ = Loss::none;  // and not over yet
   StopReason reason_;
 };
 

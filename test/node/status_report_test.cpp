@@ -87,5 +87,39 @@ TEST_F(StatusReportTest, WhatIsLostOrFaultyIsAWarningWhileIdle) {
   EXPECT_EQ(diagnosis().level, DiagnosticStatus::WARN);
 }
 
+TEST_F(StatusReportTest, ALossIsLoggedAndItsEnd) {
+  using Lines = std::vector<std::string>;
+  status.decision.status = DriveStatus::driving;
+  update();
+  log.lines.clear();
+  status.loss = Loss::yaw_rate;
+  update();
+  update();
+  ASSERT_EQ(log.lines, Lines{"WARN Sensors: yaw rate lost"});
+  status.loss = Loss::encoder_and_yaw_rate;
+  update();
+  EXPECT_EQ(log.lines.back(), "WARN Sensors: encoder and yaw rate lost");
+  status.loss = Loss::none;
+  update();
+  EXPECT_EQ(log.lines.back(), "Over: encoder and yaw rate lost");
+  EXPECT_EQ(log.lines.size(), 3u);
+}
+
+TEST_F(StatusReportTest, ALossByAFaultIsLoggedOnce) {
+  status.decision.status = DriveStatus::driving;
+  update();
+  log.lines.clear();
+  status.fault = Fault::gyro_disagrees;
+  status.loss = Loss::yaw_rate;
+  update();
+  ASSERT_EQ(log.lines.size(), 1u);
+  EXPECT_NE(log.lines[0].find("Fault detected: "), std::string::npos) << log.lines[0];
+  status.fault = Fault::none;
+  status.loss = Loss::none;
+  update();
+  ASSERT_EQ(log.lines.size(), 2u);
+  EXPECT_NE(log.lines[1].find("Over: "), std::string::npos) << log.lines[1];
+}
+
 }  // namespace
 }  // namespace jackal_aic
