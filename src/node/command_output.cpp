@@ -31,16 +31,31 @@ CommandOutput::CommandOutput(ros::NodeHandle& node, OutputMode mode, const Geome
   }
 }
 
-std::vector<std::string> CommandOutput::topics() const {
+std::vector<const ros::Publisher*> CommandOutput::publishers() const {
   switch (mode_) {
     case OutputMode::cmd_drive:
-      return {drive_.getTopic()};
+      return {&drive_};
     case OutputMode::twist:
-      return {twist_.getTopic()};
+      return {&twist_};
     case OutputMode::gazebo:
       break;
   }
-  return {left_.getTopic(), right_.getTopic()};
+  return {&left_, &right_};
+}
+
+std::vector<std::string> CommandOutput::topics() const {
+  std::vector<std::string> topics;
+  for (const ros::Publisher* publisher : publishers()) topics.push_back(publisher->getTopic());
+  return topics;
+}
+
+std::string CommandOutput::complaint() const {
+  for (const ros::Publisher* publisher : publishers()) {
+    if (publisher->getNumSubscribers() > 0) continue;
+    const std::string hint = mode_ == OutputMode::twist ? ": is twist_mux running?" : "";
+    return "nobody listens to " + publisher->getTopic() + hint;
+  }
+  return "";
 }
 
 void CommandOutput::publish(const WheelCommand& command) {

@@ -25,10 +25,15 @@ class CommandOutput {
   /// The topics with their resolved names.
   std::vector<std::string> topics() const;
 
+  /// Says to which topic nobody listens; empty if somebody does to each. It may be asked in any thread.
+  std::string complaint() const;
+
   /// Publishes wheel speeds [rad/s].
   void publish(const WheelCommand& command);
 
  private:
+  std::vector<const ros::Publisher*> publishers() const;
+
   OutputMode mode_;
   SkidSteerKinematics kinematics_;
   ros::Publisher drive_;

@@ -55,7 +55,8 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
       robot_(node_, [this](const ros::Time& stamp) { loop_.receiveFeedback(stamp.toSec(), currentTime()); }),
       graph_(graphRules(node_, parameters, output_), kGraphPeriod),
       set_points_(node_, "jackal_AIC/set_point", 10,
-                  [this](const ReceivedSetPoint& received) { onSetPoint(received); }),
+                  [this](const ReceivedSetPoint& received) { onSetPoint(received); },
+                  [this] { return graph_.loneTypes(); }),
       request_thread_(1, &requests_) {
   set_points_.requireForeign(output_.topics());
   if (parameters.motors_shared) {
@@ -77,7 +78,7 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
   // The action timer does not fire before the time at which the clock jumped back, unless it is set anew.
   clock_.emplace(node_, [this] { currentTime(); });
   const auto tell = [this](const ros::WallTimerEvent&) {
-    diagnostics_.publish();
+    diagnostics_.publish(output_.complaint());
     tuning_->keep(ros::Time::now());
   };
   report_timer_ = withQueue(node_, requests_).createWallTimer(ros::WallDuration(kReportPeriod), tell);

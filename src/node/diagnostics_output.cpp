@@ -1,6 +1,12 @@
 #include "diagnostics_output.hpp"
 
 namespace jackal_aic {
+namespace {
+
+/// Wall time in which a subscriber finds the commands at the start [s].
+constexpr double kConnection = 2.0;
+
+}  // namespace
 
 DiagnosticsOutput::DiagnosticsOutput() {
   updater_.setHardwareID("jackal");
@@ -23,7 +29,9 @@ bool DiagnosticsOutput::tell(const Look& look) {
   return report_.update(look.status, look.contender);
 }
 
-void DiagnosticsOutput::publish() {
+void DiagnosticsOutput::publish(const std::string& unheard) {
+  if (unheard.empty()) heard_ = ros::WallTime::now();
+  unheard_ = unheard;
   const StopCause missing = told_.missing.worst();
   if (const Figures* figures = figures_.read()) told_ = *figures;
   bool changed = told_.missing.worst() != missing;
@@ -34,7 +42,8 @@ void DiagnosticsOutput::publish() {
 }
 
 void DiagnosticsOutput::fill(diagnostic_updater::DiagnosticStatusWrapper& status) {
-  report_.diagnose(status, told_.missing);
+  const bool lasted = (ros::WallTime::now() - heard_).toSec() > kConnection;
+  report_.diagnose(status, told_.missing, lasted ? unheard_ : "");
   status.add("Rejected measurements", told_.rejected_measurements);
   status.add("Master reachable", told_.master_reachable ? "yes" : "no");
   status.add("Free energy", told_.free_energy);

@@ -4,6 +4,7 @@
 /// Log lines and diagnostics of the node, by another thread than the one that drives.
 
 #include <diagnostic_updater/diagnostic_updater.h>
+#include <ros/time.h>
 
 #include <boost/lockfree/spsc_queue.hpp>
 #include <cstdint>
@@ -37,7 +38,8 @@ class DiagnosticsOutput {
   const std::string& reason() const { return reason_.text(); }
 
   /// In the other thread: logs what has changed, and publishes if it is time to, or if something has changed.
-  void publish();
+  /// @param unheard as in StatusReport::diagnose(); it is told when it has lasted.
+  void publish(const std::string& unheard);
 
  private:
   static constexpr std::size_t kWaiting = 64;  // changes that may wait
@@ -65,6 +67,8 @@ class DiagnosticsOutput {
   StatusReport report_;
   std::uint64_t told_looks_ = 0;
   Figures told_;
+  std::string unheard_;
+  ros::WallTime heard_ = ros::WallTime::now();  // last time that somebody listened to the commands, or the start
   diagnostic_updater::Updater updater_;
 };
 

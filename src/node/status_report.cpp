@@ -115,7 +115,8 @@ void StatusReport::diagnoseIdle(diagnostic_updater::DiagnosticStatusWrapper& sta
   status.summary(complete ? DiagnosticStatus::OK : DiagnosticStatus::WARN, message);
 }
 
-void StatusReport::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing) const {
+void StatusReport::diagnoseStatus(diagnostic_updater::DiagnosticStatusWrapper& status,
+                                  const StopCauses& missing) const {
   using diagnostic_msgs::DiagnosticStatus;
   switch (status_.decision.status) {
     case DriveStatus::driving:
@@ -136,6 +137,16 @@ void StatusReport::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status,
     case DriveStatus::faulted:
       status.summary(DiagnosticStatus::ERROR, reason());
       break;
+  }
+}
+
+void StatusReport::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing,
+                            const std::string& unheard) const {
+  diagnoseStatus(status, missing);
+  if (!unheard.empty()) {
+    // What nobody hears drives nothing; motors at rest then look as if somebody else had them.
+    const bool drives = status_.decision.status == DriveStatus::driving && status.level == status.OK;
+    status.mergeSummary(status.WARN, drives || status.level != status.OK ? unheard : status.message + "; " + unheard);
   }
   status.add("Rejected set points", status_.rejected_set_points);
   status.add("Set points beyond the limits", status_.scaled_set_points);

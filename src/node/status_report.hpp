@@ -40,13 +40,16 @@ class StatusReport {
   const std::string& reason() const { return reason_.text(); }
 
   /// Level, reason and counters of the last update. @param missing sources that have not come since the start
-  /// (wheels_missing, imu_missing), which are told while it is idle.
-  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing = {}) const;
+  /// (wheels_missing, imu_missing), which are told while it is idle. @param unheard says that nobody listens to the
+  /// commands; empty: somebody does.
+  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing = {},
+                const std::string& unheard = {}) const;
 
  private:
   void logDecision(const DriveLoopStatus& before) const;
   void logFault(Fault before) const;
   void logLoss();
+  void diagnoseStatus(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing) const;
   void diagnoseIdle(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing) const;
 
   DriveLoopStatus status_;

@@ -1,5 +1,6 @@
 // What the controller node does when the robot, its user or another node stands in the way.
 
+#include <diagnostic_msgs/DiagnosticArray.h>
 #include <jackal_msgs/Feedback.h>
 #include <jackal_msgs/Status.h>
 #include <ros/master.h>
@@ -313,6 +314,32 @@ TEST_F(DriveGateNode, ADeadPublisherWhoseAddressAnotherProcessHasNowDoesNotCount
   ASSERT_TRUE(ros::master::execute("unregisterPublisher", withdrawal, response, payload, false));
   ASSERT_FALSE(states.empty());
   for (const auto& state : states) ASSERT_EQ(state.status, ControllerState::DRIVING) << state.reason;
+}
+
+TEST_F(DriveGateNode, ATwistToWhichNobodyListensIsAWarning) {
+  std::string told;
+  const auto take = [&](const diagnostic_msgs::DiagnosticArrayConstPtr& message) {
+    for (const auto& status : message->status) {
+      if (status.name.find("twist/controller") == std::string::npos) continue;
+      told = (status.level == diagnostic_msgs::DiagnosticStatus::WARN ? "WARN " : "") + status.message;
+    }
+  };
+  const auto diagnostics = node.subscribe<diagnostic_msgs::DiagnosticArray>("/diagnostics", 100, take);
+  auto set_point = node.advertise<geometry_msgs::Twist>("twist/jackal_AIC/set_point", 1);
+  const auto expect = [&](const std::string& text) {
+    const auto says = [&] {
+      set_point.publish(geometry_msgs::Twist());
+      robot.run(0.1);
+      return told == text;
+    };
+    robot.waitFor(says, text, 60.0);
+    EXPECT_EQ(told, text);
+  };
+  expect("WARN nobody listens to /twist/cmd_vel: is twist_mux running?");
+  geometry_msgs::Twist last;
+  const auto twists = node.subscribe<geometry_msgs::Twist>(
+      "twist/cmd_vel", 1, [&](const geometry_msgs::TwistConstPtr& message) { last = *message; });
+  expect("driving");
 }
 
 TEST_F(DriveGateNode, TwistOutputIsTheBodyVelocityOfTheCommand) {

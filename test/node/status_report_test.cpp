@@ -34,13 +34,14 @@ class StatusReportTest : public testing::Test {
 
   diagnostic_updater::DiagnosticStatusWrapper diagnosis() const {
     diagnostic_updater::DiagnosticStatusWrapper told;
-    report.diagnose(told, missing);
+    report.diagnose(told, missing, unheard);
     return told;
   }
 
   KeptLog log;
   DriveLoopStatus status;
   StopCauses missing;
+  std::string unheard;
   StatusReport report;
 };
 
@@ -85,6 +86,27 @@ TEST_F(StatusReportTest, WhatIsLostOrFaultyIsAWarningWhileIdle) {
   status.fault = Fault::gyro_frozen;
   update();
   EXPECT_EQ(diagnosis().level, DiagnosticStatus::WARN);
+}
+
+TEST_F(StatusReportTest, CommandsThatNobodyHearsAreAWarning) {
+  unheard = "nobody listens to /cmd_vel";
+  status.decision.status = DriveStatus::driving;
+  for (const bool handed_over : {true, false}) {
+    status.handed_over = handed_over;
+    update();
+    EXPECT_EQ(diagnosis().message, unheard);
+    EXPECT_EQ(diagnosis().level, DiagnosticStatus::WARN);
+  }
+  status.decision.status = DriveStatus::idle;
+  status.decision.cause = StopCause::set_point_missing;
+  update();
+  EXPECT_EQ(diagnosis().message, "no set point received yet; nobody listens to /cmd_vel");
+  EXPECT_EQ(diagnosis().level, DiagnosticStatus::WARN);
+  status.decision.status = DriveStatus::faulted;
+  status.decision.cause = StopCause::driver_fault;
+  update();
+  EXPECT_EQ(diagnosis().message, "motor driver reports a fault; nobody listens to /cmd_vel");
+  EXPECT_EQ(diagnosis().level, DiagnosticStatus::ERROR);
 }
 
 TEST_F(StatusReportTest, ALossIsLoggedAndItsEnd) {
