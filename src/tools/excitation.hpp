@@ -35,8 +35,8 @@ void describeFields(Visitor& v, ExcitationParameters& p) {
 struct ExcitationSession {
   bool confirm = false;          ///< wait until a person confirms
   double countdown = 5.0;        ///< before the robot moves [s]
-  std::string bag;               ///< that is being recorded, to say what comes next; empty: none
-  std::vector<std::string> end;  ///< nodes to end with the drive: the recorder
+  std::string bag;               ///< that is being recorded; one of this name is kept; empty: none
+  std::vector<std::string> end;  ///< nodes to end with the drive, and to drive with: the recorder
   bool end_launch = false;       ///< then end the launch file that started the node
 };
 

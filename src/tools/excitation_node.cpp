@@ -11,15 +11,20 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/predicate.hpp>
 #include <boost/algorithm/string/replace.hpp>
 #include <cctype>
 #include <cmath>
 #include <csignal>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <map>
 #include <string>
+#include <system_error>
+#include <vector>
 
 #include "conversions.hpp"
 #include "excitation.hpp"
@@ -40,7 +45,9 @@ constexpr double kGraphPeriod = 0.5;    // s of wall time between looks at who e
 constexpr double kSilence = 0.5;        // s without a message after which a source is lost
 constexpr double kClockPatience = 5.0;  // s of wall time in which the clock has to go on
 constexpr double kBrake = 0.5;          // s of wall time for the last commands; a simulation may stand still
+constexpr double kOthersStart = 5.0;    // s of wall time for other nodes to start
 constexpr double kOthersEnd = 10.0;     // s of wall time for other nodes to end
+constexpr double kPoll = 0.05;          // s of wall time between looks at them
 
 /// When a source spoke last.
 class Heartbeat {
@@ -57,18 +64,133 @@ class Heartbeat {
   bool heard_ = false;
 };
 
+/// Waits for a condition, for at most `longest` of wall time [s].
+template <class Condition>
+void waitUntil(const Condition& condition, double longest) {
+  const ros::WallTime patience = ros::WallTime::now() + ros::WallDuration(longest);
+  while (!condition() && ros::WallTime::now() < patience) ros::WallDuration(kPoll).sleep();
+}
+
+/// The URI of a node; empty if there is none of this name.
+std::string uriOf(const std::string& node) {
+  XmlRpc::XmlRpcValue request, response, payload;
+  request[0] = ros::this_node::getName();
+  request[1] = node;
+  return ros::master::execute("lookupNode", request, response, payload, false) ? std::string(payload) : "";
+}
+
+/// Ends a node as `rosnode kill` does, and waits until it is gone.
+void endNode(const std::string& name) {
+  const std::string uri = uriOf(name);
+  std::string host;
+  std::uint32_t port = 0;
+  if (uri.empty() || !ros::network::splitURI(uri, host, port)) return;
+  XmlRpc::XmlRpcClient* client = ros::XMLRPCManager::instance()->getXMLRPCClient(host, static_cast<int>(port), "/");
+  XmlRpc::XmlRpcValue request, response;
+  request[0] = ros::this_node::getName();
+  request[1] = std::string("the excitation is over");
+  const bool told = client->execute("shutdown", request, response);
+  ros::XMLRPCManager::instance()->releaseXMLRPCClient(client);
+  // The master goes on to list one that was killed.
+  if (told) waitUntil([&name] { return uriOf(name).empty(); }, kOthersEnd);
+}
+
+/// The recorder of the drive, a node of its own, and its bag.
+class Recording {
+ public:
+  /// @param session bag and nodes to end; without a bag nothing is recorded.
+  explicit Recording(const ExcitationSession& session) : bag_(session.bag) {
+    // As rosbag record names it.
+    if (!bag_.empty() && !boost::algorithm::ends_with(bag_, ".bag")) bag_ += ".bag";
+    for (const std::string& name : session.end) nodes_.push_back(ros::names::resolve(name));
+  }
+
+  /// Moves a bag that is there already to NAME.1, or the next number that is free: the recorder would replace it as
+  /// soon as it ends, whatever was recorded until then. @throws ParameterError if it cannot be moved.
+  void keepEarlierBag() {
+    std::error_code error;
+    if (written()) {
+      std::string free;
+      for (int number = 1; free.empty() || std::filesystem::exists(free, error); ++number) {
+        free = bag_ + "." + std::to_string(number);
+      }
+      std::filesystem::rename(bag_, free, error);
+      if (error) {
+        throw ParameterError(bag_ + " is there already and cannot be moved to " + free + ": " + error.message());
+      }
+      earlier_ = free;
+    }
+    ours_ = true;
+  }
+
+  /// Waits for the recorder if it has not started yet. One that starts later could not be ended.
+  void awaitStart() const {
+    const auto started = [this] {
+      return open() && std::none_of(nodes_.begin(), nodes_.end(), [](const auto& node) { return uriOf(node).empty(); });
+    };
+    if (!bag_.empty()) waitUntil(started, kOthersStart);
+  }
+
+  /// Ends the recorder and waits until the bag is closed. @param driven else the new bag is of no use and is removed.
+  /// Without a new bag the earlier one gets its name back.
+  void end(bool driven) {
+    for (const std::string& node : nodes_) endNode(node);
+    if (bag_.empty()) return;
+    // A recorder is gone for the master before it has closed its bag.
+    waitUntil([this] { return !open(); }, kOthersEnd);
+    if (open()) return;  // it may still take the name
+    std::error_code error;
+    if (!driven && ours_) std::filesystem::remove(bag_, error);
+    if (!written() && !earlier_.empty()) {
+      std::filesystem::rename(earlier_, bag_, error);
+      if (!error) earlier_.clear();
+    }
+  }
+
+  /// True while the recorder writes: until a bag is closed it has another name.
+  bool open() const {
+    std::error_code error;
+    return std::filesystem::exists(bag_ + ".active", error);
+  }
+
+  /// True once the bag is there.
+  bool written() const {
+    std::error_code error;
+    return !bag_.empty() && std::filesystem::exists(bag_, error);
+  }
+
+  /// Path of the bag; empty if nothing is recorded.
+  const std::string& bag() const { return bag_; }
+
+  /// Where the earlier bag of this name is now; empty if there was none, or it has its name again.
+  const std::string& earlier() const { return earlier_; }
+
+  /// Resolved names of the nodes that record. Empty if nothing is recorded.
+  std::vector<std::string> recorders() const { return bag_.empty() ? std::vector<std::string>{} : nodes_; }
+
+ private:
+  std::string bag_;
+  std::vector<std::string> nodes_;  // resolved names
+  std::string earlier_;
+  bool ours_ = false;  // what has the name now
+};
+
 /// Drives the excitation open loop on cmd_drive, within the limits of the acceleration. Whatever keeps a controller
 /// from driving ends it, and so does any message on jackal_AIC/set_point; it brakes first, unless somebody else has the
 /// motors.
 class ExcitationNode {
  public:
   ExcitationNode(ros::NodeHandle& node, const ros::NodeHandle& private_node, const Excitation& excitation,
-                 const GeometryParameters& geometry, bool recorded)
+                 const GeometryParameters& geometry, const Recording& recording)
       : excitation_(excitation),
         tf_prefix_(tfPrefix(private_node)),
-        subscribers_(recorded ? 2 : 1),
+        recording_(recording),
+        recorders_(recording.recorders()),
         limiter_(LimitParameters{}, geometry, kPeriod),
-        drive_(node.advertise<jackal_msgs::Drive>("cmd_drive", 1)),
+        drive_(node.advertise<jackal_msgs::Drive>(
+            "cmd_drive", 1,
+            [this](const ros::SingleSubscriberPublisher& link) { ++subscribers_[link.getSubscriberName()]; },
+            [this](const ros::SingleSubscriberPublisher& link) { --subscribers_[link.getSubscriberName()]; })),
         graph_({{drive_.getTopic()}, {}, false, "", false}, kGraphPeriod),
         robot_(node, [this](const ros::Time&) { feedback_.beat(); }),
         wheels_(node.subscribe<sensor_msgs::JointState>(
@@ -85,6 +207,8 @@ class ExcitationNode {
   void waitForRobot() {
     const ros::WallTime patience = ros::WallTime::now() + ros::WallDuration(kConnection);
     for (std::string missing = whatIsMissing(); !missing.empty(); missing = whatIsMissing()) {
+      const std::string ended = recorderEnded();  // nothing to wait for
+      if (!ended.empty()) throw ParameterError(ended);
       if (ros::WallTime::now() > patience) throw ParameterError(missing);
       serve();
       if (over()) return;
@@ -131,6 +255,9 @@ class ExcitationNode {
     });
   }
 
+  /// True once it drives, or did.
+  bool started() const { return !start_.isZero(); }
+
   /// Brakes from now on.
   void brake() { braking_ = true; }
 
@@ -173,12 +300,37 @@ class ExcitationNode {
   std::string whatIsMissing() const {
     if (ros::Time::now().isZero()) return "no clock: /use_sim_time is true and nothing comes on /clock";
     if (!graph_.checked()) return "the master does not say who publishes commands";
-    if (drive_.getNumSubscribers() == 0) return "nobody subscribes to " + drive_.getTopic();
-    if (drive_.getNumSubscribers() < subscribers_) {
-      return "only one node subscribes to " + drive_.getTopic() + ": the motors or the recorder are missing";
+    if (!motorsListen()) return "nobody who drives subscribes to " + drive_.getTopic() + ": the motors are missing";
+    for (const std::string& recorder : recorders_) {
+      if (!listens(recorder)) return "the recorder does not record " + drive_.getTopic() + ": " + recorder;
     }
+    if (!recorders_.empty() && !recording_.open()) return "the recorder does not write " + recording_.bag();
     if (!wheels_heard_.heard()) return "no wheel speeds on " + wheels_.getTopic();
     if (!imu_heard_.heard()) return "no IMU data on " + imu_.getTopic();
+    return "";
+  }
+
+  /// True if a node subscribes to the commands.
+  bool listens(const std::string& node) const {
+    const auto found = subscribers_.find(node);
+    return found != subscribers_.end() && found->second > 0;
+  }
+
+  /// True if somebody beside the recorder subscribes to the commands.
+  bool motorsListen() const {
+    return std::any_of(subscribers_.begin(), subscribers_.end(), [this](const auto& subscriber) {
+      return subscriber.second > 0 &&
+             std::find(recorders_.begin(), recorders_.end(), subscriber.first) == recorders_.end();
+    });
+  }
+
+  /// Which recorder subscribed to the commands and does no more; empty if none.
+  std::string recorderEnded() const {
+    for (const std::string& recorder : recorders_) {
+      if (subscribers_.count(recorder) > 0 && !listens(recorder)) {
+        return "the recorder has ended: " + recorder + ", which was to write " + recording_.bag();
+      }
+    }
     return "";
   }
 
@@ -196,7 +348,8 @@ class ExcitationNode {
     if (feedback_.silent()) return "the feedback of the motors stays away";
     if (wheels_heard_.silent()) return "no wheel speeds any more on " + wheels_.getTopic();
     if (imu_heard_.silent()) return "no IMU data any more on " + imu_.getTopic();
-    return "";
+    if (!motorsListen()) return "nobody who drives subscribes any more to " + drive_.getTopic();
+    return recorderEnded();
   }
 
   void requireDrivable() const {
@@ -241,7 +394,9 @@ class ExcitationNode {
 
   Excitation excitation_;
   std::string tf_prefix_;
-  std::uint32_t subscribers_;  // of the commands: the motors, and the recorder
+  const Recording& recording_;
+  std::vector<std::string> recorders_;
+  std::map<std::string, int> subscribers_;  // of the commands: connections of each node that had one
   CommandLimiter limiter_;
   Heartbeat feedback_, wheels_heard_, imu_heard_;
   ros::Publisher drive_;
@@ -267,30 +422,6 @@ std::string shellWord(const std::string& path) {
   return "'" + boost::replace_all_copy(path, "'", "'\\''") + "'";
 }
 
-/// The URI of a node; empty if there is none of this name.
-std::string uriOf(const std::string& node) {
-  XmlRpc::XmlRpcValue request, response, payload;
-  request[0] = ros::this_node::getName();
-  request[1] = node;
-  return ros::master::execute("lookupNode", request, response, payload, false) ? std::string(payload) : "";
-}
-
-/// Ends a node as `rosnode kill` does, and waits until it is gone.
-void endNode(const std::string& name) {
-  const std::string uri = uriOf(name);
-  std::string host;
-  std::uint32_t port = 0;
-  if (uri.empty() || !ros::network::splitURI(uri, host, port)) return;
-  XmlRpc::XmlRpcClient* client = ros::XMLRPCManager::instance()->getXMLRPCClient(host, static_cast<int>(port), "/");
-  XmlRpc::XmlRpcValue request, response;
-  request[0] = ros::this_node::getName();
-  request[1] = std::string("the excitation is over");
-  client->execute("shutdown", request, response);
-  ros::XMLRPCManager::instance()->releaseXMLRPCClient(client);
-  const ros::WallTime patience = ros::WallTime::now() + ros::WallDuration(kOthersEnd);
-  while (!uriOf(name).empty() && ros::WallTime::now() < patience) ros::WallDuration(0.05).sleep();
-}
-
 /// Ends the launch file that started this node, as Ctrl-C does. Its attribute `required` would do so in red.
 void endLaunch() {
   const pid_t parent = getppid();
@@ -299,40 +430,57 @@ void endLaunch() {
   if (words.find("roslaunch") != std::string::npos) kill(parent, SIGINT);
 }
 
-/// Drives; returns the exit status. @param session read here first. @throws ParameterError if it does not come to that.
-int excite(ros::NodeHandle& node, const ros::NodeHandle& private_node, StopRequest& stop_request,
-           ExcitationSession& session) {
+/// What a node that excites is to do.
+struct Settings {
+  ExcitationParameters bounds;
+  GeometryParameters geometry;
+  ExcitationSession session;
+};
+
+/// @throws ParameterError for a parameter that is refused.
+Settings readSettings(const ros::NodeHandle& private_node) {
   ParameterMap map = readRosParameters(private_node);
-  const auto bounds = readParameters<ExcitationParameters>(map, "excitation");
-  const auto geometry = readParameters<GeometryParameters>(map, "robot");
-  session = readParameters<ExcitationSession>(map, "session");
+  Settings settings;
+  settings.bounds = readParameters<ExcitationParameters>(map, "excitation");
+  settings.geometry = readParameters<GeometryParameters>(map, "robot");
+  settings.session = readParameters<ExcitationSession>(map, "session");
   map.refuseUnknown();
-  ExcitationNode excitation(node, private_node, Excitation(bounds, geometry), geometry, !session.bag.empty());
-  const auto endOthers = [&session] {
-    for (const std::string& name : session.end) endNode(ros::names::resolve(name));
-  };
-  try {
-    excitation.waitForRobot();
-    if (session.confirm) excitation.waitForConfirmation();
-    excitation.countDown(session.countdown);
-  } catch (const ParameterError&) {
-    endOthers();
-    throw;
-  }
+  return settings;
+}
+
+/// What is to be said of the bag after a drive.
+std::string bagNews(const Recording& recording, const ExcitationNode& excitation) {
+  std::string text;
+  if (!recording.earlier().empty()) text += "The earlier bag is now " + recording.earlier() + ".\n";
+  if (!excitation.started() || !recording.written()) return text;
+  if (!excitation.complete()) return text + recording.bag() + " holds the drive as far as it went.\n";
+  return text + "Recorded " + recording.bag() + ". Next:\n    rosrun jackal_aic identify " +
+         shellWord(recording.bag()) + excitation.bagOptions() + " --robot \"my Jackal\" --out my_jackal.yaml\n";
+}
+
+/// Drives; returns the exit status. @throws ParameterError if it does not come to that; the recorder then still runs.
+int excite(ros::NodeHandle& node, const ros::NodeHandle& private_node, StopRequest& stop_request,
+           const Settings& settings, Recording& recording) {
+  ExcitationNode excitation(node, private_node, Excitation(settings.bounds, settings.geometry), settings.geometry,
+                            recording);
+  excitation.waitForRobot();
+  if (settings.session.confirm) excitation.waitForConfirmation();
+  excitation.countDown(settings.session.countdown);
   excitation.start(node);
   stop_request.spinUntilRequested();
   excitation.brake();
   stop_request.spinWhile([&] { return !excitation.atRest(); }, kBrake);
   excitation.publishStop();
-  endOthers();
-  const bool failed = !excitation.complete() && !excitation.why().empty();
+  bool failed = !excitation.complete() && !excitation.why().empty();
   if (failed) ROS_FATAL("the excitation was not driven to its end: %s", excitation.why().c_str());
-  stop_request.flush();  // nothing is logged after it
-  if (excitation.complete()) std::cout << "The excitation is complete." << std::endl;
-  if (excitation.complete() && !session.bag.empty()) {
-    std::cout << "Recorded " << session.bag << ". Next:\n    rosrun jackal_aic identify " << shellWord(session.bag)
-              << excitation.bagOptions() << " --robot \"my Jackal\" --out my_jackal.yaml" << std::endl;
+  recording.end(excitation.started());
+  if (excitation.complete() && !recording.bag().empty() && !recording.written()) {
+    ROS_FATAL("the recorder has ended without its bag: there is no %s", recording.bag().c_str());
+    failed = true;
   }
+  stop_request.flush();  // nothing is logged after it
+  if (excitation.complete()) std::cout << "The excitation is complete.\n";
+  std::cout << bagNews(recording, excitation) << std::flush;
   return failed ? 1 : 0;
 }
 
@@ -348,13 +496,24 @@ int main(int argc, char** argv) {
   ros::init(argc, argv, "excitation", ros::init_options::NoSigintHandler);
   ros::NodeHandle node, private_node("~");
   jackal_aic::StopRequest stop_request;
+  // What ends with the node is read before anything can be refused.
   jackal_aic::ExcitationSession session;
-  int status = 0;
+  private_node.getParam("session/bag", session.bag);
+  private_node.getParam("session/end", session.end);
+  private_node.getParam("session/end_launch", session.end_launch);
+  jackal_aic::Recording recording(session);
+  int status = 1;
+  bool refused = true;
   try {
-    status = jackal_aic::excite(node, private_node, stop_request, session);
+    recording.keepEarlierBag();
+    const jackal_aic::Settings settings = jackal_aic::readSettings(private_node);
+    refused = false;
+    status = jackal_aic::excite(node, private_node, stop_request, settings, recording);
   } catch (const std::exception& error) {
     ROS_FATAL("%s", jackal_aic::onOneLine(error.what()).c_str());
-    status = 1;
+    if (refused) recording.awaitStart();
+    recording.end(false);
+    if (!recording.earlier().empty()) ROS_WARN("the earlier bag is now %s", recording.earlier().c_str());
   }
   if (session.end_launch) jackal_aic::endLaunch();
   return status;

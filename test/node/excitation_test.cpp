@@ -1,10 +1,13 @@
-// The excitation of identify.launch beside another node that publishes commands.
+// The excitation of identify.launch beside another node that publishes commands, and with its recorder.
 
 #include <std_msgs/Bool.h>
 #include <std_srvs/Trigger.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 
 #include "controller_process.hpp"
 #include "service_call.hpp"
@@ -97,6 +100,85 @@ TEST_F(ExcitationNode, EndsWhenAnotherPublisherAppears) {
   ASSERT_TRUE(robot.waitFor([&] { return driven(); }, "the excitation to begin", 30.0));
   const auto intruder = node.advertise<jackal_msgs::Drive>("cmd_drive", 10);
   expectEnd(process);
+}
+
+/// A directory of its own for the bag, and a recorder as that of identify.launch.
+class RecordedExcitation : public ExcitationNode {
+ protected:
+  void SetUp() override {
+    ExcitationNode::SetUp();
+    std::filesystem::create_directories(directory);
+  }
+  void TearDown() override { std::filesystem::remove_all(directory); }
+
+  /// Tells an excitation which bag is recorded, and by whom.
+  static void setSession(const std::string& name, const std::string& bag) {
+    ros::param::set("/" + name + "/session/countdown", 0.0);
+    ros::param::set("/" + name + "/session/bag", bag);
+    ros::param::set("/" + name + "/session/end", std::vector<std::string>{"record_of_" + name});
+  }
+
+  /// Starts the recorder of an excitation.
+  static ControllerProcess recorder(const std::string& name, const std::string& bag) {
+    return ControllerProcess("record_of_" + name, "record_topics", {"--output-name=" + bag, "cmd_drive"});
+  }
+
+  static std::string content(const std::string& path) {
+    std::ifstream file(path);
+    std::string line;
+    std::getline(file, line);
+    return line;
+  }
+
+  const std::string directory = "/tmp/recorded_excitation_" + std::to_string(getpid());
+  const std::string bag = directory + "/drive.bag";
+};
+
+TEST_F(RecordedExcitation, DoesNotDriveWhenTheBagCannotBeWritten) {
+  setSession("unwritten", directory + "/none/drive.bag");
+  ControllerProcess process("unwritten", "excitation_node");
+  const ControllerProcess record = recorder("unwritten", directory + "/none/drive.bag");
+  ASSERT_TRUE(robot.waitFor([&] { return process.ended(); }, "the excitation to give up", 60.0));
+  EXPECT_EQ(process.exitStatus(), 1);
+  EXPECT_NE(process.errors().find("the recorder has ended: /record_of_unwritten, which was to write " + directory +
+                                  "/none/drive.bag"),
+            std::string::npos)
+      << process.errors();
+  EXPECT_FALSE(driven());
+}
+
+TEST_F(RecordedExcitation, StopsWhenTheRecorderEndsAndKeepsTheEarlierBag) {
+  std::ofstream(bag) << "an earlier drive";
+  std::ofstream(bag + ".1") << "the first drive";
+  setSession("abandoned", bag);
+  ControllerProcess process("abandoned", "excitation_node");
+  const ControllerProcess record = recorder("abandoned", bag);
+  ASSERT_TRUE(robot.waitFor([&] { return driven(); }, "the excitation to begin", 60.0));
+  EXPECT_EQ(std::system("rosnode kill /record_of_abandoned > /dev/null"), 0);
+  ASSERT_TRUE(robot.waitFor([&] { return process.ended(); }, "the excitation to give up", 60.0));
+  EXPECT_EQ(process.exitStatus(), 1);
+  EXPECT_NE(process.errors().find("was not driven to its end: the recorder has ended: /record_of_abandoned"),
+            std::string::npos)
+      << process.errors();
+  ASSERT_FALSE(robot.drives().empty());
+  EXPECT_EQ(robot.drives().back().drivers[0], 0.0F);
+  EXPECT_EQ(content(bag), "#ROSBAG V2.0");
+  EXPECT_EQ(content(bag + ".1"), "the first drive");
+  EXPECT_EQ(content(bag + ".2"), "an earlier drive");
+}
+
+TEST_F(RecordedExcitation, LeavesTheEarlierBagWhenItIsRefused) {
+  std::ofstream(bag) << "an earlier drive";
+  setSession("refused", bag);
+  ros::param::set("/refused/session/countdown", "abc");
+  const ControllerProcess record = recorder("refused", bag);
+  ControllerProcess process("refused", "excitation_node");
+  ASSERT_TRUE(robot.waitFor([&] { return process.ended(); }, "the excitation to give up", 60.0));
+  EXPECT_EQ(process.exitStatus(), 1);
+  EXPECT_NE(process.errors().find("session.countdown = 'abc'"), std::string::npos) << process.errors();
+  EXPECT_EQ(content(bag), "an earlier drive");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(directory), {}), 1) << "nothing else is left";
+  EXPECT_FALSE(driven());
 }
 
 }  // namespace
