@@ -68,13 +68,15 @@ WheelCommand ActiveInferenceController::updateAction() {
   if (!sensors_.hasMeasurement()) return action();
   const WheelCommand goal = kinematics_.wheelSpeeds(mu_d_(kForward, 0), mu_d_(kYaw, 0));
   action_update_.step(model_, sensoryPredictionError(model_, mu_, sensors_.measurement()), goal);  // a  (3-13)
-  const auto& y = sensors_.measurement();
-  const bool told_to_stand = mu_d_(kForward, 0) == 0.0 && mu_d_(kYaw, 0) == 0.0;
-  if (!standstill_) return action();
-  const double most =
-      standstill_->largestCommand(told_to_stand, action(), y(kWheelLeft, 0), y(kWheelRight, 0), actionStep());
+  const double most = largestCommand(mu_d_(kForward, 0) == 0.0 && mu_d_(kYaw, 0) == 0.0);
   action_update_.hold({limited(action().left, most), limited(action().right, most)});
   return action();
+}
+
+double ActiveInferenceController::largestCommand(bool told_to_stand) {
+  if (!standstill_) return Standstill::kFree;
+  const auto& y = sensors_.measurement();
+  return standstill_->largestCommand(told_to_stand, action(), y(kWheelLeft, 0), y(kWheelRight, 0), actionStep());
 }
 
 void ActiveInferenceController::hold(const WheelCommand& applied) { action_update_.hold(applied); }
@@ -82,6 +84,8 @@ void ActiveInferenceController::hold(const WheelCommand& applied) { action_updat
 void ActiveInferenceController::overrule(const WheelCommand& applied) {
   seedBelief();
   action_update_.overrule(applied);
+  // Whoever drives, the robot is under way: it does not stand when it is handed back.
+  largestCommand(false);
 }
 
 void ActiveInferenceController::adoptGains(const ControllerParameters& controller, const GeometryParameters& geometry) {

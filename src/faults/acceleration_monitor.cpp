@@ -15,7 +15,9 @@ constexpr double kVibrationMemory = 0.2;     // T [s]
 constexpr double kSurprise = 9.0;            // c
 constexpr double kWandering = 1.0;           // m/s^2, standard deviation of the inclination after a second
 constexpr double kLongAgreement = 10.0;      // s, after which an inclination that came at once is one
-constexpr int kLongestJolt = 3;              // samples of a collision
+constexpr double kLongestJolt = 0.05;        // s, of a collision
+constexpr double kLeastFault = 0.1;         // s of suspect samples, less of which are a push, however many they are
+constexpr double kRounding = 1e-6;           // s
 constexpr double kRebound = 1.3;             // of the speed, that a collision may take
 constexpr double kBetweenJolts = 0.5;        // s
 constexpr double kStruck = 0.5;              // of the speed, that a collision takes
@@ -97,7 +99,7 @@ bool AccelerationMonitor::Jolt::update(bool suspect, double change, double speed
   since = 0.0;
   change_of_speed += change;
   const double taken = speed < 0.0 ? change_of_speed : -change_of_speed;
-  const bool takes = ++samples <= kLongestJolt && taken > 0.0 && taken <= kRebound * std::abs(speed);
+  const bool takes = age < kLongestJolt - kRounding && taken > 0.0 && taken <= kRebound * std::abs(speed);
   struck = struck || (takes && taken > std::max(kLeastStrike, kStruck * std::abs(speed)));
   return takes || (struck && age < kAftermath && std::abs(change) < kGravity * step);
 }
@@ -146,7 +148,10 @@ void AccelerationMonitor::check(const Observation& observation, bool moving, dou
   since_push_ = distance_ > kPush ? 0.0 : since_push_ + step;
   const bool jolt = jolt_.update(distance_ > 1.0, axes_.forward.error * step, speed, step);
   const bool explained = jolt || (was_faulty && agreement_ > kLongAgreement);
-  persistence_.update((distance_ > 1.0 && !explained) || frozen_, true, step);
+  const bool suspect = (distance_ > 1.0 && !explained) || frozen_;
+  if (!persistence_.suspecting()) suspected_ = 0.0;
+  if (suspect) suspected_ += step;
+  persistence_.update(suspect, true, step, suspected_ > kLeastFault - kRounding);
   if (frozen_) persistence_.declareFaulty();
   upside_down_ = state() == ChannelState::faulty && (vertical ? *observation.acceleration_z < 0.0 : upside_down_);
   if (state() == ChannelState::outlier || jolt) return;

@@ -44,6 +44,8 @@ bool RepetitionTest::update(double value, bool expected, double resolution, doub
   last_ = value;
   has_last_ = true;
   if (!repeats || expected) learnRun();
+  // A slow wheel teaches how often its encoder repeats as well as how its noise goes to and fro; one at rest neither.
+  if (repeats && expected && value != 0.0) repeats_ += 1.0;
   learnQuantum(std::abs(change), resolution);
   if (!repeats) learnChange(change, explained);
   if (expected || !repeats) return false;
@@ -110,7 +112,9 @@ double RepetitionTest::expectedChance(double noise) const {
 }
 
 void SampleHold::update(double value, double least, double step) {
-  const double change = value - last_;
+  const double change = has_last_ ? value - last_ : 0.0;
+  if (!has_last_) last_ = value;
+  has_last_ = true;
   if (change == 0.0) {
     held_ += step;
     return;

@@ -160,6 +160,7 @@ const FaultReport& FaultMonitor::check(const Observation& observation) {
 
 void FaultMonitor::start(const Observation& observation) {
   started_ = true;
+  yaw_.restart();  // what was predicted before the first sample is no motion that has settled
   const double left = observation.valid.wheel_left ? observation.wheel_left : 0.0;
   const double right = observation.valid.wheel_right ? observation.wheel_right : 0.0;
   if (known_ > kCommandsKnown) {
@@ -177,11 +178,11 @@ void FaultMonitor::checkWheels(const Observation& observation, double step) {
     const DeadZone dead_zone(model_);
     if (valid.wheel_left) {
       left_.follow(observation.wheel_left);
-      followed_command_.left = dead_zone.command(observation.wheel_left);
+      followed_command_.left = dead_zone.command(observation.wheel_left / model_.gain);
     }
     if (valid.wheel_right) {
       right_.follow(observation.wheel_right);
-      followed_command_.right = dead_zone.command(observation.wheel_right);
+      followed_command_.right = dead_zone.command(observation.wheel_right / model_.gain);
     }
     followed_ = false;
   }

@@ -154,6 +154,7 @@ void WheelMonitor::follow(double speed) {
   early_ << speed, 0.0, 0.0;
   envelope_.start(speed, speed);
   reachable_.start(speed);
+  last_speed_ = speed;  // a belief that is the measurement explains none of its noise
 }
 
 void WheelMonitor::begin(double speed) {

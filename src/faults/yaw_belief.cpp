@@ -1,6 +1,7 @@
 #include "jackal_aic/faults/yaw_belief.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace jackal_aic {
 namespace {
@@ -30,15 +31,16 @@ bool YawBelief::biasObservable(double x) const {
   return of_slip * of_slip < parameters_.gyro_variance;
 }
 
-void YawBelief::correct(double yaw_rate, double x, double x_variance, double noise_factor, bool settled) {
+void YawBelief::correct(double yaw_rate, double x, double x_variance, double noise_factor, bool settled, double step) {
   const double noise = noise_factor * (parameters_.gyro_variance + slope_ * slope_ * x_variance);
   const double error = this->error(yaw_rate, x);
   const double innovation = x * x * slope_variance_ + bias_variance_ + noise;
   if (biasObservable(x)) {
     if (!settled) return;
-    // K_β = P_β / (x² P_s + P_β + Σ)
-    bias_ += bias_variance_ / innovation * error;
-    bias_variance_ *= 1.0 - bias_variance_ / innovation;
+    // K_β = P_β / (x² P_s + P_β + Σ), which is no mean of less than kErrorTime
+    const double gain = std::min(bias_variance_ / innovation, -std::expm1(-step / kErrorTime));
+    bias_ += gain * error;
+    bias_variance_ *= 1.0 - gain;
   } else {
     // K_s = x P_s / (x² P_s + P_β + Σ)
     const double gain = x * slope_variance_ / innovation;

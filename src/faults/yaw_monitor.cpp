@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace jackal_aic {
 namespace {
@@ -169,10 +170,11 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
   persistence_.update(suspect, true, step, biased() || !byGround(shock.vibration));
   if (wrong_for_good) persistence_.declareFaulty();
 
-  if (state() == ChannelState::ok && !sliding) {
+  if (state() == ChannelState::ok && !sliding && !shock.jolt) {
     if (was_faulty && (distance_ > 1.0 || biased())) belief_ = alternative_;
     learned_.learn(belief_.error(yaw_rate, x.value), variance(belief_, x), step);
-    belief_.correct(yaw_rate, x.value, x.variance, learned_.factor(), settled_ > kSettled);
+    const double lasts = moving ? step : std::numeric_limits<double>::infinity();  // at rest its errors are its noise
+    belief_.correct(yaw_rate, x.value, x.variance, learned_.factor(), settled_ > kSettled, lasts);
   } else if (state() == ChannelState::faulty) {
     if (!was_faulty) {
       alternative_ = belief_;

@@ -8,7 +8,7 @@ namespace {
 constexpr int kFrozen = 8;           // samples of a source that does not change
 constexpr double kMemory = 0.2;      // T [s]
 constexpr double kLongest = 0.15;    // s between two samples; what lies further apart was lost
-constexpr double kLargestShare = 4;  // of the time that the IMU samples stand for, in multiples of h
+constexpr double kLargestShare = 4;  // of D, in multiples of h
 
 }  // namespace
 

@@ -15,6 +15,7 @@ constexpr double kJolt = 0.1;             // s, within which a collision takes t
 constexpr double kShare = 0.8;            // ... most of it
 constexpr double kCollision = 0.3;        // W_c [s]
 constexpr double kOffsetMemory = 5.0;     // T_b [s]
+constexpr double kUnknownOffset = 0.5;    // m/s^2, of b before it was learned
 constexpr double kSlope = 0.2;            // m/s^2, that is gravity: on a slope of 1.2 degrees
 constexpr double kFactorMemory = 5.0;     // of lambda [s]
 constexpr double kLargestFactor = 25.0;   // of lambda
@@ -40,6 +41,8 @@ constexpr double kTurns = 0.08;           // m/s; wheels that turn
 constexpr double kHeldTurn = 0.3;         // rad/s, that a body which something holds may turn by
 constexpr double kTurnedBack = 0.4;       // s, within which a turn that goes to the other side passes zero
 constexpr double kDoubt = 0.5;            // s, after which the nearer hypothesis is taken
+constexpr double kLetGo = 0.4;            // s, in which a body that is let go comes to its wheels
+constexpr double kExpected = 0.5;         // part of the bound of any change, for one that is expected
 constexpr double kUnsure = 1.0;           // s, after which the wheels are believed as long as noise may be the reason
 constexpr double kLongestSlide = 3.0;     // s; what is longer would be an error of the accelerometer
 constexpr double kSmallerOfTwo =
@@ -103,9 +106,12 @@ double TractionBelief::accelerationBefore(std::size_t samples) const {
 /// D of wheels that may have changed since they were measured last [m/s].
 double TractionBelief::unseenChange() const { return std::max(0.0, hold_ - kLate) * kFastest; }
 
+/// D of an offset that nothing was learned of yet [m/s].
+double TractionBelief::unknownOffset(double time) const { return offset_known_ ? 0.0 : kUnknownOffset * time; }
+
 double TractionBelief::bound(const Change& change) const {
   return kBound * std::sqrt(factor_ * change.variance) + kLate * std::min(fastest_, kFastest) + unseenChange() +
-         kScale * std::abs(change.wheels) + kCentre * change.turning;
+         unknownOffset(change.time) + kScale * std::abs(change.wheels) + kCentre * change.turning;
 }
 
 bool TractionBelief::surprises(const Change& change) const {
@@ -124,7 +130,8 @@ std::optional<TractionBelief::Change> TractionBelief::collision() const {
   const double noise = kBound * std::sqrt(factor_ * change.variance * std::min(1.0, kJolt / change.time));
   // Where the ground rocks a robot that turns, the centre of turning jumps from one side to the other.
   const double turn = kCentre * std::sqrt(change.turning / change.time);
-  const double least = std::max({kLeast, noise, turn, unseenChange()}), error = std::abs(change.error());
+  const double least = std::max({kLeast, noise, turn, unseenChange(), unknownOffset(change.time)}),
+               error = std::abs(change.error());
   const bool struck = error > least && jolt_ > std::max(noise, kShare * error);
   return stopped && struck ? std::optional(change) : std::nullopt;
 }
@@ -161,7 +168,7 @@ void TractionBelief::correct(double wheels, double acceleration, double variance
   const double turned = step * yaw_rate * yaw_rate;
   now_ = {now_.time + step, wheels, now_.body + step * a, now_.variance, now_.turning + turned};
   remember();
-  jolt_ = std::max(jolt_ * kCollision / (step + kCollision), std::abs(since(kJolt).body));
+  jolt_ = std::max(jolt_ * kCollision / (step + kCollision), std::abs(since(std::max(kJolt, 2.0 * step)).body));
   switch (traction_) {
     case Traction::rolls:
       roll(step);
@@ -170,7 +177,7 @@ void TractionBelief::correct(double wheels, double acceleration, double variance
       slide(gap, a, step);
       break;
     case Traction::stands:
-      stand();
+      stand(step);
       break;
   }
   corrected_speed_ = speed_;
@@ -260,13 +267,27 @@ bool TractionBelief::turnsOn() const {
   return lately.turning > kHeldTurn * kHeldTurn * lately.time;
 }
 
-void TractionBelief::stand() {
+void TractionBelief::stand(double step) {
   const Change window = sinceOldest();
   const bool unknown = kCentre * window.turning > std::max(kLeast, std::abs(now_.wheels));
   if (unknown || turnsOn() || std::abs(now_.wheels) < kTurns) return beginToRoll();
+  // What held it may have given way: then it comes to the speed of its wheels, and to no other.
+  const Change lately = since(kLetGo);
+  if (comesToItsWheels(window) || comesToItsWheels(lately)) return beginToRoll();
+  // Nothing tells against what vibration would hide.
+  hidden_ = leastToCome(lately) > (1.0 - kStopped) * std::abs(now_.wheels) ? hidden_ + step : 0.0;
+  if (hidden_ > kLongestSlide) return beginToRoll();
   if (std::abs(window.body) < std::max(kLeast, bound(window))) return;
   const bool follows = std::abs(window.error()) < 0.5 * std::abs(window.wheels);
   follows ? beginToRoll() : beginToSlide(window.body, window);
+}
+
+/// Change of speed of a body that comes to its wheels, by which it is told [m/s].
+double TractionBelief::leastToCome(const Change& change) const { return std::max(kLeast, kExpected * bound(change)); }
+
+bool TractionBelief::comesToItsWheels(const Change& change) const {
+  const bool there = std::abs(change.body - now_.wheels) < kStopped * std::abs(now_.wheels);
+  return there && std::abs(change.body) > leastToCome(change);
 }
 
 void TractionBelief::beginToRoll() {
@@ -288,7 +309,7 @@ void TractionBelief::beginToSlide(double speed, const Change& surprise) {
 
 void TractionBelief::beginToStand() {
   traction_ = Traction::stands;
-  speed_ = variance_ = 0.0;
+  speed_ = variance_ = hidden_ = 0.0;
   forgetPast();
 }
 

@@ -4,6 +4,7 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kRounding = 1e-9;  // s
+constexpr double kLongest = 1.0;  // s; of a longer time, a stall or a clock that jumps, nobody knows what the robot did
 
 double square(double x) { return x * x; }
 
@@ -22,6 +23,7 @@ void Odometry::observe(const Observation& observation) {
 }
 
 void Odometry::advance(const WheelCommand& applied, double duration) {
+  if (!(duration <= kLongest)) return forgetMotion();
   if (own_) {
     own_->overrule(applied);
     for (left_over_ += duration; left_over_ + kRounding >= own_->beliefStep(); left_over_ -= own_->beliefStep()) {

@@ -69,6 +69,7 @@ bool PredictiveController::setSetPoint(const SetPoint& set_point) {
 SampleVerdict PredictiveController::observe(const Observation& observation) {
   if (!observation.finite()) return SampleVerdict::not_finite;
   if (started_ && observation.stamp <= observation_.stamp) return SampleVerdict::stale;
+  if (observed_) correct(observation_);  // two may come within one belief step
   const bool first = !started_;
   observation_step_ = first ? 0.0 : observation.stamp - observation_.stamp;
   if (!first) learning_.observe(observation, left(), right(), observation_step_);
@@ -114,7 +115,7 @@ void PredictiveController::correct(const Observation& y) {
   errors_(kYawRate) = y.yaw_rate - yaw_.yawRate();
   const double of_wheels = correctWheels(y), of_yaw_rate = correctYawRate(y);
   free_energy_ = of_wheels + of_yaw_rate;
-  uncertainty_.learnWheels(0.5 * of_wheels, observation_step_);
+  if (const int measured = wheelsTold(y)) uncertainty_.learnWheels(of_wheels / measured, observation_step_);
   if (y.valid.yaw_rate) {
     uncertainty_.learnGyro(of_yaw_rate, observation_step_);
     uncertainty_.learnTurn(y.yaw_rate - slipBelief().gyroOffset(),
@@ -171,6 +172,12 @@ double PredictiveController::correctWheels(const Observation& y) {
     free_energy += right_.correct(y.wheel_left + difference, standInVariance());
   }
   return free_energy;
+}
+
+/// Wheels of which a measurement tells: each its own, and of one without the yaw rate may.
+int PredictiveController::wheelsTold(const Observation& y) const {
+  const int measured = (y.valid.wheel_left ? 1 : 0) + (y.valid.wheel_right ? 1 : 0);
+  return measured == 1 && y.valid.yaw_rate && !model_.on_box ? 2 : measured;
 }
 
 double PredictiveController::standInVariance() const {
@@ -243,6 +250,8 @@ void PredictiveController::hold(const WheelCommand& applied) {
 void PredictiveController::overrule(const WheelCommand& applied) {
   left_.overrule(applied.left);
   right_.overrule(applied.right);
+  // Whoever drives, the robot is under way: it does not stand when it is handed back.
+  standstill_.largestCommand(false, applied, left().speed(), right().speed(), 1.0 / parameters_.action_rate);
   drive_train_.forgetMotion();
 }
 
@@ -329,11 +338,12 @@ void PredictiveController::setLearned(const LearnedModel& learned) {
   if (learned.timing) {
     requireNotNegative("dead_time", learned.timing->dead_time);
     requireNotNegative("lag", learned.timing->lag);
-    drive_train_.setTiming({std::min(learned.timing->dead_time, kLongestTiming.dead_time),
-                            std::min(learned.timing->lag, kLongestTiming.lag)});
-    setTiming(drive_train_.timing());
   }
   learning_.setSlip(learned.slip);
+  if (!learned.timing) return;
+  drive_train_.setTiming({std::min(learned.timing->dead_time, kLongestTiming.dead_time),
+                          std::min(learned.timing->lag, kLongestTiming.lag)});
+  setTiming(drive_train_.timing());
 }
 
 // ---- tell

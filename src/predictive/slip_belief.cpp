@@ -58,8 +58,9 @@ double SlipBelief::boundedCorrection(double correction) const {
 }
 
 void SlipBelief::setState(const SlipState& state) {
-  turn_ = TurnModel(configured_.slip_factor / configured_.effective_track);
-  if (state.turn) turn_.setCoefficients(*state.turn);
+  TurnModel turn(configured_.slip_factor / configured_.effective_track);
+  if (state.turn) turn.setCoefficients(*state.turn);
+  turn_ = turn;
   alpha_ = boundedAlpha(state.slip_factor);
   correction_ = boundedCorrection(state.slip_factor / (state.effective_track * turn_.inPlace()));
   kept_ = {turn_, correction_};

@@ -13,19 +13,20 @@ constexpr double kLargestAcceleration = 100.0;  // m/s^2, about 10 g
 /// Time in which the second source may follow the first at the start [s].
 constexpr double kLongestStart = 1.0;
 
-/// Samples in a row of which too few channels count before the robot stops: 0.3 s at 50 Hz; the monitor isolates a
-/// fault sooner.
-constexpr int kMostBlind = 15;
+/// Time for which too few channels count before the robot stops [s]; the monitor isolates a fault sooner.
+constexpr double kMostBlind = 0.3;
 
-/// Samples for which both encoders may repeat until the source's own deadline has decided: 0.3 s at 50 Hz.
-constexpr int kMostRepeating = 15;
+/// Time for which both encoders may repeat until the source's own deadline has decided [s].
+constexpr double kMostRepeating = 0.3;
 
 constexpr double kStallRecovery = 0.3;  // s, dead time and acceleration after a stall
 
-/// Samples in a row without a channel that make it lost: 0.2 s at 50 Hz.
-constexpr int kMostExcluded = 10;
+/// Time without a channel that makes it lost [s].
+constexpr double kMostExcluded = 0.2;
 
-void count(bool valid, int& excluded) { excluded = valid ? 0 : std::min(excluded + 1, kMostExcluded); }
+/// A sample stands for no longer than this [s]: what is silent for longer is lost by its deadline.
+constexpr double kLongestPeriod = 0.25;
+constexpr double kRounding = 1e-6;  // s
 
 bool seesTheMotion(const ChannelValidity& valid) { return valid.yaw_rate + valid.wheel_left + valid.wheel_right >= 2; }
 
@@ -42,7 +43,9 @@ void MeasurementWatch::advance(const std::optional<WheelCommand>& command, doubl
 }
 
 void MeasurementWatch::judge(Observation& observation, const SensorHealth& health, double now) {
-  excludeImpossible(observation);
+  const double step = std::clamp(observation.stamp - stamp_, 0.0, kLongestPeriod);
+  stamp_ = observation.stamp;
+  excludeImpossible(observation, step);
   if (health.imu.lost()) observation.valid.yaw_rate = observation.valid.acceleration = false;
   if (health.wheels.lost()) observation.valid.wheel_left = observation.valid.wheel_right = false;
   if (monitor_ && !recoversFromStall(now)) {
@@ -50,14 +53,15 @@ void MeasurementWatch::judge(Observation& observation, const SensorHealth& healt
     observation.valid = observation.valid & monitor_->check(observation).valid();
     if (fault() != before && monitor_->report().faulty()) ++detected_;
   }
-  wheels_repeating_ = wheelsRepeat() ? std::min(wheels_repeating_ + 1, kMostRepeating + 1) : 0;
-  blind_samples_ = seesTheMotion(observation.valid) ? 0 : std::min(blind_samples_ + 1, kMostBlind + 1);
-  if (blind_samples_ > 0) return;
+  wheels_repeating_ = wheelsRepeat() ? wheels_repeating_ + step : 0.0;
+  const bool sees = seesTheMotion(observation.valid);
+  blind_ = sees ? 0.0 : blind_ + step;
+  if (!sees) return;
   last_sight_ = now;
   started_ = true;
 }
 
-void MeasurementWatch::excludeImpossible(Observation& observation) {
+void MeasurementWatch::excludeImpossible(Observation& observation, double step) {
   const auto within = [](double value, double bound) { return std::abs(value) <= bound; };
   ChannelValidity possible;
   possible.wheel_left = within(observation.wheel_left, parameters_.largest_wheel_speed);
@@ -68,6 +72,7 @@ void MeasurementWatch::excludeImpossible(Observation& observation) {
                           within(observation.acceleration_z.value_or(0.0), kLargestAcceleration);
   observation.valid = observation.valid & possible;
   // An outlier is no loss: the monitor decides within some samples what it was.
+  const auto count = [step](bool valid, double& excluded) { excluded = valid ? 0.0 : excluded + step; };
   count(observation.valid.yaw_rate, excluded_.yaw_rate);
   count(observation.valid.wheel_left, excluded_.wheel_left);
   count(observation.valid.wheel_right, excluded_.wheel_right);
@@ -87,7 +92,7 @@ StopCauses MeasurementWatch::causes(const SensorHealth& health, double now, bool
   // What is lost and not tolerated is a cause of its own already.
   loss_ = lost && stop ? Loss::none : unclear ? Loss::unclear : decision.loss;
 
-  const bool source_decides = wheelsRepeat() && wheels_repeating_ <= kMostRepeating;
+  const bool source_decides = wheelsRepeat() && wheels_repeating_ <= kMostRepeating + kRounding;
   const bool too_little = !lost && !source_decides && (stop || unclear);
   const bool blocked = monitor_ && (monitor_->report().drive_left || monitor_->report().drive_right);
   StopCauses causes = lost && !stop ? StopCauses{} : lossCauses(health);
@@ -112,13 +117,13 @@ void MeasurementWatch::forgetSourcesThatCameBack(const SensorHealth& health) {
   wheels_were_lost_ = health.wheels.lost();
   if (!back) return;
   excluded_ = {};
-  blind_samples_ = wheels_repeating_ = 0;
-  if (monitor_) monitor_->reset();
+  blind_ = wheels_repeating_ = 0.0;
+  if (monitor_) monitor_->restart();
 }
 
 bool MeasurementWatch::tooFewCount() const {
   const bool moved = monitor_ && monitor_->report().moved;
-  return !moved && blind_samples_ > kMostBlind;
+  return !moved && blind_ > kMostBlind + kRounding;
 }
 
 bool MeasurementWatch::wheelsRepeat() const {
@@ -135,9 +140,10 @@ ChannelValidity MeasurementWatch::remaining(const SensorHealth& health) const {
   if (health.imu.lost()) valid.yaw_rate = valid.acceleration = false;
   if (health.wheels.lost()) valid.wheel_left = valid.wheel_right = false;
   // A source that speaks without telling anything, sample after sample, is as good as lost.
-  valid.yaw_rate = valid.yaw_rate && excluded_.yaw_rate < kMostExcluded;
-  valid.wheel_left = valid.wheel_left && excluded_.wheel_left < kMostExcluded;
-  valid.wheel_right = valid.wheel_right && excluded_.wheel_right < kMostExcluded;
+  const auto speaks = [](double excluded) { return excluded < kMostExcluded - kRounding; };
+  valid.yaw_rate = valid.yaw_rate && speaks(excluded_.yaw_rate);
+  valid.wheel_left = valid.wheel_left && speaks(excluded_.wheel_left);
+  valid.wheel_right = valid.wheel_right && speaks(excluded_.wheel_right);
   return valid;
 }
 
@@ -153,7 +159,7 @@ void MeasurementWatch::forgetLosses() {
   last_sight_ = 0.0;
   stalled_until_ = 0.0;
   excluded_ = {};
-  blind_samples_ = wheels_repeating_ = 0;
+  blind_ = wheels_repeating_ = 0.0;
   loss_ = Loss::none;
 }
 

@@ -275,5 +275,24 @@ TEST(ActiveInferenceController, RefusesInvalidGains) {
   EXPECT_THROW(ActiveInferenceController(diverging, {}), ParameterError);
 }
 
+/// Somebody else drives a robot that had stood: handed back, it brakes as one that had been driving.
+TEST(ActiveInferenceController, ARobotThatStoodIsHandedBackWithoutAJump) {
+  const auto commandAfter = [](const SetPoint& before) {
+    ControllerParameters gains = improved();
+    ActiveInferenceController controller(gains, {}, PlantModel{});
+    drive(controller, gains, before, 300);
+    controller.setSetPoint({});
+    for (int k = 0; k < 100; ++k) {
+      controller.observe(observation(20.0 + 0.02 * k, {10.0, 10.0}, 0.0));
+      for (int i = 0; i < gains.beliefStepsPerAction(); ++i) controller.updateBelief();
+      controller.overrule({10.0, 10.0});
+    }
+    controller.observe(observation(22.0, {10.0, 10.0}, 0.0));
+    return controller.updateAction().left;
+  };
+  EXPECT_GT(commandAfter({}), 5.0);
+  EXPECT_NEAR(commandAfter({}), commandAfter({0.5, 0.0, 0.0}), 0.05);
+}
+
 }  // namespace
 }  // namespace jackal_aic

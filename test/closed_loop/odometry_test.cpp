@@ -1,6 +1,8 @@
 // The odometry on the simulated robot: its covariance is that of its errors, and it drifts less than the stock
 // controller's.
 
+#include "jackal_aic/odometry/odometry.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -123,6 +125,26 @@ TEST(PlanarEkf, BelievesTheSurerOfTwoYawRates) {
   EXPECT_LT(headingWith(1.0, 1e-4), 0.05 * turned);
   EXPECT_GT(headingWith(1e-4, 1.0), 0.95 * turned);
   EXPECT_NEAR(headingWith(0.01, 0.01), 0.5 * turned, 0.05 * turned);
+}
+
+/// A clock that jumps, or a machine that was suspended: nobody knows what the robot did meanwhile.
+TEST(Odometry, ATimeThatNobodySawIsLeftOut) {
+  for (const double jump : {2.0, 3600.0, 1e9}) {
+    Odometry odometry(PredictiveParameters{}, {}, PlantModel{});
+    for (int k = 0; k < 100; ++k) {
+      odometry.observe({0.02 * k, 0.0, 5.0, 5.0, 0.0, 0.0});
+      odometry.advance({5.0, 5.0}, 0.02);
+    }
+    const double before = odometry.pose().x;
+    ASSERT_GT(before, 0.5);
+    odometry.advance({5.0, 5.0}, jump);
+    EXPECT_EQ(odometry.pose().x, before) << jump;
+    for (int k = 0; k < 100; ++k) {
+      odometry.observe({jump + 2.0 + 0.02 * k, 0.0, 5.0, 5.0, 0.0, 0.0});
+      odometry.advance({5.0, 5.0}, 0.02);
+    }
+    EXPECT_NEAR(odometry.pose().x, 2.0 * before, 0.1 * before) << "it goes on after it";
+  }
 }
 
 }  // namespace

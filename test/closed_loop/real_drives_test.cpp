@@ -140,6 +140,27 @@ TEST(RealDrives, RaiseNoAlarmInAnotherOrderOrWithCoarserOrSlowerEncoders) {
   }
 }
 
+/// A recording may begin anywhere, also while the robot is driven by somebody whose commands nobody knows.
+TEST(RealDrives, RaiseNoAlarmWhereverTheyBegin) {
+  if (data().empty()) GTEST_SKIP() << "JACKAL_AIC_REAL_DATA is not set";
+  const std::vector<std::pair<const char*, std::vector<double>>> begins{
+      {"warthog_grass", {0.13, 0.19, 0.23, 0.63}}, {"husky_indoor", {0.2, 0.4, 0.6}}, {"husky_windows", {0.448, 0.7}}};
+  for (const std::string& path : recordingsIn(data())) {
+    const RobotRecording whole = readRecording(path);
+    for (const auto& [name, shares] : begins) {
+      if (whole.name != name) continue;
+      for (const double share : shares) {
+        const RobotRecording part = partOf(whole, share, 1.0);
+        const CommandPath command_path = fitCommandPath(part);
+        for (const RealModel model : {RealModel::assumed, RealModel::identified}) {
+          const RealFigures figures = replay(files(), part, command_path, model);
+          EXPECT_TRUE(figures.alarms.empty()) << name << " from " << share << ": " << figures.alarms.front().reason;
+        }
+      }
+    }
+  }
+}
+
 /// The ground may turn the robot by far less than is assumed of it; a Husky's floor does so by more than half already.
 TEST(RealDrives, TeachTheTurnOnSlipperierGroundToo) {
   if (data().empty()) GTEST_SKIP() << "JACKAL_AIC_REAL_DATA is not set";

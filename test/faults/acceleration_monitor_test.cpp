@@ -78,6 +78,34 @@ TEST(AccelerationMonitor, CollisionCountsButNothingThatTakesMoreThanTheSpeedOrLa
   EXPECT_EQ(stays.monitor.state(), ChannelState::faulty) << "a collision is over sooner";
 }
 
+/// However often an accelerometer is read.
+TEST(AccelerationMonitor, WhatTheGroundDoesIsNoFaultAndAWrongReadingIsOneSoon) {
+  for (const int rate : {20, 50, 100, 200}) {
+    const double period = 1.0 / rate;
+    // @returns for how long it is faulty within a second in which it reads this [s]
+    const auto faulty = [period](double acceleration, double duration) {
+      AccelerationMonitor monitor{FaultParameters{}};
+      std::mt19937 random(5);
+      std::normal_distribution<double> noise(0.0, 0.05);
+      double found = 0.0;
+      for (int k = 0; k < std::lround(5.0 / period); ++k) {
+        const double time = k * period - 4.0;
+        for (int i = 0; i < std::lround(period / 0.001); ++i) monitor.predict(0.0, 0.0, 0.0, 0.001);
+        Observation y;
+        y.acceleration_x = (time > 0.0 && time < duration + 1e-9 ? acceleration : 0.0) + noise(random);
+        y.acceleration_z = kGravity + noise(random);
+        monitor.check(y, true, 1.5, period);
+        if (monitor.state() == ChannelState::faulty) found += period;
+      }
+      return found;
+    };
+    EXPECT_EQ(faulty(-25.0, 0.05), 0.0) << rate << " Hz, collision";
+    EXPECT_EQ(faulty(12.0, 0.06), 0.0) << rate << " Hz, push";
+    EXPECT_EQ(faulty(3.0, 0.08), 0.0) << rate << " Hz, sill";
+    EXPECT_GT(faulty(12.0, 1.0), 0.7) << rate << " Hz, wrong";
+  }
+}
+
 TEST(AccelerationMonitor, WhatFollowsACollisionIsOfABodyThatBounces) {
   WatchedBody bounces;
   bounces.speed = 1.0;

@@ -514,6 +514,19 @@ TEST_F(Repetition, ExpectedRepetitionsSayNothing) {
   for (int k = 0; k < 100; ++k) EXPECT_FALSE(test.update(0.0, true, 1e-5));
 }
 
+/// A robot that creeps, whose encoder repeats now and then: as often as that it repeats when it goes on faster.
+TEST_F(Repetition, ASlowWheelTeachesHowOftenItsEncoderRepeats) {
+  const auto suspects = [](bool crept) {
+    RepetitionTest test(3);
+    for (int k = 0; k < 200; ++k) test.update(0.3 + (k / (crept ? 5 : 1)) * 7 % 5 * 0.02, true, 1e-5);
+    bool suspect = false;
+    for (int k = 0; k < 12; ++k) suspect = test.update(0.6, false, 1e-5) || suspect;
+    return suspect;
+  };
+  EXPECT_TRUE(suspects(false));
+  EXPECT_FALSE(suspects(true));
+}
+
 TEST_F(Repetition, CanBeSwitchedOff) {
   RepetitionTest test(0);
   EXPECT_FALSE(feedNoise(test, 100, 0.0));
@@ -531,6 +544,12 @@ TEST(SampleHold, LearnsForHowLongAnEncoderHoldsItsValue) {
   EXPECT_NEAR(holdOfRamp(4.0, 0.05, 5), 0.2, 1e-9) << "renewed at 4 Hz, published at 20";
   EXPECT_EQ(holdOfRamp(4.0, 0.05, 1), 0.0) << "every sample is a new one";
   EXPECT_EQ(holdOfRamp(40.0, 0.05, 20), 0.0) << "what lasts that long is no renewal";
+}
+
+TEST(SampleHold, UntilItIsKnownTheLongestSoFarCounts) {
+  SampleHold hold;
+  for (int i = 0; i < 12; ++i) hold.update(1.0 * (i / 5), 0.1, 0.05);
+  EXPECT_NEAR(hold.longest(), 0.2, 1e-9) << "two renewals";
 }
 
 TEST(SampleHold, StandingStillIsNoHold) {

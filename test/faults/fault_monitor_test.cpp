@@ -334,6 +334,54 @@ TEST(FaultMonitor, CommandsThatNobodyKnowsBlameNoWheelUntilTheyAreKnown) {
 
 /// Motors without power let the robot coast. A controller takes the slow decay for a disturbance, and so does a
 /// monitor.
+TEST(FaultMonitor, WhereNobodyTellsTheCommandsAFrozenEncoderIsFound) {
+  for (const double gain : {1.0, 0.8}) {
+    PlantModel plant = model();
+    plant.gain = gain;
+    FaultMonitor monitor({}, {}, plant);
+    std::mt19937 random(3);
+    std::normal_distribution<double> noise(0.0, 0.03);
+    double frozen = 0.0;
+    for (int k = 0; k < 1000; ++k) {
+      Observation y;
+      y.stamp = 0.02 * k;
+      y.wheel_left = std::min(5.0, 0.05 * k) + noise(random);
+      y.wheel_right = std::min(5.0, 0.05 * k) + noise(random);
+      y.yaw_rate = 0.1 * noise(random);
+      y.acceleration_x = noise(random);
+      if (k == 980) frozen = y.wheel_left;
+      if (k >= 980) y.wheel_left = frozen;
+      monitor.check(y);
+      if (k < 980) {
+        ASSERT_FALSE(monitor.report().faulty()) << k;
+      }
+      monitor.advance(std::nullopt, 0.02);
+    }
+    EXPECT_STREQ(monitor.report().reason(), "left encoder frozen") << gain;
+  }
+}
+
+TEST(FaultMonitor, WhereNobodyTellsTheCommandsAWheelThatIsNotMeasuredGoesOnAsItWas) {
+  PlantModel plant = model();
+  plant.gain = 0.8;
+  FaultMonitor monitor({}, {}, plant);
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0.0, 0.03);
+  for (int k = 0; k < 600; ++k) {
+    Observation y;
+    y.stamp = 0.02 * k;
+    y.wheel_left = y.wheel_right = std::min(10.0, 0.05 * k) + noise(random);
+    y.yaw_rate = 0.1 * noise(random);
+    y.acceleration_x = noise(random);
+    y.valid.wheel_left = k < 400;
+    monitor.check(y);
+    if (k >= 400) {
+      ASSERT_LT(monitor.report().gyro.distance, 0.3) << k;
+    }
+    monitor.advance(std::nullopt, 0.02);
+  }
+}
+
 TEST(FaultMonitor, WheelsThatCoastWhileTheirCommandRisesAreTold) {
   PlantModel quick = model();
   quick.lag = 0.03;

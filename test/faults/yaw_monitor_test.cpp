@@ -270,6 +270,19 @@ TEST(YawMonitor, WhileTheRobotIsShakenTheTurnTellsNothing) {
   EXPECT_EQ(gyro.monitor.belief().slope(), slope) << "nor of the slip";
   gyro.monitor.check(yaw_rate, {0.5, kSpread, 0.0}, true, kPeriod);
   EXPECT_EQ(gyro.monitor.state(), kOutlier);
+
+  // Nor what is off by less than the bound, while the motion is new.
+  Gyro turned;
+  turned.settle(0.5);
+  const double before = turned.monitor.belief().slope();
+  turned.difference_rate = 5.0;
+  turned.pass(0.1);
+  turned.difference_rate = 0.0;
+  for (int k = 0; k < 10; ++k) {
+    turned.monitor.check(0.7 * Gyro::asked(0.5), {0.5, kSpread, 0.0}, true, kPeriod, {true, false});
+    EXPECT_LT(turned.monitor.distance(), 1.0) << k;
+  }
+  EXPECT_EQ(turned.monitor.belief().slope(), before);
 }
 
 /// A patch of ice under one wheel changes the turn at once, and pushes the body as it does.
@@ -445,16 +458,28 @@ TEST(YawMonitor, ABiasIsAFaultUnlessUnlikeTyresMakeIt) {
   }
 }
 
+/// A body that begins to turn before its encoders tell, or is shoved.
+TEST(YawMonitor, OneSampleTeachesLittleOfTheBias) {
+  for (const double period : {0.02, 0.05, 0.1}) {
+    YawMonitor monitor(FaultParameters{}, kTrack);
+    for (int k = 0; k < 20; ++k) {
+      monitor.predict(0.0, 0.0, period);
+      monitor.check(k == 19 ? 0.12 : 0.0, {0.0, kSpread, 0.5}, true, period);
+    }
+    EXPECT_LT(std::abs(monitor.belief().bias()), 0.03) << period;
+  }
+}
+
 TEST(YawMonitor, ABiasIsAFaultOnceItIsSure) {
-  const auto secondSample = [](double yaw_rate) {
+  const auto untilItIsFaulty = [](double yaw_rate) {
     Gyro gyro;
     gyro.pass(0.5);
-    EXPECT_EQ(gyro.show(yaw_rate), kOk);
-    return gyro.show(yaw_rate);
+    return 0.02 * gyro.samplesUntil(kFaulty, yaw_rate, 200);
   };
-  // The first sample makes it 0.43 of the reading, with a deviation of 0.019 rad/s, of which two count.
-  EXPECT_EQ(secondSample(0.19), kOk);
-  EXPECT_EQ(secondSample(0.24), kOutlier);
+  // It is a mean over half a second at least, and has to be larger than the largest by two deviations.
+  EXPECT_GT(untilItIsFaulty(0.065), 0.5);
+  EXPECT_NEAR(untilItIsFaulty(0.08), 1.2, 0.3);
+  EXPECT_EQ(untilItIsFaulty(0.045), 4.0) << "never";
 }
 
 /// A gyro that came to read another turn from one sample to the next. @param part of the turn asked for.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <utility>
 
 namespace jackal_aic {
 namespace {
@@ -125,6 +126,42 @@ TEST(TractionBelief, BodyThatIsFreeAgainGoesOn) {
   robot.body_speed = robot.wheel_speed;
   robot.drive(0.5, 0.0, 0.0);
   EXPECT_EQ(robot.belief.traction(), Traction::rolls);
+}
+
+/// The more it vibrates, the less shows that it was let go; where nothing would, it is not said to stand for long.
+TEST(TractionBelief, BodyThatIsLetGoInVibrationIsNotLeftBehind) {
+  for (const double vibration : {0.5, 1.0, 2.0}) {
+    for (const double speed : {0.5, 1.0}) {
+      Robot robot(0.0, vibration * speed);
+      robot.drive(1.0, 0.0, 0.0);
+      robot.drive(1.0, speed, speed);
+      robot.drive(5.0, 0.0, 0.0);
+      robot.drive(0.06, 0.0, -speed / 0.06);
+      robot.drive(2.0, 0.0, 0.0);
+      robot.drive(0.5, 0.0, 2.0 * speed);
+      robot.drive(2.0, 0.0, 0.0);
+      EXPECT_TRUE(robot.slid || vibration > 1.0) << vibration;
+      EXPECT_EQ(robot.belief.traction(), Traction::rolls) << vibration << " m/s^2 at 1 m/s, " << speed << " m/s";
+    }
+  }
+}
+
+TEST(TractionBelief, CollisionIsToldByAnAccelerometerOfTenSamplesASecond) {
+  for (const double period : {0.02, 0.05, 0.066, 0.1, 0.12}) {
+    TractionBelief belief(0.0);
+    belief.reset(0.0);
+    double speed = 0.0;
+    bool told = false;
+    for (double time = 0.0; time < 6.0; time += period) {
+      const double before = std::exchange(speed, time < 4.0 ? std::min(1.0, 0.5 * time) : 0.0);
+      // Even a little noise makes of two samples two.
+      const double a = (speed - before) / period + (std::fmod(time, 2.0 * period) < period ? 0.01 : -0.01);
+      belief.correct(std::min(1.0, 0.5 * time), a, kVariance, 0.0, period);
+      told = told || belief.traction() != Traction::rolls;
+      ASSERT_TRUE(time >= 3.9 || !told) << period;
+    }
+    EXPECT_TRUE(told) << period;
+  }
 }
 
 TEST(TractionBelief, CollisionStopsTheBodyThoughTheWheelsTurnOn) {
@@ -311,6 +348,16 @@ TEST(TractionBelief, SlopeThatARobotHasStoodOnForASecondIsKnownWhenItDrives) {
     }
     EXPECT_FALSE(robot.slid) << gravity;
   }
+}
+
+/// It is first measured while it drives, on a slope or with an accelerometer that is off, and brakes.
+TEST(TractionBelief, BeforeAnythingIsKnownOfTheAccelerometerALittleIsNoSlide) {
+  Robot robot;
+  robot.body_speed = robot.wheel_speed = 1.0;
+  robot.belief.reset(1.0);
+  robot.drive(0.3, 0.0, 0.0, 0.45);
+  robot.drive(0.8, -0.6, -0.6, 0.45);
+  EXPECT_FALSE(robot.slid);
 }
 
 TEST(TractionBelief, OffsetOfTheAccelerometerIsLearnedWhileTheSpeedIsKept) {

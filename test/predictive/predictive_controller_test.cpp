@@ -90,6 +90,23 @@ class AtBeliefRate : public testing::TestWithParam<double> {
   }
 };
 
+TEST_P(AtBeliefRate, TwoSamplesWithinOneBeliefStepTeachWhatTheyTeachInTwo) {
+  PredictiveController two(parameters(), {}, driveTrain());
+  const double step = 1.65 / 0.098 * 0.02;  // rad/s, in a sample
+  const auto sample = [step](int k) {
+    const int moved = std::clamp(k - 50, 0, 45);
+    return Observation{
+        0.02 * k, 0.0, step * moved, step * moved, (moved > 0 && moved < 45 ? 1.65 : 0.0) + 0.01 * std::sin(k), 0.0};
+  };
+  for (int k = 0; k < 150; k += 2) {
+    two.observe(sample(k));
+    two.observe(sample(k + 1));
+    two.updateBelief();
+    ASSERT_EQ(two.traction(), Traction::rolls) << k;
+  }
+  EXPECT_NEAR(two.believedVelocity()(kForward), 0.098 * step * 45, 0.02);
+}
+
 TEST_P(AtBeliefRate, ReachesTheSetPointExactlyAndBelievesTheTruth) {
   PredictiveController controller(parameters(), {}, driveTrain());
   Robot robot(driveTrain(), 0.5621);
@@ -192,6 +209,15 @@ TEST(PredictiveController, SlipIsFrozenKeptAndTakenOver) {
   EXPECT_DOUBLE_EQ(restarted.effectiveTrack(), controller.effectiveTrack());
   EXPECT_THROW(restarted.setLearned({{-0.5, 1.0}}), ParameterError);
   EXPECT_THROW(restarted.setLearned({{0.5, std::numeric_limits<double>::quiet_NaN()}}), ParameterError);
+
+  const DriveTrainTiming before = *restarted.learned().timing;
+  const double track = restarted.effectiveTrack();
+  TurnCoefficients impossible;
+  impossible.mean.setZero();
+  impossible.covariance.setConstant(-1.0);
+  EXPECT_THROW(restarted.setLearned({{0.5, 1.0, impossible}, DriveTrainTiming{0.3, 0.01}}), ParameterError);
+  EXPECT_EQ(restarted.learned().timing->dead_time, before.dead_time) << "what is refused changes nothing";
+  EXPECT_EQ(restarted.effectiveTrack(), track);
 }
 
 TEST(PredictiveController, WhatWasDrivenWhileNothingWasLearnedIsNoDeadTime) {
@@ -414,6 +440,43 @@ TEST(PredictiveController, RefusesRatesThatDoNotFit) {
   EXPECT_THROW(PredictiveController(parameters, {}, driveTrain()), ParameterError);
   parameters.belief_rate = 150.0;
   EXPECT_THROW(PredictiveController(parameters, {}, driveTrain()), ParameterError) << "150 Hz does not divide 1 kHz";
+}
+
+/// Somebody else drives a robot that had stood: handed back, it brakes as one that had been driving.
+TEST(PredictiveController, ARobotThatStoodIsHandedBackWithoutAJump) {
+  const auto largestStepAfter = [](const SetPoint& before) {
+    PredictiveController controller({}, {}, driveTrain());
+    Robot robot(driveTrain(), 0.5621);
+    controller.setSetPoint(before);
+    robot.drive(controller, {}, 5.0);
+    controller.setSetPoint({});
+    robot.overrule(controller, {}, {10.0, 10.0}, 2.0);
+    double largest = 0.0, last = 10.0;
+    for (int k = 0; k < 50; ++k) {
+      robot.drive(controller, {}, 0.02);
+      largest = std::max(largest, std::abs(controller.action().left - last));
+      last = controller.action().left;
+    }
+    return largest;
+  };
+  EXPECT_NEAR(largestStepAfter({}), largestStepAfter({1.0, 0.0, 0.0}), 0.05);
+}
+
+TEST(PredictiveController, WithoutEncodersNothingIsLearnedOfTheirErrors) {
+  PredictiveController controller({}, {}, driveTrain());
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0.0, 0.03);
+  // What is learned is by how much more the errors are than the belief says.
+  double learned = 0.0;
+  for (int k = 0; k < 350; ++k) {
+    Observation y{0.02 * k, 0.0, 5.0 + noise(random), 5.0 + noise(random), 0.1 * noise(random), 0.0};
+    y.valid.wheel_left = y.valid.wheel_right = k < 300;
+    controller.observe(y);
+    controller.overrule({5.0, 5.0});
+    for (int i = 0; i < 20; ++i) controller.updateBelief();
+    if (k == 299) learned = controller.motionCovariance()(0, 0) - controller.velocityCovariance()(0, 0);
+  }
+  EXPECT_GT(controller.motionCovariance()(0, 0), 0.9 * (controller.velocityCovariance()(0, 0) + learned));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <initializer_list>
 #include <string>
 
@@ -102,17 +103,23 @@ TEST(MeasurementWatch, ReadingsThatNoRobotHasDoNotCount) {
 }
 
 TEST(MeasurementWatch, SourcesThatSpeakWithoutTellingTheMotionStop) {
-  MeasurementWatch watch(parameters(kDrive, kDrive, kStop));
-  Observation spike;
-  spike.wheel_left = spike.wheel_right = 200.0;
-  for (int i = 1; i <= 12; ++i) {
-    Observation sample = spike;
-    watch.judge(sample, kSound, 1.0);
-    EXPECT_EQ(after(watch, {}), i < 10 ? StopCause::none : StopCause::sensor_fault) << i << " samples";
+  for (const double rate : {10.0, 20.0, 50.0, 100.0}) {
+    MeasurementWatch watch(parameters(kDrive, kDrive, kStop));
+    Observation sound;
+    sound.stamp = 1.0;
+    watch.judge(sound, kSound, 1.0);
+    for (int i = 1; i <= std::lround(0.3 * rate); ++i) {
+      Observation sample;
+      sample.stamp = 1.0 + i / rate;
+      sample.wheel_left = sample.wheel_right = 200.0;
+      watch.judge(sample, kSound, sample.stamp);
+      const bool lost = i / rate > 0.2 - 1e-9;
+      EXPECT_EQ(after(watch, {}), lost ? StopCause::sensor_fault : StopCause::none) << rate << " Hz, " << i;
+    }
+    sound.stamp = 2.0;
+    watch.judge(sound, kSound, 2.0);
+    EXPECT_EQ(after(watch, {}), StopCause::none);
   }
-  Observation sound;
-  watch.judge(sound, kSound, 1.0);
-  EXPECT_EQ(after(watch, {}), StopCause::none);
 }
 
 TEST(MeasurementWatch, ASourceThatComesBackCountsAtOnce) {
@@ -219,8 +226,9 @@ TEST(MeasurementWatch, AnImuThatSpeaksNonsenseIsLost) {
   MeasurementWatch watch(parameters(kDrive, kStop, kStop));
   for (int i = 0; i < 10; ++i) {
     Observation nonsense;
+    nonsense.stamp = 1.0 + 0.025 * i;
     nonsense.yaw_rate = 1e300;
-    watch.judge(nonsense, kSound, 1.0);
+    watch.judge(nonsense, kSound, nonsense.stamp);
   }
   EXPECT_EQ(after(watch, {}), StopCause::none);
   EXPECT_EQ(reason(watch), "yaw rate lost");
@@ -270,7 +278,7 @@ TEST(MeasurementWatch, TooFewChannelsAtATimeStop) {
       if (i % 3 != 1) sample.wheel_right = 200.0;
       if (i % 3 != 2) sample.yaw_rate = 1e3;
       watch.judge(sample, kSound, sample.stamp);
-      EXPECT_EQ(after(watch, {}, sample.stamp), i <= 15 ? StopCause::none : StopCause::sensor_fault) << i;
+      EXPECT_EQ(after(watch, {}, sample.stamp), i <= 16 ? StopCause::none : StopCause::sensor_fault) << i;
     }
     EXPECT_EQ(watch.loss(), Loss::unclear);
     Observation sound;
@@ -369,8 +377,9 @@ TEST(MeasurementWatch, ARestartWaitsForTheFirstMeasurementsAgain) {
   ASSERT_TRUE(watch.started());
   for (int i = 0; i < 12; ++i) {
     Observation nonsense;
+    nonsense.stamp = 10.0 + 0.02 * i;
     nonsense.wheel_left = nonsense.wheel_right = nonsense.yaw_rate = 1e6;
-    watch.judge(nonsense, kSound, 10.0);
+    watch.judge(nonsense, kSound, nonsense.stamp);
   }
   EXPECT_EQ(after(watch, {}, 10.5), StopCause::none) << "on the model";
   EXPECT_EQ(watch.loss(), Loss::both_encoders);

@@ -78,6 +78,7 @@ class ActiveInferenceController : public VelocityController {
 
  private:
   void seedBelief();
+  double largestCommand(bool told_to_stand);
   void holdInputs();
 
   std::optional<PlantModel> plant_model_;

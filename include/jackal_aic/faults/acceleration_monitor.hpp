@@ -19,7 +19,7 @@
 /// explain it. It counts again when it agrees with the first, as after a jolt, or with the second for long: an
 /// inclination that comes at once is an offset of the sensor or a steep ramp, and only a ramp comes to an end.
 ///
-/// A body that hits something loses its speed within a few samples. Such a jolt, against the motion and of no more than
+/// A body that hits something loses its speed within a moment. Such a jolt, against the motion and of no more than
 /// the speed there is, counts: it is how whoever believes the speed knows of the collision. So does what follows it for
 /// a moment, in which the body bounces and its tyres slide.
 
@@ -124,6 +124,7 @@ class AccelerationMonitor {
   double highest_rate_ = 0.0;  // since the last sample
   TimingVariance timing_;
   Persistence persistence_;
+  double suspected_ = 0.0;  // time of the samples that made it suspect lately [s]
   /// Of a_x and of a_z, which a live attitude leaves as it was measured.
   struct Repetition {
     RepetitionTest forward, vertical;
@@ -134,8 +135,7 @@ class AccelerationMonitor {
     double since = 0.0;            // the last one [s]
     double age = 0.0;              // since the first one [s]
     double change_of_speed = 0.0;  // by them [m/s]
-    int samples = 0;
-    bool struck = false;  // they took much of the speed
+    bool struck = false;           // they took much of the speed
 
     bool update(bool suspect, double change, double speed, double step);
   };

@@ -205,8 +205,9 @@ class SampleHold {
   /// Takes a sample. @param least change that is no noise; @param step time since the last sample [s].
   void update(double value, double least, double step);
 
-  /// Longest usual time for which a value is held [s]; 0 where every sample is a new one.
-  double longest() const { return longest_[0]; }
+  /// Longest usual time for which a value is held [s]; 0 where every sample is a new one. Until that is known, the
+  /// longest so far.
+  double longest() const { return longest_[0] > 0.0 ? longest_[0] : longest_[2]; }
 
   /// Time for which the last value has been held [s].
   double held() const { return held_; }
@@ -214,6 +215,7 @@ class SampleHold {
  private:
   std::array<double, 3> longest_{};  // the longest three, rising [s]
   double last_ = 0.0;
+  bool has_last_ = false;
   double last_move_ = 0.0;  // the last change, if it was too large for noise
   double held_ = 0.0;       // [s]
 };

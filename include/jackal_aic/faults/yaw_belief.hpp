@@ -13,11 +13,15 @@
 ///
 /// Tyres that are not alike turn a robot on a straight line by its speed, which looks like a bias that changes with it.
 ///
+/// What a moving body does beside its wheels goes on from sample to sample: then the bias is a mean of at least
+/// kErrorTime.
+///
 /// s changes with the motion (a skid-steer robot that drives a fast arc turns as if its track were narrower: on the
 /// simulated ground b_hat goes from 0.55 m to 0.38 m) and beta hardly ever: what changes while the motion stays is
 /// suspect.
 
 #include <algorithm>
+#include <limits>
 
 namespace jackal_aic {
 
@@ -34,6 +38,9 @@ class YawBelief {
  public:
   /// Change of the forward speed, or of x, after which little is known about s [m/s].
   static constexpr double kMotionScale = 0.5;
+
+  /// Time in which what a body does beside its wheels is one error [s].
+  static constexpr double kErrorTime = 0.5;
 
   /// @param effective_track b_hat at the start [m].
   YawBelief(double effective_track, const YawBeliefParameters& parameters);
@@ -57,8 +64,10 @@ class YawBelief {
 
   /// Takes a yaw rate [rad/s]. @param noise_factor lambda: the noise's variance in multiples of the configured one;
   /// @param settled the motion has not changed for a while. Else nothing is learned of the bias: a body that begins to
-  /// turn before its encoders tell would be one.
-  void correct(double yaw_rate, double x, double x_variance, double noise_factor, bool settled = true);
+  /// turn before its encoders tell would be one; @param step since the last one [s]; endless if
+  /// the body is at rest.
+  void correct(double yaw_rate, double x, double x_variance, double noise_factor, bool settled = true,
+               double step = std::numeric_limits<double>::infinity());
 
   /// Forgets how much it knows, but not what: both slip and bias may have jumped. @param bias_deviation of beta
   /// [rad/s].

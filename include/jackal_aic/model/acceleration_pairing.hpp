@@ -3,15 +3,16 @@
 /// @file
 /// Accelerations of an IMU with a clock of its own, handed on with the samples of another sensor.
 ///
-/// Between two samples of the other sensor, which are h apart, come any number of IMU samples a_i, each the mean over
-/// the time d_i since the one before: none or four where both travel over a network. Whoever integrates what is handed
+/// Between two samples of the other sensor, which are h apart, come any number of IMU samples a_i, each for the time
+/// since the one before, D together: none or four where both travel over a network. Whoever integrates what is handed
 /// on over h is to get the change of velocity that the IMU saw, or a collision counts for a half or twice of what it
 /// was:
 ///
-///     a h = sum a_i d_i + b (h - sum d_i)
+///     a h = mean(a_i) D + b (h - D)
 ///
-/// b is the usual acceleration, of the last T, which holds for the time that h has more or less than the IMU samples.
-/// What is too much of it in one sample lacks in the next, because over a while the h add up to what the d_i do.
+/// The mean weighs them alike: an IMU has an even clock, and stamps that jitter. b is the usual acceleration, of the
+/// last T, which holds for the time that h has more or less than the IMU samples. What is too much of it in one sample
+/// lacks in the next, because over a while the h add up to what the D do.
 
 #include <Eigen/Core>
 

@@ -101,6 +101,7 @@ class TractionBelief {
   void remember();
   void learnNoise(double acceleration, double variance, double step);
   double unseenChange() const;
+  double unknownOffset(double time) const;
   double accelerationBefore(std::size_t samples) const;
   double bound(const Change& change) const;
   bool surprises(const Change& change) const;
@@ -112,7 +113,9 @@ class TractionBelief {
   void learnJumpOfOffset();
   void slide(double gap_before, double acceleration, double step);
   bool turnsOn() const;
-  void stand();
+  double leastToCome(const Change& change) const;
+  bool comesToItsWheels(const Change& change) const;
+  void stand(double step);
   void beginToRoll();
   void beginToSlide(double speed, const Change& surprise);
   void beginToStand();
@@ -147,6 +150,7 @@ class TractionBelief {
   double gap_at_first_ = 0.0;     // x_dot - v_w when it began to slide [m/s]
   double wheels_away_ = 0.0;      // by which the wheels changed their speed since then, to and fro [m/s]
   double turning_before_ = 0.0;   // integral of theta_dot^2 when it began to slide
+  double hidden_ = 0.0;           // for how long vibration would have hidden that it was let go [s]
   double speed_ = 0.0;            // x_dot [m/s]
   double corrected_speed_ = 0.0;  // at the last measurement [m/s]
   double variance_ = 0.0;

@@ -46,7 +46,8 @@ class Odometry {
   /// A measurement came; of no effect on the belief of a controller, which takes it itself.
   void observe(const Observation& observation);
 
-  /// Goes on by a time. @param applied the command that the motors had in it [rad/s]; @param duration [s].
+  /// Goes on by a time. @param applied the command that the motors had in it [rad/s]; @param duration [s]. More than a
+  /// second, a stall or a clock that jumps, tells nothing: as forgetMotion().
   void advance(const WheelCommand& applied, double duration);
 
   /// What the robot does now.

@@ -141,6 +141,7 @@ class PredictiveController : public VelocityController {
   double correctWheels(const Observation& observation);
   double correctYawRate(const Observation& observation);
   void correctForwardSpeed(const Observation& observation);
+  int wheelsTold(const Observation& y) const;
   double standInVariance() const;
   void trust(const SensorVariances& variances);
   void watchTurn();

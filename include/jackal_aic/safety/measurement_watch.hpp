@@ -6,6 +6,7 @@
 ///     health of each source -> channels that are left -> loss policy -> causes to stop
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "jackal_aic/faults/fault_monitor.hpp"
@@ -87,7 +88,7 @@ class MeasurementWatch {
   void forgetSourcesThatCameBack(const SensorHealth& health);
   bool tooFewCount() const;   // although both sources speak
   bool wheelsRepeat() const;  // both encoders at once: the source, on which its own deadline decides
-  void excludeImpossible(Observation& observation);
+  void excludeImpossible(Observation& observation, double step);
   ChannelValidity remaining(const SensorHealth& health) const;
 
   MeasurementWatchParameters parameters_;
@@ -95,14 +96,15 @@ class MeasurementWatch {
   bool imu_was_lost_ = false;
   bool wheels_were_lost_ = false;
   struct {
-    int yaw_rate = 0, wheel_left = 0, wheel_right = 0;
-  } excluded_;                  // samples in a row in which a channel was not measured, or read what no robot does
-  bool started_ = false;        // measurements have come, or are overdue
-  double first_source_ = 0.0;   // time at which a source spoke first [s]
-  int blind_samples_ = 0;       // in a row of which too few channels count
-  int wheels_repeating_ = 0;    // samples in a row for which both encoders have been frozen
-  double last_sight_ = 0.0;     // time at which two of yaw rate and wheels counted [s]
-  double stalled_until_ = 0.0;  // end of the time after a stall [s]
+    double yaw_rate = 0.0, wheel_left = 0.0, wheel_right = 0.0;
+  } excluded_;                     // time for which a channel was not measured, or read what no robot does [s]
+  bool started_ = false;           // measurements have come, or are overdue
+  double first_source_ = 0.0;      // time at which a source spoke first [s]
+  double blind_ = 0.0;             // for how long too few channels count [s]
+  double wheels_repeating_ = 0.0;  // for how long both encoders have been frozen [s]
+  double stamp_ = std::numeric_limits<double>::infinity();  // of the last sample; before it none is the later one [s]
+  double last_sight_ = 0.0;                                 // time at which two of yaw rate and wheels counted [s]
+  double stalled_until_ = 0.0;                              // end of the time after a stall [s]
   Loss loss_ = Loss::none;
   std::uint32_t detected_ = 0;
 };
