@@ -117,10 +117,14 @@ class PredictiveTuning : public LoopTuning {
 
  private:
   void openSlipFile(const std::string& path) {
-    LearnedModel learned = loop_.learned();
-    if (const auto kept = readSlipFile(path, learned.slip)) loop_.setLearned(learned = *kept);
+    const LearnedModel told = loop_.learned();
+    LearnedModel learned = told;
+    if (const auto kept = readSlipFile(path, told)) {
+      loop_.setLearned(learned = kept->learned);
+      if (!kept->left_out.empty()) ROS_WARN("Slip kept in %s: without its %s", path.c_str(), kept->left_out.c_str());
+    }
     slip_path_ = path;
-    slip_writer_.emplace(path, learned);
+    slip_writer_.emplace(path, learned, told);
     ROS_INFO("Slip kept in %s: %s", path.c_str(), describe(learned).c_str());
   }
 

@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -45,6 +47,21 @@ void describeFields(Visitor& v, BoundedSlip& p) {
   v.field("turn_covariance", p.turn_covariance, {-kLargest, kLargest}, kTriangle, "", Presence::optional);
 }
 
+/// What a controller had been told of the slip.
+struct ToldSlip {
+  double slip_factor = 1.0;
+  double effective_track = 1.0;  // m
+};
+
+template <class Visitor>
+void describeFields(Visitor& v, ToldSlip& p) {
+  v.field("slip_factor", p.slip_factor, {1e-3, 1e3}, "", Presence::required);
+  v.field("effective_track", p.effective_track, {1e-3, 1e3}, "m", Presence::required);
+}
+
+/// As written and read again.
+bool alike(double a, double b) { return std::abs(a - b) <= 1e-6 * std::max(std::abs(a), std::abs(b)); }
+
 /// @throws ParameterError if there are too few numbers, or if TurnModel would not take them.
 std::optional<TurnCoefficients> turnOf(const BoundedSlip& p) {
   if (p.turn_coefficients.empty() && p.turn_covariance.empty()) return std::nullopt;
@@ -81,10 +98,12 @@ BoundedSlip bounded(const SlipState& slip) {
   fail(path, std::string(what) + ": " + std::strerror(errno));
 }
 
-std::string yamlText(const LearnedModel& learned) {
+std::string yamlText(const LearnedModel& learned, const LearnedModel& told) {
   std::string text = "# What the predictive controller learned; read at its start, rewritten while it runs.\n" +
                      yamlBlock("slip", bounded(learned.slip));
   if (learned.timing) text += yamlBlock("drive_train", *learned.timing);
+  text += yamlBlock("told_slip", ToldSlip{told.slip.slip_factor, told.slip.effective_track});
+  if (told.timing) text += yamlBlock("told_drive_train", *told.timing);
   return text;
 }
 
@@ -98,33 +117,59 @@ void writeThrough(const std::string& path, const std::string& text) {
   if (!written) failBy(path, "cannot be written");
 }
 
+void leaveOutOtherSlip(KeptModel& kept, const SlipState& then, const SlipState& now) {
+  if (alike(then.effective_track, now.effective_track) && alike(then.slip_factor, now.slip_factor)) return;
+  kept.learned.slip = now;
+  kept.left_out =
+      fmt::format("slip (told an effective track of {:g} m and a slip factor of {:g} then, {:g} m and {:g} now)",
+                  then.effective_track, then.slip_factor, now.effective_track, now.slip_factor);
+}
+
+void leaveOutOtherTiming(KeptModel& kept, const DriveTrainTiming& then, const DriveTrainTiming& now) {
+  if (!kept.learned.timing || (alike(then.dead_time, now.dead_time) && alike(then.lag, now.lag))) return;
+  kept.learned.timing.reset();
+  if (!kept.left_out.empty()) kept.left_out += "; ";
+  kept.left_out += fmt::format("dead time and lag (told {:g} s and {:g} s then, {:g} s and {:g} s now)", then.dead_time,
+                               then.lag, now.dead_time, now.lag);
+}
+
 }  // namespace
 
-std::optional<LearnedModel> readSlipFile(const std::string& path, const SlipState& configured) {
+std::optional<KeptModel> readSlipFile(const std::string& path, const LearnedModel& told) {
   std::error_code unknown;
   if (std::filesystem::status(path, unknown).type() == std::filesystem::file_type::not_found) return std::nullopt;
   try {
     ParameterMap map;
     addYamlFile(path, map);
+    SlipState configured{told.slip.effective_track, told.slip.slip_factor};
+    if (map.hasSection("told_slip")) {
+      const auto then = readParameters<ToldSlip>(map, "told_slip");
+      configured = {then.effective_track, then.slip_factor};
+    }
+    auto timing_then = told.timing;
+    if (map.hasSection("told_drive_train")) timing_then = readParameters<DriveTrainTiming>(map, "told_drive_train");
     auto read = readParameters<BoundedSlip>(map, "slip", {configured, configured, {}, {}});
-    LearnedModel learned{read.slip, std::nullopt};
-    if (map.hasSection("drive_train")) learned.timing = readParameters<DriveTrainTiming>(map, "drive_train");
+    KeptModel kept{{read.slip, std::nullopt}, ""};
+    if (map.hasSection("drive_train")) kept.learned.timing = readParameters<DriveTrainTiming>(map, "drive_train");
     map.refuseUnknown();
-    learned.slip.turn = turnOf(read);
-    return learned;
+    kept.learned.slip.turn = turnOf(read);
+    leaveOutOtherSlip(kept, configured, told.slip);
+    if (timing_then && told.timing) leaveOutOtherTiming(kept, *timing_then, *told.timing);
+    return kept;
   } catch (const ParameterError& error) {
     fail(path, error.what());
   }
 }
 
-void writeSlipFile(const std::string& path, const LearnedModel& learned) {
+void writeSlipFile(const std::string& path, const LearnedModel& learned, const LearnedModel& told) {
   const std::string fresh = path + ".new";
-  writeThrough(fresh, yamlText(learned));
+  writeThrough(fresh, yamlText(learned, told));
   if (std::rename(fresh.c_str(), path.c_str()) != 0) failBy(path, "cannot be replaced");
 }
 
-SlipWriter::SlipWriter(std::string path, const LearnedModel& learned) : path_(std::move(path)) {
-  writeSlipFile(path_, learned);
+SlipWriter::SlipWriter(std::string path, const LearnedModel& learned, const LearnedModel& told)
+    : path_(std::move(path)), told_(told) {
+  writeSlipFile(path_, learned, told_);
   thread_ = std::thread(&SlipWriter::run, this);
 }
 
@@ -167,7 +212,7 @@ void SlipWriter::run() {
     lock.unlock();
     std::string failure;
     try {
-      writeSlipFile(path_, learned);
+      writeSlipFile(path_, learned, told_);
     } catch (const ParameterError& error) {
       failure = error.what();
     }

@@ -14,24 +14,33 @@
 
 namespace jackal_aic {
 
+/// What a file holds.
+struct KeptModel {
+  LearnedModel learned;  ///< as far as it counts
+  std::string left_out;  ///< what does not, and why, for people: a robot that was told to be another; empty: nothing
+};
+
 /// What a file holds: keys slip.effective_track [m], slip.slip_factor and, since how the turn depends on the motion is
 /// learned, slip.turn_coefficients and slip.turn_covariance (lower triangle, row by row); since they are learned,
-/// drive_train.dead_time and drive_train.lag [s]. Empty if there is no such file.
-/// @param configured centre of the range in which the belief about the slip stays.
+/// drive_train.dead_time and drive_train.lag [s]. Beside them, as told_slip and told_drive_train, what the controller
+/// had been told of its robot before it learned: where it is told otherwise now, because the robot has been identified
+/// since or is another one, that counts. Empty if there is no such file.
+/// @param told what the controller is told now: centre of the range in which the belief about the slip stays.
 /// @throws ParameterError naming file, key, value and bound, if the file is unreadable or holds anything else, or if a
 /// value is out of range.
-std::optional<LearnedModel> readSlipFile(const std::string& path, const SlipState& configured);
+std::optional<KeptModel> readSlipFile(const std::string& path, const LearnedModel& told);
 
 /// Writes what was learned to a file at once: another process sees the old file or the new one, whatever happens
-/// meanwhile.
+/// meanwhile. @param told what the controller had been told.
 /// @throws ParameterError naming the file and the reason.
-void writeSlipFile(const std::string& path, const LearnedModel& learned);
+void writeSlipFile(const std::string& path, const LearnedModel& learned, const LearnedModel& told);
 
 /// Writes what was learned in a thread of its own, so that a slow disk does not delay the controller.
 class SlipWriter {
  public:
-  /// @param path file; @param learned written at once. @throws ParameterError if it cannot be written.
-  SlipWriter(std::string path, const LearnedModel& learned);
+  /// @param path file; @param learned written at once; @param told what the controller had been told.
+  /// @throws ParameterError if it cannot be written.
+  SlipWriter(std::string path, const LearnedModel& learned, const LearnedModel& told);
 
   ~SlipWriter() { finish(); }
 
@@ -55,6 +64,7 @@ class SlipWriter {
   void run();
 
   std::string path_;
+  LearnedModel told_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::condition_variable written_;

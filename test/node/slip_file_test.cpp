@@ -13,6 +13,7 @@ namespace jackal_aic {
 namespace {
 
 const SlipState kConfigured{0.5621, 1.0};
+const LearnedModel kTold{kConfigured, DriveTrainTiming{0.08, 0.006}};
 
 class SlipFileTest : public testing::Test {
  protected:
@@ -33,7 +34,7 @@ class SlipFileTest : public testing::Test {
 
   std::string refusal() const {
     try {
-      readSlipFile(path_, kConfigured);
+      readSlipFile(path_, kTold);
     } catch (const ParameterError& error) {
       EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
       return error.what();
@@ -47,11 +48,11 @@ class SlipFileTest : public testing::Test {
 };
 
 TEST_F(SlipFileTest, GivesBackWhatWasWritten) {
-  writeSlipFile(path_, {{0.7123, 0.93}});
-  const auto slip = readSlipFile(path_, kConfigured);
+  writeSlipFile(path_, {{0.7123, 0.93}}, kTold);
+  const auto slip = readSlipFile(path_, kTold);
   ASSERT_TRUE(slip);
-  EXPECT_NEAR(slip->slip.effective_track, 0.7123, 1e-9);
-  EXPECT_NEAR(slip->slip.slip_factor, 0.93, 1e-9);
+  EXPECT_NEAR(slip->learned.slip.effective_track, 0.7123, 1e-9);
+  EXPECT_NEAR(slip->learned.slip.slip_factor, 0.93, 1e-9);
 }
 
 TEST_F(SlipFileTest, GivesBackHowTheTurnDependsOnTheMotion) {
@@ -60,11 +61,11 @@ TEST_F(SlipFileTest, GivesBackHowTheTurnDependsOnTheMotion) {
     const double mean = 0.01 * (k % 1000);
     belief.learnTrack(0.6 + 0.01 * mean, {4.0, 1e-4, 0.0, 0.0, mean, 0.0}, 0.02);
   }
-  writeSlipFile(path_, {belief.state()});
-  const auto slip = readSlipFile(path_, kConfigured);
-  ASSERT_TRUE(slip && slip->slip.turn);
-  EXPECT_EQ(slip->slip.turn->mean, belief.state().turn->mean);
-  EXPECT_EQ(slip->slip.turn->covariance, belief.state().turn->covariance);
+  writeSlipFile(path_, {belief.state()}, kTold);
+  const auto slip = readSlipFile(path_, kTold);
+  ASSERT_TRUE(slip && slip->learned.slip.turn);
+  EXPECT_EQ(slip->learned.slip.turn->mean, belief.state().turn->mean);
+  EXPECT_EQ(slip->learned.slip.turn->covariance, belief.state().turn->covariance);
 
   const std::string given = "slip: {slip_factor: 1.0, effective_track: 0.5621, ";
   write(given + "turn_coefficients: [1.8, 0, 0, 0]}");
@@ -74,19 +75,37 @@ TEST_F(SlipFileTest, GivesBackHowTheTurnDependsOnTheMotion) {
 }
 
 TEST_F(SlipFileTest, GivesBackDeadTimeAndLag) {
-  writeSlipFile(path_, {{0.7123, 0.93}, DriveTrainTiming{0.123, 0.045}});
-  const auto learned = readSlipFile(path_, kConfigured);
-  ASSERT_TRUE(learned && learned->timing);
-  EXPECT_NEAR(learned->timing->dead_time, 0.123, 1e-9);
-  EXPECT_NEAR(learned->timing->lag, 0.045, 1e-9);
+  writeSlipFile(path_, {{0.7123, 0.93}, DriveTrainTiming{0.123, 0.045}}, kTold);
+  const auto learned = readSlipFile(path_, kTold);
+  ASSERT_TRUE(learned && learned->learned.timing);
+  EXPECT_NEAR(learned->learned.timing->dead_time, 0.123, 1e-9);
+  EXPECT_NEAR(learned->learned.timing->lag, 0.045, 1e-9);
 
   const std::string slip = "slip: {slip_factor: 1.0, effective_track: 0.5621}\n";
   write(slip);
-  EXPECT_FALSE(readSlipFile(path_, kConfigured)->timing) << "a file from before they were learned";
+  EXPECT_FALSE(readSlipFile(path_, kTold)->learned.timing) << "a file from before they were learned";
   write(slip + "drive_train: {dead_time: 0.1}");
   EXPECT_NE(refusal().find("drive_train.lag"), std::string::npos) << refusal();
   write(slip + "drive_train: {dead_time: 2.0, lag: 0.01}");
   EXPECT_NE(refusal().find("drive_train.dead_time = 2: must be in [0, 0.4] s"), std::string::npos) << refusal();
+}
+
+/// The robot has been identified since, or it is another one.
+TEST_F(SlipFileTest, WhatWasLearnedOfARobotThatWasToldOtherwiseDoesNotCount) {
+  writeSlipFile(path_, {{0.7123, 0.93}, DriveTrainTiming{0.123, 0.045}}, kTold);
+  EXPECT_EQ(readSlipFile(path_, kTold)->left_out, "");
+
+  const LearnedModel slower{kConfigured, DriveTrainTiming{0.2, 0.006}};
+  const auto kept = readSlipFile(path_, slower);
+  EXPECT_NEAR(kept->learned.slip.effective_track, 0.7123, 1e-9) << "the body is the same";
+  EXPECT_FALSE(kept->learned.timing);
+  EXPECT_EQ(kept->left_out, "dead time and lag (told 0.08 s and 0.006 s then, 0.2 s and 0.006 s now)");
+
+  const LearnedModel wider{{5.0, 1.0}, kTold.timing};
+  const auto other = readSlipFile(path_, wider);
+  EXPECT_EQ(other->learned.slip.effective_track, 5.0);
+  EXPECT_TRUE(other->learned.timing);
+  EXPECT_EQ(other->left_out, "slip (told an effective track of 0.5621 m and a slip factor of 1 then, 5 m and 1 now)");
 }
 
 TEST_F(SlipFileTest, GivesBackEveryStateThatTheBeliefCanReach) {
@@ -94,15 +113,15 @@ TEST_F(SlipFileTest, GivesBackEveryStateThatTheBeliefCanReach) {
     for (double track : {1e-3, 1e3}) {
       SlipBelief belief(kConfigured, 0.098, {});
       belief.setState({track, alpha});
-      writeSlipFile(path_, {belief.state()});
-      const auto slip = readSlipFile(path_, kConfigured);
+      writeSlipFile(path_, {belief.state()}, kTold);
+      const auto slip = readSlipFile(path_, kTold);
       ASSERT_TRUE(slip);
-      EXPECT_NEAR(slip->slip.effective_track, belief.state().effective_track, 1e-6);
+      EXPECT_NEAR(slip->learned.slip.effective_track, belief.state().effective_track, 1e-6);
     }
   }
 }
 
-TEST_F(SlipFileTest, IsEmptyWithoutAFile) { EXPECT_FALSE(readSlipFile(path_, kConfigured)); }
+TEST_F(SlipFileTest, IsEmptyWithoutAFile) { EXPECT_FALSE(readSlipFile(path_, kTold)); }
 
 TEST_F(SlipFileTest, RefusesWhatIsOutOfRangeMissingUnknownOrNoNumber) {
   write("slip: {effective_track: 3.0, slip_factor: 1.0}");
@@ -132,16 +151,16 @@ TEST_F(SlipFileTest, RefusesAPathThatCannotBe) {
 }
 
 TEST_F(SlipFileTest, ReplacesTheOldFileAsAWhole) {
-  writeSlipFile(path_, {{0.6, 1.0}});
+  writeSlipFile(path_, {{0.6, 1.0}}, kTold);
   std::ofstream(path_ + ".new") << "half a fi";  // a writer that was killed
-  writeSlipFile(path_, {{0.7, 1.0}});
-  EXPECT_NEAR(readSlipFile(path_, kConfigured)->slip.effective_track, 0.7, 1e-9);
+  writeSlipFile(path_, {{0.7, 1.0}}, kTold);
+  EXPECT_NEAR(readSlipFile(path_, kTold)->learned.slip.effective_track, 0.7, 1e-9);
   EXPECT_FALSE(std::filesystem::exists(path_ + ".new"));
 }
 
 TEST_F(SlipFileTest, SaysWhyItCannotWrite) {
   try {
-    writeSlipFile("/nowhere/slip.yaml", {kConfigured});
+    writeSlipFile("/nowhere/slip.yaml", {kConfigured}, kTold);
     FAIL() << "written";
   } catch (const ParameterError& error) {
     EXPECT_NE(std::string(error.what()).find("/nowhere/slip.yaml"), std::string::npos) << error.what();
@@ -151,17 +170,17 @@ TEST_F(SlipFileTest, SaysWhyItCannotWrite) {
 
 TEST_F(SlipFileTest, WriterKeepsTheLastState) {
   {
-    SlipWriter writer(path_, {kConfigured});
-    EXPECT_NEAR(readSlipFile(path_, kConfigured)->slip.effective_track, 0.5621, 1e-9) << "at once";
+    SlipWriter writer(path_, {kConfigured}, kTold);
+    EXPECT_NEAR(readSlipFile(path_, kTold)->learned.slip.effective_track, 0.5621, 1e-9) << "at once";
     for (int i = 0; i <= 100; ++i) writer.write({{0.5 + 0.001 * i, 1.0}});
     writer.finish();
     EXPECT_EQ(writer.failure(), "");
   }
-  EXPECT_NEAR(readSlipFile(path_, kConfigured)->slip.effective_track, 0.6, 1e-9);
+  EXPECT_NEAR(readSlipFile(path_, kTold)->learned.slip.effective_track, 0.6, 1e-9);
 }
 
 TEST_F(SlipFileTest, WriterReportsAFailure) {
-  SlipWriter writer(path_, {kConfigured});
+  SlipWriter writer(path_, {kConfigured}, kTold);
   std::filesystem::remove_all(directory_);
   writer.write({{0.6, 1.0}});
   writer.finish();
