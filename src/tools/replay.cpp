@@ -184,13 +184,20 @@ std::string cell(std::string text) {
 /// Drives a loop by recorded inputs, compares, writes and notes what it does.
 class Replay {
  public:
-  Replay(const NodeParameters& parameters, std::vector<ControllerState> recorded, double tolerance, Table& table)
+  /// @param keeps_gains those that it begins with stay, whatever was changed in the recording.
+  Replay(const NodeParameters& parameters, std::vector<ControllerState> recorded, double tolerance, bool keeps_gains,
+         Table& table)
       : loop_(parameters, makeController(parameters)),
+        keeps_gains_(keeps_gains),
         kinematics_(parameters.geometry),
         comparison_(std::move(recorded), tolerance),
         table_(table) {}
 
   void take(const DriveInput& input) {
+    if (keeps_gains_ && std::holds_alternative<GainsInput>(input.what)) {
+      ++gains_left_out_;
+      return;
+    }
     if (const auto* wheels = std::get_if<WheelsInput>(&input.what)) {
       const Observation& y = wheels->reading.observation;
       const BodyVector velocity = kinematics_.bodyVelocity({y.wheel_left, y.wheel_right});
@@ -208,6 +215,9 @@ class Replay {
   const StateComparison& comparison() const { return comparison_; }
   const DriveLoop& loop() const { return loop_; }
   double driven() const { return driven_; }  ///< time that was driven [s]
+
+  /// Changes of gains in the recording that were not made.
+  std::size_t gainsLeftOut() const { return gains_left_out_; }
 
   /// What it did when, from the second update on where that changes.
   const std::vector<std::string>& events() const { return events_; }
@@ -241,6 +251,8 @@ class Replay {
   }
 
   DriveLoop loop_;
+  bool keeps_gains_;
+  std::size_t gains_left_out_ = 0;
   SkidSteerKinematics kinematics_;
   StateComparison comparison_;
   Table& table_;
@@ -302,11 +314,14 @@ int replayLoop(const RecordedDrive& drive, const Options& options, NodeParameter
   Table table(options.output, kColumns);
   Source source(drive, options, parameters);
   const double period = makeController(parameters)->actionStep();
-  Replay replay(parameters, drive.states(), from_log ? 0.0 : 0.5 * period, table);
+  Replay replay(parameters, drive.states(), from_log ? 0.0 : 0.5 * period, !options.preset.empty(), table);
   const auto start = std::chrono::steady_clock::now();
   source.play([&](const DriveInput& input) { replay.take(input); }, out);
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
+  if (replay.gainsLeftOut() > 0) {
+    out << fmt::format("{} changes of gains in it left out: those of --preset hold\n", replay.gainsLeftOut());
+  }
   constexpr std::size_t kMostEvents = 20;
   for (std::size_t i = 0; i < std::min(replay.events().size(), kMostEvents); ++i) out << replay.events()[i] << "\n";
   if (replay.events().size() > kMostEvents) out << fmt::format("... {} more\n", replay.events().size() - kMostEvents);

@@ -46,6 +46,7 @@ struct What {
   bool log = true;                      ///< of the controller
   std::uint64_t first = 0;              ///< number of its first input
   std::string imu_frame = "base_link";  ///< another is told by a static transform after a second
+  bool gains_change = false;            ///< on the way, those of `predictive`
 };
 
 /// A bag that goes with the test.
@@ -82,6 +83,9 @@ class RecordedBag {
         twist.angular.z = plant.time() < 2.5 ? 0.0 : 0.5;
         bag.write("/jackal_AIC/set_point", stamp, twist);
         loop.setSetPoint(*setPoint(twist), now);
+      }
+      if (k == 2000 && what.gains_change) {
+        loop.adoptGains(std::get<PredictiveParameters>(parameters.controller), now);
       }
       if (k == 1000 && what.imu_frame != "base_link") {
         geometry_msgs::TransformStamped mounted;
@@ -225,6 +229,16 @@ TEST(Replay, AnotherConfigurationIsToldApart) {
   const Outcome improved = run({bag.path(), "--preset", "improved"});
   EXPECT_EQ(improved.status, 0) << improved.text;
   EXPECT_NE(improved.text.find(" differ"), std::string::npos) << improved.text;
+}
+
+TEST(Replay, GainsThatWereChangedOnTheWayAreNotThoseOfAnotherPreset) {
+  What changed;
+  changed.gains_change = true;
+  const RecordedBag bag(changed);
+  EXPECT_EQ(run({bag.path(), "--check"}).status, 0);
+  const Outcome improved = run({bag.path(), "--preset", "improved"});
+  EXPECT_EQ(improved.status, 0) << improved.text;
+  EXPECT_NE(improved.text.find("1 changes of gains in it left out"), std::string::npos) << improved.text;
 }
 
 TEST(Replay, LogThatBeginsLateSaysSo) {
