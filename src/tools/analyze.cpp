@@ -245,8 +245,10 @@ int analyze(const std::vector<std::string>& arguments, std::ostream& out) {
   if (given.count("config") == 0) throw ParameterError("CONFIG.yaml: missing; see analyze --help");
   const std::string path = given["config"].as<std::string>();
   // As the node that would drive it certifies it.
+  PlantModel assumed;
+  assumed.identified = false;
   const PlantModel plant =
-      drivenModel(given.count("plant") > 0 ? readPlantFile(given["plant"].as<std::string>()).model : PlantModel{});
+      drivenModel(given.count("plant") > 0 ? readPlantFile(given["plant"].as<std::string>()).model : assumed);
   const bool ranged = given.count("range") > 0, jitter = given.count("jitter") > 0;
   const ControllerFile file = readControllerFile(path);
   Finding finding;

@@ -80,7 +80,7 @@ TEST(Analyze, PrintsATableWithUnits) {
   const std::string delay = fmt::format("{:.6g} s", YAML::Load(json)["delay_margin_s"].as<double>());
   for (const std::string& part :
        {std::string("stable                                  yes"), delay, std::string("gain margin"),
-        std::string("driving straight"), std::string("0.08 s"), std::string("Stable with room")}) {
+        std::string("driving straight"), std::string("0.096 s"), std::string("Stable with room")}) {
     EXPECT_NE(table.find(part), std::string::npos) << part << "\n" << table;
   }
   EXPECT_EQ(table.find('{'), std::string::npos) << table;
