@@ -19,7 +19,7 @@ namespace {
 constexpr RecordedRobot kRobots[] = {{"husky", 0.1651, 0.5708}, {"warthog", 0.30, 1.1652}};
 
 constexpr double kPeriod = 0.05;             // s, of the samples
-constexpr double kLongestGap = 0.5;          // s within a stretch
+constexpr double kLongestGap = 0.175;        // s within a stretch; what is silent for longer is by its deadline
 constexpr double kPause = 10.0;              // s that the clock shows between stretches of windows, which have none
 constexpr double kSteady = 2.0;              // s after a command of a log until the robot moves steadily
 constexpr double kWindow = 2.0;              // s
@@ -182,6 +182,7 @@ void readWindows(Table& table, std::vector<RecordedSample>& samples) {
   while (table.next()) {
     RecordedSample sample;
     const bool first = samples.empty(), next = first || table.count(0) != window;
+    const bool missing = next && !first && table.count(0) != window + 1;
     window = table.count(0);
     sample.step = table.count(1);
     sample.steady = table.count(2) != 0;
@@ -191,7 +192,7 @@ void readWindows(Table& table, std::vector<RecordedSample>& samples) {
           fmt::format("time_s = {}: must be in [0, {:g}) and increase in a window", quoted(table.text(3)), kWindow));
     }
     last = time;
-    sample.starts = first || sample.step != samples.back().step;
+    sample.starts = first || missing || sample.step != samples.back().step;
     if (next && !first) begin += kWindow + (sample.starts ? kPause : 0.0);
     sample.observation.stamp = begin + time;
     sample.command = WheelCommand{table.number(4), table.number(5)};

@@ -91,15 +91,17 @@ void PlantNode::step() {
 void PlantNode::runByClock() {
   const ros::WallDuration kWait(0.001);
   bool started = false;
+  ros::Time last;
   while (ros::ok()) {
     ros::getGlobalCallbackQueue()->callAvailable(kWait);
     const ros::Time now = ros::Time::now();
     if (now.isZero()) continue;
-    if (!started || now < stampOf(0.0) + ahead_) {  // the first look, or the clock was set back to before the start
+    if (!started || now < last) {  // the first look, or the clock was set back
       started = true;
       ahead_ = now - stampOf(plant_.time());
       publish();
     }
+    last = now;
     while (ros::ok() && stampOf(plant_.time()) + ahead_ < now) {
       ros::getGlobalCallbackQueue()->callAvailable();
       step();

@@ -9,6 +9,8 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
+#include <string>
 
 #include "jackal_aic/config/parameter_map.hpp"
 
@@ -261,6 +263,22 @@ TEST(CommandPathTest, SlowsBothSidesAlike) {
   const WheelCommand slower = CommandPath{1.0, 1.0, 100.0, 5.0, 1e6, 1e6}.applied({4.0, 10.0});
   EXPECT_NEAR(slower.left, 2.0, 1e-12);
   EXPECT_NEAR(slower.right, 5.0, 1e-12);
+}
+
+TEST_F(RobotRecordingFile, AWindowThatIsMissingPartsTwoStretches) {
+  std::string text = windowsText(6, {1.0, 2.0}, {1.0, 2.0}, 0.1);
+  std::string without;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind("1,", 0) != 0) without += line + "\n";
+  }
+  const auto stretches = [](const RobotRecording& recording) {
+    int starts = 0;
+    for (const RecordedSample& sample : recording.samples) starts += sample.starts ? 1 : 0;
+    return starts;
+  };
+  const int whole = stretches(readRecording(write("warthog_x.csv", text)));
+  EXPECT_EQ(stretches(readRecording(write("warthog_y.csv", without))), whole + 1);
 }
 
 TEST_F(RobotRecordingFile, IdentificationGetsTheStretchesApart) {
