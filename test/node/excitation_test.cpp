@@ -171,9 +171,10 @@ TEST_F(RecordedExcitation, LeavesTheEarlierBagWhenItIsRefused) {
   std::ofstream(bag) << "an earlier drive";
   setSession("refused", bag);
   ros::param::set("/refused/session/countdown", "abc");
-  const ControllerProcess record = recorder("refused", bag);
+  ControllerProcess record = recorder("refused", bag);
   ControllerProcess process("refused", "excitation_node");
   ASSERT_TRUE(robot.waitFor([&] { return process.ended(); }, "the excitation to give up", 60.0));
+  ASSERT_TRUE(robot.waitFor([&] { return record.ended(); }, "the recorder to end", 10.0));
   EXPECT_EQ(process.exitStatus(), 1);
   EXPECT_NE(process.errors().find("session.countdown = 'abc'"), std::string::npos) << process.errors();
   EXPECT_EQ(content(bag), "an earlier drive");

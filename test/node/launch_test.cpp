@@ -210,11 +210,12 @@ class Launch : public testing::Test {
               " output_directory:=" + directory_ + " " + arguments);
   }
 
-  /// Runs a launch file to its end, in a namespace; what it says is in the file log.
+  /// Runs a launch file to its end, in a namespace and the directory of the test; what it says is in the file log.
   void roslaunch(const std::string& arguments, const std::string& name_space = "/") const {
     const std::string port = std::to_string(freePort());
-    const std::string command = "ROS_NAMESPACE=" + name_space + " ROS_MASTER_URI=http://127.0.0.1:" + port +
-                                " roslaunch -p " + port + " jackal_aic " + arguments + " > " + path("log") + " 2>&1";
+    const std::string command = "cd " + directory_ + " && ROS_NAMESPACE=" + name_space +
+                                " ROS_MASTER_URI=http://127.0.0.1:" + port + " timeout -s INT 300 roslaunch -p " +
+                                port + " jackal_aic " + arguments + " > " + path("log") + " 2>&1";
     EXPECT_EQ(std::system(command.c_str()), 0);
   }
 
@@ -311,14 +312,22 @@ TEST_F(Launch, SaysThatAPlantWithoutAModelOfItNeedsOne) {
 // The command that it shows in the end is the one that works.
 TEST_F(Launch, RecordsTheExcitationInANamespaceIntoAPathWithASpace) {
   const std::string plant = write("plant.yaml", readText(kConfig + "plant.yaml") + "real_time_factor: 2.0\n");
-  roslaunch("identify.launch simulated:=true countdown:=0 plant:=" + plant + " bag:='" + path("my drive.bag") + "'",
-            "/robot1");
+  roslaunch("identify.launch simulated:=true countdown:=0 plant:=" + plant + " bag:='my drive.bag'", "/robot1");
   std::smatch shown;
   const std::string said = text("log");
   ASSERT_TRUE(std::regex_search(said, shown, std::regex("Next:\n +(rosrun jackal_aic identify .*)\n"))) << said;
   const std::string identify = "cd " + path("") + " && " + shown.str(1) + " > identified 2>&1";
   EXPECT_EQ(std::system(identify.c_str()), 0) << identify << "\n" << text("identified");
   EXPECT_NE(text("my_jackal.yaml").find("dead_time"), std::string::npos);
+}
+
+TEST_F(Launch, EndsTheExcitationWhoseArgumentIsRefused) {
+  write("drive.bag", "an earlier drive");
+  for (const char* refused : {"linear_speed:=50", "confirm:=yes", "countdown:=abc", "repetitions:=0"}) {
+    roslaunch(std::string("identify.launch simulated:=true bag:=drive.bag ") + refused);
+    EXPECT_NE(text("log").find("FATAL"), std::string::npos) << text("log");
+    EXPECT_EQ(text("drive.bag"), "an earlier drive") << refused;
+  }
 }
 
 TEST_F(Launch, TakesTheSlipFileThatThePredictiveControllerWrote) {
