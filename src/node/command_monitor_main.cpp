@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "command_monitor.hpp"
+#include "graph_watch.hpp"
 #include "jackal_aic/config/text.hpp"
 #include "node_help.hpp"
 #include "node_parameters.hpp"
@@ -23,6 +24,7 @@ using jackal_aic::kMonitored;
 using jackal_aic::NodeParameters;
 
 constexpr std::uint32_t kQueue = 50;
+constexpr double kGraphPeriod = 0.5;  // s of wall time
 
 /// How long a controller may drive without wheel speeds beyond their deadline [s].
 double longestBlind(const NodeParameters& controller) {
@@ -40,9 +42,13 @@ class CommandMonitorNode {
       : parameters_(parameters),
         controller_(controller),
         monitor_(made()),
-        set_points_(node, "jackal_AIC/set_point", kQueue, [this](const jackal_aic::ReceivedSetPoint& received) {
-          monitor_.takeSetPoint(received.wanted.forward, received.wanted.yaw_rate, now());
-        }) {
+        graph_({{}, {}, true, node.resolveName("jackal_AIC/set_point"), true}, kGraphPeriod),
+        set_points_(
+            node, "jackal_AIC/set_point", kQueue,
+            [this](const jackal_aic::ReceivedSetPoint& received) {
+              monitor_.takeSetPoint(received.wanted.forward, received.wanted.yaw_rate, now());
+            },
+            [this] { return graph_.loneTypes(); }) {
     const auto no_delay = ros::TransportHints().tcpNoDelay();
     wheels_ = node.subscribe("joint_states", kQueue, &CommandMonitorNode::onWheels, this, no_delay);
     stop_ = node.subscribe("e_stop", kQueue, &CommandMonitorNode::onEmergencyStop, this, no_delay);
@@ -99,6 +105,7 @@ class CommandMonitorNode {
   CommandMonitor monitor_;
   double last_now_ = 0.0;                            // s
   std::array<double, kMonitored.size()> accused_{};  // when each was told last [s]
+  jackal_aic::GraphWatch graph_;                     // who publishes set points
   jackal_aic::SetPointSource set_points_;
   ros::Subscriber wheels_, stop_, commands_;
   diagnostic_updater::Updater diagnostics_;

@@ -54,9 +54,9 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
                [this](const Observation& observation, const ros::Time& stamp) { onPair(observation, stamp); }),
       robot_(node_, [this](const ros::Time& stamp) { loop_.receiveFeedback(stamp.toSec(), currentTime()); }),
       graph_(graphRules(node_, parameters, output_), kGraphPeriod),
-      set_points_(node_, "jackal_AIC/set_point", 10,
-                  [this](const ReceivedSetPoint& received) { onSetPoint(received); },
-                  [this] { return graph_.loneTypes(); }),
+      set_points_(
+          node_, "jackal_AIC/set_point", 10, [this](const ReceivedSetPoint& received) { onSetPoint(received); },
+          [this] { return graph_.loneTypes(); }),
       request_thread_(1, &requests_) {
   set_points_.requireForeign(output_.topics());
   if (parameters.motors_shared) {

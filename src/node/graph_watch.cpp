@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 #include <utility>
 
 namespace jackal_aic {
@@ -17,35 +18,38 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::seconds kPatience(1);  // with a node that does not answer
 constexpr double kPoll = 0.05;                // s
 
-/// True if a reply to getPublications, which may be anybody's, holds a topic.
-bool lists(XmlRpc::XmlRpcValue& reply, const std::string& topic) {
+/// Type of a topic in a reply to getPublications, which may be anybody's; nothing if it does not hold the topic.
+std::optional<std::string> typeIn(XmlRpc::XmlRpcValue& reply, const std::string& topic) {
   using XmlRpc::XmlRpcValue;
   XmlRpcValue publications;  // of [topic, type]
-  if (!ros::XMLRPCManager::instance()->validateXmlrpcResponse("getPublications", reply, publications)) return false;
-  if (publications.getType() != XmlRpcValue::TypeArray) return false;
+  if (!ros::XMLRPCManager::instance()->validateXmlrpcResponse("getPublications", reply, publications)) return {};
+  if (publications.getType() != XmlRpcValue::TypeArray) return {};
   for (int i = 0; i < publications.size(); ++i) {
     XmlRpcValue& publication = publications[i];
     if (publication.getType() != XmlRpcValue::TypeArray || publication.size() == 0) continue;
-    if (publication[0] == XmlRpcValue(topic)) return true;
+    if (publication[0] != XmlRpcValue(topic)) continue;
+    const bool typed = publication.size() > 1 && publication[1].getType() == XmlRpcValue::TypeString;
+    return typed ? static_cast<std::string>(publication[1]) : "";
   }
-  return false;
+  return {};
 }
 
-/// True if a node whom the master lists as a publisher of a topic is one. It is not if its process is gone: its port
-/// refuses the connection, or belongs to another process by now, which publishes no such topic. One that hangs is.
-bool publishes(const std::string& node, const std::string& topic) {
+/// Type as which a node whom the master lists as a publisher of a topic publishes it. Nothing if it does not: its
+/// process is gone, its port refuses the connection, or belongs to another process by now, which publishes no such
+/// topic. Empty if it hangs.
+std::optional<std::string> publishedType(const std::string& node, const std::string& topic) {
   XmlRpc::XmlRpcValue request, response, uri;
   request[0] = ros::this_node::getName();
   request[1] = node;
-  if (!ros::master::execute("lookupNode", request, response, uri, false)) return false;
+  if (!ros::master::execute("lookupNode", request, response, uri, false)) return {};
   std::string host;
   std::uint32_t port = 0;
-  if (!ros::network::splitURI(static_cast<std::string>(uri), host, port)) return false;
+  if (!ros::network::splitURI(static_cast<std::string>(uri), host, port)) return {};
 
   XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
   XmlRpc::XmlRpcValue caller, reply;
   caller[0] = ros::this_node::getName();
-  if (!client.executeNonBlock("getPublications", caller)) return false;
+  if (!client.executeNonBlock("getPublications", caller)) return {};
   XmlRpc::XmlRpcDispatch dispatch;
   dispatch.addSource(&client, XmlRpc::XmlRpcDispatch::WritableEvent | XmlRpc::XmlRpcDispatch::Exception);
   const auto end = Clock::now() + kPatience;
@@ -56,7 +60,7 @@ bool publishes(const std::string& node, const std::string& topic) {
   }
   dispatch.removeSource(&client);
   client.close();
-  return !answered || lists(reply, topic);
+  return answered ? typeIn(reply, topic) : "";
 }
 
 std::vector<std::string> withThisNode(std::vector<std::string> companions) {
@@ -81,6 +85,11 @@ GraphWatch::~GraphWatch() {
 std::string GraphWatch::others() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return others_;
+}
+
+std::vector<std::string> GraphWatch::loneTypes() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return lone_types_;
 }
 
 std::string GraphWatch::complaint() const {
@@ -109,15 +118,17 @@ std::vector<std::string> GraphWatch::othersIn(XmlRpc::XmlRpcValue& nodes) const 
   return others;
 }
 
-std::string GraphWatch::rivalsIn(XmlRpc::XmlRpcValue& nodes, const std::string& topic) {
-  std::string names;
-  int alive = 0;
+GraphWatch::Rivals GraphWatch::rivalsIn(XmlRpc::XmlRpcValue& nodes, const std::string& topic) {
+  Rivals rivals;
   for (int i = 0; i < nodes.size() && nodes.size() > 1; ++i) {
     const std::string name = nodes[i];
-    if (!publishes(name, topic)) continue;
-    names += (alive++ > 0 ? " and " : "") + name;
+    const std::optional<std::string> type = publishedType(name, topic);
+    if (!type) continue;
+    rivals.names += (rivals.types.empty() ? "" : " and ") + name;
+    rivals.types.push_back(*type);
   }
-  return alive > 1 ? names : "";
+  if (rivals.types.size() < 2) rivals.names.clear();
+  return rivals;
 }
 
 void GraphWatch::look() {
@@ -125,24 +136,26 @@ void GraphWatch::look() {
   request[0] = ros::this_node::getName();
   master_reachable_ = ros::master::execute("getSystemState", request, response, state, false);
   if (!master_reachable_) return;
-  std::string text, rivals;
+  std::string text;
+  Rivals rivals;
   XmlRpc::XmlRpcValue& publishers = state[0];
   for (int i = 0; i < publishers.size(); ++i) {
     const std::string topic = publishers[i][0];
     if (topic == rules_.lone) rivals = rivalsIn(publishers[i][1], topic);
     if (std::find(rules_.topics.begin(), rules_.topics.end(), topic) == rules_.topics.end()) continue;
     for (const std::string& name : othersIn(publishers[i][1])) {
-      if (!publishes(name, topic)) continue;
+      if (!publishedType(name, topic)) continue;
       if (!text.empty()) text += ", ";
       text.append(name).append(" on ").append(topic);
     }
   }
-  if (!rivals.empty()) rivals.append(" on ").append(rules_.lone);
+  if (!rivals.names.empty()) rivals.names.append(" on ").append(rules_.lone);
   contended_ = !text.empty() && !rules_.others_allowed;
-  rivalled_ = !rivals.empty() && !rules_.rivals_allowed;
+  rivalled_ = !rivals.names.empty() && !rules_.rivals_allowed;
   const std::lock_guard<std::mutex> lock(mutex_);
   others_ = text;
-  rivals_ = rivals;
+  rivals_ = rivals.names;
+  lone_types_ = rivals.types;
   checked_ = true;
 }
 

@@ -52,6 +52,10 @@ class GraphWatch {
   /// What is against the rules, and what to do about it; empty if nothing is.
   std::string complaint() const;
 
+  /// Types as which living nodes publish on the lone topic; of one that does not answer it is empty. Only while more
+  /// than one is listed: with one alone nobody is asked.
+  std::vector<std::string> loneTypes() const;
+
   /// Who publishes on what: "/name on /cmd_drive, ...". Empty if nobody does.
   std::string others() const;
 
@@ -59,7 +63,12 @@ class GraphWatch {
   void run();
   void look();
   std::vector<std::string> othersIn(XmlRpc::XmlRpcValue& nodes) const;
-  static std::string rivalsIn(XmlRpc::XmlRpcValue& nodes, const std::string& topic);
+
+  struct Rivals {
+    std::string names;               // if there is more than one
+    std::vector<std::string> types;  // of each
+  };
+  static Rivals rivalsIn(XmlRpc::XmlRpcValue& nodes, const std::string& topic);
 
   const GraphRules rules_;
   const double period_;
@@ -72,6 +81,7 @@ class GraphWatch {
   std::condition_variable wake_;
   std::string others_;
   std::string rivals_;
+  std::vector<std::string> lone_types_;
   bool ending_ = false;
   std::thread thread_;  // last: it uses the rest
 };

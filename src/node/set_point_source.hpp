@@ -22,9 +22,13 @@ namespace jackal_aic {
 class SetPointSource {
  public:
   using Take = std::function<void(const ReceivedSetPoint&)>;
+  using Types = std::function<std::vector<std::string>()>;
 
-  /// @param topic in the namespace of `node`; @param queue messages that may wait; @param take called with each.
-  SetPointSource(const ros::NodeHandle& node, const std::string& topic, std::uint32_t queue, Take take);
+  /// @param topic in the namespace of `node`; @param queue messages that may wait; @param take called with each;
+  /// @param living tells the types of the publishers that live, as GraphWatch::loneTypes(). Without it a publisher that
+  /// crashed keeps those of another type from being heard until it is withdrawn from the master.
+  SetPointSource(const ros::NodeHandle& node, const std::string& topic, std::uint32_t queue, Take take,
+                 Types living = {});
 
   SetPointSource(const SetPointSource&) = delete;
   SetPointSource& operator=(const SetPointSource&) = delete;
@@ -38,6 +42,7 @@ class SetPointSource {
  private:
   void subscribe();
   void renew();
+  bool boundToTheDead() const;
   void onMessage(const topic_tools::ShapeShifter& message);
   void tellOfAnotherClock(double stamp) const;
 
@@ -45,9 +50,12 @@ class SetPointSource {
   std::string name_;
   std::uint32_t queue_;
   Take take_;
+  Types living_;
   ros::Subscriber subscriber_;
   bool typed_ = false;  // the subscription has taken a publisher's type
   bool wrong_ = false;  // which is none for a set point
+  std::string type_;    // of the last message; empty before the first of a subscription
+  ros::WallTime arrival_;
   ros::WallTimer timer_;
 };
 

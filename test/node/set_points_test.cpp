@@ -21,12 +21,19 @@ class OtherNode {
     execl("/bin/sh", "sh", "-c", ("exec " + command).c_str(), nullptr);
     _exit(127);
   }
-  ~OtherNode() {
-    kill(-pid_, SIGTERM);  // the shell and what it started
-    waitpid(pid_, nullptr, 0);
-  }
+  ~OtherNode() { end(SIGTERM); }
+
+  /// Ends without telling the master.
+  void crash() { end(SIGKILL); }
 
  private:
+  void end(int number) {
+    if (pid_ <= 0) return;
+    kill(-pid_, number);  // the shell and what it started
+    waitpid(pid_, nullptr, 0);
+    pid_ = 0;
+  }
+
   pid_t pid_;
 };
 
@@ -109,6 +116,25 @@ TEST_F(SetPointsTest, TwoNodesAreRefusedWithTheirNames) {
     }
   }
   robot_.waitFor([this] { return drives(); }, "to drive by the first alone", 30.0);
+}
+
+TEST_F(SetPointsTest, AfterACrashPublishersOfAnotherTypeAreHeard) {
+  robot_.run(1.0);
+  const auto drivesAt = [this](double speed) {
+    robot_.waitFor([&] { return drives() && state().set_point_forward == speed; }, "to drive", 60.0);
+    EXPECT_TRUE(drives()) << state().reason;
+    EXPECT_EQ(state().set_point_forward, speed);
+  };
+  const std::string stamped = "rostopic pub -r 20 /wanted geometry_msgs/TwistStamped '{twist: {linear: {x: ";
+  const std::string quiet = ">/dev/null 2>&1 __name:=";
+  OtherNode first(stamped + "0.2}}}' " + quiet + "first_stamped");
+  drivesAt(0.2);
+  first.crash();
+  OtherNode second("rostopic pub -r 20 /wanted geometry_msgs/Twist '{linear: {x: 0.3}}' " + quiet + "second_plain");
+  drivesAt(0.3);
+  second.crash();
+  const OtherNode third(stamped + "0.4}}}' " + quiet + "third_stamped");
+  drivesAt(0.4);
 }
 
 TEST_F(SetPointsTest, AnotherTypeIsTold) {
