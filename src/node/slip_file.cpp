@@ -59,6 +59,22 @@ void describeFields(Visitor& v, ToldSlip& p) {
   v.field("effective_track", p.effective_track, {1e-3, 1e3}, "m", Presence::required);
 }
 
+/// And of the drive train, which may be slower than what is learned.
+struct ToldTiming {
+  double dead_time = 0.0;  // s
+  double lag = 0.0;        // s
+};
+
+template <class Visitor>
+void describeFields(Visitor& v, ToldTiming& p) {
+  v.field("dead_time", p.dead_time, {0.0, 10.0}, "s", Presence::required);
+  v.field("lag", p.lag, {0.0, 10.0}, "s", Presence::required);
+}
+
+bool isLearned(const DriveTrainTiming& timing) {
+  return timing.dead_time <= kLongestTiming.dead_time && timing.lag <= kLongestTiming.lag;
+}
+
 /// As written and read again.
 bool alike(double a, double b) { return std::abs(a - b) <= 1e-6 * std::max(std::abs(a), std::abs(b)); }
 
@@ -101,9 +117,9 @@ BoundedSlip bounded(const SlipState& slip) {
 std::string yamlText(const LearnedModel& learned, const LearnedModel& told) {
   std::string text = "# What the predictive controller learned; read at its start, rewritten while it runs.\n" +
                      yamlBlock("slip", bounded(learned.slip));
-  if (learned.timing) text += yamlBlock("drive_train", *learned.timing);
+  if (learned.timing && isLearned(*learned.timing)) text += yamlBlock("drive_train", *learned.timing);
   text += yamlBlock("told_slip", ToldSlip{told.slip.slip_factor, told.slip.effective_track});
-  if (told.timing) text += yamlBlock("told_drive_train", *told.timing);
+  if (told.timing) text += yamlBlock("told_drive_train", ToldTiming{told.timing->dead_time, told.timing->lag});
   return text;
 }
 
@@ -147,7 +163,10 @@ std::optional<KeptModel> readSlipFile(const std::string& path, const LearnedMode
       configured = {then.effective_track, then.slip_factor};
     }
     auto timing_then = told.timing;
-    if (map.hasSection("told_drive_train")) timing_then = readParameters<DriveTrainTiming>(map, "told_drive_train");
+    if (map.hasSection("told_drive_train")) {
+      const auto then = readParameters<ToldTiming>(map, "told_drive_train");
+      timing_then = {then.dead_time, then.lag};
+    }
     auto read = readParameters<BoundedSlip>(map, "slip", {configured, configured, {}, {}});
     KeptModel kept{{read.slip, std::nullopt}, ""};
     if (map.hasSection("drive_train")) kept.learned.timing = readParameters<DriveTrainTiming>(map, "drive_train");

@@ -331,7 +331,7 @@ TEST_F(Launch, EndsTheExcitationWhoseArgumentIsRefused) {
 }
 
 TEST_F(Launch, TakesTheSlipFileThatThePredictiveControllerWrote) {
-  writeSlipFile(path("slip.yaml"), {{0.55, 1.0}});
+  writeSlipFile(path("slip.yaml"), {{0.55, 1.0}}, {{0.5621, 1.0}});
   const std::string load =
       "/usr/bin/python3 -c 'import sys, rosparam; slip = rosparam.load_file(sys.argv[1])[0][0][\"slip\"]; "
       "numbers = sum((v if type(v) is list else [v] for v in slip.values()), []); "

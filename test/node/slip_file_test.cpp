@@ -108,6 +108,16 @@ TEST_F(SlipFileTest, WhatWasLearnedOfARobotThatWasToldOtherwiseDoesNotCount) {
   EXPECT_EQ(other->left_out, "slip (told an effective track of 0.5621 m and a slip factor of 1 then, 5 m and 1 now)");
 }
 
+/// Its dead time and lag are as they were told.
+TEST_F(SlipFileTest, ARobotThatIsSlowerThanAnythingLearnedReadsItsFileAgain) {
+  const LearnedModel slow{kConfigured, DriveTrainTiming{0.6, 0.7}};
+  writeSlipFile(path_, slow, slow);
+  const auto kept = readSlipFile(path_, slow);
+  ASSERT_TRUE(kept);
+  EXPECT_FALSE(kept->learned.timing);
+  EXPECT_EQ(kept->left_out, "");
+}
+
 TEST_F(SlipFileTest, GivesBackEveryStateThatTheBeliefCanReach) {
   for (double alpha : {1e-3, 1e3}) {
     for (double track : {1e-3, 1e3}) {
