@@ -69,7 +69,8 @@ bool PredictiveController::setSetPoint(const SetPoint& set_point) {
 SampleVerdict PredictiveController::observe(const Observation& observation) {
   if (!observation.finite()) return SampleVerdict::not_finite;
   if (started_ && observation.stamp <= observation_.stamp) return SampleVerdict::stale;
-  if (observed_) correct(observation_);  // two may come within one belief step
+  // Of two that come within one belief step the later one tells of the wheels; the change of speed is that of both.
+  if (observed_ && !model_.on_box) correctForwardSpeed(observation_);
   const bool first = !started_;
   observation_step_ = first ? 0.0 : observation.stamp - observation_.stamp;
   if (!first) learning_.observe(observation, left(), right(), observation_step_);

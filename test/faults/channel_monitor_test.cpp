@@ -518,7 +518,12 @@ TEST_F(Repetition, ExpectedRepetitionsSayNothing) {
 TEST_F(Repetition, ASlowWheelTeachesHowOftenItsEncoderRepeats) {
   const auto suspects = [](bool crept) {
     RepetitionTest test(3);
-    for (int k = 0; k < 200; ++k) test.update(0.3 + (k / (crept ? 5 : 1)) * 7 % 5 * 0.02, true, 1e-5);
+    std::mt19937 random(1);
+    double value = 0.3;
+    for (int k = 0; k < 400; ++k) {
+      if (!crept || k % 5 == 0) value = 0.3 + 0.01 * static_cast<double>(random() % 16);
+      test.update(value, true, 1e-5);
+    }
     bool suspect = false;
     for (int k = 0; k < 12; ++k) suspect = test.update(0.6, false, 1e-5) || suspect;
     return suspect;

@@ -90,7 +90,7 @@ class AtBeliefRate : public testing::TestWithParam<double> {
   }
 };
 
-TEST_P(AtBeliefRate, TwoSamplesWithinOneBeliefStepTeachWhatTheyTeachInTwo) {
+TEST_P(AtBeliefRate, OfTwoSamplesWithinOneBeliefStepNoChangeOfSpeedIsLost) {
   PredictiveController two(parameters(), {}, driveTrain());
   const double step = 1.65 / 0.098 * 0.02;  // rad/s, in a sample
   const auto sample = [step](int k) {
