@@ -203,20 +203,23 @@ void TractionBelief::roll(double step) {
   factor_ = std::clamp(factor_ + step / (step + kFactorMemory) * (squared - factor_), 1.0, kLargestFactor);
 }
 
-/// Of wheels that kept their speed in a window. What the body did last they may not tell yet.
+/// Of wheels that kept their speed in a window.
 void TractionBelief::learnOffset(const Change& window, double step) {
+  // db/dt = (mean of a)/T_b
+  if (offset_known_) {
+    offset_ += step / (step + kOffsetMemory) * window.body / window.time;
+    return;
+  }
+  // What the body did last the wheels may not tell yet.
   const Change untold = since(hold_ + kLate);
   const double time = window.time - untold.time;
   if (time < kQuiet) return;
+  offset_known_ = true;
   const double mean = (window.body - untold.body) / time;
-  const bool first = !std::exchange(offset_known_, true);
-  if (first && std::abs(mean) > kSlope) {
-    // No accelerometer of a robot on level ground is off by so much: b is all of the mean.
-    offset_ += mean;
-    return forgetPast();
-  }
-  // db/dt = (mean of a)/T_b
-  offset_ += step / (step + kOffsetMemory) * mean;
+  // No accelerometer of a robot on level ground is off by so much: b is all of the mean.
+  if (std::abs(mean) < kSlope) return;
+  offset_ += mean;
+  forgetPast();
 }
 
 /// Friction brings a sliding body nearer to its wheels, and what it hits throws it back by a part of its speed: what is
