@@ -43,7 +43,8 @@ void MeasurementWatch::advance(const std::optional<WheelCommand>& command, doubl
 }
 
 void MeasurementWatch::judge(Observation& observation, const SensorHealth& health, double now) {
-  const double step = std::clamp(observation.stamp - stamp_, 0.0, kLongestPeriod);
+  // A stamp that is no number lets no time pass.
+  const double step = std::min(std::max(0.0, observation.stamp - stamp_), kLongestPeriod);
   stamp_ = observation.stamp;
   excludeImpossible(observation, step);
   if (health.imu.lost()) observation.valid.yaw_rate = observation.valid.acceleration = false;

@@ -122,6 +122,17 @@ TEST(MeasurementWatch, SourcesThatSpeakWithoutTellingTheMotionStop) {
   }
 }
 
+TEST(MeasurementWatch, AStampThatIsNoNumberLetsNoTimePass) {
+  MeasurementWatch watch(parameters(kDrive, kDrive, kStop));
+  for (const double stamp : {1.0, std::nan(""), 1.04}) {
+    Observation spike;
+    spike.stamp = stamp;
+    spike.wheel_left = spike.wheel_right = 200.0;
+    watch.judge(spike, kSound, 1.0);
+    EXPECT_EQ(after(watch, {}), StopCause::none) << stamp;
+  }
+}
+
 TEST(MeasurementWatch, ASourceThatComesBackCountsAtOnce) {
   MeasurementWatch watch(parameters(kDrive, kStop, kStop));
   EXPECT_EQ(after(watch, {StopCause::wheels_late}), StopCause::wheels_late);
