@@ -34,6 +34,16 @@ void ReachableSpeeds::start(double speed) {
   seed(speed);
 }
 
+void ReachableSpeeds::seed(double speed, double misfit) {
+  const auto settled = [&](double command) {
+    const double steady = gain_ * command;
+    return std::abs(steady - speed) < misfit ? steady : speed;
+  };
+  nominal_ = speed;
+  low_ = std::min(speed, settled(commands_.low()));
+  high_ = std::max(speed, settled(commands_.high()));
+}
+
 void ReachableSpeeds::predict(double command, std::size_t number, Steps& steps) {
   PerStep lowest, highest;
   commands_.add(dead_zone_.effective(command), number, lowest.data(), highest.data());

@@ -99,6 +99,9 @@ DriveTrainRange driveTrainRange(const FaultParameters& p, const PlantModel& mode
 constexpr double kAssumedGain = 0.25;
 constexpr double kAssumedOffset = 0.5;
 
+/// The same of one that somebody identified, in standard deviations of the gain.
+constexpr double kGain = 3.0;
+
 /// Width of the envelope, in standard deviations of the error, up to which an error tells of the noise.
 constexpr double kNarrow = 3.0;
 
@@ -145,7 +148,7 @@ void WheelMonitor::start(double speed) {
 
 void WheelMonitor::startUnderWay(double speed) {
   belief_.reset(speed);
-  reachable_.seed(speed);
+  reachable_.seed(speed, steadyMisfit(speed));
   begin(speed);
 }
 
@@ -155,6 +158,12 @@ void WheelMonitor::follow(double speed) {
   envelope_.start(speed, speed);
   reachable_.start(speed);
   last_speed_ = speed;  // a belief that is the measurement explains none of its noise
+}
+
+/// How far a wheel of a speed may be from where its commands lead in the end, without a fault.
+double WheelMonitor::steadyMisfit(double speed) const {
+  return identified_ ? kGain * parameters_.gain_deviation * std::abs(speed)
+                     : kAssumedGain * std::abs(speed) + kAssumedOffset;
 }
 
 void WheelMonitor::begin(double speed) {

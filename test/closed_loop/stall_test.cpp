@@ -57,6 +57,40 @@ TEST(Stall, TheMotorsOwnStopIsNoDisturbance) {
   EXPECT_EQ(loop.status().faults_detected, 0u);
 }
 
+/// A robot whose quiet wheels are a little slower than its model: the value that its coarse encoder repeats after the
+/// stall is where it was before, and not where its model leads.
+TEST(Stall, QuietWheelsThatAreOffTheirModelAreNotFrozenAfterIt) {
+  constexpr double kLongStall = 0.5;  // s
+  DriveParameters parameters;
+  parameters.controller = DifferentialDriveParameters{};
+  parameters.open_loop_monitored = true;
+  parameters.plant_model = linearModel(PredictiveLoop::ground());
+  parameters.plant_model->identified = true;
+  parameters.plant_model->sensor_rate = 20.0;
+  PlantParameters robot = PredictiveLoop::ground();
+  robot.sensor_rate = 20.0;
+  robot.encoder_step = 0.02;
+  robot.encoder_noise = 0.005;
+  for (const double gain : {0.95, 1.05}) {
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+      robot.wheel_gain = gain;
+      robot.seed = seed;
+      DriveLoop loop(parameters, makeController(parameters));
+      JackalPlant plant(textOf("sim/urdf/jackal.urdf"), robot);
+      for (; plant.time() < kEnd; plant.step()) {
+        const double now = plant.time();
+        const bool stalled = now >= kStall && now < kStall + kLongStall;
+        if (stalled) continue;
+        loop.setSetPoint(now < 0.3 ? SetPoint{} : SetPoint{0.3, 0.0, 0.0}, now);
+        if (plant.measurement()) loop.observe(plant.measurement()->observation(), now);
+        if (const auto command = loop.advance(now)) plant.command(*command);
+      }
+      EXPECT_GT(loop.status().dropped_periods, 0u);
+      EXPECT_EQ(loop.status().faults_detected, 0u) << gain << ", seed " << seed << ": " << reason(loop.status());
+    }
+  }
+}
+
 /// Drives a turn on a new robot, whose clock begins at zero; time until a bias of the gyro is found [s].
 double timeToFindABias(DriveLoop& loop) {
   constexpr double kOnset = 2.0;  // s

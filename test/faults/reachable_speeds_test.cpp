@@ -100,6 +100,23 @@ TEST(ReachableSpeeds, AreTheModelsWithoutUncertainty) {
   }
 }
 
+TEST(ReachableSpeeds, OfAWheelThatMayHaveSettledHoldWhereItsCommandsLead) {
+  ReachableSpeeds reachable(model(), kRadius, kRange);
+  for (int k = 0; k < 1000; ++k) predict(reachable, 10.0);
+  reachable.seed(9.5, 1.0);
+  EXPECT_EQ(reachable.low(), 9.5);
+  EXPECT_EQ(reachable.nominal(), 9.5);
+  EXPECT_EQ(reachable.high(), 10.0);
+  reachable.seed(10.5, 1.0);
+  EXPECT_EQ(reachable.low(), 10.0);
+  EXPECT_EQ(reachable.high(), 10.5);
+  for (const double under_way : {8.5, 11.5, 0.0, -10.0}) {
+    reachable.seed(under_way, 1.0);
+    EXPECT_EQ(reachable.low(), under_way);
+    EXPECT_EQ(reachable.high(), under_way);
+  }
+}
+
 TEST(ReachableSpeeds, StartWithTheCommandThatDrivesTheirSpeed) {
   PlantModel weak = model();
   weak.gain = 0.8;

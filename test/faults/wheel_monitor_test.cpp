@@ -315,6 +315,39 @@ TEST(WheelMonitor, StartsUnderWayWithTheCommandsBefore) {
   EXPECT_FALSE(wheel.monitor.fasterThanCommanded());
 }
 
+/// After a stall, or a time without measurements, nobody knows where the wheel is but by its first speed. A gain that is
+/// not quite the model's, or what a turn on the spot takes of the motors, is no motion that the encoder misses.
+TEST(WheelMonitor, AQuietWheelThatIsOffItsModelIsNotFrozenWhenItIsFoundUnderWay) {
+  constexpr double kCoarse = 0.02, kSlowPeriod = 0.05;  // rad/s, s
+  for (const double gain : {0.93, 1.07}) {
+    Wheel wheel;
+    const double speed = kCoarse * std::round(2.0 * gain / kCoarse);
+    wheel.keep(2.0);
+    for (int k = 0; k < 40; ++k) wheel.look(2.0, speed + (k % 2) * kCoarse);  // tells the resolution
+    wheel.monitor.startUnderWay(speed);
+    wheel.show(speed);
+    for (int k = 0; k < 20; ++k) {
+      wheel.pass(2.0, kSlowPeriod);
+      wheel.monitor.compare(speed, kSlowPeriod);
+      wheel.monitor.conclude(speed, kSlowPeriod);
+      EXPECT_EQ(wheel.monitor.state(), ChannelState::ok) << gain << ", sample " << k;
+    }
+  }
+}
+
+TEST(WheelMonitor, AnEncoderThatIsFoundFrozenUnderWayMissesWhatTheCommandsChange) {
+  for (const double change : {1.0, -1.0}) {
+    Wheel wheel;
+    wheel.keep(5.0);
+    for (int k = 0; k < 40; ++k) wheel.look(5.0, 5.0 + (k % 2) * 0.02);
+    wheel.monitor.startUnderWay(5.0);
+    for (int k = 0; k < 5; ++k) wheel.pass(5.0, kPeriod).show(5.0);
+    int samples = 1;
+    for (; samples < 100 && !wheel.monitor.frozen(); ++samples) wheel.pass(5.0 + change, kPeriod).show(5.0);
+    EXPECT_LE(samples * kPeriod, 0.5) << "dead time and patience";
+  }
+}
+
 TEST(WheelMonitor, ForgettingStartsAtRest) {
   Wheel wheel;
   wheel.follow(8.0, 100);

@@ -40,8 +40,10 @@ class ReachableSpeeds {
   /// Starts at a speed [rad/s] with a command under way that has been driving it for long.
   void start(double speed);
 
-  /// Believes a speed [rad/s]; the commands of the last dead time are still under way.
-  void seed(double speed) { low_ = nominal_ = high_ = speed; }
+  /// Believes a speed [rad/s]; the commands of the last dead time are still under way. @param misfit by which a drive
+  /// train may be off its model at steady state [rad/s]: where commands lead that are no farther away, the wheel may be
+  /// already, and on its way it misses no motion.
+  void seed(double speed, double misfit = 0.0);
 
   /// What happens in each of some steps.
   struct Steps {

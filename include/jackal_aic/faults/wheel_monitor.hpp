@@ -116,6 +116,7 @@ class WheelMonitor {
   bool isBehind(double measurement) const;
   void learnMisfit(double measurement, double step);
   double usualMisfit() const;
+  double steadyMisfit(double speed) const;
 
   FaultParameters parameters_;
   ReachableSpeeds reachable_;  // keeps the commands under way
