@@ -130,18 +130,20 @@ void SampleHold::update(double value, double least, double step) {
 }
 
 bool MissedMotion::update(double value, bool repeats, double low, double high, double least, double step, double hold) {
-  constexpr double kMemory = 5.0;    // s; what takes longer may be a slow change of the drive train
-  constexpr double kLongest = 0.25;  // s, longest patience
-  constexpr double kSettled = 3.0;   // times that a source is waited for, in which one that lives shows a change
+  constexpr double kMemory = 5.0;     // s; what takes longer may be a slow change of the drive train
+  constexpr double kLongest = 0.25;   // s, longest patience
+  constexpr double kSettled = 3.0;    // times that a source is waited for, in which one that lives shows a change
+  constexpr double kRounding = 1e-6;  // s
+  unchanged_ += step;
   if (!repeats) {
     patience_ = std::min(std::max(patience_, 2.0 * missed_), kLongest);
-    missed_ = 0.0;
-    changes_ = std::min(changes_ + 1, kFewChanges);
+    if (unchanged_ < patience_ + kRounding) quick_changes_ = std::min(quick_changes_ + 1, kFewChanges);
+    unchanged_ = missed_ = 0.0;
     low_ = low;
     high_ = high;
     return false;
   }
-  const double wait = (changes_ < kFewChanges ? kLongest : patience_) + 2.0 * hold;
+  const double wait = (quick_changes_ < kFewChanges ? kLongest : patience_) + 2.0 * hold;
   // A wheel that may have been anywhere as it started is where its prediction has narrowed down to since.
   const auto fade = [step, wait](double& then, double now, bool narrower) {
     then += (now - then) * std::min(step / (narrower ? kSettled * wait : kMemory), 1.0);

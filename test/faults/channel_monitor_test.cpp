@@ -472,6 +472,20 @@ TEST(MissedMotion, IsGivenTwiceTheLongestTimeThatItTookBefore) {
   EXPECT_NEAR(samplesUntilMissed(30, 10) * kStep, 0.26, 0.021) << "renewed at 5 Hz: the longest patience";
 }
 
+TEST(MissedMotion, ASourceThatWasRenewedSeldomWhileItCreptIsWaitedForWhenItDrivesOff) {
+  constexpr double kPublished = 0.05;  // s
+  constexpr int kHeldSamples = 5;      // renewed at 4 Hz
+  MissedMotion test;
+  double measured = 0.0;
+  const auto isMissed = [&](int k, double speed) {
+    const bool renewed = k % kHeldSamples == 0;
+    if (renewed) measured = speed;
+    return test.update(measured, !renewed, speed, speed, 0.3, kPublished);
+  };
+  for (int k = 0; k < 200; ++k) EXPECT_FALSE(isMissed(k, 0.6 + 0.02 * (k / kHeldSamples % 2))) << k;
+  for (int k = 0; k < 100; ++k) EXPECT_FALSE(isMissed(k, 0.6 + 0.2 * k)) << k << ", under way";
+}
+
 TEST(MissedMotion, ForgetsWhatWasUncertainWhenTheValueChangedLast) {
   MissedMotion test;
   test.update(5.0, false, 1.0, 9.0, 0.3, kStep);

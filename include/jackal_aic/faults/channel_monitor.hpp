@@ -226,7 +226,8 @@ class SampleHold {
 /// to show a change; a drift of seconds is the drive train's.
 class MissedMotion {
  public:
-  /// Changes of the value after which it is known how often it is renewed; before, it is waited for longest.
+  /// Changes of the value, each within the patience since the one before, after which the source is known to be renewed
+  /// that often; before, it is waited for longest. One that creeps may have changed often and been renewed seldom.
   static constexpr int kFewChanges = 10;
 
   /// Takes a sample. @param repeats it repeats the one before to the bit; @param low, high what it may measure: to be
@@ -240,7 +241,8 @@ class MissedMotion {
   double low_ = 0.0, high_ = 0.0;  // where it was, since the value changed last
   double missed_ = 0.0;            // [s]
   double patience_ = 0.1;          // [s]; a source that is renewed now and then teaches to wait for it
-  int changes_ = 0;                // up to kFewChanges
+  double unchanged_ = 0.0;         // for how long the value has been what it is [s]
+  int quick_changes_ = 0;          // within the patience, up to kFewChanges
 };
 
 }  // namespace jackal_aic
