@@ -74,9 +74,17 @@ void MessagePlayer::runTimers(std::int64_t now) {
   }
 }
 
+/// As the node does; the loop notices by itself.
+void MessagePlayer::followClockBack() {
+  next_action_ = 0;
+  sensors_.reset();
+  status_.motors_off = status_.driver_fault = false;
+}
+
 void MessagePlayer::play(const rosbag::MessageInstance& message) {
   const std::string& name = message.getTopic();
   if (name == "/tf" || name == "/tf_static") return playTransforms(message);
+  if (message.getTime() < now_) followClockBack();
   runTimers(static_cast<std::int64_t>(message.getTime().toNSec()));
   now_ = message.getTime();
   // Two kinds may share a topic: the set points of the multiplexer are commands, too.

@@ -28,7 +28,8 @@ struct PlayerSettings {
 /// A topic as a node in a namespace resolves it.
 std::string resolvedTopic(const std::string& name_space, const std::string& topic);
 
-/// Plays messages in the order of the times at which they were recorded, and the timers of the node between them.
+/// Plays messages in the order in which they were recorded, and the timers of the node between them. Times that
+/// decrease are a clock that was set back.
 class MessagePlayer {
  public:
   using Sink = std::function<void(const DriveInput&)>;
@@ -50,6 +51,7 @@ class MessagePlayer {
   static constexpr std::size_t kMostReasons = 100;  // a reason may hold text of the recording
 
   void runTimers(std::int64_t now);
+  void followClockBack();
   void count(const std::string& refusal);
   void tell(decltype(DriveInput::what) what) { sink_({now_.toSec(), std::move(what)}); }
   void playWheels(const rosbag::MessageInstance& message);

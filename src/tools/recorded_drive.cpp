@@ -3,19 +3,70 @@
 #include <fmt/format.h>
 #include <rosbag/view.h>
 
+#include <algorithm>
+#include <memory>
+#include <utility>
+
 #include "input_message.hpp"
 
 namespace jackal_aic {
 namespace {
 
+/// The messages of topics in the order in which they were recorded. That of a rosbag::View is by the time of the
+/// recorder, which mixes what came before its clock was set back with what came after.
+class RecordedOrder : private rosbag::View {
+ public:
+  RecordedOrder(const rosbag::Bag& bag, const std::vector<std::string>& topics)
+      : rosbag::View(bag, rosbag::TopicQuery(topics)), bag_(bag) {
+    for (const rosbag::MessageRange* range : ranges_) {
+      for (auto entry = range->begin; entry != range->end; ++entry) found_.push_back({&*entry, range->connection_info});
+    }
+    const auto place = [](const Found& f) { return std::pair(f.entry->chunk_pos, f.entry->offset); };
+    std::sort(found_.begin(), found_.end(), [&](const Found& a, const Found& b) { return place(a) < place(b); });
+    // Within a stretch of time without such a step: whoever made the bag may have written one topic after the other.
+    const auto earlier = [](const Found& a, const Found& b) { return *a.entry < *b.entry; };
+    auto begin = found_.begin();
+    std::map<const rosbag::ConnectionInfo*, ros::Time> last;
+    for (auto next = begin; next != found_.end(); ++next) {
+      ros::Time& before = last[next->connection];
+      if (next->entry->time + ros::Duration(kDisorder) < before) {
+        std::stable_sort(begin, next, earlier);
+        begin = next;
+        last.clear();
+      }
+      last[next->connection] = next->entry->time;
+    }
+    std::stable_sort(begin, found_.end(), earlier);
+  }
+
+  /// Calls back for each message; stops where that returns false.
+  template <class Take>
+  void forEach(const Take& take) {
+    for (const Found& found : found_) {
+      const std::unique_ptr<rosbag::MessageInstance> message(newMessageInstance(found.connection, *found.entry, bag_));
+      if (!take(*message)) return;
+    }
+  }
+
+ private:
+  static constexpr double kDisorder = 0.1;  // s, within a topic whose messages have the times of their stamps
+
+  struct Found {
+    const rosbag::IndexEntry* entry;
+    const rosbag::ConnectionInfo* connection;
+  };
+
+  const rosbag::Bag& bag_;
+  std::vector<Found> found_;
+};
+
 /// Calls back for each message of a topic; stops where that returns false.
 template <class Message, class Take>
 void forEach(const rosbag::Bag& bag, const std::string& topic, Take take) {
-  rosbag::View view(bag, rosbag::TopicQuery(topic));
-  for (const rosbag::MessageInstance& instance : view) {
+  RecordedOrder(bag, {topic}).forEach([&](const rosbag::MessageInstance& instance) {
     const auto message = instance.instantiate<Message>();
-    if (message && !take(*message)) return;
-  }
+    return !message || take(*message);
+  });
 }
 
 }  // namespace
@@ -90,9 +141,10 @@ void RecordedDrive::playMessages(MessagePlayer& player, const std::string& set_p
   // What is static holds from the start, also if the recorder heard the first measurement before it.
   const std::string fixed = "/tf_static";
   for (const rosbag::MessageInstance& message : rosbag::View(bag_, rosbag::TopicQuery(fixed))) player.play(message);
-  for (const rosbag::MessageInstance& message : view) {
+  RecordedOrder(bag_, names).forEach([&](const rosbag::MessageInstance& message) {
     if (message.getTopic() != fixed) player.play(message);
-  }
+    return true;
+  });
 }
 
 }  // namespace jackal_aic

@@ -78,6 +78,11 @@ void printHelp(std::ostream& out) {
       << optionsOf(options);
 }
 
+/// True if another configuration than that of the recording is asked for.
+bool isChanged(const Options& options) {
+  return !options.preset.empty() || !options.robot.empty() || !options.plant_model.empty() || !options.settings.empty();
+}
+
 /// A map without the keys of the sections of gains, for those of another preset.
 ParameterMap withoutGains(ParameterMap map) {
   ParameterMap rest;
@@ -184,17 +189,22 @@ std::string cell(std::string text) {
 /// Drives a loop by recorded inputs, compares, writes and notes what it does.
 class Replay {
  public:
-  /// @param keeps_gains those that it begins with stay, whatever was changed in the recording.
-  Replay(const NodeParameters& parameters, std::vector<ControllerState> recorded, double tolerance, bool keeps_gains,
-         Table& table)
+  /// What is not as it was recorded.
+  struct Changes {
+    bool gains = false;   ///< those that it begins with stay, whatever was changed in the recording
+    bool motors = false;  ///< they got the recorded commands, whatever the loop says
+  };
+
+  Replay(const NodeParameters& parameters, std::vector<ControllerState> recorded, double tolerance,
+         const Changes& changes, Table& table)
       : loop_(parameters, makeController(parameters)),
-        keeps_gains_(keeps_gains),
+        changes_(changes),
         kinematics_(parameters.geometry),
         comparison_(std::move(recorded), tolerance),
         table_(table) {}
 
   void take(const DriveInput& input) {
-    if (keeps_gains_ && std::holds_alternative<GainsInput>(input.what)) {
+    if (changes_.gains && std::holds_alternative<GainsInput>(input.what)) {
       ++gains_left_out_;
       return;
     }
@@ -239,6 +249,9 @@ class Replay {
     said_ = statusName(state_.status.decision.status) + (why.empty() ? "" : ": " + why);
     if (said_ != before) events_.push_back(fmt::format("{:12.3f} s  {}", last_ - first_, said_));
     const ControllerState* recorded = comparison_.compare(state_);
+    if (changes_.motors && recorded != nullptr) {
+      loop_.applied({recorded->command_left, recorded->command_right}, AppliedSource::drive, last_);
+    }
     static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
     const auto order0 = [](const std::vector<double>& orders) { return orders.empty() ? kNone : orders.front(); };
     table_.add(state_.time, statusName(state_.status.decision.status), cell(why), state_.set_point.forward,
@@ -251,7 +264,7 @@ class Replay {
   }
 
   DriveLoop loop_;
-  bool keeps_gains_;
+  Changes changes_;
   std::size_t gains_left_out_ = 0;
   SkidSteerKinematics kinematics_;
   StateComparison comparison_;
@@ -308,13 +321,15 @@ class Source {
 };
 
 int replayLoop(const RecordedDrive& drive, const Options& options, NodeParameters parameters, std::ostream& out) {
-  // From messages it drives beside whoever drove then: the beliefs are about what the motors got.
+  // It drives beside whoever drove then: the beliefs are about what the motors got.
   const bool from_log = drive.hasLog() && !options.messages;
+  const Replay::Changes changes{!options.preset.empty(), from_log && isChanged(options) && !parameters.motors_shared};
   if (!from_log && drive.has(resolvedTopic(options.name_space, "cmd_drive"))) parameters.motors_shared = true;
+  if (changes.motors) parameters.motors_shared = true;
   Table table(options.output, kColumns);
   Source source(drive, options, parameters);
   const double period = makeController(parameters)->actionStep();
-  Replay replay(parameters, drive.states(), from_log ? 0.0 : 0.5 * period, !options.preset.empty(), table);
+  Replay replay(parameters, drive.states(), from_log ? 0.0 : 0.5 * period, changes, table);
   const auto start = std::chrono::steady_clock::now();
   source.play([&](const DriveInput& input) { replay.take(input); }, out);
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -333,13 +348,15 @@ int replayLoop(const RecordedDrive& drive, const Options& options, NodeParameter
   return options.check && (comparison.compared() == 0 || comparison.different() > 0) ? 1 : 0;
 }
 
-/// The set points of a drive, from its start; one that came to its deadline is rest from then on.
+/// The set points of a drive, from its start until its clock is set back; one that came to its deadline is rest from
+/// then on.
 sim::SetPointProfile recordedProfile(const RecordedDrive& drive, const Options& options,
                                      const NodeParameters& parameters, double& start, std::ostream& out) {
   sim::SetPointProfile profile;
   profile.assessed = std::nullopt;
   SetPoint held;
-  double last = 0.0, end = 0.0;
+  double last = 0.0, end = 0.0, latest = 0.0;
+  bool set_back = false;
   start = std::numeric_limits<double>::quiet_NaN();
   const auto change = [&](double time, const SetPoint& wanted) {
     if (wanted.vector() != held.vector()) profile.changes.push_back({time, wanted});
@@ -352,7 +369,10 @@ sim::SetPointProfile recordedProfile(const RecordedDrive& drive, const Options& 
           [&](const DriveInput& input) {
             if (std::isnan(start) && std::holds_alternative<WheelsInput>(input.what)) start = input.now;
             if (std::isnan(start)) return;
-            end = std::max(end, input.now - start);
+            set_back = set_back || input.now < latest;
+            if (set_back) return;
+            latest = input.now;
+            end = latest - start;
             const auto* set_point = std::get_if<SetPointInput>(&input.what);
             if (set_point == nullptr || !set_point->wanted.vector().allFinite()) return;
             const double now = input.now - start;
@@ -362,6 +382,7 @@ sim::SetPointProfile recordedProfile(const RecordedDrive& drive, const Options& 
           },
           out);
   if (end - last > patience) change(last + patience, {});
+  if (set_back) out << fmt::format("The clock was set back after {:.1f} s: the drive goes on until then\n", end);
   profile.duration = end;
   return profile;
 }
@@ -392,8 +413,11 @@ int replayOnPlant(const RecordedDrive& drive, const Options& options, const Node
               "recorded_command_right");
   BodyVector squares = BodyVector::Zero();
   std::size_t compared = 0;
+  double before = 0.0;
   for (const ControllerState& state : drive.states()) {
     const double time = state.header.stamp.toSec() - start;
+    if (time < before) break;  // the clock was set back
+    before = std::max(0.0, time);
     const auto k = std::llround(time / sim::JackalPlant::kStep);
     if (k < 0 || static_cast<std::size_t>(k) >= samples.size()) continue;
     const sim::Sample& sample = samples[static_cast<std::size_t>(k)];
@@ -436,10 +460,8 @@ int replay(const std::vector<std::string>& arguments, std::ostream& out) {
   const RecordedDrive drive(options.bag, options.name_space);
   const std::string recorded = drive.configuration();
   const NodeParameters parameters = configurationFor(options, recorded);
-  const bool changed =
-      !options.preset.empty() || !options.robot.empty() || !options.plant_model.empty() || !options.settings.empty();
   out << "Configuration: " << (recorded.empty() ? "that of config/" : "as recorded")
-      << (changed ? ", changed as asked for" : "") << "\n";
+      << (isChanged(options) ? ", changed as asked for" : "") << "\n";
   return options.plant.empty() ? replayLoop(drive, options, parameters, out)
                                : replayOnPlant(drive, options, parameters, out);
 }

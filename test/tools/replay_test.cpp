@@ -5,10 +5,12 @@
 #include <gtest/gtest.h>
 #include <jackal_aic/LoopInputs.h>
 #include <rosbag/bag.h>
+#include <rosbag/view.h>
 #include <sys/stat.h>
 #include <tf2_msgs/TFMessage.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <boost/program_options/errors.hpp>
 #include <cstdio>
 #include <cstdlib>
@@ -29,6 +31,7 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kDuration = 4.0;  // s, of the drive
+constexpr double kSetBack = 2.0;   // s, into the drive
 
 std::string config(const std::string& name) { return std::string(JACKAL_AIC_SOURCE_DIR) + "/config/" + name; }
 
@@ -47,6 +50,7 @@ struct What {
   std::uint64_t first = 0;              ///< number of its first input
   std::string imu_frame = "base_link";  ///< another is told by a static transform after a second
   bool gains_change = false;            ///< on the way, those of `predictive`
+  double set_back = 0.0;                ///< of the clock, after kSetBack [s]
 };
 
 /// A bag that goes with the test.
@@ -74,7 +78,8 @@ class RecordedBag {
     loop.listen([&](const DriveInput& input) { addInput(input, log); });
     Observation wheels, imu;
     for (; plant.time() < kDuration; plant.step()) {
-      const ros::Time stamp = sim::stampOf(plant.time());
+      const ros::Duration ahead(plant.time() < kSetBack ? what.set_back : 0.0);
+      const ros::Time stamp = sim::stampOf(plant.time()) + ahead;
       const double now = stamp.toSec();
       const long k = std::lround(plant.time() / sim::JackalPlant::kStep);
       if (k % 50 == 0) {
@@ -100,7 +105,10 @@ class RecordedBag {
         auto joints = sim::toJointState(*plant.measurement());
         auto inertial = sim::toImu(*plant.measurement(), plant_parameters);
         inertial.header.frame_id = what.imu_frame;
-        const auto feedback = sim::toFeedback(*plant.measurement(), jackal_msgs::Drive::MODE_VELOCITY);
+        auto feedback = sim::toFeedback(*plant.measurement(), jackal_msgs::Drive::MODE_VELOCITY);
+        joints.header.stamp += ahead;
+        inertial.header.stamp += ahead;
+        feedback.header.stamp += ahead;
         bag.write("/joint_states", stamp, joints);
         bag.write("/imu/data", stamp, inertial);
         bag.write("/feedback", stamp, feedback);
@@ -226,6 +234,11 @@ TEST(Replay, AnotherConfigurationIsToldApart) {
   EXPECT_EQ(slow.status, 1);
   EXPECT_NE(slow.text.find("changed as asked for"), std::string::npos) << slow.text;
   EXPECT_NE(slow.text.find("differ, the first at 1."), std::string::npos) << slow.text;
+  // The wheels answer to the recorded commands, not to those.
+  EXPECT_NE(slow.text.find("driving: somebody else has the motors"), std::string::npos) << slow.text;
+  for (const char* wrong : {"faulted:", "braking:", "follow"}) {
+    EXPECT_EQ(slow.text.find(wrong), std::string::npos) << slow.text;
+  }
   const Outcome improved = run({bag.path(), "--preset", "improved"});
   EXPECT_EQ(improved.status, 0) << improved.text;
   EXPECT_NE(improved.text.find(" differ"), std::string::npos) << improved.text;
@@ -246,6 +259,72 @@ TEST(Replay, LogThatBeginsLateSaysSo) {
   late.first = 5000;
   const RecordedBag bag(late);
   EXPECT_NE(run({bag.path()}).text.find("begins 5000 inputs after the start"), std::string::npos);
+}
+
+/// Times of the rows of a table.
+std::vector<double> timesOf(const std::vector<std::vector<std::string>>& rows) {
+  std::vector<double> times;
+  for (std::size_t i = 1; i < rows.size(); ++i) times.push_back(std::stod(rows[i].front()));
+  return times;
+}
+
+/// A clock that is set back into the drive, and to before its begin.
+TEST(Replay, AClockThatWasSetBackIsReplayedAsItRan) {
+  for (const double set_back : {0.5, 3.0}) {
+    What what;
+    what.set_back = set_back;
+    const RecordedBag bag(what);
+    const Outcome log = run({bag.path(), "--check", "--output", bag.path("drive.csv")});
+    EXPECT_EQ(log.status, 0) << log.text;
+    EXPECT_NE(log.text.find("Recorded states: 198 compared, all the same to the bit"), std::string::npos) << log.text;
+    EXPECT_NE(log.text.find("clock jumped back"), std::string::npos) << log.text;
+    EXPECT_EQ(log.text.find("missing"), std::string::npos) << log.text;
+    EXPECT_EQ(log.text.find("anew in this bag"), std::string::npos) << log.text;
+
+    const Outcome messages = run({bag.path(), "--messages", "--output", bag.path("messages.csv")});
+    EXPECT_EQ(messages.text.find("refused"), std::string::npos) << messages.text;
+    for (const char* name : {"drive.csv", "messages.csv"}) {
+      const std::vector<double> times = timesOf(rowsOf(bag.path(name)));
+      EXPECT_NEAR(static_cast<double>(times.size()), 199.0, 3.0) << name;
+      int jumps = 0;
+      for (std::size_t i = 1; i < times.size(); ++i) jumps += times[i] < times[i - 1];
+      EXPECT_EQ(jumps, 1) << name;
+      const auto rows = rowsOf(bag.path(name));
+      EXPECT_EQ(rows.back()[1], "driving") << name << ": " << rows.back()[2];
+      EXPECT_NEAR(std::stod(rows.back()[7]), 0.5, 0.02) << name;
+    }
+  }
+}
+
+TEST(Replay, OfADriveWhoseClockWasSetBackTheBeginGoesOnTheSimulatedRobot) {
+  What what;
+  what.set_back = 0.5;
+  const RecordedBag bag(what);
+  const std::string text = run({bag.path(), "--plant", config("plant.yaml"), "--output", bag.path("plant.csv")}).text;
+  EXPECT_NE(text.find("The clock was set back after 2.0 s: the drive goes on until then"), std::string::npos) << text;
+  const std::vector<double> times = timesOf(rowsOf(bag.path("plant.csv")));
+  EXPECT_TRUE(std::is_sorted(times.begin(), times.end()));
+  EXPECT_NEAR(static_cast<double>(times.size()), 99.0, 3.0);
+}
+
+/// As who converts a recording may write it.
+TEST(Replay, TopicsThatWereWrittenOneAfterTheOtherArePlayedByTheirTimes) {
+  What what;
+  what.log = false;
+  const RecordedBag bag(what);
+  {
+    const rosbag::Bag read(bag.path(), rosbag::bagmode::Read);
+    rosbag::Bag sorted(bag.path("sorted.bag"), rosbag::bagmode::Write);
+    for (const std::string topic :
+         {"/imu/data", "/joint_states", "/jackal_AIC/set_point", "/feedback", "/cmd_drive", "/jackal_AIC/state"}) {
+      for (const rosbag::MessageInstance& message : rosbag::View(read, rosbag::TopicQuery(topic))) {
+        sorted.write(topic, message.getTime(), message);
+      }
+    }
+  }
+  const std::string text = run({bag.path("sorted.bag"), "--output", bag.path("sorted.csv")}).text;
+  EXPECT_EQ(text.find("jumped back"), std::string::npos) << text;
+  EXPECT_EQ(rowsOf(bag.path("sorted.csv")).back()[1], "driving") << text;
 }
 
 TEST(Replay, MessagesComeOutAlmostAsTheLog) {
