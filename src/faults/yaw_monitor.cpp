@@ -9,6 +9,13 @@ namespace {
 
 constexpr double kResolution = 1e-7;  // rad/s; smaller changes are no noise
 
+/// Largest rate for which drivers publish exactly zero instead [rad/s]: a robot that stands or drives straight turns by
+/// less, and zeros that repeat tell nothing of a gyro that is frozen.
+constexpr double kDeadZone = 0.05;
+
+/// Time for which a gyro that lives does not read zero in a turn beyond that [s].
+constexpr double kMissedTurn = 0.15;
+
 /// Time over which a change of the motion makes the slip uncertain [s].
 constexpr double kMemory = 0.5;
 
@@ -78,7 +85,8 @@ constexpr double kSign = 0.5;
 /// Standard deviation of the bias of a gyro that was found faulty [rad/s].
 constexpr double kFaultyBias = 0.5;
 
-/// Standard deviations of the bias by which it is said to be too large, or not.
+/// Standard deviations of the bias by which it is said to be too large, or not; and of the prediction by which the
+/// robot should turn.
 constexpr double kSure = 2.0;
 
 /// Time of agreement after which a slip within a plausible factor of the one at the start clears the gyro [s].
@@ -146,11 +154,7 @@ void YawMonitor::predict(const double* forward_rates, const double* difference_r
 void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step, const Shock& shock) {
   const bool was_faulty = state() == ChannelState::faulty;
   distance_ = distanceFrom(belief_, yaw_rate, x);
-  // What it does at rest says nothing of what it does while moving: its driver may filter differently.
-  constexpr double kAnyChange = RepetitionTest::kAnyChange;
-  const bool frozen_at_rest = repetition_at_rest_.update(yaw_rate, moving, kResolution, moving ? kAnyChange : 0.0);
-  const bool frozen_moving = repetition_moving_.update(yaw_rate, !moving, kResolution, moving ? 0.0 : kAnyChange);
-  frozen_ = frozen_at_rest || frozen_moving;
+  frozen_ = isFrozen(yaw_rate, x, moving, step);
   watchJumps(yaw_rate, x.value, step, shock.push);
   forward_lately_ = std::max(std::abs(x.forward), forward_lately_ * kTyresMemory / (step + kTyresMemory));
   // Wheels that are under way nobody knows where do not tell which turn they ask for.
@@ -170,7 +174,9 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
   persistence_.update(suspect, true, step, biased() || !byGround(shock.vibration));
   if (wrong_for_good) persistence_.declareFaulty();
 
-  if (state() == ChannelState::ok && !sliding && !shock.jolt) {
+  // One that may be frozen at zero would teach that the robot need not turn.
+  const bool zero_in_a_turn = yaw_rate == 0.0 && std::abs(predicted(x)) > kDeadZone;
+  if (state() == ChannelState::ok && !sliding && !shock.jolt && !zero_in_a_turn) {
     if (was_faulty && (distance_ > 1.0 || biased())) belief_ = alternative_;
     learned_.learn(belief_.error(yaw_rate, x.value), variance(belief_, x), step);
     const double lasts = moving ? step : std::numeric_limits<double>::infinity();  // at rest its errors are its noise
@@ -183,6 +189,23 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
     if (!was_faulty || distanceFrom(alternative_, yaw_rate, x) > 1.0) alternative_.inflate(kFaultyBias);
     alternative_.correct(yaw_rate, x.value, x.variance, learned_.factor());
   }
+}
+
+/// A value that was found frozen is, until it changes.
+bool YawMonitor::isFrozen(double yaw_rate, const DifferenceSpeed& x, bool moving, double step) {
+  const bool was_frozen = frozen_ && yaw_rate == last_;
+  const double unsure = kSure * std::sqrt(learned_.factor() * variance(belief_, x));
+  const bool zero = yaw_rate == 0.0, should_turn = std::abs(predicted(x)) - unsure > kDeadZone;
+  zero_in_a_turn_ = zero && should_turn ? zero_in_a_turn_ + step : 0.0;
+  // What it does at rest says nothing of what it does while moving: its driver may filter differently.
+  constexpr double kAnyChange = RepetitionTest::kAnyChange;
+  const bool in_dead_zone = zero && !should_turn;
+  const bool at_rest =
+      repetition_at_rest_.update(yaw_rate, moving || in_dead_zone, kResolution, moving ? kAnyChange : 0.0);
+  const bool on_the_move =
+      repetition_moving_.update(yaw_rate, !moving || in_dead_zone, kResolution, moving ? 0.0 : kAnyChange);
+  const bool missed = parameters_.frozen_samples > 0 && zero_in_a_turn_ > kMissedTurn;
+  return was_frozen || at_rest || on_the_move || missed;
 }
 
 /// Adds what is suspect to the turn that nothing explains.

@@ -122,6 +122,49 @@ TEST(FaultMonitor, TellsWhichSideAndWhy) {
   EXPECT_EQ(reason([&](Observation& y) { y.wheel_left = y.wheel_right = 0.0; }), "wheels do not follow their command");
 }
 
+/// A driver that publishes zero for every small rate: at rest, on a straight line and in between.
+TEST(FaultMonitor, AGyroWithADeadZoneIsNotFrozen) {
+  for (const double dead_zone : {0.005, 0.01, 0.03, 0.05}) {
+    Robot robot;
+    int zeros = 0;
+    const auto cut = [&](Observation& y) {
+      EXPECT_FALSE(robot.monitor().report().faulty())
+          << robot.monitor().report().reason() << ", " << dead_zone << " rad/s, at " << y.stamp << " s";
+      if (std::abs(y.yaw_rate) >= dead_zone) return;
+      y.yaw_rate = 0.0;
+      ++zeros;
+    };
+    for (const WheelCommand& command : {WheelCommand{}, kTurn, kStraight, WheelCommand{}, kStraight, kTurn,
+                                        WheelCommand{4.9, 5.1}, WheelCommand{-3.0, 4.0}, kStraight, WheelCommand{}}) {
+      robot.drive(command, 3.0, cut);
+    }
+    EXPECT_GT(zeros, 400);
+  }
+}
+
+TEST(FaultMonitor, AGyroThatIsFrozenAtZeroIsFoundWhenTheRobotShouldTurn) {
+  const auto freeze = [](Observation& y) { y.yaw_rate = 0.0; };
+  for (const bool identified : {true, false}) {
+    PlantModel plant = model();
+    plant.identified = identified;
+    const double in_time = identified ? 1.1 : 1.4;  // s; a drive train may be slow, and reverses its wheels
+    for (const WheelCommand& turn : {kTurn, WheelCommand{1.4, -1.4}, WheelCommand{4.0, 6.0}, WheelCommand{2.0, -2.0}}) {
+      for (const bool turned_before : {true, false}) {
+        for (const WheelCommand& before : {WheelCommand{}, kStraight}) {
+          SCOPED_TRACE("to " + std::to_string(turn.left) + " and " + std::to_string(turn.right) + " rad/s");
+          Robot robot({}, plant);
+          robot.drive(turned_before ? kTurn : kStraight, 3.0);
+          robot.drive(before, 2.0);
+          EXPECT_FALSE(robot.drive(before, 2.0, freeze).faulty()) << "reads what it should";
+          EXPECT_STREQ(robot.drive(turn, in_time, freeze).reason(), "gyro frozen");
+          EXPECT_STREQ(robot.drive(before, 3.0, freeze).reason(), "gyro frozen") << "whatever it should read";
+          EXPECT_FALSE(robot.drive(turn, 5.0).faulty()) << "it lives again";
+        }
+      }
+    }
+  }
+}
+
 TEST(FaultMonitor, GyroOfTheWrongSignIsToldAndStaysOut) {
   Robot robot;
   const auto flip = [](Observation& y) { y.yaw_rate = -y.yaw_rate; };

@@ -547,7 +547,7 @@ bool findsFrozen(double change) {
   }
   bool found = false;
   for (int k = 0; k < 100; ++k) {
-    monitor.check(0.0, {0.0, kSpread, 0.0}, true, kPeriod);
+    monitor.check(-change, {0.0, kSpread, 0.0}, true, kPeriod);
     found |= monitor.frozen();
   }
   return found;

@@ -38,6 +38,8 @@ struct Shock {
 /// Jumps that end by themselves are of ground that rocks the robot: the more there were, the longer the next one may
 /// last. What jumps while the accelerometer feels a push is the body's motion.
 ///
+/// Exact zeros of a robot that need not turn are of a dead zone; a gyro that is frozen at zero misses the next turn.
+///
 /// A gyro that was found faulty counts again when it agrees with what was believed before the fault, or when a new
 /// belief, free to learn other slip and bias, explains it by slip alone. In steady driving slip and bias look the same;
 /// they part when the motion changes. Where it does not change, a gyro that a plausible slip predicts well for long
@@ -85,7 +87,9 @@ class YawMonitor {
     double time = 0.0;      // [s]
   };
 
+  double predicted(const DifferenceSpeed& x) const { return -belief_.error(0.0, x.value); }  // [rad/s]
   bool biased() const;
+  bool isFrozen(double yaw_rate, const DifferenceSpeed& x, bool moving, double step);
   void sumUp(bool suspect, double yaw_rate, double x, double step);
   bool byGround(double vibration) const;
   bool slides(double yaw_rate, const DifferenceSpeed& x) const;
@@ -116,6 +120,7 @@ class YawMonitor {
   double jumped_by_ = 0.0;       // error of the sample that did [rad/s]
   bool thrown_ = false;          // and it went on, as a body does
   double jump_time_ = 0.0;       // for which it has [s]
+  double zero_in_a_turn_ = 0.0;  // time for which it has read zero where the robot should turn [s]
   double forward_lately_ = 0.0;  // fastest speed, fading [m/s]
   double jolts_ = 0.0;           // jumps that ended by themselves, those of long ago less
   Unexplained unexplained_;
