@@ -20,6 +20,7 @@ constexpr double kSlope = 0.2;            // m/s^2, that is gravity: on a slope 
 constexpr double kFactorMemory = 5.0;     // of lambda [s]
 constexpr double kLargestFactor = 25.0;   // of lambda
 constexpr double kVibrationMemory = 1.0;  // [s]
+constexpr double kMeanTime = 0.015;       // s, of a mean by which vibration is known; one sample of a slower sensor
 constexpr double kSurprise = 25.0;        // of vibration: a jolt is none
 constexpr double kBound = 6.0;            // standard deviations of D that noise may make
 constexpr double kLeast = 0.15;           // m/s; D that tyres which grip may make
@@ -80,27 +81,34 @@ void TractionBelief::remember() {
   remembered_ = std::min(remembered_ + 1, kRemembered);
 }
 
+/// By means over a time: what shakes the body for tens of milliseconds hardly differs from one sample of a fast
+/// accelerometer to the next.
 void TractionBelief::learnNoise(double acceleration, double variance, double step) {
-  accelerations_[++latest_ % accelerations_.size()] = acceleration;
-  const double share = step / (step + kVibrationMemory);
-  // The smaller of two differences in a row: a body that begins to accelerate makes one.
-  const auto learn = [&](double& vibration, std::size_t lag) {
-    const double between = accelerationBefore(lag);
-    const double last = acceleration - between, before = between - accelerationBefore(2 * lag);
-    const double smaller = 0.5 * std::min(last * last, before * before) / kSmallerOfTwo;
-    vibration += share * (std::min(smaller, kSurprise * std::max(vibration, variance)) - vibration);
-  };
-  learn(quick_, 1);
-  learn(slow_, 3);
-  // Of noise that is correlated by rho from sample to sample a mean varies by (1 + rho)/(1 - rho) as much.
-  const double rho = std::clamp(1.0 - quick_ / slow_, 0.0, kMostColoured);
-  const double added = step * step * std::max(variance, kMargin * slow_ * (1.0 + rho) / (1.0 - rho));
+  latest_ = acceleration;
+  mean_.change += step * acceleration;
+  mean_.time += step;
+  if (mean_.time > kMeanTime) learnVibration(std::exchange(mean_, {}), variance);
+  const double added = step * std::max(step * variance, vibration_rate_);
   now_.variance += added;
   variance_rate_ = added / step;
 }
 
-double TractionBelief::accelerationBefore(std::size_t samples) const {
-  return accelerations_[(latest_ - samples) % accelerations_.size()];
+void TractionBelief::learnVibration(const Mean& mean, double variance) {
+  const double acceleration = mean.change / mean.time;
+  means_[++newest_mean_ % means_.size()] = acceleration;
+  const auto before = [&](std::size_t means) { return means_[(newest_mean_ - means) % means_.size()]; };
+  const double share = mean.time / (mean.time + kVibrationMemory);
+  // The smaller of two differences in a row: a body that begins to accelerate makes one.
+  const auto learn = [&](double& vibration, std::size_t lag) {
+    const double last = acceleration - before(lag), earlier = before(lag) - before(2 * lag);
+    const double smaller = 0.5 * std::min(last * last, earlier * earlier) / kSmallerOfTwo;
+    vibration += share * (std::min(smaller, kSurprise * std::max(vibration, variance)) - vibration);
+  };
+  learn(quick_, 1);
+  learn(slow_, 3);
+  // Of noise that is correlated by rho from one to the next a mean varies by (1 + rho)/(1 - rho) as much.
+  const double rho = std::clamp(1.0 - quick_ / slow_, 0.0, kMostColoured);
+  vibration_rate_ = mean.time * kMargin * slow_ * (1.0 + rho) / (1.0 - rho);
 }
 
 /// D of wheels that may have changed since they were measured last [m/s].
@@ -145,7 +153,7 @@ std::optional<TractionBelief::Change> TractionBelief::againstRolling(const Chang
 }
 
 void TractionBelief::predict(double step) {
-  if (traction_ == Traction::slides) speed_ += step * std::clamp(accelerationBefore(0), -kGravity, kGravity);
+  if (traction_ == Traction::slides) speed_ += step * std::clamp(latest_, -kGravity, kGravity);
 }
 
 void TractionBelief::correct(double wheels, double acceleration, double variance, double yaw_rate, double since_last) {

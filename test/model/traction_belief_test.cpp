@@ -426,6 +426,34 @@ TEST(TractionBelief, VibrationIsNoSlide) {
   EXPECT_FALSE(robot.slid);
 }
 
+/// Vibration of 1 m/s^2 at 1 m/s that lasts for 20 ms, as sensors of each rate see it.
+TEST(TractionBelief, VibrationIsNoSlideHoweverOftenItIsMeasured) {
+  constexpr int kRobots = 100;
+  constexpr double kCorrelation = 0.02, kEnd = 20.0;  // s
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  for (const double rate : {50.0, 100.0, 200.0, 400.0, 1000.0}) {
+    const double period = 1.0 / rate, kept = std::exp(-period / kCorrelation);
+    int slid = 0;
+    for (int i = 0; i < kRobots; ++i) {
+      TractionBelief belief(0.0);
+      belief.reset(0.0);
+      double speed = 0.0, shaking = 0.0;
+      bool slides = false;
+      for (double time = 0.0; time < kEnd; time += period) {
+        const double phase = std::fmod(time, 4.0);  // starts, drives, stops and waits
+        const double wheels = phase < 0.6 ? 1.65 : phase >= 2.0 && phase < 2.6 ? -1.65 : 0.0;
+        speed += wheels * period;
+        shaking = kept * shaking + std::sqrt(1.0 - kept * kept) * normal(random);
+        belief.correct(speed, wheels + kDeviation * normal(random) + speed * shaking, kVariance, 0.0, period);
+        slides = slides || belief.traction() != Traction::rolls;
+      }
+      slid += slides ? 1 : 0;
+    }
+    EXPECT_LE(slid, kRobots / 50) << rate << " Hz";
+  }
+}
+
 TEST(TractionBelief, RobotThatDrivesWhenItIsFirstMeasuredIsNoSlide) {
   Robot robot;
   robot.wheel_speed = robot.body_speed = 1.5;

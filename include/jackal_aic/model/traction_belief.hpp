@@ -94,15 +94,21 @@ class TractionBelief {
     double error() const { return wheels - body; }  // D
   };
 
+  /// A mean of a that is being taken.
+  struct Mean {
+    double change = 0.0;  // integral of a [m/s]
+    double time = 0.0;    // [s]
+  };
+
   Change since(double time) const;
   Change sinceOldest() const;
   Change sinceThen(const Past& then) const;
   std::size_t oldest() const;
   void remember();
   void learnNoise(double acceleration, double variance, double step);
+  void learnVibration(const Mean& mean, double variance);
   double unseenChange() const;
   double unknownOffset(double time) const;
-  double accelerationBefore(std::size_t samples) const;
   double bound(const Change& change) const;
   bool surprises(const Change& change) const;
   std::optional<Change> collision() const;
@@ -126,21 +132,24 @@ class TractionBelief {
   static constexpr std::size_t kRemembered = 64;
 
   double turning_centre_;
-  double hold_ = 0.0;                      // of the wheels' speeds [s]
-  double offset_ = 0.0;                    // b [m/s^2]
-  bool offset_known_ = false;              // something was learned of b
-  double quick_ = 0.0;                     // variance of a, by what successive ones differ by [(m/s^2)^2]
-  double slow_ = 1e-9;                     // likewise, by what every third differ by [(m/s^2)^2]
-  double variance_rate_ = 0.0;             // of the integral of a, per second, now [(m/s)^2/s]
-  double factor_ = 1.0;                    // lambda, of the variance of its integral
-  std::array<double, 8> accelerations_{};  // the last ones, a ring [m/s^2]
-  std::size_t latest_ = 0;                 // of them
-  double jolt_ = 0.0;                      // fastest change of the body lately [m/s]
-  double fastest_ = 0.0;                   // acceleration of the wheels lately, for sensors that are late [m/s^2]
-  double missed_ = kNever;                 // since the last acceleration [s]
-  double repeated_ = 0.0;                  // variance by which the integral is unsure until then [(m/s)^2]
-  double listened_ = 0.0;                  // to accelerations [s]
-  double measured_ = 0.0;                  // the last acceleration, as it came [m/s^2]
+  double hold_ = 0.0;              // of the wheels' speeds [s]
+  double offset_ = 0.0;            // b [m/s^2]
+  bool offset_known_ = false;      // something was learned of b
+  double quick_ = 0.0;             // variance of means of a, by what successive ones differ by [(m/s^2)^2]
+  double slow_ = 1e-9;             // likewise, by what every third differ by [(m/s^2)^2]
+  double vibration_rate_ = 0.0;    // of the variance of the integral of a, by vibration, per second [(m/s)^2/s]
+  double variance_rate_ = 0.0;     // likewise, by all noise, now [(m/s)^2/s]
+  double factor_ = 1.0;            // lambda, of the variance of its integral
+  double latest_ = 0.0;            // a [m/s^2]
+  Mean mean_;                      // since the last of these:
+  std::array<double, 8> means_{};  // the last means of a, a ring [m/s^2]
+  std::size_t newest_mean_ = 0;    // of them
+  double jolt_ = 0.0;              // fastest change of the body lately [m/s]
+  double fastest_ = 0.0;           // acceleration of the wheels lately, for sensors that are late [m/s^2]
+  double missed_ = kNever;         // since the last acceleration [s]
+  double repeated_ = 0.0;          // variance by which the integral is unsure until then [(m/s)^2]
+  double listened_ = 0.0;          // to accelerations [s]
+  double measured_ = 0.0;          // the last acceleration, as it came [m/s^2]
   Past now_;
   std::array<Past, kRemembered> past_;
   std::size_t newest_ = 0, remembered_ = 0;
