@@ -11,9 +11,15 @@
 namespace jackal_aic {
 namespace {
 
-/// A frame's name as tf2 takes it: those of older drivers begin with a slash.
+/// A frame's name as tf2 takes it: those of older drivers begin with a slash, and robot_state_publisher puts one more
+/// behind a tf_prefix that ends with one.
 std::string frameName(const std::string& name) {
-  return name.substr(std::min(name.find_first_not_of('/'), name.size()));
+  std::string plain;
+  for (const char c : name) {
+    if (c != '/' || (!plain.empty() && plain.back() != '/')) plain += c;
+  }
+  if (!plain.empty() && plain.back() == '/') plain.pop_back();
+  return plain;
 }
 
 }  // namespace

@@ -42,6 +42,16 @@ TEST(FixedFrames, RelatesFramesOverOthers) {
   EXPECT_FALSE(frames.rotation("base_link", "")) << "no frame";
 }
 
+TEST(FixedFrames, AreTheSameWithTheSlashesOfAPrefixThatEndsWithOne) {
+  FixedFrames frames;
+  EXPECT_EQ(frames.add(onItsSide("robot1//base_link", "robot1//imu_link")), "");
+  for (const char* imu : {"robot1/imu_link", "/robot1/imu_link", "robot1//imu_link", "//robot1///imu_link/"}) {
+    EXPECT_TRUE(frames.rotation("robot1/base_link", imu)) << imu;
+  }
+  EXPECT_FALSE(frames.rotation("robot1/base_link", "robot1imu_link"));
+  EXPECT_EQ(frames.add(onItsSide("base_link", "base_link/")), "transform of frame 'base_link' to itself");
+}
+
 /// tf2's own history throws at these stamps, which ended the process of whoever listened.
 TEST(FixedFrames, AreKeptAtAnyStamp) {
   FixedFrames frames;
