@@ -51,7 +51,7 @@ void SetPointSource::renew() {
 /// The link of a publisher that crashed counts, and binds the subscription to its type, while the master lists it. A
 /// living publisher of that type stays, however long it has been silent: a latched set point must not come twice.
 bool SetPointSource::boundToTheDead() const {
-  if (!living_ || type_.empty() || (ros::WallTime::now() - arrival_).toSec() < kSilence) return false;
+  if (type_.empty() || (ros::WallTime::now() - arrival_).toSec() < kSilence) return false;
   const std::vector<std::string> types = living_();
   const auto may_be_heard = [this](const std::string& type) { return type.empty() || type == type_; };
   return !types.empty() && std::none_of(types.begin(), types.end(), may_be_heard);

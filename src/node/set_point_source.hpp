@@ -25,10 +25,9 @@ class SetPointSource {
   using Types = std::function<std::vector<std::string>()>;
 
   /// @param topic in the namespace of `node`; @param queue messages that may wait; @param take called with each;
-  /// @param living tells the types of the publishers that live, as GraphWatch::loneTypes(). Without it a publisher that
-  /// crashed keeps those of another type from being heard until it is withdrawn from the master.
-  SetPointSource(const ros::NodeHandle& node, const std::string& topic, std::uint32_t queue, Take take,
-                 Types living = {});
+  /// @param living tells the types of the publishers that live, as GraphWatch::loneTypes(): one that crashed does not
+  /// keep those of another type from being heard.
+  SetPointSource(const ros::NodeHandle& node, const std::string& topic, std::uint32_t queue, Take take, Types living);
 
   SetPointSource(const SetPointSource&) = delete;
   SetPointSource& operator=(const SetPointSource&) = delete;

@@ -27,6 +27,9 @@ constexpr double kMoving = 0.5;
 /// Wall time between looks at whether what was learned is due to be written [s].
 constexpr double kKeepPeriod = 1.0;
 
+/// Wall time between looks at who publishes commands [s].
+constexpr double kGraphPeriod = 0.5;
+
 /// Part of the sensors' period in which the wheels are sampled once.
 constexpr double kShortestPeriod = 0.75;
 /// Part of the sensors' period after which wheels that did not change are sampled all the same.
@@ -107,7 +110,10 @@ bool RosController::init(hardware_interface::VelocityJointInterface* hw, ros::No
 
 void RosController::subscribe(ros::NodeHandle& robot, ros::NodeHandle& controller) {
   const auto no_delay = ros::TransportHints().tcpNoDelay();
-  command_source_.emplace(controller, "cmd_vel", 1, [this](const ReceivedSetPoint& command) { onCommand(command); });
+  graph_.emplace(GraphRules{{}, {}, true, controller.resolveName("cmd_vel"), true}, kGraphPeriod);
+  command_source_.emplace(
+      controller, "cmd_vel", 1, [this](const ReceivedSetPoint& command) { onCommand(command); },
+      [this] { return graph_->loneTypes(); });
   const std::string& base_frame = parameters_.drive.robot.base_frame;
   const bool by_handle = imu_handle_ && readsMotion(*imu_handle_) &&
                          prefixedFrame(tfPrefix(controller), imu_handle_->getFrameId()) == base_frame;

@@ -20,6 +20,7 @@
 
 #include "drive_services.hpp"
 #include "gain_server.hpp"
+#include "graph_watch.hpp"
 #include "imu_reader.hpp"
 #include "jackal_aic/odometry/odometry.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
@@ -143,6 +144,7 @@ class RosController : public controller_interface::Controller<hardware_interface
   std::optional<ImuReader> imu_reader_;
   std::optional<RobotWatch> robot_;
   std::optional<RosControlPublisher> publisher_;
+  std::optional<GraphWatch> graph_;  // who publishes commands
   std::optional<SetPointSource> command_source_;
   ros::Subscriber imu_subscriber_;
   std::optional<GainServer<LiveParameters, RosControllerConfig>> live_server_;

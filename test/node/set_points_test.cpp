@@ -3,39 +3,12 @@
 #include <geometry_msgs/TwistStamped.h>
 #include <jackal_aic/ControllerState.h>
 #include <rosgraph_msgs/Log.h>
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
+#include "other_node.hpp"
 #include "simulated_robot.hpp"
 
 namespace jackal_aic::test {
 namespace {
-
-/// A node of its own that publishes; it ends with this.
-class OtherNode {
- public:
-  explicit OtherNode(const std::string& command) : pid_(fork()) {
-    if (pid_ != 0) return;
-    setsid();
-    execl("/bin/sh", "sh", "-c", ("exec " + command).c_str(), nullptr);
-    _exit(127);
-  }
-  ~OtherNode() { end(SIGTERM); }
-
-  /// Ends without telling the master.
-  void crash() { end(SIGKILL); }
-
- private:
-  void end(int number) {
-    if (pid_ <= 0) return;
-    kill(-pid_, number);  // the shell and what it started
-    waitpid(pid_, nullptr, 0);
-    pid_ = 0;
-  }
-
-  pid_t pid_;
-};
 
 class SetPointsTest : public testing::Test {
  protected:
@@ -135,6 +108,27 @@ TEST_F(SetPointsTest, AfterACrashPublishersOfAnotherTypeAreHeard) {
   second.crash();
   const OtherNode third(stamped + "0.4}}}' " + quiet + "third_stamped");
   drivesAt(0.4);
+}
+
+// A latched message comes anew with every subscription: the controller must not take it for another set point.
+TEST_F(SetPointsTest, ALatchedOneThatIsPublishedOnceDoesNotDriveForEver) {
+  robot_.run(1.0);
+  ros::Publisher latched = node_.advertise<geometry_msgs::Twist>("/wanted", 1, true);
+  geometry_msgs::Twist forward;
+  forward.linear.x = 0.3;
+  latched.publish(forward);
+  robot_.waitFor([this] { return drives(); }, "to drive", 10.0);
+  const double begin = ros::Time::now().toSec();
+  const auto stopped = [this] { return state().status == ControllerState::STOPPED; };
+  robot_.waitFor(stopped, "to stop", 10.0);
+  EXPECT_EQ(state().reason, "set point too old");
+  EXPECT_LT(state().header.stamp.toSec() - begin, 1.0) << "deadlines.set_point, and the time to brake";
+  robot_.clear();
+  robot_.run(10.0);
+  for (const ControllerState& told : robot_.states()) {
+    ASSERT_EQ(told.status, ControllerState::STOPPED) << told.header.stamp;
+    ASSERT_EQ(told.command_left, 0.0) << told.header.stamp;
+  }
 }
 
 TEST_F(SetPointsTest, AnotherTypeIsTold) {

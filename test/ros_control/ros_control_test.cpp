@@ -23,6 +23,7 @@
 #include <limits>
 
 #include "../counted_allocations.hpp"
+#include "../node/other_node.hpp"
 #include "../repository.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_robot_hw.hpp"
@@ -624,8 +625,36 @@ TEST_F(RosControl, TakesStampedCommandsAndHeedsTheirStamp) {
   EXPECT_NEAR(drive(1.5, 5.0), 0.0, 0.02) << "said long ago";
 }
 
+TEST_F(RosControl, AfterACrashPublishersOfAnotherTypeAreHeard) {
+  ASSERT_TRUE(startController());
+  command(0.0, 0.0);
+  run(1.0);
+  wanted.reset();
+  set_points.shutdown();
+  sender.stopListening();
+  const auto drivesAt = [this](double speed) {
+    const auto wrong = [&] { return std::abs(robot.plant().truth().linear_velocity.x() - speed) > 0.02; };
+    const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(30.0);
+    while (wrong() && ros::WallTime::now() < end) {  // no faster than they publish, by the wall
+      run(0.02);
+      ros::WallDuration(0.02).sleep();
+    }
+    EXPECT_FALSE(wrong()) << robot.plant().truth().linear_velocity.x() << " m/s instead of " << speed;
+  };
+  const std::string publish = "rostopic pub -r 20 " + std::string(kName) + "/cmd_vel geometry_msgs/";
+  const std::string quiet = " >/dev/null 2>&1 __name:=";
+  OtherNode first(publish + "TwistStamped '{twist: {linear: {x: 0.2}}}'" + quiet + "first_stamped");
+  drivesAt(0.2);
+  first.crash();
+  OtherNode second(publish + "Twist '{linear: {x: 0.3}}'" + quiet + "second_plain");
+  drivesAt(0.3);
+  second.crash();
+  const OtherNode third(publish + "TwistStamped '{twist: {linear: {x: 0.4}}}'" + quiet + "third_stamped");
+  drivesAt(0.4);
+}
+
 TEST_F(RosControl, FramesOfOneOfSeveralRobots) {
-  node.setParam("tf_prefix", "robot1");
+  node.setParam("tf_prefix", "/robot1/");
   ASSERT_TRUE(startController());
   node.deleteParam("tf_prefix");
   run(1.0);

@@ -1,0 +1,40 @@
+#pragma once
+
+/// @file
+/// Nodes beside those of a test, and their crashes.
+
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <string>
+
+namespace jackal_aic::test {
+
+/// A node of its own; it ends with this.
+class OtherNode {
+ public:
+  /// @param command of the shell, which starts it.
+  explicit OtherNode(const std::string& command) : pid_(fork()) {
+    if (pid_ != 0) return;
+    setsid();
+    execl("/bin/sh", "sh", "-c", ("exec " + command).c_str(), nullptr);
+    _exit(127);
+  }
+  ~OtherNode() { end(SIGTERM); }
+
+  /// Ends without telling the master.
+  void crash() { end(SIGKILL); }
+
+ private:
+  void end(int number) {
+    if (pid_ <= 0) return;
+    kill(-pid_, number);  // the shell and what it started
+    waitpid(pid_, nullptr, 0);
+    pid_ = 0;
+  }
+
+  pid_t pid_;
+};
+
+}  // namespace jackal_aic::test
