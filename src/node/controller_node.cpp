@@ -131,6 +131,7 @@ void ControllerNode::onActionTimer(const ros::TimerEvent&) {
   const double now = currentTime();
   changes_.apply(loop_, now);
   loop_.report(robotStatus(), now);
+  unheard_ = output_.complaint();
   const WheelCommand applied = loop_.command();  // until now
   const std::optional<WheelCommand> command = loop_.advance(now, action_due_);
   if (inputs_) inputs_->publish(last_now_);
@@ -138,8 +139,9 @@ void ControllerNode::onActionTimer(const ros::TimerEvent&) {
   if (command) {
     // Zero would keep the robot from following whoever else commands it.
     if (!graph_.contended() || *command != WheelCommand{}) output_.publish(*command);
-    const bool by_another = graph_.contended() || loop_.status().handed_over;
-    state_.publish(loopState(loop_, measured_, last_now_), diagnostics_.reason(), by_another, rejected_readings_);
+    const bool by_another = graph_.contended() || loopStatus().handed_over;
+    state_.publish(loopState(loop_, measured_, last_now_), diagnostics_.reason(), by_another, unheard_,
+                   rejected_readings_);
     odometry_.publish(applied, last_now_);
   }
   changes_.tell(loop_);
@@ -191,6 +193,13 @@ double ControllerNode::currentTime() {
   return now.toSec();
 }
 
+/// Motors that do not follow what nobody hears tell nothing of anybody else.
+DriveLoopStatus ControllerNode::loopStatus() const {
+  DriveLoopStatus status = loop_.status();
+  status.handed_over = status.handed_over && unheard_.empty();
+  return status;
+}
+
 void ControllerNode::refuseReading() { StatusReport::refused(sensors_.lastRefusal(), ++rejected_readings_); }
 
 DiagnosticsOutput::Figures ControllerNode::figures() const {
@@ -202,6 +211,6 @@ DiagnosticsOutput::Figures ControllerNode::figures() const {
           graph_.masterReachable(), missing};
 }
 
-void ControllerNode::reportStatus() { diagnostics_.look(loop_.status(), graph_.complaint(), figures()); }
+void ControllerNode::reportStatus() { diagnostics_.look(loopStatus(), graph_.complaint(), figures()); }
 
 }  // namespace jackal_aic

@@ -19,6 +19,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "applied_commands.hpp"
 #include "clock_watch.hpp"
@@ -73,6 +74,7 @@ class ControllerNode {
   DriveServices::Actions serviceActions();
 
   RobotStatus robotStatus() const;
+  DriveLoopStatus loopStatus() const;
   void refuseReading();
   DiagnosticsOutput::Figures figures() const;
   void reportStatus();
@@ -99,7 +101,8 @@ class ControllerNode {
   RobotWatch robot_;
   std::optional<AppliedCommands> applied_;  // where somebody else may drive
   GraphWatch graph_;
-  ros::Time last_now_;  // of the last callback, to notice a clock that jumps back
+  ros::Time last_now_;   // of the last callback, to notice a clock that jumps back
+  std::string unheard_;  // CommandOutput::complaint() of the last action
   std::uint32_t rejected_readings_ = 0;
   bool wheels_heard_ = false;  // since the start
   bool imu_heard_ = false;

@@ -15,9 +15,14 @@ void StateOutput::publishMeasurement(const ros::Time& stamp) {
   measurement_publisher_.publish(message);
 }
 
-void StateOutput::publish(const LoopState& state, const std::string& reason, bool by_another, std::uint32_t rejected) {
+void StateOutput::publish(const LoopState& state, const std::string& reason, bool by_another,
+                          const std::string& unheard, std::uint32_t rejected) {
   ControllerState message = structure_->state();
   fillState(state, reason, frame_, message);
+  if (!unheard.empty()) {
+    message.driven_by = ControllerState::BY_NOBODY;
+    if (message.status == ControllerState::DRIVING) message.reason += (reason.empty() ? "" : "; ") + unheard;
+  }
   if (by_another) message.driven_by = ControllerState::BY_ANOTHER;
   message.rejected_measurements += rejected;
   state_publisher_.publish(message);

@@ -24,9 +24,11 @@ class StateOutput {
   /// The measurement that the controller took last. @param stamp of its message.
   void publishMeasurement(const ros::Time& stamp);
 
-  /// @param reason as fillState() takes it; @param by_another somebody else has the motors; @param rejected messages of
+  /// @param reason as fillState() takes it; @param by_another somebody else has the motors; @param unheard says that
+  /// nobody listens to the commands, which then drive nothing: empty if somebody does; @param rejected messages of
   /// sensors that the loop has not seen.
-  void publish(const LoopState& state, const std::string& reason, bool by_another, std::uint32_t rejected);
+  void publish(const LoopState& state, const std::string& reason, bool by_another, const std::string& unheard,
+               std::uint32_t rejected);
 
  private:
   std::string frame_;

@@ -77,6 +77,26 @@ class Mux {
   bool taken_ = false;
 };
 
+// The first: no multiplexer was ever there. Wheels that stand although they are commanded look like those of a robot
+// that somebody else drives.
+TEST(WithoutTwistMux, TheStateSaysThatNobodyListens) {
+  SimulatedRobot robot;
+  ASSERT_TRUE(robot.waitUntilReady());
+  robot.rest();
+  robot.command(kSpeed, 0.0);
+  robot.run(2.0);
+  EXPECT_NEAR(robot.truth().forward.back(), 0.0, 0.02);
+  robot.clear();
+  robot.run(1.0);
+  for (const ControllerState& state : robot.states()) {
+    ASSERT_EQ(state.status, ControllerState::DRIVING);
+    ASSERT_EQ(state.reason, "nobody listens to /cmd_vel: is twist_mux running?");
+    ASSERT_EQ(state.driven_by, ControllerState::BY_NOBODY);
+  }
+  robot.rest();
+  robot.stopCommanding();
+}
+
 class TwistMux : public testing::Test {
  protected:
   void SetUp() override {
