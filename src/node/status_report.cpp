@@ -154,8 +154,8 @@ void StatusReport::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status,
   status.add("Clock resets", status_.clock_resets);
   status.add("Brakes", status_.brakes);
   status.add("Faults", status_.faults);
-  status.add("Sensor faults detected", status_.faults_detected);
-  status.add("Sensor faults", isFault(status_.fault) ? text(status_.fault) : text(status_.loss));
+  status.add("Faults detected", status_.faults_detected);
+  status.add("Fault detection", isFault(status_.fault) ? text(status_.fault) : text(status_.loss));
 }
 
 }  // namespace jackal_aic

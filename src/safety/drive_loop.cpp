@@ -34,6 +34,11 @@ MeasurementWatchParameters watchParameters(const DriveParameters& parameters) {
   return watch;
 }
 
+/// True for wheels that do not follow their commands, whichever.
+bool isOfTheWheels(Fault fault) {
+  return fault == Fault::wheels_blocked || fault == Fault::left_wheels_blocked || fault == Fault::right_wheels_blocked;
+}
+
 }  // namespace
 
 std::unique_ptr<VelocityController> makeController(const DriveParameters& parameters, Divergence divergence) {
@@ -61,6 +66,8 @@ std::string reason(const DriveLoopStatus& status, const std::string& contender) 
   if (status.handed_over) reason = "somebody else has the motors";
   const bool told = isFault(status.fault) || status.fault == Fault::stuck;
   const std::string fault = told ? text(status.fault) : text(status.loss);
+  // Wheels that do not follow are no fault of a sensor.
+  if (cause == StopCause::sensor_fault && isOfTheWheels(status.fault)) reason.clear();
   if (!fault.empty()) reason += (reason.empty() ? "" : "; ") + fault;
   if (status.decision.unacknowledged) reason += " (over; a zero set point, or one after a pause, starts anew)";
   return reason;

@@ -33,7 +33,7 @@ constexpr std::array<Entry, kStopCauses> kEntries{{
     {StopCause::disabled, Severity::halt, "disabled"},
     {StopCause::shutdown, Severity::emergency, "controller is to end"},
     {StopCause::contention, Severity::fault, "another node publishes commands"},
-    {StopCause::sensor_fault, Severity::fault, "sensors faulty"},
+    {StopCause::sensor_fault, Severity::fault, "sensors or motors faulty"},
     {StopCause::belief_diverged, Severity::fault, "belief diverged"},
     {StopCause::driver_fault, Severity::fault, "motor driver reports a fault"},
 }};

@@ -562,6 +562,19 @@ class SharedMotors : public DriveLoopDuties {
   }
 };
 
+TEST(StopReason, OfAFaultIsWhatWasFound) {
+  DriveLoopStatus status;
+  status.decision.status = DriveStatus::faulted;
+  status.decision.cause = StopCause::sensor_fault;
+  status.fault = Fault::left_wheels_blocked;
+  EXPECT_EQ(reason(status), "left wheels do not follow their command") << "no sensor is faulty";
+  status.fault = Fault::none;
+  status.loss = Loss::unclear;
+  EXPECT_EQ(reason(status), "sensors or motors faulty; too few channels count");
+  status.loss = Loss::none;
+  EXPECT_EQ(reason(status), "sensors or motors faulty") << "it is over, and was either";
+}
+
 TEST_F(SharedMotors, AreOursWhileTheyGetWhatWeSend) {
   runOwn(1000);
   EXPECT_FALSE(loop.status().handed_over);
