@@ -29,6 +29,7 @@
 #include "conversions.hpp"
 #include "excitation.hpp"
 #include "graph_watch.hpp"
+#include "identification_report.hpp"
 #include "jackal_aic/config/text.hpp"
 #include "jackal_aic/safety/command_limiter.hpp"
 #include "node_help.hpp"
@@ -108,18 +109,7 @@ class Recording {
   /// Moves a bag that is there already to NAME.1, or the next number that is free: the recorder would replace it as
   /// soon as it ends, whatever was recorded until then. @throws ParameterError if it cannot be moved.
   void keepEarlierBag() {
-    std::error_code error;
-    if (written()) {
-      std::string free;
-      for (int number = 1; free.empty() || std::filesystem::exists(free, error); ++number) {
-        free = bag_ + "." + std::to_string(number);
-      }
-      std::filesystem::rename(bag_, free, error);
-      if (error) {
-        throw ParameterError(bag_ + " is there already and cannot be moved to " + free + ": " + error.message());
-      }
-      earlier_ = free;
-    }
+    earlier_ = keepEarlier(bag_);
     ours_ = true;
   }
 

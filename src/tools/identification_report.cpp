@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+#include <system_error>
 #include <vector>
 
+#include "jackal_aic/config/parameter_map.hpp"
 #include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/yaml_text.hpp"
 #include "jackal_aic/model/plant_model.hpp"
@@ -123,6 +126,21 @@ std::string identificationCsv(const DriveRecording& recording, const Identificat
                     command.left, command.right, measured.speed.left, measured.speed.right, fitted.left, fitted.right);
   }
   return text;
+}
+
+std::string keepEarlier(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return "";
+  std::string free;
+  for (int number = 1; free.empty() || std::filesystem::exists(free, error); ++number) {
+    free = path + "." + std::to_string(number);
+  }
+  std::filesystem::rename(path, free, error);
+  if (error) {
+    throw ParameterError(onOneLine(path) + " is there already and cannot be moved to " + onOneLine(free) + ": " +
+                         error.message());
+  }
+  return free;
 }
 
 }  // namespace jackal_aic

@@ -88,7 +88,8 @@ std::string pictureOf(const std::string& bag) {
 bool parse(int argc, char** argv, Options& options) {
   po::options_description named("Options");
   named.add_options()("help,h", "show this text")("bag", po::value(&options.bag), "bag to read (also without --bag)")(
-      "out", po::value(&options.out), "write the plant model as YAML")(
+      "out", po::value(&options.out),
+      "write the plant model as YAML; a file of this name is kept as NAME.1, NAME.2, ...")(
       "robot", po::value(&options.robot), "which robot it is, in a few words, for the plant model")(
       "plot", po::value(&options.plot), "picture to write (default: the bag's name with .png)")(
       "csv", po::value(&options.csv), "write measured and fitted wheel speeds")(
@@ -169,12 +170,18 @@ void identify(const Options& options) {
   progress("Fitting " + std::to_string(recording.wheels.size()) + " wheel samples");
   const auto result = jackal_aic::identifyDriveTrain(recording, options.wheel_radius, options.slip_factor);
   std::cout << jackal_aic::identificationTable(result);
-  if (!options.out.empty()) write(options.out, jackal_aic::plantModelYaml(result, sourceOf(options, recording)));
+  std::string earlier;
+  if (!options.out.empty()) {
+    const std::string model = jackal_aic::plantModelYaml(result, sourceOf(options, recording));
+    earlier = jackal_aic::keepEarlier(options.out);
+    write(options.out, model);
+  }
   const std::string csv = options.csv.empty() ? options.plot + ".csv" : options.csv;
   write(csv, jackal_aic::identificationCsv(recording, result));
   plot(csv, options.plot);
   if (options.csv.empty()) std::remove(csv.c_str());
   if (!options.out.empty()) std::cout << "Plant model: " << jackal_aic::onOneLine(options.out) << "\n";
+  if (!earlier.empty()) std::cout << "The earlier plant model is now " << jackal_aic::onOneLine(earlier) << "\n";
   std::cout << "Figure: " << jackal_aic::onOneLine(options.plot) << "\n";
 }
 

@@ -413,6 +413,26 @@ TEST_F(IdentifyProgram, DrawsBesideTheBag) {
   }
 }
 
+TEST_F(IdentifyProgram, KeepsAnEarlierPlantModel) {
+  writeBag(directory / "drive.bag", {});
+  std::ofstream(directory / "mine.yaml") << "by hand";
+  const auto text = [this](const std::string& name) {
+    std::ifstream file(directory / name);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  EXPECT_NE(run("drive.bag --out mine.yaml --robot one").find("is now mine.yaml.1\n"), std::string::npos);
+  EXPECT_EQ(text("mine.yaml.1"), "by hand");
+  const std::string first = text("mine.yaml");
+  EXPECT_NE(first.find("one"), std::string::npos) << first;
+  EXPECT_NE(run("drive.bag --out mine.yaml --robot two").find("is now mine.yaml.2\n"), std::string::npos);
+  EXPECT_EQ(text("mine.yaml.1"), "by hand");
+  EXPECT_EQ(text("mine.yaml.2"), first);
+  EXPECT_NE(text("mine.yaml").find("two"), std::string::npos);
+  EXPECT_EQ(run("no.bag --out mine.yaml").find("is now"), std::string::npos);
+  EXPECT_NE(text("mine.yaml").find("two"), std::string::npos) << "nothing came to replace it";
+  EXPECT_NE(run("drive.bag --out /dev/stdout").find("dead_time"), std::string::npos) << "what is no file is written to";
+}
+
 /// What a report is made of, without an offset and a track.
 Identification foundDriveTrain() {
   Identification result;
