@@ -310,15 +310,27 @@ TEST_F(Launch, SaysThatAPlantWithoutAModelOfItNeedsOne) {
 }
 
 // The command that it shows in the end is the one that works.
-TEST_F(Launch, RecordsTheExcitationInANamespaceIntoAPathWithASpace) {
+TEST_F(Launch, RecordsTheExcitationInANamespaceIntoAPathWithASpaceAndAnApostrophe) {
   const std::string plant = write("plant.yaml", readText(kConfig + "plant.yaml") + "real_time_factor: 2.0\n");
-  roslaunch("identify.launch simulated:=true countdown:=0 plant:=" + plant + " bag:='my drive.bag'", "/robot1");
+  roslaunch("identify.launch simulated:=true countdown:=0 plant:=" + plant + " bag:=\"my father's drive.bag\"",
+            "/robot1");
   std::smatch shown;
   const std::string said = text("log");
   ASSERT_TRUE(std::regex_search(said, shown, std::regex("Next:\n +(rosrun jackal_aic identify .*)\n"))) << said;
   const std::string identify = "cd " + path("") + " && " + shown.str(1) + " > identified 2>&1";
   EXPECT_EQ(std::system(identify.c_str()), 0) << identify << "\n" << text("identified");
   EXPECT_NE(text("my_jackal.yaml").find("dead_time"), std::string::npos);
+}
+
+TEST_F(Launch, HandsTheRecorderAPathWithAnApostrophe) {
+  const std::string prefix = path("my father's drive");
+  const std::string command =
+      "roslaunch --args /jackal_aic_recorder jackal_aic controller.launch record:=true "
+      "record_to:=\"" +
+      prefix + "\" > " + path("log") + " 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  EXPECT_NE(text("log").find("record_drive " + prefix + " jackal_AIC/set_point cmd_drive"), std::string::npos)
+      << text("log");
 }
 
 TEST_F(Launch, EndsTheExcitationWhoseArgumentIsRefused) {
