@@ -83,20 +83,27 @@ std::string apartText(const std::vector<One>& one, const std::vector<Other>& oth
                      one.back().time, other.front().time, other.back().time);
 }
 
-void checkExcitation(const DriveRecording& recording) {
+/// Changes of one side's command.
+int commandSteps(const DriveRecording& recording, Component side) {
   int steps = 0;
   double previous = 0.0;
   for (const auto& sample : recording.commands) {
-    const double command = sample.command.left;
-    if (std::abs(command - previous) >= kLeastCommand) {
-      ++steps;
-      previous = command;
-    }
+    const double command = sample.command.*side;
+    if (std::abs(command - previous) < kLeastCommand) continue;
+    ++steps;
+    previous = command;
   }
-  if (steps < kLeastSteps) {
-    throw IdentificationError(
-        fmt::format("wheel commands: no excitation ({} steps of 0.5 rad/s or more, at least 2 are needed)", steps));
-  }
+  return steps;
+}
+
+/// The drive train is to hold for both sides: what one of them was never asked for it need not do.
+void checkExcitation(const DriveRecording& recording) {
+  const int left = commandSteps(recording, &WheelCommand::left), right = commandSteps(recording, &WheelCommand::right);
+  if (left >= kLeastSteps && right >= kLeastSteps) return;
+  const char* side = left >= kLeastSteps ? " of the right wheels" : right >= kLeastSteps ? " of the left wheels" : "";
+  throw IdentificationError(
+      fmt::format("wheel commands: no excitation{} ({} steps of {:g} rad/s or more, at least {} are needed)", side,
+                  std::min(left, right), kLeastCommand, kLeastSteps));
 }
 
 /// A stretch of constant command that the wheel had time to answer.

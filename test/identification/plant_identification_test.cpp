@@ -171,7 +171,12 @@ TEST(PlantIdentification, RefusesWhatCannotBeIdentified) {
 
   DriveRecording still = good;
   for (auto& sample : still.commands) sample.command = {};
-  EXPECT_NE(refusal(still).find("no excitation"), std::string::npos);
+  EXPECT_EQ(refusal(still), "wheel commands: no excitation (0 steps of 0.5 rad/s or more, at least 2 are needed)");
+  DriveRecording left_still = good, right_still = good;
+  for (auto& sample : left_still.commands) sample.command.left = 0.0;
+  for (auto& sample : right_still.commands) sample.command.right = 0.3;
+  EXPECT_NE(refusal(left_still).find("no excitation of the left wheels (0 steps"), std::string::npos);
+  EXPECT_NE(refusal(right_still).find("no excitation of the right wheels (0 steps"), std::string::npos);
 
   DriveRecording reversed = good;
   std::swap(reversed.wheels[50], reversed.wheels[51]);
