@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "jackal_aic/model/square.hpp"
+
 namespace jackal_aic::sim {
 namespace {
 
@@ -18,8 +20,6 @@ constexpr double kQuiet = 0.01;            // fluctuations of a steady drive, as
 constexpr double kSettled = 0.5;           // s; until nothing is left of an acceleration
 
 using Scalar = BeliefWithNoise<1>::State;
-
-double square(double x) { return x * x; }
 
 }  // namespace
 

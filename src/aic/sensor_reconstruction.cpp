@@ -1,15 +1,6 @@
 #include "jackal_aic/aic/sensor_reconstruction.hpp"
 
 namespace jackal_aic {
-namespace {
-
-/// omega_R - omega_L of a yaw rate [rad/s].
-double wheelDifference(double yaw_rate, const SkidSteerKinematics& kinematics) {
-  const WheelCommand turn = kinematics.wheelSpeeds(0.0, yaw_rate);
-  return turn.right - turn.left;
-}
-
-}  // namespace
 
 std::optional<Observation> reconstructed(const Observation& observation, const SkidSteerKinematics& kinematics) {
   const ChannelValidity& valid = observation.valid;
@@ -17,12 +8,13 @@ std::optional<Observation> reconstructed(const Observation& observation, const S
   Observation complete = observation;
   complete.valid = ChannelValidity{};
   if (!valid.acceleration) complete.acceleration_x = complete.acceleration_y = 0.0;
+  const double difference = observation.yaw_rate / kinematics.yawPerDifference();  // omega_R - omega_L [rad/s]
   if (!valid.yaw_rate) {
     complete.yaw_rate = kinematics.bodyVelocity({observation.wheel_left, observation.wheel_right})(kYaw);
   } else if (!valid.wheel_left) {
-    complete.wheel_left = observation.wheel_right - wheelDifference(observation.yaw_rate, kinematics);
+    complete.wheel_left = observation.wheel_right - difference;
   } else if (!valid.wheel_right) {
-    complete.wheel_right = observation.wheel_left + wheelDifference(observation.yaw_rate, kinematics);
+    complete.wheel_right = observation.wheel_left + difference;
   }
   return complete;
 }

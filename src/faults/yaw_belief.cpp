@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "jackal_aic/model/square.hpp"
+
 namespace jackal_aic {
 namespace {
 
 constexpr double kSlipRange = 2.0;         // factor around the given effective track
 constexpr double kLargestDeviation = 0.3;  // of s, relative
-
-double square(double value) { return value * value; }
 
 }  // namespace
 

@@ -1,12 +1,12 @@
 #include "jackal_aic/odometry/odometry.hpp"
 
+#include "jackal_aic/model/square.hpp"
+
 namespace jackal_aic {
 namespace {
 
 constexpr double kRounding = 1e-9;  // s
 constexpr double kLongest = 1.0;  // s; of a longer time, a stall or a clock that jumps, nobody knows what the robot did
-
-double square(double x) { return x * x; }
 
 }  // namespace
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "jackal_aic/model/square.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -46,8 +48,6 @@ constexpr double kLogLagDeviation = 0.7;
 constexpr double kShareDeviation = 0.3;
 constexpr double kGainDeviation = 0.1;
 constexpr double kOffsetDeviation = 0.3;  // rad/s
-
-double squared(double x) { return x * x; }
 
 DriveTrainVector bounded(const DriveTrainVector& theta) {
   return {std::clamp(theta(kLogLag), std::log(kShortestLag), std::log(kLongestTiming.lag)),
@@ -217,7 +217,7 @@ double DriveTrainLearning::freeEnergy(const DriveTrainFit& fit) const {
     const double variance = std::max(wheel_variance_, fit.sums()[i].squares / n);
     const double late = static_cast<double>(i) * kStep - timing_.dead_time;
     least = std::min(least, 0.5 * (n / kExcess * std::log(variance) + memory_[i].around(change).squares +
-                                   squared(late / kDeadTimeDeviation)));
+                                   square(late / kDeadTimeDeviation)));
   }
   return least + 0.5 * (fit.theta() - expected()).cwiseQuotient(deviations()).squaredNorm();
 }
@@ -254,7 +254,7 @@ DriveTrainVector DriveTrainLearning::newtonStep() const {
       for (int k = 0; k < kDriveTrainParameters; ++k) pinned(k) = outside(k) != 0.0 ? kPinned : pinned(k);
     }
     const double late = static_cast<double>(i) * kStep - timing_.dead_time;
-    const double free_energy = 0.5 * (sums.squares - change.dot(slope) + squared(late / kDeadTimeDeviation));
+    const double free_energy = 0.5 * (sums.squares - change.dot(slope) + square(late / kDeadTimeDeviation));
     if (free_energy < least) least = free_energy, step = change;
   }
   step(kLogLag) = std::clamp(step(kLogLag), -kOtherLag, kOtherLag);
@@ -287,20 +287,20 @@ std::optional<DriveTrainTiming> DriveTrainLearning::takenOver() {
   // A parabola through the least F and its neighbours.
   const Minimum before = minimum(i - 1), at = minimum(i), after = minimum(i + 1);
   const double bend = before.free_energy - 2.0 * at.free_energy + after.free_energy;
-  const double variance = squared(kStep) / bend;
-  if (bend <= 0.0 || variance > squared(kLargestDoubt)) return std::nullopt;
+  const double variance = square(kStep) / bend;
+  if (bend <= 0.0 || variance > square(kLargestDoubt)) return std::nullopt;
   const double beside = std::clamp(0.5 * (before.free_energy - after.free_energy) / bend, -1.0, 1.0);
   const DriveTrainTiming found{std::clamp(kStep * (i + beside), 0.0, kLongestTiming.dead_time),
                                std::exp(theta_(kLogLag))};
   // How the lag goes with the dead time, and how far it is beyond doubt with the dead time known.
   const double along = found.lag * (after.change(kLogLag) - before.change(kLogLag)) / (2.0 * kStep);
-  const double alone = squared(found.lag) * at.log_lag_variance;
+  const double alone = square(found.lag) * at.log_lag_variance;
   const auto beyondDoubt = [](double by, double of_variance) {
     return std::abs(by) > std::max(kLeastChange, kBeyondDoubt * std::sqrt(of_variance));
   };
   const double later = found.dead_time - timing_.dead_time, slower = found.lag - timing_.lag;
-  if (!beyondDoubt(later, variance) && !beyondDoubt(slower, alone + squared(along) * variance) &&
-      !beyondDoubt(later + slower, alone + squared(1.0 + along) * variance)) {
+  if (!beyondDoubt(later, variance) && !beyondDoubt(slower, alone + square(along) * variance) &&
+      !beyondDoubt(later + slower, alone + square(1.0 + along) * variance)) {
     return std::nullopt;
   }
   timing_ = found;
@@ -316,7 +316,7 @@ DriveTrainLearning::Minimum DriveTrainLearning::minimum(int i) const {
   const auto solver = curvature.ldlt();
   const DriveTrainVector change = solver.solve(slope);
   const double late = i * kStep - timing_.dead_time;
-  return {change, 0.5 * (sums.squares - slope.dot(change) + squared(late / kDeadTimeDeviation)),
+  return {change, 0.5 * (sums.squares - slope.dot(change) + square(late / kDeadTimeDeviation)),
           solver.solve(DriveTrainVector::Unit(kLogLag))(kLogLag)};
 }
 

@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "jackal_aic/model/square.hpp"
+
 namespace jackal_aic {
 namespace {
 
 constexpr double kSurprise = 9.0;  // of 2 F, in multiples of its mean: one outlier is not the noise of a second
 constexpr double kTurn = 0.1;      // rad/s; least turn that tells
 constexpr double kSteady = 0.01;   // m/s; largest difference of the slips of a body that has followed its wheels
-
-double square(double x) { return x * x; }
 
 void average(double& mean, double value, double step, double memory) {
   mean += step / (step + memory) * (value - mean);  // the implicit Euler step

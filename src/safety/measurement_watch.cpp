@@ -6,7 +6,8 @@
 namespace jackal_aic {
 namespace {
 
-bool counts(const ChannelHealth& verdict) { return verdict.state != ChannelState::faulty; }
+/// A sample of it may not count, as an outlier, but the channel is not lost.
+bool works(const ChannelHealth& verdict) { return verdict.state != ChannelState::faulty; }
 
 constexpr double kLargestAcceleration = 100.0;  // m/s^2, about 10 g
 
@@ -136,7 +137,7 @@ ChannelValidity MeasurementWatch::remaining(const SensorHealth& health) const {
   ChannelValidity valid;
   if (monitor_) {
     const FaultReport& report = monitor_->report();
-    valid = {counts(report.gyro), counts(report.wheel_left), counts(report.wheel_right), counts(report.accelerometer)};
+    valid = {works(report.gyro), works(report.wheel_left), works(report.wheel_right), works(report.accelerometer)};
   }
   if (health.imu.lost()) valid.yaw_rate = valid.acceleration = false;
   if (health.wheels.lost()) valid.wheel_left = valid.wheel_right = false;

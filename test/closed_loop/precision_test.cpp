@@ -5,12 +5,11 @@
 
 #include <cmath>
 
+#include "jackal_aic/model/square.hpp"
 #include "predictive_loop.hpp"
 
 namespace jackal_aic::sim {
 namespace {
-
-double square(double x) { return x * x; }
 
 class AtNoise : public testing::TestWithParam<std::tuple<const char*, double>> {
  protected:

@@ -4,13 +4,13 @@
 
 #include <cmath>
 
+#include "jackal_aic/model/square.hpp"
+
 namespace jackal_aic {
 namespace {
 
 constexpr double kTrack = 0.55;          // m
 constexpr double kSlope = 1.0 / kTrack;  // 1/m
-
-constexpr double square(double value) { return value * value; }
 
 /// Of a parameter set in which every number tells itself from the others.
 constexpr YawBeliefParameters kParameters{4e-5, 0.1, 0.04, 0.03};

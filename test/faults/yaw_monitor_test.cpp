@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "jackal_aic/model/square.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -13,8 +15,6 @@ constexpr double kPeriod = 0.02;  // s
 constexpr double kSpread = 2e-6;  // variance of the difference speed [(m/s)^2]
 constexpr double kBound = 5.0;    // sqrt(1 / 0.04)
 constexpr ChannelState kOk = ChannelState::ok, kOutlier = ChannelState::outlier, kFaulty = ChannelState::faulty;
-
-constexpr double square(double value) { return value * value; }
 
 /// A gyro without noise, whose driver adds none: every distance is known from the formulas of the headers.
 class Gyro {
