@@ -186,7 +186,7 @@ ResponseMetrics assess(const std::vector<Sample>& samples, const SetPointProfile
   const SetPoint after = profile.at(profile.assessed_from);
   if (!profile.assessed) {
     ResponseMetrics metrics;
-    metrics.stable = !beliefRanAway(samples, kForward) && !beliefRanAway(samples, kYaw);
+    metrics.bounded = !beliefRanAway(samples, kForward) && !beliefRanAway(samples, kYaw);
     return metrics;
   }
   const BodyChannel which = *profile.assessed;
@@ -200,7 +200,7 @@ ResponseMetrics assess(const std::vector<Sample>& samples, const SetPointProfile
   const double target = which == kForward ? after.forward : after.yaw_rate;
   if (beliefRanAway(samples, which)) {
     ResponseMetrics diverged;
-    diverged.stable = false;
+    diverged.bounded = false;
     return diverged;
   }
   return stepResponseMetrics(time, value, profile.assessed_from, initial, target, settling_band);

@@ -116,7 +116,7 @@ DriveParameters uninterrupted();
 std::vector<Sample> runClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile& profile, Support support,
                                   const GeometryParameters& geometry, const LoopParameters& loop = {});
 
-/// Figures of the assessed step; none but `stable` if there is no such step. `stable` is false also if the belief is
+/// Figures of the assessed step; none but `bounded` if there is no such step. `bounded` is false also if the belief is
 /// not finite or ran away to more than kRunaway times the largest set point, which the limits of the drive command can
 /// hide from the velocity.
 ResponseMetrics assess(const std::vector<Sample>& samples, const SetPointProfile& profile,

@@ -40,7 +40,7 @@ RunResult runLoop(const LoopSetup& setup, const SetPointProfile& profile, const 
   RunResult result = setup.controller_name == kPlantLimit ? runPlantLimit(setup.plant_name, setup.plant, profile)
                                                           : runSetup(setup, profile);
   result.row.label = label;
-  if (result.row.stable) describeErrors(result.samples, profile, result.row);
+  if (result.row.bounded) describeErrors(result.samples, profile, result.row);
   return result;
 }
 

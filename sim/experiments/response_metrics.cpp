@@ -79,9 +79,9 @@ ResponseMetrics stepResponseMetrics(const std::vector<double>& time, const std::
   }
 
   ResponseMetrics metrics;
-  metrics.stable = std::all_of(unit.value.begin(), unit.value.end(),
-                               [](double v) { return std::isfinite(v) && std::abs(v - 1.0) <= kDivergence; });
-  if (!metrics.stable) return metrics;
+  metrics.bounded = std::all_of(unit.value.begin(), unit.value.end(),
+                                [](double v) { return std::isfinite(v) && std::abs(v - 1.0) <= kDivergence; });
+  if (!metrics.bounded) return metrics;
 
   const double window_start = unit.time.back() - kFinalWindow;
   const double final_value = meanSince(unit, window_start);

@@ -23,7 +23,7 @@ struct ResponseMetrics {
   /// Mean of (signal - set point) over the last 0.5 s, in percent of the step; positive if the signal is too fast.
   double steady_error_pct = 0.0;
   /// True if every sample is finite and the signal stays within `divergence` steps of the set point.
-  bool stable = true;
+  bool bounded = true;
 };
 
 /// Computes the figures of a step from `initial` to `set_point` at `step_time`.

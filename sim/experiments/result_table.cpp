@@ -42,7 +42,7 @@ const Column kColumns[] = {
     {"rise_s", [](const ResultRow& row) { return number(row.rise_s); }},
     {"overshoot_pct", [](const ResultRow& row) { return number(row.overshoot_pct); }},
     {"steady_error_pct", [](const ResultRow& row) { return number(row.steady_error_pct); }},
-    {"stable", [](const ResultRow& row) { return std::string(row.stable ? "1" : "0"); }},
+    {"bounded", [](const ResultRow& row) { return std::string(row.bounded ? "1" : "0"); }},
     {"thesis_settling_s", [](const ResultRow& row) { return number(row.thesis_settling_s); }},
     {"thesis_rise_s", [](const ResultRow& row) { return number(row.thesis_rise_s); }},
     {"label", [](const ResultRow& row) { return csvField(row.label); }},
@@ -80,8 +80,8 @@ void describeStep(const SetPointProfile& profile, ResultRow& row) {
 }
 
 void describeResponse(const ResponseMetrics& metrics, ResultRow& row) {
-  row.stable = metrics.stable;
-  if (!metrics.stable) return;
+  row.bounded = metrics.bounded;
+  if (!metrics.bounded) return;
   row.settling_s = metrics.settling;
   row.rise_s = metrics.rise;
   row.overshoot_pct = metrics.overshoot_pct;
@@ -155,7 +155,7 @@ RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile) {
   if (profile.assessed) {
     describeResponse(metrics, result.row);
   } else {
-    result.row.stable = metrics.stable;
+    result.row.bounded = metrics.bounded;
   }
   return result;
 }

@@ -31,7 +31,7 @@ struct ResultRow {
   std::optional<double> rise_s;
   std::optional<double> overshoot_pct;
   std::optional<double> steady_error_pct;
-  bool stable = true;
+  bool bounded = true;
   std::optional<double> thesis_settling_s;
   std::optional<double> thesis_rise_s;
   std::string label;                         ///< tells runs apart that differ in what the row does not show

@@ -30,7 +30,7 @@ ResultRow step(const PackageFiles& files, const std::string& controller, const O
   LoopSetup setup = loadSetup(files, controller, "real", robot);
   tellRadius(setup);
   RunResult result = runSetup(setup, profile);
-  if (result.row.stable) describeErrors(result.samples, profile, result.row);
+  if (result.row.bounded) describeErrors(result.samples, profile, result.row);
   return result.row;
 }
 
@@ -52,7 +52,7 @@ RobustnessRun runRobustness(const PackageFiles& files, const std::string& contro
   const Overrides robot = drawReality(seed);
   const ResultRow row = step(files, controller, robot);
   RobustnessRun run;
-  run.stable = row.stable;
+  run.bounded = row.bounded;
   run.settling = row.settling_s;
   run.open_loop = controller == kOpenLoop ? row.settling_s : step(files, kOpenLoop, robot).settling_s;
   run.steady_error_pct = row.steady_error_pct.value_or(HUGE_VAL);
@@ -64,7 +64,7 @@ RobustnessSummary summarise(const std::vector<RobustnessRun>& runs, const Robust
   RobustnessSummary sum;
   sum.runs = runs.size();
   for (const RobustnessRun& run : runs) {
-    if (!run.stable) {
+    if (!run.bounded) {
       ++sum.unstable;
       continue;
     }
@@ -79,7 +79,7 @@ std::optional<double> turnOvershoot(const PackageFiles& files, const std::string
   const SoftMotorTurn turn = drawSoftMotorTurn(seed);
   const LoopSetup setup = loadSetup(files, controller, "ground", turn.robot);
   const ResultRow row = runSetup(setup, stepProfile(0.0, turn.yaw_rate, kDuration)).row;
-  return row.stable ? std::optional(row.overshoot_pct) : std::nullopt;
+  return row.bounded ? std::optional(row.overshoot_pct) : std::nullopt;
 }
 
 namespace {
@@ -91,10 +91,10 @@ void writeDrawnRobots(const PackageFiles& files, std::size_t draws, std::uint64_
   const auto runs = parallelResults("robustness", controllers.size() * draws, jobs, [&](std::size_t i) {
     return runRobustness(files, controllers[i / draws], seed + i % draws);
   });
-  std::string table = "controller,seed,stable,settling_s,open_loop_settling_s,steady_error_pct,belief_bias_pct\n";
+  std::string table = "controller,seed,bounded,settling_s,open_loop_settling_s,steady_error_pct,belief_bias_pct\n";
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const RobustnessRun& run = runs[i];
-    table += fmt::format("{},{},{},{},{},{:.3f},{}\n", controllers[i / draws], seed + i % draws, run.stable ? 1 : 0,
+    table += fmt::format("{},{},{},{},{},{:.3f},{}\n", controllers[i / draws], seed + i % draws, run.bounded ? 1 : 0,
                          text(run.settling), text(run.open_loop), run.steady_error_pct, text(run.belief_pct));
   }
   writeTable(directory, "robustness.csv", table);

@@ -25,7 +25,7 @@ RobustnessBars robustnessBars(const PackageFiles& files);
 
 /// What a controller does on a drawn robot.
 struct RobustnessRun {
-  bool stable = false;
+  bool bounded = false;
   std::optional<double> settling;    ///< [s]; empty if it does not settle
   std::optional<double> open_loop;   ///< settling of the open loop, which has the stock controller's limits [s]
   double steady_error_pct = 0.0;     ///< mean true speed of the last 0.5 s against the set point

@@ -261,7 +261,7 @@ void StepRecorder::write() {
               {"believed_yaw_rate", &believed_yaw_rate_},
               {"command_left", &command_left_},
               {"command_right", &command_right_}});
-  metrics_file_ << "step,begin_s,end_s,settling_s,rise_s,overshoot_pct,steady_error_pct,stable,command_gap_s\n";
+  metrics_file_ << "step,begin_s,end_s,settling_s,rise_s,overshoot_pct,steady_error_pct,bounded,command_gap_s\n";
   for (const auto& step : timeline_.steps()) writeMetrics(step);
   if (!response_file_.flush() || !metrics_file_.flush()) {
     throw ParameterError("recorder.output_directory = '" + parameters_.output_directory +
@@ -277,7 +277,7 @@ void StepRecorder::writeMetrics(const SetPointStep& step) {
       stepResponseMetrics(response.time(), response.value(), begin, step.initial, step.set_point);
   const auto cell = [](const std::optional<double>& value) { return value ? fmt::format("{:g}", *value) : ""; };
   metrics_file_ << step.name << ',' << begin << ',' << end << ',' << cell(metrics.settling) << ',' << cell(metrics.rise)
-                << ',' << metrics.overshoot_pct << ',' << metrics.steady_error_pct << ',' << metrics.stable << ','
+                << ',' << metrics.overshoot_pct << ',' << metrics.steady_error_pct << ',' << metrics.bounded << ','
                 << command_left_.between(begin, end).longestGap() << '\n';
 }
 

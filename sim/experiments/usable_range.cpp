@@ -33,7 +33,7 @@ RunResult searchOnPlant(const LoopSetup& setup, Gain gain, double start, double 
       gain == &ControllerParameters::kappa_a ? respond(setup, gain, start).row.settling_s.value_or(0.0) : kDuration;
   const RangeLimit found = searchLimit(start, bound, [&](double value) {
     const ResultRow row = respond(setup, gain, value).row;
-    return row.stable && row.settling_s && *row.settling_s <= longest;
+    return row.bounded && row.settling_s && *row.settling_s <= longest;
   });
   RunResult result = respond(setup, gain, found.value);
   result.samples.clear();

@@ -62,7 +62,7 @@ def settling_bar(limit):
     """Content of a settling time; limit: of the predictive controller, from the runs of the case [s]."""
 
     def content(run, group):
-        if not run.stable:
+        if not run.bounded:
             return cell('unstable', style='no')
         settling = run['settling_s']
         is_ours = run['controller'] == 'predictive'
@@ -107,7 +107,7 @@ def pair_table(results, name):
     rows = []
     for (plant, controller), group in itertools.groupby(results.runs[name], key=lambda run: (run['plant'], run['controller'])):
         runs = list(group)
-        stable = [run for run in runs if run.stable]
+        stable = [run for run in runs if run.bounded]
         times = [run['settling_s'] if run['settling_s'] is not None else float('inf') for run in stable]
         rows.append([cell(plant, True), cell(word(controller), True), cell(str(len(runs))),
                      cell(str(len(runs) - len(stable)), style='no' if len(stable) < len(runs) else ''),
@@ -121,9 +121,9 @@ def pair_table(results, name):
 
 def worst_pairs(runs):
     ours = [run for run in runs if run['controller'] == 'predictive']
-    ours.sort(key=lambda run: run['settling_s'] if run.stable and run['settling_s'] is not None else float('inf'), reverse=True)
+    ours.sort(key=lambda run: run['settling_s'] if run.bounded and run['settling_s'] is not None else float('inf'), reverse=True)
     rows = [[cell(run['plant'], True), cell(run.label, True),
-             figure(run['settling_s']) if run.stable else cell('unstable', style='no'), figure(run['overshoot_pct'], 1),
+             figure(run['settling_s']) if run.bounded else cell('unstable', style='no'), figure(run['overshoot_pct'], 1),
              figure(run['steady_error_pct'], 2, sign=True)] for run in ours[:WORST]]
     return table(['<plant', '<pair', 'settling [s]', 'overshoot [%]', 'error [%]'], rows)
 

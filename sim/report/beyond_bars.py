@@ -15,7 +15,7 @@ def like(results, name, run, controller):
 
 
 def settling(run):
-    return run['settling_s'] if run.stable and run['settling_s'] is not None else float('inf')
+    return run['settling_s'] if run.bounded and run['settling_s'] is not None else float('inf')
 
 
 def largest(results, name, column):
@@ -58,7 +58,7 @@ def quick_when_perturbed(results):
 
 def pairs_stable(results):
     runs = runs_of(results, 'predictive_pairs')
-    unstable = sum(not run.stable for run in runs)
+    unstable = sum(not run.bounded for run in runs)
     return unstable == 0, f'{unstable} of {len(runs)} unstable'
 
 

@@ -102,8 +102,8 @@ def model_stays_stable(results):
     runs = results.runs['figure_4-4']
     model = pick(runs, plant='state_space')
     robot = [run for run in runs if run['plant'] == 'box']
-    rings = all(not run.stable or run['settling_s'] is None for run in robot)
-    return Verdict(model.stable and rings, f'model settles in {seconds(model["settling_s"])}; robot ' +
+    rings = all(not run.bounded or run['settling_s'] is None for run in robot)
+    return Verdict(model.bounded and rings, f'model settles in {seconds(model["settling_s"])}; robot ' +
                    ('never settles' if rings else 'settles'))
 
 
@@ -120,16 +120,16 @@ def unstable_at_50_hz(results):
     runs = results.runs['figure_5-1']
     euler = [run for run in runs if run['belief_hz'] == 50.0 and run['integrator'] == 'euler']
     exact = [run for run in runs if run['belief_hz'] == 50.0 and run['integrator'] == 'exact']
-    return Verdict(not any(run.stable for run in euler),
-                   'euler diverges; exact ' + ('is stable' if all(run.stable for run in exact) else 'is not'))
+    return Verdict(not any(run.bounded for run in euler),
+                   'euler diverges; exact ' + ('is stable' if all(run.bounded for run in exact) else 'is not'))
 
 
 def stable_at_1_khz(results):
     runs = [run for run in results.runs['figure_5-1'] if run['belief_hz'] == 1000.0]
     euler = [run for run in runs if run['integrator'] == 'euler']
     exact = [run for run in runs if run['integrator'] == 'exact']
-    return Verdict(all(run.stable for run in euler),
-                   f'exact: {pair(exact[0])}; euler ' + ('is stable' if all(run.stable for run in euler) else
+    return Verdict(all(run.bounded for run in euler),
+                   f'exact: {pair(exact[0])}; euler ' + ('is stable' if all(run.bounded for run in euler) else
                                                          'diverges by the thesis\' own equations: h κ_μ Π_μ/τ² = 6.7, bound 2'))
 
 
@@ -167,7 +167,7 @@ def is_unstable(name, **wanted):
     def claim(results):
         euler = pick(results.runs[name], integrator='euler', **wanted)
         exact = pick(results.runs[name], integrator='exact', **wanted)
-        return Verdict(not euler.stable, f'euler {"settles" if euler.stable else "diverges"}; exact {pair(exact)}')
+        return Verdict(not euler.bounded, f'euler {"settles" if euler.bounded else "diverges"}; exact {pair(exact)}')
 
     return claim
 

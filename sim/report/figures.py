@@ -105,12 +105,12 @@ def draw_panel(axis, runs, panel, square):
             times, values = run.series(column, start)
             values = [v if math.isfinite(v) and abs(v) < ENDLESS else math.nan for v in values]
             text = ', '.join(filter(None, (label(run, panel['by']), PARTS[name] if len(names) > 1 else '')))
-            if not run.stable:
+            if not run.bounded:
                 text += ' (unstable)'
             axis.plot(times, values, color=colour, linewidth=1.3, label=text)
             if name != 'command':
                 diverges = diverges or any(abs(v) > RUNAWAY for v in values if math.isfinite(v))
-            if name == 'measured' and run.stable and not square and len(names) == 1:
+            if name == 'measured' and run.bounded and not square and len(names) == 1:
                 mark_settling(axis, run, colour)
     draw_set_points(axis, chosen, names, start)
     if diverges:
@@ -120,7 +120,7 @@ def draw_panel(axis, runs, panel, square):
     axis.set_title(panel['title'], fontsize=9)
     axis.set_xlabel('time [s]' if square else 'time after the step [s]')
     axis.set_ylabel(SIGNALS[names[0]][1])
-    unstable = any(not run.stable for run in chosen)
+    unstable = any(not run.bounded for run in chosen)
     axis.set_xlim(*panel.get('window', (0.0, None) if square else (-REST if unstable else -0.1, 2.5)))
     lines = len(axis.get_legend_handles_labels()[0])
     if lines > MANY:

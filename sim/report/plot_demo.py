@@ -66,7 +66,7 @@ def table_lines(metrics):
             for controller, steps in controllers.items():
                 row = steps[step]
                 cells = [format(float(row[name]), form) if row[name] else 'never' for name, _, form in METRICS]
-                if row['stable'] != '1':
+                if row['bounded'] != '1':
                     cells = ['unstable'] + ['-'] * (len(METRICS) - 1)
                 body.append([robot, title_of(controller), row['step']] + cells)
     widths = [max(len(line[i]) for line in [header] + body) for i in range(len(header))]

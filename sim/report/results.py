@@ -61,8 +61,8 @@ class Run:
             return text
 
     @property
-    def stable(self):
-        return self.row['stable'] == '1'
+    def bounded(self):
+        return self.row['bounded'] == '1'
 
     def conditions(self):
         return tuple(self.row[name] for name in CONDITIONS) + (self.label,)
@@ -95,7 +95,7 @@ def comparable(runs):
     chosen = {}
     for run in runs:
         key = run.conditions()
-        if key not in chosen or (run['integrator'] == 'exact' and not chosen[key].stable):
+        if key not in chosen or (run['integrator'] == 'exact' and not chosen[key].bounded):
             chosen[key] = run
     return list(chosen.values())
 

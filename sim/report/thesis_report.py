@@ -54,7 +54,7 @@ def settings(run):
 
 
 def ours(run, name):
-    if not run.stable:
+    if not run.bounded:
         return cell('unstable', style='no')
     return cell(seconds(run[f'{name}_s']))
 
@@ -74,7 +74,7 @@ def step_table(results, name, thesis):
     entries = thesis['rows']
     for entry, group in zip(entries, grouped(results.runs[name])):
         compared = figures.comparable(group)[0]
-        shown = group if any(not run.stable for run in group) else [compared]
+        shown = group if any(not run.bounded for run in group) else [compared]
         for run in shown:
             is_compared = run is compared
             rows.append([
@@ -82,7 +82,7 @@ def step_table(results, name, thesis):
                 cell(run['integrator'] or '–', True), ours(run, 'settling'), theirs(run, 'settling', entry.get('unstable')),
                 ours(run, 'rise'), theirs(run, 'rise', entry.get('unstable')),
                 *(residual(run) if is_compared else [cell(''), cell('')]),
-                cell(seconds(run['overshoot_pct']) if run.stable else ''), cell(note_of(entry), True, 'note')
+                cell(seconds(run['overshoot_pct']) if run.bounded else ''), cell(note_of(entry), True, 'note')
             ])
     return table(['<row', '<column', '<setting', '<integrator', 'settling ours [s]', 'thesis [s]', 'rise ours [s]', 'thesis [s]',
                   '|ln| settling', '|ln| rise', 'overshoot [%]', '<note'], rows)
@@ -105,8 +105,8 @@ def grouped(runs):
 def run_table(runs):
     """Our numbers where the thesis prints none."""
     rows = [[cell(settings(run), True), cell(run['integrator'] or '–', True), ours(run, 'settling'), ours(run, 'rise'),
-             cell(seconds(run['overshoot_pct']) if run.stable else ''),
-             cell(fixed(run['steady_error_pct'], sign=True) if run.stable and run['steady_error_pct'] is not None else '')]
+             cell(seconds(run['overshoot_pct']) if run.bounded else ''),
+             cell(fixed(run['steady_error_pct'], sign=True) if run.bounded and run['steady_error_pct'] is not None else '')]
             for run in runs]
     return table(['<setting', '<integrator', 'settling [s]', 'rise [s]', 'overshoot [%]', 'steady-state error [%]'], rows)
 
@@ -114,7 +114,7 @@ def run_table(runs):
 def square_table(runs):
     rows = []
     for run in runs:
-        share = cell(f'{100 * claims.share_reached(run):.0f} %') if run.stable else cell('unstable', style='no')
+        share = cell(f'{100 * claims.share_reached(run):.0f} %') if run.bounded else cell('unstable', style='no')
         rows.append([cell(settings(run), True), cell(run['integrator'], True), share])
     return table(['<setting', '<integrator', 'largest velocity / set point'], rows)
 

@@ -114,7 +114,7 @@ TEST(ClosedLoop, SeedChangesTheNoiseAndNotTheResponse) {
 TEST(ClosedLoop, ReachesTheSetPointForwardsAndBackwards) {
   for (const double speed : {0.5, -0.5}) {
     const RunResult run = step("improved", "ground", speed);
-    EXPECT_TRUE(run.row.stable);
+    EXPECT_TRUE(run.row.bounded);
     EXPECT_NEAR(run.samples.back().velocity, speed, 0.01 * std::abs(speed));
     EXPECT_NEAR(run.samples.back().measured_velocity, speed, 0.05 * std::abs(speed));
     EXPECT_NEAR((*run.samples.back().belief)(kForward), speed, 0.01 * std::abs(speed));
@@ -151,7 +151,7 @@ TEST(ClosedLoop, CommandReachesTheWheelsAfterTheDeadTime) {
 
 TEST(ClosedLoop, DivergingEulerIsUnstableAndHasNoNumbers) {
   const RunResult run = step("improved", "box", 0.5, 0.0, {{"controller.integrator", "euler"}});
-  EXPECT_FALSE(run.row.stable);
+  EXPECT_FALSE(run.row.bounded);
   EXPECT_FALSE(run.row.settling_s.has_value());
   EXPECT_FALSE(run.row.rise_s.has_value());
   EXPECT_NE(resultLine(run.row).find(",,,,,0,,"), std::string::npos) << resultLine(run.row);

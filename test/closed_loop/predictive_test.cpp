@@ -74,7 +74,7 @@ TEST(Predictive, IsAsFastAsOpenLoopAndExact) {
   const auto all = rows(comparisonRuns(files(), experiment("predictive_steps", {"predictive", "diff_drive"})));
   ASSERT_EQ(all.size(), 2u * 2u * 4u);
   for (const ResultRow& row : predictiveRows(all, 2u * 4u)) {
-    ASSERT_TRUE(row.stable && row.settling_s) << nameOf(row);
+    ASSERT_TRUE(row.bounded && row.settling_s) << nameOf(row);
     EXPECT_LE(*row.settling_s,
               bar("predictive_steps.settling_over_open_loop") * same(all, row, "diff_drive").settling_s.value())
         << nameOf(row);
@@ -99,7 +99,7 @@ TEST(Predictive, StaysStableExactAndQuickOnARobotThatIsNotItsModel) {
   const auto all = rows(perturbationRuns(files(), experiment("predictive_perturbations", {"predictive"})));
   ASSERT_EQ(all.size(), 2u * 13u);
   for (const ResultRow& row : all) {
-    ASSERT_TRUE(row.stable && row.settling_s) << nameOf(row);
+    ASSERT_TRUE(row.bounded && row.settling_s) << nameOf(row);
     EXPECT_LE(*row.settling_s, bar("predictive_perturbations.settling")) << nameOf(row);
     EXPECT_LE(std::abs(*row.steady_error_pct), bar("predictive_perturbations.steady_error")) << nameOf(row);
   }
@@ -111,7 +111,7 @@ TEST(Predictive, SurvivesTwoHundredPairsOfPerturbations) {
   for (const char* plant : {"box", "ground"}) {
     int settled = 0;
     for (const ResultRow& row : only(all, 200, [&](const ResultRow& r) { return r.plant == plant; })) {
-      EXPECT_TRUE(row.stable) << nameOf(row);
+      EXPECT_TRUE(row.bounded) << nameOf(row);
       settled += row.settling_s.value_or(HUGE_VAL) <= bar("predictive_pairs.settling");
     }
     EXPECT_GE(settled, 200 * bar("predictive_pairs.settled") / 100.0) << plant;
@@ -136,7 +136,7 @@ TEST(Predictive, LearnsTheSlipOfTheGroundWithinThreeSeconds) {
   const auto all = rows(comparisonRuns(files(), experiment("slip_turns", {"predictive", "standard", "improved"})));
   ASSERT_EQ(all.size(), 3u * 10u);
   for (const ResultRow& row : all) {
-    ASSERT_TRUE(row.stable) << nameOf(row);
+    ASSERT_TRUE(row.bounded) << nameOf(row);
     if (row.controller == "predictive") {
       EXPECT_LE(std::abs(*row.steady_error_pct), bar("slip_turns.steady_error")) << nameOf(row);
       EXPECT_LE(std::abs(*row.belief_bias_pct), 2.0) << nameOf(row);

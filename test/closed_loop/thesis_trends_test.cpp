@@ -118,7 +118,7 @@ TEST(ThesisTrends, ImprovedBeatsStandard) {
 double shareReached(const std::string& controller, const ThesisSquare& square) {
   const SetPointProfile profile = squareProfile({square.minimum, square.maximum, 1.2, 3});
   const RunResult run = runSetup(loadSetup(files(), controller, "box", {}), profile);
-  EXPECT_TRUE(run.row.stable);
+  EXPECT_TRUE(run.row.bounded);
   double fastest = 0.0;
   for (const Sample& sample : run.samples) {
     if (sample.time >= profile.assessed_from && sample.time < profile.assessed_until + 0.3) {
@@ -143,7 +143,7 @@ TEST(ThesisTrends, EulersUnstableCasesDivergeAndExactRunsThem) {
       if (!step.unstable) continue;
       ++unstable;
       const ResultRow euler = runThesisStep(files(), step, Integrator::euler).row;
-      EXPECT_FALSE(euler.stable) << name << " " << step.row;
+      EXPECT_FALSE(euler.bounded) << name << " " << step.row;
       EXPECT_FALSE(euler.settling_s || euler.rise_s || euler.overshoot_pct) << name << " " << step.row;
       EXPECT_TRUE(runThesisStep(files(), step, Integrator::exact).row.settling_s.has_value())
           << name << " " << step.row;

@@ -67,7 +67,7 @@ class PredictivePath : public testing::Test {
   void expectAsOffline(const sim::ResponseMetrics& path, double forward, double yaw_rate) {
     const auto same = offline("predictive", forward, yaw_rate);
     const auto open_loop = offline("diff_drive", forward, yaw_rate);
-    ASSERT_TRUE(path.stable && path.settling && path.rise && same.settling_s && open_loop.settling_s);
+    ASSERT_TRUE(path.bounded && path.settling && path.rise && same.settling_s && open_loop.settling_s);
     ROS_INFO(
         "settling %.3f s on the ROS path, %.3f s without, %.3f s open loop; overshoot %.2f %%, %.2f %%; steady-state "
         "error %.2f %%, %.2f %%",

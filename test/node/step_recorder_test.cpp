@@ -107,7 +107,7 @@ TEST_F(StepRecorderTest, RecordsAForwardStepAndATurn) {
   EXPECT_NEAR(std::stod(metrics[0].at("end_s")), 3.0, 0.2);
   EXPECT_LT(std::stod(metrics[0].at("settling_s")), 1.0);
   EXPECT_LT(std::abs(std::stod(metrics[0].at("steady_error_pct"))), 2.0);
-  EXPECT_EQ(metrics[0].at("stable"), "1");
+  EXPECT_EQ(metrics[0].at("bounded"), "1");
   EXPECT_EQ(metrics[1].at("step"), "0.5 rad/s");
   EXPECT_LT(std::stod(metrics[1].at("settling_s")), 1.0);
 }

@@ -34,7 +34,7 @@ TEST(ResponseMetrics, FirstOrderLagMatchesItsClosedForm) {
   const double tau = 0.2;
   const auto lag = [&](double t) { return 0.5 * (1.0 - std::exp(-t / tau)); };
   const ResponseMetrics m = metricsOf(sampled(lag, 0.0), 0.0, 0.5);
-  ASSERT_TRUE(m.stable && m.settling && m.rise);
+  ASSERT_TRUE(m.bounded && m.settling && m.rise);
   EXPECT_NEAR(*m.settling, tau * std::log(20.0), 1e-3);
   EXPECT_NEAR(*m.rise, tau * std::log(9.0), 1e-3);
   EXPECT_DOUBLE_EQ(m.overshoot_pct, 0.0);
@@ -93,7 +93,7 @@ TEST(ResponseMetrics, StepDownAndFromAnotherLevelAreTheSameStep) {
 TEST(ResponseMetrics, OscillationForeverDoesNotSettle) {
   const auto forever = [](double t) { return 1.0 + 0.2 * std::sin(10.0 * t); };
   const ResponseMetrics m = metricsOf(sampled(forever, 0.0), 0.0, 1.0);
-  EXPECT_TRUE(m.stable);
+  EXPECT_TRUE(m.bounded);
   EXPECT_FALSE(m.settling.has_value());
 }
 
@@ -102,7 +102,7 @@ TEST(ResponseMetrics, DivergenceAndNanAreUnstableAndHaveNoNumbers) {
   const auto broken = [](double t) { return t > 2.0 ? std::numeric_limits<double>::quiet_NaN() : t; };
   for (const auto& response : {std::function<double(double)>(growing), std::function<double(double)>(broken)}) {
     const ResponseMetrics m = metricsOf(sampled(response, 0.0), 0.0, 1.0);
-    EXPECT_FALSE(m.stable);
+    EXPECT_FALSE(m.bounded);
     EXPECT_FALSE(m.settling.has_value());
     EXPECT_FALSE(m.rise.has_value());
   }
