@@ -333,6 +333,16 @@ TEST_F(Launch, HandsTheRecorderAPathWithAnApostrophe) {
       << text("log");
 }
 
+// A controller that does not keep up would tell of dropped periods and measurements without an end.
+TEST_F(Launch, ASimulationAsFastAsItCanWaitsForItsController) {
+  for (const auto& [factor, lockstep] : {std::pair("0", "0.022"), std::pair("2", "0.0")}) {
+    const std::string command = std::string("roslaunch --dump-params jackal_aic simulation.launch real_time_factor:=") +
+                                factor + " > " + path("log") + " 2>&1";
+    EXPECT_EQ(std::system(command.c_str()), 0);
+    EXPECT_NE(text("log").find(std::string("/plant/lockstep: ") + lockstep + "\n"), std::string::npos) << text("log");
+  }
+}
+
 TEST_F(Launch, EndsTheExcitationWhoseArgumentIsRefused) {
   write("drive.bag", "an earlier drive");
   for (const char* refused : {"linear_speed:=50", "confirm:=yes", "countdown:=abc", "repetitions:=0"}) {
