@@ -191,15 +191,18 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
   }
 }
 
+/// By more than any dead zone.
+bool YawMonitor::shouldTurn(const DifferenceSpeed& x) const {
+  return std::abs(predicted(x)) - kSure * std::sqrt(learned_.factor() * variance(belief_, x)) > kDeadZone;
+}
+
 /// A value that was found frozen is, until it changes.
 bool YawMonitor::isFrozen(double yaw_rate, const DifferenceSpeed& x, bool moving, double step) {
   const bool was_frozen = frozen_ && yaw_rate == last_;
-  const double unsure = kSure * std::sqrt(learned_.factor() * variance(belief_, x));
-  const bool zero = yaw_rate == 0.0, should_turn = std::abs(predicted(x)) - unsure > kDeadZone;
-  zero_in_a_turn_ = zero && should_turn ? zero_in_a_turn_ + step : 0.0;
+  const bool zero = yaw_rate == 0.0, in_dead_zone = zero && !shouldTurn(x);
+  zero_in_a_turn_ = zero && !in_dead_zone ? zero_in_a_turn_ + step : 0.0;
   // What it does at rest says nothing of what it does while moving: its driver may filter differently.
   constexpr double kAnyChange = RepetitionTest::kAnyChange;
-  const bool in_dead_zone = zero && !should_turn;
   const bool at_rest =
       repetition_at_rest_.update(yaw_rate, moving || in_dead_zone, kResolution, moving ? kAnyChange : 0.0);
   const bool on_the_move =

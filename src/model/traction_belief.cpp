@@ -88,9 +88,8 @@ void TractionBelief::learnNoise(double acceleration, double variance, double ste
   mean_.change += step * acceleration;
   mean_.time += step;
   if (mean_.time > kMeanTime) learnVibration(std::exchange(mean_, {}), variance);
-  const double added = step * std::max(step * variance, vibration_rate_);
-  now_.variance += added;
-  variance_rate_ = added / step;
+  variance_rate_ = std::max(step * variance, vibration_rate_);
+  now_.variance += step * variance_rate_;
 }
 
 void TractionBelief::learnVibration(const Mean& mean, double variance) {

@@ -88,6 +88,7 @@ class YawMonitor {
   };
 
   double predicted(const DifferenceSpeed& x) const { return -belief_.error(0.0, x.value); }  // [rad/s]
+  bool shouldTurn(const DifferenceSpeed& x) const;
   bool biased() const;
   bool isFrozen(double yaw_rate, const DifferenceSpeed& x, bool moving, double step);
   void sumUp(bool suspect, double yaw_rate, double x, double step);
