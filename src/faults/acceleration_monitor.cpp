@@ -80,7 +80,7 @@ void AccelerationMonitor::Axis::compare(double error_without_offset, double conf
   const double difference = error_without_offset - offset - error;
   error += difference;
   const double most = kSurprise * std::max(vibration, configured);
-  vibration += (std::min(0.5 * difference * difference, most) - vibration) * -std::expm1(-step / kVibrationMemory);
+  vibration += step / (step + kVibrationMemory) * (std::min(0.5 * difference * difference, most) - vibration);
   total = variance + noise(configured, moving);
 }
 

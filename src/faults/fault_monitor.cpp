@@ -267,8 +267,9 @@ void FaultMonitor::weighEvidence(const Observation& observation, double step) {
   if (!yaw_tells_) return;
   const double fading = std::exp(-step / kEvidenceMemory);
   const double measured = rolling_radius_ * (observation.wheel_right - observation.wheel_left);
+  const double asked = rolling_radius_ * (right_.speedAskedFor() - left_.speedAskedFor());
   const double measured_error = yaw_.error(observation.yaw_rate, measured);
-  const double predicted_error = yaw_.error(observation.yaw_rate, differenceSpeed());
+  const double predicted_error = yaw_.error(observation.yaw_rate, asked);
   const auto average = [fading](double& mean, double error) { mean += (1.0 - fading) * (error * error - mean); };
   average(evidence_.against_measured, measured_error);
   average(evidence_.against_predicted, predicted_error);

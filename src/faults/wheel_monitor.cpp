@@ -57,9 +57,10 @@ constexpr double kMisfitMemory = 10.0;
 constexpr double kMisfit = 3.0;
 constexpr double kAnyMisfit = 0.3;
 
-/// Part of a wheel's speed that its commands may ask for at most, and more of any [rad/s], for this time [s].
+/// Part of a wheel's speed that its commands may ask for at most, and more of any [rad/s], for this time [s]. A motor
+/// of 0.8 of its gain that turns slower by 0.5 rad/s, and not below 0.5, has a wheel turn from 1.25 rad/s on.
 constexpr double kBehind = 2.0;
-constexpr double kAnyBehind = 1.5;
+constexpr double kAnyBehind = 1.25;
 constexpr double kBehindTime = 0.5;
 
 std::size_t steps(double time) { return static_cast<std::size_t>(std::lround(time / DriveTrain::kStep)); }
@@ -170,7 +171,7 @@ void WheelMonitor::begin(double speed) {
   envelope_.start(speed, early_(0));
   intervals_.fill({{speed, speed}, {speed, speed}, clock_ - kUnknownAge});
   last_speed_ = measured_ = speed;
-  frozen_ = suspect_ = recovering_ = false;
+  frozen_ = suspect_ = recovering_ = led_away_ = false;
   farthest_ = behind_ = 0.0;
   persistence_.reset();
 }
@@ -268,7 +269,9 @@ void WheelMonitor::compare(double measurement, double step) {
   distance_ = std::sqrt(learned_.squaredDistance(error_, variance())) / bound_;
   frozen_ = isFrozen(measurement, step);
   behind_ = isBehind(measurement) ? behind_ + step : 0.0;
-  suspect_ = distance_ > 1.0 || frozen_ || behind_ > kBehindTime + 2.0 * hold_.longest();
+  const bool behind_for_long = behind_ > kBehindTime + 2.0 * hold_.longest();
+  led_away_ = behind_for_long && distance_ <= 1.0;
+  suspect_ = distance_ > 1.0 || frozen_ || behind_for_long;
   waits_ = measurement == measured_ && hold_.held() <= hold_.longest();
   const double least = hold_.longest() > 0.0 ? std::min(least_progress_, kSlowestRamp) : least_progress_;
   recovering_ =
@@ -276,11 +279,18 @@ void WheelMonitor::compare(double measurement, double step) {
   measured_ = measurement;
 }
 
+/// What even the slowest drive train would have made of the commands [rad/s].
+double WheelMonitor::slowest() const {
+  const auto [low, high] = held(&Intervals::reachable);
+  return low > 0.0 ? low : std::min(high, 0.0);
+}
+
+double WheelMonitor::speedAskedFor() const { return led_away_ ? slowest() : speed(); }
+
 /// A wheel that has less than half of what even the slowest drive train would have made of its commands. A belief that
 /// is led there slowly takes that for a disturbance, however large.
 bool WheelMonitor::isBehind(double measurement) const {
-  const auto [low, high] = held(&Intervals::reachable);
-  const double slowest = low > 0.0 ? low : std::min(high, 0.0);
+  const double slowest = this->slowest();
   const double followed = slowest > 0.0 ? measurement : -measurement;
   return std::abs(slowest) > kBehind * std::max(0.0, followed) + kAnyBehind;
 }
@@ -341,7 +351,7 @@ bool WheelMonitor::fasterThanCommanded() const {
 }
 
 bool WheelMonitor::slowed() const {
-  const double part = measured_ / speed();
+  const double part = measured_ / speedAskedFor();
   return part > 0.5 && part < 1.0;
 }
 
@@ -376,7 +386,7 @@ void WheelMonitor::learnMisfit(double measurement, double step) {
   const auto [low, high] = held(&Intervals::reachable);
   const double noise = kNoise * std::sqrt(variance());
   const double misfit = measurement - std::clamp(measurement, low - noise, high + noise);
-  misfit_ += -std::expm1(-step / kMisfitMemory) * (misfit * misfit - misfit_);
+  misfit_ += step / (step + kMisfitMemory) * (misfit * misfit - misfit_);
 }
 
 }  // namespace jackal_aic

@@ -38,7 +38,7 @@ void YawBelief::correct(double yaw_rate, double x, double x_variance, double noi
   if (biasObservable(x)) {
     if (!settled) return;
     // K_β = P_β / (x² P_s + P_β + Σ), which is no mean of less than kErrorTime
-    const double gain = std::min(bias_variance_ / innovation, -std::expm1(-step / kErrorTime));
+    const double gain = std::min(bias_variance_ / innovation, step / (step + kErrorTime));
     bias_ += gain * error;
     bias_variance_ *= 1.0 - gain;
   } else {

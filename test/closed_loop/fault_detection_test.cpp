@@ -164,6 +164,20 @@ TEST(BlockedMotor, IsFoundWhenTheRobotShouldStart) {
   }
 }
 
+TEST(BlockedMotor, IsFoundBySmallCommandsBeforeTheNoiseIsKnown) {
+  for (const char* seed : {"1", "2", "3", "4", "5", "6", "7", "8"}) {
+    SetPointProfile profile;
+    profile.changes = {{kFaultTime, {0.0, 0.0, 0.5}}};
+    profile.duration = kFaultTime + 2.0;
+    Faults faults;
+    faults.motors = {{Side::right, 0.0, 1e9}};
+    const auto found = detection(run("diff_drive", "ground", profile, faults, {{"plant.seed", seed}}), kFaultTime);
+    ASSERT_TRUE(found) << "seed " << seed;
+    EXPECT_LE(found->delay, 1.1) << "seed " << seed;
+    EXPECT_EQ(found->reason, "right wheels do not follow their command") << "seed " << seed;
+  }
+}
+
 TEST(BlockedMotor, IsNotTakenForItsEncoderHoweverTheRobotTurns) {
   for (const char* controller : {"diff_drive", "improved", "predictive"}) {
     for (const double yaw_rate : {0.5, 1.0, 2.0}) {

@@ -87,7 +87,10 @@ class WheelMonitor {
   ChannelState state() const { return persistence_.state(); }    ///< verdict with the last sample
   bool suspecting() const { return persistence_.suspecting(); }  ///< an outlier is among the last samples
   double speed() const { return belief_.speed(); }               ///< believed wheel speed [rad/s]
-  double longestHold() const { return hold_.longest(); }         ///< for which the encoder holds its value [s]
+  /// The same [rad/s]; of a wheel that is suspect because its belief was led away from its commands, what even the
+  /// slowest drive train would have made of them.
+  double speedAskedFor() const;
+  double longestHold() const { return hold_.longest(); }  ///< for which the encoder holds its value [s]
   double uncertainty() const;  ///< variance of speed(), uncertain drive train included [(rad/s)^2]
 
  private:
@@ -113,6 +116,7 @@ class WheelMonitor {
   bool isFrozen(double measurement, double step);
   bool comesBack(double measurement, double step);
   bool isAhead(double measurement) const;
+  double slowest() const;
   bool isBehind(double measurement) const;
   void learnMisfit(double measurement, double step);
   double usualMisfit() const;
@@ -146,6 +150,7 @@ class WheelMonitor {
   bool recovering_ = false;
   bool waits_ = false;       // the last value was held, and its renewal is not due yet
   double behind_ = 0.0;      // time for which the wheel has had too little of its command [s]
+  bool led_away_ = false;    // it is suspect because of that, and its belief is where it is
   double farthest_ = 0.0;    // |error| of the outliers in a row, the largest [rad/s]
   double mark_ = 0.0;        // measured when the wheel came nearer last [rad/s]
   double since_mark_ = 0.0;  // [s]
