@@ -14,7 +14,7 @@ constexpr double kResolution = 1e-7;  // rad/s; smaller changes are no noise
 constexpr double kDeadZone = 0.05;
 
 /// Time for which a gyro that lives does not read zero in a turn beyond that [s].
-constexpr double kMissedTurn = 0.15;
+constexpr double kMissedTurn = 0.3;
 
 /// Time over which a change of the motion makes the slip uncertain [s].
 constexpr double kMemory = 0.5;

@@ -315,8 +315,8 @@ TEST(WheelMonitor, StartsUnderWayWithTheCommandsBefore) {
   EXPECT_FALSE(wheel.monitor.fasterThanCommanded());
 }
 
-/// After a stall, or a time without measurements, nobody knows where the wheel is but by its first speed. A gain that is
-/// not quite the model's, or what a turn on the spot takes of the motors, is no motion that the encoder misses.
+/// After a stall, or a time without measurements, nobody knows where the wheel is but by its first speed. A gain that
+/// is not quite the model's, or what a turn on the spot takes of the motors, is no motion that the encoder misses.
 TEST(WheelMonitor, AQuietWheelThatIsOffItsModelIsNotFrozenWhenItIsFoundUnderWay) {
   constexpr double kCoarse = 0.02, kSlowPeriod = 0.05;  // rad/s, s
   for (const double gain : {0.93, 1.07}) {
