@@ -57,10 +57,13 @@ constexpr double kMisfitMemory = 10.0;
 constexpr double kMisfit = 3.0;
 constexpr double kAnyMisfit = 0.3;
 
-/// Part of a wheel's speed that its commands may ask for at most, and more of any [rad/s], for this time [s]. A motor
-/// of 0.8 of its gain that turns slower by 0.5 rad/s, and not below 0.5, has a wheel turn from 1.25 rad/s on.
+/// Part of a wheel's speed that its commands may ask for at most, and more of any [rad/s], for this time [s]: the other
+/// side drags a wheel along, even against its command. Of one that stands: a motor of 0.8 of its gain that turns slower
+/// by 0.5 rad/s, and not below 0.5, has a wheel turn from 1.25 rad/s on.
 constexpr double kBehind = 2.0;
-constexpr double kAnyBehind = 1.25;
+constexpr double kAnyBehind = 1.5;
+constexpr double kStands = 0.2;
+constexpr double kAnyBehindAtRest = 1.25;
 constexpr double kBehindTime = 0.5;
 
 std::size_t steps(double time) { return static_cast<std::size_t>(std::lround(time / DriveTrain::kStep)); }
@@ -292,7 +295,8 @@ double WheelMonitor::speedAskedFor() const { return led_away_ ? slowest() : spee
 bool WheelMonitor::isBehind(double measurement) const {
   const double slowest = this->slowest();
   const double followed = slowest > 0.0 ? measurement : -measurement;
-  return std::abs(slowest) > kBehind * std::max(0.0, followed) + kAnyBehind;
+  const double any = std::abs(measurement) < kStands ? kAnyBehindAtRest : kAnyBehind;
+  return std::abs(slowest) > kBehind * std::max(0.0, followed) + any;
 }
 
 /// A wheel that turns, beyond its prediction on the way to the speed commanded, follows its command: its motor is

@@ -335,6 +335,25 @@ TEST(WheelMonitor, AQuietWheelThatIsOffItsModelIsNotFrozenWhenItIsFoundUnderWay)
   }
 }
 
+/// A wheel of a Warthog that turns on the spot is dragged along by the other side, against a small command; one that
+/// stands under it is blocked, although its belief was led there.
+TEST(WheelMonitor, AWheelThatTheOtherSideDragsIsNotBehindAndOneThatStandsIs) {
+  constexpr int kRamp = 500;
+  constexpr double kCommand = -1.35;  // rad/s
+  for (const double dragged : {0.7, 0.0}) {
+    WatchedWheel wheel;
+    wheel.drive(0.0, 500);
+    int left_out = 0;
+    const auto look = [&](double share) {
+      return wheel.drive(share * kCommand, 1, [&](double) { return share * dragged + wheel.noise(); });
+    };
+    for (int k = 0; k < kRamp; ++k) left_out += look(static_cast<double>(k) / kRamp);
+    EXPECT_EQ(left_out, 0) << dragged << ", led away slowly";
+    for (int k = 0; k < 50; ++k) look(1.0);
+    EXPECT_EQ(wheel.monitor.state(), dragged == 0.0 ? ChannelState::faulty : ChannelState::ok) << dragged;
+  }
+}
+
 TEST(WheelMonitor, AnEncoderThatIsFoundFrozenUnderWayMissesWhatTheCommandsChange) {
   for (const double change : {1.0, -1.0}) {
     Wheel wheel;
