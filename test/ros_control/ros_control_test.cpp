@@ -188,6 +188,15 @@ class RosControl : public testing::Test {
     last_set_point = -1.0;
   }
 
+  /// Stands, and publishes no more commands.
+  void leaveCommandsToOthers() {
+    command(0.0, 0.0);
+    run(1.0);
+    wanted.reset();
+    set_points.shutdown();
+    sender.stopListening();
+  }
+
   Recording run(double duration) {
     Recording done;
     const double end = now() + duration;
@@ -603,11 +612,7 @@ TEST_F(RosControl, KeepsWhatItLearnedInAFile) {
 
 TEST_F(RosControl, TakesStampedCommandsAndHeedsTheirStamp) {
   ASSERT_TRUE(startController());
-  command(0.0, 0.0);
-  run(1.0);
-  wanted.reset();
-  set_points.shutdown();
-  sender.stopListening();
+  leaveCommandsToOthers();
   auto stamped = node.advertise<geometry_msgs::TwistStamped>(std::string(kName) + "/cmd_vel", 1);
   ASSERT_TRUE(wait([&] { return stamped.getNumSubscribers() > 0; }));
   const auto drive = [&](double duration, double age) {
@@ -627,11 +632,7 @@ TEST_F(RosControl, TakesStampedCommandsAndHeedsTheirStamp) {
 
 TEST_F(RosControl, AfterACrashPublishersOfAnotherTypeAreHeard) {
   ASSERT_TRUE(startController());
-  command(0.0, 0.0);
-  run(1.0);
-  wanted.reset();
-  set_points.shutdown();
-  sender.stopListening();
+  leaveCommandsToOthers();
   const auto drivesAt = [this](double speed) {
     const auto wrong = [&] { return std::abs(robot.plant().truth().linear_velocity.x() - speed) > 0.02; };
     const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(30.0);
