@@ -258,8 +258,7 @@ double WheelMonitor::errorOf(double measurement) const {
   const double error = outside({slowest - usual, fastest + usual});
   if (identified_) return error;
   const auto [low, high] = held(&Intervals::reachable);
-  const double assumed = outside(
-      {low - kAssumedGain * std::abs(low) - kAssumedOffset, high + kAssumedGain * std::abs(high) + kAssumedOffset});
+  const double assumed = outside({low - steadyMisfit(low), high + steadyMisfit(high)});
   return std::abs(assumed) < std::abs(error) ? assumed : error;
 }
 
@@ -293,10 +292,10 @@ double WheelMonitor::speedAskedFor() const { return led_away_ ? slowest() : spee
 /// A wheel that has less than half of what even the slowest drive train would have made of its commands. A belief that
 /// is led there slowly takes that for a disturbance, however large.
 bool WheelMonitor::isBehind(double measurement) const {
-  const double slowest = this->slowest();
-  const double followed = slowest > 0.0 ? measurement : -measurement;
+  const double least = slowest();
+  const double followed = least > 0.0 ? measurement : -measurement;
   const double any = std::abs(measurement) < kStands ? kAnyBehindAtRest : kAnyBehind;
-  return std::abs(slowest) > kBehind * std::max(0.0, followed) + any;
+  return std::abs(least) > kBehind * std::max(0.0, followed) + any;
 }
 
 /// A wheel that turns, beyond its prediction on the way to the speed commanded, follows its command: its motor is
