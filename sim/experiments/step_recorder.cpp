@@ -12,6 +12,7 @@
 #include <ros/ros.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
+#include <std_msgs/Time.h>
 
 #include <algorithm>
 #include <fstream>
@@ -128,6 +129,7 @@ class StepRecorder {
 
   ros::NodeHandle node_;
   ros::Publisher set_point_;
+  ros::Publisher seen_;
   std::vector<ros::Subscriber> subscribers_;
   ros::Timer timer_;
   ros::WallTimer watchdog_;
@@ -141,6 +143,7 @@ StepRecorder::StepRecorder(const RecorderParameters& parameters, const SetPointT
       metrics_file_(createFile(parameters.output_directory, "metrics.csv")) {
   constexpr std::uint32_t kQueue = 1000;  // every sample counts, also after a moment without processor time
   set_point_ = node_.advertise<geometry_msgs::Twist>("jackal_AIC/set_point", 1);
+  seen_ = ros::NodeHandle("~").advertise<std_msgs::Time>("seen", kQueue);
   subscribers_ = {node_.subscribe("ground_truth/odom", kQueue, &StepRecorder::onTruth, this),
                   node_.subscribe("joint_states", kQueue, &StepRecorder::onJoints, this),
                   node_.subscribe("imu/data", kQueue, &StepRecorder::onImu, this),
@@ -151,6 +154,9 @@ StepRecorder::StepRecorder(const RecorderParameters& parameters, const SetPointT
 }
 
 void StepRecorder::onTruth(const nav_msgs::Odometry& message) {
+  std_msgs::Time seen;  // the simulation waits for its set points
+  seen.data = message.header.stamp;
+  seen_.publish(seen);
   received_["ground_truth/odom"] = true;
   if (!start_) return;
   alive_ = ros::WallTime::now();

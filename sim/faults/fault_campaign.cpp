@@ -19,7 +19,7 @@ namespace jackal_aic::sim {
 namespace {
 
 constexpr std::uint32_t kQueueSize = 1000;  // nothing of what is judged may be lost
-constexpr std::uint64_t kTicksToSay = 10;   // ms between words to the plant of how far this node has come
+constexpr double kSeenPeriod = 0.01;        // s between words to the plant of how far this node has come
 constexpr double kSetPointPeriod = 0.05;    // s, as an operator's joystick or a planner would
 constexpr double kStatusPeriod = 1.0;       // s, as the robot's firmware
 constexpr double kIntrusionPeriod = 0.02;   // s, as the stock jackal_node
@@ -97,6 +97,7 @@ void FaultCampaign::onClock(const rosgraph_msgs::Clock& message) {
   ++ticks_;
   if (message.clock < plant_clock_) {
     base_ = time_;
+    told_seen_ = ros::Time();
     ++resets_;
   }
   plant_clock_ = message.clock;
@@ -110,9 +111,9 @@ void FaultCampaign::onClock(const rosgraph_msgs::Clock& message) {
   status_.release(time_);
   set_points_.release(time_);
   commands_.release(time_);
-  if (ticks_ % kTicksToSay == 0) {
+  if (plant_clock_ - told_seen_ >= ros::Duration(kSeenPeriod)) {
     std_msgs::Time seen;
-    seen.data = plant_clock_;
+    seen.data = told_seen_ = plant_clock_;
     seen_.publish(seen);
   }
 }

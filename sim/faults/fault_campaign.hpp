@@ -90,6 +90,7 @@ class FaultCampaign {
   double offset_ = 0.0;                   // of the clock that the controller sees, and of all stamps [s]
   double simulated_ = 0.0;                // in runs before this one [s]
   ros::Time plant_clock_;                 // as the plant gave it
+  ros::Time told_seen_;                   // the plant was told that this node has come up to here
   std::uint64_t ticks_ = 0, resets_ = 0;  // of the plant's clock
   bool recording_ = false;
   bool end_requested_ = false;  // of the controller's process, and its successor was not heard yet

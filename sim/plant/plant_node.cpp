@@ -34,6 +34,7 @@ PlantNode::PlantNode(ros::NodeHandle node, ros::NodeHandle private_node, const s
       parameters_(parameters),
       plant_(urdf_xml, plant_parameters),
       pacer_(parameters.real_time_factor),
+      clock_schedule_(parameters.clock_rate),
       truth_schedule_(parameters.truth_rate),
       transform_schedule_(kTransformRate),
       tf_prefix_(tfPrefix(private_node)) {
@@ -75,7 +76,8 @@ void PlantNode::run() {
   pacer_.restart(plant_.time());
   publish();
   while (ros::ok()) {
-    pacer_.waitFor(plant_.time() + JackalPlant::kStep);
+    // Between two messages of the clock nobody can tell when a step was made.
+    if (told_time_ == plant_.time()) pacer_.waitFor(plant_.time() + JackalPlant::kStep);
     ros::getGlobalCallbackQueue()->callAvailable();
     step();
   }
@@ -128,6 +130,7 @@ void PlantNode::waitFor(Follower& follower, const std::function<bool()>& is_ther
     return follower.awaited && plant_.time() + 0.5 * JackalPlant::kStep > follower.time + parameters_.lockstep;
   };
   if (!behind()) return;
+  publishClock();  // whoever is waited for acts by it
   const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(follower.patience);
   while (ros::ok() && behind()) {
     const ros::WallTime now = ros::WallTime::now();
@@ -219,11 +222,13 @@ void PlantNode::onPush(const geometry_msgs::Wrench& push) {
 
 void PlantNode::restart() {
   pacer_.restart(plant_.time());
+  clock_schedule_ = Periodic(parameters_.clock_rate);
   truth_schedule_ = Periodic(parameters_.truth_rate);
   transform_schedule_ = Periodic(kTransformRate);
   command_ = WheelCommand{};
   mode_ = jackal_msgs::Drive::MODE_NONE;
   command_time_ = 0.0;
+  told_time_ = -1.0;
   controller_ = spectator_ = Follower{};
   state_time_.reset();
   feedback_stamp_.reset();
@@ -259,28 +264,37 @@ void PlantNode::stopIfSilent() {
 }
 
 void PlantNode::publish() {
+  const double now = plant_.time();
+  const bool clock_due = clock_schedule_.due(now), truth_due = truth_schedule_.due(now);
+  const bool transform_due = transform_schedule_.due(now);
   // The clock goes first, so that whoever receives a sample does not see it come from the future.
-  rosgraph_msgs::Clock clock;
-  clock.clock = stampOf(plant_.time());
-  if (clock_) clock_.publish(clock);
+  if (clock_due || truth_due || transform_due || plant_.measurement() || plant_.imuMeasurement()) publishClock();
   if (plant_.measurement()) publishMeasurement(*plant_.measurement());
   if (plant_.imuMeasurement()) {
     sensor_msgs::Imu imu = toImu(*plant_.imuMeasurement(), plant_parameters_);
     shift(imu.header);
     imu_.publish(imu);
   }
-  if (truth_schedule_.due(plant_.time())) {
+  if (truth_due) {
     nav_msgs::Odometry truth = toOdometry(plant_.truth());
     shift(truth.header);
     truth.child_frame_id = prefixedFrame(tf_prefix_, truth.child_frame_id);
     truth_.publish(truth);
   }
-  if (transform_schedule_.due(plant_.time())) {
+  if (transform_due) {
     geometry_msgs::TransformStamped transform = toTransform(plant_.truth());
     shift(transform.header);
     transform.child_frame_id = prefixedFrame(tf_prefix_, transform.child_frame_id);
     transforms_.sendTransform(transform);
   }
+}
+
+void PlantNode::publishClock() {
+  if (!clock_ || told_time_ == plant_.time()) return;
+  told_time_ = plant_.time();
+  rosgraph_msgs::Clock clock;
+  clock.clock = stampOf(plant_.time());
+  clock_.publish(clock);
 }
 
 void PlantNode::publishMeasurement(const PlantMeasurement& measurement) {

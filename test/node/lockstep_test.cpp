@@ -1,12 +1,16 @@
 #include <gtest/gtest.h>
 #include <jackal_aic/ControllerState.h>
 #include <jackal_msgs/Drive.h>
+#include <nav_msgs/Odometry.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <rosgraph_msgs/Clock.h>
+#include <sensor_msgs/JointState.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <vector>
 
 namespace {
 
@@ -62,6 +66,24 @@ class LockstepTest : public testing::Test {
   ros::Publisher drive_, state_;
   std::int64_t now_ = 0;  // ms
 };
+
+// Ground truth comes at 100 Hz, joint states and IMU data at 50.
+TEST_F(LockstepTest, TheClockComesWithEverySampleAndHardlyElse) {
+  std::vector<ros::Time> clocks, samples;
+  const auto clock = node_.subscribe<rosgraph_msgs::Clock>(
+      "/clock", 100000, [&](const rosgraph_msgs::ClockConstPtr& message) { clocks.push_back(message->clock); });
+  const auto joints = node_.subscribe<sensor_msgs::JointState>(
+      "/joint_states", 1000, [&](const sensor_msgs::JointStateConstPtr& m) { samples.push_back(m->header.stamp); });
+  const auto truth = node_.subscribe<nav_msgs::Odometry>(
+      "/ground_truth/odom", 1000, [&](const nav_msgs::OdometryConstPtr& m) { samples.push_back(m->header.stamp); });
+  ASSERT_TRUE(waitFor([&] { return samples.size() > 300 && clocks.size() > 10; }));
+  const ros::Time from = clocks.front(), until = clocks.back();
+  for (const ros::Time& sample : samples) {
+    if (sample < from || sample > until) continue;
+    EXPECT_TRUE(std::binary_search(clocks.begin(), clocks.end(), sample)) << "sample at " << sample;
+  }
+  EXPECT_LT(static_cast<double>(clocks.size()), 160.0 * (until - from).toSec());
+}
 
 TEST_F(LockstepTest, EachCommandLetsOnePeriodPassAndSilenceIsNotWaitedForLong) {
   ASSERT_TRUE(waitFor([this] { return now_ > 0 && drive_.getNumSubscribers() > 0; }));
