@@ -177,7 +177,7 @@ def main():
     parser.add_argument('--only', default='.')
     parser.add_argument('--preset')
     parser.add_argument('--plant', default='ground', choices=PLANTS)
-    parser.add_argument('--speed', type=float, default=4.0)
+    parser.add_argument('--speed', type=float, default=2.0)
     parser.add_argument('--soak', type=float)
     arguments = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
