@@ -107,7 +107,9 @@ TEST(ShippedScenarios, TwoFaultsAtOnceStopTheRobotAsTheSoonerOfThemDoes) {
     const std::string second = scenario.name.substr(plus + 1, scenario.name.find('/') - plus - 1);
     const double sooner = std::min(stops_within(first), stops_within(second));
     EXPECT_EQ(scenario.expectation.outcome == Outcome::stops, std::isfinite(sooner)) << scenario.name;
-    if (std::isfinite(sooner)) EXPECT_EQ(scenario.expectation.within, sooner) << scenario.name;
+    if (std::isfinite(sooner)) {
+      EXPECT_EQ(scenario.expectation.within, sooner) << scenario.name;
+    }
     EXPECT_GE(scenario.faults.size() + (scenario.system ? 1 : 0), 2u) << scenario.name;
   }
   EXPECT_EQ(pairs, 12);
