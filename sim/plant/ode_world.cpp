@@ -33,6 +33,9 @@ constexpr double kLiftSpeed = 0.3;   // m/s
 constexpr double kLiftHeight = 0.3;  // m
 constexpr double kLiftTurn = 0.8;    // rad/s
 
+/// What of a height above the ground is rounding [m]: as many steps down as there were up, whatever the last digits.
+constexpr double kSlightestHeight = 1e-9;
+
 /// A contact point slower than this sticks [m/s].
 constexpr double kStickSpeed = 1e-4;
 
@@ -264,7 +267,7 @@ void OdeWorld::lift(bool lifted) {
 /// The one who carries gives the chassis its motion; once it is down, it is on its own.
 void OdeWorld::carry() {
   const double height = dBodyGetPosition(chassis_)[2] - height_on_ground_;
-  if (!lifted_ && height <= 0.0) {
+  if (!lifted_ && height <= kSlightestHeight) {
     carried_ = false;
     dBodySetDynamic(chassis_);
     dBodySetLinearVel(chassis_, 0.0, 0.0, 0.0);
