@@ -288,6 +288,7 @@ void OdeWorld::step(double step) {
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     updateContact(i, contacts_[i]);
     updateContact(i, kerb_contacts_[i]);
+    speed_[i] = dJointGetHingeAngleRate(hinges_[i]);
   }
   const Twist acceleration = (velocityOf(chassis_) - before) / step;
   acceleration_ = acceleration.head<3>();
@@ -484,7 +485,7 @@ ChassisState OdeWorld::chassis() const {
           vectorOf(dBodyGetAngularVel(chassis_)), acceleration_,           angular_acceleration_};
 }
 
-double OdeWorld::wheelSpeed(std::size_t wheel) const { return dJointGetHingeAngleRate(hinges_[wheel]); }
+double OdeWorld::wheelSpeed(std::size_t wheel) const { return speed_[wheel]; }
 
 double OdeWorld::wheelTorque(std::size_t wheel) const { return torque_[wheel]; }
 

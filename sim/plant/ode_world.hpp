@@ -136,6 +136,7 @@ class OdeWorld : public World {
   std::array<Eigen::Matrix3d, 5> inverse_inertia_;   ///< of these
   StepSolver solver_{0.0};
   std::array<double, 4> torque_{};  ///< of the motors in the last step [N m]
+  std::array<double, 4> speed_{};   ///< of the wheels relative to the chassis after it [rad/s]
   std::array<dBodyID, 4> wheels_{};
   std::array<dJointID, 4> hinges_{};
   std::array<dJointFeedback, 4> hinge_feedback_{};
