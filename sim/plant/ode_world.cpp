@@ -76,18 +76,10 @@ dThreadingImplementationID createThreading() {
 
 Eigen::Vector3d vectorOf(const dReal* v) { return {v[0], v[1], v[2]}; }
 
-Twist velocityOf(dBodyID body) {
-  Twist velocity;
-  velocity << vectorOf(dBodyGetLinearVel(body)), vectorOf(dBodyGetAngularVel(body));
-  return velocity;
-}
+/// A body's own matrix, in rows of four, which changes as it turns.
+using Rotation = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>, 0, Eigen::OuterStride<4>>;
 
-Eigen::Matrix3d rotationOf(dBodyID body) {
-  const dReal* r = dBodyGetRotation(body);  // rows of four
-  Eigen::Matrix3d rotation;
-  rotation << r[0], r[1], r[2], r[4], r[5], r[6], r[8], r[9], r[10];
-  return rotation;
-}
+Rotation rotationOf(dBodyID body) { return Rotation(dBodyGetRotation(body)); }
 
 Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& a) {
   Eigen::Matrix3d matrix;
@@ -95,32 +87,40 @@ Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& a) {
   return matrix;
 }
 
-/// A body on which a force [N] at its centre of mass and a torque [N m] act for a step, as ODE takes it.
-SteppedBody steppedBody(const RigidBody& source, const Eigen::Matrix3d& inverse_inertia, dBodyID body,
-                        const Eigen::Vector3d& force, const Eigen::Vector3d& torque, double step) {
-  const Eigen::Matrix3d rotation = rotationOf(body);
-  const auto turned = [&rotation](const Eigen::Matrix3d& tensor) -> Eigen::Matrix3d {
-    return rotation * tensor * rotation.transpose();
-  };
-  SteppedBody stepped{source.mass, turned(source.inertia), turned(inverse_inertia), velocityOf(body)};
-  const Eigen::Vector3d momentum = stepped.inertia * stepped.velocity.tail<3>();
-  // I ω⁺ = I ω + h (L × ω⁺ + τ), the gyroscopic part implicitly
-  stepped.velocity.head<3>() += step / source.mass * force;
-  stepped.velocity.tail<3>() =
-      (stepped.inertia - step * crossMatrix(momentum)).inverse() * momentum + step * (stepped.inverse_inertia * torque);
-  return stepped;
+/// Velocity of a body in its own frame.
+Twist velocityOf(dBodyID body, const Rotation& rotation) {
+  Twist velocity;
+  velocity << rotation.transpose() * vectorOf(dBodyGetLinearVel(body)),
+      rotation.transpose() * vectorOf(dBodyGetAngularVel(body));
+  return velocity;
 }
 
-/// Moves a body by a step with the velocity at its end.
-void move(dBodyID body, const Twist& velocity, double step) {
-  dBodySetLinearVel(body, velocity(0), velocity(1), velocity(2));
-  dBodySetAngularVel(body, velocity(3), velocity(4), velocity(5));
-  const Eigen::Vector3d position = vectorOf(dBodyGetPosition(body)) + step * velocity.head<3>();
+/// Velocity of a body after a step in which nothing but gyroscopic torque acts on it, as ODE takes it.
+Twist freeVelocityOf(dBodyID body, const Rotation& rotation, const Eigen::Matrix3d& inertia, double step) {
+  Twist velocity = velocityOf(body, rotation);
+  const Eigen::Vector3d momentum = inertia * velocity.tail<3>();
+  // I ω⁺ = L + h L × ω⁺, implicitly
+  velocity.tail<3>() = (inertia - step * crossMatrix(momentum)).inverse() * momentum;
+  return velocity;
+}
+
+/// Gives a body a velocity in its own frame.
+void setVelocity(dBodyID body, const Twist& velocity) {
+  const Rotation rotation = rotationOf(body);
+  const Eigen::Vector3d linear = rotation * velocity.head<3>(), angular = rotation * velocity.tail<3>();
+  dBodySetLinearVel(body, linear.x(), linear.y(), linear.z());
+  dBodySetAngularVel(body, angular.x(), angular.y(), angular.z());
+}
+
+/// Moves a body by a step with its velocity.
+void move(dBodyID body, double step) {
+  const Eigen::Vector3d position = vectorOf(dBodyGetPosition(body)) + step * vectorOf(dBodyGetLinearVel(body));
   dBodySetPosition(body, position.x(), position.y(), position.z());
   const dReal* q = dBodyGetQuaternion(body);
+  const dReal* velocity = dBodyGetAngularVel(body);
   const Eigen::Quaterniond now(q[0], q[1], q[2], q[3]);
   // q ← q + h/2 ω q, which ODE normalises
-  const Eigen::Quaterniond rate = Eigen::Quaterniond(0.0, velocity(3), velocity(4), velocity(5)) * now;
+  const Eigen::Quaterniond rate = Eigen::Quaterniond(0.0, velocity[0], velocity[1], velocity[2]) * now;
   const Eigen::Vector4d next = now.coeffs() + 0.5 * step * rate.coeffs();
   const dQuaternion orientation = {next(3), next(0), next(1), next(2)};
   dBodySetQuaternion(body, orientation);
@@ -128,22 +128,23 @@ void move(dBodyID body, const Twist& velocity, double step) {
 
 /// Where a body is and how it moves, to be put back there.
 struct BodyState {
-  explicit BodyState(dBodyID of) : body(of), velocity(velocityOf(of)) {
+  explicit BodyState(dBodyID of) : body(of) {
     std::copy_n(dBodyGetPosition(body), 3, position);
+    std::copy_n(dBodyGetLinearVel(body), 3, linear);
+    std::copy_n(dBodyGetAngularVel(body), 3, angular);
     std::copy_n(dBodyGetQuaternion(body), 4, orientation);
   }
 
   void restore() const {
     dBodySetPosition(body, position[0], position[1], position[2]);
     dBodySetQuaternion(body, orientation);
-    dBodySetLinearVel(body, velocity(0), velocity(1), velocity(2));
-    dBodySetAngularVel(body, velocity(3), velocity(4), velocity(5));
+    dBodySetLinearVel(body, linear[0], linear[1], linear[2]);
+    dBodySetAngularVel(body, angular[0], angular[1], angular[2]);
   }
 
   dBodyID body;
-  dVector3 position{};
+  dVector3 position{}, linear{}, angular{};
   dQuaternion orientation{};
-  Twist velocity;
 };
 
 Eigen::Quaterniond orientationOf(dBodyID body) {
@@ -182,7 +183,9 @@ Eigen::Vector3d normalForcePlane(const RobotModel& model, const Eigen::Vector3d&
 }  // namespace
 
 OdeWorld::OdeWorld(const RobotModel& model, const WorldParameters& parameters)
-    : gravity_(kGravity * Eigen::Vector3d(-std::sin(parameters.slope), 0.0, -std::cos(parameters.slope))),
+    : model_(model),
+      inverse_inertia_(model.chassis.inertia.inverse()),
+      gravity_(kGravity * Eigen::Vector3d(-std::sin(parameters.slope), 0.0, -std::cos(parameters.slope))),
       terrain_(parameters.terrain),
       friction_(parameters.friction),
       torque_limit_(parameters.torque_limit),
@@ -195,11 +198,8 @@ OdeWorld::OdeWorld(const RobotModel& model, const WorldParameters& parameters)
   dWorldSetStepThreadingImplementation(world_.get(), dThreadingImplementationGetFunctions(threading_.get()),
                                        threading_.get());
   dWorldSetGravity(world_.get(), gravity_.x(), gravity_.y(), gravity_.z());
-  solver_ = StepSolver(dWorldGetCFM(world_.get()));
   createChassis(model);
   for (std::size_t i = 0; i < wheels_.size(); ++i) createWheel(model, i);
-  bodies_ = {model.chassis, model.wheels[0].body, model.wheels[1].body, model.wheels[2].body, model.wheels[3].body};
-  for (std::size_t i = 0; i < bodies_.size(); ++i) inverse_inertia_[i] = bodies_[i].inertia.inverse();
   setInEquilibrium(model);
 }
 
@@ -282,7 +282,8 @@ void OdeWorld::carry() {
 void OdeWorld::step(double step) {
   initialiseOde();
   if (carried_) carry();
-  const Twist before = velocityOf(chassis_);
+  const Eigen::Vector3d velocity = vectorOf(dBodyGetLinearVel(chassis_));
+  const Eigen::Vector3d angular_velocity = vectorOf(dBodyGetAngularVel(chassis_));
   for (std::size_t i = 0; i < wheels_.size() && !fixed_chassis_; ++i) touch(i);
   if (!solve(step)) solveByOde(step);
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
@@ -290,9 +291,8 @@ void OdeWorld::step(double step) {
     updateContact(i, kerb_contacts_[i]);
     speed_[i] = dJointGetHingeAngleRate(hinges_[i]);
   }
-  const Twist acceleration = (velocityOf(chassis_) - before) / step;
-  acceleration_ = acceleration.head<3>();
-  angular_acceleration_ = acceleration.tail<3>();
+  acceleration_ = (vectorOf(dBodyGetLinearVel(chassis_)) - velocity) / step;
+  angular_acceleration_ = (vectorOf(dBodyGetAngularVel(chassis_)) - angular_velocity) / step;
 }
 
 bool OdeWorld::solve(double step) {
@@ -300,69 +300,68 @@ bool OdeWorld::solve(double step) {
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     if (contacts_[i].touching && kerb_contacts_[i].touching) return false;
   }
-  const Eigen::Matrix3d rotation = rotationOf(chassis_);
-  SteppedBody chassis{0.0, Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(), velocityOf(chassis_)};
-  if (dBodyIsKinematic(chassis_) == 0) {
-    chassis =
-        steppedBody(bodies_[0], inverse_inertia_[0], chassis_, bodies_[0].mass * gravity_ + rotation * push_force_,
-                    rotation * Eigen::Vector3d(0.0, 0.0, push_torque_), step);
-  }
-  std::array<SteppedWheel, 4> wheels;
-  for (std::size_t i = 0; i < wheels_.size(); ++i) wheels[i] = steppedWheel(i, step);
-  if (!solver_.solve(chassis, wheels, step)) return false;
-  move(chassis_, solver_.chassis(), step);
+  if (!solver_ || solver_->step() != step) solver_.emplace(model_, dWorldGetCFM(world_.get()), step);
+  const SteppedChassis chassis = steppedChassis(step);
+  const std::array<SteppedWheel, 4> wheels{steppedWheel(0, step), steppedWheel(1, step), steppedWheel(2, step),
+                                           steppedWheel(3, step)};
+  if (!solver_->solve(chassis, wheels)) return false;
+  if (!chassis.told) setVelocity(chassis_, solver_->chassis());
+  move(chassis_, step);
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
-    move(wheels_[i], solver_.wheel(i), step);
-    torque_[i] = solver_.force(i, 0);
+    setVelocity(wheels_[i], solver_->wheel(i));
+    move(wheels_[i], step);
+    torque_[i] = solver_->force(i, 0);
     Contact& contact = kerb_contacts_[i].touching ? kerb_contacts_[i] : contacts_[i];
-    contact.force = solver_.force(i, 1) * contact.normal + solver_.force(i, 2) * contact.rolling +
-                    solver_.force(i, 3) * contact.lateral();
+    contact.force = solver_->force(i, 1) * contact.normal + solver_->force(i, 2) * contact.rolling +
+                    solver_->force(i, 3) * contact.lateral();
   }
   return true;
+}
+
+SteppedChassis OdeWorld::steppedChassis(double step) const {
+  const Rotation rotation = rotationOf(chassis_);
+  if (dBodyIsKinematic(chassis_) != 0) return {true, velocityOf(chassis_, rotation)};
+  const RigidBody& body = model_.chassis;
+  SteppedChassis chassis{false, freeVelocityOf(chassis_, rotation, body.inertia, step)};
+  chassis.velocity.head<3>() += step * (rotation.transpose() * gravity_ + push_force_ / body.mass);
+  chassis.velocity.tail<3>() += step * push_torque_ * inverse_inertia_.col(2);
+  return chassis;
 }
 
 /// Rows as ODE's hinge and contact make them.
 SteppedWheel OdeWorld::steppedWheel(std::size_t index, double step) const {
   const dBodyID body = wheels_[index];
-  const Eigen::Matrix3d rotation = rotationOf(body), chassis = rotationOf(chassis_);
-  const Eigen::Vector3d centre = vectorOf(dBodyGetPosition(body)), axle = rotation.col(1);
+  const Rotation rotation = rotationOf(body), chassis = rotationOf(chassis_);
+  const Eigen::Vector3d centre = vectorOf(dBodyGetPosition(body));
   SteppedWheel wheel;
-  wheel.body = steppedBody(bodies_[index + 1], inverse_inertia_[index + 1], body, bodies_[index + 1].mass * gravity_,
-                           Eigen::Vector3d::Zero(), step);
-  wheel.hinge_in_wheel = rotation * hub_in_wheel_[index];
-  wheel.hinge_in_chassis = chassis * hub_in_chassis_[index];
-  wheel.across = {rotation.col(0), rotation.col(2)};
+  wheel.chassis = rotation.transpose() * chassis;
+  wheel.velocity = freeVelocityOf(body, rotation, model_.wheels[index].body.inertia, step);
+  wheel.velocity.head<3>() += step * (rotation.transpose() * gravity_);
   const double correction = dWorldGetERP(world_.get()) / step;
-  const Eigen::Vector3d apart =
-      vectorOf(dBodyGetPosition(chassis_)) + wheel.hinge_in_chassis - centre - wheel.hinge_in_wheel;
-  const Eigen::Vector3d askew = axle.cross(chassis.col(1));
-  wheel.target << correction * apart, correction * askew.dot(wheel.across[0]), correction * askew.dot(wheel.across[1]);
+  const Eigen::Vector3d apart = rotation.transpose() * (vectorOf(dBodyGetPosition(chassis_)) - centre) +
+                                wheel.chassis * hub_in_chassis_[index] - hub_in_wheel_[index];
+  const Eigen::Vector3d askew = rotation.transpose() * rotation.col(1).cross(chassis.col(1));
+  wheel.closing << correction * apart, correction * askew;
 
-  StepRow& motor = wheel.rows[0];
-  motor.of_wheel.tail<3>() = axle;
-  motor.of_chassis.tail<3>() = -axle;
-  motor.target = dJointGetHingeParam(hinges_[index], dParamVel);
-  motor.softness = stiffness_ > 0.0 ? 1.0 / stiffness_ : dWorldGetCFM(world_.get());
-  motor.high = torque_limit_;
-  motor.low = -torque_limit_;
+  wheel.jacobian.col(0).tail<3>() = Eigen::Vector3d::UnitY();
+  wheel.target(0) = dJointGetHingeParam(hinges_[index], dParamVel);
+  wheel.softness(0) = stiffness_ > 0.0 ? 1.0 / stiffness_ : dWorldGetCFM(world_.get());
+  wheel.low(0) = -torque_limit_;
+  wheel.high(0) = torque_limit_;
 
   const Contact& contact = kerb_contacts_[index].touching ? kerb_contacts_[index] : contacts_[index];
   if (!contact.touching) return wheel;
-  const Eigen::Vector3d arm = contact.point - centre;
-  const auto row = [&](const Eigen::Vector3d& direction, double target, double softness, double low, double high) {
-    StepRow along;
-    along.of_wheel << direction, arm.cross(direction);
-    along.target = target;
-    along.softness = softness;
-    along.low = low;
-    along.high = high;
-    return along;
-  };
+  Eigen::Matrix3d directions;
+  directions << contact.normal, contact.rolling, contact.lateral();
+  const Eigen::Vector3d arm = rotation.transpose() * (contact.point - centre);
+  wheel.jacobian.topRightCorner<3, 3>() = rotation.transpose() * directions;
+  wheel.jacobian.bottomRightCorner<3, 3>() = crossMatrix(arm) * wheel.jacobian.topRightCorner<3, 3>();
   const Spring spring(step);
   const double slip = contact.slip > 0.0 ? contact.slip : dWorldGetCFM(world_.get());
-  wheel.rows[1] = row(contact.normal, spring.correction / step * contact.depth, spring.softness, 0.0, dInfinity);
-  wheel.rows[2] = row(contact.rolling, 0.0, slip, -contact.limit, contact.limit);
-  wheel.rows[3] = row(contact.lateral(), 0.0, slip, -contact.limit, contact.limit);
+  wheel.target(1) = spring.correction / step * contact.depth;
+  wheel.softness.tail<3>() << spring.softness, slip, slip;
+  wheel.low.tail<3>() << 0.0, -contact.limit, -contact.limit;
+  wheel.high.tail<3>() << dInfinity, contact.limit, contact.limit;
   return wheel;
 }
 

@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <memory>
+#include <optional>
 
 #include "robot_model.hpp"
 #include "step_solver.hpp"
@@ -98,6 +99,7 @@ class OdeWorld : public World {
   void carry();
   /// Moves the bodies on by a step [s]. @returns false if it cannot, and they are where they were.
   bool solve(double step);
+  SteppedChassis steppedChassis(double step) const;
   SteppedWheel steppedWheel(std::size_t index, double step) const;
   /// Likewise, whatever touches.
   void solveByOde(double step);
@@ -110,6 +112,8 @@ class OdeWorld : public World {
   void widenOnTwoSurfaces(std::size_t index, double factor);
   void updateContact(std::size_t index, Contact& contact);
 
+  RobotModel model_;
+  Eigen::Matrix3d inverse_inertia_;  // of the chassis
   Eigen::Vector3d gravity_;
   Terrain terrain_;
   double friction_;
@@ -120,6 +124,7 @@ class OdeWorld : public World {
   Handle<dThreadingImplementationID, FreeThreading> threading_;  ///< the world's own: ODE's default one is shared
   Handle<dWorldID, DestroyWorld> world_;
   Handle<dJointGroupID, DestroyGroup> contact_group_;
+  std::optional<StepSolver> solver_;  // of the last step's length
   dBodyID chassis_ = nullptr;
   Eigen::Vector3d push_force_ = Eigen::Vector3d::Zero();
   double push_torque_ = 0.0;
@@ -132,11 +137,8 @@ class OdeWorld : public World {
   std::array<Eigen::Vector3d, 4>
       hub_in_wheel_{};  ///< joint origin relative to the wheel's centre of mass, in the wheel [m]
   std::array<Eigen::Vector3d, 4> hub_in_chassis_{};  ///< likewise of the chassis
-  std::array<RigidBody, 5> bodies_;                  ///< chassis and wheels
-  std::array<Eigen::Matrix3d, 5> inverse_inertia_;   ///< of these
-  StepSolver solver_{0.0};
-  std::array<double, 4> torque_{};  ///< of the motors in the last step [N m]
-  std::array<double, 4> speed_{};   ///< of the wheels relative to the chassis after it [rad/s]
+  std::array<double, 4> torque_{};                   ///< of the motors in the last step [N m]
+  std::array<double, 4> speed_{};                    ///< of the wheels relative to the chassis after it [rad/s]
   std::array<dBodyID, 4> wheels_{};
   std::array<dJointID, 4> hinges_{};
   std::array<dJointFeedback, 4> hinge_feedback_{};

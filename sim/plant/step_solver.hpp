@@ -7,70 +7,97 @@
 #include <array>
 #include <cstddef>
 
+#include "robot_model.hpp"
+
 namespace jackal_aic::sim {
 
-using Twist = Eigen::Matrix<double, 6, 1>;  ///< velocity of a centre of mass [m/s], then angular velocity [rad/s]
+/// Velocity of a body's centre of mass [m/s], then its angular velocity [rad/s], both in the frame of the body.
+using Twist = Eigen::Matrix<double, 6, 1>;
 
-/// A body as a step finds it; vectors in the ground frame.
-struct SteppedBody {
-  double mass;                               ///< [kg]; 0: moves as it is told
-  Eigen::Matrix3d inertia, inverse_inertia;  ///< about its centre of mass [kg m^2]
-  Twist velocity;                            ///< that it would have after the step without joints and contacts
+/// The chassis as a step finds it.
+struct SteppedChassis {
+  bool told;       ///< whether it moves as it is told, whatever pushes
+  Twist velocity;  ///< that it would have after the step without joints and contacts
 };
 
-/// A condition on velocities, jacobian . v + softness * force = target, as long as the force is within its bounds.
-struct StepRow {
-  Twist of_wheel = Twist::Zero(), of_chassis = Twist::Zero();  ///< jacobian
-  double target = 0.0;
-  double softness = 0.0;         ///< ODE's constraint force mixing
-  double low = 0.0, high = 0.0;  ///< bounds of the force [N or N m]; both 0: the row is not there
-};
-
-/// A wheel and its hinge.
+/// A wheel as a step finds it, in its own frame. Its rows, of the motor and of the contact along its normal and its two
+/// tangents, are conditions on velocities, jacobian . v + softness * force = target, as long as the force is within its
+/// bounds.
 struct SteppedWheel {
-  SteppedBody body;
-  Eigen::Vector3d hinge_in_wheel, hinge_in_chassis;  ///< hinge, from either centre of mass [m]
-  std::array<Eigen::Vector3d, 2> across;             ///< unit vectors across the axle, about which nothing turns
-  Eigen::Matrix<double, 5, 1> target;  ///< of the hinge's rows: relative velocity there and about `across`
-  std::array<StepRow, 4> rows;         ///< motor, and the contact along its normal and its two tangents
+  using Row = Eigen::Vector4d;  ///< a number for each row
+  using Jacobian = Eigen::Matrix<double, 6, 4, Eigen::RowMajor>;
+
+  Eigen::Matrix3d chassis;  ///< rotation of the chassis in the frame of the wheel
+  Twist velocity;           ///< that it would have after the step without joints and contacts
+  Twist closing;            ///< at the hinge, relative to the chassis: what closes it; about the axle of no use
+
+  Jacobian jacobian = Jacobian::Zero();       ///< transposed; the motor, about the axle, +y, turns the chassis back
+  Row target = Row::Zero();                   ///< [m/s or rad/s]
+  Row softness = Row::Zero();                 ///< ODE's constraint force mixing
+  Row low = Row::Zero(), high = Row::Zero();  ///< bounds of the force [N or N m]; both 0: the row is not there
 };
 
-/// Finds the forces of joints and contacts in a step, and what they make of the velocities:
+/// Finds the forces of joints and contacts in a step h, and what they make of the velocities:
 ///
 ///     M (v+ - v) = h J' lambda,    J v+ + C lambda = c,    low <= lambda <= high
 ///
 /// with the opposite inequality in the place of the equation at a bound. ODE factorises all rows of all joints at a
-/// time. They form a tree: each wheel's own five rows of the hinge are eliminated with the wheel, then the chassis,
-/// which leaves the four rows per wheel that have bounds or softness; which of these are at a bound is guessed from the
-/// last step and exchanged until it is right, so that the solution is the one that ODE finds.
+/// time. They form a tree: each wheel's own five rows of the hinge are eliminated with the wheel, by matrices that are
+/// constant in the wheel's frame (Featherstone's articulated-body inertia), which leaves the chassis and the four rows
+/// per wheel that have bounds or softness; which of these are at a bound is guessed from the last step and exchanged
+/// until it is right, so that the solution is the one that ODE finds.
 class StepSolver {
  public:
-  /// @param hinge_softness ODE's constraint force mixing of the hinges.
-  explicit StepSolver(double hinge_softness) : hinge_softness_(hinge_softness) {}
+  /// @param hinge_softness ODE's constraint force mixing of the hinges; @param step h [s].
+  StepSolver(const RobotModel& model, double hinge_softness, double step);
 
-  /// Solves a step [s]. @returns false if it does not find which rows are at a bound.
-  bool solve(const SteppedBody& chassis, const std::array<SteppedWheel, 4>& wheels, double step);
+  /// Solves a step. @returns false if it does not find which rows are at a bound.
+  bool solve(const SteppedChassis& chassis, const std::array<SteppedWheel, 4>& wheels);
 
   const Twist& chassis() const { return chassis_; }                       ///< v+
   const Twist& wheel(std::size_t index) const { return wheels_[index]; }  ///< v+
 
   /// lambda of a row.
-  double force(std::size_t wheel, std::size_t row) const { return force_(static_cast<Eigen::Index>(4 * wheel + row)); }
+  double force(std::size_t wheel, int row) const { return unknowns_(place(wheel, row)); }
+
+  double step() const { return step_; }  ///< h [s]
 
  private:
-  static constexpr int kRows = 16;
-  using Rows = Eigen::Matrix<double, kRows, 1>;
-  using Square = Eigen::Matrix<double, kRows, kRows, Eigen::RowMajor>;
+  // The unknowns in the order of their elimination, from the leaves of the tree: lambda of each wheel's motor and
+  // normal, v+ of the chassis, lambda of each wheel's tangents. These come last because wheels that stick hold more
+  // than the robot's degrees of freedom: of themselves, their equations are nearly singular.
+  static constexpr int kChassis = 8, kTangents = 14, kUnknowns = 22;
+  using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
+  using Mask = Eigen::Array<bool, kUnknowns, 1>;
+  using Square = Eigen::Matrix<double, kUnknowns, kUnknowns, Eigen::RowMajor>;
+  using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
   enum class State : unsigned char { free, low, high };
 
-  bool exchange(const Square& A, const Rows& b, const Rows& low, const Rows& high);
-  void solveFree(const Square& A, const Rows& b);
+  /// A wheel on its hinge.
+  struct HingedWheel {
+    Eigen::Vector3d in_wheel, in_chassis;  // hinge, from either centre of mass [m]
+    Matrix6 N;                             // force on the hinge per velocity that it lacks
+    Matrix6 B;                             // what that force makes of the wheel's velocity, transposed
+    Matrix6 W;                             // velocity of the wheel per force on it while the chassis rests
+  };
 
-  double hinge_softness_;
+  // Of a row among the unknowns.
+  static constexpr int place(std::size_t wheel, int row) {
+    return 2 * static_cast<int>(wheel) + (row < 2 ? row : kTangents + row - 2);
+  }
+  bool exchange(const Unknowns& b, const Unknowns& low, const Unknowns& high);
+  void solveFree(const Unknowns& b, const Unknowns& low, const Unknowns& high);
+  template <int First>
+  static void solveRows(const Square& A, const Mask& free, Square& U, Unknowns& b);
+
+  double step_;
+  Matrix6 chassis_mass_;  // M / h
+  std::array<HingedWheel, 4> hinged_{};
   Twist chassis_ = Twist::Zero();
   std::array<Twist, 4> wheels_{};
-  Rows force_ = Rows::Zero();
-  std::array<State, kRows> state_{};  // of the last step
+  Square A_ = Square::Zero();  // upper triangle of the equations; between rows of two wheels there is nothing
+  Unknowns unknowns_ = Unknowns::Zero();
+  std::array<State, kUnknowns> state_{};  // of the last step
 };
 
 }  // namespace jackal_aic::sim
