@@ -12,8 +12,9 @@ template <int RowCount, int ColumnCount>
 using RowMajor = Eigen::Matrix<double, RowCount, ColumnCount, Eigen::RowMajor>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kAxle = 4;  // component of a twist about the axle
-constexpr int kMostExchanges = 20;
+constexpr int kAxle = 4;                   // component of a twist about the axle
+constexpr int kPatience = 3;               // exchanges of which none leaves fewer wrong than one before
+constexpr int kMostChanges = 60;           // of an active set
 constexpr double kForceTolerance = 1e-10;  // by which a force may miss its bound, relative
 constexpr double kSpeedTolerance = 1e-13;  // by which a velocity may miss its inequality [m/s or rad/s]
 
@@ -76,7 +77,6 @@ bool StepSolver::solve(const SteppedChassis& chassis, const std::array<SteppedWh
   // with Z' = T B X, and the motor's axle on the chassis.
   Matrix6 K = -chassis_mass_;
   Twist momentum = -chassis_mass_.lazyProduct(chassis.velocity);
-  Unknowns b, low, high;
   std::array<SteppedWheel::Jacobian, 4> pushed;
   for (std::size_t i = 0; i < wheels.size(); ++i) {
     const SteppedWheel& wheel = wheels[i];
@@ -98,19 +98,19 @@ bool StepSolver::solve(const SteppedChassis& chassis, const std::array<SteppedWh
       all.segment<2>(first) = of_wheel.head<2>();
       all.segment<2>(tangents) = of_wheel.tail<2>();
     };
-    put(wheel.target - wheel.jacobian.transpose().lazyProduct(wheels_[i]), b);
-    put(wheel.low, low);
-    put(wheel.high, high);
+    put(wheel.target - wheel.jacobian.transpose().lazyProduct(wheels_[i]), b_);
+    put(wheel.low, low_);
+    put(wheel.high, high_);
     if (chassis.told) continue;
     const Matrix6 NX = onChassis<6>(wheel.chassis, hinged.in_chassis, hinged.N).transpose();
     K -= onChassis<6>(wheel.chassis, hinged.in_chassis, NX);
     momentum += NX.transpose().lazyProduct(lacking);
   }
   A_.block<6, 6>(kChassis, kChassis) = K;
-  b.segment<6>(kChassis) = momentum;
-  low.segment<6>(kChassis) = chassis.told ? chassis.velocity : Twist::Constant(-kInfinity);
-  high.segment<6>(kChassis) = chassis.told ? chassis.velocity : Twist::Constant(kInfinity);
-  if (!exchange(b, low, high)) return false;
+  b_.segment<6>(kChassis) = momentum;
+  low_.segment<6>(kChassis) = chassis.told ? chassis.velocity : Twist::Constant(-kInfinity);
+  high_.segment<6>(kChassis) = chassis.told ? chassis.velocity : Twist::Constant(kInfinity);
+  if (!exchange()) return false;
 
   chassis_ = unknowns_.segment<6>(kChassis);
   for (std::size_t i = 0; i < wheels.size(); ++i) {
@@ -124,44 +124,90 @@ bool StepSolver::solve(const SteppedChassis& chassis, const std::array<SteppedWh
   return true;
 }
 
-/// Block principal pivoting: all unknowns that are on the wrong side of their bound change it at a time.
-bool StepSolver::exchange(const Unknowns& b, const Unknowns& low, const Unknowns& high) {
+/// Block principal pivoting: all unknowns that are on the wrong side of their bound change it at a time, as long as
+/// that leaves fewer of them.
+bool StepSolver::exchange() {
   for (int i = 0; i < kUnknowns; ++i) {
     State& state = state_[i];
-    if (low(i) == high(i)) state = State::low;
-    if (std::isinf(state == State::low ? low(i) : high(i))) state = State::free;
+    if (low_(i) == high_(i)) state = State::low;
+    if (std::isinf(state == State::low ? low_(i) : high_(i))) state = State::free;
   }
-  for (int round = 0; round < kMostExchanges; ++round) {
-    solveFree(b, low, high);
-    bool right = true;
+  int fewest = kUnknowns;
+  for (int patience = kPatience; patience > 0; --patience) {
+    solveFree();
+    int wrong = 0;
     for (int i = 0; i < kUnknowns; ++i) {
-      if (low(i) == high(i)) continue;
-      State wanted = state_[i];
-      if (state_[i] == State::free) {
-        if (unknowns_(i) < low(i) - kForceTolerance * std::abs(low(i))) wanted = State::low;
-        if (unknowns_(i) > high(i) + kForceTolerance * std::abs(high(i))) wanted = State::high;
-      } else {
-        const double excess = A_.col(i).head(i).dot(unknowns_.head(i)) +
-                              A_.row(i).tail(kUnknowns - i).dot(unknowns_.tail(kUnknowns - i)) - b(i);
-        if (state_[i] == State::low ? excess < -kSpeedTolerance : excess > kSpeedTolerance) wanted = State::free;
-      }
-      right = right && wanted == state_[i];
-      state_[i] = wanted;
+      const State better = wanted(i);
+      if (better != state_[i]) ++wrong;
+      state_[i] = better;
     }
-    if (right) return unknowns_.allFinite();
+    if (wrong == 0) return unknowns_.allFinite();
+    if (wrong < fewest) patience = kPatience;
+    fewest = std::min(fewest, wrong);
+  }
+  return descend();
+}
+
+/// Active set method, which goes round in no circle: from forces within their bounds towards the best with those at a
+/// bound kept there, as far as the next bound; at the best, the one that pulls most at its bound is let go.
+bool StepSolver::descend() {
+  Unknowns within = unknowns_.cwiseMax(low_).cwiseMin(high_);
+  for (int i = 0; i < kUnknowns; ++i) {
+    if (low_(i) == high_(i)) continue;
+    state_[i] = within(i) == low_(i) ? State::low : within(i) == high_(i) ? State::high : State::free;
+  }
+  for (int change = 0; change < kMostChanges; ++change) {
+    solveFree();
+    int next = -1;
+    double share = 1.0;  // of the way
+    for (int i = 0; i < kUnknowns; ++i) {
+      if (state_[i] != State::free || wanted(i) == State::free) continue;
+      const double bound = wanted(i) == State::low ? low_(i) : high_(i);
+      const double to_bound = (bound - within(i)) / (unknowns_(i) - within(i));
+      if (to_bound >= share) continue;
+      share = to_bound;
+      next = i;
+    }
+    within += share * (unknowns_ - within);
+    if (next >= 0) {
+      state_[next] = wanted(next);
+      continue;
+    }
+    for (int i = 0; i < kUnknowns; ++i) {
+      if (wanted(i) != state_[i] && (next < 0 || std::abs(excess(i)) > std::abs(excess(next)))) next = i;
+    }
+    if (next < 0) return unknowns_.allFinite();
+    state_[next] = State::free;
   }
   return false;
 }
 
+/// What the state of an unknown should be for what was found with the present ones.
+StepSolver::State StepSolver::wanted(int i) const {
+  if (low_(i) == high_(i)) return state_[i];
+  if (state_[i] == State::free) {
+    if (unknowns_(i) < low_(i) - kForceTolerance * std::abs(low_(i))) return State::low;
+    if (unknowns_(i) > high_(i) + kForceTolerance * std::abs(high_(i))) return State::high;
+    return State::free;
+  }
+  return (state_[i] == State::low ? -excess(i) : excess(i)) > kSpeedTolerance ? State::free : state_[i];
+}
+
+/// A x - b of a row.
+double StepSolver::excess(int i) const {
+  return A_.col(i).head(i).dot(unknowns_.head(i)) + A_.row(i).tail(kUnknowns - i).dot(unknowns_.tail(kUnknowns - i)) -
+         b_(i);
+}
+
 /// Unknowns that are free, those of the others given by their bounds.
-void StepSolver::solveFree(const Unknowns& b, const Unknowns& low, const Unknowns& high) {
+void StepSolver::solveFree() {
   Unknowns given = Unknowns::Zero();
   Mask free;
-  unknowns_ = b;
+  unknowns_ = b_;
   for (int i = 0; i < kUnknowns; ++i) {
     free(i) = state_[i] == State::free;
     if (free(i)) continue;
-    given(i) = state_[i] == State::low ? low(i) : high(i);
+    given(i) = state_[i] == State::low ? low_(i) : high_(i);
     if (given(i) == 0.0) continue;
     unknowns_.head(i) -= given(i) * A_.col(i).head(i);
     unknowns_.tail(kUnknowns - i) -= given(i) * A_.row(i).tail(kUnknowns - i).transpose();

@@ -85,8 +85,11 @@ class StepSolver {
   static constexpr int place(std::size_t wheel, int row) {
     return 2 * static_cast<int>(wheel) + (row < 2 ? row : kTangents + row - 2);
   }
-  bool exchange(const Unknowns& b, const Unknowns& low, const Unknowns& high);
-  void solveFree(const Unknowns& b, const Unknowns& low, const Unknowns& high);
+  bool exchange();
+  bool descend();
+  State wanted(int i) const;
+  double excess(int i) const;
+  void solveFree();
   template <int First>
   static void solveRows(const Square& A, const Mask& free, Square& U, Unknowns& b);
 
@@ -95,8 +98,9 @@ class StepSolver {
   std::array<HingedWheel, 4> hinged_{};
   Twist chassis_ = Twist::Zero();
   std::array<Twist, 4> wheels_{};
-  Square A_ = Square::Zero();  // upper triangle of the equations; between rows of two wheels there is nothing
-  Unknowns unknowns_ = Unknowns::Zero();
+  Square A_ = Square::Zero();             // of A x = b, upper triangle; between rows of two wheels there is nothing
+  Unknowns b_, low_, high_;               // and bounds of x
+  Unknowns unknowns_ = Unknowns::Zero();  // x
   std::array<State, kUnknowns> state_{};  // of the last step
 };
 
