@@ -144,11 +144,12 @@ StepRecorder::StepRecorder(const RecorderParameters& parameters, const SetPointT
   constexpr std::uint32_t kQueue = 1000;  // every sample counts, also after a moment without processor time
   set_point_ = node_.advertise<geometry_msgs::Twist>("jackal_AIC/set_point", 1);
   seen_ = ros::NodeHandle("~").advertise<std_msgs::Time>("seen", kQueue);
-  subscribers_ = {node_.subscribe("ground_truth/odom", kQueue, &StepRecorder::onTruth, this),
-                  node_.subscribe("joint_states", kQueue, &StepRecorder::onJoints, this),
-                  node_.subscribe("imu/data", kQueue, &StepRecorder::onImu, this),
-                  node_.subscribe("cmd_drive", kQueue, &StepRecorder::onCommand, this),
-                  node_.subscribe(kState, kQueue, &StepRecorder::onState, this)};
+  const ros::TransportHints at_once = ros::TransportHints().tcpNoDelay();  // the simulation waits for what is seen here
+  subscribers_ = {node_.subscribe("ground_truth/odom", kQueue, &StepRecorder::onTruth, this, at_once),
+                  node_.subscribe("joint_states", kQueue, &StepRecorder::onJoints, this, at_once),
+                  node_.subscribe("imu/data", kQueue, &StepRecorder::onImu, this, at_once),
+                  node_.subscribe("cmd_drive", kQueue, &StepRecorder::onCommand, this, at_once),
+                  node_.subscribe(kState, kQueue, &StepRecorder::onState, this, at_once)};
   timer_ = node_.createTimer(ros::Duration(1.0 / kSetPointRate), &StepRecorder::onTimer, this);
   watchdog_ = node_.createWallTimer(ros::WallDuration(0.2), &StepRecorder::onWatchdog, this);
 }

@@ -53,9 +53,11 @@ class SimulatedRobot {
   /// @param prefix namespace of the controller, e.g. "" or "standard/".
   explicit SimulatedRobot(const std::string& prefix = "") {
     set_point_ = node_.advertise<geometry_msgs::Twist>(prefix + "jackal_AIC/set_point", 10);
-    truth_subscriber_ = node_.subscribe("ground_truth/odom", 1000, &SimulatedRobot::onTruth, this);
-    drive_subscriber_ = node_.subscribe(prefix + "cmd_drive", 1000, &SimulatedRobot::onDrive, this);
-    state_subscriber_ = node_.subscribe(prefix + "jackal_AIC/state", 1000, &SimulatedRobot::onState, this);
+    // Else the kernel holds small messages back for up to 40 ms of wall time, which are a tenth of a simulated second.
+    const ros::TransportHints at_once = ros::TransportHints().tcpNoDelay();
+    truth_subscriber_ = node_.subscribe("ground_truth/odom", 1000, &SimulatedRobot::onTruth, this, at_once);
+    drive_subscriber_ = node_.subscribe(prefix + "cmd_drive", 1000, &SimulatedRobot::onDrive, this, at_once);
+    state_subscriber_ = node_.subscribe(prefix + "jackal_AIC/state", 1000, &SimulatedRobot::onState, this, at_once);
     seen_ = node_.advertise<std_msgs::Time>("/plant/seen", 10);
     geometry_msgs::TransformStamped mount;  // of sim/urdf/jackal.urdf
     mount.header.frame_id = "base_link";
