@@ -33,6 +33,7 @@ namespace jackal_aic::sim {
 namespace {
 
 constexpr double kSetPointRate = 20.0;  // Hz
+constexpr std::uint32_t kQueue = 1000;  // every sample counts, also after a moment without processor time
 constexpr const char* kState = "jackal_AIC/state";
 
 /// Settings of the recorder. YAML prefix `recorder`.
@@ -140,10 +141,9 @@ StepRecorder::StepRecorder(const RecorderParameters& parameters, const SetPointT
       timeline_(timeline),
       wheel_radius_(wheel_radius),
       response_file_(createFile(parameters.output_directory, "response.csv")),
-      metrics_file_(createFile(parameters.output_directory, "metrics.csv")) {
-  constexpr std::uint32_t kQueue = 1000;  // every sample counts, also after a moment without processor time
+      metrics_file_(createFile(parameters.output_directory, "metrics.csv")),
+      seen_(ros::NodeHandle("~").advertise<std_msgs::Time>("seen", kQueue)) {
   set_point_ = node_.advertise<geometry_msgs::Twist>("jackal_AIC/set_point", 1);
-  seen_ = ros::NodeHandle("~").advertise<std_msgs::Time>("seen", kQueue);
   const ros::TransportHints at_once = ros::TransportHints().tcpNoDelay();  // the simulation waits for what is seen here
   subscribers_ = {node_.subscribe("ground_truth/odom", kQueue, &StepRecorder::onTruth, this, at_once),
                   node_.subscribe("joint_states", kQueue, &StepRecorder::onJoints, this, at_once),
