@@ -189,8 +189,8 @@ class Launch : public testing::Test {
     return path(name);
   }
 
-  /// Drives a manoeuvre through launch/step_response.launch, four times as fast as real time or as fast as the nodes can
-  /// follow. Expects the robot to do as it is told in every leg; returns the legs.
+  /// Drives a manoeuvre through launch/step_response.launch, four times as fast as real time or as fast as the nodes
+  /// can follow. Expects the robot to do as it is told in every leg; returns the legs.
   std::vector<Leg> drive(const ManoeuvreFile& manoeuvre, const std::string& arguments, Witness witness) const {
     launch(manoeuvre, arguments);
     const std::vector<Leg> legs = legsOf(readRows(path("response.csv"), witness), witness);
