@@ -149,21 +149,26 @@ class Workshop:
 
     def flags(self, library):
         lines = (self.build / "CMakeFiles" / f"{library}.dir" / "flags.make").read_text().split("\n")
-        return [word for line in lines if line.startswith("CXX_") for word in shlex.split(line.split("=", 1)[1])]
+        flags = [word for line in lines if line.startswith("CXX_") for word in shlex.split(line.split("=", 1)[1])]
+        return [*flags, "-ffat-lto-objects"]  # with machine code, to be compared
+
+    def original(self, source):
+        return self.headers / (pathlib.Path(source).stem + ".o")
 
     def precompile(self, library, source):
-        """The header that a source includes first, which takes most of the time of its compilation."""
+        """The header that a source includes first, which takes most of the time of its compilation, and the source as it is."""
         name = pathlib.Path("jackal_aic") / ROOMS[library] / (pathlib.Path(source).stem + ".hpp")
         out = self.headers / name.with_suffix(".hpp.gch")
         out.parent.mkdir(parents=True, exist_ok=True)
         parts = shlex.split((self.build / "CMakeFiles" / f"{library}.dir" / "link.txt").read_text())
         subprocess.run([parts[0], *self.flags(library), "-w", "-x", "c++-header", str(ROOT / "include" / name), "-o", str(out)],
                        capture_output=True, check=True)
+        subprocess.run([parts[0], f"-I{self.headers}", *self.flags(library), "-w", "-c", str(ROOT / source), "-o",
+                        str(self.original(source))], capture_output=True, check=True)
 
     def compiled(self, mutant, directory):
         """Whether the mutant compiles, to other machine code than the original; its library is in `directory` then."""
         target = self.build / "CMakeFiles" / f"{mutant.library}.dir"
-        original = target / (mutant.source + ".o")
         text = (ROOT / mutant.source).read_text().split("\n")
         text[mutant.line - 1] = mutant.after
         source = directory / "mutant.cpp"
@@ -174,12 +179,12 @@ class Workshop:
         if subprocess.run(compiler, capture_output=True, check=False).returncode != 0:
             return False
         sections = [["objcopy", "-O", "binary", "-j", ".text*", "-j", ".rodata*", str(obj), str(directory / out)]
-                    for obj, out in ((code, "a"), (original, "b"))]
+                    for obj, out in ((code, "a"), (self.original(mutant.source), "b"))]
         for command in sections:
-            subprocess.run(command, capture_output=True, check=False)
+            subprocess.run(command, capture_output=True, check=True)
         if (directory / "a").read_bytes() == (directory / "b").read_bytes():
             return False
-        relative = str(original.relative_to(self.build))
+        relative = str((target / (mutant.source + ".o")).relative_to(self.build))
         link = [str(code) if part == relative else part for part in parts]
         link[link.index("-o") + 1] = str(directory / f"lib{mutant.library}.so")
         subprocess.run(link, cwd=self.build, capture_output=True, check=True)
@@ -288,6 +293,8 @@ def count_killed(chosen, mutants, workshop):
             print(f"survived  {mutant.where()}  {mutant.kind}\n  - {mutant.before.strip()}\n  + {mutant.after.strip()}"
                   + (f"\n  {why}" if why else ""), flush=True)
     total = killed + survived
+    if total == 0:
+        sys.exit(f"mutants: none of {len(mutants)} changes compiles to other machine code")
     print(f"killed: {killed} of {total} ({100.0 * killed / max(1, total):.1f} %); survivors with a reason: {explained} of {survived}")
     return 0
 

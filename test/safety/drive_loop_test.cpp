@@ -36,7 +36,8 @@ DriveParameters predictive() {
 /// A robot whose wheels do what they are told after a lag, and a drive loop that it is served by.
 class DriveLoopTest : public testing::Test {
  protected:
-  explicit DriveLoopTest(const DriveParameters& parameters = thesis()) : loop(parameters, makeController(parameters)) {}
+  explicit DriveLoopTest(const DriveParameters& parameters = thesis())
+      : kinematics(parameters.geometry), loop(parameters, makeController(parameters)) {}
 
   /// Drives for a time [s]. @param sources that send: w for the wheels, i for the IMU, p for pairs, x for pairs of
   /// which no wheel can be believed, l for an IMU that comes late, and for its pairs; s for the set point.
@@ -76,7 +77,7 @@ class DriveLoopTest : public testing::Test {
 
   Observation sample() const {
     const double noise = 0.001 * static_cast<double>(tick % 7);
-    const BodyVector body = SkidSteerKinematics(GeometryParameters{}).bodyVelocity({speed(0), speed(1)});
+    const BodyVector body = kinematics.bodyVelocity({speed(0), speed(1)});
     Observation y;
     y.stamp = now;
     y.wheel_left = speed(0) + noise;
@@ -88,6 +89,7 @@ class DriveLoopTest : public testing::Test {
   DriveStatus status() const { return loop.status().decision.status; }
   std::string why() const { return reason(loop.status()); }
 
+  SkidSteerKinematics kinematics;
   DriveLoop loop;
   SetPoint set_point{0.5, 0.0, 0.0};
   RobotStatus robot;
@@ -106,6 +108,43 @@ class PredictiveDriveLoopTest : public DriveLoopTest {
  protected:
   PredictiveDriveLoopTest() : DriveLoopTest(predictive()) {}
 };
+
+/// Turns half as fast as a Jackal with the same wheel speeds.
+class WideDriveLoopTest : public DriveLoopTest {
+ protected:
+  WideDriveLoopTest() : DriveLoopTest(wide()) {}
+  static DriveParameters wide() {
+    DriveParameters parameters = predictive();
+    parameters.geometry.effective_track *= 2.0;
+    return parameters;
+  }
+};
+
+TEST_F(WideDriveLoopTest, TurnsAsItsGeometrySaysAndNoSensorIsBlamed) {
+  set_point = {0.0, 0.0, 0.8};
+  drive(3.0);
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
+  EXPECT_EQ(why(), "");
+  EXPECT_NEAR(kinematics.bodyVelocity({speed(0), speed(1)})(kYaw), 0.8, 0.05);
+}
+
+TEST(DriveLoop, WhatASoundSensorCanReadIsOfTheRobotsLimits) {
+  DriveParameters parameters = thesis();
+  parameters.gate.limits.wheel_speed = 4.0;
+  parameters.gate.limits.angular_speed = 1.0;
+  parameters.gate.plausibility.speed_factor = 2.0;
+  DriveLoop driven(parameters, makeController(parameters));
+  Observation y;
+  y.stamp = kPeriod;
+  y.wheel_left = 7.9;
+  y.wheel_right = 8.1;
+  y.yaw_rate = 2.1;
+  driven.observe(y, y.stamp);
+  const ChannelValidity counted = asCounted(y, driven).valid;
+  EXPECT_TRUE(counted.wheel_left);
+  EXPECT_FALSE(counted.wheel_right);
+  EXPECT_FALSE(counted.yaw_rate);
+}
 
 TEST_F(DriveLoopTest, DrivesToTheSetPointWithOneCommandAPeriod) {
   drive(3.0);
@@ -539,6 +578,9 @@ TEST_F(PredictiveDriveLoopTest, WhatItWasToldDrivesAnotherLoopToTheSameBits) {
   drive(0.5);
   loop.start({1.0, 1.0}, now);
   drive(0.5);
+  set_point = {-0.3, 0.0, 0.0};
+  drive(0.021);
+  loop.advance(now + 0.02, now + 0.02);  // an action that was due at a time of its own
   ASSERT_GT(driven.size(), 150u);
 
   DriveLoop again(predictive(), makeController(predictive()));
@@ -554,6 +596,11 @@ TEST_F(PredictiveDriveLoopTest, WhatItWasToldDrivesAnotherLoopToTheSameBits) {
   EXPECT_EQ(again.status().clock_resets, 1u);
   EXPECT_EQ(again.status().brakes, loop.status().brakes);
   EXPECT_TRUE(dynamic_cast<const PredictiveController&>(again.controller()).learningFrozen());
+}
+
+TEST_F(PredictiveDriveLoopTest, WhatItIsToldToHaveLearnedIsWhatItsControllerKnows) {
+  loop.setLearned({{0.6, 1.0}}, start);
+  EXPECT_EQ(dynamic_cast<const PredictiveController&>(loop.controller()).learned().slip.effective_track, 0.6);
 }
 
 TEST_F(DriveLoopTest, ASetPointThatWasSentLongAgoIsLate) {
