@@ -295,7 +295,7 @@ def count_killed(chosen, mutants, workshop):
     total = killed + survived
     if total == 0:
         sys.exit(f"mutants: none of {len(mutants)} changes compiles to other machine code")
-    print(f"killed: {killed} of {total} ({100.0 * killed / max(1, total):.1f} %); survivors with a reason: {explained} of {survived}")
+    print(f"killed: {killed} of {total} ({100.0 * killed / total:.1f} %); survivors with a reason: {explained} of {survived}")
     return 0
 
 
