@@ -248,7 +248,7 @@ TEST_F(DriveGateNode, MessagesWithoutAStampAreNoMeasurements) {
   };
   expectBrake(0.2, 0.18, 3.0, ControllerState::STOPPED, "wheel speeds too old");
   robot.run(0.1);
-  EXPECT_GT(robot.states().back().rejected_measurements, rejected + 50);
+  EXPECT_GT(robot.lastState().rejected_measurements, rejected + 50);
   wheels.alter = nullptr;
   expectRecovery();
 }
@@ -256,7 +256,7 @@ TEST_F(DriveGateNode, MessagesWithoutAStampAreNoMeasurements) {
 TEST_F(DriveGateNode, AnAbsurdSetPointIsRefusedAndAFastOneScaled) {
   const auto rejected = [&] {
     robot.run(0.1);
-    return robot.states().back().rejected_set_points;
+    return robot.lastState().rejected_set_points;
   };
   const auto before = rejected();
   geometry_msgs::Twist twist;

@@ -148,6 +148,12 @@ class SimulatedRobot {
     drives_.clear();
   }
 
+  /// The newest controller state; waits for one if there is none since everything was forgotten.
+  ControllerState lastState() {
+    waitFor([this] { return !states_.empty(); }, "a state of the controller");
+    return states_.empty() ? ControllerState() : states_.back();
+  }
+
   const Recording& truth() const { return truth_; }                          ///< true velocity
   const std::vector<ControllerState>& states() const { return states_; }     ///< controller states
   const std::vector<jackal_msgs::Drive>& drives() const { return drives_; }  ///< drive messages
