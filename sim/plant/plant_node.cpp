@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "jackal_aic/config/text.hpp"
 #include "plant_conversion.hpp"
@@ -23,6 +24,8 @@ constexpr std::uint32_t kQueueSize = 50;  // a second of 50 Hz messages
 constexpr std::uint32_t kClockQueueSize = 1000;
 constexpr double kFirstPatience = 0.25;  // wall time for the command after the first [s]
 constexpr double kLatestTime = 0.5;      // s: what is older, or of the future, is by another clock
+constexpr double kLongestPause = 0.005;  // s: after a message of the clock, if the next is not due before
+constexpr int kInStride = 5;             // responses in time, less the others, from which on they are waited for
 
 }  // namespace
 
@@ -57,6 +60,7 @@ void PlantNode::subscribe(ros::NodeHandle& node) {
   right_wheel_ = node.subscribe("jackal_right_wheel/command", kQueueSize, &PlantNode::onRightWheel, this, hints);
   if (parameters_.lockstep > 0.0) {
     state_ = node.subscribe("jackal_AIC/state", kQueueSize, &PlantNode::onState, this, hints);
+    measurement_ = node.subscribe("sensor_generalized", kQueueSize, &PlantNode::onTaken, this, hints);
     seen_ = private_node_.subscribe("seen", kQueueSize, &PlantNode::onSeen, this, hints);
   }
   push_ = private_node_.subscribe("push", kQueueSize, &PlantNode::onPush, this, hints);
@@ -76,8 +80,10 @@ void PlantNode::run() {
   pacer_.restart(plant_.time());
   publish();
   while (ros::ok()) {
-    // Between two messages of the clock nobody can tell when a step was made.
-    if (told_time_ == plant_.time()) pacer_.waitFor(plant_.time() + JackalPlant::kStep);
+    // Between two messages of the clock nobody can tell when a step was made: the steps to the next are made when it is
+    // due, so that what one brings about comes in time.
+    if (told_time_ == plant_.time())
+      pacer_.waitFor(plant_.time() + std::min(kLongestPause, 1.0 / parameters_.clock_rate));
     ros::getGlobalCallbackQueue()->callAvailable();
     step();
   }
@@ -123,6 +129,8 @@ void PlantNode::waitForFollowers() {
            0;
   });
   waitFor(spectator_, [this] { return seen_.getNumPublishers() > 0; });
+  waitFor(taken_, measurement_);
+  waitFor(acted_, state_);
 }
 
 void PlantNode::waitFor(Follower& follower, const std::function<bool()>& is_there) {
@@ -131,16 +139,49 @@ void PlantNode::waitFor(Follower& follower, const std::function<bool()>& is_ther
   };
   if (!behind()) return;
   publishClock();  // whoever is waited for acts by it
-  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(follower.patience);
-  while (ros::ok() && behind()) {
+  if (!waitWhile(behind, is_there, follower.patience)) follower.awaited = false;
+}
+
+void PlantNode::waitFor(Response& response, const ros::Subscriber& subscriber) {
+  if (!response.due || response.in_stride.value_or(0) < kInStride || plant_.time() < *response.due) return;
+  const auto missing = [&] { return response.due.has_value(); };
+  const auto is_there = [&] { return subscriber.getNumPublishers() > 0; };
+  if (waitWhile(missing, is_there, kFirstPatience)) return;
+  response.in_stride = 0;
+  response.due.reset();
+}
+
+bool PlantNode::waitWhile(const std::function<bool()>& behind, const std::function<bool()>& is_there, double patience) {
+  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(patience);
+  bool came = true;
+  while (ros::ok() && came && behind()) {
     const ros::WallTime now = ros::WallTime::now();
-    if (is_there() && now < end) {
-      ros::getGlobalCallbackQueue()->callOne(std::min(end - now, ros::WallDuration(0.05)));
-    } else {
-      follower.awaited = false;
-    }
+    came = is_there() && now < end;
+    if (came) ros::getGlobalCallbackQueue()->callOne(std::min(end - now, ros::WallDuration(0.05)));
   }
   pacer_.restart(plant_.time());
+  return came;
+}
+
+void PlantNode::expectResponses(const PlantMeasurement& sample) {
+  for (Response* response : {&taken_, &acted_}) {
+    if (response->due && response->in_stride) count(*response, false);
+  }
+  taken_.from = sample.stamp;
+  taken_.due = acted_.from = plant_.time();
+  acted_.due = std::numeric_limits<double>::infinity();  // the next message of the clock
+}
+
+void PlantNode::respond(Response& response, double told, double at) {
+  if (!response.due || told + 0.5 * JackalPlant::kStep < response.from) return;
+  // The first counts, however late: a controller that a busy machine makes late would else never get into step.
+  count(response, !response.in_stride || at < *response.due + 0.5 * JackalPlant::kStep);
+}
+
+void PlantNode::count(Response& response, bool in_time) {
+  const int counted = response.in_stride.value_or(kInStride) + (in_time ? 1 : -1);
+  response.in_stride = std::clamp(counted, 0, kInStride);
+  response.due.reset();
 }
 
 void PlantNode::follow(Follower& follower, double time) {
@@ -172,11 +213,18 @@ void PlantNode::onDrive(const jackal_msgs::Drive& message) {
 
 void PlantNode::onState(const ControllerState& state) {
   state_time_ = recentTime(state.header.stamp);
-  if (state_time_) follow(controller_, *state_time_);
+  if (!state_time_) return;
+  follow(controller_, *state_time_);
+  respond(acted_, *state_time_, *state_time_);
 }
 
 void PlantNode::onSeen(const std_msgs::Time& seen) {
   if (const std::optional<double> time = recentTime(seen.data)) follow(spectator_, *time);
+}
+
+void PlantNode::onTaken(const SensorGeneralized& measurement) {
+  const std::optional<double> time = recentTime(measurement.header.stamp);
+  if (time) respond(taken_, *time, told_time_);
 }
 
 void PlantNode::onLeftWheel(const std_msgs::Float64& speed) {
@@ -230,6 +278,7 @@ void PlantNode::restart() {
   command_time_ = 0.0;
   told_time_ = -1.0;
   controller_ = spectator_ = Follower{};
+  taken_ = acted_ = Response{};
   state_time_.reset();
   feedback_stamp_.reset();
   if (!parameters_.publish_clock) ahead_ = ros::Time::now() - stampOf(plant_.time());
@@ -292,6 +341,7 @@ void PlantNode::publish() {
 void PlantNode::publishClock() {
   if (!clock_ || told_time_ == plant_.time()) return;
   told_time_ = plant_.time();
+  if (acted_.due) acted_.due = std::min(*acted_.due, told_time_);
   rosgraph_msgs::Clock clock;
   clock.clock = stampOf(plant_.time());
   clock_.publish(clock);
@@ -301,6 +351,8 @@ void PlantNode::publishMeasurement(const PlantMeasurement& measurement) {
   sensor_msgs::JointState joints = toJointState(measurement);
   shift(joints.header);
   joint_states_.publish(joints);
+  // Encoders may have to wait for an IMU that has a rate of its own.
+  if (plant_parameters_.imu_rate == 0.0) expectResponses(measurement);
   if (measurement.feedback_stamp == feedback_stamp_)
     return;  // the joint states repeat it; the motor controller does not
   feedback_stamp_ = measurement.feedback_stamp;

@@ -5,6 +5,7 @@
 
 #include <geometry_msgs/Wrench.h>
 #include <jackal_aic/ControllerState.h>
+#include <jackal_aic/SensorGeneralized.h>
 #include <jackal_msgs/Drive.h>
 #include <ros/node_handle.h>
 #include <std_msgs/Float64.h>
@@ -37,8 +38,11 @@ struct PlantNodeParameters {
   /// Simulated time that may pass since the last action of the controller before the plant waits for the next [s], its
   /// action period and a tenth for instance (it lengthens some, to follow the measurements, and the clock has to go on
   /// until then), so that a busy machine makes the simulation slower instead of the controller late; 0 never waits.
-  /// When a controller acted its jackal_AIC/state tells; one that has none acts when its command comes. Somebody else
-  /// who is not to be left behind says on ~seen (std_msgs/Time) up to which time he has come, as often.
+  /// When a controller acted its jackal_AIC/state tells; one that has none acts when its command comes. Where it also
+  /// takes each sample of encoders and IMU (sensor_generalized) before the clock goes on, and acts with the next
+  /// message of the clock, as one does whose actions follow the measurements, it is waited for there as well: what it
+  /// acts on and when then does not depend on the machine. Somebody else who is not to be left behind says on ~seen
+  /// (std_msgs/Time) up to which time he has come, as often.
   double lockstep = 0.0;
   /// Wall time after which a silent controller is not waited for any more, until it speaks again [s]; one that is gone
   /// is not waited for at all, and one of which no two commands came in a row only for 0.25 s.
@@ -65,7 +69,8 @@ void describeFields(Visitor& v, PlantNodeParameters& p) {
 /// jackal_right_wheel/command, whichever spoke last. Service ~reset puts everything, the clock included, back to the
 /// start, with the ~plant parameters as they are then; ~block_left and ~block_right (std_srvs/SetBool) block the motor
 /// of a side or let it go; ~push (geometry_msgs/Wrench, in base_link: force x and y, torque z) pushes the robot until
-/// the next message, and ~lift (std_srvs/SetBool) lifts it. With lockstep it listens to jackal_AIC/state and ~seen.
+/// the next message, and ~lift (std_srvs/SetBool) lifts it. With lockstep it listens to jackal_AIC/state,
+/// sensor_generalized and ~seen.
 class PlantNode {
  public:
   /// @param node, private_node namespaces of the topics and of ~reset; @param urdf_xml text of the URDF.
@@ -84,6 +89,13 @@ class PlantNode {
     double patience = 0.0;  ///< for how long it is waited [s of wall time]
   };
 
+  /// What a controller does after each sample of encoders and IMU, in lockstep.
+  struct Response {
+    double from = 0.0;             ///< time that it is to tell of, or a later one [s]
+    std::optional<double> due;     ///< time at which it is due, while it is missing; infinite if not known yet [s]
+    std::optional<int> in_stride;  ///< responses that came when they were due, less those that did not; none so far
+  };
+
   void runByClock();
   void step();
   void shift(std_msgs::Header& header) const;
@@ -92,6 +104,7 @@ class PlantNode {
   void onDrive(const jackal_msgs::Drive& drive);
   void onState(const ControllerState& state);
   void onSeen(const std_msgs::Time& seen);
+  void onTaken(const SensorGeneralized& measurement);
   void onLeftWheel(const std_msgs::Float64& speed);
   void onRightWheel(const std_msgs::Float64& speed);
   bool onReset(std_srvs::Empty::Request& request, std_srvs::Empty::Response& response);
@@ -104,6 +117,11 @@ class PlantNode {
   void stopIfSilent();
   void waitForFollowers();
   void waitFor(Follower& follower, const std::function<bool()>& is_there);
+  void waitFor(Response& response, const ros::Subscriber& subscriber);
+  bool waitWhile(const std::function<bool()>& behind, const std::function<bool()>& is_there, double patience);
+  void expectResponses(const PlantMeasurement& sample);
+  void respond(Response& response, double told, double at);
+  static void count(Response& response, bool in_time);
   void follow(Follower& follower, double time);
   std::optional<double> recentTime(const ros::Time& stamp) const;
   void publish();
@@ -128,6 +146,8 @@ class PlantNode {
   std::string tf_prefix_;
   Follower controller_;  // up to its last action
   Follower spectator_;   // who speaks on ~seen
+  Response taken_;       // of the controller that has the sample
+  Response acted_;       // of the controller that acted after it
   std::uint64_t ignored_commands_ = 0;
   double told_time_ = -1.0;  // by /clock, last [s]
 
@@ -138,6 +158,7 @@ class PlantNode {
   ros::Publisher truth_;
   tf2_ros::TransformBroadcaster transforms_;
   ros::Subscriber drive_;
+  ros::Subscriber measurement_;
   ros::Subscriber state_;
   ros::Subscriber seen_;
   ros::Subscriber left_wheel_;

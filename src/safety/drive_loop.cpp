@@ -398,8 +398,7 @@ void DriveLoop::brake(double now) {
 }
 
 double DriveLoop::age(const Arrival& arrival, double now) {
-  if (arrival.received == -kNever) return kNever;
-  const double by_stamp = now - arrival.stamp, by_arrival = now - arrival.received;
+  const double by_stamp = now - arrival.stamp, by_arrival = now - arrival.received;  // kNever if it never came
   return std::abs(by_stamp) > std::abs(by_arrival) ? by_stamp : by_arrival;
 }
 

@@ -189,8 +189,9 @@ class Launch : public testing::Test {
     return path(name);
   }
 
-  /// Drives a manoeuvre through launch/step_response.launch, four times as fast as real time or as fast as the nodes
-  /// can follow. Expects the robot to do as it is told in every leg; returns the legs.
+  /// Drives a manoeuvre through launch/step_response.launch, twice as fast as real time: at four times the arc of
+  /// improved overshot by 7.5 to 10.3 % while three such runs shared two cores, at twice by 7.8 to 8.9. Expects the
+  /// robot to do as it is told in every leg; returns the legs.
   std::vector<Leg> drive(const ManoeuvreFile& manoeuvre, const std::string& arguments, Witness witness) const {
     launch(manoeuvre, arguments);
     const std::vector<Leg> legs = legsOf(readRows(path("response.csv"), witness), witness);
@@ -205,7 +206,7 @@ class Launch : public testing::Test {
 
   /// Runs launch/step_response.launch to its end; what it says is in the file log.
   void launch(const ManoeuvreFile& manoeuvre, const std::string& arguments) const {
-    roslaunch("step_response.launch real_time_factor:=4 manoeuvre:=" + write("manoeuvre.yaml", manoeuvre.text) +
+    roslaunch("step_response.launch real_time_factor:=2 manoeuvre:=" + write("manoeuvre.yaml", manoeuvre.text) +
               " output_directory:=" + directory_ + " " + arguments);
   }
 

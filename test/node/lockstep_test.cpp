@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 #include <jackal_aic/ControllerState.h>
+#include <jackal_aic/SensorGeneralized.h>
 #include <jackal_msgs/Drive.h>
 #include <nav_msgs/Odometry.h>
 #include <ros/callback_queue.h>
@@ -25,6 +26,7 @@ class LockstepTest : public testing::Test {
         [this](const rosgraph_msgs::ClockConstPtr& message) { now_ = std::llround(1e3 * message->clock.toSec()); });
     drive_ = node_.advertise<jackal_msgs::Drive>("/cmd_drive", 10);
     state_ = node_.advertise<jackal_aic::ControllerState>("/jackal_AIC/state", 10);
+    taken_ = node_.advertise<jackal_aic::SensorGeneralized>("/sensor_generalized", 10);
   }
 
   bool waitFor(const std::function<bool()>& condition) {
@@ -48,6 +50,13 @@ class LockstepTest : public testing::Test {
     state_.publish(message);
   }
 
+  /// Says that the sample of this time [ms] has come.
+  void taken(std::int64_t time) {
+    jackal_aic::SensorGeneralized message;
+    message.header.stamp.fromSec(1e-3 * static_cast<double>(time));
+    taken_.publish(message);
+  }
+
   /// Time at which the clock stands, once it does [ms].
   std::int64_t standstill() {
     std::int64_t last = -1;
@@ -63,7 +72,7 @@ class LockstepTest : public testing::Test {
 
   ros::NodeHandle node_;
   ros::Subscriber clock_;
-  ros::Publisher drive_, state_;
+  ros::Publisher drive_, state_, taken_;
   std::int64_t now_ = 0;  // ms
 };
 
@@ -140,6 +149,43 @@ TEST_F(LockstepTest, AControllerThatIsLateFromItsFirstCommandOnIsWaitedForAndALo
   const std::int64_t alone = now_;
   ASSERT_TRUE(waitFor([&] { return now_ > alone + 10 * kPeriod; }));
   EXPECT_LT(ros::WallTime::now(), end) << "waits for somebody who spoke once";
+}
+
+// Patience with who does not speak in its stride is 0.25 s.
+TEST_F(LockstepTest, WhoTakesEachSampleAndActsWithTheNextMessageOfTheClockIsWaitedForThere) {
+  std::int64_t sample = 0, to_act_after = 0;
+  bool takes = true, acts = true;
+  int samples = 0;
+  const auto joints = node_.subscribe<sensor_msgs::JointState>(
+      "/joint_states", 1000, [&](const sensor_msgs::JointStateConstPtr& message) {
+        sample = to_act_after = std::llround(1e3 * message->header.stamp.toSec());
+        ++samples;
+        takes = samples != 50;
+        acts = samples < 150;
+        if (takes) taken(sample);
+      });
+  const auto clock =
+      node_.subscribe<rosgraph_msgs::Clock>("/clock", 100000, [&](const rosgraph_msgs::ClockConstPtr& message) {
+        const std::int64_t now = std::llround(1e3 * message->clock.toSec());
+        if (!acts || to_act_after == 0 || now <= to_act_after) return;
+        to_act_after = 0;
+        command();
+        acted(now);
+      });
+  const auto stall = [&] { ros::WallDuration(0.05).sleep(); };  // of everything here, shorter than the patience
+  ASSERT_TRUE(waitFor([&] { return !takes; }));
+  stall();
+  ros::getGlobalCallbackQueue()->callAvailable();
+  EXPECT_EQ(now_, sample) << "the clock has gone on without who has not taken the sample";
+  taken(sample);
+
+  ASSERT_TRUE(waitFor([&] { return !acts && now_ > sample; }));
+  const std::int64_t next = now_;
+  stall();
+  ros::getGlobalCallbackQueue()->callAvailable();
+  EXPECT_EQ(now_, next) << "the clock has gone on without who has not acted";
+  const int before = samples;
+  EXPECT_TRUE(waitFor([&] { return samples > before + 20; })) << "waits for ever";
 }
 
 }  // namespace

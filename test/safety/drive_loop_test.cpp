@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <string>
 #include <utility>
@@ -120,6 +121,25 @@ class WideDriveLoopTest : public DriveLoopTest {
   }
 };
 
+/// Drives and turns twice as fast as a Jackal with the same wheel speeds.
+class LargeWheelsDriveLoopTest : public DriveLoopTest {
+ protected:
+  LargeWheelsDriveLoopTest() : DriveLoopTest(large()) {}
+  static DriveParameters large() {
+    DriveParameters parameters = predictive();
+    parameters.geometry.wheel_radius *= 2.0;
+    return parameters;
+  }
+};
+
+TEST_F(LargeWheelsDriveLoopTest, TurnsAsItsGeometrySaysAndNoSensorIsBlamed) {
+  set_point = {0.0, 0.0, 0.8};
+  drive(3.0);
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
+  EXPECT_EQ(why(), "");
+  EXPECT_NEAR(kinematics.bodyVelocity({speed(0), speed(1)})(kYaw), 0.8, 0.05);
+}
+
 TEST_F(WideDriveLoopTest, TurnsAsItsGeometrySaysAndNoSensorIsBlamed) {
   set_point = {0.0, 0.0, 0.8};
   drive(3.0);
@@ -159,9 +179,83 @@ TEST_F(DriveLoopTest, SensorsThatTellNothingLetARobotStandAndNotStart) {
   drive(1.0, "x");
   EXPECT_EQ(status(), DriveStatus::idle) << why();
   EXPECT_NE(loop.status().decision.cause, StopCause::sensor_fault) << why();
-  drive(1.0, "xs");
+  for (int i = 0; i < 50; ++i) {
+    drive(kPeriod, "xs");
+    EXPECT_EQ(command, WheelCommand{}) << i;
+  }
   EXPECT_EQ(loop.status().decision.cause, StopCause::sensor_fault) << why();
-  EXPECT_EQ(command, WheelCommand{});
+}
+
+TEST_F(DriveLoopTest, AnObservationOfOneSideOrOneImuChannelIsOneOfItsSource) {
+  for (const bool left : {true, false}) {
+    for (const bool gyro : {true, false}) {
+      DriveLoop driven(thesis(), makeController(thesis()));
+      driven.advance(now);
+      for (int k = 1; k <= 50; ++k) {
+        Observation y;
+        y.stamp = now + kPeriod * k;
+        y.valid.wheel_left = left;
+        y.valid.wheel_right = !left;
+        y.valid.yaw_rate = gyro;
+        y.valid.acceleration = !gyro;
+        driven.observe(y, y.stamp);
+        driven.setSetPoint({0.1, 0.0, 0.0}, y.stamp);
+        driven.advance(y.stamp);
+        const StopCause cause = driven.status().decision.cause;
+        EXPECT_NE(cause, StopCause::wheels_missing) << "only " << (left ? "left" : "right") << ", sample " << k;
+        EXPECT_NE(cause, StopCause::imu_missing) << "only " << (gyro ? "gyro" : "accelerometer") << ", sample " << k;
+      }
+    }
+  }
+}
+
+TEST_F(DriveLoopTest, WhicheverCallTellsThatTheClockRanBack) {
+  const std::vector<std::function<void(DriveLoop&)>> calls{
+      [](DriveLoop& driven) { driven.updateBelief(1.0); }, [](DriveLoop& driven) { driven.report({}, 1.0); },
+      [](DriveLoop& driven) { driven.advance(1.0); }, [](DriveLoop& driven) { driven.setSetPoint({}, 1.0); },
+      [](DriveLoop& driven) { driven.freezeLearning(true, 1.0); }};
+  for (std::size_t i = 0; i < calls.size(); ++i) {
+    DriveLoop driven(thesis(), makeController(thesis()));
+    driven.advance(10.0);
+    calls[i](driven);
+    EXPECT_EQ(driven.status().clock_resets, 1u) << "call " << i;
+  }
+}
+
+TEST_F(DriveLoopTest, AListenerIsToldOfBeliefSteps) {
+  std::vector<double> told;
+  loop.listen([&](const DriveInput& input) {
+    if (std::holds_alternative<BeliefInput>(input.what)) told.push_back(input.now);
+  });
+  loop.updateBelief(10.001);
+  loop.report({}, 10.0015);
+  loop.updateBelief(10.002);
+  EXPECT_EQ(told, (std::vector<double>{10.001, 10.002}));
+}
+
+TEST_F(DriveLoopTest, AdoptsGainsWhileItDrives) {
+  drive(1.0);
+  ControllerParameters slow;
+  slow.kappa_a *= 0.01;
+  loop.adoptGains(slow, now);
+  set_point.forward = 1.0;
+  drive(0.3);
+  EXPECT_LT(0.098 * speed.mean(), 0.55) << "it follows as fast as with the gains of before";
+}
+
+// What the action was before the stop is of no use to a robot at rest.
+TEST_F(DriveLoopTest, AfterAStopTheActionGoesOnFromRest) {
+  drive(2.0);
+  const double before = loop.action().left;
+  ASSERT_GT(before, 4.0);
+  robot.robot_stopped = true;
+  set_point = {};
+  drive(3.0);
+  robot.robot_stopped = false;
+  drive(0.5);
+  set_point = {0.5, 0.0, 0.0};
+  while (status() != DriveStatus::driving || loop.action() == WheelCommand{}) drive(kTick);
+  EXPECT_LT(loop.action().left, 0.25 * before);
 }
 
 TEST_F(DriveLoopTest, AnImuThatComesLateIsNoReasonToMissTheWheels) {
