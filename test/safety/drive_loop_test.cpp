@@ -121,25 +121,6 @@ class WideDriveLoopTest : public DriveLoopTest {
   }
 };
 
-/// Drives and turns twice as fast as a Jackal with the same wheel speeds.
-class LargeWheelsDriveLoopTest : public DriveLoopTest {
- protected:
-  LargeWheelsDriveLoopTest() : DriveLoopTest(large()) {}
-  static DriveParameters large() {
-    DriveParameters parameters = predictive();
-    parameters.geometry.wheel_radius *= 2.0;
-    return parameters;
-  }
-};
-
-TEST_F(LargeWheelsDriveLoopTest, TurnsAsItsGeometrySaysAndNoSensorIsBlamed) {
-  set_point = {0.0, 0.0, 0.8};
-  drive(3.0);
-  EXPECT_EQ(status(), DriveStatus::driving) << why();
-  EXPECT_EQ(why(), "");
-  EXPECT_NEAR(kinematics.bodyVelocity({speed(0), speed(1)})(kYaw), 0.8, 0.05);
-}
-
 TEST_F(WideDriveLoopTest, TurnsAsItsGeometrySaysAndNoSensorIsBlamed) {
   set_point = {0.0, 0.0, 0.8};
   drive(3.0);
@@ -248,13 +229,12 @@ TEST_F(DriveLoopTest, AfterAStopTheActionGoesOnFromRest) {
   drive(2.0);
   const double before = loop.action().left;
   ASSERT_GT(before, 4.0);
-  robot.robot_stopped = true;
-  set_point = {};
+  robot.rivals = true;
   drive(3.0);
-  robot.robot_stopped = false;
-  drive(0.5);
-  set_point = {0.5, 0.0, 0.0};
-  while (status() != DriveStatus::driving || loop.action() == WheelCommand{}) drive(kTick);
+  ASSERT_EQ(status(), DriveStatus::stopped) << why();
+  robot.rivals = false;
+  for (int i = 0; i < 40 && status() != DriveStatus::driving; ++i) drive(kTick);
+  ASSERT_EQ(status(), DriveStatus::driving) << why();
   EXPECT_LT(loop.action().left, 0.25 * before);
 }
 
@@ -508,6 +488,18 @@ TEST_F(DriveLoopTest, AClockThatJumpsBackBrakesAndStartsAnew) {
   EXPECT_EQ(status(), DriveStatus::braking);
   EXPECT_LT(command.left, fast);
   drive(3.0);
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
+}
+
+TEST_F(DriveLoopTest, AClockThatJumpsBackForgetsAFaultThatIsGone) {
+  drive(1.0);
+  robot.driver_fault = true;
+  drive(2.0);
+  robot.driver_fault = false;
+  drive(2.0);
+  ASSERT_EQ(status(), DriveStatus::faulted) << why();
+  start -= 100.0;
+  drive(2.0);
   EXPECT_EQ(status(), DriveStatus::driving) << why();
 }
 
