@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Runs the tests that catkin registered with CTest and counts their cases, the longest (COST) first: as many at a time as there
-are processors of those that start nodes (rostests and those with the label nodes), whose robots mostly wait, for their clock
-and for who is late; in the time that these leave, with a low priority, as many of the others; and at last, one after
+"""Runs the tests that catkin registered with CTest and counts their cases, the longest (COST) first: three to two processors of
+those that start nodes (rostests and those with the label nodes), whose robots mostly wait, for their clock and for who is
+late; in the time that these leave, with a low priority, as many of the others as there are processors; and at last, one after
 another, those that CTest is to run alone (RUN_SERIAL): they measure on the wall clock.
 
 A gtest writes one JUnit file. A rostest writes one per <test> (its cases) and one of its own, whose failures are what the
@@ -235,12 +235,13 @@ def in_the_background(test):
     return name, ['sh', '-c', low, 'sh', *command], result, directory, BACKGROUND_PATIENCE
 
 
-def completed(runner, groups, jobs, show):
-    """Runs groups of tests beside each other, of each `jobs` at a time; yields (name, what the runner returns) as they end."""
+def completed(runner, groups, show):
+    """Runs groups (tests, jobs) beside each other, of each `jobs` tests at a time; yields (name, what the runner returns) as they
+    end."""
     with contextlib.ExitStack() as pools:
         pending = {}
         try:
-            for tests in groups:
+            for tests, jobs in groups:
                 pool = pools.enter_context(concurrent.futures.ThreadPoolExecutor(jobs))
                 pending.update({pool.submit(runner, *test): test[0] for test in tests})
             while pending:
@@ -260,7 +261,7 @@ def main():
     parser.add_argument('workspace', type=pathlib.Path)
     parser.add_argument('--only', default='', type=re.compile, help='regular expression')
     parser.add_argument('--findings', type=pathlib.Path, help='directory for the reports of the sanitizers')
-    parser.add_argument('--jobs', default=len(os.sched_getaffinity(0)), type=int, help='tests of a kind at a time')
+    parser.add_argument('--jobs', default=len(os.sched_getaffinity(0)), type=int, help='processors: as many tests that compute at a time, and half as many more that wait')
     parser.add_argument('--timeout', default=600.0, type=float,
                         help=f'of one test [s]; {BACKGROUND_PATIENCE:g} times as long of one that only computes')
     arguments = parser.parse_args()
@@ -286,8 +287,9 @@ def main():
             print(f'\r\033[K{position()} ...  {what}'[:120], end='', flush=True)
 
     runner = Runner(logs, arguments.findings, arguments.timeout)
-    for groups, jobs in (((waiting, computing), arguments.jobs), ((serial,), 1)):
-        for name, (outcome, seconds, log) in completed(runner, groups, jobs, show):
+    waiting_jobs = (3 * arguments.jobs + 1) // 2
+    for groups in (((waiting, waiting_jobs), (computing, arguments.jobs)), ((serial, 1),)):
+        for name, (outcome, seconds, log) in completed(runner, groups, show):
             ended += 1
             if on_terminal:
                 print('\r\033[K', end='')

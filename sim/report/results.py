@@ -41,12 +41,27 @@ def read_rows(path):
         raise ResultError(f'{path}: {error.strerror}; run the experiments first') from error
 
 
+def read_traces(path, runs):
+    """Gives each run its lines of a file of traces, whose first column tells the run."""
+    try:
+        with open(path, newline='') as file:
+            lines = csv.reader(file)
+            columns = next(lines)
+            for line in lines:
+                runs[int(line[0])].trace.append(line)
+    except OSError as error:
+        raise ResultError(f'{path}: {error.strerror}; run the experiments first') from error
+    for run in runs:
+        run.columns = columns
+
+
 class Run:
     """One row of a result table, with its trace."""
 
     def __init__(self, row, index):
         self.row = row
         self.index = index
+        self.columns = []  # of the trace
         self.trace = []
         self.label = row['label']
 
@@ -69,12 +84,15 @@ class Run:
 
     def series(self, column, start=0.0):
         """Times since `start` and values of a column of the trace; for the command the mean of both wheels."""
-        times = [float(line['time_s']) - start for line in self.trace]
+        def cells(name):
+            index = self.columns.index(name)
+            return [float(line[index] or 'nan') for line in self.trace]
+
+        times = [time - start for time in cells('time_s')]
         if column == 'command':
-            values = [0.5 * (float(line['command_left_radps']) + float(line['command_right_radps'])) for line in self.trace]
-        else:
-            values = [float(line[column]) if line[column] else math.nan for line in self.trace]
-        return times, values
+            left, right = cells('command_left_radps'), cells('command_right_radps')
+            return times, [0.5 * (l + r) for l, r in zip(left, right)]
+        return times, cells(column)
 
     def errors(self):
         """(name, |ln(ours/thesis)|) for settling and rise, where the thesis prints a number and we have one."""
@@ -113,9 +131,7 @@ class Results:
 
     def _read(self, name):
         runs = [Run(row, i) for i, row in enumerate(read_rows(self.directory / f'{name}.csv'))]
-        for line in read_rows(self.directory / f'{name}_traces.csv'):
-            run = runs[int(line['run'])]
-            run.trace.append(line)
+        read_traces(self.directory / f'{name}_traces.csv', runs)
         return runs
 
     def config(self, name):

@@ -160,8 +160,8 @@ TEST_F(LockstepTest, WhoTakesEachSampleAndActsWithTheNextMessageOfTheClockIsWait
       "/joint_states", 1000, [&](const sensor_msgs::JointStateConstPtr& message) {
         sample = to_act_after = std::llround(1e3 * message->header.stamp.toSec());
         ++samples;
-        takes = samples != 50;
-        acts = samples < 150;
+        takes = samples != 20;
+        acts = samples < 40;
         if (takes) taken(sample);
       });
   const auto clock =
