@@ -203,15 +203,30 @@ TEST_F(DriveLoopTest, WhicheverCallTellsThatTheClockRanBack) {
   }
 }
 
-TEST_F(DriveLoopTest, AListenerIsToldOfBeliefSteps) {
-  std::vector<double> told;
-  loop.listen([&](const DriveInput& input) {
-    if (std::holds_alternative<BeliefInput>(input.what)) told.push_back(input.now);
-  });
-  loop.updateBelief(10.001);
-  loop.report({}, 10.0015);
+TEST_F(PredictiveDriveLoopTest, AListenerIsToldOfEachCallAndOfItsTime) {
+  std::vector<std::pair<std::size_t, double>> told;
+  loop.listen([&](const DriveInput& input) { told.emplace_back(input.what.index(), input.now); });
+  const Observation y = sample();
+  loop.advance(10.001);
   loop.updateBelief(10.002);
-  EXPECT_EQ(told, (std::vector<double>{10.001, 10.002}));
+  loop.report({}, 10.003);
+  loop.setSetPoint(set_point, 10.004);
+  loop.receiveWheels({y, FrozenSource::Sample::Zero()}, 10.005);
+  loop.receiveImu({y, FrozenSource::Sample::Zero()}, 10.006);
+  loop.observe(y, 10.007);
+  loop.receiveFeedback(10.0, 10.008);
+  loop.applied({}, AppliedSource::drive, 10.009);
+  loop.setLearned({{0.6, 1.0}}, 10.010);
+  loop.freezeLearning(true, 10.011);
+  loop.adoptGains(PredictiveParameters{}, 10.012);
+  loop.start({}, 10.013);
+  std::vector<bool> seen(std::variant_size_v<decltype(DriveInput::what)>);
+  ASSERT_EQ(told.size(), seen.size());
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    EXPECT_NEAR(told[i].second, 10.001 + 0.001 * static_cast<double>(i), 1e-9);
+    seen[told[i].first] = true;
+  }
+  EXPECT_EQ(std::count(seen.begin(), seen.end(), true), static_cast<long>(seen.size()));
 }
 
 TEST_F(DriveLoopTest, AdoptsGainsWhileItDrives) {

@@ -379,6 +379,54 @@ TEST(MeasurementWatch, AnImuThatComesBackCountsAtOnce) {
   EXPECT_EQ(watch.loss(), Loss::none);
 }
 
+TEST(MeasurementWatch, WhatWheelsMissedWhileTheyWereLostIsForgottenWhenTheyComeBack) {
+  MeasurementWatchParameters p = parameters(kDrive, kDrive, kDrive);
+  p.tolerance = LossTolerance::model;
+  MeasurementWatch watch(p);
+  Observation seen;
+  watch.judge(seen, kSound, 1.0);
+  const SensorHealth silent = healthOf({StopCause::wheels_late});
+  watch.causes(silent, 1.0, false);
+  for (int i = 1; i <= 30; ++i) {
+    Observation imu_alone;
+    imu_alone.stamp = 1.0 + 0.02 * i;
+    watch.judge(imu_alone, silent, imu_alone.stamp);
+  }
+  EXPECT_EQ(after(watch, {}, 1.6), StopCause::none);
+  EXPECT_EQ(watch.loss(), Loss::none);
+}
+
+TEST(MeasurementWatch, NonsenseOfAnImuThatWasLostIsForgottenWhenItComesBack) {
+  MeasurementWatch watch(parameters(kDrive, kDrive, kDrive));
+  Observation seen;
+  watch.judge(seen, kSound, 1.0);
+  const SensorHealth silent = healthOf({StopCause::imu_late});
+  watch.causes(silent, 1.0, false);
+  for (int i = 1; i <= 30; ++i) {
+    Observation nonsense;
+    nonsense.stamp = 1.0 + 0.02 * i;
+    nonsense.yaw_rate = 1e3;
+    watch.judge(nonsense, silent, nonsense.stamp);
+  }
+  EXPECT_EQ(after(watch, {}, 1.6), StopCause::none);
+  EXPECT_EQ(watch.loss(), Loss::none);
+}
+
+TEST(MeasurementWatch, AResetForgetsThatTooFewChannelsCounted) {
+  MeasurementWatch watch(parameters(kDrive, kDrive, kDrive));
+  for (int i = 1; i <= 20; ++i) {
+    Observation sample;
+    sample.stamp = 1.0 + 0.02 * i;
+    if (i % 3 != 0) sample.wheel_left = 200.0;
+    if (i % 3 != 1) sample.wheel_right = 200.0;
+    if (i % 3 != 2) sample.yaw_rate = 1e3;
+    watch.judge(sample, kSound, sample.stamp);
+  }
+  ASSERT_EQ(after(watch, {}, 1.4), StopCause::sensor_fault);
+  watch.reset();
+  EXPECT_EQ(after(watch, {}, 1.4), StopCause::none);
+}
+
 TEST(MeasurementWatch, ARestartWaitsForTheFirstMeasurementsAgain) {
   MeasurementWatchParameters p = parameters(kDrive, kDrive, kDrive);
   p.tolerance = LossTolerance::model;

@@ -36,6 +36,18 @@ TEST_F(MotorShareTest, WithoutAWordEverythingIsOurs) {
   EXPECT_TRUE(share.ours(1.0));
 }
 
+TEST_F(MotorShareTest, WheelsTellWhatTheMotorsGotUnlessACommandDoes) {
+  for (const double speed : {1.0, 2.0, 3.0}) {
+    share.apply(speed, {speed, speed}, AppliedSource::wheels);
+    EXPECT_EQ(share.applied(speed), (WheelCommand{speed, speed}));
+  }
+  for (const AppliedSource told : {AppliedSource::twist, AppliedSource::drive}) {
+    share.apply(4.0, {4.0, 4.0}, told);
+    share.apply(4.0, {5.0, 5.0}, AppliedSource::wheels);
+    EXPECT_EQ(share.applied(4.0), (WheelCommand{4.0, 4.0}));
+  }
+}
+
 TEST_F(MotorShareTest, OurOwnCommandsAreOursWhileTheyMove) {
   for (int i = 0; i < 500; ++i) {
     step({5.0 * std::sin(0.02 * i), -5.0 * std::sin(0.03 * i)});

@@ -124,6 +124,14 @@ TEST(PhaseLock, FollowsDrift) {
   }
 }
 
+TEST(PhaseLock, DoesNotMoveForATenthOfAMillisecond) {
+  std::vector<std::int64_t> times = arrivals(kPeriod, 20 * kSecond);
+  for (std::int64_t& t : times) t -= t > 5 * kSecond ? kMs / 10 : 0;
+  const Drive found = run(times, 20 * kSecond);
+  EXPECT_EQ(found.longest(), 20.0);
+  EXPECT_EQ(found.shortest(), 20.0);
+}
+
 TEST(PhaseLock, FollowsSensorsThatStartAnewAtAnotherPhase) {
   auto times = arrivals(kPeriod, 4 * kSecond);
   const auto later = arrivals(kPeriod, 8 * kSecond, 4 * kSecond + 12 * kMs);
