@@ -592,6 +592,7 @@ TEST_F(PredictiveDriveLoopTest, ADeadEncoderIsExcludedAndNamed) {
   EXPECT_EQ(loop.status().fault, Fault::left_encoder_wrong);
   EXPECT_EQ(why(), "left encoder wrong");
   EXPECT_EQ(status(), DriveStatus::driving);
+  EXPECT_EQ(loop.status().faults_detected, 1u);
 }
 
 DriveParameters baseline(bool monitored) {
