@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Runs the tests that catkin registered with CTest and counts their cases, the longest (COST) first: three to two processors of
-those that start nodes (rostests and those with the label nodes), whose robots mostly wait, for their clock and for who is
-late; in the time that these leave, with a low priority, as many of the others as there are processors; and at last, one after
-another, those that CTest is to run alone (RUN_SERIAL): they measure on the wall clock.
+"""Runs the tests that catkin registered with CTest and counts their cases, the longest (COST) first. Those that start nodes
+(rostests and those with the label nodes), whose robots mostly wait, for their clock and for who is late: half as many more at
+a time as there are processors. In the time that these leave, with a low priority, as many of the others as there are
+processors; and at last, one after another, those that CTest is to run alone (RUN_SERIAL): they measure on the wall clock.
 
 A gtest writes one JUnit file. A rostest writes one per <test> (its cases) and one of its own, whose failures are what the
 cases cannot tell: a test that crashed, hung or never started. A test that ends with an error although no case failed, or
@@ -261,7 +261,8 @@ def main():
     parser.add_argument('workspace', type=pathlib.Path)
     parser.add_argument('--only', default='', type=re.compile, help='regular expression')
     parser.add_argument('--findings', type=pathlib.Path, help='directory for the reports of the sanitizers')
-    parser.add_argument('--jobs', default=len(os.sched_getaffinity(0)), type=int, help='processors: as many tests that compute at a time, and half as many more that wait')
+    parser.add_argument('--jobs', default=len(os.sched_getaffinity(0)), type=int,
+                        help='tests at a time that compute, and half as many more that wait')
     parser.add_argument('--timeout', default=600.0, type=float,
                         help=f'of one test [s]; {BACKGROUND_PATIENCE:g} times as long of one that only computes')
     arguments = parser.parse_args()

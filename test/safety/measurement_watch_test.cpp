@@ -277,17 +277,23 @@ TEST(MeasurementWatch, AnExcludedGyroIsALossLikeASilentOne) {
   }
 }
 
+/// Of which one channel counts, each in its turn with i: none is missing for long.
+Observation ofOneChannel(int i) {
+  Observation sample;
+  sample.stamp = 1.0 + 0.02 * i;
+  if (i % 3 != 0) sample.wheel_left = 200.0;
+  if (i % 3 != 1) sample.wheel_right = 200.0;
+  if (i % 3 != 2) sample.yaw_rate = 1e3;
+  return sample;
+}
+
 TEST(MeasurementWatch, TooFewChannelsAtATimeStop) {
   for (const bool monitored : {false, true}) {
     MeasurementWatchParameters p = parameters(kDrive, kDrive, kDrive);
     if (monitored) p.plant_model = PlantModel{};
     MeasurementWatch watch(p);
     for (int i = 1; i <= 20; ++i) {
-      Observation sample;  // one channel counts at a time, each in its turn: none is missing for long
-      sample.stamp = 1.0 + 0.02 * i;
-      if (i % 3 != 0) sample.wheel_left = 200.0;
-      if (i % 3 != 1) sample.wheel_right = 200.0;
-      if (i % 3 != 2) sample.yaw_rate = 1e3;
+      Observation sample = ofOneChannel(i);
       watch.judge(sample, kSound, sample.stamp);
       EXPECT_EQ(after(watch, {}, sample.stamp), i <= 16 ? StopCause::none : StopCause::sensor_fault) << i;
     }
@@ -379,35 +385,33 @@ TEST(MeasurementWatch, AnImuThatComesBackCountsAtOnce) {
   EXPECT_EQ(watch.loss(), Loss::none);
 }
 
+/// A source is lost for 0.6 s, in which samples like this one come.
+void lose(MeasurementWatch& watch, StopCause cause, const Observation& sample) {
+  Observation seen;
+  watch.judge(seen, kSound, 1.0);
+  const SensorHealth silent = healthOf({cause});
+  watch.causes(silent, 1.0, false);
+  for (int i = 1; i <= 30; ++i) {
+    Observation next = sample;
+    next.stamp = 1.0 + 0.02 * i;
+    watch.judge(next, silent, next.stamp);
+  }
+}
+
 TEST(MeasurementWatch, WhatWheelsMissedWhileTheyWereLostIsForgottenWhenTheyComeBack) {
   MeasurementWatchParameters p = parameters(kDrive, kDrive, kDrive);
   p.tolerance = LossTolerance::model;
   MeasurementWatch watch(p);
-  Observation seen;
-  watch.judge(seen, kSound, 1.0);
-  const SensorHealth silent = healthOf({StopCause::wheels_late});
-  watch.causes(silent, 1.0, false);
-  for (int i = 1; i <= 30; ++i) {
-    Observation imu_alone;
-    imu_alone.stamp = 1.0 + 0.02 * i;
-    watch.judge(imu_alone, silent, imu_alone.stamp);
-  }
+  lose(watch, StopCause::wheels_late, {});
   EXPECT_EQ(after(watch, {}, 1.6), StopCause::none);
   EXPECT_EQ(watch.loss(), Loss::none);
 }
 
 TEST(MeasurementWatch, NonsenseOfAnImuThatWasLostIsForgottenWhenItComesBack) {
   MeasurementWatch watch(parameters(kDrive, kDrive, kDrive));
-  Observation seen;
-  watch.judge(seen, kSound, 1.0);
-  const SensorHealth silent = healthOf({StopCause::imu_late});
-  watch.causes(silent, 1.0, false);
-  for (int i = 1; i <= 30; ++i) {
-    Observation nonsense;
-    nonsense.stamp = 1.0 + 0.02 * i;
-    nonsense.yaw_rate = 1e3;
-    watch.judge(nonsense, silent, nonsense.stamp);
-  }
+  Observation nonsense;
+  nonsense.yaw_rate = 1e3;
+  lose(watch, StopCause::imu_late, nonsense);
   EXPECT_EQ(after(watch, {}, 1.6), StopCause::none);
   EXPECT_EQ(watch.loss(), Loss::none);
 }
@@ -415,11 +419,7 @@ TEST(MeasurementWatch, NonsenseOfAnImuThatWasLostIsForgottenWhenItComesBack) {
 TEST(MeasurementWatch, AResetForgetsThatTooFewChannelsCounted) {
   MeasurementWatch watch(parameters(kDrive, kDrive, kDrive));
   for (int i = 1; i <= 20; ++i) {
-    Observation sample;
-    sample.stamp = 1.0 + 0.02 * i;
-    if (i % 3 != 0) sample.wheel_left = 200.0;
-    if (i % 3 != 1) sample.wheel_right = 200.0;
-    if (i % 3 != 2) sample.yaw_rate = 1e3;
+    Observation sample = ofOneChannel(i);
     watch.judge(sample, kSound, sample.stamp);
   }
   ASSERT_EQ(after(watch, {}, 1.4), StopCause::sensor_fault);
