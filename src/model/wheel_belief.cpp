@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "jackal_aic/model/drive_train_belief.hpp"
 
@@ -44,16 +45,22 @@ void WheelBelief::setDriveTrain(const PlantModel& model, double wheel_radius) {
 
 void WheelBelief::setParameters(const WheelBeliefParameters& parameters) {
   parameters_ = parameters;
-  setTurning(0.0);
+  turning_ = 0.0;
+  quiet_ = 0.0;
+  timing_decay_ = timingDecay();
   lagging_ = parameters.dead_time_deviation > 0.0 ? -std::expm1(-kStep / parameters.dead_time_deviation) : 1.0;
 }
 
 void WheelBelief::setTurning(double share) {
   quiet_ = share * kNoise * std::sqrt(parameters_.measurement_variance);
+  if (share != std::exchange(turning_, share)) timing_decay_ = timingDecay();
+}
+
+double WheelBelief::timingDecay() const {
   const double straight = parameters_.timing_time_constant,
                turn = std::max(straight, parameters_.turning_time_constant);
-  const double T = straight + share * (turn - straight);
-  timing_decay_ = T > 0.0 ? std::exp(-kStep / T) : 0.0;
+  const double T = straight + turning_ * (turn - straight);
+  return T > 0.0 ? std::exp(-kStep / T) : 0.0;
 }
 
 void WheelBelief::reset(double speed) {

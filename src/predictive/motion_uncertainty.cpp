@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "jackal_aic/model/forgetting.hpp"
 #include "jackal_aic/model/square.hpp"
 
 namespace jackal_aic {
@@ -11,10 +12,6 @@ namespace {
 constexpr double kSurprise = 9.0;  // of 2 F, in multiples of its mean: one outlier is not the noise of a second
 constexpr double kTurn = 0.1;      // rad/s; least turn that tells
 constexpr double kSteady = 0.01;   // m/s; largest difference of the slips of a body that has followed its wheels
-
-void average(double& mean, double value, double step, double memory) {
-  mean += step / (step + memory) * (value - mean);  // the implicit Euler step
-}
 
 }  // namespace
 
@@ -36,7 +33,7 @@ void MotionUncertainty::predict(double left_acceleration, double right_accelerat
 void MotionUncertainty::learnTurn(double yaw_rate, double usual, double step) {
   if (on_box_ || std::abs(usual) < kTurn || std::abs(slip_.difference()) > kSteady) return;
   const double deviation = std::abs(yaw_rate / usual - 1.0);
-  turn_ += step / (step + kTurnMemory) * ((deviation > kUsualTurn ? square(deviation) : 0.0) - turn_);
+  average(turn_, deviation > kUsualTurn ? square(deviation) : 0.0, step, kTurnMemory);
 }
 
 double MotionUncertainty::forwardVariance(double believed, const BodyVector& velocity, double ahead) const {

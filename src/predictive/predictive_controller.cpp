@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "jackal_aic/model/forgetting.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -147,7 +149,7 @@ void PredictiveController::setTiming(const DriveTrainTiming& timing) {
 void PredictiveController::watchTurn() {
   if (model_.on_box) return;
   const double difference = std::abs(right().speed() - left().speed());
-  turning_ = std::max(difference, turning_ * std::exp(-observation_step_ / kTurnLasts));
+  turning_ = std::max(difference, turning_ * keptAfter(observation_step_, kTurnLasts));
   const double share = std::clamp((turning_ - kStraight) / (kTurn - kStraight), 0.0, 1.0);
   left_.setTurning(share);
   right_.setTurning(share);

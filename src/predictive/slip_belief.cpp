@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "jackal_aic/model/forgetting.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -99,7 +101,7 @@ WheelCommand SlipBelief::wheelSpeeds(double forward, double yaw_rate) const {
 }
 
 bool SlipBelief::turns(const WheelDifference& n, double step) {
-  error_variance_ += (n.error * n.error - error_variance_) * -std::expm1(-step / kErrorMemory);
+  average(error_variance_, n.error * n.error, step, kErrorMemory);
   const double variance = std::max(n.variance, error_variance_);
   return std::abs(n.value) > std::max(learning_.excitation, kCertainTurn * std::sqrt(variance));
 }
@@ -128,7 +130,7 @@ void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double st
   const double surprise = n.error * n.error > kUsual * error_variance_ ? n.error * n.error : 0.0;
   if (!turns(n, step) || against(yaw_rate, f)) return;
   const double variance = learning_.gyro_variance + slope * slope * (n.variance + surprise) + late * late;
-  const double forgetting = std::exp(-std::min(step, learning_.memory) / learning_.memory);
+  const double forgetting = keptAfter(step, learning_.memory);
   // Beyond the range of g is only what f left to it.
   const double learned = descend(correction_, correction_curvature_, yaw_rate, f, variance, forgetting);
   correction_ = boundedCorrection(
@@ -139,7 +141,7 @@ void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double st
 void SlipBelief::learnTurn(double yaw_rate, const WheelDifference& n, double variance, double step) {
   const double difference = n.value + n.error, mean = n.mean + n.mean_error;
   if (std::abs(mean) + 0.5 * std::abs(difference) < kStandstill) {
-    gyro_offset_ += (yaw_rate - gyro_offset_) * -std::expm1(-step / kOffsetMemory);
+    average(gyro_offset_, yaw_rate, step, kOffsetMemory);
     gyro_offset_ = std::clamp(gyro_offset_, -kLargestGyroOffset, kLargestGyroOffset);
     return;
   }
@@ -164,13 +166,13 @@ void SlipBelief::observeAcceleration(double acceleration, double left, double ri
   step_ = step;
   started_ = true;
   if (first || std::max(std::abs(left), std::abs(right)) < kStandstill) {
-    if (!first) offset_ += (acceleration - offset_) * -std::expm1(-step / kOffsetMemory);
+    if (!first) average(offset_, acceleration, step, kOffsetMemory);
     if (!first) missed_ = std::max(0.0, missed_ - step);
     by_wheels_ = by_accelerometer_ = 0.0;
     return;
   }
   if (missed_ <= kWashout) missed_ = 0.0;
-  const double washout = std::exp(-step / kWashout);
+  const double washout = keptAfter(step, kWashout);
   by_wheels_ = washout * by_wheels_ + wheel_change;
   by_accelerometer_ = washout * by_accelerometer_ + body_change;
 }
@@ -186,7 +188,7 @@ void SlipBelief::learnAlpha() {
   // The filter makes the errors of A equal over T: as a constant error of that size they are weighted, not as white.
   const double variance = 0.5 * learning_.accelerometer_variance * kWashout * kWashout;
   alpha_ = boundedAlpha(
-      descend(alpha_, alpha_curvature_, by_accelerometer_, by_wheels_, variance, std::exp(-step_ / kAlphaMemory)));
+      descend(alpha_, alpha_curvature_, by_accelerometer_, by_wheels_, variance, keptAfter(step_, kAlphaMemory)));
 }
 
 }  // namespace jackal_aic

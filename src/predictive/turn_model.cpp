@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "jackal_aic/config/parameter_map.hpp"
+#include "jackal_aic/model/forgetting.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -68,12 +69,12 @@ void TurnModel::learn(double yaw_rate, double x, double v, double variance, doub
   // A straight line tells the veer alone: its x is mostly the encoders' noise, which would draw q_1 towards zero.
   const Eigen::Vector4d phi = turns ? motion : Eigen::Vector4d(0.0, 0.0, v, 0.0);
   const double error = yaw_rate - motion.dot(mean_);
-  const double forgetting = turns ? std::exp(-step / kTimeConstant) : 1.0;
+  const double forgetting = turns ? keptAfter(step, kTimeConstant) : 1.0;
   if (turns) {
     learnError(error * error - variance - motion.dot(covariance_ * motion), step / kModelErrorLasts, forgetting);
   }
   const double Sigma = variance + model_error_ * std::max(1.0, kModelErrorLasts / step);
-  // P^-1 <- P_0^-1 + (P^-1 - P_0^-1) exp(-step/T) + phi phi^T / Sigma
+  // P^-1 <- P_0^-1 + (P^-1 - P_0^-1) T/(T + step) + phi phi^T / Sigma
   if (turns) information_ = (prior_ + forgetting * (information_ - prior_)).eval();
   if (turns || information_(2, 2) < kEnough * prior_(2, 2)) {
     information_ += phi * phi.transpose() / Sigma;
@@ -85,7 +86,7 @@ void TurnModel::learn(double yaw_rate, double x, double v, double variance, doub
 }
 
 void TurnModel::learnError(double unexplained, double weight, double forgetting) {
-  // N <- N_0 + (N - N_0) exp(-step/T) + w,   sigma_m^2 <- sigma_m^2 + w/N (max(0, eps^2 - ...) - sigma_m^2)
+  // N <- N_0 + (N - N_0) T/(T + step) + w,   sigma_m^2 <- sigma_m^2 + w/N (max(0, eps^2 - ...) - sigma_m^2)
   const double w = std::min(1.0, weight);
   error_evidence_ = kErrorEvidence + (error_evidence_ - kErrorEvidence) * forgetting + w;
   model_error_ += w / error_evidence_ * (std::max(0.0, unexplained) - model_error_);

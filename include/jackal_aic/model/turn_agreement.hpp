@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "jackal_aic/model/forgetting.hpp"
+
 namespace jackal_aic {
 
 /// c = sum y a / sum a^2 over a forgetting second of turning, with y the measured yaw rate and a the one that the
@@ -15,7 +17,7 @@ class TurnAgreement {
   /// Takes a yaw rate beside the one that the wheels ask for [rad/s]. @param step since the last one [s].
   void update(double yaw_rate, double asked, double step) {
     if (std::abs(asked) < kTurn) return;
-    const double kept = std::exp(-step / kMemory);
+    const double kept = keptAfter(step, kMemory);
     product_ = kept * product_ + yaw_rate * asked * step;
     square_ = kept * square_ + asked * asked * step;
     turned_ += step;

@@ -128,6 +128,7 @@ class WheelBelief {
   void forgetTiming();
   void learnTiming(double surprise, double part);
   double limitDeviation() const;
+  double timingDecay() const;
 
   DriveTrain drive_train_;
   DeadZone dead_zone_;
@@ -155,6 +156,7 @@ class WheelBelief {
   std::size_t limited_steps_ = 0;  // of late at the acceleration limit, without a break
   double limit_doubt_ = 0.0;       // standard deviation of w that the limit caused since the last measurement [rad/s]
   double rate_ = 0.0;
+  double turning_ = 0.0;  // share of a turn in T_e
 };
 
 }  // namespace jackal_aic

@@ -12,7 +12,7 @@
 /// of variance Sigma takes the natural gradient of the free energy F = 1/2 (y - phi^T q)^2 / Sigma, with the curvature
 /// of F summed over a forgetting memory T on top of that of the prior, P_0^-1:
 ///
-///     P^-1 <- P_0^-1 + (P^-1 - P_0^-1) exp(-step/T) + phi phi^T / Sigma,     q <- q + P phi (y - phi^T q) / Sigma
+///     P^-1 <- P_0^-1 + (P^-1 - P_0^-1) T/(T + step) + phi phi^T / Sigma,     q <- q + P phi (y - phi^T q) / Sigma
 ///
 /// The prior is wide for q_1 and narrow around zero for the others: where the data say no more, the robot has one
 /// track. What the model misses (ground, tyres, slopes) stays for a while, so that a second of samples does not count
