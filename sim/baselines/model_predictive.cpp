@@ -7,7 +7,7 @@ namespace jackal_aic::sim {
 namespace {
 
 constexpr int kMostSweeps = 500;
-constexpr double kConverged = 1e-9;  // of a multiplier [rad/s]
+constexpr double kSmallChange = 1e-9;  // of a multiplier [rad/s]
 
 /// Rows less the row before; before the first there is nothing.
 template <class Matrix>
@@ -71,7 +71,7 @@ ModelPredictive::Inputs ModelPredictive::withinLimit(const Inputs& free, const B
       multipliers(i) = std::max(0.0, before + (beyond(i) - dual.row(i).dot(multipliers)) / dual(i, i));
       largest = std::max(largest, dual(i, i) * std::abs(multipliers(i) - before));
     }
-    if (largest < kConverged) break;
+    if (largest < kSmallChange) break;
   }
   // r = r* − H⁻¹ M' λ
   return free - inverse_ * of_limit_.transpose() * multipliers;

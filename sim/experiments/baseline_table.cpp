@@ -22,8 +22,7 @@ constexpr int kEvaluations = 200;                             // of a search fro
 constexpr double kViolation = 1e3;                            // of the logarithm of the IAE, per that of a bound missed
 constexpr double kUnstable = 5.0;                             // logarithm in the place of an infinite one
 constexpr double kReserve = 1e-3;                             // by which the search keeps the bounds
-constexpr double kDeadTimes[] = {0.5, 1.5};                   // of the robot / of the model
-const char* const kPlants[] = {"box", "ground"};
+constexpr double kDeadTimeFactors[] = {0.5, 1.5};             // of the robot / of the model
 const char* const kDrivenCases[] = {"0.5 m/s", "gain 0.8", "gain 1.2", "load of 0.5 rad/s"};
 
 /// Logarithms of bound and figure that are to be negative: of Ms, gain and delay margin.
@@ -165,7 +164,7 @@ std::string lineOf(const Case& c, const LoopSetup& setup, double limit, const Tu
   std::string line = fmt::format("{},{},{},{:d},{:.3f},{:.3g},{:.3f},{:.3f},{:.3f}", c.structure->name, c.plant, limit,
                                  keeps(f, {limit}), f.peak_sensitivity, f.gain_margin, f.delay_margin,
                                  f.iae / leastLinearIae(model, geometry), f.noise);
-  for (const double factor : kDeadTimes) {
+  for (const double factor : kDeadTimeFactors) {
     PlantModel robot = model;
     robot.dead_time *= factor;
     const LoopFigures wrong =
@@ -251,10 +250,10 @@ void writeBaselineTables(const PackageFiles& files, const std::string& directory
   const LoopSetup preset = loadSetup(files, "predictive", "ground", {});
   const auto structures = comparedStructures(std::get<PredictiveParameters>(preset.drive.controller));
   std::vector<Case> cases;
-  const auto driven_cases = parallelResults("bounds", std::size(kPlants), jobs,
-                                            [&](std::size_t i) { return drivenCases(files, kPlants[i]); });
+  const auto driven_cases = parallelResults("bounds", std::size(kCalibratedPlants), jobs,
+                                            [&](std::size_t i) { return drivenCases(files, kCalibratedPlants[i]); });
   for (std::size_t i = 0; i < driven_cases.size(); ++i) {
-    for (const Baseline& structure : structures) cases.push_back({&structure, kPlants[i], &driven_cases[i]});
+    for (const Baseline& structure : structures) cases.push_back({&structure, kCalibratedPlants[i], &driven_cases[i]});
   }
   const auto lines =
       parallelResults("baselines", cases.size(), jobs, [&](std::size_t i) { return linesOf(files, cases[i]); });

@@ -13,13 +13,9 @@ namespace jackal_aic::sim {
 namespace {
 
 constexpr double kBand = 0.95;                             // of a step, within 5 % of its end
-constexpr double kPeriod = 0.02;                           // s, of sensor and action
 constexpr double kSettled = 4.0;                           // s of driving before a disturbance
-constexpr double kWindow = 2.0;                            // s after it
-constexpr double kStepDuration = 4.0;                      // s
+constexpr double kDisturbed = 2.0;                         // s after it
 constexpr double kMoments[] = {0.0, 0.005, 0.010, 0.015};  // s, of a disturbance after a sample
-constexpr const char* kOpenLoop = "diff_drive";
-const char* const kPlants[] = {"box", "ground"};
 
 LoopSetup quietSetup(const PackageFiles& files, const std::string& controller, const std::string& plant) {
   return loadSetup(files, controller, plant, {{"plant.noise_scale", "0"}});
@@ -36,7 +32,7 @@ double leastTurn(const LoopSetup& setup, double yaw_rate) {
 
 /// Forward error from the disturbance on [m/s]. @param start of the disturbance [s].
 std::vector<double> errorsAfter(const LoopSetup& setup, const BoundedCase& bounded, double start) {
-  SetPointProfile profile = stepProfile(bounded.set_point.forward, 0.0, start + kWindow - kRestTime);
+  SetPointProfile profile = stepProfile(bounded.set_point.forward, 0.0, start + kDisturbed - kRestTime);
   profile.motor_changes = {{start, bounded.gain, bounded.offset}};
   std::vector<double> errors;
   for (const Sample& sample : runSetup(setup, profile).samples) {
@@ -101,13 +97,13 @@ double leastIae(const std::vector<double>& uncorrected, double t_1, double limit
 BoundedFigure runBounded(const PackageFiles& files, const std::string& controller, const std::string& plant,
                          const BoundedCase& bounded) {
   return {figureOf(quietSetup(files, controller, plant), bounded),
-          boundOf(quietSetup(files, kOpenLoop, plant), bounded)};
+          boundOf(quietSetup(files, kDifferentialDrive, plant), bounded)};
 }
 
 double boundOf(const LoopSetup& open_loop, const BoundedCase& bounded) {
   if (!bounded.disturbed()) return leastSettling(open_loop, bounded.set_point);
   return meanOverMoments([&](double start, double moment) {
-    const double t_1 = kPeriod - moment + open_loop.plant.dead_time;
+    const double t_1 = kActionPeriod - moment + open_loop.plant.dead_time;
     return leastIae(errorsAfter(open_loop, bounded, start), t_1, open_loop.plant.acceleration_limit);
   });
 }
@@ -122,15 +118,15 @@ std::optional<double> figureOf(const LoopSetup& setup, const BoundedCase& bounde
 
 double barOf(const PackageFiles& files, const BoundedCase& bounded, double bound) {
   if (bounded.disturbed()) return files.bar("bounds.error_after_disturbance") * bound;
-  return files.bar("bounds.settling") * bound + kPeriod;
+  return files.bar("bounds.settling") * bound + kActionPeriod;
 }
 
 std::size_t writeBoundsTable(const PackageFiles& files, const std::string& directory, unsigned jobs) {
   const auto& controllers = controllerNames();
   const auto& cases = boundedCases();
-  const std::size_t plants = std::size(kPlants), rows = controllers.size() * plants * cases.size();
+  const std::size_t plants = std::size(kCalibratedPlants), rows = controllers.size() * plants * cases.size();
   const auto controllerOf = [&](std::size_t i) { return controllers[i / (plants * cases.size())]; };
-  const auto plantOf = [&](std::size_t i) { return kPlants[i / cases.size() % plants]; };
+  const auto plantOf = [&](std::size_t i) { return kCalibratedPlants[i / cases.size() % plants]; };
   const auto figures = parallelResults("bounds", rows, jobs, [&](std::size_t i) {
     return runBounded(files, controllerOf(i), plantOf(i), cases[i % cases.size()]);
   });

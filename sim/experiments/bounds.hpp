@@ -35,6 +35,9 @@
 
 namespace jackal_aic::sim {
 
+/// Between samples, and between actions, of the robot that is reckoned with [s].
+inline constexpr double kActionPeriod = 0.02;
+
 /// A step from rest, or a disturbance of the motors while driving with a set point.
 struct BoundedCase {
   const char* name;     ///< in words

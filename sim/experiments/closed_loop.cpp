@@ -15,7 +15,6 @@ namespace jackal_aic::sim {
 namespace {
 
 constexpr double kShortestResponse = 0.6;  // s; the final value is a mean over 0.5 s
-constexpr double kFinalWindow = 0.5;       // s
 constexpr double kFastest = 10.0;          // m/s, of a set point
 constexpr double kFastestTurn = 50.0;      // rad/s
 

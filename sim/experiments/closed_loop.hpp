@@ -41,6 +41,9 @@ struct SetPointProfile : SetPointTimeline {
   std::int64_t plantSteps() const;
 };
 
+/// Length of the response to a step in the tables of experiments [s].
+inline constexpr double kStepDuration = 4.0;
+
 /// A step from rest, assessed in the forward speed unless only the yaw rate steps. The robot rests for kRestTime first.
 /// @param forward [m/s]; @param yaw_rate [rad/s];
 /// @param duration length of the response [s]. @throws ParameterError if both are zero or the duration is below 0.6 s.

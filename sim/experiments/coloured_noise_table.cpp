@@ -16,19 +16,19 @@
 namespace jackal_aic::sim {
 namespace {
 
-constexpr double kDuration = 120.0;     // s of a drive
-constexpr double kLearning = 60.0;      // s, of which nothing counts
-constexpr double kTrueTrack = 0.547;    // m, of the simulated robot, turning in place
-constexpr double kMemory = 10.0;        // s, of all that is learned: that of the shipped precisions
-constexpr double kExpectedTime = 0.01;  // s, smoothness and correlation time with which learning begins
-constexpr double kSampleStep = 0.02;    // s, of the sensors
+constexpr double kDriveDuration = 120.0;  // s of a drive
+constexpr double kLearning = 60.0;        // s, of which nothing counts
+constexpr double kTrueTrack = 0.547;      // m, of the simulated robot, turning in place
+constexpr double kMemory = 10.0;          // s, of all that is learned: that of the shipped precisions
+constexpr double kExpectedTime = 0.01;    // s, smoothness and correlation time with which learning begins
+constexpr double kSampleStep = 0.02;      // s, of the sensors
 
-constexpr AddedNoise kNoises[] = {{"white", true, 0.0, 0.06, 0.01},        {"s = 0.02 s", true, 0.02, 0.06, 0.01},
-                                  {"s = 0.05 s", true, 0.05, 0.06, 0.01},  {"s = 0.1 s", true, 0.1, 0.06, 0.01},
-                                  {"T = 0.02 s", false, 0.02, 0.06, 0.01}, {"T = 0.1 s", false, 0.1, 0.06, 0.01},
-                                  {"white", true, 0.0, 0.2, 0.02},         {"s = 0.02 s", true, 0.02, 0.2, 0.02},
-                                  {"s = 0.05 s", true, 0.05, 0.2, 0.02},   {"s = 0.1 s", true, 0.1, 0.2, 0.02},
-                                  {"T = 0.02 s", false, 0.02, 0.2, 0.02},  {"T = 0.1 s", false, 0.1, 0.2, 0.02}};
+constexpr AddedNoise kAddedNoises[] = {{"white", true, 0.0, 0.06, 0.01},        {"s = 0.02 s", true, 0.02, 0.06, 0.01},
+                                       {"s = 0.05 s", true, 0.05, 0.06, 0.01},  {"s = 0.1 s", true, 0.1, 0.06, 0.01},
+                                       {"T = 0.02 s", false, 0.02, 0.06, 0.01}, {"T = 0.1 s", false, 0.1, 0.06, 0.01},
+                                       {"white", true, 0.0, 0.2, 0.02},         {"s = 0.02 s", true, 0.02, 0.2, 0.02},
+                                       {"s = 0.05 s", true, 0.05, 0.2, 0.02},   {"s = 0.1 s", true, 0.1, 0.2, 0.02},
+                                       {"T = 0.02 s", false, 0.02, 0.2, 0.02},  {"T = 0.1 s", false, 0.1, 0.2, 0.02}};
 
 constexpr const char* kPlants[] = {"box", "ground", "real"};
 constexpr std::size_t kSeeds = 4;
@@ -81,7 +81,7 @@ Drive record(const PackageFiles& files, const std::string& plant_name, std::uint
   const SetPointProfile profile = cycleProfile(cycle);
   JackalPlant plant(drive.setup.urdf, drive.setup.plant);
   DriveLoop loop = makeLoop(drive.setup.drive);
-  for (; plant.time() < kDuration; plant.step()) {
+  for (; plant.time() < kDriveDuration; plant.step()) {
     const double now = plant.time();
     Drive::Moment moment;
     loop.setSetPoint(profile.at(now), now);
@@ -246,18 +246,18 @@ std::vector<EstimatorFigures> estimateUnderNoise(const PackageFiles& files, cons
 }
 
 void writeColouredNoiseTable(const PackageFiles& files, const std::string& directory, unsigned jobs) {
-  constexpr std::size_t kNoiseCount = std::size(kNoises);
+  constexpr std::size_t kNoiseCount = std::size(kAddedNoises);
   const auto drives = parallelResults("drives", std::size(kPlants) * kSeeds, jobs, [&](std::size_t i) {
     return record(files, kPlants[i / kSeeds], i % kSeeds + 1);
   });
   const auto figures = parallelResults("noises", std::size(kPlants) * kNoiseCount, jobs, [&](std::size_t i) {
-    return estimate(&drives[i / kNoiseCount * kSeeds], kSeeds, kNoises[i % kNoiseCount]);
+    return estimate(&drives[i / kNoiseCount * kSeeds], kSeeds, kAddedNoises[i % kNoiseCount]);
   });
   std::string text =
       "plant,noise,wheel_deviation_radps,gyro_deviation_radps,estimator,forward_rms_mmps,yaw_rms_mradps,"
       "learned_wheel_deviation_radps,learned_wheel_time_s,learned_gyro_deviation_radps,learned_gyro_time_s\n";
   for (std::size_t i = 0; i < figures.size(); ++i) {
-    const AddedNoise& noise = kNoises[i % kNoiseCount];
+    const AddedNoise& noise = kAddedNoises[i % kNoiseCount];
     for (const EstimatorFigures& f : figures[i]) {
       text += fmt::format("{},{},{},{},{},{:.4g},{:.4g},{:.3g},{:.3g},{:.3g},{:.3g}\n", kPlants[i / kNoiseCount],
                           noise.name, noise.wheel, noise.gyro, f.name, 1e3 * f.forward, 1e3 * f.yaw_rate,

@@ -15,7 +15,6 @@ namespace {
 using Words = std::vector<std::string>;
 
 constexpr const char* kPredictive = "predictive";
-constexpr const char* kDifferentialDrive = "diff_drive";
 constexpr const char* kKalmanFilter = "kalman_filter";
 
 void refuseUnknownKeys(const YAML::Node& node, const char* what, const Words& known) {
@@ -74,7 +73,6 @@ SetPointProfile readProfile(const YAML::Node& node) {
   refuseUnknownKeys(node, "profile",
                     {"forward", "yaw_rate", "duration", "assess", "low", "high", "period", "cycles", "cycle",
                      "segments", "shortest", "longest", "friction_changes"});
-  constexpr double kStepDuration = 4.0;  // s
   SetPointProfile profile;
   if (node["low"]) {
     profile = squareProfile(

@@ -14,9 +14,7 @@
 namespace jackal_aic::sim {
 namespace {
 
-constexpr double kStepDuration = 4.0;  // s
 constexpr const char* kStateSpace = "state_space";
-constexpr const char* kDifferentialDrive = "diff_drive";
 constexpr Integrator kIntegrators[] = {Integrator::euler, Integrator::exact};
 
 Overrides withIntegrator(Overrides overrides, Integrator integrator) {

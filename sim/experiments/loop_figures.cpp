@@ -16,9 +16,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kPeriod = 0.02;     // s
 constexpr int kSteps = 20;           // of DriveTrain::kStep in a period
 constexpr int kWarmUp = 150;         // periods until belief and path are steady
 constexpr int kPeriods = 400;        // of an answer
@@ -59,7 +57,7 @@ std::array<Answer, 2> simulate(VelocityController& controller, const PlantModel&
   controller.setSetPoint({kSpeed, 0.0, 0.0});
   for (int k = 0; k < kWarmUp + kPeriods; ++k) {
     Observation y;
-    y.stamp = k * kPeriod;
+    y.stamp = k * kActionPeriod;
     y.valid.yaw_rate = false;  // a gyro would tell each wheel of the other
     y.wheel_left = left.speed();
     y.wheel_right = right.speed() + (k == kWarmUp ? impulse : 0.0);
@@ -114,7 +112,7 @@ const Frequencies& frequencies() {
   static const Frequencies list = [] {
     Frequencies omega;
     for (int i = 0; i <= kFrequencies; ++i) {
-      omega(i) = kLowest * std::pow(kPi / kPeriod / kLowest, static_cast<double>(i) / kFrequencies);
+      omega(i) = kLowest * std::pow(M_PI / kActionPeriod / kLowest, static_cast<double>(i) / kFrequencies);
     }
     return omega;
   }();
@@ -130,7 +128,8 @@ struct Spectrum {
 
 /// S(e^(i omega T)) = sum of y_k e^(-i omega T k), by Horner's scheme for all frequencies at a time.
 Spectrum transform(const std::vector<double>& samples) {
-  static const Frequencies cosine = (kPeriod * frequencies()).cos(), sine = -(kPeriod * frequencies()).sin();
+  static const Frequencies cosine = (kActionPeriod * frequencies()).cos(),
+                           sine = -(kActionPeriod * frequencies()).sin();
   Spectrum sum;
   for (auto y = samples.rbegin(); y != samples.rend(); ++y) {
     const Frequencies real = sum.real * cosine - sum.imaginary * sine + *y;
@@ -165,7 +164,7 @@ void describeRobustness(const std::vector<double>& samples, LoopFigures& figures
     if (i > 0 && crosses(std::abs(before) - 1.0, std::abs(loop) - 1.0, part)) {
       const double at = omega_before + part * (omega - omega_before);
       const double angle = std::arg(before + part * (loop - before));
-      figures.delay_margin = std::min(figures.delay_margin, (angle + kPi) / at);
+      figures.delay_margin = std::min(figures.delay_margin, (angle + M_PI) / at);
     }
     before = loop;
     omega_before = omega;
@@ -231,7 +230,7 @@ double leastLinearIae(const PlantModel& robot, const GeometryParameters& geometr
   Eigen::Vector3d x(0.0, 0.0, 1.0);
   const double t_1 = (kSteps - kMoment) * DriveTrain::kStep + robot.dead_time;
   std::vector<double> errors;
-  for (double t = 0.0; t < t_1 + kPeriod; t += DriveTrain::kStep) {
+  for (double t = 0.0; t < t_1 + kActionPeriod; t += DriveTrain::kStep) {
     errors.push_back(x(0));
     drive_train.step(x, 0.0);
   }

@@ -13,8 +13,6 @@
 namespace jackal_aic::sim {
 namespace {
 
-constexpr const char* kDifferentialDrive = "diff_drive";
-
 bool contains(const std::vector<std::string>& list, const std::string& word) {
   return std::find(list.begin(), list.end(), word) != list.end();
 }

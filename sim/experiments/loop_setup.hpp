@@ -16,6 +16,12 @@
 
 namespace jackal_aic::sim {
 
+/// Name of the stock differential drive, which sends what its kinematics ask for and measures nothing.
+inline constexpr const char* kDifferentialDrive = "diff_drive";
+
+/// Names of the plants whose drive train was fitted to the thesis' tables.
+inline constexpr const char* kCalibratedPlants[] = {"box", "ground"};
+
 /// Parameters set from text, in order: ("controller.tau", "0.01").
 using Overrides = std::vector<std::pair<std::string, std::string>>;
 

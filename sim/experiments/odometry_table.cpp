@@ -15,7 +15,6 @@ namespace jackal_aic::sim {
 namespace {
 
 constexpr double kStockTrack = 0.563385;  // m, 1.5 times the distance between the wheels
-constexpr double kPi = 3.14159265358979323846;
 
 /// Odometry of the stock controller: the ways of the wheels, on arcs, and their means as velocities.
 class StockOdometry {
@@ -68,7 +67,7 @@ double headingOf(const PlantTruth& truth) {
 
 Drift driftOf(const PlanarPose& pose, const PlantTruth& truth, double way) {
   const double error = std::hypot(pose.x - truth.position.x(), pose.y - truth.position.y());
-  return {way > 0.0 ? error / way : 0.0, std::abs(std::remainder(pose.heading - headingOf(truth), 2.0 * kPi))};
+  return {way > 0.0 ? error / way : 0.0, std::abs(std::remainder(pose.heading - headingOf(truth), 2.0 * M_PI))};
 }
 
 SetPointProfile segments(const std::vector<SetPointProfile::Change>& segments) {
@@ -88,7 +87,7 @@ SetPointProfile square() {
   for (int i = 0; i < 4; ++i) {
     sides.push_back({6.0, {0.5, 0.0, 0.0}});
     sides.push_back({1.0, {}});
-    sides.push_back({2.0, {0.0, 0.0, 0.25 * kPi}});
+    sides.push_back({2.0, {0.0, 0.0, 0.25 * M_PI}});
     sides.push_back({1.0, {}});
   }
   return segments(sides);

@@ -6,10 +6,9 @@
 namespace jackal_aic::sim {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kForwardNoise = 1.0;       // (m/s)^2/s
 constexpr double kAccelerationNoise = 1.0;  // (m/s^2)^2/s
-constexpr double kYawNoise = 0.5 * kPi;     // (rad/s)^2/s
+constexpr double kYawNoise = 0.5 * M_PI;    // (rad/s)^2/s
 
 /// s <- s + K (y - H s),  K = P H' (H P H' + R)^-1,  P <- (I - K H) P.
 template <int kSize>

@@ -16,10 +16,9 @@ namespace {
 constexpr double kDriveTime = 1800.0;     // s
 constexpr double kFastestInAnArc = 2.0;   // m/s^2 across: half of what the ground holds
 constexpr double kJoystickPeriod = 0.05;  // s
-constexpr const char* kPlants[] = {"box", "ground"};
-constexpr const char* kSteps[] = {"0", "0.0065", "0.0131", "0.06", "0.1"};  // rad/s
-constexpr const char* kNoises[] = {"0", "0.003", "0.03"};                   // rad/s
-constexpr const char* kJitters[] = {"0", "0.008"};                          // s
+constexpr const char* kQuietEncoderSteps[] = {"0", "0.0065", "0.0131", "0.06", "0.1"};  // rad/s
+constexpr const char* kEncoderNoises[] = {"0", "0.003", "0.03"};                        // rad/s
+constexpr const char* kJitters[] = {"0", "0.008"};                                      // s
 
 /// Draws, in the order in which they are asked for.
 class Draws {
@@ -134,11 +133,11 @@ QuietDrive drawQuietDrive(std::uint64_t seed, std::uint64_t number, double durat
   Draws draw(seed, number);
   QuietDrive drive;
   drive.controller = controllerNames()[draw.below(controllerNames().size())];
-  drive.plant = draw.oneOf(kPlants);
+  drive.plant = draw.oneOf(kCalibratedPlants);
   drive.identified = robots == QuietRobots::identified;
   drive.robot = drawRobot(draw, robots);
-  drive.overrides = {{"plant.encoder_step", draw.oneOf(kSteps)},
-                     {"plant.encoder_noise", draw.oneOf(kNoises)},
+  drive.overrides = {{"plant.encoder_step", draw.oneOf(kQuietEncoderSteps)},
+                     {"plant.encoder_noise", draw.oneOf(kEncoderNoises)},
                      {"plant.stamp_jitter", draw.oneOf(kJitters)},
                      {"plant.seed", fmt::format("{}", 1 + draw.below(1000))}};
   drawMotion(draw, drive, duration);

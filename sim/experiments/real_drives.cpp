@@ -200,7 +200,7 @@ struct Row {
   }
 };
 
-std::string number(const std::optional<double>& value, const char* otherwise = "") {
+std::string decimals(const std::optional<double>& value, const char* otherwise = "") {
   return value ? fmt::format("{:.3f}", *value) : otherwise;
 }
 
@@ -218,9 +218,9 @@ std::vector<std::pair<const char*, std::string>> cells(const Row& row) {
           {"gyro", gyro},
           {"false_alarms", fmt::format("{}", f.alarms.size())},
           {"time_in_fault_pct", fmt::format("{:.2f}", 100.0 * f.alarmed)},
-          {"yaw_error_radps", number(f.yaw_error, "-")},
-          {"best_constant_radps", number(f.constant_error, "-")},
-          {"ratio", number(row.ratio(), "-")}};
+          {"yaw_error_radps", decimals(f.yaw_error, "-")},
+          {"best_constant_radps", decimals(f.constant_error, "-")},
+          {"ratio", decimals(row.ratio(), "-")}};
 }
 
 void print(const std::vector<Row>& rows) {
@@ -319,7 +319,7 @@ std::string replayRealDrives(const PackageFiles& files, const std::string& direc
     alarms += row.figures.alarms.size();
     if (row.ratio()) worst = std::max(worst.value_or(0.0), *row.ratio());
   }
-  return fmt::format("false alarms: {}; yaw error / best constant: worst {}", alarms, number(worst, "-"));
+  return fmt::format("false alarms: {}; yaw error / best constant: worst {}", alarms, decimals(worst, "-"));
 }
 
 }  // namespace jackal_aic::sim

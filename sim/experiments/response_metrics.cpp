@@ -8,8 +8,7 @@
 namespace jackal_aic::sim {
 namespace {
 
-constexpr double kFinalWindow = 0.5;  // s
-constexpr double kDivergence = 3.0;   // steps away from the set point
+constexpr double kDivergence = 3.0;  // steps away from the set point
 
 /// A response normalised to a step from 0 to 1 at time 0.
 struct UnitResponse {

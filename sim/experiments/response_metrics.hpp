@@ -11,6 +11,9 @@ namespace jackal_aic::sim {
 /// Band around the final value, as a share of it, in which a response counts as settled (thesis, chapter 5).
 inline constexpr double kSettlingBand = 0.05;
 
+/// Time at the end of a response over which its final value is the mean [s].
+inline constexpr double kFinalWindow = 0.5;
+
 /// Figures of one step response.
 struct ResponseMetrics {
   /// Time after the step from which the signal stays within the band around its final value [s]; empty if it never
@@ -20,7 +23,7 @@ struct ResponseMetrics {
   std::optional<double> rise;
   /// Largest excursion beyond the set point, in percent of the step; 0 if there is none.
   double overshoot_pct = 0.0;
-  /// Mean of (signal - set point) over the last 0.5 s, in percent of the step; positive if the signal is too fast.
+  /// Mean of (signal - set point) over kFinalWindow, in percent of the step; positive if the signal is too fast.
   double steady_error_pct = 0.0;
   /// True if every sample is finite and the signal stays within `divergence` steps of the set point.
   bool bounded = true;
@@ -30,9 +33,9 @@ struct ResponseMetrics {
 /// @param time stamps [s], increasing; @param value signal at these times; @param step_time time of the step [s];
 /// @param initial set point before the step; @param set_point set point after it, different from initial;
 /// @param settling_band share of the final value.
-/// The final value is the mean over the last 0.5 s. Crossings are interpolated linearly between samples.
-/// @throws std::invalid_argument if the series differ in length, span less than 0.5 s after the step, or the step is
-/// zero.
+/// The final value is the mean over kFinalWindow. Crossings are interpolated linearly between samples.
+/// @throws std::invalid_argument if the series differ in length, span less than kFinalWindow after the step, or the
+/// step is zero.
 ResponseMetrics stepResponseMetrics(const std::vector<double>& time, const std::vector<double>& value, double step_time,
                                     double initial, double set_point, double settling_band = kSettlingBand);
 

@@ -18,7 +18,7 @@ namespace {
 
 constexpr RecordedRobot kRobots[] = {{"husky", 0.1651, 0.5708}, {"warthog", 0.30, 1.1652}};
 
-constexpr double kPeriod = 0.05;             // s, of the samples
+constexpr double kSamplePeriod = 0.05;       // s, of the samples
 constexpr double kLongestGap = 0.175;        // s within a stretch; what is silent for longer is by its deadline
 constexpr double kPause = 10.0;              // s that the clock shows between stretches of windows, which have none
 constexpr double kSteady = 2.0;              // s after a command of a log until the robot moves steadily
@@ -286,7 +286,7 @@ WheelCommand slowed(const CommandPath& path, const Parts& parts) {
 
 /// A value a sample later on its way to a goal. @param rate largest [1/s].
 double towards(double value, double goal, double rate) {
-  return value + std::clamp(goal - value, -rate * kPeriod, rate * kPeriod);
+  return value + std::clamp(goal - value, -rate * kSamplePeriod, rate * kSamplePeriod);
 }
 
 CommandPath pathOf(const std::vector<double>& p) {
@@ -369,7 +369,7 @@ double bestRate(const RobotRecording& recording, const CommandPath& path, double
 
 }  // namespace
 
-double RobotRecording::duration() const { return kPeriod * static_cast<double>(samples.size()); }
+double RobotRecording::duration() const { return kSamplePeriod * static_cast<double>(samples.size()); }
 
 std::vector<std::string> recordingsIn(const std::string& directory) {
   std::vector<std::string> paths;
@@ -429,7 +429,7 @@ std::vector<SteadyBlock> steadyBlocks(const RobotRecording& recording) {
     sum += WheelVector(s.observation.wheel_left, s.observation.wheel_right);
     if (recording.has_imu) turn += s.observation.yaw_rate;
     if (!recording.has_imu && count > 0) {
-      turn += std::remainder(s.heading - recording.samples[i - 1].heading, 2.0 * M_PI) / kPeriod;
+      turn += std::remainder(s.heading - recording.samples[i - 1].heading, 2.0 * M_PI) / kSamplePeriod;
     }
     if (++count < SteadyBlock::kLength) continue;
     const auto n = static_cast<double>(SteadyBlock::kLength);

@@ -12,9 +12,7 @@
 namespace jackal_aic::sim {
 namespace {
 
-constexpr double kSpeed = 0.5;     // m/s
-constexpr double kDuration = 4.0;  // s
-constexpr const char* kOpenLoop = "diff_drive";
+constexpr double kForwardStep = 0.5;  // m/s
 
 /// Tells a controller the mean radius of the robot's tyres.
 void tellRadius(LoopSetup& setup) {
@@ -26,7 +24,7 @@ void tellRadius(LoopSetup& setup) {
 }
 
 ResultRow step(const PackageFiles& files, const std::string& controller, const Overrides& robot) {
-  const SetPointProfile profile = stepProfile(kSpeed, 0.0, kDuration);
+  const SetPointProfile profile = stepProfile(kForwardStep, 0.0, kStepDuration);
   LoopSetup setup = loadSetup(files, controller, "real", robot);
   tellRadius(setup);
   RunResult result = runSetup(setup, profile);
@@ -54,7 +52,7 @@ RobustnessRun runRobustness(const PackageFiles& files, const std::string& contro
   RobustnessRun run;
   run.bounded = row.bounded;
   run.settling = row.settling_s;
-  run.open_loop = controller == kOpenLoop ? row.settling_s : step(files, kOpenLoop, robot).settling_s;
+  run.open_loop = controller == kDifferentialDrive ? row.settling_s : step(files, kDifferentialDrive, robot).settling_s;
   run.steady_error_pct = row.steady_error_pct.value_or(HUGE_VAL);
   run.belief_pct = row.belief_bias_pct;
   return run;
@@ -78,7 +76,7 @@ RobustnessSummary summarise(const std::vector<RobustnessRun>& runs, const Robust
 std::optional<double> turnOvershoot(const PackageFiles& files, const std::string& controller, std::uint64_t seed) {
   const SoftMotorTurn turn = drawSoftMotorTurn(seed);
   const LoopSetup setup = loadSetup(files, controller, "ground", turn.robot);
-  const ResultRow row = runSetup(setup, stepProfile(0.0, turn.yaw_rate, kDuration)).row;
+  const ResultRow row = runSetup(setup, stepProfile(0.0, turn.yaw_rate, kStepDuration)).row;
   return row.bounded ? std::optional(row.overshoot_pct) : std::nullopt;
 }
 

@@ -8,7 +8,7 @@
 namespace jackal_aic::sim {
 namespace {
 
-constexpr double kSteady = 1.0;          // s before the stop and before the end
+constexpr double kSteadyTime = 1.0;      // s before the stop and before the end
 constexpr double kSettledWithin = 0.05;  // of the set point
 
 /// Root mean square of a wheel's command about its mean between two times.
@@ -28,7 +28,7 @@ double rippleBetween(const std::vector<Sample>& samples, double from, double unt
 double finalValue(const std::vector<Sample>& samples, double stop, double Sample::*channel) {
   double sum = 0.0, count = 0.0;
   for (const Sample& s : samples) {
-    if (s.time < stop - kSteady || s.time >= stop) continue;
+    if (s.time < stop - kSteadyTime || s.time >= stop) continue;
     sum += s.*channel;
     ++count;
   }
@@ -52,7 +52,7 @@ void assess(const std::vector<Sample>& samples, double stop, double set_point, d
     figures.excess_pct = std::max(figures.excess_pct, 100.0 * (along - 1.0));
     if (std::abs(s.*channel - end) > kSettledWithin * std::abs(set_point)) settled = s.time;
   }
-  const bool settles = settled < stop - kSteady && figures.settling;
+  const bool settles = settled < stop - kSteadyTime && figures.settling;
   figures.settling = settles ? std::optional(std::max(*figures.settling, settled - kRestTime)) : std::nullopt;
 }
 
@@ -96,7 +96,8 @@ StopFigures assessStop(const std::vector<Sample>& samples, const SetPoint& set_p
   StopFigures figures;
   assess(samples, stop, set_point.forward, &Sample::velocity, figures, figures.beyond_mps);
   assess(samples, stop, set_point.yaw_rate, &Sample::yaw_rate, figures, figures.beyond_radps);
-  figures.ripple = std::max(rippleBetween(samples, stop - kSteady, stop), rippleBetween(samples, end - kSteady, end));
+  figures.ripple =
+      std::max(rippleBetween(samples, stop - kSteadyTime, stop), rippleBetween(samples, end - kSteadyTime, end));
   return figures;
 }
 

@@ -8,8 +8,7 @@ namespace {
 constexpr double kStride = 1.189207115002721;  // 2^(1/4)
 constexpr double kPrecision = 0.005;
 constexpr int kMostHalvings = 100;
-constexpr double kStep = 0.5;      // m/s
-constexpr double kDuration = 4.0;  // s
+constexpr double kStep = 0.5;  // m/s
 
 using Gain = double ControllerParameters::*;
 
@@ -24,13 +23,13 @@ Gain gainOf(const ThesisLimit& limit) {
 
 RunResult respond(LoopSetup setup, Gain gain, double value) {
   std::get<ControllerParameters>(setup.drive.controller).*gain = value;
-  return runSetup(setup, stepProfile(kStep, 0.0, kDuration));
+  return runSetup(setup, stepProfile(kStep, 0.0, kStepDuration));
 }
 
 /// @param start usable value of the gain.
 RunResult searchOnPlant(const LoopSetup& setup, Gain gain, double start, double bound) {
   const double longest =
-      gain == &ControllerParameters::kappa_a ? respond(setup, gain, start).row.settling_s.value_or(0.0) : kDuration;
+      gain == &ControllerParameters::kappa_a ? respond(setup, gain, start).row.settling_s.value_or(0.0) : kStepDuration;
   const RangeLimit found = searchLimit(start, bound, [&](double value) {
     const ResultRow row = respond(setup, gain, value).row;
     return row.bounded && row.settling_s && *row.settling_s <= longest;

@@ -7,7 +7,7 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kPatience = 20.0;             // with a recorder that is to come [s]
+constexpr double kRecorderComes = 20.0;        // with a recorder that is to come [s]
 constexpr double kInputRate = 1400.0;          // the belief's 1 kHz, three times 50 Hz of sensors, actions and the rest
 constexpr double kConfigurationPeriod = 10.0;  // s
 constexpr std::uint32_t kQueue = 100;          // messages: 2 s of a busy recorder
@@ -16,7 +16,7 @@ constexpr std::uint32_t kQueue = 100;          // messages: 2 s of a busy record
 
 InputLog::InputLog(ros::NodeHandle& node, const NodeParameters& parameters, DriveLoop& loop)
     : configuration_(parameters), publisher_(node.advertise<LoopInputs>("jackal_AIC/inputs", kQueue)) {
-  kept_.reserve(static_cast<std::size_t>(kPatience * kInputRate));
+  kept_.reserve(static_cast<std::size_t>(kRecorderComes * kInputRate));
   loop.listen([this](const DriveInput& input) { keep(input); });
 }
 
@@ -35,7 +35,7 @@ void InputLog::publish(const ros::Time& now) {
   if (incomplete_ && !listened_) {
     ROS_WARN_ONCE(
         "Nobody recorded jackal_AIC/inputs in the first %.0f s: a later recording replays, but not to the bit",
-        kPatience);
+        kRecorderComes);
   }
   listened_ = listened_ || heard;
   if (heard) {

@@ -13,12 +13,12 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kNever = 1e6;  // s
+constexpr double kFarAway = 1e6;  // s
 
 }  // namespace
 
 RealTimeThreads::RealTimeThreads(const ros::NodeHandle& node)
-    : timer_(node.createTimer(ros::Duration(kNever), [](const ros::TimerEvent&) {})) {
+    : timer_(node.createTimer(ros::Duration(kFarAway), [](const ros::TimerEvent&) {})) {
   std::error_code ignored;
   for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task", ignored)) {
     threads_.push_back(static_cast<pid_t>(std::stol(thread.path().filename().string())));
