@@ -58,15 +58,18 @@ TractionBelief::Change TractionBelief::sinceThen(const Past& then) const {
           now_.turning - then.turning};
 }
 
-TractionBelief::Change TractionBelief::since(double time) const {
-  const Past* first = &now_;
-  for (std::size_t i = 0; i < remembered_; ++i) {
-    const Past& past = past_[(newest_ + kRemembered - i) % kRemembered];
-    if (now_.time - past.time > time + kRounding) break;
-    first = &past;
-  }
-  return sinceThen(*first);
+/// The oldest one within a time; now, if there is none.
+const TractionBelief::Past& TractionBelief::within(double time) const {
+  // Two of them are kSpacing apart at least: no more than so many lie within the time.
+  std::size_t i = std::min(remembered_, static_cast<std::size_t>(time / kSpacing) + 2);
+  const auto before = [&](std::size_t number) -> const Past& {
+    return past_[(newest_ + kRemembered - number) % kRemembered];
+  };
+  while (i > 0 && now_.time - before(i - 1).time > time + kRounding) --i;
+  return i > 0 ? before(i - 1) : now_;
 }
+
+TractionBelief::Change TractionBelief::since(double time) const { return sinceThen(within(time)); }
 
 TractionBelief::Change TractionBelief::sinceOldest() const { return sinceThen(past_[oldest()]); }
 
@@ -92,7 +95,7 @@ void TractionBelief::learnNoise(double acceleration, double variance, double ste
   now_.variance += step * variance_rate_;
 }
 
-void TractionBelief::learnVibration(const Mean& mean, double variance) {
+void TractionBelief::learnVibration(Mean mean, double variance) {
   const double acceleration = mean.change / mean.time;
   means_[++newest_mean_ % means_.size()] = acceleration;
   const auto before = [&](std::size_t means) { return means_[(newest_mean_ - means) % means_.size()]; };
@@ -175,7 +178,8 @@ void TractionBelief::correct(double wheels, double acceleration, double variance
   const double turned = step * yaw_rate * yaw_rate;
   now_ = {now_.time + step, wheels, now_.body + step * a, now_.variance, now_.turning + turned};
   remember();
-  jolt_ = std::max(jolt_ * kCollision / (step + kCollision), std::abs(since(std::max(kJolt, 2.0 * step)).body));
+  jolt_ = std::max(jolt_ * kCollision / (step + kCollision),
+                   std::abs(now_.body - within(std::max(kJolt, 2.0 * step)).body));
   switch (traction_) {
     case Traction::rolls:
       roll(step);

@@ -100,13 +100,14 @@ class TractionBelief {
     double time = 0.0;    // [s]
   };
 
+  const Past& within(double time) const;
   Change since(double time) const;
   Change sinceOldest() const;
   Change sinceThen(const Past& then) const;
   std::size_t oldest() const;
   void remember();
   void learnNoise(double acceleration, double variance, double step);
-  void learnVibration(const Mean& mean, double variance);
+  void learnVibration(Mean mean, double variance);
   double unseenChange() const;
   double unknownOffset(double time) const;
   double bound(const Change& change) const;
