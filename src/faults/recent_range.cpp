@@ -11,15 +11,11 @@ RecentRange::RecentRange(std::size_t oldest) : oldest_(oldest) {
   fill(0.0);
 }
 
-void RecentRange::fill(double value) {
-  std::fill(values_.begin(), values_.end(), value);
-  looked_ = false;
-}
+void RecentRange::fill(double value) { std::fill(values_.begin(), values_.end(), value); }
 
 void RecentRange::add(const double* values, std::size_t number) {
   for (std::size_t i = 0; i < number; ++i) values_[++now_ & mask_] = values[i];
   now_ &= mask_;
-  looked_ = false;
 }
 
 /// Eight at a time: each comparison waits for the one before.
@@ -37,12 +33,10 @@ RecentRange::Range RecentRange::rangeOf(std::size_t begin, std::size_t end) cons
 }
 
 RecentRange::Range RecentRange::range() const {
-  if (looked_) return range_;
-  looked_ = true;
   const std::size_t first = (now_ - oldest_) & mask_;
-  if (first <= now_) return range_ = rangeOf(first, now_ + 1);
+  if (first <= now_) return rangeOf(first, now_ + 1);
   const Range older = rangeOf(first, values_.size()), newer = rangeOf(0, now_ + 1);
-  return range_ = {std::min(older.low, newer.low), std::max(older.high, newer.high)};
+  return {std::min(older.low, newer.low), std::max(older.high, newer.high)};
 }
 
 }  // namespace jackal_aic

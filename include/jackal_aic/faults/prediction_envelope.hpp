@@ -30,14 +30,22 @@ class PredictionEnvelope {
   void add(const double* now, const double* ahead, std::size_t number) {
     now_.add(now, number);
     later_.add(ahead, number);
+    looked_ = false;
   }
 
   /// Smallest and largest value inside.
-  RecentRange::Range range() const;
+  const RecentRange::Range& range() const {
+    if (!looked_) look();
+    return range_;
+  }
 
  private:
+  void look() const;
+
   RecentRange now_;    // the last predictions
   RecentRange later_;  // those that run ahead
+  mutable bool looked_ = false;
+  mutable RecentRange::Range range_{};  // as it was looked at since the last step
 };
 
 }  // namespace jackal_aic

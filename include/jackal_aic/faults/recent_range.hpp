@@ -41,8 +41,6 @@ class RecentRange {
   std::size_t mask_ = 0;  // the ring has mask_ + 1 elements, a power of two
   std::size_t now_ = 0;
   std::vector<double> values_;
-  mutable bool looked_ = false;
-  mutable Range range_{};  // as it was looked at since the last value was added
 };
 
 }  // namespace jackal_aic
