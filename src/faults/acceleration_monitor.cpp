@@ -30,23 +30,20 @@ constexpr double kAftermath = 0.3;           // s, in which the body bounces and
 
 AccelerationMonitor::AccelerationMonitor(const FaultParameters& parameters)
     : parameters_(parameters),
-      axes_{{0.0, kUnknownInclination, -kSteepest * kGravity, kSteepest * kGravity,
-             LearnedVariance(parameters.covariance_time_constant)},
-            {0.0, kUnknownInclination, -(1.0 - kSteepest) * kGravity, (1.0 - kSteepest) * kGravity,
-             LearnedVariance(parameters.covariance_time_constant)}},
+      axes_{{0.0, kUnknownInclination, -kSteepest * kGravity, kSteepest * kGravity, {}},
+            {0.0, kUnknownInclination, -(1.0 - kSteepest) * kGravity, (1.0 - kSteepest) * kGravity, {}}},
       alternative_(axes_),
       timing_(parameters.dead_time_deviation),
       persistence_(parameters.persistence()),
-      repetition_at_rest_{RepetitionTest(parameters.frozen_samples), RepetitionTest(parameters.frozen_samples)},
-      repetition_moving_(repetition_at_rest_),
+      forward_repetition_(parameters.frozen_samples),
+      vertical_repetition_(parameters.frozen_samples),
       since_outlier_(2.0 * kShaken),
       since_push_(2.0 * kAtOnce) {}
 
-bool AccelerationMonitor::Repetition::update(const Observation& observation, bool other) {
-  const double explained = other ? RepetitionTest::kAnyChange : 0.0;
-  const bool frozen = forward.update(observation.acceleration_x, other, kResolution, explained);
+bool AccelerationMonitor::isFrozen(const Observation& observation, bool moving) {
+  const bool frozen = forward_repetition_.update(observation.acceleration_x, moving, false, kResolution);
   if (!observation.acceleration_z) return frozen;
-  return vertical.update(*observation.acceleration_z, other, kResolution, explained) || frozen;
+  return vertical_repetition_.update(*observation.acceleration_z, moving, false, kResolution) || frozen;
 }
 
 void AccelerationMonitor::predict(const double* forward_rates, const double* lowest, const double* highest,
@@ -120,12 +117,12 @@ void AccelerationMonitor::correct(Axes& axes, const Sample& y) {
   if (y.vertical_error) axes.vertical.correct(axes.vertical.noise(y.vertical_noise, y.moving));
 }
 
-void AccelerationMonitor::learn(Axes& axes, const Sample& y) {
-  axes.forward.learned.learn(axes.forward.error, axes.forward.total, y.step);
-  if (y.vertical_error) axes.vertical.learned.learn(axes.vertical.error, axes.vertical.total, y.step);
+void AccelerationMonitor::learn(Axes& axes, const Sample& y, double share) {
+  axes.forward.learned.learn(axes.forward.error, axes.forward.total, share);
+  if (y.vertical_error) axes.vertical.learned.learn(axes.vertical.error, axes.vertical.total, share);
 }
 
-void AccelerationMonitor::check(const Observation& observation, bool moving, double speed, double step) {
+void AccelerationMonitor::check(const Observation& observation, bool moving, double speed, const SampleStep& step) {
   const bool vertical = observation.acceleration_z.has_value();
   Sample sample{observation.acceleration_x,
                 forward_rate_,
@@ -135,23 +132,22 @@ void AccelerationMonitor::check(const Observation& observation, bool moving, dou
                 parameters_.accelerometer_variance,
                 std::nullopt,
                 moving,
-                step};
+                step.time};
   if (vertical) sample.vertical_error = *observation.acceleration_z - kGravity;
   const double bound = chebyshevBound(vertical ? 2 : 1, parameters_.false_alarm_rate);
   const bool was_faulty = state() == ChannelState::faulty;
   distance_ = std::sqrt(compare(axes_, sample)) / bound;
-  if (was_faulty) agreement_ = std::sqrt(compare(alternative_, sample)) <= bound ? agreement_ + step : 0.0;
-  const bool frozen_at_rest = repetition_at_rest_.update(observation, moving);
-  frozen_ = repetition_moving_.update(observation, !moving) || frozen_at_rest;
+  if (was_faulty) agreement_ = std::sqrt(compare(alternative_, sample)) <= bound ? agreement_ + step.time : 0.0;
+  frozen_ = isFrozen(observation, moving);
 
-  since_outlier_ = distance_ > 1.0 ? 0.0 : since_outlier_ + step;
-  since_push_ = distance_ > kPush ? 0.0 : since_push_ + step;
-  const bool jolt = jolt_.update(distance_ > 1.0, axes_.forward.error * step, speed, step);
+  since_outlier_ = distance_ > 1.0 ? 0.0 : since_outlier_ + step.time;
+  since_push_ = distance_ > kPush ? 0.0 : since_push_ + step.time;
+  const bool jolt = jolt_.update(distance_ > 1.0, axes_.forward.error * step.time, speed, step.time);
   const bool explained = jolt || (was_faulty && agreement_ > kLongAgreement);
   const bool suspect = (distance_ > 1.0 && !explained) || frozen_;
   if (!persistence_.suspecting()) suspected_ = 0.0;
-  if (suspect) suspected_ += step;
-  persistence_.update(suspect, true, step, suspected_ > kLeastFault - kRounding);
+  if (suspect) suspected_ += step.time;
+  persistence_.update(suspect, true, step.time, suspected_ > kLeastFault - kRounding);
   if (frozen_) persistence_.declareFaulty();
   upside_down_ = state() == ChannelState::faulty && (vertical ? *observation.acceleration_z < 0.0 : upside_down_);
   if (state() == ChannelState::outlier || jolt) return;
@@ -164,7 +160,7 @@ void AccelerationMonitor::check(const Observation& observation, bool moving, dou
   }
   if (was_faulty && distance_ > 1.0) axes_ = alternative_;
   correct(axes_, sample);
-  learn(axes_, sample);
+  learn(axes_, sample, step.share);
 }
 
 void AccelerationMonitor::forgive() {

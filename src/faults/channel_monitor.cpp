@@ -2,19 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace jackal_aic {
 
 double chebyshevBound(int channels, double false_alarm_rate) { return std::sqrt(channels / false_alarm_rate); }
 
-void LearnedVariance::learn(double error, double variance, double step) {
-  factor_ += -std::expm1(-step / memory_) * (error * error / variance - factor_);
-  factor_ = std::clamp(factor_, 1.0, kLargestFactor);
-}
-
 ChannelState Persistence::update(bool suspect, bool informative, double step, bool conclusive) {
-  const std::uint64_t window = (std::uint64_t{2} << (parameters_.fault_window - 1)) - 1;
-  recent_ = ((recent_ << 1) | (suspect ? 1u : 0u)) & window;
+  recent_ = ((recent_ << 1) | (suspect ? 1u : 0u)) & window_;
   if (state_ == ChannelState::faulty) {
     if (suspect) good_time_ = 0.0;
     if (!suspect && informative) good_time_ += step;
@@ -39,16 +34,16 @@ void Persistence::reset() {
 }
 
 bool RepetitionTest::update(double value, bool expected, double resolution, double explained, double share) {
-  const bool repeats = has_last_ && value == last_;
-  const double change = has_last_ ? value - last_ : 0.0;
-  last_ = value;
-  has_last_ = true;
-  if (!repeats || expected) learnRun();
-  // A slow wheel teaches how often its encoder repeats as well as how its noise goes to and fro; one at rest neither.
-  if (repeats && expected && value != 0.0) repeats_ += 1.0;
-  learnQuantum(std::abs(change), resolution);
-  if (!repeats) learnChange(change, explained);
-  if (expected || !repeats) return false;
+  const double change = take(value, resolution);
+  if (change != 0.0) {
+    learnRun();
+    learnChange(change, explained);
+    return false;
+  }
+  if (expected) {
+    learnExpected(value);
+    return false;
+  }
   const int run = run_++;
   const double noise = share * usual_change_;
   if (!carriesNoise(noise, resolution)) return false;
@@ -57,10 +52,28 @@ bool RepetitionTest::update(double value, bool expected, double resolution, doub
   return repeatsForLong() && chance_ < kChance;
 }
 
-void RepetitionTest::learnQuantum(double change, double resolution) {
-  if (change <= resolution) return;
-  quantum_ = changes_ > 0 ? std::min(quantum_, change) : change;
-  changes_ = std::min(changes_ + 1, kFewChanges);
+void RepetitionTest::pass(double value, double resolution) {
+  const double change = take(value, resolution);
+  if (change == 0.0) return learnExpected(value);
+  learnRun();
+  last_change_ = change;
+  uncounted_ = 0.0;
+}
+
+/// Change since the last value; NaN of the first.
+double RepetitionTest::take(double value, double resolution) {
+  const double change = value - std::exchange(last_, value), size = std::abs(change);
+  if (size > resolution) {
+    quantum_ = std::min(quantum_, size);
+    if (changes_ < kFewChanges) ++changes_;
+  }
+  return change;
+}
+
+/// A slow wheel teaches how often its encoder repeats as well as how its noise goes to and fro; one at rest neither.
+void RepetitionTest::learnExpected(double value) {
+  learnRun();
+  if (value != 0.0) repeats_ += 1.0;
 }
 
 void RepetitionTest::learnRun() {
@@ -112,19 +125,17 @@ double RepetitionTest::expectedChance(double noise) const {
 }
 
 void SampleHold::update(double value, double least, double step) {
-  const double change = has_last_ ? value - last_ : 0.0;
-  if (!has_last_) last_ = value;
-  has_last_ = true;
-  if (change == 0.0) {
+  const double change = value - std::exchange(last_, value);
+  if (!(std::abs(change) > 0.0)) {
     held_ += step;
     return;
   }
   const double move = std::abs(change) > least ? change : 0.0;
-  if (move * last_move_ > 0.0 && held_ <= kLongest && held_ > longest_[0]) {
-    longest_[0] = held_;
-    std::sort(longest_.begin(), longest_.end());
+  if (move * last_move_ > 0.0 && held_ <= kLongest && held_ > holds_[0]) {
+    holds_[0] = held_;
+    std::sort(holds_.begin(), holds_.end());
+    longest_ = holds_[0] > 0.0 ? holds_[0] : holds_[2];
   }
-  last_ = value;
   last_move_ = move;
   held_ = 0.0;
 }

@@ -147,14 +147,15 @@ void FaultMonitor::predict() {
 const FaultReport& FaultMonitor::check(const Observation& observation) {
   if (!observation.finite() || (started_ && observation.stamp <= stamp_)) return report_;
   predict();
-  const double step = started_ ? std::min(observation.stamp - stamp_, kLongestStep) : 0.0;
+  const double time = started_ ? std::min(observation.stamp - stamp_, kLongestStep) : 0.0;
+  const SampleStep step(time, parameters_.covariance_time_constant);
   if (!started_) start(observation);
   stamp_ = observation.stamp;
   checkWheels(observation, step);
   checkAccelerometer(observation, step);
   checkGyro(observation, step);
   concludeBodyMoved();
-  checkTraction(observation, step);
+  checkTraction(observation, time);
   return report_;
 }
 
@@ -172,7 +173,7 @@ void FaultMonitor::start(const Observation& observation) {
   }
 }
 
-void FaultMonitor::checkWheels(const Observation& observation, double step) {
+void FaultMonitor::checkWheels(const Observation& observation, const SampleStep& step) {
   const ChannelValidity& valid = observation.valid;
   if (followed_) {
     const DeadZone dead_zone(model_);
@@ -186,18 +187,18 @@ void FaultMonitor::checkWheels(const Observation& observation, double step) {
     }
     followed_ = false;
   }
-  if (valid.wheel_left) left_.compare(observation.wheel_left, step);
-  if (valid.wheel_right) right_.compare(observation.wheel_right, step);
+  if (valid.wheel_left) left_.compare(observation.wheel_left, step.time);
+  if (valid.wheel_right) right_.compare(observation.wheel_right, step.time);
   if (valid.wheel_left && right_.frozen()) left_.freezeWithTheOther();
   if (valid.wheel_right && left_.frozen()) right_.freezeWithTheOther();
-  weighEvidence(observation, step);
+  weighEvidence(observation, step.time);
   if (valid.wheel_left) left_.conclude(observation.wheel_left, step);
   if (valid.wheel_right) right_.conclude(observation.wheel_right, step);
   if (concludeMoved()) return;
   if (undecided(left_, report_.wheel_left, report_.drive_left) && !left_.suspecting()) left_.forgive();
   if (undecided(right_, report_.wheel_right, report_.drive_right) && !right_.suspecting()) right_.forgive();
-  conclude(left_, report_.wheel_left, report_.drive_left, step);
-  conclude(right_, report_.wheel_right, report_.drive_right, step);
+  conclude(left_, report_.wheel_left, report_.drive_left, step.time);
+  conclude(right_, report_.wheel_right, report_.drive_right, step.time);
 }
 
 /// Wheels that are to stand and turn all the same are turned from outside, whatever the yaw rate says: pushed, or
@@ -209,10 +210,11 @@ bool FaultMonitor::concludeMoved() {
   const bool suspecting = left_.suspecting() || right_.suspecting();
   // A controller may have begun to fight it: what counts is the command before.
   if (!suspecting) was_to_stand_ = left_.commandedToRest() && right_.commandedToRest();
-  const bool found_before =
-      report_.drive_left || report_.drive_right || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right);
+  const auto found_before = [this] {
+    return report_.drive_left || report_.drive_right || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right);
+  };
   const bool were_turned = wheels_turned_;
-  wheels_turned_ = was_to_stand_ && (were_turned ? suspecting : !found_before && (turns(left_) || turns(right_)));
+  wheels_turned_ = was_to_stand_ && (were_turned ? suspecting : (turns(left_) || turns(right_)) && !found_before());
   report_.moved = wheels_turned_;
   if (were_turned && !wheels_turned_) {
     left_.forgive();
@@ -258,9 +260,11 @@ bool FaultMonitor::yawTells(const Observation& observation) const {
 }
 
 void FaultMonitor::weighEvidence(const Observation& observation, double step) {
+  if (!left_.suspect() && !right_.suspect()) {
+    if (!left_.suspecting() && !right_.suspecting()) evidence_ = Evidence{};
+    return;
+  }
   yaw_tells_ = yawTells(observation) && observation.valid.wheel_left && observation.valid.wheel_right;
-  if (!left_.suspecting() && !right_.suspecting() && !left_.suspect() && !right_.suspect()) evidence_ = Evidence{};
-  if (!left_.suspect() && !right_.suspect()) return;
   // A wheel that was held up by something and is on its way again follows its command.
   const auto stays_away = [](const WheelMonitor& wheel) { return wheel.suspect() && !wheel.recovering(); };
   if (stays_away(left_) || stays_away(right_)) evidence_.time += step;
@@ -276,7 +280,6 @@ void FaultMonitor::weighEvidence(const Observation& observation, double step) {
 }
 
 void FaultMonitor::conclude(WheelMonitor& wheel, ChannelHealth& verdict, bool& drive, double step) const {
-  const bool isolated = isFaulty(verdict) || drive;
   verdict.distance = wheel.distance();
   if (wheel.state() != ChannelState::faulty) {
     drive = false;
@@ -284,7 +287,7 @@ void FaultMonitor::conclude(WheelMonitor& wheel, ChannelHealth& verdict, bool& d
     verdict.cause = FaultCause::none;
     return;
   }
-  if (isolated) return;
+  if (isFaulty(verdict) || drive) return;
   verdict.state = wheel.suspect() && !wheel.recovering() ? ChannelState::outlier : ChannelState::ok;
   if (wheel.frozen()) {
     verdict.state = ChannelState::faulty;
@@ -328,7 +331,7 @@ double FaultMonitor::differenceVariance(const Observation& observation) const {
           doubt(right_, report_.wheel_right, observation.valid.wheel_right, observation.wheel_right));
 }
 
-void FaultMonitor::checkGyro(const Observation& observation, double step) {
+void FaultMonitor::checkGyro(const Observation& observation, const SampleStep& step) {
   if (!observation.valid.yaw_rate) return;
   // While a wheel is suspect the difference of the wheels is no witness against the gyro.
   const bool wheels_tell = !left_.suspect() && !right_.suspect() && !report_.drive_left && !report_.drive_right;
@@ -350,7 +353,7 @@ void FaultMonitor::checkGyro(const Observation& observation, double step) {
   }
 }
 
-void FaultMonitor::checkAccelerometer(const Observation& observation, double step) {
+void FaultMonitor::checkAccelerometer(const Observation& observation, const SampleStep& step) {
   report_.shaken = false;
   if (!observation.valid.acceleration) return;
   acceleration_.check(observation, wheelsTurn(), forwardSpeed(), step);

@@ -132,7 +132,6 @@ WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& 
       envelope_(std::move(envelope)),
       identified_(model.identified),
       change_(kMemory),
-      learned_(parameters.covariance_time_constant),
       persistence_(parameters.persistence()),
       repetition_(parameters.frozen_samples),
       bound_(chebyshevBound(1, parameters.false_alarm_rate)),
@@ -172,7 +171,8 @@ double WheelMonitor::steadyMisfit(double speed) const {
 
 void WheelMonitor::begin(double speed) {
   envelope_.start(speed, early_(0));
-  intervals_.fill({{speed, speed}, {speed, speed}, clock_ - kUnknownAge});
+  held_ = {{speed, speed}, {speed, speed}, clock_ - kUnknownAge};
+  intervals_.fill(held_);
   last_speed_ = measured_ = speed;
   frozen_ = suspect_ = recovering_ = led_away_ = false;
   farthest_ = behind_ = 0.0;
@@ -199,10 +199,7 @@ double WheelMonitor::speedVariance() const {
 }
 
 /// Of rounding to whole steps; it does not average out while the speed stays.
-double WheelMonitor::resolutionVariance() const {
-  const double quantum = std::min(repetition_.quantum(), kCoarsestStep);
-  return quantum * quantum / 12.0;
-}
+double WheelMonitor::resolutionVariance() const { return quantum_ * quantum_ / 12.0; }
 
 /// Where the wheel may be while it is under way: within the envelope of its timing, and as far from the belief as the
 /// slowest and the fastest drive train are from the model. Where it may stick the belief tells neither that it stands
@@ -223,24 +220,20 @@ WheelMonitor::Interval WheelMonitor::possible() const {
 void WheelMonitor::holdIntervals(double step) {
   clock_ += step;
   newest_ = (newest_ + 1) % intervals_.size();
-  intervals_[newest_] = {possible(), {reachable_.low(), reachable_.high()}, clock_};
-}
-
-WheelMonitor::Interval WheelMonitor::held(const Interval Intervals::*kind) const {
-  Interval held = intervals_[newest_].*kind;
-  if (hold_.longest() == 0.0) return held;
+  held_ = {possible(), {reachable_.low(), reachable_.high()}, clock_};
+  intervals_[newest_] = held_;
+  if (hold_.longest() == 0.0) return;
   const double earliest = clock_ - hold_.longest() - kTolerance;
   for (std::size_t i = 1; i < intervals_.size(); ++i) {
     const Intervals& old = intervals_[(newest_ + intervals_.size() - i) % intervals_.size()];
     if (old.time < earliest) break;
-    held.low = std::min(held.low, (old.*kind).low);
-    held.high = std::max(held.high, (old.*kind).high);
+    held_.possible = hull(held_.possible, old.possible);
+    held_.reachable = hull(held_.reachable, old.reachable);
   }
-  return held;
 }
 
 double WheelMonitor::uncertainty() const {
-  const auto [low, high] = hold_.longest() > 0.0 ? held(&Intervals::possible) : possible();
+  const auto [low, high] = hold_.longest() > 0.0 ? held_.possible : possible();
   return speedVariance() + (high - low) * (high - low);
 }
 
@@ -254,20 +247,19 @@ double WheelMonitor::errorOf(double measurement) const {
     return measurement - std::clamp(measurement, i.low, i.high);
   };
   const double usual = usualMisfit();
-  const auto [slowest, fastest] = held(&Intervals::possible);
+  const auto [slowest, fastest] = held_.possible;
   const double error = outside({slowest - usual, fastest + usual});
   if (identified_) return error;
-  const auto [low, high] = held(&Intervals::reachable);
+  const auto [low, high] = held_.reachable;
   const double assumed = outside({low - steadyMisfit(low), high + steadyMisfit(high)});
   return std::abs(assumed) < std::abs(error) ? assumed : error;
 }
 
 void WheelMonitor::compare(double measurement, double step) {
   const double since_renewed = hold_.held() + step;
-  hold_.update(measurement, std::max(kHeldSteps * std::min(repetition_.quantum(), kCoarsestStep), kHeldMotion), step);
+  hold_.update(measurement, std::max(kHeldSteps * quantum_, kHeldMotion), step);
   holdIntervals(step);
   error_ = errorOf(measurement);
-  const double progress = (error_ < 0.0 ? 1.0 : -1.0) * (measurement - measured_);
   distance_ = std::sqrt(learned_.squaredDistance(error_, variance())) / bound_;
   frozen_ = isFrozen(measurement, step);
   behind_ = isBehind(measurement) ? behind_ + step : 0.0;
@@ -276,14 +268,14 @@ void WheelMonitor::compare(double measurement, double step) {
   suspect_ = distance_ > 1.0 || frozen_ || behind_for_long;
   waits_ = measurement == measured_ && hold_.held() <= hold_.longest();
   const double least = hold_.longest() > 0.0 ? std::min(least_progress_, kSlowestRamp) : least_progress_;
-  recovering_ =
-      (waits_ ? recovering_ : progress > least * since_renewed) || comesBack(measurement, step) || isAhead(measurement);
+  const bool follows = waits_ ? recovering_ : comesNearer(measured_, measurement) > least * since_renewed;
+  recovering_ = follows || comesBack(measurement, step) || isAhead(measurement);
   measured_ = measurement;
 }
 
 /// What even the slowest drive train would have made of the commands [rad/s].
 double WheelMonitor::slowest() const {
-  const auto [low, high] = held(&Intervals::reachable);
+  const auto [low, high] = held_.reachable;
   return low > 0.0 ? low : std::min(high, 0.0);
 }
 
@@ -306,15 +298,22 @@ bool WheelMonitor::isAhead(double measurement) const {
   return error_ > 0.0 ? measurement <= commanded : measurement >= commanded;
 }
 
+/// How far the wheel has come towards its prediction between two measurements.
+double WheelMonitor::comesNearer(double before, double now) const { return error_ < 0.0 ? now - before : before - now; }
+
 /// Weak motors bring a wheel back slowly: from where it was farthest off it has to come nearer step by step.
 bool WheelMonitor::comesBack(double measurement, double step) {
-  const double off = std::abs(error_), before = std::exchange(farthest_, suspect_ ? std::max(farthest_, off) : 0.0);
+  if (!suspect_) {
+    farthest_ = 0.0;
+    return false;
+  }
+  const double off = std::abs(error_), before = std::exchange(farthest_, std::max(farthest_, off));
   const double noise = kNoise * std::sqrt(learned_.factor() * parameters_.wheel_variance);
   const double least = std::max(kLeastReturn * farthest_, noise);
   if (farthest_ > before || farthest_ == 0.0) {
     mark_ = measurement;
     since_mark_ = kReturnTime + 2.0 * hold_.longest();
-  } else if ((error_ < 0.0 ? 1.0 : -1.0) * (measurement - mark_) > least && off < farthest_ - least) {
+  } else if (comesNearer(mark_, measurement) > least && off < farthest_ - least) {
     mark_ = measurement;
     since_mark_ = 0.0;
   } else {
@@ -332,13 +331,20 @@ bool WheelMonitor::isFrozen(double measurement, double step) {
   // What gear and motor add to the speed grows with it: noise of fast driving is none to be missed in slow.
   const double share = std::min(1.0, std::abs(measurement) / std::max(repetition_.noisyValue(), kRestSpeed));
   const bool silent = repetition_.update(measurement, may_rest, kResolution, explained, share);
-  // Of an encoder that has not told its resolution yet, the coarsest is assumed.
-  const double quantum = repetition_.quantum() > 0.0 ? std::min(repetition_.quantum(), kCoarsestStep) : kCoarsestStep;
-  const double least =
-      std::max({kMissedSteps * quantum, kLeastMotion, kDrift * std::abs(measurement)}) + kMisfit * std::sqrt(misfit_);
-  const bool missed = missed_motion_.update(measurement, repetition_.repeats(), reachable_.low(), reachable_.high(),
-                                            least, step, hold_.longest());
+  quantum_ = std::min(repetition_.quantum(), kCoarsestStep);
+  const bool repeats = repetition_.repeats();
+  const double least = repeats ? leastMissed(measurement) : 0.0;
+  const bool missed =
+      missed_motion_.update(measurement, repeats, reachable_.low(), reachable_.high(), least, step, hold_.longest());
   return silent || (missed && parameters_.frozen_samples > 0);
+}
+
+/// Motion that a live encoder cannot miss.
+double WheelMonitor::leastMissed(double measurement) const {
+  // Of an encoder that has not told its resolution yet, the coarsest is assumed.
+  const double quantum = quantum_ > 0.0 ? quantum_ : kCoarsestStep;
+  return std::max({kMissedSteps * quantum, kLeastMotion, kDrift * std::abs(measurement)}) +
+         kMisfit * std::sqrt(misfit_);
 }
 
 bool WheelMonitor::commandedToRest() const {
@@ -364,17 +370,17 @@ void WheelMonitor::forgive() {
   persistence_.reset();
 }
 
-void WheelMonitor::conclude(double measurement, double step) {
+void WheelMonitor::conclude(double measurement, const SampleStep& step) {
   // A value that the encoder holds is one measurement, however often it is published.
-  if (!(suspect_ && waits_)) persistence_.update(suspect_, std::abs(belief_.speed()) > kRestSpeed, step);
+  if (!(suspect_ && waits_)) persistence_.update(suspect_, std::abs(belief_.speed()) > kRestSpeed, step.time);
   if (frozen_) persistence_.declareFaulty();
   last_speed_ = belief_.speed();
   if (state() != ChannelState::ok) return;
-  learnMisfit(measurement, step);
-  const auto [low, high] = held(&Intervals::possible);
-  const double width = high - low, variance = this->variance();
+  const double variance = this->variance();
+  learnMisfit(measurement, variance, step.time);
+  const double width = held_.possible.high - held_.possible.low;
   const double deviation = std::sqrt(learned_.factor() * variance);
-  if (width < kNarrow * deviation) learned_.learn(measurement - belief_.speed(), variance, step);
+  if (width < kNarrow * deviation) learned_.learn(measurement - belief_.speed(), variance, step.share);
   // While the wheel is under way somewhere, its speed says little about the drive train.
   belief_.correct(measurement, width * width);
   last_speed_ = belief_.speed();
@@ -384,10 +390,10 @@ double WheelMonitor::usualMisfit() const { return std::max(0.0, kMisfit * std::s
 
 /// How far a moving wheel is from what its drive train's model can explain, noise apart. One that stands where it
 /// should turn tells nothing of the model.
-void WheelMonitor::learnMisfit(double measurement, double step) {
+void WheelMonitor::learnMisfit(double measurement, double variance, double step) {
   if (std::abs(measurement) < kRestSpeed) return;
-  const auto [low, high] = held(&Intervals::reachable);
-  const double noise = kNoise * std::sqrt(variance());
+  const auto [low, high] = held_.reachable;
+  const double noise = kNoise * std::sqrt(variance);
   const double misfit = measurement - std::clamp(measurement, low - noise, high + noise);
   misfit_ += step / (step + kMisfitMemory) * (misfit * misfit - misfit_);
 }

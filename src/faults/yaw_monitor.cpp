@@ -119,10 +119,8 @@ YawMonitor::YawMonitor(const FaultParameters& parameters, double effective_track
       difference_change_(kMemory),
       timing_(parameters.yaw_delay_deviation),
       grip_(kGripMemory),
-      learned_(parameters.covariance_time_constant),
       persistence_(slower(parameters.persistence())),
-      repetition_at_rest_(parameters.frozen_samples),
-      repetition_moving_(parameters.frozen_samples),
+      repetition_(parameters.frozen_samples),
       bound_(chebyshevBound(1, parameters.false_alarm_rate)) {}
 
 void YawMonitor::predict(const double* forward_rates, const double* difference_rates, std::size_t number, double step) {
@@ -151,35 +149,42 @@ void YawMonitor::predict(const double* forward_rates, const double* difference_r
   settled_ = settled;
 }
 
-void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step, const Shock& shock) {
+void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, const SampleStep& step,
+                       const Shock& shock) {
   const bool was_faulty = state() == ChannelState::faulty;
-  distance_ = distanceFrom(belief_, yaw_rate, x);
-  frozen_ = isFrozen(yaw_rate, x, moving, step);
-  watchJumps(yaw_rate, x.value, step, shock.push);
-  forward_lately_ = std::max(std::abs(x.forward), forward_lately_ * kTyresMemory / (step + kTyresMemory));
+  compare(yaw_rate, x);
+  distance_ = distance(error_, variance_);
+  frozen_ = isFrozen(yaw_rate, x, moving, step.time);
+  watchJumps(yaw_rate, x.value, step.time, shock.push);
+  forward_lately_ = std::max(std::abs(x.forward), forward_lately_ * kTyresMemory / (step.time + kTyresMemory));
   // Wheels that are under way nobody knows where do not tell which turn they ask for.
-  if (x.value * x.value > x.variance) agreement_of_sign_.update(yaw_rate, belief_.slope() * x.value, step);
+  if (x.value * x.value > x.variance) agreement_of_sign_.update(yaw_rate, belief_.slope() * x.value, step.time);
   if (agreement_of_sign_.turned() > kSignTime && std::abs(agreement_of_sign_.value()) > kSign) {
     reversed_ = agreement_of_sign_.value() < 0.0;
   }
   const bool wrong_for_good = frozen_ || reversed();
   const bool off = distance_ > 1.0 || jumped_;
-  const bool sliding = off && !was_faulty && (shock.jolt || slides(yaw_rate, x));
-  bool suspect = (off && !sliding) || wrong_for_good || biased();
+  const bool sliding = off && !was_faulty && (shock.jolt || slides(x));
+  const bool biased = this->biased();
+  bool suspect = (off && !sliding) || wrong_for_good || biased;
   if (was_faulty) {
-    agreement_ = distanceFrom(alternative_, yaw_rate, x) <= 1.0 ? agreement_ + step : 0.0;
+    agreement_ = distanceFrom(alternative_, yaw_rate, x) <= 1.0 ? agreement_ + step.time : 0.0;
     suspect = suspect && (wrong_for_good || !explained(yaw_rate, x));
   }
-  sumUp(suspect, yaw_rate, x.value, step);
-  persistence_.update(suspect, true, step, biased() || !byGround(shock.vibration));
+  sumUp(suspect, step.time);
+  persistence_.update(suspect, true, step.time, biased || !byGround(shock.vibration));
   if (wrong_for_good) persistence_.declareFaulty();
 
   // One that may be frozen at zero would teach that the robot need not turn.
   const bool zero_in_a_turn = yaw_rate == 0.0 && std::abs(predicted(x)) > kDeadZone;
   if (state() == ChannelState::ok && !sliding && !shock.jolt && !zero_in_a_turn) {
-    if (was_faulty && (distance_ > 1.0 || biased())) belief_ = alternative_;
-    learned_.learn(belief_.error(yaw_rate, x.value), variance(belief_, x), step);
-    const double lasts = moving ? step : std::numeric_limits<double>::infinity();  // at rest its errors are its noise
+    if (was_faulty && (distance_ > 1.0 || biased)) {
+      belief_ = alternative_;
+      compare(yaw_rate, x);
+    }
+    learned_.learn(error_, variance_, step.share);
+    // At rest its errors are its noise.
+    const double lasts = moving ? step.time : std::numeric_limits<double>::infinity();
     belief_.correct(yaw_rate, x.value, x.variance, learned_.factor(), settled_ > kSettled, lasts);
   } else if (state() == ChannelState::faulty) {
     if (!was_faulty) {
@@ -193,7 +198,7 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, d
 
 /// By more than any dead zone.
 bool YawMonitor::shouldTurn(const DifferenceSpeed& x) const {
-  return std::abs(predicted(x)) - kSure * std::sqrt(learned_.factor() * variance(belief_, x)) > kDeadZone;
+  return std::abs(predicted(x)) - kSure * std::sqrt(learned_.factor() * variance_) > kDeadZone;
 }
 
 /// A value that was found frozen is, until it changes.
@@ -201,27 +206,22 @@ bool YawMonitor::isFrozen(double yaw_rate, const DifferenceSpeed& x, bool moving
   const bool was_frozen = frozen_ && yaw_rate == last_;
   const bool zero = yaw_rate == 0.0, in_dead_zone = zero && !shouldTurn(x);
   zero_in_a_turn_ = zero && !in_dead_zone ? zero_in_a_turn_ + step : 0.0;
-  // What it does at rest says nothing of what it does while moving: its driver may filter differently.
-  constexpr double kAnyChange = RepetitionTest::kAnyChange;
-  const bool at_rest =
-      repetition_at_rest_.update(yaw_rate, moving || in_dead_zone, kResolution, moving ? kAnyChange : 0.0);
-  const bool on_the_move =
-      repetition_moving_.update(yaw_rate, !moving || in_dead_zone, kResolution, moving ? 0.0 : kAnyChange);
+  const bool silent = repetition_.update(yaw_rate, moving, in_dead_zone, kResolution);
   const bool missed = parameters_.frozen_samples > 0 && zero_in_a_turn_ > kMissedTurn;
-  return was_frozen || at_rest || on_the_move || missed;
+  return was_frozen || silent || missed;
 }
 
 /// Adds what is suspect to the turn that nothing explains.
-void YawMonitor::sumUp(bool suspect, double yaw_rate, double x, double step) {
+void YawMonitor::sumUp(bool suspect, double step) {
   if (!persistence_.suspecting()) unexplained_ = Unexplained{};
   if (!suspect) return;
-  const double error = belief_.error(yaw_rate, x);
-  unexplained_.angle += error * step;
-  unexplained_.distance += std::copysign(distance_, error) * step;
+  unexplained_.angle += error_ * step;
+  unexplained_.distance += std::copysign(distance_, error_) * step;
   unexplained_.time += step;
 }
 
 bool YawMonitor::byGround(double vibration) const {
+  if (unexplained_.time == 0.0) return true;
   const double rough = 1.0 + std::min(jolts_ / kManyJolts + vibration / kRoughVibration, 1.0);
   const bool far = std::abs(unexplained_.angle) > rough * kTurnByGround &&
                    std::abs(unexplained_.distance) > rough * kTurnByBadGround;
@@ -234,34 +234,41 @@ void YawMonitor::restart() {
   persistence_.reset();
 }
 
+double YawMonitor::noise() const { return kNoise * std::sqrt(learned_.factor() * parameters_.gyro_variance); }
+
+/// Away from where it should be, faster than a body can.
+bool YawMonitor::jumps(double yaw_rate, double x, double step) const {
+  if (distance_ <= 1.0) return false;
+  const double fastest = std::max(kFastestChange, kFastestShare * std::abs(belief_.slope() * x));
+  const double by = yaw_rate - last_;
+  return by * error_ > 0.0 && std::abs(by) > fastest * step + noise();
+}
+
+/// A body that the ground throws round goes on from sample to sample, where a gyro jumps from one to the next.
+bool YawMonitor::goesOn() const { return std::copysign(1.0, jumped_by_) * error_ - std::abs(jumped_by_) > noise(); }
+
 void YawMonitor::watchJumps(double yaw_rate, double x, double step, bool pushed) {
-  const double change = std::max(kFastestChange, kFastestShare * std::abs(belief_.slope() * x));
-  const double noise = kNoise * std::sqrt(learned_.factor() * parameters_.gyro_variance);
   const bool jumped = jumped_;
-  const double by = yaw_rate - last_, error = belief_.error(yaw_rate, x);
-  jumped_ =
-      jumped_ ? distance_ > kJumpEnd : distance_ > 1.0 && by * error > 0.0 && std::abs(by) > change * step + noise;
+  jumped_ = jumped_ ? distance_ > kJumpEnd : jumps(yaw_rate, x, step);
   if (jumped_ && !jumped) {
-    jumped_by_ = error;
+    jumped_by_ = error_;
     thrown_ = false;
   }
   // The sample that felt the push may come before or after the one that saw the turn.
   if (pushed && jump_time_ < kAtOnce) jumped_ = false;
-  // A body that the ground throws round goes on from sample to sample, where a gyro jumps from one to the next.
-  const bool goes_on = std::copysign(1.0, jumped_by_) * error - std::abs(jumped_by_) > noise;
-  if (goes_on && jump_time_ < kAtOnce) thrown_ = true;
+  if (jumped_ && jump_time_ < kAtOnce && goesOn()) thrown_ = true;
   jolts_ += (jumped && !jumped_ ? 1.0 : 0.0) - jolts_ * step / kJoltMemory;
   jump_time_ = jumped_ ? jump_time_ + step : 0.0;
   last_ = yaw_rate;
 }
 
-bool YawMonitor::slides(double yaw_rate, const DifferenceSpeed& x) const {
-  const double error = belief_.error(yaw_rate, x.value), speed = std::abs(x.forward);
-  const double part = error / (belief_.slope() * x.value);  // of what the wheels ask for
+bool YawMonitor::slides(const DifferenceSpeed& x) const {
+  const double speed = std::abs(x.forward);
+  const double part = error_ / (belief_.slope() * x.value);  // of what the wheels ask for
   const bool rocks =
       jumped_ && jump_time_ < std::min(kTimePerJolt * jolts_, kLongestJolt) && std::abs(part) <= kRocking;
   if (rocks || (jumped_ && !thrown_)) return rocks;
-  const bool held_at_one_side = speed < kCreep && std::abs(error) < kAboutOneSide * belief_.slope() * speed;
+  const bool held_at_one_side = speed < kCreep && std::abs(error_) < kAboutOneSide * belief_.slope() * speed;
   return held_at_one_side || (part >= -(1.0 + kAgainst) && part <= kOtherGround);
 }
 
@@ -285,8 +292,17 @@ double YawMonitor::variance(const YawBelief& belief, const DifferenceSpeed& x) c
   return belief.variance(x.value, x.variance) + timing_.value() + skid * skid * grip_.value();
 }
 
+void YawMonitor::compare(double yaw_rate, const DifferenceSpeed& x) {
+  error_ = belief_.error(yaw_rate, x.value);
+  variance_ = variance(belief_, x);
+}
+
+double YawMonitor::distance(double error, double variance) const {
+  return std::sqrt(learned_.squaredDistance(error, variance)) / bound_;
+}
+
 double YawMonitor::distanceFrom(const YawBelief& belief, double yaw_rate, const DifferenceSpeed& x) const {
-  return std::sqrt(learned_.squaredDistance(belief.error(yaw_rate, x.value), variance(belief, x))) / bound_;
+  return distance(belief.error(yaw_rate, x.value), variance(belief, x));
 }
 
 }  // namespace jackal_aic

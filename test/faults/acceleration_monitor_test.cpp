@@ -12,6 +12,7 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kPeriod = 0.02;  // s
+const SampleStep kStep(kPeriod, FaultParameters{}.covariance_time_constant);
 
 /// A body that accelerates as its wheels do, and the monitor of its accelerometer.
 class WatchedBody {
@@ -24,7 +25,7 @@ class WatchedBody {
       Observation y;
       y.acceleration_x = measured + 0.05 * normal_(random_);
       y.acceleration_z = kGravity + 0.05 * normal_(random_);
-      monitor.check(y, true, speed, kPeriod);
+      monitor.check(y, true, speed, kStep);
       most = std::max(most, monitor.distance());
     }
     return most;
@@ -94,7 +95,7 @@ TEST(AccelerationMonitor, WhatTheGroundDoesIsNoFaultAndAWrongReadingIsOneSoon) {
         Observation y;
         y.acceleration_x = (time > 0.0 && time < duration + 1e-9 ? acceleration : 0.0) + noise(random);
         y.acceleration_z = kGravity + noise(random);
-        monitor.check(y, true, 1.5, period);
+        monitor.check(y, true, 1.5, {period, FaultParameters{}.covariance_time_constant});
         if (monitor.state() == ChannelState::faulty) found += period;
       }
       return found;
@@ -126,7 +127,7 @@ TEST(AccelerationMonitor, IsFaultyWithTheSampleThatShowsItFrozen) {
   int samples = 0;
   for (; samples < 100 && !body.monitor.frozen(); ++samples) {
     for (int k = 0; k < 20; ++k) body.monitor.predict(0.0, 0.0, 0.0, 0.001);
-    body.monitor.check(y, true, body.speed, kPeriod);
+    body.monitor.check(y, true, body.speed, kStep);
   }
   EXPECT_TRUE(body.monitor.frozen());
   EXPECT_LT(samples, 15);
@@ -146,7 +147,7 @@ class QuietBody {
       Observation y;
       y.acceleration_x = x;
       if (vertical_) y.acceleration_z = z;
-      monitor.check(y, moving_, speed, kPeriod);
+      monitor.check(y, moving_, speed, kStep);
     }
     return monitor.distance();
   }
@@ -378,7 +379,7 @@ bool findsFrozen(bool has_vertical, bool x_freezes, bool z_freezes, double chang
     Observation y;
     y.acceleration_x = x;
     if (has_vertical) y.acceleration_z = kGravity + z;
-    monitor.check(y, true, 0.5, kPeriod);
+    monitor.check(y, true, 0.5, kStep);
     return monitor.frozen();
   };
   double value = 0.0;

@@ -21,11 +21,11 @@ TEST(ChebyshevBound, HoldsForAnyDistribution) {
 TEST(LearnedVariance, FindsTheFactorOfTheNoise) {
   std::mt19937 random(1);
   for (double deviation : {1.0, 3.0, 5.0}) {
-    LearnedVariance learned(2.0);
+    LearnedVariance learned;
     std::normal_distribution<double> noise(0.0, deviation * 0.1);
     double mean = 0.0;
     for (int k = 0; k < 2000; ++k) {
-      learned.learn(noise(random), 0.01, kStep);
+      learned.learn(noise(random), 0.01, SampleStep(kStep, 2.0).share);
       if (k >= 1000) mean += learned.factor() / 1000.0;
     }
     EXPECT_NEAR(mean, deviation * deviation, 0.15 * deviation * deviation);
@@ -34,10 +34,11 @@ TEST(LearnedVariance, FindsTheFactorOfTheNoise) {
 }
 
 TEST(LearnedVariance, StaysWithinItsBounds) {
-  LearnedVariance learned(0.1);
-  for (int k = 0; k < 200; ++k) learned.learn(0.0, 1.0, kStep);
+  LearnedVariance learned;
+  const double share = SampleStep(kStep, 0.1).share;
+  for (int k = 0; k < 200; ++k) learned.learn(0.0, 1.0, share);
   EXPECT_EQ(learned.factor(), 1.0);
-  for (int k = 0; k < 200; ++k) learned.learn(1e3, 1.0, kStep);
+  for (int k = 0; k < 200; ++k) learned.learn(1e3, 1.0, share);
   EXPECT_EQ(learned.factor(), LearnedVariance::kLargestFactor);
 }
 

@@ -660,12 +660,15 @@ TEST(YawBelief, ASteadyTurnSaysNothingAboutTheBias) {
   }
 }
 
+/// A sample that comes a time after the last one [s].
+SampleStep after(double time) { return {time, FaultParameters{}.covariance_time_constant}; }
+
 /// Shows a monitor a steady turn. @param slip of the turn in multiples of the one given, @param bias of the gyro.
 void turn(YawMonitor& monitor, std::mt19937& random, double x, double slip, double bias, int samples) {
   std::normal_distribution<double> noise(0.0, 0.005);
   for (int k = 0; k < samples; ++k) {
     for (int step = 0; step < 20; ++step) monitor.predict(0.0, 0.0, 0.001);
-    monitor.check(slip * x / 0.55 + bias + noise(random), {x, 2e-6}, true, 0.02);
+    monitor.check(slip * x / 0.55 + bias + noise(random), {x, 2e-6}, true, after(0.02));
   }
 }
 
@@ -713,7 +716,7 @@ ChannelState afterLosing(double part, double change) {
   double yaw_rate = asked;
   for (int i = 0; i < 50; ++i) {
     yaw_rate += std::clamp(done - yaw_rate, -change * step, change * step);
-    monitor.check(yaw_rate + noise(random), {0.5, 2e-6}, true, step);
+    monitor.check(yaw_rate + noise(random), {0.5, 2e-6}, true, after(step));
     if (monitor.state() == ChannelState::faulty) return ChannelState::faulty;
   }
   return monitor.state();
@@ -771,9 +774,9 @@ TEST(YawMonitor, AGroundThatRocksTheRobotIsNoFaultOfTheGyro) {
 
 TEST(YawMonitor, WheelsThatAreUnderWayNobodyKnowsWhereDoNotTellTheSignOfTheGyro) {
   YawMonitor monitor(FaultParameters{}, 0.55);
-  for (int k = 0; k < 50; ++k) monitor.check(-0.8, {0.26, 4.0}, true, 0.02);
+  for (int k = 0; k < 50; ++k) monitor.check(-0.8, {0.26, 4.0}, true, after(0.02));
   EXPECT_FALSE(monitor.reversed());
-  for (int k = 0; k < 50; ++k) monitor.check(-0.8, {0.26, 1e-4}, true, 0.02);
+  for (int k = 0; k < 50; ++k) monitor.check(-0.8, {0.26, 1e-4}, true, after(0.02));
   EXPECT_TRUE(monitor.reversed());
 }
 
@@ -788,7 +791,7 @@ TEST(YawMonitor, UnlikeTyresOnAStraightLineAreNoBias) {
       speed += std::clamp(target - speed, -0.03, 0.03);
       for (int step = 0; step < 20; ++step) monitor.predict(50.0 * (speed - before), 0.0, 0.001);
       const double by_tyres = 0.02 * speed / 0.55;  // of 2 % difference
-      monitor.check(by_tyres + bias + noise(random), {0.0, 2e-6, speed}, speed > 0.0, 0.02);
+      monitor.check(by_tyres + bias + noise(random), {0.0, 2e-6, speed}, speed > 0.0, after(0.02));
     }
     return monitor.state();
   };
@@ -806,7 +809,7 @@ TEST(YawMonitor, UnlikeTyresOfARobotThatBrakesAreNoBias) {
     for (int k = 1; k <= samples; ++k) {
       const double change = (to - from) / samples, speed = from + k * change;
       for (int step = 0; step < 20; ++step) monitor.predict(50.0 * change, 0.0, 0.001);
-      monitor.check(0.03 * speed / 0.55, {0.0, 2e-6, speed}, speed != 0.0, 0.02);  // of 3 % difference
+      monitor.check(0.03 * speed / 0.55, {0.0, 2e-6, speed}, speed != 0.0, after(0.02));  // of 3 % difference
       faulty = faulty || monitor.state() == ChannelState::faulty;
     }
     return faulty;
@@ -819,7 +822,7 @@ TEST(YawMonitor, UnlikeTyresOfARobotThatBrakesAreNoBias) {
 
 TEST(YawMonitor, ABodyThatBeginsToTurnBeforeItsEncodersTellIsNoBias) {
   YawMonitor monitor(FaultParameters{}, 0.55);
-  for (int i = 0; i < 5; ++i) monitor.check(0.1, {0.01, 2e-5}, true, 0.05);
+  for (int i = 0; i < 5; ++i) monitor.check(0.1, {0.01, 2e-5}, true, after(0.05));
   EXPECT_NEAR(monitor.belief().bias(), 0.0, 1e-3);
 }
 

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kPeriod = 0.02;   // s
 constexpr double kRadius = 0.098;  // m
+const SampleStep kStep(kPeriod, FaultParameters{}.covariance_time_constant);
 
 PlantModel model() {
   PlantModel m;
@@ -44,7 +45,7 @@ class WatchedWheel {
       }
       const double y = measured(wheel_.speed());
       monitor.compare(y, kPeriod);
-      monitor.conclude(y, kPeriod);
+      monitor.conclude(y, kStep);
       left_out += monitor.state() == ChannelState::ok ? 0 : 1;
     }
     return left_out;
@@ -158,7 +159,7 @@ TEST(WheelMonitor, AnUnidentifiedDriveTrainMayBeSlow) {
       }
       const double y = wheel.speed() + 0.03 * normal(random);
       monitor.compare(y, kPeriod);
-      monitor.conclude(y, kPeriod);
+      monitor.conclude(y, kStep);
       left_out += monitor.state() == ChannelState::ok ? 0 : 1;
     }
   }
@@ -204,7 +205,7 @@ class Wheel {
   /// Shows a speed now.
   void show(double measurement) {
     monitor.compare(measurement, kPeriod);
-    monitor.conclude(measurement, kPeriod);
+    monitor.conclude(measurement, kStep);
   }
 
   /// The distance that a speed would have now.
@@ -329,7 +330,7 @@ TEST(WheelMonitor, AQuietWheelThatIsOffItsModelIsNotFrozenWhenItIsFoundUnderWay)
     for (int k = 0; k < 20; ++k) {
       wheel.pass(2.0, kSlowPeriod);
       wheel.monitor.compare(speed, kSlowPeriod);
-      wheel.monitor.conclude(speed, kSlowPeriod);
+      wheel.monitor.conclude(speed, SampleStep(kSlowPeriod, FaultParameters{}.covariance_time_constant));
       EXPECT_EQ(wheel.monitor.state(), ChannelState::ok) << gain << ", sample " << k;
     }
   }

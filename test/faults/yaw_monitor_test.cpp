@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kTrack = 0.55;   // m
 constexpr double kPeriod = 0.02;  // s
+const SampleStep kStep(kPeriod, FaultParameters{}.covariance_time_constant);
 constexpr double kSpread = 2e-6;  // variance of the difference speed [(m/s)^2]
 constexpr double kBound = 5.0;    // sqrt(1 / 0.04)
 constexpr ChannelState kOk = ChannelState::ok, kOutlier = ChannelState::outlier, kFaulty = ChannelState::faulty;
@@ -28,7 +29,7 @@ class Gyro {
   ChannelState show(double yaw_rate, int samples = 1) {
     for (int k = 0; k < samples; ++k) {
       pass(kPeriod);
-      monitor.check(yaw_rate, {x, kSpread, forward}, true, kPeriod, shock);
+      monitor.check(yaw_rate, {x, kSpread, forward}, true, kStep, shock);
     }
     return monitor.state();
   }
@@ -182,7 +183,7 @@ TEST(YawMonitor, AJumpLastsUntilTheDistanceIsWellBelowTheBound) {
     EXPECT_EQ(gyro.show(Gyro::asked(0.5) - 0.3), kOutlier);
     gyro.pass(kPeriod);
     const double error = distance * kBound * std::sqrt(gyro.monitor.belief().variance(0.5, kSpread));
-    gyro.monitor.check(Gyro::asked(0.5) - error, {0.5, kSpread, 0.0}, true, kPeriod);
+    gyro.monitor.check(Gyro::asked(0.5) - error, {0.5, kSpread, 0.0}, true, kStep);
     EXPECT_NEAR(gyro.monitor.distance(), distance, 0.01);
     return gyro.monitor.state();
   };
@@ -205,7 +206,9 @@ Gyro jolted(int jolts, double x) {
 TEST(YawMonitor, EveryJoltThatEndedLetsTheNextOneLastAQuarterOfASecondLonger) {
   const auto toleratedFor = [](int jolts, double wait) {  // [s]
     Gyro gyro = jolted(jolts, 0.5);
-    for (double t = 0.0; t < wait; t += 0.5) gyro.monitor.check(Gyro::asked(0.5), {0.5, kSpread, 0.0}, true, 0.5);
+    for (double t = 0.0; t < wait; t += 0.5)
+      gyro.monitor.check(Gyro::asked(0.5), {0.5, kSpread, 0.0}, true,
+                         {0.5, FaultParameters{}.covariance_time_constant});
     return kPeriod * (gyro.samplesUntil(kOutlier, 0.6 * Gyro::asked(0.5), 200) - 1);
   };
   EXPECT_EQ(toleratedFor(0, 0.0), 0.0);
@@ -264,11 +267,11 @@ TEST(YawMonitor, WhileTheRobotIsShakenTheTurnTellsNothing) {
   gyro.settle(0.5);
   const double slope = gyro.monitor.belief().slope(), yaw_rate = Gyro::asked(0.5) + 1.0;
   for (int k = 0; k < 20; ++k) {
-    gyro.monitor.check(yaw_rate, {0.5, kSpread, 0.0}, true, kPeriod, {true, false});
+    gyro.monitor.check(yaw_rate, {0.5, kSpread, 0.0}, true, kStep, {true, false});
     EXPECT_EQ(gyro.monitor.state(), kOk) << k;
   }
   EXPECT_EQ(gyro.monitor.belief().slope(), slope) << "nor of the slip";
-  gyro.monitor.check(yaw_rate, {0.5, kSpread, 0.0}, true, kPeriod);
+  gyro.monitor.check(yaw_rate, {0.5, kSpread, 0.0}, true, kStep);
   EXPECT_EQ(gyro.monitor.state(), kOutlier);
 
   // Nor what is off by less than the bound, while the motion is new.
@@ -279,7 +282,7 @@ TEST(YawMonitor, WhileTheRobotIsShakenTheTurnTellsNothing) {
   turned.pass(0.1);
   turned.difference_rate = 0.0;
   for (int k = 0; k < 10; ++k) {
-    turned.monitor.check(0.7 * Gyro::asked(0.5), {0.5, kSpread, 0.0}, true, kPeriod, {true, false});
+    turned.monitor.check(0.7 * Gyro::asked(0.5), {0.5, kSpread, 0.0}, true, kStep, {true, false});
     EXPECT_LT(turned.monitor.distance(), 1.0) << k;
   }
   EXPECT_EQ(turned.monitor.belief().slope(), before);
@@ -391,7 +394,7 @@ TEST(YawMonitor, WhereLittleIsKnownOfTheTurnTheGroundMayTurnTheBodyFarther) {
   Gyro gyro(parameters);
   gyro.settle(0.0);
   YawMonitor before = gyro.monitor;
-  before.check(0.24, {0.0, kSpread, 0.0}, true, kPeriod);
+  before.check(0.24, {0.0, kSpread, 0.0}, true, kStep);
   ASSERT_NEAR(before.distance(), 1.2, 0.1);
   EXPECT_NEAR(gyro.samplesUntil(kFaulty, 0.24, 100), 0.3 / (before.distance() * kPeriod), 1.5) << "0.06 rad";
 }
@@ -425,7 +428,7 @@ TEST(YawMonitor, AGyroThatIsOffForASecondIsFaultyWhicheverWayItTurns) {
 TEST(YawMonitor, TheSignIsToldByHalfASecondOfTurning) {
   const auto isReversed = [](double part, double spread, int samples) {
     Gyro gyro;
-    for (int k = 0; k < samples; ++k) gyro.monitor.check(part * Gyro::asked(0.26), {0.26, spread, 0.0}, true, kPeriod);
+    for (int k = 0; k < samples; ++k) gyro.monitor.check(part * Gyro::asked(0.26), {0.26, spread, 0.0}, true, kStep);
     return gyro.monitor.reversed();
   };
   EXPECT_FALSE(isReversed(-1.0, kSpread, 20));
@@ -464,7 +467,8 @@ TEST(YawMonitor, OneSampleTeachesLittleOfTheBias) {
     YawMonitor monitor(FaultParameters{}, kTrack);
     for (int k = 0; k < 20; ++k) {
       monitor.predict(0.0, 0.0, period);
-      monitor.check(k == 19 ? 0.12 : 0.0, {0.0, kSpread, 0.5}, true, period);
+      monitor.check(k == 19 ? 0.12 : 0.0, {0.0, kSpread, 0.5}, true,
+                    {period, FaultParameters{}.covariance_time_constant});
     }
     EXPECT_LT(std::abs(monitor.belief().bias()), 0.03) << period;
   }
@@ -543,11 +547,11 @@ bool findsFrozen(double change) {
   double value = 0.0;
   for (int k = 0; k < 200; ++k) {
     value += (k % 40 < 2 ? 0.6 : 1.0) * (k % 2 == 0 ? change : -change);
-    monitor.check(value, {0.0, kSpread, 0.0}, true, kPeriod);
+    monitor.check(value, {0.0, kSpread, 0.0}, true, kStep);
   }
   bool found = false;
   for (int k = 0; k < 100; ++k) {
-    monitor.check(-change, {0.0, kSpread, 0.0}, true, kPeriod);
+    monitor.check(-change, {0.0, kSpread, 0.0}, true, kStep);
     found |= monitor.frozen();
   }
   return found;

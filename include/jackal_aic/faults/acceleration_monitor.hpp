@@ -50,9 +50,9 @@ class AccelerationMonitor {
   void predict(const double* forward_rates, const double* lowest, const double* highest, std::size_t number,
                double step);
 
-  /// Judges a sample; its vertical part only if it is known. @param step time since the last sample [s].
+  /// Judges a sample; its vertical part only if it is known. @param step since the last sample.
   /// @param moving the wheels turn: the noise differs from that at rest. @param speed of the wheels, forward [m/s].
-  void check(const Observation& observation, bool moving, double speed, double step);
+  void check(const Observation& observation, bool moving, double speed, const SampleStep& step);
 
   bool upsideDown() const { return upside_down_; }               ///< faulty, and gravity points upwards
   bool frozen() const { return frozen_; }                        ///< an axis of the last sample repeats to the bit
@@ -111,9 +111,10 @@ class AccelerationMonitor {
     bool moving;
     double step;  // [s]
   };
+  bool isFrozen(const Observation& observation, bool moving);
   static double compare(Axes& axes, const Sample& sample);
   static void correct(Axes& axes, const Sample& sample);
-  static void learn(Axes& axes, const Sample& sample);
+  static void learn(Axes& axes, const Sample& sample, double share);
 
   FaultParameters parameters_;
   Axes axes_;
@@ -125,11 +126,6 @@ class AccelerationMonitor {
   TimingVariance timing_;
   Persistence persistence_;
   double suspected_ = 0.0;  // time of the samples that made it suspect lately [s]
-  /// Of a_x and of a_z, which a live attitude leaves as it was measured.
-  struct Repetition {
-    RepetitionTest forward, vertical;
-    bool update(const Observation& observation, bool other);
-  };
   /// Samples that may be those of a collision.
   struct Jolt {
     double since = 0.0;            // the last one [s]
@@ -141,8 +137,8 @@ class AccelerationMonitor {
   };
 
   Jolt jolt_;
-  Repetition repetition_at_rest_;
-  Repetition repetition_moving_;
+  MotionRepetitionTest forward_repetition_;
+  MotionRepetitionTest vertical_repetition_;  // of a_z, which a live attitude leaves as it was measured
   double distance_ = 0.0;
   double since_outlier_;  // [s]
   double since_push_;     // [s]

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 
@@ -20,6 +21,15 @@ namespace jackal_aic {
 /// @param channels n; @param false_alarm_rate alpha, bound of the rate at which a good sample is called an outlier.
 double chebyshevBound(int channels, double false_alarm_rate);
 
+/// Time from one sample to the next, the same for every channel.
+struct SampleStep {
+  /// @param time since the last sample [s]; @param memory over which covariances are learned [s].
+  SampleStep(double time, double memory) : time(time), share(-std::expm1(-time / memory)) {}
+
+  double time;   ///< since the last sample [s]
+  double share;  ///< of this sample in what is learned over the memory: 1 - e^(-time/memory)
+};
+
 /// Covariance of a prediction error, learned while running: lambda S, S the variance that the model predicts now and
 /// lambda >= 1 a factor that follows the mean of e^2 / S of good samples. Outliers teach nothing: a few samples of a
 /// fault would make the monitor bear it.
@@ -28,21 +38,19 @@ class LearnedVariance {
   /// Largest factor: ten times the configured standard deviation.
   static constexpr double kLargestFactor = 100.0;
 
-  /// @param memory time over which lambda averages [s].
-  explicit LearnedVariance(double memory) : memory_(memory) {}
-
   /// e^2 / (lambda S): squared Mahalanobis distance of an error.
   double squaredDistance(double error, double variance) const { return error * error / (factor_ * variance); }
 
-  /// Takes the error of a good sample, of which the model says the variance S. @param step time since the last one [s].
-  void learn(double error, double variance, double step);
+  /// Takes the error of a good sample, of which the model says the variance S. @param share of it in the mean.
+  void learn(double error, double variance, double share) {
+    factor_ = std::clamp(factor_ + share * (error * error / variance - factor_), 1.0, kLargestFactor);
+  }
 
   /// lambda, in [1, kLargestFactor].
   double factor() const { return factor_; }
 
  private:
   static constexpr double kInitialFactor = 25.0;  // says little before the noise is known
-  double memory_;
   double factor_ = kInitialFactor;
 };
 
@@ -107,7 +115,8 @@ struct PersistenceParameters {
 class Persistence {
  public:
   /// @param parameters K, N and the time of recovery.
-  explicit Persistence(const PersistenceParameters& parameters) : parameters_(parameters) {}
+  explicit Persistence(const PersistenceParameters& parameters)
+      : parameters_(parameters), window_((std::uint64_t{2} << (parameters.fault_window - 1)) - 1) {}
 
   /// Takes the verdict on a sample. @param informative false if a fault would not show in it: such a sample does not
   /// help a faulty channel back; @param step time since the last sample [s]; @param conclusive false if what is suspect
@@ -127,7 +136,8 @@ class Persistence {
 
  private:
   PersistenceParameters parameters_;
-  std::uint64_t recent_ = 0;  // one bit per sample of the window, the last one lowest
+  std::uint64_t window_;      // one bit per sample of it
+  std::uint64_t recent_ = 0;  // those of the suspect ones, the last sample lowest
   double good_time_ = 0.0;
   ChannelState state_ = ChannelState::ok;
 };
@@ -160,6 +170,9 @@ class RepetitionTest {
   /// any noise; @param share of the usual noise that this value carries.
   bool update(double value, bool expected, double resolution, double explained = 0.0, double share = 1.0);
 
+  /// Takes a sample whose noise is none of this test: as an expected one of which anything explains the change.
+  void pass(double value, double resolution);
+
   /// Mean magnitude of the values whose noise is the usual one; 0 before there were some.
   double noisyValue() const { return noisy_value_; }
 
@@ -172,8 +185,9 @@ class RepetitionTest {
 
  private:
   static constexpr double kChance = 1e-9;
+  double take(double value, double resolution);
   void learnRun();
-  void learnQuantum(double change, double resolution);
+  void learnExpected(double value);
   void learnChange(double change, double explained);
   void countNoise(double size);
   bool carriesNoise(double noise, double resolution) const;
@@ -182,17 +196,34 @@ class RepetitionTest {
   int samples_;
   int run_ = 0;          // repetitions so far
   double chance_ = 1.0;  // of the run
-  double last_ = 0.0;
-  bool has_last_ = false;
+  // NaN before the first, which repeats and changes nothing.
+  double last_ = std::numeric_limits<double>::quiet_NaN();
   static constexpr int kFewChanges = 10;
-  double quantum_ = 0.0;
-  int changes_ = 0;  // up to kFewChanges
+  double quantum_ = std::numeric_limits<double>::infinity();  // smallest change above the resolution
+  int changes_ = 0;                                           // of these, up to kFewChanges
   double last_change_ = 0.0;
   double uncounted_ = 0.0;     // size of the last change, if nothing explains it and it is not counted as noise
   double usual_change_ = 0.0;  // mean |change| of the last samples that nothing explains
   double noisy_value_ = 0.0;   // mean |value| of them
   double noisy_ = 0.0;         // samples counted, in a fading memory
   double repeats_ = 0.0;
+};
+
+/// RepetitionTest of a sensor whose noise at rest says nothing of that while it moves: its driver may filter
+/// differently.
+class MotionRepetitionTest {
+ public:
+  /// @param samples as RepetitionTest.
+  explicit MotionRepetitionTest(int samples) : at_rest_(samples), moving_(samples) {}
+
+  /// Takes a sample; true while it continues a suspect run. @param expected, resolution as RepetitionTest.
+  bool update(double value, bool moving, bool expected, double resolution) {
+    (moving ? at_rest_ : moving_).pass(value, resolution);
+    return (moving ? moving_ : at_rest_).update(value, expected, resolution);
+  }
+
+ private:
+  RepetitionTest at_rest_, moving_;
 };
 
 /// Learns for how long a source holds its value while its samples go on, as where encoders are renewed at 4 Hz and
@@ -207,15 +238,16 @@ class SampleHold {
 
   /// Longest usual time for which a value is held [s]; 0 where every sample is a new one. Until that is known, the
   /// longest so far.
-  double longest() const { return longest_[0] > 0.0 ? longest_[0] : longest_[2]; }
+  double longest() const { return longest_; }
 
   /// Time for which the last value has been held [s].
   double held() const { return held_; }
 
  private:
-  std::array<double, 3> longest_{};  // the longest three, rising [s]
-  double last_ = 0.0;
-  bool has_last_ = false;
+  std::array<double, 3> holds_{};  // the longest three, rising [s]
+  double longest_ = 0.0;           // longest() [s]
+  // NaN before the first, which changes nothing.
+  double last_ = std::numeric_limits<double>::quiet_NaN();
   double last_move_ = 0.0;  // the last change, if it was too large for noise
   double held_ = 0.0;       // [s]
 };

@@ -132,14 +132,14 @@ class FaultMonitor {
 
   void predict();
   void start(const Observation& observation);
-  void checkWheels(const Observation& observation, double step);
+  void checkWheels(const Observation& observation, const SampleStep& step);
   void weighEvidence(const Observation& observation, double step);
   void conclude(WheelMonitor& wheel, ChannelHealth& verdict, bool& drive, double step) const;
   bool concludeMoved();
   void concludeBodyMoved();
   bool wheelsTurn() const;
-  void checkGyro(const Observation& observation, double step);
-  void checkAccelerometer(const Observation& observation, double step);
+  void checkGyro(const Observation& observation, const SampleStep& step);
+  void checkAccelerometer(const Observation& observation, const SampleStep& step);
   void checkTraction(const Observation& observation, double step);
   bool yawTells(const Observation& observation) const;
   double forwardSpeed() const;

@@ -3,6 +3,7 @@
 /// @file
 /// Watches one wheel's encoder against the wheel's belief, which is driven by the commands really applied.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -62,15 +63,15 @@ class WheelMonitor {
   void compare(double measurement, double step);
 
   /// Draws the consequences of the comparison: a good sample corrects the prediction, a bad one does not. @param step
-  /// time since the last sample [s].
-  void conclude(double measurement, double step);
+  /// since the last sample.
+  void conclude(double measurement, const SampleStep& step);
 
   /// Believes the last measured speed and suspects nothing: the wheel was moved by somebody else.
   void forgive();
 
   /// The wheel does what was measured last, however far that is from its model, which errs by as much. @param step time
   /// since the last sample [s].
-  void acceptMeasured(double step) { learnMisfit(measured_, step); }
+  void acceptMeasured(double step) { learnMisfit(measured_, variance(), step); }
 
   /// Declares the encoder frozen if it repeats: because the other one is, which comes with the same messages.
   void freezeWithTheOther();
@@ -97,6 +98,9 @@ class WheelMonitor {
   struct Interval {
     double low, high;
   };
+  static Interval hull(const Interval& a, const Interval& b) {
+    return {std::min(a.low, b.low), std::max(a.high, b.high)};
+  }
   /// What a measurement of some time ago may be.
   struct Intervals {
     Interval possible;
@@ -111,14 +115,15 @@ class WheelMonitor {
   double variance() const;
   Interval possible() const;
   void holdIntervals(double step);
-  Interval held(const Interval Intervals::*kind) const;
   double errorOf(double measurement) const;
   bool isFrozen(double measurement, double step);
+  double leastMissed(double measurement) const;
+  double comesNearer(double before, double now) const;
   bool comesBack(double measurement, double step);
   bool isAhead(double measurement) const;
   double slowest() const;
   bool isBehind(double measurement) const;
-  void learnMisfit(double measurement, double step);
+  void learnMisfit(double measurement, double variance, double step);
   double usualMisfit() const;
   double steadyMisfit(double speed) const;
 
@@ -134,10 +139,12 @@ class WheelMonitor {
   LearnedVariance learned_;
   Persistence persistence_;
   RepetitionTest repetition_;
+  double quantum_ = 0.0;  // resolution of the encoder; 0 before it is known [rad/s]
   MissedMotion missed_motion_;
   SampleHold hold_;
   std::array<Intervals, 64> intervals_{};  // of the last samples, a ring
   std::size_t newest_ = 0;
+  Intervals held_{};     // of the last sample, for as long as it may have been held
   double clock_ = 0.0;   // time that the samples have taken [s]
   double misfit_ = 0.0;  // mean square of what the drive train's model is usually off by [(rad/s)^2]
   double bound_;

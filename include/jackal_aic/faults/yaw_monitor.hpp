@@ -61,9 +61,9 @@ class YawMonitor {
   /// Yaw rate against the wheels, theta_dot - (x/b_hat + beta) [rad/s].
   double error(double yaw_rate, double x) const { return belief_.error(yaw_rate, x); }
 
-  /// Judges a sample against wheels that are trusted. @param step time since the last sample [s].
+  /// Judges a sample against wheels that are trusted. @param step since the last sample.
   /// @param moving the wheels turn: the noise of a gyro differs from that at rest.
-  void check(double yaw_rate, const DifferenceSpeed& x, bool moving, double step, const Shock& shock = {});
+  void check(double yaw_rate, const DifferenceSpeed& x, bool moving, const SampleStep& step, const Shock& shock = {});
 
   bool frozen() const { return frozen_; }                        ///< the last sample repeats to the bit
   bool reversed() const { return reversed_; }                    ///< it reads the turn with the wrong sign
@@ -91,12 +91,17 @@ class YawMonitor {
   bool shouldTurn(const DifferenceSpeed& x) const;
   bool biased() const;
   bool isFrozen(double yaw_rate, const DifferenceSpeed& x, bool moving, double step);
-  void sumUp(bool suspect, double yaw_rate, double x, double step);
+  void sumUp(bool suspect, double step);
   bool byGround(double vibration) const;
-  bool slides(double yaw_rate, const DifferenceSpeed& x) const;
+  bool slides(const DifferenceSpeed& x) const;
+  double noise() const;
+  bool jumps(double yaw_rate, double x, double step) const;
+  bool goesOn() const;
   void watchJumps(double yaw_rate, double x, double step, bool pushed);
   bool explained(double yaw_rate, const DifferenceSpeed& x) const;
+  void compare(double yaw_rate, const DifferenceSpeed& x);
   double variance(const YawBelief& belief, const DifferenceSpeed& x) const;
+  double distance(double error, double variance) const;
   double distanceFrom(const YawBelief& belief, double yaw_rate, const DifferenceSpeed& x) const;
 
   FaultParameters parameters_;
@@ -110,9 +115,10 @@ class YawMonitor {
   TurnAgreement agreement_of_sign_;
   bool reversed_ = false;
   Persistence persistence_;
-  RepetitionTest repetition_at_rest_;
-  RepetitionTest repetition_moving_;
+  MotionRepetitionTest repetition_;
   double bound_;
+  double error_ = 0.0;     // of the last sample [rad/s]
+  double variance_ = 0.0;  // of it [(rad/s)^2]
   double distance_ = 0.0;
   double settled_ = 0.0;         // time since the motion changed last [s]
   double agreement_ = 0.0;       // time for which a plausible slip has explained a gyro found faulty [s]
