@@ -35,22 +35,26 @@ struct Reflector {
     }
   }
 
-  /// Columns `first` to `last`.
+  /// Columns `first` to `last`. By a copy of which no entry of H can be a part: it stays in registers.
   void fromTheLeft(MatrixXd& H, Index k, Index first, Index last) const {
+    const Reflector r = *this;
     for (Index j = first; j <= last; ++j) {
       double* x = &H(k, j);
       double product = x[0];
-      for (int i = 1; i < N; ++i) product += v[i] * x[i];
-      for (int i = 0; i < N; ++i) x[i] -= w[i] * product;
+      for (int i = 1; i < N; ++i) product += r.v[i] * x[i];
+      for (int i = 0; i < N; ++i) x[i] -= r.w[i] * product;
     }
   }
 
-  /// Rows `first` to `last`.
+  /// Rows `first` to `last`, likewise: several at a time.
   void fromTheRight(MatrixXd& H, Index k, Index first, Index last) const {
+    const Reflector r = *this;
+    double* const x = &H(0, k);
+    const Index column = H.outerStride();
     for (Index j = first; j <= last; ++j) {
-      double product = H(j, k);
-      for (int i = 1; i < N; ++i) product += v[i] * H(j, k + i);
-      for (int i = 0; i < N; ++i) H(j, k + i) -= w[i] * product;
+      double product = x[j];
+      for (int i = 1; i < N; ++i) product += r.v[i] * x[j + i * column];
+      for (int i = 0; i < N; ++i) x[j + i * column] -= r.w[i] * product;
     }
   }
 
