@@ -15,8 +15,16 @@ constexpr int kPointsPerDecade = 16;
 constexpr double kSmallestGain = 1e-9;  // where a scan begins if a gain may be zero
 
 ModeCertificate certifyMode(const LinearLoop& loop, LoopMode mode) {
-  const LoopTest stable = [&](const LoopChange& change) { return loop.stable(mode, change); };
-  return {findMargins(stable, loop.controller().actionStep(), loop.plant().dead_time), loop.worstSpectralRadius(mode)};
+  const double radius = loop.worstSpectralRadius(mode);
+  const SearchedLoop searched{radius < kStabilityLimit,
+                              [&](const LoopChange& change) { return loop.stable(mode, change); },
+                              [&](const LoopChange& change) { return loop.periodMap(mode, change); },
+                              loop.singleRate() && loop.plant().lag > 0.0,
+                              loop.period(),
+                              loop.longestPhase(),
+                              loop.controller().actionStep(),
+                              loop.plant().dead_time};
+  return {findMargins(searched), radius};
 }
 
 /// The margins that are closer to the limit.
@@ -93,7 +101,10 @@ Certificate certify(const ControllerParameters& controller, const GeometryParame
                     const PlantModel& plant) {
   const LinearLoop loop(controller, geometry, plant);
   const ModeCertificate straight = certifyMode(loop, LoopMode::straight), turn = certifyMode(loop, LoopMode::turn);
-  return {verdictOn(loop), smaller(straight, turn), straight, turn};
+  const double radius =
+      std::max({straight.spectral_radius, turn.spectral_radius, loop.spectralRadius(LoopMode::lateral)});
+  const LoopVerdict verdict{{loop.beliefSpectralRadius(), radius}, loop.period(), loop.radiusUncertainty()};
+  return {verdict, smaller(straight, turn), straight, turn};
 }
 
 std::vector<Sensitivity> sensitivities(const ControllerParameters& controller, const GeometryParameters& geometry,

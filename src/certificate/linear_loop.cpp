@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "jackal_aic/aic/belief_update.hpp"
 #include "jackal_aic/aic/free_energy.hpp"
@@ -15,6 +16,7 @@ namespace jackal_aic {
 namespace {
 
 constexpr int kModes = 3;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// How a unit of a mode's wheel speed shows in the measurement y.
 SensorVector sensorResponse(LoopMode mode, const GeometryParameters& geometry, const PlantModel& plant) {
@@ -49,7 +51,9 @@ class LinearLoop::Trajectories : public LoopTrajectories {
       : LoopTrajectories(loop.clock_, loop.plant_, change, loop.longestPhase(), 2 * (loop.controller_.orders + 1), 0),
         equations_(equations),
         gain_(change.gain),
-        orders_(loop.controller_.orders + 1) {}
+        orders_(loop.controller_.orders + 1) {
+    push();
+  }
 
  private:
   int measurementRow() const { return orders_; }
@@ -62,14 +66,17 @@ class LinearLoop::Trajectories : public LoopTrajectories {
       states_.row(measurementRow() + i) = current;
       current -= previous;
     }
+    push();
   }
 
   /// μ̃ ← Φ μ̃ + Γ b (3-11)
   void believe() override {
     auto belief = states_.topRows(orders_);
-    belief =
-        (equations_.belief * belief + equations_.measurement * states_.middleRows(measurementRow(), orders_)).eval();
+    belief = (equations_.belief.lazyProduct(belief) + push_).eval();
   }
+
+  /// Γ b
+  void push() { push_ = equations_.measurement * states_.middleRows(measurementRow(), orders_); }
 
   /// a ← a − h κ_a K Π_y ε_y (3-13)
   void act() override {
@@ -81,6 +88,7 @@ class LinearLoop::Trajectories : public LoopTrajectories {
   const ModeEquations& equations_;
   double gain_;  // factor on κ_a
   int orders_;
+  Eigen::MatrixXd push_;  // the same from one sample to the next
 };
 
 LinearLoop::LinearLoop(const ControllerParameters& controller, const GeometryParameters& geometry,
@@ -170,28 +178,34 @@ Eigen::VectorXd LinearLoop::stepResponse(LoopMode mode, int periods, const LoopC
 
 double LinearLoop::longestPhase() const { return std::min(1.0 / plant_.sensor_rate, controller_.actionStep()); }
 
-double LinearLoop::worstSpectralRadius(LoopMode mode, LoopChange change) const {
-  if (mode == LoopMode::lateral) return spectralRadius(mode);
-  return worstOverPhase(
-      [&](double phase) {
-        change.phase = phase;
-        return spectralRadius(mode, change);
-      },
-      longestPhase());
-}
-
-bool LinearLoop::stable(LoopMode mode, LoopChange change) const {
-  if (mode == LoopMode::lateral) return spectralRadius(mode) < kStabilityLimit;
+WorstPhase LinearLoop::worstPhase(LoopMode mode, LoopChange change, double enough) const {
   const auto radius = [&](double phase) {
     change.phase = phase;
     return spectralRadiusBeside(kStabilityLimit, periodMap(mode, change));
   };
-  return worstOverPhase(radius, longestPhase(), kStabilityLimit) < kStabilityLimit;
+  return worstOverPhase(radius, longestPhase(), enough);
+}
+
+double LinearLoop::worstSpectralRadius(LoopMode mode, LoopChange change) const {
+  if (mode == LoopMode::lateral) return spectralRadius(mode);
+  const auto radius = [&](double phase) {
+    change.phase = phase;
+    return spectralRadius(mode, change);
+  };
+  return worstOverPhase(radius, longestPhase(), kInfinity).radius;
+}
+
+bool LinearLoop::stable(LoopMode mode, const LoopChange& change) const {
+  if (mode == LoopMode::lateral) return spectralRadius(mode) < kStabilityLimit;
+  return worstPhase(mode, change, kStabilityLimit).radius < kStabilityLimit;
 }
 
 double LinearLoop::worstSpectralRadius() const {
-  return std::max({worstSpectralRadius(LoopMode::straight), worstSpectralRadius(LoopMode::turn),
-                   spectralRadius(LoopMode::lateral)});
+  const WorstPhase straight = worstPhase(LoopMode::straight, {}, kInfinity);
+  const WorstPhase turn = worstPhase(LoopMode::turn, {}, kInfinity);
+  const double worse = straight.radius > turn.radius ? spectralRadius(LoopMode::straight, {1.0, 0.0, straight.phase})
+                                                     : spectralRadius(LoopMode::turn, {1.0, 0.0, turn.phase});
+  return std::max(worse, spectralRadius(LoopMode::lateral));
 }
 
 double LinearLoop::radiusUncertainty() const {
@@ -199,7 +213,7 @@ double LinearLoop::radiusUncertainty() const {
     return 2.0 * std::max(spectralRadiusOf(periodMap(LoopMode::straight, {1.0, 0.0, phase})).uncertainty,
                           spectralRadiusOf(periodMap(LoopMode::turn, {1.0, 0.0, phase})).uncertainty);
   };
-  return worstOverPhase(uncertainty, longestPhase());
+  return worstOverPhase(uncertainty, longestPhase(), kInfinity).radius;
 }
 
 double LinearLoop::spectralRadius() const {

@@ -3,14 +3,23 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
+#include <map>
+#include <vector>
 
 #include "jackal_aic/certificate/boundary.hpp"
+#include "periodic_system.hpp"
+#include "return_difference.hpp"
 
 namespace jackal_aic {
 namespace {
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kSmallestGainFactor = 1e-3;
-constexpr double kStep = 0.01;  // of a parameter, relative, for its sensitivity
+constexpr double kWidth = 1e-6;   // of a boundary that was foretold, to either side, relative
+constexpr double kExact = 2e-9;   // s, more than a delay is rounded by
+constexpr int kMostSecants = 10;  // to such a delay; three suffice
+constexpr double kStep = 0.01;    // of a parameter, relative, for its sensitivity
 
 /// Factor on the gain at which the verdict changes on the way from 1 to `end`; `none` if it does not.
 double gainBoundary(const LoopTest& stable, double end, double none) {
@@ -21,6 +30,107 @@ double gainBoundary(const LoopTest& stable, double end, double none) {
       },
       1.0, end, [&](double factor) { return ratio * factor; });
   return boundary ? boundary->before : none;
+}
+
+/// Where the return difference of a stable loop foretells its margins.
+class Forecast {
+ public:
+  explicit Forecast(const SearchedLoop& loop) : loop_(loop) {}
+
+  /// For the worst phase; empty if they cannot be foretold.
+  std::optional<Margins> margins() {
+    if (!loop_.foretellable) return std::nullopt;
+    const double longest = loop_.longest_phase;
+    Margins margins;
+    margins.gain_margin = smallestOverPhase([&](double phase) { return moreGain(phase); }, longest);
+    margins.gain_reduction = 1.0 / smallestOverPhase([&](double phase) { return lessGain(phase); }, longest);
+    margins.delay_margin = smallestOverPhase([&](double phase) { return moreDelay(phase); }, longest);
+    margins.delay_margin = std::min(margins.delay_margin, shortestUnstableDelay());
+    return known_ ? std::optional(margins) : std::nullopt;
+  }
+
+ private:
+  ReturnDifference differenceAt(double extra_dead_time, double phase) {
+    ReturnDifference difference(loop_.map({0.0, extra_dead_time, phase}), loop_.map({1.0, extra_dead_time, phase}));
+    known_ = known_ && difference.known();
+    return difference;
+  }
+
+  const std::vector<double>& criticalGains(double phase) {
+    const auto [entry, is_new] = gains_.try_emplace(phase);
+    if (is_new) entry->second = differenceAt(0.0, phase).criticalGains();
+    return entry->second;
+  }
+
+  /// Smallest factor above 1, of those that are searched.
+  double moreGain(double phase) {
+    double smallest = kInfinity;
+    for (const double gain : criticalGains(phase)) {
+      if (gain > 1.0 && gain < kLargestGainMargin) smallest = std::min(smallest, gain);
+    }
+    return smallest;
+  }
+
+  /// Smallest divisor above 1, likewise.
+  double lessGain(double phase) {
+    double smallest = kInfinity;
+    for (const double gain : criticalGains(phase)) {
+      if (gain < 1.0 && gain > kSmallestGainFactor) smallest = std::min(smallest, 1.0 / gain);
+    }
+    return smallest;
+  }
+
+  /// By how much the critical delay is longer than `extra`. It is right where that is 0, as it is taken for whole
+  /// periods beside what is left of `extra`, which is part of the map.
+  double excess(double extra, double phase) {
+    const double period = loop_.period, rest = std::fmod(extra, period);
+    return rest + period * differenceAt(rest, phase).criticalDelay(-rest / period) - extra;
+  }
+
+  /// The zero of excess() by secants, from what the phase before this had: an older sample is as good as a late
+  /// command.
+  double moreDelay(double phase) {
+    delay_ = std::max(0.0, delay_ + phase_ - phase);
+    phase_ = phase;
+    double here = excess(delay_, phase), slope = -1.0;
+    for (int i = 0; i < kMostSecants && std::isfinite(here); ++i) {
+      const double step = std::max(-here / slope, -delay_);
+      delay_ += step;
+      if (std::abs(step) < kWidth * delay_) return delay_;
+      const double before = here;
+      here = excess(delay_, phase);
+      if (here != before) slope = (here - before) / step;
+    }
+    return std::isfinite(here) ? delay_ : kInfinity;
+  }
+
+  /// On a grid of phases and of what delays have beside whole periods, as dense as the strides of a walk: a loop may be
+  /// unstable with some delays and stable again with longer ones.
+  double shortestUnstableDelay() {
+    constexpr int kPhases = 3, kParts = 4;
+    double shortest = kInfinity;
+    for (int i = 0; i < kPhases * kParts; ++i) {
+      const double phase = loop_.longest_phase * (i % kPhases) / (kPhases - 1);
+      const double rest = loop_.period * (i / kPhases) / kParts;
+      const double critical = differenceAt(rest, phase).criticalDelay(-rest / loop_.period);
+      shortest = std::min(shortest, rest + loop_.period * std::ceil(critical));
+    }
+    return shortest;
+  }
+
+  const SearchedLoop& loop_;
+  bool known_ = true;
+  std::map<double, std::vector<double>> gains_;  // by phase
+  double delay_ = 0.0, phase_ = 0.0;             // of the last search for a delay
+};
+
+/// The last point before a boundary that was foretold, if the verdict changes there; `none` if it is beyond `end` and
+/// the verdict holds there. @param width of the boundary to either side, with the sign of the way to `end`.
+std::optional<double> confirmed(const LineTest& holds, double foretold, double width, double end, double none) {
+  const double before = foretold - width, after = foretold + width;
+  const bool beyond = width > 0.0 ? !(after < end) : !(after > end);
+  if (beyond) return holds(end) ? std::optional(none) : std::nullopt;
+  return holds(before) && !holds(after) ? std::optional(before) : std::nullopt;
 }
 
 /// d ln(rho) / d ln(parameter); 0 if it is not finite.
@@ -72,14 +182,27 @@ double delayBoundary(const LoopTest& stable, double action_period, double end) {
   return boundary ? boundary->before : end;
 }
 
-Margins findMargins(const LoopTest& stable, double action_period, double dead_time) {
-  const bool is_stable = stable({});
+Margins findMargins(const SearchedLoop& loop) {
+  const LoopTest& stable = loop.stable;
   Margins margins;
-  margins.gain_reduction = gainBoundary(stable, kSmallestGainFactor, 0.0);
-  margins.gain_margin =
-      is_stable ? gainBoundary(stable, kLargestGainMargin, kLargestGainMargin) : margins.gain_reduction;
-  margins.delay_margin =
-      delayBoundary(stable, action_period, is_stable ? largestDelayMargin(action_period) : -dead_time);
+  if (!loop.is_stable) {
+    margins.gain_margin = margins.gain_reduction = gainBoundary(stable, kSmallestGainFactor, 0.0);
+    margins.delay_margin = delayBoundary(stable, loop.action_period, -loop.dead_time);
+    return margins;
+  }
+  const double longest = largestDelayMargin(loop.action_period);
+  std::optional<double> less_gain, more_gain, more_delay;
+  if (const auto foretold = Forecast(loop).margins()) {
+    const LineTest at_gain = [&](double factor) { return stable({factor, 0.0}); };
+    const LineTest at_delay = [&](double extra) { return stable({1.0, extra}); };
+    const auto [gain, reduction, delay] = *foretold;
+    less_gain = confirmed(at_gain, reduction, -kWidth * reduction, kSmallestGainFactor, 0.0);
+    more_gain = confirmed(at_gain, gain, kWidth * gain, kLargestGainMargin, kLargestGainMargin);
+    more_delay = confirmed(at_delay, delay, kWidth * delay + kExact, longest, longest);
+  }
+  margins.gain_reduction = less_gain ? *less_gain : gainBoundary(stable, kSmallestGainFactor, 0.0);
+  margins.gain_margin = more_gain ? *more_gain : gainBoundary(stable, kLargestGainMargin, kLargestGainMargin);
+  margins.delay_margin = more_delay ? *more_delay : delayBoundary(stable, loop.action_period, longest);
   return margins;
 }
 

@@ -3,6 +3,7 @@
 /// @file
 /// The search for margins and causes that the certificates of both structures share. Internal to the core.
 
+#include <Eigen/Core>
 #include <functional>
 #include <optional>
 #include <string>
@@ -15,11 +16,25 @@ namespace jackal_aic {
 /// True if a loop is stable with a change.
 using LoopTest = std::function<bool(const LoopChange&)>;
 
+/// A loop of which the margins are searched.
+struct SearchedLoop {
+  bool is_stable;                                         ///< as it is
+  LoopTest stable;                                        ///< at every phase
+  std::function<Eigen::MatrixXd(const LoopChange&)> map;  ///< over a common period, at a phase
+  bool foretellable;     ///< one sample and one action pass in a common period, for return_difference.hpp, and no wheel
+                         ///< follows its command at once: else margins jump with the phase, and between those looked at
+  double period;         ///< common period of the timers [s]
+  double longest_phase;  ///< between them [s]
+  double action_period;  ///< [s]
+  double dead_time;      ///< of the robot [s]
+};
+
 /// Extra dead time [s] at which the verdict changes on the way from 0 to `end`; `end` if it does not.
 double delayBoundary(const LoopTest& stable, double action_period, double end);
 
-/// Margins of a loop. @param action_period [s]; @param dead_time of the robot [s].
-Margins findMargins(const LoopTest& stable, double action_period, double dead_time);
+/// Margins of a loop. Those of a stable one are where its return difference has them, if the verdict changes there;
+/// else a walk finds them, which asks at every stride.
+Margins findMargins(const SearchedLoop& loop);
 
 /// The first of two bounds that a loop does not keep.
 ThinMargin thinMarginOf(const LoopTest& stable, const MarginBounds& bounds);

@@ -6,18 +6,26 @@
 
 #include <cstdint>
 #include <functional>
-#include <limits>
 
 namespace jackal_aic {
 
 /// Longest common period [action periods].
 inline constexpr int kMostActionSteps = 50;
 
+/// Where a radius is largest over the phase between two timers.
+struct WorstPhase {
+  double radius;
+  double phase;  ///< [s]
+};
+
 /// Largest of a radius over the phase between two timers, from 0 to `longest` [s]: on a grid, and where that is close
 /// to the limit of stability also between the neighbours of its largest value, so that the verdict does not depend on
 /// the grid. @param enough a radius that is worse than any need be: the search ends there.
-double worstOverPhase(const std::function<double(double phase)>& radius, double longest,
-                      double enough = std::numeric_limits<double>::infinity());
+WorstPhase worstOverPhase(const std::function<double(double phase)>& radius, double longest, double enough);
+
+/// Smallest of a margin over the phase, from 0 to `longest` [s]: on the same grid, and between the neighbours of its
+/// smallest value.
+double smallestOverPhase(const std::function<double(double phase)>& margin, double longest);
 
 /// Smallest number of action periods that is a whole number of sensor periods. @param key of the action rate, for the
 /// message. @throws ParameterError if there is none within kMostActionSteps.

@@ -42,10 +42,19 @@ std::vector<LoopParameter> parametersOf(const PredictiveParameters& parameters, 
 PredictiveCertificate certify(const PredictiveParameters& parameters, const PlantModel& model,
                               const PlantModel& robot) {
   const PredictiveLinearLoop loop(parameters, model, robot);
-  const LoopTest stable = [&](const LoopChange& change) { return isStable(loop, change); };
-  const double period = 1.0 / parameters.action_rate;
-  PredictiveCertificate certificate{verdictOn(loop), findMargins(stable, period, robot.dead_time)};
-  if (certificate.stable()) certificate.delay_reduction = -delayBoundary(stable, period, -robot.dead_time);
+  const LoopVerdict verdict = verdictOn(loop);
+  const SearchedLoop searched{verdict.stable(),
+                              [&](const LoopChange& change) { return isStable(loop, change); },
+                              [&](const LoopChange& change) { return loop.periodMap(change); },
+                              loop.singleRate() && robot.lag > 0.0,
+                              loop.period(),
+                              loop.longestPhase(),
+                              1.0 / parameters.action_rate,
+                              robot.dead_time};
+  PredictiveCertificate certificate{verdict, findMargins(searched)};
+  if (certificate.stable()) {
+    certificate.delay_reduction = -delayBoundary(searched.stable, searched.action_period, -robot.dead_time);
+  }
   return certificate;
 }
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "jackal_aic/aic/spectral_radius.hpp"
@@ -10,6 +11,7 @@
 namespace jackal_aic {
 namespace {
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMostPeriods = 20000;      // until the belief's gain has converged
 constexpr double kConverged = 1e-12;     // relative change of the gain over a period
 constexpr std::int64_t kTick = 1000000;  // inner step of the belief [ns]
@@ -115,32 +117,35 @@ PredictiveLinearLoop::PredictiveLinearLoop(const PredictiveParameters& parameter
 
 PredictiveLinearLoop::Belief PredictiveLinearLoop::convergedBelief(std::int64_t phase) const {
   const auto events = clock_.events(0, phase);
-  WheelBelief belief = belief_;
-  Belief result{};
-  Eigen::Matrix3d error;  // over a period
-  for (int period = 0; period < kMostPeriods; ++period) {
-    const std::vector<Eigen::Vector3d> before = result.gains;
-    result.gains.clear();
-    error.setIdentity();
+  // Of the inner steps and the corrections of a period, in order.
+  const auto in_order = [&](const auto& predict, const auto& correct) {
     bool fresh = false;
     for (const auto& [time, event] : events) {
       if (event == LoopEvent::sensor) fresh = true;
-      if (event == LoopEvent::predict) {
-        belief.predict(0.0);
-        error = (belief.transition() * error).eval();
-      }
+      if (event == LoopEvent::predict) predict();
       if (event != LoopEvent::belief || !fresh) continue;
-      result.gains.push_back(belief.gain());
-      error -= (result.gains.back() * error.row(0)).eval();
-      belief.correct(0.0);
+      correct();
       fresh = false;
     }
+  };
+  WheelBelief belief = belief_;
+  Belief result{};
+  for (int period = 0; period < kMostPeriods; ++period) {
+    const std::vector<Eigen::Vector3d> before = std::exchange(result.gains, {});
+    in_order([&] { belief.predict(0.0); },
+             [&] {
+               result.gains.push_back(belief.gain());
+               belief.correct(0.0);
+             });
     double change = before.size() == result.gains.size() ? 0.0 : 1.0;
     for (std::size_t i = 0; i < before.size() && i < result.gains.size(); ++i) {
       change = std::max(change, (result.gains[i] - before[i]).norm() / result.gains[i].norm());
     }
     if (change < kConverged) break;
   }
+  Eigen::Matrix3d error = Eigen::Matrix3d::Identity();  // over a period
+  auto gain = result.gains.begin();
+  in_order([&] { error = (belief.transition() * error).eval(); }, [&] { error -= (*gain++ * error.row(0)).eval(); });
   // Without an integral z stays at rest: it is no mode of the loop.
   if (model_.velocity_loop_integral <= 0.0) error.row(1).setZero();
   result.spectral_radius = spectralRadiusOf(error).upper();
@@ -198,29 +203,30 @@ double PredictiveLinearLoop::longestPhase() const {
   return std::min(1.0 / robot_.sensor_rate, 1.0 / parameters_.action_rate);
 }
 
-double PredictiveLinearLoop::worstSpectralRadius(LoopChange change) const {
-  return worstOverPhase(
-      [&](double phase) {
-        change.phase = phase;
-        return spectralRadius(change);
-      },
-      longestPhase());
-}
-
-bool PredictiveLinearLoop::stable(LoopChange change) const {
+WorstPhase PredictiveLinearLoop::worstPhase(LoopChange change, double enough) const {
   const auto radius = [&](double phase) {
     change.phase = phase;
     return spectralRadiusBeside(kStabilityLimit, periodMap(change));
   };
-  return worstOverPhase(radius, longestPhase(), kStabilityLimit) < kStabilityLimit;
+  return worstOverPhase(radius, longestPhase(), enough);
+}
+
+double PredictiveLinearLoop::worstSpectralRadius(LoopChange change) const {
+  change.phase = worstPhase(change, kInfinity).phase;
+  return spectralRadius(change);
+}
+
+bool PredictiveLinearLoop::stable(const LoopChange& change) const {
+  return worstPhase(change, kStabilityLimit).radius < kStabilityLimit;
 }
 
 double PredictiveLinearLoop::radiusUncertainty() const {
   return worstOverPhase(
-      [&](double phase) {
-        return 2.0 * spectralRadiusOf(periodMap({1.0, 0.0, phase})).uncertainty;
-      },
-      longestPhase());
+             [&](double phase) {
+               return 2.0 * spectralRadiusOf(periodMap({1.0, 0.0, phase})).uncertainty;
+             },
+             longestPhase(), kInfinity)
+      .radius;
 }
 
 double PredictiveLinearLoop::spectralRadius(const LoopChange& change) const {

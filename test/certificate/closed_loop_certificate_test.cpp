@@ -64,6 +64,21 @@ TEST(Certificate, MarginsAreWhereTheRadiusIsOne) {
   }
 }
 
+TEST(Certificate, MarginsAreSharp) {
+  for (const double kappa_a : {4.0, 8.0, 22.0}) {
+    const LinearLoop loop(withActionGain(kappa_a), {}, {});
+    const Certificate certificate = certify(loop.controller(), {}, {});
+    for (const auto& [mode, margins] :
+         {std::pair(LoopMode::straight, certificate.straight), std::pair(LoopMode::turn, certificate.turn)}) {
+      EXPECT_TRUE(loop.stable(mode, {margins.gain_margin, 0.0})) << kappa_a;
+      EXPECT_FALSE(loop.stable(mode, {1.00001 * margins.gain_margin, 0.0})) << kappa_a;
+      EXPECT_TRUE(loop.stable(mode, {1.0, margins.delay_margin})) << kappa_a;
+      EXPECT_FALSE(loop.stable(mode, {1.0, 1.00001 * margins.delay_margin})) << kappa_a;
+      EXPECT_EQ(margins.gain_reduction, 0.0) << kappa_a;
+    }
+  }
+}
+
 TEST(Certificate, UnstableGainsHaveMarginsThatSayHowFarToGoBack) {
   const Certificate certificate = certify(withActionGain(40.0), {}, {});
   EXPECT_FALSE(certificate.stable());

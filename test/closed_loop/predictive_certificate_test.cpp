@@ -235,6 +235,27 @@ TEST(PredictiveCertificate, AnUnstableLoopHasMarginsThatSayHowFarToGoBack) {
   EXPECT_TRUE(certify({}, ground(), robot).stable());
 }
 
+/// This loop is unstable with 0.0316 to 0.0397 s more dead time and stable again up to 0.051 s.
+TEST(PredictiveCertificate, TheDelayMarginEndsAtTheFirstUnstableDelay) {
+  PredictiveParameters parameters;
+  parameters.action_learning_rate = 0.839;
+  parameters.disturbance_process_noise = 0.05527;
+  parameters.speed_process_noise = 0.02543;
+  PlantModel model;
+  model.dead_time = 0.057;
+  model.lag = 0.01869;
+  model.velocity_loop_integral = 3.152;
+  model.gain = 1.0624;
+  PlantModel robot = model;
+  robot.dead_time = 0.086389;
+  robot.lag = 0.01818;
+  robot.gain = 1.2165;
+  const PredictiveLinearLoop loop(parameters, model, robot);
+  ASSERT_FALSE(isStable(loop, {1.0, 0.035}));
+  ASSERT_TRUE(isStable(loop, {1.0, 0.045}));
+  EXPECT_NEAR(certify(parameters, model, robot).delay_margin, 0.0315, 3e-4);
+}
+
 TEST(PredictiveCertificate, WarnsOfAThinMargin) {
   EXPECT_EQ(thinMargin(PredictiveLinearLoop({}, ground(), ground())), "");
   PlantModel strong = ground();

@@ -27,8 +27,8 @@ struct Certificate : LoopVerdict, Margins {
   ModeCertificate turn;      ///< turning
 };
 
-/// Certifies gains on a plant model. Takes some hundred milliseconds at an action rate of 50 Hz; the time grows with
-/// the cube of dead time x action rate. @throws ParameterError as LinearLoop.
+/// Certifies gains on a plant model. Takes some ten milliseconds at an action rate of 50 Hz; the time grows with the
+/// cube of dead time x action rate. @throws ParameterError as LinearLoop.
 Certificate certify(const ControllerParameters& controller, const GeometryParameters& geometry,
                     const PlantModel& plant);
 

@@ -20,6 +20,7 @@
 namespace jackal_aic {
 
 struct GenerativeModel;
+struct WorstPhase;
 class BeliefUpdate;
 
 /// The loops that symmetry leaves.
@@ -48,6 +49,10 @@ class LinearLoop {
   /// correction.
   Eigen::MatrixXd periodMap(LoopMode mode, const LoopChange& change = {}) const;
 
+  /// True if one sample and one action pass in a common period: the characteristic polynomial of periodMap() is then
+  /// affine in the gain.
+  bool singleRate() const { return clock_.sensor_steps == 1 && clock_.action_steps == 1; }
+
   /// Spectral radius of periodMap() with its uncertainty (spectral_radius.hpp) on top, so that what is below 1 is
   /// stable; infinity if the map is not finite.
   double spectralRadius(LoopMode mode, const LoopChange& change = {}) const;
@@ -64,9 +69,9 @@ class LinearLoop {
   double worstSpectralRadius(LoopMode mode, LoopChange change = {}) const;
 
   /// True if a mode is stable at every phase: worstSpectralRadius() < kStabilityLimit, and sooner told.
-  bool stable(LoopMode mode, LoopChange change = {}) const;
+  bool stable(LoopMode mode, const LoopChange& change = {}) const;
 
-  /// The largest over all modes and phases.
+  /// The largest over all modes and phases; where two differ by less than the error of their eigenvalues, either.
   double worstSpectralRadius() const;
 
   /// How much smaller than worstSpectralRadius() the true one may be.
@@ -93,6 +98,8 @@ class LinearLoop {
   };
   class Trajectories;
 
+  /// Radius as rough as spectralRadiusBeside() tells it.
+  WorstPhase worstPhase(LoopMode mode, LoopChange change, double enough) const;
   ModeEquations equations(LoopMode mode, const GenerativeModel& model, const BeliefUpdate& update) const;
 
   ControllerParameters controller_;

@@ -23,6 +23,8 @@
 
 namespace jackal_aic {
 
+struct WorstPhase;
+
 /// One action period of a loop whose clock is a real one.
 struct JitteredPeriod {
   double phase = 0.0;                   ///< age of the sample when the action is computed [s], up to longestPhase()
@@ -44,6 +46,10 @@ class PredictiveLinearLoop {
   /// Map over one period of belief (w, z, d), last measurement, action, commands under way, wheel speed and correction.
   Eigen::MatrixXd periodMap(const LoopChange& change = {}) const;
 
+  /// True if one sample and one action pass in a common period: the characteristic polynomial of periodMap() is then
+  /// affine in the gain.
+  bool singleRate() const { return clock_.sensor_steps == 1 && clock_.action_steps == 1; }
+
   /// Map over one action period, alike in size for every extra dead time up to a longest one [s]: of the state of
   /// periodMap() without the last measurement, which no later period needs. @throws ParameterError if sensor and action
   /// do not have the same rate.
@@ -60,11 +66,12 @@ class PredictiveLinearLoop {
   /// Longest phase between the timers of sensor and action [s]: the shorter one of their periods.
   double longestPhase() const;
 
-  /// The largest spectral radius over the phase. @param change whose phase does not matter.
+  /// The largest spectral radius over the phase; where two differ by less than the error of their eigenvalues, either.
+  /// @param change whose phase does not matter.
   double worstSpectralRadius(LoopChange change = {}) const;
 
   /// True if the loop is stable at every phase: worstSpectralRadius() < kStabilityLimit, and sooner told.
-  bool stable(LoopChange change = {}) const;
+  bool stable(const LoopChange& change = {}) const;
 
   /// How much smaller than worstSpectralRadius() the true one may be.
   double radiusUncertainty() const;
@@ -82,6 +89,8 @@ class PredictiveLinearLoop {
     std::vector<Eigen::Vector3d> gains;  // of the corrections in a period, in order
     double spectral_radius;              // of its error over a period
   };
+  /// Radius as rough as spectralRadiusBeside() tells it.
+  WorstPhase worstPhase(LoopChange change, double enough) const;
   /// @param phase [ns].
   Belief convergedBelief(std::int64_t phase) const;
 
