@@ -100,29 +100,34 @@ double Adrc::act() {
 }
 
 DelayedInference::DelayedInference(const PlantModel& model, double wheel_radius, const DelayedInferenceGains& gains)
-    : gains_(gains), drive_train_(model, wheel_radius), commands_(model.dead_time, model.dead_time) {}
+    : gains_(gains), drive_train_(model, wheel_radius), commands_(model.dead_time, model.dead_time) {
+  for (std::size_t i = 0; i < commands_.delay(); ++i) on_arrival_ = drive_train_.transition() * on_arrival_;
+}
 
 void DelayedInference::reset() {
   commands_.fill(0.0);
   belief_.setZero();
+  predicted_.setZero();
   integral_ = deviation_ = 0.0;
 }
 
-void DelayedInference::predict(double v) { drive_train_.step(belief_, commands_.step(v)); }
+void DelayedInference::predict(double v) {
+  drive_train_.step(belief_, commands_.step(v));
+  drive_train_.step(predicted_, v);
+}
 
 void DelayedInference::correct(double e) {
   deviation_ = e;
-  // ∂F/∂μ = 0: μ = μ_p + Σ_μ/(Σ_μ + Σ_y) (e − μ_p)
-  belief_(0) += gains_.prediction_share * (e - belief_(0));
+  // ∂F/∂μ = 0: μ = μ_p + Σ_μ/(Σ_μ + Σ_y) (e − μ_p), and μ(t + θ) changes by e^(Aθ) of that
+  const double change = gains_.prediction_share * (e - belief_(0));
+  belief_(0) += change;
+  predicted_ += change * on_arrival_;
 }
 
 double DelayedInference::act() {
   integral_ += kPeriod * deviation_;
-  CommandsUnderWay commands = commands_;
-  Eigen::Vector3d predicted = belief_;
-  for (std::size_t i = 0; i < commands_.delay(); ++i) drive_train_.step(predicted, commands.step(0.0));
   // ∂F/∂v = 0: v = v_p
-  return -(gains_.proportional * predicted(0) + gains_.integral * integral_);
+  return -(gains_.proportional * predicted_(0) + gains_.integral * integral_);
 }
 
 }  // namespace jackal_aic::sim

@@ -154,9 +154,11 @@ class DelayedInference : public Regulator {
   DelayedInferenceGains gains_;
   DriveTrain drive_train_;
   CommandsUnderWay commands_;
-  Eigen::Vector3d belief_ = Eigen::Vector3d::Zero();  // (mu, z, 0)
-  double integral_ = 0.0;                             // of e
-  double deviation_ = 0.0;                            // e
+  Eigen::Vector3d on_arrival_ = Eigen::Vector3d::UnitX();  // what becomes of a change of mu in a dead time
+  Eigen::Vector3d belief_ = Eigen::Vector3d::Zero();       // (mu, z, 0)
+  Eigen::Vector3d predicted_ = Eigen::Vector3d::Zero();    // likewise, a dead time ahead
+  double integral_ = 0.0;                                  // of e
+  double deviation_ = 0.0;                                 // e
 };
 
 }  // namespace jackal_aic::sim
