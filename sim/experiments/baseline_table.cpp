@@ -255,8 +255,11 @@ void writeBaselineTables(const PackageFiles& files, const std::string& directory
   for (std::size_t i = 0; i < driven_cases.size(); ++i) {
     for (const Baseline& structure : structures) cases.push_back({&structure, kCalibratedPlants[i], &driven_cases[i]});
   }
-  const auto lines =
-      parallelResults("baselines", cases.size(), jobs, [&](std::size_t i) { return linesOf(files, cases[i]); });
+  // The last structures take longest: they begin first, so that no one of them is left alone at the end.
+  const std::size_t last = cases.size() - 1;
+  auto lines =
+      parallelResults("baselines", cases.size(), jobs, [&](std::size_t i) { return linesOf(files, cases[last - i]); });
+  std::reverse(lines.begin(), lines.end());
   std::string front =
       "structure,plant,ms_limit,kept,ms,gain_margin,delay_margin_s,iae_of_bound,noise_gain,ms_half_dead_time,"
       "iae_half_dead_time,ms_longer_dead_time,iae_longer_dead_time,values\n";

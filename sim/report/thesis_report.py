@@ -179,22 +179,24 @@ def figure_groups(experiment):
     return [(key, list(group)) for key, group in itertools.groupby(panels, key=lambda p: p['figure'].rstrip('ab'))]
 
 
-def draw(task):
-    """Image of one figure; runs in a process of its own."""
-    runs, panels, square = task
-    return figures.figure_image(runs, panels, square)
+def take_over(results):
+    """What the figures are of, in a process that draws: it has it from the one that starts it, and nothing is copied."""
+    draw.results = results
+
+
+def draw(key):
+    """Image of one figure, (experiment, figure)."""
+    name, figure = key
+    experiment = draw.results.experiments[name]
+    return figures.figure_image(draw.results.runs[name], dict(figure_groups(experiment))[figure], experiment['kind'] == 'squares')
 
 
 def draw_all(results):
     """All images, by experiment and figure, with progress."""
-    keys, tasks = [], []
-    for name, experiment in results.experiments.items():
-        for figure, panels in figure_groups(experiment):
-            keys.append((name, figure))
-            tasks.append((results.runs[name], panels, experiment['kind'] == 'squares'))
+    keys = [(name, figure) for name, experiment in results.experiments.items() for figure, _ in figure_groups(experiment)]
     images = {}
-    with concurrent.futures.ProcessPoolExecutor() as pool:
-        for key, image in zip(keys, pool.map(draw, tasks)):
+    with concurrent.futures.ProcessPoolExecutor(initializer=take_over, initargs=(results,)) as pool:
+        for key, image in zip(keys, pool.map(draw, keys)):
             images[key] = image
             show_progress(len(images), len(keys))
     return images
