@@ -292,7 +292,10 @@ class ExcitationNode {
     if (!graph_.checked()) return "the master does not say who publishes commands";
     if (!motorsListen()) return "nobody who drives subscribes to " + drive_.getTopic() + ": the motors are missing";
     for (const std::string& recorder : recorders_) {
-      if (!listens(recorder)) return "the recorder does not record " + drive_.getTopic() + ": " + recorder;
+      if (!listens(recorder)) {
+        return "the recorder does not record " + drive_.getTopic() + ": " + recorder + ", which is to write " +
+               recording_.bag();
+      }
     }
     if (!recorders_.empty() && !recording_.open()) return "the recorder does not write " + recording_.bag();
     if (!wheels_heard_.heard()) return "no wheel speeds on " + wheels_.getTopic();
