@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "jackal_aic/model/forgetting.hpp"
 #include "jackal_aic/model/gravity.hpp"
 
 namespace jackal_aic {
@@ -77,7 +78,7 @@ void AccelerationMonitor::Axis::compare(double error_without_offset, double conf
   const double difference = error_without_offset - offset - error;
   error += difference;
   const double most = kSurprise * std::max(vibration, configured);
-  vibration += step / (step + kVibrationMemory) * (std::min(0.5 * difference * difference, most) - vibration);
+  average(vibration, std::min(0.5 * difference * difference, most), step, kVibrationMemory);
   total = variance + noise(configured, moving);
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "jackal_aic/model/forgetting.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -395,7 +397,7 @@ void WheelMonitor::learnMisfit(double measurement, double variance, double step)
   const auto [low, high] = held_.reachable;
   const double noise = kNoise * std::sqrt(variance);
   const double misfit = measurement - std::clamp(measurement, low - noise, high + noise);
-  misfit_ += step / (step + kMisfitMemory) * (misfit * misfit - misfit_);
+  average(misfit_, misfit * misfit, step, kMisfitMemory);
 }
 
 }  // namespace jackal_aic
