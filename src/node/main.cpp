@@ -1,5 +1,8 @@
 #include <ros/ros.h>
 
+#include <algorithm>
+#include <string>
+
 #include "controller_node.hpp"
 #include "node_help.hpp"
 #include "real_time.hpp"
@@ -9,6 +12,11 @@
 namespace {
 
 constexpr double kPatience = 0.5;  // s; beyond the longest brake
+
+/// True if roslaunch starts the node again when it ends (launch/controller.launch says so).
+bool isRespawned(int argc, char** argv) {
+  return std::any_of(argv, argv + argc, [](const std::string& word) { return word == "--respawned"; });
+}
 
 }  // namespace
 
@@ -40,6 +48,7 @@ int main(int argc, char** argv) {
     stop.spinWhile([&] { return !node.atRest(); }, parameters.gate.brake.time + kPatience);
     node.publishStop();
     stop.flush();
+    if (stop.nameTaken() && isRespawned(argc, argv)) stop.waitForSignal();
   } catch (const jackal_aic::ParameterError& error) {
     ROS_FATAL("%s", error.what());
     return 1;

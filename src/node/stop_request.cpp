@@ -5,18 +5,36 @@
 #include <ros/xmlrpc_manager.h>
 
 #include <atomic>
+#include <chrono>
 #include <csignal>
+#include <thread>
 
 namespace jackal_aic {
 namespace {
 
 std::atomic<bool> end_requested{false};
+std::atomic<bool> signalled{false};
+std::atomic<bool> name_taken{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
 
-void onSignal(int) { end_requested = true; }
+void onSignal(int) { end_requested = signalled = true; }
 
-/// The master calls shutdown(caller, reason) of a node for `rosnode kill` and when another node takes its name.
-void onMasterRequest(XmlRpc::XmlRpcValue&, XmlRpc::XmlRpcValue& result) {
+/// A word of a request, whatever its sender sent.
+std::string word(XmlRpc::XmlRpcValue& request, int i) {
+  const bool given = request.getType() == XmlRpc::XmlRpcValue::TypeArray && request.size() > i &&
+                     request[i].getType() == XmlRpc::XmlRpcValue::TypeString;
+  return given ? static_cast<std::string>(request[i]) : "";
+}
+
+/// shutdown(caller, reason): by the master when another node takes the name of this one, by `rosnode kill`.
+void onShutdownRequest(XmlRpc::XmlRpcValue& request, XmlRpc::XmlRpcValue& result) {
+  name_taken = word(request, 0) == "/master";
+  if (name_taken) {
+    ROS_ERROR("Another node was started as %s: this one is down. End one of the two, or give it another name (%s)",
+              ros::this_node::getName().c_str(), word(request, 1).c_str());
+  } else {
+    ROS_INFO("Asked to end by %s: %s", word(request, 0).c_str(), word(request, 1).c_str());
+  }
   end_requested = true;
   result = ros::xmlrpc::responseInt(1, "", 0);
 }
@@ -30,12 +48,18 @@ StopRequest::StopRequest() {
   std::signal(SIGINT, onSignal);
   std::signal(SIGTERM, onSignal);
   ros::XMLRPCManager::instance()->unbind("shutdown");
-  ros::XMLRPCManager::instance()->bind("shutdown", onMasterRequest);
+  ros::XMLRPCManager::instance()->bind("shutdown", onShutdownRequest);
 }
 
 void StopRequest::request() { end_requested = true; }
 
 bool StopRequest::requested() { return end_requested; }
+
+bool StopRequest::nameTaken() { return name_taken; }
+
+void StopRequest::waitForSignal() {
+  while (!signalled) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+}
 
 void StopRequest::spinUntilRequested() {
   while (!end_requested && ros::ok()) ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(kWait));

@@ -4,6 +4,7 @@
 /// Orderly end of a node: SIGINT, SIGTERM and `rosnode kill` are noticed while publishers still work.
 
 #include <functional>
+#include <string>
 
 namespace jackal_aic {
 
@@ -19,6 +20,13 @@ class StopRequest {
 
   /// True once the end is requested.
   static bool requested();
+
+  /// True if the master requested it: another node has taken the name of this one.
+  static bool nameTaken();
+
+  /// Waits for SIGINT or SIGTERM, with roscpp shut down: a process that is started again when it ends would take the
+  /// name back.
+  static void waitForSignal();
 
   /// Serves callbacks until the end is requested or roscpp is shut down by other means.
   void spinUntilRequested();
