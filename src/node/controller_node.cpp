@@ -21,11 +21,11 @@ LoopChanges& toldOf(LoopExchange& changes, const DriveLoop& loop) {
   return changes;
 }
 
-/// Who may publish beside the node.
+/// Who may publish beside the node. Other sources of a multiplexer publish on topics of their own.
 GraphRules graphRules(const ros::NodeHandle& node, const NodeParameters& parameters, const CommandOutput& output) {
   return {output.topics(),
           {watchdogOf(ros::this_node::getName())},
-          parameters.allow_other_publishers || parameters.motors_shared,
+          parameters.allow_other_publishers,
           node.resolveName("jackal_AIC/set_point"),
           parameters.allow_multiple_set_points};
 }

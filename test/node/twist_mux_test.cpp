@@ -68,7 +68,6 @@ class Mux {
   ros::NodeHandle node_;
   ros::Publisher output_ = node_.advertise<geometry_msgs::Twist>("jackal_velocity_controller/cmd_vel", 10);
   ros::Publisher drive_ = node_.advertise<jackal_msgs::Drive>("cmd_drive", 10);
-  ros::Publisher another_ = node_.advertise<geometry_msgs::Twist>("cmd_vel", 10);  // normal there
   ros::Subscriber subscriber_;
   geometry_msgs::Twist joystick_, last_;
   ros::Time last_time_, until_;
@@ -167,6 +166,18 @@ TEST_F(TwistMux, AJoystickMayStopTheRobot) {
   joystickDrives(0.0, 0.0);
   mux.giveBack(0.0);
   expectTakenBack(4.0);
+}
+
+// The multiplexer cannot tell the two apart: both have the motors in turns.
+TEST_F(TwistMux, ASecondPublisherOfItsOwnTopicIsNamedAndLeftTheMotors) {
+  ros::NodeHandle node;
+  auto intruder = node.advertise<geometry_msgs::Twist>("cmd_vel", 10);
+  robot.waitFor([&] { return robot.lastState().status == ControllerState::FAULTED; }, "the controller to notice", 30.0);
+  const std::string reason = robot.states().back().reason;
+  EXPECT_NE(reason.find(ros::this_node::getName() + " on /cmd_vel"), std::string::npos) << reason;
+  intruder.shutdown();
+  robot.command(0.0, 0.0);
+  robot.waitFor([&] { return robot.lastState().status == ControllerState::DRIVING; }, "its acknowledgement", 30.0);
 }
 
 }  // namespace
