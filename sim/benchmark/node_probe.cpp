@@ -35,6 +35,7 @@ constexpr double kRadius = 0.098;       // m
 constexpr double kTrack = 0.547;        // m
 constexpr double kActionPeriod = 20.0;  // ms
 constexpr double kStart = 2.0;          // s
+constexpr double kRest = 1.0;           // s, from the first command on
 
 /// What two commands and their samples were like [ms].
 struct Timing {
@@ -120,8 +121,10 @@ int main(int argc, char** argv) {
     wheels.publish(joints);
     imu.publish(sample);
     geometry_msgs::Twist wanted;
-    wanted.linear.x = 0.5;
-    wanted.angular.z = 0.2;
+    if (!first.isZero() && (newest - first).toSec() > kRest) {  // a controller that has just started is told to stand
+      wanted.linear.x = 0.5;
+      wanted.angular.z = 0.2;
+    }
     set_point.publish(wanted);
   });
   const ros::WallTimer end = node.createWallTimer(

@@ -109,6 +109,7 @@ class Replay {
     const Observation& y = sample.observation;
     if (sample.starts) {
       loop_.start({y.wheel_left, y.wheel_right}, now);
+      loop_.release();
       clock_ = now;
     }
     for (; clock_ + kTick < now; clock_ += kTick) tick(clock_ + kTick);

@@ -23,7 +23,7 @@ constexpr double kSeenPeriod = 0.01;        // s between words to the plant of h
 constexpr double kSetPointPeriod = 0.05;    // s, as an operator's joystick or a planner would
 constexpr double kStatusPeriod = 1.0;       // s, as the robot's firmware
 constexpr double kIntrusionPeriod = 0.02;   // s, as the stock jackal_node
-constexpr double kFirstSetPoint = 0.3;      // s, after the start of a run
+constexpr double kFirstSetPoint = 0.3;      // s, after the start of a run; zero until then, which releases a latch
 constexpr double kSilence = 0.3;            // s without a command, after which the next is a new process'
 constexpr double kLastWord = 0.2;           // s before the end, within which the controller has to have spoken
 constexpr double kLatestSuccessor = 60.0;   // s after the end, until a controller that was ended has to be there again
@@ -202,7 +202,7 @@ void FaultCampaign::arm(const Scenario& scenario) {
   commands_.arm(of(FaultTopic::cmd_drive), scenario.onset, scenario.seed);
   set_point_.linear.x = scenario.motion.forward;
   set_point_.angular.z = scenario.motion.yaw_rate;
-  next_set_point_ = kFirstSetPoint;
+  next_set_point_ = 0.0;
   next_status_ = 0.0;
   if (scenario.system) planSystemFault(*scenario.system, scenario.onset);
   std::stable_sort(tasks_.begin(), tasks_.end(), [](const Task& a, const Task& b) { return a.time < b.time; });
@@ -311,9 +311,9 @@ bool FaultCampaign::restart(const Scenario& scenario) {
   offset_ = base_ = 0.0;
   pressStop(false);
   states_since_reset_.clear();
-  // A controller that was killed in the run before has to be there again, and to hear and measure, before the clock is
-  // put back for all: from then on the time of the run counts.
-  if (!waitFor([&] { return speaks() && controllerIsConnected(); })) return false;
+  // A controller that was killed in the run before has to be there again, to hear and measure, and to have no fault any
+  // more, before the clock is put back for all: from then on the time of the run counts.
+  if (!waitFor([&] { return speaks() && controllerIsConnected() && stands(); })) return false;
   const std::uint64_t resets = resets_;
   changePlant(scenario);
   resetPlant();
@@ -322,10 +322,12 @@ bool FaultCampaign::restart(const Scenario& scenario) {
   time_ = plant_clock_.toSec();
   states_since_reset_.clear();
   next_set_point_ = next_status_ = 0.0;
-  return waitFor(speaks) && waitFor([this] {
-           const ControllerState& state = states_since_reset_.back();
-           return state.status == ControllerState::IDLE || state.status == ControllerState::STOPPED;
-         });
+  return waitFor(speaks) && waitFor([this] { return stands(); });
+}
+
+bool FaultCampaign::stands() const {
+  const ControllerState& state = states_since_reset_.back();
+  return state.status == ControllerState::IDLE || state.status == ControllerState::STOPPED;
 }
 
 bool FaultCampaign::controllerIsConnected() const {
@@ -368,7 +370,7 @@ void FaultCampaign::perform() {
 
 void FaultCampaign::sendPeriodically() {
   if (time_ >= next_set_point_) {
-    set_points_.pass(time_, set_point_);
+    set_points_.pass(time_, time_ < kFirstSetPoint ? geometry_msgs::Twist() : set_point_);
     next_set_point_ += kSetPointPeriod;
   }
   if (time_ >= next_status_) {

@@ -74,6 +74,7 @@ class FaultCampaign {
   void endMaster();
   bool restart(const Scenario& scenario);
   bool controllerIsConnected() const;
+  bool stands() const;
   void resetPlant();
   void perform();
   bool waitFor(const std::function<bool()>& condition);

@@ -19,8 +19,8 @@ int main() {
 
   for (int ms = 0; ms <= 6000; ++ms) {
     const double now = 0.001 * ms;
-    wheels += (command.vector() - wheels) * 0.001 / 0.1;  // a lag of 0.1 s
-    if (ms % 100 == 0) loop.setSetPoint({0.5, 0.0, 0.0}, now);
+    wheels += (command.vector() - wheels) * 0.001 / 0.1;                        // a lag of 0.1 s
+    if (ms % 100 == 0) loop.setSetPoint({ms == 0 ? 0.0 : 0.5, 0.0, 0.0}, now);  // zero first releases the latch
     if (ms % 20 == 0) {
       const double noise = 0.01 * (ms / 20 % 5 - 2);
       Observation y;

@@ -22,12 +22,15 @@ LoopChanges& toldOf(LoopExchange& changes, const DriveLoop& loop) {
 }
 
 /// Who may publish beside the node. Other sources of a multiplexer publish on topics of their own.
-GraphRules graphRules(const ros::NodeHandle& node, const NodeParameters& parameters, const CommandOutput& output) {
+GraphRules graphRules(const ros::NodeHandle& node, const NodeParameters& parameters, const CommandOutput& output,
+                      const RobotWatch& robot) {
   return {output.topics(),
           {watchdogOf(ros::this_node::getName())},
           parameters.allow_other_publishers,
           node.resolveName("jackal_AIC/set_point"),
-          parameters.allow_multiple_set_points};
+          parameters.allow_multiple_set_points,
+          robot.emergencyStop().getTopic(),
+          [&robot] { return robot.emergencyStop().getNumPublishers(); }};
 }
 
 ros::NodeHandle withQueue(ros::NodeHandle node, ros::CallbackQueue& queue) {
@@ -46,14 +49,14 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
       inputs_(parameters.publish_inputs ? std::make_unique<InputLog>(node_, parameters, loop_) : nullptr),
       state_(node_, parameters, loop_),
       tuning_(makeTuning(withQueue(private_node, requests_), parameters, toldOf(changes_, loop_))),
-      services_(private_node, parameters.gate.deadlines.set_point, serviceActions()),
+      services_(private_node, serviceActions()),
       output_(node_, parameters.output, parameters.geometry),
       odometry_(node_, parameters, loop_),
       frame_listener_(withQueue(node_, requests_), frames_),
       sensors_(parameters.robot, frames_,
                [this](const Observation& observation, const ros::Time& stamp) { onPair(observation, stamp); }),
       robot_(node_, [this](const ros::Time& stamp) { loop_.receiveFeedback(stamp.toSec(), currentTime()); }),
-      graph_(graphRules(node_, parameters, output_), kGraphPeriod),
+      graph_(graphRules(node_, parameters, output_, robot_), kGraphPeriod),
       set_points_(
           node_, "jackal_AIC/set_point", 10, [this](const ReceivedSetPoint& received) { onSetPoint(received); },
           [this] { return graph_.loneTypes(); }),
@@ -88,7 +91,7 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
 
 void ControllerNode::onSetPoint(const ReceivedSetPoint& received) {
   const SetPointVerdict verdict = loop_.setSetPoint(received.wanted, currentTime(), received.stamp);
-  if (verdict == SetPointVerdict::accepted) return services_.noteSetPoint(received.wanted);
+  if (verdict == SetPointVerdict::accepted) return;
   const bool absurd = verdict == SetPointVerdict::absurd;
   StatusReport::refused(absurd ? "set point far beyond the limits" : "set point that is not finite",
                         loop_.status().rejected_set_points);
@@ -157,7 +160,7 @@ void ControllerNode::setActionTimer(double due) {
 RobotStatus ControllerNode::robotStatus() const {
   RobotStatus status = robot_.status();
   status.contended = graph_.contended();
-  status.outputs_checked = graph_.checked();
+  status.graph_checked = graph_.checked();
   status.ending = ending_;
   status.disabled = !enabled_;
   status.rivals = graph_.rivalled();

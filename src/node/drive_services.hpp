@@ -6,7 +6,6 @@
 
 #include <ros/node_handle.h>
 #include <ros/service_server.h>
-#include <ros/time.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
@@ -18,9 +17,8 @@ namespace jackal_aic {
 
 /// Serves in a namespace:
 /// enable (std_srvs/SetBool): false brakes the robot and holds it at rest (StopCause::disabled), true lets it drive
-/// again, by restart_after_stop; reset (std_srvs/Trigger): forgets motion and faults (not what was learned of the
-/// robot, not what it reports, and not the pose of the odometry, which must not jump) while it rests and nobody asks it
-/// to move.
+/// again, by restart_after_stop; reset (std_srvs/Trigger): starts a robot at rest anew (DriveLoop::start()), which
+/// forgets motion and faults, not what was learned of the robot, not what it reports, and not the pose of the odometry.
 class DriveServices {
  public:
   /// What the owner does.
@@ -30,8 +28,8 @@ class DriveServices {
     std::function<void()> reset;
   };
 
-  /// @param node the namespace; @param set_point_deadline time for which a set point counts [s]; 0: for ever.
-  DriveServices(const ros::NodeHandle& node, double set_point_deadline, Actions actions);
+  /// @param node the namespace.
+  DriveServices(const ros::NodeHandle& node, Actions actions);
 
   DriveServices(const DriveServices&) = delete;
   DriveServices& operator=(const DriveServices&) = delete;
@@ -39,18 +37,11 @@ class DriveServices {
   /// True for a command that keeps the robot where it is, but for what noise makes of it.
   static bool resting(const WheelCommand& command);
 
-  /// A set point came just now.
-  void noteSetPoint(const SetPoint& wanted);
-
  private:
   bool onEnable(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
   bool onReset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
-  bool askedToMove() const;
 
   Actions actions_;
-  double set_point_deadline_;
-  SetPoint wanted_;
-  ros::Time wanted_at_;
   ros::ServiceServer enable_service_;
   ros::ServiceServer reset_service_;
 };

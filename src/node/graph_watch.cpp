@@ -17,6 +17,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::seconds kPatience(1);  // with a node that does not answer
 constexpr double kPoll = 0.05;                // s
+constexpr double kFirstPeriod = 0.1;          // s between looks until the first answer counts
 
 /// Type of a topic in a reply to getPublications, which may be anybody's; nothing if it does not hold the topic.
 std::optional<std::string> typeIn(XmlRpc::XmlRpcValue& reply, const std::string& topic) {
@@ -93,8 +94,9 @@ std::vector<std::string> GraphWatch::loneTypes() const {
 }
 
 std::string GraphWatch::complaint() const {
-  if (!contended_ && !rivalled_) return "";  // without a lock
+  if (checked_ && !contended_ && !rivalled_) return "";  // without a lock
   const std::lock_guard<std::mutex> lock(mutex_);
+  if (!checked_) return unconnected_;
   if (contended_) return others_ + "; remap the commands of one of the two (launch/jackal.launch says how)";
   return rivals_ + "; end one, or set allow_multiple_set_points";
 }
@@ -105,7 +107,8 @@ void GraphWatch::run() {
     lock.unlock();
     look();
     lock.lock();
-    wake_.wait_for(lock, std::chrono::duration<double>(period_), [this] { return ending_; });
+    const double pause = checked_ ? period_ : std::min(period_, kFirstPeriod);
+    wake_.wait_for(lock, std::chrono::duration<double>(pause), [this] { return ending_; });
   }
 }
 
@@ -136,12 +139,20 @@ void GraphWatch::look() {
   request[0] = ros::this_node::getName();
   master_reachable_ = ros::master::execute("getSystemState", request, response, state, false);
   if (!master_reachable_) return;
-  std::string text;
+  std::string text, unconnected;
+  std::uint32_t awaited = 0;
   Rivals rivals;
   XmlRpc::XmlRpcValue& publishers = state[0];
   for (int i = 0; i < publishers.size(); ++i) {
     const std::string topic = publishers[i][0];
     if (topic == rules_.lone) rivals = rivalsIn(publishers[i][1], topic);
+    if (topic == rules_.awaited && !checked_) {
+      for (const std::string& name : othersIn(publishers[i][1])) {
+        if (!publishedType(name, topic)) continue;
+        ++awaited;
+        unconnected += (unconnected.empty() ? "waits for " : " and ") + name;
+      }
+    }
     if (std::find(rules_.topics.begin(), rules_.topics.end(), topic) == rules_.topics.end()) continue;
     for (const std::string& name : othersIn(publishers[i][1])) {
       if (!publishedType(name, topic)) continue;
@@ -156,7 +167,12 @@ void GraphWatch::look() {
   others_ = text;
   rivals_ = rivals.names;
   lone_types_ = rivals.types;
-  checked_ = true;
+  if (checked_) return;
+  unconnected_ = unconnected.empty() ? "" : unconnected + " on " + rules_.awaited;
+  // What a publisher latched comes right after its connection, which counts before: at the next look it has come.
+  const bool connected = rules_.connected() >= awaited;
+  checked_ = connected && (connected_ || awaited == 0);
+  connected_ = connected;
 }
 
 }  // namespace jackal_aic

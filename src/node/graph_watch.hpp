@@ -1,12 +1,14 @@
 #pragma once
 
 /// @file
-/// Looks in the ROS graph for other publishers of our commands, and for those of set points.
+/// Looks in the ROS graph for other publishers of our commands, and for those of set points and of the emergency stop.
 
 #include <xmlrpcpp/XmlRpcValue.h>
 
 #include <atomic>
 #include <condition_variable>
+#include <cstdint>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -21,6 +23,8 @@ struct GraphRules {
   bool others_allowed = false;          ///< any node may
   std::string lone;                     ///< resolved name of a topic on which one node is to publish; empty: none
   bool rivals_allowed = false;          ///< several nodes may publish there
+  std::string awaited;                  ///< resolved name of a topic that has to be heard before anything is done
+  std::function<std::uint32_t()> connected = [] { return 0u; };  ///< publishers of it that are connected
 };
 
 /// Asks the master every `period` of wall time, in a thread of its own because the master may be slow or gone, who else
@@ -37,7 +41,8 @@ class GraphWatch {
   GraphWatch(const GraphWatch&) = delete;
   GraphWatch& operator=(const GraphWatch&) = delete;
 
-  /// True once the master has answered.
+  /// True once the master has answered and every living publisher of the awaited topic is connected: what it latched
+  /// has then been heard.
   bool checked() const { return checked_; }
 
   /// True if the master answered last time.
@@ -77,10 +82,12 @@ class GraphWatch {
   std::atomic<bool> master_reachable_{true};
   std::atomic<bool> contended_{false};
   std::atomic<bool> rivalled_{false};
+  bool connected_ = false;    // of the thread: the awaited topic, at the last look
   mutable std::mutex mutex_;  // of the following
   std::condition_variable wake_;
   std::string others_;
   std::string rivals_;
+  std::string unconnected_;
   std::vector<std::string> lone_types_;
   bool ending_ = false;
   std::thread thread_;  // last: it uses the rest

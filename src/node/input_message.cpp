@@ -104,7 +104,7 @@ void visitValues(Archive& a, FeedbackInput& input) {
 template <class Archive>
 void visitValues(Archive& a, StatusInput& input) {
   RobotStatus& s = input.status;
-  a(s.emergency_stop), a(s.robot_stopped), a(s.motors_off), a(s.driver_fault), a(s.contended), a(s.outputs_checked);
+  a(s.emergency_stop), a(s.robot_stopped), a(s.motors_off), a(s.driver_fault), a(s.contended), a(s.graph_checked);
   a(s.ending), a(s.rivals);
   if (!a.done()) a(s.disabled);  // recordings from before there was the service have none
 }

@@ -28,6 +28,9 @@ class RobotWatch {
   /// What they said last; contention and end of the controller are left to the caller.
   const RobotStatus& status() const { return status_; }
 
+  /// The emergency stop: its topic, as resolved, and its publishers that are connected.
+  const ros::Subscriber& emergencyStop() const { return emergency_stop_subscriber_; }
+
   /// Forgets the messages; the emergency stop, which is sent once, and the robot's own stop stay.
   void reset() { status_.motors_off = status_.driver_fault = false; }
 

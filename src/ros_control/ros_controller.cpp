@@ -110,10 +110,6 @@ bool RosController::init(hardware_interface::VelocityJointInterface* hw, ros::No
 
 void RosController::subscribe(ros::NodeHandle& robot, ros::NodeHandle& controller) {
   const auto no_delay = ros::TransportHints().tcpNoDelay();
-  graph_.emplace(GraphRules{{}, {}, true, controller.resolveName("cmd_vel"), true}, kGraphPeriod);
-  command_source_.emplace(
-      controller, "cmd_vel", 1, [this](const ReceivedSetPoint& command) { onCommand(command); },
-      [this] { return graph_->loneTypes(); });
   const std::string& base_frame = parameters_.drive.robot.base_frame;
   const bool by_handle = imu_handle_ && readsMotion(*imu_handle_) &&
                          prefixedFrame(tfPrefix(controller), imu_handle_->getFrameId()) == base_frame;
@@ -134,6 +130,13 @@ void RosController::subscribe(ros::NodeHandle& robot, ros::NodeHandle& controlle
         robot_status_ = status;
         tellStatus();
       });
+  GraphRules rules{{}, {}, true, controller.resolveName("cmd_vel"), true};
+  rules.awaited = robot_->emergencyStop().getTopic();
+  rules.connected = [this] { return robot_->emergencyStop().getNumPublishers(); };
+  graph_.emplace(rules, kGraphPeriod);
+  command_source_.emplace(
+      controller, "cmd_vel", 1, [this](const ReceivedSetPoint& command) { onCommand(command); },
+      [this] { return graph_->loneTypes(); });
 }
 
 /// With callbacks_ locked.
@@ -154,8 +157,7 @@ void RosController::serveChanges(ros::NodeHandle& controller) {
     const std::lock_guard<std::mutex> lock(callbacks_);
     resets_.write(true);
   };
-  services_.emplace(controller, parameters_.drive.gate.deadlines.set_point,
-                    DriveServices::Actions{enable, [this] { return resting_.load(); }, reset});
+  services_.emplace(controller, DriveServices::Actions{enable, [this] { return resting_.load(); }, reset});
   keep_timer_ = controller.createWallTimer(ros::WallDuration(kKeepPeriod),
                                            [this](const ros::WallTimerEvent&) { tuning_->keep(ros::Time::now()); });
 }
@@ -185,7 +187,6 @@ void RosController::onCommand(const ReceivedSetPoint& command) {
                              publishers);
     input = {};
   }
-  services_->noteSetPoint(input.wanted);
   const std::lock_guard<std::mutex> lock(callbacks_);
   commands_.write(input);
 }
@@ -260,7 +261,9 @@ void RosController::takeLive(const LiveParameters& wanted, double now) {
 }
 
 void RosController::takeMessages(double now) {
-  if (const RobotStatus* status = robot_states_.read()) loop_->report(*status, now);
+  if (const RobotStatus* status = robot_states_.read()) status_ = *status;
+  status_.graph_checked = graph_->checked();
+  loop_->report(status_, now);
   if (const double* stamp = feedback_stamps_.read()) loop_->receiveFeedback(*stamp, now);
   if (const SetPointInput* command = commands_.read()) loop_->setSetPoint(command->wanted, now, command->stamp);
 }

@@ -115,6 +115,7 @@ class RosController : public controller_interface::Controller<hardware_interface
   // For the realtime thread alone.
   LiveParameters live_;
   bool first_update_ = true;
+  RobotStatus status_;
   double now_ = 0.0;  // of the last update [s]
   Wheels last_wheels_;
   double wheels_taken_ = 0.0;  // time of the last sample [s]

@@ -95,16 +95,15 @@ StopCause DriveGate::presentCause(const GateInputs& inputs) {
   causes.add(StopCause::belief_diverged, action_diverged_);
   action_diverged_ = false;
   const StopCause worst = causes.worst();
-  decision_.unacknowledged = false;
   if (latches(worst)) {
     latched_ = worst;
     gone_for_ = 0.0;
-  } else if (latched_ != StopCause::none) {
+  } else {
     gone_for_ += period_;
-    decision_.unacknowledged = !acknowledged(inputs);
-    if (!decision_.unacknowledged) latched_ = StopCause::none;
+    if (acknowledged(inputs)) latched_ = StopCause::none;
   }
-  return latched_ != StopCause::none ? latched_ : worst;
+  decision_.unacknowledged = latched_ > worst;
+  return std::max(latched_, worst);
 }
 
 bool DriveGate::latches(StopCause cause) const {
@@ -138,7 +137,11 @@ void DriveGate::reset() {
   limiter_.reset();
   decision_ = {};
   emergency_ = action_diverged_ = false;
-  latched_ = StopCause::none;
+  latched_ = StopCause::start;
+}
+
+void DriveGate::release() {
+  if (latched_ == StopCause::start) latched_ = StopCause::none;
 }
 
 }  // namespace jackal_aic

@@ -14,6 +14,10 @@ constexpr int kMostPeriods = 5;
 /// Wheel speed above which a wheel counts as moving [rad/s], 0.05 m/s: its position then changes with every sample.
 constexpr double kMoving = 0.5;
 
+/// Shortest time without any set point after a start that counts as a pause [s]: a new subscriber needs a while to hear
+/// a publisher that sends already.
+constexpr double kPause = 0.5;
+
 std::int64_t nanoseconds(double time) { return std::llround(1e9 * time); }
 
 LossTolerance toleranceOf(const DriveParameters& parameters) {
@@ -61,7 +65,8 @@ std::unique_ptr<VelocityController> makeController(const DriveParameters& parame
 std::string reason(const DriveLoopStatus& status, const std::string& contender) {
   std::string reason = text(status.decision.cause);
   const StopCause cause = status.decision.cause;
-  const bool rivalry = cause == StopCause::contention || cause == StopCause::set_points_rival;
+  const bool rivalry =
+      cause == StopCause::contention || cause == StopCause::set_points_rival || cause == StopCause::graph_unchecked;
   if (rivalry && !contender.empty()) reason += ": " + contender;
   if (status.handed_over) reason = "somebody else has the motors";
   const bool told = isFault(status.fault) || status.fault == Fault::stuck;
@@ -69,7 +74,7 @@ std::string reason(const DriveLoopStatus& status, const std::string& contender) 
   // Wheels that do not follow are no fault of a sensor.
   if (cause == StopCause::sensor_fault && isOfTheWheels(status.fault)) reason.clear();
   if (!fault.empty()) reason += (reason.empty() ? "" : "; ") + fault;
-  if (status.decision.unacknowledged) reason += " (over; a zero set point, or one after a pause, starts anew)";
+  if (status.decision.unacknowledged) reason += " (waits for a zero set point or a pause)";
   return reason;
 }
 
@@ -324,11 +329,7 @@ void DriveLoop::beliefStep() {
 }
 
 void DriveLoop::act(double now) {
-  const bool at_rest = gate_.command() == WheelCommand{};
-  if (clock_jumped_ && at_rest) {
-    gate_.reset();
-    clock_jumped_ = false;
-  }
+  clock_jumped_ = clock_jumped_ && gate_.command() != WheelCommand{};
   decide(gateInputs(now));
   if (decision_.status == DriveStatus::driving) {
     drive(now);
@@ -341,17 +342,20 @@ GateInputs DriveLoop::gateInputs(double now) {
   GateInputs inputs;
   StopCauses& causes = inputs.causes;
   causes = overdueInputs(ages(now), parameters_.gate.deadlines);
-  const bool no_set_point = causes.hasAny({StopCause::set_point_late, StopCause::set_point_missing});
-  inputs.set_point_at_rest = no_set_point || set_point_.vector().isZero(0.0);
+  const bool missing = causes.hasAny({StopCause::set_point_missing});
+  const bool stands = causes.hasAny({StopCause::set_point_late}) || set_point_.vector().isZero(0.0);
+  // One that was never received may just not have been heard yet.
+  unasked_for_ = missing && robot_.graph_checked ? unasked_for_ + controller_->actionStep() : 0.0;
+  inputs.set_point_at_rest = missing ? unasked_for_ > std::max(kPause, parameters_.gate.deadlines.set_point) : stands;
   // What the motors do under somebody else's commands cannot be predicted.
   if (robot_.contended) measurements_.reset();
-  const bool told_to_stand = inputs.set_point_at_rest && gate_.command() == WheelCommand{};
+  const bool told_to_stand = stands && gate_.command() == WheelCommand{};
   causes.add(measurements_.causes(health(now), now, told_to_stand));
   const bool plausible = isPlausible(controller_->believedVelocity(), controller_->freeEnergy(), parameters_.gate);
   causes.add(StopCause::belief_diverged, !plausible)
       .add(StopCause::clock_jump, clock_jumped_)
       .add(StopCause::set_points_rival, robot_.rivals)
-      .add(StopCause::outputs_unchecked, !robot_.outputs_checked)
+      .add(StopCause::graph_unchecked, !robot_.graph_checked)
       .add(StopCause::motors_off, robot_.motors_off)
       .add(StopCause::robot_stopped, robot_.robot_stopped)
       .add(StopCause::emergency_stop, robot_.emergency_stop)
@@ -443,6 +447,7 @@ void DriveLoop::forget(double now) {
   frozen_imu_.reset();
   set_point_ = {};
   set_point_arrival_ = wheels_ = imu_ = feedback_ = measurement_ = {};
+  unasked_for_ = 0.0;
   action_ = {};
 }
 

@@ -13,6 +13,7 @@ struct Entry {
 
 constexpr std::array<Entry, kStopCauses> kEntries{{
     {StopCause::none, Severity::stop, ""},
+    {StopCause::start, Severity::stop, "set points not zero since the start"},
     {StopCause::unpaired, Severity::stop, "stamps of wheel speeds and IMU data do not pair"},
     {StopCause::moved, Severity::stop, "moved by somebody else"},
     {StopCause::imu_frozen, Severity::stop, "IMU data frozen"},
@@ -26,7 +27,7 @@ constexpr std::array<Entry, kStopCauses> kEntries{{
     {StopCause::set_point_missing, Severity::stop, "no set point received yet"},
     {StopCause::set_points_rival, Severity::stop, "more than one node publishes set points"},
     {StopCause::clock_jump, Severity::emergency, "clock jumped back"},
-    {StopCause::outputs_unchecked, Severity::stop, "other publishers of commands not looked for yet"},
+    {StopCause::graph_unchecked, Severity::stop, "publishers of commands and emergency stop not checked yet"},
     {StopCause::motors_off, Severity::halt, "motors do not take velocity commands"},
     {StopCause::robot_stopped, Severity::halt, "robot reports that it is stopped"},
     {StopCause::emergency_stop, Severity::halt, "emergency stop"},

@@ -89,6 +89,15 @@ std::string RecordedDrive::configuration() const {
   return configuration;
 }
 
+std::uint64_t RecordedDrive::firstInput() const {
+  std::uint64_t first = 0;
+  forEach<LoopInputs>(bag_, topic("jackal_AIC/inputs"), [&](const LoopInputs& message) {
+    first = message.first;
+    return false;
+  });
+  return first;
+}
+
 std::vector<ControllerState> RecordedDrive::states() const {
   std::vector<ControllerState> states;
   forEach<ControllerState>(bag_, topic("jackal_AIC/state"), [&](const ControllerState& state) {

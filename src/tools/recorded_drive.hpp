@@ -43,6 +43,9 @@ class RecordedDrive {
   /// Parameters of the controller that recorded, as YAML; empty if they are not in the bag.
   std::string configuration() const;
 
+  /// Number of the first input of the log; above 0, the recording began after the controller. 0 without a log.
+  std::uint64_t firstInput() const;
+
   /// States of the controller that recorded, in the order of recording.
   std::vector<ControllerState> states() const;
 

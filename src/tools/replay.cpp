@@ -193,6 +193,7 @@ class Replay {
   struct Changes {
     bool gains = false;   ///< those that it begins with stay, whatever was changed in the recording
     bool motors = false;  ///< they got the recorded commands, whatever the loop says
+    bool start = false;   ///< the recording begins in the middle of a drive, or may do so
   };
 
   Replay(const NodeParameters& parameters, std::vector<ControllerState> recorded, double tolerance,
@@ -201,7 +202,9 @@ class Replay {
         changes_(changes),
         kinematics_(parameters.geometry),
         comparison_(std::move(recorded), tolerance),
-        table_(table) {}
+        table_(table) {
+    if (changes.start) loop_.release();
+  }
 
   void take(const DriveInput& input) {
     if (changes_.gains && std::holds_alternative<GainsInput>(input.what)) {
@@ -323,7 +326,8 @@ class Source {
 int replayLoop(const RecordedDrive& drive, const Options& options, NodeParameters parameters, std::ostream& out) {
   // It drives beside whoever drove then: the beliefs are about what the motors got.
   const bool from_log = drive.hasLog() && !options.messages;
-  const Replay::Changes changes{!options.preset.empty(), from_log && isChanged(options) && !parameters.motors_shared};
+  const Replay::Changes changes{!options.preset.empty(), from_log && isChanged(options) && !parameters.motors_shared,
+                                !from_log || drive.firstInput() > 0};
   if (!from_log && drive.has(resolvedTopic(options.name_space, "cmd_drive"))) parameters.motors_shared = true;
   if (changes.motors) parameters.motors_shared = true;
   Table table(options.output, kColumns);
@@ -405,6 +409,7 @@ int replayOnPlant(const RecordedDrive& drive, const Options& options, const Node
   settings.gate.limits = parameters.gate.limits;
   settings.plant_model = parameters.plant_model;
   DriveLoop loop(settings, makeController(settings));
+  loop.release();
   const auto samples = sim::runClosedLoop(plant, loop, profile, robot.simulation.support, parameters.geometry);
 
   Table table(options.output,

@@ -41,7 +41,7 @@ TEST_P(Allocations, NoneInMeasurementsSetPointsBeliefsAndActions) {
     const double now = plant.time();
     std::optional<Observation> y;
     if (plant.measurement()) y = faults.apply(*plant.measurement()).observation();
-    const bool stands = k >= 5000 && k < 5500;
+    const bool stands = k < 100 || (k >= 5000 && k < 5500);
     counting = true;
     loop.setSetPoint(stands ? SetPoint{} : SetPoint{0.5, 0.0, k < 2000 ? 0.0 : 0.4}, now);
     loop.report({}, now);

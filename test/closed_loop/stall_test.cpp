@@ -48,7 +48,7 @@ TEST(Stall, TheMotorsOwnStopIsNoDisturbance) {
   DriveLoop loop(parameters, makeController(parameters));
   EXPECT_LT(fastest([&loop](JackalPlant& plant, long) {
               const double now = plant.time();
-              loop.setSetPoint({kSpeed, 0.0, 0.0}, now);
+              loop.setSetPoint({now < 0.1 ? 0.0 : kSpeed, 0.0, 0.0}, now);
               if (plant.measurement()) loop.observe(plant.measurement()->observation(), now);
               if (const auto command = loop.advance(now)) plant.command(*command);
             }),

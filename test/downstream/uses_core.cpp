@@ -23,7 +23,7 @@ int main() {
   parameters.controller = PredictiveParameters{};
   parameters.plant_model = readParameters<PlantModel>(map, "plant_model");
   DriveLoop loop(parameters, makeController(parameters));
-  loop.setSetPoint({0.5, 0.0, 0.0}, 0.0);
+  loop.setSetPoint({}, 0.0);
   loop.advance(0.0);
   const bool drives = loop.advance(0.02).has_value();
   const bool stable = certify(PredictiveParameters{}, *parameters.plant_model, *parameters.plant_model).stable();

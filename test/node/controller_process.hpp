@@ -21,7 +21,7 @@ class ControllerProcess {
   /// @param remappings further arguments of the node, as "from:=to".
   explicit ControllerProcess(const std::string& name, const std::string& executable = "controller_node",
                              const std::vector<std::string>& remappings = {})
-      : errors_("/tmp/" + name + "_" + std::to_string(getpid())), pid_(fork()) {
+      : errors_("/tmp/" + name + "_" + std::to_string(getpid()) + "_" + std::to_string(++count_)), pid_(fork()) {
     std::vector<std::string> words = {"rosrun", "jackal_aic", executable, "__name:=" + name};
     words.insert(words.end(), remappings.begin(), remappings.end());
     std::vector<char*> arguments;
@@ -59,6 +59,8 @@ class ControllerProcess {
   }
 
  private:
+  inline static int count_ = 0;
+
   std::string errors_;
   pid_t pid_;
   int status_ = -1;

@@ -34,6 +34,7 @@ class SetPointsTest : public testing::Test {
 // The robot's own publisher is on jackal_AIC/set_point, of which the controller knows nothing here.
 
 TEST_F(SetPointsTest, TwistAndTwistStampedAreObeyedAndAnOldOneIsNot) {
+  robot_.run(1.0);
   ros::Publisher wanted = node_.advertise<geometry_msgs::TwistStamped>("/wanted", 1);
   robot_.waitFor([&] { return wanted.getNumSubscribers() > 0; }, "the controller");
   geometry_msgs::TwistStamped message;

@@ -19,6 +19,7 @@
 #include <cmath>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "response_metrics.hpp"
@@ -112,8 +113,13 @@ class SimulatedRobot {
     waitFor([end] { return ros::Time::now() >= end; }, "simulated time");
   }
 
-  /// Commands a set point from now on, at 20 Hz of simulated time. Returns the time of the first message [s].
+  /// Commands a set point from now on, at 20 Hz of simulated time, the first time zero for a moment before: a
+  /// controller that has just started waits for that. Returns the time of the first message [s].
   double command(double forward, double yaw_rate) {
+    if (!std::exchange(commanded_, true)) {
+      command(0.0, 0.0);
+      run(0.2);
+    }
     wanted_.linear.x = forward;
     wanted_.angular.z = yaw_rate;
     commanding_ = true;
@@ -221,6 +227,7 @@ class SimulatedRobot {
   ros::Subscriber truth_subscriber_, drive_subscriber_, state_subscriber_;
   geometry_msgs::Twist wanted_;
   bool commanding_ = false;
+  bool commanded_ = false;  // ever
   ros::Time next_set_point_, seen_time_;
   double patience_ = 0.0;
   Recording truth_;

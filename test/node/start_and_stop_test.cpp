@@ -3,6 +3,7 @@
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
+#include <std_msgs/Bool.h>
 
 #include <algorithm>
 #include <cmath>
@@ -148,26 +149,72 @@ TEST_F(StartAndStop, EndsAfterASlowBrakeAsAfterAnyOther) {
 
 INSTANTIATE_TEST_SUITE_P(Signals, EndsBy, testing::Values(SIGINT, SIGTERM));
 
-TEST_F(StartAndStop, AfterAKillItDoesNotGoOnWithTheOldMotion) {
+TEST_F(StartAndStop, AfterAKillItStandsUnderTheSetPointsThatGoOn) {
   configure("killed", "improved");
   SimulatedRobot robot;
   {
     ControllerProcess process("killed");
     ASSERT_TRUE(robot.waitUntilReady());
+    robot.rest();
     robot.command(0.5, 0.0);
     robot.run(2.5);
     ASSERT_NEAR(robot.truth().forward.back(), 0.5, 0.03);
-    robot.stopCommanding();
   }                // SIGKILL: the plant drives on with the last command
   robot.run(0.2);  // what it had sent before may still be on its way to this process
   robot.clear();
   ControllerProcess process("killed");
   ASSERT_TRUE(robot.waitUntilReady());
-  robot.run(2.0);
+  robot.run(3.0);
   ASSERT_FALSE(robot.drives().empty());
-  for (const auto& drive : robot.drives()) EXPECT_EQ(drive.drivers[0], 0.0);
-  EXPECT_EQ(robot.states().back().status, ControllerState::IDLE) << robot.states().back().reason;
+  for (const auto& drive : robot.drives()) ASSERT_EQ(drive.drivers[0], 0.0);
+  EXPECT_EQ(robot.states().back().status, ControllerState::STOPPED);
+  EXPECT_EQ(robot.states().back().reason,
+            "set points not zero since the start (waits for a zero set point or a pause)");
   EXPECT_NEAR(robot.truth().forward.back(), 0.0, 0.01);
+  robot.stopCommanding();
+  robot.run(1.0);
+  robot.command(0.5, 0.0);
+  robot.run(2.5);
+  EXPECT_NEAR(robot.truth().forward.back(), 0.5, 0.03) << robot.states().back().reason;
+}
+
+TEST_F(StartAndStop, ALatchedEmergencyStopIsHeardBeforeTheFirstCommand) {
+  configure("stopped", "improved");
+  ros::NodeHandle node;
+  auto stop = node.advertise<std_msgs::Bool>("e_stop", 1, true);
+  std_msgs::Bool engaged;
+  engaged.data = true;
+  stop.publish(engaged);
+  SimulatedRobot robot;
+  robot.command(0.0, 0.0);
+  ControllerProcess process("stopped");
+  robot.waitFor([&] { return !robot.drives().empty(); }, "the first command", 60.0);
+  robot.command(0.5, 0.0);
+  robot.run(2.0);
+  for (const auto& drive : robot.drives()) ASSERT_EQ(drive.drivers[0], 0.0);
+  EXPECT_EQ(robot.lastState().reason, "emergency stop");
+}
+
+TEST_F(StartAndStop, TheNodeWhoseNameWasTakenSaysSoAndStaysDown) {
+  configure("twin", "improved");
+  SimulatedRobot robot;
+  ControllerProcess respawned("twin", "controller_node", {"--respawned"});
+  ASSERT_TRUE(robot.waitUntilReady());
+  ControllerProcess second("twin");
+  const auto told = [](const ControllerProcess& process) {
+    return process.errors().find("Another node was started as /twin") != std::string::npos;
+  };
+  ASSERT_TRUE(robot.waitFor([&] { return told(respawned); }, "the first to say so", 60.0));
+  robot.run(3.0);
+  EXPECT_FALSE(respawned.ended()) << "roslaunch would start it again, and it would take the name back";
+  EXPECT_FALSE(second.ended()) << second.errors();
+  robot.clear();
+  EXPECT_NE(robot.lastState().reason, "") << "the second one has the robot";
+  respawned.signal(SIGTERM);
+  EXPECT_TRUE(robot.waitFor([&] { return respawned.ended(); }, "the first to end", 60.0));
+  ControllerProcess third("twin");
+  EXPECT_TRUE(robot.waitFor([&] { return second.ended(); }, "the second to end", 60.0));
+  EXPECT_TRUE(told(second)) << second.errors();
 }
 
 TEST_F(StartAndStop, AStallOfTheProcessLeavesNoJump) {

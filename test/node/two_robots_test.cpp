@@ -85,8 +85,11 @@ TEST(TwoRobots, DriveApartOnOneClock) {
   };
   const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(60.0);
   while (ros::ok() && !reached() && ros::WallTime::now() < end) {
-    first.set_point.publish(forward);
-    second.set_point.publish(turn);
+    // Zero first releases the latch of the start.
+    const bool drive =
+        first.state.status == ControllerState::DRIVING && second.state.status == ControllerState::DRIVING;
+    first.set_point.publish(drive ? forward : geometry_msgs::Twist());
+    second.set_point.publish(drive ? turn : geometry_msgs::Twist());
     ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.02));
     ros::WallDuration(0.03).sleep();
   }

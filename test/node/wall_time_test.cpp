@@ -40,8 +40,9 @@ class IdealRobot {
 
   void onTimer(const ros::TimerEvent&) {
     geometry_msgs::Twist twist;
-    twist.linear.x = 0.5;
-    twist.angular.z = 0.4;
+    driven_ = driven_ || (!states.empty() && states.back().status == ControllerState::DRIVING);
+    twist.linear.x = driven_ ? 0.5 : 0.0;  // zero first releases the latch of the start
+    twist.angular.z = driven_ ? 0.4 : 0.0;
     set_point_.publish(twist);
 
     sensor_msgs::JointState joints;
@@ -64,6 +65,7 @@ class IdealRobot {
   ros::Subscriber drive_, state_;
   ros::Timer timer_;
   ros::Time sampled_;
+  bool driven_ = false;
 };
 
 TEST(WallTime, DrivesAnIdealRobotToTheSetPoint) {

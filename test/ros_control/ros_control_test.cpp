@@ -10,6 +10,7 @@
 #include <pthread.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
+#include <std_msgs/Bool.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 #include <tf2_msgs/TFMessage.h>
@@ -153,7 +154,14 @@ class RosControl : public testing::Test {
     return done.get();
   }
 
-  bool startController() { return load() && change({kName}, {}); }
+  /// Started, and asked to stand: a controller that starts under set points waits for that.
+  bool startController() {
+    if (!load() || !change({kName}, {})) return false;
+    command(0.0, 0.0);
+    run(0.1);
+    wanted.reset();
+    return true;
+  }
 
   virtual void update() {
     const ros::Time time = ros::Time::now();
@@ -456,13 +464,42 @@ TEST_F(RosControl, IsStoppedAndStartedOnTheMoveWithoutAJump) {
   ASSERT_GT(before, 0.3);
   ASSERT_TRUE(change({kName}, {}));
   const Recording done = run(3.0);
-  EXPECT_NEAR(0.098 * done.command[1], before, 0.15) << "goes on from the speed of the wheels";
+  EXPECT_NEAR(0.098 * done.command[1], before, 0.15) << "brakes from the speed of the wheels";
   double largest = 0.0;
   for (std::size_t i = 1; i < done.command.size(); ++i) {
     largest = std::max(largest, 0.098 * std::abs(done.command[i] - done.command[i - 1]));
   }
   EXPECT_LE(largest, 20.0 * 0.02 + 1e-6) << "the limit of the acceleration holds from the first command on";
-  EXPECT_NEAR(done.forward.back(), 0.8, 0.02);
+  EXPECT_NEAR(done.forward.back(), 0.0, 0.01) << "under set points that go on since before its start";
+  command(0.0, 0.0);
+  run(0.1);
+  command(0.8, 0.0);
+  EXPECT_NEAR(run(3.0).forward.back(), 0.8, 0.02);
+}
+
+TEST_F(RosControl, LoadedAndStartedUnderSetPointsItStands) {
+  command(0.5, 0.0);
+  ASSERT_TRUE(load() && change({kName}, {}));
+  for (const double command : run(3.0).command) ASSERT_EQ(command, 0.0);
+  wanted.reset();
+  run(1.0);
+  command(0.5, 0.0);
+  EXPECT_NEAR(run(3.0).forward.back(), 0.5, 0.02) << "after a pause";
+}
+
+TEST_F(RosControl, ALatchedEmergencyStopIsHeardBeforeTheFirstCommand) {
+  const OtherNode stop("rostopic pub /e_stop std_msgs/Bool 'data: true' >/dev/null 2>&1");  // it latches
+  bool engaged = false;
+  auto subscriber = node.subscribe<std_msgs::Bool>(
+      "e_stop", 1, [&](const std_msgs::BoolConstPtr& message) { engaged = message->data; });
+  for (int i = 0; i < 12 && !engaged; ++i) wait([&] { return engaged; });  // until a busy machine has started it
+  ASSERT_TRUE(engaged);
+  subscriber.shutdown();
+  ASSERT_TRUE(manager.loadController(kName) && change({kName}, {}));
+  command(0.0, 0.0);
+  run(0.1);
+  command(0.5, 0.0);
+  for (const double command : run(3.0).command) ASSERT_EQ(command, 0.0);
 }
 
 TEST_F(RosControl, UpdateNeitherLocksNorAllocates) {
@@ -581,6 +618,7 @@ TEST_F(RosControl, StandsWhileItIsDisabled) {
   run(0.5);
   ASSERT_TRUE(call("reset", reset));
   EXPECT_TRUE(reset.response.success) << reset.response.message;
+  run(0.1);  // still asked to stand, as after every start
   command(0.5, 0.0);
   EXPECT_NEAR(run(2.0).forward.back(), 0.5, 0.02);
 }

@@ -165,7 +165,14 @@ class DriveGateTest : public testing::Test {
 
   double speed() const { return kKinematics.bodyVelocity(command)(kForward); }
 
-  DriveGate gate{kParameters, kGeometry, kPeriod};
+  /// A gate whose latch of the start is released.
+  static DriveGate released(const GateParameters& parameters = kParameters) {
+    DriveGate gate(parameters, kGeometry, kPeriod);
+    gate.release();
+    return gate;
+  }
+
+  DriveGate gate = released();
   const GateInputs clear{{}, false};
   double wanted = 1.0;  // m/s, and rad/s twice that
   WheelCommand command;
@@ -232,7 +239,7 @@ TEST_F(DriveGateTest, AnEmergencyStopBrakesAtTheDecelerationLimitWhereThereIsOne
   GateParameters parameters;
   parameters.limits.linear_acceleration = 2.0;
   parameters.limits.linear_deceleration = 10.0;
-  gate = DriveGate(parameters, kGeometry, kPeriod);
+  gate = released(parameters);
   steps(clear, 1.0);
   ASSERT_NEAR(speed(), 1.0, 1e-9);
   steps(with(StopCause::emergency_stop), 4 * kPeriod);
@@ -278,7 +285,7 @@ TEST_P(StopBySomebody, AZeroSetPointBeforeItsReleaseIsNoAcknowledgement) {
 TEST_P(StopBySomebody, IsOverAtOnceIfConfiguredSo) {
   GateParameters parameters;
   parameters.restart_after_stop = RestartPolicy::at_once;
-  gate = DriveGate(parameters, kGeometry, kPeriod);
+  gate = released(parameters);
   steps(clear, 1.0);
   EXPECT_EQ(steps(with(GetParam()), 1.0).status, DriveStatus::stopped);
   EXPECT_EQ(step(clear).status, DriveStatus::driving);
@@ -367,18 +374,41 @@ TEST_F(DriveGateTest, AFaultThatComesBackIsNoLongerWaitingForAnAcknowledgement) 
   EXPECT_TRUE(step(clear).unacknowledged);
 }
 
-TEST_F(DriveGateTest, ResetForgetsMotionAndFault) {
+TEST_F(DriveGateTest, ResetForgetsMotionAndFaultAndLatches) {
   steps(clear, 1.0);
   steps(with(StopCause::belief_diverged), 0.02);
   gate.reset();
   EXPECT_EQ(gate.command(), WheelCommand{});
+  const GateDecision decision = steps(clear, 5.0);
+  EXPECT_EQ(decision.status, DriveStatus::stopped);
+  EXPECT_EQ(decision.cause, StopCause::start);
+  EXPECT_TRUE(decision.unacknowledged);
+  EXPECT_EQ(step({{}, true}).status, DriveStatus::driving);
+}
+
+TEST_F(DriveGateTest, IsLatchedFromTheStartWhateverSetsItMovingAfterAStop) {
+  GateParameters parameters;
+  parameters.restart_after_stop = RestartPolicy::at_once;
+  gate = DriveGate(parameters, kGeometry, kPeriod);
+  EXPECT_EQ(steps(clear, 5.0).cause, StopCause::start);
+  EXPECT_EQ(steps(with(StopCause::emergency_stop), 1.0).cause, StopCause::emergency_stop)
+      << "what is wrong is told first";
+  EXPECT_EQ(steps(clear, 5.0).cause, StopCause::start);
+  EXPECT_EQ(step(with(StopCause::set_point_missing, true)).status, DriveStatus::idle);
   EXPECT_EQ(step(clear).status, DriveStatus::driving);
+}
+
+TEST_F(DriveGateTest, ReleasesTheLatchOfTheStartAlone) {
+  steps(with(StopCause::emergency_stop), 1.0);
+  gate.release();
+  EXPECT_EQ(step(clear).cause, StopCause::emergency_stop);
 }
 
 TEST_F(DriveGateTest, ResetForgetsABrakeAndAnActionThatWasNotFinite) {
   steps(clear, 1.0);
   step(with(StopCause::emergency_stop));
   gate.reset();
+  gate.release();
   steps(clear, 1.0);
   const double before = speed();
   const GateDecision braking = step(with(StopCause::imu_late));
@@ -388,6 +418,7 @@ TEST_F(DriveGateTest, ResetForgetsABrakeAndAnActionThatWasNotFinite) {
   ASSERT_EQ(steps(clear, 1.0).status, DriveStatus::driving);
   gate.drive({kNaN, 1.0}, {});
   gate.reset();
+  gate.release();
   EXPECT_EQ(step(clear).status, DriveStatus::driving);
 }
 

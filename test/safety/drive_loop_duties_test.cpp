@@ -71,6 +71,7 @@ class ScriptedController : public VelocityController {
 class DriveLoopDuties : public testing::Test {
  protected:
   explicit DriveLoopDuties(const DriveParameters& parameters = {}) : loop(parameters, made(controller)) {
+    loop.release();
     loop.setSetPoint({0.4, 0.0, 0.1}, now);
   }
 
@@ -229,8 +230,8 @@ TEST_F(DriveLoopDuties, EachStatusOfTheRobotStopsForItsReason) {
   EXPECT_EQ(whyWith([](RobotStatus& r) { r.driver_fault = true; }), "motor driver reports a fault");
   EXPECT_EQ(whyWith([](RobotStatus& r) { r.contended = true; }), "another node publishes commands");
   EXPECT_EQ(whyWith([](RobotStatus& r) { r.rivals = true; }), "more than one node publishes set points");
-  EXPECT_EQ(whyWith([](RobotStatus& r) { r.outputs_checked = false; }),
-            "other publishers of commands not looked for yet");
+  EXPECT_EQ(whyWith([](RobotStatus& r) { r.graph_checked = false; }),
+            "publishers of commands and emergency stop not checked yet");
 }
 
 TEST_F(DriveLoopDuties, ANameIsToldOfRivalsAlone) {
@@ -344,12 +345,15 @@ class RepeatedWheels : public DriveLoopDuties {
 TEST_F(RepeatedWheels, AreFrozenWhileAnyWheelTurnsOrIsToTurn) {
   EXPECT_TRUE(stopped({0.0, 5.0}, {}));
   loop.start({}, now);
+  loop.release();
   run(100);
   EXPECT_TRUE(stopped({5.0, 0.0}, {}));
   loop.start({}, now);
+  loop.release();
   run(100);
   EXPECT_TRUE(stopped({}, {0.0, 5.0})) << "the driver answers, the motors' controller is dead";
   loop.start({}, now);
+  loop.release();
   run(100);
   EXPECT_FALSE(stopped({}, {})) << "encoders of wheels at rest";
   EXPECT_FALSE(stopped({}, {0.7, 0.7})) << "of wheels that a small command does not move";

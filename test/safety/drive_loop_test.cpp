@@ -39,7 +39,9 @@ DriveParameters predictive() {
 class DriveLoopTest : public testing::Test {
  protected:
   explicit DriveLoopTest(const DriveParameters& parameters = thesis())
-      : kinematics(parameters.geometry), loop(parameters, makeController(parameters)) {}
+      : kinematics(parameters.geometry), loop(parameters, makeController(parameters)) {
+    loop.release();
+  }
 
   /// Drives for a time [s]. @param sources that send: w for the wheels, i for the IMU, p for pairs, x for pairs of
   /// which no wheel can be believed, l for an IMU that comes late, and for its pairs; s for the set point.
@@ -146,6 +148,95 @@ TEST(DriveLoop, WhatASoundSensorCanReadIsOfTheRobotsLimits) {
   EXPECT_TRUE(counted.wheel_left);
   EXPECT_FALSE(counted.wheel_right);
   EXPECT_FALSE(counted.yaw_rate);
+}
+
+/// What the latch has to outlast, with set points all the time.
+class LatchedDriveLoopTest : public DriveLoopTest {
+ protected:
+  LatchedDriveLoopTest() { loop.start({}, now); }
+
+  void driveAfterAZeroSetPoint(double duration) {
+    const SetPoint wanted = std::exchange(set_point, SetPoint{});
+    drive(0.2);
+    set_point = wanted;
+    drive(duration);
+  }
+
+  /// Sends set points from now on, and expects that none of them moves the robot.
+  void expectToStand(double duration) {
+    for (long i = std::lround(duration / kPeriod); i > 0; --i) {
+      drive(kPeriod);
+      ASSERT_EQ(command, WheelCommand{}) << now << " s: " << why();
+    }
+    EXPECT_EQ(status(), DriveStatus::stopped) << why();
+    EXPECT_NE(why().find("zero set point"), std::string::npos) << why();
+  }
+};
+
+TEST_F(LatchedDriveLoopTest, AClockThatStepsBackAtRestLeavesTheLatchOfAnEmergencyStop) {
+  driveAfterAZeroSetPoint(1.8);
+  ASSERT_EQ(status(), DriveStatus::driving) << why();
+  robot.emergency_stop = true;
+  drive(1.0);
+  robot.emergency_stop = false;
+  drive(3.0);
+  ASSERT_EQ(status(), DriveStatus::stopped) << why();
+  start -= 0.05;
+  expectToStand(3.0);
+  EXPECT_EQ(loop.status().clock_resets, 1u);
+  driveAfterAZeroSetPoint(1.0);
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
+}
+
+TEST_F(LatchedDriveLoopTest, AClockThatStepsBackAtRestLeavesTheLatchOfAFault) {
+  driveAfterAZeroSetPoint(1.8);
+  robot.driver_fault = true;
+  drive(1.0);
+  robot.driver_fault = false;
+  drive(3.0);
+  start -= 0.05;
+  for (int i = 0; i < 100; ++i) {
+    drive(kPeriod);
+    ASSERT_EQ(command, WheelCommand{}) << now << " s: " << why();
+  }
+  EXPECT_EQ(status(), DriveStatus::faulted) << why();
+}
+
+TEST_F(LatchedDriveLoopTest, SetPointsThatAreSentAtItsStartDoNotMoveIt) {
+  expectToStand(3.0);
+  driveAfterAZeroSetPoint(1.0);
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
+}
+
+// A subscriber needs a moment to find the publisher that sends already.
+TEST_F(LatchedDriveLoopTest, SetPointsThatAreHeardShortlyAfterItsStartDoNotMoveIt) {
+  drive(0.3, "wip");
+  EXPECT_EQ(status(), DriveStatus::idle) << why();
+  expectToStand(3.0);
+}
+
+TEST_F(LatchedDriveLoopTest, StartedAnewItWaitsAgain) {
+  driveAfterAZeroSetPoint(1.8);
+  ASSERT_EQ(status(), DriveStatus::driving) << why();
+  loop.start({}, now);
+  command = {};
+  expectToStand(2.0);
+}
+
+TEST_F(LatchedDriveLoopTest, StartedAnewOnTheMoveItBrakesAndWaits) {
+  driveAfterAZeroSetPoint(1.8);
+  const WheelCommand before = command;
+  loop.start(before, now);
+  drive(kPeriod);
+  EXPECT_GT(command.left, 0.8 * before.left) << "no jerk";
+  drive(1.0);
+  expectToStand(1.0);
+}
+
+TEST_F(LatchedDriveLoopTest, APauseAfterTheStartIsEnough) {
+  drive(0.6, "wip");
+  drive(1.0);
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
 }
 
 TEST_F(DriveLoopTest, DrivesToTheSetPointWithOneCommandAPeriod) {
@@ -288,6 +379,7 @@ TEST_F(DriveLoopTest, AStartForgetsThatTheImuRepeated) {
   drive(0.6);
   EXPECT_EQ(why(), "yaw rate lost");
   loop.start({}, now);
+  loop.release();
   drive(0.2);
   EXPECT_EQ(why(), "");
   drive(0.4);
@@ -297,6 +389,8 @@ TEST_F(DriveLoopTest, AStartForgetsThatTheImuRepeated) {
 /// Two loops are told the same at the same times, one of them also every belief step: both do the same to the bit.
 void expectSameWithoutBeliefTimer(const DriveParameters& parameters) {
   DriveLoop timed(parameters, makeController(parameters)), untimed(parameters, makeController(parameters));
+  timed.release();
+  untimed.release();
   WheelVector speed = WheelVector::Zero();
   WheelCommand command;
   int commands = 0;
@@ -507,18 +601,6 @@ TEST_F(DriveLoopTest, AClockThatJumpsBackBrakesAndStartsAnew) {
   EXPECT_EQ(status(), DriveStatus::driving) << why();
 }
 
-TEST_F(DriveLoopTest, AClockThatJumpsBackForgetsAFaultThatIsGone) {
-  drive(1.0);
-  robot.driver_fault = true;
-  drive(2.0);
-  robot.driver_fault = false;
-  drive(2.0);
-  ASSERT_EQ(status(), DriveStatus::faulted) << why();
-  start -= 100.0;
-  drive(2.0);
-  EXPECT_EQ(status(), DriveStatus::driving) << why();
-}
-
 TEST_F(PredictiveDriveLoopTest, AClockThatJumpsBackForgetsNothingThatWasLearned) {
   DriveParameters parameters = predictive();
   auto controller = makeController(parameters);
@@ -531,10 +613,11 @@ TEST_F(PredictiveDriveLoopTest, AClockThatJumpsBackForgetsNothingThatWasLearned)
   EXPECT_EQ(inside.learned().slip.effective_track, 0.6);
 }
 
-TEST_F(PredictiveDriveLoopTest, StartsFromTheSpeedThatSomebodyElseDrove) {
+TEST_F(PredictiveDriveLoopTest, ReleasedItGoesOnFromTheSpeedThatSomebodyElseDrove) {
   drive(1.0, "");
   speed.setConstant(6.0);
   loop.start(WheelCommand::from(speed), now);
+  loop.release();
   tick = 0;
   start = now + kTick;
   double least = 6.0, largest_change = 0.0;
@@ -640,6 +723,7 @@ TEST(DriveLoop, ThePhaseOfTheCallsDoesNotMatter) {
   std::array<double, 2> speeds{};
   for (int order = 0; order < 2; ++order) {
     DriveLoop loop(thesis(), makeController(thesis()));
+    loop.release();
     for (int i = 0; i <= 400; ++i) {
       const double now = kTick * i;
       loop.setSetPoint({0.5, 0.0, 0.0}, now);
@@ -687,6 +771,7 @@ TEST_F(PredictiveDriveLoopTest, WhatItWasToldDrivesAnotherLoopToTheSameBits) {
   ASSERT_GT(driven.size(), 150u);
 
   DriveLoop again(predictive(), makeController(predictive()));
+  again.release();
   std::size_t actions = 0, different = 0;
   for (const DriveInput& input : heard) {
     if (std::holds_alternative<ActionInput>(input.what) && again.command() != driven.at(actions++)) ++different;

@@ -51,6 +51,7 @@ struct What {
   std::string imu_frame = "base_link";  ///< another is told by a static transform after a second
   bool gains_change = false;            ///< on the way, those of `predictive`
   double set_back = 0.0;                ///< of the clock, after kSetBack [s]
+  bool middle = false;                  ///< it begins in the middle of a drive, with set points that are not zero
 };
 
 /// A bag that goes with the test.
@@ -69,6 +70,7 @@ class RecordedBag {
   void write(const What& what) {
     const NodeParameters parameters = parametersOf(what.preset);
     DriveLoop loop(parameters, makeController(parameters));
+    if (what.middle) loop.release();
     const sim::PlantParameters plant_parameters;
     sim::JackalPlant plant(readText(std::string(JACKAL_AIC_SOURCE_DIR) + "/sim/urdf/jackal.urdf"), plant_parameters);
     rosbag::Bag bag(path(), rosbag::bagmode::Write);
@@ -84,7 +86,7 @@ class RecordedBag {
       const long k = std::lround(plant.time() / sim::JackalPlant::kStep);
       if (k % 50 == 0) {
         geometry_msgs::Twist twist;
-        twist.linear.x = plant.time() < 1.0 ? 0.0 : 0.5;
+        twist.linear.x = plant.time() < 1.0 && !what.middle ? 0.0 : 0.5;
         twist.angular.z = plant.time() < 2.5 ? 0.0 : 0.5;
         bag.write("/jackal_AIC/set_point", stamp, twist);
         loop.setSetPoint(*setPoint(twist), now);
@@ -259,6 +261,19 @@ TEST(Replay, LogThatBeginsLateSaysSo) {
   late.first = 5000;
   const RecordedBag bag(late);
   EXPECT_NE(run({bag.path()}).text.find("begins 5000 inputs after the start"), std::string::npos);
+}
+
+TEST(Replay, ADriveThatBeginsInItsMiddleIsDriven) {
+  What middle;
+  middle.first = 5000;
+  middle.middle = true;
+  const RecordedBag bag(middle);
+  EXPECT_NE(run({bag.path()}).text.find("all the same to the bit"), std::string::npos);
+  for (const char* how : {"--messages", "--check"}) {
+    const std::string text = run({bag.path(), how}).text;
+    EXPECT_NE(text.find("driving"), std::string::npos) << text;
+    EXPECT_EQ(text.find("since the start"), std::string::npos) << text;
+  }
 }
 
 /// Times of the rows of a table.

@@ -8,13 +8,12 @@
 ///     driving ----- a cause ----------> braking         (at rest already: stopped, faulted)
 ///     braking ----- zero command -----> stopped, or faulted after a fault, or idle without a set point
 ///     stopped ----- no cause ---------> driving
-///     faulted ----- acknowledged -----> driving, stopped or idle
+///     faulted ----- released ---------> driving, stopped or idle
 ///
-/// A brake goes on to zero even if its cause is gone before. A fault is acknowledged by a zero set point, or none,
-/// after its cause was gone for brake.fault_hold: a robot that ran into trouble does not set off again by itself. The
-/// same holds, without that time, for a stop by a person or by the robot (Severity::halt) with restart_after_stop:
-/// acknowledged. A set point that goes on being sent meanwhile was meant for a robot that could drive; one that stayed
-/// away for longer than its deadline and comes again is a fresh one.
+/// A brake goes on to zero even if its cause is gone before. The gate has a latch that holds the robot at rest. It is
+/// set from the start, by a fault, and by a stop of a person or of the robot (Severity::halt) with restart_after_stop:
+/// acknowledged. At rest a zero set point releases it, or a pause of the set points, once its cause is gone, a fault
+/// for brake.fault_hold: a set point that goes on meanwhile was meant for another robot than one that was stopped.
 
 #include <limits>
 
@@ -90,14 +89,14 @@ enum class DriveStatus {
 /// What an action step has to go by.
 struct GateInputs {
   StopCauses causes;              ///< what is wrong now
-  bool set_point_at_rest = true;  ///< the set point is zero, or there is none: acknowledges a fault or a stop
+  bool set_point_at_rest = true;  ///< the set point is zero, or they pause: releases the latch
 };
 
 /// Outcome of an action step.
 struct GateDecision {
   DriveStatus status = DriveStatus::idle;  ///< what the robot may do in this step
   StopCause cause = StopCause::none;       ///< that counts; also while it waits for its acknowledgement
-  bool unacknowledged = false;             ///< the cause is gone, but a zero set point is still awaited
+  bool unacknowledged = false;             ///< the cause is gone, and its latch waits for a zero set point or a pause
 };
 
 /// State machine and limits of the drive command. In every action step call decide() first, then either drive() with
@@ -127,8 +126,11 @@ class DriveGate {
   /// A set point within the speed limits, on the same curvature.
   SetPoint reachable(const SetPoint& wanted) const { return limiter_.reachable(wanted); }
 
-  /// Back to idle with a zero command; a fault is forgotten.
+  /// Starts anew: idle, with a zero command and latched.
   void reset();
+
+  /// Releases the latch of the start, and no other.
+  void release();
 
  private:
   StopCause presentCause(const GateInputs& inputs);
@@ -139,9 +141,9 @@ class DriveGate {
   CommandLimiter limiter_;
   double period_;
   GateDecision decision_;
-  bool emergency_ = false;               // of the present brake
-  StopCause latched_ = StopCause::none;  // last fault, or stop by somebody, until it is acknowledged
-  double gone_for_ = 0.0;                // s, since the cause of latched_ is gone
+  bool emergency_ = false;                // of the present brake
+  StopCause latched_ = StopCause::start;  // last fault or stop, until it is acknowledged
+  double gone_for_ = 0.0;                 // s, since the cause of latched_ is gone
   bool action_diverged_ = false;
 };
 

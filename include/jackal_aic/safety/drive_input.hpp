@@ -29,7 +29,7 @@ struct RobotStatus {
   bool motors_off = false;      ///< the motors do not take velocity commands
   bool driver_fault = false;    ///< a motor driver reports a fault
   bool contended = false;       ///< another node publishes commands, and is not to
-  bool outputs_checked = true;  ///< it is known who else publishes commands
+  bool graph_checked = true;    ///< it is known who else publishes commands, and the emergency stop is heard
   bool ending = false;          ///< the controller is to end
   bool rivals = false;          ///< more than one node publishes set points, and only one is to
   bool disabled = false;        ///< a person holds the controller at rest

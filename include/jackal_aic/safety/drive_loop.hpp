@@ -89,16 +89,20 @@ enum class SetPointVerdict {
 };
 
 /// Drives a robot. The caller keeps the time [s], of any clock: every call says when it is made. Time that runs back
-/// forgets everything, and brakes. After construction nothing allocates or throws but the controller's own changes of
-/// gains.
+/// forgets the motion, and brakes; a latch of the gate stays. After construction nothing allocates or throws but the
+/// controller's own changes of gains.
 class DriveLoop {
  public:
   /// @param controller makeController(parameters), or another one. @throws ParameterError as MeasurementWatch.
   DriveLoop(const DriveParameters& parameters, std::unique_ptr<VelocityController> controller);
 
-  /// Starts anew on a robot whose wheels turn at these speeds [rad/s], which the commands go on from; for one that
-  /// somebody else has driven so far. What was learned about the robot stays, and so does what was reported.
+  /// Starts anew on a robot whose wheels turn at these speeds [rad/s], from which it brakes; for one that somebody else
+  /// has driven so far. As after the construction, motion needs a zero set point, or a pause of the set points. What
+  /// was learned about the robot stays, and so does what was reported.
   void start(const WheelCommand& driven, double now);
+
+  /// Lets the set points move a robot that was just started: for a recording that begins in the middle of a drive.
+  void release() { gate_.release(); }
 
   /// Desired body velocity (base_link). @param stamp time for which it was sent [s], where it says so: an old one is
   /// late (deadlines.set_point) from the start.
@@ -214,6 +218,7 @@ class DriveLoop {
   double now_ = -kNever;  // of the last call [s]
   SetPoint set_point_;
   Arrival set_point_arrival_;
+  double unasked_for_ = 0.0;  // of action steps since the start, without any set point [s]
   Arrival wheels_;
   Arrival imu_;
   Arrival feedback_;

@@ -13,6 +13,7 @@ namespace jackal_aic {
 /// Why the robot may not drive, from mild to severe: of several causes the last one counts.
 enum class StopCause {
   none,
+  start,              ///< set points go on since before the start: none was zero yet, and they have not paused
   unpaired,           ///< stamps of wheel speeds and IMU data do not pair
   moved,              ///< pushed or carried: wheels that are to stand turn, or the body moves on sliding tyres
   imu_frozen,         ///< IMU data repeat exactly
@@ -26,7 +27,7 @@ enum class StopCause {
   set_point_missing,  ///< never received
   set_points_rival,   ///< more than one node publishes set points
   clock_jump,         ///< the clock jumped back
-  outputs_unchecked,  ///< who else publishes commands is not known yet
+  graph_unchecked,    ///< it is not known yet who else publishes commands, or the emergency stop is not connected
   motors_off,         ///< feedback: the motors do not take velocity commands
   robot_stopped,      ///< status: the robot's own stop is engaged
   emergency_stop,     ///< e_stop
