@@ -31,7 +31,13 @@ source_ros() {
 }
 
 make_workspace() {
+  local entry
   [[ $repository$workspace != *[[:space:]]* ]] || fail "catkin cannot build in a path with a space: $repository, $workspace"
+  # Build and devel of another checkout are thrown away, those of a workspace that no script made are not.
+  for entry in "$workspace"/{build,devel,src/*}; do
+    [[ ! -e $entry || -e $workspace/location ]] ||
+      fail "$workspace holds ${entry#"$workspace/"} of another workspace: set JACKAL_AIC_WS to an empty directory"
+  done
   mkdir -p "$workspace/src" "$workspace/log" || fail "cannot write to $workspace"
   workspace=$(cd "$workspace" && pwd -P)
   export ROS_HOME=$workspace/ros MPLCONFIGDIR=$workspace/matplotlib

@@ -178,6 +178,19 @@ TEST(Launch, ARobotFileMaySayMoreThanTheShippedOne) {
   fs::remove(robot);
 }
 
+/// What a user built there is not ours to throw away.
+TEST(Scripts, ABuildOfAnotherWorkspaceIsLeftAlone) {
+  const fs::path workspace = testing::TempDir() + "other_workspace" + std::to_string(getpid());
+  const std::string build = "JACKAL_AIC_WS=" + workspace.string() + " " + (kRoot / "scripts/build").string();
+  for (const char* theirs : {"build", "devel", "src/their_package"}) {
+    fs::create_directories(workspace / theirs / "work");
+    const std::string said = output("! timeout 60 " + build);
+    EXPECT_NE(said.find("JACKAL_AIC_WS"), std::string::npos) << said;
+    EXPECT_TRUE(fs::exists(workspace / theirs / "work")) << said;
+    fs::remove_all(workspace);
+  }
+}
+
 TEST(Launch, ARobotFileComesAfterThePreset) {
   const std::string robot = testing::TempDir() + "robot" + std::to_string(getpid()) + ".yaml";
   const std::string dump = "roslaunch --dump-params jackal_aic controller.launch preset:=diff_drive robot:=" + robot;
