@@ -178,6 +178,27 @@ TEST(Launch, ARobotFileMaySayMoreThanTheShippedOne) {
   fs::remove(robot);
 }
 
+/// Where the robot stands is one thing for the plant and its controller, whatever the files of both say.
+TEST(Launch, ASimulatedRobotAndItsModelStandOnTheSameGround) {
+  const auto on_box = [](const std::string& arguments) {
+    return found(output("roslaunch --dump-params jackal_aic simulation.launch " + arguments),
+                 "/jackal_aic/plant_model/on_box: (\\w+)");
+  };
+  EXPECT_EQ(on_box("plant:=box"), std::set<std::string>{"true"});
+  EXPECT_EQ(on_box("plant:=box support:=ground"), std::set<std::string>{"false"});
+  EXPECT_EQ(on_box("support:=box"), std::set<std::string>{"true"});
+  EXPECT_EQ(on_box("support:=ground"), std::set<std::string>{"false"});
+}
+
+/// It says itself where there is nothing to watch.
+TEST(Launch, AMonitorThatWasAskedForIsStarted) {
+  for (const char* arguments : {"", "output:=twist", "output:=gazebo"}) {
+    const std::string nodes =
+        output(std::string("roslaunch --nodes jackal_aic jackal.launch monitor:=true ") + arguments);
+    EXPECT_NE(nodes.find("/jackal_aic_monitor"), std::string::npos) << arguments << "\n" << nodes;
+  }
+}
+
 /// What a user built there is not ours to throw away.
 TEST(Scripts, ABuildOfAnotherWorkspaceIsLeftAlone) {
   const fs::path workspace = testing::TempDir() + "other_workspace" + std::to_string(getpid());
