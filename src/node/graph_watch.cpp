@@ -161,12 +161,13 @@ void GraphWatch::look() {
     }
   }
   if (!rivals.names.empty()) rivals.names.append(" on ").append(rules_.lone);
-  contended_ = !text.empty() && !rules_.others_allowed;
-  rivalled_ = !rivals.names.empty() && !rules_.rivals_allowed;
   const std::lock_guard<std::mutex> lock(mutex_);
   others_ = text;
   rivals_ = rivals.names;
   lone_types_ = rivals.types;
+  // After the names: whoever sees a flag, which takes no lock, finds who it is.
+  contended_ = !text.empty() && !rules_.others_allowed;
+  rivalled_ = !rivals.names.empty() && !rules_.rivals_allowed;
   if (checked_) return;
   unconnected_ = unconnected.empty() ? "" : unconnected + " on " + rules_.awaited;
   // What a publisher latched comes right after its connection, which counts before: at the next look it has come.
