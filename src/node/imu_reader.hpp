@@ -14,10 +14,6 @@
 
 namespace jackal_aic {
 
-/// Stamps further ahead of now are refused: one such message, also one of before the clock jumped back, would keep
-/// every later one from being paired until its time has come.
-constexpr double kFurthestAhead = 0.1;  // s
-
 /// Makes readings of /imu/data messages.
 class ImuReader {
  public:

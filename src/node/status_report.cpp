@@ -33,7 +33,8 @@ bool StatusReport::update(const DriveLoopStatus& status, const std::string& cont
       status.decision.status != before.decision.status || status.decision.cause != before.decision.cause;
   const bool changed = reason_.update(status, contender) || decided;
   if (status.rejected_measurements != before.rejected_measurements) {
-    refused("measurement whose stamp is not later than the last one", status.rejected_measurements);
+    refused("measurement whose stamp is not later than the last one, or ahead of the clock",
+            status.rejected_measurements);
   }
   if (status.scaled_set_points > 0 && before.scaled_set_points == 0) {
     ROS_WARN(

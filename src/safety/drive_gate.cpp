@@ -6,8 +6,6 @@
 namespace jackal_aic {
 namespace {
 
-bool late(double age, double deadline) { return deadline > 0.0 && age != kNever && !(std::abs(age) <= deadline); }
-
 /// Deceleration of an emergency brake: the limit where there is one, else what is driven or braked with; 0: no bound.
 double hardest(double limit, double acceleration, double brake) {
   if (limit > 0.0) return limit;
@@ -22,19 +20,20 @@ DriveStatus statusAtRest(StopCause cause) {
 
 }  // namespace
 
+bool isLate(double age, double deadline) { return deadline > 0.0 && age != kNever && !(std::abs(age) <= deadline); }
+
 SensorHealth sensorHealth(const InputAges& ages, const DeadlineParameters& deadlines) {
   // A pair is as late as the more patient of its two deadlines allows.
   const double pair_deadline =
       deadlines.wheels > 0.0 && deadlines.imu > 0.0 ? std::max(deadlines.wheels, deadlines.imu) : 0.0;
   SensorHealth health;
   health.wheels.missing = ages.wheels == kNever;
-  health.wheels.late = late(ages.wheels, deadlines.wheels);
+  health.wheels.late = isLate(ages.wheels, deadlines.wheels);
   health.imu.missing = ages.imu == kNever;
-  health.imu.late = late(ages.imu, deadlines.imu);
-  // Sources that do not pair go on without a pair; one that has just fallen silent takes the pairs with it.
-  const double silence = std::max(std::abs(ages.wheels), std::abs(ages.imu));
-  const bool go_on = !(std::abs(ages.measurement) - silence <= 0.5 * pair_deadline);
-  health.unpaired = ages.measurement == kNever || (late(ages.measurement, pair_deadline) && go_on);
+  health.imu.late = isLate(ages.imu, deadlines.imu);
+  // Sources that do not pair go on without a pair; one that is slow, or has just fallen silent, delays the pairs.
+  const bool go_on = !(ages.unpaired <= 0.5 * pair_deadline);
+  health.unpaired = ages.measurement == kNever || (isLate(ages.measurement, pair_deadline) && go_on);
   return health;
 }
 
@@ -52,8 +51,8 @@ StopCauses lossCauses(const SensorHealth& health) {
 
 StopCauses overdueInputs(const InputAges& ages, const DeadlineParameters& deadlines) {
   StopCauses causes;
-  causes.add(StopCause::feedback_late, late(ages.feedback, deadlines.feedback))
-      .add(StopCause::set_point_late, late(ages.set_point, deadlines.set_point))
+  causes.add(StopCause::feedback_late, isLate(ages.feedback, deadlines.feedback))
+      .add(StopCause::set_point_late, isLate(ages.set_point, deadlines.set_point))
       .add(StopCause::set_point_missing, ages.set_point == kNever);
   return causes;
 }

@@ -124,7 +124,8 @@ bool DriveLoop::receiveWheels(const SensorReading& reading, double now) {
   tell(now, WheelsInput{reading});
   catchUp(now);
   const Observation& y = reading.observation;
-  wheels_ = {y.stamp, now};
+  if (refuseStamp(y.stamp, now)) return false;
+  take(wheels_, parameters_.gate.deadlines.wheels, y.stamp, now);
   // Encoders at rest may repeat, on the move they may not.
   const WheelVector command = appliedCommand(now).vector();
   const bool turns = std::max(std::abs(y.wheel_left), std::abs(y.wheel_right)) >= kMoving;
@@ -137,7 +138,8 @@ bool DriveLoop::receiveWheels(const SensorReading& reading, double now) {
 bool DriveLoop::receiveImu(const SensorReading& reading, double now) {
   tell(now, ImuInput{reading});
   noteTime(now);
-  imu_ = {reading.observation.stamp, now};
+  if (refuseStamp(reading.observation.stamp, now)) return false;
+  take(imu_, parameters_.gate.deadlines.imu, reading.observation.stamp, now);
   frozen_imu_.update(now, reading.sample, false);
   return measurements_.started() && health(now).wheels.silent() && takeObservation(reading.observation, now);
 }
@@ -149,18 +151,37 @@ void DriveLoop::receiveFeedback(double stamp, double now) {
 
 bool DriveLoop::observe(const Observation& observation, double now) {
   tell(now, ObservationInput{observation});
-  return takeObservation(observation, now);
+  return !refuseStamp(observation.stamp, now) && takeObservation(observation, now);
+}
+
+bool DriveLoop::refuseStamp(double stamp, double now) {
+  if (!(stamp > now + kFurthestAhead)) return false;
+  ++rejected_measurements_;
+  return true;
+}
+
+/// A source that was late is back when it has kept its deadline for some messages: one that is slower than its
+/// deadline, with a message now and then, is lost all the time.
+void DriveLoop::take(Arrival& source, double deadline, double stamp, double now) {
+  if (source.received == -kNever || stamp != source.stamp) {
+    source.in_time = isLate(age(source, now), deadline) ? 0 : std::min(source.in_time + 1, kBack);
+  }
+  source.stamp = stamp;
+  source.received = now;
+  const bool both = std::min(wheels_.received, imu_.received) > measurement_.received;
+  if (both && go_on_since_ == kNever) go_on_since_ = now;
 }
 
 bool DriveLoop::takeObservation(const Observation& observation, double now) {
   catchUp(now);
   const ChannelValidity& valid = observation.valid;
   // A pair is as old as the later of its sources came: the other may have sent newer ones since.
-  const auto came = [&](Arrival& source) {
-    if (observation.stamp >= source.stamp || source.received == -kNever) source = {observation.stamp, now};
+  const auto came = [&](Arrival& source, double deadline) {
+    if (observation.stamp >= source.stamp || source.received == -kNever) take(source, deadline, observation.stamp, now);
   };
-  if (valid.wheel_left || valid.wheel_right) came(wheels_);
-  if (valid.yaw_rate || valid.acceleration) came(imu_);
+  const DeadlineParameters& deadlines = parameters_.gate.deadlines;
+  if (valid.wheel_left || valid.wheel_right) came(wheels_, deadlines.wheels);
+  if (valid.yaw_rate || valid.acceleration) came(imu_, deadlines.imu);
 
   Observation judged = observation;
   measurements_.judge(judged, health(now), now);
@@ -169,11 +190,12 @@ bool DriveLoop::takeObservation(const Observation& observation, double now) {
   if (predictive_ != nullptr) predictive_->setShaken(faults != nullptr && faults->shaken);
   const SampleVerdict verdict = controller_->observe(judged);
   if (!taken(verdict) && verdict != SampleVerdict::incomplete) {
-    // The partner of a sample that was observed alone has come back: no reason to complain.
-    if (!observed_alone_ || observation.stamp != measurement_.stamp) ++rejected_measurements_;
+    // A pair with a sample that was observed alone is no reason to complain.
+    if (!observed_alone_ || !(observation.stamp <= measurement_.stamp)) ++rejected_measurements_;
     return false;
   }
   measurement_ = {observation.stamp, now};
+  go_on_since_ = kNever;
   phase_.arrived(nanoseconds(now));
   observed_alone_ = !valid.all();
   if (verdict == SampleVerdict::incomplete) return false;  // it has come, but does not count: measurements_ knows why
@@ -412,12 +434,15 @@ InputAges DriveLoop::ages(double now) const {
   ages.wheels = age(wheels_, now);
   ages.imu = age(imu_, now);
   ages.measurement = age(measurement_, now);
+  ages.unpaired = std::max(0.0, now - go_on_since_);
   ages.feedback = age(feedback_, now);
   return ages;
 }
 
 SensorHealth DriveLoop::health(double now) const {
   SensorHealth health = sensorHealth(ages(now), parameters_.gate.deadlines);
+  health.wheels.late = health.wheels.late || wheels_.in_time < kBack;
+  health.imu.late = health.imu.late || imu_.in_time < kBack;
   health.wheels.frozen = frozen_wheels_.frozen();
   health.imu.frozen = frozen_imu_.frozen();
   return health;
@@ -448,6 +473,7 @@ void DriveLoop::forget(double now) {
   set_point_ = {};
   set_point_arrival_ = wheels_ = imu_ = feedback_ = measurement_ = {};
   unasked_for_ = 0.0;
+  go_on_since_ = kNever;
   action_ = {};
 }
 

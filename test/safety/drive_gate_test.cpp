@@ -40,11 +40,22 @@ TEST(OverdueInputs, PairsThatEndWithASilentSourceAreNoOtherCause) {
     InputAges ages = fresh();
     ages.*silent = 0.19;
     ages.measurement = 0.23;
+    ages.unpaired = 0.0;
     EXPECT_EQ(overdue(ages), StopCause::none);
     ages.*silent = 0.201;
     EXPECT_NE(overdue(ages), StopCause::unpaired);
     EXPECT_NE(overdue(ages), StopCause::none);
   }
+}
+
+/// Of a source with the period of its deadline the last pair is older than that until the next one is known.
+TEST(OverdueInputs, APairThatIsOnItsWayIsNoOtherCause) {
+  InputAges ages = fresh();
+  ages.measurement = 0.23;
+  ages.unpaired = 0.03;
+  EXPECT_EQ(overdue(ages), StopCause::none);
+  ages.unpaired = 0.11;
+  EXPECT_EQ(overdue(ages), StopCause::unpaired);
 }
 
 TEST(OverdueInputs, EachHasItsOwnInclusiveDeadlineOnBothSidesOfNow) {

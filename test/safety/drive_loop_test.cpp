@@ -44,7 +44,8 @@ class DriveLoopTest : public testing::Test {
   }
 
   /// Drives for a time [s]. @param sources that send: w for the wheels, i for the IMU, p for pairs, x for pairs of
-  /// which no wheel can be believed, l for an IMU that comes late, and for its pairs; s for the set point.
+  /// which no wheel can be believed, l for an IMU that comes late, and for its pairs, t for a second message of the
+  /// wheels close behind the first, 5 for an IMU of 5 Hz and its pairs, 4 for one of 4 Hz; s for the set point.
   void drive(double duration, const std::string& sources = "wips") {
     const auto sends = [&sources](char source) { return sources.find(source) != std::string::npos; };
     for (long end = tick + std::lround(duration / kTick); tick < end; ++tick) {
@@ -69,6 +70,9 @@ class DriveLoopTest : public testing::Test {
         loop.observe(late, now);
         loop.receiveImu({late, FrozenSource::Sample::Constant(now)}, now);
       }
+      if (tick % 20 == 6 && sends('t')) sendTwin();
+      if (sends('5')) sendSlowImu(200);
+      if (sends('4')) sendSlowImu(250);
       if (tick % 100 == 0 && sends('s')) loop.setSetPoint(set_point, now);
       loop.report(robot, now);
       if (const auto due = loop.advance(now)) {
@@ -77,6 +81,23 @@ class DriveLoopTest : public testing::Test {
         ++commands;
       }
     }
+  }
+
+  void sendTwin() {
+    Observation wheels = sample();
+    wheels.stamp = sent.back().stamp + 0.0002;
+    wheels.valid.yaw_rate = wheels.valid.acceleration = false;
+    loop.receiveWheels({wheels, FrozenSource::Sample::Constant(now)}, now);
+  }
+
+  /// As a synchroniser does it: a pair with the sample of the wheels that is nearest, which is known with the next one.
+  void sendSlowImu(long period) {
+    if (tick % period == 11) {
+      Observation imu = sample();
+      imu.valid.wheel_left = imu.valid.wheel_right = false;
+      loop.receiveImu({imu, FrozenSource::Sample::Constant(now)}, now);
+    }
+    if (tick % period == 25) loop.observe(sent[sent.size() - 2], now);
   }
 
   Observation sample() const {
@@ -500,6 +521,64 @@ TEST_F(DriveLoopTest, TheWheelsAreObservedAloneWhileTheImuIsSilent) {
   drive(1.0);
   EXPECT_EQ(why(), "") << "it is back";
   EXPECT_EQ(loop.status().rejected_measurements, 0u) << "a pair whose wheels were taken alone is no reason to complain";
+}
+
+/// Two sources of one topic, or a bridge that sends what it held back.
+TEST_F(DriveLoopTest, WheelMessagesCloseTogetherDisturbNothing) {
+  drive(2.0);
+  double fastest = 0.0, slowest = HUGE_VAL;
+  for (int k = 0; k < 250; ++k) {
+    drive(kPeriod, "wts");
+    fastest = std::max({fastest, command.left, command.right});
+    slowest = std::min({slowest, command.left, command.right});
+  }
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
+  EXPECT_NEAR(0.098 * fastest, 0.5, 0.05);
+  EXPECT_NEAR(0.098 * slowest, 0.5, 0.05);
+}
+
+TEST_F(DriveLoopTest, AnImuWithThePeriodOfItsDeadlineIsNoReasonToBrake) {
+  drive(2.0);
+  for (int k = 0; k < 500; ++k) {
+    drive(kPeriod, "w5s");
+    ASSERT_EQ(status(), DriveStatus::driving) << why();
+  }
+}
+
+TEST_F(DriveLoopTest, AnImuThatIsSlowerThanItsDeadlineIsLostOnce) {
+  drive(2.0);
+  int changes = 0;
+  std::string before = why();
+  const auto count = [&](const std::string& sources) {
+    for (int k = 0; k < 500; ++k) {
+      drive(kPeriod, sources);
+      if (why() != before) ++changes;
+      before = why();
+    }
+  };
+  count("w4s");
+  EXPECT_EQ(before, "yaw rate lost");
+  EXPECT_EQ(changes, 1);
+  EXPECT_EQ(loop.status().rejected_measurements, 0u) << "its pairs, of wheels that were observed alone";
+  count("wips");
+  EXPECT_EQ(before, "");
+  EXPECT_EQ(changes, 2);
+}
+
+TEST_F(PredictiveDriveLoopTest, ASampleStampedAheadOfTheClockIsRefusedAndTheNextOneIsHeard) {
+  drive(2.0);
+  Observation ahead = sample();
+  ahead.stamp += 100.0;
+  EXPECT_FALSE(loop.observe(ahead, now));
+  loop.receiveWheels({ahead, FrozenSource::Sample::Constant(now)}, now);
+  loop.receiveImu({ahead, FrozenSource::Sample::Constant(now)}, now);
+  EXPECT_EQ(loop.status().rejected_measurements, 3u);
+  drive(1.0);
+  EXPECT_EQ(status(), DriveStatus::driving) << why();
+  EXPECT_EQ(why(), "");
+  EXPECT_EQ(loop.status().brakes, 0u);
+  EXPECT_EQ(loop.status().rejected_measurements, 3u);
+  EXPECT_NEAR(loop.predictive()->measurement().stamp, now, 0.021);
 }
 
 TEST_F(DriveLoopTest, StopsWithoutWheelsAndNamesThem) {

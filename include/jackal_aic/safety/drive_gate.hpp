@@ -36,7 +36,11 @@ struct InputAges {
   double imu = kNever;          ///< last valid IMU sample
   double measurement = kNever;  ///< last pair of wheel speeds and IMU sample that the controller took
   double feedback = kNever;     ///< last feedback of the motors; kNever on a robot without
+  double unpaired = kNever;     ///< time for which both sources have sent, and no pair was taken; 0 while one has not
 };
+
+/// True for something that came, and whose age is beyond its deadline on either side of now; 0: no deadline.
+bool isLate(double age, double deadline);
 
 /// Health of a source of measurements.
 struct SourceHealth {

@@ -69,7 +69,7 @@ struct DriveLoopStatus {
   std::uint32_t scaled_set_points = 0;      ///< accepted, but beyond the limits
   SetPoint scaled_from;                     ///< the last of these, as it was sent
   SetPoint scaled_to;                       ///< and as it is driven
-  std::uint32_t rejected_measurements = 0;  ///< by the controller, because their stamps were not later than the last
+  std::uint32_t rejected_measurements = 0;  ///< of stamps not later than the last, or ahead of the clock
   std::uint32_t faults_detected = 0;        ///< in sensors and drives
   std::uint32_t brakes = 0;                 ///< times that it came to brake
   std::uint32_t faults = 0;                 ///< times that the gate came to be faulted
@@ -87,6 +87,9 @@ enum class SetPointVerdict {
   not_finite,  ///< refused
   absurd       ///< refused: far beyond the limits, see isPlausible()
 };
+
+/// Stamp of a sample ahead of the clock [s] from which it is refused: whatever came after it would be too old.
+inline constexpr double kFurthestAhead = 0.1;
 
 /// Drives a robot. The caller keeps the time [s], of any clock: every call says when it is made. Time that runs back
 /// forgets the motion, and brakes; a latch of the gate stays. After construction nothing allocates or throws but the
@@ -172,9 +175,12 @@ class DriveLoop {
   ChannelValidity counted() const { return counted_; }  ///< channels of the last measurement that counted
 
  private:
+  static constexpr int kBack = 5;  // messages in time that end a silence
+
   struct Arrival {
     double stamp = 0.0;         // s
     double received = -kNever;  // s
+    int in_time = kBack;        // messages in a row that came within the deadline of the one before
   };
 
   template <class Input>
@@ -182,6 +188,8 @@ class DriveLoop {
     if (listener_) listener_({now, input});
   }
   bool takeObservation(const Observation& observation, double now);
+  bool refuseStamp(double stamp, double now);
+  void take(Arrival& source, double deadline, double stamp, double now);
   static double age(const Arrival& arrival, double now);
   void noteTime(double now);
   void catchUp(double now);
@@ -223,6 +231,7 @@ class DriveLoop {
   Arrival imu_;
   Arrival feedback_;
   Arrival measurement_;          // the last that the controller took
+  double go_on_since_ = kNever;  // since when both sources have sent without a measurement [s]
   ChannelValidity counted_;      // of the last measurement
   bool observed_alone_ = false;  // it was of one source, the other being silent
   RobotStatus robot_;
