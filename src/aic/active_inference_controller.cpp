@@ -12,6 +12,11 @@ namespace {
 
 constexpr double kLongestGap = 0.2;  // s; differences over a longer gap say nothing about the present derivatives
 
+/// Half the period of the sensors: of a robot that nobody has modelled, that of the action.
+double shortestGap(const ControllerParameters& controller, const std::optional<PlantModel>& model) {
+  return 0.5 / (model ? model->sensor_rate : controller.action_rate);
+}
+
 ControllerParameters validated(const ControllerParameters& controller, const GeometryParameters& geometry,
                                Divergence divergence) {
   validate(controller, geometry, divergence);
@@ -33,7 +38,7 @@ ActiveInferenceController::ActiveInferenceController(const ControllerParameters&
       kinematics_(geometry),
       model_(validated(controller, geometry, divergence), geometry),
       sensory_inverse_(Eigen::MatrixXd(model_.sensory_map).completeOrthogonalDecomposition().pseudoInverse()),
-      sensors_(controller.orders, kLongestGap),
+      sensors_(controller.orders, shortestGap(controller, plant_model), kLongestGap),
       belief_update_(model_, controller.kappa_mu, controller.beliefStep(), controller.integrator),
       action_update_(controller.kappa_a, controller.actionStep(),
                      ActionBound(plant_model, geometry.wheel_radius, controller.actionStep())),

@@ -4,37 +4,44 @@
 
 namespace jackal_aic {
 
-Generalization::Generalization(int orders, double longest_gap)
-    : y_(GeneralizedSensor::Zero(kSensorSize, orders + 1)), longest_gap_(longest_gap) {}
+Generalization::Generalization(int orders, double shortest_gap, double longest_gap)
+    : y_(GeneralizedSensor::Zero(kSensorSize, orders + 1)), shortest_gap_(shortest_gap), longest_gap_(longest_gap) {}
 
 SampleVerdict Generalization::update(const Observation& observation) {
   const SensorVector sample = observation.vector();
   if (!sample.allFinite() || !std::isfinite(observation.stamp)) return SampleVerdict::not_finite;
 
-  const double h = observation.stamp - stamp_;
-  if (!started_ || h > longest_gap_) {
+  if (started_ && observation.stamp <= stamp_) return SampleVerdict::stale;
+  const bool restarts = !started_ || observation.stamp - stamp_ > longest_gap_;
+  stamp_ = observation.stamp;
+  if (restarts) {
     y_.setZero();
-    y_.col(0) = sample;
-    stamp_ = observation.stamp;
+    y_.col(0) = differenced_ = sample;
+    differenced_at_ = stamp_;
     started_ = true;
     return SampleVerdict::restarted;
   }
-  if (h <= 0.0) return SampleVerdict::stale;
-
+  const double h = stamp_ - differenced_at_;
+  if (h < shortest_gap_) {
+    y_.col(0) = sample;
+    return SampleVerdict::accepted;
+  }
   // y_k^(i) = (y_k^(i-1) - y_{k-1}^(i-1)) / h                                   (3-22)
+  y_.col(0) = differenced_;
   SensorVector current = sample;
   for (Eigen::Index i = 0; i < y_.cols(); ++i) {
     const SensorVector previous = y_.col(i);
     y_.col(i) = current;
     current = (current - previous) / h;
   }
-  stamp_ = observation.stamp;
+  differenced_ = sample;
+  differenced_at_ = stamp_;
   return SampleVerdict::accepted;
 }
 
 void Generalization::reset() {
   y_.setZero();
-  stamp_ = 0.0;
+  stamp_ = differenced_at_ = 0.0;
   started_ = false;
 }
 

@@ -25,6 +25,8 @@ Eigen::MatrixXd backwardDifferenceMatrix(int orders, double step) {
   return E;
 }
 
+constexpr double kShortestGap = 0.005;  // s
+
 Observation sample(double stamp, double value) { return {stamp, value, 2 * value, -value, 0.5 * value, 3 * value}; }
 
 TEST(ShiftOrders, MovesEveryOrderDownAndItsTransposeUp) {
@@ -41,7 +43,7 @@ class GeneralizationOfOrder : public testing::TestWithParam<int> {};
 
 TEST_P(GeneralizationOfOrder, StartsAsAConstantSignalWithoutASpike) {
   const int p = GetParam();
-  Generalization generalization(p, 0.2);
+  Generalization generalization(p, kShortestGap, 0.2);
   EXPECT_EQ(generalization.update(sample(10.0, 4.0)), SampleVerdict::restarted);
   EXPECT_EQ(generalization.measurement().col(0), sample(10.0, 4.0).vector());
   EXPECT_EQ(generalization.measurement().rightCols(p).norm(), 0.0);
@@ -53,7 +55,7 @@ TEST_P(GeneralizationOfOrder, HighestBackwardDifferenceOfAPolynomialIsExact) {
   // The p-th backward difference of t^p is p! h^p exactly once the window of p+1 samples is full.
   const int p = GetParam();
   const double h = 0.02;
-  Generalization generalization(p, 0.2);
+  Generalization generalization(p, kShortestGap, 0.2);
   for (int k = 0; k <= 2 * p + 2; ++k) generalization.update(sample(1.0 + k * h, std::pow(k * h, p)));
   const double factorial = std::tgamma(p + 1.0);
   EXPECT_NEAR(generalization.measurement()(kYawRate, p), factorial, 1e-5 * factorial);
@@ -64,7 +66,7 @@ TEST_P(GeneralizationOfOrder, HighestBackwardDifferenceOfAPolynomialIsExact) {
 TEST_P(GeneralizationOfOrder, RecursionEqualsTheWindowedFormOf321) {
   const int p = GetParam();
   const double h = 0.01;
-  Generalization generalization(p, 0.2);
+  Generalization generalization(p, kShortestGap, 0.2);
   std::deque<double> window;
   for (int k = 0; k < 40; ++k) {
     const double value = std::sin(0.3 * k) + 0.1 * k;
@@ -88,14 +90,14 @@ TEST(Generalization, WindowedFormHasThePrintedCoefficients) {
 }
 
 TEST(Generalization, UsesTheStampsForTheStep) {
-  Generalization generalization(1, 0.2);
+  Generalization generalization(1, kShortestGap, 0.2);
   generalization.update(sample(1.00, 0.0));
   generalization.update(sample(1.05, 1.0));
   EXPECT_NEAR(generalization.measurement()(kYawRate, 1), 20.0, 1e-9);
 }
 
 TEST(Generalization, NeverDifferencesAHeldSampleTwice) {
-  Generalization generalization(2, 0.2);
+  Generalization generalization(2, kShortestGap, 0.2);
   generalization.update(sample(1.00, 0.0));
   generalization.update(sample(1.02, 1.0));
   const GeneralizedSensor before = generalization.measurement();
@@ -104,8 +106,32 @@ TEST(Generalization, NeverDifferencesAHeldSampleTwice) {
   EXPECT_EQ(generalization.measurement(), before);
 }
 
+TEST(Generalization, SamplesCloseTogetherHoldTheDerivatives) {
+  Generalization generalization(2, kShortestGap, 0.2), of_the_others(generalization);
+  for (const double stamp : {1.0, 1.02, 1.04}) {
+    generalization.update(sample(stamp, stamp));
+    of_the_others.update(sample(stamp, stamp));
+  }
+  const GeneralizedSensor before = generalization.measurement();
+  EXPECT_EQ(generalization.update(sample(1.0401, 7.0)), SampleVerdict::accepted);
+  EXPECT_EQ(generalization.measurement().col(0), sample(1.0401, 7.0).vector());
+  EXPECT_EQ(generalization.measurement().rightCols(2), before.rightCols(2));
+  EXPECT_EQ(generalization.stamp(), 1.0401);
+  EXPECT_EQ(generalization.update(sample(1.0401, 8.0)), SampleVerdict::stale);
+  generalization.update(sample(1.06, 2.0));
+  of_the_others.update(sample(1.06, 2.0));
+  EXPECT_EQ(generalization.measurement(), of_the_others.measurement()) << "as if it had not been";
+}
+
+/// Of a sensor that is faster than it was said to be, the derivatives are those of its signal all the same.
+TEST(Generalization, AFastSensorIsDifferencedOverTheShortestGap) {
+  Generalization generalization(1, kShortestGap, 0.2);
+  for (int k = 0; k < 100; ++k) generalization.update(sample(0.001 * k, 0.003 * k));
+  EXPECT_NEAR(generalization.measurement()(kYawRate, 1), 3.0, 1e-9);
+}
+
 TEST(Generalization, StartsAnewAfterAGap) {
-  Generalization generalization(2, 0.2);
+  Generalization generalization(2, kShortestGap, 0.2);
   generalization.update(sample(1.00, 0.0));
   generalization.update(sample(1.02, 1.0));
   EXPECT_EQ(generalization.update(sample(1.50, 9.0)), SampleVerdict::restarted);
@@ -114,7 +140,7 @@ TEST(Generalization, StartsAnewAfterAGap) {
 
 TEST(Generalization, RefusesWhatIsNotFinite) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  Generalization generalization(2, 0.2);
+  Generalization generalization(2, kShortestGap, 0.2);
   generalization.update(sample(1.00, 2.0));
   const GeneralizedSensor before = generalization.measurement();
   EXPECT_EQ(generalization.update(sample(1.02, nan)), SampleVerdict::not_finite);
@@ -124,7 +150,7 @@ TEST(Generalization, RefusesWhatIsNotFinite) {
 }
 
 TEST(Generalization, ResetForgetsTheHistory) {
-  Generalization generalization(1, 0.2);
+  Generalization generalization(1, kShortestGap, 0.2);
   generalization.update(sample(5.0, 3.0));
   generalization.update(sample(5.02, 4.0));
   generalization.reset();

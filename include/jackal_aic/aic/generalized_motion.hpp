@@ -27,14 +27,16 @@ Generalized shiftOrdersTransposed(const Generalized& x) {
 }
 
 /// Generalisation of measurements by the recursion of eq. 3-22: y_k^(i) = (y_k^(i-1) - y_{k-1}^(i-1)) / h, with h from
-/// the stamps. A signal is taken as constant before its first sample, so that its derivatives start at zero.
+/// the stamps. A signal is taken as constant before its first sample, so that its derivatives start at zero. 1/h^i
+/// amplifies the noise of samples that are close together: they change y alone, and the derivatives are those between
+/// samples that lie at least the shortest gap apart.
 class Generalization {
  public:
   /// @param orders highest order p, 0..kMaxOrders.
+  /// @param shortest_gap least h [s].
   /// @param longest_gap time between samples beyond which the history no longer says anything about the derivatives and
-  /// the
-  ///        signal starts anew [s].
-  Generalization(int orders, double longest_gap);
+  /// the signal starts anew [s].
+  Generalization(int orders, double shortest_gap, double longest_gap);
 
   /// Takes a sample. A refused sample leaves y_tilde as it was.
   SampleVerdict update(const Observation& observation);
@@ -53,7 +55,10 @@ class Generalization {
 
  private:
   GeneralizedSensor y_;
+  double shortest_gap_;
   double longest_gap_;
+  SensorVector differenced_ = SensorVector::Zero();  // sample of the last differences
+  double differenced_at_ = 0.0;                      // its stamp [s]
   double stamp_ = 0.0;
   bool started_ = false;
 };
