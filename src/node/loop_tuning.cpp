@@ -111,8 +111,7 @@ class PredictiveTuning : public LoopTuning {
     if (!slip_writer_ || !due) return;
     slip_writer_->write(loop_.learned());
     slip_kept_ = now;
-    const std::string failure = slip_writer_->failure();
-    if (!failure.empty()) ROS_WARN("%s", failure.c_str());
+    tellFailure();
   }
 
  private:
@@ -125,7 +124,14 @@ class PredictiveTuning : public LoopTuning {
     }
     slip_path_ = path;
     slip_writer_.emplace(path, learned, told);
-    ROS_INFO("Slip kept in %s: %s", path.c_str(), describe(learned).c_str());
+    if (!tellFailure()) ROS_INFO("Slip kept in %s: %s", path.c_str(), describe(learned).c_str());
+  }
+
+  /// A robot drives without the file, which the next attempt may write. True if the last one failed.
+  bool tellFailure() const {
+    const std::string failure = slip_writer_->failure();
+    if (!failure.empty()) ROS_WARN("%s: what is learned is not kept", failure.c_str());
+    return !failure.empty();
   }
 
   bool onFreeze(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {

@@ -188,7 +188,7 @@ void writeSlipFile(const std::string& path, const LearnedModel& learned, const L
 
 SlipWriter::SlipWriter(std::string path, const LearnedModel& learned, const LearnedModel& told)
     : path_(std::move(path)), told_(told) {
-  writeSlipFile(path_, learned, told_);
+  writeNow(learned);
   thread_ = std::thread(&SlipWriter::run, this);
 }
 
@@ -229,17 +229,22 @@ void SlipWriter::run() {
     const LearnedModel learned = *std::exchange(due_, std::nullopt);
     writing_ = true;
     lock.unlock();
-    std::string failure;
-    try {
-      writeSlipFile(path_, learned, told_);
-    } catch (const ParameterError& error) {
-      failure = error.what();
-    }
+    writeNow(learned);
     lock.lock();
-    failure_ = failure;
     writing_ = false;
     written_.notify_all();
   }
+}
+
+void SlipWriter::writeNow(const LearnedModel& learned) {
+  std::string failure;
+  try {
+    writeSlipFile(path_, learned, told_);
+  } catch (const ParameterError& error) {
+    failure = error.what();
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  failure_ = failure;
 }
 
 }  // namespace jackal_aic

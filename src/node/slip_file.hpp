@@ -38,8 +38,8 @@ void writeSlipFile(const std::string& path, const LearnedModel& learned, const L
 /// Writes what was learned in a thread of its own, so that a slow disk does not delay the controller.
 class SlipWriter {
  public:
-  /// @param path file; @param learned written at once; @param told what the controller had been told.
-  /// @throws ParameterError if it cannot be written.
+  /// @param path file; @param learned written at once, or failure() says why not; @param told what the controller had
+  /// been told.
   SlipWriter(std::string path, const LearnedModel& learned, const LearnedModel& told);
 
   ~SlipWriter() { finish(); }
@@ -62,6 +62,7 @@ class SlipWriter {
 
  private:
   void run();
+  void writeNow(const LearnedModel& learned);
 
   std::string path_;
   LearnedModel told_;

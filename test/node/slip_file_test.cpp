@@ -189,6 +189,18 @@ TEST_F(SlipFileTest, WriterKeepsTheLastState) {
   EXPECT_NEAR(readSlipFile(path_, kTold)->learned.slip.effective_track, 0.6, 1e-9);
 }
 
+/// A disk that is full at the start may have room later, and a robot drives without its file.
+TEST_F(SlipFileTest, AFullDiskAtTheStartIsAFailureLikeALaterOne) {
+  std::filesystem::create_symlink("/dev/full", path_ + ".new");
+  SlipWriter writer(path_, {kConfigured}, kTold);
+  EXPECT_NE(writer.failure().find("No space left on device"), std::string::npos) << writer.failure();
+  std::filesystem::remove(path_ + ".new");
+  writer.write({{0.6, 1.0}});
+  writer.finish();
+  EXPECT_EQ(writer.failure(), "");
+  EXPECT_NEAR(readSlipFile(path_, kTold)->learned.slip.effective_track, 0.6, 1e-9);
+}
+
 TEST_F(SlipFileTest, WriterReportsAFailure) {
   SlipWriter writer(path_, {kConfigured}, kTold);
   std::filesystem::remove_all(directory_);
