@@ -99,7 +99,7 @@ WheelModel wheelOf(const UrdfDocument& document, const std::string& name, const 
 /// Holds a URDF against what the controller lives by: equal radii in its range, left wheels on the left.
 void checkGeometry(const std::string& urdf_xml) {
   const UrdfGeometry wheels = readUrdfGeometry(urdf_xml, {kWheelJoints[kFrontLeft], kWheelJoints[kRearLeft]},
-                                               {kWheelJoints[kFrontRight], kWheelJoints[kRearRight]});
+                                               {kWheelJoints[kFrontRight], kWheelJoints[kRearRight]}, kBaseLink);
   GeometryParameters geometry;
   geometry.wheel_radius = wheels.wheel_radius;
   try {

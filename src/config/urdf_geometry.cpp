@@ -13,10 +13,19 @@ namespace {
 /// Larger differences between wheels [m] are a modelling error, not rounding in the file.
 constexpr double kTolerance = 1e-6;
 
+/// Pose of the root link in the link called name; the identity if the URDF has none of that name.
+Eigen::Isometry3d rootIn(const urdf::ModelInterface& model, const std::string& name) {
+  const std::size_t begin = name.find_first_not_of('/');
+  const urdf::LinkConstSharedPtr link = begin == std::string::npos ? nullptr : model.getLink(name.substr(begin));
+  if (!link || !link->parent_joint) return Eigen::Isometry3d::Identity();
+  return poseInRoot(model, *link->parent_joint).inverse();
+}
+
 /// Collects the wheels of one side: checks each radius against the first wheel's, returns the joints' common y.
 class WheelCollector {
  public:
-  explicit WheelCollector(const UrdfDocument& document) : document_(document) {}
+  WheelCollector(const UrdfDocument& document, const std::string& base_frame)
+      : document_(document), root_in_base_(rootIn(*document.model, base_frame)) {}
 
   double lateralPosition(const std::string& side, const std::vector<std::string>& joints) {
     if (joints.empty()) throw ParameterError("URDF: no " + side + " wheel joint is named");
@@ -24,7 +33,7 @@ class WheelCollector {
     for (const std::string& name : joints) {
       const urdf::Joint& joint = requiredWheelJoint(*document_.model, name);
       checkRadius(name, wheelRadius(document_, joint));
-      sum += poseInRoot(*document_.model, joint).translation().y();
+      sum += (root_in_base_ * poseInRoot(*document_.model, joint)).translation().y();
     }
     return sum / static_cast<double>(joints.size());
   }
@@ -42,15 +51,16 @@ class WheelCollector {
   }
 
   const UrdfDocument& document_;
+  Eigen::Isometry3d root_in_base_;
   double radius_ = 0.0;
 };
 
 }  // namespace
 
 UrdfGeometry readUrdfGeometry(const std::string& urdf_xml, const std::vector<std::string>& left_joints,
-                              const std::vector<std::string>& right_joints) {
+                              const std::vector<std::string>& right_joints, const std::string& base_frame) {
   const UrdfDocument document = parseUrdf(urdf_xml);
-  WheelCollector wheels(document);
+  WheelCollector wheels(document, base_frame);
   const double left = wheels.lateralPosition("left", left_joints);
   const double right = wheels.lateralPosition("right", right_joints);
   const double track = left - right;

@@ -50,6 +50,20 @@ TEST(UrdfGeometry, MeasuresTheTrackAlongYOfTheRoot) {
   EXPECT_NEAR(readUrdfGeometry(urdf, {"left"}, {"right"}).track, 0.6, 1e-12);
 }
 
+/// A base frame that is turned against the root.
+TEST(UrdfGeometry, SidesAreThoseOfTheBaseFrame) {
+  const std::string wheels = wheel("left", "0 0.3 0", kCylinder) + wheel("right", "0 -0.3 0", kCylinder);
+  for (const char* turn : {"0.7853981633974483", "1.5707963267948966", "3.141592653589793"}) {
+    const std::string urdf =
+        std::string("<robot name='r'><link name='root'/><link name='base'/><joint name='turn' type='fixed'>") +
+        "<parent link='root'/><child link='base'/><origin xyz='1 0 0' rpy='0 0 " + turn + "'/></joint>" + wheels +
+        "</robot>";
+    EXPECT_NEAR(readUrdfGeometry(urdf, {"left"}, {"right"}, "base").track, 0.6, 1e-12) << turn;
+    EXPECT_NEAR(readUrdfGeometry(urdf, {"left"}, {"right"}, "/base").track, 0.6, 1e-12) << turn;
+  }
+  EXPECT_NEAR(readUrdfGeometry(robot(wheels), {"left"}, {"right"}, "no_link_of_it").track, 0.6, 1e-12) << "the root";
+}
+
 TEST(UrdfGeometry, RefusesTextThatIsNoUrdf) {
   EXPECT_EQ(complaint("").find("URDF: cannot be parsed"), 0u);
   EXPECT_EQ(complaint("<robot").find("URDF: cannot be parsed"), 0u);

@@ -13,16 +13,17 @@ namespace jackal_aic {
 /// Wheel geometry read from a URDF.
 struct UrdfGeometry {
   double wheel_radius;  ///< radius of the wheels' collision (or visual) cylinder or sphere [m]
-  double track;         ///< distance between the left and the right wheel joints along y of the root link [m]
+  double track;         ///< distance between the left and the right wheel joints along y of the base frame [m]
 };
 
 /// Reads the wheel geometry from a URDF.
-/// @param urdf_xml text of the URDF; @param left_joints, right_joints names of the wheel joints of each side.
+/// @param urdf_xml text of the URDF; @param left_joints, right_joints names of the wheel joints of each side;
+/// @param base_frame link whose y axis points to the left; the root link if it is no link of the URDF.
 /// @throws ParameterError (one line) if the URDF does not parse, lacks a joint, a wheel has no cylinder or sphere
 /// geometry,
 ///         the radii differ, or the left wheels are not left of the right ones.
 UrdfGeometry readUrdfGeometry(const std::string& urdf_xml, const std::vector<std::string>& left_joints,
-                              const std::vector<std::string>& right_joints);
+                              const std::vector<std::string>& right_joints, const std::string& base_frame = "");
 
 /// Distance between the origins of two joints in their parent frames [m], as ros_control's differential drive takes the
 /// separation of the wheels: whatever the axis. @throws ParameterError as above if a joint is missing.
