@@ -58,7 +58,7 @@ PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name
   PlantModel model = linearModel(loadSetup(files, "diff_drive", plant_name, {}).plant);
   model.offset = 0.0;  // as in loadSetup()
   ParameterMap map = files.configuration("plant_model");
-  if (!model.on_box) model.effective_track = readParameters<PlantModel>(map, "plant_model").effective_track;
+  if (!model.on_box) model.effective_track = readPlantModel(map).effective_track;
   return model;
 }
 

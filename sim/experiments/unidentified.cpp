@@ -73,7 +73,7 @@ std::string lineOf(const std::string& controller, const DriveTrainRatios& robot,
 
 PlantModel assumedModel(const PackageFiles& files) {
   ParameterMap map = files.configuration("jackal_model");
-  return readParameters<PlantModel>(map, "plant_model");
+  return readPlantModel(map);
 }
 
 std::vector<DriveTrainRatios> unidentifiedRobots() {

@@ -41,7 +41,7 @@ inline PlantParameters simulatedRobot(const PlantModel& model, PlantParameters o
 /// @throws ParameterError.
 inline PlantParameters readSimulatedRobot(ParameterMap& map) {
   PlantParameters robot;
-  if (map.hasSection("plant_model")) robot = simulatedRobot(readParameters<PlantModel>(map, "plant_model"));
+  if (map.hasSection("plant_model")) robot = simulatedRobot(readPlantModel(map));
   return readParameters<PlantParameters>(map, "plant", robot);
 }
 

@@ -168,6 +168,7 @@ void ActionBound::reset() {
   start_.setZero();
   goal_.setZero();
   ramped_ = false;
+  since_ramp_ = 0;
   speed_.setZero();
   told_to_stop_ = true;
   stop_change_ = kUnbounded;

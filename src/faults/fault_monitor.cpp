@@ -389,6 +389,8 @@ void FaultMonitor::restart() {
   followed_ = false;
   followed_command_ = {};
   report_ = FaultReport{};
+  evidence_ = Evidence{};
+  yaw_tells_ = false;
   yaw_.restart();
   acceleration_.restart();
   traction_.restart();

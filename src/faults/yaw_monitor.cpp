@@ -229,8 +229,9 @@ bool YawMonitor::byGround(double vibration) const {
 }
 
 void YawMonitor::restart() {
-  settled_ = jump_time_ = jolts_ = forward_lately_ = 0.0;
-  jumped_ = false;
+  settled_ = jump_time_ = jolts_ = forward_lately_ = zero_in_a_turn_ = 0.0;
+  jumped_ = frozen_ = reversed_ = false;
+  agreement_of_sign_ = {};
   persistence_.reset();
 }
 

@@ -9,6 +9,12 @@ constexpr double kLeastGain = 0.1;  // of its range
 
 }  // namespace
 
+PlantModel readPlantModel(ParameterMap& map, const PlantModel& defaults) {
+  const PlantModel model = readParameters(map, "plant_model", defaults);
+  if (model.effective_track > 0.0) requireInRange(geometryOf(model, {}), "plant_model");
+  return model;
+}
+
 std::vector<PlantModel> confidenceBox(const PlantModel& model) {
   std::vector<PlantModel> corners{model};
   const auto span = [&corners](double PlantModel::*value, double half_width, double least) {

@@ -22,8 +22,8 @@ void completeGeometry(bool radius_given, bool track_given, const std::function<s
     throw ParameterError(std::string(radius_given ? "robot.effective_track" : "robot.wheel_radius") +
                          ": not given, and robot_description is not set to take it from");
   }
-  const UrdfGeometry wheels =
-      readUrdfGeometry(urdf, parameters.robot.left_wheel_joints, parameters.robot.right_wheel_joints);
+  const UrdfGeometry wheels = readUrdfGeometry(urdf, parameters.robot.left_wheel_joints,
+                                               parameters.robot.right_wheel_joints, parameters.robot.base_frame);
   if (!radius_given) parameters.geometry.wheel_radius = wheels.wheel_radius;
   if (!track_given) parameters.geometry.effective_track = wheels.track * parameters.robot.track_multiplier;
   try {
@@ -177,7 +177,7 @@ NodeParameters readConfiguration(ParameterMap& map, NodeParameters parameters) {
   static_cast<NodeOptions&>(parameters) = readParameters<NodeOptions>(map, "", parameters);
   parameters.motors_shared = parameters.output == OutputMode::twist;
   if (map.hasSection("plant_model")) {
-    parameters.plant_model = readParameters(map, "plant_model", parameters.plant_model.value_or(PlantModel{}));
+    parameters.plant_model = readPlantModel(map, parameters.plant_model.value_or(PlantModel{}));
   }
   requireFrame("robot.base_frame", parameters.robot.base_frame);
   requireFrame("odometry.frame", parameters.odometry.frame);

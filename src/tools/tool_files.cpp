@@ -41,7 +41,7 @@ ControllerFile readControllerFile(const std::string& path) {
 PlantFile readPlantFile(const std::string& path) {
   return readFile(path, [](ParameterMap& map) {
     if (map.hasSection("plant_model")) {
-      const auto model = readParameters<PlantModel>(map, "plant_model");
+      const auto model = readPlantModel(map);
       return PlantFile{model, sim::simulatedRobot(model)};
     }
     if (!map.hasSection("plant")) throw ParameterError("has neither plant_model.* nor plant.*: not a plant file");

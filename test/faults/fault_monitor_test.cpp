@@ -284,6 +284,15 @@ TEST(FaultMonitor, ResetForgetsFaults) {
   EXPECT_FALSE(robot.monitor().report().faulty());
 }
 
+/// A driver that was started anew may have another sign, or another sensor.
+TEST(FaultMonitor, RestartForgetsTheSignOfAGyro) {
+  Robot robot;
+  robot.drive(kTurn, 3.0, [](Observation& y) { y.yaw_rate = -y.yaw_rate; });
+  ASSERT_EQ(robot.monitor().report().fault(), Fault::gyro_reversed);
+  robot.monitor().restart();
+  EXPECT_FALSE(robot.drive(kStraight, 0.5).faulty());
+}
+
 /// Rounds the wheel speeds to steps of an encoder.
 Observation rounded(Observation y, double step) {
   y.wheel_left = step * std::round(y.wheel_left / step);

@@ -5,6 +5,18 @@
 namespace jackal_aic {
 namespace {
 
+TEST(PlantModel, HasNoEffectiveTrackOrOneThatARobotMayHave) {
+  const auto read = [](double track) {
+    ParameterMap map;
+    map.set("plant_model.dead_time", 0.1);
+    map.set("plant_model.lag", 0.02);
+    map.set("plant_model.effective_track", track);
+    return readPlantModel(map).effective_track;
+  };
+  for (const double track : {0.0, 0.05, 0.55, 5.0}) EXPECT_EQ(read(track), track);
+  for (const double track : {1e-300, 0.001, 0.0499, 5.1, -0.1}) EXPECT_THROW(read(track), ParameterError) << track;
+}
+
 TEST(ConfidenceBox, HasACornerForEveryEndOfTheIntervals) {
   PlantModel model;
   EXPECT_EQ(confidenceBox(model).size(), 1U) << "no interval is stated";

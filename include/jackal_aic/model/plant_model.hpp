@@ -83,6 +83,10 @@ void describeFields(Visitor& v, PlantModel& p) {
   v.field("offset_half_width", p.offset_half_width, {0.0, 5.0}, "rad/s", Presence::optional);
 }
 
+/// Reads plant_model.*. @throws ParameterError also if the effective track is neither 0 nor one that a robot may have
+/// (GeometryParameters).
+PlantModel readPlantModel(ParameterMap& map, const PlantModel& defaults = {});
+
 /// The corners of the box that the confidence intervals of dead time, lag, gain and offset span, none of them below
 /// what a plant model may have; a model that states no interval is its only one.
 std::vector<PlantModel> confidenceBox(const PlantModel& model);
