@@ -1,12 +1,12 @@
 #include "fixed_frames.hpp"
 
+#include <ros/console.h>
 #include <tf2/exceptions.h>
 
 #include <algorithm>
 
 #include "jackal_aic/config/text.hpp"
 #include "jackal_aic/model/gravity.hpp"
-#include "status_report.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -67,7 +67,8 @@ FrameListener::FrameListener(ros::NodeHandle node, FixedFrames& frames)
 void FrameListener::take(const tf2_msgs::TFMessage& message) {
   for (const geometry_msgs::TransformStamped& transform : message.transforms) {
     const std::string refusal = frames_.add(transform);
-    if (!refusal.empty()) StatusReport::refused(refusal, ++refused_);
+    if (refusal.empty() || told_.size() == kMostTold || !told_.insert(refusal).second) continue;
+    ROS_WARN("Rejected %s. Told once", refusal.c_str());
   }
 }
 

@@ -38,7 +38,8 @@ class FixedFrames {
   std::set<std::string> names_;  // that tf2 keeps
 };
 
-/// Keeps the transforms of the topics /tf and /tf_static.
+/// Keeps the transforms of the topics /tf and /tf_static. Tells of one that is refused once: a driver without positions
+/// has robot_state_publisher send it for ever.
 class FrameListener {
  public:
   /// Listens in the callback queue of `node`. @param frames have to outlive the listener.
@@ -47,8 +48,10 @@ class FrameListener {
  private:
   void take(const tf2_msgs::TFMessage& message);
 
+  static constexpr std::size_t kMostTold = 20;
+
   FixedFrames& frames_;
-  std::uint32_t refused_ = 0;
+  std::set<std::string> told_;  // refusals
   ros::Subscriber moving_;
   ros::Subscriber fixed_;
 };
