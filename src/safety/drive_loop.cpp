@@ -190,8 +190,9 @@ bool DriveLoop::takeObservation(const Observation& observation, double now) {
   if (predictive_ != nullptr) predictive_->setShaken(faults != nullptr && faults->shaken);
   const SampleVerdict verdict = controller_->observe(judged);
   if (!taken(verdict) && verdict != SampleVerdict::incomplete) {
-    // A pair with a sample that was observed alone is no reason to complain.
-    if (!observed_alone_ || !(observation.stamp <= measurement_.stamp)) ++rejected_measurements_;
+    // Of a sample that came alone and in a pair, one is late: no reason to complain.
+    const bool partners = observed_alone_ == valid.all();
+    if (!partners || !(observation.stamp <= measurement_.stamp)) ++rejected_measurements_;
     return false;
   }
   measurement_ = {observation.stamp, now};

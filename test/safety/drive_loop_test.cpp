@@ -45,12 +45,14 @@ class DriveLoopTest : public testing::Test {
 
   /// Drives for a time [s]. @param sources that send: w for the wheels, i for the IMU, p for pairs, x for pairs of
   /// which no wheel can be believed, l for an IMU that comes late, and for its pairs, t for a second message of the
-  /// wheels close behind the first, 5 for an IMU of 5 Hz and its pairs, 4 for one of 4 Hz; s for the set point.
+  /// wheels close behind the first, 5 for an IMU of 5 Hz and its pairs, 4 for one of 4 Hz, s for the set point. A
+  /// synchroniser knows the pair of a slow IMU with the next message of the wheels, before they are told by themselves.
   void drive(double duration, const std::string& sources = "wips") {
     const auto sends = [&sources](char source) { return sources.find(source) != std::string::npos; };
     for (long end = tick + std::lround(duration / kTick); tick < end; ++tick) {
       now = start + kTick * static_cast<double>(tick);
       speed += (command.vector() - speed) * kTick / 0.1;
+      if (sends('4') && tick % 260 == 25) loop.observe(sample(), now);
       if (tick % 20 == 5) {
         const Observation y = sample();
         Observation wheels = y, imu = y;
@@ -71,8 +73,8 @@ class DriveLoopTest : public testing::Test {
         loop.receiveImu({late, FrozenSource::Sample::Constant(now)}, now);
       }
       if (tick % 20 == 6 && sends('t')) sendTwin();
-      if (sends('5')) sendSlowImu(200);
-      if (sends('4')) sendSlowImu(250);
+      if (sends('5') && tick % 200 == 25) loop.observe(sent[sent.size() - 2], now);
+      if ((sends('5') && tick % 200 == 11) || (sends('4') && tick % 260 == 21)) sendImu();
       if (tick % 100 == 0 && sends('s')) loop.setSetPoint(set_point, now);
       loop.report(robot, now);
       if (const auto due = loop.advance(now)) {
@@ -90,14 +92,10 @@ class DriveLoopTest : public testing::Test {
     loop.receiveWheels({wheels, FrozenSource::Sample::Constant(now)}, now);
   }
 
-  /// As a synchroniser does it: a pair with the sample of the wheels that is nearest, which is known with the next one.
-  void sendSlowImu(long period) {
-    if (tick % period == 11) {
-      Observation imu = sample();
-      imu.valid.wheel_left = imu.valid.wheel_right = false;
-      loop.receiveImu({imu, FrozenSource::Sample::Constant(now)}, now);
-    }
-    if (tick % period == 25) loop.observe(sent[sent.size() - 2], now);
+  void sendImu() {
+    Observation imu = sample();
+    imu.valid.wheel_left = imu.valid.wheel_right = false;
+    loop.receiveImu({imu, FrozenSource::Sample::Constant(now)}, now);
   }
 
   Observation sample() const {
