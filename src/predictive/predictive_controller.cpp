@@ -359,17 +359,6 @@ BodyVector PredictiveController::believedVelocity() const {
   return {traction_.speed(forwardSpeedOf(left().speed() + right().speed())), 0.0, yaw_.yawRate()};
 }
 
-Eigen::Matrix2d PredictiveController::velocityCovariance() const {
-  // x_dot = r alpha (w_L + w_R)/2; the yaw rate is a belief of its own, which the wheels only move.
-  const double r = geometry_.wheel_radius;
-  const double per_wheel = 0.5 * r * slipBelief().slipFactor();
-  const double mean = 0.5 * (left().speed() + right().speed());
-  double forward = per_wheel * per_wheel * (left().speedVariance() + right().speedVariance());
-  forward += r * r * mean * mean * learning_.slipFactorVariance();
-  forward += traction_.variance();
-  return Eigen::Vector2d(forward, yaw_.variance()).asDiagonal();
-}
-
 WheelVector PredictiveController::changeAhead() const {
   // The path is a dead time ahead of the wheels, of which only what was learned is in doubt.
   const double learned = model_.dead_time + model_.lag - configured_model_.dead_time - configured_model_.lag;
@@ -381,12 +370,18 @@ WheelVector PredictiveController::changeAhead() const {
 }
 
 Eigen::Matrix2d PredictiveController::motionCovariance() const {
-  const Eigen::Matrix2d believed = velocityCovariance();
+  // x_dot = r alpha (w_L + w_R)/2; the yaw rate is a belief of its own, which the wheels only move.
+  const double r = geometry_.wheel_radius;
+  const double per_wheel = 0.5 * r * slipBelief().slipFactor();
+  const double mean = 0.5 * (left().speed() + right().speed());
+  double forward = per_wheel * per_wheel * (left().speedVariance() + right().speedVariance());
+  forward += r * r * mean * mean * learning_.slipFactorVariance();
+  forward += traction_.variance();
   const BodyVector velocity = believedVelocity();
   const WheelVector ahead = changeAhead();
   const double turn = slipBelief().yawPerDifference(left().speed(), right().speed()) * (ahead(1) - ahead(0));
-  return Eigen::Vector2d(uncertainty_.forwardVariance(believed(0, 0), velocity, forwardSpeedOf(ahead.sum())),
-                         uncertainty_.yawVariance(believed(1, 1), velocity, slipBelief().gyroOffset(), turn))
+  return Eigen::Vector2d(uncertainty_.forwardVariance(forward, velocity, forwardSpeedOf(ahead.sum())),
+                         uncertainty_.yawVariance(yaw_.variance(), velocity, slipBelief().gyroOffset(), turn))
       .asDiagonal();
 }
 

@@ -27,9 +27,8 @@ Odometry byMeasurements(const GeometryParameters& geometry) {
 
 Odometry makeOdometry(const DriveParameters& parameters, const DriveLoop& loop) {
   if (!parameters.plant_model) return byMeasurements(parameters.geometry);
-  const PlantModel model = drivenModel(*parameters.plant_model);
-  if (loop.predictive() != nullptr) return Odometry(*loop.predictive(), parameters.geometry, model);
-  return Odometry(ofItsOwn(), parameters.geometry, model);
+  if (loop.predictive() != nullptr) return Odometry(*loop.predictive());
+  return Odometry(ofItsOwn(), parameters.geometry, drivenModel(*parameters.plant_model));
 }
 
 Observation asCounted(Observation observation, const DriveLoop& loop) {

@@ -85,12 +85,9 @@ class PredictiveController : public VelocityController {
   double beliefStep() const override { return 1.0 / parameters_.belief_rate; }
   int beliefStepsPerAction() const override { return parameters_.beliefStepsPerAction(); }
 
-  /// Covariance of the believed x_dot [m/s] and theta_dot [rad/s], from those of the wheels' speeds and, where they
-  /// take part, of the learned slip and of the accelerometer: that of a robot that is its model.
-  Eigen::Matrix2d velocityCovariance() const;
-
-  /// The same with what is uncertain about the motion of a real one beside (motion_uncertainty.hpp), for whoever
-  /// filters with it.
+  /// Covariance of the believed x_dot [m/s] and theta_dot [rad/s]: that of the wheels' speeds, the learned slip, the
+  /// accelerometer and the gyro, with what is uncertain about the motion of a real robot beside
+  /// (motion_uncertainty.hpp).
   Eigen::Matrix2d motionCovariance() const;
 
   /// Drive train as it is believed, with the dead time and the lag that were learned.
