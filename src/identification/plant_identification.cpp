@@ -74,6 +74,59 @@ void checkValues(const DriveRecording& recording) {
   for (const auto& y : recording.yaw) checkValue("yaw rate", y.time, y.yaw_rate, kFastestTurn);
 }
 
+/// Replaces values that jump away from those before and behind them, and back, by the median of the five around them.
+/// @param value the value of a sample; @param least jump that is no noise, whatever that is. @returns their number.
+template <class Sample, class Value>
+std::size_t mendSpikes(std::vector<Sample>& series, double least, const Value& value) {
+  constexpr std::size_t kSide = 2;    // samples on either side
+  constexpr double kUnlikely = 12.0;  // times the median distance from the median around
+  constexpr std::size_t kRare = 20;   // samples for each spike; what is more frequent is none
+  if (series.size() <= 2 * kSide) return 0;
+  std::vector<Sample> mended = series;
+  const auto medianAt = [&](std::size_t i) {
+    std::array<double, 2 * kSide + 1> around{};
+    for (std::size_t j = 0; j < around.size(); ++j) around[j] = value(mended[i + j - kSide]);
+    std::nth_element(around.begin(), around.begin() + kSide, around.end());
+    return around[kSide];
+  };
+  std::vector<double> distances;
+  for (std::size_t i = kSide; i + kSide < series.size(); ++i) {
+    distances.push_back(std::abs(value(mended[i]) - medianAt(i)));
+  }
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  const double bound = std::max(least, kUnlikely * *middle);
+  std::size_t spikes = 0;
+  for (std::size_t i = kSide; i + kSide < series.size(); ++i) {
+    const double median = medianAt(i);  // of those before as they are mended
+    if (std::abs(value(mended[i]) - median) <= bound) continue;
+    value(mended[i]) = median;
+    ++spikes;
+  }
+  if (spikes * kRare > series.size()) return 0;
+  series = std::move(mended);
+  return spikes;
+}
+
+/// A recording without spikes, with a remark on those that it had.
+DriveRecording withoutSpikes(DriveRecording recording) {
+  constexpr double kLeastWheel = 0.5, kLeastYaw = 0.2;  // rad/s
+  std::size_t wheels = 0;
+  for (const Component side : {&WheelCommand::left, &WheelCommand::right}) {
+    wheels += mendSpikes(
+        recording.wheels, kLeastWheel, [side](auto& sample) -> auto& { return sample.speed.*side; });
+  }
+  const std::size_t yaw = mendSpikes(
+      recording.yaw, kLeastYaw, [](auto& sample) -> auto& { return sample.yaw_rate; });
+  const auto remark = [&](std::size_t spikes, const char* name, std::size_t samples) {
+    if (spikes == 0) return;
+    recording.remarks.push_back(fmt::format("spikes: {} of {} {} left out", spikes, samples, name));
+  };
+  remark(wheels, "wheel speeds", 2 * recording.wheels.size());
+  remark(yaw, "yaw rates", recording.yaw.size());
+  return recording;
+}
+
 /// When two series were recorded, if at no time both were; else empty.
 template <class One, class Other>
 std::string apartText(const std::vector<One>& one, const std::vector<Other>& other) {
@@ -767,11 +820,12 @@ Estimate accelerationLimit(const WheelFit& fit, const FitResult& found) {
 
 }  // namespace
 
-Identification identifyDriveTrain(const DriveRecording& recording, double wheel_radius, double slip_factor) {
-  checkSeries(recording.commands, "wheel commands", 2);
-  checkSeries(recording.wheels, "wheel speeds", kLeastSamples);
-  checkSeries(recording.yaw, "yaw rate", 0);
-  checkValues(recording);
+Identification identifyDriveTrain(const DriveRecording& recorded, double wheel_radius, double slip_factor) {
+  checkSeries(recorded.commands, "wheel commands", 2);
+  checkSeries(recorded.wheels, "wheel speeds", kLeastSamples);
+  checkSeries(recorded.yaw, "yaw rate", 0);
+  checkValues(recorded);
+  const DriveRecording recording = withoutSpikes(recorded);
   const std::string apart = apartText(recording.wheels, recording.commands);
   if (!apart.empty()) throw IdentificationError("wheel speeds and commands " + apart);
   checkExcitation(recording);

@@ -46,26 +46,31 @@ void forEach(const rosbag::Bag& bag, const std::string& topic, Take take) {
   rosbag::View view(bag, rosbag::TopicQuery(topic));
   for (const rosbag::MessageInstance& instance : view) {
     const auto message = instance.instantiate<Message>();
-    if (message) take(*message, instance.getTime());
+    if (message) take(*message, instance);
   }
 }
 
-/// Refuses commands of more than one publisher: nobody knows which of them the motors followed.
-void checkPublishers(const rosbag::Bag& bag, const std::string& path, const std::string& topic) {
-  constexpr std::size_t kNamed = 5;
-  std::map<std::string, int> messages;
-  rosbag::View view(bag, rosbag::TopicQuery(topic));
-  for (const rosbag::MessageInstance& instance : view) ++messages[instance.getCallerId()];
-  if (messages.size() < 2) return;
-  std::vector<std::string> publishers;
-  for (const auto& [node, count] : messages) {
-    if (publishers.size() == kNamed) break;
-    publishers.push_back(fmt::format("{} sent {}", jackal_aic::quoted(node), count));
+/// Messages of a topic by the node that sent them.
+class Publishers {
+ public:
+  void add(const rosbag::MessageInstance& message) { ++messages_[message.getCallerId()]; }
+
+  /// Names those of a topic if they are more than one; else empty.
+  std::string rivals(const std::string& topic) const {
+    constexpr std::size_t kNamed = 5;
+    if (messages_.size() < 2) return "";
+    std::vector<std::string> publishers;
+    for (const auto& [node, count] : messages_) {
+      if (publishers.size() == kNamed) break;
+      publishers.push_back(fmt::format("{} sent {}", jackal_aic::quoted(node), count));
+    }
+    if (messages_.size() > kNamed) publishers.push_back(fmt::format("and {} more", messages_.size() - kNamed));
+    return fmt::format("{} has {} publishers ({})", topic, messages_.size(), fmt::join(publishers, ", "));
   }
-  if (messages.size() > kNamed) publishers.push_back(fmt::format("and {} more", messages.size() - kNamed));
-  throw IdentificationError(fmt::format("{}: {} has {} publishers ({}): which of them the motors followed is not known",
-                                        path, topic, messages.size(), fmt::join(publishers, ", ")));
-}
+
+ private:
+  std::map<std::string, int> messages_;
+};
 
 /// The first of the joints whose velocity a message lacks, or has not finite; empty if there is none.
 std::string unusableJoint(const sensor_msgs::JointState& message, const std::vector<std::string>& joints) {
@@ -133,36 +138,52 @@ void checkImuClock(const std::string& topic, double delay, std::vector<std::stri
 }
 
 void readCommands(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording& recording) {
-  forEach<jackal_msgs::Drive>(bag, topics.drive, [&](const jackal_msgs::Drive& drive, const ros::Time& time) {
-    const bool moves = drive.mode == jackal_msgs::Drive::MODE_VELOCITY;
-    recording.commands.push_back(
-        {time.toSec(), moves ? WheelCommand{drive.drivers[0], drive.drivers[1]} : WheelCommand{}});
-  });
+  Publishers publishers;
+  forEach<jackal_msgs::Drive>(
+      bag, topics.drive, [&](const jackal_msgs::Drive& drive, const rosbag::MessageInstance& message) {
+        publishers.add(message);
+        const bool moves = drive.mode == jackal_msgs::Drive::MODE_VELOCITY;
+        recording.commands.push_back(
+            {message.getTime().toSec(), moves ? WheelCommand{drive.drivers[0], drive.drivers[1]} : WheelCommand{}});
+      });
+  const std::string rivals = publishers.rivals(topics.drive);
+  if (!rivals.empty()) throw IdentificationError(rivals + ": which of them the motors followed is not known");
 }
 
-void takeWheels(const sensor_msgs::JointState& message, const BagTopics& topics, DriveRecording& recording) {
+/// Takes the speeds of a message. @returns why it has none; empty if it has.
+std::string takeWheels(const sensor_msgs::JointState& message, const BagTopics& topics, DriveRecording& recording) {
   const auto left = meanVelocity(message, topics.left_wheel_joints);
   const auto right = meanVelocity(message, topics.right_wheel_joints);
   const double stamp = message.header.stamp.toSec();
   if (!left || !right) {
-    throw IdentificationError(fmt::format(
+    return fmt::format(
         "{}: the velocity of joint {} at {:.3f} s is missing or not finite", topics.wheels,
-        jackal_aic::quoted(unusableJoint(message, left ? topics.right_wheel_joints : topics.left_wheel_joints)),
-        stamp));
+        jackal_aic::quoted(unusableJoint(message, left ? topics.right_wheel_joints : topics.left_wheel_joints)), stamp);
   }
   recording.wheels.push_back({stamp, {*left, *right}});
+  return "";
 }
 
 void readWheels(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording& recording) {
+  constexpr std::size_t kUsable = 20;  // messages for one that is not
   Arrivals arrivals;
+  Publishers publishers;
+  std::string unusable;  // the first
+  std::size_t left_out = 0;
   forEach<sensor_msgs::JointState>(
-      bag, topics.wheels, [&](const sensor_msgs::JointState& joints, const ros::Time& time) {
+      bag, topics.wheels, [&](const sensor_msgs::JointState& joints, const rosbag::MessageInstance& message) {
         if (!mentionsAny(joints, topics.left_wheel_joints) && !mentionsAny(joints, topics.right_wheel_joints)) {
           return;
         }
-        arrivals.add(topics.wheels, joints.header.stamp, time);
-        takeWheels(joints, topics, recording);
+        publishers.add(message);
+        arrivals.add(topics.wheels, joints.header.stamp, message.getTime());
+        const std::string why = takeWheels(joints, topics, recording);
+        if (!why.empty() && ++left_out == 1) unusable = why;
       });
+  const std::string rivals = publishers.rivals(topics.wheels);
+  if (!rivals.empty()) throw IdentificationError(rivals + ": which of them measures the wheels is not known");
+  if (left_out * kUsable > recording.wheels.size()) throw IdentificationError(unusable);
+  if (left_out > 0) recording.remarks.push_back(fmt::format("left out: {} message(s); {}", left_out, unusable));
   if (recording.wheels.empty()) {
     throw IdentificationError(fmt::format("{}: no message names a joint of {} or {}", topics.wheels,
                                           fmt::join(topics.left_wheel_joints, ", "),
@@ -176,7 +197,7 @@ class ImuMounting {
  public:
   ImuMounting(const rosbag::Bag& bag, const BagTopics& topics) : topics_(topics) {
     for (const std::string& topic : {topics.fixed_frames, topics.frames}) {
-      forEach<tf2_msgs::TFMessage>(bag, topic, [&](const tf2_msgs::TFMessage& message, const ros::Time&) {
+      forEach<tf2_msgs::TFMessage>(bag, topic, [&](const tf2_msgs::TFMessage& message, const rosbag::MessageInstance&) {
         for (const geometry_msgs::TransformStamped& transform : message.transforms) frames_.add(transform);
       });
     }
@@ -205,19 +226,32 @@ class ImuMounting {
 void readYaw(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording& recording) {
   ImuMounting mounting(bag, topics);
   Arrivals arrivals;
+  Publishers publishers;
   std::optional<std::string> unknown;  // frame
-  forEach<sensor_msgs::Imu>(bag, topics.imu, [&](const sensor_msgs::Imu& imu, const ros::Time& time) {
-    arrivals.add(topics.imu, imu.header.stamp, time);
+  std::size_t left_out = 0;
+  forEach<sensor_msgs::Imu>(bag, topics.imu, [&](const sensor_msgs::Imu& imu, const rosbag::MessageInstance& message) {
+    publishers.add(message);
+    arrivals.add(topics.imu, imu.header.stamp, message.getTime());
     const auto rate = mounting.yawRate(imu);
     if (!rate) unknown = imu.header.frame_id;
-    recording.yaw.push_back({imu.header.stamp.toSec(), rate.value_or(0.0)});
+    if (std::isfinite(rate.value_or(0.0))) {
+      recording.yaw.push_back({imu.header.stamp.toSec(), rate.value_or(0.0)});
+    } else {
+      ++left_out;
+    }
   });
+  if (left_out > 0) {
+    recording.remarks.push_back(
+        fmt::format("left out: {} message(s); {}: a yaw rate is not finite", left_out, topics.imu));
+  }
+  const std::string rivals = publishers.rivals(topics.imu);
+  if (!rivals.empty()) recording.yaw_unknown = rivals + ": which of them measures the robot is not known";
   if (unknown) {
-    recording.yaw.clear();
     recording.yaw_unknown = fmt::format(
         "neither {} nor {} says how IMU frame {} is mounted on {}: say it with --imu-rotation", topics.fixed_frames,
         topics.frames, jackal_aic::quoted(*unknown), jackal_aic::quoted(topics.base_frame));
   }
+  if (unknown || !rivals.empty()) recording.yaw.clear();
   checkImuClock(topics.imu, arrivals.delay(), recording.remarks);
 }
 
@@ -226,7 +260,6 @@ DriveRecording readOpenBag(const rosbag::Bag& bag, const std::string& path, cons
   checkTopic(bag, path, topics.wheels, "sensor_msgs/JointState", true);
   checkTopic(bag, path, topics.imu, "sensor_msgs/Imu", false);
   checkTopic(bag, path, topics.fixed_frames, "tf2_msgs/TFMessage", false);
-  checkPublishers(bag, path, topics.drive);
   DriveRecording recording;
   try {
     readCommands(bag, topics, recording);

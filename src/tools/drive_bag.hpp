@@ -31,8 +31,9 @@ struct BagTopics {
 /// left out, and so is the yaw rate of an IMU of which nobody says how it is mounted (DriveRecording::yaw_unknown).
 /// The bag library reads in a child process, so that a damaged file cannot end this one.
 /// @throws IdentificationError, one line, if the file is missing, no bag, truncated or empty, a topic is absent or of
-///         another type, the joint states lack a velocity, a message has no stamp, the stamps of the wheels are of
-///         another clock than the recorder's, or more than one node published commands.
+///         another type, the joint states lack a velocity more than now and then, a message has no stamp, the stamps
+///         of the wheels are of another clock than the recorder's, or more than one node published commands, or
+///         speeds of our wheels.
 DriveRecording readDriveBag(const std::string& path, const BagTopics& topics);
 
 }  // namespace jackal_aic

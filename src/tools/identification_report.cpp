@@ -57,6 +57,18 @@ std::string remark(const std::string& field, const Identification& result) {
 
 }  // namespace
 
+void remarkOnTrack(double least, Identification& result) {
+  const auto check = [&](const char* side, const Estimate& track) {
+    if (!track.known() || track.value + track.half_width >= least) return;
+    result.remarks.push_back(
+        fmt::format("effective track, {}: {:.4f} m is below the distance of the wheels, {:g} m: are --wheel-distance, "
+                    "--wheel-radius and the scale of the gyro right?",
+                    side, track.value, least));
+  };
+  check("left", result.track_left);
+  check("right", result.track_right);
+}
+
 std::string identificationTable(const Identification& result) {
   std::string text = "estimate (95 % confidence)\n";
   text += row("dead time", result.dead_time, "s");

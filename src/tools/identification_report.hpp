@@ -9,6 +9,9 @@
 
 namespace jackal_aic {
 
+/// Remarks on an effective track that is below what a robot can have. @param least distance of the wheels [m].
+void remarkOnTrack(double least, Identification& result);
+
 /// Table of the estimates with their 95 % confidence intervals, the residual and the remarks.
 std::string identificationTable(const Identification& result);
 

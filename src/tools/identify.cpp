@@ -28,6 +28,7 @@ using jackal_aic::IdentificationError;
 struct Options {
   std::string bag, out, robot, plot, csv;
   double wheel_radius = 0.098;
+  double wheel_distance = 0.376;  // m
   double slip_factor = 1.0;
   std::string imu_rotation;
   jackal_aic::BagTopics topics;
@@ -78,10 +79,11 @@ std::vector<std::string> joinedRotation(int argc, char** argv) {
   return joined;
 }
 
-/// The picture of a bag: beside it, with .png for its .bag.
+/// The picture of a bag: beside it, by another name than the one that `plot` draws.
 std::string pictureOf(const std::string& bag) {
   std::filesystem::path path(bag);
-  return path.extension() == ".bag" ? path.replace_extension(".png").string() : bag + ".png";
+  if (path.extension() == ".bag") path.replace_extension();
+  return path.string() + "_identification.png";
 }
 
 /// The options, or nothing if the help was asked for.
@@ -91,9 +93,11 @@ bool parse(int argc, char** argv, Options& options) {
       "out", po::value(&options.out),
       "write the plant model as YAML; a file of this name is kept as NAME.1, NAME.2, ...")(
       "robot", po::value(&options.robot), "which robot it is, in a few words, for the plant model")(
-      "plot", po::value(&options.plot), "picture to write (default: the bag's name with .png)")(
+      "plot", po::value(&options.plot), "picture to write (default: the bag's name with _identification.png)")(
       "csv", po::value(&options.csv), "write measured and fitted wheel speeds")(
       "wheel-radius", po::value(&options.wheel_radius)->default_value(options.wheel_radius, "0.098"), "m")(
+      "wheel-distance", po::value(&options.wheel_distance)->default_value(options.wheel_distance, "0.376"),
+      "of the left wheels from the right ones, m: no robot turns by less")(
       "slip-factor", po::value(&options.slip_factor)->default_value(options.slip_factor),
       "robot.slip_factor of the controller that the model is for")(
       "drive-topic", po::value(&options.topics.drive)->default_value(options.topics.drive), "jackal_msgs/Drive")(
@@ -118,9 +122,9 @@ bool parse(int argc, char** argv, Options& options) {
   if (options.bag.empty()) throw po::error("no bag given; usage: identify BAG [--out plant_model.yaml], see --help");
   const auto within = [](double value) { return value >= 0.001 && value <= 10.0; };
   if (!within(options.wheel_radius)) throw po::error("--wheel-radius must be in [0.001, 10] m");
+  if (!within(options.wheel_distance)) throw po::error("--wheel-distance must be in [0.001, 10] m");
   if (!within(options.slip_factor)) throw po::error("--slip-factor must be in [0.001, 10]");
   if (values.count("imu-rotation") > 0) options.topics.imu_rotation = rotationOf(options.imu_rotation);
-  if (options.plot.empty()) options.plot = pictureOf(options.bag);
   return true;
 }
 
@@ -128,6 +132,45 @@ void write(const std::string& path, const std::string& text) {
   std::ofstream file(path);
   if (!(file << text) || !file.flush()) throw IdentificationError(path + ": cannot be written");
 }
+
+/// Writes a file as a whole, or leaves what is there as it was. What is no file, as /dev/stdout, is written to.
+/// @returns the name by which an earlier file is kept, as keepEarlier().
+std::string replace(const std::string& path, const std::string& text) {
+  std::error_code error;
+  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
+    write(path, text);
+    return "";
+  }
+  const std::string fresh = path + ".new";
+  try {
+    write(fresh, text);
+  } catch (const IdentificationError&) {
+    std::filesystem::remove(fresh, error);
+    throw IdentificationError(path + ": cannot be written");
+  }
+  std::string earlier = jackal_aic::keepEarlier(path);
+  std::filesystem::rename(fresh, path);
+  return earlier;
+}
+
+/// A directory that is gone with the object.
+class TemporaryDirectory {
+ public:
+  TemporaryDirectory() : path_((std::filesystem::temp_directory_path() / "identify_XXXXXX").string()) {
+    if (mkdtemp(path_.data()) == nullptr) throw IdentificationError(path_ + ": cannot be made");
+  }
+  ~TemporaryDirectory() {
+    std::error_code error;
+    std::filesystem::remove_all(path_, error);
+  }
+  TemporaryDirectory(const TemporaryDirectory&) = delete;
+  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
+
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
 
 /// Draws the picture by the package's matplotlib script.
 void plot(const std::string& csv, const std::string& picture) {
@@ -139,9 +182,19 @@ void plot(const std::string& csv, const std::string& picture) {
   }
   int status = 0;
   if (child < 0 || waitpid(child, &status, 0) != child || status != 0) {
-    throw IdentificationError(picture + ": could not be drawn; " + script + " says why above, " + csv +
-                              " holds the data");
+    throw IdentificationError(picture + ": could not be drawn; " + script + " says why above");
   }
+}
+
+/// Writes the table that was asked for, and the picture.
+void show(const Options& options, const std::string& table) {
+  if (!options.csv.empty()) write(options.csv, table);
+  const TemporaryDirectory directory;
+  const std::string csv = options.csv.empty() ? directory.path() + "/identification.csv" : options.csv;
+  if (options.csv.empty()) write(csv, table);
+  const std::string picture = options.plot.empty() ? pictureOf(options.bag) : options.plot;
+  plot(csv, picture);
+  std::cout << "Figure: " << jackal_aic::onOneLine(picture) << "\n";
 }
 
 /// A time of the recording's clock as a date; empty if the clock is a simulation's.
@@ -168,21 +221,23 @@ void identify(const Options& options) {
   progress("Reading " + jackal_aic::onOneLine(options.bag));
   const auto recording = jackal_aic::readDriveBag(options.bag, options.topics);
   progress("Fitting " + std::to_string(recording.wheels.size()) + " wheel samples");
-  const auto result = jackal_aic::identifyDriveTrain(recording, options.wheel_radius, options.slip_factor);
+  auto result = jackal_aic::identifyDriveTrain(recording, options.wheel_radius, options.slip_factor);
+  jackal_aic::remarkOnTrack(options.wheel_distance * options.slip_factor, result);
   std::cout << jackal_aic::identificationTable(result);
-  std::string earlier;
   if (!options.out.empty()) {
     const std::string model = jackal_aic::plantModelYaml(result, sourceOf(options, recording));
-    earlier = jackal_aic::keepEarlier(options.out);
-    write(options.out, model);
+    const std::string earlier = replace(options.out, model);
+    std::cout << "Plant model: " << jackal_aic::onOneLine(options.out) << "\n";
+    if (!earlier.empty()) std::cout << "The earlier plant model is now " << jackal_aic::onOneLine(earlier) << "\n";
   }
-  const std::string csv = options.csv.empty() ? options.plot + ".csv" : options.csv;
-  write(csv, jackal_aic::identificationCsv(recording, result));
-  plot(csv, options.plot);
-  if (options.csv.empty()) std::remove(csv.c_str());
-  if (!options.out.empty()) std::cout << "Plant model: " << jackal_aic::onOneLine(options.out) << "\n";
-  if (!earlier.empty()) std::cout << "The earlier plant model is now " << jackal_aic::onOneLine(earlier) << "\n";
-  std::cout << "Figure: " << jackal_aic::onOneLine(options.plot) << "\n";
+  std::cout.flush();
+  try {
+    show(options, jackal_aic::identificationCsv(recording, result));
+  } catch (const std::exception& error) {
+    // A picture that nobody asked for is no reason to fail.
+    if (!options.plot.empty() || !options.csv.empty()) throw;
+    std::cerr << "identify: " << jackal_aic::onOneLine(error.what()) << "\n";
+  }
 }
 
 }  // namespace

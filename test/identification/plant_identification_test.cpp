@@ -108,6 +108,29 @@ TEST(PlantIdentification, SpeedsThatNoRobotHasAreToldWithTheirBound) {
   EXPECT_EQ(refusal(command), "wheel commands = 3e+38 rad/s at 2.007 s: must be within +-10000 rad/s");
 }
 
+/// A bit that flips on a bus, or a counter that wraps.
+TEST(PlantIdentification, ASpikeNowAndThenChangesLittle) {
+  const sim::PlantParameters robot = plantWith(0.1, 0.05, 0.95, 3.0);
+  const DriveRecording clean = record(robot);
+  const Identification expected = identifyDriveTrain(clean, kRadius);
+  for (const double spike : {4000.0, -60.0, 5.0}) {
+    DriveRecording spiked = clean;
+    for (const std::size_t at : {150, 151, 420, 700}) spiked.wheels[at].speed.right += spike;
+    for (const std::size_t at : {300, 600}) spiked.yaw[at].yaw_rate += 0.1 * spike;
+    const Identification found = identifyDriveTrain(spiked, kRadius);
+    EXPECT_NEAR(found.dead_time.value, expected.dead_time.value, 1e-3) << spike;
+    EXPECT_NEAR(found.lag.value, expected.lag.value, 3e-3) << spike;
+    EXPECT_NEAR(found.gain.value, expected.gain.value, 1e-3) << spike;
+    EXPECT_NEAR(found.track_left.value, expected.track_left.value, 1e-3) << spike;
+    ASSERT_EQ(found.fitted.size(), spiked.wheels.size());
+    ASSERT_GE(found.remarks.size(), 2u) << spike;
+    // Beside two in a row on a ramp a third value may count as one.
+    EXPECT_NE(found.remarks[0].find(" of 1680 wheel speeds left out"), std::string::npos) << found.remarks[0];
+    EXPECT_NE(found.remarks[1].find("spikes: 2 of 840 yaw rates"), std::string::npos) << found.remarks[1];
+  }
+  for (const std::string& remark : expected.remarks) EXPECT_NE(remark.find("spikes"), 0u) << remark;
+}
+
 TEST(PlantIdentification, ASlowTurnIsNoBiasOfTheGyro) {
   DriveRecording recording = record(plantWith(0.1, 0.05, 1.0, 10.0));
   constexpr double kSlow = 0.12, kTrack = 0.547;  // rad/s of each wheel, m

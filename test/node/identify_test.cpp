@@ -241,16 +241,22 @@ TEST_F(BadBag, WithAWheelThatIsNotFiniteOrMissing) {
   EXPECT_NE(refusal(file.path).find("no message names a joint of front_left_wheel"), std::string::npos);
 }
 
+/// Header of the messages that a node sends.
+template <class Message>
+boost::shared_ptr<ros::M_string> headerOf(const std::string& node) {
+  const auto header = boost::make_shared<ros::M_string>();
+  (*header)["callerid"] = node;
+  (*header)["type"] = ros::message_traits::datatype<Message>();
+  (*header)["md5sum"] = ros::message_traits::md5sum<Message>();
+  (*header)["message_definition"] = ros::message_traits::definition<Message>();
+  return header;
+}
+
 /// A bag of one message on each topic, but for the commands, of which each of the nodes sends one.
 void writeMountedImu(const std::string& path, const std::vector<std::string>& nodes, bool with_frames) {
   rosbag::Bag bag(path, rosbag::bagmode::Write);
   for (const std::string& node : nodes) {
-    const auto header = boost::make_shared<ros::M_string>();
-    (*header)["callerid"] = node;
-    (*header)["type"] = "jackal_msgs/Drive";
-    (*header)["md5sum"] = ros::message_traits::md5sum<jackal_msgs::Drive>();
-    (*header)["message_definition"] = ros::message_traits::definition<jackal_msgs::Drive>();
-    bag.write("/cmd_drive", ros::Time(100.0), driveMessage({1.0, 1.0}), header);
+    bag.write("/cmd_drive", ros::Time(100.0), driveMessage({1.0, 1.0}), headerOf<jackal_msgs::Drive>(node));
   }
   writeMeasurement(bag, *sim::JackalPlant(sim::jackalUrdf(), {}).measurement(), ros::Time(100.0));
   sensor_msgs::Imu imu;
@@ -278,6 +284,57 @@ TEST_F(BadBag, WithTwoPublishersOfCommands) {
   EXPECT_NE(message.find("2 publishers"), std::string::npos) << message;
   EXPECT_NE(message.find("/jackal_node"), std::string::npos) << message;
   EXPECT_NE(message.find("/excitation"), std::string::npos) << message;
+}
+
+/// As a joint_state_publisher beside the driver does. Joints of others are none of ours.
+TEST_F(BadBag, WithTwoPublishersOfWheelSpeeds) {
+  writeBag(file.path, {});
+  const auto publish = [&](const std::vector<std::string>& joints) {
+    sensor_msgs::JointState message;
+    message.header.stamp = ros::Time(105.0);
+    message.name = joints;
+    message.velocity.assign(joints.size(), 0.0);
+    rosbag::Bag bag(file.path, rosbag::bagmode::Append);
+    bag.write("/joint_states", ros::Time(105.0), message, headerOf<sensor_msgs::JointState>("/joint_state_publisher"));
+  };
+  publish({"arm"});
+  EXPECT_EQ(readDriveBag(file.path, {}).remarks, std::vector<std::string>{});
+  publish({sim::kWheelJoints.begin(), sim::kWheelJoints.end()});
+  const std::string message = refusal(file.path);
+  EXPECT_NE(message.find("/joint_states has 2 publishers"), std::string::npos) << message;
+  EXPECT_NE(message.find("'/joint_state_publisher' sent 1"), std::string::npos) << message;
+}
+
+TEST(DriveBag, TwoPublishersOfTheImuTellNoTrackAndTheRestIsIdentified) {
+  const TemporaryFile file("two_imus.bag");
+  writeBag(file.path, {});
+  {
+    sensor_msgs::Imu imu;
+    imu.header.stamp = ros::Time(105.0);
+    imu.header.frame_id = "base_link";
+    rosbag::Bag bag(file.path, rosbag::bagmode::Append);
+    bag.write("/imu/data", ros::Time(105.0), imu, headerOf<sensor_msgs::Imu>("/other_imu"));
+  }
+  const Identification found = identifyDriveTrain(readDriveBag(file.path, {}), kRadius);
+  EXPECT_TRUE(found.dead_time.known());
+  EXPECT_NE(found.track_left.unknown.find("/imu/data has 2 publishers"), std::string::npos) << found.track_left.unknown;
+  EXPECT_NE(found.track_left.unknown.find("'/other_imu' sent 1"), std::string::npos) << found.track_left.unknown;
+}
+
+TEST(DriveBag, AMessageNowAndThenThatIsNotFiniteIsLeftOut) {
+  const TemporaryFile file("not_finite.bag");
+  writeBag(file.path, {}, [](sensor_msgs::JointState& joints, sensor_msgs::Imu& imu) {
+    const double time = joints.header.stamp.toSec();
+    if (std::abs(time - 105.0) < 0.009) joints.velocity[2] = NAN;
+    if (std::abs(time - 107.0) < 0.021) imu.angular_velocity.z = NAN;
+  });
+  const DriveRecording recording = readDriveBag(file.path, {});
+  ASSERT_EQ(recording.remarks.size(), 2u);
+  EXPECT_EQ(recording.remarks[0].find("left out: 1 message(s); /joint_states: the velocity of joint 'rear_left_wheel'"),
+            0u)
+      << recording.remarks[0];
+  EXPECT_EQ(recording.remarks[1].find("left out: 2 message(s); /imu/data"), 0u) << recording.remarks[1];
+  EXPECT_TRUE(identifyDriveTrain(recording, kRadius).track_left.known());
 }
 
 TEST_F(BadBag, WithCountlessPublishersOfCommands) {
@@ -402,9 +459,9 @@ TEST_F(IdentifyProgram, TellsAnglesThatAreNone) {
 }
 
 TEST_F(IdentifyProgram, DrawsBesideTheBag) {
-  for (const auto& [name, picture] :
-       {std::pair("my.bags/drive", "my.bags/drive.png"), std::pair("my.bags/a.bag.bag", "my.bags/a.bag.png"),
-        std::pair("e\x1b[31m.bag", "e\x1b[31m.png")}) {
+  for (const auto& [name, picture] : {std::pair("my.bags/drive", "my.bags/drive_identification.png"),
+                                      std::pair("my.bags/a.bag.bag", "my.bags/a.bag_identification.png"),
+                                      std::pair("e\x1b[31m.bag", "e\x1b[31m_identification.png")}) {
     writeBag(directory / name, {});
     const std::string text = run("'" + std::string(name) + "'");
     EXPECT_EQ(status, 0) << text;
@@ -433,6 +490,30 @@ TEST_F(IdentifyProgram, KeepsAnEarlierPlantModel) {
   EXPECT_NE(run("drive.bag --out /dev/stdout").find("dead_time"), std::string::npos) << "what is no file is written to";
 }
 
+/// What it was asked for is there, and told, whatever becomes of the picture.
+TEST_F(IdentifyProgram, APictureThatCannotBeDrawnKeepsNobodyFromTheModel) {
+  writeBag(directory / "drive.bag", {});
+  std::filesystem::create_directories(directory / "drive_identification.png");  // in its place
+  std::string text = run("drive.bag --out model.yaml");
+  EXPECT_EQ(status, 0) << text;
+  EXPECT_NE(text.find("Plant model: model.yaml\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("identify: drive_identification.png: could not be drawn"), std::string::npos) << text;
+  text = run("drive.bag --out model.yaml --plot nowhere/picture.png");
+  EXPECT_NE(status, 0) << "it was asked for";
+  EXPECT_NE(text.find("The earlier plant model is now model.yaml.1\n"), std::string::npos) << text;
+}
+
+TEST_F(IdentifyProgram, AFullDiskLeavesTheEarlierModel) {
+  writeBag(directory / "drive.bag", {});
+  std::ofstream(directory / "model.yaml") << "by hand";
+  std::filesystem::create_symlink("/dev/full", directory / "model.yaml.new");
+  const std::string text = run("drive.bag --out model.yaml");
+  EXPECT_NE(status, 0);
+  EXPECT_NE(text.find("identify: model.yaml: cannot be written"), std::string::npos) << text;
+  EXPECT_TRUE(std::filesystem::exists(directory / "model.yaml"));
+  EXPECT_FALSE(std::filesystem::exists(directory / "model.yaml.1"));
+}
+
 /// What a report is made of, without an offset and a track.
 Identification foundDriveTrain() {
   Identification result;
@@ -455,6 +536,16 @@ TEST(IdentificationReport, ItsPictureIsDrawn) {
   std::string magic(4, ' ');
   drawn.read(&magic[0], 4);
   EXPECT_EQ(magic, "\x89PNG");
+}
+
+TEST(IdentificationReport, ATrackBelowTheDistanceOfTheWheelsIsRemarkedOn) {
+  Identification result = foundDriveTrain();
+  result.track_left = {0.30, 0.01, ""};
+  result.track_right = {0.37, 0.01, ""};
+  remarkOnTrack(0.376, result);
+  ASSERT_EQ(result.remarks.size(), 1u);
+  EXPECT_EQ(result.remarks[0].find("effective track, left: 0.3000 m is below the distance of the wheels, 0.376 m"), 0u)
+      << result.remarks[0];
 }
 
 TEST(IdentificationReport, YamlSaysWhereItComesFrom) {
