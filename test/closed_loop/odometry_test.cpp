@@ -40,6 +40,8 @@ TEST_P(OdometryCovariance, IsThatOfTheErrors) {
   std::printf("%s on the %s: NEES %.2f, %.1f %% inside\n", controller, plant, nees, 100.0 * inside);
   EXPECT_GE(inside, 0.95) << "of the time within the 95 % bounds";
   EXPECT_LE(nees, 2.5) << "2 if the covariance is right, more if it is too small";
+  // Who has no model of the motors cannot be as sure.
+  EXPECT_GE(nees, std::string(controller) == "diff_drive" ? 0.15 : 0.5) << "and not much too large";
 }
 
 // The baseline has no model of the motors, and nothing tells it of the box.
@@ -49,7 +51,7 @@ INSTANTIATE_TEST_SUITE_P(ControllersAndPlants, OdometryCovariance,
                                          std::tuple{"diff_drive", "ground"}));
 
 /// Steps of up to 1 m/s and 1 rad/s every second or so, each seed by itself.
-TEST(Odometry, CoversItsErrorsInHardCycles) {
+TEST(Odometry, IsAsSureInHardCyclesAsItMayBe) {
   for (const char* controller : {"predictive", "improved"}) {
     for (const char* friction : {"0.5", "0.8"}) {
       for (const std::uint64_t seed : {2u, 7u}) {
@@ -60,6 +62,7 @@ TEST(Odometry, CoversItsErrorsInHardCycles) {
         std::printf("%s on friction %s, seed %d: NEES %.2f, %.1f %% inside\n", controller, friction,
                     static_cast<int>(seed), figures.nees, 100.0 * figures.inside);
         EXPECT_GE(figures.inside, 0.95) << controller << " on friction " << friction << ", seed " << seed;
+        EXPECT_GE(figures.nees, 0.3) << "wider than it has to be";
       }
     }
   }
@@ -83,7 +86,8 @@ TEST(Odometry, DriftsLessThanTheStockController) {
   }
   EXPECT_EQ(drives, 8);
   EXPECT_LT(ours, 0.5 * stock);
-  EXPECT_LT(ours_filtered, 0.5 * stock_filtered) << "with the gyro beside the stock controller's";
+  // The covariance is that of a real robot; of this one a filter could be surer.
+  EXPECT_LT(ours_filtered, 0.6 * stock_filtered) << "with the gyro beside the stock controller's";
 }
 
 constexpr double kStep = 0.02, kForward = 0.5, kYawRate = 0.4;  // s, m/s, rad/s
