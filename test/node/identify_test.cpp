@@ -326,14 +326,14 @@ TEST(DriveBag, AMessageNowAndThenThatIsNotFiniteIsLeftOut) {
   writeBag(file.path, {}, [](sensor_msgs::JointState& joints, sensor_msgs::Imu& imu) {
     const double time = joints.header.stamp.toSec();
     if (std::abs(time - 105.0) < 0.009) joints.velocity[2] = NAN;
-    if (std::abs(time - 107.0) < 0.021) imu.angular_velocity.z = NAN;
+    if (std::abs(time - 107.0) < 0.009) imu.angular_velocity.z = NAN;
   });
   const DriveRecording recording = readDriveBag(file.path, {});
   ASSERT_EQ(recording.remarks.size(), 2u);
   EXPECT_EQ(recording.remarks[0].find("left out: 1 message(s); /joint_states: the velocity of joint 'rear_left_wheel'"),
             0u)
       << recording.remarks[0];
-  EXPECT_EQ(recording.remarks[1].find("left out: 2 message(s); /imu/data"), 0u) << recording.remarks[1];
+  EXPECT_EQ(recording.remarks[1].find("left out: 1 message(s); /imu/data"), 0u) << recording.remarks[1];
   EXPECT_TRUE(identifyDriveTrain(recording, kRadius).track_left.known());
 }
 
