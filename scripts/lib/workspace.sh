@@ -1,12 +1,13 @@
 # shellcheck shell=bash
 # Source this first in every script: installs what is missing, makes the catkin workspace, builds it, sources it.
 #
-# Everything a checkout produces lies in its own git-ignored workspace, .ws/ (or JACKAL_AIC_WS): build, logs, ROS home.
+# Everything a checkout produces lies in its own git-ignored workspace, ws/ (or JACKAL_AIC_WS): build, logs, ROS home. Its name
+# has no dot: the completion of rosbash leaves out paths with one.
 
 set -euo pipefail
 
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd -P)
-workspace=${JACKAL_AIC_WS:-$repository/.ws}
+workspace=${JACKAL_AIC_WS:-$repository/ws}
 cmake_arguments=(-DCMAKE_BUILD_TYPE=Release)
 ros_prefix=""
 packages=()
@@ -16,6 +17,14 @@ missing=()
 # A python or a ROS workspace of the caller (pyenv, conda, a sourced setup.bash) must not leak into the build.
 export PATH=/usr/bin:/usr/sbin:/bin:/sbin:$PATH LC_ALL=C.UTF-8
 unset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH ROS_MASTER_URI ROS_HOSTNAME ROS_IP ROS_NAMESPACE PYTHONPATH PYTHONHOME
+
+# Every script takes --yes.
+assume_yes=false
+arguments_left=()
+for argument; do
+  if [[ $argument == --yes ]]; then assume_yes=true; else arguments_left+=("$argument"); fi
+done
+set -- ${arguments_left[@]+"${arguments_left[@]}"}
 
 # shellcheck source=scripts/lib/progress.sh
 . "$repository/scripts/lib/progress.sh"
@@ -39,11 +48,21 @@ make_workspace() {
       fail "$workspace holds ${entry#"$workspace/"} of another workspace: set JACKAL_AIC_WS to an empty directory"
   done
   mkdir -p "$workspace/src" "$workspace/log" || fail "cannot write to $workspace"
+  # A checkout in the src directory of a workspace of the user would else hold the package twice.
+  touch "$workspace/CATKIN_IGNORE"
   workspace=$(cd "$workspace" && pwd -P)
   export ROS_HOME=$workspace/ros MPLCONFIGDIR=$workspace/matplotlib
   # ROS talks to itself over the loopback address: no network and no name of this machine is needed.
   export ROS_IP=127.0.0.1
   getent hosts localhost >/dev/null || fail "this machine does not know localhost: add the line '127.0.0.1 localhost' to /etc/hosts"
+}
+
+# Whether an entry of the checkout stays out of the package: what a build makes, and what holds programs that are not of ROS.
+left_out() {
+  case $1 in
+    scripts | results | ws | ws-*) return 0 ;;
+    *) [[ $workspace/ == "$repository/$1"/* ]] ;;
+  esac
 }
 
 # Links the packages to build; a build that knows another place of the checkout is thrown away.
@@ -53,18 +72,20 @@ link_packages() {
     rm -rf "$workspace/build" "$workspace/devel"
     printf '%s\n' "$repository $workspace" >"$workspace/location"
   fi
-  # A link per entry and not one to the checkout: that would hold the workspace again, and rosrun, which searches a package
-  # through all links, would find every program twice; so would a link to a workspace that is not hidden. The manifest is a
-  # copy, because catkin_make install copies links.
+  # A link per entry and not one to the checkout: that would hold the workspace again, and rosrun and roslaunch, which search a
+  # package through all links, would find every program twice. scripts/ is left out: rosrun would offer them. The manifest is
+  # a copy, because catkin_make install copies links.
   # What is right already stays: another script may be running on it.
   package=$workspace/src/jackal_aic
   if [[ -L $package ]]; then rm "$package"; fi
   mkdir -p "$package"
   for entry in "$package"/*; do
-    if [[ -L $entry && ($(readlink "$entry") != "$repository/${entry##*/}" || ! -e $entry) ]]; then rm "$entry"; fi
+    if [[ -L $entry ]] && { [[ ! -e $entry || $(readlink "$entry") != "$repository/${entry##*/}" ]] || left_out "${entry##*/}"; }; then
+      rm "$entry"
+    fi
   done
   for entry in "$repository"/*; do
-    [[ $workspace/ == "$entry"/* || -e $package/${entry##*/} ]] || ln -s "$entry" "$package/"
+    left_out "${entry##*/}" || [[ -e $package/${entry##*/} ]] || ln -s "$entry" "$package/"
   done
   cmp -s "$repository/package.xml" "$package/package.xml" ||
     cp --remove-destination --preserve=timestamps "$repository/package.xml" "$package/"

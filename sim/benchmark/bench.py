@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures the ticks, the node and the replay in one run, compares them, and writes the figures to a JSON file.
 
-Usage: bench.py PROGRAMS OUT.json      PROGRAMS is the directory of the built programs; needs a sourced workspace.
+Usage: bench.py DEVEL OUT.json      DEVEL is the devel space; needs a sourced workspace.
 """
 
 import json
@@ -114,14 +114,15 @@ def main(arguments):
         print(__doc__.strip())
         return 0
     if len(arguments) != 2:
-        print('bench.py: needs the directory of the programs and a file (see --help)', file=sys.stderr)
+        print('bench.py: needs the devel space and a file (see --help)', file=sys.stderr)
         return 2
-    programs, out = map(pathlib.Path, arguments)
+    devel, out = map(pathlib.Path, arguments)
+    internal = devel / 'share' / 'jackal_aic' / 'internal'
     try:
-        times = nanoseconds(str(programs / 'tick_benchmark'))
-        compiler, counts = counted(str(programs / 'tick_instructions'))
-        of_node = node.figures(programs, pathlib.Path(__file__).parents[1] / 'urdf' / 'jackal.urdf')
-        of_replay = replay.figures(programs)
+        times = nanoseconds(str(internal / 'tick_benchmark'))
+        compiler, counts = counted(str(internal / 'tick_instructions'))
+        of_node = node.figures(internal, pathlib.Path(__file__).parents[1] / 'urdf' / 'jackal.urdf')
+        of_replay = replay.figures(devel / 'lib' / 'jackal_aic')
     except (BenchError, instructions.CountError, node.NodeError) as error:
         print(f'bench: {error}', file=sys.stderr)
         return 1

@@ -1,5 +1,5 @@
 // The result tables against the ones kept in golden/, so that a change of a number is a decision.
-// test/closed_loop/regenerate_golden rewrites them on purpose.
+// scripts/regenerate_golden rewrites them on purpose.
 
 #include <gtest/gtest.h>
 

@@ -115,7 +115,7 @@ class Commands : public testing::TestWithParam<fs::path> {};
 
 TEST_P(Commands, DoWhatThePageSays) {
   const std::string command =
-      (kRoot / "test/doc/run_commands").string() + " " + kRoot.string() + " " + GetParam().string();
+      "/usr/bin/python3 " + (kRoot / "test/doc/run_commands").string() + " " + kRoot.string() + " " + GetParam().string();
   EXPECT_EQ(std::system(command.c_str()), 0) << GetParam();
 }
 

@@ -236,7 +236,7 @@ def arguments():
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="mutants at a time (scripts/mutants: as the builds)")
     parser.add_argument("--list", action="store_true", help="print the mutants and end")
     parser.add_argument("--tests", action="store_true", help="print the names of the tests that it takes and end")
-    parser.add_argument("--workspace", type=pathlib.Path, default=ROOT / ".ws", help=argparse.SUPPRESS)
+    parser.add_argument("--workspace", type=pathlib.Path, default=ROOT / "ws", help=argparse.SUPPRESS)
     chosen = parser.parse_args()
     if chosen.count < 1 or chosen.jobs < 1:
         parser.error("--count and --jobs: must be at least 1")
