@@ -12,14 +12,15 @@ readonly DEBIAN_ROS_PACKAGES=(
   catkin ros-core ros-core-dev rosbash python3-rostest ros-robot-state-publisher
   libdiagnostic-updater-dev libdynamic-reconfigure-config-init-mutex-dev libmessage-filters-dev libtf2-msgs-dev libtf2-ros-dev pluginlib-dev
   python3-dynamic-reconfigure python3-diagnostic-msgs python3-geometry-msgs python3-nav-msgs python3-sensor-msgs
-  python3-std-srvs python3-tf2-msgs)
+  python3-std-srvs python3-tf2-msgs python3-visualization-msgs)
 
 # ROS Noetic on Ubuntu 20.04, under /opt/ros/noetic: what runs on a Jackal.
 readonly NOETIC_PACKAGES=(
   ros-noetic-catkin ros-noetic-controller-interface ros-noetic-controller-manager ros-noetic-diagnostic-updater
   ros-noetic-dynamic-reconfigure ros-noetic-hardware-interface ros-noetic-jackal-msgs ros-noetic-message-filters
   ros-noetic-nav-msgs ros-noetic-pluginlib ros-noetic-robot-state-publisher ros-noetic-ros-core ros-noetic-rosbash
-  ros-noetic-rostest ros-noetic-tf2-msgs ros-noetic-tf2-ros ros-noetic-topic-tools)
+  ros-noetic-rostest ros-noetic-tf2-msgs ros-noetic-tf2-ros ros-noetic-topic-tools
+  ros-noetic-visualization-msgs)
 
 # shellcheck disable=SC2034 # ros_prefix, packages and rviz_package are for workspace.sh
 # detect_system: sets ros_prefix (where ROS is) and packages (all that is needed) for this system.
@@ -60,10 +61,30 @@ become_root() {
   fi
 }
 
+# What is there already is neither upgraded nor removed.
+readonly APT_INSTALL=(install --no-install-recommends --no-upgrade --no-remove)
+
 apt_install() {
   local apt=("$@")
   "${apt[@]}" update
-  "${apt[@]}" install -y --no-install-recommends "${missing[@]}"
+  "${apt[@]}" "${APT_INSTALL[@]}" -y "${missing[@]}"
+}
+
+# Asks once whether apt may install what is missing. --yes and a shell without a terminal go ahead.
+confirm_installation() {
+  local answer sizes
+  # shellcheck disable=SC2154 # workspace.sh sets assume_yes
+  if [[ $assume_yes == true || ! -t 0 || ! -t 1 ]]; then return 0; fi
+  sizes=$(LC_ALL=C apt-get -o Debug::NoLocking=true "${APT_INSTALL[@]}" --assume-no "${missing[@]}" 2>/dev/null |
+    sed -nE 's/^(Need to get|After this operation).*/  &/p') || true
+  say "To be installed with apt-get (nothing is upgraded or removed):"
+  say "  ${missing[*]}"
+  if [[ -n $sizes ]]; then say "$sizes"; fi
+  read -r -p "Go on? [Y/n] " answer
+  case $answer in
+    "" | [Yy]*) ;;
+    *) fail "nothing was installed" ;;
+  esac
 }
 
 # install_packages LOG PACKAGE...: installs what is missing. Silent, and without a network, when nothing is.
@@ -72,7 +93,8 @@ install_packages() {
   shift
   mapfile -t missing < <(missing_packages "$@")
   ((${#missing[@]} > 0)) || return 0
-  root=$(become_root) || fail "cannot become root to install: as root, run: apt-get install --no-install-recommends ${missing[*]}"
+  confirm_installation
+  root=$(become_root) || fail "cannot become root to install: as root, run: apt-get ${APT_INSTALL[*]} ${missing[*]}"
   say "Installing with apt: ${missing[*]}"
   apt=(env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=300 -o Dpkg::Use-Pty=0 -o APT::Status-Fd=1)
   if [[ -n $root ]]; then apt=("$root" -n "${apt[@]}"); fi
