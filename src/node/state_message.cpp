@@ -1,5 +1,6 @@
 #include "state_message.hpp"
 
+#include <array>
 #include <cstdint>
 
 namespace jackal_aic {
@@ -24,6 +25,15 @@ void fillState(const LoopState& state, const std::string& reason, const std::str
   message.command_right = state.command.right;
   message.rejected_set_points = state.status.rejected_set_points;
   message.rejected_measurements = state.status.rejected_measurements;
+}
+
+std::string summary(const ControllerState& state) {
+  constexpr std::array<const char*, 2> kStructures{"thesis", "predictive"};
+  constexpr std::array<const char*, 5> kStatuses{"idle", "driving", "stopped", "braking", "faulted"};
+  constexpr std::array<const char*, 3> kDrivers{"driven by nobody", "driven by this controller",
+                                                "driven by another node"};
+  return std::string(kStructures.at(state.structure)) + ", " + kStatuses.at(state.status) + ", " +
+         kDrivers.at(state.driven_by);
 }
 
 }  // namespace jackal_aic

@@ -31,4 +31,7 @@ LoopState loopState(const DriveLoop& loop, const BodyVector& measured, const ros
 /// @param reason for which the robot is not driven, as StatusReport has it; @param frame of the body velocity.
 void fillState(const LoopState& state, const std::string& reason, const std::string& frame, ControllerState& message);
 
+/// Structure, status and driver of a state in words: "predictive, driving, driven by this controller".
+std::string summary(const ControllerState& state);
+
 }  // namespace jackal_aic

@@ -24,6 +24,7 @@ void StateOutput::publish(const LoopState& state, const std::string& reason, boo
     if (message.status == ControllerState::DRIVING) message.reason += (reason.empty() ? "" : "; ") + unheard;
   }
   if (by_another) message.driven_by = ControllerState::BY_ANOTHER;
+  message.summary = summary(message);
   message.rejected_measurements += rejected;
   state_publisher_.publish(message);
   structure_->publish(message.header);

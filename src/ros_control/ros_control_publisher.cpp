@@ -21,6 +21,7 @@ RosControlPublisher::RosControlPublisher(const ros::NodeHandle& robot, const ros
       base_frame_(parameters.drive.robot.base_frame),
       pose_covariance_given_(parameters.pose_covariance_diagonal.has_value()),
       twist_covariance_given_(parameters.twist_covariance_diagonal.has_value()),
+      report_(parameters.drive.gate.deadlines.set_point),
       diagnostics_(robot, controller, name) {
   odometry_.header.frame_id = parameters.odom_frame_id;
   odometry_.child_frame_id = base_frame_;
@@ -83,6 +84,7 @@ void RosControlPublisher::publish(const OdometryUpdate& update) {
     transform.transform.rotation = odometry_.pose.pose.orientation;
     transform_publisher_.publish(transform_);
   }
+  report_.settle();
   if (report_.update(update.state.status, "")) diagnostics_.force_update();
   diagnostics_.update();
   publishState(update);
@@ -102,6 +104,7 @@ void RosControlPublisher::publishState(const OdometryUpdate& update) {
     message.lag = update.learned.timing->lag;
   }
   message.learning_frozen = update.learning_frozen;
+  message.summary = summary(message);
   state_publisher_.publish(message);
 }
 
