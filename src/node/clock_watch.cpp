@@ -21,7 +21,7 @@ void ClockWatch::look() {
   const ros::Time now = ros::Time::now();
   const ros::WallTime wall = ros::WallTime::now();
   if (now != last_) {
-    if (stands_) ROS_INFO("The clock goes on");
+    if (stands_) ROS_INFO("The clock runs again");
     last_ = now;
     advanced_ = wall;
     stands_ = false;
@@ -31,7 +31,7 @@ void ClockWatch::look() {
   if (now.isZero()) {
     ROS_ERROR(
         "No clock: /use_sim_time is true and nothing came on /clock for %.0f s. Nothing happens until it does: start "
-        "the simulation, or rosparam set /use_sim_time false and start this anew",
+        "the simulation, or rosparam set /use_sim_time false and start the node again",
         kPatience);
   } else {
     ROS_ERROR("The clock stands still at %.3f s: nothing came on /clock for %.0f s, and no command is sent",

@@ -33,6 +33,11 @@ GraphRules graphRules(const ros::NodeHandle& node, const NodeParameters& paramet
           [&robot] { return robot.emergencyStop().getNumPublishers(); }};
 }
 
+const char* structureName(const NodeParameters& parameters) {
+  if (std::holds_alternative<PredictiveParameters>(parameters.controller)) return "predictive";
+  return std::holds_alternative<ControllerParameters>(parameters.controller) ? "thesis" : "diff_drive";
+}
+
 ros::NodeHandle withQueue(ros::NodeHandle node, ros::CallbackQueue& queue) {
   node.setCallbackQueue(&queue);
   return node;
@@ -46,6 +51,8 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
       parameters_(parameters),
       kinematics_(parameters.geometry),
       loop_(parameters, makeController(parameters)),
+      diagnostics_(parameters.preset.empty() ? structureName(parameters) : parameters.preset,
+                   node_.resolveName("jackal_AIC/set_point"), parameters.gate.deadlines.set_point),
       inputs_(parameters.publish_inputs ? std::make_unique<InputLog>(node_, parameters, loop_) : nullptr),
       state_(node_, parameters, loop_),
       tuning_(makeTuning(withQueue(private_node, requests_), parameters, toldOf(changes_, loop_))),
@@ -91,7 +98,12 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
 
 void ControllerNode::onSetPoint(const ReceivedSetPoint& received) {
   const SetPointVerdict verdict = loop_.setSetPoint(received.wanted, currentTime(), received.stamp);
-  if (verdict == SetPointVerdict::accepted) return;
+  if (verdict == SetPointVerdict::accepted) {
+    if (received.wanted.lateral != 0.0) {
+      ROS_WARN_ONCE("Set points with linear.y: ignored, because a skid-steer robot cannot drive sideways. Told once");
+    }
+    return;
+  }
   const bool absurd = verdict == SetPointVerdict::absurd;
   StatusReport::refused(absurd ? "set point far beyond the limits" : "set point that is not finite",
                         loop_.status().rejected_set_points);
@@ -185,7 +197,7 @@ void ControllerNode::publishStop() {
 double ControllerNode::currentTime() {
   const ros::Time now = ros::Time::now();
   if (now < last_now_) {
-    ROS_WARN("The clock jumped back by %.3f s: the controller starts anew", (last_now_ - now).toSec());
+    ROS_WARN("The clock jumped back by %.3f s: the controller starts again", (last_now_ - now).toSec());
     wheels_heard_ = imu_heard_ = false;
     sensors_.reset();
     robot_.reset();

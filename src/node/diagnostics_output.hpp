@@ -28,7 +28,9 @@ class DiagnosticsOutput {
     StopCauses missing;  ///< as in StatusReport::diagnose()
   };
 
-  DiagnosticsOutput();
+  /// @param controller name of the preset, or of the structure; @param set_point_topic resolved name;
+  /// @param set_point_deadline as StatusReport.
+  DiagnosticsOutput(std::string controller, std::string set_point_topic, double set_point_deadline);
 
   /// In the thread that drives: hands over what there is to tell. Every change of what keeps the robot from driving is
   /// told, unless more come than the other thread can take. @param contender as in StatusReport::update().
@@ -51,6 +53,7 @@ class DiagnosticsOutput {
   };
 
   bool tell(const Look& look);
+  void announce();
   void fill(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   // Of the thread that drives.
@@ -64,8 +67,15 @@ class DiagnosticsOutput {
   Latest<Figures> figures_;
 
   // Of the other thread.
+  std::string controller_;
+  std::string set_point_topic_;
+  ros::WallTime started_ = ros::WallTime::now();
+  bool ready_told_ = false;
+  bool missing_told_ = false;
+  bool counted_ = false;  // figures have come
   StatusReport report_;
   std::uint64_t told_looks_ = 0;
+  DriveStatus last_told_status_ = DriveStatus::idle;
   Figures told_;
   std::string unheard_;
   ros::WallTime heard_ = ros::WallTime::now();  // last time that somebody listened to the commands, or the start

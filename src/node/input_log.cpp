@@ -34,7 +34,7 @@ void InputLog::publish(const ros::Time& now) {
   if (!heard && !listened_ && !incomplete_) return;
   if (incomplete_ && !listened_) {
     ROS_WARN_ONCE(
-        "Nobody recorded jackal_AIC/inputs in the first %.0f s: a later recording replays, but not to the bit",
+        "Nothing recorded jackal_AIC/inputs in the first %.0f s: a later recording cannot be replayed bit by bit",
         kRecorderComes);
   }
   listened_ = listened_ || heard;

@@ -55,7 +55,7 @@ class ThesisTuning : public LoopTuning {
                      [this](const auto& wanted, const auto& running) { adopt(wanted, running); }) {
     if (parameters.plant_model) plant_ = drivenModel(*parameters.plant_model);
     if (!plant_) {
-      ROS_INFO("No plant model: of the gains, only the belief update was checked for stability");
+      ROS_INFO("No plant model: checked the stability of the belief update only, not of the closed loop");
       return;
     }
     const Certificate certificate = certify(gains, geometry_, *plant_);
@@ -120,11 +120,12 @@ class PredictiveTuning : public LoopTuning {
     LearnedModel learned = told;
     if (const auto kept = readSlipFile(path, told)) {
       loop_.setLearned(learned = kept->learned);
-      if (!kept->left_out.empty()) ROS_WARN("Slip kept in %s: without its %s", path.c_str(), kept->left_out.c_str());
+      if (!kept->left_out.empty())
+        ROS_WARN("Ignored part of the learned file %s: %s", path.c_str(), kept->left_out.c_str());
     }
     slip_path_ = path;
     slip_writer_.emplace(path, learned, told);
-    if (!tellFailure()) ROS_INFO("Slip kept in %s: %s", path.c_str(), describe(learned).c_str());
+    if (!tellFailure()) ROS_INFO("Learned file %s: %s", path.c_str(), describe(learned).c_str());
   }
 
   /// A robot drives without the file, which the next attempt may write. True if the last one failed.

@@ -160,8 +160,8 @@ std::string describeRobot(const NodeParameters& parameters) {
       model.gain, model.offset, model.acceleration_limit);
   if (model.identified) return text;
   return text + fmt::format(
-                    ". Nobody has identified this robot: it is driven at {:g} m/s^2 at most and the fault "
-                    "detection is wide; identify is due (launch/identify.launch)",
+                    ". Assumed plant model: acceleration limited to {:g} m/s^2, fault thresholds relaxed. Run "
+                    "identify.launch",
                     drivenModel(model).acceleration_limit);
 }
 

@@ -69,6 +69,8 @@ struct NodeOptions {
   bool publish_inputs = false;  ///< publish everything that the controller is told, to be replayed to the same bits
   bool watchdog = true;         ///< false: no wheel_watchdog runs beside the node, without which it does not drive
                                 ///< with output: gazebo
+  std::string preset;           ///< name of the preset, for the log and the tools; the launch files set it
+  std::string parameter_files;  ///< files that the parameters came from, for the log
   int realtime_priority = 0;    ///< of the threads that receive and drive (SCHED_FIFO), with locked memory; 0: ordinary
                                 ///< scheduling
 };
@@ -82,6 +84,8 @@ void describeFields(Visitor& v, NodeOptions& p) {
   v.field("belief_timer", p.belief_timer, Presence::optional);
   v.field("publish_inputs", p.publish_inputs, Presence::optional);
   v.field("watchdog", p.watchdog, Presence::optional);
+  v.field("preset", p.preset, Presence::optional);
+  v.field("parameter_files", p.parameter_files, Presence::optional);
   v.field("realtime_priority", p.realtime_priority, {0, 99}, "", Presence::optional);
 }
 

@@ -2,6 +2,8 @@
 
 #include <ros/console.h>
 
+#include "remedy.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -10,6 +12,9 @@ bool tellTheSame(const DriveLoopStatus& a, const DriveLoopStatus& b) {
   return a.decision.cause == b.decision.cause && a.decision.unacknowledged == b.decision.unacknowledged &&
          a.fault == b.fault && a.loss == b.loss && a.handed_over == b.handed_over;
 }
+
+/// A remedy as the next sentence; empty if there is none.
+std::string sentence(const char* remedy) { return *remedy == '\0' ? "" : std::string(". ") + remedy; }
 
 /// Whether no action step was made since the start, or since it was started anew.
 bool undecided(const DriveLoopStatus& status) {
@@ -42,12 +47,13 @@ bool StatusReport::update(const DriveLoopStatus& status, const std::string& cont
         status.scaled_from.forward, status.scaled_from.yaw_rate, status.scaled_to.forward, status.scaled_to.yaw_rate);
   }
   if (status.dropped_periods != before.dropped_periods) {
-    ROS_WARN_THROTTLE(1.0, "Held up: %llu action periods dropped",
+    ROS_WARN_THROTTLE(1.0, "Control loop overrun: skipped %llu periods (machine busy?)",
                       static_cast<unsigned long long>(status.dropped_periods - before.dropped_periods));
   }
   if (status.fault != before.fault) logFault(before.fault);
   logLoss();
   if (decided) logDecision(before);
+  logClearedCause(before);
   return changed && !undecided(status);  // why it is idle is told with the next action step
 }
 
@@ -55,31 +61,73 @@ void StatusReport::refused(const std::string& what, std::uint32_t count) {
   ROS_WARN_THROTTLE(1.0, "Rejected %s (%u so far)", what.c_str(), count);
 }
 
-void StatusReport::logFault(Fault before) const {
+void StatusReport::settle(ros::WallDuration patience) {
+  if (ros::WallTime::now() - pending_since_ < patience) return;
+  if (fault_pending_) {
+    ROS_WARN("Fault: %s. %s", text(status_.fault), remedy(status_.fault));
+    loss_pending_ = false;
+  }
+  if (loss_pending_) ROS_WARN("Sensors: %s. %s", text(status_.loss), remedy(status_.loss));
+  fault_pending_ = loss_pending_ = false;
+}
+
+void StatusReport::logFault(Fault before) {
   if (isFault(status_.fault)) {
-    ROS_WARN("Fault detected: %s", text(status_.fault));
-  } else if (status_.fault == Fault::moved) {
+    fault_pending_ = true;
+    pending_since_ = ros::WallTime::now();
+    return;
+  }
+  if (isFault(before) && !fault_pending_) ROS_INFO("Fault cleared: %s", text(before));
+  fault_pending_ = false;
+  if (status_.fault == Fault::moved) {
     ROS_INFO("The robot is %s", text(status_.fault));
   } else if (status_.fault == Fault::stuck) {
-    ROS_WARN("The robot %s", text(status_.fault));
-  } else {
-    ROS_INFO("Over: %s", text(before));
+    ROS_WARN("The robot %s. %s", text(status_.fault), remedy(status_.fault));
   }
 }
 
 void StatusReport::logLoss() {
   if (status_.loss == logged_loss_) return;
   if (status_.loss == Loss::none) {
-    ROS_INFO("Over: %s", text(logged_loss_));
+    if (!loss_pending_) ROS_INFO("Cleared: %s", text(logged_loss_));
+    loss_pending_ = false;
   } else if (isFault(status_.fault)) {
     return;  // which says what is lost, and why
   } else {
-    ROS_WARN("Sensors: %s", text(status_.loss));
+    loss_pending_ = true;
+    pending_since_ = ros::WallTime::now();
   }
   logged_loss_ = status_.loss;
 }
 
-void StatusReport::logDecision(const DriveLoopStatus& before) const {
+void StatusReport::logClearedCause(const DriveLoopStatus& before) const {
+  const GateDecision& decision = status_.decision;
+  if (!decision.unacknowledged || (before.decision.unacknowledged && before.decision.cause == decision.cause)) return;
+  if (set_point_deadline_ > 0.0) {
+    ROS_INFO("Cleared: %s. Send a zero set point, or pause for %g s, to drive on", text(decision.cause),
+             set_point_deadline_);
+  } else {
+    ROS_INFO("Cleared: %s. Send a zero set point to drive on", text(decision.cause));
+  }
+}
+
+void StatusReport::logStop(const char* what) {
+  const StopCause cause = status_.decision.cause;
+  logged_stop_ = cause;
+  const char* to_do = remedy(cause);
+  if (isFault(status_.fault)) {
+    to_do = remedy(status_.fault);
+  } else if (status_.loss != Loss::none) {
+    to_do = remedy(status_.loss);
+  }
+  fault_pending_ = loss_pending_ = false;
+  const auto level = severity(cause) == Severity::fault ? ros::console::levels::Error : ros::console::levels::Warn;
+  ROS_LOG(level, ROSCONSOLE_DEFAULT_NAME, "%s: %s", what, (reason() + sentence(to_do)).c_str());
+}
+
+void StatusReport::logDecision(const DriveLoopStatus& before) {
+  const StopCause cause = status_.decision.cause;
+  const bool told = logged_stop_ == cause && before.decision.status == DriveStatus::braking;
   switch (status_.decision.status) {
     case DriveStatus::idle:
       break;
@@ -87,20 +135,24 @@ void StatusReport::logDecision(const DriveLoopStatus& before) const {
       ROS_INFO("Driving");
       break;
     case DriveStatus::braking:
-      ROS_WARN("Braking: %s", reason().c_str());
-      break;
+      // A set point that ends is the usual end of a drive, and told once at rest; the end of the node says so itself.
+      if (cause != StopCause::set_point_late && cause != StopCause::shutdown && !told) logStop("Stopping");
+      return;
     case DriveStatus::stopped:
       // A start is no event: what is waited for is told, but nothing has stopped.
       if (before.decision.status == DriveStatus::idle) {
-        ROS_INFO("Waiting: %s", reason().c_str());
-      } else {
-        ROS_WARN("Stopped: %s", reason().c_str());
+        ROS_INFO("Waiting: %s", (reason() + sentence(remedy(cause))).c_str());
+      } else if (cause == StopCause::set_point_late) {
+        ROS_INFO("Stopped: no set point for %g s", set_point_deadline_);
+      } else if (cause != StopCause::shutdown && !told) {
+        logStop("Stopped");
       }
       break;
     case DriveStatus::faulted:
-      ROS_ERROR("Faulted: %s", reason().c_str());
+      if (!told) logStop("Stopped");
       break;
   }
+  logged_stop_ = StopCause::none;
 }
 
 void StatusReport::diagnoseIdle(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing) const {

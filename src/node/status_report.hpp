@@ -4,6 +4,7 @@
 /// Tells people what the drive loop does: log lines when it changes, and diagnostics.
 
 #include <diagnostic_updater/diagnostic_updater.h>
+#include <ros/time.h>
 
 #include <string>
 
@@ -29,9 +30,16 @@ class StopReason {
 /// Tells what has changed between two looks at the status.
 class StatusReport {
  public:
+  /// @param set_point_deadline age at which a set point stops the robot [s]; 0: never.
+  explicit StatusReport(double set_point_deadline = 0.0) : set_point_deadline_(set_point_deadline) {}
+
   /// Looks at the status. @param contender who else publishes commands, if that is known. True if what keeps the robot
   /// from driving has changed, so that diagnostics are due.
   bool update(const DriveLoopStatus& status, const std::string& contender);
+
+  /// Logs a fault or a loss that has not stopped the robot for `patience` of wall time. One that stops it sooner is
+  /// logged with the stop, in one line.
+  void settle(ros::WallDuration patience = ros::WallDuration(0.1));
 
   /// Tells of a refused message. @param count how many there were.
   static void refused(const std::string& what, std::uint32_t count);
@@ -46,14 +54,21 @@ class StatusReport {
                 const std::string& unheard = {}) const;
 
  private:
-  void logDecision(const DriveLoopStatus& before) const;
-  void logFault(Fault before) const;
+  void logDecision(const DriveLoopStatus& before);
+  void logStop(const char* what);
+  void logFault(Fault before);
   void logLoss();
+  void logClearedCause(const DriveLoopStatus& before) const;
   void diagnoseStatus(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing) const;
   void diagnoseIdle(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing) const;
 
+  double set_point_deadline_;
   DriveLoopStatus status_;
   Loss logged_loss_ = Loss::none;  // and not over yet
+  bool fault_pending_ = false;     // not logged yet: it may stop the robot
+  bool loss_pending_ = false;      // likewise
+  ros::WallTime pending_since_;
+  StopCause logged_stop_ = StopCause::none;  // for which the robot brakes
   StopReason reason_;
 };
 

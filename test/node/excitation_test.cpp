@@ -120,7 +120,7 @@ class RecordedExcitation : public ExcitationNode {
 
   /// Starts the recorder of an excitation.
   static ControllerProcess recorder(const std::string& name, const std::string& bag) {
-    return ControllerProcess("record_of_" + name, "record_topics", {"--output-name=" + bag, "cmd_drive"});
+    return ControllerProcess("record_of_" + name, "record", {bag, "--only", "cmd_drive"});
   }
 
   static std::string content(const std::string& path) {

@@ -98,7 +98,7 @@ TEST(NodeParameters, SaysWhichRobotIsAssumedAndThatIdentifyIsDue) {
     EXPECT_EQ(described(file).find("identify"), std::string::npos) << described(file);
   }
   const std::string assumed = described("jackal_model.yaml");
-  for (const char* word : {"Clearpath Jackal", "assumed dead time 0.08 s", "1.65 m/s^2", "identify is due"}) {
+  for (const char* word : {"Clearpath Jackal", "assumed dead time 0.08 s", "1.65 m/s^2", "Run identify.launch"}) {
     EXPECT_NE(assumed.find(word), std::string::npos) << assumed;
   }
   EXPECT_EQ(assumed.find('\n'), std::string::npos);

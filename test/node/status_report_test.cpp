@@ -22,7 +22,10 @@ class KeptLog : public ros::console::LogAppender {
   KeptLog& operator=(const KeptLog&) = delete;
 
   void log(ros::console::Level level, const char* text, const char*, const char*, int) override {
-    lines.push_back((level == ros::console::levels::Warn ? "WARN " : "") + std::string(text));
+    const char* name = level == ros::console::levels::Warn    ? "WARN "
+                       : level == ros::console::levels::Error ? "ERROR "
+                                                              : "";
+    lines.push_back(name + std::string(text));
   }
 
   std::vector<std::string> lines;
@@ -38,11 +41,25 @@ class StatusReportTest : public testing::Test {
     return told;
   }
 
+  using Lines = std::vector<std::string>;
+
+  void decide(DriveStatus wanted, StopCause cause) {
+    status.decision.status = wanted;
+    status.decision.cause = cause;
+    update();
+  }
+
+  /// Drives, and forgets what was logged.
+  void drive() {
+    decide(DriveStatus::driving, StopCause::none);
+    log.lines.clear();
+  }
+
   KeptLog log;
   DriveLoopStatus status;
   StopCauses missing;
   std::string unheard;
-  StatusReport report;
+  StatusReport report{0.5};
 };
 
 TEST_F(StatusReportTest, BeforeTheFirstActionStepItSaysSo) {
@@ -110,37 +127,82 @@ TEST_F(StatusReportTest, CommandsThatNobodyHearsAreAWarning) {
 }
 
 TEST_F(StatusReportTest, ALossIsLoggedAndItsEnd) {
-  using Lines = std::vector<std::string>;
-  status.decision.status = DriveStatus::driving;
-  update();
-  log.lines.clear();
+  drive();
   status.loss = Loss::yaw_rate;
   update();
   update();
-  ASSERT_EQ(log.lines, Lines{"WARN Sensors: yaw rate lost"});
+  EXPECT_TRUE(log.lines.empty()) << "it may stop the robot";
+  report.settle(ros::WallDuration(0.0));
+  ASSERT_EQ(log.lines.size(), 1u);
+  EXPECT_EQ(log.lines[0].find("WARN Sensors: yaw rate lost. Check the IMU"), 0u) << log.lines[0];
   status.loss = Loss::encoder_and_yaw_rate;
   update();
-  EXPECT_EQ(log.lines.back(), "WARN Sensors: encoder and yaw rate lost");
+  report.settle(ros::WallDuration(0.0));
+  EXPECT_EQ(log.lines.back().find("WARN Sensors: encoder and yaw rate lost. "), 0u) << log.lines.back();
   status.loss = Loss::none;
   update();
-  EXPECT_EQ(log.lines.back(), "Over: encoder and yaw rate lost");
+  EXPECT_EQ(log.lines.back(), "Cleared: encoder and yaw rate lost");
   EXPECT_EQ(log.lines.size(), 3u);
 }
 
 TEST_F(StatusReportTest, ALossByAFaultIsLoggedOnce) {
-  status.decision.status = DriveStatus::driving;
-  update();
-  log.lines.clear();
+  drive();
   status.fault = Fault::gyro_disagrees;
   status.loss = Loss::yaw_rate;
   update();
+  report.settle(ros::WallDuration(0.0));
+  report.settle(ros::WallDuration(0.0));
   ASSERT_EQ(log.lines.size(), 1u);
-  EXPECT_NE(log.lines[0].find("Fault detected: "), std::string::npos) << log.lines[0];
+  EXPECT_EQ(log.lines[0].find("WARN Fault: gyro disagrees with the wheels. Check "), 0u) << log.lines[0];
   status.fault = Fault::none;
   status.loss = Loss::none;
   update();
   ASSERT_EQ(log.lines.size(), 2u);
-  EXPECT_NE(log.lines[1].find("Over: "), std::string::npos) << log.lines[1];
+  EXPECT_EQ(log.lines[1], "Fault cleared: gyro disagrees with the wheels");
+}
+
+TEST_F(StatusReportTest, AFaultThatStopsTheRobotIsOneLineWithWhatToDo) {
+  drive();
+  status.fault = Fault::left_wheels_blocked;
+  update();
+  decide(DriveStatus::braking, StopCause::sensor_fault);
+  decide(DriveStatus::faulted, StopCause::sensor_fault);
+  report.settle(ros::WallDuration(0.0));
+  EXPECT_EQ(log.lines, Lines{"ERROR Stopping: left wheels do not follow their command. Free the wheels, and check the "
+                             "power of the motors"});
+}
+
+TEST_F(StatusReportTest, ASetPointThatEndsIsOneLine) {
+  drive();
+  decide(DriveStatus::braking, StopCause::set_point_late);
+  decide(DriveStatus::stopped, StopCause::set_point_late);
+  EXPECT_EQ(log.lines, Lines{"Stopped: no set point for 0.5 s"});
+}
+
+TEST_F(StatusReportTest, AnEmergencyStopIsTwoLinesOfWhichTheSecondSaysHowToGoOn) {
+  drive();
+  decide(DriveStatus::braking, StopCause::emergency_stop);
+  decide(DriveStatus::stopped, StopCause::emergency_stop);
+  status.decision.unacknowledged = true;
+  update();
+  update();
+  EXPECT_EQ(log.lines, (Lines{"WARN Stopping: emergency stop. Release it to drive on",
+                              "Cleared: emergency stop. Send a zero set point, or pause for 0.5 s, to drive on"}));
+}
+
+TEST_F(StatusReportTest, AnotherCauseOfTheSameStopIsTold) {
+  drive();
+  decide(DriveStatus::braking, StopCause::imu_late);
+  decide(DriveStatus::braking, StopCause::emergency_stop);
+  ASSERT_EQ(log.lines.size(), 2u);
+  EXPECT_EQ(log.lines[1], "WARN Stopping: emergency stop. Release it to drive on");
+}
+
+TEST_F(StatusReportTest, TheEndOfTheNodeIsToldByTheNode) {
+  drive();
+  decide(DriveStatus::braking, StopCause::shutdown);
+  decide(DriveStatus::stopped, StopCause::shutdown);
+  EXPECT_TRUE(log.lines.empty()) << log.lines[0];
 }
 
 }  // namespace

@@ -1,0 +1,21 @@
+#pragma once
+
+/// @file
+/// What an owner can do when the robot stops or a sensor fails: the second sentence of a log line.
+
+#include "jackal_aic/faults/fault.hpp"
+#include "jackal_aic/safety/loss_policy.hpp"
+#include "jackal_aic/safety/stop_cause.hpp"
+
+namespace jackal_aic {
+
+/// Empty for `none`, and for a cause whose text says it already.
+const char* remedy(StopCause cause);
+
+/// Empty for `none`.
+const char* remedy(Fault fault);
+
+/// Empty for `none`.
+const char* remedy(Loss loss);
+
+}  // namespace jackal_aic
