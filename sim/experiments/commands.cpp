@@ -117,8 +117,12 @@ int run(const po::variables_map& options) {
     names.clear();
     for (const auto& experiment : table.list()) names.push_back(experiment.name);
   }
-  runCampaign(table, names, outputDirectory(options), Shard::parse(options["shard"].as<std::string>()), jobs(options),
-              true);
+  const std::string directory = outputDirectory(options);
+  const Shard shard = Shard::parse(options["shard"].as<std::string>());
+  runCampaign(table, names, directory, shard, jobs(options), true);
+  for (const std::string& name : names) {
+    std::cout << fmt::format("Wrote {0}/{1}{2}.csv and {1}_traces{2}.csv\n", directory, name, shard.suffix());
+  }
   return 0;
 }
 

@@ -322,6 +322,13 @@ class WorkCounter {
     done_ = std::min(all_, done_ + parts);
     if (progress_) progress_(done_, all_);
   }
+  /// Takes parts that turn out not to be needed from the work: the share that is done grows, but does not jump to all.
+  void skip(std::size_t parts) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    all_ = std::max(done_, all_ - std::min(all_, parts));
+    if (progress_) progress_(done_, all_);
+  }
+
   void finish() { add(all_ - done_); }
 
  private:
@@ -363,12 +370,21 @@ std::vector<SearchTrial> missedTrials(const GainSearchTask& task, const Gains& c
 
 /// The rounds of the local search from a start.
 Gains searchFrom(const GainSearchTask& task, const Gains& start, WorkCounter& work) {
-  Descent descent(task, start, firstTrials(task), [&] { work.add(1); });
+  const auto evaluations = static_cast<std::size_t>(task.evaluations);
+  std::size_t used = 0;  // of a round
+  const auto count = [&] {
+    if (used++ < evaluations) work.add(1);
+  };
+  Descent descent(task, start, firstTrials(task), count);
   std::vector<SearchTrial> further;
   for (int round = 0; round < kRounds; ++round) {
+    used = 0;
     descent.run(further);
+    if (used < evaluations) work.skip(evaluations - used);
     further = missedTrials(task, descent.best());
-    if (further.empty()) break;
+    if (!further.empty()) continue;
+    work.skip(static_cast<std::size_t>(kRounds - round - 1) * evaluations);
+    break;
   }
   return descent.best();
 }

@@ -102,6 +102,16 @@ const GainSearchResult* simplestOfTheFastest(const std::vector<GainSearchResult>
   return nullptr;
 }
 
+/// What the tuned gains gain, in a sentence.
+std::string verdict(const GainSearchTask& task, const GainAssessment& tuned) {
+  const GainAssessment start = assessGains(task, task.start.controller, task.jobs);
+  const std::string before = start.missed.empty()
+                                 ? fmt::format("the gains at the start take {:.2f} s", start.settling())
+                                 : fmt::format("the gains at the start fail {} of the trials", start.missed.size());
+  return fmt::format("The tuned gains settle at {:g} m/s in {:.2f} s at most and pass every trial; {}.", task.speed,
+                     tuned.settling(), before);
+}
+
 [[noreturn]] void refuse(const GainSearchTask& task, const std::vector<GainSearchResult>& results) {
   const GainAssessment* nearest = &results.front().best;
   for (const GainSearchResult& result : results) {
@@ -163,6 +173,8 @@ void write(const std::string& path, const std::string& text) {
 int judge(const GainSearchTask& task, const Gains& controller, std::ostream& out) {
   const GainAssessment assessment = assessGains(task, controller, task.jobs);
   out << assessmentTable(task, {{"judged", assessment}});
+  out << (assessment.missed.empty() ? std::string("These gains pass every trial.\n")
+                                    : fmt::format("These gains fail {} of the trials:\n", assessment.missed.size()));
   for (const std::string& missed : assessment.missed) out << "  " << missed << "\n";
   return assessment.missed.empty() ? 0 : 1;
 }
@@ -231,7 +243,9 @@ int tune(const std::vector<std::string>& arguments, std::ostream& out) {
   if (given.count("help") > 0) {
     out << "tune --plant PLANT.yaml [--plant ...] --out TUNED.yaml [--overshoot 10] [--gain-margin 2] "
            "[--delay-margin 0.05] [--orders 1..5]\n"
-        << "Searches the gains that settle fastest after a step to 0.5 m/s and pass everything that users drive.\n"
+        << "Searches the gains that settle fastest after a step to 0.5 m/s and pass everything that users drive. Takes "
+           "10 to 60 "
+           "minutes.\n"
         << options;
     return 0;
   }
@@ -263,11 +277,12 @@ int tune(const std::vector<std::string>& arguments, std::ostream& out) {
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
     bar.show(percent, timeLeft(elapsed.count(), finished, all));
   });
-  out << comparison(task, results, readPreset("standard", files).controller);
   const GainSearchResult* tuned = simplestOfTheFastest(results);
+  out << comparison(task, results, readPreset("standard", files).controller);
   if (tuned == nullptr) refuse(task, results);
   write(path, presetText(tuned->best.controller, promise(task, tuned->best)));
-  out << fmt::format("Wrote {}: {}. Next: roslaunch jackal_aic simulation.launch preset:={}\n", path, tuned->name,
+  out << verdict(task, tuned->best) << "\n"
+      << fmt::format("Wrote {} ({}). Next:\n    roslaunch jackal_aic simulation.launch preset:={}\n", path, tuned->name,
                      std::filesystem::absolute(path).string());
   return 0;
 }

@@ -33,7 +33,7 @@ std::string viewOf(const std::string& options) {
 /// Every topic of a view is published in the namespace of its robot.
 void expectPublished(const std::string& view, const std::string& robot) {
   const std::set<std::string> shown = found(view, "Topic: \"?([^\"\\s]+)");
-  EXPECT_EQ(shown.size(), 5u) << view;
+  EXPECT_EQ(shown.size(), 6u) << view;
   ros::master::V_TopicInfo published;
   ASSERT_TRUE(ros::master::getTopics(published));
   for (const std::string& topic : shown) {

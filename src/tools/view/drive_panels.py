@@ -37,6 +37,7 @@ class Drive:
     def clear(self):
         """Forgets everything."""
         self.time, self.reasons = [], []
+        self.summary = ''  # of the last state
         self.columns = {name: [] for name in self.COLUMNS}
         self.true_time, self.true_forward, self.true_yaw_rate = [], [], []
 
@@ -46,6 +47,7 @@ class Drive:
         if self.time and time < self.time[-1]:
             self.clear()
         self.time.append(time)
+        self.summary = state.summary
         self.reasons.append('' if state.status == DRIVING and not state.reason else state.reason or 'idle')
         for name, value in self.COLUMNS.items():
             self.columns[name].append(value(state))
@@ -101,7 +103,18 @@ def draw_velocity(axes, drive, origin, name, unit, quantity):
     axes.set_ylabel(f'{quantity} [{unit}]')
 
 
-def draw(figure, drive, origin=None):
+# Least span of an axis: noise at rest is not drawn as large as a drive.
+LEAST_SPAN = (0.4, 0.4, 4.0, 1.0)  # m/s, rad/s, rad/s, free energy
+
+
+def widen(axes, span):
+    """Gives a vertical axis at least this span."""
+    low, high = axes.get_ylim()
+    if high - low < span:
+        axes.set_ylim(0.5 * (low + high - span), 0.5 * (low + high + span))
+
+
+def draw(figure, drive, origin=None, title=''):
     """Draws a drive on an empty figure. origin: time of 0 on the axis [s]; the first state by default."""
     grid = figure.subplots(4, 1, sharex=True, gridspec_kw={'height_ratios': [3, 3, 2, 1.5]})
     origin = origin if origin is not None else (drive.time[0] if drive.time else 0.0)
@@ -115,8 +128,9 @@ def draw(figure, drive, origin=None):
     grid[3].plot(time, drive.columns['free_energy'], color=VERMILION, lw=1.2)
     grid[3].set_ylabel('free energy')
     grid[3].set_xlabel('time [s]')
-    for axes in grid:
+    for axes, span in zip(grid, LEAST_SPAN):
         plain(axes)
+        widen(axes, span)
         for begin, end, _ in drive.stops():
             axes.axvspan(begin - origin, end - origin, color=GREY, alpha=0.2, lw=0)
     span = (time[-1] - time[0]) if time else 0.0
@@ -125,6 +139,7 @@ def draw(figure, drive, origin=None):
             grid[0].annotate(reason, (begin - origin, 1.02), xycoords=('data', 'axes fraction'), fontsize=8, color='0.3',
                              clip_on=False)
     handles, labels = (a + b for a, b in zip(grid[0].get_legend_handles_labels(), grid[2].get_legend_handles_labels()))
-    figure.legend(handles, labels, loc='upper center', ncol=len(labels), frameon=False, fontsize=9)
+    figure.suptitle(title, x=0.09, y=0.985, ha='left', fontsize=11)
+    figure.legend(handles, labels, loc='upper left', bbox_to_anchor=(0.08, 0.965), ncol=len(labels), frameon=False, fontsize=9)
     figure.align_ylabels(grid)
-    figure.subplots_adjust(left=0.09, right=0.98, top=0.91, bottom=0.07, hspace=0.12)
+    figure.subplots_adjust(left=0.09, right=0.98, top=0.90, bottom=0.07, hspace=0.12)
