@@ -1,4 +1,4 @@
-// The pages of doc/reference that are made from the code: test/doc/regenerate_reference writes them anew.
+// The pages of doc/reference that are made from the code: scripts/regenerate_reference writes them anew.
 
 #include <gtest/gtest.h>
 
@@ -15,6 +15,7 @@
 #include "jackal_aic/safety/stop_cause.hpp"
 #include "node_parameters.hpp"
 #include "plant_parameters.hpp"
+#include "remedy.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -22,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kMade =
-    "<!-- Made from the code by test/doc/regenerate_reference; a test compares. Change the code, not this page. "
+    "<!-- Made from the code by scripts/regenerate_reference; a test compares. Change the code, not this page. "
     "-->\n\n";
 
 /// A text with every match of a pattern replaced.
@@ -212,7 +213,57 @@ std::string stopCausePage() {
 
 void expectCurrent(const fs::path& page, const std::string& made) {
   if (std::getenv("JACKAL_AIC_REGENERATE") != nullptr) std::ofstream(kRoot / page) << made;
-  EXPECT_EQ(textOf(kRoot / page), made) << page << " is out of date: run test/doc/regenerate_reference";
+  EXPECT_EQ(textOf(kRoot / page), made) << page << " is out of date: run scripts/regenerate_reference";
+}
+
+/// The text of a message as messages.md has it, from what follows the name of a ROS_* macro: one ellipsis for each
+/// value.
+std::string loggedText(const std::string& call) {
+  std::smatch literals;
+  if (!std::regex_search(call, literals, std::regex("\"(?:[^\"\\\\]|\\\\.)*\"(?:\\s*\"(?:[^\"\\\\]|\\\\.)*\")*")))
+    return "";
+  const std::string parts = literals.str();
+  const std::regex literal("\"((?:[^\"\\\\]|\\\\.)*)\"");
+  std::string text;
+  for (std::sregex_iterator i(parts.begin(), parts.end(), literal), end; i != end; ++i) text += (*i)[1];
+  text = std::regex_replace(text, std::regex("\\\\\""), "\"");
+  text = std::regex_replace(text, std::regex("%[-+ #0]*\\d*(?:\\.\\d+)?(?:ll|l|z)?[a-zA-Z]"), "…");
+  return std::regex_replace(text, std::regex("%%"), "%");
+}
+
+TEST(Reference, EveryMessageOfTheCodeIsExplained) {
+  const std::string page = textOf(kRoot / "doc/reference/messages.md");
+  const std::regex macro("ROS_(?:INFO|WARN|ERROR|FATAL)\\w*\\(");
+  int messages = 0;
+  for (const char* directory : {"src", "sim/plant", "sim/experiments", "sim/faults"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / directory)) {
+      if (entry.path().extension() != ".cpp" && entry.path().extension() != ".hpp") continue;
+      const std::string code = textOf(entry.path());
+      for (std::sregex_iterator i(code.begin(), code.end(), macro), end; i != end; ++i) {
+        const auto begin = static_cast<std::size_t>(i->position() + i->length());
+        const std::string text = loggedText(code.substr(begin, 700));
+        if (text.find_first_of("abcdefghijklmnopqrstuvwxyz") == std::string::npos) continue;  // words of others
+        EXPECT_NE(page.find("`" + text), std::string::npos) << entry.path() << ": " << text;
+        ++messages;
+      }
+    }
+  }
+  EXPECT_GT(messages, 45);
+  for (int i = 1; i < kStopCauses; ++i) {
+    const auto cause = static_cast<StopCause>(i);
+    EXPECT_NE(page.find("| `" + std::string(text(cause)) + "` | " + remedy(cause)), std::string::npos) << text(cause);
+  }
+  for (int i = 1; i < kFaults; ++i) {
+    const auto fault = static_cast<Fault>(i);
+    EXPECT_NE(page.find("`" + std::string(text(fault)) + "`"), std::string::npos) << text(fault);
+    if (isFault(fault))
+      EXPECT_NE(page.find(std::string("| ") + remedy(fault) + " |"), std::string::npos) << remedy(fault);
+  }
+  for (const Loss loss : {Loss::yaw_rate, Loss::left_encoder, Loss::right_encoder, Loss::encoder_and_yaw_rate,
+                          Loss::both_encoders, Loss::unclear}) {
+    EXPECT_NE(page.find("| `" + std::string(text(loss)) + "` | " + remedy(loss) + " |"), std::string::npos)
+        << text(loss);
+  }
 }
 
 TEST(Reference, ParametersAreThoseOfTheCode) { expectCurrent("doc/reference/parameters.md", parameterPage()); }

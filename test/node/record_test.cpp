@@ -124,6 +124,7 @@ TEST_F(RecordTest, StateHasWhatWasMeasuredBesideWhatIsBelieved) {
   robot_.run(2.0);
   const ControllerState& state = robot_.states().back();
   ASSERT_EQ(state.status, ControllerState::DRIVING) << state.reason;
+  EXPECT_EQ(state.summary, "predictive, driving, driven by this controller");
   EXPECT_NEAR(state.measured_forward, 0.4, 0.05);
   EXPECT_NEAR(state.measured_yaw_rate, 0.5, 0.1);
   EXPECT_NEAR(state.measured_forward, state.belief_forward.at(0), 0.05);

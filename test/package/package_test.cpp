@@ -111,7 +111,8 @@ TEST(Programs, AnswerHelpWithoutAMaster) {
   }
   EXPECT_GT(programs.size(), 8u);
   for (const std::string& program : programs) {
-    const std::string path = JACKAL_AIC_DEVEL "/lib/jackal_aic/" + program;
+    std::string path = JACKAL_AIC_DEVEL "/lib/jackal_aic/" + program;
+    if (!fs::exists(path)) path = JACKAL_AIC_DEVEL "/share/jackal_aic/internal/" + program;
     const std::string help = output("ROS_MASTER_URI=http://127.0.0.1:1 timeout 20 " + path + " --help");
     EXPECT_NE(help.find(program), std::string::npos) << help;
     EXPECT_TRUE(found(help, "(=\\d\\.\\d*0000\\d)").empty()) << "a number as no person writes it\n" << help;
@@ -124,8 +125,48 @@ TEST(Programs, AnswerHelpWithoutAMaster) {
     EXPECT_NE(help.find(fs::path(script).filename().string()), std::string::npos) << help;
   }
   output((kRoot / "launch/show_rviz").string() + " --help");
-  output((kRoot / "launch/record_drive").string() + " --help");
-  output((kRoot / "launch/record_topics").string() + " --help");
+}
+
+/// Names of the first column of the tables under a heading of programs.md.
+std::set<std::string> listed(const std::string& heading) {
+  const std::string page = textOf(kRoot / "doc/reference/programs.md");
+  const auto begin = page.find("\n## " + heading);
+  if (begin == std::string::npos) throw std::runtime_error("programs.md: no " + heading);
+  return found(page.substr(begin, page.find("\n## ", begin + 1) - begin), "\n\\| `([\\w/]+)` \\|");
+}
+
+std::set<std::string> namesIn(const fs::path& directory) {
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(directory)) {
+    if (entry.is_regular_file()) names.insert(entry.path().filename());
+  }
+  return names;
+}
+
+/// What `rosrun jackal_aic <TAB>` shows.
+TEST(Programs, OnlyThoseForUsersAreCompletedAndEachHasALineInTheReference) {
+  std::string completion;
+  for (const char* file : {"/usr/share/bash-completion/completions/rosbash", "/opt/ros/noetic/share/rosbash/rosbash"}) {
+    if (fs::exists(file)) completion = file;
+  }
+  if (completion.empty()) GTEST_SKIP() << "rosbash is not installed";
+  if (std::string(JACKAL_AIC_DEVEL).find("/.") != std::string::npos)
+    GTEST_SKIP() << "rosbash leaves out paths with a dot";
+  const std::string text = output("bash -c '. " + completion +
+                                  "; COMP_WORDS=(rosrun jackal_aic \"\"); COMP_CWORD=2; _roscomplete_exe; "
+                                  "printf \"%s\\n\" \"${COMPREPLY[@]}\"'");
+  const std::set<std::string> completed = found(text, "([^\\s]+)");
+  EXPECT_EQ(completed, listed("For users"));
+  EXPECT_LE(completed.size(), 15u);
+}
+
+TEST(Programs, ThatNoUserTypesHaveALineInTheReference) {
+  std::set<std::string> names = listed("Started by launch files");
+  names.merge(listed("Examples and measurements"));
+  EXPECT_EQ(namesIn(JACKAL_AIC_DEVEL "/share/jackal_aic/internal"), names);
+  std::set<std::string> scripts;
+  for (const std::string& name : namesIn(kRoot / "scripts")) scripts.insert("scripts/" + name);
+  EXPECT_EQ(scripts, listed("Scripts of the checkout"));
 }
 
 /// What a user typed or a file is called is text of anybody: it ends up in the one line of an error, and not on
@@ -150,6 +191,42 @@ TEST(Programs, ScriptsAnswerHelp) {
     ++scripts;
   }
   EXPECT_GT(scripts, 4);
+}
+
+/// Runs the question of the scripts before apt installs, on a terminal or not.
+std::string asked(const std::string& answer, bool terminal, bool yes) {
+  const std::string script = testing::TempDir() + "ask" + std::to_string(getpid());
+  const std::string library = (kRoot / "scripts/lib/").string();
+  std::ofstream(script) << "set -eu; apt-get() { echo 'Need to get 1 MB of archives.'; }\n"
+                        << "assume_yes=" << (yes ? "true" : "false") << "; missing=(a-package another)\n"
+                        << ". " << library << "progress.sh; . " << library << "packages.sh\n"
+                        << "confirm_installation && echo installs || echo refused\n";
+  std::ofstream(script + ".in") << answer << "\n";
+  const std::string command = "bash " + script;
+  const std::string said =
+      output((terminal ? "script -qec '" + command + "' /dev/null" : command) + " < " + script + ".in || true");
+  fs::remove(script);
+  fs::remove(script + ".in");
+  return said;
+}
+
+TEST(Scripts, AskOnceBeforeTheyInstall) {
+  for (const char* answer : {"y", ""}) {
+    const std::string said = asked(answer, true, false);
+    EXPECT_NE(said.find("nothing is upgraded or removed"), std::string::npos) << said;
+    EXPECT_NE(said.find("a-package another"), std::string::npos) << said;
+    EXPECT_NE(said.find("installs"), std::string::npos) << said;
+  }
+  const std::string refused = asked("n", true, false);
+  EXPECT_NE(refused.find("nothing was installed"), std::string::npos) << refused;
+  EXPECT_EQ(refused.find("installs"), std::string::npos) << refused;
+  EXPECT_EQ(asked("n", true, true), "installs\r\n") << "--yes";
+  EXPECT_EQ(asked("n", false, false), "installs\n") << "no terminal";
+}
+
+TEST(Scripts, InstallWithoutUpgradesAndRemovals) {
+  const std::string text = textOf(kRoot / "scripts/lib/packages.sh");
+  EXPECT_NE(text.find("install --no-install-recommends --no-upgrade --no-remove"), std::string::npos);
 }
 
 TEST(Plot, WhatIsNoFileIsNoBag) {
@@ -230,7 +307,8 @@ TEST(Launch, FilesAroundTheControllersTakeItsArguments) {
       {"jackal", {}},
       {"gazebo", {"cmd_drive", "monitor"}},  // which is of cmd_drive, too
       {"simulation", {"cmd_drive", "output", "on_box", "respawn"}}};
-  const std::set<std::string> arguments = found(textOf(kRoot / "launch/controller.launch"), "<arg name=\"(\\w+)\"");
+  const std::set<std::string> arguments =
+      found(textOf(kRoot / "launch/controller.launch"), "<arg name=\"(\\w+)\" default");
   EXPECT_GT(arguments.size(), 10u);
   const std::string slip_file = " slip_file:=/tmp/my_slip.yaml";
   for (const auto& [name, missing] : has_no) {
@@ -258,6 +336,58 @@ TEST(Launch, EveryFileTakesTheTopicOfTheSetPoint) {
     ++files;
   }
   EXPECT_EQ(files, 6);
+}
+
+/// What a command prints, however it ends.
+std::string said(const std::string& command) { return output(command + " || true"); }
+
+TEST(Launch, AnUnknownPresetIsAnsweredWithThoseThatThereAre) {
+  const std::string text = said("roslaunch --dump-params jackal_aic simulation.launch preset:=predictve");
+  EXPECT_NE(text.find("unknown preset: predictve; choose "), std::string::npos) << text;
+  int presets = 0;
+  for (const auto& entry : fs::directory_iterator(kRoot / "config")) {
+    const std::string name = entry.path().stem().string(), file = "\n" + textOf(entry.path());
+    if (found(file, "\n(controller|predictive|diff_drive):").empty()) continue;
+    EXPECT_NE(text.find(name), std::string::npos) << name;
+    ++presets;
+  }
+  EXPECT_EQ(presets, 5);
+}
+
+TEST(Launch, AnUnknownPlantIsAnsweredWithThoseThatThereAre) {
+  for (const char* launch : {"simulation.launch", "identify.launch simulated:=true", "faults.launch"}) {
+    const std::string text = said(std::string("roslaunch --dump-params jackal_aic ") + launch + " plant:=grond");
+    EXPECT_NE(text.find("unknown plant: grond; choose ground, box, real or a file NAME.yaml"), std::string::npos)
+        << text;
+  }
+}
+
+TEST(Launch, TheControllerKnowsItsPresetAndItsFiles) {
+  const std::string text = output("roslaunch --dump-params jackal_aic simulation.launch preset:=improved");
+  EXPECT_NE(text.find("/jackal_aic/preset: improved\n"), std::string::npos) << text;
+  const auto files = found(text, "/jackal_aic/parameter_files: ([^/]*/[^:]*)\n/");
+  ASSERT_EQ(files.size(), 1u) << text;
+  for (const char* file : {"improved.yaml", "jackal.yaml", "plant_model.yaml"}) {
+    EXPECT_NE(files.begin()->find(file), std::string::npos) << *files.begin();
+  }
+}
+
+/// A drive by the launch file, from its start to Ctrl-C: every line of the log is one that its user would miss.
+TEST(Log, OfADriveTellsWhatHappensAndNoMore) {
+  const std::string text = output("bash " + (kRoot / "test/package/drive_once").string());
+  std::vector<std::string> lines;
+  const std::regex logged("\\[ *(INFO|WARN|ERROR|FATAL)\\] \\[[\\d., ]+\\]: ([^\\n\x1b]*)");
+  for (std::sregex_iterator i(text.begin(), text.end(), logged), end; i != end; ++i)
+    lines.push_back((*i)[1].str() + " " + (*i)[2].str());
+  const std::vector<std::string> expected{"INFO Preset predictive, parameters from ",
+                                          "INFO Plant model: ",
+                                          "INFO Stable with room: ",
+                                          "INFO Ready (predictive). Waiting for set points on /jackal_AIC/set_point",
+                                          "INFO Driving",
+                                          "INFO Stopped: no set point for 0.5 s",
+                                          "INFO Stopping; wheels at zero"};
+  ASSERT_EQ(lines.size(), expected.size()) << text;
+  for (std::size_t i = 0; i < lines.size(); ++i) EXPECT_EQ(lines[i].find(expected[i]), 0u) << lines[i];
 }
 
 TEST(Messages, OfEveryTopicAndServiceAreKnownToPython) {
@@ -297,7 +427,7 @@ class Downstream : public testing::Test {
 /// Builds test/downstream against a space of this workspace, and runs it.
 void expectUsable(const std::string& space, const std::string& name) {
   const std::string build = JACKAL_AIC_BUILD "/downstream_" + name;
-  output((kRoot / "test/downstream/check").string() + " " + space + " " + build);
+  output("sh " + (kRoot / "test/downstream/check").string() + " " + space + " " + build);
 }
 
 TEST_F(Downstream, BuildsAgainstTheDevelSpace) { expectUsable(JACKAL_AIC_DEVEL, "devel"); }
