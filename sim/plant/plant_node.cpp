@@ -73,6 +73,7 @@ void PlantNode::subscribe(ros::NodeHandle& node) {
   };
   block_left_ = private_node_.advertiseService<Request, Response>("block_left", block(Side::left));
   block_right_ = private_node_.advertiseService<Request, Response>("block_right", block(Side::right));
+  pull_imu_ = private_node_.advertiseService("pull_imu", &PlantNode::onPullImu, this);
 }
 
 void PlantNode::run() {
@@ -257,6 +258,12 @@ bool PlantNode::onBlock(Side side, const std_srvs::SetBool::Request& request, st
   return true;
 }
 
+bool PlantNode::onPullImu(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
+  imu_pulled_ = request.data;
+  response.success = true;
+  return true;
+}
+
 bool PlantNode::onLift(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
   plant_.lift(request.data);
   response.success = true;
@@ -319,7 +326,7 @@ void PlantNode::publish() {
   // The clock goes first, so that whoever receives a sample does not see it come from the future.
   if (clock_due || truth_due || transform_due || plant_.measurement() || plant_.imuMeasurement()) publishClock();
   if (plant_.measurement()) publishMeasurement(*plant_.measurement());
-  if (plant_.imuMeasurement()) {
+  if (plant_.imuMeasurement() && !imu_pulled_) {
     sensor_msgs::Imu imu = toImu(*plant_.imuMeasurement(), plant_parameters_);
     shift(imu.header);
     imu_.publish(imu);

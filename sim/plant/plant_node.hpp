@@ -68,9 +68,9 @@ void describeFields(Visitor& v, PlantNodeParameters& p) {
 /// feedback, ground_truth/odom and tf, and drives it by cmd_drive or by Gazebo's jackal_left_wheel/command and
 /// jackal_right_wheel/command, whichever spoke last. Service ~reset puts everything, the clock included, back to the
 /// start, with the ~plant parameters as they are then; ~block_left and ~block_right (std_srvs/SetBool) block the motor
-/// of a side or let it go; ~push (geometry_msgs/Wrench, in base_link: force x and y, torque z) pushes the robot until
-/// the next message, and ~lift (std_srvs/SetBool) lifts it. With lockstep it listens to jackal_AIC/state,
-/// sensor_generalized and ~seen.
+/// of a side or let it go; ~pull_imu (std_srvs/SetBool) silences imu/data; ~push (geometry_msgs/Wrench, in base_link:
+/// force x and y, torque z) pushes the robot until the next message, and ~lift (std_srvs/SetBool) lifts it. With
+/// lockstep it listens to jackal_AIC/state, sensor_generalized and ~seen.
 class PlantNode {
  public:
   /// @param node, private_node namespaces of the topics and of ~reset; @param urdf_xml text of the URDF.
@@ -109,6 +109,7 @@ class PlantNode {
   void onRightWheel(const std_msgs::Float64& speed);
   bool onReset(std_srvs::Empty::Request& request, std_srvs::Empty::Response& response);
   bool onBlock(Side side, const std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
+  bool onPullImu(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
   bool onLift(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
   void onPush(const geometry_msgs::Wrench& push);
   void restart();
@@ -148,6 +149,7 @@ class PlantNode {
   Follower spectator_;   // who speaks on ~seen
   Response taken_;       // of the controller that has the sample
   Response acted_;       // of the controller that acted after it
+  bool imu_pulled_ = false;
   std::uint64_t ignored_commands_ = 0;
   double told_time_ = -1.0;  // by /clock, last [s]
 
@@ -168,6 +170,7 @@ class PlantNode {
   ros::ServiceServer block_left_;
   ros::ServiceServer block_right_;
   ros::ServiceServer lift_;
+  ros::ServiceServer pull_imu_;
 };
 
 }  // namespace jackal_aic::sim

@@ -209,6 +209,20 @@ TEST_F(PlantNodeTest, BlocksAMotorAndLetsItGo) {
   EXPECT_GT(joints_.back().velocity[0], 4.0);
 }
 
+TEST_F(PlantNodeTest, PullsTheImuAndPlugsItIn) {
+  std_srvs::SetBool pull;
+  pull.request.data = true;
+  ASSERT_TRUE(jackal_aic::sim::callService("/plant/pull_imu", pull));
+  run(0.1);
+  imus_.clear();
+  run(0.5);
+  EXPECT_TRUE(imus_.empty());
+  pull.request.data = false;
+  ASSERT_TRUE(jackal_aic::sim::callService("/plant/pull_imu", pull));
+  run(0.5);
+  EXPECT_GT(imus_.size(), 10u);
+}
+
 TEST_F(PlantNodeTest, IsPushedUntilItIsLetGo) {
   ros::Publisher push = node_.advertise<geometry_msgs::Wrench>("/plant/push", 10);
   ASSERT_TRUE(waitFor([&] { return push.getNumSubscribers() > 0; }));
