@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Table and figures of scripts/demo, from what step_recorder wrote for each robot and controller.
+"""Tables and figures of scripts/demo, from what step_recorder wrote for each robot and controller.
 
 Usage: plot_demo.py RECORDINGS OUTPUT CONTROLLER...
-Reads RECORDINGS/<robot>/<controller>/response.csv and metrics.csv; writes OUTPUT/demo.csv, demo_metrics.csv, demo.png (how the
-controllers compare on each robot) and demo_signals.png (what each of them measured, believed and sent); prints the table.
+Reads RECORDINGS/<robot>/<controller>/response.csv and metrics.csv; writes OUTPUT/demo.csv, demo_metrics.csv, demo.png (the
+stock controller and ours on a slow straight line and in a turn) and demo_signals.png (what each controller measured, believed
+and sent on the nominal robot); prints the tables.
 """
 
 import csv
@@ -25,20 +26,15 @@ TITLES = {
 # Okabe and Ito's palette: distinct for every kind of colour vision.
 BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION = '#000000', '#E69F00', '#56B4E9', '#009E73', '#0072B2', '#D55E00'
 
-ROBOTS = {  # directory: what it is
-    'nominal': 'the robot as it is known',
-    'worn': 'worn: weak battery (-20 %), 8 kg on top, 5° uphill',
-    'real': 'real: uneven ground, tyres that differ, delays, ...',
-}
-COLOURS = {'diff_drive': VERMILION, 'standard': SKY, 'improved': ORANGE, 'predictive': BLUE}
+ROBOTS = ('nominal', 'slow', 'real')
+FIRST_PICTURE = (('slow', '0.2 m/s'), ('real', '0.5 rad/s'))  # robot and step of each panel
+FIRST_LINES = {'diff_drive': ('stock controller', VERMILION), 'predictive': ('this package', BLUE)}
 
 LONG_GAP = 0.06  # s between two commands: three periods of a 50 Hz controller
 
-METRICS = [  # column of metrics.csv, heading, format
-    ('settling_s', 'settling [s]', '.2f'),
-    ('rise_s', 'rise [s]', '.2f'),
-    ('overshoot_pct', 'overshoot [%]', '.1f'),
-    ('steady_error_pct', 'steady-state error [%]', '+.2f'),
+TABLES = [  # column of metrics.csv, heading, format
+    ('steady_error_pct', 'Steady-state error, % of the set point', '+.1f'),
+    ('settling_s', 'Settling time, s (within 5 % of the final speed, whichever that is)', '.2f'),
 ]
 
 
@@ -57,25 +53,18 @@ def column(rows, name):
     return [float(row[name]) if row[name] else float('nan') for row in rows]
 
 
-def table_lines(metrics):
-    """The table for the terminal: one line per robot, step and controller."""
-    header = ['robot', 'controller', 'step'] + [heading for _, heading, _ in METRICS]
-    body = []
-    for robot, controllers in metrics.items():
-        for step in range(len(next(iter(controllers.values())))):
-            for controller, steps in controllers.items():
-                row = steps[step]
-                cells = [format(float(row[name]), form) if row[name] else 'never' for name, _, form in METRICS]
-                if row['bounded'] != '1':
-                    cells = ['unstable'] + ['-'] * (len(METRICS) - 1)
-                body.append([robot, title_of(controller), row['step']] + cells)
-    widths = [max(len(line[i]) for line in [header] + body) for i in range(len(header))]
-
-    def line(cells):
-        return '  '.join(cell.ljust(width) if i < 3 else cell.rjust(width)
-                         for i, (cell, width) in enumerate(zip(cells, widths))).rstrip()
-
-    return [line(header), '  '.join('-' * width for width in widths)] + [line(cells) for cells in body]
+def table_lines(metrics, name, heading, form):
+    """A table for the terminal: one line per robot and step, one column per controller."""
+    controllers = list(next(iter(metrics.values())))
+    lines = [['robot', 'step', *controllers]]
+    for robot, tables in metrics.items():
+        for rows in zip(*(tables[controller] for controller in controllers)):
+            cells = ['unstable' if row['bounded'] != '1' else format(float(row[name]), form) if row[name] else 'never'
+                     for row in rows]
+            lines.append([robot, rows[0]['step'], *cells])
+    widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
+    return [heading] + ['  ' + '  '.join(cell.ljust(width) if i < 2 else cell.rjust(width)
+                                         for i, (cell, width) in enumerate(zip(line, widths))).rstrip() for line in lines]
 
 
 def warnings(metrics):
@@ -110,32 +99,30 @@ def plain(axes):
         axes.spines[side].set_visible(False)
 
 
-def plot_comparison(path, responses, metrics):
-    """A column per robot, a row per step: the true velocity that each controller reached."""
-    steps = next(iter(next(iter(metrics.values())).values()))
-    figure, grid = plt.subplots(len(steps), len(responses), figsize=(6.0 * len(responses), 3.3 * len(steps)), sharex=True,
-                                sharey='row', squeeze=False)
-    for i, (robot, controllers) in enumerate(responses.items()):
-        grid[0, i].set_title(ROBOTS.get(robot, robot), fontsize=12, fontweight='bold', pad=10)
-        for controller, rows in controllers.items():
-            for k, step in enumerate(metrics[robot][controller]):
-                signal, quantity, unit = quantity_of(step)
-                time, part = window(rows, step)
-                axes = grid[k, i]
-                if controller == next(iter(controllers)):
-                    axes.step(time, column(part, 'set_' + signal), where='post', color=BLACK, lw=1.2, ls='--', label='set point')
-                axes.plot(time, column(part, 'true_' + signal), color=COLOURS.get(controller, '0.5'), lw=2.0,
-                          ls='-.' if controller == 'diff_drive' else '-', label=title_of(controller))
-                grid[k, 0].set_ylabel(f'true {quantity} [{unit}]')
-    for axes in grid.flat:
-        plain(axes)
-    for axes in grid[-1]:
-        axes.set_xlabel('time since the step [s]')
-    handles, labels = grid[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc='upper center', ncol=len(labels), frameon=False)
-    figure.tight_layout(rect=(0.0, 0.0, 1.0, 0.95))
-    figure.align_ylabels(grid[:, 0])
-    figure.savefig(path, dpi=110)
+def plot_first_picture(path, responses, metrics):
+    """Two panels, two lines each: how far the stock controller stays short, and ours does not."""
+    figure, grid = plt.subplots(1, 2, figsize=(8.3, 2.9))
+    for axes, (robot, name) in zip(grid, FIRST_PICTURE):
+        height, unit = float(name.split()[0]), name.split()[1]
+        axes.axhline(height, color=BLACK, lw=1.2, ls='--')
+        for controller, (label, colour) in FIRST_LINES.items():
+            step = next(row for row in metrics[robot][controller] if row['step'] == name)
+            signal, _, _ = quantity_of(step)
+            time, part = window(responses[robot][controller], step)
+            axes.plot(time, column(part, 'true_' + signal), color=colour, lw=2.5)
+            error = float(step['steady_error_pct'])
+            axes.annotate(f'{label}\n{error:+.1f} %', (1.02, height * (1.0 + error / 100.0)), color=colour, va='center',
+                          xycoords=('axes fraction', 'data'), fontsize=12, fontweight='bold', annotation_clip=False)
+        axes.set_title(f'Asked for {name}' + (' (turn)' if unit == 'rad/s' else ''), loc='left', fontsize=13, fontweight='bold')
+        axes.set_xlabel('seconds', fontsize=11)
+        axes.set_ylabel(unit, fontsize=11)
+        axes.set_ylim(0.0, 1.2 * height)
+        axes.set_xlim(-0.25, 2.5)
+        axes.tick_params(labelsize=11)
+        for side in ('top', 'right'):
+            axes.spines[side].set_visible(False)
+    figure.subplots_adjust(left=0.08, right=0.83, top=0.88, bottom=0.2, wspace=0.95)
+    figure.savefig(path, dpi=100)
 
 
 def plot_velocity(axes, time, rows, signal, step):
@@ -198,9 +185,10 @@ def main(recordings, output, controllers):
     responses, metrics = read('response.csv'), read('metrics.csv')
     write_joined(output / 'demo.csv', responses)
     write_joined(output / 'demo_metrics.csv', metrics)
-    plot_comparison(output / 'demo.png', responses, metrics)
+    plot_first_picture(output / 'demo.png', responses, metrics)
     plot_signals(output / 'demo_signals.png', responses['nominal'], metrics['nominal'])
-    print('\n'.join([*table_lines(metrics), *warnings(metrics)]))
+    tables = [line for table in TABLES for line in [*table_lines(metrics, *table), '']]
+    print('\n'.join([*tables, *warnings(metrics)]))
 
 
 if __name__ == '__main__':
