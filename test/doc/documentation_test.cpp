@@ -111,6 +111,19 @@ TEST(Documentation, EveryProgramAndLaunchFileThatItStartsIsBuiltHere) {
   EXPECT_GT(commands, 20);
 }
 
+TEST(Documentation, PagesForUsersArePlain) {
+  const std::string command = "/usr/bin/python3 " + (kRoot / "test/doc/readability").string() + " " + kRoot.string();
+  EXPECT_EQ(std::system(command.c_str()), 0);
+}
+
+TEST(Documentation, TheReadmeFitsOneScreenAndSaysThatNoRobotHasDrivenWithIt) {
+  const std::string readme = textOf(kRoot / "README.md");
+  EXPECT_LE(std::count(readme.begin(), readme.end(), '\n'), 110);
+  std::size_t end = 0;
+  for (int line = 0; line < 5; ++line) end = readme.find('\n', end) + 1;
+  EXPECT_NE(readme.substr(0, end).find("simulation only so far, never on a robot"), std::string::npos);
+}
+
 class Commands : public testing::TestWithParam<fs::path> {};
 
 TEST_P(Commands, DoWhatThePageSays) {
