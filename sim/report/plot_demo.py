@@ -4,7 +4,7 @@
 Usage: plot_demo.py RECORDINGS OUTPUT CONTROLLER...
 Reads RECORDINGS/<robot>/<controller>/response.csv and metrics.csv; writes OUTPUT/demo.csv, demo_metrics.csv, demo.png (the
 stock controller and ours on a slow straight line and in a turn) and demo_signals.png (what each controller measured, believed
-and sent on the nominal robot); prints the tables.
+and sent in the same two steps on the nominal robot); prints the tables.
 """
 
 import csv
@@ -101,7 +101,7 @@ def plain(axes):
 
 def plot_first_picture(path, responses, metrics):
     """Two panels, two lines each: how far the stock controller stays short, and ours does not."""
-    figure, grid = plt.subplots(1, 2, figsize=(8.3, 2.9))
+    figure, grid = plt.subplots(1, 2, figsize=(8.3, 3.2))
     for axes, (robot, name) in zip(grid, FIRST_PICTURE):
         height, unit = float(name.split()[0]), name.split()[1]
         axes.axhline(height, color=BLACK, lw=1.2, ls='--')
@@ -112,16 +112,16 @@ def plot_first_picture(path, responses, metrics):
             axes.plot(time, column(part, 'true_' + signal), color=colour, lw=2.5)
             error = float(step['steady_error_pct'])
             axes.annotate(f'{label}\n{error:+.1f} %', (1.02, height * (1.0 + error / 100.0)), color=colour, va='center',
-                          xycoords=('axes fraction', 'data'), fontsize=12, fontweight='bold', annotation_clip=False)
+                          xycoords=('axes fraction', 'data'), fontsize=11, fontweight='bold', annotation_clip=False)
         axes.set_title(f'Asked for {name}' + (' (turn)' if unit == 'rad/s' else ''), loc='left', fontsize=13, fontweight='bold')
         axes.set_xlabel('seconds', fontsize=11)
         axes.set_ylabel(unit, fontsize=11)
-        axes.set_ylim(0.0, 1.2 * height)
+        axes.set_ylim(0.0, 1.15 * height)
         axes.set_xlim(-0.25, 2.5)
         axes.tick_params(labelsize=11)
         for side in ('top', 'right'):
             axes.spines[side].set_visible(False)
-    figure.subplots_adjust(left=0.08, right=0.83, top=0.88, bottom=0.2, wspace=0.95)
+    figure.subplots_adjust(left=0.085, right=0.83, top=0.89, bottom=0.17, wspace=0.95)
     figure.savefig(path, dpi=100)
 
 
@@ -186,7 +186,9 @@ def main(recordings, output, controllers):
     write_joined(output / 'demo.csv', responses)
     write_joined(output / 'demo_metrics.csv', metrics)
     plot_first_picture(output / 'demo.png', responses, metrics)
-    plot_signals(output / 'demo_signals.png', responses['nominal'], metrics['nominal'])
+    shown = [name for _, name in FIRST_PICTURE]
+    plot_signals(output / 'demo_signals.png', responses['nominal'],
+                 {name: [step for step in steps if step['step'] in shown] for name, steps in metrics['nominal'].items()})
     tables = [line for table in TABLES for line in [*table_lines(metrics, *table), '']]
     print('\n'.join([*tables, *warnings(metrics)]))
 
