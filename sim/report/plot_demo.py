@@ -53,13 +53,19 @@ def column(rows, name):
     return [float(row[name]) if row[name] else float('nan') for row in rows]
 
 
+def shown(value, form):
+    """A number, whose zero has no sign."""
+    text = format(value, form)
+    return text.lstrip('+-') if float(text) == 0.0 else text
+
+
 def table_lines(metrics, name, heading, form):
     """A table for the terminal: one line per robot and step, one column per controller."""
     controllers = list(next(iter(metrics.values())))
     lines = [['robot', 'step', *controllers]]
     for robot, tables in metrics.items():
         for rows in zip(*(tables[controller] for controller in controllers)):
-            cells = ['unstable' if row['bounded'] != '1' else format(float(row[name]), form) if row[name] else 'never'
+            cells = ['unstable' if row['bounded'] != '1' else shown(float(row[name]), form) if row[name] else 'never'
                      for row in rows]
             lines.append([robot, rows[0]['step'], *cells])
     widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
@@ -111,7 +117,7 @@ def plot_first_picture(path, responses, metrics):
             time, part = window(responses[robot][controller], step)
             axes.plot(time, column(part, 'true_' + signal), color=colour, lw=2.5)
             error = float(step['steady_error_pct'])
-            axes.annotate(f'{label}\n{error:+.1f} %', (1.02, height * (1.0 + error / 100.0)), color=colour, va='center',
+            axes.annotate(f'{label}\n{shown(error, "+.1f")} %', (1.02, height * (1.0 + error / 100.0)), color=colour, va='center',
                           xycoords=('axes fraction', 'data'), fontsize=11, fontweight='bold', annotation_clip=False)
         axes.set_title(f'Asked for {name}' + (' (turn)' if unit == 'rad/s' else ''), loc='left', fontsize=13, fontweight='bold')
         axes.set_xlabel('seconds', fontsize=11)
