@@ -127,8 +127,8 @@ TEST(Documentation, TheReadmeFitsOneScreenAndSaysThatNoRobotHasDrivenWithIt) {
 class Commands : public testing::TestWithParam<fs::path> {};
 
 TEST_P(Commands, DoWhatThePageSays) {
-  const std::string command =
-      "/usr/bin/python3 " + (kRoot / "test/doc/run_commands").string() + " " + kRoot.string() + " " + GetParam().string();
+  const std::string command = "/usr/bin/python3 " + (kRoot / "test/doc/run_commands").string() + " " + kRoot.string() +
+                              " " + GetParam().string();
   EXPECT_EQ(std::system(command.c_str()), 0) << GetParam();
 }
 

@@ -329,7 +329,8 @@ TEST_F(Launch, HandsTheRecorderAPathWithAnApostrophe) {
       "record_to:=\"" +
       prefix + "\" > " + path("log") + " 2>&1";
   EXPECT_EQ(std::system(command.c_str()), 0);
-  EXPECT_NE(text("log").find("record " + prefix + " --set-point jackal_AIC/set_point --cmd-drive cmd_drive"), std::string::npos)
+  EXPECT_NE(text("log").find("record " + prefix + " --set-point jackal_AIC/set_point --cmd-drive cmd_drive"),
+            std::string::npos)
       << text("log");
 }
 
