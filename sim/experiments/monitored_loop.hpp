@@ -61,6 +61,7 @@ struct MonitoredSample {
   double wheel_left;        ///< true speed of the left wheels [rad/s]
   WheelCommand command;     ///< in force [rad/s]
   FaultReport report;       ///< of the monitor
+  Fault fault;              ///< that the loop tells
   ChannelValidity counted;  ///< channels that reached the controller
 };
 

@@ -18,6 +18,7 @@ namespace {
 
 constexpr double kTick = 0.01;        // s between calls of the loop's timer
 constexpr double kSensorRate = 20.0;  // Hz, of the recordings
+constexpr double kTrackRange = 4.0;    // a Husky on a smooth floor turns by less than half of its geometry
 
 /// The limits of the drive gate are those of a Jackal; here others have driven, faster.
 LimitParameters wideLimits() {
@@ -70,6 +71,7 @@ DriveParameters driveParameters(const PackageFiles& files, const RobotRecording&
   drive.geometry.wheel_radius = recording.robot.wheel_radius;
   drive.geometry.effective_track = node.robot.track_multiplier * recording.robot.wheel_distance;
   drive.geometry.slip_factor = 1.0;
+  drive.geometry.track_range = kTrackRange;
   drive.gate.limits = wideLimits();
   drive.motors_shared = true;
   return drive;

@@ -35,6 +35,14 @@ void putGyro(const InjectedFault& fault, const PlantMeasurement& last, PlantMeas
   yaw_rate = faultyValue(fault.kind, fault.amount, yaw_rate);
 }
 
+void putAcceleration(const InjectedFault& fault, const PlantMeasurement& last, PlantMeasurement& sample) {
+  for (int axis = 0; axis < 3; ++axis) {
+    double& value = sample.linear_acceleration(axis);
+    value = fault.kind == FaultKind::freeze ? last.linear_acceleration(axis)
+                                            : faultyValue(fault.kind, fault.amount, value);
+  }
+}
+
 /// @param last what was passed on before this sample.
 void put(const InjectedFault& fault, const PlantMeasurement& last, PlantMeasurement& sample) {
   if (fault.kind == FaultKind::upside_down) return flip(sample);
@@ -42,6 +50,7 @@ void put(const InjectedFault& fault, const PlantMeasurement& last, PlantMeasurem
   if (all || fault.channel == FaultChannel::left) putEncoder(fault, Side::left, last, sample);
   if (all || fault.channel == FaultChannel::right) putEncoder(fault, Side::right, last, sample);
   if (all || fault.channel == FaultChannel::gyro) putGyro(fault, last, sample);
+  if (fault.channel == FaultChannel::acceleration) putAcceleration(fault, last, sample);
 }
 
 }  // namespace

@@ -15,7 +15,8 @@ namespace jackal_aic::sim {
 /// Passes samples on with the faults in them.
 class SensorFaults {
  public:
-  /// @param faults of the channels left, right (encoders) and gyro: FaultKind::freeze, to the bit, and those of values;
+  /// @param faults of the channels left, right (encoders), gyro and acceleration (all axes, not part of `all`):
+  /// FaultKind::freeze, to the bit, and those of values;
   /// FaultKind::upside_down turns the IMU by half a turn about its x axis. Their onset is the stamp 0.
   explicit SensorFaults(std::vector<InjectedFault> faults) : faults_(std::move(faults)) {}
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "jackal_aic/model/robot_range.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -105,7 +107,7 @@ WheelVector ActionBound::bound(const WheelVector& action, const WheelVector& wan
   watchRamp(part < 1.0);
   const WheelVector steady = (goal / gain_).unaryExpr([this](double v) { return dead_zone_.command(v); });
   if (!told_to_stop_) next = together(action, next, steady);
-  for (int i = 0; i < 2; ++i) next(i) = towardsGoal(i, action(i), next(i), steady(i));
+  for (int i = 0; i < 2; ++i) next(i) = possible(action(i), towardsGoal(i, action(i), next(i), steady(i)), goal(i));
   return next;
 }
 
@@ -117,6 +119,13 @@ double ActionBound::towardsGoal(int wheel, double action, double next, double go
   if (told_to_stop_ && speed_(wheel) > kRest) return std::max(next, std::min(action, 0.0));
   if (told_to_stop_ && speed_(wheel) < -kRest) return std::min(next, std::max(action, 0.0));
   return next;
+}
+
+/// Within the commands that a robot near its model needs for the goal, or on the way back to them.
+double ActionBound::possible(double action, double next, double goal) const {
+  const Range commands = withinRange(goal, goal);
+  return std::clamp(next, std::min(action, dead_zone_.command(commands.low / gain_)),
+                    std::max(action, dead_zone_.command(commands.high / gain_)));
 }
 
 void ActionBound::watchStop(const WheelVector& action, bool told_to_stop) {

@@ -45,6 +45,9 @@ constexpr double kCountless = 1e6;
 /// Commands of this time [s] before the first sample tell what is under way in the drive train.
 constexpr double kCommandsKnown = 0.25;
 
+constexpr double kOffModel = 0.3;   // s, of wheels or a turn beyond their model, until that is told
+constexpr double kTurns = 0.2;      // rad/s, asked for by the wheels of a robot that turns
+
 constexpr double kRounding = 1e-6;  // of a step
 
 constexpr double kLongestStep = 0.5;  // s between samples; a longer silence says nothing more
@@ -81,6 +84,8 @@ bool FaultReport::faulty() const {
          isFaulty(accelerometer);
 }
 
+bool FaultReport::turnSensorFaulty() const { return isFaulty(wheel_left) || isFaulty(wheel_right) || isFaulty(gyro); }
+
 Fault FaultReport::fault() const {
   if (drive_left && drive_right) return Fault::wheels_blocked;
   if (drive_left) return Fault::left_wheels_blocked;
@@ -105,6 +110,7 @@ FaultMonitor::FaultMonitor(const FaultParameters& parameters, const GeometryPara
       left_(parameters, model, geometry.wheel_radius),
       right_(left_),
       yaw_(parameters, geometryOf(model, geometry).effective_track),
+      witness_(rolling_radius_, geometryOf(model, geometry).effective_track, geometry.track_range),
       acceleration_(parameters) {}
 
 void FaultMonitor::advance(const std::optional<WheelCommand>& known, double duration) {
@@ -199,6 +205,42 @@ void FaultMonitor::checkWheels(const Observation& observation, const SampleStep&
   if (undecided(right_, report_.wheel_right, report_.drive_right) && !right_.suspecting()) right_.forgive();
   conclude(left_, report_.wheel_left, report_.drive_left, step.time);
   conclude(right_, report_.wheel_right, report_.drive_right, step.time);
+  hearWitnesses(observation, step.time);
+  compareWithModel(observation, step.time);
+}
+
+void FaultMonitor::hearWitnesses(const Observation& y, double step) {
+  const ChannelValidity& valid = y.valid;
+  const bool told_to_rest = left_.commandedToRest() && right_.commandedToRest();
+  if (!valid.wheel_left || !valid.wheel_right || !yawTells(y) || told_to_rest) return witness_.reset();
+  witness_.update(y.yaw_rate, {y.wheel_left, left_.nominal(), left_.reachable()},
+                  {y.wheel_right, right_.nominal(), right_.reachable()},
+                  std::max(left_.longestHold(), right_.longestHold()), step);
+  if (witness_.leftWrong()) blameEncoder(left_, report_.wheel_left, report_.drive_left);
+  if (witness_.rightWrong()) blameEncoder(right_, report_.wheel_right, report_.drive_right);
+}
+
+void FaultMonitor::blameEncoder(WheelMonitor& wheel, ChannelHealth& verdict, bool& drive) {
+  wheel.declareWrong();
+  if (!isFaulty(verdict)) verdict = {ChannelState::faulty, FaultCause::prediction, wheel.distance()};
+  drive = false;
+}
+
+/// A robot that is not its model is told so, whatever the reason.
+void FaultMonitor::compareWithModel(const Observation& y, double step) {
+  const auto beyond = [](bool valid, double measured, const Range& reachable) {
+    return valid && withinRange(reachable.low, reachable.high).outside(measured) != 0.0;
+  };
+  const bool off = beyond(y.valid.wheel_left, y.wheel_left, left_.reachable()) ||
+                   beyond(y.valid.wheel_right, y.wheel_right, right_.reachable());
+  off_model_ = off ? std::min(off_model_ + step, 2.0 * kOffModel) : std::max(off_model_ - step, 0.0);
+  report_.wheels_off_model = off_model_ > (report_.wheels_off_model ? 0.0 : kOffModel);
+  if (model_.on_box || !y.valid.yaw_rate || !y.valid.wheel_left || !y.valid.wheel_right) return;
+  const double asked = rolling_radius_ * (y.wheel_right - y.wheel_left) / geometryOf(model_, geometry_).effective_track;
+  turn_.update(y.yaw_rate, asked, step);
+  const double range = geometry_.track_range;
+  report_.turn_off_model =
+      turn_.turned() > kOffModel && (turn_.value() < 1.0 / range || turn_.value() > range) && std::abs(asked) > kTurns;
 }
 
 /// Wheels that are to stand and turn all the same are turned from outside, whatever the yaw rate says: pushed, or
@@ -334,7 +376,7 @@ double FaultMonitor::differenceVariance(const Observation& observation) const {
 void FaultMonitor::checkGyro(const Observation& observation, const SampleStep& step) {
   if (!observation.valid.yaw_rate) return;
   // While a wheel is suspect the difference of the wheels is no witness against the gyro.
-  const bool wheels_tell = !left_.suspect() && !right_.suspect() && !report_.drive_left && !report_.drive_right;
+  const bool wheels_tell = !witness_.clearsGyro() && !left_.suspect() && !right_.suspect() && !report_.drive_left && !report_.drive_right;
   if (model_.on_box) {
     yaw_.check(observation.yaw_rate, {0.0, 0.0}, wheelsTurn(), step);
   } else if (wheels_tell || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right)) {
@@ -394,6 +436,9 @@ void FaultMonitor::restart() {
   yaw_.restart();
   acceleration_.restart();
   traction_.restart();
+  witness_.reset();
+  turn_ = TurnAgreement();
+  off_model_ = 0.0;
 }
 
 void FaultMonitor::forgetEncoders() {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "jackal_aic/model/drive_train_belief.hpp"
+#include "jackal_aic/model/forgetting.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -13,7 +14,8 @@ namespace {
 /// learned limit or by the model's; one that moves less has another reason.
 constexpr double kLeastPart = 0.2;
 
-/// Time that a wheel has to keep its speed at the limit until that is none [s]: any dead time is over by then.
+/// Time that a wheel has to keep its speed at the limit until that is none [s]: any dead time is over by then. The mean
+/// over it decides: the noise of an encoder is as large as a change between two samples.
 constexpr double kStall = 0.3;
 
 constexpr double kLeastLimit = 0.3;            // lambda
@@ -81,7 +83,8 @@ void WheelBelief::seed(double speed) {
   forgetTiming();
   lagged_ = corrected_ = measured_ = predicted_ = speed;
   steps_ = limited_steps_ = 0;
-  limit_doubt_ = rate_ = stalled_ = 0.0;
+  limit_doubt_ = rate_ = 0.0;
+  ramp_ = {};
 }
 
 void WheelBelief::predictActing(double command) {
@@ -94,7 +97,7 @@ void WheelBelief::predictActing(double command) {
   limited_steps_ = limited ? limited_steps_ + 1 : 0;
   // At the limit the speed does not depend on z and d: J = I. A wheel that has stood at one speed for long is at no
   // limit, whatever the belief has it do: it tells that z and d are wrong, and may correct them.
-  const bool held = limited && stalled_ <= kStall;
+  const bool held = limited && !stalled();
   if (!held) propagate(transition(), P_);
   predictTiming(held);
   P_(0, 0) += parameters_.speed_process_noise * kStep;
@@ -127,15 +130,14 @@ double WheelBelief::correct(double measurement, double added_variance) {
   const double variance = parameters_.measurement_variance + added_variance;
   predicted_ = speed();
   const double error = measurement - predicted_, change = predicted_ - corrected_;
+  const bool at_limit = limited_steps_ >= steps_;
+  if (!at_limit) ramp_ = {};
+  if (at_limit) ramp_.add(measurement - measured_, change, static_cast<double>(steps_) * kStep);
   if ((measurement - measured_) * change > kLeastPart * change * change) {
     P_(0, 0) += limit_doubt_ * limit_doubt_;
     learnLimit(measurement - measured_);
-    stalled_ = 0.0;
   } else if (limited_steps_ >= 2 * steps_) {
     forgetLimit();
-    stalled_ += static_cast<double>(steps_) * kStep;
-  } else {
-    stalled_ = 0.0;
   }
   measured_ = measurement;
   steps_ = 0;
@@ -162,6 +164,15 @@ double WheelBelief::correct(double measurement, double added_variance) {
   // x − x_prior = P C' moved/S
   return 0.5 * residual * residual / variance + 0.5 * total * moved * moved / S;
 }
+
+void WheelBelief::Ramp::add(double change, double expected_change, double step) {
+  const double kept = keptAfter(step, kStall);
+  moved = kept * moved + change * expected_change;
+  expected = kept * expected + expected_change * expected_change;
+  time += step;
+}
+
+bool WheelBelief::stalled() const { return ramp_.time > kStall && ramp_.moved < kLeastPart * ramp_.expected; }
 
 void WheelBelief::learnTiming(double surprise, double part) {
   if (timing_decay_ == 0.0 || part == 0.0) return;

@@ -12,8 +12,9 @@ constexpr double kTrackSettled = 4.0;  // slip memories; after the dead time, un
 constexpr double kStraight = 0.5;      // rad/s; largest difference of the wheel speeds on a straight line
 constexpr double kMoving = 0.5;        // rad/s; least wheel speed of a robot that moves
 
-SlipLearning slipLearning(const PredictiveParameters& p) {
-  return {p.gyro_variance, p.accelerometer_variance, p.slip_time_constant, p.yaw_delay_deviation, p.slip_excitation};
+SlipLearning slipLearning(const PredictiveParameters& p, double range) {
+  return {p.gyro_variance,       p.accelerometer_variance, p.slip_time_constant,
+          p.yaw_delay_deviation, p.slip_excitation,        range};
 }
 
 SlipState configuredSlip(const GeometryParameters& geometry, const PlantModel& model) {
@@ -40,14 +41,16 @@ ModelLearning::ModelLearning(const PredictiveParameters& parameters, const Geome
                              const PlantModel& model)
     : parameters_(parameters),
       wheel_radius_(geometry.wheel_radius),
+      track_range_(geometry.track_range),
       dead_time_(model.dead_time),
       on_box_(model.on_box),
-      slip_(configuredSlip(geometry, model), geometry.wheel_radius, slipLearning(parameters)),
+      slip_(configuredSlip(geometry, model), geometry.wheel_radius,
+            slipLearning(parameters, geometry.track_range)),
       precisions_(sensorPrecisions(parameters)) {}
 
 void ModelLearning::takeOver(const SlipBelief& learned) {
   slip_ = learned;
-  slip_.setLearning(slipLearning(parameters_));
+  slip_.setLearning(slipLearning(parameters_, track_range_));
   slip_.forgetMotion();
 }
 
@@ -109,7 +112,7 @@ void ModelLearning::learnPrecisions(const Observation& y, const WheelBelief& lef
 void ModelLearning::setParameters(const PredictiveParameters& parameters, const WheelBelief& left,
                                   const WheelBelief& right) {
   parameters_ = parameters;
-  slip_.setLearning(slipLearning(parameters));
+  slip_.setLearning(slipLearning(parameters, track_range_));
   precisions_ = sensorPrecisions(parameters);
   restart(left, right);
 }

@@ -46,13 +46,12 @@ double MotionUncertainty::forwardVariance(double believed, const BodyVector& vel
          square(kRadiusDeviation * velocity(kForward));
 }
 
-double MotionUncertainty::yawVariance(double believed, const BodyVector& velocity, double gyro_offset,
-                                      double ahead) const {
+double MotionUncertainty::yawVariance(double believed, const BodyVector& velocity, double ahead) const {
   if (on_box_) return wheels_.factor() * believed + square(ahead);
   const double factor = gyro_.factor();
   const double turning_in = std::max(0.0, square(factor) - 1.0) * square(kTurnIn * slip_.difference() / track_);
-  // φ P + offset² + Δθ̇² + (m q θ̇)² + (φ² − 1) (k (s_R − s_L)/b̂)²
-  return factor * believed + square(gyro_offset) + square(ahead) + square(kYawPerTurn * velocity(kYaw)) * turn_ +
+  // φ P + Δθ̇² + (m q θ̇)² + (φ² − 1) (k (s_R − s_L)/b̂)²
+  return factor * believed + square(ahead) + square(kYawPerTurn * velocity(kYaw)) * turn_ +
          turning_in;
 }
 

@@ -121,8 +121,7 @@ void PredictiveController::correct(const Observation& y) {
   if (const int measured = wheelsTold(y)) uncertainty_.learnWheels(of_wheels / measured, observation_step_);
   if (y.valid.yaw_rate) {
     uncertainty_.learnGyro(of_yaw_rate, observation_step_);
-    uncertainty_.learnTurn(y.yaw_rate - slipBelief().gyroOffset(),
-                           slipBelief().usualYawRate(left().speed(), right().speed()), observation_step_);
+    uncertainty_.learnTurn(y.yaw_rate, slipBelief().usualYawRate(left().speed(), right().speed()), observation_step_);
   }
   if (!model_.on_box) correctForwardSpeed(y);
   learning_.correct(y, left(), right(), observation_step_);
@@ -381,7 +380,7 @@ Eigen::Matrix2d PredictiveController::motionCovariance() const {
   const WheelVector ahead = changeAhead();
   const double turn = slipBelief().yawPerDifference(left().speed(), right().speed()) * (ahead(1) - ahead(0));
   return Eigen::Vector2d(uncertainty_.forwardVariance(forward, velocity, forwardSpeedOf(ahead.sum())),
-                         uncertainty_.yawVariance(yaw_.variance(), velocity, slipBelief().gyroOffset(), turn))
+                         uncertainty_.yawVariance(yaw_.variance(), velocity, turn))
       .asDiagonal();
 }
 

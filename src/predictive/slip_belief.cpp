@@ -18,21 +18,13 @@ constexpr double kAlphaMemory = 5.0;   // excited time over which alpha is avera
 constexpr double kSpeedChange = 0.1;   // least |r W| to learn alpha from [m/s]
 constexpr double kStraight = 0.5;      // largest difference of the wheel speeds while alpha is learned [rad/s]
 constexpr double kStandstill = 0.15;   // wheel speeds below which the robot is taken to rest [rad/s]
-constexpr double kOffsetMemory = 1.0;  // of the accelerometer's offset and the gyro's [s]
+constexpr double kOffsetMemory = 1.0;  // of the accelerometer's offset [s]
 constexpr double kLongestMissed = kWashout + 2.0 * kOffsetMemory;  // without an acceleration, that is counted [s]
-constexpr double kFollows = 0.5;             // least c of TurnAgreement of a body that follows its wheels
-constexpr double kAgainst = 0.15;            // part of the turn; what turns more against the wheels is no slip
-constexpr double kLargestGyroOffset = 0.05;  // rad/s; more at rest is no offset, but a robot that is turned
 
 /// One step of the natural gradient of 1/2 (y - parameter x)^2 / variance, with a curvature that forgets.
 double descend(double parameter, double& curvature, double y, double x, double variance, double forgetting) {
   curvature = curvature * forgetting + x * x / variance;
   return parameter + x * (y - parameter * x) / (variance * curvature);
-}
-
-/// Whether a body turns against what its wheels ask for: that is no slip.
-bool against(double yaw_rate, double asked) {
-  return yaw_rate * asked < 0.0 && std::abs(yaw_rate) > kAgainst * std::abs(asked);
 }
 
 double curvatureOf(double value) { return 1.0 / (kDeviation * value * kDeviation * value); }
@@ -43,29 +35,28 @@ SlipBelief::SlipBelief(const SlipState& configured, double wheel_radius, const S
     : configured_(configured),
       radius_(wheel_radius),
       learning_(learning),
-      turn_(configured.slip_factor / configured.effective_track),
+      turn_(configured.slip_factor / configured.effective_track, learning.range),
       alpha_(configured.slip_factor),
       correction_curvature_(curvatureOf(1.0)),
       alpha_curvature_(curvatureOf(alpha_)),
-      kept_{turn_, correction_} {}
+      kept_{turn_, correction_},
+      recent_(kept_) {}
 
 double SlipBelief::boundedAlpha(double alpha) const {
   return std::clamp(alpha, configured_.slip_factor / kAlphaRange, configured_.slip_factor * kAlphaRange);
 }
 
 double SlipBelief::boundedCorrection(double correction) const {
-  // q = g q_1 stays within the range of q_1.
-  const double configured = configured_.slip_factor / (configured_.effective_track * turn_.inPlace());
-  return std::clamp(correction, configured / TurnModel::kRange, configured * TurnModel::kRange);
+  return turn_.bounded(correction * turn_.inPlace()) / turn_.inPlace();  // q = g q_1 stays within the range of q_1
 }
 
 void SlipBelief::setState(const SlipState& state) {
-  TurnModel turn(configured_.slip_factor / configured_.effective_track);
+  TurnModel turn(configured_.slip_factor / configured_.effective_track, learning_.range);
   if (state.turn) turn.setCoefficients(*state.turn);
   turn_ = turn;
   alpha_ = boundedAlpha(state.slip_factor);
   correction_ = boundedCorrection(state.slip_factor / (state.effective_track * turn_.inPlace()));
-  kept_ = {turn_, correction_};
+  kept_ = recent_ = {turn_, correction_};
 }
 
 void SlipBelief::forgetMotion() {
@@ -76,11 +67,15 @@ void SlipBelief::forgetMotion() {
 // ---- the turn
 
 double SlipBelief::yawRate(double left, double right) const {
-  return correction_ * turn_.yawRate(radius_ * (right - left), 0.5 * radius_ * (left + right));
+  return turn_.yawRate(radius_ * (right - left), 0.5 * radius_ * (left + right), correction_);
+}
+
+double SlipBelief::usualYawRate(double left, double right) const {
+  return turn_.yawRate(radius_ * (right - left), 0.5 * radius_ * (left + right));
 }
 
 double SlipBelief::yawPerDifference(double left, double right) const {
-  return correction_ * radius_ * turn_.perDifference(radius_ * (right - left), 0.5 * radius_ * (left + right));
+  return radius_ * turn_.perDifference(radius_ * (right - left), 0.5 * radius_ * (left + right), correction_);
 }
 
 double SlipBelief::yawAcceleration(const WheelVector& speed, const WheelVector& acceleration) const {
@@ -91,7 +86,7 @@ double SlipBelief::yawAcceleration(const WheelVector& speed, const WheelVector& 
 }
 
 double SlipBelief::wheelDifference(double yaw_rate, double mean) const {
-  return turn_.difference(yaw_rate / correction_, radius_ * mean) / radius_;
+  return turn_.difference(yaw_rate, radius_ * mean, correction_) / radius_;
 }
 
 WheelCommand SlipBelief::wheelSpeeds(double forward, double yaw_rate) const {
@@ -117,40 +112,41 @@ void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double st
   track_gain_ = 0.0;
   const double left = n.mean - 0.5 * n.value, right = n.mean + 0.5 * n.value;
   const double late = yawPerDifference(left, right) * changeOf(n, step);
-  agreement_.update(yaw_rate, yawRate(left, right), step);
-  if (agreement_.value() < 0.0) {
-    turn_ = kept_.turn;
-    correction_ = kept_.correction;
-    return;
-  }
-  if (agreement_.value() > kFollows) kept_ = {turn_, correction_};
+  if (!turn_.plausible(yaw_rate, radius_ * (n.value + n.error), radius_ * (n.mean + n.mean_error))) return;
+  keep(n, step);
   learnTurn(yaw_rate, n, learning_.gyro_variance + late * late, step);
-  const double slope = yawPerDifference(left, right), f = yawRate(left, right) / correction_;
+  const double slope = yawPerDifference(left, right), f = usualYawRate(left, right);
   // A belief that is off by more than usual may be off by as much as is measured.
   const double surprise = n.error * n.error > kUsual * error_variance_ ? n.error * n.error : 0.0;
-  if (!turns(n, step) || against(yaw_rate, f)) return;
+  if (!turns(n, step)) return;
   const double variance = learning_.gyro_variance + slope * slope * (n.variance + surprise) + late * late;
   const double forgetting = keptAfter(step, learning_.memory);
-  // Beyond the range of g is only what f left to it.
-  const double learned = descend(correction_, correction_curvature_, yaw_rate, f, variance, forgetting);
-  correction_ = boundedCorrection(
-      std::clamp(learned, std::min(correction_, 1.0 / kCorrectionRange), std::max(correction_, kCorrectionRange)));
+  correction_ = boundedCorrection(descend(correction_, correction_curvature_, yaw_rate, f, variance, forgetting));
   track_gain_ = f * f / (variance * correction_curvature_);
+}
+
+void SlipBelief::keep(const WheelDifference& n, double step) {
+  if (std::abs(radius_ * n.value) > TurnModel::kTurn) trusted_ += step;
+  if (trusted_ < kTrustTime) return;
+  kept_ = recent_;
+  recent_ = {turn_, correction_};
+  trusted_ = 0.0;
+}
+
+void SlipBelief::withdraw() {
+  turn_ = kept_.turn;
+  correction_ = kept_.correction;
+  recent_ = kept_;
+  trusted_ = 0.0;
 }
 
 void SlipBelief::learnTurn(double yaw_rate, const WheelDifference& n, double variance, double step) {
   const double difference = n.value + n.error, mean = n.mean + n.mean_error;
-  if (std::abs(mean) + 0.5 * std::abs(difference) < kStandstill) {
-    average(gyro_offset_, yaw_rate, step, kOffsetMemory);
-    gyro_offset_ = std::clamp(gyro_offset_, -kLargestGyroOffset, kLargestGyroOffset);
-    return;
-  }
+  if (std::abs(mean) + 0.5 * std::abs(difference) < kStandstill) return;
   const double x = radius_ * difference, v = radius_ * mean;
   const double before = turn_.yawRate(x, v);
-  // What f learns of a turn is taken out of g.
   const bool turn = std::abs(x) > TurnModel::kTurn;
-  if (turn && against(yaw_rate, before)) return;
-  turn_.learn(yaw_rate - gyro_offset_, x, v, variance, step);
+  turn_.learn(yaw_rate, x, v, variance, step);
   const double after = turn_.yawRate(x, v);
   // What f learns of this turn is taken out of g.
   if (turn && before * after > 0.0) correction_ = boundedCorrection(correction_ * before / after);

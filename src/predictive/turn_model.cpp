@@ -23,14 +23,17 @@ constexpr double kErrorEvidence = 2.0;    // N_0
 constexpr double kModelErrorLasts = 1.5;  // tau_m [s]
 constexpr double kStraight = 0.05;        // largest |x| of a straight line [m/s]
 constexpr double kEnough = 1e3;           // information about the veer, in that of the prior: more would make it stiff
-constexpr double kLargestCoefficient = 0.5;  // of q_2, q_3 and q_4, relative to the configured ratio
+constexpr double kLargestCoefficient = 0.5;  // of q_2 and q_4, relative to the configured ratio, per m/s
+constexpr double kLargestVeer = 0.1;         // of q_3, relative to it: three times what tyres differ by as a rule
+constexpr double kSlack = 4.0 / 3.0;         // factor beyond the range, up to which a turn counts as one at its bound
 
 double sign(double value) { return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0; }
 
 }  // namespace
 
-TurnModel::TurnModel(double ratio)
+TurnModel::TurnModel(double ratio, double range)
     : configured_(ratio),
+      range_(range),
       mean_(ratio, 0.0, 0.0, 0.0),
       model_error_(kModelError * kModelError),
       error_evidence_(kErrorEvidence) {
@@ -40,25 +43,29 @@ TurnModel::TurnModel(double ratio)
   covariance_ = (ratio * deviations).cwiseAbs2().asDiagonal();
 }
 
-double TurnModel::alike(double v) const {
-  return std::clamp(mean_(0) + mean_(1) * std::abs(v), configured_ / kRange, configured_ * kRange);
+double TurnModel::bounded(double ratio) const { return std::clamp(ratio, configured_ / range_, configured_ * range_); }
+
+double TurnModel::perDifference(double x, double v, double correction) const {
+  return bounded(correction * (mean_(0) + mean_(1) * std::abs(v) + sign(x) * mean_(3) * v));
 }
 
-double TurnModel::perDifference(double x, double v) const {
-  const double alike_both_ways = alike(v);
-  const double bound = 0.5 * alike_both_ways;
-  return alike_both_ways + sign(x) * std::clamp(mean_(3) * v, -bound, bound);
+bool TurnModel::plausible(double yaw_rate, double x, double v) const {
+  if (std::abs(x) <= kStraight) return std::abs(yaw_rate) <= kSlack * configured_ * (kLargestVeer * std::abs(v) + kStraight);
+  const double of_asked = yaw_rate / (configured_ * x), most = kSlack * range_;
+  return of_asked >= 1.0 / most && of_asked <= most;
 }
 
 double TurnModel::perSpeed(double x, double v) const {
   return mean_(1) * x * sign(v) + mean_(2) + mean_(3) * std::abs(x);
 }
 
-double TurnModel::yawRate(double x, double v) const { return perDifference(x, v) * x + mean_(2) * v; }
+double TurnModel::yawRate(double x, double v, double correction) const {
+  return perDifference(x, v, correction) * x + correction * mean_(2) * v;
+}
 
-double TurnModel::difference(double yaw_rate, double v) const {
-  const double turned = yaw_rate - mean_(2) * v;  // has the sign of x, because perDifference() is positive
-  return turned / perDifference(turned, v);
+double TurnModel::difference(double yaw_rate, double v, double correction) const {
+  const double turned = yaw_rate - correction * mean_(2) * v;  // has the sign of x: perDifference() is positive
+  return turned / perDifference(turned, v, correction);
 }
 
 void TurnModel::learn(double yaw_rate, double x, double v, double variance, double step) {
@@ -94,8 +101,8 @@ void TurnModel::learnError(double unexplained, double weight, double forgetting)
 }
 
 void TurnModel::bound() {
-  const double others = kLargestCoefficient * configured_;
-  mean_(0) = std::clamp(mean_(0), configured_ / kRange, configured_ * kRange);
+  const Eigen::Vector3d others = configured_ * Eigen::Vector3d(kLargestCoefficient, kLargestVeer, kLargestCoefficient);
+  mean_(0) = bounded(mean_(0));
   mean_.tail<3>() = mean_.tail<3>().cwiseMax(-others).cwiseMin(others);
 }
 

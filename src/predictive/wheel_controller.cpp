@@ -3,16 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "jackal_aic/model/robot_range.hpp"
+
 namespace jackal_aic {
-namespace {
-
-/// Disturbance that the action makes up for, as a part of the input and beside it [rad/s]: motors that turn half as
-/// fast as they should, with an offset. A wheel that lacks more follows no command, and a larger one would throw the
-/// robot forward as soon as it does.
-constexpr double kMostPart = 1.0;
-constexpr double kAnyDisturbance = 1.5;
-
-}  // namespace
 
 WheelController::WheelController(const PredictiveParameters& parameters, const PlantModel& model, double wheel_radius)
     : gain_(model.gain),
@@ -23,11 +16,11 @@ WheelController::WheelController(const PredictiveParameters& parameters, const P
 
 void WheelController::act(double input) {
   path_.take(input);
-  const double most = kMostPart * std::abs(input) + kAnyDisturbance;
-  const double d = std::clamp(belief_.disturbance(), -most, most);
   // v ← v − κ_a (∂²F/∂v²)⁻¹ ∂F/∂v with F = ½ ε_a²/Σ_a, ε_a = g v + d − w*
-  const double error = gain_ * effective_ + d - input;
-  effective_ -= learning_rate_ * error / gain_;
+  const double error = gain_ * effective_ + belief_.disturbance() - input;
+  const Range most = withinRange(input, input);
+  const double before = gain_ * effective_;
+  effective_ = std::clamp(before - learning_rate_ * error, std::min(before, most.low), std::max(before, most.high)) / gain_;
   action_ = dead_zone_.command(effective_);
 }
 

@@ -69,7 +69,7 @@ std::string reason(const DriveLoopStatus& status, const std::string& contender) 
       cause == StopCause::contention || cause == StopCause::set_points_rival || cause == StopCause::graph_unchecked;
   if (rivalry && !contender.empty()) reason += ": " + contender;
   if (status.handed_over) reason = "somebody else has the motors";
-  const bool told = isFault(status.fault) || status.fault == Fault::stuck;
+  const bool told = status.fault != Fault::none && status.fault != Fault::moved;  // that is a cause of its own
   const std::string fault = told ? text(status.fault) : text(status.loss);
   // Wheels that do not follow are no fault of a sensor.
   if (cause == StopCause::sensor_fault && isOfTheWheels(status.fault)) reason.clear();
@@ -187,7 +187,10 @@ bool DriveLoop::takeObservation(const Observation& observation, double now) {
   measurements_.judge(judged, health(now), now);
   counted_ = judged.valid;
   const FaultReport* faults = measurements_.report();
-  if (predictive_ != nullptr) predictive_->setShaken(faults != nullptr && faults->shaken);
+  if (predictive_ != nullptr && faults != nullptr) {
+    predictive_->setShaken(faults->shaken);
+    if (faults->turnSensorFaulty()) predictive_->withdrawTurn();
+  }
   const SampleVerdict verdict = controller_->observe(judged);
   if (!taken(verdict) && verdict != SampleVerdict::incomplete) {
     // Of a sample that came alone and in a pair, one is late: no reason to complain.
@@ -459,7 +462,7 @@ void DriveLoop::noteTime(double now) {
 void DriveLoop::restart(double now) {
   ++clock_resets_;
   forget(now);
-  measurements_.forgetEncoders();  // a simulation that starts anew may have another robot
+  measurements_.forgetSensors();  // a simulation that starts anew may have another robot
   clock_jumped_ = true;
 }
 

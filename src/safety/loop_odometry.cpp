@@ -33,6 +33,7 @@ Odometry makeOdometry(const DriveParameters& parameters, const DriveLoop& loop) 
 
 Observation asCounted(Observation observation, const DriveLoop& loop) {
   observation.valid = observation.valid & loop.counted();
+  observation.yaw_rate = loop.imuAtRest().withoutBias(observation.yaw_rate);
   return observation;
 }
 

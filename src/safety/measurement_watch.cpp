@@ -40,6 +40,7 @@ MeasurementWatch::MeasurementWatch(const MeasurementWatchParameters& parameters)
 }
 
 void MeasurementWatch::advance(const std::optional<WheelCommand>& command, double duration) {
+  imu_at_rest_.advance(!command || *command == WheelCommand{}, duration);
   if (monitor_) monitor_->advance(command, duration);
 }
 
@@ -50,11 +51,13 @@ void MeasurementWatch::judge(Observation& observation, const SensorHealth& healt
   excludeImpossible(observation, step);
   if (health.imu.lost()) observation.valid.yaw_rate = observation.valid.acceleration = false;
   if (health.wheels.lost()) observation.valid.wheel_left = observation.valid.wheel_right = false;
+  imu_at_rest_.calibrate(observation, step);
   if (monitor_ && !recoversFromStall(now)) {
     const Fault before = fault();
     observation.valid = observation.valid & monitor_->check(observation).valid();
     if (fault() != before && monitor_->report().faulty()) ++detected_;
   }
+  observation.valid.acceleration = observation.valid.acceleration && imu_at_rest_.accelerometerCounts(observation);
   wheels_repeating_ = wheelsRepeat() ? wheels_repeating_ + step : 0.0;
   const bool sees = seesTheMotion(observation.valid);
   blind_ = sees ? 0.0 : blind_ + step;
@@ -149,7 +152,13 @@ ChannelValidity MeasurementWatch::remaining(const SensorHealth& health) const {
   return valid;
 }
 
-Fault MeasurementWatch::fault() const { return monitor_ ? monitor_->report().fault() : Fault::none; }
+Fault MeasurementWatch::fault() const {
+  const Fault found = monitor_ ? monitor_->report().fault() : Fault::none;
+  if (found != Fault::none) return found;
+  if (imu_at_rest_.accelerometerWrong()) return Fault::no_gravity;
+  if (monitor_ && monitor_->report().wheels_off_model) return Fault::wheels_off_model;
+  return monitor_ && monitor_->report().turn_off_model ? Fault::turn_off_model : Fault::none;
+}
 
 void MeasurementWatch::reset() {
   if (monitor_) monitor_->reset();
@@ -171,7 +180,8 @@ void MeasurementWatch::restart(double now) {
   first_source_ = 0.0;
 }
 
-void MeasurementWatch::forgetEncoders() {
+void MeasurementWatch::forgetSensors() {
+  imu_at_rest_.reset();
   if (monitor_) monitor_->forgetEncoders();
 }
 

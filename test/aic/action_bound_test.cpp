@@ -122,10 +122,11 @@ TEST(WheelLateness, DeadTimeAndLoadAreNoLateness) {
 
 TEST(ActionBound, LeavesWhatTheMotorsCanFollowToTheBit) {
   ActionBound bound = ::jackal_aic::bound();
-  WheelVector action(0.1, -0.3);
+  WheelVector action(3.0, 3.0);
+  for (int k = 0; k < 100; ++k) bound.apply(action);
   for (int k = 0; k < 50; ++k) {
     const WheelVector wanted = action + WheelVector(0.9 * kRamp, -0.2 * kRamp) * std::sin(0.3 * k);
-    ASSERT_EQ(bound.bound(action, wanted, {3.0, 3.0}), wanted) << k;
+    ASSERT_EQ(bound.bound(action, wanted, {4.0, 3.0}), wanted) << k;
     action = wanted;
     bound.apply(action);
   }

@@ -111,7 +111,7 @@ TEST(MotionUncertainty, OnTheBoxNothingSlips) {
   for (int i = 0; i < 100; ++i) u.predict(10.0, 10.0, kTick);
   u.learnTurn(0.2, 0.5, 1.0);
   EXPECT_NEAR(forward(u, 1.0, 1.0), kBelieved, 1e-12);
-  EXPECT_NEAR(u.yawVariance(kBelieved, {1.0, 0.0, 1.0}, 0.01), kBelieved, 1e-12);
+  EXPECT_NEAR(u.yawVariance(kBelieved, {1.0, 0.0, 1.0}), kBelieved, 1e-12);
 }
 
 }  // namespace

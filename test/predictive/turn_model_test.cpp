@@ -130,8 +130,8 @@ TEST(TurnModel, StaysInvertibleWhateverItIsTaught) {
   ASSERT_TRUE(model.mean().allFinite());
   for (int k = 0; k < 1000; ++k) {
     const Motion m{any(random), any(random)};
-    EXPECT_GE(model.perDifference(m.x, m.v), 0.5 * kRatio / TurnModel::kRange);
-    EXPECT_LE(model.perDifference(m.x, m.v), 1.5 * kRatio * TurnModel::kRange);
+    EXPECT_GE(model.perDifference(m.x, m.v), kRatio / 1.5 - 1e-12);
+    EXPECT_LE(model.perDifference(m.x, m.v), kRatio * 1.5 + 1e-12);
     EXPECT_NEAR(model.difference(model.yawRate(m.x, m.v), m.v), m.x, 1e-9);
   }
 }

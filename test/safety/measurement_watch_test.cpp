@@ -91,7 +91,6 @@ TEST(MeasurementWatch, ReadingsThatNoRobotHasDoNotCount) {
   Observation possible;
   possible.wheel_left = -100.0;
   possible.yaw_rate = 19.0;
-  possible.acceleration_z = 9.8;
   watch.judge(possible, kSound, 1.0);
   EXPECT_EQ(possible.valid, ChannelValidity{});
   Observation impossible;

@@ -16,6 +16,7 @@
 ///               its way from one set point to the next any further than that of the other wheel: the curvature stays
 ///     stop      after the set point became zero the action goes to zero no faster than along a straight line of
 ///               kShortestStop, and not past zero until its wheel rests: a robot told to stop does not drive backwards
+///     range     and it stays within what a robot near its model needs for the goal (robot_range.hpp)
 ///
 /// Otherwise the action is that of the equation, to the bit: below the limit, at rest and in steady driving the loop is
 /// the linear one that the certificate is about.
@@ -119,6 +120,7 @@ class ActionBound {
   WheelVector together(const WheelVector& action, const WheelVector& next, const WheelVector& goal) const;
   double room(const WheelVector& action, const WheelVector& change) const;
   double towardsGoal(int wheel, double action, double next, double goal) const;
+  double possible(double action, double next, double goal) const;
 
   double period_;                               // s
   double gain_ = 1.0;                           // wheel speed / effective command

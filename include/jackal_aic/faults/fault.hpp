@@ -21,15 +21,18 @@ enum class Fault {
   gyro_disagrees,           ///< with the wheels
   accelerometer_frozen,     ///< it repeats its value to the bit
   accelerometer_disagrees,  ///< with the wheels
+  no_gravity,               ///< the accelerometer reads something else at rest: absent, in g, or mounted otherwise
   moved,                    ///< no fault: somebody pushes or carries the robot
-  stuck                     ///< no fault: wheels turn, and the body stands: against a wall, on its belly
+  stuck,                    ///< no fault: wheels turn, and the body stands: against a wall, on its belly
+  wheels_off_model,         ///< no fault: wheels turn beyond what a robot near its model makes of its commands
+  turn_off_model            ///< no fault: the body turns beyond what the range of the track allows
 };
 
 /// Number of findings, `none` included.
-inline constexpr int kFaults = static_cast<int>(Fault::stuck) + 1;
+inline constexpr int kFaults = static_cast<int>(Fault::turn_off_model) + 1;
 
-/// False for `none` and for what is no fault of the robot, `moved` and `stuck`.
-inline bool isFault(Fault fault) { return fault != Fault::none && fault != Fault::moved && fault != Fault::stuck; }
+/// False for `none` and for what is no fault of a sensor or a motor.
+inline bool isFault(Fault fault) { return fault != Fault::none && fault < Fault::moved; }
 
 /// What a person reads; empty for `none`.
 const char* text(Fault fault);

@@ -33,6 +33,7 @@
 #include "jackal_aic/faults/acceleration_monitor.hpp"
 #include "jackal_aic/faults/fault.hpp"
 #include "jackal_aic/faults/fault_parameters.hpp"
+#include "jackal_aic/faults/turn_witness.hpp"
 #include "jackal_aic/faults/wheel_monitor.hpp"
 #include "jackal_aic/faults/yaw_monitor.hpp"
 #include "jackal_aic/model/geometry.hpp"
@@ -69,12 +70,17 @@ struct FaultReport {
   bool stuck = false;           ///< the wheels turn, and the body stands all the same; no fault
   bool shaken = false;  ///< a jolt of the ground has just shaken the robot: how it turns now is no slip; no fault
   bool moved = false;   ///< wheels that are to stand turn, or the body moves on sliding tyres; no fault
+  bool wheels_off_model = false;  ///< a wheel turns beyond what robot_range.hpp allows; no fault
+  bool turn_off_model = false;    ///< the body turns beyond what the range of the track allows; no fault
 
   /// Channels that count: neither outlier nor faulty.
   ChannelValidity valid() const;
 
   /// True if a channel or a drive is faulty (an outlier is no fault).
   bool faulty() const;
+
+  /// True if the gyro or an encoder is faulty: what they said of the turn is in doubt.
+  bool turnSensorFaulty() const;
 
   /// The gravest fault, else that the robot is moved, else that it is stuck.
   Fault fault() const;
@@ -136,6 +142,9 @@ class FaultMonitor {
   void weighEvidence(const Observation& observation, double step);
   void conclude(WheelMonitor& wheel, ChannelHealth& verdict, bool& drive, double step) const;
   bool concludeMoved();
+  void hearWitnesses(const Observation& observation, double step);
+  void blameEncoder(WheelMonitor& wheel, ChannelHealth& verdict, bool& drive);
+  void compareWithModel(const Observation& observation, double step);
   void concludeBodyMoved();
   bool wheelsTurn() const;
   void checkGyro(const Observation& observation, const SampleStep& step);
@@ -153,6 +162,9 @@ class FaultMonitor {
   WheelMonitor left_;
   WheelMonitor right_;
   YawMonitor yaw_;
+  TurnWitness witness_;
+  TurnAgreement turn_;       // of the body with the measured wheels
+  double off_model_ = 0.0;   // time for which a wheel turns beyond what its commands allow [s]
   AccelerationMonitor acceleration_;
   TractionBelief traction_{0.0};
   Driven driven_;  // that the predictions have not followed yet

@@ -14,6 +14,7 @@
 #include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/drive_train_belief.hpp"
 #include "jackal_aic/model/plant_model.hpp"
+#include "jackal_aic/model/robot_range.hpp"
 
 namespace jackal_aic {
 
@@ -92,6 +93,12 @@ class WheelMonitor {
   /// slowest drive train would have made of them.
   double speedAskedFor() const;
   double longestHold() const { return hold_.longest(); }  ///< for which the encoder holds its value [s]
+  Range reachable() const { return {held_.reachable.low, held_.reachable.high}; }  ///< by its commands [rad/s]
+  double nominal() const { return reachable_.nominal(); }  ///< speed of the model, by its commands alone [rad/s]
+
+  /// Declares the encoder faulty: other witnesses contradict it.
+  void declareWrong() { persistence_.declareFaulty(); }
+
   double uncertainty() const;  ///< variance of speed(), uncertain drive train included [(rad/s)^2]
 
  private:

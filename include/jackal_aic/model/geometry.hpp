@@ -12,6 +12,7 @@ struct GeometryParameters {
   double wheel_radius = 0.098;      ///< r [m]
   double effective_track = 0.5621;  ///< b_hat, virtual width of the skid-steer robot [m]
   double slip_factor = 1.0;         ///< alpha, ratio of body to wheel circumference speed
+  double track_range = 1.5;         ///< factor by which the effective track may differ either way on this robot's ground
 };
 
 /// Lists the fields of GeometryParameters with unit and range.
@@ -20,6 +21,7 @@ void describeFields(Visitor& v, GeometryParameters& p) {
   v.field("wheel_radius", p.wheel_radius, {0.01, 1.0}, "m", Presence::optional);
   v.field("effective_track", p.effective_track, {0.05, 5.0}, "m", Presence::optional);
   v.field("slip_factor", p.slip_factor, {0.1, 2.0}, "", Presence::optional);
+  v.field("track_range", p.track_range, {1.0, 10.0}, "", Presence::optional);
 }
 
 }  // namespace jackal_aic

@@ -122,6 +122,7 @@ class WheelBelief {
   void reset(double speed);
 
  private:
+  bool stalled() const;
   void learnLimit(double moved);
   void forgetLimit();
   void predictTiming(bool held);
@@ -139,7 +140,15 @@ class WheelBelief {
   Eigen::Vector3d x_ = Eigen::Vector3d::Zero();
   Eigen::Matrix3d P_ = Eigen::Matrix3d::Zero();
   Eigen::Vector3d gain_ = Eigen::Vector3d::Zero();  // of the last measurement
-  double stalled_ = 0.0;                            // time at the limit in which the wheel kept its speed [s]
+  /// How a wheel follows a ramp at the limit, in a fading memory.
+  struct Ramp {
+    double moved = 0.0;     // sum of measured times expected changes [(rad/s)^2]
+    double expected = 0.0;  // sum of squares of expected changes [(rad/s)^2]
+    double time = 0.0;      // since the ramp began [s]
+
+    void add(double change, double expected_change, double step);
+  };
+  Ramp ramp_;
   double timing_decay_ = 0.0;                       // of e in an inner step
   double lagging_ = 0.0;                            // part of a change that w a time sigma_t ago makes in an inner step
   double lagged_ = 0.0;                             // w a time sigma_t ago [rad/s]

@@ -64,6 +64,9 @@ class ModelLearning {
   void freeze(bool frozen) { frozen_ = frozen; }
   bool frozen() const { return frozen_; }  ///< learning of effective track and slip was stopped
 
+  /// Gyro or an encoder was found faulty: as SlipBelief::withdraw().
+  void withdraw() { slip_.withdraw(); }
+
   /// A jolt of the ground shakes the robot (true): until it is over, how the body turns against its wheels is no slip.
   void setShaken(bool shaken) { shaken_ = shaken; }
 
@@ -73,6 +76,7 @@ class ModelLearning {
 
   PredictiveParameters parameters_;
   double wheel_radius_;  // m
+  double track_range_;
   double dead_time_;     // s
   bool on_box_;
   SlipBelief slip_;

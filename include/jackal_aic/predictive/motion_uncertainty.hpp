@@ -12,7 +12,6 @@
 /// What innovations do not show, or show too late, is added:
 ///
 ///   - (rho x_dot)^2: the encoders do not tell the radius of the tyres, which is known to a part rho;
-///   - the square of the gyro's offset as it was seen at rest;
 ///   - phi^2 1/2 (s_L^2 + s_R^2), s_L and s_R the slip of each side of a body that follows its wheels with a lag T
 ///     (body_slip.hpp). Sensors that are late have the same effect, and phi is large of them;
 ///   - the square of what the motion changes in a time t, the part of the dead time that was learned and not told:
@@ -74,9 +73,9 @@ class MotionUncertainty {
   /// ahead what the speed changes in a time t [m/s].
   double forwardVariance(double believed, const BodyVector& velocity, double ahead = 0.0) const;
 
-  /// Variance of theta_dot [(rad/s)^2]. @param believed P; @param velocity of the body (base_link); @param gyro_offset
-  /// as seen at rest [rad/s]; @param ahead what the yaw rate changes in a time t [rad/s].
-  double yawVariance(double believed, const BodyVector& velocity, double gyro_offset, double ahead = 0.0) const;
+  /// Variance of theta_dot [(rad/s)^2]. @param believed P; @param velocity of the body (base_link); @param ahead what
+  /// the yaw rate changes in a time t [rad/s].
+  double yawVariance(double believed, const BodyVector& velocity, double ahead = 0.0) const;
 
   /// Forgets the motion; what was learned of the ground stays.
   void forgetMotion();

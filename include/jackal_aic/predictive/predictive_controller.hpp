@@ -117,6 +117,9 @@ class PredictiveController : public VelocityController {
   void freezeLearning(bool frozen);
   bool learningFrozen() const { return learning_.frozen(); }  ///< learning was stopped
 
+  /// Gyro or an encoder was found faulty: what it contributed to the turn of late is withdrawn.
+  void withdrawTurn() { learning_.withdraw(); }
+
   /// A jolt of the ground shakes the robot (true): the gyro counts, and teaches no effective track until it is over.
   void setShaken(bool shaken) { learning_.setShaken(shaken); }
 

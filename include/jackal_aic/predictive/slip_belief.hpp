@@ -37,12 +37,14 @@
 /// their time: Sigma_g has the square of what n changed over two standard deviations of the yaw's delay, times the
 /// slope, which fades as the body comes after its wheels. f learns in turns that are large beside the steps of an
 /// encoder, from the measured speeds: believed ones are led by a wrong model of the drive train, which half a second
-/// forgives and minutes do not. What the gyro shows at rest is no turn: f learns without it. What was learned of a turn
-/// that comes out to be against the wheels, by a gyro of the wrong sign, is taken back.
+/// forgives and minutes do not.
+///
+/// Trust is bounded. Wheels and gyro alone do not tell slippery ground from a gyro whose scale is wrong: the turn stays
+/// within `range` of the configured one, and a yaw rate beyond it is no slip and is not learned from. What a channel
+/// contributed before it was excluded is withdrawn.
 
 #include <optional>
 
-#include "jackal_aic/model/turn_agreement.hpp"
 #include "jackal_aic/model/types.hpp"
 #include "jackal_aic/predictive/turn_model.hpp"
 
@@ -72,14 +74,14 @@ struct SlipLearning {
   double memory = 0.5;                     ///< excited time over which the correction g is averaged [s]
   double yaw_delay_deviation = 0.05;       ///< standard deviation of the delay of the yaw behind the wheels [s]
   double excitation = 0.5;                 ///< least |n| to learn g from, whatever is known of it [rad/s]
+  double range = 1.5;                      ///< factor by which the turn may differ from the configured one
 };
 
 /// Belief about b_hat and alpha. Nothing here allocates.
 class SlipBelief {
  public:
   static constexpr double kAlphaRange = 2.0;       ///< of alpha, a factor to either side of the configured value
-  static constexpr double kCorrectionRange = 2.0;  ///< of g, a factor to either side of 1: how much half a second on
-                                                   ///< ice may teach, whatever f has learned in minutes
+  static constexpr double kTrustTime = 2.0;  ///< time of turning that a sensor which is excluded loses at least [s]
 
   /// @param configured values to start from and centre of the range; @param wheel_radius r [m].
   SlipBelief(const SlipState& configured, double wheel_radius, const SlipLearning& learning);
@@ -87,6 +89,9 @@ class SlipBelief {
   /// Learns the turn from a yaw rate [rad/s] if n is beyond doubt. @param n as believed: its change tells how much a
   /// delay of the yaw falsifies the comparison; @param step since the last measurement [s].
   void learnTrack(double yaw_rate, const WheelDifference& n, double step);
+
+  /// The gyro or an encoder is faulty: what was learned in the last kTrustTime of turning is withdrawn.
+  void withdraw();
 
   /// Part of the last yaw rate's prediction error that learnTrack() removed, 0..1.
   double trackGain() const { return track_gain_; }
@@ -124,7 +129,7 @@ class SlipBelief {
   double yawRate(double left, double right) const;
 
   /// theta_dot by f alone, as it was in the minutes before, at these speeds of the wheels [rad/s].
-  double usualYawRate(double left, double right) const { return yawRate(left, right) / correction_; }
+  double usualYawRate(double left, double right) const;
 
   /// d theta_dot/dn at these speeds of the wheels [rad/s].
   double yawPerDifference(double left, double right) const;
@@ -149,14 +154,12 @@ class SlipBelief {
   /// Offset of the accelerometer as learned at standstill [m/s^2].
   double accelerometerOffset() const { return offset_; }
 
-  /// Offset of the gyro as learned at standstill [rad/s].
-  double gyroOffset() const { return gyro_offset_; }
-
  private:
   bool turns(const WheelDifference& n, double step);
   double changeOf(const WheelDifference& n, double step);
   double boundedAlpha(double alpha) const;
   double boundedCorrection(double correction) const;
+  void keep(const WheelDifference& n, double step);
   void learnTurn(double yaw_rate, const WheelDifference& n, double variance, double step);
 
   SlipState configured_;
@@ -175,9 +178,8 @@ class SlipBelief {
   double by_wheels_ = 0.0;         // r W [m/s]
   double by_accelerometer_ = 0.0;  // A [m/s]
   double offset_ = 0.0;
-  TurnAgreement agreement_;
-  Kept kept_;                 // turn_ and correction_ when the body last followed its wheels
-  double gyro_offset_ = 0.0;  // at rest [rad/s]
+  Kept kept_, recent_;      // turn_ and correction_ of kTrustTime ago at least, and of later
+  double trusted_ = 0.0;    // time of turning since recent_ [s]
   double track_gain_ = 0.0;
   double error_variance_ = 0.0;  // of the believed difference of the wheel speeds, as measured [(rad/s)^2]
   double changed_ = 0.0;         // n, since some time ago [rad/s]

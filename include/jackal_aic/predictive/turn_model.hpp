@@ -34,24 +34,30 @@ struct TurnCoefficients {
 /// Belief about how the body turns with its wheels. Nothing here allocates.
 class TurnModel {
  public:
-  static constexpr double kRange = 4.0;         ///< of d theta_dot/dx, a factor to either side of the configured ratio
   static constexpr double kTimeConstant = 120;  ///< T, time of turning over which the coefficients are averaged [s]
   static constexpr double kTurn = 0.15;  ///< least |x| of a turn, and |v| of a straight line, to learn from [m/s]
 
-  /// @param ratio alpha / b_hat as configured [1/m].
-  explicit TurnModel(double ratio);
+  /// @param ratio alpha / b_hat as configured [1/m]; @param range factor by which d theta_dot/dx may differ from it.
+  explicit TurnModel(double ratio, double range = 1.5);
 
-  /// theta_dot of the body [rad/s]. @param x difference, @param v mean of the wheels' circumference speeds [m/s].
-  double yawRate(double x, double v) const;
+  /// theta_dot of the body [rad/s], by a correction g. @param x difference, @param v mean of the wheels' circumference
+  /// speeds [m/s].
+  double yawRate(double x, double v, double correction = 1.0) const;
 
-  /// d theta_dot/dx at a motion [1/m]: within the range, and positive.
-  double perDifference(double x, double v) const;
+  /// d theta_dot/dx at a motion [1/m], by a correction g of it; within the range, and positive.
+  double perDifference(double x, double v, double correction = 1.0) const;
 
   /// d theta_dot/dv at a motion [1/m].
   double perSpeed(double x, double v) const;
 
   /// x [m/s] that turns the body with theta_dot [rad/s] at v [m/s]: the inverse of yawRate().
-  double difference(double yaw_rate, double v) const;
+  double difference(double yaw_rate, double v, double correction = 1.0) const;
+
+  /// True for a yaw rate [rad/s] that a robot within the range, and what its body does beside, can have.
+  bool plausible(double yaw_rate, double x, double v) const;
+
+  /// A ratio [1/m] within the range.
+  double bounded(double ratio) const;
 
   /// Takes a measured yaw rate [rad/s] of a turn, or of a straight line, which tells how it veers and forgets nothing;
   /// between the two it is ignored. @param variance of it, beside what the model misses [(rad/s)^2]; @param step
@@ -67,11 +73,11 @@ class TurnModel {
   void setCoefficients(const TurnCoefficients& coefficients);
 
  private:
-  double alike(double v) const;
   void learnError(double unexplained, double weight, double forgetting);
   void bound();
 
   double configured_;
+  double range_;
   Eigen::Vector4d mean_;
   Eigen::Matrix4d prior_;        // P_0^-1
   Eigen::Matrix4d information_;  // P^-1

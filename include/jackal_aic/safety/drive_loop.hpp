@@ -173,6 +173,7 @@ class DriveLoop {
   WheelCommand command() const { return gate_.command(); }  ///< of the last action step [rad/s]
   const FaultReport* faultReport() const { return measurements_.report(); }  ///< empty without fault detection
   ChannelValidity counted() const { return counted_; }  ///< channels of the last measurement that counted
+  const ImuAtRest& imuAtRest() const { return measurements_.imuAtRest(); }  ///< calibration of the IMU
 
  private:
   static constexpr int kBack = 5;  // messages in time that end a silence

@@ -12,7 +12,7 @@ namespace jackal_aic {
 /// loop's controller has to outlive it. @param parameters of the loop.
 Odometry makeOdometry(const DriveParameters& parameters, const DriveLoop& loop);
 
-/// The last measurement of a loop with those of its channels alone that count for it: neither faulty nor impossible.
+/// The last measurement of a loop as it counts for it: calibrated, without channels that are faulty or impossible.
 Observation asCounted(Observation observation, const DriveLoop& loop);
 
 }  // namespace jackal_aic

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "jackal_aic/faults/fault_monitor.hpp"
+#include "jackal_aic/model/imu_at_rest.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 #include "jackal_aic/model/types.hpp"
 #include "jackal_aic/safety/drive_gate.hpp"
@@ -40,7 +41,7 @@ class MeasurementWatch {
   /// Lets time pass under a command [rad/s] that the motors really have; empty if nobody knows it. @param duration [s].
   void advance(const std::optional<WheelCommand>& command, double duration);
 
-  /// Excludes channels of a sample that are lost, outliers or faulty, or read what no robot does: more than the largest
+  /// Calibrates a sample by what the IMU reads at rest, and excludes channels of it that are lost, outliers or faulty, or read what no robot does: more than the largest
   /// wheel speed and yaw rate, or than 10 g. @param health of the sources now; @param now [s].
   void judge(Observation& observation, const SensorHealth& health, double now);
 
@@ -49,8 +50,11 @@ class MeasurementWatch {
   /// move.
   StopCauses causes(const SensorHealth& health, double now, bool at_rest);
 
-  /// What the fault detection says; `none` without it.
+  /// What the fault detection says, else how IMU or robot differ from what is configured.
   Fault fault() const;
+
+  /// Calibration of the IMU at rest.
+  const ImuAtRest& imuAtRest() const { return imu_at_rest_; }
 
   /// What is lost, as of the last causes(), if no cause of its own says so.
   Loss loss() const { return loss_; }
@@ -71,9 +75,8 @@ class MeasurementWatch {
   /// the first measurements again: what has not come yet is not lost. @param now [s].
   void restart(double now);
 
-  /// Forgets what the fault detection learned about the encoders, for a robot that may be another. To be called after
-  /// restart().
-  void forgetEncoders();
+  /// Forgets what was learned about encoders and IMU, for a robot that may be another. To be called after restart().
+  void forgetSensors();
 
   /// After a time without action steps (a stall, a clock that jumped forward), in which the motors may have stopped by
   /// themselves: forgets, and lets every sample count until the robot does what it is told again. @param now [s].
@@ -93,6 +96,7 @@ class MeasurementWatch {
 
   MeasurementWatchParameters parameters_;
   std::optional<FaultMonitor> monitor_;
+  ImuAtRest imu_at_rest_;
   bool imu_was_lost_ = false;
   bool wheels_were_lost_ = false;
   struct {

@@ -1,0 +1,78 @@
+#pragma once
+
+/// @file
+/// Three witnesses of the turn: the encoders, the gyro and the commands. Two that agree convict the third.
+///
+/// A pair of wheel speeds allows the yaw rates between r (w_R - w_L)/(b_hat f) and f r (w_R - w_L)/b_hat, f the range of
+/// the track. What the gyro reads beyond that is an error e. Two of three hypotheses put the commanded speed in the place
+/// of a wrong encoder's:
+///
+///     as measured,   left encoder wrong,   right encoder wrong
+///
+/// Both sides have the same motors: where the other wheel is on its way with a part of what its commands ask for, so is
+/// this one. Each hypothesis has the mean of e^2 over kMemory as its evidence. An encoder is wrong if its hypothesis
+/// explains the gyro for kSureSamples, and the encoders as they are measured do not. This finds an encoder whose scale is
+/// wrong from its first message: alone it could be a weak motor, but a weak motor turns the robot.
+
+#include <array>
+
+#include "jackal_aic/model/robot_range.hpp"
+#include "jackal_aic/model/types.hpp"
+
+namespace jackal_aic {
+
+/// A wheel as the third witness sees it.
+struct CommandedWheel {
+  double measured;  ///< speed [rad/s]
+  double nominal;   ///< of its model, by its commands [rad/s]
+  Range reachable;  ///< of any drive train that it may have [rad/s]
+};
+
+/// Evidence for a wrong encoder. Does not allocate.
+class TurnWitness {
+ public:
+  static constexpr double kMemory = 0.1;        ///< of the evidence [s]
+  static constexpr double kSureSamples = 10.0;  ///< of the encoders, until an encoder is convicted
+  static constexpr double kLeastError = 0.04;   ///< root mean square of a contradiction [rad/s]
+  static constexpr double kMostError = 0.08;    ///< that one sample counts, so that a spike is no contradiction [rad/s]
+  static constexpr double kExplained = 0.25;    ///< part of the evidence that a right hypothesis leaves at most
+  static constexpr double kMoving = 0.3;        ///< of a wheel that shows how far the motors are on their way [rad/s]
+  static constexpr double kLate = 0.1;          ///< by which gyro and encoders may differ in time [s]
+  static constexpr double kUnlikeTyres = 0.03;  ///< part of the forward speed by which unlike tyres turn the robot
+
+  /// @param rolling_radius r alpha [m]; @param track b_hat [m]; @param range f.
+  TurnWitness(double rolling_radius, double track, double range)
+      : rolling_radius_(rolling_radius), slope_(rolling_radius / track), range_(range) {}
+
+  /// Takes a sample. @param yaw_rate of the gyro, without bias [rad/s]; @param hold for which an encoder holds its value
+  /// [s]; @param step since the last sample [s].
+  void update(double yaw_rate, const CommandedWheel& left, const CommandedWheel& right, double hold, double step);
+
+  /// No gyro, or no encoders, to compare.
+  void reset() {
+    evidence_ = {};
+    left_ = right_ = 0.0;
+  }
+
+  bool leftWrong() const { return left_ > kSureSamples; }    ///< the left encoder is wrong
+  bool rightWrong() const { return right_ > kSureSamples; }  ///< the right encoder is wrong
+
+  /// The commands explain the gyro better than the encoders do: it is none of the gyro's faults.
+  bool clearsGyro() const { return contradiction() && (explains(kLeft) || explains(kRight)); }
+
+ private:
+  enum Hypothesis { kAsMeasured, kLeft, kRight, kHypotheses };
+
+  double error(double yaw_rate, double left, double right) const;
+  void watchTurn(double asked, double hold, double step);
+  bool explains(Hypothesis hypothesis) const { return evidence_[hypothesis] < kExplained * evidence_[kAsMeasured]; }
+  bool contradiction() const { return evidence_[kAsMeasured] > kLeastError * kLeastError; }
+
+  double rolling_radius_, slope_, range_;
+  std::array<double, kHypotheses> evidence_{};  // mean squares [(rad/s)^2]
+  double asked_ = 0.0;                          // turn by the commands [rad/s]
+  double late_ = 0.0;                           // by which it changed within kLate and a hold [rad/s]
+  double left_ = 0.0, right_ = 0.0;             // samples for which the evidence is against an encoder
+};
+
+}  // namespace jackal_aic

@@ -1,0 +1,63 @@
+#pragma once
+
+/// @file
+/// What the IMU reads while the robot rests: the bias of the gyro, and whether the accelerometer reads gravity.
+
+#include <Eigen/Core>
+
+#include "jackal_aic/model/types.hpp"
+
+namespace jackal_aic {
+
+/// Calibration of the IMU at rest. The bias is the mean yaw rate; it is subtracted wherever the gyro is used. The
+/// accelerometer counts after it has read a specific force of 9.81 m/s^2 within kGravityTolerance, upright or upside
+/// down: one that is absent, in g, or mounted on its side without a transform does not. An accelerometer whose vertical
+/// axis is not known counts as it is. Does not allocate.
+class ImuAtRest {
+ public:
+  static constexpr double kSettling = 0.3;           ///< until a body that stopped has come to rest [s]
+  static constexpr double kMemory = 10.0;            ///< of the means [s]
+  static constexpr double kLargestBias = 0.05;       ///< of the gyro; a larger yaw rate at rest is no bias [rad/s]
+  static constexpr double kRestSpeed = 0.15;         ///< of a wheel that stands, mean over kWheelMemory [rad/s]
+  static constexpr double kWheelMemory = 0.2;        ///< s
+  static constexpr double kGravityTime = 0.1;        ///< of the least mean that tells gravity [s]
+  static constexpr double kGravityTolerance = 0.15;  ///< relative
+  static constexpr double kLeastVertical = 0.7;      ///< part of gravity along the vertical axis
+
+  /// Lets time pass [s]. @param told_to_rest the motors have a command of zero.
+  void advance(bool told_to_rest, double duration) { rested_ = told_to_rest ? rested_ + duration : 0.0; }
+
+  /// Takes a sample and corrects it: subtracts the bias, and takes out an accelerometer that is wrong. @param step since
+  /// the last sample [s].
+  void calibrate(Observation& observation, double step);
+
+  /// True for an accelerometer that has read gravity at rest, or of which the vertical axis is not known.
+  bool accelerometerCounts(const Observation& observation) const {
+    return !observation.acceleration_z || readsGravity();
+  }
+
+  /// A yaw rate without the bias [rad/s]. Zero to the bit is that of a dead zone, or of no gyro at all.
+  double withoutBias(double yaw_rate) const { return yaw_rate == 0.0 ? 0.0 : yaw_rate - bias_; }
+
+  double specificForce() const { return force_.norm(); }  ///< mean at rest [m/s^2]; 0 before the robot rested
+
+  /// True for an accelerometer that has read something else than gravity at rest.
+  bool accelerometerWrong() const { return weighed_ >= kGravityTime && !readsGravity(); }
+
+  /// The IMU may be another one: forgets everything.
+  void reset() { *this = ImuAtRest(); }
+
+ private:
+  void watchWheels(const Observation& observation, double step);
+  void learn(const Observation& observation, double step);
+  bool readsGravity() const;
+
+  WheelVector wheels_ = WheelVector::Zero();  // mean speeds [rad/s]
+  double rested_ = 0.0;                       // since the last command, or the last time a wheel turned [s]
+  double bias_ = 0.0;    // rad/s
+  double biased_ = 0.0;  // time over which the bias is a mean [s]
+  Eigen::Vector3d force_ = Eigen::Vector3d::Zero();
+  double weighed_ = 0.0;  // time over which the specific force is a mean [s]
+};
+
+}  // namespace jackal_aic

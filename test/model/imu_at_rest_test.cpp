@@ -1,0 +1,91 @@
+#include "jackal_aic/model/imu_at_rest.hpp"
+
+#include <gtest/gtest.h>
+
+#include "jackal_aic/model/gravity.hpp"
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kPeriod = 0.02;  // s
+
+/// A sample of a robot that rests. @param force specific force along x, y, z [m/s^2].
+Observation sample(double yaw_rate, const Eigen::Vector3d& force) {
+  Observation y;
+  y.yaw_rate = yaw_rate;
+  y.acceleration_x = force.x();
+  y.acceleration_y = force.y();
+  y.acceleration_z = force.z();
+  return y;
+}
+
+/// The last of some samples, calibrated. @param told_to_rest the motors have no command.
+Observation after(ImuAtRest& imu, double seconds, Observation y, bool told_to_rest = true) {
+  Observation calibrated;
+  for (double t = 0.0; t < seconds; t += kPeriod) {
+    imu.advance(told_to_rest, kPeriod);
+    calibrated = y;
+    imu.calibrate(calibrated, kPeriod);
+  }
+  return calibrated;
+}
+
+const Eigen::Vector3d kUpright(0.0, 0.0, kGravity);
+
+TEST(ImuAtRest, LearnsTheBiasOfTheGyroWithinASecond) {
+  ImuAtRest imu;
+  EXPECT_NEAR(after(imu, 1.0, sample(0.03, kUpright)).yaw_rate, 0.0, 1e-9);
+  EXPECT_NEAR(after(imu, 1.0, sample(0.53, kUpright), false).yaw_rate, 0.5, 1e-9) << "it stays on the move";
+}
+
+TEST(ImuAtRest, ARobotThatDrivesOrIsTurnedHasNoBias) {
+  ImuAtRest driven, pushed, turned;
+  after(driven, 2.0, sample(0.03, kUpright), false);
+  EXPECT_EQ(driven.withoutBias(0.03), 0.03);
+  Observation rolling = sample(0.03, kUpright);
+  rolling.wheel_left = 1.0;
+  after(pushed, 2.0, rolling);
+  EXPECT_EQ(pushed.withoutBias(0.03), 0.03);
+  after(turned, 2.0, sample(0.3, kUpright));
+  EXPECT_EQ(turned.withoutBias(0.3), 0.3);
+}
+
+TEST(ImuAtRest, ZeroToTheBitStaysZero) {
+  ImuAtRest imu;
+  after(imu, 1.0, sample(0.01, kUpright));
+  EXPECT_EQ(imu.withoutBias(0.0), 0.0) << "of a dead zone, or of no gyro at all";
+}
+
+TEST(ImuAtRest, AnAccelerometerCountsAfterItHasReadGravity) {
+  const struct {
+    const char* what;
+    Eigen::Vector3d force;
+    bool counts;
+  } rows[] = {{"upright", kUpright, true},
+              {"upside down, which the fault detection tells", -kUpright, true},
+              {"ten percent off", 1.1 * kUpright, true},
+              {"on a slope of 20 degrees", {3.36, 0.0, 9.22}, true},
+              {"absent", {0.0, 0.0, 0.0}, false},
+              {"in g", kUpright / kGravity, false},
+              {"at half", 0.5 * kUpright, false},
+              {"on its side", {kGravity, 0.0, 0.0}, false}};
+  for (const auto& row : rows) {
+    ImuAtRest imu;
+    const Observation y = sample(0.0, row.force);
+    EXPECT_FALSE(imu.accelerometerCounts(y)) << row.what << ": it has read nothing yet";
+    EXPECT_EQ(after(imu, 1.0, y).valid.acceleration, row.counts) << row.what;
+    EXPECT_EQ(imu.accelerometerCounts(y), row.counts) << row.what;
+    EXPECT_EQ(imu.accelerometerWrong(), !row.counts) << row.what;
+  }
+}
+
+TEST(ImuAtRest, AnAccelerometerWithoutAVerticalAxisCountsAsItIs) {
+  ImuAtRest imu;
+  Observation y = sample(0.0, kUpright);
+  y.acceleration_z.reset();
+  EXPECT_TRUE(after(imu, 1.0, y).valid.acceleration);
+  EXPECT_TRUE(imu.accelerometerCounts(y));
+}
+
+}  // namespace
+}  // namespace jackal_aic
