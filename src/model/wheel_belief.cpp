@@ -38,7 +38,9 @@ WheelBelief::WheelBelief(const PlantModel& model, double wheel_radius, const Whe
 
 void WheelBelief::setDriveTrain(const PlantModel& model, double wheel_radius) {
   const auto before = static_cast<double>(commands_.delay());
+  const double limit = drive_train_.limit();
   drive_train_ = DriveTrain(model, wheel_radius);
+  if (drive_train_.limit() != limit) forgetLimit();
   commands_.setDeadTime(model.dead_time);
   // w is off by what it changed meanwhile.
   const double late = (static_cast<double>(commands_.delay()) - before) * kStep * rate_;

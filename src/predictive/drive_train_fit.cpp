@@ -6,8 +6,9 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kWashout = 0.3;   // s; T_w
-constexpr double kSlowest = 0.01;  // rad/s; of a command whose wheel turns
+constexpr double kWashout = 0.3;    // s; T_w
+constexpr double kSlowest = 0.01;   // rad/s; of a command whose wheel turns
+constexpr double kRateTime = 0.02;  // s; over which an acceleration is averaged, about a sample
 
 }  // namespace
 
@@ -19,7 +20,7 @@ void DriveTrainFit::start(const DriveTrainVector& theta, const WheelVector& give
   start(left_, given(0), measured(0));
   start(right_, given(1), measured(1));
   sums_.fill({});
-  samples_ = motion_ = 0.0;
+  samples_ = motion_ = acceleration_ = 0.0;
 }
 
 void DriveTrainFit::start(Wheel& wheel, double given, double measured) const {
@@ -28,7 +29,7 @@ void DriveTrainFit::start(Wheel& wheel, double given, double measured) const {
   wheel.filtered.setZero();
   wheel.history.fill(Speeds::Zero());
   wheel.measured = measured;
-  wheel.measured_filtered = 0.0;
+  wheel.measured_filtered = wheel.rate = 0.0;
 }
 
 DriveTrainFit::Speeds DriveTrainFit::input(double given) const {
@@ -46,7 +47,7 @@ void DriveTrainFit::step(const WheelVector& given) {
   step(right_, given(1));
 }
 
-void DriveTrainFit::step(Wheel& wheel, double given) const {
+void DriveTrainFit::step(Wheel& wheel, double given) {
   const Speeds r = input(given);
   const Speeds drive = r + wheel.correction - wheel.speed;
   const Speeds before = wheel.speed;
@@ -64,6 +65,8 @@ void DriveTrainFit::step(Wheel& wheel, double given) const {
   wheel.correction += model_.velocity_loop_integral * free * (r - 0.5 * (before + wheel.speed));
   static const double decay = std::exp(-kStep / kWashout), half = std::sqrt(decay);
   wheel.filtered = decay * wheel.filtered + half * (wheel.speed - before);
+  wheel.rate += kStep / kRateTime * ((wheel.speed(0) - before(0)) / kStep - wheel.rate);
+  acceleration_ = std::max(acceleration_, radius_ * std::abs(wheel.rate));
   wheel.history[newest_] = wheel.filtered;
 }
 

@@ -38,6 +38,8 @@ constexpr double kLeastChange = 0.005;   // s, of dead time or lag; a smaller on
 constexpr double kLargestDoubt = 0.008;  // s; standard deviation of a dead time that is taken over
 constexpr double kShortestLag = 0.002;   // s; below it the speed does not depend on the lag
 constexpr double kPinned = 1e9;          // precision of what is at its bound
+constexpr double kTried = 2.0;           // acceleration that is tried, in multiples of one that was followed
+constexpr double kFollowed = 0.9;        // lambda, below which the motors did not follow
 // Range of theta.
 constexpr double kLeastShare = 0.3;
 constexpr double kGainRange = 1.5;
@@ -58,12 +60,18 @@ DriveTrainVector bounded(const DriveTrainVector& theta) {
 }  // namespace
 
 DriveTrainLearning::DriveTrainLearning(const PlantModel& model, double wheel_radius, double wheel_variance)
-    : wheel_variance_(wheel_variance), fit_(model, wheel_radius) {
-  setTiming({model.dead_time, model.lag});
+    : wheel_variance_(wheel_variance),
+      identified_(model.identified),
+      least_limit_(model.acceleration_limit),
+      fit_(model, wheel_radius) {
+  setTiming({model.dead_time, model.lag, model.acceleration_limit});
 }
 
 void DriveTrainLearning::setTiming(const DriveTrainTiming& timing) {
   timing_ = timing;
+  timing_.acceleration_limit = identified_ ? least_limit_ : std::max(least_limit_, timing.acceleration_limit);
+  fit_.setAccelerationLimit(timing_.acceleration_limit);
+  largest_limit_ = kLongestTiming.acceleration_limit;
   told_ = std::log(std::max(timing.lag, kShortestLag));
   theta_ << told_, 1.0, 1.0, 0.0;
   memory_.fill({});
@@ -185,7 +193,7 @@ void DriveTrainLearning::review() {
 void DriveTrainLearning::judge() {
   const double free_energy = freeEnergy(fit_);
   const bool better = free_energy < best_.free_energy;
-  if (better) best_ = {fit_.theta(), free_energy, fit_.sums(), fit_.samples(), fit_.motion()};
+  if (better) best_ = {fit_.theta(), free_energy, fit_.sums(), fit_.samples(), fit_.motion(), fit_.acceleration()};
   ++runs_;
   if (runs_ < kStarts) {
     DriveTrainVector other = theta_;
@@ -280,6 +288,26 @@ void DriveTrainLearning::learn() {
   }
   learned_ = takenOver();
   for (DriveTrainSums& kept : memory_) kept = kept.over(1.0 / kMemory);
+  if (!identified_ && learnLimit()) learned_ = timing_;
+}
+
+/// True if another acceleration limit is to be asked for from now on.
+bool DriveTrainLearning::learnLimit() {
+  const double now = timing_.acceleration_limit, share = theta_(kLimitShare);
+  const bool followed = share >= kFollowed;
+  if (!followed) largest_limit_ = std::max(least_limit_, share * now);
+  const double limit = followed ? std::min(kTried * best_.acceleration, largest_limit_) : largest_limit_;
+  if (limit == now || (followed && limit < now)) return false;
+  setLimit(limit);
+  return true;
+}
+
+/// Goes on with another acceleration limit [m/s^2]; what is known of a part of the one before is forgotten.
+void DriveTrainLearning::setLimit(double limit) {
+  timing_.acceleration_limit = limit;
+  fit_.setAccelerationLimit(limit);
+  theta_(kLimitShare) = 1.0;
+  for (DriveTrainSums& kept : memory_) kept = kept.marginalised(kLimitShare);
 }
 
 std::optional<DriveTrainTiming> DriveTrainLearning::takenOver() {
@@ -291,7 +319,7 @@ std::optional<DriveTrainTiming> DriveTrainLearning::takenOver() {
   if (bend <= 0.0 || variance > square(kLargestDoubt)) return std::nullopt;
   const double beside = std::clamp(0.5 * (before.free_energy - after.free_energy) / bend, -1.0, 1.0);
   const DriveTrainTiming found{std::clamp(kStep * (i + beside), 0.0, kLongestTiming.dead_time),
-                               std::exp(theta_(kLogLag))};
+                               std::exp(theta_(kLogLag)), timing_.acceleration_limit};
   // How the lag goes with the dead time, and how far it is beyond doubt with the dead time known.
   const double along = found.lag * (after.change(kLogLag) - before.change(kLogLag)) / (2.0 * kStep);
   const double alone = square(found.lag) * at.log_lag_variance;

@@ -16,12 +16,13 @@ constexpr int kLongestReturn = 50;       // periods
 
 DriveTrainReference::DriveTrainReference(const PlantModel& model, double wheel_radius, double reference_time,
                                          double step)
-    : step_(step), largest_change_(step * model.acceleration_limit / wheel_radius) {
+    : step_(step), wheel_radius_(wheel_radius) {
   setReferenceTime(reference_time);
   setDriveTrain(model);
 }
 
 void DriveTrainReference::setDriveTrain(const PlantModel& model) {
+  largest_change_ = step_ * model.acceleration_limit / wheel_radius_;
   const DriveTrainResponse response = driveTrainResponse(model, step_);
   transition_ = response.transition;
   input_ = response.input;

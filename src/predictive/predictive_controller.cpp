@@ -23,9 +23,9 @@ PredictiveParameters validated(const PredictiveParameters& parameters) {
   return parameters;
 }
 
-void requireNotNegative(const char* name, double value) {
+void requireNotNegative(const char* name, double value, const char* unit) {
   if (value >= 0.0 && std::isfinite(value)) return;
-  throw ParameterError(fmt::format("drive_train.{} = {:g} s: must be 0 or more", name, value));
+  throw ParameterError(fmt::format("drive_train.{} = {:g} {}: must be 0 or more", name, value, unit));
 }
 
 void requirePositive(const char* name, double value) {
@@ -139,6 +139,7 @@ void PredictiveController::learnDriveTrain(const Observation& y) {
 void PredictiveController::setTiming(const DriveTrainTiming& timing) {
   model_.dead_time = timing.dead_time;
   model_.lag = timing.lag;
+  model_.acceleration_limit = timing.acceleration_limit;
   left_.setDriveTrain(model_, geometry_.wheel_radius);
   right_.setDriveTrain(model_, geometry_.wheel_radius);
   learning_.setDeadTime(timing.dead_time);
@@ -301,8 +302,8 @@ void PredictiveController::restart() {
 }
 
 void PredictiveController::reset() {
-  setTiming({configured_model_.dead_time, configured_model_.lag});
-  drive_train_.setTiming({model_.dead_time, model_.lag});
+  setTiming({configured_model_.dead_time, configured_model_.lag, configured_model_.acceleration_limit});
+  drive_train_.setTiming({model_.dead_time, model_.lag, model_.acceleration_limit});
   observation_ = {};
   observed_ = started_ = false;
   set_point_ = {};
@@ -338,13 +339,15 @@ void PredictiveController::setLearned(const LearnedModel& learned) {
   requirePositive("effective_track", learned.slip.effective_track);
   requirePositive("slip_factor", learned.slip.slip_factor);
   if (learned.timing) {
-    requireNotNegative("dead_time", learned.timing->dead_time);
-    requireNotNegative("lag", learned.timing->lag);
+    requireNotNegative("dead_time", learned.timing->dead_time, "s");
+    requireNotNegative("lag", learned.timing->lag, "s");
+    requireNotNegative("acceleration_limit", learned.timing->acceleration_limit, "m/s^2");
   }
   learning_.setSlip(learned.slip);
   if (!learned.timing) return;
   drive_train_.setTiming({std::min(learned.timing->dead_time, kLongestTiming.dead_time),
-                          std::min(learned.timing->lag, kLongestTiming.lag)});
+                          std::min(learned.timing->lag, kLongestTiming.lag),
+                          std::min(learned.timing->acceleration_limit, kLongestTiming.acceleration_limit)});
   setTiming(drive_train_.timing());
 }
 

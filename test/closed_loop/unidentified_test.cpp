@@ -6,9 +6,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 
+#include "closed_loop.hpp"
 #include "jackal_aic/certificate/predictive_certificate.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
+#include "loop_setup.hpp"
+#include "plant_conversion.hpp"
+#include "quiet_hours.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -64,6 +69,79 @@ TEST(DrivenModel, IsStableOnEveryRobotThatNobodyHasIdentified) {
         << ratios.dead_time << " x dead time, " << ratios.lag << " x lag, gain " << ratios.gain;
   }
   EXPECT_GE(robots, 8);
+}
+
+constexpr double kJoystick = 20.0;  // s
+constexpr double kStepTime = kJoystick + 2.0;
+
+/// Joystick driving, a rest, and a step of the forward speed [m/s] that is assessed.
+SetPointProfile stepAfterJoystick(double speed, std::uint64_t seed) {
+  SetPointProfile profile = joystickDriving(seed, kJoystick);
+  profile.changes.push_back({kJoystick, SetPoint{}});
+  profile.changes.push_back({kStepTime, SetPoint{speed, 0.0, 0.0}});
+  profile.assessed_from = kStepTime;
+  profile.assessed_until = profile.duration = kStepTime + kStepDuration;
+  return profile;
+}
+
+/// A robot driven along it.
+struct Driven {
+  ResponseMetrics response;
+  double limit;  ///< of the acceleration that is asked for in the end [m/s^2]
+};
+
+/// Drives a robot with the predictive controller, told a model.
+Driven drive(const PlantModel& told, const PlantModel& robot, double speed, std::uint64_t seed) {
+  const LimitParameters limits;  // of the drive gate, as on a robot
+  LoopSetup setup = loadSetup(PackageFiles(""), "predictive", "ground",
+                              {{"limits.linear_acceleration", std::to_string(limits.linear_acceleration)},
+                               {"limits.angular_acceleration", std::to_string(limits.angular_acceleration)}});
+  setup.drive.plant_model = told;
+  setup.plant = simulatedRobot(robot);
+  setup.plant.seed = seed;
+  JackalPlant plant(setup.urdf, setup.plant);
+  DriveLoop loop = makeLoop(setup);
+  const SetPointProfile profile = stepAfterJoystick(speed, seed);
+  const auto samples = runClosedLoop(plant, loop, profile, Support::ground, setup.drive.geometry);
+  return {assess(samples, profile), loop.predictive()->model().acceleration_limit};
+}
+
+PlantModel identified(PlantModel robot) {
+  robot.identified = true;
+  return robot;
+}
+
+/// What the wheels followed can be followed: a robot that is faster than assumed does not stay slow.
+TEST(OpeningLimit, AfterJoystickDrivingAFastRobotIsAboutAsFastAsIdentified) {
+  const PlantModel assumed = assumedModel(PackageFiles(""));
+  PlantModel gazebo = assumed;  // config/gazebo_model.yaml
+  gazebo.dead_time = 0.006;
+  gazebo.lag = 0.01;
+  gazebo.acceleration_limit = 16.0;
+  for (const double speed : {0.5, 1.0}) {
+    for (const std::uint64_t seed : {1, 2, 3}) {
+      const Driven known = drive(identified(gazebo), gazebo, speed, seed), opened = drive(assumed, gazebo, speed, seed);
+      ASSERT_TRUE(known.response.settling && opened.response.settling);
+      EXPECT_LE(*opened.response.settling, 1.25 * *known.response.settling + 0.05) << speed << " m/s, seed " << seed;
+      EXPECT_LE(opened.response.overshoot_pct, 5.0) << speed << " m/s, seed " << seed;
+      EXPECT_GT(opened.limit, 3.0);
+      EXPECT_EQ(known.limit, 16.0) << "an identified limit stays";
+    }
+  }
+}
+
+/// Motors that do not follow are not asked for more.
+TEST(OpeningLimit, ItOpensNoFurtherThanTheMotorsFollow) {
+  const PlantModel assumed = assumedModel(PackageFiles(""));
+  for (const double share : {0.5, 1.0, 3.0}) {
+    PlantModel robot = assumed;
+    robot.acceleration_limit *= share;
+    for (const std::uint64_t seed : {1, 2, 3}) {
+      const Driven opened = drive(assumed, robot, 1.0, seed);
+      EXPECT_NEAR(opened.limit, robot.acceleration_limit, 0.1 * robot.acceleration_limit) << "seed " << seed;
+      EXPECT_LE(opened.response.overshoot_pct, 5.0) << "seed " << seed;
+    }
+  }
 }
 
 class Unidentified : public testing::TestWithParam<DriveTrainRatios> {};

@@ -103,6 +103,10 @@ class DriveTrainFit {
   const Sums& sums() const { return sums_; }                ///< of what counted
   double samples() const { return samples_; }               ///< in them, of both wheels
   double motion() const { return motion_; }                 ///< sum of y^2 of them, behind the washout filter
+  double acceleration() const { return acceleration_; }     ///< largest of the run [m/s^2]
+
+  /// Limit of which lambda is a part, from the next run on [m/s^2].
+  void setAccelerationLimit(double limit) { model_.acceleration_limit = limit; }
 
  private:
   static constexpr std::size_t kHistory = 128;  // steps, more than the longest dead time, a power of two
@@ -115,11 +119,12 @@ class DriveTrainFit {
     std::array<Speeds, kHistory> history;  // of filtered
     double measured = 0.0;                 // y, the last one [rad/s]
     double measured_filtered = 0.0;
+    double rate = 0.0;  // dw/dt behind a low-pass [rad/s^2]
   };
 
   Speeds input(double given) const;
   void start(Wheel& wheel, double given, double measured) const;
-  void step(Wheel& wheel, double given) const;
+  void step(Wheel& wheel, double given);
   void observe(Wheel& wheel, double part);
 
   PlantModel model_;
@@ -134,6 +139,7 @@ class DriveTrainFit {
   Sums sums_;
   double samples_ = 0.0;
   double motion_ = 0.0;
+  double acceleration_ = 0.0;
 };
 
 }  // namespace jackal_aic

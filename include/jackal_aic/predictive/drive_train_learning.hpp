@@ -16,9 +16,12 @@
 /// acceleration is limited, and goes on by Gauss-Newton steps from the best. It takes a few hundred inner steps, two
 /// measurements in each. Earlier changes count 0.7 of the next, as parabolas around theta. A change that the model does
 /// not explain teaches nothing, and a turn nothing of the lag: for what the ground takes there the integral of a
-/// motor's velocity loop needs its time. The model takes over what is beyond doubt, of dead time and lag alone:
-/// acceleration limit and disturbance have beliefs of their own (wheel_belief.hpp). Commands that do not change teach
-/// nothing.
+/// motor's velocity loop needs its time. The model takes over what is beyond doubt of dead time and lag; the
+/// disturbance has a belief of its own (wheel_belief.hpp). Commands that do not change teach nothing.
+///
+/// The acceleration limit of a robot that nobody has identified opens: an acceleration that the wheels followed can be
+/// followed, and twice as much is tried next, up to the first that the motors could not follow (lambda < 1). It does
+/// not close below the limit that was told.
 
 #include <array>
 #include <cmath>
@@ -33,23 +36,26 @@
 
 namespace jackal_aic {
 
-/// How late a drive train is.
+/// How late a drive train is, and how fast it accelerates.
 struct DriveTrainTiming {
-  double dead_time = 0.0;  ///< delta, from a command until the motors follow it [s]
-  double lag = 0.0;        ///< T, time constant of the wheel speed [s]
+  double dead_time = 0.0;           ///< delta, from a command until the motors follow it [s]
+  double lag = 0.0;                 ///< T, time constant of the wheel speed [s]
+  double acceleration_limit = 0.0;  ///< that is asked for, of the wheel circumference [m/s^2]; 0: as it was told
 };
 
-/// Longest dead time and lag that are learned [s].
-inline constexpr DriveTrainTiming kLongestTiming{DriveTrainFit::kLongestDeadTime, 0.5};
+/// Longest dead time and lag [s], and largest acceleration limit [m/s^2], that are learned. The last is that of the
+/// stock robot's commands.
+inline constexpr DriveTrainTiming kLongestTiming{DriveTrainFit::kLongestDeadTime, 0.5, 20.0};
 
 /// Lists the fields of DriveTrainTiming with unit and range.
 template <class Visitor>
 void describeFields(Visitor& v, DriveTrainTiming& p) {
   v.field("dead_time", p.dead_time, {0.0, kLongestTiming.dead_time}, "s", Presence::required);
   v.field("lag", p.lag, {0.0, kLongestTiming.lag}, "s", Presence::required);
+  v.field("acceleration_limit", p.acceleration_limit, {0.0, 1000.0}, "m/s^2", Presence::optional);
 }
 
-/// Learning of dead time and lag, the same for both sides. Nothing here allocates.
+/// Learning of dead time, lag and acceleration limit, the same for both sides. Nothing here allocates.
 class DriveTrainLearning {
  public:
   /// @param model to start from; @param wheel_radius r [m]; @param wheel_variance Sigma_y of a measured wheel speed,
@@ -108,6 +114,7 @@ class DriveTrainLearning {
     Sums sums;
     double samples = 0.0;
     double motion = 0.0;
+    double acceleration = 0.0;  // [m/s^2]
   };
 
   /// Minimum along theta of what the changes so far say, for one dead time.
@@ -133,15 +140,20 @@ class DriveTrainLearning {
   double leastSquares() const;
   DriveTrainVector newtonStep() const;
   void learn();
+  bool learnLimit();
+  void setLimit(double limit);
   std::optional<DriveTrainTiming> takenOver();
   Minimum minimum(int i) const;
   int bestDeadTime() const;
 
   double wheel_variance_;
+  bool identified_;
+  double least_limit_;  // that was told [m/s^2]
   DriveTrainTiming timing_;
-  double told_ = 0.0;                                  // ln T that was told
-  DriveTrainVector theta_ = DriveTrainVector::Zero();  // around which memory_ is
-  Sums memory_;                                        // of earlier changes, over the variance of each
+  double largest_limit_ = kLongestTiming.acceleration_limit;  // that the motors may follow [m/s^2]
+  double told_ = 0.0;                                         // ln T that was told
+  DriveTrainVector theta_ = DriveTrainVector::Zero();         // around which memory_ is
+  Sums memory_;                                               // of earlier changes, over the variance of each
 
   // What is kept.
   std::array<WheelVector, kCommands> commands_{};  // of each step, a ring [rad/s]

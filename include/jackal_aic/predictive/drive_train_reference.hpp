@@ -49,7 +49,7 @@ class DriveTrainReference {
   /// Starts at this wheel speed [rad/s].
   void reset(double speed);
 
-  /// Goes on along the same path with a drive train of another lag.
+  /// Goes on along the same path with a drive train of another lag and acceleration limit.
   void setDriveTrain(const PlantModel& model);
 
   /// Goes on with another time constant tau_ref [s].
@@ -61,11 +61,12 @@ class DriveTrainReference {
  private:
   bool endsInTime(double wanted, double r, double largest_change) const;
 
-  Eigen::Matrix2d transition_;  // of (w, z) over an action period
-  Eigen::Vector2d input_;       // of r held over it
-  double step_;                 // action period [s]
-  double largest_change_;       // of w over it [rad/s]
-  double pull_;                 // part of the way to the wanted speed
+  Eigen::Matrix2d transition_;   // of (w, z) over an action period
+  Eigen::Vector2d input_;        // of r held over it
+  double step_;                  // action period [s]
+  double wheel_radius_;          // [m]
+  double largest_change_ = 0.0;  // of w over an action period [rad/s]
+  double pull_ = 0.0;            // part of the way to the wanted speed
   Eigen::Vector2d state_ = Eigen::Vector2d::Zero();
   Eigen::Vector2d before_ = Eigen::Vector2d::Zero();  // state before the last period
   double r_ = 0.0;                                    // input of the last period

@@ -6,7 +6,7 @@
 ///     sense    each wheel speed against its prediction from the commands really applied          (wheel_belief.hpp)
 ///     believe  speed and input disturbance of each wheel, yaw rate, by the gradient of one free energy
 ///     learn    effective track, slip, precisions, by the same free energy                        (model_learning.hpp)
-///              dead time and lag of the drive train                                        (drive_train_learning.hpp)
+///              dead time, lag and acceleration limit of the drive train                    (drive_train_learning.hpp)
 ///     act      da/dt descends 1/2 eps_a^2 / Sigma_a with eps_a = gain a + d - w*, so that the disturbance is cancelled
 ///              and the wheel's own dynamics become the reference dynamics                     (wheel_controller.hpp)
 ///
@@ -90,7 +90,7 @@ class PredictiveController : public VelocityController {
   /// (motion_uncertainty.hpp).
   Eigen::Matrix2d motionCovariance() const;
 
-  /// Drive train as it is believed, with the dead time and the lag that were learned.
+  /// Drive train as it is believed, with what was learned of it.
   const PlantModel& model() const { return model_; }
 
   /// Last measurement taken; zero before the first.

@@ -59,7 +59,7 @@ class WheelController {
   /// Goes on with other gains.
   void setParameters(const PredictiveParameters& parameters);
 
-  /// Goes on with another dead time and lag of the drive train.
+  /// Goes on with another dead time, lag and acceleration limit of the drive train.
   void setDriveTrain(const PlantModel& model, double wheel_radius);
 
   /// Trusts the encoder with another variance from now on [(rad/s)^2].
