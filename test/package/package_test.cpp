@@ -287,6 +287,12 @@ TEST(Scripts, ABuildOfAnotherWorkspaceIsLeftAlone) {
     EXPECT_TRUE(fs::exists(workspace / theirs / "work")) << said;
     fs::remove_all(workspace);
   }
+TEST(Launch, GazeboTakesTheModelOfItsRobot) {
+  const std::string dumped = output("roslaunch --dump-params jackal_aic gazebo.launch");
+  for (const char* parameter : {"dead_time: 0.006", "acceleration_limit: 16.0", "effective_track: 0.42"}) {
+    EXPECT_NE(dumped.find(std::string("/jackal_aic/plant_model/") + parameter), std::string::npos) << dumped;
+  }
+  EXPECT_EQ(dumped.find("/jackal_aic/plant_model/identified: false"), std::string::npos) << dumped;
 }
 
 TEST(Launch, ARobotFileComesAfterThePreset) {
@@ -323,6 +329,17 @@ TEST(Launch, FilesAroundTheControllersTakeItsArguments) {
               std::string::npos)
         << launch;
   }
+}
+
+/// The stock control.launch loads the file of JACKAL_CONTROL_EXTRAS_PATH with subst_value, which substitutes in
+/// comments too and refuses what it does not know.
+TEST(Launch, NoConfigurationAsksForASubstitution) {
+  int files = 0;
+  for (const auto& entry : fs::directory_iterator(kRoot / "config")) {
+    EXPECT_EQ(textOf(entry.path()).find("$("), std::string::npos) << entry.path();
+    ++files;
+  }
+  EXPECT_GT(files, 10);
 }
 
 /// But for the fault campaign, whose nodes are all its own.
