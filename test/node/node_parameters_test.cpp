@@ -93,8 +93,10 @@ TEST(NodeParameters, SaysWhichRobotIsAssumedAndThatIdentifyIsDue) {
     addYamlFile(kSource + "/config/" + file, map);
     return describeRobot(readNodeParameters(map, jackalUrdf));
   };
-  for (const char* file : {"plant_model.yaml", "plant_model_box.yaml"}) {
-    EXPECT_NE(described(file).find("simulated Jackal"), std::string::npos) << described(file);
+  for (const auto& [file, robot] : {std::pair{"plant_model.yaml", "simulated Jackal"},
+                                    {"plant_model_box.yaml", "simulated Jackal"},
+                                    {"gazebo_model.yaml", "stock Jackal in Gazebo"}}) {
+    EXPECT_NE(described(file).find(robot), std::string::npos) << described(file);
     EXPECT_EQ(described(file).find("identify"), std::string::npos) << described(file);
   }
   const std::string assumed = described("jackal_model.yaml");
