@@ -9,10 +9,17 @@ constexpr int kFrozen = 8;           // samples of a source that does not change
 constexpr double kMemory = 0.2;      // T [s]
 constexpr double kLongest = 0.15;    // s between two samples; what lies further apart was lost
 constexpr double kLargestShare = 4;  // of D, in multiples of h
+constexpr double kLatest = 0.025;    // s by which an IMU sample may be later than the one it is paired with
 
 }  // namespace
 
 void AccelerationPairing::add(const Eigen::Vector3d& acceleration, double stamp) {
+  if (end_ - first_ == kMostWaiting) count(waiting_[first_++ % kMostWaiting]);
+  waiting_[end_++ % kMostWaiting] = {acceleration, stamp};
+}
+
+void AccelerationPairing::count(const Sample& sample) {
+  const auto& [acceleration, stamp] = sample;
   if (!started_) {
     usual_ = newest_ = acceleration;
     last_stamp_ = stamp;
@@ -28,6 +35,9 @@ void AccelerationPairing::add(const Eigen::Vector3d& acceleration, double stamp)
 }
 
 Eigen::Vector3d AccelerationPairing::take(double stamp) {
+  while (first_ < end_ && (!started_ || waiting_[first_ % kMostWaiting].stamp <= stamp + kLatest)) {
+    count(waiting_[first_++ % kMostWaiting]);
+  }
   const double step = stamp - taken_, lasted = count_ > 0 ? stamp_ - last_stamp_ : 0.0;
   const bool known = taken_once_ && step > 0.0 && step < kLongest && lasted >= 0.0 && lasted < kLongest;
   const double share = count_ == 0 ? 0.0 : known ? std::min(lasted / step, kLargestShare) : 1.0;

@@ -53,7 +53,7 @@ std::string CommandOutput::complaint() const {
   for (const ros::Publisher* publisher : publishers()) {
     if (publisher->getNumSubscribers() > 0) continue;
     const std::string hint = mode_ == OutputMode::twist ? ": is twist_mux running?" : "";
-    return "nobody listens to " + publisher->getTopic() + hint;
+    return "no subscriber on " + publisher->getTopic() + hint;
   }
   return "";
 }

@@ -25,7 +25,7 @@ class CommandOutput {
   /// The topics with their resolved names.
   std::vector<std::string> topics() const;
 
-  /// Says to which topic nobody listens; empty if somebody does to each. It may be asked in any thread.
+  /// Says which topic has no subscriber; empty if each has one. It may be asked in any thread.
   std::string complaint() const;
 
   /// Publishes wheel speeds [rad/s].

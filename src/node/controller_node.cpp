@@ -145,8 +145,8 @@ void ControllerNode::onPair(const Observation& observation, const ros::Time& sta
 void ControllerNode::onActionTimer(const ros::TimerEvent&) {
   const double now = currentTime();
   changes_.apply(loop_, now);
-  loop_.report(robotStatus(), now);
   unheard_ = output_.complaint();
+  loop_.report(robotStatus(), now);
   const WheelCommand applied = loop_.command();  // until now
   const std::optional<WheelCommand> command = loop_.advance(now, action_due_);
   if (inputs_) inputs_->publish(last_now_);
@@ -176,6 +176,7 @@ RobotStatus ControllerNode::robotStatus() const {
   status.ending = ending_;
   status.disabled = !enabled_;
   status.rivals = graph_.rivalled();
+  status.unheard = !unheard_.empty();
   return status;
 }
 

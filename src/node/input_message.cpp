@@ -106,7 +106,9 @@ void visitValues(Archive& a, StatusInput& input) {
   RobotStatus& s = input.status;
   a(s.emergency_stop), a(s.robot_stopped), a(s.motors_off), a(s.driver_fault), a(s.contended), a(s.graph_checked);
   a(s.ending), a(s.rivals);
-  if (!a.done()) a(s.disabled);  // recordings from before there was the service have none
+  // Older recordings lack the last ones.
+  if (!a.done()) a(s.disabled);
+  if (!a.done()) a(s.unheard);
 }
 template <class Archive>
 void visitValues(Archive& a, AppliedInput& input) {
@@ -136,6 +138,7 @@ void visitValues(Archive& a, LearnedInput& input) {
   if (!known) return;
   if (!timing) timing.emplace();
   a(timing->dead_time), a(timing->lag);
+  if (!a.done()) a(timing->acceleration_limit);  // recordings from before it was learned have none
 }
 template <class Archive>
 void visitValues(Archive& a, LearningInput& input) {

@@ -16,13 +16,14 @@ void setDiagonal(boost::array<double, 36>& covariance, const std::array<double, 
 }  // namespace
 
 RosControlPublisher::RosControlPublisher(const ros::NodeHandle& robot, const ros::NodeHandle& controller,
-                                         const std::string& name, const RosControlParameters& parameters)
+                                         const RosControlParameters& parameters)
     : robot_(robot),
       base_frame_(parameters.drive.robot.base_frame),
       pose_covariance_given_(parameters.pose_covariance_diagonal.has_value()),
       twist_covariance_given_(parameters.twist_covariance_diagonal.has_value()),
       report_(parameters.drive.gate.deadlines.set_point),
-      diagnostics_(robot, controller, name) {
+      // The whole name, as a node's: the updater drops its first character, the slash.
+      diagnostics_(robot, controller, controller.getNamespace()) {
   odometry_.header.frame_id = parameters.odom_frame_id;
   odometry_.child_frame_id = base_frame_;
   if (pose_covariance_given_) setDiagonal(odometry_.pose.covariance, *parameters.pose_covariance_diagonal);

@@ -48,8 +48,8 @@ struct CommandUpdate {
 /// cmd_vel_out (geometry_msgs/TwistStamped); beside it /tf and /diagnostics. tell() neither locks nor allocates.
 class RosControlPublisher {
  public:
-  /// @param robot, controller namespaces; @param name of the controller.
-  RosControlPublisher(const ros::NodeHandle& robot, const ros::NodeHandle& controller, const std::string& name,
+  /// @param robot, controller namespaces.
+  RosControlPublisher(const ros::NodeHandle& robot, const ros::NodeHandle& controller,
                       const RosControlParameters& parameters);
   ~RosControlPublisher();
   RosControlPublisher(const RosControlPublisher&) = delete;

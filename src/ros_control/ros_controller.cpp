@@ -103,7 +103,7 @@ bool RosController::init(hardware_interface::VelocityJointInterface* hw, ros::No
   for (const auto& joint : parameters_.drive.robot.right_wheel_joints) right_joints_.push_back(hw->getHandle(joint));
   live_ = parameters_.live;
   subscribe(root_nh, controller_nh);
-  publisher_.emplace(root_nh, controller_nh, name_, parameters_);
+  publisher_.emplace(root_nh, controller_nh, parameters_);
   serveChanges(controller_nh);
   return true;
 }
@@ -286,7 +286,10 @@ std::optional<Observation> RosController::takeMeasurement(double now, double per
     loop_->receiveImu(*reading, now);
   }
   const Wheels read = wheels();
-  if (!read.finite() || !wheelsAreDue(read, now, period)) return std::nullopt;
+  const bool changed = read != read_, live = changed && changed_;
+  read_ = read;
+  changed_ = changed;
+  if (!read.finite() || !wheelsAreDue(now, period, live, reading != nullptr)) return std::nullopt;
   if (imu_handle_) {
     const SensorReading of_robot = *imuOfRobot(now);
     imu_ = of_robot.observation;
@@ -313,14 +316,19 @@ std::optional<SensorReading> RosController::imuOfRobot(double now) const {
   return reading;
 }
 
-bool RosController::wheelsAreDue(const Wheels& wheels, double now, double period) const {
+/// @param live the wheels change with every update; @param imu_came since the last update.
+bool RosController::wheelsAreDue(double now, double period, bool live, bool imu_came) const {
   const double sensor_period = parameters_.drive.plant_model ? 1.0 / parameters_.drive.plant_model->sensor_rate
                                                              : loop_->controller().actionStep();
   const double since = now - wheels_taken_;
   if (since < 0.0) return true;  // the clock jumped back
   if (since < kShortestPeriod * sensor_period) return false;
-  // A loop that is faster than the sensors sees their samples repeated.
-  return period > 0.5 * sensor_period || wheels != last_wheels_ || since >= kLongestPeriod * sensor_period;
+  if (period > 0.5 * sensor_period) return true;
+  // A loop that is faster than the sensors sees their samples repeated, and takes them when they are renewed.
+  if (!live) return read_ != last_wheels_ || since >= kLongestPeriod * sensor_period;
+  // Live wheels are read with each sample of the IMU, so that both are of one time and none counts twice.
+  const bool imu_comes = !imu_handle_ && imu_ && now - imu_->stamp <= kPairingAge;
+  return imu_comes ? imu_came : since + 0.5 * period >= sensor_period;
 }
 
 Observation RosController::observe(const Wheels& wheels, double now) {

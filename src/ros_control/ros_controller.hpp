@@ -100,7 +100,7 @@ class RosController : public controller_interface::Controller<hardware_interface
   void takeMessages(double now);
   std::optional<Observation> takeMeasurement(double now, double period);
   std::optional<SensorReading> imuOfRobot(double now) const;
-  bool wheelsAreDue(const Wheels& wheels, double now, double period) const;
+  bool wheelsAreDue(double now, double period, bool live, bool imu_came) const;
   Observation observe(const Wheels& wheels, double now);
   void drive(const WheelCommand& command);
   void reckon(const WheelCommand& applied, double duration);
@@ -116,8 +116,10 @@ class RosController : public controller_interface::Controller<hardware_interface
   LiveParameters live_;
   bool first_update_ = true;
   RobotStatus status_;
-  double now_ = 0.0;  // of the last update [s]
-  Wheels last_wheels_;
+  double now_ = 0.0;           // of the last update [s]
+  Wheels read_;                // in the last update
+  bool changed_ = false;       // read_ differs from that of the update before
+  Wheels last_wheels_;         // the last sample
   double wheels_taken_ = 0.0;  // time of the last sample [s]
   std::optional<Observation> imu_;
   std::optional<Odometry> odometry_;

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <geometry_msgs/TransformStamped.h>
+#include <geometry_msgs/Twist.h>
+#include <geometry_msgs/TwistStamped.h>
 #include <jackal_msgs/Drive.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
@@ -25,18 +27,19 @@
 #include "conversions.hpp"
 #include "fixed_frames.hpp"
 #include "jackal_aic/config/text.hpp"
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
 
 namespace jackal_aic {
 namespace {
 
-void checkTopic(const rosbag::Bag& bag, const std::string& path, const std::string& topic, const std::string& type,
-                bool required) {
+void checkTopic(const rosbag::Bag& bag, const std::string& path, const std::string& topic,
+                const std::vector<std::string>& types, bool required) {
   rosbag::View view(bag, rosbag::TopicQuery(topic));
   if (view.size() == 0 && required) throw IdentificationError(path + ": no messages on " + topic);
   for (const auto* connection : view.getConnections()) {
-    if (connection->datatype != type) {
-      throw IdentificationError(
-          fmt::format("{}: {} has type {}, expected {}", path, topic, jackal_aic::quoted(connection->datatype), type));
+    if (std::find(types.begin(), types.end(), connection->datatype) == types.end()) {
+      throw IdentificationError(fmt::format("{}: {} has type {}, expected {}", path, topic,
+                                            jackal_aic::quoted(connection->datatype), fmt::join(types, " or ")));
     }
   }
 }
@@ -139,14 +142,26 @@ void checkImuClock(const std::string& topic, double delay, std::vector<std::stri
 
 void readCommands(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording& recording) {
   Publishers publishers;
+  const auto add = [&](const WheelCommand& command, const rosbag::MessageInstance& message) {
+    publishers.add(message);
+    recording.commands.push_back({message.getTime().toSec(), command});
+  };
+  const SkidSteerKinematics kinematics(topics.geometry);
+  const auto addTwist = [&](const geometry_msgs::Twist& twist, const rosbag::MessageInstance& message) {
+    add(kinematics.wheelSpeeds(twist.linear.x, twist.angular.z), message);
+  };
+  // The topic has one of these types.
   forEach<jackal_msgs::Drive>(
-      bag, topics.drive, [&](const jackal_msgs::Drive& drive, const rosbag::MessageInstance& message) {
-        publishers.add(message);
+      bag, topics.commands, [&](const jackal_msgs::Drive& drive, const rosbag::MessageInstance& message) {
         const bool moves = drive.mode == jackal_msgs::Drive::MODE_VELOCITY;
-        recording.commands.push_back(
-            {message.getTime().toSec(), moves ? WheelCommand{drive.drivers[0], drive.drivers[1]} : WheelCommand{}});
+        add(moves ? WheelCommand{drive.drivers[0], drive.drivers[1]} : WheelCommand{}, message);
       });
-  const std::string rivals = publishers.rivals(topics.drive);
+  forEach<geometry_msgs::Twist>(bag, topics.commands, addTwist);
+  forEach<geometry_msgs::TwistStamped>(
+      bag, topics.commands, [&](const geometry_msgs::TwistStamped& stamped, const rosbag::MessageInstance& message) {
+        addTwist(stamped.twist, message);
+      });
+  const std::string rivals = publishers.rivals(topics.commands);
   if (!rivals.empty()) throw IdentificationError(rivals + ": which of them the motors followed is not known");
 }
 
@@ -256,10 +271,11 @@ void readYaw(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording& re
 }
 
 DriveRecording readOpenBag(const rosbag::Bag& bag, const std::string& path, const BagTopics& topics) {
-  checkTopic(bag, path, topics.drive, "jackal_msgs/Drive", true);
-  checkTopic(bag, path, topics.wheels, "sensor_msgs/JointState", true);
-  checkTopic(bag, path, topics.imu, "sensor_msgs/Imu", false);
-  checkTopic(bag, path, topics.fixed_frames, "tf2_msgs/TFMessage", false);
+  const std::vector<std::string> commands{"jackal_msgs/Drive", "geometry_msgs/Twist", "geometry_msgs/TwistStamped"};
+  checkTopic(bag, path, topics.commands, commands, true);
+  checkTopic(bag, path, topics.wheels, {"sensor_msgs/JointState"}, true);
+  checkTopic(bag, path, topics.imu, {"sensor_msgs/Imu"}, false);
+  checkTopic(bag, path, topics.fixed_frames, {"tf2_msgs/TFMessage"}, false);
   DriveRecording recording;
   try {
     readCommands(bag, topics, recording);

@@ -14,7 +14,8 @@ namespace jackal_aic {
 
 /// Where a bag holds what the identification needs.
 struct BagTopics {
-  std::string drive = "/cmd_drive";         ///< jackal_msgs/Drive; it has no stamp, the time of recording counts
+  /// jackal_msgs/Drive, geometry_msgs/Twist or TwistStamped; the time of recording counts.
+  std::string commands = "/cmd_drive";
   std::string wheels = "/joint_states";     ///< sensor_msgs/JointState
   std::string imu = "/imu/data";            ///< sensor_msgs/Imu; may be absent
   std::string base_frame = "base_link";     ///< whose z axis points up
@@ -25,11 +26,13 @@ struct BagTopics {
   std::optional<Eigen::Quaterniond> imu_rotation;
   std::vector<std::string> left_wheel_joints{"front_left_wheel", "rear_left_wheel"};
   std::vector<std::string> right_wheel_joints{"front_right_wheel", "rear_right_wheel"};
+  GeometryParameters geometry;  ///< by which the robot's own controller turns a Twist into wheel speeds
 };
 
-/// Reads a bag. Drive messages in another mode than velocity count as zero; joint states without wheels of ours are
-/// left out, and so is the yaw rate of an IMU of which nobody says how it is mounted (DriveRecording::yaw_unknown).
-/// The bag library reads in a child process, so that a damaged file cannot end this one.
+/// Reads a bag. Drive messages in another mode than velocity count as zero; a Twist counts as the wheel speeds that the
+/// robot's own controller makes of it; joint states without wheels of ours are left out, and so is the yaw rate of an
+/// IMU of which nobody says how it is mounted (DriveRecording::yaw_unknown). The bag library reads in a child process,
+/// so that a damaged file cannot end this one.
 /// @throws IdentificationError, one line, if the file is missing, no bag, truncated or empty, a topic is absent or of
 ///         another type, the joint states lack a velocity more than now and then, a message has no stamp, the stamps
 ///         of the wheels are of another clock than the recorder's, or more than one node published commands, or

@@ -38,6 +38,7 @@ struct ExcitationSession {
   std::string bag;               ///< that is being recorded; one of this name is kept; empty: none
   std::vector<std::string> end;  ///< nodes to end with the drive, and to drive with: the recorder
   bool end_launch = false;       ///< then end the launch file that started the node
+  bool twist = false;            ///< commands are geometry_msgs/Twist on cmd_vel; false: jackal_msgs/Drive on cmd_drive
 };
 
 /// Lists the fields of ExcitationSession with unit and range.
@@ -48,6 +49,7 @@ void describeFields(Visitor& v, ExcitationSession& p) {
   v.field("bag", p.bag, Presence::optional);
   v.field("end", p.end, Presence::optional);
   v.field("end_launch", p.end_launch, Presence::optional);
+  v.field("twist", p.twist, Presence::optional);
 }
 
 /// Steps of half and full speed forward, backward, to the left and to the right, each from rest, so that the robot ends

@@ -1,3 +1,4 @@
+#include <geometry_msgs/Twist.h>
 #include <jackal_msgs/Drive.h>
 #include <poll.h>
 #include <ros/callback_queue.h>
@@ -165,22 +166,23 @@ class Recording {
   bool ours_ = false;  // what has the name now
 };
 
-/// Drives the excitation open loop on cmd_drive, within the limits of the acceleration. Whatever keeps a controller
-/// from driving ends it, and so does any message on jackal_AIC/set_point; it brakes first, unless somebody else has the
-/// motors.
+/// Drives the excitation open loop on cmd_drive or cmd_vel, within the limits of the acceleration. Whatever keeps a
+/// controller from driving ends it, and so does any message on jackal_AIC/set_point; it brakes first, unless somebody
+/// else has the motors.
 class ExcitationNode {
  public:
+  /// @param twist as in ExcitationSession.
   ExcitationNode(ros::NodeHandle& node, const ros::NodeHandle& private_node, const Excitation& excitation,
-                 const GeometryParameters& geometry, const Recording& recording)
+                 const GeometryParameters& geometry, bool twist, const Recording& recording)
       : excitation_(excitation),
+        kinematics_(geometry),
+        twist_(twist),
         tf_prefix_(tfPrefix(private_node)),
         recording_(recording),
         recorders_(recording.recorders()),
         limiter_(LimitParameters{}, geometry, kPeriod),
-        drive_(node.advertise<jackal_msgs::Drive>(
-            "cmd_drive", 1,
-            [this](const ros::SingleSubscriberPublisher& link) { ++subscribers_[link.getSubscriberName()]; },
-            [this](const ros::SingleSubscriberPublisher& link) { --subscribers_[link.getSubscriberName()]; })),
+        drive_(twist ? advertise<geometry_msgs::Twist>(node, "cmd_vel")
+                     : advertise<jackal_msgs::Drive>(node, "cmd_drive")),
         graph_({{drive_.getTopic()}, {}, false, "", false}, kGraphPeriod),
         robot_(node, [this](const ros::Time&) { feedback_.beat(); }),
         wheels_(node.subscribe<sensor_msgs::JointState>(
@@ -255,9 +257,7 @@ class ExcitationNode {
   bool atRest() const { return limiter_.atRest() || graph_.contended(); }
 
   /// Says zero once more, unless others have the motors.
-  void publishStop() {
-    if (!graph_.contended()) drive_.publish(driveMessage({}));
-  }
+  void publishStop() { publish({}); }
 
   /// What identify has to be told of a bag of these topics.
   std::string bagOptions() const {
@@ -265,7 +265,7 @@ class ExcitationNode {
     const auto tell = [&options](const char* option, const std::string& name, const char* usual) {
       if (name != usual) options += std::string(" --") + option + " " + name;
     };
-    tell("drive-topic", drive_.getTopic(), "/cmd_drive");
+    tell("command-topic", drive_.getTopic(), "/cmd_drive");
     tell("wheel-topic", wheels_.getTopic(), "/joint_states");
     tell("imu-topic", imu_.getTopic(), "/imu/data");
     tell("base-frame", prefixedFrame(tf_prefix_, "base_link"), "base_link");
@@ -277,6 +277,14 @@ class ExcitationNode {
   const std::string& why() const { return why_; }
 
  private:
+  /// Commands whose subscribers are counted.
+  template <class Message>
+  ros::Publisher advertise(ros::NodeHandle& node, const char* topic) {
+    return node.advertise<Message>(
+        topic, 1, [this](const ros::SingleSubscriberPublisher& link) { ++subscribers_[link.getSubscriberName()]; },
+        [this](const ros::SingleSubscriberPublisher& link) { --subscribers_[link.getSubscriberName()]; });
+  }
+
   bool over() const { return !ros::ok() || ended_ || StopRequest::requested(); }
 
   static void serve() { ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.01)); }
@@ -368,7 +376,8 @@ class ExcitationNode {
   }
 
   void publish(const WheelCommand& command) {
-    if (!graph_.contended()) drive_.publish(driveMessage(command));
+    if (graph_.contended()) return;
+    twist_ ? drive_.publish(twistMessage(kinematics_.bodyVelocity(command))) : drive_.publish(driveMessage(command));
   }
 
   bool onStart(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
@@ -386,6 +395,8 @@ class ExcitationNode {
   }
 
   Excitation excitation_;
+  SkidSteerKinematics kinematics_;
+  bool twist_;
   std::string tf_prefix_;
   const Recording& recording_;
   std::vector<std::string> recorders_;
@@ -455,7 +466,7 @@ std::string bagNews(const Recording& recording, const ExcitationNode& excitation
 int excite(ros::NodeHandle& node, const ros::NodeHandle& private_node, StopRequest& stop_request,
            const Settings& settings, Recording& recording) {
   ExcitationNode excitation(node, private_node, Excitation(settings.bounds, settings.geometry), settings.geometry,
-                            recording);
+                            settings.session.twist, recording);
   excitation.waitForRobot();
   if (settings.session.confirm) excitation.waitForConfirmation();
   excitation.countDown(settings.session.countdown);

@@ -100,7 +100,12 @@ bool parse(int argc, char** argv, Options& options) {
       "of the left wheels from the right ones, m: no robot turns by less")(
       "slip-factor", po::value(&options.slip_factor)->default_value(options.slip_factor),
       "robot.slip_factor of the controller that the model is for")(
-      "drive-topic", po::value(&options.topics.drive)->default_value(options.topics.drive), "jackal_msgs/Drive")(
+      "command-topic", po::value(&options.topics.commands)->default_value(options.topics.commands),
+      "jackal_msgs/Drive, geometry_msgs/Twist or TwistStamped")(
+      "command-track",
+      po::value(&options.topics.geometry.effective_track)
+          ->default_value(options.topics.geometry.effective_track, "0.5621"),
+      "m, wheel separation times multiplier with which the robot's controller turns a Twist into wheel speeds")(
       "wheel-topic", po::value(&options.topics.wheels)->default_value(options.topics.wheels), "sensor_msgs/JointState")(
       "imu-topic", po::value(&options.topics.imu)->default_value(options.topics.imu), "sensor_msgs/Imu")(
       "imu-rotation", po::value(&options.imu_rotation)->value_name("ROLL PITCH YAW"),
@@ -124,6 +129,8 @@ bool parse(int argc, char** argv, Options& options) {
   if (!within(options.wheel_radius)) throw po::error("--wheel-radius must be in [0.001, 10] m");
   if (!within(options.wheel_distance)) throw po::error("--wheel-distance must be in [0.001, 10] m");
   if (!within(options.slip_factor)) throw po::error("--slip-factor must be in [0.001, 10]");
+  if (!within(options.topics.geometry.effective_track)) throw po::error("--command-track must be in [0.001, 10] m");
+  options.topics.geometry.wheel_radius = options.wheel_radius;
   if (values.count("imu-rotation") > 0) options.topics.imu_rotation = rotationOf(options.imu_rotation);
   return true;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <functional>
 #include <limits>
+#include <string>
 
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "predictive_loop.hpp"
@@ -150,6 +151,32 @@ TEST(ClockThatRanBack, EncodersAreNotJudgedByThoseOfBefore) {
     EXPECT_EQ(faultInATurn(loop, noisy), Fault::none) << seed;
     EXPECT_STREQ(text(faultInATurn(loop, coarse)), "") << seed;
   }
+}
+
+/// What is found of a robot that stands although it is commanded.
+std::string foundAtRest(const RobotStatus& status) {
+  DriveParameters parameters;
+  parameters.controller = PredictiveLoop::preset();
+  parameters.plant_model = linearModel(PredictiveLoop::ground());
+  parameters.plant_model->identified = true;
+  DriveLoop loop(parameters, makeController(parameters));
+  JackalPlant plant(textOf("sim/urdf/jackal.urdf"), PredictiveLoop::ground());
+  for (; plant.time() < kEnd; plant.step()) {
+    const double now = plant.time();
+    loop.report(status, now);
+    loop.setSetPoint({now < 0.3 ? 0.0 : 0.5, 0.0, 0.0}, now);
+    if (plant.measurement()) loop.observe(plant.measurement()->observation(), now);
+    loop.advance(now);
+  }
+  return reason(loop.status());
+}
+
+/// A Gazebo robot has no jackal_left_wheel/command, and its wheels are not to blame for that.
+TEST(CommandsWithoutSubscriber, WheelsThatStandAreNoFault) {
+  EXPECT_EQ(foundAtRest({}), "wheels do not follow their command");
+  RobotStatus unheard;
+  unheard.unheard = true;
+  EXPECT_EQ(foundAtRest(unheard), "");
 }
 
 TEST(Stall, WithoutTheDriveLoopItWouldBeOne) {

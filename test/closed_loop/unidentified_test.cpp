@@ -156,7 +156,8 @@ TEST_P(Unidentified, NeitherOscillatesNorIsCalledFaulty) {
 INSTANTIATE_TEST_SUITE_P(Corners, Unidentified,
                          testing::Values(DriveTrainRatios{}, DriveTrainRatios{0.5, 0.5, 1.2, 3.0},
                                          DriveTrainRatios{2.0, 2.0, 1.2, 3.0}, DriveTrainRatios{2.0, 2.0, 1.2, 0.5},
-                                         DriveTrainRatios{0.5, 2.0, 0.8, 0.5}, DriveTrainRatios{2.0, 0.5, 0.8, 1.0}));
+                                         DriveTrainRatios{0.5, 2.0, 0.8, 0.5}, DriveTrainRatios{2.0, 0.5, 0.8, 1.0},
+                                         DriveTrainRatios{0.075, 0.33, 1.0, 9.7}));  // the last as in Gazebo
 
 }  // namespace
 }  // namespace jackal_aic::sim

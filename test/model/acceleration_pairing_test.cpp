@@ -55,6 +55,26 @@ TEST(AccelerationPairing, ASteadyAccelerationStaysWhatItIs) {
   }
 }
 
+/// After a stall of the process, five samples of the IMU and then five of the wheels.
+TEST(AccelerationPairing, SamplesThatComeAtOnceArePairedByTheirStamps) {
+  constexpr int kStall = 5;
+  const auto acceleration = [](int i) { return i < 50 ? 0.0 : 1.5; };
+  AccelerationPairing pairing;
+  for (int i = 0; i < 100; i += kStall) {
+    for (int k = i; k < i + kStall; ++k) pairing.add({acceleration(k), 0.0, 9.81 + 0.01 * (k % 2)}, k * kPeriod);
+    Eigen::Vector3d last = Eigen::Vector3d::Zero();
+    for (int k = i; k < i + kStall; ++k) {
+      const Eigen::Vector3d paired = pairing.take(k * kPeriod);
+      EXPECT_GE(paired.x(), -0.1) << k;
+      EXPECT_LE(paired.x(), 2.0 * 1.5 + 0.1) << k << ": the acceleration of all of them at once";
+      if (k > i && k < i + kStall - 1) {
+        EXPECT_NE(paired.z(), last.z()) << k << ": as if the source were frozen";
+      }
+      last = paired;
+    }
+  }
+}
+
 TEST(AccelerationPairing, SamplesOfOneClockAreTakenAsTheyAre) {
   AccelerationPairing pairing;
   for (int i = 0; i < 100; ++i) {

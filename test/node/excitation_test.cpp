@@ -95,6 +95,22 @@ TEST_F(ExcitationNode, WaitsForConfirmationAndKeepsItsAcceleration) {
   EXPECT_EQ(before, 0.0);
 }
 
+/// For a robot without cmd_drive, or with a bringup that has it for itself.
+TEST_F(ExcitationNode, DrivesByBodyVelocities) {
+  ros::param::set("/twister/session/countdown", 0.0);
+  ros::param::set("/twister/session/twist", true);
+  double fastest = 0.0;
+  const auto commands = node.subscribe<geometry_msgs::Twist>(
+      "cmd_vel", 10,
+      [&fastest](const geometry_msgs::TwistConstPtr& twist) { fastest = std::max(fastest, twist->linear.x); });
+  ControllerProcess process("twister", "excitation_node");
+  ASSERT_TRUE(robot.waitFor([&] { return fastest > 0.59; }, "the full speed", 30.0));
+  EXPECT_FALSE(driven());
+  geometry_msgs::Twist abort;
+  robot.publishOnce(abort);
+  ASSERT_TRUE(robot.waitFor([&] { return process.ended(); }, "the excitation to end", 60.0));
+}
+
 TEST_F(ExcitationNode, EndsWhenAnotherPublisherAppears) {
   ControllerProcess process("exciter", "excitation_node");
   ASSERT_TRUE(robot.waitFor([&] { return driven(); }, "the excitation to begin", 30.0));

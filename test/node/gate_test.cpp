@@ -335,7 +335,7 @@ TEST_F(DriveGateNode, ATwistToWhichNobodyListensIsAWarning) {
     robot.waitFor(says, text, 60.0);
     EXPECT_EQ(told, text);
   };
-  expect("WARN nobody listens to /twist/cmd_vel: is twist_mux running?");
+  expect("WARN no subscriber on /twist/cmd_vel: is twist_mux running?");
   geometry_msgs::Twist last;
   const auto twists = node.subscribe<geometry_msgs::Twist>(
       "twist/cmd_vel", 1, [&](const geometry_msgs::TwistConstPtr& message) { last = *message; });

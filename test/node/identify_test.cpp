@@ -1,9 +1,11 @@
 // From a bag to a plant model: bags written as rosbag record writes them, from the simulated robot with random drive
 // trains.
 
+#include <geometry_msgs/TwistStamped.h>
 #include <gtest/gtest.h>
 #include <jackal_msgs/Drive.h>
 #include <rosbag/bag.h>
+#include <rosbag/view.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 #include <std_msgs/Float64.h>
@@ -359,6 +361,37 @@ TEST_F(BadBag, WithAnEndlessNameOfAType) {
   const std::string message = refusal(file.path);
   EXPECT_LT(message.size(), 400U);
   EXPECT_EQ(message.find('\x1b'), std::string::npos);
+}
+
+/// On a robot with twist_mux: what it lets through, or what the velocity controller says it drives.
+TEST(DriveBag, CommandsMayBeBodyVelocities) {
+  const TemporaryFile drives("drives.bag"), twists("twists.bag");
+  writeBag(drives.path, {});
+  const SkidSteerKinematics kinematics(GeometryParameters{});
+  {
+    const rosbag::Bag from(drives.path, rosbag::bagmode::Read);
+    rosbag::Bag to(twists.path, rosbag::bagmode::Write);
+    for (const rosbag::MessageInstance& message : rosbag::View(from)) {
+      const auto drive = message.instantiate<jackal_msgs::Drive>();
+      if (!drive) {
+        to.write(message.getTopic(), message.getTime(), message);
+        continue;
+      }
+      geometry_msgs::TwistStamped stamped;
+      stamped.twist = twistMessage(kinematics.bodyVelocity({drive->drivers[0], drive->drivers[1]}));
+      to.write("/cmd_vel", message.getTime(), stamped.twist);
+      to.write("/jackal_velocity_controller/cmd_vel_out", message.getTime(), stamped);
+    }
+  }
+  const Identification by_drive = identifyDriveTrain(readDriveBag(drives.path, {}), kRadius);
+  for (const char* topic : {"/cmd_vel", "/jackal_velocity_controller/cmd_vel_out"}) {
+    BagTopics topics;
+    topics.commands = topic;
+    const Identification by_twist = identifyDriveTrain(readDriveBag(twists.path, topics), kRadius);
+    EXPECT_NEAR(by_twist.dead_time.value, by_drive.dead_time.value, 1e-4) << topic;
+    EXPECT_NEAR(by_twist.gain.value, by_drive.gain.value, 1e-4) << topic;
+    EXPECT_NEAR(by_twist.track_left.value, by_drive.track_left.value, 1e-4) << topic;
+  }
 }
 
 TEST(DriveBag, TurnsTheImuAsItIsMounted) {

@@ -58,18 +58,21 @@ TEST(InputMessage, KeepsEveryKindToTheBit) {
   without_z.acceleration_z = std::nullopt;
   expectSame(roundTrip(ObservationInput{without_z}).observation, without_z);
   EXPECT_EQ(roundTrip(FeedbackInput{kNow}).stamp, kNow);
-  const RobotStatus status = roundTrip(StatusInput{{false, true, false, true, false, false, true, true, true}}).status;
+  const RobotStatus status =
+      roundTrip(StatusInput{{false, true, false, true, false, false, true, true, true, true}}).status;
   EXPECT_TRUE(status.robot_stopped && status.driver_fault && status.ending && status.rivals && status.disabled);
+  EXPECT_TRUE(status.unheard);
   EXPECT_FALSE(status.emergency_stop || status.motors_off || status.contended || status.graph_checked);
   const AppliedInput applied = roundTrip(AppliedInput{{kThird, -kThird}, AppliedSource::wheels});
   EXPECT_EQ(applied.command, (WheelCommand{kThird, -kThird}));
   EXPECT_EQ(applied.source, AppliedSource::wheels);
   EXPECT_EQ(roundTrip(LearnedInput{{{kThird, 0.9}}}).learned.slip.effective_track, kThird);
   EXPECT_FALSE(roundTrip(LearnedInput{{{kThird, 0.9}}}).learned.timing);
-  const LearnedInput timed{{{kThird, 0.9}, DriveTrainTiming{kThird, 0.25}}};
+  const LearnedInput timed{{{kThird, 0.9}, DriveTrainTiming{kThird, 0.25, 3.0}}};
   ASSERT_TRUE(roundTrip(timed).learned.timing);
   EXPECT_EQ(roundTrip(timed).learned.timing->dead_time, kThird);
   EXPECT_EQ(roundTrip(timed).learned.timing->lag, 0.25);
+  EXPECT_EQ(roundTrip(timed).learned.timing->acceleration_limit, 3.0);
   EXPECT_TRUE(roundTrip(LearningInput{true}).frozen);
   EXPECT_EQ(roundTrip(StartInput{{1.0, kThird}}).driven.right, kThird);
 }

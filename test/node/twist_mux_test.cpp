@@ -89,7 +89,7 @@ TEST(WithoutTwistMux, TheStateSaysThatNobodyListens) {
   robot.run(1.0);
   for (const ControllerState& state : robot.states()) {
     ASSERT_EQ(state.status, ControllerState::DRIVING);
-    ASSERT_EQ(state.reason, "nobody listens to /cmd_vel: is twist_mux running?");
+    ASSERT_EQ(state.reason, "no subscriber on /cmd_vel: is twist_mux running?");
     ASSERT_EQ(state.driven_by, ControllerState::BY_NOBODY);
   }
   robot.rest();

@@ -2,10 +2,12 @@
 // on the simulated robot. Time is the simulation's, and everything but publishing happens in this thread, in order.
 
 #include <controller_manager/controller_manager.h>
+#include <diagnostic_msgs/DiagnosticArray.h>
 #include <dlfcn.h>
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <geometry_msgs/TwistStamped.h>
 #include <gtest/gtest.h>
+#include <jackal_aic/ControllerState.h>
 #include <nav_msgs/Odometry.h>
 #include <pthread.h>
 #include <ros/callback_queue.h>
@@ -91,8 +93,8 @@ struct Recording {
 
 class RosControl : public testing::Test {
  protected:
-  explicit RosControl(bool with_imu = false)
-      : robot(textOf("sim/urdf/jackal.urdf"), plantParameters(), with_imu),
+  explicit RosControl(bool with_imu = false, const sim::PlantParameters& plant = plantParameters())
+      : robot(textOf("sim/urdf/jackal.urdf"), plant, with_imu),
         manager(&robot, node),
         start(newStart()),
         imu_of_robot(with_imu) {
@@ -451,6 +453,55 @@ TEST_F(RosControlWithImu, ReadsTheImuOfTheRobot) {
   run(1.0);
   EXPECT_EQ(imu.getNumSubscribers(), 0u);
   expectStep(0.0, 0.5, 0.4, 2.0);
+}
+
+/// A robot whose wheels can be read at any time, as in Gazebo.
+class RosControlWithLiveWheels : public RosControl {
+ protected:
+  RosControlWithLiveWheels() : RosControl(false, live()) {}
+
+  static sim::PlantParameters live() {
+    sim::PlantParameters plant = plantParameters();
+    plant.sensor_rate = 1000.0;
+    return plant;
+  }
+};
+
+TEST_F(RosControlWithLiveWheels, ReadsTheWheelsWithEachSampleOfTheImu) {
+  constexpr int kImuPeriod = 20, kImuPhase = 7;  // steps
+  period = 0.001;
+  node.setParam(std::string(kName) + "/publish_rate", 2000.0);
+  ASSERT_TRUE(startController());
+  node.deleteParam(std::string(kName) + "/publish_rate");
+  ControllerState state;
+  const auto states = node.subscribe<ControllerState>(
+      std::string(kName) + "/state", 10, [&state](const ControllerStateConstPtr& message) { state = *message; });
+  ASSERT_TRUE(wait([&] { return states.getNumPublishers() > 0; }));
+  std::vector<int> taken;  // steps in which the wheels were read
+  double last = 0.0;
+  for (int i = 0; i < 500; ++i) {
+    imu_works = i % kImuPeriod == kImuPhase;
+    step();
+    ASSERT_TRUE(wait([&] { return state.header.stamp == ros::Time::now(); }));
+    if (state.measured_forward != last) taken.push_back(i);  // no two are alike, by the noise
+    last = state.measured_forward;
+  }
+  ASSERT_GE(taken.size(), 20u);
+  for (std::size_t i = taken.size() - 20; i < taken.size(); ++i) {
+    EXPECT_EQ(taken[i] - taken[i - 1], kImuPeriod);
+    EXPECT_LE((taken[i] - kImuPhase) % kImuPeriod, 1) << "an old sample of the IMU under a new stamp";
+  }
+}
+
+TEST_F(RosControl, DiagnosticsBearItsName) {
+  std::string name;
+  const auto diagnostics = node.subscribe<diagnostic_msgs::DiagnosticArray>(
+      "/diagnostics", 10, [&name](const diagnostic_msgs::DiagnosticArrayConstPtr& message) {
+        for (const auto& status : message->status) name = status.name;
+      });
+  ASSERT_TRUE(startController());
+  for (int i = 0; i < 100 && name.empty(); ++i) run(0.1);
+  EXPECT_EQ(name, std::string(kName) + ": Active inference controller");
 }
 
 TEST_F(RosControl, IsStoppedAndStartedOnTheMoveWithoutAJump) {

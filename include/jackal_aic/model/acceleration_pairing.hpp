@@ -13,8 +13,12 @@
 /// The mean weighs them alike: an IMU has an even clock, and stamps that jitter. b is the usual acceleration, of the
 /// last T, which holds for the time that h has more or less than the IMU samples. What is too much of it in one sample
 /// lacks in the next, because over a while the h add up to what the D do.
+///
+/// IMU samples that come at once, after a stall, wait for the sample of the other sensor that has their stamps.
 
 #include <Eigen/Core>
+#include <array>
+#include <cstddef>
 
 namespace jackal_aic {
 
@@ -32,6 +36,18 @@ class AccelerationPairing {
   void reset() { *this = AccelerationPairing(); }
 
  private:
+  static constexpr std::size_t kMostWaiting = 64;
+
+  struct Sample {
+    Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();  // [m/s^2]
+    double stamp = 0.0;                                      // [s]
+  };
+
+  void count(const Sample& sample);
+
+  std::array<Sample, kMostWaiting> waiting_{};        // a ring
+  std::size_t first_ = 0;                             // waiting, of all samples so far
+  std::size_t end_ = 0;                               // samples so far
   Eigen::Vector3d usual_ = Eigen::Vector3d::Zero();   // b [m/s^2]
   Eigen::Vector3d newest_ = Eigen::Vector3d::Zero();  // a_i [m/s^2]
   Eigen::Array3i repeats_ = Eigen::Array3i::Zero();   // of a_i to the bit

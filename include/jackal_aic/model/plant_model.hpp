@@ -48,8 +48,7 @@ inline GeometryParameters geometryOf(const PlantModel& model, GeometryParameters
 }
 
 /// The model to drive a robot by: its own, or, if nobody has identified it, one from the middle of what it may be. Half
-/// the assumed acceleration limit is asked for at first, because more than the motors can follow winds up
-/// (drive_train_learning.hpp opens it). Dead time, lag and
+/// the assumed acceleration limit is asked for at first, as more than the motors follow winds up. Dead time, lag and
 /// gain are those for which the slowest spectral radius is smallest over robots of half to twice the assumed dead time
 /// and lag and a gain of 0.8 to 1.2 (0.970 with the shipped gains; 0.985 with the assumed numbers themselves, above 1
 /// with 1.5 times dead time and lag). What such a robot may do, which the fault detection asks, is another question.

@@ -33,6 +33,7 @@ struct RobotStatus {
   bool ending = false;          ///< the controller is to end
   bool rivals = false;          ///< more than one node publishes set points, and only one is to
   bool disabled = false;        ///< a person holds the controller at rest
+  bool unheard = false;         ///< a topic of the commands has no subscriber: they do not reach the motors
 };
 
 /// DriveLoop::updateBelief().
