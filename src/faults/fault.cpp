@@ -26,13 +26,11 @@ constexpr std::array<Entry, kFaults> kEntries{{
     {Fault::gyro_disagrees, "gyro disagrees with the wheels"},
     {Fault::accelerometer_frozen, "accelerometer frozen"},
     {Fault::accelerometer_disagrees, "accelerometer wrong"},
-    {Fault::no_gravity, "accelerometer does not read gravity at rest: absent, in g, or turned without tf?"},
+    {Fault::no_gravity, "accelerometer does not read gravity at rest"},
     {Fault::moved, "moved by somebody else"},
     {Fault::stuck, "does not move although its wheels turn"},
-    {Fault::wheels_off_model,
-     "wheels turn less or faster than their commands can make them: encoder scale, motors or plant model?"},
-    {Fault::turn_off_model,
-     "turns less or more than its wheels can make it: slippery ground, gyro scale or robot.effective_track?"},
+    {Fault::wheels_off_model, "wheels turn less or more than their commands explain"},
+    {Fault::turn_off_model, "robot turns less or more than its wheels explain"},
 }};
 
 constexpr bool inOrder() {

@@ -39,6 +39,9 @@ Observation ImuReader::observation(const sensor_msgs::Imu& message) const {
   observation.acceleration_y = (*motion)(2);
   observation.acceleration_z = (*motion)(3);
   observation.valid.wheel_left = observation.valid.wheel_right = false;
+  // REP 145: a first covariance of -1 says that the sensor is absent.
+  observation.valid.yaw_rate = message.angular_velocity_covariance[0] >= 0.0;
+  observation.valid.acceleration = message.linear_acceleration_covariance[0] >= 0.0;
   return observation;
 }
 

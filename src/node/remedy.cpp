@@ -35,8 +35,10 @@ const char* remedy(StopCause cause) {
       return "Check the power and the cable of the motor controller";
     case StopCause::clock_jump:
       return "It drives on by itself";
-    case StopCause::outputs_unchecked:
+    case StopCause::graph_unchecked:
       return "Check that the ROS master runs";
+    case StopCause::start:
+      return "Send a zero set point, or pause, to set off";
     case StopCause::motors_off:
       return "Switch the motors to velocity control";
     case StopCause::robot_stopped:
@@ -79,8 +81,14 @@ const char* remedy(Fault fault) {
       return "Check the unit (rad/s) and the bias of the gyro, and the effective track";
     case Fault::accelerometer_disagrees:
       return "Check the unit (m/s^2) and the mounting of the accelerometer";
+    case Fault::no_gravity:
+      return "Check that the accelerometer is there, in m/s^2, and mounted as tf says";
     case Fault::stuck:
       return "Free the robot, or stop driving";
+    case Fault::wheels_off_model:
+      return "Check the scale of the encoders, the motors and the plant model";
+    case Fault::turn_off_model:
+      return "Check the ground, the scale of the gyro, robot.effective_track and robot.track_range";
   }
   return "";
 }

@@ -83,6 +83,8 @@ void StatusReport::logFault(Fault before) {
     ROS_INFO("The robot is %s", text(status_.fault));
   } else if (status_.fault == Fault::stuck) {
     ROS_WARN("The robot %s. %s", text(status_.fault), remedy(status_.fault));
+  } else if (status_.fault != Fault::none) {
+    ROS_WARN_THROTTLE(10.0, "Noticed: %s. %s", text(status_.fault), remedy(status_.fault));
   }
 }
 

@@ -348,7 +348,7 @@ Observation RosController::observe(const Wheels& wheels, double now) {
     y.stamp = now;
     y.wheel_left = wheels.left;
     y.wheel_right = wheels.right;
-    y.valid = {};
+    y.valid.wheel_left = y.valid.wheel_right = true;
     loop_->observe(y, now);
   }
   return y;

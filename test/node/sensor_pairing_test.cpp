@@ -65,6 +65,35 @@ TEST_F(SensorPairingTest, WheelSpeedsMayRepeatOnlyWithoutPositions) {
 }
 
 /// The frame of a message is anybody's text, and the reason goes into the log.
+TEST_F(SensorPairingTest, AnAbsentSensorOfTheImuIsNotValid) {
+  for (const bool gyro : {true, false}) {
+    auto message = boost::make_shared<sensor_msgs::Imu>();
+    message->header.stamp = ros::Time(10.0);
+    message->header.frame_id = "base_link";
+    (gyro ? message->angular_velocity_covariance : message->linear_acceleration_covariance)[0] = -1.0;  // REP 145
+    SensorPairing sensors(RobotNames{}, frames_, [](const Observation&, const ros::Time&) {});
+    const ChannelValidity valid = sensors.addImu(message, ros::Time(10.0))->observation.valid;
+    EXPECT_EQ(valid.yaw_rate, !gyro);
+    EXPECT_EQ(valid.acceleration, gyro);
+  }
+}
+
+TEST_F(SensorPairingTest, VelocitiesThatStayZeroWhileThePositionsMoveAreRefused) {
+  const auto add = [this](double stamp, double velocity, double position) {
+    auto message = boost::make_shared<sensor_msgs::JointState>();
+    message->header.stamp = ros::Time(stamp);
+    message->name = {"front_left_wheel", "front_right_wheel"};
+    message->velocity = {velocity, velocity};
+    message->position = {position, position};
+    return sensors_.addWheels(message, ros::Time(stamp)).has_value();
+  };
+  EXPECT_TRUE(add(10.0, 0.0, 0.0));
+  EXPECT_TRUE(add(10.02, 0.0, 0.004)) << "a creep below the resolution of the velocity";
+  EXPECT_FALSE(add(10.04, 0.0, 0.1));
+  EXPECT_NE(sensors_.lastRefusal().find("positions move"), std::string::npos);
+  EXPECT_TRUE(add(10.06, 5.0, 0.2));
+}
+
 TEST_F(SensorPairingTest, ARefusedFrameIsNamedInOneShortLine) {
   auto message = boost::make_shared<sensor_msgs::Imu>();
   message->header.stamp = ros::Time(10.0);

@@ -23,6 +23,8 @@
 
 #include <Eigen/Core>
 
+#include "jackal_aic/model/geometry.hpp"
+
 namespace jackal_aic {
 
 /// Belief about the coefficients: all that has to be kept for the next start.
@@ -38,7 +40,7 @@ class TurnModel {
   static constexpr double kTurn = 0.15;  ///< least |x| of a turn, and |v| of a straight line, to learn from [m/s]
 
   /// @param ratio alpha / b_hat as configured [1/m]; @param range factor by which d theta_dot/dx may differ from it.
-  explicit TurnModel(double ratio, double range = 1.5);
+  explicit TurnModel(double ratio, double range = GeometryParameters::kTrackRange);
 
   /// theta_dot of the body [rad/s], by a correction g. @param x difference, @param v mean of the wheels' circumference
   /// speeds [m/s].
