@@ -11,10 +11,12 @@
 namespace jackal_aic {
 namespace {
 
-/// The speed of a wheel by its commands, on its way as far as the other one is.
+/// The speed of a wheel by its commands, on its way as far as the other one is; as measured, if it is no other.
 double commanded(const CommandedWheel& wheel, const CommandedWheel& other) {
   const bool tells = std::abs(other.nominal) > TurnWitness::kMoving;
-  return wheel.reachable.nearest(tells ? wheel.nominal * other.measured / other.nominal : wheel.measured);
+  const double speed = wheel.reachable.nearest(tells ? wheel.nominal * other.measured / other.nominal : wheel.measured);
+  const double alike = TurnWitness::kAlike * std::abs(speed) + TurnWitness::kAlikeSpeed;
+  return std::abs(speed - wheel.measured) > alike ? speed : wheel.measured;
 }
 
 }  // namespace
@@ -22,7 +24,8 @@ double commanded(const CommandedWheel& wheel, const CommandedWheel& other) {
 double TurnWitness::error(double yaw_rate, double left, double right) const {
   const double turn = slope_ * (right - left);
   const double beside = kUnlikeTyres * slope_ * std::abs(0.5 * (left + right)) + late_;
-  const Range possible{std::min(turn * range_, turn / range_) - beside, std::max(turn * range_, turn / range_) + beside};
+  const Range possible{std::min(turn * range_, turn / range_) - beside,
+                       std::max(turn * range_, turn / range_) + beside};
   return possible.outside(yaw_rate);
 }
 
@@ -34,10 +37,10 @@ void TurnWitness::update(double yaw_rate, const CommandedWheel& left, const Comm
                          double step) {
   watchTurn(slope_ * (right.nominal - left.nominal), hold, step);
   const double l = commanded(left, right), r = commanded(right, left);
-  const std::array<double, kHypotheses> errors{
-      error(yaw_rate, left.measured, right.measured), error(yaw_rate, l, right.measured),
-      error(yaw_rate, left.measured, r)};
-  for (std::size_t i = 0; i < errors.size(); ++i) average(evidence_[i], square(limited(errors[i], kMostError)), step, kMemory);
+  const std::array<double, kHypotheses> errors{error(yaw_rate, left.measured, right.measured),
+                                               error(yaw_rate, l, right.measured), error(yaw_rate, left.measured, r)};
+  for (std::size_t i = 0; i < errors.size(); ++i)
+    average(evidence_[i], square(limited(errors[i], kMostError)), step, kMemory);
   const double samples = step / std::max(step, hold);
   const bool off = contradiction() && errors[kAsMeasured] != 0.0;
   left_ = off && explains(kLeft) && !explains(kRight) ? left_ + samples : 0.0;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "jackal_aic/identification/plant_identification.hpp"
+#include "jackal_aic/model/geometry.hpp"
 
 namespace jackal_aic {
 

@@ -183,7 +183,7 @@ class ExcitationNode {
         limiter_(LimitParameters{}, geometry, kPeriod),
         drive_(twist ? advertise<geometry_msgs::Twist>(node, "cmd_vel")
                      : advertise<jackal_msgs::Drive>(node, "cmd_drive")),
-        graph_({{drive_.getTopic()}, {}, false, "", false}, kGraphPeriod),
+        graph_({{drive_.getTopic()}, {}, false, "", false, "", [] { return 0u; }}, kGraphPeriod),
         robot_(node, [this](const ros::Time&) { feedback_.beat(); }),
         wheels_(node.subscribe<sensor_msgs::JointState>(
             "joint_states", 10, [this](const sensor_msgs::JointStateConstPtr&) { wheels_heard_.beat(); })),

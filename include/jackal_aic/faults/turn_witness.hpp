@@ -3,16 +3,16 @@
 /// @file
 /// Three witnesses of the turn: the encoders, the gyro and the commands. Two that agree convict the third.
 ///
-/// A pair of wheel speeds allows the yaw rates between r (w_R - w_L)/(b_hat f) and f r (w_R - w_L)/b_hat, f the range of
-/// the track. What the gyro reads beyond that is an error e. Two of three hypotheses put the commanded speed in the place
-/// of a wrong encoder's:
+/// A pair of wheel speeds allows the yaw rates between r (w_R - w_L)/(b_hat f) and f r (w_R - w_L)/b_hat, f the range
+/// of the track. What the gyro reads beyond that is an error e. Two of three hypotheses put the commanded speed in the
+/// place of a wrong encoder's:
 ///
 ///     as measured,   left encoder wrong,   right encoder wrong
 ///
 /// Both sides have the same motors: where the other wheel is on its way with a part of what its commands ask for, so is
 /// this one. Each hypothesis has the mean of e^2 over kMemory as its evidence. An encoder is wrong if its hypothesis
-/// explains the gyro for kSureSamples, and the encoders as they are measured do not. This finds an encoder whose scale is
-/// wrong from its first message: alone it could be a weak motor, but a weak motor turns the robot.
+/// explains the gyro for kSureSamples, and the encoders as they are measured do not. This finds an encoder whose scale
+/// is wrong from its first message: alone it could be a weak motor, but a weak motor turns the robot.
 
 #include <array>
 
@@ -36,6 +36,8 @@ class TurnWitness {
   static constexpr double kLeastError = 0.04;   ///< root mean square of a contradiction [rad/s]
   static constexpr double kMostError = 0.08;    ///< that one sample counts, so that a spike is no contradiction [rad/s]
   static constexpr double kExplained = 0.25;    ///< part of the evidence that a right hypothesis leaves at most
+  static constexpr double kAlike = 0.15;        ///< by which unlike motors may differ, relative
+  static constexpr double kAlikeSpeed = 0.1;    ///< and beside it [rad/s]
   static constexpr double kMoving = 0.3;        ///< of a wheel that shows how far the motors are on their way [rad/s]
   static constexpr double kLate = 0.1;          ///< by which gyro and encoders may differ in time [s]
   static constexpr double kUnlikeTyres = 0.03;  ///< part of the forward speed by which unlike tyres turn the robot
@@ -44,8 +46,8 @@ class TurnWitness {
   TurnWitness(double rolling_radius, double track, double range)
       : rolling_radius_(rolling_radius), slope_(rolling_radius / track), range_(range) {}
 
-  /// Takes a sample. @param yaw_rate of the gyro, without bias [rad/s]; @param hold for which an encoder holds its value
-  /// [s]; @param step since the last sample [s].
+  /// Takes a sample. @param yaw_rate of the gyro, without bias [rad/s]; @param hold for which an encoder holds its
+  /// value [s]; @param step since the last sample [s].
   void update(double yaw_rate, const CommandedWheel& left, const CommandedWheel& right, double hold, double step);
 
   /// No gyro, or no encoders, to compare.
