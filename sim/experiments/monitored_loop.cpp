@@ -87,8 +87,8 @@ void runMonitored(const LoopSetup& setup, const PlantModel& model, const SetPoin
       const FaultReport& report = *drive.faultReport();
       const PlantTruth& truth = plant.truth();
       take({now, set_point, truth.linear_velocity.x(), truth.angular_velocity.z(),
-            0.5 * (truth.wheel_velocity[kFrontLeft] + truth.wheel_velocity[kRearLeft]), drive.command(), report, drive.status().fault,
-            y.valid & report.valid()});
+            0.5 * (truth.wheel_velocity[kFrontLeft] + truth.wheel_velocity[kRearLeft]), drive.command(), report,
+            drive.status().fault, y.valid & report.valid()});
     }
     if (const auto due = drive.advance(now)) plant.command(*due);
   }

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kTick = 0.01;        // s between calls of the loop's timer
 constexpr double kSensorRate = 20.0;  // Hz, of the recordings
-constexpr double kTrackRange = 4.0;    // a Husky on a smooth floor turns by less than half of its geometry
+constexpr double kTrackRange = 4.0;   // a Husky on a smooth floor turns by less than half of its geometry
 
 /// The limits of the drive gate are those of a Jackal; here others have driven, faster.
 LimitParameters wideLimits() {

@@ -38,8 +38,8 @@ void putGyro(const InjectedFault& fault, const PlantMeasurement& last, PlantMeas
 void putAcceleration(const InjectedFault& fault, const PlantMeasurement& last, PlantMeasurement& sample) {
   for (int axis = 0; axis < 3; ++axis) {
     double& value = sample.linear_acceleration(axis);
-    value = fault.kind == FaultKind::freeze ? last.linear_acceleration(axis)
-                                            : faultyValue(fault.kind, fault.amount, value);
+    value =
+        fault.kind == FaultKind::freeze ? last.linear_acceleration(axis) : faultyValue(fault.kind, fault.amount, value);
   }
 }
 

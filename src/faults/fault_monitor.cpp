@@ -45,8 +45,8 @@ constexpr double kCountless = 1e6;
 /// Commands of this time [s] before the first sample tell what is under way in the drive train.
 constexpr double kCommandsKnown = 0.25;
 
-constexpr double kOffModel = 0.3;   // s, of wheels or a turn beyond their model, until that is told
-constexpr double kTurns = 0.2;      // rad/s, asked for by the wheels of a robot that turns
+constexpr double kOffModel = 0.3;  // s, of wheels or a turn beyond their model, until that is told
+constexpr double kTurns = 0.2;     // rad/s, asked for by the wheels of a robot that turns
 
 constexpr double kRounding = 1e-6;  // of a step
 
@@ -376,7 +376,8 @@ double FaultMonitor::differenceVariance(const Observation& observation) const {
 void FaultMonitor::checkGyro(const Observation& observation, const SampleStep& step) {
   if (!observation.valid.yaw_rate) return;
   // While a wheel is suspect the difference of the wheels is no witness against the gyro.
-  const bool wheels_tell = !witness_.clearsGyro() && !left_.suspect() && !right_.suspect() && !report_.drive_left && !report_.drive_right;
+  const bool wheels_tell =
+      !witness_.clearsGyro() && !left_.suspect() && !right_.suspect() && !report_.drive_left && !report_.drive_right;
   if (model_.on_box) {
     yaw_.check(observation.yaw_rate, {0.0, 0.0}, wheelsTurn(), step);
   } else if (wheels_tell || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right)) {

@@ -59,7 +59,8 @@ std::optional<SensorReading> SensorPairing::addWheels(const sensor_msgs::JointSt
   if (!meanVelocity(*message, names_.left_wheel_joints) || !meanVelocity(*message, names_.right_wheel_joints)) {
     return refuse("joint states with a wheel velocity that is missing or not finite");
   }
-  if (misreadsMotion(*message)) return refuse("joint states whose velocities are zero while the wheels' positions move");
+  if (misreadsMotion(*message))
+    return refuse("joint states whose velocities are zero while the wheels' positions move");
   if (!followsClosely(message->header.stamp, paired_wheels_)) {
     paired_wheels_ = message->header.stamp;
     wheel_input_.add(message);
@@ -90,7 +91,8 @@ bool SensorPairing::misreadsMotion(const sensor_msgs::JointState& message) {
   const double time = (message.header.stamp - before).toSec();
   if (before.isZero() || !(time > 0.0)) return false;
   const auto still = [&](const std::vector<std::string>& joints, double change) {
-    return *meanVelocity(message, joints) == 0.0 && std::abs(change) > kTurns * time * static_cast<double>(joints.size());
+    return *meanVelocity(message, joints) == 0.0 &&
+           std::abs(change) > kTurns * time * static_cast<double>(joints.size());
   };
   return still(names_.left_wheel_joints, moved(0)) || still(names_.right_wheel_joints, moved(1));
 }

@@ -61,8 +61,8 @@ class SensorPairing {
   Callback callback_;
   ros::Time paired_wheels_;  // stamps of the last samples that the pairing got
   ros::Time paired_imu_;
-  ros::Time last_wheels_;            // stamp of the last message
-  WheelVector last_positions_;       // sums of its positions [rad]
+  ros::Time last_wheels_;       // stamp of the last message
+  WheelVector last_positions_;  // sums of its positions [rad]
   AccelerationPairing accelerations_;
   std::string refusal_;
   message_filters::PassThrough<sensor_msgs::JointState> wheel_input_;

@@ -44,8 +44,7 @@ ModelLearning::ModelLearning(const PredictiveParameters& parameters, const Geome
       track_range_(geometry.track_range),
       dead_time_(model.dead_time),
       on_box_(model.on_box),
-      slip_(configuredSlip(geometry, model), geometry.wheel_radius,
-            slipLearning(parameters, geometry.track_range)),
+      slip_(configuredSlip(geometry, model), geometry.wheel_radius, slipLearning(parameters, geometry.track_range)),
       precisions_(sensorPrecisions(parameters)) {}
 
 void ModelLearning::takeOver(const SlipBelief& learned) {

@@ -51,8 +51,7 @@ double MotionUncertainty::yawVariance(double believed, const BodyVector& velocit
   const double factor = gyro_.factor();
   const double turning_in = std::max(0.0, square(factor) - 1.0) * square(kTurnIn * slip_.difference() / track_);
   // φ P + Δθ̇² + (m q θ̇)² + (φ² − 1) (k (s_R − s_L)/b̂)²
-  return factor * believed + square(ahead) + square(kYawPerTurn * velocity(kYaw)) * turn_ +
-         turning_in;
+  return factor * believed + square(ahead) + square(kYawPerTurn * velocity(kYaw)) * turn_ + turning_in;
 }
 
 void MotionUncertainty::forgetMotion() {

@@ -50,7 +50,8 @@ double TurnModel::perDifference(double x, double v, double correction) const {
 }
 
 bool TurnModel::plausible(double yaw_rate, double x, double v) const {
-  if (std::abs(x) <= kStraight) return std::abs(yaw_rate) <= kSlack * configured_ * (kLargestVeer * std::abs(v) + kStraight);
+  if (std::abs(x) <= kStraight)
+    return std::abs(yaw_rate) <= kSlack * configured_ * (kLargestVeer * std::abs(v) + kStraight);
   const double of_asked = yaw_rate / (configured_ * x), most = kSlack * range_;
   return of_asked >= 1.0 / most && of_asked <= most;
 }

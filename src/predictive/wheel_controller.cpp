@@ -20,7 +20,8 @@ void WheelController::act(double input) {
   const double error = gain_ * effective_ + belief_.disturbance() - input;
   const Range most = withinRange(input, input);
   const double before = gain_ * effective_;
-  effective_ = std::clamp(before - learning_rate_ * error, std::min(before, most.low), std::max(before, most.high)) / gain_;
+  effective_ =
+      std::clamp(before - learning_rate_ * error, std::min(before, most.low), std::max(before, most.high)) / gain_;
   action_ = dead_zone_.command(effective_);
 }
 

@@ -151,11 +151,11 @@ void readCommands(const rosbag::Bag& bag, const BagTopics& topics, DriveRecordin
     add(kinematics.wheelSpeeds(twist.linear.x, twist.angular.z), message);
   };
   // The topic has one of these types.
-  forEach<jackal_msgs::Drive>(
-      bag, topics.commands, [&](const jackal_msgs::Drive& drive, const rosbag::MessageInstance& message) {
-        const bool moves = drive.mode == jackal_msgs::Drive::MODE_VELOCITY;
-        add(moves ? WheelCommand{drive.drivers[0], drive.drivers[1]} : WheelCommand{}, message);
-      });
+  forEach<jackal_msgs::Drive>(bag, topics.commands,
+                              [&](const jackal_msgs::Drive& drive, const rosbag::MessageInstance& message) {
+                                const bool moves = drive.mode == jackal_msgs::Drive::MODE_VELOCITY;
+                                add(moves ? WheelCommand{drive.drivers[0], drive.drivers[1]} : WheelCommand{}, message);
+                              });
   forEach<geometry_msgs::Twist>(bag, topics.commands, addTwist);
   forEach<geometry_msgs::TwistStamped>(
       bag, topics.commands, [&](const geometry_msgs::TwistStamped& stamped, const rosbag::MessageInstance& message) {

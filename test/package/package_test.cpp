@@ -287,6 +287,8 @@ TEST(Scripts, ABuildOfAnotherWorkspaceIsLeftAlone) {
     EXPECT_TRUE(fs::exists(workspace / theirs / "work")) << said;
     fs::remove_all(workspace);
   }
+}
+
 TEST(Launch, GazeboTakesTheModelOfItsRobot) {
   const std::string dumped = output("roslaunch --dump-params jackal_aic gazebo.launch");
   for (const char* parameter : {"dead_time: 0.006", "acceleration_limit: 16.0", "effective_track: 0.42"}) {

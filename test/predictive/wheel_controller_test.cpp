@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "jackal_aic/model/robot_range.hpp"
-
 #include <algorithm>
 #include <cmath>
+
+#include "jackal_aic/model/robot_range.hpp"
 
 namespace jackal_aic {
 namespace {

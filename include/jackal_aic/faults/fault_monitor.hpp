@@ -163,8 +163,8 @@ class FaultMonitor {
   WheelMonitor right_;
   YawMonitor yaw_;
   TurnWitness witness_;
-  TurnAgreement turn_;       // of the body with the measured wheels
-  double off_model_ = 0.0;   // time for which a wheel turns beyond what its commands allow [s]
+  TurnAgreement turn_;      // of the body with the measured wheels
+  double off_model_ = 0.0;  // time for which a wheel turns beyond what its commands allow [s]
   AccelerationMonitor acceleration_;
   TractionBelief traction_{0.0};
   Driven driven_;  // that the predictions have not followed yet

@@ -14,7 +14,8 @@ struct GeometryParameters {
   double wheel_radius = 0.098;      ///< r [m]
   double effective_track = 0.5621;  ///< b_hat, virtual width of the skid-steer robot [m]
   double slip_factor = 1.0;         ///< alpha, ratio of body to wheel circumference speed
-  double track_range = kTrackRange; ///< factor by which the effective track may differ either way on this robot's ground
+  double track_range =
+      kTrackRange;  ///< factor by which the effective track may differ either way on this robot's ground
 };
 
 /// Lists the fields of GeometryParameters with unit and range.

@@ -27,8 +27,8 @@ class ImuAtRest {
   /// Lets time pass [s]. @param told_to_rest the motors have a command of zero.
   void advance(bool told_to_rest, double duration) { rested_ = told_to_rest ? rested_ + duration : 0.0; }
 
-  /// Takes a sample and corrects it: subtracts the bias, and takes out an accelerometer that is wrong. @param step since
-  /// the last sample [s].
+  /// Takes a sample and corrects it: subtracts the bias, and takes out an accelerometer that is wrong. @param step
+  /// since the last sample [s].
   void calibrate(Observation& observation, double step);
 
   /// True for an accelerometer that has read gravity at rest, or of which the vertical axis is not known.
@@ -54,8 +54,8 @@ class ImuAtRest {
 
   WheelVector wheels_ = WheelVector::Zero();  // mean speeds [rad/s]
   double rested_ = 0.0;                       // since the last command, or the last time a wheel turned [s]
-  double bias_ = 0.0;    // rad/s
-  double biased_ = 0.0;  // time over which the bias is a mean [s]
+  double bias_ = 0.0;                         // rad/s
+  double biased_ = 0.0;                       // time over which the bias is a mean [s]
   Eigen::Vector3d force_ = Eigen::Vector3d::Zero();
   double weighed_ = 0.0;  // time over which the specific force is a mean [s]
 };

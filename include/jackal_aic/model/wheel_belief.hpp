@@ -149,14 +149,14 @@ class WheelBelief {
     void add(double change, double expected_change, double step);
   };
   Ramp ramp_;
-  double timing_decay_ = 0.0;                       // of e in an inner step
-  double lagging_ = 0.0;                            // part of a change that w a time sigma_t ago makes in an inner step
-  double lagged_ = 0.0;                             // w a time sigma_t ago [rad/s]
-  double quiet_ = 0.0;                              // change of w that is none [rad/s]
-  double timing_share_ = 1.0;                       // lambda_t
-  double timing_curvature_ = 0.0;                   // of F along ln lambda_t
-  double timing_ = 0.0;                             // e [rad/s]
-  double timing_variance_ = 0.0;                    // of e
+  double timing_decay_ = 0.0;      // of e in an inner step
+  double lagging_ = 0.0;           // part of a change that w a time sigma_t ago makes in an inner step
+  double lagged_ = 0.0;            // w a time sigma_t ago [rad/s]
+  double quiet_ = 0.0;             // change of w that is none [rad/s]
+  double timing_share_ = 1.0;      // lambda_t
+  double timing_curvature_ = 0.0;  // of F along ln lambda_t
+  double timing_ = 0.0;            // e [rad/s]
+  double timing_variance_ = 0.0;   // of e
   Eigen::Vector3d timing_covariance_ = Eigen::Vector3d::Zero();  // of (w, z, d) with e
   double corrected_ = 0.0;                                       // w + e after the last measurement [rad/s]
   double measured_ = 0.0;

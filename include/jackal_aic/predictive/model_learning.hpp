@@ -77,7 +77,7 @@ class ModelLearning {
   PredictiveParameters parameters_;
   double wheel_radius_;  // m
   double track_range_;
-  double dead_time_;     // s
+  double dead_time_;  // s
   bool on_box_;
   SlipBelief slip_;
   SensorPrecisions precisions_;

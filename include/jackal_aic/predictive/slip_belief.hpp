@@ -80,8 +80,8 @@ struct SlipLearning {
 /// Belief about b_hat and alpha. Nothing here allocates.
 class SlipBelief {
  public:
-  static constexpr double kAlphaRange = 2.0;       ///< of alpha, a factor to either side of the configured value
-  static constexpr double kTrustTime = 2.0;  ///< time of turning that a sensor which is excluded loses at least [s]
+  static constexpr double kAlphaRange = 2.0;  ///< of alpha, a factor to either side of the configured value
+  static constexpr double kTrustTime = 2.0;   ///< time of turning that a sensor which is excluded loses at least [s]
 
   /// @param configured values to start from and centre of the range; @param wheel_radius r [m].
   SlipBelief(const SlipState& configured, double wheel_radius, const SlipLearning& learning);
@@ -178,8 +178,8 @@ class SlipBelief {
   double by_wheels_ = 0.0;         // r W [m/s]
   double by_accelerometer_ = 0.0;  // A [m/s]
   double offset_ = 0.0;
-  Kept kept_, recent_;      // turn_ and correction_ of kTrustTime ago at least, and of later
-  double trusted_ = 0.0;    // time of turning since recent_ [s]
+  Kept kept_, recent_;    // turn_ and correction_ of kTrustTime ago at least, and of later
+  double trusted_ = 0.0;  // time of turning since recent_ [s]
   double track_gain_ = 0.0;
   double error_variance_ = 0.0;  // of the believed difference of the wheel speeds, as measured [(rad/s)^2]
   double changed_ = 0.0;         // n, since some time ago [rad/s]

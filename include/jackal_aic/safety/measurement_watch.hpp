@@ -41,8 +41,9 @@ class MeasurementWatch {
   /// Lets time pass under a command [rad/s] that the motors really have; empty if nobody knows it. @param duration [s].
   void advance(const std::optional<WheelCommand>& command, double duration);
 
-  /// Calibrates a sample by what the IMU reads at rest, and excludes channels of it that are lost, outliers or faulty, or read what no robot does: more than the largest
-  /// wheel speed and yaw rate, or than 10 g. @param health of the sources now; @param now [s].
+  /// Calibrates a sample by what the IMU reads at rest, and excludes channels of it that are lost, outliers or faulty,
+  /// or read what no robot does: more than the largest wheel speed and yaw rate, or than 10 g. @param health of the
+  /// sources now; @param now [s].
   void judge(Observation& observation, const SensorHealth& health, double now);
 
   /// Why the robot may not drive, as far as its measurements go. @param health of the sources now; @param now [s];
