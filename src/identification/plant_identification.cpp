@@ -78,13 +78,14 @@ void checkValues(const DriveRecording& recording) {
 /// @param value the value of a sample; @param least jump that is no noise, whatever that is. @returns their number.
 template <class Sample, class Value>
 std::size_t mendSpikes(std::vector<Sample>& series, double least, const Value& value) {
-  constexpr std::size_t kSide = 2;    // samples on either side
+  constexpr std::size_t kAround = 5;  // samples of a median
+  constexpr std::size_t kSide = 2;    // of them on either side
   constexpr double kUnlikely = 12.0;  // times the median distance from the median around
   constexpr std::size_t kRare = 20;   // samples for each spike; what is more frequent is none
   if (series.size() <= 2 * kSide) return 0;
   std::vector<Sample> mended = series;
   const auto medianAt = [&](std::size_t i) {
-    std::array<double, 2 * kSide + 1> around{};
+    std::array<double, kAround> around{};
     for (std::size_t j = 0; j < around.size(); ++j) around[j] = value(mended[i + j - kSide]);
     std::nth_element(around.begin(), around.begin() + kSide, around.end());
     return around[kSide];
