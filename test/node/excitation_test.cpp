@@ -179,6 +179,8 @@ TEST_F(RecordedExcitation, StopsWhenTheRecorderEndsAndKeepsTheEarlierBag) {
   EXPECT_NE(process.errors().find("was not driven to its end: the recorder has ended: /record_of_abandoned"),
             std::string::npos)
       << process.errors();
+  // rosnode kill may take longer than the brake: what came meanwhile still waits to be received.
+  robot.waitFor([&] { return driven() && robot.drives().back().drivers[0] == 0.0F; }, "the last command", 10.0);
   ASSERT_FALSE(robot.drives().empty());
   EXPECT_EQ(robot.drives().back().drivers[0], 0.0F);
   EXPECT_EQ(content(bag), "#ROSBAG V2.0");
