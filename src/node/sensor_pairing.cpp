@@ -1,8 +1,5 @@
 #include "sensor_pairing.hpp"
 
-#include <cmath>
-#include <utility>
-
 #include "conversions.hpp"
 
 namespace jackal_aic {
@@ -13,9 +10,6 @@ constexpr int kQueueLength = 20;
 /// instead of waiting a period for a better partner. A robot that is busy stamps some only 2 ms apart: those it does
 /// not get, as there is nothing new in them.
 const ros::Duration kShortestPeriod(0.010);
-
-/// Speed of a wheel by its positions, at which a velocity of zero is no resolution [rad/s].
-constexpr double kTurns = 0.5;
 
 bool followsClosely(const ros::Time& stamp, const ros::Time& last) {
   return !last.isZero() && stamp >= last && stamp - last < kShortestPeriod;
@@ -29,7 +23,7 @@ SensorPairing::SensorPairing(const RobotNames& names, const FixedFrames& frames,
 }
 
 void SensorPairing::reset() {
-  paired_wheels_ = paired_imu_ = last_wheels_ = ros::Time();
+  paired_wheels_ = paired_imu_ = ros::Time();
   accelerations_.reset();
   // A new synchronizer, because the old one keeps messages and refuses stamps from before them.
   synchronizer_.reset();
@@ -59,8 +53,6 @@ std::optional<SensorReading> SensorPairing::addWheels(const sensor_msgs::JointSt
   if (!meanVelocity(*message, names_.left_wheel_joints) || !meanVelocity(*message, names_.right_wheel_joints)) {
     return refuse("joint states with a wheel velocity that is missing or not finite");
   }
-  if (misreadsMotion(*message))
-    return refuse("joint states whose velocities are zero while the wheels' positions move");
   if (!followsClosely(message->header.stamp, paired_wheels_)) {
     paired_wheels_ = message->header.stamp;
     wheel_input_.add(message);
@@ -79,22 +71,6 @@ std::optional<SensorReading> SensorPairing::addImu(const sensor_msgs::ImuConstPt
     imu_input_.add(message);
   }
   return reading;
-}
-
-/// True if a side has a velocity of zero although its positions have moved since the last message.
-bool SensorPairing::misreadsMotion(const sensor_msgs::JointState& message) {
-  const ros::Time before = std::exchange(last_wheels_, message.header.stamp);
-  const auto left = sumOfPositions(message, names_.left_wheel_joints);
-  const auto right = sumOfPositions(message, names_.right_wheel_joints);
-  if (!left || !right) return false;
-  const WheelVector moved = WheelVector(*left, *right) - std::exchange(last_positions_, WheelVector(*left, *right));
-  const double time = (message.header.stamp - before).toSec();
-  if (before.isZero() || !(time > 0.0)) return false;
-  const auto still = [&](const std::vector<std::string>& joints, double change) {
-    return *meanVelocity(message, joints) == 0.0 &&
-           std::abs(change) > kTurns * time * static_cast<double>(joints.size());
-  };
-  return still(names_.left_wheel_joints, moved(0)) || still(names_.right_wheel_joints, moved(1));
 }
 
 // Messages were checked when they came in, so that the values are there.

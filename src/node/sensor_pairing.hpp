@@ -32,8 +32,7 @@ class SensorPairing {
   SensorPairing(const RobotNames& names, const FixedFrames& frames, Callback callback);
 
   /// Takes a joint state message and returns its reading. Messages without a wheel of ours are left alone (empty); one
-  /// without both sides, with a missing or non-finite velocity, with velocities that stay zero while the positions
-  /// move, without a stamp or from the future is refused (empty,
+  /// without both sides, with a missing or non-finite velocity, without a stamp or from the future is refused (empty,
   /// and lastRefusal() says why).
   std::optional<SensorReading> addWheels(const sensor_msgs::JointStateConstPtr& message, const ros::Time& now);
 
@@ -51,7 +50,6 @@ class SensorPairing {
   using Policy = message_filters::sync_policies::ApproximateTime<sensor_msgs::JointState, sensor_msgs::Imu>;
 
   void onPair(const sensor_msgs::JointStateConstPtr& wheels, const sensor_msgs::ImuConstPtr& imu);
-  bool misreadsMotion(const sensor_msgs::JointState& message);
   Observation wheelsAlone(const sensor_msgs::JointState& message) const;
   SensorReading wheelReading(const sensor_msgs::JointState& message) const;
   std::nullopt_t refuse(const std::string& reason);
@@ -61,8 +59,6 @@ class SensorPairing {
   Callback callback_;
   ros::Time paired_wheels_;  // stamps of the last samples that the pairing got
   ros::Time paired_imu_;
-  ros::Time last_wheels_;       // stamp of the last message
-  WheelVector last_positions_;  // sums of its positions [rad]
   AccelerationPairing accelerations_;
   std::string refusal_;
   message_filters::PassThrough<sensor_msgs::JointState> wheel_input_;

@@ -438,7 +438,7 @@ InputAges DriveLoop::ages(double now) const {
   ages.wheels = age(wheels_, now);
   ages.imu = age(imu_, now);
   ages.measurement = age(measurement_, now);
-  ages.unpaired = std::max(0.0, now - go_on_since_);
+  ages.unpaired = std::max(0.0, std::min(wheels_.received, imu_.received) - go_on_since_);
   ages.feedback = age(feedback_, now);
   return ages;
 }

@@ -78,22 +78,6 @@ TEST_F(SensorPairingTest, AnAbsentSensorOfTheImuIsNotValid) {
   }
 }
 
-TEST_F(SensorPairingTest, VelocitiesThatStayZeroWhileThePositionsMoveAreRefused) {
-  const auto add = [this](double stamp, double velocity, double position) {
-    auto message = boost::make_shared<sensor_msgs::JointState>();
-    message->header.stamp = ros::Time(stamp);
-    message->name = {"front_left_wheel", "front_right_wheel"};
-    message->velocity = {velocity, velocity};
-    message->position = {position, position};
-    return sensors_.addWheels(message, ros::Time(stamp)).has_value();
-  };
-  EXPECT_TRUE(add(10.0, 0.0, 0.0));
-  EXPECT_TRUE(add(10.02, 0.0, 0.004)) << "a creep below the resolution of the velocity";
-  EXPECT_FALSE(add(10.04, 0.0, 0.1));
-  EXPECT_NE(sensors_.lastRefusal().find("positions move"), std::string::npos);
-  EXPECT_TRUE(add(10.06, 5.0, 0.2));
-}
-
 TEST_F(SensorPairingTest, ARefusedFrameIsNamedInOneShortLine) {
   auto message = boost::make_shared<sensor_msgs::Imu>();
   message->header.stamp = ros::Time(10.0);

@@ -543,6 +543,17 @@ TEST_F(DriveLoopTest, AnImuWithThePeriodOfItsDeadlineIsNoReasonToBrake) {
   }
 }
 
+TEST_F(DriveLoopTest, AnImuThatFallsSilentAfterAPairIsLostAndNotUnpaired) {
+  drive(2.0);
+  Observation last = sample();  // of an IMU that is faster than the wheels
+  last.valid.wheel_left = last.valid.wheel_right = false;
+  loop.receiveImu({last, FrozenSource::Sample::Constant(now)}, now);
+  for (int k = 0; k < 50; ++k) {
+    drive(kPeriod, "ws");
+    ASSERT_EQ(status(), DriveStatus::driving) << why();
+  }
+}
+
 TEST_F(DriveLoopTest, AnImuThatIsSlowerThanItsDeadlineIsLostOnce) {
   drive(2.0);
   int changes = 0;
