@@ -20,7 +20,7 @@ Observation sample(double yaw_rate, const Eigen::Vector3d& force) {
 }
 
 /// The last of some samples, calibrated. @param told_to_rest the motors have no command.
-Observation after(ImuAtRest& imu, double seconds, Observation y, bool told_to_rest = true) {
+Observation after(ImuAtRest& imu, double seconds, const Observation& y, bool told_to_rest = true) {
   Observation calibrated;
   for (double t = 0.0; t < seconds; t += kPeriod) {
     imu.advance(told_to_rest, kPeriod);
