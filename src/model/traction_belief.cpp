@@ -50,12 +50,31 @@ constexpr double kSmallerOfTwo =
     0.44;                        // mean square of the smaller of two differences of noise in a row, by that of one
 constexpr double kMargin = 2.0;  // of the variance of vibration, of which half a second tells little
 constexpr double kMostColoured = 0.6;  // of rho
+// Attitude filters.
+constexpr double kGain[] = {0.75, 2.0};  // standard deviation of g: 1/s of Mahony, m/s^3 of Madgwick (gain 0.1)
+constexpr double kSign = 0.05;           // m/s^2, above which an acceleration has a sign
+constexpr double kFilterMemory = 60.0;   // s
+constexpr double kAgainst = 2.0;         // standard deviations of g that may be
+constexpr double kBetter = 0.1;          // misfit by which a filter has to explain more than none
 
 }  // namespace
 
+/// The attitude filter that explains the accelerations, if one does better than none.
+const TractionBelief::AttitudeFilter* TractionBelief::filter() const {
+  const AttitudeFilter& better = filters_[0].misfit < filters_[1].misfit ? filters_[0] : filters_[1];
+  return better.misfit + kBetter < misfit_ ? &better : nullptr;
+}
+
+/// w, or its integral, of what each kind says of it by g.
+double TractionBelief::hidden(const std::array<double, 2>& by_gain) const {
+  const AttitudeFilter* there = filter();
+  return there == nullptr ? 0.0 : there->gain * by_gain[there == &filters_[0] ? 0 : 1];
+}
+
 TractionBelief::Change TractionBelief::sinceThen(const Past& then) const {
-  return {now_.time - then.time, now_.wheels - then.wheels, now_.body - then.body, now_.variance - then.variance,
-          now_.turning - then.turning};
+  const std::array<double, 2> by_gain = {now_.hidden[0] - then.hidden[0], now_.hidden[1] - then.hidden[1]};
+  return {now_.time - then.time,         now_.wheels - then.wheels,   now_.body - then.body + hidden(by_gain),
+          now_.variance - then.variance, now_.turning - then.turning, by_gain};
 }
 
 /// The oldest one within a time; now, if there is none.
@@ -150,8 +169,40 @@ std::optional<TractionBelief::Change> TractionBelief::againstRolling(const Chang
   if (listened_ < kListening) return std::nullopt;
   if (const auto change = collision()) return change;
   const double by_wheels = window.error() < 0.0 ? -window.wheels : window.wheels;
-  if (by_wheels > kOpposed * std::abs(window.error()) && surprises(window)) return window;
+  if (by_wheels > kOpposed * std::abs(window.error()) && surprises(window) && !hiddenByFilter(window)) return window;
   return std::nullopt;
+}
+
+/// True if an attitude filter of a gain that may be explains the window.
+bool TractionBelief::hiddenByFilter(const Change& window) const {
+  const double error = window.error() + hidden(window.hidden), allowed = std::max(kLeast, bound(window));
+  for (std::size_t kind = 0; kind < filters_.size(); ++kind) {
+    const AttitudeFilter& filter = filters_[kind];
+    const double doubt = kAgainst / std::sqrt(filter.precision + 1.0 / (kGain[kind] * kGain[kind]));
+    const double low = std::max(0.0, filter.gain - doubt), high = filter.gain + doubt;
+    const double one = error - low * window.hidden[kind], other = error - high * window.hidden[kind];
+    if (one * other < 0.0 || std::min(std::abs(one), std::abs(other)) < allowed) return true;
+  }
+  return false;
+}
+
+/// Recursive least squares of D = g (integral of w by g) over windows of wheels that roll.
+void TractionBelief::learnFilters(const Change& window, double step) {
+  const double error = window.error() + hidden(window.hidden), deviation = 0.5 * std::max(kLeast, bound(window));
+  const double share = step / (step + kFilterMemory);
+  const auto misfit = [&](double left) { return left * left / (deviation * deviation); };
+  misfit_ += share * (misfit(error) - misfit_);
+  for (std::size_t kind = 0; kind < filters_.size(); ++kind) {
+    AttitudeFilter& filter = filters_[kind];
+    const double slope = window.hidden[kind] / deviation, told = step / kWindow * slope * slope;
+    filter.precision += told - share * filter.precision;
+    const double all = filter.precision + 1.0 / (kGain[kind] * kGain[kind]);
+    const double left = error - filter.gain * window.hidden[kind];
+    filter.gain +=
+        step / kWindow * slope * left / deviation / all - share * filter.gain * (1.0 - filter.precision / all);
+    filter.gain = std::max(filter.gain, 0.0);
+    filter.misfit += share * (misfit(left) - filter.misfit);
+  }
 }
 
 void TractionBelief::predict(double step) {
@@ -170,22 +221,26 @@ void TractionBelief::correct(double wheels, double acceleration, double variance
   now_.variance -= std::exchange(repeated_, 0.0);
   const double step = since_last + std::exchange(missed_, 0.0);
   if (step > kLongestStep) return reset(wheels);
-  const double a = acceleration - turning_centre_ * yaw_rate * yaw_rate - offset_;
+  const double a = acceleration - turning_centre_ * yaw_rate * yaw_rate - (filter() == nullptr ? offset_ : 0.0);
   const double gap = corrected_speed_ - now_.wheels;
   fastest_ = std::max(fastest_ * kLateMemory / (step + kLateMemory), std::abs(wheels - now_.wheels) / step);
   learnNoise(a, variance, step);
   listened_ += step;
   const double turned = step * yaw_rate * yaw_rate;
-  now_ = {now_.time + step, wheels, now_.body + step * a, now_.variance, now_.turning + turned};
+  now_ = {now_.time + step, wheels, now_.body + step * a, now_.variance, now_.turning + turned, now_.hidden};
+  for (std::size_t kind = 0; kind < filters_.size(); ++kind) {
+    now_.hidden[kind] += step * filters_[kind].tilt;
+    filters_[kind].tilt += step * (kind == 0 ? a : std::clamp(a / kSign, -1.0, 1.0));
+  }
+  latest_ = a + hidden({filters_[0].tilt, filters_[1].tilt});
   remember();
-  jolt_ = std::max(jolt_ * kCollision / (step + kCollision),
-                   std::abs(now_.body - within(std::max(kJolt, 2.0 * step)).body));
+  jolt_ = std::max(jolt_ * kCollision / (step + kCollision), std::abs(since(std::max(kJolt, 2.0 * step)).body));
   switch (traction_) {
     case Traction::rolls:
       roll(step);
       break;
     case Traction::slides:
-      slide(gap, a, step);
+      slide(gap, latest_, step);
       break;
     case Traction::stands:
       stand(step);
@@ -204,12 +259,16 @@ void TractionBelief::roll(double step) {
   speed_ = now_.wheels;
   const Change window = sinceOldest();
   if (const auto change = againstRolling(window)) return beginToSlide(now_.wheels - change->error(), *change);
+  if (std::abs(window.wheels) > kKept) learnFilters(window, step);
   // In a turn the mean of a is that of an unknown centre.
   const bool straight = kCentre * window.turning < kStraight * window.time;
   const bool keeps = window.time > 0.5 * kWindow && std::abs(window.wheels) < kKept && straight;
   if (!keeps) return;
-  learnOffset(window, step);
-  if (std::abs(now_.wheels) < kTurns) return;
+  // An attitude filter takes it for tilt.
+  if (filter() == nullptr) learnOffset(window, step);
+  for (AttitudeFilter& filter : filters_) filter.tilt -= step / (step + kWindow) * filter.tilt;
+  // A body that slid behind a filter that may be there says nothing about noise.
+  if (std::abs(now_.wheels) < kTurns || surprises(window)) return;
   const double squared = window.error() * window.error() / window.variance;
   factor_ = std::clamp(factor_ + step / (step + kFactorMemory) * (squared - factor_), 1.0, kLargestFactor);
 }

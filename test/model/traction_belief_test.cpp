@@ -32,6 +32,14 @@ class Robot {
     }
   }
 
+  /// Drives on ground that grips: then it is known that the attitude takes no acceleration for tilt.
+  void proveItsAttitude(double measured_offset = 0.0) {
+    for (const double way : {1.0, -1.0}) {
+      drive(0.6, way * 1.65, way * 1.65, measured_offset);
+      drive(1.0, 0.0, 0.0, measured_offset);
+    }
+  }
+
   double error() const { return belief.speed(wheel_speed) - body_speed; }
 
   TractionBelief belief;
@@ -66,7 +74,7 @@ TEST(TractionBelief, WheelsThatGripAreBelieved) {
 
 TEST(TractionBelief, WheelsThatSpinUpAreLeftToTheAccelerometerUntilTheBodyHasMetThem) {
   Robot robot;
-  robot.drive(1.0, 0.0, 0.0);
+  robot.proveItsAttitude();
   robot.drive(0.6, 1.65, 1.0);
   EXPECT_EQ(robot.belief.traction(), Traction::slides);
   EXPECT_NEAR(robot.error(), 0.0, 0.03);
@@ -80,7 +88,7 @@ TEST(TractionBelief, WheelsThatSpinUpAreLeftToTheAccelerometerUntilTheBodyHasMet
 
 TEST(TractionBelief, BodyThatSlidesGoesOnBetweenMeasurements) {
   Robot robot;
-  robot.drive(1.0, 0.0, 0.0);
+  robot.proveItsAttitude();
   robot.drive(0.6, 1.65, 1.0);
   ASSERT_EQ(robot.belief.traction(), Traction::slides);
   const double before = robot.belief.speed(robot.wheel_speed);
@@ -363,6 +371,7 @@ TEST(TractionBelief, BeforeAnythingIsKnownOfTheAccelerometerALittleIsNoSlide) {
 TEST(TractionBelief, OffsetOfTheAccelerometerIsLearnedWhileTheSpeedIsKept) {
   Robot robot;
   robot.drive(20.0, 0.0, 0.0, 0.3);
+  robot.proveItsAttitude(0.3);
   robot.drive(0.6, 1.65, 1.0, 0.3);
   EXPECT_EQ(robot.belief.traction(), Traction::slides);
   EXPECT_NEAR(robot.error(), 0.0, 0.03);
@@ -391,7 +400,7 @@ TEST(TractionBelief, CentripetalAccelerationIsNoChangeOfSpeed) {
   constexpr double kCentre = 0.3, kYawRate = 0.7;  // IMU behind the centre of turning: it is pulled forward
   Robot knows(kCentre), does_not;
   for (Robot* robot : {&knows, &does_not}) {
-    robot->drive(1.0, 0.0, 0.0);
+    robot->proveItsAttitude();
     robot->yaw_rate = kYawRate;
     robot->drive(0.8, 1.65, 0.9, kCentre * kYawRate * kYawRate);
     EXPECT_EQ(robot->belief.traction(), Traction::slides);
@@ -474,7 +483,7 @@ TEST(TractionBelief, AccelerometerThatRepeatsItselfSaysNothing) {
 
 TEST(TractionBelief, OneAccelerationThatIsMissingIsBridgedALongGapEndsTheSlide) {
   Robot robot;
-  robot.drive(1.0, 0.0, 0.0);
+  robot.proveItsAttitude();
   robot.drive(0.5, 1.65, 1.0);
   ASSERT_EQ(robot.belief.traction(), Traction::slides);
   robot.belief.miss(robot.wheel_speed, kPeriod);

@@ -25,6 +25,15 @@
 /// What is farther from its wheels than friction or a collision can have brought it is no body that slides: b has
 /// jumped, and is taken from what was measured since.
 ///
+/// An attitude filter that takes accelerations for tilt hides them, a_x = dx_dot/dt - w: what it calls gravity, w,
+/// follows the acceleration that it leaves,
+///
+///     dw/dt = g a            complementary and Mahony: g is the gain [1/s]
+///     dw/dt = g sign(a)      Madgwick: g is twice gravity times the gain [m/s^3]
+///
+/// g is learned, for each kind, from wheels that roll; until then it may be anything from 0 to that of the strongest
+/// filter. Rolling is given up only where no possible g explains the prediction error.
+///
 /// An instrument of the belief about the speed alone: wheels and commands do not depend on it.
 
 #include <array>
@@ -81,17 +90,27 @@ class TractionBelief {
  private:
   /// Integrals from the start up to a time.
   struct Past {
-    double time = 0.0;      // [s]
-    double wheels = 0.0;    // v_w [m/s]
-    double body = 0.0;      // integral of a [m/s]
-    double variance = 0.0;  // of it [(m/s)^2]
-    double turning = 0.0;   // integral of theta_dot^2 [rad^2/s]
+    double time = 0.0;               // [s]
+    double wheels = 0.0;             // v_w [m/s]
+    double body = 0.0;               // integral of a [m/s]
+    double variance = 0.0;           // of it [(m/s)^2]
+    double turning = 0.0;            // integral of theta_dot^2 [rad^2/s]
+    std::array<double, 2> hidden{};  // integral of w by g, for each kind of filter
   };
 
   /// What changed from a time in the past until now.
   struct Change {
     double time, wheels, body, variance, turning;
+    std::array<double, 2> hidden;
     double error() const { return wheels - body; }  // D
+  };
+
+  /// An attitude filter of one kind.
+  struct AttitudeFilter {
+    double tilt = 0.0;       // w by g
+    double gain = 0.0;       // g
+    double precision = 0.0;  // of it, beside that of the prior
+    double misfit = 0.0;     // mean square of its prediction error by the bound
   };
 
   /// A mean of a that is being taken.
@@ -112,6 +131,10 @@ class TractionBelief {
   double unknownOffset(double time) const;
   double bound(const Change& change) const;
   bool surprises(const Change& change) const;
+  const AttitudeFilter* filter() const;
+  double hidden(const std::array<double, 2>& by_gain) const;
+  bool hiddenByFilter(const Change& window) const;
+  void learnFilters(const Change& window, double step);
   std::optional<Change> collision() const;
   std::optional<Change> againstRolling(const Change& window) const;
   void roll(double step);
@@ -145,12 +168,14 @@ class TractionBelief {
   Mean mean_;                      // since the last of these:
   std::array<double, 8> means_{};  // the last means of a, a ring [m/s^2]
   std::size_t newest_mean_ = 0;    // of them
-  double jolt_ = 0.0;              // fastest change of the body lately [m/s]
-  double fastest_ = 0.0;           // acceleration of the wheels lately, for sensors that are late [m/s^2]
-  double missed_ = kNever;         // since the last acceleration [s]
-  double repeated_ = 0.0;          // variance by which the integral is unsure until then [(m/s)^2]
-  double listened_ = 0.0;          // to accelerations [s]
-  double measured_ = 0.0;          // the last acceleration, as it came [m/s^2]
+  std::array<AttitudeFilter, 2> filters_{};
+  double misfit_ = 0.0;     // of a without a filter
+  double jolt_ = 0.0;       // fastest change of the body lately [m/s]
+  double fastest_ = 0.0;    // acceleration of the wheels lately, for sensors that are late [m/s^2]
+  double missed_ = kNever;  // since the last acceleration [s]
+  double repeated_ = 0.0;   // variance by which the integral is unsure until then [(m/s)^2]
+  double listened_ = 0.0;   // to accelerations [s]
+  double measured_ = 0.0;   // the last acceleration, as it came [m/s^2]
   Past now_;
   std::array<Past, kRemembered> past_;
   std::size_t newest_ = 0, remembered_ = 0;
