@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "gain_trial.hpp"
-#include "jackal_aic/certificate/closed_loop_certificate.hpp"
+#include "jackal_aic/certificate/certificate.hpp"
 #include "tool_files.hpp"
 
 namespace jackal_aic {

@@ -9,7 +9,7 @@
 
 #include "jackal_aic/aic/active_inference_controller.hpp"
 #include "jackal_aic/aic/free_energy.hpp"
-#include "jackal_aic/certificate/closed_loop_certificate.hpp"
+#include "jackal_aic/certificate/certificate.hpp"
 #include "jackal_aic/certificate/state_space_model.hpp"
 
 namespace jackal_aic {
