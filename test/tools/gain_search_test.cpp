@@ -46,8 +46,7 @@ TEST(Starts, AreStableForSlowAndFastRobots) {
     task.robots[0].plant.model.dead_time = dead_time;
     for (int orders = 0; orders <= 5; orders += 5) {
       for (const ControllerParameters& start : {dampedStart(task, orders, 0.2), shapedStart(task, orders)}) {
-        EXPECT_TRUE(LinearLoop(start, {}, task.robots[0].plant.model).stable())
-            << dead_time << " s, orders " << orders;
+        EXPECT_TRUE(LinearLoop(start, {}, task.robots[0].plant.model).stable()) << dead_time << " s, orders " << orders;
       }
     }
   }
