@@ -185,7 +185,7 @@ void ParameterReader::field(const char* name, std::string& value, Presence prese
   const ParameterValue* given = lookup(name, presence, "a text");
   if (given == nullptr) return;
   const auto* text = std::get_if<std::string>(given);
-  if (text == nullptr || text->empty()) {
+  if (text == nullptr || (text->empty() && !value.empty())) {  // what may be left out may be empty
     throw ParameterError(key(name) + " = " + describe(*given) + ": expected a text that is not empty");
   }
   value = *text;

@@ -31,7 +31,12 @@ void ImuAtRest::watchWheels(const Observation& y, double step) {
 }
 
 void ImuAtRest::learn(const Observation& y, double step) {
-  if (y.valid.yaw_rate && std::abs(y.yaw_rate) <= kLargestBias) bias_ += shareOf(step, biased_) * (y.yaw_rate - bias_);
+  if (y.valid.yaw_rate && std::abs(y.yaw_rate) <= kLargestBias) {
+    const double share = shareOf(step, biased_), off = y.yaw_rate - bias_;
+    bias_ += share * off;
+    spread_ += share * ((1.0 - share) * off * off - spread_);
+    mean_variance_ = share * spread_;  // of a mean of 1/share samples
+  }
   if (!y.valid.acceleration || !y.acceleration_z) return;
   const Eigen::Vector3d force(y.acceleration_x, y.acceleration_y, *y.acceleration_z);
   force_ += shareOf(step, weighed_) * (force - force_);

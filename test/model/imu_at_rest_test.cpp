@@ -20,7 +20,7 @@ Observation sample(double yaw_rate, const Eigen::Vector3d& force) {
 }
 
 /// The last of some samples, calibrated. @param told_to_rest the motors have no command.
-Observation after(ImuAtRest& imu, double seconds, Observation y, bool told_to_rest = true) {
+Observation after(ImuAtRest& imu, double seconds, const Observation& y, bool told_to_rest = true) {
   Observation calibrated;
   for (double t = 0.0; t < seconds; t += kPeriod) {
     imu.advance(told_to_rest, kPeriod);
@@ -38,6 +38,12 @@ TEST(ImuAtRest, LearnsTheBiasOfTheGyroWithinASecond) {
   EXPECT_NEAR(after(imu, 1.0, sample(0.53, kUpright), false).yaw_rate, 0.5, 1e-9) << "it stays on the move";
 }
 
+TEST(ImuAtRest, TheNoiseOfAMomentIsNoBias) {
+  ImuAtRest imu;
+  for (int k = 0; k < 30; ++k) after(imu, kPeriod, sample(k % 3 == 0 ? 0.006 : -0.002, kUpright));
+  EXPECT_EQ(imu.gyroBias(), 0.0);
+}
+
 TEST(ImuAtRest, ARobotThatDrivesOrIsTurnedHasNoBias) {
   ImuAtRest driven, pushed, turned;
   after(driven, 2.0, sample(0.03, kUpright), false);
@@ -52,7 +58,7 @@ TEST(ImuAtRest, ARobotThatDrivesOrIsTurnedHasNoBias) {
 
 TEST(ImuAtRest, ZeroToTheBitStaysZero) {
   ImuAtRest imu;
-  after(imu, 1.0, sample(0.01, kUpright));
+  after(imu, 2.0, sample(0.01, kUpright));
   EXPECT_EQ(imu.withoutBias(0.0), 0.0) << "of a dead zone, or of no gyro at all";
 }
 

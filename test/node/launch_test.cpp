@@ -311,7 +311,7 @@ TEST_F(Launch, SaysThatAPlantWithoutAModelOfItNeedsOne) {
 
 // The command that it shows in the end is the one that works.
 TEST_F(Launch, RecordsTheExcitationInANamespaceIntoAPathWithASpaceAndAnApostrophe) {
-  const std::string plant = write("plant.yaml", readText(kConfig + "plant.yaml") + "real_time_factor: 4.0\n");
+  const std::string plant = write("plant.yaml", readText(kConfig + "plant.yaml") + "real_time_factor: 2.0\n");
   roslaunch("identify.launch simulated:=true countdown:=0 plant:=" + plant + " bag:=\"my father's drive.bag\"",
             "/robot1");
   std::smatch shown;

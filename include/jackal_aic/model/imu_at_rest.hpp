@@ -17,6 +17,7 @@ class ImuAtRest {
  public:
   static constexpr double kSettling = 0.3;           ///< until a body that stopped has come to rest [s]
   static constexpr double kMemory = 10.0;            ///< of the means [s]
+  static constexpr double kSure = 3.0;               ///< standard deviations of the mean, of a bias that is no noise
   static constexpr double kLargestBias = 0.05;       ///< of the gyro; a larger yaw rate at rest is no bias [rad/s]
   static constexpr double kRestSpeed = 0.15;         ///< of a wheel that stands, mean over kWheelMemory [rad/s]
   static constexpr double kWheelMemory = 0.2;        ///< s
@@ -37,7 +38,10 @@ class ImuAtRest {
   }
 
   /// A yaw rate without the bias [rad/s]. Zero to the bit is that of a dead zone, or of no gyro at all.
-  double withoutBias(double yaw_rate) const { return yaw_rate == 0.0 ? 0.0 : yaw_rate - bias_; }
+  double withoutBias(double yaw_rate) const { return yaw_rate == 0.0 ? 0.0 : yaw_rate - gyroBias(); }
+
+  /// Mean yaw rate at rest [rad/s], if it is more than its noise makes of it; else 0.
+  double gyroBias() const { return bias_ * bias_ > kSure * kSure * mean_variance_ ? bias_ : 0.0; }
 
   double specificForce() const { return force_.norm(); }  ///< mean at rest [m/s^2]; 0 before the robot rested
 
@@ -56,6 +60,8 @@ class ImuAtRest {
   double rested_ = 0.0;                       // since the last command, or the last time a wheel turned [s]
   double bias_ = 0.0;                         // rad/s
   double biased_ = 0.0;                       // time over which the bias is a mean [s]
+  double spread_ = 0.0;                       // mean square of the yaw rate about it [(rad/s)^2]
+  double mean_variance_ = 0.0;                // of the bias [(rad/s)^2]
   Eigen::Vector3d force_ = Eigen::Vector3d::Zero();
   double weighed_ = 0.0;  // time over which the specific force is a mean [s]
 };
