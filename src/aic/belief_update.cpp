@@ -25,6 +25,21 @@ BeliefMatrix beliefDynamics(const GenerativeModel& model, double kappa_mu) {
   return A;
 }
 
+/// μ ← Φ μ + u for each motion, of a number of orders that the compiler knows. @param blocks (p+1) x (p+1) of each.
+template <int orders>
+void stepMotions(const double* blocks, const double* input, double* belief) {
+  using Block = Eigen::Matrix<double, orders, orders>;
+  using Motion = Eigen::Matrix<double, orders, 1>;
+  using Stride = Eigen::InnerStride<kBodySize>;
+  for (int motion = 0; motion < kBodySize; ++motion) {
+    const Eigen::Map<const Block> Phi(blocks + motion * orders * orders);
+    Eigen::Map<Motion, 0, Stride> mu(belief + motion);
+    Motion next = Eigen::Map<const Motion, 0, Stride>(input + motion);
+    next.noalias() += Phi * mu;
+    mu = next;
+  }
+}
+
 }  // namespace
 
 BeliefUpdate::BeliefUpdate(const GenerativeModel& model, double kappa_mu, double step, Integrator integrator)
@@ -42,10 +57,12 @@ BeliefUpdate::BeliefUpdate(const GenerativeModel& model, double kappa_mu, double
     transition_ = exponential.topLeftCorner(n, n);
     input_transition_ = exponential.topRightCorner(n, n);
   }
-  for (int i = 0; i <= model.orders(); ++i) {
-    for (int j = 0; j <= model.orders(); ++j) {
-      between_orders_[i][j] = transition_.block<kBodySize, kBodySize>(kBodySize * i, kBodySize * j).diagonal();
-    }
+  const Eigen::Index orders = model.orders() + 1;
+  for (int motion = 0; motion < kBodySize; ++motion) {
+    using Stride = Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>;
+    Eigen::Map<Eigen::MatrixXd>(blocks_.data() + motion * orders * orders, orders, orders) =
+        Eigen::Map<const Eigen::MatrixXd, 0, Stride>(transition_.data() + motion * (n + 1), orders, orders,
+                                                     Stride(kBodySize * n, kBodySize));
   }
 }
 
@@ -62,13 +79,9 @@ GeneralizedBody BeliefUpdate::input(const GeneralizedSensor& measurement, const 
 
 void BeliefUpdate::step(GeneralizedBody& belief, const GeneralizedBody& input) const {
   // μ̃ ← Φ μ̃ + Γ b
-  GeneralizedBody next = input;
-  for (Eigen::Index i = 0; i < belief.cols(); ++i) {
-    BodyVector motion = input.col(i);
-    for (Eigen::Index j = 0; j < belief.cols(); ++j) motion += between_orders_[i][j].cwiseProduct(belief.col(j));
-    next.col(i) = motion;
-  }
-  belief = next;
+  static constexpr std::array<void (*)(const double*, const double*, double*), kMaxOrders + 1> kStep{
+      stepMotions<1>, stepMotions<2>, stepMotions<3>, stepMotions<4>, stepMotions<5>, stepMotions<6>};
+  kStep[belief.cols() - 1](blocks_.data(), input.data(), belief.data());
 }
 
 double BeliefUpdate::spectralRadius() const { return spectralRadiusOf(transition_).upper(); }

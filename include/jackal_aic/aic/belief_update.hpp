@@ -71,7 +71,7 @@ class BeliefUpdate {
   BeliefMatrix A_;
   BeliefMatrix transition_;
   BeliefMatrix input_transition_;
-  std::array<std::array<BodyVector, kMaxOrders + 1>, kMaxOrders + 1> between_orders_;  // of Phi, each motion by itself
+  std::array<double, kBodySize*(kMaxOrders + 1) * (kMaxOrders + 1)> blocks_{};  // of Phi, (p+1) x (p+1), one by motion
 };
 
 }  // namespace jackal_aic
