@@ -29,7 +29,7 @@ constexpr int kMostPeriods = 20000;                                          // 
 constexpr double kConverged = 1e-12;  // relative change of the gain over a period
 constexpr int kPhases = 5;            // of the timers, from 0 to the longest
 constexpr int kRefinements = 4;       // halvings of the distance between two phases
-constexpr double kPeak = 4.0;         // most that a peak between two phases is higher, of what they differ by
+constexpr double kClose = 0.02;       // to a radius of 1: more than the radius changes between two phases
 
 std::int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
 
@@ -338,31 +338,23 @@ double LinearLoop::spectralRadius(LoopMode mode, const LoopChange& change) const
 
 double LinearLoop::longestPhase() const { return std::min(1.0 / robot_.sensor_rate, actionPeriod()); }
 
-/// Largest over a grid of phases, and between the neighbours of its largest value where a peak between them may reach
-/// the limit of stability, so that the verdict does not depend on the grid. @param enough a radius that is worse than
-/// any need be: the search ends there.
+/// Largest over a grid of phases, and between the neighbours of its largest value where that is close to the limit of
+/// stability, so that the verdict does not depend on the grid. @param enough radius at which the search ends.
 LinearLoop::WorstPhase LinearLoop::worstPhase(LoopMode mode, LoopChange change, double enough) const {
   WorstPhase worst{-kInfinity, 0.0};
-  double spread = 0.0;  // largest difference between neighbours
   const auto look = [&](double phase) {
-    if (phase < 0.0 || phase > longestPhase()) return worst.radius;
+    if (worst.radius >= enough || phase < 0.0 || phase > longestPhase()) return;
     change.phase = phase;
     const double radius = spectralRadiusBeside(kStabilityLimit, periodMap(mode, change));
     if (radius > worst.radius) worst = {radius, phase};
-    return radius;
   };
-  double before = look(0.0), distance = longestPhase() / (kPhases - 1);
-  for (int i = 1; i < kPhases && worst.radius < enough; ++i) {
-    const double radius = look(i * distance);
-    spread = std::max(spread, std::abs(radius - before));
-    before = radius;
-  }
-  for (int i = 0; i < kRefinements && worst.radius < enough; ++i) {
-    if (!(std::abs(worst.radius - 1.0) < kPeak * spread)) break;
+  double distance = longestPhase() / (kPhases - 1);
+  for (int i = 0; i < kPhases; ++i) look(i * distance);
+  for (int i = 0; i < kRefinements && std::abs(worst.radius - 1.0) < kClose; ++i) {
     distance *= 0.5;
     const double centre = worst.phase;
     look(centre - distance);
-    if (worst.radius < enough) look(centre + distance);
+    look(centre + distance);
   }
   return worst;
 }

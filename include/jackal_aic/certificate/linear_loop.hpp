@@ -11,9 +11,8 @@
 ///                  splits the loop in two that do not see each other: the mean of the wheels with the forward belief,
 ///                  half their difference with the yaw belief. The lateral belief is neither measured nor driven: its
 ///                  radius is in that of the belief.
-///     predictive   the belief (w, z, d) about a wheel, with the gain to which its covariance converges, and the
-///     action.
-///                  Both wheels are alike.
+///     predictive   belief (w, z, d) about a wheel, with the gain to which its covariance converges, and action. Both
+///                  wheels are alike.
 ///
 /// Over the common period of sensor, belief and action a loop maps its state linearly; it is asymptotically stable if
 /// and only if the spectral radius of that map is below 1. Left out: limits on speed and acceleration, noise, wheel
