@@ -14,11 +14,7 @@ constexpr double kSmallestGainFactor = 1e-3;
 constexpr double kGainStep = 1.2;       // factor on the gain from one point of the walk to the next
 constexpr double kDelayStep = 0.25;     // action periods, likewise of the extra dead time, at first
 constexpr double kDelayGrowth = 1.1;    // of that, so that long delays are soon reached
-constexpr int kMostExtraPeriods = 100;  // action periods, which bound the size of the map
-
-double largestDelayMargin(const LinearLoop& loop) {
-  return std::min(kLargestDelayMargin, kMostExtraPeriods * loop.actionPeriod());
-}
+constexpr int kMostExtraPeriods = 250;  // action periods, which bound the size of the map
 
 /// Factor on the gain at which the verdict changes on the way from 1 to `end`; `none` if it does not.
 double gainBoundary(const LineTest& stable, double end, double none) {
@@ -81,7 +77,8 @@ std::string remedy(const Certificate& certificate, const LinearLoop& loop) {
   const char* gain = loop.predictive() ? "predictive.action_learning_rate" : "kappa_a";
   if (loop.actionGain() == 0.0) return fmt::format("{} = 0 never corrects the action: raise it", gain);
   if (certificate.belief_spectral_radius >= kStabilityLimit) {
-    return loop.predictive() ? "lower predictive.belief_learning_rate" : "use integrator: exact, or raise tau";
+    return loop.predictive() ? "raise predictive.disturbance_process_noise or predictive.belief_learning_rate"
+                             : "use integrator: exact, or raise tau";
   }
   std::string stable;
   if (certificate.delay_margin > -loop.robot().dead_time) {
@@ -92,7 +89,8 @@ std::string remedy(const Certificate& certificate, const LinearLoop& loop) {
       return fmt::format("kappa_a = {:.3g} is too large: stable below {:.3g}", loop.actionGain(),
                          certificate.gain_margin * loop.actionGain());
     }
-    return stable.empty() ? "no smaller kappa_a and no shorter dead time is stable" : "stable " + stable;
+    return fmt::format("no kappa_a from {:.3g} to {:.3g} is stable{}", kSmallestGainFactor * loop.actionGain(),
+                       loop.actionGain(), stable.empty() ? ", nor a shorter dead time" : "; stable " + stable);
   }
   if (stable.empty() && certificate.gain_margin > 0.0) {
     stable = fmt::format("with a gain below {:.3g}", loop.robot().gain * certificate.gain_margin);
@@ -106,6 +104,10 @@ std::string remedy(const Certificate& certificate, const LinearLoop& loop) {
 }
 
 }  // namespace
+
+double largestDelayMargin(const LinearLoop& loop) {
+  return std::min(kLargestDelayMargin, kMostExtraPeriods * loop.actionPeriod());
+}
 
 Certificate certify(const LinearLoop& loop) {
   Certificate certificate;

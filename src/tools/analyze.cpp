@@ -87,15 +87,21 @@ std::string explanation(bool identified) {
          "these values suit robots of half to twice the assumed times best. identify.launch replaces the assumption.\n";
 }
 
-Figures marginFigures(const Margins& margins) {
-  return {{"gain_margin", "gain margin", "x the action gain", margins.gain_margin},
+/// @param largest_delay margin that is searched for [s].
+Figures marginFigures(const Margins& margins, double largest_delay) {
+  const auto unit = [](const std::string& of, double value, double largest) {
+    return value < largest ? of : of + ", at least";
+  };
+  return {{"gain_margin", "gain margin", unit("x the action gain", margins.gain_margin, kLargestGainMargin),
+           margins.gain_margin},
           {"gain_reduction", "gain below which it is unstable", "x the action gain", margins.gain_reduction},
-          {"delay_margin_s", "delay margin", "s more dead time", margins.delay_margin},
+          {"delay_margin_s", "delay margin", unit("s more dead time", margins.delay_margin, largest_delay),
+           margins.delay_margin},
           {"delay_reduction_s", "delay reduction", "s less dead time", margins.delay_reduction}};
 }
 
-Figures modeFigures(const ModeCertificate& mode) {
-  Figures figures = marginFigures(mode);
+Figures modeFigures(const ModeCertificate& mode, double largest_delay) {
+  Figures figures = marginFigures(mode, largest_delay);
   figures.insert(figures.begin(), {"spectral_radius", "spectral radius", "", mode.spectral_radius});
   return figures;
 }
@@ -159,13 +165,14 @@ Finding certificateOf(const LinearLoop& loop, const LoopOn& loop_on, bool jitter
       {"belief_spectral_radius", "spectral radius of the belief", "", certificate.belief_spectral_radius},
       {"loop_spectral_radius", "spectral radius of the loop", "(stable below 1)", certificate.loop_spectral_radius},
       {"radius_uncertainty", "uncertainty of that", "", certificate.radius_uncertainty}};
-  const Figures margins = marginFigures(certificate);
+  const double largest_delay = largestDelayMargin(loop);
+  const Figures margins = marginFigures(certificate, largest_delay);
   figures.insert(figures.end(), margins.begin(), margins.end());
   figures.push_back({"stable", "stable", "", certificate.stable()});
   figures.push_back({"period_s", "common period of the timers", "s", certificate.period});
   if (loop.modes().size() > 1) {
-    figures.push_back({"straight", "driving straight", "", modeFigures(certificate.straight)});
-    figures.push_back({"turn", "turning", "", modeFigures(certificate.turn)});
+    figures.push_back({"straight", "driving straight", "", modeFigures(certificate.straight, largest_delay)});
+    figures.push_back({"turn", "turning", "", modeFigures(certificate.turn, largest_delay)});
   }
   const bool box_stable = addBox(figures, loop.robot(), loop_on);
   if (jitter) figures.push_back(jitterFigures(loop));

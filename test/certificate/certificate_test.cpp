@@ -161,7 +161,7 @@ TEST(Advice, SaysWhereTheSearchForTheDelayMarginEnded) {
   slow.action_rate = 500;
   const LinearLoop loop(slow, {}, {});
   const std::string text = advice(certify(loop), loop);
-  EXPECT_NE(text.find("the dead time by more than 0.2 s"), std::string::npos) << text;
+  EXPECT_NE(text.find("the dead time by more than 0.5 s"), std::string::npos) << text;
 }
 
 }  // namespace

@@ -85,6 +85,15 @@ TEST(Analyze, PrintsATableWithUnits) {
   EXPECT_EQ(table.find('{'), std::string::npos) << table;
 }
 
+TEST(Analyze, SaysWhereTheSearchForAMarginEnded) {
+  const TemporaryFile gains(
+      "controller: {belief_rate: 50, action_rate: 50, integrator: exact, orders: 0, tau: 0.001, kappa_mu: 0.1, "
+      "kappa_a: 0.01, state_variances: [1.5], sensory_variances: [2.0]}");
+  const std::string table = output({gains.path(), "--plant", config("plant_model.yaml")});
+  EXPECT_NE(table.find("1 s more dead time, at least\n"), std::string::npos) << table;
+  EXPECT_NE(table.find("1000 x the action gain, at least\n"), std::string::npos) << table;
+}
+
 TEST(Analyze, ShowsHowFarARadiusIsBelowOne) {
   const TemporaryFile gains(
       "controller: {belief_rate: 1000, action_rate: 50, integrator: exact, orders: 2, tau: 2.673e-4, kappa_mu: "

@@ -13,8 +13,11 @@ namespace jackal_aic {
 /// Gain margins are searched up to this factor; a larger one is reported as this.
 inline constexpr double kLargestGainMargin = 1000.0;
 
-/// Delay margins are searched up to this, and up to 100 action periods; a larger one is reported as the bound [s].
+/// Delay margins are searched up to this, and up to 250 action periods [s].
 inline constexpr double kLargestDelayMargin = 1.0;
+
+/// Delay margin up to which a loop is searched; a larger one is reported as this [s].
+double largestDelayMargin(const LinearLoop& loop);
 
 /// Margins below which a certificate warns, or which a search has to keep.
 struct MarginBounds {
