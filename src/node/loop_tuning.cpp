@@ -55,7 +55,7 @@ class ThesisTuning : public LoopTuning {
                LoopChanges& loop)
       : geometry_(parameters.geometry),
         loop_(loop),
-        gain_server_({node, "controller"}, gains, [this](const auto& wanted, const auto&) { adopt(wanted); }) {
+        gain_server_({node, "controller"}, gains, [this](const auto& wanted) { adopt(wanted); }) {
     if (parameters.plant_model) plant_ = drivenModel(*parameters.plant_model);
     if (!plant_) {
       ROS_INFO("No plant model: checked the stability of the belief update only, not of the closed loop");
@@ -90,9 +90,8 @@ class PredictiveTuning : public LoopTuning {
         loop_(loop),
         freeze_service_(ros::NodeHandle(node).advertiseService("freeze_learning", &PredictiveTuning::onFreeze, this)),
         save_service_(ros::NodeHandle(node).advertiseService("save_learned_model", &PredictiveTuning::onSave, this)),
-        gain_server_({node, "predictive"}, gains, [this](const auto& wanted, const auto&) { adoptGains(wanted); }),
-        variance_server_({node, "sensors"}, gains,
-                         [this](const auto& wanted, const auto&) { adoptVariances(wanted); }) {
+        gain_server_({node, "predictive"}, gains, [this](const auto& wanted) { adoptGains(wanted); }),
+        variance_server_({node, "sensors"}, gains, [this](const auto& wanted) { adoptVariances(wanted); }) {
     tellCertificate(LinearLoop(gains, model_, model_));
     if (!parameters.slip_file.empty()) openSlipFile(parameters.slip_file);
   }
