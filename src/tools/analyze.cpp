@@ -87,16 +87,17 @@ std::string explanation(bool identified) {
          "these values suit robots of half to twice the assumed times best. identify.launch replaces the assumption.\n";
 }
 
+/// A margin with its unit. @param largest margin that is searched for.
+Figure marginFigure(const std::string& key, const std::string& name, const std::string& unit, double margin,
+                    double largest) {
+  return {key, name, margin < largest ? unit : unit + ", at least", margin};
+}
+
 /// @param largest_delay margin that is searched for [s].
 Figures marginFigures(const Margins& margins, double largest_delay) {
-  const auto unit = [](const std::string& of, double value, double largest) {
-    return value < largest ? of : of + ", at least";
-  };
-  return {{"gain_margin", "gain margin", unit("x the action gain", margins.gain_margin, kLargestGainMargin),
-           margins.gain_margin},
+  return {marginFigure("gain_margin", "gain margin", "x the action gain", margins.gain_margin, kLargestGainMargin),
           {"gain_reduction", "gain below which it is unstable", "x the action gain", margins.gain_reduction},
-          {"delay_margin_s", "delay margin", unit("s more dead time", margins.delay_margin, largest_delay),
-           margins.delay_margin},
+          marginFigure("delay_margin_s", "delay margin", "s more dead time", margins.delay_margin, largest_delay),
           {"delay_reduction_s", "delay reduction", "s less dead time", margins.delay_reduction}};
 }
 
@@ -153,8 +154,9 @@ Figure jitterFigures(const LinearLoop& loop) {
   const Figures figures{
       {"sequences", "sequences searched, of each kind", "", static_cast<double>(kJitterSequences)},
       {"any_phase", "none grows with phases in any order", "", margins.any_phase},
-      {"jitter_margin_s", "none grows with delays up to", "s more dead time", margins.delay},
-      {"lost_samples", "none grows with samples lost in a row", "", static_cast<double>(margins.lost)}};
+      marginFigure("jitter_margin_s", "none grows with delays up to", "s more dead time", margins.delay,
+                   kLongestJitter),
+      marginFigure("lost_samples", "none grows with lost in a row", "samples", margins.lost, kMostLost)};
   return {"jitter", fmt::format("on an irregular clock (searched {} sequences, no proof)", kJitterSequences), "",
           figures};
 }
