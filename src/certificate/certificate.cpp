@@ -76,9 +76,8 @@ std::string instability(const Certificate& certificate) {
 std::string remedy(const Certificate& certificate, const LinearLoop& loop) {
   const char* gain = loop.predictive() ? "predictive.action_learning_rate" : "kappa_a";
   if (loop.actionGain() == 0.0) return fmt::format("{} = 0 never corrects the action: raise it", gain);
-  if (certificate.belief_spectral_radius >= kStabilityLimit) {
-    return loop.predictive() ? "raise predictive.disturbance_process_noise or predictive.belief_learning_rate"
-                             : "use integrator: exact, or raise tau";
+  if (!loop.predictive() && certificate.belief_spectral_radius >= kStabilityLimit) {
+    return "use integrator: exact, or raise tau";
   }
   std::string stable;
   if (certificate.delay_margin > -loop.robot().dead_time) {
