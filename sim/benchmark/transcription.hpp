@@ -20,7 +20,7 @@ namespace jackal_aic::benchmark {
 /// Belief update (3-11) with the thesis' forward Euler step (3-16) on stacked vectors.
 class Transcription {
  public:
-  /// @param controller gains, of noise without smoothness; @param geometry of the robot.
+  /// @param controller gains; @param geometry of the robot.
   Transcription(const ControllerParameters& controller, const GeometryParameters& geometry);
 
   /// One step. @param belief mu_tilde, 3 (p+1), (mu, mu', ...); @param measurement y_tilde, 5 (p+1); @param set_point

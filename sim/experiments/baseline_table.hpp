@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "baselines.hpp"
-#include "jackal_aic/certificate/margins.hpp"
+#include "jackal_aic/certificate/certificate.hpp"
 #include "loop_figures.hpp"
 #include "loop_setup.hpp"
 

@@ -12,7 +12,6 @@
 #include "bounds.hpp"
 #include "calibration.hpp"
 #include "campaign.hpp"
-#include "coloured_noise_table.hpp"
 #include "detection_table.hpp"
 #include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/text_file.hpp"
@@ -406,18 +405,6 @@ int replayRecordings(const po::variables_map& options) {
   return 0;
 }
 
-// ---- smoothness
-
-void describeSmoothness(po::options_description& options, po::positional_options_description&) {
-  options.add_options()("out", po::value<std::string>()->required(), "directory for coloured_noise.csv");
-  addJobs(options);
-}
-
-int compareColouredNoise(const po::variables_map& options) {
-  writeColouredNoiseTable(packageFiles(options), outputDirectory(options), jobs(options));
-  return 0;
-}
-
 constexpr Command kCommands[] = {
     {"list", "list", "names the experiments", describeList, list},
     {"run", "run NAME|all --out DIR [--jobs N] [--shard K/N]", "runs experiments and writes their results as CSV",
@@ -448,9 +435,6 @@ constexpr Command kCommands[] = {
     {"odometry", "odometry --out DIR [--jobs N]",
      "drift of the odometry by the metre, ours and the stock controller's, over the same drives", describeOdometry,
      assessOdometry},
-    {"smoothness", "smoothness --out DIR [--jobs N]",
-     "error of the belief under coloured noise: its smoothness assumed, known and learned, and innovations whitened",
-     describeSmoothness, compareColouredNoise},
     {"real", "real --data DIR [--csv FILE] [--jobs N]",
      "recordings of real robots through the drive loop: false alarms, and what is learned of the slip", describeReal,
      replayRecordings},

@@ -7,7 +7,6 @@ namespace {
 
 constexpr double kStride = 1.189207115002721;  // 2^(1/4)
 constexpr double kPrecision = 0.005;
-constexpr int kMostHalvings = 100;
 constexpr double kStep = 0.5;  // m/s
 
 using Gain = double ControllerParameters::*;
@@ -57,7 +56,7 @@ RunResult searchBelief(const std::string& controller, ThesisSetup setup, Gain ga
 RangeLimit searchLimit(double start, double bound, const std::function<bool(double)>& usable) {
   const double stride = bound > start ? kStride : 1.0 / kStride;
   const auto limit = findBoundary([&](double value) { return value == start || usable(value); }, start, bound,
-                                  [&](double value) { return stride * value; }, {kMostHalvings, kPrecision, true});
+                                  [&](double value) { return stride * value; }, kPrecision);
   return limit ? RangeLimit{limit->before, false} : RangeLimit{bound, true};
 }
 

@@ -179,10 +179,6 @@ def accelerometer_table(results, name):
                  [('', 1), ('believed at the end', 2), ('error of the belief, RMS', 2), ('tracking error, RMS', 2)])
 
 
-def coloured_table(results, name):
-    return wide_table(results.runs[name], [('settling [s]', settling_bar(None)), ('overshoot [%]', overshoot()), ('error [%]', steady_error())])
-
-
 TABLES = {
     'predictive_steps': steps_table,
     'predictive_perturbations': perturbation_table,
@@ -193,7 +189,6 @@ TABLES = {
     'slip_turns': slip_table,
     'learned_precision': precision_table,
     'accelerometer': accelerometer_table,
-    'coloured_noise': coloured_table,
     'sliding_speed': accelerometer_table,
     'slip_straight': perturbation_table,
 }

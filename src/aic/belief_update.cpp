@@ -87,7 +87,7 @@ void BeliefUpdate::step(GeneralizedBody& belief, const GeneralizedBody& input) c
 double BeliefUpdate::spectralRadius() const { return spectralRadiusOf(transition_).upper(); }
 
 double BeliefUpdate::eulerNumber() const {
-  return step_ * kappa_mu_ * model_.state_precision(0, 0) * model_.order_precision(0, 0) / (model_.tau * model_.tau);
+  return step_ * kappa_mu_ * model_.state_precision(0, 0) / (model_.tau * model_.tau);
 }
 
 }  // namespace jackal_aic

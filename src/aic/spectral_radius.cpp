@@ -9,8 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "hessenberg.hpp"
-
 namespace jackal_aic {
 namespace {
 
@@ -18,8 +16,7 @@ constexpr int kMostSweeps = 100;    // of the scaling; a handful suffices
 constexpr double kWorthIt = 0.95;   // a scaling that shortens row and column by less is left
 constexpr double kEnough = 1e-10;   // uncertainty relative to the radius that asks for no more precision
 constexpr double kOuterRing = 0.9;  // eigenvalues of less than this part of the radius do not count
-constexpr double kDoubt = 1e3;      // bounds within which a limit asks for the sharp one
-constexpr double kLargest = 1e100;  // length of a map, like its inverse, whose square is a normal number
+constexpr double kDoubt = 1e-6;     // distance to a limit, relative, within which the radius needs a bound
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 template <class Real>
@@ -158,25 +155,16 @@ SpectralRadius spectralRadiusOf(const Eigen::MatrixXd& map) {
 }
 
 double spectralRadiusBeside(double limit, const Eigen::MatrixXd& map) {
-  const auto sharp = [&] { return spectralRadiusOf(map).upper(); };
-  const double size = map.norm();
-  if (!(size > 1.0 / kLargest && size < kLargest)) return sharp();
+  if (!map.allFinite()) return kInfinity;
   Eigen::MatrixXd driven = map;
-  const double alone = isolated(driven);
-  const Eigen::MatrixXd H = hessenbergForm(std::move(driven));
-  const std::vector<std::complex<double>> eigenvalues = eigenvaluesOf(H);
-  if (eigenvalues.size() == 0 && H.rows() > 0) return sharp();
-  double radius = alone;
-  for (const auto& eigenvalue : eigenvalues) radius = std::max(radius, std::abs(eigenvalue));
-  const double rounding = std::numeric_limits<double>::epsilon() * size;
-  const double error = static_cast<double>(2 * map.rows()) * rounding;
-  for (const auto& eigenvalue : eigenvalues) {
-    const double magnitude = std::abs(eigenvalue);
-    if (magnitude < (radius < limit ? kOuterRing * radius : radius)) continue;
-    const double bound = kDoubt * error * conditionNumber(H, eigenvalue, rounding);
-    if (!(std::abs(magnitude - limit) > bound)) return sharp();
+  double radius = isolated(driven);
+  if (driven.size() > 0) {
+    const Eigen::EigenSolver<Eigen::MatrixXd> solver(balanced(std::move(driven)), false);
+    if (solver.info() != Eigen::Success) return spectralRadiusOf(map).upper();
+    radius = std::max(radius, solver.eigenvalues().cwiseAbs().maxCoeff());
   }
-  return radius;
+  // A comparison that is not true of a radius that is no number, either.
+  return std::abs(radius - limit) > kDoubt * std::max(radius, limit) ? radius : spectralRadiusOf(map).upper();
 }
 
 }  // namespace jackal_aic

@@ -6,28 +6,35 @@
 namespace jackal_aic {
 namespace {
 
+constexpr int kMostHalvings = 40;
+
 bool isNarrow(const Boundary& boundary, double precision) {
-  return precision > 0.0 && std::abs(boundary.after / boundary.before - 1.0) <= precision;
+  return std::abs(boundary.after - boundary.before) <= precision * std::abs(boundary.before);
 }
 
-Boundary narrowed(const LineTest& holds, bool before, Boundary boundary, const Bisection& bisection) {
-  for (int i = 0; i < bisection.most && !isNarrow(boundary, bisection.precision); ++i) {
-    const double middle =
-        bisection.geometric ? std::sqrt(boundary.before * boundary.after) : 0.5 * (boundary.before + boundary.after);
-    (holds(middle) == before ? boundary.before : boundary.after) = middle;
-  }
-  return boundary;
+/// In the logarithm if both ends have one sign.
+double middleOf(const Boundary& boundary) {
+  const double product = boundary.before * boundary.after;
+  return product > 0.0 ? std::copysign(std::sqrt(product), boundary.after) : 0.5 * (boundary.before + boundary.after);
 }
 
 }  // namespace
 
 std::optional<Boundary> findBoundary(const LineTest& holds, double start, double end,
-                                     const std::function<double(double)>& next, const Bisection& bisection) {
+                                     const std::function<double(double)>& next, double precision) {
   const bool at_start = holds(start);
   for (double x = start; x != end;) {
     const double candidate = end > start ? std::min(next(x), end) : std::max(next(x), end);
-    if (holds(candidate) != at_start) return narrowed(holds, at_start, {x, candidate}, bisection);
-    x = candidate;
+    if (holds(candidate) == at_start) {
+      x = candidate;
+      continue;
+    }
+    Boundary boundary{x, candidate};
+    for (int i = 0; i < kMostHalvings && !isNarrow(boundary, precision); ++i) {
+      const double middle = middleOf(boundary);
+      (holds(middle) == at_start ? boundary.before : boundary.after) = middle;
+    }
+    return boundary;
   }
   return std::nullopt;
 }

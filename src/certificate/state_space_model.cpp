@@ -5,19 +5,17 @@
 #include <cmath>
 #include <string>
 
-#include "jackal_aic/aic/coloured_noise.hpp"
 #include "jackal_aic/aic/spectral_radius.hpp"
 
 namespace jackal_aic {
 namespace {
 
-/// Pi over the orders 0..p: diag(1/Sigma), or V^-1/Sigma of order 0 for coloured noise.
+/// Pi over the orders 0..p, diag(1/Sigma).
 Eigen::MatrixXd precisions(const std::vector<double>& variances, const ControllerParameters& p, const char* name) {
   if (static_cast<int>(variances.size()) <= p.orders) {
     throw ParameterError(
         fmt::format("{} has {} entries: {} needed for orders 0..{}", name, variances.size(), p.orders + 1, p.orders));
   }
-  if (p.noise_smoothness > 0.0) return noisePrecision(p.orders, p.noise_smoothness) / variances.front();
   return Eigen::Map<const Eigen::VectorXd>(variances.data(), p.orders + 1).cwiseInverse().asDiagonal();
 }
 

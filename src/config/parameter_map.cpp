@@ -44,72 +44,6 @@ void checkRange(const std::string& key, double value, Bounds bounds, const char*
   }
 }
 
-/// Keys that older files have: the old name without its prefix, what it is called now (with a prefix if that changed
-/// too), and the prefix if only there.
-struct Renamed {
-  const char* old_name;
-  const char* new_name;
-  const char* prefix;
-};
-
-constexpr Renamed kRenamed[] = {{"kappa_mu", "belief_learning_rate", "predictive"},
-                                {"kappa_a", "action_learning_rate", "predictive"},
-                                {"speed_fluctuation", "speed_process_noise", ""},
-                                {"yaw_fluctuation", "yaw_process_noise", ""},
-                                {"disturbance_fluctuation", "disturbance_process_noise", ""},
-                                {"timing_deviation", "dead_time_deviation", ""},
-                                {"yaw_deviation", "yaw_delay_deviation", ""},
-                                {"precision_memory", "precision_time_constant", ""},
-                                {"slip_memory", "slip_time_constant", ""},
-                                {"covariance_memory", "covariance_time_constant", ""},
-                                {"learn_slip", "learn_track", ""},
-                                {"learn_alpha", "learn_slip_factor", ""},
-                                {"slip", "slip_factor", "robot"},
-                                {"alpha", "slip_factor", "slip"},
-                                {"wheel_variance", "sensors.wheel_variance", "predictive"},
-                                {"gyro_variance", "sensors.gyro_variance", "predictive"},
-                                {"accelerometer_variance", "sensors.accelerometer_variance", "predictive"},
-                                {"wheel_variance", "sensors.wheel_variance", "faults"},
-                                {"gyro_variance", "sensors.gyro_variance", "faults"},
-                                {"accelerometer_variance", "sensors.accelerometer_variance", "faults"},
-                                {"belief_bound", "plausibility.speed_factor", "watchdog"}};
-
-/// What a key is called now; empty if it was not renamed.
-std::string newNameOf(const std::string& key) {
-  const std::size_t dot = key.rfind('.');
-  if (dot == std::string::npos) return "";
-  const std::string prefix = key.substr(0, dot), name = key.substr(dot + 1);
-  for (const Renamed& renamed : kRenamed) {
-    if (name == renamed.old_name && (*renamed.prefix == '\0' || prefix == renamed.prefix)) {
-      const std::string now = renamed.new_name;
-      return now.find('.') == std::string::npos ? prefix + "." + now : now;
-    }
-  }
-  return "";
-}
-
-/// Keys that older files have and nothing reads any more: what there is instead.
-struct Removed {
-  const char* key;
-  const char* instead;
-};
-
-constexpr Removed kRemoved[] = {
-    {"predictive.goal_weight",
-     "the belief of this structure never holds the goal; that of the thesis does (preset standard or improved)"},
-    {"predictive.sensory_action",
-     "the action of this structure answers the believed disturbance (action_learning_rate); that of the thesis "
-     "descends "
-     "the sensory prediction error (preset standard or improved)"},
-    {"predictive.accelerometer_weight",
-     "the accelerometer is believed where the tyres slide, and nowhere else; no key is needed"}};
-
-void refuseRemoved(const std::string& key) {
-  for (const Removed& removed : kRemoved) {
-    if (key == removed.key) throw ParameterError(key + ": no longer there; " + removed.instead);
-  }
-}
-
 /// Edits (insert, delete, replace, swap two neighbours) from one word to another (Damerau and Levenshtein).
 std::size_t editDistance(const std::string& a, const std::string& b) {
   std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
@@ -185,10 +119,6 @@ std::vector<std::string> ParameterMap::knownKeys() const { return {known_.begin(
 void ParameterMap::refuseUnknown() const {
   for (const auto& entry : values_) {
     if (known_.count(entry.first) > 0) continue;
-    refuseRemoved(entry.first);
-    const std::string renamed = newNameOf(entry.first);
-    if (!renamed.empty())
-      throw ParameterError(shortened(entry.first) + ": renamed; it is called " + shortened(renamed) + " now");
     const auto below = known_.lower_bound(entry.first + ".");
     if (below != known_.end() && below->compare(0, entry.first.size() + 1, entry.first + ".") == 0) {
       throw ParameterError(entry.first + " = " + describe(entry.second) + ": expected keys below it, " + *below +

@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "jackal_aic/certificate/advice.hpp"
+#include "jackal_aic/certificate/certificate.hpp"
 
 int main() {
   using namespace jackal_aic;
@@ -12,8 +12,9 @@ int main() {
   PlantModel plant;       // what identify writes
   plant.dead_time = 0.1;  // s
 
-  const Certificate before = certify(gains, geometry, plant);
-  std::printf("%s\n", advice(before, gains, geometry, plant).c_str());
+  const LinearLoop loop(gains, geometry, plant);
+  const Certificate before = certify(loop);
+  std::printf("%s\n", advice(before, loop).c_str());
 
   const MarginBounds wanted{2.0, 0.05};  // factor on kappa_a, and s of dead time
   double low = 0.0, high = gains.kappa_a * before.gain_margin;

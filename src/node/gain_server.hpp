@@ -79,7 +79,7 @@ template <class Parameters, class Config>
 class GainServer {
  public:
   /// Takes wanted gains over in the place of the running ones. Throws ParameterError with the reason why it does not.
-  using Adopt = std::function<void(const Parameters& wanted, const Parameters& running)>;
+  using Adopt = std::function<void(const Parameters& wanted)>;
 
   /// @param node its namespace; @param running gains at the start; @param adopt called for every change. What was taken
   /// over or refused is logged by name, and whoever asked for a refused change gets the running gains back.
@@ -106,7 +106,7 @@ class GainServer {
     });
     if (changes.empty()) return;
     try {
-      adopt_(wanted, running_);
+      adopt_(wanted);
       running_ = wanted;
       ROS_INFO("Changed:%s", changes.c_str());
     } catch (const ParameterError& error) {

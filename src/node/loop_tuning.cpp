@@ -11,7 +11,7 @@
 #include <variant>
 
 #include "gain_server.hpp"
-#include "jackal_aic/certificate/advice.hpp"
+#include "jackal_aic/certificate/certificate.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 #include "slip_file.hpp"
 
@@ -30,13 +30,17 @@ std::string describe(const LearnedModel& learned) {
   return text;
 }
 
-void tellCertificate(bool wide, const std::string& text) {
-  const auto level = wide ? ros::console::levels::Info : ros::console::levels::Warn;
-  ROS_LOG(level, ROSCONSOLE_DEFAULT_NAME, "%s", text.c_str());
+void tellCertificate(const LinearLoop& loop) {
+  const Certificate certificate = certify(loop);
+  const auto level = certificate.keeps(MarginBounds{}) ? ros::console::levels::Info : ros::console::levels::Warn;
+  ROS_LOG(level, ROSCONSOLE_DEFAULT_NAME, "%s", advice(certificate, loop).c_str());
 }
 
-void tellThinMargin(const std::string& thin) {
-  if (!thin.empty()) ROS_WARN("Gains with a thin margin: %s", thin.c_str());
+/// Refuses gains that are unstable, and warns of those with a thin margin.
+void requireStableGains(const LinearLoop& loop) {
+  requireStable(loop);
+  const Certificate certificate = certify(loop);
+  if (!certificate.keeps(MarginBounds{})) ROS_WARN("%s", advice(certificate, loop).c_str());
 }
 
 /// The baseline has no gains to change, and learns nothing.
@@ -51,27 +55,22 @@ class ThesisTuning : public LoopTuning {
                LoopChanges& loop)
       : geometry_(parameters.geometry),
         loop_(loop),
-        gain_server_({node, "controller"}, gains,
-                     [this](const auto& wanted, const auto& running) { adopt(wanted, running); }) {
+        gain_server_({node, "controller"}, gains, [this](const auto& wanted) { adopt(wanted); }) {
     if (parameters.plant_model) plant_ = drivenModel(*parameters.plant_model);
     if (!plant_) {
       ROS_INFO("No plant model: checked the stability of the belief update only, not of the closed loop");
       return;
     }
-    const Certificate certificate = certify(gains, geometry_, *plant_);
-    tellCertificate(certificate.keeps(MarginBounds{}), advice(certificate, gains, geometry_, *plant_));
+    tellCertificate(LinearLoop(gains, geometry_, *plant_));
   }
 
   void keep(const ros::Time&) override {}
 
  private:
-  void adopt(const ControllerParameters& wanted, const ControllerParameters& running) {
-    requireInRange(wanted);
+  void adopt(const ControllerParameters& wanted) {
+    requireInRange(wanted, "controller");
     validate(wanted, geometry_);
-    if (plant_) {
-      requireStable(wanted, geometry_, *plant_, &running);
-      tellThinMargin(thinMargin(LinearLoop(wanted, geometry_, *plant_)));
-    }
+    if (plant_) requireStableGains(LinearLoop(wanted, geometry_, *plant_));
     loop_.adoptGains(wanted);
   }
 
@@ -91,11 +90,9 @@ class PredictiveTuning : public LoopTuning {
         loop_(loop),
         freeze_service_(ros::NodeHandle(node).advertiseService("freeze_learning", &PredictiveTuning::onFreeze, this)),
         save_service_(ros::NodeHandle(node).advertiseService("save_learned_model", &PredictiveTuning::onSave, this)),
-        gain_server_({node, "predictive"}, gains, [this](const auto& wanted, const auto&) { adoptGains(wanted); }),
-        variance_server_({node, "sensors"}, gains,
-                         [this](const auto& wanted, const auto&) { adoptVariances(wanted); }) {
-    const PredictiveCertificate certificate = certify(gains, model_, model_);
-    tellCertificate(certificate.keeps(MarginBounds{}), advice(certificate, gains, model_, model_));
+        gain_server_({node, "predictive"}, gains, [this](const auto& wanted) { adoptGains(wanted); }),
+        variance_server_({node, "sensors"}, gains, [this](const auto& wanted) { adoptVariances(wanted); }) {
+    tellCertificate(LinearLoop(gains, model_, model_));
     if (!parameters.slip_file.empty()) openSlipFile(parameters.slip_file);
   }
 
@@ -171,8 +168,7 @@ class PredictiveTuning : public LoopTuning {
 
   void adopt(const PredictiveParameters& wanted) {
     validate(wanted);
-    requireStable(wanted, model_, model_, &gains_);
-    tellThinMargin(thinMargin(PredictiveLinearLoop(wanted, model_, model_)));
+    requireStableGains(LinearLoop(wanted, model_, model_));
     loop_.adoptGains(wanted);
     gains_ = wanted;
   }

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "jackal_aic/certificate/advice.hpp"
+#include "jackal_aic/certificate/certificate.hpp"
 #include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/urdf_geometry.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
@@ -76,7 +76,8 @@ void requireFrame(const char* key, const std::string& frame) {
 
 void check(const ControllerParameters& controller, const NodeParameters& parameters) {
   validate(controller, parameters.geometry);
-  if (parameters.plant_model) requireStable(controller, parameters.geometry, drivenModel(*parameters.plant_model));
+  if (parameters.plant_model)
+    requireStable(LinearLoop(controller, parameters.geometry, drivenModel(*parameters.plant_model)));
 }
 
 void check(const DifferentialDriveParameters&, const NodeParameters&) {}
@@ -85,7 +86,7 @@ void check(const PredictiveParameters& controller, const NodeParameters& paramet
   validate(controller);
   if (parameters.plant_model) {
     const PlantModel model = drivenModel(*parameters.plant_model);
-    return requireStable(controller, model, model);
+    return requireStable(LinearLoop(controller, model, model));
   }
   throw ParameterError(
       "plant_model.*: missing; the predictive controller needs the drive train (config/plant_model.yaml, or by "

@@ -147,7 +147,7 @@ void RosController::tellStatus() {
 }
 
 void RosController::serveChanges(ros::NodeHandle& controller) {
-  live_server_.emplace(controller, parameters_.live, [this](const auto& wanted, const auto&) { adoptLive(wanted); });
+  live_server_.emplace(controller, parameters_.live, [this](const auto& wanted) { adoptLive(wanted); });
   const auto enable = [this](bool enabled) {
     const std::lock_guard<std::mutex> lock(callbacks_);
     enabled_ = enabled;

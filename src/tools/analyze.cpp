@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <boost/program_options.hpp>
 #include <cmath>
-#include <limits>
+#include <functional>
 #include <ostream>
 #include <variant>
 
-#include "jackal_aic/certificate/advice.hpp"
-#include "jackal_aic/certificate/jitter_certificate.hpp"
+#include "jackal_aic/certificate/certificate.hpp"
+#include "jackal_aic/certificate/jitter_search.hpp"
 #include "jackal_aic/config/yaml_text.hpp"
 #include "tool_files.hpp"
 
@@ -87,14 +87,22 @@ std::string explanation(bool identified) {
          "these values suit robots of half to twice the assumed times best. identify.launch replaces the assumption.\n";
 }
 
-Figures marginFigures(const Margins& margins) {
-  return {{"gain_margin", "gain margin", "x the action gain", margins.gain_margin},
-          {"gain_reduction", "gain below which it is unstable", "x the action gain", margins.gain_reduction},
-          {"delay_margin_s", "delay margin", "s more dead time", margins.delay_margin}};
+/// A margin with its unit. @param largest margin that is searched for.
+Figure marginFigure(const std::string& key, const std::string& name, const std::string& unit, double margin,
+                    double largest) {
+  return {key, name, margin < largest ? unit : unit + ", at least", margin};
 }
 
-Figures modeFigures(const ModeCertificate& mode) {
-  Figures figures = marginFigures(mode);
+/// @param largest_delay margin that is searched for [s].
+Figures marginFigures(const Margins& margins, double largest_delay) {
+  return {marginFigure("gain_margin", "gain margin", "x the action gain", margins.gain_margin, kLargestGainMargin),
+          {"gain_reduction", "gain below which it is unstable", "x the action gain", margins.gain_reduction},
+          marginFigure("delay_margin_s", "delay margin", "s more dead time", margins.delay_margin, largest_delay),
+          {"delay_reduction_s", "delay reduction", "s less dead time", margins.delay_reduction}};
+}
+
+Figures modeFigures(const ModeCertificate& mode, double largest_delay) {
+  Figures figures = marginFigures(mode, largest_delay);
   figures.insert(figures.begin(), {"spectral_radius", "spectral radius", "", mode.spectral_radius});
   return figures;
 }
@@ -110,35 +118,23 @@ Figures plantFigures(const PlantModel& plant) {
           {"sensor_rate", "rate of the sensors", "Hz", plant.sensor_rate}};
 }
 
-/// Radii of loop and belief.
-Figures verdictFigures(const LoopVerdict& verdict) {
-  return {{"belief_spectral_radius", "spectral radius of the belief", "", verdict.belief_spectral_radius},
-          {"loop_spectral_radius", "spectral radius of the loop", "(stable below 1)", verdict.loop_spectral_radius},
-          {"radius_uncertainty", "uncertainty of that", "", verdict.radius_uncertainty}};
-}
-
-Figure sensitivityFigures(const std::vector<Sensitivity>& sensitivities) {
-  Figures slopes;
-  for (const auto& [parameter, value] : sensitivities) slopes.push_back({parameter, parameter, "", value});
-  return {"sensitivity", "relative change of the radius per relative change of", "", slopes};
-}
-
 /// What a tool has found: the figures, and whether the loop is stable.
 struct Finding {
   Figures figures;
   bool stable = false;
 };
 
-/// The worst over the corners of an identified plant's confidence box, each by its certificate; true if it is stable,
-/// or there is no box.
-template <class Certify>
-bool addBox(Figures& figures, const PlantModel& plant, const Certify& certificate_on) {
-  const std::vector<PlantModel> corners = confidenceBox(plant);
+/// A loop on another robot.
+using LoopOn = std::function<LinearLoop(const PlantModel&)>;
+
+/// The worst over the corners of an identified plant's confidence box; true if it is stable, or there is no box.
+bool addBox(Figures& figures, const PlantModel& robot, const LoopOn& loop_on) {
+  const std::vector<PlantModel> corners = confidenceBox(robot);
   if (corners.size() < 2) return true;
   double radius = 0.0, gain = kLargestGainMargin, delay = kLargestDelayMargin;
   bool stable = true;
   for (const PlantModel& corner : corners) {
-    const auto certificate = certificate_on(corner);
+    const Certificate certificate = certify(loop_on(corner));
     stable = stable && certificate.stable();
     radius = std::max(radius, certificate.loop_spectral_radius);
     gain = std::min(gain, certificate.gain_margin);
@@ -152,74 +148,44 @@ bool addBox(Figures& figures, const PlantModel& plant, const Certify& certificat
   return stable;
 }
 
-Finding certificateOf(const ControllerFile& file, const ControllerParameters& gains, const PlantModel& plant) {
-  const Certificate certificate = certify(gains, file.geometry, plant);
-  Figures figures = verdictFigures(certificate);
-  const Figures margins = marginFigures(certificate);
-  figures.push_back(margins.front());
-  figures.push_back(margins.back());
-  figures.push_back({"stable", "stable", "", certificate.stable()});
-  figures.push_back({"period_s", "common period of the timers", "s", certificate.period});
-  figures.push_back({"straight", "driving straight", "", modeFigures(certificate.straight)});
-  figures.push_back({"turn", "turning", "", modeFigures(certificate.turn)});
-  const bool box_stable =
-      addBox(figures, plant, [&](const PlantModel& corner) { return certify(gains, file.geometry, corner); });
-  figures.push_back(sensitivityFigures(sensitivities(gains, file.geometry, plant)));
-  figures.push_back({"plant_model", "on the robot", "", plantFigures(plant)});
-  figures.insert(figures.begin(), {"advice", "", "", advice(certificate, gains, file.geometry, plant)});
-  return {figures, certificate.stable() && box_stable};
-}
-
 /// Of a clock on which every period has a phase, a delay and maybe a lost sample of its own.
-Figure jitterFigures(const PredictiveParameters& gains, const PlantModel& model, const PlantModel& robot) {
-  const JitterMargins margins = jitterMargins(PredictiveLinearLoop(gains, model, robot));
-  const Figures figures{{"any_phase", "stable with phases in any order", "", margins.any_phase},
-                        {"jitter_margin_s", "delays in any order, certified up to", "s more dead time", margins.delay},
-                        {"lost_samples", "samples lost in a row, certified", "", static_cast<double>(margins.lost)}};
-  return {"jitter", "on a clock that is irregular", "", figures};
+Figure jitterFigures(const LinearLoop& loop) {
+  const JitterMargins margins = jitterMargins(loop);
+  const Figures figures{
+      {"sequences", "sequences searched, of each kind", "", static_cast<double>(kJitterSequences)},
+      {"any_phase", "none grows with phases in any order", "", margins.any_phase},
+      marginFigure("jitter_margin_s", "none grows with delays up to", "s more dead time", margins.delay,
+                   kLongestJitter),
+      marginFigure("lost_samples", "none grows with lost in a row", "samples", margins.lost, kMostLost)};
+  return {"jitter", fmt::format("on an irregular clock (searched {} sequences, no proof)", kJitterSequences), "",
+          figures};
 }
 
-Finding certificateOf(const ControllerFile& file, const PredictiveParameters& gains, const PlantModel& robot,
-                      bool jitter) {
-  const PlantModel model = file.model ? drivenModel(*file.model) : robot;
-  const PredictiveCertificate certificate = certify(gains, model, robot);
-  Figures figures = verdictFigures(certificate);
-  const Figures margins = marginFigures(certificate);
+Finding certificateOf(const LinearLoop& loop, const LoopOn& loop_on, bool jitter) {
+  const Certificate certificate = certify(loop);
+  Figures figures{
+      {"belief_spectral_radius", "spectral radius of the belief", "", certificate.belief_spectral_radius},
+      {"loop_spectral_radius", "spectral radius of the loop", "(stable below 1)", certificate.loop_spectral_radius},
+      {"radius_uncertainty", "uncertainty of that", "", certificate.radius_uncertainty}};
+  const double largest_delay = largestDelayMargin(loop);
+  const Figures margins = marginFigures(certificate, largest_delay);
   figures.insert(figures.end(), margins.begin(), margins.end());
-  figures.push_back({"delay_reduction_s", "delay reduction", "s less dead time", certificate.delay_reduction});
   figures.push_back({"stable", "stable", "", certificate.stable()});
   figures.push_back({"period_s", "common period of the timers", "s", certificate.period});
-  const bool box_stable =
-      addBox(figures, robot, [&](const PlantModel& corner) { return certify(gains, model, corner); });
-  if (jitter) figures.push_back(jitterFigures(gains, model, robot));
-  figures.push_back(sensitivityFigures(sensitivities(gains, model, robot)));
-  figures.push_back({"plant_model", "as the controller believes the robot", "", plantFigures(model)});
-  figures.push_back({"robot", "on the robot", "", plantFigures(robot)});
-  figures.insert(figures.begin(), {"advice", "", "", advice(certificate, gains, model, robot)});
-  return {figures, certificate.stable() && box_stable};
-}
-
-Gain gainNamed(const std::string& name) {
-  std::string names;
-  for (std::size_t i = 0; i < kGainNames.size(); ++i) {
-    if (name == kGainNames[i]) return static_cast<Gain>(i);
-    names += (names.empty() ? "" : ", ") + std::string(kGainNames[i]);
+  if (loop.modes().size() > 1) {
+    figures.push_back({"straight", "driving straight", "", modeFigures(certificate.straight, largest_delay)});
+    figures.push_back({"turn", "turning", "", modeFigures(certificate.turn, largest_delay)});
   }
-  throw ParameterError("range = '" + name + "': expected one of " + names);
-}
-
-Finding rangeOf(const ControllerFile& file, ControllerParameters controller, const PlantModel& plant, Gain gain) {
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  const auto range = stableRange(controller, file.geometry, plant, gain);
-  const bool stable = isStable(LinearLoop(controller, file.geometry, plant));
-  const Figures figures{{"parameter", "parameter", "", std::string(kGainNames[static_cast<std::size_t>(gain)])},
-                        {"present", "present value", "", gainOf(controller, gain)},
-                        {"stable", "stable with it", "", stable},
-                        {"low", "stable from", "", range ? range->low : kNone},
-                        {"high", "stable up to", "", range ? range->high : kNone},
-                        {"low_is_bound", "less is not permitted", "", range && range->low_is_bound},
-                        {"high_is_bound", "more is not permitted", "", range && range->high_is_bound}};
-  return {figures, stable};
+  const bool box_stable = addBox(figures, loop.robot(), loop_on);
+  if (jitter) figures.push_back(jitterFigures(loop));
+  if (loop.predictive()) {
+    figures.push_back({"plant_model", "as the controller believes the robot", "", plantFigures(loop.model())});
+    figures.push_back({"robot", "on the robot", "", plantFigures(loop.robot())});
+  } else {
+    figures.push_back({"plant_model", "on the robot", "", plantFigures(loop.robot())});
+  }
+  figures.insert(figures.begin(), {"advice", "", "", advice(certificate, loop)});
+  return {figures, certificate.stable() && box_stable};
 }
 
 po::options_description optionsOfAnalyze() {
@@ -232,11 +198,10 @@ po::options_description optionsOfAnalyze() {
   options.add_options()("plant", po::value<std::string>(),
                         "PLANT.yaml: a plant model (plant_model.*) or a simulated robot (plant.*); by default what "
                         "config/jackal_model.yaml assumes");
-  options.add_options()("range", po::value<std::string>(),
-                        "print the stable interval of tau, kappa_mu or kappa_a instead, the others as they are");
-  options.add_options()("jitter",
-                        "of a predictive controller: certify every sequence of phases, delays and lost samples, too; "
-                        "takes some 20 s");
+  options.add_options()(
+      "jitter",
+      "of a predictive controller: search 10,000 sequences of phases, delays and lost samples for one "
+      "that grows; takes seconds");
   options.add_options()("json", "print one line of JSON instead of the table");
   return options;
 }
@@ -250,7 +215,7 @@ int analyze(const std::vector<std::string>& arguments, std::ostream& out) {
   po::variables_map given;
   po::store(po::command_line_parser(arguments).options(options).positional(positional).run(), given);
   if (given.count("help") > 0) {
-    out << "analyze CONFIG.yaml [--plant PLANT.yaml] [--range tau|kappa_mu|kappa_a] [--jitter] [--json]\n"
+    out << "analyze CONFIG.yaml [--plant PLANT.yaml] [--jitter] [--json]\n"
         << "Stability certificate of a controller: spectral radii, gain and delay margin. Exit status 1 if it is "
            "unstable.\n"
         << options;
@@ -264,24 +229,20 @@ int analyze(const std::vector<std::string>& arguments, std::ostream& out) {
   const PlantModel given_plant =
       given.count("plant") > 0 ? readPlantFile(given["plant"].as<std::string>()).model : assumed;
   const PlantModel plant = drivenModel(given_plant);
-  const bool ranged = given.count("range") > 0, jitter = given.count("jitter") > 0;
+  const bool jitter = given.count("jitter") > 0;
   const ControllerFile file = readControllerFile(path);
-  Finding finding;
-  if (const auto* predictive = std::get_if<PredictiveParameters>(&file.controller)) {
-    if (ranged) throw ParameterError("range: only for the gains of controller.*");
-    finding = certificateOf(file, *predictive, plant, jitter);
-  } else {
-    if (jitter) throw ParameterError("jitter: only for the gains of predictive.*");
-    const auto& gains = std::get<ControllerParameters>(file.controller);
-    finding = ranged ? rangeOf(file, gains, plant, gainNamed(given["range"].as<std::string>()))
-                     : certificateOf(file, gains, plant);
-  }
-  if (given.count("json") > 0) {
-    out << json(finding.figures) << "\n";
-  } else {
-    out << table(finding.figures);
-    if (!ranged) out << explanation(given_plant.identified);
-  }
+  const auto loop_on = [&](const PlantModel& robot) {
+    if (const auto* gains = std::get_if<ControllerParameters>(&file.controller)) {
+      return LinearLoop(*gains, file.geometry, robot);
+    }
+    return LinearLoop(std::get<PredictiveParameters>(file.controller), file.model ? drivenModel(*file.model) : plant,
+                      robot);
+  };
+  const LinearLoop loop = loop_on(plant);
+  if (jitter && !loop.predictive()) throw ParameterError("jitter: only for the gains of predictive.*");
+  const Finding finding = certificateOf(loop, loop_on, jitter);
+  out << (given.count("json") > 0 ? json(finding.figures) + "\n"
+                                  : table(finding.figures) + explanation(given_plant.identified));
   return finding.stable ? 0 : 1;
 }
 

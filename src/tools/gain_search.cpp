@@ -10,7 +10,7 @@
 #include <tuple>
 #include <utility>
 
-#include "jackal_aic/certificate/predictive_certificate.hpp"
+#include "jackal_aic/certificate/certificate.hpp"
 #include "jackal_plant.hpp"
 #include "parallel.hpp"
 
@@ -115,10 +115,7 @@ SearchSpace searchSpace(const GainSearchTask& task, const Gains& fixed) {
   return {fixed, task.robots.front().plant.model.sensor_rate};
 }
 
-template <class Loop>
-std::array<double, 2> endsOfPhase(const Loop& loop) {
-  return {loop.longestPhase(), 0.0};
-}
+std::array<double, 2> endsOfPhase(const LinearLoop& loop) { return {loop.longestPhase(), 0.0}; }
 
 /// The changes under which a loop with these margins is stable, at one phase; the worst first.
 std::array<LoopChange, 3> marginChanges(const MarginBounds& margins, double phase) {
@@ -129,19 +126,9 @@ double marginViolation(const MarginBounds& margins, const LinearLoop& loop) {
   double radius = loop.beliefSpectralRadius();
   for (const double phase : endsOfPhase(loop)) {
     for (const LoopChange& change : marginChanges(margins, phase)) {
-      for (const LoopMode mode : {LoopMode::straight, LoopMode::turn}) {
+      for (const LoopMode mode : loop.modes()) {
         if (radius < kStabilityLimit) radius = std::max(radius, loop.spectralRadius(mode, change));
       }
-    }
-  }
-  return std::max(radius, loop.spectralRadius(LoopMode::lateral)) - kStabilityLimit;
-}
-
-double marginViolation(const MarginBounds& margins, const PredictiveLinearLoop& loop) {
-  double radius = loop.beliefSpectralRadius();
-  for (const double phase : endsOfPhase(loop)) {
-    for (const LoopChange& change : marginChanges(margins, phase)) {
-      if (radius < kStabilityLimit) radius = std::max(radius, loop.spectralRadius(change));
     }
   }
   return radius - kStabilityLimit;
@@ -166,7 +153,7 @@ double linearCostOn(const GainSearchTask& task, const LinearLoop& loop) {
   double cost = 0.0;
   for (const double phase : endsOfPhase(loop)) {
     const auto periods = static_cast<int>(kResponse / loop.period());
-    const Eigen::VectorXd response = loop.stepResponse(LoopMode::straight, periods, {1.0, 0.0, phase});
+    const Eigen::VectorXd response = loop.stepResponse(periods, {1.0, 0.0, phase});
     const double overshoot = response.maxCoeff() - 1.0 - 0.005 * task.overshoot_pct;
     cost = std::max(cost, settled(response, loop.period()) + kOvershootPenalty * std::max(0.0, overshoot));
   }
@@ -192,12 +179,12 @@ double penalty(const sim::StopBars& bars, const sim::StopFigures& figures) {
 
 /// The gains with two fifths of the largest kappa_a that is stable on every robot.
 ControllerParameters withStableAction(const GainSearchTask& task, ControllerParameters gains) {
-  double largest = gainBounds(Gain::kappa_a).high;
+  double largest = kLargestGainMargin;
   for (const SearchRobot& robot : task.robots) {
-    const auto stable = stableRange(gains, task.start.geometry, robot.plant.model, Gain::kappa_a);
-    if (stable && !stable->high_is_bound) largest = std::min(largest, stable->high);
+    const double margin = certify(gains, task.start.geometry, robot.plant.model).gain_margin;
+    if (margin > 0.0) largest = std::min(largest, margin);
   }
-  if (largest < gainBounds(Gain::kappa_a).high) gains.kappa_a = 0.4 * largest;
+  if (largest < kLargestGainMargin) gains.kappa_a *= 0.4 * largest;
   return gains;
 }
 
@@ -396,26 +383,24 @@ Gains searchOrders(const GainSearchTask& task, int orders, WorkCounter& work) {
   return searchFrom(task, linear, work);
 }
 
-/// Verdict and margins of gains on a robot that need not be the model that their controller has.
-std::pair<bool, Margins> robustnessOf(const GainSearchTask& task, const Gains& gains, const PlantModel& model,
-                                      const PlantModel& robot) {
-  const auto both = [](const auto& certificate) { return std::pair<bool, Margins>(certificate.stable(), certificate); };
-  if (const auto* predictive = std::get_if<PredictiveParameters>(&gains)) {
-    return both(certify(*predictive, model, robot));
-  }
-  return both(certify(std::get<ControllerParameters>(gains), task.start.geometry, robot));
+/// The loop of gains on a robot that need not be the model that their controller has.
+LinearLoop loopOf(const GainSearchTask& task, const Gains& gains, const PlantModel& model, const PlantModel& robot) {
+  if (const auto* predictive = std::get_if<PredictiveParameters>(&gains)) return {*predictive, model, robot};
+  return {std::get<ControllerParameters>(gains), task.start.geometry, robot};
 }
 
-/// The worst of it at the corners of the robot's confidence box.
+/// The worst of verdict and margins at the corners of the robot's confidence box.
 void assessRobustness(const GainSearchTask& task, const Gains& gains, const PlantModel& robot,
                       RobotAssessment& result) {
   const PlantModel model = drivenModel(robot);
-  std::tie(result.stable, result.margins) = robustnessOf(task, gains, model, model);
+  const Certificate nominal = certify(loopOf(task, gains, model, model));
+  result.stable = nominal.stable();
+  result.margins = nominal;
   for (const PlantModel& corner : confidenceBox(model)) {
-    const auto [stable, margins] = robustnessOf(task, gains, model, corner);
-    result.stable = result.stable && stable;
-    result.margins.gain_margin = std::min(result.margins.gain_margin, margins.gain_margin);
-    result.margins.delay_margin = std::min(result.margins.delay_margin, margins.delay_margin);
+    const Certificate certificate = certify(loopOf(task, gains, model, corner));
+    result.stable = result.stable && certificate.stable();
+    result.margins.gain_margin = std::min(result.margins.gain_margin, certificate.gain_margin);
+    result.margins.delay_margin = std::min(result.margins.delay_margin, certificate.delay_margin);
   }
 }
 
@@ -472,13 +457,7 @@ GainAssessment assessGains(const GainSearchTask& task, const Gains& controller, 
 double marginViolation(const GainSearchTask& task, const Gains& controller) {
   double violation = -1.0;
   const auto add = [&](const PlantModel& model, const PlantModel& robot) {
-    const double of_robot =
-        std::holds_alternative<PredictiveParameters>(controller)
-            ? marginViolation(task.margins,
-                              PredictiveLinearLoop(std::get<PredictiveParameters>(controller), model, robot))
-            : marginViolation(task.margins,
-                              LinearLoop(std::get<ControllerParameters>(controller), task.start.geometry, robot));
-    violation = std::max(violation, of_robot);
+    violation = std::max(violation, marginViolation(task.margins, loopOf(task, controller, model, robot)));
   };
   for (const SearchRobot& robot : task.robots) {
     const PlantModel model = drivenModel(robot.plant.model);

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "gain_trial.hpp"
-#include "jackal_aic/certificate/closed_loop_certificate.hpp"
+#include "jackal_aic/certificate/certificate.hpp"
 #include "tool_files.hpp"
 
 namespace jackal_aic {
@@ -29,7 +29,7 @@ struct SearchRobot {
 /// What gains are searched for, and within which bounds.
 struct GainSearchTask {
   ControllerFile start;             ///< gains to begin with, of the structure that is searched; its rates, integrator,
-                                    ///< noise smoothness, learning and geometry stay
+                                    ///< learning and geometry stay
   std::vector<SearchRobot> robots;  ///< on each of which the gains have to hold
   std::string urdf;                 ///< of the simulated robots
   MarginBounds margins{2.0, 0.05};  ///< to be kept

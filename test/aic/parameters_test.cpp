@@ -108,48 +108,6 @@ TEST(Parameters, ASectionThatIsNoneIsToldWhatBelongsIntoIt) {
   }
 }
 
-TEST(Parameters, ARenamedKeyIsToldItsNewName) {
-  const std::pair<const char*, const char*> kRenamed[] = {{"predictive.learn_slip", "predictive.learn_track"},
-                                                          {"predictive.kappa_mu", "predictive.belief_learning_rate"},
-                                                          {"faults.timing_deviation", "faults.dead_time_deviation"},
-                                                          {"robot.slip", "robot.slip_factor"}};
-  for (const auto& [before, now] : kRenamed) {
-    ParameterMap map;
-    map.set(before, 1.0);
-    try {
-      map.refuseUnknown();
-      ADD_FAILURE() << before << " accepted";
-    } catch (const ParameterError& error) {
-      EXPECT_EQ(std::string(error.what()), std::string(before) + ": renamed; it is called " + now + " now");
-    }
-  }
-  ParameterMap thesis;
-  thesis.set("controller.kappa_mu", 0.1);
-  EXPECT_THROW(thesis.refuseUnknown(), ParameterError);
-  try {
-    thesis.refuseUnknown();
-  } catch (const ParameterError& error) {
-    EXPECT_EQ(std::string(error.what()), "controller.kappa_mu = 0.1: unknown key") << "the thesis' letters stay";
-  }
-}
-
-TEST(Parameters, AKeyThatIsGoneIsToldWhatThereIsInstead) {
-  const std::pair<const char*, const char*> kGone[] = {{"predictive.goal_weight", "standard or improved"},
-                                                       {"predictive.sensory_action", "action_learning_rate"}};
-  for (const auto& [key, instead] : kGone) {
-    ParameterMap map;
-    map.set(key, 0.0);
-    try {
-      map.refuseUnknown();
-      ADD_FAILURE() << key << " accepted";
-    } catch (const ParameterError& error) {
-      const std::string text = error.what();
-      EXPECT_EQ(text.rfind(std::string(key) + ": no longer there; ", 0), 0U) << text;
-      EXPECT_NE(text.find(instead), std::string::npos) << text;
-    }
-  }
-}
-
 TEST(Parameters, WrongTypeIsNamed) {
   expectNames(refusal(preset("tau: fast")), {"controller.tau", "'fast'", "number"});
   expectNames(refusal(preset("tau: \"0.03\"")), {"controller.tau", "'0.03'", "number"});

@@ -9,7 +9,7 @@
 
 #include "baseline_table.hpp"
 #include "closed_loop.hpp"
-#include "jackal_aic/certificate/predictive_certificate.hpp"
+#include "jackal_aic/certificate/certificate.hpp"
 #include "result_table.hpp"
 
 namespace jackal_aic::sim {
@@ -113,12 +113,12 @@ TEST(LoopFigures, OfThePredictiveControllerAreThoseOfItsCertificate) {
   for (const char* plant : {"box", "ground"}) {
     const LoopSetup setup = setupOn(plant);
     const PlantModel model = *setup.drive.plant_model;
-    const PredictiveLinearLoop loop(std::get<PredictiveParameters>(setup.drive.controller), model, model);
+    const LinearLoop loop(std::get<PredictiveParameters>(setup.drive.controller), model, model);
     const LoopFigures figures = figuresOn(named("predictive"), setup, model);
-    EXPECT_LT(loop.spectralRadius({0.98 * figures.gain_margin, 0.0}), 1.0) << plant;
-    EXPECT_GT(loop.spectralRadius({1.02 * figures.gain_margin, 0.0}), 1.0) << plant;
-    EXPECT_LT(loop.spectralRadius({1.0, 0.9 * figures.delay_margin}), 1.0) << plant;
-    EXPECT_GT(loop.spectralRadius({1.0, 1.1 * figures.delay_margin}), 1.0) << plant;
+    EXPECT_LT(loop.spectralRadius(LoopMode::straight, {0.98 * figures.gain_margin, 0.0}), 1.0) << plant;
+    EXPECT_GT(loop.spectralRadius(LoopMode::straight, {1.02 * figures.gain_margin, 0.0}), 1.0) << plant;
+    EXPECT_LT(loop.spectralRadius(LoopMode::straight, {1.0, 0.9 * figures.delay_margin}), 1.0) << plant;
+    EXPECT_GT(loop.spectralRadius(LoopMode::straight, {1.0, 1.1 * figures.delay_margin}), 1.0) << plant;
   }
 }
 

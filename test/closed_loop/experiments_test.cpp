@@ -159,7 +159,7 @@ TEST_F(Experiments, CommandLineErrorsAreOneLineWithTheValidNames) {
   };
   EXPECT_EQ(complaint({"fly"}),
             "command = 'fly': unknown; known: list, run, merge, step, square, detection, stops, bounds, baselines, "
-            "unidentified, robustness, odometry, smoothness, real, calibrate");
+            "unidentified, robustness, odometry, real, calibrate");
   EXPECT_TRUE(startsWith(with_share({"run", "table_9", "--out", path("x")}),
                          "experiment = 'table_9': unknown; known: all, table_3-1a"));
   EXPECT_TRUE(

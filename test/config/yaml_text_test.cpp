@@ -57,7 +57,7 @@ TEST(YamlNumber, RefusesWhatIsNotFinite) {
 
 TEST(YamlBlock, HasEveryFieldWithItsUnit) {
   ControllerParameters gains;
-  gains.noise_smoothness = 0.02;
+  gains.tau = 0.02;
   gains.state_variances = {1.0, 1e8};
   const std::string text = yamlBlock("controller", gains);
   EXPECT_EQ(text.find("controller:\n  belief_rate: 50.0  # Hz\n"), 0u) << text;
@@ -65,7 +65,7 @@ TEST(YamlBlock, HasEveryFieldWithItsUnit) {
   EXPECT_NE(text.find("\n  state_variances: [1.0, 1.0e+08]\n"), std::string::npos) << text;
   ParameterMap map;
   addYamlText(text, "text", map);
-  EXPECT_EQ(readParameters<ControllerParameters>(map, "controller").noise_smoothness, 0.02);
+  EXPECT_EQ(readParameters<ControllerParameters>(map, "controller").tau, 0.02);
   EXPECT_NO_THROW(map.refuseUnknown());
 }
 

@@ -79,7 +79,7 @@ TEST_F(StartAndStop, RefusesGainsThatAreUnstableOnThePlantModel) {
   configure("unstable", "improved");
   loadPlantModel("unstable");
   ros::param::set("/unstable/controller/kappa_a", 60.0);
-  expectRefusal("unstable", {"closed loop", "spectral radius 1.", "kappa_a = 60 is most to blame", "stable below"});
+  expectRefusal("unstable", {"closed loop", "spectral radius 1.", "kappa_a = 60 is too large: stable below"});
 }
 
 TEST_F(StartAndStop, RefusesABadPlantModel) {

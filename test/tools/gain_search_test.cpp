@@ -46,8 +46,7 @@ TEST(Starts, AreStableForSlowAndFastRobots) {
     task.robots[0].plant.model.dead_time = dead_time;
     for (int orders = 0; orders <= 5; orders += 5) {
       for (const ControllerParameters& start : {dampedStart(task, orders, 0.2), shapedStart(task, orders)}) {
-        EXPECT_TRUE(isStable(LinearLoop(start, {}, task.robots[0].plant.model)))
-            << dead_time << " s, orders " << orders;
+        EXPECT_TRUE(LinearLoop(start, {}, task.robots[0].plant.model).stable()) << dead_time << " s, orders " << orders;
       }
     }
   }
@@ -63,7 +62,7 @@ TEST(LinearCost, IsTheSettlingTimeAtTheWorseEndOfThePhase) {
   const LinearLoop loop(gainsOf(task.start), {}, task.robots[0].plant.model);
   double latest = 0.0;
   for (const double phase : {0.0, 0.02}) {
-    const Eigen::VectorXd response = loop.stepResponse(LoopMode::straight, 120, {1.0, 0.0, phase});
+    const Eigen::VectorXd response = loop.stepResponse(120, {1.0, 0.0, phase});
     for (int k = 0; k < 120; ++k) {
       if (std::abs(response(k) - 1.0) > kSearchBand) latest = std::max(latest, 0.02 * (k + 1));
     }

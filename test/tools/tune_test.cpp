@@ -158,7 +158,6 @@ TEST(PresetText, ReadsBackAsTheSameGains) {
   gains.kappa_a = 11.25;
   gains.state_variances = {0.01, 2.0, 1e6};
   gains.sensory_variances = {2.0, 0.0625, 3.5e7};
-  gains.noise_smoothness = 0.05;
   char path[] = "/tmp/preset_test_XXXXXX";
   close(mkstemp(path));
   std::ofstream(path) << presetText(gains, "comment");
@@ -170,7 +169,6 @@ TEST(PresetText, ReadsBackAsTheSameGains) {
   EXPECT_EQ(read.kappa_a, gains.kappa_a);
   EXPECT_EQ(read.state_variances, gains.state_variances);
   EXPECT_EQ(read.sensory_variances, gains.sensory_variances);
-  EXPECT_EQ(read.noise_smoothness, gains.noise_smoothness);
 }
 
 }  // namespace

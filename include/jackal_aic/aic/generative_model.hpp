@@ -6,7 +6,6 @@
 
 #include <Eigen/Core>
 
-#include "jackal_aic/aic/coloured_noise.hpp"
 #include "jackal_aic/aic/parameters.hpp"
 #include "jackal_aic/model/skid_steer_kinematics.hpp"
 #include "jackal_aic/model/types.hpp"
@@ -14,8 +13,7 @@
 namespace jackal_aic {
 
 /// Linear generative model: sensory map g(mu) = R mu (3-3), attractor state dynamics f(mu) = (mu_d - mu)/tau (2-3), and
-/// the precisions Pi = 1/Sigma of both. With coloured noise these are those of order 0 in every order, and V^-1 says
-/// how the orders hang together: Pi_tilde = V^-1 kron Pi.
+/// the precisions Pi = 1/Sigma of both.
 struct GenerativeModel {
   /// Builds the model from gains and geometry, which have to be valid (see validate()).
   GenerativeModel(const ControllerParameters& controller, const GeometryParameters& geometry);
@@ -31,14 +29,16 @@ struct GenerativeModel {
   Eigen::Matrix<double, 2, kSensorSize> forward_model;        ///< K (3-14)
   GeneralizedBody state_precision;      ///< diagonal of Pi_mu, 3 x (p+1), element by element of mu_tilde
   GeneralizedSensor sensory_precision;  ///< diagonal of Pi_y, 5 x (p+1), element by element of y_tilde
-  OrderMatrix order_precision;          ///< V^-1, (p+1) x (p+1); the identity for noise without smoothness
-  bool coloured;                        ///< V^-1 is not the identity
 
   /// Pi_mu_tilde eps, 3 x (p+1).
-  GeneralizedBody weighted(const GeneralizedBody& state_error) const;
+  GeneralizedBody weighted(const GeneralizedBody& state_error) const {
+    return state_precision.cwiseProduct(state_error);
+  }
 
   /// Pi_y_tilde eps, 5 x (p+1).
-  GeneralizedSensor weighted(const GeneralizedSensor& sensory_error) const;
+  GeneralizedSensor weighted(const GeneralizedSensor& sensory_error) const {
+    return sensory_precision.cwiseProduct(sensory_error);
+  }
 };
 
 }  // namespace jackal_aic

@@ -34,8 +34,6 @@ struct ControllerParameters {
   double kappa_a = 8.0;                       ///< learning rate of the action update
   std::vector<double> state_variances = {1.5, 2.0, 4.0, 8.0};    ///< Sigma_mu of orders 0..p
   std::vector<double> sensory_variances = {2.0, 2.0, 1e5, 1e5};  ///< Sigma_y of orders 0..p
-  double noise_smoothness = 0.0;  ///< s of coloured noise [s]: its precision over the orders comes from the variance of
-                                  ///< order 0 (coloured_noise.hpp); 0: the orders are independent, as in the thesis
 
   /// Step of the belief update, h = 1/belief_rate [s].
   double beliefStep() const { return 1.0 / belief_rate; }
@@ -59,7 +57,6 @@ void describeFields(Visitor& v, ControllerParameters& p) {
   v.field("kappa_a", p.kappa_a, {0.0, 1e4}, "", Presence::required);
   v.field("state_variances", p.state_variances, {1e-6, 1e12}, 6, "", Presence::required);
   v.field("sensory_variances", p.sensory_variances, {1e-6, 1e12}, 6, "", Presence::required);
-  v.field("noise_smoothness", p.noise_smoothness, {0.0, 10.0}, "s", Presence::optional);
 }
 
 /// What becomes of gains whose belief update diverges: refused wherever a robot is driven, allowed where an experiment

@@ -27,8 +27,8 @@ struct SpectralRadius {
 /// infinite if the map or the radius is not finite.
 SpectralRadius spectralRadiusOf(const Eigen::MatrixXd& map);
 
-/// On the same side of a limit as spectralRadiusOf(map).upper(), and sooner told: without a sharp bound on its error
-/// where the limit is farther away than a thousand times a rough one.
+/// On the same side of a limit as spectralRadiusOf(map).upper(), and sooner told: the eigenvalues of the scaled map
+/// without a bound on their error, unless they come within 1e-6 of the limit.
 double spectralRadiusBeside(double limit, const Eigen::MatrixXd& map);
 
 }  // namespace jackal_aic

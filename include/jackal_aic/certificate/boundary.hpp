@@ -18,16 +18,10 @@ struct Boundary {
   double after;   ///< first point with the other answer
 };
 
-/// How the step that changes the answer is narrowed down.
-struct Bisection {
-  int most = 14;           ///< halvings: 1/16000 of the step
-  double precision = 0.0;  ///< ends where the two points differ by no more than this, relative to the first
-  bool geometric = false;  ///< halves in the logarithm (of points of one sign) instead of in the middle
-};
-
-/// Walks from `start` along next(x) to `end`, which is the last point it looks at, and narrows down the first step that
-/// changes the answer, whatever lies beyond it. Empty if the answer never changes.
+/// Walks from `start` along next(x) to `end`, which is the last point it looks at, and halves the first step that
+/// changes the answer until it is no longer than `precision`, relative to where it begins. Empty if the answer never
+/// changes.
 std::optional<Boundary> findBoundary(const LineTest& holds, double start, double end,
-                                     const std::function<double(double)>& next, const Bisection& bisection = {});
+                                     const std::function<double(double)>& next, double precision = 1e-6);
 
 }  // namespace jackal_aic

@@ -1,113 +1,167 @@
 #pragma once
 
 /// @file
-/// The controller and a linear robot as one linear periodic system.
+/// A controller and a linear robot as one linear periodic system: both structures in one class.
 ///
-/// Belief update (3-11, either integrator), generalisation (3-22), action update (3-13), their rates and holds, and the
-/// response of a PlantModel are all linear. Left/right symmetry splits them into three loops that do not see each
-/// other: the mean of the wheels with the forward belief, half their difference with the yaw belief, and the lateral
-/// belief alone. Over the common period of sensor, belief and action each loop maps its state linearly; the loop is
-/// asymptotically stable if and only if the spectral radius of that map is below 1.
+/// The robot is a PlantModel below its acceleration limit: lag, velocity loop and dead time; any dead time is
+/// represented exactly, as a switch from one held command to the next within an action period. The controller is a
+/// linear map at each of its events:
+///
+///     thesis       belief update (3-11, either integrator), generalisation (3-22), action update (3-13). Symmetry
+///                  splits the loop in two that do not see each other: the mean of the wheels with the forward belief,
+///                  half their difference with the yaw belief. The lateral belief is neither measured nor driven: its
+///                  radius is in that of the belief.
+///     predictive   belief (w, z, d) about a wheel, with the gain to which its covariance converges, and action. Both
+///                  wheels are alike.
+///
+/// Over the common period of sensor, belief and action a loop maps its state linearly; it is asymptotically stable if
+/// and only if the spectral radius of that map is below 1. Left out: limits on speed and acceleration, noise, wheel
+/// slip dynamics, the smaller gain of the predictive belief while a wheel accelerates, and slow learning.
 
 #include <Eigen/Core>
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "jackal_aic/aic/parameters.hpp"
+#include "jackal_aic/aic/spectral_radius.hpp"
 #include "jackal_aic/certificate/loop_clock.hpp"
-#include "jackal_aic/certificate/margins.hpp"
 #include "jackal_aic/model/plant_model.hpp"
+#include "jackal_aic/model/wheel_belief.hpp"
+#include "jackal_aic/predictive/predictive_parameters.hpp"
 
 namespace jackal_aic {
 
-struct GenerativeModel;
-struct WorstPhase;
-class BeliefUpdate;
+/// A spectral radius below this is stable. A neutral mode has the radius 1, which is not stable, whatever the rounding
+/// of the map's own entries makes of it.
+inline constexpr double kStabilityLimit = 1.0 - 1e-12;
 
 /// The loops that symmetry leaves.
 enum class LoopMode {
   straight,  ///< mean wheel speed and forward belief
-  turn,      ///< half the difference of the wheel speeds, yaw rate and yaw belief
-  lateral    ///< lateral belief: neither measured nor driven
+  turn       ///< half the difference of the wheel speeds, yaw rate and yaw belief
+};
+
+/// Change of a loop.
+struct LoopChange {
+  double gain = 1.0;             ///< factor on the wheel speed that a command gives; in the thesis' structure the
+                                 ///< same as a factor on kappa_a
+  double extra_dead_time = 0.0;  ///< added to the robot's dead time, which stays 0 or more [s]
+  double phase = 0.0;  ///< age of the newest measurement when the action is computed [s], up to longestPhase()
+};
+
+/// One action period of a predictive loop on an irregular clock.
+struct JitteredPeriod {
+  double phase = 0.0;                   ///< age of the sample when the action is computed [s], up to longestPhase()
+  double extra_dead_time = 0.0;         ///< by which the robot's dead time is longer in this period [s]
+  std::optional<Eigen::Vector3d> gain;  ///< of the belief on (w, z, d) for the sample; empty: the sample is lost
 };
 
 /// Linear periodic system of the closed loop. At one and the same time the sensor comes first, then the belief, then
-/// the action, whose command the plant receives after the dead time; any dead time is represented exactly, as a switch
-/// from one held command to the next within an action period. The timers of sensor and action run freely beside each
-/// other: how old a measurement is when it is used, their phase, is an argument. Left out: limits on speed and
-/// acceleration, noise, and wheel slip dynamics.
+/// the action, whose command the robot receives after the dead time. The timers of sensor and action run freely beside
+/// each other: how old a measurement is when it is used, their phase, is part of a LoopChange.
 class LinearLoop {
  public:
-  /// The gains need not be stable. @throws ParameterError if rates or variances are invalid, or sensor and action rate
-  /// have no common period within 50 action periods.
-  LinearLoop(const ControllerParameters& controller, const GeometryParameters& geometry, const PlantModel& plant);
+  /// The thesis' structure. The gains need not be stable. @throws ParameterError if rates or variances are invalid, or
+  /// sensor and action rate have no common period within 50 action periods.
+  LinearLoop(const ControllerParameters& controller, const GeometryParameters& geometry, const PlantModel& robot);
+
+  /// The predictive structure. @param model drive train as the controller believes it; @param robot the true one, its
+  /// sensor_rate included. @throws ParameterError as validate(), and for rates as above.
+  LinearLoop(const PredictiveParameters& parameters, const PlantModel& model, const PlantModel& robot);
 
   /// Common period of sensor, belief and action [s].
-  double period() const;
+  double period() const { return static_cast<double>(clock_.action_steps) * actionPeriod(); }
 
-  /// Map of the state of a mode over one period. The state is the belief and the generalised measurement of the wheels,
-  /// order i scaled by (sensor period)^i, the action, the commands under way, the wheel speed and the velocity loop's
-  /// correction.
-  Eigen::MatrixXd periodMap(LoopMode mode, const LoopChange& change = {}) const;
-
-  /// True if one sample and one action pass in a common period: the characteristic polynomial of periodMap() is then
-  /// affine in the gain.
-  bool singleRate() const { return clock_.sensor_steps == 1 && clock_.action_steps == 1; }
-
-  /// Spectral radius of periodMap() with its uncertainty (spectral_radius.hpp) on top, so that what is below 1 is
-  /// stable; infinity if the map is not finite.
-  double spectralRadius(LoopMode mode, const LoopChange& change = {}) const;
-
-  /// The largest over all modes.
-  double spectralRadius() const;
+  /// Period of the action [s].
+  double actionPeriod() const { return 1e-9 * static_cast<double>(clock_.action_period); }
 
   /// Longest phase [s]: the shorter one of sensor and action period. A measurement that comes just after the action has
   /// this age at the next one; beyond it everything repeats.
   double longestPhase() const;
 
-  /// The largest spectral radius over the phase between the timers of sensor and action. @param change whose phase does
-  /// not matter.
-  double worstSpectralRadius(LoopMode mode, LoopChange change = {}) const;
+  /// Loops that differ: straight and turn, or straight alone, which then stands for both.
+  const std::vector<LoopMode>& modes() const { return modes_; }
 
-  /// True if a mode is stable at every phase: worstSpectralRadius() < kStabilityLimit, and sooner told.
+  /// Map of the state of a mode over one common period. The state is that of the controller, the action, the commands
+  /// under way, the wheel speed and the velocity loop's correction. The controller's is belief and generalised
+  /// measurement of the wheels, order i scaled by (sensor period)^i; or belief (w, z, d) and last measurement.
+  Eigen::MatrixXd periodMap(LoopMode mode, const LoopChange& change = {}) const;
+
+  /// Spectral radius of periodMap() with its uncertainty (spectral_radius.hpp) on top, so that a radius below 1 is
+  /// stable; infinity if the map is not finite.
+  double spectralRadius(LoopMode mode, const LoopChange& change = {}) const;
+
+  /// Spectral radius at the phase where it is largest. @param change of which the phase does not matter.
+  SpectralRadius worstSpectralRadius(LoopMode mode, const LoopChange& change = {}) const;
+
+  /// True if a mode is stable at every phase.
   bool stable(LoopMode mode, const LoopChange& change = {}) const;
 
-  /// The largest over all modes and phases; where two differ by less than the error of their eigenvalues, either.
-  double worstSpectralRadius() const;
+  /// True if the belief and every mode are stable at every phase.
+  bool stable(const LoopChange& change = {}) const;
 
-  /// How much smaller than worstSpectralRadius() the true one may be.
-  double radiusUncertainty() const;
-
-  /// Wheel speed of a mode at the end of each period after a step of the set point from rest, as a part of its final
-  /// value. The straight mode only has a final value that equals the set point; the turn's is taken as if it had.
-  /// @param periods number of periods; @param change of the loop.
-  Eigen::VectorXd stepResponse(LoopMode mode, int periods, const LoopChange& change = {}) const;
-
-  /// Spectral radius of one belief step with the measurement held.
+  /// Spectral radius of the belief alone: over one step with the measurement held (thesis), or of its error over a
+  /// common period (predictive).
   double beliefSpectralRadius() const { return belief_radius_; }
 
-  const ControllerParameters& controller() const { return controller_; }  ///< gains of the loop
-  const PlantModel& plant() const { return plant_; }                      ///< robot in the loop
+  /// Wheel speed of the straight mode at the end of each period after a step of the set point from rest, as a part of
+  /// its final value. Of the thesis' structure only. @param periods number of periods; @param change of the loop.
+  Eigen::VectorXd stepResponse(int periods, const LoopChange& change = {}) const;
+
+  /// Map over one action period of a predictive loop, of one size for every extra dead time up to a longest one [s].
+  /// @throws ParameterError of the thesis' structure, and if sensor and action do not have the same rate.
+  Eigen::MatrixXd jitteredMap(const JitteredPeriod& period, double longest_extra) const;
+
+  /// Gains between which the predictive belief's is while samples come irregularly: for one right after another, and
+  /// those to which it converges with a sample every 1 to `most_periods` action periods, in this order.
+  std::vector<Eigen::Vector3d> irregularGains(int most_periods) const;
+
+  /// True for the predictive structure.
+  bool predictive() const { return belief_.has_value(); }
+
+  /// Gain of the action: kappa_a, or the predictive structure's action_learning_rate.
+  double actionGain() const { return action_gain_; }
+
+  const PlantModel& robot() const { return robot_; }                     ///< robot in the loop
+  const PlantModel& model() const { return model_ ? *model_ : robot_; }  ///< as a predictive controller believes it
 
  private:
-  /// Controller equations of one mode, with belief and measurement scaled by (sensor period)^order.
-  struct ModeEquations {
-    Eigen::MatrixXd belief;                      // belief over one step, from the belief
-    Eigen::MatrixXd measurement;                 // and from the generalised wheel speed
-    Eigen::RowVectorXd action_from_belief;       // change of the action in one step, from the belief
-    Eigen::RowVectorXd action_from_measurement;  // and from the generalised wheel speed
+  /// Controller of a mode, with its state x, the action a and the measured wheel speed w.
+  struct Equations {
+    Eigen::MatrixXd sense;                 // a sample: x ← S x + s w
+    Eigen::VectorXd sense_wheel;           // s
+    Eigen::MatrixXd predict;               // an inner step under the command u: x ← P x + p u; empty: none
+    Eigen::VectorXd predict_command;       // p
+    std::vector<Eigen::MatrixXd> believe;  // the i-th belief update of a period: x ← B_i x; empty: none
+    double keep;                           // an action: a ← keep a + A x
+    Eigen::RowVectorXd act;                // A
+    Eigen::VectorXd rest;                  // x of a wheel that rests at the speed 1 as wanted
   };
-  class Trajectories;
+  /// Where a radius is largest over the phase [s].
+  struct WorstPhase {
+    double radius, phase;
+  };
+  class Period;
 
-  /// Radius as rough as spectralRadiusBeside() tells it.
+  Equations thesisEquations(const ControllerParameters& controller, const GeometryParameters& geometry,
+                            LoopMode mode) const;
+  Equations predictiveEquations() const;
+  const Equations& equationsOf(LoopMode mode) const;
+  std::vector<Eigen::Vector3d> convergedGains(std::int64_t phase) const;
+  std::vector<Eigen::MatrixXd> corrections(const std::vector<Eigen::Vector3d>& gains, std::int64_t phase) const;
+  double beliefErrorRadius() const;
   WorstPhase worstPhase(LoopMode mode, LoopChange change, double enough) const;
-  ModeEquations equations(LoopMode mode, const GenerativeModel& model, const BeliefUpdate& update) const;
 
-  ControllerParameters controller_;
-  GeometryParameters geometry_;
-  PlantModel plant_;
+  PlantModel robot_;
+  std::optional<PlantModel> model_;    // of a predictive controller
+  std::optional<WheelBelief> belief_;  // likewise
   LoopClock clock_;
+  std::vector<Eigen::Vector3d> gains_;  // of the predictive belief, for the samples of a period at phase 0
+  double action_gain_;
   double belief_radius_ = 0.0;
-  std::vector<ModeEquations> modes_;
+  std::vector<LoopMode> modes_;
+  std::vector<Equations> equations_;  // of each mode
 };
 
 }  // namespace jackal_aic

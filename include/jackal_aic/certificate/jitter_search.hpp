@@ -1,0 +1,45 @@
+#pragma once
+
+/// @file
+/// A search for sequences that drive the predictive loop apart on an irregular clock.
+///
+/// Each action period has a phase of its own (age of the sample when the action is computed, from 0 to a period), an
+/// extra dead time of its own in [0, d], and a sample that may be lost, up to k in a row. Each of these is a linear map
+/// over a period (LinearLoop::jitteredMap()), and a loop of which every map is stable may still be driven apart by
+/// their order. An adversary draws sequences of 1 to 10 periods and repeats each for ever: it grows if the spectral
+/// radius of the product of its maps is above 1. What the adversary does not find is not proven to be stable.
+
+#include "jackal_aic/certificate/linear_loop.hpp"
+
+namespace jackal_aic {
+
+/// How irregular a clock is, beside phases of any sequence.
+struct Jitter {
+  double extra_delay = 0.0;  ///< d, longest extra dead time of a period [s]
+  int lost_samples = 0;      ///< k, most lost in a row
+};
+
+/// Sequences that a search draws.
+inline constexpr int kJitterSequences = 10000;
+
+/// The largest growth per period of the state in all sequences that are drawn: above 1 the loop is unstable.
+/// @throws ParameterError as jitteredMap().
+double worstGrowth(const LinearLoop& loop, const Jitter& jitter, int sequences = kJitterSequences);
+
+/// Extra delays are searched up to this [s].
+inline constexpr double kLongestJitter = 0.04;
+
+/// Samples lost in a row are searched up to this many.
+inline constexpr int kMostLost = 5;
+
+/// How irregular a clock may be before a search finds a sequence that grows.
+struct JitterMargins {
+  double delay = 0.0;      ///< d if no sample is lost, in steps of 5 ms [s]; kLongestJitter if none grows
+  int lost = 0;            ///< k without extra delay; kMostLost if none grows
+  bool any_phase = false;  ///< no sequence of phases alone grows; else the others are 0
+};
+
+/// Margins of a loop: takes seconds. @throws ParameterError as jitteredMap().
+JitterMargins jitterMargins(const LinearLoop& loop);
+
+}  // namespace jackal_aic

@@ -1,0 +1,81 @@
+#include "jackal_aic/certificate/jitter_search.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+namespace jackal_aic {
+namespace {
+
+using Eigen::MatrixXd;
+
+constexpr int kPoints = 5;            // phases and delays of a period, from 0 to the longest
+constexpr int kLongestSequence = 10;  // periods
+constexpr double kAtAnEnd = 0.8;      // part of the draws that take the shortest or longest phase or delay
+constexpr double kLoses = 0.6;        // part of the samples that are lost where one may be
+constexpr double kDelayStep = 0.005;  // s, of the margin
+
+/// Draws periods of a loop.
+class Adversary {
+ public:
+  Adversary(const LinearLoop& loop, const Jitter& jitter)
+      : jitter_(jitter), gains_(loop.irregularGains(jitter.lost_samples + 2).size()) {
+    // A sample may come a period late by its phase, beside those that are lost.
+    std::vector<std::optional<Eigen::Vector3d>> gains{std::nullopt};
+    for (const Eigen::Vector3d& gain : loop.irregularGains(jitter.lost_samples + 2)) gains.emplace_back(gain);
+    const double phase = loop.longestPhase() / (kPoints - 1), delay = jitter.extra_delay / (kPoints - 1);
+    for (const auto& gain : gains) {
+      for (int i = 0; i < kPoints * kPoints; ++i) {
+        maps_.push_back(loop.jitteredMap({phase * (i % kPoints), delay * (i / kPoints), gain}, jitter.extra_delay));
+      }
+    }
+  }
+
+  /// Growth per period of a sequence that is repeated for ever.
+  double growth() {
+    const int length = 1 + below(kLongestSequence);
+    MatrixXd product = MatrixXd::Identity(maps_.front().rows(), maps_.front().rows());
+    int lost = 0;
+    for (int i = 0; i < length; ++i) {
+      // The last has a sample, so that the sequence may follow on itself.
+      const bool loses = lost < jitter_.lost_samples && i + 1 < length && part() < kLoses;
+      lost = loses ? lost + 1 : 0;
+      const int gain = loses ? 0 : 1 + below(static_cast<int>(gains_));
+      product = (maps_[static_cast<std::size_t>((gain * kPoints + point()) * kPoints + point())] * product).eval();
+    }
+    return std::pow(product.eigenvalues().cwiseAbs().maxCoeff(), 1.0 / length);
+  }
+
+ private:
+  double part() { return std::uniform_real_distribution<double>(0.0, 1.0)(random_); }
+  int below(int count) { return std::uniform_int_distribution<int>(0, count - 1)(random_); }
+  int point() { return part() < kAtAnEnd ? (kPoints - 1) * below(2) : below(kPoints); }
+
+  Jitter jitter_;
+  std::size_t gains_;
+  std::vector<MatrixXd> maps_;  // by gain (0: lost), delay and phase
+  std::mt19937_64 random_{1};
+};
+
+}  // namespace
+
+double worstGrowth(const LinearLoop& loop, const Jitter& jitter, int sequences) {
+  Adversary adversary(loop, jitter);
+  double worst = 0.0;
+  for (int i = 0; i < sequences; ++i) worst = std::max(worst, adversary.growth());
+  return worst;
+}
+
+JitterMargins jitterMargins(const LinearLoop& loop) {
+  const auto holds = [&](const Jitter& jitter) { return worstGrowth(loop, jitter) < kStabilityLimit; };
+  JitterMargins margins;
+  margins.any_phase = holds({});
+  const auto steps = static_cast<int>(std::lround(kLongestJitter / kDelayStep));
+  for (int i = 1; margins.any_phase && i <= steps && holds({kDelayStep * i, 0}); ++i) margins.delay = kDelayStep * i;
+  for (int i = 1; margins.any_phase && i <= kMostLost && holds({0.0, i}); ++i) margins.lost = i;
+  return margins;
+}
+
+}  // namespace jackal_aic
