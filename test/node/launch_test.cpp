@@ -350,7 +350,7 @@ TEST_F(Launch, ASimulationThatIsEndedWhileItDrivesComesToRest) {
   const std::string port = std::to_string(freePort());
   const std::string command =
       "cd " + path("") +
-      " && touch log && (for i in $(seq 300); do grep -q Driving log && break; sleep 0.2; done; sleep 1; " +
+      "; touch log; (for i in $(seq 300); do grep -q Driving log && break; sleep 0.2; done; sleep 1; " +
       "kill -INT $$) & exec env ROS_MASTER_URI=http://127.0.0.1:" + port + " stdbuf -oL roslaunch -p " + port +
       " jackal_aic step_response.launch preset:=predictive manoeuvre:=" + manoeuvre + " output_directory:=" + path("") +
       " > " + path("log") + " 2>&1";
