@@ -346,11 +346,12 @@ TEST_F(Launch, ASimulationAsFastAsItCanWaitsForItsController) {
 
 // Ctrl-C reaches the robot and its controller at once, and the controller brakes on simulated time.
 TEST_F(Launch, ASimulationThatIsEndedWhileItDrivesComesToRest) {
-  const std::string manoeuvre = write("manoeuvre.yaml", "manoeuvre: {durations: [1, 600], forward: [0, 0.5]}\n");
+  const std::string manoeuvre =
+      write("manoeuvre.yaml", "manoeuvre: {durations: [1, 600], forward: [0, 0.5], yaw_rate: [0, 0]}\n");
   const std::string port = std::to_string(freePort());
   const std::string command =
       "cd " + path("") +
-      "; touch log; (for i in $(seq 300); do grep -q Driving log && break; sleep 0.2; done; sleep 1; " +
+      "; touch log; (for i in $(seq 300); do grep -qs Driving log && break; sleep 0.2; done; sleep 1; " +
       "kill -INT $$) & exec env ROS_MASTER_URI=http://127.0.0.1:" + port + " stdbuf -oL roslaunch -p " + port +
       " jackal_aic step_response.launch preset:=predictive manoeuvre:=" + manoeuvre + " output_directory:=" + path("") +
       " > " + path("log") + " 2>&1";
