@@ -64,9 +64,19 @@ become_root() {
 # What is there already is neither upgraded nor removed.
 readonly APT_INSTALL=(install --no-install-recommends --no-upgrade --no-remove)
 
+# What apt would upgrade for the missing packages: --no-upgrade spares only those that it is given.
+upgrades() {
+  LC_ALL=C apt-get --simulate "${APT_INSTALL[@]}" "${missing[@]}" | sed -nE 's/^Inst ([^ ]+) \[.*/\1/p' | sort -u | paste -sd ' '
+}
+
 apt_install() {
-  local apt=("$@")
+  local apt=("$@") upgraded
   "${apt[@]}" update
+  upgraded=$(upgrades)
+  if [[ -n $upgraded ]]; then
+    printf 'E: newer versions of installed packages are needed. Run: apt-get install --only-upgrade %s\n' "$upgraded"
+    return 1
+  fi
   "${apt[@]}" "${APT_INSTALL[@]}" -y "${missing[@]}"
 }
 

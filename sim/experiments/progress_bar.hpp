@@ -23,7 +23,7 @@ class ProgressBar {
     if (!terminal_) return log(100 * finished / total_, note);
     constexpr std::size_t kWidth = 40;
     const std::size_t filled = kWidth * finished / total_;
-    std::fprintf(stderr, "\r%s [%s%s] %zu/%zu %s", label_.c_str(), std::string(filled, '#').c_str(),
+    std::fprintf(stderr, "\r\033[K%s [%s%s] %zu/%zu %s", label_.c_str(), std::string(filled, '#').c_str(),
                  std::string(kWidth - filled, ' ').c_str(), finished, total_, note.c_str());
     if (finished == total_) std::fputc('\n', stderr);
   }

@@ -6,6 +6,7 @@
 #include "plant_conversion.hpp"
 #include "plant_node.hpp"
 #include "ros_parameters.hpp"
+#include "stop_request.hpp"
 
 namespace {
 
@@ -29,7 +30,8 @@ void simulate(const ros::NodeHandle& node, const ros::NodeHandle& private_node) 
   const auto plant_parameters = jackal_aic::sim::readSimulatedRobot(map);
   const auto parameters = jackal_aic::readParameters<PlantNodeParameters>(map, "");
   map.refuseUnknown();
-  PlantNode(node, private_node, urdfText(private_node, parameters.urdf_file), plant_parameters, parameters).run();
+  PlantNode(node, private_node, urdfText(private_node, parameters.urdf_file), plant_parameters, parameters)
+      .run(jackal_aic::StopRequest::requested);
 }
 
 }  // namespace
@@ -42,8 +44,9 @@ int main(int argc, char** argv) {
                               "launch/simulation.launch.\n")) {
     return 0;
   }
-  ros::init(argc, argv, "plant_node");
+  ros::init(argc, argv, "plant_node", ros::init_options::NoSigintHandler);
   ros::NodeHandle node, private_node("~");  // kept to the end: without a handle roscpp shuts down and logs no more
+  const jackal_aic::StopRequest stop;
   try {
     simulate(node, private_node);
   } catch (const std::exception& error) {

@@ -24,6 +24,7 @@ constexpr std::uint32_t kQueueSize = 50;  // a second of 50 Hz messages
 constexpr std::uint32_t kClockQueueSize = 1000;
 constexpr double kFirstPatience = 0.25;  // wall time for the command after the first [s]
 constexpr double kLatestTime = 0.5;      // s: what is older, or of the future, is by another clock
+constexpr double kLongestEnd = 2.0;      // wall time from the request to end, if the commands do not come to zero [s]
 constexpr double kLongestPause = 0.005;  // s: after a message of the clock, if the next is not due before
 constexpr int kInStride = 5;             // responses in time, less the others, from which on they are waited for
 
@@ -76,11 +77,18 @@ void PlantNode::subscribe(ros::NodeHandle& node) {
   pull_imu_ = private_node_.advertiseService("pull_imu", &PlantNode::onPullImu, this);
 }
 
-void PlantNode::run() {
+bool PlantNode::goesOn() {
+  if (!ros::ok() || !end_requested_()) return ros::ok();
+  if (!end_) end_ = ros::WallTime::now() + ros::WallDuration(kLongestEnd);
+  return !(command_ == WheelCommand{}) && ros::WallTime::now() < *end_;
+}
+
+void PlantNode::run(const std::function<bool()>& end_requested) {
+  end_requested_ = end_requested;
   if (!parameters_.publish_clock) return runByClock();
   pacer_.restart(plant_.time());
   publish();
-  while (ros::ok()) {
+  while (goesOn()) {
     // Between two messages of the clock nobody can tell when a step was made: the steps to the next are made when it is
     // due, so that what one brings about comes in time.
     if (told_time_ == plant_.time())
@@ -101,7 +109,7 @@ void PlantNode::runByClock() {
   const ros::WallDuration kWait(0.001);
   bool started = false;
   ros::Time last;
-  while (ros::ok()) {
+  while (goesOn()) {
     ros::getGlobalCallbackQueue()->callAvailable(kWait);
     const ros::Time now = ros::Time::now();
     if (now.isZero()) continue;
@@ -111,7 +119,7 @@ void PlantNode::runByClock() {
       publish();
     }
     last = now;
-    while (ros::ok() && stampOf(plant_.time()) + ahead_ < now) {
+    while (goesOn() && stampOf(plant_.time()) + ahead_ < now) {
       ros::getGlobalCallbackQueue()->callAvailable();
       step();
     }

@@ -78,8 +78,9 @@ class PlantNode {
   PlantNode(ros::NodeHandle node, ros::NodeHandle private_node, const std::string& urdf_xml,
             const PlantParameters& plant_parameters, const PlantNodeParameters& parameters);
 
-  /// Simulates until ROS shuts down, calling back between steps.
-  void run();
+  /// Simulates until ROS shuts down or the end is requested, calling back between steps. After a request it goes on
+  /// until the commands are zero, for at most 2 s of wall time: the controller, which ends too, brakes on its clock.
+  void run(const std::function<bool()>& end_requested = [] { return false; });
 
  private:
   /// Somebody who is waited for, in lockstep.
@@ -97,6 +98,7 @@ class PlantNode {
   };
 
   void runByClock();
+  bool goesOn();
   void step();
   void shift(std_msgs::Header& header) const;
   void advertise(ros::NodeHandle& node);
@@ -152,6 +154,8 @@ class PlantNode {
   bool imu_pulled_ = false;
   std::uint64_t ignored_commands_ = 0;
   double told_time_ = -1.0;  // by /clock, last [s]
+  std::function<bool()> end_requested_;
+  std::optional<ros::WallTime> end_;  // of the simulation, at the latest, once its end is requested
 
   ros::Publisher clock_;
   ros::Publisher joint_states_;

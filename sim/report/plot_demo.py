@@ -127,7 +127,7 @@ def plot_first_picture(path, responses, metrics):
         axes.tick_params(labelsize=11)
         for side in ('top', 'right'):
             axes.spines[side].set_visible(False)
-    figure.subplots_adjust(left=0.085, right=0.83, top=0.89, bottom=0.17, wspace=0.95)
+    figure.subplots_adjust(left=0.085, right=0.82, top=0.89, bottom=0.17, wspace=0.95)
     figure.savefig(path, dpi=100)
 
 

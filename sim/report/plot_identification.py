@@ -28,7 +28,8 @@ def draw(data, path):
         axis.set_ylabel(f"{side} wheels [rad/s]")
     axes[0].legend(ncol=3, loc="upper right", frameon=False)
     for side, color in (("left", MEASURED), ("right", FITTED)):
-        residual = [m - f for m, f in zip(data[f"measured_{side}"], data[f"fitted_{side}"])]
+        # Equal: not fitted, because the commands before are not in the recording.
+        residual = [m - f if m != f else float("nan") for m, f in zip(data[f"measured_{side}"], data[f"fitted_{side}"])]
         axes[2].plot(data["time"], residual, color=color, linewidth=0.7, label=side)
     axes[2].legend(ncol=2, loc="upper right", frameon=False)
     axes[2].set_ylabel("measured - fitted [rad/s]")

@@ -99,7 +99,7 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
 void ControllerNode::onSetPoint(const ReceivedSetPoint& received) {
   const SetPointVerdict verdict = loop_.setSetPoint(received.wanted, currentTime(), received.stamp);
   if (verdict == SetPointVerdict::accepted) {
-    if (received.wanted.lateral != 0.0) {
+    if (received.sideways != 0.0) {
       ROS_WARN_ONCE("Set points with linear.y: ignored, because a skid-steer robot cannot drive sideways. Told once");
     }
     return;

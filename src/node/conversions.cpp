@@ -83,13 +83,14 @@ std::optional<SetPoint> setPoint(const geometry_msgs::Twist& message) {
 std::optional<ReceivedSetPoint> receivedSetPoint(const topic_tools::ShapeShifter& message) {
   using ros::message_traits::md5sum;
   if (message.getMD5Sum() == md5sum<geometry_msgs::Twist>()) {
-    return ReceivedSetPoint{setPoint(*message.instantiate<geometry_msgs::Twist>()).value_or(kNotFinite), std::nullopt};
+    const auto twist = message.instantiate<geometry_msgs::Twist>();
+    return ReceivedSetPoint{setPoint(*twist).value_or(kNotFinite), std::nullopt, twist->linear.y};
   }
   if (message.getMD5Sum() != md5sum<geometry_msgs::TwistStamped>()) return std::nullopt;
   const auto stamped = message.instantiate<geometry_msgs::TwistStamped>();
   const ros::Time& stamp = stamped->header.stamp;
   return ReceivedSetPoint{setPoint(stamped->twist).value_or(kNotFinite),
-                          stamp.isZero() ? std::nullopt : std::optional(stamp.toSec())};
+                          stamp.isZero() ? std::nullopt : std::optional(stamp.toSec()), stamped->twist.linear.y};
 }
 
 std::optional<WheelCommand> wheelCommand(const jackal_msgs::Drive& message) {

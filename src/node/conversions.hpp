@@ -55,6 +55,7 @@ std::optional<SetPoint> setPoint(const geometry_msgs::Twist& message);
 struct ReceivedSetPoint {
   SetPoint wanted;              ///< not finite if any component is not
   std::optional<double> stamp;  ///< [s]; empty if the message has none
+  double sideways = 0.0;        ///< linear.y, which `wanted` leaves out [m/s]
 };
 
 /// Set point of a message of any type: geometry_msgs/Twist, or TwistStamped, whose stamp counts unless it is zero.

@@ -65,7 +65,7 @@ const char* remedy(Fault fault) {
     case Fault::wheels_blocked:
     case Fault::left_wheels_blocked:
     case Fault::right_wheels_blocked:
-      return "Free the wheels, and check the power of the motors";
+      return "Free the wheels, and check the power of the motors; then send a zero set point";
     case Fault::left_encoder_frozen:
     case Fault::left_encoder_wrong:
     case Fault::right_encoder_frozen:

@@ -244,8 +244,7 @@ int tune(const std::vector<std::string>& arguments, std::ostream& out) {
     out << "tune --plant PLANT.yaml [--plant ...] --out TUNED.yaml [--overshoot 10] [--gain-margin 2] "
            "[--delay-margin 0.05] [--orders 1..5]\n"
         << "Searches the gains that settle fastest after a step to 0.5 m/s and pass everything that users drive. Takes "
-           "10 to 60 "
-           "minutes.\n"
+           "one or two minutes for each robot on two cores.\n"
         << options;
     return 0;
   }

@@ -1,5 +1,5 @@
-// The documentation against the repository: links lead somewhere, programs and equations are where it says, commands
-// run.
+// The documentation against the repository: links lead somewhere, programs and equations are where it says, the
+// commands of the pages for reference run. Those that a user goes through are in user_pages_test.cpp.
 
 #include <gtest/gtest.h>
 
@@ -11,19 +11,12 @@
 #include <vector>
 
 #include "../repository.hpp"
+#include "pages.hpp"
 
 namespace jackal_aic {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::vector<fs::path> pages() {
-  std::vector<fs::path> found{kRoot / "README.md", kRoot / "CONTRIBUTING.md"};
-  for (const auto& entry : fs::recursive_directory_iterator(kRoot / "doc")) {
-    if (entry.path().extension() == ".md") found.push_back(entry.path());
-  }
-  return found;
-}
 
 /// Calls visit(match) for every match in a text; returns their number.
 template <class Visit>
@@ -54,7 +47,7 @@ bool hasHeading(const fs::path& page, const std::string& wanted) {
 
 TEST(Documentation, EveryLinkLeadsSomewhere) {
   int links = 0;
-  for (const fs::path& page : pages()) {
+  for (const fs::path& page : allPages()) {
     links += forEachMatch(textOf(page), std::regex(R"(\]\(([^)#]*)(#([^)]*))?\))"), [&](const std::smatch& m) {
       const std::string path = m[1], heading = m[3];
       if (path.rfind("http", 0) == 0) return;
@@ -69,7 +62,7 @@ TEST(Documentation, EveryLinkLeadsSomewhere) {
 TEST(Documentation, EveryFileThatItNamesIsThere) {
   int files = 0;
   const std::regex named("`((?:include|src|sim|config|launch|test|scripts)/[A-Za-z0-9_./]+\\.[a-z]+)`");
-  for (const fs::path& page : pages()) {
+  for (const fs::path& page : allPages()) {
     files += forEachMatch(textOf(page), named,
                           [&](const std::smatch& m) { EXPECT_TRUE(fs::exists(kRoot / m[1].str())) << page << m[0]; });
   }
@@ -93,7 +86,7 @@ TEST(Documentation, EveryProgramAndLaunchFileThatItStartsIsBuiltHere) {
     }
   }
   int commands = 0;
-  for (const fs::path& page : pages()) {
+  for (const fs::path& page : allPages()) {
     const std::string text = textOf(page);
     commands += forEachMatch(text, std::regex("rosrun jackal_aic (\\w+)"), [&](const std::smatch& m) {
       const bool built = std::regex_search(
@@ -124,17 +117,7 @@ TEST(Documentation, TheReadmeFitsOneScreenAndSaysThatNoRobotHasDrivenWithIt) {
   EXPECT_NE(readme.substr(0, end).find("simulation only so far, never on a robot"), std::string::npos);
 }
 
-class Commands : public testing::TestWithParam<fs::path> {};
-
-TEST_P(Commands, DoWhatThePageSays) {
-  const std::string command = "/usr/bin/python3 " + (kRoot / "test/doc/run_commands").string() + " " + kRoot.string() +
-                              " " + GetParam().string();
-  EXPECT_EQ(std::system(command.c_str()), 0) << GetParam();
-}
-
-INSTANTIATE_TEST_SUITE_P(Pages, Commands, testing::ValuesIn(pages()), [](const auto& page) {
-  return std::regex_replace(page.param.stem().string(), std::regex("\\W"), "_");
-});
+INSTANTIATE_TEST_SUITE_P(Pages, Commands, testing::ValuesIn(pages(false)), nameOf);
 
 }  // namespace
 }  // namespace jackal_aic

@@ -344,6 +344,23 @@ TEST_F(Launch, ASimulationAsFastAsItCanWaitsForItsController) {
   }
 }
 
+// Ctrl-C reaches the robot and its controller at once, and the controller brakes on simulated time.
+TEST_F(Launch, ASimulationThatIsEndedWhileItDrivesComesToRest) {
+  const std::string manoeuvre =
+      write("manoeuvre.yaml", "manoeuvre: {durations: [1, 600], forward: [0, 0.5], yaw_rate: [0, 0]}\n");
+  const std::string port = std::to_string(freePort());
+  const std::string command =
+      "cd " + path("") +
+      "; touch log; (for i in $(seq 300); do grep -qs Driving log && break; sleep 0.2; done; sleep 1; " +
+      "kill -INT $$) & exec env ROS_MASTER_URI=http://127.0.0.1:" + port + " stdbuf -oL roslaunch -p " + port +
+      " jackal_aic step_response.launch preset:=predictive manoeuvre:=" + manoeuvre + " output_directory:=" + path("") +
+      " > " + path("log") + " 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  EXPECT_NE(text("log").find("Driving"), std::string::npos) << text("log");
+  EXPECT_NE(text("log").find("Stopping; wheels at zero"), std::string::npos) << text("log");
+  EXPECT_EQ(text("log").find("before the wheels are at rest"), std::string::npos) << text("log");
+}
+
 TEST_F(Launch, EndsTheExcitationWhoseArgumentIsRefused) {
   write("drive.bag", "an earlier drive");
   for (const char* refused : {"linear_speed:=50", "confirm:=yes", "countdown:=abc", "repetitions:=0"}) {

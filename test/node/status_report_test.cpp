@@ -169,7 +169,7 @@ TEST_F(StatusReportTest, AFaultThatStopsTheRobotIsOneLineWithWhatToDo) {
   decide(DriveStatus::faulted, StopCause::sensor_fault);
   report.settle(ros::WallDuration(0.0));
   EXPECT_EQ(log.lines, Lines{"ERROR Stopping: left wheels do not follow their command. Free the wheels, and check the "
-                             "power of the motors"});
+                             "power of the motors; then send a zero set point"});
 }
 
 TEST_F(StatusReportTest, ASetPointThatEndsIsOneLine) {

@@ -103,6 +103,24 @@ def draw_velocity(axes, drive, origin, name, unit, quantity):
     axes.set_ylabel(f'{quantity} [{unit}]')
 
 
+CHARACTER = 0.0062  # mean width of a character of a reason, of the width of the axes
+LEAST_LABELLED = 0.08  # of the time shown
+
+
+def label_stops(axes, drive, origin):
+    """Writes the reasons above the grey areas: each within the axes, none twice in a row, none on another one."""
+    low, high = axes.get_xlim()
+    free, said = 0.0, ''
+    for begin, end, reason in drive.stops():
+        if reason == said or end - begin < LEAST_LABELLED * (high - low):
+            continue
+        width = CHARACTER * len(reason)
+        at = min((begin - origin - low) / (high - low), 1.0 - width)
+        if at >= free:
+            axes.annotate(reason, (at, 1.02), xycoords='axes fraction', fontsize=8, color='0.3', annotation_clip=False)
+            free, said = at + width, reason
+
+
 # Least span of an axis: noise at rest is not drawn as large as a drive.
 LEAST_SPAN = (0.4, 0.4, 4.0, 1.0)  # m/s, rad/s, rad/s, free energy
 
@@ -133,11 +151,7 @@ def draw(figure, drive, origin=None, title=''):
         widen(axes, span)
         for begin, end, _ in drive.stops():
             axes.axvspan(begin - origin, end - origin, color=GREY, alpha=0.2, lw=0)
-    span = (time[-1] - time[0]) if time else 0.0
-    for begin, end, reason in drive.stops():
-        if end - begin > 0.08 * span:
-            grid[0].annotate(reason, (begin - origin, 1.02), xycoords=('data', 'axes fraction'), fontsize=8, color='0.3',
-                             clip_on=False)
+    label_stops(grid[0], drive, origin)
     handles, labels = (a + b for a, b in zip(grid[0].get_legend_handles_labels(), grid[2].get_legend_handles_labels()))
     figure.suptitle(title, x=0.09, y=0.985, ha='left', fontsize=11)
     figure.legend(handles, labels, loc='upper left', bbox_to_anchor=(0.08, 0.965), ncol=len(labels), frameon=False, fontsize=9)
