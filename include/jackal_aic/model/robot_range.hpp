@@ -11,7 +11,7 @@ namespace jackal_aic {
 
 /// Factor by which a wheel's gain may differ from its model's, either way: a flat battery, a soft velocity loop. With
 /// it and kSpeedRange a motion stays within 1.5 times its set point.
-inline constexpr double kGainRange = 1.4;
+inline constexpr double kGainRange = 1.5;
 
 /// Speed by which it may differ beside [rad/s], 3.5 cm/s of a Jackal. A motor that turns slower by 0.5 rad/s
 /// (clearpath_robot#280) is within both from 3 cm/s on.
