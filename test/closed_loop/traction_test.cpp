@@ -134,7 +134,7 @@ void cruise(const Cruise& c, AttitudeFilter filter) {
       y.acceleration_x = filter.remove(y.acceleration_x, std::min(0.1, y.stamp - std::exchange(last, y.stamp)));
       loop.observe(y, now);
       odometry.observe(asCounted(y, loop));
-      ASSERT_EQ(text(loop.status().fault), "") << "at " << now << " s";
+      ASSERT_EQ(loop.status().fault, Fault::none) << text(loop.status().fault) << " at " << now << " s";
     }
     driven += std::abs(plant.truth().linear_velocity.x());
     believed += std::abs(odometry.motion().forward);
