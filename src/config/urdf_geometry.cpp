@@ -13,6 +13,9 @@ namespace {
 /// Larger differences between wheels [m] are a modelling error, not rounding in the file.
 constexpr double kTolerance = 1e-6;
 
+/// An axle whose axis has less than this of the direction to the left turns backwards.
+constexpr double kBackwards = -0.5;
+
 /// Pose of the root link in the link called name; the identity if the URDF has none of that name.
 Eigen::Isometry3d rootIn(const urdf::ModelInterface& model, const std::string& name) {
   const std::size_t begin = name.find_first_not_of('/');
@@ -33,7 +36,9 @@ class WheelCollector {
     for (const std::string& name : joints) {
       const urdf::Joint& joint = requiredWheelJoint(*document_.model, name);
       checkRadius(name, wheelRadius(document_, joint));
-      sum += (root_in_base_ * poseInRoot(*document_.model, joint)).translation().y();
+      const Eigen::Isometry3d pose = root_in_base_ * poseInRoot(*document_.model, joint);
+      checkAxis(name, pose.linear() * Eigen::Vector3d(joint.axis.x, joint.axis.y, joint.axis.z));
+      sum += pose.translation().y();
     }
     return sum / static_cast<double>(joints.size());
   }
@@ -48,6 +53,14 @@ class WheelCollector {
           fmt::format("URDF: wheel of joint '{}' has radius {:g} m: must be equal to the first wheel's {:g} m", joint,
                       radius, radius_));
     }
+  }
+
+  static void checkAxis(const std::string& joint, const Eigen::Vector3d& axis) {
+    if (axis.y() >= kBackwards) return;
+    throw ParameterError(fmt::format(
+        "URDF: axis of wheel joint '{}' points to the right: must point to the left, or its speed is negative when the "
+        "robot drives forward; turn the axis, or the joint, round",
+        joint));
   }
 
   const UrdfDocument& document_;

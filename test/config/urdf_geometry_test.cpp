@@ -152,6 +152,14 @@ TEST(UrdfGeometry, RefusesUnequalRadii) {
             "URDF: wheel of joint 'right' has radius 0.09 m: must be equal to the first wheel's 0.1 m");
 }
 
+TEST(UrdfGeometry, RefusesAWheelThatTurnsBackwards) {
+  std::string right = wheel("right", "0 -0.2 0", kCylinder);
+  right.replace(right.find("0 1 0"), 5, "0 -1 0");
+  EXPECT_EQ(complaint(robot(wheel("left", "0 0.2 0", kCylinder) + right)),
+            "URDF: axis of wheel joint 'right' points to the right: must point to the left, or its speed is negative "
+            "when the robot drives forward; turn the axis, or the joint, round");
+}
+
 TEST(UrdfGeometry, RefusesSwappedSides) {
   const std::string message =
       complaint(robot(wheel("left", "0 -0.2 0", kCylinder) + wheel("right", "0 0.2 0", kCylinder)));

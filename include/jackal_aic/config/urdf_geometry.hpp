@@ -21,7 +21,7 @@ struct UrdfGeometry {
 /// @param base_frame link whose y axis points to the left; the root link if it is no link of the URDF.
 /// @throws ParameterError (one line) if the URDF does not parse, lacks a joint, a wheel has no cylinder or sphere
 /// geometry,
-///         the radii differ, or the left wheels are not left of the right ones.
+///         the radii differ, an axis points to the right, or the left wheels are not left of the right ones.
 UrdfGeometry readUrdfGeometry(const std::string& urdf_xml, const std::vector<std::string>& left_joints,
                               const std::vector<std::string>& right_joints, const std::string& base_frame = "");
 
