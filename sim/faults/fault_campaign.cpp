@@ -24,11 +24,12 @@ constexpr double kSetPointPeriod = 0.05;    // s, as an operator's joystick or a
 constexpr double kStatusPeriod = 1.0;       // s, as the robot's firmware
 constexpr double kIntrusionPeriod = 0.02;   // s, as the stock jackal_node
 constexpr double kFirstSetPoint = 0.3;      // s, after the start of a run; zero until then, which releases a latch
-constexpr double kSilence = 0.3;            // s without a command, after which the next is a new process'
-constexpr double kLastWord = 0.2;           // s before the end, within which the controller has to have spoken
-constexpr double kLatestSuccessor = 60.0;   // s after the end, until a controller that was ended has to be there again
-constexpr double kPatience = 30.0;          // s on the wall clock without any progress
-const ros::WallDuration kLook(0.002);       // wait for callbacks
+constexpr double kRest = 3.0;      // s at rest before a run, in which the controller learns the noise of its sensors
+constexpr double kSilence = 0.3;   // s without a command, after which the next is a new process'
+constexpr double kLastWord = 0.2;  // s before the end, within which the controller has to have spoken
+constexpr double kLatestSuccessor = 60.0;  // s after the end, until a controller that was ended has to be there again
+constexpr double kPatience = 30.0;         // s on the wall clock without any progress
+const ros::WallDuration kLook(0.002);      // wait for callbacks
 
 const char* statusName(std::uint8_t status) {
   switch (status) {
@@ -314,6 +315,8 @@ bool FaultCampaign::restart(const Scenario& scenario) {
   // A controller that was killed in the run before has to be there again, to hear and measure, and to have no fault any
   // more, before the clock is put back for all: from then on the time of the run counts.
   if (!waitFor([&] { return speaks() && controllerIsConnected() && stands(); })) return false;
+  const double rested = time_ + kRest;
+  if (!waitFor([&] { return time_ >= rested; })) return false;
   const std::uint64_t resets = resets_;
   changePlant(scenario);
   resetPlant();
