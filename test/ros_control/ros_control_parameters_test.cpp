@@ -132,7 +132,7 @@ TEST(RosControlParameters, RefusesWhatCannotDrive) {
   EXPECT_NE(refusal(map).find("wheel_separation"), std::string::npos);
   map = bare();
   map.set("predictive.kappa_mu", 1.0);
-  EXPECT_NE(refusal(map).find("belief_learning_rate"), std::string::npos);
+  EXPECT_NE(refusal(map).find("predictive.kappa_mu"), std::string::npos);
 }
 
 TEST(RosControlParameters, TakesTheVariancesOfTheSensors) {
