@@ -374,8 +374,7 @@ GateInputs DriveLoop::gateInputs(double now) {
   unasked_for_ = missing && robot_.graph_checked ? unasked_for_ + controller_->actionStep() : 0.0;
   inputs.set_point_at_rest = missing ? unasked_for_ > std::max(kPause, parameters_.gate.deadlines.set_point) : stands;
   // What the motors do under another node's commands, or without ours, cannot be predicted.
-  const bool unheard = robot_.unheard && gate_.command() != WheelCommand{};
-  if (robot_.contended || unheard) measurements_.reset();
+  if (robot_.contended || robot_.unheard) measurements_.reset();
   const bool told_to_stand = stands && gate_.command() == WheelCommand{};
   causes.add(measurements_.causes(health(now), now, told_to_stand));
   const bool plausible = isPlausible(controller_->believedVelocity(), controller_->freeEnergy(), parameters_.gate);
