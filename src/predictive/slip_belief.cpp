@@ -125,13 +125,12 @@ void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double st
   track_gain_ = f * f / (variance * correction_curvature_);
 }
 
-/// Over kAgreement of turning: single samples of a gyro that is wrong agree by their noise.
+/// In a turn by the mean of a second: single samples of a gyro that is wrong agree by their noise.
 bool SlipBelief::agrees(double yaw_rate, double x, double v, double step) {
   if (std::abs(x) <= TurnModel::kTurn) return turn_.plausible(yaw_rate, x, v);
-  average(yaw_by_turn_, yaw_rate * x, step, kAgreement);
-  average(turn_squared_, x * x, step, kAgreement);
-  const double turn = std::sqrt(turn_squared_);
-  return turn_.plausible(yaw_by_turn_ / turn, turn, v);
+  const double asked = x * configured_.slip_factor / configured_.effective_track;
+  agreement_.update(yaw_rate, asked, step);
+  return turn_.plausible(agreement_.value() * asked, x, v);
 }
 
 void SlipBelief::keep(const WheelDifference& n, double step) {

@@ -45,6 +45,7 @@
 
 #include <optional>
 
+#include "jackal_aic/model/turn_agreement.hpp"
 #include "jackal_aic/model/types.hpp"
 #include "jackal_aic/predictive/turn_model.hpp"
 
@@ -81,7 +82,6 @@ struct SlipLearning {
 class SlipBelief {
  public:
   static constexpr double kAlphaRange = 2.0;  ///< of alpha, a factor to either side of the configured value
-  static constexpr double kAgreement = 0.5;   ///< time of turning over which gyro and wheels have to agree [s]
   static constexpr double kTrustTime = 2.0;   ///< time of turning that a sensor which is excluded loses at least [s]
 
   /// @param configured values to start from and centre of the range; @param wheel_radius r [m].
@@ -180,10 +180,9 @@ class SlipBelief {
   double by_wheels_ = 0.0;         // r W [m/s]
   double by_accelerometer_ = 0.0;  // A [m/s]
   double offset_ = 0.0;
-  Kept kept_, recent_;         // turn_ and correction_ of kTrustTime ago at least, and of later
-  double trusted_ = 0.0;       // time of turning since recent_ [s]
-  double yaw_by_turn_ = 0.0;   // mean of theta_dot x over kAgreement [rad m/s^2]
-  double turn_squared_ = 0.0;  // likewise of x^2 [(m/s)^2]
+  Kept kept_, recent_;       // turn_ and correction_ of kTrustTime ago at least, and of later
+  double trusted_ = 0.0;     // time of turning since recent_ [s]
+  TurnAgreement agreement_;  // of gyro and wheels
   double track_gain_ = 0.0;
   double error_variance_ = 0.0;  // of the believed difference of the wheel speeds, as measured [(rad/s)^2]
   double changed_ = 0.0;         // n, since some time ago [rad/s]
