@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "jackal_aic/model/forgetting.hpp"
 #include "jackal_aic/model/gravity.hpp"
 
 namespace jackal_aic {
@@ -51,30 +52,30 @@ constexpr double kSmallerOfTwo =
 constexpr double kMargin = 2.0;  // of the variance of vibration, of which half a second tells little
 constexpr double kMostColoured = 0.6;  // of rho
 // Attitude filters.
-constexpr double kGain[] = {0.75, 2.0};  // standard deviation of g: 1/s of Mahony, m/s^3 of Madgwick (gain 0.1)
-constexpr double kSign = 0.05;           // m/s^2, above which an acceleration has a sign
-constexpr double kFilterMemory = 60.0;   // s
-constexpr double kAgainst = 2.0;         // standard deviations of g that may be
-constexpr double kBetter = 0.1;          // misfit by which a filter has to explain more than none
+constexpr double kSign = 0.05;          // m/s^2, above which an acceleration has a sign
+constexpr double kFilterMemory = 60.0;  // s
+constexpr double kPossible = 2.0;       // standard deviations of g
+constexpr double kBetter = 0.1;         // misfit by which a filter explains more than none
 
 }  // namespace
 
-/// The attitude filter that explains the accelerations, if one does better than none.
-const TractionBelief::AttitudeFilter* TractionBelief::filter() const {
-  const AttitudeFilter& better = filters_[0].misfit < filters_[1].misfit ? filters_[0] : filters_[1];
-  return better.misfit + kBetter < misfit_ ? &better : nullptr;
+/// The kind of attitude filter that explains the accelerations, if one does better than none.
+std::optional<std::size_t> TractionBelief::filter() const {
+  const std::size_t better = filters_[0].misfit < filters_[1].misfit ? 0 : 1;
+  return filters_[better].misfit + kBetter < misfit_ ? std::optional(better) : std::nullopt;
 }
 
-/// w, or its integral, of what each kind says of it by g.
+/// w, or its integral, of what each kind makes of it by g.
 double TractionBelief::hidden(const std::array<double, 2>& by_gain) const {
-  const AttitudeFilter* there = filter();
-  return there == nullptr ? 0.0 : there->gain * by_gain[there == &filters_[0] ? 0 : 1];
+  const auto there = filter();
+  return there ? filters_[*there].gain() * by_gain[*there] : 0.0;
 }
 
 TractionBelief::Change TractionBelief::sinceThen(const Past& then) const {
   const std::array<double, 2> by_gain = {now_.hidden[0] - then.hidden[0], now_.hidden[1] - then.hidden[1]};
-  return {now_.time - then.time,         now_.wheels - then.wheels,   now_.body - then.body + hidden(by_gain),
-          now_.variance - then.variance, now_.turning - then.turning, by_gain};
+  const double wheels = now_.wheels - then.wheels, body = now_.body - then.body;
+  return {now_.time - then.time,       wheels,  body + hidden(by_gain), now_.variance - then.variance,
+          now_.turning - then.turning, by_gain, wheels - body};
 }
 
 /// The oldest one within a time; now, if there is none.
@@ -173,35 +174,29 @@ std::optional<TractionBelief::Change> TractionBelief::againstRolling(const Chang
   return std::nullopt;
 }
 
-/// True if an attitude filter of a gain that may be explains the window.
+/// True if an attitude filter of a possible gain explains the window.
 bool TractionBelief::hiddenByFilter(const Change& window) const {
-  const double error = window.error() + hidden(window.hidden), allowed = std::max(kLeast, bound(window));
+  const double allowed = std::max(kLeast, bound(window));
   for (std::size_t kind = 0; kind < filters_.size(); ++kind) {
-    const AttitudeFilter& filter = filters_[kind];
-    const double doubt = kAgainst / std::sqrt(filter.precision + 1.0 / (kGain[kind] * kGain[kind]));
-    const double low = std::max(0.0, filter.gain - doubt), high = filter.gain + doubt;
-    const double one = error - low * window.hidden[kind], other = error - high * window.hidden[kind];
-    if (one * other < 0.0 || std::min(std::abs(one), std::abs(other)) < allowed) return true;
+    const double gain = filters_[kind].gain(), doubt = kPossible * std::sqrt(filters_[kind].variance());
+    const double most = window.unfiltered - std::max(0.0, gain - doubt) * window.hidden[kind];
+    const double least = window.unfiltered - (gain + doubt) * window.hidden[kind];
+    if (most * least < 0.0 || std::min(std::abs(most), std::abs(least)) < allowed) return true;
   }
   return false;
 }
 
-/// Recursive least squares of D = g (integral of w by g) over windows of wheels that roll.
+/// Of a window of wheels that roll.
 void TractionBelief::learnFilters(const Change& window, double step) {
-  const double error = window.error() + hidden(window.hidden), deviation = 0.5 * std::max(kLeast, bound(window));
-  const double share = step / (step + kFilterMemory);
-  const auto misfit = [&](double left) { return left * left / (deviation * deviation); };
-  misfit_ += share * (misfit(error) - misfit_);
+  const double sigma = 0.5 * std::max(kLeast, bound(window)), kept = keptAfter(step, kFilterMemory);
+  const double D = window.unfiltered / sigma;
+  average(misfit_, D * D, step, kFilterMemory);
   for (std::size_t kind = 0; kind < filters_.size(); ++kind) {
     AttitudeFilter& filter = filters_[kind];
-    const double slope = window.hidden[kind] / deviation, told = step / kWindow * slope * slope;
-    filter.precision += told - share * filter.precision;
-    const double all = filter.precision + 1.0 / (kGain[kind] * kGain[kind]);
-    const double left = error - filter.gain * window.hidden[kind];
-    filter.gain +=
-        step / kWindow * slope * left / deviation / all - share * filter.gain * (1.0 - filter.precision / all);
-    filter.gain = std::max(filter.gain, 0.0);
-    filter.misfit += share * (misfit(left) - filter.misfit);
+    const double slope = window.hidden[kind] / sigma, left = D - filter.gain() * slope;
+    average(filter.misfit, left * left, step, kFilterMemory);
+    filter.information = kept * filter.information + step / kWindow * slope * slope;
+    filter.evidence = std::max(0.0, kept * filter.evidence + step / kWindow * slope * D);
   }
 }
 
@@ -221,7 +216,7 @@ void TractionBelief::correct(double wheels, double acceleration, double variance
   now_.variance -= std::exchange(repeated_, 0.0);
   const double step = since_last + std::exchange(missed_, 0.0);
   if (step > kLongestStep) return reset(wheels);
-  const double a = acceleration - turning_centre_ * yaw_rate * yaw_rate - (filter() == nullptr ? offset_ : 0.0);
+  const double a = acceleration - turning_centre_ * yaw_rate * yaw_rate - (filter() ? 0.0 : offset_);
   const double gap = corrected_speed_ - now_.wheels;
   fastest_ = std::max(fastest_ * kLateMemory / (step + kLateMemory), std::abs(wheels - now_.wheels) / step);
   learnNoise(a, variance, step);
@@ -265,8 +260,8 @@ void TractionBelief::roll(double step) {
   const bool keeps = window.time > 0.5 * kWindow && std::abs(window.wheels) < kKept && straight;
   if (!keeps) return;
   // An attitude filter takes it for tilt.
-  if (filter() == nullptr) learnOffset(window, step);
-  for (AttitudeFilter& filter : filters_) filter.tilt -= step / (step + kWindow) * filter.tilt;
+  if (!filter()) learnOffset(window, step);
+  for (AttitudeFilter& filter : filters_) filter.tilt *= keptAfter(step, kWindow);
   // A body that slid behind a filter that may be there says nothing about noise.
   if (std::abs(now_.wheels) < kTurns || surprises(window)) return;
   const double squared = window.error() * window.error() / window.variance;

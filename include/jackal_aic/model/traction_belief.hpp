@@ -31,8 +31,9 @@
 ///     dw/dt = g a            complementary and Mahony: g is the gain [1/s]
 ///     dw/dt = g sign(a)      Madgwick: g is twice gravity times the gain [m/s^3]
 ///
-/// g is learned, for each kind, from wheels that roll; until then it may be anything from 0 to that of the strongest
-/// filter. Rolling is given up only where no possible g explains the prediction error.
+/// g is learned for each kind from wheels that roll, by recursive least squares of D on the integral of w/g, with a
+/// prior. The better kind is believed if it explains D better than no filter does; rolling is given up only if no g of
+/// either kind that is within two standard deviations explains D.
 ///
 /// An instrument of the belief about the speed alone: wheels and commands do not depend on it.
 
@@ -95,22 +96,27 @@ class TractionBelief {
     double body = 0.0;               // integral of a [m/s]
     double variance = 0.0;           // of it [(m/s)^2]
     double turning = 0.0;            // integral of theta_dot^2 [rad^2/s]
-    std::array<double, 2> hidden{};  // integral of w by g, for each kind of filter
+    std::array<double, 2> hidden{};  // integral of w/g, for each kind of filter
   };
 
   /// What changed from a time in the past until now.
   struct Change {
     double time, wheels, body, variance, turning;
     std::array<double, 2> hidden;
+    double unfiltered;                              // D if no filter is there
     double error() const { return wheels - body; }  // D
   };
 
   /// An attitude filter of one kind.
   struct AttitudeFilter {
-    double tilt = 0.0;       // w by g
-    double gain = 0.0;       // g
-    double precision = 0.0;  // of it, beside that of the prior
-    double misfit = 0.0;     // mean square of its prediction error by the bound
+    double gain_deviation;     // of the prior of g
+    double tilt = 0.0;         // w/g
+    double information = 0.0;  // sum of (integral of w/g)^2/sigma^2
+    double evidence = 0.0;     // sum of D (integral of w/g)/sigma^2
+    double misfit = 0.0;       // mean of (D left)^2/sigma^2
+
+    double variance() const { return 1.0 / (information + 1.0 / (gain_deviation * gain_deviation)); }  // of g
+    double gain() const { return variance() * evidence; }                                              // g
   };
 
   /// A mean of a that is being taken.
@@ -131,7 +137,7 @@ class TractionBelief {
   double unknownOffset(double time) const;
   double bound(const Change& change) const;
   bool surprises(const Change& change) const;
-  const AttitudeFilter* filter() const;
+  std::optional<std::size_t> filter() const;
   double hidden(const std::array<double, 2>& by_gain) const;
   bool hiddenByFilter(const Change& window) const;
   void learnFilters(const Change& window, double step);
@@ -151,6 +157,8 @@ class TractionBelief {
   void beginToStand();
   void forgetPast();
 
+  static constexpr double kMahony = 0.75;     // 1/s, standard deviation of g
+  static constexpr double kMadgwick = 2.0;    // m/s^3; that of a gain of 0.1
   static constexpr double kNever = 1e9;       // s
   static constexpr double kSpacing = 0.0199;  // s between two remembered
   static constexpr std::size_t kRemembered = 64;
@@ -168,7 +176,7 @@ class TractionBelief {
   Mean mean_;                      // since the last of these:
   std::array<double, 8> means_{};  // the last means of a, a ring [m/s^2]
   std::size_t newest_mean_ = 0;    // of them
-  std::array<AttitudeFilter, 2> filters_{};
+  std::array<AttitudeFilter, 2> filters_{{{kMahony}, {kMadgwick}}};
   double misfit_ = 0.0;     // of a without a filter
   double jolt_ = 0.0;       // fastest change of the body lately [m/s]
   double fastest_ = 0.0;    // acceleration of the wheels lately, for sensors that are late [m/s^2]
