@@ -52,10 +52,10 @@ constexpr double kSmallerOfTwo =
 constexpr double kMargin = 2.0;  // of the variance of vibration, of which half a second tells little
 constexpr double kMostColoured = 0.6;  // of rho
 // Attitude filters.
-constexpr double kSign = 0.05;          // m/s^2, above which an acceleration has a sign
-constexpr double kFilterMemory = 60.0;  // s
-constexpr double kPossible = 2.0;       // standard deviations of g
-constexpr double kBetter = 0.1;         // misfit by which a filter explains more than none
+constexpr double kSign = 0.025;         // m/s^2, above which an acceleration has a sign
+constexpr double kFilterMemory = 30.0;  // s
+constexpr double kPossible = 3.0;       // standard deviations of g
+constexpr double kBetter = 0.05;        // misfit by which a filter explains more than none
 
 }  // namespace
 

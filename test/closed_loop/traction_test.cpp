@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -34,6 +35,37 @@ const PackageFiles& files() {
   return files;
 }
 
+/// A simulated robot under a drive loop, and the odometry beside it.
+struct Robot {
+  DriveLoop loop;
+  Odometry odometry;
+  JackalPlant plant;
+
+  Robot(const LoopSetup& setup, const DriveParameters& parameters, std::unique_ptr<VelocityController> controller)
+      : loop(parameters, std::move(controller)),
+        odometry(makeOdometry(parameters, loop)),
+        plant(setup.urdf, setup.plant) {}
+
+  /// Hears a set point and what the sensors say. @param sensed may change a measurement; true if there was one.
+  template <class Sensed>
+  bool observe(const SetPoint& set_point, const Sensed& sensed) {
+    loop.setSetPoint(set_point, plant.time());
+    if (!plant.measurement()) return false;
+    Observation y = plant.measurement()->observation();
+    sensed(y);
+    loop.observe(y, plant.time());
+    odometry.observe(asCounted(y, loop));
+    return true;
+  }
+
+  /// Drives for a millisecond.
+  void act() {
+    if (const auto command = loop.advance(plant.time())) plant.command(*command);
+    odometry.advance(loop.command(), 0.001);
+    plant.step();
+  }
+};
+
 /// What a run shows.
 struct Figures {
   double worst_belief = 0.0;      // of the believed forward speed, later than kAfterAStep [m/s]
@@ -51,28 +83,24 @@ Figures drive(const std::string& controller, const std::string& plant_name, doub
   parameters.faults = FaultParameters{};
   parameters.plant_model = monitorModel(files(), plant_name);
   parameters.open_loop_monitored = true;
-  DriveLoop loop(parameters, makeController(setup.drive));
-  Odometry odometry = makeOdometry(parameters, loop);
-  JackalPlant plant(setup.urdf, setup.plant);
+  Robot robot(setup, parameters, makeController(setup.drive));
+  DriveLoop& loop = robot.loop;
+  const JackalPlant& plant = robot.plant;
   const auto* predictive = dynamic_cast<const PredictiveController*>(&loop.controller());
   Figures figures;
   const double end = cycles > 0 ? kStart + 2.0 * kHalfPeriod * cycles : kStart + 5.0;
   double before = 0.0;
-  for (long k = 0; plant.time() < end; ++k, plant.step()) {
+  for (; plant.time() < end; robot.act()) {
     const double now = plant.time();
     const double into = cycles > 0 ? std::fmod(now - kStart + 1e-9, 2.0 * kHalfPeriod) : now - kStart;
     const bool drives = now >= kStart && (cycles == 0 || into < kHalfPeriod);
-    loop.setSetPoint({drives ? speed : 0.0, 0.0, 0.0}, now);
     const double truth = plant.truth().linear_velocity.x();
     const bool near = plant.truth().position.x() > setup.plant.kerb_distance - kNear;  // uneven ground jolts, too
     if (near && !figures.contact && (truth - before) / 0.001 * (speed < 0.0 ? -1.0 : 1.0) < kContact) {
       figures.contact = now;
     }
     before = truth;
-    if (plant.measurement()) {
-      const Observation y = plant.measurement()->observation();
-      loop.observe(y, now);
-      odometry.observe(asCounted(y, loop));
+    if (robot.observe({drives ? speed : 0.0, 0.0, 0.0}, [](Observation&) {})) {
       const Fault fault = loop.status().fault;
       if (fault == Fault::stuck && !figures.stuck) figures.stuck = now;
       const bool remark = fault == Fault::stuck || fault == Fault::wheels_off_model || fault == Fault::turn_off_model;
@@ -82,12 +110,9 @@ Figures drive(const std::string& controller, const std::string& plant_name, doub
           worst = std::max(worst, std::abs(believed - truth));
         };
         if (predictive) grow(figures.worst_belief, predictive->believedVelocity()(kForward));
-        grow(figures.worst_odometry, odometry.motion().forward);
+        grow(figures.worst_odometry, robot.odometry.motion().forward);
       }
     }
-    const auto command = loop.advance(now);
-    if (command) plant.command(*command);
-    odometry.advance(loop.command(), 0.001);
   }
   return figures;
 }
@@ -120,26 +145,19 @@ void cruise(const Cruise& c, AttitudeFilter filter) {
   DriveParameters parameters = setup.drive;
   parameters.faults = FaultParameters{};
   parameters.plant_model = c.identified ? monitorModel(files(), c.plant) : assumedModel(files());
-  DriveLoop loop(parameters, makeController(parameters));
-  Odometry odometry = makeOdometry(parameters, loop);
-  JackalPlant plant(setup.urdf, setup.plant);
+  Robot robot(setup, parameters, makeController(parameters));
   double driven = 0.0, believed = 0.0, last = 0.0;
-  for (; plant.time() < 2.0 * kPeriod; plant.step()) {
-    const double now = plant.time(), into = std::fmod(now, kPeriod);
+  for (; robot.plant.time() < 2.0 * kPeriod; robot.act()) {
+    const double now = robot.plant.time(), into = std::fmod(now, kPeriod);
     const double up = c.acceleration * (into - kUp), down = c.speed - c.acceleration * (into - kDown);
     const double set_point = std::max(0.0, into < kDown ? std::min(c.speed, up) : down);
-    loop.setSetPoint({set_point, 0.0, 0.0}, now);
-    if (plant.measurement()) {
-      Observation y = plant.measurement()->observation();
+    robot.observe({set_point, 0.0, 0.0}, [&](Observation& y) {
       y.acceleration_x = filter.remove(y.acceleration_x, std::min(0.1, y.stamp - std::exchange(last, y.stamp)));
-      loop.observe(y, now);
-      odometry.observe(asCounted(y, loop));
-      ASSERT_EQ(loop.status().fault, Fault::none) << text(loop.status().fault) << " at " << now << " s";
-    }
-    driven += std::abs(plant.truth().linear_velocity.x());
-    believed += std::abs(odometry.motion().forward);
-    if (const auto command = loop.advance(now)) plant.command(*command);
-    odometry.advance(loop.command(), 0.001);
+    });
+    const Fault fault = robot.loop.status().fault;
+    ASSERT_EQ(fault, Fault::none) << text(fault) << " at " << now << " s";
+    driven += std::abs(robot.plant.truth().linear_velocity.x());
+    believed += std::abs(robot.odometry.motion().forward);
   }
   EXPECT_NEAR(believed / driven, 1.0, 0.02);
 }

@@ -33,7 +33,7 @@
 ///
 /// g is learned for each kind from wheels that roll, by recursive least squares of D on the integral of w/g, with a
 /// prior. The better kind is believed if it explains D better than no filter does; rolling is given up only if no g of
-/// either kind that is within two standard deviations explains D.
+/// either kind that is within three standard deviations explains D.
 ///
 /// An instrument of the belief about the speed alone: wheels and commands do not depend on it.
 
