@@ -20,11 +20,11 @@ constexpr double kDelayStep = 0.005;  // s, of the margin
 /// Draws periods of a loop.
 class Adversary {
  public:
-  Adversary(const LinearLoop& loop, const Jitter& jitter)
-      : jitter_(jitter), gains_(loop.irregularGains(jitter.lost_samples + 2).size()) {
+  Adversary(const LinearLoop& loop, const Jitter& jitter) : jitter_(jitter) {
     // A sample may come a period late by its phase, beside those that are lost.
     std::vector<std::optional<Eigen::Vector3d>> gains{std::nullopt};
     for (const Eigen::Vector3d& gain : loop.irregularGains(jitter.lost_samples + 2)) gains.emplace_back(gain);
+    gains_ = static_cast<int>(gains.size()) - 1;
     const double phase = loop.longestPhase() / (kPoints - 1), delay = jitter.extra_delay / (kPoints - 1);
     for (const auto& gain : gains) {
       for (int i = 0; i < kPoints * kPoints; ++i) {
@@ -42,7 +42,7 @@ class Adversary {
       // The last has a sample, so that the sequence may follow on itself.
       const bool loses = lost < jitter_.lost_samples && i + 1 < length && part() < kLoses;
       lost = loses ? lost + 1 : 0;
-      const int gain = loses ? 0 : 1 + below(static_cast<int>(gains_));
+      const int gain = loses ? 0 : 1 + below(gains_);
       product = (maps_[static_cast<std::size_t>((gain * kPoints + point()) * kPoints + point())] * product).eval();
     }
     return std::pow(product.eigenvalues().cwiseAbs().maxCoeff(), 1.0 / length);
@@ -54,7 +54,7 @@ class Adversary {
   int point() { return part() < kAtAnEnd ? (kPoints - 1) * below(2) : below(kPoints); }
 
   Jitter jitter_;
-  std::size_t gains_;
+  int gains_;
   std::vector<MatrixXd> maps_;  // by gain (0: lost), delay and phase
   std::mt19937_64 random_{1};
 };

@@ -10,6 +10,7 @@
 #include <random>
 #include <vector>
 
+#include "ground.hpp"
 #include "jackal_aic/aic/spectral_radius.hpp"
 #include "jackal_aic/predictive/wheel_controller.hpp"
 
@@ -18,15 +19,7 @@ namespace {
 
 using Eigen::MatrixXd;
 
-/// The drive train of config/plant_model.yaml, which is the model too.
-PlantModel ground() {
-  PlantModel model;
-  model.dead_time = 0.08;
-  model.lag = 0.00636;
-  model.velocity_loop_integral = 0.678;
-  return model;
-}
-
+/// The model is the robot.
 LinearLoop groundLoop() { return {PredictiveParameters{}, ground(), ground()}; }
 
 TEST(JitteredMap, IsThePeriodMapWhereNothingJitters) {

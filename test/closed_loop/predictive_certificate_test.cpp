@@ -9,6 +9,7 @@
 #include <sstream>
 #include <tuple>
 
+#include "../certificate/ground.hpp"
 #include "jackal_aic/certificate/certificate.hpp"
 #include "jackal_aic/predictive/predictive_controller.hpp"
 #include "linear_plant.hpp"
@@ -136,14 +137,6 @@ TEST(PredictiveCertificate, AgreesWithEveryRunOnALinearRobot) {
   }
   EXPECT_GT(unstable, compared / 5) << "too few unstable loops to tell";
   EXPECT_LT(unstable, 4 * compared / 5) << "too few stable loops to tell";
-}
-
-PlantModel ground() {
-  PlantModel model;
-  model.dead_time = 0.08;
-  model.lag = 0.00636;
-  model.velocity_loop_integral = 0.678;
-  return model;
 }
 
 /// Unstable if a run is at either end of the phase of the timers.

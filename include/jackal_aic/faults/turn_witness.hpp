@@ -43,8 +43,7 @@ class TurnWitness {
   static constexpr double kUnlikeTyres = 0.03;  ///< part of the forward speed by which unlike tyres turn the robot
 
   /// @param rolling_radius r alpha [m]; @param track b_hat [m]; @param range f.
-  TurnWitness(double rolling_radius, double track, double range)
-      : rolling_radius_(rolling_radius), slope_(rolling_radius / track), range_(range) {}
+  TurnWitness(double rolling_radius, double track, double range) : slope_(rolling_radius / track), range_(range) {}
 
   /// Takes a sample. @param yaw_rate of the gyro, without bias [rad/s]; @param hold for which an encoder holds its
   /// value [s]; @param step since the last sample [s].
@@ -70,7 +69,7 @@ class TurnWitness {
   bool explains(Hypothesis hypothesis) const { return evidence_[hypothesis] < kExplained * evidence_[kAsMeasured]; }
   bool contradiction() const { return evidence_[kAsMeasured] > kLeastError * kLeastError; }
 
-  double rolling_radius_, slope_, range_;
+  double slope_, range_;
   std::array<double, kHypotheses> evidence_{};  // mean squares [(rad/s)^2]
   double asked_ = 0.0;                          // turn by the commands [rad/s]
   double late_ = 0.0;                           // by which it changed within kLate and a hold [rad/s]

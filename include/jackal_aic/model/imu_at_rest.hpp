@@ -43,8 +43,6 @@ class ImuAtRest {
   /// Mean yaw rate at rest [rad/s], if it is more than its noise makes of it; else 0.
   double gyroBias() const { return bias_ * bias_ > kSure * kSure * mean_variance_ ? bias_ : 0.0; }
 
-  double specificForce() const { return force_.norm(); }  ///< mean at rest [m/s^2]; 0 before the robot rested
-
   /// True for an accelerometer that has read something else than gravity at rest.
   bool accelerometerWrong() const { return weighed_ >= kGravityTime && !readsGravity(); }
 
