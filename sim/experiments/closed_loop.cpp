@@ -65,10 +65,6 @@ std::optional<BodyVector> beliefOf(const VelocityController& controller) {
   return controller.hasBelief() ? std::optional(controller.believedVelocity()) : std::nullopt;
 }
 
-std::optional<SensorVariances> variancesOf(const DriveLoop& drive) {
-  return drive.predictive() != nullptr ? std::optional(drive.predictive()->variances()) : std::nullopt;
-}
-
 }  // namespace
 
 DriveParameters uninterrupted() {
@@ -175,7 +171,7 @@ std::vector<Sample> runClosedLoop(JackalPlant& plant, DriveLoop& drive, const Se
     }
     const BodyVector velocity = trueVelocity(plant.truth(), support, kinematics);
     samples.push_back({now, set_point, velocity(kForward), velocity(kYaw), measured(kForward), measured(kYaw),
-                       beliefOf(drive.controller()), command, observation, variancesOf(drive)});
+                       beliefOf(drive.controller()), command, observation});
   }
   return samples;
 }

@@ -81,16 +81,15 @@ inline constexpr double kRestTime = 0.5;
 
 /// State of the loop after one step of the plant. Speeds of the body are in base_link.
 struct Sample {
-  double time;                               ///< [s]
-  SetPoint set_point;                        ///< in force
-  double velocity;                           ///< true forward speed [m/s]; on the box from the true wheel speeds
-  double yaw_rate;                           ///< true yaw rate [rad/s]; on the box from the true wheel speeds
-  double measured_velocity;                  ///< from the last encoder sample, r (omega_L + omega_R)/2 [m/s]
-  double measured_yaw_rate;                  ///< last gyro sample [rad/s]
-  std::optional<BodyVector> belief;          ///< of the controller
-  WheelCommand command;                      ///< last command [rad/s]
-  std::optional<Observation> observation;    ///< that the controller took in this step
-  std::optional<SensorVariances> variances;  ///< that a predictive controller believes its sensors to have
+  double time;                             ///< [s]
+  SetPoint set_point;                      ///< in force
+  double velocity;                         ///< true forward speed [m/s]; on the box from the true wheel speeds
+  double yaw_rate;                         ///< true yaw rate [rad/s]; on the box from the true wheel speeds
+  double measured_velocity;                ///< from the last encoder sample, r (omega_L + omega_R)/2 [m/s]
+  double measured_yaw_rate;                ///< last gyro sample [rad/s]
+  std::optional<BodyVector> belief;        ///< of the controller
+  WheelCommand command;                    ///< last command [rad/s]
+  std::optional<Observation> observation;  ///< that the controller took in this step
 };
 
 /// How the timers of the loop stand to each other. YAML prefix `loop`.

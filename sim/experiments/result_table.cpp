@@ -52,11 +52,6 @@ const Column kColumns[] = {
     {"belief_rms_radps", [](const ResultRow& row) { return number(row.belief_rms_radps); }},
     {"belief_bias_pct", [](const ResultRow& row) { return number(row.belief_bias_pct); }},
     {"effective_track", [](const ResultRow& row) { return number(row.effective_track); }},
-    {"slip_alpha", [](const ResultRow& row) { return number(row.slip_alpha); }},
-    {"wheel_left_ratio", [](const ResultRow& row) { return number(row.wheel_left_ratio); }},
-    {"wheel_right_ratio", [](const ResultRow& row) { return number(row.wheel_right_ratio); }},
-    {"gyro_ratio", [](const ResultRow& row) { return number(row.gyro_ratio); }},
-    {"accelerometer_ratio", [](const ResultRow& row) { return number(row.accelerometer_ratio); }},
 };
 
 }  // namespace
@@ -98,37 +93,6 @@ void describeErrors(const std::vector<Sample>& samples, const SetPointProfile& p
   row.belief_bias_pct = beliefBias(samples, profile);
 }
 
-namespace {
-
-SensorVariances meanOfSecondHalf(const std::vector<Sample>& samples) {
-  Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-  const std::size_t first = samples.size() / 2;
-  for (std::size_t i = first; i < samples.size(); ++i) {
-    const SensorVariances& v = *samples[i].variances;
-    sum += Eigen::Vector4d(v.wheel_left, v.wheel_right, v.gyro, v.accelerometer);
-  }
-  sum /= static_cast<double>(samples.size() - first);
-  return {sum(0), sum(1), sum(2), sum(3)};
-}
-
-}  // namespace
-
-void describeLearned(const SlipState& slip, const std::vector<Sample>& samples, const PlantParameters& plant,
-                     ResultRow& row) {
-  row.effective_track = slip.effective_track;
-  row.slip_alpha = slip.slip_factor;
-  const SensorVariances variances = meanOfSecondHalf(samples);
-  const auto ratio = [&](double variance, double deviation) -> std::optional<double> {
-    const double truth = plant.noise_scale * deviation;
-    if (truth == 0.0) return std::nullopt;
-    return variance / (truth * truth);
-  };
-  row.wheel_left_ratio = ratio(variances.wheel_left, plant.encoder_noise);
-  row.wheel_right_ratio = ratio(variances.wheel_right, plant.encoder_noise);
-  row.gyro_ratio = ratio(variances.gyro, plant.gyro_noise);
-  row.accelerometer_ratio = ratio(variances.accelerometer, plant.accelerometer_noise);
-}
-
 RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile) {
   JackalPlant plant(setup.urdf, setup.plant);
   DriveLoop drive = makeLoop(setup);
@@ -148,7 +112,7 @@ RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile) {
     result.row.action_hz = std::get<DifferentialDriveParameters>(setup.drive.controller).rate;
   }
   if (const PredictiveController* predictive = drive.predictive()) {
-    describeLearned(predictive->learned().slip, result.samples, setup.plant, result.row);
+    result.row.effective_track = predictive->effectiveTrack();
   }
   describeStep(profile, result.row);
   const ResponseMetrics metrics = assess(result.samples, profile);

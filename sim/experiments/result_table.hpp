@@ -41,12 +41,6 @@ struct ResultRow {
   std::optional<double> belief_rms_radps;    ///< believed against true yaw rate [rad/s]
   std::optional<double> belief_bias_pct;     ///< mean error of the belief at the end [% of the set point]
   std::optional<double> effective_track;     ///< believed b_hat at the end [m]
-  std::optional<double> slip_alpha;          ///< believed alpha at the end
-  std::optional<double>
-      wheel_left_ratio;  ///< believed variance of the left wheel speeds, mean of the second half of the run / true
-  std::optional<double> wheel_right_ratio;    ///< of the right wheel speeds
-  std::optional<double> gyro_ratio;           ///< of the yaw rate
-  std::optional<double> accelerometer_ratio;  ///< of the forward acceleration
 };
 
 /// The result of one run: its row and the samples behind it.
@@ -66,11 +60,6 @@ void describeResponse(const ResponseMetrics& metrics, ResultRow& row);
 
 /// Fills the columns of the errors over the run.
 void describeErrors(const std::vector<Sample>& samples, const SetPointProfile& profile, ResultRow& row);
-
-/// Fills the columns of what a predictive controller learned. @param slip at the end; @param samples of the run; @param
-/// plant whose noise is the truth.
-void describeLearned(const SlipState& slip, const std::vector<Sample>& samples, const PlantParameters& plant,
-                     ResultRow& row);
 
 /// Builds the loop of a setup, runs it along a profile and assesses it.
 RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile);

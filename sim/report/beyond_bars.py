@@ -1,7 +1,6 @@
 """The bars of the predictive controller: what was asked for (sim/experiments/acceptance.yaml), and what the experiments reached."""
 
 
-CHANNEL_RATIOS = ('wheel_left_ratio', 'wheel_right_ratio', 'gyro_ratio', 'accelerometer_ratio')  # believed / true variance
 
 
 def runs_of(results, name, controller='predictive'):
@@ -106,12 +105,6 @@ def as_good_as_kalman(column, unit):
     return judge
 
 
-def precisions_found(results):
-    learned = [run for run in runs_of(results, 'learned_precision') if run.label.endswith('learned')]
-    ratios = [run[column] for run in learned for column in CHANNEL_RATIOS]
-    return all(abs(ratio - 1.0) <= results.bars['learned_precision']['relative_error'] for ratio in ratios), f'{min(ratios):.2f} to {max(ratios):.2f} times the true variance'
-
-
 # Experiment, what was asked for with the bars of the experiment in braces, function of the results that tells (met, what was reached).
 BARS = [
     ('predictive_steps', 'settles in at most {settling_over_open_loop:.2f} times the differential drive\'s time, at 0.1, 0.3, 0.5, 1 m/s, '
@@ -133,5 +126,4 @@ BARS = [
      as_good_as_kalman('belief_rms_mps', 'forward speed')),
     ('belief_accuracy', 'belief of the yaw rate at most {error_over_kalman_filter:g} times the Kalman filter\'s RMS',
      as_good_as_kalman('belief_rms_radps', 'yaw rate')),
-    ('learned_precision', 'learned variance of each channel within {relative_error:.0%} of the true one', precisions_found),
 ]

@@ -41,10 +41,7 @@ void visitGains(Parameters& gains, PredictiveGainsConfig& config, const Visit& v
   visit("yaw_process_noise", gains.yaw_process_noise, config.yaw_process_noise);
   visit("disturbance_process_noise", gains.disturbance_process_noise, config.disturbance_process_noise);
   visit("dead_time_deviation", gains.dead_time_deviation, config.dead_time_deviation);
-  visit("learn_precision", gains.learn_precision, config.learn_precision);
-  visit("precision_time_constant", gains.precision_time_constant, config.precision_time_constant);
   visit("learn_track", gains.learn_track, config.learn_track);
-  visit("learn_slip_factor", gains.learn_slip_factor, config.learn_slip_factor);
   visit("learn_drive_train", gains.learn_drive_train, config.learn_drive_train);
   visit("slip_time_constant", gains.slip_time_constant, config.slip_time_constant);
   visit("yaw_delay_deviation", gains.yaw_delay_deviation, config.yaw_delay_deviation);

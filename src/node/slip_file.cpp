@@ -21,7 +21,7 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kRounding = 1.0 + 1e-6;  // a bound is read again in spite of it
-constexpr double kAlphaRange = SlipBelief::kAlphaRange * kRounding;
+constexpr double kAlphaRange = 2.0 * kRounding;
 constexpr double kTurnRange = 4.0 * kRounding;  // the widest robot.track_range; the belief keeps to that of the robot
 
 constexpr std::size_t kCoefficients = 4;
@@ -40,7 +40,7 @@ template <class Visitor>
 void describeFields(Visitor& v, BoundedSlip& p) {
   const double alpha = p.configured.slip_factor;
   v.field("slip_factor", p.slip.slip_factor, {alpha / kAlphaRange, alpha * kAlphaRange}, "", Presence::required);
-  // The belief bounds alpha and the ratio alpha / b_hat.
+  // The belief bounds the ratio alpha / b_hat.
   const double track = p.configured.effective_track * p.slip.slip_factor / alpha;
   v.field("effective_track", p.slip.effective_track, {track / kTurnRange, track * kTurnRange}, "m", Presence::required);
   v.field("turn_coefficients", p.turn_coefficients, {-kLargest, kLargest}, kCoefficients, "", Presence::optional);

@@ -18,6 +18,25 @@ YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
   return {p.gyro_variance, p.yaw_process_noise, p.yaw_delay_deviation};
 }
 
+SlipLearning slipLearning(const PredictiveParameters& p, double range) {
+  return {p.gyro_variance, p.slip_time_constant, p.yaw_delay_deviation, p.slip_excitation, range};
+}
+
+SlipBelief slipBeliefOf(const PredictiveParameters& p, const GeometryParameters& geometry, const PlantModel& model) {
+  return SlipBelief({geometryOf(model, geometry).effective_track, geometry.slip_factor}, geometry.wheel_radius,
+                    slipLearning(p, geometry.track_range));
+}
+
+WheelDifference difference(const Observation& y, const WheelBelief& left, const WheelBelief& right) {
+  const double difference = right.speed() - left.speed(), mean = 0.5 * (left.speed() + right.speed());
+  return {difference,
+          right.speedVariance() + left.speedVariance(),
+          right.acceleration() - left.acceleration(),
+          y.wheel_right - y.wheel_left - difference,
+          mean,
+          0.5 * (y.wheel_left + y.wheel_right) - mean};
+}
+
 PredictiveParameters validated(const PredictiveParameters& parameters) {
   validate(parameters);
   return parameters;
@@ -56,7 +75,7 @@ PredictiveController::PredictiveController(const PredictiveParameters& parameter
       right_(left_),
       yaw_(yawParameters(parameters)),
       traction_(parameters.turning_centre),
-      learning_(parameters, geometry, model),
+      slip_(slipBeliefOf(parameters, geometry, model)),
       drive_train_(model, geometry.wheel_radius, parameters.wheel_variance),
       uncertainty_(uncertaintyOf(geometry, model)) {}
 
@@ -75,13 +94,21 @@ SampleVerdict PredictiveController::observe(const Observation& observation) {
   if (observed_ && !model_.on_box) correctForwardSpeed(observation_);
   const bool first = !started_;
   observation_step_ = first ? 0.0 : observation.stamp - observation_.stamp;
-  if (!first) learning_.observe(observation, left(), right(), observation_step_);
+  if (!first) learnTurn(observation);
   observation_ = observation;
   believeMissing(observation_);
   observed_ = started_ = true;
   if (!first) return SampleVerdict::accepted;
   start();
   return SampleVerdict::restarted;
+}
+
+/// Against the beliefs that have not taken the measurement yet.
+void PredictiveController::learnTurn(const Observation& y) {
+  // On a box the gyro does not notice the wheels.
+  if (!parameters_.learn_track || frozen_ || shaken_ || model_.on_box) return;
+  if (!y.valid.wheel_left || !y.valid.wheel_right || !y.valid.yaw_rate) return;
+  slip_.learnTrack(y.yaw_rate, difference(y, left(), right()), observation_step_);
 }
 
 void PredictiveController::believeMissing(Observation& y) const {
@@ -108,7 +135,6 @@ void PredictiveController::predict() {
   yaw_.predict(
       slipBelief().yawAcceleration({left().speed(), right().speed()}, {left().acceleration(), right().acceleration()}),
       WheelBelief::kStep);
-  learning_.predict(left(), right());
   traction_.predict(WheelBelief::kStep);
   uncertainty_.predict(left().acceleration(), right().acceleration(), WheelBelief::kStep);
 }
@@ -124,8 +150,6 @@ void PredictiveController::correct(const Observation& y) {
     uncertainty_.learnTurn(y.yaw_rate, slipBelief().usualYawRate(left().speed(), right().speed()), observation_step_);
   }
   if (!model_.on_box) correctForwardSpeed(y);
-  learning_.correct(y, left(), right(), observation_step_);
-  trust(learning_.variances());
   learnDriveTrain(y);
 }
 
@@ -142,7 +166,6 @@ void PredictiveController::setTiming(const DriveTrainTiming& timing) {
   model_.acceleration_limit = timing.acceleration_limit;
   left_.setDriveTrain(model_, geometry_.wheel_radius);
   right_.setDriveTrain(model_, geometry_.wheel_radius);
-  learning_.setDeadTime(timing.dead_time);
 }
 
 /// Whether the ground takes what a turn needs of the motors, or did of late.
@@ -187,7 +210,7 @@ double PredictiveController::standInVariance() const {
   // omega_L = omega_R - theta_dot / slope, where theta_dot comes late by the yaw's delay
   const double slope = slipBelief().yawPerDifference(left().speed(), right().speed());
   const double late = parameters_.yaw_delay_deviation * (right().acceleration() - left().acceleration());
-  return learning_.variances().gyro / (slope * slope) + late * late;
+  return parameters_.gyro_variance / (slope * slope) + late * late;
 }
 
 double PredictiveController::correctYawRate(const Observation& y) {
@@ -204,20 +227,13 @@ void PredictiveController::correctForwardSpeed(const Observation& y) {
   if (!y.valid.acceleration) return traction_.miss(wheels, observation_step_);
   // The accelerometer as it comes: the offset learned while the wheels rest is that of a robot that may still slide on
   // locked wheels. The wheels as they are measured: they need not do what the model says.
-  traction_.correct(wheels, y.acceleration_x, learning_.variances().accelerometer, yaw_.yawRate(), observation_step_);
-}
-
-void PredictiveController::trust(const SensorVariances& variances) {
-  left_.setMeasurementVariance(variances.wheel_left);
-  right_.setMeasurementVariance(variances.wheel_right);
-  yaw_.setGyroVariance(variances.gyro);
+  traction_.correct(wheels, y.acceleration_x, parameters_.accelerometer_variance, yaw_.yawRate(), observation_step_);
 }
 
 // ---- act
 
 WheelCommand PredictiveController::updateAction() {
   if (!started_) return action();
-  learning_.watchPath({left_.path().speed(), right_.path().speed()});
   const WheelVector input = inputs();
   left_.act(input(0));
   right_.act(input(1));
@@ -272,13 +288,13 @@ void PredictiveController::adoptGains(const PredictiveParameters& parameters) {
   right_.setParameters(parameters);
   yaw_.setParameters(yawParameters(parameters));
   traction_.setTurningCentre(parameters.turning_centre);
-  learning_.setParameters(parameters, left(), right());
+  slip_.setLearning(slipLearning(parameters, geometry_.track_range));
   drive_train_.setWheelVariance(parameters.wheel_variance);
   if (!learnsDriveTrain()) drive_train_.forgetMotion();
 }
 
 void PredictiveController::freezeLearning(bool frozen) {
-  learning_.freeze(frozen);
+  frozen_ = frozen;
   if (!learnsDriveTrain()) drive_train_.forgetMotion();
 }
 
@@ -296,7 +312,6 @@ void PredictiveController::restart() {
   yaw_.reset(model_.on_box ? slipBelief().yawRate(observation_.wheel_left, observation_.wheel_right)
                            : observation_.yaw_rate);
   traction_.restart();
-  learning_.restart(left(), right());
   drive_train_.forgetMotion();
   uncertainty_.forgetMotion();
 }
@@ -308,10 +323,8 @@ void PredictiveController::reset() {
   observed_ = started_ = false;
   set_point_ = {};
   standstill_ = {};
-  const bool frozen = learning_.frozen();
-  learning_ = ModelLearning(parameters_, geometry_, model_);
-  learning_.freeze(frozen);
-  trust(learning_.variances());
+  slip_ = slipBeliefOf(parameters_, geometry_, model_);
+  shaken_ = false;
   traction_ = TractionBelief(parameters_.turning_centre);
   uncertainty_ = uncertaintyOf(geometry_, model_);
   free_energy_ = turning_ = 0.0;
@@ -320,12 +333,12 @@ void PredictiveController::reset() {
 }
 
 void PredictiveController::forgetMotion() {
-  const SlipBelief learned = slipBelief();
+  const SlipBelief slip = slip_;
   const DriveTrainLearning drive_train = drive_train_;
   const TractionBelief traction = traction_;
   const MotionUncertainty uncertainty = uncertainty_;
   reset();
-  learning_.takeOver(learned);
+  slip_ = slip;
   drive_train_ = drive_train;
   drive_train_.forgetMotion();
   setTiming(drive_train_.timing());
@@ -343,7 +356,7 @@ void PredictiveController::setLearned(const LearnedModel& learned) {
     requireNotNegative("lag", learned.timing->lag, "s");
     requireNotNegative("acceleration_limit", learned.timing->acceleration_limit, "m/s^2");
   }
-  learning_.setSlip(learned.slip);
+  slip_.setState(learned.slip);
   if (!learned.timing) return;
   drive_train_.setTiming({std::min(learned.timing->dead_time, kLongestTiming.dead_time),
                           std::min(learned.timing->lag, kLongestTiming.lag),
@@ -373,11 +386,8 @@ WheelVector PredictiveController::changeAhead() const {
 
 Eigen::Matrix2d PredictiveController::motionCovariance() const {
   // x_dot = r alpha (w_L + w_R)/2; the yaw rate is a belief of its own, which the wheels only move.
-  const double r = geometry_.wheel_radius;
-  const double per_wheel = 0.5 * r * slipBelief().slipFactor();
-  const double mean = 0.5 * (left().speed() + right().speed());
+  const double per_wheel = 0.5 * geometry_.wheel_radius * slipBelief().slipFactor();
   double forward = per_wheel * per_wheel * (left().speedVariance() + right().speedVariance());
-  forward += r * r * mean * mean * learning_.slipFactorVariance();
   forward += traction_.variance();
   const BodyVector velocity = believedVelocity();
   const WheelVector ahead = changeAhead();

@@ -8,26 +8,18 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kDeviation = 0.05;    // of the configured values, relative: how much they are trusted at first
-constexpr double kCertainTurn = 5.0;   // least difference of the wheel speeds to learn from, standard deviations of it
-constexpr double kErrorMemory = 1.0;   // over which the error of the believed difference is averaged [s]
-constexpr double kUsual = 9.0;         // mean squares of that error, up to which it is the encoders' noise
-constexpr double kBodyComes = 2.0;     // deviations of the yaw's delay, in which the body comes after its wheels
-constexpr double kWashout = 0.5;       // T of the filter of speed changes [s]
-constexpr double kAlphaMemory = 5.0;   // excited time over which alpha is averaged [s]
-constexpr double kSpeedChange = 0.1;   // least |r W| to learn alpha from [m/s]
-constexpr double kStraight = 0.5;      // largest difference of the wheel speeds while alpha is learned [rad/s]
-constexpr double kStandstill = 0.15;   // wheel speeds below which the robot is taken to rest [rad/s]
-constexpr double kOffsetMemory = 1.0;  // of the accelerometer's offset [s]
-constexpr double kLongestMissed = kWashout + 2.0 * kOffsetMemory;  // without an acceleration, that is counted [s]
+constexpr double kDeviation = 0.05;   // of the configured turn, relative: how much it is trusted at first
+constexpr double kCertainTurn = 5.0;  // least difference of the wheel speeds to learn from, standard deviations of it
+constexpr double kErrorMemory = 1.0;  // over which the error of the believed difference is averaged [s]
+constexpr double kUsual = 9.0;        // mean squares of that error, up to which it is the encoders' noise
+constexpr double kBodyComes = 2.0;    // deviations of the yaw's delay, in which the body comes after its wheels
+constexpr double kStandstill = 0.15;  // wheel speeds below which the robot is taken to rest [rad/s]
 
 /// One step of the natural gradient of 1/2 (y - parameter x)^2 / variance, with a curvature that forgets.
 double descend(double parameter, double& curvature, double y, double x, double variance, double forgetting) {
   curvature = curvature * forgetting + x * x / variance;
   return parameter + x * (y - parameter * x) / (variance * curvature);
 }
-
-double curvatureOf(double value) { return 1.0 / (kDeviation * value * kDeviation * value); }
 
 }  // namespace
 
@@ -36,15 +28,9 @@ SlipBelief::SlipBelief(const SlipState& configured, double wheel_radius, const S
       radius_(wheel_radius),
       learning_(learning),
       turn_(configured.slip_factor / configured.effective_track, learning.range),
-      alpha_(configured.slip_factor),
-      correction_curvature_(curvatureOf(1.0)),
-      alpha_curvature_(curvatureOf(alpha_)),
+      correction_curvature_(1.0 / (kDeviation * kDeviation)),
       kept_{turn_, correction_},
       recent_(kept_) {}
-
-double SlipBelief::boundedAlpha(double alpha) const {
-  return std::clamp(alpha, configured_.slip_factor / kAlphaRange, configured_.slip_factor * kAlphaRange);
-}
 
 double SlipBelief::boundedCorrection(double correction) const {
   return turn_.bounded(correction * turn_.inPlace()) / turn_.inPlace();  // q = g q_1 stays within the range of q_1
@@ -54,14 +40,8 @@ void SlipBelief::setState(const SlipState& state) {
   TurnModel turn(configured_.slip_factor / configured_.effective_track, learning_.range);
   if (state.turn) turn.setCoefficients(*state.turn);
   turn_ = turn;
-  alpha_ = boundedAlpha(state.slip_factor);
   correction_ = boundedCorrection(state.slip_factor / (state.effective_track * turn_.inPlace()));
   kept_ = recent_ = {turn_, correction_};
-}
-
-void SlipBelief::forgetMotion() {
-  started_ = false;
-  by_wheels_ = by_accelerometer_ = 0.0;
 }
 
 // ---- the turn
@@ -90,7 +70,7 @@ double SlipBelief::wheelDifference(double yaw_rate, double mean) const {
 }
 
 WheelCommand SlipBelief::wheelSpeeds(double forward, double yaw_rate) const {
-  const double mean = forward / (radius_ * alpha_);
+  const double mean = forward / (radius_ * slipFactor());
   const double half_difference = 0.5 * wheelDifference(yaw_rate, mean);
   return {mean - half_difference, mean + half_difference};
 }
@@ -109,7 +89,6 @@ double SlipBelief::changeOf(const WheelDifference& n, double step) {
 }
 
 void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double step) {
-  track_gain_ = 0.0;
   const double left = n.mean - 0.5 * n.value, right = n.mean + 0.5 * n.value;
   const double late = yawPerDifference(left, right) * changeOf(n, step);
   if (!agrees(yaw_rate, radius_ * (n.value + n.error), radius_ * (n.mean + n.mean_error), step)) return;
@@ -122,7 +101,6 @@ void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double st
   const double variance = learning_.gyro_variance + slope * slope * (n.variance + surprise) + late * late;
   const double forgetting = keptAfter(step, learning_.memory);
   correction_ = boundedCorrection(descend(correction_, correction_curvature_, yaw_rate, f, variance, forgetting));
-  track_gain_ = f * f / (variance * correction_curvature_);
 }
 
 /// In a turn by the mean of a second: single samples of a gyro that is wrong agree by their noise.
@@ -158,41 +136,6 @@ void SlipBelief::learnTurn(double yaw_rate, const WheelDifference& n, double var
   const double after = turn_.yawRate(x, v);
   // What f learns of this turn is taken out of g.
   if (turn && before * after > 0.0) correction_ = boundedCorrection(correction_ * before / after);
-}
-
-void SlipBelief::observeAcceleration(double acceleration, double left, double right, double step) {
-  const double mean = 0.5 * (left + right);
-  const bool first = !started_ || step > kWashout;
-  const double wheel_change = radius_ * (mean - mean_speed_);
-  const double body_change = step * (acceleration - offset_);
-  mean_speed_ = mean;
-  difference_ = right - left;
-  step_ = step;
-  started_ = true;
-  if (first || std::max(std::abs(left), std::abs(right)) < kStandstill) {
-    if (!first) average(offset_, acceleration, step, kOffsetMemory);
-    if (!first) missed_ = std::max(0.0, missed_ - step);
-    by_wheels_ = by_accelerometer_ = 0.0;
-    return;
-  }
-  if (missed_ <= kWashout) missed_ = 0.0;
-  const double washout = keptAfter(step, kWashout);
-  by_wheels_ = washout * by_wheels_ + wheel_change;
-  by_accelerometer_ = washout * by_accelerometer_ + body_change;
-}
-
-void SlipBelief::missAcceleration(double step) {
-  forgetMotion();
-  missed_ = std::min(missed_ + step, kLongestMissed);
-}
-
-void SlipBelief::learnAlpha() {
-  if (missed_ > kWashout) return;  // what comes back after long may have another offset, until the robot has rested
-  if (std::abs(by_wheels_) < kSpeedChange || std::abs(difference_) > kStraight) return;
-  // The filter makes the errors of A equal over T: as a constant error of that size they are weighted, not as white.
-  const double variance = 0.5 * learning_.accelerometer_variance * kWashout * kWashout;
-  alpha_ = boundedAlpha(
-      descend(alpha_, alpha_curvature_, by_accelerometer_, by_wheels_, variance, keptAfter(step_, kAlphaMemory)));
 }
 
 }  // namespace jackal_aic

@@ -187,31 +187,6 @@ TEST(Predictive, BelievesTheTruthAsWellAsAKalmanFilter) {
   }
 }
 
-TEST(Predictive, FindsTheNoiseOfEachChannel) {
-  const auto all = rows(comparisonRuns(files(), experiment("learned_precision", {"predictive"})));
-  const auto learned = [](const ResultRow& row) { return row.label.find("learned") != std::string::npos; };
-  for (const ResultRow& row : only(all, 2u * 2u, learned)) {
-    EXPECT_NEAR(*row.wheel_left_ratio, 1.0, bar("learned_precision.relative_error")) << nameOf(row);
-    EXPECT_NEAR(*row.wheel_right_ratio, 1.0, bar("learned_precision.relative_error")) << nameOf(row);
-    EXPECT_NEAR(*row.gyro_ratio, 1.0, bar("learned_precision.relative_error")) << nameOf(row);
-    EXPECT_NEAR(*row.accelerometer_ratio, 1.0, bar("learned_precision.relative_error")) << nameOf(row);
-  }
-}
-
-TEST(Predictive, LearnsTheSlipFromTheAccelerometerAlone) {
-  const auto all = rows(comparisonRuns(files(), experiment("accelerometer", {"predictive"})));
-  ASSERT_EQ(all.size(), 6u);
-  int misconfigured = 0;
-  for (std::size_t i = 0; i < all.size(); i += 2) {
-    const ResultRow &without = all[i], &with = all[i + 1];
-    EXPECT_NEAR(*with.slip_alpha, 1.0, 0.05) << nameOf(with);
-    if (std::abs(*without.slip_alpha - 1.0) <= 0.1) continue;
-    ++misconfigured;
-    EXPECT_LT(*with.belief_rms_mps, 0.5 * *without.belief_rms_mps) << nameOf(with);
-  }
-  EXPECT_EQ(misconfigured, 2);
-}
-
 struct Files {
   const char* plant;
   const char* model;

@@ -98,40 +98,5 @@ TEST(Slip, AWrongTrackLeavesTheStraightLineAlone) {
   EXPECT_NEAR(wrong.drive({0.5, 0.0, 0.0}, 3.0).forward, right.drive({0.5, 0.0, 0.0}, 3.0).forward, 1e-6);
 }
 
-TEST(Slip, AlphaIsFoundByTheAccelerometerWhereTheWheelsAreSmallerThanConfigured) {
-  // A robot whose wheels carry it less far than configured by a factor has that factor as its alpha.
-  PredictiveParameters learning = PredictiveLoop::preset();
-  learning.learn_slip_factor = true;
-  for (double alpha : {0.8, 1.0, 1.2}) {
-    GeometryParameters geometry;
-    geometry.wheel_radius = 0.098 / alpha;
-    PredictiveLoop loop(geometry, learning);
-    loop.drive({}, 2.0);
-    Motion motion;
-    for (int i = 0; i < 4; ++i) {
-      motion = loop.drive({0.8, 0.0, 0.0}, 3.0);
-      loop.drive({}, 2.0);
-    }
-    EXPECT_NEAR(loop.controller.learned().slip.slip_factor, alpha, 0.03 * alpha);
-    EXPECT_NEAR(motion.forward, 0.8, 0.03 * 0.8);
-  }
-}
-
-TEST(Slip, ASlopeIsNotTakenForAlphaWhenTheRobotTurnsRoundOnIt) {
-  // Without its attitude the accelerometer would read 0.85 m/s^2 more at rest uphill than when driving downhill.
-  PredictiveParameters learning = PredictiveLoop::preset();
-  learning.learn_slip_factor = true;
-  PlantParameters robot = PredictiveLoop::ground();
-  robot.slope = 5.0;
-  PredictiveLoop loop({}, learning, robot);
-  loop.drive({}, 2.0);
-  loop.drive({0.3, 0.0, 0.8}, 3.9);
-  for (int i = 0; i < 3; ++i) {
-    loop.drive({1.0, 0.0, 0.0}, 2.0);
-    loop.drive({0.3, 0.0, 0.0}, 2.0);
-  }
-  EXPECT_NEAR(loop.controller.learned().slip.slip_factor, 1.0, 0.03);
-}
-
 }  // namespace
 }  // namespace jackal_aic::sim

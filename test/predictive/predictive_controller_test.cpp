@@ -253,27 +253,6 @@ TEST(PredictiveController, AGyroThatAJoltShakesIsBelievedAndTeachesNoSlip) {
   EXPECT_NEAR(controller.effectiveTrack(), 0.7, 0.007);
 }
 
-TEST(PredictiveController, AnAccelerationThatWasNotMeasuredTeachesNoSlipFactor) {
-  PredictiveParameters parameters;
-  parameters.learn_slip_factor = true;
-  PredictiveController controller(parameters, GeometryParameters{}, PlantModel{});
-  Observation y;
-  const auto drive = [&](int samples, double change, bool measured) {
-    for (int k = 0; k < samples; ++k) {
-      y.stamp += 0.02;
-      y.wheel_left = y.wheel_right += change;
-      y.acceleration_x = 0.098 * change / 0.02;
-      y.valid.acceleration = measured;
-      controller.observe(y);
-      for (int i = 0; i < 20; ++i) controller.updateBelief();
-    }
-    return controller.slipBelief().slipFactor();
-  };
-  const double before = drive(100, 0.0, true);
-  drive(50, 0.2, false);
-  EXPECT_EQ(drive(50, 0.0, true), before);
-}
-
 TEST(PredictiveController, RefusesWhatIsNotFiniteOrNotLater) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   PredictiveController controller({}, {}, driveTrain());
@@ -388,21 +367,6 @@ TEST(PredictiveController, OtherGainsTakeOverWithoutAJump) {
   changed.setSetPoint({1.0, 0.0, 0.5});
   same.setSetPoint({1.0, 0.0, 0.5});
   EXPECT_LT(changed.updateAction().left, same.updateAction().left - 0.5) << "the slower reference is in force";
-}
-
-TEST(PredictiveController, PrecisionsAreLearnedFromWhenThatIsSwitchedOn) {
-  PredictiveParameters learning;
-  learning.learn_precision = true;
-  PredictiveController controller({}, {}, driveTrain());
-  Robot robot(driveTrain(), 0.5621);
-  robot.noise = 0.06;
-  controller.setSetPoint({0.5, 0.0, 0.0});
-  robot.drive(controller, {}, 5.0);
-  EXPECT_EQ(controller.variances().wheel_left, learning.wheel_variance);
-  controller.adoptGains(learning);
-  robot.drive(controller, learning, 60.0);
-  EXPECT_NEAR(controller.variances().wheel_left, 3.6e-3, 0.25 * 3.6e-3);
-  EXPECT_NEAR(controller.variances().wheel_right, 3.6e-3, 0.25 * 3.6e-3);
 }
 
 TEST(PredictiveController, RefusedGainsChangeNothing) {

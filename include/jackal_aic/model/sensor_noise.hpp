@@ -7,8 +7,8 @@
 
 namespace jackal_aic {
 
-/// Variances Sigma_y of the measurements. YAML prefix `sensors`. The predictive controller weighs by them (and may
-/// learn them); for the fault detection they are the least that it reckons with.
+/// Variances Sigma_y of the measurements. YAML prefix `sensors`. The predictive controller weighs by
+/// them; for the fault detection they are the least that it reckons with.
 struct SensorNoise {
   double wheel_variance = 9e-4;            ///< of a measured wheel speed [(rad/s)^2]
   double gyro_variance = 2.5e-5;           ///< of the measured yaw rate [(rad/s)^2]

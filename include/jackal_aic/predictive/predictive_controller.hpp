@@ -5,7 +5,7 @@
 ///
 ///     sense    each wheel speed against its prediction from the commands really applied          (wheel_belief.hpp)
 ///     believe  speed and input disturbance of each wheel, yaw rate, by the gradient of one free energy
-///     learn    effective track, slip, precisions, by the same free energy                        (model_learning.hpp)
+///     learn    effective track, by the free energy of the gyro                                      (slip_belief.hpp)
 ///              dead time, lag and acceleration limit of the drive train                    (drive_train_learning.hpp)
 ///     act      da/dt descends 1/2 eps_a^2 / Sigma_a with eps_a = gain a + d - w*, so that the disturbance is cancelled
 ///              and the wheel's own dynamics become the reference dynamics                     (wheel_controller.hpp)
@@ -28,9 +28,9 @@
 #include "jackal_aic/model/types.hpp"
 #include "jackal_aic/predictive/drive_train_learning.hpp"
 #include "jackal_aic/predictive/learned_model.hpp"
-#include "jackal_aic/predictive/model_learning.hpp"
 #include "jackal_aic/predictive/motion_uncertainty.hpp"
 #include "jackal_aic/predictive/predictive_parameters.hpp"
+#include "jackal_aic/predictive/slip_belief.hpp"
 #include "jackal_aic/predictive/wheel_controller.hpp"
 #include "jackal_aic/predictive/yaw_rate_belief.hpp"
 
@@ -103,25 +103,22 @@ class PredictiveController : public VelocityController {
   LearnedModel learned() const { return {slipBelief().state(), drive_train_.timing()}; }
 
   /// How the body follows the wheels, as it is believed.
-  const SlipBelief& slipBelief() const { return learning_.slip(); }
+  const SlipBelief& slipBelief() const { return slip_; }
 
   /// Goes on from what was learned before: slip within a factor of 2 and turn within 4 of the configured ones, dead
   /// time and lag where they are known, up to kLongestTiming. @throws ParameterError if a value is not finite, a dead
   /// time or lag negative, or another one not positive.
   void setLearned(const LearnedModel& learned);
 
-  /// Variance of each channel as configured or learned.
-  SensorVariances variances() const { return learning_.variances(); }
-
-  /// Stops (true) or resumes learning of effective track, slip and drive train.
+  /// Stops (true) or resumes learning of effective track and drive train.
   void freezeLearning(bool frozen);
-  bool learningFrozen() const { return learning_.frozen(); }  ///< learning was stopped
+  bool learningFrozen() const { return frozen_; }  ///< learning was stopped
 
   /// Gyro or an encoder was found faulty: what it contributed to the turn of late is withdrawn.
-  void withdrawTurn() { learning_.withdraw(); }
+  void withdrawTurn() { slip_.withdraw(); }
 
   /// A jolt of the ground shakes the robot (true): the gyro counts, and teaches no effective track until it is over.
-  void setShaken(bool shaken) { learning_.setShaken(shaken); }
+  void setShaken(bool shaken) { shaken_ = shaken; }
 
   /// Whether the body follows its wheels, as it is believed.
   Traction traction() const { return traction_.traction(); }
@@ -131,10 +128,11 @@ class PredictiveController : public VelocityController {
   const WheelBelief& right() const { return right_.belief(); }             ///< belief about the right wheels
 
  private:
-  bool learnsDriveTrain() const { return parameters_.learn_drive_train && !learning_.frozen(); }
+  bool learnsDriveTrain() const { return parameters_.learn_drive_train && !frozen_; }
   double forwardSpeedOf(double sum_of_wheels) const;
   WheelVector changeAhead() const;
   void start();
+  void learnTurn(const Observation& observation);
   void believeMissing(Observation& observation) const;
   void predict();
   void correct(const Observation& observation);
@@ -143,7 +141,6 @@ class PredictiveController : public VelocityController {
   void correctForwardSpeed(const Observation& observation);
   int wheelsTold(const Observation& y) const;
   double standInVariance() const;
-  void trust(const SensorVariances& variances);
   void watchTurn();
   void learnDriveTrain(const Observation& observation);
   void setTiming(const DriveTrainTiming& timing);
@@ -158,7 +155,7 @@ class PredictiveController : public VelocityController {
   WheelController right_;
   YawRateBelief yaw_;
   TractionBelief traction_;
-  ModelLearning learning_;
+  SlipBelief slip_;
   DriveTrainLearning drive_train_;
   MotionUncertainty uncertainty_;
   SetPoint set_point_;
@@ -167,6 +164,8 @@ class PredictiveController : public VelocityController {
   Observation observation_;
   bool observed_ = false;          // an observation waits for the next belief update
   bool started_ = false;           // a first observation came
+  bool frozen_ = false;            // learning was stopped
+  bool shaken_ = false;            // a jolt of the ground shakes the robot
   double observation_step_ = 0.0;  // from the last observation but one to the last [s]
   double free_energy_ = 0.0;
   double turning_ = 0.0;  // difference of the wheel speeds, of late [rad/s]

@@ -21,10 +21,7 @@ struct PredictiveParameters : SensorNoise {
   double yaw_process_noise = 1e-4;          ///< of the yaw rate beside what the wheels ask for [(rad/s)^2/s]
   double disturbance_process_noise = 0.01;  ///< of a wheel's input disturbance [(rad/s)^2/s]
   double dead_time_deviation = 0.01;        ///< standard deviation of the dead time [s]
-  bool learn_precision = false;             ///< learn the variance of each channel while driving steadily
-  double precision_time_constant = 10.0;    ///< time over which the precisions are averaged [s]
   bool learn_track = true;                  ///< learn the effective track
-  bool learn_slip_factor = false;           ///< learn the slip alpha from the accelerometer
   bool learn_drive_train = true;            ///< learn dead time and lag of the drive train
   double slip_time_constant = 0.5;          ///< time over which the effective track is averaged while turning [s]
   double yaw_delay_deviation = 0.05;  ///< sigma_y, standard deviation of the delay of the yaw behind the wheels [s]
@@ -47,10 +44,7 @@ void describeFields(Visitor& v, PredictiveParameters& p) {
   v.field("disturbance_process_noise", p.disturbance_process_noise, {0.0, 1e3}, "(rad/s)^2/s", Presence::required);
   v.field("yaw_process_noise", p.yaw_process_noise, {0.0, 1e3}, "(rad/s)^2/s", Presence::optional);
   v.field("dead_time_deviation", p.dead_time_deviation, {0.0, 1.0}, "s", Presence::required);
-  v.field("learn_precision", p.learn_precision, Presence::optional);
-  v.field("precision_time_constant", p.precision_time_constant, {0.1, 1e4}, "s", Presence::optional);
   v.field("learn_track", p.learn_track, Presence::optional);
-  v.field("learn_slip_factor", p.learn_slip_factor, Presence::optional);
   v.field("learn_drive_train", p.learn_drive_train, Presence::optional);
   v.field("slip_time_constant", p.slip_time_constant, {0.02, 1000.0}, "s", Presence::optional);
   v.field("yaw_delay_deviation", p.yaw_delay_deviation, {0.0, 1.0}, "s", Presence::optional);
