@@ -126,6 +126,32 @@ TEST(SlipBelief, WithdrawsWhatAFaultySensorTaughtInTheLastTurns) {
   EXPECT_NEAR(belief.effectiveTrack(), 0.65, 0.03);
 }
 
+TEST(SlipBelief, WhatHalfASecondTaughtIsForgottenAtRest) {
+  SlipBelief belief(kConfigured, kRadius, {});
+  SlippingRobot usual({0.56, 1.0}, belief), elsewhere({0.45, 1.0}, belief);
+  for (int i = 0; i < 10; ++i) usual.drive(0.0, i % 2 == 0 ? 0.6 : -0.6, 2.0);
+  elsewhere.drive(0.0, 0.6, 0.5);
+  EXPECT_LT(belief.effectiveTrack(), 0.52);
+  usual.drive(0.0, 0.0, 5.0);
+  EXPECT_NEAR(belief.effectiveTrack(), 0.56, 0.02) << "what minutes have taught";
+}
+
+/// A ground that shakes every turn is not followed to and fro.
+TEST(SlipBelief, ANoisyTurnMovesTheCorrectionLess) {
+  const double asked = kRadius * 5.0 / 0.5621;
+  const auto trackAfter = [asked](double noise) {
+    SlipBelief belief(kConfigured, kRadius, {});
+    double furthest = 0.0;
+    for (int k = 0; k < 500; ++k) {
+      const double swing = k / 6 % 2 == 0 ? noise : -noise;  // for a tenth of a second
+      belief.learnTrack((1.0 + swing) * asked, {5.0, 0.0, 0.0, 0.0, 0.0, 0.0}, kPeriod);
+      if (k > 400) furthest = std::max(furthest, std::abs(belief.effectiveTrack() / 0.5621 - 1.0));
+    }
+    return furthest / noise;
+  };
+  EXPECT_LT(trackAfter(0.2), 0.75 * trackAfter(0.01));
+}
+
 TEST(SlipBelief, StaysWithinItsBounds) {
   SlipBelief belief(kConfigured, kRadius, {});
   const double asked = kRadius * 5.0 / 0.5621;
