@@ -50,10 +50,12 @@ WheelVector ActionBound::bound(const WheelVector& action, const WheelVector& wan
   WheelVector next = followable(action, wanted, stop);
   const WheelVector change = next - action;
   for (int i = 0; i < 2; ++i) {
-    if (underWay(wheels_[static_cast<std::size_t>(i)], goal(i), stop)) {
+    const Wheel& wheel = wheels_[static_cast<std::size_t>(i)];
+    const bool accelerates = acceleratesTo(goal(i), wheel);
+    if (accelerates || (stop && std::abs(wheel.speed) > kRest)) {
       const int other = 1 - i;
-      const double gone = std::abs(way(other)) < kRest ? 1.0 : std::clamp(change(other) / way(other), 0.0, 1.0);
-      const double end = action(i) + gone * way(i);
+      const bool together = accelerates && std::abs(way(other)) > kRest;
+      const double end = action(i) + (together ? std::clamp(change(other) / way(other), 0.0, 1.0) : 1.0) * way(i);
       next(i) = std::clamp(next(i), std::min(action(i), end), std::max(action(i), end));
     }
     // Within what a robot near its model needs for the goal, or on the way back to it.
@@ -64,8 +66,7 @@ WheelVector ActionBound::bound(const WheelVector& action, const WheelVector& wan
   return next;
 }
 
-bool ActionBound::underWay(const Wheel& wheel, double goal, bool stop) const {
-  if (stop) return std::abs(wheel.speed) > kRest;
+bool ActionBound::acceleratesTo(double goal, const Wheel& wheel) const {
   return wheel.acceleration * (goal - wheel.speed) > 0.0 &&
          std::abs(wheel.acceleration) > kAccelerating * acceleration_;
 }

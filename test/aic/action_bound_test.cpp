@@ -65,6 +65,41 @@ TEST(ActionBound, WhileAWheelRampsTheActionStaysAtTheGoal) {
   EXPECT_GT(action(0), 5.0) << "a wheel that rests is no ramp";
 }
 
+/// An arc: the left wheel follows, the right one has half the model's acceleration.
+TEST(ActionBound, AWheelUnderWayGoesNoFurtherThanTheOther) {
+  ActionBound bound = ::jackal_aic::bound();
+  const WheelVector goal(5.0, 10.0);
+  WheelVector action = WheelVector::Zero();
+  Observation y;
+  for (int k = 0; k < 40; ++k) {
+    // Behind by more, the right wheel is pressed more.
+    action = bound.bound(action, action + WheelVector(0.1, 1.0), goal);
+    bound.apply(action);
+    y.stamp = k * kPeriod;
+    y.wheel_left = std::min(action(0), 0.5 * kRamp * k);
+    y.wheel_right = 0.5 * kRamp * k;
+    bound.observe(y, {});
+    if (k > 10 && y.wheel_right < goal(1)) {
+      EXPECT_LE(action(1) / goal(1), action(0) / goal(0) + 0.2) << k;
+    }
+  }
+}
+
+/// The wheel of a motor with an offset stands while its command does not; the other one has to stop all the same.
+TEST(ActionBound, AfterAStopNoWheelWaitsForTheOther) {
+  ActionBound bound = ::jackal_aic::bound();
+  WheelVector action(0.5, 3.0);
+  Observation y;
+  for (int k = 0; k < 100; ++k) {
+    y.stamp = k * kPeriod;
+    y.wheel_right = std::max(0.0, action(1) - 0.5);
+    bound.observe(y, {});
+    bound.apply(action);
+    action = bound.bound(action, action - 0.08 * WheelVector(0.0, y.wheel_right), WheelVector::Zero());
+  }
+  EXPECT_LT(y.wheel_right, 0.05);
+}
+
 TEST(ActionBound, WithoutAModelThereIsNone) {
   ActionBound bound(std::nullopt, kRadius, kPeriod);
   const WheelVector wanted(500.0, -300.0);

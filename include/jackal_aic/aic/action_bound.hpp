@@ -6,18 +6,16 @@
 /// The action integrates the prediction error (3-13). A motor at its acceleration limit does not become faster by more
 /// of it: what is integrated meanwhile makes the robot overshoot, or run back after a stop. So the action is bounded by
 ///
-///     followed   the command that a motor at the model's acceleration limit has followed so far. The action leads it
-///     by
-///                one period's ramp at most; one factor on the change of both wheels keeps the curvature
-///     under way  a wheel that accelerates towards its goal, or still turns after a stop. Its action stays between
-///     where
-///                it is and the goal, and goes no further on its way there than that of the other wheel. A motor that
-///                is slower or weaker than its model's tells so: only what its wheel still lacks at rest is integrated
-///     stop       after a stop the action changes by no more than a fall of its speed to zero within kShortestStop
+///     followed   the command that a motor at the model's acceleration limit has followed so far: the action leads it
+///                by one period's ramp at most. One factor on the change of both wheels keeps the curvature
+///     under way  a wheel that accelerates towards its goal, or still turns after a stop: its action stays between
+///                where it is and the goal. What a slow or weak motor lacks is integrated once it drives steadily.
+///                While it accelerates, its action goes no further on its way than that of the other wheel
+///     stop       after a stop the action falls no faster than to zero in kShortestStop from the present speed
 ///     range      what a robot near its model needs for the goal (robot_range.hpp)
 ///
-/// A small motion, of less than kAccelerating of the limit, has the action of the equation, to the bit: the linear loop
-/// that the certificate is about.
+/// Otherwise the action is that of the equation, to the bit: in motions well below the acceleration limit the loop is
+/// the linear one that the certificate is about.
 
 #include <array>
 #include <limits>
@@ -32,7 +30,8 @@ namespace jackal_aic {
 /// Bounds of the action of both wheels; none without a plant model. Nothing here allocates.
 class ActionBound {
  public:
-  /// Time constant of the fastest fall of the action after a stop [s].
+  /// Time in which the action falls to zero after a stop, at the rate of the present speed: a time constant [s]. A
+  /// motor with an integral in its velocity loop runs back after a faster fall.
   static constexpr double kShortestStop = 0.3;
 
   /// @param model drive train of the robot, if it is known; @param wheel_radius r [m]; @param period of the action [s].
@@ -65,7 +64,7 @@ class ActionBound {
   };
 
   WheelVector followable(const WheelVector& action, const WheelVector& wanted, bool stop) const;
-  bool underWay(const Wheel& wheel, double goal, bool stop) const;
+  bool acceleratesTo(double goal, const Wheel& wheel) const;
 
   double period_;                                                  // s
   double acceleration_ = std::numeric_limits<double>::infinity();  // limit of a motor [rad/s^2]; infinite: no model
