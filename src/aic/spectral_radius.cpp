@@ -47,30 +47,19 @@ double isolated(Eigen::MatrixXd& map) {
   return largest;
 }
 
-/// |v|, without overflow or underflow; the safe way takes several times as long.
-template <class Vector>
-double length(const Vector& v) {
-  constexpr double kSafeSquare = 1e-200;
-  const double square = v.squaredNorm();
-  return square > kSafeSquare && square < 1.0 / kSafeSquare ? std::sqrt(square) : v.stableNorm();
-}
-
 /// The map with its states scaled by powers of two, so that each row is as long as its column.
 Eigen::MatrixXd balanced(Eigen::MatrixXd map) {
   bool changed = true;
   for (int sweep = 0; changed && sweep < kMostSweeps; ++sweep) {
     changed = false;
     for (Eigen::Index i = 0; i < map.rows(); ++i) {
-      const double diagonal = map(i, i);
-      map(i, i) = 0.0;
-      const double column = length(map.col(i)), row = length(map.row(i)), ratio = row / column;
-      if (column > 0.0 && row > 0.0 && (ratio > 2.0 || ratio < 0.5)) {  // else the nearest power of two is 1
-        const double factor = std::exp2(std::round(0.5 * std::log2(ratio)));
-        if (std::hypot(factor * column, row / factor) < kWorthIt * std::hypot(column, row)) {
-          map.col(i) *= factor;
-          map.row(i) /= factor;
-          changed = true;
-        }
+      const double diagonal = std::exchange(map(i, i), 0.0);
+      const double column = map.col(i).lpNorm<1>(), row = map.row(i).lpNorm<1>();
+      const double factor = column > 0.0 && row > 0.0 ? std::exp2(std::round(0.5 * std::log2(row / column))) : 1.0;
+      if (factor * column + row / factor < kWorthIt * (column + row)) {
+        map.col(i) *= factor;
+        map.row(i) /= factor;
+        changed = true;
       }
       map(i, i) = diagonal;
     }
@@ -124,16 +113,6 @@ SpectralRadius radiusWithBound(const Square<Real>& map) {
   return {static_cast<double>(radius), static_cast<double>(upper - radius)};
 }
 
-SpectralRadius times(const SpectralRadius& radius, double factor) {
-  return {radius.value * factor, (radius.uncertainty + std::numeric_limits<double>::epsilon() * radius.value) * factor};
-}
-
-/// With an eigenvalue of which the magnitude is known.
-SpectralRadius largerOf(const SpectralRadius& radius, double known) {
-  const double value = std::max(radius.value, known);
-  return {value, std::max(radius.upper(), known) - value};
-}
-
 }  // namespace
 
 SpectralRadius spectralRadiusOf(const Eigen::MatrixXd& map) {
@@ -151,7 +130,9 @@ SpectralRadius spectralRadiusOf(const Eigen::MatrixXd& map) {
   if (radius.uncertainty > kEnough * radius.value) {
     radius = radiusWithBound<long double>(scaled.cast<long double>());
   }
-  return largerOf(times(radius, size), alone);
+  const double value = std::max(alone, size * radius.value);
+  const double rounding = std::numeric_limits<double>::epsilon() * size * radius.value;
+  return {value, std::max(alone, size * radius.upper() + rounding) - value};
 }
 
 double spectralRadiusBeside(double limit, const Eigen::MatrixXd& map) {

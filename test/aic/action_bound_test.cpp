@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
-#include <random>
 
 namespace jackal_aic {
 namespace {
@@ -24,101 +22,6 @@ PlantModel ground() {
 }
 
 ActionBound bound() { return {ground(), kRadius, kPeriod}; }
-
-/// What the motor of a wheel is, where it differs from the model.
-struct Motor {
-  double limit_factor = 1.0;
-  int delay = 4;  // periods
-  double gain = 1.0;
-  double noise = 0.03;  // rad/s
-  double encoder_step = 0.0;
-  double jitter = 0.0;  // s
-  double load = 0.0;    // rad/s by which it stays behind
-};
-
-/// Ramps a command to `target`, holds it, and counts the periods in which the wheel counts as late.
-int latePeriods(const Motor& motor, double target, double ramp = kRamp, double offset = 0.0) {
-  PlantModel model = ground();
-  model.offset = offset;
-  WheelLateness wheel(model, kLimit, kPeriod);
-  std::mt19937 random(3);
-  std::normal_distribution<double> noise(0.0, motor.noise);
-  std::uniform_real_distribution<double> jitter(-motor.jitter, motor.jitter);
-  std::deque<double> way(static_cast<std::size_t>(motor.delay), 0.0);
-  double command = 0.0, speed = 0.0;
-  int late = 0;
-  for (int k = 0; k < 200; ++k) {
-    command = std::min(target, command + ramp);
-    wheel.command(command);
-    way.push_back(command);
-    const double acting = std::max(0.0, motor.gain * way.front() - motor.load);
-    way.pop_front();
-    speed += std::clamp(acting - speed, -motor.limit_factor * kRamp, motor.limit_factor * kRamp);
-    double measured = speed + noise(random);
-    if (motor.encoder_step > 0.0) measured = motor.encoder_step * std::round(measured / motor.encoder_step);
-    wheel.observe(k * kPeriod + jitter(random), measured);
-    if (wheel.late() > 0) ++late;
-    EXPECT_GE(wheel.late(), 0) << "on its way up";
-  }
-  return late;
-}
-
-TEST(WheelLateness, AMotorOfHalfTheModelsLimitIsLateUntilItIsThere) {
-  for (const double step : {0.0, 0.06, 0.1}) {
-    Motor slow;
-    slow.limit_factor = 0.5;
-    slow.encoder_step = step;
-    slow.jitter = step > 0.0 ? 0.004 : 0.0;
-    const int way = static_cast<int>(10.0 / (0.5 * kRamp));
-    EXPECT_GT(latePeriods(slow, 10.0), way - 14) << "encoder step " << step;
-    EXPECT_LT(latePeriods(slow, 10.0), way) << "encoder step " << step;
-  }
-}
-
-TEST(WheelLateness, AMotorLikeTheModelsIsNot) {
-  for (const double step : {0.0, 0.06, 0.1}) {
-    Motor motor;
-    motor.encoder_step = step;
-    motor.jitter = 0.004;
-    EXPECT_EQ(latePeriods(motor, 10.0), 0) << "encoder step " << step;
-    motor.limit_factor = 2.0;
-    EXPECT_EQ(latePeriods(motor, 10.0), 0) << "twice the limit, encoder step " << step;
-  }
-}
-
-TEST(WheelLateness, AMotorWithTheModelsOffsetIsNot) {
-  Motor motor;
-  motor.load = 1.0;
-  EXPECT_EQ(latePeriods(motor, 10.0, 0.5 * kRamp, motor.load), 0);
-  EXPECT_GT(latePeriods(motor, 10.0, 0.5 * kRamp), 0) << "of one that has none it would be";
-}
-
-TEST(WheelLateness, AWeakGainIsTakenForASlowMotorUntilItsWheelIsThereAndNoLonger) {
-  // While a wheel accelerates, nothing tells one from the other.
-  Motor weak;
-  weak.gain = 0.8;
-  const int way = static_cast<int>(10.0 / kRamp);
-  EXPECT_LE(latePeriods(weak, 10.0), way + 4) << "a window of samples after the end of the ramp";
-  weak.delay = 6;
-  EXPECT_LE(latePeriods(weak, 10.0), way + 4);
-}
-
-TEST(WheelLateness, AMotorALittleSlowerThanTheModelsIsLateBeforeItIsThere) {
-  for (const double factor : {0.7, 0.8, 0.9}) {
-    Motor slow;
-    slow.limit_factor = factor;
-    EXPECT_GT(latePeriods(slow, 15.0), 2) << factor;
-  }
-}
-
-TEST(WheelLateness, DeadTimeAndLoadAreNoLateness) {
-  Motor loaded;
-  loaded.load = 3.0;
-  EXPECT_EQ(latePeriods(loaded, 10.0, 0.1 * kRamp), 0) << "stays behind by 3 rad/s";
-  Motor blocked;
-  blocked.limit_factor = 0.0;
-  EXPECT_EQ(latePeriods(blocked, 10.0), 0) << "blocked";
-}
 
 TEST(ActionBound, LeavesWhatTheMotorsCanFollowToTheBit) {
   ActionBound bound = ::jackal_aic::bound();
@@ -160,6 +63,41 @@ TEST(ActionBound, WhileAWheelRampsTheActionStaysAtTheGoal) {
     }
   }
   EXPECT_GT(action(0), 5.0) << "a wheel that rests is no ramp";
+}
+
+/// An arc: the left wheel follows, the right one has half the model's acceleration.
+TEST(ActionBound, AWheelUnderWayGoesNoFurtherThanTheOther) {
+  ActionBound bound = ::jackal_aic::bound();
+  const WheelVector goal(5.0, 10.0);
+  WheelVector action = WheelVector::Zero();
+  Observation y;
+  for (int k = 0; k < 40; ++k) {
+    // Behind by more, the right wheel is pressed more.
+    action = bound.bound(action, action + WheelVector(0.1, 1.0), goal);
+    bound.apply(action);
+    y.stamp = k * kPeriod;
+    y.wheel_left = std::min(action(0), 0.5 * kRamp * k);
+    y.wheel_right = 0.5 * kRamp * k;
+    bound.observe(y, {});
+    if (k > 10 && y.wheel_right < goal(1)) {
+      EXPECT_LE(action(1) / goal(1), action(0) / goal(0) + 0.2) << k;
+    }
+  }
+}
+
+/// The wheel of a motor with an offset stands while its command does not; the other one has to stop all the same.
+TEST(ActionBound, AfterAStopNoWheelWaitsForTheOther) {
+  ActionBound bound = ::jackal_aic::bound();
+  WheelVector action(0.5, 3.0);
+  Observation y;
+  for (int k = 0; k < 100; ++k) {
+    y.stamp = k * kPeriod;
+    y.wheel_right = std::max(0.0, action(1) - 0.5);
+    bound.observe(y, {});
+    bound.apply(action);
+    action = bound.bound(action, action - 0.08 * WheelVector(0.0, y.wheel_right), WheelVector::Zero());
+  }
+  EXPECT_LT(y.wheel_right, 0.05);
 }
 
 TEST(ActionBound, WithoutAModelThereIsNone) {

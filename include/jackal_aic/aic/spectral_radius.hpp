@@ -7,8 +7,8 @@
 /// size of the map and u the unit of rounding. An eigenvalue with the right and left eigenvectors x and y then errs by
 /// no more than |x| |y| / |y' x| n u |M| (LAPACK Users' Guide, 4.8; to first order). A map over states of very
 /// different size makes both factors large, so the states are scaled first until the rows of M are as long as its
-/// columns (Parlett and Reinsch 1969; in the 2-norm after James, Langou and Lowery 2014); by powers of two, which round
-/// nothing. Where the bound is still large after that, the eigenvalues are computed again in extended precision.
+/// columns (Parlett and Reinsch 1969), by powers of two, which round nothing. Where the bound is still large after
+/// that, the eigenvalues are computed again in extended precision.
 
 #include <Eigen/Core>
 
