@@ -264,6 +264,44 @@ TEST(Plot, WhatIsNoFileIsNoBag) {
   EXPECT_NE(said.find("plot\\x1b[31m\\n\\x9b\\u202e"), std::string::npos) << said;
 }
 
+/// Runs Python that knows the program status as `status`, and a state as `state`; what it prints.
+std::string withStatus(const std::string& python) {
+  const std::string view = (kRoot / "src/tools/view").string();
+  const std::string script = testing::TempDir() + "status" + std::to_string(getpid()) + ".py";
+  std::ofstream(script) << "import sys\nsys.path.insert(0, '" << view << "')\nsys.dont_write_bytecode = True\n"
+                        << "from importlib.machinery import SourceFileLoader\n"
+                        << "from importlib.util import module_from_spec, spec_from_loader\n"
+                        << "loader = SourceFileLoader('status', '" << view << "/status')\n"
+                        << "status = module_from_spec(spec_from_loader('status', loader))\n"
+                        << "loader.exec_module(status)\n"
+                        << "from jackal_aic.msg import ControllerState\n"
+                        << "state = ControllerState(summary='predictive, driving, driven by this controller',\n"
+                        << "    set_point_forward=-0.5, set_point_yaw_rate=0.3, measured_forward=-0.49,\n"
+                        << "    measured_yaw_rate=0.31, belief_forward=[-0.48], belief_yaw_rate=[0.32])\n"
+                        << python;
+  const std::string printed = output("/usr/bin/python3 " + script);
+  fs::remove(script);
+  return printed;
+}
+
+TEST(Status, OfADriveFitsInEightyColumnsWithEveryField) {
+  const std::string line = withStatus("print(status.line('predictive', state))\n");
+  EXPECT_EQ(line,
+            "predictive driving: set -0.50 +0.30, measured -0.49 +0.31, believed -0.48 +0.32\n");
+  EXPECT_LT(line.size() - 1, 80u);
+}
+
+TEST(Status, ALongLineIsWrappedAndReplacesTheLastOne) {
+  const std::string drawn = withStatus(
+      "state.summary = 'predictive, stopped, not driven'\n"
+      "state.reason = 'left wheels do not follow their command (waits for a zero set point or a pause)'\n"
+      "text, rows = status.redraw(status.line('/home/user/my gains.yaml', state), 80, 2)\n"
+      "print(ascii(text), rows)\n");
+  EXPECT_EQ(drawn,
+            "'\\r\\x1b[A\\x1b[Jmy gains stopped (left wheels do not follow their command (waits for a zero set\\r\\n"
+            "point or a pause)): set -0.50 +0.30, measured -0.49 +0.31, believed -0.48 +0.32' 2\n");
+}
+
 TEST(Launch, ARobotFileMaySayMoreThanTheShippedOne) {
   const std::string robot = testing::TempDir() + "robot" + std::to_string(getpid()) + ".yaml";
   std::ofstream(robot) << "robot: {effective_track: 0.6}\ndeadlines: {imu: 0.1}\noutput: twist\n";
