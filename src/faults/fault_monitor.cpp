@@ -228,19 +228,28 @@ void FaultMonitor::blameEncoder(WheelMonitor& wheel, ChannelHealth& verdict, boo
 
 /// A robot that is not its model is told so, whatever the reason.
 void FaultMonitor::compareWithModel(const Observation& y, double step) {
-  const auto beyond = [](bool valid, double measured, const Range& reachable) {
-    return valid && withinRange(reachable.low, reachable.high).outside(measured) != 0.0;
+  if (off_model_ == 0.0) off_measured_ = off_expected_ = 0.0;
+  const auto beyond = [&](bool valid, double measured, const WheelMonitor& wheel) {
+    const Range reachable = wheel.reachable();
+    if (!valid || withinRange(reachable.low, reachable.high).outside(measured) == 0.0) return false;
+    off_measured_ += std::copysign(1.0, wheel.nominal()) * measured * step;
+    off_expected_ += std::abs(wheel.nominal()) * step;
+    return true;
   };
-  const bool off = beyond(y.valid.wheel_left, y.wheel_left, left_.reachable()) ||
-                   beyond(y.valid.wheel_right, y.wheel_right, right_.reachable());
-  off_model_ = off ? std::min(off_model_ + step, 2.0 * kOffModel) : std::max(off_model_ - step, 0.0);
-  report_.wheels_off_model = off_model_ > (report_.wheels_off_model ? 0.0 : kOffModel);
+  const bool left_off = beyond(y.valid.wheel_left, y.wheel_left, left_);
+  const bool right_off = beyond(y.valid.wheel_right, y.wheel_right, right_);
+  off_model_ = left_off || right_off ? std::min(off_model_ + step, 2.0 * kOffModel) : std::max(off_model_ - step, 0.0);
+  const bool wheels_were_off = report_.wheels_off_model;
+  report_.wheels_off_model = off_model_ > (wheels_were_off ? 0.0 : kOffModel);
+  if (report_.wheels_off_model && !wheels_were_off) report_.wheel_share = off_measured_ / off_expected_;
   if (model_.on_box || !y.valid.yaw_rate || !y.valid.wheel_left || !y.valid.wheel_right) return;
   const double asked = rolling_radius_ * (y.wheel_right - y.wheel_left) / geometryOf(model_, geometry_).effective_track;
   turn_.update(y.yaw_rate, asked, step);
   const double range = geometry_.track_range;
+  const bool turn_was_off = report_.turn_off_model;
   report_.turn_off_model =
       turn_.turned() > kOffModel && (turn_.value() < 1.0 / range || turn_.value() > range) && std::abs(asked) > kTurns;
+  if (report_.turn_off_model && !turn_was_off) report_.turn_share = turn_.value();
 }
 
 /// Wheels that are to stand and turn all the same are turned from outside, whatever the yaw rate says: pushed, or

@@ -10,7 +10,7 @@ namespace {
 /// Whether reason() of the two can differ.
 bool tellTheSame(const DriveLoopStatus& a, const DriveLoopStatus& b) {
   return a.decision.cause == b.decision.cause && a.decision.unacknowledged == b.decision.unacknowledged &&
-         a.fault == b.fault && a.loss == b.loss && a.handed_over == b.handed_over;
+         a.fault == b.fault && a.share == b.share && a.loss == b.loss && a.handed_over == b.handed_over;
 }
 
 /// A remedy as the next sentence; empty if there is none.
@@ -84,7 +84,8 @@ void StatusReport::logFault(Fault before) {
   } else if (status_.fault == Fault::stuck) {
     ROS_WARN("The robot %s. %s", text(status_.fault), remedy(status_.fault));
   } else if (status_.fault != Fault::none) {
-    ROS_WARN_THROTTLE(10.0, "Noticed: %s. %s", text(status_.fault), remedy(status_.fault));
+    ROS_WARN_THROTTLE(10.0, "Noticed: %s. %s", text(status_.fault, status_.share).c_str(),
+                      remedy(status_.fault));
   }
 }
 

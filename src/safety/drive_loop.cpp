@@ -70,7 +70,7 @@ std::string reason(const DriveLoopStatus& status, const std::string& contender) 
   if (rivalry && !contender.empty()) reason += ": " + contender;
   if (status.handed_over) reason = "somebody else has the motors";
   const bool told = status.fault != Fault::none && status.fault != Fault::moved;  // that is a cause of its own
-  const std::string fault = told ? text(status.fault) : text(status.loss);
+  const std::string fault = told ? text(status.fault, status.share) : text(status.loss);
   // Wheels that do not follow are no fault of a sensor.
   if (cause == StopCause::sensor_fault && isOfTheWheels(status.fault)) reason.clear();
   if (!fault.empty()) reason += (reason.empty() ? "" : "; ") + fault;
@@ -485,6 +485,7 @@ DriveLoopStatus DriveLoop::status() const {
   DriveLoopStatus status;
   status.decision = decision_;
   status.fault = measurements_.fault();
+  status.share = measurements_.share();
   status.loss = measurements_.loss();
   status.handed_over = handed_over_;
   status.rejected_set_points = rejected_set_points_;

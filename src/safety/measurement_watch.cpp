@@ -160,6 +160,12 @@ Fault MeasurementWatch::fault() const {
   return monitor_ && monitor_->report().turn_off_model ? Fault::turn_off_model : Fault::none;
 }
 
+double MeasurementWatch::share() const {
+  const Fault found = fault();
+  if (found == Fault::wheels_off_model) return monitor_->report().wheel_share;
+  return found == Fault::turn_off_model ? monitor_->report().turn_share : 1.0;
+}
+
 void MeasurementWatch::reset() {
   if (monitor_) monitor_->reset();
   forgetLosses();

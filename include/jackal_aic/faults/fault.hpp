@@ -3,6 +3,8 @@
 /// @file
 /// What the fault detection finds.
 
+#include <string>
+
 namespace jackal_aic {
 
 /// A finding of the fault detection.
@@ -34,7 +36,10 @@ inline constexpr int kFaults = static_cast<int>(Fault::turn_off_model) + 1;
 /// False for `none` and for what is no fault of a sensor or a motor.
 inline bool isFault(Fault fault) { return fault != Fault::none && fault < Fault::moved; }
 
-/// What a person reads; empty for `none`.
+/// What a person reads; empty for `none`. In a remark with a share "…" stands for its number.
 const char* text(Fault fault);
+
+/// The same with the number. @param share of what was expected that the remark is about [-]; told from -999 to 999 %.
+std::string text(Fault fault, double share);
 
 }  // namespace jackal_aic

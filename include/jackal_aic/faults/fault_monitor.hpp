@@ -72,6 +72,9 @@ struct FaultReport {
   bool moved = false;   ///< wheels that are to stand turn, or the body moves on sliding tyres; no fault
   bool wheels_off_model = false;  ///< a wheel turns beyond what robot_range.hpp allows; no fault
   bool turn_off_model = false;    ///< the body turns beyond what the range of the track allows; no fault
+  double wheel_share = 1.0;       ///< of the speed that the commands ask for, which the wheels reached before
+                                  ///< wheels_off_model came [-]
+  double turn_share = 1.0;        ///< of the yaw rate of the wheels, which the body reached before turn_off_model came [-]
 
   /// Channels that count: neither outlier nor faulty.
   ChannelValidity valid() const;
@@ -165,6 +168,7 @@ class FaultMonitor {
   TurnWitness witness_;
   TurnAgreement turn_;      // of the body with the measured wheels
   double off_model_ = 0.0;  // time for which a wheel turns beyond what its commands allow [s]
+  double off_measured_ = 0.0, off_expected_ = 0.0;  // angles of such wheels in that time [rad]
   AccelerationMonitor acceleration_;
   TractionBelief traction_{0.0};
   Driven driven_;  // that the predictions have not followed yet

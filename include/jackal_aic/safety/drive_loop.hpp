@@ -63,6 +63,7 @@ std::unique_ptr<VelocityController> makeController(const DriveParameters& parame
 struct DriveLoopStatus {
   GateDecision decision;                    ///< of the last action step
   Fault fault = Fault::none;                ///< that the fault detection finds
+  double share = 1.0;                       ///< number of a remark on the wheels or the turn [-], see text(Fault, double)
   Loss loss = Loss::none;                   ///< sensors that are missing
   bool handed_over = false;                 ///< somebody else has the motors
   std::uint32_t rejected_set_points = 0;    ///< not finite, or absurd

@@ -54,6 +54,9 @@ class MeasurementWatch {
   /// What the fault detection says, else how IMU or robot differ from what is configured.
   Fault fault() const;
 
+  /// Number of a remark on the wheels or the turn, see text(Fault, double); 1 without one.
+  double share() const;
+
   /// Calibration of the IMU at rest.
   const ImuAtRest& imuAtRest() const { return imu_at_rest_; }
 
