@@ -30,7 +30,7 @@ constexpr std::array<Entry, kFaults> kEntries{{
     {Fault::accelerometer_frozen, "accelerometer frozen"},
     {Fault::accelerometer_disagrees, "accelerometer wrong"},
     {Fault::no_gravity, "accelerometer does not read gravity at rest"},
-    {Fault::moved, "moved by somebody else"},
+    {Fault::moved, "moved from outside"},
     {Fault::stuck, "does not move although its wheels turn"},
     {Fault::wheels_off_model, "wheels reach … % of their commands"},
     {Fault::turn_off_model, "robot reaches … % of the yaw rate of its wheels"},

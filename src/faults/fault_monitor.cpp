@@ -17,7 +17,7 @@ constexpr double kClearly = 2.0;
 /// Error of the yaw rate that may come of noise and tyres, and speaks for nothing [rad/s].
 constexpr double kNoEvidence = 0.0287;
 
-/// A robot of which one wheel stops needs this long to turn [s]; before, the yaw rate tells nothing. What is over
+/// A robot of which one wheel stops needs this long to turn [s]; before, the yaw rate does not count. What is over
 /// sooner, a kerb for instance, was no fault.
 constexpr double kIsolationTime = 0.2;
 
@@ -45,7 +45,7 @@ constexpr double kCountless = 1e6;
 /// Commands of this time [s] before the first sample tell what is under way in the drive train.
 constexpr double kCommandsKnown = 0.25;
 
-constexpr double kOffModel = 0.3;  // s, of wheels or a turn beyond their model, until that is told
+constexpr double kOffModel = 0.3;  // s, of wheels or a turn beyond their model, until that is reported
 constexpr double kTurns = 0.2;     // rad/s, asked for by the wheels of a robot that turns
 
 constexpr double kRounding = 1e-6;  // of a step
@@ -226,7 +226,7 @@ void FaultMonitor::blameEncoder(WheelMonitor& wheel, ChannelHealth& verdict, boo
   drive = false;
 }
 
-/// A robot that is not its model is told so, whatever the reason.
+/// Reports a robot that differs from its model, for any reason.
 void FaultMonitor::compareWithModel(const Observation& y, double step) {
   if (off_model_ == 0.0) off_measured_ = off_expected_ = 0.0;
   const auto beyond = [&](bool valid, double measured, const WheelMonitor& wheel) {
@@ -252,8 +252,8 @@ void FaultMonitor::compareWithModel(const Observation& y, double step) {
   if (report_.turn_off_model && !turn_was_off) report_.turn_share = turn_.value();
 }
 
-/// Wheels that are to stand and turn all the same are turned from outside, whatever the yaw rate says: pushed, or
-/// lifted and spun. What they measure is kept from the controller, which is not to fight whoever does it.
+/// Wheels that are to stand and turn all the same are turned from outside, at any yaw rate: pushed, or
+/// lifted and spun. What they measure is kept from the controller, which is not to work against it.
 bool FaultMonitor::concludeMoved() {
   const auto turns = [](const WheelMonitor& w) {
     return w.state() == ChannelState::faulty && !w.frozen() && w.fasterThanCommanded();
@@ -278,7 +278,7 @@ bool FaultMonitor::concludeMoved() {
   return true;
 }
 
-/// Where the wheels are turned from outside, or stand as they are told to while two instruments of their own see
+/// Where the wheels are turned from outside, or stand as commanded while two instruments of their own see
 /// motion, gyro and accelerometer: the body is moved, and its tyres may slide. Neither instrument is wrong.
 void FaultMonitor::concludeBodyMoved() {
   const auto sees_motion = [](const ChannelHealth& channel) {

@@ -45,7 +45,7 @@ void MeasurementWatch::advance(const std::optional<WheelCommand>& command, doubl
 }
 
 void MeasurementWatch::judge(Observation& observation, const SensorHealth& health, double now) {
-  // A stamp that is no number lets no time pass.
+  // With a stamp that is not finite no time passes.
   const double step = std::min(std::max(0.0, observation.stamp - stamp_), kLongestPeriod);
   stamp_ = observation.stamp;
   excludeImpossible(observation, step);

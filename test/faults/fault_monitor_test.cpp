@@ -361,7 +361,7 @@ TEST(FaultMonitor, TellsThatTheRobotIsMoved) {
   Robot robot;
   robot.drive({}, 2.0);
   const FaultReport& pushed = robot.drive({}, 1.0, [](Observation& y) { y.wheel_left += 3.0, y.wheel_right += 3.0; });
-  EXPECT_STREQ(pushed.reason(), "moved by somebody else");
+  EXPECT_STREQ(pushed.reason(), "moved from outside");
   EXPECT_FALSE(pushed.faulty());
 }
 
