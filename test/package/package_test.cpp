@@ -286,8 +286,7 @@ std::string withStatus(const std::string& python) {
 
 TEST(Status, OfADriveFitsInEightyColumnsWithEveryField) {
   const std::string line = withStatus("print(status.line('predictive', state))\n");
-  EXPECT_EQ(line,
-            "predictive driving: set -0.50 +0.30, measured -0.49 +0.31, believed -0.48 +0.32\n");
+  EXPECT_EQ(line, "predictive driving: set -0.50 +0.30, measured -0.49 +0.31, believed -0.48 +0.32\n");
   EXPECT_LT(line.size() - 1, 80u);
 }
 
@@ -446,7 +445,8 @@ TEST(Launch, AnArgumentThatDoesNothingIsRefused) {
       {"simulation.launch output:=twist", "unknown argument output:="},
       {"identify.launch robot:=my.yaml", "unknown argument robot:="},
       {"identify.launch plant:=box", "plant:=box does nothing without simulated:=true"},
-      {"jackal.launch output:=gazebo cmd_drive:=wheels", "cmd_drive:=wheels does nothing without output:=cmd_drive or twist"},
+      {"jackal.launch output:=gazebo cmd_drive:=wheels",
+       "cmd_drive:=wheels does nothing without output:=cmd_drive or twist"},
       {"jackal.launch record_to:=drive", "record_to:=drive does nothing without record:=true"},
       {"jackal.launch preset:=improved slip_file:=/tmp/slip.yaml",
        "slip_file:=/tmp/slip.yaml does nothing without preset:=predictive"},
@@ -479,8 +479,9 @@ TEST(Launch, EveryFileChecksItsArguments) {
   for (const auto& entry : fs::directory_iterator(kRoot / "launch")) {
     if (entry.path().extension() != ".launch") continue;
     const std::string name = entry.path().filename();
-    EXPECT_NE(textOf(entry.path()).find("arguments.xml\" pass_all_args=\"true\"><arg name=\"of\" value=\"" + name + "\"/>"),
-              std::string::npos)
+    EXPECT_NE(
+        textOf(entry.path()).find("arguments.xml\" pass_all_args=\"true\"><arg name=\"of\" value=\"" + name + "\"/>"),
+        std::string::npos)
         << name;
     ++files;
   }
