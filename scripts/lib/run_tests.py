@@ -227,7 +227,7 @@ def report(position, name, outcome, seconds, log):
 
 
 def in_the_background(test):
-    """A test that leaves the processors to whoever else wants them, and is given the time that this takes. Where Linux
+    """A test at a low priority, which is given the time that this takes. Where Linux
     shares the processors out by session (autogroup), a session has a priority of its own, and that of a process counts
     within its session only."""
     name, command, result, directory = test
@@ -236,7 +236,7 @@ def in_the_background(test):
 
 
 def completed(runner, groups, show):
-    """Runs groups (tests, jobs) beside each other, of each `jobs` tests at a time; yields (name, what the runner returns) as they
+    """Runs groups (tests, jobs) together, of each `jobs` tests at a time; yields (name, what the runner returns) as they
     end."""
     with contextlib.ExitStack() as pools:
         pending = {}

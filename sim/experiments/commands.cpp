@@ -204,7 +204,7 @@ void describeCalibrate(po::options_description& options, po::positional_options_
   options.add_options()("out", po::value<std::string>()->required(), "directory for plant_box.yaml and plant.yaml");
   options.add_options()("evaluations", po::value<int>()->default_value(200),
                         "of the global and of the local search each");
-  options.add_options()("leave-one-out", "beside: the error of each table by a fit to the others");
+  options.add_options()("leave-one-out", "also the error of each table by a fit to the others");
   addJobs(options);
 }
 
@@ -267,7 +267,7 @@ void describeDetection(po::options_description& options, po::positional_options_
   options.add_options()("quiet-hours", po::value<double>(),
                         "instead: hours of driving without a fault, 30 minutes each drive, drawn by seed");
   addSeed(options, "of the quiet hours");
-  options.add_options()("unidentified", "quiet hours of robots that nobody has identified");
+  options.add_options()("unidentified", "quiet hours of robots that have not been identified");
   options.add_options()("plant", po::value<std::string>(),
                         "real: the quiet hours or the table on that plant; by default on box and ground");
   addJobs(options);
@@ -422,10 +422,10 @@ constexpr Command kCommands[] = {
      "steps and disturbances of every preset, in multiples of what no controller can beat", describeBounds,
      compareWithBounds},
     {"baselines", "baselines --out DIR [--jobs N]",
-     "predictive beside published controllers of a plant with dead time, all tuned under the same margins",
+     "predictive compared with published controllers of a plant with dead time, all tuned under the same margins",
      describeBaselines, compareWithBaselines},
     {"unidentified", "unidentified --out DIR [--controller NAME] [--minutes M] [--seed S] [--jobs N]",
-     "joystick driving of robots that nobody has identified: which oscillate, which are called faulty",
+     "joystick driving of robots that have not been identified: which oscillate, which are called faulty",
      describeUnidentified, driveUnidentifiedRobots},
     {"robustness", "robustness --out DIR [--draws N] [--seed S] [--jobs N]",
      "a step by every preset on robots drawn over everything in which a real one differs from its model, and turns "

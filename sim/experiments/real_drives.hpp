@@ -17,7 +17,7 @@ namespace jackal_aic::sim {
 
 /// What the loop knows of the robot's drive train.
 enum class RealModel {
-  assumed,    ///< what is assumed of a robot that nobody has identified (config/jackal_model.yaml)
+  assumed,    ///< what is assumed of a robot that has not been identified (config/jackal_model.yaml)
   identified  ///< identifyDriveTrain() on the first half of the recording
 };
 

@@ -20,7 +20,7 @@ class FaultyTopic {
   FaultyTopic(ros::NodeHandle& node, const std::string& topic)
       : publisher_(node.advertise<Message>(topic, kQueueSize)) {}
 
-  /// Whether somebody listens to the topic.
+  /// Whether the topic has a subscriber.
   bool heard() const { return publisher_.getNumSubscribers() > 0; }
 
   /// As FaultyChannel::arm; messages still waiting are forgotten.

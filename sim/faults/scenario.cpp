@@ -86,7 +86,7 @@ Entry readEntry(ParameterMap& map, const std::string& name) {
     if (!possible(fault.topic, fault.fault.kind, fault.fault.channel)) {
       throw ParameterError(key + ": " + kFaultKindNames[static_cast<std::size_t>(fault.fault.kind)] + " of " +
                            kFaultChannelNames[static_cast<std::size_t>(fault.fault.channel)] +
-                           " is no fault of this topic");
+                           " is not a fault of this topic");
     }
     scenario.faults.push_back(fault);
   }

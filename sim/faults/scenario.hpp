@@ -27,8 +27,8 @@ enum class SystemFaultKind {
   second_publisher,  ///< another node publishes drive commands [wheel speed in rad/s]
   block_left,        ///< the left motor is blocked; its encoder tells the truth
   block_right,       ///< as block_left, on the right
-  push,              ///< somebody or a kerb pushes the robot along its heading [N]
-  lift,              ///< somebody lifts the robot, turns it and sets it down again
+  push,              ///< the robot is pushed along its heading [N]
+  lift,              ///< the robot is lifted, turned and set down again
   clock_jump,        ///< the clock and all stamps jump [s] and stay there
   clock_reset,       ///< the simulation starts again: robot at rest, clock at zero
   pause,             ///< the simulation stands still

@@ -47,7 +47,7 @@ struct PlantNodeParameters {
   /// Wall time after which a silent controller is not waited for any more, until it speaks again [s]; one that is gone
   /// is not waited for at all, and one of which no two commands came in a row only for 0.25 s.
   double patience = 2.0;
-  bool publish_clock = true;  ///< false: somebody else publishes /clock, as for the second of two robots; this follows
+  bool publish_clock = true;  ///< false: another node publishes /clock, as for the second of two robots; this follows
   std::string urdf_file;      ///< URDF to read when there is no robot_description
 };
 

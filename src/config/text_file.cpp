@@ -73,7 +73,7 @@ std::string readText(const std::string& path, std::size_t most) {
   while (text.size() <= most && source.read(text)) {
   }
   if (text.size() > most) fail(path, fmt::format("more than {} MiB of text", most >> 20));
-  if (pipe && text.empty()) fail(path, "is a pipe into which nobody writes");
+  if (pipe && text.empty()) fail(path, "is a pipe without a writer");
   return text;
 }
 

@@ -1,7 +1,10 @@
 #include "jackal_aic/faults/fault.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <string>
 
 namespace jackal_aic {
 namespace {
@@ -27,10 +30,10 @@ constexpr std::array<Entry, kFaults> kEntries{{
     {Fault::accelerometer_frozen, "accelerometer frozen"},
     {Fault::accelerometer_disagrees, "accelerometer wrong"},
     {Fault::no_gravity, "accelerometer does not read gravity at rest"},
-    {Fault::moved, "moved by somebody else"},
+    {Fault::moved, "moved from outside"},
     {Fault::stuck, "does not move although its wheels turn"},
-    {Fault::wheels_off_model, "wheels turn less or more than their commands explain"},
-    {Fault::turn_off_model, "robot turns less or more than its wheels explain"},
+    {Fault::wheels_off_model, "wheels reach … % of their commands"},
+    {Fault::turn_off_model, "robot reaches … % of the yaw rate of its wheels"},
 }};
 
 constexpr bool inOrder() {
@@ -44,5 +47,14 @@ static_assert(inOrder(), "one entry for each fault, in the order of the enumerat
 }  // namespace
 
 const char* text(Fault fault) { return kEntries[static_cast<std::size_t>(fault)].text; }
+
+std::string text(Fault fault, double share) {
+  constexpr const char* kNumber = "…";
+  std::string words = text(fault);
+  const std::size_t place = words.find(kNumber);
+  if (place == std::string::npos) return words;
+  const long percent = std::lround(100.0 * std::clamp(share, -9.99, 9.99));
+  return words.replace(place, std::char_traits<char>::length(kNumber), std::to_string(percent));
+}
 
 }  // namespace jackal_aic

@@ -17,7 +17,7 @@ constexpr double kClearly = 2.0;
 /// Error of the yaw rate that may come of noise and tyres, and speaks for nothing [rad/s].
 constexpr double kNoEvidence = 0.0287;
 
-/// A robot of which one wheel stops needs this long to turn [s]; before, the yaw rate tells nothing. What is over
+/// A robot of which one wheel stops needs this long to turn [s]; before, the yaw rate does not count. What is over
 /// sooner, a kerb for instance, was no fault.
 constexpr double kIsolationTime = 0.2;
 
@@ -45,7 +45,7 @@ constexpr double kCountless = 1e6;
 /// Commands of this time [s] before the first sample tell what is under way in the drive train.
 constexpr double kCommandsKnown = 0.25;
 
-constexpr double kOffModel = 0.3;  // s, of wheels or a turn beyond their model, until that is told
+constexpr double kOffModel = 0.3;  // s, of wheels or a turn beyond their model, until that is reported
 constexpr double kTurns = 0.2;     // rad/s, asked for by the wheels of a robot that turns
 
 constexpr double kRounding = 1e-6;  // of a step
@@ -226,25 +226,34 @@ void FaultMonitor::blameEncoder(WheelMonitor& wheel, ChannelHealth& verdict, boo
   drive = false;
 }
 
-/// A robot that is not its model is told so, whatever the reason.
+/// Reports a robot that differs from its model, for any reason.
 void FaultMonitor::compareWithModel(const Observation& y, double step) {
-  const auto beyond = [](bool valid, double measured, const Range& reachable) {
-    return valid && withinRange(reachable.low, reachable.high).outside(measured) != 0.0;
+  if (off_model_ == 0.0) off_measured_ = off_expected_ = 0.0;
+  const auto beyond = [&](bool valid, double measured, const WheelMonitor& wheel) {
+    const Range reachable = wheel.reachable();
+    if (!valid || withinRange(reachable.low, reachable.high).outside(measured) == 0.0) return false;
+    off_measured_ += std::copysign(1.0, wheel.nominal()) * measured * step;
+    off_expected_ += std::abs(wheel.nominal()) * step;
+    return true;
   };
-  const bool off = beyond(y.valid.wheel_left, y.wheel_left, left_.reachable()) ||
-                   beyond(y.valid.wheel_right, y.wheel_right, right_.reachable());
-  off_model_ = off ? std::min(off_model_ + step, 2.0 * kOffModel) : std::max(off_model_ - step, 0.0);
-  report_.wheels_off_model = off_model_ > (report_.wheels_off_model ? 0.0 : kOffModel);
+  const bool left_off = beyond(y.valid.wheel_left, y.wheel_left, left_);
+  const bool right_off = beyond(y.valid.wheel_right, y.wheel_right, right_);
+  off_model_ = left_off || right_off ? std::min(off_model_ + step, 2.0 * kOffModel) : std::max(off_model_ - step, 0.0);
+  const bool wheels_were_off = report_.wheels_off_model;
+  report_.wheels_off_model = off_model_ > (wheels_were_off ? 0.0 : kOffModel);
+  if (report_.wheels_off_model && !wheels_were_off) report_.wheel_share = off_measured_ / off_expected_;
   if (model_.on_box || !y.valid.yaw_rate || !y.valid.wheel_left || !y.valid.wheel_right) return;
   const double asked = rolling_radius_ * (y.wheel_right - y.wheel_left) / geometryOf(model_, geometry_).effective_track;
   turn_.update(y.yaw_rate, asked, step);
   const double range = geometry_.track_range;
+  const bool turn_was_off = report_.turn_off_model;
   report_.turn_off_model =
       turn_.turned() > kOffModel && (turn_.value() < 1.0 / range || turn_.value() > range) && std::abs(asked) > kTurns;
+  if (report_.turn_off_model && !turn_was_off) report_.turn_share = turn_.value();
 }
 
-/// Wheels that are to stand and turn all the same are turned from outside, whatever the yaw rate says: pushed, or
-/// lifted and spun. What they measure is kept from the controller, which is not to fight whoever does it.
+/// Wheels that are to stand and turn all the same are turned from outside, at any yaw rate: pushed, or
+/// lifted and spun. What they measure is kept from the controller, which is not to work against it.
 bool FaultMonitor::concludeMoved() {
   const auto turns = [](const WheelMonitor& w) {
     return w.state() == ChannelState::faulty && !w.frozen() && w.fasterThanCommanded();
@@ -269,7 +278,7 @@ bool FaultMonitor::concludeMoved() {
   return true;
 }
 
-/// Where the wheels are turned from outside, or stand as they are told to while two instruments of their own see
+/// Where the wheels are turned from outside, or stand as commanded while two instruments of their own see
 /// motion, gyro and accelerometer: the body is moved, and its tyres may slide. Neither instrument is wrong.
 void FaultMonitor::concludeBodyMoved() {
   const auto sees_motion = [](const ChannelHealth& channel) {

@@ -35,7 +35,7 @@ constexpr double kCoarsestStep = 0.2;
 constexpr double kTimingBound = 3.0;
 
 /// Mean acceleration between two values of an encoder that holds them from which the wheel is on its way wherever it
-/// goes [rad/s^2]: a heavy robot on sticky ground may not be faster, whatever its motors can do. From sample to sample
+/// goes [rad/s^2]: a heavy robot on sticky ground may not be faster, with any motors. From sample to sample
 /// noise would be as much.
 constexpr double kSlowestRamp = 2.0;
 
@@ -84,7 +84,7 @@ DriveTrainRange identifiedRange(const FaultParameters& p, const PlantModel& mode
   return {timing, timing, model.lag - 0.5 * beyond, model.lag + beyond, p.slowest_acceleration, p.fastest_acceleration};
 }
 
-/// What a drive train that nobody identified may be besides: half to twice the dead time and the lag, and slower where
+/// How far a drive train that is not identified may differ: half to twice the dead time and the lag, and slower where
 /// its velocity loop is a soft one.
 DriveTrainRange assumedRange(const FaultParameters& p, const PlantModel& model) {
   constexpr double kSoftLoop = 0.3;  // s
@@ -100,12 +100,12 @@ DriveTrainRange driveTrainRange(const FaultParameters& p, const PlantModel& mode
   return model.identified ? identifiedRange(p, model) : assumedRange(p, model);
 }
 
-/// How far the speed of a wheel that nobody identified may be from its model's at steady state: the gain, relative, and
+/// How far the speed of a wheel that is not identified may be from its model's at steady state: the gain, relative, and
 /// what a motor of stock gains stays behind its command [rad/s].
 constexpr double kAssumedGain = 0.25;
 constexpr double kAssumedOffset = 0.5;
 
-/// The same of one that somebody identified, in standard deviations of the gain.
+/// The same of one that is identified, in standard deviations of the gain.
 constexpr double kGain = 3.0;
 
 /// Width of the envelope, in standard deviations of the error, up to which an error tells of the noise.
@@ -325,7 +325,7 @@ bool WheelMonitor::comesBack(double measurement, double step) {
 }
 
 bool WheelMonitor::isFrozen(double measurement, double step) {
-  // A wheel at rest repeats its speed whatever the reason of its rest: then only the prediction error tells.
+  // A wheel at rest repeats its speed for any reason of its rest: then only the prediction error tells.
   const bool may_rest = std::abs(measurement) < kRestSpeed;
   // Of a wheel that is under way, even to and fro is not noise; a controller that answers noise moves it by less.
   const double explained =

@@ -10,7 +10,7 @@ namespace {
 constexpr double kResolution = 1e-7;  // rad/s; smaller changes are no noise
 
 /// Largest rate for which drivers publish exactly zero instead [rad/s]: a robot that stands or drives straight turns by
-/// less, and zeros that repeat tell nothing of a gyro that is frozen.
+/// less, and zeros that repeat do not show a frozen gyro.
 constexpr double kDeadZone = 0.05;
 
 /// Time for which a gyro that lives does not read zero in a turn beyond that [s].
@@ -72,7 +72,7 @@ constexpr double kAboutOneSide = 2.0;
 constexpr double kCreep = 0.2;
 
 /// Difference of the tyres' radii, relative: as usual, and the largest; and the time over which the bias is learned
-/// anew that they seem to be, where the speed changes [s].
+/// again that they seem to be, where the speed changes [s].
 constexpr double kUnlikeTyres = 0.01;
 constexpr double kUnlikeTyresAtMost = 0.03;
 constexpr double kTyresMemory = 1.0;
@@ -157,7 +157,7 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, c
   frozen_ = isFrozen(yaw_rate, x, moving, step.time);
   watchJumps(yaw_rate, x.value, step.time, shock.push);
   forward_lately_ = std::max(std::abs(x.forward), forward_lately_ * kTyresMemory / (step.time + kTyresMemory));
-  // Wheels that are under way nobody knows where do not tell which turn they ask for.
+  // Wheels on the way to an unknown speed do not tell which turn they ask for.
   if (x.value * x.value > x.variance) agreement_of_sign_.update(yaw_rate, belief_.slope() * x.value, step.time);
   if (agreement_of_sign_.turned() > kSignTime && std::abs(agreement_of_sign_.value()) > kSign) {
     reversed_ = agreement_of_sign_.value() < 0.0;

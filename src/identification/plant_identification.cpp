@@ -482,8 +482,8 @@ double totalSquares(const WheelFit& fit) {
   return (squares - sum.cwiseProduct(sum) / std::max(count, 1.0)).sum();
 }
 
-/// Cuts the blocks that the commands do not explain, because somebody else drives, pushes or holds up, and those beside
-/// them, into which it may reach. Returns their time [s].
+/// Cuts the blocks that the commands do not explain, because another source drives, or the robot is pushed or held up,
+/// and those next to them, into which it may reach. Returns their time [s].
 double cutUnexplained(WheelFit& fit, const Theta& theta) {
   const auto blocks = blocksOf(fit, fit.residuals(theta));
   std::vector<double> rms;

@@ -18,8 +18,8 @@
 
 namespace jackal_aic {
 
-/// Listens to cmd_drive (jackal_msgs/Drive), which the stock jackal_node publishes without pause, and for where there
-/// is none, as in Gazebo, to jackal_velocity_controller/cmd_vel (geometry_msgs/Twist), what twist_mux lets through.
+/// Listens to cmd_drive (jackal_msgs/Drive), which the stock jackal_node publishes without pause. Where that is absent,
+/// as in Gazebo, it listens to jackal_velocity_controller/cmd_vel (geometry_msgs/Twist), the output of twist_mux.
 class AppliedCommands {
  public:
   /// Called with each command and where it was heard.

@@ -5,7 +5,7 @@
 namespace jackal_aic {
 namespace {
 
-/// Wall time between looks at the clock, and how long it may stand still before that is told [s].
+/// Wall time between looks at the clock, and how long it may stand still before that is reported [s].
 constexpr double kPeriod = 0.5;
 constexpr double kPatience = 3.0;
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A witness of what the controller owes (doc/reference/requirements.yaml), from the topics alone. It shares no code
+/// Checks the requirements of the controller (doc/reference/requirements.yaml) by the topics alone. It shares no code
 /// with the drive loop, and stops nothing: it accuses.
 
 #include <array>
@@ -44,7 +44,7 @@ inline constexpr std::array<MonitoredRequirement, 8> kMonitored{
      {"SEN-1", "not zero, although the wheel speeds have been away for their deadline and the brake's time"},
      {"STO-1", "not zero, although the emergency stop has been engaged for the brake's time"}}};
 
-/// What the monitor is told beside the keys of the drive gate. YAML keys without a prefix.
+/// Parameters of the monitor in addition to those of the drive gate. YAML keys without a prefix.
 struct CommandMonitorParameters {
   double action_period = 0.02;  ///< of the commands, the longest of all: what is not told of their times [s]
   double standstill = 5.0;      ///< time with a zero set point after which the command has to be zero [s]

@@ -64,7 +64,7 @@ class CommandMonitorNode {
     return {parameters_, controller_.gate, controller_.geometry, longestBlind(controller_)};
   }
 
-  /// A world that starts anew owes nothing of the one before.
+  /// After a restart of the simulation nothing of the time before counts.
   double now() {
     const double time = ros::Time::now().toSec();
     if (time < last_now_) {

@@ -21,7 +21,7 @@ LoopChanges& toldOf(LoopExchange& changes, const DriveLoop& loop) {
   return changes;
 }
 
-/// Who may publish beside the node. Other sources of a multiplexer publish on topics of their own.
+/// Other nodes that may publish. Other sources of a multiplexer publish on topics of their own.
 GraphRules graphRules(const ros::NodeHandle& node, const NodeParameters& parameters, const CommandOutput& output,
                       const RobotWatch& robot) {
   return {output.topics(),
@@ -85,7 +85,7 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
   }
   action_timer_ = node_.createTimer(ros::Duration(controller.actionStep()), &ControllerNode::onActionTimer, this);
   setActionTimer(currentTime() + controller.actionStep());
-  // The action timer does not fire before the time at which the clock jumped back, unless it is set anew.
+  // The action timer does not fire before the time at which the clock jumped back, unless it is set again.
   clock_.emplace(node_, [this] { currentTime(); });
   const auto tell = [this](const ros::WallTimerEvent&) {
     diagnostics_.publish(output_.complaint());
@@ -135,7 +135,7 @@ void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
 }
 
 void ControllerNode::onPair(const Observation& observation, const ros::Time& stamp) {
-  // At the time of the message that completed the pair, which the loop is still to be told of.
+  // At the time of the message that completed the pair, which the loop does not know yet.
   const bool taken = loop_.observe(observation, last_now_.toSec());
   odometry_.observe(observation, last_now_);
   reportStatus();
@@ -152,7 +152,7 @@ void ControllerNode::onActionTimer(const ros::TimerEvent&) {
   if (inputs_) inputs_->publish(last_now_);
   reportStatus();
   if (command) {
-    // Zero would keep the robot from following whoever else commands it.
+    // Zero would keep the robot from following the other publisher.
     if (!graph_.contended() || *command != WheelCommand{}) output_.publish(*command);
     const bool by_another = graph_.contended() || loopStatus().handed_over;
     state_.publish(loopState(loop_, measured_, last_now_), diagnostics_.reason(), by_another, unheard_,
@@ -165,7 +165,7 @@ void ControllerNode::onActionTimer(const ros::TimerEvent&) {
 
 void ControllerNode::setActionTimer(double due) {
   action_due_ = due;
-  // Anew for each action: a timer whose period is changed on its way fires at times of its own.
+  // Set for each action: a timer whose period is changed on its way fires at times of its own.
   action_timer_.setPeriod(ros::Duration(std::max(0.0, due - ros::Time::now().toSec())));
 }
 
@@ -209,7 +209,7 @@ double ControllerNode::currentTime() {
   return now.toSec();
 }
 
-/// Motors that do not follow what nobody hears tell nothing of anybody else.
+/// If the commands have no subscriber, motors that do not follow them are no hand-over.
 DriveLoopStatus ControllerNode::loopStatus() const {
   DriveLoopStatus status = loop_.status();
   status.handed_over = status.handed_over && unheard_.empty();

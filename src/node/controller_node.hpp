@@ -89,7 +89,7 @@ class ControllerNode {
   DiagnosticsOutput diagnostics_;
 
   ros::CallbackQueue requests_;
-  std::unique_ptr<InputLog> inputs_;  // with publish_inputs; there before anything is told to the loop
+  std::unique_ptr<InputLog> inputs_;  // with publish_inputs; made before the first input of the loop
   StateOutput state_;
   std::unique_ptr<LoopTuning> tuning_;
   DriveServices services_;
@@ -99,7 +99,7 @@ class ControllerNode {
   FrameListener frame_listener_;
   SensorPairing sensors_;
   RobotWatch robot_;
-  std::optional<AppliedCommands> applied_;  // where somebody else may drive
+  std::optional<AppliedCommands> applied_;  // where another source may drive
   GraphWatch graph_;
   ros::Time last_now_;   // of the last callback, to notice a clock that jumps back
   std::string unheard_;  // CommandOutput::complaint() of the last action

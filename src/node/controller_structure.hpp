@@ -15,7 +15,7 @@
 
 namespace jackal_aic {
 
-/// What the node needs of a controller beside what all of them have.
+/// What the node needs of a controller beyond VelocityController.
 class ControllerStructure {
  public:
   virtual ~ControllerStructure() = default;
@@ -26,7 +26,7 @@ class ControllerStructure {
   /// Measurement that the controller took last; the header is left to the caller.
   virtual SensorGeneralized measurement() const = 0;
 
-  /// Publishes what the structure has beside the state, after each action update.
+  /// Publishes what the structure has in addition to the state, after each action update.
   /// @param header stamp of the update, frame of the body velocity.
   virtual void publish(const std_msgs::Header& header) = 0;
 };

@@ -7,7 +7,7 @@
 namespace jackal_aic {
 namespace {
 
-/// Wall time after which missing sensors are told [s].
+/// Wall time after which missing sensors are reported [s].
 constexpr double kSensorPatience = 3.0;
 
 /// Wall time in which a subscriber finds the commands at the start [s].
@@ -25,7 +25,7 @@ void DiagnosticsOutput::look(const DriveLoopStatus& status, const std::string& c
   const bool changed = reason_.update(status, contender) || status.decision.status != last_status_;
   last_status_ = status.decision.status;
   const Look look{++looks_, status, contender};
-  // What changed is told in its order. Of what is only counted, the newest is enough.
+  // Changes are reported in their order. Of counters the newest value is enough.
   if (changed || untold_) untold_ = !changes_.push(look);
   newest_.write(look);
   figures_.write(figures);
@@ -40,7 +40,7 @@ bool DiagnosticsOutput::tell(const Look& look) {
 
 void DiagnosticsOutput::announce() {
   if (ready_told_ || !counted_) return;
-  if (last_told_status_ == DriveStatus::driving) ready_told_ = true;  // which is told itself
+  if (last_told_status_ == DriveStatus::driving) ready_told_ = true;  // which is reported itself
   if (told_.missing.worst() == StopCause::none && !ready_told_) {
     ready_told_ = true;
     ROS_INFO("Ready (%s). Waiting for set points on %s", controller_.c_str(), set_point_topic_.c_str());
@@ -68,7 +68,7 @@ void DiagnosticsOutput::publish(const std::string& unheard) {
   changes_.consume_all([&](const Look& look) { changed = tell(look) || changed; });
   if (const Look* look = newest_.read()) changed = tell(*look) || changed;
   announce();
-  // What happens is told at once, not with the next period.
+  // Changes are reported at once, not with the next period.
   changed ? updater_.force_update() : updater_.update();
 }
 

@@ -20,7 +20,7 @@ namespace jackal_aic {
 /// Tells of a drive loop: log lines when it changes, and /diagnostics.
 class DiagnosticsOutput {
  public:
-  /// What is told beside the status.
+  /// What is reported in addition to the status.
   struct Figures {
     std::uint32_t rejected_measurements = 0;
     double free_energy = 0.0;
@@ -32,15 +32,15 @@ class DiagnosticsOutput {
   /// @param set_point_deadline as StatusReport.
   DiagnosticsOutput(std::string controller, std::string set_point_topic, double set_point_deadline);
 
-  /// In the thread that drives: hands over what there is to tell. Every change of what keeps the robot from driving is
-  /// told, unless more come than the other thread can take. @param contender as in StatusReport::update().
+  /// In the thread that drives: hands over what is to be reported. Every change of what keeps the robot from driving
+  /// is reported, unless more come than the other thread can take. @param contender as in StatusReport::update().
   void look(const DriveLoopStatus& status, const std::string& contender, const Figures& figures);
 
   /// In the thread that drives: why the robot is not driven.
   const std::string& reason() const { return reason_.text(); }
 
   /// In the other thread: logs what has changed, and publishes if it is time to, or if something has changed.
-  /// @param unheard as in StatusReport::diagnose(); it is told when it has lasted.
+  /// @param unheard as in StatusReport::diagnose(); it is reported when it has lasted.
   void publish(const std::string& unheard);
 
  private:
@@ -78,7 +78,7 @@ class DiagnosticsOutput {
   DriveStatus last_told_status_ = DriveStatus::idle;
   Figures told_;
   std::string unheard_;
-  ros::WallTime heard_ = ros::WallTime::now();  // last time that somebody listened to the commands, or the start
+  ros::WallTime heard_ = ros::WallTime::now();  // last time that the commands had a subscriber, or the start
   diagnostic_updater::Updater updater_;
 };
 

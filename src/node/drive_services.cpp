@@ -29,8 +29,8 @@ bool DriveServices::onEnable(std_srvs::SetBool::Request& request, std_srvs::SetB
 bool DriveServices::onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
   response.success = actions_.at_rest();
   if (response.success) actions_.reset();
-  response.message = response.success ? "started anew; what was learned of the robot stays"
-                                      : "the robot is being driven: stop it first";
+  response.message =
+      response.success ? "restarted; what was learned of the robot stays" : "the robot is being driven: stop it first";
   ROS_INFO("Service reset: %s", response.message.c_str());
   return true;
 }

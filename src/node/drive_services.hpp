@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Services by which a person holds a controller at rest, or has it start anew. The same for the node and for the
+/// Services by which a person holds a controller at rest, or restarts it. The same for the node and for the
 /// controller of ros_control.
 
 #include <ros/node_handle.h>
@@ -17,7 +17,7 @@ namespace jackal_aic {
 
 /// Serves in a namespace:
 /// enable (std_srvs/SetBool): false brakes the robot and holds it at rest (StopCause::disabled), true lets it drive
-/// again, by restart_after_stop; reset (std_srvs/Trigger): starts a robot at rest anew (DriveLoop::start()), which
+/// again, by restart_after_stop; reset (std_srvs/Trigger): restarts a robot at rest (DriveLoop::start()), which
 /// forgets motion and faults, not what was learned of the robot, not what it reports, and not the pose of the odometry.
 class DriveServices {
  public:

@@ -18,15 +18,15 @@
 
 namespace jackal_aic {
 
-/// Frames that do not move against each other. Of a transform the last one that came counts, whatever its stamp: the
+/// Frames that do not move against each other. Of a transform the last one that came counts, with any stamp: the
 /// history that tf2 keeps of frames that move does not survive a stamp at the end of time.
 class FixedFrames {
  public:
-  static constexpr std::size_t kMostFrames = 1000;  ///< what is kept is bounded, whoever publishes on /tf
+  static constexpr std::size_t kMostFrames = 1000;  ///< bound of what is kept, as any node may publish on /tf
   static constexpr std::size_t kLongestName = 256;  ///< [characters]
 
   /// Takes a transform. Returns why it is refused, which leaves what was known: frames without a name, with one of more
-  /// than kLongestName characters or of the same one, a number that is not finite, a rotation that is none, a frame
+  /// than kLongestName characters or of the same one, a number that is not finite, an invalid rotation, a frame
   /// beyond the kMostFrames first ones; empty if it was taken.
   std::string add(const geometry_msgs::TransformStamped& transform);
 

@@ -79,7 +79,7 @@ class GainServer {
   using Adopt = std::function<void(const Parameters& wanted)>;
 
   /// @param node its namespace; @param running gains at the start; @param adopt called for every change. What was taken
-  /// over or refused is logged by name, and whoever asked for a refused change gets the running gains back.
+  /// over or refused is logged by name, and the client of a refused change gets the running gains back.
   GainServer(const ros::NodeHandle& node, const Parameters& running, Adopt adopt)
       : running_(running), adopt_(std::move(adopt)), server_(node) {
     showRanges();

@@ -165,7 +165,7 @@ void GraphWatch::look() {
   others_ = text;
   rivals_ = rivals.names;
   lone_types_ = rivals.types;
-  // After the names: whoever sees a flag, which takes no lock, finds who it is.
+  // After the names: a thread that sees the flag, which takes no lock, finds the names.
   contended_ = !text.empty() && !rules_.others_allowed;
   rivalled_ = !rivals.names.empty() && !rules_.rivals_allowed;
   if (checked_) return;

@@ -19,7 +19,7 @@ namespace jackal_aic {
 /// What is to be found in the graph, and who may be there.
 struct GraphRules {
   std::vector<std::string> topics;      ///< of our commands, resolved names
-  std::vector<std::string> companions;  ///< nodes beside this one that may publish there
+  std::vector<std::string> companions;  ///< other nodes that may publish there
   bool others_allowed = false;          ///< any node may
   std::string lone;                     ///< resolved name of a topic on which one node is to publish; empty: none
   bool rivals_allowed = false;          ///< several nodes may publish there
@@ -29,7 +29,7 @@ struct GraphRules {
 
 /// Asks the master every `period` of wall time, in a thread of its own because the master may be slow or gone, who else
 /// publishes on given topics. A publisher whose process is dead, whom the master still lists, does not count,
-/// whoever has its port now. While the master cannot be reached the last answer stands.
+/// even if another process has its port now. While the master cannot be reached the last answer stands.
 class GraphWatch {
  public:
   /// @param period [s].
@@ -48,7 +48,7 @@ class GraphWatch {
   /// True if the master answered last time.
   bool masterReachable() const { return master_reachable_; }
 
-  /// True if somebody publishes on one of our topics who may not.
+  /// True if a node publishes on one of our topics that may not.
   bool contended() const { return contended_; }
 
   /// True if more nodes than allowed publish on the lone topic.
@@ -58,10 +58,10 @@ class GraphWatch {
   std::string complaint() const;
 
   /// Types as which living nodes publish on the lone topic; of one that does not answer it is empty. Only while more
-  /// than one is listed: with one alone nobody is asked.
+  /// than one is listed: a single one is not asked.
   std::vector<std::string> loneTypes() const;
 
-  /// Who publishes on what: "/name on /cmd_drive, ...". Empty if nobody does.
+  /// Who publishes on what: "/name on /cmd_drive, ...". Empty without any.
   std::string others() const;
 
  private:

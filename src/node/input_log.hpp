@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Everything that the drive loop of the node is told, published, so that a recording of it is the whole drive.
+/// Publishes every input of the drive loop of the node, so that a recording of it is the whole drive.
 
 #include <jackal_aic/LoopInputs.h>
 #include <ros/node_handle.h>
@@ -16,7 +16,7 @@
 namespace jackal_aic {
 
 /// Publishes jackal_AIC/inputs (jackal_aic/LoopInputs). What comes before the first subscriber is kept for it, for
-/// kPatience, so that a recorder that is started beside the node misses nothing.
+/// kPatience, so that a recorder that is started together with the node misses nothing.
 class InputLog {
  public:
   /// Listens to a loop, which is not to call after the end of the log. @param parameters with which the loop was made.
@@ -24,7 +24,7 @@ class InputLog {
   InputLog(const InputLog&) = delete;
   InputLog& operator=(const InputLog&) = delete;
 
-  /// Publishes what was kept, if somebody listens. @param now time of the action update.
+  /// Publishes what was kept, if there is a subscriber. @param now time of the action update.
   void publish(const ros::Time& now);
 
  private:

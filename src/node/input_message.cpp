@@ -37,7 +37,7 @@ class Reader {
   void operator()(AppliedSource& value) {
     const double source = next();
     if (!(source >= 0.0) || source > static_cast<double>(AppliedSource::wheels)) {
-      throw ParameterError(fmt::format("a recorded command has source {:g}, which is none", source));
+      throw ParameterError(fmt::format("a recorded command has the unknown source {:g}", source));
     }
     value = static_cast<AppliedSource>(static_cast<int>(source));
   }

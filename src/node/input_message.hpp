@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Between what a drive loop is told and the messages that keep it. Pure functions.
+/// Between the inputs of a drive loop and the messages that keep them. Pure functions.
 
 #include <jackal_aic/LoopInputs.h>
 
@@ -15,7 +15,7 @@ namespace jackal_aic {
 /// Adds an input to a message, gains as their text. Numbers keep their bits.
 void addInput(const DriveInput& input, LoopInputs& message);
 
-/// The inputs of a message, in their order; to the bit what was added.
+/// The inputs of a message, in their order; exactly those that were added.
 /// @throws ParameterError if an input is of a kind that is not known, lacks values, or its gains are no gains.
 std::vector<DriveInput> inputsOf(const LoopInputs& message);
 

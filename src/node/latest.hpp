@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The newest value from one thread for another, of which neither waits for the other.
+/// The newest value from one thread for another, without either waiting for the other.
 
 #include <array>
 #include <atomic>

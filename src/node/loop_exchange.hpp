@@ -10,8 +10,8 @@
 
 namespace jackal_aic {
 
-/// What was asked for last, until the loop's thread takes it. Gains are certified by whoever hands them over, so that
-/// the thread that drives has nothing to wait for.
+/// What was asked for last, until the loop's thread takes it. Gains are certified by the thread that hands them over,
+/// so that the thread that drives has nothing to wait for.
 class LoopExchange : public LoopChanges {
  public:
   // From any thread but the one that drives:

@@ -107,7 +107,7 @@ std::string plantModelText(const NodeParameters& parameters) {
   return yamlBlock("plant_model", model);
 }
 
-/// What is told of the sensors beside the gains of a structure that weighs by them.
+/// Noise of the sensors, in addition to the gains of a structure that weighs by it.
 std::string sensorText(const SensorNoise& sensors) { return yamlBlock("sensors", sensors); }
 
 }  // namespace
@@ -187,7 +187,7 @@ NodeParameters readConfiguration(ParameterMap& map, NodeParameters parameters) {
   requireFrame("robot.base_frame", parameters.robot.base_frame);
   requireFrame("odometry.frame", parameters.odometry.frame);
   parameters.robot_name = robotName(map);
-  // The robot's file may name it whatever the preset; only the predictive structure learns.
+  // The robot's file may name it with any preset; only the predictive structure learns.
   const std::string slip_file = readSlipFile(map);
   if (std::holds_alternative<PredictiveParameters>(parameters.controller)) parameters.slip_file = slip_file;
   return parameters;

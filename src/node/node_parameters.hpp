@@ -46,7 +46,7 @@ void describeFields(Visitor& v, RobotNames& p) {
 /// Where the odometry goes. YAML prefix `odometry`.
 struct OdometryParameters {
   bool publish = true;         ///< on the topic odom
-  bool tf = false;             ///< as a transform too, where nobody else publishes that
+  bool tf = false;             ///< as a transform too, if no other node publishes it
   std::string frame = "odom";  ///< of the pose
 };
 
@@ -66,9 +66,8 @@ struct NodeOptions {
   bool allow_multiple_set_points = false;     ///< obey set points although more than one node publishes them
   bool belief_timer = true;  ///< run the beliefs at their own rate; false: only when a measurement, a set point or an
                              ///< action needs them, which gives the same numbers for less CPU time
-  bool publish_inputs = false;  ///< publish everything that the controller is told, to be replayed to the same bits
-  bool watchdog = true;         ///< false: no wheel_watchdog runs beside the node, without which it does not drive
-                                ///< with output: gazebo
+  bool publish_inputs = false;  ///< publish every input of the controller, for an exact replay
+  bool watchdog = true;         ///< wheel_watchdog runs; without it output: gazebo is refused
   std::string preset;           ///< name of the preset, for the log and the tools; the launch files set it
   std::string parameter_files;  ///< files that the parameters came from, for the log
   int realtime_priority = 0;    ///< of the threads that receive and drive (SCHED_FIFO), with locked memory; 0: ordinary
@@ -101,7 +100,7 @@ struct NodeParameters : DriveParameters, NodeOptions {
 /// Which robot the node takes itself to drive, what it assumes of it, and whether `identify` is due: one line.
 std::string describeRobot(const NodeParameters& parameters);
 
-/// Reads every key that the configuration of a node may have, whoever drives by it: the node, the tools, the
+/// Reads every key that the configuration of a node may have, for every user of it: the node, the tools, the
 /// experiments. Nothing is checked beyond the ranges, and geometry that is not given stays as it is.
 /// @param parameters values of keys that are not given; gains, variances and settings of the fault detection, which
 /// have defaults of their own, excepted. @throws ParameterError as readNodeParameters(), but for unknown keys, which

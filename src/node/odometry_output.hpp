@@ -16,7 +16,7 @@
 
 namespace jackal_aic {
 
-/// Reckons what a drive loop does and publishes it as the parameters odometry.* say.
+/// Computes the odometry of a drive loop and publishes it as the parameters odometry.* say.
 class OdometryOutput {
  public:
   /// Opens the topics in the namespace of `node`. @param loop has to outlive the output.

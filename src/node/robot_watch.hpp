@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What the robot and its user say beside the measurements: emergency stop, status, feedback of the motors.
+/// What the robot and its user report in addition to the measurements: emergency stop, status, feedback of the motors.
 
 #include <jackal_msgs/Feedback.h>
 #include <jackal_msgs/Status.h>

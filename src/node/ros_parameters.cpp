@@ -54,7 +54,7 @@ ParameterValue listOf(XmlRpcValue& list, const std::string& key) {
 void addValue(XmlRpcValue& value, const std::string& key, ParameterMap& map) {
   switch (value.getType()) {
     case XmlRpcValue::TypeStruct:
-      // As in a file; a namespace without any parameter is none of it.
+      // As in a file; a namespace without any parameter is left out.
       if (value.size() == 0 && !key.empty())
         throw ParameterError(shortened(key) + " = {}: expected a value, or keys below it");
       for (auto& entry : value) addValue(entry.second, key.empty() ? entry.first : key + "." + entry.first, map);

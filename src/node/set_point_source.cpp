@@ -71,7 +71,7 @@ void SetPointSource::onMessage(const topic_tools::ShapeShifter& message) {
                      topic().c_str(), message.getDataType().c_str());
 }
 
-// "Too old" alone would send somebody to look at the network, who has to look at the sender's clock.
+// "Too old" alone would suggest the network as the cause instead of the sender's clock.
 void SetPointSource::tellOfAnotherClock(double stamp) const {
   const double ahead = stamp - ros::Time::now().toSec();
   if (std::abs(ahead) < kSameClock) return;

@@ -17,8 +17,7 @@
 
 namespace jackal_aic {
 
-/// Subscribes to one topic, whatever publishes there, and tells of a type that is none for a set point, and of stamps
-/// by another clock.
+/// Subscribes to one topic with any type, and reports a type that no set point has, and stamps by another clock.
 class SetPointSource {
  public:
   using Take = std::function<void(const ReceivedSetPoint&)>;
@@ -52,7 +51,7 @@ class SetPointSource {
   Types living_;
   ros::Subscriber subscriber_;
   bool typed_ = false;  // the subscription has taken a publisher's type
-  bool wrong_ = false;  // which is none for a set point
+  bool wrong_ = false;  // which no set point has
   std::string type_;    // of the last message; empty before the first of a subscription
   ros::WallTime arrival_;
   ros::WallTimer timer_;

@@ -22,16 +22,16 @@ struct KeptModel {
 
 /// What a file holds: keys slip.effective_track [m], slip.slip_factor and, since how the turn depends on the motion is
 /// learned, slip.turn_coefficients and slip.turn_covariance (lower triangle, row by row); since they are learned,
-/// drive_train.dead_time and drive_train.lag [s]. Beside them, as told_slip and told_drive_train, what the controller
-/// had been told of its robot before it learned: where it is told otherwise now, because the robot has been identified
-/// since or is another one, that counts. Empty if there is no such file.
-/// @param told what the controller is told now: centre of the range in which the belief about the slip stays.
+/// drive_train.dead_time and drive_train.lag [s]. Also, as told_slip and told_drive_train, the configuration
+/// before it learned: where the present one differs, because the robot has been identified since or is another one, the
+/// present one counts. Empty if there is no such file.
+/// @param told the present configuration: centre of the range in which the belief about the slip stays.
 /// @throws ParameterError naming file, key, value and bound, if the file is unreadable or holds anything else, or if a
 /// value is out of range.
 std::optional<KeptModel> readSlipFile(const std::string& path, const LearnedModel& told);
 
-/// Writes what was learned to a file at once: another process sees the old file or the new one, whatever happens
-/// meanwhile. @param told what the controller had been told.
+/// Writes what was learned to a file at once: another process sees the old file or the new one, never a
+/// part. @param told the configuration before it learned.
 /// @throws ParameterError naming the file and the reason.
 void writeSlipFile(const std::string& path, const LearnedModel& learned, const LearnedModel& told);
 

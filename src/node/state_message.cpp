@@ -30,8 +30,7 @@ void fillState(const LoopState& state, const std::string& reason, const std::str
 std::string summary(const ControllerState& state) {
   constexpr std::array<const char*, 2> kStructures{"thesis", "predictive"};
   constexpr std::array<const char*, 5> kStatuses{"idle", "driving", "stopped", "braking", "faulted"};
-  constexpr std::array<const char*, 3> kDrivers{"driven by nobody", "driven by this controller",
-                                                "driven by another node"};
+  constexpr std::array<const char*, 3> kDrivers{"not driven", "driven by this controller", "driven by another node"};
   return std::string(kStructures.at(state.structure)) + ", " + kStatuses.at(state.status) + ", " +
          kDrivers.at(state.driven_by);
 }

@@ -27,7 +27,7 @@ struct LoopState {
 /// The loop as it is now. @param measured as in LoopState.
 LoopState loopState(const DriveLoop& loop, const BodyVector& measured, const ros::Time& stamp);
 
-/// Fills in everything but what belongs to the structure. Driven by nobody while the command is zero, else by us.
+/// Fills in everything but what belongs to the structure. BY_NOBODY while the command is zero, else BY_US.
 /// @param reason for which the robot is not driven, as StatusReport has it; @param frame of the body velocity.
 void fillState(const LoopState& state, const std::string& reason, const std::string& frame, ControllerState& message);
 

@@ -24,8 +24,8 @@ class StateOutput {
   /// The measurement that the controller took last. @param stamp of its message.
   void publishMeasurement(const ros::Time& stamp);
 
-  /// @param reason as fillState() takes it; @param by_another somebody else has the motors; @param unheard says that
-  /// nobody listens to the commands, which then drive nothing: empty if somebody does; @param rejected messages of
+  /// @param reason as fillState() takes it; @param by_another another source has the motors; @param unheard says that
+  /// the commands have no subscriber and so drive nothing: empty if they have one; @param rejected messages of
   /// sensors that the loop has not seen.
   void publish(const LoopState& state, const std::string& reason, bool by_another, const std::string& unheard,
                std::uint32_t rejected);

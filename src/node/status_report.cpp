@@ -10,13 +10,13 @@ namespace {
 /// Whether reason() of the two can differ.
 bool tellTheSame(const DriveLoopStatus& a, const DriveLoopStatus& b) {
   return a.decision.cause == b.decision.cause && a.decision.unacknowledged == b.decision.unacknowledged &&
-         a.fault == b.fault && a.loss == b.loss && a.handed_over == b.handed_over;
+         a.fault == b.fault && a.share == b.share && a.loss == b.loss && a.handed_over == b.handed_over;
 }
 
-/// A remedy as the next sentence; empty if there is none.
+/// A remedy as the next sentence, or an empty text.
 std::string sentence(const char* remedy) { return *remedy == '\0' ? "" : std::string(". ") + remedy; }
 
-/// Whether no action step was made since the start, or since it was started anew.
+/// Whether no action step was made since the start, or since a restart.
 bool undecided(const DriveLoopStatus& status) {
   return status.decision.status == DriveStatus::idle && status.decision.cause == StopCause::none;
 }
@@ -54,7 +54,7 @@ bool StatusReport::update(const DriveLoopStatus& status, const std::string& cont
   logLoss();
   if (decided) logDecision(before);
   logClearedCause(before);
-  return changed && !undecided(status);  // why it is idle is told with the next action step
+  return changed && !undecided(status);  // why it is idle is reported with the next action step
 }
 
 void StatusReport::refused(const std::string& what, std::uint32_t count) {
@@ -84,7 +84,7 @@ void StatusReport::logFault(Fault before) {
   } else if (status_.fault == Fault::stuck) {
     ROS_WARN("The robot %s. %s", text(status_.fault), remedy(status_.fault));
   } else if (status_.fault != Fault::none) {
-    ROS_WARN_THROTTLE(10.0, "Noticed: %s. %s", text(status_.fault), remedy(status_.fault));
+    ROS_WARN_THROTTLE(10.0, "Noticed: %s. %s", text(status_.fault, status_.share).c_str(), remedy(status_.fault));
   }
 }
 
@@ -141,7 +141,7 @@ void StatusReport::logDecision(const DriveLoopStatus& before) {
       if (cause != StopCause::set_point_late && cause != StopCause::shutdown && !told) logStop("Stopping");
       return;
     case DriveStatus::stopped:
-      // A start is no event: what is waited for is told, but nothing has stopped.
+      // At a start nothing has stopped: only what is waited for is logged.
       if (before.decision.status == DriveStatus::idle) {
         ROS_INFO("Waiting: %s", (reason() + sentence(remedy(cause))).c_str());
       } else if (cause == StopCause::set_point_late) {
@@ -199,7 +199,7 @@ void StatusReport::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status,
                             const std::string& unheard) const {
   diagnoseStatus(status, missing);
   if (!unheard.empty()) {
-    // What nobody hears drives nothing; motors at rest then look as if somebody else had them.
+    // Commands without a subscriber drive nothing; motors at rest then look like a hand-over.
     const bool drives = status_.decision.status == DriveStatus::driving && status.level == status.OK;
     status.mergeSummary(status.WARN, drives || status.level != status.OK ? unheard : status.message + "; " + unheard);
   }

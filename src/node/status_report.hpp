@@ -48,8 +48,8 @@ class StatusReport {
   const std::string& reason() const { return reason_.text(); }
 
   /// Level, reason and counters of the last update. @param missing sources that have not come since the start
-  /// (wheels_missing, imu_missing), which are told while it is idle. @param unheard says that nobody listens to the
-  /// commands; empty: somebody does.
+  /// (wheels_missing, imu_missing), which are reported while it is idle. @param unheard says that the commands have no
+  /// subscriber; empty: they have one.
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing = {},
                 const std::string& unheard = {}) const;
 
@@ -66,7 +66,7 @@ class StatusReport {
   DriveLoopStatus status_;
   Loss logged_loss_ = Loss::none;  // and not over yet
   bool fault_pending_ = false;     // not logged yet: it may stop the robot
-  bool loss_pending_ = false;      // likewise
+  bool loss_pending_ = false;      // the same for a loss
   ros::WallTime pending_since_;
   StopCause logged_stop_ = StopCause::none;  // for which the robot brakes
   StopReason reason_;

@@ -19,7 +19,7 @@ static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only
 
 void onSignal(int) { end_requested = signalled = true; }
 
-/// A word of a request, whatever its sender sent.
+/// A word of a request from any sender.
 std::string word(XmlRpc::XmlRpcValue& request, int i) {
   const bool given = request.getType() == XmlRpc::XmlRpcValue::TypeArray && request.size() > i &&
                      request[i].getType() == XmlRpc::XmlRpcValue::TypeString;

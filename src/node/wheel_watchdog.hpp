@@ -29,7 +29,7 @@ void describeFields(Visitor& v, WheelWatchdogParameters& p) {
   v.field("timeout", p.timeout, {0.05, 10.0}, "s", Presence::optional);
 }
 
-/// Name of the watchdog that belongs to a controller node: its publishing beside the controller is no contention.
+/// Name of the watchdog that belongs to a controller node: its publishing is no contention with the controller.
 inline std::string watchdogOf(const std::string& controller) { return controller + "_watchdog"; }
 
 /// Listens to jackal_left_wheel/command and jackal_right_wheel/command (std_msgs/Float64) and publishes zero on the one

@@ -103,7 +103,7 @@ void setDefaults(ParameterMap& map, const std::string& prefix, Parameters values
   }
 }
 
-/// What config/jackal_model.yaml assumes of a Jackal that nobody has identified.
+/// What config/jackal_model.yaml assumes of a Jackal that has not been identified.
 PlantModel assumedModel() {
   PlantModel model;
   model.identified = false;

@@ -51,7 +51,7 @@ void visitGains(Parameters& parameters, RosControllerConfig& config, const Visit
 /// (std_msgs/Bool), status and feedback (jackal_msgs). A robot that offers its IMU as an ImuSensorHandle in its base
 /// frame is read there.
 ///
-/// update() runs the steps of the drive loop that are due, at whatever rate it is called, and neither locks nor
+/// update() runs the steps of the drive loop that are due, at any rate of calls, and neither locks nor
 /// allocates, but for the one update that takes over changed gains of the thesis' structure; callbacks hand over what
 /// they got by Latest.
 class RosController : public controller_interface::Controller<hardware_interface::VelocityJointInterface> {
@@ -61,12 +61,12 @@ class RosController : public controller_interface::Controller<hardware_interface
   bool init(hardware_interface::VelocityJointInterface* hw, ros::NodeHandle& root_nh,
             ros::NodeHandle& controller_nh) override;
 
-  /// Goes on from the speed of the wheels: a robot that somebody else drove does not jerk.
+  /// Goes on from the speed of the wheels: a robot that another controller drove does not jerk.
   void starting(const ros::Time& time) override;
 
   void update(const ros::Time& time, const ros::Duration& period) override;
 
-  /// Commands zero, as nobody asks it any more.
+  /// Commands zero, as it is not updated any more.
   void stopping(const ros::Time& time) override;
 
  protected:
@@ -127,7 +127,7 @@ class RosController : public controller_interface::Controller<hardware_interface
   DeadReckoning commanded_;        // in place of the odometry in open loop
   double last_publication_ = 0.0;  // s
 
-  // From callbacks, whatever thread they come from, to the realtime thread.
+  // From callbacks of any thread to the realtime thread.
   std::mutex callbacks_;
   Latest<SetPointInput> commands_;
   Latest<SensorReading> imu_readings_;
@@ -137,7 +137,7 @@ class RosController : public controller_interface::Controller<hardware_interface
   LoopExchange changes_;
   Latest<bool> resets_;
   bool enabled_ = true;       // for the callbacks alone
-  RobotStatus robot_status_;  // likewise
+  RobotStatus robot_status_;  // the same
 
   // The other way.
   std::atomic<bool> resting_{true};

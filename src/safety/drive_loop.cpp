@@ -68,9 +68,9 @@ std::string reason(const DriveLoopStatus& status, const std::string& contender) 
   const bool rivalry =
       cause == StopCause::contention || cause == StopCause::set_points_rival || cause == StopCause::graph_unchecked;
   if (rivalry && !contender.empty()) reason += ": " + contender;
-  if (status.handed_over) reason = "somebody else has the motors";
+  if (status.handed_over) reason = "another source has the motors";
   const bool told = status.fault != Fault::none && status.fault != Fault::moved;  // that is a cause of its own
-  const std::string fault = told ? text(status.fault) : text(status.loss);
+  const std::string fault = told ? text(status.fault, status.share) : text(status.loss);
   // Wheels that do not follow are no fault of a sensor.
   if (cause == StopCause::sensor_fault && isOfTheWheels(status.fault)) reason.clear();
   if (!fault.empty()) reason += (reason.empty() ? "" : "; ") + fault;
@@ -347,7 +347,7 @@ int DriveLoop::mostActions(double now) const {
 void DriveLoop::beliefStep() {
   // The step's own time, whenever it is run.
   const double due = 1e-9 * static_cast<double>(schedule_.nextBeliefStep());
-  // Where nobody but the wheels tells what reached the motors, no drive train explains the wheels.
+  // If only the wheels show what reached the motors, no drive train explains the wheels.
   measurements_.advance(motors_.toldByWheels() ? std::nullopt : std::optional(appliedCommand(due)),
                         controller_->beliefStep());
   controller_->updateBelief();
@@ -462,7 +462,7 @@ void DriveLoop::noteTime(double now) {
 void DriveLoop::restart(double now) {
   ++clock_resets_;
   forget(now);
-  measurements_.forgetSensors();  // a simulation that starts anew may have another robot
+  measurements_.forgetSensors();  // a simulation that restarts may have another robot
   clock_jumped_ = true;
 }
 
@@ -485,6 +485,7 @@ DriveLoopStatus DriveLoop::status() const {
   DriveLoopStatus status;
   status.decision = decision_;
   status.fault = measurements_.fault();
+  status.share = measurements_.share();
   status.loss = measurements_.loss();
   status.handed_over = handed_over_;
   status.rejected_set_points = rejected_set_points_;

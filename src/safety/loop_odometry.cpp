@@ -3,11 +3,11 @@
 namespace jackal_aic {
 namespace {
 
-/// What wheels and body may do that nobody has a model of; about what a Jackal does in a driving cycle.
+/// What wheels and body may do beyond their models; about what a Jackal does in a driving cycle.
 constexpr double kUnknownWheel = 1.0;  // (rad/s)^2/s
 constexpr double kUnknownYaw = 0.1;    // (rad/s)^2/s
 
-/// The belief beside another controller is told its commands, which start a motion anew each time: it learns no dead
+/// A belief for another controller gets its commands, each of which starts a motion: it learns no dead
 /// time.
 PredictiveParameters ofItsOwn() {
   PredictiveParameters parameters;

@@ -45,7 +45,7 @@ void MeasurementWatch::advance(const std::optional<WheelCommand>& command, doubl
 }
 
 void MeasurementWatch::judge(Observation& observation, const SensorHealth& health, double now) {
-  // A stamp that is no number lets no time pass.
+  // With a stamp that is not finite no time passes.
   const double step = std::min(std::max(0.0, observation.stamp - stamp_), kLongestPeriod);
   stamp_ = observation.stamp;
   excludeImpossible(observation, step);
@@ -158,6 +158,12 @@ Fault MeasurementWatch::fault() const {
   if (imu_at_rest_.accelerometerWrong()) return Fault::no_gravity;
   if (monitor_ && monitor_->report().wheels_off_model) return Fault::wheels_off_model;
   return monitor_ && monitor_->report().turn_off_model ? Fault::turn_off_model : Fault::none;
+}
+
+double MeasurementWatch::share() const {
+  const Fault found = fault();
+  if (found == Fault::wheels_off_model) return monitor_->report().wheel_share;
+  return found == Fault::turn_off_model ? monitor_->report().turn_share : 1.0;
 }
 
 void MeasurementWatch::reset() {

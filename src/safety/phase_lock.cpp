@@ -13,11 +13,11 @@ constexpr std::int64_t kMarginParts = 64;
 /// every phase as good as the others, are not followed to and fro.
 constexpr std::int64_t kWorthwhileParts = 80;
 
-/// Periods without a measurement after which the old ones tell nothing.
+/// Periods without a measurement after which the old ones do not count.
 constexpr std::int64_t kSilence = 25;
 
-/// Measurements between which the drift is taken. Where rates differ, the phases repeat after 2 (20 Hz beside 50), 4 or
-/// 5 of them (80 beside 50): a multiple of all compares the same with the same.
+/// Measurements between which the drift is taken. Where rates differ, the phases repeat after 2 (20 Hz against 50), 4
+/// or 5 of them (80 against 50): a multiple of all compares the same with the same.
 constexpr std::size_t kApart = 20;
 
 /// In [0, period).

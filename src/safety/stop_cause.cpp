@@ -15,7 +15,7 @@ constexpr std::array<Entry, kStopCauses> kEntries{{
     {StopCause::none, Severity::stop, ""},
     {StopCause::start, Severity::stop, "set points not zero since the start"},
     {StopCause::unpaired, Severity::stop, "stamps of wheel speeds and IMU data do not pair"},
-    {StopCause::moved, Severity::stop, "moved by somebody else"},
+    {StopCause::moved, Severity::stop, "moved from outside"},
     {StopCause::imu_frozen, Severity::stop, "IMU data frozen"},
     {StopCause::imu_late, Severity::stop, "IMU data too old"},
     {StopCause::imu_missing, Severity::stop, "no IMU data received yet"},

@@ -218,7 +218,7 @@ class ImuMounting {
     }
   }
 
-  /// Yaw rate of the robot [rad/s]; nothing if nobody says how the frame of the IMU is mounted.
+  /// Yaw rate of the robot [rad/s]; nothing if the mounting of the IMU is unknown.
   std::optional<double> yawRate(const sensor_msgs::Imu& imu) {
     const Eigen::Vector3d rate(imu.angular_velocity.x, imu.angular_velocity.y, imu.angular_velocity.z);
     const auto& rotation = rotationOf(imu.header.frame_id);

@@ -42,7 +42,7 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kPeriod = 0.02;        // s between commands, as the controller sends them
-constexpr double kConnection = 10.0;    // s of wall time to wait for somebody who drives, and for the sensors
+constexpr double kConnection = 10.0;    // s of wall time to wait for the motors and the sensors
 constexpr double kGraphPeriod = 0.5;    // s of wall time between looks at who else publishes commands
 constexpr double kSilence = 0.5;        // s without a message after which a source is lost
 constexpr double kClockPatience = 5.0;  // s of wall time in which the clock has to go on
@@ -108,7 +108,7 @@ class Recording {
   }
 
   /// Moves a bag that is there already to NAME.1, or the next number that is free: the recorder would replace it as
-  /// soon as it ends, whatever was recorded until then. @throws ParameterError if it cannot be moved.
+  /// soon as it ends, with what was recorded until then. @throws ParameterError if it cannot be moved.
   void keepEarlierBag() {
     earlier_ = keepEarlier(bag_);
     ours_ = true;
@@ -166,9 +166,9 @@ class Recording {
   bool ours_ = false;  // what has the name now
 };
 
-/// Drives the excitation open loop on cmd_drive or cmd_vel, within the limits of the acceleration. Whatever keeps a
-/// controller from driving ends it, and so does any message on jackal_AIC/set_point; it brakes first, unless somebody
-/// else has the motors.
+/// Drives the excitation open loop on cmd_drive or cmd_vel, within the limits of the acceleration. It ends by
+/// everything that stops a controller, and by any message on jackal_AIC/set_point; it brakes first, unless another node
+/// has the motors.
 class ExcitationNode {
  public:
   /// @param twist as in ExcitationSession.
@@ -194,8 +194,8 @@ class ExcitationNode {
             [this](const topic_tools::ShapeShifter::ConstPtr&) { end("aborted by a set point"); })),
         start_service_(ros::NodeHandle(private_node).advertiseService("start", &ExcitationNode::onStart, this)) {}
 
-  /// Waits until somebody subscribes to the commands and the sensors speak. @throws ParameterError if they do not, or
-  /// if anything keeps the robot from driving.
+  /// Waits until the motors subscribe to the commands and the sensors publish. @throws ParameterError if they do not,
+  /// or if anything keeps the robot from driving.
   void waitForRobot() {
     const ros::WallTime patience = ros::WallTime::now() + ros::WallDuration(kConnection);
     for (std::string missing = whatIsMissing(); !missing.empty(); missing = whatIsMissing()) {
@@ -259,7 +259,7 @@ class ExcitationNode {
   /// Says zero once more, unless others have the motors.
   void publishStop() { publish({}); }
 
-  /// What identify has to be told of a bag of these topics.
+  /// Options of identify for a bag of these topics.
   std::string bagOptions() const {
     std::string options;
     const auto tell = [&options](const char* option, const std::string& name, const char* usual) {
@@ -298,7 +298,7 @@ class ExcitationNode {
   std::string whatIsMissing() const {
     if (ros::Time::now().isZero()) return "no clock: /use_sim_time is true and nothing comes on /clock";
     if (!graph_.checked()) return "the master does not say who publishes commands";
-    if (!motorsListen()) return "nobody who drives subscribes to " + drive_.getTopic() + ": the motors are missing";
+    if (!motorsListen()) return "no motors subscribe to " + drive_.getTopic();
     for (const std::string& recorder : recorders_) {
       if (!listens(recorder)) {
         return "the recorder does not record " + drive_.getTopic() + ": " + recorder + ", which is to write " +
@@ -317,7 +317,7 @@ class ExcitationNode {
     return found != subscribers_.end() && found->second > 0;
   }
 
-  /// True if somebody beside the recorder subscribes to the commands.
+  /// True if a node other than the recorder subscribes to the commands.
   bool motorsListen() const {
     return std::any_of(subscribers_.begin(), subscribers_.end(), [this](const auto& subscriber) {
       return subscriber.second > 0 &&
@@ -349,7 +349,7 @@ class ExcitationNode {
     if (feedback_.silent()) return "the feedback of the motors stays away";
     if (wheels_heard_.silent()) return "no wheel speeds any more on " + wheels_.getTopic();
     if (imu_heard_.silent()) return "no IMU data any more on " + imu_.getTopic();
-    if (!motorsListen()) return "nobody who drives subscribes any more to " + drive_.getTopic();
+    if (!motorsListen()) return "no motors subscribe any more to " + drive_.getTopic();
     return recorderEnded();
   }
 

@@ -49,7 +49,7 @@ std::vector<Trial> drawnTrials(const sim::PlantParameters& plant, const std::str
 /// The trials of a robot at the corners of the confidence box of its model (confidenceBox()); none if that has no box.
 std::vector<Trial> boxTrials(const PlantFile& plant, const std::string& robot, double overshoot_pct);
 
-/// A controller and what it is told of the robot.
+/// A controller and its configuration of the robot.
 struct TrialController {
   Gains controller;
   GeometryParameters geometry;

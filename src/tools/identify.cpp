@@ -79,7 +79,7 @@ std::vector<std::string> joinedRotation(int argc, char** argv) {
   return joined;
 }
 
-/// The picture of a bag: beside it, by another name than the one that `plot` draws.
+/// The picture of a bag: in its folder, by another name than the one that `plot` draws.
 std::string pictureOf(const std::string& bag) {
   std::filesystem::path path(bag);
   if (path.extension() == ".bag") path.replace_extension();
@@ -241,7 +241,7 @@ void identify(const Options& options) {
   try {
     show(options, jackal_aic::identificationCsv(recording, result));
   } catch (const std::exception& error) {
-    // A picture that nobody asked for is no reason to fail.
+    // A picture that was not asked for is no reason to fail.
     if (!options.plot.empty() || !options.csv.empty()) throw;
     std::cerr << "identify: " << jackal_aic::onOneLine(error.what()) << "\n";
   }

@@ -15,7 +15,7 @@
 namespace jackal_aic {
 namespace {
 
-/// Time without a message after which the timers do not fill the gap [ns]: whoever recorded was stopped.
+/// Time without a message after which the timers do not fill the gap [ns]: the recorder was stopped.
 constexpr std::int64_t kLongestGap = 60'000'000'000;
 
 std::int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
@@ -36,7 +36,7 @@ MessagePlayer::MessagePlayer(const NodeParameters& parameters, const PlayerSetti
       kinematics_(parameters.geometry),
       sensors_(parameters.robot, frames_,
                [this](const Observation& observation, const ros::Time&) { tell(ObservationInput{observation}); }) {
-  ros::Time::init();  // warnings of the pairing want a clock, whatever it says
+  ros::Time::init();  // warnings of the pairing want a clock, at any time
 }
 
 std::map<std::string, std::string> MessagePlayer::topics() const {

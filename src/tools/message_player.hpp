@@ -22,7 +22,7 @@ struct PlayerSettings {
   std::string set_point = "jackal_AIC/set_point";  ///< topic of the set points (geometry_msgs/Twist)
   double belief_step = 0.001;                      ///< period of the belief's timer [s]
   double action_step = 0.02;                       ///< period of the action's timer [s]
-  bool commands = false;                           ///< somebody else drives: what reached the motors is told, too
+  bool commands = false;                           ///< another source drives: what reached the motors is an input, too
 };
 
 /// A topic as a node in a namespace resolves it.
@@ -34,7 +34,7 @@ class MessagePlayer {
  public:
   using Sink = std::function<void(const DriveInput&)>;
 
-  /// @param parameters names of the robot; @param sink gets what the loop is to be told.
+  /// @param parameters names of the robot; @param sink gets the inputs of the loop.
   MessagePlayer(const NodeParameters& parameters, const PlayerSettings& settings, Sink sink);
 
   /// Topics that are played, and their types.

@@ -23,7 +23,7 @@ class RecordedOrder : private rosbag::View {
     }
     const auto place = [](const Found& f) { return std::pair(f.entry->chunk_pos, f.entry->offset); };
     std::sort(found_.begin(), found_.end(), [&](const Found& a, const Found& b) { return place(a) < place(b); });
-    // Within a stretch of time without such a step: whoever made the bag may have written one topic after the other.
+    // Within a stretch of time without such a step: a bag may hold one topic after the other.
     const auto earlier = [](const Found& a, const Found& b) { return *a.entry < *b.entry; };
     auto begin = found_.begin();
     std::map<const rosbag::ConnectionInfo*, ros::Time> last;

@@ -23,7 +23,7 @@ struct LogReport {
   std::uint64_t first = 0;    ///< number of the first one; above 0, the recording began after the controller
   std::uint64_t missing = 0;  ///< between the first and the last
 
-  bool restarted = false;  ///< after the last the bag has those of a controller that was started anew
+  bool restarted = false;  ///< after the last the bag has those of a controller that was restarted
 
   /// True if the controller was told nothing else until the last input.
   bool complete() const { return first == 0 && missing == 0; }

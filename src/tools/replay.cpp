@@ -53,7 +53,7 @@ po::options_description optionsOf(Options& o) {
       "geometry_msgs/Twist, for a bag without that log");
   add("urdf", po::value(&o.urdf),
       "file with the robot's URDF, for a bag without that log; by default the stock Jackal's");
-  add("check", po::bool_switch(&o.check), "exit with status 1 unless every recorded state comes out to the bit");
+  add("check", po::bool_switch(&o.check), "exit with status 1 unless every recorded state is reproduced exactly");
   return options;
 }
 
@@ -72,7 +72,7 @@ void printHelp(std::ostream& out) {
   Options options;
   out << "Usage: replay BAG [options]\n"
          "Drives a recorded drive again, by the same code and as fast as it can, and tells the difference to what was\n"
-         "recorded. A bag of record:=true comes out to the bit; other bags are played from their messages "
+         "recorded. A bag of record:=true is reproduced exactly; other bags are played from their messages "
          "(joint_states,\n"
          "imu/data, the set point, and status, feedback, e_stop, cmd_drive, tf where they are).\n"
       << optionsOf(options);
@@ -191,8 +191,8 @@ class Replay {
  public:
   /// What is not as it was recorded.
   struct Changes {
-    bool gains = false;   ///< those that it begins with stay, whatever was changed in the recording
-    bool motors = false;  ///< they got the recorded commands, whatever the loop says
+    bool gains = false;   ///< those that it begins with stay, despite changes in the recording
+    bool motors = false;  ///< they got the recorded commands, not those of the loop
     bool start = false;   ///< the recording begins in the middle of a drive, or may do so
   };
 
@@ -300,7 +300,7 @@ class Source {
       out << fmt::format("Log of the controller: {} inputs\n", log_.inputs);
       if (log_.first > 0) out << fmt::format("It begins {} inputs after the start of the controller\n", log_.first);
       if (log_.missing > 0) out << fmt::format("{} inputs are missing from it\n", log_.missing);
-      if (log_.restarted) out << "The controller was started anew in this bag: its first drive is replayed\n";
+      if (log_.restarted) out << "The controller was restarted in this bag: its first drive is replayed\n";
       return;
     }
     const auto controller = makeController(parameters_);
@@ -324,7 +324,7 @@ class Source {
 };
 
 int replayLoop(const RecordedDrive& drive, const Options& options, NodeParameters parameters, std::ostream& out) {
-  // It drives beside whoever drove then: the beliefs are about what the motors got.
+  // The recorded commands reached the motors: the beliefs are about those.
   const bool from_log = drive.hasLog() && !options.messages;
   const Replay::Changes changes{!options.preset.empty(), from_log && isChanged(options) && !parameters.motors_shared,
                                 !from_log || drive.firstInput() > 0};
@@ -441,8 +441,9 @@ int replayOnPlant(const RecordedDrive& drive, const Options& options, const Node
     out << "No recorded states to compare with\n";
   } else {
     const BodyVector rms = (squares / static_cast<double>(compared)).cwiseSqrt();
-    out << fmt::format("Recorded beside simulated, as measured: {:.3g} m/s and {:.3g} rad/s rms over {:.1f} s\n",
-                       rms(kForward), rms(kYaw), profile.duration);
+    out << fmt::format(
+        "Difference of recorded and simulated measurements: {:.3g} m/s and {:.3g} rad/s rms over {:.1f} s\n",
+        rms(kForward), rms(kYaw), profile.duration);
   }
   table.finish(out);
   return 0;

@@ -53,7 +53,7 @@ const ControllerState* StateComparison::compare(const ReplayedState& replayed) {
 std::string StateComparison::text() const {
   if (recorded_.empty()) return "No recorded states to compare with";
   if (compared_ == 0) return "No recorded state is of a time of the replay";
-  if (different_ == 0) return fmt::format("Recorded states: {} compared, all the same to the bit", compared_);
+  if (different_ == 0) return fmt::format("Recorded states: {} compared, all identical", compared_);
   return fmt::format(
       "Recorded states: {} compared, {} differ, the first at {:.3f} s; {} in what is done (driving, braking, ...)\n"
       "Differences: commands {:.3g} rad/s rms, {:.3g} rad/s at most; belief {:.3g} m/s and {:.3g} rad/s at most",

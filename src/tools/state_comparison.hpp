@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What a controller computes beside what it computed when it was recorded.
+/// Compares what a controller computes with what it computed when it was recorded.
 
 #include <jackal_aic/ControllerState.h>
 
@@ -28,7 +28,7 @@ struct ReplayedState {
   WheelCommand command;  ///< [rad/s]
 };
 
-/// Goes through recorded states beside replayed ones.
+/// Goes through recorded and replayed states together.
 class StateComparison {
  public:
   /// @param recorded in the order of recording; @param tolerance largest distance of two states that are compared [s].

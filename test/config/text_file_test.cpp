@@ -79,7 +79,7 @@ TEST_F(TextFile, WhatIsNoFileIsRefused) {
 
 TEST_F(TextFile, PipeIntoWhichNobodyWritesDoesNotBlock) {
   ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
-  EXPECT_EQ(refusal(path("pipe")), "is a pipe into which nobody writes");
+  EXPECT_EQ(refusal(path("pipe")), "is a pipe without a writer");
 }
 
 TEST_F(TextFile, PipeIsReadToItsEnd) {

@@ -168,9 +168,9 @@ std::string parameterPage() {
   std::string text =
       std::string("# Parameters\n\n") + kMade +
       "Of `controller_node`, private; tools and experiments read the same keys, nested, from YAML files, "
-      "and `experiments --set`\none by one. What is missing, unknown, of the wrong type or out of range "
+      "and `experiments --set`\nkey by key. What is missing, unknown, of the wrong type or out of range "
       "is refused in one line.\n\n## What you set\n\nIn `config/jackal.yaml` or a copy of it "
-      "(`robot:=FILE` of the launch files), beside a preset (`preset:=`) and the plant model\n"
+      "(`robot:=FILE` of the launch files), with a preset (`preset:=`) and the plant model\n"
       "(`plant_model:=`).\n\n" +
       table(basic) +
       "\n## What you rarely need\n\nIn `config/advanced.yaml`, presets and plant models; the defaults are "

@@ -100,6 +100,44 @@ TEST(FaultMonitor, SaysNothingWhenNothingIsWrong) {
   }
 }
 
+/// A robot that nobody has identified: what differs from its model is a remark.
+PlantModel assumed() {
+  PlantModel m = model();
+  m.identified = false;
+  return m;
+}
+
+TEST(FaultMonitor, ARemarkOnTheWheelsTellsHowFarTheyReachTheirCommands) {
+  for (const double scale : {0.5, 1.9}) {
+    Robot robot({}, assumed());
+    const auto scaled = [&](Observation& y) {
+      y.wheel_left *= scale;
+      y.wheel_right *= scale;
+    };
+    const FaultReport& report = robot.drive(kStraight, 1.5, scaled);
+    ASSERT_TRUE(report.wheels_off_model) << scale << " " << report.reason();
+    EXPECT_NEAR(report.wheel_share, scale, 0.05);
+  }
+}
+
+TEST(FaultMonitor, ARemarkOnTheTurnTellsHowFarItReachesThatOfTheWheels) {
+  for (const double scale : {0.4, 1.8}) {
+    Robot robot({}, assumed());
+    const FaultReport& report = robot.drive(kTurn, 1.5, [&](Observation& y) { y.yaw_rate *= scale; });
+    ASSERT_TRUE(report.turn_off_model) << scale << " " << report.reason();
+    EXPECT_NEAR(report.turn_share, scale, 0.05);
+  }
+}
+
+TEST(FaultText, OfARemarkHasItsNumber) {
+  EXPECT_EQ(text(Fault::wheels_off_model, 0.496), "wheels reach 50 % of their commands");
+  EXPECT_EQ(text(Fault::wheels_off_model, -1.0), "wheels reach -100 % of their commands");
+  EXPECT_EQ(text(Fault::wheels_off_model, std::numeric_limits<double>::infinity()),
+            "wheels reach 999 % of their commands");
+  EXPECT_EQ(text(Fault::turn_off_model, 1.8), "robot reaches 180 % of the yaw rate of its wheels");
+  EXPECT_EQ(text(Fault::stuck, 0.5), text(Fault::stuck)) << "no number";
+}
+
 TEST(FaultMonitor, TellsWhichSideAndWhy) {
   const auto reason = [](auto fault) {
     Robot robot;
@@ -323,7 +361,7 @@ TEST(FaultMonitor, TellsThatTheRobotIsMoved) {
   Robot robot;
   robot.drive({}, 2.0);
   const FaultReport& pushed = robot.drive({}, 1.0, [](Observation& y) { y.wheel_left += 3.0, y.wheel_right += 3.0; });
-  EXPECT_STREQ(pushed.reason(), "moved by somebody else");
+  EXPECT_STREQ(pushed.reason(), "moved from outside");
   EXPECT_FALSE(pushed.faulty());
 }
 

@@ -91,7 +91,7 @@ TEST_F(RecordTest, DriveComesOutToTheBit) {
   const std::string bag = recording();
   ASSERT_NE(bag, "");
   const std::string text = output("rosrun jackal_aic replay --check " + quoted(bag), 0);
-  EXPECT_NE(text.find("all the same to the bit"), std::string::npos) << text;
+  EXPECT_NE(text.find("all identical"), std::string::npos) << text;
   EXPECT_EQ(text.find("missing"), std::string::npos) << text;
   EXPECT_EQ(text.find("begins"), std::string::npos) << text;
   EXPECT_NE(text.find("emergency stop"), std::string::npos) << text;

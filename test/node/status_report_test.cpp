@@ -62,6 +62,20 @@ class StatusReportTest : public testing::Test {
   StatusReport report{0.5};
 };
 
+TEST_F(StatusReportTest, ARemarkOnTheWheelsIsToldWithItsNumber) {
+  drive();
+  ros::Time::init();  // the line is throttled
+  status.fault = Fault::wheels_off_model;
+  status.share = 0.5;
+  EXPECT_TRUE(update());
+  EXPECT_EQ(log.lines, Lines{"WARN Noticed: wheels reach 50 % of their commands. "
+                             "Check the scale of the encoders, the motors and the plant model"});
+  EXPECT_EQ(report.reason(), "wheels reach 50 % of their commands");
+  status.share = 0.6;  // it ended, and came again between two looks
+  EXPECT_TRUE(update());
+  EXPECT_EQ(report.reason(), "wheels reach 60 % of their commands");
+}
+
 TEST_F(StatusReportTest, BeforeTheFirstActionStepItSaysSo) {
   EXPECT_EQ(diagnosis().message, "no action step yet");
   EXPECT_EQ(diagnosis().level, DiagnosticStatus::WARN);

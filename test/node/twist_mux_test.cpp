@@ -126,7 +126,7 @@ class TwistMux : public testing::Test {
     expectUninterrupted();
     if (told) {
       EXPECT_NEAR(robot.truth().forward.back(), forward, 0.05);
-      EXPECT_NE(robot.states().back().reason.find("somebody else"), std::string::npos) << robot.states().back().reason;
+      EXPECT_NE(robot.states().back().reason.find("another source"), std::string::npos) << robot.states().back().reason;
     }
     mux.largestStep();
     robot.clear();

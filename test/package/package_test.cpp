@@ -264,6 +264,43 @@ TEST(Plot, WhatIsNoFileIsNoBag) {
   EXPECT_NE(said.find("plot\\x1b[31m\\n\\x9b\\u202e"), std::string::npos) << said;
 }
 
+/// Runs Python that knows the program status as `status`, and a state as `state`; what it prints.
+std::string withStatus(const std::string& python) {
+  const std::string view = (kRoot / "src/tools/view").string();
+  const std::string script = testing::TempDir() + "status" + std::to_string(getpid()) + ".py";
+  std::ofstream(script) << "import sys\nsys.path.insert(0, '" << view << "')\nsys.dont_write_bytecode = True\n"
+                        << "from importlib.machinery import SourceFileLoader\n"
+                        << "from importlib.util import module_from_spec, spec_from_loader\n"
+                        << "loader = SourceFileLoader('status', '" << view << "/status')\n"
+                        << "status = module_from_spec(spec_from_loader('status', loader))\n"
+                        << "loader.exec_module(status)\n"
+                        << "from jackal_aic.msg import ControllerState\n"
+                        << "state = ControllerState(summary='predictive, driving, driven by this controller',\n"
+                        << "    set_point_forward=-0.5, set_point_yaw_rate=0.3, measured_forward=-0.49,\n"
+                        << "    measured_yaw_rate=0.31, belief_forward=[-0.48], belief_yaw_rate=[0.32])\n"
+                        << python;
+  const std::string printed = output("/usr/bin/python3 " + script);
+  fs::remove(script);
+  return printed;
+}
+
+TEST(Status, OfADriveFitsInEightyColumnsWithEveryField) {
+  const std::string line = withStatus("print(status.line('predictive', state))\n");
+  EXPECT_EQ(line, "predictive driving: set -0.50 +0.30, measured -0.49 +0.31, believed -0.48 +0.32\n");
+  EXPECT_LT(line.size() - 1, 80u);
+}
+
+TEST(Status, ALongLineIsWrappedAndReplacesTheLastOne) {
+  const std::string drawn = withStatus(
+      "state.summary = 'predictive, stopped, not driven'\n"
+      "state.reason = 'left wheels do not follow their command (waits for a zero set point or a pause)'\n"
+      "text, rows = status.redraw(status.line('/home/user/my gains.yaml', state), 80, 2)\n"
+      "print(ascii(text), rows)\n");
+  EXPECT_EQ(drawn,
+            "'\\r\\x1b[A\\x1b[Jmy gains stopped (left wheels do not follow their command (waits for a zero set\\r\\n"
+            "point or a pause)): set -0.50 +0.30, measured -0.49 +0.31, believed -0.48 +0.32' 2\n");
+}
+
 TEST(Launch, ARobotFileMaySayMoreThanTheShippedOne) {
   const std::string robot = testing::TempDir() + "robot" + std::to_string(getpid()) + ".yaml";
   std::ofstream(robot) << "robot: {effective_track: 0.6}\ndeadlines: {imu: 0.1}\noutput: twist\n";
@@ -396,6 +433,59 @@ TEST(Launch, AnUnknownPresetIsAnsweredWithThoseThatThereAre) {
     ++presets;
   }
   EXPECT_EQ(presets, 5);
+}
+
+/// roslaunch says nothing of a name on its command line that the file does not declare.
+TEST(Launch, AnArgumentThatDoesNothingIsRefused) {
+  const std::map<std::string, std::string> refusals{
+      {"jackal.launch presett:=standard",
+       "unknown argument presett:=; roslaunch --ros-args jackal_aic jackal.launch lists the known ones"},
+      {"jackal.launch plant:=real", "unknown argument plant:="},
+      {"gazebo.launch monitor:=true", "unknown argument monitor:="},
+      {"simulation.launch output:=twist", "unknown argument output:="},
+      {"identify.launch robot:=my.yaml", "unknown argument robot:="},
+      {"identify.launch plant:=box", "plant:=box does nothing without simulated:=true"},
+      {"jackal.launch output:=gazebo cmd_drive:=wheels",
+       "cmd_drive:=wheels does nothing without output:=cmd_drive or twist"},
+      {"jackal.launch record_to:=drive", "record_to:=drive does nothing without record:=true"},
+      {"jackal.launch preset:=improved slip_file:=/tmp/slip.yaml",
+       "slip_file:=/tmp/slip.yaml does nothing without preset:=predictive"},
+      {"simulation.launch publish_clock:=false real_time_factor:=2",
+       "real_time_factor:=2 does nothing without publish_clock:=true"},
+      {"simulation.launch publish_clock:=false clock_rate:=200",
+       "clock_rate:=200 does nothing without publish_clock:=true"}};
+  for (const auto& [arguments, refusal] : refusals) {
+    const std::string text = said("roslaunch --nodes jackal_aic " + arguments);
+    EXPECT_NE(text.find("'" + refusal), std::string::npos) << arguments << "\n" << text;
+    EXPECT_EQ(text.find("/jackal_aic\n"), std::string::npos) << arguments << "\n" << text;
+  }
+}
+
+TEST(Launch, AnArgumentThatDoesSomethingIsTaken) {
+  for (const char* arguments :
+       {"jackal.launch output:=twist cmd_drive:=wheels", "jackal.launch record:=1 record_to:=drive",
+        "jackal.launch slip_file:=/tmp/slip.yaml", "simulation.launch plant:=box real_time_factor:=2",
+        "step_response.launch output_directory:=/tmp plant:=box", "controller.launch preset:=standard"}) {
+    EXPECT_NE(output(std::string("roslaunch --nodes jackal_aic ") + arguments).find("/jackal_aic\n"), std::string::npos)
+        << arguments;
+  }
+  EXPECT_NE(output("roslaunch --nodes jackal_aic identify.launch simulated:=true plant:=box").find("/plant\n"),
+            std::string::npos);
+}
+
+/// A launch file that does not check its arguments is refused nothing.
+TEST(Launch, EveryFileChecksItsArguments) {
+  int files = 0;
+  for (const auto& entry : fs::directory_iterator(kRoot / "launch")) {
+    if (entry.path().extension() != ".launch") continue;
+    const std::string name = entry.path().filename();
+    EXPECT_NE(
+        textOf(entry.path()).find("arguments.xml\" pass_all_args=\"true\"><arg name=\"of\" value=\"" + name + "\"/>"),
+        std::string::npos)
+        << name;
+    ++files;
+  }
+  EXPECT_EQ(files, 7);
 }
 
 TEST(Launch, AnUnknownPlantIsAnsweredWithThoseThatThereAre) {

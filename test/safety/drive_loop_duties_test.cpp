@@ -590,7 +590,7 @@ TEST_F(SharedMotors, OfAnotherAreFollowedAndTakenBackWithoutAJump) {
   const WheelCommand theirs{-3.0, -2.0};
   runWith(theirs, 1000);
   EXPECT_TRUE(loop.status().handed_over);
-  EXPECT_EQ(why(), "somebody else has the motors");
+  EXPECT_EQ(why(), "another source has the motors");
   EXPECT_EQ(controller->overruled, theirs);
   EXPECT_LE((command.vector() - theirs.vector()).cwiseAbs().maxCoeff(), MotorShare::kOffer + 1e-9);
   const int actions = controller->actions;

@@ -204,7 +204,7 @@ TEST(Replay, LogOfEveryStructureComesOutToTheBit) {
     const RecordedBag bag({preset});
     const Outcome outcome = run({bag.path(), "--check"});
     EXPECT_EQ(outcome.status, 0) << preset << ": " << outcome.text;
-    EXPECT_NE(outcome.text.find("all the same to the bit"), std::string::npos) << outcome.text;
+    EXPECT_NE(outcome.text.find("all identical"), std::string::npos) << outcome.text;
     EXPECT_NE(outcome.text.find("x real time"), std::string::npos) << outcome.text;
   }
 }
@@ -237,7 +237,7 @@ TEST(Replay, AnotherConfigurationIsToldApart) {
   EXPECT_NE(slow.text.find("changed as asked for"), std::string::npos) << slow.text;
   EXPECT_NE(slow.text.find("differ, the first at 1."), std::string::npos) << slow.text;
   // The wheels answer to the recorded commands, not to those.
-  EXPECT_NE(slow.text.find("driving: somebody else has the motors"), std::string::npos) << slow.text;
+  EXPECT_NE(slow.text.find("driving: another source has the motors"), std::string::npos) << slow.text;
   for (const char* wrong : {"faulted:", "braking:", "follow"}) {
     EXPECT_EQ(slow.text.find(wrong), std::string::npos) << slow.text;
   }
@@ -268,7 +268,7 @@ TEST(Replay, ADriveThatBeginsInItsMiddleIsDriven) {
   middle.first = 5000;
   middle.middle = true;
   const RecordedBag bag(middle);
-  EXPECT_NE(run({bag.path()}).text.find("all the same to the bit"), std::string::npos);
+  EXPECT_NE(run({bag.path()}).text.find("all identical"), std::string::npos);
   for (const char* how : {"--messages", "--check"}) {
     const std::string text = run({bag.path(), how}).text;
     EXPECT_NE(text.find("driving"), std::string::npos) << text;
@@ -291,7 +291,7 @@ TEST(Replay, AClockThatWasSetBackIsReplayedAsItRan) {
     const RecordedBag bag(what);
     const Outcome log = run({bag.path(), "--check", "--output", bag.path("drive.csv")});
     EXPECT_EQ(log.status, 0) << log.text;
-    EXPECT_NE(log.text.find("Recorded states: 198 compared, all the same to the bit"), std::string::npos) << log.text;
+    EXPECT_NE(log.text.find("Recorded states: 198 compared, all identical"), std::string::npos) << log.text;
     EXPECT_NE(log.text.find("clock jumped back"), std::string::npos) << log.text;
     EXPECT_EQ(log.text.find("missing"), std::string::npos) << log.text;
     EXPECT_EQ(log.text.find("anew in this bag"), std::string::npos) << log.text;
@@ -380,7 +380,7 @@ TEST(Replay, SetPointsGoOnTheSimulatedRobot) {
   for (const char* deadline : {"0.5", "0"}) {  // 0: none
     const Outcome outcome = run({bag.path(), "--plant", config("plant.yaml"), "--output", bag.path("plant.csv"),
                                  "--set", std::string("deadlines.set_point=") + deadline});
-    EXPECT_NE(outcome.text.find("Recorded beside simulated"), std::string::npos) << outcome.text;
+    EXPECT_NE(outcome.text.find("Difference of recorded and simulated"), std::string::npos) << outcome.text;
     const auto rows = rowsOf(bag.path("plant.csv"));
     ASSERT_GT(rows.size(), 190u);
     for (std::size_t i = 100; i < rows.size(); ++i) {

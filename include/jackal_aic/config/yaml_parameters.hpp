@@ -19,7 +19,7 @@ void addYamlFile(const std::string& path, ParameterMap& map);
 /// As addYamlFile, from YAML text; name stands for the file in messages.
 void addYamlText(const std::string& text, const std::string& name, ParameterMap& map);
 
-/// Sets one key, whatever it was before, from the text of a YAML value: "0.5", "[a, b]", "'2'".
+/// Sets one key, replacing any value, from the text of a YAML value: "0.5", "[a, b]", "'2'".
 /// @throws ParameterError as addYamlText().
 void setFromText(const std::string& key, const std::string& text, ParameterMap& map);
 

@@ -17,7 +17,7 @@ namespace jackal_aic {
 /// number is not finite, which the formats write in ways of their own.
 std::string yamlNumber(double value, int digits = 17);
 
-/// A text as a quoted scalar of YAML and of JSON, a text for every reader whatever it looks like: that of onOneLine().
+/// A text as a quoted scalar of YAML and of JSON, a text for every reader: that of onOneLine().
 std::string yamlQuoted(const std::string& text);
 
 /// A value as YAML text: numbers as yamlNumber(), texts as yamlQuoted(), lists in brackets.

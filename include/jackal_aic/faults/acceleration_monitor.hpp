@@ -20,7 +20,7 @@
 /// inclination that comes at once is an offset of the sensor or a steep ramp, and only a ramp comes to an end.
 ///
 /// A body that hits something loses its speed within a moment. Such a jolt, against the motion and of no more than
-/// the speed there is, counts: it is how whoever believes the speed knows of the collision. So does what follows it for
+/// the speed there is, counts: it is how the speed belief knows of the collision. So does what follows it for
 /// a moment, in which the body bounces and its tyres slide.
 
 #include <array>
@@ -41,7 +41,7 @@ class AccelerationMonitor {
   explicit AccelerationMonitor(const FaultParameters& parameters);
 
   /// Lets a step pass [s]. @param forward_rate dv/dt of the wheels' predictions; @param lowest, highest what it
-  /// may be besides, as the drive train is uncertain [m/s^2].
+  /// may also be, as the drive train is uncertain [m/s^2].
   void predict(double forward_rate, double lowest, double highest, double step) {
     predict(&forward_rate, &lowest, &highest, 1, step);
   }
@@ -55,7 +55,7 @@ class AccelerationMonitor {
   void check(const Observation& observation, bool moving, double speed, const SampleStep& step);
 
   bool upsideDown() const { return upside_down_; }               ///< faulty, and gravity points upwards
-  bool frozen() const { return frozen_; }                        ///< an axis of the last sample repeats to the bit
+  bool frozen() const { return frozen_; }                        ///< an axis of the last sample repeats exactly
   double distance() const { return distance_; }                  ///< in multiples of the bound
   ChannelState state() const { return persistence_.state(); }    ///< verdict with the last sample
   bool suspecting() const { return persistence_.suspecting(); }  ///< an outlier is among the last samples
@@ -70,15 +70,15 @@ class AccelerationMonitor {
   /// Standard deviation of the forward acceleration by noise and vibration, over kVibrationMemory [m/s^2].
   double vibration() const { return std::sqrt(axes_.forward.vibration); }
 
-  /// Believes at once what inclination explains a faulty one: somebody moves the robot from one ground to another.
+  /// Believes at once what inclination explains a faulty one: the robot is moved from one ground to another.
   void follow() {
     if (state() == ChannelState::faulty) axes_ = alternative_;
   }
 
-  /// Lets it count again: somebody has moved the robot, and it may stand on other ground.
+  /// Lets it count again: the robot was moved, and may stand on other ground.
   void forgive();
 
-  /// Starts anew after a time in which anything may have happened: it counts again, against what was believed of it
+  /// Restarts after a time in which anything may have happened: it counts again, against what was believed of it
   /// before.
   void restart() { persistence_.reset(); }
 

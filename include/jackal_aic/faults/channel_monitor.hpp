@@ -15,7 +15,7 @@ namespace jackal_aic {
 /// Largest Mahalanobis distance of a good sample: d = sqrt(n / alpha).
 ///
 /// Chebyshev's inequality in n dimensions, P(e' S^-1 e >= n / alpha) <= alpha for a zero-mean error e of covariance S,
-/// holds whatever the distribution. The chi-square quantile would be smaller, but the errors of a skid-steer robot are
+/// holds for any distribution. The chi-square quantile would be smaller, but the errors of a skid-steer robot are
 /// not normal: slip and timing give them heavy tails. For normal errors the bound is far on the safe side (n = 1,
 /// alpha = 0.04: d = 5, exceeded by 6 samples in 10 million).
 /// @param channels n; @param false_alarm_rate alpha, bound of the rate at which a good sample is called an outlier.
@@ -31,7 +31,7 @@ struct SampleStep {
 };
 
 /// Covariance of a prediction error, learned while running: lambda S, S the variance that the model predicts now and
-/// lambda >= 1 a factor that follows the mean of e^2 / S of good samples. Outliers teach nothing: a few samples of a
+/// lambda >= 1 a factor that follows the mean of e^2 / S of good samples. Outliers do not count: a few samples of a
 /// fault would make the monitor bear it.
 class LearnedVariance {
  public:
@@ -178,7 +178,7 @@ class RepetitionTest {
 
   /// The last samples repeat, as many as make the shortest suspect run.
   bool repeatsForLong() const { return samples_ > 0 && run_ >= samples_; }
-  bool repeats() const { return run_ > 0; }  ///< the last sample repeats the one before to the bit
+  bool repeats() const { return run_ > 0; }  ///< the last sample equals the one before
 
   /// Resolution of the channel: the smallest change of all; 0 before there were some.
   double quantum() const { return changes_ >= kFewChanges ? quantum_ : 0.0; }
@@ -228,7 +228,7 @@ class MotionRepetitionTest {
 
 /// Learns for how long a source holds its value while its samples go on, as where encoders are renewed at 4 Hz and
 /// published at 20: between two changes in the same direction, each too large for noise, the motion went on, so that
-/// repetitions between them were held and tell nothing new. Nothing is concluded from fewer than three of them.
+/// repetitions between them were held and carry no information. Nothing is concluded from fewer than three of them.
 class SampleHold {
  public:
   static constexpr double kLongest = 0.3;  ///< that is believed [s]
@@ -262,7 +262,7 @@ class MissedMotion {
   /// that often; before, it is waited for longest. One that creeps may have changed often and been renewed seldom.
   static constexpr int kFewChanges = 10;
 
-  /// Takes a sample. @param repeats it repeats the one before to the bit; @param low, high what it may measure: to be
+  /// Takes a sample. @param repeats it equals the one before; @param low, high what it may measure: to be
   /// missed, a motion has to lead away from there and from the value itself;
   /// @param least motion that cannot be missed; @param step time since the last sample [s]; @param hold for how long
   /// the source holds its value as a rule [s]. @returns true while the source misses the motion for longer than it is

@@ -24,7 +24,7 @@
 ///   changes and shows which it was.
 /// - a frozen or dead encoder of a wheel at rest; found when the wheel should move.
 /// - a robot that is pushed and an encoder that turns by itself, of wheels that are to stand. Taken for the former; the
-///   encoders do not count meanwhile, and whoever drives has to hold the command at zero.
+///   encoders do not count meanwhile, and the controller has to hold the command at zero.
 /// - a frozen encoder of a wheel that keeps its speed, where the noise is below the encoder's resolution; found when
 /// the speed should change.
 
@@ -47,7 +47,7 @@ namespace jackal_aic {
 enum class FaultCause {
   none,        ///< it counts
   prediction,  ///< its errors against the prediction are too large
-  frozen,      ///< it repeats its value to the bit
+  frozen,      ///< it repeats its value exactly
   sign,        ///< it reads the turn with the wrong sign
   gravity      ///< the accelerometer says that the IMU hangs upside down
 };
@@ -72,6 +72,9 @@ struct FaultReport {
   bool moved = false;   ///< wheels that are to stand turn, or the body moves on sliding tyres; no fault
   bool wheels_off_model = false;  ///< a wheel turns beyond what robot_range.hpp allows; no fault
   bool turn_off_model = false;    ///< the body turns beyond what the range of the track allows; no fault
+  double wheel_share = 1.0;       ///< of the speed that the commands ask for, which the wheels reached before
+                                  ///< wheels_off_model came [-]
+  double turn_share = 1.0;  ///< of the yaw rate of the wheels, which the body reached before turn_off_model came [-]
 
   /// Channels that count: neither outlier nor faulty.
   ChannelValidity valid() const;
@@ -163,8 +166,9 @@ class FaultMonitor {
   WheelMonitor right_;
   YawMonitor yaw_;
   TurnWitness witness_;
-  TurnAgreement turn_;      // of the body with the measured wheels
-  double off_model_ = 0.0;  // time for which a wheel turns beyond what its commands allow [s]
+  TurnAgreement turn_;                              // of the body with the measured wheels
+  double off_model_ = 0.0;                          // time for which a wheel turns beyond what its commands allow [s]
+  double off_measured_ = 0.0, off_expected_ = 0.0;  // angles of such wheels in that time [rad]
   AccelerationMonitor acceleration_;
   TractionBelief traction_{0.0};
   Driven driven_;  // that the predictions have not followed yet

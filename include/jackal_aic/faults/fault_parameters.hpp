@@ -11,12 +11,11 @@ namespace jackal_aic {
 
 /// Parameters of the fault detection. YAML prefix `faults`; the least variances of the measurements have `sensors`.
 struct FaultParameters : SensorNoise {
-  double false_alarm_rate =
-      0.04;                    ///< alpha: bound of the rate of outliers among good samples, whatever their distribution
-  int fault_samples = 5;       ///< K outliers among the last N samples make a fault
-  int fault_window = 8;        ///< N
-  int frozen_samples = 8;      ///< repetitions to the bit that make a frozen sensor; 0 switches this test off
-  double recovery_time = 1.0;  ///< time of good samples after which a faulty channel counts again [s]
+  double false_alarm_rate = 0.04;  ///< alpha: bound of the rate of outliers among good samples, for any distribution
+  int fault_samples = 5;           ///< K outliers among the last N samples make a fault
+  int fault_window = 8;            ///< N
+  int frozen_samples = 8;          ///< equal values in a row that make a sensor frozen; 0 switches this test off
+  double recovery_time = 1.0;      ///< time of good samples after which a faulty channel counts again [s]
   double covariance_time_constant = 1.0;  ///< time over which the covariance of the prediction errors is learned [s]
   double dead_time_deviation = 0.03;      ///< standard deviation of the plant's dead time [s]
   double gain_deviation = 0.1;            ///< standard deviation of the plant's gain, relative

@@ -49,7 +49,7 @@ class ReachableSpeeds {
   struct Steps {
     PerStep acting;        ///< effective command that acts after the model's dead time [rad/s]
     PerStep lowest_rate;   ///< of dw/dt, at any speed in the interval [rad/s^2]
-    PerStep highest_rate;  ///< likewise [rad/s^2]
+    PerStep highest_rate;  ///< the highest [rad/s^2]
   };
 
   /// Goes on by steps of DriveTrain::kStep during which a command u [rad/s] is applied. @param number of steps, at most

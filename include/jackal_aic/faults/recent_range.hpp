@@ -9,7 +9,7 @@
 namespace jackal_aic {
 
 /// Range of the values whose age is at most `oldest` steps. A value that is added costs next to nothing: it goes into a
-/// ring. Whoever asks pays for looking at all of them. Allocates when it is made, and not after.
+/// ring. A query looks at all of them. Allocates when it is made, and not after.
 class RecentRange {
  public:
   /// Smallest and largest value.

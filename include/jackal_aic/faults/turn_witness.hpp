@@ -37,7 +37,7 @@ class TurnWitness {
   static constexpr double kMostError = 0.08;    ///< that one sample counts, so that a spike is no contradiction [rad/s]
   static constexpr double kExplained = 0.25;    ///< part of the evidence that a right hypothesis leaves at most
   static constexpr double kAlike = 0.15;        ///< by which unlike motors may differ, relative
-  static constexpr double kAlikeSpeed = 0.1;    ///< and beside it [rad/s]
+  static constexpr double kAlikeSpeed = 0.1;    ///< and in addition [rad/s]
   static constexpr double kMoving = 0.3;        ///< of a wheel that shows how far the motors are on their way [rad/s]
   static constexpr double kLate = 0.1;          ///< by which gyro and encoders may differ in time [s]
   static constexpr double kUnlikeTyres = 0.03;  ///< part of the forward speed by which unlike tyres turn the robot
@@ -58,7 +58,7 @@ class TurnWitness {
   bool leftWrong() const { return left_ > kSureSamples; }    ///< the left encoder is wrong
   bool rightWrong() const { return right_ > kSureSamples; }  ///< the right encoder is wrong
 
-  /// The commands explain the gyro better than the encoders do: it is none of the gyro's faults.
+  /// The commands explain the gyro better than the encoders do: the gyro is not at fault.
   bool clearsGyro() const { return contradiction() && (explains(kLeft) || explains(kRight)); }
 
  private:

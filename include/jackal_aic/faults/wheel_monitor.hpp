@@ -21,7 +21,7 @@ namespace jackal_aic {
 /// What a wheel is predicted to do in each of some steps.
 struct WheelSteps : ReachableSpeeds::Steps {
   PerStep speed;  ///< as the model has it [rad/s]
-  PerStep rate;   ///< likewise, dw/dt [rad/s^2]
+  PerStep rate;   ///< the same, dw/dt [rad/s^2]
 };
 
 /// Prediction, comparison and verdict for one encoder. Allocates when it is made, and not after.
@@ -46,7 +46,7 @@ class WheelMonitor {
   /// As start(), but the commands that were predicted with before are still under way.
   void startUnderWay(double speed);
 
-  /// Takes a measured speed [rad/s] for what the wheel is to do: nobody knows its command. What is known of noise and
+  /// Takes a measured speed [rad/s] for what the wheel is to do: its command is unknown. What is known of noise and
   /// suspicions stays.
   void follow(double speed);
 
@@ -67,7 +67,7 @@ class WheelMonitor {
   /// since the last sample.
   void conclude(double measurement, const SampleStep& step);
 
-  /// Believes the last measured speed and suspects nothing: the wheel was moved by somebody else.
+  /// Believes the last measured speed and suspects nothing: the wheel was moved from outside.
   void forgive();
 
   /// The wheel does what was measured last, however far that is from its model, which errs by as much. @param step time
@@ -82,7 +82,7 @@ class WheelMonitor {
   bool fasterThanCommanded() const;  ///< the last sample is beyond every speed that the commands may have given it
   bool commandedToRest() const;      ///< no command of late makes it turn: what turns it comes from outside
   bool suspect() const { return suspect_; }  ///< the last sample is an outlier
-  bool frozen() const { return frozen_; }    ///< because it repeats to the bit
+  bool frozen() const { return frozen_; }    ///< because it repeats exactly
   /// The last sample is an outlier on its way to the prediction, or ahead of it on its way to the speed commanded.
   bool recovering() const { return recovering_; }
   double distance() const { return distance_; }                  ///< in multiples of the bound

@@ -13,7 +13,7 @@
 ///
 /// Tyres that are not alike turn a robot on a straight line by its speed, which looks like a bias that changes with it.
 ///
-/// What a moving body does beside its wheels goes on from sample to sample: then the bias is a mean of at least
+/// Motion of the body that its wheels do not explain goes on from sample to sample: then the bias is a mean of at least
 /// kErrorTime.
 ///
 /// s changes with the motion (a skid-steer robot that drives a fast arc turns as if its track were narrower: on the
@@ -39,7 +39,7 @@ class YawBelief {
   /// Change of the forward speed, or of x, after which little is known about s [m/s].
   static constexpr double kMotionScale = 0.5;
 
-  /// Time in which what a body does beside its wheels is one error [s].
+  /// Time in which such motion is one error [s].
   static constexpr double kErrorTime = 0.5;
 
   /// @param effective_track b_hat at the start [m].
@@ -51,7 +51,7 @@ class YawBelief {
   void predict(double recent_change, double memory, double step, double recent_turn = 0.0) {
     const double moved = parameters_.slip_deviation * given_slope_ * recent_change;
     slope_variance_ = std::min(slope_variance_ + (moved * moved / memory + drift_) * step, largest_slope_variance_);
-    // However long it was not seen, it is not wider than that of a gyro that nobody has seen.
+    // However long it was not seen, it is not wider than that of a gyro without a sample.
     bias_variance_ = std::min(bias_variance_ + (kBiasDrift * kBiasDrift + recent_turn * recent_turn / memory) * step,
                               std::max(bias_variance_, parameters_.bias_deviation * parameters_.bias_deviation));
   }

@@ -65,7 +65,7 @@ class YawMonitor {
   /// @param moving the wheels turn: the noise of a gyro differs from that at rest.
   void check(double yaw_rate, const DifferenceSpeed& x, bool moving, const SampleStep& step, const Shock& shock = {});
 
-  bool frozen() const { return frozen_; }                        ///< the last sample repeats to the bit
+  bool frozen() const { return frozen_; }                        ///< the last sample repeats exactly
   bool reversed() const { return reversed_; }                    ///< it reads the turn with the wrong sign
   double distance() const { return distance_; }                  ///< in multiples of the bound
   ChannelState state() const { return persistence_.state(); }    ///< verdict with the last sample
@@ -74,7 +74,7 @@ class YawMonitor {
   /// Lets it count again: what was wrong with its last samples has been explained.
   void forgive() { persistence_.reset(); }
 
-  /// Starts anew after a time in which anything may have happened: counts again, and waits for the motion to settle.
+  /// Restarts after a time in which anything may have happened: counts again, and waits for the motion to settle.
   void restart();
 
   const YawBelief& belief() const { return belief_; }  ///< slip and bias

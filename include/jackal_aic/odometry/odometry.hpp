@@ -5,7 +5,7 @@
 ///
 ///     wheels, gyro, command --> unbiased belief (predictive_controller.hpp) --> motion, covariance --> dead reckoning
 ///
-/// The belief of the thesis' structure holds the goal and is no estimate of the motion: beside such a controller the
+/// The belief of the thesis' structure holds the goal and is no estimate of the motion: for such a controller the
 /// odometry has a belief of its own.
 
 #include <memory>

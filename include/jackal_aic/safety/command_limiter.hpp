@@ -50,7 +50,7 @@ class CommandLimiter {
   /// Takes a zero command for the last one.
   void reset();
 
-  /// Takes a command that somebody else gave for the last one: the next goes on from there.
+  /// Sets the last command to one of another source: the next goes on from there.
   void follow(const WheelCommand& applied);
 
  private:

@@ -48,7 +48,7 @@ struct SourceHealth {
   bool late = false;                                ///< past its deadline
   bool frozen = false;                              ///< it repeats itself exactly
   bool silent() const { return missing || late; }   ///< nothing new comes
-  bool lost() const { return silent() || frozen; }  ///< it tells nothing
+  bool lost() const { return silent() || frozen; }  ///< it does not count
 };
 
 /// Health of all measurements.
@@ -74,7 +74,7 @@ StopCauses overdueInputs(const InputAges& ages, const DeadlineParameters& deadli
 /// @param belief believed body velocity (base_link); @param free_energy F.
 bool isPlausible(const BodyVector& belief, double free_energy, const GateParameters& parameters);
 
-/// Set point in multiples of the speed limits beyond which nobody can have meant it.
+/// Set point in multiples of the speed limits beyond which it is an error.
 inline constexpr double kAbsurdSetPoint = 100.0;
 
 /// False if a set point is beyond kAbsurdSetPoint times the speed limits, or not finite: it is to be refused, while one
@@ -118,7 +118,7 @@ class DriveGate {
   /// @param set_point to which the actions lead.
   WheelCommand drive(const WheelCommand& action, const SetPoint& set_point);
 
-  /// While driving: somebody else had the motors, with this command, from which the next step goes on.
+  /// While driving: another source had the motors, with this command, from which the next step goes on.
   void follow(const WheelCommand& applied) { limiter_.follow(applied); }
 
   /// The command of this step while not driving: the brake's, or zero.
@@ -130,7 +130,7 @@ class DriveGate {
   /// A set point within the speed limits, on the same curvature.
   SetPoint reachable(const SetPoint& wanted) const { return limiter_.reachable(wanted); }
 
-  /// Starts anew: idle, with a zero command and latched.
+  /// Restarts: idle, with a zero command and latched.
   void reset();
 
   /// Releases the latch of the start, and no other.

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Everything that a DriveLoop is told, as values: a drive that is kept as these can be driven again to the same bits.
+/// Every input of a DriveLoop as a value: a drive that is kept as these can be replayed exactly.
 
 #include <optional>
 #include <variant>
@@ -22,7 +22,7 @@ struct SensorReading {
   bool may_repeat = false;      ///< nothing in the sample has to change while the robot moves
 };
 
-/// What the robot and its surroundings say beside the measurements.
+/// What the robot and its surroundings report in addition to the measurements.
 struct RobotStatus {
   bool emergency_stop = false;  ///< a person's
   bool robot_stopped = false;   ///< the robot's own stop is engaged

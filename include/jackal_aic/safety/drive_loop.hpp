@@ -12,7 +12,7 @@
 ///     robot status ----------------+                                          v
 ///                                                                          command
 ///
-/// Whatever drives, drives through this class: the node, the experiments without ROS, the tests.
+/// Everything drives through this class: the node, the experiments without ROS, the tests.
 
 #include <cstdint>
 #include <functional>
@@ -49,7 +49,7 @@ struct DriveParameters {
   std::optional<PlantModel> plant_model;  ///< what the motors can follow, which bounds the action of the thesis'
                                           ///< structure; part of the generative model of the predictive one, which
                                           ///< cannot do without it
-  bool motors_shared = false;             ///< somebody else may drive: DriveLoop::applied() tells who does
+  bool motors_shared = false;             ///< another source may drive: DriveLoop::applied() tells which does
   bool open_loop_monitored = false;       ///< the fault detection watches the open-loop baseline, too; what it finds is
                                           ///< told, and stops nothing, as nothing does that is measured there
 };
@@ -61,14 +61,15 @@ std::unique_ptr<VelocityController> makeController(const DriveParameters& parame
 
 /// What the loop does, and what it counted since the start.
 struct DriveLoopStatus {
-  GateDecision decision;                    ///< of the last action step
-  Fault fault = Fault::none;                ///< that the fault detection finds
-  Loss loss = Loss::none;                   ///< sensors that are missing
-  bool handed_over = false;                 ///< somebody else has the motors
-  std::uint32_t rejected_set_points = 0;    ///< not finite, or absurd
-  std::uint32_t scaled_set_points = 0;      ///< accepted, but beyond the limits
-  SetPoint scaled_from;                     ///< the last of these, as it was sent
-  SetPoint scaled_to;                       ///< and as it is driven
+  GateDecision decision;                  ///< of the last action step
+  Fault fault = Fault::none;              ///< that the fault detection finds
+  double share = 1.0;                     ///< number of a remark on the wheels or the turn [-], see text(Fault, double)
+  Loss loss = Loss::none;                 ///< sensors that are missing
+  bool handed_over = false;               ///< another source has the motors
+  std::uint32_t rejected_set_points = 0;  ///< not finite, or absurd
+  std::uint32_t scaled_set_points = 0;    ///< accepted, but beyond the limits
+  SetPoint scaled_from;                   ///< the last of these, as it was sent
+  SetPoint scaled_to;                     ///< and as it is driven
   std::uint32_t rejected_measurements = 0;  ///< of stamps not later than the last, or ahead of the clock
   std::uint32_t faults_detected = 0;        ///< in sensors and drives
   std::uint32_t brakes = 0;                 ///< times that it came to brake
@@ -88,7 +89,7 @@ enum class SetPointVerdict {
   absurd       ///< refused: far beyond the limits, see isPlausible()
 };
 
-/// Stamp of a sample ahead of the clock [s] from which it is refused: whatever came after it would be too old.
+/// Stamp of a sample ahead of the clock [s] from which it is refused: every later sample would be too old.
 inline constexpr double kFurthestAhead = 0.1;
 
 /// Drives a robot. The caller keeps the time [s], of any clock: every call says when it is made. Time that runs back
@@ -99,9 +100,9 @@ class DriveLoop {
   /// @param controller makeController(parameters), or another one. @throws ParameterError as MeasurementWatch.
   DriveLoop(const DriveParameters& parameters, std::unique_ptr<VelocityController> controller);
 
-  /// Starts anew on a robot whose wheels turn at these speeds [rad/s], from which it brakes; for one that somebody else
-  /// has driven so far. As after the construction, motion needs a zero set point, or a pause of the set points. What
-  /// was learned about the robot stays, and so does what was reported.
+  /// Restarts on a robot whose wheels turn at these speeds [rad/s], from which it brakes; for one that another
+  /// controller has driven so far. As after the construction, motion needs a zero set point, or a pause of the set
+  /// points. What was learned about the robot stays, and so does what was reported.
   void start(const WheelCommand& driven, double now);
 
   /// Lets the set points move a robot that was just started: for a recording that begins in the middle of a drive.
@@ -124,14 +125,14 @@ class DriveLoop {
   /// count as received with it. True if the controller took it.
   bool observe(const Observation& observation, double now);
 
-  /// What is the case from now on; to be told again when it changes, and after time ran back.
+  /// Sets the status of the robot from now on; to be called when it changes, and after time ran back.
   void report(const RobotStatus& status, double now);
 
   /// With shared motors: a command reached them, or seems to have.
   void applied(const WheelCommand& command, AppliedSource source, double now);
 
-  /// Runs the belief steps that are due, up to the next action step. Need not be called: whatever depends on the
-  /// beliefs, or changes them, runs those that are due before it, so that the numbers are the same to the bit.
+  /// Runs the belief steps that are due, up to the next action step. Need not be called: each call that uses
+  /// or changes the beliefs runs the steps that are due first, so the numbers are identical.
   void updateBelief(double now);
 
   /// Runs every step that is due. Returns the command if an action step was: the wheel speeds to drive from now on. The
@@ -156,7 +157,7 @@ class DriveLoop {
   /// Takes other gains over while it drives. @throws ParameterError as the controller's adoptGains(), or if the gains
   /// are those of another structure.
   void adoptGains(const ControllerParameters& gains, double now);
-  void adoptGains(const PredictiveParameters& gains, double now);  ///< likewise
+  void adoptGains(const PredictiveParameters& gains, double now);  ///< the same
 
   /// Makes the call that an input was. What advance() returns if it is one of it; else nothing.
   std::optional<WheelCommand> take(const DriveInput& input);

@@ -85,7 +85,7 @@ void describeFields(Visitor& v, PlausibilityParameters& p) {
   v.field("speed_factor", p.speed_factor, {1.0, 1000.0}, "", Presence::optional);
 }
 
-/// What sets the robot moving again after somebody stopped it (Severity::halt: emergency stop, stop of the robot). YAML
+/// What sets the robot moving again after a stop by a person or the robot (Severity::halt). YAML
 /// key `restart_after_stop`.
 enum class RestartPolicy {
   acknowledged,  ///< a zero set point, or one that comes after none was in force, both after the stop is over

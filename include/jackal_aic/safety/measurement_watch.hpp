@@ -38,7 +38,7 @@ class MeasurementWatch {
   /// @throws ParameterError as validate(FaultParameters).
   explicit MeasurementWatch(const MeasurementWatchParameters& parameters);
 
-  /// Lets time pass under a command [rad/s] that the motors really have; empty if nobody knows it. @param duration [s].
+  /// Lets time pass under a command [rad/s] that the motors really have; empty if it is unknown. @param duration [s].
   void advance(const std::optional<WheelCommand>& command, double duration);
 
   /// Calibrates a sample by what the IMU reads at rest, and excludes channels of it that are lost, outliers or faulty,
@@ -53,6 +53,9 @@ class MeasurementWatch {
 
   /// What the fault detection says, else how IMU or robot differ from what is configured.
   Fault fault() const;
+
+  /// Number of a remark on the wheels or the turn, see text(Fault, double); 1 without one.
+  double share() const;
 
   /// Calibration of the IMU at rest.
   const ImuAtRest& imuAtRest() const { return imu_at_rest_; }
@@ -80,10 +83,10 @@ class MeasurementWatch {
   void forgetSensors();
 
   /// After a time without action steps (a stall, a clock that jumped forward), in which the motors may have stopped by
-  /// themselves: forgets, and lets every sample count until the robot does what it is told again. @param now [s].
+  /// themselves: forgets, and lets every sample count until the robot follows its commands again. @param now [s].
   void resumeAfterStall(double now);
 
-  /// True for as long as resumeAfterStall() has every sample count: what the motors do is not yet what they are told.
+  /// True for as long as resumeAfterStall() has every sample count: the motors do not follow their commands yet.
   bool recoversFromStall(double now) const { return now < stalled_until_; }
 
  private:

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Tells who has the motors where somebody else may drive: a multiplexer (twist_mux) lets through our commands or
-/// another's, and what reached the motors is seen afterwards.
+/// Finds which source has the motors behind a multiplexer (twist_mux): it lets through our commands or those of another
+/// source, and what reached the motors is seen afterwards.
 
 #include <array>
 #include <cstddef>
@@ -16,8 +16,8 @@ namespace jackal_aic {
 enum class AppliedSource {
   drive,  ///< the robot publishes what its motors get, without pause: nothing else matters then
   twist,  ///< what the multiplexer lets through; silence is a stop, as for the stock velocity controller
-  wheels  ///< where nobody tells, the wheels do: what they are measured to turn is taken for what they are commanded,
-          ///< and so no wheel can be blamed for it
+  wheels  ///< without the other two: the measured wheel speeds are taken for the commands, so no wheel can be found
+          ///< faulty by them
 };
 
 /// Compares the commands that reached the motors with those that we sent shortly before. They are ours while they lie
@@ -30,7 +30,7 @@ class MotorShare {
   static constexpr double kMemory = 0.3;    ///< longest time that a command takes from here to the motors [s]
   static constexpr double kPatience = 0.2;  ///< with applied commands that are not among ours [s]
   static constexpr double kOffer = 1.5;     ///< largest step of an offer [rad/s], 0.15 m/s
-  static constexpr double kSilence = 0.25;  ///< applied commands that stay away for longer tell nothing [s]
+  static constexpr double kSilence = 0.25;  ///< applied commands that stay away for longer do not count [s]
 
   /// A command of ours leaves. @param time [s].
   void send(double time, const WheelCommand& command);
@@ -41,13 +41,13 @@ class MotorShare {
   /// A command reached the motors, whosever it is. @param time [s].
   void apply(double time, const WheelCommand& command, AppliedSource source);
 
-  /// The command that the motors have; empty if nobody tells. @param time [s].
+  /// The command that the motors have; empty if it is unknown. @param time [s].
   std::optional<WheelCommand> applied(double time);
 
-  /// The command that the motors have instead of ours; empty if they have ours, or if nobody tells. @param time [s].
+  /// The command that the motors have instead of ours; empty if they have ours, or if it is unknown. @param time [s].
   std::optional<WheelCommand> another(double time);
 
-  /// True if nobody but the wheels tells what reached the motors.
+  /// True if only the wheels show what reached the motors.
   bool toldByWheels() const { return any_ && !any_drive_ && !any_twist_; }
 
   /// True unless it is known that the motors follow another.

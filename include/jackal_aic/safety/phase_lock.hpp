@@ -29,7 +29,7 @@ class PhaseLock {
   /// @param now the present time [ns].
   std::int64_t next(std::int64_t due, std::int64_t now);
 
-  /// Forgets the measurements: the next of them locks the phase anew.
+  /// Forgets the measurements: the next of them locks the phase again.
   void reset();
 
   /// Most that a period is lengthened or shortened while locked [ns].

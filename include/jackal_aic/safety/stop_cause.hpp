@@ -77,7 +77,7 @@ class StopCauses {
                        [this](StopCause c) { return set_.test(static_cast<std::size_t>(c)); });
   }
 
-  /// The cause that counts; `none` if there is none.
+  /// The cause that counts, or `none`.
   StopCause worst() const;
 
  private:

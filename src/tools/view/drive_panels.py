@@ -42,7 +42,7 @@ class Drive:
         self.true_time, self.true_forward, self.true_yaw_rate = [], [], []
 
     def add_state(self, state):
-        """Takes a ControllerState. A clock that jumped back starts anew."""
+        """Takes a ControllerState. A clock that jumped back clears it."""
         time = state.header.stamp.to_sec()
         if self.time and time < self.time[-1]:
             self.clear()
