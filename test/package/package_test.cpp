@@ -435,59 +435,6 @@ TEST(Launch, AnUnknownPresetIsAnsweredWithThoseThatThereAre) {
   EXPECT_EQ(presets, 5);
 }
 
-/// roslaunch says nothing of a name on its command line that the file does not declare.
-TEST(Launch, AnArgumentThatDoesNothingIsRefused) {
-  const std::map<std::string, std::string> refusals{
-      {"jackal.launch presett:=standard",
-       "unknown argument presett:=; roslaunch --ros-args jackal_aic jackal.launch lists the known ones"},
-      {"jackal.launch plant:=real", "unknown argument plant:="},
-      {"gazebo.launch monitor:=true", "unknown argument monitor:="},
-      {"simulation.launch output:=twist", "unknown argument output:="},
-      {"identify.launch robot:=my.yaml", "unknown argument robot:="},
-      {"identify.launch plant:=box", "plant:=box does nothing without simulated:=true"},
-      {"jackal.launch output:=gazebo cmd_drive:=wheels",
-       "cmd_drive:=wheels does nothing without output:=cmd_drive or twist"},
-      {"jackal.launch record_to:=drive", "record_to:=drive does nothing without record:=true"},
-      {"jackal.launch preset:=improved slip_file:=/tmp/slip.yaml",
-       "slip_file:=/tmp/slip.yaml does nothing without preset:=predictive"},
-      {"simulation.launch publish_clock:=false real_time_factor:=2",
-       "real_time_factor:=2 does nothing without publish_clock:=true"},
-      {"simulation.launch publish_clock:=false clock_rate:=200",
-       "clock_rate:=200 does nothing without publish_clock:=true"}};
-  for (const auto& [arguments, refusal] : refusals) {
-    const std::string text = said("roslaunch --nodes jackal_aic " + arguments);
-    EXPECT_NE(text.find("'" + refusal), std::string::npos) << arguments << "\n" << text;
-    EXPECT_EQ(text.find("/jackal_aic\n"), std::string::npos) << arguments << "\n" << text;
-  }
-}
-
-TEST(Launch, AnArgumentThatDoesSomethingIsTaken) {
-  for (const char* arguments :
-       {"jackal.launch output:=twist cmd_drive:=wheels", "jackal.launch record:=1 record_to:=drive",
-        "jackal.launch slip_file:=/tmp/slip.yaml", "simulation.launch plant:=box real_time_factor:=2",
-        "step_response.launch output_directory:=/tmp plant:=box", "controller.launch preset:=standard"}) {
-    EXPECT_NE(output(std::string("roslaunch --nodes jackal_aic ") + arguments).find("/jackal_aic\n"), std::string::npos)
-        << arguments;
-  }
-  EXPECT_NE(output("roslaunch --nodes jackal_aic identify.launch simulated:=true plant:=box").find("/plant\n"),
-            std::string::npos);
-}
-
-/// A launch file that does not check its arguments is refused nothing.
-TEST(Launch, EveryFileChecksItsArguments) {
-  int files = 0;
-  for (const auto& entry : fs::directory_iterator(kRoot / "launch")) {
-    if (entry.path().extension() != ".launch") continue;
-    const std::string name = entry.path().filename();
-    EXPECT_NE(
-        textOf(entry.path()).find("arguments.xml\" pass_all_args=\"true\"><arg name=\"of\" value=\"" + name + "\"/>"),
-        std::string::npos)
-        << name;
-    ++files;
-  }
-  EXPECT_EQ(files, 7);
-}
-
 TEST(Launch, AnUnknownPlantIsAnsweredWithThoseThatThereAre) {
   for (const char* launch : {"simulation.launch", "identify.launch simulated:=true", "faults.launch"}) {
     const std::string text = said(std::string("roslaunch --dump-params jackal_aic ") + launch + " plant:=grond");
