@@ -8,14 +8,19 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kDeviation = 0.05;      // prior of g about 1: how far the ground is off what f says
-constexpr double kTrackDeviation = 0.5;  // the same of a robot of which nothing is known
-constexpr double kSurpriseMemory = 2.0;  // over which the noise of the turn is averaged [s]
+constexpr double kDeviation = 0.05;   // of the configured turn, relative: how much it is trusted at first
 constexpr double kCertainTurn = 5.0;  // least difference of the wheel speeds to learn from, standard deviations of it
+constexpr double kFade = 2.0;         // in which the correction is forgotten while the robot does not turn [s]
 constexpr double kErrorMemory = 1.0;  // over which the error of the believed difference is averaged [s]
 constexpr double kUsual = 9.0;        // mean squares of that error, up to which it is the encoders' noise
 constexpr double kBodyComes = 2.0;    // deviations of the yaw's delay, in which the body comes after its wheels
 constexpr double kStandstill = 0.15;  // wheel speeds below which the robot is taken to rest [rad/s]
+
+/// One step of the natural gradient of 1/2 (y - parameter x)^2 / variance, with a curvature that forgets.
+double descend(double parameter, double& curvature, double y, double x, double variance, double forgetting) {
+  curvature = curvature * forgetting + x * x / variance;
+  return parameter + x * (y - parameter * x) / (variance * curvature);
+}
 
 }  // namespace
 
@@ -24,6 +29,7 @@ SlipBelief::SlipBelief(const SlipState& configured, double wheel_radius, const S
       radius_(wheel_radius),
       learning_(learning),
       turn_(configured.slip_factor / configured.effective_track, learning.range),
+      correction_curvature_(1.0 / (kDeviation * kDeviation)),
       kept_{turn_, correction_},
       recent_(kept_) {}
 
@@ -31,51 +37,13 @@ double SlipBelief::boundedCorrection(double correction) const {
   return turn_.bounded(correction * turn_.inPlace()) / turn_.inPlace();  // q = g q_1 stays within the range of q_1
 }
 
-double SlipBelief::priorEvidence() const { return std::max(1.0, squares_) / (kDeviation * kDeviation); }
-
-/// Forgets towards g = 1, whether the robot turns or rests.
-void SlipBelief::forget(double step) {
-  const double kept = keptAfter(step, learning_.memory);
-  product_ *= kept;
-  square_ *= kept;
-  minimise();
-}
-
-void SlipBelief::minimise() {
-  const double prior = priorEvidence();
-  correction_ = boundedCorrection((prior + product_) / (prior + square_));
-}
-
-/// A correction that was kept counts for as much as the prior.
-void SlipBelief::setCorrection(double correction) {
-  const double prior = priorEvidence();
-  square_ = prior;
-  product_ = boundedCorrection(correction) * 2.0 * prior - prior;
-  minimise();
-}
-
-void SlipBelief::learnCorrection(double yaw_rate, double f, double variance, double step) {
-  // How noisy measurements are: about the g that they have in common, which a change of the ground moves.
-  constexpr double wide = 1.0 / (kTrackDeviation * kTrackDeviation);
-  const double error = yaw_rate - f * (wide + product_) / (wide + square_);
-  average(squares_, error * error / variance, step, kSurpriseMemory);
-  product_ += f * yaw_rate / variance;
-  square_ += f * f / variance;
-  minimise();
-}
-
-/// The same sums over f of which a part was learned.
-void SlipBelief::rescale(double part) {
-  product_ *= part;
-  square_ *= part * part;
-  minimise();
-}
-
 void SlipBelief::setState(const SlipState& state) {
   TurnModel turn(configured_.slip_factor / configured_.effective_track, learning_.range);
-  if (state.turn) turn.setCoefficients(*state.turn);
+  TurnCoefficients one_track = turn.coefficients();
+  one_track.mean(0) = state.slip_factor / state.effective_track;
+  turn.setCoefficients(state.turn.value_or(one_track));
   turn_ = turn;
-  setCorrection(state.slip_factor / (state.effective_track * turn_.inPlace()));
+  correction_ = 1.0;
   kept_ = recent_ = {turn_, correction_};
 }
 
@@ -124,8 +92,8 @@ double SlipBelief::changeOf(const WheelDifference& n, double step) {
 }
 
 void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double step) {
+  if (std::abs(n.value) <= learning_.excitation) average(correction_, 1.0, step, kFade);
   const double left = n.mean - 0.5 * n.value, right = n.mean + 0.5 * n.value;
-  forget(step);
   const double late = yawPerDifference(left, right) * changeOf(n, step);
   if (!agrees(yaw_rate, radius_ * (n.value + n.error), radius_ * (n.mean + n.mean_error), step)) return;
   keep(n, step);
@@ -135,7 +103,8 @@ void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double st
   const double surprise = n.error * n.error > kUsual * error_variance_ ? n.error * n.error : 0.0;
   if (!turns(n, step)) return;
   const double variance = learning_.gyro_variance + slope * slope * (n.variance + surprise) + late * late;
-  learnCorrection(yaw_rate, f, variance, step);
+  const double forgetting = keptAfter(step, learning_.memory);
+  correction_ = boundedCorrection(descend(correction_, correction_curvature_, yaw_rate, f, variance, forgetting));
 }
 
 /// In a turn by the mean of a second: single samples of a gyro that is wrong agree by their noise.
@@ -156,7 +125,7 @@ void SlipBelief::keep(const WheelDifference& n, double step) {
 
 void SlipBelief::withdraw() {
   turn_ = kept_.turn;
-  setCorrection(kept_.correction);
+  correction_ = kept_.correction;
   recent_ = kept_;
   trusted_ = 0.0;
 }
@@ -170,7 +139,7 @@ void SlipBelief::learnTurn(double yaw_rate, const WheelDifference& n, double var
   turn_.learn(yaw_rate, x, v, variance, step);
   const double after = turn_.yawRate(x, v);
   // What f learns of this turn is taken out of g.
-  if (turn && before * after > 0.0) rescale(after / before);
+  if (turn && before * after > 0.0) correction_ = boundedCorrection(correction_ * before / after);
 }
 
 }  // namespace jackal_aic

@@ -9,15 +9,14 @@
 ///
 ///     theta_dot = g f(r n, r m)
 ///
-/// where f is learned over minutes (turn_model.hpp) and the correction g, N(1, sigma^2) at first, over half a second. g
-/// minimises the free energy summed over a forgetting memory,
+/// where f is learned over minutes (turn_model.hpp) and the correction g, about 1, over half a second. g descends
 ///
-///     F = phi (g - 1)^2 / (2 sigma^2) + sum eps_g^2 / (2 Sigma_g),    eps_g = theta_dot - g f,
+///     F = 1/2 eps_g^2 / Sigma_g,    eps_g = theta_dot - g f,    dg/dt = -kappa_g dF/dg = kappa_g eps_g f / Sigma_g,
 ///
-/// and b_hat = alpha / (g q_1) follows. The sums are forgotten whether the robot turns or rests, so that what one turn
-/// showed does not outlast it. phi, at least 1, is by how much measurements differ more from each other than Sigma_g
-/// says: where the ground shakes a turn, g stays nearer to 1. Learning is gated on excitation (n), so that noise cannot
-/// move what is not observed, and bounded. What f learns is taken out of g: the turn in force does not jump.
+/// where kappa_g is the inverse of the curvature of F summed over a forgetting memory (natural gradient), and b_hat =
+/// alpha / (g q_1) follows. Learning is gated on excitation (n), so that noise cannot move what is not observed, and
+/// bounded. What f learns is taken out of g: the turn in force does not jump. While the robot does not turn, g goes
+/// back to 1.
 ///
 /// g learns from the difference of the believed speeds. Measured ones hold the encoders' noise and resolution as errors
 /// in the regressor: they draw g towards zero, on a straight line all the way. An error of the believed difference
@@ -44,7 +43,7 @@ namespace jackal_aic {
 
 /// What is learned, and all that has to be kept for the next start.
 struct SlipState {
-  double effective_track;                               ///< b_hat in force, turning in place [m]
+  double effective_track;                               ///< b_hat, turning in place [m]
   double slip_factor;                                   ///< alpha that the track belongs to
   std::optional<TurnCoefficients> turn = std::nullopt;  ///< how the turn depends on the motion; empty: nothing known
 };
@@ -86,8 +85,8 @@ class SlipBelief {
   /// Goes on with other trust in its sources.
   void setLearning(const SlipLearning& learning) { learning_ = learning; }
 
-  /// What is believed now.
-  SlipState state() const { return {effectiveTrack(), slipFactor(), turn_.coefficients()}; }
+  /// What minutes have taught, without the correction g.
+  SlipState state() const { return {slipFactor() / turn_.inPlace(), slipFactor(), turn_.coefficients()}; }
 
   /// b_hat, turning in place [m].
   double effectiveTrack() const { return slipFactor() / (correction_ * turn_.inPlace()); }
@@ -120,12 +119,6 @@ class SlipBelief {
   bool turns(const WheelDifference& n, double step);
   double changeOf(const WheelDifference& n, double step);
   double boundedCorrection(double correction) const;
-  double priorEvidence() const;
-  void forget(double step);
-  void minimise();
-  void setCorrection(double correction);
-  void learnCorrection(double yaw_rate, double f, double variance, double step);
-  void rescale(double part);
   void keep(const WheelDifference& n, double step);
   void learnTurn(double yaw_rate, const WheelDifference& n, double variance, double step);
 
@@ -138,9 +131,7 @@ class SlipBelief {
   };
   TurnModel turn_;               // f
   double correction_ = 1.0;      // g
-  double product_ = 0.0;         // sum of f theta_dot / Sigma_g
-  double square_ = 0.0;          // sum of f^2 / Sigma_g
-  double squares_ = 1.0;         // mean of what theta_dot is off a common g, squared, in Sigma_g
+  double correction_curvature_;  // sum of f^2 / Sigma_g
   Kept kept_, recent_;           // turn_ and correction_ of kTrustTime ago at least, and of later
   double trusted_ = 0.0;         // time of turning since recent_ [s]
   TurnAgreement agreement_;      // of gyro and wheels
