@@ -77,7 +77,7 @@ TEST(GainCost, RisesWithEveryTrialThatIsNotPassedAndGivesUp) {
   GainSearchTask task = smallTask();
   const auto trials = firstTrials(task);
   const double cost = gainCost(task, gainsOf(task.start), trials);
-  EXPECT_GT(cost, 0.8) << "settling at the worse end of the phase";
+  EXPECT_GT(cost, 0.6) << "settling at the worse end of the phase";
   EXPECT_LT(gainCost(task, gainsOf(task.start), trials, 0.1), cost);
   task.overshoot_pct = 3.0;
   EXPECT_GT(gainCost(task, gainsOf(task.start), firstTrials(task)), cost + 1.0);
@@ -88,6 +88,7 @@ TEST(GainCost, RisesWithEveryTrialThatIsNotPassedAndGivesUp) {
 TEST(AssessGains, NamesWhatIsMissed) {
   GainSearchTask task = smallTask();
   task.margins.gain = 5.0;
+  task.overshoot_pct = 3.0;
   const GainAssessment assessment = assessGains(task, gainsOf(task.start), 1);
   ASSERT_GT(assessment.missed.size(), 1U) << "improved overshoots on the box, late in the phase";
   EXPECT_EQ(assessment.missed[0], "plant_box: margins");

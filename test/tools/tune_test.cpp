@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "jackal_aic/config/text_file.hpp"
 #include "package_files.hpp"
@@ -116,10 +118,13 @@ TEST_F(Tune, GainsThatMissAnythingAreNoResult) {
 
 TEST_F(Tune, JudgesGains) {
   std::ostringstream out;
-  EXPECT_EQ(
-      tune({"--plant", kBox, "--judge", kPackage + "/config/improved.yaml", "--draws", "0", "--share", kPackage}, out),
-      1);
-  EXPECT_NE(out.str().find("phase 0.019 s: runs back with"), std::string::npos) << out.str();
+  const std::vector<std::string> improved{"--plant", kBox, "--judge", kPackage + "/config/improved.yaml",
+                                          "--draws", "0",  "--share", kPackage};
+  EXPECT_EQ(tune(improved, out), 0) << out.str();
+  std::vector<std::string> strict = improved;
+  strict.insert(strict.end(), {"--overshoot", "3"});
+  EXPECT_EQ(tune(strict, out), 1);
+  EXPECT_NE(out.str().find("phase 0.019 s: overshoots by"), std::string::npos) << out.str();
 }
 
 TEST_F(Tune, BadInputGivesOneClearLine) {

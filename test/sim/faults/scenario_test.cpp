@@ -65,9 +65,9 @@ TEST(Scenarios, RefuseWhatDoesNotFit) {
   EXPECT_NE(refusal(entry("    imu: {kind: drop, shares: 0.5}\n" + kExpect)).find("imu.shares"), std::string::npos);
   EXPECT_NE(refusal(entry("    imu: {kind: drop, share: 2}\n" + kExpect)).find("share = 2"), std::string::npos);
   EXPECT_NE(refusal(entry("    lidar: {kind: drop}\n" + kDrop + kExpect)).find("lidar.kind"), std::string::npos);
-  EXPECT_NE(refusal(entry("    imu: {kind: wrong_names}\n" + kExpect)).find("no fault of this topic"),
+  EXPECT_NE(refusal(entry("    imu: {kind: wrong_names}\n" + kExpect)).find("not a fault of this topic"),
             std::string::npos);
-  EXPECT_NE(refusal(entry("    set_point: {kind: stamp_zero}\n" + kExpect)).find("no fault of this topic"),
+  EXPECT_NE(refusal(entry("    set_point: {kind: stamp_zero}\n" + kExpect)).find("not a fault of this topic"),
             std::string::npos);
   EXPECT_NE(refusal(kMotions + "scenarios: {sample: {motions: [fly], imu: {kind: drop}, expect: {outcome: drives, "
                                "detected_by: tolerated}}}")
