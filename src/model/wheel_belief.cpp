@@ -38,8 +38,10 @@ WheelBelief::WheelBelief(const PlantModel& model, double wheel_radius, const Whe
 
 void WheelBelief::setDriveTrain(const PlantModel& model, double wheel_radius) {
   const auto before = static_cast<double>(commands_.delay());
-  const double limit = drive_train_.limit();
+  const double limit = drive_train_.limit(), gain = drive_train_.gain();
   drive_train_ = DriveTrain(model, wheel_radius);
+  // What another gain makes of the command was a disturbance before.
+  x_(2) -= (drive_train_.gain() - gain) * commands_.acting();
   if (drive_train_.limit() != limit) forgetLimit();
   commands_.setDeadTime(model.dead_time);
   // w is off by what it changed meanwhile.

@@ -25,21 +25,22 @@ constexpr double kOtherLags[] = {0.0, 0.9, -0.9, 0.0};     // of ln T, with whic
 constexpr double kOtherShares[] = {1.0, 1.0, 1.0, 0.5};    // of lambda, likewise
 constexpr int kStarts = 4;
 constexpr int kMostRuns = 10;
-constexpr double kShorter = 0.3;         // of a step that led nowhere
-constexpr double kSmallStep = 0.05;      // standard deviations of theta; of a step that makes no difference
-constexpr double kMemory = 0.7;          // weight of a change of the commands beside the next
-constexpr double kExcess = 8.0;          // n_0
-constexpr double kTurn = 0.3;            // share of a turn in a change that tells nothing of the lag
-constexpr double kUnexplained = 0.01;    // of the squares of a motion; a model that leaves more did not make it
-constexpr double kNoise = 4.0;           // variances of the encoders, which nothing explains
-constexpr double kOtherLag = 0.7;        // of ln T, beyond which a parabola says nothing
-constexpr double kBeyondDoubt = 3.0;     // standard deviations
-constexpr double kLeastChange = 0.005;   // s, of dead time or lag; a smaller one makes no difference
-constexpr double kLargestDoubt = 0.008;  // s; standard deviation of a dead time that is taken over
-constexpr double kShortestLag = 0.002;   // s; below it the speed does not depend on the lag
-constexpr double kPinned = 1e9;          // precision of what is at its bound
-constexpr double kTried = 2.0;           // acceleration that is tried, in multiples of one that was followed
-constexpr double kFollowed = 0.9;        // lambda, below which the motors did not follow
+constexpr double kShorter = 0.3;           // of a step that led nowhere
+constexpr double kSmallStep = 0.05;        // standard deviations of theta; of a step that makes no difference
+constexpr double kMemory = 0.7;            // weight of a change of the commands beside the next
+constexpr double kExcess = 8.0;            // n_0
+constexpr double kTurn = 0.3;              // share of a turn in a change that tells nothing of the lag
+constexpr double kUnexplained = 0.01;      // of the squares of a motion; a model that leaves more did not make it
+constexpr double kNoise = 4.0;             // variances of the encoders, which nothing explains
+constexpr double kOtherLag = 0.7;          // of ln T, beyond which a parabola says nothing
+constexpr double kBeyondDoubt = 3.0;       // standard deviations
+constexpr double kLeastChange = 0.005;     // s, of dead time or lag; a smaller one makes no difference
+constexpr double kLeastGainChange = 0.03;  // of gamma, likewise
+constexpr double kLargestDoubt = 0.008;    // s; standard deviation of a dead time that is taken over
+constexpr double kShortestLag = 0.002;     // s; below it the speed does not depend on the lag
+constexpr double kPinned = 1e9;            // precision of what is at its bound
+constexpr double kTried = 2.0;             // acceleration that is tried, in multiples of one that was followed
+constexpr double kFollowed = 0.9;          // lambda, below which the motors did not follow
 // Range of theta.
 constexpr double kLeastShare = 0.3;
 constexpr double kGainRange = 1.5;
@@ -75,6 +76,12 @@ void DriveTrainLearning::setTiming(const DriveTrainTiming& timing) {
   told_ = std::log(std::max(timing.lag, kShortestLag));
   theta_ << told_, 1.0, 1.0, 0.0;
   memory_.fill({});
+  forgetMotion();
+}
+
+void DriveTrainLearning::withdrawGain() {
+  timing_.gain_share = theta_(kGainShare) = 1.0;
+  for (DriveTrainSums& kept : memory_) kept = kept.marginalised(kGainShare);
   forgetMotion();
 }
 
@@ -277,14 +284,15 @@ void DriveTrainLearning::learn() {
   DriveTrainVector change = best_.theta - theta_;
   // Of a change that is not explained the limit is as far as the next search got, at least.
   if (!explained) change(kLogLag) = change(kGainShare) = change(kOffset) = 0.0;
-  if (change_.turns) change(kLogLag) = 0.0;
+  if (change_.turns) change(kLogLag) = change(kGainShare) = 0.0;
   const bool same = std::abs(change(kLogLag)) < kOtherLag;
   for (DriveTrainSums& kept : memory_) kept = same ? kept.around(change) : DriveTrainSums{};
   theta_ += change;
   if (!explained) return;
   for (std::size_t i = 0; i < memory_.size(); ++i) {
     const DriveTrainSums& sums = best_.sums[i];
-    memory_[i].add((change_.turns ? sums.marginalised(kLogLag) : sums).over(kExcess * variance));
+    memory_[i].add(
+        (change_.turns ? sums.marginalised(kLogLag).marginalised(kGainShare) : sums).over(kExcess * variance));
   }
   learned_ = takenOver();
   for (DriveTrainSums& kept : memory_) kept = kept.over(1.0 / kMemory);
@@ -319,7 +327,7 @@ std::optional<DriveTrainTiming> DriveTrainLearning::takenOver() {
   if (bend <= 0.0 || variance > square(kLargestDoubt)) return std::nullopt;
   const double beside = std::clamp(0.5 * (before.free_energy - after.free_energy) / bend, -1.0, 1.0);
   const DriveTrainTiming found{std::clamp(kStep * (i + beside), 0.0, kLongestTiming.dead_time),
-                               std::exp(theta_(kLogLag)), timing_.acceleration_limit};
+                               std::exp(theta_(kLogLag)), timing_.acceleration_limit, theta_(kGainShare)};
   // How the lag goes with the dead time, and how far it is beyond doubt with the dead time known.
   const double along = found.lag * (after.change(kLogLag) - before.change(kLogLag)) / (2.0 * kStep);
   const double alone = square(found.lag) * at.log_lag_variance;
@@ -327,7 +335,9 @@ std::optional<DriveTrainTiming> DriveTrainLearning::takenOver() {
     return std::abs(by) > std::max(kLeastChange, kBeyondDoubt * std::sqrt(of_variance));
   };
   const double later = found.dead_time - timing_.dead_time, slower = found.lag - timing_.lag;
-  if (!beyondDoubt(later, variance) && !beyondDoubt(slower, alone + square(along) * variance) &&
+  const double stronger = std::abs(found.gain_share - timing_.gain_share);
+  const bool gain = stronger > std::max(kLeastGainChange, kBeyondDoubt * std::sqrt(at.gain_variance));
+  if (!gain && !beyondDoubt(later, variance) && !beyondDoubt(slower, alone + square(along) * variance) &&
       !beyondDoubt(later + slower, alone + square(1.0 + along) * variance)) {
     return std::nullopt;
   }
@@ -345,7 +355,8 @@ DriveTrainLearning::Minimum DriveTrainLearning::minimum(int i) const {
   const DriveTrainVector change = solver.solve(slope);
   const double late = i * kStep - timing_.dead_time;
   return {change, 0.5 * (sums.squares - slope.dot(change) + square(late / kDeadTimeDeviation)),
-          solver.solve(DriveTrainVector::Unit(kLogLag))(kLogLag)};
+          solver.solve(DriveTrainVector::Unit(kLogLag))(kLogLag),
+          solver.solve(DriveTrainVector::Unit(kGainShare))(kGainShare)};
 }
 
 int DriveTrainLearning::bestDeadTime() const {

@@ -164,6 +164,7 @@ void PredictiveController::setTiming(const DriveTrainTiming& timing) {
   model_.dead_time = timing.dead_time;
   model_.lag = timing.lag;
   model_.acceleration_limit = timing.acceleration_limit;
+  model_.gain = configured_model_.gain * timing.gain_share;
   left_.setDriveTrain(model_, geometry_.wheel_radius);
   right_.setDriveTrain(model_, geometry_.wheel_radius);
 }
@@ -296,6 +297,12 @@ void PredictiveController::adoptGains(const PredictiveParameters& parameters) {
 void PredictiveController::freezeLearning(bool frozen) {
   frozen_ = frozen;
   if (!learnsDriveTrain()) drive_train_.forgetMotion();
+}
+
+void PredictiveController::withdrawLearned() {
+  slip_.withdraw();
+  drive_train_.withdrawGain();
+  setTiming(drive_train_.timing());
 }
 
 // ---- start

@@ -8,7 +8,8 @@
 namespace jackal_aic {
 
 WheelController::WheelController(const PredictiveParameters& parameters, const PlantModel& model, double wheel_radius)
-    : gain_(model.gain),
+    : configured_gain_(model.gain),
+      gain_(model.gain),
       dead_zone_(model),
       learning_rate_(parameters.action_learning_rate),
       belief_(model, wheel_radius, wheelBeliefParameters(parameters)),
@@ -18,10 +19,10 @@ void WheelController::act(double input) {
   path_.take(input);
   // v ← v − κ_a (∂²F/∂v²)⁻¹ ∂F/∂v with F = ½ ε_a²/Σ_a, ε_a = g v + d − w*
   const double error = gain_ * effective_ + belief_.disturbance() - input;
-  const Range most = withinRange(input, input);
-  const double before = gain_ * effective_;
-  effective_ =
-      std::clamp(before - learning_rate_ * error, std::min(before, most.low), std::max(before, most.high)) / gain_;
+  const Range most = withinRange(input, input);  // of a robot with the configured gain
+  const double next = effective_ - learning_rate_ * error / gain_;
+  effective_ = std::clamp(next, std::min(effective_, most.low / configured_gain_),
+                          std::max(effective_, most.high / configured_gain_));
   action_ = dead_zone_.command(effective_);
 }
 
@@ -55,6 +56,7 @@ void WheelController::restart(double measured) {
 }
 
 void WheelController::setDriveTrain(const PlantModel& model, double wheel_radius) {
+  gain_ = model.gain;
   belief_.setDriveTrain(model, wheel_radius);
   path_.setDriveTrain(model);
 }

@@ -91,6 +91,25 @@ void expectLearned(const std::string& plant, const Overrides& robot, const SetPo
   }
 }
 
+/// The gain is learned as the dead time is: told a fifth less or a quarter more than it is.
+TEST(UnknownGain, IsLearnedInTenSeconds) {
+  for (const char* plant : {"ground", "box"}) {
+    const double truth = loadSetup(files(), "predictive", plant, {}).drive.plant_model->gain;
+    for (const double told_share : {0.8, 1.25}) {
+      for (const SetPoint& step : {SetPoint{0.5, 0.0, 0.0}, SetPoint{1.5, 0.0, 0.0}, SetPoint{0.0, 0.0, 0.8}}) {
+        SCOPED_TRACE(std::string(plant) + ", told " + std::to_string(told_share));
+        const Overrides wrong{{"plant_model.gain", std::to_string(told_share * truth)}};
+        const SetPointProfile profile = drivingThenStep(1, step);
+        const Drive known = drive(plant, withoutLearning({}), profile), learned = drive(plant, wrong, profile);
+        EXPECT_NEAR(learned.believed.gain, truth, 0.03 * truth);
+        ASSERT_TRUE(learned.step.settling && known.step.settling);
+        EXPECT_LE(*learned.step.settling, 1.25 * *known.step.settling + 0.02);
+        EXPECT_LE(learned.step.overshoot_pct, 10.0);
+      }
+    }
+  }
+}
+
 TEST(UnknownDeadTime, IsLearnedInTenSeconds) {
   expectLearned("ground", {}, {0.5, 0.0, 0.0});
   expectLearned("box", {}, {0.5, 0.0, 0.0});

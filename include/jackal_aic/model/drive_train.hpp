@@ -109,6 +109,9 @@ class CommandsUnderWay {
   /// Dead time in steps.
   std::size_t delay() const { return delay_; }
 
+  /// The command that acts now.
+  double acting() const { return commands_[head_]; }
+
  private:
   std::size_t delay_;
   std::vector<double> commands_;  // ring, one per step, of which delay_ + 1 are in use

@@ -100,7 +100,7 @@ class WheelBelief {
   /// Covariance P of (w, z, d).
   const Eigen::Matrix3d& covariance() const { return P_; }
 
-  /// Goes on with another dead time, lag and acceleration limit; the commands under way stay.
+  /// Goes on with another dead time, lag, gain and acceleration limit; the commands under way stay.
   void setDriveTrain(const PlantModel& model, double wheel_radius);
 
   /// Goes on with other trust in its sources.

@@ -15,8 +15,8 @@
 /// minimum begins with the lag as it is and with others, because near a short lag nothing tells of a long one where the
 /// acceleration is limited, and goes on by Gauss-Newton steps from the best. It takes a few hundred inner steps, two
 /// measurements in each. Earlier changes count 0.7 of the next, as parabolas around theta. A change that the model does
-/// not explain teaches nothing, and a turn nothing of the lag: for what the ground takes there the integral of a
-/// motor's velocity loop needs its time. The model takes over what is beyond doubt of dead time and lag; the
+/// not explain teaches nothing, and a turn nothing of lag and gain: for what the ground takes there the integral of a
+/// motor's velocity loop needs its time. The model takes over what is beyond doubt of dead time, lag and gain; the
 /// disturbance has a belief of its own (wheel_belief.hpp). Commands that do not change teach nothing.
 ///
 /// The acceleration limit of a robot that nobody has identified opens: an acceleration that the wheels followed can be
@@ -36,11 +36,13 @@
 
 namespace jackal_aic {
 
-/// How late a drive train is, and how fast it accelerates.
+/// How late a drive train is, how fast it accelerates, and its gain. The gain is not kept for the next start: encoders
+/// of a wrong scale look the same.
 struct DriveTrainTiming {
   double dead_time = 0.0;           ///< delta, from a command until the motors follow it [s]
   double lag = 0.0;                 ///< T, time constant of the wheel speed [s]
   double acceleration_limit = 0.0;  ///< that is asked for, of the wheel circumference [m/s^2]; 0: as it was told
+  double gain_share = 1.0;          ///< gamma, gain in multiples of the configured one
 };
 
 /// Longest dead time and lag [s], and largest acceleration limit [m/s^2], that are learned. The last is that of the
@@ -68,6 +70,9 @@ class DriveTrainLearning {
   /// Takes measured wheel speeds [rad/s]. @param step since the last ones [s]. Returns the timing to go on with, if it
   /// is another one now.
   std::optional<DriveTrainTiming> correct(const WheelVector& measured, double step);
+
+  /// What was learned of the gain is withdrawn: a sensor that it may have come from is faulty.
+  void withdrawGain();
 
   /// What the commands or the wheels did of late is not to be learned from.
   void forgetMotion();
@@ -122,6 +127,7 @@ class DriveTrainLearning {
     DriveTrainVector change;  // of theta
     double free_energy;
     double log_lag_variance;  // of ln T, with this dead time
+    double gain_variance;     // of gamma, likewise
   };
 
   enum class State { unknown, settled, changing };

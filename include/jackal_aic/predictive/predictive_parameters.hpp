@@ -22,7 +22,7 @@ struct PredictiveParameters : SensorNoise {
   double disturbance_process_noise = 0.01;  ///< of a wheel's input disturbance [(rad/s)^2/s]
   double dead_time_deviation = 0.01;        ///< standard deviation of the dead time [s]
   bool learn_track = true;                  ///< learn the effective track
-  bool learn_drive_train = true;            ///< learn dead time and lag of the drive train
+  bool learn_drive_train = true;            ///< learn dead time, lag and gain of the drive train
   double slip_time_constant = 0.5;          ///< time over which the effective track is averaged while turning [s]
   double yaw_delay_deviation = 0.05;  ///< sigma_y, standard deviation of the delay of the yaw behind the wheels [s]
   double slip_excitation = 0.5;       ///< least difference of the wheel speeds to learn from [rad/s]

@@ -76,6 +76,7 @@ class WheelController {
  private:
   void drive(double applied, double effective);
 
+  double configured_gain_;
   double gain_;           // wheel speed / effective command
   DeadZone dead_zone_;    // of the motors
   double learning_rate_;  // kappa_a
