@@ -79,10 +79,12 @@ void DriveTrainLearning::setTiming(const DriveTrainTiming& timing) {
   forgetMotion();
 }
 
-void DriveTrainLearning::withdrawGain() {
-  timing_.gain_share = theta_(kGainShare) = 1.0;
-  for (DriveTrainSums& kept : memory_) kept = kept.marginalised(kGainShare);
+bool DriveTrainLearning::withdrawGain() {
   forgetMotion();
+  if (theta_(kGainShare) == 1.0) return false;
+  theta_(kGainShare) = 1.0;
+  for (DriveTrainSums& kept : memory_) kept = kept.marginalised(kGainShare);
+  return std::exchange(timing_.gain_share, 1.0) != 1.0;
 }
 
 void DriveTrainLearning::forgetMotion() {

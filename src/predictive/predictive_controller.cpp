@@ -155,7 +155,10 @@ void PredictiveController::correct(const Observation& y) {
 
 void PredictiveController::learnDriveTrain(const Observation& y) {
   if (!learnsDriveTrain()) return;
-  if (!y.valid.wheel_left || !y.valid.wheel_right) return drive_train_.forgetMotion();
+  if (!y.valid.wheel_left || !y.valid.wheel_right) {
+    if (drive_train_.withdrawGain()) setTiming(drive_train_.timing());
+    return;
+  }
   const auto timing = drive_train_.correct({y.wheel_left, y.wheel_right}, observation_step_);
   if (timing) setTiming(*timing);
 }
@@ -297,12 +300,6 @@ void PredictiveController::adoptGains(const PredictiveParameters& parameters) {
 void PredictiveController::freezeLearning(bool frozen) {
   frozen_ = frozen;
   if (!learnsDriveTrain()) drive_train_.forgetMotion();
-}
-
-void PredictiveController::withdrawLearned() {
-  slip_.withdraw();
-  drive_train_.withdrawGain();
-  setTiming(drive_train_.timing());
 }
 
 // ---- start

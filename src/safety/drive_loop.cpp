@@ -189,7 +189,7 @@ bool DriveLoop::takeObservation(const Observation& observation, double now) {
   const FaultReport* faults = measurements_.report();
   if (predictive_ != nullptr && faults != nullptr) {
     predictive_->setShaken(faults->shaken);
-    if (faults->turnSensorFaulty()) predictive_->withdrawLearned();
+    if (faults->turnSensorFaulty()) predictive_->withdrawTurn();
   }
   const SampleVerdict verdict = controller_->observe(judged);
   if (!taken(verdict) && verdict != SampleVerdict::incomplete) {

@@ -163,6 +163,19 @@ TEST(DriveTrainLearning, GainOffsetAndLimitOfTheMotorsAreNoDeadTime) {
   EXPECT_NEAR(with([](PlantModel& robot) { robot.acceleration_limit *= 3.0; }).dead_time, 0.08, 0.01);
 }
 
+TEST(DriveTrainLearning, TheGainIsLearnedAndWithdrawnWithAnEncoder) {
+  for (const double gain : {0.8, 1.25}) {
+    PlantModel robot = modelWith(0.08, 0.03);
+    robot.gain = gain;
+    LearningFromARobot driven(robot, modelWith(0.08, 0.03));
+    for (int i = 0; i < 12; ++i) driven.drive(i % 3 == 0 ? 5.0 : i % 3 == 1 ? 2.0 : -4.0, 2.0);
+    EXPECT_NEAR(driven.learning().timing().gain_share, gain, 0.03);
+    EXPECT_TRUE(driven.learning().withdrawGain());
+    EXPECT_EQ(driven.learning().timing().gain_share, 1.0);
+    EXPECT_FALSE(driven.learning().withdrawGain()) << "nothing is left to withdraw";
+  }
+}
+
 TEST(DriveTrainLearning, GoesOnFromAnotherTiming) {
   LearningFromARobot robot(modelWith(0.16, 0.03), modelWith(0.08, 0.03));
   robot.learning().setTiming({0.16, 0.03});

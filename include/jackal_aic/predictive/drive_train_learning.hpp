@@ -71,8 +71,9 @@ class DriveTrainLearning {
   /// is another one now.
   std::optional<DriveTrainTiming> correct(const WheelVector& measured, double step);
 
-  /// What was learned of the gain is withdrawn: a sensor that it may have come from is faulty.
-  void withdrawGain();
+  /// An encoder does not count: as forgetMotion(), and what was learned of the gain, which may have come from it, is
+  /// withdrawn. True if the timing is another one now.
+  bool withdrawGain();
 
   /// What the commands or the wheels did of late is not to be learned from.
   void forgetMotion();

@@ -114,8 +114,8 @@ class PredictiveController : public VelocityController {
   void freezeLearning(bool frozen);
   bool learningFrozen() const { return frozen_; }  ///< learning was stopped
 
-  /// Gyro or an encoder was found faulty: what it contributed to turn and gain of late is withdrawn.
-  void withdrawLearned();
+  /// Gyro or an encoder was found faulty: what it contributed to the turn of late is withdrawn.
+  void withdrawTurn() { slip_.withdraw(); }
 
   /// A jolt of the ground shakes the robot (true): the gyro counts, and teaches no effective track until it is over.
   void setShaken(bool shaken) { shaken_ = shaken; }
