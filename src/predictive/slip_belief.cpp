@@ -10,7 +10,6 @@ namespace {
 
 constexpr double kDeviation = 0.05;   // of the configured turn, relative: how much it is trusted at first
 constexpr double kCertainTurn = 5.0;  // least difference of the wheel speeds to learn from, standard deviations of it
-constexpr double kFade = 2.0;         // in which the correction is forgotten while the robot does not turn [s]
 constexpr double kErrorMemory = 1.0;  // over which the error of the believed difference is averaged [s]
 constexpr double kUsual = 9.0;        // mean squares of that error, up to which it is the encoders' noise
 constexpr double kBodyComes = 2.0;    // deviations of the yaw's delay, in which the body comes after its wheels
@@ -39,11 +38,9 @@ double SlipBelief::boundedCorrection(double correction) const {
 
 void SlipBelief::setState(const SlipState& state) {
   TurnModel turn(configured_.slip_factor / configured_.effective_track, learning_.range);
-  TurnCoefficients one_track = turn.coefficients();
-  one_track.mean(0) = state.slip_factor / state.effective_track;
-  turn.setCoefficients(state.turn.value_or(one_track));
+  if (state.turn) turn.setCoefficients(*state.turn);
   turn_ = turn;
-  correction_ = 1.0;
+  correction_ = boundedCorrection(state.slip_factor / (state.effective_track * turn_.inPlace()));
   kept_ = recent_ = {turn_, correction_};
 }
 
@@ -92,7 +89,6 @@ double SlipBelief::changeOf(const WheelDifference& n, double step) {
 }
 
 void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double step) {
-  if (std::abs(n.value) <= learning_.excitation) average(correction_, 1.0, step, kFade);
   const double left = n.mean - 0.5 * n.value, right = n.mean + 0.5 * n.value;
   const double late = yawPerDifference(left, right) * changeOf(n, step);
   if (!agrees(yaw_rate, radius_ * (n.value + n.error), radius_ * (n.mean + n.mean_error), step)) return;

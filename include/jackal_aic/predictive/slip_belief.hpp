@@ -15,8 +15,7 @@
 ///
 /// where kappa_g is the inverse of the curvature of F summed over a forgetting memory (natural gradient), and b_hat =
 /// alpha / (g q_1) follows. Learning is gated on excitation (n), so that noise cannot move what is not observed, and
-/// bounded. What f learns is taken out of g: the turn in force does not jump. While the robot does not turn, g goes
-/// back to 1.
+/// bounded. What f learns is taken out of g: the turn in force does not jump.
 ///
 /// g learns from the difference of the believed speeds. Measured ones hold the encoders' noise and resolution as errors
 /// in the regressor: they draw g towards zero, on a straight line all the way. An error of the believed difference
@@ -43,7 +42,7 @@ namespace jackal_aic {
 
 /// What is learned, and all that has to be kept for the next start.
 struct SlipState {
-  double effective_track;                               ///< b_hat, turning in place [m]
+  double effective_track;                               ///< b_hat in force, turning in place [m]
   double slip_factor;                                   ///< alpha that the track belongs to
   std::optional<TurnCoefficients> turn = std::nullopt;  ///< how the turn depends on the motion; empty: nothing known
 };
@@ -85,8 +84,8 @@ class SlipBelief {
   /// Goes on with other trust in its sources.
   void setLearning(const SlipLearning& learning) { learning_ = learning; }
 
-  /// What minutes have taught, without the correction g.
-  SlipState state() const { return {slipFactor() / turn_.inPlace(), slipFactor(), turn_.coefficients()}; }
+  /// What is believed now.
+  SlipState state() const { return {effectiveTrack(), slipFactor(), turn_.coefficients()}; }
 
   /// b_hat, turning in place [m].
   double effectiveTrack() const { return slipFactor() / (correction_ * turn_.inPlace()); }
