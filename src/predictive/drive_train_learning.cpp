@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "jackal_aic/model/robot_range.hpp"
 #include "jackal_aic/model/square.hpp"
 
 namespace jackal_aic {
@@ -43,7 +44,6 @@ constexpr double kTried = 2.0;             // acceleration that is tried, in mul
 constexpr double kFollowed = 0.9;          // lambda, below which the motors did not follow
 // Range of theta.
 constexpr double kLeastShare = 0.3;
-constexpr double kGainRange = 1.5;
 constexpr double kLargestOffset = 1.0;  // rad/s
 // Standard deviations of delta and theta.
 constexpr double kDeadTimeDeviation = 0.08;  // s

@@ -344,12 +344,10 @@ void PredictiveController::forgetMotion() {
   reset();
   slip_ = slip;
   drive_train_ = drive_train;
-  drive_train_.forgetMotion();
-  setTiming(drive_train_.timing());
   traction_ = traction;
-  traction_.restart();
   uncertainty_ = uncertainty;
-  uncertainty_.forgetMotion();
+  setTiming(drive_train_.timing());
+  restart();
 }
 
 void PredictiveController::setLearned(const LearnedModel& learned) {

@@ -253,6 +253,21 @@ TEST(PredictiveController, AGyroThatAJoltShakesIsBelievedAndTeachesNoSlip) {
   EXPECT_NEAR(controller.effectiveTrack(), 0.7, 0.007);
 }
 
+/// Its wheels were under way when the motion was forgotten: the gain that is known is no disturbance of theirs.
+TEST(PredictiveController, AForgottenMotionLeavesNoDisturbanceOfALearnedGain) {
+  PredictiveController controller({}, {}, driveTrain());
+  Robot robot(driveTrain(), 0.5621);
+  robot.gain = 0.8;
+  for (int i = 0; i < 8; ++i) {
+    controller.setSetPoint({i % 3 == 0 ? 0.5 : i % 3 == 1 ? 0.2 : -0.4, 0.0, 0.0});
+    robot.drive(controller, {}, 2.0);
+  }
+  ASSERT_NEAR(controller.model().gain, 0.8, 0.03);
+  controller.forgetMotion();
+  EXPECT_NEAR(controller.model().gain, 0.8, 0.03);
+  EXPECT_EQ(controller.left().disturbance(), 0.0);
+}
+
 TEST(PredictiveController, RefusesWhatIsNotFiniteOrNotLater) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   PredictiveController controller({}, {}, driveTrain());

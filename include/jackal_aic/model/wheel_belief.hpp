@@ -111,9 +111,6 @@ class WheelBelief {
   /// How far the robot turns: 0 on a straight line, 1 in a turn, whose T_e counts.
   void setTurning(double share);
 
-  /// Trusts the measurement with another variance Sigma_y from now on [(rad/s)^2].
-  void setMeasurementVariance(double variance) { parameters_.measurement_variance = variance; }
-
   /// Believes the speed as measured [rad/s] and otherwise nothing; the commands of the last dead time are still under
   /// way.
   void seed(double speed);

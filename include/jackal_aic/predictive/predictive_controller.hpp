@@ -6,7 +6,7 @@
 ///     sense    each wheel speed against its prediction from the commands really applied          (wheel_belief.hpp)
 ///     believe  speed and input disturbance of each wheel, yaw rate, by the gradient of one free energy
 ///     learn    effective track, by the free energy of the gyro                                      (slip_belief.hpp)
-///              dead time, lag and acceleration limit of the drive train                    (drive_train_learning.hpp)
+///              dead time, lag, gain and acceleration limit of the drive train              (drive_train_learning.hpp)
 ///     act      da/dt descends 1/2 eps_a^2 / Sigma_a with eps_a = gain a + d - w*, so that the disturbance is cancelled
 ///              and the wheel's own dynamics become the reference dynamics                     (wheel_controller.hpp)
 ///
@@ -105,8 +105,8 @@ class PredictiveController : public VelocityController {
   /// How the body follows the wheels, as it is believed.
   const SlipBelief& slipBelief() const { return slip_; }
 
-  /// Goes on from what was learned before: slip within a factor of 2 and turn within 4 of the configured ones, dead
-  /// time and lag where they are known, up to kLongestTiming. @throws ParameterError if a value is not finite, a dead
+  /// Goes on from what was learned before: the turn within the range of the track, dead time and lag where they are
+  /// known, up to kLongestTiming. @throws ParameterError if a value is not finite, a dead
   /// time or lag negative, or another one not positive.
   void setLearned(const LearnedModel& learned);
 

@@ -62,9 +62,6 @@ class WheelController {
   /// Goes on with another dead time, lag and acceleration limit of the drive train.
   void setDriveTrain(const PlantModel& model, double wheel_radius);
 
-  /// Trusts the encoder with another variance from now on [(rad/s)^2].
-  void setMeasurementVariance(double variance) { belief_.setMeasurementVariance(variance); }
-
   /// As WheelBelief::setTurning().
   void setTurning(double share) { belief_.setTurning(share); }
 
@@ -76,10 +73,10 @@ class WheelController {
  private:
   void drive(double applied, double effective);
 
-  double configured_gain_;
-  double gain_;           // wheel speed / effective command
-  DeadZone dead_zone_;    // of the motors
-  double learning_rate_;  // kappa_a
+  double configured_gain_;  // about which commands are bounded
+  double gain_;             // wheel speed / effective command
+  DeadZone dead_zone_;      // of the motors
+  double learning_rate_;    // kappa_a
   WheelBelief belief_;
   DriveTrainReference path_;
   double action_ = 0.0;     // a

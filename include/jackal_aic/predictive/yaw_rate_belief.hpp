@@ -42,9 +42,6 @@ class YawRateBelief {
   /// Goes on with other trust in its sources.
   void setParameters(const YawRateBeliefParameters& parameters) { parameters_ = parameters; }
 
-  /// Trusts the gyro with another variance from now on [(rad/s)^2].
-  void setGyroVariance(double variance) { parameters_.gyro_variance = variance; }
-
   /// Starts at this yaw rate [rad/s].
   void reset(double yaw_rate);
 
