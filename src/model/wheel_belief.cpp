@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "jackal_aic/model/drive_train_belief.hpp"
 #include "jackal_aic/model/forgetting.hpp"
 
 namespace jackal_aic {
@@ -27,6 +26,9 @@ constexpr double kTimingCurvature = 1.0;       // of F along ln lambda_t, as it 
 constexpr double kMostTimingCurvature = 20.0;  // with which older accelerations are forgotten
 constexpr double kNoTiming = 1e-9;             // (rad/s)^2; e of a smaller variance is none
 
+/// States of the belief: w, z, d, e.
+enum State { kSpeed, kCorrection, kDisturbance, kTiming };
+
 }  // namespace
 
 WheelBelief::WheelBelief(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& parameters,
@@ -41,12 +43,12 @@ void WheelBelief::setDriveTrain(const PlantModel& model, double wheel_radius) {
   const double limit = drive_train_.limit(), gain = drive_train_.gain();
   drive_train_ = DriveTrain(model, wheel_radius);
   // What another gain makes of the command was a disturbance before.
-  x_(2) -= (drive_train_.gain() - gain) * commands_.acting();
+  x_(kDisturbance) -= (drive_train_.gain() - gain) * commands_.acting();
   if (drive_train_.limit() != limit) forgetLimit();
   commands_.setDeadTime(model.dead_time);
   // w is off by what it changed meanwhile.
   const double late = (static_cast<double>(commands_.delay()) - before) * kStep * rate_;
-  P_(0, 0) += late * late;
+  P_(kSpeed, kSpeed) += late * late;
 }
 
 void WheelBelief::setParameters(const WheelBeliefParameters& parameters) {
@@ -79,12 +81,11 @@ void WheelBelief::reset(double speed) {
 }
 
 void WheelBelief::seed(double speed) {
-  x_ << speed, 0.0, 0.0;
+  x_ << speed, 0.0, 0.0, 0.0;
   P_.setZero();
-  P_(0, 0) = parameters_.measurement_variance;
-  P_(2, 2) = parameters_.disturbance_deviation * parameters_.disturbance_deviation;
+  P_(kSpeed, kSpeed) = parameters_.measurement_variance;
+  P_(kDisturbance, kDisturbance) = parameters_.disturbance_deviation * parameters_.disturbance_deviation;
   gain_.setZero();
-  forgetTiming();
   lagged_ = corrected_ = measured_ = predicted_ = speed;
   steps_ = limited_steps_ = 0;
   limit_doubt_ = rate_ = 0.0;
@@ -93,7 +94,9 @@ void WheelBelief::seed(double speed) {
 
 void WheelBelief::predictActing(double command) {
   const double largest = limit_share_ * drive_train_.limit() * kStep;
-  const auto [change, limited] = drive_train_.step(x_, command, limit_share_);
+  Eigen::Vector3d wheel = x_.head<3>();
+  const auto [change, limited] = drive_train_.step(wheel, command, limit_share_);
+  x_.head<3>() = wheel;
   rate_ = change / kStep;
   const double beyond = 2.0 * std::abs(change) - largest;
   if (beyond > 0.0) limit_doubt_ += limitDeviation() * beyond;
@@ -101,33 +104,31 @@ void WheelBelief::predictActing(double command) {
   limited_steps_ = limited ? limited_steps_ + 1 : 0;
   // At the limit the speed does not depend on z and d: J = I. A wheel that has stood at one speed for long is at no
   // limit, whatever the belief has it do: it tells that z and d are wrong, and may correct them.
-  const bool held = limited && !stalled();
-  if (!held) propagate(transition(), P_);
-  predictTiming(held);
-  P_(0, 0) += parameters_.speed_process_noise * kStep;
-  P_(2, 2) += parameters_.disturbance_process_noise * kStep;
+  WheelCovariance J = WheelCovariance::Identity();
+  if (!limited || stalled()) J.topLeftCorner<3, 3>() = transition();
+  J(kTiming, kTiming) = timing_decay_;
+  x_(kTiming) *= timing_decay_;
+  P_ = (J * P_).eval().lazyProduct(J.transpose()).eval();
+  P_(kSpeed, kSpeed) += parameters_.speed_process_noise * kStep;
+  P_(kDisturbance, kDisturbance) += parameters_.disturbance_process_noise * kStep;
+  widenTiming();
+}
+
+/// w(t) − w(t − σ_t) of a first-order filter: σ_t dw/dt while w ramps, and no more than it changed. In a turn, where e
+/// lasts, without what the action makes of the encoder's noise.
+void WheelBelief::widenTiming() {
+  lagged_ += lagging_ * (x_(kSpeed) - lagged_);
+  const double change = x_(kSpeed) - lagged_;
+  const double least = timing_share_ * (change - std::clamp(change, -quiet_, quiet_));
+  double& variance = P_(kTiming, kTiming);
+  variance = std::max(variance, least * least);
+  if (variance < kNoTiming) forgetTiming();
 }
 
 void WheelBelief::forgetTiming() {
-  timing_ = timing_variance_ = 0.0;
-  timing_covariance_.setZero();
-}
-
-void WheelBelief::predictTiming(bool held) {
-  // w(t) − w(t − σ_t) of a first-order filter: σ_t dw/dt while w ramps, and no more than it changed. In a turn, where e
-  // lasts, without what the action makes of the encoder's noise.
-  lagged_ += lagging_ * (x_(0) - lagged_);
-  const double change = x_(0) - lagged_;
-  const double least = timing_share_ * (change - std::clamp(change, -quiet_, quiet_));
-  if (timing_decay_ == 0.0) {
-    timing_variance_ = least * least;
-    return;
-  }
-  if (timing_variance_ < kNoTiming && least * least < kNoTiming) return forgetTiming();
-  timing_ *= timing_decay_;
-  timing_variance_ = std::max(timing_decay_ * timing_decay_ * timing_variance_, least * least);
-  if (!held) timing_covariance_.head<2>() = (transition().topRows<2>().lazyProduct(timing_covariance_)).eval();
-  timing_covariance_ *= timing_decay_;
+  x_(kTiming) = 0.0;
+  P_.row(kTiming).setZero();
+  P_.col(kTiming).setZero();
 }
 
 double WheelBelief::correct(double measurement, double added_variance) {
@@ -138,7 +139,7 @@ double WheelBelief::correct(double measurement, double added_variance) {
   if (!at_limit) ramp_ = {};
   if (at_limit) ramp_.add(measurement - measured_, change, static_cast<double>(steps_) * kStep);
   if ((measurement - measured_) * change > kLeastPart * change * change) {
-    P_(0, 0) += limit_doubt_ * limit_doubt_;
+    P_(kSpeed, kSpeed) += limit_doubt_ * limit_doubt_;
     learnLimit(measurement - measured_);
   } else if (limited_steps_ >= 2 * steps_) {
     forgetLimit();
@@ -148,25 +149,19 @@ double WheelBelief::correct(double measurement, double added_variance) {
   limit_doubt_ = 0.0;
 
   // x ← x − κ_μ (∂²F/∂x²)⁻¹ ∂F/∂x at the prior, where ∂F/∂x = −C' ε_y/Σ and (∂²F/∂x²)⁻¹ C'/Σ = P C'/(C P C' + Σ)
-  const Eigen::Vector3d PC = P_.col(0) + timing_covariance_;
-  const double PC_e = timing_covariance_(0) + timing_variance_;
-  const double S = PC(0) + PC_e + variance, moved = parameters_.learning_rate * error;
-  learnTiming(error * error / S, timing_variance_ / S);
-  const Eigen::Vector3d gain = PC / S;
-  const double gain_e = PC_e / S;
-  x_ += moved * gain;
-  lagged_ += moved * gain(0);  // a corrected speed is no change of it
-  timing_ += moved * gain_e;
-  correctCovariance(gain, PC, P_);
-  timing_covariance_ -= gain * PC_e;
-  timing_variance_ -= gain_e * PC_e;
+  const WheelState PC = P_.col(kSpeed) + P_.col(kTiming);
+  const double of_belief = PC(kSpeed) + PC(kTiming), S = of_belief + variance, moved = parameters_.learning_rate * error;
+  learnTiming(error * error / S, P_(kTiming, kTiming) / S);
+  x_ += moved / S * PC;
+  lagged_ += moved / S * PC(kSpeed);  // a corrected speed is no change of it
+  P_ -= PC * PC.transpose() / S;
   if (timing_decay_ == 0.0) forgetTiming();
-  gain_ = parameters_.learning_rate * gain;
+  gain_ = parameters_.learning_rate / S * PC.head<3>();
   corrected_ = speed();
 
-  const double total = gain(0) + gain_e, residual = error - total * moved;
+  const double residual = error - of_belief / S * moved;
   // x − x_prior = P C' moved/S
-  return 0.5 * residual * residual / variance + 0.5 * total * moved * moved / S;
+  return 0.5 * residual * residual / variance + 0.5 * of_belief / S * moved * moved / S;
 }
 
 void WheelBelief::Ramp::add(double change, double expected_change, double step) {
@@ -213,7 +208,7 @@ void WheelBelief::learnLimit(double moved) {
 }
 
 Eigen::Vector3d WheelBelief::gain() const {
-  return parameters_.learning_rate * P_.col(0) / (P_(0, 0) + parameters_.measurement_variance);
+  return parameters_.learning_rate * P_.col(kSpeed).head<3>() / (P_(kSpeed, kSpeed) + parameters_.measurement_variance);
 }
 
 }  // namespace jackal_aic

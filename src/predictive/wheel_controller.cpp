@@ -12,7 +12,7 @@ WheelController::WheelController(const PredictiveParameters& parameters, const P
       gain_(model.gain),
       dead_zone_(model),
       learning_rate_(parameters.action_learning_rate),
-      belief_(model, wheel_radius, wheelBeliefParameters(parameters)),
+      belief_(believedModel(model), wheel_radius, wheelBeliefParameters(parameters)),
       path_(model, wheel_radius, parameters.reference_time, 1.0 / parameters.action_rate) {}
 
 void WheelController::act(double input) {
@@ -57,7 +57,7 @@ void WheelController::restart(double measured) {
 
 void WheelController::setDriveTrain(const PlantModel& model, double wheel_radius) {
   gain_ = model.gain;
-  belief_.setDriveTrain(model, wheel_radius);
+  belief_.setDriveTrain(believedModel(model), wheel_radius);
   path_.setDriveTrain(model);
 }
 

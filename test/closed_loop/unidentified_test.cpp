@@ -106,6 +106,38 @@ Driven drive(const PlantModel& told, const PlantModel& robot, double speed, std:
   return {assess(samples, profile), loop.predictive()->model().acceleration_limit};
 }
 
+/// Motors with a lower gain than assumed are no motors at their limit: a belief that takes them for such leaves a wheel
+/// below its goal until it notices, one wheel before the other.
+TEST(Unidentified, NoWheelHangsBelowItsGoal) {
+  struct Case {
+    SetPoint set_point;
+    double fastest_wheel;  // of the goal [m/s]
+  };
+  const PlantModel assumed = assumedModel(PackageFiles(""));
+  const double asked = drivenModel(assumed).acceleration_limit;
+  for (const double gain : {0.9, 1.0}) {
+    for (const Case& c : {Case{{1.5, 0.0, 0.0}, 1.5}, Case{{1.0, 0.0, -1.0}, 1.22}, Case{{0.5, 0.0, 0.5}, 0.61}}) {
+      for (const std::uint64_t seed : {1, 2, 3}) {
+        LoopSetup setup = loadSetup(PackageFiles(""), "predictive", "ground", {});
+        setup.drive.plant_model = assumed;
+        setup.plant.wheel_gain *= gain;
+        setup.plant.seed = seed;
+        JackalPlant plant(setup.urdf, setup.plant);
+        DriveLoop loop = makeLoop(setup);
+        SetPointProfile profile;
+        profile.changes = {{1.0, c.set_point}};
+        profile.assessed_from = 1.0;
+        profile.assessed_until = profile.duration = 6.0;
+        const auto samples = runClosedLoop(plant, loop, profile, Support::ground, setup.drive.geometry);
+        const ResponseMetrics response = assess(samples, profile);
+        ASSERT_TRUE(response.settling) << "gain " << gain << ", " << c.fastest_wheel << " m/s, seed " << seed;
+        EXPECT_LT(*response.settling, c.fastest_wheel / asked + 0.65)
+            << "gain " << gain << ", " << c.fastest_wheel << " m/s, seed " << seed;
+      }
+    }
+  }
+}
+
 PlantModel identified(PlantModel robot) {
   robot.identified = true;
   return robot;

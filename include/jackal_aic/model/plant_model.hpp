@@ -47,18 +47,29 @@ inline GeometryParameters geometryOf(const PlantModel& model, GeometryParameters
   return geometry;
 }
 
-/// The model to drive a robot by: its own, or, if nobody has identified it, one from the middle of what it may be. Half
-/// the assumed acceleration limit is asked for at first, as more than the motors follow winds up. Dead time, lag and
+/// Share of the assumed acceleration limit that is asked of a robot that nobody has identified, until its wheels have
+/// followed: more than the motors follow winds up.
+inline constexpr double kAskedShare = 0.5;
+
+/// The model to drive a robot by: its own, or, if nobody has identified it, one from the middle of what it may be, with
+/// the acceleration that is asked for at first. Dead time, lag and
 /// gain are those for which the slowest spectral radius is smallest over robots of half to twice the assumed dead time
 /// and lag and a gain of 0.8 to 1.2 (0.970 with the shipped gains; 0.985 with the assumed numbers themselves, above 1
 /// with 1.5 times dead time and lag). What such a robot may do, which the fault detection asks, is another question.
 inline PlantModel drivenModel(PlantModel model) {
   if (model.identified) return model;
-  model.acceleration_limit *= 0.5;
+  model.acceleration_limit *= kAskedShare;
   model.dead_time *= 1.2;
   model.lag *= 1.2;
   model.gain *= 1.1;
   return model;
+}
+
+/// The model to believe a wheel by that is driven by a model: what is not asked for is no limit of its motor. A belief
+/// with that limit takes a ramp by which a weaker motor falls back for the limit, and never learns how weak it is.
+inline PlantModel believedModel(PlantModel driven) {
+  if (!driven.identified) driven.acceleration_limit /= kAskedShare;
+  return driven;
 }
 
 /// Lists the fields of PlantModel with unit and range, and the name of the robot, `robot`, which a file has beside them

@@ -54,6 +54,10 @@ struct WheelBeliefParameters {
   double disturbance_deviation = 0.3;       ///< of d before anything is known of it [rad/s]; 0: there is none
 };
 
+/// Hidden states (w, z, d, e) of a wheel, and their covariance.
+using WheelState = Eigen::Vector4d;
+using WheelCovariance = Eigen::Matrix4d;
+
 /// Belief about one wheel. Allocates when it is made, and not after.
 class WheelBelief {
  public:
@@ -75,8 +79,8 @@ class WheelBelief {
   /// the encoder [(rad/s)^2].
   double correct(double measurement, double added_variance = 0.0);
 
-  double speed() const { return x_(0) + timing_; }                                                    ///< w + e [rad/s]
-  double speedVariance() const { return P_(0, 0) + 2.0 * timing_covariance_(0) + timing_variance_; }  ///< of it
+  double speed() const { return x_(0) + x_(3); }                                       ///< w + e [rad/s]
+  double speedVariance() const { return P_(0, 0) + 2.0 * P_(0, 3) + P_(3, 3); }        ///< of it
   double disturbance() const { return x_(2); }                                                        ///< d [rad/s]
   double limitShare() const { return limit_share_; }   ///< lambda, acceleration limit of the wheel / of the model
   double acceleration() const { return rate_; }        ///< dw/dt of the last inner step [rad/s^2]
@@ -98,7 +102,7 @@ class WheelBelief {
   std::size_t delay() const { return commands_.delay(); }
 
   /// Covariance P of (w, z, d).
-  const Eigen::Matrix3d& covariance() const { return P_; }
+  Eigen::Matrix3d covariance() const { return P_.topLeftCorner<3, 3>(); }
 
   /// Goes on with another dead time, lag, gain and acceleration limit; the commands under way stay.
   void setDriveTrain(const PlantModel& model, double wheel_radius);
@@ -122,7 +126,7 @@ class WheelBelief {
   bool stalled() const;
   void learnLimit(double moved);
   void forgetLimit();
-  void predictTiming(bool held);
+  void widenTiming();
   void forgetTiming();
   void learnTiming(double surprise, double part);
   double limitDeviation() const;
@@ -134,8 +138,8 @@ class WheelBelief {
   WheelBeliefParameters parameters_;
   double limit_share_ = 1.0;      // lambda
   double limit_curvature_ = 0.0;  // of F along lambda, beside that of what was believed before
-  Eigen::Vector3d x_ = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d P_ = Eigen::Matrix3d::Zero();
+  WheelState x_ = WheelState::Zero();
+  WheelCovariance P_ = WheelCovariance::Zero();
   Eigen::Vector3d gain_ = Eigen::Vector3d::Zero();  // of the last measurement
   /// How a wheel follows a ramp at the limit, in a fading memory.
   struct Ramp {
@@ -152,9 +156,6 @@ class WheelBelief {
   double quiet_ = 0.0;             // change of w that is none [rad/s]
   double timing_share_ = 1.0;      // lambda_t
   double timing_curvature_ = 0.0;  // of F along ln lambda_t
-  double timing_ = 0.0;            // e [rad/s]
-  double timing_variance_ = 0.0;   // of e
-  Eigen::Vector3d timing_covariance_ = Eigen::Vector3d::Zero();  // of (w, z, d) with e
   double corrected_ = 0.0;                                       // w + e after the last measurement [rad/s]
   double measured_ = 0.0;
   double predicted_ = 0.0;
