@@ -180,7 +180,7 @@ void judgeSlip(const RobotRecording& recording, const TurnModel& turn, RealFigur
   for (const SteadyBlock& block : blocks) {
     if (!Replay::isHeldOut(block.step)) continue;
     const double v = 0.5 * radius * (block.wheels.left + block.wheels.right);
-    ours.add(block.yaw_rate - turn.yawRate(difference(block), v));
+    ours.add(block.yaw_rate - turn.usualYawRate(difference(block), v));
     constant.add(block.yaw_rate - xy / xx * difference(block));
   }
   if (!recording.has_imu || ours.pieces == 0 || xx == 0.0 || constant.squares == 0.0) return;

@@ -150,7 +150,8 @@ double WheelBelief::correct(double measurement, double added_variance) {
 
   // x ← x − κ_μ (∂²F/∂x²)⁻¹ ∂F/∂x at the prior, where ∂F/∂x = −C' ε_y/Σ and (∂²F/∂x²)⁻¹ C'/Σ = P C'/(C P C' + Σ)
   const WheelState PC = P_.col(kSpeed) + P_.col(kTiming);
-  const double of_belief = PC(kSpeed) + PC(kTiming), S = of_belief + variance, moved = parameters_.learning_rate * error;
+  const double of_belief = PC(kSpeed) + PC(kTiming), S = of_belief + variance,
+               moved = parameters_.learning_rate * error;
   learnTiming(error * error / S, P_(kTiming, kTiming) / S);
   x_ += moved / S * PC;
   lagged_ += moved / S * PC(kSpeed);  // a corrected speed is no change of it

@@ -43,7 +43,6 @@ void visitGains(Parameters& gains, PredictiveGainsConfig& config, const Visit& v
   visit("dead_time_deviation", gains.dead_time_deviation, config.dead_time_deviation);
   visit("learn_track", gains.learn_track, config.learn_track);
   visit("learn_drive_train", gains.learn_drive_train, config.learn_drive_train);
-  visit("slip_time_constant", gains.slip_time_constant, config.slip_time_constant);
   visit("yaw_delay_deviation", gains.yaw_delay_deviation, config.yaw_delay_deviation);
   visit("slip_excitation", gains.slip_excitation, config.slip_excitation);
   visit("turning_centre", gains.turning_centre, config.turning_centre);

@@ -19,7 +19,7 @@ YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
 }
 
 SlipLearning slipLearning(const PredictiveParameters& p, double range) {
-  return {p.gyro_variance, p.slip_time_constant, p.yaw_delay_deviation, p.slip_excitation, range};
+  return {p.gyro_variance, p.yaw_delay_deviation, p.slip_excitation, range};
 }
 
 SlipBelief slipBeliefOf(const PredictiveParameters& p, const GeometryParameters& geometry, const PlantModel& model) {

@@ -3,29 +3,32 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "jackal_aic/config/parameter_map.hpp"
 #include "jackal_aic/model/forgetting.hpp"
+#include "jackal_aic/model/square.hpp"
 
 namespace jackal_aic {
 namespace {
 
-constexpr double kTrackDeviation = 0.5;    // prior of q_1, relative to the configured ratio
-constexpr double kMotionDeviation = 0.05;  // prior of q_2 and q_4, relative to it, per m/s
-constexpr double kVeerDeviation = 0.03;    // prior of q_3, relative to it
-constexpr double kModelError = 0.1;        // sigma_m of a robot that has not turned yet [rad/s]
-constexpr double kLeastError = 0.02;       // its bounds [rad/s]
-constexpr double kLargestError = 0.3;
-constexpr double kErrorEvidence = 2.0;    // N_0
-constexpr double kModelErrorLasts = 1.5;  // tau_m [s]
-constexpr double kStraight = 0.05;        // largest |x| of a straight line [m/s]
-constexpr double kEnough = 1e3;           // information about the veer, in that of the prior: more would make it stiff
-constexpr double kLargestCoefficient = 0.5;  // of q_2 and q_4, relative to the configured ratio, per m/s
+// Deviations of what is believed before anything is known.
+constexpr double kRangeDeviations = 2.5;     // of q_1 within its range
+constexpr double kMotionDeviation = 0.1;     // of q_2 and q_4, relative to c, per m/s
+constexpr double kVeerDeviation = 0.03;      // of q_3, relative to it: tyres differ by as much
+constexpr double kGroundDeviation = 0.07;    // sigma_h
+constexpr double kGroundLasts = 0.5;         // T_h [s]
+constexpr double kJerk = 0.2;                // sigma_w of a robot that has not turned yet
+constexpr double kLeastJerk = 0.01;          // its bounds: a smooth floor
+constexpr double kLargestJerk = 0.5;         // and a robot that skids
+constexpr double kJerkEvidence = 2.0;        // N_0
+constexpr double kSample = 0.02;             // s
+constexpr double kStraight = 0.05;           // largest |x| of a straight line [m/s]
+constexpr double kLargestCoefficient = 0.5;  // of q_2 and q_4, relative to c, per m/s
 constexpr double kLargestVeer = 0.1;         // of q_3, relative to it: three times what tyres differ by as a rule
 constexpr double kSlack = 4.0 / 3.0;         // factor beyond the range, up to which a turn counts as one at its bound
+constexpr double kCertainVeer = 0.03;        // of the prior's deviation; a surer veer would be stiff
 
 double sign(double value) { return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0; }
 
@@ -34,20 +37,29 @@ double sign(double value) { return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0;
 TurnModel::TurnModel(double ratio, double range)
     : configured_(ratio),
       range_(range),
-      mean_(ratio, 0.0, 0.0, 0.0),
-      model_error_(kModelError * kModelError),
-      error_evidence_(kErrorEvidence) {
-  const Eigen::Vector4d deviations(kTrackDeviation, kMotionDeviation, kVeerDeviation, kMotionDeviation);
+      mean_(State::Zero()),
+      covariance_(Covariance::Zero()),
+      jerk_variance_(square(kJerk)),
+      evidence_(kJerkEvidence) {
+  mean_(0) = ratio;
+  const Eigen::Vector4d deviations((range - 1.0) / kRangeDeviations, kMotionDeviation, kVeerDeviation,
+                                   kMotionDeviation);
   prior_ = (ratio * deviations).cwiseAbs2().cwiseInverse().asDiagonal();
-  information_ = prior_;
-  covariance_ = (ratio * deviations).cwiseAbs2().asDiagonal();
+  covariance_.topLeftCorner<4, 4>() = (ratio * deviations).cwiseAbs2().asDiagonal();
+  covariance_(4, 4) = square(kGroundDeviation);
 }
 
 double TurnModel::bounded(double ratio) const { return std::clamp(ratio, configured_ / range_, configured_ * range_); }
 
-double TurnModel::perDifference(double x, double v, double correction) const {
-  return bounded(correction * (mean_(0) + mean_(1) * std::abs(v) + sign(x) * mean_(3) * v));
+TurnModel::State TurnModel::motion(double x, double v) const {
+  return (State() << x, x * std::abs(v), v, v * std::abs(x), configured_ * x).finished();
 }
+
+double TurnModel::ratio(double x, double v, double ground) const {
+  return bounded(mean_(0) + mean_(1) * std::abs(v) + sign(x) * mean_(3) * v + ground * configured_);
+}
+
+double TurnModel::perDifference(double x, double v) const { return ratio(x, v, ground()); }
 
 bool TurnModel::plausible(double yaw_rate, double x, double v) const {
   if (std::abs(x) <= kStraight)
@@ -60,56 +72,67 @@ double TurnModel::perSpeed(double x, double v) const {
   return mean_(1) * x * sign(v) + mean_(2) + mean_(3) * std::abs(x);
 }
 
-double TurnModel::yawRate(double x, double v, double correction) const {
-  return perDifference(x, v, correction) * x + correction * mean_(2) * v;
+double TurnModel::yawRate(double x, double v) const { return ratio(x, v, ground()) * x + mean_(2) * v; }
+
+double TurnModel::usualYawRate(double x, double v) const { return ratio(x, v, 0.0) * x + mean_(2) * v; }
+
+double TurnModel::difference(double yaw_rate, double v) const {
+  const double turned = yaw_rate - mean_(2) * v;  // has the sign of x: perDifference() is positive
+  return turned / perDifference(turned, v);
 }
 
-double TurnModel::difference(double yaw_rate, double v, double correction) const {
-  const double turned = yaw_rate - correction * mean_(2) * v;  // has the sign of x: perDifference() is positive
-  return turned / perDifference(turned, v, correction);
+void TurnModel::pass(double step) {
+  const double kept = keptAfter(step, kGroundLasts);
+  mean_(4) *= kept;
+  covariance_.row(4) *= kept;
+  covariance_.col(4) *= kept;
+  covariance_(4, 4) += (1.0 - kept * kept) * square(kGroundDeviation);
 }
 
-void TurnModel::learn(double yaw_rate, double x, double v, double variance, double step) {
-  const bool turns = std::abs(x) > kTurn;
-  const bool straight = std::abs(x) <= kStraight && std::abs(v) > kTurn;
-  if (!(turns || straight) || !(step > 0.0)) return;
-  const Eigen::Vector4d motion(x, x * std::abs(v), v, v * std::abs(x));
-  // A straight line tells the veer alone: its x is mostly the encoders' noise, which would draw q_1 towards zero.
-  const Eigen::Vector4d phi = turns ? motion : Eigen::Vector4d(0.0, 0.0, v, 0.0);
-  const double error = yaw_rate - motion.dot(mean_);
-  const double forgetting = turns ? keptAfter(step, kTimeConstant) : 1.0;
-  if (turns) {
-    learnError(error * error - variance - motion.dot(covariance_ * motion), step / kModelErrorLasts, forgetting);
-  }
-  const double Sigma = variance + model_error_ * std::max(1.0, kModelErrorLasts / step);
-  // P^-1 <- P_0^-1 + (P^-1 - P_0^-1) T/(T + step) + phi phi^T / Sigma
-  if (turns) information_ = (prior_ + forgetting * (information_ - prior_)).eval();
-  if (turns || information_(2, 2) < kEnough * prior_(2, 2)) {
-    information_ += phi * phi.transpose() / Sigma;
-    covariance_ = information_.inverse();
-  }
-  // q <- q + P phi (y - phi^T q) / Sigma
-  mean_ += covariance_ * phi * (error / Sigma);
+double TurnModel::error(double yaw_rate, double x, double v) const { return yaw_rate - motion(x, v).dot(mean_); }
+
+void TurnModel::learn(double error, double x, double v, double variance, double step) {
+  // P^-1 returns to that of the prior: dP/dt = (P − P P_0^-1 P) / T
+  const Eigen::Matrix4d P = covariance_.topLeftCorner<4, 4>();
+  covariance_.topLeftCorner<4, 4>() += step / kTimeConstant * (P - P * prior_ * P);
+  const State phi = motion(x, v);
+  learnJerk(error, phi, variance, step);
+  // Samples that come closer than kSample share their errors.
+  correct(error, phi, (variance + jerk_variance_ * square(phi(4))) * std::max(1.0, kSample / step));
+}
+
+void TurnModel::learnJerk(double error, const State& phi, double variance, double step) {
+  // N <- N_0 + (N - N_0) T/(T + step) + w,   sigma_w^2 <- sigma_w^2 + w/N (max(0, unexplained) - sigma_w^2)
+  const double known = variance + phi.dot(covariance_ * phi);
+  const double unexplained = (error * error - known) / square(phi(4)), w = std::min(1.0, step / kGroundLasts);
+  evidence_ = kJerkEvidence + (evidence_ - kJerkEvidence) * keptAfter(step, kTimeConstant) + w;
+  jerk_variance_ += w / evidence_ * (std::max(0.0, unexplained) - jerk_variance_);
+  jerk_variance_ = std::clamp(jerk_variance_, square(kLeastJerk), square(kLargestJerk));
+}
+
+void TurnModel::learnVeer(double error, double x, double v, double variance, double step) {
+  if (std::abs(x) > kStraight || std::abs(v) <= kTurn) return;
+  if (covariance_(2, 2) * prior_(2, 2) < square(kCertainVeer)) return;
+  // The ground veers a robot by as much as tyres do, for T_h: one independent measurement in twice that time.
+  const double of_ground = square(v) / prior_(2, 2) * 2.0 * kGroundLasts / step;
+  correct(error, v * State::Unit(2), variance + of_ground);
+}
+
+void TurnModel::correct(double error, const State& phi, double variance) {
+  const State P_phi = covariance_ * phi;
+  const double S = phi.dot(P_phi) + variance;
+  mean_ += P_phi * (error / S);
+  covariance_ -= P_phi * P_phi.transpose() / S;
   bound();
-}
-
-void TurnModel::learnError(double unexplained, double weight, double forgetting) {
-  // N <- N_0 + (N - N_0) T/(T + step) + w,   sigma_m^2 <- sigma_m^2 + w/N (max(0, eps^2 - ...) - sigma_m^2)
-  const double w = std::min(1.0, weight);
-  error_evidence_ = kErrorEvidence + (error_evidence_ - kErrorEvidence) * forgetting + w;
-  model_error_ += w / error_evidence_ * (std::max(0.0, unexplained) - model_error_);
-  model_error_ = std::clamp(model_error_, kLeastError * kLeastError, kLargestError * kLargestError);
 }
 
 void TurnModel::bound() {
   const Eigen::Vector3d others = configured_ * Eigen::Vector3d(kLargestCoefficient, kLargestVeer, kLargestCoefficient);
   mean_(0) = bounded(mean_(0));
-  mean_.tail<3>() = mean_.tail<3>().cwiseMax(-others).cwiseMin(others);
+  mean_.segment<3>(1) = mean_.segment<3>(1).cwiseMax(-others).cwiseMin(others);
 }
 
-TurnCoefficients TurnModel::coefficients() const {
-  return {mean_, covariance_.selfadjointView<Eigen::Lower>()};  // symmetric in spite of rounding
-}
+TurnCoefficients TurnModel::coefficients() const { return {mean(), covariance_.topLeftCorner<4, 4>()}; }
 
 void TurnModel::setCoefficients(const TurnCoefficients& coefficients) {
   const Eigen::LLT<Eigen::Matrix4d> factors(coefficients.covariance);
@@ -117,9 +140,10 @@ void TurnModel::setCoefficients(const TurnCoefficients& coefficients) {
     throw ParameterError(
         "slip.turn_covariance: must be finite and positive definite, and slip.turn_coefficients finite");
   }
-  mean_ = coefficients.mean;
-  information_ = factors.solve(Eigen::Matrix4d::Identity());
-  covariance_ = coefficients.covariance;
+  mean_ << coefficients.mean, 0.0;
+  covariance_.setZero();
+  covariance_.topLeftCorner<4, 4>() = coefficients.covariance;
+  covariance_(4, 4) = square(kGroundDeviation);
   bound();
 }
 

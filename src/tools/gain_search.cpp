@@ -46,8 +46,7 @@ constexpr SearchedGain<PredictiveParameters> kPredictiveGains[] = {
     {&PredictiveParameters::disturbance_process_noise, {1e-4, 10.0}},
     {&PredictiveParameters::yaw_process_noise, {1e-6, 0.1}},
     {&PredictiveParameters::dead_time_deviation, {1e-3, 0.1}},
-    {&PredictiveParameters::yaw_delay_deviation, {0.01, 0.5}},
-    {&PredictiveParameters::slip_time_constant, {0.1, 10.0}}};
+    {&PredictiveParameters::yaw_delay_deviation, {0.01, 0.5}}};
 
 /// The vector that is searched: logarithms of the gains that searchGains() names.
 class SearchSpace {
@@ -549,21 +548,13 @@ ControllerParameters shapedStart(const GainSearchTask& task, int orders) {
   return withStableAction(task, shaped);
 }
 
-PredictiveParameters patientStart(const GainSearchTask& task) {
-  auto patient = std::get<PredictiveParameters>(task.start.controller);
-  patient.slip_time_constant *= 4.0;
-  return patient;
-}
-
 std::vector<GainSearchResult> searchGains(GainSearchTask task, const SearchProgress& progress) {
   for (SearchRobot& robot : task.robots) robot.rolling_track = rollingTrack(robot.plant.simulation, task.urdf);
   if (std::holds_alternative<PredictiveParameters>(task.start.controller)) {
-    const std::array<Gains, 2> starts{task.start.controller, patientStart(task)};
-    std::array<Gains, 2> best;
-    WorkCounter work(starts.size() * static_cast<std::size_t>(kRounds * task.evaluations), progress);
-    sim::parallelFor(starts.size(), task.jobs, [&](std::size_t i) { best[i] = searchFrom(task, starts[i], work); });
+    WorkCounter work(static_cast<std::size_t>(kRounds * task.evaluations), progress);
+    const Gains best = searchFrom(task, task.start.controller, work);
     work.finish();
-    return {{"predictive", assessGains(task, best[0], task.jobs)}, {"patient", assessGains(task, best[1], task.jobs)}};
+    return {{"predictive", assessGains(task, best, task.jobs)}};
   }
   const auto count = static_cast<std::size_t>(task.highest_orders - task.lowest_orders) + 1;
   WorkCounter work(count * static_cast<std::size_t>((1 + kRounds) * task.evaluations), progress);

@@ -115,13 +115,9 @@ ControllerParameters shapedStart(const GainSearchTask& task, int orders);
 /// variance of order 0 has in that difference. More precise ones amplify the steps of encoders into limit cycles.
 double lowestSensoryVariance(int order, double variance, double sensor_rate);
 
-/// Gains of the predictive structure that learn the slip slowly: what the tyres do while the robot accelerates is not
-/// taken for how it turns.
-PredictiveParameters patientStart(const GainSearchTask& task);
-
 /// Best gains found in one search; they hold if nothing is missed.
 struct GainSearchResult {
-  std::string name;  ///< "orders 3"; "predictive" from the start, "patient" from patientStart()
+  std::string name;  ///< "orders 3" or "predictive"
   GainAssessment best;
 };
 
@@ -137,9 +133,8 @@ using SearchProgress = std::function<void(std::size_t finished, std::size_t all)
 /// it is: scaling all variances and both learning rates together changes nothing, so that it would be one number too
 /// many.
 ///
-/// Of the predictive structure: kappa_a, the time constant of the reference, the process noises, the deviations of the
-/// dead time and of the yaw's delay, and the time over which the slip is learned, on the simulated robots from the
-/// start and from patientStart(). The sensors' variances stay: they are measured, not tuned.
+/// Of the predictive structure: kappa_a, the time constant of the reference, the process noises, and the deviations of
+/// the dead time and of the yaw's delay, on the simulated robots from the start. The sensors' variances stay: they are measured, not tuned.
 ///
 /// Same task, same result. @throws ParameterError if the start is invalid for a robot.
 std::vector<GainSearchResult> searchGains(GainSearchTask task, const SearchProgress& progress = {});

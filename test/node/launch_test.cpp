@@ -289,9 +289,9 @@ TEST_F(Launch, TakesThePresetThatTuneWritesAndTheModelsThatIdentifyAndCalibrateW
 TEST_F(Launch, TakesAPredictivePresetThatTuneWrites) {
   PredictiveParameters gains =
       std::get<PredictiveParameters>(readControllerFile(kConfig + "predictive.yaml").controller);
-  gains.slip_time_constant = 2.0;
+  gains.yaw_delay_deviation = 0.06;
   drive(kStep, "preset:=" + write("mine.yaml", presetText(gains, "as tune writes it")), Witness::truth);
-  EXPECT_NE(text("log").find("/predictive/slip_time_constant: 2.0"), std::string::npos) << text("log");
+  EXPECT_NE(text("log").find("/predictive/yaw_delay_deviation: 0.06"), std::string::npos) << text("log");
 }
 
 // The dead time is half the shipped model's, which tells whose model the controller took.

@@ -23,6 +23,12 @@ double yawRateOf(const Eigen::Vector4d& q, const Motion& m) {
   return q(0) * m.x + q(1) * m.x * std::abs(m.v) + q(2) * m.v + q(3) * m.v * std::abs(m.x);
 }
 
+/// A sample of a gyro: of a turn, or of a straight line where the wheels hardly differ.
+void take(TurnModel& model, double yaw_rate, const Motion& m, double step = kPeriod) {
+  model.pass(step);
+  model.learn(model.error(yaw_rate, m.x, m.v), m.x, m.v, 2.5e-5, step);
+}
+
 /// Drives random motions for a second each, with a gyro as noisy as a real one; learns from it.
 void drive(const Eigen::Vector4d& truth, int motions, TurnModel& model, double largest_speed = 1.0) {
   std::mt19937 random(5);
@@ -30,8 +36,9 @@ void drive(const Eigen::Vector4d& truth, int motions, TurnModel& model, double l
   std::normal_distribution<double> noise(0.0, 0.01);
   for (int i = 0; i < motions; ++i) {
     const Motion m{turn(random), speed(random)};
-    for (int k = 0; k < 50; ++k) model.learn(yawRateOf(truth, m) + noise(random), m.x, m.v, 2.5e-5, kPeriod);
+    for (int k = 0; k < 50; ++k) take(model, yawRateOf(truth, m) + noise(random), m);
   }
+  model.pass(60.0);
 }
 
 TEST(TurnModel, IsOneTrackWhereNothingIsKnown) {
@@ -59,20 +66,21 @@ TEST(TurnModel, StaysOneTrackWhereTheRobotHasOne) {
   TurnModel model(kRatio);
   drive({1.4, 0.0, 0.0, 0.0}, 120, model);
   EXPECT_NEAR(model.inPlace(), 1.4, 0.005);
-  EXPECT_LT(model.mean().tail<3>().cwiseAbs().maxCoeff(), 0.005);
+  EXPECT_LT(model.mean().tail<3>().cwiseAbs().maxCoeff(), 0.01 * kRatio);
 }
 
 TEST(TurnModel, FindsTheTrackWithinTheFirstTurn) {
   TurnModel model(kRatio);
-  for (int k = 0; k < 50; ++k) model.learn(1.2 * 0.5, 0.5, 0.0, 2.5e-5, kPeriod);
-  EXPECT_NEAR(model.inPlace(), 1.2, 0.06);
+  for (int k = 0; k < 50; ++k) take(model, 1.5 * 0.5, {0.5, 0.0});
+  EXPECT_NEAR(model.inPlace(), 1.5, 0.1);
+  EXPECT_NEAR(model.yawRate(0.5, 0.0), 0.75, 0.005) << "with what the ground is believed to make of it";
   EXPECT_EQ(model.mean()(1), 0.0) << "turning in place says nothing about the speed";
 }
 
 TEST(TurnModel, DoesNotCountASecondAsThatManyMeasurements) {
-  TurnModel slow(kRatio), fast(kRatio);  // gyros at 20 and at 200 Hz
-  for (int k = 0; k < 20; ++k) slow.learn(0.5, 0.5, 0.5, 2.5e-5, 0.05);
-  for (int k = 0; k < 200; ++k) fast.learn(0.5, 0.5, 0.5, 2.5e-5, 0.005);
+  TurnModel slow(kRatio), fast(kRatio);  // gyros at 50 and at 200 Hz
+  for (int k = 0; k < 50; ++k) take(slow, 0.8, {0.5, 0.5}, 0.02);
+  for (int k = 0; k < 200; ++k) take(fast, 0.8, {0.5, 0.5}, 0.005);
   const Eigen::Vector4d deviations = slow.coefficients().covariance.diagonal().cwiseSqrt();
   EXPECT_LT((slow.mean() - fast.mean()).cwiseAbs().maxCoeff(), 0.05 * deviations(0));
   EXPECT_LT((slow.coefficients().covariance - fast.coefficients().covariance).cwiseAbs().maxCoeff(),
@@ -84,13 +92,15 @@ TEST(TurnModel, StraightLineTellsTheVeerAlone) {
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0.0, 0.01);
   for (int k = 0; k < 50 * 1800; ++k) {  // half an hour; x is the encoders' noise
-    model.learn(0.02 * 0.8 + noise(random), 0.3 * noise(random), 0.8, 2.5e-5, kPeriod);
+    model.pass(kPeriod);
+    const double x = 0.3 * noise(random);
+    model.learnVeer(model.error(0.02 * 0.8 + noise(random), x, 0.8), x, 0.8, 2.5e-5, kPeriod);
   }
   EXPECT_NEAR(model.mean()(2), 0.02, 0.002);
   EXPECT_NEAR(model.inPlace(), kRatio, 1e-3 * kRatio);
   const double known = model.coefficients().covariance(2, 2);
   TurnModel turned = model;
-  for (int k = 0; k < 50 * 300; ++k) turned.learn(0.9, 0.5, 0.0, 2.5e-5, kPeriod);
+  for (int k = 0; k < 50 * 300; ++k) take(turned, 0.9, {0.5, 0.0});
   EXPECT_GT(turned.coefficients().covariance(2, 2), 2.0 * known) << "five minutes of turning forget it";
 }
 
@@ -101,7 +111,8 @@ TEST(TurnModel, ForgetsDownToThePriorAndNotBelow) {
   EXPECT_LT(model.coefficients().covariance(1, 1), 0.6 * prior(1, 1));
   const Eigen::Vector4d learned = model.mean();
   const Motion in_place{0.5, 0.0};  // says nothing about the speed
-  for (int k = 0; k < 100000; ++k) model.learn(yawRateOf(learned, in_place), in_place.x, in_place.v, 2.5e-5, kPeriod);
+  model.pass(60.0);
+  for (int k = 0; k < 150000; ++k) take(model, yawRateOf(learned, in_place), in_place);
   const Eigen::Matrix4d left = model.coefficients().covariance;
   const Eigen::Matrix4d forgotten = left - prior;
   EXPECT_LT(forgotten.bottomRightCorner(3, 3).cwiseAbs().maxCoeff(), 1e-6);
@@ -117,7 +128,7 @@ TEST(TurnModel, CoefficientsAreAPriorForTheNextDrive) {
   EXPECT_EQ(second.mean(), first.mean());
   EXPECT_LT((second.coefficients().covariance - first.coefficients().covariance).cwiseAbs().maxCoeff(), 1e-12);
   TurnModel unknown(kRatio);
-  for (TurnModel* model : {&second, &unknown}) model->learn(0.5, 0.5, 0.5, 2.5e-5, kPeriod);
+  for (TurnModel* model : {&second, &unknown}) take(*model, 0.5, {0.5, 0.5});
   EXPECT_LT(std::abs(second.inPlace() - 1.5), 0.1 * std::abs(unknown.inPlace() - kRatio))
       << "what is known moves less by one sample";
 }
@@ -126,7 +137,7 @@ TEST(TurnModel, StaysInvertibleWhateverItIsTaught) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> any(-5.0, 5.0);
   TurnModel model(kRatio);
-  for (int k = 0; k < 5000; ++k) model.learn(any(random), any(random), any(random), 2.5e-5, kPeriod);
+  for (int k = 0; k < 5000; ++k) take(model, any(random), {any(random), any(random)});
   ASSERT_TRUE(model.mean().allFinite());
   for (int k = 0; k < 1000; ++k) {
     const Motion m{any(random), any(random)};
@@ -145,6 +156,26 @@ TEST(TurnModel, DerivativesAreThoseOfTheYawRate) {
                 1e-6);
     EXPECT_NEAR(model.perSpeed(m.x, m.v), (model.yawRate(m.x, m.v + h) - model.yawRate(m.x, m.v - h)) / (2 * h), 1e-6);
   }
+}
+
+/// What one turn has taught about the ground does not last: the next turn is that of the robot.
+TEST(TurnModel, WhatTheGroundMakesOfATurnFadesWhetherTheRobotTurnsOrRests) {
+  TurnModel model(kRatio);
+  drive({1.5, 0.0, 0.0, 0.0}, 120, model);
+  for (int k = 0; k < 25; ++k) take(model, 1.3 * 0.5, {0.5, 0.0});  // half a second on slippery ground
+  EXPECT_NEAR(model.yawRate(0.5, 0.0), 1.3 * 0.5, 0.01);
+  EXPECT_NEAR(model.usualYawRate(0.5, 0.0), 1.5 * 0.5, 0.02);
+  for (int k = 0; k < 150; ++k) model.pass(kPeriod);
+  EXPECT_NEAR(model.yawRate(0.5, 0.0), 1.5 * 0.5, 0.03);
+  EXPECT_NEAR(model.difference(0.75, 0.0), 0.5, 0.02);
+}
+
+/// Of a robot of which nothing is known the first turn tells the robot: it is still known after a rest.
+TEST(TurnModel, TheFirstTurnIsRemembered) {
+  TurnModel model(kRatio);
+  for (int k = 0; k < 150; ++k) take(model, 1.5 * 0.5, {0.5, 0.0});
+  for (int k = 0; k < 500; ++k) model.pass(kPeriod);
+  EXPECT_NEAR(model.yawRate(0.5, 0.0), 1.5 * 0.5, 0.05);
 }
 
 TEST(TurnModel, RefusesCoefficientsThatAreNone) {

@@ -123,14 +123,13 @@ TEST(SearchGains, FindsFasterGainsThatPassWhateverTheThreads) {
 TEST(SearchGains, FindsPredictiveGainsThatPass) {
   GainSearchTask task = taskOn({"plant"});
   task.start = readControllerFile(kPackage + "/config/predictive.yaml");
-  std::get<PredictiveParameters>(task.start.controller).slip_time_constant = 0.2;
+  std::get<PredictiveParameters>(task.start.controller).reference_time = 0.5;
   task.evaluations = 8;
   task.draws = 4;
   const auto results = searchGains(task);
-  ASSERT_EQ(results.size(), 2U);
-  EXPECT_EQ(results[1].name, "patient");
-  const GainAssessment &best = results[1].best, start = assessGains(task, task.start.controller, 2);
-  EXPECT_FALSE(start.missed.empty()) << "it takes the tyres of a fast arc for its slip";
+  ASSERT_EQ(results.size(), 1U);
+  const GainAssessment &best = results[0].best, start = assessGains(task, task.start.controller, 2);
+  EXPECT_FALSE(start.missed.empty()) << "it approaches too slowly";
   EXPECT_TRUE(best.missed.empty()) << best.missed.front();
   EXPECT_LE(best.settling(), start.settling());
 }

@@ -66,13 +66,12 @@ TEST_F(Tune, WritesAPresetThatSaysForWhatItHolds) {
 }
 
 TEST_F(Tune, TunesThePredictivePreset) {
-  // It begins where the tyres of a fast arc are taken for slip.
-  std::string hasty = readText(kPackage + "/config/predictive.yaml");
-  const std::string key = "slip_time_constant: ";
-  hasty.replace(hasty.find(key) + key.size(), 3, "0.2");
-  std::ofstream(file("hasty.yaml")) << hasty;
+  std::string slow = readText(kPackage + "/config/predictive.yaml");
+  const std::string key = "reference_time: ";
+  slow.replace(slow.find(key) + key.size(), 4, "0.05");
+  std::ofstream(file("slow.yaml")) << slow;
   std::ostringstream out;
-  ASSERT_EQ(tune({"--plant", kPackage + "/config/plant.yaml", "--start", file("hasty.yaml"), "--out", file("mine.yaml"),
+  ASSERT_EQ(tune({"--plant", kPackage + "/config/plant.yaml", "--start", file("slow.yaml"), "--out", file("mine.yaml"),
                   "--evaluations", "1", "--draws", "0", "--share", kPackage},
                  out),
             0)
@@ -80,7 +79,7 @@ TEST_F(Tune, TunesThePredictivePreset) {
   EXPECT_NE(out.str().find("Searching the predictive gains on 1 robot"), std::string::npos) << out.str();
   const auto tuned = std::get<PredictiveParameters>(readControllerFile(file("mine.yaml")).controller);
   EXPECT_EQ(tuned.belief_rate, 1000.0);
-  EXPECT_GT(tuned.slip_time_constant, 0.5);
+  EXPECT_LT(tuned.reference_time, 0.05);
 }
 
 TEST(TuneProgress, SaysHowLongItTakes) {

@@ -79,9 +79,9 @@ class WheelBelief {
   /// the encoder [(rad/s)^2].
   double correct(double measurement, double added_variance = 0.0);
 
-  double speed() const { return x_(0) + x_(3); }                                       ///< w + e [rad/s]
-  double speedVariance() const { return P_(0, 0) + 2.0 * P_(0, 3) + P_(3, 3); }        ///< of it
-  double disturbance() const { return x_(2); }                                                        ///< d [rad/s]
+  double speed() const { return x_(0) + x_(3); }                                 ///< w + e [rad/s]
+  double speedVariance() const { return P_(0, 0) + 2.0 * P_(0, 3) + P_(3, 3); }  ///< of it
+  double disturbance() const { return x_(2); }                                   ///< d [rad/s]
   double limitShare() const { return limit_share_; }   ///< lambda, acceleration limit of the wheel / of the model
   double acceleration() const { return rate_; }        ///< dw/dt of the last inner step [rad/s^2]
   bool atLimit() const { return limited_steps_ > 0; }  ///< in the last inner step it bounded dw/dt
@@ -156,7 +156,7 @@ class WheelBelief {
   double quiet_ = 0.0;             // change of w that is none [rad/s]
   double timing_share_ = 1.0;      // lambda_t
   double timing_curvature_ = 0.0;  // of F along ln lambda_t
-  double corrected_ = 0.0;                                       // w + e after the last measurement [rad/s]
+  double corrected_ = 0.0;         // w + e after the last measurement [rad/s]
   double measured_ = 0.0;
   double predicted_ = 0.0;
   std::size_t steps_ = 0;          // inner steps since the last measurement

@@ -23,7 +23,6 @@ struct PredictiveParameters : SensorNoise {
   double dead_time_deviation = 0.01;        ///< standard deviation of the dead time [s]
   bool learn_track = true;                  ///< learn the effective track
   bool learn_drive_train = true;            ///< learn dead time, lag and gain of the drive train
-  double slip_time_constant = 0.5;          ///< time over which the effective track is averaged while turning [s]
   double yaw_delay_deviation = 0.05;  ///< sigma_y, standard deviation of the delay of the yaw behind the wheels [s]
   double slip_excitation = 0.5;       ///< least difference of the wheel speeds to learn from [rad/s]
   double turning_centre = 0.0;        ///< l, how far the centre of turning lies ahead of the IMU [m]
@@ -46,7 +45,6 @@ void describeFields(Visitor& v, PredictiveParameters& p) {
   v.field("dead_time_deviation", p.dead_time_deviation, {0.0, 1.0}, "s", Presence::required);
   v.field("learn_track", p.learn_track, Presence::optional);
   v.field("learn_drive_train", p.learn_drive_train, Presence::optional);
-  v.field("slip_time_constant", p.slip_time_constant, {0.02, 1000.0}, "s", Presence::optional);
   v.field("yaw_delay_deviation", p.yaw_delay_deviation, {0.0, 1.0}, "s", Presence::optional);
   v.field("slip_excitation", p.slip_excitation, {0.05, 100.0}, "rad/s", Presence::optional);
   v.field("turning_centre", p.turning_centre, {-1.0, 1.0}, "m", Presence::optional);

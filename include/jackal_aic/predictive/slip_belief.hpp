@@ -3,30 +3,13 @@
 /// @file
 /// Belief about how the body turns with the wheels: effective track b_hat of eq. 3-1, learned on line.
 ///
-/// With the wheel speeds w_L, w_R, n = w_R - w_L, m = (w_L + w_R)/2, eq. 3-1 predicts theta_dot = r q n, q = alpha /
-/// b_hat. Wheels and gyro see the ratio q only: alpha is as configured. On a real robot q depends on the motion, and on
-/// the ground that it has just come to. So
-///
-///     theta_dot = g f(r n, r m)
-///
-/// where f is learned over minutes (turn_model.hpp) and the correction g, about 1, over half a second. g descends
-///
-///     F = 1/2 eps_g^2 / Sigma_g,    eps_g = theta_dot - g f,    dg/dt = -kappa_g dF/dg = kappa_g eps_g f / Sigma_g,
-///
-/// where kappa_g is the inverse of the curvature of F summed over a forgetting memory (natural gradient), and b_hat =
-/// alpha / (g q_1) follows. Learning is gated on excitation (n), so that noise cannot move what is not observed, and
-/// bounded. What f learns is taken out of g: the turn in force does not jump.
-///
-/// g learns from the difference of the believed speeds. Measured ones hold the encoders' noise and resolution as errors
-/// in the regressor: they draw g towards zero, on a straight line all the way. An error of the believed difference
-/// given what was measured does not; its variance adds (dtheta_dot/dn)^2 Var(n) to Sigma_g, and so does the square of
-/// what is measured off it, where that is more than usual: a motor that needs longer than its model is no slip. And it
-/// has to be a turn: |n| above five standard deviations, of the belief or of what measurements were lately off it,
-/// whichever is larger, so that the steps of an encoder are no turn however coarse they are. Tyres that break away take
-/// their time: Sigma_g has the square of what n changed over two standard deviations of the yaw's delay, times the
-/// slope, which fades as the body comes after its wheels. f learns in turns that are large beside the steps of an
-/// encoder, from the measured speeds: believed ones are led by a wrong model of the drive train, which half a second
-/// forgives and minutes do not.
+/// Wheels and gyro see the ratio alpha / b_hat only: alpha is as configured. On a real robot it depends on the motion,
+/// and on the ground that the robot has just come to (turn_model.hpp). From the measured wheel speeds the turn is
+/// learned where it is beyond doubt: n = w_R - w_L above five standard deviations of what measurements were lately off
+/// the belief, so that the steps of an encoder are no turn however coarse they are; noise of the regressor would draw
+/// the ratio towards zero. Tyres that break away take their time: the variance of the yaw rate has the square of what n
+/// changed over two standard deviations of the yaw's delay, times the slope, which fades as the body comes after its
+/// wheels, and that of the encoders.
 ///
 /// Trust is bounded. Wheels and gyro alone do not tell slippery ground from a gyro whose scale is wrong: the turn stays
 /// within `range` of the configured one, and a yaw rate beyond it is no slip and is not learned from. What a channel
@@ -42,7 +25,7 @@ namespace jackal_aic {
 
 /// What is learned, and all that has to be kept for the next start.
 struct SlipState {
-  double effective_track;                               ///< b_hat in force, turning in place [m]
+  double effective_track;                               ///< b_hat on ground as it usually is, turning in place [m]
   double slip_factor;                                   ///< alpha that the track belongs to
   std::optional<TurnCoefficients> turn = std::nullopt;  ///< how the turn depends on the motion; empty: nothing known
 };
@@ -60,9 +43,8 @@ struct WheelDifference {
 /// Trust of a SlipBelief in its sources.
 struct SlipLearning {
   double gyro_variance = 2.5e-5;      ///< Sigma_g of the yaw rate [(rad/s)^2]
-  double memory = 0.5;                ///< excited time over which the correction g is averaged [s]
   double yaw_delay_deviation = 0.05;  ///< standard deviation of the delay of the yaw behind the wheels [s]
-  double excitation = 0.5;            ///< least |n| to learn g from, whatever is known of it [rad/s]
+  double excitation = 0.5;            ///< least |n| to learn from, whatever is known of it [rad/s]
   double range = 1.5;                 ///< factor by which the turn may differ from the configured one
 };
 
@@ -85,17 +67,17 @@ class SlipBelief {
   void setLearning(const SlipLearning& learning) { learning_ = learning; }
 
   /// What is believed now.
-  SlipState state() const { return {effectiveTrack(), slipFactor(), turn_.coefficients()}; }
+  SlipState state() const { return {slipFactor() / turn_.inPlace(), slipFactor(), turn_.coefficients()}; }
 
-  /// b_hat, turning in place [m].
-  double effectiveTrack() const { return slipFactor() / (correction_ * turn_.inPlace()); }
+  /// b_hat in force, turning in place [m].
+  double effectiveTrack() const { return slipFactor() / turn_.perDifference(0.0, 0.0); }
   double slipFactor() const { return configured_.slip_factor; }  ///< alpha
-  const TurnModel& turn() const { return turn_; }                ///< f
+  const TurnModel& turn() const { return turn_; }                ///< as learned
 
   /// theta_dot of the body whose wheels turn at these speeds [rad/s].
   double yawRate(double left, double right) const;
 
-  /// theta_dot by f alone, as it was in the minutes before, at these speeds of the wheels [rad/s].
+  /// theta_dot on ground as it usually is, at these speeds of the wheels [rad/s].
   double usualYawRate(double left, double right) const;
 
   /// d theta_dot/dn at these speeds of the wheels [rad/s].
@@ -116,22 +98,15 @@ class SlipBelief {
  private:
   bool agrees(double yaw_rate, double x, double v, double step);
   bool turns(const WheelDifference& n, double step);
+  double uncertainty(const WheelDifference& n) const;
   double changeOf(const WheelDifference& n, double step);
-  double boundedCorrection(double correction) const;
   void keep(const WheelDifference& n, double step);
-  void learnTurn(double yaw_rate, const WheelDifference& n, double variance, double step);
 
   SlipState configured_;
   double radius_;
   SlipLearning learning_;
-  struct Kept {
-    TurnModel turn;
-    double correction;
-  };
-  TurnModel turn_;               // f
-  double correction_ = 1.0;      // g
-  double correction_curvature_;  // sum of f^2 / Sigma_g
-  Kept kept_, recent_;           // turn_ and correction_ of kTrustTime ago at least, and of later
+  TurnModel turn_;
+  TurnModel kept_, recent_;      // turn_ of kTrustTime ago at least, and of later
   double trusted_ = 0.0;         // time of turning since recent_ [s]
   TurnAgreement agreement_;      // of gyro and wheels
   double error_variance_ = 0.0;  // of the believed difference of the wheel speeds, as measured [(rad/s)^2]
