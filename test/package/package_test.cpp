@@ -58,9 +58,13 @@ TEST(Manifest, NamesOnlyKeysThatRosdepKnows) {
                                    "libnlopt-dev",
                                    "liburdfdom-dev",
                                    "opende",
+                                   "pybind11-dev",
+                                   "python3-dev",
                                    "python3-jinja2",
                                    "python3-matplotlib",
+                                   "python3-numpy",
                                    "python3-pandas",
+                                   "python3-setuptools",
                                    "python3-yaml",
                                    "rviz",  // a package of ROS that only showing the robot needs
                                    "valgrind",
