@@ -540,6 +540,17 @@ TEST_F(Downstream, BuildsAgainstTheInstallSpace) {
   EXPECT_EQ(namesIn(JACKAL_AIC_INSTALL "/share/jackal_aic/build"), internal);
   output("bash -c '. " JACKAL_AIC_INSTALL
          "/setup.bash; roslaunch --args /jackal_aic_watchdog jackal_aic jackal.launch output:=gazebo'");
+  // Python there must find module, messages, stub and data files there, and nothing of the checkout.
+  const std::string drive =
+      "import jackal_aic, jackal_aic.msg, os\n"
+      "assert os.path.exists(os.path.join(os.path.dirname(jackal_aic.__file__), \"__init__.pyi\"))\n"
+      "print(jackal_aic.__file__, jackal_aic.simulate(\"ground\", \"predictive\", (0.5, 0.0)).events)\n";
+  const std::string printed = output(
+      "env -u PYTHONPATH -u CMAKE_PREFIX_PATH -u ROS_PACKAGE_PATH -u LD_LIBRARY_PATH bash -c '. " JACKAL_AIC_INSTALL
+      "/setup.bash; cd /; /usr/bin/python3 -c \"$0\"' '" +
+      drive + "'");
+  EXPECT_EQ(printed.rfind(JACKAL_AIC_INSTALL "/", 0), 0u) << printed;
+  EXPECT_NE(printed.find("driving"), std::string::npos) << printed;
 }
 
 }  // namespace
