@@ -25,6 +25,9 @@ struct Parameters {
   NodeParameters node;
 };
 
+/// The settings of a loop that has the motors for itself, wherever a node would send its commands.
+DriveParameters driveParameters(const Parameters& parameters);
+
 /// Wheel speeds (left, right) [rad/s].
 using WheelPair = std::pair<double, double>;
 

@@ -36,7 +36,8 @@ void bindLoop(py::module& m) {
 The caller keeps the time [s], of any clock: every call says when it is made. As on a robot, a set point of zero has to come
 first, and the loop stands whenever an input is missing or late.)")
       .def(py::init([](const Parameters& parameters, const py::object& controller) {
-             return std::make_unique<DriveLoop>(parameters.node, controllerOf(parameters.node, controller));
+             const DriveParameters drive = driveParameters(parameters);
+             return std::make_unique<DriveLoop>(drive, controllerOf(drive, controller));
            }),
            py::arg("parameters"), py::arg("controller") = py::none(),
            "controller: a VelocityController in Python in place of that of the parameters.")

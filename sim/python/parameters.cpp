@@ -93,6 +93,12 @@ const sim::PackageFiles& packageFiles() {
   return files;
 }
 
+DriveParameters driveParameters(const Parameters& parameters) {
+  DriveParameters drive = parameters.node;
+  drive.motors_shared = false;
+  return drive;
+}
+
 sim::Overrides overridesOf(const py::dict& overrides) {
   sim::Overrides list;
   for (const auto& [key, value] : overrides) list.emplace_back(py::str(key).cast<std::string>(), textOf(value));

@@ -216,26 +216,45 @@ class Recorder {
 /// The loop of a run: named controllers drive in the loop of the experiments, Parameters in that of the node.
 struct Run {
   sim::LoopSetup setup;
-  bool monitored;
-  PlantModel monitor_model;
+  std::optional<PlantModel> monitor_model;  // of a fault detection beside the setup's own
 };
+
+/// Refuses overrides that a controller from outside the setup would not heed. @throws ParameterError as loadSetup().
+void requireHeeded(const sim::Overrides& overrides, std::initializer_list<const char*> sections) {
+  for (const auto& [key, value] : overrides) {
+    const std::string section = key.substr(0, key.find('.'));
+    if (std::find(sections.begin(), sections.end(), section) != sections.end()) continue;
+    throw ParameterError(key + " = " + value + ": unknown key for this controller");
+  }
+}
 
 Run runOf(const std::string& robot, const py::object& controller, const sim::Overrides& overrides, bool monitored,
           bool as_printed) {
-  const auto load = as_printed ? sim::loadPrintedSetup : sim::loadSetup;
-  if (py::isinstance<py::str>(controller)) {
-    return {load(packageFiles(), controller.cast<std::string>(), robot, overrides), monitored,
-            sim::monitorModel(packageFiles(), robot)};
+  const bool named = py::isinstance<py::str>(controller);
+  if (as_printed && !named) throw ParameterError("as_printed = True: needs the name or file of a controller");
+  Run run;
+  if (py::isinstance<Parameters>(controller)) {
+    requireHeeded(overrides, {"plant", "loop"});
+    run.setup = sim::loadSetup(packageFiles(), sim::kDifferentialDrive, robot, overrides);
+    run.setup.drive = driveParameters(controller.cast<const Parameters&>());
+    return run;
   }
-  if (as_printed) throw ParameterError("as_printed: needs the name or file of a controller");
-  if (!py::isinstance<Parameters>(controller)) {  // the settings of its loop are those of the standard preset
-    sim::LoopSetup setup = load(packageFiles(), "standard", robot, overrides);
-    setup.structure = [controller, drive = setup.drive] { return controllerOf(drive, controller); };
-    return {setup, monitored, sim::monitorModel(packageFiles(), robot)};
+  if (named) {
+    const auto load = as_printed ? sim::loadPrintedSetup : sim::loadSetup;
+    run.setup = load(packageFiles(), controller.cast<std::string>(), robot, overrides);
+  } else {
+    requireHeeded(overrides, {"plant", "loop", "robot", "limits"});
+    run.setup = sim::loadSetup(packageFiles(), "standard", robot, overrides);
+    run.setup.structure = [controller, drive = run.setup.drive] { return controllerOf(drive, controller); };
   }
-  sim::LoopSetup setup = load(packageFiles(), sim::kDifferentialDrive, robot, overrides);
-  setup.drive = controller.cast<const Parameters&>().node;
-  return {setup, false, {}};
+  if (monitored) run.monitor_model = sim::monitorModel(packageFiles(), robot);
+  return run;
+}
+
+/// Lets Ctrl-C end a drive.
+void heedSignals() {
+  py::gil_scoped_acquire gil;
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
 }
 
 py::dict columnsOf(const std::vector<Row>& rows) {
@@ -271,12 +290,15 @@ py::tuple simulate(const std::string& robot, const py::object& controller, const
   if (monitor == false) setup.drive.faults.reset();
 
   sim::JackalPlant plant(setup.urdf, setup.plant);
-  DriveLoop drive = run.monitored ? sim::monitoredLoop(setup, run.monitor_model) : sim::makeLoop(setup);
+  DriveLoop drive = run.monitor_model ? sim::monitoredLoop(setup, *run.monitor_model) : sim::makeLoop(setup);
   drive.release();
   Recorder recorder(plant, drive, setup.plant.support, setup.drive.geometry,
                     static_cast<std::size_t>(profile.plantSteps()));
   sim::LoopHooks hooks = sim::faultHooks(plant, faults);
-  hooks.done = [&recorder](const sim::LoopStep& step) { recorder(step); };
+  hooks.done = [&recorder, steps = 0](const sim::LoopStep& step) mutable {
+    recorder(step);
+    if (++steps % 1000 == 0) heedSignals();
+  };
   {
     py::gil_scoped_release release;
     sim::driveClosedLoop(plant, drive, profile, hooks, setup.loop);

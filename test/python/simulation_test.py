@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 """jackal_aic.simulate(): the closed loop of robot, sensors and drive loop for Python."""
 
+import concurrent.futures
 import csv
 import pathlib
 import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -41,6 +43,21 @@ class Drives(unittest.TestCase):
             return jackal_aic.simulate('real', 'predictive', [(0.2, 0.5, 0.3), (1.2, 0.0, 0.0)], duration=2.0, seed=seed)
         self.assertTrue(same(drive(3), drive(3)))
         self.assertFalse(same(drive(3), drive(4)))
+
+    def test_in_threads_are_those_one_after_another(self):
+        def drive(speed):
+            return jackal_aic.simulate('real', Baseline(), (speed, 0.2), duration=2.0)
+        speeds = (0.2, 0.4, 0.6, 0.8)
+        with concurrent.futures.ThreadPoolExecutor(4) as pool:
+            together = list(pool.map(drive, speeds))
+        self.assertTrue(all(same(drive(speed), one) for speed, one in zip(speeds, together)))
+
+    def test_end_with_an_interrupt(self):
+        script = ('import _thread, threading, jackal_aic\n'
+                  'threading.Timer(0.5, _thread.interrupt_main).start()\n'
+                  'try: jackal_aic.simulate("ground", "predictive", (0.5, 0.0), duration=3600.0)\n'
+                  'except KeyboardInterrupt: print("interrupted")')
+        self.assertEqual(subprocess.check_output([sys.executable, '-c', script]), b'interrupted\n')
 
     def test_on_robots_that_differ(self):
         def drive(**overrides):
@@ -80,6 +97,9 @@ class Drives(unittest.TestCase):
         refused(r'set_points = \[\]: must hold at least one', 'ground', 'predictive', [])
         refused(r'plant.dead_time = 3: must be in \[0, 2\] s', 'ground', 'predictive', (0.5, 0), overrides={'plant.dead_time': 3})
         refused(r'plant.mass = 3: unknown key', 'ground', 'predictive', (0.5, 0), overrides={'plant.mass': 3})
+        refused(r'controller.kappa_a = 3: unknown key for this controller', 'ground', Baseline(), (0.5, 0), overrides={'controller.kappa_a': 3})
+        refused(r'controller.kappa_a = 3: unknown key for this controller', 'ground', jackal_aic.Parameters('standard', 'ground'), (0.5, 0),
+                overrides={'controller.kappa_a': 3})
         refused(r"fault 'melt': unknown; known: freeze", 'ground', 'predictive', (0.5, 0), faults=[jackal_aic.Fault('melt')])
         refused(r"fault 'push': channel = 'left': must be one of forward, yaw_rate", 'ground', 'predictive', (0.5, 0),
                 faults=[jackal_aic.Fault('push', 1.0, 'left', 100.0)])

@@ -112,7 +112,7 @@ def simulate(robot, controller, set_points, *, duration=3.0, faults=(), seed=Non
     faults: a list of Fault, or of dicts with its fields.
     seed: of noise and ground, a whole number; None: that of the robot's file.
     overrides: values by key, such as {'plant.payload': 10.0, 'plant.dead_time': 0.12, 'plant.wheel_gain': 0.8}. Keys of
-        plant.* change the robot (not what a named controller knows of it), all others a named controller.
+        plant.* change the robot (not what a named controller knows of it); a named controller takes its own, too.
     monitor: the fault detection watches the drive (True, False); None: if there are faults, and with Parameters as they say.
     as_printed: True drives a thesis controller as the thesis prints it, without a bound of its action.
     Raises ValueError for an unknown name (with the list of names), key, type or value, and what the controller's act() raises.
