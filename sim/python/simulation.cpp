@@ -71,7 +71,7 @@ void addFault(const FaultData& data, sim::Faults& faults) {
     throw ParameterError(fmt::format("fault '{}': duration = {:g}: must be above 0 s", kind, duration));
   if (!std::isfinite(value)) throw ParameterError(fmt::format("fault '{}': value = {:g}: must be finite", kind, value));
   const double until = start + duration;
-  const auto among = [&, kind = kind, channel = channel](std::initializer_list<const char*> channels) {
+  const auto among = [&, kind = kind, channel = channel](const std::vector<const char*>& channels) {
     if (std::find(channels.begin(), channels.end(), channel) != channels.end()) return;
     throw ParameterError(
         fmt::format("fault '{}': channel = '{}': must be one of {}", kind, channel, fmt::join(channels, ", ")));
