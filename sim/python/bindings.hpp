@@ -31,6 +31,7 @@ DriveParameters driveParameters(const Parameters& parameters);
 /// Wheel speeds (left, right) [rad/s].
 using WheelPair = std::pair<double, double>;
 
+/// A command as Python gets it.
 inline WheelPair pairOf(const WheelCommand& command) { return {command.left, command.right}; }
 
 /// The data files of the package, read once.
@@ -52,6 +53,7 @@ const char* wordOf(SampleVerdict verdict);
 /// The channels that count: of "left", "right", "gyro", "acceleration".
 py::tuple channelsOf(const ChannelValidity& valid);
 
+/// Each adds a part to the module.
 void bindParameters(py::module& m);
 void bindControllers(py::module& m);
 void bindLoop(py::module& m);

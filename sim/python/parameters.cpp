@@ -138,6 +138,12 @@ Raises ValueError for an unknown name (with the list of names), key, type or val
       .def(
           "yaml", [](const Parameters& parameters) { return configurationText(parameters.node); },
           "The text of a YAML file with all keys.")
+      .def(py::pickle([](const Parameters& parameters) { return configurationText(parameters.node); },
+                      [](const std::string& yaml) {
+                        ParameterMap map;
+                        addYamlText(yaml, "parameters", map);
+                        return checked(std::move(map), {});
+                      }))
       .def_property_readonly("structure", &structureOf, "\"thesis\", \"predictive\" or \"diff_drive\".")
       .def("__repr__", [](const Parameters& parameters) {
         return fmt::format("<Parameters {}. {}>", parameters.node.preset, describeRobot(parameters.node));

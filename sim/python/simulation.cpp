@@ -278,14 +278,12 @@ py::dict columnsOf(const std::vector<Row>& rows) {
 }
 
 py::tuple simulate(const std::string& robot, const py::object& controller, const TimedSetPoints& set_points,
-                   double duration, const std::vector<FaultData>& fault_list, std::optional<std::uint64_t> seed,
-                   const py::dict& changes, std::optional<bool> monitor, bool as_printed) {
+                   double duration, const std::vector<FaultData>& fault_list, const py::dict& changes,
+                   std::optional<bool> monitor, bool as_printed) {
   const sim::SetPointProfile profile = profileOf(set_points, duration);
   sim::Faults faults;
   for (const FaultData& fault : fault_list) addFault(fault, faults);
-  sim::Overrides overrides = overridesOf(changes);
-  if (seed) overrides.emplace_back("plant.seed", fmt::format("{}", *seed));
-  Run run = runOf(robot, controller, overrides, monitor.value_or(!fault_list.empty()), as_printed);
+  Run run = runOf(robot, controller, overridesOf(changes), monitor.value_or(!fault_list.empty()), as_printed);
   sim::LoopSetup& setup = run.setup;
   if (monitor == false) setup.drive.faults.reset();
 
@@ -319,7 +317,7 @@ py::tuple wordsOf(int count) {
 
 void bindSimulation(py::module& m) {
   m.def("simulate", &simulate, py::arg("robot"), py::arg("controller"), py::arg("set_points"), py::arg("duration"),
-        py::arg("faults"), py::arg("seed"), py::arg("overrides"), py::arg("monitor"), py::arg("as_printed"),
+        py::arg("faults"), py::arg("overrides"), py::arg("monitor"), py::arg("as_printed"),
         "Columns by name and events of a drive; see jackal_aic.simulate().");
   py::class_<sim::ResponseMetrics>(m, "StepResponse",
                                    "Figures of a step response, as the thesis defines them (chapter 5).")

@@ -5,6 +5,7 @@ import ast
 import inspect
 import os
 import pathlib
+import pickle
 import re
 import subprocess
 import sys
@@ -118,6 +119,10 @@ class Parameters(unittest.TestCase):
             again = jackal_aic.Parameters(path)
         self.assertEqual(again['predictive.reference_time'], 0.02)
         self.assertEqual(again['limits.linear_speed'], 2.0)  # the robot's file comes after the preset
+
+    def test_go_to_other_processes(self):
+        parameters = jackal_aic.Parameters('predictive', 'ground', overrides={'predictive.reference_time': 0.02})
+        self.assertEqual(pickle.loads(pickle.dumps(parameters)).values(), parameters.values())
 
     def test_take_numbers_of_numpy(self):
         changed = jackal_aic.Parameters('predictive', 'ground').replaced(

@@ -4,6 +4,7 @@
 import concurrent.futures
 import csv
 import pathlib
+import pickle
 import subprocess
 import sys
 import tempfile
@@ -42,6 +43,7 @@ class Drives(unittest.TestCase):
         def drive(seed):
             return jackal_aic.simulate('real', 'predictive', [(0.2, 0.5, 0.3), (1.2, 0.0, 0.0)], duration=2.0, seed=seed)
         self.assertTrue(same(drive(3), drive(3)))
+        self.assertTrue(same(drive(3), pickle.loads(pickle.dumps(drive(3)))))
         self.assertFalse(same(drive(3), drive(4)))
 
     def test_in_threads_are_those_one_after_another(self):
@@ -96,6 +98,7 @@ class Drives(unittest.TestCase):
         refused(r'set_points: must be \(speed, yaw rate\) or a list', 'ground', 'predictive', (0.5,))
         refused(r'set_points = \[\]: must hold at least one', 'ground', 'predictive', [])
         refused(r'plant.dead_time = 3: must be in \[0, 2\] s', 'ground', 'predictive', (0.5, 0), overrides={'plant.dead_time': 3})
+        refused(r'plant.seed = -1: ', 'ground', 'predictive', (0.5, 0), seed=-1)
         refused(r'plant.mass = 3: unknown key', 'ground', 'predictive', (0.5, 0), overrides={'plant.mass': 3})
         refused(r'controller.kappa_a = 3: unknown key for this controller', 'ground', Baseline(), (0.5, 0), overrides={'controller.kappa_a': 3})
         refused(r'controller.kappa_a = 3: unknown key for this controller', 'ground', jackal_aic.Parameters('standard', 'ground'), (0.5, 0),
@@ -144,7 +147,7 @@ class Figures(unittest.TestCase):
 class Faults(unittest.TestCase):
 
     def named(self, fault, **options):
-        drive = jackal_aic.simulate('ground', 'predictive', (0.5, 0.3), duration=5.0, faults=[fault], **options)
+        drive = jackal_aic.simulate('ground', 'predictive', (0.5, 0.3), duration=5.0, faults=fault, **options)
         found = [(time, text) for time, text in drive.events if 'driving' != text and 'idle' != text]
         start = fault['start'] if isinstance(fault, dict) else fault.start
         self.assertTrue(all(time > start for time, text in found), found)

@@ -1,5 +1,6 @@
 """Types for editors; the docstrings of the module say what everything means (help(jackal_aic.simulate))."""
 
+import os
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy
@@ -214,7 +215,9 @@ class Drive:
     def response(self, channel: str = ...) -> StepResponse: ...
     def settling_time(self, channel: str = ...) -> Optional[float]: ...
 
-def simulate(robot: str, controller: Union[str, Parameters, VelocityController],
+_Fault = Union[Fault, Mapping[str, Any]]
+
+def simulate(robot: Union[str, os.PathLike], controller: Union[str, os.PathLike, Parameters, VelocityController],
              set_points: Union[Tuple[float, float], Sequence[Tuple[float, float, float]]], *, duration: float = ...,
-             faults: Sequence[Union[Fault, Mapping[str, Any]]] = ..., seed: Optional[int] = ..., overrides: Optional[_Overrides] = ...,
+             faults: Union[_Fault, Sequence[_Fault]] = ..., seed: Optional[int] = ..., overrides: Optional[_Overrides] = ...,
              monitor: Optional[bool] = ..., as_printed: bool = ...) -> Drive: ...

@@ -1,6 +1,7 @@
 """The closed loop of simulated robot and controller."""
 
 import math
+import os
 import typing
 
 from . import _core
@@ -109,7 +110,7 @@ def simulate(robot, controller, set_points, *, duration=3.0, faults=(), seed=Non
     set_points: (speed, yaw rate) [m/s, rad/s], a step after 0.5 s of rest; or a list of (time, speed, yaw rate) in order of
         time [s], each of which holds until the next. The robot rests before the first.
     duration: of the drive [s], at most 3600.
-    faults: a list of Fault, or of dicts with its fields.
+    faults: a Fault or a list of them; a dict with its fields stands for one.
     seed: of noise and ground, a whole number; None: that of the robot's file.
     overrides: values by key, such as {'plant.payload': 10.0, 'plant.dead_time': 0.12, 'plant.wheel_gain': 0.8}. Keys of
         plant.* change the robot (not what a named controller knows of it); a named controller takes its own, too.
@@ -124,6 +125,12 @@ def simulate(robot, controller, set_points, *, duration=3.0, faults=(), seed=Non
         if len(point) != 3:
             raise ValueError('set_points: must be (speed, yaw rate) or a list of (time, speed, yaw rate), not {}'.format(set_points))
     points = [tuple(float(value) for value in point) for point in points]
-    listed = [tuple(Fault(**fault) if isinstance(fault, dict) else Fault(*fault)) for fault in faults]
-    columns, events = _core.simulate(robot, controller, points, float(duration), listed, seed, overrides or {}, monitor, as_printed)
+    faults = [faults] if isinstance(faults, (Fault, dict)) else faults
+    faults = [tuple(Fault(**fault) if isinstance(fault, dict) else Fault(*fault)) for fault in faults]
+    overrides = dict(overrides or {})
+    if seed is not None:
+        overrides['plant.seed'] = seed
+    if isinstance(controller, os.PathLike):
+        controller = os.fspath(controller)
+    columns, events = _core.simulate(os.fspath(robot), controller, points, float(duration), faults, overrides, monitor, as_printed)
     return Drive(columns, events, points)
