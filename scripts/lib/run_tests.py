@@ -89,7 +89,7 @@ def registered_tests(build):
     for test in json.loads(listing.stdout)['tests']:
         if 'command' not in test:
             sys.exit(f'run_tests: {test["name"]} has no command; was it built?')
-        name = re.sub(r'^_ctest_[a-z0-9_]*?_(gtest|rostest|nosetests|roslaunch-check)_', r'\1 ', test['name'])
+        name = re.sub(r'^_ctest_[a-z0-9_]*?_(gtest|rostest|nosetests|python|roslaunch-check)_', r'\1 ', test['name'])
         command = [word.replace(results, f'{results}/{file_name(name)}') for word in test['command']]
         runner = next(i for i, word in enumerate(command) if word.endswith('run_tests.py'))
         properties = {item['name']: item['value'] for item in test.get('properties', [])}

@@ -9,7 +9,6 @@
 #include <random>
 
 #include "jackal_aic/config/parameter_map.hpp"
-#include "jackal_aic/model/skid_steer_kinematics.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -20,14 +19,6 @@ constexpr double kFastestTurn = 50.0;      // rad/s
 
 void require(bool condition, const char* name, double value, const char* bound) {
   if (!condition) throw ParameterError(fmt::format("{} = {:g}: must be {}", name, value, bound));
-}
-
-BodyVector trueVelocity(const PlantTruth& truth, Support support, const SkidSteerKinematics& kinematics) {
-  if (support == Support::ground)
-    return {truth.linear_velocity.x(), truth.linear_velocity.y(), truth.angular_velocity.z()};
-  const auto& wheel = truth.wheel_velocity;
-  return kinematics.bodyVelocity(
-      {0.5 * (wheel[kFrontLeft] + wheel[kRearLeft]), 0.5 * (wheel[kFrontRight] + wheel[kRearRight])});
 }
 
 /// One channel of the loop: what is wanted, what is true, what is believed.
@@ -137,14 +128,18 @@ SetPointProfile cycleProfile(const DrivingCycle& cycle) {
   return profile;
 }
 
-std::vector<Sample> runClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile& profile, Support support,
-                                  const GeometryParameters& geometry, const LoopParameters& loop) {
+BodyVector reportedVelocity(const PlantTruth& truth, Support support, const SkidSteerKinematics& kinematics) {
+  if (support == Support::ground)
+    return {truth.linear_velocity.x(), truth.linear_velocity.y(), truth.angular_velocity.z()};
+  const auto& wheel = truth.wheel_velocity;
+  return kinematics.bodyVelocity(
+      {0.5 * (wheel[kFrontLeft] + wheel[kRearLeft]), 0.5 * (wheel[kFrontRight] + wheel[kRearRight])});
+}
+
+void driveClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile& profile, const LoopHooks& hooks,
+                     const LoopParameters& loop) {
   const double ahead = takeLead(plant, drive, loop.phase);
   const std::int64_t steps = profile.plantSteps();
-  std::vector<Sample> samples;
-  samples.reserve(static_cast<std::size_t>(steps));
-  const SkidSteerKinematics kinematics(geometry);
-  BodyVector measured = BodyVector::Zero();
   WheelCommand command;
   auto friction = profile.friction_changes.begin();
   auto motor = profile.motor_changes.begin();
@@ -158,21 +153,38 @@ std::vector<Sample> runClosedLoop(JackalPlant& plant, DriveLoop& drive, const Se
     for (; motor != profile.motor_changes.end() && motor->time <= now + kTimeTolerance; ++motor) {
       plant.changeMotors(motor->gain, motor->offset);
     }
+    if (hooks.disturb) hooks.disturb(now);
     std::optional<Observation> observation;
-    if (plant.measurement()) {
-      observation = plant.measurement()->observation();
-      measured = kinematics.bodyVelocity({observation->wheel_left, observation->wheel_right});
-      measured(kYaw) = observation->yaw_rate;
+    if (const auto& sample = plant.measurement()) {
+      observation = hooks.measure ? hooks.measure(*sample, now) : sample->observation();
       drive.observe(*observation, now);
+      if (hooks.sensed) hooks.sensed({now, set_point, observation, command});
     }
     if (const auto due = drive.advance(now)) {
       command = *due;
       plant.command(command);
     }
-    const BodyVector velocity = trueVelocity(plant.truth(), support, kinematics);
-    samples.push_back({now, set_point, velocity(kForward), velocity(kYaw), measured(kForward), measured(kYaw),
-                       beliefOf(drive.controller()), command, observation});
+    if (hooks.done) hooks.done({now, set_point, observation, command});
   }
+}
+
+std::vector<Sample> runClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile& profile, Support support,
+                                  const GeometryParameters& geometry, const LoopParameters& loop) {
+  std::vector<Sample> samples;
+  samples.reserve(static_cast<std::size_t>(profile.plantSteps()));
+  const SkidSteerKinematics kinematics(geometry);
+  BodyVector measured = BodyVector::Zero();
+  LoopHooks hooks;
+  hooks.done = [&](const LoopStep& step) {
+    if (step.observation) {
+      measured = kinematics.bodyVelocity({step.observation->wheel_left, step.observation->wheel_right});
+      measured(kYaw) = step.observation->yaw_rate;
+    }
+    const BodyVector velocity = reportedVelocity(plant.truth(), support, kinematics);
+    samples.push_back({step.time, step.set_point, velocity(kForward), velocity(kYaw), measured(kForward),
+                       measured(kYaw), beliefOf(drive.controller()), step.command, step.observation});
+  };
+  driveClosedLoop(plant, drive, profile, hooks, loop);
   return samples;
 }
 

@@ -5,11 +5,13 @@
 /// the same setup gives the same samples on every run.
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "jackal_aic/config/parameter_map.hpp"
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
 #include "jackal_aic/model/types.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "jackal_plant.hpp"
@@ -108,13 +110,37 @@ void describeFields(Visitor& v, LoopParameters& p) {
 /// limits and model are left to the caller.
 DriveParameters uninterrupted();
 
-/// Runs a drive loop on a plant along a profile from rest; one sample per step of the plant.
+/// One step of the closed loop.
+struct LoopStep {
+  double time;                                    ///< [s]
+  SetPoint set_point;                             ///< in force
+  const std::optional<Observation>& observation;  ///< that the controller took in this step
+  WheelCommand command;                           ///< last command [rad/s]
+};
+
+/// What is done to the robot and its sensors in a run, and what is recorded of it, in the order of a step. An empty
+/// function does nothing.
+struct LoopHooks {
+  std::function<void(double now)> disturb = {};  ///< acts on the robot
+  /// What the loop receives of a sample of the sensors; empty: the sample as it is.
+  std::function<Observation(const PlantMeasurement& sample, double now)> measure = {};
+  std::function<void(const LoopStep& step)> sensed = {};  ///< after a sample, before the action
+  std::function<void(const LoopStep& step)> done = {};    ///< after the action
+};
+
+/// Runs a drive loop on a plant along a profile from rest, the only place where both meet without ROS.
+/// @param loop its phase is the time that the plant, and with it the clock of the sensors, is ahead of profile and
+/// controller.
+void driveClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile& profile, const LoopHooks& hooks,
+                     const LoopParameters& loop = {});
+
+/// Body velocity as a run reports it (base_link): the true one; on the box, where the chassis cannot move, what the
+/// wheels would give without slip (eq. 3-1), which is what the thesis plots for its runs on the box.
+BodyVector reportedVelocity(const PlantTruth& truth, Support support, const SkidSteerKinematics& kinematics);
+
+/// driveClosedLoop() with one sample per step of the plant.
 ///
-/// The true velocity is that of base_link. On the box the chassis cannot move, so there it is what the wheels would
-/// give without slip (eq. 3-1: r (omega_L + omega_R)/2 and r (omega_R - omega_L)/b_hat), which is what the thesis plots
-/// for its runs on the box.
-/// @param geometry r and b_hat for the speeds computed from the wheels; @param loop its phase is the time that the
-/// plant, and with it the clock of the sensors, is ahead of profile and controller.
+/// The true velocity is reportedVelocity(). @param geometry r and b_hat for the speeds computed from the wheels.
 std::vector<Sample> runClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile& profile, Support support,
                                   const GeometryParameters& geometry, const LoopParameters& loop = {});
 

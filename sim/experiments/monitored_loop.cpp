@@ -21,7 +21,7 @@ bool blocked(const std::vector<BlockedMotor>& motors, Side side, double now) {
   return false;
 }
 
-/// What somebody does to the robot now.
+/// The sum of what is done to the robot now.
 void handle(JackalPlant& plant, const Faults& faults, double now) {
   for (Side side : {Side::left, Side::right}) plant.blockWheels(side, blocked(faults.motors, side, now));
   double forward = 0.0, torque = 0.0;
@@ -43,15 +43,6 @@ ChannelValidity measured(const std::vector<ChannelLoss>& losses, double now) {
   return remaining;
 }
 
-/// The loop of a setup under the fault monitor, whose model need not be the controller's.
-DriveLoop monitoredLoop(const DriveParameters& drive, const PlantModel& model) {
-  DriveParameters monitored = drive;
-  monitored.faults = FaultParameters{};
-  monitored.plant_model = model;
-  monitored.open_loop_monitored = true;
-  return DriveLoop(monitored, makeController(drive, Divergence::allowed));
-}
-
 }  // namespace
 
 PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name) {
@@ -69,29 +60,39 @@ std::vector<MonitoredSample> runMonitored(const LoopSetup& setup, const PlantMod
   return samples;
 }
 
+DriveLoop monitoredLoop(const LoopSetup& setup, const PlantModel& model) {
+  DriveParameters monitored = setup.drive;
+  monitored.faults = FaultParameters{};
+  monitored.plant_model = model;
+  monitored.open_loop_monitored = true;
+  return DriveLoop(monitored, setup.structure ? setup.structure() : makeController(setup.drive, Divergence::allowed));
+}
+
+LoopHooks faultHooks(JackalPlant& plant, const Faults& faults) {
+  LoopHooks hooks;
+  hooks.disturb = [&plant, faults](double now) { handle(plant, faults, now); };
+  hooks.measure = [sensors = SensorFaults(faults.sensors), losses = faults.losses](const PlantMeasurement& sample,
+                                                                                   double now) mutable {
+    Observation y = sensors.apply(sample).observation();
+    y.valid = measured(losses, now);
+    return y;
+  };
+  return hooks;
+}
+
 void runMonitored(const LoopSetup& setup, const PlantModel& model, const SetPointProfile& profile, const Faults& faults,
                   const std::function<void(const MonitoredSample&)>& take) {
   JackalPlant plant(setup.urdf, setup.plant);
-  DriveLoop drive = monitoredLoop(setup.drive, model);
-  SensorFaults sensors(faults.sensors);
-  const std::int64_t steps = profile.plantSteps();
-  for (std::int64_t k = 0; k < steps; ++k, plant.step()) {
-    const double now = plant.time();
-    const SetPoint set_point = profile.at(now);
-    drive.setSetPoint(set_point, now);
-    handle(plant, faults, now);
-    if (plant.measurement()) {
-      Observation y = sensors.apply(*plant.measurement()).observation();
-      y.valid = measured(faults.losses, now);
-      drive.observe(y, now);
-      const FaultReport& report = *drive.faultReport();
-      const PlantTruth& truth = plant.truth();
-      take({now, set_point, truth.linear_velocity.x(), truth.angular_velocity.z(),
-            0.5 * (truth.wheel_velocity[kFrontLeft] + truth.wheel_velocity[kRearLeft]), drive.command(), report,
-            drive.status().fault, y.valid & report.valid()});
-    }
-    if (const auto due = drive.advance(now)) plant.command(*due);
-  }
+  DriveLoop drive = monitoredLoop(setup, model);
+  LoopHooks hooks = faultHooks(plant, faults);
+  hooks.sensed = [&](const LoopStep& step) {
+    const FaultReport& report = *drive.faultReport();
+    const PlantTruth& truth = plant.truth();
+    take({step.time, step.set_point, truth.linear_velocity.x(), truth.angular_velocity.z(),
+          0.5 * (truth.wheel_velocity[kFrontLeft] + truth.wheel_velocity[kRearLeft]), drive.command(), report,
+          drive.status().fault, step.observation->valid & report.valid()});
+  };
+  driveClosedLoop(plant, drive, profile, hooks);
 }
 
 std::optional<Detection> detection(const std::vector<MonitoredSample>& samples, double from) {

@@ -69,6 +69,12 @@ struct MonitoredSample {
 /// make of the plant, and the effective track of config/plant_model.yaml.
 PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name);
 
+/// The drive loop of a setup under the fault monitor, whose model need not be the controller's.
+DriveLoop monitoredLoop(const LoopSetup& setup, const PlantModel& model);
+
+/// Hooks that let faults happen to a robot and its sensors. @param plant that is driven; has to outlive the hooks.
+LoopHooks faultHooks(JackalPlant& plant, const Faults& faults);
+
 /// Runs the drive loop of a setup along a profile with faults: outliers and faulty channels do not reach the
 /// controller, and wheels that do not follow, or are moved, stop the robot. One sample per sample of the sensors.
 /// @param model of the monitor, from which it predicts.

@@ -1,5 +1,7 @@
 #include "package_files.hpp"
 
+#include <dlfcn.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <vector>
@@ -22,10 +24,11 @@ bool holdsPackage(const std::filesystem::path& directory) {
 std::vector<std::filesystem::path> candidates() {
   std::vector<std::filesystem::path> list;
   if (const char* environment = std::getenv("JACKAL_AIC_SHARE")) list.emplace_back(environment);
-  std::error_code error;
-  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
-  // <install>/lib/jackal_aic/experiments
-  if (!error) list.push_back(program.parent_path().parent_path().parent_path() / "share" / "jackal_aic");
+  // <install>/lib/libjackal_aic_experiments.so, which programs and Python share
+  Dl_info library;
+  if (dladdr(reinterpret_cast<const void*>(&candidates), &library) != 0) {
+    list.push_back(std::filesystem::path(library.dli_fname).parent_path().parent_path() / "share" / "jackal_aic");
+  }
   list.emplace_back(JACKAL_AIC_SOURCE_DIRECTORY);
   return list;
 }

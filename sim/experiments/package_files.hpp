@@ -16,7 +16,7 @@ namespace jackal_aic::sim {
 class PackageFiles {
  public:
   /// @param share directory to use; if empty, the first that holds the package's files of: the environment variable
-  /// JACKAL_AIC_SHARE, share/jackal_aic of the install space this program runs from, the source directory of the build.
+  /// JACKAL_AIC_SHARE, share/jackal_aic of the install space this library is in, the source directory of the build.
   /// @throws ParameterError if there is none, or the given one does not hold them, or one of them cannot be read.
   explicit PackageFiles(const std::string& share = "");
 

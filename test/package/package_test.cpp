@@ -58,9 +58,13 @@ TEST(Manifest, NamesOnlyKeysThatRosdepKnows) {
                                    "libnlopt-dev",
                                    "liburdfdom-dev",
                                    "opende",
+                                   "pybind11-dev",
+                                   "python3-dev",
                                    "python3-jinja2",
                                    "python3-matplotlib",
+                                   "python3-numpy",
                                    "python3-pandas",
+                                   "python3-setuptools",
                                    "python3-yaml",
                                    "rviz",  // a package of ROS that only showing the robot needs
                                    "valgrind",
@@ -536,6 +540,24 @@ TEST_F(Downstream, BuildsAgainstTheInstallSpace) {
   EXPECT_EQ(namesIn(JACKAL_AIC_INSTALL "/share/jackal_aic/build"), internal);
   output("bash -c '. " JACKAL_AIC_INSTALL
          "/setup.bash; roslaunch --args /jackal_aic_watchdog jackal_aic jackal.launch output:=gazebo'");
+}
+
+TEST_F(Downstream, PythonTakesModuleAndFilesOfTheInstallSpace) {
+  output("cmake -P " JACKAL_AIC_BUILD "/cmake_install.cmake");
+  // A robot that no other space has: it rests 0.4 s after the set point.
+  std::ofstream(JACKAL_AIC_INSTALL "/share/jackal_aic/config/plant.yaml") << "plant: {dead_time: 0.5}\n";
+  const std::string drive =
+      "import jackal_aic, jackal_aic.msg, os\n"
+      "assert os.path.exists(os.path.join(os.path.dirname(jackal_aic.__file__), \"__init__.pyi\"))\n"
+      "drive = jackal_aic.simulate(\"ground\", \"diff_drive\", (0.5, 0.0))\n"
+      "print(jackal_aic.__file__, abs(drive.speed[900]) < 0.01, drive.speed[-1] > 0.4)\n";
+  const std::string printed = output(
+      "env -u PYTHONPATH -u CMAKE_PREFIX_PATH -u ROS_PACKAGE_PATH -u LD_LIBRARY_PATH bash -c '. " JACKAL_AIC_INSTALL
+      "/setup.bash; cd /; /usr/bin/python3 -c \"$0\"' '" +
+      drive + "'");
+  output("cmake -P " JACKAL_AIC_BUILD "/cmake_install.cmake");
+  EXPECT_EQ(printed.rfind(JACKAL_AIC_INSTALL "/", 0), 0u) << printed;
+  EXPECT_NE(printed.find(" True True\n"), std::string::npos) << printed;
 }
 
 }  // namespace

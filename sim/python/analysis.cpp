@@ -1,0 +1,243 @@
+#include <fmt/format.h>
+
+#include "bindings.hpp"
+#include "jackal_aic/certificate/certificate.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/faults/fault_monitor.hpp"
+#include "jackal_aic/identification/plant_identification.hpp"
+#include "jackal_aic/odometry/odometry.hpp"
+
+namespace jackal_aic::python {
+namespace {
+
+/// A certificate with the sentence that says what it means.
+struct CertificateWithAdvice : Certificate {
+  std::string advice;
+};
+
+const PlantModel& plantModelOf(const Parameters& parameters) {
+  if (!parameters.node.plant_model) throw ParameterError("plant_model.*: missing; it describes the robot");
+  return *parameters.node.plant_model;
+}
+
+/// A plant model with other values of some of its keys.
+PlantModel changed(const PlantModel& model, const py::dict& changes) {
+  ParameterMap map;
+  for (const Field& field : fieldsOf(model)) {
+    if (field.name != "robot") map.set("plant_model." + field.name, field.value);
+  }
+  for (const auto& [key, value] : overridesOf(changes)) setFromText("plant_model." + key, value, map);
+  const PlantModel robot = readPlantModel(map);
+  map.refuseUnknown();
+  return robot;
+}
+
+CertificateWithAdvice certificateOf(const Parameters& parameters, const py::dict& robot) {
+  const PlantModel model = drivenModel(plantModelOf(parameters));
+  const PlantModel actual = changed(model, robot);
+  const auto loop = [&] {
+    if (const auto* gains = std::get_if<ControllerParameters>(&parameters.node.controller)) {
+      return LinearLoop(*gains, parameters.node.geometry, actual);
+    }
+    if (const auto* gains = std::get_if<PredictiveParameters>(&parameters.node.controller)) {
+      return LinearLoop(*gains, model, actual);
+    }
+    throw ParameterError("preset = diff_drive: is no closed loop");
+  }();
+  py::gil_scoped_release release;
+  const Certificate certificate = certify(loop);
+  return {certificate, advice(certificate, loop)};
+}
+
+void bindCertificate(py::module& m) {
+  py::class_<Margins>(m, "Margins", "How far a loop is from the limit of stability.")
+      .def_readonly("gain_margin", &Margins::gain_margin,
+                    "Factor on the gain at which the loop becomes unstable; below 1 for an unstable loop.")
+      .def_readonly("gain_reduction", &Margins::gain_reduction, "The same for a lower gain; 0 if there is none.")
+      .def_readonly("delay_margin", &Margins::delay_margin,
+                    "Extra dead time at which the loop becomes unstable [s]; negative for an unstable loop.")
+      .def_readonly("delay_reduction", &Margins::delay_reduction, "By how much the dead time may be shorter [s].");
+  py::class_<ModeCertificate, Margins>(m, "ModeCertificate", "Certificate of driving straight or of turning.")
+      .def_readonly("spectral_radius", &ModeCertificate::spectral_radius,
+                    "Over one common period, for the worst phase.")
+      .def_readonly("radius_uncertainty", &ModeCertificate::radius_uncertainty,
+                    "The true radius is less than this below it.");
+  py::class_<CertificateWithAdvice, Margins>(m, "Certificate",
+                                             "Stability certificate; its margins are the smaller ones of both modes.")
+      .def_property_readonly(
+          "stable", [](const CertificateWithAdvice& c) { return c.stable(); },
+          "The verdict: belief and loop are stable.")
+      .def_property_readonly(
+          "belief_spectral_radius", [](const CertificateWithAdvice& c) { return c.belief_spectral_radius; },
+          "Of the belief alone.")
+      .def_property_readonly(
+          "loop_spectral_radius", [](const CertificateWithAdvice& c) { return c.loop_spectral_radius; },
+          "Of the closed loop over one common period.")
+      .def_property_readonly(
+          "period", [](const CertificateWithAdvice& c) { return c.period; },
+          "Common period of sensor, belief and action [s].")
+      .def_property_readonly(
+          "straight", [](const CertificateWithAdvice& c) { return c.straight; }, "Driving straight.")
+      .def_property_readonly(
+          "turn", [](const CertificateWithAdvice& c) { return c.turn; }, "Turning.")
+      .def_property_readonly(
+          "advice", [](const CertificateWithAdvice& c) { return c.advice; }, "What it means, and what to change.")
+      .def("__repr__", [](const CertificateWithAdvice& c) {
+        return fmt::format("<Certificate {}, spectral radius {:.4f}, gain margin {:.3g}, delay margin {:.3g} s>",
+                           c.stable() ? "stable" : "unstable", c.loop_spectral_radius, c.gain_margin, c.delay_margin);
+      });
+  m.def("certify", &certificateOf, py::arg("parameters"), py::arg("robot") = py::dict(),
+        R"(Certifies a controller on its robot: spectral radii, margins, verdict.
+
+robot: keys of plant_model.* in which the robot differs from the controller's model, such as {"dead_time": 0.12}.
+Takes tens of milliseconds. Raises ValueError without a plant model, for the open-loop baseline, and for rates without a
+common period.)");
+}
+
+using Table = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+void requireColumns(const Table& table, const char* name, py::ssize_t columns) {
+  if (table.ndim() == 2 && table.shape(1) == columns) return;
+  throw ParameterError(fmt::format("{}: must have the shape (n, {})", name, columns));
+}
+
+/// Rows (time, left, right) as samples.
+template <class Sample>
+std::vector<Sample> samplesOf(const Table& table, const char* name) {
+  requireColumns(table, name, 3);
+  const auto rows = table.unchecked<2>();
+  std::vector<Sample> samples;
+  for (py::ssize_t i = 0; i < rows.shape(0); ++i) samples.push_back({rows(i, 0), {rows(i, 1), rows(i, 2)}});
+  return samples;
+}
+
+Identification identify(const Table& commands, const Table& wheels, const std::optional<Table>& yaw_rate,
+                        double wheel_radius, double slip_factor) {
+  DriveRecording recording;
+  recording.commands = samplesOf<CommandSample>(commands, "commands");
+  recording.wheels = samplesOf<WheelSample>(wheels, "wheels");
+  if (yaw_rate) {
+    requireColumns(*yaw_rate, "yaw_rate", 2);
+    const auto rows = yaw_rate->unchecked<2>();
+    for (py::ssize_t i = 0; i < rows.shape(0); ++i) recording.yaw.push_back({rows(i, 0), rows(i, 1)});
+  }
+  py::gil_scoped_release release;
+  return identifyDriveTrain(recording, wheel_radius, slip_factor);
+}
+
+void bindIdentification(py::module& m) {
+  py::class_<Estimate>(m, "Estimate", "An estimated quantity.")
+      .def_readonly("value", &Estimate::value, "In the unit of the quantity.")
+      .def_readonly("half_width", &Estimate::half_width, "Half width of the 95 % confidence interval.")
+      .def_readonly("unknown", &Estimate::unknown, "Why the recording cannot tell; empty if it can.")
+      .def("__repr__", [](const Estimate& e) {
+        return e.known() ? fmt::format("{:.4g} +- {:.2g}", e.value, e.half_width) : "unknown: " + e.unknown;
+      });
+  py::class_<Identification>(m, "Identification", "What a recording tells about the drive train.")
+      .def_readonly("dead_time", &Identification::dead_time, "[s]")
+      .def_readonly("lag", &Identification::lag, "[s]")
+      .def_readonly("gain", &Identification::gain, "Wheel speed per command, above the offset.")
+      .def_readonly("offset", &Identification::offset, "By which wheels turn slower than gain x command [rad/s].")
+      .def_readonly("acceleration_limit", &Identification::acceleration_limit, "Of the wheel circumference [m/s^2].")
+      .def_readonly("track_left", &Identification::track_left, "Effective track turning left [m].")
+      .def_readonly("track_right", &Identification::track_right, "Effective track turning right [m].")
+      .def_readonly("residual", &Identification::residual, "RMS of measured minus fitted wheel speed [rad/s].")
+      .def_readonly("r_squared", &Identification::r_squared, "Explained share of the variance of the wheel speeds.")
+      .def_readonly("remarks", &Identification::remarks, "What a user should know, one line each.");
+  m.def("identify", &identify, py::arg("commands"), py::arg("wheels"), py::arg("yaw_rate") = py::none(),
+        py::arg("wheel_radius") = GeometryParameters{}.wheel_radius, py::arg("slip_factor") = 1.0,
+        R"(Identifies the drive train from a drive.
+
+commands: rows (time, left, right) [s, rad/s, rad/s], shape (n, 3), each when it was sent.
+wheels: measured wheel speeds in the same form. yaw_rate: rows (time, yaw rate) [s, rad/s], shape (n, 2), or None.
+Raises ValueError if the drive tells too little (what is missing), or has stamps that do not increase.)");
+}
+
+void bindOdometry(py::module& m) {
+  py::class_<Odometry>(m, "Odometry", "Motion and pose by wheels, gyro and commands, with their covariances.")
+      .def(py::init([](const Parameters& parameters) {
+             PredictiveParameters own;
+             own.learn_drive_train = false;  // as of a loop whose controller has another belief
+             const auto* predictive = std::get_if<PredictiveParameters>(&parameters.node.controller);
+             return std::make_unique<Odometry>(predictive != nullptr ? *predictive : own, parameters.node.geometry,
+                                               drivenModel(plantModelOf(parameters)));
+           }),
+           py::arg("parameters"), "Needs a plant model. Raises ValueError without one.")
+      .def("observe", &Odometry::observe, py::arg("observation"), "A measurement came.")
+      .def(
+          "advance",
+          [](Odometry& o, double left, double right, double duration) {
+            o.advance({left, right}, duration);
+          },
+          py::arg("left"), py::arg("right"), py::arg("duration"),
+          "Goes on by a time [s] in which the motors had a command [rad/s].")
+      .def_property_readonly(
+          "pose", [](const Odometry& o) { return py::make_tuple(o.pose().x, o.pose().y, o.pose().heading); },
+          "(x, y, heading) [m, m, rad] in the frame of the start.")
+      .def_property_readonly(
+          "pose_covariance", [](const Odometry& o) { return o.poseCovariance(); },
+          "Of the pose, shape (3, 3) [m^2, rad^2]; it grows without bound.")
+      .def_property_readonly(
+          "motion",
+          [](const Odometry& o) {
+            const PlanarMotion motion = o.motion();
+            return py::make_tuple(motion.forward, motion.yaw_rate);
+          },
+          "(x_dot, theta_dot) [m/s, rad/s] in base_link.")
+      .def_property_readonly(
+          "motion_covariance", [](const Odometry& o) { return o.motion().covariance; }, "Of the motion, shape (2, 2).");
+}
+
+py::dict distancesOf(const FaultReport& report) {
+  py::dict distances;
+  distances["left"] = report.wheel_left.distance;
+  distances["right"] = report.wheel_right.distance;
+  distances["gyro"] = report.gyro.distance;
+  distances["acceleration"] = report.accelerometer.distance;
+  return distances;
+}
+
+void bindFaults(py::module& m) {
+  py::class_<FaultReport>(m, "FaultReport", "What the fault monitor thinks of the robot after a sample.")
+      .def_property_readonly(
+          "fault", [](const FaultReport& r) { return r.reason(); }, "The gravest finding in words; empty for none.")
+      .def_property_readonly("faulty", &FaultReport::faulty,
+                             "A channel or a drive is faulty; a remark or an outlier is no fault.")
+      .def_property_readonly(
+          "valid", [](const FaultReport& r) { return channelsOf(r.valid()); },
+          "Channels that count; see Observation.valid.")
+      .def_property_readonly(
+          "distances", &distancesOf,
+          "Mahalanobis distance of each channel's last prediction error, in multiples of the bound of an outlier.")
+      .def_readonly("stuck", &FaultReport::stuck, "The wheels turn and the body stands; no fault.")
+      .def_readonly("moved", &FaultReport::moved, "The robot is pushed or carried; no fault.");
+  py::class_<FaultMonitor>(m, "FaultMonitor", "Fault detection per channel from prediction errors.")
+      .def(py::init([](const Parameters& parameters) {
+             return FaultMonitor(parameters.node.faults.value_or(FaultParameters{}), parameters.node.geometry,
+                                 plantModelOf(parameters));
+           }),
+           py::arg("parameters"), "Needs a plant model. Raises ValueError without one.")
+      .def(
+          "advance",
+          [](FaultMonitor& f, const std::optional<WheelPair>& applied, double duration) {
+            f.advance(applied ? std::optional(WheelCommand{applied->first, applied->second}) : std::nullopt, duration);
+          },
+          py::arg("applied"), py::arg("duration"),
+          "Lets a time [s] pass under a command (left, right) [rad/s] that is really driven, or None if it is not "
+          "known.")
+      .def(
+          "check", [](FaultMonitor& f, const Observation& y) { return f.check(y); }, py::arg("observation"),
+          "Judges a sample.")
+      .def("reset", &FaultMonitor::reset, "Forgets everything but the parameters.");
+}
+
+}  // namespace
+
+void bindAnalysis(py::module& m) {
+  bindCertificate(m);
+  bindIdentification(m);
+  bindOdometry(m);
+  bindFaults(m);
+}
+
+}  // namespace jackal_aic::python

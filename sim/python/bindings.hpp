@@ -1,0 +1,63 @@
+#pragma once
+
+/// @file
+/// Parts of the Python module jackal_aic._core and what they share.
+
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <string>
+#include <utility>
+
+#include "jackal_aic/safety/drive_loop.hpp"
+#include "loop_setup.hpp"
+#include "node_parameters.hpp"
+#include "package_files.hpp"
+
+namespace jackal_aic::python {
+
+namespace py = pybind11;
+
+/// Everything that a controller and its drive loop are configured with, read and checked as the node does.
+struct Parameters {
+  NodeParameters node;
+};
+
+/// The settings of a loop that has the motors for itself, wherever a node would send its commands.
+DriveParameters driveParameters(const Parameters& parameters);
+
+/// Wheel speeds (left, right) [rad/s].
+using WheelPair = std::pair<double, double>;
+
+/// A command as Python gets it.
+inline WheelPair pairOf(const WheelCommand& command) { return {command.left, command.right}; }
+
+/// The data files of the package, read once.
+const sim::PackageFiles& packageFiles();
+
+/// Keys and values as text. @throws ParameterError for a value that no parameter has.
+sim::Overrides overridesOf(const py::dict& overrides);
+
+/// Fields of a parameter struct by name.
+py::dict dictOf(const std::vector<Field>& fields);
+
+/// The controller of a drive loop in C++, or one of Python where it is not None.
+std::unique_ptr<VelocityController> controllerOf(const DriveParameters& parameters, const py::object& own);
+
+/// Words of what a loop does.
+const char* wordOf(DriveStatus status);
+const char* wordOf(SampleVerdict verdict);
+
+/// The channels that count: of "left", "right", "gyro", "acceleration".
+py::tuple channelsOf(const ChannelValidity& valid);
+
+/// Each adds a part to the module.
+void bindParameters(py::module& m);
+void bindControllers(py::module& m);
+void bindLoop(py::module& m);
+void bindAnalysis(py::module& m);
+void bindSimulation(py::module& m);
+
+}  // namespace jackal_aic::python

@@ -1,0 +1,103 @@
+#include "bindings.hpp"
+
+namespace jackal_aic::python {
+namespace {
+
+const char* verdictWord(SetPointVerdict verdict) {
+  constexpr const char* kWords[] = {"accepted", "not_finite", "absurd"};
+  return kWords[static_cast<int>(verdict)];
+}
+
+py::dict countsOf(const DriveLoopStatus& status) {
+  py::dict counts;
+  counts["rejected_set_points"] = status.rejected_set_points;
+  counts["scaled_set_points"] = status.scaled_set_points;
+  counts["rejected_measurements"] = status.rejected_measurements;
+  counts["faults_detected"] = status.faults_detected;
+  counts["brakes"] = status.brakes;
+  counts["faults"] = status.faults;
+  counts["clock_resets"] = status.clock_resets;
+  counts["dropped_periods"] = status.dropped_periods;
+  return counts;
+}
+
+}  // namespace
+
+const char* wordOf(DriveStatus status) {
+  constexpr const char* kWords[] = {"idle", "driving", "stopped", "braking", "faulted"};
+  return kWords[static_cast<int>(status)];
+}
+
+void bindLoop(py::module& m) {
+  py::class_<DriveLoop>(
+      m, "DriveLoop",
+      R"(Everything between a measurement and a command: limits, controller, fault detection, drive gate.
+
+The caller keeps the time [s], of any clock: every call says when it is made. As on a robot, a set point of zero has to come
+first, and the loop stands whenever an input is missing or late.)")
+      .def(py::init([](const Parameters& parameters, const py::object& controller) {
+             const DriveParameters drive = driveParameters(parameters);
+             return std::make_unique<DriveLoop>(drive, controllerOf(drive, controller));
+           }),
+           py::arg("parameters"), py::arg("controller") = py::none(),
+           "controller: a VelocityController in Python in place of that of the parameters.")
+      .def(
+          "set_set_point",
+          [](DriveLoop& d, double forward, double yaw_rate, double now) {
+            return verdictWord(d.setSetPoint({forward, 0.0, yaw_rate}, now));
+          },
+          py::arg("forward"), py::arg("yaw_rate"), py::arg("now"),
+          "Desired speed [m/s] and yaw rate [rad/s]; 'accepted', or why it was refused: 'not_finite', 'absurd'.")
+      .def("observe", &DriveLoop::observe, py::arg("observation"), py::arg("now"),
+           "A measurement came; True if the controller took it.")
+      .def(
+          "advance",
+          [](DriveLoop& d, double now) -> std::optional<WheelPair> {
+            const std::optional<WheelCommand> command = d.advance(now);
+            return command ? std::optional(pairOf(*command)) : std::nullopt;
+          },
+          py::arg("now"),
+          "Runs every step that is due; the command (left, right) [rad/s] to drive from now on, or None if no action "
+          "was due.")
+      .def("release", &DriveLoop::release, "Lets set points move the robot without a zero before.")
+      .def(
+          "report",
+          [](DriveLoop& d, double now, bool emergency_stop, bool robot_stopped, bool motors_off, bool driver_fault) {
+            RobotStatus status;
+            status.emergency_stop = emergency_stop;
+            status.robot_stopped = robot_stopped;
+            status.motors_off = motors_off;
+            status.driver_fault = driver_fault;
+            d.report(status, now);
+          },
+          py::arg("now"), py::arg("emergency_stop") = false, py::arg("robot_stopped") = false,
+          py::arg("motors_off") = false, py::arg("driver_fault") = false, "Status of the robot from now on.")
+      .def_property_readonly(
+          "status", [](const DriveLoop& d) { return wordOf(d.status().decision.status); },
+          "'idle', 'driving', 'stopped', 'braking' or 'faulted'.")
+      .def_property_readonly(
+          "cause", [](const DriveLoop& d) { return text(d.status().decision.cause); },
+          "Why it does not drive; empty if it does.")
+      .def_property_readonly(
+          "fault", [](const DriveLoop& d) { return text(d.status().fault); },
+          "What the fault detection finds; empty for nothing.")
+      .def_property_readonly(
+          "reason", [](const DriveLoop& d) { return reason(d.status()); },
+          "Cause and fault in one sentence, as in the node's log; empty for neither.")
+      .def_property_readonly(
+          "counts", [](const DriveLoop& d) { return countsOf(d.status()); },
+          "What was counted since the start, by name.")
+      .def_property_readonly(
+          "command", [](const DriveLoop& d) { return pairOf(d.command()); },
+          "Command of the last action step (left, right) [rad/s].")
+      .def_property_readonly(
+          "set_point", [](const DriveLoop& d) { return d.setPoint(); }, "Set point in force.")
+      .def_property_readonly(
+          "counted", [](const DriveLoop& d) { return channelsOf(d.counted()); },
+          "Channels of the last measurement that counted; see Observation.valid.")
+      .def_property_readonly(
+          "believed_velocity", [](const DriveLoop& d) -> BodyVector { return d.controller().believedVelocity(); },
+          "Of the controller; see CoreController.believed_velocity.");
+}
+
+}  // namespace jackal_aic::python

@@ -1,0 +1,136 @@
+"""The closed loop of simulated robot and controller."""
+
+import math
+import os
+import typing
+
+from . import _core
+
+
+class Fault(typing.NamedTuple):
+    """A fault of the robot or of its sensors, or something that is done to it.
+
+    kind: of a sensor 'freeze', 'bias', 'scale', 'set', 'huge', 'not_a_number', 'infinite', 'upside_down' (the IMU), or 'lost'
+          (not measured); of the robot 'blocked' (wheels), 'push', 'lift'.
+    start: [s]
+    channel: 'left', 'right', 'gyro', 'acceleration' or 'all' (encoders and gyro); of 'blocked' 'left', 'right' or 'all'; of 'push'
+          'forward' [N] or 'yaw_rate' [N m].
+    value: of 'bias' and 'set' in the unit of the channel, of 'scale' a factor, of 'push' a force or torque.
+    duration: [s]
+    """
+
+    kind: str
+    start: float = 0.0
+    channel: str = 'all'
+    value: float = 0.0
+    duration: float = math.inf
+
+
+class VelocityController:
+    """A controller written in Python: inherit from it and write act().
+
+    rate: calls of act() per second [Hz], a divisor of 1000.
+    applied: wheel speeds (left, right) [rad/s] that the robot was really given in the last period, after the limits.
+    believed: speed and yaw rate (x_dot, theta_dot) [m/s, rad/s] that act() may set, for the columns of the drive; else None.
+    """
+
+    rate = 50.0
+    applied = (0.0, 0.0)
+    believed = None
+
+    def reset(self):
+        """Forgets the motion; called before the first act() of each drive, and after the clock ran back."""
+
+    def act(self, set_point, observation):
+        """Wheel speeds (left, right) [rad/s] to drive for 1/rate.
+
+        set_point: SetPoint, the desired velocity. observation: the last Observation; what is not in its `valid` does not count.
+        """
+        raise NotImplementedError('act(set_point, observation) of a VelocityController')
+
+
+class Drive:
+    """A simulated drive: columns of numpy arrays, one value per millisecond, as attributes. Body axes: x forward, y left.
+
+    time [s]; set_speed [m/s], set_yaw_rate [rad/s]: the set point.
+    speed, yaw_rate: of the robot, true; on the box, those of its wheels. x, y [m], heading [rad]: its pose, true.
+    wheel_left, wheel_right [rad/s]: true mean wheel speeds. command_left, command_right [rad/s]: the command.
+    measured_speed, measured_yaw_rate, measured_left, measured_right: by the last sample of wheels and gyro.
+    believed_speed, believed_yaw_rate: of the controller; NaN without a belief.
+    status, cause, fault: whole numbers, the places of their words in STATUSES, CAUSES and FAULTS.
+
+    events: a list of (time, text) of each change of status, cause or fault, in the words of the node's log.
+    set_points: a list of (time, speed, yaw rate), as they were driven.
+    """
+
+    def __init__(self, columns, events, set_points):
+        self.__dict__.update(columns)
+        self._names = tuple(columns)
+        self.events = events
+        self.set_points = set_points
+
+    def columns(self):
+        """The columns by name, as pandas.DataFrame() takes them."""
+        return {name: getattr(self, name) for name in self._names}
+
+    def response(self, channel='speed'):
+        """StepResponse of the last step of a channel's set point: 'speed' or 'yaw_rate'.
+
+        Raises ValueError if the set point of the channel never changes, or the drive ends within 0.5 s of it.
+        """
+        places = {'speed': 1, 'yaw_rate': 2}
+        if channel not in places:
+            raise ValueError("channel = '{}': must be speed or yaw_rate".format(channel))
+        before, step = 0.0, None
+        for point in self.set_points:
+            value = point[places[channel]]
+            if value != before:
+                step = (point[0], before, value)
+            before = value
+        if step is None:
+            raise ValueError("channel = '{}': its set point never changes".format(channel))
+        return _core.step_response(self.time, getattr(self, channel), *step)
+
+    def settling_time(self, channel='speed'):
+        """Time after the last step until the channel stays within 5 % of its final value [s]; None if it never does."""
+        return self.response(channel).settling_time
+
+    def __repr__(self):
+        return '<Drive of {:g} s to {:.3f} m/s and {:.3f} rad/s: {}>'.format(
+            len(self.time) * 1e-3, self.speed[-1], self.yaw_rate[-1], '; '.join('{:.2f} s {}'.format(*e) for e in self.events))
+
+
+def simulate(robot, controller, set_points, *, duration=3.0, faults=(), seed=None, overrides=None, monitor=None, as_printed=False):
+    """Drives the simulated robot and returns a Drive. The same arguments give the same drive.
+
+    robot: 'ground', 'box' (wheels in the air), 'real' (with the flaws of a real robot), or the path of a YAML file.
+    controller: a name or path of a YAML file, driven without deadlines as in the thesis' experiments ('predictive', 'improved',
+        'standard', 'tuned', 'diff_drive'); a VelocityController, likewise; or Parameters, driven as by the node, with its
+        deadlines, limits, loss policy and fault detection.
+    set_points: (speed, yaw rate) [m/s, rad/s], a step after 0.5 s of rest; or a list of (time, speed, yaw rate) in order of
+        time [s], each of which holds until the next. The robot rests before the first.
+    duration: of the drive [s], at most 3600.
+    faults: a Fault or a list of them; a dict with its fields stands for one.
+    seed: of noise and ground, a whole number; None: that of the robot's file.
+    overrides: values by key, such as {'plant.payload': 10.0, 'plant.dead_time': 0.12, 'plant.wheel_gain': 0.8}. Keys of
+        plant.* change the robot (not what a named controller knows of it); a named controller takes its own, too.
+    monitor: the fault detection watches the drive (True, False); None: if there are faults, and with Parameters as they say.
+    as_printed: True drives a thesis controller as the thesis prints it, without a bound of its action.
+    Raises ValueError for an unknown name (with the list of names), key, type or value, and what the controller's act() raises.
+    """
+    points = list(set_points)
+    if points and not hasattr(points[0], '__len__'):
+        points = [(0.5, *points)]
+    for point in points:
+        if len(point) != 3:
+            raise ValueError('set_points: must be (speed, yaw rate) or a list of (time, speed, yaw rate), not {}'.format(set_points))
+    points = [tuple(float(value) for value in point) for point in points]
+    faults = [faults] if isinstance(faults, (Fault, dict)) else faults
+    faults = [tuple(Fault(**fault) if isinstance(fault, dict) else Fault(*fault)) for fault in faults]
+    overrides = dict(overrides or {})
+    if seed is not None:
+        overrides['plant.seed'] = seed
+    if isinstance(controller, os.PathLike):
+        controller = os.fspath(controller)
+    columns, events = _core.simulate(os.fspath(robot), controller, points, float(duration), faults, overrides, monitor, as_printed)
+    return Drive(columns, events, points)

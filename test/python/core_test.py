@@ -1,0 +1,363 @@
+#!/usr/bin/env python3
+"""The core for Python: parameters, controllers, drive loop, certificate, identification, odometry, fault monitor."""
+
+import ast
+import inspect
+import os
+import pathlib
+import pickle
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import jackal_aic
+import numpy
+import rosunit
+
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+STEP = 0.001  # s
+
+
+class Module(unittest.TestCase):
+
+    def test_imports_with_numpy_alone(self):
+        script = ('import sys, jackal_aic; jackal_aic.simulate\n'
+                  'print([name for name in ("pandas", "matplotlib", "scipy", "yaml", "rospy") if name in sys.modules])')
+        self.assertEqual(subprocess.check_output([sys.executable, '-c', script]).strip(), b'[]')
+
+    def test_messages_do_without_the_compiled_part(self):
+        script = 'import sys, jackal_aic.msg; print("jackal_aic._core" in sys.modules)'
+        self.assertEqual(subprocess.check_output([sys.executable, '-c', script]).strip(), b'False')
+
+    def test_an_unknown_name_is_an_attribute_error(self):
+        with self.assertRaisesRegex(AttributeError, "no attribute 'simulat'"):
+            jackal_aic.simulat
+
+    def test_every_public_name_has_a_docstring(self):
+        for name in jackal_aic.__all__:
+            value = getattr(jackal_aic, name)
+            if isinstance(value, tuple):
+                continue
+            self.assertTrue(inspect.getdoc(value), name)
+            for member, item in vars(value).items() if inspect.isclass(value) else ():
+                if not member.startswith('_') and (callable(item) or isinstance(item, property)):
+                    self.assertTrue(inspect.getdoc(item), name + '.' + member)
+
+
+def members(classes):
+    """Public members of classes by the name of the class, those of their bases too; named tuples have more of their own."""
+    return {name: {member for base in cls.__mro__ for member in vars(base) if not member.startswith('_')}
+            for name, cls in classes.items() if not issubclass(cls, tuple)}
+
+
+class Stub(unittest.TestCase):
+    """Editors see what is there."""
+
+    def setUp(self):
+        self.tree = ast.parse((SOURCE / 'sim/python/jackal_aic/__init__.pyi').read_text())
+        self.classes = {node.name: node for node in self.tree.body if isinstance(node, ast.ClassDef)}
+
+    def test_has_the_names_of_the_module(self):
+        named = set(self.classes)
+        for node in self.tree.body:
+            if isinstance(node, ast.FunctionDef):
+                named.add(node.name)
+            if isinstance(node, ast.AnnAssign):
+                named.add(node.target.id)
+        self.assertEqual(named, set(jackal_aic.__all__))
+
+    def written(self, name):
+        """Public members that the stub gives a class, those of its bases too."""
+        node = self.classes[name]
+        found = {item.target.id if isinstance(item, ast.AnnAssign) else item.name
+                 for item in node.body if isinstance(item, (ast.AnnAssign, ast.FunctionDef))}
+        for base in node.bases:
+            if base.id in self.classes:
+                found |= self.written(base.id)
+        return {member for member in found if not member.startswith('_')}
+
+    def test_has_the_members_of_the_classes(self):
+        classes = {name: getattr(jackal_aic, name) for name in self.classes}
+        drive = jackal_aic.simulate('box', 'diff_drive', (0.1, 0.0), duration=0.6)
+        for name, there in members(classes).items():
+            if name == 'Drive':
+                there |= set(drive.columns()) | {'events', 'set_points'}
+            self.assertEqual(self.written(name), there, name)
+        self.assertEqual(self.written('Fault'), set(jackal_aic.Fault._fields))
+
+    def test_has_the_parameters_of_the_functions(self):
+        for node in self.tree.body:
+            if isinstance(node, ast.FunctionDef):
+                function = getattr(jackal_aic, node.name)
+                first = inspect.getdoc(function).split('\n')[0]  # that of a function in C++ has its parameters
+                signature = first if '->' in first else str(inspect.signature(function))
+                self.assertEqual([argument.arg for argument in node.args.args + node.args.kwonlyargs],
+                                 re.findall(r'(?:\(|, )(?:\*, )?(\w+)(?=[:=,)])', signature), signature)
+
+
+class Parameters(unittest.TestCase):
+
+    def test_are_those_of_the_files(self):
+        for preset, structure in (('predictive', 'predictive'), ('standard', 'thesis'), ('improved', 'thesis'),
+                                  ('tuned', 'thesis'), ('diff_drive', 'diff_drive')):
+            for model in ('assumed', 'box', 'ground', 'real', 'gazebo'):
+                self.assertEqual(jackal_aic.Parameters(preset, model).structure, structure)
+        standard = jackal_aic.Parameters('standard', 'ground')
+        self.assertEqual(standard['controller.tau'], 0.03)  # Table C-1
+        self.assertEqual(standard['controller.sensory_variances'], [2.0, 2.0, 1e5, 1e5])
+        self.assertEqual(standard['plant_model.dead_time'], 0.08)
+        self.assertIs(jackal_aic.Parameters('predictive', 'assumed')['plant_model.identified'], False)
+
+    def test_survive_as_yaml(self):
+        parameters = jackal_aic.Parameters('predictive', 'ground', overrides={'predictive.reference_time': 0.02, 'limits.linear_speed': 1})
+        with tempfile.TemporaryDirectory() as directory:
+            path = os.path.join(directory, 'all.yaml')
+            with open(path, 'w') as file:
+                file.write(parameters.yaml())
+            again = jackal_aic.Parameters(path)
+        self.assertEqual(again['predictive.reference_time'], 0.02)
+        self.assertEqual(again['limits.linear_speed'], 2.0)  # the robot's file comes after the preset
+
+    def test_go_to_other_processes(self):
+        parameters = jackal_aic.Parameters('predictive', 'ground', overrides={'predictive.reference_time': 0.02})
+        self.assertEqual(pickle.loads(pickle.dumps(parameters)).values(), parameters.values())
+
+    def test_take_numbers_of_numpy(self):
+        changed = jackal_aic.Parameters('predictive', 'ground').replaced(
+            {'predictive.reference_time': numpy.float64(0.02), 'faults.fault_samples': numpy.int64(4), 'predictive.learn_track': False})
+        self.assertEqual(changed['predictive.reference_time'], 0.02)
+        self.assertEqual(changed['faults.fault_samples'], 4)
+        self.assertIs(changed['predictive.learn_track'], False)
+
+    def test_errors_name_value_and_bound(self):
+        def refused(words, *arguments, **overrides):
+            with self.assertRaisesRegex(ValueError, words):
+                jackal_aic.Parameters(*arguments, overrides=overrides)
+        refused(r"preset = 'predictiv': unknown; known: predictive, improved", 'predictiv')
+        refused(r"plant_model = 'moon': unknown; known: assumed, ground", 'standard', 'moon')
+        refused(r'controller.tau = 20: must be in \[1e-05, 10\] s', 'standard', **{'controller.tau': 20})
+        refused(r'controller.tua = 1: unknown key; nearest known keys: controller.tau', 'standard', **{'controller.tua': 1})
+        refused(r'spectral radius .* kappa_a = 80 is too large: stable below', 'standard', 'ground', **{'controller.kappa_a': 80})
+        refused(r"/no/such.yaml", '/no/such.yaml')
+        with self.assertRaises(KeyError):
+            jackal_aic.Parameters()['controller.nothing']
+
+    def test_of_another_structure_make_no_controller(self):
+        with self.assertRaisesRegex(ValueError, 'preset = predictive: has no parameters of a thesis controller'):
+            jackal_aic.ActiveInferenceController(jackal_aic.Parameters('predictive', 'ground'))
+
+
+class Controllers(unittest.TestCase):
+
+    def drive(self, controller, seconds):
+        """Wheel speeds at the end of a drive at 0.5 m/s, on wheels that follow after a lag of 0.1 s."""
+        controller.set_set_point(0.5, 0.0)
+        wheels = command = numpy.zeros(2)
+        for ms in range(round(seconds / STEP)):
+            wheels = wheels + (command - wheels) * STEP / 0.1
+            if ms % 20 == 0:
+                controller.observe(jackal_aic.Observation(ms * STEP, wheels[0], wheels[1], 0.0))
+            if ms % round(1e3 * controller.belief_step) == 0:
+                controller.update_belief()
+            if ms % 20 == 0:
+                command = numpy.array(controller.update_action())
+                controller.hold(*command)
+        return wheels
+
+    def test_of_the_core_drive_by_hand(self):
+        for preset, cls in (('improved', jackal_aic.ActiveInferenceController), ('predictive', jackal_aic.PredictiveController),
+                            ('diff_drive', jackal_aic.DifferentialDrive)):
+            controller = cls(jackal_aic.Parameters(preset, 'ground'))
+            wheels = self.drive(controller, 4.0)
+            self.assertAlmostEqual(0.098 * wheels.mean(), 0.5, delta=0.01, msg=preset)
+
+    def test_believe_in_generalised_coordinates(self):
+        controller = jackal_aic.ActiveInferenceController(jackal_aic.Parameters('standard', 'ground'))
+        self.drive(controller, 3.0)
+        self.assertEqual(controller.belief.shape, (3, 4))
+        self.assertEqual(controller.measurement.shape, (5, 4))
+        self.assertAlmostEqual(controller.belief[0, 0], 0.5, delta=0.01)
+        numpy.testing.assert_array_equal(controller.believed_velocity, controller.belief[:, 0])
+
+    def test_refuse_what_is_no_sample(self):
+        controller = jackal_aic.DifferentialDrive(jackal_aic.Parameters('diff_drive', 'ground'))
+        self.assertFalse(controller.set_set_point(float('nan'), 0.0))
+        self.assertEqual(controller.observe(jackal_aic.Observation(1.0, 0.0, 0.0, 0.0)), 'restarted')
+        self.assertEqual(controller.observe(jackal_aic.Observation(1.0, 0.0, 0.0, 0.0)), 'stale')
+
+    def test_an_observation_knows_its_channels(self):
+        observation = jackal_aic.Observation(0.0, 1.0, 2.0, 3.0, valid=['left', 'gyro'])
+        self.assertEqual(observation.valid, ('left', 'gyro'))
+        with self.assertRaisesRegex(ValueError, "valid = 'middle': unknown; known: left, right, gyro, acceleration"):
+            observation.valid = ['middle']
+
+
+class Mathematics(unittest.TestCase):
+
+    def test_kinematics_are_those_of_the_thesis(self):
+        kinematics = jackal_aic.Kinematics(wheel_radius=0.1, effective_track=0.5)
+        numpy.testing.assert_allclose(kinematics.body_velocity(4.0, 6.0), [0.5, 0.0, 0.4])
+        numpy.testing.assert_allclose(kinematics.wheel_speeds(0.5, 0.4), [4.0, 6.0])
+        numpy.testing.assert_allclose(kinematics.forward_matrix @ [4.0, 6.0], [0.5, 0.0, 0.4])
+        numpy.testing.assert_allclose(kinematics.sensory_map @ [0.5, 0.0, 0.4], [0.4, 4.0, 6.0, 0.0, 0.0])
+        self.assertEqual(kinematics.forward_model.shape, (2, 5))
+        with self.assertRaisesRegex(ValueError, r'robot.wheel_radius = 0: must be in \[0.01, 1\] m'):
+            jackal_aic.Kinematics(wheel_radius=0)
+
+    def test_generalisation_differentiates(self):
+        generalization = jackal_aic.Generalization(orders=2)
+        for i in range(10):
+            time = 0.02 * i
+            self.assertIn(generalization.update(jackal_aic.Observation(time, time ** 2, 0.0, 0.0)), ('accepted', 'restarted'))
+        value, first, second = generalization.measurement[1]
+        self.assertAlmostEqual(value, 0.18 ** 2)
+        self.assertAlmostEqual(first, (0.18 ** 2 - 0.16 ** 2) / 0.02)
+        self.assertAlmostEqual(second, 2.0)
+        self.assertEqual(generalization.update(jackal_aic.Observation(0.1, 0.0, 0.0, 0.0)), 'stale')
+
+    def test_certificate_says_how_far_a_loop_is_from_its_limit(self):
+        parameters = jackal_aic.Parameters('predictive', 'ground')
+        certificate = jackal_aic.certify(parameters)
+        self.assertTrue(certificate.stable)
+        self.assertLess(certificate.loop_spectral_radius, 1.0)
+        self.assertIn('Stable with room', certificate.advice)
+        beyond = {'dead_time': 0.08 + certificate.delay_margin + 0.005}
+        self.assertFalse(jackal_aic.certify(parameters, beyond).stable)
+        before = {'dead_time': 0.08 + certificate.delay_margin - 0.005}
+        self.assertTrue(jackal_aic.certify(parameters, before).stable)
+        self.assertEqual(certificate.straight.spectral_radius, certificate.turn.spectral_radius)
+        with self.assertRaisesRegex(ValueError, 'plant_model.dead_tim = 0.1: unknown key'):
+            jackal_aic.certify(parameters, {'dead_tim': 0.1})
+        with self.assertRaisesRegex(ValueError, 'diff_drive: is no closed loop'):
+            jackal_aic.certify(jackal_aic.Parameters('diff_drive', 'ground'))
+
+
+class Robot(unittest.TestCase):
+    """Identification, odometry and fault monitor on a simulated drive."""
+
+    @classmethod
+    def setUpClass(cls):
+        motion = [(0.5, 0.0), (0.0, 0.0), (0.3, 0.5), (-0.5, 0.0), (0.0, -0.8), (0.8, 0.0), (0.2, 0.5), (0.0, 0.0), (0.6, 0.0)]
+        points = [(0.5 + i, speed, yaw_rate) for i, (speed, yaw_rate) in enumerate(motion)]
+        cls.drive = jackal_aic.simulate('ground', 'diff_drive', points, duration=11.0)
+        cls.samples = slice(0, None, 20)  # of the sensors
+
+    def table(self, *names):
+        return numpy.column_stack([getattr(self.drive, name)[self.samples] for name in ('time',) + names])
+
+    def observations(self):
+        for time, left, right, yaw_rate in self.table('measured_left', 'measured_right', 'measured_yaw_rate'):
+            yield jackal_aic.Observation(time, left, right, yaw_rate, acceleration_z=9.81, valid=['left', 'right', 'gyro'])
+
+    def test_identification_finds_the_drive_train(self):
+        found = jackal_aic.identify(self.table('command_left', 'command_right'), self.table('measured_left', 'measured_right'),
+                                    self.table('measured_yaw_rate'))
+        self.assertAlmostEqual(found.dead_time.value, 0.08, delta=0.005)
+        self.assertAlmostEqual(found.gain.value, 1.0, delta=0.01)
+        self.assertEqual(found.gain.unknown, '')
+        with self.assertRaisesRegex(ValueError, r'wheels: must have the shape \(n, 3\)'):
+            jackal_aic.identify(numpy.zeros((200, 3)), numpy.zeros((200, 2)))
+        with self.assertRaisesRegex(ValueError, 'wheel speeds: 3 samples, at least 100 are needed'):
+            jackal_aic.identify(numpy.zeros((3, 3)), numpy.zeros((3, 3)))
+
+    def test_odometry_follows_the_robot(self):
+        odometry = jackal_aic.Odometry(jackal_aic.Parameters('predictive', 'ground'))
+        commands = self.table('command_left', 'command_right')[:, 1:]
+        for command, observation in zip(commands, self.observations()):
+            odometry.observe(observation)
+            odometry.advance(command[0], command[1], 0.02)
+        x, y, heading = odometry.pose
+        self.assertLess(numpy.hypot(x - self.drive.x[-1], y - self.drive.y[-1]), 0.1)
+        self.assertAlmostEqual(heading, self.drive.heading[-1], delta=0.1)
+        self.assertAlmostEqual(odometry.motion[0], self.drive.speed[-1], delta=0.05)
+        self.assertEqual(odometry.pose_covariance.shape, (3, 3))
+        self.assertTrue((numpy.linalg.eigvalsh(odometry.motion_covariance) > 0).all())
+
+    def test_fault_monitor_names_a_dead_encoder(self):
+        monitor = jackal_aic.FaultMonitor(jackal_aic.Parameters('predictive', 'ground'))
+        commands = self.table('command_left', 'command_right')[:, 1:]
+        before = 0
+        for command, observation in zip(commands, self.observations()):
+            if observation.stamp > 6.0:
+                observation.wheel_left = 0.0
+            report = monitor.check(observation)
+            before += report.faulty and observation.stamp <= 6.0
+            monitor.advance(tuple(command), 0.02)
+        self.assertEqual(before, 0)
+        self.assertTrue(report.faulty)
+        self.assertEqual(report.fault, 'left encoder wrong')
+        self.assertNotIn('left', report.valid)
+        self.assertGreater(report.distances['left'], 1.0)
+
+
+class Loop(unittest.TestCase):
+    """The drive loop fed by hand."""
+
+    def setUp(self):
+        self.loop = jackal_aic.DriveLoop(jackal_aic.Parameters('predictive', 'ground'))
+        self.wheels = self.command = numpy.zeros(2)
+        self.ms = 0
+
+    def run_for(self, seconds, speed, sensors=True):
+        for _ in range(round(seconds / STEP)):
+            now = self.ms * STEP
+            self.wheels = self.wheels + (self.command - self.wheels) * STEP / 0.1
+            if speed is not None and self.ms % 100 == 0:
+                self.loop.set_set_point(speed, 0.0, now)
+            if sensors and self.ms % 20 == 0:
+                self.assertTrue(self.loop.observe(jackal_aic.Observation(now, *(self.wheels + 1e-6 * self.ms), yaw_rate=1e-6 * self.ms), now))
+            command = self.loop.advance(now)
+            if command is not None:
+                self.command = numpy.array(command)
+            self.ms += 1
+
+    def test_needs_a_zero_first(self):
+        self.run_for(1.0, 0.5)
+        self.assertEqual(self.loop.command, (0.0, 0.0))
+        self.assertIn('set points not zero since the start', self.loop.reason)
+
+    def test_drives_and_stands_after_a_missing_set_point(self):
+        self.run_for(0.5, 0.0)
+        self.run_for(3.0, 0.5)
+        self.assertEqual(self.loop.status, 'driving')
+        self.assertEqual(self.loop.cause, '')
+        self.assertAlmostEqual(0.098 * self.wheels.mean(), 0.5, delta=0.02)
+        self.assertAlmostEqual(self.loop.believed_velocity[0], 0.5, delta=0.05)
+        self.run_for(2.0, None)
+        self.assertEqual(self.loop.status, 'stopped')
+        self.assertEqual(self.loop.command, (0.0, 0.0))
+        self.assertRegex(self.loop.cause, 'set point')
+        self.run_for(2.0, 0.5)
+        self.assertEqual(self.loop.status, 'driving')
+
+    def test_names_a_missing_sensor_and_an_emergency_stop(self):
+        self.run_for(0.5, 0.0)
+        self.run_for(1.0, 0.5)
+        self.run_for(1.0, 0.5, sensors=False)
+        self.assertRegex(self.loop.cause, 'wheel speeds')
+        self.loop.report(self.ms * STEP, emergency_stop=True)
+        self.run_for(0.1, 0.5)
+        self.assertRegex(self.loop.cause, 'emergency stop')
+
+    def test_counts_what_it_refuses(self):
+        self.assertEqual(self.loop.set_set_point(float('nan'), 0.0, 0.0), 'not_finite')
+        self.assertEqual(self.loop.set_set_point(1e6, 0.0, 0.0), 'absurd')
+        self.assertEqual(self.loop.set_set_point(3.0, 0.0, 0.0), 'accepted')
+        self.assertEqual(self.loop.set_point.forward, 2.0)
+        self.assertEqual(self.loop.counts['rejected_set_points'], 2)
+        self.assertEqual(self.loop.counts['scaled_set_points'], 1)
+
+    def test_takes_a_controller_of_python(self):
+        class Feedforward(jackal_aic.VelocityController):
+            def act(self, set_point, observation):
+                return jackal_aic.Kinematics().wheel_speeds(set_point.forward, set_point.yaw_rate)
+        self.loop = jackal_aic.DriveLoop(jackal_aic.Parameters('standard', 'ground'), Feedforward())
+        self.run_for(0.5, 0.0)
+        self.run_for(2.0, 0.5)
+        self.assertAlmostEqual(0.098 * self.wheels.mean(), 0.5, delta=0.01)
+
+
+if __name__ == '__main__':
+    rosunit.unitrun('jackal_aic', 'core', '__main__')

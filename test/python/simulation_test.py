@@ -1,0 +1,286 @@
+#!/usr/bin/env python3
+"""jackal_aic.simulate(): the closed loop of robot, sensors and drive loop for Python."""
+
+import concurrent.futures
+import csv
+import pathlib
+import pickle
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import jackal_aic
+import numpy
+import rosunit
+
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+
+
+def same(one, other):
+    """Whether two drives are equal to the bit."""
+    return all(numpy.array_equal(value, other.columns()[name], equal_nan=value.dtype.kind == 'f')
+               for name, value in one.columns().items())
+
+
+class Drives(unittest.TestCase):
+
+    def test_three_lines_suffice(self):
+        drive = jackal_aic.simulate('ground', 'predictive', (0.5, 0.0), duration=3)
+        self.assertAlmostEqual(drive.settling_time('speed'), 0.37, delta=0.05)
+        self.assertEqual(len(drive.time), 3000)
+        self.assertEqual(drive.set_points, [(0.5, 0.5, 0.0)])
+        numpy.testing.assert_array_equal(drive.set_speed, numpy.where(drive.time < 0.5 - 1e-9, 0.0, 0.5))
+        self.assertAlmostEqual(drive.x[-1], drive.speed.sum() * 0.001, delta=0.01)
+        self.assertEqual(drive.events[-1][1], 'driving')
+
+    def test_columns_are_what_data_frames_take(self):
+        columns = jackal_aic.simulate('box', 'standard', (0.3, 0.0), duration=0.6).columns()
+        self.assertEqual(list(columns)[:5], ['time', 'set_speed', 'set_yaw_rate', 'speed', 'yaw_rate'])
+        self.assertEqual({value.shape for value in columns.values()}, {(600,)})
+
+    def test_are_equal_for_an_equal_seed(self):
+        def drive(seed):
+            return jackal_aic.simulate('real', 'predictive', [(0.2, 0.5, 0.3), (1.2, 0.0, 0.0)], duration=2.0, seed=seed)
+        self.assertTrue(same(drive(3), drive(3)))
+        self.assertTrue(same(drive(3), pickle.loads(pickle.dumps(drive(3)))))
+        self.assertFalse(same(drive(3), drive(4)))
+
+    def test_in_threads_are_those_one_after_another(self):
+        def drive(speed):
+            return jackal_aic.simulate('real', Baseline(), (speed, 0.2), duration=2.0)
+        speeds = (0.2, 0.4, 0.6, 0.8)
+        with concurrent.futures.ThreadPoolExecutor(4) as pool:
+            together = list(pool.map(drive, speeds))
+        self.assertTrue(all(same(drive(speed), one) for speed, one in zip(speeds, together)))
+
+    def test_end_with_an_interrupt(self):
+        script = ('import _thread, threading, jackal_aic\n'
+                  'threading.Timer(0.5, _thread.interrupt_main).start()\n'
+                  'try: jackal_aic.simulate("ground", "predictive", (0.5, 0.0), duration=3600.0)\n'
+                  'except KeyboardInterrupt: print("interrupted")')
+        self.assertEqual(subprocess.check_output([sys.executable, '-c', script]), b'interrupted\n')
+
+    def test_on_robots_that_differ(self):
+        def drive(**overrides):
+            return jackal_aic.simulate('ground', 'diff_drive', (0.5, 0.0), overrides={'plant.' + k: v for k, v in overrides.items()})
+
+        def start(drive):
+            return drive.time[numpy.argmax(drive.speed > 0.01)]
+        nominal = drive()
+        self.assertAlmostEqual(start(drive(dead_time=0.16)), start(nominal) + 0.08, delta=0.002)
+        self.assertAlmostEqual(drive(wheel_gain=0.8).response().steady_error, -20.0, delta=0.5)
+        self.assertFalse(same(drive(payload=10.0), nominal))
+        self.assertTrue(numpy.isnan(nominal.believed_speed).all())
+
+    def test_with_parameters_keep_to_the_limits_of_the_node(self):
+        slow = jackal_aic.Parameters('predictive', 'ground', overrides={'limits.linear_speed': 0.3})
+        drive = jackal_aic.simulate('ground', slow, (0.5, 0.0))
+        self.assertAlmostEqual(drive.speed[-1], 0.3, delta=0.02)
+
+    def test_of_a_turn_settle_too(self):
+        drive = jackal_aic.simulate('ground', 'predictive', (0.0, 0.5), duration=4.0)
+        self.assertLess(drive.settling_time('yaw_rate'), 2.0)
+        with self.assertRaisesRegex(ValueError, "channel = 'speed': its set point never changes"):
+            drive.settling_time()
+
+    def test_errors_name_value_and_bound(self):
+        def refused(words, *arguments, **options):
+            with self.assertRaisesRegex(ValueError, words):
+                jackal_aic.simulate(*arguments, **options)
+        refused(r"plant = 'moon': unknown; known: box, ground, real", 'moon', 'predictive', (0.5, 0.0))
+        refused(r"controller = 'pid': unknown; known: diff_drive", 'ground', 'pid', (0.5, 0.0))
+        refused(r'controller = int: must be a VelocityController', 'ground', 3, (0.5, 0.0))
+        refused(r'duration = 4000: must be above 0 and at most 3600 s', 'ground', 'predictive', (0.5, 0.0), duration=4000)
+        refused(r'set_points\[0\]: speed = 50: must be within \+-10 m/s', 'ground', 'predictive', (50.0, 0.0))
+        refused(r'set_points\[1\]: time = 1: must be later than that before it, 1 s', 'ground', 'predictive', [(1, 0.5, 0), (1, 0, 0)])
+        refused(r'set_points\[0\]: time = 5: must be in \[0, 3\) s', 'ground', 'predictive', [(5, 0.5, 0)])
+        refused(r'set_points: must be \(speed, yaw rate\) or a list', 'ground', 'predictive', (0.5,))
+        refused(r'set_points = \[\]: must hold at least one', 'ground', 'predictive', [])
+        refused(r'plant.dead_time = 3: must be in \[0, 2\] s', 'ground', 'predictive', (0.5, 0), overrides={'plant.dead_time': 3})
+        refused(r'plant.seed = -1: ', 'ground', 'predictive', (0.5, 0), seed=-1)
+        refused(r'plant.mass = 3: unknown key', 'ground', 'predictive', (0.5, 0), overrides={'plant.mass': 3})
+        refused(r'controller.kappa_a = 3: unknown key for this controller', 'ground', Baseline(), (0.5, 0), overrides={'controller.kappa_a': 3})
+        refused(r'controller.kappa_a = 3: unknown key for this controller', 'ground', jackal_aic.Parameters('standard', 'ground'), (0.5, 0),
+                overrides={'controller.kappa_a': 3})
+        refused(r"fault 'melt': unknown; known: freeze", 'ground', 'predictive', (0.5, 0), faults=[jackal_aic.Fault('melt')])
+        refused(r"fault 'push': channel = 'left': must be one of forward, yaw_rate", 'ground', 'predictive', (0.5, 0),
+                faults=[jackal_aic.Fault('push', 1.0, 'left', 100.0)])
+
+
+class Figures(unittest.TestCase):
+    """Those of the closed loop in C++."""
+
+    def test_are_those_of_the_command_line(self):
+        drive = jackal_aic.simulate('ground', 'predictive', (0.5, 0.0), duration=2.5, overrides={'plant.wheel_gain': 0.9})
+        with tempfile.TemporaryDirectory() as directory:
+            trace = pathlib.Path(directory) / 'trace.csv'
+            subprocess.check_output(['rosrun', 'jackal_aic', 'experiments', 'step', '--controller', 'predictive', '--plant', 'ground',
+                                     '--step', '0.5', '--duration', '2', '--set', 'plant.wheel_gain=0.9', '--trace', str(trace)])
+            samples = list(csv.DictReader(trace.open()))
+        every = slice(0, None, 10)  # ms
+        self.assertEqual(len(samples), len(drive.time[every]))
+        for ours, theirs in (('time', 'time_s'), ('speed', 'velocity_mps'), ('yaw_rate', 'yaw_rate_radps'), ('measured_speed', 'measured_mps'),
+                             ('believed_speed', 'belief_mps'), ('command_left', 'command_left_radps')):
+            wanted = [float(sample[theirs]) for sample in samples]
+            numpy.testing.assert_allclose(getattr(drive, ours)[every], wanted, rtol=1e-5, atol=1e-9, err_msg=ours)
+
+    def test_are_those_of_the_golden_tables(self):
+        compared = 0
+        for table in ('table_3-1a', 'table_3-1b', 'table_5-6'):
+            for row in csv.DictReader((SOURCE / 'test/closed_loop/golden' / (table + '.csv')).open()):
+                overrides = {'controller.' + key: row[key] for key in ('integrator', 'tau', 'kappa_mu', 'kappa_a', 'orders') if row[key]}
+                if row['belief_hz']:
+                    overrides.update({'controller.belief_rate': row['belief_hz'], 'controller.action_rate': row['action_hz']})
+                drive = jackal_aic.simulate(row['plant'], row['controller'], (float(row['step_mps']), float(row['step_radps'])),
+                                            duration=4.5, overrides=overrides, as_printed=True)
+                response = drive.response()
+                for column, value in (('settling_s', response.settling_time), ('rise_s', response.rise_time),
+                                      ('overshoot_pct', response.overshoot), ('steady_error_pct', response.steady_error)):
+                    self.assertEqual(value is None, row[column] == '', (table, row))
+                    if value is not None:
+                        self.assertAlmostEqual(value, float(row[column]), delta=max(0.005, 0.01 * abs(value)), msg=(table, row))
+                        compared += 1
+        self.assertGreater(compared, 80)
+
+
+class Faults(unittest.TestCase):
+
+    def named(self, fault, **options):
+        drive = jackal_aic.simulate('ground', 'predictive', (0.5, 0.3), duration=5.0, faults=fault, **options)
+        found = [(time, text) for time, text in drive.events if 'driving' != text and 'idle' != text]
+        start = fault['start'] if isinstance(fault, dict) else fault.start
+        self.assertTrue(all(time > start for time, text in found), found)
+        return drive, ' '.join(text for time, text in found)
+
+    def test_are_named_by_the_monitor(self):
+        for fault, name in ((jackal_aic.Fault('set', 2.0, 'left', 0.0), 'left encoder wrong'),
+                            (jackal_aic.Fault('freeze', 2.0, 'gyro'), 'gyro frozen'),
+                            (jackal_aic.Fault('scale', 2.0, 'gyro', -1.0), 'gyro turns against the wheels'),
+                            (jackal_aic.Fault('lost', 2.0, 'right'), 'right encoder lost'),
+                            (dict(kind='upside_down', start=2.0), 'IMU upside down'),
+                            (jackal_aic.Fault('blocked', 2.0, 'left'), 'left wheels do not follow their command')):
+            drive, text = self.named(fault)
+            self.assertIn(name, text)
+        self.assertEqual(jackal_aic.STATUSES[drive.status[-1]], 'faulted')
+        self.assertEqual(jackal_aic.FAULTS[drive.fault[-1]], 'left wheels do not follow their command')
+        self.assertAlmostEqual(drive.speed[-1], 0.0, delta=0.01)
+
+    def test_pass_unnoticed_without_the_monitor(self):
+        drive, text = self.named(jackal_aic.Fault('set', 2.0, 'left', 0.0), monitor=False)
+        self.assertEqual(text, '')
+
+    def test_of_a_healthy_robot_there_is_none(self):
+        drive = jackal_aic.simulate('real', 'predictive', (0.5, 0.3), duration=5.0, monitor=True)
+        self.assertFalse([text for time, text in drive.events if ':' in text], drive.events)
+
+    def test_meet_the_loss_policy_of_the_node_with_parameters(self):
+        parameters = jackal_aic.Parameters('predictive', 'ground')
+        drive = jackal_aic.simulate('ground', parameters, (0.5, 0.0), duration=5.0, faults=[jackal_aic.Fault('lost', 2.0, 'all')])
+        self.assertEqual(jackal_aic.CAUSES[drive.cause[-1]], 'wheel speeds too old')
+        self.assertAlmostEqual(drive.speed[-1], 0.0, delta=0.01)
+
+    def test_end_with_their_duration(self):
+        drive = jackal_aic.simulate('ground', 'diff_drive', (0.5, 0.0), duration=4.0, monitor=False,
+                                    faults=[jackal_aic.Fault('set', 2.0, 'left', 7.0, duration=0.5)])
+        times = drive.time[drive.measured_left == 7.0]
+        self.assertAlmostEqual(times[0], 2.0, delta=0.021)
+        self.assertAlmostEqual(times[-1], 2.5, delta=0.021)
+
+
+class Baseline(jackal_aic.VelocityController):
+    """The differential drive of config/diff_drive.yaml, in Python."""
+
+    def reset(self):
+        self.kinematics = jackal_aic.Kinematics(effective_track=0.563385)
+        self.forward = self.yaw_rate = 0.0
+
+    def act(self, set_point, observation):
+        def towards(value, wanted, change):
+            return value + min(max(wanted - value, -change), change)
+        self.forward = towards(self.forward, set_point.forward, 20.0 / self.rate)
+        self.yaw_rate = towards(self.yaw_rate, set_point.yaw_rate, 25.0 / self.rate)
+        return self.kinematics.wheel_speeds(self.forward, self.yaw_rate)
+
+
+class OwnControllers(unittest.TestCase):
+
+    def test_equal_to_that_of_the_core_give_the_same_drive(self):
+        points = [(0.5, 0.8, 0.0), (1.5, 0.2, 0.9), (2.5, -0.5, 0.0)]
+        theirs = jackal_aic.simulate('ground', 'diff_drive', points, duration=3.5)
+        own = Baseline()
+        for _ in range(2):  # a second drive begins from rest again
+            ours = jackal_aic.simulate('ground', own, points, duration=3.5)
+            numpy.testing.assert_allclose(ours.command_right, theirs.command_right, rtol=1e-12)
+            numpy.testing.assert_allclose(ours.speed, theirs.speed, atol=1e-9)
+
+    def test_see_what_the_loop_sees_at_their_rate(self):
+        class Listener(Baseline):
+            seen = []
+
+            def act(self, set_point, observation):
+                self.seen.append((set_point.forward, observation.stamp, observation.wheel_left, self.applied))
+                return super().act(set_point, observation)
+        drive = jackal_aic.simulate('ground', Listener(), (0.5, 0.0), duration=2.0)
+        self.assertEqual(len(Listener.seen), 99)  # 50 Hz from 0.02 s on
+        forward, stamp, left, applied = Listener.seen[-1]
+        now = numpy.searchsorted(drive.time, stamp)
+        self.assertEqual(forward, 0.5)
+        self.assertAlmostEqual(left, drive.measured_left[now])
+        self.assertEqual(applied[0], drive.command_left[now - 1])
+
+    def test_may_have_a_rate_and_a_belief(self):
+        class Believer(Baseline):
+            rate = 100.0
+            calls = 0
+
+            def act(self, set_point, observation):
+                self.calls += 1
+                self.believed = (0.098 * observation.wheel_left, observation.yaw_rate)
+                return super().act(set_point, observation)
+        own = Believer()
+        drive = jackal_aic.simulate('ground', own, (0.5, 0.0), duration=2.0)
+        self.assertAlmostEqual(own.calls, 200, delta=2)
+        self.assertAlmostEqual(drive.believed_speed[-1], 0.5, delta=0.05)
+
+    def test_raise_through_the_loop(self):
+        class Broken(jackal_aic.VelocityController):
+            def act(self, set_point, observation):
+                raise KeyError('mine')
+        with self.assertRaisesRegex(KeyError, 'mine'):
+            jackal_aic.simulate('ground', Broken(), (0.5, 0.0))
+
+        class Endless(jackal_aic.VelocityController):
+            def act(self, set_point, observation):
+                return float('inf'), 0.0
+        with self.assertRaisesRegex(ValueError, r'act\(\) = \(inf, 0\) rad/s: must be finite'):
+            jackal_aic.simulate('ground', Endless(), (0.5, 0.0))
+
+        class Slow(Baseline):
+            rate = 30.0
+        with self.assertRaisesRegex(ValueError, r'Slow.rate = 30 Hz: must be in \[1, 1000\] and divide 1000'):
+            jackal_aic.simulate('ground', Slow(), (0.5, 0.0))
+
+
+class Examples(unittest.TestCase):
+
+    def output(self, *command):
+        with tempfile.TemporaryDirectory() as directory:
+            text = subprocess.check_output(('/usr/bin/python3', str(SOURCE / 'sim/lab/examples' / command[0])) + command[1:],
+                                           cwd=directory, universal_newlines=True)
+            return text, {path.name: path.stat().st_size for path in pathlib.Path(directory).iterdir()}
+
+    def test_the_first_drive_draws_a_picture(self):
+        text, files = self.output('first_drive.py')
+        self.assertIn('Wrote first_drive.png', text)
+        self.assertGreater(files['first_drive.png'], 10000)
+        self.assertLessEqual((SOURCE / 'sim/lab/examples/first_drive.py').read_text().count('\n'), 30)
+
+    def test_the_own_controller_drives_beside_ours(self):
+        text, _ = self.output('own_controller.py')
+        self.assertEqual([line.split()[0] for line in text.splitlines()], ['PI', 'PI', 'predictive', 'predictive'])
+        self.assertNotIn('settling never', text)
+
+
+if __name__ == '__main__':
+    rosunit.unitrun('jackal_aic', 'simulation', '__main__')
