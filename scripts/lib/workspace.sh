@@ -58,7 +58,7 @@ require_own_workspace() {
 make_workspace() {
   [[ $repository$workspace != *[[:space:]]* ]] || fail "catkin cannot build in a path with a space: $repository, $workspace"
   require_own_workspace
-  mkdir -p "$workspace" && touch "$workspace/location" && mkdir -p "$workspace/src" "$workspace/log" || fail "cannot write to $workspace"
+  { mkdir -p "$workspace" && touch "$workspace/location" && mkdir -p "$workspace/src" "$workspace/log"; } || fail "cannot write to $workspace"
   # A checkout in the src directory of a workspace of the user would else hold the package twice.
   touch "$workspace/CATKIN_IGNORE"
   workspace=$(cd "$workspace" && pwd -P)
