@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <set>
 #include <string>
 
@@ -11,6 +12,8 @@
 
 namespace jackal_aic {
 namespace {
+
+namespace fs = std::filesystem;
 
 /// What is between two texts of a page.
 std::string between(const std::string& page, const std::string& begin, const std::string& end) {
@@ -36,6 +39,26 @@ TEST(RobotBuild, HasTheNodeThePluginAndTheToolsOfARobot) {
             found(between(textOf("doc/reference/programs.md"), "programs: ", ". The controller"), "`(\\w+)`"));
   EXPECT_LE(found(said, "library: (\\S+)\n").size(), 4u);
   EXPECT_NE(said.find("library: libjackal_aic_ros_control.so\n"), std::string::npos);
+}
+
+/// As the rooms lie above each other: the simulation knows the core, the node and the tools, and none of them knows it.
+TEST(RobotBuild, NoSourceIncludesAHeaderOfTheSimulation) {
+  std::set<std::string> simulation;
+  for (const auto& entry : fs::recursive_directory_iterator(kRoot / "sim")) {
+    if (entry.path().extension() == ".hpp") simulation.insert(entry.path().filename());
+  }
+  EXPECT_GT(simulation.size(), 30u);
+  int sources = 0;
+  for (const char* directory : {"include", "src"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / directory)) {
+      if (entry.path().extension() != ".cpp" && entry.path().extension() != ".hpp") continue;
+      for (const std::string& header : found(textOf(entry.path()), "#include \"(?:[^\"]*/)?([^\"/]+)\"")) {
+        EXPECT_EQ(simulation.count(header), 0u) << entry.path() << ": " << header;
+      }
+      ++sources;
+    }
+  }
+  EXPECT_GT(sources, 100);
 }
 
 /// What a robot may leave uninstalled is a part of package.xml; rosdep is told of it.
