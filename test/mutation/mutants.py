@@ -171,7 +171,8 @@ class Workshop:
         own = str(self.target / (source + ".o"))
         for command in ([*self.compiler, "-x", "c++-header", str(ROOT / "include" / name), "-o", str(out)],
                         [*self.compiler, "-c", str(ROOT / source), "-o", str(self.original(source))],
-                        [self.link[0], "-fPIC", "-O3", "-w", "-nostdlib", "-r", "-flinker-output=nolto-rel", "-o", str(self.rest(source)),
+                        [self.link[0], "-fPIC", "-O3", "-w", "-nostdlib", "-r", "-flinker-output=nolto-rel", "-flto-partition=none",
+                         "-o", str(self.rest(source)),
                          *[part for part in self.objects() if part != own]]):
             subprocess.run(command, cwd=self.build, capture_output=True, check=True)
 
