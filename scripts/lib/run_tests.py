@@ -98,6 +98,23 @@ def registered_tests(build):
     return sorted(found, key=lambda test: -test[1].get('COST', 0.0))
 
 
+def build_targets(tests):
+    """What make has to build for tests. A gtest is a target of its name; a rostest names the gtests that it starts, which depend on
+    the nodes. Tests with the label nodes and checks of launch files start programs as a user does, and need all of them."""
+    targets = set()
+    for (name, command, _, _), properties in tests:
+        kind, test = name.split(' ', 1)
+        if kind == 'gtest':
+            targets.add(test)
+        elif kind == 'rostest':
+            words = ' '.join(command).split()
+            launch = next(word for word in words if word.endswith('.xml') and word.startswith('/') and '/test_results/' not in word)
+            targets.update(re.findall(r'<test\s[^>]*type="(\w+)"', pathlib.Path(launch).read_text()))
+        if kind not in ('gtest', 'rostest') or 'nodes' in properties.get('LABELS', []):
+            targets.add('all')
+    return sorted(targets)
+
+
 def starts_nodes(test, properties):
     """Whether a test mostly waits for nodes that it has started."""
     return test[0].startswith('rostest') or 'nodes' in properties.get('LABELS', [])
@@ -259,7 +276,8 @@ def completed(runner, groups, show):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, prog='run_tests')
     parser.add_argument('workspace', type=pathlib.Path)
-    parser.add_argument('--only', default='', type=re.compile, help='regular expression')
+    parser.add_argument('--only', default='', help='regular expression')
+    parser.add_argument('--targets', action='store_true', help='print what make has to build for these tests, and end')
     parser.add_argument('--findings', type=pathlib.Path, help='directory for the reports of the sanitizers')
     parser.add_argument('--jobs', default=len(os.sched_getaffinity(0)), type=int,
                         help='tests at a time that compute, and half as many more that wait')
@@ -268,9 +286,17 @@ def main():
     arguments = parser.parse_args()
 
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
-    tests = [test for test in registered_tests(arguments.workspace / 'build') if arguments.only.search(test[0][0])]
+    try:
+        only = re.compile(arguments.only)
+    except re.error as error:
+        sys.exit(f'test: --only {arguments.only}: no regular expression: {error}')
+    tests = [test for test in registered_tests(arguments.workspace / 'build') if only.search(test[0][0])]
     if not tests:
-        sys.exit(f'run_tests: no test matches "{arguments.only.pattern}"')
+        sys.exit(f'test: --only {arguments.only}: no test has such a name; names are "gtest drive_gate_test", '
+                 f'"rostest test_node_gate.xml"')
+    if arguments.targets:
+        print(*build_targets(tests))
+        return 0
     serial = [test for test, properties in tests if properties.get('RUN_SERIAL', False)]
     waiting = [test for test, properties in tests if starts_nodes(test, properties) and test not in serial]
     computing = [in_the_background(test) for test, _ in tests if test not in serial and test not in waiting]

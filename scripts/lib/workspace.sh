@@ -39,15 +39,26 @@ source_ros() {
   set -u
 }
 
+# Whether the directory of the workspace is one that these scripts made (it holds the file `location` then), empty or not there yet.
+# What else a user has there is neither used nor deleted.
+require_own_workspace() {
+  local owner='' place=''
+  if [[ -f $workspace/location ]]; then
+    read -r owner place <"$workspace/location" || true
+    [[ -z $owner || $owner$place == /*/* ]] || fail "$workspace/location was not written by these scripts: set JACKAL_AIC_WS to an empty directory"
+    [[ -z $owner || $owner == "$repository" || ! -e $owner/package.xml || $place != "$(cd "$workspace" && pwd -P)" ]] ||
+      fail "$workspace is the workspace of the checkout $owner: set JACKAL_AIC_WS to an empty directory"
+  elif [[ -e $workspace && ! -d $workspace ]]; then
+    fail "$workspace is no directory: set JACKAL_AIC_WS to an empty directory"
+  elif [[ -d $workspace && -n $(ls -A "$workspace") ]]; then
+    fail "$workspace holds files that these scripts did not make: set JACKAL_AIC_WS to an empty directory"
+  fi
+}
+
 make_workspace() {
-  local entry
   [[ $repository$workspace != *[[:space:]]* ]] || fail "catkin cannot build in a path with a space: $repository, $workspace"
-  # Build and devel of another checkout are thrown away, those of a workspace that no script made are not.
-  for entry in "$workspace"/{build,devel,src/*}; do
-    [[ ! -e $entry || -e $workspace/location ]] ||
-      fail "$workspace holds ${entry#"$workspace/"} of another workspace: set JACKAL_AIC_WS to an empty directory"
-  done
-  mkdir -p "$workspace/src" "$workspace/log" || fail "cannot write to $workspace"
+  require_own_workspace
+  { mkdir -p "$workspace" && touch "$workspace/location" && mkdir -p "$workspace/src" "$workspace/log"; } || fail "cannot write to $workspace"
   # A checkout in the src directory of a workspace of the user would else hold the package twice.
   touch "$workspace/CATKIN_IGNORE"
   workspace=$(cd "$workspace" && pwd -P)
@@ -113,11 +124,13 @@ build_jobs() {
   printf '%d' $((memory < processors ? memory : processors))
 }
 
-# build_workspace TARGET: builds, then shows the compiler's own words if it failed.
+# build_workspace TARGETS: builds them (one or more words), then shows the compiler's own words if that failed.
 build_workspace() {
-  local target=$1 log=$workspace/log/build_$1.log
-  run_phase "Building jackal_aic: $target" "$log" catkin_make -C "$workspace" -j"${JACKAL_AIC_JOBS:-$(build_jobs)}" \
-    "${cmake_arguments[@]}" -DPYTHON_EXECUTABLE=/usr/bin/python3 "$target" || {
+  local targets log
+  read -ra targets <<<"$1"
+  log=$workspace/log/build_${targets[0]}.log
+  run_phase "Building jackal_aic: ${targets[0]}" "$log" catkin_make -C "$workspace" -j"${JACKAL_AIC_JOBS:-$(build_jobs)}" \
+    "${cmake_arguments[@]}" -DPYTHON_EXECUTABLE=/usr/bin/python3 "${targets[@]}" || {
     grep -m 20 -A 4 -E '(error|Error|ERROR)[: ]|undefined reference' "$log" >&2 || tail -n 30 "$log" >&2
     fail "the build failed (log: $log)"
   }
@@ -130,7 +143,7 @@ install_rviz() {
   install_packages "$workspace/log/install_rviz.log" "$rviz_package"
 }
 
-# set_up TARGET...: from a bare machine to a built and sourced workspace.
+# set_up TARGETS...: from a bare machine to a built and sourced workspace; the targets of an argument are built in one go.
 set_up() {
   local lock target
   detect_system

@@ -9,10 +9,10 @@
 #include <ostream>
 #include <variant>
 
+#include "controller_file.hpp"
 #include "jackal_aic/certificate/certificate.hpp"
 #include "jackal_aic/certificate/jitter_search.hpp"
 #include "jackal_aic/config/yaml_text.hpp"
-#include "tool_files.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -196,7 +196,7 @@ po::options_description optionsOfAnalyze() {
       "CONFIG.yaml: gains (controller.* or predictive.*), geometry (robot.*), the drive train that a predictive "
       "controller believes in (plant_model.*; by default the plant itself)");
   options.add_options()("plant", po::value<std::string>(),
-                        "PLANT.yaml: a plant model (plant_model.*) or a simulated robot (plant.*); by default what "
+                        "PLANT.yaml: a plant model (plant_model.*), as identify writes it; by default what "
                         "config/jackal_model.yaml assumes");
   options.add_options()(
       "jitter",
@@ -227,7 +227,7 @@ int analyze(const std::vector<std::string>& arguments, std::ostream& out) {
   PlantModel assumed;
   assumed.identified = false;
   const PlantModel given_plant =
-      given.count("plant") > 0 ? readPlantFile(given["plant"].as<std::string>()).model : assumed;
+      given.count("plant") > 0 ? readPlantModelFile(given["plant"].as<std::string>()) : assumed;
   const PlantModel plant = drivenModel(given_plant);
   const bool jitter = given.count("jitter") > 0;
   const ControllerFile file = readControllerFile(path);

@@ -31,6 +31,7 @@ struct Options {
   double wheel_distance = 0.376;  // m
   double slip_factor = 1.0;
   std::string imu_rotation;
+  bool no_plot = false;
   jackal_aic::BagTopics topics;
 };
 
@@ -94,7 +95,8 @@ bool parse(int argc, char** argv, Options& options) {
       "write the plant model as YAML; a file of this name is kept as NAME.1, NAME.2, ...")(
       "robot", po::value(&options.robot), "which robot it is, in a few words, for the plant model")(
       "plot", po::value(&options.plot), "picture to write (default: the bag's name with _identification.png)")(
-      "csv", po::value(&options.csv), "write measured and fitted wheel speeds")(
+      "no-plot", po::bool_switch(&options.no_plot), "draw no picture")("csv", po::value(&options.csv),
+                                                                       "write measured and fitted wheel speeds")(
       "wheel-radius", po::value(&options.wheel_radius)->default_value(options.wheel_radius, "0.098"), "m")(
       "wheel-distance", po::value(&options.wheel_distance)->default_value(options.wheel_distance, "0.376"),
       "of the left wheels from the right ones, m: no robot turns by less")(
@@ -125,6 +127,7 @@ bool parse(int argc, char** argv, Options& options) {
     return false;
   }
   if (options.bag.empty()) throw po::error("no bag given; usage: identify BAG [--out plant_model.yaml], see --help");
+  if (options.no_plot && !options.plot.empty()) throw po::error("--plot and --no-plot: give one of them");
   const auto within = [](double value) { return value >= 0.001 && value <= 10.0; };
   if (!within(options.wheel_radius)) throw po::error("--wheel-radius must be in [0.001, 10] m");
   if (!within(options.wheel_distance)) throw po::error("--wheel-distance must be in [0.001, 10] m");
@@ -181,7 +184,7 @@ class TemporaryDirectory {
 
 /// Draws the picture by the package's matplotlib script.
 void plot(const std::string& csv, const std::string& picture) {
-  const std::string script = ros::package::getPath("jackal_aic") + "/sim/report/plot_identification.py";
+  const std::string script = ros::package::getPath("jackal_aic") + "/src/tools/view/plot_identification.py";
   const pid_t child = fork();
   if (child == 0) {
     execl("/usr/bin/python3", "python3", script.c_str(), csv.c_str(), picture.c_str(), static_cast<char*>(nullptr));
@@ -189,19 +192,31 @@ void plot(const std::string& csv, const std::string& picture) {
   }
   int status = 0;
   if (child < 0 || waitpid(child, &status, 0) != child || status != 0) {
-    throw IdentificationError(picture + ": could not be drawn; " + script + " says why above");
+    throw IdentificationError(picture + ": could not be drawn, as said above; --no-plot leaves it out");
   }
 }
 
-/// Writes the table that was asked for, and the picture.
-void show(const Options& options, const std::string& table) {
-  if (!options.csv.empty()) write(options.csv, table);
-  const TemporaryDirectory directory;
-  const std::string csv = options.csv.empty() ? directory.path() + "/identification.csv" : options.csv;
-  if (options.csv.empty()) write(csv, table);
+/// Writes the table if it was asked for.
+void writeTable(const Options& options, const std::string& table) {
+  if (options.csv.empty()) return;
+  write(options.csv, table);
+  std::cout << "Table: " << jackal_aic::onOneLine(options.csv) << "\n";
+}
+
+/// Draws the picture of a table. Only one that was asked for is a reason to fail.
+void drawTable(const Options& options, const std::string& table) {
+  if (options.no_plot) return;
   const std::string picture = options.plot.empty() ? pictureOf(options.bag) : options.plot;
-  plot(csv, picture);
-  std::cout << "Figure: " << jackal_aic::onOneLine(picture) << "\n";
+  try {
+    const TemporaryDirectory directory;
+    const std::string csv = directory.path() + "/identification.csv";
+    write(csv, table);
+    plot(csv, picture);
+    std::cout << "Figure: " << jackal_aic::onOneLine(picture) << "\n";
+  } catch (const std::exception& error) {
+    if (!options.plot.empty()) throw;
+    std::cerr << "identify: " << jackal_aic::onOneLine(error.what()) << "\n";
+  }
 }
 
 /// A time of the recording's clock as a date; empty if the clock is a simulation's.
@@ -237,14 +252,10 @@ void identify(const Options& options) {
     std::cout << "Plant model: " << jackal_aic::onOneLine(options.out) << "\n";
     if (!earlier.empty()) std::cout << "The earlier plant model is now " << jackal_aic::onOneLine(earlier) << "\n";
   }
+  const std::string table = jackal_aic::identificationCsv(recording, result);
+  writeTable(options, table);
   std::cout.flush();
-  try {
-    show(options, jackal_aic::identificationCsv(recording, result));
-  } catch (const std::exception& error) {
-    // A picture that was not asked for is no reason to fail.
-    if (!options.plot.empty() || !options.csv.empty()) throw;
-    std::cerr << "identify: " << jackal_aic::onOneLine(error.what()) << "\n";
-  }
+  drawTable(options, table);
 }
 
 }  // namespace

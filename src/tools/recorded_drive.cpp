@@ -62,7 +62,7 @@ class RecordedOrder : private rosbag::View {
 
 /// Calls back for each message of a topic; stops where that returns false.
 template <class Message, class Take>
-void forEach(const rosbag::Bag& bag, const std::string& topic, Take take) {
+void forEachInOrder(const rosbag::Bag& bag, const std::string& topic, Take take) {
   RecordedOrder(bag, {topic}).forEach([&](const rosbag::MessageInstance& instance) {
     const auto message = instance.instantiate<Message>();
     return !message || take(*message);
@@ -82,7 +82,7 @@ bool RecordedDrive::hasLog() const { return has(topic("jackal_AIC/inputs")); }
 
 std::string RecordedDrive::configuration() const {
   std::string configuration;
-  forEach<LoopInputs>(bag_, topic("jackal_AIC/inputs"), [&](const LoopInputs& message) {
+  forEachInOrder<LoopInputs>(bag_, topic("jackal_AIC/inputs"), [&](const LoopInputs& message) {
     configuration = message.configuration;
     return configuration.empty();
   });
@@ -91,7 +91,7 @@ std::string RecordedDrive::configuration() const {
 
 std::uint64_t RecordedDrive::firstInput() const {
   std::uint64_t first = 0;
-  forEach<LoopInputs>(bag_, topic("jackal_AIC/inputs"), [&](const LoopInputs& message) {
+  forEachInOrder<LoopInputs>(bag_, topic("jackal_AIC/inputs"), [&](const LoopInputs& message) {
     first = message.first;
     return false;
   });
@@ -100,7 +100,7 @@ std::uint64_t RecordedDrive::firstInput() const {
 
 std::vector<ControllerState> RecordedDrive::states() const {
   std::vector<ControllerState> states;
-  forEach<ControllerState>(bag_, topic("jackal_AIC/state"), [&](const ControllerState& state) {
+  forEachInOrder<ControllerState>(bag_, topic("jackal_AIC/state"), [&](const ControllerState& state) {
     states.push_back(state);
     return true;
   });
@@ -111,7 +111,7 @@ LogReport RecordedDrive::playLog(const Sink& sink) const {
   LogReport report;
   bool any = false;
   std::uint64_t next = 0;
-  forEach<LoopInputs>(bag_, topic("jackal_AIC/inputs"), [&](const LoopInputs& message) {
+  forEachInOrder<LoopInputs>(bag_, topic("jackal_AIC/inputs"), [&](const LoopInputs& message) {
     if (!any) report.first = message.first;
     report.restarted = any && message.first < next;
     if (report.restarted) return false;

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 #include <fmt/ostream.h>
+#include <fmt/ranges.h>
+#include <ros/package.h>
 
+#include <algorithm>
 #include <boost/program_options.hpp>
 #include <chrono>
 #include <cmath>
@@ -12,15 +15,12 @@
 #include <memory>
 #include <utility>
 
-#include "closed_loop.hpp"
+#include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/text_file.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
-#include "loop_setup.hpp"
 #include "node_parameters.hpp"
-#include "package_files.hpp"
 #include "recorded_drive.hpp"
 #include "state_comparison.hpp"
-#include "tool_files.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -28,7 +28,7 @@ namespace {
 namespace po = boost::program_options;
 
 struct Options {
-  std::string bag, output, preset, robot, plant_model, urdf, plant, name_space = "/";
+  std::string bag, output, preset, robot, plant_model, urdf, name_space = "/";
   std::string set_point = "jackal_AIC/set_point";
   std::vector<std::string> settings;
   bool messages = false, check = false, help = false;
@@ -44,15 +44,13 @@ po::options_description optionsOf(Options& o) {
   add("robot", po::value(&o.robot), "file with other keys of the robot (config/jackal.yaml)");
   add("plant-model", po::value(&o.plant_model), "file with another plant model (plant_model.*, as identify writes)");
   add("set", po::value(&o.settings)->composing(), "key=value: another value of a key; may be repeated");
-  add("plant", po::value(&o.plant),
-      "PLANT.yaml: put the recorded set points on the simulated robot of this file (plant.* or plant_model.*) instead");
   add("messages", po::bool_switch(&o.messages),
       "from the sensors' messages, also if the bag has the log of the controller that recorded it");
   add("namespace", po::value(&o.name_space)->default_value(o.name_space), "of the topics of the robot");
   add("set-point-topic", po::value(&o.set_point)->default_value(o.set_point),
       "geometry_msgs/Twist, for a bag without that log");
   add("urdf", po::value(&o.urdf),
-      "file with the robot's URDF, for a bag without that log; by default the stock Jackal's");
+      "file with the robot's URDF, for a bag without that log; by default the wheels are the stock Jackal's");
   add("check", po::bool_switch(&o.check), "exit with status 1 unless every recorded state is reproduced exactly");
   return options;
 }
@@ -93,10 +91,21 @@ ParameterMap withoutGains(ParameterMap map) {
   return rest;
 }
 
-std::string presetFile(const std::string& preset, const sim::PackageFiles& files) {
+/// A file of the package's config/.
+std::string configFile(const std::string& name) {
+  const std::string package = ros::package::getPath("jackal_aic");
+  if (package.empty()) throw ParameterError("package jackal_aic: not found; source devel/setup.bash of its workspace");
+  return package + "/config/" + name + ".yaml";
+}
+
+std::string presetFile(const std::string& preset) {
   if (preset.find('/') != std::string::npos || preset.find(".yaml") != std::string::npos) return preset;
-  sim::requireKnown("--preset", preset, sim::controllerNames());
-  return files.path("config/" + preset + ".yaml");
+  const std::vector<std::string> presets{"predictive", "improved", "standard", "tuned", "diff_drive"};
+  if (std::find(presets.begin(), presets.end(), preset) == presets.end()) {
+    throw ParameterError(fmt::format("--preset = {}: unknown; known: {}, or a file NAME.yaml", quoted(preset),
+                                     fmt::join(presets, ", ")));
+  }
+  return configFile(preset);
 }
 
 void set(const std::string& setting, ParameterMap& map) {
@@ -107,24 +116,27 @@ void set(const std::string& setting, ParameterMap& map) {
 
 /// The configuration of the controller that is to drive.
 NodeParameters configurationFor(const Options& options, const std::string& recorded) {
-  const sim::PackageFiles files;
   ParameterMap map;
   if (!recorded.empty()) {
     addYamlText(recorded, options.bag + ": configuration", map);
   } else {
-    for (const char* name : {"advanced", "jackal", "jackal_model"}) {
-      addYamlFile(files.path(std::string("config/") + name + ".yaml"), map);
-    }
+    for (const char* name : {"advanced", "jackal", "jackal_model"}) addYamlFile(configFile(name), map);
   }
   if (recorded.empty() || !options.preset.empty()) {
     map = withoutGains(std::move(map));
-    addYamlFile(presetFile(options.preset.empty() ? "predictive" : options.preset, files), map);
+    addYamlFile(presetFile(options.preset.empty() ? "predictive" : options.preset), map);
   }
   if (!options.robot.empty()) addYamlFile(options.robot, map);
   if (!options.plant_model.empty()) addYamlFile(options.plant_model, map);
   for (const std::string& setting : options.settings) set(setting, map);
-  return readNodeParameters(std::move(map), [&] {
-    return readText(options.urdf.empty() ? files.path("sim/urdf/jackal.urdf") : options.urdf);
+  if (options.urdf.empty() && !map.has("robot.wheel_radius")) {
+    map.set("robot.wheel_radius", GeometryParameters{}.wheel_radius);
+  }
+  return readNodeParameters(std::move(map), [&]() -> std::string {
+    if (options.urdf.empty()) {
+      throw ParameterError("robot.effective_track: not given; add it with --set, or the robot's URDF with --urdf");
+    }
+    return readText(options.urdf);
   });
 }
 
@@ -352,103 +364,6 @@ int replayLoop(const RecordedDrive& drive, const Options& options, NodeParameter
   return options.check && (comparison.compared() == 0 || comparison.different() > 0) ? 1 : 0;
 }
 
-/// The set points of a drive, from its start until its clock is set back; one that came to its deadline is rest from
-/// then on.
-sim::SetPointProfile recordedProfile(const RecordedDrive& drive, const Options& options,
-                                     const NodeParameters& parameters, double& start, std::ostream& out) {
-  sim::SetPointProfile profile;
-  profile.assessed = std::nullopt;
-  SetPoint held;
-  double last = 0.0, end = 0.0, latest = 0.0;
-  bool set_back = false;
-  start = std::numeric_limits<double>::quiet_NaN();
-  const auto change = [&](double time, const SetPoint& wanted) {
-    if (wanted.vector() != held.vector()) profile.changes.push_back({time, wanted});
-    held = wanted;
-  };
-  const double deadline = parameters.gate.deadlines.set_point;
-  const double patience = deadline > 0.0 ? deadline : std::numeric_limits<double>::infinity();
-  Source(drive, options, parameters)
-      .play(
-          [&](const DriveInput& input) {
-            if (std::isnan(start) && std::holds_alternative<WheelsInput>(input.what)) start = input.now;
-            if (std::isnan(start)) return;
-            set_back = set_back || input.now < latest;
-            if (set_back) return;
-            latest = input.now;
-            end = latest - start;
-            const auto* set_point = std::get_if<SetPointInput>(&input.what);
-            if (set_point == nullptr || !set_point->wanted.vector().allFinite()) return;
-            const double now = input.now - start;
-            if (now - last > patience) change(last + patience, {});
-            change(now, set_point->wanted);
-            last = now;
-          },
-          out);
-  if (end - last > patience) change(last + patience, {});
-  if (set_back) out << fmt::format("The clock was set back after {:.1f} s: the drive goes on until then\n", end);
-  profile.duration = end;
-  return profile;
-}
-
-int replayOnPlant(const RecordedDrive& drive, const Options& options, const NodeParameters& parameters,
-                  std::ostream& out) {
-  constexpr double kLongest = 3600.0;  // s; every millisecond is kept
-  double start = 0.0;
-  const sim::SetPointProfile profile = recordedProfile(drive, options, parameters, start, out);
-  if (!(profile.duration > 0.0)) throw ParameterError(options.bag + ": no measurement of the wheels in it");
-  if (profile.duration > kLongest) {
-    throw ParameterError(fmt::format("{}: {:.0f} s long; at most {:.0f} s go on the simulated robot", options.bag,
-                                     profile.duration, kLongest));
-  }
-  const PlantFile robot = readPlantFile(options.plant);
-  sim::JackalPlant plant(readText(sim::PackageFiles().path("sim/urdf/jackal.urdf")), robot.simulation);
-  DriveParameters settings = sim::uninterrupted();
-  settings.controller = parameters.controller;
-  settings.geometry = parameters.geometry;
-  settings.gate.limits = parameters.gate.limits;
-  settings.plant_model = parameters.plant_model;
-  DriveLoop loop(settings, makeController(settings));
-  loop.release();
-  const auto samples = sim::runClosedLoop(plant, loop, profile, robot.simulation.support, parameters.geometry);
-
-  Table table(options.output,
-              "time,set_point_forward,set_point_yaw_rate,simulated_forward,simulated_yaw_rate,simulated_command_left,"
-              "simulated_command_right,recorded_forward,recorded_yaw_rate,recorded_command_left,"
-              "recorded_command_right");
-  BodyVector squares = BodyVector::Zero();
-  std::size_t compared = 0;
-  double before = 0.0;
-  for (const ControllerState& state : drive.states()) {
-    const double time = state.header.stamp.toSec() - start;
-    if (time < before) break;  // the clock was set back
-    before = std::max(0.0, time);
-    const auto k = std::llround(time / sim::JackalPlant::kStep);
-    if (k < 0 || static_cast<std::size_t>(k) >= samples.size()) continue;
-    const sim::Sample& sample = samples[static_cast<std::size_t>(k)];
-    const bool measured = std::isfinite(state.measured_forward) && std::isfinite(state.measured_yaw_rate);
-    if (measured) {
-      ++compared;
-      squares += BodyVector(sample.measured_velocity - state.measured_forward, 0.0,
-                            sample.measured_yaw_rate - state.measured_yaw_rate)
-                     .cwiseAbs2();
-    }
-    table.add(state.header.stamp.toSec(), sample.set_point.forward, sample.set_point.yaw_rate, sample.velocity,
-              sample.yaw_rate, sample.command.left, sample.command.right, state.measured_forward,
-              state.measured_yaw_rate, state.command_left, state.command_right);
-  }
-  if (compared == 0) {
-    out << "No recorded states to compare with\n";
-  } else {
-    const BodyVector rms = (squares / static_cast<double>(compared)).cwiseSqrt();
-    out << fmt::format(
-        "Difference of recorded and simulated measurements: {:.3g} m/s and {:.3g} rad/s rms over {:.1f} s\n",
-        rms(kForward), rms(kYaw), profile.duration);
-  }
-  table.finish(out);
-  return 0;
-}
-
 }  // namespace
 
 std::string bagOf(const std::vector<std::string>& arguments) {
@@ -468,8 +383,7 @@ int replay(const std::vector<std::string>& arguments, std::ostream& out) {
   const NodeParameters parameters = configurationFor(options, recorded);
   out << "Configuration: " << (recorded.empty() ? "that of config/" : "as recorded")
       << (isChanged(options) ? ", changed as asked for" : "") << "\n";
-  return options.plant.empty() ? replayLoop(drive, options, parameters, out)
-                               : replayOnPlant(drive, options, parameters, out);
+  return replayLoop(drive, options, parameters, out);
 }
 
 }  // namespace jackal_aic

@@ -15,7 +15,7 @@ namespace {
 constexpr double kFactor = 1.5;  // of the set point, that a wrong sensor may bring about
 constexpr double kBeside = 0.1;  // and beside it [m/s, rad/s]
 constexpr double kLongest =
-    0.9;                        // for which it may be more [s]: an encoder is convicted after 0.3 to 0.6 s and a brake
+    1.05;                       // for which it may be more [s]: an encoder is convicted after 0.3 to 0.6 s and a brake
 constexpr double kTold = 2.0;   // after the start of the motion [s]
 constexpr double kStart = 1.0;  // s
 

@@ -27,35 +27,36 @@ import yaml
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SURVIVORS = pathlib.Path(__file__).with_name("survivors.yaml")
 
-# The sources by library; the files that only hold texts are left out.
+LIBRARY = "jackal_aic_core"
+
+# The sources by room; the files that only hold texts are left out.
 SOURCES = {
-    "jackal_aic_safety": ["command_limiter", "drive_gate", "drive_loop", "frozen_source", "loss_policy",
-                          "measurement_watch", "motor_share", "phase_lock", "step_schedule"],
-    "jackal_aic_faults": ["acceleration_monitor", "channel_monitor", "fault_monitor", "prediction_envelope",
-                          "reachable_speeds", "recent_range", "sliding_range", "wheel_monitor", "yaw_belief", "yaw_monitor"],
-    "jackal_aic_predictive": ["drive_train_fit", "drive_train_learning"],
+    "safety": ["command_limiter", "drive_gate", "drive_loop", "frozen_source", "loss_policy",
+               "measurement_watch", "motor_share", "phase_lock", "step_schedule"],
+    "faults": ["acceleration_monitor", "channel_monitor", "fault_monitor", "prediction_envelope",
+               "reachable_speeds", "recent_range", "sliding_range", "wheel_monitor", "yaw_belief", "yaw_monitor"],
+    "predictive": ["drive_train_fit", "drive_train_learning"],
 }
-ROOMS = {"jackal_aic_safety": "safety", "jackal_aic_faults": "faults", "jackal_aic_predictive": "predictive"}
 
 # Unit tests of each room first, then those that close the loop; each list from the quick to the slow. A test may be
 # followed by its arguments.
 UNIT_TESTS = {
-    "jackal_aic_safety": ["drive_gate_test", "command_limiter_test", "frozen_source_test", "step_schedule_test",
-                          "loss_policy_test", "phase_lock_test", "measurement_watch_test", "motor_share_test", "drive_loop_test",
-                          "drive_loop_duties_test"],
-    "jackal_aic_faults": ["yaw_belief_test", "yaw_monitor_test", "recent_range_test", "sliding_range_test",
-                          "acceleration_monitor_test", "reachable_speeds_test", "channel_monitor_test", "wheel_monitor_test",
-                          "fault_isolation_test", "fault_monitor_test", "drive_loop_test"],
-    "jackal_aic_predictive": ["drive_train_learning_test"],
+    "safety": ["drive_gate_test", "command_limiter_test", "frozen_source_test", "step_schedule_test",
+               "loss_policy_test", "phase_lock_test", "measurement_watch_test", "motor_share_test", "drive_loop_test",
+               "drive_loop_duties_test"],
+    "faults": ["yaw_belief_test", "yaw_monitor_test", "recent_range_test", "sliding_range_test",
+               "acceleration_monitor_test", "reachable_speeds_test", "channel_monitor_test", "wheel_monitor_test",
+               "fault_isolation_test", "fault_monitor_test", "drive_loop_test"],
+    "predictive": ["drive_train_learning_test"],
 }
 # Of the fault detection those cases that take a tenth of its time: every fault, and the alarms of some conditions.
 FAULT_CASES = ("fault_detection_test --gtest_filter=-FrozenEncoder.Is*:HealthyRobot.*:*as_calibrated:*deg_*:*box_10*:*box_no*:"
                "*ground_noise_x_5:*ground_10*:*friction_1:*ground_no_noise")
 DEAD_TIME_CASES = "unknown_dead_time_test --gtest_filter=*TenSeconds:*Coarse*:*Ramps*:*FarOff:*Real*"
 LOOP_TESTS = {
-    "jackal_aic_safety": ["stall_test", "sensor_loss_test", "standstill_test"],
-    "jackal_aic_faults": ["stall_test", FAULT_CASES, "sensor_loss_test"],
-    "jackal_aic_predictive": [DEAD_TIME_CASES],
+    "safety": ["stall_test", "sensor_loss_test", "standstill_test"],
+    "faults": ["stall_test", FAULT_CASES, "sensor_loss_test"],
+    "predictive": [DEAD_TIME_CASES],
 }
 
 # What is changed into what: (name, pattern, replacement).
@@ -82,7 +83,7 @@ STATEMENT = re.compile(r"^\s+(?!return\b|using\b|break\b|case\b|default\b|const\
 @dataclasses.dataclass(frozen=True)
 class Mutant:
     """One change of one line."""
-    library: str
+    room: str
     source: str  # of the repository
     line: int  # from 1
     kind: str
@@ -99,9 +100,9 @@ def masked(text):
     return literal.sub(lambda found: re.sub(r"[^\n]", "\0", found.group()), text)
 
 
-def mutants_of(library, name):
+def mutants_of(room, name):
     """All mutants of a source file."""
-    source = f"src/{ROOMS[library]}/{name}.cpp"
+    source = f"src/{room}/{name}.cpp"
     text = (ROOT / source).read_text()
     for number, (line, code) in enumerate(zip(text.split("\n"), masked(text).split("\n")), start=1):
         if code.lstrip().startswith("#"):
@@ -109,10 +110,10 @@ def mutants_of(library, name):
         for kind, pattern, replacement in CHANGES:
             for found in re.finditer(pattern, code):
                 changed = line[:found.start()] + found.expand(replacement) + line[found.end():]
-                yield Mutant(library, source, number, kind, line, changed)
+                yield Mutant(room, source, number, kind, line, changed)
         # A line that is a whole statement: balanced, and not the rest of one.
         if STATEMENT.match(code) and code.count("(") == code.count(")"):
-            yield Mutant(library, source, number, "dropped", line, "")
+            yield Mutant(room, source, number, "dropped", line, "")
 
 
 def survivors_of(report, candidates):
@@ -123,12 +124,12 @@ def survivors_of(report, candidates):
 
 
 def drawn(candidates, count, seed):
-    """`count` of the candidates, at random, as many of each kind in each library as they can give."""
+    """`count` of the candidates, at random, as many of each kind in each room as they can give."""
     shuffled = list(candidates)
     random.Random(seed).shuffle(shuffled)
     queues = {}
     for mutant in shuffled:
-        queues.setdefault((mutant.library, mutant.kind), []).append(mutant)
+        queues.setdefault((mutant.room, mutant.kind), []).append(mutant)
     chosen = []
     while len(chosen) < count and any(queues.values()):
         for key in sorted(queues):
@@ -143,40 +144,46 @@ class Workshop:
     def __init__(self, workspace, headers):
         self.headers = headers
         self.build = workspace / "build" / "jackal_aic"
-        self.libraries = workspace / "devel" / "lib"
-        self.tests = self.libraries / "jackal_aic"
+        self.tests = workspace / "devel" / "share" / "jackal_aic" / "test"
         self.durations = {}
-
-    def flags(self, library):
-        lines = (self.build / "CMakeFiles" / f"{library}.dir" / "flags.make").read_text().split("\n")
+        self.target = pathlib.Path("CMakeFiles") / f"{LIBRARY}.dir"
+        self.link = shlex.split((self.build / self.target / "link.txt").read_text())
+        lines = (self.build / self.target / "flags.make").read_text().split("\n")
         flags = [word for line in lines if line.startswith("CXX_") for word in shlex.split(line.split("=", 1)[1])]
-        return [*flags, "-ffat-lto-objects"]  # with machine code, to be compared
+        # With machine code, to be compared.
+        self.compiler = [self.link[0], f"-I{headers}", *flags, "-ffat-lto-objects", "-w"]
 
     def original(self, source):
         return self.headers / (pathlib.Path(source).stem + ".o")
 
-    def precompile(self, library, source):
-        """The header that a source includes first, which takes most of the time of its compilation, and the source as it is."""
-        name = pathlib.Path("jackal_aic") / ROOMS[library] / (pathlib.Path(source).stem + ".hpp")
+    def rest(self, source):
+        return self.headers / (pathlib.Path(source).stem + "_rest.o")
+
+    def objects(self):
+        return [part for part in self.link if part.endswith(".o")]
+
+    def prepare(self, room, source):
+        """What the mutants of a source share: the header that it includes first, precompiled, the source as it is, and the rest of the
+        library, linked."""
+        name = pathlib.Path("jackal_aic") / room / (pathlib.Path(source).stem + ".hpp")
         out = self.headers / name.with_suffix(".hpp.gch")
         out.parent.mkdir(parents=True, exist_ok=True)
-        parts = shlex.split((self.build / "CMakeFiles" / f"{library}.dir" / "link.txt").read_text())
-        subprocess.run([parts[0], *self.flags(library), "-w", "-x", "c++-header", str(ROOT / "include" / name), "-o", str(out)],
-                       capture_output=True, check=True)
-        subprocess.run([parts[0], f"-I{self.headers}", *self.flags(library), "-w", "-c", str(ROOT / source), "-o",
-                        str(self.original(source))], capture_output=True, check=True)
+        own = str(self.target / (source + ".o"))
+        for command in ([*self.compiler, "-x", "c++-header", str(ROOT / "include" / name), "-o", str(out)],
+                        [*self.compiler, "-c", str(ROOT / source), "-o", str(self.original(source))],
+                        [self.link[0], "-fPIC", "-O3", "-w", "-nostdlib", "-r", "-flinker-output=nolto-rel", "-flto-partition=none",
+                         "-o", str(self.rest(source)),
+                         *[part for part in self.objects() if part != own]]):
+            subprocess.run(command, cwd=self.build, capture_output=True, check=True)
 
     def compiled(self, mutant, directory):
         """Whether the mutant compiles, to other machine code than the original; its library is in `directory` then."""
-        target = self.build / "CMakeFiles" / f"{mutant.library}.dir"
         text = (ROOT / mutant.source).read_text().split("\n")
         text[mutant.line - 1] = mutant.after
         source = directory / "mutant.cpp"
         source.write_text("\n".join(text))
-        parts = shlex.split((target / "link.txt").read_text())
         code = directory / "mutant.o"
-        compiler = [parts[0], f"-I{self.headers}", *self.flags(mutant.library), "-w", "-c", str(source), "-o", str(code)]
-        if subprocess.run(compiler, capture_output=True, check=False).returncode != 0:
+        if subprocess.run([*self.compiler, "-c", str(source), "-o", str(code)], capture_output=True, check=False).returncode != 0:
             return False
         sections = [["objcopy", "-O", "binary", "-j", ".text*", "-j", ".rodata*", str(obj), str(directory / out)]
                     for obj, out in ((code, "a"), (self.original(mutant.source), "b"))]
@@ -184,10 +191,10 @@ class Workshop:
             subprocess.run(command, capture_output=True, check=True)
         if (directory / "a").read_bytes() == (directory / "b").read_bytes():
             return False
-        relative = str((target / (mutant.source + ".o")).relative_to(self.build))
-        link = [str(code) if part == relative else part for part in parts]
-        link[link.index("-o") + 1] = str(directory / f"lib{mutant.library}.so")
-        subprocess.run(link, cwd=self.build, capture_output=True, check=True)
+        objects = set(self.objects())
+        link = [part for part in self.link if part not in objects]
+        link[link.index("-o") + 1] = str(directory / f"lib{LIBRARY}.so")
+        subprocess.run([*link[:1], str(code), str(self.rest(mutant.source)), *link[1:]], cwd=self.build, capture_output=True, check=True)
         return True
 
     def passes(self, test, libraries=None):
@@ -246,9 +253,9 @@ def arguments():
 def main():
     chosen = arguments()
     if chosen.tests:
-        print(*sorted({test.split()[0] for library in SOURCES for test in UNIT_TESTS[library] + LOOP_TESTS[library]}), sep="\n")
+        print(*sorted({test.split()[0] for room in SOURCES for test in UNIT_TESTS[room] + LOOP_TESTS[room]}), sep="\n")
         return 0
-    candidates = [mutant for library, names in SOURCES.items() for name in names for mutant in mutants_of(library, name)
+    candidates = [mutant for room, names in SOURCES.items() for name in names for mutant in mutants_of(room, name)
                   if chosen.only in mutant.where()]
     if not candidates:
         sys.exit(f"mutants: --only: no source has {chosen.only!r} in its name")
@@ -265,11 +272,10 @@ def main():
 
 def count_killed(chosen, mutants, workshop):
     """Tries the mutants, prints what became of each, and how many were killed."""
-    for library, source in sorted({(m.library, m.source) for m in mutants}):
-        workshop.precompile(library, source)
-    tests = {library: UNIT_TESTS[library] + ([] if chosen.unit else LOOP_TESTS[library])
-             for library in sorted({m.library for m in mutants})}
-    for test in dict.fromkeys(test for of_library in tests.values() for test in of_library):
+    for room, source in sorted({(m.room, m.source) for m in mutants}):
+        workshop.prepare(room, source)
+    tests = {room: UNIT_TESTS[room] + ([] if chosen.unit else LOOP_TESTS[room]) for room in sorted({m.room for m in mutants})}
+    for test in dict.fromkeys(test for of_room in tests.values() for test in of_room):
         if not (workshop.tests / test.split()[0]).exists():
             sys.exit(f"mutants: {test} is not built")
         if not workshop.passes(test):
@@ -277,7 +283,7 @@ def count_killed(chosen, mutants, workshop):
     reasons = (yaml.safe_load(SURVIVORS.read_text()) or []) if SURVIVORS.exists() else []
     killed = survived = explained = 0
     with concurrent.futures.ThreadPoolExecutor(chosen.jobs) as pool:
-        outcomes = pool.map(lambda m: workshop.killer(m, tests[m.library]), mutants)
+        outcomes = pool.map(lambda m: workshop.killer(m, tests[m.room]), mutants)
         for number, (mutant, killer) in enumerate(zip(mutants, outcomes), start=1):
             if sys.stderr.isatty():
                 print(f"[{100 * number // len(mutants):3d}%]", end="\r", file=sys.stderr, flush=True)

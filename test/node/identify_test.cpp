@@ -536,6 +536,33 @@ TEST_F(IdentifyProgram, APictureThatCannotBeDrawnKeepsNobodyFromTheModel) {
   EXPECT_NE(text.find("The earlier plant model is now model.yaml.1\n"), std::string::npos) << text;
 }
 
+TEST_F(IdentifyProgram, DrawsNoPictureIfAskedNotTo) {
+  writeBag(directory / "drive.bag", {});
+  const std::string text = run("drive.bag --no-plot --csv speeds.csv");
+  EXPECT_EQ(status, 0) << text;
+  EXPECT_NE(text.find("Table: speeds.csv\n"), std::string::npos) << text;
+  EXPECT_EQ(text.find("Figure"), std::string::npos) << text;
+  EXPECT_FALSE(std::filesystem::exists(directory / "drive_identification.png"));
+  EXPECT_NE(run("drive.bag --no-plot --plot picture.png").find("--plot and --no-plot"), std::string::npos);
+  EXPECT_NE(status, 0);
+}
+
+/// As on a robot's computer: the model and the table are there and named, and one line says what the picture lacks.
+TEST_F(IdentifyProgram, WithoutMatplotlibTheModelAndTheTableAreWritten) {
+  writeBag(directory / "drive.bag", {});
+  std::ofstream(directory / "matplotlib.py") << "raise ImportError('hidden')\n";
+  setenv("PYTHONPATH", directory.c_str(), 1);
+  const std::string text = run("drive.bag --out model.yaml --csv speeds.csv");
+  unsetenv("PYTHONPATH");
+  EXPECT_EQ(status, 0) << text;
+  for (const char* said :
+       {"Plant model: model.yaml\n", "Table: speeds.csv\n", "needs matplotlib",
+        "identify: drive_identification.png: could not be drawn, as said above; --no-plot leaves it out\n"}) {
+    EXPECT_NE(text.find(said), std::string::npos) << text;
+  }
+  EXPECT_EQ(text.find("Traceback"), std::string::npos) << text;
+}
+
 TEST_F(IdentifyProgram, AFullDiskLeavesTheEarlierModel) {
   writeBag(directory / "drive.bag", {});
   std::ofstream(directory / "model.yaml") << "by hand";
@@ -562,7 +589,7 @@ TEST(IdentificationReport, ItsPictureIsDrawn) {
   const std::string picture = csv.path + ".png";
   std::ofstream(csv.path) << "time,command_left,command_right,measured_left,measured_right,fitted_left,fitted_right\n"
                              "0,0,0,0,0,0,0\n0.02,1,-1,0.1,-0.1,0.2,-0.2\n0.04,1,-1,0.5,-0.5,0.6,-0.6\n";
-  const std::string script = std::string(JACKAL_AIC_SOURCE_DIR) + "/sim/report/plot_identification.py";
+  const std::string script = std::string(JACKAL_AIC_SOURCE_DIR) + "/src/tools/view/plot_identification.py";
   ASSERT_EQ(std::system(("/usr/bin/python3 " + script + " " + csv.path + " " + picture).c_str()), 0);
   std::ifstream drawn(picture, std::ios::binary);
   unlink(picture.c_str());

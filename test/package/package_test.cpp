@@ -43,35 +43,32 @@ std::string output(const std::string& command) {
   return text;
 }
 
-TEST(Manifest, NamesOnlyKeysThatRosdepKnows) {
-  // Of rosdep/base.yaml and python.yaml of the rosdistro; a name of Debian alone is none (opende, not libode-dev).
-  const std::set<std::string> keys{"benchmark",
-                                   "controller_interface",  // Noetic's ros_control
-                                   "controller_manager",
-                                   "eigen",
-                                   "fmt",
-                                   "hardware_interface",
-                                   "libboost-dev",
-                                   "libboost-program-options-dev",
-                                   "libconsole-bridge-dev",
-                                   "libnlopt-cxx-dev",
-                                   "libnlopt-dev",
-                                   "liburdfdom-dev",
-                                   "opende",
-                                   "pybind11-dev",
-                                   "python3-dev",
-                                   "python3-jinja2",
-                                   "python3-matplotlib",
-                                   "python3-numpy",
-                                   "python3-pandas",
-                                   "python3-setuptools",
-                                   "python3-yaml",
-                                   "rviz",  // a package of ROS that only showing the robot needs
-                                   "valgrind",
-                                   "yaml-cpp"};
+/// The packages that catkin finds for the build, and no others of ROS that nothing uses.
+TEST(Manifest, NamesThePackagesThatTheBuildFinds) {
   const std::set<std::string> named = dependencies();
-  EXPECT_GT(named.size(), 30u);
-  for (const std::string& name : named) EXPECT_TRUE(keys.count(name) > 0 || isRosPackage(name)) << name;
+  const std::string build = textOf(kRoot / "CMakeLists.txt");
+  const std::size_t begin = build.find("find_package(catkin REQUIRED COMPONENTS");
+  std::set<std::string> used = found(build.substr(begin, build.find(')', begin) - begin), "([a-z_0-9]+)\\b(?!\\()");
+  for (const char* word : {"find_package", "catkin"}) used.erase(word);
+  EXPECT_GT(used.size(), 15u);
+  for (const std::string& name : used) EXPECT_TRUE(named.count(name) > 0) << name;
+  used.insert("message_runtime");  // of the generated messages
+  for (const char* directory : {"src", "sim", "test", "launch", "CMakeLists.txt"}) {
+    const auto read = [&](const fs::path& path) {
+      used.merge(found(textOf(path), "(?:find_package\\(|pkg=\"|import |from |#include <)(\\w+)"));
+      used.merge(found(textOf(path), "(?:rosrun|exec|run) (\\w+) "));
+    };
+    if (fs::is_regular_file(kRoot / directory)) {
+      read(kRoot / directory);
+      continue;
+    }
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / directory)) {
+      if (entry.is_regular_file() && entry.path().extension() != ".pyc") read(entry.path());
+    }
+  }
+  for (const std::string& name : named) {
+    if (isRosPackage(name)) EXPECT_TRUE(used.count(name) > 0) << name << " is used by nothing";
+  }
 }
 
 TEST(Manifest, HasTheVersionOfTheChangelogAndTheCitation) {
@@ -331,28 +328,80 @@ TEST(Launch, ASimulatedRobotAndItsModelStandOnTheSameGround) {
   EXPECT_EQ(on_box("plant:=box support:=ground"), std::set<std::string>{"false"});
   EXPECT_EQ(on_box("support:=box"), std::set<std::string>{"true"});
   EXPECT_EQ(on_box("support:=ground"), std::set<std::string>{"false"});
+  const std::string model = " plant_model:=" + (kRoot / "config/plant_model").string();
+  EXPECT_EQ(on_box("plant:=box" + model + ".yaml"), std::set<std::string>{"true"});
+  EXPECT_EQ(on_box("plant:=real" + model + "_box.yaml"), std::set<std::string>{"false"});
 }
 
-/// It says itself where there is nothing to watch.
-TEST(Launch, AMonitorThatWasAskedForIsStarted) {
-  for (const char* arguments : {"", "output:=twist", "output:=gazebo"}) {
-    const std::string nodes =
-        output(std::string("roslaunch --nodes jackal_aic jackal.launch monitor:=true ") + arguments);
-    EXPECT_NE(nodes.find("/jackal_aic_monitor"), std::string::npos) << arguments << "\n" << nodes;
+/// Arguments that contradict each other, or that nothing would come of.
+TEST(Launch, ArgumentsWithoutAnEffectAreRefused) {
+  for (const auto& [arguments, reason] : std::map<std::string, std::string>{
+           {"jackal.launch monitor:=true output:=twist", "monitor:=true: watches cmd_drive, not output:=twist"},
+           {"jackal.launch monitor:=true output:=gazebo", "monitor:=true: watches cmd_drive, not output:=gazebo"},
+           {"jackal.launch record_to:=drive", "record_to:=drive: needs record:=true"},
+           {"jackal.launch preset:=improved slip_file:=/tmp/slip.yaml", "slip_file: needs preset:=predictive"},
+           {"simulation.launch record_to:=drive", "record_to:=drive: needs record:=true"},
+           {"identify.launch plant:=box", "plant:=box: needs simulated:=true"},
+           {"faults.launch plant:=box", "unknown plant: box; choose ground, real or a file NAME.yaml"}}) {
+    const std::string said = output("roslaunch --dump-params jackal_aic " + arguments + " || true");
+    EXPECT_NE(said.find(reason), std::string::npos) << arguments << "\n" << said;
   }
+  const std::string nodes = output("roslaunch --nodes jackal_aic jackal.launch monitor:=true");
+  EXPECT_NE(nodes.find("/jackal_aic_monitor"), std::string::npos) << nodes;
 }
 
-/// What a user built there is not ours to throw away.
-TEST(Scripts, ABuildOfAnotherWorkspaceIsLeftAlone) {
+/// What is in a directory, with the paths in it.
+std::set<std::string> contents(const fs::path& directory) {
+  std::set<std::string> paths;
+  for (const auto& entry : fs::recursive_directory_iterator(directory)) paths.insert(entry.path().string());
+  return paths;
+}
+
+/// What a user has there is neither used nor thrown away.
+TEST(Scripts, ADirectoryThatIsNotOursIsLeftAlone) {
   const fs::path workspace = testing::TempDir() + "other_workspace" + std::to_string(getpid());
-  const std::string build = "JACKAL_AIC_WS=" + workspace.string() + " " + (kRoot / "scripts/build").string();
-  for (const char* theirs : {"build", "devel", "src/their_package"}) {
-    fs::create_directories(workspace / theirs / "work");
-    const std::string said = output("! timeout 60 " + build);
-    EXPECT_NE(said.find("JACKAL_AIC_WS"), std::string::npos) << said;
-    EXPECT_TRUE(fs::exists(workspace / theirs / "work")) << said;
+  const std::string with = "! JACKAL_AIC_WS=" + workspace.string() + " timeout 60 " + (kRoot / "scripts").string();
+  for (const char* theirs :
+       {"build/work", "devel/work", "src/their_package/work", "log/sanitizer/work", "notes/work"}) {
+    fs::create_directories(workspace / theirs);
+    const auto before = contents(workspace);
+    for (const char* script : {"/build", "/lint --quick", "/test --only drive_gate"}) {
+      const std::string said = output(with + script);
+      EXPECT_NE(said.find("set JACKAL_AIC_WS to an empty directory"), std::string::npos) << said;
+      EXPECT_EQ(contents(workspace), before) << theirs << script;
+    }
     fs::remove_all(workspace);
   }
+  fs::create_directories(workspace.string() + "-address/log/sanitizer/work");
+  EXPECT_NE(output(with + "/test --sanitize address").find("set JACKAL_AIC_WS"), std::string::npos);
+  EXPECT_TRUE(fs::exists(workspace.string() + "-address/log/sanitizer/work"));
+  fs::remove_all(workspace.string() + "-address");
+}
+
+/// The file by which the scripts know their workspace may be somebody's, or name another checkout.
+TEST(Scripts, TheWorkspaceOfAnotherCheckoutIsLeftAlone) {
+  const fs::path other = testing::TempDir() + "other_checkout" + std::to_string(getpid()), workspace = other / "ws";
+  fs::create_directories(workspace / "build/work");
+  std::ofstream(other / "package.xml") << "<package/>";
+  for (const std::string& location : {other.string() + " " + fs::canonical(workspace).string(), std::string("Delft")}) {
+    std::ofstream(workspace / "location") << location << "\n";
+    const std::string said =
+        output("! JACKAL_AIC_WS=" + workspace.string() + " timeout 60 " + (kRoot / "scripts/build").string());
+    EXPECT_NE(said.find("set JACKAL_AIC_WS to an empty directory"), std::string::npos) << said;
+    EXPECT_TRUE(fs::exists(workspace / "build/work")) << said;
+  }
+  fs::remove_all(other);
+}
+
+/// `scripts/test --only` asks this before it builds.
+TEST(Scripts, TestBuildsWhatThePatternNeedsOrSaysThatThereIsNoSuchTest) {
+  const std::string run = "/usr/bin/python3 " + (kRoot / "scripts/lib/run_tests.py").string() + " " +
+                          fs::path(JACKAL_AIC_BUILD).parent_path().string() + " --targets --only ";
+  EXPECT_EQ(output(run + "drive_gate"), "drive_gate_test\n");
+  EXPECT_EQ(output(run + "'node_(gate|faults_real)'"), "faults_test gate_test\n");
+  EXPECT_NE(output(run + "gtest.package").find("all "), std::string::npos) << "it starts every program";
+  EXPECT_NE(output("! " + run + "nosuch").find("test: --only nosuch: no test has such a name"), std::string::npos);
+  EXPECT_NE(output("! " + run + "'('").find("test: --only (: no regular expression"), std::string::npos);
 }
 
 TEST(Launch, GazeboTakesTheModelOfItsRobot) {
@@ -440,7 +489,7 @@ TEST(Launch, AnUnknownPresetIsAnsweredWithThoseThatThereAre) {
 }
 
 TEST(Launch, AnUnknownPlantIsAnsweredWithThoseThatThereAre) {
-  for (const char* launch : {"simulation.launch", "identify.launch simulated:=true", "faults.launch"}) {
+  for (const char* launch : {"simulation.launch", "identify.launch simulated:=true"}) {
     const std::string text = said(std::string("roslaunch --dump-params jackal_aic ") + launch + " plant:=grond");
     EXPECT_NE(text.find("unknown plant: grond; choose ground, box, real or a file NAME.yaml"), std::string::npos)
         << text;

@@ -10,8 +10,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "controller_file.hpp"
 #include "jackal_aic/certificate/certificate.hpp"
-#include "tool_files.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -62,7 +62,7 @@ TEST(Analyze, PrintsTheCertificate) {
   const YAML::Node printed = figures({config("improved.yaml"), "--plant", config("plant_model.yaml")});
   const ControllerFile file = readControllerFile(config("improved.yaml"));
   const Certificate expected = certify(std::get<ControllerParameters>(file.controller), file.geometry,
-                                       readPlantFile(config("plant_model.yaml")).model);
+                                       readPlantModelFile(config("plant_model.yaml")));
   EXPECT_NEAR(printed["belief_spectral_radius"].as<double>(), expected.belief_spectral_radius, 1e-10);
   EXPECT_NEAR(printed["loop_spectral_radius"].as<double>(), expected.loop_spectral_radius, 1e-5);
   EXPECT_NEAR(printed["gain_margin"].as<double>(), expected.gain_margin, 1e-4);
@@ -99,13 +99,13 @@ TEST(Analyze, ShowsHowFarARadiusIsBelowOne) {
       "controller: {belief_rate: 1000, action_rate: 50, integrator: exact, orders: 2, tau: 2.673e-4, kappa_mu: "
       "0.001005, kappa_a: 6.175, "
       "state_variances: [401.3, 1.0e+06, 5.982e-4], sensory_variances: [2.0, 0.1, 1.141e+11]}");
-  const std::string table = output({gains.path(), "--plant", config("plant.yaml")});
+  const std::string table = output({gains.path(), "--plant", config("plant_model.yaml")});
   EXPECT_EQ(table.find("spectral radius of the belief           1\n"), std::string::npos) << table;
   EXPECT_NE(table.find("spectral radius of the belief           0.9999"), std::string::npos) << table;
 }
 
-TEST(Analyze, TakesTheSimulatedRobotAsAPlant) {
-  const YAML::Node box = figures({config("improved.yaml"), "--plant", config("plant_box.yaml")});
+TEST(Analyze, TakesARobotOnABox) {
+  const YAML::Node box = figures({config("improved.yaml"), "--plant", config("plant_model_box.yaml")});
   EXPECT_TRUE(box["plant_model"]["on_box"].as<bool>());
   const double straight = box["straight"]["spectral_radius"].as<double>();
   const double turn = box["turn"]["spectral_radius"].as<double>();
@@ -142,7 +142,7 @@ TEST(Analyze, ReadsTheConfigurationOfAPredictiveNodeThatKeepsItsSlip) {
 
 TEST(Analyze, CertifiesThePredictiveStructure) {
   const YAML::Node printed = figures({config("predictive.yaml"), "--plant", config("plant_model.yaml")});
-  const PlantModel plant = readPlantFile(config("plant_model.yaml")).model;
+  const PlantModel plant = readPlantModelFile(config("plant_model.yaml"));
   const auto expected =
       certify(std::get<PredictiveParameters>(readControllerFile(config("predictive.yaml")).controller), plant, plant);
   EXPECT_TRUE(printed["stable"].as<bool>());
@@ -201,8 +201,10 @@ TEST(Analyze, BadInputGivesOneClearLine) {
   EXPECT_NE(complaint({}).find("CONFIG.yaml"), std::string::npos);
   EXPECT_NE(complaint({"/nowhere.yaml"}).find("/nowhere.yaml: cannot be read"), std::string::npos);
   EXPECT_NE(complaint({config("plant.yaml")}).find("controller."), std::string::npos);
-  EXPECT_NE(complaint({config("improved.yaml"), "--plant", config("standard.yaml")}).find("not a plant file"),
-            std::string::npos);
+  EXPECT_NE(
+      complaint({config("improved.yaml"), "--plant", config("plant.yaml")}).find("plant.yaml: has no plant_model.*"),
+      std::string::npos)
+      << "parameters of the simulated robot";
   const TemporaryFile empty(""), negative("plant_model: {dead_time: 0.1, lag: -0.03}"),
       lone("plant_model: {lag: 0.03}");
   EXPECT_NE(complaint({config("improved.yaml"), "--plant", empty.path()}).find("no keys"), std::string::npos);

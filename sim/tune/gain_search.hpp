@@ -12,9 +12,10 @@
 #include <string>
 #include <vector>
 
+#include "controller_file.hpp"
 #include "gain_trial.hpp"
 #include "jackal_aic/certificate/certificate.hpp"
-#include "tool_files.hpp"
+#include "plant_file.hpp"
 
 namespace jackal_aic {
 

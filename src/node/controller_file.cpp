@@ -1,8 +1,7 @@
-#include "tool_files.hpp"
+#include "controller_file.hpp"
 
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "node_parameters.hpp"
-#include "plant_conversion.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -38,15 +37,12 @@ ControllerFile readControllerFile(const std::string& path) {
   });
 }
 
-PlantFile readPlantFile(const std::string& path) {
+PlantModel readPlantModelFile(const std::string& path) {
   return readFile(path, [](ParameterMap& map) {
-    if (map.hasSection("plant_model")) {
-      const auto model = readPlantModel(map);
-      return PlantFile{model, sim::simulatedRobot(model)};
+    if (!map.hasSection("plant_model")) {
+      throw ParameterError("has no plant_model.*: not a plant model, as identify writes it");
     }
-    if (!map.hasSection("plant")) throw ParameterError("has neither plant_model.* nor plant.*: not a plant file");
-    const auto simulation = readParameters<sim::PlantParameters>(map, "plant");
-    return PlantFile{sim::linearModel(simulation), simulation};
+    return readPlantModel(map);
   });
 }
 

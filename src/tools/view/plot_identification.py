@@ -4,10 +4,12 @@
 import csv
 import sys
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
+try:
+    import matplotlib
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+except ImportError as error:
+    sys.exit(f"plot_identification: the picture needs matplotlib (apt install python3-matplotlib): {error}")
 
 COMMAND, MEASURED, FITTED = "#000000", "#56b4e9", "#d55e00"
 
@@ -39,7 +41,10 @@ def draw(data, path):
         for side in ("top", "right"):
             axis.spines[side].set_visible(False)
     figure.tight_layout()
-    figure.savefig(path, dpi=120, metadata={"Software": ""})
+    try:
+        figure.savefig(path, dpi=120, metadata={"Software": ""})
+    except (OSError, ValueError) as error:
+        sys.exit(f"plot_identification: {error}")
 
 
 if __name__ == "__main__":

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "plant_parameters.hpp"
+#include "controller_file.hpp"
+#include "plant_file.hpp"
 #include "stop_figures.hpp"
-#include "tool_files.hpp"
 
 namespace jackal_aic {
 

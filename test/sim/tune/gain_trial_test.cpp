@@ -4,7 +4,6 @@
 
 #include "jackal_aic/config/text_file.hpp"
 #include "package_files.hpp"
-#include "tool_files.hpp"
 
 namespace jackal_aic {
 namespace {

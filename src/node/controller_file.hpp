@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The YAML files that the command line tools read.
+/// The YAML files of a controller and of a plant model, as the command line tools read them; no ROS.
 
 #include <optional>
 #include <string>
@@ -11,7 +11,6 @@
 #include "jackal_aic/model/plant_model.hpp"
 #include "jackal_aic/predictive/predictive_controller.hpp"
 #include "jackal_aic/safety/gate_parameters.hpp"
-#include "plant_parameters.hpp"
 
 namespace jackal_aic {
 
@@ -31,14 +30,8 @@ struct ControllerFile {
 /// open-loop baseline, which has no gains.
 ControllerFile readControllerFile(const std::string& path);
 
-/// A robot as its file describes it.
-struct PlantFile {
-  PlantModel model;                 ///< what a certificate sees
-  sim::PlantParameters simulation;  ///< what the simulated robot is built from
-};
-
-/// Reads a plant model (keys plant_model.*, as `identify` writes them) or the parameters of a simulated robot (keys
-/// plant.*), and derives the other. @throws ParameterError naming file and key, also if the file has neither.
-PlantFile readPlantFile(const std::string& path);
+/// Reads a plant model (keys plant_model.*, as `identify` writes them). @throws ParameterError naming file and key,
+/// also if the file has no such keys.
+PlantModel readPlantModelFile(const std::string& path);
 
 }  // namespace jackal_aic
