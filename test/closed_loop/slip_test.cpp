@@ -2,9 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "closed_loop.hpp"
+#include "loop_setup.hpp"
+#include "monitored_loop.hpp"
 #include "predictive_loop.hpp"
+#include "quiet_hours.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -96,6 +101,53 @@ TEST(Slip, AWrongTrackLeavesTheStraightLineAlone) {
   wrong.drive({}, 0.5);
   right.drive({}, 0.5);
   EXPECT_NEAR(wrong.drive({0.5, 0.0, 0.0}, 3.0).forward, right.drive({0.5, 0.0, 0.0}, 3.0).forward, 1e-6);
+}
+
+/// What an arc taught about the ground does not spoil a turn in place some seconds later.
+TEST(Slip, ATurnAfterJoystickDrivingIsAsFastAsTheFirst) {
+  constexpr double kDrive = 60.0, kStep = kDrive + 3.0;  // s
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6}) {
+    LoopSetup setup = loadSetup(PackageFiles(""), "predictive", "ground", {});
+    setup.plant.seed = seed;
+    SetPointProfile profile = joystickDriving(seed, kDrive);
+    profile.changes.push_back({kDrive, SetPoint{}});
+    profile.changes.push_back({kStep, SetPoint{0.0, 0.0, 0.8}});
+    profile.assessed = kYaw;
+    profile.assessed_from = kStep;
+    profile.assessed_until = profile.duration = kStep + 4.0;
+    JackalPlant plant(setup.urdf, setup.plant);
+    DriveLoop loop = makeLoop(setup);
+    const auto samples = runClosedLoop(plant, loop, profile, Support::ground, setup.drive.geometry);
+    const ResponseMetrics response = assess(samples, profile);
+    ASSERT_TRUE(response.settling) << "seed " << seed;
+    EXPECT_LE(*response.settling, 0.3) << "seed " << seed;
+  }
+}
+
+/// On a ramp of 12 degrees a turn slides the robot sideways: its wheels stay within the range, and it is told.
+TEST(Slip, ATurnOnARampIsBoundedAndTold) {
+  constexpr double kRate = 0.8, kMost = 1.5;  // rad/s; of what the wheels are told on level ground
+  for (const char* preset : {"predictive", "improved"}) {
+    for (const double friction : {0.5, 0.3}) {
+      LoopSetup setup = loadSetup(PackageFiles(""), preset, "ground", {});
+      const PlantModel model = monitorModel(PackageFiles(""), "ground");
+      setup.drive.plant_model = model;
+      setup.plant.slope = 12.0;
+      setup.plant.friction = friction;
+      SetPointProfile profile;
+      profile.changes = {{2.0, {0.0, 0.0, kRate}}};
+      profile.duration = 10.0;
+      double fastest = 0.0;
+      bool told = false;
+      for (const MonitoredSample& sample : runMonitored(setup, model, profile, {})) {
+        fastest = std::max(fastest, std::abs(sample.command.left));
+        told = told || sample.fault != Fault::none;
+      }
+      const double asked = 0.5 * kRate * setup.drive.geometry.effective_track / setup.drive.geometry.wheel_radius;
+      EXPECT_LE(fastest, kMost * asked + 0.5) << preset << ", friction " << friction;
+      EXPECT_EQ(told, friction < 0.5) << preset << ", friction " << friction;
+    }
+  }
 }
 
 }  // namespace
