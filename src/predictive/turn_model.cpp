@@ -15,11 +15,11 @@ namespace {
 
 // Deviations of what is believed before anything is known.
 constexpr double kRangeDeviations = 2.5;     // of q_1 within its range
-constexpr double kMotionDeviation = 0.1;     // of q_2 and q_4, relative to c, per m/s
+constexpr double kMotionDeviation = 0.05;    // of q_2 and q_4, relative to c, per m/s
 constexpr double kVeerDeviation = 0.03;      // of q_3, relative to it: tyres differ by as much
-constexpr double kGroundDeviation = 0.07;    // sigma_h
+constexpr double kGroundDeviation = 0.04;    // sigma_h
 constexpr double kGroundLasts = 0.5;         // T_h [s]
-constexpr double kJerk = 0.2;                // sigma_w of a robot that has not turned yet
+constexpr double kJerk = 0.3;                // sigma_w of a robot that has not turned yet
 constexpr double kLeastJerk = 0.01;          // its bounds: a smooth floor
 constexpr double kLargestJerk = 0.5;         // and a robot that skids
 constexpr double kJerkEvidence = 2.0;        // N_0

@@ -103,7 +103,8 @@ TEST_P(AtSlipFactor, ThePredictiveControllerDrivesAsTold) {
     EXPECT_NEAR(driven(kYaw), 0.5, 0.005) << "learning " << learn;
     EXPECT_NEAR(y.yaw_rate, driven(kYaw), 1e-9);
     EXPECT_NEAR(loop.controller.believedVelocity()(kForward), 0.4, 0.004);
-    EXPECT_NEAR(loop.controller.effectiveTrack(), kTrack, 0.01 * kTrack);
+    // An arc tells little of the turn in place.
+    EXPECT_NEAR(loop.controller.effectiveTrack(), kTrack, 0.04 * kTrack);
   }
 }
 

@@ -129,9 +129,9 @@ TEST(SlipBelief, WithdrawsWhatAFaultySensorTaughtInTheLastTurns) {
 TEST(SlipBelief, StaysWithinItsBounds) {
   SlipBelief belief(kConfigured, kRadius, {});
   const double asked = kRadius * 5.0 / 0.5621;
-  for (int k = 0; k < 1000; ++k) belief.learnTrack(0.51 * asked, {5.0, 0.0, 0.0, 0.0, 0.0, 0.0}, kPeriod);
+  for (int k = 0; k < 20000; ++k) belief.learnTrack(0.51 * asked, {5.0, 0.0, 0.0, 0.0, 0.0, 0.0}, kPeriod);
   EXPECT_NEAR(belief.effectiveTrack(), 1.5 * 0.5621, 1e-12);
-  for (int k = 0; k < 1000; ++k) belief.learnTrack(1.99 * asked, {5.0, 0.0, 0.0, 0.0, 0.0, 0.0}, kPeriod);
+  for (int k = 0; k < 20000; ++k) belief.learnTrack(1.99 * asked, {5.0, 0.0, 0.0, 0.0, 0.0, 0.0}, kPeriod);
   EXPECT_NEAR(belief.effectiveTrack(), 0.5621 / 1.5, 1e-12);
 }
 
