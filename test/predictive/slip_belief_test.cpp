@@ -138,7 +138,7 @@ TEST(SlipBelief, StaysWithinItsBounds) {
 TEST(SlipBelief, LateYawTeachesLess) {
   SlipBelief steady(kConfigured, kRadius, {}), turning_in(kConfigured, kRadius, {});
   steady.learnTrack(0.4, {3.0, 0.0, 0.0, 0.0, 0.0, 0.0}, kPeriod);
-  turning_in.learnTrack(0.4, {3.0, 0.0, 30.0, 0.0, 0.0, 0.0}, kPeriod);
+  turning_in.learnTrack(0.4, {3.0, 0.0, 60.0, 0.0, 0.0, 0.0}, kPeriod);
   const double moved = steady.state().effective_track - 0.5621;
   EXPECT_GT(moved, 0.0);
   EXPECT_LT(turning_in.state().effective_track - 0.5621, 0.6 * moved);
