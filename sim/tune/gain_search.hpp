@@ -135,7 +135,8 @@ using SearchProgress = std::function<void(std::size_t finished, std::size_t all)
 /// many.
 ///
 /// Of the predictive structure: kappa_a, the time constant of the reference, the process noises, and the deviations of
-/// the dead time and of the yaw's delay, on the simulated robots from the start. The sensors' variances stay: they are measured, not tuned.
+/// the dead time and of the yaw's delay, on the simulated robots from the start. The sensors' variances stay: they are
+/// measured, not tuned.
 ///
 /// Same task, same result. @throws ParameterError if the start is invalid for a robot.
 std::vector<GainSearchResult> searchGains(GainSearchTask task, const SearchProgress& progress = {});

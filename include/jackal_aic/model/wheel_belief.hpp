@@ -54,9 +54,8 @@ struct WheelBeliefParameters {
   double disturbance_deviation = 0.3;       ///< of d before anything is known of it [rad/s]; 0: there is none
 };
 
-/// Hidden states (w, z, d, e) of a wheel, and their covariance.
-using WheelState = Eigen::Vector4d;
-using WheelCovariance = Eigen::Matrix4d;
+using WheelState = Eigen::Vector4d;       ///< hidden states (w, z, d, e) of a wheel [rad/s]
+using WheelCovariance = Eigen::Matrix4d;  ///< their covariance [(rad/s)^2]
 
 /// Belief about one wheel. Allocates when it is made, and not after.
 class WheelBelief {
