@@ -72,8 +72,8 @@ class TurnModel {
   double error(double yaw_rate, double x, double v) const;
 
   /// Takes an error() of a turn.
-  /// @param x believed before the measurement [m/s], as v: with the encoders' noise in both, the error and what it is put
-  /// down to, a steady turn would seem not to depend on x; @param v likewise [m/s]; @param variance of the error
+  /// @param x believed before the measurement [m/s], as v: with the encoders' noise in both, the error and what it is
+  /// put down to, a steady turn would seem not to depend on x; @param v likewise [m/s]; @param variance of the error
   /// [(rad/s)^2]; @param step since the last one [s].
   void learn(double error, double x, double v, double variance, double step);
 
