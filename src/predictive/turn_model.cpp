@@ -15,6 +15,7 @@ namespace {
 
 // Deviations of what is believed before anything is known.
 constexpr double kRangeDeviations = 2.5;     // of q_1 within its range
+constexpr double kLeastDeviation = 0.01;     // of q_1, relative to c: a range of one leaves it to the bound
 constexpr double kMotionDeviation = 0.05;    // of q_2 and q_4, relative to c, per m/s
 constexpr double kVeerDeviation = 0.03;      // of q_3, relative to it: tyres differ by as much
 constexpr double kGroundDeviation = 0.04;    // sigma_h
@@ -42,8 +43,8 @@ TurnModel::TurnModel(double ratio, double range)
       jerk_variance_(square(kJerk)),
       evidence_(kJerkEvidence) {
   mean_(0) = ratio;
-  const Eigen::Vector4d deviations((range - 1.0) / kRangeDeviations, kMotionDeviation, kVeerDeviation,
-                                   kMotionDeviation);
+  const double of_range = std::max(kLeastDeviation, (range - 1.0) / kRangeDeviations);
+  const Eigen::Vector4d deviations(of_range, kMotionDeviation, kVeerDeviation, kMotionDeviation);
   prior_ = (ratio * deviations).cwiseAbs2().cwiseInverse().asDiagonal();
   covariance_.topLeftCorner<4, 4>() = (ratio * deviations).cwiseAbs2().asDiagonal();
   covariance_(4, 4) = square(kGroundDeviation);

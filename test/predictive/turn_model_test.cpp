@@ -147,6 +147,14 @@ TEST(TurnModel, StaysInvertibleWhateverItIsTaught) {
   }
 }
 
+TEST(TurnModel, ARangeOfOneIsTheConfiguredTrack) {
+  TurnModel model(kRatio, 1.0);
+  drive({1.5, 0.1, 0.02, 0.0}, 20, model);
+  EXPECT_EQ(model.yawRate(0.5, 0.0), kRatio * 0.5);
+  EXPECT_TRUE(model.coefficients().covariance.allFinite());
+  EXPECT_NO_THROW(TurnModel(kRatio, 1.0).setCoefficients(model.coefficients()));
+}
+
 TEST(TurnModel, DerivativesAreThoseOfTheYawRate) {
   TurnModel model(kRatio);
   drive({1.5, 0.2, 0.03, -0.1}, 60, model);
