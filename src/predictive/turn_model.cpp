@@ -20,10 +20,10 @@ constexpr double kMotionDeviation = 0.05;    // of q_2 and q_4, relative to c, p
 constexpr double kVeerDeviation = 0.03;      // of q_3, relative to it: tyres differ by as much
 constexpr double kGroundDeviation = 0.04;    // sigma_h
 constexpr double kGroundLasts = 0.5;         // T_h [s]
-constexpr double kJerk = 0.3;                // sigma_w of a robot that has not turned yet
-constexpr double kLeastJerk = 0.01;          // its bounds: a smooth floor
-constexpr double kLargestJerk = 0.5;         // and a robot that skids
-constexpr double kJerkEvidence = 2.0;        // N_0
+constexpr double kTurnNoise = 0.3;           // sigma_w of a robot that has not turned yet
+constexpr double kLeastNoise = 0.01;         // its bounds: a smooth floor
+constexpr double kLargestNoise = 0.5;        // and a robot that skids
+constexpr double kNoiseEvidence = 2.0;       // N_0
 constexpr double kSample = 0.02;             // s
 constexpr double kStraight = 0.05;           // largest |x| of a straight line [m/s]
 constexpr double kLargestCoefficient = 0.5;  // of q_2 and q_4, relative to c, per m/s
@@ -40,8 +40,8 @@ TurnModel::TurnModel(double ratio, double range)
       range_(range),
       mean_(State::Zero()),
       covariance_(Covariance::Zero()),
-      jerk_variance_(square(kJerk)),
-      evidence_(kJerkEvidence) {
+      noise_variance_(square(kTurnNoise)),
+      evidence_(kNoiseEvidence) {
   mean_(0) = ratio;
   const double of_range = std::max(kLeastDeviation, (range - 1.0) / kRangeDeviations);
   const Eigen::Vector4d deviations(of_range, kMotionDeviation, kVeerDeviation, kMotionDeviation);
@@ -97,18 +97,18 @@ void TurnModel::learn(double error, double x, double v, double variance, double 
   const Eigen::Matrix4d P = covariance_.topLeftCorner<4, 4>();
   covariance_.topLeftCorner<4, 4>() += step / kTimeConstant * (P - P * prior_ * P);
   const State phi = motion(x, v);
-  learnJerk(error, phi, variance, step);
+  learnNoise(error, phi, variance, step);
   // Samples that come closer than kSample share their errors.
-  correct(error, phi, (variance + jerk_variance_ * square(phi(4))) * std::max(1.0, kSample / step));
+  correct(error, phi, (variance + noise_variance_ * square(phi(4))) * std::max(1.0, kSample / step));
 }
 
-void TurnModel::learnJerk(double error, const State& phi, double variance, double step) {
+void TurnModel::learnNoise(double error, const State& phi, double variance, double step) {
   // N <- N_0 + (N - N_0) T/(T + step) + w,   sigma_w^2 <- sigma_w^2 + w/N (max(0, unexplained) - sigma_w^2)
   const double known = variance + phi.dot(covariance_ * phi);
   const double unexplained = (error * error - known) / square(phi(4)), w = std::min(1.0, step / kGroundLasts);
-  evidence_ = kJerkEvidence + (evidence_ - kJerkEvidence) * keptAfter(step, kTimeConstant) + w;
-  jerk_variance_ += w / evidence_ * (std::max(0.0, unexplained) - jerk_variance_);
-  jerk_variance_ = std::clamp(jerk_variance_, square(kLeastJerk), square(kLargestJerk));
+  evidence_ = kNoiseEvidence + (evidence_ - kNoiseEvidence) * keptAfter(step, kTimeConstant) + w;
+  noise_variance_ += w / evidence_ * (std::max(0.0, unexplained) - noise_variance_);
+  noise_variance_ = std::clamp(noise_variance_, square(kLeastNoise), square(kLargestNoise));
 }
 
 void TurnModel::learnVeer(double error, double x, double v, double variance, double step) {

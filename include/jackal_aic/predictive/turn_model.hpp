@@ -18,7 +18,7 @@
 /// ground. The prior of q_1 is as wide as its range and narrow around zero for the others: where the data say no more,
 /// the robot has one track. P^-1 of q returns to that of the prior with the time of turning T.
 ///
-/// A body that skids jerks: the yaw rate has, beside the sensor's noise, one of deviation sigma_w c x. It differs by
+/// A body that skids chatters: the yaw rate has, beside the sensor's noise, one of deviation sigma_w c x. It differs by
 /// ten times from a smooth floor to rough ground and is learned: sigma_w^2 descends F + 1/2 ln S, with the innovation's
 /// variance S, to the mean of what neither the sensor nor P explains of an error, over N times T_h, of which the first
 /// value counts as N_0.
@@ -95,7 +95,7 @@ class TurnModel {
 
   State motion(double x, double v) const;
   double ratio(double x, double v, double ground) const;
-  void learnJerk(double error, const State& phi, double variance, double step);
+  void learnNoise(double error, const State& phi, double variance, double step);
   void correct(double error, const State& phi, double variance);
   void bound();
 
@@ -104,7 +104,7 @@ class TurnModel {
   State mean_;             // (q, h)
   Covariance covariance_;  // P
   Eigen::Matrix4d prior_;  // P_0^-1
-  double jerk_variance_;   // sigma_w^2
+  double noise_variance_;  // sigma_w^2
   double evidence_;        // N
 };
 
