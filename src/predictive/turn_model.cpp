@@ -124,6 +124,7 @@ void TurnModel::correct(double error, const State& phi, double variance) {
   const double S = phi.dot(P_phi) + variance;
   mean_ += P_phi * (error / S);
   covariance_ -= P_phi * P_phi.transpose() / S;
+  covariance_.triangularView<Eigen::StrictlyUpper>() = covariance_.transpose();  // rounding
   bound();
 }
 
