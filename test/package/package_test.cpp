@@ -1,7 +1,6 @@
 // The package as others meet it: its manifest, its programs, and what a package downstream is built against.
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "../command.hpp"
 #include "../repository.hpp"
 
 namespace jackal_aic {
@@ -33,13 +33,8 @@ bool isRosPackage(const std::string& name) {
 
 /// What a command prints, and that it ended well.
 std::string output(const std::string& command) {
-  std::string text;
-  FILE* pipe = popen(("exec 2>&1; " + command).c_str(), "r");
-  if (pipe == nullptr) throw std::runtime_error("cannot start " + command);
-  char part[4096];
-  for (std::size_t n; (n = fread(part, 1, sizeof part, pipe)) > 0;) text.append(part, n);
-  const int status = pclose(pipe);
-  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << command << " ended with " << status << "\n" << text;
+  const auto [text, status] = runCommand(command);
+  EXPECT_EQ(status, 0) << command << "\n" << text;
   return text;
 }
 

@@ -1,13 +1,12 @@
 // The package as a robot's computer builds it: -DJACKAL_AIC_SIMULATION=OFF, without what only the simulation needs.
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <cstdio>
 #include <filesystem>
 #include <set>
 #include <string>
 
+#include "../command.hpp"
 #include "../repository.hpp"
 
 namespace jackal_aic {
@@ -25,14 +24,9 @@ std::string between(const std::string& page, const std::string& begin, const std
 TEST(RobotBuild, HasTheNodeThePluginAndTheToolsOfARobot) {
   if (*JACKAL_AIC_SANITIZER != '\0') GTEST_SKIP() << "the messages are those of an instrumented build";
   const std::string command =
-      "exec 2>&1; sh " + (kRoot / "test/robot/check").string() + " " JACKAL_AIC_DEVEL " " JACKAL_AIC_BUILD "/robot";
-  FILE* pipe = popen(command.c_str(), "r");
-  ASSERT_NE(pipe, nullptr);
-  std::string said;
-  char part[4096];
-  for (std::size_t n; (n = fread(part, 1, sizeof part, pipe)) > 0;) said.append(part, n);
-  const int status = pclose(pipe);
-  ASSERT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << said;
+      "sh " + (kRoot / "test/robot/check").string() + " " JACKAL_AIC_DEVEL " " JACKAL_AIC_BUILD "/robot";
+  const auto [said, status] = runCommand(command);
+  ASSERT_EQ(status, 0) << said;
   const std::set<std::string> programs = found(said, "program: (\\w+)\n");
   EXPECT_LE(programs.size(), 8u);
   EXPECT_EQ(programs,

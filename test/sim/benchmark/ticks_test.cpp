@@ -3,10 +3,10 @@
 #include "ticks.hpp"
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <cstdio>
 #include <string>
+
+#include "../../command.hpp"
 
 namespace jackal_aic::benchmark {
 namespace {
@@ -69,18 +69,12 @@ TEST(Ticks, OfTheMonitorAreThoseOfAHealthyRobot) {
 }
 
 TEST(Ticks, HaveNotGrown) {
-  const std::string command = "exec 2>&1; /usr/bin/python3 " JACKAL_AIC_SOURCE_DIR
-                              "/sim/benchmark/instructions.py " JACKAL_AIC_TICK_INSTRUCTIONS;
-  FILE* pipe = popen(command.c_str(), "r");
-  ASSERT_NE(pipe, nullptr);
-  std::string said;
-  char part[4096];
-  for (std::size_t n; (n = fread(part, 1, sizeof part, pipe)) > 0;) said.append(part, n);
-  const int status = pclose(pipe);
-  ASSERT_TRUE(WIFEXITED(status)) << said;
+  const std::string command =
+      "/usr/bin/python3 " JACKAL_AIC_SOURCE_DIR "/sim/benchmark/instructions.py " JACKAL_AIC_TICK_INSTRUCTIONS;
+  const auto [said, status] = runCommand(command);
   constexpr int kNothingToCompare = 77;
-  if (WEXITSTATUS(status) == kNothingToCompare) GTEST_SKIP() << said;
-  EXPECT_EQ(WEXITSTATUS(status), 0) << said;
+  if (status == kNothingToCompare) GTEST_SKIP() << said;
+  EXPECT_EQ(status, 0) << said;
 }
 
 }  // namespace
