@@ -11,6 +11,8 @@
 
 namespace jackal_aic {
 
+static_assert(EIGEN_MAX_ALIGN_BYTES == 16, "compile with -DEIGEN_MAX_ALIGN_BYTES=16, as the library was");
+
 /// Highest generalised order p that the code supports (the thesis uses p = 3 and mentions up to 5).
 inline constexpr int kMaxOrders = 5;
 
