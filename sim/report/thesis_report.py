@@ -19,6 +19,7 @@ import baselines
 import detection
 import faults
 import figures
+import hypothesis
 import odometry
 import recordings
 from markup import cell, fixed, rendered, seconds, table
@@ -272,7 +273,8 @@ def experiment_section(results, images, verdicts, name):
     experiment = results.experiments[name]
     heading = f'Table {experiment["table"]}: ' if 'table' in experiment else ''
     return {'name': name, 'title': heading + experiment['title'], 'notes': notes_of(results, name), 'numbers': numbers_of(results, name),
-            'claims': claim_table(verdicts, name), 'figures': figure_section(results, images, name)}
+            'claims': claim_table(verdicts, name), 'hypothesis': hypothesis.section(results) if name == 'table_5-7' else None,
+            'figures': figure_section(results, images, name)}
 
 
 def data_sections(results):

@@ -17,6 +17,7 @@ sys.path.insert(0, str(SOURCE / 'sim/report'))
 
 import answers  # noqa: E402
 import claims  # noqa: E402
+import hypothesis  # noqa: E402
 import thesis_report  # noqa: E402
 from results import Results  # noqa: E402
 
@@ -71,6 +72,14 @@ class Report(unittest.TestCase):
         for _, _, place in answers.ANSWERS:
             self.assertIn(f'id="{place}"', page)
         self.assertNotIn('no longer support', page)
+
+    def test_the_hypothesis_is_within_the_thesis_values_and_on_its_page(self):
+        page = (SOURCE / 'doc/concepts/active_inference.md').read_text()
+        for rate, theirs, kept, printed in hypothesis.limits(self.results):
+            self.assertLess(kept, theirs)
+            self.assertGreater(printed, theirs)
+            words = '1 kHz' if rate == 1000 else f'{rate} Hz'
+            self.assertIn(f'| {words} | {theirs:g} s | {kept:.2g} s | {printed:.2g} s |', page)
 
     def test_the_notes_say_what_the_runs_say(self):
         notes = {name: ' '.join(experiment.get('note', '').split()) for name, experiment in self.results.experiments.items()}
