@@ -23,7 +23,7 @@ from results import Results  # noqa: E402
 
 
 def experiments(*arguments):
-    return subprocess.check_output(['rosrun', 'jackal_aic', 'experiments', *arguments, '--share', str(SOURCE)], text=True)
+    return subprocess.check_output(['rosrun', 'jackal_aic', 'experiments', *arguments], text=True)
 
 
 def row(*arguments):
