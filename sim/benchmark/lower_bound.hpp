@@ -30,7 +30,7 @@ struct BoundBlock {
   double order(std::size_t i) const { return x[i / 2][i % 2]; }  ///< element i of x
 
   /// Takes a motion's block of an update and of a belief. @param added Gamma b, as a generalised body velocity.
-  void fill(const BeliefUpdate& update, const GeneralizedBody& added, const GeneralizedBody& belief,
+  void fill(const BeliefUpdate<GenerativeModel>& update, const GeneralizedBody& added, const GeneralizedBody& belief,
             BodyChannel motion) {
     for (std::size_t j = 0; j < n; ++j) {
       input[j / 2][j % 2] = added(motion, j);
@@ -60,8 +60,8 @@ struct LowerBound {
   BoundBlock<n> yaw_rate;  ///< theta_dot and its derivatives
 
   /// Does what an update does to a belief with measurement and set point held.
-  void fill(const BeliefUpdate& update, const GeneralizedSensor& measurement, const GeneralizedBody& set_point,
-            const GeneralizedBody& belief) {
+  void fill(const BeliefUpdate<GenerativeModel>& update, const GeneralizedSensor& measurement,
+            const GeneralizedBody& set_point, const GeneralizedBody& belief) {
     GeneralizedBody added = GeneralizedBody::Zero(kBodySize, n);
     update.step(added, measurement, set_point);  // Γ b is what becomes of a belief of zero
     forward.fill(update, added, belief, kForward);

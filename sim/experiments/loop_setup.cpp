@@ -147,7 +147,7 @@ LoopSetup loadPrintedSetup(const PackageFiles& files, const std::string& control
   }
   all.insert(all.end(), overrides.begin(), overrides.end());
   LoopSetup setup = loadSetup(files, controller, plant, all);
-  if (std::holds_alternative<ControllerParameters>(setup.drive.controller)) setup.drive.plant_model.reset();
+  if (auto* gains = std::get_if<ControllerParameters>(&setup.drive.controller)) gains->printed = true;
   return setup;
 }
 

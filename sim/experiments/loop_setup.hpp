@@ -73,8 +73,8 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
 /// row speaks against it: 0.04 s are 2 m/s^2.
 inline constexpr double kThesisDriveAcceleration = 1.2;
 
-/// As loadSetup(), with the controllers as the thesis had them: nothing tells the action of its own ones what the
-/// motors can follow, and the named differential drive accelerates by kThesisDriveAcceleration.
+/// As loadSetup(), with the controllers as the thesis had them: its own ones with controller.printed, and the named
+/// differential drive accelerates by kThesisDriveAcceleration.
 LoopSetup loadPrintedSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
                            const Overrides& overrides);
 

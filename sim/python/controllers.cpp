@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "bindings.hpp"
+#include "jackal_aic/aic/active_inference.hpp"
 #include "jackal_aic/aic/generalized_motion.hpp"
 #include "jackal_aic/model/skid_steer_kinematics.hpp"
 
@@ -107,25 +108,83 @@ void bindModel(py::module& m) {
       .def_property_readonly("forward_model", &SkidSteerKinematics::forwardModel,
                              "K, shape (2, 5): d eps_y / d a (3-14).");
 
-  py::class_<Generalization>(m, "Generalization", "Generalised measurements y_tilde by the recursion of eq. 3-22.")
+  using Sensed = Generalization<kSensorSize>;
+  py::class_<Sensed>(m, "Generalization", "Generalised measurements y_tilde by the recursion of eq. 3-22.")
       .def(py::init([](int orders, double shortest_gap, double longest_gap) {
              if (orders < 0 || orders > kMaxOrders) {
                throw ParameterError(fmt::format("orders = {}: must be in [0, {}]", orders, kMaxOrders));
              }
-             return Generalization(orders, shortest_gap, longest_gap);
+             return Sensed(orders, shortest_gap, longest_gap);
            }),
            py::arg("orders") = 3, py::arg("shortest_gap") = 0.01, py::arg("longest_gap") = 0.5,
            R"(orders: highest generalised order p, 0 to 5.
 shortest_gap: samples closer than this change y alone, not its derivatives [s].
 longest_gap: after a longer one the signal starts anew [s].)")
       .def(
-          "update", [](Generalization& g, const Observation& y) { return wordOf(g.update(y)); }, py::arg("observation"),
+          "update", [](Sensed& g, const Observation& y) { return wordOf(g.update(y.stamp, y.vector())); },
+          py::arg("observation"),
           "Takes a sample; 'accepted', 'restarted', or why it was refused: 'stale', 'not_finite', 'incomplete'.")
-      .def("reset", &Generalization::reset, "Forgets all samples.")
+      .def("reset", &Sensed::reset, "Forgets all samples.")
       .def_property_readonly(
-          "measurement", [](const Generalization& g) { return g.measurement(); },
+          "measurement", [](const Sensed& g) { return g.measurement(); },
           "y_tilde, shape (5, p+1): yaw rate, wheels left and right [rad/s], accelerations x and y [m/s^2]; column i "
           "is order i.");
+}
+
+/// A model of any size.
+using AnyModel = LinearModel<Eigen::Dynamic, Eigen::Dynamic, Eigen::Dynamic>;
+
+AnyModel anyModel(const Eigen::MatrixXd& sensory_map, const Eigen::MatrixXd& forward_model,
+                  const Eigen::MatrixXd& state_precision, const Eigen::MatrixXd& sensory_precision, double tau,
+                  int action_orders) {
+  const auto require = [](bool holds, const char* what) {
+    if (!holds) throw ParameterError(what);
+  };
+  const Eigen::Index orders = state_precision.cols();
+  require(orders >= 1 && orders <= kMaxOrders + 1, "state_precision: must have 1 to 6 columns, one for each order");
+  require(
+      sensory_map.cols() == state_precision.rows() && sensory_map.rows() == sensory_precision.rows(),
+      "sensory_map: must have a row for each row of sensory_precision and a column for each row of state_precision");
+  require(forward_model.cols() == sensory_map.rows(), "forward_model: must have a column for each row of sensory_map");
+  require(sensory_precision.cols() == orders, "sensory_precision: must have as many columns as state_precision");
+  require(action_orders >= 0 && action_orders < orders, "action_orders: must be one of the orders");
+  require(tau > 0.0, "tau: must be above 0 s");
+  return {tau, sensory_map, forward_model, state_precision, sensory_precision, action_orders};
+}
+
+void bindInference(py::module& m) {
+  using Inference = ActiveInference<AnyModel>;
+  py::class_<Inference>(m, "ActiveInference", "The thesis' belief and action (3-11, 3-13) over any linear model.")
+      .def(py::init([](const Eigen::MatrixXd& sensory_map, const Eigen::MatrixXd& forward_model,
+                       const Eigen::MatrixXd& state_precision, const Eigen::MatrixXd& sensory_precision, double tau,
+                       double kappa_mu, double kappa_a, double belief_step, double action_step, bool euler,
+                       int action_orders) {
+             return Inference(
+                 anyModel(sensory_map, forward_model, state_precision, sensory_precision, tau, action_orders),
+                 {kappa_mu, kappa_a, belief_step, action_step, euler ? Integrator::euler : Integrator::exact});
+           }),
+           py::arg("sensory_map"), py::arg("forward_model"), py::arg("state_precision"), py::arg("sensory_precision"),
+           py::arg("tau"), py::arg("kappa_mu"), py::arg("kappa_a"), py::arg("belief_step") = 0.001,
+           py::arg("action_step") = 0.02, py::arg("euler") = false, py::arg("action_orders") = 0,
+           R"(sensory_map: R, shape (sensors, states). forward_model: K, shape (actions, sensors).
+state_precision, sensory_precision: 1/Sigma, shapes (states, p+1) and (sensors, p+1); 0: not measured.
+tau: temporal parameter [s]. kappa_mu, kappa_a: learning rates of belief and action.
+belief_step, action_step: time between their updates [s]. euler: forward Euler instead of the exact integrator.
+action_orders: highest order whose sensory error drives the action.)")
+      .def("set_set_point", &Inference::setSetPoint, py::arg("mu_d"), "Desired state, shape (states,).")
+      .def("observe", &Inference::observe, py::arg("y_tilde"), "Generalised measurement, shape (sensors, p+1).")
+      .def("seed_belief", &Inference::seedBelief, "Believes what the measurement says, with derivatives zero.")
+      .def("update_belief", &Inference::updateBelief, "One step of the belief.")
+      .def(
+          "update_action", [](Inference& c) { return Eigen::VectorXd(c.updateAction()); },
+          "One step of the action, shape (actions,).")
+      .def("hold", &Inference::hold, py::arg("applied"), "Replaces the action by the command that was applied.")
+      .def_property_readonly(
+          "belief", [](const Inference& c) { return Eigen::MatrixXd(c.belief()); }, "mu_tilde, shape (states, p+1).")
+      .def_property_readonly(
+          "action", [](const Inference& c) { return Eigen::VectorXd(c.action()); }, "a, shape (actions,).")
+      .def_property_readonly(
+          "free_energy", [](const Inference& c) { return freeEnergy(c.model(), c.errors()); }, "F now (3-10).");
 }
 
 /// The controller of a structure that parameters describe. @throws ParameterError if they describe another one.
@@ -160,6 +219,7 @@ py::tuple channelsOf(const ChannelValidity& valid) {
 void bindControllers(py::module& m) {
   bindObservation(m);
   bindModel(m);
+  bindInference(m);
 
   using Vector = Eigen::Matrix<double, kBodySize, 1>;
   py::class_<VelocityController>(m, "CoreController", R"(A controller of the core, called by hand.

@@ -83,17 +83,20 @@ def ground_needs_more(results):
 
 
 def model_follows(name, parameter):
+    """Rise times of model and robot beside each other: alike within a fifth at every value."""
 
     def claim(results):
         runs = results.comparable(name)
-        parts, agrees = [], True
-        for plant, words in (('state_space', 'model'), ('box', 'robot')):
+        rises = {}
+        for plant in ('state_space', 'box'):
             chosen = [run for run in runs if run['plant'] == plant]
             chosen.sort(key=lambda run: run[parameter], reverse=parameter == 'tau')
-            rises = [run['rise_s'] for run in chosen]
-            agrees &= falls(rises)
-            parts.append(f'{words} rise ' + ', '.join(seconds(r) for r in rises))
-        return Verdict(agrees, '; '.join(parts))
+            rises[plant] = [run['rise_s'] for run in chosen]
+        ratios = [robot / model for robot, model in zip(rises['box'], rises['state_space'])]
+        agrees = all(falls(values) for values in rises.values()) and all(abs(math.log(ratio)) < 0.2 for ratio in ratios)
+        return Verdict(agrees, '; '.join(f'{words} rise ' + ', '.join(seconds(r) for r in rises[plant])
+                                         for plant, words in (('state_space', 'model'), ('box', 'robot'))) +
+                       '; robot / model ' + ', '.join(f'{ratio:.2f}' for ratio in ratios))
 
     return claim
 
@@ -130,7 +133,7 @@ def stable_at_1_khz(results):
     exact = [run for run in runs if run['integrator'] == 'exact']
     return Verdict(all(run.bounded for run in euler),
                    f'exact: {pair(exact[0])}; euler ' + ('is stable' if all(run.bounded for run in euler) else
-                                                         'diverges by the thesis\' own equations: h κ_μ Π_μ/τ² = 6.7, bound 2'))
+                                                         'diverges by the thesis\' own equations: h κ_μ Π_μ/τ² = 6.7, bound 1.75'))
 
 
 def frequency_alone(name):
@@ -227,6 +230,96 @@ def improved_beats_drive(plant):
     return claim
 
 
+LIMITS = {'tau': 'τ', 'kappa_mu': 'κ_μ'}
+
+
+def limits(results, parameter, integrator='euler'):
+    """(rate [Hz], ours of the belief update alone, the thesis') of Table 5-7."""
+    standard = results.config('standard')['controller'][parameter]
+    searched = [run for run in results.runs['table_5-7']
+                if run['integrator'] == integrator and run['plant'] is None and run[parameter] != standard]
+    return [(entry['set']['belief_rate'], pick(searched, belief_hz=float(entry['set']['belief_rate']))[parameter], entry['value'])
+            for entry in results.tables['5-7']['rows'] if entry['parameter'] == parameter]
+
+
+def largest_values(parameter):
+    """The limit of Euler's belief update is the thesis' within a factor of 1.5."""
+
+    def claim(results):
+        found = limits(results, parameter)
+        return Verdict(all(abs(math.log(ours / theirs)) < math.log(1.5) for _, ours, theirs in found),
+                       '; '.join(f'{rate} Hz: {LIMITS[parameter]} = {ours:.2g} (thesis {theirs:g})' for rate, ours, theirs in found))
+
+    return claim
+
+
+def best_kappa_a(results):
+    parts, agrees = [], True
+    for rate in (50.0, 1000.0):
+        runs = {run['kappa_a']: run['settling_s'] for run in results.comparable('table_5-6') if run['belief_hz'] == rate}
+        best = min(runs, key=runs.get)
+        agrees &= best == 10.0
+        parts.append(f'{rate:.0f} Hz: {best:g} of {", ".join(f"{k:g}" for k in sorted(runs))} settles first')
+    return Verdict(agrees, '; '.join(parts))
+
+
+def runs_with_euler(name, **wanted):
+    """A case that the thesis drove with its own integrator."""
+
+    def claim(results):
+        run = pick(results.runs[name], integrator='euler', **wanted)
+        return Verdict(run.bounded, f'euler {pair(run) if run.bounded else "diverges"}')
+
+    return claim
+
+
+def drive_is_high_on_the_box(results):
+    drive = pick(results.comparable('figure_5-24'), controller='diff_drive', plant='box')
+    return Verdict(drive['steady_error_pct'] > 1.0, f'steady-state error {drive["steady_error_pct"]:+.2f} % on the box')
+
+
+def overshoot_of(run, column):
+    """How far a signal goes beyond its value at the end [%]."""
+    _, values = run.series(column)
+    final = sum(values[-50:]) / 50
+    return 100.0 * (max(values) / final - 1.0)
+
+
+def commands_overshoot(results):
+    parts, agrees = [], True
+    for rate in (50.0, 1000.0):
+        runs = sorted((run for run in results.comparable('table_5-4') if run['belief_hz'] == rate and run['thesis_settling_s']),
+                      key=lambda run: -run['tau'])
+        values = [overshoot_of(run, 'command') for run in runs]
+        agrees &= all(b > a for a, b in zip(values, values[1:]))
+        parts.append(f'{rate:.0f} Hz, τ {", ".join(format(run["tau"], "g") for run in runs)}: {", ".join(f"{v:.1f}" for v in values)} %')
+    return Verdict(agrees, '; '.join(parts))
+
+
+def beliefs_overshoot(results):
+    runs = results.comparable('table_5-5')
+    values = [overshoot_of(pick(runs, kappa_mu=0.1, belief_hz=rate), 'belief_mps') for rate in (50.0, 1000.0)]
+    return Verdict(values[0] > 5.0 > values[1], f'κ_μ 0.1: {values[0]:.0f} % at 50 Hz, {values[1]:.0f} % at 1 kHz')
+
+
+def noise(results, column):
+    """Standard deviation of a signal at the end of Table 5-2's step to 0.5 m/s, at 50, 100 and 1000 Hz, in thousandths of its unit."""
+    found = []
+    for rate in (50.0, 100.0, 1000.0):
+        _, values = pick(results.comparable('table_5-2'), step_mps=0.5, belief_hz=rate).series(column)
+        values = values[-100:]
+        mean = sum(values) / len(values)
+        found.append(1e3 * math.sqrt(sum((v - mean) ** 2 for v in values) / len(values)))
+    return found
+
+
+def rate_filters_noise(results):
+    command, belief = noise(results, 'command_left_radps'), noise(results, 'belief_mps')
+    return Verdict(falls(command) and falls(belief),
+                   'noise at 50, 100, 1000 Hz: command of a wheel ' + ', '.join(f'{v:.2f}' for v in command) + ' mrad/s, believed velocity ' +
+                   ', '.join(f'{v:.3f}' for v in belief) + ' mm/s')
+
+
 # Experiment it belongs to, where the thesis says it, what it says, what our runs say.
 CLAIMS = [
     ('table_3-1a', 'Tables 3-1a, 3-1b', 'At 0.1 and 0.5 m/s the differential drive settles and rises faster.', diff_drive_is_faster),
@@ -251,12 +344,20 @@ CLAIMS = [
     ('table_5-6', 'Section 5-4-3', 'The rise time falls with κ_a.', gets_faster('table_5-6', 'kappa_a', ('rise_s',), False)),
     ('table_5-6', 'Section 5-4-3', 'The settling time first falls with κ_a, then rises because of ringing.', rings),
     ('table_5-6', 'Section 5-4-3', 'The overshoot is higher at 50 Hz.', slow_rings_more),
+    ('table_5-5', 'Table 5-5', 'κ_μ = 0.5 at 50 Hz is stable.', runs_with_euler('table_5-5', kappa_mu=0.5, belief_hz=50.0)),
+    ('table_5-5', 'Figure 5-16a', 'The belief overshoots at 50 Hz, not at 1 kHz.', beliefs_overshoot),
+    ('table_5-4', 'Figure 5-12', 'The commands overshoot more with a smaller τ.', commands_overshoot),
+    ('table_5-7', 'Table 5-7', 'τ may be as small as 0.005 at 50 Hz and 0.0002 at 1 kHz.', largest_values('tau')),
+    ('table_5-7', 'Table 5-7', 'κ_μ may be as large as 0.1 at 50 Hz and 3 at 1 kHz.', largest_values('kappa_mu')),
+    ('table_5-6', 'Table 5-7', 'Of κ_a = 8, 10, 15, 20, 10 is the largest that improves the response.', best_kappa_a),
+    ('table_5-2', 'Chapter 6', 'A higher update frequency filters noise better.', rate_filters_noise),
     ('table_5-9', 'Table 5-9', 'The improved controller settles and rises faster.', improved_beats_standard),
     ('table_5-10', 'Section 5-5-2', 'The improved controller reaches the set point of the square waves, the standard one fails to.',
      square_waves),
     ('figure_5-24', 'Section 5-5-3', 'The improved controller settles and rises faster than the differential drive (on the box).',
      improved_beats_drive('box')),
     ('figure_5-24', 'Section 5-5-3', 'The same on the ground.', improved_beats_drive('ground')),
+    ('figure_5-24', 'Section 5-5-3', 'The differential drive settles at a higher value than asked.', drive_is_high_on_the_box),
     ('figure_D-1', 'Figure D-1', 'κ_μ = 1 at 50 Hz: the belief becomes infinite.', is_unstable('figure_D-1')),
     ('figure_D-2', 'Figure D-2', 'τ = 0.001 at 50 Hz: velocity and belief become unstable.', is_unstable('figure_D-2')),
 ]

@@ -77,6 +77,17 @@ def selected(runs, panel):
     return runs
 
 
+def integrators(runs, panel):
+    """The integrator of each line, and what is to stand in the title if it is the same of all: of the thesis' panels, that do not tell
+    it in another way."""
+    named = [run['integrator'] for run in runs]
+    if 'integrator' in panel['by'] or any(run['controller'] in ('predictive', 'tuned') for run in runs) or not any(named):
+        return [''] * len(runs), ''
+    if len(set(named)) == 1:
+        return [''] * len(runs), f' ({named[0]})'
+    return [name or '' for name in named], ''
+
+
 def same(a, b):
     if isinstance(a, float):
         return math.isclose(a, float(b), rel_tol=1e-9)
@@ -98,13 +109,14 @@ def draw_panel(axis, runs, panel, square):
     diverges = False
     chosen = selected(runs, panel)
     start = 0.0 if square else REST
+    at_lines, in_title = integrators(chosen, panel)
     for i, run in enumerate(chosen):
         for j, name in enumerate(names):
             colour = COLOURS[(i * len(names) + j) % len(COLOURS)]
             column, _ = SIGNALS[name]
             times, values = run.series(column, start)
             values = [v if math.isfinite(v) and abs(v) < ENDLESS else math.nan for v in values]
-            text = ', '.join(filter(None, (label(run, panel['by']), PARTS[name] if len(names) > 1 else '')))
+            text = ', '.join(filter(None, (label(run, panel['by']), PARTS[name] if len(names) > 1 else '', at_lines[i])))
             if not run.bounded:
                 text += ' (unstable)'
             axis.plot(times, values, color=colour, linewidth=1.3, label=text)
@@ -117,7 +129,7 @@ def draw_panel(axis, runs, panel, square):
         axis.set_yscale('symlog', linthresh=1.0)
         axis.set_ylim(-ENDLESS, ENDLESS)
         axis.set_yticks([-ENDLESS, -1e8, -1e4, 0, 1e4, 1e8, ENDLESS])
-    axis.set_title(panel['title'], fontsize=9)
+    axis.set_title(panel['title'] + in_title, fontsize=9)
     axis.set_xlabel('time [s]' if square else 'time after the step [s]')
     axis.set_ylabel(SIGNALS[names[0]][1])
     unstable = any(not run.bounded for run in chosen)

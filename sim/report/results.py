@@ -95,12 +95,12 @@ class Run:
         return times, cells(column)
 
     def errors(self):
-        """(name, |ln(ours/thesis)|) for settling and rise, where the thesis prints a number and we have one."""
+        """(name, ln(ours/thesis)) for settling and rise, where the thesis prints a number and we have one."""
         found = []
         for name in ('settling', 'rise'):
             ours, theirs = self[f'{name}_s'], self[f'thesis_{name}_s']
             if ours and theirs:
-                found.append((name, abs(math.log(ours / theirs))))
+                found.append((name, math.log(ours / theirs)))
         return found
 
     def missing(self):
@@ -141,13 +141,12 @@ class Results:
     def comparable(self, name):
         return comparable(self.runs[name])
 
-    def mean_error(self, tables):
-        """Mean |ln(ours/thesis)| over the comparable rows of some tables, and how many values it is over."""
+    def errors(self, tables):
+        """ln(ours/thesis) over the comparable rows of some tables."""
         errors, missing = [], 0
         for table in tables:
             for run in self.comparable(f'table_{table}'):
                 errors += [error for _, error in run.errors()]
                 missing += run.missing()
         # A response that never settles counts as in the fit: 2.
-        values = errors + [2.0] * missing
-        return sum(values) / len(values), len(values)
+        return errors + [2.0] * missing

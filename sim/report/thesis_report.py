@@ -8,15 +8,18 @@ Reads what `experiments run all --out RESULTS` wrote. The page needs no other fi
 import argparse
 import concurrent.futures
 import itertools
+import math
 import pathlib
 import sys
 
+import answers
 import beyond
 import claims
 import baselines
 import detection
 import faults
 import figures
+import hypothesis
 import odometry
 import recordings
 from markup import cell, fixed, rendered, seconds, table
@@ -38,19 +41,30 @@ FITTED = [  # key of the plant, words, unit
     ('acceleration_limit', 'acceleration limit', 'm/s²'),
 ]
 
-def settings(run):
-    """The conditions of a run in words."""
+def conditions(run):
+    """The conditions of a run in words, one by one."""
     parts = [figures.WORDS.get(run['controller'], run['controller']), figures.WORDS.get(run['plant'], run['plant'] or 'belief update alone')]
     if run['step_mps']:
         parts.append(f'{run["step_mps"]:g} m/s')
     if run['belief_hz']:
-        parts.append(f'belief {run["belief_hz"]:g} Hz, action {run["action_hz"]:g} Hz')
-        parts.append(f'τ {run["tau"]:g}, κ_μ {run["kappa_mu"]:g}, κ_a {run["kappa_a"]:g}')
-        if run['orders'] != 3:
+        parts += [f'belief {run["belief_hz"]:g} Hz', f'action {run["action_hz"]:g} Hz', f'τ {run["tau"]:g}', f'κ_μ {run["kappa_mu"]:g}',
+                  f'κ_a {run["kappa_a"]:g}']
+        if run['orders'] is not None:
             parts.append(f'p {run["orders"]:g}')
     if run.label:
         parts.append(run.label)
-    return ', '.join(parts)
+    return parts
+
+
+def common(runs):
+    """Conditions that all runs of a table share."""
+    shared = set(conditions(runs[0])).intersection(*(conditions(run) for run in runs))
+    return [part for part in conditions(runs[0]) if part in shared]
+
+
+def settings(run, shared=()):
+    """The conditions of a run in words, but for those that all of its table share."""
+    return ', '.join(part for part in conditions(run) if part not in shared) or '–'
 
 
 def ours(run, name):
@@ -65,27 +79,28 @@ def theirs(run, name, unstable):
 
 def residual(run):
     errors = dict(run.errors())
-    return [cell(f'{errors[name]:.2f}' if name in errors else '') for name in ('settling', 'rise')]
+    return [cell(fixed(errors[name], sign=True) if name in errors else '') for name in ('settling', 'rise')]
 
 
 def step_table(results, name, thesis):
     """Ours and theirs for every row, with both integrators where the thesis' own one cannot run."""
     rows = []
     entries = thesis['rows']
+    shared = common(results.runs[name])
     for entry, group in zip(entries, grouped(results.runs[name])):
         compared = figures.comparable(group)[0]
         shown = group if any(not run.bounded for run in group) else [compared]
         for run in shown:
             is_compared = run is compared
             rows.append([
-                cell(entry['row'], True, 'key'), cell(entry.get('column', ''), True, 'key'), cell(settings(run), True),
+                cell(entry['row'], True, 'key'), cell(entry.get('column', ''), True, 'key'), cell(settings(run, shared), True),
                 cell(run['integrator'] or '–', True), ours(run, 'settling'), theirs(run, 'settling', entry.get('unstable')),
                 ours(run, 'rise'), theirs(run, 'rise', entry.get('unstable')),
                 *(residual(run) if is_compared else [cell(''), cell('')]),
                 cell(seconds(run['overshoot_pct']) if run.bounded else ''), cell(note_of(entry), True, 'note')
             ])
     return table(['<row', '<column', '<setting', '<integrator', 'settling ours [s]', 'thesis [s]', 'rise ours [s]', 'thesis [s]',
-                  '|ln| settling', '|ln| rise', 'overshoot [%]', '<note'], rows)
+                  'ln settling', 'ln rise', 'overshoot [%]', '<note'], rows)
 
 
 def note_of(entry):
@@ -104,7 +119,8 @@ def grouped(runs):
 
 def run_table(runs):
     """Our numbers where the thesis prints none."""
-    rows = [[cell(settings(run), True), cell(run['integrator'] or '–', True), ours(run, 'settling'), ours(run, 'rise'),
+    shared = common(runs)
+    rows = [[cell(settings(run, shared), True), cell(run['integrator'] or '–', True), ours(run, 'settling'), ours(run, 'rise'),
              cell(seconds(run['overshoot_pct']) if run.bounded else ''),
              cell(fixed(run['steady_error_pct'], sign=True) if run.bounded and run['steady_error_pct'] is not None else '')]
             for run in runs]
@@ -113,9 +129,10 @@ def run_table(runs):
 
 def square_table(runs):
     rows = []
+    shared = common(runs)
     for run in runs:
         share = cell(f'{100 * claims.share_reached(run):.0f} %') if run.bounded else cell('unstable', style='no')
-        rows.append([cell(settings(run), True), cell(run['integrator'], True), share])
+        rows.append([cell(settings(run, shared), True), cell(run['integrator'], True), share])
     return table(['<setting', '<integrator', 'largest velocity / set point'], rows)
 
 
@@ -244,6 +261,11 @@ def notes_of(results, name):
     notes = [experiment.get('note'), results.tables[experiment['table']].get('note') if 'table' in experiment else None]
     if experiment['kind'] == 'squares':
         notes.append(f'Ours: period {experiment["period"]} s, {experiment["cycles"]} periods.')
+    shared = common(results.runs[name])
+    if shared and experiment['kind'] != 'usable_range' and name in reproduced(results):
+        notes.append('In all rows: ' + ', '.join(shared) + '.')
+    if name == 'orders':
+        notes.append(answers.number_of_orders(results).text)
     return [note for note in notes if note]
 
 
@@ -251,7 +273,8 @@ def experiment_section(results, images, verdicts, name):
     experiment = results.experiments[name]
     heading = f'Table {experiment["table"]}: ' if 'table' in experiment else ''
     return {'name': name, 'title': heading + experiment['title'], 'notes': notes_of(results, name), 'numbers': numbers_of(results, name),
-            'claims': claim_table(verdicts, name), 'figures': figure_section(results, images, name)}
+            'claims': claim_table(verdicts, name), 'hypothesis': hypothesis.section(results) if name == 'table_5-7' else None,
+            'figures': figure_section(results, images, name)}
 
 
 def data_sections(results):
@@ -279,17 +302,48 @@ def plant_table(results):
     return table(['<fitted parameter', 'box', 'ground', '<unit'], rows)
 
 
+REPEATABLE = 0.15  # ln: the thesis' own repeats of one condition differ by more
+
+
+def errors_of(results, tables):
+    """Cells of the errors of some tables: how many, absolute and signed mean, how many within the thesis' own repeatability."""
+    errors = results.errors(tables)
+    near = sum(1 for error in errors if abs(error) <= REPEATABLE)
+    mean = sum(abs(error) for error in errors) / len(errors)
+    return mean, [cell(str(len(errors))), cell(f'{mean:.3f}'), cell(fixed(sum(errors) / len(errors), 3, True)), cell(f'{near}')]
+
+
 def bar_table(results):
     rows = []
     for tables, words, name in BARS:
         bar = results.bars['thesis_fit'][name]
-        error, count = results.mean_error(tables)
-        rows.append([cell(', '.join(tables), True), cell(words, True), cell(str(count)), cell(f'{error:.3f}'),
-                     cell(f'{bar:.3f}'), cell('met' if error <= bar else 'missed', style='yes' if error <= bar else 'no')])
+        error, cells = errors_of(results, tables)
+        rows.append([cell(', '.join(tables), True), cell(words, True), *cells, cell(f'{bar:.3f}'),
+                     cell('met' if error <= bar else 'missed', style='yes' if error <= bar else 'no')])
     for tables in sorted({t for group, _, _ in BARS for t in group}):
-        error, count = results.mean_error([tables])
-        rows.append([cell(tables, True), cell('alone', True), cell(str(count)), cell(f'{error:.3f}'), cell(''), cell('')])
-    return table(['<tables', '<used as', 'values', 'mean |ln(ours/thesis)|', 'bar', 'verdict'], rows)
+        rows.append([cell(tables, True), cell('alone', True), *errors_of(results, [tables])[1], cell(''), cell('')])
+    return table(['<tables', '<used as', 'values', 'mean |ln(ours/thesis)|', 'mean ln(ours/thesis)', 'within 15 %', 'bar', 'verdict'], rows)
+
+
+def fit_sentence(results):
+    """Signed errors of the box, and what the fit trades for what."""
+    tables = BARS[0][0]
+
+    def errors(what, names):
+        return [error for name in names for run in results.comparable(f'table_{name}') for kind, error in run.errors() if kind == what]
+
+    def words(what):
+        found = errors(what, tables)
+        percent = 100 * math.expm1(sum(found) / len(found))
+        return 'right' if abs(percent) < 2 else f'{abs(percent):.0f} % too {"short" if percent < 0 else "long"}'
+
+    settling = errors('settling', tables)
+    means = {name: sum(errors('settling', [name])) / len(errors('settling', [name])) for name in tables}
+    worst = max(means, key=lambda name: abs(means[name]))
+    near = sum(1 for error in settling if abs(error) <= REPEATABLE)
+    return (f'On the box our settling times are {words("settling")} on average, most in Table {worst} (mean ln {fixed(means[worst], sign=True)}), '
+            f'and our rise times are {words("rise")}: the fit trades one for the other. {near} of {len(settling)} settling times lie within '
+            '15 % of the thesis\'.')
 
 
 def evaluate(results):
@@ -299,7 +353,7 @@ def evaluate(results):
 def page(results, images):
     verdicts = evaluate(results)
     return rendered(tables=list(results.tables), figures=figures_shown(results), plants=plant_table(results), bars=bar_table(results),
-                    verdicts=verdicts, agreed=sum(1 for *_, verdict in verdicts if verdict.agrees), data=data_sections(results),
+                    answers=answers.answered(results), fit=fit_sentence(results), verdicts=verdicts, agreed=sum(1 for *_, verdict in verdicts if verdict.agrees), data=data_sections(results),
                     experiments=[experiment_section(results, images, verdicts, name) for name in reproduced(results)],
                     beyond=beyond.section(results, images), baselines=baselines.section(results.directory),
                     detection=detection.section(results.package, results.directory), odometry=odometry.section(results.directory),

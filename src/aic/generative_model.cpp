@@ -1,9 +1,11 @@
 #include "jackal_aic/aic/generative_model.hpp"
 
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
+
 namespace jackal_aic {
 
-GenerativeModel::GenerativeModel(const ControllerParameters& controller, const GeometryParameters& geometry)
-    : tau(controller.tau) {
+GenerativeModel::GenerativeModel(const ControllerParameters& controller, const GeometryParameters& geometry) {
+  tau = controller.tau;
   const SkidSteerKinematics kinematics(geometry);
   sensory_map = kinematics.sensoryMap();
   forward_model = kinematics.forwardModel();

@@ -33,8 +33,7 @@ void checkConvergence(const ControllerParameters& controller, const GeometryPara
   if (radius < 1.0) return;
   throw ParameterError(fmt::format(
       "controller.integrator = '{}': the belief update diverges with belief_rate = {:.4g} Hz, tau = {:.4g} s, kappa_mu "
-      "= "
-      "{:.4g}: spectral radius {:.4g}, must be below 1 (h kappa_mu Pi_mu / tau^2 = {:.4g}, bound about 2){}",
+      "= {:.4g}: spectral radius {:.4g}, must be below 1 (h kappa_mu Pi_mu / tau^2 = {:.4g}, must be below 2){}",
       kIntegratorNames[static_cast<std::size_t>(controller.integrator)], controller.belief_rate, controller.tau,
       controller.kappa_mu, radius, update.eulerNumber(),
       controller.integrator == Integrator::euler ? "; use integrator: exact" : ""));

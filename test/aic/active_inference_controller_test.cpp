@@ -255,9 +255,28 @@ TEST(ActiveInferenceController, OtherGainsKeepThePlantModel) {
   EXPECT_EQ(controller.plantModel()->dead_time, 0.07);
 }
 
+TEST(ActiveInferenceController, PrintedIsWithoutActionBoundAndStandstill) {
+  // A robot that does not move: bounded, the action waits for the motors; printed, it winds up.
+  ControllerParameters printed = improved();
+  printed.printed = true;
+  const auto actionOf = [](const ControllerParameters& gains, const std::optional<PlantModel>& plant) {
+    ActiveInferenceController controller(gains, {}, plant);
+    controller.setSetPoint({1.0, 0.0, 0.0});
+    for (int k = 0; k < 100; ++k) {
+      controller.observe(observation(1.0 + 0.02 * k, {}, 0.0));
+      for (int i = 0; i < gains.beliefStepsPerAction(); ++i) controller.updateBelief();
+      controller.updateAction();
+    }
+    return controller.action();
+  };
+  EXPECT_EQ(actionOf(printed, PlantModel{}), actionOf(improved(), {}));
+  EXPECT_GT(actionOf(printed, PlantModel{}).left, 2.0 * actionOf(improved(), PlantModel{}).left);
+}
+
 TEST(ActiveInferenceController, RefusedGainsChangeNothing) {
   ActiveInferenceController controller(improved(), {});
-  ControllerParameters diverging = improved(), fewer = improved(), slower = improved();
+  ControllerParameters diverging = improved(), fewer = improved(), slower = improved(), printed = improved();
+  printed.printed = true;
   diverging.integrator = Integrator::euler;
   fewer.orders = 2;
   slower.belief_rate = 500;
@@ -266,6 +285,7 @@ TEST(ActiveInferenceController, RefusedGainsChangeNothing) {
   EXPECT_THROW(controller.adoptGains(diverging, {}), ParameterError);
   EXPECT_THROW(controller.adoptGains(fewer, {}), ParameterError);
   EXPECT_THROW(controller.adoptGains(slower, {}), ParameterError) << "whoever calls it keeps the time";
+  EXPECT_THROW(controller.adoptGains(printed, {}), ParameterError) << "the bound does not know what was driven";
   EXPECT_EQ(controller.belief(), belief);
 }
 

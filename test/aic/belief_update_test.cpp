@@ -95,7 +95,7 @@ TEST(BeliefUpdate, LinksNoMotionWithAnother) {
       geometry.effective_track = 0.473;
       const GenerativeModel model(gains(p, tau, 0.1), geometry);
       for (const Integrator integrator : {Integrator::exact, Integrator::euler}) {
-        BeliefMatrix between = BeliefUpdate(model, 0.1, 0.001, integrator).transition();
+        Eigen::MatrixXd between = BeliefUpdate(model, 0.1, 0.001, integrator).transition();
         for (int i = 0; i < between.rows(); ++i) {
           for (int j = i % kBodySize; j < between.cols(); j += kBodySize) between(i, j) = 0.0;
         }

@@ -72,7 +72,7 @@ TEST_P(FreeEnergyOfOrder, BeliefDerivativeIsMotionLessGradient) {
 TEST_P(FreeEnergyOfOrder, IsPositiveAndZeroOnlyWithoutErrors) {
   Scene scene(GetParam());
   EXPECT_GT(scene.energy(), 0.0);
-  PredictionErrors none{0.0 * scene.measurement, 0.0 * scene.belief};
+  PredictionErrors<GenerativeModel> none{0.0 * scene.measurement, 0.0 * scene.belief};
   EXPECT_EQ(freeEnergy(scene.model, none), 0.0);
 }
 

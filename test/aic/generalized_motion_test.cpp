@@ -27,6 +27,14 @@ Eigen::MatrixXd backwardDifferenceMatrix(int orders, double step) {
 
 constexpr double kShortestGap = 0.005;  // s
 
+/// Of the Jackal's sensors.
+struct Generalization : jackal_aic::Generalization<kSensorSize> {
+  using jackal_aic::Generalization<kSensorSize>::Generalization;
+  SampleVerdict update(const Observation& y) {
+    return jackal_aic::Generalization<kSensorSize>::update(y.stamp, y.vector());
+  }
+};
+
 Observation sample(double stamp, double value) { return {stamp, value, 2 * value, -value, 0.5 * value, 3 * value}; }
 
 TEST(ShiftOrders, MovesEveryOrderDownAndItsTransposeUp) {

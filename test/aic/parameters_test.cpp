@@ -148,7 +148,7 @@ TEST(Parameters, DivergingEulerIsRefusedWithItsNumber) {
     FAIL() << "accepted a diverging belief update";
   } catch (const ParameterError& error) {
     expectNames(error.what(),
-                {"euler", "diverges", "spectral radius", "kappa_mu Pi_mu / tau^2 = 133.3", "bound about 2"});
+                {"euler", "diverges", "spectral radius", "kappa_mu Pi_mu / tau^2 = 133.3", "must be below 2"});
   }
   c.integrator = Integrator::exact;
   EXPECT_NO_THROW(validate(c, {}));

@@ -156,6 +156,20 @@ TEST(Advice, TellsStableThinAndUnstableApart) {
   EXPECT_EQ(text(40.0).find("Unstable"), 0u) << text(40.0);
 }
 
+TEST(Advice, SaysThatActionBoundAndStandstillAreOutsideUnlessTheyAreOff) {
+  const auto isOutside = [](bool printed, double kappa_a) {
+    ControllerParameters gains = withActionGain(kappa_a);
+    gains.printed = printed;
+    const LinearLoop loop(gains, {}, {});
+    return advice(certify(loop), loop).find("Action bound and standstill are outside the certificate") !=
+           std::string::npos;
+  };
+  for (const double kappa_a : {8.0, 22.0}) {
+    EXPECT_TRUE(isOutside(false, kappa_a));
+    EXPECT_FALSE(isOutside(true, kappa_a));
+  }
+}
+
 TEST(Advice, SaysWhereTheSearchForTheDelayMarginEnded) {
   ControllerParameters slow = withActionGain(0.01);
   slow.action_rate = 500;

@@ -140,6 +140,47 @@ TEST_F(Experiments, StepWritesOneRowAndItsTrace) {
   EXPECT_TRUE(startsWith(readText(path("trace.csv")), traceHeader()));
 }
 
+/// Settings and figures of a result row: all up to the thesis' own, without the name of the experiment.
+std::string figuresOf(const std::string& line) {
+  std::size_t end = 0;
+  for (int i = 0; i < 17; ++i) end = line.find(',', end) + 1;
+  return line.substr(line.find(','), end - line.find(','));
+}
+
+TEST_F(Experiments, AStepAsPrintedIsTheRowOfTheReport) {
+  const ThesisTables thesis(files().path("sim/thesis/tables.yaml"));
+  int rows = 0;
+  for (const char* name : {"3-1a", "5-9"}) {
+    const auto runs = ExperimentTable(files()).runs(std::string("table_") + name);
+    const auto steps = thesis.steps(name);
+    ASSERT_EQ(runs.size(), 2 * steps.size());
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      const ThesisStep& step = steps[i / 2];
+      const RunResult result = runs[i]();
+      std::vector<std::string> arguments{"step",
+                                         "--controller",
+                                         step.controller,
+                                         "--plant",
+                                         step.plant,
+                                         "--step",
+                                         std::to_string(step.step),
+                                         "--csv",
+                                         path("row.csv"),
+                                         "--share",
+                                         JACKAL_AIC_SOURCE_DIR,
+                                         "--set",
+                                         "controller.printed=true",
+                                         "--set",
+                                         "controller.integrator=" + result.row.integrator};
+      for (const auto& [key, value] : step.overrides) arguments.insert(arguments.end(), {"--set", key + "=" + value});
+      ASSERT_EQ(runCommand(arguments), 0);
+      EXPECT_EQ(figuresOf(readText(path("row.csv")).substr(resultHeader().size())), figuresOf(resultLine(result.row)));
+      ++rows;
+    }
+  }
+  EXPECT_GT(rows, 8);
+}
+
 TEST_F(Experiments, AStepIsPrintedAsAShortTableUnlessARowIsAskedFor) {
   testing::internal::CaptureStdout();
   const int status = runCommand(

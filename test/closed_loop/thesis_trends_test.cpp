@@ -117,7 +117,7 @@ TEST(ThesisTrends, ImprovedBeatsStandard) {
 /// Largest velocity in the assessed half-wave and until the robot's delay has passed, over the set point.
 double shareReached(const std::string& controller, const ThesisSquare& square) {
   const SetPointProfile profile = squareProfile({square.minimum, square.maximum, 1.2, 3});
-  const RunResult run = runSetup(loadSetup(files(), controller, "box", {}), profile);
+  const RunResult run = runSetup(loadPrintedSetup(files(), controller, "box", {}), profile);
   EXPECT_TRUE(run.row.bounded);
   double fastest = 0.0;
   for (const Sample& sample : run.samples) {

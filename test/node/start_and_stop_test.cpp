@@ -72,7 +72,7 @@ TEST_F(StartAndStop, RefusesAValueOutOfRange) {
 TEST_F(StartAndStop, RefusesEulerGainsThatDiverge) {
   configure("euler", "improved");
   ros::param::set("/euler/controller/integrator", "euler");
-  expectRefusal("euler", {"euler", "kappa_mu Pi_mu / tau^2 = 66.67", "bound about 2"});
+  expectRefusal("euler", {"euler", "kappa_mu Pi_mu / tau^2 = 66.67", "must be below 2"});
 }
 
 TEST_F(StartAndStop, RefusesGainsThatAreUnstableOnThePlantModel) {

@@ -335,6 +335,7 @@ TEST(Launch, ArgumentsWithoutAnEffectAreRefused) {
            {"jackal.launch monitor:=true output:=gazebo", "monitor:=true: watches cmd_drive, not output:=gazebo"},
            {"jackal.launch record_to:=drive", "record_to:=drive: needs record:=true"},
            {"jackal.launch preset:=improved slip_file:=/tmp/slip.yaml", "slip_file: needs preset:=predictive"},
+           {"simulation.launch printed:=true", "printed:=true: needs preset:=standard, improved or tuned"},
            {"simulation.launch record_to:=drive", "record_to:=drive: needs record:=true"},
            {"identify.launch plant:=box", "plant:=box: needs simulated:=true"},
            {"faults.launch plant:=box", "unknown plant: box; choose ground, real or a file NAME.yaml"}}) {
@@ -405,6 +406,16 @@ TEST(Launch, GazeboTakesTheModelOfItsRobot) {
     EXPECT_NE(dumped.find(std::string("/jackal_aic/plant_model/") + parameter), std::string::npos) << dumped;
   }
   EXPECT_EQ(dumped.find("/jackal_aic/plant_model/identified: false"), std::string::npos) << dumped;
+}
+
+TEST(Launch, ThePrintedModeIsAnArgument) {
+  const auto printed = [](const std::string& arguments) {
+    return found(output("roslaunch --dump-params jackal_aic " + arguments), "/jackal_aic/controller/printed: (\\w+)");
+  };
+  EXPECT_EQ(printed("simulation.launch preset:=standard printed:=true"), std::set<std::string>{"true"});
+  EXPECT_EQ(printed("jackal.launch preset:=tuned printed:=true"), std::set<std::string>{"true"});
+  EXPECT_EQ(printed("simulation.launch preset:=standard"), std::set<std::string>{"false"});
+  EXPECT_EQ(printed("simulation.launch"), std::set<std::string>{}) << "predictive has no such key";
 }
 
 TEST(Launch, ARobotFileComesAfterThePreset) {

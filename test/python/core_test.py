@@ -206,6 +206,34 @@ class Mathematics(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, r'robot.wheel_radius = 0: must be in \[0.01, 1\] m'):
             jackal_aic.Kinematics(wheel_radius=0)
 
+    def test_inference_over_seven_joints_is_what_pezzato_published(self):
+        joints, h, kappa_mu, kappa_a = 7, 0.001, 11.67, 700.0
+        identity = numpy.eye(joints)
+        state = numpy.tile([1.0 / 5.0, 1.0 / 10.0, 0.0], (joints, 1))
+        sensory = numpy.tile([1.0, 1.0, 0.0], (joints, 1))
+        inference = jackal_aic.ActiveInference(identity, identity, state, sensory, 1.0, kappa_mu, kappa_a, h, h, euler=True,
+                                               action_orders=1)
+        goal = numpy.linspace(-1.0, 1.0, joints)
+        inference.set_set_point(goal)
+        q, dq, u = numpy.zeros((3, joints))
+        mu, mu1, mu2 = numpy.zeros((3, joints))
+        for _ in range(3000):
+            inference.observe(numpy.column_stack([q, dq, numpy.zeros(joints)]))
+            # Prediction errors of position and velocity, and of two orders of the state with tau = 1.
+            error, error1, state_error, state_error1 = q - mu, dq - mu1, (mu1 + mu - goal) / 5.0, (mu2 + mu1) / 10.0
+            u = u - h * kappa_a * (error + error1)
+            rates = (mu1 + kappa_mu * (error - state_error), mu2 + kappa_mu * (error1 - state_error - state_error1),
+                     -kappa_mu * state_error1)
+            mu, mu1, mu2 = mu + h * rates[0], mu1 + h * rates[1], mu2 + h * rates[2]
+            numpy.testing.assert_allclose(inference.update_action(), u, atol=1e-9)
+            inference.update_belief()
+            numpy.testing.assert_allclose(inference.belief, numpy.column_stack([mu, mu1, mu2]), atol=1e-10)
+            dq = dq + h * (u - 5.0 * dq) / 0.5
+            q = q + h * dq
+        numpy.testing.assert_allclose(q, goal, atol=0.1)
+        with self.assertRaisesRegex(ValueError, 'forward_model: must have a column for each row of sensory_map'):
+            jackal_aic.ActiveInference(identity, numpy.eye(3), state, sensory, 1.0, kappa_mu, kappa_a)
+
     def test_generalisation_differentiates(self):
         generalization = jackal_aic.Generalization(orders=2)
         for i in range(10):

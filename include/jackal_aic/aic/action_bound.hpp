@@ -3,8 +3,8 @@
 /// @file
 /// Anti-windup of the integrating action.
 ///
-/// The action integrates the prediction error (3-13). A motor at its acceleration limit does not become faster by more
-/// of it: what is integrated meanwhile makes the robot overshoot, or run back after a stop. So the action is bounded by
+/// The action integrates the prediction error (3-13). While a motor is at its acceleration limit, that makes the robot
+/// overshoot, or run back after a stop. So the action is bounded by
 ///
 ///     followed   the command that a motor at the model's acceleration limit has followed so far: the action leads it
 ///                by one period's ramp at most. One factor on the change of both wheels keeps the curvature
@@ -14,8 +14,8 @@
 ///     stop       after a stop the action falls no faster than to zero in kShortestStop from the present speed
 ///     range      what a robot near its model needs for the goal (robot_range.hpp)
 ///
-/// Otherwise the action is that of the equation, to the bit: in motions well below the acceleration limit the loop is
-/// the linear one that the certificate is about.
+/// Otherwise the action is that of the equation, to the bit: well below the acceleration limit the loop is the linear
+/// one of the certificate.
 
 #include <array>
 #include <limits>

@@ -1,21 +1,15 @@
 #pragma once
 
 /// @file
-/// The active inference controller of the thesis (section 3-3), without ROS, clock or I/O.
-///
-///     sense    y_tilde  <- generalise(y)                                                  (3-22)  at the sensor rate
-///     believe  d mu_tilde/dt = D mu_tilde - kappa_mu (E' Pi_mu eps_mu - R' Pi_y eps_y)    (3-11)  at the belief rate
-///     act      da/dt = -kappa_a K Pi_y eps_y                                              (3-13)  at the action rate
-///
-/// with eps_y = y_tilde - R mu_tilde and eps_mu = E mu_tilde - mu_d_tilde / tau, E = D + I / tau.
+/// The active inference controller of the thesis on a Jackal, without ROS, clock or I/O. The algorithm is
+/// active_inference.hpp; beside it stand what the sensors' samples become (3-22), and, unless it runs as printed, what
+/// bounds the action.
 
 #include <optional>
 
-#include "jackal_aic/aic/action_update.hpp"
-#include "jackal_aic/aic/belief_update.hpp"
-#include "jackal_aic/aic/free_energy.hpp"
+#include "jackal_aic/aic/action_bound.hpp"
+#include "jackal_aic/aic/active_inference.hpp"
 #include "jackal_aic/aic/generalized_motion.hpp"
-#include "jackal_aic/aic/generative_model.hpp"
 #include "jackal_aic/aic/parameters.hpp"
 #include "jackal_aic/aic/standstill.hpp"
 #include "jackal_aic/aic/velocity_controller.hpp"
@@ -31,8 +25,8 @@ namespace jackal_aic {
 /// it is the controller's state, not an estimate of the robot's velocity.
 class ActiveInferenceController : public VelocityController {
  public:
-  /// @param plant_model what the motors can follow, which bounds the action (action_bound.hpp); without it the thesis'
-  /// action as printed, which winds up where the motors do not follow.
+  /// @param plant_model what the motors can follow, which bounds the action (action_bound.hpp); without it, or with
+  /// controller.printed, the thesis' action as printed, which winds up where the motors do not follow.
   /// @throws ParameterError if the gains are invalid for this geometry (see validate()).
   ActiveInferenceController(const ControllerParameters& controller, const GeometryParameters& geometry,
                             const std::optional<PlantModel>& plant_model = {},
@@ -62,38 +56,30 @@ class ActiveInferenceController : public VelocityController {
 
   /// Takes other gains over and goes on with the present belief, action and measurements, so that the command does not
   /// jump. Allocates. @throws ParameterError, and changes nothing, if they are invalid, or have another number of
-  /// orders or another action rate.
+  /// orders, another rate or another value of `printed`.
   void adoptGains(const ControllerParameters& controller, const GeometryParameters& geometry);
 
-  const GeneralizedBody& belief() const { return mu_; }                            ///< mu_tilde, 3 x (p+1)
-  const GeneralizedSensor& measurement() const { return sensors_.measurement(); }  ///< y_tilde, 5 x (p+1)
-  const std::optional<PlantModel>& plantModel() const { return plant_model_; }     ///< what bounds the action
-  PredictionErrors errors() const;                                                 ///< eps_y, eps_mu now (3-6, 3-7)
+  const GeneralizedBody& belief() const { return inference_.belief(); }              ///< mu_tilde, 3 x (p+1)
+  const GeneralizedSensor& measurement() const { return inference_.measurement(); }  ///< y_tilde, 5 x (p+1)
+  const std::optional<PlantModel>& plantModel() const { return plant_model_; }       ///< what bounds the action
+  PredictionErrors<GenerativeModel> errors() const { return inference_.errors(); }   ///< eps_y, eps_mu now (3-6, 3-7)
 
-  BodyVector believedVelocity() const override { return mu_.col(0); }
-  WheelCommand action() const override { return action_update_.action(); }
-  double freeEnergy() const override;  ///< F now (3-10)
-  double beliefStep() const override { return belief_step_; }
-  int beliefStepsPerAction() const override { return belief_steps_per_action_; }
+  BodyVector believedVelocity() const override { return belief().col(0); }
+  WheelCommand action() const override { return WheelCommand::from(inference_.action()); }
+  double freeEnergy() const override { return jackal_aic::freeEnergy(inference_.model(), errors()); }
+  double beliefStep() const override { return parameters_.beliefStep(); }
+  int beliefStepsPerAction() const override { return parameters_.beliefStepsPerAction(); }
 
  private:
-  void seedBelief();
   double largestCommand(bool told_to_stand);
-  void holdInputs();
 
+  ControllerParameters parameters_;
   std::optional<PlantModel> plant_model_;
   SkidSteerKinematics kinematics_;
-  GenerativeModel model_;
-  Eigen::Matrix<double, kBodySize, kSensorSize> sensory_inverse_;  // least squares, to seed the belief
-  Generalization sensors_;
-  BeliefUpdate belief_update_;
-  ActionUpdate action_update_;
+  ActiveInference<GenerativeModel> inference_;
+  Generalization<kSensorSize> sensors_;
+  ActionBound bound_;
   std::optional<Standstill> standstill_;  // with a plant model
-  double belief_step_;
-  int belief_steps_per_action_;
-  GeneralizedBody mu_;
-  GeneralizedBody mu_d_;
-  GeneralizedBody held_input_;  // what measurement and set point add to the belief in every step
 };
 
 }  // namespace jackal_aic

@@ -11,67 +11,144 @@
 /// `exact` holds y_tilde and mu_d_tilde over the step h (they are held: measurements come at the sensor rate) and
 /// solves the dynamics without error: mu_tilde <- Phi mu_tilde + Gamma b with Phi = exp(A h), Gamma = int_0^h exp(A s)
 /// ds. `euler` is the thesis' mu_tilde <- mu_tilde + h d(mu_tilde)/dt (3-16), which diverges once the spectral radius
-/// of I + h A exceeds 1, near h kappa_mu Pi_mu / tau^2 = 2. With Phi = I + h A and Gamma = h I it is the same map.
+/// of I + h A exceeds 1: of Table C-1 at h kappa_mu Pi_mu / tau^2 = 1.75. With Phi = I + h A and Gamma = h I
+/// it is the same map.
 ///
-/// Gamma b changes only with a measurement, a set point or gains. Phi links no motion with another: forward, lateral
-/// and yaw each have a block of their own, because every order is trusted alike on both sides of the robot
-/// (generative_model.hpp), so that what the wheels say of forward speed and turn adds up to zero between them.
+/// Gamma b changes only with a measurement, a set point or gains. Where no state is linked with another, each has a
+/// block of Phi of its own. The Jackal's motions are: every order is trusted alike on both sides of the robot, so that
+/// what the wheels say of forward speed and turn adds up to zero between them.
 
 #include <Eigen/Core>
-#include <array>
+#include <utility>
 
+#include "jackal_aic/aic/free_energy.hpp"
 #include "jackal_aic/aic/generative_model.hpp"
 #include "jackal_aic/aic/parameters.hpp"
-#include "jackal_aic/model/types.hpp"
+#include "jackal_aic/aic/spectral_radius.hpp"
 
 namespace jackal_aic {
 
-/// Square matrix over the stacked belief (mu, mu', ...), up to 18 x 18, on the stack.
-using BeliefMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kBodySize*(kMaxOrders + 1),
-                                   kBodySize*(kMaxOrders + 1)>;
+/// mu <- Phi mu + u of some blocks of a size that the compiler knows, whose elements lie `blocks` apart.
+/// @param Phis size x size of each block; @param input u.
+template <int blocks, int size>
+void stepBlocks(const double* Phis, const double* input, double* belief) {
+  using Block = Eigen::Matrix<double, size, size>;
+  using Vector = Eigen::Matrix<double, size, 1>;
+  using Stride = Eigen::InnerStride<blocks>;
+  for (int i = 0; i < blocks; ++i) {
+    const Eigen::Map<const Block> Phi(Phis + i * size * size);
+    Eigen::Map<Vector, 0, Stride> mu(belief + i);
+    Vector next = Eigen::Map<const Vector, 0, Stride>(input + i);
+    next.noalias() += Phi * mu;
+    mu = next;
+  }
+}
 
-/// One step of the belief update. step() neither allocates nor throws.
+/// [Phi Gamma] of dynamics A over a step [s].
+Eigen::MatrixXd integrated(const Eigen::MatrixXd& A, double step, Integrator integrator);
+
+/// Pseudo-inverse of R: the state that measurements show, by least squares.
+Eigen::MatrixXd leastSquares(const Eigen::MatrixXd& sensory_map);
+
+/// One step of the belief update. step() neither allocates nor throws, of a model whose sizes the compiler knows.
+template <class Model>
 class BeliefUpdate {
+  static constexpr int kStates = Model::Belief::RowsAtCompileTime, kOrders = Model::Belief::MaxColsAtCompileTime;
+  static constexpr int kSize = Model::Belief::MaxSizeAtCompileTime;
+
  public:
+  using Belief = typename Model::Belief;            ///< mu_tilde
+  using Measurement = typename Model::Measurement;  ///< y_tilde
+
+  /// Square matrix over the stacked belief (mu, mu', ...).
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kSize, kSize>;
+
   /// @param model generative model; @param kappa_mu learning rate; @param step length h of a step [s];
   /// @param integrator exact or euler. Computes Phi and Gamma once.
-  BeliefUpdate(const GenerativeModel& model, double kappa_mu, double step, Integrator integrator);
+  BeliefUpdate(const Model& model, double kappa_mu, double step, Integrator integrator)
+      : model_(model), kappa_mu_(kappa_mu), step_(step), A_(model.beliefSize(), model.beliefSize()) {
+    const int n = model.beliefSize(), orders = model.orders() + 1;
+    // Column by column the derivative of a unit belief without measurement and set point: A cannot differ from 3-11.
+    for (int i = 0; i < n; ++i) {
+      Belief unit = model.still();
+      unit(i) = 1.0;
+      const Belief column = beliefDerivative(model, kappa_mu, unit, model.silence(), model.still());
+      A_.col(i) = Eigen::Map<const Eigen::VectorXd>(column.data(), n);
+    }
+    const Eigen::MatrixXd maps = integrated(A_, step, integrator);
+    transition_ = maps.leftCols(n);
+    input_transition_ = maps.rightCols(n);
+    if constexpr (kStates != Eigen::Dynamic) {
+      bool linked = false;
+      for (int i = 0; i < n * n; ++i) linked |= i / n % kStates != i % kStates && transition_(i) != 0.0;
+      step_blocks_ = stepper(linked, std::make_integer_sequence<int, kOrders>());
+      blocks_ = transition_;
+      for (int i = 0; !linked && i < n * orders; ++i) {
+        const int state = i / (orders * orders), column = i / orders % orders, row = i % orders;
+        blocks_(i) = transition_(kStates * row + state, kStates * column + state);
+      }
+    }
+  }
 
-  /// Gamma b: what a measurement and a set point that are held add to the belief in every step, 3 x (p+1).
-  GeneralizedBody input(const GeneralizedSensor& measurement, const GeneralizedBody& set_point) const;
+  /// Gamma b: what a measurement and a set point that are held add to the belief in every step.
+  Belief input(const Measurement& measurement, const Belief& set_point) const {
+    // b = κ_μ (E' Π_μ μ̃_d/τ + R' Π_y ỹ): what 3-11 gives for a zero belief
+    Belief input = model_.still();
+    const Belief b = beliefDerivative(model_, kappa_mu_, input, measurement, set_point);
+    using Stacked = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kSize, 1>;
+    Eigen::Map<Stacked>(input.data(), input.size()).noalias() =
+        input_transition_.lazyProduct(Eigen::Map<const Stacked>(b.data(), b.size()));
+    return input;
+  }
 
   /// Advances the belief by one step. @param input Gamma b, as input() gives it.
-  void step(GeneralizedBody& belief, const GeneralizedBody& input) const;
+  void step(Belief& belief, const Belief& input) const {
+    // μ̃ ← Φ μ̃ + Γ b
+    if constexpr (kStates != Eigen::Dynamic) {
+      step_blocks_(blocks_.data(), input.data(), belief.data());
+    } else {
+      const Eigen::Map<const Eigen::VectorXd> added(input.data(), input.size());
+      Eigen::Map<Eigen::VectorXd> mu(belief.data(), belief.size());
+      mu = (transition_ * mu + added).eval();
+    }
+  }
 
   /// Advances the belief by one step with the measurement and the set point held.
-  void step(GeneralizedBody& belief, const GeneralizedSensor& measurement, const GeneralizedBody& set_point) const {
+  void step(Belief& belief, const Measurement& measurement, const Belief& set_point) const {
     step(belief, input(measurement, set_point));
   }
 
-  /// A, the continuous belief dynamics, 3(p+1) square.
-  const BeliefMatrix& dynamics() const { return A_; }
+  const Matrix& dynamics() const { return A_; }                        ///< A, the continuous belief dynamics
+  const Matrix& transition() const { return transition_; }             ///< Phi for exact, I + h A for euler
+  const Matrix& inputTransition() const { return input_transition_; }  ///< Gamma for exact, h I for euler
 
-  /// Map of the belief over one step: Phi for exact, I + h A for euler.
-  const BeliefMatrix& transition() const { return transition_; }
+  /// Spectral radius of transition() with its uncertainty on top; the belief update converges if it is below 1.
+  double spectralRadius() const { return spectralRadiusOf(transition_).upper(); }
 
-  /// Map of b over one step: Gamma for exact, h I for euler.
-  const BeliefMatrix& inputTransition() const { return input_transition_; }
-
-  /// Spectral radius of transition() with its uncertainty (spectral_radius.hpp) on top; the belief update converges if
-  /// it is below 1.
-  double spectralRadius() const;
-
-  /// h kappa_mu Pi_mu / tau^2 of order 0, the thesis' measure of how far Euler is driven (its bound is about 2).
-  double eulerNumber() const;
+  /// h kappa_mu Pi_mu / tau^2 of order 0, the thesis' measure of how far Euler is driven.
+  double eulerNumber() const { return step_ * kappa_mu_ * model_.state_precision(0, 0) / (model_.tau * model_.tau); }
 
  private:
-  GenerativeModel model_;
+  using Stepper = void (*)(const double*, const double*, double*);
+
+  /// The step of so many orders: of each state by itself, or of all at once.
+  template <int... orders>
+  Stepper stepper(bool linked, std::integer_sequence<int, orders...>) const {
+    constexpr Stepper kEach[] = {stepBlocks<kStates, orders + 1>...};
+    constexpr Stepper kAll[] = {stepBlocks<1, kStates*(orders + 1)>...};
+    return (linked ? kAll : kEach)[model_.orders()];
+  }
+
+  Model model_;
   double kappa_mu_;
   double step_;
-  BeliefMatrix A_;
-  BeliefMatrix transition_;
-  BeliefMatrix input_transition_;
-  std::array<double, kBodySize*(kMaxOrders + 1) * (kMaxOrders + 1)> blocks_{};  // of Phi, (p+1) x (p+1), one by motion
+  Matrix A_;
+  Matrix transition_;
+  Matrix input_transition_;
+  Matrix blocks_;  // of Phi, one after the other
+  Stepper step_blocks_ = nullptr;
 };
+
+extern template class BeliefUpdate<GenerativeModel>;
 
 }  // namespace jackal_aic

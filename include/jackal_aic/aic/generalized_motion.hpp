@@ -4,6 +4,7 @@
 /// Generalised coordinates: the shift operator D and the generalisation of measurements (section 3-3-4).
 
 #include <Eigen/Core>
+#include <cmath>
 
 #include "jackal_aic/model/types.hpp"
 
@@ -30,19 +31,51 @@ Generalized shiftOrdersTransposed(const Generalized& x) {
 /// the stamps. A signal is taken as constant before its first sample, so that its derivatives start at zero. 1/h^i
 /// amplifies the noise of samples that are close together: they change y alone, and the derivatives are those between
 /// samples that lie at least the shortest gap apart.
+template <int sensors>
 class Generalization {
  public:
+  using Sample = Eigen::Matrix<double, sensors, 1>;  ///< one value of each channel
+
   /// @param orders highest order p, 0..kMaxOrders.
   /// @param shortest_gap least h [s].
   /// @param longest_gap time between samples beyond which the history no longer says anything about the derivatives and
   /// the signal starts anew [s].
-  Generalization(int orders, double shortest_gap, double longest_gap);
+  Generalization(int orders, double shortest_gap, double longest_gap)
+      : y_(Generalized<sensors>::Zero(sensors, orders + 1)), shortest_gap_(shortest_gap), longest_gap_(longest_gap) {}
 
-  /// Takes a sample. A refused sample leaves y_tilde as it was.
-  SampleVerdict update(const Observation& observation);
+  /// Takes a sample of a time [s]. A refused sample leaves y_tilde as it was.
+  SampleVerdict update(double stamp, const Sample& sample) {
+    if (!sample.allFinite() || !std::isfinite(stamp)) return SampleVerdict::not_finite;
+    if (started_ && stamp <= stamp_) return SampleVerdict::stale;
+    const bool restarts = !started_ || stamp - stamp_ > longest_gap_;
+    stamp_ = stamp;
+    if (restarts) {
+      y_.setZero();
+      y_.col(0) = differenced_ = sample;
+      differenced_at_ = stamp_;
+      started_ = true;
+      return SampleVerdict::restarted;
+    }
+    const double h = stamp_ - differenced_at_;
+    if (h < shortest_gap_) {
+      y_.col(0) = sample;
+      return SampleVerdict::accepted;
+    }
+    // y_k^(i) = (y_k^(i-1) - y_{k-1}^(i-1)) / h                                   (3-22)
+    y_.col(0) = differenced_;
+    Sample current = sample;
+    for (Eigen::Index i = 0; i < y_.cols(); ++i) {
+      const Sample previous = y_.col(i);
+      y_.col(i) = current;
+      current = (current - previous) / h;
+    }
+    differenced_ = sample;
+    differenced_at_ = stamp_;
+    return SampleVerdict::accepted;
+  }
 
-  /// y_tilde of the last accepted sample, 5 x (p+1); zero before the first.
-  const GeneralizedSensor& measurement() const { return y_; }
+  /// y_tilde of the last accepted sample, sensors x (p+1); zero before the first.
+  const Generalized<sensors>& measurement() const { return y_; }
 
   /// Stamp of the last accepted sample [s]; meaningful only if hasMeasurement().
   double stamp() const { return stamp_; }
@@ -51,14 +84,18 @@ class Generalization {
   bool hasMeasurement() const { return started_; }
 
   /// Forgets all samples.
-  void reset();
+  void reset() {
+    y_.setZero();
+    stamp_ = differenced_at_ = 0.0;
+    started_ = false;
+  }
 
  private:
-  GeneralizedSensor y_;
+  Generalized<sensors> y_;
   double shortest_gap_;
   double longest_gap_;
-  SensorVector differenced_ = SensorVector::Zero();  // sample of the last differences
-  double differenced_at_ = 0.0;                      // its stamp [s]
+  Sample differenced_ = Sample::Zero();  // of the last differences
+  double differenced_at_ = 0.0;          // its stamp [s]
   double stamp_ = 0.0;
   bool started_ = false;
 };

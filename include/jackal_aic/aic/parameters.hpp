@@ -17,7 +17,7 @@ namespace jackal_aic {
 /// How the belief update (3-11) is integrated over one step.
 enum class Integrator {
   exact,  ///< zero-order hold of the measurement and set point, by matrix exponential (unconditionally stable)
-  euler   ///< forward Euler, eq. 3-16 (the thesis' choice; diverges beyond h kappa_mu Pi_mu / tau^2 of about 2)
+  euler   ///< forward Euler, eq. 3-16 (the thesis' choice; diverges unless h kappa_mu Pi_mu / tau^2 is well below 2)
 };
 
 /// Words of Integrator, in the order of the enumerators.
@@ -32,6 +32,7 @@ struct ControllerParameters {
   double tau = 0.03;                          ///< temporal parameter of the state dynamics (2-3) [s]
   double kappa_mu = 0.01;                     ///< learning rate of the belief update
   double kappa_a = 8.0;                       ///< learning rate of the action update
+  bool printed = false;                       ///< action as the thesis prints it: no action bound, no standstill
   std::vector<double> state_variances = {1.5, 2.0, 4.0, 8.0};    ///< Sigma_mu of orders 0..p
   std::vector<double> sensory_variances = {2.0, 2.0, 1e5, 1e5};  ///< Sigma_y of orders 0..p
 
@@ -55,6 +56,7 @@ void describeFields(Visitor& v, ControllerParameters& p) {
   v.field("tau", p.tau, {1e-5, 10.0}, "s", Presence::required);
   v.field("kappa_mu", p.kappa_mu, {1e-9, 1e3}, "", Presence::required);
   v.field("kappa_a", p.kappa_a, {0.0, 1e4}, "", Presence::required);
+  v.field("printed", p.printed, Presence::optional);
   v.field("state_variances", p.state_variances, {1e-6, 1e12}, 6, "", Presence::required);
   v.field("sensory_variances", p.sensory_variances, {1e-6, 1e12}, 6, "", Presence::required);
 }

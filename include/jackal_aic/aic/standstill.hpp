@@ -1,17 +1,13 @@
 #pragma once
 
 /// @file
-/// Whether a robot that is told to stand can be left alone with a command of zero.
+/// Standstill: a robot at rest whose set point is zero gets a command of zero.
 ///
-/// A belief of noisy measurements never rests, and an action that follows it never does. At rest that is all there is
-/// to follow, unless something pushes the robot that the action has to hold against, such as a slope under motors
-/// whose velocity loop gives way. So a robot stands if what it was commanded and what it does were both nothing, on
-/// average over kMemory. It no longer does when it is found moving at twice that speed; the action it then gets to hold
-/// it is one that does not count as nothing, so that it does not begin anew.
+/// A belief of noisy measurements never rests, and an action that follows it never does. A robot stands if its command
+/// and its speed were both below kNothing, on average over kMemory; it no longer stands at twice that speed.
 ///
-/// A command that is left of a robot at rest holds it, or is what its motors swallow before they turn. Which of the two
-/// is tried, once for each time that it is told to stand: the command is released slowly, until it is nothing or the
-/// robot is found moving.
+/// A command that is left at rest holds the robot against a slope, or lies in the dead zone of its motors. Once for
+/// each stop the command is released slowly, until it is zero or the robot moves.
 
 #include <Eigen/Core>
 #include <algorithm>

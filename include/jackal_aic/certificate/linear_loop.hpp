@@ -123,6 +123,10 @@ class LinearLoop {
   /// Gain of the action: kappa_a, or the predictive structure's action_learning_rate.
   double actionGain() const { return action_gain_; }
 
+  /// True if an action bound and a standstill act beside the linear loop: on the thesis' structure, unless it runs as
+  /// printed.
+  bool bounded() const { return bounded_; }
+
   const PlantModel& robot() const { return robot_; }                     ///< robot in the loop
   const PlantModel& model() const { return model_ ? *model_ : robot_; }  ///< as a predictive controller believes it
 
@@ -159,6 +163,7 @@ class LinearLoop {
   LoopClock clock_;
   std::vector<Eigen::Vector3d> gains_;  // of the predictive belief, for the samples of a period at phase 0
   double action_gain_;
+  bool bounded_ = false;
   double belief_radius_ = 0.0;
   std::vector<LoopMode> modes_;
   std::vector<Equations> equations_;  // of each mode

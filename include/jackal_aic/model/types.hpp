@@ -11,6 +11,8 @@
 
 namespace jackal_aic {
 
+static_assert(EIGEN_MAX_ALIGN_BYTES == 16, "compile with -DEIGEN_MAX_ALIGN_BYTES=16, as the library was");
+
 /// Highest generalised order p that the code supports (the thesis uses p = 3 and mentions up to 5).
 inline constexpr int kMaxOrders = 5;
 
@@ -35,13 +37,17 @@ using SensorVector = Eigen::Matrix<double, kSensorSize, 1>;
 /// Wheel speeds (omega_L, omega_R) [rad/s], positive is forward.
 using WheelVector = Eigen::Matrix<double, 2, 1>;
 
-/// Generalised body velocity mu_tilde: column i is order i (unit of BodyVector per s^i), 3 x (p+1). Stored on the
-/// stack; its memory is the stacked vector (mu, mu', ..., mu^(p)) of the thesis.
-using GeneralizedBody = Eigen::Matrix<double, kBodySize, Eigen::Dynamic, Eigen::ColMajor, kBodySize, kMaxOrders + 1>;
+/// Generalised coordinates (2-8): column i is order i, the unit of order 0 per s^i. On the stack, unless the number of
+/// rows is Eigen::Dynamic; the memory is the stacked vector (mu, mu', ..., mu^(p)) of the thesis.
+template <int rows, int max_orders = kMaxOrders>
+using Generalized =
+    Eigen::Matrix<double, rows, Eigen::Dynamic, rows == 1 ? Eigen::RowMajor : Eigen::ColMajor, rows, max_orders + 1>;
 
-/// Generalised measurement y_tilde: column i is order i (unit of SensorVector per s^i), 5 x (p+1). Stored on the stack.
-using GeneralizedSensor =
-    Eigen::Matrix<double, kSensorSize, Eigen::Dynamic, Eigen::ColMajor, kSensorSize, kMaxOrders + 1>;
+/// Generalised body velocity mu_tilde, 3 x (p+1).
+using GeneralizedBody = Generalized<kBodySize>;
+
+/// Generalised measurement y_tilde, 5 x (p+1), in the units of SensorVector per s^i.
+using GeneralizedSensor = Generalized<kSensorSize>;
 
 /// Which channels of an observation count. A channel that does not was not measured, or was found faulty; whatever its
 /// number, it has precision zero.

@@ -1,0 +1,47 @@
+"""A hypothesis about the stable region of Tables 5-4 and 5-7: the original code kept one of the two 1/τ of the belief update (3-11)."""
+
+import numpy
+
+from markup import cell, table
+
+RADIUS, TRACK = 0.098, 0.5621  # m, Table C-1
+SMALLEST = 1e-5  # s, of the search
+
+
+def dynamics(gains, tau, kept):
+    """A of dμ̃/dt = A μ̃ + b for tau, with 1/kept in the transposed factor of E' Π_μ E."""
+    orders = gains['orders'] + 1
+    sensory_map = numpy.array([[0, 0, 1], [1, 0, -TRACK / 2], [1, 0, TRACK / 2]]) / numpy.array([[1], [RADIUS], [RADIUS]])
+    shift = numpy.kron(numpy.eye(orders, k=1), numpy.eye(3))
+    error, factor = (shift + numpy.eye(3 * orders) / t for t in (tau, kept))
+    state = numpy.kron(numpy.diag(1 / numpy.array(gains['state_variances'][:orders])), numpy.eye(3))
+    sensory = numpy.kron(numpy.diag(1 / numpy.array(gains['sensory_variances'][:orders])), sensory_map.T @ sensory_map)
+    return shift - gains['kappa_mu'] * (factor.T @ state @ error + sensory)
+
+
+def smallest_tau(gains, rate, kept=None):
+    """Smallest tau [s] at which a step of forward Euler at a rate [Hz] has a spectral radius below 1."""
+    low, high = SMALLEST, gains['tau']
+    for _ in range(60):
+        tau = (low * high)**0.5
+        step = numpy.eye(3 * (gains['orders'] + 1)) + dynamics(gains, tau, kept or tau) / rate
+        if max(abs(numpy.linalg.eigvals(step))) < 1.0:
+            high = tau
+        else:
+            low = tau
+    return high
+
+
+def limits(results):
+    """(rate [Hz], the thesis' smallest tau, ours with one 1/tau kept, ours as printed) [s]."""
+    gains = results.config('standard')['controller']
+    return [(entry['set']['belief_rate'], entry['value'], smallest_tau(gains, entry['set']['belief_rate'], gains['tau']),
+             smallest_tau(gains, entry['set']['belief_rate']))
+            for entry in results.tables['5-7']['rows'] if entry['parameter'] == 'tau']
+
+
+def section(results):
+    """The table."""
+    rows = [[cell(f'{rate:g} Hz', True), cell(f'{theirs:g}'), cell(f'{kept:.2g}'), cell(f'{printed:.2g}')]
+            for rate, theirs, kept, printed in limits(results)]
+    return table(['<belief update', 'thesis', 'one 1/τ kept at 1/0.03', 'as printed'], rows)
