@@ -17,7 +17,7 @@ readonly DEBIAN_ROS_PACKAGES=(
 
 # ROS Noetic on Ubuntu 20.04, under /opt/ros/noetic: what runs on a Jackal.
 readonly NOETIC_PACKAGES=(
-  ros-noetic-catkin ros-noetic-controller-interface ros-noetic-controller-manager ros-noetic-diagnostic-updater
+  ros-noetic-catkin ros-noetic-controller-interface ros-noetic-diagnostic-updater
   ros-noetic-dynamic-reconfigure ros-noetic-hardware-interface ros-noetic-jackal-msgs ros-noetic-message-filters
   ros-noetic-nav-msgs ros-noetic-pluginlib ros-noetic-robot-state-publisher ros-noetic-ros-core ros-noetic-rosbash
   ros-noetic-rostest ros-noetic-tf2-msgs ros-noetic-tf2-ros ros-noetic-topic-tools
