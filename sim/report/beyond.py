@@ -5,7 +5,7 @@ import statistics
 
 import figures
 from markup import cell, fixed, link, table
-from beyond_bars import BARS, CHANNEL_RATIOS
+from beyond_bars import BARS
 
 KINDS = ('comparison', 'perturbations', 'perturbation_pairs', 'belief_accuracy')  # of the experiments shown here
 
