@@ -6,7 +6,7 @@ readonly COMMON_PACKAGES=(
   libbenchmark-dev libboost-program-options-dev libconsole-bridge-dev libeigen3-dev libfmt-dev libgmock-dev libgtest-dev
   libnlopt-cxx-dev libnlopt-dev libode-dev
   liburdfdom-dev libyaml-cpp-dev pybind11-dev python3-dev python3-jinja2 python3-matplotlib python3-numpy
-  python3-setuptools python3-yaml valgrind)
+  python3-scipy python3-setuptools python3-tqdm python3-yaml valgrind)
 
 # ROS 1 as Debian 11 and 12 ship it, under /usr. The python3-*-msgs are for rostopic, and for rosservice, which else know no message.
 readonly DEBIAN_ROS_PACKAGES=(
@@ -17,7 +17,7 @@ readonly DEBIAN_ROS_PACKAGES=(
 
 # ROS Noetic on Ubuntu 20.04, under /opt/ros/noetic: what runs on a Jackal.
 readonly NOETIC_PACKAGES=(
-  ros-noetic-catkin ros-noetic-controller-interface ros-noetic-controller-manager ros-noetic-diagnostic-updater
+  ros-noetic-catkin ros-noetic-controller-interface ros-noetic-diagnostic-updater
   ros-noetic-dynamic-reconfigure ros-noetic-hardware-interface ros-noetic-jackal-msgs ros-noetic-message-filters
   ros-noetic-nav-msgs ros-noetic-pluginlib ros-noetic-robot-state-publisher ros-noetic-ros-core ros-noetic-rosbash
   ros-noetic-rostest ros-noetic-tf2-msgs ros-noetic-tf2-ros ros-noetic-topic-tools

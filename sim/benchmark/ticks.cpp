@@ -1,139 +1,189 @@
-#include "ticks.hpp"
+// Times the steps of the controllers and of the fault monitor as they run on a robot that drives an arc, with the gains
+// of config/ on the simulated ground. A step can also be repeated alone, for a tool that counts its instructions.
 
+#include <benchmark/benchmark.h>
+
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <functional>
+#include <memory>
 #include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
-#include "jackal_aic/model/skid_steer_kinematics.hpp"
+#include "jackal_aic/faults/fault_monitor.hpp"
+#include "jackal_aic/predictive/predictive_controller.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
 #include "loop_setup.hpp"
 
-namespace jackal_aic::benchmark {
+namespace jackal_aic {
 namespace {
 
+constexpr const char* kHelp =
+    "Usage: tick_benchmark [OPTION of Google Benchmark ...]\n"
+    "       tick_benchmark --compiler | --list | --repeat TICK COUNT\n"
+    "Times the steps of the controllers and of the fault monitor. Options of use: --benchmark_filter=REGEX,\n"
+    "--benchmark_min_time=S, --benchmark_repetitions=N, --benchmark_format=console|json, --benchmark_out=FILE.\n"
+    "--repeat runs one step COUNT times in a function named repeated(), for callgrind --toggle-collect='*repeated*'.\n";
+
 constexpr SetPoint kArc{0.5, 0.0, 0.2};  // m/s, rad/s
+constexpr double kSamplePeriod = 0.02;   // s
 
-DriveParameters parametersOf(const std::string& controller, const sim::Overrides& overrides) {
-  return sim::loadSetup(sim::PackageFiles(), controller, "ground", overrides).drive;
+using Tick = std::function<void()>;
+
+DriveParameters parametersOf(const char* controller) {
+  return sim::loadSetup(sim::PackageFiles(), controller, "ground", {}).drive;
 }
 
-PredictiveController predictiveController() {
-  const DriveParameters drive = predictiveParameters();
-  return {std::get<PredictiveParameters>(drive.controller), drive.geometry, drive.plant_model.value()};
+/// Samples of a robot that drives the arc with the noise of its sensors: the same in every run.
+class Samples {
+ public:
+  Samples(const GeometryParameters& geometry, double period) : period_(period) {
+    const WheelCommand wheels = SkidSteerKinematics(geometry).wheelSpeeds(kArc.forward, kArc.yaw_rate);
+    std::mt19937 random(1);
+    const auto noise = [&random](double size) { return size * (random() / 2147483648.0 - 1.0); };
+    for (Observation& y : samples_) {
+      y.yaw_rate = kArc.yaw_rate + noise(5e-3);
+      y.wheel_left = wheels.left + noise(0.03);
+      y.wheel_right = wheels.right + noise(0.03);
+      y.acceleration_x = noise(0.05);
+      y.acceleration_y = noise(0.05);
+    }
+  }
+
+  const Observation& next() {
+    Observation& sample = samples_[index_++ % samples_.size()];
+    sample.stamp = stamp_ += period_;
+    return sample;
+  }
+
+ private:
+  std::array<Observation, 64> samples_;
+  double period_;
+  double stamp_ = 1.0;
+  std::size_t index_ = 0;
+};
+
+/// Belief update of the thesis' controller between two samples.
+Tick beliefTick() {
+  const DriveParameters drive = parametersOf("improved");
+  const std::shared_ptr<VelocityController> controller = makeController(drive);
+  Samples samples(drive.geometry, kSamplePeriod);
+  controller->setSetPoint(kArc);
+  for (int i = 0; i < 10; ++i) controller->observe(samples.next());
+  return [controller] { controller->updateBelief(); };
 }
 
-FaultMonitor faultMonitor(const DriveParameters& drive) {
-  return {FaultParameters{}, drive.geometry, drive.plant_model.value()};
+/// Belief update of the predictive controller. @param sampled each brings a sample; else one in a thousand does.
+Tick predictiveTick(bool sampled) {
+  const DriveParameters drive = parametersOf("predictive");
+  const std::shared_ptr<VelocityController> controller = makeController(drive);
+  Samples samples(drive.geometry, sampled ? 0.001 : kSamplePeriod);
+  controller->setSetPoint(kArc);
+  for (int i = 0; i < 500; ++i) {
+    if (i % 20 == 0) controller->observe(samples.next());
+    controller->updateBelief();
+    if (i % 20 == 0) controller->hold(controller->updateAction());
+  }
+  return [controller, samples, sampled, tick = 0]() mutable {
+    if (sampled || ++tick % 1000 == 0) controller->observe(samples.next());
+    controller->updateBelief();
+  };
 }
 
-/// y_tilde of the arc: nothing changes.
-GeneralizedSensor measurementOf(const GenerativeModel& model) {
-  GeneralizedSensor y = GeneralizedSensor::Zero(kSensorSize, model.orders() + 1);
-  y.col(0) = model.sensory_map * kArc.vector();
-  return y;
+/// The fault monitor beside a command that changes every 20 ms.
+struct MonitoredArc {
+  DriveParameters drive = parametersOf("predictive");
+  FaultMonitor monitor{FaultParameters{}, drive.geometry, drive.plant_model.value()};
+  WheelCommand wheels = SkidSteerKinematics(drive.geometry).wheelSpeeds(kArc.forward, kArc.yaw_rate);
+  Samples samples{drive.geometry, kSamplePeriod};
+  std::array<WheelCommand, 32> commands;
+  std::size_t steps = 0;
+
+  MonitoredArc() {
+    for (std::size_t i = 0; i < commands.size(); ++i) {
+      const double change = 0.05 * std::sin(0.3 * static_cast<double>(i));
+      commands[i] = {wheels.left + change, wheels.right - change};
+    }
+    for (int i = 0; i < 50; ++i) {
+      for (int k = 0; k < 20; ++k) advance();
+      check();
+    }
+  }
+  void advance() { monitor.advance(commands[++steps / 20 % commands.size()], 0.001); }
+  void check() { monitor.check(samples.next()); }
+};
+
+Tick monitorTick(int milliseconds, bool checked) {
+  return [arc = std::make_shared<MonitoredArc>(), milliseconds, checked] {
+    for (int k = 0; k < milliseconds; ++k) arc->advance();
+    if (checked) arc->check();
+  };
 }
 
-GeneralizedBody setPointOf(const GenerativeModel& model) {
-  GeneralizedBody mu_d = GeneralizedBody::Zero(kBodySize, model.orders() + 1);
-  mu_d.col(0) = kArc.vector();
-  return mu_d;
+const std::vector<std::pair<std::string, std::function<Tick()>>>& ticks() {
+  static const std::vector<std::pair<std::string, std::function<Tick()>>> list{
+      {"belief", beliefTick},
+      {"predictive", [] { return predictiveTick(false); }},
+      {"predictive_sample", [] { return predictiveTick(true); }},
+      {"monitor_advance", [] { return monitorTick(1, false); }},
+      {"monitor_check", [] { return monitorTick(0, true); }},
+      {"monitor_period", [] { return monitorTick(20, true); }}};
+  return list;
+}
+
+__attribute__((noinline)) void repeated(const Tick& tick, long count) {
+  for (long i = 0; i < count; ++i) tick();
+}
+
+int repeat(const std::string& name, long count) {
+  for (const auto& [known, make] : ticks()) {
+    if (known != name) continue;
+    repeated(make(), count);
+    return 0;
+  }
+  std::fprintf(stderr, "tick_benchmark: tick = %s: unknown (see --list)\n", name.c_str());
+  return 2;
+}
+
+int run(int argc, char** argv) {
+  const std::vector<std::string> words(argv + 1, argv + argc);
+  const std::string first = words.empty() ? "" : words[0];
+  if (first == "--help" || first == "-h") return std::fputs(kHelp, stdout) < 0;
+  if (first == "--compiler") return std::printf("%s\n", JACKAL_AIC_COMPILER) < 0;
+  if (first == "--list") {
+    for (const auto& tick : ticks()) std::printf("%s\n", tick.first.c_str());
+    return 0;
+  }
+  if (first == "--repeat" && words.size() == 3) return repeat(words[1], std::atol(words[2].c_str()));
+  for (const auto& [name, make] : ticks()) {
+    benchmark::RegisterBenchmark(name.c_str(), [make = make](benchmark::State& state) {
+      const Tick tick = make();
+      for (auto unused : state) {
+        static_cast<void>(unused);
+        tick();
+        benchmark::ClobberMemory();
+      }
+    });
+  }
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
 }
 
 }  // namespace
+}  // namespace jackal_aic
 
-DriveParameters improvedParameters(int orders) {
-  std::string state = "[1.5, 2, 4, 8", sensory = "[2, 2, 1e5, 1e5";  // Table C-1
-  for (int i = 4; i <= orders; ++i) {
-    state += ", " + std::to_string(1 << i);
-    sensory += ", 1e5";
-  }
-  return parametersOf("improved", {{"controller.orders", std::to_string(orders)},
-                                   {"controller.state_variances", state + "]"},
-                                   {"controller.sensory_variances", sensory + "]"}});
-}
-
-DriveParameters predictiveParameters() { return parametersOf("predictive", {}); }
-
-Samples::Samples(const GeometryParameters& geometry, double period) : period_(period) {
-  const WheelCommand wheels = SkidSteerKinematics(geometry).wheelSpeeds(kArc.forward, kArc.yaw_rate);
-  std::mt19937 random(1);
-  // Uniform noise by hand: the distributions of the standard library differ between libraries.
-  const auto noise = [&random](double size) { return size * (random() / 2147483648.0 - 1.0); };
-  for (Observation& y : samples_) {
-    y.yaw_rate = kArc.yaw_rate + noise(5e-3);
-    y.wheel_left = wheels.left + noise(0.03);
-    y.wheel_right = wheels.right + noise(0.03);
-    y.acceleration_x = noise(0.05);
-    y.acceleration_y = noise(0.05);
+int main(int argc, char** argv) {
+  try {
+    return jackal_aic::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "tick_benchmark: %s\n", error.what());
+    return 1;
   }
 }
-
-const Observation& Samples::next() {
-  Observation& sample = samples_[index_++ % kSamples];
-  sample.stamp = stamp_ += period_;
-  return sample;
-}
-
-BeliefTick::BeliefTick(int orders) : controller_(makeController(improvedParameters(orders))) {
-  Samples samples(improvedParameters(orders).geometry, 0.02);
-  controller_->setSetPoint(kArc);
-  for (int i = 0; i < 10; ++i) controller_->observe(samples.next());
-}
-
-template <int orders>
-BoundTick<orders>::BoundTick() {
-  const DriveParameters drive = improvedParameters(orders);
-  const auto& controller = std::get<ControllerParameters>(drive.controller);
-  const GenerativeModel model(controller, drive.geometry);
-  const BeliefUpdate update(model, controller.kappa_mu, controller.beliefStep(), Integrator::exact);
-  bound_.fill(update, measurementOf(model), setPointOf(model), GeneralizedBody::Zero(kBodySize, orders + 1));
-}
-
-template class BoundTick<3>;
-template class BoundTick<5>;
-
-TranscriptionTick::TranscriptionTick(int orders)
-    : transcription_(std::get<ControllerParameters>(improvedParameters(orders).controller),
-                     improvedParameters(orders).geometry) {
-  const DriveParameters drive = improvedParameters(orders);
-  const GenerativeModel model(std::get<ControllerParameters>(drive.controller), drive.geometry);
-  const GeneralizedSensor y = measurementOf(model);
-  const GeneralizedBody mu_d = setPointOf(model);
-  measurement_ = Eigen::Map<const Eigen::VectorXd>(y.data(), y.size());
-  set_point_ = Eigen::Map<const Eigen::VectorXd>(mu_d.data(), mu_d.size());
-  belief_ = Eigen::VectorXd::Zero(mu_d.size());
-}
-
-template <bool sampled>
-PredictiveTick<sampled>::PredictiveTick()
-    : controller_(predictiveController()), samples_(predictiveParameters().geometry, sampled ? 0.001 : 0.02) {
-  controller_.setSetPoint(kArc);
-  for (int i = 0; i < 500; ++i) {
-    if (i % 20 == 0) controller_.observe(samples_.next());
-    controller_.updateBelief();
-    if (i % 20 == 0) controller_.hold(controller_.updateAction());
-  }
-}
-
-template class PredictiveTick<false>;
-template class PredictiveTick<true>;
-
-MonitorAdvanceTick::MonitorAdvanceTick()
-    : geometry_(predictiveParameters().geometry), monitor_(faultMonitor(predictiveParameters())) {
-  const WheelCommand wheels = SkidSteerKinematics(geometry_).wheelSpeeds(kArc.forward, kArc.yaw_rate);
-  for (std::size_t i = 0; i < commands_.size(); ++i) {
-    const double change = 0.05 * std::sin(0.3 * static_cast<double>(i));
-    commands_[i] = {wheels.left + change, wheels.right - change};
-  }
-  command_ = wheels;
-  monitor_.advance(command_, 1.0);
-  monitor_.check(Samples(geometry_, 0.02).next());
-}
-
-MonitorCheckTick::MonitorCheckTick() : samples_(geometry_, 0.02) {
-  samples_.next();
-  for (int i = 0; i < 50; ++i) {
-    for (int k = 0; k < 20; ++k) MonitorAdvanceTick::operator()();
-    monitor_.check(samples_.next());
-  }
-}
-
-}  // namespace jackal_aic::benchmark

@@ -20,18 +20,6 @@ const PlantModel& plantModelOf(const Parameters& parameters) {
   return *parameters.node.plant_model;
 }
 
-/// A plant model with other values of some of its keys.
-PlantModel changed(const PlantModel& model, const py::dict& changes) {
-  ParameterMap map;
-  for (const Field& field : fieldsOf(model)) {
-    if (field.name != "robot") map.set("plant_model." + field.name, field.value);
-  }
-  for (const auto& [key, value] : overridesOf(changes)) setFromText("plant_model." + key, value, map);
-  const PlantModel robot = readPlantModel(map);
-  map.refuseUnknown();
-  return robot;
-}
-
 CertificateWithAdvice certificateOf(const Parameters& parameters, const py::dict& robot) {
   const PlantModel model = drivenModel(plantModelOf(parameters));
   const PlantModel actual = changed(model, robot);
@@ -232,6 +220,17 @@ void bindFaults(py::module& m) {
 }
 
 }  // namespace
+
+PlantModel changed(const PlantModel& model, const py::dict& changes) {
+  ParameterMap map;
+  for (const Field& field : fieldsOf(model)) {
+    if (field.name != "robot") map.set("plant_model." + field.name, field.value);
+  }
+  for (const auto& [key, value] : overridesOf(changes)) setFromText("plant_model." + key, value, map);
+  const PlantModel robot = readPlantModel(map);
+  map.refuseUnknown();
+  return robot;
+}
 
 void bindAnalysis(py::module& m) {
   bindCertificate(m);

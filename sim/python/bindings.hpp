@@ -43,6 +43,9 @@ sim::Overrides overridesOf(const py::dict& overrides);
 /// Fields of a parameter struct by name.
 py::dict dictOf(const std::vector<Field>& fields);
 
+/// A plant model with other values of some of its keys. @throws ParameterError.
+PlantModel changed(const PlantModel& model, const py::dict& changes);
+
 /// The controller of a drive loop in C++, or one of Python where it is not None.
 std::unique_ptr<VelocityController> controllerOf(const DriveParameters& parameters, const py::object& own);
 
@@ -59,5 +62,6 @@ void bindControllers(py::module& m);
 void bindLoop(py::module& m);
 void bindAnalysis(py::module& m);
 void bindSimulation(py::module& m);
+void bindStudies(py::module& m);
 
 }  // namespace jackal_aic::python

@@ -8,7 +8,10 @@
 #include <tuple>
 
 #include "bindings.hpp"
+#include "jackal_aic/aic/belief_update.hpp"
+#include "jackal_aic/certificate/state_space_model.hpp"
 #include "jackal_aic/faults/fault.hpp"
+#include "jackal_aic/safety/loop_odometry.hpp"
 #include "monitored_loop.hpp"
 #include "response_metrics.hpp"
 
@@ -63,13 +66,33 @@ constexpr FaultKind kSensorKinds[] = {FaultKind::freeze, FaultKind::not_a_number
                                       FaultKind::set,    FaultKind::huge,         FaultKind::bias,
                                       FaultKind::scale,  FaultKind::upside_down};
 
+/// Adds a change of ground or motors that lasts; false if the fault is none.
+bool addChange(const FaultData& data, const sim::PlantParameters& plant, sim::SetPointProfile& profile) {
+  const auto& [kind, start, channel, value, duration] = data;
+  if (kind == "friction") {
+    profile.friction_changes.push_back({start, value});
+  } else if (kind == "gain") {
+    profile.motor_changes.push_back({start, value, plant.wheel_offset});
+  } else if (kind == "offset") {
+    profile.motor_changes.push_back({start, plant.wheel_gain, value});
+  } else {
+    return false;
+  }
+  if (channel != "all") throw ParameterError(fmt::format("fault '{}': channel = '{}': must be all", kind, channel));
+  if (std::isfinite(duration))
+    throw ParameterError(fmt::format("fault '{}': duration = {:g}: it lasts", kind, duration));
+  return true;
+}
+
 /// Adds a fault to those of a run. @throws ParameterError for an unknown kind or channel, or a time out of range.
-void addFault(const FaultData& data, sim::Faults& faults) {
+void addFault(const FaultData& data, const sim::PlantParameters& plant, sim::SetPointProfile& profile,
+              sim::Faults& faults) {
   const auto& [kind, start, channel, value, duration] = data;
   if (!(start >= 0.0)) throw ParameterError(fmt::format("fault '{}': start = {:g}: must be 0 s or more", kind, start));
   if (!(duration > 0.0))
     throw ParameterError(fmt::format("fault '{}': duration = {:g}: must be above 0 s", kind, duration));
   if (!std::isfinite(value)) throw ParameterError(fmt::format("fault '{}': value = {:g}: must be finite", kind, value));
+  if (addChange(data, plant, profile)) return;
   const double until = start + duration;
   const auto among = [&, kind = kind, channel = channel](const std::vector<const char*>& channels) {
     if (std::find(channels.begin(), channels.end(), channel) != channels.end()) return;
@@ -110,11 +133,12 @@ void addFault(const FaultData& data, sim::Faults& faults) {
         {sensor_kind, static_cast<FaultChannel>(found - sim::kFaultChannelNames.begin()), value, 1.0, start, duration});
     return;
   }
-  throw ParameterError("fault '" + kind + "': unknown; known: " + known + "lost, blocked, push, lift");
+  throw ParameterError("fault '" + kind + "': unknown; known: " + known +
+                       "lost, blocked, push, lift, friction, gain, offset");
 }
 
 /// Columns of a drive, in the order of Row.
-constexpr std::array<const char*, 21> kColumns{"time",
+constexpr std::array<const char*, 22> kColumns{"time",
                                                "set_speed",
                                                "set_yaw_rate",
                                                "speed",
@@ -134,8 +158,26 @@ constexpr std::array<const char*, 21> kColumns{"time",
                                                "command_right",
                                                "status",
                                                "cause",
-                                               "fault"};
+                                               "fault",
+                                               "counted"};
+constexpr std::size_t kWholeNumbers = 4;  // the last columns
 using Row = std::array<double, kColumns.size()>;
+
+/// Columns of the odometry and of the belief's covariance, in the order of OdometryRow.
+constexpr std::array<const char*, 13> kOdometryColumns{"odometry_x",
+                                                       "odometry_y",
+                                                       "odometry_heading",
+                                                       "odometry_speed",
+                                                       "odometry_yaw_rate",
+                                                       "odometry_speed_variance",
+                                                       "odometry_covariance",
+                                                       "odometry_yaw_rate_variance",
+                                                       "believed_speed_variance",
+                                                       "believed_covariance",
+                                                       "believed_yaw_rate_variance",
+                                                       "wheel_position_left",
+                                                       "wheel_position_right"};
+using OdometryRow = std::array<double, kOdometryColumns.size()>;
 
 double headingOf(const Eigen::Quaterniond& q) {
   return std::atan2(2.0 * (q.w() * q.z() + q.x() * q.y()), 1.0 - 2.0 * (q.y() * q.y() + q.z() * q.z()));
@@ -144,23 +186,60 @@ double headingOf(const Eigen::Quaterniond& q) {
 /// What a run leaves behind.
 struct Recording {
   std::vector<Row> rows;
-  std::vector<std::pair<double, std::string>> events;  // time [s] and reason of each change
+  std::vector<OdometryRow> odometry;
+  std::vector<std::pair<double, std::string>> events;           // time [s] and reason of each change
+  std::vector<std::tuple<double, std::string, bool>> findings;  // time [s], reason, and whether it is a fault
 };
 
-/// Records every step of a run.
+/// Which steps of a run are recorded, and what of them.
+struct Wanted {
+  bool samples_only;  // the steps in which a sample came
+  bool odometry;
+};
+
+/// Records a run.
 class Recorder {
  public:
-  Recorder(const sim::JackalPlant& plant, const DriveLoop& drive, sim::Support support,
-           const GeometryParameters& geometry, std::size_t steps)
-      : plant_(plant), drive_(drive), support_(support), kinematics_(geometry) {
-    recording_.rows.reserve(steps);
+  Recorder(const sim::JackalPlant& plant, const DriveLoop& drive, const sim::LoopSetup& setup, const Wanted& wanted)
+      : plant_(plant),
+        drive_(drive),
+        support_(setup.plant.support),
+        kinematics_(setup.drive.geometry),
+        wanted_(wanted) {
+    if (wanted.odometry) odometry_.emplace(makeOdometry(setup.drive, drive));
   }
 
-  void operator()(const sim::LoopStep& step) {
-    if (step.observation) {
-      measured_ = {step.observation->wheel_left, step.observation->wheel_right};
-      measured_yaw_rate_ = step.observation->yaw_rate;
+  void sensed(const sim::LoopStep& step) {
+    const Observation& y = *step.observation;
+    measured_ = {y.wheel_left, y.wheel_right};
+    measured_yaw_rate_ = y.yaw_rate;
+    counted_ = y.valid;
+    if (odometry_) {
+      odometry_->observe(asCounted(y, drive_));
+      position_ = {plant_.measurement()->wheel_position[sim::kFrontLeft],
+                   plant_.measurement()->wheel_position[sim::kFrontRight]};
     }
+    const FaultReport* report = drive_.faultReport();
+    if (report == nullptr) return;
+    counted_ = counted_ & report->valid();
+    const std::pair<std::string, bool> finding{report->reason(), report->faulty()};
+    if (finding == finding_) return;
+    finding_ = finding;
+    recording_.findings.emplace_back(step.time, finding.first, finding.second);
+  }
+
+  void done(const sim::LoopStep& step) {
+    if (odometry_) odometry_->advance(drive_.command(), sim::JackalPlant::kStep);
+    noteEvent(step.time);
+    if (wanted_.samples_only && !step.observation) return;
+    record(step);
+    if (odometry_) recordOdometry();
+  }
+
+  Recording take() { return std::move(recording_); }
+
+ private:
+  void record(const sim::LoopStep& step) {
     const sim::PlantTruth& truth = plant_.truth();
     const BodyVector velocity = sim::reportedVelocity(truth, support_, kinematics_);
     const VelocityController& controller = drive_.controller();
@@ -187,14 +266,23 @@ class Recorder {
                                step.command.right,
                                static_cast<double>(status.decision.status),
                                static_cast<double>(status.decision.cause),
-                               static_cast<double>(status.fault)});
-    noteEvent(step.time, status);
+                               static_cast<double>(status.fault),
+                               counted_.all() ? 1.0 : 0.0});
   }
 
-  Recording take() { return std::move(recording_); }
+  void recordOdometry() {
+    const PlanarPose& pose = odometry_->pose();
+    const PlanarMotion motion = odometry_->motion();
+    const PredictiveController* predictive = drive_.predictive();
+    const Eigen::Matrix2d believed =
+        predictive != nullptr ? predictive->motionCovariance() : Eigen::Matrix2d::Constant(kNaN).eval();
+    recording_.odometry.push_back({pose.x, pose.y, pose.heading, motion.forward, motion.yaw_rate,
+                                   motion.covariance(0, 0), motion.covariance(0, 1), motion.covariance(1, 1),
+                                   believed(0, 0), believed(0, 1), believed(1, 1), position_.left, position_.right});
+  }
 
- private:
-  void noteEvent(double time, const DriveLoopStatus& status) {
+  void noteEvent(double time) {
+    const DriveLoopStatus status = drive_.status();
     const std::array<int, 4> now{static_cast<int>(status.decision.status), static_cast<int>(status.decision.cause),
                                  static_cast<int>(status.fault), static_cast<int>(status.loss)};
     if (now == last_) return;
@@ -207,9 +295,14 @@ class Recorder {
   const DriveLoop& drive_;
   sim::Support support_;
   SkidSteerKinematics kinematics_;
+  Wanted wanted_;
+  std::optional<Odometry> odometry_;
   WheelCommand measured_;           // last wheel speeds [rad/s]
+  WheelCommand position_;           // last angles of the front wheels [rad]
   double measured_yaw_rate_ = 0.0;  // last gyro sample [rad/s]
+  ChannelValidity counted_;         // of the last sample
   std::array<int, 4> last_{-1, -1, -1, -1};
+  std::pair<std::string, bool> finding_;
   Recording recording_;
 };
 
@@ -228,8 +321,13 @@ void requireHeeded(const sim::Overrides& overrides, std::initializer_list<const 
   }
 }
 
-Run runOf(const std::string& robot, const py::object& controller, const sim::Overrides& overrides, bool monitored,
-          bool as_printed) {
+sim::LoopSetup setupOf(const std::string& robot, const std::string& controller, const sim::Overrides& overrides,
+                       bool as_printed) {
+  return (as_printed ? sim::loadPrintedSetup : sim::loadSetup)(packageFiles(), controller, robot, overrides);
+}
+
+Run runOf(const std::string& robot, const py::object& controller, const sim::Overrides& overrides,
+          const std::optional<py::dict>& monitored, bool as_printed) {
   const bool named = py::isinstance<py::str>(controller);
   if (as_printed && !named) throw ParameterError("as_printed = True: needs the name or file of a controller");
   Run run;
@@ -240,14 +338,13 @@ Run runOf(const std::string& robot, const py::object& controller, const sim::Ove
     return run;
   }
   if (named) {
-    const auto load = as_printed ? sim::loadPrintedSetup : sim::loadSetup;
-    run.setup = load(packageFiles(), controller.cast<std::string>(), robot, overrides);
+    run.setup = setupOf(robot, controller.cast<std::string>(), overrides, as_printed);
   } else {
     requireHeeded(overrides, {"plant", "loop", "robot", "limits"});
     run.setup = sim::loadSetup(packageFiles(), "standard", robot, overrides);
     run.setup.structure = [controller, drive = run.setup.drive] { return controllerOf(drive, controller); };
   }
-  if (monitored) run.monitor_model = sim::monitorModel(packageFiles(), robot);
+  if (monitored) run.monitor_model = changed(sim::monitorModel(packageFiles(), robot), *monitored);
   return run;
 }
 
@@ -257,44 +354,50 @@ void heedSignals() {
   if (PyErr_CheckSignals() != 0) throw py::error_already_set();
 }
 
-py::dict columnsOf(const std::vector<Row>& rows) {
-  py::dict columns;
-  for (std::size_t c = 0; c < kColumns.size(); ++c) {
+/// Adds the columns of some rows. @param whole_numbers how many of the last columns are such.
+template <class Rows, class Names>
+void addColumns(const Rows& rows, const Names& names, std::size_t whole_numbers, py::dict& columns) {
+  for (std::size_t c = 0; c < names.size(); ++c) {
     const auto fill = [&](auto column) {
       auto values = column.template mutable_unchecked<1>();
       for (std::size_t i = 0; i < rows.size(); ++i) {
         values(static_cast<py::ssize_t>(i)) = static_cast<std::decay_t<decltype(values(0))>>(rows[i][c]);
       }
-      columns[kColumns[c]] = column;
+      columns[names[c]] = column;
     };
     const auto size = static_cast<py::ssize_t>(rows.size());
-    if (c + 3 >= kColumns.size()) {
+    if (c + whole_numbers >= names.size()) {
       fill(py::array_t<int>(size));
     } else {
       fill(py::array_t<double>(size));
     }
   }
-  return columns;
 }
 
 py::tuple simulate(const std::string& robot, const py::object& controller, const TimedSetPoints& set_points,
                    double duration, const std::vector<FaultData>& fault_list, const py::dict& changes,
-                   std::optional<bool> monitor, bool as_printed) {
-  const sim::SetPointProfile profile = profileOf(set_points, duration);
-  sim::Faults faults;
-  for (const FaultData& fault : fault_list) addFault(fault, faults);
-  Run run = runOf(robot, controller, overridesOf(changes), monitor.value_or(!fault_list.empty()), as_printed);
+                   std::optional<bool> monitor, const py::dict& monitor_model, bool as_printed, bool samples_only,
+                   bool odometry) {
+  sim::SetPointProfile profile = profileOf(set_points, duration);
+  const bool monitored = monitor.value_or(!fault_list.empty());
+  Run run = runOf(robot, controller, overridesOf(changes), monitored ? std::optional(monitor_model) : std::nullopt,
+                  as_printed);
   sim::LoopSetup& setup = run.setup;
   if (monitor == false) setup.drive.faults.reset();
+  sim::Faults faults;
+  for (const FaultData& fault : fault_list) addFault(fault, setup.plant, profile, faults);
+  const auto earlier = [](const auto& a, const auto& b) { return a.time < b.time; };
+  std::stable_sort(profile.friction_changes.begin(), profile.friction_changes.end(), earlier);
+  std::stable_sort(profile.motor_changes.begin(), profile.motor_changes.end(), earlier);
 
   sim::JackalPlant plant(setup.urdf, setup.plant);
   DriveLoop drive = run.monitor_model ? sim::monitoredLoop(setup, *run.monitor_model) : sim::makeLoop(setup);
   drive.release();
-  Recorder recorder(plant, drive, setup.plant.support, setup.drive.geometry,
-                    static_cast<std::size_t>(profile.plantSteps()));
+  Recorder recorder(plant, drive, setup, {samples_only, odometry});
   sim::LoopHooks hooks = sim::faultHooks(plant, faults);
+  hooks.sensed = [&recorder](const sim::LoopStep& step) { recorder.sensed(step); };
   hooks.done = [&recorder, steps = 0](const sim::LoopStep& step) mutable {
-    recorder(step);
+    recorder.done(step);
     if (++steps % 1000 == 0) heedSignals();
   };
   {
@@ -302,7 +405,42 @@ py::tuple simulate(const std::string& robot, const py::object& controller, const
     sim::driveClosedLoop(plant, drive, profile, hooks, setup.loop);
   }
   const Recording recording = recorder.take();
-  return py::make_tuple(columnsOf(recording.rows), recording.events);
+  py::dict columns;
+  addColumns(recording.rows, kColumns, kWholeNumbers, columns);
+  if (odometry) addColumns(recording.odometry, kOdometryColumns, 0, columns);
+  const PredictiveController* predictive = drive.predictive();
+  const py::object track =
+      predictive != nullptr ? py::cast(predictive->effectiveTrack()) : py::none().cast<py::object>();
+  return py::make_tuple(columns, recording.events, recording.findings, track);
+}
+
+py::dict settings(const std::string& robot, const std::string& controller, const py::dict& changes, bool as_printed) {
+  const sim::LoopSetup setup = setupOf(robot, controller, overridesOf(changes), as_printed);
+  constexpr const char* kStructures[] = {"thesis", "predictive", "diff_drive"};
+  py::dict all;
+  all["structure"] = kStructures[setup.drive.controller.index()];
+  all["plant"] = dictOf(fieldsOf(setup.plant));
+  all["geometry"] = dictOf(fieldsOf(setup.drive.geometry));
+  all["controller"] = std::visit([](const auto& gains) { return dictOf(fieldsOf(gains)); }, setup.drive.controller);
+  if (setup.drive.plant_model) all["plant_model"] = dictOf(fieldsOf(*setup.drive.plant_model));
+  if (const auto* gains = std::get_if<ControllerParameters>(&setup.drive.controller)) {
+    const BeliefUpdate update(GenerativeModel(*gains, setup.drive.geometry), gains->kappa_mu, gains->beliefStep(),
+                              gains->integrator);
+    all["belief_radius"] = update.spectralRadius();
+  }
+  return all;
+}
+
+py::tuple stateSpaceResponse(const std::string& controller, double set_point, double duration,
+                             const py::dict& changes) {
+  const ControllerParameters gains = sim::loadThesis(packageFiles(), controller, overridesOf(changes)).controller;
+  StateSpaceRun run;
+  run.dt = gains.beliefStep();
+  run.duration = duration;
+  run.set_point = set_point;
+  const StateSpaceResponse response = jackal_aic::simulate(stateSpaceModel(gains), run);
+  return py::make_tuple(response.time, Eigen::VectorXd(response.output.transpose()),
+                        Eigen::VectorXd(response.states.row(0).transpose()));
 }
 
 /// Texts of an enumeration in the order of its values.
@@ -317,8 +455,20 @@ py::tuple wordsOf(int count) {
 
 void bindSimulation(py::module& m) {
   m.def("simulate", &simulate, py::arg("robot"), py::arg("controller"), py::arg("set_points"), py::arg("duration"),
-        py::arg("faults"), py::arg("overrides"), py::arg("monitor"), py::arg("as_printed"),
-        "Columns by name and events of a drive; see jackal_aic.simulate().");
+        py::arg("faults"), py::arg("overrides"), py::arg("monitor"), py::arg("monitor_model"), py::arg("as_printed"),
+        py::arg("samples_only"), py::arg("odometry"),
+        "Columns by name, events, findings and effective track of a drive; see jackal_aic.simulate().");
+  m.def("settings", &settings, py::arg("robot"), py::arg("controller"), py::arg("overrides") = py::dict(),
+        py::arg("as_printed") = false,
+        R"(The values with which simulate() drives, as dicts of names and values: "plant", "geometry", "controller", and
+"plant_model", which the controller has of the robot (unless it is the open loop). "structure" is "thesis", "predictive" or
+"diff_drive", "belief_radius" the spectral radius of a thesis controller's belief update. Arguments and errors are those of
+simulate().)");
+  m.def("state_space_response", &stateSpaceResponse, py::arg("controller"), py::arg("set_point"), py::arg("duration"),
+        py::arg("overrides") = py::dict(),
+        R"(Step response of the point mass model (thesis, chapter 4) with the gains of a thesis controller.
+
+Returns arrays of time [s], output [m/s] and believed output [m/s] from the step on. Raises ValueError as simulate().)");
   py::class_<sim::ResponseMetrics>(m, "StepResponse",
                                    "Figures of a step response, as the thesis defines them (chapter 5).")
       .def_readonly(

@@ -1,19 +1,9 @@
 """The section of the report about published controllers of a plant with dead time, tuned under the same margins."""
 
-import figures
 from markup import cell, table
 from results import read_rows
 
 LIMIT = 1.6  # of Ms, in the table
-
-
-def fronts(rows, column):
-    """(plant in words, {structure: points (Ms, column)}), plant by plant."""
-    plants = {}
-    for row in rows:
-        lines = plants.setdefault(figures.WORDS[row['plant']], {})
-        lines.setdefault(row['structure'], []).append((float(row['ms']), float(row[column])))
-    return list(plants.items())
 
 
 def peak(row, column):
@@ -44,8 +34,4 @@ def section(directory):
         return None
     rows = read_rows(directory / 'baselines.csv')
     driven = {(row['structure'], row['plant']): row for row in read_rows(directory / 'baselines_driven.csv')}
-    across = 'peak of the sensitivity, Ms'
-    return {'limit': LIMIT, 'table': at_equal_robustness(rows, driven),
-            'images': [(words, figures.front_image(fronts(rows, column), across, words))
-                       for column, words in (('iae_of_bound', 'IAE after a disturbance / bound'),
-                                             ('noise_gain', 'noise of the command / of the encoders'))]}
+    return {'limit': LIMIT, 'table': at_equal_robustness(rows, driven)}

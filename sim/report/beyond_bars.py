@@ -1,4 +1,4 @@
-"""The bars of the predictive controller: what was asked for (sim/experiments/acceptance.yaml), and what the experiments reached."""
+"""The bars of the predictive controller: what was asked for (sim/lab/acceptance.yaml), and what the experiments reached."""
 
 
 

@@ -172,19 +172,3 @@ def data_uri(figure):
     figure.savefig(buffer, format='svg', metadata={'Date': None, 'Creator': None})
     plt.close(figure)
     return 'data:image/svg+xml;base64,' + base64.b64encode(buffer.getvalue()).decode()
-
-
-def front_image(fronts, across, up):
-    """Panels side by side as an SVG data URI. fronts: (title, {name: points (x, y)}); across, up: labels of the axes."""
-    setup()
-    figure, axes = plt.subplots(1, len(fronts), figsize=(5.0 * len(fronts), 3.6), squeeze=False)
-    for axis, (title, lines) in zip(axes[0], fronts):
-        for i, (name, points) in enumerate(lines.items()):
-            ours = name.startswith('predictive')
-            axis.plot(*zip(*points), color=OURS if ours else COLOURS[i % len(COLOURS)], linewidth=2.2 if ours else 1.1, label=name,
-                      marker='s' if len(points) == 1 else 'o', markersize=4)
-        axis.set_title(title, fontsize=9)
-        axis.set_xlabel(across)
-        axis.set_ylabel(up)
-    axes[0][-1].legend(fontsize=7, loc='center left', bbox_to_anchor=(1.0, 0.5), frameon=False)
-    return data_uri(figure)

@@ -1,10 +1,10 @@
-"""The section of the report about odometry: its drift beside the stock controller's, and what an EKF makes of either."""
+"""The section of the report about odometry: its drift beside the stock controller's."""
 
 from markup import cell, table
 from results import read_rows
 
 # heading of the group, prefix of its columns
-ODOMETRIES = (('ours', ''), ('stock: wheels', 'stock_'), ('EKF of ours', 'ekf_'), ('EKF of stock and gyro', 'stock_ekf_'))
+ODOMETRIES = (('ours', ''), ('stock: wheels', 'stock_'))
 
 
 def drift_cells(row):

@@ -30,7 +30,7 @@ def read_yaml(path):
 
 def read_bars(package):
     """What was asked for, by experiment and figure."""
-    return read_yaml(pathlib.Path(package) / 'sim/experiments/acceptance.yaml')
+    return read_yaml(pathlib.Path(package) / 'sim/lab/acceptance.yaml')
 
 
 def read_rows(path):
@@ -125,7 +125,7 @@ class Results:
         self.package = pathlib.Path(package)
         self.directory = pathlib.Path(directory)
         self.tables = {t['table']: t for t in read_yaml(self.package / 'sim/thesis/tables.yaml')['tables']}
-        self.experiments = {e['name']: e for e in read_yaml(self.package / 'sim/experiments/experiments.yaml')['experiments']}
+        self.experiments = {e['name']: e for e in read_yaml(self.package / 'sim/lab/scenarios.yaml')['experiments']}
         self.bars = read_bars(self.package)
         self.runs = {name: self._read(name) for name in self.experiments}
 

@@ -2,19 +2,15 @@
 
 #include <gtest/gtest.h>
 
-#include <cctype>
 #include <ostream>
 
-#include "detection_table.hpp"
+#include "drives.hpp"
 
 namespace jackal_aic::sim {
 
-void PrintTo(const DetectionCase& c, std::ostream* out) { *out << c.motion << ": " << c.fault; }
-void PrintTo(const OrdinaryCase& c, std::ostream* out) { *out << c.plant << ": " << c.condition; }
-
 namespace {
 
-constexpr const char* kDelay = "detection.delay";  // the bar
+constexpr double kDelay = 0.3;  // s, the bar of sim/lab/acceptance.yaml
 
 const PackageFiles& files() {
   static const PackageFiles files{JACKAL_AIC_SOURCE_DIR};
@@ -32,31 +28,6 @@ SetPointProfile driving(const SetPoint& set_point) {
   profile.duration = kFaultTime + 1.0;
   return profile;
 }
-
-class EveryFault : public testing::TestWithParam<DetectionCase> {};
-
-TEST_P(EveryFault, IsFoundInTimeForWhatItIs) {
-  const auto found = runCase(files(), GetParam());
-  ASSERT_TRUE(found);
-  EXPECT_LE(found->delay, files().bar(GetParam().plant == "real" ? "detection.delay_on_real" : kDelay) + 1e-9);
-  EXPECT_EQ(found->reason, GetParam().expected);
-}
-
-/// A text with nothing but letters and digits.
-std::string word(std::string text) {
-  for (char& c : text) {
-    if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
-  }
-  return text;
-}
-
-std::string nameOf(const testing::TestParamInfo<DetectionCase>& info) {
-  const DetectionCase& c = info.param;
-  return word(c.controller + "_" + c.plant + "_" + c.motion + "_" + c.fault);
-}
-
-INSTANTIATE_TEST_SUITE_P(Detection, EveryFault, testing::ValuesIn(detectionCases()), nameOf);
-INSTANTIATE_TEST_SUITE_P(RealDetection, EveryFault, testing::ValuesIn(detectionCases(World::real)), nameOf);
 
 /// Share of a run's samples in a span of time in which a channel counted.
 double shareCounted(const std::vector<MonitoredSample>& samples, bool ChannelValidity::*channel, double from,
@@ -111,7 +82,7 @@ TEST_P(Recovery, ChannelCountsAgainAfterTheFaultIsOver) {
   SetPointProfile profile = driving({0.5, 0.0, 0.3});
   profile.duration = over + 3.0;
   const auto samples = run("predictive", "ground", profile, faults);
-  EXPECT_EQ(shareCounted(samples, GetParam().channel, kFaultTime + files().bar(kDelay), over + 0.9), 0.0);
+  EXPECT_EQ(shareCounted(samples, GetParam().channel, kFaultTime + kDelay, over + 0.9), 0.0);
   EXPECT_GE(shareCounted(samples, GetParam().channel, over + 2.0, over + 3.0), 0.98);
   for (const MonitoredSample& s : samples) {
     if (s.time < kFaultTime) continue;
@@ -276,7 +247,7 @@ TEST(FrozenEncoder, IsFoundInTimeSoonAfterTheStart) {
                 detection(run(controller.c_str(), plant, profile, faults, {{"plant.seed", seed}}), onset);
             EXPECT_TRUE(found) << "within a second";
             if (!found) continue;
-            EXPECT_LE(found->delay, files().bar(kDelay) + 1e-9);
+            EXPECT_LE(found->delay, kDelay + 1e-9);
             EXPECT_EQ(found->reason, "left encoder frozen");
           }
         }
@@ -343,21 +314,6 @@ TEST(FrozenEncoder, IsFoundHoweverWideThePredictionWasWhenItChangedLast) {
     }
   }
 }
-
-class OrdinaryDriving : public testing::TestWithParam<OrdinaryCase> {};
-
-TEST_P(OrdinaryDriving, RaisesNoAlarm) {
-  const OrdinaryCase& ordinary = GetParam();
-  // Ten minutes as calibrated here, and under every condition in the report; two minutes are enough to see it fail.
-  const bool in_full = ordinary.controller == "predictive" && ordinary.overrides.empty();
-  const Alarms alarms = runOrdinary(files(), ordinary, in_full ? ordinary.duration : 120.0);
-  EXPECT_EQ(alarms.fault, "");
-  EXPECT_LE(alarms.outliers, 0.002 * static_cast<double>(alarms.samples)) << "far below alpha";
-}
-
-INSTANTIATE_TEST_SUITE_P(Alarms, OrdinaryDriving, testing::ValuesIn(ordinaryCases()), [](const auto& info) {
-  return word(info.param.controller + "_" + info.param.plant + "_" + info.param.condition);
-});
 
 }  // namespace
 }  // namespace jackal_aic::sim

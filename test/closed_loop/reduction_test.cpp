@@ -15,7 +15,6 @@
 #include "jackal_aic/model/wheel_belief.hpp"
 #include "jackal_aic/predictive/wheel_controller.hpp"
 #include "linear_plant.hpp"
-#include "regulators.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -170,47 +169,6 @@ TEST(Reduction, ABeliefWithTheGoalInItIsBiasedAndOneWithoutIsNot) {
   }
   EXPECT_GT(geometry.wheel_radius * with_goal.speed(), 0.1);
   EXPECT_NEAR(geometry.wheel_radius * without.speed(), 0.0, 1e-12);
-}
-
-TEST(Reduction, ThePredictiveControllerIsLqgForItsWeights) {
-  PlantModel model = robot();
-  model.velocity_loop_integral = 3.0;
-  model.acceleration_limit = 1000.0;  // both are linear below it
-  PredictiveParameters parameters;
-  parameters.dead_time_deviation = 0.0;  // no doubt about the dead time, which LQG has not either
-  const double radius = GeometryParameters{}.wheel_radius;
-  sim::LqgWeights weights;
-  weights.noise = wheelBeliefParameters(parameters);
-  weights.speed = 0.0;
-  WheelController predictive(parameters, model, radius);
-  sim::PathFollower lqg(model, radius, parameters.reference_time, std::make_unique<sim::Lqg>(model, radius, weights));
-  predictive.start(0.0);
-  predictive.restart(0.0);
-  lqg.reset(0.0);
-  PlantModel weak = model;
-  weak.gain = 0.95;  // what it makes up for stays within robot_range.hpp, also while it turns round
-  LinearPlant with_predictive(weak, {}), with_lqg(weak, {});
-  double driven = 0.0, disturbance = 0.0;
-  for (int k = 1; k <= 8000; ++k) {
-    with_predictive.step();
-    with_lqg.step();
-    predictive.predict();
-    lqg.predict();
-    if (k % 20 != 0) continue;
-    predictive.correct(with_predictive.observation().wheel_left);
-    lqg.correct(with_lqg.observation().wheel_left);
-    // At first at rest, until the belief's covariance has converged.
-    const double wanted = k < 4000 ? 0.0 : k < 6000 ? 5.0 : -2.0;
-    predictive.act(predictive.input(wanted));
-    lqg.act(wanted);
-    with_predictive.command({predictive.action(), predictive.action()});
-    with_lqg.command({lqg.command(), lqg.command()});
-    ASSERT_NEAR(predictive.action(), lqg.command(), 1e-9) << k << " ms";
-    driven = std::max(driven, std::abs(predictive.action()));
-    disturbance = std::max(disturbance, std::abs(predictive.belief().disturbance()));
-  }
-  EXPECT_GT(driven, 5.0) << "nothing was driven";
-  EXPECT_GT(disturbance, 0.2) << "there was nothing to cancel";
 }
 
 }  // namespace

@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "closed_loop.hpp"
+#include "drives.hpp"
 #include "loop_setup.hpp"
 #include "monitored_loop.hpp"
 #include "predictive_loop.hpp"
-#include "quiet_hours.hpp"
 
 namespace jackal_aic::sim {
 namespace {

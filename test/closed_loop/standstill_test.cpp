@@ -10,7 +10,6 @@
 #include "linear_plant.hpp"
 #include "loop_setup.hpp"
 #include "predictive_loop.hpp"
-#include "result_table.hpp"
 #include "stepped_loop.hpp"
 
 namespace jackal_aic::sim {

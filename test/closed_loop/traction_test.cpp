@@ -10,11 +10,11 @@
 #include <string>
 #include <utility>
 
+#include "drives.hpp"
 #include "jackal_aic/model/gravity.hpp"
 #include "jackal_aic/predictive/predictive_controller.hpp"
 #include "jackal_aic/safety/loop_odometry.hpp"
 #include "monitored_loop.hpp"
-#include "unidentified.hpp"
 
 namespace jackal_aic::sim {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "drives.hpp"
 #include "loop_setup.hpp"
-#include "quiet_hours.hpp"
 
 namespace jackal_aic::sim {
 namespace {

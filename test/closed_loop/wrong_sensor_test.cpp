@@ -6,8 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "detection_table.hpp"
-#include "unidentified.hpp"
+#include "drives.hpp"
 
 namespace jackal_aic::sim {
 namespace {

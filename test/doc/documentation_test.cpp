@@ -90,8 +90,8 @@ TEST(Documentation, EveryProgramAndLaunchFileThatItStartsIsBuiltHere) {
     const std::string text = textOf(page);
     commands += forEachMatch(text, std::regex("rosrun jackal_aic (\\w+)"), [&](const std::smatch& m) {
       const bool built = std::regex_search(
-          build,
-          std::regex("(add_executable\\(|foreach\\(example[^)]*|install\\(PROGRAMS [^)]*/)" + m[1].str() + "\\b"));
+          build, std::regex("(add_executable\\(|foreach\\(example[^)]*|install(?:_python)?\\(PROGRAMS [^)]*/)" +
+                            m[1].str() + "\\b"));
       EXPECT_TRUE(built) << page << ": " << m[0];
     });
     commands += forEachMatch(text, std::regex("roslaunch jackal_aic ([\\w.]+)"), [&](const std::smatch& m) {

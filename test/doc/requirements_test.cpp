@@ -20,15 +20,27 @@ namespace fs = std::filesystem;
 
 const fs::path kRoot = JACKAL_AIC_SOURCE_DIR;
 
+/// Adds Class.test_name of every test of a Python source.
+void addPythonTests(const std::string& source, std::set<std::string>& names) {
+  const std::regex declaration(R"((?:^|\n)class (\w+)|\n    def (test_\w+))");
+  std::string name;
+  for (std::sregex_iterator found(source.begin(), source.end(), declaration), end; found != end; ++found) {
+    if ((*found)[1].matched) name = (*found)[1];
+    if ((*found)[2].matched) names.insert(name + "." + (*found)[2].str());
+  }
+}
+
 /// Suite.Name of every test whose source lies under test/.
 std::set<std::string> testNames() {
   const std::regex declaration(R"(TEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\s*\))");
   std::set<std::string> names;
   for (const auto& entry : fs::recursive_directory_iterator(kRoot / "test")) {
-    if (entry.path().extension() != ".cpp") continue;
+    const bool python = entry.path().extension() == ".py";
+    if (!python && entry.path().extension() != ".cpp") continue;
     std::ostringstream text;
     text << std::ifstream(entry.path()).rdbuf();
     const std::string source = text.str();
+    if (python) addPythonTests(source, names);
     for (std::sregex_iterator found(source.begin(), source.end(), declaration), end; found != end; ++found) {
       names.insert((*found)[1].str() + "." + (*found)[2].str());
     }

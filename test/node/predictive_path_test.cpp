@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "result_table.hpp"
+#include "loop_setup.hpp"
 #include "service_call.hpp"
 #include "simulated_robot.hpp"
 #include "true_motion.hpp"
@@ -22,12 +22,12 @@ constexpr double kTransport = 0.01;     // s; commands and measurements take a f
 constexpr double kSensorPeriod = 0.02;  // s; on the box the truth comes at the rate of the encoders
 
 /// The same run in the closed loop without ROS.
-sim::ResultRow offline(const std::string& controller, double forward, double yaw_rate) {
+sim::ResponseMetrics offline(const std::string& controller, double forward, double yaw_rate) {
   const sim::PackageFiles files{JACKAL_AIC_SOURCE_DIR};
   sim::Overrides overrides;
   if (onBox()) overrides.push_back({"plant.noise_scale", "0"});
   const auto setup = sim::loadSetup(files, controller, onBox() ? "box" : "ground", overrides);
-  return sim::runSetup(setup, sim::stepProfile(forward, yaw_rate, 4.0)).row;
+  return sim::runSetup(setup, sim::stepProfile(forward, yaw_rate, 4.0)).metrics;
 }
 
 /// A recorded series at a time between its samples.
@@ -67,15 +67,15 @@ class PredictivePath : public testing::Test {
   void expectAsOffline(const sim::ResponseMetrics& path, double forward, double yaw_rate) {
     const auto same = offline("predictive", forward, yaw_rate);
     const auto open_loop = offline("diff_drive", forward, yaw_rate);
-    ASSERT_TRUE(path.bounded && path.settling && path.rise && same.settling_s && open_loop.settling_s);
+    ASSERT_TRUE(path.bounded && path.settling && path.rise && same.settling && open_loop.settling);
     ROS_INFO(
         "settling %.3f s on the ROS path, %.3f s without, %.3f s open loop; overshoot %.2f %%, %.2f %%; steady-state "
         "error %.2f %%, %.2f %%",
-        *path.settling, *same.settling_s, *open_loop.settling_s, path.overshoot_pct, *same.overshoot_pct,
-        path.steady_error_pct, *same.steady_error_pct);
+        *path.settling, *same.settling, *open_loop.settling, path.overshoot_pct, same.overshoot_pct,
+        path.steady_error_pct, same.steady_error_pct);
     const double resolution = kTransport + (onBox() ? kSensorPeriod : 0.0);
-    EXPECT_LE(*path.settling, 1.10 * *open_loop.settling_s + resolution);
-    EXPECT_NEAR(*path.settling, *same.settling_s, 0.1 * *same.settling_s + resolution);
+    EXPECT_LE(*path.settling, 1.10 * *open_loop.settling + resolution);
+    EXPECT_NEAR(*path.settling, *same.settling, 0.1 * *same.settling + resolution);
   }
 
   SimulatedRobot robot;

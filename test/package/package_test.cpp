@@ -185,8 +185,10 @@ TEST(Programs, ThatNoUserTypesHaveALineInTheReference) {
 TEST(Programs, TellWhatIsWrongInOneLine) {
   for (const char* program : {"analyze", "experiments step --plant ground --step 1 --controller", "identify", "replay",
                               "tune --out nowhere/gains.yaml --plant"}) {
-    const std::string text = output("! timeout 20 " JACKAL_AIC_DEVEL "/lib/jackal_aic/" + std::string(program) +
-                                    " \"$(printf 'no\\n\\033[31msuch')\"");
+    const std::string directory = std::string(program).find("experiments") == 0 ? (kRoot / "sim/lab/").string()
+                                                                                : JACKAL_AIC_DEVEL "/lib/jackal_aic/";
+    const std::string text =
+        output("! timeout 20 " + directory + std::string(program) + " \"$(printf 'no\\n\\033[31msuch')\"");
     EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
     EXPECT_EQ(text.find('\033'), std::string::npos) << text;
     EXPECT_NE(text.find("such"), std::string::npos) << text;

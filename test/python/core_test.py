@@ -83,7 +83,7 @@ class Stub(unittest.TestCase):
         drive = jackal_aic.simulate('box', 'diff_drive', (0.1, 0.0), duration=0.6)
         for name, there in members(classes).items():
             if name == 'Drive':
-                there |= set(drive.columns()) | {'events', 'set_points'}
+                there |= set(drive.columns()) | {'effective_track', 'events', 'findings', 'set_points'}
             self.assertEqual(self.written(name), there, name)
         self.assertEqual(self.written('Fault'), set(jackal_aic.Fault._fields))
 

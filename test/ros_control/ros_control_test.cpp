@@ -1,7 +1,6 @@
 // The controller of ros_control as a robot loads it: by pluginlib, with the stock configuration and the shipped extras,
 // on the simulated robot. Time is the simulation's, and everything but publishing happens in this thread, in order.
 
-#include <controller_manager/controller_manager.h>
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <dlfcn.h>
 #include <dynamic_reconfigure/Reconfigure.h>
@@ -31,6 +30,7 @@
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_robot_hw.hpp"
 #include "plant_messages.hpp"
+#include "plugin_loop.hpp"
 #include "response_metrics.hpp"
 
 // Counts the locks too, which update() must not take either.
@@ -49,8 +49,6 @@ extern "C" int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
 
 namespace jackal_aic::test {
 namespace {
-
-using controller_manager_msgs::SwitchController;
 
 constexpr const char* kName = "jackal_velocity_controller";
 constexpr double kSetPointPeriod = 0.05;  // s
@@ -95,7 +93,7 @@ class RosControl : public testing::Test {
  protected:
   explicit RosControl(bool with_imu = false, const sim::PlantParameters& plant = plantParameters())
       : robot(textOf("sim/urdf/jackal.urdf"), plant, with_imu),
-        manager(&robot, node),
+        plugins(&robot),
         start(newStart()),
         imu_of_robot(with_imu) {
     setTime();
@@ -134,7 +132,7 @@ class RosControl : public testing::Test {
   void setTime() { ros::Time::setNow(ros::Time(now())); }
 
   bool load(const std::string& name = kName) {
-    if (!manager.loadController(name)) return false;
+    if (!plugins.load(name)) return false;
     sender.listen(node, std::string(kName) + "/cmd_vel");
     const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(10.0);
     while (name == kName && ros::WallTime::now() < end &&
@@ -147,13 +145,10 @@ class RosControl : public testing::Test {
     return true;
   }
 
-  /// Starts and stops controllers while the robot goes on.
+  /// Starts and stops controllers, as a controller manager does between two updates.
   bool change(const std::vector<std::string>& started, const std::vector<std::string>& stopped) {
-    auto done = std::async(std::launch::async, [&] {
-      return manager.switchController(started, stopped, SwitchController::Request::STRICT);
-    });
-    while (done.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) update();
-    return done.get();
+    update();
+    return plugins.change(started, stopped);
   }
 
   /// Started, and asked to stand: a controller that starts under set points waits for that.
@@ -168,7 +163,7 @@ class RosControl : public testing::Test {
   virtual void update() {
     const ros::Time time = ros::Time::now();
     robot.read(time, ros::Duration(period));
-    manager.update(time, ros::Duration(period));
+    plugins.update(time, ros::Duration(period));
     robot.write(time, ros::Duration(period));
   }
 
@@ -277,7 +272,7 @@ class RosControl : public testing::Test {
 
   ros::NodeHandle node;
   sim::JackalRobotHW robot;
-  controller_manager::ControllerManager manager;
+  PluginLoop plugins;
   double start;
   bool imu_of_robot;
   double period = 0.02;  // s
@@ -310,21 +305,11 @@ class RosControlWithImu : public RosControl {
 
 TEST_F(RosControl, IsLoadedByItsNameAndClaimsTheWheels) {
   ASSERT_TRUE(startController());
-  EXPECT_TRUE(manager.getControllerByName(kName)->isRunning());
-  controller_manager_msgs::ListControllers list;
-  auto answered = std::async(std::launch::async, [&] {
-    return ros::service::call("controller_manager/list_controllers", list.request, list.response);
-  });
-  while (answered.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) {
-    ros::getGlobalCallbackQueue()->callAvailable();
-  }
-  ASSERT_TRUE(answered.get());
-  ASSERT_EQ(list.response.controller.size(), 1u);
-  const auto& controller = list.response.controller.front();
-  EXPECT_EQ(controller.type, "jackal_aic/ActiveInferenceController");
-  ASSERT_EQ(controller.claimed_resources.size(), 1u);
-  EXPECT_EQ(controller.claimed_resources[0].hardware_interface, "hardware_interface::VelocityJointInterface");
-  EXPECT_EQ(controller.claimed_resources[0].resources.size(), 4u);
+  const auto& [controller, claimed] = plugins.at(kName);
+  EXPECT_TRUE(controller->isRunning());
+  ASSERT_EQ(claimed.size(), 1u);
+  EXPECT_EQ(claimed[0].hardware_interface, "hardware_interface::VelocityJointInterface");
+  EXPECT_EQ(claimed[0].resources.size(), 4u);
 }
 
 TEST_F(RosControl, ARobotAtRestStaysAtRest) {
@@ -546,7 +531,7 @@ TEST_F(RosControl, ALatchedEmergencyStopIsHeardBeforeTheFirstCommand) {
   for (int i = 0; i < 12 && !engaged; ++i) wait([&] { return engaged; });  // until a busy machine has started it
   ASSERT_TRUE(engaged);
   subscriber.shutdown();
-  ASSERT_TRUE(manager.loadController(kName) && change({kName}, {}));
+  ASSERT_TRUE(plugins.load(kName) && change({kName}, {}));
   command(0.0, 0.0);
   run(0.1);
   command(0.5, 0.0);
@@ -559,7 +544,7 @@ TEST_F(RosControl, UpdateNeitherLocksNorAllocates) {
 #endif
   ASSERT_TRUE(startController());
   command(0.5, 0.3);
-  controller_interface::ControllerBase* controller = manager.getControllerByName(kName);
+  controller_interface::ControllerBase* controller = plugins.at(kName).controller.get();
   int updates = 0;
   allocations = locks = 0;
   for (int i = 0; i < 4000; ++i) {
@@ -816,7 +801,7 @@ class IdealRobot : public hardware_interface::RobotHW {
 /// What the test programs of diff_drive_controller ask of it, with their robot, identified, and their bounds.
 class AsDiffDrive : public testing::Test {
  protected:
-  AsDiffDrive() : manager(&robot, node), time(newStart()) {
+  AsDiffDrive() : plugins(&robot), time(newStart()) {
     ros::Time::setNow(ros::Time(time));
     node.setParam(name + "/type", "jackal_aic/ActiveInferenceController");
     node.setParam(name + "/left_wheel", "wheel_0_joint");
@@ -846,15 +831,13 @@ class AsDiffDrive : public testing::Test {
   }
 
   void startController() {
-    ASSERT_TRUE(manager.loadController(name));
+    ASSERT_TRUE(plugins.load(name));
     sender.listen(node, name + "/cmd_vel");
     for (int i = 0; i < 500 && (commands.getNumSubscribers() == 0 || subscriber.getNumPublishers() == 0); ++i) {
       ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.01));
     }
-    auto done = std::async(std::launch::async,
-                           [&] { return manager.switchController({name}, {}, SwitchController::Request::STRICT); });
-    while (done.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) update();
-    ASSERT_TRUE(done.get());
+    update();
+    ASSERT_TRUE(plugins.change({name}, {}));
     command(0.0, 0.0);
     run(2.0);
   }
@@ -864,7 +847,7 @@ class AsDiffDrive : public testing::Test {
     time += period.toSec();
     ros::Time::setNow(ros::Time(time));
     robot.read(ros::Time::now(), period);
-    manager.update(ros::Time::now(), period);
+    plugins.update(ros::Time::now(), period);
   }
 
   void command(double forward, double yaw_rate) {
@@ -891,7 +874,7 @@ class AsDiffDrive : public testing::Test {
   const std::string name = "diffbot_controller";
   ros::NodeHandle node;
   IdealRobot robot;
-  controller_manager::ControllerManager manager;
+  PluginLoop plugins;
   double time;
   ros::Publisher commands;
   CommandSender sender;

@@ -223,8 +223,11 @@ class Drive:
     status: numpy.ndarray
     cause: numpy.ndarray
     fault: numpy.ndarray
+    counted: numpy.ndarray
     events: List[Tuple[float, str]]
+    findings: List[Tuple[float, str, bool]]
     set_points: List[Tuple[float, float, float]]
+    effective_track: Optional[float]
     def columns(self) -> Dict[str, numpy.ndarray]: ...
     def response(self, channel: str = ...) -> StepResponse: ...
     def settling_time(self, channel: str = ...) -> Optional[float]: ...
@@ -234,4 +237,16 @@ _Fault = Union[Fault, Mapping[str, Any]]
 def simulate(robot: Union[str, os.PathLike], controller: Union[str, os.PathLike, Parameters, VelocityController],
              set_points: Union[Tuple[float, float], Sequence[Tuple[float, float, float]]], *, duration: float = ...,
              faults: Union[_Fault, Sequence[_Fault]] = ..., seed: Optional[int] = ..., overrides: Optional[_Overrides] = ...,
-             monitor: Optional[bool] = ..., as_printed: bool = ...) -> Drive: ...
+             monitor: Union[bool, _Overrides, None] = ..., as_printed: bool = ..., samples_only: bool = ...,
+             odometry: bool = ...) -> Drive: ...
+
+def settings(robot: str, controller: str, overrides: _Overrides = ..., as_printed: bool = ...) -> Dict[str, Any]: ...
+
+def state_space_response(controller: str, set_point: float, duration: float,
+                         overrides: _Overrides = ...) -> Tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray]: ...
+
+def replay_recording(samples: numpy.ndarray, wheel_radius: float, wheel_distance: float, plant_model: _Overrides, has_imu: bool,
+                     motions: numpy.ndarray) -> Dict[str, Any]: ...
+
+def linear_figures(plant: str, controller: Union[VelocityController, _Overrides],
+                   dead_time_factor: float = ...) -> Dict[str, Any]: ...

@@ -11,11 +11,13 @@ class Fault(typing.NamedTuple):
     """A fault of the robot or of its sensors, or something that is done to it.
 
     kind: of a sensor 'freeze', 'bias', 'scale', 'set', 'huge', 'not_a_number', 'infinite', 'upside_down' (the IMU), or 'lost'
-          (not measured); of the robot 'blocked' (wheels), 'push', 'lift'.
+          (not measured); of the robot 'blocked' (wheels), 'push', 'lift'; from the start on for good 'friction' (coefficient of
+          the ground), 'gain' (of the motors) and 'offset' (by which they turn slower [rad/s]).
     start: [s]
     channel: 'left', 'right', 'gyro', 'acceleration' or 'all' (encoders and gyro); of 'blocked' 'left', 'right' or 'all'; of 'push'
           'forward' [N] or 'yaw_rate' [N m].
-    value: of 'bias' and 'set' in the unit of the channel, of 'scale' a factor, of 'push' a force or torque.
+    value: of 'bias' and 'set' in the unit of the channel, of 'scale' a factor, of 'push' a force or torque, of 'friction', 'gain'
+          and 'offset' the new value.
     duration: [s]
     """
 
@@ -58,16 +60,25 @@ class Drive:
     measured_speed, measured_yaw_rate, measured_left, measured_right: by the last sample of wheels and gyro.
     believed_speed, believed_yaw_rate: of the controller; NaN without a belief.
     status, cause, fault: whole numbers, the places of their words in STATUSES, CAUSES and FAULTS.
+    counted: 1 where every channel of the last sample counted, else 0.
+    With odometry=True: odometry_x, odometry_y [m], odometry_heading [rad], odometry_speed, odometry_yaw_rate, as the node publishes
+    them, with the covariance of the motion (odometry_speed_variance, odometry_covariance, odometry_yaw_rate_variance); that of
+    `predictive`'s belief (believed_speed_variance, believed_covariance, believed_yaw_rate_variance; else NaN);
+    wheel_position_left, wheel_position_right [rad], measured.
 
     events: a list of (time, text) of each change of status, cause or fault, in the words of the node's log.
+    findings: a list of (time, text, whether it is a fault) of each change of what the fault detection finds; '' is nothing.
     set_points: a list of (time, speed, yaw rate), as they were driven.
+    effective_track: that `predictive` believes in at the end [m]; None for other controllers.
     """
 
-    def __init__(self, columns, events, set_points):
+    def __init__(self, columns, events, set_points, findings=(), effective_track=None):
         self.__dict__.update(columns)
         self._names = tuple(columns)
         self.events = events
         self.set_points = set_points
+        self.findings = findings
+        self.effective_track = effective_track
 
     def columns(self):
         """The columns by name, as pandas.DataFrame() takes them."""
@@ -100,7 +111,8 @@ class Drive:
             len(self.time) * 1e-3, self.speed[-1], self.yaw_rate[-1], '; '.join('{:.2f} s {}'.format(*e) for e in self.events))
 
 
-def simulate(robot, controller, set_points, *, duration=3.0, faults=(), seed=None, overrides=None, monitor=None, as_printed=False):
+def simulate(robot, controller, set_points, *, duration=3.0, faults=(), seed=None, overrides=None, monitor=None, as_printed=False,
+             samples_only=False, odometry=False):
     """Drives the simulated robot and returns a Drive. The same arguments give the same drive.
 
     robot: 'ground', 'box' (wheels in the air), 'real' (with the flaws of a real robot), or the path of a YAML file.
@@ -114,8 +126,11 @@ def simulate(robot, controller, set_points, *, duration=3.0, faults=(), seed=Non
     seed: of noise and ground, a whole number; None: that of the robot's file.
     overrides: values by key, such as {'plant.payload': 10.0, 'plant.dead_time': 0.12, 'plant.wheel_gain': 0.8}. Keys of
         plant.* change the robot (not what a named controller knows of it); a named controller takes its own, too.
-    monitor: the fault detection watches the drive (True, False); None: if there are faults, and with Parameters as they say.
-    as_printed: True drives a thesis controller as the thesis prints it, without a bound of its action.
+    monitor: the fault detection watches the drive (True, False); None: if there are faults, and with Parameters as they say. A dict
+        such as {'identified': False} watches with other values of its plant model.
+    as_printed: True drives the thesis' controllers as it prints them, without a bound of their action, and the open loop as it had it.
+    samples_only: True keeps the steps in which a sample came, for long drives.
+    odometry: True adds the columns of the odometry.
     Raises ValueError for an unknown name (with the list of names), key, type or value, and what the controller's act() raises.
     """
     points = list(set_points)
@@ -132,5 +147,8 @@ def simulate(robot, controller, set_points, *, duration=3.0, faults=(), seed=Non
         overrides['plant.seed'] = seed
     if isinstance(controller, os.PathLike):
         controller = os.fspath(controller)
-    columns, events = _core.simulate(os.fspath(robot), controller, points, float(duration), faults, overrides, monitor, as_printed)
-    return Drive(columns, events, points)
+    model = monitor if isinstance(monitor, dict) else {}
+    columns, events, findings, track = _core.simulate(
+        os.fspath(robot), controller, points, float(duration), faults, overrides, True if model else monitor, model, as_printed,
+        samples_only, odometry)
+    return Drive(columns, events, points, findings, track)

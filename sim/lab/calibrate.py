@@ -1,0 +1,179 @@
+"""Fits the plants to the thesis' tables of step responses."""
+
+import functools
+import math
+import re
+import typing
+
+import numpy
+import scipy.optimize
+
+import engine
+import metrics
+import motions
+import search
+import thesis
+
+DEAD_TIMES = (-0.002, 0.0, 0.002)  # s, beside the plant's; the fit is to hold for all
+BANDS = (0.04, 0.05, 0.06)  # of the final value
+MISSING = 1.0  # error of a figure that the thesis has and ours has not, and of a larger one
+
+
+class Parameter(typing.NamedTuple):
+    name: str
+    low: float
+    high: float
+    resolution: float = 0.0
+
+
+class Task(typing.NamedTuple):
+    """A plant, its file, the tables to which it is fitted and those of which the trend counts too, and what is fitted."""
+
+    plant: str
+    file: str
+    tables: tuple
+    trends: tuple
+    parameters: tuple
+
+
+TASKS = (Task('box', 'plant_box.yaml', ('5-1', '5-2', '5-4', '5-5', '5-6', '5-9'), ('5-4', '5-5', '5-9'),
+              (Parameter('dead_time', 0.03, 0.16, 0.001), Parameter('motor_lag', 0.01, 0.12),
+               Parameter('velocity_loop_integral', 1.0, 30.0))),
+         Task('ground', 'plant.yaml', ('3-1a', '3-1b'), (),
+              (Parameter('dead_time', 0.03, 0.2, 0.001), Parameter('motor_lag', 0.002, 0.12),
+               Parameter('velocity_loop_integral', 0.1, 30.0), Parameter('acceleration_limit', 0.8, 10.0))))
+
+
+def rounded(value, resolution=0.0):
+    if resolution:
+        value = resolution * round(value / resolution)
+    return float('{:.3g}'.format(value))
+
+
+def compared(tables):
+    """Rows of tables, each with the integrator with which it is compared."""
+    return [(row, thesis.comparable_integrator(row)) for table in tables for row in thesis.steps(table)]
+
+
+def responses(plant, item):
+    """Settling and rise of a row on a plant without noise (overrides of plant.*), by dead time and band."""
+    (row, integrator), shift = item
+    overrides = dict(thesis.overrides_of(row, integrator), **plant)
+    overrides.update({'plant.dead_time': plant['plant.dead_time'] + shift, 'plant.noise_scale': 0.0})
+    motion = motions.step(row['step'])
+    drive = engine.drive(row['plant'], row['controller'], motion, overrides, as_printed=True)
+    found = [metrics.response(drive, motion, band) for band in BANDS]
+    return [(response['settling_s'], response['rise_s']) for response in found]
+
+
+def errors(row, settling, rise):
+    """|ln(ours / thesis)| of what the thesis prints."""
+    pairs = [(ours, row.get(name)) for ours, name in ((settling, 'settling'), (rise, 'rise'))]
+    return [min(MISSING, abs(math.log(ours / theirs))) if ours else MISSING for ours, theirs in pairs if theirs]
+
+
+def trend_error(rows, settlings):
+    """By how much settling changes less from row to row of a table than in the thesis."""
+    total, count = 0.0, 0
+    for i, row in enumerate(rows):
+        before = next((k for key in ('column', 'row') for k in range(i - 1, -1, -1)
+                       if rows[k]['table'] == row['table'] and rows[k].get(key, '') == row.get(key, '')), None)
+        if before is None or not rows[before].get('settling') or not row.get('settling'):
+            continue
+        slow, fast = (before, i) if rows[before]['settling'] >= row['settling'] else (i, before)
+        fall = math.log(rows[slow]['settling'] / rows[fast]['settling'])
+        ours = settlings[slow], settlings[fast]
+        total += max(0.0, fall - math.log(ours[0] / ours[1])) if all(ours) else MISSING
+        count += 1
+    return total / count if count else 0.0
+
+
+class Fit:
+    """The cost of a plant: mean error of the tables and of their trends over dead times and bands."""
+
+    def __init__(self, task, tables, jobs):
+        self.task, self.items, self.jobs = task, compared(tables), jobs
+        plant = engine.settings(task.plant, 'diff_drive')['plant']
+        self.start = {'plant.' + p.name: plant[p.name] for p in task.parameters}
+        self.low, self.high = (numpy.log([getattr(p, end) for p in task.parameters]) for end in ('low', 'high'))
+
+    def plant(self, logarithms):
+        return {'plant.' + p.name: rounded(math.exp(x), p.resolution) for p, x in zip(self.task.parameters, logarithms)}
+
+    def cost(self, logarithms):
+        plant = self.plant(logarithms)
+        found = engine.parallel(functools.partial(responses, plant), [(item, shift) for shift in DEAD_TIMES for item in self.items],
+                                self.jobs, 'calibrate ' + self.task.plant)
+        rows, total = [row for row, _ in self.items], 0.0
+        for k in range(len(DEAD_TIMES)):
+            for band in range(len(BANDS)):
+                ours = [response[band] for response in found[k * len(rows):(k + 1) * len(rows)]]
+                single = [error for row, figures in zip(rows, ours) for error in errors(row, *figures)]
+                trend = [(row, figures[0]) for row, figures in zip(rows, ours) if row['table'] in self.task.trends]
+                total += sum(single) / len(single) + trend_error([row for row, _ in trend], [settling for _, settling in trend])
+        return total / (len(DEAD_TIMES) * len(BANDS))
+
+    def descend(self, logarithms, evaluations):
+        return search.descend(self.cost, logarithms, self.low, self.high, 0.05 * (self.high - self.low), evaluations)[0]
+
+    def search(self, evaluations):
+        """The plant of the least cost: over the whole range, then from the best and from the present plant."""
+        population = 5 * len(self.low)
+        globally = scipy.optimize.differential_evolution(
+            self.cost, list(zip(self.low, self.high)), maxiter=max(0, evaluations // population - 1), popsize=5, seed=1, polish=False)
+        starts = [globally.x, numpy.log(list(self.start.values()))]
+        return self.plant(min((self.descend(start, evaluations // 2) for start in starts), key=self.cost))
+
+
+def residuals(tables, plant, jobs=0):
+    """(row, settling, rise) of tables on a plant without noise."""
+    items = [(item, 0.0) for item in compared(tables)]
+    found = engine.parallel(functools.partial(responses, plant), items, jobs, 'residuals')
+    return [(item[0][0], *figures[1]) for item, figures in zip(items, found)]
+
+
+def mean_error(found):
+    single = [error for row, settling, rise in found for error in errors(row, settling, rise)]
+    return sum(single) / len(single)
+
+
+def with_fitted_values(yaml_text, plant):
+    """The text of a plant's file with other values of what is fitted."""
+    for key, value in plant.items():
+        pattern = r'(\n +{}: )([^ \n]+ *)'.format(key[len('plant.'):])
+        text = '{:.3g}'.format(value)
+        if '.' not in text:  # else YAML reads a text
+            text = text.replace('e', '.0e') if 'e' in text else text + '.0'
+        yaml_text, count = re.subn(pattern, lambda m: m.group(1) + text.ljust(max(len(text) + 1, len(m.group(2)))), yaml_text, 1)
+        if not count:
+            raise ValueError('{}: is no key of the file'.format(key))
+    return yaml_text
+
+
+def write(out, plant='all', evaluations=200, leave_one_out=False, jobs=0):
+    engine.require_range('evaluations', evaluations, 1, 100000)
+    out = engine.directory(out)
+    for task in TASKS:
+        if plant not in ('all', task.plant):
+            continue
+        found = Fit(task, task.tables, jobs).search(evaluations)
+        engine.write(out / task.file, with_fitted_values((engine.PACKAGE / 'config' / task.file).read_text(), found))
+        for table in task.tables:
+            rows = residuals([table], found, jobs)
+            print('Table {}: mean |ln(ours/thesis)| {:.3f}'.format(table, mean_error(rows)))
+            for row, settling, rise in rows:
+                print('  {:<6} {:<9} settling {} (thesis {})  rise {} (thesis {})'.format(row['row'], row.get('column', ''), *(
+                    '   -' if value is None else '{:4.2f}'.format(value) for value in (settling, row.get('settling'), rise, row.get('rise')))))
+        if leave_one_out:
+            print_leave_one_out(task, found, evaluations, jobs)
+
+
+def print_leave_one_out(task, plant, evaluations, jobs):
+    """The error of each table by the plant fitted to the others, set out from the one fitted to all."""
+    found = []
+    for table in task.tables:
+        fit = Fit(task, [other for other in task.tables if other != table], jobs)
+        best = fit.plant(fit.descend(numpy.log(list(plant.values())), evaluations))
+        found.append(mean_error(residuals([table], best, jobs)))
+        print('Table {} by a fit to the others: mean |ln(ours/thesis)| {:.3f}'.format(table, found[-1]))
+    print('mean over the tables {:.3f}'.format(sum(found) / len(found)))

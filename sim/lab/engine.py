@@ -1,0 +1,177 @@
+"""Drives of a study: one simulated drive is one row of its table. Rows are computed by all cores and written as CSV."""
+
+import csv
+import functools
+import io
+import math
+import multiprocessing
+import os
+import pathlib
+import signal
+import sys
+
+import jackal_aic
+import tqdm
+import yaml
+
+import metrics
+import motions
+
+PACKAGE = pathlib.Path(__file__).resolve().parents[2]
+CONTROLLERS = ('diff_drive', 'standard', 'improved', 'tuned', 'predictive')
+PLANTS = ('box', 'ground')  # whose drive train was fitted to the thesis' tables
+
+COLUMNS = ('experiment', 'controller', 'plant', 'step_mps', 'step_radps', 'belief_hz', 'action_hz', 'integrator', 'tau', 'kappa_mu',
+           'kappa_a', 'orders', 'settling_s', 'rise_s', 'overshoot_pct', 'steady_error_pct', 'bounded', 'thesis_settling_s',
+           'thesis_rise_s', 'label', 'tracking_rms_mps', 'tracking_rms_radps', 'belief_rms_mps', 'belief_rms_radps',
+           'belief_bias_pct', 'effective_track')
+TRACE_COLUMNS = ('run', 'label', 'time_s', 'set_point_mps', 'velocity_mps', 'measured_mps', 'belief_mps', 'set_point_radps',
+                 'yaw_rate_radps', 'measured_radps', 'belief_radps', 'command_left_radps', 'command_right_radps')
+TRACE_STEP = 0.01  # s
+
+
+def read_yaml(path):
+    try:
+        return yaml.safe_load((PACKAGE / path).read_text())
+    except (OSError, yaml.YAMLError) as error:
+        raise ValueError('{}: {}'.format(path, error)) from error
+
+
+@functools.lru_cache(maxsize=None)
+def bars():
+    """What was asked for, by study and figure."""
+    return read_yaml('sim/lab/acceptance.yaml')
+
+
+@functools.lru_cache(maxsize=None)
+def _settings(robot, controller, overrides, as_printed):
+    return jackal_aic.settings(robot, controller, dict(overrides), as_printed)
+
+
+def settings(robot, controller, overrides=None, as_printed=False):
+    """jackal_aic.settings(), remembered."""
+    hashable = tuple((key, tuple(value) if isinstance(value, list) else value) for key, value in (overrides or {}).items())
+    return _settings(robot, controller, hashable, as_printed)
+
+
+def require_range(name, value, low, high):
+    if not low <= value <= high:
+        raise ValueError('{} = {:g}: must be in [{:g}, {:g}]'.format(name, value, low, high))
+
+
+# ---- many drives
+
+def _ignore_interrupts():
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def parallel(task, items, jobs=0, title=''):
+    """[task(item) for item in items] by `jobs` processes (0: one per core), with a progress bar on a terminal."""
+    items = list(items)
+    bar = functools.partial(tqdm.tqdm, total=len(items), desc=title, disable=None, leave=False, file=sys.stderr)
+    jobs = min(jobs or os.cpu_count(), len(items))
+    if jobs <= 1:
+        return [task(item) for item in bar(items)]
+    with multiprocessing.get_context('fork').Pool(jobs, _ignore_interrupts) as pool:
+        return list(bar(pool.imap(task, items)))
+
+
+def drive(robot, controller, motion, overrides=None, **options):
+    """simulate() along a motion."""
+    drive = jackal_aic.simulate(robot, controller, motion.set_points, duration=motion.duration, faults=motion.faults,
+                                overrides=overrides, **dict({'monitor': False}, **options))
+    drive.controller_name = controller if isinstance(controller, str) else 'diff_drive'
+    return drive
+
+
+# ---- rows
+
+def described(values):
+    """Columns that describe a controller."""
+    gains, structure = values['controller'], values['structure']
+    if structure == 'diff_drive':
+        return {'action_hz': gains['rate']}
+    row = {'belief_hz': gains['belief_rate'], 'action_hz': gains['action_rate']}
+    if structure == 'predictive':
+        return dict(row, integrator='exact', kappa_mu=gains['belief_learning_rate'], kappa_a=gains['action_learning_rate'])
+    return dict(row, **{name: gains[name] for name in ('integrator', 'tau', 'kappa_mu', 'kappa_a', 'orders')})
+
+
+def step_columns(motion):
+    if motion.channel is None:
+        return {}
+    (speed, speed_after), (turn, turn_after) = motion.step()
+    return {'step_mps': speed_after - speed, 'step_radps': turn_after - turn}
+
+
+def result(robot, controller, motion, overrides=None, as_printed=False, label='', with_errors=False, columns=None):
+    """A drive as a row of the results, and the drive."""
+    found = drive(robot, controller, motion, overrides, as_printed=as_printed)
+    values = settings(robot, controller, overrides, as_printed)
+    found.controller_name = values['structure']
+    row = {'controller': controller, 'plant': robot, 'label': label, **described(values), **step_columns(motion),
+           **metrics.response(found, motion), 'effective_track': found.effective_track, **(columns or {})}
+    if with_errors and row['bounded']:
+        row.update(metrics.errors(found, motion))
+    return row, found
+
+
+# ---- files
+
+def number(value):
+    """A number with six digits; nothing for None."""
+    if value is None or isinstance(value, str):
+        return value or ''
+    if not math.isfinite(value):
+        return 'nan'
+    return '{:.6g}'.format(value + 0.0)
+
+
+def text_of(columns, rows):
+    """Rows of cells as CSV."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator='\n')
+    writer.writerow(columns)
+    writer.writerows(rows)
+    return out.getvalue()
+
+
+def table_text(rows, columns=COLUMNS):
+    return text_of(columns, ([number(row.get(column)) for column in columns] for row in rows))
+
+
+def trace_rows(run, label, drive):
+    """A line each 10 ms."""
+    believed = metrics.has_belief(drive)
+    nothing = [None] * len(drive.time)
+    series = (drive.time, drive.set_speed, drive.speed, drive.measured_speed, drive.believed_speed if believed else nothing,
+              drive.set_yaw_rate, drive.yaw_rate, drive.measured_yaw_rate, drive.believed_yaw_rate if believed else nothing,
+              drive.command_left, drive.command_right)
+    due, rows = 0.0, []
+    for i, time in enumerate(drive.time.tolist()):
+        if time < due - 0.5 * motions.TICK:
+            continue
+        due = time + TRACE_STEP
+        rows.append([str(run), label] + [number(values[i]) for values in series])
+    return rows
+
+
+def directory(path):
+    """A directory that is there afterwards."""
+    try:
+        os.makedirs(path, exist_ok=True)
+    except OSError as error:
+        raise ValueError("out = '{}': cannot be created: {}".format(path, error.strerror)) from error
+    return pathlib.Path(path)
+
+
+def write(path, text):
+    """Writes a file and says so; '-' is the standard output."""
+    if str(path) == '-':
+        sys.stdout.write(text)
+        return
+    try:
+        pathlib.Path(path).write_text(text)
+    except OSError as error:
+        raise ValueError("'{}': cannot be written: {}".format(path, error.strerror)) from error
+    print('Wrote', path)

@@ -1,0 +1,206 @@
+"""How robots are drawn: everything in which a real one differs from its model."""
+
+import math
+import typing
+
+import jackal_aic
+
+import motions
+from draws import Draws
+from engine import CONTROLLERS, PLANTS, settings
+
+# Keys of plant.* and between which values they are drawn. Sources: doc/reference/simulated_jackal.md.
+REALITY = (('wheel_offset', 0.0, 0.5), ('wheel_breakaway', 0.0, 0.8), ('wheel_radius_left', 0.095, 0.098),
+           ('wheel_radius_right', 0.095, 0.098), ('battery_sag', 0.0, 0.2), ('battery_discharge', 0.0, 0.1), ('payload', 0.0, 8.0),
+           ('payload_x', -0.08, 0.08), ('payload_y', -0.08, 0.08), ('payload_z', 0.0, 0.2), ('friction', 0.35, 0.9),
+           ('slope', -5.0, 5.0), ('roughness', 0.0, 0.005), ('roughness_length', 0.5, 2.0), ('ramp', -6.0, 6.0),
+           ('ramp_start', 0.5, 10.0), ('ramp_length', 1.0, 5.0), ('patch_friction', 0.5, 1.0), ('patch_size', 0.3, 3.0),
+           ('kerb_distance', 0.5, 20.0), ('kerb_height', 0.0, 0.015), ('feedback_rate', 45.0, 50.0), ('feedback_repeats', 0.0, 0.05),
+           ('measurement_loss', 0.0, 0.02), ('encoder_noise', 0.0, 0.03), ('encoder_filter', 0.0, 0.05), ('gyro_bias', 0.0, 0.005),
+           ('vibration_x', 0.3, 2.7), ('vibration_y', 0.3, 2.7), ('vibration_z', 0.3, 1.0), ('vibration_gyro', 0.005, 0.02),
+           ('stamp_jitter', 0.0, 0.005), ('network_delay', 0.0, 0.02))
+ENCODER_STEPS = (0.0065, 0.06, 0.1)  # rad/s
+
+
+def rounded(value):
+    return float('{:.4g}'.format(value))
+
+
+def reality(seed):
+    """A robot on some ground, as overrides of `real`."""
+    draw = Draws(seed)
+    robot = {'plant.' + key: rounded(draw.uniform(low, high)) for key, low, high in REALITY}
+    robot['plant.encoder_step'] = draw.one_of(ENCODER_STEPS)
+    robot['plant.seed'] = seed
+    return robot
+
+
+def soft_motor_turn(seed):
+    """A robot whose motors are softer than their model, as overrides of `ground`, and a yaw rate [rad/s]."""
+    draw, robot = Draws(seed), {}
+
+    def set_evenly(key, low, high, divisor=1.0):
+        value = draw.uniform(low, high)
+        robot['plant.' + key] = rounded(value / divisor)
+        return value
+
+    yaw_rate = draw.uniform(0.3, 1.5)
+    proportional = set_evenly('velocity_loop_stiffness', 3.0, 4.0)
+    set_evenly('velocity_loop_integral', 25.0, 30.0, proportional)
+    set_evenly('torque_limit', 3.0, 20.0)
+    set_evenly('friction', 0.3, 0.9)
+    set_evenly('dead_time', 0.06, 0.1)
+    set_evenly('payload', 0.0, 5.0)
+    robot['plant.encoder_noise'] = 0.003 if draw.below(2) == 0 else 0.03
+    robot['plant.encoder_step'] = draw.one_of(ENCODER_STEPS)
+    robot['plant.seed'] = seed
+    return robot, yaw_rate
+
+
+# ---- single differences from the model
+
+class Perturbation(typing.NamedTuple):
+    """A difference: its name and unit, between which values it is drawn, its extremes, and the key of plant.* that it sets
+    (`times`: multiplies)."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    extremes: tuple
+    key: str
+    times: bool = False
+
+    def label(self, value):
+        return '{} {:.3g}{}'.format(self.name, value, ' ' + self.unit if self.unit else '')
+
+    def overrides(self, plant, value):
+        """What it makes of a plant with these values."""
+        return {'plant.' + self.key: plant[self.key] * value if self.times else value}
+
+    def draw(self, draw):
+        if self.times:
+            return math.exp(draw.uniform(math.log(self.low), math.log(self.high)))
+        return draw.uniform(self.low, self.high)
+
+
+PERTURBATIONS = (Perturbation('wheel gain', '', 0.8, 1.2, (0.8, 1.2), 'wheel_gain'),
+                 Perturbation('dead time', 's', 0.07, 0.15, (0.07, 0.15), 'dead_time'),
+                 Perturbation('motor lag times', '', 0.5, 2.0, (0.5, 2.0), 'motor_lag', True),
+                 Perturbation('payload', 'kg', 0.0, 8.0, (8.0,), 'payload'),
+                 Perturbation('friction', '', 0.25, 1.0, (0.25, 1.0), 'friction'),
+                 Perturbation('slope', 'deg', 0.0, 5.0, (5.0,), 'slope'),
+                 Perturbation('noise times', '', 1.0, 5.0, (5.0,), 'noise_scale'),
+                 Perturbation('measurements lost', '', 0.0, 0.1, (0.1,), 'measurement_loss'))
+
+
+def perturbed(robot, controller, chosen):
+    """Overrides of a robot with some (Perturbation, value); the open loop is told the gain of its wheels."""
+    plant = settings(robot, controller)['plant']
+    overrides = {}
+    for perturbation, value in chosen:
+        overrides.update(perturbation.overrides(plant, value))
+    if controller == 'diff_drive':
+        overrides['diff_drive.wheel_gain'] = overrides.get('plant.wheel_gain', plant['wheel_gain'])
+    return overrides
+
+
+def perturbation_pairs(count, seed):
+    """Pairs of different perturbations with their values, and the seed of the noise: ((Perturbation, value), ...), seed."""
+    draw, pairs = Draws(seed), []
+    for i in range(count):
+        first, other = draw.index(len(PERTURBATIONS)), draw.index(len(PERTURBATIONS) - 1)
+        chosen = [PERTURBATIONS[k] for k in (first, other if other < first else other + 1)]
+        pairs.append((tuple((kind, kind.draw(draw)) for kind in chosen), seed + i))
+    return pairs
+
+
+# ---- robots that nobody has identified
+
+RATIOS = ('dead_time', 'motor_lag', 'wheel_gain', 'acceleration_limit')
+
+
+def scaled(plant, ratios):
+    """Overrides of a robot whose drive train has these multiples of a plant's."""
+    return {'plant.' + key: plant[key] * ratio for key, ratio in zip(RATIOS, ratios)}
+
+
+def assumed_model():
+    """What is assumed of a Jackal (config/jackal_model.yaml), by the keys of plant_model.*."""
+    values = jackal_aic.Parameters('predictive', 'assumed').values()
+    return {key[len('plant_model.'):]: value for key, value in values.items() if key.startswith('plant_model.')}
+
+
+def simulated(model):
+    """The drive train of a simulated robot with a plant model."""
+    return {'dead_time': model['dead_time'], 'motor_lag': model['lag'], 'wheel_gain': model['gain'],
+            'wheel_offset': model['offset'] / model['gain'], 'velocity_loop_integral': model['velocity_loop_integral'],
+            'acceleration_limit': model['acceleration_limit'], 'support': 'box' if model['on_box'] else 'ground',
+            'sensor_rate': model['sensor_rate']}
+
+
+def unidentified():
+    """Dead time, lag, gain and acceleration limit in multiples of what is assumed."""
+    corners = [(dead_time, lag, gain, limit) for dead_time in (0.5, 2.0) for lag in (0.5, 2.0) for gain in (0.8, 1.2)
+               for limit in (0.5, 1.0, 3.0)]
+    return [(1.0, 1.0, 1.0, 1.0)] + corners
+
+
+# ---- hours of driving without a fault
+
+class QuietDrive(typing.NamedTuple):
+    controller: str
+    plant: str
+    words: str
+    overrides: dict
+    ratios: tuple
+    identified: bool
+    motion: motions.Motion
+
+    def __str__(self):
+        parts = ['{} on {}'.format(self.controller, self.plant), self.words]
+        parts += ['{}={:g}'.format(key, value) for key, value in self.overrides.items()]
+        parts += ['{} x {:g}'.format(*pair) for pair in zip(('dead time', 'lag', 'gain', 'limit'), self.ratios)]
+        return ', '.join(parts)
+
+
+def _ratio(draw, low, high):
+    return low * (high / low)**draw.between(0.0, 1.0)
+
+
+def _quiet_motion(draw, duration):
+    kind = draw.below(6)
+    if kind == 3:
+        points, time = [], motions.REST
+        while time < duration:
+            points.append((time, *motions.arc(draw)))
+            time += draw.between(5.0, 60.0)
+        return 'arcs', motions.Motion(tuple(points), duration)
+    if kind == 4:
+        return 'joystick', motions.Motion(motions.joystick_points(draw, duration), duration)
+    name = {0: 'turn', 1: 'circle', 2: 'straight', 5: 'stand'}[kind]
+    forward, yaw_rate = 0.0, 0.0
+    if name == 'turn':
+        yaw_rate = draw.sign() * 0.1 * 20.0**draw.between(0.0, 1.0)
+    elif name == 'circle':
+        forward, yaw_rate = motions.arc(draw)
+    elif name == 'straight':
+        forward = draw.sign() * 0.1 * 20.0**draw.between(0.0, 1.0)
+    words = '{} {:g} m/s {:g} rad/s'.format(name, forward, yaw_rate)
+    return words, motions.Motion(((motions.REST, forward, yaw_rate),), duration)
+
+
+def quiet_drive(seed, number, duration, identified=True, real=False):
+    """The healthy robot of a number and what it does: any preset on ground or box with any sensors, whose motors accelerate by half to
+    three times their model (not identified: dead time, lag and gain differ too); `real`: on a drawn robot and ground."""
+    draw = Draws(seed * 1000003 + number)
+    controller, plant = draw.one_of(CONTROLLERS), draw.one_of(PLANTS)
+    limit = _ratio(draw, 0.5, 3.0)
+    ratios = (1.0, 1.0, 1.0, limit) if identified else (_ratio(draw, 0.5, 2.0), _ratio(draw, 0.5, 2.0), draw.between(0.8, 1.2), limit)
+    overrides = {'plant.encoder_step': draw.one_of((0.0, 0.0065, 0.0131, 0.06, 0.1)),
+                 'plant.encoder_noise': draw.one_of((0.0, 0.003, 0.03)), 'plant.stamp_jitter': draw.one_of((0.0, 0.008)),
+                 'plant.seed': 1 + draw.below(1000)}
+    words, motion = _quiet_motion(draw, duration)
+    if real:
+        plant, overrides = 'real', reality(seed * 1000003 + number)
+    return QuietDrive(controller, plant, words, overrides, ratios, identified, motion)

@@ -1,0 +1,83 @@
+"""A step on robots that are drawn over everything in which a real one differs from its model, and turns with soft motors."""
+
+import numpy
+
+import engine
+import metrics
+import motions
+import robots
+
+COLUMNS = ('controller', 'seed', 'bounded', 'settling_s', 'open_loop_settling_s', 'steady_error_pct', 'belief_bias_pct')
+SOFT_COLUMNS = ('controller', 'seed', 'yaw_rate_radps', 'overshoot_pct')
+
+
+def step(controller, robot):
+    """A step to 0.5 m/s by a controller that knows the mean radius of the tyres, and of the drive train what plant_real.yaml has."""
+    motion = motions.step(0.5)
+    radius = 0.5 * (robot['plant.wheel_radius_left'] + robot['plant.wheel_radius_right'])
+    section = 'diff_drive' if controller == 'diff_drive' else 'robot'
+    drive = engine.drive('real', controller, motion, dict(robot, **{section + '.wheel_radius': radius}))
+    row = metrics.response(drive, motion)
+    return dict(row, **metrics.errors(drive, motion)) if row['bounded'] else row
+
+
+def drawn(item):
+    """A row: a controller and the open loop on the robot of a seed."""
+    controller, seed = item
+    robot = robots.reality(seed)
+    row = step(controller, robot)
+    open_loop = row if controller == 'diff_drive' else step('diff_drive', robot)
+    return dict(row, controller=controller, seed=seed, open_loop_settling_s=open_loop['settling_s'])
+
+
+def keeps(row):
+    """Which bars a bounded row keeps: settled, exact, believed. Where the open loop does not settle, nothing is asked of settling."""
+    asked, open_loop, settling = engine.bars()['robustness'], row['open_loop_settling_s'], row['settling_s']
+    soon = open_loop is None or (settling is not None and
+                                 settling <= asked['settling_factor'] * open_loop + asked['settling_margin'])
+    return {'settled': soon, 'exact': abs(row['steady_error_pct']) <= asked['steady_error'],
+            'believed': abs(row.get('belief_bias_pct') or 0.0) <= asked['belief_error']}
+
+
+def summary(rows):
+    """How many rows are unstable, and how many keep each bar."""
+    bounded = [keeps(row) for row in rows if row['bounded']]
+    return dict({bar: sum(kept[bar] for kept in bounded) for bar in ('settled', 'exact', 'believed')},
+                unstable=len(rows) - len(bounded), runs=len(rows))
+
+
+def turn(item):
+    """A row: the overshoot of a controller in the turn of a robot with soft motors [%]; infinite if it is unstable."""
+    controller, seed = item
+    robot, yaw_rate = robots.soft_motor_turn(seed)
+    motion = motions.step(0.0, yaw_rate)
+    overshoot = metrics.response(engine.drive('ground', controller, motion, robot), motion)['overshoot_pct']
+    return {'controller': controller, 'seed': seed, 'yaw_rate_radps': yaw_rate, 'overshoot_pct': overshoot}
+
+
+def _cell(value):
+    return '' if value is None else '{:.3f}'.format(value)
+
+
+def write(out, draws, seed, jobs=0):
+    engine.require_range('draws', draws, 1, 1000000)
+    out = engine.directory(out)
+    asked = engine.bars()['robustness']
+    items = [(controller, seed + i) for controller in engine.CONTROLLERS for i in range(draws)]
+    rows = engine.parallel(drawn, items, jobs, 'robustness')
+    engine.write(out / 'robustness.csv', engine.text_of(COLUMNS, [
+        (r['controller'], r['seed'], int(r['bounded']), *(_cell(r.get(c)) for c in COLUMNS[3:])) for r in rows]))
+    for controller in engine.CONTROLLERS:
+        sums = summary([r for r in rows if r['controller'] == controller])
+        print('{}: {unstable} of {runs} unstable; settled in {:g} x open loop + {:g} s: {settled}; steady-state error within {:g} %: '
+              '{exact}; belief within {:g} %: {believed}'.format(controller, asked['settling_factor'], asked['settling_margin'],
+                                                                 asked['steady_error'], asked['belief_error'], **sums))
+    turns = engine.parallel(turn, items, jobs, 'soft motors')
+    engine.write(out / 'soft_motors.csv', engine.text_of(SOFT_COLUMNS, [
+        (r['controller'], r['seed'], *(_cell(r[c]) for c in SOFT_COLUMNS[2:])) for r in turns]))
+    for controller in engine.CONTROLLERS:
+        found = numpy.sort([numpy.inf if r['overshoot_pct'] is None else r['overshoot_pct'] for r in turns
+                            if r['controller'] == controller])
+        bar = asked['soft_motor_overshoot']
+        print('{} with soft motors: overshoot in turns within {:g} %: {} of {}; median {:.1f} %, largest {:.1f} %'.format(
+            controller, bar, int(numpy.sum(found <= bar)), len(found), found[len(found) // 2], found[-1]))

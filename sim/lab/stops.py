@@ -1,0 +1,93 @@
+"""From rest to a set point and back to rest, also on motors that are not the model's: no preset winds up or runs back."""
+
+import numpy
+
+import engine
+import motions
+
+DRIVE, STAND, STEADY = 5.0, 4.0, 1.0  # s
+UNLIMITED = 20.0  # limit factor of motors without a limit
+TRACK_MARGIN = 3.0  # percent
+SET_POINTS = ((0.1, 0.0), (0.3, 0.0), (0.5, 0.0), (1.0, 0.0), (1.5, 0.0), (2.0, 0.0), (0.0, 0.5), (0.0, 1.0), (0.0, 2.0), (0.5, 0.5),
+              (1.0, 0.5), (1.0, 2.0), (0.3, 1.5), (-1.0, 1.0))
+FACTORS = (1.0, 0.9, 0.8, 0.7, 0.5, 2.0)  # of the acceleration limit of the model
+LIMITS = {'limits.linear_acceleration': 20.0, 'limits.angular_acceleration': 25.0}
+COLUMNS = ('controller', 'plant', 'limit_factor', 'forward_mps', 'yaw_radps', 'excess_pct', 'without_limit_pct', 'settling_s',
+           'beyond_mps', 'beyond_radps', 'kept')
+
+
+def channel_figures(drive, values, set_point, stop):
+    """Settling [s], excess over the set point [%] and what is beyond zero after the stop, of one channel."""
+    steady = values[(drive.time >= stop - STEADY) & (drive.time < stop)]
+    end, along, driven = float(numpy.mean(steady)), values / set_point, drive.time <= stop
+    late = drive.time[driven & (numpy.abs(values - end) > 0.05 * abs(set_point))]
+    settled = float(late[-1]) if len(late) else motions.REST
+    return (settled - motions.REST if settled < stop - STEADY else None, max(0.0, 100.0 * (float(numpy.max(along[driven])) - 1.0)),
+            max(0.0, float(numpy.max(-along[~driven] * abs(set_point)))))
+
+
+def assess(drive, forward, yaw_rate):
+    stop = motions.REST + DRIVE - 0.5 * motions.TICK
+    figures = {'settling_s': 0.0, 'excess_pct': 0.0, 'beyond_mps': 0.0, 'beyond_radps': 0.0}
+    for values, set_point, beyond in ((drive.speed, forward, 'beyond_mps'), (drive.yaw_rate, yaw_rate, 'beyond_radps')):
+        if set_point == 0.0:
+            continue
+        settling, excess, figures[beyond] = channel_figures(drive, values, set_point, stop)
+        figures['excess_pct'] = max(figures['excess_pct'], excess)
+        both = settling is not None and figures['settling_s'] is not None
+        figures['settling_s'] = max(figures['settling_s'], settling) if both else None
+    return figures
+
+
+def driven(case, overrides):
+    controller, plant, factor, forward, yaw_rate = case
+    overrides = dict(LIMITS, **overrides)
+    limit = engine.settings(plant, controller, overrides)['plant']['acceleration_limit']
+    drive = engine.drive(plant, controller, motions.stop(forward, yaw_rate, DRIVE, STAND),
+                         dict(overrides, **{'plant.acceleration_limit': factor * limit}))
+    return assess(drive, forward, yaw_rate)
+
+
+def bars(controller, factor):
+    """Largest excess over the set point [%], and what runs back after the stop [m/s, rad/s]; more on weak motors."""
+    if factor < 1.0:
+        return 15.0, 0.10, 0.15
+    return {'predictive': 5.0, 'standard': 12.0}.get(controller, 10.0), 0.03, 0.05
+
+
+def kept(row):
+    excess, beyond_mps, beyond_radps = bars(row['controller'], row['limit_factor'])
+    if row['without_limit_pct'] > 0.0:
+        excess = max(excess, row['without_limit_pct'] + TRACK_MARGIN)
+    return row['excess_pct'] <= excess and row['beyond_mps'] <= beyond_mps and row['beyond_radps'] <= beyond_radps
+
+
+def row(item):
+    case, overrides = item
+    controller, plant, factor, forward, yaw_rate = case
+    found = dict(zip(COLUMNS, case), without_limit_pct=0.0, **driven(case, overrides))
+    if plant == 'ground' and yaw_rate != 0.0:
+        found['without_limit_pct'] = driven((controller, plant, UNLIMITED, forward, yaw_rate), overrides)['excess_pct']
+    found['kept'] = kept(found)
+    return found
+
+
+def cases():
+    return [(controller, plant, factor, *set_point) for controller in ('standard', 'improved', 'tuned', 'predictive')
+            for plant in ('ground', 'box') for factor in FACTORS for set_point in SET_POINTS]
+
+
+def table(chosen=None, overrides=None, jobs=0):
+    return engine.parallel(row, [(case, overrides or {}) for case in chosen or cases()], jobs, 'stops')
+
+
+def write(out, overrides, jobs=0):
+    """Returns how many cases do not keep their bars."""
+    out = engine.directory(out)
+    rows = table(None, overrides, jobs)
+    engine.write(out / 'stops.csv', engine.text_of(COLUMNS, [
+        [r[c] if isinstance(r[c], str) else '' if r[c] is None else '{:d}'.format(r[c]) if c == 'kept' else '{:.4g}'.format(r[c])
+         for c in COLUMNS] for r in rows]))
+    missed = sum(not r['kept'] for r in rows)
+    print('{} of {} do not keep their bars'.format(missed, len(rows)))
+    return missed

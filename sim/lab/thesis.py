@@ -1,0 +1,308 @@
+"""The thesis' tables and figures, and the comparisons beyond them: what the kinds of scenarios.yaml run."""
+
+import functools
+import math
+import types
+
+import jackal_aic
+import numpy
+
+import engine
+import kalman
+import metrics
+import motions
+import robots
+
+INTEGRATORS = ('euler', 'exact')
+STRIDE, PRECISION = 2.0**0.25, 0.005  # of the search for a usable range
+LEAST, MOST = 1e-5, 1e3  # of that search
+
+
+# ---- the thesis' tables
+
+def table(name):
+    """A table as printed (sim/thesis/tables.yaml)."""
+    for found in engine.read_yaml('sim/thesis/tables.yaml')['tables']:
+        if found['table'] == name:
+            return found
+    raise ValueError('sim/thesis/tables.yaml: has no table {}'.format(name))
+
+
+def steps(name):
+    """Rows of a table with controller, plant and overrides filled in."""
+    found = table(name)
+    for row in found['rows']:
+        yield dict(row, table=name, controller=row.get('controller', found.get('controller')),
+                   plant=row.get('support', found.get('support')),
+                   overrides={'controller.' + key: value for key, value in row.get('set', {}).items()})
+
+
+def with_integrator(overrides, integrator):
+    return dict(overrides, **{'controller.integrator': integrator})
+
+
+def belief_converges(controller, overrides):
+    """Whether one step of the belief update alone has a spectral radius below 1."""
+    return engine.settings('box', controller, overrides)['belief_radius'] < 1.0
+
+
+def comparable_integrator(row):
+    """The thesis' own euler where its belief update converges, else exact."""
+    if row['controller'] == 'diff_drive':
+        return 'exact'
+    return 'euler' if belief_converges(row['controller'], with_integrator(row['overrides'], 'euler')) else 'exact'
+
+
+def overrides_of(row, integrator):
+    return row['overrides'] if row['controller'] == 'diff_drive' else with_integrator(row['overrides'], integrator)
+
+
+def thesis_step(row, integrator):
+    """The step of a row of a table; `integrator` of an active inference controller."""
+    return engine.result(row['plant'], row['controller'], motions.step(row['step']), overrides_of(row, integrator), True,
+                         columns={'thesis_settling_s': row.get('settling'), 'thesis_rise_s': row.get('rise')})
+
+
+def thesis_steps(node):
+    for row in steps(node['table']):
+        for integrator in INTEGRATORS if row['controller'] != 'diff_drive' else ('exact',):
+            yield functools.partial(thesis_step, row, integrator)
+
+
+# ---- runs of one loop
+
+def printed(controller, plant, motion, overrides, label=''):
+    """Runs of a loop as the thesis prints it, by both integrators unless the run names its own."""
+    own = controller == 'diff_drive' or 'controller.integrator' in overrides
+    for integrator in (None,) if own else INTEGRATORS:
+        yield functools.partial(engine.result, plant, controller, motion,
+                                overrides if own else with_integrator(overrides, integrator), True, label)
+
+
+def state_space(controller, overrides, height, label):
+    """The point mass of chapter 4: its output is the velocity, its belief the belief."""
+    motion = motions.step(height)
+    overrides = with_integrator(overrides, 'euler')
+    time, output, belief = jackal_aic.state_space_response(controller, height, motions.STEP_TIME, overrides)
+    values = engine.settings('box', controller, overrides)
+    nothing, wheel = numpy.zeros_like(output), output / values['geometry']['wheel_radius']
+    drive = types.SimpleNamespace(
+        time=numpy.asarray(time) + motions.REST, set_speed=nothing + height, set_yaw_rate=nothing, speed=output, yaw_rate=nothing,
+        measured_speed=output, measured_yaw_rate=nothing, believed_speed=belief, believed_yaw_rate=nothing, command_left=wheel,
+        command_right=wheel, controller_name='state_space')
+    row = {'controller': controller, 'plant': 'state_space', 'label': label, **engine.described(values),
+           **engine.step_columns(motion), **metrics.response(drive, motion)}
+    return row, drive
+
+
+def listed_steps(node):
+    for run in node['runs']:
+        label, overrides = run.get('label', ''), run.get('set', {})
+        if run['plant'] == 'state_space':
+            yield functools.partial(state_space, run['controller'], overrides, run['step'], label)
+        else:
+            yield from printed(run['controller'], run['plant'], motions.step(run['step']), overrides, label)
+
+
+def squares(node):
+    for row in table(node['table'])['rows']:
+        motion = motions.square(row['minimum'], row['maximum'], node['period'], node['cycles'])
+        for controller in node['controllers']:
+            yield from printed(controller, node['plant'], motion, {})
+
+
+# ---- usable ranges
+
+def search_limit(start, bound, usable):
+    """The last usable value on the way from a start to a bound, in steps of a quarter octave, then halved to 0.5 %."""
+    stride, before = STRIDE if bound > start else 1.0 / STRIDE, start
+    inside = min if bound > start else max
+    while before != bound:
+        after = inside(before * stride, bound)
+        if usable(after):
+            before = after
+            continue
+        while abs(after - before) > PRECISION * abs(before):
+            middle = math.sqrt(before * after)
+            before, after = (middle, after) if usable(middle) else (before, middle)
+        return before
+    return bound
+
+
+def usable_on_plant(row, integrator, key, bound):
+    """The step to 0.5 m/s settles; for kappa_a, no later than with the standard one."""
+    overrides, motion = with_integrator(row['overrides'], integrator), motions.step(0.5)
+
+    def respond(value):
+        return engine.result(row['plant'], row['controller'], motion, dict(overrides, **{key: value}), True)[0]
+
+    start = engine.settings(row['plant'], row['controller'], overrides)['controller'][row['parameter']]
+    longest = (respond(start)['settling_s'] or 0.0) if row['parameter'] == 'kappa_a' else motions.STEP_TIME
+
+    def usable(value):
+        found = respond(value)
+        return bool(found['bounded'] and found['settling_s'] is not None and found['settling_s'] <= longest)
+
+    return respond(search_limit(start, bound, usable)), None
+
+
+def usable_belief(row, integrator, key, bound):
+    """The belief update alone converges."""
+    overrides = with_integrator(row['overrides'], integrator)
+
+    def usable(value):
+        return belief_converges(row['controller'], dict(overrides, **{key: value}))
+
+    start = engine.settings('box', row['controller'], overrides)['controller'][row['parameter']]
+    limit = search_limit(start, bound, usable)
+    values = engine.settings('box', row['controller'], dict(overrides, **{key: limit}))
+    return {'controller': row['controller'], 'bounded': True, **engine.described(values)}, None
+
+
+def usable_ranges(node):
+    for row in steps(node['table']):
+        key, bound = 'controller.' + row['parameter'], LEAST if row['limit'] == 'minimum' else MOST
+        for integrator in INTEGRATORS:
+            yield functools.partial(usable_on_plant, row, integrator, key, bound)
+            if row['parameter'] != 'kappa_a':
+                yield functools.partial(usable_belief, row, integrator, key, bound)
+
+
+# ---- beyond the thesis
+
+def plant_limit(plant, motion, label):
+    """What no controller that cannot foresee the set points beats: the set point after the dead time, within the acceleration limit."""
+    values = engine.settings(plant, 'diff_drive')['plant']
+    largest, delay = values['acceleration_limit'] * motions.TICK, values['dead_time']
+    time = numpy.arange(int(round(motion.duration / motions.TICK))) * motions.TICK
+    speed, now = numpy.zeros_like(time), 0.0
+    for i, t in enumerate(time.tolist()):
+        now += min(largest, max(-largest, motion.at(t - delay)[0] - now))
+        speed[i] = now
+    nothing = numpy.zeros_like(time)
+    drive = types.SimpleNamespace(
+        time=time, set_speed=numpy.array([motion.at(t)[0] for t in time.tolist()]), set_yaw_rate=nothing, speed=speed,
+        yaw_rate=nothing, measured_speed=speed, measured_yaw_rate=nothing, command_left=nothing, command_right=nothing,
+        controller_name='diff_drive')
+    row = {'controller': 'plant_limit', 'plant': plant, 'label': label, **engine.step_columns(motion),
+           **metrics.response(drive, motion), **metrics.errors(drive, motion)}
+    return row, drive
+
+
+def loop(controller, plant, motion, overrides=None, label=''):
+    if controller == 'plant_limit':
+        return functools.partial(plant_limit, plant, motion, label)
+    return functools.partial(engine.result, plant, controller, motion, overrides, False, label, True)
+
+
+def loops(node, specific=None):
+    """(controller, plant) of a scenario or of one of its cases, plant by plant."""
+    specific = specific or {}
+    for plant in specific.get('plants', node['plants']):
+        for controller in specific.get('controllers', node['controllers']):
+            yield controller, plant
+
+
+def comparison(node):
+    for case in node['cases']:
+        unknown = set(case) - {'label', 'profile', 'set', 'set_for', 'controllers', 'plants'}
+        if unknown:
+            raise ValueError("case: unknown key '{}'".format(sorted(unknown)[0]))
+        motion = motions.read(case.get('profile', node.get('profile')))
+        for controller, plant in loops(node, case):
+            overrides = dict(case.get('set', {}), **case.get('set_for', {}).get(controller, {}))
+            yield loop(controller, plant, motion, overrides, case.get('label', ''))
+
+
+def perturbations(node):
+    motion = motions.read(node['profile'])
+    for controller, plant in loops(node):
+        yield loop(controller, plant, motion, {}, 'as the model')
+        for kind in robots.PERTURBATIONS:
+            for value in kind.extremes:
+                yield loop(controller, plant, motion, robots.perturbed(plant, controller, [(kind, value)]), kind.label(value))
+
+
+def without_trace(run):
+    return run()[0], None
+
+
+def perturbation_pairs(node):
+    motion = motions.read(node['profile'])
+    pairs = robots.perturbation_pairs(node['count'], node['seed'])
+    for controller, plant in loops(node):
+        for chosen, seed in pairs:
+            label = ' + '.join(kind.label(value) for kind, value in chosen)
+            overrides = dict(robots.perturbed(plant, controller, chosen), **{'plant.seed': seed})
+            yield functools.partial(without_trace, loop(controller, plant, motion, overrides, label))
+
+
+def kalman_filter(plant, motion, overrides, track):
+    """The same drive by `predictive`, with the estimate of a Kalman filter in the place of the belief."""
+    row, drive = engine.result(plant, 'predictive', motion, overrides)
+    samples = engine.drive(plant, 'predictive', motion, overrides, samples_only=True).time
+    drive.sampled = numpy.isin(drive.time, samples)
+    drive.believed_speed, drive.believed_yaw_rate = kalman.filtered(drive, engine.settings(plant, 'predictive', overrides), track)
+    return dict(row, controller='kalman_filter', **metrics.errors(drive, motion)), drive
+
+
+def belief_accuracy(node):
+    motion = motions.read(node['profile'])
+    overrides = node.get('set', {})
+    for controller, plant in loops(node):
+        yield loop(controller, plant, motion, overrides)
+        if controller == 'predictive':
+            yield functools.partial(kalman_filter, plant, motion, overrides, node['kalman_filter_track'])
+
+
+KINDS = {'thesis_steps': thesis_steps, 'steps': listed_steps, 'squares': squares, 'usable_range': usable_ranges,
+         'comparison': comparison, 'perturbations': perturbations, 'perturbation_pairs': perturbation_pairs,
+         'belief_accuracy': belief_accuracy}
+
+
+# ---- experiments
+
+def experiments():
+    """All experiments of scenarios.yaml, in order."""
+    return engine.read_yaml('sim/lab/scenarios.yaml')['experiments']
+
+
+def experiment(name):
+    for node in experiments():
+        if node['name'] == name:
+            return node
+    raise ValueError("experiment = '{}': unknown; known: all, {}".format(name, ', '.join(node['name'] for node in experiments())))
+
+
+def runs(node):
+    """The drives of an experiment: functions that return a row and the drive (None for a search)."""
+    if node['kind'] not in KINDS:
+        raise ValueError("kind = '{}': unknown; known: {}".format(node['kind'], ', '.join(KINDS)))
+    return list(KINDS[node['kind']](node))
+
+
+def numbered(item):
+    """Runs one drive of a campaign: its row, and the lines of its trace."""
+    name, index, run = item
+    row, drive = run()
+    row['experiment'] = name
+    return row, engine.trace_rows(index, row.get('label', ''), drive) if drive is not None else []
+
+
+def rows(node, jobs=0):
+    """The rows of an experiment, as dicts; for pandas.DataFrame()."""
+    items = [(node['name'], index, run) for index, run in enumerate(runs(node))]
+    return [row for row, _ in engine.parallel(numbered, items, jobs, node['name'])]
+
+
+def run(names, out, jobs=0):
+    """Runs experiments and writes NAME.csv and NAME_traces.csv into a directory."""
+    out = engine.directory(out)
+    items = [(name, index, found) for name in names for index, found in enumerate(runs(experiment(name)))]
+    results = engine.parallel(numbered, items, jobs, 'experiments')
+    for name in names:
+        mine = [result for item, result in zip(items, results) if item[0] == name]
+        engine.write(out / (name + '.csv'), engine.table_text([row for row, _ in mine]))
+        engine.write(out / (name + '_traces.csv'),
+                     engine.text_of(engine.TRACE_COLUMNS, [line for _, lines in mine for line in lines]))
+    return [row for row, _ in results]

@@ -1,0 +1,141 @@
+#pragma once
+
+/// @file
+/// The closed loop without ROS: plant and controller in steps of 1 ms. Nothing but the seed of the plant is random, so
+/// the same setup gives the same samples on every run.
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "jackal_aic/config/parameter_map.hpp"
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
+#include "jackal_aic/model/types.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
+#include "jackal_plant.hpp"
+#include "response_metrics.hpp"
+#include "set_point_timeline.hpp"
+
+namespace jackal_aic::sim {
+
+/// Set points, friction and motors over time, and which of the steps is assessed.
+struct SetPointProfile : SetPointTimeline {
+  /// A friction coefficient of the ground and the time from which it holds.
+  struct FrictionChange {
+    double time;      ///< [s]
+    double friction;  ///< Coulomb coefficient
+  };
+  std::vector<FrictionChange> friction_changes;  ///< in order of time; the plant's own before the first
+  /// Motors that follow their commands otherwise, and the time from which they do.
+  struct MotorChange {
+    double time;    ///< [s]
+    double gain;    ///< steady-state wheel speed / command
+    double offset;  ///< by which a wheel turns slower than asked [rad/s]
+  };
+  std::vector<MotorChange> motor_changes;         ///< in order of time; the plant's own before the first
+  double assessed_from = 0.0;                     ///< time of the step that is assessed [s]
+  double assessed_until = 0.0;                    ///< end of what is assessed [s]
+  std::optional<BodyChannel> assessed{kForward};  ///< component whose step is assessed; empty if there is no such step
+
+  /// Steps of the plant from the begin of the run to its end.
+  std::int64_t plantSteps() const;
+};
+
+/// Length of the response to a step in the tables of experiments [s].
+inline constexpr double kStepDuration = 4.0;
+
+/// A step from rest, assessed in the forward speed unless only the yaw rate steps. The robot rests for kRestTime first.
+/// @param forward [m/s]; @param yaw_rate [rad/s];
+/// @param duration length of the response [s]. @throws ParameterError if both are zero or the duration is below 0.6 s.
+SetPointProfile stepProfile(double forward, double yaw_rate, double duration);
+
+/// A square wave of the forward speed: rest, low for half a period, high for half a period, and so on. The second rise
+/// from low to high is assessed, so that the controller comes from the wave and not from rest.
+struct SquareWave {
+  double low = 0.1;     ///< [m/s]
+  double high = 0.5;    ///< [m/s]
+  double period = 4.0;  ///< [s]
+  int cycles = 3;       ///< 2 or more
+};
+
+/// @throws ParameterError if low and high are equal, half a period is below 0.6 s or there are fewer than 2 cycles.
+SetPointProfile squareProfile(const SquareWave& wave);
+
+/// Time at rest before the first step [s].
+inline constexpr double kRestTime = 0.5;
+
+/// State of the loop after one step of the plant. Speeds of the body are in base_link.
+struct Sample {
+  double time;                             ///< [s]
+  SetPoint set_point;                      ///< in force
+  double velocity;                         ///< true forward speed [m/s]; on the box from the true wheel speeds
+  double yaw_rate;                         ///< true yaw rate [rad/s]; on the box from the true wheel speeds
+  double measured_velocity;                ///< from the last encoder sample, r (omega_L + omega_R)/2 [m/s]
+  double measured_yaw_rate;                ///< last gyro sample [rad/s]
+  std::optional<BodyVector> belief;        ///< of the controller
+  WheelCommand command;                    ///< last command [rad/s]
+  std::optional<Observation> observation;  ///< that the controller took in this step
+};
+
+/// How the timers of the loop stand to each other. YAML prefix `loop`.
+struct LoopParameters {
+  double phase = 0.0;  ///< age of the newest measurement when the action is computed [s], in steps of the plant
+};
+
+/// Lists the fields of LoopParameters with unit and range.
+template <class Visitor>
+void describeFields(Visitor& v, LoopParameters& p) {
+  v.field("phase", p.phase, {0.0, 1.0}, "s", Presence::optional);
+}
+
+/// Settings of a drive loop in which nothing is late or fails, so that nothing keeps it from driving: no deadlines, no
+/// watchdog, no fault detection, and any loss is tolerated that the controller can live with. Controller, geometry,
+/// limits and model are left to the caller.
+DriveParameters uninterrupted();
+
+/// One step of the closed loop.
+struct LoopStep {
+  double time;                                    ///< [s]
+  SetPoint set_point;                             ///< in force
+  const std::optional<Observation>& observation;  ///< that the controller took in this step
+  WheelCommand command;                           ///< last command [rad/s]
+};
+
+/// What is done to the robot and its sensors in a run, and what is recorded of it, in the order of a step. An empty
+/// function does nothing.
+struct LoopHooks {
+  std::function<void(double now)> disturb = {};  ///< acts on the robot
+  /// What the loop receives of a sample of the sensors; empty: the sample as it is.
+  std::function<Observation(const PlantMeasurement& sample, double now)> measure = {};
+  std::function<void(const LoopStep& step)> sensed = {};  ///< after a sample, before the action
+  std::function<void(const LoopStep& step)> done = {};    ///< after the action
+};
+
+/// Runs a drive loop on a plant along a profile from rest, the only place where both meet without ROS.
+/// @param loop its phase is the time that the plant, and with it the clock of the sensors, is ahead of profile and
+/// controller.
+void driveClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile& profile, const LoopHooks& hooks,
+                     const LoopParameters& loop = {});
+
+/// Body velocity as a run reports it (base_link): the true one; on the box, where the chassis cannot move, what the
+/// wheels would give without slip (eq. 3-1), which is what the thesis plots for its runs on the box.
+BodyVector reportedVelocity(const PlantTruth& truth, Support support, const SkidSteerKinematics& kinematics);
+
+/// driveClosedLoop() with one sample per step of the plant.
+///
+/// The true velocity is reportedVelocity(). @param geometry r and b_hat for the speeds computed from the wheels.
+std::vector<Sample> runClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile& profile, Support support,
+                                  const GeometryParameters& geometry, const LoopParameters& loop = {});
+
+/// Figures of the assessed step; none but `bounded` if there is no such step. `bounded` is false also if the belief is
+/// not finite or ran away to more than kRunaway times the largest set point, which the limits of the drive command can
+/// hide from the velocity.
+ResponseMetrics assess(const std::vector<Sample>& samples, const SetPointProfile& profile,
+                       double settling_band = kSettlingBand);
+
+/// Belief in multiples of the largest set point beyond which it counts as diverged.
+inline constexpr double kRunaway = 10.0;
+
+}  // namespace jackal_aic::sim

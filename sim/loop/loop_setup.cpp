@@ -1,0 +1,181 @@
+#include "loop_setup.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "jackal_aic/config/text.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
+#include "node_parameters.hpp"
+#include "plant_conversion.hpp"
+
+namespace jackal_aic::sim {
+namespace {
+
+bool contains(const std::vector<std::string>& list, const std::string& word) {
+  return std::find(list.begin(), list.end(), word) != list.end();
+}
+
+bool isFile(const std::string& name) {
+  const std::filesystem::path path(name);
+  return path.extension() == ".yaml" || path.extension() == ".yml";
+}
+
+void addController(const PackageFiles& files, const std::string& name, ParameterMap& map) {
+  if (isFile(name)) {
+    addYamlFile(name, map);
+    return;
+  }
+  requireKnown("controller", name, controllerNames());
+  map.add(files.configuration(name));
+}
+
+/// @return the simulated robot of a plant's file, before overrides.
+PlantParameters addPlant(const PackageFiles& files, const std::string& name, ParameterMap& map) {
+  if (isFile(name)) {
+    ParameterMap file;
+    addYamlFile(name, file);
+    map.add(file);
+    return readSimulatedRobot(file);
+  }
+  requireKnown("plant", name, plantNames());
+  map.add(files.configuration(name == "ground" ? "plant" : "plant_" + name));
+  return {};
+}
+
+/// The thesis' robot had no limit on the acceleration of the command, so that its runs, and what is compared with them,
+/// have none either unless one is asked for (limits.linear_acceleration, 20 m/s^2 on the robot).
+LimitParameters thesisLimits() {
+  LimitParameters limits;
+  limits.linear_acceleration = limits.angular_acceleration = 0.0;
+  return limits;
+}
+
+/// No limit that a command could meet.
+LimitParameters unlimited() {
+  LimitParameters limits;
+  limits.linear_speed = limits.angular_speed = limits.wheel_speed = 1e6;
+  limits.linear_acceleration = limits.angular_acceleration = 0.0;
+  return limits;
+}
+
+/// What a node's configuration says, which may be given whole, with the thesis' limits and a model of the drive train
+/// that is right unless the keys say otherwise. @param nominal drive train of the plant's file.
+NodeParameters readNode(ParameterMap& map, const PlantModel& nominal) {
+  if (!map.has("plant_model.dead_time")) map.set("plant_model.dead_time", nominal.dead_time);
+  if (!map.has("plant_model.lag")) map.set("plant_model.lag", nominal.lag);
+  NodeParameters defaults;
+  defaults.gate.limits = thesisLimits();
+  defaults.plant_model = nominal;
+  return readConfiguration(map, defaults);
+}
+
+/// A file of a whole node may say what its controller does not heed; whoever overrides it wants an effect.
+void refuseUnheeded(const ParameterMap& file, const Overrides& overrides) {
+  std::vector<std::string> unheeded;
+  for (const char* structure : {"controller", "predictive", kDifferentialDrive}) {
+    if (!file.hasSection(structure)) unheeded.emplace_back(structure);
+  }
+  if (file.hasSection(kDifferentialDrive)) unheeded.insert(unheeded.end(), {"robot", "limits", "plant_model"});
+  for (const auto& [key, value] : overrides) {
+    if (!contains(unheeded, key.substr(0, key.find('.')))) continue;
+    throw ParameterError(key + " = " + value + ": unknown key for this controller");
+  }
+}
+
+void apply(const Overrides& overrides, ParameterMap& map) {
+  for (const auto& [key, value] : overrides) setFromText(key, value, map);
+}
+
+}  // namespace
+
+const std::vector<std::string>& controllerNames() {
+  static const std::vector<std::string> names{kDifferentialDrive, "standard", "improved", "tuned", "predictive"};
+  return names;
+}
+
+const std::vector<std::string>& plantNames() {
+  static const std::vector<std::string> names{"box", "ground", "real"};
+  return names;
+}
+
+void requireKnown(const char* what, const std::string& name, const std::vector<std::string>& names) {
+  if (contains(names, name)) return;
+  std::string list;
+  for (const auto& known : names) list += known + ", ";
+  throw ParameterError(std::string(what) + " = " + quoted(name) + ": unknown; known: " + list + "or a file NAME.yaml");
+}
+
+LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
+                    const Overrides& overrides) {
+  ParameterMap map;
+  addController(files, controller, map);
+  const PlantParameters robot = addPlant(files, plant, map);
+  ParameterMap nominal = map;
+  refuseUnheeded(map, overrides);
+  apply(overrides, map);
+
+  LoopSetup setup;
+  setup.controller_name = controller;
+  setup.plant_name = plant;
+  setup.plant = readParameters<PlantParameters>(map, "plant", robot);
+  setup.loop = readParameters<LoopParameters>(map, "loop");
+  PlantModel told = linearModel(readParameters<PlantParameters>(nominal, "plant", robot));
+  if (!isFile(plant)) told.offset = 0.0;  // what `real` has beside `ground`, its offset too, no controller is told
+  const NodeParameters node = readNode(map, told);
+  DriveParameters& drive = setup.drive = uninterrupted();  // here nothing is late or fails, whatever the file says
+  drive.controller = node.controller;
+  if (const auto* gains = std::get_if<DifferentialDriveParameters>(&node.controller)) {
+    drive.geometry = gains->geometry();
+    drive.gate.limits = unlimited();  // it keeps its own
+  } else {
+    drive.geometry = node.geometry;
+    drive.gate.limits = node.gate.limits;
+    drive.plant_model = node.plant_model;
+  }
+  map.refuseUnknown();
+  setup.urdf = files.urdf();
+  return setup;
+}
+
+LoopSetup loadPrintedSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
+                           const Overrides& overrides) {
+  Overrides all;
+  if (controller == kDifferentialDrive) {
+    all.emplace_back("diff_drive.linear_acceleration", fmt::format("{}", kThesisDriveAcceleration));
+  }
+  all.insert(all.end(), overrides.begin(), overrides.end());
+  LoopSetup setup = loadSetup(files, controller, plant, all);
+  if (auto* gains = std::get_if<ControllerParameters>(&setup.drive.controller)) gains->printed = true;
+  return setup;
+}
+
+ThesisSetup loadThesis(const PackageFiles& files, const std::string& controller, const Overrides& overrides) {
+  ParameterMap map;
+  addController(files, controller, map);
+  apply(overrides, map);
+  const NodeParameters node = readConfiguration(map);
+  const auto* gains = std::get_if<ControllerParameters>(&node.controller);
+  if (gains == nullptr) throw ParameterError("controller = '" + controller + "': not one of the thesis' controllers");
+  map.refuseUnknown();
+  return {*gains, node.geometry};
+}
+
+DriveLoop makeLoop(const DriveParameters& parameters) {
+  return DriveLoop(parameters, makeController(parameters, Divergence::allowed));
+}
+
+DriveLoop makeLoop(const LoopSetup& setup) {
+  return setup.structure ? DriveLoop(setup.drive, setup.structure()) : makeLoop(setup.drive);
+}
+
+RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile) {
+  JackalPlant plant(setup.urdf, setup.plant);
+  DriveLoop drive = makeLoop(setup);
+  auto samples = runClosedLoop(plant, drive, profile, setup.plant.support, setup.drive.geometry, setup.loop);
+  const ResponseMetrics metrics = assess(samples, profile);
+  return {metrics, std::move(samples)};
+}
+
+}  // namespace jackal_aic::sim

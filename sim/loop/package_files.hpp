@@ -1,0 +1,39 @@
+#pragma once
+
+/// @file
+/// The data files of the package (config, sim/urdf, sim/thesis, ...), without asking ROS.
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "jackal_aic/config/parameter_map.hpp"
+
+namespace jackal_aic::sim {
+
+/// The share directory of the package, its source directory or its installed copy; and what the closed loops are made
+/// of, read once: nothing of it is read from a disk during a campaign.
+class PackageFiles {
+ public:
+  /// @param share directory to use; if empty, the first that holds the package's files of: the environment variable
+  /// JACKAL_AIC_SHARE, share/jackal_aic of the install space this library is in, the source directory of the build.
+  /// @throws ParameterError if there is none, or the given one does not hold them, or one of them cannot be read.
+  explicit PackageFiles(const std::string& share = "");
+
+  /// Keys of a preset, plant or plant model of config/, by the name of its file without ".yaml": "standard", "plant",
+  /// "plant_box", "plant_model", "jackal_model". @throws ParameterError if there is no such configuration.
+  const ParameterMap& configuration(const std::string& name) const;
+
+  /// Text of the robot's URDF (sim/urdf/jackal.urdf).
+  const std::string& urdf() const { return urdf_; }
+
+  /// Path of a file of the package, e.g. "config/standard.yaml". @throws ParameterError if it does not exist.
+  std::string path(const std::string& relative) const;
+
+ private:
+  std::filesystem::path share_;
+  std::map<std::string, ParameterMap> configurations_;
+  std::string urdf_;
+};
+
+}  // namespace jackal_aic::sim

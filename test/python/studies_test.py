@@ -1,0 +1,447 @@
+#!/usr/bin/env python3
+"""The studies beyond the thesis: bounds, stops, drawn robots, detection, quiet driving, odometry, recordings, baselines."""
+
+import math
+import os
+import pathlib
+import sys
+import tempfile
+import unittest
+
+import jackal_aic
+import numpy
+import rosunit
+
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(SOURCE / 'sim/lab'))
+
+import baselines  # noqa: E402
+import bounds  # noqa: E402
+import detection  # noqa: E402
+import engine  # noqa: E402
+import metrics  # noqa: E402
+import motions  # noqa: E402
+import odometry  # noqa: E402
+import recordings  # noqa: E402
+import robots  # noqa: E402
+import robustness  # noqa: E402
+import stops  # noqa: E402
+
+
+class Bounds(unittest.TestCase):
+
+    def case(self, name):
+        return next(case for case in bounds.CASES if case.name == name)
+
+    def test_settling_is_dead_time_and_acceleration_limit(self):
+        self.assertAlmostEqual(bounds.least_settling('ground', bounds.Case('', 0.5)), 0.368, delta=5e-4)
+        body = bounds.least_settling('ground', self.case('0.5 rad/s'))
+        self.assertTrue(0.159 < body < 0.159 + 0.02, 'the body turns after its wheels')
+        self.assertEqual(bounds.least_turn('ground', -0.5), body)
+
+    def test_the_error_that_no_action_reaches_counts_and_then_the_way_back(self):
+        constant = numpy.full(200, -0.1)
+        self.assertAlmostEqual(bounds.least_iae(constant, 0.1, 2.0), 0.1 * 0.1 + 0.1 * 0.1 / 4.0)
+        self.assertAlmostEqual(bounds.least_iae(constant, 0.05, 1e9), 0.1 * 0.05)
+
+    def test_nothing_beats_them_and_predictive_keeps_its_bars_on_the_ground(self):
+        missed = ('2 rad/s', 'gain 0.8')
+        found = bounds.table(controllers=('diff_drive', 'improved', 'predictive'),
+                             cases=[case for case in bounds.CASES if case.name not in missed])
+        self.assertEqual(len(found), 3 * 2 * 8)
+        for row in found:
+            self.assertGreaterEqual(row['value'], row['bound'] - motions.TICK, row)
+            if row['controller'] == 'predictive' and row['plant'] == 'ground':
+                self.assertTrue(bounds.kept(row), row)
+
+    def test_the_open_loop_does_nothing_about_a_disturbance(self):
+        self.assertAlmostEqual(bounds.value('ground', 'diff_drive', self.case('gain 0.8')), 2.0 * 0.2 * 0.5, delta=0.01)
+
+
+class Stops(unittest.TestCase):
+
+    def hard(self, case):
+        """The arcs and turns on motors a little slower than the model's, and the fastest turns: what was missed once."""
+        controller, plant, factor, forward, yaw_rate = case
+        arc, fast = yaw_rate == 0.5 and forward > 0.0, yaw_rate >= 1.5 and forward < 1.0
+        if controller == 'predictive':
+            return (plant == 'box' and fast) or (factor == 0.5 and arc)
+        return plant == 'ground' and factor < 1.0 and arc
+
+    def test_no_preset_winds_up_or_runs_back(self):
+        chosen, others = [], 0
+        for case in stops.cases():
+            if (case[1] == 'ground' and case[2] == 1.0) or self.hard(case):
+                chosen.append(case)
+                continue
+            if others % 5 == 0:
+                chosen.append(case)
+            others += 1
+        found = stops.table(chosen)
+        self.assertGreater(len(found), 150)
+        self.assertEqual([row for row in found if not row['kept']], [])
+
+    def test_as_printed_the_thesis_controllers_wind_up(self):
+        found, = stops.table([('improved', 'ground', 1.0, 1.0, 0.0)], {'plant_model.acceleration_limit': 1000.0})
+        self.assertGreater(found['excess_pct'], 30.0)
+
+    def test_noise_steps_and_jitter_change_little(self):
+        cases = [('improved', 'ground', factor, 1.0, 0.0) for factor in (0.5, 1.0)]
+        found = stops.table(cases, {'plant.encoder_step': 0.1, 'plant.stamp_jitter': 0.01})
+        self.assertTrue(all(row['kept'] for row in found), found)
+
+
+class Robustness(unittest.TestCase):
+
+    def test_predictive_settles_nearly_always_and_is_always_stable(self):
+        sums = robustness.summary(engine.parallel(robustness.drawn, [('predictive', 1 + i) for i in range(20)]))
+        self.assertEqual((sums['runs'], sums['unstable']), (20, 0))
+        self.assertGreaterEqual(sums['settled'], 19)
+
+    def test_counts_what_keeps_its_bars(self):
+        def row(settling, open_loop, error, belief):
+            return {'bounded': True, 'settling_s': settling, 'open_loop_settling_s': open_loop, 'steady_error_pct': error,
+                    'belief_bias_pct': belief}
+        sums = robustness.summary([row(1.0, 0.7, 1.0, -2.0), row(1.2, 0.7, -2.1, 3.1), {'bounded': False}])
+        self.assertEqual(sums, {'runs': 3, 'unstable': 1, 'settled': 1, 'exact': 1, 'believed': 1})
+
+    def test_predictive_hardly_overshoots_in_turns_with_soft_motors(self):
+        found = engine.parallel(robustness.turn, [('predictive', 1 + i) for i in range(40)])
+        overshoot = sorted(math.inf if row['overshoot_pct'] is None else row['overshoot_pct'] for row in found)
+        self.assertLessEqual(overshoot[37], engine.bars()['robustness']['soft_motor_overshoot'])
+        self.assertLess(overshoot[0], 5.0)
+
+
+class Detection(unittest.TestCase):
+
+    def test_every_fault_is_found_in_time_for_what_it_is(self):
+        bars, cases = engine.bars()['detection'], detection.cases() + detection.cases(True)
+        self.assertEqual(len(cases), 225)
+        for row in engine.parallel(detection.detect, cases):
+            self.assertEqual(row['found'], row['expected'], row)
+            self.assertLessEqual(row['delay_s'], bars['delay_on_real' if row['plant'] == 'real' else 'delay'] + 1e-9, row)
+
+    def test_ordinary_driving_raises_no_alarm(self):
+        for row in engine.parallel(ordinary, detection.ordinary_cases()):
+            self.assertEqual(row['fault'], '', row)
+            self.assertLessEqual(row['outliers'], 0.002 * row['samples'], row)
+
+    def test_quiet_drives_raise_no_alarm(self):
+        drives = [(20, number, 600.0, number % 3 != 2) for number in range(20)] + [(1, number, 600.0, True, True) for number in
+                                                                                   (0, 1, 6, 16)]
+        for item, alarms in zip(drives, engine.parallel(quiet, drives)):
+            self.assertEqual(alarms['fault'], '', robots.quiet_drive(*item))
+            self.assertGreater(alarms['samples'], 25000)
+
+    def test_to_and_fro_is_no_noise_of_the_encoder(self):
+        drive = robots.quiet_drive(5, 4, 60.0)
+        self.assertEqual(drive.words, 'joystick')
+        self.assertEqual(detection.quiet(drive)['fault'], '')
+
+    def test_a_door_sill_is_no_fault_of_the_gyro(self):
+        items = [(controller, speed, seed) for controller in ('predictive', 'improved', 'diff_drive') for speed in (0.5, 1.0, 1.5)
+                 for seed in (1, 3, 4, 6)]
+        for item, alarms in zip(items, engine.parallel(over_the_sill, items)):
+            self.assertEqual(alarms['fault'], '', item)
+
+    def test_a_kerb_teaches_no_veer(self):
+        for torque in (15.0, -15.0):
+            for seed in (1, 2, 3):
+                kerb = (jackal_aic.Fault('push', 4.0, 'forward', -200.0, 0.12), jackal_aic.Fault('push', 4.0, 'yaw_rate', torque, 0.12))
+                drive = engine.drive('ground', 'predictive', motions.Motion(((0.5, 0.5, 0.0),), 8.0, faults=kerb), {'plant.seed': seed},
+                                     monitor=True, samples_only=True)
+                self.assertLess(abs(drive.yaw_rate[drive.time >= 6.0].mean()), 0.01)
+                self.assertEqual(detection.alarms(drive)['fault'], '')
+
+    def test_unidentified_robots_neither_oscillate_nor_are_called_faulty(self):
+        corners = ((1.0, 1.0, 1.0, 1.0), (0.5, 0.5, 1.2, 3.0), (2.0, 2.0, 1.2, 3.0), (2.0, 2.0, 1.2, 0.5), (0.5, 2.0, 0.8, 0.5),
+                   (2.0, 0.5, 0.8, 1.0), (0.075, 0.33, 1.0, 9.7))  # the last as in Gazebo
+        for row in engine.parallel(detection.unidentified, [('predictive', ratios, 60.0, 5) for ratios in corners]):
+            self.assertLessEqual(row['swings'], detection.MOST_SWINGS, row)
+            self.assertEqual(row['faults'], 0, row)
+
+
+def ordinary(case):
+    """Ten minutes as calibrated, and two, which are enough to see it fail, under every condition."""
+    return detection.ordinary(case, 600.0 if case[0] == 'predictive' and case[2] == 'as calibrated' else 120.0)
+
+
+def quiet(item):
+    return detection.quiet(robots.quiet_drive(*item))
+
+
+def over_the_sill(item):
+    controller, speed, seed = item
+    motion = motions.Motion(((motions.REST, speed, 0.0),), motions.REST + 11.0 / speed)
+    return detection.alarms(engine.drive('real', controller, motion, {'plant.seed': seed}, monitor=True, samples_only=True))
+
+
+class Odometry(unittest.TestCase):
+
+    def test_it_drifts_less_than_the_stock_controller(self):
+        items = [(controller, name, '') for controller in ('predictive', 'improved') for name in odometry.DRIVES if name != 'straight line']
+        found = engine.parallel(odometry.row, items)
+        self.assertEqual(len(found), 8)
+        for row in found:
+            self.assertGreater(row['way_m'], 5.0)
+            self.assertLess(row['heading_error_rad'], 0.1)
+            self.assertLess(row['heading_error_rad'], row['stock_heading_error_rad'] + 0.03)
+        self.assertLess(sum(row['drift_m_per_m'] for row in found), 0.5 * sum(row['stock_drift_m_per_m'] for row in found))
+
+    def covariance(self, controller, plant, motion, overrides=None):
+        """Normalised squared error of the odometry's motion, and the share within its 95 % bounds."""
+        drive = engine.drive(plant, controller, motion, overrides, odometry=True)
+        speed, yaw_rate = odometry.truth(drive, engine.settings(plant, controller, overrides))
+        nees = metrics.normalised_error(drive.odometry_speed - speed, drive.odometry_yaw_rate - yaw_rate, drive.odometry_speed_variance,
+                                        drive.odometry_covariance, drive.odometry_yaw_rate_variance)[505::10]
+        return numpy.mean(nees), numpy.mean(nees < metrics.INSIDE_95)
+
+    def test_its_covariance_is_that_of_the_errors(self):
+        for controller, plant in (('predictive', 'ground'), ('predictive', 'box'), ('improved', 'ground'), ('improved', 'box')):
+            nees, inside = numpy.mean([self.covariance(controller, plant, motions.cycle(seed, 10, 0.8, 0.8, 2.0, 4.0), {'plant.seed': seed})
+                                       for seed in range(1, 5)], axis=0)
+            self.assertGreaterEqual(inside, 0.95, (controller, plant))
+            self.assertTrue(0.5 <= nees <= 2.5, (controller, plant, nees))
+
+    def test_it_is_as_sure_in_hard_cycles_as_it_may_be(self):
+        for controller in ('predictive', 'improved'):
+            for friction in (0.5, 0.8):
+                for seed in (2, 7):
+                    nees, inside = self.covariance(controller, 'ground', motions.cycle(seed), {'plant.friction': friction})
+                    self.assertGreaterEqual(inside, 0.95, (controller, friction, seed))
+                    self.assertGreaterEqual(nees, 0.3, 'wider than it has to be')
+
+    def test_the_belief_is_within_its_bounds_in_every_phase(self):
+        for plant in ('box', 'ground', 'real'):
+            # beyond the seeds of the table, by which the constants of the covariance were chosen
+            for row in odometry.consistency_rows(plant, range(odometry.SEEDS + 1, odometry.SEEDS + 5)):
+                self.assertGreater(row['samples'], 1000)
+                self.assertGreaterEqual(row['inside_95'], 0.95, row)
+                self.assertTrue(0.5 <= row['nees'] <= 2.5, row)
+
+
+class RecordingFiles(unittest.TestCase):
+
+    def written(self, name, text):
+        directory = tempfile.TemporaryDirectory()
+        self.addCleanup(directory.cleanup)
+        path = pathlib.Path(directory.name, name)
+        path.write_text(text)
+        return str(path)
+
+    def log(self, *rows):
+        return '\n'.join([','.join(recordings.LOG)] + list(rows)) + '\n'
+
+    def windows(self, count, command, wheels, yaw_rate):
+        lines = [','.join(recordings.WINDOWS)]
+        for window in range(count):
+            for row in range(40):
+                lines.append('{},{},{},{:.2f},{},{},{},{},{},0,0,9.8,0,0,0'.format(window, window // 3, int(window % 3 > 0), 0.05 * row,
+                                                                                 *command, *wheels, yaw_rate))
+        return '\n'.join(lines) + '\n'
+
+    def test_a_log_knows_the_command_while_it_calibrates(self):
+        recording = recordings.read(self.written('husky_floor.csv', self.log(
+            '0.00,idle,0,0,1,2,0.1,0.2,0.3,9.8,0,0,0', '0.05,calib,0.5,1.0,1,2,0.1,0.2,0.3,9.8,0,0,0',
+            '0.10,calib,0.5,1.0,1,2,0.1,0.2,0.3,9.8,0,0,0', '0.15,calib,0.5,0.0,1,2,0.1,0.2,0.3,9.8,0,0,0')))
+        self.assertEqual((recording.name, recording.has_imu, recording.gyro_reversed), ('husky_floor', True, False))
+        self.assertEqual([s.starts for s in recording.samples], [True, True, False, False])
+        self.assertEqual([s.step for s in recording.samples], [-1, 0, 0, 1])
+        self.assertIsNone(recording.samples[0].command)
+        self.assertAlmostEqual(recording.samples[1].command[0], (0.5 - 0.5 * 0.5708) / 0.1651)
+
+    def test_windows_of_a_step_follow_each_other(self):
+        samples = recordings.read(self.written('warthog_x.csv', self.windows(4, (1.0, 2.0), (1.0, 2.0), 0.1))).samples
+        self.assertEqual(len(samples), 160)
+        self.assertAlmostEqual(samples[40].time - samples[39].time, 0.05)
+        self.assertEqual([samples[i].starts for i in (0, 40, 120)], [True, False, True])
+        self.assertGreater(samples[120].time - samples[119].time, 1.0)
+        self.assertEqual((samples[10].steady, samples[50].steady), (False, True))
+
+    def test_a_gyro_that_counts_the_other_way_is_turned(self):
+        path = self.written('warthog_x.csv', self.windows(3, (1.0, 2.0), (1.0, 2.0), -0.1))
+        recording = recordings.read(path)
+        self.assertTrue(recording.gyro_reversed)
+        self.assertEqual(recording.samples[0].yaw_rate, 0.1)
+
+    def test_what_is_no_recording_is_refused_in_one_line(self):
+        row = '0.00,idle,0,0,{},2,0.1,0.2,0.3,9.8,0,0,0'
+        for name, text, complaint in (
+            ('husky_x.csv', self.log(row.format('1e300')), "line 2: wheel_left_radps = '1e300': must be a number within"),
+            ('husky_x.csv', self.log(row.format('x')), "line 2: wheel_left_radps = 'x': must be a number within"),
+            ('husky_x.csv', self.log(row.format('1'), row.format('1')), 'line 3: time_s = 0: must be above 0'),
+            ('husky_x.csv', self.log('1,2'), 'line 2: 2 fields: must be 13'), ('husky_x.csv', self.log(), 'has no rows'),
+            ('husky_x.csv', 'a,b\n', 'line 1: columns of no known kind'),
+            ('segway.csv', self.log(), 'begins with the name of no known robot; known: husky, warthog')):
+            with self.assertRaisesRegex(ValueError, complaint):
+                recordings.read(self.written(name, text))
+
+
+DATA = os.environ.get('JACKAL_AIC_REAL_DATA', '')
+
+
+def altered(recording, change):
+    """A recording with another series of samples; change(samples) makes it."""
+    return recording._replace(samples=change(list(recording.samples)))
+
+
+def part_of(begin, end):
+    def change(samples):
+        part = samples[int(begin * len(samples)):int(end * len(samples))]
+        return [part[0]._replace(starts=True)] + part[1:]
+    return change
+
+
+def held(count):
+    """Wheels are measured anew only with every n-th sample of a stretch."""
+    def change(samples):
+        since = 0
+        for i, sample in enumerate(samples):
+            since = 0 if sample.starts else since
+            if since % count:
+                samples[i] = sample._replace(left=samples[i - 1].left, right=samples[i - 1].right)
+            since += 1
+        return samples
+    return change
+
+
+def coarse(step):
+    return lambda samples: [s._replace(left=step * round(s.left / step), right=step * round(s.right / step)) for s in samples]
+
+
+def scaled_gyro(share):
+    return lambda samples: [s._replace(yaw_rate=share * s.yaw_rate) for s in samples]
+
+
+def dead_zone(rate):
+    return lambda samples: [s._replace(yaw_rate=0.0 if abs(s.yaw_rate) < rate else s.yaw_rate) for s in samples]
+
+
+VARIANTS = {'later half': part_of(0.5, 1.0), 'later quarter': part_of(0.75, 1.0), 'encoders at 5 Hz': held(4),
+            'encoders at 4 Hz': held(5), 'encoders of 0.1 rad/s': coarse(0.1), 'dead zone of the gyro': dead_zone(0.02)}
+BEGINS = {'warthog_grass': (0.13, 0.19, 0.23, 0.63), 'husky_indoor': (0.2, 0.4, 0.6), 'husky_windows': (0.448, 0.7)}
+
+
+def replayed(item):
+    """Figures of an altered recording; item: path, name and arguments of the change, whether the model is identified."""
+    path, change, identified = item
+    recording = recordings.read(path)
+    if isinstance(change, str):
+        recording = altered(recording, VARIANTS[change])
+    elif change:
+        recording = altered(recording, {'part': part_of, 'gyro': scaled_gyro}[change[0]](*change[1:]))
+    return recordings.replay(recording, recordings.fit_path(recording), identified)
+
+
+@unittest.skipUnless(DATA, 'JACKAL_AIC_REAL_DATA is not set')
+class Recordings(unittest.TestCase):
+
+    def replays(self, items):
+        return zip(items, engine.parallel(replayed, items))
+
+    def test_raise_no_alarm_and_teach_the_turn_with_either_model(self):
+        ratios = []
+        for item, figures in self.replays([(path, None, identified) for path in recordings.paths(DATA) for identified in (False, True)]):
+            self.assertEqual((figures['alarms'], figures['refusal']), ([], ''), item)
+            if figures['yaw_error'] is not None:
+                ratios.append(recordings.ratio(figures))
+                self.assertLessEqual(ratios[-1], 0.65 if 'asphalt' in item[0] else 1.05, item)
+        self.assertEqual(len(ratios), 6)
+
+    def test_raise_no_alarm_when_altered_or_begun_anywhere(self):
+        items = [(path, variant, identified) for path in recordings.paths(DATA) for variant in VARIANTS for identified in (False, True)]
+        for path in recordings.paths(DATA):
+            items += [(path, ('part', share, 1.0), identified) for share in BEGINS.get(pathlib.Path(path).stem, ())
+                      for identified in (False, True)]
+        self.assertEqual(len(items), 4 * 6 * 2 + 9 * 2)
+        for item, figures in self.replays(items):
+            self.assertEqual(figures['alarms'], [], item)
+
+    def test_teach_the_turn_on_slipperier_ground_too(self):
+        for item, figures in self.replays([(path, ('gyro', share), False) for path in recordings.paths(DATA) for share in (1.3, 0.7, 0.5)]):
+            self.assertEqual(figures['alarms'], [], item)
+            if figures['yaw_error'] is not None:
+                self.assertLessEqual(recordings.ratio(figures), 0.65 if 'asphalt' in item[0] else 1.05, item)
+
+    def test_a_part_teaches_ten_percent_above_the_best_constant_at_most(self):
+        items = [(path, ('part', i / parts, (i + 1) / parts), False) for path in recordings.paths(DATA) if 'windows' in path
+                 for parts in (2, 3, 4) for i in range(parts)]
+        self.assertEqual(len(items), 18)
+        for item, figures in self.replays(items):
+            self.assertEqual(figures['alarms'], [], item)
+            self.assertLessEqual(recordings.ratio(figures), 1.1, item)
+
+    def test_a_reversed_gyro_is_told_and_not_learned_from(self):
+        for path in recordings.paths(DATA):
+            recording = recordings.read(path)
+            if not recording.has_imu:
+                continue
+            figures = recordings.replay(recording, recordings.fit_path(recording), False, True)
+            self.assertIsNotNone(figures['reversed_told'], path)
+            configured = 1.0 / (1.5 * recording.wheel_distance)
+            self.assertAlmostEqual(figures['turn'][0], configured, delta=0.02 * configured)
+            self.assertLess(max(abs(value) for value in figures['turn'][1:]), 0.02 * configured)
+
+    def test_both_halves_are_explained(self):
+        for path in recordings.paths(DATA):
+            recording = recordings.read(path)
+            commands = recordings.applied_commands(recording, recordings.fit_path(recording))
+            known = numpy.flatnonzero(~numpy.isnan(commands[:, 0]))
+            time = recording.column('time')
+            middle = int(numpy.searchsorted(time, 0.5 * (time[known[0]] + time[known[-1]])))
+            later = recording._replace(samples=recording.samples[middle:])
+            first, second = recordings.identify(recording, commands, middle), recordings.identify(later, commands[middle:])
+            for half in (first, second):
+                self.assertGreater(half.r_squared, 0.97, path)
+                self.assertEqual((half.dead_time.unknown, half.gain.unknown), ('', ''), path)
+            self.assertLessEqual(abs(first.dead_time.value - second.dead_time.value), first.dead_time.half_width + second.dead_time.half_width)
+            self.assertAlmostEqual(first.gain.value, second.gain.value, delta=0.07)
+
+
+class Baselines(unittest.TestCase):
+
+    def start(self, name):
+        return [tunable.start for tunable in baselines.STRUCTURES[name].tuned]
+
+    def test_every_structure_is_stable_and_settles_a_disturbance(self):
+        for plant in engine.PLANTS:
+            for name in baselines.STRUCTURES:
+                found = baselines.figures(name, plant, self.start(name))
+                self.assertTrue(found['stable'], (name, plant))
+                self.assertGreaterEqual(found['iae'], found['least_iae'], (name, plant))
+
+    def test_a_step_on_a_robot_that_is_its_model_is_the_same_for_all_regulators(self):
+        motion = motions.step(0.5)
+        settling = [metrics.response(engine.drive('ground', baselines.controller(name, 'ground', self.start(name)), motion,
+                                                  {'plant.noise_scale': 0.0}), motion)['settling_s']
+                    for name in ('simc_pi', 'pid', 'smith_pi', 'lqg', 'active_inference', 'unbiased_active_inference')]
+        self.assertLess(max(settling) - min(settling), 0.01)
+        self.assertLess(max(settling), 0.41)
+
+    def test_no_weight_on_the_speed_makes_lqg_predictive(self):
+        # deadbeat: both give back what the model expects to be missing when the command arrives
+        values = [0.01, 0.01, 1e-3]
+        lqg = baselines.figures('lqg', 'ground', values)
+        predictive = baselines.figures('predictive', 'ground', [0.01, 0.01, 1.0])
+        self.assertAlmostEqual(lqg['iae'] / predictive['iae'], 1.0, delta=0.2)
+
+    def test_the_flow_of_a_period_is_twenty_ticks(self):
+        model = engine.settings('box', 'predictive')['plant_model']
+        state, delayed = [0.0] * 3, baselines.Flow(model, 0.098, 20, 105)
+        commands = [0.0] * len(delayed.inputs)
+        for period in range(7):
+            commands = [1.0] + commands[:-1]
+            state = delayed(state, commands)
+        ticks, still = 7 * 20 - 105, baselines.Flow(model, 0.098, 7 * 20 - 105, 0)
+        self.assertEqual(ticks, 35)
+        numpy.testing.assert_allclose(state[:2], still([0.0] * 3, [1.0])[:2], atol=1e-12)
+
+    def test_the_search_keeps_the_margins(self):
+        values = baselines.tune('simc_pi', 'ground')
+        found = baselines.figures('simc_pi', 'ground', values)
+        self.assertLessEqual(max(baselines.excess(found)), 0.0)
+        self.assertAlmostEqual(found['peak_sensitivity'], baselines.MS, delta=0.02)
+
+
+if __name__ == '__main__':
+    rosunit.unitrun('jackal_aic', 'studies', '__main__')
