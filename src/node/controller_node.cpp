@@ -4,13 +4,16 @@
 #include <variant>
 
 #include "conversions.hpp"
-#include "wheel_watchdog.hpp"
+#include "stop_request.hpp"
 
 namespace jackal_aic {
 namespace {
 
 /// Wall time between looks at who else publishes commands [s].
 constexpr double kGraphPeriod = 0.5;
+
+/// Wall time between looks at the clock [s].
+constexpr double kClockPeriod = 0.5;
 
 /// Wall time between looks at what there is to tell or to keep [s].
 constexpr double kReportPeriod = 0.05;
@@ -25,7 +28,7 @@ LoopChanges& toldOf(LoopExchange& changes, const DriveLoop& loop) {
 GraphRules graphRules(const ros::NodeHandle& node, const NodeParameters& parameters, const CommandOutput& output,
                       const RobotWatch& robot) {
   return {output.topics(),
-          {watchdogOf(ros::this_node::getName())},
+          {},
           parameters.allow_other_publishers,
           node.resolveName("jackal_AIC/set_point"),
           parameters.allow_multiple_set_points,
@@ -62,7 +65,7 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
       frame_listener_(withQueue(node_, requests_), frames_),
       sensors_(parameters.robot, frames_,
                [this](const Observation& observation, const ros::Time& stamp) { onPair(observation, stamp); }),
-      robot_(node_, [this](const ros::Time& stamp) { loop_.receiveFeedback(stamp.toSec(), currentTime()); }),
+      robot_(node_, [this](const ros::Time& stamp) { onFeedback(stamp); }),
       graph_(graphRules(node_, parameters, output_, robot_), kGraphPeriod),
       set_points_(
           node_, "jackal_AIC/set_point", 10, [this](const ReceivedSetPoint& received) { onSetPoint(received); },
@@ -85,8 +88,8 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
   }
   action_timer_ = node_.createTimer(ros::Duration(controller.actionStep()), &ControllerNode::onActionTimer, this);
   setActionTimer(currentTime() + controller.actionStep());
-  // The action timer does not fire before the time at which the clock jumped back, unless it is set again.
-  clock_.emplace(node_, [this] { currentTime(); });
+  // A clock that is set back holds up the action timer until it is set again.
+  clock_timer_ = node_.createWallTimer(ros::WallDuration(kClockPeriod), [this](const ros::WallTimerEvent&) { currentTime(); });
   const auto tell = [this](const ros::WallTimerEvent&) {
     diagnostics_.publish(output_.complaint());
     tuning_->keep(ros::Time::now());
@@ -132,6 +135,16 @@ void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
   if (!loop_.receiveImu(*reading, now)) return;
   odometry_.observe(reading->observation, last_now_);
   state_.publishMeasurement(message->header.stamp);
+}
+
+void ControllerNode::onFeedback(const ros::Time& stamp) {
+  if (parameters_.output == OutputMode::gazebo && !refused_) {
+    refused_ = true;
+    ROS_FATAL("output = gazebo: for simulations only, and /feedback comes from a robot, whose wheels would keep the last "
+              "speed if this node dies; use output: twist");
+    StopRequest::request();
+  }
+  loop_.receiveFeedback(stamp.toSec(), currentTime());
 }
 
 void ControllerNode::onPair(const Observation& observation, const ros::Time& stamp) {

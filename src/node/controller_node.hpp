@@ -22,7 +22,6 @@
 #include <string>
 
 #include "applied_commands.hpp"
-#include "clock_watch.hpp"
 #include "command_output.hpp"
 #include "diagnostics_output.hpp"
 #include "drive_services.hpp"
@@ -58,6 +57,9 @@ class ControllerNode {
   /// True if the last command was zero.
   bool atRest() const { return loop_.command() == WheelCommand{}; }
 
+  /// True if the robot is not one for the output: the node is to end, and has said why.
+  bool refused() const { return refused_; }
+
   /// Publishes a zero command, for the end of the node; nothing while another node has the motors.
   void publishStop();
 
@@ -65,6 +67,7 @@ class ControllerNode {
   void onSetPoint(const ReceivedSetPoint& received);
   void onWheels(const sensor_msgs::JointStateConstPtr& message);
   void onImu(const sensor_msgs::ImuConstPtr& message);
+  void onFeedback(const ros::Time& stamp);
   void onPair(const Observation& observation, const ros::Time& stamp);
   void onActionTimer(const ros::TimerEvent& event);
 
@@ -108,6 +111,7 @@ class ControllerNode {
   bool imu_heard_ = false;
   BodyVector measured_ = LoopState{}.measured;  // the last by the wheels, and the gyro
   bool ending_ = false;
+  bool refused_ = false;
   bool enabled_ = true;
 
   SetPointSource set_points_;
@@ -116,7 +120,7 @@ class ControllerNode {
   ros::Timer belief_timer_;  // without belief_timer, none
   ros::Timer action_timer_;
   double action_due_ = 0.0;  // time for which it is set [s]
-  std::optional<ClockWatch> clock_;
+  ros::WallTimer clock_timer_;
   ros::WallTimer report_timer_;
   ros::AsyncSpinner request_thread_;  // the last, so that it ends first
 };

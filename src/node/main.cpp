@@ -4,8 +4,6 @@
 #include <string>
 
 #include "controller_node.hpp"
-#include "node_help.hpp"
-#include "real_time.hpp"
 #include "ros_parameters.hpp"
 #include "stop_request.hpp"
 
@@ -33,15 +31,8 @@ bool isRespawned(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (jackal_aic::printedHelp(argc, argv, "controller_node",
-                              "Active inference controller: measurements and set points in, wheel commands out. Its "
-                              "gains, robot, limits and plant\n"
-                              "model are private parameters; launch/controller.launch loads them from config/.\n")) {
-    return 0;
-  }
   ros::init(argc, argv, "jackal_aic", ros::init_options::NoSigintHandler);
   ros::NodeHandle handle, private_handle("~");  // kept to the end: without a handle roscpp shuts down and logs no more
-  const jackal_aic::RealTimeThreads threads(handle);  // those of roscpp
   jackal_aic::StopRequest stop;
   try {
     auto parameters = jackal_aic::readNodeParameters(jackal_aic::readRosParameters(private_handle),
@@ -56,7 +47,6 @@ int main(int argc, char** argv) {
     ROS_LOG(due ? ros::console::levels::Warn : ros::console::levels::Info, ROSCONSOLE_DEFAULT_NAME, "%s",
             jackal_aic::describeRobot(parameters).c_str());
     jackal_aic::ControllerNode node(handle, private_handle, parameters);
-    threads.schedule(parameters.realtime_priority);
     stop.spinUntilRequested();
     node.brake();
     // A simulation may stand still, and never come to rest.
@@ -69,6 +59,7 @@ int main(int argc, char** argv) {
     }
     stop.flush();
     if (stop.nameTaken() && isRespawned(argc, argv)) stop.waitForSignal();
+    if (node.refused()) return 1;
   } catch (const jackal_aic::ParameterError& error) {
     if (jackal_aic::StopRequest::requested()) return 0;
     ROS_FATAL("%s", error.what());

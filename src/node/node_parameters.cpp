@@ -201,11 +201,6 @@ NodeParameters readNodeParameters(ParameterMap map, const std::function<std::str
         "plant_model:=FILE");
   }
   map.refuseUnknown();
-  if (parameters.output == OutputMode::gazebo && !parameters.watchdog) {
-    throw ParameterError(
-        "output = gazebo: nothing stops the wheels when the commands stay away, but wheel_watchdog, which the launch "
-        "files start with output:=gazebo");
-  }
 
   if (const auto* drive = std::get_if<DifferentialDriveParameters>(&parameters.controller)) {
     parameters.geometry = drive->geometry();  // as the baseline believes it

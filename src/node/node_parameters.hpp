@@ -67,11 +67,8 @@ struct NodeOptions {
   bool belief_timer = true;  ///< run the beliefs at their own rate; false: only when a measurement, a set point or an
                              ///< action needs them, which gives the same numbers for less CPU time
   bool publish_inputs = false;  ///< publish every input of the controller, for an exact replay
-  bool watchdog = true;         ///< wheel_watchdog runs; without it output: gazebo is refused
   std::string preset;           ///< name of the preset, for the log and the tools; the launch files set it
   std::string parameter_files;  ///< files that the parameters came from, for the log
-  int realtime_priority = 0;    ///< of the threads that receive and drive (SCHED_FIFO), with locked memory; 0: ordinary
-                                ///< scheduling
 };
 
 /// Lists the fields of NodeOptions.
@@ -82,10 +79,8 @@ void describeFields(Visitor& v, NodeOptions& p) {
   v.field("allow_multiple_set_points", p.allow_multiple_set_points, Presence::optional);
   v.field("belief_timer", p.belief_timer, Presence::optional);
   v.field("publish_inputs", p.publish_inputs, Presence::optional);
-  v.field("watchdog", p.watchdog, Presence::optional);
   v.field("preset", p.preset, Presence::optional);
   v.field("parameter_files", p.parameter_files, Presence::optional);
-  v.field("realtime_priority", p.realtime_priority, {0, 99}, "", Presence::optional);
 }
 
 /// All parameters of the controller node. The plant model is for the certificate too.

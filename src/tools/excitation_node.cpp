@@ -33,7 +33,6 @@
 #include "identification_report.hpp"
 #include "jackal_aic/config/text.hpp"
 #include "jackal_aic/safety/command_limiter.hpp"
-#include "node_help.hpp"
 #include "robot_watch.hpp"
 #include "ros_parameters.hpp"
 #include "stop_request.hpp"
@@ -492,11 +491,6 @@ int excite(ros::NodeHandle& node, const ros::NodeHandle& private_node, StopReque
 }  // namespace jackal_aic
 
 int main(int argc, char** argv) {
-  if (jackal_aic::printedHelp(
-          argc, argv, "excitation_node",
-          "Drives the motion that identify learns from; the robot moves. launch/identify.launch records it.\n")) {
-    return 0;
-  }
   ros::init(argc, argv, "excitation", ros::init_options::NoSigintHandler);
   ros::NodeHandle node, private_node("~");
   jackal_aic::StopRequest stop_request;

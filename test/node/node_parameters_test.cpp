@@ -210,15 +210,6 @@ TEST(NodeParameters, RefusesAnUnknownOutput) {
   EXPECT_NE(refusal(map, jackalUrdf()).find("cmd_drive, twist, gazebo"), std::string::npos);
 }
 
-/// A robot's file may ask for it, but only a launch file that was told so starts the watchdog.
-TEST(NodeParameters, RefusesWheelTopicsThatNobodyWatches) {
-  ParameterMap map = shipped("standard");
-  map.set("output", std::string("gazebo"));
-  EXPECT_NO_THROW(readNodeParameters(map, jackalUrdf));
-  map.set("watchdog", false);
-  EXPECT_NE(refusal(map, jackalUrdf()).find("output:=gazebo"), std::string::npos);
-}
-
 /// Expects that each bound of a gain shown at run time is the last value that is accepted towards `beyond`, and that
 /// the server does not clamp to one before it asks.
 template <class Config, class Parameters>
