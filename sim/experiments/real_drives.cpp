@@ -9,8 +9,8 @@
 #include "campaign.hpp"
 #include "csv.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
-#include "node_parameters.hpp"
 #include "parallel.hpp"
+#include "parameters/node_parameters.hpp"
 #include "unidentified.hpp"
 
 namespace jackal_aic::sim {

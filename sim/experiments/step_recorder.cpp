@@ -23,8 +23,8 @@
 
 #include "jackal_aic/ControllerState.h"
 #include "jackal_aic/config/urdf_geometry.hpp"
+#include "parameters/ros_parameters.hpp"
 #include "response_metrics.hpp"
-#include "ros_parameters.hpp"
 #include "set_point_timeline.hpp"
 #include "time_series.hpp"
 

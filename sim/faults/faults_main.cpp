@@ -9,7 +9,7 @@
 #include "campaign_parameters.hpp"
 #include "fault_campaign.hpp"
 #include "jackal_aic/config/text.hpp"
-#include "ros_parameters.hpp"
+#include "parameters/ros_parameters.hpp"
 #include "soak.hpp"
 #include "verdict_table.hpp"
 

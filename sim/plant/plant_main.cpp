@@ -2,10 +2,10 @@
 
 #include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/text_file.hpp"
+#include "parameters/ros_parameters.hpp"
 #include "plant_conversion.hpp"
 #include "plant_node.hpp"
-#include "ros_parameters.hpp"
-#include "stop_request.hpp"
+#include "process/shutdown.hpp"
 
 namespace {
 

@@ -12,10 +12,10 @@
 
 #include "../repository.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/safety/remedy.hpp"
 #include "jackal_aic/safety/stop_cause.hpp"
-#include "node_parameters.hpp"
+#include "parameters/node_parameters.hpp"
 #include "plant_parameters.hpp"
-#include "remedy.hpp"
 
 namespace jackal_aic {
 namespace {

@@ -56,9 +56,7 @@ TEST(Requirements, EachHasTestsAndNamesOnlyWhatThereIs) {
     }
     for (const auto& key : requirement) {
       const auto name = key.first.as<std::string>();
-      EXPECT_TRUE(name == "id" || name == "text" || name == "limit" || name == "tests" ||
-                  name == "scenarios")
-          << name;
+      EXPECT_TRUE(name == "id" || name == "text" || name == "limit" || name == "tests" || name == "scenarios") << name;
     }
   }
 }

@@ -43,7 +43,8 @@ TEST(GazeboOutput, EndsOnARobotThatPublishesFeedback) {
   }
   ros::param::set("/on_robot/output", "gazebo");
   SimulatedRobot robot;
-  ControllerProcess process("on_robot", "controller_node", {"jackal_left_wheel/command:=l", "jackal_right_wheel/command:=r"});
+  ControllerProcess process("on_robot", "controller_node",
+                            {"jackal_left_wheel/command:=l", "jackal_right_wheel/command:=r"});
   ASSERT_TRUE(robot.waitFor([&] { return process.ended(); }, "the node to end", 60.0));
   EXPECT_EQ(process.exitStatus(), 1);
   EXPECT_NE(process.errors().find("output = gazebo: for simulations only"), std::string::npos) << process.errors();

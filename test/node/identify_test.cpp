@@ -24,11 +24,11 @@
 #include <iterator>
 #include <random>
 
-#include "conversions.hpp"
 #include "drive_bag.hpp"
 #include "excitation.hpp"
 #include "identification_report.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
+#include "outputs/commands.hpp"
 #include "plant/test_plant.hpp"
 
 namespace jackal_aic {

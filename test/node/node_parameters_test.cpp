@@ -1,4 +1,4 @@
-#include "node_parameters.hpp"
+#include "parameters/node_parameters.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <type_traits>
 
 #include "../repository.hpp"
-#include "gain_server.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
+#include "parameters/live_parameters.hpp"
 #include "plant_parameters.hpp"
 
 namespace jackal_aic {

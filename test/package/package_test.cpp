@@ -422,9 +422,7 @@ TEST(Launch, ARobotFileComesAfterThePreset) {
 /// roslaunch says nothing of an argument that the file does not know.
 TEST(Launch, FilesAroundTheControllersTakeItsArguments) {
   const std::map<std::string, std::set<std::string>> has_no{
-      {"jackal", {}},
-      {"gazebo", {"cmd_drive"}},
-      {"simulation", {"cmd_drive", "output", "on_box", "respawn"}}};
+      {"jackal", {}}, {"gazebo", {"cmd_drive"}}, {"simulation", {"cmd_drive", "output", "on_box", "respawn"}}};
   const std::set<std::string> arguments =
       found(textOf(kRoot / "launch/controller.launch"), "<arg name=\"(\\w+)\" default");
   EXPECT_GT(arguments.size(), 10u);
@@ -582,8 +580,7 @@ TEST_F(Downstream, BuildsAgainstTheInstallSpace) {
   std::set<std::string> internal = listed("Started by launch files");
   internal.merge(listed("Examples and measurements"));
   EXPECT_EQ(namesIn(JACKAL_AIC_INSTALL "/share/jackal_aic/build"), internal);
-  output("bash -c '. " JACKAL_AIC_INSTALL
-         "/setup.bash; roslaunch --args /jackal_aic jackal_aic jackal.launch'");
+  output("bash -c '. " JACKAL_AIC_INSTALL "/setup.bash; roslaunch --args /jackal_aic jackal_aic jackal.launch'");
 }
 
 TEST_F(Downstream, PythonTakesModuleAndFilesOfTheInstallSpace) {
