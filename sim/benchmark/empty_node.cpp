@@ -11,7 +11,6 @@
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 #include <std_msgs/Bool.h>
-#include <topic_tools/shape_shifter.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -45,7 +44,7 @@ int main(int argc, char** argv) {
   const auto no_delay = ros::TransportHints().tcpNoDelay();
   const auto take = [](const auto&) {};
   const ros::Subscriber subscribers[] = {
-      node.subscribe<topic_tools::ShapeShifter>("jackal_AIC/set_point", 10, take, {}, no_delay),
+      node.subscribe<geometry_msgs::Twist>("jackal_AIC/set_point", 10, take, {}, no_delay),
       node.subscribe<sensor_msgs::JointState>("joint_states", 50, take, {}, no_delay),
       node.subscribe<std_msgs::Bool>("e_stop", 10, take, {}, no_delay),
       node.subscribe<jackal_msgs::Status>("status", 10, take, {}, no_delay),

@@ -75,7 +75,8 @@ void SetPointSource::requireForeign(const std::vector<std::string>& ours) const 
 std::string SetPointSource::rivals() const {
   const ros::WallTime since = ros::WallTime::now() - ros::WallDuration(kRivalry);
   if (other_.time < since || sender_.time < since) return "";
-  return other_.name + " and " + sender_.name + " on " + topic();
+  const auto [first, second] = std::minmax(other_.name, sender_.name);  // the two send by turns
+  return first + " and " + second + " on " + topic();
 }
 
 template <class Message>
