@@ -136,16 +136,30 @@ std::string RecordedDrive::topic(const std::string& name) const {
   return resolved;
 }
 
+RecordedDrive::Log RecordedDrive::log() const {
+  Log log;
+  log.messages = messagesOf<LoopInputs>(bag_, topic("jackal_AIC/inputs"));
+  const auto begins = [](const auto& message) { return message->first == 0; };
+  auto second = std::find_if(log.messages.begin(), log.messages.end(), begins);
+  if (second != log.messages.end()) second = std::find_if(second + 1, log.messages.end(), begins);
+  log.restarted = second != log.messages.end();
+  log.messages.erase(second, log.messages.end());
+  // By their numbers: the clock may have been set back.
+  std::stable_sort(log.messages.begin(), log.messages.end(),
+                   [](const auto& a, const auto& b) { return a->first < b->first; });
+  return log;
+}
+
 std::string RecordedDrive::configuration() const {
-  for (const auto& message : messagesOf<LoopInputs>(bag_, topic("jackal_AIC/inputs"))) {
+  for (const auto& message : log().messages) {
     if (!message->configuration.empty()) return message->configuration;
   }
   return "";
 }
 
 std::uint64_t RecordedDrive::firstInput() const {
-  const auto log = messagesOf<LoopInputs>(bag_, topic("jackal_AIC/inputs"));
-  return log.empty() ? 0 : log.front()->first;
+  const auto messages = log().messages;
+  return messages.empty() ? 0 : messages.front()->first;
 }
 
 std::vector<ControllerState> RecordedDrive::states() const {
@@ -157,17 +171,12 @@ std::vector<ControllerState> RecordedDrive::states() const {
 }
 
 PlayReport RecordedDrive::playLog(const Sink& sink) const {
-  auto log = messagesOf<LoopInputs>(bag_, topic("jackal_AIC/inputs"));
+  const Log recorded = log();
   PlayReport report;
-  // Of several controllers in the bag the first. Its messages go by their numbers: its clock may have been set back.
-  const auto begins = [](const auto& message) { return message->first == 0; };
-  const auto second = log.empty() ? log.end() : std::find_if(log.begin() + 1, log.end(), begins);
-  report.restarted = second != log.end();
-  log.erase(second, log.end());
-  std::stable_sort(log.begin(), log.end(), [](const auto& a, const auto& b) { return a->first < b->first; });
-  report.first = log.empty() ? 0 : log.front()->first;
+  report.restarted = recorded.restarted;
+  report.first = recorded.messages.empty() ? 0 : recorded.messages.front()->first;
   std::uint64_t next = report.first;
-  for (const auto& message : log) {
+  for (const auto& message : recorded.messages) {
     report.missing += message->first - next;
     for (const DriveInput& input : inputsOf(*message)) sink(input);
     report.inputs += message->inputs.size();

@@ -5,6 +5,7 @@
 /// (jackal_AIC/inputs), else as the messages of sensors and set points say.
 
 #include <jackal_aic/ControllerState.h>
+#include <jackal_aic/LoopInputs.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 
@@ -60,6 +61,11 @@ class RecordedDrive {
   bool has(const std::string& name) const { return rosbag::View(bag_, rosbag::TopicQuery(topic(name))).size() > 0; }
 
  private:
+  struct Log {
+    std::vector<LoopInputs::ConstPtr> messages;  // of the first controller in the bag, in their order
+    bool restarted = false;                      // there is another one
+  };
+  Log log() const;
   std::string topic(const std::string& name) const;
   void require(const std::string& topic, const std::vector<std::string>& types) const;
 

@@ -3,6 +3,7 @@
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <jackal_msgs/Feedback.h>
 #include <jackal_msgs/Status.h>
+#include <ros/master.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 #include <std_msgs/Bool.h>
@@ -288,6 +289,30 @@ TEST_F(DriveGateNode, ASecondPublisherIsNamedAndLeftTheMotors) {
   robot.clear();
   robot.command(kSpeed, 0.0);
   expectRecovery();
+}
+
+TEST_F(DriveGateNode, ADeadPublisherThatTheMasterListsDoesNotCount) {
+  robot.rest();  // nothing is handed on while this process waits for the master
+  XmlRpc::XmlRpcValue registration, response, payload;
+  registration[0] = "/dead";
+  registration[1] = "/cmd_drive";
+  registration[2] = "jackal_msgs/Drive";
+  registration[3] = "http://127.0.0.1:1/";  // nothing answers there
+  ASSERT_TRUE(ros::master::execute("registerPublisher", registration, response, payload, false));
+  robot.rest();
+  robot.command(kSpeed, 0.0);
+  robot.run(0.5);
+  robot.clear();
+  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(1.6);  // the controller looks every 0.5 s
+  while (ros::WallTime::now() < end) robot.run(0.2);
+  const auto states = robot.states();
+  XmlRpc::XmlRpcValue withdrawal;
+  withdrawal[0] = "/dead";
+  withdrawal[1] = "/cmd_drive";
+  withdrawal[2] = registration[3];
+  ASSERT_TRUE(ros::master::execute("unregisterPublisher", withdrawal, response, payload, false));
+  ASSERT_FALSE(states.empty());
+  for (const auto& state : states) ASSERT_EQ(state.status, ControllerState::DRIVING) << state.reason;
 }
 
 TEST_F(DriveGateNode, ATwistToWhichNobodyListensIsAWarning) {

@@ -12,8 +12,8 @@
 
 namespace jackal_aic {
 
-/// Asks the master who publishes on given topics. A node that has died counts until the master forgets it (rosnode
-/// cleanup). While the master cannot be reached the last answer stands.
+/// Asks the master who publishes on given topics. A node that has died does not count, although the master lists it.
+/// While the master cannot be reached the last answer stands.
 class OtherPublishers {
  public:
   /// @param commands topics of our commands, resolved names; empty: any node may publish there; @param emergency_stop
