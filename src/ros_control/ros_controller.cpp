@@ -130,6 +130,7 @@ void RosController::subscribe(ros::NodeHandle& robot, ros::NodeHandle& controlle
         tellStatus();
       });
   others_.emplace(std::vector<std::string>{}, &robot_->emergencyStop());
+  others_->look();
   graph_timer_ = robot.createWallTimer(ros::WallDuration(kGraphPeriod), [this](const ros::WallTimerEvent&) {
     if (!others_->checked()) others_->look();
   });

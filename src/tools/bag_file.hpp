@@ -1,11 +1,12 @@
 #pragma once
 
 /// @file
-/// Reading a bag: the bag library trusts the lengths in a file, so that the memory is bounded before.
+/// Reading a bag: the bag library trusts the lengths and positions in a file, and dies of some that are damaged.
 
 #include <rosbag/bag.h>
 
 #include <exception>
+#include <functional>
 #include <string>
 
 namespace jackal_aic {
@@ -30,5 +31,9 @@ void withBag(const std::string& path, const Work& work) {
     throw Error(unreadableBag(path, error));
   }
 }
+
+/// Does the work of a program in a child process, so that a bag of which the library dies is one line. @param program
+/// name, for that line. @returns the exit status of the work, or 2.
+int inChildProcess(const std::string& program, const std::function<int()>& work);
 
 }  // namespace jackal_aic
