@@ -9,8 +9,7 @@
 #include "campaign_parameters.hpp"
 #include "fault_campaign.hpp"
 #include "jackal_aic/config/text.hpp"
-#include "node_help.hpp"
-#include "ros_parameters.hpp"
+#include "parameters/ros_parameters.hpp"
 #include "soak.hpp"
 #include "verdict_table.hpp"
 
@@ -48,11 +47,6 @@ int run(ros::NodeHandle& node, ros::NodeHandle& private_node) {
 }  // namespace jackal_aic::sim
 
 int main(int argc, char** argv) {
-  if (jackal_aic::printedHelp(argc, argv, "faults",
-                              "The fault campaign: puts faults between robot and controller and judges what happens; "
-                              "./scripts/faults runs it.\n")) {
-    return 0;
-  }
   ros::init(argc, argv, "faults");
   ros::NodeHandle node, private_node("~");  // kept to the end: without a handle roscpp shuts down and logs no more
   try {

@@ -7,7 +7,7 @@
 
 #include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
-#include "node_parameters.hpp"
+#include "parameters/node_parameters.hpp"
 #include "plant_conversion.hpp"
 
 namespace jackal_aic::sim {

@@ -23,9 +23,8 @@
 
 #include "jackal_aic/ControllerState.h"
 #include "jackal_aic/config/urdf_geometry.hpp"
-#include "node_help.hpp"
+#include "parameters/ros_parameters.hpp"
 #include "response_metrics.hpp"
-#include "ros_parameters.hpp"
 #include "set_point_timeline.hpp"
 #include "time_series.hpp"
 
@@ -313,11 +312,6 @@ bool record(const ros::NodeHandle& private_node) {
 }  // namespace jackal_aic::sim
 
 int main(int argc, char** argv) {
-  if (jackal_aic::printedHelp(
-          argc, argv, "step_recorder",
-          "Drives a manoeuvre and writes the response with its metrics; see launch/step_response.launch.\n")) {
-    return 0;
-  }
   ros::init(argc, argv, "step_recorder");
   ros::NodeHandle private_node("~");  // kept to the end: without a handle roscpp shuts down and logs no more
   try {

@@ -2,11 +2,10 @@
 
 #include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/text_file.hpp"
-#include "node_help.hpp"
+#include "parameters/ros_parameters.hpp"
 #include "plant_conversion.hpp"
 #include "plant_node.hpp"
-#include "ros_parameters.hpp"
-#include "stop_request.hpp"
+#include "process/shutdown.hpp"
 
 namespace {
 
@@ -37,13 +36,6 @@ void simulate(const ros::NodeHandle& node, const ros::NodeHandle& private_node) 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (jackal_aic::printedHelp(argc, argv, "plant_node",
-                              "The simulated Jackal: /clock, /joint_states, /imu/data, /feedback, tf and ground truth "
-                              "out, /cmd_drive in. Its robot\n"
-                              "is in robot_description (or the file ~urdf_file) and ~plant (config/plant.yaml); see "
-                              "launch/simulation.launch.\n")) {
-    return 0;
-  }
   ros::init(argc, argv, "plant_node", ros::init_options::NoSigintHandler);
   ros::NodeHandle node, private_node("~");  // kept to the end: without a handle roscpp shuts down and logs no more
   const jackal_aic::StopRequest stop;

@@ -11,9 +11,9 @@
 #include <limits>
 
 #include "jackal_aic/config/text.hpp"
+#include "parameters/ros_parameters.hpp"
 #include "plant_conversion.hpp"
 #include "plant_messages.hpp"
-#include "ros_parameters.hpp"
 
 namespace jackal_aic::sim {
 namespace {

@@ -13,8 +13,8 @@
 
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "loop_setup.hpp"
-#include "node_parameters.hpp"
 #include "package_files.hpp"
+#include "parameters/node_parameters.hpp"
 
 namespace jackal_aic::python {
 

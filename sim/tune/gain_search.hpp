@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "controller_file.hpp"
 #include "gain_trial.hpp"
 #include "jackal_aic/certificate/certificate.hpp"
+#include "parameters/node_parameters.hpp"
 #include "plant_file.hpp"
 
 namespace jackal_aic {

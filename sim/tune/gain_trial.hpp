@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "controller_file.hpp"
+#include "parameters/node_parameters.hpp"
 #include "plant_file.hpp"
 #include "stop_figures.hpp"
 

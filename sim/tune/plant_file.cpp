@@ -1,7 +1,7 @@
 #include "plant_file.hpp"
 
-#include "controller_file.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
+#include "parameters/node_parameters.hpp"
 #include "plant_conversion.hpp"
 
 namespace jackal_aic {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "node_parameters.hpp"
+#include "parameters/node_parameters.hpp"
 
 namespace jackal_aic {
 

@@ -28,9 +28,6 @@ RosControlPublisher::RosControlPublisher(const ros::NodeHandle& robot, const ros
   odometry_.child_frame_id = base_frame_;
   if (pose_covariance_given_) setDiagonal(odometry_.pose.covariance, *parameters.pose_covariance_diagonal);
   if (twist_covariance_given_) setDiagonal(odometry_.twist.covariance, *parameters.twist_covariance_diagonal);
-  transform_.transforms.resize(1);
-  transform_.transforms[0].header.frame_id = parameters.odom_frame_id;
-  transform_.transforms[0].child_frame_id = base_frame_;
 
   ros::NodeHandle node(controller);
   odometry_publisher_ = node.advertise<nav_msgs::Odometry>("odom", 100);
@@ -72,41 +69,19 @@ void RosControlPublisher::run() {
 
 void RosControlPublisher::publish(const OdometryUpdate& update) {
   odometry_.header.stamp = update.state.stamp;
-  fillPose(update.pose, odometry_);
-  fillMotion(update.motion, odometry_);
+  fillOdometry(update.pose, update.motion, odometry_);
   if (!pose_covariance_given_) fillPoseCovariance(update.pose_covariance, odometry_);
   if (!twist_covariance_given_) fillMotionCovariance(update.motion.covariance, odometry_);
   odometry_publisher_.publish(odometry_);
   if (update.transform) {
-    geometry_msgs::TransformStamped& transform = transform_.transforms[0];
-    transform.header.stamp = update.state.stamp;
-    transform.transform.translation.x = update.pose.x;
-    transform.transform.translation.y = update.pose.y;
-    transform.transform.rotation = odometry_.pose.pose.orientation;
-    transform_publisher_.publish(transform_);
+    tf2_msgs::TFMessage transforms;
+    transforms.transforms = {transformOf(odometry_)};
+    transform_publisher_.publish(transforms);
   }
   report_.settle();
   if (report_.update(update.state.status, "")) diagnostics_.force_update();
   diagnostics_.update();
-  publishState(update);
-}
-
-void RosControlPublisher::publishState(const OdometryUpdate& update) {
-  ControllerState message;
-  fillState(update.state, report_.reason(), base_frame_, message);
-  message.belief_forward = {update.motion.forward};
-  message.belief_yaw_rate = {update.motion.yaw_rate};
-  message.free_energy = update.free_energy;
-  message.structure = update.predictive ? ControllerState::PREDICTIVE : ControllerState::THESIS;
-  message.effective_track = update.learned.slip.effective_track;
-  message.slip_factor = update.learned.slip.slip_factor;
-  if (update.learned.timing) {
-    message.dead_time = update.learned.timing->dead_time;
-    message.lag = update.learned.timing->lag;
-  }
-  message.learning_frozen = update.learning_frozen;
-  message.summary = summary(message);
-  state_publisher_.publish(message);
+  state_publisher_.publish(stateMessage(update.state, {report_.reason(), "", false, 0}, base_frame_));
 }
 
 void RosControlPublisher::publish(const CommandUpdate& update) {

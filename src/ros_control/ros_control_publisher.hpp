@@ -17,11 +17,11 @@
 #include <thread>
 
 #include "jackal_aic/safety/drive_loop.hpp"
-#include "latest.hpp"
-#include "odometry_message.hpp"
+#include "outputs/diagnostics.hpp"
+#include "outputs/odometry_output.hpp"
+#include "outputs/state_output.hpp"
+#include "process/latest.hpp"
 #include "ros_control_parameters.hpp"
-#include "state_message.hpp"
-#include "status_report.hpp"
 
 namespace jackal_aic {
 
@@ -32,10 +32,6 @@ struct OdometryUpdate {
   PlanarMotion motion;
   Eigen::Matrix3d pose_covariance = Eigen::Matrix3d::Zero();  ///< of the pose
   bool transform = false;                                     ///< publish the pose on tf too
-  double free_energy = 0.0;
-  bool predictive = false;  ///< of the predictive structure
-  LearnedModel learned{};   ///< believed, or configured
-  bool learning_frozen = false;
 };
 
 /// What is driven at one time.
@@ -62,14 +58,12 @@ class RosControlPublisher {
   void run();
   void publish(const OdometryUpdate& update);
   void publish(const CommandUpdate& update);
-  void publishState(const OdometryUpdate& update);
 
   ros::NodeHandle robot_;
   std::string base_frame_;
   nav_msgs::Odometry odometry_;  // with what does not change
   bool pose_covariance_given_;
   bool twist_covariance_given_;
-  tf2_msgs::TFMessage transform_;
   ros::Publisher odometry_publisher_;
   ros::Publisher transform_publisher_;
   ros::Publisher command_publisher_;  // with publish_cmd

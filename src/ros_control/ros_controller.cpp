@@ -6,11 +6,10 @@
 #include <cmath>
 #include <pluginlib/class_list_macros.hpp>
 
-#include "conversions.hpp"
 #include "jackal_aic/model/gravity.hpp"
 #include "jackal_aic/predictive/predictive_controller.hpp"
 #include "jackal_aic/safety/loop_odometry.hpp"
-#include "ros_parameters.hpp"
+#include "parameters/ros_parameters.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -27,8 +26,8 @@ constexpr double kMoving = 0.5;
 /// Wall time between looks at whether what was learned is due to be written [s].
 constexpr double kKeepPeriod = 1.0;
 
-/// Wall time between looks at who publishes commands [s].
-constexpr double kGraphPeriod = 0.5;
+/// Wall time between looks at whether the emergency stop is heard [s].
+constexpr double kGraphPeriod = 0.1;
 
 /// Part of the sensors' period in which the wheels are sampled once.
 constexpr double kShortestPeriod = 0.75;
@@ -92,7 +91,7 @@ bool RosController::init(hardware_interface::VelocityJointInterface* hw, ros::No
     loop_.emplace(parameters_.drive, makeController(parameters_.drive));
     odometry_.emplace(makeOdometry(parameters_.drive, *loop_));
     changes_.tell(*loop_);
-    tuning_ = makeTuning(controller_nh, parameters_.drive, changes_);
+    live_parameters_ = serveLiveParameters(controller_nh, parameters_.drive, changes_);
   } catch (const ParameterError& error) {
     ROS_ERROR_NAMED(name_, "%s: %s", name_.c_str(), error.what());
     return false;
@@ -115,7 +114,7 @@ void RosController::subscribe(ros::NodeHandle& robot, ros::NodeHandle& controlle
                          prefixedFrame(tfPrefix(controller), imu_handle_->getFrameId()) == base_frame;
   if (!by_handle) {
     imu_handle_.reset();
-    frame_listener_.emplace(robot, frames_);
+    frame_listener_.emplace(frames_, robot, false);
     imu_reader_.emplace(base_frame, frames_);
     imu_subscriber_ = robot.subscribe(parameters_.imu_topic, 10, &RosController::onImu, this, no_delay);
   }
@@ -130,13 +129,12 @@ void RosController::subscribe(ros::NodeHandle& robot, ros::NodeHandle& controlle
         robot_status_ = status;
         tellStatus();
       });
-  GraphRules rules{{}, {}, true, controller.resolveName("cmd_vel"), true};
-  rules.awaited = robot_->emergencyStop().getTopic();
-  rules.connected = [this] { return robot_->emergencyStop().getNumPublishers(); };
-  graph_.emplace(rules, kGraphPeriod);
-  command_source_.emplace(
-      controller, "cmd_vel", 1, [this](const ReceivedSetPoint& command) { onCommand(command); },
-      [this] { return graph_->loneTypes(); });
+  others_.emplace(std::vector<std::string>{}, &robot_->emergencyStop());
+  others_->look();
+  graph_timer_ = robot.createWallTimer(ros::WallDuration(kGraphPeriod), [this](const ros::WallTimerEvent&) {
+    if (!others_->checked()) others_->look();
+  });
+  command_source_.emplace(controller, "cmd_vel", 1, [this](const ReceivedSetPoint& command) { onCommand(command); });
 }
 
 /// With callbacks_ locked.
@@ -158,8 +156,8 @@ void RosController::serveChanges(ros::NodeHandle& controller) {
     resets_.write(true);
   };
   services_.emplace(controller, DriveServices::Actions{enable, [this] { return resting_.load(); }, reset});
-  keep_timer_ = controller.createWallTimer(ros::WallDuration(kKeepPeriod),
-                                           [this](const ros::WallTimerEvent&) { tuning_->keep(ros::Time::now()); });
+  keep_timer_ = controller.createWallTimer(
+      ros::WallDuration(kKeepPeriod), [this](const ros::WallTimerEvent&) { live_parameters_->keep(ros::Time::now()); });
 }
 
 void RosController::adoptLive(const LiveParameters& wanted) {
@@ -262,7 +260,7 @@ void RosController::takeLive(const LiveParameters& wanted, double now) {
 
 void RosController::takeMessages(double now) {
   if (const RobotStatus* status = robot_states_.read()) status_ = *status;
-  status_.graph_checked = graph_->checked();
+  status_.graph_checked = others_->checked();
   loop_->report(status_, now);
   if (const double* stamp = feedback_stamps_.read()) loop_->receiveFeedback(*stamp, now);
   if (const SetPointInput* command = commands_.read()) loop_->setSetPoint(command->wanted, now, command->stamp);
@@ -376,14 +374,7 @@ void RosController::publish(const ros::Time& time) {
   const SkidSteerKinematics kinematics(parameters_.drive.geometry);
   measured(kForward) = kinematics.bodyVelocity({last_wheels_.left, last_wheels_.right})(kForward);
   if (imu_) measured(kYaw) = imu_->yaw_rate;
-  update.state = loopState(*loop_, measured, time);
-  update.free_energy = loop_->controller().freeEnergy();
-  update.learned.slip = {parameters_.drive.geometry.effective_track, parameters_.drive.geometry.slip_factor};
-  if (loop_->predictive()) {
-    update.predictive = true;
-    update.learned = loop_->predictive()->learned();
-    update.learning_frozen = loop_->predictive()->learningFrozen();
-  }
+  update.state = loopState(*loop_, parameters_.drive.geometry, measured, time);
   publisher_->tell(update);
 }
 

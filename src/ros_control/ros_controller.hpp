@@ -9,6 +9,8 @@
 #include <jackal_aic/RosControllerConfig.h>
 #include <ros/wall_timer.h>
 #include <sensor_msgs/Imu.h>
+#include <tf2/buffer_core.h>
+#include <tf2_ros/transform_listener.h>
 
 #include <atomic>
 #include <cstdint>
@@ -18,19 +20,16 @@
 #include <string>
 #include <vector>
 
-#include "drive_services.hpp"
-#include "gain_server.hpp"
-#include "graph_watch.hpp"
-#include "imu_reader.hpp"
+#include "inputs/other_publishers.hpp"
+#include "inputs/robot_status.hpp"
+#include "inputs/sensors.hpp"
+#include "inputs/set_points.hpp"
 #include "jackal_aic/odometry/odometry.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
-#include "latest.hpp"
-#include "loop_exchange.hpp"
-#include "loop_tuning.hpp"
-#include "robot_watch.hpp"
+#include "parameters/live_parameters.hpp"
+#include "process/latest.hpp"
 #include "ros_control_parameters.hpp"
 #include "ros_control_publisher.hpp"
-#include "set_point_source.hpp"
 
 namespace jackal_aic {
 
@@ -46,7 +45,7 @@ void visitGains(Parameters& parameters, RosControllerConfig& config, const Visit
 }
 
 /// Plugin jackal_aic/ActiveInferenceController. Topics, parameters and services are those of diff_drive_controller, and
-/// beside them the services and changes of the node (drive_services.hpp, loop_tuning.hpp) in its own namespace; in
+/// beside them the services and changes of the node (live_parameters.hpp) in its own namespace; in
 /// the namespace of the robot it listens to imu/data (sensor_msgs/Imu), and if they are there to e_stop
 /// (std_msgs/Bool), status and feedback (jackal_msgs). A robot that offers its IMU as an ImuSensorHandle in its base
 /// frame is read there.
@@ -142,18 +141,19 @@ class RosController : public controller_interface::Controller<hardware_interface
   // The other way.
   std::atomic<bool> resting_{true};
 
-  FixedFrames frames_;
-  std::optional<FrameListener> frame_listener_;
+  tf2::BufferCore frames_;
+  std::optional<tf2_ros::TransformListener> frame_listener_;
   std::optional<ImuReader> imu_reader_;
-  std::optional<RobotWatch> robot_;
+  std::optional<RobotReports> robot_;
   std::optional<RosControlPublisher> publisher_;
-  std::optional<GraphWatch> graph_;  // who publishes commands
+  std::optional<OtherPublishers> others_;
   std::optional<SetPointSource> command_source_;
   ros::Subscriber imu_subscriber_;
   std::optional<GainServer<LiveParameters, RosControllerConfig>> live_server_;
-  std::unique_ptr<LoopTuning> tuning_;
+  std::unique_ptr<LiveParameterServer> live_parameters_;
   std::optional<DriveServices> services_;
   ros::WallTimer keep_timer_;
+  ros::WallTimer graph_timer_;
 };
 
 }  // namespace jackal_aic

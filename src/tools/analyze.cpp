@@ -9,10 +9,10 @@
 #include <ostream>
 #include <variant>
 
-#include "controller_file.hpp"
 #include "jackal_aic/certificate/certificate.hpp"
 #include "jackal_aic/certificate/jitter_search.hpp"
 #include "jackal_aic/config/yaml_text.hpp"
+#include "parameters/node_parameters.hpp"
 
 namespace jackal_aic {
 namespace {

@@ -10,22 +10,15 @@
 #include <rosbag/view.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
-#include <sys/wait.h>
 #include <tf2_msgs/TFMessage.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <map>
 #include <optional>
-#include <type_traits>
 
-#include "bag_guard.hpp"
-#include "conversions.hpp"
-#include "fixed_frames.hpp"
+#include "bag_file.hpp"
+#include "inputs/sensors.hpp"
 #include "jackal_aic/config/text.hpp"
 #include "jackal_aic/model/skid_steer_kinematics.hpp"
 
@@ -213,7 +206,9 @@ class ImuMounting {
   ImuMounting(const rosbag::Bag& bag, const BagTopics& topics) : topics_(topics) {
     for (const std::string& topic : {topics.fixed_frames, topics.frames}) {
       forEach<tf2_msgs::TFMessage>(bag, topic, [&](const tf2_msgs::TFMessage& message, const rosbag::MessageInstance&) {
-        for (const geometry_msgs::TransformStamped& transform : message.transforms) frames_.add(transform);
+        for (const geometry_msgs::TransformStamped& transform : message.transforms) {
+          frames_.setTransform(transform, "", true);  // of a fixed one any stamp counts
+        }
       });
     }
   }
@@ -229,12 +224,13 @@ class ImuMounting {
   const std::optional<Eigen::Quaterniond>& rotationOf(const std::string& frame) {
     const auto known = rotations_.find(frame);
     if (known != rotations_.end()) return known->second;
-    const auto rotation = topics_.imu_rotation ? topics_.imu_rotation : frames_.rotation(topics_.base_frame, frame);
+    const auto rotation =
+        topics_.imu_rotation ? topics_.imu_rotation : rotationInto(topics_.base_frame, frame, frames_);
     return rotations_.emplace(frame, rotation).first->second;
   }
 
   const BagTopics& topics_;
-  FixedFrames frames_;
+  tf2::BufferCore frames_;
   std::map<std::string, std::optional<Eigen::Quaterniond>> rotations_;  // by frame
 };
 
@@ -287,123 +283,11 @@ DriveRecording readOpenBag(const rosbag::Bag& bag, const std::string& path, cons
   return recording;
 }
 
-DriveRecording readBag(const std::string& path, const BagTopics& topics) {
-  try {
-    const rosbag::Bag bag(path, rosbag::bagmode::Read);
-    return readOpenBag(bag, path, topics);
-  } catch (const IdentificationError&) {
-    throw;
-  } catch (const std::exception& error) {
-    throw IdentificationError(unreadableBag(path, error));
-  }
-}
-
-/// One end of a pipe.
-class PipeEnd {
- public:
-  explicit PipeEnd(int descriptor) : descriptor_(descriptor) {}
-  ~PipeEnd() { close(descriptor_); }
-  PipeEnd(const PipeEnd&) = delete;
-  PipeEnd& operator=(const PipeEnd&) = delete;
-
-  /// Writes all bytes; false if the other end is gone.
-  bool put(const void* data, std::size_t size) const {
-    const char* next = static_cast<const char*>(data);
-    while (size > 0) {
-      const ssize_t written = write(descriptor_, next, size);
-      if (written < 0 && errno != EINTR) return false;
-      if (written > 0) next += written, size -= static_cast<std::size_t>(written);
-    }
-    return true;
-  }
-
-  /// Reads so many bytes; false if the other end stops before.
-  bool get(void* data, std::size_t size) const {
-    char* next = static_cast<char*>(data);
-    while (size > 0) {
-      const ssize_t got = read(descriptor_, next, size);
-      if (got == 0 || (got < 0 && errno != EINTR)) return false;
-      if (got > 0) next += got, size -= static_cast<std::size_t>(got);
-    }
-    return true;
-  }
-
-  /// A text or a list of plain structs with its length before it.
-  template <class List>
-  bool putList(const List& list) const {
-    static_assert(std::is_trivially_copyable_v<typename List::value_type>);
-    const std::size_t size = list.size();
-    return put(&size, sizeof size) && put(list.data(), size * sizeof(typename List::value_type));
-  }
-  template <class List>
-  bool getList(List& list) const {
-    std::size_t size = 0;
-    if (!get(&size, sizeof size)) return false;
-    list.resize(size);
-    return get(list.data(), size * sizeof(typename List::value_type));
-  }
-
-  /// Texts with their number before them.
-  bool putTexts(const std::vector<std::string>& texts) const {
-    const std::size_t size = texts.size();
-    return put(&size, sizeof size) &&
-           std::all_of(texts.begin(), texts.end(), [this](const std::string& text) { return putList(text); });
-  }
-  bool getTexts(std::vector<std::string>& texts) const {
-    std::size_t size = 0;
-    if (!get(&size, sizeof size)) return false;
-    texts.resize(size);
-    return std::all_of(texts.begin(), texts.end(), [this](std::string& text) { return getList(text); });
-  }
-
- private:
-  int descriptor_;
-};
-
-/// What the child does: the recording, or the reason why there is none, goes into the pipe.
-void sendBag(const std::string& path, const BagTopics& topics, const PipeEnd& pipe) {
-  boundMemory(path);
-  std::string refusal;
-  DriveRecording recording;
-  try {
-    recording = readBag(path, topics);
-  } catch (const IdentificationError& error) {
-    refusal = error.what();
-  }
-  pipe.putList(refusal) && pipe.putList(recording.commands) && pipe.putList(recording.wheels) &&
-      pipe.putList(recording.yaw) && pipe.putList(recording.yaw_unknown) && pipe.putTexts(recording.remarks);
-}
-
 }  // namespace
 
 DriveRecording readDriveBag(const std::string& path, const BagTopics& topics) {
-  if (const std::string refusal = noFile(path); !refusal.empty()) throw IdentificationError(refusal);
-  // The bag library trusts the lengths and positions in a file, and a damaged one makes it die in many ways: it reads
-  // in a process of its own.
-  std::array<int, 2> ends{};
-  if (pipe(ends.data()) != 0) throw IdentificationError(path + ": cannot be read: " + std::strerror(errno));
-  const pid_t child = fork();
-  if (child == 0) {
-    close(ends[0]);
-    // What the library prints about a damaged file is full of its bytes.
-    if (std::freopen("/dev/null", "w", stdout) == nullptr || std::freopen("/dev/null", "w", stderr) == nullptr)
-      _exit(1);
-    sendBag(path, topics, PipeEnd(ends[1]));
-    _exit(0);
-  }
-  close(ends[1]);
-  const PipeEnd pipe(ends[0]);
-  if (child < 0) throw IdentificationError(path + ": cannot be read: " + std::strerror(errno));
-  std::string refusal;
   DriveRecording recording;
-  const bool complete = pipe.getList(refusal) && pipe.getList(recording.commands) && pipe.getList(recording.wheels) &&
-                        pipe.getList(recording.yaw) && pipe.getList(recording.yaw_unknown) &&
-                        pipe.getTexts(recording.remarks);
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (!refusal.empty()) throw IdentificationError(refusal);
-  if (!complete) throw IdentificationError(path + ": cannot be read as a bag: it is damaged");
+  withBag<IdentificationError>(path, [&](const rosbag::Bag& bag) { recording = readOpenBag(bag, path, topics); });
   return recording;
 }
 

@@ -32,8 +32,7 @@ struct BagTopics {
 
 /// Reads a bag. Drive messages in another mode than velocity count as zero; a Twist counts as the wheel speeds that the
 /// robot's own controller makes of it; joint states without wheels of ours are left out, and so is the yaw rate of an
-/// IMU whose mounting is unknown (DriveRecording::yaw_unknown). The bag library reads in a child process,
-/// so that a damaged file cannot end this one.
+/// IMU whose mounting is unknown (DriveRecording::yaw_unknown).
 /// @throws IdentificationError, one line, if the file is missing, no bag, truncated or empty, a topic is absent or of
 ///         another type, the joint states lack a velocity more than now and then, a message has no stamp, the stamps
 ///         of the wheels are of another clock than the recorder's, or more than one node published commands, or

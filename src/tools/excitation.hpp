@@ -31,14 +31,12 @@ void describeFields(Visitor& v, ExcitationParameters& p) {
   v.field("repetitions", p.repetitions, {1, 100}, "", Presence::optional);
 }
 
-/// How a drive of the excitation begins and ends.
+/// How a drive of the excitation begins, and what it commands.
 struct ExcitationSession {
-  bool confirm = false;          ///< wait until a person confirms
-  double countdown = 5.0;        ///< before the robot moves [s]
-  std::string bag;               ///< that is being recorded; one of this name is kept; empty: none
-  std::vector<std::string> end;  ///< nodes to end with the drive, and to drive with: the recorder
-  bool end_launch = false;       ///< then end the launch file that started the node
-  bool twist = false;            ///< commands are geometry_msgs/Twist on cmd_vel; false: jackal_msgs/Drive on cmd_drive
+  bool confirm = false;    ///< wait until a person confirms
+  double countdown = 5.0;  ///< before the robot moves [s]
+  std::string bag;         ///< that is being recorded, which is waited for; empty: none
+  bool twist = false;      ///< commands are geometry_msgs/Twist on cmd_vel; false: jackal_msgs/Drive on cmd_drive
 };
 
 /// Lists the fields of ExcitationSession with unit and range.
@@ -47,8 +45,6 @@ void describeFields(Visitor& v, ExcitationSession& p) {
   v.field("confirm", p.confirm, Presence::optional);
   v.field("countdown", p.countdown, {0.0, 60.0}, "s", Presence::optional);
   v.field("bag", p.bag, Presence::optional);
-  v.field("end", p.end, Presence::optional);
-  v.field("end_launch", p.end_launch, Presence::optional);
   v.field("twist", p.twist, Presence::optional);
 }
 

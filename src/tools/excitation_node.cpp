@@ -1,63 +1,42 @@
-#include <geometry_msgs/Twist.h>
-#include <jackal_msgs/Drive.h>
 #include <poll.h>
 #include <ros/callback_queue.h>
-#include <ros/network.h>
 #include <ros/ros.h>
-#include <ros/xmlrpc_manager.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 #include <std_srvs/Trigger.h>
-#include <topic_tools/shape_shifter.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <boost/algorithm/string/predicate.hpp>
 #include <boost/algorithm/string/replace.hpp>
-#include <cctype>
 #include <cmath>
-#include <csignal>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <iterator>
-#include <map>
 #include <string>
-#include <system_error>
-#include <vector>
 
-#include "conversions.hpp"
 #include "excitation.hpp"
-#include "graph_watch.hpp"
-#include "identification_report.hpp"
+#include "inputs/other_publishers.hpp"
+#include "inputs/robot_status.hpp"
+#include "inputs/set_points.hpp"
 #include "jackal_aic/config/text.hpp"
 #include "jackal_aic/safety/command_limiter.hpp"
-#include "node_help.hpp"
-#include "robot_watch.hpp"
-#include "ros_parameters.hpp"
-#include "stop_request.hpp"
+#include "outputs/commands.hpp"
+#include "parameters/ros_parameters.hpp"
+#include "process/shutdown.hpp"
 
 namespace jackal_aic {
 namespace {
 
 constexpr double kPeriod = 0.02;        // s between commands, as the controller sends them
-constexpr double kConnection = 10.0;    // s of wall time to wait for the motors and the sensors
+constexpr double kConnection = 10.0;    // s of wall time to wait for the motors, the sensors and the recorder
 constexpr double kGraphPeriod = 0.5;    // s of wall time between looks at who else publishes commands
 constexpr double kSilence = 0.5;        // s without a message after which a source is lost
-constexpr double kClockPatience = 5.0;  // s of wall time in which the clock has to go on
 constexpr double kBrake = 0.5;          // s of wall time for the last commands; a simulation may stand still
-constexpr double kOthersStart = 5.0;    // s of wall time for other nodes to start
-constexpr double kOthersEnd = 10.0;     // s of wall time for other nodes to end
-constexpr double kPoll = 0.05;          // s of wall time between looks at them
+constexpr double kClockPatience = 5.0;  // s of wall time in which the clock has to go on
 
 /// When a source spoke last.
 class Heartbeat {
  public:
-  void beat() {
-    last_ = ros::Time::now();
-    heard_ = true;
-  }
+  void beat() { last_ = ros::Time::now(), heard_ = true; }
   bool heard() const { return heard_; }
   bool silent() const { return heard_ && std::abs((ros::Time::now() - last_).toSec()) > kSilence; }
 
@@ -66,104 +45,10 @@ class Heartbeat {
   bool heard_ = false;
 };
 
-/// Waits for a condition, for at most `longest` of wall time [s].
-template <class Condition>
-void waitUntil(const Condition& condition, double longest) {
-  const ros::WallTime patience = ros::WallTime::now() + ros::WallDuration(longest);
-  while (!condition() && ros::WallTime::now() < patience) ros::WallDuration(kPoll).sleep();
-}
-
-/// The URI of a node; empty if there is none of this name.
-std::string uriOf(const std::string& node) {
-  XmlRpc::XmlRpcValue request, response, payload;
-  request[0] = ros::this_node::getName();
-  request[1] = node;
-  return ros::master::execute("lookupNode", request, response, payload, false) ? std::string(payload) : "";
-}
-
-/// Ends a node as `rosnode kill` does, and waits until it is gone.
-void endNode(const std::string& name) {
-  const std::string uri = uriOf(name);
-  std::string host;
-  std::uint32_t port = 0;
-  if (uri.empty() || !ros::network::splitURI(uri, host, port)) return;
-  XmlRpc::XmlRpcClient* client = ros::XMLRPCManager::instance()->getXMLRPCClient(host, static_cast<int>(port), "/");
-  XmlRpc::XmlRpcValue request, response;
-  request[0] = ros::this_node::getName();
-  request[1] = std::string("the excitation is over");
-  const bool told = client->execute("shutdown", request, response);
-  ros::XMLRPCManager::instance()->releaseXMLRPCClient(client);
-  // The master goes on to list one that was killed.
-  if (told) waitUntil([&name] { return uriOf(name).empty(); }, kOthersEnd);
-}
-
-/// The recorder of the drive, a node of its own, and its bag.
-class Recording {
- public:
-  /// @param session bag and nodes to end; without a bag nothing is recorded.
-  explicit Recording(const ExcitationSession& session) : bag_(session.bag) {
-    // As rosbag record names it.
-    if (!bag_.empty() && !boost::algorithm::ends_with(bag_, ".bag")) bag_ += ".bag";
-    for (const std::string& name : session.end) nodes_.push_back(ros::names::resolve(name));
-  }
-
-  /// Moves a bag that is there already to NAME.1, or the next number that is free: the recorder would replace it as
-  /// soon as it ends, with what was recorded until then. @throws ParameterError if it cannot be moved.
-  void keepEarlierBag() {
-    earlier_ = keepEarlier(bag_);
-    ours_ = true;
-  }
-
-  /// Waits for the recorder if it has not started yet. One that starts later could not be ended.
-  void awaitStart() const {
-    const auto started = [this] {
-      return open() && std::none_of(nodes_.begin(), nodes_.end(), [](const auto& node) { return uriOf(node).empty(); });
-    };
-    if (!bag_.empty()) waitUntil(started, kOthersStart);
-  }
-
-  /// Ends the recorder and waits until the bag is closed. @param driven else the new bag is of no use and is removed.
-  /// Without a new bag the earlier one gets its name back.
-  void end(bool driven) {
-    for (const std::string& node : nodes_) endNode(node);
-    if (bag_.empty()) return;
-    // A recorder is gone for the master before it has closed its bag.
-    waitUntil([this] { return !open(); }, kOthersEnd);
-    if (open()) return;  // it may still take the name
-    std::error_code error;
-    if (!driven && ours_) std::filesystem::remove(bag_, error);
-    if (!written() && !earlier_.empty()) {
-      std::filesystem::rename(earlier_, bag_, error);
-      if (!error) earlier_.clear();
-    }
-  }
-
-  /// True while the recorder writes: until a bag is closed it has another name.
-  bool open() const {
-    std::error_code error;
-    return std::filesystem::exists(bag_ + ".active", error);
-  }
-
-  /// True once the bag is there.
-  bool written() const {
-    std::error_code error;
-    return !bag_.empty() && std::filesystem::exists(bag_, error);
-  }
-
-  /// Path of the bag; empty if nothing is recorded.
-  const std::string& bag() const { return bag_; }
-
-  /// Where the earlier bag of this name is now; empty if there was none, or it has its name again.
-  const std::string& earlier() const { return earlier_; }
-
-  /// Resolved names of the nodes that record. Empty if nothing is recorded.
-  std::vector<std::string> recorders() const { return bag_.empty() ? std::vector<std::string>{} : nodes_; }
-
- private:
-  std::string bag_;
-  std::vector<std::string> nodes_;  // resolved names
-  std::string earlier_;
-  bool ours_ = false;  // what has the name now
+struct Settings {
+  ExcitationParameters bounds;
+  GeometryParameters geometry;
+  ExcitationSession session;
 };
 
 /// Drives the excitation open loop on cmd_drive or cmd_vel, within the limits of the acceleration. It ends by
@@ -171,63 +56,42 @@ class Recording {
 /// has the motors.
 class ExcitationNode {
  public:
-  /// @param twist as in ExcitationSession.
-  ExcitationNode(ros::NodeHandle& node, const ros::NodeHandle& private_node, const Excitation& excitation,
-                 const GeometryParameters& geometry, bool twist, const Recording& recording)
-      : excitation_(excitation),
-        kinematics_(geometry),
-        twist_(twist),
+  ExcitationNode(ros::NodeHandle& node, const ros::NodeHandle& private_node, const Settings& settings)
+      : node_(node),
+        session_(settings.session),
         tf_prefix_(tfPrefix(private_node)),
-        recording_(recording),
-        recorders_(recording.recorders()),
-        limiter_(LimitParameters{}, geometry, kPeriod),
-        drive_(twist ? advertise<geometry_msgs::Twist>(node, "cmd_vel")
-                     : advertise<jackal_msgs::Drive>(node, "cmd_drive")),
-        graph_({{drive_.getTopic()}, {}, false, "", false, "", [] { return 0u; }}, kGraphPeriod),
+        excitation_(settings.bounds, settings.geometry),
+        limiter_(LimitParameters{}, settings.geometry, kPeriod),
+        output_(node, session_.twist ? OutputMode::twist : OutputMode::cmd_drive, settings.geometry),
         robot_(node, [this](const ros::Time&) { feedback_.beat(); }),
+        others_(output_.topics(), nullptr),
         wheels_(node.subscribe<sensor_msgs::JointState>(
             "joint_states", 10, [this](const sensor_msgs::JointStateConstPtr&) { wheels_heard_.beat(); })),
         imu_(node.subscribe<sensor_msgs::Imu>("imu/data", 10,
                                               [this](const sensor_msgs::ImuConstPtr&) { imu_heard_.beat(); })),
-        abort_(node.subscribe<topic_tools::ShapeShifter>(
-            "jackal_AIC/set_point", 1,
-            [this](const topic_tools::ShapeShifter::ConstPtr&) { end("aborted by a set point"); })),
-        start_service_(ros::NodeHandle(private_node).advertiseService("start", &ExcitationNode::onStart, this)) {}
+        abort_(node, "jackal_AIC/set_point", 1, [this](const ReceivedSetPoint&) { end("aborted by a set point"); }),
+        start_service_(ros::NodeHandle(private_node).advertiseService("start", &ExcitationNode::onStart, this)),
+        requests_node_(node) {
+    requests_node_.setCallbackQueue(&requests_);
+    graph_timer_ = requests_node_.createWallTimer(ros::WallDuration(kGraphPeriod),
+                                                  [this](const ros::WallTimerEvent&) { others_.look(); });
+    request_thread_.start();
+  }
 
-  /// Waits until the motors subscribe to the commands and the sensors publish. @throws ParameterError if they do not,
-  /// or if anything keeps the robot from driving.
-  void waitForRobot() {
+  /// Waits until the motors and the recorder subscribe to the commands and the sensors publish, for a person's
+  /// confirmation, and for the countdown. @throws ParameterError if anything is missing or keeps the robot from
+  /// driving.
+  void prepare() {
     const ros::WallTime patience = ros::WallTime::now() + ros::WallDuration(kConnection);
-    for (std::string missing = whatIsMissing(); !missing.empty(); missing = whatIsMissing()) {
-      const std::string ended = recorderEnded();  // nothing to wait for
-      if (!ended.empty()) throw ParameterError(ended);
+    for (std::string missing = whatIsMissing(); !missing.empty() && !over(); missing = whatIsMissing()) {
       if (ros::WallTime::now() > patience) throw ParameterError(missing);
       serve();
-      if (over()) return;
     }
     requireDrivable();
-  }
-
-  /// Waits for a person: a line on the terminal, or the service ~start. @throws ParameterError as waitForRobot().
-  void waitForConfirmation() {
-    const bool terminal = isatty(STDIN_FILENO) != 0;
-    std::cout << "The robot will move by itself for " << std::lround(excitation_.duration())
-              << " s: keep 2 m free all around, or its wheels off the ground.\n"
-              << (terminal ? "Press Enter here to start, or in another terminal:" : "To start, in another terminal:")
-              << " rosservice call " << start_service_.getService() << std::endl;
-    while (!confirmed_ && !over()) {
-      serve();
-      requireDrivable();
-      if (terminal && lineRead()) confirmed_ = true;
-    }
-  }
-
-  /// Counts the seconds down in which nothing moves yet. @throws ParameterError as waitForRobot().
-  void countDown(double seconds) {
-    const ros::WallTime begin = ros::WallTime::now() + ros::WallDuration(seconds);
-    for (double told = std::ceil(seconds); !over() && ros::WallTime::now() < begin;) {
-      const double left = (begin - ros::WallTime::now()).toSec();
-      if (left <= told) {
+    if (session_.confirm) waitForConfirmation();
+    const ros::WallTime begin = ros::WallTime::now() + ros::WallDuration(session_.countdown);
+    for (double told = std::ceil(session_.countdown); !over() && ros::WallTime::now() < begin;) {
+      if ((begin - ros::WallTime::now()).toSec() <= told) {
         ROS_INFO("Driving in %.0f s; Ctrl-C stops it at any time", told);
         told -= 1.0;
       }
@@ -237,110 +101,76 @@ class ExcitationNode {
   }
 
   /// Drives; the callbacks have to be served until the end is requested.
-  void start(ros::NodeHandle& node) {
+  void start() {
     if (over()) return;
     start_ = ros::Time::now();
-    timer_ = node.createTimer(ros::Duration(kPeriod), &ExcitationNode::onTimer, this);
-    clock_timer_ = node.createWallTimer(ros::WallDuration(kClockPatience), [this](const ros::WallTimerEvent&) {
+    timer_ = node_.createTimer(ros::Duration(kPeriod), &ExcitationNode::onTimer, this);
+    clock_timer_ = node_.createWallTimer(ros::WallDuration(kClockPatience), [this](const ros::WallTimerEvent&) {
       if (ros::Time::now() == seen_) end("the clock stands still");
       seen_ = ros::Time::now();
     });
   }
 
-  /// True once it drives, or did.
-  bool started() const { return !start_.isZero(); }
+  void brake() { braking_ = true; }                                         ///< from now on
+  bool atRest() const { return limiter_.atRest() || others_.contended(); }  ///< or others have the motors
+  void publishStop() { publish({}); }                                       ///< unless others have the motors
+  bool complete() const { return complete_; }                               ///< the motion was driven to its end
+  const std::string& why() const { return why_; }                           ///< it was not; empty: a person ended it
 
-  /// Brakes from now on.
-  void brake() { braking_ = true; }
-
-  /// True when the last command was zero, or others have the motors.
-  bool atRest() const { return limiter_.atRest() || graph_.contended(); }
-
-  /// Says zero once more, unless others have the motors.
-  void publishStop() { publish({}); }
-
-  /// Options of identify for a bag of these topics.
-  std::string bagOptions() const {
+  /// How to go on with the bag.
+  std::string next() const {
+    if (session_.bag.empty() || !complete_) return "";
     std::string options;
     const auto tell = [&options](const char* option, const std::string& name, const char* usual) {
       if (name != usual) options += std::string(" --") + option + " " + name;
     };
-    tell("command-topic", drive_.getTopic(), "/cmd_drive");
+    tell("command-topic", output_.topics().front(), "/cmd_drive");
     tell("wheel-topic", wheels_.getTopic(), "/joint_states");
     tell("imu-topic", imu_.getTopic(), "/imu/data");
     tell("base-frame", prefixedFrame(tf_prefix_, "base_link"), "base_link");
-    return options;
+    const std::string word = "'" + boost::replace_all_copy(session_.bag, "'", "'\\''") + "'";
+    return "Next:\n    rosrun jackal_aic identify " + word + options + " --robot \"my Jackal\" --out my_jackal.yaml\n";
   }
-
-  /// True if the motion was driven to its end. Else why not; empty if a person ended it.
-  bool complete() const { return complete_; }
-  const std::string& why() const { return why_; }
 
  private:
-  /// Commands whose subscribers are counted.
-  template <class Message>
-  ros::Publisher advertise(ros::NodeHandle& node, const char* topic) {
-    return node.advertise<Message>(
-        topic, 1, [this](const ros::SingleSubscriberPublisher& link) { ++subscribers_[link.getSubscriberName()]; },
-        [this](const ros::SingleSubscriberPublisher& link) { --subscribers_[link.getSubscriberName()]; });
-  }
-
   bool over() const { return !ros::ok() || ended_ || StopRequest::requested(); }
 
   static void serve() { ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.01)); }
 
-  static bool lineRead() {
+  /// A line on the terminal, or the service ~start.
+  void waitForConfirmation() {
+    const bool terminal = isatty(STDIN_FILENO) != 0;
+    std::cout << "The robot will move by itself for " << std::lround(excitation_.duration())
+              << " s: keep 2 m free all around, or its wheels off the ground.\n"
+              << (terminal ? "Press Enter here to start, or in another terminal:" : "To start, in another terminal:")
+              << " rosservice call " << start_service_.getService() << std::endl;
     pollfd input{STDIN_FILENO, POLLIN, 0};
-    std::string line;
-    return poll(&input, 1, 0) > 0 && (input.revents & POLLIN) != 0 && std::getline(std::cin, line);
+    for (std::string line; !confirmed_ && !over();) {
+      serve();
+      requireDrivable();
+      const bool typed = terminal && poll(&input, 1, 0) > 0 && (input.revents & POLLIN) != 0;
+      if (typed && std::getline(std::cin, line)) confirmed_ = true;
+    }
   }
+
+  /// The recorder subscribes too.
+  bool motorsListen() const { return output_.subscribers() > (session_.bag.empty() ? 0U : 1U); }
+
+  /// Until a bag is closed it has another name.
+  bool recorded() const { return session_.bag.empty() || std::filesystem::exists(session_.bag + ".active"); }
 
   std::string whatIsMissing() const {
     if (ros::Time::now().isZero()) return "no clock: /use_sim_time is true and nothing comes on /clock";
-    if (!graph_.checked()) return "the master does not say who publishes commands";
-    if (!motorsListen()) return "no motors subscribe to " + drive_.getTopic();
-    for (const std::string& recorder : recorders_) {
-      if (!listens(recorder)) {
-        return "the recorder does not record " + drive_.getTopic() + ": " + recorder + ", which is to write " +
-               recording_.bag();
-      }
-    }
-    if (!recorders_.empty() && !recording_.open()) return "the recorder does not write " + recording_.bag();
+    if (!others_.checked()) return "the master does not say who publishes commands";
+    if (!recorded()) return "the recorder does not write " + session_.bag;
+    if (!motorsListen()) return "no motors subscribe to " + output_.topics().front();
     if (!wheels_heard_.heard()) return "no wheel speeds on " + wheels_.getTopic();
-    if (!imu_heard_.heard()) return "no IMU data on " + imu_.getTopic();
-    return "";
-  }
-
-  /// True if a node subscribes to the commands.
-  bool listens(const std::string& node) const {
-    const auto found = subscribers_.find(node);
-    return found != subscribers_.end() && found->second > 0;
-  }
-
-  /// True if a node other than the recorder subscribes to the commands.
-  bool motorsListen() const {
-    return std::any_of(subscribers_.begin(), subscribers_.end(), [this](const auto& subscriber) {
-      return subscriber.second > 0 &&
-             std::find(recorders_.begin(), recorders_.end(), subscriber.first) == recorders_.end();
-    });
-  }
-
-  /// Which recorder subscribed to the commands and does no more; empty if none.
-  std::string recorderEnded() const {
-    for (const std::string& recorder : recorders_) {
-      if (subscribers_.count(recorder) > 0 && !listens(recorder)) {
-        return "the recorder has ended: " + recorder + ", which was to write " + recording_.bag();
-      }
-    }
-    return "";
+    return imu_heard_.heard() ? "" : "no IMU data on " + imu_.getTopic();
   }
 
   /// Why the robot may not be driven; empty if it may.
   std::string obstacle() const {
-    if (graph_.contended()) {
-      return "another node publishes commands: " + graph_.others() +
-             "; the excitation needs the motors for itself (launch/jackal.launch says how to part the two)";
-    }
+    if (others_.contended()) return "another node publishes commands: " + others_.text();
     const RobotStatus& robot = robot_.status();
     if (robot.emergency_stop) return "emergency stop";
     if (robot.robot_stopped) return "the robot reports that it is stopped";
@@ -349,35 +179,28 @@ class ExcitationNode {
     if (feedback_.silent()) return "the feedback of the motors stays away";
     if (wheels_heard_.silent()) return "no wheel speeds any more on " + wheels_.getTopic();
     if (imu_heard_.silent()) return "no IMU data any more on " + imu_.getTopic();
-    if (!motorsListen()) return "no motors subscribe any more to " + drive_.getTopic();
-    return recorderEnded();
+    if (!recorded()) return "the recorder has ended, which was to write " + session_.bag;
+    return motorsListen() ? "" : "no motors subscribe any more to " + output_.topics().front();
   }
 
   void requireDrivable() const {
-    const std::string reason = obstacle();
+    const std::string reason = over() ? "" : obstacle();
     if (!reason.empty()) throw ParameterError(reason);
   }
 
   void onTimer(const ros::TimerEvent&) {
+    const double time = (ros::Time::now() - start_).toSec();
     if (!braking_) {
-      const double time = (ros::Time::now() - start_).toSec();
-      const std::string reason = obstacle();
-      if (!reason.empty()) {
-        end(reason);
-      } else if (time > excitation_.duration() || time < 0.0) {
-        complete_ = time >= 0.0;
-        end(complete_ ? "" : "the clock jumped back");
-      } else {
-        ROS_INFO_THROTTLE(2.0, "Excitation: [%3.0f%%]", 100.0 * time / excitation_.duration());
-        return publish(limiter_.drive(excitation_.at(time)));
-      }
+      complete_ = time > excitation_.duration();
+      const std::string reason = time < 0.0 ? "the clock jumped back" : obstacle();
+      if (complete_ || !reason.empty()) end(complete_ ? "" : reason);
     }
-    publish(limiter_.drive({}));
+    if (!braking_) ROS_INFO_THROTTLE(2.0, "Excitation: [%3.0f%%]", 100.0 * time / excitation_.duration());
+    publish(limiter_.drive(braking_ ? WheelCommand{} : excitation_.at(time)));
   }
 
   void publish(const WheelCommand& command) {
-    if (graph_.contended()) return;
-    twist_ ? drive_.publish(twistMessage(kinematics_.bodyVelocity(command))) : drive_.publish(driveMessage(command));
+    if (!others_.contended()) output_.publish(command);
   }
 
   bool onStart(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
@@ -394,51 +217,28 @@ class ExcitationNode {
     StopRequest::request();
   }
 
-  Excitation excitation_;
-  SkidSteerKinematics kinematics_;
-  bool twist_;
+  ros::NodeHandle node_;
+  ExcitationSession session_;
   std::string tf_prefix_;
-  const Recording& recording_;
-  std::vector<std::string> recorders_;
-  std::map<std::string, int> subscribers_;  // of the commands: connections of each node that had one
+  Excitation excitation_;
   CommandLimiter limiter_;
   Heartbeat feedback_, wheels_heard_, imu_heard_;
-  ros::Publisher drive_;
-  GraphWatch graph_;
-  RobotWatch robot_;
-  ros::Subscriber wheels_, imu_, abort_;
+  CommandOutput output_;
+  RobotReports robot_;
+  OtherPublishers others_;
+  ros::Subscriber wheels_, imu_;
+  SetPointSource abort_;
   ros::ServiceServer start_service_;
   ros::Timer timer_;
   ros::WallTimer clock_timer_;
   ros::Time start_;
   ros::Time seen_;  // of the clock
-  bool confirmed_ = false;
-  bool braking_ = false;
-  bool ended_ = false;
-  bool complete_ = false;
+  bool confirmed_ = false, braking_ = false, ended_ = false, complete_ = false;
   std::string why_;
-};
-
-/// A path as a word of the shell.
-std::string shellWord(const std::string& path) {
-  const auto plain = [](unsigned char c) { return std::isalnum(c) != 0 || std::strchr("/._-", c) != nullptr; };
-  if (std::all_of(path.begin(), path.end(), plain)) return path;
-  return "'" + boost::replace_all_copy(path, "'", "'\\''") + "'";
-}
-
-/// Ends the launch file that started this node, as Ctrl-C does. Its attribute `required` would do so in red.
-void endLaunch() {
-  const pid_t parent = getppid();
-  std::ifstream command("/proc/" + std::to_string(parent) + "/cmdline");
-  const std::string words((std::istreambuf_iterator<char>(command)), std::istreambuf_iterator<char>());
-  if (words.find("roslaunch") != std::string::npos) kill(parent, SIGINT);
-}
-
-/// What a node that excites is to do.
-struct Settings {
-  ExcitationParameters bounds;
-  GeometryParameters geometry;
-  ExcitationSession session;
+  ros::CallbackQueue requests_;  // of the master, which may be slow
+  ros::NodeHandle requests_node_;
+  ros::WallTimer graph_timer_;
+  ros::AsyncSpinner request_thread_{1, &requests_};
 };
 
 /// @throws ParameterError for a parameter that is refused.
@@ -449,76 +249,38 @@ Settings readSettings(const ros::NodeHandle& private_node) {
   settings.geometry = readParameters<GeometryParameters>(map, "robot");
   settings.session = readParameters<ExcitationSession>(map, "session");
   map.refuseUnknown();
+  // As rosbag record names it.
+  std::string& bag = settings.session.bag;
+  if (!bag.empty() && !boost::algorithm::ends_with(bag, ".bag")) bag += ".bag";
   return settings;
 }
 
-/// What is to be said of the bag after a drive.
-std::string bagNews(const Recording& recording, const ExcitationNode& excitation) {
-  std::string text;
-  if (!recording.earlier().empty()) text += "The earlier bag is now " + recording.earlier() + ".\n";
-  if (!excitation.started() || !recording.written()) return text;
-  if (!excitation.complete()) return text + recording.bag() + " holds the drive as far as it went.\n";
-  return text + "Recorded " + recording.bag() + ". Next:\n    rosrun jackal_aic identify " +
-         shellWord(recording.bag()) + excitation.bagOptions() + " --robot \"my Jackal\" --out my_jackal.yaml\n";
-}
-
-/// Drives; returns the exit status. @throws ParameterError if it does not come to that; the recorder then still runs.
-int excite(ros::NodeHandle& node, const ros::NodeHandle& private_node, StopRequest& stop_request,
-           const Settings& settings, Recording& recording) {
-  ExcitationNode excitation(node, private_node, Excitation(settings.bounds, settings.geometry), settings.geometry,
-                            settings.session.twist, recording);
-  excitation.waitForRobot();
-  if (settings.session.confirm) excitation.waitForConfirmation();
-  excitation.countDown(settings.session.countdown);
-  excitation.start(node);
-  stop_request.spinUntilRequested();
+/// Drives; returns the exit status. @throws ParameterError if it does not come to that.
+int excite(ros::NodeHandle& node, const ros::NodeHandle& private_node, StopRequest& stop) {
+  ExcitationNode excitation(node, private_node, readSettings(private_node));
+  excitation.prepare();
+  excitation.start();
+  stop.spinUntilRequested();
   excitation.brake();
-  stop_request.spinWhile([&] { return !excitation.atRest(); }, kBrake);
+  stop.spinWhile([&] { return !excitation.atRest(); }, kBrake);
   excitation.publishStop();
-  bool failed = !excitation.complete() && !excitation.why().empty();
-  if (failed) ROS_FATAL("the excitation was not driven to its end: %s", excitation.why().c_str());
-  recording.end(excitation.started());
-  if (excitation.complete() && !recording.bag().empty() && !recording.written()) {
-    ROS_FATAL("the recorder has ended without its bag: there is no %s", recording.bag().c_str());
-    failed = true;
-  }
-  stop_request.flush();  // nothing is logged after it
-  if (excitation.complete()) std::cout << "The excitation is complete.\n";
-  std::cout << bagNews(recording, excitation) << std::flush;
-  return failed ? 1 : 0;
+  if (!excitation.why().empty()) ROS_FATAL("the excitation was not driven to its end: %s", excitation.why().c_str());
+  stop.flush();  // nothing is logged after it
+  if (excitation.complete()) std::cout << "The excitation is complete.\n" << excitation.next() << std::flush;
+  return excitation.why().empty() ? 0 : 1;
 }
 
 }  // namespace
 }  // namespace jackal_aic
 
 int main(int argc, char** argv) {
-  if (jackal_aic::printedHelp(
-          argc, argv, "excitation_node",
-          "Drives the motion that identify learns from; the robot moves. launch/identify.launch records it.\n")) {
-    return 0;
-  }
   ros::init(argc, argv, "excitation", ros::init_options::NoSigintHandler);
   ros::NodeHandle node, private_node("~");
-  jackal_aic::StopRequest stop_request;
-  // What ends with the node is read before anything can be refused.
-  jackal_aic::ExcitationSession session;
-  private_node.getParam("session/bag", session.bag);
-  private_node.getParam("session/end", session.end);
-  private_node.getParam("session/end_launch", session.end_launch);
-  jackal_aic::Recording recording(session);
-  int status = 1;
-  bool refused = true;
+  jackal_aic::StopRequest stop;
   try {
-    recording.keepEarlierBag();
-    const jackal_aic::Settings settings = jackal_aic::readSettings(private_node);
-    refused = false;
-    status = jackal_aic::excite(node, private_node, stop_request, settings, recording);
+    return jackal_aic::excite(node, private_node, stop);
   } catch (const std::exception& error) {
     ROS_FATAL("%s", jackal_aic::onOneLine(error.what()).c_str());
-    if (refused) recording.awaitStart();
-    recording.end(false);
-    if (!recording.earlier().empty()) ROS_WARN("the earlier bag is now %s", recording.earlier().c_str());
+    return 1;
   }
-  if (session.end_launch) jackal_aic::endLaunch();
-  return status;
 }

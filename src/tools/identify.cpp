@@ -16,6 +16,7 @@
 #include <optional>
 #include <sstream>
 
+#include "bag_file.hpp"
 #include "drive_bag.hpp"
 #include "identification_report.hpp"
 #include "jackal_aic/config/text.hpp"
@@ -261,12 +262,14 @@ void identify(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    Options options;
-    if (parse(argc, argv, options)) identify(options);
-  } catch (const std::exception& error) {
-    std::cerr << "identify: " << jackal_aic::onOneLine(error.what()) << "\n";
-    return 1;
-  }
-  return 0;
+  return jackal_aic::inChildProcess("identify", [&] {
+    try {
+      Options options;
+      if (parse(argc, argv, options)) identify(options);
+      return 0;
+    } catch (const std::exception& error) {
+      std::cerr << "identify: " << jackal_aic::onOneLine(error.what()) << "\n";
+      return 1;
+    }
+  });
 }

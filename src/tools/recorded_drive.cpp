@@ -1,159 +1,232 @@
 #include "recorded_drive.hpp"
 
 #include <fmt/format.h>
-#include <rosbag/view.h>
+#include <geometry_msgs/TwistStamped.h>
+#include <jackal_msgs/Feedback.h>
+#include <jackal_msgs/Status.h>
+#include <sensor_msgs/Imu.h>
+#include <sensor_msgs/JointState.h>
+#include <std_msgs/Bool.h>
+#include <tf2/buffer_core.h>
+#include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
-#include <memory>
+#include <optional>
 #include <utility>
 
-#include "input_message.hpp"
+#include "inputs/robot_status.hpp"
+#include "inputs/sensors.hpp"
+#include "inputs/set_points.hpp"
+#include "outputs/input_log.hpp"
 
 namespace jackal_aic {
 namespace {
 
-/// The messages of topics in the order in which they were recorded. That of a rosbag::View is by the time of the
-/// recorder, which mixes what came before its clock was set back with what came after.
-class RecordedOrder : private rosbag::View {
+constexpr double kLongestGap = 60.0;  // s without a message after which no steps are made up: the recorder was stopped
+constexpr double kStep = 0.005;       // s, between looks at the steps that are due
+constexpr std::size_t kMostReasons = 100;  // of refusals: a reason may hold text of the recording
+
+/// The messages of a topic, by the time of the recorder.
+template <class Message>
+std::vector<boost::shared_ptr<const Message>> messagesOf(const rosbag::Bag& bag, const std::string& topic) {
+  std::vector<boost::shared_ptr<const Message>> messages;
+  for (const rosbag::MessageInstance& instance : rosbag::View(bag, rosbag::TopicQuery(topic))) {
+    if (const auto message = instance.instantiate<Message>()) messages.push_back(message);
+  }
+  return messages;
+}
+
+/// Messages as what a drive loop would have been told by a node that heard them when they were recorded.
+class MessagePlayer {
  public:
-  RecordedOrder(const rosbag::Bag& bag, const std::vector<std::string>& topics)
-      : rosbag::View(bag, rosbag::TopicQuery(topics)), bag_(bag) {
-    for (const rosbag::MessageRange* range : ranges_) {
-      for (auto entry = range->begin; entry != range->end; ++entry) found_.push_back({&*entry, range->connection_info});
-    }
-    const auto place = [](const Found& f) { return std::pair(f.entry->chunk_pos, f.entry->offset); };
-    std::sort(found_.begin(), found_.end(), [&](const Found& a, const Found& b) { return place(a) < place(b); });
-    // Within a stretch of time without such a step: a bag may hold one topic after the other.
-    const auto earlier = [](const Found& a, const Found& b) { return *a.entry < *b.entry; };
-    auto begin = found_.begin();
-    std::map<const rosbag::ConnectionInfo*, ros::Time> last;
-    for (auto next = begin; next != found_.end(); ++next) {
-      ros::Time& before = last[next->connection];
-      if (next->entry->time + ros::Duration(kDisorder) < before) {
-        std::stable_sort(begin, next, earlier);
-        begin = next;
-        last.clear();
-      }
-      last[next->connection] = next->entry->time;
-    }
-    std::stable_sort(begin, found_.end(), earlier);
+  MessagePlayer(const NodeParameters& parameters, RecordedDrive::Sink sink, PlayReport& report)
+      : parameters_(parameters),
+        kinematics_(parameters.geometry),
+        sink_(std::move(sink)),
+        report_(report),
+        sensors_(parameters.robot, frames_,
+                 [this](const Observation& observation, const ros::Time&) { tell(ObservationInput{observation}); }) {
+    ros::Time::init();  // warnings of the pairing want a clock, at any time
   }
 
-  /// Calls back for each message; stops where that returns false.
-  template <class Take>
-  void forEach(const Take& take) {
-    for (const Found& found : found_) {
-      const std::unique_ptr<rosbag::MessageInstance> message(newMessageInstance(found.connection, *found.entry, bag_));
-      if (!take(*message)) return;
+  void playTransforms(const tf2_msgs::TFMessage& message) {
+    for (const auto& transform : message.transforms) frames_.setTransform(transform, "", true);
+  }
+
+  /// The action steps that are due until a time.
+  void advanceTo(const ros::Time& now) {
+    if (!now_.isZero() && (now - now_).toSec() < kLongestGap) {
+      for (; now_ + ros::Duration(kStep) < now; now_ += ros::Duration(kStep)) act();
     }
+    now_ = now;
+    act();
+  }
+
+  void playSetPoint(const rosbag::MessageInstance& message) {
+    const auto twist = message.instantiate<geometry_msgs::Twist>();
+    const auto stamped = message.instantiate<geometry_msgs::TwistStamped>();
+    if (!twist && !stamped) return;
+    const ReceivedSetPoint received = twist ? receivedSetPoint(*twist) : receivedSetPoint(*stamped);
+    tell(SetPointInput{received.wanted, received.stamp});
+  }
+
+  void playSensors(const rosbag::MessageInstance& message) {
+    if (const auto wheels = message.instantiate<sensor_msgs::JointState>()) {
+      const auto reading = sensors_.addWheels(wheels, now_);
+      count();
+      if (reading) tell(WheelsInput{*reading});
+    } else if (const auto imu = message.instantiate<sensor_msgs::Imu>()) {
+      const auto reading = sensors_.addImu(imu, now_);
+      count();
+      if (reading) tell(ImuInput{*reading});
+    }
+  }
+
+  void playStatus(const rosbag::MessageInstance& message) {
+    if (const auto stop = message.instantiate<std_msgs::Bool>()) status_.emergency_stop = stop->data;
+    if (const auto status = message.instantiate<jackal_msgs::Status>()) takeStatus(*status, status_);
+    const auto feedback = message.instantiate<jackal_msgs::Feedback>();
+    if (!feedback || feedback->header.stamp.isZero()) return;
+    tell(FeedbackInput{feedback->header.stamp.toSec()});
+    takeFeedback(*feedback, status_);
+  }
+
+  /// What reached the motors. @param from_mux a Twist behind twist_mux; else a drive message.
+  void playCommand(const rosbag::MessageInstance& message, bool from_mux) {
+    if (const auto drive = message.instantiate<jackal_msgs::Drive>()) {
+      if (const auto command = wheelCommand(*drive)) tell(AppliedInput{*command, AppliedSource::drive});
+    }
+    const auto twist = from_mux ? message.instantiate<geometry_msgs::Twist>() : nullptr;
+    const auto velocity = twist ? setPoint(*twist) : std::nullopt;
+    if (!velocity) return;
+    tell(AppliedInput{kinematics_.wheelSpeeds(velocity->forward, velocity->yaw_rate), AppliedSource::twist});
   }
 
  private:
-  static constexpr double kDisorder = 0.1;  // s, within a topic whose messages have the times of their stamps
+  void tell(decltype(DriveInput::what) what) { sink_({now_.toSec(), std::move(what)}); }
 
-  struct Found {
-    const rosbag::IndexEntry* entry;
-    const rosbag::ConnectionInfo* connection;
-  };
+  void act() {
+    tell(StatusInput{status_});
+    tell(ActionInput{});
+  }
 
-  const rosbag::Bag& bag_;
-  std::vector<Found> found_;
+  void count() {
+    const std::string& refusal = sensors_.lastRefusal();
+    if (refusal.empty()) return;
+    const bool kept = report_.refusals.size() < kMostReasons || report_.refusals.count(refusal) > 0;
+    ++report_.refusals[kept ? refusal : "for other reasons"];
+  }
+
+  NodeParameters parameters_;
+  SkidSteerKinematics kinematics_;
+  RecordedDrive::Sink sink_;
+  PlayReport& report_;
+  tf2::BufferCore frames_;
+  SensorPairing sensors_;
+  RobotStatus status_;
+  ros::Time now_;
 };
-
-/// Calls back for each message of a topic; stops where that returns false.
-template <class Message, class Take>
-void forEachInOrder(const rosbag::Bag& bag, const std::string& topic, Take take) {
-  RecordedOrder(bag, {topic}).forEach([&](const rosbag::MessageInstance& instance) {
-    const auto message = instance.instantiate<Message>();
-    return !message || take(*message);
-  });
-}
 
 }  // namespace
 
-RecordedDrive::RecordedDrive(const std::string& path, const std::string& name_space)
-    : path_(path), name_space_(name_space), bag_(path, rosbag::bagmode::Read) {}
-
-bool RecordedDrive::has(const std::string& topic) const {
-  return rosbag::View(bag_, rosbag::TopicQuery(topic)).size() > 0;
+std::string RecordedDrive::topic(const std::string& name) const {
+  if (!name.empty() && name.front() == '/') return name;
+  std::string resolved = "/" + name_space_ + "/" + name;
+  for (std::size_t i = resolved.find("//"); i != std::string::npos; i = resolved.find("//")) resolved.erase(i, 1);
+  return resolved;
 }
 
-bool RecordedDrive::hasLog() const { return has(topic("jackal_AIC/inputs")); }
+RecordedDrive::Log RecordedDrive::log() const {
+  Log log;
+  log.messages = messagesOf<LoopInputs>(bag_, topic("jackal_AIC/inputs"));
+  const auto begins = [](const auto& message) { return message->first == 0; };
+  auto second = std::find_if(log.messages.begin(), log.messages.end(), begins);
+  if (second != log.messages.end()) second = std::find_if(second + 1, log.messages.end(), begins);
+  log.restarted = second != log.messages.end();
+  log.messages.erase(second, log.messages.end());
+  // By their numbers: the clock may have been set back.
+  std::stable_sort(log.messages.begin(), log.messages.end(),
+                   [](const auto& a, const auto& b) { return a->first < b->first; });
+  return log;
+}
 
 std::string RecordedDrive::configuration() const {
-  std::string configuration;
-  forEachInOrder<LoopInputs>(bag_, topic("jackal_AIC/inputs"), [&](const LoopInputs& message) {
-    configuration = message.configuration;
-    return configuration.empty();
-  });
-  return configuration;
+  for (const auto& message : log().messages) {
+    if (!message->configuration.empty()) return message->configuration;
+  }
+  return "";
 }
 
 std::uint64_t RecordedDrive::firstInput() const {
-  std::uint64_t first = 0;
-  forEachInOrder<LoopInputs>(bag_, topic("jackal_AIC/inputs"), [&](const LoopInputs& message) {
-    first = message.first;
-    return false;
-  });
-  return first;
+  const auto messages = log().messages;
+  return messages.empty() ? 0 : messages.front()->first;
 }
 
 std::vector<ControllerState> RecordedDrive::states() const {
   std::vector<ControllerState> states;
-  forEachInOrder<ControllerState>(bag_, topic("jackal_AIC/state"), [&](const ControllerState& state) {
-    states.push_back(state);
-    return true;
-  });
+  for (const auto& state : messagesOf<ControllerState>(bag_, topic("jackal_AIC/state"))) states.push_back(*state);
+  const auto earlier = [](const auto& a, const auto& b) { return a.header.stamp < b.header.stamp; };
+  std::stable_sort(states.begin(), states.end(), earlier);
   return states;
 }
 
-LogReport RecordedDrive::playLog(const Sink& sink) const {
-  LogReport report;
-  bool any = false;
-  std::uint64_t next = 0;
-  forEachInOrder<LoopInputs>(bag_, topic("jackal_AIC/inputs"), [&](const LoopInputs& message) {
-    if (!any) report.first = message.first;
-    report.restarted = any && message.first < next;
-    if (report.restarted) return false;
-    if (any) report.missing += message.first - next;
-    any = true;
-    for (const DriveInput& input : inputsOf(message)) sink(input);
-    report.inputs += message.inputs.size();
-    next = message.first + message.inputs.size();
-    return true;
-  });
+PlayReport RecordedDrive::playLog(const Sink& sink) const {
+  const Log recorded = log();
+  PlayReport report;
+  report.restarted = recorded.restarted;
+  report.first = recorded.messages.empty() ? 0 : recorded.messages.front()->first;
+  std::uint64_t next = report.first;
+  for (const auto& message : recorded.messages) {
+    report.missing += message->first - next;
+    for (const DriveInput& input : inputsOf(*message)) sink(input);
+    report.inputs += message->inputs.size();
+    next = message->first + message->inputs.size();
+  }
   return report;
 }
 
-void RecordedDrive::playMessages(MessagePlayer& player, const std::string& set_point) const {
-  const auto topics = player.topics();
-  std::vector<std::string> names;
-  for (const auto& [name, type] : topics) names.push_back(name);
-  for (const std::string& needed : {topic("joint_states"), topic("imu/data"), topic(set_point)}) {
-    if (has(needed)) continue;
-    std::string others;
-    rosbag::View all(bag_);
-    for (const auto* connection : all.getConnections()) {
-      if (connection->datatype == topics.at(needed)) others += (others.empty() ? "" : ", ") + connection->topic;
+void RecordedDrive::require(const std::string& topic, const std::vector<std::string>& types) const {
+  std::string others;
+  rosbag::View all(bag_);
+  for (const auto* connection : all.getConnections()) {
+    if (std::find(types.begin(), types.end(), connection->datatype) == types.end()) {
+      if (connection->topic != topic) continue;
+      throw ParameterError(fmt::format("{}: {} has type {}, expected {}", bag_.getFileName(), topic,
+                                       connection->datatype, types.front()));
     }
-    throw ParameterError(fmt::format("{}: no messages on {} ({}); of that type it has {}", path_, needed,
-                                     topics.at(needed), others.empty() ? "none" : others));
+    if (connection->topic == topic) return;
+    others += (others.empty() ? "" : ", ") + connection->topic;
   }
-  rosbag::View view(bag_, rosbag::TopicQuery(names));
-  for (const auto* connection : view.getConnections()) {
-    const std::string& type = topics.at(connection->topic);
-    const bool stamped = type == "geometry_msgs/Twist" && connection->datatype == "geometry_msgs/TwistStamped";
-    if (connection->datatype == type || stamped) continue;
-    throw ParameterError(
-        fmt::format("{}: {} has type {}, expected {}", path_, connection->topic, connection->datatype, type));
-  }
+  throw ParameterError(fmt::format("{}: no messages on {} ({}); of that type it has {}", bag_.getFileName(), topic,
+                                   types.front(), others.empty() ? "none" : others));
+}
+
+PlayReport RecordedDrive::playMessages(const NodeParameters& parameters, const std::string& set_point,
+                                       const Sink& sink) const {
+  const std::string wheels = topic("joint_states"), imu = topic("imu/data"), wanted = topic(set_point);
+  require(wheels, {"sensor_msgs/JointState"});
+  require(imu, {"sensor_msgs/Imu"});
+  require(wanted, {"geometry_msgs/Twist", "geometry_msgs/TwistStamped"});
+  const std::string drive = topic("cmd_drive"), mux = topic("jackal_velocity_controller/cmd_vel");
+  std::vector<std::string> names{wheels, imu, wanted, topic("feedback"), topic("status"), topic("e_stop"), "/tf"};
+  if (parameters.motors_shared) names.insert(names.end(), {drive, mux});
+  PlayReport report;
+  MessagePlayer player(parameters, sink, report);
   // What is static holds from the start, also if the recorder heard the first measurement before it.
-  const std::string fixed = "/tf_static";
-  for (const rosbag::MessageInstance& message : rosbag::View(bag_, rosbag::TopicQuery(fixed))) player.play(message);
-  RecordedOrder(bag_, names).forEach([&](const rosbag::MessageInstance& message) {
-    if (message.getTopic() != fixed) player.play(message);
-    return true;
-  });
+  for (const auto& message : messagesOf<tf2_msgs::TFMessage>(bag_, "/tf_static")) player.playTransforms(*message);
+  for (const rosbag::MessageInstance& message : rosbag::View(bag_, rosbag::TopicQuery(names))) {
+    if (const auto transforms = message.instantiate<tf2_msgs::TFMessage>()) {
+      player.playTransforms(*transforms);
+      continue;
+    }
+    player.advanceTo(message.getTime());
+    // Two kinds may share a topic: the set points of the multiplexer are commands, too.
+    if (message.getTopic() == wanted) player.playSetPoint(message);
+    player.playSensors(message);
+    player.playStatus(message);
+    if (parameters.motors_shared) player.playCommand(message, message.getTopic() == mux);
+  }
+  return report;
 }
 
 }  // namespace jackal_aic

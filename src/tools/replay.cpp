@@ -6,21 +6,21 @@
 #include <ros/package.h>
 
 #include <algorithm>
+#include <array>
 #include <boost/program_options.hpp>
-#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <iostream>
-#include <limits>
-#include <memory>
+#include <map>
 #include <utility>
 
+#include "bag_file.hpp"
 #include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/text_file.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
-#include "node_parameters.hpp"
+#include "outputs/state_output.hpp"
+#include "parameters/node_parameters.hpp"
 #include "recorded_drive.hpp"
-#include "state_comparison.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -48,7 +48,7 @@ po::options_description optionsOf(Options& o) {
       "from the sensors' messages, also if the bag has the log of the controller that recorded it");
   add("namespace", po::value(&o.name_space)->default_value(o.name_space), "of the topics of the robot");
   add("set-point-topic", po::value(&o.set_point)->default_value(o.set_point),
-      "geometry_msgs/Twist, for a bag without that log");
+      "geometry_msgs/Twist or TwistStamped, for a bag without that log");
   add("urdf", po::value(&o.urdf),
       "file with the robot's URDF, for a bag without that log; by default the wheels are the stock Jackal's");
   add("check", po::bool_switch(&o.check), "exit with status 1 unless every recorded state is reproduced exactly");
@@ -140,63 +140,74 @@ NodeParameters configurationFor(const Options& options, const std::string& recor
   });
 }
 
-/// The table that is written, or none.
-class Table {
+const char* statusName(std::uint8_t status) {
+  constexpr std::array<const char*, 5> kNames{"idle", "driving", "stopped", "braking", "faulted"};
+  return kNames.at(status);
+}
+
+double order0(const std::vector<double>& orders) { return orders.empty() ? std::nan("") : orders.front(); }
+
+/// Compares replayed states with those that were recorded.
+class Comparison {
  public:
-  Table(const std::string& path, const char* columns) : path_(path) {
-    if (path.empty()) return;
-    file_.open(path);
-    file_ << columns << "\n";
-    require();
+  /// @param tolerance largest distance of the stamps of two states that are compared [s].
+  Comparison(const std::vector<ControllerState>& recorded, double tolerance) : tolerance_(tolerance) {
+    for (const ControllerState& state : recorded) recorded_.emplace(state.header.stamp.toSec(), state);
+    none_ = recorded_.empty();
   }
 
-  template <class... Values>
-  void add(const Values&... values) {
-    if (path_.empty()) return;
-    std::size_t left = sizeof...(values);
-    ((fmt::print(file_, "{}{}", values, --left > 0 ? "," : "\n")), ...);
+  /// The recorded state of the time of a replayed one; nothing if there is none.
+  std::optional<ControllerState> compare(const ControllerState& now) {
+    const double time = now.header.stamp.toSec();
+    const auto found = recorded_.lower_bound(time - tolerance_);
+    if (found == recorded_.end() || found->first > time + tolerance_) return std::nullopt;
+    const ControllerState then = found->second;
+    recorded_.erase(found);
+    ++compared_;
+    const std::array<double, 9> values = valuesOf(now), recorded = valuesOf(then);
+    const bool same = values == recorded && now.status == then.status;
+    if (!same && different_++ == 0) first_difference_ = time;
+    different_status_ += now.status != then.status ? 1 : 0;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      largest_[i] = std::max(largest_[i], std::abs(values[i] - recorded[i]));
+    }
+    return then;
   }
 
-  /// @throws ParameterError if something could not be written.
-  void finish(std::ostream& out) {
-    if (path_.empty()) return;
-    file_.flush();
-    require();
-    out << "Table: " << path_ << "\n";
+  /// True if states were compared and all are identical.
+  bool exact() const { return compared_ > 0 && different_ == 0; }
+
+  std::string text() const {
+    if (none_) return "No recorded states to compare with";
+    if (compared_ == 0) return "No recorded state is of a time of the replay";
+    if (different_ == 0) return fmt::format("Recorded states: {} compared, all identical", compared_);
+    return fmt::format(
+        "Recorded states: {} compared, {} differ, the first at {:.3f} s; {} in what is done (driving, braking, ...)\n"
+        "Largest differences: commands {:.3g} rad/s, belief {:.3g} m/s and {:.3g} rad/s",
+        compared_, different_, first_difference_, different_status_, std::max(largest_[0], largest_[1]), largest_[2],
+        largest_[3]);
   }
 
  private:
-  void require() const {
-    if (!file_) throw ParameterError("--output " + path_ + ": cannot be written");
+  static std::array<double, 9> valuesOf(const ControllerState& state) {
+    const auto believed = [](const std::vector<double>& orders) { return orders.empty() ? 0.0 : orders.front(); };
+    return {state.command_left, state.command_right, believed(state.belief_forward), believed(state.belief_yaw_rate),
+            state.action_left,  state.action_right,  state.set_point_forward,        state.set_point_yaw_rate,
+            state.free_energy};
   }
 
-  std::string path_;
-  std::ofstream file_;
+  std::multimap<double, ControllerState> recorded_;  // not compared yet, by their stamps
+  bool none_ = false;
+  double tolerance_;
+  std::size_t compared_ = 0, different_ = 0, different_status_ = 0;
+  double first_difference_ = 0.0;  // time of it [s]
+  std::array<double, 9> largest_{};
 };
 
-const char* statusName(DriveStatus status) {
-  switch (status) {
-    case DriveStatus::idle:
-      return "idle";
-    case DriveStatus::driving:
-      return "driving";
-    case DriveStatus::stopped:
-      return "stopped";
-    case DriveStatus::braking:
-      return "braking";
-    case DriveStatus::faulted:
-      break;
-  }
-  return "faulted";
-}
-
-/// A reason as a cell of a table: without what separates cells.
-std::string cell(std::string text) {
-  for (char& c : text) {
-    if (c == ',') c = ';';
-  }
-  return text;
-}
+constexpr const char* kColumns =
+    "time,status,reason,set_point_forward,set_point_yaw_rate,measured_forward,measured_yaw_rate,belief_forward,"
+    "belief_yaw_rate,free_energy,action_left,action_right,command_left,command_right,recorded_command_left,"
+    "recorded_command_right,recorded_belief_forward,recorded_belief_yaw_rate\n";
 
 /// Drives a loop by recorded inputs, compares, writes and notes what it does.
 class Replay {
@@ -208,14 +219,15 @@ class Replay {
     bool start = false;   ///< the recording begins in the middle of a drive, or may do so
   };
 
-  Replay(const NodeParameters& parameters, std::vector<ControllerState> recorded, double tolerance,
-         const Changes& changes, Table& table)
+  /// @param table rows are added to it; nullptr: none.
+  Replay(const NodeParameters& parameters, Comparison comparison, const Changes& changes, std::ostream* table)
       : loop_(parameters, makeController(parameters)),
+        geometry_(parameters.geometry),
         changes_(changes),
-        kinematics_(parameters.geometry),
-        comparison_(std::move(recorded), tolerance),
+        comparison_(std::move(comparison)),
         table_(table) {
     if (changes.start) loop_.release();
+    if (table_ != nullptr) *table_ << kColumns;
   }
 
   void take(const DriveInput& input) {
@@ -225,151 +237,102 @@ class Replay {
     }
     if (const auto* wheels = std::get_if<WheelsInput>(&input.what)) {
       const Observation& y = wheels->reading.observation;
-      const BodyVector velocity = kinematics_.bodyVelocity({y.wheel_left, y.wheel_right});
-      state_.measured(kForward) = velocity(kForward);
+      measured_(kForward) = SkidSteerKinematics(geometry_).bodyVelocity({y.wheel_left, y.wheel_right})(kForward);
     } else if (const auto* imu = std::get_if<ImuInput>(&input.what)) {
-      state_.measured(kYaw) = imu->reading.observation.yaw_rate;
+      measured_(kYaw) = imu->reading.observation.yaw_rate;
     }
     if (std::isnan(first_)) first_ = input.now;
-    if (input.now > last_) driven_ += std::min(input.now - last_, kLongestStep);
-    last_ = input.now;
-    const auto command = loop_.take(input);
-    if (command) note(*command);
+    if (loop_.take(input)) note(input.now);
   }
 
-  const StateComparison& comparison() const { return comparison_; }
-  const DriveLoop& loop() const { return loop_; }
-  double driven() const { return driven_; }  ///< time that was driven [s]
+  const Comparison& comparison() const { return comparison_; }
 
-  /// Changes of gains in the recording that were not made.
-  std::size_t gainsLeftOut() const { return gains_left_out_; }
-
-  /// What it did when, from the second update on where that changes.
-  const std::vector<std::string>& events() const { return events_; }
+  /// Says what it did when, from the second update on where that changes.
+  void tell(std::ostream& out) const {
+    constexpr std::size_t kMostEvents = 20;
+    if (gains_left_out_ > 0) {
+      out << fmt::format("{} changes of gains in it left out: those of --preset hold\n", gains_left_out_);
+    }
+    for (std::size_t i = 0; i < std::min(events_.size(), kMostEvents); ++i) out << events_[i] << "\n";
+    if (events_.size() > kMostEvents) out << fmt::format("... {} more\n", events_.size() - kMostEvents);
+    out << comparison_.text() << "\n";
+  }
 
  private:
-  static constexpr double kLongestStep =
-      1.0;  // between inputs of a drive; more is a pause, or the start of the clock [s]
-
-  void note(const WheelCommand& command) {
-    const std::string before = said_;
-    state_.time = last_;
-    state_.status = loop_.status();
-    state_.set_point = loop_.setPoint();
-    state_.belief = loop_.controller().believedVelocity();
-    state_.free_energy = loop_.controller().freeEnergy();
-    state_.action = loop_.action();
-    state_.command = command;
-    const std::string why = reason(state_.status);
-    said_ = statusName(state_.status.decision.status) + (why.empty() ? "" : ": " + why);
-    if (said_ != before) events_.push_back(fmt::format("{:12.3f} s  {}", last_ - first_, said_));
-    const ControllerState* recorded = comparison_.compare(state_);
-    if (changes_.motors && recorded != nullptr) {
-      loop_.applied({recorded->command_left, recorded->command_right}, AppliedSource::drive, last_);
+  void note(double now) {
+    const StateRemarks remarks{reason(loop_.status()), "", false, 0};
+    const ControllerState state =
+        stateMessage(loopState(loop_, geometry_, measured_, ros::Time(now)), remarks, "base_link");
+    const std::string said = statusName(state.status) + (state.reason.empty() ? "" : ": " + state.reason);
+    if (said != said_) events_.push_back(fmt::format("{:12.3f} s  {}", now - first_, said));
+    said_ = said;
+    const auto then = comparison_.compare(state);
+    if (changes_.motors && then) {
+      loop_.applied({then->command_left, then->command_right}, AppliedSource::drive, now);
     }
-    static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-    const auto order0 = [](const std::vector<double>& orders) { return orders.empty() ? kNone : orders.front(); };
-    table_.add(state_.time, statusName(state_.status.decision.status), cell(why), state_.set_point.forward,
-               state_.set_point.yaw_rate, state_.measured(kForward), state_.measured(kYaw), state_.belief(kForward),
-               state_.belief(kYaw), state_.free_energy, state_.action.left, state_.action.right, command.left,
-               command.right, recorded != nullptr ? recorded->command_left : kNone,
-               recorded != nullptr ? recorded->command_right : kNone,
-               recorded != nullptr ? order0(recorded->belief_forward) : kNone,
-               recorded != nullptr ? order0(recorded->belief_yaw_rate) : kNone);
+    if (table_ == nullptr) return;
+    std::string cell = state.reason;
+    std::replace(cell.begin(), cell.end(), ',', ';');
+    ControllerState none;
+    none.command_left = none.command_right = std::nan("");
+    const ControllerState& recorded = then ? *then : none;
+    fmt::print(*table_, "{},{},{},{}\n", now, statusName(state.status), cell,
+               fmt::join(std::vector<double>{state.set_point_forward, state.set_point_yaw_rate, state.measured_forward,
+                                             state.measured_yaw_rate, order0(state.belief_forward),
+                                             order0(state.belief_yaw_rate), state.free_energy, state.action_left,
+                                             state.action_right, state.command_left, state.command_right,
+                                             recorded.command_left, recorded.command_right,
+                                             order0(recorded.belief_forward), order0(recorded.belief_yaw_rate)},
+                         ","));
   }
 
   DriveLoop loop_;
+  GeometryParameters geometry_;
   Changes changes_;
+  Comparison comparison_;
+  std::ostream* table_;
+  BodyVector measured_ = LoopState{}.measured;
   std::size_t gains_left_out_ = 0;
-  SkidSteerKinematics kinematics_;
-  StateComparison comparison_;
-  Table& table_;
-  ReplayedState state_;
   std::string said_;
   std::vector<std::string> events_;
-  double first_ = std::numeric_limits<double>::quiet_NaN();
-  double last_ = 0.0;
-  double driven_ = 0.0;
+  double first_ = std::nan("");  // time of the first input [s]
 };
 
-constexpr const char* kColumns =
-    "time,status,reason,set_point_forward,set_point_yaw_rate,measured_forward,measured_yaw_rate,belief_forward,"
-    "belief_yaw_rate,free_energy,action_left,action_right,command_left,command_right,recorded_command_left,"
-    "recorded_command_right,recorded_belief_forward,recorded_belief_yaw_rate";
+void tell(const PlayReport& report, bool from_log, std::ostream& out) {
+  if (!from_log) out << "Messages of the sensors; the action steps of the controller as they come\n";
+  if (from_log) out << fmt::format("Log of the controller: {} inputs\n", report.inputs);
+  if (report.first > 0) out << fmt::format("It begins {} inputs after the start of the controller\n", report.first);
+  if (report.missing > 0) out << fmt::format("{} inputs are missing from it\n", report.missing);
+  if (report.restarted) out << "The controller was restarted in this bag: its first drive is replayed\n";
+  for (const auto& [why, count] : report.refusals) out << fmt::format("{} refused: {}\n", count, why);
+}
 
-/// Plays the log of the controller that recorded, or the messages.
-class Source {
- public:
-  Source(const RecordedDrive& drive, const Options& options, const NodeParameters& parameters)
-      : drive_(drive), options_(options), parameters_(parameters) {}
-
-  bool fromLog() const { return drive_.hasLog() && !options_.messages; }
-
-  /// Plays everything. Says what was played.
-  void play(const RecordedDrive::Sink& sink, std::ostream& out) {
-    if (fromLog()) {
-      log_ = drive_.playLog(sink);
-      out << fmt::format("Log of the controller: {} inputs\n", log_.inputs);
-      if (log_.first > 0) out << fmt::format("It begins {} inputs after the start of the controller\n", log_.first);
-      if (log_.missing > 0) out << fmt::format("{} inputs are missing from it\n", log_.missing);
-      if (log_.restarted) out << "The controller was restarted in this bag: its first drive is replayed\n";
-      return;
-    }
-    const auto controller = makeController(parameters_);
-    PlayerSettings settings;
-    settings.name_space = options_.name_space;
-    settings.set_point = options_.set_point;
-    settings.belief_step = controller->beliefStep();
-    settings.action_step = controller->actionStep();
-    settings.commands = parameters_.motors_shared;
-    MessagePlayer player(parameters_, settings, sink);
-    drive_.playMessages(player, options_.set_point);
-    out << "Messages of the sensors; the timers of the controller as they come\n";
-    for (const auto& [reason, count] : player.refusals()) out << fmt::format("{} refused: {}\n", count, reason);
-  }
-
- private:
-  const RecordedDrive& drive_;
-  const Options& options_;
-  const NodeParameters& parameters_;
-  LogReport log_;
-};
-
-int replayLoop(const RecordedDrive& drive, const Options& options, NodeParameters parameters, std::ostream& out) {
-  // The recorded commands reached the motors: the beliefs are about those.
+int replayDrive(const RecordedDrive& drive, const Options& options, std::ostream& out) {
+  const std::string recorded = drive.configuration();
+  NodeParameters parameters = configurationFor(options, recorded);
+  out << "Configuration: " << (recorded.empty() ? "that of config/" : "as recorded")
+      << (isChanged(options) ? ", changed as asked for" : "") << "\n";
   const bool from_log = drive.hasLog() && !options.messages;
+  // The recorded commands reached the motors: the beliefs are about those.
   const Replay::Changes changes{!options.preset.empty(), from_log && isChanged(options) && !parameters.motors_shared,
                                 !from_log || drive.firstInput() > 0};
-  if (!from_log && drive.has(resolvedTopic(options.name_space, "cmd_drive"))) parameters.motors_shared = true;
-  if (changes.motors) parameters.motors_shared = true;
-  Table table(options.output, kColumns);
-  Source source(drive, options, parameters);
+  if (changes.motors || (!from_log && drive.has("cmd_drive"))) parameters.motors_shared = true;
   const double period = makeController(parameters)->actionStep();
-  Replay replay(parameters, drive.states(), from_log ? 0.0 : 0.5 * period, changes, table);
-  const auto start = std::chrono::steady_clock::now();
-  source.play([&](const DriveInput& input) { replay.take(input); }, out);
-  const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-
-  if (replay.gainsLeftOut() > 0) {
-    out << fmt::format("{} changes of gains in it left out: those of --preset hold\n", replay.gainsLeftOut());
+  std::ofstream table;
+  if (!options.output.empty()) table.open(options.output);
+  Replay replay(parameters, {drive.states(), from_log ? 0.0 : 0.5 * period}, changes,
+                options.output.empty() ? nullptr : &table);
+  const auto take = [&](const DriveInput& input) { replay.take(input); };
+  tell(from_log ? drive.playLog(take) : drive.playMessages(parameters, options.set_point, take), from_log, out);
+  replay.tell(out);
+  if (!options.output.empty()) {
+    if (!table.flush()) throw ParameterError("--output " + options.output + ": cannot be written");
+    out << "Table: " << options.output << "\n";
   }
-  constexpr std::size_t kMostEvents = 20;
-  for (std::size_t i = 0; i < std::min(replay.events().size(), kMostEvents); ++i) out << replay.events()[i] << "\n";
-  if (replay.events().size() > kMostEvents) out << fmt::format("... {} more\n", replay.events().size() - kMostEvents);
-  out << replay.comparison().text() << "\n"
-      << fmt::format("Replayed {:.1f} s in {:.3f} s: {:.0f} x real time\n", replay.driven(), took,
-                     took > 0.0 ? replay.driven() / took : 0.0);
-  table.finish(out);
-  const StateComparison& comparison = replay.comparison();
-  return options.check && (comparison.compared() == 0 || comparison.different() > 0) ? 1 : 0;
+  return options.check && !replay.comparison().exact() ? 1 : 0;
 }
 
 }  // namespace
-
-std::string bagOf(const std::vector<std::string>& arguments) {
-  const Options options = parse(arguments);
-  return options.help ? "" : options.bag;
-}
 
 int replay(const std::vector<std::string>& arguments, std::ostream& out) {
   const Options options = parse(arguments);
@@ -378,12 +341,11 @@ int replay(const std::vector<std::string>& arguments, std::ostream& out) {
     return 0;
   }
   if (options.bag.empty()) throw po::error("BAG: missing; see replay --help");
-  const RecordedDrive drive(options.bag, options.name_space);
-  const std::string recorded = drive.configuration();
-  const NodeParameters parameters = configurationFor(options, recorded);
-  out << "Configuration: " << (recorded.empty() ? "that of config/" : "as recorded")
-      << (isChanged(options) ? ", changed as asked for" : "") << "\n";
-  return replayLoop(drive, options, parameters, out);
+  int status = 0;
+  withBag<ParameterError>(options.bag, [&](const rosbag::Bag& bag) {
+    status = replayDrive(RecordedDrive(bag, options.name_space), options, out);
+  });
+  return status;
 }
 
 }  // namespace jackal_aic

@@ -11,10 +11,7 @@ namespace jackal_aic {
 
 /// Runs the tool with the arguments after the program's name; see its --help. Returns the exit status: 1 with --check
 /// if the replay differs from what was recorded, else 0. @throws ParameterError for what it cannot do, naming the file,
-/// boost::program_options::error for bad options, an exception of the bag library for a damaged bag.
+/// boost::program_options::error for bad options.
 int replay(const std::vector<std::string>& arguments, std::ostream& out);
-
-/// The bag that the arguments name; empty if they name none. @throws boost::program_options::error.
-std::string bagOf(const std::vector<std::string>& arguments);
 
 }  // namespace jackal_aic

@@ -12,10 +12,10 @@
 
 #include "../repository.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/safety/remedy.hpp"
 #include "jackal_aic/safety/stop_cause.hpp"
-#include "node_parameters.hpp"
+#include "parameters/node_parameters.hpp"
 #include "plant_parameters.hpp"
-#include "remedy.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -99,7 +99,7 @@ Field choice(const char* name, Enum value, const std::array<const char*, N>& wor
 
 std::vector<Row> nodeRows() {
   const NodeParameters node;
-  auto rows = rowsOf<NodeOptions>("", "src/node/node_parameters.hpp", "NodeOptions");
+  auto rows = rowsOf<NodeOptions>("", "src/node/parameters/node_parameters.hpp", "NodeOptions");
   rows.push_back({"restart_after_stop", choice("restart_after_stop", node.gate.restart_after_stop, kRestartPolicyNames),
                   "what sets the robot moving again after an emergency stop or a stop of the robot"});
   const Field slip_file{"slip.file", node.slip_file, std::nullopt, "", {}, Presence::optional};
@@ -119,7 +119,7 @@ std::vector<Section> controllerSections() {
   std::vector<Section> sections;
   sections.push_back({"Node", nodeRows()});
   auto robot = rowsOf<GeometryParameters>("robot", include / "model/geometry.hpp", "GeometryParameters");
-  const auto names = rowsOf<RobotNames>("robot", "src/node/node_parameters.hpp", "RobotNames");
+  const auto names = rowsOf<RobotNames>("robot", "src/node/parameters/node_parameters.hpp", "RobotNames");
   robot.insert(robot.end(), names.begin(), names.end());
   sections.push_back({"Robot", robot});
   sections.push_back({"Sensors", rowsOf<SensorNoise>("sensors", include / "model/sensor_noise.hpp", "SensorNoise")});
@@ -129,8 +129,8 @@ std::vector<Section> controllerSections() {
                                                                     "LossPolicyParameters")});
   sections.push_back({"Brake", rowsOf<BrakeParameters>("brake", gate, "BrakeParameters")});
   sections.push_back({"Plausibility", rowsOf<PlausibilityParameters>("plausibility", gate, "PlausibilityParameters")});
-  sections.push_back(
-      {"Odometry", rowsOf<OdometryParameters>("odometry", "src/node/node_parameters.hpp", "OdometryParameters")});
+  sections.push_back({"Odometry", rowsOf<OdometryParameters>("odometry", "src/node/parameters/node_parameters.hpp",
+                                                             "OdometryParameters")});
   sections.push_back({"Fault detection",
                       rowsOf<FaultParameters>("faults", include / "faults/fault_parameters.hpp", "FaultParameters")});
   sections.push_back(

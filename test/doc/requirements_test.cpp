@@ -11,8 +11,6 @@
 #include <sstream>
 #include <string>
 
-#include "command_monitor.hpp"
-
 namespace jackal_aic {
 namespace {
 
@@ -55,7 +53,6 @@ TEST(Requirements, EachHasTestsAndNamesOnlyWhatThereIs) {
   ASSERT_GE(tests.size(), 800u);
   ASSERT_GE(requirements.size(), 40u);
   std::set<std::string> ids;
-  std::size_t monitors = 0;
   for (const YAML::Node& requirement : requirements) {
     const auto id = requirement["id"].as<std::string>();
     SCOPED_TRACE(id);
@@ -69,17 +66,11 @@ TEST(Requirements, EachHasTestsAndNamesOnlyWhatThereIs) {
     for (const YAML::Node& scenario : requirement["scenarios"]) {
       EXPECT_TRUE(scenarios[scenario.as<std::string>()]) << "no scenario " << scenario;
     }
-    const bool monitored = std::any_of(kMonitored.begin(), kMonitored.end(), [&](const auto& m) { return id == m.id; });
-    EXPECT_EQ(requirement["monitor"].as<bool>(false), monitored) << "by command_monitor";
-    monitors += monitored;
     for (const auto& key : requirement) {
       const auto name = key.first.as<std::string>();
-      EXPECT_TRUE(name == "monitor" || name == "id" || name == "text" || name == "limit" || name == "tests" ||
-                  name == "scenarios")
-          << name;
+      EXPECT_TRUE(name == "id" || name == "text" || name == "limit" || name == "tests" || name == "scenarios") << name;
     }
   }
-  EXPECT_EQ(monitors, kMonitored.size()) << "one names a requirement that is not there";
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include "fuzz.hpp"
 #include "jackal_aic/config/urdf_geometry.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
-#include "node_parameters.hpp"
+#include "parameters/node_parameters.hpp"
 #include "plant_parameters.hpp"
 #include "robot_model.hpp"
 

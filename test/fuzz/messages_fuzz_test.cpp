@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "conversions.hpp"
 #include "fuzz.hpp"
+#include "inputs/sensors.hpp"
+#include "inputs/set_points.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
-#include "node_parameters.hpp"
-#include "sensor_pairing.hpp"
+#include "parameters/node_parameters.hpp"
 
 namespace jackal_aic::test {
 namespace {
@@ -45,7 +45,7 @@ class Loop {
     mounting.header.frame_id = "base_link";
     mounting.child_frame_id = "imu_link";
     mounting.transform.rotation.w = 1.0;
-    frames_.add(mounting);
+    frames_.setTransform(mounting, "", true);
   }
 
   /// One message of any kind, and the steps that are due.
@@ -142,7 +142,7 @@ class Loop {
   NodeParameters parameters_;
   SkidSteerKinematics kinematics_;
   DriveLoop loop_;
-  FixedFrames frames_;
+  tf2::BufferCore frames_;
   SensorPairing sensors_;
   double now_ = 100.0;  // s
   WheelCommand last_;

@@ -1,9 +1,15 @@
-#include "conversions.hpp"
+// Between ROS messages and the types of the core; no master.
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
+
+#include "inputs/sensors.hpp"
+#include "inputs/set_points.hpp"
+#include "outputs/commands.hpp"
+#include "outputs/odometry_output.hpp"
+#include "outputs/state_output.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -150,12 +156,28 @@ TEST(DriveMessage, IsInVelocityModeWithLeftFirst) {
   EXPECT_EQ(message.drivers[1], -2.5f);
 }
 
+/// A drive loop whose robot turns to the left.
+DriveLoop turning(const DriveParameters& parameters) {
+  DriveLoop loop(parameters, makeController(parameters));
+  loop.setSetPoint({0.5, 0.0, 0.2}, 1.0);
+  loop.observe({1.0, 0.3, 2.0, 4.0, 0.0, 0.0}, 1.0);
+  loop.advance(1.0);
+  loop.observe({1.02, 0.2, 2.2, 4.1, 0.0, 0.0}, 1.02);
+  loop.updateBelief(1.02);
+  return loop;
+}
+
+ControllerState messageOf(const DriveLoop& loop, const StateRemarks& remarks = {}) {
+  return stateMessage(loopState(loop, {}, BodyVector(0.4, 0.0, 0.3), ros::Time(1.02)), remarks, "base_link");
+}
+
 TEST(StateMessage, CarriesBeliefAndErrorsOfAllOrders) {
-  ActiveInferenceController controller({}, {});
-  controller.setSetPoint({0.5, 0.0, 0.2});
-  controller.observe({1.0, 0.1, 2.0, 3.0, 0.0, 0.0});
-  controller.updateBelief();
-  const ControllerState message = stateMessage(controller);
+  DriveParameters parameters;
+  parameters.controller = ControllerParameters{};
+  const DriveLoop loop = turning(parameters);
+  const auto& controller = dynamic_cast<const ActiveInferenceController&>(loop.controller());
+  const ControllerState message = messageOf(loop);
+  EXPECT_EQ(message.structure, ControllerState::THESIS);
   ASSERT_EQ(message.belief_forward.size(), 4u);
   for (int i = 0; i < 4; ++i) {
     EXPECT_EQ(message.belief_forward[i], controller.belief()(kForward, i));
@@ -165,28 +187,27 @@ TEST(StateMessage, CarriesBeliefAndErrorsOfAllOrders) {
     EXPECT_EQ(message.state_error_yaw_rate[i], controller.errors().state(kYaw, i));
   }
   EXPECT_EQ(message.free_energy, controller.freeEnergy());
+  EXPECT_EQ(message.effective_track, GeometryParameters{}.effective_track);
 }
 
-/// A predictive controller that has seen a turn to the left.
-PredictiveController turning() {
-  PredictiveController controller({}, {}, {});
-  controller.observe({1.0, 0.3, 2.0, 4.0, 0.0, 0.0});
-  controller.updateBelief();
-  controller.observe({1.02, 0.2, 2.2, 4.1, 0.0, 0.0});
-  controller.updateBelief();
-  return controller;
+DriveLoop predictiveLoop() {
+  DriveParameters parameters;
+  parameters.controller = PredictiveParameters{};
+  parameters.plant_model = PlantModel{};
+  return turning(parameters);
 }
 
 TEST(StateMessage, CarriesWhatThePredictiveControllerBelieves) {
-  const PredictiveController controller = turning();
-  const ControllerState message = stateMessage(controller);
+  const DriveLoop loop = predictiveLoop();
+  const PredictiveController& controller = *loop.predictive();
+  const ControllerState message = messageOf(loop);
   EXPECT_EQ(message.structure, ControllerState::PREDICTIVE);
   ASSERT_EQ(message.belief_forward.size(), 1u);
   EXPECT_EQ(message.belief_forward[0], controller.believedVelocity()(kForward));
   EXPECT_EQ(message.belief_yaw_rate.at(0), controller.believedVelocity()(kYaw));
   EXPECT_TRUE(message.state_error_forward.empty());
-  EXPECT_NEAR(message.sensory_error_wheel_left.at(0), 0.2, 0.01) << "measured 2.2, predicted to stay at 2.0";
-  EXPECT_NEAR(message.sensory_error_wheel_right.at(0), 0.1, 0.01);
+  EXPECT_EQ(message.sensory_error_wheel_left.at(0), controller.sensoryErrors()(kWheelLeft));
+  EXPECT_EQ(message.sensory_error_wheel_right.at(0), controller.sensoryErrors()(kWheelRight));
   EXPECT_EQ(message.wheel_belief_left, controller.left().speed());
   EXPECT_EQ(message.wheel_belief_right, controller.right().speed());
   EXPECT_EQ(message.disturbance_right, controller.right().disturbance());
@@ -194,8 +215,37 @@ TEST(StateMessage, CarriesWhatThePredictiveControllerBelieves) {
   EXPECT_GT(message.wheel_belief_right, message.wheel_belief_left);
 }
 
+TEST(StateMessage, SaysWhoDrivesAndWhyNot) {
+  DriveParameters parameters;
+  parameters.controller = DifferentialDriveParameters{};
+  DriveLoop loop(parameters, makeController(parameters));
+  loop.release();
+  loop.setSetPoint({0.5, 0.0, 0.0}, 1.0);
+  for (int k = 0; k <= 5; ++k) loop.advance(1.0 + 0.02 * k);
+  ASSERT_GT(loop.command().left, 0.0);
+  EXPECT_TRUE(messageOf(loop).belief_forward.empty()) << "the baseline has none";
+  struct Case {
+    StateRemarks remarks;
+    std::uint8_t driven_by;
+    std::string reason, summary;
+  };
+  const std::string unheard = "no subscriber on /cmd_vel";
+  for (const Case& c :
+       {Case{{"", "", false, 0}, ControllerState::BY_US, "", "driven by this controller"},
+        Case{{"", unheard, false, 0}, ControllerState::BY_NOBODY, unheard, "not driven"},
+        Case{{"a fault", unheard, false, 0}, ControllerState::BY_NOBODY, "a fault; " + unheard, "not driven"},
+        Case{{"", "", true, 0}, ControllerState::BY_ANOTHER, "", "driven by another node"}}) {
+    const ControllerState message = messageOf(loop, c.remarks);
+    EXPECT_EQ(message.driven_by, c.driven_by) << c.summary;
+    EXPECT_EQ(message.reason, c.reason);
+    EXPECT_EQ(message.summary, "thesis, driving, " + c.summary);
+  }
+  EXPECT_EQ(messageOf(loop, {"", "", false, 3}).rejected_measurements, 3u);
+}
+
 TEST(BeliefMessage, HasAVarianceForWhatIsBelievedAndNoneForTheRest) {
-  const PredictiveController controller = turning();
+  const DriveLoop loop = predictiveLoop();
+  const PredictiveController& controller = *loop.predictive();
   const auto message = beliefMessage(controller);
   EXPECT_EQ(message.twist.twist.linear.x, controller.believedVelocity()(kForward));
   EXPECT_EQ(message.twist.twist.angular.z, controller.believedVelocity()(kYaw));

@@ -2,6 +2,9 @@
 
 #include <std_msgs/Float64.h>
 
+#include <cstdlib>
+
+#include "controller_process.hpp"
 #include "simulated_robot.hpp"
 
 namespace jackal_aic::test {
@@ -30,6 +33,21 @@ TEST(GazeboOutput, DrivesThroughTheWheelTopicsAndNotThroughCmdDrive) {
   EXPECT_GT(right, 1.0);
   EXPECT_GT(robot.truth().yaw_rate.back(), 0.4);
   EXPECT_TRUE(robot.drives().empty()) << "published on cmd_drive in output mode gazebo";
+}
+
+/// Nothing would stop the wheels of a robot if the node dies.
+TEST(GazeboOutput, EndsOnARobotThatPublishesFeedback) {
+  const std::string config = ros::param::param<std::string>("~config", "");
+  for (const char* file : {"jackal", "improved"}) {
+    ASSERT_EQ(std::system(("rosparam load " + config + "/" + file + ".yaml /on_robot").c_str()), 0);
+  }
+  ros::param::set("/on_robot/output", "gazebo");
+  SimulatedRobot robot;
+  ControllerProcess process("on_robot", "controller_node",
+                            {"jackal_left_wheel/command:=l", "jackal_right_wheel/command:=r"});
+  ASSERT_TRUE(robot.waitFor([&] { return process.ended(); }, "the node to end", 60.0));
+  EXPECT_EQ(process.exitStatus(), 1);
+  EXPECT_NE(process.errors().find("output = gazebo: for simulations only"), std::string::npos) << process.errors();
 }
 
 }  // namespace

@@ -1,5 +1,3 @@
-#include "input_message.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,7 +5,8 @@
 #include <string>
 
 #include "jackal_aic/config/yaml_parameters.hpp"
-#include "node_parameters.hpp"
+#include "outputs/input_log.hpp"
+#include "parameters/node_parameters.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -99,16 +98,6 @@ TEST(InputMessage, KeepsGainsInTheirOrder) {
   EXPECT_EQ(std::get<ControllerParameters>(std::get<GainsInput>(inputs.at(2).what).gains).tau, kThird);
   message.gains.pop_back();
   EXPECT_THROW(inputsOf(message), ParameterError);
-}
-
-TEST(InputMessage, ReadsAStatusFromBeforeItCouldBeDisabled) {
-  LoopInputs message;
-  addInput({kNow, StatusInput{{true, false, false, false, false, true, false, true, true}}}, message);
-  ASSERT_EQ(message.inputs[0].values.size(), 10u);
-  message.inputs[0].values.resize(8);
-  const RobotStatus status = std::get<StatusInput>(inputsOf(message).at(0).what).status;
-  EXPECT_TRUE(status.emergency_stop && status.rivals);
-  EXPECT_FALSE(status.disabled || status.unheard);
 }
 
 TEST(InputMessage, RefusesWhatNoControllerWrote) {

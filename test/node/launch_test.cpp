@@ -20,7 +20,7 @@
 #include "jackal_aic/config/text_file.hpp"
 #include "loop_setup.hpp"
 #include "package_files.hpp"
-#include "slip_file.hpp"
+#include "parameters/learned_file.hpp"
 #include "stop_figures.hpp"
 #include "tune.hpp"
 
@@ -328,6 +328,7 @@ TEST_F(Launch, SaysThatAPlantWithoutAModelOfItNeedsOne) {
 
 // The command that it shows in the end is the one that works.
 TEST_F(Launch, RecordsTheExcitationInANamespaceIntoAPathWithASpaceAndAnApostrophe) {
+  write("my father\'s drive.bag", "an earlier drive");
   const std::string plant = write("plant.yaml", readText(kConfig + "plant.yaml") + "real_time_factor: 2.0\n");
   roslaunch("identify.launch simulated:=true countdown:=0 plant:=" + plant + " bag:=\"my father's drive.bag\"",
             "/robot1");
@@ -337,6 +338,7 @@ TEST_F(Launch, RecordsTheExcitationInANamespaceIntoAPathWithASpaceAndAnApostroph
   const std::string identify = "cd " + path("") + " && " + shown.str(1) + " > identified 2>&1";
   EXPECT_EQ(std::system(identify.c_str()), 0) << identify << "\n" << text("identified");
   EXPECT_NE(text("my_jackal.yaml").find("dead_time"), std::string::npos);
+  EXPECT_EQ(text("my father's drive.bag.1"), "an earlier drive");
 }
 
 TEST_F(Launch, HandsTheRecorderAPathWithAnApostrophe) {
@@ -379,16 +381,15 @@ TEST_F(Launch, ASimulationThatIsEndedWhileItDrivesComesToRest) {
 }
 
 TEST_F(Launch, EndsTheExcitationWhoseArgumentIsRefused) {
-  write("drive.bag", "an earlier drive");
   for (const char* refused : {"linear_speed:=50", "confirm:=yes", "countdown:=abc", "repetitions:=0"}) {
     roslaunch(std::string("identify.launch simulated:=true bag:=drive.bag ") + refused);
     EXPECT_NE(text("log").find("FATAL"), std::string::npos) << text("log");
-    EXPECT_EQ(text("drive.bag"), "an earlier drive") << refused;
+    EXPECT_EQ(text("log").find("The excitation is complete"), std::string::npos) << refused;
   }
 }
 
 TEST_F(Launch, TakesTheSlipFileThatThePredictiveControllerWrote) {
-  writeSlipFile(path("slip.yaml"), {{0.55, 1.0}}, {{0.5621, 1.0}});
+  writeLearnedFile(path("slip.yaml"), {{0.55, 1.0}}, {{0.5621, 1.0}});
   const std::string load =
       "/usr/bin/python3 -c 'import sys, rosparam; slip = rosparam.load_file(sys.argv[1])[0][0][\"slip\"]; "
       "numbers = sum((v if type(v) is list else [v] for v in slip.values()), []); "

@@ -1,4 +1,4 @@
-#include "node_parameters.hpp"
+#include "parameters/node_parameters.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <type_traits>
 
 #include "../repository.hpp"
-#include "gain_server.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
+#include "parameters/live_parameters.hpp"
 #include "plant_parameters.hpp"
 
 namespace jackal_aic {
@@ -208,15 +208,6 @@ TEST(NodeParameters, RefusesAnUnknownOutput) {
   ParameterMap map = shipped("standard");
   map.set("output", std::string("serial"));
   EXPECT_NE(refusal(map, jackalUrdf()).find("cmd_drive, twist, gazebo"), std::string::npos);
-}
-
-/// A robot's file may ask for it, but only a launch file that was told so starts the watchdog.
-TEST(NodeParameters, RefusesWheelTopicsThatNobodyWatches) {
-  ParameterMap map = shipped("standard");
-  map.set("output", std::string("gazebo"));
-  EXPECT_NO_THROW(readNodeParameters(map, jackalUrdf));
-  map.set("watchdog", false);
-  EXPECT_NE(refusal(map, jackalUrdf()).find("output:=gazebo"), std::string::npos);
 }
 
 /// Expects that each bound of a gain shown at run time is the last value that is accepted towards `beyond`, and that

@@ -1,6 +1,6 @@
 // One text, three ways in: a YAML file, --set, and rosparam with its YAML 1.1 and XML-RPC. Each has to give the same.
 
-#include "ros_parameters.hpp"
+#include "parameters/ros_parameters.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

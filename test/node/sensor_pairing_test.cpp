@@ -1,12 +1,13 @@
 // Wheel speeds and IMU samples on their way to one observation; no master.
 
-#include "sensor_pairing.hpp"
-
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <string>
 #include <vector>
+
+#include "inputs/sensors.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -47,10 +48,33 @@ class SensorPairingTest : public testing::Test {
     }
   }
 
-  FixedFrames frames_;
+  tf2::BufferCore frames_;
   std::vector<Observation> observations_;
   SensorPairing sensors_;
 };
+
+/// An IMU on its side, its y axis down, on a mount that stands upright.
+TEST(RotationInto, RelatesFramesOverOthers) {
+  tf2::BufferCore frames;
+  EXPECT_FALSE(rotationInto("base_link", "imu_link", frames));
+  geometry_msgs::TransformStamped transform;
+  transform.header.frame_id = "base_link";
+  transform.child_frame_id = "mount";
+  transform.transform.rotation.w = 1.0;
+  frames.setTransform(transform, "", true);
+  transform.header.frame_id = "mount";
+  transform.child_frame_id = "imu_link";
+  transform.transform.rotation.w = std::sqrt(0.5);
+  transform.transform.rotation.x = -std::sqrt(0.5);
+  frames.setTransform(transform, "", true);
+  for (const char* imu : {"imu_link", "/imu_link"}) {  // the slash is that of older drivers
+    const auto rotation = rotationInto("base_link", imu, frames);
+    ASSERT_TRUE(rotation) << imu;
+    EXPECT_NEAR((*rotation * Eigen::Vector3d::UnitY()).z(), -1.0, 1e-12);
+  }
+  EXPECT_TRUE(rotationInto("base_link", "/base_link", frames)) << "needs no transform";
+  EXPECT_FALSE(rotationInto("base_link", "", frames)) << "no frame";
+}
 
 TEST_F(SensorPairingTest, WheelSpeedsMayRepeatOnlyWithoutPositions) {
   auto message = boost::make_shared<sensor_msgs::JointState>();

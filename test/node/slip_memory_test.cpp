@@ -130,6 +130,19 @@ TEST_F(SlipMemory, StaysAsItIsWhileFrozen) {
   EXPECT_FALSE(robot.states().back().learning_frozen);
 }
 
+TEST_F(SlipMemory, AFolderThatIsMissingKeepsNothingAndTheRobotDrives) {
+  configure("homeless");
+  ros::param::set("/homeless/slip/file", (directory_ / "none/slip.yaml").string());
+  SimulatedRobot robot;
+  ControllerProcess process("homeless");
+  ASSERT_TRUE(robot.waitUntilReady());
+  turn(robot, kTurn);
+  EXPECT_EQ(robot.states().back().status, ControllerState::DRIVING) << robot.states().back().reason;
+  EXPECT_NE(process.errors().find("none/slip.yaml': cannot be written: No such file or directory"), std::string::npos)
+      << process.errors();
+  end(robot, process, SIGTERM);
+}
+
 TEST_F(SlipMemory, IsRefusedIfItIsOutOfRange) {
   configure("damaged");
   std::ofstream(file()) << "slip: {effective_track: 9.0, slip_factor: 1.0}";

@@ -1,12 +1,12 @@
 // What people read of the drive loop: log lines and diagnostics.
 
-#include "status_report.hpp"
-
 #include <gtest/gtest.h>
 #include <ros/console.h>
 
 #include <string>
 #include <vector>
+
+#include "outputs/diagnostics.hpp"
 
 namespace jackal_aic {
 namespace {

@@ -1,4 +1,4 @@
-#include "latest.hpp"
+#include "process/latest.hpp"
 
 #include <gtest/gtest.h>
 

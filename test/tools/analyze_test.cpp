@@ -10,8 +10,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "controller_file.hpp"
 #include "jackal_aic/certificate/certificate.hpp"
+#include "parameters/node_parameters.hpp"
 
 namespace jackal_aic {
 namespace {

@@ -1,0 +1,51 @@
+#pragma once
+
+/// @file
+/// Other publishers in the ROS graph: those of our commands, and those of the emergency stop, which is to be heard.
+
+#include <ros/subscriber.h>
+
+#include <atomic>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace jackal_aic {
+
+/// Asks the master who publishes on given topics. A node that has died does not count, although the master lists it.
+/// While the master cannot be reached the last answer stands.
+class OtherPublishers {
+ public:
+  /// @param commands topics of our commands, resolved names; empty: any node may publish there; @param emergency_stop
+  /// has to be connected to each of its publishers before the robot drives; it has to outlive this.
+  OtherPublishers(std::vector<std::string> commands, const ros::Subscriber* emergency_stop)
+      : commands_(std::move(commands)), emergency_stop_(emergency_stop) {}
+
+  /// Asks, and waits for the answer: in a thread that does not drive, always the same.
+  void look();
+
+  /// True once the master has answered and every publisher of the emergency stop is connected: what it latched has
+  /// then been heard.
+  bool checked() const { return checked_; }
+
+  /// True if the master answered last time.
+  bool masterReachable() const { return master_reachable_; }
+
+  /// True if another node publishes on one of our topics.
+  bool contended() const { return contended_; }
+
+  /// Who publishes on what, or is waited for: "/name on /cmd_drive, ...", and what to do about it. Empty if nobody.
+  std::string text() const;
+
+ private:
+  const std::vector<std::string> commands_;
+  const ros::Subscriber* emergency_stop_;
+  bool connected_ = false;  // the emergency stop, at the last look
+  std::atomic<bool> checked_{false};
+  std::atomic<bool> master_reachable_{true};
+  std::atomic<bool> contended_{false};
+  mutable std::mutex mutex_;  // of the text
+  std::string text_;
+};
+
+}  // namespace jackal_aic

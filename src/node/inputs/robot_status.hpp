@@ -1,0 +1,89 @@
+#pragma once
+
+/// @file
+/// What the robot and its user report in addition to the measurements: emergency stop, status and feedback of the
+/// motors, and the commands that reach these where twist_mux decides whose do.
+
+#include <geometry_msgs/Twist.h>
+#include <jackal_msgs/Drive.h>
+#include <jackal_msgs/Feedback.h>
+#include <jackal_msgs/Status.h>
+#include <ros/node_handle.h>
+#include <ros/subscriber.h>
+#include <std_msgs/Bool.h>
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
+#include "jackal_aic/safety/drive_input.hpp"
+
+namespace jackal_aic {
+
+/// Copies what a message of the robot says about its stop.
+void takeStatus(const jackal_msgs::Status& message, RobotStatus& status);
+
+/// Copies what a message of the motors says about them.
+void takeFeedback(const jackal_msgs::Feedback& message, RobotStatus& status);
+
+/// Wheel speeds of a drive message, zero in another mode than velocity. std::nullopt if one is not finite.
+std::optional<WheelCommand> wheelCommand(const jackal_msgs::Drive& message);
+
+/// Subscribes e_stop (std_msgs/Bool), status (jackal_msgs/Status) and feedback (jackal_msgs/Feedback); none of them has
+/// to be there. Callbacks run in the threads of the node handle, one at a time where it has one thread.
+class RobotReports {
+ public:
+  /// @param on_feedback called with the stamp of each feedback that has one; @param on_message called with status()
+  /// after each message that may have changed it.
+  RobotReports(
+      ros::NodeHandle& node, std::function<void(const ros::Time&)> on_feedback,
+      std::function<void(const RobotStatus&)> on_message = [](const RobotStatus&) {});
+
+  /// What they said last; contention and end of the controller are left to the caller.
+  const RobotStatus& status() const { return status_; }
+
+  /// The emergency stop: its topic, as resolved, and its publishers that are connected.
+  const ros::Subscriber& emergencyStop() const { return emergency_stop_subscriber_; }
+
+  /// Forgets the messages; the emergency stop, which is sent once, and the robot's own stop stay.
+  void reset() { status_.motors_off = status_.driver_fault = false; }
+
+ private:
+  void onEmergencyStop(const std_msgs::Bool& message);
+  void onStatus(const jackal_msgs::Status& message);
+  void onFeedback(const jackal_msgs::Feedback& message);
+
+  std::function<void(const ros::Time&)> on_feedback_;
+  std::function<void(const RobotStatus&)> on_message_;
+  RobotStatus status_;
+  ros::Subscriber emergency_stop_subscriber_;
+  ros::Subscriber status_subscriber_;
+  ros::Subscriber feedback_subscriber_;
+};
+
+/// Listens to cmd_drive (jackal_msgs/Drive), which the stock jackal_node publishes without pause. Where that is absent,
+/// as in Gazebo, it listens to jackal_velocity_controller/cmd_vel (geometry_msgs/Twist), the output of twist_mux.
+class AppliedCommands {
+ public:
+  /// Called with each command and where it was heard.
+  using Callback = std::function<void(const WheelCommand&, AppliedSource)>;
+
+  /// Subscribes in the namespace of `node`. @param geometry turns a Twist into wheel speeds.
+  AppliedCommands(ros::NodeHandle& node, const GeometryParameters& geometry, Callback callback);
+
+  /// Topics that it listens to: a set point that came from there would be our own command.
+  std::vector<std::string> topics() const { return {drive_subscriber_.getTopic(), twist_subscriber_.getTopic()}; }
+
+ private:
+  void onDrive(const jackal_msgs::Drive& message);
+  void onTwist(const geometry_msgs::Twist& message);
+
+  SkidSteerKinematics kinematics_;
+  Callback callback_;
+  ros::Subscriber drive_subscriber_;
+  ros::Subscriber twist_subscriber_;
+};
+
+}  // namespace jackal_aic

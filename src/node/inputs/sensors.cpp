@@ -1,0 +1,223 @@
+#include "inputs/sensors.hpp"
+
+#include <geometry_msgs/TransformStamped.h>
+#include <tf2/exceptions.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "jackal_aic/config/text.hpp"
+#include "jackal_aic/model/gravity.hpp"
+
+namespace jackal_aic {
+namespace {
+
+constexpr int kQueueLength = 20;
+/// Both sensors run at 50 Hz: knowing that the next message is at least this far away lets the pairing decide at once
+/// instead of waiting a period for a better partner. A robot that is busy stamps some only 2 ms apart: those it does
+/// not get, as there is nothing new in them.
+const ros::Duration kShortestPeriod(0.010);
+
+bool followsClosely(const ros::Time& stamp, const ros::Time& last) {
+  return !last.isZero() && stamp >= last && stamp - last < kShortestPeriod;
+}
+
+bool contains(const std::vector<std::string>& list, const std::string& name) {
+  return std::find(list.begin(), list.end(), name) != list.end();
+}
+
+std::string withoutSlash(const std::string& frame) {
+  return frame.empty() || frame[0] != '/' ? frame : frame.substr(1);
+}
+
+/// Why a stamp is of no use; empty if it is.
+std::string refusalOf(const ros::Time& stamp, const ros::Time& now) {
+  if (stamp.isZero()) return " without a stamp";
+  return stamp > now + ros::Duration(kFurthestAhead) ? " from the future" : "";
+}
+
+}  // namespace
+
+bool mentionsAny(const sensor_msgs::JointState& message, const std::vector<std::string>& joints) {
+  return std::any_of(message.name.begin(), message.name.end(),
+                     [&](const std::string& name) { return contains(joints, name); });
+}
+
+std::optional<double> meanVelocity(const sensor_msgs::JointState& message, const std::vector<std::string>& joints) {
+  double sum = 0.0;
+  int count = 0;
+  for (std::size_t i = 0; i < message.name.size(); ++i) {
+    if (!contains(joints, message.name[i])) continue;
+    if (i >= message.velocity.size()) return std::nullopt;
+    sum += message.velocity[i];
+    ++count;
+  }
+  if (count == 0 || !std::isfinite(sum)) return std::nullopt;
+  return sum / count;
+}
+
+std::optional<double> sumOfPositions(const sensor_msgs::JointState& message, const std::vector<std::string>& joints) {
+  std::optional<double> sum;
+  for (std::size_t i = 0; i < std::min(message.name.size(), message.position.size()); ++i) {
+    if (contains(joints, message.name[i])) sum = sum.value_or(0.0) + message.position[i];
+  }
+  return sum && std::isfinite(*sum) ? sum : std::nullopt;
+}
+
+std::optional<Eigen::Vector4d> planarMotion(const sensor_msgs::Imu& message, const Eigen::Quaterniond& rotation) {
+  const auto& w = message.angular_velocity;
+  const auto& a = message.linear_acceleration;
+  const Eigen::Vector3d angular = rotation * Eigen::Vector3d(w.x, w.y, w.z);
+  const Eigen::Vector3d force = rotation * Eigen::Vector3d(a.x, a.y, a.z);
+  if (!angular.allFinite() || !force.allFinite()) return std::nullopt;
+  Eigen::Vector2d level = force.head<2>();
+  // sensor_msgs/Imu: a first covariance of -1 says that there is no attitude.
+  const auto& q = message.orientation;
+  const auto attitude = message.orientation_covariance[0] == -1.0 ? std::nullopt : unitAttitude({q.w, q.x, q.y, q.z});
+  if (attitude) level -= (rotation * gravityReaction(*attitude)).head<2>();
+  return Eigen::Vector4d(angular.z(), level.x(), level.y(), force.z());
+}
+
+std::optional<Eigen::Quaterniond> rotationInto(const std::string& base, const std::string& frame,
+                                               const tf2::BufferCore& frames) {
+  const std::string to = withoutSlash(base), from = withoutSlash(frame);
+  if (to == from) return Eigen::Quaterniond::Identity();
+  try {
+    const auto q = frames.lookupTransform(to, from, ros::Time(0)).transform.rotation;
+    return Eigen::Quaterniond(q.w, q.x, q.y, q.z);
+  } catch (const tf2::TransformException&) {
+    return std::nullopt;
+  }
+}
+
+std::optional<SensorReading> ImuReader::read(const sensor_msgs::Imu& message, const ros::Time& now) {
+  refusal_ = refusalOf(message.header.stamp, now);
+  const auto rotation = rotationInto(base_frame_, message.header.frame_id, frames_);
+  if (refusal_.empty() && !rotation) {
+    refusal_ = " in frame " + jackal_aic::quoted(message.header.frame_id) + ", which tf does not relate to " +
+               jackal_aic::quoted(base_frame_);
+  }
+  if (refusal_.empty() && !planarMotion(message, *rotation)) refusal_ = " that is not finite";
+  if (!refusal_.empty()) {
+    refusal_.insert(0, "IMU data");
+    return std::nullopt;
+  }
+  rotation_ = *rotation;
+  SensorReading reading{observation(message), FrozenSource::Sample::Zero()};
+  const auto& w = message.angular_velocity;
+  const auto& a = message.linear_acceleration;
+  reading.sample.head<6>() << w.x, w.y, w.z, a.x, a.y, a.z;
+  return reading;
+}
+
+// Messages were checked when they were read, so that the values are there.
+Observation ImuReader::observation(const sensor_msgs::Imu& message) const {
+  const auto motion = planarMotion(message, rotation_);
+  Observation observation;
+  observation.stamp = message.header.stamp.toSec();
+  observation.yaw_rate = (*motion)(0);
+  observation.acceleration_x = (*motion)(1);
+  observation.acceleration_y = (*motion)(2);
+  observation.acceleration_z = (*motion)(3);
+  observation.valid.wheel_left = observation.valid.wheel_right = false;
+  // REP 145: a first covariance of -1 says that the sensor is absent.
+  observation.valid.yaw_rate = message.angular_velocity_covariance[0] >= 0.0;
+  observation.valid.acceleration = message.linear_acceleration_covariance[0] >= 0.0;
+  return observation;
+}
+
+SensorPairing::SensorPairing(const RobotNames& names, const tf2::BufferCore& frames, Callback callback)
+    : names_(names), imu_reader_(names.base_frame, frames), callback_(std::move(callback)) {
+  reset();
+}
+
+void SensorPairing::reset() {
+  paired_wheels_ = paired_imu_ = ros::Time();
+  accelerations_.reset();
+  // A new synchronizer, because the old one keeps messages and refuses stamps from before them.
+  synchronizer_.reset();
+  Policy policy(kQueueLength);
+  policy.setInterMessageLowerBound(0, kShortestPeriod);
+  policy.setInterMessageLowerBound(1, kShortestPeriod);
+  policy.setMaxIntervalDuration(ros::Duration(names_.pairing_tolerance));
+  synchronizer_ = std::make_unique<message_filters::Synchronizer<Policy>>(policy);
+  synchronizer_->connectInput(wheel_input_, imu_input_);
+  synchronizer_->registerCallback(&SensorPairing::onPair, this);
+}
+
+std::string SensorPairing::refusalOf(const sensor_msgs::JointState& message, const ros::Time& now) const {
+  if (!mentionsAny(message, names_.left_wheel_joints) || !mentionsAny(message, names_.right_wheel_joints)) {
+    return " with the wheels of one side only";
+  }
+  const std::string stamp = jackal_aic::refusalOf(message.header.stamp, now);
+  if (!stamp.empty()) return stamp;
+  const bool complete =
+      meanVelocity(message, names_.left_wheel_joints) && meanVelocity(message, names_.right_wheel_joints);
+  return complete ? "" : " with a wheel velocity that is missing or not finite";
+}
+
+std::optional<SensorReading> SensorPairing::addWheels(const sensor_msgs::JointStateConstPtr& message,
+                                                      const ros::Time& now) {
+  refusal_.clear();
+  if (!mentionsAny(*message, names_.left_wheel_joints) && !mentionsAny(*message, names_.right_wheel_joints)) {
+    return std::nullopt;
+  }
+  refusal_ = refusalOf(*message, now);
+  if (!refusal_.empty()) {
+    refusal_.insert(0, "joint states");
+    return std::nullopt;
+  }
+  if (!followsClosely(message->header.stamp, paired_wheels_)) {
+    paired_wheels_ = message->header.stamp;
+    wheel_input_.add(message);
+  }
+  SensorReading reading{wheelsAlone(*message), FrozenSource::Sample::Zero()};
+  const auto left = sumOfPositions(*message, names_.left_wheel_joints);
+  const auto right = sumOfPositions(*message, names_.right_wheel_joints);
+  reading.sample.head<4>() << reading.observation.wheel_left, reading.observation.wheel_right, left.value_or(0.0),
+      right.value_or(0.0);
+  // Speeds alone repeat for as long as the wheels keep them, where they are coarser than their noise: whether they miss
+  // a motion is for the fault detection to find.
+  reading.may_repeat = !left || !right;
+  return reading;
+}
+
+std::optional<SensorReading> SensorPairing::addImu(const sensor_msgs::ImuConstPtr& message, const ros::Time& now) {
+  const std::optional<SensorReading> reading = imu_reader_.read(*message, now);
+  refusal_ = imu_reader_.lastRefusal();
+  if (!reading) return std::nullopt;
+  const Observation& y = reading->observation;
+  accelerations_.add({y.acceleration_x, y.acceleration_y, y.acceleration_z.value_or(0.0)}, y.stamp);
+  if (!followsClosely(message->header.stamp, paired_imu_)) {
+    paired_imu_ = message->header.stamp;
+    imu_input_.add(message);
+  }
+  return reading;
+}
+
+// Messages were checked when they came in, so that the values are there.
+Observation SensorPairing::wheelsAlone(const sensor_msgs::JointState& message) const {
+  Observation observation;
+  observation.stamp = message.header.stamp.toSec();
+  observation.wheel_left = *meanVelocity(message, names_.left_wheel_joints);
+  observation.wheel_right = *meanVelocity(message, names_.right_wheel_joints);
+  observation.valid.yaw_rate = observation.valid.acceleration = false;
+  return observation;
+}
+
+void SensorPairing::onPair(const sensor_msgs::JointStateConstPtr& wheels, const sensor_msgs::ImuConstPtr& imu) {
+  const Observation encoders = wheelsAlone(*wheels);
+  Observation observation = imu_reader_.observation(*imu);
+  observation.stamp = encoders.stamp;
+  observation.wheel_left = encoders.wheel_left;
+  observation.wheel_right = encoders.wheel_right;
+  observation.valid.wheel_left = observation.valid.wheel_right = true;
+  const Eigen::Vector3d acceleration = accelerations_.take(observation.stamp);
+  observation.acceleration_x = acceleration.x();
+  observation.acceleration_y = acceleration.y();
+  if (observation.acceleration_z) observation.acceleration_z = acceleration.z();
+  callback_(observation, wheels->header.stamp);
+}
+
+}  // namespace jackal_aic

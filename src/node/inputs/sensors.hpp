@@ -1,0 +1,114 @@
+#pragma once
+
+/// @file
+/// Wheel speeds and IMU samples: checked, rotated into the base frame, and paired by stamp.
+
+#include <message_filters/pass_through.h>
+#include <message_filters/sync_policies/approximate_time.h>
+#include <message_filters/synchronizer.h>
+#include <sensor_msgs/Imu.h>
+#include <sensor_msgs/JointState.h>
+#include <tf2/buffer_core.h>
+
+#include <Eigen/Geometry>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "jackal_aic/model/acceleration_pairing.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
+#include "parameters/node_parameters.hpp"
+
+namespace jackal_aic {
+
+/// True if at least one of the joints is named in the message (other nodes publish joint states too).
+bool mentionsAny(const sensor_msgs::JointState& message, const std::vector<std::string>& joints);
+
+/// Mean velocity [rad/s] of those of the joints that the message lists. std::nullopt if it lists none of them, or a
+/// velocity is missing, or the mean is not finite.
+std::optional<double> meanVelocity(const sensor_msgs::JointState& message, const std::vector<std::string>& joints);
+
+/// Sum of the positions [rad] of those of the joints that the message lists with one. std::nullopt if it lists none, or
+/// one that is not finite.
+std::optional<double> sumOfPositions(const sensor_msgs::JointState& message, const std::vector<std::string>& joints);
+
+/// Angular velocity and acceleration of an IMU message as (theta_dot, x_ddot, y_ddot, f_z) in the base frame, those of
+/// an Observation: the message's attitude takes gravity out of x and y, f_z keeps it. A message without attitude (first
+/// covariance -1, or no unit quaternion) leaves gravity in x and y too.
+/// @param rotation from the IMU's frame into the base frame. std::nullopt if a component is not finite.
+std::optional<Eigen::Vector4d> planarMotion(const sensor_msgs::Imu& message, const Eigen::Quaterniond& rotation);
+
+/// Turns vectors of `frame` into those of `base`; std::nullopt if no transforms relate the two. A slash at the start of
+/// a name, as older drivers write it, is left out.
+std::optional<Eigen::Quaterniond> rotationInto(const std::string& base, const std::string& frame,
+                                               const tf2::BufferCore& frames);
+
+/// Makes readings of IMU messages.
+class ImuReader {
+ public:
+  /// @param base_frame of the body velocity; @param frames how the IMU is mounted; they have to outlive the reader.
+  ImuReader(const std::string& base_frame, const tf2::BufferCore& frames) : base_frame_(base_frame), frames_(frames) {}
+
+  /// The reading of a message. One with a non-finite value, without a stamp, from the future, or from a frame that tf
+  /// cannot relate to the base frame is refused (empty, and lastRefusal() says why).
+  std::optional<SensorReading> read(const sensor_msgs::Imu& message, const ros::Time& now);
+
+  /// The observation of a message in the frame of the last one that was read.
+  Observation observation(const sensor_msgs::Imu& message) const;
+
+  /// Why the last message was refused; empty if it was not.
+  const std::string& lastRefusal() const { return refusal_; }
+
+ private:
+  std::string base_frame_;
+  const tf2::BufferCore& frames_;
+  Eigen::Quaterniond rotation_ = Eigen::Quaterniond::Identity();
+  std::string refusal_;
+};
+
+/// Takes joint_states and imu/data messages and hands on one Observation for each pair of stamps.
+class SensorPairing {
+ public:
+  /// Called with each paired observation; its stamp is that of the wheel speeds, its accelerations are paired
+  /// (acceleration_pairing.hpp).
+  using Callback = std::function<void(const Observation&, const ros::Time&)>;
+
+  /// @param names of wheels and base frame; @param frames as for ImuReader; @param callback gets the pairs.
+  SensorPairing(const RobotNames& names, const tf2::BufferCore& frames, Callback callback);
+
+  /// The reading of a joint state message. Messages without a wheel of ours are left alone (empty); one without both
+  /// sides, with a missing or non-finite velocity, without a stamp or from the future is refused (empty, and
+  /// lastRefusal() says why).
+  std::optional<SensorReading> addWheels(const sensor_msgs::JointStateConstPtr& message, const ros::Time& now);
+
+  /// The reading of an IMU message, as ImuReader::read().
+  std::optional<SensorReading> addImu(const sensor_msgs::ImuConstPtr& message, const ros::Time& now);
+
+  /// Why the last message was refused; empty if it was not.
+  const std::string& lastRefusal() const { return refusal_; }
+
+  /// Forgets everything received.
+  void reset();
+
+ private:
+  using Policy = message_filters::sync_policies::ApproximateTime<sensor_msgs::JointState, sensor_msgs::Imu>;
+
+  void onPair(const sensor_msgs::JointStateConstPtr& wheels, const sensor_msgs::ImuConstPtr& imu);
+  std::string refusalOf(const sensor_msgs::JointState& message, const ros::Time& now) const;
+  Observation wheelsAlone(const sensor_msgs::JointState& message) const;
+
+  RobotNames names_;
+  ImuReader imu_reader_;
+  Callback callback_;
+  ros::Time paired_wheels_;  // stamps of the last samples that the pairing got
+  ros::Time paired_imu_;
+  AccelerationPairing accelerations_;
+  std::string refusal_;
+  message_filters::PassThrough<sensor_msgs::JointState> wheel_input_;
+  message_filters::PassThrough<sensor_msgs::Imu> imu_input_;
+  std::unique_ptr<message_filters::Synchronizer<Policy>> synchronizer_;
+};
+
+}  // namespace jackal_aic

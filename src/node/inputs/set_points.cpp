@@ -1,0 +1,91 @@
+#include "inputs/set_points.hpp"
+
+#include <ros/console.h>
+#include <ros/time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "jackal_aic/config/parameter_map.hpp"
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kRivalry = 0.5;     // s of wall time within which two nodes send "at the same time"
+constexpr double kSameClock = 1.0;   // s; more no network delays
+constexpr double kTellPeriod = 5.0;  // s
+
+/// What a Twist with a component that is not finite asks for.
+constexpr SetPoint kNotFinite{std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
+
+// "Too old" alone would suggest the network as the cause instead of the sender's clock.
+void tellOfAnotherClock(const std::string& topic, double stamp) {
+  const double ahead = stamp - ros::Time::now().toSec();
+  if (std::abs(ahead) < kSameClock) return;
+  ROS_WARN_THROTTLE(kTellPeriod, "Set points on %s are stamped %.0f s %s this node's clock: they count as too old",
+                    topic.c_str(), std::abs(ahead), ahead > 0.0 ? "ahead of" : "behind");
+}
+
+template <class Message, class Callback>
+ros::Subscriber subscribe(ros::NodeHandle& node, const std::string& topic, std::uint32_t queue, Callback callback) {
+  const boost::function<void(const ros::MessageEvent<const Message>&)> function = std::move(callback);
+  return node.subscribe<Message>(topic, queue, function, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
+}
+
+}  // namespace
+
+std::optional<SetPoint> setPoint(const geometry_msgs::Twist& message) {
+  const auto& v = message.linear;
+  const auto& w = message.angular;
+  for (double value : {v.x, v.y, v.z, w.x, w.y, w.z}) {
+    if (!std::isfinite(value)) return std::nullopt;
+  }
+  return SetPoint{v.x, 0.0, w.z};
+}
+
+ReceivedSetPoint receivedSetPoint(const geometry_msgs::Twist& message) {
+  return {setPoint(message).value_or(kNotFinite), std::nullopt, message.linear.y};
+}
+
+ReceivedSetPoint receivedSetPoint(const geometry_msgs::TwistStamped& message) {
+  ReceivedSetPoint received = receivedSetPoint(message.twist);
+  if (!message.header.stamp.isZero()) received.stamp = message.header.stamp.toSec();
+  return received;
+}
+
+SetPointSource::SetPointSource(ros::NodeHandle& node, const std::string& topic, std::uint32_t queue, Take take)
+    : take_(std::move(take)) {
+  plain_ =
+      subscribe<geometry_msgs::Twist>(node, topic, queue, [this](const auto& event) { SetPointSource::take(event); });
+  stamped_ = subscribe<geometry_msgs::TwistStamped>(node, topic + "_stamped", queue,
+                                                    [this](const auto& event) { SetPointSource::take(event); });
+}
+
+void SetPointSource::requireForeign(const std::vector<std::string>& ours) const {
+  for (const std::string& topic : {plain_.getTopic(), stamped_.getTopic()}) {
+    if (std::find(ours.begin(), ours.end(), topic) == ours.end()) continue;
+    throw ParameterError("set points are remapped to " + topic +
+                         ", where this node's own commands would come back as set points; take another output, or "
+                         "another topic");
+  }
+}
+
+std::string SetPointSource::rivals() const {
+  const ros::WallTime since = ros::WallTime::now() - ros::WallDuration(kRivalry);
+  if (other_.time < since || sender_.time < since) return "";
+  const auto [first, second] = std::minmax(other_.name, sender_.name);  // the two send by turns
+  return first + " and " + second + " on " + topic();
+}
+
+template <class Message>
+void SetPointSource::take(const ros::MessageEvent<const Message>& event) {
+  if (event.getPublisherName() != sender_.name) other_ = sender_;
+  sender_ = {event.getPublisherName(), ros::WallTime::now()};
+  const ReceivedSetPoint received = receivedSetPoint(*event.getConstMessage());
+  if (received.stamp) tellOfAnotherClock(stamped_.getTopic(), *received.stamp);
+  take_(received);
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,75 @@
+#pragma once
+
+/// @file
+/// Set points: geometry_msgs/Twist on a topic, and TwistStamped on the topic of the same name with `_stamped`.
+
+#include <geometry_msgs/Twist.h>
+#include <geometry_msgs/TwistStamped.h>
+#include <ros/message_event.h>
+#include <ros/node_handle.h>
+#include <ros/subscriber.h>
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "jackal_aic/model/types.hpp"
+
+namespace jackal_aic {
+
+/// Set point of a Twist (linear.x, angular.z). std::nullopt if any component is not finite. A skid-steer robot cannot
+/// follow the other components: they are left out.
+std::optional<SetPoint> setPoint(const geometry_msgs::Twist& message);
+
+/// A set point as it was sent.
+struct ReceivedSetPoint {
+  SetPoint wanted;              ///< not finite if any component is not
+  std::optional<double> stamp;  ///< [s]; empty if the message has none
+  double sideways = 0.0;        ///< linear.y, which `wanted` leaves out [m/s]
+};
+
+ReceivedSetPoint receivedSetPoint(const geometry_msgs::Twist& message);         ///< without a stamp
+ReceivedSetPoint receivedSetPoint(const geometry_msgs::TwistStamped& message);  ///< a stamp of zero is none
+
+/// Subscribes to both topics, and reports stamps by another clock. All calls in the thread of the callbacks.
+class SetPointSource {
+ public:
+  using Take = std::function<void(const ReceivedSetPoint&)>;
+
+  /// @param topic of the Twist, in the namespace of `node`; @param queue messages that may wait; @param take called
+  /// with each.
+  SetPointSource(ros::NodeHandle& node, const std::string& topic, std::uint32_t queue, Take take);
+
+  SetPointSource(const SetPointSource&) = delete;
+  SetPointSource& operator=(const SetPointSource&) = delete;
+
+  /// @throws ParameterError if a topic is one of ours: our own commands would come back as set points.
+  void requireForeign(const std::vector<std::string>& ours) const;
+
+  std::string topic() const { return plain_.getTopic(); }  ///< of the Twist, as resolved and remapped
+
+  /// Publishers that are connected.
+  std::uint32_t publishers() const { return plain_.getNumPublishers() + stamped_.getNumPublishers(); }
+
+  /// The nodes that sent set points at the same time, with the topic; empty if it was one.
+  std::string rivals() const;
+
+ private:
+  struct Sender {
+    std::string name;
+    ros::WallTime time;  // of its last message
+  };
+
+  template <class Message>
+  void take(const ros::MessageEvent<const Message>& event);
+
+  Take take_;
+  Sender sender_;  // of the last message
+  Sender other_;   // the last that was another one
+  ros::Subscriber plain_;
+  ros::Subscriber stamped_;
+};
+
+}  // namespace jackal_aic

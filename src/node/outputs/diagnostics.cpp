@@ -1,0 +1,289 @@
+#include "outputs/diagnostics.hpp"
+
+#include <ros/console.h>
+
+#include <utility>
+
+#include "jackal_aic/safety/remedy.hpp"
+
+namespace jackal_aic {
+namespace {
+
+/// Wall time after which missing sensors are reported [s].
+constexpr double kSensorPatience = 3.0;
+
+/// Wall time in which a subscriber finds the commands at the start [s].
+constexpr double kConnection = 2.0;
+
+/// Whether reason() of the two can differ.
+bool tellTheSame(const DriveLoopStatus& a, const DriveLoopStatus& b) {
+  return a.decision.cause == b.decision.cause && a.decision.unacknowledged == b.decision.unacknowledged &&
+         a.fault == b.fault && a.share == b.share && a.loss == b.loss && a.handed_over == b.handed_over;
+}
+
+/// A remedy as the next sentence, or an empty text.
+std::string sentence(const char* remedy) { return *remedy == '\0' ? "" : std::string(". ") + remedy; }
+
+/// Whether no action step was made since the start, or since a restart.
+bool undecided(const DriveLoopStatus& status) {
+  return status.decision.status == DriveStatus::idle && status.decision.cause == StopCause::none;
+}
+
+}  // namespace
+
+bool StopReason::update(const DriveLoopStatus& status, const std::string& contender) {
+  if (tellTheSame(status, status_) && contender == contender_) return false;
+  text_ = reason(status, contender);
+  status_ = status;
+  contender_ = contender;
+  return true;
+}
+
+bool StatusReport::update(const DriveLoopStatus& status, const std::string& contender) {
+  const DriveLoopStatus before = status_;
+  status_ = status;
+  const bool decided =
+      status.decision.status != before.decision.status || status.decision.cause != before.decision.cause;
+  const bool changed = reason_.update(status, contender) || decided;
+  if (status.rejected_measurements != before.rejected_measurements) {
+    refused("measurement whose stamp is not later than the last one, or ahead of the clock",
+            status.rejected_measurements);
+  }
+  if (status.scaled_set_points > 0 && before.scaled_set_points == 0) {
+    ROS_WARN(
+        "Set point beyond the limits (%g m/s, %g rad/s): %g m/s, %g rad/s is driven. Told once; the diagnostics count",
+        status.scaled_from.forward, status.scaled_from.yaw_rate, status.scaled_to.forward, status.scaled_to.yaw_rate);
+  }
+  if (status.dropped_periods != before.dropped_periods) {
+    ROS_WARN_THROTTLE(1.0, "Control loop overrun: skipped %llu periods (machine busy?)",
+                      static_cast<unsigned long long>(status.dropped_periods - before.dropped_periods));
+  }
+  if (status.fault != before.fault) logFault(before.fault);
+  logLoss();
+  if (decided) logDecision(before);
+  logClearedCause(before);
+  return changed && !undecided(status);  // why it is idle is reported with the next action step
+}
+
+void StatusReport::refused(const std::string& what, std::uint32_t count) {
+  ROS_WARN_THROTTLE(1.0, "Rejected %s (%u so far)", what.c_str(), count);
+}
+
+void StatusReport::settle(ros::WallDuration patience) {
+  if (ros::WallTime::now() - pending_since_ < patience) return;
+  if (fault_pending_) {
+    ROS_WARN("Fault: %s. %s", text(status_.fault), remedy(status_.fault));
+    loss_pending_ = false;
+  }
+  if (loss_pending_) ROS_WARN("Sensors: %s. %s", text(status_.loss), remedy(status_.loss));
+  fault_pending_ = loss_pending_ = false;
+}
+
+void StatusReport::logFault(Fault before) {
+  if (isFault(status_.fault)) {
+    fault_pending_ = true;
+    pending_since_ = ros::WallTime::now();
+    return;
+  }
+  if (isFault(before) && !fault_pending_) ROS_INFO("Fault cleared: %s", text(before));
+  fault_pending_ = false;
+  if (status_.fault == Fault::moved) {
+    ROS_INFO("The robot is %s", text(status_.fault));
+  } else if (status_.fault == Fault::stuck) {
+    ROS_WARN("The robot %s. %s", text(status_.fault), remedy(status_.fault));
+  } else if (status_.fault != Fault::none) {
+    ROS_WARN_THROTTLE(10.0, "Noticed: %s. %s", text(status_.fault, status_.share).c_str(), remedy(status_.fault));
+  }
+}
+
+void StatusReport::logLoss() {
+  if (status_.loss == logged_loss_) return;
+  if (status_.loss == Loss::none) {
+    if (!loss_pending_) ROS_INFO("Cleared: %s", text(logged_loss_));
+    loss_pending_ = false;
+  } else if (isFault(status_.fault)) {
+    return;  // which says what is lost, and why
+  } else {
+    loss_pending_ = true;
+    pending_since_ = ros::WallTime::now();
+  }
+  logged_loss_ = status_.loss;
+}
+
+void StatusReport::logClearedCause(const DriveLoopStatus& before) const {
+  const GateDecision& decision = status_.decision;
+  if (!decision.unacknowledged || (before.decision.unacknowledged && before.decision.cause == decision.cause)) return;
+  if (set_point_deadline_ > 0.0) {
+    ROS_INFO("Cleared: %s. Send a zero set point, or pause for %g s, to drive on", text(decision.cause),
+             set_point_deadline_);
+  } else {
+    ROS_INFO("Cleared: %s. Send a zero set point to drive on", text(decision.cause));
+  }
+}
+
+void StatusReport::logStop(const char* what) {
+  const StopCause cause = status_.decision.cause;
+  logged_stop_ = cause;
+  const char* to_do = remedy(cause);
+  if (isFault(status_.fault)) {
+    to_do = remedy(status_.fault);
+  } else if (status_.loss != Loss::none) {
+    to_do = remedy(status_.loss);
+  }
+  fault_pending_ = loss_pending_ = false;
+  const auto level = severity(cause) == Severity::fault ? ros::console::levels::Error : ros::console::levels::Warn;
+  ROS_LOG(level, ROSCONSOLE_DEFAULT_NAME, "%s: %s", what, (reason() + sentence(to_do)).c_str());
+}
+
+void StatusReport::logDecision(const DriveLoopStatus& before) {
+  const StopCause cause = status_.decision.cause;
+  const bool told = logged_stop_ == cause && before.decision.status == DriveStatus::braking;
+  switch (status_.decision.status) {
+    case DriveStatus::idle:
+      break;
+    case DriveStatus::driving:
+      ROS_INFO("Driving");
+      break;
+    case DriveStatus::braking:
+      // A set point that ends is the usual end of a drive, and told once at rest; the end of the node says so itself.
+      if (cause != StopCause::set_point_late && cause != StopCause::shutdown && !told) logStop("Stopping");
+      return;
+    case DriveStatus::stopped:
+      // At a start nothing has stopped: only what is waited for is logged.
+      if (before.decision.status == DriveStatus::idle) {
+        ROS_INFO("Waiting: %s", (reason() + sentence(remedy(cause))).c_str());
+      } else if (cause == StopCause::set_point_late) {
+        ROS_INFO("Stopped: no set point for %g s", set_point_deadline_);
+      } else if (cause != StopCause::shutdown && !told) {
+        logStop("Stopped");
+      }
+      break;
+    case DriveStatus::faulted:
+      if (!told) logStop("Stopped");
+      break;
+  }
+  logged_stop_ = StopCause::none;
+}
+
+void StatusReport::diagnoseIdle(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing) const {
+  using diagnostic_msgs::DiagnosticStatus;
+  if (undecided(status_)) return status.summary(DiagnosticStatus::WARN, "no action step yet");
+  std::string message = reason();
+  bool complete = !isFault(status_.fault) && status_.loss == Loss::none;
+  for (const StopCause source : {StopCause::wheels_missing, StopCause::imu_missing}) {
+    if (!missing.hasAny({source})) continue;
+    message.append("; ").append(text(source));
+    complete = false;
+  }
+  status.summary(complete ? DiagnosticStatus::OK : DiagnosticStatus::WARN, message);
+}
+
+void StatusReport::diagnoseStatus(diagnostic_updater::DiagnosticStatusWrapper& status,
+                                  const StopCauses& missing) const {
+  using diagnostic_msgs::DiagnosticStatus;
+  switch (status_.decision.status) {
+    case DriveStatus::driving:
+      if (status_.handed_over && !isFault(status_.fault) && status_.loss == Loss::none) {
+        status.summary(DiagnosticStatus::OK, reason());
+        break;
+      }
+      status.summary(reason().empty() ? DiagnosticStatus::OK : DiagnosticStatus::WARN,
+                     reason().empty() ? "driving" : "driving with a fault: " + reason());
+      break;
+    case DriveStatus::idle:
+      diagnoseIdle(status, missing);
+      break;
+    case DriveStatus::braking:
+    case DriveStatus::stopped:
+      status.summary(DiagnosticStatus::WARN, reason());
+      break;
+    case DriveStatus::faulted:
+      status.summary(DiagnosticStatus::ERROR, reason());
+      break;
+  }
+}
+
+void StatusReport::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing,
+                            const std::string& unheard) const {
+  diagnoseStatus(status, missing);
+  if (!unheard.empty()) {
+    // Commands without a subscriber drive nothing; motors at rest then look like a hand-over.
+    const bool drives = status_.decision.status == DriveStatus::driving && status.level == status.OK;
+    status.mergeSummary(status.WARN, drives || status.level != status.OK ? unheard : status.message + "; " + unheard);
+  }
+  status.add("Rejected set points", status_.rejected_set_points);
+  status.add("Set points beyond the limits", status_.scaled_set_points);
+  status.add("Dropped action periods", status_.dropped_periods);
+  status.add("Clock resets", status_.clock_resets);
+  status.add("Brakes", status_.brakes);
+  status.add("Faults", status_.faults);
+  status.add("Faults detected", status_.faults_detected);
+  status.add("Fault detection", isFault(status_.fault) ? text(status_.fault) : text(status_.loss));
+}
+
+DiagnosticsOutput::DiagnosticsOutput(std::string controller, std::string set_point_topic, double set_point_deadline)
+    : controller_(std::move(controller)), set_point_topic_(std::move(set_point_topic)), report_(set_point_deadline) {
+  updater_.setHardwareID("jackal");
+  updater_.add("Active inference controller", this, &DiagnosticsOutput::fill);
+}
+
+void DiagnosticsOutput::look(const DriveLoopStatus& status, const std::string& contender, const Figures& figures) {
+  const bool changed = reason_.update(status, contender) || status.decision.status != last_status_;
+  last_status_ = status.decision.status;
+  const Look look{++looks_, status, contender};
+  // Changes are reported in their order. Of counters the newest value is enough.
+  if (changed || untold_) untold_ = !changes_.push(look);
+  newest_.write(look);
+  figures_.write(figures);
+}
+
+bool DiagnosticsOutput::tell(const Look& look) {
+  if (look.number <= told_looks_) return false;
+  told_looks_ = look.number;
+  last_told_status_ = look.status.decision.status;
+  return report_.update(look.status, look.contender);
+}
+
+void DiagnosticsOutput::announce() {
+  if (ready_told_ || !counted_) return;
+  if (last_told_status_ == DriveStatus::driving) ready_told_ = true;  // which is reported itself
+  if (told_.missing.worst() == StopCause::none && !ready_told_) {
+    ready_told_ = true;
+    ROS_INFO("Ready (%s). Waiting for set points on %s", controller_.c_str(), set_point_topic_.c_str());
+  }
+  if (ready_told_ || missing_told_ || (ros::WallTime::now() - started_).toSec() < kSensorPatience) return;
+  missing_told_ = true;
+  const bool no_wheels = told_.missing.hasAny({StopCause::wheels_missing});
+  const bool no_imu = told_.missing.hasAny({StopCause::imu_missing});
+  ROS_WARN("No %s yet: start the robot's bringup, or the simulation, first",
+           no_wheels && no_imu ? "wheel speeds (joint_states) and no IMU data (imu/data)"
+           : no_wheels         ? "wheel speeds (joint_states)"
+                               : "IMU data (imu/data)");
+}
+
+void DiagnosticsOutput::publish(const std::string& unheard) {
+  if (unheard.empty()) heard_ = ros::WallTime::now();
+  unheard_ = unheard;
+  const StopCause missing = told_.missing.worst();
+  if (const Figures* figures = figures_.read()) {
+    told_ = *figures;
+    counted_ = true;
+  }
+  report_.settle();
+  bool changed = told_.missing.worst() != missing;
+  changes_.consume_all([&](const Look& look) { changed = tell(look) || changed; });
+  if (const Look* look = newest_.read()) changed = tell(*look) || changed;
+  announce();
+  // Changes are reported at once, not with the next period.
+  changed ? updater_.force_update() : updater_.update();
+}
+
+void DiagnosticsOutput::fill(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  const bool lasted = (ros::WallTime::now() - heard_).toSec() > kConnection;
+  report_.diagnose(status, told_.missing, lasted ? unheard_ : "");
+  status.add("Rejected measurements", told_.rejected_measurements);
+  status.add("Master reachable", told_.master_reachable ? "yes" : "no");
+  status.add("Free energy", told_.free_energy);
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,145 @@
+#pragma once
+
+/// @file
+/// What the drive loop does, for people: log lines when it changes, and diagnostics. The words for why the robot stands
+/// are those of the core (reason(), text(), remedy()).
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <ros/time.h>
+
+#include <boost/lockfree/spsc_queue.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "jackal_aic/safety/drive_loop.hpp"
+#include "process/latest.hpp"
+
+namespace jackal_aic {
+
+/// Why the robot is not driven, put into words when it changes.
+class StopReason {
+ public:
+  /// Looks at the status. @param contender who else publishes commands, if that is known. True if it has changed.
+  bool update(const DriveLoopStatus& status, const std::string& contender);
+
+  /// reason(DriveLoopStatus) of the last update.
+  const std::string& text() const { return text_; }
+
+ private:
+  DriveLoopStatus status_;
+  std::string contender_;
+  std::string text_;
+};
+
+/// Tells what has changed between two looks at the status.
+class StatusReport {
+ public:
+  /// @param set_point_deadline age at which a set point stops the robot [s]; 0: never.
+  explicit StatusReport(double set_point_deadline = 0.0) : set_point_deadline_(set_point_deadline) {}
+
+  /// Looks at the status. @param contender who else publishes commands, if that is known. True if what keeps the robot
+  /// from driving has changed, so that diagnostics are due.
+  bool update(const DriveLoopStatus& status, const std::string& contender);
+
+  /// Logs a fault or a loss that has not stopped the robot for `patience` of wall time. One that stops it sooner is
+  /// logged with the stop, in one line.
+  void settle(ros::WallDuration patience = ros::WallDuration(0.1));
+
+  /// Tells of a refused message. @param count how many there were.
+  static void refused(const std::string& what, std::uint32_t count);
+
+  /// reason(DriveLoopStatus) of the last update.
+  const std::string& reason() const { return reason_.text(); }
+
+  /// Level, reason and counters of the last update. @param missing sources that have not come since the start
+  /// (wheels_missing, imu_missing), which are reported while it is idle. @param unheard says that the commands have no
+  /// subscriber; empty: they have one.
+  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing = {},
+                const std::string& unheard = {}) const;
+
+ private:
+  void logDecision(const DriveLoopStatus& before);
+  void logStop(const char* what);
+  void logFault(Fault before);
+  void logLoss();
+  void logClearedCause(const DriveLoopStatus& before) const;
+  void diagnoseStatus(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing) const;
+  void diagnoseIdle(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing) const;
+
+  double set_point_deadline_;
+  DriveLoopStatus status_;
+  Loss logged_loss_ = Loss::none;  // and not over yet
+  bool fault_pending_ = false;     // not logged yet: it may stop the robot
+  bool loss_pending_ = false;      // the same for a loss
+  ros::WallTime pending_since_;
+  StopCause logged_stop_ = StopCause::none;  // for which the robot brakes
+  StopReason reason_;
+};
+
+/// Log lines and /diagnostics of the node, by another thread than the one that drives.
+class DiagnosticsOutput {
+ public:
+  /// What is reported in addition to the status.
+  struct Figures {
+    std::uint32_t rejected_measurements = 0;
+    double free_energy = 0.0;
+    bool master_reachable = true;
+    StopCauses missing;  ///< as in StatusReport::diagnose()
+  };
+
+  /// @param controller name of the preset, or of the structure; @param set_point_topic resolved name;
+  /// @param set_point_deadline as StatusReport.
+  DiagnosticsOutput(std::string controller, std::string set_point_topic, double set_point_deadline);
+
+  /// In the thread that drives: hands over what is to be reported. Every change of what keeps the robot from driving
+  /// is reported, unless more come than the other thread can take. @param contender as in StatusReport::update().
+  void look(const DriveLoopStatus& status, const std::string& contender, const Figures& figures);
+
+  /// In the thread that drives: why the robot is not driven.
+  const std::string& reason() const { return reason_.text(); }
+
+  /// In the other thread: logs what has changed, and publishes if it is time to, or if something has changed.
+  /// @param unheard as in StatusReport::diagnose(); it is reported when it has lasted.
+  void publish(const std::string& unheard);
+
+ private:
+  static constexpr std::size_t kWaiting = 64;  // changes that may wait
+
+  struct Look {
+    std::uint64_t number = 0;  // in their order
+    DriveLoopStatus status;
+    std::string contender;
+  };
+
+  bool tell(const Look& look);
+  void announce();
+  void fill(diagnostic_updater::DiagnosticStatusWrapper& status);
+
+  // Of the thread that drives.
+  StopReason reason_;
+  std::uint64_t looks_ = 0;
+  std::optional<DriveStatus> last_status_;
+  bool untold_ = false;  // a change that did not fit
+
+  boost::lockfree::spsc_queue<Look, boost::lockfree::capacity<kWaiting>> changes_;
+  Latest<Look> newest_;
+  Latest<Figures> figures_;
+
+  // Of the other thread.
+  std::string controller_;
+  std::string set_point_topic_;
+  ros::WallTime started_ = ros::WallTime::now();
+  bool ready_told_ = false;
+  bool missing_told_ = false;
+  bool counted_ = false;  // figures have come
+  StatusReport report_;
+  std::uint64_t told_looks_ = 0;
+  DriveStatus last_told_status_ = DriveStatus::idle;
+  Figures told_;
+  std::string unheard_;
+  ros::WallTime heard_ = ros::WallTime::now();  // last time that the commands had a subscriber, or the start
+  diagnostic_updater::Updater updater_;
+};
+
+}  // namespace jackal_aic

@@ -1,0 +1,51 @@
+#pragma once
+
+/// @file
+/// Every input of a drive loop as messages, so that a recording of them is the whole drive.
+
+#include <jackal_aic/LoopInputs.h>
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "jackal_aic/safety/drive_input.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
+#include "parameters/node_parameters.hpp"
+
+namespace jackal_aic {
+
+/// Adds an input to a message, gains as their text. Numbers keep their bits.
+void addInput(const DriveInput& input, LoopInputs& message);
+
+/// The inputs of a message, in their order; exactly those that were added.
+/// @throws ParameterError if an input is of a kind that is not known, lacks values, or its gains are no gains.
+std::vector<DriveInput> inputsOf(const LoopInputs& message);
+
+/// Publishes jackal_AIC/inputs (jackal_aic/LoopInputs). What comes before the first subscriber is kept for it, for
+/// kPatience, so that a recorder that is started together with the node misses nothing.
+class InputLog {
+ public:
+  /// Listens to a loop, which is not to call after the end of the log. @param parameters with which the loop was made.
+  InputLog(ros::NodeHandle& node, const NodeParameters& parameters, DriveLoop& loop);
+  InputLog(const InputLog&) = delete;
+  InputLog& operator=(const InputLog&) = delete;
+
+  /// Publishes what was kept, if there is a subscriber. @param now time of the action update.
+  void publish(const ros::Time& now);
+
+ private:
+  // Neither publishes nor, but for changed gains, allocates.
+  void keep(const DriveInput& input);
+
+  NodeParameters configuration_;  // in force after the last input that was published
+  std::vector<DriveInput> kept_;
+  std::uint64_t first_ = 0;  // number of the first kept one
+  bool listened_ = false;    // there has been a subscriber
+  bool incomplete_ = false;  // some were not kept
+  ros::Time configured_;     // when the configuration was published last
+  ros::Publisher publisher_;
+};
+
+}  // namespace jackal_aic

@@ -1,0 +1,96 @@
+#include "outputs/odometry_output.hpp"
+
+#include <cmath>
+
+#include "jackal_aic/safety/loop_odometry.hpp"
+
+namespace jackal_aic {
+namespace {
+
+constexpr int kSize = 6;                   // of a covariance: x, y, z, roll, pitch, yaw
+constexpr int kPlanar[] = {0, 1, 5};       // rows of x, y and yaw
+constexpr int kForwardRow = 0;             // of a twist
+constexpr int kYawRow = 5;                 // of a twist
+constexpr double kSmallVariance = 0.001;   // (m/s)^2, of the speeds that a robot on wheels does not have
+constexpr double kGroundVariance = 0.001;  // m^2, of the place that is taken for exact at the start
+
+/// Of a twist and a pose: along x, y and z; about x and y.
+void setRest(boost::array<double, 36>& covariance, double vertical) {
+  covariance.fill(0.0);
+  covariance[1 * kSize + 1] = kSmallVariance;
+  covariance[2 * kSize + 2] = vertical;
+  covariance[3 * kSize + 3] = covariance[4 * kSize + 4] = kUnknownVariance;
+}
+
+}  // namespace
+
+void fillOdometry(const PlanarPose& pose, const PlanarMotion& motion, nav_msgs::Odometry& message) {
+  message.pose.pose.position.x = pose.x;
+  message.pose.pose.position.y = pose.y;
+  message.pose.pose.orientation.z = std::sin(0.5 * pose.heading);
+  message.pose.pose.orientation.w = std::cos(0.5 * pose.heading);
+  message.twist.twist.linear.x = motion.forward;
+  message.twist.twist.angular.z = motion.yaw_rate;
+}
+
+void fillPoseCovariance(const Eigen::Matrix3d& covariance, nav_msgs::Odometry& message) {
+  auto& matrix = message.pose.covariance;
+  setRest(matrix, kUnknownVariance);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) matrix[kPlanar[i] * kSize + kPlanar[j]] = covariance(i, j);
+    matrix[kPlanar[i] * (kSize + 1)] += kGroundVariance;
+  }
+}
+
+void fillMotionCovariance(const Eigen::Matrix2d& covariance, nav_msgs::Odometry& message) {
+  auto& matrix = message.twist.covariance;
+  setRest(matrix, kSmallVariance);
+  matrix[kForwardRow * kSize + kForwardRow] = covariance(0, 0);
+  matrix[kForwardRow * kSize + kYawRow] = matrix[kYawRow * kSize + kForwardRow] = covariance(0, 1);
+  matrix[kYawRow * kSize + kYawRow] = covariance(1, 1);
+}
+
+geometry_msgs::TransformStamped transformOf(const nav_msgs::Odometry& message) {
+  geometry_msgs::TransformStamped transform;
+  transform.header = message.header;
+  transform.child_frame_id = message.child_frame_id;
+  transform.transform.translation.x = message.pose.pose.position.x;
+  transform.transform.translation.y = message.pose.pose.position.y;
+  transform.transform.rotation = message.pose.pose.orientation;
+  return transform;
+}
+
+OdometryOutput::OdometryOutput(ros::NodeHandle& node, const NodeParameters& parameters, const DriveLoop& loop)
+    : loop_(loop), odometry_(makeOdometry(parameters, loop)) {
+  message_.header.frame_id = parameters.odometry.frame;
+  message_.child_frame_id = parameters.robot.base_frame;
+  if (parameters.odometry.publish) publisher_ = node.advertise<nav_msgs::Odometry>("odom", 10);
+  if (parameters.odometry.tf) broadcaster_.emplace();
+}
+
+void OdometryOutput::observe(const Observation& observation, const ros::Time& now) {
+  advance(loop_.command(), now);
+  odometry_.observe(asCounted(observation, loop_));
+}
+
+void OdometryOutput::advance(const WheelCommand& applied, const ros::Time& now) {
+  if (!last_.isZero()) odometry_.advance(applied, (now - last_).toSec());
+  last_ = now;
+}
+
+void OdometryOutput::publish(const WheelCommand& applied, const ros::Time& now) {
+  advance(applied, now);
+  message_.header.stamp = now;
+  fillOdometry(odometry_.pose(), odometry_.motion(), message_);
+  fillPoseCovariance(odometry_.poseCovariance(), message_);
+  fillMotionCovariance(odometry_.motion().covariance, message_);
+  if (publisher_) publisher_.publish(message_);
+  if (broadcaster_) broadcaster_->sendTransform(transformOf(message_));
+}
+
+void OdometryOutput::reset() {
+  odometry_.forgetMotion();
+  last_ = {};
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,62 @@
+#pragma once
+
+/// @file
+/// Odometry as a message, on the topic odom and as the transform from its frame to the base frame.
+
+#include <geometry_msgs/TransformStamped.h>
+#include <nav_msgs/Odometry.h>
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+#include <tf2_ros/transform_broadcaster.h>
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "jackal_aic/odometry/odometry.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
+#include "parameters/node_parameters.hpp"
+
+namespace jackal_aic {
+
+/// Variance, in a covariance matrix of a message, of what is not known [(m/s)^2, (rad/s)^2].
+inline constexpr double kUnknownVariance = 1e6;
+
+/// Fills in pose and motion, in the planar rows of a message.
+void fillOdometry(const PlanarPose& pose, const PlanarMotion& motion, nav_msgs::Odometry& message);
+
+/// Fills in a covariance of the pose (x, y, yaw), or of the motion (x_dot, theta_dot). A robot on wheels that does not
+/// slide has no sideways speed: its variance is the stock Jackal's 0.001. What wheels and gyro say nothing about has
+/// kUnknownVariance.
+void fillPoseCovariance(const Eigen::Matrix3d& covariance, nav_msgs::Odometry& message);
+void fillMotionCovariance(const Eigen::Matrix2d& covariance, nav_msgs::Odometry& message);  ///< as above
+
+/// The pose of a message as the transform between its frames.
+geometry_msgs::TransformStamped transformOf(const nav_msgs::Odometry& message);
+
+/// Computes the odometry of a drive loop and publishes it as the parameters odometry.* say.
+class OdometryOutput {
+ public:
+  /// Opens the topics in the namespace of `node`. @param parameters of the node; @param loop has to outlive the output.
+  OdometryOutput(ros::NodeHandle& node, const NodeParameters& parameters, const DriveLoop& loop);
+
+  /// The loop was given a measurement at a time.
+  void observe(const Observation& observation, const ros::Time& now);
+
+  /// Goes on to a time and publishes. @param applied the command that the motors had until now [rad/s].
+  void publish(const WheelCommand& applied, const ros::Time& now);
+
+  /// The clock jumped back.
+  void reset();
+
+ private:
+  void advance(const WheelCommand& applied, const ros::Time& now);
+
+  const DriveLoop& loop_;
+  Odometry odometry_;
+  ros::Time last_;
+  nav_msgs::Odometry message_;
+  ros::Publisher publisher_;                                  // if it is to be published
+  std::optional<tf2_ros::TransformBroadcaster> broadcaster_;  // if the transform is
+};
+
+}  // namespace jackal_aic

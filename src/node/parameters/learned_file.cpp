@@ -1,0 +1,169 @@
+#include "parameters/learned_file.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <vector>
+
+#include "jackal_aic/config/parameter_map.hpp"
+#include "jackal_aic/config/text.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml_text.hpp"
+
+namespace jackal_aic {
+namespace {
+
+constexpr double kRounding = 1.0 + 1e-6;  // a bound is read again in spite of it
+constexpr double kAlphaRange = 2.0 * kRounding;
+constexpr double kTurnRange = 4.0 * kRounding;  // the widest robot.track_range; the belief keeps to that of the robot
+constexpr std::size_t kCoefficients = 4, kTriangle = kCoefficients * (kCoefficients + 1) / 2;
+constexpr double kLargest = 1e6;  // of a coefficient or a covariance
+
+/// Slip as it stands in the file, with the ranges in which the belief stays.
+struct KeptSlip {
+  SlipState slip, configured;
+  std::vector<double> turn_coefficients{};  // empty: nothing known
+  std::vector<double> turn_covariance{};    // lower triangle, row by row
+};
+
+template <class Visitor>
+void describeFields(Visitor& v, KeptSlip& p) {
+  const double alpha = p.configured.slip_factor;
+  v.field("slip_factor", p.slip.slip_factor, {alpha / kAlphaRange, alpha * kAlphaRange}, "", Presence::required);
+  // The belief bounds the ratio alpha / b_hat.
+  const double track = p.configured.effective_track * p.slip.slip_factor / alpha;
+  v.field("effective_track", p.slip.effective_track, {track / kTurnRange, track * kTurnRange}, "m", Presence::required);
+  v.field("turn_coefficients", p.turn_coefficients, {-kLargest, kLargest}, kCoefficients, "", Presence::optional);
+  v.field("turn_covariance", p.turn_covariance, {-kLargest, kLargest}, kTriangle, "", Presence::optional);
+}
+
+/// Two values of the configuration, of any robot.
+struct Configured {
+  const char *first_name, *second_name, *unit;
+  double least;  // that either may be
+  double first = 0.0, second = 0.0;
+};
+
+template <class Visitor>
+void describeFields(Visitor& v, Configured& p) {
+  v.field(p.first_name, p.first, {p.least, 1e3}, p.unit, Presence::required);
+  v.field(p.second_name, p.second, {p.least, 1e3}, p.unit, Presence::required);
+}
+
+Configured configuredSlip(const SlipState& slip) {
+  return {"effective_track", "slip_factor", "", 1e-3, slip.effective_track, slip.slip_factor};
+}
+Configured configuredTiming(const DriveTrainTiming& timing) {
+  return {"dead_time", "lag", "s", 0.0, timing.dead_time, timing.lag};
+}
+
+/// As written and read again.
+bool same(const Configured& a, const Configured& b) {
+  const auto close = [](double x, double y) { return std::abs(x - y) <= 1e-6 * std::max(std::abs(x), std::abs(y)); };
+  return close(a.first, b.first) && close(a.second, b.second);
+}
+
+/// @throws ParameterError if there are too few numbers, or if TurnModel would not take them.
+std::optional<TurnCoefficients> turnOf(const KeptSlip& p) {
+  if (p.turn_coefficients.empty() && p.turn_covariance.empty()) return std::nullopt;
+  if (p.turn_coefficients.size() != kCoefficients || p.turn_covariance.size() != kTriangle) {
+    throw ParameterError(
+        fmt::format("slip.turn_coefficients and slip.turn_covariance have {} and {} numbers: must be {} and {}",
+                    p.turn_coefficients.size(), p.turn_covariance.size(), kCoefficients, kTriangle));
+  }
+  TurnCoefficients turn;
+  std::size_t next = 0;
+  for (int i = 0; i < turn.mean.size(); ++i) {
+    turn.mean(i) = p.turn_coefficients[static_cast<std::size_t>(i)];
+    for (int j = 0; j <= i; ++j) turn.covariance(i, j) = turn.covariance(j, i) = p.turn_covariance[next++];
+  }
+  TurnModel(1.0).setCoefficients(turn);
+  return turn;
+}
+
+std::string textOf(const LearnedModel& learned, const LearnedModel& configured) {
+  KeptSlip kept{learned.slip, learned.slip};
+  const TurnCoefficients turn =
+      learned.slip.turn.value_or(TurnModel(learned.slip.slip_factor / learned.slip.effective_track).coefficients());
+  for (int i = 0; i < turn.mean.size(); ++i) {
+    kept.turn_coefficients.push_back(turn.mean(i));
+    for (int j = 0; j <= i; ++j) kept.turn_covariance.push_back(turn.covariance(i, j) + 0.0);  // no -0
+  }
+  std::string text = "# What the predictive controller learned; read at its start, rewritten while it runs.\n" +
+                     yamlBlock("slip", kept);
+  const auto& timing = learned.timing;  // a robot may be slower than anything that is learned
+  if (timing && timing->dead_time <= kLongestTiming.dead_time && timing->lag <= kLongestTiming.lag) {
+    text += yamlBlock("drive_train", *timing);
+  }
+  text += yamlBlock("told_slip", configuredSlip(configured.slip));
+  if (configured.timing) text += yamlBlock("told_drive_train", configuredTiming(*configured.timing));
+  return text;
+}
+
+[[noreturn]] void fail(const std::string& path, const std::string& what) {
+  throw ParameterError("slip.file = " + jackal_aic::quoted(path) + ": " + what);
+}
+
+KeptModel readKept(ParameterMap& map, const LearnedModel& configured) {
+  Configured slip = configuredSlip(configured.slip),
+             timing = configuredTiming(configured.timing.value_or(DriveTrainTiming{}));
+  if (map.hasSection("told_slip")) slip = readParameters(map, "told_slip", slip);
+  if (map.hasSection("told_drive_train")) timing = readParameters(map, "told_drive_train", timing);
+  const SlipState then{slip.first, slip.second};
+  const KeptSlip read = readParameters(map, "slip", KeptSlip{then, then});
+  KeptModel kept{{read.slip, std::nullopt}, ""};
+  if (map.hasSection("drive_train")) kept.learned.timing = readParameters<DriveTrainTiming>(map, "drive_train");
+  map.refuseUnknown();
+  kept.learned.slip.turn = turnOf(read);
+  const Configured slip_now = configuredSlip(configured.slip);
+  if (!same(slip, slip_now)) {
+    kept.learned.slip = configured.slip;
+    kept.left_out = fmt::format(
+        "slip (configured with an effective track of {:g} m and a slip factor of {:g} then, {:g} m and {:g} now)",
+        slip.first, slip.second, slip_now.first, slip_now.second);
+  }
+  if (!configured.timing || !kept.learned.timing) return kept;
+  const Configured timing_now = configuredTiming(*configured.timing);
+  if (same(timing, timing_now)) return kept;
+  kept.learned.timing.reset();
+  kept.left_out +=
+      fmt::format("{}dead time and lag (configured with {:g} s and {:g} s then, {:g} s and {:g} s now)",
+                  kept.left_out.empty() ? "" : "; ", timing.first, timing.second, timing_now.first, timing_now.second);
+  return kept;
+}
+
+}  // namespace
+
+std::optional<KeptModel> readLearnedFile(const std::string& path, const LearnedModel& configured) {
+  std::error_code unknown;
+  if (std::filesystem::status(path, unknown).type() == std::filesystem::file_type::not_found) return std::nullopt;
+  try {
+    ParameterMap map;
+    addYamlFile(path, map);
+    return readKept(map, configured);
+  } catch (const ParameterError& error) {
+    fail(path, error.what());
+  }
+}
+
+void writeLearnedFile(const std::string& path, const LearnedModel& learned, const LearnedModel& configured) {
+  const std::string fresh = path + ".new", text = textOf(learned, configured);
+  const int file = open(fresh.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (file < 0) fail(path, std::string("cannot be written: ") + std::strerror(errno));
+  errno = ENOSPC;  // where only a part is written
+  const bool written = write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size()) && fsync(file) == 0;
+  const std::string reason = std::strerror(errno);
+  close(file);
+  if (!written) fail(path, "cannot be written: " + reason);
+  if (std::rename(fresh.c_str(), path.c_str()) != 0) {
+    fail(path, std::string("cannot be replaced: ") + std::strerror(errno));
+  }
+}
+
+}  // namespace jackal_aic

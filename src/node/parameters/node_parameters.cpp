@@ -1,0 +1,252 @@
+#include "parameters/node_parameters.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "jackal_aic/certificate/certificate.hpp"
+#include "jackal_aic/config/text.hpp"
+#include "jackal_aic/config/urdf_geometry.hpp"
+#include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml_text.hpp"
+
+namespace jackal_aic {
+namespace {
+
+/// Fills in what the YAML leaves to the URDF.
+void completeGeometry(bool radius_given, bool track_given, const std::function<std::string()>& robot_description,
+                      NodeParameters& parameters) {
+  if (radius_given && track_given) return;
+  const std::string urdf = robot_description();
+  if (urdf.empty()) {
+    throw ParameterError(std::string(radius_given ? "robot.effective_track" : "robot.wheel_radius") +
+                         ": not given, and robot_description is not set to take it from");
+  }
+  const UrdfGeometry wheels = readUrdfGeometry(urdf, parameters.robot.left_wheel_joints,
+                                               parameters.robot.right_wheel_joints, parameters.robot.base_frame);
+  if (!radius_given) parameters.geometry.wheel_radius = wheels.wheel_radius;
+  if (!track_given) parameters.geometry.effective_track = wheels.track * parameters.robot.track_multiplier;
+  try {
+    requireInRange(parameters.geometry, "robot");  // a URDF in millimetres, for one
+  } catch (const ParameterError& error) {
+    throw ParameterError(std::string("URDF: ") + error.what());
+  }
+}
+
+decltype(DriveParameters::controller) readGains(ParameterMap& map, const SensorNoise& sensors) {
+  const bool thesis = map.hasSection("controller"), predictive = map.hasSection("predictive");
+  const bool open_loop = map.hasSection("diff_drive");
+  if (thesis + predictive + open_loop > 1) {
+    throw ParameterError(std::string(thesis ? "controller.*" : "predictive.*") + " and " +
+                         (open_loop ? "diff_drive.*" : "predictive.*") +
+                         ": both given, but one controller runs; load one preset");
+  }
+  if (predictive) {
+    PredictiveParameters defaults;
+    static_cast<SensorNoise&>(defaults) = sensors;
+    return readParameters(map, "predictive", defaults);
+  }
+  if (open_loop) return readParameters<DifferentialDriveParameters>(map, "diff_drive");
+  if (thesis) return readParameters<ControllerParameters>(map, "controller");
+  throw ParameterError(
+      "controller.* or predictive.*: missing; load a preset (config/predictive.yaml, improved.yaml, ...)");
+}
+
+FaultParameters readFaults(ParameterMap& map, const SensorNoise& sensors) {
+  FaultParameters defaults;
+  static_cast<SensorNoise&>(defaults) = sensors;
+  const auto faults = readParameters(map, "faults", defaults);
+  validate(faults);
+  return faults;
+}
+
+/// The file for what is learned of the slip.
+std::string readSlipFile(ParameterMap& map) {
+  std::string path;
+  ParameterReader(map, "slip").field("file", path, Presence::optional);
+  if (path.empty() || path.front() == '/') return path;
+  throw ParameterError("slip.file = " + quoted(path) + ": must be an absolute path");
+}
+
+/// tf2 knows a frame without the slashes that older configurations begin its name with.
+void requireFrame(const char* key, const std::string& frame) {
+  if (frame.find_first_not_of('/') != std::string::npos) return;
+  throw ParameterError(std::string(key) + " = " + quoted(frame) + ": must be the name of a frame");
+}
+
+void check(const ControllerParameters& controller, const NodeParameters& parameters) {
+  validate(controller, parameters.geometry);
+  if (parameters.plant_model)
+    requireStable(LinearLoop(controller, parameters.geometry, drivenModel(*parameters.plant_model)));
+}
+
+void check(const DifferentialDriveParameters&, const NodeParameters&) {}
+
+void check(const PredictiveParameters& controller, const NodeParameters& parameters) {
+  validate(controller);
+  if (parameters.plant_model) {
+    const PlantModel model = drivenModel(*parameters.plant_model);
+    return requireStable(LinearLoop(controller, model, model));
+  }
+  throw ParameterError(
+      "plant_model.*: missing; the predictive controller needs the drive train (config/plant_model.yaml, or by "
+      "identify)");
+}
+
+std::string robotText(const NodeParameters& parameters) {
+  std::vector<Field> robot = fieldsOf(parameters.geometry);
+  for (Field& field : fieldsOf(parameters.robot)) robot.push_back(std::move(field));
+  return yamlBlock("robot", robot);
+}
+
+std::string plantModelText(const NodeParameters& parameters) {
+  std::vector<Field> model = fieldsOf(*parameters.plant_model);
+  for (Field& field : model) {
+    if (field.name == "robot") field.value = parameters.robot_name;
+  }
+  return yamlBlock("plant_model", model);
+}
+
+/// Noise of the sensors, in addition to the gains of a structure that weighs by it.
+std::string sensorText(const SensorNoise& sensors) { return yamlBlock("sensors", sensors); }
+
+/// Runs a reader of the file's keys; its errors name the file.
+template <class Read>
+auto readFile(const std::string& path, const Read& read) {
+  ParameterMap map;
+  addYamlFile(path, map);
+  try {
+    auto result = read(map);
+    map.refuseUnknown();
+    return result;
+  } catch (const ParameterError& error) {
+    throw ParameterError(path + ": " + error.what());
+  }
+}
+
+}  // namespace
+
+std::string gainsText(const ControllerParameters& gains) { return yamlBlock("controller", gains); }
+
+std::string gainsText(const PredictiveParameters& gains) { return yamlBlock("predictive", gains) + sensorText(gains); }
+
+std::variant<ControllerParameters, PredictiveParameters> readGainsText(const std::string& text) {
+  ParameterMap map;
+  addYamlText(text, "gains", map);
+  const auto sensors = readParameters<SensorNoise>(map, "sensors");
+  const auto gains = readGains(map, sensors);
+  map.refuseUnknown();
+  if (const auto* thesis = std::get_if<ControllerParameters>(&gains)) return *thesis;
+  if (const auto* predictive = std::get_if<PredictiveParameters>(&gains)) return *predictive;
+  throw ParameterError("gains: diff_drive.* cannot be changed while it drives");
+}
+
+std::string configurationText(const NodeParameters& parameters) {
+  const auto* thesis = std::get_if<ControllerParameters>(&parameters.controller);
+  const auto* predictive = std::get_if<PredictiveParameters>(&parameters.controller);
+  const auto* open_loop = std::get_if<DifferentialDriveParameters>(&parameters.controller);
+  std::string text;
+  if (thesis != nullptr) text += gainsText(*thesis);
+  if (open_loop != nullptr) text += yamlBlock("diff_drive", *open_loop);
+  if (predictive != nullptr) text += gainsText(*predictive);
+  if (predictive == nullptr && parameters.faults) text += sensorText(*parameters.faults);
+  text += robotText(parameters);
+  if (parameters.plant_model) text += plantModelText(parameters);
+  const GateParameters& gate = parameters.gate;
+  text += yamlBlock("odometry", parameters.odometry) + yamlBlock("limits", gate.limits) +
+          yamlBlock("deadlines", gate.deadlines) + yamlBlock("brake", gate.brake) +
+          yamlBlock("plausibility", gate.plausibility) + yamlBlock("on_loss", parameters.on_loss);
+  if (parameters.faults) text += yamlBlock("faults", *parameters.faults);
+  FieldList others;
+  NodeOptions options = parameters;
+  others.field("restart_after_stop", gate.restart_after_stop, kRestartPolicyNames, Presence::optional);
+  describeFields(others, options);
+  for (const Field& field : others.fields) {
+    const auto* words = std::get_if<std::string>(&field.value);
+    if (words != nullptr && words->empty()) continue;  // not given, which no value says
+    text += field.name + ": " + yamlValue(field.value) + "\n";
+  }
+  return text;
+}
+
+std::string describeRobot(const NodeParameters& parameters) {
+  if (!parameters.plant_model) return "No plant model: no fault detection by prediction";
+  const PlantModel& model = *parameters.plant_model;
+  const std::string text = fmt::format(
+      "Plant model: {}{}, {}dead time {:g} s, lag {:g} s, gain {:g}, offset {:g} rad/s, acceleration limit {:g} m/s^2",
+      parameters.robot_name.empty() ? "robot without a name" : shortened(parameters.robot_name),
+      model.on_box ? ", wheels in the air" : "", model.identified ? "" : "assumed ", model.dead_time, model.lag,
+      model.gain, model.offset, model.acceleration_limit);
+  if (model.identified) return text;
+  return text + fmt::format(
+                    ". Assumed plant model: acceleration limited to {:g} m/s^2, fault thresholds relaxed. Run "
+                    "identify.launch",
+                    drivenModel(model).acceleration_limit);
+}
+
+NodeParameters readConfiguration(ParameterMap& map, NodeParameters parameters) {
+  const auto sensors = readParameters<SensorNoise>(map, "sensors");
+  parameters.controller = readGains(map, sensors);
+  parameters.geometry = readParameters(map, "robot", parameters.geometry);
+  parameters.robot = readParameters(map, "robot", parameters.robot);
+  parameters.odometry = readParameters(map, "odometry", parameters.odometry);
+  parameters.gate = readGateParameters(map, parameters.gate);
+  parameters.on_loss = readParameters(map, "on_loss", parameters.on_loss);
+  parameters.faults = readFaults(map, sensors);
+  static_cast<NodeOptions&>(parameters) = readParameters<NodeOptions>(map, "", parameters);
+  parameters.motors_shared = parameters.output == OutputMode::twist;
+  if (map.hasSection("plant_model")) {
+    parameters.plant_model = readPlantModel(map, parameters.plant_model.value_or(PlantModel{}));
+  }
+  requireFrame("robot.base_frame", parameters.robot.base_frame);
+  requireFrame("odometry.frame", parameters.odometry.frame);
+  parameters.robot_name = robotName(map);
+  // The robot's file may name it with any preset; only the predictive structure learns.
+  const std::string slip_file = readSlipFile(map);
+  if (std::holds_alternative<PredictiveParameters>(parameters.controller)) parameters.slip_file = slip_file;
+  return parameters;
+}
+
+NodeParameters readNodeParameters(ParameterMap map, const std::function<std::string()>& robot_description) {
+  NodeParameters parameters = readConfiguration(map);
+  if (map.hasSection("plant")) {
+    throw ParameterError(
+        "plant: parameters of a simulated robot; its controller needs a model of it, as identify writes: "
+        "plant_model:=FILE");
+  }
+  map.refuseUnknown();
+
+  if (const auto* drive = std::get_if<DifferentialDriveParameters>(&parameters.controller)) {
+    parameters.geometry = drive->geometry();  // as the baseline believes it
+  } else {
+    completeGeometry(map.has("robot.wheel_radius"), map.has("robot.effective_track"), robot_description, parameters);
+  }
+  std::visit([&](const auto& controller) { check(controller, parameters); }, parameters.controller);
+  return parameters;
+}
+
+ControllerFile readControllerFile(const std::string& path) {
+  return readFile(path, [](ParameterMap& map) {
+    const NodeParameters node = readConfiguration(map);
+    ControllerFile file{{}, node.geometry, node.gate.limits, node.plant_model};
+    if (const auto* gains = std::get_if<ControllerParameters>(&node.controller)) {
+      file.controller = *gains;
+    } else if (const auto* predictive = std::get_if<PredictiveParameters>(&node.controller)) {
+      file.controller = *predictive;
+    } else {
+      throw ParameterError("controller.* and predictive.*: missing; expected gains of one of them");
+    }
+    return file;
+  });
+}
+
+PlantModel readPlantModelFile(const std::string& path) {
+  return readFile(path, [](ParameterMap& map) {
+    if (!map.hasSection("plant_model")) {
+      throw ParameterError("has no plant_model.*: not a plant model, as identify writes it");
+    }
+    return readPlantModel(map);
+  });
+}
+
+}  // namespace jackal_aic

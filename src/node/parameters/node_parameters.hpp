@@ -1,0 +1,149 @@
+#pragma once
+
+/// @file
+/// Everything the controller node is configured with, checked as a whole before a topic is opened, and the YAML files
+/// of a controller and of a plant model, as the command line tools read them. No ROS.
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "jackal_aic/config/parameter_map.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
+
+namespace jackal_aic {
+
+/// Where the wheel commands go.
+enum class OutputMode {
+  cmd_drive,  ///< jackal_msgs/Drive on /cmd_drive
+  twist,      ///< geometry_msgs/Twist on /cmd_vel, for twist_mux and the stock velocity controller
+  gazebo      ///< std_msgs/Float64 on /jackal_left_wheel/command and /jackal_right_wheel/command
+};
+
+/// Words of OutputMode, in the order of the enumerators.
+inline constexpr std::array<const char*, 3> kOutputModeNames{"cmd_drive", "twist", "gazebo"};
+
+/// Names that tie the controller to a robot. YAML prefix `robot` (with GeometryParameters).
+struct RobotNames {
+  std::vector<std::string> left_wheel_joints{"front_left_wheel", "rear_left_wheel"};     ///< joints averaged to omega_L
+  std::vector<std::string> right_wheel_joints{"front_right_wheel", "rear_right_wheel"};  ///< joints averaged to omega_R
+  std::string base_frame = "base_link";                                                  ///< frame of the body velocity
+  double track_multiplier = 1.5;     ///< effective track / geometric track, used when effective_track is not given
+  double pairing_tolerance = 0.015;  ///< largest difference between the stamps of a wheel and an IMU sample [s]
+};
+
+/// Lists the fields of RobotNames with unit and range.
+template <class Visitor>
+void describeFields(Visitor& v, RobotNames& p) {
+  v.field("left_wheel_joints", p.left_wheel_joints, Presence::optional);
+  v.field("right_wheel_joints", p.right_wheel_joints, Presence::optional);
+  v.field("base_frame", p.base_frame, Presence::optional);
+  v.field("track_multiplier", p.track_multiplier, {0.5, 5.0}, "", Presence::optional);
+  v.field("pairing_tolerance", p.pairing_tolerance, {0.0, 0.2}, "s", Presence::optional);
+}
+
+/// Where the odometry goes. YAML prefix `odometry`.
+struct OdometryParameters {
+  bool publish = true;         ///< on the topic odom
+  bool tf = false;             ///< as a transform too, if no other node publishes it
+  std::string frame = "odom";  ///< of the pose
+};
+
+/// Lists the fields of OdometryParameters.
+template <class Visitor>
+void describeFields(Visitor& v, OdometryParameters& p) {
+  v.field("publish", p.publish, Presence::optional);
+  v.field("tf", p.tf, Presence::optional);
+  v.field("frame", p.frame, Presence::optional);
+}
+
+/// How the node runs. YAML keys without a prefix.
+struct NodeOptions {
+  OutputMode output = OutputMode::cmd_drive;  ///< where the commands go: jackal_msgs/Drive on /cmd_drive, Twist on
+                                              ///< /cmd_vel, or Float64 per wheel
+  bool allow_other_publishers = false;        ///< drive although other nodes publish on the topics of the commands
+  bool allow_multiple_set_points = false;     ///< obey set points although more than one node publishes them
+  bool belief_timer = true;  ///< run the beliefs at their own rate; false: only when a measurement, a set point or an
+                             ///< action needs them, which gives the same numbers for less CPU time
+  bool publish_inputs = false;  ///< publish every input of the controller, for an exact replay
+  std::string preset;           ///< name of the preset, for the log and the tools; the launch files set it
+  std::string parameter_files;  ///< files that the parameters came from, for the log
+};
+
+/// Lists the fields of NodeOptions.
+template <class Visitor>
+void describeFields(Visitor& v, NodeOptions& p) {
+  v.field("output", p.output, kOutputModeNames, Presence::optional);
+  v.field("allow_other_publishers", p.allow_other_publishers, Presence::optional);
+  v.field("allow_multiple_set_points", p.allow_multiple_set_points, Presence::optional);
+  v.field("belief_timer", p.belief_timer, Presence::optional);
+  v.field("publish_inputs", p.publish_inputs, Presence::optional);
+  v.field("preset", p.preset, Presence::optional);
+  v.field("parameter_files", p.parameter_files, Presence::optional);
+}
+
+/// All parameters of the controller node. The plant model is for the certificate too.
+struct NodeParameters : DriveParameters, NodeOptions {
+  RobotNames robot;
+  OdometryParameters odometry;
+  std::string slip_file;   ///< absolute path of the YAML file (key slip.file) in which the predictive structure keeps
+                           ///< what it learns; empty: it starts from the configured values each time
+  std::string robot_name;  ///< whose plant model it is, in its own words; empty if it does not say
+};
+
+/// Which robot the node takes itself to drive, what it assumes of it, and whether `identify` is due: one line.
+std::string describeRobot(const NodeParameters& parameters);
+
+/// Reads every key that the configuration of a node may have, for every user of it: the node, the tools, the
+/// experiments. Nothing is checked beyond the ranges, and geometry that is not given stays as it is.
+/// @param parameters values of keys that are not given; gains, variances and settings of the fault detection, which
+/// have defaults of their own, excepted. @throws ParameterError as readNodeParameters(), but for unknown keys, which
+/// the caller refuses: it may know more.
+NodeParameters readConfiguration(ParameterMap& map, NodeParameters parameters = {});
+
+/// Reads and checks all parameters. Geometry that the map does not give is read from the robot's URDF. The keys that
+/// are there choose the structure: controller.* the thesis', predictive.* (with plant_model.*) the predictive one,
+/// diff_drive.* the open-loop baseline.
+/// @param map parameters of the node; @param robot_description returns the URDF text, or an empty text if there is
+/// none; called only if geometry is missing.
+/// @throws ParameterError, one line, if a key is missing, unknown, of the wrong type or out of range, if the keys are
+/// those of two structures or of none, if the URDF is needed and absent or unusable, if the belief update diverges, or
+/// if the closed loop is unstable on the plant model (keys plant_model.*, for the thesis' structure optional as a
+/// whole).
+NodeParameters readNodeParameters(ParameterMap map, const std::function<std::string()>& robot_description);
+
+/// The YAML text of parameters from which readNodeParameters() makes the same ones again, without a URDF; but for
+/// slip_file, which belongs to a machine. @throws ParameterError as yamlNumber().
+std::string configurationText(const NodeParameters& parameters);
+
+/// The YAML text of gains and of the sensors' variances that belong to them.
+std::string gainsText(const ControllerParameters& gains);
+std::string gainsText(const PredictiveParameters& gains);
+
+/// What gainsText() wrote. @throws ParameterError if it is no such text.
+std::variant<ControllerParameters, PredictiveParameters> readGainsText(const std::string& text);
+
+/// Gains of a structure that can be certified.
+using Gains = std::variant<ControllerParameters, PredictiveParameters>;
+
+/// A controller as its file describes it.
+struct ControllerFile {
+  Gains controller;
+  GeometryParameters geometry;
+  LimitParameters limits;
+  std::optional<PlantModel> model;  ///< drive train that a predictive controller believes in, if the file says
+};
+
+/// Reads a preset, or the whole configuration of a controller node; what is not about gains, geometry, limits or the
+/// believed drive train is checked for unknown keys only. @throws ParameterError naming file and key, also for the
+/// open-loop baseline, which has no gains.
+ControllerFile readControllerFile(const std::string& path);
+
+/// Reads a plant model (keys plant_model.*, as `identify` writes them). @throws ParameterError naming file and key,
+/// also if the file has no such keys.
+PlantModel readPlantModelFile(const std::string& path);
+
+}  // namespace jackal_aic

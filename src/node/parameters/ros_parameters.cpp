@@ -1,0 +1,121 @@
+#include "parameters/ros_parameters.hpp"
+
+#include <cstdint>
+#include <cstdlib>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "jackal_aic/config/text.hpp"
+
+namespace jackal_aic {
+namespace {
+
+using XmlRpc::XmlRpcValue;
+
+double number(XmlRpcValue& value) {
+  return value.getType() == XmlRpcValue::TypeInt ? static_cast<int>(value) : static_cast<double>(value);
+}
+
+/// The number that a text is for every reader but rosparam: YAML 1.1 takes 1.0e+8, but not 1e8, for one.
+std::optional<double> exponential(const std::string& text) {
+  if (text.find_first_of("eE") == std::string::npos || text.find_first_of("0123456789") == std::string::npos ||
+      text.find_first_not_of("0123456789+-.eE") != std::string::npos) {
+    return std::nullopt;
+  }
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  return *end == '\0' ? std::optional<double>(value) : std::nullopt;
+}
+
+ParameterValue textOf(XmlRpcValue& value) {
+  const auto& text = static_cast<std::string&>(value);
+  if (const auto real = exponential(text)) return *real;
+  return text;
+}
+
+ParameterValue listOf(XmlRpcValue& list, const std::string& key) {
+  std::vector<double> numbers;
+  std::vector<std::string> words;
+  for (int i = 0; i < list.size(); ++i) {
+    const XmlRpcValue::Type type = list[i].getType();
+    if (type == XmlRpcValue::TypeInt || type == XmlRpcValue::TypeDouble) numbers.push_back(number(list[i]));
+    if (type != XmlRpcValue::TypeString) continue;
+    const ParameterValue text = textOf(list[i]);
+    if (const auto* real = std::get_if<double>(&text)) numbers.push_back(*real);
+    if (const auto* word = std::get_if<std::string>(&text)) words.push_back(*word);
+  }
+  const auto size = static_cast<std::size_t>(list.size());
+  if (numbers.size() == size) return numbers;
+  if (words.size() == size) return words;
+  throw ParameterError(shortened(key) + ": expected a flat list of numbers or of words");
+}
+
+void addValue(XmlRpcValue& value, const std::string& key, ParameterMap& map) {
+  switch (value.getType()) {
+    case XmlRpcValue::TypeStruct:
+      // As in a file; a namespace without any parameter is left out.
+      if (value.size() == 0 && !key.empty())
+        throw ParameterError(shortened(key) + " = {}: expected a value, or keys below it");
+      for (auto& entry : value) addValue(entry.second, key.empty() ? entry.first : key + "." + entry.first, map);
+      break;
+    case XmlRpcValue::TypeBoolean:
+      map.set(key, static_cast<bool>(value));
+      break;
+    case XmlRpcValue::TypeInt:
+      map.set(key, static_cast<std::int64_t>(static_cast<int>(value)));
+      break;
+    case XmlRpcValue::TypeDouble:
+      map.set(key, static_cast<double>(value));
+      break;
+    case XmlRpcValue::TypeString:
+      map.set(key, textOf(value));
+      break;
+    case XmlRpcValue::TypeArray:
+      map.set(key, listOf(value, key));
+      break;
+    default:
+      throw ParameterError(shortened(key) + ": expected true or false, a number, a text or a flat list");
+  }
+}
+
+}  // namespace
+
+ParameterMap parametersIn(XmlRpcValue root) {
+  ParameterMap map;
+  if (root.getType() == XmlRpcValue::TypeStruct) addValue(root, "", map);
+  return map;
+}
+
+ParameterMap readRosParameters(const ros::NodeHandle& node) {
+  XmlRpcValue root;
+  return node.getParam(node.getNamespace(), root) ? parametersIn(root) : ParameterMap();
+}
+
+std::string urdfIn(XmlRpcValue value, const std::string& key) {
+  if (value.getType() == XmlRpcValue::TypeString && !static_cast<std::string&>(value).empty())
+    return static_cast<std::string&>(value);
+  throw ParameterError(shortened(key) + ": expected the text of a URDF; it is empty, or no text");
+}
+
+std::string robotDescription(const ros::NodeHandle& node) {
+  std::string key;
+  XmlRpcValue value;
+  if (!node.searchParam("robot_description", key) || !node.getParam(key, value)) return "";
+  return urdfIn(value, key);
+}
+
+std::string tfPrefix(const ros::NodeHandle& node) {
+  std::string key, prefix;
+  if (node.searchParam("tf_prefix", key)) node.getParam(key, prefix);
+  return prefix;
+}
+
+std::string prefixedFrame(const std::string& prefix, const std::string& frame) {
+  if (!frame.empty() && frame.front() == '/') return frame.substr(1);
+  const std::size_t begin = prefix.find_first_not_of('/'), end = prefix.find_last_not_of('/');
+  if (begin == std::string::npos) return frame;
+  return prefix.substr(begin, end - begin + 1) + "/" + frame;
+}
+
+}  // namespace jackal_aic

@@ -1,0 +1,250 @@
+#include "process/controller_node.hpp"
+
+#include <algorithm>
+#include <variant>
+
+#include "process/shutdown.hpp"
+
+namespace jackal_aic {
+namespace {
+
+/// Wall time between looks at who else publishes commands, and until the first answer counts [s].
+constexpr double kGraphPeriod = 0.5, kFirstGraphPeriod = 0.1;
+
+/// Wall time between looks at the clock [s].
+constexpr double kClockPeriod = 0.5;
+
+/// Wall time between looks at what there is to tell or to keep [s].
+constexpr double kReportPeriod = 0.05;
+
+/// The changes, which know what the loop has learned.
+LoopExchange& withLearned(LoopExchange& changes, const DriveLoop& loop) {
+  changes.tell(loop);
+  return changes;
+}
+
+const char* structureName(const NodeParameters& parameters) {
+  if (std::holds_alternative<PredictiveParameters>(parameters.controller)) return "predictive";
+  return std::holds_alternative<ControllerParameters>(parameters.controller) ? "thesis" : "diff_drive";
+}
+
+ros::NodeHandle withQueue(ros::NodeHandle node, ros::CallbackQueue& queue) {
+  node.setCallbackQueue(&queue);
+  return node;
+}
+
+}  // namespace
+
+ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
+                               const NodeParameters& parameters)
+    : node_(node),
+      parameters_(parameters),
+      kinematics_(parameters.geometry),
+      loop_(parameters, makeController(parameters)),
+      diagnostics_(parameters.preset.empty() ? structureName(parameters) : parameters.preset,
+                   node_.resolveName("jackal_AIC/set_point"), parameters.gate.deadlines.set_point),
+      inputs_(parameters.publish_inputs ? std::make_unique<InputLog>(node_, parameters, loop_) : nullptr),
+      state_(node_, parameters, loop_),
+      live_parameters_(
+          serveLiveParameters(withQueue(private_node, requests_), parameters, withLearned(changes_, loop_))),
+      services_(private_node, serviceActions()),
+      output_(node_, parameters.output, parameters.geometry),
+      odometry_(node_, parameters, loop_),
+      frame_listener_(frames_, withQueue(node_, requests_), false),
+      sensors_(parameters.robot, frames_,
+               [this](const Observation& observation, const ros::Time& stamp) { onPair(observation, stamp); }),
+      robot_(node_, [this](const ros::Time& stamp) { onFeedback(stamp); }),
+      others_(parameters.allow_other_publishers ? std::vector<std::string>{} : output_.topics(),
+              &robot_.emergencyStop()),
+      set_points_(node_, "jackal_AIC/set_point", 10,
+                  [this](const ReceivedSetPoint& received) { onSetPoint(received); }),
+      request_thread_(1, &requests_) {
+  set_points_.requireForeign(output_.topics());
+  if (parameters.motors_shared) {
+    applied_.emplace(node_, parameters.geometry, [this](const WheelCommand& command, AppliedSource source) {
+      loop_.applied(command, source, currentTime());
+    });
+    set_points_.requireForeign(applied_->topics());
+  }
+  const auto no_delay = ros::TransportHints().tcpNoDelay();
+  wheel_subscriber_ = node_.subscribe("joint_states", 50, &ControllerNode::onWheels, this, no_delay);
+  imu_subscriber_ = node_.subscribe("imu/data", 50, &ControllerNode::onImu, this, no_delay);
+  const VelocityController& controller = loop_.controller();
+  const auto update_belief = [this](const ros::TimerEvent&) { loop_.updateBelief(currentTime()); };
+  if (parameters.belief_timer) {
+    belief_timer_ = node_.createTimer(ros::Duration(controller.beliefStep()), update_belief);
+  }
+  action_timer_ = node_.createTimer(ros::Duration(controller.actionStep()), &ControllerNode::onActionTimer, this);
+  setActionTimer(currentTime() + controller.actionStep());
+  // A clock that is set back holds up the action timer until it is set again.
+  clock_timer_ =
+      node_.createWallTimer(ros::WallDuration(kClockPeriod), [this](const ros::WallTimerEvent&) { currentTime(); });
+  const auto tell = [this](const ros::WallTimerEvent&) {
+    diagnostics_.publish(output_.complaint());
+    live_parameters_->keep(ros::Time::now());
+  };
+  report_timer_ = withQueue(node_, requests_).createWallTimer(ros::WallDuration(kReportPeriod), tell);
+  others_.look();  // a node whose emergency stop is nobody's need not wait
+  graph_timer_ = withQueue(node_, requests_)
+                     .createWallTimer(ros::WallDuration(kFirstGraphPeriod),
+                                      [this](const ros::WallTimerEvent&) { lookAtOthers(); });
+  changes_.apply(loop_, currentTime());  // of the learned file
+  request_thread_.start();
+}
+
+void ControllerNode::onSetPoint(const ReceivedSetPoint& received) {
+  const SetPointVerdict verdict = loop_.setSetPoint(received.wanted, currentTime(), received.stamp);
+  if (verdict == SetPointVerdict::accepted) {
+    if (received.sideways != 0.0) {
+      ROS_WARN_ONCE("Set points with linear.y: ignored, because a skid-steer robot cannot drive sideways. Told once");
+    }
+    return;
+  }
+  const bool absurd = verdict == SetPointVerdict::absurd;
+  StatusReport::refused(absurd ? "set point far beyond the limits" : "set point that is not finite",
+                        loop_.status().rejected_set_points);
+}
+
+void ControllerNode::onWheels(const sensor_msgs::JointStateConstPtr& message) {
+  const double now = currentTime();
+  const std::optional<SensorReading> reading = sensors_.addWheels(message, last_now_);
+  if (!sensors_.lastRefusal().empty()) return refuseReading();
+  if (!reading) return;
+  wheels_heard_ = true;
+  const Observation& y = reading->observation;
+  measured_(kForward) = kinematics_.bodyVelocity({y.wheel_left, y.wheel_right})(kForward);
+  if (!loop_.receiveWheels(*reading, now)) return;
+  odometry_.observe(y, last_now_);
+  state_.publishMeasurement(message->header.stamp);
+}
+
+void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
+  const double now = currentTime();
+  const std::optional<SensorReading> reading = sensors_.addImu(message, last_now_);
+  if (!sensors_.lastRefusal().empty()) return refuseReading();
+  if (!reading) return;
+  imu_heard_ = true;
+  measured_(kYaw) = reading->observation.yaw_rate;
+  if (!loop_.receiveImu(*reading, now)) return;
+  odometry_.observe(reading->observation, last_now_);
+  state_.publishMeasurement(message->header.stamp);
+}
+
+void ControllerNode::onFeedback(const ros::Time& stamp) {
+  if (parameters_.output == OutputMode::gazebo && !refused_) {
+    refused_ = true;
+    ROS_FATAL(
+        "output = gazebo: for simulations only, and /feedback comes from a robot, whose wheels would keep the last "
+        "speed if this node dies; use output: twist");
+    StopRequest::request();
+  }
+  loop_.receiveFeedback(stamp.toSec(), currentTime());
+}
+
+void ControllerNode::onPair(const Observation& observation, const ros::Time& stamp) {
+  // At the time of the message that completed the pair, which the loop does not know yet.
+  const bool taken = loop_.observe(observation, last_now_.toSec());
+  odometry_.observe(observation, last_now_);
+  reportStatus();
+  if (taken) state_.publishMeasurement(stamp);
+}
+
+void ControllerNode::onActionTimer(const ros::TimerEvent&) {
+  const double now = currentTime();
+  changes_.apply(loop_, now);
+  unheard_ = output_.complaint();
+  loop_.report(robotStatus(), now);
+  const WheelCommand applied = loop_.command();  // until now
+  const std::optional<WheelCommand> command = loop_.advance(now, action_due_);
+  if (inputs_) inputs_->publish(last_now_);
+  reportStatus();
+  if (command) {
+    // Zero would keep the robot from following the other publisher.
+    if (!others_.contended() || *command != WheelCommand{}) output_.publish(*command);
+    const bool by_another = others_.contended() || loopStatus().handed_over;
+    state_.publish(loopState(loop_, parameters_.geometry, measured_, last_now_),
+                   {diagnostics_.reason(), unheard_, by_another, rejected_readings_});
+    odometry_.publish(applied, last_now_);
+  }
+  changes_.tell(loop_);
+  setActionTimer(loop_.nextDue(action_due_, now));
+}
+
+void ControllerNode::setActionTimer(double due) {
+  action_due_ = due;
+  // Set for each action: a timer whose period is changed on its way fires at times of its own.
+  action_timer_.setPeriod(ros::Duration(std::max(0.0, due - ros::Time::now().toSec())));
+}
+
+RobotStatus ControllerNode::robotStatus() const {
+  RobotStatus status = robot_.status();
+  status.contended = others_.contended();
+  status.graph_checked = others_.checked();
+  status.ending = ending_;
+  status.disabled = !enabled_;
+  status.rivals = !parameters_.allow_multiple_set_points && !set_points_.rivals().empty();
+  status.unheard = !unheard_.empty();
+  return status;
+}
+
+DriveServices::Actions ControllerNode::serviceActions() {
+  const auto reset = [this] {
+    loop_.start({}, currentTime());
+    wheels_heard_ = imu_heard_ = false;
+    sensors_.reset();
+    odometry_.reset();
+  };
+  return {[this](bool enabled) { enabled_ = enabled; }, [this] { return DriveServices::resting(loop_.command()); },
+          reset};
+}
+
+void ControllerNode::publishStop() {
+  if (!others_.contended()) output_.publish({});
+}
+
+double ControllerNode::currentTime() {
+  const ros::Time now = ros::Time::now();
+  if (now < last_now_) {
+    ROS_WARN("The clock jumped back by %.3f s: the controller starts again", (last_now_ - now).toSec());
+    wheels_heard_ = imu_heard_ = false;
+    sensors_.reset();
+    robot_.reset();
+    odometry_.reset();
+    setActionTimer(now.toSec() + loop_.controller().actionStep());
+  }
+  last_now_ = now;
+  return now.toSec();
+}
+
+/// If the commands have no subscriber, motors that do not follow them are no hand-over.
+DriveLoopStatus ControllerNode::loopStatus() const {
+  DriveLoopStatus status = loop_.status();
+  status.handed_over = status.handed_over && unheard_.empty();
+  return status;
+}
+
+void ControllerNode::refuseReading() { StatusReport::refused(sensors_.lastRefusal(), ++rejected_readings_); }
+
+DiagnosticsOutput::Figures ControllerNode::figures() const {
+  StopCauses missing;
+  if (!std::holds_alternative<DifferentialDriveParameters>(parameters_.controller)) {  // which looks at none
+    missing.add(StopCause::wheels_missing, !wheels_heard_).add(StopCause::imu_missing, !imu_heard_);
+  }
+  return {loop_.status().rejected_measurements + rejected_readings_, loop_.controller().freeEnergy(),
+          others_.masterReachable(), missing};
+}
+
+void ControllerNode::reportStatus() { diagnostics_.look(loopStatus(), contender(), figures()); }
+
+void ControllerNode::lookAtOthers() {
+  others_.look();
+  graph_timer_.setPeriod(ros::WallDuration(others_.checked() ? kGraphPeriod : kFirstGraphPeriod));
+}
+
+/// Who else publishes commands or set points, and what to do about it.
+std::string ControllerNode::contender() const {
+  const bool rivals = loop_.status().decision.cause == StopCause::set_points_rival;
+  return rivals ? set_points_.rivals() + "; end one, or set allow_multiple_set_points" : others_.text();
+}
+
+}  // namespace jackal_aic

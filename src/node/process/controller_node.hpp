@@ -1,0 +1,128 @@
+#pragma once
+
+/// @file
+/// The ROS node around the drive loop: it converts, calls and publishes; what happens is decided in drive_loop.hpp.
+///
+/// Subscribes: joint_states (sensor_msgs/JointState), imu/data (sensor_msgs/Imu), jackal_AIC/set_point
+/// (geometry_msgs/Twist), jackal_AIC/set_point_stamped (TwistStamped), and if they are there e_stop (std_msgs/Bool),
+/// status and feedback (jackal_msgs). Publishes: cmd_drive (jackal_msgs/Drive), cmd_vel (geometry_msgs/Twist) or the
+/// two wheel topics of Gazebo, odom (nav_msgs/Odometry), with publish_inputs jackal_AIC/inputs (LoopInputs),
+/// sensor_generalized (SensorGeneralized), jackal_AIC/state (ControllerState), with the predictive structure
+/// jackal_AIC/belief (geometry_msgs/TwistWithCovarianceStamped), /diagnostics. Services ~enable and ~reset, and changes
+/// of gains and of what is learned: live_parameters.hpp.
+
+#include <geometry_msgs/Twist.h>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <ros/spinner.h>
+#include <tf2/buffer_core.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "inputs/other_publishers.hpp"
+#include "inputs/robot_status.hpp"
+#include "inputs/sensors.hpp"
+#include "inputs/set_points.hpp"
+#include "jackal_aic/safety/drive_loop.hpp"
+#include "outputs/commands.hpp"
+#include "outputs/diagnostics.hpp"
+#include "outputs/input_log.hpp"
+#include "outputs/odometry_output.hpp"
+#include "outputs/state_output.hpp"
+#include "parameters/live_parameters.hpp"
+#include "parameters/node_parameters.hpp"
+
+namespace jackal_aic {
+
+/// Runs the drive loop on ROS time: an action timer, and unless the beliefs catch up on demand a belief timer, at
+/// their rates. All callbacks run in one thread, but for what takes longer than a period: changes of gains, which are
+/// certified first, and diagnostics have a thread of their own, and hand over between two actions.
+class ControllerNode {
+ public:
+  /// Opens the topics in the namespace of `node`, the services in that of `private_node`, and starts the timers.
+  /// @throws ParameterError if the set point comes from a topic on which our own commands come back, or as
+  /// serveLiveParameters().
+  ControllerNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node, const NodeParameters& parameters);
+
+  /// Brakes from now on, for the end of the node. The timers have to be served until atRest().
+  void brake() { ending_ = true; }
+
+  /// True if the last command was zero.
+  bool atRest() const { return loop_.command() == WheelCommand{}; }
+
+  /// True if the robot is not one for the output: the node is to end, and has said why.
+  bool refused() const { return refused_; }
+
+  /// Publishes a zero command, for the end of the node; nothing while another node has the motors.
+  void publishStop();
+
+ private:
+  void onSetPoint(const ReceivedSetPoint& received);
+  void onWheels(const sensor_msgs::JointStateConstPtr& message);
+  void onImu(const sensor_msgs::ImuConstPtr& message);
+  void onFeedback(const ros::Time& stamp);
+  void onPair(const Observation& observation, const ros::Time& stamp);
+  void onActionTimer(const ros::TimerEvent& event);
+
+  double currentTime();
+  void setActionTimer(double due);
+
+  DriveServices::Actions serviceActions();
+
+  RobotStatus robotStatus() const;
+  DriveLoopStatus loopStatus() const;
+  void refuseReading();
+  DiagnosticsOutput::Figures figures() const;
+  void reportStatus();
+  void lookAtOthers();
+  std::string contender() const;
+
+  ros::NodeHandle node_;
+  NodeParameters parameters_;
+  SkidSteerKinematics kinematics_;
+  DriveLoop loop_;
+
+  // Between the thread that drives and that of the requests.
+  LoopExchange changes_;
+  DiagnosticsOutput diagnostics_;
+
+  ros::CallbackQueue requests_;
+  std::unique_ptr<InputLog> inputs_;  // with publish_inputs; made before the first input of the loop
+  StateOutput state_;
+  std::unique_ptr<LiveParameterServer> live_parameters_;
+  DriveServices services_;
+  CommandOutput output_;
+  OdometryOutput odometry_;
+  tf2::BufferCore frames_;
+  tf2_ros::TransformListener frame_listener_;
+  SensorPairing sensors_;
+  RobotReports robot_;
+  std::optional<AppliedCommands> applied_;  // where another source may drive
+  OtherPublishers others_;
+  ros::Time last_now_;   // of the last callback, to notice a clock that jumps back
+  std::string unheard_;  // CommandOutput::complaint() of the last action
+  std::uint32_t rejected_readings_ = 0;
+  bool wheels_heard_ = false;  // since the start
+  bool imu_heard_ = false;
+  BodyVector measured_ = LoopState{}.measured;  // the last by the wheels, and the gyro
+  bool ending_ = false;
+  bool refused_ = false;
+  bool enabled_ = true;
+
+  SetPointSource set_points_;
+  ros::Subscriber wheel_subscriber_;
+  ros::Subscriber imu_subscriber_;
+  ros::Timer belief_timer_;  // without belief_timer, none
+  ros::Timer action_timer_;
+  double action_due_ = 0.0;  // time for which it is set [s]
+  ros::WallTimer clock_timer_;
+  ros::WallTimer report_timer_;
+  ros::WallTimer graph_timer_;
+  ros::AsyncSpinner request_thread_;  // the last, so that it ends first
+};
+
+}  // namespace jackal_aic

@@ -1,0 +1,69 @@
+#include <ros/ros.h>
+
+#include <algorithm>
+#include <string>
+
+#include "parameters/ros_parameters.hpp"
+#include "process/controller_node.hpp"
+#include "process/shutdown.hpp"
+
+namespace {
+
+constexpr double kPatience = 0.5;  // s; beyond the longest brake
+constexpr double kLook = 0.5;      // s between looks for the robot's description
+
+/// The URDF, which the robot's bringup sets; the node waits for it. Empty if the node is to end meanwhile.
+std::string awaitRobotDescription(const ros::NodeHandle& node) {
+  std::string urdf = jackal_aic::robotDescription(node);
+  if (urdf.empty()) ROS_WARN("No robot_description yet: start the robot's bringup first. Waiting for it");
+  while (urdf.empty() && ros::ok() && !jackal_aic::StopRequest::requested()) {
+    ros::WallDuration(kLook).sleep();
+    urdf = jackal_aic::robotDescription(node);
+  }
+  return urdf;
+}
+
+/// True if roslaunch starts the node again when it ends (launch/controller.launch says so).
+bool isRespawned(int argc, char** argv) {
+  return std::any_of(argv, argv + argc, [](const std::string& word) { return word == "--respawned"; });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "jackal_aic", ros::init_options::NoSigintHandler);
+  ros::NodeHandle handle, private_handle("~");  // kept to the end: without a handle roscpp shuts down and logs no more
+  jackal_aic::StopRequest stop;
+  try {
+    auto parameters = jackal_aic::readNodeParameters(jackal_aic::readRosParameters(private_handle),
+                                                     [&] { return awaitRobotDescription(private_handle); });
+    const std::string prefix = jackal_aic::tfPrefix(private_handle);
+    parameters.robot.base_frame = jackal_aic::prefixedFrame(prefix, parameters.robot.base_frame);
+    parameters.odometry.frame = jackal_aic::prefixedFrame(prefix, parameters.odometry.frame);
+    const bool due = parameters.plant_model && !parameters.plant_model->identified;
+    if (!parameters.preset.empty()) {
+      ROS_INFO("Preset %s, parameters from %s", parameters.preset.c_str(), parameters.parameter_files.c_str());
+    }
+    ROS_LOG(due ? ros::console::levels::Warn : ros::console::levels::Info, ROSCONSOLE_DEFAULT_NAME, "%s",
+            jackal_aic::describeRobot(parameters).c_str());
+    jackal_aic::ControllerNode node(handle, private_handle, parameters);
+    stop.spinUntilRequested();
+    node.brake();
+    // A simulation may stand still, and never come to rest.
+    stop.spinWhile([&] { return !node.atRest(); }, parameters.gate.brake.time + kPatience);
+    node.publishStop();
+    if (node.atRest()) {
+      ROS_INFO("Stopping; wheels at zero");
+    } else {
+      ROS_WARN("Stopping before the wheels are at rest: the clock stands still, or the machine is too busy");
+    }
+    stop.flush();
+    if (stop.nameTaken() && isRespawned(argc, argv)) stop.waitForSignal();
+    if (node.refused()) return 1;
+  } catch (const jackal_aic::ParameterError& error) {
+    if (jackal_aic::StopRequest::requested()) return 0;
+    ROS_FATAL("%s", error.what());
+    return 1;
+  }
+  return 0;
+}
