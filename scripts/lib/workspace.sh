@@ -8,7 +8,8 @@ set -euo pipefail
 
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd -P)
 workspace=${JACKAL_AIC_WS:-$repository/ws}
-cmake_arguments=(-DCMAKE_BUILD_TYPE=Release)
+# Several sources are compiled as one: the headers of ROS take most of the time of a first build.
+cmake_arguments=(-DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON)
 ros_prefix=""
 packages=()
 rviz_package=""
