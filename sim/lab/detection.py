@@ -136,7 +136,7 @@ UNIDENTIFIED_COLUMNS = ('controller', 'dead_time', 'lag', 'gain', 'acceleration_
 def most_swings(drive):
     """Most turning points of speed or yaw rate between two changes of the set point, after its step response."""
     most = 0
-    changed = numpy.flatnonzero((numpy.diff(drive.set_speed, prepend=0.0) != 0.0) | (numpy.diff(drive.set_yaw_rate, prepend=0.0) != 0.0))
+    changed = metrics.set_point_changes(drive)
     begins = [0, *changed.tolist(), len(drive.time)]
     since = 0.0
     for begin, end in zip(begins, begins[1:]):
@@ -154,10 +154,9 @@ def unidentified(item):
     """A row: a robot with multiples of what is assumed of its drive train, driven by what is assumed."""
     controller, ratios, duration, seed = item
     model = robots.assumed_model()
-    plant = engine.settings('ground', controller)['plant']
-    plant = dict(plant, **robots.simulated(model))
-    overrides = {'plant.' + key: plant[key] for key in robots.simulated(model)}
-    overrides.update(robots.scaled(plant, ratios))
+    simulated = robots.simulated(model)
+    overrides = {'plant.' + key: value for key, value in simulated.items()}
+    overrides.update(robots.scaled(simulated, ratios))
     overrides.update({'plant.seed': seed, 'limits.linear_acceleration': 20.0, 'limits.angular_acceleration': 25.0})
     overrides.update({'plant_model.' + key: value for key, value in model.items()})
     drive = engine.drive('ground', controller, motions.joystick(seed, duration), overrides, monitor=model, samples_only=True)

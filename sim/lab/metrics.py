@@ -17,6 +17,11 @@ def has_belief(drive):
     return drive.controller_name != 'diff_drive'
 
 
+def set_point_changes(drive):
+    """Indices at which the set point changes."""
+    return numpy.flatnonzero((numpy.diff(drive.set_speed, prepend=0.0) != 0.0) | (numpy.diff(drive.set_yaw_rate, prepend=0.0) != 0.0))
+
+
 def belief_ran_away(drive, channel):
     """A belief that is not finite or far beyond every set point, which the limits of the command can hide from the velocity."""
     if not has_belief(drive):

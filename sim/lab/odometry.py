@@ -82,7 +82,7 @@ def drives_and_stops(seed):
 
 def phases(drive):
     """Index in PHASES of each instant."""
-    changed = numpy.flatnonzero((numpy.diff(drive.set_speed, prepend=0.0) != 0.0) | (numpy.diff(drive.set_yaw_rate, prepend=0.0) != 0.0))
+    changed = metrics.set_point_changes(drive)
     since = numpy.full(len(drive.time), -numpy.inf)
     if len(changed):
         last = numpy.searchsorted(changed, numpy.arange(len(drive.time)), side='right') - 1
