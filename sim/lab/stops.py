@@ -17,26 +17,39 @@ COLUMNS = ('controller', 'plant', 'limit_factor', 'forward_mps', 'yaw_radps', 'e
 
 
 def channel_figures(drive, values, set_point, stop):
-    """Settling [s], excess over the set point [%] and what is beyond zero after the stop, of one channel."""
+    """Settling [s] (None: never), overshoot over the set point or the value at the end and excess over the set point [%], and what is
+    beyond zero after the stop, of one channel."""
     steady = values[(drive.time >= stop - STEADY) & (drive.time < stop)]
     end, along, driven = float(numpy.mean(steady)), values / set_point, drive.time <= stop
     late = drive.time[driven & (numpy.abs(values - end) > 0.05 * abs(set_point))]
     settled = float(late[-1]) if len(late) else motions.REST
-    return (settled - motions.REST if settled < stop - STEADY else None, max(0.0, 100.0 * (float(numpy.max(along[driven])) - 1.0)),
-            max(0.0, float(numpy.max(-along[~driven] * abs(set_point)))))
+    largest = float(numpy.max(along[driven]))
+    return {'settling_s': settled - motions.REST if settled < stop - STEADY else None,
+            'overshoot_pct': max(0.0, 100.0 * (largest - max(1.0, end / set_point))), 'excess_pct': max(0.0, 100.0 * (largest - 1.0)),
+            'beyond': max(0.0, float(numpy.max(-along[~driven] * abs(set_point))))}
 
 
-def assess(drive, forward, yaw_rate):
-    stop = motions.REST + DRIVE - 0.5 * motions.TICK
-    figures = {'settling_s': 0.0, 'excess_pct': 0.0, 'beyond_mps': 0.0, 'beyond_radps': 0.0}
+def worse(one, other):
+    """The worse of two figures; None, a response that never settles, is the worst."""
+    return None if one is None or other is None else max(one, other)
+
+
+def ripple(drive, stop):
+    """Root mean square of a wheel's command about its mean before the stop and at rest [rad/s]."""
+    windows = [(drive.time >= end - STEADY) & (drive.time < end) for end in (stop, float(drive.time[-1]))]
+    return max(float(numpy.std(command[window])) for window in windows for command in (drive.command_left, drive.command_right))
+
+
+def assess(drive, forward, yaw_rate, driven=DRIVE):
+    """Figures of a drive to a set point for some time [s] and back to rest, each of the worse channel."""
+    stop = motions.REST + driven - 0.5 * motions.TICK
+    figures = {'settling_s': 0.0, 'overshoot_pct': 0.0, 'excess_pct': 0.0, 'beyond_mps': 0.0, 'beyond_radps': 0.0}
     for values, set_point, beyond in ((drive.speed, forward, 'beyond_mps'), (drive.yaw_rate, yaw_rate, 'beyond_radps')):
-        if set_point == 0.0:
-            continue
-        settling, excess, figures[beyond] = channel_figures(drive, values, set_point, stop)
-        figures['excess_pct'] = max(figures['excess_pct'], excess)
-        both = settling is not None and figures['settling_s'] is not None
-        figures['settling_s'] = max(figures['settling_s'], settling) if both else None
-    return figures
+        if set_point != 0.0:
+            found = channel_figures(drive, values, set_point, stop)
+            figures[beyond] = found.pop('beyond')
+            figures.update({name: worse(figures[name], value) for name, value in found.items()})
+    return dict(figures, ripple=ripple(drive, stop))
 
 
 def driven(case, overrides):

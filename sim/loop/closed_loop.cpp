@@ -83,23 +83,6 @@ SetPointProfile stepProfile(double forward, double yaw_rate, double duration) {
   return profile;
 }
 
-SetPointProfile squareProfile(const SquareWave& wave) {
-  require(std::abs(wave.low) <= kFastest, "min", wave.low, "within +-10 m/s");
-  require(std::abs(wave.high) <= kFastest && wave.high != wave.low, "max", wave.high,
-          "within +-10 m/s and different from min");
-  require(wave.period >= 2.0 * kShortestResponse && wave.period <= 3600.0, "period", wave.period, "in [1.2, 3600] s");
-  require(wave.cycles >= 2 && wave.cycles <= 1000, "cycles", wave.cycles, "in [2, 1000]");
-  SetPointProfile profile;
-  const double half = 0.5 * wave.period;
-  for (int i = 0; i < 2 * wave.cycles; ++i) {
-    profile.changes.push_back({kRestTime + i * half, SetPoint{i % 2 == 0 ? wave.low : wave.high, 0.0, 0.0}});
-  }
-  profile.duration = kRestTime + wave.cycles * wave.period;
-  profile.assessed_from = kRestTime + 3.0 * half;
-  profile.assessed_until = profile.assessed_from + half;
-  return profile;
-}
-
 BodyVector reportedVelocity(const PlantTruth& truth, Support support, const SkidSteerKinematics& kinematics) {
   if (support == Support::ground)
     return {truth.linear_velocity.x(), truth.linear_velocity.y(), truth.angular_velocity.z()};

@@ -51,18 +51,6 @@ inline constexpr double kStepDuration = 4.0;
 /// @param duration length of the response [s]. @throws ParameterError if both are zero or the duration is below 0.6 s.
 SetPointProfile stepProfile(double forward, double yaw_rate, double duration);
 
-/// A square wave of the forward speed: rest, low for half a period, high for half a period, and so on. The second rise
-/// from low to high is assessed, so that the controller comes from the wave and not from rest.
-struct SquareWave {
-  double low = 0.1;     ///< [m/s]
-  double high = 0.5;    ///< [m/s]
-  double period = 4.0;  ///< [s]
-  int cycles = 3;       ///< 2 or more
-};
-
-/// @throws ParameterError if low and high are equal, half a period is below 0.6 s or there are fewer than 2 cycles.
-SetPointProfile squareProfile(const SquareWave& wave);
-
 /// Time at rest before the first step [s].
 inline constexpr double kRestTime = 0.5;
 

@@ -45,7 +45,7 @@ struct Lift {
 
 /// What goes wrong in a run, or is done to the robot.
 struct Faults {
-  std::vector<InjectedFault> sensors;  ///< their onset is the start of the run
+  std::vector<SensorFault> sensors;  ///< their onset is the start of the run
   std::vector<BlockedMotor> motors;
   std::vector<ChannelLoss> losses;
   std::vector<Push> pushes;

@@ -9,7 +9,6 @@
 #include "ode_world.hpp"
 #include "periodic.hpp"
 #include "robot_model.hpp"
-#include "rolling_world.hpp"
 #include "sensors.hpp"
 
 namespace jackal_aic::sim {
@@ -90,8 +89,8 @@ Observation PlantMeasurement::observation() const {
 struct JackalPlant::Implementation {
   /// Everything that moves; built afresh by reset().
   struct Motion {
-    Motion(const RobotModel& model, const PlantParameters& p, std::unique_ptr<World> carrier)
-        : world(std::move(carrier)),
+    Motion(const RobotModel& model, const PlantParameters& p)
+        : world(model, worldParameters(p)),
           delay(p.dead_time, kStep),
           left(motorParameters(p, model.wheels[kFrontLeft].radius), kStep),
           right(motorParameters(p, model.wheels[kFrontRight].radius), kStep),
@@ -101,7 +100,7 @@ struct JackalPlant::Implementation {
           feedback_sampling(p.feedback_rate),
           sensors(p, {model.wheels[kFrontLeft].radius, model.wheels[kFrontRight].radius}) {}
 
-    std::unique_ptr<World> world;
+    OdeWorld world;
     CommandDelay delay;
     MotorLoop left;
     MotorLoop right;
@@ -128,20 +127,12 @@ struct JackalPlant::Implementation {
     std::optional<ImuMeasurement> imu_measurement;
   };
 
-  Implementation(const RobotModel& robot, const PlantParameters& p, std::optional<double> effective_track = {})
-      : model(changed(robot, p)), parameters(p), rolling_track(effective_track) {
+  Implementation(const RobotModel& robot, const PlantParameters& p) : model(changed(robot, p)), parameters(p) {
     reset();
   }
 
-  std::unique_ptr<World> makeWorld() const {
-    if (rolling_track) {
-      return std::make_unique<RollingWorld>(model, *rolling_track, parameters.support == Support::box);
-    }
-    return std::make_unique<OdeWorld>(model, worldParameters(parameters));
-  }
-
   void reset() {
-    motion = std::make_unique<Motion>(model, parameters, makeWorld());
+    motion = std::make_unique<Motion>(model, parameters);
     motion->truth.wheel_position.fill(0.0);
     observe();
   }
@@ -153,9 +144,9 @@ struct JackalPlant::Implementation {
     supply = voltage();
     drive(m.left, m.left_blocked, m.truth.acting_command.left, kFrontLeft, kRearLeft);
     drive(m.right, m.right_blocked, m.truth.acting_command.right, kFrontRight, kRearRight);
-    m.world->step(kStep);
+    m.world.step(kStep);
     ++m.steps;
-    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) m.truth.wheel_position[i] += kStep * m.world->wheelSpeed(i);
+    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) m.truth.wheel_position[i] += kStep * m.world.wheelSpeed(i);
     observe();
   }
 
@@ -165,8 +156,8 @@ struct JackalPlant::Implementation {
     const PlantParameters& p = parameters;
     const bool pushed = within(m.truth.time, p.push_time, p.push_duration);
     const Eigen::Vector3d push = pushed ? m.push + Eigen::Vector3d(p.push_force, 0.0, p.push_torque) : m.push;
-    m.world->push({push.x(), push.y(), 0.0}, push.z());
-    m.world->lift(m.lifted || within(m.truth.time, p.lift_time, p.lift_duration));
+    m.world.push({push.x(), push.y(), 0.0}, push.z());
+    m.world.lift(m.lifted || within(m.truth.time, p.lift_time, p.lift_duration));
   }
 
   /// Share of its full voltage that the battery gives: less with the time and with the load of the last step.
@@ -174,14 +165,14 @@ struct JackalPlant::Implementation {
     const PlantParameters& p = parameters;
     if (p.battery_sag == 0.0 && p.battery_discharge == 0.0) return 1.0;
     double torque = 0.0;
-    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) torque += std::abs(motion->world->wheelTorque(i));
+    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) torque += std::abs(motion->world.wheelTorque(i));
     const double load = torque / (p.torque_limit * static_cast<double>(kWheelJoints.size()));
     return std::max(kLowestVoltage, 1.0 - p.battery_sag * load - p.battery_discharge * motion->truth.time / 3600.0);
   }
 
   /// One motor drives both wheels of its side.
   void drive(MotorLoop& motor, bool blocked, double command, Wheel front, Wheel rear) {
-    World& world = *motion->world;
+    OdeWorld& world = motion->world;
     const double speed = 0.5 * (world.wheelSpeed(front) + world.wheelSpeed(rear));
     const double reference = blocked ? 0.0 : motor.reference(command, speed, supply);
     world.setWheelReference(front, reference);
@@ -190,7 +181,7 @@ struct JackalPlant::Implementation {
 
   void observe() {
     Motion& m = *motion;
-    const ChassisState chassis = m.world->chassis();
+    const ChassisState chassis = m.world.chassis();
     updateTruth(chassis);
     PlantTruth seen = m.truth;
     seen.wheel_velocity = m.encoder_filter.update(m.truth.wheel_velocity);
@@ -267,7 +258,7 @@ struct JackalPlant::Implementation {
     truth.orientation = chassis.orientation;
     truth.linear_velocity = to_base * (chassis.velocity + chassis.angular_velocity.cross(arm));
     truth.angular_velocity = to_base * chassis.angular_velocity;
-    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) truth.wheel_velocity[i] = motion->world->wheelSpeed(i);
+    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) truth.wheel_velocity[i] = motion->world.wheelSpeed(i);
   }
 
   Eigen::Quaterniond imuOrientation(const ChassisState& chassis) const {
@@ -279,13 +270,13 @@ struct JackalPlant::Implementation {
     const Eigen::Vector3d& w = chassis.angular_velocity;
     const Eigen::Vector3d acceleration =
         chassis.acceleration + chassis.angular_acceleration.cross(arm) + w.cross(w.cross(arm));
-    return imuOrientation(chassis).conjugate() * (acceleration - motion->world->gravity());
+    return imuOrientation(chassis).conjugate() * (acceleration - motion->world.gravity());
   }
 
   SensorInput sensorInput(const ChassisState& chassis) const {
     const Eigen::Quaterniond imu = imuOrientation(chassis);
     SensorInput input;
-    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) input.wheel_effort[i] = motion->world->wheelTorque(i);
+    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) input.wheel_effort[i] = motion->world.wheelTorque(i);
     input.angular_velocity = imu.conjugate() * chassis.angular_velocity;
     input.specific_force = motion->force_sum / std::max(1, motion->force_count);
     input.orientation = Eigen::AngleAxisd(-parameters.slope * kRadiansPerDegree, Eigen::Vector3d::UnitY()) * imu;
@@ -294,20 +285,12 @@ struct JackalPlant::Implementation {
 
   RobotModel model;
   PlantParameters parameters;
-  std::optional<double> rolling_track;  // of a robot without masses [m]
-  double supply = 1.0;                  // share of the full voltage in the present step
+  double supply = 1.0;  // share of the full voltage in the present step
   std::unique_ptr<Motion> motion;
 };
 
 JackalPlant::JackalPlant(const std::string& urdf_xml, const PlantParameters& parameters)
-    : JackalPlant(std::make_unique<Implementation>(readRobotModel(urdf_xml), parameters)) {}
-
-JackalPlant::JackalPlant(std::unique_ptr<Implementation> self) : self_(std::move(self)) {}
-
-JackalPlant JackalPlant::rolling(const std::string& urdf_xml, const PlantParameters& parameters,
-                                 double effective_track) {
-  return JackalPlant(std::make_unique<Implementation>(readRobotModel(urdf_xml), parameters, effective_track));
-}
+    : self_(std::make_unique<Implementation>(readRobotModel(urdf_xml), parameters)) {}
 
 JackalPlant::~JackalPlant() = default;
 JackalPlant::JackalPlant(JackalPlant&&) noexcept = default;
@@ -335,7 +318,7 @@ void JackalPlant::setFriction(double friction) {
   if (!(friction >= 0.0) || !std::isfinite(friction)) {
     throw ParameterError("friction = " + describe(ParameterValue(friction)) + ": must be 0 or more");
   }
-  self_->motion->world->setFriction(friction);
+  self_->motion->world.setFriction(friction);
 }
 
 void JackalPlant::changeMotors(double gain, double offset) {

@@ -85,10 +85,6 @@ class JackalPlant {
   /// wheel.
   JackalPlant(const std::string& urdf_xml, const PlantParameters& parameters);
 
-  /// The same robot without masses (RollingWorld), with its motors and sensors: a tenth of the time, for what torques,
-  /// tyres and terrain make no difference to. @param effective_track by which it turns [m].
-  static JackalPlant rolling(const std::string& urdf_xml, const PlantParameters& parameters, double effective_track);
-
   ~JackalPlant();
   JackalPlant(JackalPlant&&) noexcept;
   JackalPlant& operator=(JackalPlant&&) noexcept;
@@ -140,7 +136,6 @@ class JackalPlant {
 
  private:
   struct Implementation;
-  explicit JackalPlant(std::unique_ptr<Implementation> self);
   std::unique_ptr<Implementation> self_;
 };
 

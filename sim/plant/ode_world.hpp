@@ -13,9 +13,18 @@
 #include "robot_model.hpp"
 #include "step_solver.hpp"
 #include "terrain.hpp"
-#include "world.hpp"
 
 namespace jackal_aic::sim {
+
+/// Motion of the chassis' centre of mass; vectors in the ground frame.
+struct ChassisState {
+  Eigen::Vector3d position;              ///< [m]
+  Eigen::Quaterniond orientation;        ///< base_link in the ground frame
+  Eigen::Vector3d velocity;              ///< [m/s]
+  Eigen::Vector3d angular_velocity;      ///< [rad/s]
+  Eigen::Vector3d acceleration;          ///< mean over the last step [m/s^2]
+  Eigen::Vector3d angular_acceleration;  ///< mean over the last step [rad/s^2]
+};
 
 /// How the robot stands in its world.
 struct WorldParameters {
@@ -39,27 +48,38 @@ struct WorldParameters {
 ///
 /// ODE keeps the bodies and has the equations of a step; StepSolver solves them, and ODE itself those of a step in
 /// which a wheel touches ground and kerb at a time.
-class OdeWorld : public World {
+class OdeWorld {
  public:
   /// Builds the robot at rest, its wheels in static equilibrium with the ground, base_link above the ground frame's
   /// origin.
   OdeWorld(const RobotModel& model, const WorldParameters& parameters);
 
-  void setWheelReference(std::size_t wheel, double speed) override;
-  void setFriction(double friction) override { friction_ = friction; }
-  void push(const Eigen::Vector3d& force, double torque) override {
+  /// Sets the speed that a wheel's motor reaches in the next step, if its torque suffices [rad/s].
+  void setWheelReference(std::size_t wheel, double speed);
+
+  /// Changes the friction coefficient.
+  void setFriction(double friction) { friction_ = friction; }
+
+  /// Force on the chassis at its centre of mass [N] and torque about its vertical [N m], both in the chassis' frame,
+  /// from now on.
+  void push(const Eigen::Vector3d& force, double torque) {
     push_force_ = force;
     push_torque_ = torque;
   }
-  void lift(bool lifted) override;
-  void step(double step) override;
+
+  /// Lifts the robot and turns it meanwhile, or sets it down again. Not on a box.
+  void lift(bool lifted);
+
+  /// Advances by a time step [s].
+  void step(double step);
 
   /// Steps of this process, of any world, of which ODE did not find all contact forces, in a second attempt either.
   static long unsolvedSteps();
-  ChassisState chassis() const override;
-  double wheelSpeed(std::size_t wheel) const override;
-  double wheelTorque(std::size_t wheel) const override;
-  const Eigen::Vector3d& gravity() const override { return gravity_; }
+
+  ChassisState chassis() const;                                ///< motion of the chassis after the last step
+  double wheelSpeed(std::size_t wheel) const;                  ///< of a wheel relative to the chassis [rad/s]
+  double wheelTorque(std::size_t wheel) const;                 ///< of a wheel's motor in the last step [N m]
+  const Eigen::Vector3d& gravity() const { return gravity_; }  ///< in the ground frame [m/s^2]
 
  private:
   struct DestroyWorld {

@@ -15,6 +15,11 @@ struct CertificateWithAdvice : Certificate {
   std::string advice;
 };
 
+CertificateWithAdvice withAdvice(const LinearLoop& loop) {
+  const Certificate certificate = certify(loop);
+  return {certificate, advice(certificate, loop)};
+}
+
 const PlantModel& plantModelOf(const Parameters& parameters) {
   if (!parameters.node.plant_model) throw ParameterError("plant_model.*: missing; it describes the robot");
   return *parameters.node.plant_model;
@@ -33,8 +38,62 @@ CertificateWithAdvice certificateOf(const Parameters& parameters, const py::dict
     throw ParameterError("preset = diff_drive: is no closed loop");
   }();
   py::gil_scoped_release release;
-  const Certificate certificate = certify(loop);
-  return {certificate, advice(certificate, loop)};
+  return withAdvice(loop);
+}
+
+/// The loop of a controller on its model and on each corner of the model's confidence box, the model first.
+std::vector<LinearLoop> linearLoops(const std::string& robot, const std::string& controller, const py::dict& changes) {
+  const sim::LoopSetup setup = sim::loadSetup(packageFiles(), controller, robot, overridesOf(changes));
+  if (!setup.drive.plant_model) throw ParameterError("controller = diff_drive: is no closed loop");
+  const PlantModel model = drivenModel(*setup.drive.plant_model);
+  std::vector<PlantModel> robots = confidenceBox(model);
+  robots.insert(robots.begin(), model);
+  std::vector<LinearLoop> loops;
+  for (const PlantModel& actual : robots) {
+    if (const auto* gains = std::get_if<PredictiveParameters>(&setup.drive.controller)) {
+      loops.emplace_back(*gains, model, actual);
+    } else {
+      loops.emplace_back(std::get<ControllerParameters>(setup.drive.controller), setup.drive.geometry, actual);
+    }
+  }
+  return loops;
+}
+
+double largestRadius(const LinearLoop& loop, const LoopChange& change) {
+  double radius = loop.beliefSpectralRadius();
+  for (const LoopMode mode : loop.modes()) radius = std::max(radius, loop.spectralRadius(mode, change));
+  return radius;
+}
+
+void bindLinearLoop(py::module& m) {
+  py::class_<LinearLoop>(m, "LinearLoop", "A controller and a linear robot as one linear periodic system.")
+      .def_property_readonly("period", &LinearLoop::period, "Common period of sensor, belief and action [s].")
+      .def_property_readonly("longest_phase", &LinearLoop::longestPhase,
+                             "Largest age of the newest measurement when the action is computed [s].")
+      .def_property_readonly(
+          "robot", [](const LinearLoop& loop) { return dictOf(fieldsOf(loop.robot())); },
+          "The robot, as the keys of plant_model.* describe it.")
+      .def(
+          "spectral_radius",
+          [](const LinearLoop& loop, double gain, double extra_dead_time, double phase) {
+            return largestRadius(loop, {gain, extra_dead_time, phase});
+          },
+          py::arg("gain") = 1.0, py::arg("extra_dead_time") = 0.0, py::arg("phase") = 0.0,
+          "Largest spectral radius of belief and loops with a factor on the gain, a longer dead time [s], and a phase "
+          "[s].")
+      .def(
+          "step_response",
+          [](const LinearLoop& loop, int periods, double phase) {
+            return loop.stepResponse(periods, {1.0, 0.0, phase});
+          },
+          py::arg("periods"), py::arg("phase") = 0.0,
+          "Speed after each period of a step, as a part of its final value; of the thesis' structure only.")
+      .def("certify", &withAdvice, py::call_guard<py::gil_scoped_release>(), "The Certificate of this loop.");
+  m.def(
+      "linear_loops", &linearLoops, py::arg("robot"), py::arg("controller"), py::arg("overrides") = py::dict(),
+      R"(The LinearLoops of a controller: on its model of the robot first, then on each corner of the model's confidence box.
+
+Arguments and errors are those of simulate().)");
 }
 
 void bindCertificate(py::module& m) {
@@ -234,6 +293,7 @@ PlantModel changed(const PlantModel& model, const py::dict& changes) {
 
 void bindAnalysis(py::module& m) {
   bindCertificate(m);
+  bindLinearLoop(m);
   bindIdentification(m);
   bindOdometry(m);
   bindFaults(m);

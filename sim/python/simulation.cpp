@@ -10,6 +10,7 @@
 #include "bindings.hpp"
 #include "jackal_aic/aic/belief_update.hpp"
 #include "jackal_aic/certificate/state_space_model.hpp"
+#include "jackal_aic/config/yaml_text.hpp"
 #include "jackal_aic/faults/fault.hpp"
 #include "jackal_aic/safety/loop_odometry.hpp"
 #include "monitored_loop.hpp"
@@ -60,11 +61,6 @@ sim::SetPointProfile profileOf(const TimedSetPoints& set_points, double duration
   if (profile.changes.empty()) throw ParameterError("set_points = []: must hold at least one");
   return profile;
 }
-
-/// Kinds of sensor faults, by the words of the fault campaign, that the robot's sensors can have.
-constexpr FaultKind kSensorKinds[] = {FaultKind::freeze, FaultKind::not_a_number, FaultKind::infinite,
-                                      FaultKind::set,    FaultKind::huge,         FaultKind::bias,
-                                      FaultKind::scale,  FaultKind::upside_down};
 
 /// Adds a change of ground or motors that lasts; false if the fault is none.
 bool addChange(const FaultData& data, const sim::PlantParameters& plant, sim::SetPointProfile& profile) {
@@ -123,14 +119,14 @@ void addFault(const FaultData& data, const sim::PlantParameters& plant, sim::Set
     return;
   }
   std::string known;
-  for (const FaultKind sensor_kind : kSensorKinds) {
-    const char* word = sim::kFaultKindNames[static_cast<std::size_t>(sensor_kind)];
-    known += std::string(word) + ", ";
-    if (kind != word) continue;
+  for (std::size_t i = 0; i < sim::kFaultKindNames.size(); ++i) {
+    known += std::string(sim::kFaultKindNames[i]) + ", ";
+    if (kind != sim::kFaultKindNames[i]) continue;
     among({"left", "right", "gyro", "acceleration", "all"});
     const auto found = std::find(sim::kFaultChannelNames.begin(), sim::kFaultChannelNames.end(), channel);
-    faults.sensors.push_back(
-        {sensor_kind, static_cast<FaultChannel>(found - sim::kFaultChannelNames.begin()), value, 1.0, start, duration});
+    faults.sensors.push_back({static_cast<FaultKind>(i),
+                              static_cast<FaultChannel>(found - sim::kFaultChannelNames.begin()), value, start,
+                              duration});
     return;
   }
   throw ParameterError("fault '" + kind + "': unknown; known: " + known +
@@ -417,15 +413,19 @@ py::tuple simulate(const std::string& robot, const py::object& controller, const
 py::dict settings(const std::string& robot, const std::string& controller, const py::dict& changes, bool as_printed) {
   const sim::LoopSetup setup = setupOf(robot, controller, overridesOf(changes), as_printed);
   constexpr const char* kStructures[] = {"thesis", "predictive", "diff_drive"};
+  constexpr const char* kSections[] = {"controller", "predictive", "diff_drive"};
   py::dict all;
   all["structure"] = kStructures[setup.drive.controller.index()];
   all["plant"] = dictOf(fieldsOf(setup.plant));
   all["geometry"] = dictOf(fieldsOf(setup.drive.geometry));
-  all["controller"] = std::visit([](const auto& gains) { return dictOf(fieldsOf(gains)); }, setup.drive.controller);
+  const std::vector<Field> gains =
+      std::visit([](const auto& values) { return fieldsOf(values); }, setup.drive.controller);
+  all["controller"] = dictOf(gains);
+  all["preset"] = yamlBlock(kSections[setup.drive.controller.index()], gains);
   if (setup.drive.plant_model) all["plant_model"] = dictOf(fieldsOf(*setup.drive.plant_model));
-  if (const auto* gains = std::get_if<ControllerParameters>(&setup.drive.controller)) {
-    const BeliefUpdate update(GenerativeModel(*gains, setup.drive.geometry), gains->kappa_mu, gains->beliefStep(),
-                              gains->integrator);
+  if (const auto* thesis = std::get_if<ControllerParameters>(&setup.drive.controller)) {
+    const BeliefUpdate update(GenerativeModel(*thesis, setup.drive.geometry), thesis->kappa_mu, thesis->beliefStep(),
+                              thesis->integrator);
     all["belief_radius"] = update.spectralRadius();
   }
   return all;
@@ -461,7 +461,8 @@ void bindSimulation(py::module& m) {
   m.def("settings", &settings, py::arg("robot"), py::arg("controller"), py::arg("overrides") = py::dict(),
         py::arg("as_printed") = false,
         R"(The values with which simulate() drives, as dicts of names and values: "plant", "geometry", "controller", and
-"plant_model", which the controller has of the robot (unless it is the open loop). "structure" is "thesis", "predictive" or
+"plant_model", which the controller has of the robot (unless it is the open loop). "preset" is the text of a YAML file with
+the controller's values. "structure" is "thesis", "predictive" or
 "diff_drive", "belief_radius" the spectral radius of a thesis controller's belief update. Arguments and errors are those of
 simulate().)");
   m.def("state_space_response", &stateSpaceResponse, py::arg("controller"), py::arg("set_point"), py::arg("duration"),

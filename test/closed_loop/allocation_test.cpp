@@ -32,9 +32,9 @@ TEST_P(Allocations, NoneInMeasurementsSetPointsBeliefsAndActions) {
   setup.drive.plant_model = monitorModel(files(), "ground");  // of the fault detection, which the open loop has not
   JackalPlant plant(setup.urdf, setup.plant);
   DriveLoop loop(setup.drive, std::move(controller));
-  SensorFaults faults({{FaultKind::freeze, FaultChannel::left, 0.0, 1.0, 3.0, 1.0},
-                       {FaultKind::bias, FaultChannel::gyro, 0.3, 1.0, 6.0, 1.0},
-                       {FaultKind::not_a_number, FaultChannel::right, 0.0, 1.0, 8.0, 0.1}});
+  SensorFaults faults({{FaultKind::freeze, FaultChannel::left, 0.0, 3.0, 1.0},
+                       {FaultKind::bias, FaultChannel::gyro, 0.3, 6.0, 1.0},
+                       {FaultKind::not_a_number, FaultChannel::right, 0.0, 8.0, 0.1}});
   int commands = 0, faulty = 0;
   const int before = allocations;
   for (int k = 0; k < 10000; ++k, plant.step()) {

@@ -17,7 +17,7 @@ inline constexpr double kFaultTime = 3.0;
 /// A sensor that is faulty from kFaultTime on; see SensorFaults.
 inline Faults sensorFault(FaultKind kind, FaultChannel channel, double amount = 0.0) {
   Faults faults;
-  faults.sensors = {{kind, channel, amount, 1.0, kFaultTime, std::numeric_limits<double>::infinity()}};
+  faults.sensors = {{kind, channel, amount, kFaultTime, std::numeric_limits<double>::infinity()}};
   return faults;
 }
 

@@ -45,8 +45,8 @@ double shareCounted(const std::vector<MonitoredSample>& samples, bool ChannelVal
 TEST(Outliers, AreExcludedOneByOneAndAreNoFault) {
   Faults bursts;
   for (double time : {3.0, 3.5, 4.0}) {
-    bursts.sensors.push_back({FaultKind::bias, FaultChannel::left, 20.0, 1.0, time, 0.06});
-    bursts.sensors.push_back({FaultKind::bias, FaultChannel::gyro, -3.0, 1.0, time + 0.2, 0.06});
+    bursts.sensors.push_back({FaultKind::bias, FaultChannel::left, 20.0, time, 0.06});
+    bursts.sensors.push_back({FaultKind::bias, FaultChannel::gyro, -3.0, time + 0.2, 0.06});
   }
   SetPointProfile profile = driving({0.5, 0.0, 0.3});
   profile.duration = 5.0;
@@ -66,7 +66,7 @@ TEST(Outliers, AreExcludedOneByOneAndAreNoFault) {
 
 struct Passing {
   const char* name;
-  InjectedFault fault;
+  SensorFault fault;
   bool ChannelValidity::*channel;
 };
 void PrintTo(const Passing& passing, std::ostream* out) { *out << passing.name; }

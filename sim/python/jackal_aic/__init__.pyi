@@ -141,6 +141,16 @@ class Certificate(Margins):
 
 def certify(parameters: Parameters, robot: _Overrides = ...) -> Certificate: ...
 
+class LinearLoop:
+    period: float
+    longest_phase: float
+    robot: Dict[str, Any]
+    def spectral_radius(self, gain: float = ..., extra_dead_time: float = ..., phase: float = ...) -> float: ...
+    def step_response(self, periods: int, phase: float = ...) -> numpy.ndarray: ...
+    def certify(self) -> Certificate: ...
+
+def linear_loops(robot: str, controller: str, overrides: _Overrides = ...) -> List[LinearLoop]: ...
+
 class Estimate:
     value: float
     half_width: float

@@ -1131,39 +1131,5 @@ TEST(JackalPlant, MotorsThatChangeDoSoUntilReset) {
   EXPECT_THROW(plant.changeMotors(1.0, -1.0), ParameterError);
 }
 
-TEST(RollingPlant, RollsAsItsWheelsTurn) {
-  JackalPlant plant = JackalPlant::rolling(jackalUrdf(), direct(), 0.6);
-  plant.command({3.0, 7.0});
-  run(plant, 2.0);
-  const PlantTruth& truth = plant.truth();
-  EXPECT_NEAR(truth.linear_velocity.x(), kWheelRadius * 5.0, 1e-6);
-  EXPECT_NEAR(truth.linear_velocity.y(), 0.0, 1e-12);
-  EXPECT_NEAR(truth.angular_velocity.z(), kWheelRadius * 4.0 / 0.6, 1e-6);
-  const PlantMeasurement sample = nextMeasurement(plant);
-  EXPECT_NEAR(sample.observation().acceleration_y, kWheelRadius * 5.0 * kWheelRadius * 4.0 / 0.6, 0.02)
-      << "centripetal";
-  EXPECT_NEAR(sample.linear_acceleration.z(), 9.81, 0.01);
-  JackalPlant held = JackalPlant::rolling(jackalUrdf(), onBox(direct()), 0.6);
-  held.command({3.0, 7.0});
-  run(held, 2.0);
-  EXPECT_EQ(held.truth().linear_velocity, Eigen::Vector3d::Zero());
-  EXPECT_NEAR(held.truth().wheel_velocity[kRearRight], 7.0, 1e-6);
-}
-
-TEST(RollingPlant, StepsAsTheRigidBodiesDo) {
-  const PlantParameters calibrated;
-  JackalPlant rigid = plantOf(calibrated), light = JackalPlant::rolling(jackalUrdf(), calibrated, 0.6);
-  for (const double speed : {1.0, 0.3, -0.5}) {
-    for (JackalPlant* plant : {&rigid, &light}) plant->command(rolling(speed, speed));
-    for (int k = 0; k < 1500; ++k) {
-      rigid.step();
-      light.step();
-      ASSERT_NEAR(light.truth().linear_velocity.x(), rigid.truth().linear_velocity.x(), 0.02) << light.time();
-    }
-  }
-  EXPECT_NEAR(light.truth().position.x(), rigid.truth().position.x(), 5e-3);
-  EXPECT_NEAR(light.truth().position.z(), rigid.truth().position.z(), 1e-3);
-}
-
 }  // namespace
 }  // namespace jackal_aic::sim

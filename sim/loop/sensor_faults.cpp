@@ -1,6 +1,7 @@
 #include "sensor_faults.hpp"
 
 #include <array>
+#include <limits>
 
 namespace jackal_aic::sim {
 namespace {
@@ -10,6 +11,26 @@ std::array<Wheel, 2> wheelsOf(Side side) {
   return {kFrontRight, kRearRight};
 }
 
+/// What a fault of a value makes of it.
+double faultyValue(FaultKind kind, double amount, double value) {
+  switch (kind) {
+    case FaultKind::not_a_number:
+      return std::numeric_limits<double>::quiet_NaN();
+    case FaultKind::infinite:
+      return std::numeric_limits<double>::infinity();
+    case FaultKind::set:
+      return amount;
+    case FaultKind::huge:
+      return 1e300;
+    case FaultKind::bias:
+      return value + amount;
+    case FaultKind::scale:
+      return value * amount;
+    default:
+      return value;
+  }
+}
+
 void flip(PlantMeasurement& sample) {
   const Eigen::Quaterniond half_turn(0.0, 1.0, 0.0, 0.0);  // about x; its own inverse
   sample.angular_velocity = half_turn * sample.angular_velocity;
@@ -17,7 +38,7 @@ void flip(PlantMeasurement& sample) {
   sample.orientation = sample.orientation * half_turn;
 }
 
-void putEncoder(const InjectedFault& fault, Side side, const PlantMeasurement& last, PlantMeasurement& sample) {
+void putEncoder(const SensorFault& fault, Side side, const PlantMeasurement& last, PlantMeasurement& sample) {
   for (Wheel wheel : wheelsOf(side)) {
     double& speed = sample.wheel_velocity[wheel];
     const bool frozen = fault.kind == FaultKind::freeze;
@@ -26,7 +47,7 @@ void putEncoder(const InjectedFault& fault, Side side, const PlantMeasurement& l
   }
 }
 
-void putGyro(const InjectedFault& fault, const PlantMeasurement& last, PlantMeasurement& sample) {
+void putGyro(const SensorFault& fault, const PlantMeasurement& last, PlantMeasurement& sample) {
   if (fault.kind == FaultKind::freeze) {
     sample.angular_velocity = last.angular_velocity;
     return;
@@ -35,7 +56,7 @@ void putGyro(const InjectedFault& fault, const PlantMeasurement& last, PlantMeas
   yaw_rate = faultyValue(fault.kind, fault.amount, yaw_rate);
 }
 
-void putAcceleration(const InjectedFault& fault, const PlantMeasurement& last, PlantMeasurement& sample) {
+void putAcceleration(const SensorFault& fault, const PlantMeasurement& last, PlantMeasurement& sample) {
   for (int axis = 0; axis < 3; ++axis) {
     double& value = sample.linear_acceleration(axis);
     value =
@@ -44,7 +65,7 @@ void putAcceleration(const InjectedFault& fault, const PlantMeasurement& last, P
 }
 
 /// @param last what was passed on before this sample.
-void put(const InjectedFault& fault, const PlantMeasurement& last, PlantMeasurement& sample) {
+void put(const SensorFault& fault, const PlantMeasurement& last, PlantMeasurement& sample) {
   if (fault.kind == FaultKind::upside_down) return flip(sample);
   const bool all = fault.channel == FaultChannel::all;
   if (all || fault.channel == FaultChannel::left) putEncoder(fault, Side::left, last, sample);
@@ -58,7 +79,7 @@ void put(const InjectedFault& fault, const PlantMeasurement& last, PlantMeasurem
 PlantMeasurement SensorFaults::apply(const PlantMeasurement& sample) {
   PlantMeasurement faulty = sample;
   if (!has_last_) last_ = sample;
-  for (const InjectedFault& fault : faults_) {
+  for (const SensorFault& fault : faults_) {
     if (fault.activeAt(sample.stamp)) put(fault, last_, faulty);
   }
   last_ = faulty;

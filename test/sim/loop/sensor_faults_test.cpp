@@ -7,9 +7,9 @@ namespace {
 
 constexpr double kEver = 1e9;  // s
 
-InjectedFault faultOf(FaultKind kind, FaultChannel channel, double amount = 0.0, double start = 0.0,
+SensorFault faultOf(FaultKind kind, FaultChannel channel, double amount = 0.0, double start = 0.0,
                       double duration = kEver) {
-  return {kind, channel, amount, 1.0, start, duration};
+  return {kind, channel, amount, start, duration};
 }
 
 /// A sample whose every number depends on its stamp.

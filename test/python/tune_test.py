@@ -1,0 +1,188 @@
+#!/usr/bin/env python3
+"""The search for gains: what is driven, what gains are worth, and the command."""
+
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import jackal_aic
+import rosunit
+
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(SOURCE / 'sim/lab'))
+
+import engine  # noqa: E402
+import gains  # noqa: E402
+import trials  # noqa: E402
+
+BOX = str(SOURCE / 'config/plant_box.yaml')
+GROUND = str(SOURCE / 'config/plant.yaml')
+# Gains that were once shipped: fast on the linear model, but a precise y'' makes limit cycles of the encoders' steps.
+BRITTLE = {'controller.tau': 0.1, 'controller.kappa_mu': 0.4008, 'controller.kappa_a': 11.03, 'controller.orders': 3,
+           'controller.state_variances': [0.001027, 8.013, 0.1331, 0.0031], 'controller.sensory_variances': [2.0, 1059.0, 0.001, 1e8]}
+KEPT = {'settling_s': 0.5, 'overshoot_pct': 0.0, 'beyond_mps': 0.0, 'beyond_radps': 0.0, 'ripple': 0.0}
+
+
+def task(plant='box', start='improved', **changes):
+    robot = trials.Robot(plant, plant, engine.settings(plant, start)['plant'])
+    return trials.Task(start, (robot,), **dict({'draws': 5}, **changes))
+
+
+def tune(*arguments):
+    """What the command prints, and its exit status."""
+    done = subprocess.run(('/usr/bin/python3', str(SOURCE / 'sim/lab/tune')) + arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          universal_newlines=True)
+    return done.stdout, done.returncode
+
+
+class Trials(unittest.TestCase):
+
+    def test_have_bars_and_say_which_is_missed(self):
+        bars = dict(trials.BARS, overshoot_pct=10.0)
+        for figure, value, words in (('overshoot_pct', 12.5, 'overshoots by 12.5 % (at most 10)'),
+                                     ('beyond_mps', 0.04, 'runs back with 0.04 m/s after the stop'),
+                                     ('beyond_radps', 0.06, 'turns back with 0.06 rad/s after the stop'),
+                                     ('ripple', 0.2, 'its command ripples by 0.2 rad/s'), ('settling_s', None, 'never settles'),
+                                     ('settling_s', 0.4, '')):
+            figures = dict(KEPT, **{figure: value})
+            self.assertEqual(trials.missed_bar(bars, figures), words)
+            self.assertEqual(trials.penalty(bars, figures) >= 1.0, bool(words))
+        self.assertGreater(trials.penalty(bars, dict(KEPT, ripple=0.095)), 0.0, 'close to a bar')
+
+    def test_find_the_limit_cycle_of_coarse_encoders(self):
+        one = task()
+        coarse = [trial for trial in trials.trials(one, one.robots[0]) if 'late samples' in trial.name]
+        for found, least, most in (({}, 0, 0), (BRITTLE, 3, 9)):
+            missed = sum(bool(trials.missed_bar(trial.bars, trials.drive(one, found, trial))) for trial in coarse)
+            self.assertTrue(least <= missed <= most, missed)
+
+    def test_are_the_same_for_a_seed_and_spread_what_is_spread(self):
+        one = task(draws=200, seed=7)
+        drawn = trials.trials(one, one.robots[0])[-200:]
+        self.assertEqual(drawn, trials.trials(one, one.robots[0])[-200:])
+        self.assertNotEqual(drawn[0], trials.trials(one._replace(seed=8), one.robots[0])[-200])
+        dead_times = [trial.overrides['plant.dead_time'] for trial in drawn]
+        self.assertGreater(max(dead_times) - min(dead_times), 0.018)
+        self.assertAlmostEqual(sum(trial.overrides['plant.encoder_step'] == 0.1 for trial in drawn), 40, delta=20)
+
+    def test_are_of_the_corners_of_the_confidence_box_too(self):
+        with tempfile.NamedTemporaryFile('w', suffix='.yaml') as file:
+            file.write((SOURCE / 'config/plant_model.yaml').read_text() + '  dead_time_half_width: 0.02\n')
+            file.flush()
+            one = task(file.name)
+            corners = [trial.overrides['plant.dead_time'] for trial in trials.trials(one, one.robots[0]) if ', offset ' in trial.name]
+        dead_time = one.robots[0].values['dead_time']
+        self.assertEqual([round(value - dead_time, 6) for value in corners], 3 * [-0.02] + 3 * [0.02])
+
+
+class Worth(unittest.TestCase):
+
+    def test_of_gains_falls_with_every_bar_that_is_missed(self):
+        one = task()
+        judged = trials.first_trials(one)
+        self.assertEqual(len(judged), 5)
+        cost = gains.cost(one, {}, judged)
+        self.assertTrue(0.55 < cost < 1.0, cost)
+        self.assertLess(gains.cost(one, {}, judged, 0.1), cost, 'gives up')
+        self.assertGreater(gains.cost(one, {}, trials.first_trials(one._replace(overshoot=3.0))), cost + 1.0)
+        self.assertGreater(gains.cost(one._replace(gain_margin=5.0), {}, judged), gains.UNSTABLE)
+        self.assertTrue(0.5 < gains.linear_cost(one, {}) < 2.0)
+        self.assertGreater(gains.linear_cost(one._replace(gain_margin=5.0), {}), gains.UNSTABLE)
+
+    def test_of_gains_is_that_at_the_worst_corner_of_the_confidence_box(self):
+        for start in ('improved', 'predictive'):
+            violations = [gains.margin_violation(task('ground', start), trials.loops_of(task('ground', start), task('ground', start).robots[0], {
+                'plant_model.gain_half_width': width})) for width in (0.0, 0.1, 0.8)]
+            self.assertLess(violations[0], 0.0, start)
+            self.assertGreater(violations[1], violations[0], start)
+            self.assertGreaterEqual(violations[2], 0.0, start)
+
+    def test_starts_are_stable_on_slow_and_fast_robots(self):
+        for dead_time in (0.05, 0.135, 0.3):
+            text = 'plant_model: {{dead_time: {}, lag: 0.03, effective_track: 0.56}}'.format(dead_time)
+            with tempfile.NamedTemporaryFile('w', suffix='.yaml') as file:
+                file.write(text)
+                file.flush()
+                one = task(file.name)
+                for orders in (0, 1, 5):
+                    space = gains.Space(one, orders)
+                    self.assertTrue(trials.loops_of(one, one.robots[0], space.start)[0].certify().stable, (dead_time, orders))
+                    self.assertEqual(space.gains(space.vector(space.start))['controller.orders'], orders)
+
+    def test_tuned_preset_passes_what_users_drive_on_ground_and_box(self):
+        for plant in ('ground', 'box'):
+            found = trials.assess(task(plant, 'tuned', draws=20), {}, engine.parallel)
+            self.assertEqual(found.missed, (), plant)
+            self.assertLess(found.settling(), 0.7)
+
+
+class Tune(unittest.TestCase):
+
+    def setUp(self):
+        directory = tempfile.TemporaryDirectory()
+        self.addCleanup(directory.cleanup)
+        self.out = directory.name + '/tuned.yaml'
+
+    def test_writes_gains_that_pass_and_says_what_they_gain(self):
+        said, status = tune('--plant', BOX, '--orders', '1', '--evaluations', '4', '--linear-evaluations', '600', '--draws', '3', '--out', self.out)
+        self.assertEqual(status, 0, said)
+        for words in ('Searching orders 1..1 on 1 robot', '\nstart ', '\norders 1 ', 'plant_box', 'gain margin', 'ripple',
+                      'The tuned gains settle at 0.5 m/s in 0.', 'pass every trial; the gains at the start take 0.60 s.', 'Wrote ' + self.out):
+            self.assertIn(words, said)
+        text = pathlib.Path(self.out).read_text()
+        for words in ('# Fastest gains that `tune` found', 'encoder steps up to 0.1 rad/s', '# orders 1    plant_box ', 'orders: 1', 'belief_rate: 1000.0'):
+            self.assertIn(words, text)
+        self.assertEqual(jackal_aic.Parameters(self.out, 'box')['controller.orders'], 1)
+        settling = [engine.drive('box', preset, engine.motions.stop(0.5, 0.0, 4.0, 3.0), {'loop.phase': 0.019}).settling_time() for preset in (
+            self.out, 'improved')]
+        found = trials.assess(task('box', self.out, draws=0), {})
+        self.assertEqual(found.missed, ())
+        self.assertLess(found.settling(), 0.55, 'improved takes 0.60 s; {}'.format(settling))
+
+    def test_tunes_the_predictive_preset(self):
+        slow = self.out.replace('tuned', 'slow')
+        text = (SOURCE / 'config/predictive.yaml').read_text()
+        key = 'reference_time: '
+        at = text.index(key) + len(key)
+        pathlib.Path(slow).write_text(text[:at] + '0.05' + text[at + 4:])
+        said, status = tune('--plant', GROUND, '--start', slow, '--out', self.out, '--evaluations', '1', '--draws', '0')
+        self.assertEqual(status, 0, said)
+        self.assertIn('Searching the predictive gains on 1 robot', said)
+        self.assertLessEqual(jackal_aic.Parameters(self.out, 'ground')['predictive.reference_time'], 0.05)
+
+    def test_gains_that_miss_anything_are_no_result(self):
+        said, status = tune('--plant', BOX, '--out', self.out, '--orders', '1', '--evaluations', '1', '--linear-evaluations', '100', '--draws', '0',
+                            '--gain-margin', '90')
+        self.assertEqual(status, 1)
+        self.assertIn('no gains found that keep gain margin 90', said)
+        self.assertIn(' missed: plant_box', said)
+        self.assertFalse(pathlib.Path(self.out).exists())
+
+    def test_judges_gains(self):
+        for overshoot, status, words in (('10', 0, 'These gains pass every trial.'), ('3', 1, 'phase 0.019 s: overshoots by')):
+            said, found = tune('--plant', BOX, '--judge', 'improved', '--draws', '0', '--overshoot', overshoot)
+            self.assertEqual(found, status, said)
+            self.assertIn(words, said)
+
+    def test_bad_input_gives_one_clear_line(self):
+        negative, directory = self.out.replace('tuned', 'negative'), str(pathlib.Path(self.out).parent)
+        pathlib.Path(negative).write_text('plant_model: {dead_time: 0.1, lag: -0.03}')
+        good = ['--plant', BOX, '--out', self.out]
+        for arguments, words in ((['--out', self.out], '--plant: missing'), (['--plant', BOX], '--out: missing'),
+                                 (['--plant', directory + '/no.yaml', '--out', self.out], 'no.yaml: cannot be read'),
+                                 (['--plant', str(SOURCE / 'config/tuned.yaml'), '--out', self.out], 'not a plant file'),
+                                 (['--plant', negative, '--out', self.out], 'plant_model.lag = -0.03'), (good + ['--orders', '3..1'], "orders = '3..1'"),
+                                 (good + ['--orders', '6'], "orders = '6'"), (good + ['--overshoot', '-1'], 'overshoot = -1'),
+                                 (good + ['--evaluations', '0'], 'evaluations = 0'), (good + ['--start', 'diff_drive'], 'expected gains'),
+                                 (good + ['--start', 'nonesuch'], "'nonesuch': unknown"), (good + ['--nonsense'], '--nonsense'),
+                                 (['--plant', BOX, '--out', directory + '/no/such.yaml'], 'cannot be written')):
+            said, status = tune(*arguments)
+            self.assertEqual((status, said.count('\n')), (1, 1), said)
+            self.assertTrue(said.startswith('tune: '), said)
+            self.assertIn(words, said)
+
+
+if __name__ == '__main__':
+    rosunit.unitrun('jackal_aic', 'tune', '__main__')
