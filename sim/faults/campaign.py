@@ -254,9 +254,9 @@ class Campaign:
         with self._lock:
             self._arm(scenario)
             self._recording = True
-        # A controller that was ended here is there again once a busy machine has started it.
+        # A controller that was ended here is there again, and has heard everybody, once a busy machine has started it.
         completed = self._wait(lambda: self._time >= scenario.end() + LATEST_SUCCESSOR or (
-            self._time >= scenario.end() and not self._end_requested and not (self._succeeded and self._silent())))
+            self._time >= scenario.end() and not self._end_requested and not (self._succeeded and self._starting())))
         with self._lock:
             self._recording = False
             for _, action in self._tasks:  # so that no process stays stopped
@@ -270,6 +270,9 @@ class Campaign:
                 self._break_down('the controller fell silent')
             self.simulated += self._time
         return self._record
+
+    def _starting(self):
+        return self._silent() or 'not checked yet' in self._record.states[-1].text
 
     def _silent(self):
         return not self._record.states or self._record.states[-1].time < self._time - LAST_WORD

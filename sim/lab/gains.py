@@ -161,12 +161,7 @@ def local_search(task, gains, space, tick):
     return best
 
 
-_done = None  # drives that all processes have finished
-
-
-def _share(done):
-    global _done
-    _done = done
+_done = None  # drives that all processes have finished; they inherit it
 
 
 def _tick(drives):
@@ -183,18 +178,19 @@ def _run(work):
 
 
 def searched(task, jobs=0):
-    """Assessments by name: of the start, and of what each search finds."""
+    """Assessments by name: of the start, and of what each search finds. jobs: processes; 0 takes all cores."""
+    global _done
     orders = [None] if task.predictive() else list(range(task.orders[0], task.orders[1] + 1))
     linear = 0.0 if task.predictive() else 1.5 * LINEAR * task.linear_evaluations
     total = len(task.robots) * len(orders) * (linear + ROUNDS * (CANDIDATE * task.evaluations + ASSESSMENT))
     context = multiprocessing.get_context('fork')
-    done = context.Value('d', 0.0)
-    with context.Pool(jobs or None, _share, (done,)) as pool, tqdm.tqdm(
+    _done = context.Value('d', 0.0)
+    with context.Pool(jobs or None) as pool, tqdm.tqdm(
             total=100.0, desc='Searching', disable=None, leave=False, bar_format='{desc}: {percentage:3.0f}%|{bar}| {remaining} left') as bar:
         pending = pool.map_async(_run, [(task, order, True) for order in reversed(orders)] + [(task, None, False)], 1)
         while not pending.ready():
             pending.wait(0.5)
-            bar.update(max(0.0, min(100.0, 100.0 * done.value / total) - bar.n))
+            bar.update(max(0.0, min(100.0, 100.0 * _done.value / total) - bar.n))
         *found, start = pending.get()
     names = ['predictive' if order is None else 'orders {}'.format(order) for order in orders]
     return dict([('start', start)] + list(zip(names, reversed(found))))

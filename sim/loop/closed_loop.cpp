@@ -1,46 +1,10 @@
 #include "closed_loop.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
-
-#include "jackal_aic/config/parameter_map.hpp"
 
 namespace jackal_aic::sim {
 namespace {
-
-constexpr double kShortestResponse = 0.6;  // s; the final value is a mean over 0.5 s
-constexpr double kFastest = 10.0;          // m/s, of a set point
-constexpr double kFastestTurn = 50.0;      // rad/s
-
-void require(bool condition, const char* name, double value, const char* bound) {
-  if (!condition) throw ParameterError(fmt::format("{} = {:g}: must be {}", name, value, bound));
-}
-
-/// One channel of the loop: what is wanted, what is true, what is believed.
-struct Channel {
-  double set_point;
-  double value;
-  double belief;
-};
-
-Channel channel(const Sample& sample, BodyChannel which) {
-  const double belief = sample.belief ? (*sample.belief)(which) : 0.0;
-  if (which == kYaw) return {sample.set_point.yaw_rate, sample.yaw_rate, belief};
-  return {sample.set_point.forward, sample.velocity, belief};
-}
-
-bool beliefRanAway(const std::vector<Sample>& samples, BodyChannel which) {
-  double largest = 0.0;
-  for (const Sample& sample : samples) largest = std::max(largest, std::abs(channel(sample, which).set_point));
-  return std::any_of(samples.begin(), samples.end(), [&](const Sample& sample) {
-    const double belief = channel(sample, which).belief;
-    return !std::isfinite(belief) || std::abs(belief) > kRunaway * largest;
-  });
-}
 
 /// Lets the plant rest for the time [s] that it is to be ahead of the controller; returns its time.
 double takeLead(JackalPlant& plant, DriveLoop& drive, double phase) {
@@ -68,20 +32,6 @@ DriveParameters uninterrupted() {
 }
 
 std::int64_t SetPointProfile::plantSteps() const { return std::llround(duration / JackalPlant::kStep); }
-
-SetPointProfile stepProfile(double forward, double yaw_rate, double duration) {
-  require(std::abs(forward) <= kFastest && (forward != 0.0 || yaw_rate != 0.0), "step", forward,
-          "within +-10 m/s and not zero, unless there is a turn");
-  require(std::abs(yaw_rate) <= kFastestTurn, "turn", yaw_rate, "within +-50 rad/s");
-  require(duration >= kShortestResponse && duration <= 3600.0, "duration", duration, "in [0.6, 3600] s");
-  SetPointProfile profile;
-  profile.changes = {{kRestTime, SetPoint{forward, 0.0, yaw_rate}}};
-  profile.duration = kRestTime + duration;
-  profile.assessed_from = kRestTime;
-  profile.assessed_until = profile.duration;
-  profile.assessed = forward != 0.0 ? kForward : kYaw;
-  return profile;
-}
 
 BodyVector reportedVelocity(const PlantTruth& truth, Support support, const SkidSteerKinematics& kinematics) {
   if (support == Support::ground)
@@ -141,31 +91,6 @@ std::vector<Sample> runClosedLoop(JackalPlant& plant, DriveLoop& drive, const Se
   };
   driveClosedLoop(plant, drive, profile, hooks, loop);
   return samples;
-}
-
-ResponseMetrics assess(const std::vector<Sample>& samples, const SetPointProfile& profile, double settling_band) {
-  const SetPoint before = profile.at(profile.assessed_from - JackalPlant::kStep);
-  const SetPoint after = profile.at(profile.assessed_from);
-  if (!profile.assessed) {
-    ResponseMetrics metrics;
-    metrics.bounded = !beliefRanAway(samples, kForward) && !beliefRanAway(samples, kYaw);
-    return metrics;
-  }
-  const BodyChannel which = *profile.assessed;
-  std::vector<double> time, value;
-  for (const Sample& sample : samples) {
-    if (sample.time > profile.assessed_until + kTimeTolerance) break;
-    time.push_back(sample.time);
-    value.push_back(channel(sample, which).value);
-  }
-  const double initial = which == kForward ? before.forward : before.yaw_rate;
-  const double target = which == kForward ? after.forward : after.yaw_rate;
-  if (beliefRanAway(samples, which)) {
-    ResponseMetrics diverged;
-    diverged.bounded = false;
-    return diverged;
-  }
-  return stepResponseMetrics(time, value, profile.assessed_from, initial, target, settling_band);
 }
 
 }  // namespace jackal_aic::sim

@@ -15,12 +15,11 @@
 #include "jackal_aic/model/types.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "jackal_plant.hpp"
-#include "response_metrics.hpp"
 #include "set_point_timeline.hpp"
 
 namespace jackal_aic::sim {
 
-/// Set points, friction and motors over time, and which of the steps is assessed.
+/// Set points, friction and motors over time.
 struct SetPointProfile : SetPointTimeline {
   /// A friction coefficient of the ground and the time from which it holds.
   struct FrictionChange {
@@ -34,22 +33,11 @@ struct SetPointProfile : SetPointTimeline {
     double gain;    ///< steady-state wheel speed / command
     double offset;  ///< by which a wheel turns slower than asked [rad/s]
   };
-  std::vector<MotorChange> motor_changes;         ///< in order of time; the plant's own before the first
-  double assessed_from = 0.0;                     ///< time of the step that is assessed [s]
-  double assessed_until = 0.0;                    ///< end of what is assessed [s]
-  std::optional<BodyChannel> assessed{kForward};  ///< component whose step is assessed; empty if there is no such step
+  std::vector<MotorChange> motor_changes;  ///< in order of time; the plant's own before the first
 
   /// Steps of the plant from the begin of the run to its end.
   std::int64_t plantSteps() const;
 };
-
-/// Length of the response to a step in the tables of experiments [s].
-inline constexpr double kStepDuration = 4.0;
-
-/// A step from rest, assessed in the forward speed unless only the yaw rate steps. The robot rests for kRestTime first.
-/// @param forward [m/s]; @param yaw_rate [rad/s];
-/// @param duration length of the response [s]. @throws ParameterError if both are zero or the duration is below 0.6 s.
-SetPointProfile stepProfile(double forward, double yaw_rate, double duration);
 
 /// Time at rest before the first step [s].
 inline constexpr double kRestTime = 0.5;
@@ -116,14 +104,5 @@ BodyVector reportedVelocity(const PlantTruth& truth, Support support, const Skid
 /// The true velocity is reportedVelocity(). @param geometry r and b_hat for the speeds computed from the wheels.
 std::vector<Sample> runClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile& profile, Support support,
                                   const GeometryParameters& geometry, const LoopParameters& loop = {});
-
-/// Figures of the assessed step; none but `bounded` if there is no such step. `bounded` is false also if the belief is
-/// not finite or ran away to more than kRunaway times the largest set point, which the limits of the drive command can
-/// hide from the velocity.
-ResponseMetrics assess(const std::vector<Sample>& samples, const SetPointProfile& profile,
-                       double settling_band = kSettlingBand);
-
-/// Belief in multiples of the largest set point beyond which it counts as diverged.
-inline constexpr double kRunaway = 10.0;
 
 }  // namespace jackal_aic::sim

@@ -170,12 +170,4 @@ DriveLoop makeLoop(const LoopSetup& setup) {
   return setup.structure ? DriveLoop(setup.drive, setup.structure()) : makeLoop(setup.drive);
 }
 
-RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile) {
-  JackalPlant plant(setup.urdf, setup.plant);
-  DriveLoop drive = makeLoop(setup);
-  auto samples = runClosedLoop(plant, drive, profile, setup.plant.support, setup.drive.geometry, setup.loop);
-  const ResponseMetrics metrics = assess(samples, profile);
-  return {metrics, std::move(samples)};
-}
-
 }  // namespace jackal_aic::sim

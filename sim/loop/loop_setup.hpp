@@ -87,13 +87,4 @@ ThesisSetup loadThesis(const PackageFiles& files, const std::string& controller,
 DriveLoop makeLoop(const DriveParameters& parameters);
 DriveLoop makeLoop(const LoopSetup& setup);  ///< likewise, with the controller of the setup
 
-/// A run and the figures of its assessed step.
-struct RunResult {
-  ResponseMetrics metrics;
-  std::vector<Sample> samples;
-};
-
-/// Builds the loop of a setup, runs it along a profile and assesses it.
-RunResult runSetup(const LoopSetup& setup, const SetPointProfile& profile);
-
 }  // namespace jackal_aic::sim

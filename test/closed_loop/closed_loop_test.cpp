@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "loop_setup.hpp"
+#include "step_response.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -27,20 +28,6 @@ std::vector<double> velocities(const RunResult& run) {
   std::vector<double> values;
   for (const Sample& sample : run.samples) values.push_back(sample.velocity);
   return values;
-}
-
-TEST(SetPointProfile, StepRestsFirst) {
-  const SetPointProfile profile = stepProfile(0.5, 0.2, 4.0);
-  EXPECT_DOUBLE_EQ(profile.at(kRestTime - 0.001).forward, 0.0);
-  EXPECT_DOUBLE_EQ(profile.at(kRestTime).forward, 0.5);
-  EXPECT_DOUBLE_EQ(profile.at(kRestTime).yaw_rate, 0.2);
-  EXPECT_DOUBLE_EQ(profile.duration, kRestTime + 4.0);
-}
-
-TEST(SetPointProfile, RefusesWhatCannotBeAssessed) {
-  EXPECT_THROW(stepProfile(0.0, 0.0, 4.0), ParameterError);
-  EXPECT_THROW(stepProfile(0.5, 0.0, 0.5), ParameterError);
-  EXPECT_THROW(stepProfile(std::nan(""), 0.0, 4.0), ParameterError);
 }
 
 /// Commands the stamp of the last measurement, at 50 Hz.
@@ -158,7 +145,7 @@ TEST(ClosedLoop, DivergingEulerIsUnstableAndHasNoNumbers) {
 
 TEST(ClosedLoop, LimitsHoldTheActionWithoutWindUp) {
   const Overrides slow{{"limits.linear_speed", "0.3"}};
-  SetPointProfile wave;
+  AssessedProfile wave;
   wave.changes = {{0.5, {0.1, 0.0, 0.0}}, {2.5, {0.6, 0.0, 0.0}}, {4.5, {0.1, 0.0, 0.0}}};
   wave.duration = 6.5;
   wave.assessed.reset();

@@ -10,6 +10,7 @@
 #include "loop_setup.hpp"
 #include "monitored_loop.hpp"
 #include "predictive_loop.hpp"
+#include "step_response.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -109,7 +110,7 @@ TEST(Slip, ATurnAfterJoystickDrivingIsAsFastAsTheFirst) {
   for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6}) {
     LoopSetup setup = loadSetup(PackageFiles(""), "predictive", "ground", {});
     setup.plant.seed = seed;
-    SetPointProfile profile = joystickDriving(seed, kDrive);
+    AssessedProfile profile{joystickDriving(seed, kDrive)};
     profile.changes.push_back({kDrive, SetPoint{}});
     profile.changes.push_back({kStep, SetPoint{0.0, 0.0, 0.8}});
     profile.assessed = kYaw;

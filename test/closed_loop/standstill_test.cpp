@@ -10,6 +10,7 @@
 #include "linear_plant.hpp"
 #include "loop_setup.hpp"
 #include "predictive_loop.hpp"
+#include "step_response.hpp"
 #include "stepped_loop.hpp"
 
 namespace jackal_aic::sim {
@@ -40,7 +41,7 @@ class StandstillOfAPreset : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(StandstillOfAPreset, AfterAStopTheCommandIsExactlyZeroAndStaysSo) {
   const PackageFiles files{JACKAL_AIC_SOURCE_DIR};
-  SetPointProfile profile;
+  AssessedProfile profile;
   profile.changes = {{kRestTime, {0.5, 0.0, 0.5}}, {3.0, {}}, {20.0, {0.5, 0.0, 0.0}}};
   profile.duration = 22.0;
   profile.assessed.reset();

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "closed_loop.hpp"
+#include "step_response.hpp"
 
 namespace jackal_aic::sim {
 
@@ -28,8 +28,8 @@ inline constexpr double kSteadyTime = 1.0;      // s before the stop
 inline constexpr double kSettledWithin = 0.05;  // of the set point
 
 /// From rest to a set point at kRestTime, back to rest after `drive` [s], and `stand` [s] more.
-inline SetPointProfile stopProfile(const SetPoint& set_point, double drive, double stand) {
-  SetPointProfile profile;
+inline AssessedProfile stopProfile(const SetPoint& set_point, double drive, double stand) {
+  AssessedProfile profile;
   profile.changes = {{kRestTime, set_point}, {kRestTime + drive, SetPoint{}}};
   profile.duration = kRestTime + drive + stand;
   profile.assessed.reset();

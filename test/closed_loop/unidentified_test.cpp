@@ -12,6 +12,7 @@
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "loop_setup.hpp"
 #include "plant_conversion.hpp"
+#include "step_response.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -43,12 +44,12 @@ constexpr double kJoystick = 20.0;  // s
 constexpr double kStepTime = kJoystick + 2.0;
 
 /// Joystick driving, a rest, and a step of the forward speed [m/s] that is assessed.
-SetPointProfile stepAfterJoystick(double speed, std::uint64_t seed) {
-  SetPointProfile profile = joystickDriving(seed, kJoystick);
+AssessedProfile stepAfterJoystick(double speed, std::uint64_t seed) {
+  AssessedProfile profile{joystickDriving(seed, kJoystick)};
   profile.changes.push_back({kJoystick, SetPoint{}});
   profile.changes.push_back({kStepTime, SetPoint{speed, 0.0, 0.0}});
   profile.assessed_from = kStepTime;
-  profile.assessed_until = profile.duration = kStepTime + kStepDuration;
+  profile.assessed_until = profile.duration = kStepTime + 4.0;
   return profile;
 }
 
@@ -69,7 +70,7 @@ Driven drive(const PlantModel& told, const PlantModel& robot, double speed, std:
   setup.plant.seed = seed;
   JackalPlant plant(setup.urdf, setup.plant);
   DriveLoop loop = makeLoop(setup);
-  const SetPointProfile profile = stepAfterJoystick(speed, seed);
+  const AssessedProfile profile = stepAfterJoystick(speed, seed);
   const auto samples = runClosedLoop(plant, loop, profile, Support::ground, setup.drive.geometry);
   return {assess(samples, profile), loop.predictive()->model().acceleration_limit};
 }
@@ -92,7 +93,7 @@ TEST(Unidentified, NoWheelHangsBelowItsGoal) {
         setup.plant.seed = seed;
         JackalPlant plant(setup.urdf, setup.plant);
         DriveLoop loop = makeLoop(setup);
-        SetPointProfile profile;
+        AssessedProfile profile;
         profile.changes = {{1.0, c.set_point}};
         profile.assessed_from = 1.0;
         profile.assessed_until = profile.duration = 6.0;

@@ -9,6 +9,7 @@
 
 #include "drives.hpp"
 #include "loop_setup.hpp"
+#include "step_response.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -24,8 +25,8 @@ const PackageFiles& files() {
 }
 
 /// Ten seconds at a joystick, a pause, and a step.
-SetPointProfile drivingThenStep(std::uint64_t seed, const SetPoint& step) {
-  SetPointProfile profile = joystickDriving(seed, kRestTime + kDriving);
+AssessedProfile drivingThenStep(std::uint64_t seed, const SetPoint& step) {
+  AssessedProfile profile{joystickDriving(seed, kRestTime + kDriving)};
   const double stop = kRestTime + kDriving, begin = stop + kPause;
   profile.changes.push_back({stop, {}});
   profile.changes.push_back({begin, step});
@@ -35,8 +36,8 @@ SetPointProfile drivingThenStep(std::uint64_t seed, const SetPoint& step) {
   return profile;
 }
 
-SetPointProfile steadily(const SetPoint& set_point, double duration) {
-  SetPointProfile profile;
+AssessedProfile steadily(const SetPoint& set_point, double duration) {
+  AssessedProfile profile;
   profile.assessed.reset();
   profile.changes = {{kRestTime, set_point}};
   profile.duration = duration;
@@ -48,7 +49,7 @@ struct Drive {
   ResponseMetrics step;
 };
 
-Drive drive(const std::string& plant_name, const Overrides& overrides, const SetPointProfile& profile) {
+Drive drive(const std::string& plant_name, const Overrides& overrides, const AssessedProfile& profile) {
   const LoopSetup setup = loadSetup(files(), "predictive", plant_name, overrides);
   JackalPlant plant(setup.urdf, setup.plant);
   DriveLoop loop = makeLoop(setup);
@@ -76,7 +77,7 @@ void expectLearned(const std::string& plant, const Overrides& robot, const SetPo
   for (const double off : {-kOff, kOff}) {
     for (const std::uint64_t seed : {1, 2}) {
       SCOPED_TRACE(plant + ", off " + std::to_string(off) + ", seed " + std::to_string(seed));
-      const SetPointProfile profile = drivingThenStep(seed, step);
+      const AssessedProfile profile = drivingThenStep(seed, step);
       const Drive known = drive(plant, withoutLearning(robot), profile),
                   learned = drive(plant, told(plant, off, robot), profile);
       std::printf(
@@ -99,7 +100,7 @@ TEST(UnknownGain, IsLearnedInTenSeconds) {
       for (const SetPoint& step : {SetPoint{0.5, 0.0, 0.0}, SetPoint{1.5, 0.0, 0.0}, SetPoint{0.0, 0.0, 0.8}}) {
         SCOPED_TRACE(std::string(plant) + ", told " + std::to_string(told_share));
         const Overrides wrong{{"plant_model.gain", std::to_string(told_share * truth)}};
-        const SetPointProfile profile = drivingThenStep(1, step);
+        const AssessedProfile profile = drivingThenStep(1, step);
         const Drive known = drive(plant, withoutLearning({}), profile), learned = drive(plant, wrong, profile);
         EXPECT_NEAR(learned.believed.gain, truth, 0.03 * truth);
         ASSERT_TRUE(learned.step.settling && known.step.settling);
@@ -141,7 +142,7 @@ TEST(UnknownDeadTime, IsToldFromALagThatIsFarOff) {
       for (const std::uint64_t seed : {1, 2}) {
         SCOPED_TRACE(std::string(plant) + ", off " + std::to_string(off) + ", seed " + std::to_string(seed));
         const Overrides robot{{"plant.motor_lag", "0.06"}};
-        const SetPointProfile profile = drivingThenStep(seed, {0.5, 0.0, 0.0});
+        const AssessedProfile profile = drivingThenStep(seed, {0.5, 0.0, 0.0});
         Overrides right = withoutLearning(robot);
         right.emplace_back("plant_model.lag", "0.06");
         const Drive known = drive(plant, right, profile), learned = drive(plant, told(plant, off, robot), profile);
@@ -162,7 +163,7 @@ TEST(UnknownDeadTime, IsLearnedFromStraightRampsTurnsAndArcs) {
   for (const SetPoint& motion :
        {SetPoint{1.0, 0.0, 0.0}, {1.5, 0.0, 0.0}, {0.1, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.5, 0.0, 0.5}}) {
     for (const double off : {-kOff, kOff}) {
-      SetPointProfile profile;
+      AssessedProfile profile;
       profile.assessed.reset();
       for (int i = 0; i < 6; ++i) profile.changes.push_back({kRestTime + 2.0 * i, i % 2 == 0 ? motion : SetPoint{}});
       profile.duration = kRestTime + 12.0;
@@ -180,7 +181,7 @@ TEST(UnknownDeadTime, IsLearnedOfWhatTheRealRobotIsLate) {
   // 2.5 ms of their stamps, 10 ms of the network from them; a lag of 6 ms of the motors and 20 ms of the encoders.
   for (const double off : {-kOff, 0.0, kOff}) {
     for (const std::uint64_t seed : {1, 2}) {
-      SetPointProfile profile = joystickDriving(seed, kRestTime + kDriving);
+      AssessedProfile profile{joystickDriving(seed, kRestTime + kDriving)};
       profile.changes.push_back({kRestTime + kDriving, {}});
       profile.duration = kRestTime + kDriving + kPause;
       profile.assessed.reset();
@@ -201,7 +202,7 @@ TEST(UnknownDeadTime, DoesNotDriftWithoutExcitation) {
 }
 
 TEST(UnknownDeadTime, StaysAsToldByRequest) {
-  const SetPointProfile profile = drivingThenStep(1, {0.5, 0.0, 0.0});
+  const AssessedProfile profile = drivingThenStep(1, {0.5, 0.0, 0.0});
   const Drive unlearned = drive("ground", withoutLearning(told("ground", kOff, {})), profile);
   EXPECT_NEAR(unlearned.believed.dead_time, 0.16, 1e-9);
 }

@@ -1,6 +1,6 @@
 // The same step on the ROS path (nodes, topics, timers) and in the closed loop without ROS.
 
-#include "loop_setup.hpp"
+#include "../closed_loop/step_response.hpp"
 #include "simulated_robot.hpp"
 
 namespace jackal_aic::test {

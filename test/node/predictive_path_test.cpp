@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "loop_setup.hpp"
+#include "../closed_loop/step_response.hpp"
 #include "service_call.hpp"
 #include "simulated_robot.hpp"
 #include "true_motion.hpp"
