@@ -107,6 +107,7 @@ def keys(key, node, known):
 
 
 def fault_of(key, topic, node):
+    require('kind' in node, key + '.kind', 'missing')
     fault = Fault(topic, **keys(key, dict(node), Fault._fields[1:]))
     if topic == 'system':
         one_of(key, fault.kind, SYSTEM)

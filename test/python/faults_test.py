@@ -129,7 +129,7 @@ class Scenarios(unittest.TestCase):
         for body, words in ((self.EXPECT, 'has no fault'), ('imu: {kind: drop}', 'motions and expect'),
                             ('imu: {kind: drop}, expect: {outcome: drives}', 'reasons: missing'),
                             ('imu: {kind: drop}, expect: {detected_by: tolerated}', 'expect.outcome'),
-                            ('imu: {kind: melt}, ' + self.EXPECT, 'melt of all is not a fault of this topic'),
+                            ('imu: {channel: gyro}, ' + self.EXPECT, 'imu.kind: missing'), ('imu: {kind: melt}, ' + self.EXPECT, 'melt of all is not a fault of this topic'),
                             ('imu: {kind: drop, shares: 0.5}, ' + self.EXPECT, "'shares' is unknown"),
                             ('imu: {kind: drop, share: 2}, ' + self.EXPECT, 'share = 2: must be in [0, 1]'),
                             ('lidar: {kind: drop}, ' + self.EXPECT, "'lidar' is unknown"), ('system: {kind: melt}, ' + self.EXPECT, "'melt'"),
