@@ -10,9 +10,8 @@ repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd -P)
 workspace=${JACKAL_AIC_WS:-$repository/ws}
 # Several sources are compiled as one: the headers of ROS take most of the time of a first build.
 cmake_arguments=(-DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON)
-ros_prefix=""
-packages=()
-rviz_package=""
+ros_prefix="" packages=()
+rviz_package="" rviz_too=""
 missing=()
 
 # A python or a ROS workspace of the caller (pyenv, conda, a sourced setup.bash) must not leak into the build.
@@ -20,8 +19,7 @@ export PATH=/usr/bin:/usr/sbin:/bin:/sbin:$PATH LC_ALL=C.UTF-8
 unset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH ROS_MASTER_URI ROS_HOSTNAME ROS_IP ROS_NAMESPACE PYTHONPATH PYTHONHOME
 
 # Every script takes --yes.
-assume_yes=false
-arguments_left=()
+assume_yes=false arguments_left=()
 for argument; do
   if [[ $argument == --yes ]]; then assume_yes=true; else arguments_left+=("$argument"); fi
 done
@@ -32,28 +30,29 @@ set -- ${arguments_left[@]+"${arguments_left[@]}"}
 # shellcheck source=scripts/lib/packages.sh
 . "$repository/scripts/lib/packages.sh"
 
-# The scripts that ROS generates read unset variables.
-source_ros() {
-  set +u
-  # shellcheck disable=SC1090
-  . "$1"
-  set -u
+# other_option [WORD]: --help prints the comment at the head of the script; any other word is refused.
+other_option() {
+  (($# > 0)) || return 0
+  [[ $1 == --help || $1 == -h ]] || fail "unknown option $1 (see --help)"
+  sed -n '2,/^$/s/^# \{0,1\}//p' "$0"
+  say "Installs missing packages with apt first, and asks once on a terminal (--yes: never); it upgrades and removes nothing."
+  exit 0
 }
 
-# Whether the directory of the workspace is one that these scripts made (it holds the file `location` then), empty or not there yet.
-# What else a user has there is neither used nor deleted.
+# What a user has in the directory of the workspace is neither used nor deleted: these scripts made it (it holds the file `location`
+# then), or it is empty or not there yet.
 require_own_workspace() {
-  local owner='' place=''
+  local owner='' place='' why=''
   if [[ -f $workspace/location ]]; then
     read -r owner place <"$workspace/location" || true
-    [[ -z $owner || $owner$place == /*/* ]] || fail "$workspace/location was not written by these scripts: set JACKAL_AIC_WS to an empty directory"
-    [[ -z $owner || $owner == "$repository" || ! -e $owner/package.xml || $place != "$(cd "$workspace" && pwd -P)" ]] ||
-      fail "$workspace is the workspace of the checkout $owner: set JACKAL_AIC_WS to an empty directory"
-  elif [[ -e $workspace && ! -d $workspace ]]; then
-    fail "$workspace is no directory: set JACKAL_AIC_WS to an empty directory"
-  elif [[ -d $workspace && -n $(ls -A "$workspace") ]]; then
-    fail "$workspace holds files that these scripts did not make: set JACKAL_AIC_WS to an empty directory"
+    if [[ -n $owner && $owner$place != /*/* ]]; then why="the file location in it is not theirs"; fi
+    if [[ -n $owner && $owner != "$repository" && -e $owner/package.xml && $place == "$(cd "$workspace" && pwd -P)" ]]; then
+      why="it belongs to the checkout $owner"
+    fi
+  elif [[ -e $workspace && (! -d $workspace || -n $(ls -A "$workspace")) ]]; then
+    why="these scripts did not make it"
   fi
+  [[ -z $why ]] || fail "$workspace: $why: set JACKAL_AIC_WS to an empty directory"
 }
 
 make_workspace() {
@@ -66,64 +65,35 @@ make_workspace() {
   export ROS_HOME=$workspace/ros MPLCONFIGDIR=$workspace/matplotlib
   # ROS talks to itself over the loopback address: no network and no name of this machine is needed.
   export ROS_IP=127.0.0.1
-  getent hosts localhost >/dev/null || fail "this machine does not know localhost: add the line '127.0.0.1 localhost' to /etc/hosts"
-}
-
-# Whether an entry of the checkout stays out of the package: what a build makes, and what holds programs that are not of ROS.
-left_out() {
-  case $1 in
-    scripts | results | ws | ws-*) return 0 ;;
-    *) [[ $workspace/ == "$repository/$1"/* ]] ;;
-  esac
 }
 
 # Links the packages to build; a build that knows another place of the checkout is thrown away.
 link_packages() {
-  local entry package
+  local entry package=$workspace/src/jackal_aic
   if [[ $(cat "$workspace/location" 2>/dev/null) != "$repository $workspace" ]]; then
-    rm -rf "$workspace/build" "$workspace/devel"
+    rm -rf "$workspace/build" "$workspace/devel" "$package"
     printf '%s\n' "$repository $workspace" >"$workspace/location"
   fi
   # A link per entry and not one to the checkout: that would hold the workspace again, and rosrun and roslaunch, which search a
   # package through all links, would find every program twice. scripts/ is left out: rosrun would offer them. The manifest is
-  # a copy, because catkin_make install copies links.
-  # What is right already stays: another script may be running on it.
-  package=$workspace/src/jackal_aic
-  if [[ -L $package ]]; then rm "$package"; fi
+  # a copy, because catkin_make install copies links. What is right stays: another script may be running on it.
   mkdir -p "$package"
-  for entry in "$package"/*; do
-    if [[ -L $entry ]] && { [[ ! -e $entry || $(readlink "$entry") != "$repository/${entry##*/}" ]] || left_out "${entry##*/}"; }; then
-      rm "$entry"
-    fi
-  done
+  find "$package" -xtype l -delete
   for entry in "$repository"/*; do
-    left_out "${entry##*/}" || [[ -e $package/${entry##*/} ]] || ln -s "$entry" "$package/"
+    [[ ${entry##*/} =~ ^(scripts|results|ws|ws-.*)$ || $workspace/ == "$entry"/* || -e $package/${entry##*/} ]] || ln -s "$entry" "$package/"
   done
   cmp -s "$repository/package.xml" "$package/package.xml" ||
     cp --remove-destination --preserve=timestamps "$repository/package.xml" "$package/"
   # The first configuration keeps the environment in which catkin will run the tests, and leaves out of it what is not there yet.
   mkdir -p "$workspace/devel/lib/python3/dist-packages"
-  link_stand_in jackal_msgs jackal_msgs
-  link_stand_in controller_interface ros_control
-}
-
-# link_stand_in PACKAGE DIRECTORY: puts sim/DIRECTORY into the workspace where the system does not have PACKAGE.
-link_stand_in() {
-  if [[ -e $ros_prefix/share/$1/package.xml ]]; then
-    rm -f "$workspace/src/$2"
-  else
-    ln -sfn "$repository/sim/$2" "$workspace/src/$2"
-  fi
+  # Where the system does not have the packages, those of sim/ stand in.
+  rm -f "$workspace/src/jackal_msgs" "$workspace/src/ros_control"
+  [[ -e $ros_prefix/share/jackal_msgs/package.xml ]] || ln -s "$repository/sim/jackal_msgs" "$workspace/src/"
+  [[ -e $ros_prefix/share/controller_interface/package.xml ]] || ln -s "$repository/sim/ros_control" "$workspace/src/"
 }
 
 # As many compilers at a time as processors and free memory (1 GiB each) allow.
-build_jobs() {
-  local processors memory
-  processors=$(nproc)
-  memory=$(awk '/^MemAvailable:/ { print int($2 / 1048576) }' /proc/meminfo 2>/dev/null)
-  memory=$((${memory:-1} > 0 ? ${memory:-1} : 1))
-  printf '%d' $((memory < processors ? memory : processors))
-}
+build_jobs() { awk -v cores="$(nproc)" '/^MemAvailable:/ { n = int($2 / 1048576); print n < 1 ? 1 : n < cores ? n : cores }' /proc/meminfo; }
 
 # build_workspace TARGETS: builds them (one or more words), then shows the compiler's own words if that failed.
 build_workspace() {
@@ -137,13 +107,6 @@ build_workspace() {
   }
 }
 
-# Installs rviz, which nothing but showing the robot needs.
-install_rviz() {
-  detect_system
-  make_workspace
-  install_packages "$workspace/log/install_rviz.log" "$rviz_package"
-}
-
 # set_up TARGETS...: from a bare machine to a built and sourced workspace; the targets of an argument are built in one go.
 set_up() {
   local lock target
@@ -151,10 +114,14 @@ set_up() {
   make_workspace
   exec {lock}>"$workspace/lock"
   flock -n "$lock" || { say "Waiting for another script that is building in $workspace" && flock "$lock"; }
-  install_packages "$workspace/log/install.log" "${packages[@]}"
-  if [[ -e $ros_prefix/setup.bash ]]; then source_ros "$ros_prefix/setup.bash"; fi
+  install_packages "${packages[@]}" ${rviz_too:+"$rviz_package"}
+  set +u # what ROS generates reads unset variables
+  # shellcheck disable=SC1091
+  if [[ -e $ros_prefix/setup.bash ]]; then . "$ros_prefix/setup.bash"; fi
   link_packages
   for target; do build_workspace "$target"; done
-  source_ros "$workspace/devel/setup.bash"
+  # shellcheck disable=SC1091
+  . "$workspace/devel/setup.bash"
+  set -u
   exec {lock}>&-
 }

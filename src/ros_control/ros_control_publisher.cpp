@@ -16,14 +16,15 @@ void setDiagonal(boost::array<double, 36>& covariance, const std::array<double, 
 }  // namespace
 
 RosControlPublisher::RosControlPublisher(const ros::NodeHandle& robot, const ros::NodeHandle& controller,
-                                         const RosControlParameters& parameters)
+                                         const RosControlParameters& parameters, const OdometryUpdate& initial)
     : robot_(robot),
       base_frame_(parameters.drive.robot.base_frame),
       pose_covariance_given_(parameters.pose_covariance_diagonal.has_value()),
       twist_covariance_given_(parameters.twist_covariance_diagonal.has_value()),
       report_(parameters.drive.gate.deadlines.set_point),
       // The whole name, as a node's: the updater drops its first character, the slash.
-      diagnostics_(robot, controller, controller.getNamespace()) {
+      diagnostics_(robot, controller, controller.getNamespace()),
+      odometry_updates_(initial) {
   odometry_.header.frame_id = parameters.odom_frame_id;
   odometry_.child_frame_id = base_frame_;
   if (pose_covariance_given_) setDiagonal(odometry_.pose.covariance, *parameters.pose_covariance_diagonal);
@@ -68,10 +69,11 @@ void RosControlPublisher::run() {
 }
 
 void RosControlPublisher::publish(const OdometryUpdate& update) {
-  odometry_.header.stamp = update.state.stamp;
+  odometry_.header.stamp = update.state.header.stamp;
   fillOdometry(update.pose, update.motion, odometry_);
   if (!pose_covariance_given_) fillPoseCovariance(update.pose_covariance, odometry_);
-  if (!twist_covariance_given_) fillMotionCovariance(update.motion.covariance, odometry_);
+  if (!twist_covariance_given_)
+    fillMotionCovariance(update.motion.covariance, kSmallVariance, odometry_.twist.covariance);
   odometry_publisher_.publish(odometry_);
   if (update.transform) {
     tf2_msgs::TFMessage transforms;
@@ -79,9 +81,11 @@ void RosControlPublisher::publish(const OdometryUpdate& update) {
     transform_publisher_.publish(transforms);
   }
   report_.settle();
-  if (report_.update(update.state.status, "")) diagnostics_.force_update();
+  if (report_.update(update.status, "")) diagnostics_.force_update();
   diagnostics_.update();
-  state_publisher_.publish(stateMessage(update.state, {report_.reason(), "", false, 0}, base_frame_));
+  ControllerState state = update.state;
+  addRemarks({report_.reason(), "", false, 0}, base_frame_, state);
+  state_publisher_.publish(state);
 }
 
 void RosControlPublisher::publish(const CommandUpdate& update) {

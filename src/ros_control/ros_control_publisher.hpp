@@ -27,7 +27,8 @@ namespace jackal_aic {
 
 /// Odometry, and what the drive loop does, at one time.
 struct OdometryUpdate {
-  LoopState state;
+  ControllerState state;  ///< by fillState()
+  DriveLoopStatus status;
   PlanarPose pose;
   PlanarMotion motion;
   Eigen::Matrix3d pose_covariance = Eigen::Matrix3d::Zero();  ///< of the pose
@@ -44,9 +45,9 @@ struct CommandUpdate {
 /// cmd_vel_out (geometry_msgs/TwistStamped); beside it /tf and /diagnostics. tell() neither locks nor allocates.
 class RosControlPublisher {
  public:
-  /// @param robot, controller namespaces.
+  /// @param robot, controller namespaces; @param initial update, as long as those to come.
   RosControlPublisher(const ros::NodeHandle& robot, const ros::NodeHandle& controller,
-                      const RosControlParameters& parameters);
+                      const RosControlParameters& parameters, const OdometryUpdate& initial);
   ~RosControlPublisher();
   RosControlPublisher(const RosControlPublisher&) = delete;
   RosControlPublisher& operator=(const RosControlPublisher&) = delete;

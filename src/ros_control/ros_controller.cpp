@@ -102,7 +102,8 @@ bool RosController::init(hardware_interface::VelocityJointInterface* hw, ros::No
   for (const auto& joint : parameters_.drive.robot.right_wheel_joints) right_joints_.push_back(hw->getHandle(joint));
   live_ = parameters_.live;
   subscribe(root_nh, controller_nh);
-  publisher_.emplace(root_nh, controller_nh, parameters_);
+  fillState(*loop_, parameters_.drive.geometry, kNotMeasured, {}, update_.state);
+  publisher_.emplace(root_nh, controller_nh, parameters_, update_);
   serveChanges(controller_nh);
   return true;
 }
@@ -364,17 +365,18 @@ void RosController::publish(const ros::Time& time) {
   publisher_->tell(CommandUpdate{time, {commanded_motion_.forward, 0.0, commanded_motion_.yaw_rate}});
   if (!(last_publication_ + period < now)) return;
   last_publication_ = std::max(last_publication_ + period, now - period);
-  OdometryUpdate update;
+  OdometryUpdate& update = update_;
   const bool open_loop = parameters_.open_loop;
   update.pose = open_loop ? commanded_.pose() : odometry_->pose();
   update.pose_covariance = open_loop ? commanded_.covariance() : odometry_->poseCovariance();
   update.motion = open_loop ? commanded_motion_ : odometry_->motion();
   update.transform = live_.enable_odom_tf;
-  BodyVector measured = LoopState{}.measured;
+  BodyVector measured = kNotMeasured;
   const SkidSteerKinematics kinematics(parameters_.drive.geometry);
   measured(kForward) = kinematics.bodyVelocity({last_wheels_.left, last_wheels_.right})(kForward);
   if (imu_) measured(kYaw) = imu_->yaw_rate;
-  update.state = loopState(*loop_, parameters_.drive.geometry, measured, time);
+  fillState(*loop_, parameters_.drive.geometry, measured, time, update.state);
+  update.status = loop_->status();
   publisher_->tell(update);
 }
 

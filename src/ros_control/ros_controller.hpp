@@ -125,6 +125,7 @@ class RosController : public controller_interface::Controller<hardware_interface
   PlanarMotion commanded_motion_;
   DeadReckoning commanded_;        // in place of the odometry in open loop
   double last_publication_ = 0.0;  // s
+  OdometryUpdate update_;          // with lists as long as they will be, so that update() allocates none
 
   // From callbacks of any thread to the realtime thread.
   std::mutex callbacks_;

@@ -1,8 +1,7 @@
-#include "analyze.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/replace.hpp>
 #include <boost/program_options.hpp>
 #include <cmath>
 #include <functional>
@@ -13,124 +12,75 @@
 #include "jackal_aic/certificate/jitter_search.hpp"
 #include "jackal_aic/config/yaml_text.hpp"
 #include "parameters/node_parameters.hpp"
+#include "programs.hpp"
 
 namespace jackal_aic {
 namespace {
 
 namespace po = boost::program_options;
 
-struct Figure;
-
-/// What is printed, as lines of a table or as an object of JSON.
-using Figures = std::vector<Figure>;
-
-/// One of it: its key in JSON, its name and unit in the table, its value; a group has figures of its own.
-struct Figure {
-  std::string key;
-  std::string name;
-  std::string unit;
-  std::variant<double, bool, std::string, Figures> value;
-};
-
-/// {"key": value, ...} in one line, which YAML reads too.
-std::string json(const Figures& figures) {
-  struct Text {
-    std::string operator()(double value) const { return std::isfinite(value) ? yamlNumber(value, 6) : "null"; }
-    std::string operator()(bool value) const { return value ? "true" : "false"; }
-    std::string operator()(const std::string& value) const { return yamlQuoted(value); }
-    std::string operator()(const Figures& group) const { return json(group); }
-  };
-  std::string text;
-  for (const Figure& figure : figures) {
-    text += (text.empty() ? "" : ", ") + yamlQuoted(figure.key) + ": " + std::visit(Text{}, figure.value);
-  }
-  return "{" + text + "}";
+/// A figure as a line of YAML, with what it means.
+std::string line(const std::string& key, const std::string& value, const std::string& meaning) {
+  return fmt::format("{:<31} # {}\n", key + ": " + value, meaning);
+}
+std::string number(const std::string& key, double value, const std::string& meaning) {
+  return line(key, std::isfinite(value) ? yamlNumber(value, 6) : ".inf", meaning);
+}
+std::string flag(const std::string& key, bool value, const std::string& meaning) {
+  return line(key, value ? "true" : "false", meaning);
 }
 
-/// A line for each figure: its name, its value, its unit; those of a group below its name.
-std::string table(const Figures& figures, const std::string& indent = "") {
-  constexpr std::size_t kNames = 40;  // columns
-  std::string text;
-  for (const Figure& figure : figures) {
-    if (const auto* group = std::get_if<Figures>(&figure.value)) {
-      if (!group->empty()) text += fmt::format("\n{}{}\n{}", indent, figure.name, table(*group, indent + "  "));
-      continue;
-    }
-    struct Text {
-      std::string operator()(double value) const { return std::isfinite(value) ? fmt::format("{:.6g}", value) : "any"; }
-      std::string operator()(bool value) const { return value ? "yes" : "no"; }
-      std::string operator()(const std::string& value) const { return value; }
-      std::string operator()(const Figures&) const { return ""; }
-    };
-    const std::string value = std::visit(Text{}, figure.value);
-    if (figure.name.empty()) {
-      text += value + "\n\n";  // a sentence
-      continue;
-    }
-    text +=
-        fmt::format("{:<{}}{}{}{}\n", indent + figure.name, kNames, value, figure.unit.empty() ? "" : " ", figure.unit);
-  }
-  return text;
+/// Figures below a key.
+std::string group(const std::string& key, const std::string& meaning, const std::string& figures) {
+  return line(key, "", meaning) + "  " + boost::replace_all_copy(figures.substr(0, figures.size() - 1), "\n", "\n  ") +
+         "\n";
 }
 
-/// What the words of the table mean, and why the figures of an assumed model differ from its file.
+/// What the words mean, and why the figures of an assumed model differ from its file.
 std::string explanation(bool identified) {
   std::string text =
-      "\nspectral radius  factor by which an error grows per common period; below 1 it dies out: stable\n"
-      "gain margin      factor by which the action gain may rise before the loop oscillates\n"
-      "delay margin     dead time that may be added before the loop oscillates\n"
-      "common period    time after which the timers of belief, action and sensors stand as at its beginning\n";
+      "# spectral radius  factor by which an error grows per common period; below 1 it dies out: stable\n"
+      "# gain margin      factor by which the action gain may rise before the loop oscillates\n"
+      "# delay margin     dead time that may be added before the loop oscillates\n"
+      "# common period    time after which the timers of belief, action and sensors stand as at its beginning\n";
   if (identified) return text;
   return text +
-         "\nThe plant model is assumed, not identified. Its dead time and lag are taken 20 % and its gain 10 % larger "
+         "# The plant model is assumed, not identified. Its dead time and lag are taken 20 % and its gain 10 % larger "
          "than assumed:\n"
-         "these values suit robots of half to twice the assumed times best. identify.launch replaces the assumption.\n";
+         "# these values suit robots of half to twice the assumed times best. identify.launch replaces the "
+         "assumption.\n";
 }
 
-/// A margin with its unit. @param largest margin that is searched for.
-Figure marginFigure(const std::string& key, const std::string& name, const std::string& unit, double margin,
-                    double largest) {
-  return {key, name, margin < largest ? unit : unit + ", at least", margin};
+/// A margin. @param largest that is searched for.
+std::string margin(const std::string& key, double value, double largest, const std::string& meaning) {
+  return number(key, value, value < largest ? meaning : meaning + "; at least: no larger one is searched for");
 }
 
 /// @param largest_delay margin that is searched for [s].
-Figures marginFigures(const Margins& margins, double largest_delay) {
-  return {marginFigure("gain_margin", "gain margin", "x the action gain", margins.gain_margin, kLargestGainMargin),
-          {"gain_reduction", "gain below which it is unstable", "x the action gain", margins.gain_reduction},
-          marginFigure("delay_margin_s", "delay margin", "s more dead time", margins.delay_margin, largest_delay),
-          {"delay_reduction_s", "delay reduction", "s less dead time", margins.delay_reduction}};
+std::string marginsOf(const Margins& margins, double largest_delay) {
+  return margin("gain_margin", margins.gain_margin, kLargestGainMargin, "x the action gain") +
+         number("gain_reduction", margins.gain_reduction, "x the action gain, below which it is unstable") +
+         margin("delay_margin_s", margins.delay_margin, largest_delay, "s more dead time") +
+         number("delay_reduction_s", margins.delay_reduction, "s less dead time");
 }
 
-Figures modeFigures(const ModeCertificate& mode, double largest_delay) {
-  Figures figures = marginFigures(mode, largest_delay);
-  figures.insert(figures.begin(), {"spectral_radius", "spectral radius", "", mode.spectral_radius});
-  return figures;
+std::string modeOf(const ModeCertificate& mode, double largest_delay) {
+  return number("spectral_radius", mode.spectral_radius, "below 1: stable") + marginsOf(mode, largest_delay);
 }
 
-Figures plantFigures(const PlantModel& plant) {
-  return {{"dead_time", "dead time", "s", plant.dead_time},
-          {"lag", "lag", "s", plant.lag},
-          {"gain", "gain", "", plant.gain},
-          {"offset", "offset (no part of the linear loop)", "rad/s", plant.offset},
-          {"velocity_loop_integral", "integral gain of the velocity loop", "1/s", plant.velocity_loop_integral},
-          {"effective_track", "effective track (0: the controller's)", "m", plant.effective_track},
-          {"on_box", "wheels in the air", "", plant.on_box},
-          {"sensor_rate", "rate of the sensors", "Hz", plant.sensor_rate}};
-}
-
-/// What a tool has found: the figures, and whether the loop is stable.
+/// What a tool has found: the figures as YAML, and whether the loop is stable.
 struct Finding {
-  Figures figures;
+  std::string figures;
   bool stable = false;
 };
 
 /// A loop on another robot.
 using LoopOn = std::function<LinearLoop(const PlantModel&)>;
 
-/// The worst over the corners of an identified plant's confidence box; true if it is stable, or there is no box.
-bool addBox(Figures& figures, const PlantModel& robot, const LoopOn& loop_on) {
+/// The worst over the corners of an identified plant's confidence box; stable without a box.
+Finding boxOf(const PlantModel& robot, const LoopOn& loop_on) {
   const std::vector<PlantModel> corners = confidenceBox(robot);
-  if (corners.size() < 2) return true;
+  if (corners.size() < 2) return {"", true};
   double radius = 0.0, gain = kLargestGainMargin, delay = kLargestDelayMargin;
   bool stable = true;
   for (const PlantModel& corner : corners) {
@@ -140,52 +90,47 @@ bool addBox(Figures& figures, const PlantModel& robot, const LoopOn& loop_on) {
     gain = std::min(gain, certificate.gain_margin);
     delay = std::min(delay, certificate.delay_margin);
   }
-  figures.push_back({"confidence_box", "at the worst corner of the plant's confidence box", "",
-                     Figures{{"loop_spectral_radius", "spectral radius of the loop", "(stable below 1)", radius},
-                             {"gain_margin", "gain margin", "x the action gain", gain},
-                             {"delay_margin_s", "delay margin", "s more dead time", delay},
-                             {"stable", "stable", "", stable}}});
-  return stable;
+  return {group("confidence_box", "at the worst corner of the plant's confidence box",
+                number("loop_spectral_radius", radius, "below 1: stable") +
+                    number("gain_margin", gain, "x the action gain") +
+                    number("delay_margin_s", delay, "s more dead time") + flag("stable", stable, "at all corners")),
+          stable};
 }
 
 /// Of a clock on which every period has a phase, a delay and maybe a lost sample of its own.
-Figure jitterFigures(const LinearLoop& loop) {
+std::string jitterOf(const LinearLoop& loop) {
   const JitterMargins margins = jitterMargins(loop);
-  const Figures figures{
-      {"sequences", "sequences searched, of each kind", "", static_cast<double>(kJitterSequences)},
-      {"any_phase", "none grows with phases in any order", "", margins.any_phase},
-      marginFigure("jitter_margin_s", "none grows with delays up to", "s more dead time", margins.delay,
-                   kLongestJitter),
-      marginFigure("lost_samples", "none grows with lost in a row", "samples", margins.lost, kMostLost)};
-  return {"jitter", fmt::format("on an irregular clock (searched {} sequences, no proof)", kJitterSequences), "",
-          figures};
+  return group("jitter", fmt::format("on an irregular clock (searched {} sequences, no proof)", kJitterSequences),
+               number("sequences", kJitterSequences, "searched, of each kind") +
+                   flag("any_phase", margins.any_phase, "none grows with phases in any order") +
+                   margin("jitter_margin_s", margins.delay, kLongestJitter, "s more dead time: none grows up to it") +
+                   margin("lost_samples", margins.lost, kMostLost, "in a row: none grows up to it"));
 }
 
 Finding certificateOf(const LinearLoop& loop, const LoopOn& loop_on, bool jitter) {
   const Certificate certificate = certify(loop);
-  Figures figures{
-      {"belief_spectral_radius", "spectral radius of the belief", "", certificate.belief_spectral_radius},
-      {"loop_spectral_radius", "spectral radius of the loop", "(stable below 1)", certificate.loop_spectral_radius},
-      {"radius_uncertainty", "uncertainty of that", "", certificate.radius_uncertainty}};
   const double largest_delay = largestDelayMargin(loop);
-  const Figures margins = marginFigures(certificate, largest_delay);
-  figures.insert(figures.end(), margins.begin(), margins.end());
-  figures.push_back({"stable", "stable", "", certificate.stable()});
-  figures.push_back({"period_s", "common period of the timers", "s", certificate.period});
+  std::string figures = "advice: " + yamlQuoted(advice(certificate, loop)) + "\n" +
+                        number("belief_spectral_radius", certificate.belief_spectral_radius, "below 1: stable") +
+                        number("loop_spectral_radius", certificate.loop_spectral_radius, "below 1: stable") +
+                        number("radius_uncertainty", certificate.radius_uncertainty, "of that") +
+                        marginsOf(certificate, largest_delay) +
+                        flag("stable", certificate.stable(), "the loop on this robot") +
+                        number("period_s", certificate.period, "s, common period of the timers");
   if (loop.modes().size() > 1) {
-    figures.push_back({"straight", "driving straight", "", modeFigures(certificate.straight, largest_delay)});
-    figures.push_back({"turn", "turning", "", modeFigures(certificate.turn, largest_delay)});
+    figures += group("straight", "driving straight", modeOf(certificate.straight, largest_delay)) +
+               group("turn", "turning", modeOf(certificate.turn, largest_delay));
   }
-  const bool box_stable = addBox(figures, loop.robot(), loop_on);
-  if (jitter) figures.push_back(jitterFigures(loop));
+  const Finding box = boxOf(loop.robot(), loop_on);
+  figures += box.figures;
+  if (jitter) figures += jitterOf(loop);
   if (loop.predictive()) {
-    figures.push_back({"plant_model", "as the controller believes the robot", "", plantFigures(loop.model())});
-    figures.push_back({"robot", "on the robot", "", plantFigures(loop.robot())});
+    figures += "# as the controller believes the robot\n" + yamlBlock("plant_model", loop.model()) + "# the robot\n" +
+               yamlBlock("robot", loop.robot());
   } else {
-    figures.push_back({"plant_model", "on the robot", "", plantFigures(loop.robot())});
+    figures += "# the robot\n" + yamlBlock("plant_model", loop.robot());
   }
-  figures.insert(figures.begin(), {"advice", "", "", advice(certificate, loop)});
-  return {figures, certificate.stable() && box_stable};
+  return {figures, certificate.stable() && box.stable};
 }
 
 po::options_description optionsOfAnalyze() {
@@ -202,7 +147,6 @@ po::options_description optionsOfAnalyze() {
       "jitter",
       "of a predictive controller: search 10,000 sequences of phases, delays and lost samples for one "
       "that grows; takes seconds");
-  options.add_options()("json", "print one line of JSON instead of the table");
   return options;
 }
 
@@ -210,14 +154,13 @@ po::options_description optionsOfAnalyze() {
 
 int analyze(const std::vector<std::string>& arguments, std::ostream& out) {
   const po::options_description options = optionsOfAnalyze();
-  po::positional_options_description positional;
-  positional.add("config", 1);
+  const auto positional = po::positional_options_description().add("config", 1);
   po::variables_map given;
   po::store(po::command_line_parser(arguments).options(options).positional(positional).run(), given);
   if (given.count("help") > 0) {
-    out << "analyze CONFIG.yaml [--plant PLANT.yaml] [--jitter] [--json]\n"
-        << "Stability certificate of a controller: spectral radii, gain and delay margin. Exit status 1 if it is "
-           "unstable.\n"
+    out << "analyze CONFIG.yaml [--plant PLANT.yaml] [--jitter]\n"
+        << "Stability certificate of a controller as YAML: spectral radii, gain and delay margin. Exit status 1 if it "
+           "is unstable.\n"
         << options;
     return 0;
   }
@@ -241,8 +184,7 @@ int analyze(const std::vector<std::string>& arguments, std::ostream& out) {
   const LinearLoop loop = loop_on(plant);
   if (jitter && !loop.predictive()) throw ParameterError("jitter: only for the gains of predictive.*");
   const Finding finding = certificateOf(loop, loop_on, jitter);
-  out << (given.count("json") > 0 ? json(finding.figures) + "\n"
-                                  : table(finding.figures) + explanation(given_plant.identified));
+  out << finding.figures << explanation(given_plant.identified);
   return finding.stable ? 0 : 1;
 }
 

@@ -3,11 +3,18 @@
 /// @file
 /// Reading a bag: the bag library trusts the lengths and positions in a file, and dies of some that are damaged.
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <rosbag/bag.h>
+#include <rosbag/view.h>
 
+#include <algorithm>
 #include <exception>
 #include <functional>
 #include <string>
+#include <vector>
+
+#include "jackal_aic/config/text.hpp"
 
 namespace jackal_aic {
 
@@ -29,6 +36,36 @@ void withBag(const std::string& path, const Work& work) {
     throw;
   } catch (const std::exception& error) {
     throw Error(unreadableBag(path, error));
+  }
+}
+
+/// Looks for messages of one of the types on a topic. @throws Error naming the topics with that type if there are none
+/// and the topic is required, or the type of the topic if it is another one.
+template <class Error>
+void requireTopic(const rosbag::Bag& bag, const std::string& topic, const std::vector<std::string>& types,
+                  bool required = true) {
+  std::vector<std::string> others;
+  rosbag::View all(bag);
+  for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
+    const bool fits = std::find(types.begin(), types.end(), connection->datatype) != types.end();
+    if (connection->topic == topic && !fits) {
+      throw Error(fmt::format("{}: {} has type {}, expected {}", bag.getFileName(), topic, quoted(connection->datatype),
+                              fmt::join(types, " or ")));
+    }
+    required = required && connection->topic != topic;
+    if (fits) others.push_back(connection->topic);
+  }
+  if (!required) return;
+  throw Error(fmt::format("{}: no messages on {} ({}); of that type it has {}", bag.getFileName(), topic,
+                          fmt::join(types, " or "),
+                          others.empty() ? "none" : shortened(fmt::format("{}", fmt::join(others, ", ")))));
+}
+
+/// Calls take(message, instance) for each message of a type on a topic, in the order of recording.
+template <class Message, class Take>
+void forEach(const rosbag::Bag& bag, const std::string& topic, Take take) {
+  for (const rosbag::MessageInstance& instance : rosbag::View(bag, rosbag::TopicQuery(topic))) {
+    if (const auto message = instance.instantiate<Message>()) take(message, instance);
   }
 }
 

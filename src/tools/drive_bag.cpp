@@ -25,27 +25,6 @@
 namespace jackal_aic {
 namespace {
 
-void checkTopic(const rosbag::Bag& bag, const std::string& path, const std::string& topic,
-                const std::vector<std::string>& types, bool required) {
-  rosbag::View view(bag, rosbag::TopicQuery(topic));
-  if (view.size() == 0 && required) throw IdentificationError(path + ": no messages on " + topic);
-  for (const auto* connection : view.getConnections()) {
-    if (std::find(types.begin(), types.end(), connection->datatype) == types.end()) {
-      throw IdentificationError(fmt::format("{}: {} has type {}, expected {}", path, topic,
-                                            jackal_aic::quoted(connection->datatype), fmt::join(types, " or ")));
-    }
-  }
-}
-
-template <class Message, class Take>
-void forEach(const rosbag::Bag& bag, const std::string& topic, Take take) {
-  rosbag::View view(bag, rosbag::TopicQuery(topic));
-  for (const rosbag::MessageInstance& instance : view) {
-    const auto message = instance.instantiate<Message>();
-    if (message) take(*message, instance);
-  }
-}
-
 /// Messages of a topic by the node that sent them.
 class Publishers {
  public:
@@ -144,16 +123,15 @@ void readCommands(const rosbag::Bag& bag, const BagTopics& topics, DriveRecordin
     add(kinematics.wheelSpeeds(twist.linear.x, twist.angular.z), message);
   };
   // The topic has one of these types.
-  forEach<jackal_msgs::Drive>(bag, topics.commands,
-                              [&](const jackal_msgs::Drive& drive, const rosbag::MessageInstance& message) {
-                                const bool moves = drive.mode == jackal_msgs::Drive::MODE_VELOCITY;
-                                add(moves ? WheelCommand{drive.drivers[0], drive.drivers[1]} : WheelCommand{}, message);
-                              });
-  forEach<geometry_msgs::Twist>(bag, topics.commands, addTwist);
-  forEach<geometry_msgs::TwistStamped>(
-      bag, topics.commands, [&](const geometry_msgs::TwistStamped& stamped, const rosbag::MessageInstance& message) {
-        addTwist(stamped.twist, message);
+  forEach<jackal_msgs::Drive>(
+      bag, topics.commands, [&](const jackal_msgs::Drive::ConstPtr& drive, const rosbag::MessageInstance& message) {
+        const bool moves = drive->mode == jackal_msgs::Drive::MODE_VELOCITY;
+        add(moves ? WheelCommand{drive->drivers[0], drive->drivers[1]} : WheelCommand{}, message);
       });
+  forEach<geometry_msgs::Twist>(bag, topics.commands,
+                                [&](const auto& twist, const auto& message) { addTwist(*twist, message); });
+  forEach<geometry_msgs::TwistStamped>(
+      bag, topics.commands, [&](const auto& stamped, const auto& message) { addTwist(stamped->twist, message); });
   const std::string rivals = publishers.rivals(topics.commands);
   if (!rivals.empty()) throw IdentificationError(rivals + ": which of them the motors followed is not known");
 }
@@ -179,7 +157,9 @@ void readWheels(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording&
   std::string unusable;  // the first
   std::size_t left_out = 0;
   forEach<sensor_msgs::JointState>(
-      bag, topics.wheels, [&](const sensor_msgs::JointState& joints, const rosbag::MessageInstance& message) {
+      bag, topics.wheels,
+      [&](const sensor_msgs::JointState::ConstPtr& received, const rosbag::MessageInstance& message) {
+        const sensor_msgs::JointState& joints = *received;
         if (!mentionsAny(joints, topics.left_wheel_joints) && !mentionsAny(joints, topics.right_wheel_joints)) {
           return;
         }
@@ -205,8 +185,8 @@ class ImuMounting {
  public:
   ImuMounting(const rosbag::Bag& bag, const BagTopics& topics) : topics_(topics) {
     for (const std::string& topic : {topics.fixed_frames, topics.frames}) {
-      forEach<tf2_msgs::TFMessage>(bag, topic, [&](const tf2_msgs::TFMessage& message, const rosbag::MessageInstance&) {
-        for (const geometry_msgs::TransformStamped& transform : message.transforms) {
+      forEach<tf2_msgs::TFMessage>(bag, topic, [&](const auto& message, const auto&) {
+        for (const geometry_msgs::TransformStamped& transform : message->transforms) {
           frames_.setTransform(transform, "", true);  // of a fixed one any stamp counts
         }
       });
@@ -240,17 +220,19 @@ void readYaw(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording& re
   Publishers publishers;
   std::optional<std::string> unknown;  // frame
   std::size_t left_out = 0;
-  forEach<sensor_msgs::Imu>(bag, topics.imu, [&](const sensor_msgs::Imu& imu, const rosbag::MessageInstance& message) {
-    publishers.add(message);
-    arrivals.add(topics.imu, imu.header.stamp, message.getTime());
-    const auto rate = mounting.yawRate(imu);
-    if (!rate) unknown = imu.header.frame_id;
-    if (std::isfinite(rate.value_or(0.0))) {
-      recording.yaw.push_back({imu.header.stamp.toSec(), rate.value_or(0.0)});
-    } else {
-      ++left_out;
-    }
-  });
+  forEach<sensor_msgs::Imu>(bag, topics.imu,
+                            [&](const sensor_msgs::Imu::ConstPtr& received, const rosbag::MessageInstance& message) {
+                              const sensor_msgs::Imu& imu = *received;
+                              publishers.add(message);
+                              arrivals.add(topics.imu, imu.header.stamp, message.getTime());
+                              const auto rate = mounting.yawRate(imu);
+                              if (!rate) unknown = imu.header.frame_id;
+                              if (std::isfinite(rate.value_or(0.0))) {
+                                recording.yaw.push_back({imu.header.stamp.toSec(), rate.value_or(0.0)});
+                              } else {
+                                ++left_out;
+                              }
+                            });
   if (left_out > 0) {
     recording.remarks.push_back(
         fmt::format("left out: {} message(s); {}: a yaw rate is not finite", left_out, topics.imu));
@@ -268,10 +250,10 @@ void readYaw(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording& re
 
 DriveRecording readOpenBag(const rosbag::Bag& bag, const std::string& path, const BagTopics& topics) {
   const std::vector<std::string> commands{"jackal_msgs/Drive", "geometry_msgs/Twist", "geometry_msgs/TwistStamped"};
-  checkTopic(bag, path, topics.commands, commands, true);
-  checkTopic(bag, path, topics.wheels, {"sensor_msgs/JointState"}, true);
-  checkTopic(bag, path, topics.imu, {"sensor_msgs/Imu"}, false);
-  checkTopic(bag, path, topics.fixed_frames, {"tf2_msgs/TFMessage"}, false);
+  requireTopic<IdentificationError>(bag, topics.commands, commands);
+  requireTopic<IdentificationError>(bag, topics.wheels, {"sensor_msgs/JointState"});
+  requireTopic<IdentificationError>(bag, topics.imu, {"sensor_msgs/Imu"}, false);
+  requireTopic<IdentificationError>(bag, topics.fixed_frames, {"tf2_msgs/TFMessage"}, false);
   DriveRecording recording;
   try {
     readCommands(bag, topics, recording);

@@ -31,23 +31,6 @@ void describeFields(Visitor& v, ExcitationParameters& p) {
   v.field("repetitions", p.repetitions, {1, 100}, "", Presence::optional);
 }
 
-/// How a drive of the excitation begins, and what it commands.
-struct ExcitationSession {
-  bool confirm = false;    ///< wait until a person confirms
-  double countdown = 5.0;  ///< before the robot moves [s]
-  std::string bag;         ///< that is being recorded, which is waited for; empty: none
-  bool twist = false;      ///< commands are geometry_msgs/Twist on cmd_vel; false: jackal_msgs/Drive on cmd_drive
-};
-
-/// Lists the fields of ExcitationSession with unit and range.
-template <class Visitor>
-void describeFields(Visitor& v, ExcitationSession& p) {
-  v.field("confirm", p.confirm, Presence::optional);
-  v.field("countdown", p.countdown, {0.0, 60.0}, "s", Presence::optional);
-  v.field("bag", p.bag, Presence::optional);
-  v.field("twist", p.twist, Presence::optional);
-}
-
 /// Steps of half and full speed forward, backward, to the left and to the right, each from rest, so that the robot ends
 /// about where it began.
 class Excitation {

@@ -26,12 +26,11 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kPeriod = 0.02;        // s between commands, as the controller sends them
-constexpr double kConnection = 10.0;    // s of wall time to wait for the motors, the sensors and the recorder
-constexpr double kGraphPeriod = 0.5;    // s of wall time between looks at who else publishes commands
-constexpr double kSilence = 0.5;        // s without a message after which a source is lost
-constexpr double kBrake = 0.5;          // s of wall time for the last commands; a simulation may stand still
-constexpr double kClockPatience = 5.0;  // s of wall time in which the clock has to go on
+constexpr double kPeriod = 0.02;      // s between commands, as the controller sends them
+constexpr double kConnection = 10.0;  // s of wall time to wait for the motors, the sensors and the recorder
+constexpr double kGraphPeriod = 0.5;  // s of wall time between looks at who else publishes commands
+constexpr double kSilence = 0.5;      // s without a message after which a source is lost
+constexpr double kBrake = 0.5;        // s of wall time for the last commands; a simulation may stand still
 
 /// When a source spoke last.
 class Heartbeat {
@@ -45,10 +44,12 @@ class Heartbeat {
   bool heard_ = false;
 };
 
-struct Settings {
-  ExcitationParameters bounds;
-  GeometryParameters geometry;
-  ExcitationSession session;
+/// How a drive begins, and what it commands.
+struct Session {
+  bool confirm = false;    // wait until a person confirms
+  double countdown = 5.0;  // before the robot moves [s]
+  std::string bag;         // that is being recorded, which is waited for; empty: none
+  bool twist = false;      // commands are geometry_msgs/Twist on cmd_vel; false: jackal_msgs/Drive on cmd_drive
 };
 
 /// Drives the excitation open loop on cmd_drive or cmd_vel, within the limits of the acceleration. It ends by
@@ -56,13 +57,13 @@ struct Settings {
 /// has the motors.
 class ExcitationNode {
  public:
-  ExcitationNode(ros::NodeHandle& node, const ros::NodeHandle& private_node, const Settings& settings)
-      : node_(node),
-        session_(settings.session),
+  ExcitationNode(ros::NodeHandle& node, const ros::NodeHandle& private_node, const ExcitationParameters& bounds,
+                 const GeometryParameters& geometry, const Session& session)
+      : session_(session),
         tf_prefix_(tfPrefix(private_node)),
-        excitation_(settings.bounds, settings.geometry),
-        limiter_(LimitParameters{}, settings.geometry, kPeriod),
-        output_(node, session_.twist ? OutputMode::twist : OutputMode::cmd_drive, settings.geometry),
+        excitation_(bounds, geometry),
+        limiter_(LimitParameters{}, geometry, kPeriod),
+        output_(node, session_.twist ? OutputMode::twist : OutputMode::cmd_drive, geometry),
         robot_(node, [this](const ros::Time&) { feedback_.beat(); }),
         others_(output_.topics(), nullptr),
         wheels_(node.subscribe<sensor_msgs::JointState>(
@@ -71,10 +72,11 @@ class ExcitationNode {
                                               [this](const sensor_msgs::ImuConstPtr&) { imu_heard_.beat(); })),
         abort_(node, "jackal_AIC/set_point", 1, [this](const ReceivedSetPoint&) { end("aborted by a set point"); }),
         start_service_(ros::NodeHandle(private_node).advertiseService("start", &ExcitationNode::onStart, this)),
-        requests_node_(node) {
-    requests_node_.setCallbackQueue(&requests_);
-    graph_timer_ = requests_node_.createWallTimer(ros::WallDuration(kGraphPeriod),
-                                                  [this](const ros::WallTimerEvent&) { others_.look(); });
+        timer_(node.createTimer(ros::Duration(kPeriod), &ExcitationNode::onTimer, this, false, false)) {
+    ros::NodeHandle requests(node);
+    requests.setCallbackQueue(&requests_);
+    graph_timer_ = requests.createWallTimer(ros::WallDuration(kGraphPeriod),
+                                            [this](const ros::WallTimerEvent&) { others_.look(); });
     request_thread_.start();
   }
 
@@ -104,11 +106,7 @@ class ExcitationNode {
   void start() {
     if (over()) return;
     start_ = ros::Time::now();
-    timer_ = node_.createTimer(ros::Duration(kPeriod), &ExcitationNode::onTimer, this);
-    clock_timer_ = node_.createWallTimer(ros::WallDuration(kClockPatience), [this](const ros::WallTimerEvent&) {
-      if (ros::Time::now() == seen_) end("the clock stands still");
-      seen_ = ros::Time::now();
-    });
+    timer_.start();
   }
 
   void brake() { braking_ = true; }                                         ///< from now on
@@ -128,8 +126,8 @@ class ExcitationNode {
     tell("wheel-topic", wheels_.getTopic(), "/joint_states");
     tell("imu-topic", imu_.getTopic(), "/imu/data");
     tell("base-frame", prefixedFrame(tf_prefix_, "base_link"), "base_link");
-    const std::string word = "'" + boost::replace_all_copy(session_.bag, "'", "'\\''") + "'";
-    return "Next:\n    rosrun jackal_aic identify " + word + options + " --robot \"my Jackal\" --out my_jackal.yaml\n";
+    return "Next:\n    rosrun jackal_aic identify '" + boost::replace_all_copy(session_.bag, "'", "'\\''") + "'" +
+           options + " --robot \"my Jackal\" --out my_jackal.yaml\n";
   }
 
  private:
@@ -153,19 +151,20 @@ class ExcitationNode {
     }
   }
 
-  /// The recorder subscribes too.
-  bool motorsListen() const { return output_.subscribers() > (session_.bag.empty() ? 0U : 1U); }
-
-  /// Until a bag is closed it has another name.
-  bool recorded() const { return session_.bag.empty() || std::filesystem::exists(session_.bag + ".active"); }
-
+  /// What has to be there before the robot is driven, and to stay; empty if all is.
   std::string whatIsMissing() const {
     if (ros::Time::now().isZero()) return "no clock: /use_sim_time is true and nothing comes on /clock";
     if (!others_.checked()) return "the master does not say who publishes commands";
-    if (!recorded()) return "the recorder does not write " + session_.bag;
-    if (!motorsListen()) return "no motors subscribe to " + output_.topics().front();
-    if (!wheels_heard_.heard()) return "no wheel speeds on " + wheels_.getTopic();
-    return imu_heard_.heard() ? "" : "no IMU data on " + imu_.getTopic();
+    // Until a bag is closed it has another name. The recorder subscribes to the commands, too.
+    if (!session_.bag.empty() && !std::filesystem::exists(session_.bag + ".active")) {
+      return (start_.isZero() ? "the recorder does not write " : "the recorder has ended, which was to write ") +
+             session_.bag;
+    }
+    if (output_.subscribers() <= (session_.bag.empty() ? 0U : 1U)) {
+      return "no motors subscribe to " + output_.topics().front();
+    }
+    if (!wheels_heard_.heard() || wheels_heard_.silent()) return "no wheel speeds on " + wheels_.getTopic();
+    return imu_heard_.heard() && !imu_heard_.silent() ? "" : "no IMU data on " + imu_.getTopic();
   }
 
   /// Why the robot may not be driven; empty if it may.
@@ -176,11 +175,7 @@ class ExcitationNode {
     if (robot.robot_stopped) return "the robot reports that it is stopped";
     if (robot.driver_fault) return "a motor driver reports a fault";
     if (robot.motors_off) return "the motors do not take velocity commands";
-    if (feedback_.silent()) return "the feedback of the motors stays away";
-    if (wheels_heard_.silent()) return "no wheel speeds any more on " + wheels_.getTopic();
-    if (imu_heard_.silent()) return "no IMU data any more on " + imu_.getTopic();
-    if (!recorded()) return "the recorder has ended, which was to write " + session_.bag;
-    return motorsListen() ? "" : "no motors subscribe any more to " + output_.topics().front();
+    return feedback_.silent() ? "the feedback of the motors stays away" : whatIsMissing();
   }
 
   void requireDrivable() const {
@@ -217,8 +212,7 @@ class ExcitationNode {
     StopRequest::request();
   }
 
-  ros::NodeHandle node_;
-  ExcitationSession session_;
+  Session session_;
   std::string tf_prefix_;
   Excitation excitation_;
   CommandLimiter limiter_;
@@ -230,34 +224,29 @@ class ExcitationNode {
   SetPointSource abort_;
   ros::ServiceServer start_service_;
   ros::Timer timer_;
-  ros::WallTimer clock_timer_;
   ros::Time start_;
-  ros::Time seen_;  // of the clock
   bool confirmed_ = false, braking_ = false, ended_ = false, complete_ = false;
   std::string why_;
   ros::CallbackQueue requests_;  // of the master, which may be slow
-  ros::NodeHandle requests_node_;
   ros::WallTimer graph_timer_;
   ros::AsyncSpinner request_thread_{1, &requests_};
 };
 
-/// @throws ParameterError for a parameter that is refused.
-Settings readSettings(const ros::NodeHandle& private_node) {
-  ParameterMap map = readRosParameters(private_node);
-  Settings settings;
-  settings.bounds = readParameters<ExcitationParameters>(map, "excitation");
-  settings.geometry = readParameters<GeometryParameters>(map, "robot");
-  settings.session = readParameters<ExcitationSession>(map, "session");
-  map.refuseUnknown();
-  // As rosbag record names it.
-  std::string& bag = settings.session.bag;
-  if (!bag.empty() && !boost::algorithm::ends_with(bag, ".bag")) bag += ".bag";
-  return settings;
-}
-
 /// Drives; returns the exit status. @throws ParameterError if it does not come to that.
 int excite(ros::NodeHandle& node, const ros::NodeHandle& private_node, StopRequest& stop) {
-  ExcitationNode excitation(node, private_node, readSettings(private_node));
+  ParameterMap map = readRosParameters(private_node);
+  const auto bounds = readParameters<ExcitationParameters>(map, "excitation");
+  const auto geometry = readParameters<GeometryParameters>(map, "robot");
+  Session session;
+  ParameterReader reader(map, "session");
+  reader.field("confirm", session.confirm, Presence::optional);
+  reader.field("countdown", session.countdown, {0.0, 60.0}, "s", Presence::optional);
+  reader.field("bag", session.bag, Presence::optional);
+  reader.field("twist", session.twist, Presence::optional);
+  map.refuseUnknown();
+  // As rosbag record names it.
+  if (!session.bag.empty() && !boost::algorithm::ends_with(session.bag, ".bag")) session.bag += ".bag";
+  ExcitationNode excitation(node, private_node, bounds, geometry, session);
   excitation.prepare();
   excitation.start();
   stop.spinUntilRequested();

@@ -2,8 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
-#include <system_error>
+#include <map>
 #include <vector>
 
 #include "jackal_aic/config/parameter_map.hpp"
@@ -22,10 +21,6 @@ std::string row(const char* name, const Estimate& estimate, const char* unit) {
   return fmt::format("{:<26}   unknown: {}{}\n", name, estimate.unknown, value);
 }
 
-void requireKnown(const char* name, const Estimate& estimate) {
-  if (!estimate.known()) throw IdentificationError(std::string(name) + " is unknown: " + estimate.unknown);
-}
-
 /// Mean of the directions that are known; 0 (the controller's own) if none is.
 double effectiveTrack(const Identification& result) {
   const bool left = result.track_left.known(), right = result.track_right.known();
@@ -42,11 +37,12 @@ std::string confidence(const Estimate& estimate) {
 
 /// What stands beside an estimated field of the plant model; empty for the others.
 std::string remark(const std::string& field, const Identification& result) {
-  if (field == "dead_time") return confidence(result.dead_time);
-  if (field == "lag") return confidence(result.lag);
-  if (field == "gain") return confidence(result.gain);
-  if (field == "offset") return confidence(result.offset);
-  if (field == "acceleration_limit") return confidence(result.acceleration_limit);
+  const std::map<std::string, const Estimate*> estimates{{"dead_time", &result.dead_time},
+                                                         {"lag", &result.lag},
+                                                         {"gain", &result.gain},
+                                                         {"offset", &result.offset},
+                                                         {"acceleration_limit", &result.acceleration_limit}};
+  if (const auto found = estimates.find(field); found != estimates.end()) return confidence(*found->second);
   if (field != "effective_track") return "";
   const auto side = [](const char* name, const Estimate& track) {
     return track.known() ? fmt::format("{} {:.4f} ", name, track.value) + confidence(track)
@@ -86,9 +82,10 @@ std::string identificationTable(const Identification& result) {
 }
 
 std::string plantModelYaml(const Identification& result, const RecordingSource& source) {
-  requireKnown("dead time", result.dead_time);
-  requireKnown("lag", result.lag);
-  requireKnown("gain", result.gain);
+  for (const auto& [name, estimate] :
+       {std::pair("dead time", &result.dead_time), {"lag", &result.lag}, {"gain", &result.gain}}) {
+    if (!estimate->known()) throw IdentificationError(std::string(name) + " is unknown: " + estimate->unknown);
+  }
   PlantModel model;
   model.dead_time = rounded(result.dead_time.value);
   model.lag = rounded(result.lag.value);
@@ -138,21 +135,6 @@ std::string identificationCsv(const DriveRecording& recording, const Identificat
                     command.left, command.right, measured.speed.left, measured.speed.right, fitted.left, fitted.right);
   }
   return text;
-}
-
-std::string keepEarlier(const std::string& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return "";
-  std::string free;
-  for (int number = 1; free.empty() || std::filesystem::exists(free, error); ++number) {
-    free = path + "." + std::to_string(number);
-  }
-  std::filesystem::rename(path, free, error);
-  if (error) {
-    throw ParameterError(onOneLine(path) + " is there already and cannot be moved to " + onOneLine(free) + ": " +
-                         error.message());
-  }
-  return free;
 }
 
 }  // namespace jackal_aic

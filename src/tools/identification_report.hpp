@@ -30,8 +30,4 @@ std::string plantModelYaml(const Identification& result, const RecordingSource& 
 /// row per wheel sample; time starts at zero.
 std::string identificationCsv(const DriveRecording& recording, const Identification& result);
 
-/// Moves a file that is there already to NAME.1, or the next number that is free: what is written to its name would
-/// replace it. Returns where it is now; empty if there was none. @throws ParameterError if it cannot be moved.
-std::string keepEarlier(const std::string& path);
-
 }  // namespace jackal_aic

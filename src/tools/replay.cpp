@@ -1,12 +1,10 @@
-#include "replay.hpp"
-
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 #include <fmt/ranges.h>
 #include <ros/package.h>
 
+#include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <boost/program_options.hpp>
 #include <cmath>
 #include <fstream>
@@ -20,6 +18,7 @@
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "outputs/state_output.hpp"
 #include "parameters/node_parameters.hpp"
+#include "programs.hpp"
 #include "recorded_drive.hpp"
 
 namespace jackal_aic {
@@ -32,6 +31,9 @@ struct Options {
   std::string set_point = "jackal_AIC/set_point";
   std::vector<std::string> settings;
   bool messages = false, check = false, help = false;
+
+  /// True if another configuration than that of the recording is asked for.
+  bool changed() const { return !preset.empty() || !robot.empty() || !plant_model.empty() || !settings.empty(); }
 };
 
 po::options_description optionsOf(Options& o) {
@@ -58,10 +60,12 @@ po::options_description optionsOf(Options& o) {
 Options parse(const std::vector<std::string>& arguments) {
   Options options;
   const po::options_description named = optionsOf(options);
-  po::positional_options_description positional;
-  positional.add("bag", 1);
   po::variables_map given;
-  po::store(po::command_line_parser(arguments).options(named).positional(positional).run(), given);
+  po::store(po::command_line_parser(arguments)
+                .options(named)
+                .positional(po::positional_options_description().add("bag", 1))
+                .run(),
+            given);
   po::notify(given);
   return options;
 }
@@ -74,11 +78,6 @@ void printHelp(std::ostream& out) {
          "(joint_states,\n"
          "imu/data, the set point, and status, feedback, e_stop, cmd_drive, tf where they are).\n"
       << optionsOf(options);
-}
-
-/// True if another configuration than that of the recording is asked for.
-bool isChanged(const Options& options) {
-  return !options.preset.empty() || !options.robot.empty() || !options.plant_model.empty() || !options.settings.empty();
 }
 
 /// A map without the keys of the sections of gains, for those of another preset.
@@ -140,20 +139,15 @@ NodeParameters configurationFor(const Options& options, const std::string& recor
   });
 }
 
-const char* statusName(std::uint8_t status) {
-  constexpr std::array<const char*, 5> kNames{"idle", "driving", "stopped", "braking", "faulted"};
-  return kNames.at(status);
-}
-
 double order0(const std::vector<double>& orders) { return orders.empty() ? std::nan("") : orders.front(); }
 
 /// Compares replayed states with those that were recorded.
 class Comparison {
  public:
   /// @param tolerance largest distance of the stamps of two states that are compared [s].
-  Comparison(const std::vector<ControllerState>& recorded, double tolerance) : tolerance_(tolerance) {
+  Comparison(const std::vector<ControllerState>& recorded, double tolerance)
+      : tolerance_(tolerance), none_(recorded.empty()) {
     for (const ControllerState& state : recorded) recorded_.emplace(state.header.stamp.toSec(), state);
-    none_ = recorded_.empty();
   }
 
   /// The recorded state of the time of a replayed one; nothing if there is none.
@@ -164,13 +158,11 @@ class Comparison {
     const ControllerState then = found->second;
     recorded_.erase(found);
     ++compared_;
-    const std::array<double, 9> values = valuesOf(now), recorded = valuesOf(then);
-    const bool same = values == recorded && now.status == then.status;
+    const Values values = valuesOf(now), recorded = valuesOf(then);
+    const bool same = (values == recorded).all() && now.status == then.status;
     if (!same && different_++ == 0) first_difference_ = time;
     different_status_ += now.status != then.status ? 1 : 0;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      largest_[i] = std::max(largest_[i], std::abs(values[i] - recorded[i]));
-    }
+    largest_ = largest_.max((values - recorded).abs());
     return then;
   }
 
@@ -189,19 +181,22 @@ class Comparison {
   }
 
  private:
-  static std::array<double, 9> valuesOf(const ControllerState& state) {
+  using Values = Eigen::Array<double, 9, 1>;
+
+  static Values valuesOf(const ControllerState& state) {
     const auto believed = [](const std::vector<double>& orders) { return orders.empty() ? 0.0 : orders.front(); };
-    return {state.command_left, state.command_right, believed(state.belief_forward), believed(state.belief_yaw_rate),
-            state.action_left,  state.action_right,  state.set_point_forward,        state.set_point_yaw_rate,
-            state.free_energy};
+    Values values;
+    values << state.command_left, state.command_right, believed(state.belief_forward), believed(state.belief_yaw_rate),
+        state.action_left, state.action_right, state.set_point_forward, state.set_point_yaw_rate, state.free_energy;
+    return values;
   }
 
   std::multimap<double, ControllerState> recorded_;  // not compared yet, by their stamps
-  bool none_ = false;
   double tolerance_;
+  bool none_;
   std::size_t compared_ = 0, different_ = 0, different_status_ = 0;
   double first_difference_ = 0.0;  // time of it [s]
-  std::array<double, 9> largest_{};
+  Values largest_ = Values::Zero();
 };
 
 constexpr const char* kColumns =
@@ -260,10 +255,10 @@ class Replay {
 
  private:
   void note(double now) {
-    const StateRemarks remarks{reason(loop_.status()), "", false, 0};
-    const ControllerState state =
-        stateMessage(loopState(loop_, geometry_, measured_, ros::Time(now)), remarks, "base_link");
-    const std::string said = statusName(state.status) + (state.reason.empty() ? "" : ": " + state.reason);
+    ControllerState state;
+    fillState(loop_, geometry_, measured_, ros::Time(now), state);
+    addRemarks({reason(loop_.status()), "", false, 0}, "base_link", state);
+    const std::string said = statusName(state) + (state.reason.empty() ? "" : ": " + state.reason);
     if (said != said_) events_.push_back(fmt::format("{:12.3f} s  {}", now - first_, said));
     said_ = said;
     const auto then = comparison_.compare(state);
@@ -276,7 +271,7 @@ class Replay {
     ControllerState none;
     none.command_left = none.command_right = std::nan("");
     const ControllerState& recorded = then ? *then : none;
-    fmt::print(*table_, "{},{},{},{}\n", now, statusName(state.status), cell,
+    fmt::print(*table_, "{},{},{},{}\n", now, statusName(state), cell,
                fmt::join(std::vector<double>{state.set_point_forward, state.set_point_yaw_rate, state.measured_forward,
                                              state.measured_yaw_rate, order0(state.belief_forward),
                                              order0(state.belief_yaw_rate), state.free_energy, state.action_left,
@@ -291,31 +286,22 @@ class Replay {
   Changes changes_;
   Comparison comparison_;
   std::ostream* table_;
-  BodyVector measured_ = LoopState{}.measured;
+  BodyVector measured_ = kNotMeasured;
   std::size_t gains_left_out_ = 0;
   std::string said_;
   std::vector<std::string> events_;
   double first_ = std::nan("");  // time of the first input [s]
 };
 
-void tell(const PlayReport& report, bool from_log, std::ostream& out) {
-  if (!from_log) out << "Messages of the sensors; the action steps of the controller as they come\n";
-  if (from_log) out << fmt::format("Log of the controller: {} inputs\n", report.inputs);
-  if (report.first > 0) out << fmt::format("It begins {} inputs after the start of the controller\n", report.first);
-  if (report.missing > 0) out << fmt::format("{} inputs are missing from it\n", report.missing);
-  if (report.restarted) out << "The controller was restarted in this bag: its first drive is replayed\n";
-  for (const auto& [why, count] : report.refusals) out << fmt::format("{} refused: {}\n", count, why);
-}
-
 int replayDrive(const RecordedDrive& drive, const Options& options, std::ostream& out) {
   const std::string recorded = drive.configuration();
   NodeParameters parameters = configurationFor(options, recorded);
   out << "Configuration: " << (recorded.empty() ? "that of config/" : "as recorded")
-      << (isChanged(options) ? ", changed as asked for" : "") << "\n";
+      << (options.changed() ? ", changed as asked for" : "") << "\n";
   const bool from_log = drive.hasLog() && !options.messages;
   // The recorded commands reached the motors: the beliefs are about those.
-  const Replay::Changes changes{!options.preset.empty(), from_log && isChanged(options) && !parameters.motors_shared,
-                                !from_log || drive.firstInput() > 0};
+  const Replay::Changes changes{!options.preset.empty(), from_log && options.changed() && !parameters.motors_shared,
+                                !from_log || !drive.fromTheStart()};
   if (changes.motors || (!from_log && drive.has("cmd_drive"))) parameters.motors_shared = true;
   const double period = makeController(parameters)->actionStep();
   std::ofstream table;
@@ -323,7 +309,7 @@ int replayDrive(const RecordedDrive& drive, const Options& options, std::ostream
   Replay replay(parameters, {drive.states(), from_log ? 0.0 : 0.5 * period}, changes,
                 options.output.empty() ? nullptr : &table);
   const auto take = [&](const DriveInput& input) { replay.take(input); };
-  tell(from_log ? drive.playLog(take) : drive.playMessages(parameters, options.set_point, take), from_log, out);
+  out << (from_log ? drive.playLog(take) : drive.playMessages(parameters, options.set_point, take));
   replay.tell(out);
   if (!options.output.empty()) {
     if (!table.flush()) throw ParameterError("--output " + options.output + ": cannot be written");

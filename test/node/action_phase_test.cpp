@@ -43,10 +43,3 @@ TEST(ActionPhase, FollowsTheMeasurements) {
 
 }  // namespace
 }  // namespace jackal_aic::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "action_phase_test");
-  ros::NodeHandle keep_alive;
-  return RUN_ALL_TESTS();
-}

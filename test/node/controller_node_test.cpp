@@ -344,10 +344,3 @@ TEST_F(ControllerNodeTest, StartsAnewWhenTheClockJumpsBack) {
 
 }  // namespace
 }  // namespace jackal_aic::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "controller_node_test");
-  ros::NodeHandle keep_alive;
-  return RUN_ALL_TESTS();
-}

@@ -145,10 +145,3 @@ TEST_F(DriveKeyboard, ASignalEndsItAtRest) {
 
 }  // namespace
 }  // namespace jackal_aic::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "drive_keyboard_test");
-  ros::NodeHandle node;
-  return RUN_ALL_TESTS();
-}

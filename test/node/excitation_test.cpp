@@ -184,10 +184,3 @@ TEST_F(RecordedExcitation, StopsWhenTheRecorderEndsAndKeepsTheEarlierBag) {
 
 }  // namespace
 }  // namespace jackal_aic::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "excitation_test");
-  ros::NodeHandle keep_alive;
-  return RUN_ALL_TESTS();
-}

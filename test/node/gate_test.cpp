@@ -376,10 +376,3 @@ TEST_F(DriveGateNode, TwistOutputIsTheBodyVelocityOfTheCommand) {
 
 }  // namespace
 }  // namespace jackal_aic::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "gate_test");
-  ros::NodeHandle keep_alive;
-  return RUN_ALL_TESTS();
-}

@@ -52,10 +52,3 @@ TEST(GazeboOutput, EndsOnARobotThatPublishesFeedback) {
 
 }  // namespace
 }  // namespace jackal_aic::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "gazebo_output_test");
-  ros::NodeHandle keep_alive;
-  return RUN_ALL_TESTS();
-}

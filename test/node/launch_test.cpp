@@ -17,6 +17,7 @@
 #include <tuple>
 
 #include "../closed_loop/stop_figures.hpp"
+#include "../temporary_directory.hpp"
 #include "identification_report.hpp"
 #include "jackal_aic/config/text_file.hpp"
 #include "jackal_aic/config/yaml_text.hpp"
@@ -177,13 +178,7 @@ std::vector<Leg> legsOf(const std::vector<Row>& rows, Witness witness) {
 /// Files of a run, gone after the test.
 class Launch : public testing::Test {
  protected:
-  Launch() {
-    char name[] = "/tmp/launch_test_XXXXXX";
-    directory_ = mkdtemp(name);
-  }
-  ~Launch() override { std::filesystem::remove_all(directory_); }
-
-  std::string path(const std::string& name) const { return directory_ + "/" + name; }
+  std::string path(const std::string& name) const { return directory_.path(name); }
   std::string write(const std::string& name, const std::string& text) const {
     std::ofstream(path(name)) << text;
     return path(name);
@@ -207,13 +202,13 @@ class Launch : public testing::Test {
   /// Runs launch/step_response.launch to its end; what it says is in the file log.
   void launch(const ManoeuvreFile& manoeuvre, const std::string& arguments) const {
     roslaunch("step_response.launch real_time_factor:=2 manoeuvre:=" + write("manoeuvre.yaml", manoeuvre.text) +
-              " output_directory:=" + directory_ + " " + arguments);
+              " output_directory:=" + directory_.path() + " " + arguments);
   }
 
   /// Runs a launch file to its end, in a namespace and the directory of the test; what it says is in the file log.
   void roslaunch(const std::string& arguments, const std::string& name_space = "/") const {
     const std::string port = std::to_string(freePort());
-    const std::string command = "cd " + directory_ + " && ROS_NAMESPACE=" + name_space +
+    const std::string command = "cd " + directory_.path() + " && ROS_NAMESPACE=" + name_space +
                                 " ROS_MASTER_URI=http://127.0.0.1:" + port + " timeout -s INT 300 roslaunch -p " +
                                 port + " jackal_aic " + arguments + " > " + path("log") + " 2>&1";
     EXPECT_EQ(std::system(command.c_str()), 0);
@@ -222,7 +217,7 @@ class Launch : public testing::Test {
   std::string text(const std::string& name) const { return readText(path(name)); }
 
  private:
-  std::string directory_;
+  TemporaryDirectory directory_;
 };
 
 /// Largest excess over the set point [%], as sim/lab/stops.py asks for it.
@@ -295,7 +290,7 @@ std::string calibratedPlant() {
   return text;
 }
 
-TEST_F(Launch, TakesThePresetThatTuneWritesAndTheModelsThatIdentifyAndCalibrateWrite) {
+TEST_F(Launch, TakesThePresetOfTuneAndTheModelOfIdentify) {
   ControllerParameters gains = std::get<ControllerParameters>(readControllerFile(kConfig + "improved.yaml").controller);
   gains.sensory_variances = {2.0, 2.0, 1e8, 1e12};
   drive(kStep,
@@ -328,7 +323,7 @@ TEST_F(Launch, SaysThatAPlantWithoutAModelOfItNeedsOne) {
 }
 
 // The command that it shows in the end is the one that works.
-TEST_F(Launch, RecordsTheExcitationInANamespaceIntoAPathWithASpaceAndAnApostrophe) {
+TEST_F(Launch, RecordsTheExcitationInANamespaceIntoAnyPath) {
   write("my father\'s drive.bag", "an earlier drive");
   const std::string plant = write("plant.yaml", readText(kConfig + "plant.yaml") + "real_time_factor: 2.0\n");
   roslaunch("identify.launch simulated:=true countdown:=0 plant:=" + plant + " bag:=\"my father's drive.bag\"",

@@ -1,12 +1,12 @@
 #include "parameters/learned_file.hpp"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
+#include "../temporary_directory.hpp"
 #include "jackal_aic/config/parameter_map.hpp"
 
 namespace jackal_aic {
@@ -17,13 +17,6 @@ const LearnedModel kThen{kConfigured, DriveTrainTiming{0.08, 0.006}};
 
 class LearnedFileTest : public testing::Test {
  protected:
-  LearnedFileTest() {
-    char name[] = "/tmp/slip_file_XXXXXX";
-    directory_ = mkdtemp(name);
-    path_ = (directory_ / "slip.yaml").string();
-  }
-  ~LearnedFileTest() override { std::filesystem::remove_all(directory_); }
-
   void write(const std::string& text) const { std::ofstream(path_) << text; }
 
   std::string text() const {
@@ -43,8 +36,8 @@ class LearnedFileTest : public testing::Test {
     return "";
   }
 
-  std::filesystem::path directory_;
-  std::string path_;
+  TemporaryDirectory directory_;
+  std::string path_ = directory_.path("slip.yaml");
 };
 
 TEST_F(LearnedFileTest, GivesBackWhatWasWritten) {
@@ -99,14 +92,16 @@ TEST_F(LearnedFileTest, WhatWasLearnedOfARobotThatWasToldOtherwiseDoesNotCount) 
   const auto kept = readLearnedFile(path_, slower);
   EXPECT_NEAR(kept->learned.slip.effective_track, 0.7123, 1e-9) << "the body is the same";
   EXPECT_FALSE(kept->learned.timing);
-  EXPECT_EQ(kept->left_out, "dead time and lag (configured with 0.08 s and 0.006 s then, 0.2 s and 0.006 s now)");
+  EXPECT_EQ(kept->left_out,
+            "drive_train (configured with dead time 0.08 s, lag 0.006 s then, dead time 0.2 s, lag 0.006 s now)");
 
   const LearnedModel wider{{5.0, 1.0}, kThen.timing};
   const auto other = readLearnedFile(path_, wider);
   EXPECT_EQ(other->learned.slip.effective_track, 5.0);
   EXPECT_TRUE(other->learned.timing);
-  EXPECT_EQ(other->left_out,
-            "slip (configured with an effective track of 0.5621 m and a slip factor of 1 then, 5 m and 1 now)");
+  EXPECT_EQ(
+      other->left_out,
+      "slip (configured with effective track 0.5621 m, slip factor 1 then, effective track 5 m, slip factor 1 now)");
 }
 
 /// Its dead time and lag are as they were told.

@@ -132,7 +132,7 @@ TEST_F(LockstepTest, AnActionCountsFromWhenItWasNotFromWhenItsCommandCame) {
   EXPECT_EQ(standstill(), held + kPeriod);
 }
 
-TEST_F(LockstepTest, AControllerThatIsLateFromItsFirstCommandOnIsWaitedForAndALoneCommandOnlyBriefly) {
+TEST_F(LockstepTest, WaitsForALateControllerAndOnlyBrieflyForALoneCommand) {
   ASSERT_TRUE(waitFor([this] { return now_ > 0 && drive_.getNumSubscribers() > 0; }));
   constexpr int kCommands = 10;
   const std::int64_t start = now_;
@@ -152,7 +152,7 @@ TEST_F(LockstepTest, AControllerThatIsLateFromItsFirstCommandOnIsWaitedForAndALo
 }
 
 // Patience with who does not speak in its stride is 0.25 s.
-TEST_F(LockstepTest, WhoTakesEachSampleAndActsWithTheNextMessageOfTheClockIsWaitedForThere) {
+TEST_F(LockstepTest, WaitsForAControllerThatActsWithTheNextClock) {
   std::int64_t sample = 0, to_act_after = 0;
   bool takes = true, acts = true;
   int samples = 0;
@@ -189,10 +189,3 @@ TEST_F(LockstepTest, WhoTakesEachSampleAndActsWithTheNextMessageOfTheClockIsWait
 }
 
 }  // namespace
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "lockstep_test");
-  ros::NodeHandle node;
-  return RUN_ALL_TESTS();
-}

@@ -34,10 +34,3 @@ TEST(OfflineAgreement, SettlingAndRiseWithinTenPercent) {
 
 }  // namespace
 }  // namespace jackal_aic::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "offline_agreement_test");
-  ros::NodeHandle keep_alive;
-  return RUN_ALL_TESTS();
-}

@@ -299,10 +299,3 @@ TEST_F(PlantNodeTest, ResetPutsClockAndRobotBack) {
 }
 
 }  // namespace
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "plant_node_test");
-  ros::NodeHandle node;
-  return RUN_ALL_TESTS();
-}

@@ -163,7 +163,7 @@ TEST_F(PredictivePath, GainsChangeWhileItDrivesAndUnstableOnesAreRefused) {
 
 // The published covariance follows the innovations, which on the ground make up for a wrong variance: there the free
 // energy tells which one is configured. Without noise, on the box, there are hardly any innovations.
-TEST_F(PredictivePath, VariancesOfTheSensorsChangeWhileItDrivesAndOutliveAChangeOfGains) {
+TEST_F(PredictivePath, SensorVariancesChangeWhileItDrivesAndOutliveOtherGains) {
   double variance = 0.0;  // of the believed forward speed, the least; a command that is a moment late adds to it
   ros::NodeHandle node;
   const auto subscriber = node.subscribe<geometry_msgs::TwistWithCovarianceStamped>(
@@ -194,10 +194,3 @@ TEST_F(PredictivePath, VariancesOfTheSensorsChangeWhileItDrivesAndOutliveAChange
 
 }  // namespace
 }  // namespace jackal_aic::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "predictive_path_test");
-  ros::NodeHandle keep_alive;
-  return RUN_ALL_TESTS();
-}

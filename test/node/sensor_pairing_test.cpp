@@ -137,7 +137,7 @@ TEST_F(SensorPairingTest, NoAccelerationFallsBetweenTwoPairs) {
   EXPECT_NEAR(sum, -20.0, 1e-9) << "the change of the speed stays";
 }
 
-TEST_F(SensorPairingTest, PairsAtOnceWithoutAWarningAlthoughSomeStampsAreCloseTogether) {
+TEST_F(SensorPairingTest, PairsCloseStampsAtOnceWithoutAWarning) {
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
   for (int i = 0; i < 20; ++i) {

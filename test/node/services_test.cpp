@@ -102,10 +102,3 @@ TEST_F(Services, WithoutAFileThereIsNothingToSaveTo) {
 
 }  // namespace
 }  // namespace jackal_aic::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "services_test");
-  ros::NodeHandle keep_alive;
-  return RUN_ALL_TESTS();
-}

@@ -114,10 +114,3 @@ TEST_F(SetPointsTest, ALatchedOneThatIsPublishedOnceDoesNotDriveForEver) {
 
 }  // namespace
 }  // namespace jackal_aic::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "set_points_test");
-  ros::NodeHandle node;
-  return RUN_ALL_TESTS();
-}

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "../temporary_directory.hpp"
 #include "controller_process.hpp"
 #include "service_call.hpp"
 #include "simulated_robot.hpp"
@@ -24,13 +25,7 @@ constexpr double kTolerance = 0.02;  // m
 
 class SlipMemory : public testing::Test {
  protected:
-  SlipMemory() {
-    char name[] = "/tmp/slip_memory_XXXXXX";
-    directory_ = mkdtemp(name);
-  }
-  ~SlipMemory() override { std::filesystem::remove_all(directory_); }
-
-  std::string file() const { return (directory_ / "slip.yaml").string(); }
+  std::string file() const { return directory_.path("slip.yaml"); }
 
   /// Loads robot, preset and a plant model with a wrong effective track into the namespace of a node to come.
   void configure(const std::string& name) {
@@ -54,7 +49,7 @@ class SlipMemory : public testing::Test {
     robot.clear();
   }
 
-  std::filesystem::path directory_;
+  TemporaryDirectory directory_;
 };
 
 TEST_F(SlipMemory, OutlivesARestart) {
@@ -132,7 +127,7 @@ TEST_F(SlipMemory, StaysAsItIsWhileFrozen) {
 
 TEST_F(SlipMemory, AFolderThatIsMissingKeepsNothingAndTheRobotDrives) {
   configure("homeless");
-  ros::param::set("/homeless/slip/file", (directory_ / "none/slip.yaml").string());
+  ros::param::set("/homeless/slip/file", directory_.path("none/slip.yaml"));
   SimulatedRobot robot;
   ControllerProcess process("homeless");
   ASSERT_TRUE(robot.waitUntilReady());
@@ -159,10 +154,3 @@ TEST_F(SlipMemory, IsRefusedIfItIsOutOfRange) {
 
 }  // namespace
 }  // namespace jackal_aic::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "slip_memory_test");
-  ros::NodeHandle keep_alive;
-  return RUN_ALL_TESTS();
-}

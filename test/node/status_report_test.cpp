@@ -193,7 +193,7 @@ TEST_F(StatusReportTest, ASetPointThatEndsIsOneLine) {
   EXPECT_EQ(log.lines, Lines{"Stopped: no set point for 0.5 s"});
 }
 
-TEST_F(StatusReportTest, AnEmergencyStopIsTwoLinesOfWhichTheSecondSaysHowToGoOn) {
+TEST_F(StatusReportTest, AnEmergencyStopIsTwoLinesTheSecondSaysHowToGoOn) {
   drive();
   decide(DriveStatus::braking, StopCause::emergency_stop);
   decide(DriveStatus::stopped, StopCause::emergency_stop);

@@ -13,6 +13,7 @@
 #include <map>
 #include <sstream>
 
+#include "../temporary_directory.hpp"
 #include "simulated_robot.hpp"
 
 namespace jackal_aic::test {
@@ -50,12 +51,8 @@ std::vector<Row> readTable(const std::filesystem::path& path) {
 class StepRecorderTest : public testing::Test {
  protected:
   void SetUp() override {
-    std::string name = (std::filesystem::temp_directory_path() / "step_recorder_XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    directory_ = name;
     robot_.waitFor([this] { return !robot_.truth().time.empty() && !robot_.drives().empty(); }, "truth and commands");
   }
-  void TearDown() override { std::filesystem::remove_all(directory_); }
 
   /// Runs the recorder with a manoeuvre of two seconds forward and two of turning; returns its exit status.
   int record(const std::string& output_directory, const std::string& remapping = "") {
@@ -79,14 +76,14 @@ class StepRecorderTest : public testing::Test {
     return found == nullptr ? std::numeric_limits<double>::quiet_NaN() : std::stod(found->at(name));
   }
 
-  std::filesystem::path directory_;
+  TemporaryDirectory directory_;
   SimulatedRobot robot_;
 };
 
 TEST_F(StepRecorderTest, RecordsAForwardStepAndATurn) {
-  ASSERT_EQ(record(directory_.string()), 0);
+  ASSERT_EQ(record(directory_.path()), 0);
 
-  const auto rows = readTable(directory_ / "response.csv");
+  const auto rows = readTable(directory_.path("response.csv"));
   ASSERT_GT(rows.size(), 400u) << "ground truth comes at 100 Hz for 6 s";
   EXPECT_EQ(at(rows, 2.9, "set_forward"), 0.5);
   EXPECT_NEAR(at(rows, 2.9, "true_forward"), 0.5, 0.02);
@@ -100,7 +97,7 @@ TEST_F(StepRecorderTest, RecordsAForwardStepAndATurn) {
   EXPECT_NEAR(at(rows, 5.9, "command_left"), -at(rows, 5.9, "command_right"), 1e-6);
   EXPECT_EQ(rows.back().at("believed_forward"), "") << "an open-loop controller believes nothing";
 
-  const auto metrics = readTable(directory_ / "metrics.csv");
+  const auto metrics = readTable(directory_.path("metrics.csv"));
   ASSERT_EQ(metrics.size(), 2u);
   EXPECT_EQ(metrics[0].at("step"), "0.5 m/s");
   EXPECT_NEAR(std::stod(metrics[0].at("begin_s")), 1.0, 0.2);
@@ -119,10 +116,10 @@ TEST_F(StepRecorderTest, BeginsOnlyWhenTheControllerDrives) {
   message.data = true;
   emergency_stop.publish(message);
   ros::param::set("/recorder_under_test/recorder/data_timeout", 4.0);
-  EXPECT_EQ(record(directory_.string()), 1);
+  EXPECT_EQ(record(directory_.path()), 1);
   message.data = false;
   emergency_stop.publish(message);
-  EXPECT_EQ(record(directory_.string()), 0) << "its zero set points acknowledge the stop";
+  EXPECT_EQ(record(directory_.path()), 0) << "its zero set points acknowledge the stop";
   ros::param::del("/recorder_under_test");
 }
 
@@ -130,7 +127,7 @@ TEST_F(StepRecorderTest, BeginsOnlyWhenTheControllerHasSaidWhatItDoes) {
   ros::NodeHandle node;
   const ros::Publisher silent = node.advertise<ControllerState>("silent_state", 1);
   ros::param::set("/recorder_under_test/recorder/data_timeout", 4.0);
-  EXPECT_EQ(record(directory_.string(), "jackal_AIC/state:=silent_state"), 1);
+  EXPECT_EQ(record(directory_.path(), "jackal_AIC/state:=silent_state"), 1);
   ros::param::del("/recorder_under_test");
 }
 
@@ -149,13 +146,13 @@ TEST_F(StepRecorderTest, RecordsToTheEndWhatComesLate) {
       });
   ros::AsyncSpinner spinner(1, &queue);
   spinner.start();
-  ASSERT_EQ(record(directory_.string(), "ground_truth/odom:=late_truth"), 0);
-  const auto rows = readTable(directory_ / "response.csv");
+  ASSERT_EQ(record(directory_.path(), "ground_truth/odom:=late_truth"), 0);
+  const auto rows = readTable(directory_.path("response.csv"));
   ASSERT_FALSE(rows.empty());
   EXPECT_GT(std::stod(rows.back().at("time")), 5.95);
 }
 
-TEST_F(StepRecorderTest, RefusesADirectoryThatDoesNotExist) { EXPECT_EQ(record((directory_ / "missing").string()), 1); }
+TEST_F(StepRecorderTest, RefusesADirectoryThatDoesNotExist) { EXPECT_EQ(record(directory_.path("missing")), 1); }
 
 TEST_F(StepRecorderTest, BaselineStopsWhenTheSetPointIsTooOld) {
   robot_.command(0.5, 0.0);
@@ -180,10 +177,3 @@ TEST_F(StepRecorderTest, BaselineRejectsASetPointThatIsNotFinite) {
 
 }  // namespace
 }  // namespace jackal_aic::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "step_recorder_test");
-  ros::NodeHandle keep_alive;
-  return RUN_ALL_TESTS();
-}

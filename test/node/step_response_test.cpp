@@ -183,10 +183,3 @@ TEST_F(StepResponse, BothReachTheSetPointAndImprovedSettlesFaster) {
 
 }  // namespace
 }  // namespace jackal_aic::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "step_response_test");
-  ros::NodeHandle keep_alive;
-  return RUN_ALL_TESTS();
-}

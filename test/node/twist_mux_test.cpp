@@ -182,10 +182,3 @@ TEST_F(TwistMux, ASecondPublisherOfItsOwnTopicIsNamedAndLeftTheMotors) {
 
 }  // namespace
 }  // namespace jackal_aic::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "twist_mux_test");
-  ros::NodeHandle keep_alive;
-  return RUN_ALL_TESTS();
-}

@@ -134,10 +134,3 @@ TEST(TwoRobots, AViewWithoutAPrefixHasTheFramesOfARobotAlone) {
 
 }  // namespace
 }  // namespace jackal_aic::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "two_robots_test");
-  ros::NodeHandle node;
-  return RUN_ALL_TESTS();
-}

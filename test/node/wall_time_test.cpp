@@ -8,7 +8,6 @@
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 
-#include <algorithm>
 #include <vector>
 
 #include "jackal_aic/model/skid_steer_kinematics.hpp"
@@ -28,15 +27,11 @@ class IdealRobot {
   }
 
   std::vector<ControllerState> states;
-  std::vector<double> ages;  // of the newest sample at the time of each state [s]
   WheelCommand wheels;
 
  private:
   void onDrive(const jackal_msgs::Drive& drive) { wheels = {drive.drivers[0], drive.drivers[1]}; }
-  void onState(const ControllerState& state) {
-    states.push_back(state);
-    ages.push_back((state.header.stamp - sampled_).toSec());
-  }
+  void onState(const ControllerState& state) { states.push_back(state); }
 
   void onTimer(const ros::TimerEvent&) {
     geometry_msgs::Twist twist;
@@ -50,7 +45,6 @@ class IdealRobot {
     joints.name = {"rear_right_wheel", "front_left_wheel"};
     joints.velocity = {wheels.right, wheels.left};
     wheels_.publish(joints);
-    sampled_ = joints.header.stamp;
 
     sensor_msgs::Imu imu;
     imu.header.stamp = joints.header.stamp;
@@ -64,7 +58,6 @@ class IdealRobot {
   ros::Publisher wheels_, imu_, set_point_;
   ros::Subscriber drive_, state_;
   ros::Timer timer_;
-  ros::Time sampled_;
   bool driven_ = false;
 };
 
@@ -85,17 +78,7 @@ TEST(WallTime, DrivesAnIdealRobotToTheSetPoint) {
   EXPECT_NEAR(last.belief_yaw_rate.at(0), 0.4, 0.01);
   const double span = (last.header.stamp - robot.states.front().header.stamp).toSec();
   EXPECT_GE(span / static_cast<double>(robot.states.size() - 1), 0.019) << "more action steps than periods have passed";
-  // Without a locked phase, 0..20 ms by the start's chance; the median, because the machine may be busy now and then.
-  std::sort(robot.ages.begin(), robot.ages.end());
-  EXPECT_LE(robot.ages[robot.ages.size() / 2], 0.004) << "acts on old measurements";
 }
 
 }  // namespace
 }  // namespace jackal_aic::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "wall_time_test");
-  ros::NodeHandle keep_alive;
-  return RUN_ALL_TESTS();
-}

@@ -11,6 +11,7 @@
 #include <regex>
 #include <set>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "../command.hpp"
@@ -211,50 +212,35 @@ TEST(Programs, ScriptsAnswerHelp) {
   EXPECT_GT(scripts, 4);
 }
 
-/// Runs the question of the scripts before apt installs, on a terminal or not.
-std::string asked(const std::string& answer, bool terminal, bool yes) {
-  const std::string script = testing::TempDir() + "ask" + std::to_string(getpid());
+/// Installs a package with an apt of the test's own, which prints its arguments, on a terminal or not; what is said.
+std::string installed(const std::string& simulated, bool terminal, bool yes) {
+  const std::string script = testing::TempDir() + "install" + std::to_string(getpid());
   const std::string library = (kRoot / "scripts/lib/").string();
-  std::ofstream(script) << "set -eu; apt-get() { echo 'Need to get 1 MB of archives.'; }\n"
-                        << "assume_yes=" << (yes ? "true" : "false") << "; missing=(a-package another)\n"
+  std::ofstream(script) << "set -eu; sudo() { \"$@\"; }\n"
+                        << "apt-get() { [[ $1 == --simulate ]] && echo '" << simulated << "' || echo apt \"$@\"; }\n"
+                        << "assume_yes=" << (yes ? "true" : "false") << "; missing=()\n"
                         << ". " << library << "progress.sh; . " << library << "packages.sh\n"
-                        << "confirm_installation && echo installs || echo refused\n";
-  std::ofstream(script + ".in") << answer << "\n";
+                        << "install_packages no-such-package 2>&1\n";
   const std::string command = "bash " + script;
   const std::string said =
-      output((terminal ? "script -qec '" + command + "' /dev/null" : command) + " < " + script + ".in || true");
+      output((terminal ? "script -qec '" + command + "' /dev/null" : command) + " < /dev/null || true");
   fs::remove(script);
-  fs::remove(script + ".in");
   return said;
 }
 
-TEST(Scripts, AskOnceBeforeTheyInstall) {
-  for (const char* answer : {"y", ""}) {
-    const std::string said = asked(answer, true, false);
-    EXPECT_NE(said.find("nothing is upgraded or removed"), std::string::npos) << said;
-    EXPECT_NE(said.find("a-package another"), std::string::npos) << said;
-    EXPECT_NE(said.find("installs"), std::string::npos) << said;
+TEST(Scripts, LetAptAskOnATerminalAndUpgradeOrRemoveNothing) {
+  for (const auto& [terminal, yes, asks] :
+       {std::tuple{true, false, true}, {true, true, false}, {false, false, false}}) {
+    const std::string said = installed("Inst no-such-package (2 Debian)", terminal, yes);
+    EXPECT_NE(said.find("nothing is upgraded or removed): no-such-package"), std::string::npos) << said;
+    EXPECT_NE(said.find("install --no-install-recommends --no-upgrade --no-remove no-such-package"), std::string::npos)
+        << said;
+    EXPECT_EQ(said.find(" -y") == std::string::npos, asks) << said;
   }
-  const std::string refused = asked("n", true, false);
-  EXPECT_NE(refused.find("nothing was installed"), std::string::npos) << refused;
-  EXPECT_EQ(refused.find("installs"), std::string::npos) << refused;
-  const std::string agreed = asked("n", true, true);  // the terminal echoes the answer that nothing reads
-  EXPECT_EQ(agreed.find("Go on?"), std::string::npos) << agreed;
-  EXPECT_NE(agreed.find("installs"), std::string::npos) << agreed;
-  EXPECT_EQ(asked("n", false, false), "installs\n") << "no terminal";
-}
-
-TEST(Scripts, InstallWithoutUpgradesAndRemovals) {
-  const std::string library = (kRoot / "scripts/lib/packages.sh").string();
-  EXPECT_NE(textOf(library).find("install --no-install-recommends --no-upgrade --no-remove"), std::string::npos);
   // apt upgrades what a new package needs in a newer version, even with --no-upgrade.
-  const auto installs = [&](const std::string& simulated) {
-    return output("bash -c 'missing=(a-package); . " + library + "; apt-get() { case $1 in --simulate) echo \"" +
-                  simulated + "\" ;; install) echo installs ;; esac; }; apt_install apt-get || true'");
-  };
-  EXPECT_EQ(installs("Inst a-package (2 Debian)"), "installs\n");
-  EXPECT_EQ(installs("Inst libc6 [1] (2 Debian)"),
-            "E: newer versions of installed packages are needed. Run: apt-get install --only-upgrade libc6\n");
+  const std::string refused = installed("Inst libc6 [1] (2 Debian)", false, true);
+  EXPECT_NE(refused.find("Run: apt-get install --only-upgrade libc6\n"), std::string::npos) << refused;
+  EXPECT_EQ(refused.find("apt -q -o DPkg::Lock::Timeout=300 install"), std::string::npos) << refused;
 }
 
 TEST(Plot, WhatIsNoFileIsNoBag) {
@@ -320,28 +306,42 @@ TEST(Launch, ARobotFileMaySayMoreThanTheShippedOne) {
   fs::remove(robot);
 }
 
-/// Where the robot stands is one thing for the plant and its controller, whatever the files of both say.
-TEST(Launch, ASimulatedRobotAndItsModelStandOnTheSameGround) {
-  const auto on_box = [](const std::string& arguments) {
-    return found(output("roslaunch --dump-params jackal_aic simulation.launch " + arguments),
-                 "/jackal_aic/plant_model/on_box: (\\w+)");
-  };
-  EXPECT_EQ(on_box("plant:=box"), std::set<std::string>{"true"});
-  EXPECT_EQ(on_box("plant:=box support:=ground"), std::set<std::string>{"false"});
-  EXPECT_EQ(on_box("support:=box"), std::set<std::string>{"true"});
-  EXPECT_EQ(on_box("support:=ground"), std::set<std::string>{"false"});
+/// Where the robot stands is one thing for the plant and its controller, whatever the files of both say; Gazebo has a
+/// model of its own robot; only the thesis' presets have a printed mode.
+TEST(Launch, ArgumentsSetTheParametersOfTheController) {
+  const std::string box = "plant_model/on_box", printed = "controller/printed";
   const std::string model = " plant_model:=" + (kRoot / "config/plant_model").string();
-  EXPECT_EQ(on_box("plant:=box" + model + ".yaml"), std::set<std::string>{"true"});
-  EXPECT_EQ(on_box("plant:=real" + model + "_box.yaml"), std::set<std::string>{"false"});
+  for (const auto& [arguments, parameter, value] :
+       {std::tuple<std::string, std::string, std::string>{"simulation.launch plant:=box", box, "true"},
+        {"simulation.launch plant:=box support:=ground", box, "false"},
+        {"simulation.launch support:=box", box, "true"},
+        {"simulation.launch support:=ground", box, "false"},
+        {"simulation.launch plant:=box" + model + ".yaml", box, "true"},
+        {"simulation.launch plant:=real" + model + "_box.yaml", box, "false"},
+        {"simulation.launch preset:=standard printed:=true", printed, "true"},
+        {"jackal.launch preset:=tuned printed:=true", printed, "true"},
+        {"simulation.launch preset:=standard", printed, "false"},
+        {"simulation.launch", printed, ""},
+        {"gazebo.launch", "plant_model/dead_time", "0.006"},
+        {"gazebo.launch", "plant_model/acceleration_limit", "16.0"},
+        {"gazebo.launch", "plant_model/effective_track", "0.42"},
+        {"gazebo.launch", "plant_model/identified", ""}}) {
+    const std::string dumped = output("roslaunch --dump-params jackal_aic " + arguments);
+    const auto found_values = found(dumped, "/jackal_aic/" + parameter + ": (\\S+)");
+    EXPECT_EQ(found_values, value.empty() ? std::set<std::string>{} : std::set<std::string>{value}) << arguments;
+  }
 }
 
-/// Arguments that contradict each other, or that nothing would come of.
-TEST(Launch, ArgumentsWithoutAnEffectAreRefused) {
+/// Arguments that contradict each other, that nothing would come of, or that name nothing.
+TEST(Launch, WrongArgumentsAreRefusedWithTheReason) {
+  const std::string plants = "unknown plant: grond; choose ground, box, real or a file NAME.yaml";
   for (const auto& [arguments, reason] : std::map<std::string, std::string>{
            {"jackal.launch record_to:=drive", "record_to:=drive: needs record:=true"},
            {"jackal.launch preset:=improved slip_file:=/tmp/slip.yaml", "slip_file: needs preset:=predictive"},
            {"simulation.launch printed:=true", "printed:=true: needs preset:=standard, improved or tuned"},
            {"simulation.launch record_to:=drive", "record_to:=drive: needs record:=true"},
+           {"simulation.launch plant:=grond", plants},
+           {"identify.launch simulated:=true plant:=grond", plants},
            {"identify.launch plant:=box", "plant:=box: needs simulated:=true"},
            {"faults.launch plant:=box", "unknown plant: box; choose ground, real or a file NAME.yaml"}}) {
     const std::string said = output("roslaunch --dump-params jackal_aic " + arguments + " || true");
@@ -394,31 +394,17 @@ TEST(Scripts, TheWorkspaceOfAnotherCheckoutIsLeftAlone) {
 
 /// `scripts/test --only` asks this before it builds.
 TEST(Scripts, TestBuildsWhatThePatternNeedsOrSaysThatThereIsNoSuchTest) {
-  const std::string run = "/usr/bin/python3 " + (kRoot / "scripts/lib/run_tests.py").string() + " " +
-                          fs::path(JACKAL_AIC_BUILD).parent_path().string() + " --targets --only ";
-  EXPECT_EQ(output(run + "drive_gate"), "drive_gate_test\n");
-  EXPECT_EQ(output(run + "'node_(gate|faults_real)'"), "faults_test gate_test\n");
-  EXPECT_NE(output(run + "gtest.package").find("all "), std::string::npos) << "it starts every program";
-  EXPECT_NE(output("! " + run + "nosuch").find("test: --only nosuch: no test has such a name"), std::string::npos);
-  EXPECT_NE(output("! " + run + "'('").find("test: --only (: no regular expression"), std::string::npos);
-}
-
-TEST(Launch, GazeboTakesTheModelOfItsRobot) {
-  const std::string dumped = output("roslaunch --dump-params jackal_aic gazebo.launch");
-  for (const char* parameter : {"dead_time: 0.006", "acceleration_limit: 16.0", "effective_track: 0.42"}) {
-    EXPECT_NE(dumped.find(std::string("/jackal_aic/plant_model/") + parameter), std::string::npos) << dumped;
-  }
-  EXPECT_EQ(dumped.find("/jackal_aic/plant_model/identified: false"), std::string::npos) << dumped;
-}
-
-TEST(Launch, ThePrintedModeIsAnArgument) {
-  const auto printed = [](const std::string& arguments) {
-    return found(output("roslaunch --dump-params jackal_aic " + arguments), "/jackal_aic/controller/printed: (\\w+)");
+  const auto targets = [](const std::string& pattern) {
+    const std::string library = (kRoot / "scripts/lib/").string();
+    return output("bash -c 'set -eu; . " + library + "progress.sh; . " + library + "tests.sh; test_targets " +
+                  fs::path(JACKAL_AIC_BUILD).parent_path().string() + "/build \"" + pattern + "\"' 2>&1 || true");
   };
-  EXPECT_EQ(printed("simulation.launch preset:=standard printed:=true"), std::set<std::string>{"true"});
-  EXPECT_EQ(printed("jackal.launch preset:=tuned printed:=true"), std::set<std::string>{"true"});
-  EXPECT_EQ(printed("simulation.launch preset:=standard"), std::set<std::string>{"false"});
-  EXPECT_EQ(printed("simulation.launch"), std::set<std::string>{}) << "predictive has no such key";
+  EXPECT_EQ(targets("drive_gate"), "drive_gate_test\n");
+  EXPECT_EQ(targets("node_(gate|faults_real)"), "faults_test gate_test\n");
+  EXPECT_EQ(targets("step_response_box"), "tests\n") << "the launch file includes another one";
+  EXPECT_NE(targets("gtest.package").find("all "), std::string::npos) << "it starts every program";
+  EXPECT_NE(targets("nosuch").find("--only nosuch: no test has such a name"), std::string::npos);
+  EXPECT_NE(targets("(").find("--only (: no regular expression"), std::string::npos);
 }
 
 TEST(Launch, ARobotFileComesAfterThePreset) {
@@ -479,11 +465,8 @@ TEST(Launch, EveryFileTakesTheTopicOfTheSetPoint) {
   EXPECT_EQ(files, 6);
 }
 
-/// What a command prints, however it ends.
-std::string said(const std::string& command) { return output(command + " || true"); }
-
 TEST(Launch, AnUnknownPresetIsAnsweredWithThoseThatThereAre) {
-  const std::string text = said("roslaunch --dump-params jackal_aic simulation.launch preset:=predictve");
+  const std::string text = output("roslaunch --dump-params jackal_aic simulation.launch preset:=predictve || true");
   EXPECT_NE(text.find("unknown preset: predictve; choose "), std::string::npos) << text;
   int presets = 0;
   for (const auto& entry : fs::directory_iterator(kRoot / "config")) {
@@ -493,14 +476,6 @@ TEST(Launch, AnUnknownPresetIsAnsweredWithThoseThatThereAre) {
     ++presets;
   }
   EXPECT_EQ(presets, 5);
-}
-
-TEST(Launch, AnUnknownPlantIsAnsweredWithThoseThatThereAre) {
-  for (const char* launch : {"simulation.launch", "identify.launch simulated:=true"}) {
-    const std::string text = said(std::string("roslaunch --dump-params jackal_aic ") + launch + " plant:=grond");
-    EXPECT_NE(text.find("unknown plant: grond; choose ground, box, real or a file NAME.yaml"), std::string::npos)
-        << text;
-  }
 }
 
 TEST(Launch, TheControllerKnowsItsPresetAndItsFiles) {

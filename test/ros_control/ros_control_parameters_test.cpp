@@ -57,7 +57,7 @@ TEST(RosControlParameters, GeometryComesFromTheUrdfUnlessGiven) {
   EXPECT_NEAR(given.drive.geometry.effective_track, 0.6, 1e-12);
 }
 
-TEST(RosControlParameters, ARadiusMultiplierOfBothSidesCountsBeforeThoseOfOne) {
+TEST(RosControlParameters, ARadiusMultiplierOfBothSidesCountsFirst) {
   ParameterMap map = bare();
   map.set("left_wheel_radius_multiplier", 0.9);
   map.set("right_wheel_radius_multiplier", 1.1);
@@ -92,7 +92,7 @@ TEST(RosControlParameters, LimitsAreThoseOfTheGateUnlessItHasItsOwn) {
   EXPECT_EQ(read(map).drive.gate.limits.linear_speed, 0.8);
 }
 
-TEST(RosControlParameters, WithoutAStructureThePredictiveOneDrivesAnAssumedJackal) {
+TEST(RosControlParameters, ByDefaultThePredictiveOneDrivesAnAssumedJackal) {
   const auto p = read(bare());
   EXPECT_TRUE(std::holds_alternative<PredictiveParameters>(p.drive.controller));
   ASSERT_TRUE(p.drive.plant_model);

@@ -26,6 +26,7 @@
 #include "../counted_allocations.hpp"
 #include "../node/other_node.hpp"
 #include "../repository.hpp"
+#include "../temporary_directory.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_robot_hw.hpp"
 #include "plant_messages.hpp"
@@ -282,18 +283,6 @@ class RosControl : public testing::Test {
   std::optional<geometry_msgs::Twist> wanted;
   double last_set_point = -1.0, last_update = -1.0;
   bool imu_works = true;
-};
-
-struct TemporaryDirectory {
-  TemporaryDirectory() {
-    char name[] = "/tmp/ros_control_XXXXXX";
-    path = mkdtemp(name);
-  }
-  ~TemporaryDirectory() { std::filesystem::remove_all(path); }
-  TemporaryDirectory(const TemporaryDirectory&) = delete;
-  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
-
-  std::string path;
 };
 
 class RosControlWithImu : public RosControl {
@@ -659,7 +648,7 @@ TEST_F(RosControl, StandsWhileItIsDisabled) {
 
 TEST_F(RosControl, KeepsWhatItLearnedInAFile) {
   static const TemporaryDirectory directory;  // outlives the controller, which writes at its end
-  const std::string file = directory.path + "/slip.yaml";
+  const std::string file = directory.path("slip.yaml");
   std::ofstream(file) << "slip: {effective_track: 0.7, slip_factor: 1.0}";
   node.setParam(std::string(kName) + "/slip/file", file);
   ASSERT_TRUE(startController());
@@ -936,10 +925,3 @@ TEST_F(AsDiffDrive, OpenLoop) {
 
 }  // namespace
 }  // namespace jackal_aic::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "ros_control_test");
-  ros::NodeHandle node;  // keeps ROS up
-  return RUN_ALL_TESTS();
-}

@@ -1,5 +1,4 @@
 // Bags as a controller and its recorder write them, from the drive loop on the simulated robot without ROS.
-#include "replay.hpp"
 
 #include <geometry_msgs/Twist.h>
 #include <gtest/gtest.h>
@@ -18,6 +17,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "../temporary_directory.hpp"
 #include "inputs/set_points.hpp"
 #include "jackal_aic/config/text_file.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
@@ -27,6 +27,7 @@
 #include "outputs/state_output.hpp"
 #include "parameters/node_parameters.hpp"
 #include "plant_messages.hpp"
+#include "programs.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -58,14 +59,8 @@ struct What {
 /// A bag that goes with the test.
 class RecordedBag {
  public:
-  explicit RecordedBag(const What& what) {
-    char name[] = "/tmp/replay_test_XXXXXX";
-    if (mkdtemp(name) == nullptr) throw std::runtime_error("no directory for the bag");
-    directory_ = name;
-    write(what);
-  }
-  ~RecordedBag() { std::filesystem::remove_all(directory_); }
-  std::string path(const std::string& name = "drive.bag") const { return directory_ + "/" + name; }
+  explicit RecordedBag(const What& what) { write(what); }
+  std::string path(const std::string& name = "drive.bag") const { return directory_.path(name); }
 
  private:
   void write(const What& what) {
@@ -133,8 +128,9 @@ class RecordedBag {
       const auto command = loop.advance(now, now);
       if (!command) continue;
       plant.command(*command);
-      const ControllerState state = stateMessage(
-          loopState(loop, parameters.geometry, loop.controller().believedVelocity(), stamp), {}, "base_link");
+      ControllerState state;
+      fillState(loop, parameters.geometry, loop.controller().believedVelocity(), stamp, state);
+      addRemarks({}, "base_link", state);
       log.header.stamp = stamp;
       if (what.log) bag.write("/jackal_AIC/inputs", stamp, log);
       log.first += log.inputs.size();
@@ -146,7 +142,7 @@ class RecordedBag {
     }
   }
 
-  std::string directory_;
+  TemporaryDirectory directory_;
 };
 
 struct Outcome {

@@ -3,41 +3,29 @@
 #include <ros/master.h>
 #include <ros/network.h>
 #include <ros/this_node.h>
-#include <ros/time.h>
-#include <xmlrpcpp/XmlRpc.h>
+#include <xmlrpcpp/XmlRpcValue.h>
 
 #include <algorithm>
+#include <boost/asio/ip/tcp.hpp>
+#include <chrono>
 #include <cstdint>
 
 namespace jackal_aic {
 namespace {
 
-constexpr double kPatience = 0.5;  // s of wall time with a node that does not answer
-constexpr double kPoll = 0.05;     // s
-
 /// False if a node that the master lists has died: nothing answers at its address. One that hangs counts as alive.
 bool alive(const std::string& node) {
-  using XmlRpc::XmlRpcDispatch;
-  XmlRpc::XmlRpcValue request, caller, response, uri, reply;
-  request[0] = caller[0] = ros::this_node::getName();
+  XmlRpc::XmlRpcValue request, response, uri;
+  request[0] = ros::this_node::getName();
   request[1] = node;
   std::string host;
   std::uint32_t port = 0;
   if (!ros::master::execute("lookupNode", request, response, uri, false)) return false;
   if (!ros::network::splitURI(static_cast<std::string>(uri), host, port)) return false;
-  XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
-  if (!client.executeNonBlock("getPid", caller)) return false;
-  XmlRpcDispatch dispatch;
-  dispatch.addSource(&client, XmlRpcDispatch::WritableEvent | XmlRpcDispatch::Exception);
-  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(kPatience);
-  bool answered = false;
-  while (!answered && ros::WallTime::now() < end) {
-    dispatch.work(kPoll);
-    answered = client.executeCheckDone(reply);
-  }
-  dispatch.removeSource(&client);
-  client.close();
-  return !answered || reply.valid();
+  boost::asio::ip::tcp::iostream connection;
+  connection.expires_after(std::chrono::milliseconds(500));  // with a machine that does not answer
+  connection.connect(host, std::to_string(port));
+  return connection.error() != boost::asio::error::connection_refused;
 }
 
 void append(const std::string& separator, const std::string& text, std::string& list) {

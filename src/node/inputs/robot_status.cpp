@@ -1,7 +1,5 @@
 #include "inputs/robot_status.hpp"
 
-#include <utility>
-
 #include "inputs/set_points.hpp"
 
 namespace jackal_aic {
@@ -24,46 +22,48 @@ std::optional<WheelCommand> wheelCommand(const jackal_msgs::Drive& message) {
 }
 
 RobotReports::RobotReports(ros::NodeHandle& node, std::function<void(const ros::Time&)> on_feedback,
-                           std::function<void(const RobotStatus&)> on_message)
-    : on_feedback_(std::move(on_feedback)), on_message_(std::move(on_message)) {
+                           std::function<void(const RobotStatus&)> on_message) {
   const auto no_delay = ros::TransportHints().tcpNoDelay();
-  emergency_stop_subscriber_ = node.subscribe("e_stop", 10, &RobotReports::onEmergencyStop, this, no_delay);
-  status_subscriber_ = node.subscribe("status", 10, &RobotReports::onStatus, this, no_delay);
-  feedback_subscriber_ = node.subscribe("feedback", 50, &RobotReports::onFeedback, this, no_delay);
+  subscribers_[0] = node.subscribe<std_msgs::Bool>(
+      "e_stop", 10,
+      [this, on_message](const std_msgs::BoolConstPtr& message) {
+        status_.emergency_stop = message->data;
+        on_message(status_);
+      },
+      {}, no_delay);
+  subscribers_[1] = node.subscribe<jackal_msgs::Status>(
+      "status", 10,
+      [this, on_message](const jackal_msgs::StatusConstPtr& message) {
+        takeStatus(*message, status_);
+        on_message(status_);
+      },
+      {}, no_delay);
+  subscribers_[2] = node.subscribe<jackal_msgs::Feedback>(
+      "feedback", 50,
+      [this, on_feedback, on_message](const jackal_msgs::FeedbackConstPtr& message) {
+        if (message->header.stamp.isZero()) return;
+        on_feedback(message->header.stamp);
+        takeFeedback(*message, status_);
+        on_message(status_);
+      },
+      {}, no_delay);
 }
 
-void RobotReports::onEmergencyStop(const std_msgs::Bool& message) {
-  status_.emergency_stop = message.data;
-  on_message_(status_);
-}
-
-void RobotReports::onStatus(const jackal_msgs::Status& message) {
-  takeStatus(message, status_);
-  on_message_(status_);
-}
-
-void RobotReports::onFeedback(const jackal_msgs::Feedback& message) {
-  if (message.header.stamp.isZero()) return;
-  on_feedback_(message.header.stamp);
-  takeFeedback(message, status_);
-  on_message_(status_);
-}
-
-AppliedCommands::AppliedCommands(ros::NodeHandle& node, const GeometryParameters& geometry, Callback callback)
-    : kinematics_(geometry), callback_(std::move(callback)) {
+AppliedCommands::AppliedCommands(ros::NodeHandle& node, const GeometryParameters& geometry, const Callback& callback) {
   const auto no_delay = ros::TransportHints().tcpNoDelay();
-  drive_subscriber_ = node.subscribe("cmd_drive", 10, &AppliedCommands::onDrive, this, no_delay);
-  twist_subscriber_ =
-      node.subscribe("jackal_velocity_controller/cmd_vel", 10, &AppliedCommands::onTwist, this, no_delay);
-}
-
-void AppliedCommands::onDrive(const jackal_msgs::Drive& message) {
-  if (const auto command = wheelCommand(message)) callback_(*command, AppliedSource::drive);
-}
-
-void AppliedCommands::onTwist(const geometry_msgs::Twist& message) {
-  const auto velocity = setPoint(message);
-  if (velocity) callback_(kinematics_.wheelSpeeds(velocity->forward, velocity->yaw_rate), AppliedSource::twist);
+  drive_subscriber_ = node.subscribe<jackal_msgs::Drive>(
+      "cmd_drive", 10,
+      [callback](const jackal_msgs::DriveConstPtr& message) {
+        if (const auto command = wheelCommand(*message)) callback(*command, AppliedSource::drive);
+      },
+      {}, no_delay);
+  twist_subscriber_ = node.subscribe<geometry_msgs::Twist>(
+      "jackal_velocity_controller/cmd_vel", 10,
+      [callback, kinematics = SkidSteerKinematics(geometry)](const geometry_msgs::TwistConstPtr& message) {
+        const auto v = setPoint(*message);
+        if (v) callback(kinematics.wheelSpeeds(v->forward, v->yaw_rate), AppliedSource::twist);
+      },
+      {}, no_delay);
 }
 
 }  // namespace jackal_aic

@@ -12,6 +12,7 @@
 #include <ros/subscriber.h>
 #include <std_msgs/Bool.h>
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -45,22 +46,14 @@ class RobotReports {
   const RobotStatus& status() const { return status_; }
 
   /// The emergency stop: its topic, as resolved, and its publishers that are connected.
-  const ros::Subscriber& emergencyStop() const { return emergency_stop_subscriber_; }
+  const ros::Subscriber& emergencyStop() const { return subscribers_[0]; }
 
   /// Forgets the messages; the emergency stop, which is sent once, and the robot's own stop stay.
   void reset() { status_.motors_off = status_.driver_fault = false; }
 
  private:
-  void onEmergencyStop(const std_msgs::Bool& message);
-  void onStatus(const jackal_msgs::Status& message);
-  void onFeedback(const jackal_msgs::Feedback& message);
-
-  std::function<void(const ros::Time&)> on_feedback_;
-  std::function<void(const RobotStatus&)> on_message_;
   RobotStatus status_;
-  ros::Subscriber emergency_stop_subscriber_;
-  ros::Subscriber status_subscriber_;
-  ros::Subscriber feedback_subscriber_;
+  std::array<ros::Subscriber, 3> subscribers_;  // of e_stop, status and feedback
 };
 
 /// Listens to cmd_drive (jackal_msgs/Drive), which the stock jackal_node publishes without pause. Where that is absent,
@@ -71,17 +64,12 @@ class AppliedCommands {
   using Callback = std::function<void(const WheelCommand&, AppliedSource)>;
 
   /// Subscribes in the namespace of `node`. @param geometry turns a Twist into wheel speeds.
-  AppliedCommands(ros::NodeHandle& node, const GeometryParameters& geometry, Callback callback);
+  AppliedCommands(ros::NodeHandle& node, const GeometryParameters& geometry, const Callback& callback);
 
   /// Topics that it listens to: a set point that came from there would be our own command.
   std::vector<std::string> topics() const { return {drive_subscriber_.getTopic(), twist_subscriber_.getTopic()}; }
 
  private:
-  void onDrive(const jackal_msgs::Drive& message);
-  void onTwist(const geometry_msgs::Twist& message);
-
-  SkidSteerKinematics kinematics_;
-  Callback callback_;
   ros::Subscriber drive_subscriber_;
   ros::Subscriber twist_subscriber_;
 };

@@ -32,41 +32,29 @@ CommandOutput::CommandOutput(ros::NodeHandle& node, OutputMode mode, const Geome
     : mode_(mode), kinematics_(geometry) {
   switch (mode) {
     case OutputMode::cmd_drive:
-      drive_ = node.advertise<jackal_msgs::Drive>("cmd_drive", 1);
+      publishers_ = {node.advertise<jackal_msgs::Drive>("cmd_drive", 1)};
       break;
     case OutputMode::twist:
-      twist_ = node.advertise<geometry_msgs::Twist>("cmd_vel", 1);
+      publishers_ = {node.advertise<geometry_msgs::Twist>("cmd_vel", 1)};
       break;
     case OutputMode::gazebo:
-      left_ = node.advertise<std_msgs::Float64>("jackal_left_wheel/command", 1);
-      right_ = node.advertise<std_msgs::Float64>("jackal_right_wheel/command", 1);
+      publishers_ = {node.advertise<std_msgs::Float64>("jackal_left_wheel/command", 1),
+                     node.advertise<std_msgs::Float64>("jackal_right_wheel/command", 1)};
       break;
   }
-}
-
-std::vector<const ros::Publisher*> CommandOutput::publishers() const {
-  switch (mode_) {
-    case OutputMode::cmd_drive:
-      return {&drive_};
-    case OutputMode::twist:
-      return {&twist_};
-    case OutputMode::gazebo:
-      break;
-  }
-  return {&left_, &right_};
 }
 
 std::vector<std::string> CommandOutput::topics() const {
   std::vector<std::string> topics;
-  for (const ros::Publisher* publisher : publishers()) topics.push_back(publisher->getTopic());
+  for (const ros::Publisher& publisher : publishers_) topics.push_back(publisher.getTopic());
   return topics;
 }
 
 std::string CommandOutput::complaint() const {
-  for (const ros::Publisher* publisher : publishers()) {
-    if (publisher->getNumSubscribers() > 0) continue;
+  for (const ros::Publisher& publisher : publishers_) {
+    if (publisher.getNumSubscribers() > 0) continue;
     const std::string hint = mode_ == OutputMode::twist ? ": is twist_mux running?" : "";
-    return "no subscriber on " + publisher->getTopic() + hint;
+    return "no subscriber on " + publisher.getTopic() + hint;
   }
   return "";
 }
@@ -74,14 +62,14 @@ std::string CommandOutput::complaint() const {
 void CommandOutput::publish(const WheelCommand& command) {
   switch (mode_) {
     case OutputMode::cmd_drive:
-      drive_.publish(driveMessage(command));
+      publishers_[0].publish(driveMessage(command));
       break;
     case OutputMode::twist:
-      twist_.publish(twistMessage(kinematics_.bodyVelocity(command)));
+      publishers_[0].publish(twistMessage(kinematics_.bodyVelocity(command)));
       break;
     case OutputMode::gazebo:
-      left_.publish(wheelMessage(command.left));
-      right_.publish(wheelMessage(command.right));
+      publishers_[0].publish(wheelMessage(command.left));
+      publishers_[1].publish(wheelMessage(command.right));
       break;
   }
 }

@@ -38,20 +38,15 @@ class CommandOutput {
   std::string complaint() const;
 
   /// Subscribers of the first topic.
-  std::uint32_t subscribers() const { return publishers().front()->getNumSubscribers(); }
+  std::uint32_t subscribers() const { return publishers_.front().getNumSubscribers(); }
 
   /// Publishes wheel speeds [rad/s].
   void publish(const WheelCommand& command);
 
  private:
-  std::vector<const ros::Publisher*> publishers() const;
-
   OutputMode mode_;
   SkidSteerKinematics kinematics_;
-  ros::Publisher drive_;
-  ros::Publisher twist_;
-  ros::Publisher left_;
-  ros::Publisher right_;
+  std::vector<ros::Publisher> publishers_;
 };
 
 }  // namespace jackal_aic

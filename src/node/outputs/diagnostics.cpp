@@ -138,29 +138,22 @@ void StatusReport::logStop(const char* what) {
 void StatusReport::logDecision(const DriveLoopStatus& before) {
   const StopCause cause = status_.decision.cause;
   const bool told = logged_stop_ == cause && before.decision.status == DriveStatus::braking;
-  switch (status_.decision.status) {
-    case DriveStatus::idle:
-      break;
-    case DriveStatus::driving:
-      ROS_INFO("Driving");
-      break;
-    case DriveStatus::braking:
-      // A set point that ends is the usual end of a drive, and told once at rest; the end of the node says so itself.
-      if (cause != StopCause::set_point_late && cause != StopCause::shutdown && !told) logStop("Stopping");
-      return;
-    case DriveStatus::stopped:
-      // At a start nothing has stopped: only what is waited for is logged.
-      if (before.decision.status == DriveStatus::idle) {
-        ROS_INFO("Waiting: %s", (reason() + sentence(remedy(cause))).c_str());
-      } else if (cause == StopCause::set_point_late) {
-        ROS_INFO("Stopped: no set point for %g s", set_point_deadline_);
-      } else if (cause != StopCause::shutdown && !told) {
-        logStop("Stopped");
-      }
-      break;
-    case DriveStatus::faulted:
-      if (!told) logStop("Stopped");
-      break;
+  const DriveStatus now = status_.decision.status;
+  // A set point that ends is the usual end of a drive, and told once at rest; the end of the node says so itself.
+  const bool usual = cause == StopCause::set_point_late || cause == StopCause::shutdown;
+  if (now == DriveStatus::braking) {
+    if (!usual && !told) logStop("Stopping");
+    return;
+  }
+  if (now == DriveStatus::driving) {
+    ROS_INFO("Driving");
+  } else if (now == DriveStatus::stopped && before.decision.status == DriveStatus::idle) {
+    // At a start nothing has stopped: only what is waited for is logged.
+    ROS_INFO("Waiting: %s", (reason() + sentence(remedy(cause))).c_str());
+  } else if (now == DriveStatus::stopped && cause == StopCause::set_point_late) {
+    ROS_INFO("Stopped: no set point for %g s", set_point_deadline_);
+  } else if (!told && (now == DriveStatus::faulted || (now == DriveStatus::stopped && !usual))) {
+    logStop("Stopped");
   }
   logged_stop_ = StopCause::none;
 }
@@ -181,26 +174,15 @@ void StatusReport::diagnoseIdle(diagnostic_updater::DiagnosticStatusWrapper& sta
 void StatusReport::diagnoseStatus(diagnostic_updater::DiagnosticStatusWrapper& status,
                                   const StopCauses& missing) const {
   using diagnostic_msgs::DiagnosticStatus;
-  switch (status_.decision.status) {
-    case DriveStatus::driving:
-      if (status_.handed_over && !isFault(status_.fault) && status_.loss == Loss::none) {
-        status.summary(DiagnosticStatus::OK, reason());
-        break;
-      }
-      status.summary(reason().empty() ? DiagnosticStatus::OK : DiagnosticStatus::WARN,
-                     reason().empty() ? "driving" : "driving with a fault: " + reason());
-      break;
-    case DriveStatus::idle:
-      diagnoseIdle(status, missing);
-      break;
-    case DriveStatus::braking:
-    case DriveStatus::stopped:
-      status.summary(DiagnosticStatus::WARN, reason());
-      break;
-    case DriveStatus::faulted:
-      status.summary(DiagnosticStatus::ERROR, reason());
-      break;
+  const DriveStatus now = status_.decision.status;
+  if (now == DriveStatus::idle) return diagnoseIdle(status, missing);
+  if (now != DriveStatus::driving) {
+    return status.summary(now == DriveStatus::faulted ? DiagnosticStatus::ERROR : DiagnosticStatus::WARN, reason());
   }
+  if (reason().empty()) return status.summary(DiagnosticStatus::OK, "driving");
+  const bool sound = status_.handed_over && !isFault(status_.fault) && status_.loss == Loss::none;
+  status.summary(sound ? DiagnosticStatus::OK : DiagnosticStatus::WARN,
+                 (sound ? "" : "driving with a fault: ") + reason());
 }
 
 void StatusReport::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing,
@@ -228,33 +210,22 @@ DiagnosticsOutput::DiagnosticsOutput(std::string controller, std::string set_poi
 }
 
 void DiagnosticsOutput::look(const DriveLoopStatus& status, const std::string& contender, const Figures& figures) {
-  const bool changed = reason_.update(status, contender) || status.decision.status != last_status_;
-  last_status_ = status.decision.status;
-  const Look look{++looks_, status, contender};
-  // Changes are reported in their order. Of counters the newest value is enough.
-  if (changed || untold_) untold_ = !changes_.push(look);
-  newest_.write(look);
-  figures_.write(figures);
-}
-
-bool DiagnosticsOutput::tell(const Look& look) {
-  if (look.number <= told_looks_) return false;
-  told_looks_ = look.number;
-  last_told_status_ = look.status.decision.status;
-  return report_.update(look.status, look.contender);
+  reason_.update(status, contender);
+  looks_.push({status, contender, figures});  // if the other thread is seconds late, a later look tells the newest
 }
 
 void DiagnosticsOutput::announce() {
-  if (ready_told_ || !counted_) return;
-  if (last_told_status_ == DriveStatus::driving) ready_told_ = true;  // which is reported itself
-  if (told_.missing.worst() == StopCause::none && !ready_told_) {
+  if (ready_told_ || !told_) return;
+  const StopCauses& missing = told_->figures.missing;
+  if (told_->status.decision.status == DriveStatus::driving) ready_told_ = true;  // which is reported itself
+  if (missing.worst() == StopCause::none && !ready_told_) {
     ready_told_ = true;
     ROS_INFO("Ready (%s). Waiting for set points on %s", controller_.c_str(), set_point_topic_.c_str());
   }
   if (ready_told_ || missing_told_ || (ros::WallTime::now() - started_).toSec() < kSensorPatience) return;
   missing_told_ = true;
-  const bool no_wheels = told_.missing.hasAny({StopCause::wheels_missing});
-  const bool no_imu = told_.missing.hasAny({StopCause::imu_missing});
+  const bool no_wheels = missing.hasAny({StopCause::wheels_missing});
+  const bool no_imu = missing.hasAny({StopCause::imu_missing});
   ROS_WARN("No %s yet: start the robot's bringup, or the simulation, first",
            no_wheels && no_imu ? "wheel speeds (joint_states) and no IMU data (imu/data)"
            : no_wheels         ? "wheel speeds (joint_states)"
@@ -264,15 +235,13 @@ void DiagnosticsOutput::announce() {
 void DiagnosticsOutput::publish(const std::string& unheard) {
   if (unheard.empty()) heard_ = ros::WallTime::now();
   unheard_ = unheard;
-  const StopCause missing = told_.missing.worst();
-  if (const Figures* figures = figures_.read()) {
-    told_ = *figures;
-    counted_ = true;
-  }
   report_.settle();
-  bool changed = told_.missing.worst() != missing;
-  changes_.consume_all([&](const Look& look) { changed = tell(look) || changed; });
-  if (const Look* look = newest_.read()) changed = tell(*look) || changed;
+  bool changed = false;
+  looks_.consume_all([&](const Look& look) {
+    changed = report_.update(look.status, look.contender) || changed || !told_ ||
+              look.figures.missing.worst() != told_->figures.missing.worst();
+    told_ = look;
+  });
   announce();
   // Changes are reported at once, not with the next period.
   changed ? updater_.force_update() : updater_.update();
@@ -280,10 +249,11 @@ void DiagnosticsOutput::publish(const std::string& unheard) {
 
 void DiagnosticsOutput::fill(diagnostic_updater::DiagnosticStatusWrapper& status) {
   const bool lasted = (ros::WallTime::now() - heard_).toSec() > kConnection;
-  report_.diagnose(status, told_.missing, lasted ? unheard_ : "");
-  status.add("Rejected measurements", told_.rejected_measurements);
-  status.add("Master reachable", told_.master_reachable ? "yes" : "no");
-  status.add("Free energy", told_.free_energy);
+  const Figures figures = told_ ? told_->figures : Figures{};
+  report_.diagnose(status, figures.missing, lasted ? unheard_ : "");
+  status.add("Rejected measurements", figures.rejected_measurements);
+  status.add("Master reachable", figures.master_reachable ? "yes" : "no");
+  status.add("Free energy", figures.free_energy);
 }
 
 }  // namespace jackal_aic

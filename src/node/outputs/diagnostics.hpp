@@ -13,7 +13,6 @@
 #include <string>
 
 #include "jackal_aic/safety/drive_loop.hpp"
-#include "process/latest.hpp"
 
 namespace jackal_aic {
 
@@ -92,8 +91,7 @@ class DiagnosticsOutput {
   /// @param set_point_deadline as StatusReport.
   DiagnosticsOutput(std::string controller, std::string set_point_topic, double set_point_deadline);
 
-  /// In the thread that drives: hands over what is to be reported. Every change of what keeps the robot from driving
-  /// is reported, unless more come than the other thread can take. @param contender as in StatusReport::update().
+  /// In the thread that drives: hands over what is to be reported. @param contender as in StatusReport::update().
   void look(const DriveLoopStatus& status, const std::string& contender, const Figures& figures);
 
   /// In the thread that drives: why the robot is not driven.
@@ -104,27 +102,17 @@ class DiagnosticsOutput {
   void publish(const std::string& unheard);
 
  private:
-  static constexpr std::size_t kWaiting = 64;  // changes that may wait
-
   struct Look {
-    std::uint64_t number = 0;  // in their order
     DriveLoopStatus status;
     std::string contender;
+    Figures figures;
   };
 
-  bool tell(const Look& look);
   void announce();
   void fill(diagnostic_updater::DiagnosticStatusWrapper& status);
 
-  // Of the thread that drives.
-  StopReason reason_;
-  std::uint64_t looks_ = 0;
-  std::optional<DriveStatus> last_status_;
-  bool untold_ = false;  // a change that did not fit
-
-  boost::lockfree::spsc_queue<Look, boost::lockfree::capacity<kWaiting>> changes_;
-  Latest<Look> newest_;
-  Latest<Figures> figures_;
+  StopReason reason_;                                                        // of the thread that drives
+  boost::lockfree::spsc_queue<Look, boost::lockfree::capacity<512>> looks_;  // of 5 s
 
   // Of the other thread.
   std::string controller_;
@@ -132,11 +120,8 @@ class DiagnosticsOutput {
   ros::WallTime started_ = ros::WallTime::now();
   bool ready_told_ = false;
   bool missing_told_ = false;
-  bool counted_ = false;  // figures have come
   StatusReport report_;
-  std::uint64_t told_looks_ = 0;
-  DriveStatus last_told_status_ = DriveStatus::idle;
-  Figures told_;
+  std::optional<Look> told_;  // the newest
   std::string unheard_;
   ros::WallTime heard_ = ros::WallTime::now();  // last time that the commands had a subscriber, or the start
   diagnostic_updater::Updater updater_;

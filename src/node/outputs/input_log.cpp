@@ -15,96 +15,48 @@ constexpr double kInputRate = 1400.0;          // the belief's 1 kHz, three time
 constexpr double kConfigurationPeriod = 10.0;  // s
 constexpr std::uint32_t kQueue = 100;          // messages: 2 s of a busy recorder
 
-/// Appends numbers to a list.
-class Writer {
+/// Appends numbers to a list, or takes them off it in the same order.
+class Archive {
  public:
-  explicit Writer(std::vector<double>& values) : values_(values) {}
-  template <class... Fields>
-  void operator()(const Fields&... fields) {
-    (put(fields), ...);
-  }
-
- private:
-  void put(const std::optional<double>& value) { values_.push_back(value.value_or(std::nan(""))); }
-  template <class T>
-  void put(const T& value) {
-    values_.push_back(static_cast<double>(value));
-  }
-
-  std::vector<double>& values_;
-};
-
-/// Takes them off the list in the same order.
-class Reader {
- public:
-  explicit Reader(const std::vector<double>& values) : values_(values) {}
+  Archive(std::vector<double>& values, bool reading) : values_(values), reading_(reading) {}
   template <class... Fields>
   void operator()(Fields&... fields) {
-    (take(fields), ...);
+    (pass(fields), ...);
   }
-
-  /// True if every number was taken.
-  bool done() const { return next_ == values_.size(); }
+  bool done() const { return next_ == values_.size(); }  ///< every number was taken
 
  private:
-  void take(double& value) { value = next(); }
-  void take(bool& value) { value = next() != 0.0; }
-  void take(AppliedSource& value) {
-    const double source = next();
+  template <class Number>
+  void pass(Number& value) {
+    double number = reading_ ? 0.0 : static_cast<double>(value);
+    next(number);
+    value = static_cast<Number>(number);
+  }
+  void pass(std::optional<double>& value) {
+    double number = value.value_or(std::nan(""));
+    next(number);
+    value = std::isfinite(number) ? std::optional<double>(number) : std::nullopt;
+  }
+  void pass(AppliedSource& value) {
+    auto source = static_cast<double>(value);
+    next(source);
     if (!(source >= 0.0) || source > static_cast<double>(AppliedSource::wheels)) {
       throw ParameterError(fmt::format("a recorded command has the unknown source {:g}", source));
     }
     value = static_cast<AppliedSource>(static_cast<int>(source));
   }
-  void take(std::optional<double>& value) {
-    const double number = next();
-    value = std::isfinite(number) ? std::optional<double>(number) : std::nullopt;
-  }
-
-  double next() {
+  void next(double& number) {
+    if (!reading_) return values_.push_back(number);
     if (done()) throw ParameterError(fmt::format("a recorded input has {} values: too few", values_.size()));
-    return values_[next_++];
+    number = values_[next_++];
   }
 
-  const std::vector<double>& values_;
+  std::vector<double>& values_;
+  bool reading_;
   std::size_t next_ = 0;
 };
 
-// The order of the values, for both directions; LoopInput.msg describes it.
-
-template <class Archive>
-void visitValues(Archive& a, Observation& y) {
-  a(y.stamp, y.yaw_rate, y.wheel_left, y.wheel_right, y.acceleration_x, y.acceleration_y, y.acceleration_z);
-  a(y.valid.yaw_rate, y.valid.wheel_left, y.valid.wheel_right, y.valid.acceleration);
-}
-
-template <class Archive>
-void visitValues(Archive& a, SensorReading& reading) {
-  visitValues(a, reading.observation);
-  for (Eigen::Index i = 0; i < reading.sample.size(); ++i) a(reading.sample(i));
-  a(reading.may_repeat);
-}
-
-template <class Archive>
-void visitValues(Archive& a, LearnedModel& learned) {
-  auto& turn = learned.slip.turn;
-  auto& timing = learned.timing;
-  bool turn_known = turn.has_value(), timing_known = timing.has_value();
-  a(learned.slip.effective_track, learned.slip.slip_factor, turn_known);
-  if (turn_known && !turn) turn.emplace();
-  for (int i = 0; turn_known && i < turn->mean.size(); ++i) a(turn->mean(i));
-  for (int i = 0; turn_known && i < turn->mean.size(); ++i) {
-    for (int j = 0; j <= i; ++j) {
-      a(turn->covariance(i, j));
-      turn->covariance(j, i) = turn->covariance(i, j);
-    }
-  }
-  a(timing_known);
-  if (timing_known && !timing) timing.emplace();
-  if (timing_known) a(timing->dead_time, timing->lag, timing->acceleration_limit);
-}
-
-template <class Archive>
+/// The order of the values, for both directions; LoopInput.msg describes it.
 struct Values {
   Archive& a;
 
@@ -114,9 +66,9 @@ struct Values {
   void operator()(SetPointInput& input) const {
     a(input.wanted.forward, input.wanted.lateral, input.wanted.yaw_rate, input.stamp);
   }
-  void operator()(WheelsInput& input) const { visitValues(a, input.reading); }
-  void operator()(ImuInput& input) const { visitValues(a, input.reading); }
-  void operator()(ObservationInput& input) const { visitValues(a, input.observation); }
+  void operator()(WheelsInput& input) const { (*this)(input.reading); }
+  void operator()(ImuInput& input) const { (*this)(input.reading); }
+  void operator()(ObservationInput& input) const { (*this)(input.observation); }
   void operator()(FeedbackInput& input) const { a(input.stamp); }
   void operator()(StatusInput& input) const {
     RobotStatus& s = input.status;
@@ -124,22 +76,44 @@ struct Values {
       s.disabled, s.unheard);
   }
   void operator()(AppliedInput& input) const { a(input.command.left, input.command.right, input.source); }
-  void operator()(LearnedInput& input) const { visitValues(a, input.learned); }
   void operator()(LearningInput& input) const { a(input.frozen); }
   void operator()(StartInput& input) const { a(input.driven.left, input.driven.right); }
+  void operator()(Observation& y) const {
+    a(y.stamp, y.yaw_rate, y.wheel_left, y.wheel_right, y.acceleration_x, y.acceleration_y, y.acceleration_z);
+    a(y.valid.yaw_rate, y.valid.wheel_left, y.valid.wheel_right, y.valid.acceleration);
+  }
+  void operator()(SensorReading& reading) const {
+    (*this)(reading.observation);
+    for (Eigen::Index i = 0; i < reading.sample.size(); ++i) a(reading.sample(i));
+    a(reading.may_repeat);
+  }
+  void operator()(LearnedInput& input) const {
+    auto& [slip, timing] = input.learned;
+    a(slip.effective_track, slip.slip_factor);
+    if (present(slip.turn)) {
+      for (int i = 0; i < slip.turn->mean.size(); ++i) a(slip.turn->mean(i));
+      for (int i = 0; i < slip.turn->mean.size(); ++i) {
+        for (int j = 0; j <= i; ++j) {
+          a(slip.turn->covariance(i, j));
+          slip.turn->covariance(j, i) = slip.turn->covariance(i, j);
+        }
+      }
+    }
+    if (present(timing)) a(timing->dead_time, timing->lag, timing->acceleration_limit);
+  }
+
+  template <class T>
+  bool present(std::optional<T>& value) const {
+    bool known = value.has_value();
+    a(known);
+    if (known && !value) value.emplace();
+    return known;
+  }
 };
 
 using What = decltype(DriveInput::what);
 constexpr std::size_t kKinds = std::variant_size_v<What>;
-template <std::size_t kind, class Input>
-constexpr bool isKind = std::is_same_v<std::variant_alternative_t<kind, What>, Input>;
-static_assert(isKind<LoopInput::BELIEF, BeliefInput> && isKind<LoopInput::ACTION, ActionInput> &&
-              isKind<LoopInput::SET_POINT, SetPointInput> && isKind<LoopInput::WHEELS, WheelsInput> &&
-              isKind<LoopInput::IMU, ImuInput> && isKind<LoopInput::OBSERVATION, ObservationInput> &&
-              isKind<LoopInput::FEEDBACK, FeedbackInput> && isKind<LoopInput::STATUS, StatusInput> &&
-              isKind<LoopInput::APPLIED, AppliedInput> && isKind<LoopInput::SLIP, LearnedInput> &&
-              isKind<LoopInput::LEARNING, LearningInput> && isKind<LoopInput::GAINS, GainsInput> &&
-              isKind<LoopInput::START, StartInput> && kKinds == LoopInput::START + 1);
+static_assert(kKinds == LoopInput::START + 1, "the constants of LoopInput.msg are the indices of the variant");
 
 /// An input of a kind with nothing in it yet.
 template <std::size_t... kinds>
@@ -157,13 +131,12 @@ void addInput(const DriveInput& input, LoopInputs& message) {
   LoopInput& added = message.inputs.back();
   added.kind = static_cast<std::uint8_t>(input.what.index());
   added.now = input.now;
-  Writer write(added.values);
+  What copy = input.what;
+  Archive archive(added.values, false);
+  std::visit(Values{archive}, copy);
   if (const auto* changed = std::get_if<GainsInput>(&input.what)) {
     message.gains.push_back(std::visit([](const auto& gains) { return gainsText(gains); }, changed->gains));
-    return;
   }
-  What copy = input.what;
-  std::visit(Values<Writer>{write}, copy);
 }
 
 std::vector<DriveInput> inputsOf(const LoopInputs& message) {
@@ -172,11 +145,12 @@ std::vector<DriveInput> inputsOf(const LoopInputs& message) {
   std::size_t gains = 0;
   for (const LoopInput& recorded : message.inputs) {
     DriveInput input{recorded.now, emptyInput(recorded.kind, std::make_index_sequence<kKinds>())};
-    Reader read(recorded.values);
-    std::visit(Values<Reader>{read}, input.what);
-    if (!read.done()) {
+    std::vector<double> values = recorded.values;
+    Archive archive(values, true);
+    std::visit(Values{archive}, input.what);
+    if (!archive.done()) {
       throw ParameterError(
-          fmt::format("a recorded input of kind {} has {} values: too many", recorded.kind, recorded.values.size()));
+          fmt::format("a recorded input of kind {} has {} values: too many", recorded.kind, values.size()));
     }
     if (auto* changed = std::get_if<GainsInput>(&input.what)) {
       if (gains == message.gains.size()) throw ParameterError("recorded gains are missing");
@@ -194,18 +168,14 @@ InputLog::InputLog(ros::NodeHandle& node, const NodeParameters& parameters, Driv
 }
 
 void InputLog::keep(const DriveInput& input) {
-  if (kept_.size() == kept_.capacity()) {
-    incomplete_ = true;
-    first_ += kept_.size();
-    kept_.clear();
-  }
+  if (kept_.size() == kept_.capacity()) forget();
   kept_.push_back(input);
 }
 
 void InputLog::publish(const ros::Time& now) {
   const bool heard = publisher_.getNumSubscribers() > 0;
-  if (!heard && !listened_ && !incomplete_) return;
-  if (incomplete_ && !listened_) {
+  if (!heard && !listened_ && first_ == 0) return;
+  if (first_ > 0 && !listened_) {
     ROS_WARN_ONCE(
         "Nothing recorded jackal_AIC/inputs in the first %.0f s: a later recording cannot be replayed bit by bit",
         kRecorderComes);
@@ -223,6 +193,10 @@ void InputLog::publish(const ros::Time& now) {
     for (const DriveInput& input : kept_) addInput(input, message);
     publisher_.publish(message);
   }
+  forget();
+}
+
+void InputLog::forget() {
   for (const DriveInput& input : kept_) {
     if (const auto* changed = std::get_if<GainsInput>(&input.what)) {
       std::visit([this](const auto& gains) { configuration_.controller = gains; }, changed->gains);

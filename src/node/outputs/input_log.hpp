@@ -24,7 +24,7 @@ void addInput(const DriveInput& input, LoopInputs& message);
 std::vector<DriveInput> inputsOf(const LoopInputs& message);
 
 /// Publishes jackal_AIC/inputs (jackal_aic/LoopInputs). What comes before the first subscriber is kept for it, for
-/// kPatience, so that a recorder that is started together with the node misses nothing.
+/// 20 s, so that a recorder that is started together with the node misses nothing.
 class InputLog {
  public:
   /// Listens to a loop, which is not to call after the end of the log. @param parameters with which the loop was made.
@@ -38,12 +38,12 @@ class InputLog {
  private:
   // Neither publishes nor, but for changed gains, allocates.
   void keep(const DriveInput& input);
+  void forget();
 
   NodeParameters configuration_;  // in force after the last input that was published
   std::vector<DriveInput> kept_;
   std::uint64_t first_ = 0;  // number of the first kept one
   bool listened_ = false;    // there has been a subscriber
-  bool incomplete_ = false;  // some were not kept
   ros::Time configured_;     // when the configuration was published last
   ros::Publisher publisher_;
 };

@@ -9,15 +9,13 @@ namespace {
 
 constexpr int kSize = 6;                   // of a covariance: x, y, z, roll, pitch, yaw
 constexpr int kPlanar[] = {0, 1, 5};       // rows of x, y and yaw
-constexpr int kForwardRow = 0;             // of a twist
-constexpr int kYawRow = 5;                 // of a twist
-constexpr double kSmallVariance = 0.001;   // (m/s)^2, of the speeds that a robot on wheels does not have
+constexpr int kMotion[] = {0, 5};          // rows of the forward speed and the yaw rate
 constexpr double kGroundVariance = 0.001;  // m^2, of the place that is taken for exact at the start
 
-/// Of a twist and a pose: along x, y and z; about x and y.
-void setRest(boost::array<double, 36>& covariance, double vertical) {
+/// The diagonal of what wheels and gyro say nothing about: y and z, roll and pitch.
+void setRest(double sideways, double vertical, Covariance& covariance) {
   covariance.fill(0.0);
-  covariance[1 * kSize + 1] = kSmallVariance;
+  covariance[1 * kSize + 1] = sideways;
   covariance[2 * kSize + 2] = vertical;
   covariance[3 * kSize + 3] = covariance[4 * kSize + 4] = kUnknownVariance;
 }
@@ -35,19 +33,18 @@ void fillOdometry(const PlanarPose& pose, const PlanarMotion& motion, nav_msgs::
 
 void fillPoseCovariance(const Eigen::Matrix3d& covariance, nav_msgs::Odometry& message) {
   auto& matrix = message.pose.covariance;
-  setRest(matrix, kUnknownVariance);
+  setRest(0.0, kUnknownVariance, matrix);
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) matrix[kPlanar[i] * kSize + kPlanar[j]] = covariance(i, j);
     matrix[kPlanar[i] * (kSize + 1)] += kGroundVariance;
   }
 }
 
-void fillMotionCovariance(const Eigen::Matrix2d& covariance, nav_msgs::Odometry& message) {
-  auto& matrix = message.twist.covariance;
-  setRest(matrix, kSmallVariance);
-  matrix[kForwardRow * kSize + kForwardRow] = covariance(0, 0);
-  matrix[kForwardRow * kSize + kYawRow] = matrix[kYawRow * kSize + kForwardRow] = covariance(0, 1);
-  matrix[kYawRow * kSize + kYawRow] = covariance(1, 1);
+void fillMotionCovariance(const Eigen::Matrix2d& covariance, double rest, Covariance& matrix) {
+  setRest(rest, rest, matrix);
+  for (int i = 0; i < 2; ++i) {
+    for (int j = 0; j < 2; ++j) matrix[kMotion[i] * kSize + kMotion[j]] = covariance(i, j);
+  }
 }
 
 geometry_msgs::TransformStamped transformOf(const nav_msgs::Odometry& message) {
@@ -83,7 +80,7 @@ void OdometryOutput::publish(const WheelCommand& applied, const ros::Time& now) 
   message_.header.stamp = now;
   fillOdometry(odometry_.pose(), odometry_.motion(), message_);
   fillPoseCovariance(odometry_.poseCovariance(), message_);
-  fillMotionCovariance(odometry_.motion().covariance, message_);
+  fillMotionCovariance(odometry_.motion().covariance, kSmallVariance, message_.twist.covariance);
   if (publisher_) publisher_.publish(message_);
   if (broadcaster_) broadcaster_->sendTransform(transformOf(message_));
 }

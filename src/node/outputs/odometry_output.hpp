@@ -10,6 +10,7 @@
 #include <tf2_ros/transform_broadcaster.h>
 
 #include <Eigen/Core>
+#include <boost/array.hpp>
 #include <optional>
 
 #include "jackal_aic/odometry/odometry.hpp"
@@ -21,14 +22,20 @@ namespace jackal_aic {
 /// Variance, in a covariance matrix of a message, of what is not known [(m/s)^2, (rad/s)^2].
 inline constexpr double kUnknownVariance = 1e6;
 
+/// The same of the speeds that a robot on wheels does not have, as the stock Jackal's odometry [(m/s)^2].
+inline constexpr double kSmallVariance = 0.001;
+
+/// Covariance of a pose or a twist in a message: x, y, z, roll, pitch, yaw, row by row.
+using Covariance = boost::array<double, 36>;
+
 /// Fills in pose and motion, in the planar rows of a message.
 void fillOdometry(const PlanarPose& pose, const PlanarMotion& motion, nav_msgs::Odometry& message);
 
-/// Fills in a covariance of the pose (x, y, yaw), or of the motion (x_dot, theta_dot). A robot on wheels that does not
-/// slide has no sideways speed: its variance is the stock Jackal's 0.001. What wheels and gyro say nothing about has
-/// kUnknownVariance.
+/// Fills in a covariance of the pose (x, y, yaw). What wheels and gyro say nothing about has kUnknownVariance.
 void fillPoseCovariance(const Eigen::Matrix3d& covariance, nav_msgs::Odometry& message);
-void fillMotionCovariance(const Eigen::Matrix2d& covariance, nav_msgs::Odometry& message);  ///< as above
+
+/// Fills in a covariance of the motion (x_dot, theta_dot). @param rest variance of the other speeds.
+void fillMotionCovariance(const Eigen::Matrix2d& covariance, double rest, Covariance& matrix);
 
 /// The pose of a message as the transform between its frames.
 geometry_msgs::TransformStamped transformOf(const nav_msgs::Odometry& message);

@@ -20,32 +20,13 @@
 
 namespace jackal_aic {
 
-/// A drive loop at one time. Of fixed size: it may be handed from one thread to another.
-struct LoopState {
-  ros::Time stamp;         ///< of the action update
-  DriveLoopStatus status;  ///< of the loop
-  SetPoint set_point;      ///< in force
-  BodyVector measured =
-      BodyVector::Constant(std::numeric_limits<double>::quiet_NaN());  ///< by the wheels, and the gyro; NaN: not yet
-  WheelCommand action;                                                 ///< before the limits [rad/s]
-  WheelCommand command;                                                ///< [rad/s]
-  bool predictive = false;                                             ///< structure that runs
-  GeneralizedBody belief;                                              ///< mu_tilde; no columns: the baseline has none
-  GeneralizedBody state_errors;                                        ///< eps_mu; no columns: none
-  GeneralizedSensor sensory_errors;                                    ///< eps_y
-  double free_energy = 0.0;                                            ///< F
-  double effective_track = 0.0;                                        ///< believed, or as configured [m]
-  double slip_factor = 0.0;                                            ///< as configured
-  DriveTrainTiming timing{};                                           ///< believed [s]
-  Eigen::Vector4d turn = Eigen::Vector4d::Zero();                      ///< learned coefficients q
-  bool learning_frozen = false;                                        ///< nothing is learned for now
-  WheelCommand wheels;                                                 ///< believed speeds [rad/s]
-  WheelCommand disturbances;                                           ///< believed [rad/s]
-};
+/// What is measured before the first messages.
+inline const BodyVector kNotMeasured = BodyVector::Constant(std::numeric_limits<double>::quiet_NaN());
 
-/// The loop as it is now; neither locks nor allocates. @param geometry as configured; @param measured as in LoopState.
-LoopState loopState(const DriveLoop& loop, const GeometryParameters& geometry, const BodyVector& measured,
-                    const ros::Time& stamp);
+/// Fills in what the loop knows of its state. Does not lock; allocates only where the message had other orders before.
+/// @param geometry as configured; @param measured by the wheels, and the gyro; NaN: not yet.
+void fillState(const DriveLoop& loop, const GeometryParameters& geometry, const BodyVector& measured,
+               const ros::Time& stamp, ControllerState& message);
 
 /// What the surroundings of the loop add to its state.
 struct StateRemarks {
@@ -55,8 +36,11 @@ struct StateRemarks {
   std::uint32_t rejected = 0;  ///< messages of sensors that the loop has not seen
 };
 
-/// The state as a message. @param frame of the body velocity.
-ControllerState stateMessage(const LoopState& state, const StateRemarks& remarks, const std::string& frame);
+/// Completes a message that fillState() filled in. @param frame of the body velocity.
+void addRemarks(const StateRemarks& remarks, const std::string& frame, ControllerState& message);
+
+/// What is done, in a word: "driving".
+const char* statusName(const ControllerState& state);
 
 /// y_tilde as a message; the header is left to the caller.
 SensorGeneralized sensorMessage(const GeneralizedSensor& measurement);
@@ -74,11 +58,12 @@ class StateOutput {
   /// The measurement that the controller took last. @param stamp of its message.
   void publishMeasurement(const ros::Time& stamp);
 
-  /// The state after an action update, and the belief.
-  void publish(const LoopState& state, const StateRemarks& remarks);
+  /// The state after an action update, and the belief. @param measured as fillState().
+  void publish(const BodyVector& measured, const ros::Time& stamp, const StateRemarks& remarks);
 
  private:
   std::string frame_;
+  GeometryParameters geometry_;
   const DriveLoop& loop_;
   ros::Publisher measurement_publisher_;
   ros::Publisher state_publisher_;

@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -43,30 +42,20 @@ void describeFields(Visitor& v, KeptSlip& p) {
   v.field("turn_covariance", p.turn_covariance, {-kLargest, kLargest}, kTriangle, "", Presence::optional);
 }
 
-/// Two values of the configuration, of any robot.
+/// The configuration before the robot learned, in words: what was learned with other words does not count.
 struct Configured {
-  const char *first_name, *second_name, *unit;
-  double least;  // that either may be
-  double first = 0.0, second = 0.0;
+  std::string slip, drive_train;
 };
 
 template <class Visitor>
 void describeFields(Visitor& v, Configured& p) {
-  v.field(p.first_name, p.first, {p.least, 1e3}, p.unit, Presence::required);
-  v.field(p.second_name, p.second, {p.least, 1e3}, p.unit, Presence::required);
+  v.field("slip", p.slip, Presence::optional);
+  v.field("drive_train", p.drive_train, Presence::optional);
 }
 
-Configured configuredSlip(const SlipState& slip) {
-  return {"effective_track", "slip_factor", "", 1e-3, slip.effective_track, slip.slip_factor};
-}
-Configured configuredTiming(const DriveTrainTiming& timing) {
-  return {"dead_time", "lag", "s", 0.0, timing.dead_time, timing.lag};
-}
-
-/// As written and read again.
-bool same(const Configured& a, const Configured& b) {
-  const auto close = [](double x, double y) { return std::abs(x - y) <= 1e-6 * std::max(std::abs(x), std::abs(y)); };
-  return close(a.first, b.first) && close(a.second, b.second);
+Configured wordsOf(const LearnedModel& model) {
+  return {fmt::format("effective track {:g} m, slip factor {:g}", model.slip.effective_track, model.slip.slip_factor),
+          model.timing ? fmt::format("dead time {:g} s, lag {:g} s", model.timing->dead_time, model.timing->lag) : ""};
 }
 
 /// @throws ParameterError if there are too few numbers, or if TurnModel would not take them.
@@ -101,9 +90,7 @@ std::string textOf(const LearnedModel& learned, const LearnedModel& configured) 
   if (timing && timing->dead_time <= kLongestTiming.dead_time && timing->lag <= kLongestTiming.lag) {
     text += yamlBlock("drive_train", *timing);
   }
-  text += yamlBlock("told_slip", configuredSlip(configured.slip));
-  if (configured.timing) text += yamlBlock("told_drive_train", configuredTiming(*configured.timing));
-  return text;
+  return text + yamlBlock("configured", wordsOf(configured));
 }
 
 [[noreturn]] void fail(const std::string& path, const std::string& what) {
@@ -111,30 +98,26 @@ std::string textOf(const LearnedModel& learned, const LearnedModel& configured) 
 }
 
 KeptModel readKept(ParameterMap& map, const LearnedModel& configured) {
-  Configured slip = configuredSlip(configured.slip),
-             timing = configuredTiming(configured.timing.value_or(DriveTrainTiming{}));
-  if (map.hasSection("told_slip")) slip = readParameters(map, "told_slip", slip);
-  if (map.hasSection("told_drive_train")) timing = readParameters(map, "told_drive_train", timing);
-  const SlipState then{slip.first, slip.second};
-  const KeptSlip read = readParameters(map, "slip", KeptSlip{then, then});
-  KeptModel kept{{read.slip, std::nullopt}, ""};
-  if (map.hasSection("drive_train")) kept.learned.timing = readParameters<DriveTrainTiming>(map, "drive_train");
-  map.refuseUnknown();
-  kept.learned.slip.turn = turnOf(read);
-  const Configured slip_now = configuredSlip(configured.slip);
-  if (!same(slip, slip_now)) {
-    kept.learned.slip = configured.slip;
-    kept.left_out = fmt::format(
-        "slip (configured with an effective track of {:g} m and a slip factor of {:g} then, {:g} m and {:g} now)",
-        slip.first, slip.second, slip_now.first, slip_now.second);
+  const Configured now = wordsOf(configured), then = readParameters(map, "configured", now);
+  KeptModel kept{{configured.slip, std::nullopt}, ""};
+  /// True if a part counts; else its keys are passed over.
+  const auto counts = [&](const std::string& part, const std::string& before, const std::string& present) {
+    if (before == present) return true;
+    for (const std::string& key : map.keys()) {
+      if (key.rfind(part + ".", 0) == 0) map.take(key);
+    }
+    kept.left_out +=
+        fmt::format("{}{} (configured with {} then, {} now)", kept.left_out.empty() ? "" : "; ", part, before, present);
+    return false;
+  };
+  if (counts("slip", then.slip, now.slip)) {
+    const KeptSlip read = readParameters(map, "slip", KeptSlip{configured.slip, configured.slip});
+    kept.learned.slip = {read.slip.effective_track, read.slip.slip_factor, turnOf(read)};
   }
-  if (!configured.timing || !kept.learned.timing) return kept;
-  const Configured timing_now = configuredTiming(*configured.timing);
-  if (same(timing, timing_now)) return kept;
-  kept.learned.timing.reset();
-  kept.left_out +=
-      fmt::format("{}dead time and lag (configured with {:g} s and {:g} s then, {:g} s and {:g} s now)",
-                  kept.left_out.empty() ? "" : "; ", timing.first, timing.second, timing_now.first, timing_now.second);
+  if (map.hasSection("drive_train") && counts("drive_train", then.drive_train, now.drive_train)) {
+    kept.learned.timing = readParameters<DriveTrainTiming>(map, "drive_train");
+  }
+  map.refuseUnknown();
   return kept;
 }
 

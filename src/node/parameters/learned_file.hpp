@@ -17,9 +17,9 @@ struct KeptModel {
 };
 
 /// Reads a file: keys slip.effective_track [m], slip.slip_factor, slip.turn_coefficients and slip.turn_covariance
-/// (lower triangle, row by row), drive_train.dead_time and drive_train.lag [s]; as told_slip and told_drive_train the
-/// configuration before it learned. Where the present one differs, because the robot has been identified since or is
-/// another one, the present one counts. Empty if there is no such file.
+/// (lower triangle, row by row), drive_train.dead_time and drive_train.lag [s]; as configured.slip and
+/// configured.drive_train the configuration before it learned, in words. Where the present one differs, because the
+/// robot has been identified since or is another one, the present one counts. Empty if there is no such file.
 /// @param configured the present configuration: centre of the range in which the belief about the slip stays.
 /// @throws ParameterError naming file, key, value and bound, if the file is unreadable or holds anything else, or if a
 /// value is out of range.

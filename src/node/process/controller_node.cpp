@@ -108,26 +108,30 @@ void ControllerNode::onSetPoint(const ReceivedSetPoint& received) {
 void ControllerNode::onWheels(const sensor_msgs::JointStateConstPtr& message) {
   const double now = currentTime();
   const std::optional<SensorReading> reading = sensors_.addWheels(message, last_now_);
-  if (!sensors_.lastRefusal().empty()) return refuseReading();
-  if (!reading) return;
-  wheels_heard_ = true;
-  const Observation& y = reading->observation;
-  measured_(kForward) = kinematics_.bodyVelocity({y.wheel_left, y.wheel_right})(kForward);
-  if (!loop_.receiveWheels(*reading, now)) return;
-  odometry_.observe(y, last_now_);
-  state_.publishMeasurement(message->header.stamp);
+  if (reading) {
+    const Observation& y = reading->observation;
+    measured_(kForward) = kinematics_.bodyVelocity({y.wheel_left, y.wheel_right})(kForward);
+    wheels_heard_ = true;
+  }
+  take(reading, message->header.stamp, [&] { return loop_.receiveWheels(*reading, now); });
 }
 
 void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
   const double now = currentTime();
   const std::optional<SensorReading> reading = sensors_.addImu(message, last_now_);
-  if (!sensors_.lastRefusal().empty()) return refuseReading();
-  if (!reading) return;
-  imu_heard_ = true;
-  measured_(kYaw) = reading->observation.yaw_rate;
-  if (!loop_.receiveImu(*reading, now)) return;
+  if (reading) {
+    measured_(kYaw) = reading->observation.yaw_rate;
+    imu_heard_ = true;
+  }
+  take(reading, message->header.stamp, [&] { return loop_.receiveImu(*reading, now); });
+}
+
+void ControllerNode::take(const std::optional<SensorReading>& reading, const ros::Time& stamp,
+                          const std::function<bool()>& receive) {
+  if (!sensors_.lastRefusal().empty()) StatusReport::refused(sensors_.lastRefusal(), ++rejected_readings_);
+  if (!reading || !receive()) return;
   odometry_.observe(reading->observation, last_now_);
-  state_.publishMeasurement(message->header.stamp);
+  state_.publishMeasurement(stamp);
 }
 
 void ControllerNode::onFeedback(const ros::Time& stamp) {
@@ -162,8 +166,7 @@ void ControllerNode::onActionTimer(const ros::TimerEvent&) {
     // Zero would keep the robot from following the other publisher.
     if (!others_.contended() || *command != WheelCommand{}) output_.publish(*command);
     const bool by_another = others_.contended() || loopStatus().handed_over;
-    state_.publish(loopState(loop_, parameters_.geometry, measured_, last_now_),
-                   {diagnostics_.reason(), unheard_, by_another, rejected_readings_});
+    state_.publish(measured_, last_now_, {diagnostics_.reason(), unheard_, by_another, rejected_readings_});
     odometry_.publish(applied, last_now_);
   }
   changes_.tell(loop_);
@@ -190,9 +193,7 @@ RobotStatus ControllerNode::robotStatus() const {
 DriveServices::Actions ControllerNode::serviceActions() {
   const auto reset = [this] {
     loop_.start({}, currentTime());
-    wheels_heard_ = imu_heard_ = false;
-    sensors_.reset();
-    odometry_.reset();
+    forgetSensors();
   };
   return {[this](bool enabled) { enabled_ = enabled; }, [this] { return DriveServices::resting(loop_.command()); },
           reset};
@@ -206,10 +207,8 @@ double ControllerNode::currentTime() {
   const ros::Time now = ros::Time::now();
   if (now < last_now_) {
     ROS_WARN("The clock jumped back by %.3f s: the controller starts again", (last_now_ - now).toSec());
-    wheels_heard_ = imu_heard_ = false;
-    sensors_.reset();
+    forgetSensors();
     robot_.reset();
-    odometry_.reset();
     setActionTimer(now.toSec() + loop_.controller().actionStep());
   }
   last_now_ = now;
@@ -223,7 +222,11 @@ DriveLoopStatus ControllerNode::loopStatus() const {
   return status;
 }
 
-void ControllerNode::refuseReading() { StatusReport::refused(sensors_.lastRefusal(), ++rejected_readings_); }
+void ControllerNode::forgetSensors() {
+  wheels_heard_ = imu_heard_ = false;
+  sensors_.reset();
+  odometry_.reset();
+}
 
 DiagnosticsOutput::Figures ControllerNode::figures() const {
   StopCauses missing;

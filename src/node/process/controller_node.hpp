@@ -19,6 +19,7 @@
 #include <tf2_ros/transform_listener.h>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -75,7 +76,8 @@ class ControllerNode {
 
   RobotStatus robotStatus() const;
   DriveLoopStatus loopStatus() const;
-  void refuseReading();
+  void take(const std::optional<SensorReading>& reading, const ros::Time& stamp, const std::function<bool()>& receive);
+  void forgetSensors();
   DiagnosticsOutput::Figures figures() const;
   void reportStatus();
   void lookAtOthers();
@@ -108,7 +110,7 @@ class ControllerNode {
   std::uint32_t rejected_readings_ = 0;
   bool wheels_heard_ = false;  // since the start
   bool imu_heard_ = false;
-  BodyVector measured_ = LoopState{}.measured;  // the last by the wheels, and the gyro
+  BodyVector measured_ = kNotMeasured;  // the last by the wheels, and the gyro
   bool ending_ = false;
   bool refused_ = false;
   bool enabled_ = true;

@@ -14,6 +14,9 @@ namespace jackal_aic {
 template <class T>
 class Latest {
  public:
+  /// @param initial value of all slots, so that values of its size need no memory.
+  explicit Latest(const T& initial = {}) : slots_{initial, initial, initial} {}
+
   /// Hands a value over.
   void write(const T& value) {
     slots_[writing_] = value;
@@ -31,7 +34,7 @@ class Latest {
   static constexpr std::uint8_t kIndex = 3;
   static constexpr std::uint8_t kNew = 4;
 
-  std::array<T, 3> slots_{};
+  std::array<T, 3> slots_;
   std::uint8_t writing_ = 0;
   std::uint8_t reading_ = 1;
   std::atomic<std::uint8_t> between_{2};

@@ -1,6 +1,9 @@
-"""The panels in which a drive is shown: from a recording and live."""
+"""The panels in which a drive is shown."""
 
 import math
+import operator
+import os
+import sys
 
 # Okabe and Ito's palette, as in the demo: distinct for every kind of colour vision.
 BLACK, ORANGE, SKY, BLUE, VERMILION, GREY = '#000000', '#E69F00', '#56B4E9', '#0072B2', '#D55E00', '#999999'
@@ -12,46 +15,41 @@ def first(orders):
     return orders[0] if orders else math.nan
 
 
+def start(program, **options):
+    """rospy as a node of this name. Exits with one line if there is no master."""
+    import rosgraph
+    import rospy
+    if not rosgraph.is_master_online():
+        sys.exit(f'{program}: no ROS master at {os.environ.get("ROS_MASTER_URI", "")}; start the controller first')
+    rospy.init_node(program, **options)
+    return rospy
+
+
 class Drive:
     """What a controller did over time, from its states (jackal_aic/ControllerState), and the true motion if that is known."""
 
-    COLUMNS = {
-        'set_point_forward': lambda state: state.set_point_forward,
-        'set_point_yaw_rate': lambda state: state.set_point_yaw_rate,
-        'measured_forward': lambda state: state.measured_forward,
-        'measured_yaw_rate': lambda state: state.measured_yaw_rate,
-        'belief_forward': lambda state: first(state.belief_forward),
-        'belief_yaw_rate': lambda state: first(state.belief_yaw_rate),
-        'action_left': lambda state: state.action_left,
-        'action_right': lambda state: state.action_right,
-        'command_left': lambda state: state.command_left,
-        'command_right': lambda state: state.command_right,
-        'free_energy': lambda state: state.free_energy,
-    }
+    SCALARS = ('set_point_forward', 'set_point_yaw_rate', 'measured_forward', 'measured_yaw_rate', 'command_left',
+               'command_right', 'free_energy')
+    COLUMNS = {**{name: operator.attrgetter(name) for name in SCALARS},
+               'belief_forward': lambda state: first(state.belief_forward),
+               'belief_yaw_rate': lambda state: first(state.belief_yaw_rate)}
 
-    def __init__(self, window=math.inf):
-        """window: seconds that are kept."""
-        self.window = window
-        self.clear()
-
-    def clear(self):
-        """Forgets everything."""
+    def __init__(self):
         self.time, self.reasons = [], []
         self.summary = ''  # of the last state
         self.columns = {name: [] for name in self.COLUMNS}
         self.true_time, self.true_forward, self.true_yaw_rate = [], [], []
 
     def add_state(self, state):
-        """Takes a ControllerState. A clock that jumped back clears it."""
+        """Takes a ControllerState. A clock that jumped back begins anew."""
         time = state.header.stamp.to_sec()
         if self.time and time < self.time[-1]:
-            self.clear()
+            self.__init__()
         self.time.append(time)
         self.summary = state.summary
         self.reasons.append('' if state.status == DRIVING and not state.reason else state.reason or 'idle')
         for name, value in self.COLUMNS.items():
             self.columns[name].append(value(state))
-        self._forget(self.time, [self.reasons, *self.columns.values()])
 
     def add_truth(self, odometry):
         """Takes a nav_msgs/Odometry of the true motion, twist in the robot's frame."""
@@ -61,15 +59,6 @@ class Drive:
         self.true_time.append(time)
         self.true_forward.append(odometry.twist.twist.linear.x)
         self.true_yaw_rate.append(odometry.twist.twist.angular.z)
-        self._forget(self.true_time, [self.true_forward, self.true_yaw_rate])
-
-    def _forget(self, time, lists):
-        """Drops what is older than the window, at most a tenth of it too late."""
-        if time[-1] - time[0] <= 1.1 * self.window:
-            return
-        keep = next(i for i, t in enumerate(time) if t >= time[-1] - self.window)
-        for values in [time, *lists]:
-            del values[:keep]
 
     def stops(self):
         """(begin, end, reason) of each stretch in which something kept the robot from driving."""
@@ -132,10 +121,10 @@ def widen(axes, span):
         axes.set_ylim(0.5 * (low + high - span), 0.5 * (low + high + span))
 
 
-def draw(figure, drive, origin=None, title=''):
-    """Draws a drive on an empty figure. origin: time of 0 on the axis [s]; the first state by default."""
+def draw(figure, drive, title=''):
+    """Draws a drive on an empty figure."""
     grid = figure.subplots(4, 1, sharex=True, gridspec_kw={'height_ratios': [3, 3, 2, 1.5]})
-    origin = origin if origin is not None else (drive.time[0] if drive.time else 0.0)
+    origin = drive.time[0]
     draw_velocity(grid[0], drive, origin, 'forward', 'm/s', 'forward speed')
     draw_velocity(grid[1], drive, origin, 'yaw_rate', 'rad/s', 'yaw rate')
     time = [t - origin for t in drive.time]

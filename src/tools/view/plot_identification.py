@@ -15,7 +15,7 @@ COMMAND, MEASURED, FITTED = "#000000", "#56b4e9", "#d55e00"
 
 
 def read(path):
-    with open(path, newline="") as file:
+    with open(0 if path == "-" else path, newline="") as file:
         rows = list(csv.DictReader(file))
     return {key: [float(row[key]) for row in rows] for key in rows[0]}
 
@@ -49,5 +49,5 @@ def draw(data, path):
 
 if __name__ == "__main__":
     if len(sys.argv) != 3:
-        sys.exit("usage: plot_identification.py IDENTIFICATION.csv PICTURE.png")
+        sys.exit("usage: plot_identification.py IDENTIFICATION.csv PICTURE.png; - reads the standard input")
     draw(read(sys.argv[1]), sys.argv[2])

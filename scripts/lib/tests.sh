@@ -1,0 +1,41 @@
+# shellcheck shell=bash
+# The tests that catkin registered with CTest.
+
+# test_targets BUILD PATTERN: what make has to build for the tests that match. A gtest is a target of its name, a rostest names gtests,
+# which depend on the nodes. Others, and those with the label nodes, start programs as a user does, and need all of them.
+test_targets() {
+  local listing launch
+  listing=$(cd "$1" && ctest -N -V -R "$2" 2>&1) || true
+  [[ $listing != *RegularExpression* ]] || fail "--only $2: no regular expression"
+  [[ $listing == *"Test command"* ]] ||
+    fail "--only $2: no test has such a name; names are gtest_drive_gate_test, rostest_test_node_gate.xml"
+  {
+    sed -nE 's|.*/(\w+) --gtest_output.*|\1|p' <<<"$listing"
+    sed -nE 's|.* (/\S+\.xml) "$|\1|p' <<<"$listing" | while read -r launch; do
+      grep -oP '<test\s[^>]*type="\K\w+' "$launch" || echo tests # those of a file that it includes
+    done
+    if grep -qE '_(python|roslaunch-check)_|^ *Labels: .*nodes' <<<"$listing"; then echo all; fi
+  } | sort -u | paste -sd ' '
+}
+
+# run_tests BUILD PATTERN SECONDS FINDINGS LAUNCHER...: runs the tests that match, two per processor at a time (those that compute count
+# twice), the longest first; counts their cases and the reports of sanitizers in the directory FINDINGS.
+run_tests() {
+  local build=$1 results=$1/test_results timed_out total=0 errors=0 failures=0 skipped=0 failed finding
+  rm -rf "$results"
+  (cd "$build" && "${@:5}" ctest -j $((2 * $(nproc))) -R "${2:-.}" --timeout "$3" </dev/null) | sed -u 's/_ctest_jackal_aic_//' |
+    tee "$build/tests.log" || true
+  timed_out=$(grep -cE '\*\*\*(Timeout|Not Run)' "$build/tests.log") || true
+  catkin_test_results --verbose "$results" >"$build/results.log" 2>&1 || true
+  sed -nE '/<failure|<error|^[^<]*tests, /{s/&#x0A;/ /g; s/^(.{500}).*/\1 .../p; t; /^Summary/!p}' "$build/results.log"
+  read -r total errors failures skipped < <(sed -nE 's/^Summary: ([0-9]+) tests, ([0-9]+) errors, ([0-9]+) failures, ([0-9]+) skipped.*/\1 \2 \3 \4/p' "$build/results.log") || true
+  for finding in "$4"/*; do
+    [[ -e $finding ]] || continue
+    say "sanitizer, $finding: $(grep -m 1 '^SUMMARY' "$finding" || head -n 1 "$finding")"
+    timed_out=$((timed_out + 1))
+  done
+  failed=$((errors + failures + timed_out))
+  if ((failed > 0)); then say "Logs: $build/Testing/Temporary/LastTest.log"; fi
+  say "$((total - errors - failures - skipped)) passed, $failed failed"
+  return $((failed > 0))
+}
