@@ -1,35 +1,34 @@
-// What a period of the drive loop must not do: allocate, for every preset with the fault detection on.
+// A period of the drive loop does not allocate, with any preset and with the fault detection on.
 
 #include <gtest/gtest.h>
 
 #include <utility>
 
 #include "../counted_allocations.hpp"
+#include "drives.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "jackal_plant.hpp"
 #include "loop_setup.hpp"
-#include "monitored_loop.hpp"
 #include "sensor_faults.hpp"
 
 namespace jackal_aic::sim {
 namespace {
 
-const PackageFiles& files() {
-  static const PackageFiles files{JACKAL_AIC_SOURCE_DIR};
-  return files;
-}
-
-class Allocations : public testing::TestWithParam<const char*> {};
+class Allocations : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+#if !JACKAL_AIC_COUNTS
+    GTEST_SKIP() << "the sanitizers allocate";
+#endif
+  }
+};
 
 TEST_P(Allocations, NoneInMeasurementsSetPointsBeliefsAndActions) {
-#if !JACKAL_AIC_COUNTS
-  GTEST_SKIP() << "the sanitizers allocate";
-#endif
   LoopSetup setup = loadSetup(files(), GetParam(), "ground", {});
   setup.drive.faults = FaultParameters{};
   setup.drive.open_loop_monitored = true;
   auto controller = makeController(setup.drive);
-  setup.drive.plant_model = monitorModel(files(), "ground");  // of the fault detection, which the open loop has not
+  setup.drive.plant_model = monitorModel(files(), "ground");  // of the fault detection; the open loop has none
   JackalPlant plant(setup.urdf, setup.plant);
   DriveLoop loop(setup.drive, std::move(controller));
   SensorFaults faults({{FaultKind::freeze, FaultChannel::left, 0.0, 3.0, 1.0},
@@ -63,10 +62,9 @@ INSTANTIATE_TEST_SUITE_P(Presets, Allocations,
                          testing::Values("diff_drive", "standard", "improved", "tuned", "predictive"),
                          [](const auto& info) { return info.param; });
 
-TEST(FaultMonitor, ForgetsWithoutAllocating) {
-#if !JACKAL_AIC_COUNTS
-  GTEST_SKIP() << "the sanitizers allocate";
-#endif
+class MonitorAllocations : public Allocations {};
+
+TEST_P(MonitorAllocations, NoneInResetsAndTheCounterCounts) {
   FaultMonitor monitor({}, {}, {});
   Observation y;
   const int before = allocations;
@@ -79,20 +77,13 @@ TEST(FaultMonitor, ForgetsWithoutAllocating) {
     if (k % 20 == 0) monitor.forgetEncoders();
     if (k % 30 == 0) monitor.reset();
   }
-  counting = false;
   EXPECT_EQ(allocations, before);
-}
-
-TEST(Counter, CountsAllocations) {
-#if !JACKAL_AIC_COUNTS
-  GTEST_SKIP() << "the sanitizers allocate";
-#endif
-  const int before = allocations;
-  counting = true;
   delete new volatile int(1);
   counting = false;
   EXPECT_EQ(allocations, before + 1);
 }
+
+INSTANTIATE_TEST_SUITE_P(Fault, MonitorAllocations, testing::Values("monitor"));
 
 }  // namespace
 }  // namespace jackal_aic::sim

@@ -7,27 +7,16 @@
 #include <cmath>
 #include <filesystem>
 
+#include "drives.hpp"
 #include "loop_setup.hpp"
 #include "step_response.hpp"
 
 namespace jackal_aic::sim {
 namespace {
 
-/// The package as it lies in the source tree.
-const PackageFiles& files() {
-  static const PackageFiles files{JACKAL_AIC_SOURCE_DIR};
-  return files;
-}
-
 RunResult step(const std::string& controller, const std::string& plant, double forward, double yaw_rate = 0.0,
                const Overrides& overrides = {}) {
   return runSetup(loadSetup(files(), controller, plant, overrides), stepProfile(forward, yaw_rate, 4.0));
-}
-
-std::vector<double> velocities(const RunResult& run) {
-  std::vector<double> values;
-  for (const Sample& sample : run.samples) values.push_back(sample.velocity);
-  return values;
 }
 
 /// Commands the stamp of the last measurement, at 50 Hz.
@@ -39,7 +28,7 @@ class StampController : public VelocityController {
     return SampleVerdict::accepted;
   }
   void updateBelief() override {}
-  WheelCommand updateAction() override { return {stamp_, stamp_}; }
+  WheelCommand updateAction() override { return action(); }
   void hold(const WheelCommand&) override {}
   void overrule(const WheelCommand&) override {}
   void restart() override {}
@@ -55,7 +44,7 @@ class StampController : public VelocityController {
   double stamp_ = 0.0;
 };
 
-TEST(ClosedLoop, PhaseIsTheAgeOfTheMeasurementThatAnActionFinds) {
+TEST(ClosedLoop, PhaseIsTheAgeOfAMeasurementAtAnAction) {
   for (const double phase : {0.0, 0.001, 0.013, 0.019}) {
     const LoopSetup setup =
         loadSetup(files(), "improved", "box", {{"loop.phase", std::to_string(phase)}, {"plant.encoder_noise", "0"}});
@@ -68,32 +57,14 @@ TEST(ClosedLoop, PhaseIsTheAgeOfTheMeasurementThatAnActionFinds) {
       ASSERT_NEAR(samples[i].time + phase - samples[i].command.left, phase, 1e-9) << i;
     }
   }
-}
-
-TEST(ClosedLoop, TheStepOfTheSetPointMeetsAnActionAtEveryPhase) {
   const RunResult in_phase = step("diff_drive", "box", 0.5);
   const RunResult late = step("diff_drive", "box", 0.5, 0.0, {{"loop.phase", "0.013"}});
-  EXPECT_NEAR(*late.metrics.settling, *in_phase.metrics.settling, 1e-6) << "what does not measure does not notice";
+  EXPECT_NEAR(*late.metrics.settling, *in_phase.metrics.settling, 1e-6) << "the open loop does not measure";
   EXPECT_GT(step("improved", "box", 0.5, 0.0, {{"loop.phase", "0.019"}}).metrics.overshoot_pct,
             2.0 * step("improved", "box", 0.5).metrics.overshoot_pct);
 }
 
-TEST(ClosedLoop, SameSetupGivesTheSameSamples) {
-  const RunResult a = step("improved", "ground", 0.5);
-  const RunResult b = step("improved", "ground", 0.5);
-  EXPECT_EQ(a.metrics.settling, b.metrics.settling);
-  EXPECT_EQ(a.metrics.overshoot_pct, b.metrics.overshoot_pct);
-  EXPECT_TRUE(velocities(a) == velocities(b));
-}
-
-TEST(ClosedLoop, SeedChangesTheNoiseAndNotTheResponse) {
-  const RunResult a = step("improved", "ground", 0.5);
-  const RunResult b = step("improved", "ground", 0.5, 0.0, {{"plant.seed", "7"}});
-  EXPECT_FALSE(velocities(a) == velocities(b));
-  EXPECT_NEAR(a.metrics.rise.value(), b.metrics.rise.value(), 0.01);
-}
-
-TEST(ClosedLoop, ReachesTheSetPointForwardsAndBackwards) {
+TEST(ClosedLoop, ReachesTheSetPointForwardsBackwardsAndTurning) {
   for (const double speed : {0.5, -0.5}) {
     const RunResult run = step("improved", "ground", speed);
     EXPECT_TRUE(run.metrics.bounded);
@@ -102,33 +73,15 @@ TEST(ClosedLoop, ReachesTheSetPointForwardsAndBackwards) {
     EXPECT_NEAR((*run.samples.back().belief)(kForward), speed, 0.01 * std::abs(speed));
     EXPECT_GT(run.samples.back().command.left * speed, 0.0);
   }
-}
-
-TEST(ClosedLoop, TurnIsAssessedByTheYawRateAndTurnsLeft) {
-  const RunResult run = step("improved", "ground", 0.0, 0.5);
-  ASSERT_TRUE(run.metrics.settling.has_value());
-  EXPECT_GT(run.samples.back().yaw_rate, 0.4);
-  EXPECT_GT(run.samples.back().command.right, run.samples.back().command.left);
-  EXPECT_NEAR(run.samples.back().measured_yaw_rate, run.samples.back().yaw_rate, 0.05);
-}
-
-TEST(ClosedLoop, OnTheBoxTheVelocityIsThatOfTheWheels) {
-  const RunResult run = step("diff_drive", "box", 0.5, 0.0, {{"plant.noise_scale", "0"}});
-  EXPECT_NEAR(run.samples.back().velocity, 0.5, 1e-3);
-  EXPECT_NEAR(run.samples.back().measured_velocity, 0.5, 1e-3);
-  EXPECT_FALSE(run.samples.back().belief.has_value());
-}
-
-TEST(ClosedLoop, CommandReachesTheWheelsAfterTheDeadTime) {
-  const RunResult run = step("diff_drive", "box", 0.5, 0.0,
-                             {{"plant.dead_time", "0.2"}, {"plant.motor_lag", "0"}, {"plant.noise_scale", "0"}});
-  double commanded = 0.0, moved = 0.0;
-  for (const Sample& sample : run.samples) {
-    if (commanded == 0.0 && sample.command.left > 0.0) commanded = sample.time;
-    if (moved == 0.0 && sample.velocity > 1e-6) moved = sample.time;
-  }
-  EXPECT_NEAR(commanded, kRestTime, 0.021);
-  EXPECT_NEAR(moved - commanded, 0.2, 0.0015);
+  const RunResult turn = step("improved", "ground", 0.0, 0.5);
+  ASSERT_TRUE(turn.metrics.settling.has_value());
+  EXPECT_GT(turn.samples.back().yaw_rate, 0.4);
+  EXPECT_GT(turn.samples.back().command.right, turn.samples.back().command.left);
+  EXPECT_NEAR(turn.samples.back().measured_yaw_rate, turn.samples.back().yaw_rate, 0.05);
+  const RunResult box = step("diff_drive", "box", 0.5, 0.0, {{"plant.noise_scale", "0"}});
+  EXPECT_NEAR(box.samples.back().velocity, 0.5, 1e-3) << "that of the wheels";
+  EXPECT_NEAR(box.samples.back().measured_velocity, 0.5, 1e-3);
+  EXPECT_FALSE(box.samples.back().belief.has_value());
 }
 
 TEST(ClosedLoop, DivergingEulerIsUnstableAndHasNoNumbers) {
@@ -137,9 +90,9 @@ TEST(ClosedLoop, DivergingEulerIsUnstableAndHasNoNumbers) {
   EXPECT_FALSE(run.metrics.settling.has_value());
   EXPECT_FALSE(run.metrics.rise.has_value());
   for (const Sample& sample : run.samples) {
-    ASSERT_TRUE(std::isfinite(sample.command.left) && std::isfinite(sample.command.right)) << sample.time;
-    ASSERT_LE(std::abs(sample.command.left), LimitParameters{}.wheel_speed + 1e-9)
-        << "the drive gate bounds what is driven";
+    // The drive gate bounds the command.
+    ASSERT_LE(std::abs(sample.command.left), LimitParameters{}.wheel_speed + 1e-9) << sample.time;
+    ASSERT_TRUE(std::isfinite(sample.command.right)) << sample.time;
   }
 }
 
@@ -159,26 +112,7 @@ TEST(ClosedLoop, LimitsHoldTheActionWithoutWindUp) {
   EXPECT_NEAR(after_fall, 0.1, 0.01);  // a wound-up action would still be above
 }
 
-TEST(LoopSetup, NamesWhatItDoesNotKnow) {
-  const auto message = [](const std::string& controller, const std::string& plant, const Overrides& overrides) {
-    try {
-      loadSetup(files(), controller, plant, overrides);
-    } catch (const ParameterError& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
-  };
-  EXPECT_EQ(
-      message("improvd", "box", {}),
-      "controller = 'improvd': unknown; known: diff_drive, standard, improved, tuned, predictive, or a file NAME.yaml");
-  EXPECT_EQ(message("improved", "moon", {}), "plant = 'moon': unknown; known: box, ground, real, or a file NAME.yaml");
-  EXPECT_EQ(message("improved", "box", {{"controller.tau", "-1"}}).rfind("controller.tau = -1: must be in", 0), 0u);
-  EXPECT_EQ(message("improved", "box", {{"plant.deadtime", "1"}}).rfind("plant.deadtime = 1: unknown key", 0), 0u);
-  EXPECT_EQ(message("nothing.yaml", "box", {}), "nothing.yaml: cannot be read");
-  EXPECT_EQ(message("diff_drive", "box", {{"controller.tau", "1"}}).rfind("controller.tau = 1: unknown key", 0), 0u);
-}
-
-TEST(ClosedLoop, WithAJerkLimitTheCommandReachesItsAcceleration) {
+TEST(ClosedLoop, CommandReachesItsAccelerationUnderAJerkLimit) {
   for (const char* controller : {"predictive", "improved"}) {
     const RunResult run =
         step(controller, "ground", 1.0, 0.0, {{"limits.linear_acceleration", "1"}, {"limits.linear_jerk", "5"}});
@@ -192,13 +126,35 @@ TEST(ClosedLoop, WithAJerkLimitTheCommandReachesItsAcceleration) {
   }
 }
 
-TEST(PackageFiles, RefusesADirectoryWithoutThePackage) {
+TEST(LoopSetup, ErrorsNameTheValueAndTheKnownOnes) {
+  const struct {
+    const char *controller, *plant;
+    Overrides overrides;
+    const char* message;
+  } rows[] = {{"improvd",
+               "box",
+               {},
+               "controller = 'improvd': unknown; known: diff_drive, standard, improved, tuned, "
+               "predictive, or a file NAME.yaml"},
+              {"improved", "moon", {}, "plant = 'moon': unknown; known: box, ground, real, or a file NAME.yaml"},
+              {"improved", "box", {{"controller.tau", "-1"}}, "controller.tau = -1: must be in"},
+              {"improved", "box", {{"plant.deadtime", "1"}}, "plant.deadtime = 1: unknown key"},
+              {"nothing.yaml", "box", {}, "nothing.yaml: cannot be read"},
+              {"diff_drive", "box", {{"controller.tau", "1"}}, "controller.tau = 1: unknown key"}};
+  for (const auto& row : rows) {
+    try {
+      loadSetup(files(), row.controller, row.plant, row.overrides);
+      ADD_FAILURE() << "accepted: " << row.message;
+    } catch (const ParameterError& error) {
+      EXPECT_EQ(std::string(error.what()).rfind(row.message, 0), 0u) << error.what();
+    }
+  }
+}
+
+TEST(PackageFiles, AreReadOnceFromAPackage) {
   EXPECT_THROW(PackageFiles("/nonexistent"), ParameterError);
   EXPECT_THROW(files().path("config/nothing.yaml"), ParameterError);
   EXPECT_THROW(files().configuration("nothing"), ParameterError);
-}
-
-TEST(PackageFiles, AreReadOnceAndNotAgain) {
   const auto share = std::filesystem::temp_directory_path() / ("package_files_" + std::to_string(getpid()));
   for (const char* directory : {"config", "sim/urdf", "sim/thesis"}) {
     std::filesystem::create_directories(share / directory);

@@ -11,6 +11,12 @@
 
 namespace jackal_aic::sim {
 
+/// The package as it lies in the source tree.
+inline const PackageFiles& files() {
+  static const PackageFiles files{JACKAL_AIC_SOURCE_DIR};
+  return files;
+}
+
 /// When the faults of sensorFault() begin [s].
 inline constexpr double kFaultTime = 3.0;
 
@@ -21,14 +27,14 @@ inline Faults sensorFault(FaultKind kind, FaultChannel channel, double amount = 
   return faults;
 }
 
-/// What is assumed of a Jackal that was not identified.
-inline PlantModel assumedModel(const PackageFiles& files) {
-  ParameterMap map = files.configuration("jackal_model");
+/// The assumed model of a Jackal that was not identified.
+inline PlantModel assumedModel() {
+  ParameterMap map = files().configuration("jackal_model");
   return readPlantModel(map);
 }
 
-/// A hand at a joystick (sim/lab/motions.py): targets up to 1.5 m/s and 2 rad/s that change now and then, and a stick
-/// that follows them in its own time. @param duration [s].
+/// Joystick driving (sim/lab/motions.py): targets up to 1.5 m/s and 2 rad/s that change every few seconds, and a stick
+/// that follows them with a lag. @param duration [s].
 inline SetPointProfile joystickDriving(std::uint64_t seed, double duration) {
   std::mt19937_64 generator(seed * 1000003);
   const auto between = [&](double low, double high) {

@@ -1,5 +1,5 @@
-// A body that does not follow its wheels: on ice the belief knows its speed, and against a wall the robot says that it
-// does not move. A body that does, behind an attitude filter that takes its accelerations for tilt.
+// A body that does not follow its wheels: on ice the belief knows its speed, and against a wall it is reported stuck.
+// A body that does, behind an attitude filter that takes its accelerations for tilt.
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,6 @@
 #include "jackal_aic/model/gravity.hpp"
 #include "jackal_aic/predictive/predictive_controller.hpp"
 #include "jackal_aic/safety/loop_odometry.hpp"
-#include "monitored_loop.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -22,20 +21,15 @@ namespace {
 constexpr double kStart = 1.0;       // s, of the first step
 constexpr double kHalfPeriod = 3.0;  // s, between steps
 constexpr double kAfterAStep = 1.0;  // s, from which the belief has to be right
-// s, in which it is learned whether the attitude takes accelerations for tilt: wheels that spin look the same before.
+// s, in which it is learned whether the attitude takes accelerations for tilt: spinning wheels look the same before.
 constexpr double kFirst = 4.0 * kHalfPeriod;
 constexpr double kBeliefBar = 0.03;  // m/s
 constexpr double kFastBar = 0.04;    // m/s, at 1.5 m/s, where it slides for 1.5 s
-constexpr double kStuckBar = 1.0;    // s from the contact until it is told
+constexpr double kStuckBar = 1.0;    // s from the contact until it is reported
 constexpr double kContact = -3.0;    // m/s^2, of the body that hits something
 constexpr double kNear = 0.5;        // m, of the centre of a robot that touches a wall
 
-const PackageFiles& files() {
-  static const PackageFiles files{JACKAL_AIC_SOURCE_DIR};
-  return files;
-}
-
-/// A simulated robot under a drive loop, and the odometry beside it.
+/// A simulated robot under a drive loop, and the odometry.
 struct Robot {
   DriveLoop loop;
   Odometry odometry;
@@ -46,10 +40,10 @@ struct Robot {
         odometry(makeOdometry(parameters, loop)),
         plant(setup.urdf, setup.plant) {}
 
-  /// Hears a set point and what the sensors say. @param sensed may change a measurement; true if there was one.
+  /// Receives a set point and the sensors. @param sensed may change a measurement; true if there was one.
   template <class Sensed>
-  bool observe(const SetPoint& set_point, const Sensed& sensed) {
-    loop.setSetPoint(set_point, plant.time());
+  bool observe(double forward, const Sensed& sensed) {
+    loop.setSetPoint({forward, 0.0, 0.0}, plant.time());
     if (!plant.measurement()) return false;
     Observation y = plant.measurement()->observation();
     sensed(y);
@@ -66,13 +60,12 @@ struct Robot {
   }
 };
 
-/// What a run shows.
 struct Figures {
-  double worst_belief = 0.0;      // of the believed forward speed, later than kAfterAStep [m/s]
+  double worst_belief = 0.0;      // error of the believed forward speed, later than kAfterAStep [m/s]
   double worst_odometry = 0.0;    // of the odometry's, likewise
   std::optional<double> contact;  // time at which the body was stopped [s]
-  std::optional<double> stuck;    // ... and at which that was told
-  std::string faults;             // of a sensor or a motor, that were told
+  std::optional<double> stuck;    // ... and at which that was reported
+  std::string faults;             // of a sensor or a motor, that were reported
 };
 
 /// Drives to and fro between rest and a speed, or keeps it. @param cycles 0: keeps it for five seconds.
@@ -84,9 +77,8 @@ Figures drive(const std::string& controller, const std::string& plant_name, doub
   parameters.plant_model = monitorModel(files(), plant_name);
   parameters.open_loop_monitored = true;
   Robot robot(setup, parameters, makeController(setup.drive));
-  DriveLoop& loop = robot.loop;
   const JackalPlant& plant = robot.plant;
-  const auto* predictive = dynamic_cast<const PredictiveController*>(&loop.controller());
+  const auto* predictive = dynamic_cast<const PredictiveController*>(&robot.loop.controller());
   Figures figures;
   const double end = cycles > 0 ? kStart + 2.0 * kHalfPeriod * cycles : kStart + 5.0;
   double before = 0.0;
@@ -100,26 +92,21 @@ Figures drive(const std::string& controller, const std::string& plant_name, doub
       figures.contact = now;
     }
     before = truth;
-    if (robot.observe({drives ? speed : 0.0, 0.0, 0.0}, [](Observation&) {})) {
-      const Fault fault = loop.status().fault;
-      if (fault == Fault::stuck && !figures.stuck) figures.stuck = now;
-      const bool remark = fault == Fault::stuck || fault == Fault::wheels_off_model || fault == Fault::turn_off_model;
-      if (fault != Fault::none && !remark && figures.faults.empty()) figures.faults = text(fault);
-      if (now >= kStart + kFirst && std::fmod(into, kHalfPeriod) >= kAfterAStep) {
-        const auto grow = [truth](double& worst, double believed) {
-          worst = std::max(worst, std::abs(believed - truth));
-        };
-        if (predictive) grow(figures.worst_belief, predictive->believedVelocity()(kForward));
-        grow(figures.worst_odometry, robot.odometry.motion().forward);
-      }
-    }
+    if (!robot.observe(drives ? speed : 0.0, [](Observation&) {})) continue;
+    const Fault fault = robot.loop.status().fault;
+    if (fault == Fault::stuck && !figures.stuck) figures.stuck = now;
+    const bool remark = fault == Fault::stuck || fault == Fault::wheels_off_model || fault == Fault::turn_off_model;
+    if (fault != Fault::none && !remark && figures.faults.empty()) figures.faults = text(fault);
+    if (now < kStart + kFirst || std::fmod(into, kHalfPeriod) < kAfterAStep) continue;
+    const double believed = predictive ? predictive->believedVelocity()(kForward) : truth;
+    figures.worst_belief = std::max(figures.worst_belief, std::abs(believed - truth));
+    figures.worst_odometry = std::max(figures.worst_odometry, std::abs(robot.odometry.motion().forward - truth));
   }
   return figures;
 }
 
 /// An attitude filter that takes accelerations for tilt, with a gain: that of imu_filter_madgwick, or Mahony's.
 struct AttitudeFilter {
-  const char* name;
   double madgwick, mahony;
   double gravity = 0.0;  // that it takes out wrongly [m/s^2]
 
@@ -144,14 +131,13 @@ void cruise(const Cruise& c, AttitudeFilter filter) {
   const LoopSetup setup = loadSetup(files(), "predictive", c.plant, {});
   DriveParameters parameters = setup.drive;
   parameters.faults = FaultParameters{};
-  parameters.plant_model = c.identified ? monitorModel(files(), c.plant) : assumedModel(files());
+  parameters.plant_model = c.identified ? monitorModel(files(), c.plant) : assumedModel();
   Robot robot(setup, parameters, makeController(parameters));
   double driven = 0.0, believed = 0.0, last = 0.0;
   for (; robot.plant.time() < 2.0 * kPeriod; robot.act()) {
     const double now = robot.plant.time(), into = std::fmod(now, kPeriod);
     const double up = c.acceleration * (into - kUp), down = c.speed - c.acceleration * (into - kDown);
-    const double set_point = std::max(0.0, into < kDown ? std::min(c.speed, up) : down);
-    robot.observe({set_point, 0.0, 0.0}, [&](Observation& y) {
+    robot.observe(std::max(0.0, into < kDown ? std::min(c.speed, up) : down), [&](Observation& y) {
       y.acceleration_x = filter.remove(y.acceleration_x, std::min(0.1, y.stamp - std::exchange(last, y.stamp)));
     });
     const Fault fault = robot.loop.status().fault;
@@ -162,22 +148,20 @@ void cruise(const Cruise& c, AttitudeFilter filter) {
   EXPECT_NEAR(believed / driven, 1.0, 0.02);
 }
 
-TEST(AttitudeFilterThatTakesAccelerationsForTilt, LeavesTheOdometryAndNobodyStuck) {
-  for (const AttitudeFilter& filter :
-       {AttitudeFilter{"true", 0.0, 0.0}, AttitudeFilter{"madgwick 0.1", 0.1, 0.0},
-        AttitudeFilter{"madgwick 0.04", 0.04, 0.0}, AttitudeFilter{"mahony 0.4", 0.0, 0.4},
-        AttitudeFilter{"mahony 1.5", 0.0, 1.5}}) {
+TEST(AttitudeFilterThatTakesAccelerationsForTilt, DoesNotDisturbTheOdometryOrReportStuck) {
+  for (const AttitudeFilter& filter : {AttitudeFilter{0.0, 0.0}, AttitudeFilter{0.1, 0.0}, AttitudeFilter{0.04, 0.0},
+                                       AttitudeFilter{0.0, 0.4}, AttitudeFilter{0.0, 1.5}}) {
     for (const Cruise& c :
          {Cruise{"ground", true, 1.0, 100.0}, Cruise{"ground", true, 1.5, 0.5}, Cruise{"ground", false, 2.0, 100.0},
           Cruise{"ground", false, 0.5, 0.5}, Cruise{"real", true, 1.0, 1.0}, Cruise{"real", false, 1.5, 1.0}}) {
-      SCOPED_TRACE(std::string(filter.name) + " on " + c.plant + " at " + std::to_string(c.speed) + " m/s, " +
-                   std::to_string(c.acceleration) + " m/s^2" + (c.identified ? "" : ", not identified"));
+      SCOPED_TRACE(testing::Message() << "gain " << filter.madgwick << ", " << filter.mahony << " on " << c.plant
+                                      << ", " << c.speed << " m/s, identified " << c.identified);
       cruise(c, filter);
     }
   }
 }
 
-TEST(Ice, TheBelievedSpeedIsThatOfTheBodyASecondAfterEveryStep) {
+TEST(Ice, BelievedSpeedIsThatOfTheBodyASecondAfterEveryStep) {
   for (const double speed : {0.3, 0.5, 0.8, 1.0, 1.5, -1.0}) {
     for (const char* seed : {"1", "2"}) {
       const Figures f = drive("predictive", "ground", speed, 4, {{"plant.friction", "0.1"}, {"plant.seed", seed}});
@@ -186,16 +170,13 @@ TEST(Ice, TheBelievedSpeedIsThatOfTheBodyASecondAfterEveryStep) {
       EXPECT_EQ(f.faults, "") << speed << " m/s, seed " << seed;
     }
   }
-}
-
-TEST(Ice, TheOdometryBesideTheThesisControllerKnowsItToo) {
   for (const double speed : {0.5, 1.0, 1.5}) {
     const Figures f = drive("improved", "ground", speed, 3, {{"plant.friction", "0.1"}});
-    EXPECT_LE(f.worst_odometry, speed < 1.5 ? kBeliefBar : kFastBar) << speed << " m/s";
+    EXPECT_LE(f.worst_odometry, speed < 1.5 ? kBeliefBar : kFastBar) << speed << " m/s, thesis controller";
   }
 }
 
-TEST(Grip, NobodyIsSaidToBeStuckAndTheWheelsAreBelieved) {
+TEST(Grip, RobotIsNotReportedStuckAndTheWheelsAreBelieved) {
   for (const char* friction : {"0.25", "0.5", "1"}) {
     for (const double speed : {0.1, 0.5, 1.5}) {
       const Figures f = drive("predictive", "ground", speed, 3, {{"plant.friction", friction}});
@@ -205,42 +186,32 @@ TEST(Grip, NobodyIsSaidToBeStuckAndTheWheelsAreBelieved) {
   }
 }
 
-TEST(Wall, ARobotThatDrivesIntoItOrStartsAgainstItSaysSoWithinASecond) {
+/// A wall almost touched, and hit at speed; from 1 m/s on the wheels stop with the body, which bounces. On the real
+/// robot through vibration, an IMU of its own rate and a network that delays: at 0.3 m/s it is reported in 77 or 78 of
+/// 80 drives (seeds 1 to 40, two speeds); which seeds are missed is a draw.
+TEST(Wall, IsReportedWithinASecondOfTheContact) {
+  const struct {
+    const char *plant, *distance;  // m
+    std::vector<double> speeds;    // m/s, that are reached before it
+    std::vector<const char*> seeds;
+  } rows[] = {{"ground", "0.3", {0.3, 0.5, 1.0}, {"1"}}, {"ground", "1.0", {0.3, 0.5, 1.0}, {"1"}},
+              {"ground", "2.5", {1.0, 1.5}, {"1"}},      {"real", "1.0", {0.3, 0.5}, {"2", "3"}},
+              {"real", "0.3", {0.5}, {"2", "3"}},        {"real", "2.5", {1.0}, {"2", "3"}}};
   for (const char* controller : {"diff_drive", "standard", "improved", "tuned", "predictive"}) {
-    // Almost against it, and at speed; from 1 m/s on the wheels stop with the body, which bounces.
-    for (const char* distance : {"0.3", "1.0", "2.5"}) {
-      for (const double speed : {0.3, 0.5, 1.0, 1.5}) {
-        if (speed < 1.0 && distance == std::string("2.5")) continue;  // it is not there in time
-        if (speed > 1.0 && distance != std::string("2.5")) continue;  // it is not that fast yet
-        const Figures f =
-            drive(controller, "ground", speed, 0, {{"plant.kerb_distance", distance}, {"plant.kerb_height", "0.2"}});
-        SCOPED_TRACE(std::string(controller) + ", wall after " + distance + " m, " + std::to_string(speed) + " m/s");
-        ASSERT_TRUE(f.contact);
-        ASSERT_TRUE(f.stuck);
-        EXPECT_GE(*f.stuck, *f.contact);
-        EXPECT_LE(*f.stuck - *f.contact, kStuckBar);
-        EXPECT_EQ(f.faults, "") << "a healthy sensor is called faulty";
-      }
-    }
-  }
-}
-
-/// Through vibration, an IMU of its own rate and a network that delays. At 0.3 m/s it is told in 77 or 78 of 80 drives
-/// (seeds 1 to 40, two speeds; before and after the bias was subtracted): which seeds are missed is a draw.
-TEST(Wall, ARealRobotThatDrivesIntoItSaysSoWithinASecond) {
-  for (const char* controller : {"diff_drive", "standard", "improved", "tuned", "predictive"}) {
-    for (const auto& [speed, distance] :
-         {std::pair(0.3, "1.0"), std::pair(0.5, "0.3"), std::pair(0.5, "1.0"), std::pair(1.0, "2.5")}) {
-      for (const char* seed : {"2", "3"}) {
-        const Figures f =
-            drive(controller, "real", speed, 0,
-                  {{"plant.kerb_distance", distance}, {"plant.kerb_height", "0.2"}, {"plant.seed", seed}});
-        SCOPED_TRACE(std::string(controller) + ", " + std::to_string(speed) + " m/s, seed " + seed);
-        ASSERT_TRUE(f.contact);
-        ASSERT_TRUE(f.stuck);
-        EXPECT_GE(*f.stuck, *f.contact);
-        EXPECT_LE(*f.stuck - *f.contact, kStuckBar);
-        EXPECT_EQ(f.faults, "") << "a healthy sensor is called faulty";
+    for (const auto& row : rows) {
+      for (const double speed : row.speeds) {
+        for (const char* seed : row.seeds) {
+          SCOPED_TRACE(testing::Message() << controller << " on " << row.plant << ", wall after " << row.distance
+                                          << " m, " << speed << " m/s, seed " << seed);
+          const Figures f =
+              drive(controller, row.plant, speed, 0,
+                    {{"plant.kerb_distance", row.distance}, {"plant.kerb_height", "0.2"}, {"plant.seed", seed}});
+          ASSERT_TRUE(f.contact);
+          ASSERT_TRUE(f.stuck);
+          EXPECT_GE(*f.stuck, *f.contact);
+          EXPECT_LE(*f.stuck - *f.contact, kStuckBar);
+          EXPECT_EQ(f.faults, "") << "a healthy sensor is called faulty";
+        }
       }
     }
   }

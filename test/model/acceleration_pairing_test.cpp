@@ -37,7 +37,7 @@ double largestDifference(const std::function<double(int)>& acceleration, double 
   return largest;
 }
 
-TEST(AccelerationPairing, ACollisionCountsForWhatItIs) {
+TEST(AccelerationPairing, CollisionKeepsItsChangeOfVelocity) {
   // 0.5 m/s within two samples, in any place
   for (int place = 200; place < 240; ++place) {
     const auto collision = [place](int i) { return i == place || i == place + 1 ? -20.0 : 0.0; };
@@ -45,18 +45,18 @@ TEST(AccelerationPairing, ACollisionCountsForWhatItIs) {
   }
 }
 
-TEST(AccelerationPairing, ASteadyAccelerationStaysWhatItIs) {
+TEST(AccelerationPairing, SteadyAccelerationIsUnchanged) {
   AccelerationPairing pairing;
   for (int i = 0; i < 100; ++i) {
     pairing.add({1.5, -0.5, 9.81}, i * kImuPeriod);
     if (i % 3 != 0) continue;
     const Eigen::Vector3d paired = pairing.take(0.001 * (i % 7) + i * kImuPeriod);
-    EXPECT_EQ(paired, Eigen::Vector3d(1.5, -0.5, 9.81)) << "to the bit, so that a frozen source stays one";
+    EXPECT_EQ(paired, Eigen::Vector3d(1.5, -0.5, 9.81)) << "unchanged, so that a frozen source stays one";
   }
 }
 
 /// After a stall of the process, five samples of the IMU and then five of the wheels.
-TEST(AccelerationPairing, SamplesThatComeAtOnceArePairedByTheirStamps) {
+TEST(AccelerationPairing, SamplesOfABurstArePairedByTheirStamps) {
   constexpr int kStall = 5;
   const auto acceleration = [](int i) { return i < 50 ? 0.0 : 1.5; };
   AccelerationPairing pairing;
@@ -75,7 +75,7 @@ TEST(AccelerationPairing, SamplesThatComeAtOnceArePairedByTheirStamps) {
   }
 }
 
-TEST(AccelerationPairing, SamplesOfOneClockAreTakenAsTheyAre) {
+TEST(AccelerationPairing, SamplesOfOneClockAreUnchanged) {
   AccelerationPairing pairing;
   for (int i = 0; i < 100; ++i) {
     pairing.add({std::sin(0.3 * i), 0.0, 9.81}, i * kPeriod);

@@ -22,7 +22,7 @@ PlantModel model() {
 }
 
 /// At the acceleration limit and below it, in runs of every length.
-TEST(DriveTrainBelief, IsThatOfAWheelOfWhichNothingElseIsToBeLearned) {
+TEST(DriveTrainBelief, EqualsAWheelBeliefWithoutFurtherLearning) {
   const WheelBeliefParameters trust;
   const DriveTrainBeliefParameters parameters{trust.measurement_variance, trust.speed_process_noise,
                                               trust.disturbance_process_noise, trust.disturbance_deviation,

@@ -46,21 +46,16 @@ PlantModel withOffset(double gain, double offset) {
   return m;
 }
 
-TEST(DeadZone, LeavesWhatTheWheelTurnsBy) {
+TEST(DeadZone, ReducesACommandAndItsInverseRestoresIt) {
   for (const double gain : {0.5, 1.0, 1.3}) {
-    const DeadZone zone(withOffset(gain, 0.5));
+    const DeadZone zone(withOffset(gain, 0.5)), none(withOffset(gain, 0.0));
     for (const double command : {0.0, 0.1, 0.3, 0.7, 2.0, 20.0}) {
       EXPECT_NEAR(gain * zone.effective(command), std::max(0.0, gain * command - 0.5), 1e-12);
       EXPECT_EQ(zone.effective(-command), -zone.effective(command));
+      EXPECT_EQ(none.effective(-command), -command);
+      EXPECT_EQ(none.command(command), command);
     }
-  }
-}
-
-TEST(DeadZone, ItsInverseMakesUpForIt) {
-  for (const double gain : {0.5, 1.0, 1.3}) {
-    const DeadZone zone(withOffset(gain, 0.5));
     EXPECT_EQ(zone.command(0.0), 0.0);
-    EXPECT_EQ(zone.effective(0.0), 0.0);
     for (const double speed : {DeadZone::kSmooth, 0.1, 1.0, 20.0}) {
       EXPECT_NEAR(gain * zone.effective(zone.command(speed / gain)), speed, 1e-12);
       EXPECT_EQ(zone.command(-speed / gain), -zone.command(speed / gain));
@@ -68,24 +63,16 @@ TEST(DeadZone, ItsInverseMakesUpForIt) {
   }
 }
 
-TEST(DeadZone, ItsInverseDoesNotJump) {
+TEST(DeadZone, InverseIsContinuous) {
   const DeadZone zone(withOffset(1.0, 0.5));
   double last = zone.command(-1.0);
   for (double v = -1.0; v <= 1.0; v += 1e-4) {
     const double command = zone.command(v);
     EXPECT_GE(command, last);
     EXPECT_LE(command - last, 1e-4 * (1.01 + 0.5 / DeadZone::kSmooth));
-    EXPECT_LE(std::abs(zone.effective(command) - v), DeadZone::kSmooth) << "and a slower wheel stands at worst";
-    EXPECT_LE(std::abs(zone.effective(command)), std::abs(v) + 1e-12) << "never faster than it is to be";
+    EXPECT_LE(std::abs(zone.effective(command) - v), DeadZone::kSmooth) << "a slower wheel stands at worst";
+    EXPECT_LE(std::abs(zone.effective(command)), std::abs(v) + 1e-12) << "never faster than wanted";
     last = command;
-  }
-}
-
-TEST(DeadZone, WithoutOffsetIsNone) {
-  const DeadZone zone(withOffset(0.7, 0.0));
-  for (const double command : {0.0, 1e-9, -0.3, 1.0 / 3.0}) {
-    EXPECT_EQ(zone.effective(command), command);
-    EXPECT_EQ(zone.command(command), command);
   }
 }
 

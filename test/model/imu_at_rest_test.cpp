@@ -19,11 +19,11 @@ Observation sample(double yaw_rate, const Eigen::Vector3d& force) {
   return y;
 }
 
-/// The last of some samples, calibrated. @param told_to_rest the motors have no command.
-Observation after(ImuAtRest& imu, double seconds, const Observation& y, bool told_to_rest = true) {
+/// The last of some samples, calibrated. @param at_rest the motors have no command.
+Observation after(ImuAtRest& imu, double seconds, const Observation& y, bool at_rest = true) {
   Observation calibrated;
   for (double t = 0.0; t < seconds; t += kPeriod) {
-    imu.advance(told_to_rest, kPeriod);
+    imu.advance(at_rest, kPeriod);
     calibrated = y;
     imu.calibrate(calibrated, kPeriod);
   }
@@ -38,13 +38,13 @@ TEST(ImuAtRest, LearnsTheBiasOfTheGyroWithinASecond) {
   EXPECT_NEAR(after(imu, 1.0, sample(0.53, kUpright), false).yaw_rate, 0.5, 1e-9) << "it stays on the move";
 }
 
-TEST(ImuAtRest, TheNoiseOfAMomentIsNoBias) {
+TEST(ImuAtRest, ShortNoiseIsNoBias) {
   ImuAtRest imu;
   for (int k = 0; k < 30; ++k) after(imu, kPeriod, sample(k % 3 == 0 ? 0.006 : -0.002, kUpright));
   EXPECT_EQ(imu.gyroBias(), 0.0);
 }
 
-TEST(ImuAtRest, ARobotThatDrivesOrIsTurnedHasNoBias) {
+TEST(ImuAtRest, MovingRobotHasNoBias) {
   ImuAtRest driven, pushed, turned;
   after(driven, 2.0, sample(0.03, kUpright), false);
   EXPECT_EQ(driven.withoutBias(0.03), 0.03);
@@ -56,19 +56,19 @@ TEST(ImuAtRest, ARobotThatDrivesOrIsTurnedHasNoBias) {
   EXPECT_EQ(turned.withoutBias(0.3), 0.3);
 }
 
-TEST(ImuAtRest, ZeroToTheBitStaysZero) {
+TEST(ImuAtRest, ExactZeroStaysZero) {
   ImuAtRest imu;
   after(imu, 2.0, sample(0.01, kUpright));
-  EXPECT_EQ(imu.withoutBias(0.0), 0.0) << "of a dead zone, or of no gyro at all";
+  EXPECT_EQ(imu.withoutBias(0.0), 0.0) << "of a dead zone, or without a gyro";
 }
 
-TEST(ImuAtRest, AnAccelerometerCountsAfterItHasReadGravity) {
+TEST(ImuAtRest, AccelerometerCountsAfterItHasReadGravity) {
   const struct {
     const char* what;
     Eigen::Vector3d force;
     bool counts;
   } rows[] = {{"upright", kUpright, true},
-              {"upside down, which the fault detection tells", -kUpright, true},
+              {"upside down, which the fault detection reports", -kUpright, true},
               {"ten percent off", 1.1 * kUpright, true},
               {"on a slope of 20 degrees", {3.36, 0.0, 9.22}, true},
               {"absent", {0.0, 0.0, 0.0}, false},
@@ -85,7 +85,7 @@ TEST(ImuAtRest, AnAccelerometerCountsAfterItHasReadGravity) {
   }
 }
 
-TEST(ImuAtRest, AnAccelerometerWithoutAVerticalAxisCountsAsItIs) {
+TEST(ImuAtRest, AccelerometerWithoutAVerticalAxisCounts) {
   ImuAtRest imu;
   Observation y = sample(0.0, kUpright);
   y.acceleration_z.reset();

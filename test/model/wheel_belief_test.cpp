@@ -30,16 +30,13 @@ TEST(WheelBelief, PredictsDeadTimeAndLag) {
   }
 }
 
-TEST(WheelBelief, RespectsTheAccelerationLimit) {
+TEST(WheelBelief, PredictsAccelerationLimitAndVelocityLoop) {
   PlantModel limited = model(0.0, 0.01);
   limited.acceleration_limit = 0.98;
-  WheelBelief wheel(limited, kRadius, {});
-  for (int k = 0; k < 100; ++k) wheel.predict(5.0);
-  EXPECT_NEAR(wheel.speed(), 0.1 * 10.0, 1e-9);
-  EXPECT_NEAR(wheel.acceleration(), 10.0, 1e-9);
-}
-
-TEST(WheelBelief, VelocityLoopCorrectionVanishesAtRestOfTheLoop) {
+  WheelBelief slow(limited, kRadius, {});
+  for (int k = 0; k < 100; ++k) slow.predict(5.0);
+  EXPECT_NEAR(slow.speed(), 0.1 * 10.0, 1e-9);
+  EXPECT_NEAR(slow.acceleration(), 10.0, 1e-9);
   PlantModel loop = model(0.0, 0.05);
   loop.velocity_loop_integral = 8.0;
   WheelBelief wheel(loop, kRadius, {});
@@ -86,14 +83,14 @@ std::pair<double, double> largestOfASoftLoop(double timing_time_constant, double
   return {largest, known};
 }
 
-TEST(WheelBelief, WhatFadesIsTimingWhatStaysIsADisturbance) {
+TEST(WheelBelief, FadingErrorsAreTimingAndLastingOnesADisturbance) {
   const double white = largestOfASoftLoop(0.0, 1.0).first, coloured = largestOfASoftLoop(0.035, 1.0).first;
   EXPECT_GT(white, 0.1) << "a soft loop that is taken for a disturbance";
   EXPECT_LT(coloured, 0.5 * white);
   EXPECT_LT(largestOfASoftLoop(0.035, 1.2).second, 0.3) << "found as soon as it has outlasted the timing";
 }
 
-TEST(WheelBelief, SpeedIsThatOfTheWheelWhoeverIsLate) {
+TEST(WheelBelief, SpeedIsThatOfALateWheel) {
   WheelBeliefParameters parameters;
   parameters.timing_time_constant = 0.05;
   WheelBelief wheel(model(0.04, 0.006), kRadius, parameters), truth(model(0.06, 0.06), kRadius, {});
@@ -144,7 +141,7 @@ TEST(WheelBelief, DistrustsMeasurementsWhileItAccelerates) {
   EXPECT_LT(std::abs(moving.disturbance() - before), 0.5 * std::abs(still.disturbance()));
 }
 
-TEST(WheelBelief, LearnsTheLimitOfASlowMotorAndNoneOfAQuickOrABlockedOne) {
+TEST(WheelBelief, LearnsTheLimitOfASlowMotorAlone) {
   // A ramp of the command at the model's limit, then the goal; the wheel by its own limit.
   const auto share = [](double limit_factor) {
     WheelBeliefParameters parameters;
@@ -173,8 +170,8 @@ TEST(WheelBelief, LearnsTheLimitOfASlowMotorAndNoneOfAQuickOrABlockedOne) {
   EXPECT_NEAR(share(0.0), 1.0, 1e-9) << "blocked";
 }
 
-TEST(WheelBelief, ALearnedLimitIsForgottenWhenTheWheelDoesNotRampAtAll) {
-  // A slow motor, then somebody else's commands: the wheel keeps a speed that the believed disturbance contradicts.
+TEST(WheelBelief, LearnedLimitIsForgottenAtConstantSpeed) {
+  // A slow motor, then another source's commands: the wheel keeps a speed that the believed disturbance contradicts.
   WheelBeliefParameters parameters;
   parameters.limit_deviation = 0.6;
   PlantModel drive = model(0.0, 0.006);
@@ -217,32 +214,29 @@ double largestOfALoad(double turning) {
   return largest;
 }
 
-TEST(WheelBelief, WhatTheGroundTakesInATurnIsNoDisturbanceOfItsMotor) {
+TEST(WheelBelief, LoadOfATurnIsNoDisturbance) {
   EXPECT_LT(largestOfALoad(1.0), 0.1);
   EXPECT_LT(2.0 * largestOfALoad(1.0), largestOfALoad(0.0)) << "on a straight line it is found sooner";
 }
 
-TEST(WheelBelief, SmallLearningRateMovesLessTowardsTheSameSide) {
-  WheelBeliefParameters slow;
+TEST(WheelBelief, CorrectionIsTheMinimumOfTheFreeEnergyTimesTheLearningRate) {
+  WheelBeliefParameters parameters, slow;
   slow.learning_rate = 0.1;
-  WheelBelief a(model(0.0, 0.05), kRadius, {}), b(model(0.0, 0.05), kRadius, slow);
-  a.correct(1.0);
-  b.correct(1.0);
+  WheelBelief a(model(0.0, 0.05), kRadius, parameters), b(model(0.0, 0.05), kRadius, slow);
+  const double variance = a.covariance()(0, 0) + parameters.measurement_variance;
+  EXPECT_NEAR(a.correct(0.2), 0.5 * 0.04 / variance, 1e-9) << "F = 1/2 eps^2 / (C P C' + Sigma)";
+  b.correct(0.2);
   EXPECT_NEAR(b.speed(), 0.1 * a.speed(), 1e-12);
-  EXPECT_DOUBLE_EQ(a.measurement() - a.predicted(), 1.0);
+  EXPECT_DOUBLE_EQ(a.measurement() - a.predicted(), 0.2);
 }
 
-TEST(WheelBelief, FreeEnergyOfTheMinimumIsThatOfTheInnovation) {
-  // At its minimum F = 1/2 eps^2 / (C P C' + Sigma).
-  const WheelBeliefParameters parameters;
-  WheelBelief wheel(model(0.0, 0.05), kRadius, parameters);
-  const double variance = wheel.covariance()(0, 0) + parameters.measurement_variance;
-  EXPECT_NEAR(wheel.correct(0.2), 0.5 * 0.04 / variance, 1e-9);
-}
-
-TEST(WheelBelief, ASeedLeavesTheCommandsUnderWay) {
+TEST(WheelBelief, SeedKeepsTheCommandsUnderWayAndResetForgetsThem) {
   WheelBelief seeded(model(0.1, 0.02), kRadius, {});
   for (int k = 0; k < 90; ++k) seeded.predict(5.0);
+  WheelBelief reset = seeded;
+  reset.reset(0.0);
+  for (int k = 0; k < 90; ++k) reset.predict(0.0);
+  EXPECT_EQ(reset.speed(), 0.0);
   seeded.seed(3.0);
   EXPECT_EQ(seeded.speed(), 3.0);
   for (int k = 0; k < 100; ++k) seeded.predict(0.0);
@@ -251,15 +245,7 @@ TEST(WheelBelief, ASeedLeavesTheCommandsUnderWay) {
   EXPECT_NEAR(seeded.speed(), 0.0, 0.1);
 }
 
-TEST(WheelBelief, ResetForgetsCommandsUnderWay) {
-  WheelBelief wheel(model(0.1, 0.02), kRadius, {});
-  for (int k = 0; k < 90; ++k) wheel.predict(5.0);
-  wheel.reset(0.0);
-  for (int k = 0; k < 90; ++k) wheel.predict(0.0);
-  EXPECT_EQ(wheel.speed(), 0.0);
-}
-
-TEST(WheelBelief, ADisturbanceThatIsWrongIsFoundOnAWheelThatKeepsItsSpeed) {
+TEST(WheelBelief, WrongDisturbanceIsFoundAtConstantSpeed) {
   // Its own limit, which the wheel does not follow, would hide for ever that the disturbance is another one now.
   PlantModel model;
   model.dead_time = 0.0;
@@ -280,7 +266,7 @@ TEST(WheelBelief, ADisturbanceThatIsWrongIsFoundOnAWheelThatKeepsItsSpeed) {
   EXPECT_NEAR(belief.speed(), -2.2, 0.02);
 }
 
-TEST(WheelBelief, TheVarianceOfAWheelThatKeepsItsSpeedAtTheLimitStaysPositive) {
+TEST(WheelBelief, VarianceAtTheLimitStaysPositive) {
   // At the limit its motion is out of the covariance, and with it how that goes with the timing.
   PlantModel told, robot;
   told.acceleration_limit = 0.8;

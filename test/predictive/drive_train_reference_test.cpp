@@ -33,7 +33,7 @@ TEST(DriveTrainReference, InputMakesTheModelFollowThePath) {
   }
 }
 
-TEST(DriveTrainReference, AnInputThatMayOnlyChangeSlowlyEndsInTime) {
+TEST(DriveTrainReference, InputOfLimitedChangeEndsInTime) {
   PlantModel model = driveTrain();
   model.lag = 0.0455;
   model.velocity_loop_integral = 8.0;
@@ -59,7 +59,7 @@ TEST(DriveTrainReference, AnInputThatMayOnlyChangeSlowlyEndsInTime) {
   }
 }
 
-TEST(DriveTrainReference, WheelsThatHardlyDifferStayTogetherAtTheAccelerationLimit) {
+TEST(DriveTrainReference, NearlyEqualWheelsStayTogetherAtTheLimit) {
   PlantModel model = driveTrain();
   model.velocity_loop_integral = 8.0;
   DriveTrainReference left(model, 0.098, 0.01, 0.02), right(model, 0.098, 0.01, 0.02);

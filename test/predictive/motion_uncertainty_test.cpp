@@ -20,7 +20,7 @@ double yaw(const MotionUncertainty& u, double yaw_rate = 0.0, double offset = 0.
   return u.yawVariance(kBelieved, {0.0, 0.0, yaw_rate}, offset);
 }
 
-TEST(MotionUncertainty, IsThatOfTheBeliefsWhileInnovationsAreWhatTheyExpect) {
+TEST(MotionUncertainty, IsThatOfTheBeliefsUnderExpectedInnovations) {
   MotionUncertainty u(kRadius, kTrack, false);
   for (int i = 0; i < 500; ++i) {
     u.learnWheels(0.5, kPeriod);
@@ -43,7 +43,7 @@ TEST(MotionUncertainty, GrowsAndFallsWithTheInnovationsOfItsOwnSensor) {
   EXPECT_NEAR(yaw(u), 16.0 * kBelieved, 0.01 * kBelieved);
 }
 
-TEST(MotionUncertainty, IsBoundedWhateverComes) {
+TEST(MotionUncertainty, IsBoundedForAnyInnovations) {
   MotionUncertainty u(kRadius, kTrack, false);
   for (int i = 0; i < 1000; ++i) {
     u.learnWheels(0.0, kPeriod);
@@ -53,7 +53,7 @@ TEST(MotionUncertainty, IsBoundedWhateverComes) {
   EXPECT_NEAR(yaw(u), MotionUncertainty::kLargestFactor * kBelieved, 1e-9);
 }
 
-TEST(MotionUncertainty, AnOutlierIsForgottenWithinTenthsOfASecondAndABurstIsNoticedAtOnce) {
+TEST(MotionUncertainty, OutlierIsNoticedAtOnceAndForgottenInHalfASecond) {
   MotionUncertainty u(kRadius, kTrack, false);
   for (int i = 0; i < 100; ++i) u.learnGyro(0.5, kPeriod);
   u.learnGyro(50.0, kPeriod);
@@ -62,7 +62,7 @@ TEST(MotionUncertainty, AnOutlierIsForgottenWithinTenthsOfASecondAndABurstIsNoti
   EXPECT_LT(yaw(u), 1.2 * kBelieved);
 }
 
-TEST(MotionUncertainty, KnowsNeitherTheRadiusOfTheTyresNorTheOffsetOfTheGyro) {
+TEST(MotionUncertainty, IncludesTheRadiusOfTheTyresAndTheOffsetOfTheGyro) {
   const MotionUncertainty u(kRadius, kTrack, false);
   EXPECT_NEAR(std::sqrt(forward(u, 1.0) - kBelieved), MotionUncertainty::kRadiusDeviation, 1e-9);
   EXPECT_NEAR(std::sqrt(forward(u, -2.0) - kBelieved), 2.0 * MotionUncertainty::kRadiusDeviation, 1e-9);
@@ -85,12 +85,12 @@ TEST(MotionUncertainty, SlipOutlastsTheAccelerationOfTheWheels) {
 TEST(MotionUncertainty, TurningInIsUncertainWhereTheGyroSurprises) {
   MotionUncertainty u(kRadius, kTrack, false);
   for (int i = 0; i < 100; ++i) u.predict(-10.0, 10.0, kTick);
-  EXPECT_NEAR(yaw(u), kBelieved, 1e-12) << "the gyro tells";
+  EXPECT_NEAR(yaw(u), kBelieved, 1e-12) << "the gyro shows it";
   for (int i = 0; i < 100; ++i) u.learnGyro(1.0, kPeriod);
   EXPECT_GT(yaw(u), 1e3 * kBelieved);
 }
 
-TEST(MotionUncertainty, GroundThatTurnsTheBodyUnevenlyMovesItsCentre) {
+TEST(MotionUncertainty, UnevenTurnsMoveTheCentreOfTurning) {
   MotionUncertainty even(kRadius, kTrack, false), uneven(even);
   for (int i = 0; i < 500; ++i) {
     even.learnTurn(i % 2 == 0 ? 0.45 : 0.55, 0.5, kPeriod);

@@ -60,13 +60,10 @@ TEST(TurnModel, LearnsHowTheTurnDependsOnTheMotion) {
       EXPECT_NEAR(model.difference(yawRateOf(truth, m), m.v), m.x, 0.01);
     }
   }
-}
-
-TEST(TurnModel, StaysOneTrackWhereTheRobotHasOne) {
-  TurnModel model(kRatio);
-  drive({1.4, 0.0, 0.0, 0.0}, 120, model);
-  EXPECT_NEAR(model.inPlace(), 1.4, 0.005);
-  EXPECT_LT(model.mean().tail<3>().cwiseAbs().maxCoeff(), 0.01 * kRatio);
+  TurnModel one(kRatio);
+  drive({1.4, 0.0, 0.0, 0.0}, 120, one);
+  EXPECT_NEAR(one.inPlace(), 1.4, 0.005);
+  EXPECT_LT(one.mean().tail<3>().cwiseAbs().maxCoeff(), 0.01 * kRatio) << "stays one track";
 }
 
 TEST(TurnModel, FindsTheTrackWithinTheFirstTurn) {
@@ -77,7 +74,7 @@ TEST(TurnModel, FindsTheTrackWithinTheFirstTurn) {
   EXPECT_EQ(model.mean()(1), 0.0) << "turning in place says nothing about the speed";
 }
 
-TEST(TurnModel, DoesNotCountASecondAsThatManyMeasurements) {
+TEST(TurnModel, LearnsByTimeAndNotByTheNumberOfSamples) {
   TurnModel slow(kRatio), fast(kRatio);  // gyros at 50 and at 200 Hz
   for (int k = 0; k < 50; ++k) take(slow, 0.8, {0.5, 0.5}, 0.02);
   for (int k = 0; k < 200; ++k) take(fast, 0.8, {0.5, 0.5}, 0.005);
@@ -87,7 +84,7 @@ TEST(TurnModel, DoesNotCountASecondAsThatManyMeasurements) {
             0.02 * slow.coefficients().covariance.cwiseAbs().maxCoeff());
 }
 
-TEST(TurnModel, StraightLineTellsTheVeerAlone) {
+TEST(TurnModel, StraightLineShowsTheVeerAlone) {
   TurnModel model(kRatio);
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0.0, 0.01);
@@ -133,7 +130,7 @@ TEST(TurnModel, CoefficientsAreAPriorForTheNextDrive) {
       << "what is known moves less by one sample";
 }
 
-TEST(TurnModel, StaysInvertibleWhateverItIsTaught) {
+TEST(TurnModel, StaysInvertibleUnderRandomSamples) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> any(-5.0, 5.0);
   TurnModel model(kRatio);
@@ -166,8 +163,8 @@ TEST(TurnModel, DerivativesAreThoseOfTheYawRate) {
   }
 }
 
-/// What one turn has taught about the ground does not last: the next turn is that of the robot.
-TEST(TurnModel, WhatTheGroundMakesOfATurnFadesWhetherTheRobotTurnsOrRests) {
+/// The ground of one turn does not last: the next turn is that of the robot.
+TEST(TurnModel, GroundOfATurnFades) {
   TurnModel model(kRatio);
   drive({1.5, 0.0, 0.0, 0.0}, 120, model);
   for (int k = 0; k < 25; ++k) take(model, 1.3 * 0.5, {0.5, 0.0});  // half a second on slippery ground
@@ -178,7 +175,7 @@ TEST(TurnModel, WhatTheGroundMakesOfATurnFadesWhetherTheRobotTurnsOrRests) {
   EXPECT_NEAR(model.difference(0.75, 0.0), 0.5, 0.02);
 }
 
-/// Of a robot of which nothing is known the first turn tells the robot: it is still known after a rest.
+/// The first turn of an unknown robot is the robot's: it is still known after a rest.
 TEST(TurnModel, TheFirstTurnIsRemembered) {
   TurnModel model(kRatio);
   for (int k = 0; k < 150; ++k) take(model, 1.5 * 0.5, {0.5, 0.0});

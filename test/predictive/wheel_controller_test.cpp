@@ -54,8 +54,8 @@ TEST(WheelController, CancelsTheDisturbanceThatItBelieves) {
   }
 }
 
-TEST(WheelController, MakesUpForNoMoreThanAMotorWithinTheRange) {
-  // A wheel that follows nothing, and does again: it is not thrown forward.
+TEST(WheelController, CompensatesNoMoreThanTheRange) {
+  // A wheel that does not follow is not thrown forward when it does again.
   WheelController wheel(PredictiveParameters{}, driveTrain(), kRadius);
   for (int k = 0; k < 500; ++k) {
     for (int i = 0; i < 20; ++i) wheel.predict();
@@ -67,7 +67,7 @@ TEST(WheelController, MakesUpForNoMoreThanAMotorWithinTheRange) {
   EXPECT_LT(wheel.belief().disturbance(), -7.0);
 }
 
-TEST(WheelController, MakesUpForTheOffsetOfItsModel) {
+TEST(WheelController, CompensatesTheOffsetOfItsModel) {
   PlantModel with = driveTrain();
   with.offset = 0.5;
   WheelController wheel({}, with, kRadius), without({}, driveTrain(), kRadius);
@@ -91,7 +91,7 @@ TEST(WheelController, MakesUpForTheOffsetOfItsModel) {
   }
 }
 
-TEST(WheelController, WhatIsHeldOfACommandIsLessTheOffset) {
+TEST(WheelController, HeldCommandIsReducedByTheOffset) {
   PlantModel with = driveTrain();
   with.offset = 0.5;
   WheelController wheel({}, with, kRadius), without({}, driveTrain(), kRadius);
@@ -103,7 +103,7 @@ TEST(WheelController, WhatIsHeldOfACommandIsLessTheOffset) {
   wheel.overrule(0.3);
   without.overrule(0.0);
   EXPECT_EQ(wheel.action(), 0.3);
-  EXPECT_NEAR(wheel.path().speed(), without.path().speed(), 1e-12) << "within the dead zone it is none";
+  EXPECT_NEAR(wheel.path().speed(), without.path().speed(), 1e-12) << "within the dead zone";
 }
 
 TEST(WheelController, ASmallLearningRateGoesOnlyAPartOfTheWay) {
@@ -126,18 +126,18 @@ TEST(WheelController, ThePathEndsWhereTheHeldCommandTakesIt) {
   EXPECT_EQ(stopped.action(), 0.0);
 }
 
-TEST(WheelController, AStandingWheelIsDrivenByNothing) {
+TEST(WheelController, RestReleasesTheActionAndKeepsTheBelief) {
   Loop loop(0.3);
   loop.drive(5.0, 50);
   const double before = loop.wheel.action();
   loop.wheel.rest(2.0 * std::abs(before));
   EXPECT_EQ(loop.wheel.action(), before);
   loop.wheel.rest(0.5);
-  EXPECT_EQ(loop.wheel.action(), 0.5) << "it is released by and by";
+  EXPECT_EQ(loop.wheel.action(), 0.5) << "it is released slowly";
   loop.wheel.rest(0.0);
   EXPECT_EQ(loop.wheel.action(), 0.0);
   EXPECT_EQ(loop.wheel.path().speed(), 0.0);
-  EXPECT_NE(loop.wheel.belief().disturbance(), 0.0) << "what is believed of the wheel stays";
+  EXPECT_NE(loop.wheel.belief().disturbance(), 0.0) << "the belief stays";
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kStep = 0.001;
 
-TEST(YawRateBelief, IsUnbiasedInASteadyTurnWhateverTheWheelsSay) {
+TEST(YawRateBelief, IsUnbiasedInASteadyTurn) {
   YawRateBelief yaw({});
   for (int k = 0; k < 200; ++k) yaw.predict(5.0, kStep);  // the wheels ask for 1 rad/s, the robot does 0.8
   for (int k = 1; k <= 2000; ++k) {
@@ -46,7 +46,7 @@ TEST(YawRateBelief, FollowsTheWheelsBetweenMeasurementsAndTheGyroWhileTurningIn)
   EXPECT_GT(steady.yawRate(), -0.08) << "a single reading moves it less when nothing was asked for";
 }
 
-TEST(YawRateBelief, ToldVarianceIsThatOfItsError) {
+TEST(YawRateBelief, VarianceIsThatOfItsError) {
   YawRateBeliefParameters parameters;
   std::mt19937 random(9);
   std::normal_distribution<double> unit(0.0, 1.0);
@@ -65,7 +65,7 @@ TEST(YawRateBelief, ToldVarianceIsThatOfItsError) {
   EXPECT_NEAR(sum / kRuns, 1.0, 0.1);
 }
 
-TEST(YawRateBelief, WithoutAGyroItIsWhatTheWheelsSay) {
+TEST(YawRateBelief, FollowsTheWheelsWithoutAGyro) {
   YawRateBelief yaw({});
   yaw.correct(5.0);
   yaw.follow(0.4, 1e-4);

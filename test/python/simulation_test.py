@@ -18,7 +18,7 @@ SOURCE = pathlib.Path(__file__).resolve().parents[2]
 
 
 def same(one, other):
-    """Whether two drives are equal to the bit."""
+    """Whether two drives are equal in every number."""
     return all(numpy.array_equal(value, other.columns()[name], equal_nan=value.dtype.kind == 'f')
                for name, value in one.columns().items())
 
@@ -73,39 +73,37 @@ class Drives(unittest.TestCase):
         self.assertFalse(same(drive(payload=10.0), nominal))
         self.assertTrue(numpy.isnan(nominal.believed_speed).all())
 
-    def test_with_parameters_keep_to_the_limits_of_the_node(self):
-        slow = jackal_aic.Parameters('predictive', 'ground', overrides={'limits.linear_speed': 0.3})
-        drive = jackal_aic.simulate('ground', slow, (0.5, 0.0))
-        self.assertAlmostEqual(drive.speed[-1], 0.3, delta=0.02)
-
-    def test_of_a_turn_settle_too(self):
+    def test_of_a_turn_settle_and_keep_to_the_limits_of_their_parameters(self):
         drive = jackal_aic.simulate('ground', 'predictive', (0.0, 0.5), duration=4.0)
         self.assertLess(drive.settling_time('yaw_rate'), 2.0)
         with self.assertRaisesRegex(ValueError, "channel = 'speed': its set point never changes"):
             drive.settling_time()
+        slow = jackal_aic.Parameters('predictive', 'ground', overrides={'limits.linear_speed': 0.3})
+        self.assertAlmostEqual(jackal_aic.simulate('ground', slow, (0.5, 0.0)).speed[-1], 0.3, delta=0.02)
 
     def test_errors_name_value_and_bound(self):
-        def refused(words, *arguments, **options):
+        drive, fault = ('ground', 'predictive', (0.5, 0.0)), jackal_aic.Fault
+        for words, arguments, options in (
+            (r"plant = 'moon': unknown; known: box, ground, real", ('moon',) + drive[1:], {}),
+            (r"controller = 'pid': unknown; known: diff_drive", ('ground', 'pid', (0.5, 0.0)), {}),
+            (r'controller = int: must be a VelocityController', ('ground', 3, (0.5, 0.0)), {}),
+            (r'duration = 4000: must be above 0 and at most 3600 s', drive, {'duration': 4000}),
+            (r'set_points\[0\]: speed = 50: must be within \+-10 m/s', drive[:2] + ((50.0, 0.0),), {}),
+            (r'set_points\[1\]: time = 1: must be later than that before it, 1 s', drive[:2] + ([(1, 0.5, 0), (1, 0, 0)],), {}),
+            (r'set_points\[0\]: time = 5: must be in \[0, 3\) s', drive[:2] + ([(5, 0.5, 0)],), {}),
+            (r'set_points: must be \(speed, yaw rate\) or a list', drive[:2] + ((0.5,),), {}),
+            (r'set_points = \[\]: must hold at least one', drive[:2] + ([],), {}),
+            (r'plant.dead_time = 3: must be in \[0, 2\] s', drive, {'overrides': {'plant.dead_time': 3}}),
+            (r'plant.seed = -1: ', drive, {'seed': -1}),
+            (r'plant.mass = 3: unknown key', drive, {'overrides': {'plant.mass': 3}}),
+            (r'controller.kappa_a = 3: unknown key for this controller', ('ground', Baseline(), (0.5, 0)),
+             {'overrides': {'controller.kappa_a': 3}}),
+            (r'controller.kappa_a = 3: unknown key for this controller',
+             ('ground', jackal_aic.Parameters('standard', 'ground'), (0.5, 0)), {'overrides': {'controller.kappa_a': 3}}),
+            (r"fault 'melt': unknown; known: freeze", drive, {'faults': [fault('melt')]}),
+            (r"fault 'push': channel = 'left': must be one of forward, yaw_rate", drive, {'faults': [fault('push', 1.0, 'left', 100.0)]})):
             with self.assertRaisesRegex(ValueError, words):
                 jackal_aic.simulate(*arguments, **options)
-        refused(r"plant = 'moon': unknown; known: box, ground, real", 'moon', 'predictive', (0.5, 0.0))
-        refused(r"controller = 'pid': unknown; known: diff_drive", 'ground', 'pid', (0.5, 0.0))
-        refused(r'controller = int: must be a VelocityController', 'ground', 3, (0.5, 0.0))
-        refused(r'duration = 4000: must be above 0 and at most 3600 s', 'ground', 'predictive', (0.5, 0.0), duration=4000)
-        refused(r'set_points\[0\]: speed = 50: must be within \+-10 m/s', 'ground', 'predictive', (50.0, 0.0))
-        refused(r'set_points\[1\]: time = 1: must be later than that before it, 1 s', 'ground', 'predictive', [(1, 0.5, 0), (1, 0, 0)])
-        refused(r'set_points\[0\]: time = 5: must be in \[0, 3\) s', 'ground', 'predictive', [(5, 0.5, 0)])
-        refused(r'set_points: must be \(speed, yaw rate\) or a list', 'ground', 'predictive', (0.5,))
-        refused(r'set_points = \[\]: must hold at least one', 'ground', 'predictive', [])
-        refused(r'plant.dead_time = 3: must be in \[0, 2\] s', 'ground', 'predictive', (0.5, 0), overrides={'plant.dead_time': 3})
-        refused(r'plant.seed = -1: ', 'ground', 'predictive', (0.5, 0), seed=-1)
-        refused(r'plant.mass = 3: unknown key', 'ground', 'predictive', (0.5, 0), overrides={'plant.mass': 3})
-        refused(r'controller.kappa_a = 3: unknown key for this controller', 'ground', Baseline(), (0.5, 0), overrides={'controller.kappa_a': 3})
-        refused(r'controller.kappa_a = 3: unknown key for this controller', 'ground', jackal_aic.Parameters('standard', 'ground'), (0.5, 0),
-                overrides={'controller.kappa_a': 3})
-        refused(r"fault 'melt': unknown; known: freeze", 'ground', 'predictive', (0.5, 0), faults=[jackal_aic.Fault('melt')])
-        refused(r"fault 'push': channel = 'left': must be one of forward, yaw_rate", 'ground', 'predictive', (0.5, 0),
-                faults=[jackal_aic.Fault('push', 1.0, 'left', 100.0)])
 
 
 class Figures(unittest.TestCase):
@@ -124,24 +122,6 @@ class Figures(unittest.TestCase):
                              ('believed_speed', 'belief_mps'), ('command_left', 'command_left_radps')):
             wanted = [float(sample[theirs]) for sample in samples]
             numpy.testing.assert_allclose(getattr(drive, ours)[every], wanted, rtol=1e-5, atol=1e-9, err_msg=ours)
-
-    def test_are_those_of_the_golden_tables(self):
-        compared = 0
-        for table in ('table_3-1a', 'table_3-1b', 'table_5-6'):
-            for row in csv.DictReader((SOURCE / 'test/closed_loop/golden' / (table + '.csv')).open()):
-                overrides = {'controller.' + key: row[key] for key in ('integrator', 'tau', 'kappa_mu', 'kappa_a', 'orders') if row[key]}
-                if row['belief_hz']:
-                    overrides.update({'controller.belief_rate': row['belief_hz'], 'controller.action_rate': row['action_hz']})
-                drive = jackal_aic.simulate(row['plant'], row['controller'], (float(row['step_mps']), float(row['step_radps'])),
-                                            duration=4.5, overrides=overrides, as_printed=True)
-                response = drive.response()
-                for column, value in (('settling_s', response.settling_time), ('rise_s', response.rise_time),
-                                      ('overshoot_pct', response.overshoot), ('steady_error_pct', response.steady_error)):
-                    self.assertEqual(value is None, row[column] == '', (table, row))
-                    if value is not None:
-                        self.assertAlmostEqual(value, float(row[column]), delta=max(0.005, 0.01 * abs(value)), msg=(table, row))
-                        compared += 1
-        self.assertGreater(compared, 80)
 
 
 class Faults(unittest.TestCase):

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace jackal_aic {
@@ -9,10 +10,10 @@ namespace {
 
 constexpr double kPeriod = 0.02;  // s
 
-/// Our commands through a delay to the motors, unless another's are there.
+/// Our commands reach the motors after a delay, unless another's are applied.
 class MotorShareTest : public testing::Test {
  protected:
-  /// Sends a command, or offers while another drives, and applies what the motors get. @param another instead of ours.
+  /// Sends a command, or an offer while another drives, and tells what the motors get. @param another in place of ours.
   void step(const WheelCommand& wish, const WheelCommand* another = nullptr) {
     time_ += kPeriod;
     const WheelCommand sent = share.ours(time_) ? wish : share.offer(wish);
@@ -31,48 +32,45 @@ class MotorShareTest : public testing::Test {
   WheelCommand before_, delayed_;
 };
 
-TEST_F(MotorShareTest, WithoutAWordEverythingIsOurs) {
+TEST_F(MotorShareTest, AppliedCommandIsOfTheBestSource) {
   EXPECT_FALSE(share.applied(1.0));
   EXPECT_TRUE(share.ours(1.0));
-}
-
-TEST_F(MotorShareTest, WheelsTellWhatTheMotorsGotUnlessACommandDoes) {
   for (const double speed : {1.0, 2.0, 3.0}) {
     share.apply(speed, {speed, speed}, AppliedSource::wheels);
     EXPECT_EQ(share.applied(speed), (WheelCommand{speed, speed}));
   }
-  for (const AppliedSource told : {AppliedSource::twist, AppliedSource::drive}) {
-    share.apply(4.0, {4.0, 4.0}, told);
+  for (const AppliedSource source : {AppliedSource::twist, AppliedSource::drive}) {
+    share.apply(4.0, {4.0, 4.0}, source);
     share.apply(4.0, {5.0, 5.0}, AppliedSource::wheels);
     EXPECT_EQ(share.applied(4.0), (WheelCommand{4.0, 4.0}));
   }
 }
 
-TEST_F(MotorShareTest, OurOwnCommandsAreOursWhileTheyMove) {
+TEST_F(MotorShareTest, MovingOrRampedCommandsOfOursAreOurs) {
   for (int i = 0; i < 500; ++i) {
     step({5.0 * std::sin(0.02 * i), -5.0 * std::sin(0.03 * i)});
     ASSERT_TRUE(share.ours(time_)) << i;
   }
-}
-
-TEST_F(MotorShareTest, ARampBehindAStepOfOursIsOurs) {
   steps(1.0, {});
-  WheelCommand ramp;
+  WheelCommand ramp;  // of a multiplexer with an acceleration limit
   for (int i = 0; i < 100; ++i) {
     ramp.left = ramp.right = std::min(5.0, ramp.left + 0.05);
     step({5.0, 5.0}, &ramp);
-    ASSERT_TRUE(share.ours(time_)) << "a multiplexer with a limit of its own: " << ramp.left;
+    ASSERT_TRUE(share.ours(time_)) << ramp.left;
   }
+  const WheelCommand wish{5.0, 5.0};
+  steps(3.0, wish, &wish);
+  EXPECT_TRUE(share.ours(time_)) << "another source with the same command";
 }
 
-TEST_F(MotorShareTest, AnothersCommandsAreFoundAndGivenBackWithoutAJump) {
+TEST_F(MotorShareTest, AnothersCommandsAreDetectedAndTakenBackWithoutAJump) {
   const WheelCommand wish{5.0, 5.0}, joystick{2.0, -1.0};
   steps(2.0, wish);
   steps(MotorShare::kPatience + 3 * kPeriod, wish, &joystick);
   EXPECT_FALSE(share.ours(time_));
   for (int i = 0; i < 150; ++i) {
     step(wish, &joystick);
-    ASSERT_FALSE(share.ours(time_)) << "the offers are no sign that the motors are ours";
+    ASSERT_FALSE(share.ours(time_)) << "our offers are near the joystick's command";
   }
   const WheelCommand offer = share.offer(wish);
   EXPECT_LE(std::abs(offer.left - joystick.left), MotorShare::kOffer);
@@ -81,24 +79,24 @@ TEST_F(MotorShareTest, AnothersCommandsAreFoundAndGivenBackWithoutAJump) {
   EXPECT_GT(offer.right, joystick.right);
   steps(0.1, wish);
   EXPECT_TRUE(share.ours(time_));
-}
-
-TEST_F(MotorShareTest, AnotherWhoWantsTheSameIsAsGoodAsOurs) {
-  const WheelCommand wish{5.0, 5.0};
-  steps(1.0, wish);
-  steps(3.0, wish, &wish);
-  EXPECT_TRUE(share.ours(time_));
-}
-
-TEST_F(MotorShareTest, SilenceTellsNothing) {
-  const WheelCommand wish{5.0, 5.0}, joystick{};
-  steps(2.0, wish);
   steps(1.0, wish, &joystick);
   ASSERT_FALSE(share.ours(time_));
-  EXPECT_TRUE(share.ours(time_ + MotorShare::kSilence + 0.01));
+  EXPECT_TRUE(share.ours(time_ + MotorShare::kSilence + 0.01)) << "nothing is known any more";
 }
 
-TEST_F(MotorShareTest, OursMayBeOffByThreeTenthsAndATwentieth) {
+TEST_F(MotorShareTest, OffersAroundAnothersCommandDoNotMakeItOurs) {
+  const WheelCommand joystick{2.0, 2.0};
+  steps(1.0, {});
+  steps(1.0, {5.0, 5.0}, &joystick);
+  ASSERT_FALSE(share.ours(time_));
+  for (int i = 0; i < 50; ++i) {
+    const double wish = i % 2 == 0 ? 8.0 : -8.0;
+    step({wish, wish}, &joystick);
+    ASSERT_FALSE(share.ours(time_)) << i;
+  }
+}
+
+TEST_F(MotorShareTest, ToleranceIsThreeTenthsPlusATwentieth) {
   steps(1.0, {});
   const WheelCommand within{0.31, -0.31}, beyond{0.32, 0.0};  // 0.3 + 0.05 x 0.31 is 0.3155
   steps(1.0, {}, &within);
@@ -107,7 +105,7 @@ TEST_F(MotorShareTest, OursMayBeOffByThreeTenthsAndATwentieth) {
   EXPECT_FALSE(share.ours(time_));
 }
 
-/// Whether commands that come nearer to ours by so much every 0.18 s are ours.
+/// Whether commands that approach ours by so much every 0.18 s are ours.
 bool isApproach(double step) {
   MotorShare share;
   share.send(0.0, {10.0, 10.0});
@@ -123,24 +121,12 @@ bool isApproach(double step) {
   return true;
 }
 
-TEST(MotorShareApproach, IsTwoTenthsWithinThePatience) {
+TEST(MotorShareApproach, NeedsTwoTenthsWithinThePatience) {
   EXPECT_TRUE(isApproach(0.24));
   EXPECT_FALSE(isApproach(0.15));
 }
 
-TEST_F(MotorShareTest, AnothersCommandAmongOffersThatSurroundItIsNotOurs) {
-  const WheelCommand joystick{2.0, 2.0};
-  steps(1.0, {});
-  steps(1.0, {5.0, 5.0}, &joystick);
-  ASSERT_FALSE(share.ours(time_));
-  for (int i = 0; i < 50; ++i) {
-    const double wish = i % 2 == 0 ? 8.0 : -8.0;
-    step({wish, wish}, &joystick);
-    ASSERT_FALSE(share.ours(time_)) << i;
-  }
-}
-
-TEST(MotorShareMemory, IsAsLongAtAnyRate) {
+TEST(MotorShareMemory, CoversTheSameTimeAtAnyRate) {
   for (const int rate : {50, 500, 1000}) {
     MotorShare share;
     const int late = rate / 5;  // of a ramp through a transport of 0.2 s

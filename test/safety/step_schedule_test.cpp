@@ -10,25 +10,28 @@ namespace {
 
 constexpr std::int64_t kMs = 1000000;
 
-/// Serves both timers like the node does and writes down the steps: b for belief, A for action.
+/// Serves both timers as the drive loop does and records the steps: b for belief, A for action. Times in ms.
 struct Timers {
   StepSchedule schedule{kMs, 20, 5};
   std::string steps;
 
-  void belief(std::int64_t now) {
-    for (int due = schedule.beliefStepsDue(now); due > 0; --due) beliefStep();
+  Timers() { schedule.start(0); }
+
+  void belief(double now) {
+    for (int due = schedule.beliefStepsDue(nanoseconds(now)); due > 0; --due) beliefStep();
   }
-  void action(std::int64_t expected) {
-    for (int periods = schedule.actionPeriodsDue(expected); periods > 0; --periods) {
+  void action(double expected) {
+    for (int periods = schedule.actionPeriodsDue(nanoseconds(expected)); periods > 0; --periods) {
       while (schedule.beliefStepsLeft() > 0) beliefStep();
       steps += 'A';
-      schedule.actionStepDone(expected);
+      schedule.actionStepDone(nanoseconds(expected));
     }
   }
   void beliefStep() {
     steps += 'b';
     schedule.beliefStepDone();
   }
+  static std::int64_t nanoseconds(double ms) { return static_cast<std::int64_t>(ms * kMs); }
 };
 
 std::string periods(int n) {
@@ -37,91 +40,75 @@ std::string periods(int n) {
   return steps;
 }
 
-TEST(StepSchedule, RunsTwentyBeliefStepsPerActionOnTime) {
-  Timers timers;
-  timers.schedule.start(0);
-  for (std::int64_t t = 1; t <= 100; ++t) {
-    timers.belief(t * kMs);
-    if (t % 20 == 0) timers.action(t * kMs);
-  }
-  EXPECT_EQ(timers.steps, periods(5));
-}
-
 TEST(StepSchedule, SequenceDoesNotDependOnHowTheTimersAreServed) {
   std::mt19937 random(3);
   for (int trial = 0; trial < 200; ++trial) {
     Timers timers;
-    timers.schedule.start(0);
-    for (std::int64_t t = 1; t <= 100; ++t) {
+    for (int t = 1; t <= 100; ++t) {
       const bool action = t % 20 == 0;
-      const bool action_first = random() % 2 == 0;
-      if (action && action_first) timers.action(t * kMs);
-      if (random() % 3 != 0) timers.belief(t * kMs + static_cast<std::int64_t>(random() % kMs));
-      if (action && !action_first) timers.action(t * kMs);
+      const bool on_time = trial == 0, action_first = !on_time && random() % 2 == 0;
+      if (action && action_first) timers.action(t);
+      if (on_time) timers.belief(t);
+      if (!on_time && random() % 3 != 0) timers.belief(t + static_cast<double>(random() % kMs) / kMs);
+      if (action && !action_first) timers.action(t);
     }
     EXPECT_EQ(timers.steps.substr(0, 105), periods(5));
+    if (trial == 0) EXPECT_EQ(timers.steps.size(), 105u);
   }
 }
 
 TEST(StepSchedule, BeliefWaitsAtTheBoundaryForALateAction) {
   Timers timers;
-  timers.schedule.start(0);
-  timers.belief(50 * kMs);
+  timers.belief(50);
   EXPECT_EQ(timers.steps, std::string(20, 'b'));
-  timers.action(40 * kMs);
+  timers.action(40);
   EXPECT_EQ(timers.steps, periods(2));
 }
 
 TEST(StepSchedule, LateTimerCatchesUpByWholePeriodsUpToABound) {
   Timers timers;
-  timers.schedule.start(0);
-  timers.action(60 * kMs);
+  timers.action(60);
   EXPECT_EQ(timers.steps, periods(3));
-  timers.action((60 + 20 * 12) * kMs);
+  timers.action(60 + 20 * 12);
   EXPECT_EQ(timers.steps, periods(8));
   EXPECT_EQ(timers.schedule.droppedPeriods(), 7u);
 }
 
-TEST(StepSchedule, PutOffTimerMovesTheBoundaryAndLosesNoStep) {
-  Timers timers;
-  timers.schedule.start(0);
-  timers.action(27 * kMs);  // put off by 7 ms
-  timers.belief(30 * kMs);
-  timers.action(47 * kMs);
-  EXPECT_EQ(timers.steps, periods(2));
-}
-
-TEST(StepSchedule, TimerBroughtForwardALittleRunsEveryStepOnce) {
-  Timers timers;
-  timers.schedule.start(0);
-  std::int64_t expected = 0;
+TEST(StepSchedule, TimerThatIsPutOffOrBroughtForwardRunsEveryStepOnce) {
+  Timers late;
+  late.action(27);
+  late.belief(30);
+  late.action(47);
+  EXPECT_EQ(late.steps, periods(2));
+  Timers early;
+  double expected = 0.0;
   for (int i = 0; i < 10; ++i) {
-    expected += 20 * kMs - kMs / 2;
-    timers.belief(expected - kMs / 4);
-    timers.action(expected);
-    timers.action(expected + kMs);
+    expected += 19.5;
+    early.belief(expected - 0.25);
+    early.action(expected);
+    early.action(expected + 1);
   }
-  EXPECT_EQ(timers.steps.substr(0, 210), periods(10));
-  EXPECT_EQ(timers.steps.size(), 210u);
-  timers.action(expected + 18 * kMs);
-  EXPECT_EQ(timers.steps.size(), 210u) << "a tenth of a period is no jitter";
+  EXPECT_EQ(early.steps, periods(10));
+  early.action(expected + 18);
+  EXPECT_EQ(early.steps, periods(10)) << "a tenth of a period early is no jitter";
 }
 
 TEST(StepSchedule, NothingIsDueBeforeTheStartOrTwiceAtOnce) {
   Timers timers;
-  timers.belief(100 * kMs);
-  timers.action(100 * kMs);
+  timers.schedule = StepSchedule(kMs, 20, 5);
+  timers.belief(100);
+  timers.action(100);
   EXPECT_EQ(timers.steps, "");
   timers.schedule.start(100 * kMs);
-  timers.belief(100 * kMs);
-  timers.action(100 * kMs);
+  timers.belief(100);
+  timers.action(100);
   EXPECT_EQ(timers.steps, "");
-  timers.action(120 * kMs);
-  timers.action(120 * kMs);
+  timers.action(120);
+  timers.action(120);
   EXPECT_EQ(timers.steps, periods(1));
 }
 
-TEST(StepSchedule, KeepsARateThatIsNoDivisorOfTheCallersClock) {
+TEST(StepSchedule, KeepsARateThatDoesNotDivideTheCallersClock) {
   StepSchedule schedule(1000000000 / 300, 10, 5);
   schedule.start(0);
   int beliefs = 0, actions = 0;

@@ -24,43 +24,34 @@ double speedAfter(MotorLoop& motor, double command, double duration, double spee
   return speed;
 }
 
-TEST(CommandDelay, ActsAfterTheDeadTimeToTheStep) {
-  CommandDelay delay(0.110, kStep);
+TEST(CommandDelay, ActsAfterTheDeadTimeInOrder) {
+  CommandDelay delay(0.110, kStep), at_once(0.0, kStep), late(0.010, kStep);
   delay.push(5, {1.0, 2.0});
+  delay.push(8, {3.0, 3.0});
+  delay.push(8, {4.0, 4.0});
   EXPECT_EQ(delay.acting(114), WheelCommand{});
   EXPECT_EQ(delay.acting(115), (WheelCommand{1.0, 2.0}));
-}
-
-TEST(CommandDelay, KeepsTheOrderOfCommands) {
-  CommandDelay delay(0.010, kStep);
-  delay.push(0, {1.0, 1.0});
-  delay.push(3, {2.0, 2.0});
-  delay.push(3, {3.0, 3.0});
-  EXPECT_EQ(delay.acting(12).left, 1.0);
-  EXPECT_EQ(delay.acting(13).left, 3.0);
-  EXPECT_EQ(delay.acting(1000).left, 3.0);
-}
-
-TEST(CommandDelay, ActsAtOnceWithoutDeadTime) {
-  CommandDelay delay(0.0, kStep);
-  delay.push(7, {1.0, 1.0});
-  EXPECT_EQ(delay.acting(7).left, 1.0);
+  EXPECT_EQ(delay.acting(117).left, 1.0);
+  EXPECT_EQ(delay.acting(118).left, 4.0);
+  EXPECT_EQ(delay.acting(1000).left, 4.0);
+  at_once.push(7, {1.0, 1.0});
+  EXPECT_EQ(at_once.acting(7).left, 1.0);
+  late.push(0, {1.0, 1.0}, 15);
+  late.push(5, {2.0, 2.0}, 2);
+  EXPECT_EQ(late.acting(24), WheelCommand{});
+  EXPECT_EQ(late.acting(25), (WheelCommand{2.0, 2.0})) << "both come at once";
 }
 
 TEST(MotorLoop, FollowsTheFirstOrderLagExactly) {
+  MotorParameters without = parameters();
+  without.lag = 0.0;
+  EXPECT_EQ(MotorLoop(without, kStep).reference(4.0, 0.0), 4.0);
   MotorLoop motor(parameters(), kStep);
   double speed = 0.0;
   for (int n = 1; n <= 200; ++n) {
     speed = motor.reference(4.0, speed);
     EXPECT_NEAR(speed, 4.0 * (1.0 - std::exp(-n * kStep / 0.035)), 1e-12);
   }
-}
-
-TEST(MotorLoop, FollowsAtOnceWithoutLag) {
-  MotorParameters p = parameters();
-  p.lag = 0.0;
-  MotorLoop motor(p, kStep);
-  EXPECT_EQ(motor.reference(4.0, 0.0), 4.0);
 }
 
 TEST(MotorLoop, FollowsThePiLoopsStepResponse) {
@@ -79,7 +70,7 @@ TEST(MotorLoop, FollowsThePiLoopsStepResponse) {
   }
 }
 
-TEST(MotorLoop, GainIsTheSteadyRatioWhateverTheIntegral) {
+TEST(MotorLoop, GainIsTheSteadyRatioForAnyIntegral) {
   for (const double integral : {0.0, 1.1, 20.0}) {
     MotorParameters p = parameters();
     p.gain = 0.8;
@@ -135,14 +126,6 @@ TEST(MotorLoop, ClampsTheTarget) {
   MotorLoop forward(p, kStep), backward(p, kStep);
   EXPECT_NEAR(speedAfter(forward, 1e300, 1.0), 10.0, 1e-6);
   EXPECT_NEAR(speedAfter(backward, -1e300, 1.0), -10.0, 1e-6);
-}
-
-TEST(CommandDelay, LateCommandsKeepTheirOrder) {
-  CommandDelay delay(0.010, kStep);
-  delay.push(0, {1.0, 1.0}, 15);
-  delay.push(5, {2.0, 2.0}, 2);
-  EXPECT_EQ(delay.acting(24), WheelCommand{});
-  EXPECT_EQ(delay.acting(25), (WheelCommand{2.0, 2.0})) << "both come at once";
 }
 
 TEST(MotorLoop, OffsetSlowsTheWheelAndIsADeadBand) {

@@ -71,38 +71,50 @@ TEST(RobotModel, ReadsAMountedImu) {
   EXPECT_NEAR(robot.imu.linear()(2, 2), -1.0, 1e-12);
 }
 
-TEST(RobotModel, RefusesWhatCannotDrive) {
-  EXPECT_EQ(complaint(jackalUrdfWith("joint name=\"rear_left_wheel\"", "joint name=\"rl\"")),
-            "URDF: no joint 'rear_left_wheel'");
-  EXPECT_EQ(complaint(jackalUrdfWith("<mass value=\"0.477\"/>", "<mass value=\"0\"/>")),
-            "URDF: mass of wheel 'front_left_wheel_link' = 0: must be in [0.001, 10000] kg");
-  EXPECT_EQ(complaint(jackalUrdfWith("ixx=\"0.3136\"", "ixx=\"-0.3136\"")),
-            "URDF: smallest principal inertia of the chassis = -0.313954: must be in [1e-09, 100000] kg m^2");
-  EXPECT_EQ(complaint(jackalUrdfWith("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 -1 0\"/>")),
-            "URDF: joint 'front_left_wheel' must turn about +y of base_link (positive is forward)");
-  EXPECT_EQ(complaint(jackalUrdfWith("type=\"continuous\"", "type=\"fixed\"")),
-            "URDF: wheel joint 'front_left_wheel' does not turn: its type must be continuous or revolute");
-  EXPECT_EQ(complaint("<robot name='r'><link name='base_link'/></robot>"), "URDF: no link 'imu_link'");
+/// The Jackal without the inertia of a wheel.
+std::string withoutInertia() {
+  std::string urdf = jackalUrdf();
+  const auto begin = urdf.find("<inertial>", urdf.find("front_left_wheel_link"));
+  return urdf.erase(begin, urdf.find("</inertial>", begin) + std::string("</inertial>").size() - begin);
 }
 
-TEST(RobotModel, RefusesNumbersBeyondAnyRobot) {
-  EXPECT_EQ(complaint(jackalUrdfWith("<mass value=\"16.523\"/>", "<mass value=\"1e300\"/>")),
-            "URDF: mass of the chassis = 1e+300: must be in [0.001, 10000] kg");
-  EXPECT_EQ(complaint(jackalUrdfWith("ixx=\"0.3136\"", "ixx=\"1e300\"")),
-            "URDF: largest principal inertia of the chassis = 1e+300: must be in [1e-09, 100000] kg m^2");
-  EXPECT_EQ(complaint(jackalUrdfWith("ixx=\"0.0013\"", "ixx=\"1e-300\"")),
-            "URDF: smallest principal inertia of wheel 'front_left_wheel_link' = 1e-300: must be in [1e-09, 100000] "
-            "kg m^2");
-  EXPECT_EQ(complaint(jackalUrdfWith("xyz=\"0.012 0.002 0.067\"", "xyz=\"0.012 1e300 0.067\"")),
-            "URDF: centre of mass of the chassis is more than 100 m away");
-  EXPECT_EQ(complaint(jackalUrdfWith("<child link=\"imu_link\"/>\n    <origin xyz=\"0 0 0\"",
-                                     "<child link=\"imu_link\"/>\n    <origin xyz=\"0 1e300 0\"")),
-            "URDF: link 'imu_link' is more than 100 m away");
-  // The hub is far away, the wheel's centre of mass is not.
+/// The Jackal with a hub far away, but not the wheel's centre of mass.
+std::string farHub() {
   std::string urdf = jackalUrdfWith("xyz=\"0.131 0.187795 0.0345\"", "xyz=\"0.131 1000 0.0345\"");
   const auto wheel = urdf.find("<inertial>", urdf.find("<link name=\"front_left_wheel_link\""));
-  urdf.replace(urdf.find("xyz=\"0 0 0\"", wheel), 11, "xyz=\"0 -999.8 0\"");
-  EXPECT_EQ(complaint(urdf), "URDF: joint 'front_left_wheel' is more than 100 m away");
+  return urdf.replace(urdf.find("xyz=\"0 0 0\"", wheel), 11, "xyz=\"0 -999.8 0\"");
+}
+
+TEST(RobotModel, RefusesRobotsThatCannotDriveOrExist) {
+  const std::string imu = "<child link=\"imu_link\"/>\n    <origin xyz=";
+  const std::pair<std::string, const char*> rows[] = {
+      {jackalUrdfWith("joint name=\"rear_left_wheel\"", "joint name=\"rl\""), "no joint 'rear_left_wheel'"},
+      {jackalUrdfWith("<mass value=\"0.477\"/>", "<mass value=\"0\"/>"),
+       "mass of wheel 'front_left_wheel_link' = 0: must be in [0.001, 10000] kg"},
+      {withoutInertia(), "mass of wheel 'front_left_wheel_link' = 0: must be in [0.001, 10000] kg"},
+      {jackalUrdfWith("ixx=\"0.3136\"", "ixx=\"-0.3136\""),
+       "smallest principal inertia of the chassis = -0.313954: must be in [1e-09, 100000] kg m^2"},
+      {jackalUrdfWith("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 -1 0\"/>"),
+       "joint 'front_left_wheel' must turn about +y of base_link (positive is forward)"},
+      {jackalUrdfWith("type=\"continuous\"", "type=\"fixed\""),
+       "wheel joint 'front_left_wheel' does not turn: its type must be continuous or revolute"},
+      {"<robot name='r'><link name='base_link'/></robot>", "no link 'imu_link'"},
+      {jackalUrdfWith("<mass value=\"16.523\"/>", "<mass value=\"1e300\"/>"),
+       "mass of the chassis = 1e+300: must be in [0.001, 10000] kg"},
+      {jackalUrdfWith("ixx=\"0.3136\"", "ixx=\"1e300\""),
+       "largest principal inertia of the chassis = 1e+300: must be in [1e-09, 100000] kg m^2"},
+      {jackalUrdfWith("ixx=\"0.0013\"", "ixx=\"1e-300\""),
+       "smallest principal inertia of wheel 'front_left_wheel_link' = 1e-300: must be in [1e-09, 100000] kg m^2"},
+      {jackalUrdfWith("xyz=\"0.012 0.002 0.067\"", "xyz=\"0.012 1e300 0.067\""),
+       "centre of mass of the chassis is more than 100 m away"},
+      {jackalUrdfWith(imu + "\"0 0 0\"", imu + "\"0 1e300 0\""), "link 'imu_link' is more than 100 m away"},
+      {farHub(), "joint 'front_left_wheel' is more than 100 m away"},
+      {jackalUrdfWith("<mass value=\"0.477\"/>", "<mass value=\"nan\"/>"),
+       "cannot be parsed: Inertial: mass [nan] is not a float; Could not parse inertial element for Link "
+       "[front_left_wheel_link]"}};
+  for (const auto& [urdf, message] : rows) EXPECT_EQ(complaint(urdf), std::string("URDF: ") + message);
+  EXPECT_EQ(complaint(jackalUrdfWith("<material name=\"dark_grey\">", "<!-- 100 % --><material name=\"dark_grey\">")),
+            "");
 }
 
 /// The Jackal with wheels of another radius.
@@ -115,27 +127,12 @@ std::string jackalOnWheelsOf(const std::string& radius) {
   return urdf;
 }
 
-TEST(RobotModel, TakesTheRadiiThatTheControllerTakes) {
+TEST(RobotModel, TakesTheRadiiOfTheController) {
   EXPECT_DOUBLE_EQ(readRobotModel(jackalOnWheelsOf("1")).wheels[kRearLeft].radius, 1.0);
-  EXPECT_EQ(complaint(jackalOnWheelsOf("1e300")), "URDF: wheel_radius = 1e+300: must be in [0.01, 1] m");
-  EXPECT_EQ(complaint(jackalOnWheelsOf("98")), "URDF: wheel_radius = 98: must be in [0.01, 1] m");
-  EXPECT_EQ(complaint(jackalOnWheelsOf("1e-300")), "URDF: wheel_radius = 1e-300: must be in [0.01, 1] m");
-}
-
-TEST(RobotModel, TellsWhatTheParserLeavesOut) {
-  EXPECT_EQ(complaint(jackalUrdfWith("<mass value=\"0.477\"/>", "<mass value=\"nan\"/>")),
-            "URDF: cannot be parsed: Inertial: mass [nan] is not a float; Could not parse inertial element for Link "
-            "[front_left_wheel_link]");
-  EXPECT_EQ(complaint(jackalUrdfWith("<material name=\"dark_grey\">", "<!-- 100 % --><material name=\"dark_grey\">")),
-            "");
-}
-
-TEST(RobotModel, RefusesAWheelWithoutInertia) {
-  std::string urdf = jackalUrdf();
-  const auto wheel = urdf.find("front_left_wheel_link");
-  const auto begin = urdf.find("<inertial>", wheel);
-  urdf.erase(begin, urdf.find("</inertial>", begin) + std::string("</inertial>").size() - begin);
-  EXPECT_EQ(complaint(urdf), "URDF: mass of wheel 'front_left_wheel_link' = 0: must be in [0.001, 10000] kg");
+  for (const char* radius : {"1e+300", "98", "1e-300"}) {
+    EXPECT_EQ(complaint(jackalOnWheelsOf(radius)),
+              std::string("URDF: wheel_radius = ") + radius + ": must be in [0.01, 1] m");
+  }
 }
 
 }  // namespace

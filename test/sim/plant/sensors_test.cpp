@@ -42,76 +42,73 @@ Statistics statisticsOf(const PlantParameters& parameters, Channel channel) {
   return {mean, std::sqrt(squares / kSamples - mean * mean)};
 }
 
-TEST(Sensors, WithoutNoiseTellTheTruth) {
+TEST(Sensors, WithoutNoiseAreTheTruthAndRearEncodersCopyTheFrontOnes) {
   PlantParameters parameters;
   parameters.noise_scale = 0.0;
   const PlantMeasurement sample = SensorModel(parameters).sample(truth(), input());
   EXPECT_EQ(sample.stamp, 1.5);
-  EXPECT_EQ(sample.wheel_velocity[kFrontLeft], 3.0);
-  EXPECT_EQ(sample.wheel_velocity[kFrontRight], 4.0);
-  EXPECT_EQ(sample.wheel_position[kFrontRight], 2.0);
+  EXPECT_EQ(sample.wheel_velocity, (std::array<double, 4>{3.0, 4.0, 3.0, 4.0}));
+  EXPECT_EQ(sample.wheel_position, (std::array<double, 4>{1.0, 2.0, 1.0, 2.0}));
   EXPECT_EQ(sample.wheel_effort[kRearRight], 0.4);
   EXPECT_EQ(sample.angular_velocity, input().angular_velocity);
   EXPECT_EQ(sample.linear_acceleration, input().specific_force);
-}
-
-TEST(Sensors, RearEncodersCopyTheFrontOnes) {
-  const PlantMeasurement sample = SensorModel(PlantParameters{}).sample(truth(), input());
-  EXPECT_EQ(sample.wheel_velocity[kRearLeft], sample.wheel_velocity[kFrontLeft]);
-  EXPECT_EQ(sample.wheel_velocity[kRearRight], sample.wheel_velocity[kFrontRight]);
-  EXPECT_EQ(sample.wheel_position[kRearLeft], 1.0);
-  EXPECT_EQ(sample.wheel_position[kRearRight], 2.0);
-  EXPECT_NE(sample.wheel_velocity[kFrontLeft] - 3.0, sample.wheel_velocity[kFrontRight] - 4.0);
+  const Observation observation = sample.observation();
+  EXPECT_EQ(observation.stamp, 1.5);
+  EXPECT_EQ(observation.yaw_rate, 0.5);
+  EXPECT_EQ(observation.wheel_left, 3.0);
+  EXPECT_EQ(observation.wheel_right, 4.0);
+  EXPECT_EQ(observation.acceleration_x, 1.0);
+  EXPECT_EQ(observation.acceleration_y, 2.0);
+  const PlantMeasurement noisy = SensorModel(PlantParameters{}).sample(truth(), input());
+  EXPECT_EQ(noisy.wheel_velocity[kRearLeft], noisy.wheel_velocity[kFrontLeft]);
+  EXPECT_EQ(noisy.wheel_velocity[kRearRight], noisy.wheel_velocity[kFrontRight]);
+  EXPECT_NE(noisy.wheel_velocity[kFrontLeft] - 3.0, noisy.wheel_velocity[kFrontRight] - 4.0);
 }
 
 TEST(Sensors, NoiseHasTheStatedDeviationAndNoBias) {
   PlantParameters parameters;
   parameters.noise_scale = 2.0;
-  const auto wheel = [](const PlantMeasurement& m) { return m.wheel_velocity[kFrontRight]; };
-  const auto gyro = [](const PlantMeasurement& m) { return m.angular_velocity.z(); };
-  const auto accelerometer = [](const PlantMeasurement& m) { return m.linear_acceleration.y(); };
-  EXPECT_NEAR(statisticsOf(parameters, wheel).deviation, 0.06, 0.002);
-  EXPECT_NEAR(statisticsOf(parameters, wheel).mean, 4.0, 0.002);
-  EXPECT_NEAR(statisticsOf(parameters, gyro).deviation, 0.01, 0.0003);
-  EXPECT_NEAR(statisticsOf(parameters, gyro).mean, 0.5, 0.0003);
-  EXPECT_NEAR(statisticsOf(parameters, accelerometer).deviation, 0.1, 0.003);
-  EXPECT_NEAR(statisticsOf(parameters, accelerometer).mean, 2.0, 0.003);
-}
-
-TEST(Sensors, SeedDecidesTheNoise) {
-  PlantParameters one, other;
-  other.seed = 2;
-  SensorModel a(one), b(one), c(other);
-  for (int n = 0; n < 10; ++n) {
-    const PlantMeasurement sample = a.sample(truth(), input());
-    EXPECT_EQ(sample.wheel_velocity, b.sample(truth(), input()).wheel_velocity);
-    EXPECT_NE(sample.wheel_velocity, c.sample(truth(), input()).wheel_velocity);
+  const struct {
+    double (*channel)(const PlantMeasurement&);
+    double mean, deviation, tolerance;
+  } rows[] = {{[](const PlantMeasurement& m) { return m.wheel_velocity[kFrontRight]; }, 4.0, 0.06, 0.002},
+              {[](const PlantMeasurement& m) { return m.angular_velocity.z(); }, 0.5, 0.01, 0.0003},
+              {[](const PlantMeasurement& m) { return m.linear_acceleration.y(); }, 2.0, 0.1, 0.003}};
+  for (const auto& row : rows) {
+    const Statistics found = statisticsOf(parameters, row.channel);
+    EXPECT_NEAR(found.mean, row.mean, row.tolerance);
+    EXPECT_NEAR(found.deviation, row.deviation, row.tolerance);
   }
 }
 
-TEST(Sensors, LoseTheStatedShareAndNeverTheFirst) {
-  PlantParameters parameters;
-  parameters.measurement_loss = 0.1;
-  SensorModel sensors(parameters);
-  EXPECT_FALSE(sensors.losesSample());
-  int lost = 0;
-  for (int n = 0; n < 20000; ++n) lost += sensors.losesSample();
-  EXPECT_NEAR(lost / 20000.0, 0.1, 0.01);
-
-  parameters.measurement_loss = 1.0;
-  SensorModel all(parameters);
-  EXPECT_FALSE(all.losesSample());
-  EXPECT_TRUE(all.losesSample());
+TEST(Sensors, SeedDecidesTheNoiseWhateverIsLost) {
+  PlantParameters one, other, lossy;
+  other.seed = 2;
+  lossy.measurement_loss = 0.5;
+  SensorModel a(one), b(one), c(other), losing(lossy);
+  for (int n = 0; n < 20; ++n) {
+    const PlantMeasurement sample = a.sample(truth(), input());
+    EXPECT_EQ(sample.wheel_velocity, b.sample(truth(), input()).wheel_velocity);
+    EXPECT_NE(sample.wheel_velocity, c.sample(truth(), input()).wheel_velocity);
+    EXPECT_EQ(sample.wheel_velocity, losing.sample(truth(), input()).wheel_velocity);
+    losing.losesSample();
+  }
 }
 
-TEST(Sensors, LossesLeaveTheNoiseAsItIs) {
-  PlantParameters parameters;
-  SensorModel complete(parameters);
-  parameters.measurement_loss = 0.5;
-  SensorModel losing(parameters);
-  for (int n = 0; n < 20; ++n) {
-    EXPECT_EQ(complete.sample(truth(), input()).wheel_velocity, losing.sample(truth(), input()).wheel_velocity);
-    losing.losesSample();
+TEST(Sensors, LoseAndRepeatTheStatedShareAndNeverTheFirst) {
+  for (const double share : {0.1, 1.0}) {
+    PlantParameters parameters;
+    parameters.measurement_loss = parameters.feedback_repeats = share;
+    SensorModel sensors(parameters);
+    EXPECT_FALSE(sensors.losesSample());
+    EXPECT_FALSE(sensors.repeatsFeedback());
+    int lost = 0, repeated = 0;
+    for (int n = 0; n < 20000; ++n) {
+      lost += sensors.losesSample();
+      repeated += sensors.repeatsFeedback();
+    }
+    EXPECT_NEAR(lost / 20000.0, share, 0.01);
+    EXPECT_NEAR(repeated / 20000.0, share, 0.01);
   }
 }
 
@@ -218,16 +215,6 @@ TEST(Sensors, GyroBiasWandersSlowly) {
   EXPECT_GT(std::abs(sensors.imu(now, input()).angular_velocity.z() - first), 0.001);
 }
 
-TEST(Sensors, FeedbackRepeatsAtTheStatedShare) {
-  PlantParameters parameters;
-  parameters.feedback_repeats = 0.2;
-  SensorModel sensors(parameters);
-  EXPECT_FALSE(sensors.repeatsFeedback());
-  int repeated = 0;
-  for (int n = 0; n < 20000; ++n) repeated += sensors.repeatsFeedback();
-  EXPECT_NEAR(repeated / 20000.0, 0.2, 0.01);
-}
-
 TEST(EncoderFilter, FollowsWithItsTimeConstant) {
   EncoderFilter filter(0.05, 0.001);
   for (int n = 0; n < 50; ++n) filter.update({1.0, 2.0, 0.0, -1.0});
@@ -236,13 +223,10 @@ TEST(EncoderFilter, FollowsWithItsTimeConstant) {
   EXPECT_NEAR(after[0], reached, 1e-12);
   EXPECT_NEAR(after[1], 2.0 * reached, 1e-12);
   EXPECT_NEAR(after[3], -reached, 1e-12);
-}
-
-TEST(EncoderFilter, LetsEverythingThroughWithoutTimeConstant) {
-  EncoderFilter filter(0.0, 0.001);
-  filter.update({1.0, 2.0, 0.1, -1.0});
+  EncoderFilter none(0.0, 0.001);
+  none.update({1.0, 2.0, 0.1, -1.0});
   const std::array<double, 4> speeds{0.3, -0.1, 1e-9, 7.7};
-  EXPECT_EQ(filter.update(speeds), speeds);
+  EXPECT_EQ(none.update(speeds), speeds);
 }
 
 TEST(SampleQueue, DeliversInOrderWithTheTimeOfArrival) {
@@ -262,7 +246,7 @@ TEST(SampleQueue, DeliversInOrderWithTheTimeOfArrival) {
   EXPECT_FALSE(queue.receive(0.033).has_value());
 }
 
-TEST(SampleQueue, ASampleOnItsWayKeepsItsStampAndItsPlace) {
+TEST(SampleQueue, SampleUnderWayKeepsItsStampAndItsPlace) {
   SampleQueue queue;
   PlantMeasurement sample;
   queue.send(sample, 0.020, 0.015);
@@ -271,19 +255,7 @@ TEST(SampleQueue, ASampleOnItsWayKeepsItsStampAndItsPlace) {
   const auto first = queue.receive(0.035), second = queue.receive(0.036);
   ASSERT_TRUE(first && second);
   EXPECT_EQ(first->stamp, 0.020);
-  EXPECT_EQ(second->stamp, 0.030) << "which overtakes none";
-}
-
-TEST(Observation, MapsTheChannelsOfTheThesis) {
-  PlantParameters parameters;
-  parameters.noise_scale = 0.0;
-  const Observation observation = SensorModel(parameters).sample(truth(), input()).observation();
-  EXPECT_EQ(observation.stamp, 1.5);
-  EXPECT_EQ(observation.yaw_rate, 0.5);
-  EXPECT_EQ(observation.wheel_left, 3.0);
-  EXPECT_EQ(observation.wheel_right, 4.0);
-  EXPECT_EQ(observation.acceleration_x, 1.0);
-  EXPECT_EQ(observation.acceleration_y, 2.0);
+  EXPECT_EQ(second->stamp, 0.030) << "it overtakes none";
 }
 
 /// Steps of 1 ms, up to the end [s], in which an event of the rate is due.
@@ -296,14 +268,12 @@ std::vector<int> dueSteps(double rate, double end) {
   return steps;
 }
 
-TEST(Periodic, KeepsARateThatDividesTheSteps) { EXPECT_EQ(dueSteps(50.0, 0.07), (std::vector<int>{0, 20, 40, 60})); }
-
 TEST(Periodic, RoundsUpWithoutDrift) {
+  EXPECT_EQ(dueSteps(50.0, 0.07), (std::vector<int>{0, 20, 40, 60}));
   EXPECT_EQ(dueSteps(300.0, 0.012), (std::vector<int>{0, 4, 7, 10}));
   EXPECT_EQ(dueSteps(300.0, 10.0).size(), 3000u);
+  EXPECT_EQ(dueSteps(1000.0, 1.0).size(), 1000u);
 }
-
-TEST(Periodic, RunsAtTheRateOfTheSteps) { EXPECT_EQ(dueSteps(1000.0, 1.0).size(), 1000u); }
 
 }  // namespace
 }  // namespace jackal_aic::sim
