@@ -144,7 +144,7 @@ class Detection(unittest.TestCase):
         for item, alarms in zip(items, engine.parallel(over_the_sill, items)):
             self.assertEqual(alarms['fault'], '', item)
 
-    def test_a_kerb_teaches_no_veer(self):
+    def test_a_kerb_does_not_change_the_learned_veer(self):
         for torque in (15.0, -15.0):
             for seed in (1, 2, 3):
                 kerb = (jackal_aic.Fault('push', 4.0, 'forward', -200.0, 0.12), jackal_aic.Fault('push', 4.0, 'yaw_rate', torque, 0.12))
@@ -293,7 +293,7 @@ def part_of(begin, end):
 
 
 def held(count):
-    """Wheels are measured anew only with every n-th sample of a stretch."""
+    """Fresh wheel speeds come only with every n-th sample of a stretch."""
     def change(samples):
         since = 0
         for i, sample in enumerate(samples):
@@ -339,7 +339,7 @@ class Recordings(unittest.TestCase):
     def replays(self, items):
         return zip(items, engine.parallel(replayed, items))
 
-    def test_raise_no_alarm_and_teach_the_turn_with_either_model(self):
+    def test_raise_no_alarm_and_show_the_turn_with_either_model(self):
         ratios = []
         for item, figures in self.replays([(path, None, identified) for path in recordings.paths(DATA) for identified in (False, True)]):
             self.assertEqual((figures['alarms'], figures['refusal']), ([], ''), item)
@@ -357,13 +357,13 @@ class Recordings(unittest.TestCase):
         for item, figures in self.replays(items):
             self.assertEqual(figures['alarms'], [], item)
 
-    def test_teach_the_turn_on_slipperier_ground_too(self):
+    def test_show_the_turn_on_slipperier_ground_too(self):
         for item, figures in self.replays([(path, ('gyro', share), False) for path in recordings.paths(DATA) for share in (1.3, 0.7, 0.5)]):
             self.assertEqual(figures['alarms'], [], item)
             if figures['yaw_error'] is not None:
                 self.assertLessEqual(recordings.ratio(figures), 0.65 if 'asphalt' in item[0] else 1.05, item)
 
-    def test_a_part_teaches_ten_percent_above_the_best_constant_at_most(self):
+    def test_a_part_stays_within_ten_percent_of_the_best_constant(self):
         items = [(path, ('part', i / parts, (i + 1) / parts), False) for path in recordings.paths(DATA) if 'windows' in path
                  for parts in (2, 3, 4) for i in range(parts)]
         self.assertEqual(len(items), 18)
@@ -371,7 +371,7 @@ class Recordings(unittest.TestCase):
             self.assertEqual(figures['alarms'], [], item)
             self.assertLessEqual(recordings.ratio(figures), 1.1, item)
 
-    def test_a_reversed_gyro_is_told_and_not_learned_from(self):
+    def test_a_reversed_gyro_is_reported_and_not_learned_from(self):
         for path in recordings.paths(DATA):
             recording = recordings.read(path)
             if not recording.has_imu:
