@@ -20,7 +20,7 @@ void require(bool condition, const char* name, double value, const char* bound) 
   if (!condition) throw ParameterError(fmt::format("{} = {:g}: must be {}", name, value, bound));
 }
 
-/// One channel of the loop: what is wanted, what is true, what is believed.
+/// One channel of the loop: set point, true value, belief.
 struct Channel {
   double set_point;
   double value;

@@ -10,12 +10,12 @@
 
 namespace jackal_aic::sim {
 
-/// Wheels that turn as their motors are told, whatever it takes, and roll on a plane without slip but for the effective
-/// track T of a skid-steer robot:
+/// Wheels that turn exactly as their motors command, and roll on a plane without slip except for the effective track T
+/// of a skid-steer robot:
 ///
 ///     v = (r_L w_L + r_R w_R)/2,    theta' = (r_R w_R - r_L w_L)/T
 ///
-/// with the mean radius and speed of a side's wheels. Nobody can push or lift it, and friction makes no difference.
+/// with the mean radius and speed of a side's wheels. It cannot be pushed or lifted, and friction has no effect.
 class RollingWorld : public World {
  public:
   /// The robot at rest, base_link above the ground frame's origin. @param effective_track T [m];

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What carries the simulated robot: its bodies, and what they stand on.
+/// Bodies of the simulated robot, and their ground.
 
 #include <Eigen/Geometry>
 #include <cstddef>
@@ -32,11 +32,11 @@ class World {
   /// Changes the friction coefficient.
   virtual void setFriction(double friction) = 0;
 
-  /// Somebody's force on the chassis at its centre of mass [N] and torque about its vertical [N m], both in the
-  /// chassis' frame, from now on.
+  /// Applies a force at the chassis' centre of mass [N] and a torque about its vertical [N m], both in the chassis'
+  /// frame, from now on.
   virtual void push(const Eigen::Vector3d& force, double torque) = 0;
 
-  /// Somebody lifts the robot, and turns it meanwhile, or sets it down again. Not on a box.
+  /// Lifts the robot with a turn, or sets it down again. Not on a box.
   virtual void lift(bool lifted) = 0;
 
   /// Advances by a time step [s].
