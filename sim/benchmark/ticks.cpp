@@ -95,7 +95,7 @@ Tick predictiveTick(bool sampled) {
   };
 }
 
-/// The fault monitor beside a command that changes every 20 ms.
+/// The fault monitor under a command that changes every 20 ms.
 struct MonitoredArc {
   DriveParameters drive = parametersOf("predictive");
   FaultMonitor monitor{FaultParameters{}, drive.geometry, drive.plant_model.value()};

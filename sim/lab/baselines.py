@@ -1,4 +1,4 @@
-"""Published controllers of a plant with dead time beside `predictive`, all tuned by the same search under the same margins.
+"""Published controllers of a plant with dead time, compared with `predictive`; all tuned by the same search under the same margins.
 
 Each wheel has a regulator around a path that its motors can follow: the command of the path is fed forward, and the regulator answers
 the deviation e of the measured speed from the speed that the model expects of it [rad/s]. So a step on a robot that is its model is
@@ -89,7 +89,7 @@ def simc(model, radius, tau_c, derivative=False):
 
 
 class SmithPredictor:
-    """PI with the predictor of Smith (1957): it sees what the deviation will be without further disturbances."""
+    """PI with the predictor of Smith (1957): it acts on the predicted deviation without further disturbances."""
 
     def __init__(self, model, radius, proportional, integral):
         self.pi = Pid(proportional, integral)
@@ -143,7 +143,7 @@ class ActiveInference:
         F = 1/2 (e_y^2 + s e_y'^2 + e_mu^2 + e_mu'^2),   e_y = y - mu, e_y' = y' - mu', e_mu = mu' + mu/tau, e_mu' = mu'' + mu'/tau
         d mu/dt = D mu - kappa_mu dF/d mu,   dv/dt = -kappa_a (e_y + s e_y').
 
-    s: precision of the change beside that of the speed; the goal is no deviation.
+    s: precision of the change / precision of the speed; the goal is zero deviation.
     """
 
     TAU, KAPPA_MU = 0.1, 20.0  # s, 1/s
@@ -208,7 +208,7 @@ class PathWheel:
         return self.forward + v
 
     def advance(self):
-        """Goes on along the path by a period."""
+        """Advances along the path by a period."""
         (a, b, _), (c, d, _), _ = self.step
         for _ in range(TICKS):
             change = a * self.w + b * self.z + self.input[0] * self.forward - self.w
@@ -247,7 +247,7 @@ class Tunable(typing.NamedTuple):
 
 
 class Structure(typing.NamedTuple):
-    """What is tuned, and regulator(model, radius, *values); None: `predictive` with these keys."""
+    """Tuned parameters, and regulator(model, radius, *values); None: `predictive` with these keys."""
 
     tuned: tuple
     regulator: typing.Any = None
@@ -283,7 +283,7 @@ def figures(name, plant, values, dead_time_factor=1.0):
 
 
 def excess(found):
-    """Logarithms that are to be negative: of Ms, gain and delay margin over what is asked."""
+    """Logarithms that have to be negative: of Ms, gain and delay margin over their bars."""
     if not found['stable']:
         return [UNSTABLE] * 3
     ratios = found['peak_sensitivity'] / MS, GAIN_MARGIN / found['gain_margin'], DELAY_MARGIN / found['delay_margin']
@@ -303,7 +303,7 @@ def tune(name, plant):
 
     best = numpy.log([tunable.start for tunable in tuned])
     low, high = (numpy.log([getattr(tunable, end) for tunable in tuned]) for end in ('low', 'high'))
-    for step in (0.5, 0.2, 0.1):  # anew from the best, because a simplex becomes flat along a bound
+    for step in (0.5, 0.2, 0.1):  # restarts at the best, because a simplex becomes flat along a bound
         best, _ = search.descend(cost, best, low, high, step, EVALUATIONS, 1e-3)
     return numpy.exp(best).tolist()
 

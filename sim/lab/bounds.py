@@ -14,7 +14,7 @@ was, and t_1 the time at which the first action after the first sample that show
     IAE >= int_0^t1 |e_0| dt + e_0(t_1)^2 / (2 a):
 
 what is done before t_1 to be ready for a disturbance costs as much under its opposite, and after t_1 the speed changes with at most a.
-Noise would only add to both sides; there is none in this table.
+Noise would only add to both sides, so this table has no noise.
 """
 
 import math
@@ -114,7 +114,7 @@ def value(plant, controller, case, overrides=None):
 
 
 def bar(case, least):
-    """What is asked of `predictive`: a settling time in multiples of the bound and one action period, an IAE in multiples of it."""
+    """The bar of `predictive`: settling time in multiples of the bound and one action period, IAE in multiples of the bound."""
     asked = engine.bars()['bounds']
     return asked['error_after_disturbance'] * least if case.fault else asked['settling'] * least + PERIOD
 

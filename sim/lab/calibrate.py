@@ -14,7 +14,7 @@ import motions
 import search
 import thesis
 
-DEAD_TIMES = (-0.002, 0.0, 0.002)  # s, beside the plant's; the fit is to hold for all
+DEAD_TIMES = (-0.002, 0.0, 0.002)  # s, added to the plant's; the fit has to hold for all
 BANDS = (0.04, 0.05, 0.06)  # of the final value
 MISSING = 1.0  # error of a figure that the thesis has and ours has not, and of a larger one
 
@@ -27,7 +27,7 @@ class Parameter(typing.NamedTuple):
 
 
 class Task(typing.NamedTuple):
-    """A plant, its file, the tables to which it is fitted and those of which the trend counts too, and what is fitted."""
+    """A plant, its file, the tables it is fitted to, the tables whose trend counts too, and the fitted keys."""
 
     plant: str
     file: str
@@ -67,7 +67,7 @@ def responses(plant, item):
 
 
 def errors(row, settling, rise):
-    """|ln(ours / thesis)| of what the thesis prints."""
+    """|ln(ours / thesis)| of the printed figures."""
     pairs = [(ours, row.get(name)) for ours, name in ((settling, 'settling'), (rise, 'rise'))]
     return [min(MISSING, abs(math.log(ours / theirs))) if ours else MISSING for ours, theirs in pairs if theirs]
 
@@ -138,7 +138,7 @@ def mean_error(found):
 
 
 def with_fitted_values(yaml_text, plant):
-    """The text of a plant's file with other values of what is fitted."""
+    """The text of a plant's file with other values of the fitted keys."""
     for key, value in plant.items():
         pattern = r'(\n +{}: )([^ \n]+ *)'.format(key[len('plant.'):])
         text = '{:.3g}'.format(value)
@@ -146,7 +146,7 @@ def with_fitted_values(yaml_text, plant):
             text = text.replace('e', '.0e') if 'e' in text else text + '.0'
         yaml_text, count = re.subn(pattern, lambda m: m.group(1) + text.ljust(max(len(text) + 1, len(m.group(2)))), yaml_text, 1)
         if not count:
-            raise ValueError('{}: is no key of the file'.format(key))
+            raise ValueError('{}: not a key of the file'.format(key))
     return yaml_text
 
 

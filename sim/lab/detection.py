@@ -1,4 +1,4 @@
-"""What the fault detection finds and how fast, and what it finds in hours of driving without a fault."""
+"""Faults that the fault detection finds, their delay, and false alarms in hours of driving without a fault."""
 
 import jackal_aic
 import numpy
@@ -41,7 +41,7 @@ def cases(real=False):
 
 
 def detect(case):
-    """A row: as what a fault is found, and after which time [s]. Raises ValueError if something was found before."""
+    """A row: name and delay of a found fault [s]. Raises ValueError for an earlier finding."""
     controller, plant, motion, fault = case
     (kind, channel, value), on_ground, on_box = FAULTS[fault]
     expected = on_box if plant == 'box' and on_box else on_ground
@@ -59,7 +59,7 @@ def detect(case):
 
 
 def alarms(drive):
-    """Samples, those of which a channel did not count, and how often something was found; the first in words."""
+    """Number of samples, of samples with an excluded channel and of findings, and the first finding in words."""
     found = [(time, text) for time, text, _ in drive.findings if text]
     return {'samples': len(drive.time), 'outliers': int(numpy.sum(drive.counted == 0)), 'faults': len(found),
             'fault': '{1} at {0:.6f} s'.format(*found[0]) if found else ''}
@@ -125,7 +125,7 @@ def quiet_hours(hours, seed, identified=True, real=False, jobs=0):
     return total
 
 
-# ---- robots that nobody has identified
+# ---- robots without identification
 
 ARRIVAL = 2.0  # s after a change of the set point that belong to its step response
 SWINGS = {'speed': 0.05, 'yaw_rate': 0.15}  # m/s, rad/s
@@ -151,7 +151,7 @@ def most_swings(drive):
 
 
 def unidentified(item):
-    """A row: a robot with multiples of what is assumed of its drive train, driven by what is assumed."""
+    """A row: a robot with multiples of the assumed drive train, driven with the assumed model."""
     controller, ratios, duration, seed = item
     model = robots.assumed_model()
     simulated = robots.simulated(model)

@@ -39,7 +39,7 @@ def read_yaml(path):
 
 @functools.lru_cache(maxsize=None)
 def bars():
-    """What was asked for, by study and figure."""
+    """The bars, by study and figure."""
     return read_yaml('sim/lab/acceptance.yaml')
 
 

@@ -7,7 +7,7 @@ TICK = 0.001  # s
 
 
 def drive_train(model, radius):
-    """Map of (w, z, d) over a tick below the acceleration limit, and what a command adds (include/jackal_aic/model/drive_train.hpp)."""
+    """Map of (w, z, d) and of a command over a tick below the acceleration limit (include/jackal_aic/model/drive_train.hpp)."""
     response = -numpy.expm1(-TICK / model['lag']) if model['lag'] > 0.0 else 1.0
     k = model['velocity_loop_integral'] * TICK
     of_r = numpy.array([response, k * (1.0 - 0.5 * response), 0.0])
@@ -31,7 +31,7 @@ def stationary_gain(transition, process, output, noise):
 
 
 def filtered(drive, values, track):
-    """Speed and yaw rate that a steady-state Kalman filter makes of the commands and samples of a drive.
+    """Speed and yaw rate of a steady-state Kalman filter with the commands and samples of a drive.
 
     values: of settings(); track: the true effective track [m], which the filter knows from the start (not on the box).
     """

@@ -1,4 +1,4 @@
-"""Figures of a drive, as the thesis defines them (chapter 5) and as the studies beyond it ask for them."""
+"""Figures of a drive: those of the thesis (chapter 5) and of the studies beyond it."""
 
 import jackal_aic
 import numpy
@@ -32,8 +32,7 @@ def belief_ran_away(drive, channel):
 
 
 def response(drive, motion, band=0.05):
-    """Settling, rise, overshoot and steady-state error of the assessed step; an unbounded response has none. Without a step
-    only `bounded` is told."""
+    """Settling, rise, overshoot and steady-state error of the assessed step; an unbounded response has none. Without a step only `bounded` is returned."""
     figures = {'settling_s': None, 'rise_s': None, 'overshoot_pct': None, 'steady_error_pct': None, 'bounded': True}
     if motion.channel is None:
         figures['bounded'] = not (belief_ran_away(drive, 'speed') or belief_ran_away(drive, 'yaw_rate'))

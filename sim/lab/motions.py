@@ -93,9 +93,9 @@ def stop(forward, yaw_rate, drive, stand):
 
 
 def arc(draw):
-    """A set point of which the robot stays on its wheels."""
+    """A set point that keeps the robot on its wheels."""
     forward = draw.between(0.1, 1.5)
-    fastest = min(2.0, 2.0 / forward)  # 2 m/s^2 across are half of what the ground holds
+    fastest = min(2.0, 2.0 / forward)  # 2 m/s^2 across are half of the ground's grip
     return draw.sign() * forward, draw.sign() * draw.between(0.1, fastest)
 
 

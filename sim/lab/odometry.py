@@ -1,4 +1,4 @@
-"""Drift of the odometry by the metre beside the stock controller's, and whether errors are within their own 95 % bounds."""
+"""Drift of the odometry and of the stock controller's per metre, and the share of errors within their own 95 % bounds."""
 
 import math
 

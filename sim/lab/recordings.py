@@ -1,7 +1,7 @@
-"""Recordings of real skid-steer robots through the drive loop: false alarms, and what is learned of the turn.
+"""Recordings of real skid-steer robots through the drive loop: false alarms, and the learned turn.
 
 Two kinds of CSV files, told apart by their columns: logs, in which the command is known only while `state` is `calib`, and windows of
-2 s, of which those of one calib_step follow each other. Speeds of wheels are in rad/s; sides are (left, right).
+2 s, in the order of time within a calib_step. Speeds of wheels are in rad/s; sides are (left, right).
 """
 
 import collections
@@ -126,7 +126,7 @@ def _read_windows(rows):
 
 
 def _gyro_reversed(samples):
-    """Whether the gyro, and not the wheels against their commands, counts the other way."""
+    """True if the gyro, and not the wheels against their commands, has the wrong sign."""
     together = sum(s.yaw_rate * (s.right - s.left) for s in samples)
     followed = sum((s.command[1] - s.command[0]) * (s.right - s.left) for s in samples if s.command)
     return together < 0.0 <= followed
@@ -158,7 +158,7 @@ def paths(directory):
 
 
 def steady_blocks(recording):
-    """Means over the steady pieces of the steps, in order; the yaw rate is by the gyro, or by lidar where there is none."""
+    """Means over the steady pieces of the steps, in order; the yaw rate is by the gyro, or else by lidar."""
     blocks, piece = [], []
     for sample in recording.samples:
         if piece and (sample.starts or sample.step != piece[-1].step):
@@ -206,7 +206,7 @@ class CommandPath(typing.NamedTuple):
         return sides * numpy.minimum(1.0, self.largest_wheel_speed / fastest)
 
     def applied(self, commands):
-        """What the motors get of recorded commands in the end."""
+        """Commands of the motors for recorded commands."""
         return self.slowed(self.parts(commands))
 
 
@@ -225,7 +225,7 @@ def _ratio(commands, wheels):
 
 
 def _rate(recording, path, index):
-    """The rate that explains a part of the wheels' speeds best, whatever the delay up to 0.4 s [rad/s^2]."""
+    """The rate that explains a part of the wheels' speeds best, over delays up to 0.4 s [rad/s^2]."""
     rates = 0.5 * 1.15**numpy.arange(38)
     delays = numpy.arange(9)
     measured = _part(numpy.stack([recording.column('left'), recording.column('right')], axis=1), index)
@@ -265,7 +265,7 @@ def fit_path(recording):
 
 
 def applied_commands(recording, path):
-    """What the motors got, shape (n, 2), NaN where that is not known. A stretch begins with the speeds of its wheels."""
+    """Commands of the motors, shape (n, 2), NaN where unknown. A stretch begins with the speeds of its wheels."""
     goals = path.parts(recording.commands())
     change = PERIOD * numpy.array([path.forward_rate, path.difference_rate])
     parts, now = numpy.full_like(goals, math.nan), numpy.zeros(2)
@@ -309,13 +309,12 @@ def known_model(recording, commands, identified):
 
 
 def held_out(step):
-    """The steps of which the loop learns nothing."""
+    """The steps that the loop does not learn from."""
     return step >= 0 and step % 2 == 1
 
 
 def replay(recording, path, identified, reverse_gyro=False):
-    """Figures of a recording through the drive loop: alarms, share of the time in alarm, and the error of the yaw rate in held-out steps
-    beside that of the best constant track."""
+    """Figures of a recording through the drive loop: alarms, share of the time in alarm, and the error of the yaw rate in held-out steps / that of the best constant track."""
     commands = applied_commands(recording, path)
     model, refusal = known_model(recording, commands, identified)
     sign = -1.0 if reverse_gyro else 1.0
@@ -357,11 +356,11 @@ def _decimals(value):
 
 
 def _gyro(recording, identified, path):
-    """Column gyro; one that the file has reversed has to be told."""
+    """Column gyro; a reversed gyro has to be detected."""
     if not recording.gyro_reversed:
         return 'as the wheels' if recording.has_imu else 'none'
     told = replay(recording, path, identified, True)['reversed_told']
-    return 'reversed, not told' if told is None else 'reversed, told after {:.0f} s'.format(told)
+    return 'reversed, not found' if told is None else 'reversed, found after {:.0f} s'.format(told)
 
 
 def row(item):
@@ -378,7 +377,7 @@ def row(item):
 
 
 def write(directory, csv_file=None, jobs=0):
-    """Prints the table and what was alarming, writes it, and says the sum."""
+    """Prints the table, the alarms and their sum, and writes the table."""
     rows = engine.parallel(row, [(path, identified) for path in paths(directory) for identified in (False, True)], jobs, 'recordings')
     lines = [COLUMNS] + [cells for cells, _ in rows]
     widths = [max(len(line[i]) for line in lines) for i in range(len(COLUMNS))]

@@ -75,7 +75,7 @@ class Perturbation(typing.NamedTuple):
         return '{} {:.3g}{}'.format(self.name, value, ' ' + self.unit if self.unit else '')
 
     def overrides(self, plant, value):
-        """What it makes of a plant with these values."""
+        """The plant with these values."""
         return {'plant.' + self.key: plant[self.key] * value if self.times else value}
 
     def draw(self, draw):
@@ -95,7 +95,7 @@ PERTURBATIONS = (Perturbation('wheel gain', '', 0.8, 1.2, (0.8, 1.2), 'wheel_gai
 
 
 def perturbed(robot, controller, chosen):
-    """Overrides of a robot with some (Perturbation, value); the open loop is told the gain of its wheels."""
+    """Overrides of a robot with some (Perturbation, value); the open loop knows the gain of its wheels."""
     plant = settings(robot, controller)['plant']
     overrides = {}
     for perturbation, value in chosen:
@@ -115,7 +115,7 @@ def perturbation_pairs(count, seed):
     return pairs
 
 
-# ---- robots that nobody has identified
+# ---- robots without identification
 
 RATIOS = ('dead_time', 'motor_lag', 'wheel_gain', 'acceleration_limit')
 
@@ -126,7 +126,7 @@ def scaled(plant, ratios):
 
 
 def assumed_model():
-    """What is assumed of a Jackal (config/jackal_model.yaml), by the keys of plant_model.*."""
+    """The assumed Jackal (config/jackal_model.yaml), by the keys of plant_model.*."""
     values = jackal_aic.Parameters('predictive', 'assumed').values()
     return {key[len('plant_model.'):]: value for key, value in values.items() if key.startswith('plant_model.')}
 
@@ -140,7 +140,7 @@ def simulated(model):
 
 
 def unidentified():
-    """Dead time, lag, gain and acceleration limit in multiples of what is assumed."""
+    """Dead time, lag, gain and acceleration limit in multiples of the assumed ones."""
     corners = [(dead_time, lag, gain, limit) for dead_time in (0.5, 2.0) for lag in (0.5, 2.0) for gain in (0.8, 1.2)
                for limit in (0.5, 1.0, 3.0)]
     return [(1.0, 1.0, 1.0, 1.0)] + corners

@@ -12,7 +12,7 @@ SOFT_COLUMNS = ('controller', 'seed', 'yaw_rate_radps', 'overshoot_pct')
 
 
 def step(controller, robot):
-    """A step to 0.5 m/s by a controller that knows the mean radius of the tyres, and of the drive train what plant_real.yaml has."""
+    """A step to 0.5 m/s by a controller that knows the mean radius of the tyres and the drive train of plant_real.yaml."""
     motion = motions.step(0.5)
     radius = 0.5 * (robot['plant.wheel_radius_left'] + robot['plant.wheel_radius_right'])
     section = 'diff_drive' if controller == 'diff_drive' else 'robot'
@@ -31,7 +31,7 @@ def drawn(item):
 
 
 def keeps(row):
-    """Which bars a bounded row keeps: settled, exact, believed. Where the open loop does not settle, nothing is asked of settling."""
+    """Which bars a bounded row keeps: settled, exact, believed. If the open loop does not settle, settling has no bar."""
     asked, open_loop, settling = engine.bars()['robustness'], row['open_loop_settling_s'], row['settling_s']
     soon = open_loop is None or (settling is not None and
                                  settling <= asked['settling_factor'] * open_loop + asked['settling_margin'])

@@ -17,8 +17,7 @@ COLUMNS = ('controller', 'plant', 'limit_factor', 'forward_mps', 'yaw_radps', 'e
 
 
 def channel_figures(drive, values, set_point, stop):
-    """Settling [s] (None: never), overshoot over the set point or the value at the end and excess over the set point [%], and what is
-    beyond zero after the stop, of one channel."""
+    """Settling [s], excess over the set point [%] and excess beyond zero after the stop, of one channel."""
     steady = values[(drive.time >= stop - STEADY) & (drive.time < stop)]
     end, along, driven = float(numpy.mean(steady)), values / set_point, drive.time <= stop
     late = drive.time[driven & (numpy.abs(values - end) > 0.05 * abs(set_point))]

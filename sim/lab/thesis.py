@@ -1,4 +1,4 @@
-"""The thesis' tables and figures, and the comparisons beyond them: what the kinds of scenarios.yaml run."""
+"""The thesis' tables and figures, and the comparisons beyond them: the kinds of scenarios.yaml."""
 
 import functools
 import math
@@ -42,7 +42,7 @@ def with_integrator(overrides, integrator):
 
 
 def belief_converges(controller, overrides):
-    """Whether one step of the belief update alone has a spectral radius below 1."""
+    """True if one step of the belief update alone has a spectral radius below 1."""
     return engine.settings('box', controller, overrides)['belief_radius'] < 1.0
 
 

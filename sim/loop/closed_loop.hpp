@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// The closed loop without ROS: plant and controller in steps of 1 ms. Nothing but the seed of the plant is random, so
-/// the same setup gives the same samples on every run.
+/// The closed loop without ROS: plant and controller in steps of 1 ms. Only the seed of the plant is random, so equal
+/// setups give equal samples.
 
 #include <cstdint>
 #include <functional>
@@ -21,13 +21,13 @@ namespace jackal_aic::sim {
 
 /// Set points, friction and motors over time.
 struct SetPointProfile : SetPointTimeline {
-  /// A friction coefficient of the ground and the time from which it holds.
+  /// A friction coefficient of the ground and its start time.
   struct FrictionChange {
     double time;      ///< [s]
     double friction;  ///< Coulomb coefficient
   };
   std::vector<FrictionChange> friction_changes;  ///< in order of time; the plant's own before the first
-  /// Motors that follow their commands otherwise, and the time from which they do.
+  /// Another gain and offset of the motors, and their start time.
   struct MotorChange {
     double time;    ///< [s]
     double gain;    ///< steady-state wheel speed / command
@@ -55,7 +55,7 @@ struct Sample {
   std::optional<Observation> observation;  ///< that the controller took in this step
 };
 
-/// How the timers of the loop stand to each other. YAML prefix `loop`.
+/// Phase of the loop's timers. YAML prefix `loop`.
 struct LoopParameters {
   double phase = 0.0;  ///< age of the newest measurement when the action is computed [s], in steps of the plant
 };
@@ -66,9 +66,8 @@ void describeFields(Visitor& v, LoopParameters& p) {
   v.field("phase", p.phase, {0.0, 1.0}, "s", Presence::optional);
 }
 
-/// Settings of a drive loop in which nothing is late or fails, so that nothing keeps it from driving: no deadlines, no
-/// watchdog, no fault detection, and any loss is tolerated that the controller can live with. Controller, geometry,
-/// limits and model are left to the caller.
+/// Settings of a drive loop that always drives: without deadlines, watchdog and fault detection, and with every loss
+/// tolerated that the controller can handle. The caller sets controller, geometry, limits and model.
 DriveParameters uninterrupted();
 
 /// One step of the closed loop.
@@ -79,11 +78,10 @@ struct LoopStep {
   WheelCommand command;                           ///< last command [rad/s]
 };
 
-/// What is done to the robot and its sensors in a run, and what is recorded of it, in the order of a step. An empty
-/// function does nothing.
+/// Hooks into a run, in the order of a step: changes of robot and sensors, recording. An empty function does nothing.
 struct LoopHooks {
   std::function<void(double now)> disturb = {};  ///< acts on the robot
-  /// What the loop receives of a sample of the sensors; empty: the sample as it is.
+  /// Sample that the loop receives in place of the sensors'; empty: unchanged.
   std::function<Observation(const PlantMeasurement& sample, double now)> measure = {};
   std::function<void(const LoopStep& step)> sensed = {};  ///< after a sample, before the action
   std::function<void(const LoopStep& step)> done = {};    ///< after the action
@@ -95,8 +93,8 @@ struct LoopHooks {
 void driveClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile& profile, const LoopHooks& hooks,
                      const LoopParameters& loop = {});
 
-/// Body velocity as a run reports it (base_link): the true one; on the box, where the chassis cannot move, what the
-/// wheels would give without slip (eq. 3-1), which is what the thesis plots for its runs on the box.
+/// Body velocity as a run reports it (base_link): the true one. On the box, where the chassis cannot move, that of the
+/// wheels without slip (eq. 3-1), as the thesis plots it.
 BodyVector reportedVelocity(const PlantTruth& truth, Support support, const SkidSteerKinematics& kinematics);
 
 /// driveClosedLoop() with one sample per step of the plant.

@@ -20,16 +20,16 @@ constexpr double kActionPeriod = 0.02;  // s, between samples and between action
 constexpr int kSteps = 20;              // of DriveTrain::kStep in a period
 constexpr int kWarmUp = 150;            // periods until belief and path are steady
 constexpr int kPeriods = 400;           // of an answer
-constexpr int kTail = 50;               // periods at its end that tell whether it fades
+constexpr int kTail = 50;               // last periods, in which it has to have faded
 constexpr double kAmplitude = 1e-3;     // rad/s; far below every limit
 constexpr double kFading = 0.9;         // of a second in the middle of an answer, at its end
-constexpr double kNothing = 1e-9;       // rad/s: rounding
+constexpr double kRounding = 1e-9;      // rad/s: rounding
 constexpr int kFrequencies = 300;
 constexpr double kLowest = 0.5;  // rad/s
 constexpr double kSpeed = 0.5;   // m/s
 constexpr int kMoment = 10;      // steps from a sample to a disturbance
 
-/// What a wheel does per period, from kWarmUp on [rad/s].
+/// Speed of a wheel per period, from kWarmUp on [rad/s].
 struct Answer {
   std::vector<double> samples, commands;
 };
@@ -50,7 +50,7 @@ class LinearWheel {
   Eigen::Vector3d x_ = Eigen::Vector3d::Zero();
 };
 
-/// Drives two wheels, of which no one but the right one has an impulse [rad/s] on a sample. @returns left and right.
+/// Drives two wheels, with an impulse [rad/s] on a sample of the right one. @returns left and right.
 std::array<Answer, 2> simulate(VelocityController& controller, const PlantModel& robot, double radius, double impulse) {
   LinearWheel left(robot, radius), right = left;
   std::array<Answer, 2> answers;
@@ -58,7 +58,7 @@ std::array<Answer, 2> simulate(VelocityController& controller, const PlantModel&
   for (int k = 0; k < kWarmUp + kPeriods; ++k) {
     Observation y;
     y.stamp = k * kActionPeriod;
-    y.valid.yaw_rate = false;  // a gyro would tell each wheel of the other
+    y.valid.yaw_rate = false;  // a gyro would couple the wheels
     y.wheel_left = left.speed();
     y.wheel_right = right.speed() + (k == kWarmUp ? impulse : 0.0);
     controller.observe(y);
@@ -126,7 +126,7 @@ struct Spectrum {
   Complex operator()(int i) const { return {real(i), imaginary(i)}; }
 };
 
-/// S(e^(i omega T)) = sum of y_k e^(-i omega T k), by Horner's scheme for all frequencies at a time.
+/// S(e^(i omega T)) = sum of y_k e^(-i omega T k), by Horner's scheme for all frequencies at once.
 Spectrum transform(const std::vector<double>& samples) {
   static const Frequencies cosine = (kActionPeriod * frequencies()).cos(),
                            sine = -(kActionPeriod * frequencies()).sin();
@@ -209,7 +209,7 @@ LoopFigures loopFigures(const ControllerMaker& make, const PlantModel& robot, co
   const auto answers = simulate(*make(), robot, geometry.wheel_radius, kAmplitude);
   const Answer &undisturbed = answers[0], &after_impulse = answers[1];
   const std::vector<double> samples = perAmplitude(after_impulse.samples, undisturbed.samples);
-  LoopFigures figures{fades(ripple(undisturbed.samples), kNothing) && fades(samples, kNothing / kAmplitude),
+  LoopFigures figures{fades(ripple(undisturbed.samples), kRounding) && fades(samples, kRounding / kAmplitude),
                       kInfinity,
                       0.0,
                       0.0,

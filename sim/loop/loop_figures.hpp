@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Robustness and performance of a controller on a linear robot, whatever its equations: measured by driving it.
+/// Robustness and performance of any controller on a linear robot, measured by driving it.
 ///
 /// Two wheels of a drive train without its acceleration limit, samples and actions every 20 ms, the sample right before
 /// the action. From one sample to the next the loop is linear and time-invariant, so that the answer y to an impulse
@@ -23,21 +23,21 @@ using ControllerMaker = std::function<std::unique_ptr<VelocityController>()>;
 struct LoopFigures {
   bool stable = false;      ///< the wheel comes to a steady speed, and what an impulse leaves fades
   double peak_sensitivity;  ///< Ms, the largest |S| up to half the rate of the samples
-  double gain_margin;       ///< least factor above 1 on the gain at which L passes -1; infinity if there is none
+  double gain_margin;       ///< least factor above 1 on the gain at which L passes -1; else infinity
   double delay_margin;      ///< least time by which a delay of the samples makes L pass -1 [s]
   double iae;    ///< integral of the absolute error after a step d of the motors' input between two samples, per d [s]
   double noise;  ///< standard deviation of the command per that of white noise of the encoders
 };
 
-/// A drive train that no command brings to its acceleration limit. A controller whose figures are asked for is to
-/// have such a model, too: what it does at a limit that the robot does not have is not linear.
+/// A drive train without an effective acceleration limit. The assessed controller needs such a model, too, because a
+/// limit in its model makes it nonlinear.
 PlantModel withoutLimit(PlantModel model);
 
 /// Figures of a controller of 50 Hz at 0.5 m/s. @param robot drive train that it drives, whose acceleration limit does
 /// not count; @param geometry for the set point of the wheels.
 LoopFigures loopFigures(const ControllerMaker& make, const PlantModel& robot, const GeometryParameters& geometry);
 
-/// The least iae that any controller can have on this robot (sim/lab/bounds.py), whatever the acceleration limit [s].
+/// The least iae of any controller on this robot (sim/lab/bounds.py), without an acceleration limit [s].
 double leastLinearIae(const PlantModel& robot, const GeometryParameters& geometry);
 
 }  // namespace jackal_aic::sim

@@ -44,8 +44,8 @@ PlantParameters addPlant(const PackageFiles& files, const std::string& name, Par
   return {};
 }
 
-/// The thesis' robot had no limit on the acceleration of the command, so that its runs, and what is compared with them,
-/// have none either unless one is asked for (limits.linear_acceleration, 20 m/s^2 on the robot).
+/// The thesis' robot had no limit on the acceleration of the command. So its runs, and the comparisons, have none
+/// either, unless an override sets one (limits.linear_acceleration, 20 m/s^2 on the robot).
 LimitParameters thesisLimits() {
   LimitParameters limits;
   limits.linear_acceleration = limits.angular_acceleration = 0.0;
@@ -71,7 +71,7 @@ NodeParameters readNode(ParameterMap& map, const PlantModel& nominal) {
   return readConfiguration(map, defaults);
 }
 
-/// A file of a whole node may say what its controller does not heed; whoever overrides it wants an effect.
+/// A file of a whole node may have keys that its controller ignores; an override without effect is an error.
 void refuseUnheeded(const ParameterMap& file, const Overrides& overrides) {
   std::vector<std::string> unheeded;
   for (const char* structure : {"controller", "predictive", kDifferentialDrive}) {
@@ -122,9 +122,9 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
   setup.plant = readParameters<PlantParameters>(map, "plant", robot);
   setup.loop = readParameters<LoopParameters>(map, "loop");
   PlantModel told = linearModel(readParameters<PlantParameters>(nominal, "plant", robot));
-  if (!isFile(plant)) told.offset = 0.0;  // what `real` has beside `ground`, its offset too, no controller is told
+  if (!isFile(plant)) told.offset = 0.0;  // the flaws of `real`, its offset included, are unknown to controllers
   const NodeParameters node = readNode(map, told);
-  DriveParameters& drive = setup.drive = uninterrupted();  // here nothing is late or fails, whatever the file says
+  DriveParameters& drive = setup.drive = uninterrupted();  // no deadlines: nothing is late or fails here
   drive.controller = node.controller;
   if (const auto* gains = std::get_if<DifferentialDriveParameters>(&node.controller)) {
     drive.geometry = gains->geometry();

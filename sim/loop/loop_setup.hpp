@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// From names and overrides to the parameters of one closed loop.
+/// Parameters of one closed loop, from names and overrides.
 
 #include <functional>
 #include <memory>
@@ -16,7 +16,7 @@
 
 namespace jackal_aic::sim {
 
-/// Name of the stock differential drive, which sends what its kinematics ask for and measures nothing.
+/// Name of the stock differential drive, which sends the wheel speeds of its kinematics and measures nothing.
 inline constexpr const char* kDifferentialDrive = "diff_drive";
 
 /// Names of the plants whose drive train was fitted to the thesis' tables.
@@ -25,15 +25,15 @@ inline constexpr const char* kCalibratedPlants[] = {"box", "ground"};
 /// Parameters set from text, in order: ("controller.tau", "0.01").
 using Overrides = std::vector<std::pair<std::string, std::string>>;
 
-/// Everything one closed loop needs.
+/// Parameters of one closed loop.
 struct LoopSetup {
-  std::string controller_name;  ///< as it was asked for
-  std::string plant_name;       ///< as it was asked for
+  std::string controller_name;  ///< as given
+  std::string plant_name;       ///< as given
   DriveParameters drive;        ///< settings of the drive loop
   PlantParameters plant;        ///< settings of the plant
   LoopParameters loop;          ///< how they are timed
   std::string urdf;             ///< text of the robot's URDF
-  /// Makes the controller, where it is another one than that of `drive`; else empty.
+  /// Makes a controller other than that of `drive`; else empty.
   std::function<std::unique_ptr<VelocityController>()> structure = {};
 };
 
@@ -43,13 +43,13 @@ struct ThesisSetup {
   GeometryParameters geometry;
 };
 
-/// Names that loadSetup() takes for a controller beside a file.
+/// Names of controllers that loadSetup() takes; it also takes a file.
 const std::vector<std::string>& controllerNames();
 
-/// Names that loadSetup() takes for a plant beside a file.
+/// Names of plants that loadSetup() takes; it also takes a file.
 const std::vector<std::string>& plantNames();
 
-/// Requires that a name is among some, beside which a file could stand. @param what it names, for the text.
+/// Requires a known name. @param what it names, for the text, which also mentions a file.
 /// @throws ParameterError with the names, if it is not.
 void requireKnown(const char* what, const std::string& name, const std::vector<std::string>& names);
 
@@ -58,19 +58,18 @@ void requireKnown(const char* what, const std::string& name, const std::vector<s
 /// the key
 ///        diff_drive is the differential drive.
 /// @param plant "box", "ground" (the calibrated plants of config/), "real" (config/plant_real.yaml) or a YAML file with
-/// the key plant.
-/// The controller's model of the drive train is that of the plant's file, whatever the overrides make of the plant, but
-/// for the offset of a plant that is named; keys plant_model.* change the model.
+/// the key plant. The controller's model of the drive train is that of the plant's file, without overrides of the plant
+/// and, for a named plant, without its offset. Keys plant_model.* change the model.
 /// @throws ParameterError for an unknown name (with the list of names), key, type or value.
 LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
                     const Overrides& overrides);
 
 /// Acceleration of the thesis' differential drive, which is not printed, but taken from its Table 3-1 [m/s^2]. On the
-/// same ground the active inference controller takes the robot from 0.1 to 0.9 m/s in 0.45 s, so that the motors can
-/// do 1.8 m/s^2; the differential drive needs 0.62 s for it, and 0.35 s from 0.05 to 0.45 m/s: 1.3 and 1.1 m/s^2.
-/// Something in its commands is limited, by less than the 20 m/s^2 of the published settings of a Jackal
-/// (config/diff_drive.yaml). The value has the least error over Table 3-1b, of 1.0 to 1.6 in steps of 0.1. Its 0.1 m/s
-/// row speaks against it: 0.04 s are 2 m/s^2.
+/// same ground the active inference controller takes the robot from 0.1 to 0.9 m/s in 0.45 s, so that the motors can do
+/// 1.8 m/s^2; the differential drive needs 0.62 s for it, and 0.35 s from 0.05 to 0.45 m/s: 1.3 and 1.1 m/s^2. Its
+/// commands are limited to less than the 20 m/s^2 of the published settings of a Jackal (config/diff_drive.yaml). The
+/// value has the least error over Table 3-1b, of 1.0 to 1.6 in steps of 0.1. Its 0.1 m/s row contradicts it: 0.04 s are
+/// 2 m/s^2.
 inline constexpr double kThesisDriveAcceleration = 1.2;
 
 /// As loadSetup(), with the controllers as the thesis had them: its own ones with controller.printed, and the named
@@ -85,6 +84,6 @@ ThesisSetup loadThesis(const PackageFiles& files, const std::string& controller,
 /// The drive loop of a setup. A belief update that diverges is run as it is, because the thesis shows such cases.
 /// @throws ParameterError if its parameters contradict each other.
 DriveLoop makeLoop(const DriveParameters& parameters);
-DriveLoop makeLoop(const LoopSetup& setup);  ///< likewise, with the controller of the setup
+DriveLoop makeLoop(const LoopSetup& setup);  ///< with the controller of the setup
 
 }  // namespace jackal_aic::sim

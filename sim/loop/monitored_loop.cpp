@@ -21,7 +21,7 @@ bool blocked(const std::vector<BlockedMotor>& motors, Side side, double now) {
   return false;
 }
 
-/// The sum of what is done to the robot now.
+/// The sum of the present changes of the robot.
 void handle(JackalPlant& plant, const Faults& faults, double now) {
   for (Side side : {Side::left, Side::right}) plant.blockWheels(side, blocked(faults.motors, side, now));
   double forward = 0.0, torque = 0.0;

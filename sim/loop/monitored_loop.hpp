@@ -24,7 +24,7 @@ struct BlockedMotor {
 
 /// Channels that are not measured over a span of time.
 struct ChannelLoss {
-  ChannelValidity remaining;  ///< what is still measured
+  ChannelValidity remaining;  ///< channels still measured
   double from;                ///< [s]
   double until;               ///< [s]
 };
@@ -37,13 +37,13 @@ struct Push {
   double until;    ///< [s]
 };
 
-/// A span of time in which the robot is held in the air.
+/// A span of time in which the robot is lifted.
 struct Lift {
   double from;   ///< [s]
   double until;  ///< [s]
 };
 
-/// What goes wrong in a run, or is done to the robot.
+/// Faults in a run, and actions on the robot.
 struct Faults {
   std::vector<SensorFault> sensors;  ///< their onset is the start of the run
   std::vector<BlockedMotor> motors;
@@ -61,31 +61,31 @@ struct MonitoredSample {
   double wheel_left;        ///< true speed of the left wheels [rad/s]
   WheelCommand command;     ///< in force [rad/s]
   FaultReport report;       ///< of the monitor
-  Fault fault;              ///< that the loop tells
+  Fault fault;              ///< reported by the loop
   ChannelValidity counted;  ///< channels that reached the controller
 };
 
-/// The model that a monitor of a plant uses: the drive train of the plant's file without an offset, whatever overrides
-/// make of the plant, and the effective track of config/plant_model.yaml.
+/// The model that a monitor of a plant uses: the drive train of the plant's file without offset and overrides, and the
+/// effective track of config/plant_model.yaml.
 PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name);
 
-/// The drive loop of a setup under the fault monitor, whose model need not be the controller's.
+/// The drive loop of a setup with the fault monitor, whose model may differ from the controller's.
 DriveLoop monitoredLoop(const LoopSetup& setup, const PlantModel& model);
 
-/// Hooks that let faults happen to a robot and its sensors. @param plant that is driven; has to outlive the hooks.
+/// Hooks that inject faults into a robot and its sensors. @param plant the driven one; has to outlive the hooks.
 LoopHooks faultHooks(JackalPlant& plant, const Faults& faults);
 
 /// Runs the drive loop of a setup along a profile with faults: outliers and faulty channels do not reach the
 /// controller, and wheels that do not follow, or are moved, stop the robot. One sample per sample of the sensors.
-/// @param model of the monitor, from which it predicts.
+/// @param model of the monitor.
 std::vector<MonitoredSample> runMonitored(const LoopSetup& setup, const PlantModel& model,
                                           const SetPointProfile& profile, const Faults& faults);
 
-/// As above, for long runs: hands each sample over instead of keeping it.
+/// As above, for long runs: passes each sample on instead of keeping it.
 void runMonitored(const LoopSetup& setup, const PlantModel& model, const SetPointProfile& profile, const Faults& faults,
                   const std::function<void(const MonitoredSample&)>& take);
 
-/// When and as what a fault was found.
+/// Time and name of a found fault.
 struct Detection {
   double delay;        ///< from the fault to the report [s]
   std::string reason;  ///< FaultReport::reason()

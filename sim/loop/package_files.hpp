@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The data files of the package (config, sim/urdf, sim/thesis, ...), without asking ROS.
+/// The data files of the package (config, sim/urdf, sim/thesis, ...), without ROS.
 
 #include <filesystem>
 #include <map>
@@ -11,17 +11,17 @@
 
 namespace jackal_aic::sim {
 
-/// The share directory of the package, its source directory or its installed copy; and what the closed loops are made
-/// of, read once: nothing of it is read from a disk during a campaign.
+/// The share directory of the package, its source directory or its installed copy, and the files of the closed loops,
+/// read once, so that a campaign reads nothing from the disk.
 class PackageFiles {
  public:
   /// @param share directory to use; if empty, the first that holds the package's files of: the environment variable
   /// JACKAL_AIC_SHARE, share/jackal_aic of the install space this library is in, the source directory of the build.
-  /// @throws ParameterError if there is none, or the given one does not hold them, or one of them cannot be read.
+  /// @throws ParameterError without such a directory, or if a file is missing or cannot be read.
   explicit PackageFiles(const std::string& share = "");
 
   /// Keys of a preset, plant or plant model of config/, by the name of its file without ".yaml": "standard", "plant",
-  /// "plant_box", "plant_model", "jackal_model". @throws ParameterError if there is no such configuration.
+  /// "plant_box", "plant_model", "jackal_model". @throws ParameterError without such a configuration.
   const ParameterMap& configuration(const std::string& name) const;
 
   /// Text of the robot's URDF (sim/urdf/jackal.urdf).

@@ -84,7 +84,7 @@ ResponseMetrics stepResponseMetrics(const std::vector<double>& time, const std::
 
   const double window_start = unit.time.back() - kFinalWindow;
   const double final_value = meanSince(unit, window_start);
-  // Around a final value that is no step there is no band.
+  // The band is relative to the final value, so it needs one beyond the band.
   if (std::abs(final_value) > settling_band) {
     metrics.settling = settlingTime(unit, final_value, window_start, settling_band);
   }

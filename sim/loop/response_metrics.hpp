@@ -21,7 +21,7 @@ struct ResponseMetrics {
   std::optional<double> settling;
   /// Time from 10 % to 90 % of the set point [s]; empty if 90 % is never reached.
   std::optional<double> rise;
-  /// Largest excursion beyond the set point, in percent of the step; 0 if there is none.
+  /// Largest excursion beyond the set point, in percent of the step, at least 0.
   double overshoot_pct = 0.0;
   /// Mean of (signal - set point) over kFinalWindow, in percent of the step; positive if the signal is too fast.
   double steady_error_pct = 0.0;

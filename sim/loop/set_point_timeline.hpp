@@ -56,7 +56,7 @@ struct SetPointTimeline {
   /// Set point at a time [s].
   SetPoint at(double time) const;
 
-  /// The steps in it, from rest, in order. A return to zero is none.
+  /// The steps in it, from rest, in order, without returns to zero.
   std::vector<SetPointStep> steps() const;
 };
 

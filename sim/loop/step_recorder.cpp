@@ -63,7 +63,7 @@ std::optional<double> meanSpeed(const sensor_msgs::JointState& message, const st
   return sum / static_cast<double>(joints.size());
 }
 
-/// Whether the master knows a publisher of a topic.
+/// True if the master has a publisher of a topic.
 bool isPublished(const std::string& topic) {
   ros::master::V_TopicInfo published;
   ros::master::getTopics(published);
@@ -76,7 +76,7 @@ std::ofstream createFile(const std::string& directory, const char* name) {
   return file;
 }
 
-/// Publishes the set point at 20 Hz and keeps every message that tells how the robot follows it.
+/// Publishes the set point at 20 Hz and keeps every message about the robot's response.
 class StepRecorder {
  public:
   /// @param wheel_radius turns measured wheel speeds into the measured forward speed [m].
@@ -116,7 +116,7 @@ class StepRecorder {
   int shown_tenths_ = -1;
   bool finished_ = false;
   bool failed_ = false;
-  std::string waits_for_;  // why a controller that tells its state does not drive; empty if it does
+  std::string waits_for_;  // why a controller does not drive, by its state; empty if it does
   std::ofstream response_file_, metrics_file_;
   ros::WallTime alive_ = ros::WallTime::now();
   std::map<std::string, bool> received_ = {{"ground_truth/odom", false},
@@ -143,7 +143,7 @@ StepRecorder::StepRecorder(const RecorderParameters& parameters, const SetPointT
       metrics_file_(createFile(parameters.output_directory, "metrics.csv")),
       seen_(ros::NodeHandle("~").advertise<std_msgs::Time>("seen", kQueue)) {
   set_point_ = node_.advertise<geometry_msgs::Twist>("jackal_AIC/set_point", 1);
-  const ros::TransportHints at_once = ros::TransportHints().tcpNoDelay();  // the simulation waits for what is seen here
+  const ros::TransportHints at_once = ros::TransportHints().tcpNoDelay();  // the simulation waits for ~seen
   subscribers_ = {node_.subscribe("ground_truth/odom", kQueue, &StepRecorder::onTruth, this, at_once),
                   node_.subscribe("joint_states", kQueue, &StepRecorder::onJoints, this, at_once),
                   node_.subscribe("imu/data", kQueue, &StepRecorder::onImu, this, at_once),
@@ -204,7 +204,7 @@ std::string StepRecorder::awaited() const {
     if (!received && topic != kState) topics += (topics.empty() ? "" : ", ") + topic;
   }
   if (!topics.empty()) return "data on " + topics;
-  // Only now: a controller that commands the motors has advertised whatever else it says.
+  // Only now: a controller that commands the motors has advertised its other topics.
   if (!received_.at(kState) && isPublished(node_.resolveName(kState))) return fmt::format("data on {}", kState);
   if (set_point_.getNumSubscribers() == 0) return "a subscriber of jackal_AIC/set_point";
   return waits_for_.empty() ? "" : "driving: " + waits_for_;

@@ -13,7 +13,7 @@ namespace jackal_aic::sim {
 /// Samples of one signal by time.
 class TimeSeries {
  public:
-  /// Adds a sample; one that is not later than the last is ignored (a late message must not break the order).
+  /// Adds a sample; ignores one that is not later than the last, so that late messages keep the order.
   void add(double time, double value);
 
   /// The latest value at or before a time; empty before the first sample.

@@ -150,7 +150,7 @@ struct JackalPlant::Implementation {
     observe();
   }
 
-  /// What somebody does to the robot, by call or by the parameters.
+  /// Pushes and lifts of the robot, by call or by the parameters.
   void handle() {
     Motion& m = *motion;
     const PlantParameters& p = parameters;
@@ -205,14 +205,14 @@ struct JackalPlant::Implementation {
       m.imu_measurement = m.measurement;
     } else if (m.measurement) {
       const double stamp = m.measurement->stamp;
-      // As whoever reads both pairs them.
+      // Paired as the receiver of both pairs them.
       static_cast<ImuMeasurement&>(*m.measurement) = m.imu;
       m.measurement->stamp = stamp;
       m.measurement->linear_acceleration = m.accelerations.take(stamp);
     }
   }
 
-  /// Travel of the next message to who reads it; the first sample is there at once.
+  /// Travel of the next message to its reader; the first sample arrives at once.
   double travel() const {
     return parameters.network_delay > 0.0 && motion->steps > 0 ? motion->sensors.drawTravel() : 0.0;
   }

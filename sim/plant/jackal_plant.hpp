@@ -54,7 +54,7 @@ struct ImuMeasurement {
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
 };
 
-/// What the motor controller tells of the wheels, with noise: /feedback of a Jackal.
+/// Wheel speeds from the motor controller, with noise: /feedback of a Jackal.
 struct WheelFeedback {
   double feedback_stamp = 0.0;             ///< time at which it was measured [s]
   std::array<double, 4> wheel_position{};  ///< encoders [rad]
@@ -62,8 +62,8 @@ struct WheelFeedback {
   std::array<double, 4> wheel_effort{};    ///< torque the motors apply, from the physics engine [N m]
 };
 
-/// One sample of the robot's sensors: /joint_states, which is the newest feedback with a stamp of its own, and the IMU,
-/// sampled at the same time or, with an `imu_rate` of its own, the newest that has come.
+/// One sample of the robot's sensors: /joint_states, which is the newest feedback with another stamp, and the IMU,
+/// sampled at the same time or, with an `imu_rate`, the newest sample.
 struct PlantMeasurement : ImuMeasurement, WheelFeedback {
   /// The channels of eq. 3-3: gyro z, mean of each side's wheels, accelerometer x and y without gravity; and
   /// accelerometer z. As the node makes them of the messages of this sample (an IMU mounted as base_link).
@@ -72,7 +72,7 @@ struct PlantMeasurement : ImuMeasurement, WheelFeedback {
 
 /// A Clearpath Jackal in simulation: rigid chassis and wheels on the ground (OdeWorld, Terrain), one motor per side
 /// (CommandDelay, MotorLoop), encoders and IMU (SensorModel). Deterministic: equal parameters and commands give equal
-/// bytes. Plants are independent of each other; each may be used by one thread at a time.
+/// bytes. Plants are independent; each may be used by one thread at a time.
 ///
 /// Ground frame: origin under base_link at the start, x along the initial heading, z normal to the ground. A slope
 /// tilts this frame by `slope` about y against the level frame of the IMU's orientation.
@@ -89,9 +89,9 @@ class JackalPlant {
   JackalPlant(JackalPlant&&) noexcept;
   JackalPlant& operator=(JackalPlant&&) noexcept;
 
-  /// Hands over a wheel command now; the motors see it after the dead time, and what the network delays, rounded to
-  /// whole steps: without dead time it drives the next step(). A command that is not finite is ignored and false is
-  /// returned.
+  /// Takes a wheel command now. The motors receive it after the dead time and the network delay, rounded to whole
+  /// steps: without dead time it drives the next step(). Returns false for a command that is not finite, and ignores
+  /// it.
   bool command(const WheelCommand& command);
 
   /// Advances by kStep.
@@ -114,24 +114,24 @@ class JackalPlant {
   /// not finite.
   void setFriction(double friction);
 
-  /// Gives all motors another steady-state wheel speed per command and another offset [rad/s] from now on, until
-  /// reset(): a battery that weakens, a load under which they turn slower than asked.
+  /// Sets another steady-state wheel speed per command and another offset [rad/s] of all motors, until reset(): a weak
+  /// battery, a load.
   /// @throws ParameterError if the gain is not positive, the offset negative, or one of them not finite.
   void changeMotors(double gain, double offset);
 
-  /// Blocks the motor of a side from now on, or lets it go: its wheels stop within the torque limit and its encoder
-  /// tells so.
+  /// Blocks the motor of a side from now on, or releases it: its wheels stop within the torque limit, and its encoder
+  /// shows it.
   void blockWheels(Side side, bool blocked);
 
   /// Pushes the robot from now on: a force along and across it [N] and a torque about its vertical [N m], at its centre
-  /// of mass and in base_link; zeros let it go. A kerb is a short push against the motion.
+  /// of mass and in base_link; zeros end it. A kerb is a short push against the motion.
   void push(double forward, double left, double torque);
 
   /// Lifts the robot by 0.3 m at 0.3 m/s, turning it at 0.8 rad/s, or sets it down again. Nothing happens on a box.
   void lift(bool lifted);
 
   /// Puts the robot back to rest at time 0, with the friction and the seed of the parameters, without pending commands,
-  /// with no motor blocked, on its wheels and left alone, but for the push and the lift of the parameters.
+  /// with free motors and on its wheels; only push and lift of the parameters act.
   void reset();
 
  private:

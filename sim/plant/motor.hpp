@@ -48,10 +48,10 @@ struct MotorParameters {
 ///
 ///     dw/dt = clamp( (r + z - w) / T, +-acceleration_limit ),    dz/dt = k_i (r - w),
 ///
-/// so that w = gain u at steady state whatever k_i is. With an offset o, u stands for sign(u) max(0, |u| - o): o is a
-/// dead band, too; and a wheel that stands takes a command below the breakaway for none (stiction). Each step starts
-/// from the wheel speed the physics reached, so the reference cannot run away from a wheel that the torque limit holds
-/// back, and z rests while either limit acts (no wind-up).
+/// so that w = gain u at steady state for any k_i. With an offset o, u stands for sign(u) max(0, |u| - o), so o is a
+/// dead band, too. A standing wheel ignores a command below the breakaway (stiction). Each step starts from the wheel
+/// speed the physics reached, so the reference cannot run away from a wheel that the torque limit holds back, and z
+/// rests while either limit acts (no wind-up).
 ///
 /// A loop that is not stiff gives the torque k_p (r + z - w) within its limit, and the masses and the ground decide how
 /// the wheel follows: neither T nor the acceleration limit are in it.
@@ -65,7 +65,7 @@ class MotorLoop {
   /// its full voltage that the battery gives: speed and acceleration limit are proportional to it.
   double reference(double command, double speed, double supply = 1.0);
 
-  /// Goes on with another wheel speed per command and offset [rad/s].
+  /// Sets another wheel speed per command and offset [rad/s].
   void change(double gain, double offset) {
     parameters_.gain = gain;
     parameters_.offset = offset;

@@ -28,12 +28,12 @@ struct Spring {
   double correction, softness;
 };
 
-/// How somebody lifts the robot: upwards, to this height, turning it.
+/// Motion of a lift: upwards to a height, with a turn.
 constexpr double kLiftSpeed = 0.3;   // m/s
 constexpr double kLiftHeight = 0.3;  // m
 constexpr double kLiftTurn = 0.8;    // rad/s
 
-/// What of a height above the ground is rounding [m]: as many steps down as there were up, whatever the last digits.
+/// Rounding error of a height above the ground [m], so that a lift has as many steps down as up.
 constexpr double kSlightestHeight = 1e-9;
 
 /// A contact point slower than this sticks [m/s].
@@ -48,14 +48,14 @@ constexpr double kSlightestForce = 1e-9;
 constexpr double kOneOfTwo = 1.5;
 
 std::atomic<long> unsolved_steps{0};
-thread_local bool left_out = false;  // whether ODE left forces of a step out; it steps in the thread that asks for it
+thread_local bool left_out = false;  // true: ODE omitted forces of a step in this thread
 
-/// ODE would print each of its messages; what it has to say is that it left forces of a step out.
+/// Replaces ODE's printed messages, which report omitted forces of a step.
 void noteLeftOut(int /*number*/, const char* /*format*/, std::va_list /*values*/) { left_out = true; }
 
 void countUnsolved() {
   if (unsolved_steps++ == 0)
-    std::fputs("simulated robot: contact forces of a step were not found (told once)\n", stderr);
+    std::fputs("simulated robot: contact forces of a step were not found (reported once)\n", stderr);
 }
 
 /// ODE is initialised once per process and never closed: worlds may outlive any other static object.
@@ -264,7 +264,7 @@ void OdeWorld::lift(bool lifted) {
   dBodySetKinematic(chassis_);
 }
 
-/// The one who carries gives the chassis its motion; once it is down, it is on its own.
+/// A lift prescribes the motion of the chassis; on the ground it moves freely.
 void OdeWorld::carry() {
   const double height = dBodyGetPosition(chassis_)[2] - height_on_ground_;
   if (!lifted_ && height <= kSlightestHeight) {

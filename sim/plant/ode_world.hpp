@@ -33,7 +33,7 @@ struct WorldParameters {
   double friction = 0.5;       ///< Coulomb coefficient between wheels and ground
   double torque_limit = 20.0;  ///< of each wheel's motor [N m]
   double stiffness = 0.0;      ///< of each wheel's motor, torque per error of its speed [N m s/rad]; 0: rigid
-  TerrainParameters terrain;   ///< what the ground has beside its inclination
+  TerrainParameters terrain;   ///< of the ground, without its inclination
   bool ode_solver = false;     ///< every step by ODE's own solver, which comes to the same, more slowly
 };
 
@@ -41,10 +41,9 @@ struct WorldParameters {
 ///
 /// Ground frame: x along the robot's initial heading, z normal to the ground under it, which is z = 0; a slope tilts
 /// gravity. Each wheel touches the ground in one point (sphere against the tangential plane under its hub), and a kerb
-/// in another, with a spring and damper along the normal. Friction
-/// is isotropic Coulomb friction, as slip in a turn depends on it: rolling and lateral friction share the limit mu N,
-/// so that a skidding tyre gives way lengthwise too (a friction pyramid would let it hold, and the robot turn as if it
-/// did not skid). The chassis itself touches nothing.
+/// in another, with a spring and damper along the normal. Friction is isotropic Coulomb friction, as slip in a turn
+/// depends on it: rolling and lateral friction share the limit mu N, so that a skidding tyre also slips lengthwise
+/// (with a friction pyramid it would hold, and the robot would turn without skidding). The chassis touches nothing.
 ///
 /// ODE keeps the bodies and has the equations of a step; StepSolver solves them, and ODE itself those of a step in
 /// which a wheel touches ground and kerb at a time.
@@ -73,7 +72,7 @@ class OdeWorld {
   /// Advances by a time step [s].
   void step(double step);
 
-  /// Steps of this process, of any world, of which ODE did not find all contact forces, in a second attempt either.
+  /// Steps of this process, in any world, without all contact forces after ODE's second attempt.
   static long unsolvedSteps();
 
   ChassisState chassis() const;                                ///< motion of the chassis after the last step
@@ -117,13 +116,13 @@ class OdeWorld {
   void createWheel(const RobotModel& model, std::size_t index);
   void setInEquilibrium(const RobotModel& model);
   void carry();
-  /// Moves the bodies on by a step [s]. @returns false if it cannot, and they are where they were.
+  /// Moves the bodies by a step [s]. @returns false, without a motion, if it cannot.
   bool solve(double step);
   SteppedChassis steppedChassis(double step) const;
   SteppedWheel steppedWheel(std::size_t index, double step) const;
-  /// Likewise, whatever touches.
+  /// A step by ODE's solver, with any contacts.
   void solveByOde(double step);
-  /// @returns false if forces were left out.
+  /// @returns false if forces were omitted.
   bool stepByOde(double step);
   void createContact(std::size_t index, Contact& contact, double step);
   void touch(std::size_t index);
@@ -156,7 +155,7 @@ class OdeWorld {
   std::array<double, 4> radius_{};
   std::array<Eigen::Vector3d, 4>
       hub_in_wheel_{};  ///< joint origin relative to the wheel's centre of mass, in the wheel [m]
-  std::array<Eigen::Vector3d, 4> hub_in_chassis_{};  ///< likewise of the chassis
+  std::array<Eigen::Vector3d, 4> hub_in_chassis_{};  ///< the same in the chassis [m]
   std::array<double, 4> torque_{};                   ///< of the motors in the last step [N m]
   std::array<double, 4> speed_{};                    ///< of the wheels relative to the chassis after it [rad/s]
   std::array<dBodyID, 4> wheels_{};

@@ -23,10 +23,10 @@ constexpr double kWarningPeriod = 5.0;    // s
 constexpr std::uint32_t kQueueSize = 50;  // a second of 50 Hz messages
 constexpr std::uint32_t kClockQueueSize = 1000;
 constexpr double kFirstPatience = 0.25;  // wall time for the command after the first [s]
-constexpr double kLatestTime = 0.5;      // s: what is older, or of the future, is by another clock
+constexpr double kLatestTime = 0.5;      // s: an older or future stamp is of another clock
 constexpr double kLongestEnd = 2.0;      // wall time from the request to end, if the commands do not come to zero [s]
 constexpr double kLongestPause = 0.005;  // s: after a message of the clock, if the next is not due before
-constexpr int kInStride = 5;             // responses in time, less the others, from which on they are waited for
+constexpr int kResponsesInTime = 5;      // responses in time, less the others, from which on they are waited for
 
 }  // namespace
 
@@ -89,8 +89,8 @@ void PlantNode::run(const std::function<bool()>& end_requested) {
   pacer_.restart(plant_.time());
   publish();
   while (goesOn()) {
-    // Between two messages of the clock nobody can tell when a step was made: the steps to the next are made when it is
-    // due, so that what one brings about comes in time.
+    // Between two messages of the clock no node sees the time of a step. So the steps are made when the next message is
+    // due, and their effects come in time.
     if (told_time_ == plant_.time())
       pacer_.waitFor(plant_.time() + std::min(kLongestPause, 1.0 / parameters_.clock_rate));
     ros::getGlobalCallbackQueue()->callAvailable();
@@ -147,12 +147,12 @@ void PlantNode::waitFor(Follower& follower, const std::function<bool()>& is_ther
     return follower.awaited && plant_.time() + 0.5 * JackalPlant::kStep > follower.time + parameters_.lockstep;
   };
   if (!behind()) return;
-  publishClock();  // whoever is waited for acts by it
+  publishClock();  // the awaited node acts on it
   if (!waitWhile(behind, is_there, follower.patience)) follower.awaited = false;
 }
 
 void PlantNode::waitFor(Response& response, const ros::Subscriber& subscriber) {
-  if (!response.due || response.in_stride.value_or(0) < kInStride || plant_.time() < *response.due) return;
+  if (!response.due || response.in_stride.value_or(0) < kResponsesInTime || plant_.time() < *response.due) return;
   const auto missing = [&] { return response.due.has_value(); };
   const auto is_there = [&] { return subscriber.getNumPublishers() > 0; };
   if (waitWhile(missing, is_there, kFirstPatience)) return;
@@ -188,14 +188,14 @@ void PlantNode::respond(Response& response, double told, double at) {
 }
 
 void PlantNode::count(Response& response, bool in_time) {
-  const int counted = response.in_stride.value_or(kInStride) + (in_time ? 1 : -1);
-  response.in_stride = std::clamp(counted, 0, kInStride);
+  const int counted = response.in_stride.value_or(kResponsesInTime) + (in_time ? 1 : -1);
+  response.in_stride = std::clamp(counted, 0, kResponsesInTime);
   response.due.reset();
 }
 
 void PlantNode::follow(Follower& follower, double time) {
-  // Whoever follows is waited for from the first word on: a controller that a busy machine makes late would else never
-  // get into step. One that speaks now and then is no controller in its stride, and is not waited for long.
+  // A follower is awaited from its first message on; else a controller on a busy machine would never get into step. A
+  // follower with rare messages is awaited for a short time only.
   const bool in_stride = time - follower.time <= 2.0 * parameters_.lockstep;
   follower = {time, true, in_stride ? parameters_.patience : std::min(parameters_.patience, kFirstPatience)};
 }
@@ -248,7 +248,7 @@ bool PlantNode::onReset(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
   try {
     ParameterMap map = readRosParameters(private_node_);
     const PlantParameters plant_parameters = readSimulatedRobot(map);
-    readParameters<PlantNodeParameters>(map, "");  // which stay as they are; what is left then, nobody knows
+    readParameters<PlantNodeParameters>(map, "");  // unchanged; the keys that remain are unknown
     map.refuseUnknown();
     plant_ = JackalPlant(urdf_xml_, plant_parameters);
     plant_parameters_ = plant_parameters;
@@ -331,7 +331,7 @@ void PlantNode::publish() {
   const double now = plant_.time();
   const bool clock_due = clock_schedule_.due(now), truth_due = truth_schedule_.due(now);
   const bool transform_due = transform_schedule_.due(now);
-  // The clock goes first, so that whoever receives a sample does not see it come from the future.
+  // The clock goes first, so that no sample is stamped in the future of its receiver.
   if (clock_due || truth_due || transform_due || plant_.measurement() || plant_.imuMeasurement()) publishClock();
   if (plant_.measurement()) publishMeasurement(*plant_.measurement());
   if (plant_.imuMeasurement() && !imu_pulled_) {

@@ -29,26 +29,25 @@ namespace jackal_aic::sim {
 /// Parameters of the node itself, without prefix; those of the plant have the prefix `plant`.
 struct PlantNodeParameters {
   double real_time_factor = 1.0;  ///< simulated seconds per wall second; 0 runs as fast as possible
-  /// Rate of /clock [Hz]; it comes beside with whatever is published, and when a follower is waited for. Each message
-  /// wakes every node: 200 Hz halve what a simulation costs, and a controller catches up with the steps of its belief
+  /// Rate of /clock [Hz]; /clock is also published with each sample and while waiting for a follower. Each message
+  /// wakes every node: 200 Hz halve the processor time, and a controller catches up with the steps of its belief
   /// between two.
   double clock_rate = 1000.0;
   double truth_rate = 100.0;     ///< rate of /ground_truth/odom [Hz]
   double command_timeout = 0.0;  ///< age of the last command at which the wheels stop [s]; 0 lets them run on
-  /// Simulated time that may pass since the last action of the controller before the plant waits for the next [s], its
-  /// action period and a tenth for instance (it lengthens some, to follow the measurements, and the clock has to go on
-  /// until then), so that a busy machine makes the simulation slower instead of the controller late; 0 never waits.
-  /// When a controller acted its jackal_AIC/state tells; one that has none acts when its command comes. Where it also
-  /// takes each sample of encoders and IMU (sensor_generalized) before the clock goes on, and acts with the next
-  /// message of the clock, as one does whose actions follow the measurements, it is waited for there as well: what it
-  /// acts on and when then does not depend on the machine. Somebody else who is not to be left behind says on ~seen
-  /// (std_msgs/Time) up to which time he has come, as often.
+  /// Simulated time since the last action of the controller after which the plant waits for the next [s], for example
+  /// 1.1 action periods, because the controller lengthens some periods. So a busy machine slows the simulation and does
+  /// not delay the controller; 0 never waits. The stamp of jackal_AIC/state is the time of an action; without a state
+  /// it is the arrival of the command. A controller that also takes each sample (sensor_generalized) before the clock
+  /// continues, and acts with the next message of the clock, is awaited there as well: its inputs and times then do not
+  /// depend on the machine. Another node makes the simulation wait with ~seen (std_msgs/Time), the time up to which it
+  /// has seen the data.
   double lockstep = 0.0;
-  /// Wall time after which a silent controller is not waited for any more, until it speaks again [s]; one that is gone
-  /// is not waited for at all, and one of which no two commands came in a row only for 0.25 s.
+  /// Longest wall time of waiting for a silent controller, until its next message [s]. A controller that is gone is not
+  /// awaited; one without two commands in a row is awaited for 0.25 s.
   double patience = 2.0;
   bool publish_clock = true;  ///< false: another node publishes /clock, as for the second of two robots; this follows
-  std::string urdf_file;      ///< URDF to read when there is no robot_description
+  std::string urdf_file;      ///< URDF without a robot_description
 };
 
 /// Lists the fields of PlantNodeParameters with unit and range.
@@ -66,11 +65,11 @@ void describeFields(Visitor& v, PlantNodeParameters& p) {
 
 /// Steps a plant, publishes /clock (or, without publish_clock, follows that of another one), joint_states, imu/data,
 /// feedback, ground_truth/odom and tf, and drives it by cmd_drive or by Gazebo's jackal_left_wheel/command and
-/// jackal_right_wheel/command, whichever spoke last. Service ~reset puts everything, the clock included, back to the
-/// start, with the ~plant parameters as they are then; ~block_left and ~block_right (std_srvs/SetBool) block the motor
-/// of a side or let it go; ~pull_imu (std_srvs/SetBool) silences imu/data; ~push (geometry_msgs/Wrench, in base_link:
-/// force x and y, torque z) pushes the robot until the next message, and ~lift (std_srvs/SetBool) lifts it. With
-/// lockstep it listens to jackal_AIC/state, sensor_generalized and ~seen.
+/// jackal_right_wheel/command, by the latest message. Service ~reset restarts everything, the clock included, with the
+/// present ~plant parameters; ~block_left and ~block_right (std_srvs/SetBool) block the motor of a side or release it;
+/// ~pull_imu (std_srvs/SetBool) silences imu/data; ~push (geometry_msgs/Wrench, in base_link: force x and y, torque z)
+/// pushes the robot until the next message, and ~lift (std_srvs/SetBool) lifts it. With lockstep it listens to
+/// jackal_AIC/state, sensor_generalized and ~seen.
 class PlantNode {
  public:
   /// @param node, private_node namespaces of the topics and of ~reset; @param urdf_xml text of the URDF.
@@ -78,19 +77,20 @@ class PlantNode {
   PlantNode(ros::NodeHandle node, ros::NodeHandle private_node, const std::string& urdf_xml,
             const PlantParameters& plant_parameters, const PlantNodeParameters& parameters);
 
-  /// Simulates until ROS shuts down or the end is requested, calling back between steps. After a request it goes on
-  /// until the commands are zero, for at most 2 s of wall time: the controller, which ends too, brakes on its clock.
+  /// Simulates until ROS shuts down or the end is requested, calling back between steps. After a request it continues
+  /// until the commands are zero, for at most 2 s of wall time, because the controller, which ends too, brakes on its
+  /// clock.
   void run(const std::function<bool()>& end_requested = [] { return false; });
 
  private:
-  /// Somebody who is waited for, in lockstep.
+  /// A node that is awaited in lockstep.
   struct Follower {
     double time = 0.0;      ///< up to which it has come [s]
     bool awaited = false;   ///< it has not fallen silent
     double patience = 0.0;  ///< for how long it is waited [s of wall time]
   };
 
-  /// What a controller does after each sample of encoders and IMU, in lockstep.
+  /// Response of a controller to each sample of encoders and IMU, in lockstep.
   struct Response {
     double from = 0.0;             ///< time that it is to tell of, or a later one [s]
     std::optional<double> due;     ///< time at which it is due, while it is missing; infinite if not known yet [s]
@@ -143,12 +143,12 @@ class PlantNode {
   WheelCommand command_;
   std::int8_t mode_ = jackal_msgs::Drive::MODE_NONE;
   double command_time_ = 0.0;             // of the last command [s]
-  std::optional<double> state_time_;      // of the last state that told of one [s]
+  std::optional<double> state_time_;      // of the last state with one [s]
   std::optional<double> feedback_stamp_;  // of the feedback published last [s]
   ros::Duration ahead_;                   // of the clock that is followed, before the plant's own time
   std::string tf_prefix_;
   Follower controller_;  // up to its last action
-  Follower spectator_;   // who speaks on ~seen
+  Follower spectator_;   // publisher of ~seen
   Response taken_;       // of the controller that has the sample
   Response acted_;       // of the controller that acted after it
   bool imu_pulled_ = false;

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Parameters of the simulated Jackal. Everything geometric and inertial comes from the URDF instead.
+/// Parameters of the simulated Jackal. Geometry and inertia come from the URDF.
 
 #include <array>
 #include <cstdint>
@@ -25,65 +25,59 @@ struct PlantParameters {
   double dead_time = 0.08;                ///< from a command to the motors [s]
   double motor_lag = 0.00636;             ///< time constant of the closed velocity loop [s]
   double wheel_gain = 1.0;                ///< true wheel speed / commanded wheel speed, at steady state
-  double velocity_loop_integral = 0.678;  ///< integral gain of the velocity loop on (gain x command - speed) [1/s]
-  double velocity_loop_stiffness = 0.0;  ///< torque of a wheel per error of its speed, in place of lag and acceleration
-                                         ///< limit; 0: as much as is needed [N m s/rad]
-  double acceleration_limit = 1.65;      ///< of the wheel circumference under the velocity loop [m/s^2]
-  double speed_limit = 2.5;              ///< of the wheel circumference, the robot's maximum [m/s]
-  double torque_limit = 20.0;            ///< largest torque per wheel [N m]
-  double wheel_offset = 0.0;             ///< by which wheels turn slower than asked, and below which they stand [rad/s]
-  double wheel_breakaway = 0.0;          ///< command below which a wheel that stands does not start (stiction) [rad/s]
-  double wheel_radius_left = 0.0;        ///< of the left tyres; 0: as the URDF says [m]
-  double wheel_radius_right = 0.0;       ///< of the right tyres; 0: as the URDF says [m]
-  double battery_sag =
-      0.0;  ///< share of the voltage, and with it of speed and acceleration limit, lost at full torque of all wheels
-  double battery_discharge = 0.0;  ///< share of the voltage lost per hour [1/h]
-  double payload = 0.0;            ///< extra mass on the chassis, spread as its own [kg]
-  double payload_x = 0.0;          ///< of the payload ahead of the chassis' centre of mass [m]
-  double payload_y = 0.0;          ///< of the payload left of the chassis' centre of mass [m]
-  double payload_z = 0.0;          ///< of the payload above the chassis' centre of mass [m]
-  double friction = 0.5;           ///< Coulomb coefficient between wheels and ground
-  double slope = 0.0;              ///< inclination of the ground, positive is uphill along the initial heading [deg]
-  double roughness = 0.0;          ///< root mean square of the height of uneven ground, at random [m]
-  double roughness_length = 1.0;   ///< middle wavelength of uneven ground [m]
-  double ramp = 0.0;               ///< inclination of a ramp across the way, positive is uphill [deg]
-  double ramp_start = 3.0;         ///< distance of the ramp ahead of the start [m]
-  double ramp_length = 3.0;        ///< length of the ramp, after which the ground is level again [m]
-  double patch_friction =
-      1.0;  ///< friction of the slipperiest patch of ground in multiples of the friction; 1: all are alike
-  double patch_size = 1.0;     ///< side of the square patches [m]
-  double kerb_distance = 0.0;  ///< distance of a kerb ahead of the start; 0: none [m]
-  double kerb_height = 0.1;    ///< height of the kerb above the ground; above the wheels' hubs it is a wall [m]
-  double push_time = 0.0;      ///< time at which a push begins [s]
-  double push_duration = 0.0;  ///< of the push; 0: none [s]
-  double push_force = 0.0;     ///< push along the robot [N]
-  double push_torque = 0.0;    ///< push about the robot's vertical [N m]
-  double lift_time = 0.0;      ///< time at which the robot is lifted [s]
-  double lift_duration = 0.0;  ///< how long the robot is held up; 0: never [s]
-  double sensor_rate = 50.0;   ///< rate of encoders and IMU [Hz]
-  double imu_rate = 0.0;       ///< rate of the IMU; 0: with the encoders [Hz]
-  double feedback_rate =
-      0.0;  ///< rate of the motor controller's feedback, whose newest the joint states repeat; 0: with them [Hz]
-  double feedback_repeats = 0.0;  ///< share of the joint states that repeat the feedback of the one before, at random
-  double measurement_loss = 0.0;  ///< share of the samples that get lost, at random; each, where the IMU has its own
-  double noise_scale = 1.0;       ///< factor on all noise below; 0 switches it off
-  double encoder_noise = 0.03;    ///< standard deviation of the wheel speed [rad/s]
-  double encoder_step = 0.0;      ///< resolution of the measured wheel speed [rad/s]; 0: none
-  double encoder_filter = 0.0;    ///< time constant of the low-pass in the measured wheel speed [s]; 0: none
-  double gyro_noise = 0.005;      ///< standard deviation of the angular velocity [rad/s]
-  double accelerometer_noise = 0.05;  ///< standard deviation of the acceleration [m/s^2]
-  double gyro_bias = 0.0;             ///< standard deviation of the gyro's bias, which wanders [rad/s]
-  double gyro_bias_time = 300.0;      ///< correlation time of the gyro's bias [s]
-  double vibration_x = 0.0;           ///< standard deviation of the accelerometer by vibration at 1 m/s, to which it is
-                                      ///< proportional: along [m/s^2]
-  double vibration_y = 0.0;           ///< ... across [m/s^2]
-  double vibration_z = 0.0;           ///< ... upwards [m/s^2]
-  double vibration_gyro = 0.0;        ///< standard deviation of the angular velocity by vibration at 1 m/s [rad/s]
-  double vibration_time = 0.02;       ///< correlation time of the vibration [s]
-  double stamp_jitter = 0.0;          ///< longest time by which a sample comes, and is stamped, late, at random [s]
-  double network_delay = 0.0;  ///< longest time that a message is underway, at random, in order: sensors, with their
-                               ///< stamps, and commands [s]
-  std::uint64_t seed = 1;      ///< of everything that is random
+  double velocity_loop_integral = 0.678;  ///< integral gain of the velocity loop [1/s]
+  double velocity_loop_stiffness = 0.0;   ///< torque / speed error, instead of lag and limit; 0: off [N m s/rad]
+  double acceleration_limit = 1.65;       ///< of the wheel circumference under the velocity loop [m/s^2]
+  double speed_limit = 2.5;               ///< of the wheel circumference, the robot's maximum [m/s]
+  double torque_limit = 20.0;             ///< largest torque per wheel [N m]
+  double wheel_offset = 0.0;              ///< wheels turn slower than commanded by this [rad/s]
+  double wheel_breakaway = 0.0;           ///< stiction: least command that starts a wheel [rad/s]
+  double wheel_radius_left = 0.0;         ///< of the left tyres; 0: as the URDF says [m]
+  double wheel_radius_right = 0.0;        ///< of the right tyres; 0: as the URDF says [m]
+  double battery_sag = 0.0;               ///< share of the voltage lost at full torque of all wheels
+  double battery_discharge = 0.0;         ///< share of the voltage lost per hour [1/h]
+  double payload = 0.0;                   ///< extra mass on the chassis, spread as its own [kg]
+  double payload_x = 0.0;                 ///< of the payload ahead of the chassis' centre of mass [m]
+  double payload_y = 0.0;                 ///< of the payload left of the chassis' centre of mass [m]
+  double payload_z = 0.0;                 ///< of the payload above the chassis' centre of mass [m]
+  double friction = 0.5;                  ///< Coulomb coefficient between wheels and ground
+  double slope = 0.0;                     ///< inclination of the ground, uphill along the initial heading [deg]
+  double roughness = 0.0;                 ///< root mean square of the height of uneven ground, at random [m]
+  double roughness_length = 1.0;          ///< middle wavelength of uneven ground [m]
+  double ramp = 0.0;                      ///< inclination of a ramp across the way, positive is uphill [deg]
+  double ramp_start = 3.0;                ///< distance of the ramp ahead of the start [m]
+  double ramp_length = 3.0;               ///< length of the ramp, after which the ground is level again [m]
+  double patch_friction = 1.0;            ///< friction of the slipperiest patch / friction
+  double patch_size = 1.0;                ///< side of the square patches [m]
+  double kerb_distance = 0.0;             ///< distance of a kerb ahead of the start; 0: none [m]
+  double kerb_height = 0.1;               ///< height of the kerb; a wall if above the wheels' hubs [m]
+  double push_time = 0.0;                 ///< time at which a push begins [s]
+  double push_duration = 0.0;             ///< of the push; 0: none [s]
+  double push_force = 0.0;                ///< push along the robot [N]
+  double push_torque = 0.0;               ///< push about the robot's vertical [N m]
+  double lift_time = 0.0;                 ///< time at which the robot is lifted [s]
+  double lift_duration = 0.0;             ///< how long the robot is held up; 0: never [s]
+  double sensor_rate = 50.0;              ///< rate of encoders and IMU [Hz]
+  double imu_rate = 0.0;                  ///< rate of the IMU; 0: with the encoders [Hz]
+  double feedback_rate = 0.0;             ///< rate of the feedback that joint states repeat; 0: theirs [Hz]
+  double feedback_repeats = 0.0;          ///< share of the joint states that repeat the last feedback
+  double measurement_loss = 0.0;          ///< share of the samples that are lost
+  double noise_scale = 1.0;               ///< factor on all noise below; 0 switches it off
+  double encoder_noise = 0.03;            ///< standard deviation of the wheel speed [rad/s]
+  double encoder_step = 0.0;              ///< resolution of the measured wheel speed [rad/s]; 0: none
+  double encoder_filter = 0.0;            ///< time constant of the encoders' low-pass [s]; 0: none
+  double gyro_noise = 0.005;              ///< standard deviation of the angular velocity [rad/s]
+  double accelerometer_noise = 0.05;      ///< standard deviation of the acceleration [m/s^2]
+  double gyro_bias = 0.0;                 ///< standard deviation of the gyro's bias, which wanders [rad/s]
+  double gyro_bias_time = 300.0;          ///< correlation time of the gyro's bias [s]
+  double vibration_x = 0.0;               ///< deviation by vibration at 1 m/s, proportional to speed: forward [m/s^2]
+  double vibration_y = 0.0;               ///< ... sideways [m/s^2]
+  double vibration_z = 0.0;               ///< ... upwards [m/s^2]
+  double vibration_gyro = 0.0;            ///< ... of the angular velocity [rad/s]
+  double vibration_time = 0.02;           ///< correlation time of the vibration [s]
+  double stamp_jitter = 0.0;              ///< longest delay of a sample and its stamp [s]
+  double network_delay = 0.0;             ///< longest delay of sensor messages and commands [s]
+  std::uint64_t seed = 1;                 ///< of all random numbers
 };
 
 /// Lists the fields of PlantParameters with unit and range.

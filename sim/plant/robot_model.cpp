@@ -96,7 +96,7 @@ WheelModel wheelOf(const UrdfDocument& document, const std::string& name, const 
   return wheel;
 }
 
-/// Holds a URDF against what the controller lives by: equal radii in its range, left wheels on the left.
+/// Checks the controller's assumptions on a URDF: equal radii in range, left wheels on the left.
 void checkGeometry(const std::string& urdf_xml) {
   const UrdfGeometry wheels = readUrdfGeometry(urdf_xml, {kWheelJoints[kFrontLeft], kWheelJoints[kRearLeft]},
                                                {kWheelJoints[kFrontRight], kWheelJoints[kRearRight]}, kBaseLink);

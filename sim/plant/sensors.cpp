@@ -7,7 +7,7 @@
 namespace jackal_aic::sim {
 namespace {
 
-/// Tells the seed of the losses from that of the noise, so that they are independent.
+/// Separates the seed of the losses from that of the noise, so that they are independent.
 constexpr std::uint64_t kLossStream = 0x9e3779b97f4a7c15;
 constexpr std::uint64_t kDelayStream = 0xd1b54a32d192ed03;
 constexpr std::uint64_t kImuStream = 0xe7037ed1a0b428db;

@@ -15,7 +15,7 @@
 
 namespace jackal_aic::sim {
 
-/// What the sensors are exposed to at the moment of a sample, free of noise.
+/// True quantities at the moment of a sample, free of noise.
 struct SensorInput {
   std::array<double, 4> wheel_effort;  ///< [N m]
   Eigen::Vector3d angular_velocity;    ///< of imu_link, in imu_link [rad/s]
@@ -24,8 +24,8 @@ struct SensorInput {
   Eigen::Quaterniond orientation;      ///< imu_link in a level frame
 };
 
-/// Random numbers of deviation 1 that go on from one moment to the next: Ornstein-Uhlenbeck processes of one
-/// correlation time, exact at any distance in time, and stationary from the start.
+/// Correlated random numbers of deviation 1: Ornstein-Uhlenbeck processes of one correlation time, exact at any
+/// distance in time, and stationary from the start.
 class ColouredNoise {
  public:
   static constexpr int kChannels = 6;
@@ -45,7 +45,7 @@ class ColouredNoise {
   Values values_ = Values::Zero();
 };
 
-/// A message that a sample comes with.
+/// The message of a sample.
 enum class SampleMessage {
   joint_states,  ///< with the IMU's part of it, where that has no rate of its own
   imu            ///< of an IMU that has
@@ -69,22 +69,22 @@ class SensorModel {
   /// The IMU's part of a sample alone.
   ImuMeasurement imu(const PlantTruth& truth, const SensorInput& input);
 
-  /// Draws whether a sample repeats the one before (rate `feedback_repeats`); to be asked once per sample. The first
+  /// Draws whether a sample repeats the last one (rate `feedback_repeats`); to be called once per sample. The first
   /// never does.
   bool repeatsFeedback();
 
-  /// Time that a message is underway [s], drawn between 0 and `network_delay`; to be asked once per message.
+  /// Time that a message is underway [s], drawn between 0 and `network_delay`; to be called once per message.
   double drawTravel();
 
-  /// Draws whether a sample gets lost on its way (rate `measurement_loss`); to be asked once per sample. The first
-  /// never is. The noise does not depend on what gets lost, nor one message on the other.
+  /// Draws whether a sample is lost (rate `measurement_loss`); to be called once per sample. The first never is. Noise,
+  /// losses and messages are independent.
   bool losesSample(SampleMessage message = SampleMessage::joint_states);
 
   /// Delay of a sample on its way [s], drawn between 0 and `stamp_jitter`; none for the first.
   double drawDelay(SampleMessage message = SampleMessage::joint_states);
 
  private:
-  /// What happens to the samples of a message on their way.
+  /// Delay and loss of the samples of a message.
   struct Way {
     explicit Way(std::uint64_t seed);
 
@@ -124,13 +124,13 @@ class EncoderFilter {
   std::array<double, 4> filtered_{};
 };
 
-/// Samples on their way to whoever reads them: each is stamped and sent at one time and comes, in order, at another.
+/// Samples on their way to their reader: each is stamped and sent at one time and arrives, in order, at another.
 /// @tparam Sample has a `stamp` [s].
 template <class Sample = PlantMeasurement>
 class SampleQueue {
  public:
   /// Sends a sample. @param stamp time of sending [s], or that of the one sent before if that is later; @param travel
-  /// time underway [s]; one that needs none is stamped with the time at which it comes.
+  /// time underway [s]; a sample without travel is stamped with its arrival.
   void send(const Sample& sample, double stamp, double travel = 0.0) {
     Message message{sample, stamp + travel, travel > 0.0};
     message.sample.stamp = stamp;
@@ -141,7 +141,7 @@ class SampleQueue {
     underway_.push_back(message);
   }
 
-  /// The sample that comes at this time [s]; at most one per call.
+  /// The sample that arrives at this time [s]; at most one per call.
   std::optional<Sample> receive(double time) {
     if (underway_.empty() || underway_.front().arrival > time) return std::nullopt;
     Sample sample = underway_.front().sample;

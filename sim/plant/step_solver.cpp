@@ -13,7 +13,7 @@ using RowMajor = Eigen::Matrix<double, RowCount, ColumnCount, Eigen::RowMajor>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kAxle = 4;                   // component of a twist about the axle
-constexpr int kPatience = 3;               // exchanges of which none leaves fewer wrong than one before
+constexpr int kPatience = 3;               // exchanges in a row that do not reduce the number of wrong bounds
 constexpr int kMostChanges = 60;           // of an active set
 constexpr double kForceTolerance = 1e-10;  // by which a force may miss its bound, relative
 constexpr double kSpeedTolerance = 1e-13;  // by which a velocity may miss its inequality [m/s or rad/s]
@@ -25,8 +25,8 @@ Twist velocityAt(const Eigen::Vector3d& point, const Twist& velocity) {
   return there;
 }
 
-/// X' F, forces in the frame of a wheel at its hinge as the chassis takes them: in its frame, of which R is the
-/// rotation, and about its centre of mass.
+/// X' F: forces in the frame of a wheel at its hinge, transformed to the chassis' frame (rotation R) and centre of
+/// mass.
 template <int Columns>
 RowMajor<6, Columns> onChassis(const Eigen::Matrix3d& R, const Eigen::Vector3d& hinge, const RowMajor<6, Columns>& F) {
   RowMajor<6, Columns> moved;
@@ -182,7 +182,7 @@ bool StepSolver::descend() {
   return false;
 }
 
-/// What the state of an unknown should be for what was found with the present ones.
+/// Correct state of an unknown for the solution with the present ones.
 StepSolver::State StepSolver::wanted(int i) const {
   if (low_(i) == high_(i)) return state_[i];
   if (state_[i] == State::free) {
@@ -217,10 +217,9 @@ void StepSolver::solveFree() {
   unknowns_ += given;
 }
 
-/// b ← x of A x = b in the free unknowns, with zeros for the others. A, of which the upper triangle is read, is
-/// symmetric and quasi-definite, so that no pivots are needed; into U goes its factor, A = U' D⁻¹ U, with D⁻¹ on the
-/// diagonal. Rows of fixed length, four of the same, stay in registers and take a fraction of the time of a general
-/// factorisation.
+/// b ← x of A x = b in the free unknowns, with zeros for the others. A is symmetric and quasi-definite, so that no
+/// pivots are needed; its upper triangle is read. U becomes its factor, A = U' D⁻¹ U, with D⁻¹ on the diagonal. Rows of
+/// fixed length, four of the same, stay in registers and take a fraction of the time of a general factorisation.
 template <int First>
 void StepSolver::solveRows(const Square& A, const Mask& free, Square& U, Unknowns& b) {
   constexpr int kWidth = kUnknowns - First, kRows = std::min(4, kWidth), kRest = kWidth - kRows;

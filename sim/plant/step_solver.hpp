@@ -14,15 +14,15 @@ namespace jackal_aic::sim {
 /// Velocity of a body's centre of mass [m/s], then its angular velocity [rad/s], both in the frame of the body.
 using Twist = Eigen::Matrix<double, 6, 1>;
 
-/// The chassis as a step finds it.
+/// The chassis at the begin of a step.
 struct SteppedChassis {
-  bool told;       ///< whether it moves as it is told, whatever pushes
+  bool told;       ///< true: its motion is given, forces have no effect
   Twist velocity;  ///< that it would have after the step without joints and contacts
 };
 
-/// A wheel as a step finds it, in its own frame. Its rows, of the motor and of the contact along its normal and its two
-/// tangents, are conditions on velocities, jacobian . v + softness * force = target, as long as the force is within its
-/// bounds.
+/// A wheel at the begin of a step, in its own frame. Its rows, of the motor and of the contact along its normal and its
+/// two tangents, are conditions on velocities, jacobian . v + softness * force = target, as long as the force is within
+/// its bounds.
 struct SteppedWheel {
   using Row = Eigen::Vector4d;  ///< a number for each row
   using Jacobian = Eigen::Matrix<double, 6, 4, Eigen::RowMajor>;
@@ -37,21 +37,21 @@ struct SteppedWheel {
   Row low = Row::Zero(), high = Row::Zero();  ///< bounds of the force [N or N m]; both 0: the row is not there
 };
 
-/// Finds the forces of joints and contacts in a step h, and what they make of the velocities:
+/// Finds the forces of joints and contacts in a step h, and the velocities after it:
 ///
 ///     M (v+ - v) = h J' lambda,    J v+ + C lambda = c,    low <= lambda <= high
 ///
-/// with the opposite inequality in the place of the equation at a bound. ODE factorises all rows of all joints at a
-/// time. They form a tree: each wheel's own five rows of the hinge are eliminated with the wheel, by matrices that are
-/// constant in the wheel's frame (Featherstone's articulated-body inertia), which leaves the chassis and the four rows
-/// per wheel that have bounds or softness; which of these are at a bound is guessed from the last step and exchanged
-/// until it is right, so that the solution is the one that ODE finds.
+/// with the opposite inequality in the place of the equation at a bound. ODE factorises all rows of all joints at once.
+/// They form a tree: the five hinge rows of each wheel are eliminated with the wheel, by matrices that are constant in
+/// the wheel's frame (Featherstone's articulated-body inertia). This leaves the chassis and the four rows per wheel
+/// with bounds or softness. The set of rows at a bound starts from the last step and is exchanged until it is right, so
+/// that the solution equals ODE's.
 class StepSolver {
  public:
   /// @param hinge_softness ODE's constraint force mixing of the hinges; @param step h [s].
   StepSolver(const RobotModel& model, double hinge_softness, double step);
 
-  /// Solves a step. @returns false if it does not find which rows are at a bound.
+  /// Solves a step. @returns false if it does not find the rows at a bound.
   bool solve(const SteppedChassis& chassis, const std::array<SteppedWheel, 4>& wheels);
 
   const Twist& chassis() const { return chassis_; }                       ///< v+
@@ -77,7 +77,7 @@ class StepSolver {
   struct HingedWheel {
     Eigen::Vector3d in_wheel, in_chassis;  // hinge, from either centre of mass [m]
     Matrix6 N;                             // force on the hinge per velocity that it lacks
-    Matrix6 B;                             // what that force makes of the wheel's velocity, transposed
+    Matrix6 B;                             // change of the wheel's velocity by that force, transposed
     Matrix6 W;                             // velocity of the wheel per force on it while the chassis rests
   };
 

@@ -10,7 +10,7 @@
 
 namespace jackal_aic::sim {
 
-/// What the ground is like; every zero leaves it a plane. Lengths in the ground frame (see JackalPlant).
+/// Shape and friction of the ground; zeros make it a plane. Lengths in the ground frame (see JackalPlant).
 struct TerrainParameters {
   double roughness = 0.0;         ///< root mean square of the height [m]
   double roughness_length = 1.0;  ///< middle wavelength of the height [m]
@@ -18,9 +18,9 @@ struct TerrainParameters {
   double ramp_start = 0.0;        ///< x at which it begins [m]
   double ramp_length = 1.0;       ///< after which the ground is level again [m]
   double patch_size = 1.0;        ///< side of the squares that differ in friction [m]
-  double patch_friction = 1.0;    ///< of the slipperiest square, as a share of the whole friction; 1: all are alike
+  double patch_friction = 1.0;    ///< of the slipperiest square / friction; 1: equal
   double kerb_distance = 0.0;     ///< x of a kerb's edge, which has no end [m]; 0: none
-  double kerb_height = 0.0;       ///< above the ground there [m]; one that reaches above the hubs is a wall
+  double kerb_height = 0.0;       ///< above the ground [m]; a wall if above the hubs
   std::uint64_t seed = 1;         ///< of height and patches
 };
 
@@ -49,8 +49,8 @@ class Terrain {
   /// Friction at a place in multiples of that of the whole ground.
   double frictionShare(double x, double y) const;
 
-  /// Where a wheel, a sphere here, touches the kerb, which stands on the ground and whose top follows it; empty if
-  /// there is none within reach. @param hub [m]; @param radius [m].
+  /// Where a wheel, here a sphere, touches the kerb, whose top follows the ground; empty if the kerb is out of reach.
+  /// @param hub [m]; @param radius [m].
   std::optional<TouchPoint> kerb(const Eigen::Vector3d& hub, double radius) const;
 
  private:

@@ -13,7 +13,7 @@ class WallPacer {
   /// @param real_time_factor simulated seconds per wall second; 0 does not wait at all.
   explicit WallPacer(double real_time_factor) : factor_(real_time_factor) { restart(0.0); }
 
-  /// Lets simulated time go on from here, now.
+  /// Continues simulated time from now.
   void restart(double simulated_time) {
     wall_start_ = ros::WallTime::now();
     simulated_start_ = simulated_time;

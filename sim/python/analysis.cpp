@@ -10,7 +10,7 @@
 namespace jackal_aic::python {
 namespace {
 
-/// A certificate with the sentence that says what it means.
+/// A certificate with a sentence on its meaning.
 struct CertificateWithAdvice : Certificate {
   std::string advice;
 };
@@ -35,7 +35,7 @@ CertificateWithAdvice certificateOf(const Parameters& parameters, const py::dict
     if (const auto* gains = std::get_if<PredictiveParameters>(&parameters.node.controller)) {
       return LinearLoop(*gains, model, actual);
     }
-    throw ParameterError("preset = diff_drive: is no closed loop");
+    throw ParameterError("preset = diff_drive: not a closed loop");
   }();
   py::gil_scoped_release release;
   return withAdvice(loop);
@@ -100,7 +100,7 @@ void bindCertificate(py::module& m) {
   py::class_<Margins>(m, "Margins", "How far a loop is from the limit of stability.")
       .def_readonly("gain_margin", &Margins::gain_margin,
                     "Factor on the gain at which the loop becomes unstable; below 1 for an unstable loop.")
-      .def_readonly("gain_reduction", &Margins::gain_reduction, "The same for a lower gain; 0 if there is none.")
+      .def_readonly("gain_reduction", &Margins::gain_reduction, "The same for a lower gain; else 0.")
       .def_readonly("delay_margin", &Margins::delay_margin,
                     "Extra dead time at which the loop becomes unstable [s]; negative for an unstable loop.")
       .def_readonly("delay_reduction", &Margins::delay_reduction, "By how much the dead time may be shorter [s].");
@@ -180,7 +180,7 @@ void bindIdentification(py::module& m) {
       .def("__repr__", [](const Estimate& e) {
         return e.known() ? fmt::format("{:.4g} +- {:.2g}", e.value, e.half_width) : "unknown: " + e.unknown;
       });
-  py::class_<Identification>(m, "Identification", "What a recording tells about the drive train.")
+  py::class_<Identification>(m, "Identification", "Drive train that a recording shows.")
       .def_readonly("dead_time", &Identification::dead_time, "[s]")
       .def_readonly("lag", &Identification::lag, "[s]")
       .def_readonly("gain", &Identification::gain, "Wheel speed per command, above the offset.")
@@ -249,7 +249,7 @@ void bindFaults(py::module& m) {
       .def_property_readonly(
           "fault", [](const FaultReport& r) { return r.reason(); }, "The gravest finding in words; empty for none.")
       .def_property_readonly("faulty", &FaultReport::faulty,
-                             "A channel or a drive is faulty; a remark or an outlier is no fault.")
+                             "A channel or a drive is faulty; a remark or an outlier does not count.")
       .def_property_readonly(
           "valid", [](const FaultReport& r) { return channelsOf(r.valid()); },
           "Channels that count; see Observation.valid.")

@@ -49,7 +49,7 @@ PlantModel changed(const PlantModel& model, const py::dict& changes);
 /// The controller of a drive loop in C++, or one of Python where it is not None.
 std::unique_ptr<VelocityController> controllerOf(const DriveParameters& parameters, const py::object& own);
 
-/// Words of what a loop does.
+/// Words of a loop's state.
 const char* wordOf(DriveStatus status);
 const char* wordOf(SampleVerdict verdict);
 

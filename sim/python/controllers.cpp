@@ -119,7 +119,7 @@ void bindModel(py::module& m) {
            py::arg("orders") = 3, py::arg("shortest_gap") = 0.01, py::arg("longest_gap") = 0.5,
            R"(orders: highest generalised order p, 0 to 5.
 shortest_gap: samples closer than this change y alone, not its derivatives [s].
-longest_gap: after a longer one the signal starts anew [s].)")
+longest_gap: after a longer gap the signal starts again [s].)")
       .def(
           "update", [](Sensed& g, const Observation& y) { return wordOf(g.update(y.stamp, y.vector())); },
           py::arg("observation"),
@@ -250,9 +250,10 @@ belief_steps_per_action of these update_action(), then hold() with what is reall
           [](VelocityController& c, double left, double right) {
             c.overrule({left, right});
           },
-          py::arg("left"), py::arg("right"), "Tells that another command is driven in this action period [rad/s].")
-      .def("restart", &VelocityController::restart, "Starts anew from the last measurement with zero action.")
-      .def("reset", &VelocityController::reset, "Forgets everything but the parameters.")
+          py::arg("left"), py::arg("right"),
+          "Takes the command that is driven in this action period instead of the action [rad/s].")
+      .def("restart", &VelocityController::restart, "Starts again from the last measurement with zero action.")
+      .def("reset", &VelocityController::reset, "Forgets everything except the parameters.")
       .def_property_readonly(
           "believed_velocity", [](const VelocityController& c) -> Vector { return c.believedVelocity(); },
           "Believed (x_dot, y_dot, theta_dot) [m/s, m/s, rad/s], shape (3,); zero without a belief.")

@@ -179,7 +179,7 @@ double headingOf(const Eigen::Quaterniond& q) {
   return std::atan2(2.0 * (q.w() * q.z() + q.x() * q.y()), 1.0 - 2.0 * (q.y() * q.y() + q.z() * q.z()));
 }
 
-/// What a run leaves behind.
+/// Results of a run.
 struct Recording {
   std::vector<Row> rows;
   std::vector<OdometryRow> odometry;
@@ -305,7 +305,7 @@ class Recorder {
 /// The loop of a run: named controllers drive in the loop of the experiments, Parameters in that of the node.
 struct Run {
   sim::LoopSetup setup;
-  std::optional<PlantModel> monitor_model;  // of a fault detection beside the setup's own
+  std::optional<PlantModel> monitor_model;  // of an additional fault detection
 };
 
 /// Refuses overrides that a controller from outside the setup would not heed. @throws ParameterError as loadSetup().

@@ -15,7 +15,7 @@ using Table = py::array_t<double, py::array::c_style | py::array::forcecast>;
 constexpr double kTick = 0.01;       // s between calls of the loop's timer
 constexpr double kTrackRange = 4.0;  // a Husky on a smooth floor turns by less than half of its geometry
 
-/// A recorded robot and what the loop knows of it.
+/// A recorded robot and the loop's model of it.
 struct RecordedRobot {
   double wheel_radius, wheel_distance;  // m
   PlantModel model;
@@ -42,13 +42,13 @@ DriveParameters recordedParameters(const RecordedRobot& robot) {
   return drive;
 }
 
-/// A drive loop in the place of the one that would have run on a recorded robot.
+/// A drive loop on a recorded robot.
 class Replay {
  public:
   explicit Replay(const DriveParameters& parameters)
       : kinematics_(parameters.geometry), loop_(parameters, makeController(parameters)) {}
 
-  /// @param applied what the motors got; empty if that is not known.
+  /// @param applied command of the motors; empty if unknown.
   void take(const Observation& y, bool starts, bool held_out, const std::optional<WheelCommand>& applied) {
     const double now = y.stamp;
     if (starts) {
@@ -63,7 +63,7 @@ class Replay {
     loop_.setSetPoint({body(kForward), 0.0, body(kYaw)}, now);
     SensorReading reading;
     reading.observation = y;
-    reading.may_repeat = true;  // the recordings hold no positions, which would tell
+    reading.may_repeat = true;  // the recordings have no positions to decide it
     loop_.receiveWheels(reading, now);
     if (y.valid.yaw_rate) {
       reading.sample << y.yaw_rate, y.acceleration_x, y.acceleration_y, *y.acceleration_z, 0.0, 0.0, 0.0, 0.0;
@@ -111,7 +111,7 @@ class Replay {
   double clock_ = 0.0;  // s
   bool alarmed_ = false;
   std::size_t alarmed_samples_ = 0;
-  std::optional<double> reversed_;                      // when a reversed gyro was told first [s]
+  std::optional<double> reversed_;                      // first report of a reversed gyro [s]
   std::vector<std::pair<double, std::string>> alarms_;  // time [s] and reason
 };
 

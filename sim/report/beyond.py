@@ -1,4 +1,4 @@
-"""The section "Beyond the thesis": the predictive controller beside the others, and the bars it was built for."""
+"""The section "Beyond the thesis": the predictive controller compared with the others, and its bars."""
 
 import itertools
 import statistics
@@ -28,7 +28,7 @@ def figure(value, digits=2, ok=True, sign=False):
 
 
 def by_case(runs):
-    """(plant, case): {controller: run}, plant by plant. A case is told by its label, and by its steps if that is not enough."""
+    """(plant, case): {controller: run}, plant by plant. A case is named by its label, and by its steps if labels repeat."""
     labels = [run.label for run in runs if (run['plant'], run['controller']) == (runs[0]['plant'], runs[0]['controller'])]
     told_by_label = len(set(labels)) == len(labels)
     cases = {}

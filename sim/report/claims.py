@@ -83,7 +83,7 @@ def ground_needs_more(results):
 
 
 def model_follows(name, parameter):
-    """Rise times of model and robot beside each other: alike within a fifth at every value."""
+    """Compares the rise times of model and robot: equal within a fifth at every value."""
 
     def claim(results):
         runs = results.comparable(name)

@@ -17,7 +17,7 @@ def row_of(scenario):
 
 
 def section(path):
-    """What the section shows; None if there is no CSV file."""
+    """Content of the section; None without a CSV file."""
     if not path.exists():
         return None
     scenarios = read_rows(path)

@@ -39,7 +39,7 @@ WORDS = {
 }
 
 RUNAWAY = 3.0  # m/s beyond which a velocity has diverged
-MANY = 6  # lines of a panel whose legend stands beside it
+MANY = 6  # lines of a panel, above which its legend is outside
 ENDLESS = 1e12  # m/s where the axis of a diverging belief ends
 
 
@@ -52,7 +52,7 @@ def setup():
 
 
 def label(run, columns):
-    """What tells this line from the others."""
+    """Label that distinguishes this line."""
     parts = []
     for column in columns:
         value = run[column]

@@ -1,4 +1,4 @@
-"""The section of the report about odometry: its drift beside the stock controller's."""
+"""The section of the report about odometry: its drift and that of the stock controller."""
 
 from markup import cell, table
 from results import read_rows

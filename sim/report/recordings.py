@@ -1,4 +1,4 @@
-"""The section of the report about recordings of real robots: false alarms, and the slip learned beside the best constant track."""
+"""The section of the report about recordings of real robots: false alarms, and the learned slip against the best constant track."""
 
 from markup import cell, table
 from results import read_rows
@@ -7,7 +7,7 @@ MODELS = {'assumed': 'as of any robot', 'identified': 'identified on the first h
 
 
 def error_cells(row):
-    """Error of the yaw rate, that of the best constant track and their ratio; empty where the recording tells none."""
+    """Error of the yaw rate, that of the best constant track and their ratio; empty if unknown."""
     for column in ('yaw_error_radps', 'best_constant_radps'):
         yield cell('' if row[column] == '-' else row[column])
     ratio = row['ratio']

@@ -42,7 +42,7 @@ def read_rows(path):
 
 
 def read_traces(path, runs):
-    """Gives each run its lines of a file of traces, whose first column tells the run."""
+    """Gives each run its lines of a file of traces, by the run in the first column."""
     try:
         with open(path, newline='') as file:
             lines = csv.reader(file)

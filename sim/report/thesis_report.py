@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""One HTML page with every table and figure of the thesis beside ours.
+"""One HTML page with every table and figure of the thesis next to ours.
 
 Usage: thesis_report.py RESULTS OUTPUT.html [--package DIRECTORY]
 Reads what `experiments run all --out RESULTS` wrote. The page needs no other file; the same results give the same bytes.
@@ -42,7 +42,7 @@ FITTED = [  # key of the plant, words, unit
 ]
 
 def conditions(run):
-    """The conditions of a run in words, one by one."""
+    """The conditions of a run in words."""
     parts = [figures.WORDS.get(run['controller'], run['controller']), figures.WORDS.get(run['plant'], run['plant'] or 'belief update alone')]
     if run['step_mps']:
         parts.append(f'{run["step_mps"]:g} m/s')
@@ -147,7 +147,7 @@ def limit_text(run, parameter):
 
 
 def range_table(results, thesis):
-    """Table 5-7: the thesis' limits beside the four that were searched."""
+    """Table 5-7: the thesis' limits and the four that were searched."""
     remaining = iter(results.runs['table_5-7'])
     rows = []
     for entry in thesis['rows']:
@@ -163,7 +163,7 @@ def range_table(results, thesis):
 
 
 def parameter_table(results, thesis):
-    """A table of controller parameters beside our presets."""
+    """A table of the thesis' controller parameters and our presets."""
     presets = {name: results.config(name)['controller'] for name in ('standard', 'improved')}
     rows = []
     for entry in thesis['rows']:

@@ -58,7 +58,7 @@ WheelVector ActionBound::bound(const WheelVector& action, const WheelVector& wan
       const double end = action(i) + (together ? std::clamp(change(other) / way(other), 0.0, 1.0) : 1.0) * way(i);
       next(i) = std::clamp(next(i), std::min(action(i), end), std::max(action(i), end));
     }
-    // Within what a robot near its model needs for the goal, or on the way back to it.
+    // Within the range of a robot near its model for the goal, or returning to it.
     const Range commands = withinRange(goal(i), goal(i));
     next(i) = std::clamp(next(i), std::min(action(i), dead_zone_.command(commands.low / gain_)),
                          std::max(action(i), dead_zone_.command(commands.high / gain_)));

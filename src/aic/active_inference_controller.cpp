@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kLongestGap = 0.2;  // s; differences over a longer gap say nothing about the present derivatives
 
-/// Half the period of the sensors: of a robot that nobody has modelled, that of the action.
+/// Half the period of the sensors; without a plant model, of the action.
 double shortestGap(const ControllerParameters& controller, const std::optional<PlantModel>& model) {
   return 0.5 / (model ? model->sensor_rate : controller.action_rate);
 }
@@ -53,7 +53,7 @@ SampleVerdict ActiveInferenceController::observe(const Observation& observation)
   inference_.observe(sensors_.measurement());
   if (verdict == SampleVerdict::restarted) {
     bound_.forgetMeasurements();
-    inference_.seedBelief();  // a gap says nothing against the command that is driven: the action goes on from there
+    inference_.seedBelief();  // the action continues from the driven command, which a gap does not affect
   }
   bound_.observe(*complete, observation.valid);
   return verdict;
@@ -76,7 +76,7 @@ WheelCommand ActiveInferenceController::updateAction() {
 }
 
 double ActiveInferenceController::largestCommand(bool told_to_stand) {
-  if (!standstill_) return Standstill::kFree;
+  if (!standstill_) return Standstill::kUnbounded;
   const GeneralizedSensor& y = measurement();
   return standstill_->largestCommand(told_to_stand, action(), y(kWheelLeft, 0), y(kWheelRight, 0), actionStep());
 }
@@ -87,7 +87,7 @@ void ActiveInferenceController::overrule(const WheelCommand& applied) {
   inference_.seedBelief();
   bound_.apply(inference_.action());
   hold(applied);
-  // Whoever drives, the robot is under way: it does not stand when it is handed back.
+  // Another source drives, so the robot does not count as standing at the hand-over.
   largestCommand(false);
 }
 

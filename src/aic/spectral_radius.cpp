@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kMostSweeps = 100;    // of the scaling; a handful suffices
 constexpr double kWorthIt = 0.95;   // a scaling that shortens row and column by less is left
-constexpr double kEnough = 1e-10;   // uncertainty relative to the radius that asks for no more precision
+constexpr double kEnough = 1e-10;   // relative uncertainty that needs no more precision
 constexpr double kOuterRing = 0.9;  // eigenvalues of less than this part of the radius do not count
 constexpr double kDoubt = 1e-6;     // distance to a limit, relative, within which the radius needs a bound
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -36,7 +36,7 @@ double isolated(Eigen::MatrixXd& map) {
     largest = std::max(largest, std::abs(map(i, i)));
     return true;
   };
-  // One that is taken out may leave others alone.
+  // Removing one may isolate others.
   for (auto found = kept.begin(); (found = std::find_if(kept.begin(), kept.end(), alone)) != kept.end();) {
     kept.erase(found);
   }
@@ -123,7 +123,7 @@ SpectralRadius spectralRadiusOf(const Eigen::MatrixXd& map) {
   scaled = balanced(std::move(scaled));
   const double size = std::exp2(std::ceil(std::log2(scaled.cwiseAbs().maxCoeff())));
   scaled /= size;
-  // What is far below rounding goes, because its square is no normal number.
+  // Values far below rounding are removed, because their squares are subnormal.
   const double negligible = std::pow(std::numeric_limits<double>::epsilon(), 3);
   scaled = (scaled.array().abs() < negligible).select(0.0, scaled).eval();
   SpectralRadius radius = radiusWithBound<double>(scaled);
@@ -144,7 +144,7 @@ double spectralRadiusBeside(double limit, const Eigen::MatrixXd& map) {
     if (solver.info() != Eigen::Success) return spectralRadiusOf(map).upper();
     radius = std::max(radius, solver.eigenvalues().cwiseAbs().maxCoeff());
   }
-  // A comparison that is not true of a radius that is no number, either.
+  // This comparison is false for NaN, too.
   return std::abs(radius - limit) > kDoubt * std::max(radius, limit) ? radius : spectralRadiusOf(map).upper();
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kSmallestGainFactor = 1e-3;
 constexpr double kGainStep = 1.2;       // factor on the gain from one point of the walk to the next
-constexpr double kDelayStep = 0.25;     // action periods, likewise of the extra dead time, at first
+constexpr double kDelayStep = 0.25;     // action periods of extra dead time, at first
 constexpr double kDelayGrowth = 1.1;    // of that, so that long delays are soon reached
 constexpr int kMostExtraPeriods = 250;  // action periods, which bound the size of the map
 

@@ -21,7 +21,7 @@ constexpr double kDelayStep = 0.005;  // s, of the margin
 class Adversary {
  public:
   Adversary(const LinearLoop& loop, const Jitter& jitter) : jitter_(jitter) {
-    // A sample may come a period late by its phase, beside those that are lost.
+    // In addition to lost samples, a sample may be a period late by its phase.
     std::vector<std::optional<Eigen::Vector3d>> gains{std::nullopt};
     for (const Eigen::Vector3d& gain : loop.irregularGains(jitter.lost_samples + 2)) gains.emplace_back(gain);
     gains_ = static_cast<int>(gains.size()) - 1;
@@ -33,7 +33,7 @@ class Adversary {
     }
   }
 
-  /// Growth per period of a sequence that is repeated for ever.
+  /// Growth per period of a repeated sequence.
   double growth() {
     const int length = 1 + below(kLongestSequence);
     MatrixXd product = MatrixXd::Identity(maps_.front().rows(), maps_.front().rows());

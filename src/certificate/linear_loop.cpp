@@ -63,7 +63,7 @@ SensorVector sensorResponse(LoopMode mode, const GeometryParameters& geometry, c
 /// A loop followed through the events of one common period, a trajectory in every column.
 class LinearLoop::Period {
  public:
-  /// @param least_commands of the past to keep beside the action.
+  /// @param least_commands past commands to keep in addition to the action.
   Period(const LinearLoop& loop, Equations equations, const LoopChange& change, int least_commands = 0)
       : clock_(loop.clock_), robot_(loop.robot_), equations_(std::move(equations)), phase_(phaseOf(loop, change)) {
     robot_.gain *= change.gain;
@@ -152,7 +152,7 @@ class LinearLoop::Period {
   std::int64_t model_delay_ = 0;  // dead time of the model [ns]
   int whole_periods_ = 0;         // of the robot's dead time, in action periods
   std::int64_t remainder_ = 0;    // of the robot's dead time [ns]
-  int past_commands_ = 0;         // kept beside the action
+  int past_commands_ = 0;         // kept in addition to the action
   int action_ = 0;                // its row
   std::size_t updates_ = 0;       // of the belief so far
   bool arrived_ = false;          // the newer of the two commands of this action period acts
@@ -200,7 +200,7 @@ LinearLoop::Equations LinearLoop::thesisEquations(const ControllerParameters& co
   VectorXd scale(orders);
   for (int i = 0; i < orders; ++i) scale(i) = std::pow(robot_.sensor_rate, -i);
 
-  // Taken from the controller's own functions, unit by unit, so that the certificate cannot differ from what is run.
+  // Taken from the controller's own functions, unit by unit, so that the certificate cannot differ from the controller.
   MatrixXd transition(orders, orders), input_transition(orders, orders), input(orders, orders);
   RowVectorXd act(2 * orders);
   for (int i = 0; i < orders; ++i) {
@@ -253,7 +253,7 @@ LinearLoop::Equations LinearLoop::predictiveEquations() const {
   equations.predict.topLeftCorner<3, 3>() = belief_->transition();
   equations.predict_command = VectorXd::Zero(kSize);
   equations.predict_command.head<3>() = belief_->input();
-  // Without an integral z stays at rest: it is no mode of the loop.
+  // Without an integral z stays zero, so it is not a mode of the loop.
   if (model_->velocity_loop_integral <= 0.0) equations.predict.row(kCorrection).setZero();
   equations.believe = corrections(gains_, 0);
   // a ← (1 − κ_a) a − κ_a d/g

@@ -12,7 +12,7 @@ namespace {
 
 std::string number(double value) { return fmt::format("{:.10g}", value); }
 
-/// The first items of a list, and how many there are if not all are told.
+/// The first items of a list, and their number if some are left out.
 template <class Item, class Text>
 std::string listed(const std::vector<Item>& items, const Text& text) {
   constexpr std::size_t kMost = 8;

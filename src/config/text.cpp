@@ -11,7 +11,7 @@ struct Character {
   std::size_t bytes;
 };
 
-constexpr Character kNone{0xffffffff, 1};  // a byte that is no UTF-8
+constexpr Character kNone{0xffffffff, 1};  // a byte that is not UTF-8
 
 bool continues(const std::string& text, std::size_t at) { return at < text.size() && (text[at] & 0xc0) == 0x80; }
 

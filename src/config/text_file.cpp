@@ -21,7 +21,7 @@ constexpr int kPatience = 10000;  // in which a pipe has to say something [ms]
   throw ParameterError(onOneLine(path) + ": " + what);
 }
 
-/// Whether a path is a pipe. Asks before it is opened: opening is enough for a device to do something.
+/// True for a pipe. Checked before opening, because opening a device may have side effects.
 bool isPipe(const std::string& path) {
   struct stat file {};
   if (stat(path.c_str(), &file) != 0) fail(path, "cannot be read");

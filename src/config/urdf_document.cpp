@@ -31,7 +31,7 @@ int elementDepth(const std::string& xml) {
   return deepest;
 }
 
-/// Refuses before parsing what the parser, which is recursive, would not survive.
+/// Refuses, before parsing, texts that would overflow the recursive parser.
 void checkSize(const std::string& xml) {
   if (xml.size() > kLargestText) throw ParameterError("URDF: more than 16 MiB of text");
   if (elementDepth(xml) > kDeepestElement) throw ParameterError("URDF: elements nested more than 1000 deep");
@@ -79,7 +79,7 @@ class Complaints : public console_bridge::OutputHandler {
     text_ += (text_.empty() ? "" : "; ") + text;
   }
 
-  /// What a text without complaints is refused for.
+  /// Reason of a refusal without a message of the parser.
   const char* unsaid() const { return unsaid_; }
 
   /// On one line; empty if there are none.

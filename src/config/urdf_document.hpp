@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What the readers of URDF files share: parsing with one-line errors, poses and wheels as Eigen types.
+/// Shared by the readers of URDF files: parsing with one-line errors, poses and wheels as Eigen types.
 
 #include <urdf_model/model.h>
 #include <urdf_world/types.h>
@@ -14,7 +14,7 @@ namespace jackal_aic {
 /// A URDF as the parser takes it.
 struct UrdfDocument {
   urdf::ModelInterfaceSharedPtr model;
-  std::string left_out;  ///< what the parser says of parts of links that it left out, on one line; empty: nothing
+  std::string left_out;  ///< the parser's message on omitted parts of links, on one line; empty: none
 };
 
 /// Parses a URDF; safe to call from several threads.
@@ -34,7 +34,7 @@ Eigen::Isometry3d toEigen(const urdf::Pose& pose);
 Eigen::Isometry3d poseInRoot(const urdf::ModelInterface& model, const urdf::Joint& joint);
 
 /// Radius of the cylinder or sphere that is the collision (else the visual) geometry of a wheel's child link [m].
-/// @throws ParameterError if there is none, or its radius is not positive and finite.
+/// @throws ParameterError without such a geometry, or if its radius is not positive and finite.
 double wheelRadius(const UrdfDocument& document, const urdf::Joint& joint);
 
 }  // namespace jackal_aic

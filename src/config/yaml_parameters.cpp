@@ -87,9 +87,9 @@ ParameterValue list(const YAML::Node& node, const std::string& key) {
   throw ParameterError(shortened(key) + ": expected a flat list of numbers or of words, not of both");
 }
 
-/// Name of a key. What an unclosed quote or bracket makes of the following lines is no name.
+/// Name of a key. An unclosed quote or bracket makes a key of the following lines, which is refused.
 std::string nameOf(const YAML::Node& key) {
-  if (!key.IsScalar()) throw ParameterError("a key is no word");
+  if (!key.IsScalar()) throw ParameterError("a key is not a word");
   const std::string& name = key.Scalar();
   const auto control = std::find_if(name.begin(), name.end(), [](unsigned char c) { return std::iscntrl(c) != 0; });
   if (control != name.end()) {

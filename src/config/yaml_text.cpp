@@ -34,7 +34,7 @@ std::string yamlNumber(double value, int digits) {
 
 std::string yamlQuoted(const std::string& text) {
   std::string quoted = "\"";
-  for (const char c : onOneLine(text)) {  // readers refuse a file with a byte in it that is no character
+  for (const char c : onOneLine(text)) {  // readers refuse invalid bytes
     if (c == '"' || c == '\\') quoted += '\\';
     quoted += c;
   }

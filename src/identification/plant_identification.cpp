@@ -25,7 +25,7 @@ constexpr int kLeastTurnSamples = 25;
 // further apart than one is high; they slip sideways in a turn, but not five times as far.
 constexpr double kSmallestTrack = 2.0, kLargestTrack = 20.0;
 constexpr double kGap = 0.5;            // s without wheel speeds or without commands, at which a recording is cut
-constexpr double kLeastStretch = 1.5;   // s, a shorter part between two gaps tells nothing
+constexpr double kLeastStretch = 1.5;   // s, shortest usable part between two gaps
 constexpr double kUnknownStart = 0.6;   // s at the start of a part, in which commands act that were sent before it
 constexpr double kLeastMotion = 0.05;   // wheel speed / command (RMS), below which a wheel never turns
 constexpr double kOpposed = -0.5;       // correlation of wheel and command, below which one of them is inverted
@@ -33,8 +33,8 @@ constexpr double kExchanged = 0.3;      // correlation by which the other side's
 constexpr double kLeastRSquared = 0.9;  // share of the variance of the wheel speeds that the model has to explain
 constexpr double kClipped = 0.9;        // sum of squares with / without clipping, below which the motors are clipped
 constexpr double kUnexplained = 0.5;    // residual / deviation of the wheel speeds, above which a block is cut
-constexpr double kUnusual = 5.0;        // residual / median residual of the blocks, likewise
-constexpr double kLeastOffset = 0.05;   // rad/s, a smaller one is not worth a word
+constexpr double kUnusual = 5.0;        // residual / median residual of the blocks, above which a block is cut
+constexpr double kLeastOffset = 0.05;   // rad/s, least offset that is reported
 constexpr double kLargestUnexplained = 0.5;  // share of the time
 
 using Component = double WheelCommand::*;
@@ -75,13 +75,13 @@ void checkValues(const DriveRecording& recording) {
 }
 
 /// Replaces values that jump away from those before and behind them, and back, by the median of the five around them.
-/// @param value the value of a sample; @param least jump that is no noise, whatever that is. @returns their number.
+/// @param value the value of a sample; @param least smallest jump beyond any noise. @returns the number of spikes.
 template <class Sample, class Value>
 std::size_t mendSpikes(std::vector<Sample>& series, double least, const Value& value) {
   constexpr std::size_t kAround = 5;  // samples of a median
   constexpr std::size_t kSide = 2;    // of them on either side
   constexpr double kUnlikely = 12.0;  // times the median distance from the median around
-  constexpr std::size_t kRare = 20;   // samples for each spike; what is more frequent is none
+  constexpr std::size_t kRare = 20;   // samples for each spike; more frequent jumps are no spikes
   if (series.size() <= 2 * kSide) return 0;
   std::vector<Sample> mended = series;
   const auto medianAt = [&](std::size_t i) {
@@ -150,7 +150,7 @@ int commandSteps(const DriveRecording& recording, Component side) {
   return steps;
 }
 
-/// The drive train is to hold for both sides: what one of them was never asked for it need not do.
+/// The drive train holds for both sides, so both have to be excited.
 void checkExcitation(const DriveRecording& recording) {
   const int left = commandSteps(recording, &WheelCommand::left), right = commandSteps(recording, &WheelCommand::right);
   if (left >= kLeastSteps && right >= kLeastSteps) return;
@@ -205,7 +205,7 @@ double clippedSpeed(const DriveRecording& recording) {
   return fast < 0.93 * slow ? std::abs(all.back().speed) : HUGE_VAL;
 }
 
-/// Remarks on what the commands leave out, and on clipped motors.
+/// Remarks on unexplained driving and on clipped motors.
 void remarkOnCommands(const DriveRecording& recording, double speed_limit, std::vector<std::string>& remarks) {
   double fastest = 0.0, slowest = 0.0;
   for (const auto& sample : recording.commands) {
@@ -222,7 +222,7 @@ void remarkOnCommands(const DriveRecording& recording, double speed_limit, std::
   }
 }
 
-/// The parts of a recording between its gaps; parts too short to tell anything are left out, and remarked on.
+/// The parts of a recording between its gaps; parts that are too short are left out, with a remark.
 std::vector<Stretch> stretchesOf(const DriveRecording& recording, std::vector<std::string>& remarks) {
   const auto& wheels = recording.wheels;
   const auto& commands = recording.commands;
@@ -303,7 +303,7 @@ double samplePeriod(const std::vector<Sample>& series) {
   return usualInterval(std::move(intervals));
 }
 
-/// How often wheel speeds are measured anew: a driver that asks its motors less often than it publishes repeats them.
+/// Rate of fresh wheel speeds: a driver that reads its motors less often than it publishes repeats them.
 struct Sampling {
   double period = 0.0;                                  ///< of the samples [s]
   double renewal = 0.0;                                 ///< of the measurements [s]
@@ -508,8 +508,8 @@ double cutUnexplained(WheelFit& fit, const Theta& theta) {
   return cut;
 }
 
-/// Fits, cuts what the commands do not explain, and fits again. @param clipped speed at which the motors may be clipped
-/// [rad/s].
+/// Fits, cuts the driving that the commands do not explain, and fits again. @param clipped speed at which the motors
+/// may be clipped [rad/s].
 Theta fitExplained(WheelFit& fit, double gain, double clipped, std::vector<std::string>& remarks) {
   constexpr int kRounds = 3;
   const double all = static_cast<double>(fit.size());
@@ -602,7 +602,7 @@ Parts directions(const WheelFit& fit, const Theta& theta, double doubt) {
   return {Part{"forward", only(1.0)}, Part{"backward", only(-1.0)}};
 }
 
-/// Fit of the samples that are measured anew, of a held value the first, whose stamp may be late by up to a sample.
+/// Fit of the fresh samples: the first of each held value, whose stamp may be late by up to a sample.
 FitResult freshOnes(const WheelFit& fit, const Theta& theta, const Sampling& sampling, bool fit_offset) {
   WheelFit part = fit;
   double renewed = fit.wheels.front().time;  // s
@@ -616,7 +616,7 @@ FitResult freshOnes(const WheelFit& fit, const Theta& theta, const Sampling& sam
   return fitLate(part, theta, sampling.period, fit_offset);
 }
 
-/// Whether two parts differ in a parameter by more than their intervals, and by more than anybody would mind.
+/// True if two parts differ in a parameter by more than their intervals and by a relevant amount.
 bool differ(const Parts& parts, int parameter) {
   constexpr std::array<double, 3> kMinded{0.01, 0.02, 0.03};  // s, s, 1
   const FitResult &a = parts[0].found, &b = parts[1].found;
@@ -658,7 +658,7 @@ class YawAt {
  public:
   explicit YawAt(const std::vector<YawSample>& samples) : samples_(samples) {}
 
-  /// Nothing if there is none near. @param time [s], not before that of the call before.
+  /// False without a sample near the time. @param time [s], not before that of the last call.
   bool at(double time, double& yaw_rate) {
     constexpr double kNear = 0.03, kLongest = 0.15;  // s to the nearest sample, and between two
     if (samples_.empty()) return false;
@@ -680,17 +680,17 @@ class YawAt {
   std::size_t next_ = 0;  // first sample at the time or behind it
 };
 
-/// What a gyro reads of a robot that does not turn.
+/// Reading of a gyro without a turn.
 struct GyroBias {
   double value = 0.0;     ///< [rad/s]
   double variance = 0.0;  ///< of it [(rad/s)^2]
 };
 
-/// Yaw rate of a robot whose wheels stand still, by a straight line through those of wheels that hardly turn: a slow
-/// turn among them is none of the gyro's.
+/// Yaw rate at standing wheels, by a straight line through the samples with slow wheels, so that slow turns do not
+/// count as bias.
 GyroBias gyroBias(const DriveRecording& recording) {
   constexpr double kHardly = 0.2;    // rad/s
-  constexpr double kUnknown = 0.02;  // rad/s, standard deviation of a bias that no rest tells
+  constexpr double kUnknown = 0.02;  // rad/s, standard deviation of the bias without any rest
   double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0, syy = 0.0;
   std::size_t k = 0;
   for (const auto& sample : recording.yaw) {
@@ -787,8 +787,8 @@ Estimate effectiveTrack(const DriveRecording& recording, double rolling_radius, 
   return track;
 }
 
-/// An estimate with its interval; unknown if the recording does not depend on it or leaves it open by more than its
-/// value. @param resolution an interval as narrow as that is no doubt, whatever the value.
+/// An estimate with its interval; unknown if the recording does not depend on it, or its interval is wider than its
+/// value. @param resolution an interval up to this width is always accepted.
 Estimate estimate(double value, double half_width, double resolution = 0.02) {
   Estimate result{value, half_width, ""};
   if (!std::isfinite(half_width) || half_width > std::max(std::abs(value), resolution)) {
@@ -861,7 +861,7 @@ Identification identifyDriveTrain(const DriveRecording& recorded, double wheel_r
   }
   checkRange(found);
 
-  // Times are told as finely as the measurements follow each other.
+  // Times are resolved by the interval between measurements.
   const double resolution = std::max(0.02, sampling.renewal);
   result.dead_time = estimate(std::max(0.0, theta[kDeadTime]), found.half_width[kDeadTime], resolution);
   result.lag = estimate(theta[kLag], found.half_width[kLag], resolution);
@@ -876,10 +876,10 @@ Identification identifyDriveTrain(const DriveRecording& recorded, double wheel_r
   coverBoth(sides(fit, theta, sampling.doubt()), result);
   coverBoth(directions(fit, theta, sampling.doubt()), result);
   if (no_offset.empty() && theta[kOffset] > std::max(kLeastOffset, result.offset.half_width)) {
-    result.remarks.push_back(fmt::format(
-        "offset: the wheels turn by {:.2f} rad/s slower than the gain tells, and not at all below a command "
-        "of {:.2f} rad/s; the gain is that above it",
-        theta[kOffset], theta[kOffset] / theta[kGain]));
+    result.remarks.push_back(
+        fmt::format("offset: the wheels turn {:.2f} rad/s slower than gain times command, and stand below a command of "
+                    "{:.2f} rad/s",
+                    theta[kOffset], theta[kOffset] / theta[kGain]));
   }
   result.acceleration_limit = accelerationLimit(fit, found);
   const GyroBias bias = gyroBias(recording);

@@ -19,8 +19,7 @@ constexpr double kSignificant = 10.0;
 /// Steps by which derivatives are taken: wide enough to bridge the kinks where a command switches between two samples.
 const Theta kDifference = (Theta() << 0.002, 0.002, 0.005, 0.05, 0.02).finished();
 
-/// The speed that a command asks for: with an offset o, the wheel turns by o slower than gain u, and not at all where
-/// that is below zero.
+/// Target speed of a command: gain |u| - o with an offset o, at least zero.
 double targetOf(const Theta& theta, double command, double speed_limit) {
   const double magnitude = std::abs(command);
   const double offset = theta[kOffset] * std::min(1.0, magnitude / kSmallCommand);
@@ -34,7 +33,7 @@ void simulateStretch(const WheelFit& fit, const Stretch& stretch, const Theta& t
   const double limit = std::exp(theta[kLogLimit]) / fit.radius, dead_time = theta[kDeadTime], lag = theta[kLag];
   double speed = fit.wheels[stretch.begin].speed.*side;
   double time = fit.wheels[stretch.begin].time;
-  double target = speed;  // what was sent before is not known: the wheel goes on as it is
+  double target = speed;  // earlier commands are unknown, so the speed is kept
   std::size_t next = 0;
   for (std::size_t i = stretch.begin; i < stretch.end; ++i) {
     const double stamp = fit.wheels[i].time;
@@ -138,9 +137,9 @@ double advantage(const WheelFit& fit, const Theta& one, const Theta& other) {
   return sum / std::max(std::sqrt(squares), 1e-300);
 }
 
-/// Deviations of chance by which a limit explains the wheels better than none. A low bar to fit with it: a handful of
-/// blocks in which the wheels were fast to turn may tell all. To call it known, chance has to do so once in a hundred:
-/// commands and samples that come late at random smear the fast blocks, which looks like a limit.
+/// Standard deviations by which a limit explains the wheels better than no limit. A low bar to fit with it, because a
+/// few blocks with fast changes may decide. A bar of one in a hundred to report it, because randomly late commands and
+/// samples smear the fast blocks, which looks like a limit.
 constexpr double kLikely = 1.5, kSure = 2.33;
 
 /// The best fit without a limit near a fit. Returns its cost.
@@ -166,7 +165,7 @@ FitResult intervals(const WheelFit& fit, const Theta& theta, int parameters) {
   Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(count, count);
   const Eigen::MatrixXd influence = S * bread;
   Eigen::VectorXd score = Eigen::VectorXd::Zero(count);
-  // Of each parameter: what a block tells about it, and the sums of that and of its square over the blocks.
+  // For each parameter: information of a block, and the sums of it and of its square over the blocks.
   Eigen::ArrayXd told = Eigen::ArrayXd::Zero(count), told_sum = told, told_squares = told;
   double block_end = -HUGE_VAL;
   const auto close = [&] {
@@ -191,7 +190,8 @@ FitResult intervals(const WheelFit& fit, const Theta& theta, int parameters) {
   const double white = r.squaredNorm() / std::max(1.0, static_cast<double>(fit.size()) - static_cast<double>(count));
   const Eigen::MatrixXd robust = bread * meat * bread;
   for (Eigen::Index i = 0; i < count; ++i) {
-    // A dead time is told by the few blocks with a step: their number counts (Carter, Schnepel and Steigerwald 2017).
+    // The dead time follows from the few blocks with a step, so their number counts (Carter, Schnepel and Steigerwald
+    // 2017).
     const double blocks = std::max(2.0, told_sum(i) * told_sum(i) / std::max(told_squares(i), 1e-300));
     const double variance = std::max(robust(i, i) * blocks / (blocks - 1.0), white * bread(i, i));
     result.half_width[seen[static_cast<std::size_t>(i)]] = studentQuantile(blocks - 1.0) * std::sqrt(variance);

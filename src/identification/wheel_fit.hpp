@@ -12,7 +12,7 @@
 
 namespace jackal_aic::identification {
 
-/// What the search moves, by index of a Theta.
+/// Parameters of the search, by index of a Theta.
 enum Index { kDeadTime, kLag, kGain, kLogLimit, kOffset, kParameters };
 
 /// Dead time [s], lag [s], gain, ln of the acceleration limit [m/s^2], offset [rad/s].
@@ -35,7 +35,7 @@ struct Stretch {
 /// Which wheels of a sample a fit counts.
 enum Counted : char { kNeither = 0, kLeft = 1, kRight = 2, kBoth = 3 };
 
-/// The data of a fit and what it keeps fixed.
+/// The data of a fit and its fixed parameters.
 struct WheelFit {
   const std::vector<WheelSample>& wheels;
   std::vector<Stretch> stretches;
@@ -65,10 +65,10 @@ Theta searchLeastSquares(const WheelFit& fit, double gain, bool fit_offset);
 
 /// 95 % intervals that allow for residuals which depend on each other: the covariance of the linearised fit with the
 /// scores summed over blocks of time (cluster-robust "sandwich", Liang and Zeger 1986), Student's distribution with the
-/// number of blocks that tell about a parameter. A limit that explains no more than chance may is not known.
+/// number of blocks with information about a parameter. A limit that explains no more than chance is unknown.
 FitResult withIntervals(const WheelFit& fit, const Theta& theta, bool fit_offset);
 
-/// Estimate of a part of what a fit counts: the least squares near the whole's estimate `theta`, with intervals.
+/// Estimate of a part of a fit's data: the least squares near the whole's estimate `theta`, with intervals.
 /// @param fit_offset false: at the offset of the whole.
 FitResult fitPart(const WheelFit& part, const Theta& theta, bool fit_offset);
 

@@ -25,8 +25,7 @@ void AccelerationPairing::count(const Sample& sample) {
     last_stamp_ = stamp;
     started_ = true;
   }
-  // One that repeats itself to the bit for longer than a collision may do so at its limit does so also in what is
-  // handed on.
+  // An acceleration that repeats exactly, for longer than a collision can saturate the sensor, is passed on unchanged.
   repeats_ = (acceleration.array() == newest_.array()).select(repeats_ + 1, 0);
   usual_ = (repeats_ >= kFrozen).select(acceleration, usual_);
   newest_ = acceleration;

@@ -21,7 +21,7 @@ double speedAfter(double speed, double target, double lag, double limit, double 
   return lag > 0.0 ? target - (target - speed) * std::exp(-time / lag) : target;
 }
 
-/// A lag below this is none: 1/T would be lost in rounding beside the rest [s].
+/// A shorter lag counts as zero, because 1/T would exceed the precision of the other terms [s].
 constexpr double kShortestLag = 1e-9;
 
 DriveTrainResponse driveTrainResponse(const PlantModel& model, double time) {

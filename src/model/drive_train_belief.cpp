@@ -69,7 +69,7 @@ void DriveTrainBelief::correct(double measurement, double added_variance) {
   const Eigen::Vector3d K = PC / (PC(0) + late * late + (parameters_.measurement_variance + added_variance));
   const Eigen::Vector3d change = (measurement - x_(0)) * K;
   x_ += change;
-  lagged_ += change(0);  // a corrected speed is no change of it
+  lagged_ += change(0);  // a correction is not a motion
   correctCovariance(K, PC, P_);
 }
 

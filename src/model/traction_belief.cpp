@@ -22,9 +22,9 @@ constexpr double kFactorMemory = 5.0;     // of lambda [s]
 constexpr double kLargestFactor = 25.0;   // of lambda
 constexpr double kVibrationMemory = 1.0;  // [s]
 constexpr double kMeanTime = 0.015;       // s, of a mean by which vibration is known; one sample of a slower sensor
-constexpr double kSurprise = 25.0;        // of vibration: a jolt is none
+constexpr double kSurprise = 25.0;        // of vibration; a larger value is a jolt
 constexpr double kBound = 6.0;            // standard deviations of D that noise may make
-constexpr double kLeast = 0.15;           // m/s; D that tyres which grip may make
+constexpr double kLeast = 0.15;           // m/s; largest D on tyres that grip
 constexpr double kOpposed = 0.8;          // Delta v_w by D of a body that does not go against its wheels
 constexpr double kStopped = 0.3;          // part of its speed that a body which was stopped may seem to have
 constexpr double kThrownBack = 1.3;       // of the speed, that a collision may take
@@ -35,37 +35,37 @@ constexpr double kFastest = 3.0;          // m/s^2, of wheels that bring the bod
 constexpr double kScale = 0.1;            // of Delta v_w: scale of the accelerometer, and a body that pitches
 constexpr double kLateMemory = 0.2;       // s, for which that matters
 constexpr double kCentre = 0.2;           // m, by which the centre of turning may lie elsewhere
-constexpr double kStraight = 0.02;        // m/s^2, centripetal, that matters to nobody
+constexpr double kStraight = 0.02;        // m/s^2, centripetal, negligible
 constexpr double kMet = 0.02;             // m/s; difference of a body that has met its wheels
-constexpr double kQuiet = 0.2;            // s, for which a body and its wheels keep their speed
-constexpr double kKept = 0.03;            // m/s, within which they keep it, beside noise
+constexpr double kQuiet = 0.2;            // s, of constant speed of body and wheels
+constexpr double kKept = 0.03;            // m/s, within which they keep it, without noise
 constexpr double kTurns = 0.08;           // m/s; wheels that turn
-constexpr double kHeldTurn = 0.3;         // rad/s, that a body which something holds may turn by
-constexpr double kTurnedBack = 0.4;       // s, within which a turn that goes to the other side passes zero
+constexpr double kHeldTurn = 0.3;         // rad/s, largest turn of a body that is held
+constexpr double kTurnedBack = 0.4;       // s, in which a reversing turn passes zero
 constexpr double kDoubt = 0.5;            // s, after which the nearer hypothesis is taken
 constexpr double kLetGo = 0.4;            // s, in which a body that is let go comes to its wheels
-constexpr double kExpected = 0.5;         // part of the bound of any change, for one that is expected
-constexpr double kUnsure = 1.0;           // s, after which the wheels are believed as long as noise may be the reason
-constexpr double kLongestSlide = 3.0;     // s; what is longer would be an error of the accelerometer
+constexpr double kExpected = 0.5;         // bound of an expected change / of any change
+constexpr double kUnsure = 1.0;           // s, after which the wheels are believed if noise may be the cause
+constexpr double kLongestSlide = 3.0;     // s; a longer slide is an error of the accelerometer
 constexpr double kSmallerOfTwo =
     0.44;                        // mean square of the smaller of two differences of noise in a row, by that of one
-constexpr double kMargin = 2.0;  // of the variance of vibration, of which half a second tells little
+constexpr double kMargin = 2.0;  // of the variance of vibration, which is uncertain after half a second
 constexpr double kMostColoured = 0.6;  // of rho
 // Attitude filters.
 constexpr double kSign = 0.025;         // m/s^2, above which an acceleration has a sign
 constexpr double kFilterMemory = 30.0;  // s
 constexpr double kPossible = 3.0;       // standard deviations of g
-constexpr double kBetter = 0.05;        // misfit by which a filter explains more than none
+constexpr double kBetter = 0.05;        // misfit by which a filter is better than none
 
 }  // namespace
 
-/// The kind of attitude filter that explains the accelerations, if one does better than none.
+/// The kind of attitude filter that explains the accelerations better than no filter, if any.
 std::optional<std::size_t> TractionBelief::filter() const {
   const std::size_t better = filters_[0].misfit < filters_[1].misfit ? 0 : 1;
   return filters_[better].misfit + kBetter < misfit_ ? std::optional(better) : std::nullopt;
 }
 
-/// w, or its integral, of what each kind makes of it by g.
+/// w, or its integral, from the value per g of each kind.
 double TractionBelief::hidden(const std::array<double, 2>& by_gain) const {
   const auto there = filter();
   return there ? filters_[*there].gain() * by_gain[*there] : 0.0;
@@ -78,7 +78,7 @@ TractionBelief::Change TractionBelief::sinceThen(const Past& then) const {
           now_.turning - then.turning, by_gain, wheels - body};
 }
 
-/// The oldest one within a time; now, if there is none.
+/// The oldest one within a time; without one, now.
 const TractionBelief::Past& TractionBelief::within(double time) const {
   // Two of them are kSpacing apart at least: no more than so many lie within the time.
   std::size_t i = std::min(remembered_, static_cast<std::size_t>(time / kSpacing) + 2);
@@ -95,7 +95,7 @@ TractionBelief::Change TractionBelief::sinceOldest() const { return sinceThen(pa
 
 std::size_t TractionBelief::oldest() const { return (newest_ + kRemembered + 1 - remembered_) % kRemembered; }
 
-/// What is older than the window is forgotten.
+/// Forgets values older than the window.
 void TractionBelief::remember() {
   while (remembered_ > 1 && now_.time - past_[oldest()].time > kWindow + kRounding) --remembered_;
   if (remembered_ > 0 && now_.time - past_[newest_].time < kSpacing) return;
@@ -104,8 +104,8 @@ void TractionBelief::remember() {
   remembered_ = std::min(remembered_ + 1, kRemembered);
 }
 
-/// By means over a time: what shakes the body for tens of milliseconds hardly differs from one sample of a fast
-/// accelerometer to the next.
+/// Uses means over a time: successive samples of a fast accelerometer hardly differ under a shake of tens of
+/// milliseconds.
 void TractionBelief::learnNoise(double acceleration, double variance, double step) {
   latest_ = acceleration;
   mean_.change += step * acceleration;
@@ -155,8 +155,8 @@ std::optional<TractionBelief::Change> TractionBelief::collision() const {
   // The wheels may have been stopped with the body, which may have been thrown back.
   const double before = std::max(std::abs(now_.wheels), std::abs(now_.wheels - change.wheels));
   const bool stopped = std::abs(now_.wheels - change.error()) < kStopped * before;
-  // Sensors that are late make an error of it too, but one that ends with their being late.
-  // Most of a collision lies within its jolt, in which vibration does less than in the whole.
+  // Late sensors also cause an error, which ends with their delay. Most of a collision lies within its jolt, in which
+  // vibration does less than in the whole.
   const double noise = kBound * std::sqrt(factor_ * change.variance * std::min(1.0, kJolt / change.time));
   // Where the ground rocks a robot that turns, the centre of turning jumps from one side to the other.
   const double turn = kCentre * std::sqrt(change.turning / change.time);
@@ -205,8 +205,7 @@ void TractionBelief::predict(double step) {
 }
 
 void TractionBelief::correct(double wheels, double acceleration, double variance, double yaw_rate, double since_last) {
-  // An accelerometer that repeats itself to the bit says nothing new, or nothing at all. What it says next is the mean
-  // since then.
+  // An exactly repeated acceleration carries no information. The next value is the mean since then.
   const double variance_before = now_.variance;
   if (acceleration == std::exchange(measured_, acceleration)) {
     miss(wheels, since_last);
@@ -275,7 +274,7 @@ void TractionBelief::learnOffset(const Change& window, double step) {
     offset_ += step / (step + kOffsetMemory) * window.body / window.time;
     return;
   }
-  // What the body did last the wheels may not tell yet.
+  // The wheels may not show the latest motion of the body yet.
   const Change untold = since(hold_ + kLate);
   const double time = window.time - untold.time;
   if (time < kQuiet) return;
@@ -287,8 +286,8 @@ void TractionBelief::learnOffset(const Change& window, double step) {
   forgetPast();
 }
 
-/// Friction brings a sliding body nearer to its wheels, and what it hits throws it back by a part of its speed: what is
-/// farther away is none, but an accelerometer that has come to read something else.
+/// Friction brings a sliding body nearer to its wheels, and an obstacle throws it back by a part of its speed. A larger
+/// gap is an error of the accelerometer.
 bool TractionBelief::possible(double gap) const {
   return std::abs(gap) <= kThrownBack * std::abs(gap_at_first_) + wheels_away_ + kLeast + kBound * std::sqrt(variance_);
 }
@@ -321,16 +320,16 @@ void TractionBelief::slide(double gap_before, double acceleration, double step) 
   if (!keeps && !late) return;
   const double wheels = std::abs(now_.wheels);
   const double stopped = sliding_ > kDoubt ? 0.5 : kStopped;
-  // The noise is what it is now: when the slide began it may just have grown. A collision makes some of its own.
+  // The present noise counts, because it may have grown just as the slide began; a collision adds noise.
   const double noise = kBound * std::sqrt(factor_ * variance_rate_ * surprise_);
-  const bool sure = (collided || std::abs(gap) > noise) && !turnsOn();
+  const bool sure = (collided || std::abs(gap) > noise) && !stillTurning();
   if (sure && wheels > kTurns && std::abs(speed_) < stopped * wheels) return beginToStand();
   if (late || (!sure && sliding_ > kUnsure) || (std::abs(quiet.wheels) < kKept && std::abs(gap) < kStopped * wheels))
     beginToRoll();
 }
 
-/// What something holds does not turn.
-bool TractionBelief::turnsOn() const {
+/// A body that is held does not turn.
+bool TractionBelief::stillTurning() const {
   const Change lately = since(kTurnedBack);
   return lately.turning > kHeldTurn * kHeldTurn * lately.time;
 }
@@ -338,11 +337,11 @@ bool TractionBelief::turnsOn() const {
 void TractionBelief::stand(double step) {
   const Change window = sinceOldest();
   const bool unknown = kCentre * window.turning > std::max(kLeast, std::abs(now_.wheels));
-  if (unknown || turnsOn() || std::abs(now_.wheels) < kTurns) return beginToRoll();
-  // What held it may have given way: then it comes to the speed of its wheels, and to no other.
+  if (unknown || stillTurning() || std::abs(now_.wheels) < kTurns) return beginToRoll();
+  // The obstacle may have given way: then the body comes to the speed of its wheels.
   const Change lately = since(kLetGo);
   if (comesToItsWheels(window) || comesToItsWheels(lately)) return beginToRoll();
-  // Nothing tells against what vibration would hide.
+  // Vibration may hide that the body moves.
   hidden_ = leastToCome(lately) > (1.0 - kStopped) * std::abs(now_.wheels) ? hidden_ + step : 0.0;
   if (hidden_ > kLongestSlide) return beginToRoll();
   if (std::abs(window.body) < std::max(kLeast, bound(window))) return;
@@ -350,7 +349,7 @@ void TractionBelief::stand(double step) {
   follows ? beginToRoll() : beginToSlide(window.body, window);
 }
 
-/// Change of speed of a body that comes to its wheels, by which it is told [m/s].
+/// Least change of speed of a body that comes to its wheels [m/s].
 double TractionBelief::leastToCome(const Change& change) const { return std::max(kLeast, kExpected * bound(change)); }
 
 bool TractionBelief::comesToItsWheels(const Change& change) const {

@@ -9,22 +9,22 @@
 namespace jackal_aic {
 namespace {
 
-/// Part of the expected change of its speed that a wheel with a slow motor makes at least, be it expected by the
-/// learned limit or by the model's; one that moves less has another reason.
+/// Least change of speed of a wheel with a slow motor / the expected change, by the learned limit or the model's; a
+/// smaller change has another cause.
 constexpr double kLeastPart = 0.2;
 
-/// Time that a wheel has to keep its speed at the limit until that is none [s]: any dead time is over by then. The mean
+/// Time of constant speed at the limit after which the limit does not hold [s]; longer than any dead time. The mean
 /// over it decides: the noise of an encoder is as large as a change between two samples.
 constexpr double kStall = 0.3;
 
 constexpr double kLeastLimit = 0.3;            // lambda
 constexpr double kLimitMemory = 0.5;           // s at the limit
-constexpr double kNoise = 2.0;                 // standard deviations of a measurement, of a change that is none
+constexpr double kNoise = 2.0;                 // standard deviations of a measurement; smaller changes are noise
 constexpr double kLeastTiming = 0.1;           // lambda_t
 constexpr double kMostSurprise = 4.0;          // of epsilon^2/S that lambda_t learns from
 constexpr double kTimingCurvature = 1.0;       // of F along ln lambda_t, as it is believed before anything is known
 constexpr double kMostTimingCurvature = 20.0;  // with which older accelerations are forgotten
-constexpr double kNoTiming = 1e-9;             // (rad/s)^2; e of a smaller variance is none
+constexpr double kNoTiming = 1e-9;             // (rad/s)^2; a smaller variance of e counts as zero
 
 /// States of the belief: w, z, d, e.
 enum State { kSpeed, kCorrection, kDisturbance, kTiming };
@@ -42,11 +42,11 @@ void WheelBelief::setDriveTrain(const PlantModel& model, double wheel_radius) {
   const auto before = static_cast<double>(commands_.delay());
   const double limit = drive_train_.limit(), gain = drive_train_.gain();
   drive_train_ = DriveTrain(model, wheel_radius);
-  // What another gain makes of the command was a disturbance before.
+  // The effect of the other gain was a disturbance before.
   x_(kDisturbance) -= (drive_train_.gain() - gain) * commands_.acting();
   if (drive_train_.limit() != limit) forgetLimit();
   commands_.setDeadTime(model.dead_time);
-  // w is off by what it changed meanwhile.
+  // w is uncertain by its change in the difference of the dead times.
   const double late = (static_cast<double>(commands_.delay()) - before) * kStep * rate_;
   P_(kSpeed, kSpeed) += late * late;
 }
@@ -102,8 +102,8 @@ void WheelBelief::predictActing(double command) {
   if (beyond > 0.0) limit_doubt_ += limitDeviation() * beyond;
   ++steps_;
   limited_steps_ = limited ? limited_steps_ + 1 : 0;
-  // At the limit the speed does not depend on z and d: J = I. A wheel that has stood at one speed for long is at no
-  // limit, whatever the belief has it do: it tells that z and d are wrong, and may correct them.
+  // At the limit the speed does not depend on z and d: J = I. A wheel with a constant speed for long is not at the
+  // limit: z and d are wrong, and are corrected.
   WheelCovariance J = WheelCovariance::Identity();
   if (!limited || stalled()) J.topLeftCorner<3, 3>() = transition();
   J(kTiming, kTiming) = timing_decay_;
@@ -115,7 +115,7 @@ void WheelBelief::predictActing(double command) {
 }
 
 /// w(t) − w(t − σ_t) of a first-order filter: σ_t dw/dt while w ramps, and no more than it changed. In a turn, where e
-/// lasts, without what the action makes of the encoder's noise.
+/// lasts, without the effect of the encoder's noise through the action.
 void WheelBelief::widenTiming() {
   lagged_ += lagging_ * (x_(kSpeed) - lagged_);
   const double change = x_(kSpeed) - lagged_;
@@ -154,7 +154,7 @@ double WheelBelief::correct(double measurement, double added_variance) {
                moved = parameters_.learning_rate * error;
   learnTiming(error * error / S, P_(kTiming, kTiming) / S);
   x_ += moved / S * PC;
-  lagged_ += moved / S * PC(kSpeed);  // a corrected speed is no change of it
+  lagged_ += moved / S * PC(kSpeed);  // a correction is not a motion
   P_ -= PC * PC.transpose() / S;
   if (timing_decay_ == 0.0) forgetTiming();
   gain_ = parameters_.learning_rate / S * PC.head<3>();
@@ -188,8 +188,8 @@ double WheelBelief::limitDeviation() const {
   return prior > 0.0 ? 1.0 / std::sqrt(1.0 / (prior * prior) + limit_curvature_) : 0.0;
 }
 
-/// It does not ramp although it should: what the belief expects of it is wrong, not its motor slow. A limit learned
-/// before would keep the belief on its way for ever, and hide from it that the disturbance is wrong.
+/// A wheel that does not ramp as expected shows a wrong belief, not a slow motor. The learned limit would keep the
+/// belief ramping, and hide that the disturbance is wrong.
 void WheelBelief::forgetLimit() {
   limit_curvature_ = 0.0;
   limit_share_ = 1.0;

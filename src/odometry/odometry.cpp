@@ -4,7 +4,7 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kRounding = 1e-9;  // s
-constexpr double kLongest = 1.0;    // s; what a robot did in a stall, or while a clock jumped, is unknown
+constexpr double kLongest = 1.0;    // s; the motion in a stall or clock jump is unknown
 
 }  // namespace
 
@@ -24,8 +24,7 @@ void Odometry::advance(const WheelCommand& applied, double duration) {
     }
   }
   const PlanarMotion now = motion();
-  reckoning_.advance({0.5 * (last_.forward + now.forward), 0.5 * (last_.yaw_rate + now.yaw_rate), now.covariance},
-                     duration);
+  pose_.advance({0.5 * (last_.forward + now.forward), 0.5 * (last_.yaw_rate + now.yaw_rate), now.covariance}, duration);
   last_ = now;
 }
 

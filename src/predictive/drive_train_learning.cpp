@@ -13,34 +13,34 @@ namespace {
 
 constexpr std::size_t steps(double time) { return static_cast<std::size_t>(time / DriveTrainFit::kStep + 0.5); }
 
-constexpr double kChange = 0.3;                         // rad/s; of a command beyond which a wheel does not rest
-constexpr std::size_t kUnnoticed = steps(0.06);         // in which the commands change before it shows
-constexpr std::size_t kSettled = steps(0.6);            // after the dead time, until nothing is left of a change
-constexpr std::size_t kLongest = steps(2.0);            // of a change, which is learned from as far as it has come
-constexpr std::size_t kLongestReviewed = 2 * kLongest;  // from its first step on, what settles included
-constexpr std::size_t kTransient = steps(1.0);  // of a motion of which nothing is known, until the filter forgot it
+constexpr double kChange = 0.3;                            // rad/s; of a command beyond which a wheel does not rest
+constexpr std::size_t kUnnoticed = steps(0.06);            // in which the commands change before it shows
+constexpr std::size_t kSettled = steps(0.6);               // after the dead time, until nothing is left of a change
+constexpr std::size_t kLongest = steps(2.0);               // of a change, which is learned from as far as it has come
+constexpr std::size_t kLongestReviewed = 2 * kLongest;     // from its first step on, what settles included
+constexpr std::size_t kTransient = steps(1.0);             // of an unknown earlier motion, until the filter forgot it
 constexpr double kResting = 0.1 / DriveTrainFit::kStep;    // steps; before a change, whose mean is the speed of before
 constexpr double kSpacing = 0.015 / DriveTrainFit::kStep;  // steps; least between measurements that are kept
 constexpr int kReviewed = 2;                               // measurements of a run in an inner step
-constexpr double kOtherLags[] = {0.0, 0.9, -0.9, 0.0};     // of ln T, with which a review begins beside
-constexpr double kOtherShares[] = {1.0, 1.0, 1.0, 0.5};    // of lambda, likewise
+constexpr double kOtherLags[] = {0.0, 0.9, -0.9, 0.0};     // additional starts of a review, of ln T
+constexpr double kOtherShares[] = {1.0, 1.0, 1.0, 0.5};    // the same, of lambda
 constexpr int kStarts = 4;
 constexpr int kMostRuns = 10;
 constexpr double kShorter = 0.3;           // of a step that led nowhere
 constexpr double kSmallStep = 0.05;        // standard deviations of theta; of a step that makes no difference
-constexpr double kMemory = 0.7;            // weight of a change of the commands beside the next
+constexpr double kMemory = 0.7;            // weight of a change of the commands / weight of the next
 constexpr double kExcess = 8.0;            // n_0
-constexpr double kTurn = 0.3;              // share of a turn in a change that tells nothing of the lag
+constexpr double kTurn = 0.3;              // share of a turn, above which a change does not count for the lag
 constexpr double kUnexplained = 0.01;      // of the squares of a motion; a model that leaves more did not make it
 constexpr double kNoise = 4.0;             // variances of the encoders, which nothing explains
 constexpr double kOtherLag = 0.7;          // of ln T, beyond which a parabola says nothing
 constexpr double kBeyondDoubt = 3.0;       // standard deviations
 constexpr double kLeastChange = 0.005;     // s, of dead time or lag; a smaller one makes no difference
-constexpr double kLeastGainChange = 0.03;  // of gamma, likewise
+constexpr double kLeastGainChange = 0.03;  // of gamma; a smaller one makes no difference
 constexpr double kLargestDoubt = 0.008;    // s; standard deviation of a dead time that is taken over
 constexpr double kShortestLag = 0.002;     // s; below it the speed does not depend on the lag
-constexpr double kPinned = 1e9;            // precision of what is at its bound
-constexpr double kTried = 2.0;             // acceleration that is tried, in multiples of one that was followed
+constexpr double kPinned = 1e9;            // precision of a parameter at its bound
+constexpr double kTried = 2.0;             // tried acceleration / followed acceleration
 constexpr double kFollowed = 0.9;          // lambda, below which the motors did not follow
 // Range of theta.
 constexpr double kLeastShare = 0.3;
@@ -139,8 +139,8 @@ void DriveTrainLearning::endChange() {
     first_ = step_ - kTransient;
     counted_ = step_;
   }
-  // Where nothing changed while measurements counted, they tell what is left of the motion before; where none came for
-  // long, its beginning is no longer kept.
+  // Without a change while measurements count, they show only the rest of the last motion; after a long time without
+  // measurements its beginning is lost.
   if (reviewing_ || first == 0 || last_change < counted || step_ - first > kLongestReviewed) return;
   change_ = {};
   change_.first = first;
@@ -198,7 +198,7 @@ void DriveTrainLearning::review() {
   change_.last_time = sample.time;
 }
 
-/// A run is over: goes on from the best one.
+/// Ends a run and continues from the best one.
 void DriveTrainLearning::judge() {
   const double free_energy = freeEnergy(fit_);
   const bool better = free_energy < best_.free_energy;
@@ -239,7 +239,7 @@ double DriveTrainLearning::freeEnergy(const DriveTrainFit& fit) const {
   return least + 0.5 * (fit.theta() - expected()).cwiseQuotient(deviations()).squaredNorm();
 }
 
-/// Sum of what the best run leaves of the measurements, after the step that its sums tell.
+/// Residual sum of squares of the best run, after its Gauss-Newton step.
 double DriveTrainLearning::leastSquares() const {
   double least = HUGE_VAL;
   for (const DriveTrainSums& sums : best_.sums) {
@@ -259,7 +259,7 @@ DriveTrainVector DriveTrainLearning::newtonStep() const {
   for (std::size_t i = 0; i < DriveTrainFit::kGrid; ++i) {
     DriveTrainSums sums = memory_[i].around(best_.theta - theta_);
     sums.add(best_.sums[i].over(variance));
-    // θ − θ_0 = (Σψψ'/Σ + Π_0)⁻¹ (Σψε/Σ + Π_0 (θ_1 − θ_0)); what is at its bound stays there
+    // θ − θ_0 = (Σψψ'/Σ + Π_0)⁻¹ (Σψε/Σ + Π_0 (θ_1 − θ_0)); a parameter at its bound stays there
     DriveTrainVector pinned = precision;
     const DriveTrainVector slope = sums.slope + precision.cwiseProduct(far);
     DriveTrainVector change;
@@ -301,7 +301,7 @@ void DriveTrainLearning::learn() {
   if (!identified_ && learnLimit()) learned_ = timing_;
 }
 
-/// True if another acceleration limit is to be asked for from now on.
+/// True if the acceleration limit changed.
 bool DriveTrainLearning::learnLimit() {
   const double now = timing_.acceleration_limit, share = theta_(kLimitShare);
   const bool followed = share >= kFollowed;
@@ -312,7 +312,7 @@ bool DriveTrainLearning::learnLimit() {
   return true;
 }
 
-/// Goes on with another acceleration limit [m/s^2]; what is known of a part of the one before is forgotten.
+/// Sets another acceleration limit [m/s^2], and forgets the share of the last one.
 void DriveTrainLearning::setLimit(double limit) {
   timing_.acceleration_limit = limit;
   fit_.setAccelerationLimit(limit);
@@ -327,10 +327,10 @@ std::optional<DriveTrainTiming> DriveTrainLearning::takenOver() {
   const double bend = before.free_energy - 2.0 * at.free_energy + after.free_energy;
   const double variance = square(kStep) / bend;
   if (bend <= 0.0 || variance > square(kLargestDoubt)) return std::nullopt;
-  const double beside = std::clamp(0.5 * (before.free_energy - after.free_energy) / bend, -1.0, 1.0);
-  const DriveTrainTiming found{std::clamp(kStep * (i + beside), 0.0, kLongestTiming.dead_time),
+  const double offset = std::clamp(0.5 * (before.free_energy - after.free_energy) / bend, -1.0, 1.0);
+  const DriveTrainTiming found{std::clamp(kStep * (i + offset), 0.0, kLongestTiming.dead_time),
                                std::exp(theta_(kLogLag)), timing_.acceleration_limit, theta_(kGainShare)};
-  // How the lag goes with the dead time, and how far it is beyond doubt with the dead time known.
+  // Change of the lag with the dead time, and significance of the lag at a known dead time.
   const double along = found.lag * (after.change(kLogLag) - before.change(kLogLag)) / (2.0 * kStep);
   const double alone = square(found.lag) * at.log_lag_variance;
   const auto beyondDoubt = [](double by, double of_variance) {

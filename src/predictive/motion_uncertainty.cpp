@@ -10,7 +10,7 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kSurprise = 9.0;  // of 2 F, in multiples of its mean: one outlier is not the noise of a second
-constexpr double kTurn = 0.1;      // rad/s; least turn that tells
+constexpr double kTurn = 0.1;      // rad/s; least turn to learn from
 constexpr double kSteady = 0.01;   // m/s; largest difference of the slips of a body that has followed its wheels
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kTurn = 1.0;       // rad/s; difference of the wheel speeds of a robot whose tyres slide
-constexpr double kStraight = 0.5;   // rad/s; of one that drives straight on
+constexpr double kStraight = 0.5;   // rad/s; largest of a straight drive
 constexpr double kTurnLasts = 0.3;  // s; after it, until motors have forgotten its load
 
 YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
@@ -90,7 +90,7 @@ bool PredictiveController::setSetPoint(const SetPoint& set_point) {
 SampleVerdict PredictiveController::observe(const Observation& observation) {
   if (!observation.finite()) return SampleVerdict::not_finite;
   if (started_ && observation.stamp <= observation_.stamp) return SampleVerdict::stale;
-  // Of two that come within one belief step the later one tells of the wheels; the change of speed is that of both.
+  // Of two measurements within one belief step the later one counts for the wheels, and both for the change of speed.
   if (observed_ && !model_.on_box) correctForwardSpeed(observation_);
   const bool first = !started_;
   observation_step_ = first ? 0.0 : observation.stamp - observation_.stamp;
@@ -144,7 +144,7 @@ void PredictiveController::correct(const Observation& y) {
   errors_(kYawRate) = y.yaw_rate - yaw_.yawRate();
   const double of_wheels = correctWheels(y), of_yaw_rate = correctYawRate(y);
   free_energy_ = of_wheels + of_yaw_rate;
-  if (const int measured = wheelsTold(y)) uncertainty_.learnWheels(of_wheels / measured, observation_step_);
+  if (const int measured = observedWheels(y)) uncertainty_.learnWheels(of_wheels / measured, observation_step_);
   if (y.valid.yaw_rate) {
     uncertainty_.learnGyro(of_yaw_rate, observation_step_);
     uncertainty_.learnTurn(y.yaw_rate, slipBelief().usualYawRate(left().speed(), right().speed()), observation_step_);
@@ -172,7 +172,7 @@ void PredictiveController::setTiming(const DriveTrainTiming& timing) {
   right_.setDriveTrain(model_, geometry_.wheel_radius);
 }
 
-/// Whether the ground takes what a turn needs of the motors, or did of late.
+/// Share of the turn, now or recently, that loads the motors.
 void PredictiveController::watchTurn() {
   if (model_.on_box) return;
   const double difference = std::abs(right().speed() - left().speed());
@@ -183,7 +183,7 @@ void PredictiveController::watchTurn() {
 }
 
 double PredictiveController::correctWheels(const Observation& y) {
-  // A channel of precision zero leaves its belief to the model; where the yaw rate tells of the wheel, it stands in.
+  // An invalid channel leaves its belief to the model, or to the yaw rate and the other wheel.
   errors_(kWheelLeft) = y.valid.wheel_left ? y.wheel_left - left().speed() : 0.0;
   errors_(kWheelRight) = y.valid.wheel_right ? y.wheel_right - right().speed() : 0.0;
   const bool yaw_tells = y.valid.yaw_rate && !model_.on_box;
@@ -204,8 +204,8 @@ double PredictiveController::correctWheels(const Observation& y) {
   return free_energy;
 }
 
-/// Wheels of which a measurement tells: each its own, and of one without the yaw rate may.
-int PredictiveController::wheelsTold(const Observation& y) const {
+/// Wheels with a known speed: measured, or one reconstructed from the other and the yaw rate.
+int PredictiveController::observedWheels(const Observation& y) const {
   const int measured = (y.valid.wheel_left ? 1 : 0) + (y.valid.wheel_right ? 1 : 0);
   return measured == 1 && y.valid.yaw_rate && !model_.on_box ? 2 : measured;
 }
@@ -229,8 +229,8 @@ double PredictiveController::correctYawRate(const Observation& y) {
 void PredictiveController::correctForwardSpeed(const Observation& y) {
   const double wheels = forwardSpeedOf(y.wheel_left + y.wheel_right);
   if (!y.valid.acceleration) return traction_.miss(wheels, observation_step_);
-  // The accelerometer as it comes: the offset learned while the wheels rest is that of a robot that may still slide on
-  // locked wheels. The wheels as they are measured: they need not do what the model says.
+  // The raw accelerometer: its offset at resting wheels may come from a robot that slides on locked wheels. The
+  // measured wheels: they may differ from the model.
   traction_.correct(wheels, y.acceleration_x, parameters_.accelerometer_variance, yaw_.yawRate(), observation_step_);
 }
 
@@ -246,7 +246,7 @@ WheelCommand PredictiveController::updateAction() {
   const WheelCommand effective{left_.effectiveAction(), right_.effectiveAction()};
   const double most = standstill_.largestCommand(told_to_stand, effective, left().speed(), right().speed(),
                                                  1.0 / parameters_.action_rate);
-  if (most < Standstill::kFree) {
+  if (most < Standstill::kUnbounded) {
     left_.rest(most);
     right_.rest(most);
   }
@@ -258,7 +258,7 @@ WheelVector PredictiveController::inputs() const {
   const WheelVector input(left_.input(wanted.left), right_.input(wanted.right));
   if (turn_acceleration_ <= 0.0) return input;
   const double turn = input(1) - input(0);
-  const double configured = SkidSteerKinematics(geometry_).yawPerDifference();  // as the command's limits reckon
+  const double configured = SkidSteerKinematics(geometry_).yawPerDifference();  // as in the limits of the command
   const double largest_change = model_.gain * turn_acceleration_ / (parameters_.action_rate * configured);
   const double in_time = right_.path().minus(left_.path()).inTime(wanted.right - wanted.left, turn, largest_change);
   return input + 0.5 * (in_time - turn) * WheelVector(-1.0, 1.0);
@@ -273,7 +273,7 @@ void PredictiveController::hold(const WheelCommand& applied) {
 void PredictiveController::overrule(const WheelCommand& applied) {
   left_.overrule(applied.left);
   right_.overrule(applied.right);
-  // Whoever drives, the robot is under way: it does not stand when it is handed back.
+  // Another source drives, so the robot does not count as standing at the hand-over.
   standstill_.largestCommand(false, applied, left().speed(), right().speed(), 1.0 / parameters_.action_rate);
   drive_train_.forgetMotion();
 }
@@ -377,7 +377,7 @@ BodyVector PredictiveController::believedVelocity() const {
 }
 
 WheelVector PredictiveController::changeAhead() const {
-  // The path is a dead time ahead of the wheels, of which only what was learned is in doubt.
+  // The path is a dead time ahead of the wheels; only the learned part of it is uncertain.
   const double learned = model_.dead_time + model_.lag - configured_model_.dead_time - configured_model_.lag;
   const double most = std::abs(learned) * model_.acceleration_limit / geometry_.wheel_radius;
   const auto ahead = [most](const WheelController& wheel) {

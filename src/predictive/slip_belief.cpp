@@ -79,7 +79,7 @@ void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double st
   turn_.pass(step);
   const double left = n.mean - 0.5 * n.value, right = n.mean + 0.5 * n.value;
   const double slope = yawPerDifference(left, right), late = slope * changeOf(n, step);
-  const double lasts = std::max(1.0, learning_.yaw_delay_deviation / step);  // samples that are late alike
+  const double lasts = std::max(1.0, learning_.yaw_delay_deviation / step);  // samples with the same delay
   const double x = radius_ * (n.value + n.error), v = radius_ * (n.mean + n.mean_error);
   if (!agrees(yaw_rate, x, v, step)) return;
   keep(n, step);

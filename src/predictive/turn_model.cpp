@@ -13,7 +13,7 @@
 namespace jackal_aic {
 namespace {
 
-// Deviations of what is believed before anything is known.
+// Deviations of the prior.
 constexpr double kRangeDeviations = 2.5;     // of q_1 within its range
 constexpr double kLeastDeviation = 0.01;     // of q_1, relative to c: a range of one leaves it to the bound
 constexpr double kMotionDeviation = 0.05;    // of q_2 and q_4, relative to c, per m/s

@@ -18,7 +18,7 @@ constexpr const char* kOurs[] = {"controller", "predictive", "diff_drive",   "se
 constexpr const char* kSilent[] = {"type", "k_l", "k_r", "velocity_rolling_window_size"};
 
 constexpr Bounds kSpeed{-100.0, 100.0};
-constexpr double kNoTime = 1e-9;  // s; 0 would stand for "no deadline"
+constexpr double kNoTime = 1e-9;  // s; 0 would mean "no deadline"
 
 bool isOurs(const std::string& key) {
   const std::string first = key.substr(0, key.find('.'));
@@ -94,7 +94,7 @@ void setBrake(ParameterMap& map, const std::string& axis) {
   map.set("brake.time", std::max(time, speed / deceleration));
 }
 
-/// Sets what is missing of a struct's keys.
+/// Sets the missing keys of a struct.
 template <class Parameters>
 void setDefaults(ParameterMap& map, const std::string& prefix, Parameters values) {
   for (const Field& field : fieldsOf(values)) {
@@ -129,7 +129,7 @@ std::vector<std::string> wheelNames(ParameterMap& map, const std::string& key) {
   throw ParameterError("Wheel param '" + key + "' = " + describe(*value) + ": neither a list of strings nor a string");
 }
 
-/// The diagonal of a covariance; empty if there is none, or an empty list.
+/// The diagonal of a covariance; empty without the key or for an empty list.
 std::optional<std::array<double, 6>> diagonal(ParameterMap& map, const std::string& key) {
   const ParameterValue* value = map.take(key);
   if (!value) return std::nullopt;

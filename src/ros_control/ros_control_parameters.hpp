@@ -40,9 +40,9 @@ struct RosControlParameters {
                          ///< separation of the wheels times its multiplier
   LiveParameters live;   ///< at the start
   double wheel_separation = 0.0;  ///< between the wheels of both sides, without its multiplier [m]
-  bool open_loop = false;         ///< odometry of what is commanded instead of what is measured
+  bool open_loop = false;         ///< odometry of the commands instead of the measurements
   bool allow_multiple_cmd_vel_publishers = true;
-  bool publish_cmd = false;                                        ///< publish what is driven on cmd_vel_out
+  bool publish_cmd = false;                                        ///< publish the driven command on cmd_vel_out
   std::string odom_frame_id = "odom";                              ///< of the odometry
   std::optional<std::array<double, 6>> pose_covariance_diagonal;   ///< empty: that of the odometry
   std::optional<std::array<double, 6>> twist_covariance_diagonal;  ///< empty: that of the odometry
@@ -50,13 +50,13 @@ struct RosControlParameters {
   std::vector<std::string> unused;                                 ///< keys that belong to neither
 };
 
-/// Reads all parameters of a controller's namespace. The keys of the drive loop are those of the node, but for
-/// robot.wheel_radius, robot.effective_track, robot.base_frame and the names of the joints, in place of which
-/// diff_drive_controller's stand. Its limits become those of the drive gate where limits.* says nothing: max_* that of
-/// the acceleration, min_* that of the deceleration. Without a structure's keys the predictive one drives with its
-/// defaults, without plant_model.* an assumed Jackal.
-/// @param map the namespace; @param robot_description returns the URDF, empty if there is none; called if wheel_radius
-/// or wheel_separation are missing.
+/// Reads all parameters of a controller's namespace. The keys of the drive loop are those of the node, except that
+/// diff_drive_controller's keys replace robot.wheel_radius, robot.effective_track, robot.base_frame and the names of
+/// the joints. Its limits become those of the drive gate where limits.* says nothing: max_* that of the acceleration,
+/// min_* that of the deceleration. Without a structure's keys the predictive one drives with its defaults, without
+/// plant_model.* an assumed Jackal.
+/// @param map the namespace; @param robot_description returns the URDF, or an empty text; called if wheel_radius or
+/// wheel_separation are missing.
 /// @throws ParameterError, one line.
 RosControlParameters readRosControlParameters(ParameterMap map, const std::function<std::string()>& robot_description);
 

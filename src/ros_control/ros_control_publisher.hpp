@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What the controller of ros_control publishes, from a thread of its own: publishing locks and allocates.
+/// Publisher of the ros_control controller, in a separate thread, because publishing locks and allocates.
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <jackal_aic/ControllerState.h>
@@ -25,7 +25,7 @@
 
 namespace jackal_aic {
 
-/// Odometry, and what the drive loop does, at one time.
+/// Odometry and state of the drive loop at one time.
 struct OdometryUpdate {
   ControllerState state;  ///< by fillState()
   DriveLoopStatus status;
@@ -35,14 +35,14 @@ struct OdometryUpdate {
   bool transform = false;                                     ///< publish the pose on tf too
 };
 
-/// What is driven at one time.
+/// Driven command at one time.
 struct CommandUpdate {
   ros::Time stamp;
   BodyVector velocity = BodyVector::Zero();  ///< of the wheels' commands (base_link)
 };
 
 /// Publishes in the controller's namespace odom (nav_msgs/Odometry), state (ControllerState) and, with publish_cmd,
-/// cmd_vel_out (geometry_msgs/TwistStamped); beside it /tf and /diagnostics. tell() neither locks nor allocates.
+/// cmd_vel_out (geometry_msgs/TwistStamped), and also /tf and /diagnostics. tell() neither locks nor allocates.
 class RosControlPublisher {
  public:
   /// @param robot, controller namespaces; @param initial update, as long as those to come.

@@ -23,10 +23,10 @@ constexpr double kPairingAge = 0.03;
 /// Wheel speed above which a robot counts as moving when the controller starts; below it is noise [rad/s].
 constexpr double kMoving = 0.5;
 
-/// Wall time between looks at whether what was learned is due to be written [s].
+/// Wall time between checks for writing the learned model [s].
 constexpr double kKeepPeriod = 1.0;
 
-/// Wall time between looks at whether the emergency stop is heard [s].
+/// Wall time between checks of the emergency stop's connection [s].
 constexpr double kGraphPeriod = 0.1;
 
 /// Part of the sensors' period in which the wheels are sampled once.
@@ -208,7 +208,7 @@ void RosController::starting(const ros::Time& time) {
   loop_->start(driven, now_);
   odometry_->forgetMotion();
   first_update_ = true;
-  commands_.read();  // what was said before
+  commands_.read();  // discards earlier ones
   drive(driven);
 }
 
@@ -227,7 +227,7 @@ void RosController::update(const ros::Time& time, const ros::Duration& period) {
   drive(loop_->command());
   resting_ = DriveServices::resting(loop_->command());
   changes_.tell(*loop_);
-  reckon(applied, std::max(0.0, now - now_));
+  advanceOdometry(applied, std::max(0.0, now - now_));
   if (measured) odometry_->observe(asCounted(*measured, *loop_));
   now_ = now;
   publish(time);
@@ -353,7 +353,7 @@ Observation RosController::observe(const Wheels& wheels, double now) {
   return y;
 }
 
-void RosController::reckon(const WheelCommand& applied, double duration) {
+void RosController::advanceOdometry(const WheelCommand& applied, double duration) {
   odometry_->advance(applied, duration);
   const BodyVector command = SkidSteerKinematics(parameters_.drive.geometry).bodyVelocity(loop_->command());
   commanded_motion_ = {command(kForward), command(kYaw), odometry_->motion().covariance};

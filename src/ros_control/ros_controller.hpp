@@ -45,10 +45,9 @@ void visitGains(Parameters& parameters, RosControllerConfig& config, const Visit
 }
 
 /// Plugin jackal_aic/ActiveInferenceController. Topics, parameters and services are those of diff_drive_controller, and
-/// beside them the services and changes of the node (live_parameters.hpp) in its own namespace; in
-/// the namespace of the robot it listens to imu/data (sensor_msgs/Imu), and if they are there to e_stop
-/// (std_msgs/Bool), status and feedback (jackal_msgs). A robot that offers its IMU as an ImuSensorHandle in its base
-/// frame is read there.
+/// in addition the services and changes of the node (live_parameters.hpp) in its own namespace. In the namespace of the
+/// robot it subscribes to imu/data (sensor_msgs/Imu), and to e_stop (std_msgs/Bool), status and feedback (jackal_msgs)
+/// if they exist. A robot that offers its IMU as an ImuSensorHandle in its base frame is read there.
 ///
 /// update() runs the steps of the drive loop that are due, at any rate of calls, and neither locks nor
 /// allocates, but for the one update that takes over changed gains of the thesis' structure; callbacks hand over what
@@ -60,7 +59,7 @@ class RosController : public controller_interface::Controller<hardware_interface
   bool init(hardware_interface::VelocityJointInterface* hw, ros::NodeHandle& root_nh,
             ros::NodeHandle& controller_nh) override;
 
-  /// Goes on from the speed of the wheels: a robot that another controller drove does not jerk.
+  /// Starts from the speed of the wheels, so that a robot of another controller does not jerk.
   void starting(const ros::Time& time) override;
 
   void update(const ros::Time& time, const ros::Duration& period) override;
@@ -102,7 +101,7 @@ class RosController : public controller_interface::Controller<hardware_interface
   bool wheelsAreDue(double now, double period, bool live, bool imu_came) const;
   Observation observe(const Wheels& wheels, double now);
   void drive(const WheelCommand& command);
-  void reckon(const WheelCommand& applied, double duration);
+  void advanceOdometry(const WheelCommand& applied, double duration);
   void publish(const ros::Time& time);
 
   std::string name_;

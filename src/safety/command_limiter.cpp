@@ -15,8 +15,8 @@ double perStep(double bound, double step) { return bound > 0.0 ? bound * step : 
 
 double orElse(double value, double otherwise) { return value > 0.0 ? value : otherwise; }
 
-/// Largest change u from which ever smaller ones, by d each, end at an error: error = u + (u - d) + ... in n terms, the
-/// last of which lies in [0, d].
+/// Largest change u from which changes that shrink by d each end at an error: error = u + (u - d) + ... in n terms, the
+/// last one in [0, d].
 double stoppingChange(double error, double d) {
   if (d == kUnbounded || error == 0.0) return error;
   const double n = std::ceil(0.5 * (std::sqrt(1.0 + 8.0 * error / d) - 1.0));
@@ -75,7 +75,7 @@ CommandLimiter::Vector CommandLimiter::change(const Vector& error, const Vector&
 
 double CommandLimiter::separateChange(int i, double error, double way) const {
   const double d = largest_difference_(i), far = std::abs(error);
-  // The wanted command goes on towards the set point unless it is beyond it, or turns away.
+  // The wanted command continues towards the set point unless it is beyond it, or turns away.
   const double end = error * way > 0.0 ? std::max(far, std::abs(way)) : far;
   const double largest = std::min({far, largestChange(i, error), stoppingChange(end, d)});
   return std::clamp(std::copysign(largest, error), last_change_(i) - d, last_change_(i) + d);

@@ -31,7 +31,7 @@ SensorHealth sensorHealth(const InputAges& ages, const DeadlineParameters& deadl
   health.wheels.late = isLate(ages.wheels, deadlines.wheels);
   health.imu.missing = ages.imu == kNever;
   health.imu.late = isLate(ages.imu, deadlines.imu);
-  // Sources that do not pair go on without a pair; one that is slow, or has just fallen silent, delays the pairs.
+  // Unpaired sources keep sending without a pair; a slow or silent source only delays the pairs.
   const bool go_on = !(ages.unpaired <= 0.5 * pair_deadline);
   health.unpaired = ages.measurement == kNever || (isLate(ages.measurement, pair_deadline) && go_on);
   return health;

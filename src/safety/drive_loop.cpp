@@ -71,7 +71,7 @@ std::string reason(const DriveLoopStatus& status, const std::string& contender) 
   if (status.handed_over) reason = "another source has the motors";
   const bool told = status.fault != Fault::none && status.fault != Fault::moved;  // that is a cause of its own
   const std::string fault = told ? text(status.fault, status.share) : text(status.loss);
-  // Wheels that do not follow are no fault of a sensor.
+  // Wheels that do not follow are not a sensor fault.
   if (cause == StopCause::sensor_fault && isOfTheWheels(status.fault)) reason.clear();
   if (!fault.empty()) reason += (reason.empty() ? "" : "; ") + fault;
   if (status.decision.unacknowledged) reason += " (waits for a zero set point or a pause)";
@@ -160,8 +160,7 @@ bool DriveLoop::refuseStamp(double stamp, double now) {
   return true;
 }
 
-/// A source that was late is back when it has kept its deadline for some messages: one that is slower than its
-/// deadline, with a message now and then, is lost all the time.
+/// A late source is back after some messages within its deadline. A source slower than its deadline stays lost.
 void DriveLoop::take(Arrival& source, double deadline, double stamp, double now) {
   if (source.received == -kNever || stamp != source.stamp) {
     source.in_time = isLate(age(source, now), deadline) ? 0 : std::min(source.in_time + 1, kBack);
@@ -202,9 +201,9 @@ bool DriveLoop::takeObservation(const Observation& observation, double now) {
   go_on_since_ = kNever;
   phase_.arrived(nanoseconds(now));
   observed_alone_ = !valid.all();
-  if (verdict == SampleVerdict::incomplete) return false;  // it has come, but does not count: measurements_ knows why
+  if (verdict == SampleVerdict::incomplete) return false;  // received but not accepted; measurements_ has the reason
   if (measurements_.recoversFromStall(now)) {
-    // The belief from the last measurement alone, while the wheels show what the motors did in a stall: no model knows.
+    // Restarts the belief from the measurement, because no model knows the motors' motion in a stall.
     controller_->restart();
     controller_->overrule(gate_.command());
   }
@@ -310,8 +309,8 @@ std::optional<WheelCommand> DriveLoop::advanceTo(double now, std::int64_t bounda
     runBelief(nanoseconds(now));
     return std::nullopt;
   }
-  // Beliefs catch up; the command does so no faster than time went by, because the limits of its acceleration hold for
-  // what the motors get.
+  // Beliefs catch up. The command changes only with the elapsed time, because its acceleration limits hold for the
+  // motors.
   const int actions = mostActions(now);
   for (; periods > 0; --periods) {
     while (schedule_.beliefStepsLeft() > 0) beliefStep();
@@ -328,7 +327,7 @@ double DriveLoop::nextDue(double due, double now) {
 }
 
 int DriveLoop::actionPeriodsDue(double now, std::int64_t boundary) {
-  // A simulated clock begins when its first message comes, with the timer already set: what it skips is no stall.
+  // A simulated clock begins with its first message, after the timer was set; this jump is not a stall.
   const std::int64_t period = nanoseconds(controller_->actionStep());
   if (!schedule_.started()) schedule_.start(std::max(boundary, nanoseconds(now) - period));
   const std::uint64_t dropped = schedule_.droppedPeriods();
@@ -370,10 +369,10 @@ GateInputs DriveLoop::gateInputs(double now) {
   causes = overdueInputs(ages(now), parameters_.gate.deadlines);
   const bool missing = causes.hasAny({StopCause::set_point_missing});
   const bool stands = causes.hasAny({StopCause::set_point_late}) || set_point_.vector().isZero(0.0);
-  // One that was never received may just not have been heard yet.
+  // A missing set point may still be on its way until the graph is checked.
   unasked_for_ = missing && robot_.graph_checked ? unasked_for_ + controller_->actionStep() : 0.0;
   inputs.set_point_at_rest = missing ? unasked_for_ > std::max(kPause, parameters_.gate.deadlines.set_point) : stands;
-  // What the motors do under another node's commands, or without ours, cannot be predicted.
+  // The motors cannot be predicted under another node's commands, or without ours.
   if (robot_.contended || robot_.unheard) measurements_.reset();
   const bool told_to_stand = stands && gate_.command() == WheelCommand{};
   causes.add(measurements_.causes(health(now), now, told_to_stand));

@@ -3,19 +3,19 @@
 namespace jackal_aic {
 namespace {
 
-/// What wheels and body may do beyond their models; about what a Jackal does in a driving cycle.
+/// Process noise of wheels and body beyond their models, about that of a Jackal in a driving cycle.
 constexpr double kUnknownWheel = 1.0;  // (rad/s)^2/s
 constexpr double kUnknownYaw = 0.1;    // (rad/s)^2/s
 
-/// A belief for another controller gets its commands, each of which starts a motion: it learns no dead
-/// time.
+/// A belief for another controller gets that controller's commands. Each of them starts a motion, so it does not learn
+/// the dead time.
 PredictiveParameters ofItsOwn() {
   PredictiveParameters parameters;
   parameters.learn_drive_train = false;
   return parameters;
 }
 
-/// The belief of a robot without a plant model goes by what is measured.
+/// Without a plant model the belief follows the measurements.
 Odometry byMeasurements(const GeometryParameters& geometry) {
   PredictiveParameters parameters = ofItsOwn();
   parameters.speed_process_noise = kUnknownWheel;

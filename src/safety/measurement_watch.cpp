@@ -25,7 +25,7 @@ constexpr double kStallRecovery = 0.3;  // s, dead time and acceleration after a
 /// Time without a channel that makes it lost [s].
 constexpr double kMostExcluded = 0.2;
 
-/// A sample stands for no longer than this [s]: what is silent for longer is lost by its deadline.
+/// Longest time covered by a sample [s]; a longer silence is a loss by its deadline.
 constexpr double kLongestPeriod = 0.25;
 constexpr double kRounding = 1e-6;  // s
 
@@ -76,7 +76,7 @@ void MeasurementWatch::excludeImpossible(Observation& observation, double step) 
                           within(observation.acceleration_y, kLargestAcceleration) &&
                           within(observation.acceleration_z.value_or(0.0), kLargestAcceleration);
   observation.valid = observation.valid & possible;
-  // An outlier is no loss: the monitor decides within some samples what it was.
+  // A single outlier is not a loss: the monitor decides within some samples.
   const auto count = [step](bool valid, double& excluded) { excluded = valid ? 0.0 : excluded + step; };
   count(observation.valid.yaw_rate, excluded_.yaw_rate);
   count(observation.valid.wheel_left, excluded_.wheel_left);
@@ -94,7 +94,7 @@ StopCauses MeasurementWatch::causes(const SensorHealth& health, double now, bool
   const bool lost = health.imu.lost() || health.wheels.lost();
   const bool stop = decision.action == LossAction::stop;
   const bool unclear = decision.loss == Loss::none && tooFewCount();
-  // What is lost and not tolerated is a cause of its own already.
+  // A loss that is not tolerated already is a cause.
   loss_ = lost && stop ? Loss::none : unclear ? Loss::unclear : decision.loss;
 
   const bool source_decides = wheelsRepeat() && wheels_repeating_ <= kMostRepeating + kRounding;
@@ -115,7 +115,7 @@ bool MeasurementWatch::starting(const SensorHealth& health, double now) {
   return !started_;
 }
 
-/// What was found out about a source that has come back is of the past.
+/// Findings about a source that has come back are obsolete.
 void MeasurementWatch::forgetSourcesThatCameBack(const SensorHealth& health) {
   const bool back = (imu_was_lost_ && !health.imu.lost()) || (wheels_were_lost_ && !health.wheels.lost());
   imu_was_lost_ = health.imu.lost();

@@ -36,8 +36,8 @@ double MotorShare::distance(double time, const WheelVector& tolerance) const {
 }
 
 bool MotorShare::follows(const WheelVector& before, const WheelVector& tolerance) const {
-  // Another's command may lie among our offers, which surround it. Ours is one that moved with them, or that asks the
-  // same.
+  // The commands of another source may lie among our offers, which surround them. Ours move with our offers, or equal
+  // the last one.
   const WheelVector now = applied_.vector(), last = sent_[head_].command;
   const bool moved = ((now - before).cwiseAbs() - tolerance).maxCoeff() > 0.0;
   const bool same = ((now - last).cwiseAbs() - tolerance).maxCoeff() <= 0.0;

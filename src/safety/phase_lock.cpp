@@ -9,8 +9,8 @@ namespace {
 /// jitter that the recent measurements did not show.
 constexpr std::int64_t kMarginParts = 64;
 
-/// What a move has to gain, in mean age, as a part of the period: measurements at a rate of their own, which leave
-/// every phase as good as the others, are not followed to and fro.
+/// Least gain of a move, in mean age / period, so that the phase does not wander with measurements of another rate, for
+/// which all phases are equal.
 constexpr std::int64_t kWorthwhileParts = 80;
 
 /// Periods without a measurement after which the old ones do not count.

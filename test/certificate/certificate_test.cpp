@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-/// Drive train of which the numbers below are, whatever the default is.
+/// Drive train of the numbers below, independent of the defaults.
 PlantModel known() {
   PlantModel plant;
   plant.dead_time = 0.083;
@@ -146,7 +146,7 @@ TEST(RequireStable, NamesTheIntegratorOfABeliefThatDiverges) {
   EXPECT_NE(line.find("use integrator: exact, or raise tau"), std::string::npos) << line;
 }
 
-TEST(Advice, TellsStableThinAndUnstableApart) {
+TEST(Advice, DistinguishesStableThinAndUnstable) {
   const auto text = [](double kappa_a) {
     const LinearLoop loop(withActionGain(kappa_a), {}, {});
     return advice(certify(loop), loop);

@@ -57,7 +57,7 @@ TEST(LinearLoop, IntegratorWithDeadTimeIsStableUpToTheKnownGain) {
 }
 
 TEST(LinearLoop, DeadTimeOfAFractionIsNotSeenByAWheelThatFollowsAtOnce) {
-  // At the sample the command has arrived, whatever part of the action period it took.
+  // At the sample the command has arrived, after any part of the action period.
   EXPECT_NEAR(radiusWithGain(0.5, 0.031), radiusWithGain(0.5, 0.02), 1e-12);
   EXPECT_GT(std::abs(radiusWithGain(0.5, 0.04) - radiusWithGain(0.5, 0.02)), 1e-3);
 }

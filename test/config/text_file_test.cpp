@@ -77,7 +77,7 @@ TEST_F(TextFile, WhatIsNoFileIsRefused) {
   close(server);
 }
 
-TEST_F(TextFile, PipeIntoWhichNobodyWritesDoesNotBlock) {
+TEST_F(TextFile, PipeWithoutAWriterDoesNotBlock) {
   ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
   EXPECT_EQ(refusal(path("pipe")), "is a pipe without a writer");
 }

@@ -135,7 +135,7 @@ TEST(UrdfGeometry, RefusesAWheelWithoutRadius) {
             "URDF: link 'right_link' has no cylinder or sphere with a positive radius");
 }
 
-TEST(UrdfGeometry, TellsWhatOfAWheelThatHasNoRadiusWasLeftOut) {
+TEST(UrdfGeometry, NamesTheOmittedPartsOfAWheelWithoutRadius) {
   std::string left = wheel("left", "0 0.2 0", kCylinder);
   const std::string link = "<link name='left_link'>";
   ASSERT_NE(left.find(link), std::string::npos) << left;

@@ -28,7 +28,7 @@ TEST(YamlNumber, HasAPointAndASignedExponent) {
   EXPECT_EQ(yamlNumber(0.123456789, 4), "0.1235");
 }
 
-TEST(YamlQuoted, StaysTheSameTextWhateverItLooksLike) {
+TEST(YamlQuoted, StaysTheSameTextForEveryReader) {
   for (const std::string text : {"our Jackal", "1e5", "true", "a: \"b\" # c", "back\\slash", ""}) {
     ParameterMap map;
     addYamlText("robot: " + yamlQuoted(text) + "\n", "text", map);

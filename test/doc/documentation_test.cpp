@@ -104,7 +104,7 @@ TEST(Documentation, EveryProgramAndLaunchFileThatItStartsIsBuiltHere) {
   EXPECT_GT(commands, 20);
 }
 
-TEST(Documentation, PagesForUsersArePlain) {
+TEST(Documentation, PagesArePlainAndWrapped) {
   const std::string command = "/usr/bin/python3 " + (kRoot / "test/doc/readability").string() + " " + kRoot.string();
   EXPECT_EQ(std::system(command.c_str()), 0);
 }

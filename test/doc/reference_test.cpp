@@ -1,4 +1,4 @@
-// The pages of doc/reference that are made from the code: scripts/regenerate_reference writes them anew.
+// The pages of doc/reference that are made from the code; scripts/regenerate_reference rewrites them.
 
 #include <gtest/gtest.h>
 
@@ -23,8 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kMade =
-    "<!-- Made from the code by scripts/regenerate_reference; a test compares. Change the code, not this page. "
-    "-->\n\n";
+    "<!-- Made from the code by scripts/regenerate_reference. Change the code, not this page. -->\n\n";
 
 /// A text with every match of a pattern replaced.
 std::string replaced(const std::string& text, const std::string& pattern, const std::string& by) {
@@ -57,12 +56,12 @@ std::string range(const Field& field) {
     for (const std::string& word : field.words) words += (words.empty() ? "" : ", ") + word;
     return words;
   }
-  if (!field.bounds) return std::holds_alternative<bool>(field.value) ? "true, false" : "";
+  if (!field.bounds) return "";
   return describe(field.bounds->low) + ".." + describe(field.bounds->high);
 }
 
 std::string defaultOf(const Field& field) {
-  if (field.presence == Presence::required) return "(to be given)";
+  if (field.presence == Presence::required) return "-";
   const auto* word = std::get_if<std::string>(&field.value);
   if (word != nullptr) return *word;
   return replaced(describe(field.value), "'", "");
@@ -167,11 +166,11 @@ std::string parameterPage() {
   EXPECT_LE(basic.size(), 12u) << "is every one of them for everybody?";
   std::string text =
       std::string("# Parameters\n\n") + kMade +
-      "Of `controller_node`, private; tools and experiments read the same keys, nested, from YAML files, "
-      "and `experiments --set`\nkey by key. What is missing, unknown, of the wrong type or out of range "
-      "is refused in one line.\n\n## What you set\n\nIn `config/jackal.yaml` or a copy of it "
-      "(`robot:=FILE` of the launch files), with a preset (`preset:=`) and the plant model\n"
-      "(`plant_model:=`).\n\n" +
+      "Private parameters of `controller_node`. Tools and experiments read the same keys from YAML files,\n"
+      "and `experiments --set` reads single keys. A key that is missing, unknown, of the wrong type or out\n"
+      "of range is refused in one line. `-`: no default, a file has to give it.\n\n## What you set\n\n"
+      "In `config/jackal.yaml` or a copy of it (`robot:=FILE` of the launch files), with a preset\n"
+      "(`preset:=`) and the plant model (`plant_model:=`).\n\n" +
       table(basic) +
       "\n## What you rarely need\n\nIn `config/advanced.yaml`, presets and plant models; the defaults are "
       "what these files have.\n";
@@ -180,16 +179,16 @@ std::string parameterPage() {
          table(rowsOf<sim::PlantParameters>("plant", "sim/plant/plant_parameters.hpp", "PlantParameters"));
 }
 
-const char* meeting(Severity severity) {
+const char* word(Severity severity) {
   switch (severity) {
     case Severity::stop:
-      return "brakes; drives on when it is gone";
+      return "stop";
     case Severity::emergency:
-      return "brakes at the acceleration limits; drives on when it is gone";
+      return "emergency";
     case Severity::halt:
-      return "brakes at the acceleration limits; waits for `restart_after_stop` when it is gone";
+      return "halt";
     default:
-      return "brakes at the acceleration limits; waits for a zero set point when it is gone";
+      return "fault";
   }
 }
 
@@ -197,15 +196,19 @@ std::string stopCausePage() {
   const std::string header = textOf(kRoot / "include/jackal_aic/safety/stop_cause.hpp");
   const std::string causes = header.substr(0, header.find("};"));
   std::string text = std::string("# Stop causes\n\n") + kMade +
-                     "From mild to severe: of several the last one counts. The words are `reason` of "
-                     "`/jackal_AIC/state`; what they do is in\n[what stops the robot](../concepts/drive_gate.md).\n\n"
-                     "| cause | reason | when | the robot |\n|---|---|---|---|\n";
+                     "From mild to severe: of several causes the last one counts. `/jackal_AIC/state` shows the\n"
+                     "reason. More: [what stops the robot](../concepts/drive_gate.md).\n\n"
+                     "- **stop**: the robot brakes, and drives on when the cause is gone.\n"
+                     "- **emergency**: the same, at the acceleration limits.\n"
+                     "- **halt**: as emergency; then it waits for `restart_after_stop`.\n"
+                     "- **fault**: as emergency; then it waits for a zero set point.\n\n"
+                     "| cause | reason | when | severity |\n|---|---|---|---|\n";
   int cause = 1;
   const std::regex documented("\n  (\\w+),?\\s*///< ([^\n]*)");
   for (std::sregex_iterator i(causes.begin(), causes.end(), documented), end; i != end; ++i, ++cause) {
     const auto present = static_cast<StopCause>(cause);
     text += "| `" + i->str(1) + "` | " + jackal_aic::text(present) + " | " + i->str(2) + " | " +
-            meeting(severity(present)) + " |\n";
+            word(severity(present)) + " |\n";
   }
   EXPECT_EQ(cause, kStopCauses) << "a cause without a comment";
   return text;

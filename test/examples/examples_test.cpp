@@ -1,4 +1,4 @@
-// The programs of src/examples, as somebody runs them.
+// The programs of src/examples, as users run them.
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Hostile set points and sensor messages through everything between the topics and the drive command, without a master:
-// whatever comes in, every command is finite and within the limits of speed and acceleration.
+// for any input, every command is finite and within the limits of speed and acceleration.
 
 #include <gtest/gtest.h>
 #include <ros/time.h>

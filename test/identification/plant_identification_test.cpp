@@ -74,7 +74,7 @@ TEST(PlantIdentification, FindsTheDriveTrainThroughTheNoise) {
   EXPECT_LT(std::abs(found.lag.value - 0.06), 3 * found.lag.half_width + 0.002);
 }
 
-/// Robots of which nothing was known of the lag, because the search had come to one whose derivative vanishes.
+/// Robots whose lag was unknown, because the search had reached a lag with a vanishing derivative.
 TEST(PlantIdentification, ALagTooShortToBeSeenIsKnownToBeShort) {
   for (const auto& [seed, lag] :
        {std::pair(14, 0.0), std::pair(16, 0.001), std::pair(18, 0.002), std::pair(20, 0.003)}) {
@@ -97,7 +97,7 @@ TEST(PlantIdentification, FindsTheEffectiveTrackOfEachDirection) {
   EXPECT_NEAR(found.track_right.value, 0.547, 0.547 * 0.03);
 }
 
-TEST(PlantIdentification, SpeedsThatNoRobotHasAreToldWithTheirBound) {
+TEST(PlantIdentification, ImpossibleSpeedsAreRefusedWithTheirBound) {
   const DriveRecording good = record(plantWith(0.1, 0.05, 1.0, 10.0));
   DriveRecording wheels = good, turn = good, command = good;
   wheels.wheels[100].speed.left = 1e300;
@@ -124,7 +124,7 @@ TEST(PlantIdentification, ASpikeNowAndThenChangesLittle) {
     EXPECT_NEAR(found.track_left.value, expected.track_left.value, 1e-3) << spike;
     ASSERT_EQ(found.fitted.size(), spiked.wheels.size());
     ASSERT_GE(found.remarks.size(), 2u) << spike;
-    // Beside two in a row on a ramp a third value may count as one.
+    // Next to two spikes in a row on a ramp, a third value may count as a spike.
     EXPECT_NE(found.remarks[0].find(" of 1680 wheel speeds left out"), std::string::npos) << found.remarks[0];
     EXPECT_NE(found.remarks[1].find("spikes: 2 of 840 yaw rates"), std::string::npos) << found.remarks[1];
   }
@@ -394,7 +394,7 @@ TEST(PlantIdentification, SaysWhenTheGyroIsUpsideDown) {
   EXPECT_NE(found.track_left.unknown.find("upside down"), std::string::npos);
 }
 
-TEST(PlantIdentification, AGyroOfAnotherUnitOrScaleTellsNoTrack) {
+TEST(PlantIdentification, AGyroOfAnotherUnitOrScaleGivesNoTrack) {
   for (const auto& [scale, track] : {std::pair(180.0 / M_PI, 0.01047), std::pair(0.2, 3.0)}) {
     DriveRecording recording = record(Drive{});
     for (auto& sample : recording.yaw) sample.yaw_rate *= scale;
@@ -413,7 +413,7 @@ TEST(PlantIdentification, SaysWhyThereIsNoTrack) {
   EXPECT_EQ(identifyDriveTrain(apart, kRadius).track_left.unknown.rfind("wheel speeds and IMU data do not overlap", 0),
             0U);
   gone.yaw.clear();
-  gone.yaw_unknown = "nobody says how it is mounted";
+  gone.yaw_unknown = "its mounting is unknown";
   EXPECT_EQ(identifyDriveTrain(gone, kRadius).track_left.unknown, gone.yaw_unknown);
   far.yaw = {good.yaw.front(), good.yaw.back()};
   EXPECT_EQ(identifyDriveTrain(far, kRadius).track_left.unknown.rfind("no IMU data within", 0), 0U);
@@ -464,7 +464,7 @@ TEST(PlantIdentification, EqualSidesAndDirectionsAreNotRemarkedOn) {
   }
 }
 
-TEST(PlantIdentification, TellsTheRateOfTheSensors) {
+TEST(PlantIdentification, EstimatesTheRateOfTheSensors) {
   for (const auto& [wheels, imu, rate] :
        {std::tuple(20.0, 80.0, 20.0), std::tuple(80.0, 50.0, 50.0), std::tuple(80.0, 80.0, 80.0),
         std::tuple(33.3, 50.0, 34.0), std::tuple(10.0, 50.0, 10.0), std::tuple(125.0, 200.0, 125.0)}) {

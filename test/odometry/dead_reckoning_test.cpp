@@ -16,7 +16,7 @@ TEST(DeadReckoning, GoesStraight) {
   EXPECT_EQ(odometry.pose().heading, 0.0);
 }
 
-TEST(DeadReckoning, AnArcIsExactWhateverTheStep) {
+TEST(DeadReckoning, AnArcIsExactForEveryStep) {
   constexpr double kForward = 0.6, kYawRate = 0.8, kTime = 2.0;
   for (int steps : {1, 7, 2000}) {
     DeadReckoning odometry;

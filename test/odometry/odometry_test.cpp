@@ -9,8 +9,8 @@
 namespace jackal_aic {
 namespace {
 
-/// A clock that jumps, or a machine that was suspended: nobody knows what the robot did meanwhile.
-TEST(Odometry, ATimeThatNobodySawIsLeftOut) {
+/// A clock that jumps, or a machine that was suspended: the motion meanwhile is unknown.
+TEST(Odometry, JumpsAndStallsAreLeftOut) {
   for (const double jump : {2.0, 3600.0, 1e9, -0.02, -0.03, -1e9}) {
     Odometry odometry(PredictiveParameters{}, {}, PlantModel{});
     for (int k = 0; k < 100; ++k) {

@@ -258,7 +258,7 @@ class Mathematics(unittest.TestCase):
         self.assertEqual(certificate.straight.spectral_radius, certificate.turn.spectral_radius)
         with self.assertRaisesRegex(ValueError, 'plant_model.dead_tim = 0.1: unknown key'):
             jackal_aic.certify(parameters, {'dead_tim': 0.1})
-        with self.assertRaisesRegex(ValueError, 'diff_drive: is no closed loop'):
+        with self.assertRaisesRegex(ValueError, 'diff_drive: not a closed loop'):
             jackal_aic.certify(jackal_aic.Parameters('diff_drive', 'ground'))
 
 

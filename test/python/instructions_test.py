@@ -2,7 +2,7 @@
 """The steps of the controllers and of the fault monitor do not grow: callgrind counts their instructions.
 
 A count depends on the compiler, its options, the processor and Eigen; with others than those of the record there is nothing to
-compare. Whoever makes a step longer on purpose writes the new count into instructions.yaml and says in the commit what it is for.
+compare. For a step that is longer on purpose, write the new count into instructions.yaml and the reason into the commit.
 """
 
 import os

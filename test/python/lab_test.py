@@ -318,7 +318,7 @@ class Predictive(unittest.TestCase):
                 self.assertGreater(abs(row['steady_error_pct']), 4.0, row['label'])
                 self.assertGreater(abs(row['belief_bias_pct']), 4.0, row['label'])
 
-    def test_drives_straight_whatever_its_track(self):
+    def test_drives_straight_with_any_track(self):
         first, *others = rows('slip_straight', 'predictive')
         bars = engine.bars()['slip_straight']
         self.assertEqual(len(others), 2)

@@ -18,7 +18,7 @@ SOURCE = pathlib.Path(__file__).resolve().parents[2]
 
 
 def same(one, other):
-    """Whether two drives are equal in every number."""
+    """Whether two drives are exactly equal."""
     return all(numpy.array_equal(value, other.columns()[name], equal_nan=value.dtype.kind == 'f')
                for name, value in one.columns().items())
 
@@ -256,7 +256,7 @@ class Examples(unittest.TestCase):
         self.assertGreater(files['first_drive.png'], 10000)
         self.assertLessEqual((SOURCE / 'sim/lab/examples/first_drive.py').read_text().count('\n'), 30)
 
-    def test_the_own_controller_drives_beside_ours(self):
+    def test_an_own_controller_drives(self):
         text, _ = self.output('own_controller.py')
         self.assertEqual([line.split()[0] for line in text.splitlines()], ['PI', 'PI', 'predictive', 'predictive'])
         self.assertNotIn('settling never', text)

@@ -144,7 +144,7 @@ class Detection(unittest.TestCase):
         for item, alarms in zip(items, engine.parallel(over_the_sill, items)):
             self.assertEqual(alarms['fault'], '', item)
 
-    def test_a_kerb_is_not_learned_as_veer(self):
+    def test_a_kerb_does_not_change_the_learned_veer(self):
         for torque in (15.0, -15.0):
             for seed in (1, 2, 3):
                 kerb = (jackal_aic.Fault('push', 4.0, 'forward', -200.0, 0.12), jackal_aic.Fault('push', 4.0, 'yaw_rate', torque, 0.12))
@@ -293,7 +293,7 @@ def part_of(begin, end):
 
 
 def held(count):
-    """Wheels are measured anew only with every n-th sample of a stretch."""
+    """Fresh wheel speeds come only with every n-th sample of a stretch."""
     def change(samples):
         since = 0
         for i, sample in enumerate(samples):
@@ -363,7 +363,7 @@ class Recordings(unittest.TestCase):
             if figures['yaw_error'] is not None:
                 self.assertLessEqual(recordings.ratio(figures), 0.65 if 'asphalt' in item[0] else 1.05, item)
 
-    def test_a_part_is_at_most_ten_percent_above_the_best_constant(self):
+    def test_a_part_stays_within_ten_percent_of_the_best_constant(self):
         items = [(path, ('part', i / parts, (i + 1) / parts), False) for path in recordings.paths(DATA) if 'windows' in path
                  for parts in (2, 3, 4) for i in range(parts)]
         self.assertEqual(len(items), 18)

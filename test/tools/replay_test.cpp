@@ -209,7 +209,7 @@ TEST(Replay, TableHasWhatWasDoneAndWhatWasRecorded) {
   EXPECT_LT(std::stod(rows.back()[12]), std::stod(rows.back()[13]));
 }
 
-TEST(Replay, AnotherConfigurationIsToldApart) {
+TEST(Replay, AnotherConfigurationIsReported) {
   const RecordedBag bag({});
   const Outcome slow = run({bag.path(), "--check", "--set", "limits.linear_acceleration=0.3"});
   EXPECT_EQ(slow.status, 1);

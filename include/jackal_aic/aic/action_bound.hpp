@@ -14,8 +14,8 @@
 ///     stop       after a stop the action falls no faster than to zero in kShortestStop from the present speed
 ///     range      what a robot near its model needs for the goal (robot_range.hpp)
 ///
-/// Otherwise the action is that of the equation, to the bit: well below the acceleration limit the loop is the linear
-/// one of the certificate.
+/// Otherwise the action is exactly that of the equation: well below the acceleration limit the loop is the linear loop
+/// of the certificate.
 
 #include <array>
 #include <limits>
@@ -37,18 +37,18 @@ class ActionBound {
   /// @param model drive train of the robot, if it is known; @param wheel_radius r [m]; @param period of the action [s].
   ActionBound(const std::optional<PlantModel>& model, double wheel_radius, double period);
 
-  /// Takes a measurement of which every channel has a value. @param measured which of them were measured; the
-  /// acceleration of a wheel whose speed was not is unknown.
+  /// Takes a measurement with a value in every channel. @param measured the channels that were measured; a wheel
+  /// without a measured speed has an unknown acceleration.
   void observe(const Observation& observation, const ChannelValidity& measured);
 
-  /// The measurements to come have nothing to do with those so far.
+  /// Forgets the measurements; the next one starts a new history.
   void forgetMeasurements();
 
   /// Takes the command of an action period [rad/s].
   void apply(const WheelVector& applied);
 
-  /// The action nearest to the wanted one that the bounds allow. @param action of the period before; @param goal wheel
-  /// speeds of the set point [rad/s].
+  /// The action within the bounds that is nearest to the wanted one. @param action of the last period; @param goal
+  /// wheel speeds of the set point [rad/s].
   WheelVector bound(const WheelVector& action, const WheelVector& wanted, const WheelVector& goal) const;
 
   /// Forgets everything.

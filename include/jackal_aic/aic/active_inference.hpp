@@ -23,8 +23,8 @@ struct InferenceGains {
   Integrator integrator = Integrator::exact;  ///< of the belief update
 };
 
-/// Belief and action that descend the free energy of one model. The caller keeps the time. Only the constructor
-/// allocates, of a model whose sizes the compiler knows.
+/// Belief and action that descend the free energy of one model. The caller keeps the time. With fixed-size models only
+/// the constructor allocates.
 template <class Model>
 class ActiveInference {
  public:
@@ -51,7 +51,7 @@ class ActiveInference {
     input_ = belief_update_.input(y_, mu_d_);
   }
 
-  /// Takes a generalised measurement y_tilde (3-22, Generalization, or sensors that measure derivatives themselves).
+  /// Takes a generalised measurement y_tilde (3-22, Generalization, or sensors that measure derivatives).
   void observe(const Measurement& y) {
     y_ = y;
     input_ = belief_update_.input(y_, mu_d_);
@@ -67,7 +67,7 @@ class ActiveInference {
     return a_;
   }
 
-  /// Believes what the measurement says, by least squares, with derivatives zero.
+  /// Sets the belief from the measurement by least squares, with derivatives zero.
   void seedBelief() {
     mu_.setZero();
     mu_.col(0) = sensory_inverse_ * y_.col(0);
@@ -75,7 +75,7 @@ class ActiveInference {
 
   void hold(const Action& applied) { a_ = applied; }  ///< replaces the action by the command that was applied
 
-  /// Goes on with belief, action, set point and measurement of another one, of the same sizes.
+  /// Copies belief, action, set point and measurement of another one with the same sizes.
   void continueFrom(const ActiveInference& other) {
     mu_ = other.mu_;
     mu_d_ = other.mu_d_;

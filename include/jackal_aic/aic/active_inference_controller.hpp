@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// The active inference controller of the thesis on a Jackal, without ROS, clock or I/O. The algorithm is
-/// active_inference.hpp; beside it stand what the sensors' samples become (3-22), and, unless it runs as printed, what
-/// bounds the action.
+/// The active inference controller of the thesis on a Jackal, without ROS, clock or I/O. The algorithm is in
+/// active_inference.hpp; this class adds the generalised measurement (3-22) and, unless it runs as printed, the bounds
+/// of the action.
 
 #include <optional>
 
@@ -21,12 +21,12 @@ namespace jackal_aic {
 
 /// The thesis' controller.
 ///
-/// The belief is drawn towards the set point by construction and equals it at rest of the loop whatever the robot does;
-/// it is the controller's state, not an estimate of the robot's velocity.
+/// The belief is drawn towards the set point, and equals it in steady state at any true velocity. It is the
+/// controller's state and a biased estimate of the robot's velocity.
 class ActiveInferenceController : public VelocityController {
  public:
-  /// @param plant_model what the motors can follow, which bounds the action (action_bound.hpp); without it, or with
-  /// controller.printed, the thesis' action as printed, which winds up where the motors do not follow.
+  /// @param plant_model model of the motors, which bounds the action (action_bound.hpp). Without it, or with
+  /// controller.printed, the action is that of the thesis, which winds up when the motors do not follow.
   /// @throws ParameterError if the gains are invalid for this geometry (see validate()).
   ActiveInferenceController(const ControllerParameters& controller, const GeometryParameters& geometry,
                             const std::optional<PlantModel>& plant_model = {},
@@ -34,19 +34,19 @@ class ActiveInferenceController : public VelocityController {
 
   bool setSetPoint(const SetPoint& set_point) override;
 
-  /// As the base; the first measurement after a gap seeds the belief anew, too.
+  /// As the base; the first measurement after a gap also sets the belief.
   SampleVerdict observe(const Observation& observation) override;
 
   /// One step of the belief update (3-11) with the last measurement and set point held.
   void updateBelief() override;
 
-  /// One step of the action update (3-13). With a plant model, a robot that is told to stand, and does, gets a command
-  /// of exactly zero (standstill.hpp).
+  /// One step of the action update (3-13). With a plant model, a robot at rest with a zero set point gets a command of
+  /// exactly zero (standstill.hpp).
   WheelCommand updateAction() override;
 
   void hold(const WheelCommand& applied) override;
 
-  /// The belief, which would run on to the set point while the robot does not, starts anew from the present motion.
+  /// Sets the belief to the present motion; else it would run on to the set point without the robot.
   void overrule(const WheelCommand& applied) override;
 
   /// Belief from the last measurement with derivatives zero, action zero.
@@ -54,9 +54,9 @@ class ActiveInferenceController : public VelocityController {
 
   void reset() override;
 
-  /// Takes other gains over and goes on with the present belief, action and measurements, so that the command does not
-  /// jump. Allocates. @throws ParameterError, and changes nothing, if they are invalid, or have another number of
-  /// orders, another rate or another value of `printed`.
+  /// Adopts other gains and keeps belief, action and measurements, so that the command does not jump. Allocates.
+  /// @throws ParameterError, and changes nothing, if they are invalid, or have another number of orders, another rate
+  /// or another value of `printed`.
   void adoptGains(const ControllerParameters& controller, const GeometryParameters& geometry);
 
   const GeneralizedBody& belief() const { return inference_.belief(); }              ///< mu_tilde, 3 x (p+1)

@@ -8,15 +8,14 @@
 ///     A = D - kappa_mu (E' Pi_mu E + R_tilde' Pi_y R_tilde)
 ///     b = kappa_mu (E' Pi_mu mu_d_tilde / tau + R_tilde' Pi_y y_tilde)
 ///
-/// `exact` holds y_tilde and mu_d_tilde over the step h (they are held: measurements come at the sensor rate) and
-/// solves the dynamics without error: mu_tilde <- Phi mu_tilde + Gamma b with Phi = exp(A h), Gamma = int_0^h exp(A s)
-/// ds. `euler` is the thesis' mu_tilde <- mu_tilde + h d(mu_tilde)/dt (3-16), which diverges once the spectral radius
-/// of I + h A exceeds 1: of Table C-1 at h kappa_mu Pi_mu / tau^2 = 1.75. With Phi = I + h A and Gamma = h I
-/// it is the same map.
+/// `exact` holds y_tilde and mu_d_tilde over the step h, because they change at the sensor rate, and solves the
+/// dynamics without error: mu_tilde <- Phi mu_tilde + Gamma b with Phi = exp(A h), Gamma = int_0^h exp(A s) ds. `euler`
+/// is the thesis' mu_tilde <- mu_tilde + h d(mu_tilde)/dt (3-16), which diverges once the spectral radius of I + h A
+/// exceeds 1: of Table C-1 at h kappa_mu Pi_mu / tau^2 = 1.75. With Phi = I + h A and Gamma = h I it is the same map.
 ///
-/// Gamma b changes only with a measurement, a set point or gains. Where no state is linked with another, each has a
-/// block of Phi of its own. The Jackal's motions are: every order is trusted alike on both sides of the robot, so that
-/// what the wheels say of forward speed and turn adds up to zero between them.
+/// Gamma b changes only with a measurement, a set point or gains. Uncoupled states have separate blocks of Phi. The
+/// Jackal's motions are uncoupled: both sides of the robot have the same precision, so that the cross terms of forward
+/// speed and turn cancel.
 
 #include <Eigen/Core>
 #include <utility>
@@ -28,7 +27,7 @@
 
 namespace jackal_aic {
 
-/// mu <- Phi mu + u of some blocks of a size that the compiler knows, whose elements lie `blocks` apart.
+/// mu <- Phi mu + u of some blocks of fixed size, whose elements lie `blocks` apart.
 /// @param Phis size x size of each block; @param input u.
 template <int blocks, int size>
 void stepBlocks(const double* Phis, const double* input, double* belief) {
@@ -50,7 +49,7 @@ Eigen::MatrixXd integrated(const Eigen::MatrixXd& A, double step, Integrator int
 /// Pseudo-inverse of R: the state that measurements show, by least squares.
 Eigen::MatrixXd leastSquares(const Eigen::MatrixXd& sensory_map);
 
-/// One step of the belief update. step() neither allocates nor throws, of a model whose sizes the compiler knows.
+/// One step of the belief update. step() does not throw, and with fixed-size models does not allocate.
 template <class Model>
 class BeliefUpdate {
   static constexpr int kStates = Model::Belief::RowsAtCompileTime, kOrders = Model::Belief::MaxColsAtCompileTime;
@@ -90,7 +89,7 @@ class BeliefUpdate {
     }
   }
 
-  /// Gamma b: what a measurement and a set point that are held add to the belief in every step.
+  /// Gamma b: the change of the belief in every step by the held measurement and set point.
   Belief input(const Measurement& measurement, const Belief& set_point) const {
     // b = κ_μ (E' Π_μ μ̃_d/τ + R' Π_y ỹ): what 3-11 gives for a zero belief
     Belief input = model_.still();

@@ -54,7 +54,7 @@ class DifferentialDrive : public VelocityController {
 
   WheelCommand updateAction() override;
 
-  /// Goes on from what is driven.
+  /// Continues from the driven command.
   void hold(const WheelCommand& applied) override;
 
   /// As hold().

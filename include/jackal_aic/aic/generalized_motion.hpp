@@ -38,8 +38,8 @@ class Generalization {
 
   /// @param orders highest order p, 0..kMaxOrders.
   /// @param shortest_gap least h [s].
-  /// @param longest_gap time between samples beyond which the history no longer says anything about the derivatives and
-  /// the signal starts anew [s].
+  /// @param longest_gap time between samples beyond which the history is useless for the derivatives, and the signal
+  /// starts again [s].
   Generalization(int orders, double shortest_gap, double longest_gap)
       : y_(Generalized<sensors>::Zero(sensors, orders + 1)), shortest_gap_(shortest_gap), longest_gap_(longest_gap) {}
 

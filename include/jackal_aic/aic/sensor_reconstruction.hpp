@@ -1,15 +1,15 @@
 #pragma once
 
 /// @file
-/// What a lost channel would have read. The three channels that the thesis' controller uses see two motions, so that
-/// any one of them follows from the others by eq. 3-2:
+/// Reconstruction of a lost channel. The three channels of the thesis' controller measure two motions, so that each of
+/// them follows from the other two by eq. 3-2:
 ///
 ///     theta_dot = r alpha (omega_R - omega_L) / b_hat
 ///
 /// The thesis' action needs all three: with precision zero for a lost wheel, da/dt = -kappa_a K Pi_y eps_y leaves to
 /// that wheel's action only the yaw rate's share of K, (r alpha / b_hat)^2 = 3 % of its gain, and the robot swerves for
-/// seconds after every change of the set point. A reconstructed channel adds nothing to what the others say, which is
-/// what precision zero is for, and keeps the loop's gain.
+/// seconds after every change of the set point. A reconstructed channel keeps the loop's gain and, like precision zero,
+/// adds no information.
 
 #include <optional>
 
@@ -18,8 +18,8 @@
 
 namespace jackal_aic {
 
-/// The observation with every channel counting: the yaw rate or a wheel that does not count is computed from the other
-/// two, accelerations that do not count are zero. Empty if two or more of these three do not count.
+/// The observation with every channel valid: an invalid yaw rate or wheel speed is computed from the other two, invalid
+/// accelerations are zero. Empty if two or more of the three are invalid.
 std::optional<Observation> reconstructed(const Observation& observation, const SkidSteerKinematics& kinematics);
 
 }  // namespace jackal_aic

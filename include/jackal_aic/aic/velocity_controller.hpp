@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What every controller of the body velocity has in common, whatever its generative model: the node and the closed
-/// loop without ROS drive a robot through this interface alone.
+/// Interface of the controllers of the body velocity. The node and the closed loop without ROS drive a robot through
+/// it.
 
 #include "jackal_aic/model/types.hpp"
 
@@ -12,7 +12,7 @@ namespace jackal_aic {
 /// arrives, updateBelief() every beliefStep() and, after the belief, one of the following every actionStep():
 ///
 ///     driving             hold(gate(updateAction()))    the action as far as the robot may follow it
-///     stopped or braking  overrule(command)             another command, whatever the action would be
+///     stopped or braking  overrule(command)             another command instead of the action
 ///
 /// Nothing of this allocates or throws.
 class VelocityController {
@@ -31,21 +31,20 @@ class VelocityController {
   /// One step of the action; returns the wheel speeds to drive, zero before the first measurement.
   virtual WheelCommand updateAction() = 0;
 
-  /// Tells which part of the last action is really driven, so that the action does not wind up beyond a limit.
+  /// Takes the part of the last action that is really driven, so that the action does not wind up beyond a limit.
   virtual void hold(const WheelCommand& applied) = 0;
 
-  /// Tells that in this action period another command than the action is driven: the belief goes on to follow the
-  /// robot, and the next action starts without a jump from what is driven now.
+  /// Takes the command that is driven in this action period instead of the action. The belief keeps following the
+  /// robot, and the next action starts from this command, without a jump.
   virtual void overrule(const WheelCommand& applied) = 0;
 
-  /// Starts anew from the last measurement with zero action.
+  /// Starts again from the last measurement with zero action.
   virtual void restart() = 0;
 
-  /// Forgets everything but the parameters.
+  /// Forgets everything except the parameters.
   virtual void reset() = 0;
 
-  /// Forgets all measurements, and what followed from them about the motion; what was learned about the robot stays,
-  /// for a clock that jumped back.
+  /// Forgets all measurements and the motion, after a clock jump; keeps what was learned about the robot.
   virtual void forgetMotion() { reset(); }
 
   virtual bool hasBelief() const { return true; }   ///< false if it drives open loop
@@ -58,8 +57,8 @@ class VelocityController {
 
  protected:
   VelocityController() = default;
-  VelocityController(const VelocityController&) = default;             ///< for the copy of a whole controller
-  VelocityController& operator=(const VelocityController&) = default;  ///< likewise
+  VelocityController(const VelocityController&) = default;             ///< copies a whole controller
+  VelocityController& operator=(const VelocityController&) = default;  ///< copies a whole controller
 };
 
 }  // namespace jackal_aic

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Stability certificate of the closed loop: whether gains are stable on a robot, and how far they are from the limit.
-/// Everything here is about the linear system of linear_loop.hpp, with what that leaves out.
+/// Stability certificate of the closed loop: stability of gains on a robot, and their margins. It holds for the linear
+/// system of linear_loop.hpp, within its assumptions.
 
 #include <string>
 
@@ -25,16 +25,15 @@ struct MarginBounds {
   double delay = 0.03;  ///< [s]
 };
 
-/// How far a loop is from the limit of stability. A walk in steps of a fifth of the gain and of about a quarter of an
+/// Margins of a loop to the limit of stability. A walk in steps of a fifth of the gain and of about a quarter of an
 /// action period finds the first change of the verdict; a narrower gap is missed.
 struct Margins {
-  double gain_margin = 1.0;  ///< nearest factor on the gain at which the radius is 1: above 1 if stable, else below (0:
-                             ///< none); kLargestGainMargin if there is none up to that
+  double gain_margin = 1.0;  ///< factor on the gain at which the radius is 1: above 1 if stable, else below (0: none);
+                             ///< at most kLargestGainMargin
   double gain_reduction = 1.0;   ///< as gain_margin, for a lower gain: below 1 if stable; 0 if none down to 1e-3
   double delay_margin = 0.0;     ///< extra dead time at which the radius is 1 [s]; negative if unstable, at least
                                  ///< -dead_time
-  double delay_reduction = 0.0;  ///< of a stable loop: how much shorter the robot's dead time may be [s]; all of it if
-                                 ///< it does not matter
+  double delay_reduction = 0.0;  ///< of a stable loop: largest decrease of the robot's dead time [s], at most all of it
 
   /// True if gain and delay margin are at least these.
   bool keeps(const MarginBounds& bounds) const { return gain_margin >= bounds.gain && delay_margin >= bounds.delay; }
@@ -49,7 +48,7 @@ struct ModeCertificate : Margins {
 /// Stability certificate, for the worst phase between the timers of sensor and action; its margins are the smaller ones
 /// of both modes.
 struct Certificate : Margins {
-  double belief_spectral_radius = 0.0;  ///< of the belief alone, which goes on while the robot is stopped
+  double belief_spectral_radius = 0.0;  ///< of the belief alone, which also runs while the robot is stopped
   double loop_spectral_radius = 0.0;    ///< of the closed loop over one common period
   double radius_uncertainty = 0.0;      ///< the true radius is not above it, and less than this below it
   double period = 0.0;                  ///< common period of sensor, belief and action [s]
@@ -71,10 +70,10 @@ Certificate certify(const ControllerParameters& controller, const GeometryParame
 /// Certifies the predictive controller on a robot that need not be its model. @throws ParameterError as LinearLoop.
 Certificate certify(const PredictiveParameters& parameters, const PlantModel& model, const PlantModel& robot);
 
-/// One or two plain sentences: what the certificate of a loop means, and what to change.
+/// One or two sentences: the meaning of a certificate, and what to change.
 std::string advice(const Certificate& certificate, const LinearLoop& loop, const MarginBounds& bounds = {});
 
-/// @throws ParameterError, one line with the spectral radius and what is stable, if loop or belief is unstable.
+/// @throws ParameterError, one line with the spectral radius and stable gains, if loop or belief is unstable.
 void requireStable(const LinearLoop& loop);
 
 }  // namespace jackal_aic

@@ -5,15 +5,15 @@
 ///
 /// Each action period has a phase of its own (age of the sample when the action is computed, from 0 to a period), an
 /// extra dead time of its own in [0, d], and a sample that may be lost, up to k in a row. Each of these is a linear map
-/// over a period (LinearLoop::jitteredMap()), and a loop of which every map is stable may still be driven apart by
-/// their order. An adversary draws sequences of 1 to 10 periods and repeats each for ever: it grows if the spectral
-/// radius of the product of its maps is above 1. What the adversary does not find is not proven to be stable.
+/// over a period (LinearLoop::jitteredMap()), and a loop of stable maps may still diverge by their order. An adversary
+/// draws sequences of 1 to 10 periods and repeats each for ever: it grows if the spectral radius of the product of its
+/// maps is above 1. A sequence that the adversary does not find may still grow.
 
 #include "jackal_aic/certificate/linear_loop.hpp"
 
 namespace jackal_aic {
 
-/// How irregular a clock is, beside phases of any sequence.
+/// Irregularity of a clock, in addition to phases in any sequence.
 struct Jitter {
   double extra_delay = 0.0;  ///< d, longest extra dead time of a period [s]
   int lost_samples = 0;      ///< k, most lost in a row

@@ -8,11 +8,11 @@
 /// linear map at each of its events:
 ///
 ///     thesis       belief update (3-11, either integrator), generalisation (3-22), action update (3-13). Symmetry
-///                  splits the loop in two that do not see each other: the mean of the wheels with the forward belief,
+///     splits the loop into two uncoupled ones: the mean of the wheels with the forward belief,
 ///                  half their difference with the yaw belief. The lateral belief is neither measured nor driven: its
 ///                  radius is in that of the belief.
 ///     predictive   belief (w, z, d) about a wheel, with the gain to which its covariance converges, and action. Both
-///                  wheels are alike.
+///     wheels have the same loop.
 ///
 /// Over the common period of sensor, belief and action a loop maps its state linearly; it is asymptotically stable if
 /// and only if the spectral radius of that map is below 1. Left out: limits on speed and acceleration, noise, wheel
@@ -32,11 +32,11 @@
 
 namespace jackal_aic {
 
-/// A spectral radius below this is stable. A neutral mode has the radius 1, which is not stable, whatever the rounding
-/// of the map's own entries makes of it.
+/// A spectral radius below this is stable. A neutral mode has the radius 1, which is not stable; rounding of the map's
+/// entries may lower it slightly.
 inline constexpr double kStabilityLimit = 1.0 - 1e-12;
 
-/// The loops that symmetry leaves.
+/// The loops by symmetry.
 enum class LoopMode {
   straight,  ///< mean wheel speed and forward belief
   turn       ///< half the difference of the wheel speeds, yaw rate and yaw belief
@@ -53,21 +53,21 @@ struct LoopChange {
 /// One action period of a predictive loop on an irregular clock.
 struct JitteredPeriod {
   double phase = 0.0;                   ///< age of the sample when the action is computed [s], up to longestPhase()
-  double extra_dead_time = 0.0;         ///< by which the robot's dead time is longer in this period [s]
+  double extra_dead_time = 0.0;         ///< added to the robot's dead time in this period [s]
   std::optional<Eigen::Vector3d> gain;  ///< of the belief on (w, z, d) for the sample; empty: the sample is lost
 };
 
-/// Linear periodic system of the closed loop. At one and the same time the sensor comes first, then the belief, then
-/// the action, whose command the robot receives after the dead time. The timers of sensor and action run freely beside
-/// each other: how old a measurement is when it is used, their phase, is part of a LoopChange.
+/// Linear periodic system of the closed loop. Events at the same time come in the order sensor, belief, action; the
+/// robot receives the command after the dead time. The timers of sensor and action run freely: their phase, the age of
+/// a measurement when it is used, is part of a LoopChange.
 class LinearLoop {
  public:
   /// The thesis' structure. The gains need not be stable. @throws ParameterError if rates or variances are invalid, or
   /// sensor and action rate have no common period within 50 action periods.
   LinearLoop(const ControllerParameters& controller, const GeometryParameters& geometry, const PlantModel& robot);
 
-  /// The predictive structure. @param model drive train as the controller believes it; @param robot the true one, its
-  /// sensor_rate included. @throws ParameterError as validate(), and for rates as above.
+  /// The predictive structure. @param model drive train in the controller; @param robot the true one, its sensor_rate
+  /// included. @throws ParameterError as validate(), and for rates as above.
   LinearLoop(const PredictiveParameters& parameters, const PlantModel& model, const PlantModel& robot);
 
   /// Common period of sensor, belief and action [s].
@@ -76,11 +76,11 @@ class LinearLoop {
   /// Period of the action [s].
   double actionPeriod() const { return 1e-9 * static_cast<double>(clock_.action_period); }
 
-  /// Longest phase [s]: the shorter one of sensor and action period. A measurement that comes just after the action has
-  /// this age at the next one; beyond it everything repeats.
+  /// Longest phase [s]: the shorter one of sensor and action period. A measurement right after an action has this age
+  /// at the next action.
   double longestPhase() const;
 
-  /// Loops that differ: straight and turn, or straight alone, which then stands for both.
+  /// Different loops: straight and turn, or straight alone if both are equal.
   const std::vector<LoopMode>& modes() const { return modes_; }
 
   /// Map of the state of a mode over one common period. The state is that of the controller, the action, the commands
@@ -92,7 +92,7 @@ class LinearLoop {
   /// stable; infinity if the map is not finite.
   double spectralRadius(LoopMode mode, const LoopChange& change = {}) const;
 
-  /// Spectral radius at the phase where it is largest. @param change of which the phase does not matter.
+  /// Spectral radius at the phase where it is largest. @param change its phase is ignored.
   SpectralRadius worstSpectralRadius(LoopMode mode, const LoopChange& change = {}) const;
 
   /// True if a mode is stable at every phase.
@@ -123,12 +123,12 @@ class LinearLoop {
   /// Gain of the action: kappa_a, or the predictive structure's action_learning_rate.
   double actionGain() const { return action_gain_; }
 
-  /// True if an action bound and a standstill act beside the linear loop: on the thesis' structure, unless it runs as
-  /// printed.
+  /// True if an action bound and a standstill act in addition to the linear loop: in the thesis' structure, unless it
+  /// runs as printed.
   bool bounded() const { return bounded_; }
 
   const PlantModel& robot() const { return robot_; }                     ///< robot in the loop
-  const PlantModel& model() const { return model_ ? *model_ : robot_; }  ///< as a predictive controller believes it
+  const PlantModel& model() const { return model_ ? *model_ : robot_; }  ///< model of a predictive controller
 
  private:
   /// Controller of a mode, with its state x, the action a and the measured wheel speed w.
@@ -142,7 +142,7 @@ class LinearLoop {
     Eigen::RowVectorXd act;                // A
     Eigen::VectorXd rest;                  // x of a wheel that rests at the speed 1 as wanted
   };
-  /// Where a radius is largest over the phase [s].
+  /// Phase with the largest radius [s].
   struct WorstPhase {
     double radius, phase;
   };
@@ -159,7 +159,7 @@ class LinearLoop {
 
   PlantModel robot_;
   std::optional<PlantModel> model_;    // of a predictive controller
-  std::optional<WheelBelief> belief_;  // likewise
+  std::optional<WheelBelief> belief_;  // of a predictive controller
   LoopClock clock_;
   std::vector<Eigen::Vector3d> gains_;  // of the predictive belief, for the samples of a period at phase 0
   double action_gain_;

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// When sensor, belief and action of a sampled loop take place.
+/// Times of sensor, belief and action in a sampled loop.
 
 #include <cstdint>
 #include <utility>
@@ -9,10 +9,10 @@
 
 namespace jackal_aic {
 
-/// What happens at a time of the period, in the order in which it happens at one and the same time.
+/// Events of a period, in their order at equal times.
 enum class LoopEvent { sensor, predict, belief, action, command_arrives };
 
-/// What happens when in a common period.
+/// Events of a common period.
 struct LoopClock {
   std::int64_t action_period = 1;  ///< [ns]
   std::int64_t action_steps = 1;   ///< per common period, as all counts

@@ -19,18 +19,15 @@ namespace jackal_aic {
 ///     A = [ D - k_mu E' Pi_mu E - k_mu Pi_y     k_mu Pi_y ]     B = [ k_mu E' Pi_mu e_0 / tau ]     E = D + I/tau
 ///         [ k_a Pi_y                           -k_a Pi_y  ]         [ 0                       ]
 ///
-/// Readings, where the print is damaged or contradicts itself:
-/// - Pi = 1/Sigma: 4-3 has Sigma^-1 and is right; 4-4 to 4-6 write Sigma where the precision belongs.
-/// - The `tau_mat` of Appendix A is not printed; it is E', as eq. 3-12 and 4-3 have it. Line 29 of the appendix lost
-/// its comma
-///   and one minus; eq. 4-4 tells where they belong.
-/// - B of the appendix has two belief rows whatever p is; for p = 0 the second one would drive the action. Here B is
-/// built
-///   from E', which gives the same two rows for p >= 1 and one for p = 0.
-/// - Actions of all orders: 4-6 gives the model p + 1 actions a, a', ..., each with its own gradient, and uses a^(i) as
-/// the
-///   i-th derivative of the output although nothing integrates one into the next. The model keeps that, because it is
-///   what the thesis analyses; the controller that drives a robot has one action of order 0 (see action_update.hpp).
+/// Interpretations where the print is damaged or contradicts itself:
+/// - Pi = 1/Sigma: 4-3 has Sigma^-1 and is right; 4-4 to 4-6 write Sigma in place of the precision.
+/// - The `tau_mat` of Appendix A is not printed; it is E', as in eq. 3-12 and 4-3. Line 29 of the appendix lost its
+///   comma and one minus; eq. 4-4 shows their places.
+/// - B of the appendix has two belief rows for every p; for p = 0 the second one would drive the action. Here B
+///   comes from E', which gives the same two rows for p >= 1 and one for p = 0.
+/// - Actions of all orders: 4-6 gives the model p + 1 actions a, a', ..., each with its own gradient. It uses a^(i) as
+///   the i-th derivative of the output, although the model does not integrate one into the next. The model here does
+///   the same, because the thesis analyses it; the controller that drives a robot has one action of order 0.
 struct StateSpaceModel {
   int orders = 0;        ///< highest generalised order p
   double tau = 0.0;      ///< temporal parameter [s], for the error terms

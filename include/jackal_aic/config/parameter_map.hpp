@@ -35,7 +35,7 @@ struct Bounds {
   double high;  ///< largest value
 };
 
-/// Whether a key has to be given.
+/// Required or optional key.
 enum class Presence { required, optional };
 
 /// Flat parameters by dotted key ("controller.tau"). Remembers which keys were read, so that the rest can be refused.
@@ -65,8 +65,7 @@ class ParameterMap {
   /// Keys declared or taken so far, in alphabetical order.
   std::vector<std::string> knownKeys() const;
 
-  /// Throws ParameterError for the first key that was given and never taken, with the known keys that
-  /// are most like it.
+  /// Throws ParameterError for the first key that was given and never taken, with the most similar known keys.
   void refuseUnknown() const;
 
  private:
@@ -74,7 +73,7 @@ class ParameterMap {
   std::set<std::string> known_;
 };
 
-/// Text of a value as a person would write it in YAML; a long one is cut.
+/// Text of a value as in YAML; a long one is cut.
 std::string describe(const ParameterValue& value);
 
 /// Reads the fields of a parameter struct from a map. A struct S takes part by a function
@@ -134,15 +133,14 @@ S readParameters(ParameterMap& map, const std::string& prefix, S defaults = S{})
 /// One field of a parameter struct, as describeFields() lists it.
 struct Field {
   std::string name;                ///< last part of its key
-  ParameterValue value;            ///< what the struct holds
-  std::optional<Bounds> bounds;    ///< of a number; a whole number that only has to be 0 or more has none
+  ParameterValue value;            ///< value in the struct
+  std::optional<Bounds> bounds;    ///< of a number; empty for a whole number without an upper bound
   std::string unit;                ///< empty: none
-  std::vector<std::string> words;  ///< one of which the value is; empty: it is no choice
-  Presence presence;               ///< whether its key has to be given
+  std::vector<std::string> words;  ///< the allowed words of a choice; else empty
+  Presence presence;               ///< required or optional
 };
 
-/// Lists the fields of a parameter struct, from which everything that writes parameters follows: the opposite of
-/// ParameterReader.
+/// Lists the fields of a parameter struct for writing: the opposite of ParameterReader.
 class FieldList {
  public:
   /// One overload for each of ParameterReader's: a number in bounds.
@@ -192,8 +190,8 @@ std::vector<Field> fieldsOf(S values) {
   return list.fields;
 }
 
-/// Checks each field of a struct against its range, as if it had been read from the keys prefix.name, or name
-/// without a prefix. Throws ParameterError.
+/// Checks each field of a struct against its range; errors name the keys prefix.name, or name without a prefix. Throws
+/// ParameterError.
 template <class S>
 void requireInRange(S values, const std::string& prefix) {
   ParameterMap map;

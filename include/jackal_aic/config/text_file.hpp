@@ -1,15 +1,15 @@
 #pragma once
 
 /// @file
-/// Text files, for everything that runs without a ROS parameter server.
+/// Text files, for programs without a ROS parameter server.
 
 #include <cstddef>
 #include <string>
 
 namespace jackal_aic {
 
-/// Text of a file, or of a pipe with a writer (/dev/stdin, what a shell makes of <(command)).
-/// @param most of bytes that it may have. @throws ParameterError, one line, if it is larger, a directory, a device or a
+/// Text of a file, or of a pipe with a writer (/dev/stdin, <(command) of a shell).
+/// @param most largest number of bytes. @throws ParameterError, one line, if it is larger, a directory, a device or a
 /// socket, a pipe that is silent for 10 s, or cannot be read.
 std::string readText(const std::string& path, std::size_t most = std::size_t{16} << 20);
 

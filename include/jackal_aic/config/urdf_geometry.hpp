@@ -18,15 +18,15 @@ struct UrdfGeometry {
 
 /// Reads the wheel geometry from a URDF.
 /// @param urdf_xml text of the URDF; @param left_joints, right_joints names of the wheel joints of each side;
-/// @param base_frame link whose y axis points to the left; the root link if it is no link of the URDF.
+/// @param base_frame link whose y axis points to the left; the root link if the URDF does not have it.
 /// @throws ParameterError (one line) if the URDF does not parse, lacks a joint, a wheel has no cylinder or sphere
 /// geometry,
 ///         the radii differ, an axis points to the right, or the left wheels are not left of the right ones.
 UrdfGeometry readUrdfGeometry(const std::string& urdf_xml, const std::vector<std::string>& left_joints,
                               const std::vector<std::string>& right_joints, const std::string& base_frame = "");
 
-/// Distance between the origins of two joints in their parent frames [m], as ros_control's differential drive takes the
-/// separation of the wheels: whatever the axis. @throws ParameterError as above if a joint is missing.
+/// Distance between the origins of two joints in their parent frames [m], along any axis, as ros_control's differential
+/// drive takes the separation of the wheels. @throws ParameterError as above if a joint is missing.
 double readWheelSeparation(const std::string& urdf_xml, const std::string& left_joint, const std::string& right_joint);
 
 /// Radius of a wheel by its joint [m]. @throws ParameterError as above.

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// ParameterMap from a YAML file, for everything that runs without a ROS parameter server.
+/// ParameterMap from a YAML file, for programs without a ROS parameter server.
 
 #include <string>
 
@@ -11,12 +11,13 @@ namespace jackal_aic {
 
 /// Adds the keys of a YAML file to a map, nested keys joined by dots; later files replace earlier values. A quoted
 /// scalar is a text, in a list too.
-/// @throws ParameterError, one line, if the file cannot be read, is no YAML, holds something other than scalars and
-/// flat lists of numbers or of texts, a key twice, an empty map or a second document, or is larger or deeper than any
-/// configuration (1 MiB, 10000 keys and values with all aliases spelled out, 32 levels, keys of 1000 characters).
+/// @throws ParameterError, one line, if the file cannot be read or is not YAML; if it holds something other than
+/// scalars and flat lists of numbers or of texts, a key twice, an empty map or a second document; or if it is larger or
+/// deeper than any configuration (1 MiB, 10000 keys and values with all aliases spelled out, 32 levels, keys of 1000
+/// characters).
 void addYamlFile(const std::string& path, ParameterMap& map);
 
-/// As addYamlFile, from YAML text; name stands for the file in messages.
+/// As addYamlFile, from YAML text; messages show `name` as the file.
 void addYamlText(const std::string& text, const std::string& name, ParameterMap& map);
 
 /// Sets one key, replacing any value, from the text of a YAML value: "0.5", "[a, b]", "'2'".

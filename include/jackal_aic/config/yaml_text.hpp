@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Parameters as YAML text that every reader takes for what it is. Readers differ: for YAML 1.1, which rosparam and
-/// roslaunch speak, 1e+08 is a text; for YAML 1.2, and yaml-cpp, it is a number.
+/// Parameters as YAML text with the same meaning for every reader. In YAML 1.1, which rosparam and roslaunch use, 1e+08
+/// is a text; in YAML 1.2 and yaml-cpp it is a number.
 
 #include <string>
 #include <vector>
@@ -14,18 +14,18 @@ namespace jackal_aic {
 /// A number as YAML text that is a floating-point number for every reader of YAML 1.1 and 1.2, and of JSON: with a
 /// point, and with a sign in the exponent (1000.0, 0.25, 1.0e+08).
 /// @param digits most significant digits; with 17 every number is read back as it was. @throws ParameterError if the
-/// number is not finite, which the formats write in ways of their own.
+/// number is not finite, because the formats differ there.
 std::string yamlNumber(double value, int digits = 17);
 
-/// A text as a quoted scalar of YAML and of JSON, a text for every reader: that of onOneLine().
+/// onOneLine() of a text as a quoted scalar of YAML and JSON.
 std::string yamlQuoted(const std::string& text);
 
 /// A value as YAML text: numbers as yamlNumber(), texts as yamlQuoted(), lists in brackets.
 /// @throws ParameterError as yamlNumber().
 std::string yamlValue(const ParameterValue& value);
 
-/// Fields as the YAML block `prefix:`, each with its unit as a comment: the opposite of reading them from a file. No
-/// field can be forgotten; an empty text, which no reader takes, is left out. @throws ParameterError as yamlNumber().
+/// Fields as the YAML block `prefix:`, each with its unit as a comment: the opposite of reading them from a file. All
+/// fields are written, except empty texts, which readers refuse. @throws ParameterError as yamlNumber().
 std::string yamlBlock(const std::string& prefix, const std::vector<Field>& fields);
 
 /// The same of a parameter struct.

@@ -9,12 +9,11 @@
 ///     dw/dt = clamp( (target - w) / lag, +- acceleration_limit / r ),
 ///     target = sign(u) max(0, gain |u| - offset),  u = u(t - dead_time)
 ///
-/// fitted to all wheel speeds at once by least squares. The offset is that of motors which turn by a fixed amount
-/// slower than commanded and not at all below it (clearpath_robot#280). Recordings are cut at gaps and where the
-/// commands do not explain the driving. Confidence intervals are those of the linearised fit with residuals that depend
-/// on each other over a second (cluster-robust, Liang and Zeger 1986). Where left and right, or forward and backward,
-/// have drive trains of their own, they cover both, and where a driver repeats wheel speeds between two measurements,
-/// fresh and old ones.
+/// fitted to all wheel speeds at once by least squares. Motors with an offset turn slower than commanded by a fixed
+/// amount, and stand below it (clearpath_robot#280). Recordings are cut at gaps and where the commands do not explain
+/// the driving. Confidence intervals are those of the linearised fit with residuals that are correlated over a second
+/// (cluster-robust, Liang and Zeger 1986). They cover both drive trains if left and right, or forward and backward,
+/// differ, and fresh and old wheel speeds if a driver repeats them.
 
 #include <stdexcept>
 #include <string>
@@ -24,7 +23,7 @@
 
 namespace jackal_aic {
 
-/// A recording that cannot be identified from. what() is one line that says what is missing.
+/// A recording is not usable. what() is one line with the reason.
 class IdentificationError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -50,25 +49,25 @@ struct YawSample {
 
 /// One recorded drive. All series share one clock and are in order of time.
 struct DriveRecording {
-  std::vector<CommandSample> commands;      ///< what was commanded
-  std::vector<WheelSample> wheels;          ///< what the wheels did
+  std::vector<CommandSample> commands;      ///< commands
+  std::vector<WheelSample> wheels;          ///< wheel speeds
   std::vector<YawSample> yaw;               ///< may be empty: then the effective track stays unknown
   std::string yaw_unknown = "no IMU data";  ///< why yaw is empty, if it is
-  std::vector<std::string> remarks;         ///< what its source tells of it, one line each; identification repeats them
+  std::vector<std::string> remarks;         ///< remarks of its source, one line each; identification repeats them
 };
 
 /// An estimated quantity.
 struct Estimate {
   double value = 0.0;                             ///< estimate, in the unit of the quantity
   double half_width = 0.0;                        ///< half width of the 95 % confidence interval
-  std::string unknown;                            ///< why the recording cannot tell; empty if it can
-  bool known() const { return unknown.empty(); }  ///< the recording tells it
+  std::string unknown;                            ///< why it is unknown; empty if it is known
+  bool known() const { return unknown.empty(); }  ///< true if estimated
 
   /// Known to be above zero: its confidence interval does not reach down to it.
   bool significant() const { return known() && value > half_width; }
 };
 
-/// What a recording tells about the drive train.
+/// Estimates of the drive train.
 struct Identification {
   Estimate dead_time;           ///< [s]
   Estimate lag;                 ///< [s]
@@ -81,16 +80,15 @@ struct Identification {
   double r_squared = 0.0;       ///< share of the variance of the wheel speeds that the model explains
   double sensor_rate = 50.0;    ///< of wheel speeds, or of the yaw rate where that is lower, rounded [Hz]
   double duration = 0.0;        ///< from the first wheel sample to the last [s]
-  std::vector<std::string> remarks;  ///< what a user should know, one line each
+  std::vector<std::string> remarks;  ///< remarks for the user, one line each
   std::vector<WheelSample> fitted;   ///< wheel speeds of the fitted model at the stamps of the measured ones
 };
 
-/// Identifies the drive train. @param wheel_radius r [m]; @param slip_factor alpha: wheels and gyro tell the ratio
-/// alpha / b_hat only (3-1), and the effective track is that of a robot with this slip factor.
+/// Identifies the drive train. @param wheel_radius r [m]; @param slip_factor alpha: wheels and gyro determine the ratio
+/// alpha / b_hat only (3-1), so the effective track belongs to this slip factor.
 /// @throws IdentificationError if a series is missing or too short, stamps are not increasing, a value is not finite,
-/// or the
-///         commands hardly change (no excitation); if a wheel never turns, turns against its command or follows that of
-///         the other side; if the model leaves more than a tenth of the variance of the wheel speeds, or the commands
+/// or the commands hardly change (no excitation); if a wheel never turns, turns against its command or follows that of
+/// the other side; if the model leaves more than a tenth of the variance of the wheel speeds, or the commands
 ///         do not explain half of the recording; if an estimate is at the end of the range searched, or the wheels
 ///         answer before their commands.
 Identification identifyDriveTrain(const DriveRecording& recording, double wheel_radius, double slip_factor = 1.0);

@@ -1,20 +1,19 @@
 #pragma once
 
 /// @file
-/// Accelerations of an IMU with a clock of its own, handed on with the samples of another sensor.
+/// Resamples the accelerations of an IMU with its own clock to the samples of another sensor.
 ///
-/// Between two samples of the other sensor, which are h apart, come any number of IMU samples a_i, each for the time
-/// since the one before, D together: none or four where both travel over a network. Whoever integrates what is handed
-/// on over h is to get the change of velocity that the IMU saw, or a collision counts for a half or twice of what it
-/// was:
+/// Between two samples of the other sensor, h apart, any number of IMU samples a_i arrive, each for the time since the
+/// last one, D in total; over a network none or four. The integral of the resampled acceleration over h has to be the
+/// change of velocity that the IMU measured, or a collision counts half or twice:
 ///
 ///     a h = mean(a_i) D + b (h - D)
 ///
-/// The mean weighs them alike: an IMU has an even clock, and stamps that jitter. b is the usual acceleration, of the
-/// last T, which holds for the time that h has more or less than the IMU samples. What is too much of it in one sample
-/// lacks in the next, because over a while the h add up to what the D do.
+/// The mean has equal weights, because an IMU has an even clock and stamps that jitter. b is the usual acceleration of
+/// the last T; it fills the difference between h and D. Its errors cancel between successive samples, because the sums
+/// of h and D agree over time.
 ///
-/// IMU samples that come at once, after a stall, wait for the sample of the other sensor that has their stamps.
+/// IMU samples that arrive at once after a stall wait for the sample of the other sensor with their stamps.
 
 #include <Eigen/Core>
 #include <array>
@@ -28,11 +27,11 @@ class AccelerationPairing {
   /// Takes an IMU sample. @param acceleration [m/s^2]; @param stamp of it [s].
   void add(const Eigen::Vector3d& acceleration, double stamp);
 
-  /// The acceleration for a sample of the other sensor [m/s^2], of which the velocity changed since the one before. To
-  /// be called after the first add(). @param stamp of the sample [s].
+  /// Mean acceleration since the last sample of the other sensor [m/s^2]. To be called after the first add(). @param
+  /// stamp of the sample [s].
   Eigen::Vector3d take(double stamp);
 
-  /// Begins anew.
+  /// Forgets all samples.
   void reset() { *this = AccelerationPairing(); }
 
  private:
@@ -50,7 +49,7 @@ class AccelerationPairing {
   std::size_t end_ = 0;                               // samples so far
   Eigen::Vector3d usual_ = Eigen::Vector3d::Zero();   // b [m/s^2]
   Eigen::Vector3d newest_ = Eigen::Vector3d::Zero();  // a_i [m/s^2]
-  Eigen::Array3i repeats_ = Eigen::Array3i::Zero();   // of a_i to the bit
+  Eigen::Array3i repeats_ = Eigen::Array3i::Zero();   // number of equal a_i in a row
   Eigen::Vector3d mean_ = Eigen::Vector3d::Zero();    // of those since the last take() [m/s^2]
   int count_ = 0;                                     // of them
   double stamp_ = 0.0;                                // of the newest [s]

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// Slip by which tyres pull the body along. A body that follows its wheels with a lag T is behind them by a slip of
-/// each side,
+/// Slip of the tyres that pull the body along. A body that follows its wheels with a lag T has on each side the slip
 ///
 ///     T ds/dt = T dv/dt - s,
 ///
@@ -16,7 +15,7 @@ class BodySlip {
   /// @param lag T [s].
   explicit BodySlip(double lag) : lag_(lag) {}
 
-  /// Goes on by a time [s] in which the sides accelerate, dv/dt [m/s^2].
+  /// Advances by a time [s] with the accelerations of the sides, dv/dt [m/s^2].
   void predict(double left, double right, double duration) {
     // T ds/dt = T dv/dt - s, by the implicit Euler step
     left_ = lag_ * (left_ + duration * left) / (lag_ + duration);
@@ -28,7 +27,7 @@ class BodySlip {
 
   double difference() const { return right_ - left_; }  ///< s_R - s_L [m/s]
 
-  /// The body moves as its wheels do.
+  /// Sets the slip to zero.
   void reset() { left_ = right_ = 0.0; }
 
  private:

@@ -6,9 +6,9 @@
 ///     r     = gain v(t - dead_time) + d,    gain v = sign(u) max(0, gain |u| - offset)
 ///     dw/dt = clamp((r + z - w) / lag, +- acceleration_limit / radius),    dz/dt = velocity_loop_integral (r - w)
 ///
-/// with the correction z of the motors' velocity loop and a disturbance d of its input. Whatever reckons with a drive
-/// train does so by this file: beliefs, reference model, certificates, fault detection, identification, baselines. The
-/// motor of the simulated robot is written apart from it on purpose.
+/// with the correction z of the motors' velocity loop and a disturbance d of its input. Beliefs, reference model,
+/// certificates, fault detection, identification and baselines share this model. The motor of the simulated robot is
+/// separate on purpose.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -20,15 +20,14 @@
 
 namespace jackal_aic {
 
-/// Dead zone of motors that turn by a fixed amount slower than commanded, and not at all below it: 0.5 rad/s on some
-/// Jackals (clearpath_robot#280). Everything behind it is the linear drive train, of which the input is the effective
-/// command v. The inverse is smooth, as adaptive control uses it (Tao and Kokotovic 1994; Zhou, Wen and Zhang 2006):
-/// that of the dead zone itself jumps at zero, where noise would make it chatter. A command is its own effective one,
-/// to the bit, where the offset is zero.
+/// Dead zone of motors that turn slower than commanded by a fixed amount, and stand below it: 0.5 rad/s on some Jackals
+/// (clearpath_robot#280). Its output, the effective command v, is the input of the linear drive train. The inverse is
+/// smooth, as in adaptive control (Tao and Kokotovic 1994; Zhou, Wen and Zhang 2006): the exact inverse jumps at zero,
+/// where noise would make it chatter. With a zero offset the command passes unchanged.
 class DeadZone {
  public:
-  /// Wheel speed below which the inverse does not make up for the whole offset [rad/s]; 1 cm/s of a Jackal. The noise
-  /// of a belief at rest, 0.04 rad/s with the shipped encoders, then makes commands of less than half the offset.
+  /// Wheel speed below which the inverse corrects only a part of the offset [rad/s]; 1 cm/s of a Jackal. The noise of a
+  /// belief at rest, 0.04 rad/s with the shipped encoders, then makes commands of less than half the offset.
   static constexpr double kSmooth = 0.1;
 
   /// @param model gain and offset.
@@ -41,8 +40,8 @@ class DeadZone {
     return std::copysign(std::max(0.0, std::abs(command) - width_), command);
   }
 
-  /// Command u [rad/s] with this effective one [rad/s]; of a wheel that is to turn slower than kSmooth a smaller one,
-  /// for which it stands. Odd, continuous and increasing; zero of zero.
+  /// Command u [rad/s] with this effective one [rad/s]; below a speed of kSmooth a smaller command, under which the
+  /// wheel stands. Odd, continuous and increasing; zero of zero.
   double command(double effective) const {
     if (width_ == 0.0) return effective;
     // u = v + sign(v) min(|v|/v_s, 1) offset/gain,  gain v_s = kSmooth
@@ -57,7 +56,7 @@ class DeadZone {
 /// A value within +- largest.
 inline double limited(double value, double largest) { return std::min(largest, std::max(-largest, value)); }
 
-/// How a drive train without velocity-loop integral goes to its target over a time.
+/// Response of a drive train without velocity-loop integral to its target over a time.
 struct Pace {
   double response;        ///< part of the difference gone, 1 - e^(-time/lag)
   double largest_change;  ///< of the speed, by the acceleration limit [rad/s]
@@ -83,13 +82,13 @@ struct DriveTrainResponse {
 /// Exact response below the acceleration limit over a time [s].
 DriveTrainResponse driveTrainResponse(const PlantModel& model, double time);
 
-/// Commands of one wheel on their way through the dead time. Allocates when it is made, and not after.
+/// Commands of one wheel within the dead time. Only the constructor allocates.
 class CommandsUnderWay {
  public:
   static constexpr double kStep = 0.001;           ///< between commands [s]; the dead time is a whole number of these
-  static constexpr double kLongestDeadTime = 2.0;  ///< a longer one counts as this [s]
+  static constexpr double kLongestDeadTime = 2.0;  ///< upper bound [s]
 
-  /// @param dead_time [s]; @param longest that is kept in mind [s].
+  /// @param dead_time [s]; @param longest upper bound of later dead times [s].
   explicit CommandsUnderWay(double dead_time, double longest = kLongestDeadTime);
 
   /// Takes the command of a step; returns the one that acts in it.
@@ -99,11 +98,10 @@ class CommandsUnderWay {
     return commands_[head_];  // the oldest
   }
 
-  /// As if this command had been given for long.
+  /// Fills the dead time with this command.
   void fill(double command) { std::fill(commands_.begin(), commands_.end(), command); }
 
-  /// Goes on with another dead time [s]: the latest commands stay under way, and before them the oldest one known was
-  /// given for long.
+  /// Sets another dead time [s]: keeps the latest commands, and fills the rest with the oldest known one.
   void setDeadTime(double dead_time);
 
   /// Dead time in steps.
@@ -114,7 +112,7 @@ class CommandsUnderWay {
 
  private:
   std::size_t delay_;
-  std::vector<double> commands_;  // ring, one per step, of which delay_ + 1 are in use
+  std::vector<double> commands_;  // ring, one per step; delay_ + 1 of them are in use
   std::size_t head_ = 0;
 };
 
@@ -123,7 +121,7 @@ class DriveTrain {
  public:
   static constexpr double kStep = CommandsUnderWay::kStep;  ///< [s]
 
-  /// What a step did.
+  /// Result of a step.
   struct Step {
     double change;  ///< of w [rad/s]
     bool limited;   ///< by the acceleration limit
@@ -135,7 +133,7 @@ class DriveTrain {
   /// Moves x by a step in which an effective command v [rad/s] acts. At the acceleration limit the speed does not
   /// depend on z and d, and z rests. @param limit_share part of the acceleration limit that the motor has.
   Step step(Eigen::Vector3d& x, double acting, double limit_share = 1.0) const {
-    // x ← J x + b u, of which d rests
+    // x ← J x + b u, d unchanged
     const Eigen::Vector2d next = transition_.topRows<2>() * x + input_.head<2>() * acting;
     const double wanted = next(0) - x(0);
     const double largest = limit_share * limit_ * kStep;
@@ -148,9 +146,9 @@ class DriveTrain {
     return {change, change != wanted};
   }
 
-  /// Map of x over a step below the acceleration limit, and what a command that acts adds.
+  /// Map of x over a step below the acceleration limit.
   const Eigen::Matrix3d& transition() const { return transition_; }
-  const Eigen::Vector3d& input() const { return input_; }  ///< likewise, per rad/s of effective command
+  const Eigen::Vector3d& input() const { return input_; }  ///< change per rad/s of effective command
 
   double gain() const { return gain_; }    ///< wheel speed / effective command
   double limit() const { return limit_; }  ///< of dw/dt [rad/s^2]
@@ -162,16 +160,16 @@ class DriveTrain {
   Eigen::Vector3d input_;
 };
 
-/// A wheel that does what its drive train does, whatever is measured. Allocates when it is made, and not after.
+/// A wheel predicted by its drive train alone, without measurements. Only the constructor allocates.
 class DriveTrainPrediction {
  public:
   /// At rest. @param wheel_radius r [m].
   DriveTrainPrediction(const PlantModel& model, double wheel_radius);
 
-  /// Goes on by DriveTrain::kStep during which a command u [rad/s] is applied.
+  /// Advances by DriveTrain::kStep under a command u [rad/s].
   void predict(double command) { drive_train_.step(x_, commands_.step(dead_zone_.effective(command))); }
 
-  /// Starts at a speed [rad/s] with a command under way that has been driving it for long.
+  /// Starts at a steady speed [rad/s] under its command.
   void reset(double speed);
 
   double speed() const { return x_(0); }  ///< w [rad/s]

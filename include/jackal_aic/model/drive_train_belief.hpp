@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Belief about the state x = (w, z, d) of a wheel's drive train (drive_train.hpp) and its covariance P, without
-/// anything about the motor that is to be learned: what wheel_belief.hpp has in common with the fault detection.
+/// Belief about the state x = (w, z, d) of a wheel's drive train (drive_train.hpp) and its covariance P, with a fixed
+/// model of the motor. The fault detection uses it; wheel_belief.hpp adds learning.
 ///
 ///     x <- J x + b u,    P <- J P J' + Q,    J = I at the acceleration limit
 ///     x <- x + K (y - w),    P <- P - K C P,    K = P C'/(C P C' + Sigma),    C = (1, 0, 0)
@@ -24,7 +24,7 @@ inline void propagate(const Eigen::Matrix3d& J, Eigen::Matrix3d& P) {
   P.bottomLeftCorner<1, 2>() = JP.col(2).transpose();
 }
 
-/// P <- P - K (PC)', of which the symmetric part is kept.
+/// P <- P - K (PC)', kept symmetric.
 inline void correctCovariance(const Eigen::Vector3d& K, const Eigen::Vector3d& PC, Eigen::Matrix3d& P) {
   for (int i = 0; i < 3; ++i) {
     P(i, i) -= K(i) * PC(i);
@@ -37,11 +37,11 @@ struct DriveTrainBeliefParameters {
   double measurement_variance = 9e-4;       ///< of a wheel speed that is measured [(rad/s)^2]
   double speed_process_noise = 0.01;        ///< growth of the variance of w [(rad/s)^2/s]
   double disturbance_process_noise = 0.01;  ///< growth of the variance of d [(rad/s)^2/s]
-  double disturbance_deviation = 0.3;       ///< of d before anything is known of it [rad/s]
-  double dead_time_deviation = 0.03;        ///< of the dead time: as far as w changes in it a measurement is off [s]
+  double disturbance_deviation = 0.3;       ///< initial deviation of d [rad/s]
+  double dead_time_deviation = 0.03;  ///< of the dead time; the change of w in it is an error of the measurement [s]
 };
 
-/// Steps that a prediction may go at once.
+/// Largest number of steps of a prediction.
 constexpr std::size_t kMostSteps = 32;
 
 /// A quantity in each of some steps.
@@ -55,21 +55,22 @@ class DriveTrainBelief {
   /// @param wheel_radius r [m].
   DriveTrainBelief(const PlantModel& model, double wheel_radius, const DriveTrainBeliefParameters& parameters);
 
-  /// Believes a speed [rad/s], and nothing else.
+  /// Sets the speed [rad/s], and z and d to zero.
   void reset(double speed);
 
   /// Moves the belief by steps in which these effective commands [rad/s] act. @param steps at most kMostSteps;
   /// @param[out] speeds w after each [rad/s]; @param[out] rates dw/dt in each [rad/s^2].
   void predict(const PerStep& acting, std::size_t steps, PerStep& speeds, PerStep& rates);
 
-  /// Takes a measured speed [rad/s]. @param added_variance of this one, beyond that of all [(rad/s)^2].
+  /// Takes a measured speed [rad/s]. @param added_variance of this measurement, in addition to the usual one
+  /// [(rad/s)^2].
   void correct(double measurement, double added_variance);
 
   double speed() const { return x_(0); }             ///< w [rad/s]
   double speedVariance() const { return P_(0, 0); }  ///< of w [(rad/s)^2]
 
  private:
-  /// What a number of steps does to the covariance: P <- J P J' + Q.
+  /// Covariance after a number of steps: P <- J P J' + Q.
   struct Growth {
     Eigen::Matrix3d J, Q;
   };

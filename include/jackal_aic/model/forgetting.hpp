@@ -1,12 +1,12 @@
 #pragma once
 
 /// @file
-/// How what was learned passes with time: the implicit Euler step of dm/dt = (value - m)/T, which is stable for a step
-/// of any length, and within (step/T)^2/2 of exp(-step/T) for one that is short beside the memory.
+/// Exponential forgetting: the implicit Euler step of dm/dt = (value - m)/T. It is stable for a step of any length, and
+/// within (step/T)^2/2 of exp(-step/T) for a step much shorter than the memory.
 
 namespace jackal_aic {
 
-/// What is left of something after a step: T/(T + step). @param step [s]; @param memory T [s], positive.
+/// Part that remains after a step: T/(T + step). @param step [s]; @param memory T [s], positive.
 constexpr double keptAfter(double step, double memory) { return memory / (memory + step); }
 
 /// Moves a mean over a memory T towards a value of one step: m <- m + step/(step + T) (value - m). @param step [s];

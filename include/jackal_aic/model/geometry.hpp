@@ -7,15 +7,14 @@
 
 namespace jackal_aic {
 
-/// Geometry of the robot as the generative model sees it (eq. 3-1). YAML prefix `robot`.
+/// Geometry of the robot in the generative model (eq. 3-1). YAML prefix `robot`.
 struct GeometryParameters {
-  static constexpr double kTrackRange = 1.5;  ///< of a robot whose file says nothing else
+  static constexpr double kTrackRange = 1.5;  ///< default of track_range
 
-  double wheel_radius = 0.098;      ///< r [m]
-  double effective_track = 0.5621;  ///< b_hat, virtual width of the skid-steer robot [m]
-  double slip_factor = 1.0;         ///< alpha, ratio of body to wheel circumference speed
-  double track_range =
-      kTrackRange;  ///< factor by which the effective track may differ either way on this robot's ground
+  double wheel_radius = 0.098;       ///< r [m]
+  double effective_track = 0.5621;   ///< b_hat, virtual width of the skid-steer robot [m]
+  double slip_factor = 1.0;          ///< alpha, ratio of body to wheel circumference speed
+  double track_range = kTrackRange;  ///< largest ratio of learned and configured effective track
 };
 
 /// Lists the fields of GeometryParameters with unit and range.

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What the IMU reads while the robot rests: the bias of the gyro, and whether the accelerometer reads gravity.
+/// Calibration of the IMU at rest: bias of the gyro, gravity of the accelerometer.
 
 #include <Eigen/Core>
 
@@ -9,44 +9,44 @@
 
 namespace jackal_aic {
 
-/// Calibration of the IMU at rest. The bias is the mean yaw rate; it is subtracted wherever the gyro is used. The
-/// accelerometer counts after it has read a specific force of 9.81 m/s^2 within kGravityTolerance, upright or upside
-/// down: one that is absent, in g, or mounted on its side without a transform does not. An accelerometer whose vertical
-/// axis is not known counts as it is. Does not allocate.
+/// Calibration of the IMU at rest. The bias is the mean yaw rate at rest; it is subtracted for all users of the gyro.
+/// The accelerometer is valid after it has read a specific force of 9.81 m/s^2 within kGravityTolerance, upright or
+/// upside down. An absent accelerometer, one in g, or one on its side without a transform is invalid. An accelerometer
+/// with an unknown vertical axis is always valid. Does not allocate.
 class ImuAtRest {
  public:
   static constexpr double kSettling = 0.3;           ///< until a body that stopped has come to rest [s]
   static constexpr double kMemory = 10.0;            ///< of the means [s]
-  static constexpr double kSure = 3.0;               ///< standard deviations of the mean, of a bias that is no noise
+  static constexpr double kSure = 3.0;               ///< standard deviations of the mean, above which it is a bias
   static constexpr double kLargestBias = 0.05;       ///< of the gyro; a larger yaw rate at rest is no bias [rad/s]
   static constexpr double kRestSpeed = 0.15;         ///< of a wheel that stands, mean over kWheelMemory [rad/s]
   static constexpr double kWheelMemory = 0.2;        ///< s
-  static constexpr double kGravityTime = 0.1;        ///< of the least mean that tells gravity [s]
+  static constexpr double kGravityTime = 0.1;        ///< shortest mean for gravity [s]
   static constexpr double kGravityTolerance = 0.15;  ///< relative
   static constexpr double kLeastVertical = 0.7;      ///< part of gravity along the vertical axis
 
-  /// Lets time pass [s]. @param told_to_rest the motors have a command of zero.
+  /// Advances by a time [s]. @param told_to_rest the motors have a command of zero.
   void advance(bool told_to_rest, double duration) { rested_ = told_to_rest ? rested_ + duration : 0.0; }
 
-  /// Takes a sample and corrects it: subtracts the bias, and takes out an accelerometer that is wrong. @param step
-  /// since the last sample [s].
+  /// Takes a sample and corrects it: subtracts the bias, and invalidates a wrong accelerometer. @param step since the
+  /// last sample [s].
   void calibrate(Observation& observation, double step);
 
-  /// True for an accelerometer that has read gravity at rest, or of which the vertical axis is not known.
+  /// True for an accelerometer that has read gravity at rest, or without a known vertical axis.
   bool accelerometerCounts(const Observation& observation) const {
     return !observation.acceleration_z || readsGravity();
   }
 
-  /// A yaw rate without the bias [rad/s]. Zero to the bit is that of a dead zone, or of no gyro at all.
+  /// A yaw rate without the bias [rad/s]. An exact zero comes from a dead zone or a missing gyro, and stays zero.
   double withoutBias(double yaw_rate) const { return yaw_rate == 0.0 ? 0.0 : yaw_rate - gyroBias(); }
 
-  /// Mean yaw rate at rest [rad/s], if it is more than its noise makes of it; else 0.
+  /// Mean yaw rate at rest [rad/s] if it exceeds its noise, else 0.
   double gyroBias() const { return bias_ * bias_ > kSure * kSure * mean_variance_ ? bias_ : 0.0; }
 
-  /// True for an accelerometer that has read something else than gravity at rest.
+  /// True for an accelerometer that has read another value than gravity at rest.
   bool accelerometerWrong() const { return weighed_ >= kGravityTime && !readsGravity(); }
 
-  /// The IMU may be another one: forgets everything.
+  /// Forgets everything, for another IMU.
   void reset() { *this = ImuAtRest(); }
 
  private:

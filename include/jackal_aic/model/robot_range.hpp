@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// How far a robot may be from its model. A controller makes up for no more than that: a sensor that reads too little
-/// from its first message would otherwise make the robot several times as fast as its set point.
+/// Largest difference between a robot and its model. A controller corrects no more than that: a sensor that reads too
+/// little from its first message would otherwise make the robot several times as fast as its set point.
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@ namespace jackal_aic {
 /// it and kSpeedRange a motion stays within 1.5 times its set point.
 inline constexpr double kGainRange = 1.5;
 
-/// Speed by which it may differ beside [rad/s], 3.5 cm/s of a Jackal. A motor that turns slower by 0.5 rad/s
+/// Additional difference of speed [rad/s], 3.5 cm/s of a Jackal. A motor that turns slower by 0.5 rad/s
 /// (clearpath_robot#280) is within both from 3 cm/s on.
 inline constexpr double kSpeedRange = 0.35;
 
@@ -25,11 +25,11 @@ struct Range {
   /// The value of the interval that is nearest.
   double nearest(double value) const { return std::clamp(value, low, high); }
 
-  /// How far a value is outside, with its sign; 0 inside.
+  /// Signed distance of a value from the interval; 0 inside.
   double outside(double value) const { return value - nearest(value); }
 };
 
-/// Speeds of a wheel that its model says has a speed of an interval; likewise, what the model has to be asked for
+/// Possible speeds of a wheel whose model predicts a speed in an interval; also the commands that such a speed may need
 /// [rad/s].
 inline Range withinRange(double low, double high) {
   return {std::min(low / kGainRange, low * kGainRange) - kSpeedRange,

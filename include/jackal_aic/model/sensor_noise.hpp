@@ -1,14 +1,14 @@
 #pragma once
 
 /// @file
-/// How noisy the robot's sensors are: stated once, for all that weigh a measurement by it.
+/// Noise of the robot's sensors.
 
 #include "jackal_aic/config/parameter_map.hpp"
 
 namespace jackal_aic {
 
-/// Variances Sigma_y of the measurements. YAML prefix `sensors`. The predictive controller weighs by
-/// them; for the fault detection they are the least that it reckons with.
+/// Variances Sigma_y of the measurements. YAML prefix `sensors`. The predictive controller weighs the measurements by
+/// them; for the fault detection they are lower bounds.
 struct SensorNoise {
   double wheel_variance = 9e-4;            ///< of a measured wheel speed [(rad/s)^2]
   double gyro_variance = 2.5e-5;           ///< of the measured yaw rate [(rad/s)^2]

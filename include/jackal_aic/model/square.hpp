@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The square of what would have to be written twice.
+/// The square of an expression.
 
 namespace jackal_aic {
 

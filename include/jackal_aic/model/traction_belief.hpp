@@ -1,41 +1,40 @@
 #pragma once
 
 /// @file
-/// Belief about whether the body follows its wheels, and about its forward speed where it does not.
+/// Belief about whether the body follows its wheels, and about its forward speed while it slides.
 ///
-/// The wheels say what the speed is, v_w = r alpha (w_L + w_R)/2, as long as the tyres grip; the accelerometer says how
-/// it changes. A point of the body sees the centripetal acceleration beside dx_dot/dt,
+/// The wheels measure the speed v_w = r alpha (w_L + w_R)/2 as long as the tyres grip; the accelerometer measures its
+/// change. A point of the body feels dx_dot/dt and the centripetal acceleration,
 ///
 ///     a = a_x + theta_dot y_dot = a_x - l theta_dot^2 - b,    y_dot = -l theta_dot,
 ///
-/// because the robot turns about a centre that lies l ahead of the IMU; b is what the accelerometer shows of a robot
-/// that keeps its speed. Three hypotheses on x_dot:
+/// because the robot turns about a centre that lies l ahead of the IMU; b is the accelerometer's reading at constant
+/// speed. Three hypotheses on x_dot:
 ///
 ///     rolls    x_dot = v_w
-///     slides   x_dot is the integral of a since the tyres gripped last: friction alone moves the body
-///     stands   x_dot = 0 although the wheels turn: something holds it
+///     slides   x_dot is the integral of a since the tyres gripped last: friction moves the body
+///     stands   x_dot = 0 although the wheels turn: an obstacle holds it
 ///
 /// Over a window of W the wheels changed their speed by Delta v_w and the body by Delta v, the integral of a. Rolling
-/// is given up when the prediction error D = Delta v_w - Delta v is more than noise, vibration and late sensors make
-/// it, and comes of the wheels (Delta v_w has its sign, and the body did not go against it) or of a collision (within
-/// W_c, and it stops the body): a slope, which an IMU without attitude takes for an acceleration, does neither. Tyres
-/// that slide accelerate the body, unless something holds it; so one that neither accelerates nor brakes has come to
-/// roll, or stands, whichever is nearer to the integral; one that turns does not stand.
+/// ends when the prediction error D = Delta v_w - Delta v exceeds noise, vibration and late sensors, and has one of two
+/// causes: the wheels (Delta v_w has its sign, and the body did not move against it) or a collision (within W_c, and it
+/// stops the body). A slope, which looks like an acceleration without attitude, has neither. Sliding tyres accelerate
+/// the body, unless an obstacle holds it. So a body that neither accelerates nor brakes rolls or stands, whichever is
+/// nearer to the integral; a turning body does not stand.
 ///
-/// What is farther from its wheels than friction or a collision can have brought it is no body that slides: b has
-/// jumped, and is taken from what was measured since.
+/// A larger gap to the wheels than by friction or a collision is not a slide: b has jumped, and is estimated again.
 ///
-/// An attitude filter that takes accelerations for tilt hides them, a_x = dx_dot/dt - w: what it calls gravity, w,
-/// follows the acceleration that it leaves,
+/// An attitude filter that takes accelerations for tilt hides them, a_x = dx_dot/dt - w: its error of gravity, w,
+/// follows the remaining acceleration,
 ///
 ///     dw/dt = g a            complementary and Mahony: g is the gain [1/s]
 ///     dw/dt = g sign(a)      Madgwick: g is twice gravity times the gain [m/s^3]
 ///
-/// g is learned for each kind from wheels that roll, by recursive least squares of D on the integral of w/g, with a
-/// prior. The better kind is believed if it explains D better than no filter does; rolling is given up only if no g of
-/// either kind that is within three standard deviations explains D.
+/// g is learned for each kind while the wheels roll, by recursive least squares of D on the integral of w/g, with a
+/// prior. The better kind is used if it explains D better than no filter; rolling ends only if no g of either kind
+/// within three standard deviations explains D.
 ///
-/// An instrument of the belief about the speed alone: wheels and commands do not depend on it.
+/// Only the belief about the speed uses it; wheels and commands do not.
 
 #include <array>
 #include <cstddef>
@@ -43,43 +42,42 @@
 
 namespace jackal_aic {
 
-/// What the body does relative to its wheels.
+/// Motion of the body relative to its wheels.
 enum class Traction {
   rolls,   ///< it follows its wheels
   slides,  ///< its tyres slide: wheels spin up or are locked
   stands   ///< it stands although its wheels turn
 };
 
-/// Belief about the forward speed of the body beside that of its wheels. Does not allocate.
+/// Belief about the forward speed of the body, separate from that of its wheels. Does not allocate.
 class TractionBelief {
  public:
-  /// Longest time that one acceleration stands for [s]; after a longer one the wheels are believed.
+  /// Longest time covered by one acceleration [s]; after a longer one the speed is that of the wheels.
   static constexpr double kLongestStep = 0.15;
 
-  /// @param turning_centre l, how far the centre of turning lies ahead of the IMU [m].
+  /// @param turning_centre l, distance of the turning centre ahead of the IMU [m].
   explicit TractionBelief(double turning_centre) : turning_centre_(turning_centre) {}
 
-  /// Lets a step [s] pass: between two measurements a body that slides goes on with the last acceleration,
-  /// as far as tyres can be the cause of it.
+  /// Advances by a step [s]: between two measurements a sliding body keeps the last acceleration, up to that of tyres.
   void predict(double step);
 
   /// Takes a forward acceleration free of gravity, the mean since the last one [m/s^2], of variance [(m/s^2)^2].
   /// @param wheels v_w now [m/s]; @param yaw_rate theta_dot [rad/s]; @param step since the last measurement [s].
   void correct(double wheels, double acceleration, double variance, double yaw_rate, double step);
 
-  /// No acceleration was measured, or none that counts, for a step [s]. @param wheels v_w now [m/s].
+  /// A step [s] without a valid acceleration. @param wheels v_w now [m/s].
   void miss(double wheels, double step);
 
-  /// Goes on with another centre of turning [m].
+  /// Sets another turning centre [m].
   void setTurningCentre(double turning_centre) { turning_centre_ = turning_centre; }
 
-  /// Wheels that are measured anew only once in a time [s] are late by up to that.
+  /// Interval between fresh wheel speeds [s], which are late by up to it.
   void setWheelsHold(double hold) { hold_ = hold; }
 
-  /// Begins anew with the next measurement; what was learned of the accelerometer stays.
+  /// Starts again with the next measurement; what was learned about the accelerometer stays.
   void restart();
 
-  /// Believes the wheels, v_w [m/s]; what was learned of the accelerometer stays.
+  /// Sets the speed to v_w [m/s]; what was learned about the accelerometer stays.
   void reset(double wheels);
 
   /// x_dot [m/s]. @param wheels v_w now [m/s].
@@ -99,7 +97,7 @@ class TractionBelief {
     std::array<double, 2> hidden{};  // integral of w/g, for each kind of filter
   };
 
-  /// What changed from a time in the past until now.
+  /// Changes from a past time until now.
   struct Change {
     double time, wheels, body, variance, turning;
     std::array<double, 2> hidden;
@@ -148,7 +146,7 @@ class TractionBelief {
   bool possible(double gap) const;
   void learnJumpOfOffset();
   void slide(double gap_before, double acceleration, double step);
-  bool turnsOn() const;
+  bool stillTurning() const;
   double leastToCome(const Change& change) const;
   bool comesToItsWheels(const Change& change) const;
   void stand(double step);
@@ -167,10 +165,10 @@ class TractionBelief {
   double hold_ = 0.0;              // of the wheels' speeds [s]
   double offset_ = 0.0;            // b [m/s^2]
   bool offset_known_ = false;      // something was learned of b
-  double quick_ = 0.0;             // variance of means of a, by what successive ones differ by [(m/s^2)^2]
-  double slow_ = 1e-9;             // likewise, by what every third differ by [(m/s^2)^2]
+  double quick_ = 0.0;             // variance of means of a, by the differences of successive ones [(m/s^2)^2]
+  double slow_ = 1e-9;             // variance of means of a, by the differences of every third [(m/s^2)^2]
   double vibration_rate_ = 0.0;    // of the variance of the integral of a, by vibration, per second [(m/s)^2/s]
-  double variance_rate_ = 0.0;     // likewise, by all noise, now [(m/s)^2/s]
+  double variance_rate_ = 0.0;     // of the variance of the integral of a, by all noise [(m/s)^2/s]
   double factor_ = 1.0;            // lambda, of the variance of its integral
   double latest_ = 0.0;            // a [m/s^2]
   Mean mean_;                      // since the last of these:

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Whether a body turns as its wheels ask.
+/// Agreement of the body's turn with its wheels.
 
 #include <cmath>
 
@@ -9,12 +9,11 @@
 
 namespace jackal_aic {
 
-/// c = sum y a / sum a^2 over a forgetting second of turning, with y the measured yaw rate and a the one that the
-/// wheels ask for: 1 where the body follows, 0 where nothing does, -1 where the gyro reads the turn with the wrong
-/// sign. Does not allocate.
+/// c = sum y a / sum a^2 over a forgetting second of turning, with y the measured yaw rate and a that of the wheels: 1
+/// if the body follows, 0 if it does not turn, -1 if the gyro has the wrong sign. Does not allocate.
 class TurnAgreement {
  public:
-  /// Takes a yaw rate beside the one that the wheels ask for [rad/s]. @param step since the last one [s].
+  /// Compares a measured yaw rate with that of the wheels [rad/s]. @param step since the last one [s].
   void update(double yaw_rate, double asked, double step) {
     if (std::abs(asked) < kTurn) return;
     const double kept = keptAfter(step, kMemory);

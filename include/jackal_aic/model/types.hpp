@@ -1,9 +1,8 @@
 #pragma once
 
 /// @file
-/// Quantities that flow through the controller. Every field states its unit and frame; the symbols are those of the
-/// thesis (B.D. van der Meer, "Control analysis of an active inference controller for a skid-steer mobile robot", TU
-/// Delft 2022).
+/// Quantities of the controller, with unit and frame; the symbols are those of the thesis (B.D. van der Meer, "Control
+/// analysis of an active inference controller for a skid-steer mobile robot", TU Delft 2022).
 
 #include <Eigen/Core>
 #include <cmath>
@@ -49,8 +48,7 @@ using GeneralizedBody = Generalized<kBodySize>;
 /// Generalised measurement y_tilde, 5 x (p+1), in the units of SensorVector per s^i.
 using GeneralizedSensor = Generalized<kSensorSize>;
 
-/// Which channels of an observation count. A channel that does not was not measured, or was found faulty; whatever its
-/// number, it has precision zero.
+/// Valid channels of an observation. A channel that was not measured or is faulty has precision zero.
 struct ChannelValidity {
   bool yaw_rate = true;      ///< gyro
   bool wheel_left = true;    ///< encoder of the left wheels
@@ -79,8 +77,8 @@ struct Observation {
   double yaw_rate = 0.0;        ///< theta_dot, gyro about z of base_link [rad/s]
   double wheel_left = 0.0;      ///< omega_L, mean of the left wheels [rad/s]
   double wheel_right = 0.0;     ///< omega_R, mean of the right wheels [rad/s]
-  double acceleration_x = 0.0;  ///< x_ddot, accelerometer along x of base_link [m/s^2], without gravity's part there
-  double acceleration_y = 0.0;  ///< y_ddot, likewise along y; of an IMU without attitude both keep their gravity
+  double acceleration_x = 0.0;  ///< x_ddot, along x of base_link, without gravity [m/s^2]
+  double acceleration_y = 0.0;  ///< y_ddot, along y; both include gravity without attitude
   std::optional<double> acceleration_z =
       {};  ///< specific force along z of base_link [m/s^2], gravity left in: about +g, -g upside down; empty: not known
   ChannelValidity valid = {};  ///< which of the channels count
@@ -103,7 +101,7 @@ struct Observation {
   }
 };
 
-/// Outcome of handing a measurement to a controller.
+/// Verdict of a controller on a measurement.
 enum class SampleVerdict {
   accepted,    ///< taken
   restarted,   ///< taken as the start of a new signal (the first sample, or the first after a gap)
@@ -140,7 +138,7 @@ struct WheelCommand {
   static WheelCommand from(const WheelVector& a) { return {a(0), a(1)}; }
 };
 
-/// True if both wheel speeds are equal to the bit.
+/// True if both wheel speeds are exactly equal.
 inline bool operator==(const WheelCommand& a, const WheelCommand& b) { return a.left == b.left && a.right == b.right; }
 
 /// True if the wheel speeds differ.

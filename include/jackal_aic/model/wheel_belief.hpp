@@ -8,25 +8,23 @@
 ///
 ///     y     = w + e + noise of variance Sigma_y,    de/dt = -e/T_e
 ///
-/// e is the part of a change of speed in which the wheel is not where the model is: an error sigma_t of the dead time
-/// makes it as large as w changes in that time, which is the least deviation of e while the wheel accelerates, and a
-/// motor whose velocity loop is softer than the model's lets it fade afterwards; more slowly in a turn, for which the
-/// ground takes a torque at once that the integral of such a loop has to make up for. With T_e = 0 it is noise of the
-/// measurement, which ends with the acceleration: a belief that has arrived before the wheel then takes what is still
-/// missing for a disturbance, and the action makes up for it. The wheel's speed is w + e.
+/// e is the timing error of the wheel against the model. An error sigma_t of the dead time makes it as large as the
+/// change of w in that time, which is the least deviation of e while the wheel accelerates. With a velocity loop softer
+/// than the model's it fades afterwards; more slowly in a turn, where the integral of such a loop has to carry the
+/// ground's torque. With T_e = 0 it is noise of the measurement, which ends with the acceleration; then a belief that
+/// arrives before the wheel takes the rest for a disturbance, and the action corrects it. The wheel's speed is w + e.
 ///
-/// How much of sigma_t a motor really needs, a part lambda_t of it, is learned where e explains most of an innovation
-/// epsilon of variance S (gradient of 1/2 epsilon^2/S + 1/2 ln S along ln lambda_t, natural, with forgetting): a motor
-/// that is as its model says is soon believed to be.
+/// The part lambda_t of sigma_t that the motor needs is learned where e explains most of an innovation epsilon of
+/// variance S (natural gradient of 1/2 epsilon^2/S + 1/2 ln S along ln lambda_t, with forgetting): it soon shrinks for
+/// a motor like its model.
 ///
-/// Uncertain is w after an acceleration beyond half the model's limit, by up to the deviation of the limit times the
-/// change, if the wheel accelerates at all: a motor slower than the model's is no disturbance to be made up for. What
-/// the motor's limit is, as a part lambda of the model's and at most that, is learned where the model is at its limit,
-/// from how the measured speed changes (gradient of 1/2 (dy - lambda dw)^2 / (2 Sigma_y), natural, with forgetting),
-/// and sigma_l is how far lambda is off before anything is learned.
+/// After an acceleration beyond half the model's limit w is uncertain by up to the deviation of the limit times the
+/// change, if the wheel accelerates: a slower motor is not a disturbance. The motor's limit, a part lambda <= 1 of the
+/// model's, is learned from the measured change of speed while the model is at its limit (natural gradient of 1/2 (dy -
+/// lambda dw)^2 / (2 Sigma_y), with forgetting). sigma_l is the initial deviation of lambda.
 ///
-/// Between measurements the belief x = (w, z, d, e) moves with the model and its covariance P grows by the random
-/// fluctuations of w and d. A measurement changes it by the gradient of the free energy
+/// Between measurements the belief x = (w, z, d, e) moves with the model, and its covariance P grows by the process
+/// noise of w and d. A measurement changes it by the gradient of the free energy
 ///
 ///     F(x) = 1/2 (y - w - e)^2 / Sigma + 1/2 (x - x_prior)' P^-1 (x - x_prior),
 ///
@@ -41,30 +39,30 @@
 
 namespace jackal_aic {
 
-/// Trust of a wheel's belief in its sources.
+/// Variances and time constants of a wheel's belief.
 struct WheelBeliefParameters {
   double measurement_variance = 9e-4;       ///< Sigma_y of a wheel speed [(rad/s)^2]
   double speed_process_noise = 0.01;        ///< growth of the variance of w [(rad/s)^2/s]
   double disturbance_process_noise = 0.01;  ///< growth of the variance of d [(rad/s)^2/s]
   double dead_time_deviation = 0.03;        ///< sigma_t, standard deviation of the dead time [s]
-  double timing_time_constant = 0.0;        ///< T_e, in which an error of the timing fades; 0: it is noise of y [s]
-  double turning_time_constant = 0.0;       ///< T_e of a robot that turns, if it is longer [s]
+  double timing_time_constant = 0.0;        ///< T_e of the timing error; 0: it is noise of y [s]
+  double turning_time_constant = 0.0;       ///< T_e in a turn, if longer [s]
   double learning_rate = 1.0;               ///< kappa_mu of the natural gradient, above 0 and at most 1
-  double limit_deviation = 0.0;             ///< sigma_l, standard deviation of the acceleration limit as a part of it
-  double disturbance_deviation = 0.3;       ///< of d before anything is known of it [rad/s]; 0: there is none
+  double limit_deviation = 0.0;             ///< sigma_l, relative standard deviation of the acceleration limit
+  double disturbance_deviation = 0.3;       ///< initial deviation of d [rad/s]; 0: no disturbance
 };
 
 using WheelState = Eigen::Vector4d;       ///< hidden states (w, z, d, e) of a wheel [rad/s]
 using WheelCovariance = Eigen::Matrix4d;  ///< their covariance [(rad/s)^2]
 
-/// Belief about one wheel. Allocates when it is made, and not after.
+/// Belief about one wheel. Only the constructor allocates.
 class WheelBelief {
  public:
   /// Inner step of the model [s].
   static constexpr double kStep = DriveTrain::kStep;
 
-  /// @param model drive train; @param wheel_radius r [m]; @param longest_dead_time [s]: 0 for whoever keeps the
-  /// commands under way, and tells by predictActing() which of them acts.
+  /// @param model drive train; @param wheel_radius r [m]; @param longest_dead_time [s]; 0 if the caller keeps the
+  /// commands under way and passes the acting one to predictActing().
   WheelBelief(const PlantModel& model, double wheel_radius, const WheelBeliefParameters& parameters,
               double longest_dead_time = CommandsUnderWay::kLongestDeadTime);
 
@@ -74,8 +72,8 @@ class WheelBelief {
   /// As predict(), with the effective command v [rad/s] that acts now.
   void predictActing(double command);
 
-  /// Takes a measurement [rad/s] made now. Returns F after the step. @param added_variance of this one, beyond that of
-  /// the encoder [(rad/s)^2].
+  /// Takes a present measurement [rad/s]. Returns F after the step. @param added_variance of this measurement, in
+  /// addition to the encoder's [(rad/s)^2].
   double correct(double measurement, double added_variance = 0.0);
 
   double speed() const { return x_(0) + x_(3); }                                 ///< w + e [rad/s]
@@ -83,9 +81,9 @@ class WheelBelief {
   double disturbance() const { return x_(2); }                                   ///< d [rad/s]
   double limitShare() const { return limit_share_; }   ///< lambda, acceleration limit of the wheel / of the model
   double acceleration() const { return rate_; }        ///< dw/dt of the last inner step [rad/s^2]
-  bool atLimit() const { return limited_steps_ > 0; }  ///< in the last inner step it bounded dw/dt
+  bool atLimit() const { return limited_steps_ > 0; }  ///< it bounded dw/dt in the last inner step
   double measurement() const { return measured_; }     ///< y, the last one [rad/s]
-  double predicted() const { return predicted_; }      ///< w + e that it was compared with [rad/s]
+  double predicted() const { return predicted_; }      ///< w + e before it [rad/s]
 
   /// Gain of the next measurement on (w, z, d) if the wheel does not accelerate.
   Eigen::Vector3d gain() const;
@@ -93,9 +91,9 @@ class WheelBelief {
   /// Gain of the last measurement on (w, z, d).
   const Eigen::Vector3d& lastGain() const { return gain_; }
 
-  /// Map of (w, z, d) over an inner step below the acceleration limit, and what an effective command adds.
+  /// Map of (w, z, d) over an inner step below the acceleration limit.
   const Eigen::Matrix3d& transition() const { return drive_train_.transition(); }
-  const Eigen::Vector3d& input() const { return drive_train_.input(); }  ///< likewise, per rad/s of effective command
+  const Eigen::Vector3d& input() const { return drive_train_.input(); }  ///< change per rad/s of effective command
 
   /// Dead time in inner steps.
   std::size_t delay() const { return commands_.delay(); }
@@ -103,22 +101,21 @@ class WheelBelief {
   /// Covariance P of (w, z, d).
   Eigen::Matrix3d covariance() const { return P_.topLeftCorner<3, 3>(); }
 
-  /// Goes on with another dead time, lag, gain and acceleration limit; the commands under way stay.
+  /// Adopts another dead time, lag, gain and acceleration limit; the commands under way stay.
   void setDriveTrain(const PlantModel& model, double wheel_radius);
 
-  /// Goes on with other trust in its sources.
+  /// Adopts other variances and time constants.
   void setParameters(const WheelBeliefParameters& parameters);
 
-  const WheelBeliefParameters& parameters() const { return parameters_; }  ///< present trust in its sources
+  const WheelBeliefParameters& parameters() const { return parameters_; }  ///< in force
 
-  /// How far the robot turns: 0 on a straight line, 1 in a turn, whose T_e counts.
+  /// Share of the turn: 0 on a straight line, 1 in a turn, with its T_e.
   void setTurning(double share);
 
-  /// Believes the speed as measured [rad/s] and otherwise nothing; the commands of the last dead time are still under
-  /// way.
+  /// Sets the speed as measured [rad/s] and the other states to their priors; the commands under way stay.
   void seed(double speed);
 
-  /// As seed(), with a command under way that has been driving at this speed for long.
+  /// As seed(), with the command of this steady speed under way.
   void reset(double speed);
 
  private:
@@ -136,11 +133,11 @@ class WheelBelief {
   CommandsUnderWay commands_;  // effective ones
   WheelBeliefParameters parameters_;
   double limit_share_ = 1.0;      // lambda
-  double limit_curvature_ = 0.0;  // of F along lambda, beside that of what was believed before
+  double limit_curvature_ = 0.0;  // of F along lambda, in addition to that of the prior
   WheelState x_ = WheelState::Zero();
   WheelCovariance P_ = WheelCovariance::Zero();
   Eigen::Vector3d gain_ = Eigen::Vector3d::Zero();  // of the last measurement
-  /// How a wheel follows a ramp at the limit, in a fading memory.
+  /// Response of a wheel to a ramp at the limit, with forgetting.
   struct Ramp {
     double moved = 0.0;     // sum of measured times expected changes [(rad/s)^2]
     double expected = 0.0;  // sum of squares of expected changes [(rad/s)^2]
@@ -152,7 +149,7 @@ class WheelBelief {
   double timing_decay_ = 0.0;      // of e in an inner step
   double lagging_ = 0.0;           // part of a change that w a time sigma_t ago makes in an inner step
   double lagged_ = 0.0;            // w a time sigma_t ago [rad/s]
-  double quiet_ = 0.0;             // change of w that is none [rad/s]
+  double quiet_ = 0.0;             // largest change of w that counts as none [rad/s]
   double timing_share_ = 1.0;      // lambda_t
   double timing_curvature_ = 0.0;  // of F along ln lambda_t
   double corrected_ = 0.0;         // w + e after the last measurement [rad/s]

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Where the robot is by what it did: the pose integrated from the body velocity.
+/// The pose as the integral of the body velocity.
 
 #include <Eigen/Core>
 
@@ -14,7 +14,7 @@ struct PlanarPose {
   double heading = 0.0;  ///< anticlockwise from x [rad]
 };
 
-/// What a robot that cannot move sideways does (base_link).
+/// Motion of a robot without sideways motion (base_link).
 struct PlanarMotion {
   double forward = 0.0;                                  ///< x_dot [m/s]
   double yaw_rate = 0.0;                                 ///< theta_dot [rad/s]
@@ -26,8 +26,8 @@ struct PlanarMotion {
 ///     theta <- theta + h theta_dot,    (x, y) <- (x, y) + h x_dot sinc(h theta_dot/2) (cos, sin)(theta + h
 ///     theta_dot/2).
 ///
-/// Starts at the origin of a frame of its own, in which it drifts: with the Jacobians F of the pose by the pose before
-/// and G by the motion, and an error of the motion that lasts for a time tau (Sigma its covariance),
+/// The pose starts at the origin and drifts. With the Jacobians F by the last pose and G by the motion, and an error of
+/// the motion (covariance Sigma) that lasts for a time tau, its covariance is
 ///
 ///     P <- F P F' + 2 tau/h G Sigma G'.
 ///
@@ -37,7 +37,7 @@ class DeadReckoning {
   /// tau, for which an error of the motion lasts [s].
   static constexpr double kErrorTime = 0.3;
 
-  /// Goes on by a time [s] at this motion; one that is not finite is left out.
+  /// Advances by a time [s] at this motion; ignores a motion that is not finite.
   void advance(const PlanarMotion& motion, double duration);
 
   /// The pose since the start, in the frame of the start.

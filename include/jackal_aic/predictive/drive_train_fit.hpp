@@ -1,22 +1,21 @@
 #pragma once
 
 /// @file
-/// How well a drive train explains what a wheel did under its commands, for every dead time at once.
+/// Fit of a drive train to the motion of a wheel under its commands, for every dead time at once.
 ///
-/// A drive train of the model (drive_train.hpp) without dead time, which no measurement corrects, goes through the
-/// commands from rest under the first of them; what it did a time delta ago is what a wheel with that dead time does
-/// now. With it go the sensitivities psi of its speed w to
+/// A drive train of the model (drive_train.hpp) without dead time runs through the commands, uncorrected, from rest.
+/// Its speed a time delta ago is the speed of a wheel with that dead time now. With it run the sensitivities psi of its
+/// speed w to
 ///
 ///     theta = (ln T, lambda, gamma, o),
 ///
 /// T its lag, lambda and gamma the motor's acceleration limit and gain in multiples of the model's and o an offset
-/// against the command, which else would pass for a delay. Measured speed y, w and psi pass the same washout filter
-/// s/(s + 1/T_w), so that what is off for long, a slope or the tyres, counts for nothing. Kept are, for each delta of a
-/// grid, the sums of which
+/// against the command, which would otherwise look like a delay. Measured speed y, w and psi pass the same washout
+/// filter s/(s + 1/T_w), so that constant errors, of a slope or the tyres, do not count. For each delta of a grid it
+/// keeps the sums of
 ///
 ///     1/2 sum_k (y_k - w(t_k - delta) - psi(t_k - delta)' (theta - theta_0))^2
-///
-/// is made.
+/// over the measurements.
 
 #include <Eigen/Core>
 #include <array>
@@ -31,7 +30,7 @@ namespace jackal_aic {
 /// Number of parameters theta.
 inline constexpr int kDriveTrainParameters = 4;
 
-/// What is fitted of a drive train beside its dead time: (ln T, lambda, gamma, o).
+/// Fitted parameters of a drive train, without its dead time: (ln T, lambda, gamma, o).
 using DriveTrainVector = Eigen::Matrix<double, kDriveTrainParameters, 1>;
 
 /// Its square.
@@ -54,13 +53,13 @@ struct DriveTrainSums {
   /// Divided by a variance.
   DriveTrainSums over(double variance) const { return {curvature / variance, slope / variance, squares / variance}; }
 
-  /// Likewise around theta_0 + change: epsilon <- epsilon - psi' change.
+  /// The sums around theta_0 + change: epsilon <- epsilon - psi' change.
   DriveTrainSums around(const DriveTrainVector& change) const {
     const DriveTrainVector moved = curvature * change;
     return {curvature, slope - moved, squares + change.dot(moved) - 2.0 * change.dot(slope)};
   }
 
-  /// Likewise with one parameter marginalised: the least squares along it, which say nothing of it.
+  /// The sums with one parameter marginalised: least squares along it.
   DriveTrainSums marginalised(int parameter) const {
     const double bend = curvature(parameter, parameter);
     if (!(bend > 0.0)) return *this;
@@ -88,24 +87,24 @@ class DriveTrainFit {
   /// @param model gain, acceleration limit and integral of the velocity loop; @param wheel_radius r [m].
   DriveTrainFit(const PlantModel& model, double wheel_radius) : model_(model), radius_(wheel_radius) {}
 
-  /// Begins at rest. @param theta to run with; @param given effective commands of before [rad/s]; @param measured wheel
-  /// speeds of before [rad/s].
+  /// Starts at rest. @param theta to run with; @param given last effective commands [rad/s]; @param measured last wheel
+  /// speeds [rad/s].
   void start(const DriveTrainVector& theta, const WheelVector& given, const WheelVector& measured);
 
-  /// Goes on by kStep. @param given mean effective commands in it [rad/s].
+  /// Advances by kStep. @param given mean effective commands in it [rad/s].
   void step(const WheelVector& given);
 
-  /// Takes wheel speeds. @param measured [rad/s]; @param step since the last ones [s]; @param part of the next step
-  /// that is over by now; @param counts or only passes the filter.
+  /// Takes wheel speeds. @param measured [rad/s]; @param step since the last ones [s]; @param part elapsed part of the
+  /// next step; @param counts false: only passes the filter.
   void observe(const WheelVector& measured, double step, double part, bool counts);
 
-  const DriveTrainVector& theta() const { return theta_; }  ///< it was run with
-  const Sums& sums() const { return sums_; }                ///< of what counted
-  double samples() const { return samples_; }               ///< in them, of both wheels
+  const DriveTrainVector& theta() const { return theta_; }  ///< of the run
+  const Sums& sums() const { return sums_; }                ///< over the counted measurements
+  double samples() const { return samples_; }               ///< their number, of both wheels
   double motion() const { return motion_; }                 ///< sum of y^2 of them, behind the washout filter
   double acceleration() const { return acceleration_; }     ///< largest of the run [m/s^2]
 
-  /// Limit of which lambda is a part, from the next run on [m/s^2].
+  /// Limit that lambda multiplies, from the next run on [m/s^2].
   void setAccelerationLimit(double limit) { model_.acceleration_limit = limit; }
 
  private:

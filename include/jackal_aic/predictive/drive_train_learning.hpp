@@ -1,27 +1,27 @@
 #pragma once
 
 /// @file
-/// Learning of the drive train's dead time delta and lag T from how the wheels follow their commands.
+/// Learning of the drive train's dead time delta and lag T from the motion of the wheels under their commands.
 ///
-/// Commands and measurements of the last seconds are kept. When the commands have changed and settled again, or have
-/// changed for long, what the wheels did is compared with what a drive train of parameters theta does
-/// (drive_train_fit.hpp), for every dead time of a grid. With n measurements
+/// Commands and measurements of the last seconds are kept. After a change of the commands has settled, or has lasted
+/// for long, the motion of the wheels is compared with that of a drive train of parameters theta (drive_train_fit.hpp),
+/// for every dead time of a grid. With n measurements the free energy is
 ///
 ///     F(delta, theta) = n/(2 n_0) ln sum_k epsilon_k^2 + 1/2 (theta - theta_1)' Pi_0 (theta - theta_1)
-///                       + 1/2 (delta - delta_0)^2 / sigma_delta^2 + what earlier changes say
+///                       + 1/2 (delta - delta_0)^2 / sigma_delta^2 + earlier changes,
 ///
-/// is the free energy, the variance of what is left found with it; n_0 measurements count as one, because what is left
-/// is no white noise; theta_1 is what was learned before, but for the lag, which is as it was told. The search for its
-/// minimum begins with the lag as it is and with others, because near a short lag nothing tells of a long one where the
-/// acceleration is limited, and goes on by Gauss-Newton steps from the best. It takes a few hundred inner steps, two
-/// measurements in each. Earlier changes count 0.7 of the next, as parabolas around theta. A change that the model does
-/// not explain teaches nothing, and a turn nothing of lag and gain: for what the ground takes there the integral of a
-/// motor's velocity loop needs its time. The model takes over what is beyond doubt of dead time, lag and gain; the
-/// disturbance has a belief of its own (wheel_belief.hpp). Commands that do not change teach nothing.
+/// where the residual's variance is estimated with it. n_0 measurements count as one, because the residuals are not
+/// white noise. theta_1 is what was learned before, with the configured lag. The search for the minimum starts with the
+/// present lag and with others, because at the acceleration limit the gradient near a short lag does not show a longer
+/// one. It continues by Gauss-Newton steps from the best, over a few hundred inner steps with two measurements in each.
+/// An earlier change has 0.7 of the weight of the next, as a parabola around theta. A change that the model does not
+/// explain is ignored. A turn does not count for lag and gain, because there the integral of the motor's velocity loop
+/// first has to carry the ground's torque. The model adopts dead time, lag and gain once they are significant; the
+/// disturbance has a separate belief (wheel_belief.hpp). Constant commands change nothing.
 ///
-/// The acceleration limit of a robot that nobody has identified opens: an acceleration that the wheels followed can be
-/// followed, and twice as much is tried next, up to the first that the motors could not follow (lambda < 1). It does
-/// not close below the limit that was told.
+/// The acceleration limit of a robot without identification opens: twice the acceleration that the wheels followed is
+/// tried next, up to the first that the motors could not follow (lambda < 1). It does not fall below the configured
+/// limit.
 
 #include <array>
 #include <cmath>
@@ -36,16 +36,16 @@
 
 namespace jackal_aic {
 
-/// How late a drive train is, how fast it accelerates, and its gain. The gain is not kept for the next start: encoders
-/// of a wrong scale look the same.
+/// Dead time, lag, acceleration limit and gain of a drive train. The gain is not kept for the next start: encoders of a
+/// wrong scale look the same.
 struct DriveTrainTiming {
   double dead_time = 0.0;           ///< delta, from a command until the motors follow it [s]
   double lag = 0.0;                 ///< T, time constant of the wheel speed [s]
-  double acceleration_limit = 0.0;  ///< that is asked for, of the wheel circumference [m/s^2]; 0: as it was told
+  double acceleration_limit = 0.0;  ///< in use, of the wheel circumference [m/s^2]; 0: as configured
   double gain_share = 1.0;          ///< gamma, gain in multiples of the configured one
 };
 
-/// Longest dead time and lag [s], and largest acceleration limit [m/s^2], that are learned. The last is that of the
+/// Longest dead time and lag [s] and largest acceleration limit [m/s^2] that are learned. The limit is that of the
 /// stock robot's commands.
 inline constexpr DriveTrainTiming kLongestTiming{DriveTrainFit::kLongestDeadTime, 0.5, 20.0};
 
@@ -61,30 +61,29 @@ void describeFields(Visitor& v, DriveTrainTiming& p) {
 class DriveTrainLearning {
  public:
   /// @param model to start from; @param wheel_radius r [m]; @param wheel_variance Sigma_y of a measured wheel speed,
-  /// the least of what is left of it [(rad/s)^2].
+  /// lower bound of the residual's variance [(rad/s)^2].
   DriveTrainLearning(const PlantModel& model, double wheel_radius, double wheel_variance);
 
-  /// Goes on by DriveTrain::kStep. @param given effective commands of now [rad/s].
+  /// Advances by DriveTrain::kStep. @param given present effective commands [rad/s].
   void predict(const WheelVector& given);
 
-  /// Takes measured wheel speeds [rad/s]. @param step since the last ones [s]. Returns the timing to go on with, if it
-  /// is another one now.
+  /// Takes measured wheel speeds [rad/s]. @param step since the last ones [s]. Returns the new timing, if it changed.
   std::optional<DriveTrainTiming> correct(const WheelVector& measured, double step);
 
-  /// An encoder does not count: as forgetMotion(), and what was learned of the gain, which may have come from it, is
-  /// withdrawn. True if the timing is another one now.
+  /// An encoder is excluded: as forgetMotion(), and withdraws the learned gain, which may have come from it. True if
+  /// the timing changed.
   bool withdrawGain();
 
-  /// What the commands or the wheels did of late is not to be learned from.
+  /// Excludes the recent commands and motion from learning.
   void forgetMotion();
 
-  /// Goes on from another timing, which is believed as a configured one.
+  /// Sets a timing, with the weight of a configured one.
   void setTiming(const DriveTrainTiming& timing);
 
   /// Sigma_y of a measured wheel speed from now on [(rad/s)^2].
   void setWheelVariance(double variance) { wheel_variance_ = variance; }
 
-  /// That the model has now.
+  /// Timing of the model now.
   const DriveTrainTiming& timing() const { return timing_; }
 
  private:
@@ -94,18 +93,18 @@ class DriveTrainLearning {
   static constexpr std::size_t kSamples = 512;    // measurements that are kept, as long at the least distance
   using Sums = DriveTrainFit::Sums;
 
-  /// Wheel speeds that were measured.
+  /// Measured wheel speeds.
   struct Sample {
     WheelVector speed = WheelVector::Zero();  // [rad/s]
     double time = 0.0;                        // in steps
   };
 
-  /// A change of the commands: a range of what is kept.
+  /// A change of the commands: a range of the kept steps.
   struct Change {
     std::size_t first = 0;        // step from which the drive train runs
     std::size_t counted = 0;      // step from which measurements count
     std::size_t next_step = 0;    // of the run under way
-    std::size_t next_sample = 0;  // likewise
+    std::size_t next_sample = 0;  // of the run under way
     std::size_t first_sample = 0;
     std::size_t end_sample = 0;
     bool turns = false;                         // a turn: the lag is that of loaded motors
@@ -123,12 +122,12 @@ class DriveTrainLearning {
     double acceleration = 0.0;  // [m/s^2]
   };
 
-  /// Minimum along theta of what the changes so far say, for one dead time.
+  /// Minimum along theta over the changes so far, for one dead time.
   struct Minimum {
     DriveTrainVector change;  // of theta
     double free_energy;
     double log_lag_variance;  // of ln T, with this dead time
-    double gain_variance;     // of gamma, likewise
+    double gain_variance;     // of gamma, with this dead time
   };
 
   enum class State { unknown, settled, changing };

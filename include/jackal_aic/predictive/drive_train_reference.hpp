@@ -5,8 +5,8 @@
 ///
 ///     dw_ref/dt = clamp((w_d - w_ref) / tau_ref, +- acceleration limit / radius)
 ///
-/// Once in an action period it tells the input r that takes the drive train of the model along the path until the next
-/// one, which solves w(t + T) = w_ref(t + T) for the r held over the period.
+/// Once in an action period T it computes the input r that takes the drive train of the model along the path: the r,
+/// held over the period, that solves w(t + T) = w_ref(t + T).
 
 #include <Eigen/Core>
 #include <cmath>
@@ -15,44 +15,43 @@
 
 namespace jackal_aic {
 
-/// A path that the drive train of the model can follow: its speed and the correction of its velocity loop on the way.
+/// A path that the drive train of the model can follow: speed and correction of the velocity loop.
 class DriveTrainReference {
  public:
   /// @param model drive train; @param wheel_radius r [m]; @param reference_time tau_ref [s]; @param step action period
   /// [s].
   DriveTrainReference(const PlantModel& model, double wheel_radius, double reference_time, double step);
 
-  /// Goes on by one action period towards a wheel speed [rad/s]; returns the input r [rad/s] that makes the model do
-  /// so.
+  /// Advances by one action period towards a wheel speed [rad/s]; returns the input r [rad/s] of the model for it.
   double advance(double wanted);
 
-  /// The input r [rad/s] with which advance() would go on.
+  /// The input r [rad/s] that advance() would return.
   double input(double wanted) const;
 
-  /// Goes on by one action period with this input [rad/s], within the acceleration limit.
+  /// Advances by one action period with this input [rad/s], within the acceleration limit.
   void take(double r);
 
-  /// The path of the difference of two wheels, of which the drive train is the same.
+  /// The path of the difference of two wheels with the same drive train.
   DriveTrainReference minus(const DriveTrainReference& other) const;
 
-  /// The input nearest to r [rad/s] from which the path ends at a wheel speed [rad/s] without running beyond it. An
-  /// input that makes a wheel accelerate leads it by its lag and has to come back in time. @param largest_change of an
-  /// input in a period [rad/s]. Where r is not to be changed it is returned to the bit.
+  /// The input nearest to r [rad/s] from which the path ends at a wheel speed [rad/s] without running beyond it. The
+  /// input of an accelerating wheel leads it by its lag, and has to return in time. @param largest_change of an input
+  /// in a period [rad/s]. An r that needs no change is returned unchanged.
   double inTime(double wanted, double r, double largest_change) const;
 
-  /// Goes on by one action period as the model does under an input r [rad/s].
+  /// Advances by one action period as the model does under an input r [rad/s].
   void follow(double r);
 
-  /// Takes the last period back and goes through it anew with this much more input [rad/s].
+  /// Repeats the last period with this much more input [rad/s].
   void amend(double more);
 
   /// Starts at this wheel speed [rad/s].
   void reset(double speed);
 
-  /// Goes on along the same path with a drive train of another lag and acceleration limit.
+  /// Adopts another lag and acceleration limit on the same path.
   void setDriveTrain(const PlantModel& model);
 
-  /// Goes on with another time constant tau_ref [s].
+  /// Adopts another time constant tau_ref [s].
   void setReferenceTime(double reference_time) { pull_ = -std::expm1(-step_ / reference_time); }
 
   /// Wheel speed on the path now [rad/s].

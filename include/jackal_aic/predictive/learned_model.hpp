@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What the predictive controller learns about its robot while it drives.
+/// The model that the predictive controller learns while it drives.
 
 #include <optional>
 
@@ -10,10 +10,10 @@
 
 namespace jackal_aic {
 
-/// All that has to be kept for the next start.
+/// The part that is kept for the next start.
 struct LearnedModel {
-  SlipState slip;                                         ///< how the body follows its wheels
-  std::optional<DriveTrainTiming> timing = std::nullopt;  ///< how late the wheels follow their commands; empty: as told
+  SlipState slip;                                         ///< turn of the body with its wheels
+  std::optional<DriveTrainTiming> timing = std::nullopt;  ///< of the wheels; empty: as configured
 };
 
 }  // namespace jackal_aic

@@ -12,10 +12,10 @@
 ///
 /// The set point enters through a reference model of the wheel speed, dw_ref/dt = clamp((w_d - w_ref)/tau_ref, +-
 /// limit): the state dynamics f(mu) of a path that the drive train can follow (drive_train_reference.hpp). w* is the
-/// input with which the drive train of the model goes from one point of that path to the next within an action period.
-/// The goal is not in the belief: the reported body velocity is what the robot does, not what it should do.
+/// input that takes the drive train of the model from one point of that path to the next within an action period. The
+/// goal is not in the belief, so the reported body velocity is an unbiased estimate.
 ///
-/// A robot that is told to stand, and does, gets a command of exactly zero (standstill.hpp).
+/// A robot at rest with a zero set point gets a command of exactly zero (standstill.hpp).
 
 #include <Eigen/Core>
 
@@ -36,7 +36,7 @@
 
 namespace jackal_aic {
 
-/// The controller that knows what the robot will do before it is measured.
+/// The predictive controller.
 class PredictiveController : public VelocityController {
  public:
   /// @throws ParameterError as validate().
@@ -45,39 +45,39 @@ class PredictiveController : public VelocityController {
 
   bool setSetPoint(const SetPoint& set_point) override;
 
-  /// Takes a measurement, to be used in the next belief update. A channel that does not count has precision zero:
-  /// without the yaw rate the belief follows the wheels with the slip learned before, without one wheel's speed that
-  /// wheel is believed by the yaw rate and the other one, without both by the model alone.
+  /// Takes a measurement for the next belief update. An invalid channel has precision zero: without the yaw rate the
+  /// belief follows the wheels with the learned slip; without one wheel it uses the yaw rate and the other wheel;
+  /// without both the model.
   SampleVerdict observe(const Observation& observation) override;
 
-  /// Moves the belief on by 1/belief_rate and takes the measurement that came since.
+  /// Advances the belief by 1/belief_rate and takes the new measurement.
   void updateBelief() override;
 
   WheelCommand updateAction() override;
 
-  /// What is really driven goes into the generative model, and the path of the reference model starts from there.
+  /// The really driven command goes into the generative model, and the reference model's path starts from it.
   void hold(const WheelCommand& applied) override;
 
-  /// As hold(): the belief knows what the command will do to the robot.
+  /// As hold(): the belief includes the effect of the command.
   void overrule(const WheelCommand& applied) override;
 
-  /// As the base; the robot is taken to move steadily.
+  /// As the base; assumes steady motion.
   void restart() override;
 
   void reset() override;
 
-  /// As the base: keeps what was learned of slip and drive train.
+  /// As the base: keeps what was learned about slip and drive train.
   void forgetMotion() override;
 
-  /// Tells the angular acceleration and deceleration [rad/s^2] that a drive command may have; 0: no bound, or none of
-  /// its own. A turn whose command could not come back in time would run on beyond its set point.
+  /// Sets the limits of angular acceleration and deceleration of the command [rad/s^2]; 0: no bound, or no separate
+  /// one. A turn whose command could not return in time would overshoot.
   void setTurnLimits(double acceleration, double deceleration);
 
-  /// Takes other gains over and goes on with the present belief and action. Allocates nothing. @throws ParameterError,
-  /// and changes nothing, if they are invalid or have other rates.
+  /// Adopts other gains and keeps belief and action. Allocates nothing. @throws ParameterError, and changes nothing, if
+  /// they are invalid or have other rates.
   void adoptGains(const PredictiveParameters& parameters);
 
-  /// An estimate of what the robot does, not of what it should do (base_link).
+  /// Unbiased estimate of the body velocity (base_link).
   BodyVector believedVelocity() const override;
 
   WheelCommand action() const override { return {left_.action(), right_.action()}; }  ///< command now driven [rad/s]
@@ -86,41 +86,42 @@ class PredictiveController : public VelocityController {
   int beliefStepsPerAction() const override { return parameters_.beliefStepsPerAction(); }
 
   /// Covariance of the believed x_dot [m/s] and theta_dot [rad/s]: that of the wheels' speeds, the learned slip, the
-  /// accelerometer and the gyro, with what is uncertain about the motion of a real robot beside
-  /// (motion_uncertainty.hpp).
+  /// accelerometer and the gyro, plus the uncertainty of a real robot's motion (motion_uncertainty.hpp).
   Eigen::Matrix2d motionCovariance() const;
 
-  /// Drive train as it is believed, with what was learned of it.
+  /// Believed drive train, with its learned parameters.
   const PlantModel& model() const { return model_; }
 
   /// Last measurement taken; zero before the first.
   const Observation& measurement() const { return observation_; }
 
-  /// eps_y of the last measurement, before it moved the belief; 0 where the model predicts nothing (acceleration).
+  /// eps_y of the last measurement, before it moved the belief; 0 for the acceleration, which the model does not
+  /// predict.
   const SensorVector& sensoryErrors() const { return errors_; }
 
-  /// What is learned until now, e.g. to be kept for the next start.
+  /// The learned model, to be kept for the next start.
   LearnedModel learned() const { return {slipBelief().state(), drive_train_.timing()}; }
 
-  /// How the body follows the wheels, as it is believed.
+  /// Belief about the turn of the body with the wheels.
   const SlipBelief& slipBelief() const { return slip_; }
 
-  /// Goes on from what was learned before: the turn within the range of the track, dead time and lag where they are
-  /// known, up to kLongestTiming. @throws ParameterError if a value is not finite, a dead
-  /// time or lag negative, or another one not positive.
+  /// Sets what was learned before: the turn within the range of the track, known dead time and lag up to
+  /// kLongestTiming. @throws ParameterError if a value is not finite, a dead time or lag negative, or another one not
+  /// positive.
   void setLearned(const LearnedModel& learned);
 
   /// Stops (true) or resumes learning of effective track and drive train.
   void freezeLearning(bool frozen);
   bool learningFrozen() const { return frozen_; }  ///< learning was stopped
 
-  /// Gyro or an encoder was found faulty: what it contributed to the turn of late is withdrawn.
+  /// Gyro or an encoder is faulty: withdraws its recent part of the learned turn.
   void withdrawTurn() { slip_.withdraw(); }
 
-  /// A jolt of the ground shakes the robot (true): the gyro counts, and teaches no effective track until it is over.
+  /// A jolt of the ground shakes the robot (true): the gyro counts, but the effective track is not learned until it is
+  /// over.
   void setShaken(bool shaken) { shaken_ = shaken; }
 
-  /// Whether the body follows its wheels, as it is believed.
+  /// Belief whether the body follows its wheels.
   Traction traction() const { return traction_.traction(); }
 
   double effectiveTrack() const { return slipBelief().effectiveTrack(); }  ///< believed b_hat, turning in place [m]
@@ -139,7 +140,7 @@ class PredictiveController : public VelocityController {
   double correctWheels(const Observation& observation);
   double correctYawRate(const Observation& observation);
   void correctForwardSpeed(const Observation& observation);
-  int wheelsTold(const Observation& y) const;
+  int observedWheels(const Observation& y) const;
   double standInVariance() const;
   void watchTurn();
   void learnDriveTrain(const Observation& observation);

@@ -9,29 +9,29 @@
 
 namespace jackal_aic {
 
-/// Parameters of the predictive controller. YAML prefix `predictive`; the variances of the measurements have `sensors`,
-/// the drive train is a PlantModel, prefix `plant_model`.
+/// Parameters of the predictive controller. YAML prefix `predictive`; `sensors` for the variances of the measurements
+/// and `plant_model` for the drive train.
 struct PredictiveParameters : SensorNoise {
-  double belief_rate = 1000.0;              ///< rate of the belief update [Hz], a whole multiple of action_rate
+  double belief_rate = 1000.0;              ///< rate of the belief update, a multiple of action_rate [Hz]
   double action_rate = 50.0;                ///< rate of the action update [Hz]
-  double belief_learning_rate = 1.0;        ///< kappa_mu, learning rate of the belief (natural gradient), 0..1
-  double action_learning_rate = 1.0;        ///< kappa_a, learning rate of the action (natural gradient), 0..1
+  double belief_learning_rate = 1.0;        ///< kappa_mu, learning rate of the belief (natural gradient)
+  double action_learning_rate = 1.0;        ///< kappa_a, learning rate of the action (natural gradient)
   double reference_time = 0.01;             ///< tau_ref, time constant of the reference model [s]
   double speed_process_noise = 0.01;        ///< of a wheel's speed [(rad/s)^2/s]
-  double yaw_process_noise = 1e-4;          ///< of the yaw rate beside what the wheels ask for [(rad/s)^2/s]
+  double yaw_process_noise = 1e-4;          ///< of the yaw rate, added to that of the wheels [(rad/s)^2/s]
   double disturbance_process_noise = 0.01;  ///< of a wheel's input disturbance [(rad/s)^2/s]
   double dead_time_deviation = 0.01;        ///< standard deviation of the dead time [s]
   bool learn_track = true;                  ///< learn the effective track
   bool learn_drive_train = true;            ///< learn dead time, lag and gain of the drive train
-  double yaw_delay_deviation = 0.05;  ///< sigma_y, standard deviation of the delay of the yaw behind the wheels [s]
-  double slip_excitation = 0.5;       ///< least difference of the wheel speeds to learn from [rad/s]
-  double turning_centre = 0.0;        ///< l, how far the centre of turning lies ahead of the IMU [m]
+  double yaw_delay_deviation = 0.05;        ///< sigma_y, standard deviation of the yaw's delay behind the wheels [s]
+  double slip_excitation = 0.5;             ///< least wheel speed difference to learn from [rad/s]
+  double turning_centre = 0.0;              ///< l, distance of the turning centre ahead of the IMU [m]
 
   /// Belief updates per action update.
   int beliefStepsPerAction() const;
 };
 
-/// Lists the fields of PredictiveParameters, but for the variances, with unit and range.
+/// Lists the fields of PredictiveParameters, without the variances, with unit and range.
 template <class Visitor>
 void describeFields(Visitor& v, PredictiveParameters& p) {
   v.field("belief_rate", p.belief_rate, {1.0, 1000.0}, "Hz", Presence::required);
@@ -50,10 +50,10 @@ void describeFields(Visitor& v, PredictiveParameters& p) {
   v.field("turning_centre", p.turning_centre, {-1.0, 1.0}, "m", Presence::optional);
 }
 
-/// @throws ParameterError if belief_rate is no whole multiple of action_rate, or belief_rate does not divide 1 kHz.
+/// @throws ParameterError if belief_rate is not a whole multiple of action_rate, or does not divide 1 kHz.
 void validate(const PredictiveParameters& parameters);
 
-/// The part of the parameters that the belief about a wheel has.
+/// The parameters of the belief about a wheel.
 WheelBeliefParameters wheelBeliefParameters(const PredictiveParameters& parameters);
 
 }  // namespace jackal_aic

@@ -1,19 +1,18 @@
 #pragma once
 
 /// @file
-/// Belief about how the body turns with the wheels: effective track b_hat of eq. 3-1, learned on line.
+/// Belief about the turn of the body with its wheels: effective track b_hat of eq. 3-1, learned on line.
 ///
-/// Wheels and gyro see the ratio alpha / b_hat only: alpha is as configured. On a real robot it depends on the motion,
-/// and on the ground that the robot has just come to (turn_model.hpp). From the measured wheel speeds the turn is
-/// learned where it is beyond doubt: n = w_R - w_L above five standard deviations of what measurements were lately off
-/// the belief, so that the steps of an encoder are no turn however coarse they are; noise of the regressor would draw
-/// the ratio towards zero. Tyres that break away take their time: the variance of the yaw rate has the square of what n
-/// changed over two standard deviations of the yaw's delay, times the slope, which fades as the body comes after its
-/// wheels, and that of the encoders.
+/// Wheels and gyro determine the ratio alpha / b_hat only, so alpha is as configured. On a real robot the ratio depends
+/// on the motion and on the present ground (turn_model.hpp). It is learned only from significant turns: n = w_R - w_L
+/// above five standard deviations of the recent innovations, so that coarse encoder steps are not a turn; noise of the
+/// regressor would draw the ratio towards zero. Tyres break away late, so the variance of the yaw rate includes the
+/// square of the slope times the change of n over two standard deviations of the yaw's delay, which fades as the body
+/// follows its wheels, and the variance of the encoders.
 ///
-/// Trust is bounded. Wheels and gyro alone do not tell slippery ground from a gyro whose scale is wrong: the turn stays
-/// within `range` of the configured one, and a yaw rate beyond it is no slip and is not learned from. What a channel
-/// contributed before it was excluded is withdrawn.
+/// Wheels and gyro alone cannot distinguish slippery ground from a gyro with a wrong scale. So the turn stays within
+/// `range` of the configured one, and a yaw rate beyond it is not learned from. The recent part of an excluded channel
+/// is withdrawn.
 
 #include <optional>
 
@@ -23,14 +22,14 @@
 
 namespace jackal_aic {
 
-/// What is learned, and all that has to be kept for the next start.
+/// What is learned, and kept for the next start.
 struct SlipState {
-  double effective_track;                               ///< b_hat on ground as it usually is, turning in place [m]
+  double effective_track;                               ///< b_hat on the usual ground, turning in place [m]
   double slip_factor;                                   ///< alpha that the track belongs to
-  std::optional<TurnCoefficients> turn = std::nullopt;  ///< how the turn depends on the motion; empty: nothing known
+  std::optional<TurnCoefficients> turn = std::nullopt;  ///< dependence of the turn on the motion; empty: unknown
 };
 
-/// What is believed about the difference n = w_R - w_L of the wheel speeds.
+/// Belief about the difference n = w_R - w_L and mean m of the wheel speeds.
 struct WheelDifference {
   double value;       ///< n [rad/s]
   double variance;    ///< of n, as believed [(rad/s)^2]
@@ -40,33 +39,33 @@ struct WheelDifference {
   double mean_error;  ///< measured minus believed [rad/s]
 };
 
-/// Trust of a SlipBelief in its sources.
+/// Variances and bounds of a SlipBelief.
 struct SlipLearning {
   double gyro_variance = 2.5e-5;      ///< Sigma_g of the yaw rate [(rad/s)^2]
   double yaw_delay_deviation = 0.05;  ///< standard deviation of the delay of the yaw behind the wheels [s]
-  double excitation = 0.5;            ///< least |n| to learn from, whatever is known of it [rad/s]
-  double range = 1.5;                 ///< factor by which the turn may differ from the configured one
+  double excitation = 0.5;            ///< least |n| to learn from [rad/s]
+  double range = 1.5;                 ///< largest ratio of learned and configured turn
 };
 
 /// Belief about b_hat. Nothing here allocates.
 class SlipBelief {
  public:
-  static constexpr double kTrustTime = 2.0;  ///< time of turning that a sensor which is excluded loses at least [s]
+  static constexpr double kTrustTime = 2.0;  ///< least time of turning that is withdrawn [s]
 
   /// @param configured values to start from and centre of the range; @param wheel_radius r [m].
   SlipBelief(const SlipState& configured, double wheel_radius, const SlipLearning& learning);
 
-  /// Learns the turn from a yaw rate [rad/s] if n is beyond doubt. @param n as believed: its change tells how much a
-  /// delay of the yaw falsifies the comparison; @param step since the last measurement [s].
+  /// Learns the turn from a yaw rate [rad/s] if n is significant. @param n as believed; its change bounds the error by
+  /// a delay of the yaw; @param step since the last measurement [s].
   void learnTrack(double yaw_rate, const WheelDifference& n, double step);
 
-  /// The gyro or an encoder is faulty: what was learned in the last kTrustTime of turning is withdrawn.
+  /// The gyro or an encoder is faulty: withdraws what was learned in the last kTrustTime of turning.
   void withdraw();
 
-  /// Goes on with other trust in its sources.
+  /// Adopts other variances.
   void setLearning(const SlipLearning& learning) { learning_ = learning; }
 
-  /// What is believed now.
+  /// Present belief.
   SlipState state() const { return {slipFactor() / turn_.inPlace(), slipFactor(), turn_.coefficients()}; }
 
   /// b_hat in force, turning in place [m].
@@ -77,7 +76,7 @@ class SlipBelief {
   /// theta_dot of the body whose wheels turn at these speeds [rad/s].
   double yawRate(double left, double right) const;
 
-  /// theta_dot on ground as it usually is, at these speeds of the wheels [rad/s].
+  /// theta_dot on the usual ground, at these speeds of the wheels [rad/s].
   double usualYawRate(double left, double right) const;
 
   /// d theta_dot/dn at these speeds of the wheels [rad/s].
@@ -92,7 +91,7 @@ class SlipBelief {
   /// Difference n of the wheel speeds [rad/s] that turns the body with theta_dot [rad/s] at their mean m [rad/s].
   double wheelDifference(double yaw_rate, double mean) const;
 
-  /// Goes on from another state, e.g. that of the last run, within the range.
+  /// Sets a state, e.g. that of the last run, within the range.
   void setState(const SlipState& state);
 
  private:

@@ -6,12 +6,12 @@
 ///     believe   x = (w, z, d) from the commands really applied and the measured speed          (wheel_belief.hpp)
 ///     refer     w*, the input that takes the drive train along the reference model's path (drive_train_reference.hpp)
 ///     act       v <- v - kappa_a (d2F/dv2)^-1 dF/dv,  F = 1/2 eps_a^2 / Sigma_a,  eps_a = gain v + d - w*
-///     command   a, of which v is what the motors' dead zone leaves; a = v without one           (DeadZone)
-///     hold      what of the action is really driven goes into belief and path
+///     command   a, whose effective part behind the motors' dead zone is v; a = v without one     (DeadZone)
+///     hold      the driven part of the action goes into belief and path
 ///
-/// So the believed disturbance is cancelled, as far as motors may lack what is asked of them, and the wheel's own
-/// dynamics become the reference dynamics. The present sensation does not depend on the present action, because of the
-/// dead time: only the expected error eps_a has a gradient.
+/// So the action cancels the believed disturbance, within the range of possible motors, and the wheel's dynamics become
+/// the reference dynamics. Because of the dead time the present measurement does not depend on the present action: only
+/// the expected error eps_a has a gradient.
 
 #include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/plant_model.hpp"
@@ -41,25 +41,25 @@ class WheelController {
   /// One action step with this input w* [rad/s].
   void act(double input);
 
-  /// This is driven of the last action [rad/s]: the path ends where that takes it.
+  /// Takes the driven part of the last action [rad/s]; the path continues from it.
   void hold(double applied);
 
-  /// This is driven in an action period instead of an action [rad/s].
+  /// Takes the command that is driven in an action period instead of the action [rad/s].
   void overrule(double applied);
 
-  /// No larger effective command than this is driven [rad/s], and the wheel is to stay where it is.
+  /// Bounds the effective command [rad/s] of a wheel that has to stand.
   void rest(double most);
 
-  /// The first measured speed [rad/s]; what drove the wheel so far is not known, it is taken for steady.
+  /// Takes the first measured speed [rad/s], as steady, because the commands so far are unknown.
   void start(double measured) { belief_.reset(measured); }
 
-  /// Goes on from a measured speed [rad/s] with action zero; the commands under way stay.
+  /// Restarts from a measured speed [rad/s] with action zero; the commands under way stay.
   void restart(double measured);
 
-  /// Goes on with other gains.
+  /// Adopts other gains.
   void setParameters(const PredictiveParameters& parameters);
 
-  /// Goes on with another dead time, lag and acceleration limit of the drive train.
+  /// Adopts another dead time, lag and acceleration limit of the drive train.
   void setDriveTrain(const PlantModel& model, double wheel_radius);
 
   /// As WheelBelief::setTurning().
@@ -68,7 +68,7 @@ class WheelController {
   const WheelBelief& belief() const { return belief_; }      ///< about speed and disturbance
   const DriveTrainReference& path() const { return path_; }  ///< towards the wanted speed
   double action() const { return action_; }                  ///< command now driven, a [rad/s]
-  double effectiveAction() const { return effective_; }      ///< what the dead zone leaves of it, v [rad/s]
+  double effectiveAction() const { return effective_; }      ///< its effective part behind the dead zone, v [rad/s]
 
  private:
   void drive(double applied, double effective);

@@ -1,23 +1,22 @@
 #pragma once
 
 /// @file
-/// Belief about the yaw rate: the wheels say how it changes, the gyro what it is.
+/// Belief about the yaw rate: predicted by the wheels' accelerations, corrected by the gyro.
 ///
-/// A skid-steer robot turns as its wheels do only on average: tyres creep, and the body follows the wheels late. So the
-/// yaw rate is a state of its own, driven by the wheels' accelerations and corrected by the gyro alone:
+/// A skid-steer robot turns with its wheels only on average: tyres creep, and the body follows late. So the yaw rate is
+/// a separate state, driven by the wheels' accelerations and corrected by the gyro:
 ///
 ///     d theta_dot/dt = a + fluctuation,     theta_dot_measured = theta_dot + noise of Sigma_g
 ///
-/// with the acceleration a of the turn that the wheels ask for (SlipBelief::yawAcceleration()). The fluctuation's
-/// variance grows by Q per second. Beside it stands what the wheels asked for and the body may not have done yet, e,
-/// de/dt = a - e/sigma_y: its square is added to the variance P of the
-/// prediction, so that the gyro alone is believed while the robot turns in. A measurement takes the natural gradient of
-/// 1/2 (y - theta_dot)^2 / Sigma_g + 1/2 (theta_dot - prior)^2 / P. Whatever track is believed, the estimate is
-/// unbiased in a steady turn.
+/// with the acceleration a of the wheels' turn (SlipBelief::yawAcceleration()). The fluctuation's variance grows by Q
+/// per second. The part of the turn that the body may not have followed yet is e, de/dt = a - e/sigma_y: its square is
+/// added to the variance P of the prediction, so that the gyro alone counts while the robot turns in. A measurement
+/// takes the natural gradient of 1/2 (y - theta_dot)^2 / Sigma_g + 1/2 (theta_dot - prior)^2 / P. The estimate is
+/// unbiased in a steady turn with any believed track.
 
 namespace jackal_aic {
 
-/// Trust of a YawRateBelief in its sources.
+/// Variances of a YawRateBelief.
 struct YawRateBeliefParameters {
   double gyro_variance = 2.5e-5;  ///< Sigma_g [(rad/s)^2]
   double process_noise = 1e-4;    ///< Q, growth of the variance [(rad/s)^2/s]
@@ -27,19 +26,19 @@ struct YawRateBeliefParameters {
 /// Belief about the yaw rate of the body. Does not allocate.
 class YawRateBelief {
  public:
-  /// Begins with a robot that does not turn.
+  /// Starts without a turn.
   explicit YawRateBelief(const YawRateBeliefParameters& parameters) : parameters_(parameters) { reset(0.0); }
 
-  /// Moves on by a step [s] in which the wheels ask for this yaw acceleration [rad/s^2].
+  /// Advances by a step [s] with this yaw acceleration of the wheels [rad/s^2].
   void predict(double acceleration, double step);
 
   /// Takes a measured yaw rate [rad/s]. Returns its part of the free energy.
   double correct(double measurement);
 
-  /// Takes the yaw rate of the wheels [rad/s] where there is no gyro. @param variance of it [(rad/s)^2].
+  /// Takes the yaw rate of the wheels [rad/s] in place of the gyro. @param variance of it [(rad/s)^2].
   void follow(double yaw_rate, double variance);
 
-  /// Goes on with other trust in its sources.
+  /// Adopts other variances.
   void setParameters(const YawRateBeliefParameters& parameters) { parameters_ = parameters; }
 
   /// Starts at this yaw rate [rad/s].

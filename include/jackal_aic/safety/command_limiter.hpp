@@ -14,14 +14,13 @@ namespace jackal_aic {
 
 /// Regulates the wheel command. Speeds are bounded by one factor on both wheels, which keeps the curvature of the path.
 /// The change since the last command is bounded by one factor as well: on the way from rest to an arc, and from one
-/// speed to another on an arc, the curvature stays. With a jerk limit the axes part company where one factor would
-/// break it. The bounds hold in this order: speed and acceleration always, jerk where they leave room for it.
+/// speed to another on an arc, the curvature stays. With a jerk limit the axes change separately if one factor would
+/// break it. Speed and acceleration bounds hold always, the jerk bound within them.
 ///
-/// Deceleration is a change of an axis towards zero, in both directions of driving; beyond zero it is acceleration. On
-/// the way through zero the change falls to the acceleration limit in time, or at once without a jerk limit.
+/// Deceleration is a change of an axis towards zero, in both directions of driving; beyond zero it is acceleration. At
+/// zero the change has fallen to the acceleration limit; without a jerk limit it falls at once.
 ///
-/// A jerk limit needs to know where a change will end. A controller's command moves on with every step; the end is the
-/// set point behind it.
+/// A jerk limit needs the end of a change. A controller's command moves with every step, so the end is its set point.
 ///
 /// None of the functions allocates or throws.
 class CommandLimiter {
@@ -29,8 +28,8 @@ class CommandLimiter {
   /// @param period time from one command to the next [s].
   CommandLimiter(const LimitParameters& limits, const GeometryParameters& geometry, double period);
 
-  /// The next command, as near to the wanted one as the bounds allow. One that is not finite brakes at the deceleration
-  /// limits. @param set_point to which the wanted commands lead, if they do not stay where they are.
+  /// The next command, as near to the wanted one as the bounds allow. A wanted command that is not finite brakes at the
+  /// deceleration limits. @param set_point the end of the wanted commands, if they still change.
   WheelCommand drive(const WheelCommand& wanted, const std::optional<SetPoint>& set_point = {});
 
   /// The next command of a brake to zero in equal steps on the present curvature, which takes max(|x_dot|/linear,
@@ -38,7 +37,7 @@ class CommandLimiter {
   /// @param linear, angular decelerations [m/s^2], [rad/s^2], 0 for unbounded; @param longest [s].
   WheelCommand brake(double linear, double angular, double longest);
 
-  /// A set point scaled into the speed limits, with its curvature. The lateral speed, which no wheel can give, is zero.
+  /// A set point scaled into the speed limits, with its curvature and without lateral speed.
   SetPoint reachable(const SetPoint& wanted) const;
 
   /// The last command.
@@ -47,10 +46,10 @@ class CommandLimiter {
   /// True if the last command was zero.
   bool atRest() const { return body_.isZero(0.0); }
 
-  /// Takes a zero command for the last one.
+  /// Sets the last command to zero.
   void reset();
 
-  /// Sets the last command to one of another source: the next goes on from there.
+  /// Sets the last command to that of another source; the next one continues from it.
   void follow(const WheelCommand& applied);
 
  private:

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// The drive gate between the action and the motors: decides in every action step whether the robot may move, brakes it
-/// if not, and bounds how it moves.
+/// The drive gate between the action and the motors. In every action step it permits motion or brakes, and bounds the
+/// command.
 ///
 ///     idle -------- no cause ---------> driving
 ///     driving ----- a cause ----------> braking         (at rest already: stopped, faulted)
@@ -10,10 +10,10 @@
 ///     stopped ----- no cause ---------> driving
 ///     faulted ----- released ---------> driving, stopped or idle
 ///
-/// A brake goes on to zero even if its cause is gone before. The gate has a latch that holds the robot at rest. It is
-/// set from the start, by a fault, and by a stop of a person or of the robot (Severity::halt) with restart_after_stop:
-/// acknowledged. At rest a zero set point releases it, or a pause of the set points, once its cause is gone, a fault
-/// for brake.fault_hold: a set point that goes on meanwhile was meant for another robot than one that was stopped.
+/// A brake continues to zero even if its cause ends before. A latch holds the robot at rest. The start sets it, and a
+/// fault, and a stop by a person or the robot (Severity::halt) with restart_after_stop: acknowledged. At rest, once the
+/// cause is gone (a fault for brake.fault_hold), a zero set point or a pause of the set points releases it: a moving
+/// set point was not meant for a robot that was stopped.
 
 #include <limits>
 
@@ -25,7 +25,7 @@
 
 namespace jackal_aic {
 
-/// Age of something that was never received [s].
+/// Age of an input that was never received [s].
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
 /// Age of each input of the controller [s]: the larger of the age of its stamp and the time since it arrived; kNever if
@@ -36,10 +36,10 @@ struct InputAges {
   double imu = kNever;          ///< last valid IMU sample
   double measurement = kNever;  ///< last pair of wheel speeds and IMU sample that the controller took
   double feedback = kNever;     ///< last feedback of the motors; kNever on a robot without
-  double unpaired = kNever;     ///< time for which both sources have sent, and no pair was taken; 0 while one has not
+  double unpaired = kNever;     ///< time since both sources send without a pair; 0 before
 };
 
-/// True for something that came, and whose age is beyond its deadline on either side of now; 0: no deadline.
+/// True for a received input whose age is beyond its deadline, in the past or the future; 0: no deadline.
 bool isLate(double age, double deadline);
 
 /// Health of a source of measurements.
@@ -47,8 +47,8 @@ struct SourceHealth {
   bool missing = false;                             ///< never received
   bool late = false;                                ///< past its deadline
   bool frozen = false;                              ///< it repeats itself exactly
-  bool silent() const { return missing || late; }   ///< nothing new comes
-  bool lost() const { return silent() || frozen; }  ///< it does not count
+  bool silent() const { return missing || late; }   ///< no new sample
+  bool lost() const { return silent() || frozen; }  ///< unusable
 };
 
 /// Health of all measurements.
@@ -58,15 +58,15 @@ struct SensorHealth {
   bool unpaired = false;  ///< no pair of both was taken for longer than their deadlines allow
 };
 
-/// Health that follows from the ages of the inputs; whether a source is frozen is left to the caller. One older than
-/// its deadline, or stamped further ahead than that, is late.
+/// Health by the ages of the inputs; the caller sets `frozen`. A source older than its deadline, or stamped further
+/// ahead, is late.
 SensorHealth sensorHealth(const InputAges& ages, const DeadlineParameters& deadlines);
 
 /// Every loss as a cause to stop.
 StopCauses lossCauses(const SensorHealth& health);
 
-/// Causes that follow from the ages of set point and feedback. One older than its deadline, or stamped further ahead
-/// than that, stops; so does a set point that was never received.
+/// Causes by the ages of set point and feedback: older than the deadline, or stamped further ahead; or a set point that
+/// was never received.
 StopCauses overdueInputs(const InputAges& ages, const DeadlineParameters& deadlines);
 
 /// False if a belief is not finite, or beyond plausibility.speed_factor times the speed limits; an infinite factor
@@ -77,29 +77,29 @@ bool isPlausible(const BodyVector& belief, double free_energy, const GateParamet
 /// Set point in multiples of the speed limits beyond which it is an error.
 inline constexpr double kAbsurdSetPoint = 100.0;
 
-/// False if a set point is beyond kAbsurdSetPoint times the speed limits, or not finite: it is to be refused, while one
-/// that is only too fast is to be scaled into the limits.
+/// False if a set point is beyond kAbsurdSetPoint times the speed limits, or not finite: it has to be refused; a
+/// smaller excess is scaled into the limits.
 bool isPlausible(const SetPoint& set_point, const LimitParameters& limits);
 
-/// What the gate lets the robot do.
+/// State of the gate.
 enum class DriveStatus {
-  idle,     ///< nothing to follow was ever received: zero command
+  idle,     ///< no set point: zero command
   driving,  ///< the limited action is driven
   stopped,  ///< at rest until the cause is gone: zero command
   braking,  ///< on the way to rest
   faulted   ///< at rest until the fault is gone and acknowledged: zero command
 };
 
-/// What an action step has to go by.
+/// Inputs of an action step.
 struct GateInputs {
-  StopCauses causes;              ///< what is wrong now
-  bool set_point_at_rest = true;  ///< the set point is zero, or they pause: releases the latch
+  StopCauses causes;              ///< present causes
+  bool set_point_at_rest = true;  ///< the set point is zero or paused, which releases the latch
 };
 
 /// Outcome of an action step.
 struct GateDecision {
-  DriveStatus status = DriveStatus::idle;  ///< what the robot may do in this step
-  StopCause cause = StopCause::none;       ///< that counts; also while it waits for its acknowledgement
+  DriveStatus status = DriveStatus::idle;  ///< state in this step
+  StopCause cause = StopCause::none;       ///< the worst cause; kept until acknowledged
   bool unacknowledged = false;             ///< the cause is gone, and its latch waits for a zero set point or a pause
 };
 
@@ -110,15 +110,15 @@ class DriveGate {
   /// @param period time from one action step to the next [s].
   DriveGate(const GateParameters& parameters, const GeometryParameters& geometry, double period);
 
-  /// Goes on by one action step.
+  /// Advances by one action step.
   GateDecision decide(const GateInputs& inputs);
 
   /// The action within the limits: the command of this step while driving. An action that is not finite brakes and
   /// counts as a diverged belief in the next step.
-  /// @param set_point to which the actions lead.
+  /// @param set_point the end of the actions.
   WheelCommand drive(const WheelCommand& action, const SetPoint& set_point);
 
-  /// While driving: another source had the motors, with this command, from which the next step goes on.
+  /// While driving: another source had the motors with this command; the next step continues from it.
   void follow(const WheelCommand& applied) { limiter_.follow(applied); }
 
   /// The command of this step while not driving: the brake's, or zero.
@@ -133,7 +133,7 @@ class DriveGate {
   /// Restarts: idle, with a zero command and latched.
   void reset();
 
-  /// Releases the latch of the start, and no other.
+  /// Releases only the latch of the start.
   void release();
 
  private:

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Everything between a measurement and a command, and the one place where it is put together:
+/// The path from a measurement to a command:
 ///
 ///     set point --> limits --------------------------------------------+
 ///     reading ----> age, frozen? --+                                   v
@@ -12,7 +12,7 @@
 ///     robot status ----------------+                                          v
 ///                                                                          command
 ///
-/// Everything drives through this class: the node, the experiments without ROS, the tests.
+/// The node, the experiments without ROS and the tests drive through this class.
 
 #include <cstdint>
 #include <functional>
@@ -46,23 +46,22 @@ struct DriveParameters {
   LossPolicyParameters on_loss;                               ///< what to do without a sensor
   std::optional<FaultParameters> faults = FaultParameters{};  ///< of the fault detection, which needs a plant model;
                                                               ///< empty: none
-  std::optional<PlantModel> plant_model;  ///< what the motors can follow, which bounds the action of the thesis'
-                                          ///< structure; part of the generative model of the predictive one, which
-                                          ///< cannot do without it
-  bool motors_shared = false;             ///< another source may drive: DriveLoop::applied() tells which does
-  bool open_loop_monitored = false;       ///< the fault detection watches the open-loop baseline, too; what it finds is
-                                          ///< told, and stops nothing, as nothing does that is measured there
+  std::optional<PlantModel> plant_model;  ///< model of the motors: bounds the action of the thesis' structure; part of
+                                          ///< the predictive structure's generative model, which requires it
+  bool motors_shared = false;             ///< another source may drive, see DriveLoop::applied()
+  bool open_loop_monitored =
+      false;  ///< the fault detection also watches the open-loop baseline; it reports and does not stop
 };
 
-/// The controller of these settings, on the robot as it is to be driven (drivenModel()).
+/// The controller of these settings, with the model to drive with (drivenModel()).
 /// @throws ParameterError if its gains are invalid, or the predictive structure has no plant model.
 std::unique_ptr<VelocityController> makeController(const DriveParameters& parameters,
                                                    Divergence divergence = Divergence::refused);
 
-/// What the loop does, and what it counted since the start.
+/// State of the loop, and its counts since the start.
 struct DriveLoopStatus {
   GateDecision decision;                  ///< of the last action step
-  Fault fault = Fault::none;              ///< that the fault detection finds
+  Fault fault = Fault::none;              ///< found by the fault detection
   double share = 1.0;                     ///< number of a remark on the wheels or the turn [-], see text(Fault, double)
   Loss loss = Loss::none;                 ///< sensors that are missing
   bool handed_over = false;               ///< another source has the motors
@@ -70,19 +69,19 @@ struct DriveLoopStatus {
   std::uint32_t scaled_set_points = 0;    ///< accepted, but beyond the limits
   SetPoint scaled_from;                   ///< the last of these, as it was sent
   SetPoint scaled_to;                     ///< and as it is driven
-  std::uint32_t rejected_measurements = 0;  ///< of stamps not later than the last, or ahead of the clock
+  std::uint32_t rejected_measurements = 0;  ///< with stamps not later than the last, or ahead of the clock
   std::uint32_t faults_detected = 0;        ///< in sensors and drives
-  std::uint32_t brakes = 0;                 ///< times that it came to brake
-  std::uint32_t faults = 0;                 ///< times that the gate came to be faulted
-  std::uint32_t clock_resets = 0;           ///< times that the clock ran back
-  std::uint64_t dropped_periods = 0;        ///< action periods that a stall cost
+  std::uint32_t brakes = 0;                 ///< number of brakes
+  std::uint32_t faults = 0;                 ///< number of faulted states
+  std::uint32_t clock_resets = 0;           ///< number of clock jumps back
+  std::uint64_t dropped_periods = 0;        ///< action periods lost by stalls
 };
 
-/// Why the robot does not drive, or drives with a fault; empty if neither. @param contender who else publishes
-/// commands, or who publish set points, if that is known.
+/// Why the robot does not drive, or drives with a fault; empty if neither. @param contender name of the other publisher
+/// of commands, or the publishers of set points, if known.
 std::string reason(const DriveLoopStatus& status, const std::string& contender = {});
 
-/// Outcome of handing over a set point.
+/// Verdict on a set point.
 enum class SetPointVerdict {
   accepted,    ///< scaled into the limits if it was beyond them
   not_finite,  ///< refused
@@ -92,43 +91,43 @@ enum class SetPointVerdict {
 /// Stamp of a sample ahead of the clock [s] from which it is refused: every later sample would be too old.
 inline constexpr double kFurthestAhead = 0.1;
 
-/// Drives a robot. The caller keeps the time [s], of any clock: every call says when it is made. Time that runs back
-/// forgets the motion, and brakes; a latch of the gate stays. After construction nothing allocates or throws but the
-/// controller's own changes of gains.
+/// Drives a robot. The caller passes the time [s] of any clock with every call. If time runs back, the loop forgets the
+/// motion and brakes; a latch of the gate stays. After construction only changes of gains allocate or throw.
 class DriveLoop {
  public:
   /// @param controller makeController(parameters), or another one. @throws ParameterError as MeasurementWatch.
   DriveLoop(const DriveParameters& parameters, std::unique_ptr<VelocityController> controller);
 
-  /// Restarts on a robot whose wheels turn at these speeds [rad/s], from which it brakes; for one that another
-  /// controller has driven so far. As after the construction, motion needs a zero set point, or a pause of the set
-  /// points. What was learned about the robot stays, and so does what was reported.
+  /// Restarts on a robot whose wheels turn at these speeds [rad/s], for example after another controller, and brakes
+  /// from them. As after the construction, motion needs a zero set point or a pause of the set points. Keeps what was
+  /// learned and the counts.
   void start(const WheelCommand& driven, double now);
 
-  /// Lets the set points move a robot that was just started: for a recording that begins in the middle of a drive.
+  /// Releases the latch of the start, for a recording that begins in the middle of a drive.
   void release() { gate_.release(); }
 
-  /// Desired body velocity (base_link). @param stamp time for which it was sent [s], where it says so: an old one is
-  /// late (deadlines.set_point) from the start.
+  /// Desired body velocity (base_link). @param stamp time for which it was sent [s], if it has one: an old set point is
+  /// late from the start (deadlines.set_point).
   SetPointVerdict setSetPoint(const SetPoint& wanted, double now, std::optional<double> stamp = std::nullopt);
 
-  /// A message of the wheels' encoders came. While the IMU is silent they are observed alone: true if so, and taken.
+  /// Takes a message of the wheels' encoders. While the IMU is silent the controller observes them alone: then true if
+  /// accepted.
   bool receiveWheels(const SensorReading& reading, double now);
 
-  /// A message of the IMU came. While the wheels are silent it is observed alone: true if so, and taken.
+  /// Takes a message of the IMU. While the wheels are silent the controller observes it alone: then true if accepted.
   bool receiveImu(const SensorReading& reading, double now);
 
-  /// Feedback of the motors came. @param stamp of it [s].
+  /// Takes feedback of the motors. @param stamp of it [s].
   void receiveFeedback(double stamp, double now);
 
-  /// A measurement of both, or of those channels that are valid in it; sources that were not received by themselves
-  /// count as received with it. True if the controller took it.
+  /// Takes a pair of both, with its valid channels; sources that were not received separately count as received with
+  /// it. True if the controller accepted it.
   bool observe(const Observation& observation, double now);
 
   /// Sets the status of the robot from now on; to be called when it changes, and after time ran back.
   void report(const RobotStatus& status, double now);
 
-  /// With shared motors: a command reached them, or seems to have.
+  /// With shared motors: a command reached them, as measured or assumed.
   void applied(const WheelCommand& command, AppliedSource source, double now);
 
   /// Runs the belief steps that are due, up to the next action step. Need not be called: each call that uses
@@ -143,32 +142,32 @@ class DriveLoop {
   /// to that.
   std::optional<WheelCommand> advance(double now, double due);
 
-  /// Time for which a timer that served advance(now, due) is to be set next [s], so that the action follows right upon
-  /// a measurement: PhaseLock::next(). It tells, and changes no command: another timer may be set otherwise.
+  /// Next due time of a timer that called advance(now, due) [s], so that the action follows right after a measurement:
+  /// PhaseLock::next(). A proposal; other timers may be used.
   double nextDue(double due, double now);
 
-  /// Goes on from what was learned before, where the controller learns it; else nothing. @throws ParameterError as
+  /// Sets what was learned before, if the controller learns; else no effect. @throws ParameterError as
   /// PredictiveController::setLearned().
   void setLearned(const LearnedModel& learned, double now);
 
-  /// Stops (true) or resumes learning of the robot, where the controller does.
+  /// Stops (true) or resumes learning, if the controller learns.
   void freezeLearning(bool frozen, double now);
 
-  /// Takes other gains over while it drives. @throws ParameterError as the controller's adoptGains(), or if the gains
-  /// are those of another structure.
+  /// Adopts other gains while it drives. @throws ParameterError as the controller's adoptGains(), or for gains of
+  /// another structure.
   void adoptGains(const ControllerParameters& gains, double now);
   void adoptGains(const PredictiveParameters& gains, double now);  ///< the same
 
-  /// Makes the call that an input was. What advance() returns if it is one of it; else nothing.
+  /// Repeats a recorded call. Returns the result of advance(), else nothing.
   std::optional<WheelCommand> take(const DriveInput& input);
 
-  /// Has every call from now on told to a listener before it takes effect, in their order. The listener is called at
-  /// the rate of the belief, and must not call the loop.
+  /// Passes every later call to a listener before it takes effect, in order. The listener is called at the rate of the
+  /// belief, and must not call the loop.
   void listen(std::function<void(const DriveInput&)> listener) { listener_ = std::move(listener); }
 
   DriveLoopStatus status() const;                                         ///< of now
-  const VelocityController& controller() const { return *controller_; }   ///< that drives
-  const PredictiveController* predictive() const { return predictive_; }  ///< it, where it is one; else nullptr
+  const VelocityController& controller() const { return *controller_; }   ///< the controller
+  const PredictiveController* predictive() const { return predictive_; }  ///< if predictive, else nullptr
   const SetPoint& setPoint() const { return set_point_; }                 ///< in force
   const WheelCommand& action() const { return action_; }    ///< of the last action step, before the limits [rad/s]
   WheelCommand command() const { return gate_.command(); }  ///< of the last action step [rad/s]

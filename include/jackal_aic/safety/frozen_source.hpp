@@ -1,16 +1,16 @@
 #pragma once
 
 /// @file
-/// Finds a source that repeats its last sample with fresh stamps, as the stock driver does when the motors' controller
-/// dies.
+/// Detects a source that repeats its last sample with fresh stamps, like the stock driver after the motors' controller
+/// died.
 
 #include <Eigen/Core>
 
 namespace jackal_aic {
 
-/// Watches the samples of one source. Noise, and an encoder's position on the move, never repeat exactly; a sample that
-/// does for longer than a given time is no measurement. Time is that of the arrival, because the stamps are what such a
-/// source gets wrong. Nothing allocates.
+/// Watches the samples of one source. Noise, and an encoder's position on the move, never repeat exactly, so a longer
+/// exact repetition is frozen. Times are those of arrival, because the stamps of a frozen source are wrong. Nothing
+/// allocates.
 class FrozenSource {
  public:
   /// The values that are compared, up to 8; unused ones stay zero.
@@ -19,11 +19,11 @@ class FrozenSource {
   /// @param longest time for which a sample may repeat exactly [s]; 0 switches the watch off.
   explicit FrozenSource(double longest) : longest_(longest) {}
 
-  /// Takes a sample that arrived at `time` [s]. @param may_repeat true while exact repetition is in order, as for
+  /// Takes a sample that arrived at `time` [s]. @param may_repeat true while exact repetition is normal, as for
   /// encoders at rest.
   void update(double time, const Sample& sample, bool may_repeat);
 
-  /// True if the last sample has repeated for too long.
+  /// True if the last sample has repeated beyond the longest time.
   bool frozen() const { return frozen_; }
 
   /// Forgets everything.

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Parameters of the drive gate: limits of the command, deadlines of the inputs, the brake, the watchdog of the belief.
+/// Parameters of the drive gate: limits of the command, deadlines of the inputs, brake, plausibility.
 
 #include <array>
 
@@ -9,17 +9,17 @@
 
 namespace jackal_aic {
 
-/// Bounds of the drive command; defaults as on the stock Jackal, which bounds no jerk. YAML prefix `limits`.
+/// Bounds of the drive command; defaults as on the stock Jackal, without jerk limits. YAML prefix `limits`.
 struct LimitParameters {
-  double linear_speed = 2.0;   ///< largest |x_dot| of the command [m/s]
-  double angular_speed = 4.0;  ///< largest |theta_dot| of the command [rad/s]
-  double wheel_speed = 25.5;   ///< largest |omega| of a wheel [rad/s] (2.5 m/s, the robot's maximum, at r = 0.098 m)
-  double linear_acceleration = 20.0;   ///< largest |x_ddot| of the command [m/s^2]; 0: no bound
-  double linear_deceleration = 0.0;    ///< the same while |x_dot| falls, brakes included; 0: as the acceleration
-  double angular_acceleration = 25.0;  ///< largest |theta_ddot| of the command [rad/s^2]; 0: no bound
-  double angular_deceleration = 0.0;   ///< the same while |theta_dot| falls, brakes included; 0: as the acceleration
-  double linear_jerk = 0.0;            ///< largest |d x_ddot/dt| of the command while driving [m/s^3]; 0: no bound
-  double angular_jerk = 0.0;  ///< largest |d theta_ddot/dt| of the command while driving [rad/s^3]; 0: no bound
+  double linear_speed = 2.0;           ///< largest |x_dot| of the command [m/s]
+  double angular_speed = 4.0;          ///< largest |theta_dot| of the command [rad/s]
+  double wheel_speed = 25.5;           ///< largest |omega| of a wheel [rad/s]; 2.5 m/s at r = 0.098 m
+  double linear_acceleration = 20.0;   ///< largest |x_ddot| of the command [m/s^2]; 0: none
+  double linear_deceleration = 0.0;    ///< largest while |x_dot| falls; 0: as the acceleration
+  double angular_acceleration = 25.0;  ///< largest |theta_ddot| of the command [rad/s^2]; 0: none
+  double angular_deceleration = 0.0;   ///< largest while |theta_dot| falls; 0: as the acceleration
+  double linear_jerk = 0.0;            ///< largest jerk of x_dot while driving [m/s^3]; 0: none
+  double angular_jerk = 0.0;           ///< largest jerk of theta_dot while driving [rad/s^3]; 0: none
 };
 
 /// Lists the fields of LimitParameters with unit and range.
@@ -42,8 +42,8 @@ struct DeadlineParameters {
   double wheels = 0.2;         ///< largest age of the wheel speeds [s]
   double imu = 0.2;            ///< largest age of the IMU data [s]
   double feedback = 0.2;       ///< largest age of the motors' feedback, once there was any [s]
-  double frozen_wheels = 0.3;  ///< longest time that wheel speeds and positions may repeat exactly on the move [s]
-  double frozen_imu = 0.3;     ///< longest time that IMU data may repeat exactly [s]; 0 also for an IMU without noise
+  double frozen_wheels = 0.3;  ///< longest exact repetition of the wheels' data on the move [s]
+  double frozen_imu = 0.3;     ///< longest exact repetition of IMU data [s]; 0 for a noiseless IMU
 };
 
 /// Lists the fields of DeadlineParameters with unit and range.
@@ -57,12 +57,12 @@ void describeFields(Visitor& v, DeadlineParameters& p) {
   v.field("frozen_imu", p.frozen_imu, {0.0, 10.0}, "s", Presence::optional);
 }
 
-/// How the robot is brought to rest when it may not drive on. YAML prefix `brake`.
+/// Brake of a robot that may not drive on. YAML prefix `brake`.
 struct BrakeParameters {
   double time = 1.0;                  ///< longest time to a zero command, from any speed [s]
-  double linear_deceleration = 3.0;   ///< of x_dot, more only where `time` asks for it [m/s^2]
-  double angular_deceleration = 6.0;  ///< of theta_dot, more only where `time` asks for it [rad/s^2]
-  double fault_hold = 1.0;            ///< time for which a fault must be gone before it may be acknowledged [s]
+  double linear_deceleration = 3.0;   ///< of x_dot; more if `time` requires it [m/s^2]
+  double angular_deceleration = 6.0;  ///< of theta_dot; more if `time` requires it [rad/s^2]
+  double fault_hold = 1.0;            ///< time that a fault must be gone before it can be acknowledged [s]
 };
 
 /// Lists the fields of BrakeParameters with unit and range.
@@ -76,7 +76,7 @@ void describeFields(Visitor& v, BrakeParameters& p) {
 
 /// When a belief counts as diverged, and a measurement as impossible. YAML prefix `plausibility`.
 struct PlausibilityParameters {
-  double speed_factor = 5.0;  ///< largest believed or measured velocity, in multiples of the speed limits
+  double speed_factor = 5.0;  ///< largest velocity, in multiples of the speed limits
 };
 
 /// Lists the fields of PlausibilityParameters with unit and range.
@@ -85,11 +85,10 @@ void describeFields(Visitor& v, PlausibilityParameters& p) {
   v.field("speed_factor", p.speed_factor, {1.0, 1000.0}, "", Presence::optional);
 }
 
-/// What sets the robot moving again after a stop by a person or the robot (Severity::halt). YAML
-/// key `restart_after_stop`.
+/// How the latch of a stop by a person or the robot is released (Severity::halt). YAML key `restart_after_stop`.
 enum class RestartPolicy {
-  acknowledged,  ///< a zero set point, or one that comes after none was in force, both after the stop is over
-  at_once        ///< the set point that is in force when the stop is over
+  acknowledged,  ///< by a zero set point, or a pause of the set points, after the stop is over
+  at_once        ///< by the end of the stop; the set point in force counts
 };
 
 /// Words of RestartPolicy, in the order of the enumerators.
@@ -108,8 +107,8 @@ struct GateParameters {
 /// validate().
 GateParameters readGateParameters(ParameterMap& map, GateParameters defaults = {});
 
-/// @throws ParameterError if the brake would have to exceed a given deceleration limit to keep its time or
-/// deceleration. Without one a brake may be harder than what is driven, as an emergency asks for.
+/// @throws ParameterError if the brake needs more than a given deceleration limit for its time or deceleration.
+/// Without a limit a brake may be harder than the acceleration.
 void validate(const LimitParameters& limits, const BrakeParameters& brake);
 
 }  // namespace jackal_aic

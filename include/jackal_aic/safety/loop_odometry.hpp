@@ -8,11 +8,11 @@
 
 namespace jackal_aic {
 
-/// Odometry by the belief of a loop's controller, or by an estimator of its own where that is biased (thesis), or none.
+/// Odometry with the belief of a loop's controller, or with a separate estimator if that is biased (thesis) or missing.
 /// The loop's controller has to outlive it. @param parameters of the loop.
 Odometry makeOdometry(const DriveParameters& parameters, const DriveLoop& loop);
 
-/// The last measurement of a loop as it counts for it: calibrated, without channels that are faulty or impossible.
+/// The last measurement of a loop: calibrated, without faulty and impossible channels.
 Observation asCounted(Observation observation, const DriveLoop& loop);
 
 }  // namespace jackal_aic

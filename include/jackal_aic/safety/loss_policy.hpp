@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// What to do when channels do not count any more: drive on with what remains, or stop. Pure; the measurement watch
-/// asks it.
+/// Decision between driving on and stopping when channels are lost. Pure; used by the measurement watch.
 
 #include <array>
 
@@ -11,7 +10,7 @@
 
 namespace jackal_aic {
 
-/// Answer to a loss.
+/// Reaction to a loss.
 enum class LossAction {
   drive,  ///< go on with the remaining channels
   stop    ///< brake
@@ -20,11 +19,11 @@ enum class LossAction {
 /// Words of LossAction, in the order of the enumerators.
 inline constexpr std::array<const char*, 2> kLossActionNames{"drive", "stop"};
 
-/// Answers to the losses. YAML prefix `on_loss`.
+/// Reactions to the losses. YAML prefix `on_loss`.
 struct LossPolicyParameters {
   LossAction imu = LossAction::drive;       ///< no yaw rate: drive on the wheels and the learned effective track
-  LossAction one_wheel = LossAction::stop;  ///< one encoder: its wheel would follow from the other and the yaw rate
-  LossAction wheels = LossAction::stop;     ///< both encoders, or one and the yaw rate: drive on the model alone
+  LossAction one_wheel = LossAction::stop;  ///< one encoder: drive on the other and the yaw rate
+  LossAction wheels = LossAction::stop;     ///< both encoders, or one and the yaw rate: drive on the model
   double model_time = 1.0;                  ///< longest time of driving on the model alone [s]
 };
 
@@ -37,11 +36,11 @@ void describeFields(Visitor& v, LossPolicyParameters& p) {
   v.field("model_time", p.model_time, {0.0, 60.0}, "s", Presence::optional);
 }
 
-/// How a controller gets on with missing channels.
+/// How a controller tolerates missing channels.
 enum class LossTolerance {
   one_of_three,  ///< the thesis' structures: any two of yaw rate and wheels suffice (sensor_reconstruction.hpp)
   model,         ///< the predictive structure: its model goes on without any of them
-  open_loop      ///< the baseline: it looks at none, and nothing is asked
+  open_loop      ///< the baseline uses no channel
 };
 
 /// What is lost.
@@ -52,10 +51,10 @@ enum class Loss {
   right_encoder,         ///< of the right wheels
   encoder_and_yaw_rate,  ///< one wheel is left
   both_encoders,         ///< no wheel is left
-  unclear                ///< each channel may count, but too few do at a time
+  unclear                ///< single channels are valid, but too few at a time
 };
 
-/// What a person reads; empty for `none`.
+/// Text for people; empty for `none`.
 const char* text(Loss loss);
 
 /// Decision with what is lost.

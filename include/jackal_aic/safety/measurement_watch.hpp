@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Which channels of the measurements count, and whether the robot may drive on them. In one direction:
+/// Decides which channels of the measurements count, and whether the robot may drive on them:
 ///
 ///     health of each source -> channels that are left -> loss policy -> causes to stop
 
@@ -21,37 +21,34 @@ namespace jackal_aic {
 
 /// Settings of the watch.
 struct MeasurementWatchParameters {
-  LossPolicyParameters on_loss;                           ///< what to do without a sensor
+  LossPolicyParameters on_loss;                           ///< reaction to lost sensors
   LossTolerance tolerance = LossTolerance::one_of_three;  ///< of the controller that gets the measurements
   std::optional<FaultParameters> faults;  ///< of the fault detection, which needs a plant model; empty: none
   GeometryParameters geometry;            ///< of the robot
-  std::optional<PlantModel> plant_model;  ///< what its motors can follow
-  double largest_wheel_speed = 127.5;     ///< that a sound encoder can read [rad/s]
-  double largest_yaw_rate = 20.0;         ///< that a sound gyro can read [rad/s]
+  std::optional<PlantModel> plant_model;  ///< model of its motors
+  double largest_wheel_speed = 127.5;     ///< limit of a plausible encoder [rad/s]
+  double largest_yaw_rate = 20.0;         ///< limit of a plausible gyro [rad/s]
 };
 
-/// Judges every sample before the controller sees it. Without fault detection nothing is predicted, so that only lost
-/// sources, and readings that no robot has, do not count. Time never decreases but by restart(). Nothing here allocates
-/// or throws after construction.
+/// Checks every sample before the controller. Without fault detection it excludes only lost sources and impossible
+/// readings. Time decreases only by restart(). After construction nothing allocates or throws.
 class MeasurementWatch {
  public:
   /// @throws ParameterError as validate(FaultParameters).
   explicit MeasurementWatch(const MeasurementWatchParameters& parameters);
 
-  /// Lets time pass under a command [rad/s] that the motors really have; empty if it is unknown. @param duration [s].
+  /// Advances by a time under the real command of the motors [rad/s]; empty if unknown. @param duration [s].
   void advance(const std::optional<WheelCommand>& command, double duration);
 
-  /// Calibrates a sample by what the IMU reads at rest, and excludes channels of it that are lost, outliers or faulty,
-  /// or read what no robot does: more than the largest wheel speed and yaw rate, or than 10 g. @param health of the
-  /// sources now; @param now [s].
+  /// Calibrates a sample with the IMU's bias at rest. Excludes lost, outlying and faulty channels, and impossible
+  /// readings: above the largest wheel speed or yaw rate, or 10 g. @param health of the sources now; @param now [s].
   void judge(Observation& observation, const SensorHealth& health, double now);
 
-  /// Why the robot may not drive, as far as its measurements go. @param health of the sources now; @param now [s];
-  /// @param at_rest the robot stands and is not to move: whether a wheel or a sensor is good again shows only on the
-  /// move.
+  /// Causes to stop by the measurements. @param health of the sources now; @param now [s];
+  /// @param at_rest the robot stands with a zero set point: recovery of wheels and sensors shows only on the move.
   StopCauses causes(const SensorHealth& health, double now, bool at_rest);
 
-  /// What the fault detection says, else how IMU or robot differ from what is configured.
+  /// Finding of the fault detection, else a remark on IMU or robot.
   Fault fault() const;
 
   /// Number of a remark on the wheels or the turn, see text(Fault, double); 1 without one.
@@ -60,10 +57,10 @@ class MeasurementWatch {
   /// Calibration of the IMU at rest.
   const ImuAtRest& imuAtRest() const { return imu_at_rest_; }
 
-  /// What is lost, as of the last causes(), if no cause of its own says so.
+  /// The loss at the last causes(), unless a separate cause names it.
   Loss loss() const { return loss_; }
 
-  /// True once measurements have come, or are overdue.
+  /// True once measurements have arrived, or are overdue.
   bool started() const { return started_; }
 
   /// Faults detected since the start.
@@ -75,18 +72,18 @@ class MeasurementWatch {
   /// Forgets measurements and faults.
   void reset();
 
-  /// After time ran back: as resumeAfterStall(), because the motors may have stopped or go on as before, and waits for
-  /// the first measurements again: what has not come yet is not lost. @param now [s].
+  /// After time ran back: as resumeAfterStall(), because the motors may have stopped or not, and waits for first
+  /// measurements again: until they come no source is lost. @param now [s].
   void restart(double now);
 
-  /// Forgets what was learned about encoders and IMU, for a robot that may be another. To be called after restart().
+  /// Forgets what was learned about encoders and IMU, for another robot. To be called after restart().
   void forgetSensors();
 
-  /// After a time without action steps (a stall, a clock that jumped forward), in which the motors may have stopped by
-  /// themselves: forgets, and lets every sample count until the robot follows its commands again. @param now [s].
+  /// After a time without action steps (a stall, a clock that jumped forward), in which the motors may have stopped:
+  /// forgets the motion, and accepts every sample until the robot follows its commands again. @param now [s].
   void resumeAfterStall(double now);
 
-  /// True for as long as resumeAfterStall() has every sample count: the motors do not follow their commands yet.
+  /// True while resumeAfterStall() accepts every sample, because the motors do not follow their commands yet.
   bool recoversFromStall(double now) const { return now < stalled_until_; }
 
  private:

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Finds which source has the motors behind a multiplexer (twist_mux): it lets through our commands or those of another
-/// source, and what reached the motors is seen afterwards.
+/// Detects the source that drives the motors behind a multiplexer (twist_mux), which passes our commands or those of
+/// another source, by the commands that reached the motors.
 
 #include <array>
 #include <cstddef>
@@ -12,33 +12,33 @@
 
 namespace jackal_aic {
 
-/// How it is known what reached the motors.
+/// Evidence of the commands that reached the motors.
 enum class AppliedSource {
-  drive,  ///< the robot publishes what its motors get, without pause: nothing else matters then
-  twist,  ///< what the multiplexer lets through; silence is a stop, as for the stock velocity controller
+  drive,  ///< the robot publishes its motors' commands; overrides the others
+  twist,  ///< output of the multiplexer; silence is a stop, as for the stock velocity controller
   wheels  ///< without the other two: the measured wheel speeds are taken for the commands, so no wheel can be found
           ///< faulty by them
 };
 
 /// Compares the commands that reached the motors with those that we sent shortly before. They are ours while they lie
-/// among ours, or come nearer, as behind a multiplexer with limits of its own; kPatience without that, and they are
-/// another's. Then offer() tells what to send: the applied command and a step towards our own wish, so that nothing
-/// jumps when the motors are handed back, and so that the motors tell by following it that they are ours again. Nothing
-/// here allocates or throws; time never decreases.
+/// among ours or approach them, as behind a multiplexer with limits. After kPatience without that, another source
+/// drives. Then offer() is the command to send: the applied command and a step towards our goal. So the command does
+/// not jump at the hand-over, and motors that follow the step are ours again. Nothing here allocates or throws; time
+/// never decreases.
 class MotorShare {
  public:
-  static constexpr double kMemory = 0.3;    ///< longest time that a command takes from here to the motors [s]
-  static constexpr double kPatience = 0.2;  ///< with applied commands that are not among ours [s]
+  static constexpr double kMemory = 0.3;    ///< longest delay of a command to the motors [s]
+  static constexpr double kPatience = 0.2;  ///< of applied commands that are not ours [s]
   static constexpr double kOffer = 1.5;     ///< largest step of an offer [rad/s], 0.15 m/s
-  static constexpr double kSilence = 0.25;  ///< applied commands that stay away for longer do not count [s]
+  static constexpr double kSilence = 0.25;  ///< without applied commands, after which they do not count [s]
 
-  /// A command of ours leaves. @param time [s].
+  /// Takes a command that we send. @param time [s].
   void send(double time, const WheelCommand& command);
 
   static constexpr double kTolerance = 0.05;      ///< relative, between a command of ours and what reached the motors
-  static constexpr double kWheelTolerance = 0.3;  ///< the same where the wheels tell
+  static constexpr double kWheelTolerance = 0.3;  ///< the same by the measured wheels
 
-  /// A command reached the motors, whosever it is. @param time [s].
+  /// Takes a command of any source that reached the motors. @param time [s].
   void apply(double time, const WheelCommand& command, AppliedSource source);
 
   /// The command that the motors have; empty if it is unknown. @param time [s].
@@ -50,10 +50,10 @@ class MotorShare {
   /// True if only the wheels show what reached the motors.
   bool toldByWheels() const { return any_ && !any_drive_ && !any_twist_; }
 
-  /// True unless it is known that the motors follow another.
+  /// False while another source drives.
   bool ours(double time) const { return ours_ || !known(time); }
 
-  /// What to send while the motors follow another. @param goal wheel speeds that we want [rad/s].
+  /// Command to send while another source drives. @param goal wheel speeds that we want [rad/s].
   WheelCommand offer(const WheelCommand& goal) const;
 
   /// Forgets everything.

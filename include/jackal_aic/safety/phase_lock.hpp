@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// When the next action is due, so that it acts on a measurement that has just come.
+/// Due time of the next action, right after a measurement.
 
 #include <array>
 #include <cstddef>
@@ -9,30 +9,29 @@
 
 namespace jackal_aic {
 
-/// Locks the phase of a periodic action to measurements of about the same rate, or of another one: the action moves to
-/// where the recent measurements, had they come with it, would have been youngest on average. One that comes after the
-/// action waits for the next, which costs a whole period; one that comes before costs only the wait. So the action
-/// comes a little after the measurements, jitter included, and what comes later than that once in a while is not waited
-/// for. The period changes by little, up to longestShift(), but once after the start or a silence. Pure bookkeeping
-/// without a clock: time enters as nanoseconds. Nothing allocates.
+/// Locks the phase of a periodic action to measurements of any rate: the action moves to the phase with the smallest
+/// mean age of the recent measurements. A measurement right after the action waits for a whole period, one before it
+/// only until the action. So the action follows the measurements closely, jitter included, and does not wait for rare
+/// late ones. The period changes by up to longestShift(), or by more once after the start or a silence. No clock: times
+/// are passed in nanoseconds. Nothing allocates.
 class PhaseLock {
  public:
   /// @param period of the action [ns], 1000 or more.
   explicit PhaseLock(std::int64_t period);
 
-  /// A measurement came at this time [ns], not before the last one. Of several that come less than half a period apart
-  /// the first counts: the others were held up.
+  /// Takes the arrival time of a measurement [ns], not before the last one. Of several within half a period the first
+  /// counts: the others were delayed.
   void arrived(std::int64_t now);
 
-  /// Time at which the next action is due [ns], after one that was due at `due`: a period later, up to longestShift()
-  /// earlier or later; up to two periods where it is not locked yet; `now`, if that was missed by a period.
+  /// Time at which the next action is due [ns], after one that was due at `due`: a period later, plus or minus
+  /// longestShift(); up to two periods before it is locked; `now` if that is missed by a period.
   /// @param now the present time [ns].
   std::int64_t next(std::int64_t due, std::int64_t now);
 
   /// Forgets the measurements: the next of them locks the phase again.
   void reset();
 
-  /// Most that a period is lengthened or shortened while locked [ns].
+  /// Largest change of a period while locked [ns].
   std::int64_t longestShift() const { return period_ / 40; }
 
  private:

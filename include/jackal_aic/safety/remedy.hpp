@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What an owner can do when the robot stops or a sensor fails: the second sentence of a log line.
+/// Remedies for stops and failed sensors: the second sentence of a log line.
 
 #include "jackal_aic/faults/fault.hpp"
 #include "jackal_aic/safety/loss_policy.hpp"
@@ -9,7 +9,7 @@
 
 namespace jackal_aic {
 
-/// Empty for `none`, and for a cause whose text says it already.
+/// Empty for `none`, and for a cause whose text includes it.
 const char* remedy(StopCause cause);
 
 /// Empty for `none`.

@@ -1,20 +1,20 @@
 #pragma once
 
 /// @file
-/// Which fixed steps are due when timers fire late: pure bookkeeping, time enters as nanoseconds.
+/// Schedule of fixed steps under late timers. No clock: times are passed in nanoseconds.
 
 #include <cstdint>
 
 namespace jackal_aic {
 
-/// Keeps belief and action steps in their fixed ratio and order although two timers fire late and in any order. An
+/// Keeps belief and action steps in their fixed ratio and order, although two timers fire late and in any order. An
 /// action period has n belief steps and ends with one action step at its boundary. The belief timer may not run past a
 /// boundary whose action is still due; the action timer first runs the belief steps that are missing. So the sequence
 /// of steps does not depend on how the timers are served.
 class StepSchedule {
  public:
   /// @param belief_step length of a belief step [ns]; @param belief_steps_per_action n, 1 or more;
-  /// @param most_periods most action periods to catch up at once; what is later than that is dropped and counted.
+  /// @param most_periods most action periods to catch up at once; later periods are dropped and counted.
   StepSchedule(std::int64_t belief_step, int belief_steps_per_action, int most_periods);
 
   /// True once start() was called.
@@ -23,7 +23,7 @@ class StepSchedule {
   /// Starts the first action period at this time [ns].
   void start(std::int64_t now);
 
-  /// Back to before start().
+  /// Returns to the state before start().
   void stop() { started_ = false; }
 
   /// Belief steps to run now [ns], without passing the boundary of the present action period.
@@ -35,12 +35,12 @@ class StepSchedule {
   /// Time for which the next belief step is due [ns].
   std::int64_t nextBeliefStep() const { return boundary_ + (belief_steps_done_ + 1) * belief_step_; }
 
-  /// Notes that a belief step was run.
+  /// Counts a belief step.
   void beliefStepDone() { ++belief_steps_done_; }
 
   /// Whole action periods that are over at the time [ns] for which the action timer was set, at most most_periods. The
-  /// remainder moves the boundary and costs no step: a timer that was put off, or brought forward by no more than 1/16
-  /// of a period, to follow the measurements (phase_lock.hpp).
+  /// remainder moves the boundary without losing a step: the timer was delayed, or advanced by at most 1/16 of a
+  /// period, to follow the measurements (phase_lock.hpp).
   int actionPeriodsDue(std::int64_t expected);
 
   /// End of the last action period that is over at a time [ns], for a caller without a timer.

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Everything that keeps the robot from driving.
+/// Causes that keep the robot from driving.
 
 #include <algorithm>
 #include <bitset>
@@ -13,9 +13,9 @@ namespace jackal_aic {
 /// Why the robot may not drive, from mild to severe: of several causes the last one counts.
 enum class StopCause {
   none,
-  start,              ///< set points go on since before the start: none was zero yet, and they have not paused
-  unpaired,           ///< stamps of wheel speeds and IMU data do not pair
-  moved,              ///< pushed or carried: wheels that are to stand turn, or the body moves on sliding tyres
+  start,              ///< set points are sent since before the start, without a zero or a pause
+  unpaired,           ///< no pair within robot.pairing_tolerance
+  moved,              ///< pushed or carried: wheels turn under a zero command, or the body slides
   imu_frozen,         ///< IMU data repeat exactly
   imu_late,           ///< past deadlines.imu
   imu_missing,        ///< never received
@@ -25,15 +25,15 @@ enum class StopCause {
   wheels_missing,     ///< never received
   set_point_late,     ///< past deadlines.set_point
   set_point_missing,  ///< never received
-  set_points_rival,   ///< more than one node publishes set points
+  set_points_rival,   ///< both send within 0.5 s
   clock_jump,         ///< the clock jumped back
-  graph_unchecked,    ///< it is not known yet who else publishes commands, or the emergency stop is not connected
+  graph_unchecked,    ///< the ROS graph was not read yet, or e_stop is not connected
   motors_off,         ///< feedback: the motors do not take velocity commands
   robot_stopped,      ///< status: the robot's own stop is engaged
   emergency_stop,     ///< e_stop
   disabled,           ///< service enable: false
   shutdown,           ///< the controller is to end
-  contention,         ///< another node publishes commands
+  contention,         ///< on the topic of the commands
   sensor_fault,       ///< the fault monitor left too little to drive on
   belief_diverged,    ///< not finite, or beyond plausibility.speed_factor
   driver_fault        ///< feedback: a motor driver reports a fault
@@ -42,18 +42,18 @@ enum class StopCause {
 /// Number of causes, `none` included.
 inline constexpr int kStopCauses = static_cast<int>(StopCause::driver_fault) + 1;
 
-/// How a cause is met.
+/// Reaction to a cause.
 enum class Severity {
-  stop,       ///< brake; drive on when it is gone
-  emergency,  ///< brake at the acceleration limits; drive on when it is gone
-  halt,       ///< as emergency, by a person or the robot: restart_after_stop says what to wait for when it is gone
-  fault       ///< as emergency, and wait for a zero set point when it is gone
+  stop,       ///< brake; drive on when the cause is gone
+  emergency,  ///< brake at the acceleration limits; drive on when the cause is gone
+  halt,       ///< as emergency, by a person or the robot; then wait for restart_after_stop
+  fault       ///< as emergency; then wait for a zero set point
 };
 
 /// Severity of a cause; `none` counts as stop.
 Severity severity(StopCause cause);
 
-/// What a person reads; empty for `none`.
+/// Text for people; empty for `none`.
 const char* text(StopCause cause);
 
 /// Causes that are present.

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A PI controller for each wheel, beside the predictive controller."""
+"""A PI controller for each wheel, compared with the predictive controller."""
 
 import jackal_aic
 

@@ -117,10 +117,10 @@ def simulate(robot, controller, set_points, *, duration=3.0, faults=(), seed=Non
 
     robot: 'ground', 'box' (wheels in the air), 'real' (with the flaws of a real robot), or the path of a YAML file.
     controller: a name or path of a YAML file, driven without deadlines as in the thesis' experiments ('predictive', 'improved',
-        'standard', 'tuned', 'diff_drive'); a VelocityController, likewise; or Parameters, driven as by the node, with its
+        'standard', 'tuned', 'diff_drive'); a VelocityController, driven in the same way; or Parameters, driven as by the node, with its
         deadlines, limits, loss policy and fault detection.
     set_points: (speed, yaw rate) [m/s, rad/s], a step after 0.5 s of rest; or a list of (time, speed, yaw rate) in order of
-        time [s], each of which holds until the next. The robot rests before the first.
+        time [s], each held until the next. The robot rests before the first.
     duration: of the drive [s], at most 3600.
     faults: a Fault or a list of them; a dict with its fields stands for one.
     seed: of noise and ground, a whole number; None: that of the robot's file.

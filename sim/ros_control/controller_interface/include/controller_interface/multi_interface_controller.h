@@ -8,7 +8,7 @@
 
 namespace controller_interface {
 
-/// A controller on the interfaces T, all of which it needs unless they are optional.
+/// A controller on the interfaces T; it needs all of them unless they are optional.
 template <typename... T>
 class MultiInterfaceController : public virtual ControllerBase {
  public:

@@ -8,7 +8,7 @@
 
 namespace hardware_interface {
 
-/// Which resources of which interface.
+/// Resources of an interface.
 struct InterfaceResources {
   InterfaceResources() = default;
   InterfaceResources(const std::string& hw_iface, const std::set<std::string>& res)

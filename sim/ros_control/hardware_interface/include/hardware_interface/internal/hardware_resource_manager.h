@@ -27,7 +27,7 @@ class HardwareResourceManager : public HardwareInterface, public ResourceManager
  public:
   using ResourceHandleType = ResourceHandle;
 
-  /// @throws HardwareInterfaceException if there is no handle of that name.
+  /// @throws HardwareInterfaceException without a handle of that name.
   ResourceHandle getHandle(const std::string& name) {
     try {
       ResourceHandle handle = ResourceManager<ResourceHandle>::getHandle(name);

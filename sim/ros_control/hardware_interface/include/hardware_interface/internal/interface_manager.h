@@ -22,7 +22,7 @@ class InterfaceManager {
     resources_[type] = iface->getNames();
   }
 
-  /// The interface of this type; nullptr if there is none.
+  /// The interface of this type, or nullptr.
   template <class T>
   T* get() {
     const auto found = interfaces_.find(internal::demangledTypeName<T>());

@@ -14,7 +14,7 @@
 
 namespace hardware_interface {
 
-/// Base of all resource managers, whatever their handles.
+/// Base of all resource managers.
 class ResourceManagerBase {
  public:
   virtual ~ResourceManagerBase() = default;
@@ -40,7 +40,7 @@ class ResourceManager : public ResourceManagerBase {
     ROS_WARN_STREAM("Handle '" << handle.getName() << "' replaced in '" << internal::demangledTypeName(*this) << "'.");
   }
 
-  /// @throws std::logic_error if there is no handle of that name.
+  /// @throws std::logic_error without a handle of that name.
   ResourceHandle getHandle(const std::string& name) {
     const auto found = resource_map_.find(name);
     if (found != resource_map_.end()) return found->second;
