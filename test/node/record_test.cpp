@@ -128,6 +128,11 @@ TEST_F(RecordTest, StateHasWhatWasMeasuredBesideWhatIsBelieved) {
   EXPECT_NEAR(state.measured_forward, 0.4, 0.05);
   EXPECT_NEAR(state.measured_yaw_rate, 0.5, 0.1);
   EXPECT_NEAR(state.measured_forward, state.belief_forward.at(0), 0.05);
+
+  const std::string picture = to_ + ".png";
+  output("timeout 60 rosrun jackal_aic plot_live --duration 3 --output " + quoted(picture), 0);
+  EXPECT_GT(fs::file_size(picture), 10000u);
+  fs::remove(picture);
 }
 
 }  // namespace

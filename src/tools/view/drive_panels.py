@@ -1,4 +1,4 @@
-"""The panels in which a drive is shown."""
+"""The panels in which a drive is shown: from a recording and live."""
 
 import math
 import operator
@@ -34,7 +34,9 @@ class Drive:
                'belief_forward': lambda state: first(state.belief_forward),
                'belief_yaw_rate': lambda state: first(state.belief_yaw_rate)}
 
-    def __init__(self):
+    def __init__(self, window=math.inf):
+        """window: seconds that are kept."""
+        self.window = window
         self.time, self.reasons = [], []
         self.summary = ''  # of the last state
         self.columns = {name: [] for name in self.COLUMNS}
@@ -44,12 +46,13 @@ class Drive:
         """Takes a ControllerState. A clock that jumped back begins anew."""
         time = state.header.stamp.to_sec()
         if self.time and time < self.time[-1]:
-            self.__init__()
+            self.__init__(self.window)
         self.time.append(time)
         self.summary = state.summary
         self.reasons.append('' if state.status == DRIVING and not state.reason else state.reason or 'idle')
         for name, value in self.COLUMNS.items():
             self.columns[name].append(value(state))
+        self._forget(self.time, [self.reasons, *self.columns.values()])
 
     def add_truth(self, odometry):
         """Takes a nav_msgs/Odometry of the true motion, twist in the robot's frame."""
@@ -59,6 +62,15 @@ class Drive:
         self.true_time.append(time)
         self.true_forward.append(odometry.twist.twist.linear.x)
         self.true_yaw_rate.append(odometry.twist.twist.angular.z)
+        self._forget(self.true_time, [self.true_forward, self.true_yaw_rate])
+
+    def _forget(self, time, lists):
+        """Drops what is older than the window, at most a tenth of it too late."""
+        if time[-1] - time[0] <= 1.1 * self.window:
+            return
+        keep = next(i for i, t in enumerate(time) if t >= time[-1] - self.window)
+        for values in [time, *lists]:
+            del values[:keep]
 
     def stops(self):
         """(begin, end, reason) of each stretch in which something kept the robot from driving."""
@@ -121,10 +133,10 @@ def widen(axes, span):
         axes.set_ylim(0.5 * (low + high - span), 0.5 * (low + high + span))
 
 
-def draw(figure, drive, title=''):
-    """Draws a drive on an empty figure."""
+def draw(figure, drive, origin=None, title=''):
+    """Draws a drive on an empty figure. origin: time of 0 on the axis [s]; the first state by default."""
     grid = figure.subplots(4, 1, sharex=True, gridspec_kw={'height_ratios': [3, 3, 2, 1.5]})
-    origin = drive.time[0]
+    origin = origin if origin is not None else (drive.time[0] if drive.time else 0.0)
     draw_velocity(grid[0], drive, origin, 'forward', 'm/s', 'forward speed')
     draw_velocity(grid[1], drive, origin, 'yaw_rate', 'rad/s', 'yaw rate')
     time = [t - origin for t in drive.time]
