@@ -19,13 +19,19 @@ test_targets() {
 }
 
 # run_tests BUILD PATTERN SECONDS FINDINGS LAUNCHER...: runs the tests that match, two per processor at a time (those that compute count
-# twice), the longest first; counts their cases and the reports of sanitizers in the directory FINDINGS.
+# twice), the longest first. Node tests that fail beside others run once more, alone, and that result counts. Counts their cases and the
+# reports of sanitizers in the directory FINDINGS.
 run_tests() {
-  local build=$1 results=$1/test_results timed_out total=0 errors=0 failures=0 skipped=0 failed finding
-  rm -rf "$results"
-  (cd "$build" && "${@:5}" ctest -j $((2 * $(nproc))) -R "${2:-.}" --timeout "$3" </dev/null) | sed -u 's/_ctest_jackal_aic_//' |
-    tee "$build/tests.log" || true
-  timed_out=$(grep -cE '\*\*\*(Timeout|Not Run)' "$build/tests.log") || true
+  local build=$1 results=$1/test_results log=$1/tests.log again timed_out total=0 errors=0 failures=0 skipped=0 failed finding
+  rm -rf "$results" "$log" "$1/Testing/Temporary/LastTestsFailed.log"
+  run_ctest "$1" "$3" "${@:5}" ctest -j $((2 * $(nproc))) -R "${2:-.}"
+  again=$(sed -nE 's/^[0-9]+:(.*_rostest_.*)/\1/p' "$build/Testing/Temporary/LastTestsFailed.log" 2>/dev/null | paste -sd '|') || true
+  if [[ -n $again ]]; then
+    say "Again, alone:"
+    sed -i '/ rostest_.*\*\*\*/d' "$log"
+    run_ctest "$1" "$3" "${@:5}" ctest -R "^($again)\$"
+  fi
+  timed_out=$(grep -cE '\*\*\*(Timeout|Not Run)' "$log") || true
   catkin_test_results --verbose "$results" >"$build/results.log" 2>&1 || true
   sed -nE '/<failure|<error|^[^<]*tests, /{s/&#x0A;/ /g; s/^(.{500}).*/\1 .../p; t; /^Summary/!p}' "$build/results.log"
   read -r total errors failures skipped < <(sed -nE 's/^Summary: ([0-9]+) tests, ([0-9]+) errors, ([0-9]+) failures, ([0-9]+) skipped.*/\1 \2 \3 \4/p' "$build/results.log") || true
@@ -38,4 +44,9 @@ run_tests() {
   if ((failed > 0)); then say "Logs: $build/Testing/Temporary/LastTest.log"; fi
   say "$((total - errors - failures - skipped)) passed, $failed failed"
   return $((failed > 0))
+}
+
+# run_ctest BUILD SECONDS COMMAND...: runs CTest there with this limit for a test; what it prints is in BUILD/tests.log, too.
+run_ctest() {
+  (cd "$1" && "${@:3}" --timeout "$2" </dev/null) | sed -u 's/_ctest_jackal_aic_//' | tee -a "$1/tests.log" || true
 }
