@@ -1,5 +1,4 @@
-// Sequences of phases, delays and lost samples that drive the loop apart, and the wheel's controller itself on such a
-// clock.
+// Sequences of phases, delays and lost samples that destabilise the loop, and the wheel's controller on such a clock.
 
 #include "jackal_aic/certificate/jitter_search.hpp"
 
@@ -22,7 +21,7 @@ using Eigen::MatrixXd;
 /// The model is the robot.
 LinearLoop groundLoop() { return {PredictiveParameters{}, ground(), ground()}; }
 
-TEST(JitteredMap, IsThePeriodMapWhereNothingJitters) {
+TEST(JitteredMap, IsThePeriodMapWithoutJitter) {
   const LinearLoop loop = groundLoop();
   const Eigen::Vector3d regular = loop.irregularGains(1)[1];
   for (const double phase : {0.0, 0.0055, 0.02}) {
@@ -41,13 +40,13 @@ TEST(JitteredMap, NeedsASampleInEachPeriod) {
   EXPECT_THROW(LinearLoop(ControllerParameters{}, {}, ground()).jitteredMap({}, 0.0), ParameterError);
 }
 
-TEST(JitterSearch, FindsNoSequenceThatGrowsOnAClockThatIsALittleIrregular) {
+TEST(JitterSearch, FindsNoGrowthOnASlightlyIrregularClock) {
   for (const Jitter& jitter : {Jitter{0.02, 0}, Jitter{0.0, 3}}) {
     EXPECT_LT(worstGrowth(groundLoop(), jitter), 1.0) << jitter.extra_delay << " s, " << jitter.lost_samples << " lost";
   }
 }
 
-TEST(JitterSearch, FindsASequenceOfStablePeriodsThatGrows) {
+TEST(JitterSearch, FindsGrowthInASequenceOfStablePeriods) {
   const LinearLoop loop = groundLoop();
   for (const double delay : {0.0, 0.02, 0.04}) EXPECT_TRUE(loop.stable({1.0, delay})) << delay;
   EXPECT_GT(worstGrowth(loop, {0.04, 0}), 1.0);
@@ -102,7 +101,7 @@ class JitteredWheel {
   int lost_ = 0;
 };
 
-TEST(JitterSearch, TheWheelItselfComesToRestOnAnyClockInside) {
+TEST(JitterSearch, WheelSettlesOnAnyClockWithin) {
   for (const Jitter& jitter : {Jitter{0.02, 0}, Jitter{0.0, 3}}) {
     for (std::uint64_t seed = 1; seed <= 100; ++seed) {
       JitteredWheel wheel(seed);

@@ -57,7 +57,7 @@ TEST(LinearLoop, IntegratorWithDeadTimeIsStableUpToTheKnownGain) {
 }
 
 TEST(LinearLoop, DeadTimeOfAFractionIsNotSeenByAWheelThatFollowsAtOnce) {
-  // At the sample the command has arrived, after any part of the action period.
+  // At the sample the command has arrived, for any part of the action period.
   EXPECT_NEAR(radiusWithGain(0.5, 0.031), radiusWithGain(0.5, 0.02), 1e-12);
   EXPECT_GT(std::abs(radiusWithGain(0.5, 0.04) - radiusWithGain(0.5, 0.02)), 1e-3);
 }
@@ -80,31 +80,24 @@ TEST(LinearLoop, FractionalDeadTimeSplitsTheActionPeriodBetweenTwoCommands) {
               expected.eigenvalues().cwiseAbs().maxCoeff(), 1e-7);
 }
 
-TEST(LinearLoop, ExtraDeadTimeEqualsThatOfThePlant) {
+TEST(LinearLoop, ChangesOfDeadTimeAndGainEqualThoseOfPlantAndController) {
   const LinearLoop loop(ControllerParameters{}, {}, PlantModel{});
   PlantModel slower;
   slower.dead_time += 0.0537;
   EXPECT_DOUBLE_EQ(loop.spectralRadius(LoopMode::turn, {1.0, 0.0537}),
                    LinearLoop(ControllerParameters{}, {}, slower).spectralRadius(LoopMode::turn));
-}
-
-TEST(LinearLoop, ActionGainEqualsThatOfTheController) {
   ControllerParameters stronger;
   stronger.kappa_a *= 1.7;
-  EXPECT_NEAR(LinearLoop(ControllerParameters{}, {}, {}).spectralRadius(LoopMode::straight, {1.7, 0.0}),
+  EXPECT_NEAR(loop.spectralRadius(LoopMode::straight, {1.7, 0.0}),
               LinearLoop(stronger, {}, {}).spectralRadius(LoopMode::straight), 1e-12);
 }
 
-TEST(LinearLoop, ASlowerSensorLengthensThePeriod) {
+TEST(LinearLoop, PeriodIsCommonToSensorAndAction) {
   PlantModel plant;
-  plant.sensor_rate = 20.0;
-  EXPECT_DOUBLE_EQ(LinearLoop(ControllerParameters{}, {}, plant).period(), 0.1);
-  plant.sensor_rate = 100.0;
-  EXPECT_DOUBLE_EQ(LinearLoop(ControllerParameters{}, {}, plant).period(), 0.02);
-}
-
-TEST(LinearLoop, RefusesRatesWithoutACommonPeriod) {
-  PlantModel plant;
+  for (const auto& [rate, period] : {std::pair(20.0, 0.1), std::pair(100.0, 0.02)}) {
+    plant.sensor_rate = rate;
+    EXPECT_DOUBLE_EQ(LinearLoop(ControllerParameters{}, {}, plant).period(), period);
+  }
   plant.sensor_rate = 49.7;
   try {
     const LinearLoop loop(ControllerParameters{}, {}, plant);

@@ -12,7 +12,7 @@ constexpr std::int64_t kMillisecond = 1000000;
 /// 50 Hz action, 25 Hz sensor, 100 Hz belief with inner steps of 5 ms: a period of 40 ms.
 constexpr LoopClock kClock{20 * kMillisecond, 2, 1, 4, 8};
 
-TEST(LoopClock, AtOneAndTheSameTimeTheSensorComesFirstAndTheActionLast) {
+TEST(LoopClock, SensorComesFirstAndActionLastAtEqualTimes) {
   const auto events = kClock.events(0, 0);
   ASSERT_EQ(events.size(), 2u + 1u + 4u + 8u);
   EXPECT_TRUE(std::is_sorted(events.begin(), events.end()));
@@ -24,7 +24,7 @@ TEST(LoopClock, AtOneAndTheSameTimeTheSensorComesFirstAndTheActionLast) {
   EXPECT_EQ(events[last + 3].second, LoopEvent::action);
 }
 
-TEST(LoopClock, SamplesComeEarlierByThePhaseAndCommandsLaterByTheDeadTime) {
+TEST(LoopClock, PhaseAdvancesSamplesAndDeadTimeDelaysCommands) {
   std::vector<std::int64_t> samples, commands;
   for (const auto& [time, event] : kClock.events(7 * kMillisecond, 3 * kMillisecond)) {
     if (event == LoopEvent::sensor) samples.push_back(time);

@@ -40,7 +40,7 @@ struct Drive {
   StopFigures stop;
   double forward = 0.0;                              ///< mean of the last half second before the stop [m/s]
   double yaw_rate = 0.0;                             ///< [rad/s]
-  double forward_error = 0.0, yaw_rate_error = 0.0;  ///< belief minus truth, likewise
+  double forward_error = 0.0, yaw_rate_error = 0.0;  ///< belief minus truth, of the same mean
 };
 
 Drive drive(const LoopSetup& setup, const SetPoint& set_point) {

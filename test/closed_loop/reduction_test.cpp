@@ -1,9 +1,7 @@
-// The controller of the thesis is the special case of the predictive one in which the goal takes the place of the
-// command in the belief, the model has no dead time and no disturbance, and the action descends the sensory prediction
-// error instead of the expected one.
-// For p = 0 both give the same beliefs and actions. Shown for each of the two degrees of freedom alone, as chapter 4 of
-// the thesis looks at them: its belief is preconditioned in body coordinates, in which forward and yaw motion converge
-// at different rates, the predictive one's by its curvature.
+// The thesis controller is the special case of the predictive one in which the goal replaces the command in the belief,
+// the model has no dead time and no disturbance, and the action descends the sensory prediction error instead of the
+// expected one. For p = 0 both give the same beliefs and actions, in each degree of freedom alone (chapter 4): the
+// thesis' belief is preconditioned in body coordinates, the predictive one's by its curvature.
 
 #include <gtest/gtest.h>
 
@@ -46,7 +44,7 @@ BeliefStep beliefStep(const ControllerParameters& p, const GeometryParameters& g
   return {phi, sense / (pull + sense) * (1.0 - phi)};
 }
 
-/// What makes the predictive controller's parts the thesis' controller in one degree of freedom.
+/// The predictive controller's parts as the thesis controller in one degree of freedom.
 struct Reduction {
   PlantModel model;              // without dead time
   WheelBeliefParameters belief;  // without a disturbance
@@ -84,7 +82,7 @@ class GoalDrivenWheel {
 
   /// A period that ends with a measurement y [rad/s].
   void step(double goal, double y) {
-    // dw/dt = (w_d + z - w)/lag: the belief expects to reach the goal whatever is commanded
+    // dw/dt = (w_d + z - w)/lag
     for (long i = 0; i < steps_; ++i) belief_.predict(goal);
     belief_.correct(y);
     // a <- a - h kappa_y eps_y/Sigma_y with dy/da = 1
@@ -153,7 +151,7 @@ INSTANTIATE_TEST_SUITE_P(RatesIntegratorsMotions, ReducesToTheThesis,
                                           testing::Values(Integrator::exact, Integrator::euler),
                                           testing::Values(Motion::forward, Motion::turn)));
 
-TEST(Reduction, ABeliefWithTheGoalInItIsBiasedAndOneWithoutIsNot) {
+TEST(Reduction, BeliefWithTheGoalInItIsBiased) {
   // A wheel that does not move at all: with the goal in the place of the command the belief goes part of the way to it,
   // with the command, which is zero, it stays.
   const GeometryParameters geometry;

@@ -64,7 +64,7 @@ TEST(OneLoss, RobotDrivesOnAndNoCommandJumps) {
   const struct {
     const char* controller;
     double velocity;  // largest deviation while a channel is lost, more than before [m/s]
-    double yaw_rate;  // likewise [rad/s]
+    double yaw_rate;  // the same of the yaw rate [rad/s]
   } structures[] = {{"predictive", 0.02, 0.03}, {"improved", 0.03, 0.05}, {"standard", 0.03, 0.05}};
   constexpr double kStep = 0.6;  // rad/s, of a wheel's command at the loss and at the return
   for (const auto& structure : structures) {

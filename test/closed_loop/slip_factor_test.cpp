@@ -1,5 +1,5 @@
-// Effective track and slip factor mean the same to everybody: theta_dot = r alpha (w_R - w_L) / b_hat (3-1). A robot
-// whose slip factor is not 1 is identified, certified, driven and watched by what the one tells the other.
+// Effective track and slip factor have one meaning: theta_dot = r alpha (w_R - w_L) / b_hat (3-1), in identification,
+// certificate, controller and fault monitor.
 
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ class AtSlipFactor : public testing::TestWithParam<double> {
     return model;
   }
 
-  /// The recorded drive of a robot: both directions, straight and turning.
+  /// A recorded drive of the robot: both directions, straight and turning.
   DriveRecording recording() const {
     LinearPlant plant(robot(), geometry());
     DriveRecording recording;
@@ -56,7 +56,6 @@ class AtSlipFactor : public testing::TestWithParam<double> {
     return recording;
   }
 
-  /// What identification makes of it.
   PlantModel identified() const {
     const GeometryParameters g = geometry();
     PlantModel model = robot();
@@ -65,7 +64,7 @@ class AtSlipFactor : public testing::TestWithParam<double> {
   }
 };
 
-TEST_P(AtSlipFactor, IdentificationFindsTheTrackOfEquation31) {
+TEST_P(AtSlipFactor, TrackIsIdentified) {
   const GeometryParameters g = geometry();
   const Identification found = identifyDriveTrain(recording(), g.wheel_radius, g.slip_factor);
   ASSERT_TRUE(found.track_left.known() && found.track_right.known());
@@ -73,7 +72,7 @@ TEST_P(AtSlipFactor, IdentificationFindsTheTrackOfEquation31) {
   EXPECT_NEAR(found.track_right.value, kTrack, 0.005 * kTrack);
 }
 
-TEST_P(AtSlipFactor, TheCertificateIsTheSameWhoeverHasTheTrack) {
+TEST_P(AtSlipFactor, CertificateTakesTheTrackFromGeometryOrModel) {
   GeometryParameters knows = geometry();
   knows.effective_track = kTrack;
   PlantModel silent = robot();
@@ -87,7 +86,7 @@ TEST_P(AtSlipFactor, TheCertificateIsTheSameWhoeverHasTheTrack) {
   EXPECT_GT((turn(wider) - turn(robot())).cwiseAbs().maxCoeff(), 1e-4) << "it matters";
 }
 
-TEST_P(AtSlipFactor, ThePredictiveControllerDrivesAsTold) {
+TEST_P(AtSlipFactor, PredictiveControllerReachesItsSetPoint) {
   for (const bool learn : {false, true}) {
     PredictiveParameters parameters;
     parameters.learn_track = learn;
@@ -103,12 +102,12 @@ TEST_P(AtSlipFactor, ThePredictiveControllerDrivesAsTold) {
     EXPECT_NEAR(driven(kYaw), 0.5, 0.005) << "learning " << learn;
     EXPECT_NEAR(y.yaw_rate, driven(kYaw), 1e-9);
     EXPECT_NEAR(loop.controller.believedVelocity()(kForward), 0.4, 0.004);
-    // An arc tells little of the turn in place.
+    // An arc shows little of the turn in place.
     EXPECT_NEAR(loop.controller.effectiveTrack(), kTrack, 0.04 * kTrack);
   }
 }
 
-TEST_P(AtSlipFactor, TheFaultMonitorFindsNothingWrongWithIt) {
+TEST_P(AtSlipFactor, FaultMonitorFindsNoFault) {
   FaultMonitor monitor({}, geometry(), identified());
   LinearPlant plant(robot(), geometry());
   std::mt19937 random(4);

@@ -124,7 +124,7 @@ TEST(ClockThatRanBack, LeavesNothingThatHidesAFault) {
   EXPECT_EQ(loop.status().clock_resets, 1u);
 }
 
-/// A simulation that starts anew may have another robot, with encoders of another resolution.
+/// A restarted simulation may have another robot, with encoders of another resolution.
 TEST(ClockThatRanBack, ForgetsTheResolutionOfTheEncoders) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     DriveLoop loop(parameters(), makeController(parameters()));

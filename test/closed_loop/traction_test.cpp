@@ -62,7 +62,7 @@ struct Robot {
 
 struct Figures {
   double worst_belief = 0.0;      // error of the believed forward speed, later than kAfterAStep [m/s]
-  double worst_odometry = 0.0;    // of the odometry's, likewise
+  double worst_odometry = 0.0;    // the same of the odometry [m/s]
   std::optional<double> contact;  // time at which the body was stopped [s]
   std::optional<double> stuck;    // ... and at which that was reported
   std::string faults;             // of a sensor or a motor, that were reported
@@ -148,7 +148,7 @@ void cruise(const Cruise& c, AttitudeFilter filter) {
   EXPECT_NEAR(believed / driven, 1.0, 0.02);
 }
 
-TEST(AttitudeFilterThatTakesAccelerationsForTilt, DoesNotDisturbTheOdometryOrReportStuck) {
+TEST(AttitudeFilter, TiltByAccelerationsDisturbsNoOdometry) {
   for (const AttitudeFilter& filter : {AttitudeFilter{0.0, 0.0}, AttitudeFilter{0.1, 0.0}, AttitudeFilter{0.04, 0.0},
                                        AttitudeFilter{0.0, 0.4}, AttitudeFilter{0.0, 1.5}}) {
     for (const Cruise& c :

@@ -307,6 +307,17 @@ TEST_F(Launch, TakesAPredictivePresetThatTuneWrites) {
   EXPECT_NE(text("log").find("/predictive/yaw_delay_deviation: 0.06"), std::string::npos) << text("log");
 }
 
+// Without the action bound the action winds up while the motors are at their limit.
+TEST_F(Launch, DrivesAsTheThesisPrints) {
+  const ManoeuvreFile step{"manoeuvre:\n  durations: [1, 3]\n  forward: [0, 1]\n  yaw_rate: [0, 0]\n", 1};
+  for (const bool printed : {false, true}) {
+    const auto legs = drive(step, std::string("preset:=standard printed:=") + (printed ? "true" : "false"),
+                            Witness::truth);
+    ASSERT_EQ(legs.size(), 1u);
+    EXPECT_EQ(legs[0].figures.excess_pct > 5.0, printed) << describe(legs[0]);
+  }
+}
+
 // The dead time is half the shipped model's, which tells whose model the controller took.
 TEST_F(Launch, GivesTheControllerTheModelOfAPlantThatIdentifyWrote) {
   Identification result = identified();

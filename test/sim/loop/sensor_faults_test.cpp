@@ -50,20 +50,17 @@ TEST(SensorFaults, FrozenEncoderRepeatsItsLastGoodSampleWithFreshStamps) {
   EXPECT_EQ(faults.apply(sampleAt(4.0)).wheel_velocity[kFrontLeft], 5.0);
 }
 
-TEST(SensorFaults, EncoderOfASideReadsAValueOrAnOffset) {
+TEST(SensorFaults, ChannelReadsAValueAnOffsetOrItsLastSample) {
   SensorFaults value({faultOf(FaultKind::set, FaultChannel::right, -3.0)});
   EXPECT_EQ(value.apply(sampleAt(1.0)).wheel_velocity, (std::array<double, 4>{2.0, -3.0, 2.0, -3.0}));
-  SensorFaults offset({faultOf(FaultKind::bias, FaultChannel::left, 4.0)});
-  EXPECT_EQ(offset.apply(sampleAt(1.0)).wheel_velocity, (std::array<double, 4>{6.0, 3.0, 6.0, 3.0}));
-}
-
-TEST(SensorFaults, GyroFreezesOrReadsAnOffset) {
-  SensorFaults freeze({faultOf(FaultKind::freeze, FaultChannel::gyro, 0.0, 2.0)});
-  freeze.apply(sampleAt(1.0));
-  EXPECT_EQ(freeze.apply(sampleAt(5.0)).angular_velocity, sampleAt(1.0).angular_velocity);
-  SensorFaults offset({faultOf(FaultKind::bias, FaultChannel::gyro, 0.2)});
-  EXPECT_DOUBLE_EQ(offset.apply(sampleAt(1.0)).angular_velocity.z(), 1.7);
-  EXPECT_DOUBLE_EQ(offset.apply(sampleAt(1.0)).angular_velocity.x(), 1.01);
+  SensorFaults encoder({faultOf(FaultKind::bias, FaultChannel::left, 4.0)});
+  EXPECT_EQ(encoder.apply(sampleAt(1.0)).wheel_velocity, (std::array<double, 4>{6.0, 3.0, 6.0, 3.0}));
+  SensorFaults frozen({faultOf(FaultKind::freeze, FaultChannel::gyro, 0.0, 2.0)});
+  frozen.apply(sampleAt(1.0));
+  EXPECT_EQ(frozen.apply(sampleAt(5.0)).angular_velocity, sampleAt(1.0).angular_velocity);
+  SensorFaults gyro({faultOf(FaultKind::bias, FaultChannel::gyro, 0.2)});
+  EXPECT_DOUBLE_EQ(gyro.apply(sampleAt(1.0)).angular_velocity.z(), 1.7);
+  EXPECT_DOUBLE_EQ(gyro.apply(sampleAt(1.0)).angular_velocity.x(), 1.01);
 }
 
 TEST(SensorFaults, FlippedImuSeesGravityAndTheTurnUpsideDown) {
