@@ -122,8 +122,10 @@ class MessagePlayer {
 
 RecordedDrive::RecordedDrive(const rosbag::Bag& bag, std::string name_space)
     : bag_(bag), name_space_(std::move(name_space)) {
-  forEach<LoopInputs>(bag, topic("jackal_AIC/inputs"), [this](const LoopInputs::ConstPtr& message, const auto&) {
-    restarted_ = restarted_ || (message->first == 0 && !log_.empty());
+  int starts = 0;  // of controllers; a clock that was set back may put inputs before the first
+  forEach<LoopInputs>(bag, topic("jackal_AIC/inputs"), [&](const LoopInputs::ConstPtr& message, const auto&) {
+    starts += message->first == 0 ? 1 : 0;
+    restarted_ = starts > 1;
     if (!restarted_) log_.push_back(message);
   });
   // By their numbers: the clock may have been set back.

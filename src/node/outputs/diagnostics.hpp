@@ -111,8 +111,8 @@ class DiagnosticsOutput {
   void announce();
   void fill(diagnostic_updater::DiagnosticStatusWrapper& status);
 
-  StopReason reason_;                                                        // of the thread that drives
-  boost::lockfree::spsc_queue<Look, boost::lockfree::capacity<512>> looks_;  // of 5 s
+  StopReason reason_;  // of the thread that drives
+  boost::lockfree::spsc_queue<Look, boost::lockfree::capacity<256>> looks_;
 
   // Of the other thread.
   std::string controller_;
