@@ -6,7 +6,6 @@ gains of a round fail join those by which the next round judges. Of the predicti
 robots. All on logarithmic scales; the same task gives the same gains.
 """
 
-import copy
 import math
 import multiprocessing
 
@@ -110,7 +109,7 @@ class Space:
         return gains
 
     def gains(self, logarithms):
-        found = copy.deepcopy(self.start)
+        found = {key: list(value) if isinstance(value, list) else value for key, value in self.start.items()}
         for (key, i), x in zip(self.places, logarithms):
             value = float('{:.4g}'.format(math.exp(x)))
             if i is None:

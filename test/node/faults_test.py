@@ -6,10 +6,11 @@ import pathlib
 import sys
 import unittest
 
+import rospkg
 import rospy
 import rostest
 
-SOURCE = pathlib.Path(__file__).resolve().parents[2]
+SOURCE = pathlib.Path(rospkg.RosPack().get_path('jackal_aic'))
 sys.path.insert(0, str(SOURCE / 'sim/faults'))
 
 import campaign  # noqa: E402

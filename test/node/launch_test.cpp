@@ -24,6 +24,7 @@
 #include "loop_setup.hpp"
 #include "package_files.hpp"
 #include "parameters/learned_file.hpp"
+#include "parameters/node_parameters.hpp"
 
 namespace jackal_aic {
 namespace {

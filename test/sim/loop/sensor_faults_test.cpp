@@ -8,7 +8,7 @@ namespace {
 constexpr double kEver = 1e9;  // s
 
 SensorFault faultOf(FaultKind kind, FaultChannel channel, double amount = 0.0, double start = 0.0,
-                      double duration = kEver) {
+                    double duration = kEver) {
   return {kind, channel, amount, start, duration};
 }
 
