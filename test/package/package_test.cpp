@@ -244,7 +244,7 @@ TEST(Scripts, LetAptAskOnATerminalAndUpgradeOrRemoveNothing) {
 }
 
 TEST(Plot, WhatIsNoFileIsNoBag) {
-  const std::string plot = "timeout 10 /usr/bin/python3 " + (kRoot / "src/tools/view/plot").string() + " ";
+  const std::string plot = "timeout 60 /usr/bin/python3 " + (kRoot / "src/tools/view/plot").string() + " ";
   EXPECT_EQ(output(plot + "/dev/zero || test $? = 1"), "plot: /dev/zero: cannot be read as a bag: it is no file\n");
   const fs::path directory = testing::TempDir() + "plot\x1b[31m\n\u009b\u202e" + std::to_string(getpid());
   fs::create_directory(directory);

@@ -180,9 +180,9 @@ void StatusReport::diagnoseStatus(diagnostic_updater::DiagnosticStatusWrapper& s
     return status.summary(now == DriveStatus::faulted ? DiagnosticStatus::ERROR : DiagnosticStatus::WARN, reason());
   }
   if (reason().empty()) return status.summary(DiagnosticStatus::OK, "driving");
-  const bool sound = !isFault(status_.fault) && status_.loss == Loss::none;
-  status_.handed_over&& sound ? status.summary(DiagnosticStatus::OK, reason())
-                              : status.summary(DiagnosticStatus::WARN, "driving with a fault: " + reason());
+  const bool sound = status_.handed_over && !isFault(status_.fault) && status_.loss == Loss::none;
+  status.summary(sound ? DiagnosticStatus::OK : DiagnosticStatus::WARN,
+                 (sound ? "" : "driving with a fault: ") + reason());
 }
 
 void StatusReport::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing,
