@@ -216,7 +216,7 @@ TEST(PredictiveController, MotionWhileLearningIsFrozenIsNoDeadTime) {
   }
 }
 
-/// The wheels were under way when the motion was forgotten: the known gain is no disturbance of theirs.
+/// The wheels were under way when the motion was forgotten: the learned gain leaves no disturbance.
 TEST(PredictiveController, ForgottenMotionLeavesNoDisturbanceOfALearnedGain) {
   Loop loop;
   loop.gain = 0.8;
@@ -290,7 +290,7 @@ TEST(PredictiveController, BelievesTheBrakeWhileItIsOverruled) {
   EXPECT_LT(loop.forward(), 0.4);
   EXPECT_NEAR(loop.controller.believedVelocity()(kForward), loop.forward(), 0.005);
   loop.overrule({}, 1.0);
-  EXPECT_NEAR(loop.controller.believedVelocity()(kForward), 0.0, 0.005) << "whatever the set point";
+  EXPECT_NEAR(loop.controller.believedVelocity()(kForward), 0.0, 0.005) << "for any set point";
   EXPECT_EQ(loop.controller.action(), WheelCommand{});
   loop.controller.setSetPoint({});
   EXPECT_NEAR(loop.controller.updateAction().left, 0.0, 0.05) << "the path starts from rest";

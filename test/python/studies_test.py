@@ -293,7 +293,7 @@ def part_of(begin, end):
 
 
 def held(count):
-    """Wheels are measured anew only with every n-th sample of a stretch."""
+    """Wheels are measured again only with every n-th sample of a stretch."""
     def change(samples):
         since = 0
         for i, sample in enumerate(samples):

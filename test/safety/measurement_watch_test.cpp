@@ -196,7 +196,7 @@ TEST(MeasurementWatch, ImpossibleReadingsForTheirDeadlineAreALoss) {
   }
 }
 
-/// A sample of which one channel counts, another one each time: none is missing for long.
+/// A sample with one channel that counts, in turn: no channel is missing for long.
 Observation ofOneChannel(int i) {
   Observation sample = sampleAt(1.0 + 0.02 * i);
   if (i % 3 != 0) sample.wheel_left = 200.0;
