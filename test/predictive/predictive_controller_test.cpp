@@ -161,7 +161,9 @@ TEST(PredictiveController, LearnsTheEffectiveTrackInTurnsUnlessDisabled) {
   for (const auto& row : rows) {
     Loop loop(row.track, row.gains);
     loop.drive(0.1).drive(row.set_point, 3.0);
-    if (!row.learns) EXPECT_EQ(loop.controller.effectiveTrack(), kTrack);
+    if (!row.learns) {
+      EXPECT_EQ(loop.controller.effectiveTrack(), kTrack);
+    }
     if (!row.learns) continue;
     EXPECT_NEAR(loop.controller.effectiveTrack(), row.track, 0.01 * kTrack);
     EXPECT_NEAR(loop.yawRate(), row.set_point.yaw_rate, 0.02 * std::abs(row.set_point.yaw_rate));
