@@ -23,7 +23,7 @@ PlantModel ground() {
 
 ActionBound bound() { return {ground(), kRadius, kPeriod}; }
 
-TEST(ActionBound, LeavesWhatTheMotorsCanFollowToTheBit) {
+TEST(ActionBound, LeavesActionsThatTheMotorsCanFollow) {
   ActionBound bound = ::jackal_aic::bound();
   WheelVector action(3.0, 3.0);
   for (int k = 0; k < 100; ++k) bound.apply(action);
@@ -46,7 +46,7 @@ TEST(ActionBound, RampsWithTheMotorsOnTheCurvature) {
   }
 }
 
-TEST(ActionBound, WhileAWheelRampsTheActionStaysAtTheGoal) {
+TEST(ActionBound, ActionStaysAtTheGoalWhileAWheelRamps) {
   ActionBound bound = ::jackal_aic::bound();
   WheelVector action = WheelVector::Zero();
   Observation y;
@@ -66,7 +66,7 @@ TEST(ActionBound, WhileAWheelRampsTheActionStaysAtTheGoal) {
 }
 
 /// An arc: the left wheel follows, the right one has half the model's acceleration.
-TEST(ActionBound, AWheelUnderWayGoesNoFurtherThanTheOther) {
+TEST(ActionBound, WheelsRampTogether) {
   ActionBound bound = ::jackal_aic::bound();
   const WheelVector goal(5.0, 10.0);
   WheelVector action = WheelVector::Zero();
@@ -86,7 +86,7 @@ TEST(ActionBound, AWheelUnderWayGoesNoFurtherThanTheOther) {
 }
 
 /// The wheel of a motor with an offset stands while its command does not; the other one has to stop all the same.
-TEST(ActionBound, AfterAStopNoWheelWaitsForTheOther) {
+TEST(ActionBound, WheelsStopIndependently) {
   ActionBound bound = ::jackal_aic::bound();
   WheelVector action(0.5, 3.0);
   Observation y;
@@ -100,13 +100,13 @@ TEST(ActionBound, AfterAStopNoWheelWaitsForTheOther) {
   EXPECT_LT(y.wheel_right, 0.05);
 }
 
-TEST(ActionBound, WithoutAModelThereIsNone) {
+TEST(ActionBound, IsNoneWithoutAModel) {
   ActionBound bound(std::nullopt, kRadius, kPeriod);
   const WheelVector wanted(500.0, -300.0);
   EXPECT_EQ(bound.bound(WheelVector::Zero(), wanted, WheelVector::Zero()), wanted);
 }
 
-TEST(ActionBound, AStopEndsAtZeroWhileTheWheelMoves) {
+TEST(ActionBound, StopEndsAtZeroWhileTheWheelMoves) {
   PlantModel quick = ground();
   quick.acceleration_limit = 100.0;
   ActionBound bound(quick, kRadius, kPeriod);
@@ -130,7 +130,7 @@ TEST(ActionBound, AStopEndsAtZeroWhileTheWheelMoves) {
   EXPECT_LT(bound.bound(action, {-0.1, -0.1}, WheelVector::Zero())(0), 0.0) << "at rest it holds the robot";
 }
 
-TEST(ActionBound, AWheelThatIsNotMeasuredIsNotJudged) {
+TEST(ActionBound, UnmeasuredWheelIsNotJudged) {
   for (const bool measured : {true, false}) {
     ActionBound bound = ::jackal_aic::bound();
     ChannelValidity valid;

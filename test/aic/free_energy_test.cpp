@@ -94,14 +94,6 @@ TEST(FreeEnergy, ErrorsAreThoseOfThePaper) {
   }
 }
 
-TEST(FreeEnergy, PrecisionIsTheInverseVariance) {
-  const GenerativeModel model(ControllerParameters{}, {});
-  EXPECT_DOUBLE_EQ(model.state_precision(kForward, 0), 1 / 1.5);
-  EXPECT_DOUBLE_EQ(model.state_precision(kYaw, 3), 1 / 8.0);
-  EXPECT_DOUBLE_EQ(model.sensory_precision(kWheelLeft, 0), 0.5);
-  EXPECT_DOUBLE_EQ(model.sensory_precision(kWheelRight, 2), 1e-5);
-}
-
 TEST(FreeEnergy, ActionGradientUsesOrderZeroOnly) {
   Scene scene(3);
   GeneralizedSensor error = scene.measurement;

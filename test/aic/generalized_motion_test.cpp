@@ -27,7 +27,7 @@ Eigen::MatrixXd backwardDifferenceMatrix(int orders, double step) {
 
 constexpr double kShortestGap = 0.005;  // s
 
-/// Of the Jackal's sensors.
+/// For the Jackal's sensors.
 struct Generalization : jackal_aic::Generalization<kSensorSize> {
   using jackal_aic::Generalization<kSensorSize>::Generalization;
   SampleVerdict update(const Observation& y) {
@@ -91,12 +91,6 @@ TEST_P(GeneralizationOfOrder, RecursionEqualsTheWindowedFormOf321) {
 
 INSTANTIATE_TEST_SUITE_P(Orders, GeneralizationOfOrder, testing::Range(0, kMaxOrders + 1));
 
-TEST(Generalization, WindowedFormHasThePrintedCoefficients) {
-  Eigen::MatrixXd expected(4, 4);
-  expected << 0, 0, 0, 1, 0, 0, -1, 1, 0, 1, -2, 1, -1, 3, -3, 1;
-  EXPECT_TRUE(backwardDifferenceMatrix(3, 1.0).isApprox(expected));
-}
-
 TEST(Generalization, UsesTheStampsForTheStep) {
   Generalization generalization(1, kShortestGap, 0.2);
   generalization.update(sample(1.00, 0.0));
@@ -128,17 +122,17 @@ TEST(Generalization, SamplesCloseTogetherHoldTheDerivatives) {
   EXPECT_EQ(generalization.update(sample(1.0401, 8.0)), SampleVerdict::stale);
   generalization.update(sample(1.06, 2.0));
   of_the_others.update(sample(1.06, 2.0));
-  EXPECT_EQ(generalization.measurement(), of_the_others.measurement()) << "as if it had not been";
+  EXPECT_EQ(generalization.measurement(), of_the_others.measurement()) << "without the close sample";
 }
 
-/// Of a sensor that is faster than it was said to be, the derivatives are those of its signal all the same.
-TEST(Generalization, AFastSensorIsDifferencedOverTheShortestGap) {
+/// A sensor that is faster than configured.
+TEST(Generalization, FastSensorIsDifferencedOverTheShortestGap) {
   Generalization generalization(1, kShortestGap, 0.2);
   for (int k = 0; k < 100; ++k) generalization.update(sample(0.001 * k, 0.003 * k));
   EXPECT_NEAR(generalization.measurement()(kYawRate, 1), 3.0, 1e-9);
 }
 
-TEST(Generalization, StartsAnewAfterAGap) {
+TEST(Generalization, RestartsAfterAGap) {
   Generalization generalization(2, kShortestGap, 0.2);
   generalization.update(sample(1.00, 0.0));
   generalization.update(sample(1.02, 1.0));
@@ -146,7 +140,7 @@ TEST(Generalization, StartsAnewAfterAGap) {
   EXPECT_EQ(generalization.measurement().rightCols(2).norm(), 0.0);
 }
 
-TEST(Generalization, RefusesWhatIsNotFinite) {
+TEST(Generalization, RefusesNumbersThatAreNotFinite) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   Generalization generalization(2, kShortestGap, 0.2);
   generalization.update(sample(1.00, 2.0));

@@ -53,7 +53,7 @@ TEST(SpectralRadius, OfANeutralMapIsNeverBelowOne) {
   }
 }
 
-TEST(SpectralRadius, OfAChainOfDelaysIsZeroBesideAnything) {
+TEST(SpectralRadius, OfAChainOfDelaysIsZero) {
   Eigen::MatrixXd chain = Eigen::MatrixXd::Zero(20, 20);
   chain.diagonal(-1).setConstant(3.0);
   EXPECT_EQ(spectralRadiusOf(chain).upper(), 0.0);
@@ -61,8 +61,8 @@ TEST(SpectralRadius, OfAChainOfDelaysIsZeroBesideAnything) {
   EXPECT_NEAR(spectralRadiusOf(chain).upper(), 0.9, 1e-12);
 }
 
-/// A limit is told on the right side even where it is closer than what is known of the map without scaling.
-TEST(SpectralRadius, IsOnTheSameSideOfALimitWhenSoonerTold) {
+/// The radius is on the right side of a limit even closer than the uncertainty without scaling.
+TEST(SpectralRadius, IsOnTheSameSideOfALimitByTheQuickTest) {
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 3000; ++i) {
@@ -83,7 +83,7 @@ TEST(SpectralRadius, IsOnTheSameSideOfALimitWhenSoonerTold) {
   EXPECT_EQ(spectralRadiusBeside(1.0, Eigen::MatrixXd::Constant(3, 3, HUGE_VAL)), HUGE_VAL);
 }
 
-TEST(SpectralRadius, OfNothingIsZeroAndOfTooMuchInfinite) {
+TEST(SpectralRadius, OfZeroIsZeroAndOfNonFiniteMapsInfinite) {
   EXPECT_EQ(spectralRadiusOf(Eigen::MatrixXd::Zero(4, 4)).upper(), 0.0);
   Eigen::MatrixXd map = Eigen::MatrixXd::Identity(3, 3);
   EXPECT_NEAR(spectralRadiusOf(1e300 * map).value, 1e300, 1e288);

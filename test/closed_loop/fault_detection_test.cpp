@@ -186,7 +186,9 @@ TEST(HealthyRobot, PushesKerbsAndLiftsLeaveNoFault) {
         for (const MonitoredSample& s : samples) {
           const FaultReport& r = s.report;
           moved = moved || r.moved;
-          if (pushed) EXPECT_NE(r.gyro.state, ChannelState::faulty) << "it sees the push, at " << s.time;
+          if (pushed) {
+            EXPECT_NE(r.gyro.state, ChannelState::faulty) << "it sees the push, at " << s.time;
+          }
           const bool latched = r.drive_left || r.drive_right || r.wheel_left.state == ChannelState::faulty ||
                                r.wheel_right.state == ChannelState::faulty;
           EXPECT_FALSE(latched) << r.reason() << " at " << s.time;  // the robot would not drive on
@@ -194,7 +196,9 @@ TEST(HealthyRobot, PushesKerbsAndLiftsLeaveNoFault) {
         }
         EXPECT_STREQ(samples.back().report.reason(), "");
         EXPECT_TRUE(samples.back().counted.all());
-        if (pushed && handling.faults.pushes[0].torque != 0.0) EXPECT_TRUE(moved);
+        if (pushed && handling.faults.pushes[0].torque != 0.0) {
+          EXPECT_TRUE(moved);
+        }
       }
     }
   }

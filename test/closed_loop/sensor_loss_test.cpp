@@ -139,7 +139,9 @@ TEST(LostChannels, TheirNumbersDoNotReachThePredictiveController) {
     }
     clean.updateBelief();
     poisoned.updateBelief();
-    if (k % 20 == 19) EXPECT_EQ(clean.updateAction(), poisoned.updateAction());
+    if (k % 20 == 19) {
+      EXPECT_EQ(clean.updateAction(), poisoned.updateAction());
+    }
   }
   EXPECT_TRUE(poisoned.believedVelocity().allFinite());
 }

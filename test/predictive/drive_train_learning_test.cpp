@@ -202,7 +202,7 @@ TEST(DriveTrainLearning, MotionThatSettlesUnmeasuredIsNotLearned) {
 }
 
 /// The ground takes 40 % of what the motors get of the step at once, until the integral of their velocity loops has
-/// made up for it: that is no lag.
+/// made up for it. No lag is learned.
 TEST(DriveTrainLearning, LoadOfATurnIsNoLag) {
   PlantModel configured = modelWith(0.07, 0.03);
   configured.velocity_loop_integral = 0.0;

@@ -161,7 +161,9 @@ TEST(PredictiveController, LearnsTheEffectiveTrackInTurnsUnlessDisabled) {
   for (const auto& row : rows) {
     Loop loop(row.track, row.gains);
     loop.drive(0.1).drive(row.set_point, 3.0);
-    if (!row.learns) EXPECT_EQ(loop.controller.effectiveTrack(), kTrack);
+    if (!row.learns) {
+      EXPECT_EQ(loop.controller.effectiveTrack(), kTrack);
+    }
     if (!row.learns) continue;
     EXPECT_NEAR(loop.controller.effectiveTrack(), row.track, 0.01 * kTrack);
     EXPECT_NEAR(loop.yawRate(), row.set_point.yaw_rate, 0.02 * std::abs(row.set_point.yaw_rate));
@@ -216,7 +218,7 @@ TEST(PredictiveController, MotionWhileLearningIsFrozenIsNoDeadTime) {
   }
 }
 
-/// The wheels were under way when the motion was forgotten: the known gain is no disturbance of theirs.
+/// The wheels were under way when the motion was forgotten: the learned gain leaves no disturbance.
 TEST(PredictiveController, ForgottenMotionLeavesNoDisturbanceOfALearnedGain) {
   Loop loop;
   loop.gain = 0.8;
@@ -290,7 +292,7 @@ TEST(PredictiveController, BelievesTheBrakeWhileItIsOverruled) {
   EXPECT_LT(loop.forward(), 0.4);
   EXPECT_NEAR(loop.controller.believedVelocity()(kForward), loop.forward(), 0.005);
   loop.overrule({}, 1.0);
-  EXPECT_NEAR(loop.controller.believedVelocity()(kForward), 0.0, 0.005) << "whatever the set point";
+  EXPECT_NEAR(loop.controller.believedVelocity()(kForward), 0.0, 0.005) << "for any set point";
   EXPECT_EQ(loop.controller.action(), WheelCommand{});
   loop.controller.setSetPoint({});
   EXPECT_NEAR(loop.controller.updateAction().left, 0.0, 0.05) << "the path starts from rest";

@@ -196,7 +196,7 @@ TEST(MeasurementWatch, ImpossibleReadingsForTheirDeadlineAreALoss) {
   }
 }
 
-/// A sample of which one channel counts, another one each time: none is missing for long.
+/// A sample with one channel that counts, in turn: no channel is missing for long.
 Observation ofOneChannel(int i) {
   Observation sample = sampleAt(1.0 + 0.02 * i);
   if (i % 3 != 0) sample.wheel_left = 200.0;
@@ -291,8 +291,12 @@ TEST(MeasurementWatch, PushedRobotIsMovedAndHasNoFault) {
     judge(watch, sample);
     for (int step = 0; step < 20; ++step) watch.advance(WheelCommand{0.01, -0.01}, 0.001);
     const StopCause cause = watch.causes(kSound, sample.stamp, false).worst();
-    if (i < 100 || i > 210) EXPECT_EQ(cause, StopCause::none) << "sample " << i;
-    if (i > 106 && i < 199) EXPECT_EQ(cause, StopCause::moved) << "sample " << i;
+    if (i < 100 || i > 210) {
+      EXPECT_EQ(cause, StopCause::none) << "sample " << i;
+    }
+    if (i > 106 && i < 199) {
+      EXPECT_EQ(cause, StopCause::moved) << "sample " << i;
+    }
     EXPECT_EQ(reason(watch), "") << "sample " << i;
   }
   EXPECT_EQ(watch.detected(), 0u);

@@ -53,7 +53,9 @@ TEST(StepSchedule, SequenceDoesNotDependOnHowTheTimersAreServed) {
       if (action && !action_first) timers.action(t);
     }
     EXPECT_EQ(timers.steps.substr(0, 105), periods(5));
-    if (trial == 0) EXPECT_EQ(timers.steps.size(), 105u);
+    if (trial == 0) {
+      EXPECT_EQ(timers.steps.size(), 105u);
+    }
   }
 }
 

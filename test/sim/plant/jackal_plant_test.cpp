@@ -326,7 +326,7 @@ Turn turnWith(double left, double right, double friction) {
 }
 
 /// With wheels at (+-a, +-t/2) the Coulomb friction that balances the moments makes the effective track of a turn in
-/// place t (1 + (a / (t/2))^2), whatever friction and speed. The Jackal's centre of mass, off the middle, takes a few
+/// place t (1 + (a / (t/2))^2), at any friction and speed. The Jackal's centre of mass, off the middle, takes a few
 /// per cent.
 TEST(PlantInATurn, SlipsInPlaceByCoulombFrictionAtAnyFrictionAndSpeed) {
   constexpr double kCoulombTrack = kTrack * (1.0 + 0.131 * 0.131 / (0.25 * kTrack * kTrack));
@@ -479,7 +479,7 @@ TEST(Plant, IgnoresCommandsThatAreNotFiniteAndBoundsOthers) {
   EXPECT_LT(yawRate(huge), 0.0);
 }
 
-TEST(Plant, RunsRepeatBySeedAlsoAfterResetBesideOthersAndInThreads) {
+TEST(Plant, RunsRepeatBySeedAfterAResetAndInThreads) {
   Recording first{P{}}, again{P{}};
   first.run(777);
   EXPECT_TRUE(first == again.run(777));
@@ -489,13 +489,13 @@ TEST(Plant, RunsRepeatBySeedAlsoAfterResetBesideOthersAndInThreads) {
   EXPECT_FALSE(first == Recording(with(P{}, [](P& p) { p.seed = 2; })).run(777));
   std::vector<Recording> recordings;
   for (int i = 0; i < 4; ++i) recordings.emplace_back(P{});
-  Recording beside{other};
+  Recording different{other};
   std::vector<std::thread> threads;
   for (Recording& recording : recordings) threads.emplace_back([&recording] { recording.run(777); });
-  beside.run(777);
+  different.run(777);
   for (std::thread& thread : threads) thread.join();
   for (const Recording& recording : recordings) EXPECT_TRUE(first == recording);
-  EXPECT_FALSE(first == beside);
+  EXPECT_FALSE(first == different);
 }
 
 TEST(Plant, ResetIsAtRestAtTimeZeroWithItsOwnMotors) {
@@ -597,7 +597,7 @@ TEST(Plant, PushesAndLiftsByTheClock) {
 
 // ---- imperfections of a real robot
 
-/// Keys of which a value has no effect while the one that enables them is off, and all others.
+/// Keys without an effect while the key that enables them is off, and all others.
 TEST(RealPlant, EveryKeyHasARepeatableEffectOnceItIsEnabled) {
   const auto record = [](void (*change)(P&)) {
     Recording recording(with(P{}, change));
@@ -730,7 +730,7 @@ void turnAside(const P& parameters, double speed, std::initializer_list<double> 
 }
 
 /// A sill of a sixth of a millimetre, which a wheel that turns aside on it touches together with the ground; and drives
-/// of which ODE leaves forces of one or two steps out, between the bounds of two contacts.
+/// in which ODE leaves out forces of one or two steps, between the bounds of two contacts.
 TEST(RealPlant, ForcesOfAWheelThatSlidesOnTwoSurfacesAreFound) {
   const long before = OdeWorld::unsolvedSteps();
   for (const double distance : {0.1, 0.25, 0.4}) {

@@ -80,7 +80,9 @@ TEST(OdeWorld, MovesAsWithOdesOwnSolver) {
   for (const auto& row : rows) {
     Pair pair(row.parameters);
     drive(pair, row.acceleration, row.parameters.fixed_chassis ? 1e-9 : 1e-7);
-    if (&row == rows) EXPECT_GT(pair.ours.chassis().position.head<2>().norm(), 0.1);
+    if (&row == rows) {
+      EXPECT_GT(pair.ours.chassis().position.head<2>().norm(), 0.1);
+    }
   }
   RobotModel unbalanced = readRobotModel(jackalUrdf());
   for (WheelModel& wheel : unbalanced.wheels) wheel.body.centre += Eigen::Vector3d(0.004, 0.01, -0.003);

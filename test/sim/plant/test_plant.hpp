@@ -27,7 +27,7 @@ inline std::string jackalUrdfWith(const std::string& original, const std::string
   return text.replace(position, original.size(), replacement);
 }
 
-/// Known dead time and lag, no noise: whatever the calibration of the defaults, the tests' numbers stay.
+/// Known dead time and lag, no noise: the tests do not depend on the calibration of the defaults.
 inline PlantParameters quiet() {
   PlantParameters parameters;
   parameters.dead_time = 0.11;
@@ -38,7 +38,7 @@ inline PlantParameters quiet() {
   return parameters;
 }
 
-/// Without noise, dead time or lag: wheels that do what they are told.
+/// Without noise, dead time or lag: the wheels follow their commands at once.
 inline PlantParameters direct() {
   PlantParameters parameters = quiet();
   parameters.dead_time = 0.0;
