@@ -11,6 +11,7 @@
 #include "linear_plant.hpp"
 #include "loop_setup.hpp"
 #include "predictive_loop.hpp"
+#include "step_response.hpp"
 #include "stepped_loop.hpp"
 
 namespace jackal_aic::sim {

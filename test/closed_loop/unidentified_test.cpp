@@ -82,11 +82,11 @@ TEST(Unidentified, WheelsReachTheirGoalTogether) {
 /// Joystick driving, a rest, and a step of the forward speed [m/s] that is assessed, with the limits of the drive gate.
 Driven stepAfterJoystick(const PlantModel& known, const PlantModel& robot, double speed, std::uint64_t seed) {
   constexpr double kJoystick = 20.0, kStepTime = kJoystick + 2.0;  // s
-  AssessedProfile profile = joystickDriving(seed, kJoystick);
+  AssessedProfile profile{joystickDriving(seed, kJoystick)};
   profile.changes.push_back({kJoystick, SetPoint{}});
   profile.changes.push_back({kStepTime, SetPoint{speed, 0.0, 0.0}});
   profile.assessed_from = kStepTime;
-  profile.assessed_until = profile.duration = kStepTime + kStepDuration;
+  profile.assessed_until = profile.duration = kStepTime + 4.0;
   PlantParameters plant = simulatedRobot(robot);
   plant.seed = seed;
   const LimitParameters limits;

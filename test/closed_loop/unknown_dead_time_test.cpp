@@ -22,7 +22,7 @@ const SetPoint kHalf{0.5, 0.0, 0.0};
 
 /// Ten seconds at a joystick, a pause, and a step that is assessed; without one the drive ends with the pause.
 AssessedProfile drivingThenStep(std::uint64_t seed, const SetPoint& step) {
-  AssessedProfile profile = joystickDriving(seed, kRestTime + kDriving);
+  AssessedProfile profile{joystickDriving(seed, kRestTime + kDriving)};
   const double stop = kRestTime + kDriving, begin = stop + kPause;
   profile.changes.push_back({stop, {}});
   profile.duration = begin;
