@@ -40,9 +40,10 @@ TEST(Standstill, CommandIsAndStaysExactlyZeroAfterAStop) {
 class StandstillOfAPreset : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(StandstillOfAPreset, CommandIsAndStaysExactlyZeroAfterAStop) {
-  SetPointProfile profile;
+  AssessedProfile profile;
   profile.changes = {{kRestTime, {0.5, 0.0, 0.5}}, {3.0, {}}, {20.0, {0.5, 0.0, 0.0}}};
   profile.duration = 22.0;
+  profile.assessed.reset();
   // Motors with a dead zone that the controller does not know: that command is released slowly.
   const Overrides dead_zone{{"plant.wheel_offset", "0.5"}, {"plant.wheel_breakaway", "0.5"}};
   for (const auto& [plant, changes] : {std::pair("ground", Overrides{}), std::pair("box", Overrides{}),
