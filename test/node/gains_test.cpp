@@ -85,7 +85,7 @@ TEST_F(GainsTest, CertifyingDoesNotHoldTheLoop) {
   std::atomic<int> actions{0};
   const auto states =
       node_.subscribe<ControllerState>("jackal_AIC/state", 1000, [&](const ControllerStateConstPtr&) { ++actions; });
-  constexpr int kRequests = 20;
+  constexpr int kRequests = 40;
   std::atomic<bool> done{false};
   int meanwhile = 0;  // actions while requests were waiting for their answers
   std::thread requests([&] {
@@ -100,9 +100,8 @@ TEST_F(GainsTest, CertifyingDoesNotHoldTheLoop) {
   robot_.waitFor([&] { return done.load(); }, "answers");
   requests.join();
   ROS_INFO("%d actions while %d requests waited", meanwhile, kRequests);
-  // Certifying an unstable set takes three periods (10 ms of wall time here): in the thread of the actions there is one
-  // at most, before it begins.
-  EXPECT_GT(meanwhile, 3 * kRequests / 2);
+  // A request that were certified in the thread of the actions would see one action at most: before it begins.
+  EXPECT_GT(meanwhile, kRequests);
 }
 
 TEST_F(GainsTest, UnstableOnesAreRefusedWithTheReason) {
