@@ -86,7 +86,8 @@ class StepResponse : public testing::Test {
       robot.run(4.0);
       const Recording& done = truth_.of(robot);
       const auto metrics = sim::stepResponseMetrics(done.time, done.forward, start, 0.0, kSpeed);
-      EXPECT_TRUE(metrics.bounded && metrics.settling && metrics.rise);
+      EXPECT_TRUE(metrics.bounded && metrics.settling && metrics.rise)
+          << controller << ", step " << i << ": " << robot.lastState().summary << ", " << robot.lastState().reason;
       steps.settling.push_back(metrics.settling.value_or(4.0));
       steps.rise.push_back(metrics.rise.value_or(4.0));
       steps.largest_error_pct = std::max(steps.largest_error_pct, std::abs(metrics.steady_error_pct));
