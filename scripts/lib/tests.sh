@@ -19,7 +19,7 @@ test_targets() {
 }
 
 # run_tests BUILD PATTERN SECONDS FINDINGS LAUNCHER...: runs the tests that match, two per processor at a time (those that compute count
-# twice), the longest first. Node tests that fail beside others run once more, alone, and that result counts. Counts their cases and the
+# twice), the longest first. Node tests that fail in parallel run once more, alone, and that result counts. Counts their cases and the
 # reports of sanitizers in the directory FINDINGS.
 run_tests() {
   local build=$1 results=$1/test_results log=$1/tests.log again timed_out total=0 errors=0 failures=0 skipped=0 failed finding

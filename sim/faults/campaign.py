@@ -155,7 +155,7 @@ class Campaign:
         commands, fresh = self._record.commands, False
         if self._end_requested and commands and self._time - commands[-1].time > SILENCE:
             fresh, self._end_requested, self._succeeded = True, False, True
-        if self._world_is_new and not any(drive.drivers):  # those under way when the world started anew are no fresh start yet
+        if self._world_is_new and not any(drive.drivers):  # those under way at a new start of the world do not count yet
             fresh, self._world_is_new = True, False
         commands.append(judge.Command(self._time, *drive.drivers, fresh))
 

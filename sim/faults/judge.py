@@ -27,7 +27,7 @@ class Truth(typing.NamedTuple):
 
 class Command(typing.NamedTuple):
     """A drive command as the controller sent it [rad/s]. fresh_start: the first of a new controller process after an end we asked for,
-    or since the world started anew: the robot is at rest there, and the command has to be zero."""
+    or since a new start of the world: the robot is at rest there, and the command has to be zero."""
 
     time: float
     left: float

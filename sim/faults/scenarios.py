@@ -156,7 +156,7 @@ def scenarios_of(name, node, motions):
 
 
 def pair(first, second, motion):
-    """Two scenarios at once: what stops the robot does so whatever else is wrong, and the sooner of two counts."""
+    """Two scenarios at once: the one that stops the robot does so in spite of the other, and the sooner of two counts."""
     one, other = (found.expectation for found in (first, second))
     order = {'stops': 0, 'resumes': 1, 'drives': 2}
     sooner, later = sorted((one, other), key=lambda e: (order[e.outcome], e.within, e.detected_by == 'tolerated'))

@@ -70,7 +70,7 @@ double RepetitionTest::take(double value, double resolution) {
   return change;
 }
 
-/// A slow wheel teaches how often its encoder repeats as well as how its noise goes to and fro; one at rest neither.
+/// A slow wheel shows repetitions and noise of its encoder; one at rest neither.
 void RepetitionTest::learnExpected(double value) {
   learnRun();
   if (value != 0.0) repeats_ += 1.0;

@@ -17,7 +17,7 @@ constexpr double kClearly = 2.0;
 /// Error of the yaw rate that may come of noise and tyres, and speaks for nothing [rad/s].
 constexpr double kNoEvidence = 0.0287;
 
-/// A robot of which one wheel stops needs this long to turn [s]; before, the yaw rate does not count. What is over
+/// After a wheel has stopped the robot needs this long to turn [s]; before, the yaw rate does not count. What is over
 /// sooner, a kerb for instance, was no fault.
 constexpr double kIsolationTime = 0.2;
 

@@ -45,7 +45,7 @@ constexpr double kLeastReturn = 0.05;
 constexpr double kNoise = 3.0;
 constexpr double kReturnTime = 0.1;
 
-/// Change of an encoder that is no noise: steps of its resolution, and at least so much [rad/s].
+/// Change of an encoder beyond its noise: steps of its resolution, and at least so much [rad/s].
 constexpr double kHeldSteps = 3.0;
 constexpr double kHeldMotion = 0.1;
 
@@ -391,7 +391,7 @@ void WheelMonitor::conclude(double measurement, const SampleStep& step) {
 double WheelMonitor::usualMisfit() const { return std::max(0.0, kMisfit * std::sqrt(misfit_) - kAnyMisfit); }
 
 /// How far a moving wheel is from what its drive train's model can explain, noise apart. One that stands where it
-/// should turn tells nothing of the model.
+/// should turn says nothing about the model.
 void WheelMonitor::learnMisfit(double measurement, double variance, double step) {
   if (std::abs(measurement) < kRestSpeed) return;
   const auto [low, high] = held_.reachable;

@@ -65,7 +65,7 @@ constexpr double kRoughVibration = 2.0;
 /// Turn against the wheels that a sliding body may have, by the turn that they ask for.
 constexpr double kAgainst = 0.15;
 
-/// A creeping robot of which a sill or a kerb holds one side turns about it, while its wheels go on: by this much, in
+/// A creeping robot that a sill or a kerb holds on one side turns about it, while its wheels go on: by this much, in
 /// multiples of the turn that the forward speed on one side would ask for. Up to this speed [m/s] no accelerometer
 /// feels that.
 constexpr double kAboutOneSide = 2.0;
@@ -175,7 +175,7 @@ void YawMonitor::check(double yaw_rate, const DifferenceSpeed& x, bool moving, c
   persistence_.update(suspect, true, step.time, biased || !byGround(shock.vibration));
   if (wrong_for_good) persistence_.declareFaulty();
 
-  // One that may be frozen at zero would teach that the robot need not turn.
+  // A gyro that may be frozen at zero does not show how the robot turns.
   const bool zero_in_a_turn = yaw_rate == 0.0 && std::abs(predicted(x)) > kDeadZone;
   if (state() == ChannelState::ok && !sliding && !shock.jolt && !zero_in_a_turn) {
     if (was_faulty && (distance_ > 1.0 || biased)) {

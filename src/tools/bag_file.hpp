@@ -69,7 +69,7 @@ void forEach(const rosbag::Bag& bag, const std::string& topic, Take take) {
   }
 }
 
-/// Does the work of a program in a child process, so that a bag of which the library dies is one line. @param program
+/// Does the work of a program in a child process, so that a bag that crashes the library is one line. @param program
 /// name, for that line. @returns the exit status of the work, or 2.
 int inChildProcess(const std::string& program, const std::function<int()>& work);
 

@@ -21,7 +21,7 @@ struct BagTopics {
   std::string imu = "/imu/data";            ///< sensor_msgs/Imu; may be absent
   std::string base_frame = "base_link";     ///< whose z axis points up
   std::string fixed_frames = "/tf_static";  ///< tf2_msgs/TFMessage; may be absent
-  std::string frames = "/tf";               ///< likewise, where fixed frames may stand among those that move
+  std::string frames = "/tf";               ///< likewise, with fixed and moving frames
   /// Orientation of the IMU in the base frame; without it that of the fixed frames counts. An IMU of the base frame
   /// needs neither; how any other is mounted is not guessed.
   std::optional<Eigen::Quaterniond> imu_rotation;

@@ -35,7 +35,7 @@ std::string confidence(const Estimate& estimate) {
   return estimate.known() ? fmt::format("+- {:.4f}", estimate.half_width) : estimate.unknown;
 }
 
-/// What stands beside an estimated field of the plant model; empty for the others.
+/// The comment of an estimated field of the plant model; empty for the others.
 std::string remark(const std::string& field, const Identification& result) {
   const std::map<std::string, const Estimate*> estimates{{"dead_time", &result.dead_time},
                                                          {"lag", &result.lag},

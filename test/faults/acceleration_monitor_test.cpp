@@ -175,7 +175,7 @@ constexpr double kBound = 5.0;               // sqrt(1 / 0.04)
 constexpr double kSensor = 2.5e-3;           // variance of the sensor [(m/s^2)^2]
 constexpr double kUnknown = 1.0 + kSensor;   // of an acceleration on unknown ground
 constexpr double kKnown = 0.0222 + kSensor;  // ... on ground that has been seen for long
-constexpr double kUnknownNoise = 5.0;        // factor of the deviation as long as nobody knows the noise
+constexpr double kUnknownNoise = 5.0;        // factor of the deviation while the noise is unknown
 
 TEST(AccelerationMonitor, AtTheStartTheGroundMayBeInclined) {
   QuietBody body;
@@ -402,8 +402,8 @@ TEST(AccelerationMonitor, EitherAxisCanFreeze) {
   EXPECT_TRUE(findsFrozen(true, true, true, 0.05));
   EXPECT_TRUE(findsFrozen(false, true, false, 0.05));
   EXPECT_FALSE(findsFrozen(true, false, false, 0.05));
-  EXPECT_FALSE(findsFrozen(false, false, true, 0.05)) << "an axis that nobody knows";
-  EXPECT_FALSE(findsFrozen(true, false, false, 0.05, true)) << "an axis that nobody knows any more";
+  EXPECT_FALSE(findsFrozen(false, false, true, 0.05)) << "an unknown axis";
+  EXPECT_FALSE(findsFrozen(true, false, false, 0.05, true)) << "an axis that is unknown again";
 }
 
 TEST(AccelerationMonitor, ChangesBelowAMillionthAreNoNoise) {

@@ -96,7 +96,7 @@ TEST(Persistence, RecoversAfterGoodSamplesThatSaySomething) {
   EXPECT_EQ(channel.update(true, true, kStep), ChannelState::faulty) << "a relapse";
   int needed = 0;
   while (channel.update(false, true, kStep) == ChannelState::faulty) ++needed;
-  EXPECT_NEAR(needed, 49, 1) << "a second anew";
+  EXPECT_NEAR(needed, 49, 1) << "a second again";
   EXPECT_EQ(channel.update(true, true, kStep), ChannelState::outlier) << "and the window starts empty";
 }
 
@@ -253,7 +253,7 @@ TEST_F(Repetition, ARunThatCondemnsTeaches) {
   EXPECT_LT(first, repeatsUntilSuspect());
 }
 
-/// A channel of which the number of noisy samples, of repetitions, the resolution and the change by noise are known.
+/// A channel with a known number of noisy samples, of repetitions, resolution and change by noise.
 class KnownChannel {
  public:
   /// @param quantum q, shown by motion, which is no noise; @param change c of every noisy sample.

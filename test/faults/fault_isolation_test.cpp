@@ -10,7 +10,7 @@
 #include "jackal_aic/model/wheel_belief.hpp"
 
 /// @file
-/// Which of the robot's sensors and drives is told to be at fault, and what the monitor makes of pushes, kerbs, lost
+/// Which of the robot's sensors and drives is found faulty, and what the monitor makes of pushes, kerbs, lost
 /// channels and restarts.
 
 namespace jackal_aic {
@@ -63,7 +63,7 @@ class Robot {
         const GeometryParameters& geometry = {})
       : monitor(parameters, geometry, told), geometry_(geometry), left_(real, kRadius, {}), right_(left_) {}
 
-  /// Drives for some samples. @param command empty if nobody knows it; @param fault changes the samples.
+  /// Drives for some samples. @param command empty if it is unknown; @param fault changes the samples.
   template <class Fault>
   const FaultReport& drive(const WheelCommand& command, int samples, Fault fault) {
     for (; samples > 0; --samples) {
@@ -457,9 +457,9 @@ TEST(FaultIsolation, OneWheelThatIsTurnedByHandMovesTheRobot) {
     const auto push = [left](Observation& y) { (left ? y.wheel_left : y.wheel_right) += 3.0; };
     const FaultReport& pushed = robot.drive(kStand, 10, push);
     EXPECT_EQ(pushed.fault(), Fault::moved);
-    EXPECT_FALSE(pushed.valid().wheel_left || pushed.valid().wheel_right) << "nobody is to fight it";
+    EXPECT_FALSE(pushed.valid().wheel_left || pushed.valid().wheel_right) << "the controller does not fight it";
     const WheelCommand fights{left ? -4.0 : 0.0, left ? 0.0 : -4.0};
-    EXPECT_EQ(robot.drive(fights, 10, push).fault(), Fault::moved) << "whoever began to fight it";
+    EXPECT_EQ(robot.drive(fights, 10, push).fault(), Fault::moved) << "after the controller began to fight it";
     robot.drive(kStand, 60);
     EXPECT_TRUE(robot.monitor.report().valid().all());
     EXPECT_FALSE(robot.monitor.report().moved);
@@ -658,7 +658,7 @@ TEST(FaultIsolation, TimeThatPassesAtOnceIsThatOfManySteps) {
   }
 }
 
-/// Distances of both wheels after some samples of a robot that is told to drive off. @param moves it does.
+/// Distances of both wheels after some samples of a robot that is to drive off. @param moves it does.
 double distanceOfWheels(Robot& robot, bool moves) {
   const FaultReport& report = robot.drive(kStraight, 5, [&](Observation& y) {
     if (!moves) y.wheel_left = y.wheel_right = 0.0;
@@ -786,7 +786,7 @@ TEST(FaultIsolation, ResetForgetsBiasAndInclination) {
 
 // Traction.
 
-/// Whether a robot whose wheels spin up while its body stands is told to be stuck.
+/// Whether a robot whose wheels spin up while its body stands is reported as stuck.
 bool tellsStuck(const PlantModel& told, bool has_accelerometer = true) {
   Robot robot({}, told);
   const auto stands = [&](Observation& y) {

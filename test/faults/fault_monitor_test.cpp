@@ -100,7 +100,7 @@ TEST(FaultMonitor, SaysNothingWhenNothingIsWrong) {
   }
 }
 
-/// A robot that nobody has identified: what differs from its model is a remark.
+/// A robot without an identified model: what differs from its model is a remark.
 PlantModel assumed() {
   PlantModel m = model();
   m.identified = false;
@@ -195,7 +195,7 @@ TEST(FaultMonitor, AGyroThatIsFrozenAtZeroIsFoundWhenTheRobotShouldTurn) {
           robot.drive(before, 2.0);
           EXPECT_FALSE(robot.drive(before, 2.0, freeze).faulty()) << "reads what it should";
           EXPECT_STREQ(robot.drive(turn, in_time, freeze).reason(), "gyro frozen");
-          EXPECT_STREQ(robot.drive(before, 3.0, freeze).reason(), "gyro frozen") << "whatever it should read";
+          EXPECT_STREQ(robot.drive(before, 3.0, freeze).reason(), "gyro frozen") << "at any reading";
           EXPECT_FALSE(robot.drive(turn, 5.0).faulty()) << "it lives again";
         }
       }
@@ -322,7 +322,7 @@ TEST(FaultMonitor, ResetForgetsFaults) {
   EXPECT_FALSE(robot.monitor().report().faulty());
 }
 
-/// A driver that was started anew may have another sign, or another sensor.
+/// A driver that was started again may have another sign, or another sensor.
 TEST(FaultMonitor, RestartForgetsTheSignOfAGyro) {
   Robot robot;
   robot.drive(kTurn, 3.0, [](Observation& y) { y.yaw_rate = -y.yaw_rate; });

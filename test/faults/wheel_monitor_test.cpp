@@ -180,7 +180,7 @@ class Wheel {
     return *this;
   }
 
-  /// Shows a speed that teaches nothing.
+  /// Shows a speed that says nothing.
   void look(double command, double measurement) {
     pass(command, kPeriod);
     monitor.compare(measurement, kPeriod);
@@ -316,7 +316,7 @@ TEST(WheelMonitor, StartsUnderWayWithTheCommandsBefore) {
   EXPECT_FALSE(wheel.monitor.fasterThanCommanded());
 }
 
-/// After a stall, or a time without measurements, nobody knows where the wheel is but by its first speed. A gain that
+/// After a stall, or a time without measurements, only its first speed shows where the wheel is. A gain that
 /// is not quite the model's, or what a turn on the spot takes of the motors, is no motion that the encoder misses.
 TEST(WheelMonitor, AQuietWheelThatIsOffItsModelIsNotFrozenWhenItIsFoundUnderWay) {
   constexpr double kCoarse = 0.02, kSlowPeriod = 0.05;  // rad/s, s
@@ -565,7 +565,7 @@ TEST(WheelMonitor, AChangeThatIsNoNoiseTellsOfAHold) {
 TEST(WheelMonitor, TheBandOfAHeldValueIsThatOfTheLastTenthOfASecond) {
   Wheel wheel(model(), exactParameters());
   wheel.follow(0.0, 300);
-  for (int k = 0; k < 40; ++k) wheel.look(0.0, 0.5 * (k / 5));  // renewed every 0.1 s, whatever it says
+  for (int k = 0; k < 40; ++k) wheel.look(0.0, 0.5 * (k / 5));  // renewed every 0.1 s
   std::vector<double> speeds;
   for (const double command : {10.0, -10.0, 5.0}) {
     for (int k = 0; k < 100; ++k) {
@@ -711,7 +711,7 @@ TEST(WheelMonitor, AHeldValueIsOnItsWayByTwoRadPerSquareSecond) {
 // Frozen encoders.
 
 /// Whether an encoder that stays while its wheel changes its speed is found. @param quantum steps of it before, 0 for
-/// one of which nothing is known.
+/// an unknown one.
 bool missesMotion(double speed, double change, double quantum) {
   Wheel wheel(model(), exactParameters());
   wheel.keep(speed);
@@ -811,7 +811,7 @@ TEST(WheelMonitor, WhereItMayBeAnywhereWithinThreeDeviationsNoNoiseIsLearned) {
   }());
   wheel.monitor.start(0.0);
   double command = 0.0;
-  for (int k = 0; k < 400; ++k) {  // from the start, when nobody knows the noise
+  for (int k = 0; k < 400; ++k) {  // from the start, while the noise is unknown
     wheel.pass(command += 0.03, kPeriod);
     wheel.show(wheel.monitor.speed());
   }

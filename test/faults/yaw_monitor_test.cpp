@@ -114,7 +114,7 @@ TEST(YawMonitor, UnlikeTyresMakeTheBiasUncertainByAHundredthOfTheChangeOfSpeed) 
 }
 
 TEST(YawMonitor, AnAccelerationTakesGripAndATurnThatBeginsComesLate) {
-  const auto extra = [](double forward_rate, double difference_rate) {  // variance beside that of the belief
+  const auto extra = [](double forward_rate, double difference_rate) {  // variance in addition to the belief's
     Gyro gyro;
     gyro.settle(0.5);
     gyro.forward_rate = forward_rate;
@@ -437,7 +437,7 @@ TEST(YawMonitor, TheSignIsToldByHalfASecondOfTurning) {
   EXPECT_FALSE(isReversed(-0.2, kSpread, 30)) << "a body that slides";
   EXPECT_FALSE(isReversed(1.0, kSpread, 30));
   EXPECT_TRUE(isReversed(-1.0, 0.05, 30));
-  EXPECT_FALSE(isReversed(-1.0, 0.1, 30)) << "wheels under way nobody knows where";
+  EXPECT_FALSE(isReversed(-1.0, 0.1, 30)) << "wheels whose motion is unknown";
 }
 
 /// The state with a bias that the belief has learned on a straight line.
@@ -501,7 +501,7 @@ TEST(YawMonitor, APlausibleSlipThatLastsTenSecondsIsBelieved) {
     EXPECT_EQ(gyro.show(other, 450), kFaulty) << "10 s and the recovery";
     EXPECT_LT(gyro.samplesUntil(kOk, other, 200), 100);
     EXPECT_NEAR(gyro.monitor.belief().relativeSlope(), part, 0.01) << "all of it at once";
-    EXPECT_NEAR(gyro.monitor.belief().bias(), 0.02, 1e-3) << "of which a turn says nothing";
+    EXPECT_NEAR(gyro.monitor.belief().bias(), 0.02, 1e-3) << "a turn does not change it";
   }
   for (const double part : {1.9, 1.0 / 1.9}) {
     EXPECT_EQ(jumpedTo(part).show(part * Gyro::asked(0.5), 1500), kFaulty) << "more than 1.8 times is none";

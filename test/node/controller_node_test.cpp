@@ -163,7 +163,7 @@ TEST_F(ControllerNodeTest, OdometryIsOfItsStamp) {
     }
     ASSERT_GT(count, 40);
     const double truth = robot.mean(robot.truth().forward, start, start + 1.0);
-    // What is told early is off by as much as the robot changes its speed by in that time, a metre per second. Tyres
+    // An early value is off by as much as the robot changes its speed by in that time, a metre per second. Tyres
     // that pull the body along make it some milliseconds late, which no wheel tells, and which the covariance has.
     EXPECT_NEAR(sum / count, truth, 0.02) << speed;
   }

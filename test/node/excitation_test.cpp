@@ -1,4 +1,4 @@
-// The excitation of identify.launch beside another node that publishes commands, and with its recorder.
+// The excitation of identify.launch with another publisher of commands, and with its recorder.
 
 #include <std_msgs/Bool.h>
 #include <std_srvs/Trigger.h>
@@ -78,7 +78,7 @@ TEST_F(ExcitationNode, WaitsForConfirmationAndKeepsItsAcceleration) {
   ControllerProcess process("confirmed", "excitation_node");
   ASSERT_TRUE(ros::service::waitForService("/confirmed/start", ros::Duration(60.0)));
   robot.run(5.0);
-  EXPECT_FALSE(driven()) << "nobody has confirmed";
+  EXPECT_FALSE(driven()) << "not confirmed yet";
   std_srvs::Trigger start;
   ASSERT_TRUE(sim::callService("/confirmed/start", start));
   ASSERT_TRUE(robot.waitFor([&] { return driven(); }, "the excitation to begin", 30.0));

@@ -252,7 +252,7 @@ boost::shared_ptr<ros::M_string> headerOf(const std::string& node) {
   return header;
 }
 
-/// A bag of one message on each topic, but for the commands, of which each of the nodes sends one.
+/// A bag of one message on each topic; each of the nodes sends one command.
 void writeMountedImu(const std::string& path, const std::vector<std::string>& nodes, bool with_frames) {
   rosbag::Bag bag(path, rosbag::bagmode::Write);
   for (const std::string& node : nodes) {
@@ -286,7 +286,7 @@ TEST_F(BadBag, WithTwoPublishersOfCommands) {
   EXPECT_NE(message.find("/excitation"), std::string::npos) << message;
 }
 
-/// As a joint_state_publisher beside the driver does. Joints of others are none of ours.
+/// As a second joint_state_publisher does. Joints of other robots are not ours.
 TEST_F(BadBag, WithTwoPublishersOfWheelSpeeds) {
   writeBag(file.path, {});
   const auto publish = [&](const std::vector<std::string>& joints) {
@@ -451,7 +451,7 @@ class IdentifyProgram : public testing::Test {
   IdentifyProgram() { std::filesystem::create_directories(directory / "my.bags"); }
   ~IdentifyProgram() override { std::filesystem::remove_all(directory); }
 
-  /// What it prints, whatever its exit status, which goes to `status`.
+  /// What it prints; its exit status goes to `status`.
   std::string run(const std::string& arguments) {
     const std::string command = "cd " + directory.string() + " && " JACKAL_AIC_IDENTIFY " " + arguments + " 2>&1";
     FILE* pipe = popen(command.c_str(), "r");
@@ -521,7 +521,7 @@ TEST_F(IdentifyProgram, KeepsAnEarlierPlantModel) {
   EXPECT_NE(run("drive.bag --out /dev/stdout").find("dead_time"), std::string::npos) << "what is no file is written to";
 }
 
-/// What it was asked for is there, and told, whatever becomes of the picture.
+/// It writes and names its results even if the picture fails.
 TEST_F(IdentifyProgram, APictureThatCannotBeDrawnKeepsNobodyFromTheModel) {
   writeBag(directory / "drive.bag", {});
   std::filesystem::create_directories(directory / "drive_identification.png");  // in its place

@@ -34,7 +34,7 @@ constexpr double kWheelRadius = 0.098, kEffectiveTrack = 0.5621;  // m
 constexpr double kNoise = 0.0062;  // m/s: three deviations of the mean of two encoders with 0.03 rad/s
 const std::string kConfig = std::string(JACKAL_AIC_SOURCE_DIR) + "/config/";
 
-/// A port on which nobody listens.
+/// A free port.
 int freePort() {
   const int listener = socket(AF_INET, SOCK_STREAM, 0);
   sockaddr_in address{};
@@ -187,7 +187,7 @@ class Launch : public testing::Test {
 
   /// Drives a manoeuvre through launch/step_response.launch, twice as fast as real time: at four times the arc of
   /// improved overshot by 7.5 to 10.3 % while three such runs shared two cores, at twice by 7.8 to 8.9. Expects the
-  /// robot to do as it is told in every leg; returns the legs.
+  /// robot to follow its set point in every leg; returns the legs.
   std::vector<Leg> drive(const ManoeuvreFile& manoeuvre, const std::string& arguments, Witness witness) const {
     launch(manoeuvre, arguments);
     const std::vector<Leg> legs = legsOf(readRows(path("response.csv"), witness), witness);

@@ -149,7 +149,7 @@ TEST_F(LearnedFileTest, RefusesWhatIsOutOfRangeMissingUnknownOrNoNumber) {
   EXPECT_FALSE(refusal().empty());
 }
 
-/// A path that no file can have is refused like a file that cannot be read, in one short line whatever it holds.
+/// A path that no file can have is refused like a file that cannot be read, in one short line.
 TEST_F(LearnedFileTest, RefusesAPathThatCannotBe) {
   path_ += "\n" + std::string(300, 'x');
   EXPECT_EQ(refusal().rfind("slip.file = '/", 0), 0u) << refusal();

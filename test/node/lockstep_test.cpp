@@ -148,7 +148,7 @@ TEST_F(LockstepTest, WaitsForALateControllerAndOnlyBrieflyForALoneCommand) {
   const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(2.0);
   const std::int64_t alone = now_;
   ASSERT_TRUE(waitFor([&] { return now_ > alone + 10 * kPeriod; }));
-  EXPECT_LT(ros::WallTime::now(), end) << "waits for somebody who spoke once";
+  EXPECT_LT(ros::WallTime::now(), end) << "waits for a node that spoke once";
 }
 
 // Patience with who does not speak in its stride is 0.25 s.

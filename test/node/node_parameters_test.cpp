@@ -66,7 +66,7 @@ TEST(NodeParameters, ChecksTheGainsOnThePlantModelIfThereIsOne) {
 }
 
 TEST(NodeParameters, ChecksTheGainsOnTheRobotThatIsDriven) {
-  // One that nobody has identified is taken for slower than it is assumed to be; a change of the gains is checked so,
+  // A robot without an identified model is taken for slower than assumed; a change of the gains is checked so,
   // too.
   ParameterMap map = shipped("improved");
   addYamlFile(kSource + "/config/jackal_model.yaml", map);

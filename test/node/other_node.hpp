@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Nodes beside those of a test, and their crashes.
+/// Other nodes than those of a test, and their crashes.
 
 #include <signal.h>
 #include <sys/wait.h>

@@ -1,4 +1,4 @@
-// A drive that is recorded by the launch file comes out of the replay to the bit, whatever happened in it.
+// A drive that is recorded by the launch file comes out of the replay to the bit, with all its events.
 
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <jackal_msgs/Feedback.h>

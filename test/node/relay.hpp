@@ -39,7 +39,7 @@ class Relay {
     alter = [](Message&) { return false; };
   }
 
-  /// Whether somebody hears what it hands on.
+  /// Whether its output has a subscriber.
   bool heard() const { return last_ > 0.0 && publisher_.getNumSubscribers() > 0; }
 
   /// Stamp of the message that it handed on last [s].

@@ -1,4 +1,4 @@
-// The services by which a person holds the controller at rest, and has it start anew.
+// The services that hold the controller at rest and reset it.
 
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>

@@ -31,7 +31,7 @@ class SetPointsTest : public testing::Test {
   SimulatedRobot robot_;
 };
 
-// The robot's own publisher is on jackal_AIC/set_point, of which the controller knows nothing here.
+// The robot's own publisher is on jackal_AIC/set_point, which the controller does not know here.
 
 TEST_F(SetPointsTest, TwistAndTwistStampedAreObeyedAndAnOldOneIsNot) {
   robot_.run(1.0);

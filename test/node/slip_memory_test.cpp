@@ -19,7 +19,7 @@ namespace jackal_aic::test {
 namespace {
 
 constexpr double kTurn = 0.5;        // rad/s
-constexpr double kConfigured = 0.7;  // m, effective track that the controller is told
+constexpr double kConfigured = 0.7;  // m, configured effective track of the controller
 constexpr double kTrue = 0.547;      // m, of the simulated robot turning in place
 constexpr double kTolerance = 0.02;  // m
 
@@ -107,7 +107,7 @@ TEST_F(SlipMemory, IsSavedOnRequest) {
 TEST_F(SlipMemory, StaysAsItIsWhileFrozen) {
   configure("frozen");
   SimulatedRobot robot;
-  robot.run(1.0);  // whatever drove it before, it rests: nothing is learned before it is frozen
+  robot.run(1.0);  // it rests: nothing is learned before it is frozen
   ControllerProcess process("frozen");
   ASSERT_TRUE(robot.waitUntilReady());
   std_srvs::SetBool freeze;

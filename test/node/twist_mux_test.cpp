@@ -77,7 +77,7 @@ class Mux {
 };
 
 // The first: no multiplexer was ever there. Wheels that stand although they are commanded look like those of a robot
-// that somebody else drives.
+// that another node drives.
 TEST(WithoutTwistMux, TheStateSaysThatNobodyListens) {
   SimulatedRobot robot;
   ASSERT_TRUE(robot.waitUntilReady());

@@ -306,7 +306,7 @@ TEST(Launch, ARobotFileMaySayMoreThanTheShippedOne) {
   fs::remove(robot);
 }
 
-/// Where the robot stands is one thing for the plant and its controller, whatever the files of both say; Gazebo has a
+/// Where the robot stands is one setting for the plant and its controller; Gazebo has a
 /// model of its own robot; only the thesis' presets have a printed mode.
 TEST(Launch, ArgumentsSetTheParametersOfTheController) {
   const std::string box = "plant_model/on_box", printed = "controller/printed";
@@ -377,7 +377,7 @@ TEST(Scripts, ADirectoryThatIsNotOursIsLeftAlone) {
   fs::remove_all(workspace.string() + "-address");
 }
 
-/// The file by which the scripts know their workspace may be somebody's, or name another checkout.
+/// The file that marks a workspace of the scripts may be a user's, or name another checkout.
 TEST(Scripts, TheWorkspaceOfAnotherCheckoutIsLeftAlone) {
   const fs::path other = testing::TempDir() + "other_checkout" + std::to_string(getpid()), workspace = other / "ws";
   fs::create_directories(workspace / "build/work");

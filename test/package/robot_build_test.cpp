@@ -62,7 +62,7 @@ TEST(RobotBuild, NoSourceIncludesAHeaderOfTheSimulation) {
   EXPECT_GT(sources, 100);
 }
 
-/// What a robot may leave uninstalled is a part of package.xml; rosdep is told of it.
+/// package.xml lists for rosdep what a robot may leave uninstalled.
 TEST(RobotBuild, TheGuideSkipsThePackagesOfTheSimulation) {
   const std::string simulation = between(textOf("package.xml"), "-DJACKAL_AIC_SIMULATION=OFF", "<export>");
   std::set<std::string> named = found(simulation, "depend>([^<]+)</");

@@ -301,7 +301,7 @@ TEST_F(RosControl, IsLoadedByItsNameAndClaimsTheWheels) {
 
 TEST_F(RosControl, ARobotAtRestStaysAtRest) {
   ASSERT_TRUE(startController());
-  for (const double command : run(1.0).command) ASSERT_EQ(command, 0.0) << "whatever the noise of its encoders";
+  for (const double command : run(1.0).command) ASSERT_EQ(command, 0.0) << "in spite of the noise of its encoders";
 }
 
 TEST_F(RosControl, StepIsFastAndExact) {
@@ -381,7 +381,7 @@ TEST_F(RosControl, AClockThatRanBackLeavesNoSilence) {
   run(2.5);
   ASSERT_TRUE(wait([&] { return std::abs(now() - odometry.header.stamp.toSec()) < 0.05; }));
   EXPECT_NEAR(odometry.twist.twist.linear.x, robot.plant().truth().linear_velocity.x(), 0.02);
-  EXPECT_NEAR(robot.plant().truth().linear_velocity.x(), 0.5, 0.02) << "starts anew, and follows the set point";
+  EXPECT_NEAR(robot.plant().truth().linear_velocity.x(), 0.5, 0.02) << "starts again, and follows the set point";
 }
 
 TEST_F(RosControl, PublishesWhatItDrives) {
@@ -727,7 +727,7 @@ TEST_F(RosControl, WhatCannotDriveIsNotLoaded) {
   node.deleteParam(name);
 }
 
-/// A robot whose wheels do at once what they are told, without an IMU.
+/// A robot whose wheels follow at once, without an IMU.
 class IdealRobot : public hardware_interface::RobotHW {
  public:
   IdealRobot() {
@@ -861,7 +861,7 @@ TEST_F(AsDiffDrive, Turn) {
   const auto before = odometry;
   const double rate = M_PI / 10.0;
   command(0.0, rate);
-  const auto after = run(9.0);  // less than half around, so that the heading is told apart
+  const auto after = run(9.0);  // less than half around, so that the heading is unambiguous
   const double elapsed = (after.header.stamp - before.header.stamp).toSec();
   EXPECT_NEAR(yawOf(after) - yawOf(before), rate * elapsed, 0.03);
   EXPECT_NEAR(after.twist.twist.angular.z, rate, 0.01);

@@ -50,7 +50,7 @@ struct What {
   std::string preset = "predictive";
   bool log = true;                      ///< of the controller
   std::uint64_t first = 0;              ///< number of its first input
-  std::string imu_frame = "base_link";  ///< another is told by a static transform after a second
+  std::string imu_frame = "base_link";  ///< another has a static transform after a second
   bool gains_change = false;            ///< on the way, those of `predictive`
   double set_back = 0.0;                ///< of the clock, after kSetBack [s]
   bool middle = false;                  ///< it begins in the middle of a drive, with set points that are not zero

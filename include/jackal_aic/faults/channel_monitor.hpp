@@ -41,7 +41,7 @@ class LearnedVariance {
   /// e^2 / (lambda S): squared Mahalanobis distance of an error.
   double squaredDistance(double error, double variance) const { return error * error / (factor_ * variance); }
 
-  /// Takes the error of a good sample, of which the model says the variance S. @param share of it in the mean.
+  /// Takes the error of a good sample, whose variance is S by the model. @param share of it in the mean.
   void learn(double error, double variance, double share) {
     factor_ = std::clamp(factor_ + share * (error * error / variance - factor_), 1.0, kLargestFactor);
   }
@@ -165,7 +165,7 @@ class RepetitionTest {
   explicit RepetitionTest(int samples) : samples_(samples) {}
 
   /// Takes a sample; true while it continues a suspect run. @param expected true if a repetition would be normal here
-  /// (a wheel at rest): it ends a run and is not counted; a change still teaches what noise there is. @param resolution
+  /// (a wheel at rest): it ends a run and is not counted; a change still shows the noise. @param resolution
   /// changes below this are no noise. @param explained how far the value may have changed since the last sample without
   /// any noise; @param share of the usual noise that this value carries.
   bool update(double value, bool expected, double resolution, double explained = 0.0, double share = 1.0);
@@ -233,7 +233,7 @@ class SampleHold {
  public:
   static constexpr double kLongest = 0.3;  ///< that is believed [s]
 
-  /// Takes a sample. @param least change that is no noise; @param step time since the last sample [s].
+  /// Takes a sample. @param least smallest change beyond the noise; @param step time since the last sample [s].
   void update(double value, double least, double step);
 
   /// Longest usual time for which a value is held [s]; 0 where every sample is a new one. Until that is known, the
@@ -272,7 +272,7 @@ class MissedMotion {
  private:
   double low_ = 0.0, high_ = 0.0;  // where it was, since the value changed last
   double missed_ = 0.0;            // [s]
-  double patience_ = 0.1;          // [s]; a source that is renewed now and then teaches to wait for it
+  double patience_ = 0.1;          // [s]; grows for a source that is renewed now and then
   double unchanged_ = 0.0;         // for how long the value has been what it is [s]
   int quick_changes_ = 0;          // within the patience, up to kFewChanges
 };

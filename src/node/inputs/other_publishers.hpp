@@ -34,7 +34,7 @@ class OtherPublishers {
   /// True if another node publishes on one of our topics.
   bool contended() const { return contended_; }
 
-  /// Who publishes on what, or is waited for: "/name on /cmd_drive, ...", and what to do about it. Empty if nobody.
+  /// Who publishes on what, or is waited for: "/name on /cmd_drive, ...", and what to do about it. Else empty.
   std::string text() const;
 
  private:

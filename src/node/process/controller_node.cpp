@@ -84,7 +84,7 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
     live_parameters_->keep(ros::Time::now());
   };
   report_timer_ = withQueue(node_, requests_).createWallTimer(ros::WallDuration(kReportPeriod), tell);
-  others_.look();  // a node whose emergency stop is nobody's need not wait
+  others_.look();  // without a publisher of the emergency stop there is no wait
   graph_timer_ = withQueue(node_, requests_)
                      .createWallTimer(ros::WallDuration(kFirstGraphPeriod),
                                       [this](const ros::WallTimerEvent&) { lookAtOthers(); });

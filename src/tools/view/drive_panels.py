@@ -43,7 +43,7 @@ class Drive:
         self.true_time, self.true_forward, self.true_yaw_rate = [], [], []
 
     def add_state(self, state):
-        """Takes a ControllerState. A clock that jumped back begins anew."""
+        """Takes a ControllerState. After a clock that jumped back it starts again."""
         time = state.header.stamp.to_sec()
         if self.time and time < self.time[-1]:
             self.__init__(self.window)
