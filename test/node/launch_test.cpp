@@ -312,8 +312,8 @@ TEST_F(Launch, TakesAPredictivePresetThatTuneWrites) {
 TEST_F(Launch, DrivesAsTheThesisPrints) {
   const ManoeuvreFile step{"manoeuvre:\n  durations: [1, 3]\n  forward: [0, 1]\n  yaw_rate: [0, 0]\n", 1};
   for (const bool printed : {false, true}) {
-    const auto legs = drive(step, std::string("preset:=standard printed:=") + (printed ? "true" : "false"),
-                            Witness::truth);
+    const auto legs =
+        drive(step, std::string("preset:=standard printed:=") + (printed ? "true" : "false"), Witness::truth);
     ASSERT_EQ(legs.size(), 1u);
     EXPECT_EQ(legs[0].figures.excess_pct > 5.0, printed) << describe(legs[0]);
   }
