@@ -351,7 +351,7 @@ class Calibration(unittest.TestCase):
         for line in ('  dead_time: 0.123 ', '  motor_lag: 1.0e-05 ', '  velocity_loop_integral: 7.0 '):
             self.assertIn(line, after)
         self.assertEqual(after.count('\n'), before.count('\n'))
-        with self.assertRaisesRegex(ValueError, 'dead_time: is no key'):
+        with self.assertRaisesRegex(ValueError, 'dead_time: not a key of the file'):
             calibrate.with_fitted_values('plant:\n', {'plant.dead_time': 0.1})
 
     def test_the_error_is_the_logarithm_of_the_ratio(self):
