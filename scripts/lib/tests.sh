@@ -22,7 +22,7 @@ test_targets() {
 # twice), the longest first. Node tests that fail in parallel run once more, alone, and that result counts. Counts their cases and the
 # reports of sanitizers in the directory FINDINGS.
 run_tests() {
-  local build=$1 results=$1/test_results log=$1/tests.log again timed_out total=0 errors=0 failures=0 skipped=0 failed finding
+  local build=$1 results=$1/test_results log=$1/tests.log again timed_out passed failed finding
   rm -rf "$results" "$log" "$1/Testing/Temporary/LastTestsFailed.log"
   run_ctest "$1" "$3" "${@:5}" ctest -j $((2 * $(nproc))) -R "${2:-.}"
   again=$(sed -nE 's/^[0-9]+:(.*_rostest_.*)/\1/p' "$build/Testing/Temporary/LastTestsFailed.log" 2>/dev/null | paste -sd '|') || true
@@ -32,17 +32,16 @@ run_tests() {
     run_ctest "$1" "$3" "${@:5}" ctest -R "^($again)\$"
   fi
   timed_out=$(grep -cE '\*\*\*(Timeout|Not Run)' "$log") || true
-  catkin_test_results --verbose "$results" >"$build/results.log" 2>&1 || true
-  sed -nE '/<failure|<error|^[^<]*tests, /{s/&#x0A;/ /g; s/^(.{500}).*/\1 .../p; t; /^Summary/!p}' "$build/results.log"
-  read -r total errors failures skipped < <(sed -nE 's/^Summary: ([0-9]+) tests, ([0-9]+) errors, ([0-9]+) failures, ([0-9]+) skipped.*/\1 \2 \3 \4/p' "$build/results.log") || true
+  # shellcheck disable=SC2154 # repository is of workspace.sh
+  read -r passed failed < <(python3 "$repository/scripts/lib/count_tests.py" "$results")
   for finding in "$4"/*; do
     [[ -e $finding ]] || continue
     say "sanitizer, $finding: $(grep -m 1 '^SUMMARY' "$finding" || head -n 1 "$finding")"
     timed_out=$((timed_out + 1))
   done
-  failed=$((errors + failures + timed_out))
+  failed=$((failed + timed_out))
   if ((failed > 0)); then say "Logs: $build/Testing/Temporary/LastTest.log"; fi
-  say "$((total - errors - failures - skipped)) passed, $failed failed"
+  say "$passed passed, $failed failed"
   return $((failed > 0))
 }
 
