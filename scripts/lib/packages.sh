@@ -62,6 +62,6 @@ install_packages() {
   [[ -z $upgraded ]] || fail "newer versions of installed packages are needed. Run: apt-get install --only-upgrade $upgraded"
   # shellcheck disable=SC2154 # workspace.sh sets assume_yes
   # Without a person at the terminal no package may ask either.
-  if [[ $assume_yes == true || ! -t 0 || ! -t 1 ]]; then missing+=(-y) root+=(env DEBIAN_FRONTEND=noninteractive); fi
+  if [[ $assume_yes == true || ! -t 0 || ! -t 1 ]]; then missing+=(-y) && export DEBIAN_FRONTEND=noninteractive; fi
   ${root[@]+"${root[@]}"} apt-get -q -o DPkg::Lock::Timeout=300 "${APT_INSTALL[@]}" "${missing[@]}" || fail "apt-get installed nothing"
 }

@@ -12,7 +12,8 @@ test_targets() {
   {
     sed -nE 's|.*/(\w+) --gtest_output.*|\1|p' <<<"$listing"
     sed -nE 's|.* (/\S+\.xml) "$|\1|p' <<<"$listing" | while read -r launch; do
-      grep -oP '<test\s[^>]*type="\K\w+' "$launch" || echo tests # those of a file that it includes
+      # A test in Python needs the programs; a file without a test includes one.
+      grep -oP '<test\s[^>]*type="\K[^"]+' "$launch" | sed 's/.*\.py$/all/' | grep . || echo tests
     done
     if grep -qE '_(python|roslaunch-check)_|^ *Labels: .*nodes' <<<"$listing"; then echo all; fi
   } | sort -u | paste -sd ' '
