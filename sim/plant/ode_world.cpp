@@ -42,11 +42,6 @@ constexpr double kStickSpeed = 1e-4;
 /// What of a normal force on tilted ground is rounding [N]: its share of the friction would break the solver.
 constexpr double kSlightestForce = 1e-9;
 
-/// Bounds of a sliding contact of a wheel that touches two surfaces, by Coulomb's magnitude, which its viscous friction
-/// has. Of two such contacts that lie close together the forces are nearly the same unknowns; with both at their bounds
-/// as a rule ODE would find no way from one to the other ("LCP internal error") and leave out what comes after them.
-constexpr double kOneOfTwo = 1.5;
-
 std::atomic<long> unsolved_steps{0};
 thread_local bool left_out = false;  // true: ODE omitted forces of a step in this thread
 
@@ -80,72 +75,6 @@ Eigen::Vector3d vectorOf(const dReal* v) { return {v[0], v[1], v[2]}; }
 using Rotation = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>, 0, Eigen::OuterStride<4>>;
 
 Rotation rotationOf(dBodyID body) { return Rotation(dBodyGetRotation(body)); }
-
-Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& a) {
-  Eigen::Matrix3d matrix;
-  matrix << 0.0, -a.z(), a.y(), a.z(), 0.0, -a.x(), -a.y(), a.x(), 0.0;
-  return matrix;
-}
-
-/// Velocity of a body in its own frame.
-Twist velocityOf(dBodyID body, const Rotation& rotation) {
-  Twist velocity;
-  velocity << rotation.transpose() * vectorOf(dBodyGetLinearVel(body)),
-      rotation.transpose() * vectorOf(dBodyGetAngularVel(body));
-  return velocity;
-}
-
-/// Velocity of a body after a step in which nothing but gyroscopic torque acts on it, as ODE takes it.
-Twist freeVelocityOf(dBodyID body, const Rotation& rotation, const Eigen::Matrix3d& inertia, double step) {
-  Twist velocity = velocityOf(body, rotation);
-  const Eigen::Vector3d momentum = inertia * velocity.tail<3>();
-  // I ω⁺ = L + h L × ω⁺, implicitly
-  velocity.tail<3>() = (inertia - step * crossMatrix(momentum)).inverse() * momentum;
-  return velocity;
-}
-
-/// Gives a body a velocity in its own frame.
-void setVelocity(dBodyID body, const Twist& velocity) {
-  const Rotation rotation = rotationOf(body);
-  const Eigen::Vector3d linear = rotation * velocity.head<3>(), angular = rotation * velocity.tail<3>();
-  dBodySetLinearVel(body, linear.x(), linear.y(), linear.z());
-  dBodySetAngularVel(body, angular.x(), angular.y(), angular.z());
-}
-
-/// Moves a body by a step with its velocity.
-void move(dBodyID body, double step) {
-  const Eigen::Vector3d position = vectorOf(dBodyGetPosition(body)) + step * vectorOf(dBodyGetLinearVel(body));
-  dBodySetPosition(body, position.x(), position.y(), position.z());
-  const dReal* q = dBodyGetQuaternion(body);
-  const dReal* velocity = dBodyGetAngularVel(body);
-  const Eigen::Quaterniond now(q[0], q[1], q[2], q[3]);
-  // q ← q + h/2 ω q, which ODE normalises
-  const Eigen::Quaterniond rate = Eigen::Quaterniond(0.0, velocity[0], velocity[1], velocity[2]) * now;
-  const Eigen::Vector4d next = now.coeffs() + 0.5 * step * rate.coeffs();
-  const dQuaternion orientation = {next(3), next(0), next(1), next(2)};
-  dBodySetQuaternion(body, orientation);
-}
-
-/// Where a body is and how it moves, to be put back there.
-struct BodyState {
-  explicit BodyState(dBodyID of) : body(of) {
-    std::copy_n(dBodyGetPosition(body), 3, position);
-    std::copy_n(dBodyGetLinearVel(body), 3, linear);
-    std::copy_n(dBodyGetAngularVel(body), 3, angular);
-    std::copy_n(dBodyGetQuaternion(body), 4, orientation);
-  }
-
-  void restore() const {
-    dBodySetPosition(body, position[0], position[1], position[2]);
-    dBodySetQuaternion(body, orientation);
-    dBodySetLinearVel(body, linear[0], linear[1], linear[2]);
-    dBodySetAngularVel(body, angular[0], angular[1], angular[2]);
-  }
-
-  dBodyID body;
-  dVector3 position{}, linear{}, angular{};
-  dQuaternion orientation{};
-};
 
 Eigen::Quaterniond orientationOf(dBodyID body) {
   const dReal* q = dBodyGetQuaternion(body);
@@ -183,15 +112,12 @@ Eigen::Vector3d normalForcePlane(const RobotModel& model, const Eigen::Vector3d&
 }  // namespace
 
 OdeWorld::OdeWorld(const RobotModel& model, const WorldParameters& parameters)
-    : model_(model),
-      inverse_inertia_(model.chassis.inertia.inverse()),
-      gravity_(kGravity * Eigen::Vector3d(-std::sin(parameters.slope), 0.0, -std::cos(parameters.slope))),
+    : gravity_(kGravity * Eigen::Vector3d(-std::sin(parameters.slope), 0.0, -std::cos(parameters.slope))),
       terrain_(parameters.terrain),
       friction_(parameters.friction),
       torque_limit_(parameters.torque_limit),
       stiffness_(parameters.stiffness),
       fixed_chassis_(parameters.fixed_chassis),
-      ode_solver_(parameters.ode_solver),
       threading_(createThreading()),
       world_(dWorldCreate()),
       contact_group_(dJointGroupCreate(0)) {
@@ -214,7 +140,6 @@ void OdeWorld::createWheel(const RobotModel& model, std::size_t index) {
   const WheelModel& wheel = model.wheels[index];
   radius_[index] = wheel.radius;
   hub_in_wheel_[index] = wheel.hub - wheel.body.centre;
-  hub_in_chassis_[index] = wheel.hub - model.chassis.centre;
   wheels_[index] = createBody(world_.get(), wheel.body);
   dJointID hinge = dJointCreateHinge(world_.get(), nullptr);
   dJointAttach(hinge, wheels_[index], chassis_);
@@ -285,7 +210,7 @@ void OdeWorld::step(double step) {
   const Eigen::Vector3d velocity = vectorOf(dBodyGetLinearVel(chassis_));
   const Eigen::Vector3d angular_velocity = vectorOf(dBodyGetAngularVel(chassis_));
   for (std::size_t i = 0; i < wheels_.size() && !fixed_chassis_; ++i) touch(i);
-  if (!solve(step)) solveByOde(step);
+  solve(step);
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     updateContact(i, contacts_[i]);
     updateContact(i, kerb_contacts_[i]);
@@ -295,100 +220,19 @@ void OdeWorld::step(double step) {
   angular_acceleration_ = (vectorOf(dBodyGetAngularVel(chassis_)) - angular_velocity) / step;
 }
 
-bool OdeWorld::solve(double step) {
-  if (ode_solver_) return false;
-  for (std::size_t i = 0; i < wheels_.size(); ++i) {
-    if (contacts_[i].touching && kerb_contacts_[i].touching) return false;
-  }
-  if (!solver_ || solver_->step() != step) solver_.emplace(model_, dWorldGetCFM(world_.get()), step);
-  const SteppedChassis chassis = steppedChassis(step);
-  const std::array<SteppedWheel, 4> wheels{steppedWheel(0, step), steppedWheel(1, step), steppedWheel(2, step),
-                                           steppedWheel(3, step)};
-  if (!solver_->solve(chassis, wheels)) return false;
-  if (!chassis.told) setVelocity(chassis_, solver_->chassis());
-  move(chassis_, step);
-  for (std::size_t i = 0; i < wheels_.size(); ++i) {
-    setVelocity(wheels_[i], solver_->wheel(i));
-    move(wheels_[i], step);
-    torque_[i] = solver_->force(i, 0);
-    Contact& contact = kerb_contacts_[i].touching ? kerb_contacts_[i] : contacts_[i];
-    contact.force = solver_->force(i, 1) * contact.normal + solver_->force(i, 2) * contact.rolling +
-                    solver_->force(i, 3) * contact.lateral();
-  }
-  return true;
-}
-
-SteppedChassis OdeWorld::steppedChassis(double step) const {
-  const Rotation rotation = rotationOf(chassis_);
-  if (dBodyIsKinematic(chassis_) != 0) return {true, velocityOf(chassis_, rotation)};
-  const RigidBody& body = model_.chassis;
-  SteppedChassis chassis{false, freeVelocityOf(chassis_, rotation, body.inertia, step)};
-  chassis.velocity.head<3>() += step * (rotation.transpose() * gravity_ + push_force_ / body.mass);
-  chassis.velocity.tail<3>() += step * push_torque_ * inverse_inertia_.col(2);
-  return chassis;
-}
-
-/// Rows as ODE's hinge and contact make them.
-SteppedWheel OdeWorld::steppedWheel(std::size_t index, double step) const {
-  const dBodyID body = wheels_[index];
-  const Rotation rotation = rotationOf(body), chassis = rotationOf(chassis_);
-  const Eigen::Vector3d centre = vectorOf(dBodyGetPosition(body));
-  SteppedWheel wheel;
-  wheel.chassis = rotation.transpose() * chassis;
-  wheel.velocity = freeVelocityOf(body, rotation, model_.wheels[index].body.inertia, step);
-  wheel.velocity.head<3>() += step * (rotation.transpose() * gravity_);
-  const double correction = dWorldGetERP(world_.get()) / step;
-  const Eigen::Vector3d apart = rotation.transpose() * (vectorOf(dBodyGetPosition(chassis_)) - centre) +
-                                wheel.chassis * hub_in_chassis_[index] - hub_in_wheel_[index];
-  const Eigen::Vector3d askew = rotation.transpose() * rotation.col(1).cross(chassis.col(1));
-  wheel.closing << correction * apart, correction * askew;
-
-  wheel.jacobian.col(0).tail<3>() = Eigen::Vector3d::UnitY();
-  wheel.target(0) = dJointGetHingeParam(hinges_[index], dParamVel);
-  wheel.softness(0) = stiffness_ > 0.0 ? 1.0 / stiffness_ : dWorldGetCFM(world_.get());
-  wheel.low(0) = -torque_limit_;
-  wheel.high(0) = torque_limit_;
-
-  const Contact& contact = kerb_contacts_[index].touching ? kerb_contacts_[index] : contacts_[index];
-  if (!contact.touching) return wheel;
-  Eigen::Matrix3d directions;
-  directions << contact.normal, contact.rolling, contact.lateral();
-  const Eigen::Vector3d arm = rotation.transpose() * (contact.point - centre);
-  wheel.jacobian.topRightCorner<3, 3>() = rotation.transpose() * directions;
-  wheel.jacobian.bottomRightCorner<3, 3>() = crossMatrix(arm) * wheel.jacobian.topRightCorner<3, 3>();
-  const Spring spring(step);
-  const double slip = contact.slip > 0.0 ? contact.slip : dWorldGetCFM(world_.get());
-  wheel.target(1) = spring.correction / step * contact.depth;
-  wheel.softness.tail<3>() << spring.softness, slip, slip;
-  wheel.low.tail<3>() << 0.0, -contact.limit, -contact.limit;
-  wheel.high.tail<3>() << dInfinity, contact.limit, contact.limit;
-  return wheel;
-}
-
-/// What slides on two surfaces has viscous friction of Coulomb's magnitude: where ODE finds no way between the bounds
-/// of two contacts so close together, it does without them.
-void OdeWorld::solveByOde(double step) {
-  const std::array<BodyState, 5> before{BodyState(chassis_), BodyState(wheels_[0]), BodyState(wheels_[1]),
-                                        BodyState(wheels_[2]), BodyState(wheels_[3])};
-  if (stepByOde(step)) return;
-  for (const BodyState& state : before) state.restore();
-  for (std::size_t i = 0; i < wheels_.size(); ++i) widenOnTwoSurfaces(i, dInfinity);
-  if (!stepByOde(step)) countUnsolved();
-}
-
-bool OdeWorld::stepByOde(double step) {
-  if (push_torque_ != 0.0) dBodyAddRelTorque(chassis_, 0.0, 0.0, push_torque_);
-  if (!push_force_.isZero(0.0)) dBodyAddRelForce(chassis_, push_force_.x(), push_force_.y(), push_force_.z());
+/// Lets ODE move the bodies, and reads the forces.
+void OdeWorld::solve(double step) {
+  dBodyAddRelForce(chassis_, push_force_.x(), push_force_.y(), push_force_.z());
+  dBodyAddRelTorque(chassis_, 0.0, 0.0, push_torque_);
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     createContact(i, contacts_[i], step);
     createContact(i, kerb_contacts_[i], step);
   }
   left_out = false;
   dWorldStep(world_.get(), step);
+  if (left_out) countUnsolved();
   dJointGroupEmpty(contact_group_.get());
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
-    contacts_[i].force = vectorOf(contacts_[i].feedback.f1);
-    kerb_contacts_[i].force = vectorOf(kerb_contacts_[i].feedback.f1);
     // The feedback torque is about the wheel's centre of mass; the motor acts about the axle.
     const Eigen::Vector3d hub = rotationOf(wheels_[i]) * hub_in_wheel_[i];
     dReal axle[4];
@@ -396,7 +240,6 @@ bool OdeWorld::stepByOde(double step) {
     const dJointFeedback& feedback = hinge_feedback_[i];
     torque_[i] = vectorOf(axle).dot(vectorOf(feedback.t1) - hub.cross(vectorOf(feedback.f1)));
   }
-  return !left_out;
 }
 
 /// ODE's friction is a box, by dContactApprox1 scaled with the normal force that would act without friction; here its
@@ -428,13 +271,11 @@ void OdeWorld::touch(std::size_t index) {
   kerb_contacts_[index].touching = false;
   if (!kerb) return;
   touch(index, kerb_contacts_[index], *kerb);
-  widenOnTwoSurfaces(index, kOneOfTwo);
-}
-
-void OdeWorld::widenOnTwoSurfaces(std::size_t index, double factor) {
   if (!contacts_[index].touching || !kerb_contacts_[index].touching) return;
+  // Forces of two contacts close together are nearly the same unknowns. With both at their bounds ODE often finds no
+  // solution ("LCP internal error"). The viscous friction of a sliding contact has Coulomb's magnitude without a bound.
   for (Contact* contact : {&contacts_[index], &kerb_contacts_[index]}) {
-    if (contact->slip > 0.0) contact->limit *= factor;
+    if (contact->slip > 0.0) contact->limit = dInfinity;
   }
 }
 
@@ -468,7 +309,7 @@ void OdeWorld::updateContact(std::size_t index, Contact& contact) {
   const auto along = [&contact](const Eigen::Vector3d& v) {
     return Eigen::Vector3d(v - contact.normal * contact.normal.dot(v)).norm();
   };
-  const Eigen::Vector3d& force = contact.force;
+  const Eigen::Vector3d force = vectorOf(contact.feedback.f1);
   const Eigen::Vector3d hub = orientationOf(wheels_[index]) * hub_in_wheel_[index];
   const Eigen::Vector3d arm = hub - radius_[index] * contact.normal;
   const Eigen::Vector3d slip =

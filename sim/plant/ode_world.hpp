@@ -8,10 +8,8 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <memory>
-#include <optional>
 
 #include "robot_model.hpp"
-#include "step_solver.hpp"
 #include "terrain.hpp"
 
 namespace jackal_aic::sim {
@@ -34,7 +32,6 @@ struct WorldParameters {
   double torque_limit = 20.0;  ///< of each wheel's motor [N m]
   double stiffness = 0.0;      ///< of each wheel's motor, torque per error of its speed [N m s/rad]; 0: rigid
   TerrainParameters terrain;   ///< of the ground, without its inclination
-  bool ode_solver = false;     ///< every step by ODE's own solver, which comes to the same, more slowly
 };
 
 /// Chassis and four wheels on hinges with velocity motors, on the ground.
@@ -44,9 +41,6 @@ struct WorldParameters {
 /// in another, with a spring and damper along the normal. Friction is isotropic Coulomb friction, as slip in a turn
 /// depends on it: rolling and lateral friction share the limit mu N, so that a skidding tyre also slips lengthwise
 /// (with a friction pyramid it would hold, and the robot would turn without skidding). The chassis touches nothing.
-///
-/// ODE keeps the bodies and has the equations of a step; StepSolver solves them, and ODE itself those of a step in
-/// which a wheel touches ground and kerb at a time.
 class OdeWorld {
  public:
   /// Builds the robot at rest, its wheels in static equilibrium with the ground, base_link above the ground frame's
@@ -72,7 +66,7 @@ class OdeWorld {
   /// Advances by a time step [s].
   void step(double step);
 
-  /// Steps of this process, in any world, without all contact forces after ODE's second attempt.
+  /// Steps of this process, in any world, in which ODE omitted contact forces.
   static long unsolvedSteps();
 
   ChassisState chassis() const;                                ///< motion of the chassis after the last step
@@ -103,47 +97,31 @@ class OdeWorld {
     double depth = 0.0;                                  ///< by which the wheel would be in the ground [m]
     double limit = 0.0;                                  ///< of the friction, in each direction [N]
     double slip = 0.0;                                   ///< slip speed per friction [m/(N s)]; 0 sticks
-    Eigen::Vector3d force = Eigen::Vector3d::Zero();     ///< on the wheel [N]
     bool sticking = true;
     double normal_force = 0.0;  ///< [N]
     double slip_speed = 0.0;    ///< of the contact point over the ground [m/s]
-    dJointFeedback feedback{};
-
-    Eigen::Vector3d lateral() const { return normal.cross(rolling); }  ///< the other direction of friction
+    dJointFeedback feedback{};  ///< f1: force on the wheel [N]
   };
 
   void createChassis(const RobotModel& model);
   void createWheel(const RobotModel& model, std::size_t index);
   void setInEquilibrium(const RobotModel& model);
   void carry();
-  /// Moves the bodies by a step [s]. @returns false, without a motion, if it cannot.
-  bool solve(double step);
-  SteppedChassis steppedChassis(double step) const;
-  SteppedWheel steppedWheel(std::size_t index, double step) const;
-  /// A step by ODE's solver, with any contacts.
-  void solveByOde(double step);
-  /// @returns false if forces were omitted.
-  bool stepByOde(double step);
+  void solve(double step);
   void createContact(std::size_t index, Contact& contact, double step);
   void touch(std::size_t index);
   void touch(std::size_t index, Contact& contact, const TouchPoint& touch) const;
-  /// Bounds of friction of a wheel that slides on ground and kerb, times a factor.
-  void widenOnTwoSurfaces(std::size_t index, double factor);
   void updateContact(std::size_t index, Contact& contact);
 
-  RobotModel model_;
-  Eigen::Matrix3d inverse_inertia_;  // of the chassis
   Eigen::Vector3d gravity_;
   Terrain terrain_;
   double friction_;
   double torque_limit_;
   double stiffness_;
   bool fixed_chassis_;
-  bool ode_solver_;
   Handle<dThreadingImplementationID, FreeThreading> threading_;  ///< the world's own: ODE's default one is shared
   Handle<dWorldID, DestroyWorld> world_;
   Handle<dJointGroupID, DestroyGroup> contact_group_;
-  std::optional<StepSolver> solver_;  // of the last step's length
   dBodyID chassis_ = nullptr;
   Eigen::Vector3d push_force_ = Eigen::Vector3d::Zero();
   double push_torque_ = 0.0;
@@ -154,10 +132,9 @@ class OdeWorld {
   Eigen::Vector3d angular_acceleration_ = Eigen::Vector3d::Zero();
   std::array<double, 4> radius_{};
   std::array<Eigen::Vector3d, 4>
-      hub_in_wheel_{};  ///< joint origin relative to the wheel's centre of mass, in the wheel [m]
-  std::array<Eigen::Vector3d, 4> hub_in_chassis_{};  ///< the same in the chassis [m]
-  std::array<double, 4> torque_{};                   ///< of the motors in the last step [N m]
-  std::array<double, 4> speed_{};                    ///< of the wheels relative to the chassis after it [rad/s]
+      hub_in_wheel_{};              ///< joint origin relative to the wheel's centre of mass, in the wheel [m]
+  std::array<double, 4> torque_{};  ///< of the motors in the last step [N m]
+  std::array<double, 4> speed_{};   ///< of the wheels relative to the chassis after it [rad/s]
   std::array<dBodyID, 4> wheels_{};
   std::array<dJointID, 4> hinges_{};
   std::array<dJointFeedback, 4> hinge_feedback_{};
