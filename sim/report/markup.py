@@ -7,7 +7,7 @@ import jinja2
 import markupsafe
 
 Cell = collections.namedtuple('Cell', 'content names')
-Table = collections.namedtuple('Table', 'headings rows groups')
+Table = collections.namedtuple('Table', 'headings rows')
 
 
 def cell(content, text=False, style=''):
@@ -15,9 +15,9 @@ def cell(content, text=False, style=''):
     return Cell(content, ' '.join(filter(None, ('text' if text else '', style))))
 
 
-def table(headings, rows, groups=()):
-    """Headings that begin with '<' are for left-aligned columns. groups: (heading, columns it spans) above them."""
-    return Table(headings, rows, groups)
+def table(headings, rows):
+    """Headings that begin with '<' are for left-aligned columns."""
+    return Table(headings, rows)
 
 
 def link(name, words):

@@ -2,9 +2,8 @@
 """Tables and figures of scripts/demo, from what step_recorder wrote for each robot and controller.
 
 Usage: plot_demo.py RECORDINGS OUTPUT CONTROLLER...
-Reads RECORDINGS/<robot>/<controller>/response.csv and metrics.csv; writes OUTPUT/demo.csv, demo_metrics.csv, demo.png (the
-stock controller and ours on a slow straight line and in a turn) and demo_signals.png (what each controller measured, believed
-and sent in the same two steps on the nominal robot); prints the tables.
+Reads RECORDINGS/<robot>/<controller>/response.csv and metrics.csv; writes OUTPUT/demo.csv, demo_metrics.csv and demo.png (the
+stock controller and ours on a slow straight line and in a turn); prints the tables.
 """
 
 import csv
@@ -24,7 +23,7 @@ TITLES = {
 }
 
 # Okabe and Ito's palette: distinct for every kind of colour vision.
-BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION = '#000000', '#E69F00', '#56B4E9', '#009E73', '#0072B2', '#D55E00'
+BLACK, BLUE, VERMILION = '#000000', '#0072B2', '#D55E00'
 
 ROBOTS = ('nominal', 'slow', 'real')
 FIRST_PICTURE = (('slow', '0.2 m/s'), ('real', '0.5 rad/s'))  # robot and step of each panel
@@ -93,18 +92,6 @@ def write_joined(path, tables):
         writer.writerows(rows)
 
 
-def quantity_of(step):
-    """Signal, name and unit of what a step steps."""
-    return ('forward', 'forward speed', 'm/s') if step['step'].endswith(' m/s') else ('yaw_rate', 'yaw rate', 'rad/s')
-
-
-def plain(axes):
-    """Removes from an axis what carries no data."""
-    axes.grid(color='0.9')
-    for side in ('top', 'right'):
-        axes.spines[side].set_visible(False)
-
-
 def plot_first_picture(path, responses, metrics):
     """Two panels, two lines each: how far the stock controller stays short, and ours does not."""
     figure, grid = plt.subplots(1, 2, figsize=(8.3, 3.2))
@@ -113,7 +100,7 @@ def plot_first_picture(path, responses, metrics):
         axes.axhline(height, color=BLACK, lw=1.2, ls='--')
         for controller, (label, colour) in FIRST_LINES.items():
             step = next(row for row in metrics[robot][controller] if row['step'] == name)
-            signal, _, _ = quantity_of(step)
+            signal = 'forward' if unit == 'm/s' else 'yaw_rate'
             time, part = window(responses[robot][controller], step)
             axes.plot(time, column(part, 'true_' + signal), color=colour, lw=2.5)
             error = float(step['steady_error_pct'])
@@ -131,57 +118,11 @@ def plot_first_picture(path, responses, metrics):
     figure.savefig(path, dpi=100)
 
 
-def plot_velocity(axes, time, rows, signal, step):
-    """Set point, true, measured and believed velocity of one step, with its settling time."""
-    axes.step(time, column(rows, 'set_' + signal), where='post', color=BLACK, lw=1.2, ls='--', label='set point')
-    axes.plot(time, column(rows, 'measured_' + signal), color=SKY, ls='', marker='.', ms=4, label='measured')
-    axes.plot(time, column(rows, 'true_' + signal), color=BLUE, lw=1.8, label='true')
-    axes.plot(time, column(rows, 'believed_' + signal), color=VERMILION, lw=1.4, label='believed')
-    if step['settling_s']:
-        settled = float(step['settling_s'])
-        axes.axvline(settled, color=GREEN, lw=1.2, ls=':')
-        axes.annotate(f'settled in {settled:.2f} s', (settled, 0.04), xycoords=('data', 'axes fraction'),
-                      xytext=(5, 0), textcoords='offset points', color=GREEN, va='bottom')
-
-
-def plot_commands(axes, time, rows):
-    """Wheel speeds sent; the dashes keep both visible where they are equal."""
-    axes.step(time, column(rows, 'command_left'), where='post', color=ORANGE, lw=2.2, label='command, left wheels')
-    axes.step(time, column(rows, 'command_right'), where='post', color=BLACK, lw=1.0, ls=(0, (4, 3)),
-              label='command, right wheels')
-
-
 def window(rows, step):
     """The rows around a step and their times since the step."""
     begin, end = float(step['begin_s']), float(step['end_s'])
     rows = [row for row in rows if begin - 0.25 <= float(row['time']) <= min(end, begin + 2.5)]
     return [float(row['time']) - begin for row in rows], rows
-
-
-def plot_signals(path, responses, metrics):
-    """A column per controller; per step a row of velocities and below it one of commands."""
-    steps = next(iter(metrics.values()))
-    figure, grid = plt.subplots(2 * len(steps), len(responses), figsize=(4.2 * len(responses), 5.2 * len(steps)),
-                                sharex=True, sharey='row', squeeze=False, gridspec_kw={'height_ratios': [3, 2] * len(steps)})
-    for i, (controller, rows) in enumerate(responses.items()):
-        grid[0, i].set_title(title_of(controller), fontsize=12, fontweight='bold', pad=12)
-        for k, step in enumerate(metrics[controller]):
-            signal, quantity, unit = quantity_of(step)
-            time, part = window(rows, step)
-            plot_velocity(grid[2 * k, i], time, part, signal, step)
-            plot_commands(grid[2 * k + 1, i], time, part)
-            grid[2 * k, 0].set_ylabel(f'{quantity} [{unit}]')
-            grid[2 * k + 1, 0].set_ylabel('wheel command [rad/s]')
-    for axes in grid.flat:
-        plain(axes)
-    for axes in grid[-1]:
-        axes.set_xlabel('time since the step [s]')
-    handles, labels = (velocity + command for velocity, command in zip(grid[0, 0].get_legend_handles_labels(),
-                                                                       grid[1, 0].get_legend_handles_labels()))
-    figure.legend(handles, labels, loc='upper center', ncol=len(labels), frameon=False)
-    figure.tight_layout(rect=(0.0, 0.0, 1.0, 0.975))
-    figure.align_ylabels(grid[:, 0])
-    figure.savefig(path, dpi=110)
 
 
 def main(recordings, output, controllers):
@@ -192,9 +133,6 @@ def main(recordings, output, controllers):
     write_joined(output / 'demo.csv', responses)
     write_joined(output / 'demo_metrics.csv', metrics)
     plot_first_picture(output / 'demo.png', responses, metrics)
-    shown = [name for _, name in FIRST_PICTURE]
-    plot_signals(output / 'demo_signals.png', responses['nominal'],
-                 {name: [step for step in steps if step['step'] in shown] for name, steps in metrics['nominal'].items()})
     tables = [line for table in TABLES for line in [*table_lines(metrics, *table), '']]
     print('\n'.join([*tables, *warnings(metrics)]))
 

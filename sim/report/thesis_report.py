@@ -6,22 +6,18 @@ Reads what `experiments run all --out RESULTS` wrote. The page needs no other fi
 """
 
 import argparse
-import concurrent.futures
 import itertools
 import math
+import multiprocessing
 import pathlib
 import sys
 
 import answers
-import beyond
+import bars
 import claims
-import baselines
-import detection
-import faults
 import figures
 import hypothesis
-import odometry
-import recordings
+import studies
 from markup import cell, fixed, rendered, seconds, table
 from results import ResultError, Results
 
@@ -41,16 +37,15 @@ FITTED = [  # key of the plant, words, unit
     ('acceleration_limit', 'acceleration limit', 'm/s²'),
 ]
 
+GAINS = (('belief_hz', 'belief {:g} Hz'), ('action_hz', 'action {:g} Hz'), ('tau', 'τ {:g}'), ('kappa_mu', 'κ_μ {:g}'), ('kappa_a', 'κ_a {:g}'),
+         ('orders', 'p {:g}'))
+
+
 def conditions(run):
     """The conditions of a run in words."""
     parts = [figures.WORDS.get(run['controller'], run['controller']), figures.WORDS.get(run['plant'], run['plant'] or 'belief update alone')]
-    if run['step_mps']:
-        parts.append(f'{run["step_mps"]:g} m/s')
-    if run['belief_hz']:
-        parts += [f'belief {run["belief_hz"]:g} Hz', f'action {run["action_hz"]:g} Hz', f'τ {run["tau"]:g}', f'κ_μ {run["kappa_mu"]:g}',
-                  f'κ_a {run["kappa_a"]:g}']
-        if run['orders'] is not None:
-            parts.append(f'p {run["orders"]:g}')
+    parts += [f'{run[column]:g} {unit}' for column, unit in (('step_mps', 'm/s'), ('step_radps', 'rad/s')) if run[column]]
+    parts += [words.format(run[column]) for column, words in GAINS if run[column] is not None]
     if run.label:
         parts.append(run.label)
     return parts
@@ -117,14 +112,21 @@ def grouped(runs):
     return [list(group) for _, group in itertools.groupby(runs, key=lambda run: run.conditions())]
 
 
+COLUMNS = (  # of our numbers: column, heading, digits, with a sign
+    ('settling_s', 'settling [s]', 2, False), ('rise_s', 'rise [s]', 2, False), ('overshoot_pct', 'overshoot [%]', 1, False),
+    ('steady_error_pct', 'steady-state error [%]', 2, True), ('tracking_rms_mps', 'tracking, RMS [m/s]', 3, False),
+    ('tracking_rms_radps', '[rad/s]', 3, False), ('belief_rms_mps', 'belief, RMS [m/s]', 4, False), ('belief_rms_radps', '[rad/s]', 4, False),
+    ('effective_track', 'learned track [m]', 3, False))
+
+
 def run_table(runs):
     """Our numbers where the thesis prints none."""
     shared = common(runs)
-    rows = [[cell(settings(run, shared), True), cell(run['integrator'] or '–', True), ours(run, 'settling'), ours(run, 'rise'),
-             cell(seconds(run['overshoot_pct']) if run.bounded else ''),
-             cell(fixed(run['steady_error_pct'], sign=True) if run.bounded and run['steady_error_pct'] is not None else '')]
-            for run in runs]
-    return table(['<setting', '<integrator', 'settling [s]', 'rise [s]', 'overshoot [%]', 'steady-state error [%]'], rows)
+    shown = [column for column in COLUMNS if any(run[column[0]] is not None for run in runs)]
+    rows = [[cell(settings(run, shared), True), cell(run['integrator'] or '–', True)] +
+            [cell('unstable' if name == 'settling_s' else '', style='no') if not run.bounded else
+             cell('–' if run[name] is None else fixed(run[name], digits, sign)) for name, _, digits, sign in shown] for run in runs]
+    return table(['<setting', '<integrator'] + [heading for _, heading, _, _ in shown], rows)
 
 
 def square_table(runs):
@@ -196,11 +198,6 @@ def figure_groups(experiment):
     return [(key, list(group)) for key, group in itertools.groupby(panels, key=lambda p: p['figure'].rstrip('ab'))]
 
 
-def take_over(results):
-    """What the figures are of, in a process that draws: it has it from the one that starts it, and nothing is copied."""
-    draw.results = results
-
-
 def draw(key):
     """Image of one figure, (experiment, figure)."""
     name, figure = key
@@ -209,24 +206,15 @@ def draw(key):
 
 
 def draw_all(results):
-    """All images, by experiment and figure, with progress."""
+    """All images, by experiment and figure, with progress lines as scripts/ read them. The processes inherit the results."""
+    draw.results = results
     keys = [(name, figure) for name, experiment in results.experiments.items() for figure, _ in figure_groups(experiment)]
     images = {}
-    with concurrent.futures.ProcessPoolExecutor(initializer=take_over, initargs=(results,)) as pool:
-        for key, image in zip(keys, pool.map(draw, keys)):
+    with multiprocessing.get_context('fork').Pool() as pool:
+        for key, image in zip(keys, pool.imap(draw, keys)):
             images[key] = image
-            show_progress(len(images), len(keys))
+            print(f'[{100 * len(images) // len(keys):3d}%] figures', file=sys.stderr, flush=True)
     return images
-
-
-def show_progress(done, total):
-    """A bar on a terminal; in a log, lines that scripts/ read the percentage from."""
-    percent = 100 * done // total
-    if sys.stderr.isatty():
-        bar = '#' * (40 * done // total)
-        print(f'\rfigures [{bar:<40}] {done}/{total}', end='\n' if done == total else '', file=sys.stderr, flush=True)
-    else:
-        print(f'[{percent:3d}%] figures', file=sys.stderr, flush=True)
 
 
 def figure_section(results, images, name):
@@ -262,7 +250,7 @@ def notes_of(results, name):
     if experiment['kind'] == 'squares':
         notes.append(f'Ours: period {experiment["period"]} s, {experiment["cycles"]} periods.')
     shared = common(results.runs[name])
-    if shared and experiment['kind'] != 'usable_range' and name in reproduced(results):
+    if shared and experiment['kind'] != 'usable_range':
         notes.append('In all rows: ' + ', '.join(shared) + '.')
     if name == 'orders':
         notes.append(answers.number_of_orders(results).text)
@@ -284,9 +272,12 @@ def data_sections(results):
             for name, thesis in results.tables.items() if thesis['kind'] in makers]
 
 
+BEYOND = ('comparison', 'belief_accuracy')  # kinds of experiments that the thesis has not
+
+
 def reproduced(results):
     """Names of the experiments that reproduce the thesis or its figures."""
-    return [name for name in results.experiments if name not in beyond.beyond(results)]
+    return [name for name, experiment in results.experiments.items() if experiment['kind'] not in BEYOND]
 
 
 def figures_shown(results):
@@ -352,13 +343,13 @@ def evaluate(results):
 
 def page(results, images):
     verdicts = evaluate(results)
+    sections = {name: experiment_section(results, images, verdicts, name) for name in results.experiments}
     return rendered(tables=list(results.tables), figures=figures_shown(results), plants=plant_table(results), bars=bar_table(results),
-                    answers=answers.answered(results), fit=fit_sentence(results), verdicts=verdicts, agreed=sum(1 for *_, verdict in verdicts if verdict.agrees), data=data_sections(results),
-                    experiments=[experiment_section(results, images, verdicts, name) for name in reproduced(results)],
-                    beyond=beyond.section(results, images), baselines=baselines.section(results.directory),
-                    detection=detection.section(results.package, results.directory), odometry=odometry.section(results.directory),
-                    recordings=recordings.section(results.directory),
-                    faults=faults.section(results.directory.parent / 'faults.csv'))
+                    answers=answers.answered(results), fit=fit_sentence(results), verdicts=verdicts,
+                    agreed=sum(verdict.agrees for *_, verdict in verdicts), data=data_sections(results),
+                    experiments=[sections[name] for name in reproduced(results)],
+                    beyond=[section for name, section in sections.items() if name not in reproduced(results)],
+                    beyond_bars=bars.bar_table(results), studies=list(studies.sections(results)))
 
 
 def main():
