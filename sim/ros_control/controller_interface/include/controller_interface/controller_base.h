@@ -12,13 +12,13 @@
 namespace controller_interface {
 
 /// Life of a controller: constructed, initialised once, then started and stopped any number of times. starting(),
-/// update(), stopping(), waiting() and aborting() are called in the realtime thread.
+/// update() and stopping() are called in the realtime thread.
 class ControllerBase {
  public:
   using ClaimedResources = std::vector<hardware_interface::InterfaceResources>;
 
   /// Stages of that life.
-  enum class ControllerState { CONSTRUCTED, INITIALIZED, RUNNING, STOPPED, WAITING, ABORTED };
+  enum class ControllerState { CONSTRUCTED, INITIALIZED, RUNNING, STOPPED };
 
   ControllerBase() = default;
   virtual ~ControllerBase() = default;
@@ -30,25 +30,19 @@ class ControllerBase {
   virtual void starting(const ros::Time& /*time*/) {}
   virtual void update(const ros::Time& time, const ros::Duration& period) = 0;
   virtual void stopping(const ros::Time& /*time*/) {}
-  virtual void waiting(const ros::Time& /*time*/) {}
-  virtual void aborting(const ros::Time& /*time*/) {}
 
   bool isInitialized() const { return state_ == ControllerState::INITIALIZED; }
   bool isRunning() const { return state_ == ControllerState::RUNNING; }
   bool isStopped() const { return state_ == ControllerState::STOPPED; }
-  bool isWaiting() const { return state_ == ControllerState::WAITING; }
-  bool isAborted() const { return state_ == ControllerState::ABORTED; }
 
   /// update(), if the controller runs.
   void updateRequest(const ros::Time& time, const ros::Duration& period) {
     if (isRunning()) update(time, period);
   }
 
-  /// starting(), if it is initialised; false otherwise. The same holds for the other requests.
+  /// starting(), if it is initialised; false otherwise; so does stopRequest().
   bool startRequest(const ros::Time& time) { return enter(ControllerState::RUNNING, &ControllerBase::starting, time); }
   bool stopRequest(const ros::Time& time) { return enter(ControllerState::STOPPED, &ControllerBase::stopping, time); }
-  bool waitRequest(const ros::Time& time) { return enter(ControllerState::WAITING, &ControllerBase::waiting, time); }
-  bool abortRequest(const ros::Time& time) { return enter(ControllerState::ABORTED, &ControllerBase::aborting, time); }
 
   /// Initialises it on a robot. @param claimed_resources what it claims there. False if it failed.
   virtual bool initRequest(hardware_interface::RobotHW* robot_hw, ros::NodeHandle& root_nh,
