@@ -69,8 +69,6 @@ MotorParameters motorParameters(const PlantParameters& p, double wheel_radius) {
           p.torque_limit};
 }
 
-bool within(double time, double from, double duration) { return time >= from && time < from + duration; }
-
 }  // namespace
 
 Observation PlantMeasurement::observation() const {
@@ -140,7 +138,8 @@ struct JackalPlant::Implementation {
   void step() {
     Motion& m = *motion;
     m.truth.acting_command = m.delay.acting(m.steps);
-    handle();
+    m.world.push({m.push.x(), m.push.y(), 0.0}, m.push.z());
+    m.world.lift(m.lifted);
     supply = voltage();
     drive(m.left, m.left_blocked, m.truth.acting_command.left, kFrontLeft, kRearLeft);
     drive(m.right, m.right_blocked, m.truth.acting_command.right, kFrontRight, kRearRight);
@@ -148,16 +147,6 @@ struct JackalPlant::Implementation {
     ++m.steps;
     for (std::size_t i = 0; i < kWheelJoints.size(); ++i) m.truth.wheel_position[i] += kStep * m.world.wheelSpeed(i);
     observe();
-  }
-
-  /// Pushes and lifts of the robot, by call or by the parameters.
-  void handle() {
-    Motion& m = *motion;
-    const PlantParameters& p = parameters;
-    const bool pushed = within(m.truth.time, p.push_time, p.push_duration);
-    const Eigen::Vector3d push = pushed ? m.push + Eigen::Vector3d(p.push_force, 0.0, p.push_torque) : m.push;
-    m.world.push({push.x(), push.y(), 0.0}, push.z());
-    m.world.lift(m.lifted || within(m.truth.time, p.lift_time, p.lift_duration));
   }
 
   /// Share of its full voltage that the battery gives: less with the time and with the load of the last step.

@@ -131,7 +131,7 @@ class JackalPlant {
   void lift(bool lifted);
 
   /// Puts the robot back to rest at time 0, with the friction and the seed of the parameters, without pending commands,
-  /// with free motors and on its wheels; only push and lift of the parameters act.
+  /// with free motors and on its wheels.
   void reset();
 
  private:

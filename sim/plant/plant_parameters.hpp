@@ -51,12 +51,6 @@ struct PlantParameters {
   double patch_size = 1.0;                ///< side of the square patches [m]
   double kerb_distance = 0.0;             ///< distance of a kerb ahead of the start; 0: none [m]
   double kerb_height = 0.1;               ///< height of the kerb; a wall if above the wheels' hubs [m]
-  double push_time = 0.0;                 ///< time at which a push begins [s]
-  double push_duration = 0.0;             ///< of the push; 0: none [s]
-  double push_force = 0.0;                ///< push along the robot [N]
-  double push_torque = 0.0;               ///< push about the robot's vertical [N m]
-  double lift_time = 0.0;                 ///< time at which the robot is lifted [s]
-  double lift_duration = 0.0;             ///< how long the robot is held up; 0: never [s]
   double sensor_rate = 50.0;              ///< rate of encoders and IMU [Hz]
   double imu_rate = 0.0;                  ///< rate of the IMU; 0: with the encoders [Hz]
   double feedback_rate = 0.0;             ///< rate of the feedback that joint states repeat; 0: theirs [Hz]
@@ -113,12 +107,6 @@ void describeFields(Visitor& v, PlantParameters& p) {
   v.field("patch_size", p.patch_size, {0.1, 100.0}, "m", Presence::optional);
   v.field("kerb_distance", p.kerb_distance, {0.0, 1000.0}, "m", Presence::optional);
   v.field("kerb_height", p.kerb_height, {0.0, 10.0}, "m", Presence::optional);
-  v.field("push_time", p.push_time, {0.0, 1e6}, "s", Presence::optional);
-  v.field("push_duration", p.push_duration, {0.0, 1e6}, "s", Presence::optional);
-  v.field("push_force", p.push_force, {-1000.0, 1000.0}, "N", Presence::optional);
-  v.field("push_torque", p.push_torque, {-1000.0, 1000.0}, "N m", Presence::optional);
-  v.field("lift_time", p.lift_time, {0.0, 1e6}, "s", Presence::optional);
-  v.field("lift_duration", p.lift_duration, {0.0, 1e6}, "s", Presence::optional);
   v.field("sensor_rate", p.sensor_rate, {1.0, 1000.0}, "Hz", Presence::optional);
   v.field("imu_rate", p.imu_rate, {0.0, 1000.0}, "Hz", Presence::optional);
   v.field("feedback_rate", p.feedback_rate, {0.0, 1000.0}, "Hz", Presence::optional);

@@ -575,26 +575,6 @@ TEST(Plant, LiftTakesTheWheelsOffTheGroundAndSetsThemDown) {
   EXPECT_NEAR(forward(plant), 5.0 * kWheelRadius, 0.02) << "and drives on";
 }
 
-TEST(Plant, PushesAndLiftsByTheClock) {
-  JackalPlant plant = plantOf(with(quiet(), [](P& p) {
-    p.push_time = 1.0, p.push_duration = 0.3, p.push_force = 150.0, p.lift_time = 4.0, p.lift_duration = 2.0;
-  }));
-  const struct {
-    double seconds, least_speed, most_speed, height;
-  } rows[] = {{0.99, -1e-3, 1e-3, 0.0},
-              {0.31, 0.3, 9.0, 0.0},
-              {2.5, -0.02, 0.02, 0.0},
-              {2.0, -9.0, 9.0, 0.3},
-              {2.5, -9.0, 9.0, 0.0}};
-  const double on_ground = plant.truth().position.z();
-  for (const auto& row : rows) {
-    run(plant, row.seconds);
-    EXPECT_GE(forward(plant), row.least_speed) << plant.time();
-    EXPECT_LE(forward(plant), row.most_speed) << plant.time();
-    EXPECT_NEAR(plant.truth().position.z(), on_ground + row.height, 0.01) << plant.time();
-  }
-}
-
 // ---- imperfections of a real robot
 
 /// Keys without an effect while the key that enables them is off, and all others.
@@ -605,15 +585,11 @@ TEST(RealPlant, EveryKeyHasARepeatableEffectOnceItIsEnabled) {
     return recording;
   };
   const Recording as_is = record([](P&) {});
-  void (*const off[])(P&) = {[](P& p) { p.roughness_length = 0.5; },
-                             [](P& p) { p.ramp_start = 0.1; },
-                             [](P& p) { p.patch_size = 0.2; },
-                             [](P& p) { p.kerb_height = 0.5; },
-                             [](P& p) { p.push_force = 100.0; },
-                             [](P& p) { p.gyro_bias_time = 7.0; },
-                             [](P& p) { p.vibration_time = 0.5; },
-                             [](P& p) { p.payload_x = 0.1; },
-                             [](P& p) { p.wheel_radius_left = p.wheel_radius_right = kWheelRadius; }};
+  void (*const off[])(P&) = {
+      [](P& p) { p.roughness_length = 0.5; }, [](P& p) { p.ramp_start = 0.1; },
+      [](P& p) { p.patch_size = 0.2; },       [](P& p) { p.kerb_height = 0.5; },
+      [](P& p) { p.gyro_bias_time = 7.0; },   [](P& p) { p.vibration_time = 0.5; },
+      [](P& p) { p.payload_x = 0.1; },        [](P& p) { p.wheel_radius_left = p.wheel_radius_right = kWheelRadius; }};
   for (std::size_t i = 0; i < std::size(off); ++i) EXPECT_TRUE(as_is == record(off[i])) << i;
   void (*const on[])(P&) = {[](P& p) { p.wheel_offset = 0.5; },
                             [](P& p) { p.wheel_breakaway = 7.0; },
@@ -628,8 +604,6 @@ TEST(RealPlant, EveryKeyHasARepeatableEffectOnceItIsEnabled) {
                             [](P& p) { p.ramp = 5.0, p.ramp_start = 0.1; },
                             [](P& p) { p.patch_friction = 0.3, p.patch_size = 0.1; },
                             [](P& p) { p.kerb_distance = 0.25; },
-                            [](P& p) { p.push_force = 50.0, p.push_time = 0.1, p.push_duration = 0.1; },
-                            [](P& p) { p.lift_time = 0.1, p.lift_duration = 1.0; },
                             [](P& p) { p.imu_rate = 80.0; },
                             [](P& p) { p.feedback_rate = 10.0; },
                             [](P& p) { p.feedback_repeats = 0.5; },
