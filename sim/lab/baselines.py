@@ -17,8 +17,8 @@ import bounds
 import engine
 import kalman
 import search
+from linear import PERIOD, TICKS, Flow, delay, figures as linear_figures
 
-PERIOD, TICKS = 0.02, 20  # s, and ticks of the simulation, between actions
 MS, GAIN_MARGIN, DELAY_MARGIN = 1.6, 2.0, 0.05  # what every structure keeps: peak of the sensitivity, margins [-, s]
 DEAD_TIMES = (0.5, 1.5)  # of the robot / of the model
 DRIVEN = ('0.5 m/s', 'gain 0.8', 'gain 1.2', 'load of 0.5 rad/s')
@@ -26,41 +26,6 @@ UNSTABLE, EVALUATIONS = 5.0, 150
 COLUMNS = ('structure', 'plant', 'ms_limit', 'kept', 'ms', 'gain_margin', 'delay_margin_s', 'iae_of_bound', 'noise_gain',
            'ms_half_dead_time', 'iae_half_dead_time', 'ms_longer_dead_time', 'iae_longer_dead_time', 'values')
 DRIVEN_COLUMNS = ('structure', 'plant', 'step_of_bound', 'gain_0.8_of_bound', 'gain_1.2_of_bound', 'load_of_bound')
-
-
-# ---- the drive train, period by period
-
-class Flow:
-    """x = (w, z, d) of a drive train with dead time over some ticks, given commands that change once a period.
-
-    x <- transition x + sum of inputs[n] v_n, with v_0 the command that is issued at the beginning and v_n that of n periods before.
-    """
-
-    def __init__(self, model, radius, ticks, delay):
-        step, command, _ = kalman.drive_train(model, radius)
-        powers = [numpy.eye(3)]
-        for _ in range(ticks):
-            powers.append(step @ powers[-1])
-        self.transition = powers[ticks]
-        self.inputs = [numpy.zeros(3) for _ in range((delay + TICKS - 1) // TICKS + 1)]
-        for i in range(ticks):
-            self.inputs[max(0, (delay - i + TICKS - 1) // TICKS)] += powers[ticks - 1 - i] @ command
-
-        self.rows = self.transition.tolist()
-        self.columns = [vector.tolist() for vector in self.inputs]
-
-    def __call__(self, state, commands):
-        """commands: the newest first."""
-        x, y, z = state
-        next_state = [a * x + b * y + c * z for a, b, c in self.rows]
-        for (a, b, _), v in zip(self.columns, commands):
-            next_state[0] += a * v
-            next_state[1] += b * v
-        return next_state
-
-
-def _delay(model):
-    return int(round(model['dead_time'] / kalman.TICK))
 
 
 # ---- regulators: a deviation e of the speed in, a command v out [rad/s]
@@ -93,7 +58,7 @@ class SmithPredictor:
 
     def __init__(self, model, radius, proportional, integral):
         self.pi = Pid(proportional, integral)
-        self.delayed, self.prompt = Flow(model, radius, TICKS, _delay(model)), Flow(model, radius, TICKS, 0)
+        self.delayed, self.prompt = Flow(model, radius, TICKS, delay(model)), Flow(model, radius, TICKS, 0)
         self.commands = [0.0] * len(self.delayed.inputs)
         self.states = [[0.0] * 3, [0.0] * 3]
 
@@ -109,9 +74,9 @@ class Lqg:
     of now begins to act."""
 
     def __init__(self, model, radius, speed_noise, disturbance_noise, command_weight, measurement_variance=9e-4):
-        delay = _delay(model)
+        ticks = delay(model)
         self.gain = model['gain']
-        self.next, self.arrival = Flow(model, radius, TICKS, delay), Flow(model, radius, delay, delay)
+        self.next, self.arrival = Flow(model, radius, TICKS, ticks), Flow(model, radius, ticks, ticks)
         step, command, _ = kalman.drive_train(model, radius)
         transition, process = kalman.over_ticks(step, kalman.TICK * numpy.array([speed_noise, 0.0, disturbance_noise]), TICKS)
         output = numpy.array([[1.0, 0.0, 0.0]])
@@ -189,7 +154,7 @@ class PathWheel:
     SETTLED = 1e-9  # rad/s
 
     def __init__(self, model, radius, regulator):
-        self.gain, self.regulator, self.delay = model['gain'], regulator, _delay(model)
+        self.gain, self.regulator, self.delay = model['gain'], regulator, delay(model)
         step, command, self.limit = kalman.drive_train(model, radius)
         self.step, self.input = step.tolist(), command.tolist()
         prompt = Flow(model, radius, TICKS, 0)
@@ -271,7 +236,7 @@ STRUCTURES = {
 
 
 def controller(name, plant, values):
-    """A controller of a structure with these values, as linear_figures() and simulate() take it."""
+    """A controller of a structure with these values, as linear.figures() and simulate() take it."""
     structure = STRUCTURES[name]
     if structure.regulator is None:
         return {'predictive.' + tunable.name: value for tunable, value in zip(structure.tuned, values)}
@@ -279,7 +244,7 @@ def controller(name, plant, values):
 
 
 def figures(name, plant, values, dead_time_factor=1.0):
-    return jackal_aic.linear_figures(plant, controller(name, plant, [float(value) for value in values]), dead_time_factor)
+    return linear_figures(plant, controller(name, plant, [float(value) for value in values]), dead_time_factor)
 
 
 def excess(found):
@@ -336,12 +301,7 @@ def row(item):
     return front, dict(zip(DRIVEN_COLUMNS, [name, plant] + [driven(name, plant, values, cases[case]) for case in DRIVEN]))
 
 
-def _cell(column, value):
-    return value if isinstance(value, (str, int)) else '{:.3g}'.format(value) if column in ('gain_margin', 'ms_limit') else '{:.3f}'.format(value)
-
-
 def write(out, jobs=0):
-    out = engine.directory(out)
     rows = engine.parallel(row, [(name, plant) for plant in engine.PLANTS for name in STRUCTURES], jobs, 'baselines')
-    for file, columns, index in (('baselines.csv', COLUMNS, 0), ('baselines_driven.csv', DRIVEN_COLUMNS, 1)):
-        engine.write(out / file, engine.text_of(columns, [[_cell(c, r[index][c]) for c in columns] for r in rows]))
+    engine.save(out, 'baselines.csv', [front for front, _ in rows], COLUMNS)
+    engine.save(out, 'baselines_driven.csv', [driven for _, driven in rows], DRIVEN_COLUMNS)

@@ -1,6 +1,8 @@
 #include "closed_loop.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 namespace jackal_aic::sim {
@@ -15,10 +17,6 @@ double takeLead(JackalPlant& plant, DriveLoop& drive, double phase) {
   return plant.time();
 }
 
-std::optional<BodyVector> beliefOf(const VelocityController& controller) {
-  return controller.hasBelief() ? std::optional(controller.believedVelocity()) : std::nullopt;
-}
-
 }  // namespace
 
 DriveParameters uninterrupted() {
@@ -29,6 +27,12 @@ DriveParameters uninterrupted() {
                         std::numeric_limits<double>::infinity()};
   parameters.faults.reset();
   return parameters;
+}
+
+SetPoint SetPointProfile::at(double time) const {
+  const auto later = std::upper_bound(changes.begin(), changes.end(), time + kTimeTolerance,
+                                      [](double end, const Change& change) { return end < change.time; });
+  return later == changes.begin() ? SetPoint{} : std::prev(later)->set_point;
 }
 
 std::int64_t SetPointProfile::plantSteps() const { return std::llround(duration / JackalPlant::kStep); }
@@ -71,26 +75,6 @@ void driveClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile
     }
     if (hooks.done) hooks.done({now, set_point, observation, command});
   }
-}
-
-std::vector<Sample> runClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile& profile, Support support,
-                                  const GeometryParameters& geometry, const LoopParameters& loop) {
-  std::vector<Sample> samples;
-  samples.reserve(static_cast<std::size_t>(profile.plantSteps()));
-  const SkidSteerKinematics kinematics(geometry);
-  BodyVector measured = BodyVector::Zero();
-  LoopHooks hooks;
-  hooks.done = [&](const LoopStep& step) {
-    if (step.observation) {
-      measured = kinematics.bodyVelocity({step.observation->wheel_left, step.observation->wheel_right});
-      measured(kYaw) = step.observation->yaw_rate;
-    }
-    const BodyVector velocity = reportedVelocity(plant.truth(), support, kinematics);
-    samples.push_back({step.time, step.set_point, velocity(kForward), velocity(kYaw), measured(kForward),
-                       measured(kYaw), beliefOf(drive.controller()), step.command, step.observation});
-  };
-  driveClosedLoop(plant, drive, profile, hooks, loop);
-  return samples;
 }
 
 }  // namespace jackal_aic::sim

@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "jackal_aic/config/parameter_map.hpp"
@@ -15,12 +14,21 @@
 #include "jackal_aic/model/types.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "jackal_plant.hpp"
-#include "set_point_timeline.hpp"
 
 namespace jackal_aic::sim {
 
-/// Set points, friction and motors over time.
-struct SetPointProfile : SetPointTimeline {
+/// Rounding of times that are multiples of a step [s].
+inline constexpr double kTimeTolerance = 1e-9;
+
+/// Set points, friction and motors over time. Each set point holds from its time on; the robot rests before the first.
+struct SetPointProfile {
+  /// A set point and the time from which it holds.
+  struct Change {
+    double time;         ///< [s]
+    SetPoint set_point;  ///< base_link
+  };
+  std::vector<Change> changes;  ///< in order of time
+  double duration = 0.0;        ///< end of the last [s]
   /// A friction coefficient of the ground and its start time.
   struct FrictionChange {
     double time;      ///< [s]
@@ -35,25 +43,15 @@ struct SetPointProfile : SetPointTimeline {
   };
   std::vector<MotorChange> motor_changes;  ///< in order of time; the plant's own before the first
 
+  /// Set point at a time [s], kTimeTolerance allowed.
+  SetPoint at(double time) const;
+
   /// Steps of the plant from the begin of the run to its end.
   std::int64_t plantSteps() const;
 };
 
 /// Time at rest before the first step [s].
 inline constexpr double kRestTime = 0.5;
-
-/// State of the loop after one step of the plant. Speeds of the body are in base_link.
-struct Sample {
-  double time;                             ///< [s]
-  SetPoint set_point;                      ///< in force
-  double velocity;                         ///< true forward speed [m/s]; on the box from the true wheel speeds
-  double yaw_rate;                         ///< true yaw rate [rad/s]; on the box from the true wheel speeds
-  double measured_velocity;                ///< from the last encoder sample, r (omega_L + omega_R)/2 [m/s]
-  double measured_yaw_rate;                ///< last gyro sample [rad/s]
-  std::optional<BodyVector> belief;        ///< of the controller
-  WheelCommand command;                    ///< last command [rad/s]
-  std::optional<Observation> observation;  ///< that the controller took in this step
-};
 
 /// Phase of the loop's timers. YAML prefix `loop`.
 struct LoopParameters {
@@ -96,11 +94,5 @@ void driveClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile
 /// Body velocity as a run reports it (base_link): the true one. On the box, where the chassis cannot move, that of the
 /// wheels without slip (eq. 3-1), as the thesis plots it.
 BodyVector reportedVelocity(const PlantTruth& truth, Support support, const SkidSteerKinematics& kinematics);
-
-/// driveClosedLoop() with one sample per step of the plant.
-///
-/// The true velocity is reportedVelocity(). @param geometry r and b_hat for the speeds computed from the wheels.
-std::vector<Sample> runClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile& profile, Support support,
-                                  const GeometryParameters& geometry, const LoopParameters& loop = {});
 
 }  // namespace jackal_aic::sim

@@ -114,21 +114,13 @@ void bindCertificate(py::module& m) {
       .def_property_readonly(
           "stable", [](const CertificateWithAdvice& c) { return c.stable(); },
           "The verdict: belief and loop are stable.")
-      .def_property_readonly(
-          "belief_spectral_radius", [](const CertificateWithAdvice& c) { return c.belief_spectral_radius; },
-          "Of the belief alone.")
-      .def_property_readonly(
-          "loop_spectral_radius", [](const CertificateWithAdvice& c) { return c.loop_spectral_radius; },
-          "Of the closed loop over one common period.")
-      .def_property_readonly(
-          "period", [](const CertificateWithAdvice& c) { return c.period; },
-          "Common period of sensor, belief and action [s].")
-      .def_property_readonly(
-          "straight", [](const CertificateWithAdvice& c) { return c.straight; }, "Driving straight.")
-      .def_property_readonly(
-          "turn", [](const CertificateWithAdvice& c) { return c.turn; }, "Turning.")
-      .def_property_readonly(
-          "advice", [](const CertificateWithAdvice& c) { return c.advice; }, "What it means, and what to change.")
+      .def_readonly("belief_spectral_radius", &CertificateWithAdvice::belief_spectral_radius, "Of the belief alone.")
+      .def_readonly("loop_spectral_radius", &CertificateWithAdvice::loop_spectral_radius,
+                    "Of the closed loop over one common period.")
+      .def_readonly("period", &CertificateWithAdvice::period, "Common period of sensor, belief and action [s].")
+      .def_readonly("straight", &CertificateWithAdvice::straight, "Driving straight.")
+      .def_readonly("turn", &CertificateWithAdvice::turn, "Turning.")
+      .def_readonly("advice", &CertificateWithAdvice::advice, "What it means, and what to change.")
       .def("__repr__", [](const CertificateWithAdvice& c) {
         return fmt::format("<Certificate {}, spectral radius {:.4f}, gain margin {:.3g}, delay margin {:.3g} s>",
                            c.stable() ? "stable" : "unstable", c.loop_spectral_radius, c.gain_margin, c.delay_margin);

@@ -8,12 +8,12 @@
 #include <tuple>
 
 #include "bindings.hpp"
+#include "injected_faults.hpp"
 #include "jackal_aic/aic/belief_update.hpp"
 #include "jackal_aic/certificate/state_space_model.hpp"
 #include "jackal_aic/config/yaml_text.hpp"
 #include "jackal_aic/faults/fault.hpp"
 #include "jackal_aic/safety/loop_odometry.hpp"
-#include "monitored_loop.hpp"
 #include "response_metrics.hpp"
 
 namespace jackal_aic::python {
@@ -133,47 +133,9 @@ void addFault(const FaultData& data, const sim::PlantParameters& plant, sim::Set
                        "lost, blocked, push, lift, friction, gain, offset");
 }
 
-/// Columns of a drive, in the order of Row.
-constexpr std::array<const char*, 22> kColumns{"time",
-                                               "set_speed",
-                                               "set_yaw_rate",
-                                               "speed",
-                                               "yaw_rate",
-                                               "x",
-                                               "y",
-                                               "heading",
-                                               "wheel_left",
-                                               "wheel_right",
-                                               "measured_speed",
-                                               "measured_yaw_rate",
-                                               "measured_left",
-                                               "measured_right",
-                                               "believed_speed",
-                                               "believed_yaw_rate",
-                                               "command_left",
-                                               "command_right",
-                                               "status",
-                                               "cause",
-                                               "fault",
-                                               "counted"};
-constexpr std::size_t kWholeNumbers = 4;  // the last columns
-using Row = std::array<double, kColumns.size()>;
-
-/// Columns of the odometry and of the belief's covariance, in the order of OdometryRow.
-constexpr std::array<const char*, 13> kOdometryColumns{"odometry_x",
-                                                       "odometry_y",
-                                                       "odometry_heading",
-                                                       "odometry_speed",
-                                                       "odometry_yaw_rate",
-                                                       "odometry_speed_variance",
-                                                       "odometry_covariance",
-                                                       "odometry_yaw_rate_variance",
-                                                       "believed_speed_variance",
-                                                       "believed_covariance",
-                                                       "believed_yaw_rate_variance",
-                                                       "wheel_position_left",
-                                                       "wheel_position_right"};
-using OdometryRow = std::array<double, kOdometryColumns.size()>;
+/// The columns of a drive, and those with odometry=True, whose names jackal_aic/_simulation.py has.
+using Row = std::array<double, 22>;
+using OdometryRow = std::array<double, 13>;
 
 double headingOf(const Eigen::Quaterniond& q) {
   return std::atan2(2.0 * (q.w() * q.z() + q.x() * q.y()), 1.0 - 2.0 * (q.y() * q.y() + q.z() * q.z()));
@@ -350,24 +312,17 @@ void heedSignals() {
   if (PyErr_CheckSignals() != 0) throw py::error_already_set();
 }
 
-/// Adds the columns of some rows. @param whole_numbers how many of the last columns are such.
-template <class Rows, class Names>
-void addColumns(const Rows& rows, const Names& names, std::size_t whole_numbers, py::dict& columns) {
-  for (std::size_t c = 0; c < names.size(); ++c) {
-    const auto fill = [&](auto column) {
-      auto values = column.template mutable_unchecked<1>();
-      for (std::size_t i = 0; i < rows.size(); ++i) {
-        values(static_cast<py::ssize_t>(i)) = static_cast<std::decay_t<decltype(values(0))>>(rows[i][c]);
-      }
-      columns[names[c]] = column;
-    };
-    const auto size = static_cast<py::ssize_t>(rows.size());
-    if (c + whole_numbers >= names.size()) {
-      fill(py::array_t<int>(size));
-    } else {
-      fill(py::array_t<double>(size));
+/// Rows as an array, one column after the other.
+template <class Row>
+py::array_t<double> tableOf(const std::vector<Row>& rows) {
+  py::array_t<double> table({std::tuple_size<Row>::value, rows.size()});
+  auto values = table.mutable_unchecked<2>();
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    for (std::size_t c = 0; c < rows[i].size(); ++c) {
+      values(static_cast<py::ssize_t>(c), static_cast<py::ssize_t>(i)) = rows[i][c];
     }
   }
+  return table;
 }
 
 py::tuple simulate(const std::string& robot, const py::object& controller, const TimedSetPoints& set_points,
@@ -401,13 +356,11 @@ py::tuple simulate(const std::string& robot, const py::object& controller, const
     sim::driveClosedLoop(plant, drive, profile, hooks, setup.loop);
   }
   const Recording recording = recorder.take();
-  py::dict columns;
-  addColumns(recording.rows, kColumns, kWholeNumbers, columns);
-  if (odometry) addColumns(recording.odometry, kOdometryColumns, 0, columns);
   const PredictiveController* predictive = drive.predictive();
   const py::object track =
       predictive != nullptr ? py::cast(predictive->effectiveTrack()) : py::none().cast<py::object>();
-  return py::make_tuple(columns, recording.events, recording.findings, track);
+  return py::make_tuple(tableOf(recording.rows), tableOf(recording.odometry), recording.events, recording.findings,
+                        track);
 }
 
 py::dict settings(const std::string& robot, const std::string& controller, const py::dict& changes, bool as_printed) {
@@ -457,7 +410,7 @@ void bindSimulation(py::module& m) {
   m.def("simulate", &simulate, py::arg("robot"), py::arg("controller"), py::arg("set_points"), py::arg("duration"),
         py::arg("faults"), py::arg("overrides"), py::arg("monitor"), py::arg("monitor_model"), py::arg("as_printed"),
         py::arg("samples_only"), py::arg("odometry"),
-        "Columns by name, events, findings and effective track of a drive; see jackal_aic.simulate().");
+        "Columns, those of the odometry, events, findings and effective track of a drive; see jackal_aic.simulate().");
   m.def("settings", &settings, py::arg("robot"), py::arg("controller"), py::arg("overrides") = py::dict(),
         py::arg("as_printed") = false,
         R"(The values with which simulate() drives, as dicts of names and values: "plant", "geometry", "controller", and

@@ -4,8 +4,6 @@
 
 #include "bindings.hpp"
 #include "jackal_aic/predictive/predictive_controller.hpp"
-#include "loop_figures.hpp"
-#include "python_controller.hpp"
 
 namespace jackal_aic::python {
 namespace {
@@ -136,32 +134,6 @@ py::dict replayRecording(const Table& samples, double wheel_radius, double wheel
   return result;
 }
 
-py::dict linearFigures(const std::string& plant, const py::object& controller, double dead_time_factor) {
-  const bool own = !py::isinstance<py::dict>(controller);
-  const sim::LoopSetup setup = sim::loadSetup(packageFiles(), "predictive", plant,
-                                              own ? sim::Overrides{} : overridesOf(controller.cast<py::dict>()));
-  const GeometryParameters& geometry = setup.drive.geometry;
-  const PlantModel model = sim::withoutLimit(*setup.drive.plant_model);
-  PlantModel robot = model;
-  robot.dead_time *= dead_time_factor;
-  const auto make = [&]() -> std::unique_ptr<VelocityController> {
-    if (own) return std::make_unique<PythonController>(controller);
-    PredictiveParameters gains = std::get<PredictiveParameters>(setup.drive.controller);
-    gains.learn_drive_train = false;  // margins are those of the model as it is configured
-    return std::make_unique<PredictiveController>(gains, geometry, model);
-  };
-  const sim::LoopFigures figures = sim::loopFigures(make, robot, geometry);
-  py::dict result;
-  result["stable"] = figures.stable;
-  result["peak_sensitivity"] = figures.peak_sensitivity;
-  result["gain_margin"] = figures.gain_margin;
-  result["delay_margin"] = figures.delay_margin;
-  result["iae"] = figures.iae;
-  result["noise"] = figures.noise;
-  result["least_iae"] = sim::leastLinearIae(robot, geometry);
-  return result;
-}
-
 }  // namespace
 
 void bindStudies(py::module& m) {
@@ -175,13 +147,6 @@ shape (n, 10); applied commands are NaN where they are not known; kind is 1 wher
 shall not learn. plant_model: keys of plant_model.*. motions: rows (difference of the sides, speed) [m/s], shape (m, 2).
 Returns a dict: alarms (time, reason), alarmed samples, reversed_told [s] or None, turn (mean of what was learned of the
 turn, or None), usual_yaw_rates of the motions [rad/s].)");
-  m.def(
-      "linear_figures", &linearFigures, py::arg("plant"), py::arg("controller"), py::arg("dead_time_factor") = 1.0,
-      R"(Robustness and performance of a controller of 50 Hz on the linear drive train of a plant, measured by driving it.
-
-controller: a VelocityController, or overrides of `predictive`. dead_time_factor: of the robot's dead time over the model's.
-Returns a dict: stable, peak_sensitivity (Ms), gain_margin, delay_margin [s], iae (after a unit step of the motors' input)
-and the least_iae that any controller can have [s], noise (of the command per that of the encoders).)");
 }
 
 }  // namespace jackal_aic::python

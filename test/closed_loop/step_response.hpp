@@ -9,10 +9,49 @@
 #include <utility>
 #include <vector>
 
+#include "closed_loop.hpp"
 #include "loop_setup.hpp"
 #include "response_metrics.hpp"
 
 namespace jackal_aic::sim {
+
+/// State of the loop after one step of the plant. Speeds of the body are in base_link.
+struct Sample {
+  double time;                             ///< [s]
+  SetPoint set_point;                      ///< in force
+  double velocity;                         ///< true forward speed [m/s]; on the box from the true wheel speeds
+  double yaw_rate;                         ///< true yaw rate [rad/s]; on the box from the true wheel speeds
+  double measured_velocity;                ///< from the last encoder sample, r (omega_L + omega_R)/2 [m/s]
+  double measured_yaw_rate;                ///< last gyro sample [rad/s]
+  std::optional<BodyVector> belief;        ///< of the controller
+  WheelCommand command;                    ///< last command [rad/s]
+  std::optional<Observation> observation;  ///< that the controller took in this step
+};
+
+/// driveClosedLoop() with one sample per step of the plant.
+/// @param geometry r and b_hat for the speeds computed from the wheels.
+inline std::vector<Sample> runClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile& profile,
+                                         Support support, const GeometryParameters& geometry,
+                                         const LoopParameters& loop) {
+  std::vector<Sample> samples;
+  samples.reserve(static_cast<std::size_t>(profile.plantSteps()));
+  const SkidSteerKinematics kinematics(geometry);
+  BodyVector measured = BodyVector::Zero();
+  LoopHooks hooks;
+  hooks.done = [&](const LoopStep& step) {
+    if (step.observation) {
+      measured = kinematics.bodyVelocity({step.observation->wheel_left, step.observation->wheel_right});
+      measured(kYaw) = step.observation->yaw_rate;
+    }
+    const BodyVector velocity = reportedVelocity(plant.truth(), support, kinematics);
+    samples.push_back(
+        {step.time, step.set_point, velocity(kForward), velocity(kYaw), measured(kForward), measured(kYaw),
+         drive.controller().hasBelief() ? std::optional(drive.controller().believedVelocity()) : std::nullopt,
+         step.command, step.observation});
+  };
+  driveClosedLoop(plant, drive, profile, hooks, loop);
+  return samples;
+}
 
 /// A profile, and which of its steps is assessed.
 struct AssessedProfile : SetPointProfile {

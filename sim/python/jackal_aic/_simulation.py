@@ -6,6 +6,13 @@ import typing
 
 from . import _core
 
+_COLUMNS = ('time set_speed set_yaw_rate speed yaw_rate x y heading wheel_left wheel_right measured_speed measured_yaw_rate measured_left '
+            'measured_right believed_speed believed_yaw_rate command_left command_right status cause fault counted').split()
+_WHOLE = ('status', 'cause', 'fault', 'counted')
+_ODOMETRY = ('odometry_x odometry_y odometry_heading odometry_speed odometry_yaw_rate odometry_speed_variance odometry_covariance '
+            'odometry_yaw_rate_variance believed_speed_variance believed_covariance believed_yaw_rate_variance '
+            'wheel_position_left wheel_position_right').split()
+
 
 class Fault(typing.NamedTuple):
     """A fault of the robot or of its sensors, or something that is done to it.
@@ -148,7 +155,9 @@ def simulate(robot, controller, set_points, *, duration=3.0, faults=(), seed=Non
     if isinstance(controller, os.PathLike):
         controller = os.fspath(controller)
     model = monitor if isinstance(monitor, dict) else {}
-    columns, events, findings, track = _core.simulate(
+    table, estimates, events, findings, track = _core.simulate(
         os.fspath(robot), controller, points, float(duration), faults, overrides, True if model else monitor, model, as_printed,
         samples_only, odometry)
+    columns = dict(zip(_COLUMNS, table), **dict(zip(_ODOMETRY, estimates) if odometry else ()))
+    columns.update((name, columns[name].astype(int)) for name in _WHOLE)
     return Drive(columns, events, points, findings, track)

@@ -1,9 +1,6 @@
-#include "monitored_loop.hpp"
-
-#include <fmt/format.h>
+#include "injected_faults.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "plant_conversion.hpp"
 
@@ -53,13 +50,6 @@ PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name
   return model;
 }
 
-std::vector<MonitoredSample> runMonitored(const LoopSetup& setup, const PlantModel& model,
-                                          const SetPointProfile& profile, const Faults& faults) {
-  std::vector<MonitoredSample> samples;
-  runMonitored(setup, model, profile, faults, [&samples](const MonitoredSample& sample) { samples.push_back(sample); });
-  return samples;
-}
-
 DriveLoop monitoredLoop(const LoopSetup& setup, const PlantModel& model) {
   DriveParameters monitored = setup.drive;
   monitored.faults = FaultParameters{};
@@ -78,33 +68,6 @@ LoopHooks faultHooks(JackalPlant& plant, const Faults& faults) {
     return y;
   };
   return hooks;
-}
-
-void runMonitored(const LoopSetup& setup, const PlantModel& model, const SetPointProfile& profile, const Faults& faults,
-                  const std::function<void(const MonitoredSample&)>& take) {
-  JackalPlant plant(setup.urdf, setup.plant);
-  DriveLoop drive = monitoredLoop(setup, model);
-  LoopHooks hooks = faultHooks(plant, faults);
-  hooks.sensed = [&](const LoopStep& step) {
-    const FaultReport& report = *drive.faultReport();
-    const PlantTruth& truth = plant.truth();
-    take({step.time, step.set_point, truth.linear_velocity.x(), truth.angular_velocity.z(),
-          0.5 * (truth.wheel_velocity[kFrontLeft] + truth.wheel_velocity[kRearLeft]), drive.command(), report,
-          drive.status().fault, step.observation->valid & report.valid()});
-  };
-  driveClosedLoop(plant, drive, profile, hooks);
-}
-
-std::optional<Detection> detection(const std::vector<MonitoredSample>& samples, double from) {
-  for (const MonitoredSample& sample : samples) {
-    if (!sample.report.faulty()) continue;
-    if (sample.time < from - kTimeTolerance) {
-      throw ParameterError(
-          fmt::format("fault reported before there is one: {} at {:.6f} s", sample.report.reason(), sample.time));
-    }
-    return Detection{sample.time - from, sample.report.reason()};
-  }
-  return std::nullopt;
 }
 
 }  // namespace jackal_aic::sim
