@@ -135,9 +135,6 @@ def kept(found):
 
 
 def write(out, jobs=0):
-    out = engine.directory(out)
     rows = table(jobs)
-    engine.write(out / 'bounds.csv', engine.text_of(COLUMNS, [
-        (r['controller'], r['plant'], r['case'], r['figure'], '' if r['value'] is None else '{:.4g}'.format(r['value']),
-         '{:.4g}'.format(r['bound']), '{:.3g}'.format(r['of_bound']), '{:.4g}'.format(r['bar'])) for r in rows]))
+    engine.save(out, 'bounds.csv', rows, COLUMNS)
     print('predictive misses {} bars'.format(sum(not kept(r) for r in rows if r['controller'] == 'predictive')))

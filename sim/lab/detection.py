@@ -89,11 +89,8 @@ def write(out, jobs=0, real=False):
     out = engine.directory(out)
     ordinaries, faults = ordinary_cases(real), cases(real)
     rows = engine.parallel(_either, [(ordinary, c) for c in ordinaries] + [(detect, c) for c in faults], jobs, 'detection')
-    quiet, found = rows[:len(ordinaries)], rows[len(ordinaries):]
-    engine.write(out / 'detection.csv', engine.text_of(DETECTION_COLUMNS, [
-        [*(r[c] for c in DETECTION_COLUMNS[:-1]), '' if r['delay_s'] is None else '{:.2f}'.format(r['delay_s'])] for r in found]))
-    engine.write(out / 'alarms.csv', engine.text_of(ALARM_COLUMNS, [
-        ['{:g}'.format(r[c]) if c == 'duration_s' else r[c] for c in ALARM_COLUMNS] for r in quiet]))
+    engine.save(out, 'detection.csv', rows[len(ordinaries):], DETECTION_COLUMNS)
+    engine.save(out, 'alarms.csv', rows[:len(ordinaries)], ALARM_COLUMNS)
 
 
 # ---- hours without a fault
@@ -171,10 +168,8 @@ def unidentified(item):
 
 def write_unidentified(out, controller, minutes, seed, jobs=0):
     engine.require_range('minutes', minutes, 0.01, 10000)
-    out = engine.directory(out)
     items = [(controller, ratios, 60.0 * minutes, seed + i) for i, ratios in enumerate(robots.unidentified())]
     rows = engine.parallel(unidentified, items, jobs, 'unidentified robots')
-    engine.write(out / 'unidentified.csv', engine.text_of(UNIDENTIFIED_COLUMNS, [
-        ['{:g}'.format(r[c]) if isinstance(r[c], float) else r[c] for c in UNIDENTIFIED_COLUMNS] for r in rows]))
+    engine.save(out, 'unidentified.csv', rows, UNIDENTIFIED_COLUMNS)
     print('oscillating: {}, with faults: {} of {} robots in {:g} minutes each'.format(
         sum(r['swings'] > MOST_SWINGS for r in rows), sum(r['faults'] > 0 for r in rows), len(rows), minutes))

@@ -140,6 +140,13 @@ def table_text(rows, columns=COLUMNS):
     return text_of(columns, ([number(row.get(column)) for column in columns] for row in rows))
 
 
+def aligned(lines, left=None):
+    """Lines of cells as columns of text; those from `left` on are right-aligned."""
+    widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
+    return '\n'.join('  '.join(cell.ljust(width) if left is None or i < left else cell.rjust(width)
+                               for i, (cell, width) in enumerate(zip(line, widths))).rstrip() for line in lines)
+
+
 def trace_rows(run, label, drive):
     """A line each 10 ms."""
     believed = metrics.has_belief(drive)
@@ -163,6 +170,11 @@ def directory(path):
     except OSError as error:
         raise ValueError("out = '{}': cannot be created: {}".format(path, error.strerror)) from error
     return pathlib.Path(path)
+
+
+def save(out, name, rows, columns):
+    """Writes rows, which are dicts, as a CSV file into a directory."""
+    write(directory(out) / name, table_text(rows, columns))
 
 
 def write(path, text):

@@ -7,12 +7,11 @@ robots. All on logarithmic scales; the same task gives the same gains.
 """
 
 import math
-import multiprocessing
 
 import numpy
 import scipy.optimize
-import tqdm
 
+import engine
 import search
 from trials import assess, drive, first_trials, loops_of, penalty
 
@@ -20,7 +19,6 @@ ROUNDS, JOINING = 4, 3  # of the local search, and trials that join after each
 UNSTABLE = 100.0  # s, the cost of gains without their margins; above every other
 RESPONSE, BAND = 2.5, 0.035  # s of a linear response, and its band: narrower than the 5 % of the settling time
 STABLE = 1.0 - 1e-12  # a spectral radius below is stable
-LINEAR, CANDIDATE, ASSESSMENT = 0.04, 3.0, 110.0  # drives of one robot that a step of the search takes as long as
 PREDICTIVE = {'action_learning_rate': (0.1, 1.0), 'reference_time': (1e-3, 1.0), 'speed_process_noise': (1e-4, 10.0),
               'disturbance_process_noise': (1e-4, 10.0), 'yaw_process_noise': (1e-6, 0.1), 'dead_time_deviation': (1e-3, 0.1),
               'yaw_delay_deviation': (0.01, 0.5)}
@@ -122,11 +120,10 @@ class Space:
         return numpy.clip(numpy.log([gains[key] if i is None else gains[key][i] for key, i in self.places]), self.low, self.high)
 
 
-def linear_search(task, space, tick):
+def linear_search(task, space):
     """Gains of least linear_cost()."""
 
     def evaluate(x):
-        tick(LINEAR * len(task.robots))
         return linear_cost(task, space.gains(x))
 
     population, evaluations = 6 * len(space.low), task.linear_evaluations
@@ -138,7 +135,7 @@ def linear_search(task, space, tick):
     return space.gains(min(best, key=lambda pair: pair[1])[0])
 
 
-def local_search(task, gains, space, tick):
+def local_search(task, gains, space):
     """What the best gains on the simulated robots do, set out from some."""
     judged, step, best = first_trials(task), math.log(2.0) if task.predictive() else 0.15, None
     for _ in range(ROUNDS):
@@ -146,26 +143,16 @@ def local_search(task, gains, space, tick):
 
         def evaluate(x):
             nonlocal limit
-            tick(CANDIDATE * len(task.robots))
             found = cost(task, space.gains(x), judged, limit)
             limit = min(limit, found)
             return found
 
         gains = space.gains(search.descend(evaluate, space.vector(gains), space.low, space.high, step, task.evaluations)[0])
         found = assess(task, gains)
-        tick(ASSESSMENT * len(task.robots))
         if best is None or (len(found.missed), found.settling()) < (len(best.missed), best.settling()):
             best = found
         judged, step = judged + list(found.worst[:JOINING]), 0.5 * step
     return best
-
-
-_done = None  # drives that all processes have finished; they inherit it
-
-
-def _tick(drives):
-    with _done.get_lock():
-        _done.value += drives
 
 
 def _run(work):
@@ -173,23 +160,12 @@ def _run(work):
     if not searches:
         return assess(task, {})
     space = Space(task, orders)
-    return local_search(task, space.start if orders is None else linear_search(task, space, _tick), space, _tick)
+    return local_search(task, space.start if orders is None else linear_search(task, space), space)
 
 
 def searched(task, jobs=0):
     """Assessments by name: of the start, and of what each search finds. jobs: processes; 0 takes all cores."""
-    global _done
     orders = [None] if task.predictive() else list(range(task.orders[0], task.orders[1] + 1))
-    linear = 0.0 if task.predictive() else 1.5 * LINEAR * task.linear_evaluations
-    total = len(task.robots) * len(orders) * (linear + ROUNDS * (CANDIDATE * task.evaluations + ASSESSMENT))
-    context = multiprocessing.get_context('fork')
-    _done = context.Value('d', 0.0)
-    with context.Pool(jobs or None) as pool, tqdm.tqdm(
-            total=100.0, desc='Searching', disable=None, leave=False, bar_format='{desc}: {percentage:3.0f}%|{bar}| {remaining} left') as bar:
-        pending = pool.map_async(_run, [(task, order, True) for order in reversed(orders)] + [(task, None, False)], 1)
-        while not pending.ready():
-            pending.wait(0.5)
-            bar.update(max(0.0, min(100.0, 100.0 * _done.value / total) - bar.n))
-        *found, start = pending.get()
+    *found, start = engine.parallel(_run, [(task, order, True) for order in reversed(orders)] + [(task, None, False)], jobs, 'Searching')
     names = ['predictive' if order is None else 'orders {}'.format(order) for order in orders]
     return dict([('start', start)] + list(zip(names, reversed(found))))

@@ -115,13 +115,8 @@ def consistency_rows(plant, seeds, jobs=0):
     return rows
 
 
-def _text(columns, rows):
-    return engine.text_of(columns, [['{:.4g}'.format(row[c]) if isinstance(row[c], float) else row[c] for c in columns] for row in rows])
-
-
 def write(out, jobs=0):
-    out = engine.directory(out)
     items = [(controller, name, ground) for controller in ('predictive', 'improved') for name in DRIVES for ground in GROUNDS]
-    engine.write(out / 'odometry.csv', _text(COLUMNS, engine.parallel(row, items, jobs, 'odometry')))
+    engine.save(out, 'odometry.csv', engine.parallel(row, items, jobs, 'odometry'), COLUMNS)
     rows = [found for plant in ('box', 'ground', 'real', 'drawn') for found in consistency_rows(plant, range(1, SEEDS + 1), jobs)]
-    engine.write(out / 'belief.csv', _text(BELIEF_COLUMNS, rows))
+    engine.save(out, 'belief.csv', rows, BELIEF_COLUMNS)

@@ -379,10 +379,7 @@ def row(item):
 def write(directory, csv_file=None, jobs=0):
     """Prints the table, the alarms and their sum, and writes the table."""
     rows = engine.parallel(row, [(path, identified) for path in paths(directory) for identified in (False, True)], jobs, 'recordings')
-    lines = [COLUMNS] + [cells for cells, _ in rows]
-    widths = [max(len(line[i]) for line in lines) for i in range(len(COLUMNS))]
-    for line in lines:
-        print('  '.join(cell.ljust(width) for cell, width in zip(line, widths)).rstrip())
+    print(engine.aligned([COLUMNS] + [cells for cells, _ in rows]))
     for _, figures in rows:
         if figures['refusal']:
             print('{recording}: not identified: {refusal}'.format(**figures))

@@ -1,13 +1,12 @@
 """How robots are drawn: everything in which a real one differs from its model."""
 
-import math
 import typing
 
 import jackal_aic
 
 import motions
 from draws import Draws
-from engine import CONTROLLERS, PLANTS, settings
+from engine import CONTROLLERS, PLANTS
 
 # Keys of plant.* and between which values they are drawn. Sources: doc/reference/simulated_jackal.md.
 REALITY = (('wheel_offset', 0.0, 0.5), ('wheel_breakaway', 0.0, 0.8), ('wheel_radius_left', 0.095, 0.098),
@@ -55,64 +54,6 @@ def soft_motor_turn(seed):
     robot['plant.encoder_step'] = draw.one_of(ENCODER_STEPS)
     robot['plant.seed'] = seed
     return robot, yaw_rate
-
-
-# ---- single differences from the model
-
-class Perturbation(typing.NamedTuple):
-    """A difference: its name and unit, between which values it is drawn, its extremes, and the key of plant.* that it sets
-    (`times`: multiplies)."""
-
-    name: str
-    unit: str
-    low: float
-    high: float
-    extremes: tuple
-    key: str
-    times: bool = False
-
-    def label(self, value):
-        return '{} {:.3g}{}'.format(self.name, value, ' ' + self.unit if self.unit else '')
-
-    def overrides(self, plant, value):
-        """The plant with these values."""
-        return {'plant.' + self.key: plant[self.key] * value if self.times else value}
-
-    def draw(self, draw):
-        if self.times:
-            return math.exp(draw.uniform(math.log(self.low), math.log(self.high)))
-        return draw.uniform(self.low, self.high)
-
-
-PERTURBATIONS = (Perturbation('wheel gain', '', 0.8, 1.2, (0.8, 1.2), 'wheel_gain'),
-                 Perturbation('dead time', 's', 0.07, 0.15, (0.07, 0.15), 'dead_time'),
-                 Perturbation('motor lag times', '', 0.5, 2.0, (0.5, 2.0), 'motor_lag', True),
-                 Perturbation('payload', 'kg', 0.0, 8.0, (8.0,), 'payload'),
-                 Perturbation('friction', '', 0.25, 1.0, (0.25, 1.0), 'friction'),
-                 Perturbation('slope', 'deg', 0.0, 5.0, (5.0,), 'slope'),
-                 Perturbation('noise times', '', 1.0, 5.0, (5.0,), 'noise_scale'),
-                 Perturbation('measurements lost', '', 0.0, 0.1, (0.1,), 'measurement_loss'))
-
-
-def perturbed(robot, controller, chosen):
-    """Overrides of a robot with some (Perturbation, value); the open loop knows the gain of its wheels."""
-    plant = settings(robot, controller)['plant']
-    overrides = {}
-    for perturbation, value in chosen:
-        overrides.update(perturbation.overrides(plant, value))
-    if controller == 'diff_drive':
-        overrides['diff_drive.wheel_gain'] = overrides.get('plant.wheel_gain', plant['wheel_gain'])
-    return overrides
-
-
-def perturbation_pairs(count, seed):
-    """Pairs of different perturbations with their values, and the seed of the noise: ((Perturbation, value), ...), seed."""
-    draw, pairs = Draws(seed), []
-    for i in range(count):
-        first, other = draw.index(len(PERTURBATIONS)), draw.index(len(PERTURBATIONS) - 1)
-        chosen = [PERTURBATIONS[k] for k in (first, other if other < first else other + 1)]
-        pairs.append((tuple((kind, kind.draw(draw)) for kind in chosen), seed + i))
-    return pairs
 
 
 # ---- robots without identification

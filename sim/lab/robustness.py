@@ -55,26 +55,19 @@ def turn(item):
     return {'controller': controller, 'seed': seed, 'yaw_rate_radps': yaw_rate, 'overshoot_pct': overshoot}
 
 
-def _cell(value):
-    return '' if value is None else '{:.3f}'.format(value)
-
-
 def write(out, draws, seed, jobs=0):
     engine.require_range('draws', draws, 1, 1000000)
-    out = engine.directory(out)
     asked = engine.bars()['robustness']
     items = [(controller, seed + i) for controller in engine.CONTROLLERS for i in range(draws)]
     rows = engine.parallel(drawn, items, jobs, 'robustness')
-    engine.write(out / 'robustness.csv', engine.text_of(COLUMNS, [
-        (r['controller'], r['seed'], int(r['bounded']), *(_cell(r.get(c)) for c in COLUMNS[3:])) for r in rows]))
+    engine.save(out, 'robustness.csv', rows, COLUMNS)
     for controller in engine.CONTROLLERS:
         sums = summary([r for r in rows if r['controller'] == controller])
         print('{}: {unstable} of {runs} unstable; settled in {:g} x open loop + {:g} s: {settled}; steady-state error within {:g} %: '
               '{exact}; belief within {:g} %: {believed}'.format(controller, asked['settling_factor'], asked['settling_margin'],
                                                                  asked['steady_error'], asked['belief_error'], **sums))
     turns = engine.parallel(turn, items, jobs, 'soft motors')
-    engine.write(out / 'soft_motors.csv', engine.text_of(SOFT_COLUMNS, [
-        (r['controller'], r['seed'], *(_cell(r[c]) for c in SOFT_COLUMNS[2:])) for r in turns]))
+    engine.save(out, 'soft_motors.csv', turns, SOFT_COLUMNS)
     for controller in engine.CONTROLLERS:
         found = numpy.sort([numpy.inf if r['overshoot_pct'] is None else r['overshoot_pct'] for r in turns
                             if r['controller'] == controller])

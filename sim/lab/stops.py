@@ -95,11 +95,8 @@ def table(chosen=None, overrides=None, jobs=0):
 
 def write(out, overrides, jobs=0):
     """Returns how many cases do not keep their bars."""
-    out = engine.directory(out)
     rows = table(None, overrides, jobs)
-    engine.write(out / 'stops.csv', engine.text_of(COLUMNS, [
-        [r[c] if isinstance(r[c], str) else '' if r[c] is None else '{:d}'.format(r[c]) if c == 'kept' else '{:.4g}'.format(r[c])
-         for c in COLUMNS] for r in rows]))
+    engine.save(out, 'stops.csv', rows, COLUMNS)
     missed = sum(not r['kept'] for r in rows)
     print('{} of {} do not keep their bars'.format(missed, len(rows)))
     return missed

@@ -1,6 +1,7 @@
 """The thesis' tables and figures, and the comparisons beyond them: the kinds of scenarios.yaml."""
 
 import functools
+import itertools
 import math
 import types
 
@@ -11,7 +12,6 @@ import engine
 import kalman
 import metrics
 import motions
-import robots
 
 INTEGRATORS = ('euler', 'exact')
 STRIDE, PRECISION = 2.0**0.25, 0.005  # of the search for a usable range
@@ -97,11 +97,13 @@ def state_space(controller, overrides, height, label):
 
 def listed_steps(node):
     for run in node['runs']:
-        label, overrides = run.get('label', ''), run.get('set', {})
-        if run['plant'] == 'state_space':
-            yield functools.partial(state_space, run['controller'], overrides, run['step'], label)
-        else:
-            yield from printed(run['controller'], run['plant'], motions.step(run['step']), overrides, label)
+        label, each = run.get('label', ''), run.get('each', {})
+        for values in itertools.product(*each.values()):
+            overrides = dict(run.get('set', {}), **dict(zip(each, values)))
+            if run['plant'] == 'state_space':
+                yield functools.partial(state_space, run['controller'], overrides, run['step'], label)
+            else:
+                yield from printed(run['controller'], run['plant'], motions.step(run['step']), overrides, label)
 
 
 def squares(node):
@@ -214,29 +216,6 @@ def comparison(node):
             yield loop(controller, plant, motion, overrides, case.get('label', ''))
 
 
-def perturbations(node):
-    motion = motions.read(node['profile'])
-    for controller, plant in loops(node):
-        yield loop(controller, plant, motion, {}, 'as the model')
-        for kind in robots.PERTURBATIONS:
-            for value in kind.extremes:
-                yield loop(controller, plant, motion, robots.perturbed(plant, controller, [(kind, value)]), kind.label(value))
-
-
-def without_trace(run):
-    return run()[0], None
-
-
-def perturbation_pairs(node):
-    motion = motions.read(node['profile'])
-    pairs = robots.perturbation_pairs(node['count'], node['seed'])
-    for controller, plant in loops(node):
-        for chosen, seed in pairs:
-            label = ' + '.join(kind.label(value) for kind, value in chosen)
-            overrides = dict(robots.perturbed(plant, controller, chosen), **{'plant.seed': seed})
-            yield functools.partial(without_trace, loop(controller, plant, motion, overrides, label))
-
-
 def kalman_filter(plant, motion, overrides, track):
     """The same drive by `predictive`, with the estimate of a Kalman filter in the place of the belief."""
     row, drive = engine.result(plant, 'predictive', motion, overrides)
@@ -256,8 +235,7 @@ def belief_accuracy(node):
 
 
 KINDS = {'thesis_steps': thesis_steps, 'steps': listed_steps, 'squares': squares, 'usable_range': usable_ranges,
-         'comparison': comparison, 'perturbations': perturbations, 'perturbation_pairs': perturbation_pairs,
-         'belief_accuracy': belief_accuracy}
+         'comparison': comparison, 'belief_accuracy': belief_accuracy}
 
 
 # ---- experiments

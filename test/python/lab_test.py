@@ -66,17 +66,6 @@ class Draws(unittest.TestCase):
                 self.assertTrue(low <= robot['plant.' + key] <= high)
         self.assertEqual(engine.settings('real', 'predictive', drawn[0])['plant']['imu_rate'], 80.0)
 
-    def test_pairs_of_perturbations_are_of_two_kinds(self):
-        pairs = robots.perturbation_pairs(200, 1)
-        self.assertEqual(pairs, robots.perturbation_pairs(200, 1))
-        kinds = set()
-        for (one, other), _ in pairs:
-            self.assertNotEqual(one[0], other[0])
-            kinds |= {one[0].name, other[0].name}
-            for kind, value in (one, other):
-                self.assertTrue(kind.low <= value <= kind.high)
-        self.assertEqual(len(kinds), len(robots.PERTURBATIONS))
-
     def test_everything_is_drawn_for_quiet_hours(self):
         drawn = [robots.quiet_drive(1, number, 600.0) for number in range(300)]
         self.assertEqual({drive.controller for drive in drawn}, set(engine.CONTROLLERS))
@@ -118,13 +107,10 @@ class Motions(unittest.TestCase):
 
     def test_a_perturbation_changes_the_plant_and_not_the_model(self):
         before = engine.settings('box', 'predictive')
-        for kind in robots.PERTURBATIONS:
-            after = engine.settings('box', 'predictive', robots.perturbed('box', 'predictive', [(kind, kind.extremes[0])]))
-            self.assertNotEqual(after['plant'][kind.key], before['plant'][kind.key])
-            self.assertEqual(after['plant_model'], before['plant_model'])
-        overrides = robots.perturbed('box', 'diff_drive', [(robots.PERTURBATIONS[0], 0.8)])
-        row, _ = engine.result('box', 'diff_drive', motions.step(0.5), overrides)
-        self.assertAlmostEqual(row['steady_error_pct'], 0.0, delta=0.1)
+        for case in thesis.experiment('predictive_perturbations')['cases'][1:]:
+            after = engine.settings('box', 'predictive', case['set'])
+            self.assertNotEqual(after['plant'], before['plant'], case['label'])
+            self.assertEqual(after['plant_model'], before['plant_model'], case['label'])
 
 
 class Figures(unittest.TestCase):
@@ -289,14 +275,6 @@ class Predictive(unittest.TestCase):
         for row in found:
             self.assertLessEqual(row['settling_s'], bars['settling'], row['label'])
             self.assertLessEqual(abs(row['steady_error_pct']), bars['steady_error'], row['label'])
-
-    def test_survives_pairs_of_perturbations(self):
-        found, bars = rows('predictive_pairs', 'predictive'), engine.bars()['predictive_pairs']
-        self.assertEqual(len(found), 400)
-        self.assertTrue(all(row['bounded'] for row in found))
-        for plant in engine.PLANTS:
-            settled = [row['settling_s'] is not None and row['settling_s'] <= bars['settling'] for row in only(found, plant=plant)]
-            self.assertGreaterEqual(sum(settled), 2.0 * bars['settled'])
 
     def test_tracks_square_waves_as_well_as_the_plant_lets(self):
         found = rows('predictive_squares', 'predictive', 'improved', 'plant_limit')
