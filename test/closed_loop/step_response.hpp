@@ -32,7 +32,7 @@ struct Sample {
 /// @param geometry r and b_hat for the speeds computed from the wheels.
 inline std::vector<Sample> runClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile& profile,
                                          Support support, const GeometryParameters& geometry,
-                                         const LoopParameters& loop) {
+                                         const LoopParameters& loop = {}) {
   std::vector<Sample> samples;
   samples.reserve(static_cast<std::size_t>(profile.plantSteps()));
   const SkidSteerKinematics kinematics(geometry);
