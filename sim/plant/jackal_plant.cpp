@@ -14,7 +14,6 @@
 namespace jackal_aic::sim {
 namespace {
 
-constexpr double kRadiansPerDegree = 0.017453292519943295;
 constexpr double kLowestVoltage = 0.5;  // share of the full one; below, a battery switches itself off
 
 /// The payload is spread as the chassis' own mass is: at the chassis' centre of mass it scales mass and inertia.
@@ -37,38 +36,6 @@ RobotModel changed(RobotModel model, const PlantParameters& p) {
   return model;
 }
 
-TerrainParameters terrainParameters(const PlantParameters& p) {
-  TerrainParameters terrain;
-  terrain.roughness = p.roughness;
-  terrain.roughness_length = p.roughness_length;
-  terrain.ramp = p.ramp * kRadiansPerDegree;
-  terrain.ramp_start = p.ramp_start;
-  terrain.ramp_length = p.ramp_length;
-  terrain.patch_size = p.patch_size;
-  terrain.patch_friction = p.patch_friction;
-  terrain.kerb_distance = p.kerb_distance;
-  terrain.kerb_height = p.kerb_height;
-  terrain.seed = p.seed;
-  return terrain;
-}
-
-WorldParameters worldParameters(const PlantParameters& p) {
-  return {p.support == Support::box, p.slope * kRadiansPerDegree, p.friction, p.torque_limit,
-          p.velocity_loop_stiffness, terrainParameters(p)};
-}
-
-MotorParameters motorParameters(const PlantParameters& p, double wheel_radius) {
-  return {p.wheel_gain,
-          p.motor_lag,
-          p.velocity_loop_integral,
-          p.acceleration_limit / wheel_radius,
-          p.speed_limit / wheel_radius,
-          p.wheel_offset,
-          p.wheel_breakaway,
-          p.velocity_loop_stiffness,
-          p.torque_limit};
-}
-
 }  // namespace
 
 Observation PlantMeasurement::observation() const {
@@ -88,10 +55,10 @@ struct JackalPlant::Implementation {
   /// Everything that moves; built afresh by reset().
   struct Motion {
     Motion(const RobotModel& model, const PlantParameters& p)
-        : world(model, worldParameters(p)),
+        : world(model, p),
           delay(p.dead_time, kStep),
-          left(motorParameters(p, model.wheels[kFrontLeft].radius), kStep),
-          right(motorParameters(p, model.wheels[kFrontRight].radius), kStep),
+          left(p, model.wheels[kFrontLeft].radius, kStep),
+          right(p, model.wheels[kFrontRight].radius, kStep),
           encoder_filter(p.encoder_filter, kStep),
           sampling(p.sensor_rate),
           imu_sampling(p.imu_rate),

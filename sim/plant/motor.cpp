@@ -36,22 +36,25 @@ const WheelCommand& CommandDelay::acting(std::int64_t step) {
   return acting_;
 }
 
-MotorLoop::MotorLoop(const MotorParameters& parameters, double step)
+MotorLoop::MotorLoop(const PlantParameters& parameters, double wheel_radius, double step)
     : parameters_(parameters),
+      acceleration_limit_(parameters.acceleration_limit / wheel_radius),
+      speed_limit_(parameters.speed_limit / wheel_radius),
       step_(step),
-      response_(parameters.lag > 0.0 ? -std::expm1(-step / parameters.lag) : 1.0) {}
+      response_(parameters.motor_lag > 0.0 ? -std::expm1(-step / parameters.motor_lag) : 1.0) {}
 
 double MotorLoop::reference(double command, double speed, double supply) {
   integrate(speed);
-  target_ = clampMagnitude(parameters_.gain * followed(command, speed), parameters_.speed_limit * supply);
+  target_ = clampMagnitude(parameters_.wheel_gain * followed(command, speed), speed_limit_ * supply);
   start_speed_ = speed;
-  if (parameters_.stiffness > 0.0) {
+  if (parameters_.velocity_loop_stiffness > 0.0) {
     reference_ = target_ + correction_;
-    limited_ = std::abs(parameters_.stiffness * (reference_ - speed)) >= parameters_.torque_limit * supply;
+    limited_ =
+        std::abs(parameters_.velocity_loop_stiffness * (reference_ - speed)) >= parameters_.torque_limit * supply;
     return reference_;
   }
   const double wanted = response_ * (target_ + correction_ - speed);
-  const double change = clampMagnitude(wanted, parameters_.acceleration_limit * supply * step_);
+  const double change = clampMagnitude(wanted, acceleration_limit_ * supply * step_);
   limited_ = change != wanted;
   reference_ = speed + change;
   return reference_;
@@ -59,15 +62,15 @@ double MotorLoop::reference(double command, double speed, double supply) {
 
 /// The part of a command that the wheel follows.
 double MotorLoop::followed(double command, double speed) const {
-  if (parameters_.offset == 0.0 && parameters_.breakaway == 0.0) return command;
-  const bool starts = std::abs(speed) > kStanding || std::abs(command) >= parameters_.breakaway;
-  return starts ? std::copysign(std::max(0.0, std::abs(command) - parameters_.offset), command) : 0.0;
+  if (parameters_.wheel_offset == 0.0 && parameters_.wheel_breakaway == 0.0) return command;
+  const bool starts = std::abs(speed) > kStanding || std::abs(command) >= parameters_.wheel_breakaway;
+  return starts ? std::copysign(std::max(0.0, std::abs(command) - parameters_.wheel_offset), command) : 0.0;
 }
 
 void MotorLoop::integrate(double speed) {
-  if (limited_ || (parameters_.stiffness == 0.0 && std::abs(speed - reference_) > kReached)) return;
+  if (limited_ || (parameters_.velocity_loop_stiffness == 0.0 && std::abs(speed - reference_) > kReached)) return;
   const double mean_speed = 0.5 * (start_speed_ + speed);
-  correction_ += parameters_.integral * step_ * (target_ - mean_speed);
+  correction_ += parameters_.velocity_loop_integral * step_ * (target_ - mean_speed);
 }
 
 }  // namespace jackal_aic::sim

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "jackal_aic/model/types.hpp"
+#include "plant_parameters.hpp"
 
 namespace jackal_aic::sim {
 
@@ -31,19 +32,6 @@ class CommandDelay {
   WheelCommand acting_;
 };
 
-/// Numbers of a motor's velocity loop.
-struct MotorParameters {
-  double gain = 1.0;                ///< steady-state wheel speed / command
-  double lag = 0.0;                 ///< time constant of the closed loop T [s]; 0 follows at once
-  double integral = 0.0;            ///< integral gain k_i on (gain x command - speed) [1/s]
-  double acceleration_limit = 0.0;  ///< of the wheel [rad/s^2]
-  double speed_limit = 0.0;         ///< of the wheel [rad/s]
-  double offset = 0.0;              ///< by which a wheel turns slower than asked, and below which it stands [rad/s]
-  double breakaway = 0.0;           ///< command below which a wheel that stands does not start [rad/s]
-  double stiffness = 0.0;           ///< torque per error of the wheel speed k_p [N m s/rad]; 0: as much as is needed
-  double torque_limit = 0.0;        ///< of each wheel's motor, where the loop is not stiff [N m]
-};
-
 /// Closed velocity loop of one motor, with command u, wheel speed w and target r = clamp(gain u, +-speed_limit):
 ///
 ///     dw/dt = clamp( (r + z - w) / T, +-acceleration_limit ),    dz/dt = k_i (r - w),
@@ -57,8 +45,8 @@ struct MotorParameters {
 /// the wheel follows: neither T nor the acceleration limit are in it.
 class MotorLoop {
  public:
-  /// @param step [s].
-  MotorLoop(const MotorParameters& parameters, double step);
+  /// @param wheel_radius [m], by which the limits of the circumference are those of the wheel; @param step [s].
+  MotorLoop(const PlantParameters& parameters, double wheel_radius, double step);
 
   /// Wheel speed to be reached at the end of a step, or, of a loop that is not stiff, r + z [rad/s].
   /// @param command during the step [rad/s]; @param speed of the wheel at its beginning [rad/s]; @param supply share of
@@ -67,15 +55,16 @@ class MotorLoop {
 
   /// Sets another wheel speed per command and offset [rad/s].
   void change(double gain, double offset) {
-    parameters_.gain = gain;
-    parameters_.offset = offset;
+    parameters_.wheel_gain = gain;
+    parameters_.wheel_offset = offset;
   }
 
  private:
   double followed(double command, double speed) const;
   void integrate(double speed);
 
-  MotorParameters parameters_;
+  PlantParameters parameters_;
+  double acceleration_limit_, speed_limit_;  ///< of the wheel [rad/s^2, rad/s]
   double step_;
   double response_;  ///< 1 - exp(-step/T): part of the error that a step removes, exact for a constant command
   double target_ = 0.0;

@@ -111,13 +111,14 @@ Eigen::Vector3d normalForcePlane(const RobotModel& model, const Eigen::Vector3d&
 
 }  // namespace
 
-OdeWorld::OdeWorld(const RobotModel& model, const WorldParameters& parameters)
-    : gravity_(kGravity * Eigen::Vector3d(-std::sin(parameters.slope), 0.0, -std::cos(parameters.slope))),
-      terrain_(parameters.terrain),
+OdeWorld::OdeWorld(const RobotModel& model, const PlantParameters& parameters)
+    : gravity_(kGravity * Eigen::Vector3d(-std::sin(parameters.slope * kRadiansPerDegree), 0.0,
+                                          -std::cos(parameters.slope * kRadiansPerDegree))),
+      terrain_(parameters),
       friction_(parameters.friction),
       torque_limit_(parameters.torque_limit),
-      stiffness_(parameters.stiffness),
-      fixed_chassis_(parameters.fixed_chassis),
+      stiffness_(parameters.velocity_loop_stiffness),
+      fixed_chassis_(parameters.support == Support::box),
       threading_(createThreading()),
       world_(dWorldCreate()),
       contact_group_(dJointGroupCreate(0)) {

@@ -24,16 +24,6 @@ struct ChassisState {
   Eigen::Vector3d angular_acceleration;  ///< mean over the last step [rad/s^2]
 };
 
-/// How the robot stands in its world.
-struct WorldParameters {
-  bool fixed_chassis = false;  ///< chassis held in the air, wheels free
-  double slope = 0.0;          ///< inclination of the ground, positive is uphill along x [rad]
-  double friction = 0.5;       ///< Coulomb coefficient between wheels and ground
-  double torque_limit = 20.0;  ///< of each wheel's motor [N m]
-  double stiffness = 0.0;      ///< of each wheel's motor, torque per error of its speed [N m s/rad]; 0: rigid
-  TerrainParameters terrain;   ///< of the ground, without its inclination
-};
-
 /// Chassis and four wheels on hinges with velocity motors, on the ground.
 ///
 /// Ground frame: x along the robot's initial heading, z normal to the ground under it, which is z = 0; a slope tilts
@@ -45,7 +35,7 @@ class OdeWorld {
  public:
   /// Builds the robot at rest, its wheels in static equilibrium with the ground, base_link above the ground frame's
   /// origin.
-  OdeWorld(const RobotModel& model, const WorldParameters& parameters);
+  OdeWorld(const RobotModel& model, const PlantParameters& parameters);
 
   /// Sets the speed that a wheel's motor reaches in the next step, if its torque suffices [rad/s].
   void setWheelReference(std::size_t wheel, double speed);

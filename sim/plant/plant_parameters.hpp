@@ -10,6 +10,8 @@
 
 namespace jackal_aic::sim {
 
+inline constexpr double kRadiansPerDegree = 0.017453292519943295;
+
 /// How the robot stands.
 enum class Support {
   ground,  ///< wheels on the ground

@@ -31,7 +31,8 @@ double hashed(std::uint64_t seed, std::int64_t column, std::int64_t row) {
 
 }  // namespace
 
-Terrain::Terrain(const TerrainParameters& parameters) : parameters_(parameters) {
+Terrain::Terrain(const PlantParameters& parameters)
+    : parameters_(parameters), ramp_(std::tan(parameters.ramp * kRadiansPerDegree)) {
   if (parameters.roughness <= 0.0) return;
   std::mt19937_64 generator(parameters.seed);
   const auto draw = [&](double low, double high) {
@@ -46,7 +47,7 @@ Terrain::Terrain(const TerrainParameters& parameters) : parameters_(parameters) 
 }
 
 Surface Terrain::surface(double x, double y) const {
-  const TerrainParameters& p = parameters_;
+  const PlantParameters& p = parameters_;
   double height = 0.0, slope_x = 0.0, slope_y = 0.0;
   for (const Wave& wave : waves_) {
     const double angle = wave.x * x + wave.y * y + wave.phase;
@@ -62,25 +63,25 @@ Surface Terrain::surface(double x, double y) const {
     slope_y = (1.0 - left) * slope_y + steepness * y * height;
     height *= 1.0 - left;
   }
-  if (p.ramp != 0.0) {
+  if (ramp_ != 0.0) {
     double begin = 0.0, end = 0.0;
     const double rise = ramped(x - p.ramp_start, begin) - ramped(x - p.ramp_start - p.ramp_length, end);
-    height += std::tan(p.ramp) * rise;
-    slope_x += std::tan(p.ramp) * (begin - end);
+    height += ramp_ * rise;
+    slope_x += ramp_ * (begin - end);
   }
   if (slope_x == 0.0 && slope_y == 0.0) return {height, Eigen::Vector3d::UnitZ()};
   return {height, Eigen::Vector3d(-slope_x, -slope_y, 1.0).normalized()};
 }
 
 double Terrain::frictionShare(double x, double y) const {
-  const TerrainParameters& p = parameters_;
+  const PlantParameters& p = parameters_;
   if (p.patch_friction == 1.0) return 1.0;
   const auto cell = [&](double v) { return static_cast<std::int64_t>(std::floor(v / p.patch_size)); };
   return p.patch_friction + (1.0 - p.patch_friction) * hashed(p.seed, cell(x), cell(y));
 }
 
 std::optional<TouchPoint> Terrain::kerb(const Eigen::Vector3d& hub, double radius) const {
-  const TerrainParameters& p = parameters_;
+  const PlantParameters& p = parameters_;
   if (p.kerb_distance <= 0.0 || p.kerb_height <= 0.0 || hub.x() + radius < p.kerb_distance) return std::nullopt;
   const Surface ground = surface(std::max(p.kerb_distance, hub.x()), hub.y());
   const double top = ground.height + p.kerb_height;

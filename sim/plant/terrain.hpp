@@ -4,25 +4,12 @@
 /// The ground of the simulated robot: its height, its friction and a kerb or wall on it. No physics engine here.
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <optional>
 #include <vector>
 
-namespace jackal_aic::sim {
+#include "plant_parameters.hpp"
 
-/// Shape and friction of the ground; zeros make it a plane. Lengths in the ground frame (see JackalPlant).
-struct TerrainParameters {
-  double roughness = 0.0;         ///< root mean square of the height [m]
-  double roughness_length = 1.0;  ///< middle wavelength of the height [m]
-  double ramp = 0.0;              ///< inclination of a ramp across the x axis, positive is uphill [rad]
-  double ramp_start = 0.0;        ///< x at which it begins [m]
-  double ramp_length = 1.0;       ///< after which the ground is level again [m]
-  double patch_size = 1.0;        ///< side of the squares that differ in friction [m]
-  double patch_friction = 1.0;    ///< of the slipperiest square / friction; 1: equal
-  double kerb_distance = 0.0;     ///< x of a kerb's edge, which has no end [m]; 0: none
-  double kerb_height = 0.0;       ///< above the ground [m]; a wall if above the hubs
-  std::uint64_t seed = 1;         ///< of height and patches
-};
+namespace jackal_aic::sim {
 
 /// The ground under a point.
 struct Surface {
@@ -37,11 +24,12 @@ struct TouchPoint {
   double depth;            ///< how far the wheel is in it [m]; below zero: it does not touch
 };
 
-/// Height field of random waves, a ramp, squares of random friction and a kerb. The random heights fade in over the
-/// first metre around the origin, so that the robot starts on the level. Equal parameters give equal ground.
+/// Height field of random waves in the ground frame (see JackalPlant), a ramp, squares of random friction and a kerb.
+/// The random heights fade in over the first metre around the origin, so that the robot starts on the level. Equal
+/// parameters give equal ground.
 class Terrain {
  public:
-  explicit Terrain(const TerrainParameters& parameters);
+  explicit Terrain(const PlantParameters& parameters);
 
   /// Height and normal at a place [m].
   Surface surface(double x, double y) const;
@@ -61,7 +49,8 @@ class Terrain {
     double amplitude;  ///< [m]
   };
 
-  TerrainParameters parameters_;
+  PlantParameters parameters_;
+  double ramp_;  ///< slope of the ramp
   std::vector<Wave> waves_;
 };
 

@@ -17,11 +17,7 @@ class LinearPlant {
   static constexpr double kStep = 0.001;  ///< [s]
 
   LinearPlant(const PlantModel& model, const GeometryParameters& geometry)
-      : model_(model),
-        geometry_(geometry),
-        delay_(model.dead_time, kStep),
-        left_(motor(model), kStep),
-        right_(motor(model), kStep) {}
+      : model_(model), geometry_(geometry), delay_(model.dead_time, kStep), left_(motor(model)), right_(motor(model)) {}
 
   void command(const WheelCommand& command) { delay_.push(steps_, command); }
 
@@ -43,8 +39,13 @@ class LinearPlant {
   }
 
  private:
-  static sim::MotorParameters motor(const PlantModel& plant) {
-    return {plant.gain, plant.lag, plant.velocity_loop_integral, 1e300, 1e300};
+  static sim::MotorLoop motor(const PlantModel& plant) {
+    sim::PlantParameters p;
+    p.wheel_gain = plant.gain;
+    p.motor_lag = plant.lag;
+    p.velocity_loop_integral = plant.velocity_loop_integral;
+    p.acceleration_limit = p.speed_limit = 1e300;
+    return {p, 1.0, kStep};
   }
 
   PlantModel model_;

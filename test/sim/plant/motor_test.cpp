@@ -8,11 +8,12 @@
 namespace jackal_aic::sim {
 namespace {
 
-constexpr double kStep = 0.001;
+constexpr double kStep = 0.001, kRadius = 1.0;  // s, m
 
-MotorParameters parameters() {
-  MotorParameters p;
-  p.lag = 0.035;
+PlantParameters parameters() {
+  PlantParameters p;
+  p.motor_lag = 0.035;
+  p.velocity_loop_integral = 0.0;
   p.acceleration_limit = 1e6;
   p.speed_limit = 1e6;
   return p;
@@ -43,10 +44,10 @@ TEST(CommandDelay, ActsAfterTheDeadTimeInOrder) {
 }
 
 TEST(MotorLoop, FollowsTheFirstOrderLagExactly) {
-  MotorParameters without = parameters();
-  without.lag = 0.0;
-  EXPECT_EQ(MotorLoop(without, kStep).reference(4.0, 0.0), 4.0);
-  MotorLoop motor(parameters(), kStep);
+  PlantParameters without = parameters();
+  without.motor_lag = 0.0;
+  EXPECT_EQ(MotorLoop(without, kRadius, kStep).reference(4.0, 0.0), 4.0);
+  MotorLoop motor(parameters(), kRadius, kStep);
   double speed = 0.0;
   for (int n = 1; n <= 200; ++n) {
     speed = motor.reference(4.0, speed);
@@ -56,12 +57,12 @@ TEST(MotorLoop, FollowsTheFirstOrderLagExactly) {
 
 TEST(MotorLoop, FollowsThePiLoopsStepResponse) {
   // T w'' + w' + k w = k r, w(0) = 0, w'(0) = r/T: poles of the closed loop of the class comment.
-  MotorParameters p = parameters();
-  p.integral = 3.0;
-  MotorLoop motor(p, kStep);
-  const double root = std::sqrt(1.0 - 4.0 * p.lag * p.integral);
-  const double slow = (-1.0 + root) / (2.0 * p.lag), fast = (-1.0 - root) / (2.0 * p.lag);
-  const double a = (1.0 / p.lag + fast) / (slow - fast), b = -1.0 - a;
+  PlantParameters p = parameters();
+  p.velocity_loop_integral = 3.0;
+  MotorLoop motor(p, kRadius, kStep);
+  const double root = std::sqrt(1.0 - 4.0 * p.motor_lag * p.velocity_loop_integral);
+  const double slow = (-1.0 + root) / (2.0 * p.motor_lag), fast = (-1.0 - root) / (2.0 * p.motor_lag);
+  const double a = (1.0 / p.motor_lag + fast) / (slow - fast), b = -1.0 - a;
   double speed = 0.0;
   for (int n = 1; n <= 2000; ++n) {
     speed = motor.reference(1.0, speed);
@@ -72,18 +73,18 @@ TEST(MotorLoop, FollowsThePiLoopsStepResponse) {
 
 TEST(MotorLoop, GainIsTheSteadyRatioForAnyIntegral) {
   for (const double integral : {0.0, 1.1, 20.0}) {
-    MotorParameters p = parameters();
-    p.gain = 0.8;
-    p.integral = integral;
-    MotorLoop motor(p, kStep);
+    PlantParameters p = parameters();
+    p.wheel_gain = 0.8;
+    p.velocity_loop_integral = integral;
+    MotorLoop motor(p, kRadius, kStep);
     EXPECT_NEAR(speedAfter(motor, 5.0, 20.0), 4.0, 1e-6) << integral;
   }
 }
 
 TEST(MotorLoop, RespectsTheAccelerationLimitBothWays) {
-  MotorParameters p = parameters();
+  PlantParameters p = parameters();
   p.acceleration_limit = 20.0;
-  MotorLoop motor(p, kStep);
+  MotorLoop motor(p, kRadius, kStep);
   double speed = 0.0;
   for (int n = 0; n < 1000; ++n) {
     const double next = motor.reference(n < 500 ? 8.0 : -8.0, speed);
@@ -94,10 +95,10 @@ TEST(MotorLoop, RespectsTheAccelerationLimitBothWays) {
 }
 
 TEST(MotorLoop, AccelerationLimitDoesNotWindUpTheIntegral) {
-  MotorParameters p = parameters();
+  PlantParameters p = parameters();
   p.acceleration_limit = 5.0;
-  p.integral = 5.0;
-  MotorLoop limited(p, kStep);
+  p.velocity_loop_integral = 5.0;
+  MotorLoop limited(p, kRadius, kStep);
   double speed = 0.0, highest = 0.0;
   for (int n = 0; n < 5000; ++n) {
     speed = limited.reference(8.0, speed);
@@ -109,39 +110,39 @@ TEST(MotorLoop, AccelerationLimitDoesNotWindUpTheIntegral) {
 }
 
 TEST(MotorLoop, ReferenceStaysNearAWheelThatIsHeldBack) {
-  MotorParameters p = parameters();
-  p.integral = 5.0;
-  MotorLoop motor(p, kStep);
+  PlantParameters p = parameters();
+  p.velocity_loop_integral = 5.0;
+  MotorLoop motor(p, kRadius, kStep);
   double reference = 0.0;
   for (int n = 0; n < 5000; ++n) reference = motor.reference(8.0, 0.0);
   EXPECT_LT(reference, 8.0 * kStep / 0.035 * 1.01);
   // Once released it moves as if it had never been held.
-  MotorLoop fresh(p, kStep);
+  MotorLoop fresh(p, kRadius, kStep);
   EXPECT_NEAR(speedAfter(motor, 8.0, 0.1), speedAfter(fresh, 8.0, 0.1), 1e-9);
 }
 
 TEST(MotorLoop, ClampsTheTarget) {
-  MotorParameters p = parameters();
+  PlantParameters p = parameters();
   p.speed_limit = 10.0;
-  MotorLoop forward(p, kStep), backward(p, kStep);
+  MotorLoop forward(p, kRadius, kStep), backward(p, kRadius, kStep);
   EXPECT_NEAR(speedAfter(forward, 1e300, 1.0), 10.0, 1e-6);
   EXPECT_NEAR(speedAfter(backward, -1e300, 1.0), -10.0, 1e-6);
 }
 
 TEST(MotorLoop, OffsetSlowsTheWheelAndIsADeadBand) {
-  MotorParameters p = parameters();
-  p.offset = 0.5;
-  p.integral = 5.0;
-  MotorLoop forward(p, kStep), backward(p, kStep), weak(p, kStep);
+  PlantParameters p = parameters();
+  p.wheel_offset = 0.5;
+  p.velocity_loop_integral = 5.0;
+  MotorLoop forward(p, kRadius, kStep), backward(p, kRadius, kStep), weak(p, kRadius, kStep);
   EXPECT_NEAR(speedAfter(forward, 3.0, 3.0), 2.5, 1e-6);
   EXPECT_NEAR(speedAfter(backward, -3.0, 3.0), -2.5, 1e-6);
   EXPECT_EQ(speedAfter(weak, 0.5, 3.0), 0.0);
 }
 
 TEST(MotorLoop, AStandingWheelNeedsTheBreakawayARollingOneDoesNot) {
-  MotorParameters p = parameters();
-  p.breakaway = 0.8;
-  MotorLoop motor(p, kStep);
+  PlantParameters p = parameters();
+  p.wheel_breakaway = 0.8;
+  MotorLoop motor(p, kRadius, kStep);
   EXPECT_EQ(speedAfter(motor, 0.7, 1.0), 0.0);
   const double rolling = speedAfter(motor, 0.9, 1.0);
   EXPECT_NEAR(rolling, 0.9, 1e-6);
@@ -149,11 +150,11 @@ TEST(MotorLoop, AStandingWheelNeedsTheBreakawayARollingOneDoesNot) {
 }
 
 TEST(MotorLoop, AnEmptyBatteryLowersSpeedAndAcceleration) {
-  MotorParameters p = parameters();
-  p.lag = 0.0;
+  PlantParameters p = parameters();
+  p.motor_lag = 0.0;
   p.speed_limit = 10.0;
   p.acceleration_limit = 100.0;
-  MotorLoop motor(p, kStep);
+  MotorLoop motor(p, kRadius, kStep);
   double speed = motor.reference(20.0, 0.0, 0.8);
   EXPECT_NEAR(speed, 0.08, 1e-12);
   for (int n = 0; n < 1000; ++n) speed = motor.reference(20.0, speed, 0.8);

@@ -9,7 +9,7 @@ namespace jackal_aic::sim {
 namespace {
 
 TEST(Terrain, IsAPlaneUnlessToldOtherwise) {
-  const Terrain plane{TerrainParameters{}};
+  const Terrain plane{PlantParameters{}};
   const Surface surface = plane.surface(12.3, -4.5);
   EXPECT_EQ(surface.height, 0.0);
   EXPECT_EQ(surface.normal, Eigen::Vector3d::UnitZ());
@@ -18,7 +18,7 @@ TEST(Terrain, IsAPlaneUnlessToldOtherwise) {
 }
 
 TEST(Terrain, HeightHasTheStatedDeviationAndStartsLevel) {
-  TerrainParameters parameters;
+  PlantParameters parameters;
   parameters.roughness = 0.02;
   const Terrain terrain(parameters);
   double squares = 0.0;
@@ -33,9 +33,9 @@ TEST(Terrain, HeightHasTheStatedDeviationAndStartsLevel) {
 }
 
 TEST(Terrain, NormalIsThatOfTheHeight) {
-  TerrainParameters parameters;
+  PlantParameters parameters;
   parameters.roughness = 0.02;
-  parameters.ramp = 0.1;
+  parameters.ramp = 5.7;
   parameters.ramp_start = 1.0;
   parameters.ramp_length = 2.0;
   const Terrain terrain(parameters);
@@ -51,7 +51,7 @@ TEST(Terrain, NormalIsThatOfTheHeight) {
 }
 
 TEST(Terrain, PatchesDifferInFrictionWithinTheirBounds) {
-  TerrainParameters parameters;
+  PlantParameters parameters;
   parameters.patch_friction = 0.4;
   parameters.patch_size = 0.5;
   const Terrain terrain(parameters);
@@ -71,7 +71,7 @@ TEST(Terrain, PatchesDifferInFrictionWithinTheirBounds) {
 }
 
 TEST(Terrain, AKerbIsTouchedAtItsFaceOrItsEdge) {
-  TerrainParameters parameters;
+  PlantParameters parameters;
   parameters.kerb_distance = 1.0;
   parameters.kerb_height = 0.5;
   const auto face = Terrain(parameters).kerb({0.91, 0.2, 0.098}, 0.098);
@@ -86,8 +86,8 @@ TEST(Terrain, AKerbIsTouchedAtItsFaceOrItsEdge) {
 }
 
 TEST(Terrain, AKerbStandsOnTheGround) {
-  TerrainParameters parameters;
-  parameters.ramp = -0.1;
+  PlantParameters parameters;
+  parameters.ramp = -5.73;
   parameters.ramp_start = 1.0;
   parameters.ramp_length = 2.0;
   parameters.kerb_distance = 5.0;
