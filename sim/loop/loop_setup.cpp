@@ -151,17 +151,6 @@ LoopSetup loadPrintedSetup(const PackageFiles& files, const std::string& control
   return setup;
 }
 
-ThesisSetup loadThesis(const PackageFiles& files, const std::string& controller, const Overrides& overrides) {
-  ParameterMap map;
-  addController(files, controller, map);
-  apply(overrides, map);
-  const NodeParameters node = readConfiguration(map);
-  const auto* gains = std::get_if<ControllerParameters>(&node.controller);
-  if (gains == nullptr) throw ParameterError("controller = '" + controller + "': not one of the thesis' controllers");
-  map.refuseUnknown();
-  return {*gains, node.geometry};
-}
-
 DriveLoop makeLoop(const DriveParameters& parameters) {
   return DriveLoop(parameters, makeController(parameters, Divergence::allowed));
 }

@@ -37,12 +37,6 @@ struct LoopSetup {
   std::function<std::unique_ptr<VelocityController>()> structure = {};
 };
 
-/// Gains and geometry of the thesis' controller.
-struct ThesisSetup {
-  ControllerParameters controller;
-  GeometryParameters geometry;
-};
-
 /// Names of controllers that loadSetup() takes; it also takes a file.
 const std::vector<std::string>& controllerNames();
 
@@ -76,10 +70,6 @@ inline constexpr double kThesisDriveAcceleration = 1.2;
 /// differential drive accelerates by kThesisDriveAcceleration.
 LoopSetup loadPrintedSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
                            const Overrides& overrides);
-
-/// Gains and geometry of the thesis' controller alone, by the same rules. @throws ParameterError also if it is another
-/// controller.
-ThesisSetup loadThesis(const PackageFiles& files, const std::string& controller, const Overrides& overrides);
 
 /// The drive loop of a setup. A belief update that diverges is run as it is, because the thesis shows such cases.
 /// @throws ParameterError if its parameters contradict each other.

@@ -386,7 +386,10 @@ py::dict settings(const std::string& robot, const std::string& controller, const
 
 py::tuple stateSpaceResponse(const std::string& controller, double set_point, double duration,
                              const py::dict& changes) {
-  const ControllerParameters gains = sim::loadThesis(packageFiles(), controller, overridesOf(changes)).controller;
+  const sim::LoopSetup setup = sim::loadSetup(packageFiles(), controller, "box", overridesOf(changes));
+  const auto* thesis = std::get_if<ControllerParameters>(&setup.drive.controller);
+  if (thesis == nullptr) throw ParameterError("controller = '" + controller + "': not one of the thesis' controllers");
+  const ControllerParameters& gains = *thesis;
   StateSpaceRun run;
   run.dt = gains.beliefStep();
   run.duration = duration;

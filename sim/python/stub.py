@@ -1,4 +1,4 @@
-"""Writes the types of the package jackal_aic for editors, from the signatures of its docstrings. Usage: stub.py FILE.pyi"""
+"""Writes the types of the package jackal_aic for editors, from the signatures of its docstrings. Usage: stub.py FILE.pyi ..."""
 
 import inspect
 import re
@@ -64,5 +64,6 @@ def lines(name, item):
         '    ' + line for line in members or ['...']]
 
 
-with open(sys.argv[1], 'w') as stub:
-    stub.write(HEAD + '\n'.join(line for name, item in NAMES.items() for line in lines(name, item)) + '\n')
+for path in sys.argv[1:]:
+    with open(path, 'w') as stub:
+        stub.write(HEAD + '\n'.join(line for name, item in NAMES.items() for line in lines(name, item)) + '\n')
