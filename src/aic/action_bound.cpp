@@ -36,7 +36,7 @@ void ActionBound::observe(const Observation& observation, const ChannelValidity&
   wheels_[1].observe(observation.stamp, observation.wheel_right);
 }
 
-void ActionBound::forgetMeasurements() { wheels_ = {}; }
+void ActionBound::resetMeasurements() { wheels_ = {}; }
 
 void ActionBound::apply(const WheelVector& applied) {
   const WheelVector effective = applied.unaryExpr([this](double u) { return dead_zone_.effective(u); });
@@ -90,7 +90,7 @@ WheelVector ActionBound::followable(const WheelVector& action, const WheelVector
 }
 
 void ActionBound::reset() {
-  forgetMeasurements();
+  resetMeasurements();
   followed_.setZero();
 }
 

@@ -52,8 +52,8 @@ SampleVerdict ActiveInferenceController::observe(const Observation& observation)
   if (!taken(verdict)) return verdict;
   inference_.observe(sensors_.measurement());
   if (verdict == SampleVerdict::restarted) {
-    bound_.forgetMeasurements();
-    inference_.seedBelief();  // the action continues from the driven command, which a gap does not affect
+    bound_.resetMeasurements();
+    inference_.restartBelief();  // the action continues from the driven command, which a gap does not affect
   }
   bound_.observe(*complete, observation.valid);
   return verdict;
@@ -84,7 +84,7 @@ double ActiveInferenceController::largestCommand(bool told_to_stand) {
 void ActiveInferenceController::hold(const WheelCommand& applied) { inference_.hold(applied.vector()); }
 
 void ActiveInferenceController::overrule(const WheelCommand& applied) {
-  inference_.seedBelief();
+  inference_.restartBelief();
   bound_.apply(inference_.action());
   hold(applied);
   // Another source drives, so the robot does not count as standing at the hand-over.
@@ -111,7 +111,7 @@ bool ActiveInferenceController::setSetPoint(const SetPoint& set_point) {
 }
 
 void ActiveInferenceController::restart() {
-  inference_.seedBelief();
+  inference_.restartBelief();
   hold({});
 }
 

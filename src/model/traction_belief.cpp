@@ -252,7 +252,7 @@ void TractionBelief::miss(double wheels, double step) {
 void TractionBelief::roll(double step) {
   speed_ = now_.wheels;
   const Change window = sinceOldest();
-  if (const auto change = againstRolling(window)) return beginToSlide(now_.wheels - change->error(), *change);
+  if (const auto change = againstRolling(window)) return switchToSlide(now_.wheels - change->error(), *change);
   if (std::abs(window.wheels) > kKept) learnFilters(window, step);
   // In a turn the mean of a is that of an unknown centre.
   const bool straight = kCentre * window.turning < kStraight * window.time;
@@ -283,7 +283,7 @@ void TractionBelief::learnOffset(const Change& window, double step) {
   // No accelerometer of a robot on level ground is off by so much: b is all of the mean.
   if (std::abs(mean) < kSlope) return;
   offset_ += mean;
-  forgetPast();
+  resetPast();
 }
 
 /// Friction brings a sliding body nearer to its wheels, and an obstacle throws it back by a part of its speed. A larger
@@ -296,7 +296,7 @@ void TractionBelief::learnJumpOfOffset() {
   // b <- b + (mean of a - dv_w/dt) since then
   const Change change = since(surprise_ + sliding_);
   offset_ -= change.error() / change.time;
-  beginToRoll();
+  switchToRoll();
 }
 
 void TractionBelief::slide(double gap_before, double acceleration, double step) {
@@ -312,7 +312,7 @@ void TractionBelief::slide(double gap_before, double acceleration, double step) 
   const bool passed = gap_before * gap <= 0.0 || gap_at_first_ * gap <= 0.0;
   const bool met = (passed || std::abs(gap) < kMet) && (!collided || sliding_ > kCollision);
   const bool unknown = kCentre * (now_.turning - turning_before_) > std::max(kLeast, std::abs(gap));
-  if (met || unknown) return beginToRoll();
+  if (met || unknown) return switchToRoll();
   if (!possible(gap)) return learnJumpOfOffset();
   const Change quiet = since(kQuiet);
   const bool keeps = sliding_ > kQuiet && std::abs(quiet.body) < kKept + std::sqrt(quiet.variance);
@@ -323,9 +323,9 @@ void TractionBelief::slide(double gap_before, double acceleration, double step) 
   // The present noise counts, because it may have grown just as the slide began; a collision adds noise.
   const double noise = kBound * std::sqrt(factor_ * variance_rate_ * surprise_);
   const bool sure = (collided || std::abs(gap) > noise) && !stillTurning();
-  if (sure && wheels > kTurns && std::abs(speed_) < stopped * wheels) return beginToStand();
+  if (sure && wheels > kTurns && std::abs(speed_) < stopped * wheels) return switchToStand();
   if (late || (!sure && sliding_ > kUnsure) || (std::abs(quiet.wheels) < kKept && std::abs(gap) < kStopped * wheels))
-    beginToRoll();
+    switchToRoll();
 }
 
 /// A body that is held does not turn.
@@ -337,16 +337,16 @@ bool TractionBelief::stillTurning() const {
 void TractionBelief::stand(double step) {
   const Change window = sinceOldest();
   const bool unknown = kCentre * window.turning > std::max(kLeast, std::abs(now_.wheels));
-  if (unknown || stillTurning() || std::abs(now_.wheels) < kTurns) return beginToRoll();
+  if (unknown || stillTurning() || std::abs(now_.wheels) < kTurns) return switchToRoll();
   // The obstacle may have given way: then the body comes to the speed of its wheels.
   const Change lately = since(kLetGo);
-  if (comesToItsWheels(window) || comesToItsWheels(lately)) return beginToRoll();
+  if (comesToItsWheels(window) || comesToItsWheels(lately)) return switchToRoll();
   // Vibration may hide that the body moves.
   hidden_ = leastToCome(lately) > (1.0 - kStopped) * std::abs(now_.wheels) ? hidden_ + step : 0.0;
-  if (hidden_ > kLongestSlide) return beginToRoll();
+  if (hidden_ > kLongestSlide) return switchToRoll();
   if (std::abs(window.body) < std::max(kLeast, bound(window))) return;
   const bool follows = std::abs(window.error()) < 0.5 * std::abs(window.wheels);
-  follows ? beginToRoll() : beginToSlide(window.body, window);
+  follows ? switchToRoll() : switchToSlide(window.body, window);
 }
 
 /// Least change of speed of a body that comes to its wheels [m/s].
@@ -357,14 +357,14 @@ bool TractionBelief::comesToItsWheels(const Change& change) const {
   return there && std::abs(change.body) > leastToCome(change);
 }
 
-void TractionBelief::beginToRoll() {
+void TractionBelief::switchToRoll() {
   traction_ = Traction::rolls;
   speed_ = now_.wheels;
   variance_ = 0.0;
-  forgetPast();
+  resetPast();
 }
 
-void TractionBelief::beginToSlide(double speed, const Change& surprise) {
+void TractionBelief::switchToSlide(double speed, const Change& surprise) {
   traction_ = Traction::slides;
   speed_ = speed;
   variance_ = surprise.variance;
@@ -374,25 +374,25 @@ void TractionBelief::beginToSlide(double speed, const Change& surprise) {
   turning_before_ = now_.turning;
 }
 
-void TractionBelief::beginToStand() {
+void TractionBelief::switchToStand() {
   traction_ = Traction::stands;
   speed_ = variance_ = hidden_ = 0.0;
-  forgetPast();
+  resetPast();
 }
 
-void TractionBelief::forgetPast() {
+void TractionBelief::resetPast() {
   remembered_ = 0;
   remember();
 }
 
 void TractionBelief::restart() {
   missed_ = kNever;
-  beginToRoll();
+  switchToRoll();
 }
 
 void TractionBelief::reset(double wheels) {
   now_.wheels = corrected_speed_ = wheels;
-  beginToRoll();
+  switchToRoll();
 }
 
 }  // namespace jackal_aic

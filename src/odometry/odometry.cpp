@@ -16,7 +16,7 @@ void Odometry::observe(const Observation& observation) {
 }
 
 void Odometry::advance(const WheelCommand& applied, double duration) {
-  if (!(duration >= 0.0 && duration <= kLongest)) return forgetMotion();
+  if (!(duration >= 0.0 && duration <= kLongest)) return resetMotion();
   if (own_) {
     own_->overrule(applied);
     for (left_over_ += duration; left_over_ + kRounding >= own_->beliefStep(); left_over_ -= own_->beliefStep()) {
@@ -33,8 +33,8 @@ PlanarMotion Odometry::motion() const {
   return {velocity(kForward), velocity(kYaw), belief_->motionCovariance()};
 }
 
-void Odometry::forgetMotion() {
-  if (own_) own_->forgetMotion();
+void Odometry::resetMotion() {
+  if (own_) own_->resetMotion();
   left_over_ = 0.0;
   last_ = {};
 }

@@ -12,18 +12,18 @@ constexpr double kRateTime = 0.02;  // s; over which an acceleration is averaged
 
 }  // namespace
 
-void DriveTrainFit::start(const DriveTrainVector& theta, const WheelVector& given, const WheelVector& measured) {
+void DriveTrainFit::reset(const DriveTrainVector& theta, const WheelVector& given, const WheelVector& measured) {
   theta_ = theta;
   lag_ = std::exp(theta(kLogLag));
   rest_ = std::exp(-kStep / lag_);
   limit_ = theta(kLimitShare) * model_.acceleration_limit / radius_;
-  start(left_, given(0), measured(0));
-  start(right_, given(1), measured(1));
+  reset(left_, given(0), measured(0));
+  reset(right_, given(1), measured(1));
   sums_.fill({});
   samples_ = motion_ = acceleration_ = 0.0;
 }
 
-void DriveTrainFit::start(Wheel& wheel, double given, double measured) const {
+void DriveTrainFit::reset(Wheel& wheel, double given, double measured) const {
   wheel.speed = input(given);
   wheel.correction.setZero();
   wheel.filtered.setZero();

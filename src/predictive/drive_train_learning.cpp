@@ -76,18 +76,18 @@ void DriveTrainLearning::setTiming(const DriveTrainTiming& timing) {
   told_ = std::log(std::max(timing.lag, kShortestLag));
   theta_ << told_, 1.0, 1.0, 0.0;
   memory_.fill({});
-  forgetMotion();
+  resetMotion();
 }
 
 bool DriveTrainLearning::withdrawGain() {
-  forgetMotion();
+  resetMotion();
   if (theta_(kGainShare) == 1.0) return false;
   theta_(kGainShare) = 1.0;
   for (DriveTrainSums& kept : memory_) kept = kept.marginalised(kGainShare);
   return std::exchange(timing_.gain_share, 1.0) != 1.0;
 }
 
-void DriveTrainLearning::forgetMotion() {
+void DriveTrainLearning::resetMotion() {
   state_ = State::unknown;
   known_ = step_;
   reviewing_ = false;
@@ -182,7 +182,7 @@ WheelVector DriveTrainLearning::restingSpeed(std::size_t first, std::size_t& fir
 // ---- review
 
 void DriveTrainLearning::run(const DriveTrainVector& theta) {
-  fit_.start(bounded(theta), commands_[(change_.first - 1) % kCommands], change_.resting);
+  fit_.reset(bounded(theta), commands_[(change_.first - 1) % kCommands], change_.resting);
   change_.next_step = change_.first;
   change_.next_sample = change_.first_sample;
   change_.last_time = static_cast<double>(change_.first);
@@ -312,7 +312,7 @@ bool DriveTrainLearning::learnLimit() {
   return true;
 }
 
-/// Sets another acceleration limit [m/s^2], and forgets the share of the last one.
+/// Sets another acceleration limit [m/s^2], and resets the share of the last one.
 void DriveTrainLearning::setLimit(double limit) {
   timing_.acceleration_limit = limit;
   fit_.setAccelerationLimit(limit);

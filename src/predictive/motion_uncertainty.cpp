@@ -54,7 +54,7 @@ double MotionUncertainty::yawVariance(double believed, const BodyVector& velocit
   return factor * believed + square(ahead) + square(kYawPerTurn * velocity(kYaw)) * turn_ + turning_in;
 }
 
-void MotionUncertainty::forgetMotion() {
+void MotionUncertainty::resetMotion() {
   slip_.reset();
   wheels_ = gyro_ = {};
 }

@@ -99,7 +99,9 @@ SampleVerdict PredictiveController::observe(const Observation& observation) {
   believeMissing(observation_);
   observed_ = started_ = true;
   if (!first) return SampleVerdict::accepted;
-  start();
+  left_.reset(observation_.wheel_left);
+  right_.reset(observation_.wheel_right);
+  restart();
   return SampleVerdict::restarted;
 }
 
@@ -275,7 +277,7 @@ void PredictiveController::overrule(const WheelCommand& applied) {
   right_.overrule(applied.right);
   // Another source drives, so the robot does not count as standing at the hand-over.
   standstill_.largestCommand(false, applied, left().speed(), right().speed(), 1.0 / parameters_.action_rate);
-  drive_train_.forgetMotion();
+  drive_train_.resetMotion();
 }
 
 void PredictiveController::setTurnLimits(double acceleration, double deceleration) {
@@ -294,21 +296,15 @@ void PredictiveController::adoptGains(const PredictiveParameters& parameters) {
   traction_.setTurningCentre(parameters.turning_centre);
   slip_.setLearning(slipLearning(parameters, geometry_.track_range));
   drive_train_.setWheelVariance(parameters.wheel_variance);
-  if (!learnsDriveTrain()) drive_train_.forgetMotion();
+  if (!learnsDriveTrain()) drive_train_.resetMotion();
 }
 
 void PredictiveController::freezeLearning(bool frozen) {
   frozen_ = frozen;
-  if (!learnsDriveTrain()) drive_train_.forgetMotion();
+  if (!learnsDriveTrain()) drive_train_.resetMotion();
 }
 
-// ---- start
-
-void PredictiveController::start() {
-  left_.start(observation_.wheel_left);
-  right_.start(observation_.wheel_right);
-  restart();
-}
+// ---- restart
 
 void PredictiveController::restart() {
   left_.restart(observation_.wheel_left);
@@ -316,8 +312,8 @@ void PredictiveController::restart() {
   yaw_.reset(model_.on_box ? slipBelief().yawRate(observation_.wheel_left, observation_.wheel_right)
                            : observation_.yaw_rate);
   traction_.restart();
-  drive_train_.forgetMotion();
-  uncertainty_.forgetMotion();
+  drive_train_.resetMotion();
+  uncertainty_.resetMotion();
 }
 
 void PredictiveController::reset() {
@@ -336,7 +332,7 @@ void PredictiveController::reset() {
   restart();
 }
 
-void PredictiveController::forgetMotion() {
+void PredictiveController::resetMotion() {
   const SlipBelief slip = slip_;
   const DriveTrainLearning drive_train = drive_train_;
   const TractionBelief traction = traction_;

@@ -206,7 +206,7 @@ void RosController::starting(const ros::Time& time) {
   const WheelCommand driven = moving ? WheelCommand{turning.left, turning.right} : WheelCommand{};
   now_ = last_publication_ = wheels_taken_ = time.toSec();
   loop_->start(driven, now_);
-  odometry_->forgetMotion();
+  odometry_->resetMotion();
   first_update_ = true;
   commands_.read();  // discards earlier ones
   drive(driven);
@@ -235,7 +235,7 @@ void RosController::update(const ros::Time& time, const ros::Duration& period) {
 
 /// The loop notices by itself.
 void RosController::followClockBack(double now) {
-  odometry_->forgetMotion();
+  odometry_->resetMotion();
   imu_.reset();
   now_ = last_publication_ = now;
 }
@@ -245,7 +245,7 @@ void RosController::takeSettings(double now) {
   changes_.apply(*loop_, now);
   if (resets_.read()) {
     loop_->start({}, now);
-    odometry_->forgetMotion();
+    odometry_->resetMotion();
     first_update_ = true;
   }
 }

@@ -92,7 +92,7 @@ DriveLoop::DriveLoop(const DriveParameters& parameters, std::unique_ptr<Velocity
 
 void DriveLoop::start(const WheelCommand& driven, double now) {
   tell(now, StartInput{driven});
-  forget(now);
+  reset(now);
   clock_jumped_ = false;
   gate_.reset();
   gate_.follow(driven);
@@ -332,7 +332,7 @@ int DriveLoop::actionPeriodsDue(double now, std::int64_t boundary) {
   if (!schedule_.started()) schedule_.start(std::max(boundary, nanoseconds(now) - period));
   const std::uint64_t dropped = schedule_.droppedPeriods();
   const int periods = schedule_.actionPeriodsDue(boundary);
-  if (schedule_.droppedPeriods() != dropped) measurements_.resumeAfterStall(now);
+  if (schedule_.droppedPeriods() != dropped) measurements_.restartAfterStall(now);
   return periods;
 }
 
@@ -460,13 +460,13 @@ void DriveLoop::noteTime(double now) {
 
 void DriveLoop::restart(double now) {
   ++clock_resets_;
-  forget(now);
-  measurements_.forgetSensors();  // a simulation that restarts may have another robot
+  reset(now);
+  measurements_.resetSensors();  // a simulation that restarts may have another robot
   clock_jumped_ = true;
 }
 
-void DriveLoop::forget(double now) {
-  controller_->forgetMotion();
+void DriveLoop::reset(double now) {
+  controller_->resetMotion();
   measurements_.restart(now);
   schedule_.stop();
   phase_.reset();

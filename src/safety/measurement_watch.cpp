@@ -86,7 +86,7 @@ void MeasurementWatch::excludeImpossible(Observation& observation, double step) 
 StopCauses MeasurementWatch::causes(const SensorHealth& health, double now, bool at_rest) {
   if (parameters_.tolerance == LossTolerance::open_loop) return {};
   if (starting(health, now)) return lossCauses(health);
-  forgetSourcesThatCameBack(health);
+  resetReturnedSources(health);
 
   const bool on_box = parameters_.plant_model && parameters_.plant_model->on_box;
   const LossDecision decision =
@@ -116,7 +116,7 @@ bool MeasurementWatch::starting(const SensorHealth& health, double now) {
 }
 
 /// Findings about a source that has come back are obsolete.
-void MeasurementWatch::forgetSourcesThatCameBack(const SensorHealth& health) {
+void MeasurementWatch::resetReturnedSources(const SensorHealth& health) {
   const bool back = (imu_was_lost_ && !health.imu.lost()) || (wheels_were_lost_ && !health.wheels.lost());
   imu_was_lost_ = health.imu.lost();
   wheels_were_lost_ = health.wheels.lost();
@@ -168,10 +168,10 @@ double MeasurementWatch::share() const {
 
 void MeasurementWatch::reset() {
   if (monitor_) monitor_->reset();
-  forgetLosses();
+  resetLosses();
 }
 
-void MeasurementWatch::forgetLosses() {
+void MeasurementWatch::resetLosses() {
   imu_was_lost_ = wheels_were_lost_ = false;
   last_sight_ = 0.0;
   stalled_until_ = 0.0;
@@ -181,19 +181,19 @@ void MeasurementWatch::forgetLosses() {
 }
 
 void MeasurementWatch::restart(double now) {
-  resumeAfterStall(now);
+  restartAfterStall(now);
   started_ = false;
   first_source_ = 0.0;
 }
 
-void MeasurementWatch::forgetSensors() {
+void MeasurementWatch::resetSensors() {
   imu_at_rest_.reset();
   if (monitor_) monitor_->forgetEncoders();
 }
 
-void MeasurementWatch::resumeAfterStall(double now) {
+void MeasurementWatch::restartAfterStall(double now) {
   if (monitor_) monitor_->restart();
-  forgetLosses();
+  resetLosses();
   last_sight_ = now;
   stalled_until_ = now + kStallRecovery;
 }

@@ -150,10 +150,10 @@ class TractionBelief {
   double leastToCome(const Change& change) const;
   bool comesToItsWheels(const Change& change) const;
   void stand(double step);
-  void beginToRoll();
-  void beginToSlide(double speed, const Change& surprise);
-  void beginToStand();
-  void forgetPast();
+  void switchToRoll();
+  void switchToSlide(double speed, const Change& surprise);
+  void switchToStand();
+  void resetPast();
 
   static constexpr double kMahony = 0.75;     // 1/s, standard deviation of g
   static constexpr double kMadgwick = 2.0;    // m/s^3; that of a gain of 0.1

@@ -70,12 +70,12 @@ class DriveTrainLearning {
   /// Takes measured wheel speeds [rad/s]. @param step since the last ones [s]. Returns the new timing, if it changed.
   std::optional<DriveTrainTiming> correct(const WheelVector& measured, double step);
 
-  /// An encoder is excluded: as forgetMotion(), and withdraws the learned gain, which may have come from it. True if
+  /// An encoder is excluded: as resetMotion(), and withdraws the learned gain, which may have come from it. True if
   /// the timing changed.
   bool withdrawGain();
 
   /// Excludes the recent commands and motion from learning.
-  void forgetMotion();
+  void resetMotion();
 
   /// Sets a timing, with the weight of a configured one.
   void setTiming(const DriveTrainTiming& timing);

@@ -75,7 +75,7 @@ class MotionUncertainty {
   double yawVariance(double believed, const BodyVector& velocity, double ahead = 0.0) const;
 
   /// Forgets the motion; keeps what was learned about the ground.
-  void forgetMotion();
+  void resetMotion();
 
  private:
   /// Means of 2 F of a belief.
