@@ -4,11 +4,10 @@
 
 #include "jackal_aic/aic/sensor_reconstruction.hpp"
 #include "jackal_aic/model/drive_train.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
-
-constexpr double kLongestGap = 0.2;  // s; differences over a longer gap say nothing about the present derivatives
 
 /// Half the period of the sensors; without a plant model, of the action.
 double shortestGap(const ControllerParameters& controller, const std::optional<PlantModel>& model) {
@@ -41,7 +40,7 @@ ActiveInferenceController::ActiveInferenceController(const ControllerParameters&
       plant_model_(controller.printed ? std::nullopt : plant_model),
       kinematics_(geometry),
       inference_(GenerativeModel(controller, geometry), gainsOf(controller)),
-      sensors_(controller.orders, shortestGap(controller, plant_model), kLongestGap),
+      sensors_(controller.orders, shortestGap(controller, plant_model), thresholds::kGap),
       bound_(plant_model_, geometry.wheel_radius, controller.actionStep()),
       standstill_(plant_model_ ? std::make_optional<Standstill>() : std::nullopt) {}
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "jackal_aic/model/forgetting.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -15,7 +16,6 @@ constexpr double kLeastPart = 0.2;
 
 /// Time of constant speed at the limit after which the limit does not hold [s]; longer than any dead time. The mean
 /// over it decides: the noise of an encoder is as large as a change between two samples.
-constexpr double kStall = 0.3;
 
 constexpr double kLeastLimit = 0.3;            // lambda
 constexpr double kLimitMemory = 0.5;           // s at the limit
@@ -166,13 +166,15 @@ double WheelBelief::correct(double measurement, double added_variance) {
 }
 
 void WheelBelief::Ramp::add(double change, double expected_change, double step) {
-  const double kept = keptAfter(step, kStall);
+  const double kept = keptAfter(step, thresholds::kPatience);
   moved = kept * moved + change * expected_change;
   expected = kept * expected + expected_change * expected_change;
   time += step;
 }
 
-bool WheelBelief::stalled() const { return ramp_.time > kStall && ramp_.moved < kLeastPart * ramp_.expected; }
+bool WheelBelief::stalled() const {
+  return ramp_.time > thresholds::kPatience && ramp_.moved < kLeastPart * ramp_.expected;
+}
 
 void WheelBelief::learnTiming(double surprise, double part) {
   if (timing_decay_ == 0.0 || part == 0.0) return;

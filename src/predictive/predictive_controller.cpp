@@ -6,13 +6,10 @@
 #include <cmath>
 
 #include "jackal_aic/model/forgetting.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
-
-constexpr double kTurn = 1.0;       // rad/s; difference of the wheel speeds of a robot whose tyres slide
-constexpr double kStraight = 0.5;   // rad/s; largest of a straight drive
-constexpr double kTurnLasts = 0.3;  // s; after it, until motors have forgotten its load
 
 YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
   return {p.gyro_variance, p.yaw_process_noise, p.yaw_delay_deviation};
@@ -178,8 +175,8 @@ void PredictiveController::setTiming(const DriveTrainTiming& timing) {
 void PredictiveController::watchTurn() {
   if (model_.on_box) return;
   const double difference = std::abs(right().speed() - left().speed());
-  turning_ = std::max(difference, turning_ * keptAfter(observation_step_, kTurnLasts));
-  const double share = std::clamp((turning_ - kStraight) / (kTurn - kStraight), 0.0, 1.0);
+  turning_ = std::max(difference, turning_ * keptAfter(observation_step_, thresholds::kMotionMemory));
+  const double share = std::clamp(turning_ / thresholds::kMoving - 1.0, 0.0, 1.0);
   left_.setTurning(share);
   right_.setTurning(share);
 }

@@ -4,15 +4,14 @@
 #include <cmath>
 #include <utility>
 
+#include "jackal_aic/model/thresholds.hpp"
+
 namespace jackal_aic {
 namespace {
 
 /// Action periods that a late timer may catch up at once: 0.1 s at 50 Hz. Beyond that the measurements are too old to
 /// act on.
 constexpr int kMostPeriods = 5;
-
-/// Wheel speed above which a wheel counts as moving [rad/s], 0.05 m/s: its position then changes with every sample.
-constexpr double kMoving = 0.5;
 
 /// Shortest time without any set point after a start that counts as a pause [s]: a new subscriber needs a while to hear
 /// a publisher that sends already.
@@ -128,7 +127,7 @@ bool DriveLoop::receiveWheels(const SensorReading& reading, double now) {
   take(wheels_, parameters_.gate.deadlines.wheels, y.stamp, now);
   // Encoders at rest may repeat, on the move they may not.
   const WheelVector command = appliedCommand(now).vector();
-  const bool turns = std::max(std::abs(y.wheel_left), std::abs(y.wheel_right)) >= kMoving;
+  const bool turns = std::max(std::abs(y.wheel_left), std::abs(y.wheel_right)) >= thresholds::kMoving;
   const bool has_to_turn = command.cwiseAbs().maxCoeff() > WheelMonitor::kStiction;
   frozen_wheels_.update(now, reading.sample, reading.may_repeat || !(turns || has_to_turn));
   if (parameters_.motors_shared) motors_.apply(now, {y.wheel_left, y.wheel_right}, AppliedSource::wheels);
