@@ -25,13 +25,13 @@ constexpr double kOpposed = 0.8;        // Delta v_w by D of a body that does no
 constexpr double kStopped = 0.3;        // part of its speed that a body which was stopped may seem to have
 constexpr double kThrownBack = 1.3;     // of the speed, that a collision may take
 constexpr double kFastest = 3.0;        // m/s^2, of wheels that bring the body along
-constexpr double kScale = 0.1;            // of Delta v_w: scale of the accelerometer, and a body that pitches
+constexpr double kScale = 0.1;          // of Delta v_w: scale of the accelerometer, and a body that pitches
 constexpr double kCentre = 0.2;         // m, by which the centre of turning may lie elsewhere
 constexpr double kQuiet = 0.2;          // s, of constant speed of body and wheels
 constexpr double kTurnedBack = 0.4;     // s, in which a reversing turn passes zero
 constexpr double kLetGo = 0.4;          // s, in which a body that is let go comes to its wheels
 constexpr double kLongestSlide = 3.0;   // s; a longer slide is an error of the accelerometer
-constexpr double kSmallerOfTwo = 4.5;   // variance of noise / mean of half the smaller of two squares, doubled for doubt
+constexpr double kSmallerOfTwo = 4.5;  // variance of noise / mean of half the smaller of two squares, doubled for doubt
 constexpr double kMostColoured = 0.6;  // of rho
 // Attitude filters.
 constexpr double kPossible = 3.0;  // standard deviations of g

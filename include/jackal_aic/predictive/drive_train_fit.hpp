@@ -87,8 +87,8 @@ class DriveTrainFit {
   /// @param model gain, acceleration limit and integral of the velocity loop; @param wheel_radius r [m].
   DriveTrainFit(const PlantModel& model, double wheel_radius) : model_(model), radius_(wheel_radius) {}
 
-  /// Sets all to rest. @param theta to run with; @param given last effective commands [rad/s]; @param measured last wheel
-  /// speeds [rad/s].
+  /// Sets all to rest. @param theta to run with; @param given last effective commands [rad/s]; @param measured last
+  /// wheel speeds [rad/s].
   void reset(const DriveTrainVector& theta, const WheelVector& given, const WheelVector& measured);
 
   /// Advances by kStep. @param given mean effective commands in it [rad/s].
