@@ -173,7 +173,7 @@ belief_step, action_step: time between their updates [s]. euler: forward Euler i
 action_orders: highest order whose sensory error drives the action.)")
       .def("set_set_point", &Inference::setSetPoint, py::arg("mu_d"), "Desired state, shape (states,).")
       .def("observe", &Inference::observe, py::arg("y_tilde"), "Generalised measurement, shape (sensors, p+1).")
-      .def("seed_belief", &Inference::seedBelief, "Believes what the measurement says, with derivatives zero.")
+      .def("restart_belief", &Inference::restartBelief, "Believes what the measurement says, with derivatives zero.")
       .def("update_belief", &Inference::updateBelief, "One step of the belief.")
       .def(
           "update_action", [](Inference& c) { return Eigen::VectorXd(c.updateAction()); },

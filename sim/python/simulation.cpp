@@ -10,11 +10,11 @@
 #include "bindings.hpp"
 #include "injected_faults.hpp"
 #include "jackal_aic/aic/belief_update.hpp"
-#include "jackal_aic/certificate/state_space_model.hpp"
 #include "jackal_aic/config/yaml_text.hpp"
 #include "jackal_aic/faults/fault.hpp"
 #include "jackal_aic/safety/loop_odometry.hpp"
 #include "response_metrics.hpp"
+#include "state_space_model.hpp"
 
 namespace jackal_aic::python {
 namespace {

@@ -4,13 +4,13 @@
 #include <cmath>
 
 #include "jackal_aic/model/robot_range.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
 
 constexpr double kAccelerating = 0.2;  // of the limit; a wheel that accelerates less drives steadily
 constexpr double kMemory = 0.04;       // s, time constant of the measured acceleration
-constexpr double kRest = 0.2;          // rad/s
 
 }  // namespace
 
@@ -36,7 +36,7 @@ void ActionBound::observe(const Observation& observation, const ChannelValidity&
   wheels_[1].observe(observation.stamp, observation.wheel_right);
 }
 
-void ActionBound::forgetMeasurements() { wheels_ = {}; }
+void ActionBound::resetMeasurements() { wheels_ = {}; }
 
 void ActionBound::apply(const WheelVector& applied) {
   const WheelVector effective = applied.unaryExpr([this](double u) { return dead_zone_.effective(u); });
@@ -52,9 +52,9 @@ WheelVector ActionBound::bound(const WheelVector& action, const WheelVector& wan
   for (int i = 0; i < 2; ++i) {
     const Wheel& wheel = wheels_[static_cast<std::size_t>(i)];
     const bool accelerates = acceleratesTo(goal(i), wheel);
-    if (accelerates || (stop && std::abs(wheel.speed) > kRest)) {
+    if (accelerates || (stop && std::abs(wheel.speed) > thresholds::kRest)) {
       const int other = 1 - i;
-      const bool together = accelerates && std::abs(way(other)) > kRest;
+      const bool together = accelerates && std::abs(way(other)) > thresholds::kRest;
       const double end = action(i) + (together ? std::clamp(change(other) / way(other), 0.0, 1.0) : 1.0) * way(i);
       next(i) = std::clamp(next(i), std::min(action(i), end), std::max(action(i), end));
     }
@@ -76,7 +76,7 @@ WheelVector ActionBound::followable(const WheelVector& action, const WheelVector
   double largest_fall = std::numeric_limits<double>::infinity();
   if (stop) {
     const double moving = std::max(std::abs(wheels_[0].speed), std::abs(wheels_[1].speed));
-    largest_fall = std::max({kRest, moving, action.cwiseAbs().maxCoeff()}) * period_ / kShortestStop;
+    largest_fall = std::max({thresholds::kRest, moving, action.cwiseAbs().maxCoeff()}) * period_ / kShortestStop;
   }
   double part = 1.0;
   for (int i = 0; i < 2; ++i) {
@@ -90,7 +90,7 @@ WheelVector ActionBound::followable(const WheelVector& action, const WheelVector
 }
 
 void ActionBound::reset() {
-  forgetMeasurements();
+  resetMeasurements();
   followed_.setZero();
 }
 

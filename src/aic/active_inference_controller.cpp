@@ -4,11 +4,10 @@
 
 #include "jackal_aic/aic/sensor_reconstruction.hpp"
 #include "jackal_aic/model/drive_train.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
-
-constexpr double kLongestGap = 0.2;  // s; differences over a longer gap say nothing about the present derivatives
 
 /// Half the period of the sensors; without a plant model, of the action.
 double shortestGap(const ControllerParameters& controller, const std::optional<PlantModel>& model) {
@@ -41,7 +40,7 @@ ActiveInferenceController::ActiveInferenceController(const ControllerParameters&
       plant_model_(controller.printed ? std::nullopt : plant_model),
       kinematics_(geometry),
       inference_(GenerativeModel(controller, geometry), gainsOf(controller)),
-      sensors_(controller.orders, shortestGap(controller, plant_model), kLongestGap),
+      sensors_(controller.orders, shortestGap(controller, plant_model), thresholds::kGap),
       bound_(plant_model_, geometry.wheel_radius, controller.actionStep()),
       standstill_(plant_model_ ? std::make_optional<Standstill>() : std::nullopt) {}
 
@@ -52,8 +51,8 @@ SampleVerdict ActiveInferenceController::observe(const Observation& observation)
   if (!taken(verdict)) return verdict;
   inference_.observe(sensors_.measurement());
   if (verdict == SampleVerdict::restarted) {
-    bound_.forgetMeasurements();
-    inference_.seedBelief();  // the action continues from the driven command, which a gap does not affect
+    bound_.resetMeasurements();
+    inference_.restartBelief();  // the action continues from the driven command, which a gap does not affect
   }
   bound_.observe(*complete, observation.valid);
   return verdict;
@@ -84,7 +83,7 @@ double ActiveInferenceController::largestCommand(bool told_to_stand) {
 void ActiveInferenceController::hold(const WheelCommand& applied) { inference_.hold(applied.vector()); }
 
 void ActiveInferenceController::overrule(const WheelCommand& applied) {
-  inference_.seedBelief();
+  inference_.restartBelief();
   bound_.apply(inference_.action());
   hold(applied);
   // Another source drives, so the robot does not count as standing at the hand-over.
@@ -111,7 +110,7 @@ bool ActiveInferenceController::setSetPoint(const SetPoint& set_point) {
 }
 
 void ActiveInferenceController::restart() {
-  inference_.seedBelief();
+  inference_.restartBelief();
   hold({});
 }
 

@@ -12,12 +12,10 @@
 namespace jackal_aic {
 namespace {
 
-constexpr int kMostSweeps = 100;    // of the scaling; a handful suffices
 constexpr double kWorthIt = 0.95;   // a scaling that shortens row and column by less is left
 constexpr double kEnough = 1e-10;   // relative uncertainty that needs no more precision
 constexpr double kOuterRing = 0.9;  // eigenvalues of less than this part of the radius do not count
 constexpr double kDoubt = 1e-6;     // distance to a limit, relative, within which the radius needs a bound
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 template <class Real>
 using Square = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
@@ -50,7 +48,7 @@ double isolated(Eigen::MatrixXd& map) {
 /// The map with its states scaled by powers of two, so that each row is as long as its column.
 Eigen::MatrixXd balanced(Eigen::MatrixXd map) {
   bool changed = true;
-  for (int sweep = 0; changed && sweep < kMostSweeps; ++sweep) {
+  while (changed) {
     changed = false;
     for (Eigen::Index i = 0; i < map.rows(); ++i) {
       const double diagonal = std::exchange(map(i, i), 0.0);
@@ -92,10 +90,10 @@ SpectralRadius radiusWithBound(const Square<Real>& map) {
   using Complex = std::complex<Real>;
   const Eigen::Index n = map.rows();
   const Eigen::RealSchur<Square<Real>> real(map, false);
-  if (real.info() != Eigen::Success) return {kInfinity, kInfinity};
+  if (real.info() != Eigen::Success) return {HUGE_VAL, HUGE_VAL};
   Eigen::ComplexSchur<Square<Complex>> schur(n);
   schur.computeFromHessenberg(real.matrixT().template cast<Complex>(), Square<Complex>::Identity(n, n), false);
-  if (schur.info() != Eigen::Success) return {kInfinity, kInfinity};
+  if (schur.info() != Eigen::Success) return {HUGE_VAL, HUGE_VAL};
   const Square<Complex> T = schur.matrixT();
 
   const Real rounding = std::numeric_limits<Real>::epsilon() * map.norm();
@@ -116,7 +114,7 @@ SpectralRadius radiusWithBound(const Square<Real>& map) {
 }  // namespace
 
 SpectralRadius spectralRadiusOf(const Eigen::MatrixXd& map) {
-  if (!map.allFinite()) return {kInfinity, kInfinity};
+  if (!map.allFinite()) return {HUGE_VAL, HUGE_VAL};
   Eigen::MatrixXd scaled = map;
   const double alone = isolated(scaled);
   if (scaled.size() == 0) return {alone, 0.0};
@@ -136,7 +134,7 @@ SpectralRadius spectralRadiusOf(const Eigen::MatrixXd& map) {
 }
 
 double spectralRadiusBeside(double limit, const Eigen::MatrixXd& map) {
-  if (!map.allFinite()) return kInfinity;
+  if (!map.allFinite()) return HUGE_VAL;
   Eigen::MatrixXd driven = map;
   double radius = isolated(driven);
   if (driven.size() > 0) {

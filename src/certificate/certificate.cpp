@@ -5,30 +5,46 @@
 #include <algorithm>
 #include <cmath>
 
-#include "jackal_aic/certificate/boundary.hpp"
-
 namespace jackal_aic {
 namespace {
 
-constexpr double kSmallestGainFactor = 1e-3;
 constexpr double kGainStep = 1.2;       // factor on the gain from one point of the walk to the next
 constexpr double kDelayStep = 0.25;     // action periods of extra dead time, at first
 constexpr double kDelayGrowth = 1.1;    // of that, so that long delays are soon reached
+constexpr int kHalvings = 20;           // of the step in which it changes
 constexpr int kMostExtraPeriods = 250;  // action periods, which bound the size of the map
 
+/// Last point before the verdict changes on the way from `start` along next(x) to `end`; `none` if it does not change.
+template <class Stable, class Next>
+double boundary(const Stable& stable, double start, double end, double none, const Next& next) {
+  const bool at_start = stable(start);
+  for (double before = start; before != end;) {
+    double after = end > start ? std::min(next(before), end) : std::max(next(before), end);
+    if (stable(after) == at_start) {
+      before = after;
+      continue;
+    }
+    for (int i = 0; i < kHalvings; ++i) {
+      const double middle = 0.5 * (before + after);
+      (stable(middle) == at_start ? before : after) = middle;
+    }
+    return before;
+  }
+  return none;
+}
+
 /// Factor on the gain at which the verdict changes on the way from 1 to `end`; `none` if it does not.
-double gainBoundary(const LineTest& stable, double end, double none) {
+template <class Stable>
+double gainBoundary(const Stable& stable, double end, double none) {
   const double ratio = end > 1.0 ? kGainStep : 1.0 / kGainStep;
-  const auto boundary = findBoundary(stable, 1.0, end, [&](double factor) { return ratio * factor; });
-  return boundary ? boundary->before : none;
+  return boundary(stable, 1.0, end, none, [&](double factor) { return ratio * factor; });
 }
 
 /// Extra dead time [s] at which the verdict changes on the way from 0 to `end`; `end` if it does not.
-double delayBoundary(const LineTest& stable, double action_period, double end) {
-  if (end == 0.0) return 0.0;
+template <class Stable>
+double delayBoundary(const Stable& stable, double action_period, double end) {
   const double stride = std::copysign(kDelayStep * action_period, end);
-  const auto boundary = findBoundary(stable, 0.0, end, [&](double extra) { return kDelayGrowth * extra + stride; });
-  return boundary ? boundary->before : end;
+  return boundary(stable, 0.0, end, end, [&](double extra) { return kDelayGrowth * extra + stride; });
 }
 
 ModeCertificate certifyMode(const LinearLoop& loop, LoopMode mode) {
@@ -36,10 +52,10 @@ ModeCertificate certifyMode(const LinearLoop& loop, LoopMode mode) {
   ModeCertificate certificate;
   certificate.spectral_radius = radius.upper();
   certificate.radius_uncertainty = 2.0 * radius.uncertainty;
-  const LineTest at_gain = [&](double factor) { return loop.stable(mode, {factor, 0.0}); };
-  const LineTest at_delay = [&](double extra) { return loop.stable(mode, {1.0, extra}); };
+  const auto at_gain = [&](double factor) { return loop.stable(mode, {factor, 0.0}); };
+  const auto at_delay = [&](double extra) { return loop.stable(mode, {1.0, extra}); };
   const double shorter = delayBoundary(at_delay, loop.actionPeriod(), -loop.robot().dead_time);
-  certificate.gain_reduction = gainBoundary(at_gain, kSmallestGainFactor, 0.0);
+  certificate.gain_reduction = gainBoundary(at_gain, 1.0 / kLargestGainMargin, 0.0);
   if (radius.upper() < kStabilityLimit) {
     certificate.gain_margin = gainBoundary(at_gain, kLargestGainMargin, kLargestGainMargin);
     certificate.delay_margin = delayBoundary(at_delay, loop.actionPeriod(), largestDelayMargin(loop));
@@ -88,7 +104,7 @@ std::string remedy(const Certificate& certificate, const LinearLoop& loop) {
       return fmt::format("kappa_a = {:.3g} is too large: stable below {:.3g}", loop.actionGain(),
                          certificate.gain_margin * loop.actionGain());
     }
-    return fmt::format("no kappa_a from {:.3g} to {:.3g} is stable{}", kSmallestGainFactor * loop.actionGain(),
+    return fmt::format("no kappa_a from {:.3g} to {:.3g} is stable{}", 1.0 / kLargestGainMargin * loop.actionGain(),
                        loop.actionGain(), stable.empty() ? ", nor a shorter dead time" : "; stable " + stable);
   }
   if (stable.empty() && certificate.gain_margin > 0.0) {

@@ -21,7 +21,6 @@ using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMostActionSteps = 50;                                         // of a common period
 constexpr std::int64_t kTick = 1000000;                                      // inner step of the predictive belief [ns]
 constexpr int kSpeed = 0, kCorrection = 1, kDisturbance = 2, kMeasured = 3;  // states of a predictive controller
@@ -344,7 +343,7 @@ double LinearLoop::longestPhase() const { return std::min(1.0 / robot_.sensor_ra
 /// Largest over a grid of phases, and between the neighbours of its largest value where that is close to the limit of
 /// stability, so that the verdict does not depend on the grid. @param enough radius at which the search ends.
 LinearLoop::WorstPhase LinearLoop::worstPhase(LoopMode mode, LoopChange change, double enough) const {
-  WorstPhase worst{-kInfinity, 0.0};
+  WorstPhase worst{-HUGE_VAL, 0.0};
   const auto look = [&](double phase) {
     if (worst.radius >= enough || phase < 0.0 || phase > longestPhase()) return;
     change.phase = phase;
@@ -364,7 +363,7 @@ LinearLoop::WorstPhase LinearLoop::worstPhase(LoopMode mode, LoopChange change, 
 
 SpectralRadius LinearLoop::worstSpectralRadius(LoopMode mode, const LoopChange& change) const {
   LoopChange worst = change;
-  worst.phase = worstPhase(mode, change, kInfinity).phase;
+  worst.phase = worstPhase(mode, change, HUGE_VAL).phase;
   return spectralRadiusOf(periodMap(mode, worst));
 }
 

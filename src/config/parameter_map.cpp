@@ -26,16 +26,10 @@ std::string range(Bounds bounds, const char* unit) {
   return fmt::format("[{:.10g}, {:.10g}]{}{}", bounds.low, bounds.high, *unit == '\0' ? "" : " ", unit);
 }
 
-const double* asNumber(const ParameterValue& value, double& storage) {
-  if (const auto* real = std::get_if<double>(&value)) {
-    storage = *real;
-    return &storage;
-  }
-  if (const auto* whole = std::get_if<std::int64_t>(&value)) {
-    storage = static_cast<double>(*whole);
-    return &storage;
-  }
-  return nullptr;
+std::optional<double> asNumber(const ParameterValue& value) {
+  if (const auto* real = std::get_if<double>(&value)) return *real;
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
+  return std::nullopt;
 }
 
 void checkRange(const std::string& key, double value, Bounds bounds, const char* unit) {
@@ -138,28 +132,28 @@ const ParameterValue* ParameterReader::lookup(const char* name, Presence presenc
   return value;
 }
 
+void ParameterReader::refuse(const char* name, const ParameterValue& given, const std::string& expectation) const {
+  throw ParameterError(key(name) + " = " + describe(given) + ": expected " + expectation);
+}
+
 void ParameterReader::field(const char* name, double& value, Bounds bounds, const char* unit, Presence presence) {
   const std::string expectation = "a number in " + range(bounds, unit);
   const ParameterValue* given = lookup(name, presence, expectation);
   if (given == nullptr) return;
-  double real = 0.0;
-  if (asNumber(*given, real) == nullptr) {
-    throw ParameterError(key(name) + " = " + describe(*given) + ": expected " + expectation);
-  }
-  checkRange(key(name), real, bounds, unit);
-  value = real;
+  const std::optional<double> real = asNumber(*given);
+  if (!real) refuse(name, *given, expectation);
+  checkRange(key(name), *real, bounds, unit);
+  value = *real;
 }
 
 void ParameterReader::field(const char* name, int& value, Bounds bounds, const char* unit, Presence presence) {
   const std::string expectation = "a whole number in " + range(bounds, unit);
   const ParameterValue* given = lookup(name, presence, expectation);
   if (given == nullptr) return;
-  double real = 0.0;
-  if (asNumber(*given, real) == nullptr || real != std::floor(real)) {
-    throw ParameterError(key(name) + " = " + describe(*given) + ": expected " + expectation);
-  }
-  checkRange(key(name), real, bounds, unit);
-  value = static_cast<int>(real);
+  const std::optional<double> real = asNumber(*given);
+  if (!real || *real != std::floor(*real)) refuse(name, *given, expectation);
+  checkRange(key(name), *real, bounds, unit);
+  value = static_cast<int>(*real);
 }
 
 void ParameterReader::field(const char* name, std::uint64_t& value, const char* unit, Presence presence) {
@@ -167,9 +161,7 @@ void ParameterReader::field(const char* name, std::uint64_t& value, const char* 
   const ParameterValue* given = lookup(name, presence, expectation);
   if (given == nullptr) return;
   const auto* whole = std::get_if<std::int64_t>(given);
-  if (whole == nullptr || *whole < 0) {
-    throw ParameterError(key(name) + " = " + describe(*given) + ": expected " + expectation);
-  }
+  if (whole == nullptr || *whole < 0) refuse(name, *given, expectation);
   value = static_cast<std::uint64_t>(*whole);
 }
 
@@ -177,7 +169,7 @@ void ParameterReader::field(const char* name, bool& value, Presence presence) {
   const ParameterValue* given = lookup(name, presence, "true or false");
   if (given == nullptr) return;
   const auto* flag = std::get_if<bool>(given);
-  if (flag == nullptr) throw ParameterError(key(name) + " = " + describe(*given) + ": expected true or false");
+  if (flag == nullptr) refuse(name, *given, "true or false");
   value = *flag;
 }
 
@@ -185,9 +177,8 @@ void ParameterReader::field(const char* name, std::string& value, Presence prese
   const ParameterValue* given = lookup(name, presence, "a text");
   if (given == nullptr) return;
   const auto* text = std::get_if<std::string>(given);
-  if (text == nullptr || (text->empty() && !value.empty())) {  // what may be left out may be empty
-    throw ParameterError(key(name) + " = " + describe(*given) + ": expected a text that is not empty");
-  }
+  if (text == nullptr || (text->empty() && !value.empty()))
+    refuse(name, *given, "a text that is not empty");  // what may be left out may be empty
   value = *text;
 }
 
@@ -195,9 +186,7 @@ void ParameterReader::field(const char* name, std::vector<std::string>& value, P
   const ParameterValue* given = lookup(name, presence, "a list of words");
   if (given == nullptr) return;
   const auto* words = std::get_if<std::vector<std::string>>(given);
-  if (words == nullptr || words->empty()) {
-    throw ParameterError(key(name) + " = " + describe(*given) + ": expected a list of words that is not empty");
-  }
+  if (words == nullptr || words->empty()) refuse(name, *given, "a list of words that is not empty");
   value = *words;
 }
 
@@ -207,9 +196,7 @@ void ParameterReader::field(const char* name, std::vector<double>& value, Bounds
   const ParameterValue* given = lookup(name, presence, expectation);
   if (given == nullptr) return;
   const auto* numbers = std::get_if<std::vector<double>>(given);
-  if (numbers == nullptr || numbers->empty() || numbers->size() > max_size) {
-    throw ParameterError(key(name) + " = " + describe(*given) + ": expected " + expectation);
-  }
+  if (numbers == nullptr || numbers->empty() || numbers->size() > max_size) refuse(name, *given, expectation);
   for (std::size_t i = 0; i < numbers->size(); ++i) {
     checkRange(fmt::format("{}[{}]", key(name), i), (*numbers)[i], bounds, unit);
   }
@@ -224,7 +211,7 @@ int ParameterReader::choice(const char* name, const std::vector<std::string>& wo
   for (std::size_t i = 0; text != nullptr && i < words.size(); ++i) {
     if (*text == words[i]) return static_cast<int>(i);
   }
-  throw ParameterError(key(name) + " = " + describe(*given) + ": expected " + expectation);
+  refuse(name, *given, expectation);
 }
 
 }  // namespace jackal_aic

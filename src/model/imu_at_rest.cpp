@@ -5,13 +5,14 @@
 
 #include "jackal_aic/model/forgetting.hpp"
 #include "jackal_aic/model/gravity.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
 
 /// Share of a sample in a mean over the time so far, and at most over the memory.
 double shareOf(double step, double& time) {
-  time = std::min(time + step, ImuAtRest::kMemory);
+  time = std::min(time + step, thresholds::kSensorMemory);
   return time > 0.0 ? step / time : 0.0;
 }
 
@@ -19,15 +20,15 @@ double shareOf(double step, double& time) {
 
 void ImuAtRest::calibrate(Observation& observation, double step) {
   watchWheels(observation, step);
-  if (rested_ > kSettling) learn(observation, step);
+  if (rested_ > thresholds::kPatience) learn(observation, step);
   observation.yaw_rate = withoutBias(observation.yaw_rate);
   if (accelerometerWrong()) observation.valid.acceleration = false;
 }
 
 void ImuAtRest::watchWheels(const Observation& y, double step) {
-  if (y.valid.wheel_left) average(wheels_(0), y.wheel_left, step, kWheelMemory);
-  if (y.valid.wheel_right) average(wheels_(1), y.wheel_right, step, kWheelMemory);
-  if (wheels_.cwiseAbs().maxCoeff() > kRestSpeed) rested_ = 0.0;
+  if (y.valid.wheel_left) average(wheels_(0), y.wheel_left, step, thresholds::kMotionMemory);
+  if (y.valid.wheel_right) average(wheels_(1), y.wheel_right, step, thresholds::kMotionMemory);
+  if (wheels_.cwiseAbs().maxCoeff() > thresholds::kRest) rested_ = 0.0;
 }
 
 void ImuAtRest::learn(const Observation& y, double step) {

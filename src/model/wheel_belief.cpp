@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "jackal_aic/model/forgetting.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -15,7 +16,6 @@ constexpr double kLeastPart = 0.2;
 
 /// Time of constant speed at the limit after which the limit does not hold [s]; longer than any dead time. The mean
 /// over it decides: the noise of an encoder is as large as a change between two samples.
-constexpr double kStall = 0.3;
 
 constexpr double kLeastLimit = 0.3;            // lambda
 constexpr double kLimitMemory = 0.5;           // s at the limit
@@ -44,7 +44,7 @@ void WheelBelief::setDriveTrain(const PlantModel& model, double wheel_radius) {
   drive_train_ = DriveTrain(model, wheel_radius);
   // The effect of the other gain was a disturbance before.
   x_(kDisturbance) -= (drive_train_.gain() - gain) * commands_.acting();
-  if (drive_train_.limit() != limit) forgetLimit();
+  if (drive_train_.limit() != limit) resetLimit();
   commands_.setDeadTime(model.dead_time);
   // w is uncertain by its change in the difference of the dead times.
   const double late = (static_cast<double>(commands_.delay()) - before) * kStep * rate_;
@@ -77,10 +77,10 @@ void WheelBelief::reset(double speed) {
   limit_curvature_ = 0.0;
   timing_share_ = 1.0;
   timing_curvature_ = kTimingCurvature;
-  seed(speed);
+  restart(speed);
 }
 
-void WheelBelief::seed(double speed) {
+void WheelBelief::restart(double speed) {
   x_ << speed, 0.0, 0.0, 0.0;
   P_.setZero();
   P_(kSpeed, kSpeed) = parameters_.measurement_variance;
@@ -122,10 +122,10 @@ void WheelBelief::widenTiming() {
   const double least = timing_share_ * (change - std::clamp(change, -quiet_, quiet_));
   double& variance = P_(kTiming, kTiming);
   variance = std::max(variance, least * least);
-  if (variance < kNoTiming) forgetTiming();
+  if (variance < kNoTiming) resetTiming();
 }
 
-void WheelBelief::forgetTiming() {
+void WheelBelief::resetTiming() {
   x_(kTiming) = 0.0;
   P_.row(kTiming).setZero();
   P_.col(kTiming).setZero();
@@ -142,7 +142,7 @@ double WheelBelief::correct(double measurement, double added_variance) {
     P_(kSpeed, kSpeed) += limit_doubt_ * limit_doubt_;
     learnLimit(measurement - measured_);
   } else if (limited_steps_ >= 2 * steps_) {
-    forgetLimit();
+    resetLimit();
   }
   measured_ = measurement;
   steps_ = 0;
@@ -156,7 +156,7 @@ double WheelBelief::correct(double measurement, double added_variance) {
   x_ += moved / S * PC;
   lagged_ += moved / S * PC(kSpeed);  // a correction is not a motion
   P_ -= PC * PC.transpose() / S;
-  if (timing_decay_ == 0.0) forgetTiming();
+  if (timing_decay_ == 0.0) resetTiming();
   gain_ = parameters_.learning_rate / S * PC.head<3>();
   corrected_ = speed();
 
@@ -166,13 +166,15 @@ double WheelBelief::correct(double measurement, double added_variance) {
 }
 
 void WheelBelief::Ramp::add(double change, double expected_change, double step) {
-  const double kept = keptAfter(step, kStall);
+  const double kept = keptAfter(step, thresholds::kPatience);
   moved = kept * moved + change * expected_change;
   expected = kept * expected + expected_change * expected_change;
   time += step;
 }
 
-bool WheelBelief::stalled() const { return ramp_.time > kStall && ramp_.moved < kLeastPart * ramp_.expected; }
+bool WheelBelief::stalled() const {
+  return ramp_.time > thresholds::kPatience && ramp_.moved < kLeastPart * ramp_.expected;
+}
 
 void WheelBelief::learnTiming(double surprise, double part) {
   if (timing_decay_ == 0.0 || part == 0.0) return;
@@ -190,7 +192,7 @@ double WheelBelief::limitDeviation() const {
 
 /// A wheel that does not ramp as expected shows a wrong belief, not a slow motor. The learned limit would keep the
 /// belief ramping, and hide that the disturbance is wrong.
-void WheelBelief::forgetLimit() {
+void WheelBelief::resetLimit() {
   limit_curvature_ = 0.0;
   limit_share_ = 1.0;
 }
@@ -201,7 +203,7 @@ void WheelBelief::learnLimit(double moved) {
   const double time = static_cast<double>(steps_) * kStep;
   const double most = std::copysign(drive_train_.limit() * time, rate_),
                variance = 2.0 * parameters_.measurement_variance;
-  if (moved * most < kLeastPart * most * most) return forgetLimit();
+  if (moved * most < kLeastPart * most * most) return resetLimit();
   limit_curvature_ = limit_curvature_ * std::exp(-time / kLimitMemory) + most * most / variance;
   const double deviation = limitDeviation();
   limit_share_ += deviation * deviation * most * (moved - limit_share_ * most) / variance;

@@ -1,10 +1,11 @@
 #include "jackal_aic/odometry/odometry.hpp"
 
+#include "jackal_aic/model/thresholds.hpp"
+
 namespace jackal_aic {
 namespace {
 
-constexpr double kRounding = 1e-9;  // s
-constexpr double kLongest = 1.0;    // s; the motion in a stall or clock jump is unknown
+constexpr double kLongest = 1.0;  // s; the motion in a stall or clock jump is unknown
 
 }  // namespace
 
@@ -16,10 +17,11 @@ void Odometry::observe(const Observation& observation) {
 }
 
 void Odometry::advance(const WheelCommand& applied, double duration) {
-  if (!(duration >= 0.0 && duration <= kLongest)) return forgetMotion();
+  if (!(duration >= 0.0 && duration <= kLongest)) return resetMotion();
   if (own_) {
     own_->overrule(applied);
-    for (left_over_ += duration; left_over_ + kRounding >= own_->beliefStep(); left_over_ -= own_->beliefStep()) {
+    for (left_over_ += duration; left_over_ + thresholds::kRounding >= own_->beliefStep();
+         left_over_ -= own_->beliefStep()) {
       own_->updateBelief();
     }
   }
@@ -33,8 +35,8 @@ PlanarMotion Odometry::motion() const {
   return {velocity(kForward), velocity(kYaw), belief_->motionCovariance()};
 }
 
-void Odometry::forgetMotion() {
-  if (own_) own_->forgetMotion();
+void Odometry::resetMotion() {
+  if (own_) own_->resetMotion();
   left_over_ = 0.0;
   last_ = {};
 }

@@ -5,19 +5,18 @@
 
 #include "jackal_aic/model/forgetting.hpp"
 #include "jackal_aic/model/square.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
 
-constexpr double kSurprise = 9.0;  // of 2 F, in multiples of its mean: one outlier is not the noise of a second
-constexpr double kTurn = 0.1;      // rad/s; least turn to learn from
-constexpr double kSteady = 0.01;   // m/s; largest difference of the slips of a body that has followed its wheels
+constexpr double kSteady = 0.01;  // m/s; largest difference of the slips of a body that has followed its wheels
 
 }  // namespace
 
 void MotionUncertainty::Innovations::learn(double free_energy, double step) {
   const double value = std::min(2.0 * free_energy, kLargestFactor);
-  average(mean, std::min(value, kSurprise * mean), step, kMemory);
+  average(mean, std::min(value, square(thresholds::kSure) * mean), step, thresholds::kNoiseMemory);
   average(lately, value, step, kShortMemory);
 }
 
@@ -27,19 +26,21 @@ double MotionUncertainty::Innovations::factor() const {
 
 void MotionUncertainty::predict(double left_acceleration, double right_acceleration, double step) {
   if (on_box_) return;
-  slip_.predict(wheel_radius_ * left_acceleration, wheel_radius_ * right_acceleration, step);
+  // T ds/dt = T dv/dt − s of each side, by the implicit Euler step
+  const WheelVector faster = step * wheel_radius_ * WheelVector(left_acceleration, right_acceleration);
+  slip_ = keptAfter(step, kSlipTime) * (slip_ + faster);
 }
 
 void MotionUncertainty::learnTurn(double yaw_rate, double usual, double step) {
-  if (on_box_ || std::abs(usual) < kTurn || std::abs(slip_.difference()) > kSteady) return;
+  if (on_box_ || std::abs(usual) < thresholds::kTurning || std::abs(slip_(1) - slip_(0)) > kSteady) return;
   const double deviation = std::abs(yaw_rate / usual - 1.0);
-  average(turn_, deviation > kUsualTurn ? square(deviation) : 0.0, step, kTurnMemory);
+  average(turn_, deviation > kUsualTurn ? square(deviation) : 0.0, step, thresholds::kSensorMemory);
 }
 
 double MotionUncertainty::forwardVariance(double believed, const BodyVector& velocity, double ahead) const {
   const double factor = wheels_.factor();
   if (on_box_) return factor * believed + square(ahead);
-  const double slip = square(std::max(1.0, factor)) * slip_.variance();
+  const double slip = square(std::max(1.0, factor)) * 0.5 * slip_.squaredNorm();
   const double centre = square(kCentreDeviation) + square(kCentrePerTurn) * turn_;  // c² = c₀² + l² q²
   // φ P + φ² ½ (s_L² + s_R²) + Δẋ² + c² θ̇² + ρ² ẋ²
   return factor * believed + slip + square(ahead) + centre * square(velocity(kYaw)) +
@@ -49,13 +50,13 @@ double MotionUncertainty::forwardVariance(double believed, const BodyVector& vel
 double MotionUncertainty::yawVariance(double believed, const BodyVector& velocity, double ahead) const {
   if (on_box_) return wheels_.factor() * believed + square(ahead);
   const double factor = gyro_.factor();
-  const double turning_in = std::max(0.0, square(factor) - 1.0) * square(kTurnIn * slip_.difference() / track_);
+  const double turning_in = std::max(0.0, square(factor) - 1.0) * square(kTurnIn * (slip_(1) - slip_(0)) / track_);
   // φ P + Δθ̇² + (m q θ̇)² + (φ² − 1) (k (s_R − s_L)/b̂)²
   return factor * believed + square(ahead) + square(kYawPerTurn * velocity(kYaw)) * turn_ + turning_in;
 }
 
-void MotionUncertainty::forgetMotion() {
-  slip_.reset();
+void MotionUncertainty::resetMotion() {
+  slip_.setZero();
   wheels_ = gyro_ = {};
 }
 

@@ -6,13 +6,10 @@
 #include <cmath>
 
 #include "jackal_aic/model/forgetting.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
-
-constexpr double kTurn = 1.0;       // rad/s; difference of the wheel speeds of a robot whose tyres slide
-constexpr double kStraight = 0.5;   // rad/s; largest of a straight drive
-constexpr double kTurnLasts = 0.3;  // s; after it, until motors have forgotten its load
 
 YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
   return {p.gyro_variance, p.yaw_process_noise, p.yaw_delay_deviation};
@@ -99,7 +96,9 @@ SampleVerdict PredictiveController::observe(const Observation& observation) {
   believeMissing(observation_);
   observed_ = started_ = true;
   if (!first) return SampleVerdict::accepted;
-  start();
+  left_.reset(observation_.wheel_left);
+  right_.reset(observation_.wheel_right);
+  restart();
   return SampleVerdict::restarted;
 }
 
@@ -176,8 +175,8 @@ void PredictiveController::setTiming(const DriveTrainTiming& timing) {
 void PredictiveController::watchTurn() {
   if (model_.on_box) return;
   const double difference = std::abs(right().speed() - left().speed());
-  turning_ = std::max(difference, turning_ * keptAfter(observation_step_, kTurnLasts));
-  const double share = std::clamp((turning_ - kStraight) / (kTurn - kStraight), 0.0, 1.0);
+  turning_ = std::max(difference, turning_ * keptAfter(observation_step_, thresholds::kMotionMemory));
+  const double share = std::clamp(turning_ / thresholds::kMoving - 1.0, 0.0, 1.0);
   left_.setTurning(share);
   right_.setTurning(share);
 }
@@ -275,7 +274,7 @@ void PredictiveController::overrule(const WheelCommand& applied) {
   right_.overrule(applied.right);
   // Another source drives, so the robot does not count as standing at the hand-over.
   standstill_.largestCommand(false, applied, left().speed(), right().speed(), 1.0 / parameters_.action_rate);
-  drive_train_.forgetMotion();
+  drive_train_.resetMotion();
 }
 
 void PredictiveController::setTurnLimits(double acceleration, double deceleration) {
@@ -294,21 +293,15 @@ void PredictiveController::adoptGains(const PredictiveParameters& parameters) {
   traction_.setTurningCentre(parameters.turning_centre);
   slip_.setLearning(slipLearning(parameters, geometry_.track_range));
   drive_train_.setWheelVariance(parameters.wheel_variance);
-  if (!learnsDriveTrain()) drive_train_.forgetMotion();
+  if (!learnsDriveTrain()) drive_train_.resetMotion();
 }
 
 void PredictiveController::freezeLearning(bool frozen) {
   frozen_ = frozen;
-  if (!learnsDriveTrain()) drive_train_.forgetMotion();
+  if (!learnsDriveTrain()) drive_train_.resetMotion();
 }
 
-// ---- start
-
-void PredictiveController::start() {
-  left_.start(observation_.wheel_left);
-  right_.start(observation_.wheel_right);
-  restart();
-}
+// ---- restart
 
 void PredictiveController::restart() {
   left_.restart(observation_.wheel_left);
@@ -316,8 +309,8 @@ void PredictiveController::restart() {
   yaw_.reset(model_.on_box ? slipBelief().yawRate(observation_.wheel_left, observation_.wheel_right)
                            : observation_.yaw_rate);
   traction_.restart();
-  drive_train_.forgetMotion();
-  uncertainty_.forgetMotion();
+  drive_train_.resetMotion();
+  uncertainty_.resetMotion();
 }
 
 void PredictiveController::reset() {
@@ -336,7 +329,7 @@ void PredictiveController::reset() {
   restart();
 }
 
-void PredictiveController::forgetMotion() {
+void PredictiveController::resetMotion() {
   const SlipBelief slip = slip_;
   const DriveTrainLearning drive_train = drive_train_;
   const TractionBelief traction = traction_;

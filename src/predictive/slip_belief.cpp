@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include "jackal_aic/model/forgetting.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
 
 constexpr double kCertainTurn = 5.0;  // least difference of the wheel speeds to learn from, standard deviations of it
-constexpr double kErrorMemory = 1.0;  // over which the error of the believed difference is averaged [s]
 constexpr double kBodyComes = 2.0;    // deviations of the yaw's delay, in which the body comes after its wheels
 
 }  // namespace
@@ -64,7 +64,7 @@ WheelCommand SlipBelief::wheelSpeeds(double forward, double yaw_rate) const {
 double SlipBelief::uncertainty(const WheelDifference& n) const { return std::max(n.variance, error_variance_); }
 
 bool SlipBelief::turns(const WheelDifference& n, double step) {
-  average(error_variance_, n.error * n.error, step, kErrorMemory);
+  average(error_variance_, n.error * n.error, step, thresholds::kNoiseMemory);
   return std::abs(n.value) > std::max(learning_.excitation, kCertainTurn * std::sqrt(uncertainty(n)));
 }
 
@@ -95,14 +95,14 @@ void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double st
 
 /// In a turn by the mean of a second: single samples of a gyro that is wrong agree by their noise.
 bool SlipBelief::agrees(double yaw_rate, double x, double v, double step) {
-  if (std::abs(x) <= TurnModel::kTurn) return turn_.plausible(yaw_rate, x, v);
+  if (std::abs(x) <= thresholds::kSlow) return turn_.plausible(yaw_rate, x, v);
   const double asked = x * configured_.slip_factor / configured_.effective_track;
   agreement_.update(yaw_rate, asked, step);
   return turn_.plausible(agreement_.value() * asked, x, v);
 }
 
 void SlipBelief::keep(const WheelDifference& n, double step) {
-  if (std::abs(radius_ * n.value) > TurnModel::kTurn) trusted_ += step;
+  if (std::abs(radius_ * n.value) > thresholds::kSlow) trusted_ += step;
   if (trusted_ < kTrustTime) return;
   kept_ = recent_;
   recent_ = turn_;

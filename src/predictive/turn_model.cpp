@@ -9,27 +9,25 @@
 #include "jackal_aic/config/parameter_map.hpp"
 #include "jackal_aic/model/forgetting.hpp"
 #include "jackal_aic/model/square.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
 
 // Deviations of the prior.
-constexpr double kRangeDeviations = 2.5;     // of q_1 within its range
-constexpr double kLeastDeviation = 0.01;     // of q_1, relative to c: a range of one leaves it to the bound
-constexpr double kMotionDeviation = 0.05;    // of q_2 and q_4, relative to c, per m/s
-constexpr double kVeerDeviation = 0.03;      // of q_3, relative to it: tyres differ by as much
-constexpr double kGroundDeviation = 0.04;    // sigma_h
-constexpr double kGroundLasts = 0.5;         // T_h [s]
-constexpr double kTurnNoise = 0.3;           // sigma_w of a robot that has not turned yet
-constexpr double kLeastNoise = 0.01;         // its bounds: a smooth floor
-constexpr double kLargestNoise = 0.5;        // and a robot that skids
-constexpr double kNoiseEvidence = 2.0;       // N_0
-constexpr double kSample = 0.02;             // s
-constexpr double kStraight = 0.05;           // largest |x| of a straight line [m/s]
-constexpr double kLargestCoefficient = 0.5;  // of q_2 and q_4, relative to c, per m/s
-constexpr double kLargestVeer = 0.1;         // of q_3, relative to it: three times what tyres differ by as a rule
-constexpr double kSlack = 4.0 / 3.0;         // factor beyond the range, up to which a turn counts as one at its bound
-constexpr double kCertainVeer = 0.03;        // of the prior's deviation; a surer veer would be stiff
+constexpr double kRangeDeviations = 2.5;   // of q_1 within its range
+constexpr double kLeastDeviation = 0.01;   // of q_1, relative to c: a range of one leaves it to the bound
+constexpr double kMotionDeviation = 0.05;  // of q_2 and q_4, relative to c, per m/s
+constexpr double kVeerDeviation = 0.03;    // of q_3, relative to it: tyres differ by as much
+constexpr double kGroundDeviation = 0.04;  // sigma_h
+constexpr double kGroundLasts = 0.5;       // T_h [s]
+constexpr double kLeastNoise = 0.01;       // its bounds: a smooth floor
+constexpr double kLargest = 4.0;           // deviations of q_2, q_3 and q_4 within their range
+constexpr double kLargestNoise = 0.3;      // and a robot that skids
+constexpr double kNoiseEvidence = 2.0;     // N_0
+constexpr double kSample = 0.02;           // s
+constexpr double kSlack = 4.0 / 3.0;       // factor beyond the range, up to which a turn counts as one at its bound
+constexpr double kCertainVeer = 0.03;      // of the prior's deviation; a surer veer would be stiff
 
 double sign(double value) { return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0; }
 
@@ -40,7 +38,7 @@ TurnModel::TurnModel(double ratio, double range)
       range_(range),
       mean_(State::Zero()),
       covariance_(Covariance::Zero()),
-      noise_variance_(square(kTurnNoise)),
+      noise_variance_(square(kLargestNoise)),
       evidence_(kNoiseEvidence) {
   mean_(0) = ratio;
   const double of_range = std::max(kLeastDeviation, (range - 1.0) / kRangeDeviations);
@@ -63,8 +61,8 @@ double TurnModel::ratio(double x, double v, double ground) const {
 double TurnModel::perDifference(double x, double v) const { return ratio(x, v, ground()); }
 
 bool TurnModel::plausible(double yaw_rate, double x, double v) const {
-  if (std::abs(x) <= kStraight)
-    return std::abs(yaw_rate) <= kSlack * configured_ * (kLargestVeer * std::abs(v) + kStraight);
+  if (std::abs(x) <= thresholds::kSlow)
+    return std::abs(yaw_rate) <= kSlack * configured_ * (kLargest * kVeerDeviation * std::abs(v) + thresholds::kSlow);
   const double of_asked = yaw_rate / (configured_ * x), most = kSlack * range_;
   return of_asked >= 1.0 / most && of_asked <= most;
 }
@@ -112,7 +110,7 @@ void TurnModel::learnNoise(double error, const State& phi, double variance, doub
 }
 
 void TurnModel::learnVeer(double error, double x, double v, double variance, double step) {
-  if (std::abs(x) > kStraight || std::abs(v) <= kTurn) return;
+  if (std::abs(x) > thresholds::kSlow || std::abs(v) <= thresholds::kSlow) return;
   if (covariance_(2, 2) * prior_(2, 2) < square(kCertainVeer)) return;
   // The ground veers a robot by as much as tyres do, for T_h: one independent measurement in twice that time.
   const double of_ground = square(v) / prior_(2, 2) * 2.0 * kGroundLasts / step;
@@ -129,7 +127,8 @@ void TurnModel::correct(double error, const State& phi, double variance) {
 }
 
 void TurnModel::bound() {
-  const Eigen::Vector3d others = configured_ * Eigen::Vector3d(kLargestCoefficient, kLargestVeer, kLargestCoefficient);
+  const Eigen::Vector3d others =
+      configured_ * kLargest * Eigen::Vector3d(kMotionDeviation, kVeerDeviation, kMotionDeviation);
   mean_(0) = bounded(mean_(0));
   mean_.segment<3>(1) = mean_.segment<3>(1).cwiseMax(-others).cwiseMin(others);
 }

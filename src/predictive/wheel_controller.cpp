@@ -52,7 +52,7 @@ void WheelController::rest(double most) {
 void WheelController::restart(double measured) {
   drive(0.0, 0.0);
   path_.reset(measured);
-  belief_.seed(measured);
+  belief_.restart(measured);
 }
 
 void WheelController::setDriveTrain(const PlantModel& model, double wheel_radius) {

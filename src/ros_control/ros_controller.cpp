@@ -7,6 +7,7 @@
 #include <pluginlib/class_list_macros.hpp>
 
 #include "jackal_aic/model/gravity.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 #include "jackal_aic/predictive/predictive_controller.hpp"
 #include "jackal_aic/safety/loop_odometry.hpp"
 #include "parameters/ros_parameters.hpp"
@@ -19,9 +20,6 @@ constexpr double kEarly = 0.002;
 
 /// Largest age of an IMU sample that is paired with the wheels [s]: both come at 50 Hz, and neither waits.
 constexpr double kPairingAge = 0.03;
-
-/// Wheel speed above which a robot counts as moving when the controller starts; below it is noise [rad/s].
-constexpr double kMoving = 0.5;
 
 /// Wall time between checks for writing the learned model [s].
 constexpr double kKeepPeriod = 1.0;
@@ -202,11 +200,12 @@ void RosController::onImu(const sensor_msgs::Imu& message) {
 
 void RosController::starting(const ros::Time& time) {
   const Wheels turning = wheels();
-  const bool moving = turning.finite() && std::max(std::abs(turning.left), std::abs(turning.right)) > kMoving;
+  const bool moving =
+      turning.finite() && std::max(std::abs(turning.left), std::abs(turning.right)) > thresholds::kMoving;
   const WheelCommand driven = moving ? WheelCommand{turning.left, turning.right} : WheelCommand{};
   now_ = last_publication_ = wheels_taken_ = time.toSec();
   loop_->start(driven, now_);
-  odometry_->forgetMotion();
+  odometry_->resetMotion();
   first_update_ = true;
   commands_.read();  // discards earlier ones
   drive(driven);
@@ -235,7 +234,7 @@ void RosController::update(const ros::Time& time, const ros::Duration& period) {
 
 /// The loop notices by itself.
 void RosController::followClockBack(double now) {
-  odometry_->forgetMotion();
+  odometry_->resetMotion();
   imu_.reset();
   now_ = last_publication_ = now;
 }
@@ -245,7 +244,7 @@ void RosController::takeSettings(double now) {
   changes_.apply(*loop_, now);
   if (resets_.read()) {
     loop_->start({}, now);
-    odometry_->forgetMotion();
+    odometry_->resetMotion();
     first_update_ = true;
   }
 }

@@ -4,15 +4,14 @@
 #include <cmath>
 #include <utility>
 
+#include "jackal_aic/model/thresholds.hpp"
+
 namespace jackal_aic {
 namespace {
 
 /// Action periods that a late timer may catch up at once: 0.1 s at 50 Hz. Beyond that the measurements are too old to
 /// act on.
 constexpr int kMostPeriods = 5;
-
-/// Wheel speed above which a wheel counts as moving [rad/s], 0.05 m/s: its position then changes with every sample.
-constexpr double kMoving = 0.5;
 
 /// Shortest time without any set point after a start that counts as a pause [s]: a new subscriber needs a while to hear
 /// a publisher that sends already.
@@ -92,7 +91,7 @@ DriveLoop::DriveLoop(const DriveParameters& parameters, std::unique_ptr<Velocity
 
 void DriveLoop::start(const WheelCommand& driven, double now) {
   tell(now, StartInput{driven});
-  forget(now);
+  reset(now);
   clock_jumped_ = false;
   gate_.reset();
   gate_.follow(driven);
@@ -128,7 +127,7 @@ bool DriveLoop::receiveWheels(const SensorReading& reading, double now) {
   take(wheels_, parameters_.gate.deadlines.wheels, y.stamp, now);
   // Encoders at rest may repeat, on the move they may not.
   const WheelVector command = appliedCommand(now).vector();
-  const bool turns = std::max(std::abs(y.wheel_left), std::abs(y.wheel_right)) >= kMoving;
+  const bool turns = std::max(std::abs(y.wheel_left), std::abs(y.wheel_right)) >= thresholds::kMoving;
   const bool has_to_turn = command.cwiseAbs().maxCoeff() > WheelMonitor::kStiction;
   frozen_wheels_.update(now, reading.sample, reading.may_repeat || !(turns || has_to_turn));
   if (parameters_.motors_shared) motors_.apply(now, {y.wheel_left, y.wheel_right}, AppliedSource::wheels);
@@ -332,7 +331,7 @@ int DriveLoop::actionPeriodsDue(double now, std::int64_t boundary) {
   if (!schedule_.started()) schedule_.start(std::max(boundary, nanoseconds(now) - period));
   const std::uint64_t dropped = schedule_.droppedPeriods();
   const int periods = schedule_.actionPeriodsDue(boundary);
-  if (schedule_.droppedPeriods() != dropped) measurements_.resumeAfterStall(now);
+  if (schedule_.droppedPeriods() != dropped) measurements_.restartAfterStall(now);
   return periods;
 }
 
@@ -460,13 +459,13 @@ void DriveLoop::noteTime(double now) {
 
 void DriveLoop::restart(double now) {
   ++clock_resets_;
-  forget(now);
-  measurements_.forgetSensors();  // a simulation that restarts may have another robot
+  reset(now);
+  measurements_.resetSensors();  // a simulation that restarts may have another robot
   clock_jumped_ = true;
 }
 
-void DriveLoop::forget(double now) {
-  controller_->forgetMotion();
+void DriveLoop::reset(double now) {
+  controller_->resetMotion();
   measurements_.restart(now);
   schedule_.stop();
   phase_.reset();

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "jackal_aic/model/thresholds.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -13,21 +15,6 @@ constexpr double kLargestAcceleration = 100.0;  // m/s^2, about 10 g
 
 /// Time in which the second source may follow the first at the start [s].
 constexpr double kLongestStart = 1.0;
-
-/// Time for which too few channels count before the robot stops [s]; the monitor isolates a fault sooner.
-constexpr double kMostBlind = 0.3;
-
-/// Time for which both encoders may repeat until the source's own deadline has decided [s].
-constexpr double kMostRepeating = 0.3;
-
-constexpr double kStallRecovery = 0.3;  // s, dead time and acceleration after a stall
-
-/// Time without a channel that makes it lost [s].
-constexpr double kMostExcluded = 0.2;
-
-/// Longest time covered by a sample [s]; a longer silence is a loss by its deadline.
-constexpr double kLongestPeriod = 0.25;
-constexpr double kRounding = 1e-6;  // s
 
 bool seesTheMotion(const ChannelValidity& valid) { return valid.yaw_rate + valid.wheel_left + valid.wheel_right >= 2; }
 
@@ -46,7 +33,7 @@ void MeasurementWatch::advance(const std::optional<WheelCommand>& command, doubl
 
 void MeasurementWatch::judge(Observation& observation, const SensorHealth& health, double now) {
   // With a stamp that is not finite no time passes.
-  const double step = std::min(std::max(0.0, observation.stamp - stamp_), kLongestPeriod);
+  const double step = std::min(std::max(0.0, observation.stamp - stamp_), thresholds::kGap);
   stamp_ = observation.stamp;
   excludeImpossible(observation, step);
   if (health.imu.lost()) observation.valid.yaw_rate = observation.valid.acceleration = false;
@@ -86,7 +73,7 @@ void MeasurementWatch::excludeImpossible(Observation& observation, double step) 
 StopCauses MeasurementWatch::causes(const SensorHealth& health, double now, bool at_rest) {
   if (parameters_.tolerance == LossTolerance::open_loop) return {};
   if (starting(health, now)) return lossCauses(health);
-  forgetSourcesThatCameBack(health);
+  resetReturnedSources(health);
 
   const bool on_box = parameters_.plant_model && parameters_.plant_model->on_box;
   const LossDecision decision =
@@ -97,7 +84,7 @@ StopCauses MeasurementWatch::causes(const SensorHealth& health, double now, bool
   // A loss that is not tolerated already is a cause.
   loss_ = lost && stop ? Loss::none : unclear ? Loss::unclear : decision.loss;
 
-  const bool source_decides = wheelsRepeat() && wheels_repeating_ <= kMostRepeating + kRounding;
+  const bool source_decides = wheelsRepeat() && wheels_repeating_ <= thresholds::kPatience + thresholds::kRounding;
   const bool too_little = !lost && !source_decides && (stop || unclear);
   const bool blocked = monitor_ && (monitor_->report().drive_left || monitor_->report().drive_right);
   StopCauses causes = lost && !stop ? StopCauses{} : lossCauses(health);
@@ -116,7 +103,7 @@ bool MeasurementWatch::starting(const SensorHealth& health, double now) {
 }
 
 /// Findings about a source that has come back are obsolete.
-void MeasurementWatch::forgetSourcesThatCameBack(const SensorHealth& health) {
+void MeasurementWatch::resetReturnedSources(const SensorHealth& health) {
   const bool back = (imu_was_lost_ && !health.imu.lost()) || (wheels_were_lost_ && !health.wheels.lost());
   imu_was_lost_ = health.imu.lost();
   wheels_were_lost_ = health.wheels.lost();
@@ -128,7 +115,7 @@ void MeasurementWatch::forgetSourcesThatCameBack(const SensorHealth& health) {
 
 bool MeasurementWatch::tooFewCount() const {
   const bool moved = monitor_ && monitor_->report().moved;
-  return !moved && blind_ > kMostBlind + kRounding;
+  return !moved && blind_ > thresholds::kPatience + thresholds::kRounding;
 }
 
 bool MeasurementWatch::wheelsRepeat() const {
@@ -145,7 +132,7 @@ ChannelValidity MeasurementWatch::remaining(const SensorHealth& health) const {
   if (health.imu.lost()) valid.yaw_rate = valid.acceleration = false;
   if (health.wheels.lost()) valid.wheel_left = valid.wheel_right = false;
   // A source that speaks without telling anything, sample after sample, is as good as lost.
-  const auto speaks = [](double excluded) { return excluded < kMostExcluded - kRounding; };
+  const auto speaks = [](double excluded) { return excluded < thresholds::kGap - thresholds::kRounding; };
   valid.yaw_rate = valid.yaw_rate && speaks(excluded_.yaw_rate);
   valid.wheel_left = valid.wheel_left && speaks(excluded_.wheel_left);
   valid.wheel_right = valid.wheel_right && speaks(excluded_.wheel_right);
@@ -168,10 +155,10 @@ double MeasurementWatch::share() const {
 
 void MeasurementWatch::reset() {
   if (monitor_) monitor_->reset();
-  forgetLosses();
+  resetLosses();
 }
 
-void MeasurementWatch::forgetLosses() {
+void MeasurementWatch::resetLosses() {
   imu_was_lost_ = wheels_were_lost_ = false;
   last_sight_ = 0.0;
   stalled_until_ = 0.0;
@@ -181,21 +168,21 @@ void MeasurementWatch::forgetLosses() {
 }
 
 void MeasurementWatch::restart(double now) {
-  resumeAfterStall(now);
+  restartAfterStall(now);
   started_ = false;
   first_source_ = 0.0;
 }
 
-void MeasurementWatch::forgetSensors() {
+void MeasurementWatch::resetSensors() {
   imu_at_rest_.reset();
   if (monitor_) monitor_->forgetEncoders();
 }
 
-void MeasurementWatch::resumeAfterStall(double now) {
+void MeasurementWatch::restartAfterStall(double now) {
   if (monitor_) monitor_->restart();
-  forgetLosses();
+  resetLosses();
   last_sight_ = now;
-  stalled_until_ = now + kStallRecovery;
+  stalled_until_ = now + thresholds::kPatience;
 }
 
 }  // namespace jackal_aic

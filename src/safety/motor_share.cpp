@@ -4,14 +4,13 @@
 #include <cmath>
 #include <limits>
 
+#include "jackal_aic/model/thresholds.hpp"
+
 namespace jackal_aic {
 namespace {
 
 /// How far an applied command of ours may be from what we sent, at least [rad/s]: rounding and another's kinematics.
 constexpr double kLeastTolerance = 0.3;
-
-/// Approach that counts as being on the way to our command [rad/s].
-constexpr double kApproach = 0.2;
 
 }  // namespace
 
@@ -75,7 +74,7 @@ void MotorShare::apply(double time, const WheelCommand& command, double toleranc
     mark_ = std::numeric_limits<double>::infinity();
     mark_time_ = time;
   } else if (ours_) {
-    if (far <= mark_ - kApproach) {
+    if (far <= mark_ - thresholds::kRest) {
       mark_ = far;
       mark_time_ = time;
     }

@@ -6,15 +6,9 @@ namespace jackal_aic {
 namespace {
 
 /// Time between a measurement and the action that waits for it, as a part of the period: 0.3 ms of 20 ms, for the
-/// jitter that the recent measurements did not show.
+/// jitter that the recent measurements did not show. A move has to make the measurements younger by as much on average,
+/// so that the phase does not wander with measurements of another rate, for which all phases are equal.
 constexpr std::int64_t kMarginParts = 64;
-
-/// Least gain of a move, in mean age / period, so that the phase does not wander with measurements of another rate, for
-/// which all phases are equal.
-constexpr std::int64_t kWorthwhileParts = 80;
-
-/// Periods without a measurement after which the old ones do not count.
-constexpr std::int64_t kSilence = 25;
 
 /// Measurements between which the drift is taken. Where rates differ, the phases repeat after 2 (20 Hz against 50), 4
 /// or 5 of them (80 against 50): a multiple of all compares the same with the same.
@@ -44,14 +38,14 @@ void PhaseLock::arrived(std::int64_t now) {
   if (count_ > 0) {
     const std::int64_t since_last = now - arrivals_[(count_ - 1) % kMost];
     if (since_last < period_ / 2) return;
-    if (since_last > kSilence * period_) reset();
+    if (since_last > static_cast<std::int64_t>(kMost) * period_) reset();
   }
   arrivals_[count_++ % kMost] = now;
 }
 
 std::int64_t PhaseLock::next(std::int64_t due, std::int64_t now) {
   std::int64_t next = due + period_;
-  if (count_ > 0 && now - arrivals_[(count_ - 1) % kMost] <= kSilence * period_) {
+  if (count_ > 0 && now - arrivals_[(count_ - 1) % kMost] <= static_cast<std::int64_t>(kMost) * period_) {
     const std::int64_t shift = bestShift(next);
     if (locked_) {
       next += std::clamp(shift, -longestShift(), longestShift());
@@ -100,7 +94,7 @@ std::int64_t PhaseLock::bestShift(std::int64_t due) const {
   }
   const auto with_it = std::upper_bound(after.begin(), end, 0) - after.begin();  // those at `due` itself
   const std::int64_t age = period_ * (n - with_it);
-  if (age - best_age < n * period_ / kWorthwhileParts) return 0;
+  if (age - best_age < n * period_ / kMarginParts) return 0;
   return wrapped(best, period_);
 }
 

@@ -55,8 +55,8 @@ TEST(ActiveInference, IsTheSameOfSizesThatTheCompilerDoesNotKnow) {
     const Fixed::Measurement y = Fixed::Measurement::Random(3, 3);
     fixed.observe(y);
     dynamic.observe(y);
-    if (k == 0) fixed.seedBelief();
-    if (k == 0) dynamic.seedBelief();
+    if (k == 0) fixed.restartBelief();
+    if (k == 0) dynamic.restartBelief();
     fixed.updateBelief();
     dynamic.updateBelief();
     EXPECT_NEAR(fixed.updateAction()(0), dynamic.updateAction()(0), 1e-12);

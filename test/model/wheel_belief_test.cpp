@@ -237,7 +237,7 @@ TEST(WheelBelief, SeedKeepsTheCommandsUnderWayAndResetForgetsThem) {
   reset.reset(0.0);
   for (int k = 0; k < 90; ++k) reset.predict(0.0);
   EXPECT_EQ(reset.speed(), 0.0);
-  seeded.seed(3.0);
+  seeded.restart(3.0);
   EXPECT_EQ(seeded.speed(), 3.0);
   for (int k = 0; k < 100; ++k) seeded.predict(0.0);
   EXPECT_NEAR(seeded.speed(), 5.0, 0.1);

@@ -193,7 +193,7 @@ TEST(DriveTrainLearning, MotionThatSettlesUnmeasuredIsNotLearned) {
     robot.ramp(0.0, 10.2, limit, 1.6, 0.7);
     for (unsigned i = 0; i < 15; ++i) {
       robot.drive(i < 10 + seed % 8 ? std::max(0.0, 10.2 - 0.8 * (i + 1)) : 5.0 * share(random), 0.02);
-      robot.learning().forgetMotion();
+      robot.learning().resetMotion();
     }
     robot.drive(0.6 * share(random), 0.02 * (seed % 4));
     robot.ramp(7.0 * share(random), 10.2, limit, 1.9, 0.7);
@@ -230,7 +230,7 @@ TEST(DriveTrainLearning, ForgottenMotionIsNotLearned) {
   LearningFromARobot robot(modelWith(0.16, 0.03), modelWith(0.08, 0.03));
   robot.drive(0.0, 3.0);
   robot.drive(5.0, 0.5);
-  robot.learning().forgetMotion();
+  robot.learning().resetMotion();
   EXPECT_EQ(robot.drive(5.0, 1.0), 0);
 }
 

@@ -78,7 +78,7 @@ TEST(MotionUncertainty, SlipOutlastsTheAccelerationOfTheWheels) {
   EXPECT_NEAR(yaw(u), kBelieved, 1e-12) << "straight on";
   for (int i = 0; i < 30; ++i) u.predict(0.0, 0.0, kTick);
   EXPECT_NEAR(std::sqrt(forward(u) - kBelieved), std::exp(-1.0) * slip, 0.03 * slip);
-  u.forgetMotion();
+  u.resetMotion();
   EXPECT_NEAR(forward(u), kBelieved, 1e-12);
 }
 
@@ -102,7 +102,7 @@ TEST(MotionUncertainty, UnevenTurnsMoveTheCentreOfTurning) {
   EXPECT_NEAR(yaw(even, 1.0), kBelieved, 1e-12);
   EXPECT_NEAR(forward(uneven), kBelieved, 1e-12) << "straight on";
   const double before = forward(uneven, 0.0, 1.0);
-  uneven.forgetMotion();
+  uneven.resetMotion();
   EXPECT_EQ(forward(uneven, 0.0, 1.0), before) << "the ground is the same";
 }
 

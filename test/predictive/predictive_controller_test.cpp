@@ -224,7 +224,7 @@ TEST(PredictiveController, ForgottenMotionLeavesNoDisturbanceOfALearnedGain) {
   loop.gain = 0.8;
   for (int i = 0; i < 8; ++i) loop.drive({i % 3 == 0 ? 0.5 : i % 3 == 1 ? 0.2 : -0.4, 0.0, 0.0}, 2.0);
   ASSERT_NEAR(loop.controller.model().gain, 0.8, 0.03);
-  loop.controller.forgetMotion();
+  loop.controller.resetMotion();
   EXPECT_NEAR(loop.controller.model().gain, 0.8, 0.03);
   EXPECT_EQ(loop.controller.left().disturbance(), 0.0);
 }

@@ -44,7 +44,7 @@ class ScriptedController : public VelocityController {
     set_point_ = {};
     calls += "!";
   }
-  void forgetMotion() override {
+  void resetMotion() override {
     last = {};
     calls += "f";
   }
@@ -62,7 +62,7 @@ class ScriptedController : public VelocityController {
   SetPoint set_point_;
   Observation last;
   WheelCommand held, overruled;
-  std::string calls;  // o: overrule, r: restart, !: reset, f: forgetMotion
+  std::string calls;  // o: overrule, r: restart, !: reset, f: resetMotion
   int beliefs = 0;
   int actions = 0;
 };

@@ -92,7 +92,7 @@ TEST(MeasurementWatch, PredictiveControllerDrivesOnItsModelForASecond) {
   judge(watch, sampleAt(1.0));
   EXPECT_EQ(after(watch, {StopCause::wheels_late}, 1.9), StopCause::none);
   EXPECT_EQ(after(watch, {StopCause::wheels_late}, 2.1), StopCause::wheels_late);
-  watch.resumeAfterStall(5.0);  // the second counts from the end of a stall
+  watch.restartAfterStall(5.0);  // the second counts from the end of a stall
   EXPECT_EQ(after(watch, {StopCause::wheels_late}, 5.9), StopCause::none);
   EXPECT_EQ(after(watch, {StopCause::wheels_late}, 6.1), StopCause::wheels_late);
 }
@@ -262,7 +262,7 @@ bool findsTheFault(MeasurementWatch& watch, double now, int samples) {
 TEST(MeasurementWatch, FindsNoFaultWhileItRecoversFromAStall) {
   MeasurementWatch watch(monitored(kDrive, kDrive, kStop));
   EXPECT_TRUE(findsTheFault(watch, 1.0, 25));
-  watch.resumeAfterStall(2.0);
+  watch.restartAfterStall(2.0);
   EXPECT_FALSE(findsTheFault(watch, 2.0, 15));
   EXPECT_TRUE(watch.recoversFromStall(2.29));
   EXPECT_FALSE(watch.recoversFromStall(2.31));

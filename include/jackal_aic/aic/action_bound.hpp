@@ -42,7 +42,7 @@ class ActionBound {
   void observe(const Observation& observation, const ChannelValidity& measured);
 
   /// Forgets the measurements; the next one starts a new history.
-  void forgetMeasurements();
+  void resetMeasurements();
 
   /// Takes the command of an action period [rad/s].
   void apply(const WheelVector& applied);

@@ -68,7 +68,7 @@ class ActiveInference {
   }
 
   /// Sets the belief from the measurement by least squares, with derivatives zero.
-  void seedBelief() {
+  void restartBelief() {
     mu_.setZero();
     mu_.col(0) = sensory_inverse_ * y_.col(0);
   }

@@ -24,7 +24,6 @@ class Standstill {
  public:
   static constexpr double kRestThreshold = 0.02;  ///< wheel speed or command that counts as nothing [rad/s]
   static constexpr double kAveragingTime = 0.5;   ///< over which both are averaged [s]
-  static constexpr double kRestTime = 1.0;        ///< at rest, before a command is released [s]
   static constexpr double kReleaseRate = 0.3;     ///< rate of the release [rad/s^2]
   static constexpr double kUnbounded = std::numeric_limits<double>::infinity();  ///< no limit [rad/s]
 
@@ -47,7 +46,7 @@ class Standstill {
     rested_ += period;
     if (held_back) return limit_ = std::max(0.0, limit_ - kReleaseRate * period);
     if (command_.cwiseAbs().maxCoeff() < kRestThreshold) return limit_ = 0.0;
-    if (rested_ > kRestTime && !needed_) limit_ = command.vector().cwiseAbs().maxCoeff();
+    if (rested_ > 2.0 * kAveragingTime && !needed_) limit_ = command.vector().cwiseAbs().maxCoeff();
     return limit_;
   }
 

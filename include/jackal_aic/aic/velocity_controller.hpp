@@ -45,7 +45,7 @@ class VelocityController {
   virtual void reset() = 0;
 
   /// Forgets all measurements and the motion, after a clock jump; keeps what was learned about the robot.
-  virtual void forgetMotion() { reset(); }
+  virtual void resetMotion() { reset(); }
 
   virtual bool hasBelief() const { return true; }   ///< false if it drives open loop
   virtual BodyVector believedVelocity() const = 0;  ///< belief about the body velocity now (base_link)

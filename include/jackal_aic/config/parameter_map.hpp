@@ -115,6 +115,7 @@ class ParameterReader {
 
  private:
   const ParameterValue* lookup(const char* name, Presence presence, const std::string& expectation);
+  [[noreturn]] void refuse(const char* name, const ParameterValue& given, const std::string& expectation) const;
   int choice(const char* name, const std::vector<std::string>& words, Presence presence);
   std::string key(const char* name) const { return prefix_.empty() ? name : prefix_ + "." + name; }
 

@@ -8,9 +8,9 @@
 
 namespace jackal_aic {
 
-/// Text of a file, or of a pipe with a writer (/dev/stdin, <(command) of a shell).
+/// Text of a file, or of a pipe up to its end (<(command) of a shell).
 /// @param most largest number of bytes. @throws ParameterError, one line, if it is larger, a directory, a device or a
-/// socket, a pipe that is silent for 10 s, or cannot be read.
+/// socket, or cannot be read.
 std::string readText(const std::string& path, std::size_t most = std::size_t{16} << 20);
 
 }  // namespace jackal_aic

@@ -5,6 +5,8 @@
 
 #include <Eigen/Core>
 
+#include "jackal_aic/model/square.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 #include "jackal_aic/model/types.hpp"
 
 namespace jackal_aic {
@@ -15,13 +17,7 @@ namespace jackal_aic {
 /// with an unknown vertical axis is always valid. Does not allocate.
 class ImuAtRest {
  public:
-  static constexpr double kSettling = 0.3;           ///< until a body that stopped has come to rest [s]
-  static constexpr double kMemory = 10.0;            ///< of the means [s]
-  static constexpr double kSure = 3.0;               ///< standard deviations of the mean, above which it is a bias
   static constexpr double kLargestBias = 0.05;       ///< of the gyro; a larger yaw rate at rest is no bias [rad/s]
-  static constexpr double kRestSpeed = 0.15;         ///< of a wheel that stands, mean over kWheelMemory [rad/s]
-  static constexpr double kWheelMemory = 0.2;        ///< s
-  static constexpr double kGravityTime = 0.1;        ///< shortest mean for gravity [s]
   static constexpr double kGravityTolerance = 0.15;  ///< relative
   static constexpr double kLeastVertical = 0.7;      ///< part of gravity along the vertical axis
 
@@ -41,10 +37,10 @@ class ImuAtRest {
   double withoutBias(double yaw_rate) const { return yaw_rate == 0.0 ? 0.0 : yaw_rate - gyroBias(); }
 
   /// Mean yaw rate at rest [rad/s] if it exceeds its noise, else 0.
-  double gyroBias() const { return bias_ * bias_ > kSure * kSure * mean_variance_ ? bias_ : 0.0; }
+  double gyroBias() const { return bias_ * bias_ > square(thresholds::kSure) * mean_variance_ ? bias_ : 0.0; }
 
   /// True for an accelerometer that has read another value than gravity at rest.
-  bool accelerometerWrong() const { return weighed_ >= kGravityTime && !readsGravity(); }
+  bool accelerometerWrong() const { return weighed_ >= thresholds::kMotionMemory && !readsGravity(); }
 
   /// Forgets everything, for another IMU.
   void reset() { *this = ImuAtRest(); }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "jackal_aic/model/forgetting.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 
@@ -15,8 +16,8 @@ class TurnAgreement {
  public:
   /// Compares a measured yaw rate with that of the wheels [rad/s]. @param step since the last one [s].
   void update(double yaw_rate, double asked, double step) {
-    if (std::abs(asked) < kTurn) return;
-    const double kept = keptAfter(step, kMemory);
+    if (std::abs(asked) < thresholds::kTurning) return;
+    const double kept = keptAfter(step, thresholds::kNoiseMemory);
     product_ = kept * product_ + yaw_rate * asked * step;
     square_ = kept * square_ + asked * asked * step;
     turned_ += step;
@@ -26,10 +27,8 @@ class TurnAgreement {
   double turned() const { return turned_; }                                  ///< time of turning so far [s]
 
  private:
-  static constexpr double kTurn = 0.2;    // least turn that tells the sign [rad/s]
-  static constexpr double kMemory = 1.0;  // s
-  double product_ = 0.0;                  // sum of y a step [rad^2/s]
-  double square_ = 0.0;                   // sum of a^2 step [rad^2/s]
+  double product_ = 0.0;  // sum of y a step [rad^2/s]
+  double square_ = 0.0;   // sum of a^2 step [rad^2/s]
   double turned_ = 0.0;
 };
 

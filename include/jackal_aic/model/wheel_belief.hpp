@@ -113,17 +113,17 @@ class WheelBelief {
   void setTurning(double share);
 
   /// Sets the speed as measured [rad/s] and the other states to their priors; the commands under way stay.
-  void seed(double speed);
+  void restart(double speed);
 
-  /// As seed(), with the command of this steady speed under way.
+  /// As restart(), with the command of this steady speed under way.
   void reset(double speed);
 
  private:
   bool stalled() const;
   void learnLimit(double moved);
-  void forgetLimit();
+  void resetLimit();
   void widenTiming();
-  void forgetTiming();
+  void resetTiming();
   void learnTiming(double surprise, double part);
   double limitDeviation() const;
   double timingDecay() const;

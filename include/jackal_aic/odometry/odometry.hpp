@@ -30,7 +30,7 @@ class Odometry {
   void observe(const Observation& observation);
 
   /// Advances by a time. @param applied the command of the motors in it [rad/s]; @param duration [s]; if negative or
-  /// above a second, after a clock jump or a stall, as forgetMotion().
+  /// above a second, after a clock jump or a stall, as resetMotion().
   void advance(const WheelCommand& applied, double duration);
 
   /// Present motion.
@@ -43,7 +43,7 @@ class Odometry {
   const Eigen::Matrix3d& poseCovariance() const { return pose_.covariance(); }
 
   /// Forgets the motion; the pose stays.
-  void forgetMotion();
+  void resetMotion();
 
  private:
   std::unique_ptr<PredictiveController> own_;  // if it has one

@@ -87,9 +87,9 @@ class DriveTrainFit {
   /// @param model gain, acceleration limit and integral of the velocity loop; @param wheel_radius r [m].
   DriveTrainFit(const PlantModel& model, double wheel_radius) : model_(model), radius_(wheel_radius) {}
 
-  /// Starts at rest. @param theta to run with; @param given last effective commands [rad/s]; @param measured last wheel
-  /// speeds [rad/s].
-  void start(const DriveTrainVector& theta, const WheelVector& given, const WheelVector& measured);
+  /// Sets all to rest. @param theta to run with; @param given last effective commands [rad/s]; @param measured last
+  /// wheel speeds [rad/s].
+  void reset(const DriveTrainVector& theta, const WheelVector& given, const WheelVector& measured);
 
   /// Advances by kStep. @param given mean effective commands in it [rad/s].
   void step(const WheelVector& given);
@@ -122,7 +122,7 @@ class DriveTrainFit {
   };
 
   Speeds input(double given) const;
-  void start(Wheel& wheel, double given, double measured) const;
+  void reset(Wheel& wheel, double given, double measured) const;
   void step(Wheel& wheel, double given);
   void observe(Wheel& wheel, double part);
 

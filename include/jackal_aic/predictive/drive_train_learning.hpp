@@ -70,12 +70,12 @@ class DriveTrainLearning {
   /// Takes measured wheel speeds [rad/s]. @param step since the last ones [s]. Returns the new timing, if it changed.
   std::optional<DriveTrainTiming> correct(const WheelVector& measured, double step);
 
-  /// An encoder is excluded: as forgetMotion(), and withdraws the learned gain, which may have come from it. True if
+  /// An encoder is excluded: as resetMotion(), and withdraws the learned gain, which may have come from it. True if
   /// the timing changed.
   bool withdrawGain();
 
   /// Excludes the recent commands and motion from learning.
-  void forgetMotion();
+  void resetMotion();
 
   /// Sets a timing, with the weight of a configured one.
   void setTiming(const DriveTrainTiming& timing);
@@ -122,14 +122,6 @@ class DriveTrainLearning {
     double acceleration = 0.0;  // [m/s^2]
   };
 
-  /// Minimum along theta over the changes so far, for one dead time.
-  struct Minimum {
-    DriveTrainVector change;  // of theta
-    double free_energy;
-    double log_lag_variance;  // of ln T, with this dead time
-    double gain_variance;     // of gamma, with this dead time
-  };
-
   enum class State { unknown, settled, changing };
 
   void watch(const WheelVector& given);
@@ -149,7 +141,8 @@ class DriveTrainLearning {
   bool learnLimit();
   void setLimit(double limit);
   std::optional<DriveTrainTiming> takenOver();
-  Minimum minimum(int i) const;
+  double freeEnergy(int i, const DriveTrainVector& theta) const;
+  double minimum(int i) const;
   int bestDeadTime() const;
 
   double wheel_variance_;

@@ -12,8 +12,8 @@
 /// Errors that innovations do not show, or show too late, are added:
 ///
 ///   - (rho x_dot)^2: the encoders do not measure the radius of the tyres, whose relative error is rho;
-///   - phi^2 1/2 (s_L^2 + s_R^2), s_L and s_R the slip of each side of a body that follows its wheels with a lag T
-///     (body_slip.hpp). Late sensors have the same effect, and make phi large;
+///   - phi^2 1/2 (s_L^2 + s_R^2), s_L and s_R the slip of each side of a body that follows its wheels with a lag T,
+///     T ds/dt = T dv/dt - s. Late sensors have the same effect, and make phi large;
 ///   - the square of the change of the motion in a time t, the learned minus the configured dead time. It may lie
 ///     before the motors or behind the encoders, which then measure the body a time t ago; a model with this dead time
 ///     leaves no innovation in either case;
@@ -28,7 +28,6 @@
 /// The constants are chosen so that the error is within its 95 % bounds 95 % of the time on the simulated robots. They
 /// do not change a belief or a command.
 
-#include "jackal_aic/model/body_slip.hpp"
 #include "jackal_aic/model/types.hpp"
 
 namespace jackal_aic {
@@ -36,7 +35,6 @@ namespace jackal_aic {
 /// Uncertainty of the believed motion. Does not allocate.
 class MotionUncertainty {
  public:
-  static constexpr double kMemory = 1.0;             ///< of the innovations [s]
   static constexpr double kShortMemory = 0.1;        ///< of a burst of them [s]
   static constexpr double kBurst = 1.2;              ///< chi
   static constexpr double kLeastFactor = 0.3;        ///< of phi
@@ -48,7 +46,6 @@ class MotionUncertainty {
   static constexpr double kCentrePerTurn = 1.5;      ///< l [m]
   static constexpr double kYawPerTurn = 0.6;         ///< m
   static constexpr double kUsualTurn = 0.15;         ///< |theta_dot/f - 1| that every ground has
-  static constexpr double kTurnMemory = 15.0;        ///< of q [s of turning]
 
   /// @param wheel_radius r [m]; @param track b_hat [m]; @param on_box the wheels turn free.
   MotionUncertainty(double wheel_radius, double track, bool on_box)
@@ -75,7 +72,7 @@ class MotionUncertainty {
   double yawVariance(double believed, const BodyVector& velocity, double ahead = 0.0) const;
 
   /// Forgets the motion; keeps what was learned about the ground.
-  void forgetMotion();
+  void resetMotion();
 
  private:
   /// Means of 2 F of a belief.
@@ -90,7 +87,7 @@ class MotionUncertainty {
   double wheel_radius_;
   double track_;
   bool on_box_;
-  BodySlip slip_{kSlipTime};
+  WheelVector slip_ = WheelVector::Zero();  // s_L, s_R [m/s]
   Innovations wheels_, gyro_;
   double turn_ = 0.0;  // q^2
 };

@@ -67,7 +67,7 @@ class PredictiveController : public VelocityController {
   void reset() override;
 
   /// As the base: keeps what was learned about slip and drive train.
-  void forgetMotion() override;
+  void resetMotion() override;
 
   /// Sets the limits of angular acceleration and deceleration of the command [rad/s^2]; 0: no bound, or no separate
   /// one. A turn whose command could not return in time would overshoot.
@@ -132,7 +132,6 @@ class PredictiveController : public VelocityController {
   bool learnsDriveTrain() const { return parameters_.learn_drive_train && !frozen_; }
   double forwardSpeedOf(double sum_of_wheels) const;
   WheelVector changeAhead() const;
-  void start();
   void learnTurn(const Observation& observation);
   void believeMissing(Observation& observation) const;
   void predict();

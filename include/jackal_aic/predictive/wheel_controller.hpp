@@ -50,8 +50,8 @@ class WheelController {
   /// Bounds the effective command [rad/s] of a wheel that has to stand.
   void rest(double most);
 
-  /// Takes the first measured speed [rad/s], as steady, because the commands so far are unknown.
-  void start(double measured) { belief_.reset(measured); }
+  /// Sets the first measured speed [rad/s], as steady, because the commands so far are unknown.
+  void reset(double measured) { belief_.reset(measured); }
 
   /// Restarts from a measured speed [rad/s] with action zero; the commands under way stay.
   void restart(double measured);

@@ -91,7 +91,7 @@ enum class SetPointVerdict {
 /// Stamp of a sample ahead of the clock [s] from which it is refused: every later sample would be too old.
 inline constexpr double kFurthestAhead = 0.1;
 
-/// Drives a robot. The caller passes the time [s] of any clock with every call. If time runs back, the loop forgets the
+/// Drives a robot. The caller passes the time [s] of any clock with every call. If time runs back, the loop resets the
 /// motion and brakes; a latch of the gate stays. After construction only changes of gains allocate or throw.
 class DriveLoop {
  public:
@@ -195,7 +195,7 @@ class DriveLoop {
   void noteTime(double now);
   void catchUp(double now);
   void restart(double now);
-  void forget(double now);
+  void reset(double now);
   InputAges ages(double now) const;
   SensorHealth health(double now) const;
   WheelCommand appliedCommand(double now);

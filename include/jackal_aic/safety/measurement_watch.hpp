@@ -72,24 +72,24 @@ class MeasurementWatch {
   /// Forgets measurements and faults.
   void reset();
 
-  /// After time ran back: as resumeAfterStall(), because the motors may have stopped or not, and waits for first
+  /// After time ran back: as restartAfterStall(), because the motors may have stopped or not, and waits for first
   /// measurements again: until they come no source is lost. @param now [s].
   void restart(double now);
 
   /// Forgets what was learned about encoders and IMU, for another robot. To be called after restart().
-  void forgetSensors();
+  void resetSensors();
 
   /// After a time without action steps (a stall, a clock that jumped forward), in which the motors may have stopped:
-  /// forgets the motion, and accepts every sample until the robot follows its commands again. @param now [s].
-  void resumeAfterStall(double now);
+  /// resets the motion, and accepts every sample until the robot follows its commands again. @param now [s].
+  void restartAfterStall(double now);
 
-  /// True while resumeAfterStall() accepts every sample, because the motors do not follow their commands yet.
+  /// True while restartAfterStall() accepts every sample, because the motors do not follow their commands yet.
   bool recoversFromStall(double now) const { return now < stalled_until_; }
 
  private:
-  void forgetLosses();
+  void resetLosses();
   bool starting(const SensorHealth& health, double now);
-  void forgetSourcesThatCameBack(const SensorHealth& health);
+  void resetReturnedSources(const SensorHealth& health);
   bool tooFewCount() const;   // although both sources speak
   bool wheelsRepeat() const;  // both encoders at once: the source, on which its own deadline decides
   void excludeImpossible(Observation& observation, double step);

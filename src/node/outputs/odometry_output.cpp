@@ -86,7 +86,7 @@ void OdometryOutput::publish(const WheelCommand& applied, const ros::Time& now) 
 }
 
 void OdometryOutput::reset() {
-  odometry_.forgetMotion();
+  odometry_.resetMotion();
   last_ = {};
 }
 

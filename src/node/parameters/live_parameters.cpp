@@ -5,13 +5,13 @@
 
 #include "jackal_aic/certificate/certificate.hpp"
 #include "jackal_aic/model/plant_model.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 #include "parameters/learned_file.hpp"
 
 namespace jackal_aic {
 namespace {
 
 const ros::Duration kKeepPeriod(10.0);  // of writing the learned file
-constexpr double kResting = 0.1;        // of a wheel, rad/s: 1 cm/s
 
 std::string describe(const LearnedModel& learned) {
   std::string text =
@@ -197,7 +197,9 @@ DriveServices::DriveServices(const ros::NodeHandle& node, Actions actions)
       enable_service_(ros::NodeHandle(node).advertiseService("enable", &DriveServices::onEnable, this)),
       reset_service_(ros::NodeHandle(node).advertiseService("reset", &DriveServices::onReset, this)) {}
 
-bool DriveServices::resting(const WheelCommand& command) { return command.vector().cwiseAbs().maxCoeff() < kResting; }
+bool DriveServices::resting(const WheelCommand& command) {
+  return command.vector().cwiseAbs().maxCoeff() < thresholds::kRest;
+}
 
 bool DriveServices::onEnable(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
   actions_.enable(request.data);

@@ -193,7 +193,7 @@ RobotStatus ControllerNode::robotStatus() const {
 DriveServices::Actions ControllerNode::serviceActions() {
   const auto reset = [this] {
     loop_.start({}, currentTime());
-    forgetSensors();
+    resetSensors();
   };
   return {[this](bool enabled) { enabled_ = enabled; }, [this] { return DriveServices::resting(loop_.command()); },
           reset};
@@ -207,7 +207,7 @@ double ControllerNode::currentTime() {
   const ros::Time now = ros::Time::now();
   if (now < last_now_) {
     ROS_WARN("The clock jumped back by %.3f s: the controller starts again", (last_now_ - now).toSec());
-    forgetSensors();
+    resetSensors();
     robot_.reset();
     setActionTimer(now.toSec() + loop_.controller().actionStep());
   }
@@ -222,7 +222,7 @@ DriveLoopStatus ControllerNode::loopStatus() const {
   return status;
 }
 
-void ControllerNode::forgetSensors() {
+void ControllerNode::resetSensors() {
   wheels_heard_ = imu_heard_ = false;
   sensors_.reset();
   odometry_.reset();

@@ -77,7 +77,7 @@ class ControllerNode {
   RobotStatus robotStatus() const;
   DriveLoopStatus loopStatus() const;
   void take(const std::optional<SensorReading>& reading, const ros::Time& stamp, const std::function<bool()>& receive);
-  void forgetSensors();
+  void resetSensors();
   DiagnosticsOutput::Figures figures() const;
   void reportStatus();
   void lookAtOthers();

@@ -1,4 +1,4 @@
-#include "jackal_aic/certificate/state_space_model.hpp"
+#include "state_space_model.hpp"
 
 #include <fmt/format.h>
 
