@@ -79,12 +79,7 @@ class PredictiveServer : public LiveParameterServer {
         variance_server_(node, "sensors", gains, [this](const auto& wanted) { adoptVariances(wanted); }) {
     tellCertificate(LinearLoop(gains, model_, model_));
     if (path_.empty()) return;
-    if (const auto kept = readLearnedFile(path_, configured_)) {
-      loop_.setLearned(kept->learned);
-      if (!kept->left_out.empty()) {
-        ROS_WARN("Ignored part of the learned file %s: %s", path_.c_str(), kept->left_out.c_str());
-      }
-    }
+    read();
     if (write().empty()) ROS_INFO("Learned file %s: %s", path_.c_str(), describe(loop_.learned()).c_str());
   }
 
@@ -99,6 +94,16 @@ class PredictiveServer : public LiveParameterServer {
   }
 
  private:
+  /// A file that cannot be used is no reason to stand.
+  void read() {
+    try {
+      if (const auto kept = readLearnedFile(path_, configured_)) loop_.setLearned(*kept);
+    } catch (const ParameterError& error) {
+      const std::string aside = putAside(path_) ? ", and the file is now " + path_ + ".old" : "";
+      ROS_WARN("%s. Learning starts from the configuration%s", error.what(), aside.c_str());
+    }
+  }
+
   /// Returns why it failed, after a warning: a robot drives without the file, which the next attempt may write.
   std::string write() const {
     try {

@@ -173,9 +173,8 @@ class LiveParameterServer {
 /// namespace. thesis: dynamic_reconfigure of the gains in `controller`; predictive: in `predictive` and `sensors`, and
 /// the services freeze_learning (std_srvs/SetBool), which stops and resumes learning, and save_learned_model
 /// (std_srvs/Trigger), which writes the learned file at once. With such a file (slip.file) what was learned outlives
-/// the process.
+/// the process; a file that cannot be read or written is a warning.
 /// @param node the namespace; @param parameters of the node; @param loop has to outlive what is returned.
-/// @throws ParameterError if the learned file cannot be read; one that cannot be written is a warning.
 std::unique_ptr<LiveParameterServer> serveLiveParameters(const ros::NodeHandle& node, const NodeParameters& parameters,
                                                          LoopExchange& loop);
 
