@@ -241,7 +241,7 @@ void RosController::takeSettings(double now) {
 void RosController::takeLive(const LiveParameters& wanted, double now) {
   if (loop_->predictive() && wanted.wheel_separation_multiplier != live_.wheel_separation_multiplier) {
     LearnedModel learned = loop_->predictive()->learned();
-    learned.slip.effective_track = parameters_.wheel_separation * wanted.wheel_separation_multiplier;
+    learned.slip = {parameters_.wheel_separation * wanted.wheel_separation_multiplier, learned.slip.slip_factor};
     loop_->setLearned(learned, now);
   }
   live_ = wanted;
