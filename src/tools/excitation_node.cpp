@@ -217,6 +217,7 @@ class ExcitationNode {
   Heartbeat feedback_, wheels_heard_, imu_heard_;
   CommandOutput output_;
   RobotReports robot_;
+  ros::CallbackQueue requests_;  // of the master, which may be slow; others_ has a timer in it
   OtherPublishers others_;
   ros::Subscriber wheels_, imu_;
   SetPointSource abort_;
@@ -225,7 +226,6 @@ class ExcitationNode {
   ros::Time start_;
   bool confirmed_ = false;
   std::optional<std::string> why_;  // it ended by itself
-  ros::CallbackQueue requests_;     // of the master, which may be slow
   ros::AsyncSpinner request_thread_{1, &requests_};
 };
 

@@ -151,7 +151,9 @@ TEST_F(SlipMemory, AFileThatCannotBeUsedIsPutAsideAndTheRobotDrives) {
   EXPECT_EQ(robot.states().back().status, ControllerState::DRIVING) << robot.states().back().reason;
   const std::string said = process.errors();
   EXPECT_NE(said.find("slip.told_track"), std::string::npos) << said;
-  EXPECT_NE(said.find("Learning starts from the configuration, and the file is now " + file() + ".old"), std::string::npos) << said;
+  EXPECT_NE(said.find("Learning starts from the configuration, and the file is now " + file() + ".old"),
+            std::string::npos)
+      << said;
   std::ifstream stream(file() + ".old");
   EXPECT_EQ(std::string((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>()), outdated);
   EXPECT_TRUE(std::filesystem::exists(file()));
