@@ -18,8 +18,8 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kRange = 4.001;  // of slip factor and track, to the configured ones: the widest robot.track_range
-constexpr double kLargest = 1e6;  // of a coefficient or a covariance
+constexpr double kAlphaRange = 2.0, kTrackRange = 4.001;  // to the configured ones; the widest robot.track_range
+constexpr double kLargest = 1e6;                          // of a coefficient or a covariance
 constexpr std::size_t kCoefficients = 4, kTriangle = kCoefficients * (kCoefficients + 1) / 2;
 
 /// Slip as it stands in the file.
@@ -32,8 +32,9 @@ struct KeptSlip {
 template <class Visitor>
 void describeFields(Visitor& v, KeptSlip& p) {
   const double alpha = p.configured.slip_factor, track = p.configured.effective_track;
-  v.field("slip_factor", p.slip.slip_factor, {alpha / kRange, alpha * kRange}, "", Presence::required);
-  v.field("effective_track", p.slip.effective_track, {track / kRange, track * kRange}, "m", Presence::required);
+  v.field("slip_factor", p.slip.slip_factor, {alpha / kAlphaRange, alpha * kAlphaRange}, "", Presence::required);
+  v.field("effective_track", p.slip.effective_track, {track / kTrackRange, track * kTrackRange}, "m",
+          Presence::required);
   v.field("turn_coefficients", p.turn_coefficients, {-kLargest, kLargest}, kCoefficients, "", Presence::optional);
   v.field("turn_covariance", p.turn_covariance, {-kLargest, kLargest}, kTriangle, "", Presence::optional);
 }
