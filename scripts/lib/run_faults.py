@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Runs the fault campaign: a ROS master and a roslaunch for the scenarios that can share them, another pair for each that
 leaves them unfit. Prints a line per scenario as it ends."""
 

@@ -8,8 +8,7 @@ set -euo pipefail
 
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd -P)
 workspace=${JACKAL_AIC_WS:-$repository/ws}
-# Several sources are compiled as one: the headers of ROS take most of the time of a first build.
-cmake_arguments=(-DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON)
+cmake_arguments=(-DCMAKE_BUILD_TYPE=Release)
 ros_prefix="" packages=()
 rviz_package="" rviz_too=""
 missing=()

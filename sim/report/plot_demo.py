@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Tables and figures of scripts/demo, from what step_recorder wrote for each robot and controller.
 
 Usage: plot_demo.py RECORDINGS OUTPUT CONTROLLER...

@@ -24,18 +24,10 @@ constexpr double kPairingAge = 0.03;
 /// Wall time between checks for writing the learned model [s].
 constexpr double kKeepPeriod = 1.0;
 
-/// Wall time between checks of the emergency stop's connection [s].
-constexpr double kGraphPeriod = 0.1;
-
 /// Part of the sensors' period in which the wheels are sampled once.
 constexpr double kShortestPeriod = 0.75;
 /// Part of the sensors' period after which wheels that did not change are sampled all the same.
 constexpr double kLongestPeriod = 1.5;
-
-std::string urdfOf(const ros::NodeHandle& robot) {
-  XmlRpc::XmlRpcValue value;
-  return robot.getParam("robot_description", value) ? urdfIn(value, "robot_description") : "";
-}
 
 void setCommand(std::vector<hardware_interface::JointHandle>& joints, double command) {
   for (auto& joint : joints) joint.setCommand(command);
@@ -82,7 +74,7 @@ bool RosController::init(hardware_interface::VelocityJointInterface* hw, ros::No
   name_ = controller_nh.getNamespace();
   name_ = name_.substr(name_.find_last_of('/') + 1);
   try {
-    parameters_ = readRosControlParameters(readRosParameters(controller_nh), [&] { return urdfOf(root_nh); });
+    parameters_ = readRosControlParameters(readRosParameters(controller_nh), [&] { return robotDescription(root_nh); });
     const std::string prefix = tfPrefix(controller_nh);
     parameters_.drive.robot.base_frame = prefixedFrame(prefix, parameters_.drive.robot.base_frame);
     parameters_.odom_frame_id = prefixedFrame(prefix, parameters_.odom_frame_id);
@@ -129,10 +121,7 @@ void RosController::subscribe(ros::NodeHandle& robot, ros::NodeHandle& controlle
         tellStatus();
       });
   others_.emplace(std::vector<std::string>{}, &robot_->emergencyStop());
-  others_->look();
-  graph_timer_ = robot.createWallTimer(ros::WallDuration(kGraphPeriod), [this](const ros::WallTimerEvent&) {
-    if (!others_->checked()) others_->look();
-  });
+  others_->watch(robot);
   command_source_.emplace(controller, "cmd_vel", 1, [this](const ReceivedSetPoint& command) { onCommand(command); });
 }
 
@@ -144,7 +133,7 @@ void RosController::tellStatus() {
 }
 
 void RosController::serveChanges(ros::NodeHandle& controller) {
-  live_server_.emplace(controller, parameters_.live, [this](const auto& wanted) { adoptLive(wanted); });
+  live_server_.emplace(controller, "", parameters_.live, [this](const auto& wanted) { adoptLive(wanted); });
   const auto enable = [this](bool enabled) {
     const std::lock_guard<std::mutex> lock(callbacks_);
     enabled_ = enabled;
@@ -160,7 +149,6 @@ void RosController::serveChanges(ros::NodeHandle& controller) {
 }
 
 void RosController::adoptLive(const LiveParameters& wanted) {
-  requireInRange(wanted, "");
   if (!loop_->predictive() && wanted.wheel_separation_multiplier != parameters_.live.wheel_separation_multiplier) {
     throw ParameterError("wheel_separation_multiplier: this structure takes another one when it is loaded again");
   }
@@ -252,7 +240,7 @@ void RosController::takeSettings(double now) {
 void RosController::takeLive(const LiveParameters& wanted, double now) {
   if (loop_->predictive() && wanted.wheel_separation_multiplier != live_.wheel_separation_multiplier) {
     LearnedModel learned = loop_->predictive()->learned();
-    learned.slip.effective_track = parameters_.wheel_separation * wanted.wheel_separation_multiplier;
+    learned.slip = {parameters_.wheel_separation * wanted.wheel_separation_multiplier, learned.slip.slip_factor};
     loop_->setLearned(learned, now);
   }
   live_ = wanted;
@@ -289,14 +277,14 @@ std::optional<Observation> RosController::takeMeasurement(double now, double per
   changed_ = changed;
   if (!read.finite() || !wheelsAreDue(now, period, live, reading != nullptr)) return std::nullopt;
   if (imu_handle_) {
-    const SensorReading of_robot = *imuOfRobot(now);
+    const SensorReading of_robot = imuOfRobot(now);
     imu_ = of_robot.observation;
     loop_->receiveImu(of_robot, now);
   }
   return observe(read, now);
 }
 
-std::optional<SensorReading> RosController::imuOfRobot(double now) const {
+SensorReading RosController::imuOfRobot(double now) const {
   const double *w = imu_handle_->getAngularVelocity(), *a = imu_handle_->getLinearAcceleration();
   SensorReading reading;
   Observation& y = reading.observation;

@@ -33,17 +33,6 @@
 
 namespace jackal_aic {
 
-/// Calls visit(name, parameter, setting) for each parameter that may change while the controller runs.
-template <class Parameters, class Visit>
-void visitGains(Parameters& parameters, RosControllerConfig& config, const Visit& visit) {
-  visit("left_wheel_radius_multiplier", parameters.left_wheel_radius_multiplier, config.left_wheel_radius_multiplier);
-  visit("right_wheel_radius_multiplier", parameters.right_wheel_radius_multiplier,
-        config.right_wheel_radius_multiplier);
-  visit("wheel_separation_multiplier", parameters.wheel_separation_multiplier, config.wheel_separation_multiplier);
-  visit("publish_rate", parameters.publish_rate, config.publish_rate);
-  visit("enable_odom_tf", parameters.enable_odom_tf, config.enable_odom_tf);
-}
-
 /// Plugin jackal_aic/ActiveInferenceController. Topics, parameters and services are those of diff_drive_controller, and
 /// in addition the services and changes of the node (live_parameters.hpp) in its own namespace. In the namespace of the
 /// robot it subscribes to imu/data (sensor_msgs/Imu), and to e_stop (std_msgs/Bool), status and feedback (jackal_msgs)
@@ -97,7 +86,7 @@ class RosController : public controller_interface::Controller<hardware_interface
   void takeLive(const LiveParameters& wanted, double now);
   void takeMessages(double now);
   std::optional<Observation> takeMeasurement(double now, double period);
-  std::optional<SensorReading> imuOfRobot(double now) const;
+  SensorReading imuOfRobot(double now) const;
   bool wheelsAreDue(double now, double period, bool live, bool imu_came) const;
   Observation observe(const Wheels& wheels, double now);
   void drive(const WheelCommand& command);
@@ -153,7 +142,6 @@ class RosController : public controller_interface::Controller<hardware_interface
   std::unique_ptr<LiveParameterServer> live_parameters_;
   std::optional<DriveServices> services_;
   ros::WallTimer keep_timer_;
-  ros::WallTimer graph_timer_;
 };
 
 }  // namespace jackal_aic

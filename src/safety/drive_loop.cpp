@@ -96,7 +96,7 @@ void DriveLoop::start(const WheelCommand& driven, double now) {
   gate_.reset();
   gate_.follow(driven);
   controller_->overrule(driven);
-  decision_ = {};
+  status_.decision = {};
   now_ = now;
 }
 
@@ -105,15 +105,15 @@ SetPointVerdict DriveLoop::setSetPoint(const SetPoint& wanted, double now, std::
   catchUp(now);
   const bool finite = wanted.vector().allFinite();
   if (!finite || !isPlausible(wanted, parameters_.gate.limits)) {
-    ++rejected_set_points_;
+    ++status_.rejected_set_points;
     return finite ? SetPointVerdict::absurd : SetPointVerdict::not_finite;
   }
   set_point_arrival_ = {stamp.value_or(now), now};
   set_point_ = gate_.reachable(wanted);
   if (set_point_.forward != wanted.forward || set_point_.yaw_rate != wanted.yaw_rate) {
-    ++scaled_set_points_;
-    scaled_from_ = wanted;
-    scaled_to_ = set_point_;
+    ++status_.scaled_set_points;
+    status_.scaled_from = wanted;
+    status_.scaled_to = set_point_;
   }
   controller_->setSetPoint(set_point_);
   return SetPointVerdict::accepted;
@@ -155,7 +155,7 @@ bool DriveLoop::observe(const Observation& observation, double now) {
 
 bool DriveLoop::refuseStamp(double stamp, double now) {
   if (!(stamp > now + kFurthestAhead)) return false;
-  ++rejected_measurements_;
+  ++status_.rejected_measurements;
   return true;
 }
 
@@ -193,7 +193,7 @@ bool DriveLoop::takeObservation(const Observation& observation, double now) {
   if (!taken(verdict) && verdict != SampleVerdict::incomplete) {
     // Of a sample that came alone and in a pair, one is late: no reason to complain.
     const bool partners = observed_alone_ == valid.all();
-    if (!partners || !(observation.stamp <= measurement_.stamp)) ++rejected_measurements_;
+    if (!partners || !(observation.stamp <= measurement_.stamp)) ++status_.rejected_measurements;
     return false;
   }
   measurement_ = {observation.stamp, now};
@@ -355,7 +355,7 @@ void DriveLoop::beliefStep() {
 void DriveLoop::act(double now) {
   clock_jumped_ = clock_jumped_ && gate_.command() != WheelCommand{};
   decide(gateInputs(now));
-  if (decision_.status == DriveStatus::driving) {
+  if (status_.decision.status == DriveStatus::driving) {
     drive(now);
   } else {
     brake(now);
@@ -391,19 +391,19 @@ GateInputs DriveLoop::gateInputs(double now) {
 }
 
 void DriveLoop::decide(const GateInputs& inputs) {
-  const DriveStatus before = decision_.status;
-  decision_ = gate_.decide(inputs);
-  const DriveStatus status = decision_.status;
+  const DriveStatus before = status_.decision.status;
+  status_.decision = gate_.decide(inputs);
+  const DriveStatus status = status_.decision.status;
   if (status == before) return;
-  if (status == DriveStatus::braking) ++brakes_;
-  if (status == DriveStatus::faulted) ++faults_;
+  if (status == DriveStatus::braking) ++status_.brakes;
+  if (status == DriveStatus::faulted) ++status_.faults;
   if (before == DriveStatus::faulted) measurements_.reset();
 }
 
 void DriveLoop::drive(double now) {
   const std::optional<WheelCommand> others = motors_.another(now);
-  handed_over_ = others.has_value();
-  if (handed_over_) {
+  status_.handed_over = others.has_value();
+  if (status_.handed_over) {
     controller_->overrule(*others);
     action_ = motors_.offer(kinematics_.wheelSpeeds(set_point_.forward, set_point_.yaw_rate));
     gate_.follow(*others);
@@ -415,12 +415,12 @@ void DriveLoop::drive(double now) {
 }
 
 void DriveLoop::brake(double now) {
-  if (decision_.cause == StopCause::belief_diverged && !decision_.unacknowledged) {
+  if (status_.decision.cause == StopCause::belief_diverged && !status_.decision.unacknowledged) {
     controller_->reset();
     controller_->setSetPoint(set_point_);
   }
   action_ = {};
-  handed_over_ = false;
+  status_.handed_over = false;
   gate_.brake();
   controller_->overrule(appliedCommand(now));
 }
@@ -458,7 +458,7 @@ void DriveLoop::noteTime(double now) {
 }
 
 void DriveLoop::restart(double now) {
-  ++clock_resets_;
+  ++status_.clock_resets;
   reset(now);
   measurements_.resetSensors();  // a simulation that restarts may have another robot
   clock_jumped_ = true;
@@ -480,21 +480,11 @@ void DriveLoop::reset(double now) {
 }
 
 DriveLoopStatus DriveLoop::status() const {
-  DriveLoopStatus status;
-  status.decision = decision_;
+  DriveLoopStatus status = status_;
   status.fault = measurements_.fault();
   status.share = measurements_.share();
   status.loss = measurements_.loss();
-  status.handed_over = handed_over_;
-  status.rejected_set_points = rejected_set_points_;
-  status.scaled_set_points = scaled_set_points_;
-  status.scaled_from = scaled_from_;
-  status.scaled_to = scaled_to_;
-  status.rejected_measurements = rejected_measurements_;
   status.faults_detected = measurements_.detected();
-  status.brakes = brakes_;
-  status.faults = faults_;
-  status.clock_resets = clock_resets_;
   status.dropped_periods = schedule_.droppedPeriods();
   return status;
 }

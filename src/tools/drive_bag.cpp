@@ -16,6 +16,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "bag_file.hpp"
 #include "inputs/sensors.hpp"
@@ -25,48 +26,32 @@
 namespace jackal_aic {
 namespace {
 
-/// Messages of a topic by the node that sent them.
-class Publishers {
+/// The messages of a topic: who sent them, and how long after their stamps they arrived at the recorder.
+class Source {
  public:
+  explicit Source(std::string topic) : topic_(std::move(topic)) {}
+
   void add(const rosbag::MessageInstance& message) { ++messages_[message.getCallerId()]; }
 
-  /// Names those of a topic if they are more than one; else empty.
-  std::string rivals(const std::string& topic) const {
-    constexpr std::size_t kNamed = 5;
-    if (messages_.size() < 2) return "";
-    std::vector<std::string> publishers;
-    for (const auto& [node, count] : messages_) {
-      if (publishers.size() == kNamed) break;
-      publishers.push_back(fmt::format("{} sent {}", jackal_aic::quoted(node), count));
-    }
-    if (messages_.size() > kNamed) publishers.push_back(fmt::format("and {} more", messages_.size() - kNamed));
-    return fmt::format("{} has {} publishers ({})", topic, messages_.size(), fmt::join(publishers, ", "));
-  }
-
- private:
-  std::map<std::string, int> messages_;
-};
-
-/// The first of the joints whose velocity a message lacks, or has not finite; empty if there is none.
-std::string unusableJoint(const sensor_msgs::JointState& message, const std::vector<std::string>& joints) {
-  if (!mentionsAny(message, joints)) return joints.front();
-  for (std::size_t i = 0; i < message.name.size(); ++i) {
-    if (std::find(joints.begin(), joints.end(), message.name[i]) == joints.end()) continue;
-    if (i >= message.velocity.size() || !std::isfinite(message.velocity[i])) return message.name[i];
-  }
-  return "";
-}
-
-/// How long after their stamps the messages of a topic arrived at the recorder.
-class Arrivals {
- public:
   /// @throws IdentificationError if the message has no stamp.
-  void add(const std::string& topic, const ros::Time& stamp, const ros::Time& arrival) {
+  void add(const rosbag::MessageInstance& message, const ros::Time& stamp) {
     if (stamp.isZero()) {
       throw IdentificationError(
-          fmt::format("{}: the message that arrived at {:.3f} s has no stamp", topic, arrival.toSec()));
+          fmt::format("{}: the message that arrived at {:.3f} s has no stamp", topic_, message.getTime().toSec()));
     }
-    delays_.push_back((arrival - stamp).toSec());
+    add(message);
+    delays_.push_back((message.getTime() - stamp).toSec());
+  }
+
+  /// Names the publishers if they are more than one; else empty.
+  std::string rivals() const {
+    if (messages_.size() < 2) return "";
+    constexpr std::size_t kLongest = 200;
+    std::vector<std::string> publishers;
+    for (const auto& [node, count] : messages_)
+      publishers.push_back(fmt::format("{} sent {}", jackal_aic::quoted(node), count));
+    return fmt::format("{} has {} publishers ({})", topic_, messages_.size(),
+                       shortened(fmt::format("{}", fmt::join(publishers, ", ")), kLongest));
   }
 
   /// Median delay [s]; 0 without messages.
@@ -78,8 +63,20 @@ class Arrivals {
   }
 
  private:
-  std::vector<double> delays_;  // s
+  std::string topic_;
+  std::map<std::string, int> messages_;  // by node
+  std::vector<double> delays_;           // s
 };
+
+/// The first of the joints whose velocity a message lacks, or has not finite; empty if there is none.
+std::string unusableJoint(const sensor_msgs::JointState& message, const std::vector<std::string>& joints) {
+  if (!mentionsAny(message, joints)) return joints.front();
+  for (std::size_t i = 0; i < message.name.size(); ++i) {
+    if (std::find(joints.begin(), joints.end(), message.name[i]) == joints.end()) continue;
+    if (i >= message.velocity.size() || !std::isfinite(message.velocity[i])) return message.name[i];
+  }
+  return "";
+}
 
 // By one clock, no message arrives before its stamp: what is left to it are the steps of a simulation's clock. A
 // network's delay looks like a clock that is behind: a long one is remarked on, of one that no network has the stamps
@@ -113,26 +110,25 @@ void checkImuClock(const std::string& topic, double delay, std::vector<std::stri
 }
 
 void readCommands(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording& recording) {
-  Publishers publishers;
-  const auto add = [&](const WheelCommand& command, const rosbag::MessageInstance& message) {
-    publishers.add(message);
-    recording.commands.push_back({message.getTime().toSec(), command});
-  };
+  Source source(topics.commands);
   const SkidSteerKinematics kinematics(topics.geometry);
-  const auto addTwist = [&](const geometry_msgs::Twist& twist, const rosbag::MessageInstance& message) {
-    add(kinematics.wheelSpeeds(twist.linear.x, twist.angular.z), message);
-  };
-  // The topic has one of these types.
-  forEach<jackal_msgs::Drive>(
-      bag, topics.commands, [&](const jackal_msgs::Drive::ConstPtr& drive, const rosbag::MessageInstance& message) {
-        const bool moves = drive->mode == jackal_msgs::Drive::MODE_VELOCITY;
-        add(moves ? WheelCommand{drive->drivers[0], drive->drivers[1]} : WheelCommand{}, message);
-      });
-  forEach<geometry_msgs::Twist>(bag, topics.commands,
-                                [&](const auto& twist, const auto& message) { addTwist(*twist, message); });
-  forEach<geometry_msgs::TwistStamped>(
-      bag, topics.commands, [&](const auto& stamped, const auto& message) { addTwist(stamped->twist, message); });
-  const std::string rivals = publishers.rivals(topics.commands);
+  for (const rosbag::MessageInstance& message : rosbag::View(bag, rosbag::TopicQuery(topics.commands))) {
+    const auto drive = message.instantiate<jackal_msgs::Drive>();
+    const auto stamped = message.instantiate<geometry_msgs::TwistStamped>();
+    const auto plain = message.instantiate<geometry_msgs::Twist>();
+    WheelCommand command;
+    if (drive) {
+      if (drive->mode == jackal_msgs::Drive::MODE_VELOCITY) command = {drive->drivers[0], drive->drivers[1]};
+    } else if (stamped || plain) {
+      const geometry_msgs::Twist& twist = stamped ? stamped->twist : *plain;
+      command = kinematics.wheelSpeeds(twist.linear.x, twist.angular.z);
+    } else {
+      continue;  // of another version
+    }
+    source.add(message);
+    recording.commands.push_back({message.getTime().toSec(), command});
+  }
+  const std::string rivals = source.rivals();
   if (!rivals.empty()) throw IdentificationError(rivals + ": which of them the motors followed is not known");
 }
 
@@ -152,23 +148,16 @@ std::string takeWheels(const sensor_msgs::JointState& message, const BagTopics& 
 
 void readWheels(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording& recording) {
   constexpr std::size_t kUsable = 20;  // messages for one that is not
-  Arrivals arrivals;
-  Publishers publishers;
+  Source source(topics.wheels);
   std::string unusable;  // the first
   std::size_t left_out = 0;
-  forEach<sensor_msgs::JointState>(
-      bag, topics.wheels,
-      [&](const sensor_msgs::JointState::ConstPtr& received, const rosbag::MessageInstance& message) {
-        const sensor_msgs::JointState& joints = *received;
-        if (!mentionsAny(joints, topics.left_wheel_joints) && !mentionsAny(joints, topics.right_wheel_joints)) {
-          return;
-        }
-        publishers.add(message);
-        arrivals.add(topics.wheels, joints.header.stamp, message.getTime());
-        const std::string why = takeWheels(joints, topics, recording);
-        if (!why.empty() && ++left_out == 1) unusable = why;
-      });
-  const std::string rivals = publishers.rivals(topics.wheels);
+  forEach<sensor_msgs::JointState>(bag, topics.wheels, [&](const auto& joints, const auto& message) {
+    if (!mentionsAny(*joints, topics.left_wheel_joints) && !mentionsAny(*joints, topics.right_wheel_joints)) return;
+    source.add(message, joints->header.stamp);
+    const std::string why = takeWheels(*joints, topics, recording);
+    if (!why.empty() && ++left_out == 1) unusable = why;
+  });
+  const std::string rivals = source.rivals();
   if (!rivals.empty()) throw IdentificationError(rivals + ": which of them measures the wheels is not known");
   if (left_out * kUsable > recording.wheels.size()) throw IdentificationError(unusable);
   if (left_out > 0) recording.remarks.push_back(fmt::format("left out: {} message(s); {}", left_out, unusable));
@@ -177,7 +166,7 @@ void readWheels(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording&
                                           fmt::join(topics.left_wheel_joints, ", "),
                                           fmt::join(topics.right_wheel_joints, ", ")));
   }
-  checkWheelClock(topics.wheels, arrivals.delay(), recording.remarks);
+  checkWheelClock(topics.wheels, source.delay(), recording.remarks);
 }
 
 /// Where IMUs are mounted, as a bag says.
@@ -216,28 +205,24 @@ class ImuMounting {
 
 void readYaw(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording& recording) {
   ImuMounting mounting(bag, topics);
-  Arrivals arrivals;
-  Publishers publishers;
+  Source source(topics.imu);
   std::optional<std::string> unknown;  // frame
   std::size_t left_out = 0;
-  forEach<sensor_msgs::Imu>(bag, topics.imu,
-                            [&](const sensor_msgs::Imu::ConstPtr& received, const rosbag::MessageInstance& message) {
-                              const sensor_msgs::Imu& imu = *received;
-                              publishers.add(message);
-                              arrivals.add(topics.imu, imu.header.stamp, message.getTime());
-                              const auto rate = mounting.yawRate(imu);
-                              if (!rate) unknown = imu.header.frame_id;
-                              if (std::isfinite(rate.value_or(0.0))) {
-                                recording.yaw.push_back({imu.header.stamp.toSec(), rate.value_or(0.0)});
-                              } else {
-                                ++left_out;
-                              }
-                            });
+  forEach<sensor_msgs::Imu>(bag, topics.imu, [&](const auto& imu, const auto& message) {
+    source.add(message, imu->header.stamp);
+    const auto rate = mounting.yawRate(*imu);
+    if (!rate) unknown = imu->header.frame_id;
+    if (std::isfinite(rate.value_or(0.0))) {
+      recording.yaw.push_back({imu->header.stamp.toSec(), rate.value_or(0.0)});
+    } else {
+      ++left_out;
+    }
+  });
   if (left_out > 0) {
     recording.remarks.push_back(
         fmt::format("left out: {} message(s); {}: a yaw rate is not finite", left_out, topics.imu));
   }
-  const std::string rivals = publishers.rivals(topics.imu);
+  const std::string rivals = source.rivals();
   if (!rivals.empty()) recording.yaw_unknown = rivals + ": which of them measures the robot is not known";
   if (unknown) {
     recording.yaw_unknown = fmt::format(
@@ -245,7 +230,7 @@ void readYaw(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording& re
         topics.frames, jackal_aic::quoted(*unknown), jackal_aic::quoted(topics.base_frame));
   }
   if (unknown || !rivals.empty()) recording.yaw.clear();
-  checkImuClock(topics.imu, arrivals.delay(), recording.remarks);
+  checkImuClock(topics.imu, source.delay(), recording.remarks);
 }
 
 DriveRecording readOpenBag(const rosbag::Bag& bag, const std::string& path, const BagTopics& topics) {

@@ -3,8 +3,9 @@
 /// @file
 /// The motion that makes a drive train tell its dead time, lag, gain, acceleration limit and effective track.
 
-#include <string>
-#include <vector>
+#include <array>
+#include <cmath>
+#include <cstddef>
 
 #include "jackal_aic/config/parameter_map.hpp"
 #include "jackal_aic/model/skid_steer_kinematics.hpp"
@@ -36,19 +37,30 @@ void describeFields(Visitor& v, ExcitationParameters& p) {
 class Excitation {
  public:
   /// @param geometry turns yaw rates into wheel speeds.
-  Excitation(const ExcitationParameters& parameters, const GeometryParameters& geometry);
+  Excitation(const ExcitationParameters& parameters, const GeometryParameters& geometry)
+      : parameters_(parameters), kinematics_(geometry) {}
 
   /// Wheel command at a time since the start [s]; zero after the end.
-  WheelCommand at(double time) const;
+  WheelCommand at(double time) const {
+    constexpr std::array<double, kSteps / 2> kParts{0.5, -0.5, 1.0, -1.0};
+    const double begun = (time - parameters_.rest) / stepTime();
+    if (begun < 0.0 || time > duration() || (begun - std::floor(begun)) * stepTime() >= parameters_.hold) return {};
+    const int step = static_cast<int>(begun) % kSteps;
+    const double part = kParts[static_cast<std::size_t>(step) % kParts.size()];
+    return step < kSteps / 2 ? kinematics_.wheelSpeeds(part * parameters_.linear_speed, 0.0)
+                             : kinematics_.wheelSpeeds(0.0, part * parameters_.angular_speed);
+  }
 
-  /// Length of the whole motion [s], the last rest included.
-  double duration() const { return ends_.empty() ? 0.0 : ends_.back(); }
+  /// Length of the whole motion [s], the first and the last rest included.
+  double duration() const { return parameters_.rest + parameters_.repetitions * kSteps * stepTime(); }
 
  private:
-  void append(const WheelCommand& command, double length);
+  static constexpr int kSteps = 8;  // half of them straight, half of them turns
 
-  std::vector<double> ends_;  // end of each piece, s since the start
-  std::vector<WheelCommand> commands_;
+  double stepTime() const { return parameters_.hold + parameters_.rest; }
+
+  ExcitationParameters parameters_;
+  SkidSteerKinematics kinematics_;
 };
 
 }  // namespace jackal_aic

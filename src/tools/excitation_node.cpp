@@ -11,6 +11,7 @@
 #include <cmath>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <string>
 
 #include "excitation.hpp"
@@ -19,6 +20,7 @@
 #include "inputs/set_points.hpp"
 #include "jackal_aic/config/text.hpp"
 #include "jackal_aic/safety/command_limiter.hpp"
+#include "jackal_aic/safety/stop_cause.hpp"
 #include "outputs/commands.hpp"
 #include "parameters/ros_parameters.hpp"
 #include "process/shutdown.hpp"
@@ -28,7 +30,6 @@ namespace {
 
 constexpr double kPeriod = 0.02;      // s between commands, as the controller sends them
 constexpr double kConnection = 10.0;  // s of wall time to wait for the motors, the sensors and the recorder
-constexpr double kGraphPeriod = 0.5;  // s of wall time between looks at who else publishes commands
 constexpr double kSilence = 0.5;      // s without a message after which a source is lost
 constexpr double kBrake = 0.5;        // s of wall time for the last commands; a simulation may stand still
 
@@ -75,8 +76,7 @@ class ExcitationNode {
         timer_(node.createTimer(ros::Duration(kPeriod), &ExcitationNode::onTimer, this, false, false)) {
     ros::NodeHandle requests(node);
     requests.setCallbackQueue(&requests_);
-    graph_timer_ = requests.createWallTimer(ros::WallDuration(kGraphPeriod),
-                                            [this](const ros::WallTimerEvent&) { others_.look(); });
+    others_.watch(requests);
     request_thread_.start();
   }
 
@@ -109,15 +109,14 @@ class ExcitationNode {
     timer_.start();
   }
 
-  void brake() { braking_ = true; }                                         ///< from now on
   bool atRest() const { return limiter_.atRest() || others_.contended(); }  ///< or others have the motors
   void publishStop() { publish({}); }                                       ///< unless others have the motors
-  bool complete() const { return complete_; }                               ///< the motion was driven to its end
-  const std::string& why() const { return why_; }                           ///< it was not; empty: a person ended it
+  bool complete() const { return why_ && why_->empty(); }                   ///< the motion was driven to its end
+  std::string why() const { return why_.value_or(""); }                     ///< it was not; empty: a person ended it
 
   /// How to go on with the bag.
   std::string next() const {
-    if (session_.bag.empty() || !complete_) return "";
+    if (session_.bag.empty()) return "";
     std::string options;
     const auto tell = [&options](const char* option, const std::string& name, const char* usual) {
       if (name != usual) options += std::string(" --") + option + " " + name;
@@ -131,7 +130,7 @@ class ExcitationNode {
   }
 
  private:
-  bool over() const { return !ros::ok() || ended_ || StopRequest::requested(); }
+  bool over() const { return !ros::ok() || StopRequest::requested(); }
 
   static void serve() { ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.01)); }
 
@@ -169,13 +168,17 @@ class ExcitationNode {
 
   /// Why the robot may not be driven; empty if it may.
   std::string obstacle() const {
-    if (others_.contended()) return "another node publishes commands: " + others_.text();
     const RobotStatus& robot = robot_.status();
-    if (robot.emergency_stop) return "emergency stop";
-    if (robot.robot_stopped) return "the robot reports that it is stopped";
-    if (robot.driver_fault) return "a motor driver reports a fault";
-    if (robot.motors_off) return "the motors do not take velocity commands";
-    return feedback_.silent() ? "the feedback of the motors stays away" : whatIsMissing();
+    const StopCause cause = StopCauses()
+                                .add(StopCause::contention, others_.contended())
+                                .add(StopCause::emergency_stop, robot.emergency_stop)
+                                .add(StopCause::robot_stopped, robot.robot_stopped)
+                                .add(StopCause::driver_fault, robot.driver_fault)
+                                .add(StopCause::motors_off, robot.motors_off)
+                                .add(StopCause::feedback_late, feedback_.silent())
+                                .worst();
+    if (cause == StopCause::none) return whatIsMissing();
+    return text(cause) + (cause == StopCause::contention ? ": " + others_.text() : "");
   }
 
   void requireDrivable() const {
@@ -185,13 +188,11 @@ class ExcitationNode {
 
   void onTimer(const ros::TimerEvent&) {
     const double time = (ros::Time::now() - start_).toSec();
-    if (!braking_) {
-      complete_ = time > excitation_.duration();
-      const std::string reason = time < 0.0 ? "the clock jumped back" : obstacle();
-      if (complete_ || !reason.empty()) end(complete_ ? "" : reason);
-    }
-    if (!braking_) ROS_INFO_THROTTLE(2.0, "Excitation: [%3.0f%%]", 100.0 * time / excitation_.duration());
-    publish(limiter_.drive(braking_ ? WheelCommand{} : excitation_.at(time)));
+    const std::string reason = time < 0.0 ? "the clock jumped back" : obstacle();
+    if (!over() && time > excitation_.duration()) end("");
+    if (!over() && !reason.empty()) end(reason);
+    if (!over()) ROS_INFO_THROTTLE(2.0, "Excitation: [%3.0f%%]", 100.0 * time / excitation_.duration());
+    publish(limiter_.drive(over() ? WheelCommand{} : excitation_.at(time)));
   }
 
   void publish(const WheelCommand& command) {
@@ -205,10 +206,7 @@ class ExcitationNode {
   }
 
   void end(const std::string& why) {
-    if (ended_) return;
-    why_ = why;
-    ended_ = true;
-    brake();
+    if (!why_) why_ = why;
     StopRequest::request();
   }
 
@@ -219,16 +217,15 @@ class ExcitationNode {
   Heartbeat feedback_, wheels_heard_, imu_heard_;
   CommandOutput output_;
   RobotReports robot_;
+  ros::CallbackQueue requests_;  // of the master, which may be slow; others_ has a timer in it
   OtherPublishers others_;
   ros::Subscriber wheels_, imu_;
   SetPointSource abort_;
   ros::ServiceServer start_service_;
   ros::Timer timer_;
   ros::Time start_;
-  bool confirmed_ = false, braking_ = false, ended_ = false, complete_ = false;
-  std::string why_;
-  ros::CallbackQueue requests_;  // of the master, which may be slow
-  ros::WallTimer graph_timer_;
+  bool confirmed_ = false;
+  std::optional<std::string> why_;  // it ended by itself
   ros::AsyncSpinner request_thread_{1, &requests_};
 };
 
@@ -250,7 +247,6 @@ int excite(ros::NodeHandle& node, const ros::NodeHandle& private_node, StopReque
   excitation.prepare();
   excitation.start();
   stop.spinUntilRequested();
-  excitation.brake();
   stop.spinWhile([&] { return !excitation.atRest(); }, kBrake);
   excitation.publishStop();
   if (!excitation.why().empty()) ROS_FATAL("the excitation was not driven to its end: %s", excitation.why().c_str());

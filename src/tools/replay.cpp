@@ -27,8 +27,7 @@ namespace {
 namespace po = boost::program_options;
 
 struct Options {
-  std::string bag, output, preset, robot, plant_model, urdf, name_space = "/";
-  std::string set_point = "jackal_AIC/set_point";
+  std::string bag, output, preset, robot, plant_model, urdf, set_point, name_space = "/";
   std::vector<std::string> settings;
   bool messages = false, check = false, help = false;
 
@@ -49,8 +48,8 @@ po::options_description optionsOf(Options& o) {
   add("messages", po::bool_switch(&o.messages),
       "from the sensors' messages, also if the bag has the log of the controller that recorded it");
   add("namespace", po::value(&o.name_space)->default_value(o.name_space), "of the topics of the robot");
-  add("set-point-topic", po::value(&o.set_point)->default_value(o.set_point),
-      "geometry_msgs/Twist or TwistStamped, for a bag without that log");
+  add("set-point-topic", po::value(&o.set_point),
+      "geometry_msgs/Twist or TwistStamped, for a bag without that log (default: jackal_AIC/set_point)");
   add("urdf", po::value(&o.urdf),
       "file with the robot's URDF, for a bag without that log; by default the wheels are the stock Jackal's");
   add("check", po::bool_switch(&o.check), "exit with status 1 unless every recorded state is reproduced exactly");
@@ -299,6 +298,10 @@ int replayDrive(const RecordedDrive& drive, const Options& options, std::ostream
   out << "Configuration: " << (recorded.empty() ? "that of config/" : "as recorded")
       << (options.changed() ? ", changed as asked for" : "") << "\n";
   const bool from_log = drive.hasLog() && !options.messages;
+  if (from_log && !(options.urdf + options.set_point).empty()) {
+    throw ParameterError(
+        "--urdf and --set-point-topic: the log in this bag has both; replay its messages by --messages");
+  }
   // The recorded commands reached the motors: the beliefs are about those.
   const Replay::Changes changes{!options.preset.empty(), from_log && options.changed() && !parameters.motors_shared,
                                 !from_log || !drive.fromTheStart()};
@@ -309,7 +312,9 @@ int replayDrive(const RecordedDrive& drive, const Options& options, std::ostream
   Replay replay(parameters, {drive.states(), from_log ? 0.0 : 0.5 * period}, changes,
                 options.output.empty() ? nullptr : &table);
   const auto take = [&](const DriveInput& input) { replay.take(input); };
-  out << (from_log ? drive.playLog(take) : drive.playMessages(parameters, options.set_point, take));
+  out << (from_log ? drive.playLog(take)
+                   : drive.playMessages(parameters,
+                                        options.set_point.empty() ? "jackal_AIC/set_point" : options.set_point, take));
   replay.tell(out);
   if (!options.output.empty()) {
     if (!table.flush()) throw ParameterError("--output " + options.output + ": cannot be written");

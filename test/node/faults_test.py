@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The core of the fault campaign, or its part on the plant real (argument "real"): scenarios through the real nodes, each judged as
 ./scripts/faults does."""
 

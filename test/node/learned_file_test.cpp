@@ -44,8 +44,8 @@ TEST_F(LearnedFileTest, GivesBackWhatWasWritten) {
   writeLearnedFile(path_, {{0.7123, 0.93}}, kThen);
   const auto slip = readLearnedFile(path_, kThen);
   ASSERT_TRUE(slip);
-  EXPECT_NEAR(slip->learned.slip.effective_track, 0.7123, 1e-9);
-  EXPECT_NEAR(slip->learned.slip.slip_factor, 0.93, 1e-9);
+  EXPECT_NEAR(slip->slip.effective_track, 0.7123, 1e-9);
+  EXPECT_NEAR(slip->slip.slip_factor, 0.93, 1e-9);
 }
 
 TEST_F(LearnedFileTest, GivesBackHowTheTurnDependsOnTheMotion) {
@@ -56,9 +56,9 @@ TEST_F(LearnedFileTest, GivesBackHowTheTurnDependsOnTheMotion) {
   }
   writeLearnedFile(path_, {belief.state()}, kThen);
   const auto slip = readLearnedFile(path_, kThen);
-  ASSERT_TRUE(slip && slip->learned.slip.turn);
-  EXPECT_EQ(slip->learned.slip.turn->mean, belief.state().turn->mean);
-  EXPECT_EQ(slip->learned.slip.turn->covariance, belief.state().turn->covariance);
+  ASSERT_TRUE(slip && slip->slip.turn);
+  EXPECT_EQ(slip->slip.turn->mean, belief.state().turn->mean);
+  EXPECT_EQ(slip->slip.turn->covariance, belief.state().turn->covariance);
 
   const std::string given = "slip: {slip_factor: 1.0, effective_track: 0.5621, ";
   write(given + "turn_coefficients: [1.8, 0, 0, 0]}");
@@ -70,13 +70,13 @@ TEST_F(LearnedFileTest, GivesBackHowTheTurnDependsOnTheMotion) {
 TEST_F(LearnedFileTest, GivesBackDeadTimeAndLag) {
   writeLearnedFile(path_, {{0.7123, 0.93}, DriveTrainTiming{0.123, 0.045}}, kThen);
   const auto learned = readLearnedFile(path_, kThen);
-  ASSERT_TRUE(learned && learned->learned.timing);
-  EXPECT_NEAR(learned->learned.timing->dead_time, 0.123, 1e-9);
-  EXPECT_NEAR(learned->learned.timing->lag, 0.045, 1e-9);
+  ASSERT_TRUE(learned && learned->timing);
+  EXPECT_NEAR(learned->timing->dead_time, 0.123, 1e-9);
+  EXPECT_NEAR(learned->timing->lag, 0.045, 1e-9);
 
   const std::string slip = "slip: {slip_factor: 1.0, effective_track: 0.5621}\n";
   write(slip);
-  EXPECT_FALSE(readLearnedFile(path_, kThen)->learned.timing) << "a file from before they were learned";
+  EXPECT_FALSE(readLearnedFile(path_, kThen)->timing) << "a file from before they were learned";
   write(slip + "drive_train: {dead_time: 0.1}");
   EXPECT_NE(refusal().find("drive_train.lag"), std::string::npos) << refusal();
   write(slip + "drive_train: {dead_time: 2.0, lag: 0.01}");
@@ -84,34 +84,37 @@ TEST_F(LearnedFileTest, GivesBackDeadTimeAndLag) {
 }
 
 /// The robot has been identified since, or it is another one.
-TEST_F(LearnedFileTest, WhatWasLearnedOfARobotThatWasToldOtherwiseDoesNotCount) {
+TEST_F(LearnedFileTest, RefusesWhatWasLearnedWithAnotherConfiguration) {
   writeLearnedFile(path_, {{0.7123, 0.93}, DriveTrainTiming{0.123, 0.045}}, kThen);
-  EXPECT_EQ(readLearnedFile(path_, kThen)->left_out, "");
-
-  const LearnedModel slower{kConfigured, DriveTrainTiming{0.2, 0.006}};
-  const auto kept = readLearnedFile(path_, slower);
-  EXPECT_NEAR(kept->learned.slip.effective_track, 0.7123, 1e-9) << "the body is the same";
-  EXPECT_FALSE(kept->learned.timing);
-  EXPECT_EQ(kept->left_out,
-            "drive_train (configured with dead time 0.08 s, lag 0.006 s then, dead time 0.2 s, lag 0.006 s now)");
-
-  const LearnedModel wider{{5.0, 1.0}, kThen.timing};
-  const auto other = readLearnedFile(path_, wider);
-  EXPECT_EQ(other->learned.slip.effective_track, 5.0);
-  EXPECT_TRUE(other->learned.timing);
-  EXPECT_EQ(
-      other->left_out,
-      "slip (configured with effective track 0.5621 m, slip factor 1 then, effective track 5 m, slip factor 1 now)");
+  try {
+    readLearnedFile(path_, {kConfigured, DriveTrainTiming{0.2, 0.006}});
+    FAIL() << "accepted";
+  } catch (const ParameterError& error) {
+    EXPECT_EQ(error.what(), "slip.file = '" + path_ +
+                                "': learned with dead time 0.08 s, lag 0.006 s, configured with dead time 0.2 s, "
+                                "lag 0.006 s now");
+  }
+  EXPECT_THROW(readLearnedFile(path_, {{5.0, 1.0}, kThen.timing}), ParameterError);
 }
 
-/// Its dead time and lag are as they were told.
+/// It is kept for a person to look at.
+TEST_F(LearnedFileTest, PutsAFileAsideThatCannotBeUsed) {
+  write("slip: {told_track: 0.5}");
+  std::ofstream(path_ + ".old") << "an earlier one";
+  EXPECT_TRUE(putAside(path_));
+  EXPECT_FALSE(std::filesystem::exists(path_));
+  path_ += ".old";
+  EXPECT_EQ(text(), "slip: {told_track: 0.5}");
+  path_ = directory_.path("");
+  EXPECT_FALSE(putAside(path_)) << "a directory";
+}
+
 TEST_F(LearnedFileTest, ARobotThatIsSlowerThanAnythingLearnedReadsItsFileAgain) {
   const LearnedModel slow{kConfigured, DriveTrainTiming{0.6, 0.7}};
   writeLearnedFile(path_, slow, slow);
   const auto kept = readLearnedFile(path_, slow);
   ASSERT_TRUE(kept);
-  EXPECT_FALSE(kept->learned.timing);
-  EXPECT_EQ(kept->left_out, "");
+  EXPECT_FALSE(kept->timing);
 }
 
 TEST_F(LearnedFileTest, GivesBackEveryStateThatTheBeliefCanReach) {
@@ -122,7 +125,7 @@ TEST_F(LearnedFileTest, GivesBackEveryStateThatTheBeliefCanReach) {
       writeLearnedFile(path_, {belief.state()}, kThen);
       const auto slip = readLearnedFile(path_, kThen);
       ASSERT_TRUE(slip);
-      EXPECT_NEAR(slip->learned.slip.effective_track, belief.state().effective_track, 1e-6);
+      EXPECT_NEAR(slip->slip.effective_track, belief.state().effective_track, 1e-6);
     }
   }
 }
@@ -160,7 +163,7 @@ TEST_F(LearnedFileTest, ReplacesTheOldFileAsAWhole) {
   writeLearnedFile(path_, {{0.6, 1.0}}, kThen);
   std::ofstream(path_ + ".new") << "half a fi";  // a writer that was killed
   writeLearnedFile(path_, {{0.7, 1.0}}, kThen);
-  EXPECT_NEAR(readLearnedFile(path_, kThen)->learned.slip.effective_track, 0.7, 1e-9);
+  EXPECT_NEAR(readLearnedFile(path_, kThen)->slip.effective_track, 0.7, 1e-9);
   EXPECT_FALSE(std::filesystem::exists(path_ + ".new"));
 }
 
@@ -184,7 +187,7 @@ TEST_F(LearnedFileTest, AFullDiskLeavesTheOldFile) {
   } catch (const ParameterError& error) {
     EXPECT_NE(std::string(error.what()).find("No space left on device"), std::string::npos) << error.what();
   }
-  EXPECT_NEAR(readLearnedFile(path_, kThen)->learned.slip.effective_track, 0.6, 1e-9);
+  EXPECT_NEAR(readLearnedFile(path_, kThen)->slip.effective_track, 0.6, 1e-9);
 }
 
 }  // namespace

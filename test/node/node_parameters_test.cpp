@@ -214,23 +214,19 @@ TEST(NodeParameters, RefusesAnUnknownOutput) {
 /// the server does not clamp to one before it asks.
 template <class Config, class Parameters>
 void expectBounds(Parameters parameters, double Bounds::*side, double beyond) {
-  Config generated = beyond < 0.0 ? Config::__getMin__() : Config::__getMax__();
-  visitGains(parameters, generated, [&](const char* name, const auto&, const auto& bound) {
-    if constexpr (std::is_same_v<std::decay_t<decltype(bound)>, double>) {
-      EXPECT_EQ(bound, beyond) << name;
-    }
-  });
-  Config shown = rangeOf(parameters, side, generated);
-  visitGains(parameters, shown, [&](const char* name, auto& gain, const auto& bound) {
-    if constexpr (std::is_same_v<std::decay_t<decltype(bound)>, double>) {
-      const double running = gain;
-      gain = bound;
-      EXPECT_NO_THROW(requireInRange(parameters, "gains")) << name;
-      gain = std::nextafter(bound, beyond);
-      EXPECT_THROW(requireInRange(parameters, "gains"), ParameterError) << name;
-      gain = running;
-    }
-  });
+  const Config generated = beyond < 0.0 ? Config::__getMin__() : Config::__getMax__();
+  for (const auto& [name, bound] : settingsOf(generated)) {
+    if (std::holds_alternative<double>(bound)) EXPECT_EQ(std::get<double>(bound), beyond) << name;
+  }
+  for (const auto& [name, bound] : settingsOf(rangeOf(parameters, side, generated))) {
+    if (!std::holds_alternative<double>(bound)) continue;
+    ParameterMap map;
+    for (const Field& field : fieldsOf(parameters)) map.set("gains." + field.name, field.value);
+    map.set("gains." + name, bound);
+    EXPECT_NO_THROW(readParameters<Parameters>(map, "gains")) << name;
+    map.set("gains." + name, std::nextafter(std::get<double>(bound), beyond));
+    EXPECT_THROW(readParameters<Parameters>(map, "gains"), ParameterError) << name;
+  }
 }
 
 TEST(GainServer, ShowsTheRangesOfTheParametersAndDoesNotClamp) {
@@ -243,31 +239,29 @@ TEST(GainServer, ShowsTheRangesOfTheParametersAndDoesNotClamp) {
 }
 
 TEST(GainServer, OffersEveryPredictiveParameterButTheRates) {
-  PredictiveParameters parameters;
-  PredictiveGainsConfig config;
-  std::set<std::string> offered{"belief_rate", "action_rate"};
-  visitGains(parameters, config, [&](const char* name, const auto&, const auto&) { offered.insert(name); });
-  std::set<std::string> known;
-  for (const Field& field : fieldsOf(parameters)) known.insert(field.name);
+  std::set<std::string> offered{"belief_rate", "action_rate"}, known;
+  for (const auto& [name, value] : settingsOf(PredictiveGainsConfig::__getDefault__())) offered.insert(name);
+  for (const Field& field : fieldsOf(PredictiveParameters{})) known.insert(field.name);
   EXPECT_EQ(offered, known);
 }
 
 /// Expects that the server starts from what a parameter struct starts from; returns how many settings it has.
 template <class Config, class Parameters>
-int expectDefaults(Parameters parameters) {
+int expectDefaults() {
   int settings = 0;
-  Config config = Config::__getDefault__();
-  visitGains(parameters, config, [&](const char* name, const auto& gain, const auto& setting) {
-    EXPECT_EQ(gain, setting) << name;
+  const NamedValues offered = settingsOf(Config::__getDefault__());
+  for (const Field& field : fieldsOf(Parameters{})) {
+    if (offered.count(field.name) == 0) continue;
+    EXPECT_EQ(offered.at(field.name), field.value) << field.name;
     ++settings;
-  });
+  }
   return settings;
 }
 
 TEST(GainServer, StartsFromTheDefaultsOfTheParameters) {
-  EXPECT_EQ(expectDefaults<ControllerGainsConfig>(ControllerParameters{}), 3);
-  EXPECT_GT(expectDefaults<PredictiveGainsConfig>(PredictiveParameters{}), 10);
-  EXPECT_EQ(expectDefaults<SensorNoiseConfig>(SensorNoise{}), 3);
+  EXPECT_EQ(expectDefaults<ControllerGainsConfig, ControllerParameters>(), 3);
+  EXPECT_GT(expectDefaults<PredictiveGainsConfig, PredictiveParameters>(), 10);
+  EXPECT_EQ(expectDefaults<SensorNoiseConfig, SensorNoise>(), 3);
 }
 
 /// Adds the fields of a parameter struct to a table by key.

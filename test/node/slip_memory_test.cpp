@@ -138,18 +138,26 @@ TEST_F(SlipMemory, AFolderThatIsMissingKeepsNothingAndTheRobotDrives) {
   end(robot, process, SIGTERM);
 }
 
-TEST_F(SlipMemory, IsRefusedIfItIsOutOfRange) {
-  configure("damaged");
-  std::ofstream(file()) << "slip: {effective_track: 9.0, slip_factor: 1.0}";
+/// As a build before the release wrote it, for one.
+TEST_F(SlipMemory, AFileThatCannotBeUsedIsPutAsideAndTheRobotDrives) {
+  configure("outdated");
+  const std::string outdated = "slip: {effective_track: 0.6, slip_factor: 1.0, told_track: 0.7}";
+  std::ofstream(file()) << outdated;
   SimulatedRobot robot;
-  robot.waitFor([] { return !ros::Time::now().isZero(); }, "the clock");
-  ControllerProcess process("damaged");
-  ASSERT_TRUE(robot.waitFor([&] { return process.ended(); }, "the node to give up", 60.0));
-  EXPECT_EQ(process.exitStatus(), 1);
-  const std::string errors = process.errors();
-  EXPECT_EQ(std::count(errors.begin(), errors.end(), '\n'), 1) << errors;
-  EXPECT_NE(errors.find("slip.effective_track = 9"), std::string::npos) << errors;
-  EXPECT_TRUE(robot.drives().empty()) << "a command was published";
+  ControllerProcess process("outdated");
+  ASSERT_TRUE(robot.waitUntilReady());
+  EXPECT_NEAR(robot.states().back().effective_track, kConfigured, 1e-9);
+  turn(robot, kTurn);
+  EXPECT_EQ(robot.states().back().status, ControllerState::DRIVING) << robot.states().back().reason;
+  const std::string said = process.errors();
+  EXPECT_NE(said.find("slip.told_track"), std::string::npos) << said;
+  EXPECT_NE(said.find("Learning starts from the configuration, and the file is now " + file() + ".old"),
+            std::string::npos)
+      << said;
+  std::ifstream stream(file() + ".old");
+  EXPECT_EQ(std::string((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>()), outdated);
+  EXPECT_TRUE(std::filesystem::exists(file()));
+  end(robot, process, SIGTERM);
 }
 
 }  // namespace

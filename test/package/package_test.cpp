@@ -129,6 +129,21 @@ TEST(Programs, AnswerHelpWithoutAMaster) {
   output((kRoot / "launch/show_rviz").string() + " --help");
 }
 
+/// rospy and numpy are of the distribution's Python: another one (pyenv, conda) may stand first on the PATH.
+TEST(Programs, RunByThePythonOfTheDistribution) {
+  int programs = 0;
+  for (const char* directory : {"cfg", "launch", "scripts", "sim", "src", "test"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / directory)) {
+      if (!entry.is_regular_file() || entry.path().extension() == ".pyc") continue;
+      const std::string text = textOf(entry.path()), head = text.substr(0, text.find('\n'));
+      if (head.rfind("#!", 0) != 0 || head.find("python") == std::string::npos) continue;
+      EXPECT_EQ(head, "#!/usr/bin/python3") << entry.path();
+      ++programs;
+    }
+  }
+  EXPECT_GT(programs, 20);
+}
+
 /// Names of the first column of the tables under a heading of programs.md.
 std::set<std::string> listed(const std::string& heading) {
   const std::string page = textOf(kRoot / "doc/reference/programs.md");

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The core for Python: parameters, controllers, drive loop, certificate, identification, odometry, fault monitor."""
 
 import ast

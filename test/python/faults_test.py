@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The fault campaign without a master: what faults make of messages, which scenarios are read, and what the judge fails."""
 
 import math

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The steps of the controllers and of the fault monitor do not grow: callgrind counts their instructions.
 
 A count depends on the compiler, its options, the processor and Eigen; with others than those of the record there is nothing to

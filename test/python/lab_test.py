@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The lab: the thesis' experiments, their figures against the thesis and against the golden tables, and the command."""
 
 import csv

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """jackal_aic.simulate(): the closed loop of robot, sensors and drive loop for Python."""
 
 import concurrent.futures

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The studies beyond the thesis: bounds, stops, drawn robots, detection, odometry, recordings, baselines."""
 
 import math

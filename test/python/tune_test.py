@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The search for gains: what is driven, what gains are worth, and the command."""
 
 import pathlib

@@ -603,6 +603,16 @@ TEST_F(RosControl, MultipliersChangeWhileItRuns) {
   EXPECT_NEAR(commandOf(0), before / 0.9, 0.3) << "smaller wheels turn faster";
 }
 
+TEST_F(RosControl, TheWheelSeparationChangesWhileItRuns) {
+  ASSERT_TRUE(startController());
+  EXPECT_EQ(change("", "wheel_separation_multiplier", 1.3), 1.3);
+  run(0.1);
+  std_srvs::SetBool freeze;
+  freeze.request.data = true;
+  ASSERT_TRUE(call("freeze_learning", freeze));
+  EXPECT_EQ(freeze.response.message.find("frozen: effective track 0.488"), 0u) << freeze.response.message;
+}
+
 TEST_F(RosControl, MultipliersBeyondTheirRangeAreRefused) {
   ASSERT_TRUE(startController());
   EXPECT_EQ(change("", "left_wheel_radius_multiplier", 50.0), 1.0);

@@ -57,7 +57,7 @@ class TemporaryFile {
 
 TEST(Analyze, PrintsTheCertificate) {
   const YAML::Node printed = figures({config("improved.yaml"), "--plant", config("plant_model.yaml")});
-  const ControllerFile file = readControllerFile(config("improved.yaml"));
+  const NodeParameters file = readControllerFile(config("improved.yaml"));
   const Certificate expected = certify(std::get<ControllerParameters>(file.controller), file.geometry,
                                        readPlantModelFile(config("plant_model.yaml")));
   EXPECT_NEAR(printed["belief_spectral_radius"].as<double>(), expected.belief_spectral_radius, 1e-10);

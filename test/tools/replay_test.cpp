@@ -342,6 +342,8 @@ TEST(Replay, BagOfAnotherControllerIsPlayedFromItsMessages) {
 
 TEST(Replay, WhatCannotBeReplayedIsOneLine) {
   const RecordedBag bag({});
+  EXPECT_NE(complaint({bag.path(), "--set-point-topic", "cmd_vel"}).find("the log in this bag has both"),
+            std::string::npos);
   EXPECT_EQ(
       complaint({bag.path(), "--preset", "nope"}),
       "--preset = 'nope': unknown; known: predictive, improved, standard, tuned, diff_drive, or a file NAME.yaml");

@@ -239,16 +239,7 @@ class DriveLoop {
   bool clock_jumped_ = false;     // back, and the robot has not come to rest since
   double last_action_ = -kNever;  // time of the last action step [s]
   WheelCommand action_;
-  GateDecision decision_;
-  bool handed_over_ = false;
-  std::uint32_t rejected_set_points_ = 0;
-  std::uint32_t scaled_set_points_ = 0;
-  SetPoint scaled_from_;
-  SetPoint scaled_to_;
-  std::uint32_t rejected_measurements_ = 0;
-  std::uint32_t brakes_ = 0;
-  std::uint32_t faults_ = 0;
-  std::uint32_t clock_resets_ = 0;
+  DriveLoopStatus status_;  // but for what status() adds
 };
 
 }  // namespace jackal_aic

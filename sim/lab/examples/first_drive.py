@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Drives the simulated Jackal with two controllers and plots both. Usage: first_drive.py [PICTURE.png]"""
 
 import sys

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """A PI controller for each wheel, compared with the predictive controller."""
 
 import jackal_aic

@@ -1,11 +1,12 @@
 #include "inputs/other_publishers.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <ros/master.h>
 #include <ros/network.h>
 #include <ros/this_node.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
-#include <algorithm>
 #include <boost/asio/ip/tcp.hpp>
 #include <chrono>
 #include <cstdint>
@@ -13,58 +14,70 @@
 namespace jackal_aic {
 namespace {
 
+/// Wall time between looks, and until everything is checked [s].
+constexpr double kPeriod = 0.5, kFirstPeriod = 0.1;
+
+bool ask(const char* question, const std::string& about, XmlRpc::XmlRpcValue& answer) {
+  XmlRpc::XmlRpcValue request, response;
+  request[0] = ros::this_node::getName();
+  if (!about.empty()) request[1] = about;
+  return ros::master::execute(question, request, response, answer, false);
+}
+
 /// False if a node that the master lists has died: nothing answers at its address. One that hangs counts as alive.
 bool alive(const std::string& node) {
-  XmlRpc::XmlRpcValue request, response, uri;
-  request[0] = ros::this_node::getName();
-  request[1] = node;
+  XmlRpc::XmlRpcValue uri;
   std::string host;
   std::uint32_t port = 0;
-  if (!ros::master::execute("lookupNode", request, response, uri, false)) return false;
-  if (!ros::network::splitURI(static_cast<std::string>(uri), host, port)) return false;
+  if (!ask("lookupNode", node, uri) || !ros::network::splitURI(static_cast<std::string>(uri), host, port)) return false;
   boost::asio::ip::tcp::iostream connection;
   connection.expires_after(std::chrono::milliseconds(500));  // with a machine that does not answer
   connection.connect(host, std::to_string(port));
   return connection.error() != boost::asio::error::connection_refused;
 }
 
-void append(const std::string& separator, const std::string& text, std::string& list) {
-  list += (list.empty() ? "" : separator) + text;
+/// The living publishers of a topic, but for this node. @param topics of [topic, [publisher, ...]].
+std::vector<std::string> publishers(XmlRpc::XmlRpcValue& topics, const std::string& topic) {
+  std::vector<std::string> names;
+  for (int i = 0; i < topics.size(); ++i) {
+    for (int k = 0; topics[i][0] == topic && k < topics[i][1].size(); ++k) {
+      const std::string node = topics[i][1][k];
+      if (node != ros::this_node::getName() && alive(node)) names.push_back(node);
+    }
+  }
+  return names;
 }
 
 }  // namespace
 
+void OtherPublishers::watch(ros::NodeHandle node) {
+  look();  // without a publisher of the emergency stop there is no wait
+  timer_ = node.createWallTimer(ros::WallDuration(kFirstPeriod), [this](const ros::WallTimerEvent&) {
+    look();
+    if (checked_) timer_.setPeriod(ros::WallDuration(kPeriod));
+  });
+}
+
 void OtherPublishers::look() {
-  XmlRpc::XmlRpcValue request, response, state;
-  request[0] = ros::this_node::getName();
-  master_reachable_ = ros::master::execute("getSystemState", request, response, state, false);
+  XmlRpc::XmlRpcValue state;
+  master_reachable_ = ask("getSystemState", "", state);
   if (!master_reachable_) return;
-  std::string contenders, awaited;
-  std::uint32_t stops = 0;
-  XmlRpc::XmlRpcValue& topics = state[0];  // of [topic, [publisher, ...]]
-  for (int i = 0; i < topics.size(); ++i) {
-    const std::string topic = topics[i][0];
-    const bool ours = std::find(commands_.begin(), commands_.end(), topic) != commands_.end();
-    const bool stop = emergency_stop_ != nullptr && topic == emergency_stop_->getTopic();
-    for (int k = 0; k < topics[i][1].size() && (ours || stop); ++k) {
-      const std::string node = topics[i][1][k];
-      if (node == ros::this_node::getName() || !alive(node)) continue;
-      if (ours) append(", ", node + " on " + topic, contenders);
-      if (stop) append(" and ", node, awaited), ++stops;
-    }
+  std::vector<std::string> contenders, stops;
+  for (const std::string& topic : commands_) {
+    for (const std::string& node : publishers(state[0], topic)) contenders.push_back(node + " on " + topic);
   }
+  if (emergency_stop_ != nullptr) stops = publishers(state[0], emergency_stop_->getTopic());
   // What a publisher latched comes right after its connection, which counts before: at the next look it has come.
-  const bool connected = emergency_stop_ == nullptr || emergency_stop_->getNumPublishers() >= stops;
-  const bool checked = checked_ || (connected && (connected_ || stops == 0));
+  const bool connected = stops.empty() || emergency_stop_->getNumPublishers() >= stops.size();
+  const bool checked = checked_ || (connected && (connected_ || stops.empty()));
   connected_ = connected;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    text_.clear();
-    if (!contenders.empty()) {
-      text_ = contenders + "; remap the commands of one of the two (launch/jackal.launch says how)";
-    } else if (!checked) {
-      text_ = "waits for " + awaited + " on " + emergency_stop_->getTopic();
-    }
+    text_ = !contenders.empty()
+                ? fmt::format("{}; remap the commands of one of the two (launch/jackal.launch says how)",
+                              fmt::join(contenders, ", "))
+            : checked ? ""
+                      : fmt::format("waits for {} on {}", fmt::join(stops, " and "), emergency_stop_->getTopic());
   }
   // After the names: a thread that sees the flag, which takes no lock, finds the names.
   contended_ = !contenders.empty();

@@ -3,7 +3,9 @@
 /// @file
 /// Other publishers in the ROS graph: those of our commands, and those of the emergency stop, which is to be heard.
 
+#include <ros/node_handle.h>
 #include <ros/subscriber.h>
+#include <ros/wall_timer.h>
 
 #include <atomic>
 #include <mutex>
@@ -21,8 +23,8 @@ class OtherPublishers {
   OtherPublishers(std::vector<std::string> commands, const ros::Subscriber* emergency_stop)
       : commands_(std::move(commands)), emergency_stop_(emergency_stop) {}
 
-  /// Asks, and waits for the answer: in a thread that does not drive, always the same.
-  void look();
+  /// Asks, and asks again and again in the thread of a node handle, which waits for the answers: not one that drives.
+  void watch(ros::NodeHandle node);
 
   /// True once the master has answered and every publisher of the emergency stop is connected: what it latched has
   /// then been heard.
@@ -38,6 +40,8 @@ class OtherPublishers {
   std::string text() const;
 
  private:
+  void look();
+
   const std::vector<std::string> commands_;
   const ros::Subscriber* emergency_stop_;
   bool connected_ = false;  // the emergency stop, at the last look
@@ -46,6 +50,7 @@ class OtherPublishers {
   std::atomic<bool> contended_{false};
   mutable std::mutex mutex_;  // of the text
   std::string text_;
+  ros::WallTimer timer_;
 };
 
 }  // namespace jackal_aic

@@ -3,6 +3,16 @@
 #include "inputs/set_points.hpp"
 
 namespace jackal_aic {
+namespace {
+
+template <class Message>
+ros::Subscriber subscribe(ros::NodeHandle& node, const char* topic, std::uint32_t queue,
+                          const std::function<void(const Message&)>& take) {
+  const auto call = [take](const boost::shared_ptr<const Message>& message) { take(*message); };
+  return node.subscribe<Message>(topic, queue, call, {}, ros::TransportHints().tcpNoDelay());
+}
+
+}  // namespace
 
 void takeStatus(const jackal_msgs::Status& message, RobotStatus& status) {
   const bool stopped = message.driver_external_stop_present && message.driver_external_stop_stopped;
@@ -23,47 +33,32 @@ std::optional<WheelCommand> wheelCommand(const jackal_msgs::Drive& message) {
 
 RobotReports::RobotReports(ros::NodeHandle& node, std::function<void(const ros::Time&)> on_feedback,
                            std::function<void(const RobotStatus&)> on_message) {
-  const auto no_delay = ros::TransportHints().tcpNoDelay();
-  subscribers_[0] = node.subscribe<std_msgs::Bool>(
-      "e_stop", 10,
-      [this, on_message](const std_msgs::BoolConstPtr& message) {
-        status_.emergency_stop = message->data;
-        on_message(status_);
-      },
-      {}, no_delay);
-  subscribers_[1] = node.subscribe<jackal_msgs::Status>(
-      "status", 10,
-      [this, on_message](const jackal_msgs::StatusConstPtr& message) {
-        takeStatus(*message, status_);
-        on_message(status_);
-      },
-      {}, no_delay);
-  subscribers_[2] = node.subscribe<jackal_msgs::Feedback>(
-      "feedback", 50,
-      [this, on_feedback, on_message](const jackal_msgs::FeedbackConstPtr& message) {
-        if (message->header.stamp.isZero()) return;
-        on_feedback(message->header.stamp);
-        takeFeedback(*message, status_);
-        on_message(status_);
-      },
-      {}, no_delay);
+  subscribers_[0] = subscribe<std_msgs::Bool>(node, "e_stop", 10, [=](const std_msgs::Bool& message) {
+    status_.emergency_stop = message.data;
+    on_message(status_);
+  });
+  subscribers_[1] = subscribe<jackal_msgs::Status>(node, "status", 10, [=](const jackal_msgs::Status& message) {
+    takeStatus(message, status_);
+    on_message(status_);
+  });
+  subscribers_[2] = subscribe<jackal_msgs::Feedback>(node, "feedback", 50, [=](const jackal_msgs::Feedback& message) {
+    if (message.header.stamp.isZero()) return;
+    on_feedback(message.header.stamp);
+    takeFeedback(message, status_);
+    on_message(status_);
+  });
 }
 
 AppliedCommands::AppliedCommands(ros::NodeHandle& node, const GeometryParameters& geometry, const Callback& callback) {
-  const auto no_delay = ros::TransportHints().tcpNoDelay();
-  drive_subscriber_ = node.subscribe<jackal_msgs::Drive>(
-      "cmd_drive", 10,
-      [callback](const jackal_msgs::DriveConstPtr& message) {
-        if (const auto command = wheelCommand(*message)) callback(*command, AppliedSource::drive);
-      },
-      {}, no_delay);
-  twist_subscriber_ = node.subscribe<geometry_msgs::Twist>(
-      "jackal_velocity_controller/cmd_vel", 10,
-      [callback, kinematics = SkidSteerKinematics(geometry)](const geometry_msgs::TwistConstPtr& message) {
-        const auto v = setPoint(*message);
+  drive_subscriber_ = subscribe<jackal_msgs::Drive>(node, "cmd_drive", 10, [callback](const jackal_msgs::Drive& drive) {
+    if (const auto command = wheelCommand(drive)) callback(*command, AppliedSource::drive);
+  });
+  const SkidSteerKinematics kinematics(geometry);
+  twist_subscriber_ = subscribe<geometry_msgs::Twist>(
+      node, "jackal_velocity_controller/cmd_vel", 10, [callback, kinematics](const geometry_msgs::Twist& twist) {
+        const auto v = setPoint(twist);
         if (v) callback(kinematics.wheelSpeeds(v->forward, v->yaw_rate), AppliedSource::twist);
-      },
-      {}, no_delay);
+      });
 }
 
 }  // namespace jackal_aic

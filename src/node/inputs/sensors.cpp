@@ -146,24 +146,17 @@ void SensorPairing::reset() {
   synchronizer_->registerCallback(&SensorPairing::onPair, this);
 }
 
-std::string SensorPairing::refusalOf(const sensor_msgs::JointState& message, const ros::Time& now) const {
-  if (!mentionsAny(message, names_.left_wheel_joints) || !mentionsAny(message, names_.right_wheel_joints)) {
-    return " with the wheels of one side only";
-  }
-  const std::string stamp = jackal_aic::refusalOf(message.header.stamp, now);
-  if (!stamp.empty()) return stamp;
-  const bool complete =
-      meanVelocity(message, names_.left_wheel_joints) && meanVelocity(message, names_.right_wheel_joints);
-  return complete ? "" : " with a wheel velocity that is missing or not finite";
-}
-
 std::optional<SensorReading> SensorPairing::addWheels(const sensor_msgs::JointStateConstPtr& message,
                                                       const ros::Time& now) {
   refusal_.clear();
-  if (!mentionsAny(*message, names_.left_wheel_joints) && !mentionsAny(*message, names_.right_wheel_joints)) {
-    return std::nullopt;
+  const bool left_side = mentionsAny(*message, names_.left_wheel_joints);
+  const bool right_side = mentionsAny(*message, names_.right_wheel_joints);
+  if (!left_side && !right_side) return std::nullopt;
+  refusal_ = left_side && right_side ? refusalOf(message->header.stamp, now) : " with the wheels of one side only";
+  if (refusal_.empty() &&
+      !(meanVelocity(*message, names_.left_wheel_joints) && meanVelocity(*message, names_.right_wheel_joints))) {
+    refusal_ = " with a wheel velocity that is missing or not finite";
   }
-  refusal_ = refusalOf(*message, now);
   if (!refusal_.empty()) {
     refusal_.insert(0, "joint states");
     return std::nullopt;

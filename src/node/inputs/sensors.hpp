@@ -96,7 +96,6 @@ class SensorPairing {
   using Policy = message_filters::sync_policies::ApproximateTime<sensor_msgs::JointState, sensor_msgs::Imu>;
 
   void onPair(const sensor_msgs::JointStateConstPtr& wheels, const sensor_msgs::ImuConstPtr& imu);
-  std::string refusalOf(const sensor_msgs::JointState& message, const ros::Time& now) const;
   Observation wheelsAlone(const sensor_msgs::JointState& message) const;
 
   RobotNames names_;

@@ -15,12 +15,6 @@ constexpr double kSensorPatience = 3.0;
 /// Wall time in which a subscriber finds the commands at the start [s].
 constexpr double kConnection = 2.0;
 
-/// Whether reason() of the two can differ.
-bool tellTheSame(const DriveLoopStatus& a, const DriveLoopStatus& b) {
-  return a.decision.cause == b.decision.cause && a.decision.unacknowledged == b.decision.unacknowledged &&
-         a.fault == b.fault && a.share == b.share && a.loss == b.loss && a.handed_over == b.handed_over;
-}
-
 /// A remedy as the next sentence, or an empty text.
 std::string sentence(const char* remedy) { return *remedy == '\0' ? "" : std::string(". ") + remedy; }
 
@@ -31,20 +25,11 @@ bool undecided(const DriveLoopStatus& status) {
 
 }  // namespace
 
-bool StopReason::update(const DriveLoopStatus& status, const std::string& contender) {
-  if (tellTheSame(status, status_) && contender == contender_) return false;
-  text_ = reason(status, contender);
-  status_ = status;
-  contender_ = contender;
-  return true;
-}
-
 bool StatusReport::update(const DriveLoopStatus& status, const std::string& contender) {
-  const DriveLoopStatus before = status_;
-  status_ = status;
+  const DriveLoopStatus before = std::exchange(status_, status);
+  const std::string reason_before = std::exchange(reason_, jackal_aic::reason(status, contender));
   const bool decided =
       status.decision.status != before.decision.status || status.decision.cause != before.decision.cause;
-  const bool changed = reason_.update(status, contender) || decided;
   if (status.rejected_measurements != before.rejected_measurements) {
     refused("measurement whose stamp is not later than the last one, or ahead of the clock",
             status.rejected_measurements);
@@ -62,7 +47,8 @@ bool StatusReport::update(const DriveLoopStatus& status, const std::string& cont
   logLoss();
   if (decided) logDecision(before);
   logClearedCause(before);
-  return changed && !undecided(status);  // why it is idle is reported with the next action step
+  return (decided || reason_ != reason_before) &&
+         !undecided(status);  // why it is idle is reported with the next action step
 }
 
 void StatusReport::refused(const std::string& what, std::uint32_t count) {
@@ -209,14 +195,9 @@ DiagnosticsOutput::DiagnosticsOutput(std::string controller, std::string set_poi
   updater_.add("Active inference controller", this, &DiagnosticsOutput::fill);
 }
 
-void DiagnosticsOutput::look(const DriveLoopStatus& status, const std::string& contender, const Figures& figures) {
-  reason_.update(status, contender);
-  looks_.push({status, contender, figures});  // if the other thread is seconds late, a later look tells the newest
-}
-
 void DiagnosticsOutput::announce() {
   if (ready_told_ || !told_) return;
-  const StopCauses& missing = told_->figures.missing;
+  const StopCauses& missing = told_->missing;
   if (told_->status.decision.status == DriveStatus::driving) ready_told_ = true;  // which is reported itself
   if (missing.worst() == StopCause::none && !ready_told_) {
     ready_told_ = true;
@@ -239,7 +220,7 @@ void DiagnosticsOutput::publish(const std::string& unheard) {
   bool changed = false;
   looks_.consume_all([&](const Look& look) {
     changed = report_.update(look.status, look.contender) || changed || !told_ ||
-              look.figures.missing.worst() != told_->figures.missing.worst();
+              look.missing.worst() != told_->missing.worst();
     told_ = look;
   });
   announce();
@@ -249,11 +230,11 @@ void DiagnosticsOutput::publish(const std::string& unheard) {
 
 void DiagnosticsOutput::fill(diagnostic_updater::DiagnosticStatusWrapper& status) {
   const bool lasted = (ros::WallTime::now() - heard_).toSec() > kConnection;
-  const Figures figures = told_ ? told_->figures : Figures{};
-  report_.diagnose(status, figures.missing, lasted ? unheard_ : "");
-  status.add("Rejected measurements", figures.rejected_measurements);
-  status.add("Master reachable", figures.master_reachable ? "yes" : "no");
-  status.add("Free energy", figures.free_energy);
+  const Look look = told_.value_or(Look{});
+  report_.diagnose(status, look.missing, lasted ? unheard_ : "");
+  status.add("Rejected measurements", look.rejected_measurements);
+  status.add("Master reachable", look.master_reachable ? "yes" : "no");
+  status.add("Free energy", look.free_energy);
 }
 
 }  // namespace jackal_aic

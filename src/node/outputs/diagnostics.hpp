@@ -16,21 +16,6 @@
 
 namespace jackal_aic {
 
-/// Why the robot is not driven, put into words when it changes.
-class StopReason {
- public:
-  /// Looks at the status. @param contender who else publishes commands, if that is known. True if it has changed.
-  bool update(const DriveLoopStatus& status, const std::string& contender);
-
-  /// reason(DriveLoopStatus) of the last update.
-  const std::string& text() const { return text_; }
-
- private:
-  DriveLoopStatus status_;
-  std::string contender_;
-  std::string text_;
-};
-
 /// Tells what has changed between two looks at the status.
 class StatusReport {
  public:
@@ -49,7 +34,7 @@ class StatusReport {
   static void refused(const std::string& what, std::uint32_t count);
 
   /// reason(DriveLoopStatus) of the last update.
-  const std::string& reason() const { return reason_.text(); }
+  const std::string& reason() const { return reason_; }
 
   /// Level, reason and counters of the last update. @param missing sources that have not come since the start
   /// (wheels_missing, imu_missing), which are reported while it is idle. @param unheard says that the commands have no
@@ -73,14 +58,16 @@ class StatusReport {
   bool loss_pending_ = false;      // the same for a loss
   ros::WallTime pending_since_;
   StopCause logged_stop_ = StopCause::none;  // for which the robot brakes
-  StopReason reason_;
+  std::string reason_;
 };
 
 /// Log lines and /diagnostics of the node, by another thread than the one that drives.
 class DiagnosticsOutput {
  public:
-  /// What is reported in addition to the status.
-  struct Figures {
+  /// What is reported.
+  struct Look {
+    DriveLoopStatus status;
+    std::string contender;  ///< as in StatusReport::update()
     std::uint32_t rejected_measurements = 0;
     double free_energy = 0.0;
     bool master_reachable = true;
@@ -91,27 +78,18 @@ class DiagnosticsOutput {
   /// @param set_point_deadline as StatusReport.
   DiagnosticsOutput(std::string controller, std::string set_point_topic, double set_point_deadline);
 
-  /// In the thread that drives: hands over what is to be reported. @param contender as in StatusReport::update().
-  void look(const DriveLoopStatus& status, const std::string& contender, const Figures& figures);
-
-  /// In the thread that drives: why the robot is not driven.
-  const std::string& reason() const { return reason_.text(); }
+  /// In the thread that drives: hands over what is to be reported. If the other thread is seconds late, a later look
+  /// has the newest.
+  void look(const Look& look) { looks_.push(look); }
 
   /// In the other thread: logs what has changed, and publishes if it is time to, or if something has changed.
   /// @param unheard as in StatusReport::diagnose(); it is reported when it has lasted.
   void publish(const std::string& unheard);
 
  private:
-  struct Look {
-    DriveLoopStatus status;
-    std::string contender;
-    Figures figures;
-  };
-
   void announce();
   void fill(diagnostic_updater::DiagnosticStatusWrapper& status);
 
-  StopReason reason_;  // of the thread that drives
   boost::lockfree::spsc_queue<Look, boost::lockfree::capacity<256>> looks_;
 
   // Of the other thread.

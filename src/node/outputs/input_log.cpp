@@ -135,7 +135,7 @@ void addInput(const DriveInput& input, LoopInputs& message) {
   Archive archive(added.values, false);
   std::visit(Values{archive}, copy);
   if (const auto* changed = std::get_if<GainsInput>(&input.what)) {
-    message.gains.push_back(std::visit([](const auto& gains) { return gainsText(gains); }, changed->gains));
+    message.gains.push_back(gainsText(changed->gains));
   }
 }
 

@@ -30,7 +30,7 @@ void fillState(const DriveLoop& loop, const GeometryParameters& geometry, const 
 
 /// What the surroundings of the loop add to its state.
 struct StateRemarks {
-  std::string reason;          ///< for which the robot is not driven, see StopReason
+  std::string reason;          ///< why the robot is not driven, reason(DriveLoopStatus)
   std::string unheard;         ///< says that the commands have no subscriber; empty: they have one
   bool by_another = false;     ///< another node has the motors
   std::uint32_t rejected = 0;  ///< messages of sensors that the loop has not seen

@@ -18,13 +18,11 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kRounding = 1.0 + 1e-6;  // a bound is read again in spite of it
-constexpr double kAlphaRange = 2.0 * kRounding;
-constexpr double kTurnRange = 4.0 * kRounding;  // the widest robot.track_range; the belief keeps to that of the robot
+constexpr double kAlphaRange = 2.0, kTrackRange = 4.001;  // to the configured ones; the widest robot.track_range
+constexpr double kLargest = 1e6;                          // of a coefficient or a covariance
 constexpr std::size_t kCoefficients = 4, kTriangle = kCoefficients * (kCoefficients + 1) / 2;
-constexpr double kLargest = 1e6;  // of a coefficient or a covariance
 
-/// Slip as it stands in the file, with the ranges in which the belief stays.
+/// Slip as it stands in the file.
 struct KeptSlip {
   SlipState slip, configured;
   std::vector<double> turn_coefficients{};  // empty: nothing known
@@ -33,16 +31,15 @@ struct KeptSlip {
 
 template <class Visitor>
 void describeFields(Visitor& v, KeptSlip& p) {
-  const double alpha = p.configured.slip_factor;
+  const double alpha = p.configured.slip_factor, track = p.configured.effective_track;
   v.field("slip_factor", p.slip.slip_factor, {alpha / kAlphaRange, alpha * kAlphaRange}, "", Presence::required);
-  // The belief bounds the ratio alpha / b_hat.
-  const double track = p.configured.effective_track * p.slip.slip_factor / alpha;
-  v.field("effective_track", p.slip.effective_track, {track / kTurnRange, track * kTurnRange}, "m", Presence::required);
+  v.field("effective_track", p.slip.effective_track, {track / kTrackRange, track * kTrackRange}, "m",
+          Presence::required);
   v.field("turn_coefficients", p.turn_coefficients, {-kLargest, kLargest}, kCoefficients, "", Presence::optional);
   v.field("turn_covariance", p.turn_covariance, {-kLargest, kLargest}, kTriangle, "", Presence::optional);
 }
 
-/// The configuration before the robot learned, in words: what was learned with other words does not count.
+/// The configuration before the robot learned, in words.
 struct Configured {
   std::string slip, drive_train;
 };
@@ -58,6 +55,10 @@ Configured wordsOf(const LearnedModel& model) {
           model.timing ? fmt::format("dead time {:g} s, lag {:g} s", model.timing->dead_time, model.timing->lag) : ""};
 }
 
+void requireSame(const std::string& then, const std::string& now) {
+  if (then != now) throw ParameterError(fmt::format("learned with {}, configured with {} now", then, now));
+}
+
 /// @throws ParameterError if there are too few numbers, or if TurnModel would not take them.
 std::optional<TurnCoefficients> turnOf(const KeptSlip& p) {
   if (p.turn_coefficients.empty() && p.turn_covariance.empty()) return std::nullopt;
@@ -67,17 +68,17 @@ std::optional<TurnCoefficients> turnOf(const KeptSlip& p) {
                     p.turn_coefficients.size(), p.turn_covariance.size(), kCoefficients, kTriangle));
   }
   TurnCoefficients turn;
-  std::size_t next = 0;
+  auto next = p.turn_covariance.begin();
   for (int i = 0; i < turn.mean.size(); ++i) {
     turn.mean(i) = p.turn_coefficients[static_cast<std::size_t>(i)];
-    for (int j = 0; j <= i; ++j) turn.covariance(i, j) = turn.covariance(j, i) = p.turn_covariance[next++];
+    for (int j = 0; j <= i; ++j) turn.covariance(i, j) = turn.covariance(j, i) = *next++;
   }
   TurnModel(1.0).setCoefficients(turn);
   return turn;
 }
 
 std::string textOf(const LearnedModel& learned, const LearnedModel& configured) {
-  KeptSlip kept{learned.slip, learned.slip};
+  KeptSlip kept{learned.slip, configured.slip};
   const TurnCoefficients turn =
       learned.slip.turn.value_or(TurnModel(learned.slip.slip_factor / learned.slip.effective_track).coefficients());
   for (int i = 0; i < turn.mean.size(); ++i) {
@@ -97,39 +98,22 @@ std::string textOf(const LearnedModel& learned, const LearnedModel& configured) 
   throw ParameterError("slip.file = " + jackal_aic::quoted(path) + ": " + what);
 }
 
-KeptModel readKept(ParameterMap& map, const LearnedModel& configured) {
-  const Configured now = wordsOf(configured), then = readParameters(map, "configured", now);
-  KeptModel kept{{configured.slip, std::nullopt}, ""};
-  /// True if a part counts; else its keys are passed over.
-  const auto counts = [&](const std::string& part, const std::string& before, const std::string& present) {
-    if (before == present) return true;
-    for (const std::string& key : map.keys()) {
-      if (key.rfind(part + ".", 0) == 0) map.take(key);
-    }
-    kept.left_out +=
-        fmt::format("{}{} (configured with {} then, {} now)", kept.left_out.empty() ? "" : "; ", part, before, present);
-    return false;
-  };
-  if (counts("slip", then.slip, now.slip)) {
-    const KeptSlip read = readParameters(map, "slip", KeptSlip{configured.slip, configured.slip});
-    kept.learned.slip = {read.slip.effective_track, read.slip.slip_factor, turnOf(read)};
-  }
-  if (map.hasSection("drive_train") && counts("drive_train", then.drive_train, now.drive_train)) {
-    kept.learned.timing = readParameters<DriveTrainTiming>(map, "drive_train");
-  }
-  map.refuseUnknown();
-  return kept;
-}
-
 }  // namespace
 
-std::optional<KeptModel> readLearnedFile(const std::string& path, const LearnedModel& configured) {
+std::optional<LearnedModel> readLearnedFile(const std::string& path, const LearnedModel& configured) {
   std::error_code unknown;
   if (std::filesystem::status(path, unknown).type() == std::filesystem::file_type::not_found) return std::nullopt;
   try {
     ParameterMap map;
     addYamlFile(path, map);
-    return readKept(map, configured);
+    const Configured now = wordsOf(configured), then = readParameters(map, "configured", now);
+    requireSame(then.slip, now.slip);
+    requireSame(then.drive_train, now.drive_train);
+    const KeptSlip read = readParameters(map, "slip", KeptSlip{configured.slip, configured.slip});
+    LearnedModel learned{{read.slip.effective_track, read.slip.slip_factor, turnOf(read)}};
+    if (map.hasSection("drive_train")) learned.timing = readParameters<DriveTrainTiming>(map, "drive_train");
+    map.refuseUnknown();
+    return learned;
   } catch (const ParameterError& error) {
     fail(path, error.what());
   }
@@ -147,6 +131,13 @@ void writeLearnedFile(const std::string& path, const LearnedModel& learned, cons
   if (std::rename(fresh.c_str(), path.c_str()) != 0) {
     fail(path, std::string("cannot be replaced: ") + std::strerror(errno));
   }
+}
+
+bool putAside(const std::string& path) {
+  std::error_code failure;
+  if (!std::filesystem::is_regular_file(path, failure)) return false;
+  std::filesystem::rename(path, path + ".old", failure);
+  return !failure;
 }
 
 }  // namespace jackal_aic

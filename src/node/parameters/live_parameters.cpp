@@ -41,7 +41,7 @@ class ThesisServer : public LiveParameterServer {
                LoopExchange& loop)
       : geometry_(parameters.geometry),
         loop_(loop),
-        gain_server_({node, "controller"}, gains, [this](const auto& wanted) { adopt(wanted); }) {
+        gain_server_(node, "controller", gains, [this](const auto& wanted) { adopt(wanted); }) {
     if (parameters.plant_model) plant_ = drivenModel(*parameters.plant_model);
     if (!plant_) {
       ROS_INFO("No plant model: checked the stability of the belief update only, not of the closed loop");
@@ -52,7 +52,6 @@ class ThesisServer : public LiveParameterServer {
 
  private:
   void adopt(const ControllerParameters& wanted) {
-    requireInRange(wanted, "controller");
     validate(wanted, geometry_);
     if (plant_) requireStableGains(LinearLoop(wanted, geometry_, *plant_));
     loop_.adoptGains(wanted);
@@ -76,16 +75,11 @@ class PredictiveServer : public LiveParameterServer {
         path_(parameters.slip_file),
         freeze_service_(ros::NodeHandle(node).advertiseService("freeze_learning", &PredictiveServer::onFreeze, this)),
         save_service_(ros::NodeHandle(node).advertiseService("save_learned_model", &PredictiveServer::onSave, this)),
-        gain_server_({node, "predictive"}, gains, [this](const auto& wanted) { adoptGains(wanted); }),
-        variance_server_({node, "sensors"}, gains, [this](const auto& wanted) { adoptVariances(wanted); }) {
+        gain_server_(node, "predictive", gains, [this](const auto& wanted) { adoptGains(wanted); }),
+        variance_server_(node, "sensors", gains, [this](const auto& wanted) { adoptVariances(wanted); }) {
     tellCertificate(LinearLoop(gains, model_, model_));
     if (path_.empty()) return;
-    if (const auto kept = readLearnedFile(path_, configured_)) {
-      loop_.setLearned(kept->learned);
-      if (!kept->left_out.empty()) {
-        ROS_WARN("Ignored part of the learned file %s: %s", path_.c_str(), kept->left_out.c_str());
-      }
-    }
+    read();
     if (write().empty()) ROS_INFO("Learned file %s: %s", path_.c_str(), describe(loop_.learned()).c_str());
   }
 
@@ -100,6 +94,16 @@ class PredictiveServer : public LiveParameterServer {
   }
 
  private:
+  /// A file that cannot be used is no reason to stand.
+  void read() {
+    try {
+      if (const auto kept = readLearnedFile(path_, configured_)) loop_.setLearned(*kept);
+    } catch (const ParameterError& error) {
+      const std::string aside = putAside(path_) ? ", and the file is now " + path_ + ".old" : "";
+      ROS_WARN("%s. Learning starts from the configuration%s", error.what(), aside.c_str());
+    }
+  }
+
   /// Returns why it failed, after a warning: a robot drives without the file, which the next attempt may write.
   std::string write() const {
     try {
@@ -127,12 +131,10 @@ class PredictiveServer : public LiveParameterServer {
 
   void adoptGains(PredictiveParameters wanted) {
     static_cast<SensorNoise&>(wanted) = gains_;
-    requireInRange(wanted, "predictive");
     adopt(wanted);
   }
 
   void adoptVariances(const SensorNoise& wanted) {
-    requireInRange(wanted, "sensors");
     PredictiveParameters gains = gains_;
     static_cast<SensorNoise&>(gains) = wanted;
     adopt(gains);

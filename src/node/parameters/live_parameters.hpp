@@ -14,15 +14,13 @@
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
-#include <type_traits>
 #include <utility>
-#include <vector>
 
 #include "jackal_aic/predictive/learned_model.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
@@ -31,85 +29,90 @@
 
 namespace jackal_aic {
 
-/// Calls visit(name, gain, setting) for each gain of the thesis' structure that can be changed while it runs.
-template <class Parameters, class Visit>
-void visitGains(Parameters& gains, ControllerGainsConfig& config, const Visit& visit) {
-  visit("tau", gains.tau, config.tau);
-  visit("kappa_mu", gains.kappa_mu, config.kappa_mu);
-  visit("kappa_a", gains.kappa_a, config.kappa_a);
+/// Values by the names that parameters and settings of dynamic_reconfigure share.
+using NamedValues = std::map<std::string, ParameterValue>;
+
+/// The settings of a config.
+template <class Config>
+NamedValues settingsOf(const Config& config) {
+  dynamic_reconfigure::Config message;
+  config.__toMessage__(message);
+  NamedValues values;
+  for (const auto& setting : message.doubles) values[setting.name] = setting.value;
+  for (const auto& setting : message.bools) values[setting.name] = static_cast<bool>(setting.value);
+  return values;
 }
 
-/// As above, for the predictive structure.
-template <class Parameters, class Visit>
-void visitGains(Parameters& gains, PredictiveGainsConfig& config, const Visit& visit) {
-  visit("belief_learning_rate", gains.belief_learning_rate, config.belief_learning_rate);
-  visit("action_learning_rate", gains.action_learning_rate, config.action_learning_rate);
-  visit("reference_time", gains.reference_time, config.reference_time);
-  visit("speed_process_noise", gains.speed_process_noise, config.speed_process_noise);
-  visit("yaw_process_noise", gains.yaw_process_noise, config.yaw_process_noise);
-  visit("disturbance_process_noise", gains.disturbance_process_noise, config.disturbance_process_noise);
-  visit("dead_time_deviation", gains.dead_time_deviation, config.dead_time_deviation);
-  visit("learn_track", gains.learn_track, config.learn_track);
-  visit("learn_drive_train", gains.learn_drive_train, config.learn_drive_train);
-  visit("yaw_delay_deviation", gains.yaw_delay_deviation, config.yaw_delay_deviation);
-  visit("slip_excitation", gains.slip_excitation, config.slip_excitation);
-  visit("turning_centre", gains.turning_centre, config.turning_centre);
-}
-
-/// The variances of the measurements, which the predictive structure takes while it runs.
-template <class Parameters, class Visit>
-void visitGains(Parameters& sensors, SensorNoiseConfig& config, const Visit& visit) {
-  visit("wheel_variance", sensors.wheel_variance, config.wheel_variance);
-  visit("gyro_variance", sensors.gyro_variance, config.gyro_variance);
-  visit("accelerometer_variance", sensors.accelerometer_variance, config.accelerometer_variance);
+/// A config with other values of the settings that are named.
+template <class Config>
+Config withSettings(Config config, const NamedValues& values) {
+  dynamic_reconfigure::Config message;
+  config.__toMessage__(message);
+  for (auto& setting : message.doubles) {
+    if (values.count(setting.name) > 0) setting.value = std::get<double>(values.at(setting.name));
+  }
+  for (auto& setting : message.bools) {
+    if (values.count(setting.name) > 0) setting.value = std::get<bool>(values.at(setting.name));
+  }
+  config.__fromMessage__(message);
+  return config;
 }
 
 /// The lower or the upper ends of the ranges of parameters (describeFields) as a config, for clients to be shown.
 /// @param side &Bounds::low or &Bounds::high; @param config keeps what has no range.
 template <class Config, class Parameters>
-Config rangeOf(const Parameters& parameters, double Bounds::*side, Config config) {
-  const std::vector<Field> fields = fieldsOf(parameters);
-  visitGains(parameters, config, [&](const char* name, const auto&, auto& setting) {
-    const auto field = std::find_if(fields.begin(), fields.end(), [&](const Field& f) { return f.name == name; });
-    if (field == fields.end() || !field->bounds) return;
-    setting = static_cast<std::decay_t<decltype(setting)>>((*field->bounds).*side);
-  });
-  return config;
+Config rangeOf(const Parameters& parameters, double Bounds::*side, const Config& config) {
+  NamedValues ends;
+  for (const Field& field : fieldsOf(parameters)) {
+    if (field.bounds) ends[field.name] = (*field.bounds).*side;
+  }
+  return withSettings(config, ends);
 }
 
-/// Offers parameters in a namespace, by default the private one in which the YAML has them. One that is out of its
-/// range (describeFields) is refused, not clamped: rqt_reconfigure shows the range, and keeps to it by itself.
+/// Offers the parameters that a config names in a namespace, by default the private one in which the YAML has them. One
+/// that is out of its range (describeFields) is refused, not clamped: rqt_reconfigure shows the range, and keeps to it
+/// by itself.
 template <class Parameters, class Config>
 class GainServer {
  public:
   /// Takes wanted gains over in the place of the running ones. Throws ParameterError with the reason why it does not.
   using Adopt = std::function<void(const Parameters& wanted)>;
 
-  /// @param node its namespace; @param running gains at the start; @param adopt called for every change. What was taken
-  /// over or refused is logged by name, and the client of a refused change gets the running gains back.
-  GainServer(const ros::NodeHandle& node, const Parameters& running, Adopt adopt)
-      : running_(running), adopt_(std::move(adopt)), server_(node) {
-    showRanges();
+  /// @param node the controller's namespace; @param section of the parameters in it; @param running gains at the start;
+  /// @param adopt called for every change. What was taken over or refused is logged by name, and the client of a
+  /// refused change gets the running gains back.
+  GainServer(const ros::NodeHandle& node, const std::string& section, const Parameters& running, Adopt adopt)
+      : section_(section), running_(running), adopt_(std::move(adopt)), server_({node, section}) {
+    Config low, high;
+    server_.getConfigMin(low);
+    server_.getConfigMax(high);
+    server_.setConfigMin(rangeOf(running_, &Bounds::low, low));
+    server_.setConfigMax(rangeOf(running_, &Bounds::high, high));
     server_.setCallback([this](Config& config, std::uint32_t level) {
-      if (level != kAtStart) onRequest(config);
-      showRunning(config);
+      constexpr std::uint32_t kAtStart = ~0u;  // the server calls when it gets its callback
+      if (level != kAtStart) onRequest(settingsOf(config));
+      NamedValues now;
+      for (const Field& field : fieldsOf(running_)) now[field.name] = field.value;
+      config = withSettings(config, now);
     });
   }
 
  private:
-  static constexpr std::uint32_t kAtStart = ~0u;  // level with which the server calls when it gets its callback
-
-  void onRequest(Config& config) {
-    Parameters wanted = running_;
+  void onRequest(const NamedValues& asked) {
+    ParameterMap map;
     std::string changes, refused;
-    visitGains(wanted, config, [&](const char* name, auto& gain, auto& setting) {
-      if (setting == gain) return;
-      refused += fmt::format("{}{} = {} (stays {})", refused.empty() ? "" : ", ", name, setting, gain);
-      gain = setting;
-      changes += fmt::format(" {} = {}", name, gain);
-    });
+    for (const Field& field : fieldsOf(running_)) {
+      const auto found = asked.find(field.name);
+      const ParameterValue& wanted = found == asked.end() ? field.value : found->second;
+      map.set((section_.empty() ? "" : section_ + ".") + field.name, wanted);
+      if (wanted == field.value) continue;
+      const std::string change = field.name + " = " + describe(wanted);
+      refused += fmt::format("{}{} (stays {})", refused.empty() ? "" : ", ", change, describe(field.value));
+      changes += " " + change;
+    }
     if (changes.empty()) return;
     try {
+      const Parameters wanted = readParameters(map, section_, running_);
       adopt_(wanted);
       running_ = wanted;
       ROS_INFO("Changed:%s", changes.c_str());
@@ -118,18 +121,7 @@ class GainServer {
     }
   }
 
-  void showRunning(Config& config) const {
-    visitGains(running_, config, [](const char*, const auto& gain, auto& setting) { setting = gain; });
-  }
-
-  void showRanges() {
-    Config low, high;
-    server_.getConfigMin(low);
-    server_.getConfigMax(high);
-    server_.setConfigMin(rangeOf(running_, &Bounds::low, low));
-    server_.setConfigMax(rangeOf(running_, &Bounds::high, high));
-  }
-
+  std::string section_;
   Parameters running_;
   Adopt adopt_;
   dynamic_reconfigure::Server<Config> server_;
@@ -181,9 +173,8 @@ class LiveParameterServer {
 /// namespace. thesis: dynamic_reconfigure of the gains in `controller`; predictive: in `predictive` and `sensors`, and
 /// the services freeze_learning (std_srvs/SetBool), which stops and resumes learning, and save_learned_model
 /// (std_srvs/Trigger), which writes the learned file at once. With such a file (slip.file) what was learned outlives
-/// the process.
+/// the process; a file that cannot be read or written is a warning.
 /// @param node the namespace; @param parameters of the node; @param loop has to outlive what is returned.
-/// @throws ParameterError if the learned file cannot be read; one that cannot be written is a warning.
 std::unique_ptr<LiveParameterServer> serveLiveParameters(const ros::NodeHandle& node, const NodeParameters& parameters,
                                                          LoopExchange& loop);
 

@@ -126,11 +126,13 @@ auto readFile(const std::string& path, const Read& read) {
 
 }  // namespace
 
-std::string gainsText(const ControllerParameters& gains) { return yamlBlock("controller", gains); }
+std::string gainsText(const Gains& gains) {
+  if (const auto* thesis = std::get_if<ControllerParameters>(&gains)) return yamlBlock("controller", *thesis);
+  const auto& predictive = std::get<PredictiveParameters>(gains);
+  return yamlBlock("predictive", predictive) + sensorText(predictive);
+}
 
-std::string gainsText(const PredictiveParameters& gains) { return yamlBlock("predictive", gains) + sensorText(gains); }
-
-std::variant<ControllerParameters, PredictiveParameters> readGainsText(const std::string& text) {
+Gains readGainsText(const std::string& text) {
   ParameterMap map;
   addYamlText(text, "gains", map);
   const auto sensors = readParameters<SensorNoise>(map, "sensors");
@@ -225,18 +227,11 @@ NodeParameters readNodeParameters(ParameterMap map, const std::function<std::str
   return parameters;
 }
 
-ControllerFile readControllerFile(const std::string& path) {
+NodeParameters readControllerFile(const std::string& path) {
   return readFile(path, [](ParameterMap& map) {
-    const NodeParameters node = readConfiguration(map);
-    ControllerFile file{{}, node.geometry, node.gate.limits, node.plant_model};
-    if (const auto* gains = std::get_if<ControllerParameters>(&node.controller)) {
-      file.controller = *gains;
-    } else if (const auto* predictive = std::get_if<PredictiveParameters>(&node.controller)) {
-      file.controller = *predictive;
-    } else {
-      throw ParameterError("controller.* and predictive.*: missing; expected gains of one of them");
-    }
-    return file;
+    NodeParameters node = readConfiguration(map);
+    if (!std::holds_alternative<DifferentialDriveParameters>(node.controller)) return node;
+    throw ParameterError("controller.* and predictive.*: missing; expected gains of one of them");
   });
 }
 

@@ -119,28 +119,18 @@ NodeParameters readNodeParameters(ParameterMap map, const std::function<std::str
 /// slip_file, which belongs to a machine. @throws ParameterError as yamlNumber().
 std::string configurationText(const NodeParameters& parameters);
 
-/// The YAML text of gains and of the sensors' variances that belong to them.
-std::string gainsText(const ControllerParameters& gains);
-std::string gainsText(const PredictiveParameters& gains);
-
-/// What gainsText() wrote. @throws ParameterError if it is no such text.
-std::variant<ControllerParameters, PredictiveParameters> readGainsText(const std::string& text);
-
-/// Gains of a structure that can be certified.
+/// Gains of a structure that can be certified, and changed while it drives.
 using Gains = std::variant<ControllerParameters, PredictiveParameters>;
 
-/// A controller as its file describes it.
-struct ControllerFile {
-  Gains controller;
-  GeometryParameters geometry;
-  LimitParameters limits;
-  std::optional<PlantModel> model;  ///< drive train that a predictive controller believes in, if the file says
-};
+/// The YAML text of gains and of the sensors' variances that belong to them.
+std::string gainsText(const Gains& gains);
 
-/// Reads a preset, or the whole configuration of a controller node; what is not about gains, geometry, limits or the
-/// believed drive train is checked for unknown keys only. @throws ParameterError naming file and key, also for the
-/// open-loop baseline, which has no gains.
-ControllerFile readControllerFile(const std::string& path);
+/// What gainsText() wrote. @throws ParameterError if it is no such text.
+Gains readGainsText(const std::string& text);
+
+/// Reads a preset, or the whole configuration of a controller node, without its checks and without a URDF. @throws
+/// ParameterError naming file and key, also for the open-loop baseline, which has no gains.
+NodeParameters readControllerFile(const std::string& path);
 
 /// Reads a plant model (keys plant_model.*, as `identify` writes them). @throws ParameterError naming file and key,
 /// also if the file has no such keys.

@@ -1,15 +1,13 @@
 #include "process/controller_node.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <variant>
 
 #include "process/shutdown.hpp"
 
 namespace jackal_aic {
 namespace {
-
-/// Wall time between looks at who else publishes commands, and until the first answer counts [s].
-constexpr double kGraphPeriod = 0.5, kFirstGraphPeriod = 0.1;
 
 /// Wall time between looks at the clock [s].
 constexpr double kClockPeriod = 0.5;
@@ -84,10 +82,7 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
     live_parameters_->keep(ros::Time::now());
   };
   report_timer_ = withQueue(node_, requests_).createWallTimer(ros::WallDuration(kReportPeriod), tell);
-  others_.look();  // without a publisher of the emergency stop there is no wait
-  graph_timer_ = withQueue(node_, requests_)
-                     .createWallTimer(ros::WallDuration(kFirstGraphPeriod),
-                                      [this](const ros::WallTimerEvent&) { lookAtOthers(); });
+  others_.watch(withQueue(node_, requests_));
   changes_.apply(loop_, currentTime());  // of the learned file
   request_thread_.start();
 }
@@ -111,7 +106,6 @@ void ControllerNode::onWheels(const sensor_msgs::JointStateConstPtr& message) {
   if (reading) {
     const Observation& y = reading->observation;
     measured_(kForward) = kinematics_.bodyVelocity({y.wheel_left, y.wheel_right})(kForward);
-    wheels_heard_ = true;
   }
   take(reading, message->header.stamp, [&] { return loop_.receiveWheels(*reading, now); });
 }
@@ -121,7 +115,6 @@ void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
   const std::optional<SensorReading> reading = sensors_.addImu(message, last_now_);
   if (reading) {
     measured_(kYaw) = reading->observation.yaw_rate;
-    imu_heard_ = true;
   }
   take(reading, message->header.stamp, [&] { return loop_.receiveImu(*reading, now); });
 }
@@ -166,7 +159,7 @@ void ControllerNode::onActionTimer(const ros::TimerEvent&) {
     // Zero would keep the robot from following the other publisher.
     if (!others_.contended() || *command != WheelCommand{}) output_.publish(*command);
     const bool by_another = others_.contended() || loopStatus().handed_over;
-    state_.publish(measured_, last_now_, {diagnostics_.reason(), unheard_, by_another, rejected_readings_});
+    state_.publish(measured_, last_now_, {reason(loopStatus(), contender()), unheard_, by_another, rejected_readings_});
     odometry_.publish(applied, last_now_);
   }
   changes_.tell(loop_);
@@ -223,25 +216,19 @@ DriveLoopStatus ControllerNode::loopStatus() const {
 }
 
 void ControllerNode::resetSensors() {
-  wheels_heard_ = imu_heard_ = false;
+  measured_ = kNotMeasured;
   sensors_.reset();
   odometry_.reset();
 }
 
-DiagnosticsOutput::Figures ControllerNode::figures() const {
+void ControllerNode::reportStatus() {
   StopCauses missing;
   if (!std::holds_alternative<DifferentialDriveParameters>(parameters_.controller)) {  // which looks at none
-    missing.add(StopCause::wheels_missing, !wheels_heard_).add(StopCause::imu_missing, !imu_heard_);
+    missing.add(StopCause::wheels_missing, std::isnan(measured_(kForward)))
+        .add(StopCause::imu_missing, std::isnan(measured_(kYaw)));
   }
-  return {loop_.status().rejected_measurements + rejected_readings_, loop_.controller().freeEnergy(),
-          others_.masterReachable(), missing};
-}
-
-void ControllerNode::reportStatus() { diagnostics_.look(loopStatus(), contender(), figures()); }
-
-void ControllerNode::lookAtOthers() {
-  others_.look();
-  graph_timer_.setPeriod(ros::WallDuration(others_.checked() ? kGraphPeriod : kFirstGraphPeriod));
+  diagnostics_.look({loopStatus(), contender(), loop_.status().rejected_measurements + rejected_readings_,
+                     loop_.controller().freeEnergy(), others_.masterReachable(), missing});
 }
 
 /// Who else publishes commands or set points, and what to do about it.

@@ -2,16 +2,8 @@
 
 /// @file
 /// The ROS node around the drive loop: it converts, calls and publishes; what happens is decided in drive_loop.hpp.
-///
-/// Subscribes: joint_states (sensor_msgs/JointState), imu/data (sensor_msgs/Imu), jackal_AIC/set_point
-/// (geometry_msgs/Twist), jackal_AIC/set_point_stamped (TwistStamped), and if they are there e_stop (std_msgs/Bool),
-/// status and feedback (jackal_msgs). Publishes: cmd_drive (jackal_msgs/Drive), cmd_vel (geometry_msgs/Twist) or the
-/// two wheel topics of Gazebo, odom (nav_msgs/Odometry), with publish_inputs jackal_AIC/inputs (LoopInputs),
-/// sensor_generalized (SensorGeneralized), jackal_AIC/state (ControllerState), with the predictive structure
-/// jackal_AIC/belief (geometry_msgs/TwistWithCovarianceStamped), /diagnostics. Services ~enable and ~reset, and changes
-/// of gains and of what is learned: live_parameters.hpp.
+/// Topics and services: doc/reference/topics.md.
 
-#include <geometry_msgs/Twist.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <ros/spinner.h>
@@ -45,8 +37,7 @@ namespace jackal_aic {
 class ControllerNode {
  public:
   /// Opens the topics in the namespace of `node`, the services in that of `private_node`, and starts the timers.
-  /// @throws ParameterError if the set point comes from a topic on which our own commands come back, or as
-  /// serveLiveParameters().
+  /// @throws ParameterError if the set point comes from a topic on which our own commands come back.
   ControllerNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node, const NodeParameters& parameters);
 
   /// Brakes from now on, for the end of the node. The timers have to be served until atRest().
@@ -78,9 +69,7 @@ class ControllerNode {
   DriveLoopStatus loopStatus() const;
   void take(const std::optional<SensorReading>& reading, const ros::Time& stamp, const std::function<bool()>& receive);
   void resetSensors();
-  DiagnosticsOutput::Figures figures() const;
   void reportStatus();
-  void lookAtOthers();
   std::string contender() const;
 
   ros::NodeHandle node_;
@@ -108,9 +97,7 @@ class ControllerNode {
   ros::Time last_now_;   // of the last callback, to notice a clock that jumps back
   std::string unheard_;  // CommandOutput::complaint() of the last action
   std::uint32_t rejected_readings_ = 0;
-  bool wheels_heard_ = false;  // since the start
-  bool imu_heard_ = false;
-  BodyVector measured_ = kNotMeasured;  // the last by the wheels, and the gyro
+  BodyVector measured_ = kNotMeasured;  // the last by the wheels, and the gyro, since the start
   bool ending_ = false;
   bool refused_ = false;
   bool enabled_ = true;
@@ -123,7 +110,6 @@ class ControllerNode {
   double action_due_ = 0.0;  // time for which it is set [s]
   ros::WallTimer clock_timer_;
   ros::WallTimer report_timer_;
-  ros::WallTimer graph_timer_;
   ros::AsyncSpinner request_thread_;  // the last, so that it ends first
 };
 

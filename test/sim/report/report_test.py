@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The sentences of the report against runs of now: answers, statements, and what the notes say."""
 
 import csv
