@@ -59,23 +59,6 @@ TEST(StepSchedule, SequenceDoesNotDependOnHowTheTimersAreServed) {
   }
 }
 
-TEST(StepSchedule, BeliefWaitsAtTheBoundaryForALateAction) {
-  Timers timers;
-  timers.belief(50);
-  EXPECT_EQ(timers.steps, std::string(20, 'b'));
-  timers.action(40);
-  EXPECT_EQ(timers.steps, periods(2));
-}
-
-TEST(StepSchedule, LateTimerCatchesUpByWholePeriodsUpToABound) {
-  Timers timers;
-  timers.action(60);
-  EXPECT_EQ(timers.steps, periods(3));
-  timers.action(60 + 20 * 12);
-  EXPECT_EQ(timers.steps, periods(8));
-  EXPECT_EQ(timers.schedule.droppedPeriods(), 7u);
-}
-
 TEST(StepSchedule, TimerThatIsPutOffOrBroughtForwardRunsEveryStepOnce) {
   Timers late;
   late.action(27);
@@ -108,31 +91,6 @@ TEST(StepSchedule, NothingIsDueBeforeTheStartOrTwiceAtOnce) {
   timers.action(120);
   timers.action(120);
   EXPECT_EQ(timers.steps, periods(1));
-}
-
-TEST(StepSchedule, KeepsARateThatDoesNotDivideTheCallersClock) {
-  StepSchedule schedule(1000000000 / 300, 10, 5);
-  schedule.start(0);
-  int beliefs = 0, actions = 0;
-  for (std::int64_t t = 1; t <= 1000; ++t) {
-    const std::int64_t now = t * kMs;
-    for (int due = schedule.beliefStepsDue(now); due > 0; --due, ++beliefs) schedule.beliefStepDone();
-    const std::int64_t boundary = schedule.lastBoundary(now);
-    for (int due = schedule.actionPeriodsDue(boundary); due > 0; --due, ++actions) {
-      for (; schedule.beliefStepsLeft() > 0; ++beliefs) schedule.beliefStepDone();
-      schedule.actionStepDone(boundary);
-    }
-  }
-  EXPECT_EQ(actions, 30);
-  EXPECT_EQ(beliefs, 300);
-}
-
-TEST(StepSchedule, EqualRatesAlternate) {
-  StepSchedule schedule(20 * kMs, 1, 5);
-  schedule.start(0);
-  EXPECT_EQ(schedule.beliefStepsDue(19 * kMs), 0);
-  EXPECT_EQ(schedule.beliefStepsDue(20 * kMs), 1);
-  EXPECT_EQ(schedule.actionPeriodsDue(20 * kMs), 1);
 }
 
 }  // namespace
