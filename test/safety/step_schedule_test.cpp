@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
 #include <string>
 
 namespace jackal_aic {
@@ -38,25 +37,6 @@ std::string periods(int n) {
   std::string steps;
   for (int i = 0; i < n; ++i) steps += std::string(20, 'b') + 'A';
   return steps;
-}
-
-TEST(StepSchedule, SequenceDoesNotDependOnHowTheTimersAreServed) {
-  std::mt19937 random(3);
-  for (int trial = 0; trial < 200; ++trial) {
-    Timers timers;
-    for (int t = 1; t <= 100; ++t) {
-      const bool action = t % 20 == 0;
-      const bool on_time = trial == 0, action_first = !on_time && random() % 2 == 0;
-      if (action && action_first) timers.action(t);
-      if (on_time) timers.belief(t);
-      if (!on_time && random() % 3 != 0) timers.belief(t + static_cast<double>(random() % kMs) / kMs);
-      if (action && !action_first) timers.action(t);
-    }
-    EXPECT_EQ(timers.steps.substr(0, 105), periods(5));
-    if (trial == 0) {
-      EXPECT_EQ(timers.steps.size(), 105u);
-    }
-  }
 }
 
 TEST(StepSchedule, TimerThatIsPutOffOrBroughtForwardRunsEveryStepOnce) {
