@@ -28,17 +28,6 @@ TEST(TimeSeries, SampleThatIsNotLaterIsIgnored) {
   EXPECT_EQ(signal.value(), (std::vector<double>{10.0, 20.0, 30.0}));
 }
 
-TEST(TimeSeries, PartIncludesBothEnds) {
-  const TimeSeries part = series({0.0, 1.0, 2.0, 3.0}, {5.0, 6.0, 7.0, 8.0}).between(1.0, 2.0);
-  EXPECT_EQ(part.time(), (std::vector<double>{1.0, 2.0}));
-  EXPECT_EQ(part.value(), (std::vector<double>{6.0, 7.0}));
-}
-
-TEST(TimeSeries, LongestGapIsBetweenNeighbours) {
-  EXPECT_EQ(series({1.0, 1.5, 3.5, 4.0}, {0.0, 0.0, 0.0, 0.0}).longestGap(), 2.0);
-  EXPECT_EQ(series({1.0}, {0.0}).longestGap(), 0.0);
-}
-
 TEST(TimeSeries, TableHasEmptyCellsBeforeTheFirstSample) {
   const TimeSeries fast = series({0.0, 0.5, 1.0}, {1.0, 2.0, 3.0});
   const TimeSeries late = series({0.75}, {-0.125});

@@ -103,15 +103,5 @@ TEST(OdeWorld, IsPushedLiftedAndSetDownAsWithOdesOwnSolver) {
   }
 }
 
-TEST(OdeWorld, ClimbsAKerbAsWithOdesOwnSolver) {
-  WorldParameters parameters;
-  parameters.terrain.kerb_distance = 0.3;
-  parameters.terrain.kerb_height = 0.02;
-  Pair pair(parameters);
-  for (int k = 0; k < 2500; ++k) pair.step(5.0, 5.0);
-  pair.expectTheSame(1e-3, "behind the kerb");
-  EXPECT_GT(pair.ours.chassis().position.x(), 0.6);
-}
-
 }  // namespace
 }  // namespace jackal_aic::sim
