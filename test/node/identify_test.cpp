@@ -440,7 +440,6 @@ TEST(IdentificationReport, AnOffsetThatMayBeNoneIsNotWritten) {
   for (const Estimate& offset :
        {Estimate{0.04, 0.05, ""}, Estimate{-0.2, 0.05, ""}, Estimate{0.2, 0.0, "the commands are of one speed only"}}) {
     result.offset = offset;
-    ParameterMap map;
     ParameterMap map = written(result);
     const auto model = readParameters<PlantModel>(map, "plant_model");
     EXPECT_EQ(model.offset, 0.0) << offset.value;
