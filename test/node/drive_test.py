@@ -148,7 +148,8 @@ class Predictive(Base):
     """As fast as open loop and as exact as without ROS, with a belief that tells the truth."""
 
     def as_offline(self, forward, yaw_rate=0.0):
-        path, same, open_loop = self.step(forward, yaw_rate), self.offline('predictive', forward, yaw_rate), self.offline('diff_drive', forward, yaw_rate)
+        path = self.step(forward, yaw_rate)
+        same, open_loop = (self.offline(controller, forward, yaw_rate) for controller in ('predictive', 'diff_drive'))
         resolution = TRANSPORT + (SENSOR_PERIOD if self.on_box else 0.0)
         self.assertLessEqual(path.settling_time, 1.10 * open_loop.settling_time + resolution)
         self.assertAlmostEqual(path.settling_time, same.settling_time, delta=0.1 * same.settling_time + resolution)

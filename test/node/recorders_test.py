@@ -133,7 +133,8 @@ class TwoRobots(unittest.TestCase):
         logs = [Log(topic, TFMessage) for topic in ('/tf', '/tf_static')]
         for name in ('/robot1/', '/robot2/'):
             robot = Robot(self, name)
-            robot.truth, robot.odometry, robot.imu = Log(name + 'ground_truth/odom', Odometry), Log(name + 'odom', Odometry), Log(name + 'imu/data', Imu)
+            robot.truth, robot.odometry = (Log(name + topic, Odometry) for topic in ('ground_truth/odom', 'odom'))
+            robot.imu = Log(name + 'imu/data', Imu)
             robots.append(robot)
         first, second = robots
         for robot in robots:

@@ -34,7 +34,8 @@ class StepResponse(drive_test.Base):
         """Hands on to the motors what one controller commands, and when it acted, so that the simulation waits for it."""
         for relay in self.relays:
             relay.subscriber.unregister()
-        StepResponse.relays = [Relay(controller + '/cmd_drive', Drive, 'cmd_drive'), Relay(controller + '/jackal_AIC/state', ControllerState, 'jackal_AIC/state')]
+        StepResponse.relays = [Relay(controller + '/' + topic, kind, topic)
+                               for topic, kind in (('cmd_drive', Drive), ('jackal_AIC/state', ControllerState))]
         self.robot = Robot(self, controller + '/')
         self.addCleanup(self.robot.close)
         self.robot.wait_until_ready()
