@@ -8,12 +8,12 @@ test_targets() {
   listing=$(cd "$1" && ctest -N -V -R "$2" 2>&1) || true
   [[ $listing != *RegularExpression* ]] || fail "--only $2: no regular expression"
   [[ $listing == *"Test command"* ]] ||
-    fail "--only $2: no test has such a name; names are gtest_drive_gate_test, rostest_test_node_gate.xml"
+    fail "--only $2: no test has such a name; names are gtest_drive_gate_test, rostest_test_node_lockstep.xml"
   {
     sed -nE 's|.*/(\w+) --gtest_output.*|\1|p' <<<"$listing"
-    sed -nE 's|.* (/\S+\.xml) "$|\1|p' <<<"$listing" | while read -r launch; do
-      # A test in Python needs the programs; a file without a test includes one.
-      grep -oP '<test\s[^>]*type="\K[^"]+' "$launch" | sed 's/.*\.py$/all/' | grep . || echo tests
+    sed -nE 's|.* (/\S+\.xml) [^"]*"$|\1|p' <<<"$listing" | while read -r launch; do
+      # A test in Python needs the programs.
+      grep -oP '<test\s[^>]*type="\K[^"]+' "$launch" | sed 's/.*\.py$/all/'
     done
     if grep -qE '_(python|roslaunch-check)_|^ *Labels: .*nodes' <<<"$listing"; then echo all; fi
   } | sort -u | paste -sd ' '

@@ -23,18 +23,6 @@ PlantModel ground() {
 
 ActionBound bound() { return {ground(), kRadius, kPeriod}; }
 
-TEST(ActionBound, LeavesActionsThatTheMotorsCanFollow) {
-  ActionBound bound = ::jackal_aic::bound();
-  WheelVector action(3.0, 3.0);
-  for (int k = 0; k < 100; ++k) bound.apply(action);
-  for (int k = 0; k < 50; ++k) {
-    const WheelVector wanted = action + WheelVector(0.9 * kRamp, -0.2 * kRamp) * std::sin(0.3 * k);
-    ASSERT_EQ(bound.bound(action, wanted, {4.0, 3.0}), wanted) << k;
-    action = wanted;
-    bound.apply(action);
-  }
-}
-
 TEST(ActionBound, RampsWithTheMotorsOnTheCurvature) {
   ActionBound bound = ::jackal_aic::bound();
   WheelVector action = WheelVector::Zero();
@@ -85,27 +73,6 @@ TEST(ActionBound, WheelsRampTogether) {
   }
 }
 
-/// The wheel of a motor with an offset stands while its command does not; the other one has to stop all the same.
-TEST(ActionBound, WheelsStopIndependently) {
-  ActionBound bound = ::jackal_aic::bound();
-  WheelVector action(0.5, 3.0);
-  Observation y;
-  for (int k = 0; k < 100; ++k) {
-    y.stamp = k * kPeriod;
-    y.wheel_right = std::max(0.0, action(1) - 0.5);
-    bound.observe(y, {});
-    bound.apply(action);
-    action = bound.bound(action, action - 0.08 * WheelVector(0.0, y.wheel_right), WheelVector::Zero());
-  }
-  EXPECT_LT(y.wheel_right, 0.05);
-}
-
-TEST(ActionBound, IsNoneWithoutAModel) {
-  ActionBound bound(std::nullopt, kRadius, kPeriod);
-  const WheelVector wanted(500.0, -300.0);
-  EXPECT_EQ(bound.bound(WheelVector::Zero(), wanted, WheelVector::Zero()), wanted);
-}
-
 TEST(ActionBound, StopEndsAtZeroWhileTheWheelMoves) {
   PlantModel quick = ground();
   quick.acceleration_limit = 100.0;
@@ -128,25 +95,6 @@ TEST(ActionBound, StopEndsAtZeroWhileTheWheelMoves) {
   moving.wheel_left = moving.wheel_right = 0.1;
   bound.observe(moving, {});
   EXPECT_LT(bound.bound(action, {-0.1, -0.1}, WheelVector::Zero())(0), 0.0) << "at rest it holds the robot";
-}
-
-TEST(ActionBound, UnmeasuredWheelIsNotJudged) {
-  for (const bool measured : {true, false}) {
-    ActionBound bound = ::jackal_aic::bound();
-    ChannelValidity valid;
-    valid.wheel_left = measured;
-    WheelVector action = WheelVector::Zero();
-    Observation y;
-    for (int k = 0; k < 28; ++k) {
-      action = bound.bound(action, action + WheelVector(2.0, 2.0), {5.0, 5.0});
-      bound.apply(action);
-      y.stamp = k * kPeriod;
-      y.wheel_left = y.wheel_right = 0.5 * kRamp * std::max(0, k - 4);
-      bound.observe(y, valid);
-    }
-    EXPECT_EQ(action(0) <= 5.0, measured) << action(0);
-    EXPECT_LE(action(1), 5.0);
-  }
 }
 
 }  // namespace

@@ -61,21 +61,6 @@ TEST_P(FreeEnergyOfOrder, BeliefGradientIsTheDerivativeOfF) {
   }
 }
 
-TEST_P(FreeEnergyOfOrder, BeliefDerivativeIsMotionLessGradient) {
-  Scene scene(GetParam());
-  const GeneralizedBody gradient =
-      beliefGradient(scene.model, predictionErrors(scene.model, scene.belief, scene.measurement, scene.set_point));
-  const GeneralizedBody expected = shiftOrders(scene.belief) - 0.25 * gradient;
-  EXPECT_TRUE(beliefDerivative(scene.model, 0.25, scene.belief, scene.measurement, scene.set_point).isApprox(expected));
-}
-
-TEST_P(FreeEnergyOfOrder, IsPositiveAndZeroOnlyWithoutErrors) {
-  Scene scene(GetParam());
-  EXPECT_GT(scene.energy(), 0.0);
-  PredictionErrors<GenerativeModel> none{0.0 * scene.measurement, 0.0 * scene.belief};
-  EXPECT_EQ(freeEnergy(scene.model, none), 0.0);
-}
-
 INSTANTIATE_TEST_SUITE_P(Orders, FreeEnergyOfOrder, testing::Range(0, kMaxOrders + 1));
 
 TEST(FreeEnergy, ErrorsAreThoseOfThePaper) {
@@ -103,18 +88,6 @@ TEST(FreeEnergy, ActionGradientUsesOrderZeroOnly) {
   EXPECT_TRUE(gradient.isApprox(expected));
   error.rightCols(3).setConstant(1e3);
   EXPECT_EQ(actionGradient(scene.model, error), gradient);
-}
-
-TEST(FreeEnergy, ActionGradientSlowsAWheelThatIsFasterThanBelieved) {
-  const GenerativeModel model(ControllerParameters{}, {});
-  GeneralizedSensor error = GeneralizedSensor::Zero(kSensorSize, 4);
-  error(kWheelLeft, 0) = 1.0;
-  EXPECT_GT(actionGradient(model, error)(0), 0.0);
-  EXPECT_EQ(actionGradient(model, error)(1), 0.0);
-  error.setZero();
-  error(kYawRate, 0) = 1.0;  // turning left faster than believed: speed the left wheel up, slow the right one down
-  EXPECT_LT(actionGradient(model, error)(0), 0.0);
-  EXPECT_GT(actionGradient(model, error)(1), 0.0);
 }
 
 }  // namespace

@@ -37,16 +37,6 @@ struct Generalization : jackal_aic::Generalization<kSensorSize> {
 
 Observation sample(double stamp, double value) { return {stamp, value, 2 * value, -value, 0.5 * value, 3 * value}; }
 
-TEST(ShiftOrders, MovesEveryOrderDownAndItsTransposeUp) {
-  GeneralizedBody x(3, 3);
-  x << 1, 2, 3, 4, 5, 6, 7, 8, 9;
-  GeneralizedBody down(3, 3), up(3, 3);
-  down << 2, 3, 0, 5, 6, 0, 8, 9, 0;
-  up << 0, 1, 2, 0, 4, 5, 0, 7, 8;
-  EXPECT_EQ(shiftOrders(x), down);
-  EXPECT_EQ(shiftOrdersTransposed(x), up);
-}
-
 class GeneralizationOfOrder : public testing::TestWithParam<int> {};
 
 TEST_P(GeneralizationOfOrder, StartsAsAConstantSignalWithoutASpike) {
@@ -57,18 +47,6 @@ TEST_P(GeneralizationOfOrder, StartsAsAConstantSignalWithoutASpike) {
   EXPECT_EQ(generalization.measurement().rightCols(p).norm(), 0.0);
   EXPECT_EQ(generalization.update(sample(10.02, 4.0)), SampleVerdict::accepted);
   EXPECT_EQ(generalization.measurement().rightCols(p).norm(), 0.0);
-}
-
-TEST_P(GeneralizationOfOrder, HighestBackwardDifferenceOfAPolynomialIsExact) {
-  // The p-th backward difference of t^p is p! h^p exactly once the window of p+1 samples is full.
-  const int p = GetParam();
-  const double h = 0.02;
-  Generalization generalization(p, kShortestGap, 0.2);
-  for (int k = 0; k <= 2 * p + 2; ++k) generalization.update(sample(1.0 + k * h, std::pow(k * h, p)));
-  const double factorial = std::tgamma(p + 1.0);
-  EXPECT_NEAR(generalization.measurement()(kYawRate, p), factorial, 1e-5 * factorial);
-  EXPECT_NEAR(generalization.measurement()(kWheelLeft, p), 2 * factorial, 2e-5 * factorial);
-  EXPECT_NEAR(generalization.measurement()(kWheelRight, p), -factorial, 1e-5 * factorial);
 }
 
 TEST_P(GeneralizationOfOrder, RecursionEqualsTheWindowedFormOf321) {
@@ -90,13 +68,6 @@ TEST_P(GeneralizationOfOrder, RecursionEqualsTheWindowedFormOf321) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Orders, GeneralizationOfOrder, testing::Range(0, kMaxOrders + 1));
-
-TEST(Generalization, UsesTheStampsForTheStep) {
-  Generalization generalization(1, kShortestGap, 0.2);
-  generalization.update(sample(1.00, 0.0));
-  generalization.update(sample(1.05, 1.0));
-  EXPECT_NEAR(generalization.measurement()(kYawRate, 1), 20.0, 1e-9);
-}
 
 TEST(Generalization, NeverDifferencesAHeldSampleTwice) {
   Generalization generalization(2, kShortestGap, 0.2);
@@ -130,14 +101,6 @@ TEST(Generalization, FastSensorIsDifferencedOverTheShortestGap) {
   Generalization generalization(1, kShortestGap, 0.2);
   for (int k = 0; k < 100; ++k) generalization.update(sample(0.001 * k, 0.003 * k));
   EXPECT_NEAR(generalization.measurement()(kYawRate, 1), 3.0, 1e-9);
-}
-
-TEST(Generalization, RestartsAfterAGap) {
-  Generalization generalization(2, kShortestGap, 0.2);
-  generalization.update(sample(1.00, 0.0));
-  generalization.update(sample(1.02, 1.0));
-  EXPECT_EQ(generalization.update(sample(1.50, 9.0)), SampleVerdict::restarted);
-  EXPECT_EQ(generalization.measurement().rightCols(2).norm(), 0.0);
 }
 
 TEST(Generalization, RefusesNumbersThatAreNotFinite) {

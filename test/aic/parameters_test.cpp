@@ -150,19 +150,6 @@ TEST(YamlParameters, ValuesKeepTheirTypes) {
   }
 }
 
-TEST(YamlParameters, LaterFilesReplaceEarlierValues) {
-  ParameterMap map;
-  addYamlText("controller: {tau: 0.03, kappa_a: 8}", "first", map);
-  addYamlText("controller: {tau: 0.01}", "second", map);
-  setFromText("controller.kappa_a", "10", map);
-  ControllerParameters defaults;
-  ParameterReader reader(map, "controller");
-  reader.field("tau", defaults.tau, {0, 1}, "s", Presence::required);
-  reader.field("kappa_a", defaults.kappa_a, {0, 100}, "", Presence::required);
-  EXPECT_EQ(defaults.tau, 0.01);
-  EXPECT_EQ(defaults.kappa_a, 10);
-}
-
 TEST(YamlParameters, RefusesTextsThatAreNoConfiguration) {
   const std::pair<std::string, std::string> rows[] = {
       {"a: 1\nb: 2\na: 3\n", "file: a: given twice"},
@@ -184,16 +171,6 @@ TEST(YamlParameters, RefusesTextsThatAreNoConfiguration) {
   EXPECT_THROW(addYamlFile("/nonexistent/gains.yaml", map), ParameterError);
   EXPECT_THROW(addYamlFile(testing::TempDir(), map), ParameterError);
   EXPECT_THROW(setFromText("plant_model.gain", "{}", map), ParameterError);
-}
-
-TEST(YamlParameters, ErrorsEchoNoLongValue) {
-  ParameterMap text, list;
-  addYamlText("text: \"first\\n" + std::string(200, 'x') + "\"\n", "file", text);
-  EXPECT_LT(refusal([&] { text.refuseUnknown(); }).size(), 200u);
-  std::string numbers = "unknown: [1";
-  for (int i = 0; i < 9000; ++i) numbers += ", 1";
-  addYamlText(numbers + "]\n", "file", list);
-  EXPECT_EQ(refusal([&] { list.refuseUnknown(); }), "unknown = [1, 1, 1, 1, 1, 1, 1, 1, ... 9001 in all]: unknown key");
 }
 
 /// A map of ten seeds, a map of ten aliases of it, and so on, twenty levels deep.

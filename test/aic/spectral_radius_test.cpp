@@ -30,37 +30,6 @@ TEST(SpectralRadius, DoesNotDependOnTheUnitsOfTheStates) {
   }
 }
 
-TEST(SpectralRadius, BoundOfAJordanBlockHoldsTheTrueOne) {
-  // One eigenvalue thrice: rounding by u moves it by the cube root of u, which no balancing changes.
-  const Eigen::Matrix3d mixed = (Eigen::Matrix3d() << 1.0, 0.0, 0.0, 3.0, 1.0, 0.0, -2.0, 5.0, 1.0).finished() *
-                                (Eigen::Matrix3d() << 1.0, 2.0, -3.0, 0.0, 1.0, 4.0, 0.0, 0.0, 1.0).finished();
-  const Eigen::Matrix3d inverse = mixed.inverse().array().round();
-  ASSERT_EQ(mixed * inverse, Eigen::Matrix3d::Identity()) << "else the map is another one";
-  const Eigen::Matrix3d block = (Eigen::Matrix3d() << 0.75, 1.0, 0.0, 0.0, 0.75, 1.0, 0.0, 0.0, 0.75).finished();
-  const SpectralRadius radius = spectralRadiusOf(mixed * block * inverse);
-  EXPECT_GT(std::abs(radius.value - 0.75), 1e-9) << "too easy to tell";
-  EXPECT_LT(std::abs(radius.value - 0.75), radius.uncertainty);
-  EXPECT_LT(radius.uncertainty, 1e-2);
-}
-
-TEST(SpectralRadius, OfANeutralMapIsNeverBelowOne) {
-  for (const double angle : {0.0, 0.3, 2.0}) {
-    Eigen::MatrixXd map = inOtherUnits(100.0);
-    map.conservativeResizeLike(Eigen::MatrixXd::Zero(5, 5));
-    map.bottomRightCorner<2, 2>() << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle);
-    EXPECT_GE(spectralRadiusOf(map).upper(), 1.0) << angle;
-    EXPECT_NEAR(spectralRadiusOf(map).value, 1.0, 1e-12) << angle;
-  }
-}
-
-TEST(SpectralRadius, OfAChainOfDelaysIsZero) {
-  Eigen::MatrixXd chain = Eigen::MatrixXd::Zero(20, 20);
-  chain.diagonal(-1).setConstant(3.0);
-  EXPECT_EQ(spectralRadiusOf(chain).upper(), 0.0);
-  chain.topLeftCorner<3, 3>() = inOtherUnits(1.0);
-  EXPECT_NEAR(spectralRadiusOf(chain).upper(), 0.9, 1e-12);
-}
-
 /// The radius is on the right side of a limit even closer than the uncertainty without scaling.
 TEST(SpectralRadius, IsOnTheSameSideOfALimitByTheQuickTest) {
   std::mt19937_64 random(3);

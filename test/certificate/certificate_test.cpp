@@ -79,20 +79,6 @@ TEST(Certificate, UnstableGainsHaveMarginsThatSayHowFarToGoBack) {
   EXPECT_TRUE(certify(improved(40.0), {}, faster).stable());
 }
 
-TEST(Certificate, DeadTimeIsTakenFromTheDelayMarginAndMayBeShorter) {
-  PlantModel slower;
-  slower.dead_time += 0.04;
-  EXPECT_NEAR(certify(improved(), {}, {}).delay_margin - certify(improved(), {}, slower).delay_margin, 0.04, 1e-4);
-  EXPECT_DOUBLE_EQ(certify(improved(), {}, known()).delay_reduction, known().dead_time);
-}
-
-TEST(Certificate, KeepsTheBoundsUpToItsMargins) {
-  const Certificate certificate = certify(improved(8.0), {}, known());
-  EXPECT_TRUE(certificate.keeps({3.2, 0.25}));
-  EXPECT_FALSE(certificate.keeps({3.4, 0.25}));
-  EXPECT_FALSE(certificate.keeps({3.2, 0.28}));
-}
-
 /// What requireStable() refuses a loop with; empty if it accepts it.
 std::string refusal(const LinearLoop& loop) {
   try {
@@ -156,20 +142,6 @@ TEST(Advice, DistinguishesStableThinAndUnstable) {
   for (const auto& row : rows) {
     const std::string text = advice(certify(row.loop), row.loop);
     EXPECT_NE(text.find(row.part), std::string::npos) << text;
-  }
-}
-
-TEST(Advice, SaysThatActionBoundAndStandstillAreOutsideUnlessTheyAreOff) {
-  for (const double kappa_a : {8.0, 22.0}) {
-    for (const bool printed : {false, true}) {
-      ControllerParameters gains = improved(kappa_a);
-      gains.printed = printed;
-      const LinearLoop loop(gains, {}, {});
-      const bool outside =
-          advice(certify(loop), loop).find("Action bound and standstill are outside the certificate") !=
-          std::string::npos;
-      EXPECT_NE(outside, printed);
-    }
   }
 }
 

@@ -33,13 +33,6 @@ TEST(JitteredMap, IsThePeriodMapWithoutJitter) {
   }
 }
 
-TEST(JitteredMap, NeedsASampleInEachPeriod) {
-  PlantModel slow = ground();
-  slow.sensor_rate = 25.0;
-  EXPECT_THROW(LinearLoop(PredictiveParameters{}, ground(), slow).jitteredMap({}, 0.0), ParameterError);
-  EXPECT_THROW(LinearLoop(ControllerParameters{}, {}, ground()).jitteredMap({}, 0.0), ParameterError);
-}
-
 TEST(JitterSearch, FindsNoGrowthOnASlightlyIrregularClock) {
   for (const Jitter& jitter : {Jitter{0.02, 0}, Jitter{0.0, 3}}) {
     EXPECT_LT(worstGrowth(groundLoop(), jitter), 1.0) << jitter.extra_delay << " s, " << jitter.lost_samples << " lost";
@@ -109,25 +102,6 @@ TEST(JitterSearch, WheelSettlesOnAnyClockWithin) {
       EXPECT_NEAR(wheel.speed(), 5.0, 0.01) << "seed " << seed;
     }
   }
-}
-
-TEST(JitterSearch, CoversTheGainsOfARealBelief) {
-  PredictiveParameters parameters;
-  const LinearLoop loop(parameters, ground(), ground());
-  const Jitter jitter{0.0, 2};
-  const auto covered = loop.irregularGains(jitter.lost_samples + 2);
-  JitteredWheel wheel(1);
-  for (int k = 0; k < 2000; ++k) wheel.period(0.0, 0.0, jitter);
-  std::size_t checked = 0;
-  for (std::size_t i = wheel.gains.size() / 2; i < wheel.gains.size(); ++i, ++checked) {
-    for (const int state : {0, 2}) {
-      const auto by_state = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return a(state) < b(state); };
-      const auto [low, high] = std::minmax_element(covered.begin(), covered.end(), by_state);
-      EXPECT_GE(wheel.gains[i](state), 0.98 * (*low)(state)) << state;
-      EXPECT_LE(wheel.gains[i](state), 1.02 * (*high)(state)) << state;
-    }
-  }
-  EXPECT_GT(checked, 500u);
 }
 
 }  // namespace

@@ -64,38 +64,6 @@ TEST(ClosedLoop, PhaseIsTheAgeOfAMeasurementAtAnAction) {
             2.0 * step("improved", "box", 0.5).metrics.overshoot_pct);
 }
 
-TEST(ClosedLoop, ReachesTheSetPointForwardsBackwardsAndTurning) {
-  for (const double speed : {0.5, -0.5}) {
-    const RunResult run = step("improved", "ground", speed);
-    EXPECT_TRUE(run.metrics.bounded);
-    EXPECT_NEAR(run.samples.back().velocity, speed, 0.01 * std::abs(speed));
-    EXPECT_NEAR(run.samples.back().measured_velocity, speed, 0.05 * std::abs(speed));
-    EXPECT_NEAR((*run.samples.back().belief)(kForward), speed, 0.01 * std::abs(speed));
-    EXPECT_GT(run.samples.back().command.left * speed, 0.0);
-  }
-  const RunResult turn = step("improved", "ground", 0.0, 0.5);
-  ASSERT_TRUE(turn.metrics.settling.has_value());
-  EXPECT_GT(turn.samples.back().yaw_rate, 0.4);
-  EXPECT_GT(turn.samples.back().command.right, turn.samples.back().command.left);
-  EXPECT_NEAR(turn.samples.back().measured_yaw_rate, turn.samples.back().yaw_rate, 0.05);
-  const RunResult box = step("diff_drive", "box", 0.5, 0.0, {{"plant.noise_scale", "0"}});
-  EXPECT_NEAR(box.samples.back().velocity, 0.5, 1e-3) << "that of the wheels";
-  EXPECT_NEAR(box.samples.back().measured_velocity, 0.5, 1e-3);
-  EXPECT_FALSE(box.samples.back().belief.has_value());
-}
-
-TEST(ClosedLoop, DivergingEulerIsUnstableAndHasNoNumbers) {
-  const RunResult run = step("improved", "box", 0.5, 0.0, {{"controller.integrator", "euler"}});
-  EXPECT_FALSE(run.metrics.bounded);
-  EXPECT_FALSE(run.metrics.settling.has_value());
-  EXPECT_FALSE(run.metrics.rise.has_value());
-  for (const Sample& sample : run.samples) {
-    // The drive gate bounds the command.
-    ASSERT_LE(std::abs(sample.command.left), LimitParameters{}.wheel_speed + 1e-9) << sample.time;
-    ASSERT_TRUE(std::isfinite(sample.command.right)) << sample.time;
-  }
-}
-
 TEST(ClosedLoop, LimitsHoldTheActionWithoutWindUp) {
   const Overrides slow{{"limits.linear_speed", "0.3"}};
   AssessedProfile wave;
@@ -124,48 +92,6 @@ TEST(ClosedLoop, CommandReachesItsAccelerationUnderAJerkLimit) {
     EXPECT_LT(there->time - kRestTime, 0.95 + 0.1 + 0.08 + 0.04) << controller;
     EXPECT_LT(run.metrics.overshoot_pct, 1.0) << controller;
   }
-}
-
-TEST(LoopSetup, ErrorsNameTheValueAndTheKnownOnes) {
-  const struct {
-    const char *controller, *plant;
-    Overrides overrides;
-    const char* message;
-  } rows[] = {{"improvd",
-               "box",
-               {},
-               "controller = 'improvd': unknown; known: diff_drive, standard, improved, tuned, "
-               "predictive, or a file NAME.yaml"},
-              {"improved", "moon", {}, "plant = 'moon': unknown; known: box, ground, real, or a file NAME.yaml"},
-              {"improved", "box", {{"controller.tau", "-1"}}, "controller.tau = -1: must be in"},
-              {"improved", "box", {{"plant.deadtime", "1"}}, "plant.deadtime = 1: unknown key"},
-              {"nothing.yaml", "box", {}, "nothing.yaml: cannot be read"},
-              {"diff_drive", "box", {{"controller.tau", "1"}}, "controller.tau = 1: unknown key"}};
-  for (const auto& row : rows) {
-    try {
-      loadSetup(files(), row.controller, row.plant, row.overrides);
-      ADD_FAILURE() << "accepted: " << row.message;
-    } catch (const ParameterError& error) {
-      EXPECT_EQ(std::string(error.what()).rfind(row.message, 0), 0u) << error.what();
-    }
-  }
-}
-
-TEST(PackageFiles, AreReadOnceFromAPackage) {
-  EXPECT_THROW(PackageFiles("/nonexistent"), ParameterError);
-  EXPECT_THROW(files().path("config/nothing.yaml"), ParameterError);
-  EXPECT_THROW(files().configuration("nothing"), ParameterError);
-  const auto share = std::filesystem::temp_directory_path() / ("package_files_" + std::to_string(getpid()));
-  for (const char* directory : {"config", "sim/urdf", "sim/thesis"}) {
-    std::filesystem::create_directories(share / directory);
-    std::filesystem::copy(std::filesystem::path(JACKAL_AIC_SOURCE_DIR) / directory, share / directory,
-                          std::filesystem::copy_options::recursive);
-  }
-  const PackageFiles copied(share.string());
-  std::filesystem::remove_all(share);
-  const LoopSetup setup = loadSetup(copied, "improved", "ground", {});
-  EXPECT_EQ(setup.urdf, files().urdf());
-  EXPECT_EQ(setup.plant.dead_time, loadSetup(files(), "improved", "ground", {}).plant.dead_time);
 }
 
 }  // namespace

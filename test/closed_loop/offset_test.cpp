@@ -99,17 +99,6 @@ TEST(Offset, KnownToTheModelDisturbsNoDrive) {
   }
 }
 
-TEST(Offset, OfAWheelIsConvertedByTheGainAndNotToldByPlantName) {
-  PlantParameters robot;
-  robot.wheel_gain = 0.8;
-  robot.wheel_offset = kOffset;
-  EXPECT_DOUBLE_EQ(linearModel(robot).offset, 0.8 * kOffset);
-  EXPECT_DOUBLE_EQ(simulatedRobot(linearModel(robot)).wheel_offset, kOffset);
-  EXPECT_EQ(loadSetup(files(), "predictive", "real", {}).drive.plant_model->offset, 0.0);
-  EXPECT_GT(loadSetup(files(), "predictive", "real", {}).plant.wheel_offset, 0.0);
-  EXPECT_EQ(monitorModel(files(), "real").offset, 0.0);
-}
-
 /// How a robot comes to rest after a stop.
 struct Rest {
   int changes = 0;       ///< of the sign of the left wheels' command
@@ -145,33 +134,6 @@ TEST(Offset, RobotComesToRest) {
       const Rest known = stop(setup(kOffset, kOffset, plant), set_point);
       EXPECT_LE(known.changes, stop(setup(0.0, 0.0, plant), set_point).changes + 2);
       EXPECT_LT(known.command, 0.6 * kOffset) << "moves no wheel, nor one of a smaller offset";
-    }
-  }
-}
-
-TEST(Offset, KnownRoughlyHelps) {
-  for (const double known : {0.35, 0.65}) {
-    for (const double speed : {0.1, 0.5}) {
-      const SetPoint set_point{speed, 0.0, 0.0};
-      const Drive none = drive(setup(0.0, 0.0), set_point), rough = drive(setup(kOffset, known), set_point);
-      EXPECT_NEAR(rough.forward, none.forward, 0.02 * speed);
-      EXPECT_LE(rough.stop.settling.value(), drive(setup(kOffset, 0.0), set_point).stop.settling.value());
-      EXPECT_LE(rough.stop.beyond_mps, 0.05);
-    }
-  }
-}
-
-TEST(Offset, LimitsOfTheCommandCostLittle) {
-  for (const double acceleration : {1.1, 2.0, 5.0}) {
-    for (const double speed : {0.1, 0.5, 1.5}) {
-      const auto settling = [&](double offset) {
-        LoopSetup robot = setup(offset, offset);
-        robot.drive.gate.limits.linear_acceleration = acceleration;
-        return drive(robot, {speed, 0.0, 0.0}).stop.settling.value();
-      };
-      // The limit takes its time for the command of the offset, too.
-      EXPECT_LE(settling(kOffset), 1.25 * settling(0.0) + kOffset * GeometryParameters{}.wheel_radius / acceleration)
-          << acceleration << " m/s^2, " << speed << " m/s";
     }
   }
 }

@@ -84,18 +84,6 @@ TEST(OneLoss, RobotDrivesOnAndNoCommandJumps) {
   }
 }
 
-TEST(OneLoss, NewSetPointIsReached) {
-  for (const char* controller : {"predictive", "improved"}) {
-    for (const auto& loss : kLosses) {
-      const auto samples =
-          run(controller, loss.remaining, {{kRestTime, {0.5, 0.0, 0.0}}, {kLoss + 0.2, {0.2, 0.0, 0.3}}});
-      const Deviation settled = deviation(samples, kReturn - 1.0, kReturn);
-      EXPECT_LE(settled.velocity, 0.02) << controller << " without " << loss.name;
-      EXPECT_LE(settled.yaw_rate, 0.05) << controller << " without " << loss.name;
-    }
-  }
-}
-
 TEST(BothWheelsLost, PredictiveDrivesOnItsModel) {
   const auto samples =
       run("predictive", kNoWheels, {{kRestTime, {0.5, 0.0, 0.0}}, {kLoss + 0.2, {0.3, 0.0, 0.2}}}, kLoss + 1.5);
@@ -103,19 +91,6 @@ TEST(BothWheelsLost, PredictiveDrivesOnItsModel) {
   EXPECT_LE(settled.velocity, 0.03);
   EXPECT_LE(settled.yaw_rate, 0.05);
   EXPECT_LE(deviation(samples, kLoss + 1.5, kLoss + 2.0).step, 0.6) << "the wheels come back without a jump";
-}
-
-TEST(BothWheelsLost, ThesisControllerTakesNoSample) {
-  const LoopSetup setup = loadSetup(files(), "improved", "ground", {});
-  ActiveInferenceController controller(std::get<ControllerParameters>(setup.drive.controller), setup.drive.geometry);
-  Observation y;
-  y.wheel_left = y.wheel_right = 5.0;
-  ASSERT_TRUE(taken(controller.observe(y)));
-  Observation blind;
-  blind.stamp = 0.02;
-  blind.valid = kNoWheels;
-  EXPECT_EQ(controller.observe(blind), SampleVerdict::incomplete);
-  EXPECT_EQ(controller.measurement().col(0), y.vector());
 }
 
 TEST(LostChannels, TheirNumbersDoNotReachThePredictiveController) {

@@ -72,20 +72,6 @@ TEST_P(AtSlipFactor, TrackIsIdentified) {
   EXPECT_NEAR(found.track_right.value, kTrack, 0.005 * kTrack);
 }
 
-TEST_P(AtSlipFactor, CertificateTakesTheTrackFromGeometryOrModel) {
-  GeometryParameters knows = geometry();
-  knows.effective_track = kTrack;
-  PlantModel silent = robot();
-  silent.effective_track = 0.0;
-  const auto turn = [&](const PlantModel& plant) {
-    return LinearLoop(ControllerParameters{}, knows, plant).periodMap(LoopMode::turn);
-  };
-  EXPECT_LT((turn(silent) - turn(robot())).cwiseAbs().maxCoeff(), 1e-12);
-  PlantModel wider = robot();
-  wider.effective_track = 1.25 * kTrack;
-  EXPECT_GT((turn(wider) - turn(robot())).cwiseAbs().maxCoeff(), 1e-4) << "it matters";
-}
-
 TEST_P(AtSlipFactor, PredictiveControllerReachesItsSetPoint) {
   for (const bool learn : {false, true}) {
     PredictiveParameters parameters;
@@ -105,32 +91,6 @@ TEST_P(AtSlipFactor, PredictiveControllerReachesItsSetPoint) {
     // An arc shows little of the turn in place.
     EXPECT_NEAR(loop.controller.effectiveTrack(), kTrack, 0.04 * kTrack);
   }
-}
-
-TEST_P(AtSlipFactor, FaultMonitorFindsNoFault) {
-  FaultMonitor monitor({}, geometry(), identified());
-  LinearPlant plant(robot(), geometry());
-  std::mt19937 random(4);
-  std::normal_distribution<double> noise(0.0, 1.0);
-  double first = -1.0;  // distance of the gyro in the first sample of the turn, before slip is learned
-  for (int k = 0; k < 4000; ++k) {
-    const WheelCommand command = k < 1000 ? WheelCommand{} : WheelCommand{2.0, 6.0};
-    if (k % 20 == 0) {
-      Observation y = plant.observation();
-      y.wheel_left += 0.03 * noise(random);
-      y.wheel_right += 0.03 * noise(random);
-      y.yaw_rate += 0.005 * noise(random);
-      y.valid.acceleration = false;
-      monitor.check(y);
-      ASSERT_FALSE(monitor.report().faulty()) << k << " ms: " << monitor.report().reason();
-      if (first < 0.0 && y.yaw_rate > 0.3) first = monitor.report().gyro.distance;
-      plant.command(command);
-    }
-    monitor.advance(command, 0.001);
-    plant.step();
-  }
-  EXPECT_LT(first, 0.004) << "a track that is off by the slip factor gives 0.008";
-  EXPECT_GE(first, 0.0);
 }
 
 INSTANTIATE_TEST_SUITE_P(SlipFactors, AtSlipFactor, testing::Values(0.8, 1.0, 1.2));

@@ -124,22 +124,6 @@ TEST(ClockThatRanBack, LeavesNothingThatHidesAFault) {
   EXPECT_EQ(loop.status().clock_resets, 1u);
 }
 
-/// A restarted simulation may have another robot, with encoders of another resolution.
-TEST(ClockThatRanBack, ForgetsTheResolutionOfTheEncoders) {
-  for (const std::uint64_t seed : {1, 2, 3}) {
-    DriveLoop loop(parameters(), makeController(parameters()));
-    for (const bool coarse : {false, true}) {
-      PlantParameters robot = PredictiveLoop::ground();
-      robot.seed = seed;
-      if (coarse) robot.encoder_step = 0.1;
-      if (coarse) robot.encoder_noise = 0.0;
-      JackalPlant plant = plantOf(robot);
-      for (; plant.time() < 8.0 && !isFault(loop.status().fault); plant.step()) serve(loop, plant, {0.5, 0.0, 0.8});
-      EXPECT_STREQ(isFault(loop.status().fault) ? text(loop.status().fault) : "", "") << seed;
-    }
-  }
-}
-
 /// A Gazebo robot has no jackal_left_wheel/command, and its wheels are not to blame for that.
 TEST(CommandsWithoutSubscriber, WheelsThatStandAreNoFault) {
   for (const bool unheard : {false, true}) {

@@ -105,62 +105,6 @@ Figures drive(const std::string& controller, const std::string& plant_name, doub
   return figures;
 }
 
-/// An attitude filter that takes accelerations for tilt, with a gain: that of imu_filter_madgwick, or Mahony's.
-struct AttitudeFilter {
-  double madgwick, mahony;
-  double gravity = 0.0;  // that it takes out wrongly [m/s^2]
-
-  /// What it leaves of an acceleration [m/s^2] that lasted for a step [s].
-  double remove(double acceleration, double step) {
-    const double left = acceleration - gravity;
-    gravity += step * (2.0 * kGravity * madgwick * (left > 0.0 ? 1.0 : -1.0) + mahony * left);
-    return left;
-  }
-};
-
-struct Cruise {
-  const char* plant;
-  bool identified;
-  double speed;         // m/s
-  double acceleration;  // of the set point [m/s^2]
-};
-
-/// Ramps up, cruises and stops, twice.
-void cruise(const Cruise& c, AttitudeFilter filter) {
-  constexpr double kPeriod = 12.0, kUp = 1.0, kDown = 7.0;  // s
-  const LoopSetup setup = loadSetup(files(), "predictive", c.plant, {});
-  DriveParameters parameters = setup.drive;
-  parameters.faults = FaultParameters{};
-  parameters.plant_model = c.identified ? monitorModel(files(), c.plant) : assumedModel();
-  Robot robot(setup, parameters, makeController(parameters));
-  double driven = 0.0, believed = 0.0, last = 0.0;
-  for (; robot.plant.time() < 2.0 * kPeriod; robot.act()) {
-    const double now = robot.plant.time(), into = std::fmod(now, kPeriod);
-    const double up = c.acceleration * (into - kUp), down = c.speed - c.acceleration * (into - kDown);
-    robot.observe(std::max(0.0, into < kDown ? std::min(c.speed, up) : down), [&](Observation& y) {
-      y.acceleration_x = filter.remove(y.acceleration_x, std::min(0.1, y.stamp - std::exchange(last, y.stamp)));
-    });
-    const Fault fault = robot.loop.status().fault;
-    ASSERT_EQ(fault, Fault::none) << text(fault) << " at " << now << " s";
-    driven += std::abs(robot.plant.truth().linear_velocity.x());
-    believed += std::abs(robot.odometry.motion().forward);
-  }
-  EXPECT_NEAR(believed / driven, 1.0, 0.02);
-}
-
-TEST(AttitudeFilter, TiltByAccelerationsDisturbsNoOdometry) {
-  for (const AttitudeFilter& filter : {AttitudeFilter{0.0, 0.0}, AttitudeFilter{0.1, 0.0}, AttitudeFilter{0.04, 0.0},
-                                       AttitudeFilter{0.0, 0.4}, AttitudeFilter{0.0, 1.5}}) {
-    for (const Cruise& c :
-         {Cruise{"ground", true, 1.0, 100.0}, Cruise{"ground", true, 1.5, 0.5}, Cruise{"ground", false, 2.0, 100.0},
-          Cruise{"ground", false, 0.5, 0.5}, Cruise{"real", true, 1.0, 1.0}, Cruise{"real", false, 1.5, 1.0}}) {
-      SCOPED_TRACE(testing::Message() << "gain " << filter.madgwick << ", " << filter.mahony << " on " << c.plant
-                                      << ", " << c.speed << " m/s, identified " << c.identified);
-      cruise(c, filter);
-    }
-  }
-}
-
 TEST(Ice, BelievedSpeedIsThatOfTheBodyASecondAfterEveryStep) {
   for (const double speed : {0.3, 0.5, 0.8, 1.0, 1.5, -1.0}) {
     for (const char* seed : {"1", "2"}) {

@@ -79,55 +79,5 @@ TEST(Unidentified, WheelsReachTheirGoalTogether) {
   }
 }
 
-/// Joystick driving, a rest, and a step of the forward speed [m/s] that is assessed, with the limits of the drive gate.
-Driven stepAfterJoystick(const PlantModel& known, const PlantModel& robot, double speed, std::uint64_t seed) {
-  constexpr double kJoystick = 20.0, kStepTime = kJoystick + 2.0;  // s
-  AssessedProfile profile{joystickDriving(seed, kJoystick)};
-  profile.changes.push_back({kJoystick, SetPoint{}});
-  profile.changes.push_back({kStepTime, SetPoint{speed, 0.0, 0.0}});
-  profile.assessed_from = kStepTime;
-  profile.assessed_until = profile.duration = kStepTime + 4.0;
-  PlantParameters plant = simulatedRobot(robot);
-  plant.seed = seed;
-  const LimitParameters limits;
-  return drive(known, plant, profile,
-               {{"limits.linear_acceleration", std::to_string(limits.linear_acceleration)},
-                {"limits.angular_acceleration", std::to_string(limits.angular_acceleration)}});
-}
-
-/// A robot that is faster than assumed does not stay slow.
-TEST(LearnedLimit, FastRobotIsAboutAsFastAsIdentified) {
-  PlantModel gazebo = assumedModel();  // config/gazebo_model.yaml
-  gazebo.dead_time = 0.006;
-  gazebo.lag = 0.01;
-  gazebo.acceleration_limit = 16.0;
-  PlantModel identified = gazebo;
-  identified.identified = true;
-  for (const double speed : {0.5, 1.0}) {
-    for (const std::uint64_t seed : {1, 2, 3}) {
-      SCOPED_TRACE(testing::Message() << speed << " m/s, seed " << seed);
-      const Driven known = stepAfterJoystick(identified, gazebo, speed, seed);
-      const Driven learned = stepAfterJoystick(assumedModel(), gazebo, speed, seed);
-      ASSERT_TRUE(known.response.settling && learned.response.settling);
-      EXPECT_LE(*learned.response.settling, 1.25 * *known.response.settling + 0.05);
-      EXPECT_LE(learned.response.overshoot_pct, 5.0);
-      EXPECT_GT(learned.limit, 3.0);
-      EXPECT_EQ(known.limit, 16.0) << "an identified limit stays";
-    }
-  }
-}
-
-TEST(LearnedLimit, IsThatOfTheMotors) {
-  for (const double share : {0.5, 1.0, 3.0}) {
-    PlantModel robot = assumedModel();
-    robot.acceleration_limit *= share;
-    for (const std::uint64_t seed : {1, 2, 3}) {
-      const Driven learned = stepAfterJoystick(assumedModel(), robot, 1.0, seed);
-      EXPECT_NEAR(learned.limit, robot.acceleration_limit, 0.1 * robot.acceleration_limit) << "seed " << seed;
-      EXPECT_LE(learned.response.overshoot_pct, 5.0) << "seed " << seed;
-    }
-  }
-}
-
 }  // namespace
 }  // namespace jackal_aic::sim

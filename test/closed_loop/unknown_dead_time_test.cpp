@@ -139,22 +139,6 @@ TEST(UnknownDeadTime, IsSeparatedFromALagThatIsFarOff) {
   }
 }
 
-TEST(UnknownDeadTime, IsLearnedFromStraightRampsTurnsAndArcs) {
-  // Only ramps at the acceleration limit, which the commands begin with less than a whole period's step.
-  for (const SetPoint& motion :
-       {SetPoint{1.0, 0.0, 0.0}, {1.5, 0.0, 0.0}, {0.1, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.5, 0.0, 0.5}}) {
-    AssessedProfile profile;
-    profile.assessed.reset();
-    for (int i = 0; i < 6; ++i) profile.changes.push_back({kRestTime + 2.0 * i, i % 2 == 0 ? motion : SetPoint{}});
-    profile.duration = kRestTime + 12.0;
-    for (const double off : {-kOff, kOff}) {
-      const Drive learned = drive("ground", wrong("ground", off), profile);
-      EXPECT_NEAR(learned.believed.dead_time, 0.08, 0.01) << motion.forward << ", " << motion.yaw_rate << ", " << off;
-      EXPECT_NEAR(learned.believed.lag, 0.00636, 0.01);
-    }
-  }
-}
-
 TEST(UnknownDeadTime, IncludesAllDelaysOfTheRealRobot) {
   // 0.08 s of the motors, 10 ms of the network to them, 10 ms for which the newest feedback waits for its joint states,
   // 2.5 ms of their stamps, 10 ms of the network from them; a lag of 6 ms of the motors and 20 ms of the encoders.

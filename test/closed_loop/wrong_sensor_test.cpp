@@ -90,19 +90,5 @@ TEST_P(WrongFromTheStart, SensorIsReportedWithinTwoSecondsOfMotion) {
 INSTANTIATE_TEST_SUITE_P(Presets, WrongFromTheStart, testing::Values("predictive", "improved"),
                          [](const auto& info) { return std::string(info.param); });
 
-TEST(SoundSensors, AreNotReported) {
-  for (const char* controller : {"predictive", "improved"}) {
-    for (const SetPoint& set_point : kSetPoints) {
-      SetPointProfile profile;
-      profile.changes = {{kStart, set_point}};
-      profile.duration = 6.0;
-      runMonitored(loadSetup(files(), controller, "ground", {}), monitorModel(files(), "ground"), profile, {},
-                   [&](const MonitoredSample& s) {
-                     EXPECT_STREQ(text(s.fault), "") << controller << ", " << set_point.forward << " m/s at " << s.time;
-                   });
-    }
-  }
-}
-
 }  // namespace
 }  // namespace jackal_aic::sim

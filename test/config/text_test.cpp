@@ -25,23 +25,6 @@ TEST(OnOneLine, EscapesWhatIsNoUtf8) {
   EXPECT_EQ(onOneLine("\xef\xbf\xbf"), "\\xef\\xbf\\xbf") << "no character, and none for YAML";
 }
 
-TEST(OnOneLine, KeepsEveryLanguage) {
-  const std::string text =
-      "Fa\u00e7ade, \u00df, \u65e5\u672c\u8a9e, \u0639\u0631\u0628\u064a, \U0001f916 \\ \"\u00a0\"";
-  EXPECT_EQ(onOneLine(text), text);
-}
-
-TEST(OnOneLine, ChangesNothingOfWhatItMade) {
-  std::mt19937 generator(1);
-  for (int i = 0; i < 20000; ++i) {
-    std::string text;
-    for (int k = 0; k < 8; ++k) text += static_cast<char>(generator() & 0xff);
-    const std::string line = onOneLine(text);
-    ASSERT_EQ(onOneLine(line), line);
-    ASSERT_EQ(line.find_first_of("\n\r\x1b\x7f"), std::string::npos) << line;
-  }
-}
-
 TEST(Shortened, CutsBetweenCharacters) {
   const std::string before(79, 'a');
   EXPECT_EQ(shortened(before + "b"), before + "b");

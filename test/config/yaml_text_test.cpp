@@ -17,17 +17,6 @@ namespace {
 /// Floating-point numbers of YAML 1.1 as rosparam's reader knows them; those of YAML 1.2 include them.
 bool isNumber(const std::string& text) { return std::regex_match(text, std::regex("-?[0-9]+\\.[0-9]+(e[-+][0-9]+)?")); }
 
-TEST(YamlNumber, HasAPointAndASignedExponent) {
-  EXPECT_EQ(yamlNumber(1e8), "1.0e+08");
-  EXPECT_EQ(yamlNumber(1.5e-7), "1.5e-07");
-  EXPECT_EQ(yamlNumber(1000.0), "1000.0");
-  EXPECT_EQ(yamlNumber(50.0), "50.0");
-  EXPECT_EQ(yamlNumber(0.001), "0.001");
-  EXPECT_EQ(yamlNumber(-0.25), "-0.25");
-  EXPECT_EQ(yamlNumber(0.0), "0.0");
-  EXPECT_EQ(yamlNumber(0.123456789, 4), "0.1235");
-}
-
 TEST(YamlQuoted, StaysTheSameTextForEveryReader) {
   for (const std::string text : {"our Jackal", "1e5", "true", "a: \"b\" # c", "back\\slash", ""}) {
     ParameterMap map;

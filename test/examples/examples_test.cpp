@@ -45,40 +45,6 @@ TEST(Examples, TheTunedGainKeepsTheMarginsThatWereWanted) {
   EXPECT_GE(delay_margin, 0.05);
 }
 
-/// Belief update and action of Pezzato et al. (2020) for one joint, with the numbers of the example: prediction errors
-/// of two sensors and of two orders of the state, by forward Euler.
-TEST(Examples, TheJointBelievesWhatThePublishedEquationsSay) {
-  const std::string output = outputOf("joint");
-  std::size_t line = 0;
-  double q = 0.0, dq = 0.0, u = 0.0, mu = 0.0, mu1 = 0.0, mu2 = 0.0;
-  for (int ms = 0; ms <= 6000; ++ms) {
-    if (ms % 500 == 0) {
-      double time = 0.0, position = 0.0, believed[3] = {};
-      ASSERT_EQ(std::sscanf(output.c_str() + line, "%lf s: %lf rad, believed %lf rad, %lf rad/s, %lf", &time, &position,
-                            &believed[0], &believed[1], &believed[2]),
-                5)
-          << output;
-      line = output.find('\n', line) + 1;
-      EXPECT_NEAR(position, q, 1e-6) << time;
-      EXPECT_NEAR(believed[0], mu, 1e-6) << time;
-      EXPECT_NEAR(believed[1], mu1, 1e-6) << time;
-      EXPECT_NEAR(believed[2], mu2, 1e-6) << time;
-    }
-    const double of_position = q - mu, of_velocity = dq - mu1;                     // variance 1
-    const double of_state = (mu1 + mu - 0.5) / 5.0, of_next = (mu2 + mu1) / 10.0;  // weighted by precision
-    u -= 0.001 * 700.0 * (of_position + of_velocity);
-    const double rate = mu1 + 11.67 * (of_position - of_state);
-    const double rate1 = mu2 + 11.67 * (of_velocity - of_state - of_next);
-    const double rate2 = -11.67 * of_next;
-    mu += 0.001 * rate;
-    mu1 += 0.001 * rate1;
-    mu2 += 0.001 * rate2;
-    dq += 0.001 * (u - 5.0 * dq) / 0.5;
-    q += 0.001 * dq;
-  }
-  EXPECT_NEAR(q, 0.5, 0.01) << "the joint reaches its set point";
-}
-
 TEST(Examples, TheMecanumRobotReachesItsSetPoint) {
   const std::string output = outputOf("mecanum");
   EXPECT_NE(output.find("0.0 s: 0.000 m/s, 0.000 m/s, 0.000 rad/s"), std::string::npos) << output;

@@ -32,13 +32,6 @@ TEST(DriveTrainResponse, OfALagIsTheExponential) {
   }
 }
 
-TEST(DriveTrainResponse, OfTwoTimesIsThatOfBothAfterEachOther) {
-  const PlantModel loop = model(0.04, 8.0);
-  const DriveTrainResponse half = driveTrainResponse(loop, 0.015), whole = driveTrainResponse(loop, 0.03);
-  EXPECT_TRUE((half.transition * half.transition).isApprox(whole.transition, 1e-12));
-  EXPECT_TRUE((half.transition * half.input + half.input).isApprox(whole.input, 1e-12));
-}
-
 PlantModel withOffset(double gain, double offset) {
   PlantModel m = model(0.04, 8.0);
   m.gain = gain;
@@ -76,18 +69,6 @@ TEST(DeadZone, InverseIsContinuous) {
   }
 }
 
-TEST(DriveTrainPrediction, TurnsByTheOffsetSlowerAndStandsBelowIt) {
-  DriveTrainPrediction wheel(withOffset(0.9, 0.5), kRadius), straight(withOffset(0.9, 0.0), kRadius);
-  for (int i = 0; i < 2000; ++i) wheel.predict(0.5);
-  EXPECT_EQ(wheel.speed(), 0.0);
-  for (int i = 0; i < 2000; ++i) {
-    wheel.predict(-3.0);
-    straight.predict(-3.0 + 0.5 / 0.9);
-    ASSERT_NEAR(wheel.speed(), straight.speed(), 1e-12);
-  }
-  EXPECT_NEAR(wheel.speed(), -(0.9 * 3.0 - 0.5), 1e-3);
-}
-
 TEST(DriveTrain, StepsFollowTheExactResponse) {
   const PlantModel loop = model(0.04, 8.0);
   const DriveTrain train(loop, kRadius);
@@ -122,37 +103,6 @@ TEST(CommandsUnderWay, ActAfterTheDeadTime) {
     EXPECT_EQ(delay, std::lround(1000.0 * std::min(dead_time, CommandsUnderWay::kLongestDeadTime)));
     for (int k = 0; k < 5000; ++k) ASSERT_EQ(commands.step(k), k < delay ? -1.0 : k - delay) << dead_time;
   }
-}
-
-TEST(DriveTrainPrediction, IsAtRestOfTheLoopAfterAReset) {
-  DriveTrainPrediction wheel(model(0.04, 8.0), kRadius);
-  wheel.reset(3.0);
-  for (int k = 0; k < 50; ++k) wheel.predict(0.0);
-  EXPECT_NEAR(wheel.speed(), 3.0, 1e-12) << "the command that drove it is still under way";
-  for (int k = 0; k < 1000; ++k) wheel.predict(0.0);
-  EXPECT_NEAR(wheel.speed(), 0.0, 0.01);
-}
-
-TEST(SpeedAfter, IsWhereShortStepsLeadTo) {
-  for (const double lag : {0.0, 0.05, 0.2}) {
-    for (const double limit : {2.0, 10.0, 1e6}) {
-      for (const double target : {-3.0, 0.4, 5.0}) {
-        const Pace pace = paceOf(lag, limit, 1e-5);
-        double stepped = 1.0;
-        for (int k = 0; k < 30000; ++k) stepped += pace.towards(target, stepped);
-        EXPECT_NEAR(speedAfter(1.0, target, lag, limit, 0.3), stepped, 1e-3) << lag << ", " << limit << ", " << target;
-      }
-    }
-  }
-  EXPECT_EQ(speedAfter(1.0, 5.0, 0.05, 2.0, 0.5), 2.0) << "at the limit all the time";
-}
-
-TEST(Pace, GoesAPartOfTheWayAndNoFartherThanTheLimit) {
-  const Pace pace = paceOf(0.05, 10.0, 0.02);
-  EXPECT_NEAR(pace.towards(0.1, 0.0), 0.1 * (1.0 - std::exp(-0.4)), 1e-12);
-  EXPECT_NEAR(pace.towards(5.0, 0.0), 0.2, 1e-12);
-  EXPECT_NEAR(pace.towards(-5.0, 0.0), -0.2, 1e-12);
-  EXPECT_EQ(paceOf(0.0, 10.0, 0.02).towards(0.1, 0.0), 0.1) << "without a lag at once";
 }
 
 TEST(CommandsUnderWay, KeepTheLatestWhenTheDeadTimeChanges) {

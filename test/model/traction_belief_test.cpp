@@ -112,22 +112,6 @@ TEST(TractionBelief, FastTurnOfUnknownCentreIsNoSlide) {
   EXPECT_FALSE(jumps.slid);
 }
 
-TEST(TractionBelief, MotionAtTheStartOrARestartIsNoSlide) {
-  Robot robot;
-  robot.wheel_speed = robot.body_speed = 1.5;
-  robot.drive(0.02, 0.0, 0.0);
-  robot.belief.restart();
-  robot.wheel_speed = robot.body_speed = -1.5;
-  robot.drive(2.0, 0.0, 0.0);
-  EXPECT_FALSE(robot.slid);
-}
-
-TEST(TractionBelief, RepeatedAccelerationsAreIgnored) {
-  Robot robot(0.0, 0.0);
-  robot.drive({{1.0, 0.0, 0.0}, {0.6, 1.65, 0.0}, {2.0, 0.0, 0.0}});
-  EXPECT_FALSE(robot.slid);
-}
-
 // ---- wheels that slide
 
 TEST(TractionBelief, SpinningWheelsAreReplacedByTheAccelerometerUntilTheyGrip) {
@@ -159,22 +143,6 @@ TEST(TractionBelief, SpinningWheelsAreReplacedByTheAccelerometerUntilTheyGrip) {
   missed.belief.correct(missed.wheel_speed, 0.0, kVariance, 0.0, 0.5);
   EXPECT_EQ(missed.belief.traction(), Traction::rolls);
   EXPECT_EQ(missed.belief.speed(0.7), 0.7);
-}
-
-TEST(TractionBelief, LockedWheelsSlide) {
-  Robot robot;
-  robot.drive({{1.0, 1.0, 1.0}, {1.0, 0.0, 0.0}, {0.5, -2.0, -1.0}});
-  EXPECT_EQ(robot.belief.traction(), Traction::slides);
-  EXPECT_NEAR(robot.error(), 0.0, 0.03);
-}
-
-TEST(TractionBelief, OffsetOfTheAccelerometerIsLearnedAtConstantSpeed) {
-  Robot robot;
-  robot.drive(20.0, 0.0, 0.0, 0.3);
-  robot.proveItsAttitude(0.3);
-  robot.drive(0.6, 1.65, 1.0, 0.3);
-  EXPECT_EQ(robot.belief.traction(), Traction::slides);
-  EXPECT_NEAR(robot.error(), 0.0, 0.03);
 }
 
 TEST(TractionBelief, CentripetalAccelerationIsNoChangeOfSpeed) {
@@ -246,33 +214,6 @@ TEST(TractionBelief, StandingBodyStandsUntilItIsFreeOrItsWheelsStop) {
   EXPECT_EQ(free.belief.traction(), Traction::rolls);
 }
 
-TEST(TractionBelief, TurningBodyDoesNotStand) {
-  for (const double yaw_rate : {0.2, 0.4, -0.8}) {
-    Robot robot, turns;
-    robot.drive(1.0, 0.0, 0.0);
-    robot.yaw_rate = yaw_rate;
-    robot.drive({{0.3, 1.65, 0.0}, {0.7, 0.0, 0.0}});
-    EXPECT_EQ(robot.belief.traction() == Traction::stands, yaw_rate == 0.2) << yaw_rate;
-    turns.drive({{0.6, 0.0, 0.0}, {0.2, 1.5, 1.5}, {0.04, 0.0, -7.5}, {0.5, 0.0, 0.0}});
-    ASSERT_EQ(turns.belief.traction(), Traction::stands);
-    turns.yaw_rate = yaw_rate;
-    turns.drive(0.3, 0.0, 0.0);
-    EXPECT_EQ(turns.belief.traction(), yaw_rate == 0.2 ? Traction::stands : Traction::rolls) << yaw_rate;
-  }
-}
-
-TEST(TractionBelief, WheelsThatReverseGripAgainThoughItLookedLikeACollision) {
-  for (const double offset : {-0.4, -0.8}) {
-    Robot robot;
-    robot.drive({{1.0, 0.7, 0.7}, {3.0, 0.0, 0.0}});
-    robot.drive({{0.08, -16.0, -6.0}, {0.08, 0.0, -6.0}}, offset);
-    ASSERT_EQ(robot.belief.traction(), Traction::slides) << offset;
-    // Friction ends where the body has the speed of its wheels, within the time in which a body may bounce.
-    robot.drive({{0.02, 0.0, (robot.wheel_speed - robot.body_speed) / 0.02}, {0.4, 0.0, 0.0}}, offset);
-    EXPECT_EQ(robot.belief.traction(), Traction::rolls) << offset;
-  }
-}
-
 // ---- sensors of other rates
 
 TEST(TractionBelief, CollisionIsDetectedAtTenSamplesASecond) {
@@ -293,43 +234,6 @@ TEST(TractionBelief, CollisionIsDetectedAtTenSamplesASecond) {
   }
 }
 
-TEST(TractionBelief, WheelsRenewedFourTimesASecondAreLateAndDoNotSpin) {
-  constexpr double kHold = 0.24;  // s
-  const auto stood = [](double hold, double phase) {
-    Robot robot;
-    robot.belief.setWheelsHold(hold);
-    double time = phase, held = 0.0;
-    bool stands = false;
-    for (const Part& part : {Part{1.0, 0.0, 0.5}, {1.0, 0.0, 0.0}, {0.12, 0.0, -8.0}, {1.0, 0.0, 0.0}}) {
-      for (int k = 0; k < std::lround(part.time / kPeriod); ++k, time += kPeriod) {
-        robot.body_speed += part.body * kPeriod;
-        if (std::fmod(time, kHold) < kPeriod) held = robot.body_speed;
-        robot.belief.correct(held, part.body + 0.3 * std::sin(50.0 * time), kVariance, 0.0, kPeriod);
-        stands = stands || robot.belief.traction() == Traction::stands;
-      }
-    }
-    return stands;
-  };
-  int unknown = 0;
-  for (double phase = 0.0; phase < kHold; phase += kPeriod) {
-    unknown += stood(0.0, phase) ? 1 : 0;
-    EXPECT_FALSE(stood(kHold, phase)) << phase;
-  }
-  EXPECT_GT(unknown, 0);
-}
-
-/// An IMU whose messages come in bursts: between two of them the last mean repeats.
-TEST(TractionBelief, RepeatedMeanCostsNoCertainty) {
-  Robot robot;
-  robot.drive(0.4, 1.5, 1.5);
-  for (int k = 0; k < 20; ++k) {
-    robot.drive(0.04, 0.0, 0.0);
-    robot.belief.correct(robot.wheel_speed, robot.measured, kVariance, 0.0, kPeriod);
-  }
-  robot.drive({{kPeriod, 0.0, 0.0}, {kPeriod, 0.0, -robot.body_speed / kPeriod}, {0.4, 0.0, 0.0}});
-  EXPECT_EQ(robot.belief.traction(), Traction::stands);
-}
-
 // ---- vibration
 
 /// The more it vibrates, the less shows that the body was freed; where nothing would, it does not stand for long.
@@ -348,16 +252,6 @@ TEST(TractionBelief, FreedBodyIsFoundInVibration) {
       EXPECT_EQ(robot.belief.traction(), Traction::rolls) << vibration << " m/s^2 at 1 m/s, " << speed << " m/s";
     }
   }
-}
-
-TEST(TractionBelief, WhiteVibrationIsNoSlide) {
-  Robot robot(0.0, 2.0);
-  robot.drive(5.0, 0.0, 0.0);
-  robot.slid = false;
-  for (int cycle = 0; cycle < 100; ++cycle) {
-    robot.drive({{0.6, 1.65, 1.65}, {2.0, 0.0, 0.0}, {0.6, -1.65, -1.65}, {2.0, 0.0, 0.0}});
-  }
-  EXPECT_FALSE(robot.slid);
 }
 
 /// Robots that start, drive and stop under coloured vibration; how many of them are taken for what they are not.
@@ -390,14 +284,6 @@ int count(int robots, const Vibration& v, Wheels acceleration, Wrong wrong) {
     found += is_wrong;
   }
   return found;
-}
-
-/// From rest, before it is known how the robot shakes.
-TEST(TractionBelief, ColouredVibrationSeldomLooksLikeAWall) {
-  constexpr int kRobots = 20000;
-  const auto start = [](double time, double speed) { return time > 1.01 && speed < 0.5 ? 1.65 : 0.0; };
-  EXPECT_LE(count(kRobots, {2.7, 0.0201, kPeriod, 3.0}, start, [](Traction t) { return t == Traction::stands; }),
-            kRobots / 1000);
 }
 
 TEST(TractionBelief, ColouredVibrationIsNoSlideAtAnySensorRate) {

@@ -90,23 +90,6 @@ TEST(WheelBelief, FadingErrorsAreTimingAndLastingOnesADisturbance) {
   EXPECT_LT(largestOfASoftLoop(0.035, 1.2).second, 0.3) << "found as soon as it has outlasted the timing";
 }
 
-TEST(WheelBelief, SpeedIsThatOfALateWheel) {
-  WheelBeliefParameters parameters;
-  parameters.timing_time_constant = 0.05;
-  WheelBelief wheel(model(0.04, 0.006), kRadius, parameters), truth(model(0.06, 0.06), kRadius, {});
-  for (int k = 1; k <= 200; ++k) {
-    wheel.predict(1.0);
-    truth.predict(1.0);
-    if (k % 20 != 0) continue;
-    const double before = wheel.speedVariance();
-    wheel.correct(truth.speed());
-    EXPECT_LE(wheel.speedVariance(), before);
-    EXPECT_GE(wheel.speedVariance(), 0.0);
-    if (k <= 60) continue;  // the command was still underway
-    EXPECT_NEAR(wheel.speed(), truth.speed(), 0.1) << k << " ms";
-  }
-}
-
 TEST(WheelBelief, CovarianceIsHonest) {
   // Over many runs with disturbance and noise as modelled, the normalised squared error of w averages 1.
   const WheelBeliefParameters parameters;
@@ -129,16 +112,6 @@ TEST(WheelBelief, CovarianceIsHonest) {
     sum += error * error / wheel.covariance()(0, 0);
   }
   EXPECT_NEAR(sum / kRuns, 1.0, 0.25);
-}
-
-TEST(WheelBelief, DistrustsMeasurementsWhileItAccelerates) {
-  WheelBelief still(model(0.0, 0.2), kRadius, {}), moving(model(0.0, 0.2), kRadius, {});
-  moving.predict(20.0);
-  still.predict(0.0);
-  const double before = moving.disturbance();
-  moving.correct(moving.speed() + 0.5);
-  still.correct(still.speed() + 0.5);
-  EXPECT_LT(std::abs(moving.disturbance() - before), 0.5 * std::abs(still.disturbance()));
 }
 
 TEST(WheelBelief, LearnsTheLimitOfASlowMotorAlone) {
@@ -168,55 +141,6 @@ TEST(WheelBelief, LearnsTheLimitOfASlowMotorAlone) {
   EXPECT_NEAR(share(1.0), 1.0, 0.02);
   EXPECT_NEAR(share(2.0), 1.0, 0.02);
   EXPECT_NEAR(share(0.0), 1.0, 1e-9) << "blocked";
-}
-
-TEST(WheelBelief, LearnedLimitIsForgottenAtConstantSpeed) {
-  // A slow motor, then another source's commands: the wheel keeps a speed that the believed disturbance contradicts.
-  WheelBeliefParameters parameters;
-  parameters.limit_deviation = 0.6;
-  PlantModel drive = model(0.0, 0.006);
-  drive.acceleration_limit = 1.65;
-  WheelBelief wheel(drive, kRadius, parameters);
-  const double step = 0.35 * drive.acceleration_limit / kRadius * WheelBelief::kStep;
-  double speed = 0.0;
-  for (int k = 0; k < 1000; ++k) {
-    speed += step;
-    wheel.predict(12.0);
-    if (k % 20 == 19) wheel.correct(speed);
-  }
-  ASSERT_LT(wheel.limitShare(), 0.5);
-  for (int k = 0; k < 4000; ++k) {
-    wheel.predict(speed + 7.0);  // more than the wheel does, and it stays as it is
-    if (k % 20 == 19) wheel.correct(speed);
-  }
-  EXPECT_EQ(wheel.limitShare(), 1.0) << "a belief that crawls would hide that something else is wrong";
-}
-
-/// Largest disturbance that is believed of a wheel whose ground takes 45 % of a step to 1.5 rad/s, until the integral
-/// of its velocity loop has made up for it in 0.12 s.
-double largestOfALoad(double turning) {
-  WheelBeliefParameters parameters;
-  parameters.dead_time_deviation = 0.01;
-  parameters.timing_time_constant = 0.035;
-  parameters.turning_time_constant = 0.2;
-  WheelBelief wheel(model(0.04, 0.03), kRadius, parameters);
-  wheel.setTurning(turning);
-  double at_once = 0.0, later = 0.0, largest = 0.0;
-  for (int k = 1; k <= 1000; ++k) {
-    wheel.predict(1.5);
-    if (k > 40) {
-      at_once += (0.55 * 1.5 - at_once) * -std::expm1(-0.001 / 0.03);
-      later += (0.45 * 1.5 - later) * -std::expm1(-0.001 / 0.12);
-    }
-    if (k % 20 == 0) wheel.correct(at_once + later);
-    largest = std::max(largest, std::abs(wheel.disturbance()));
-  }
-  return largest;
-}
-
-TEST(WheelBelief, LoadOfATurnIsNoDisturbance) {
-  EXPECT_LT(largestOfALoad(1.0), 0.1);
-  EXPECT_LT(2.0 * largestOfALoad(1.0), largestOfALoad(0.0)) << "on a straight line it is found sooner";
 }
 
 TEST(WheelBelief, CorrectionIsTheMinimumOfTheFreeEnergyTimesTheLearningRate) {

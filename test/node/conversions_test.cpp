@@ -40,44 +40,6 @@ sensor_msgs::Imu imu(double wx, double wy, double wz, double ax, double ay, doub
   return message;
 }
 
-TEST(MeanVelocity, GoesByNameAndNotByOrder) {
-  const auto message = joints({"rear_right_wheel", "mast", "front_left_wheel", "front_right_wheel", "rear_left_wheel"},
-                              {7.0, 99.0, 1.0, 5.0, 3.0});
-  EXPECT_DOUBLE_EQ(*meanVelocity(message, kLeft), 2.0);
-  EXPECT_DOUBLE_EQ(*meanVelocity(message, kRight), 6.0);
-}
-
-TEST(MeanVelocity, TakesTheWheelsThatAreListed) {
-  EXPECT_DOUBLE_EQ(*meanVelocity(joints({"rear_left_wheel"}, {4.0}), kLeft), 4.0);
-  EXPECT_FALSE(meanVelocity(joints({"rear_left_wheel"}, {4.0}), kRight));
-  EXPECT_TRUE(mentionsAny(joints({"rear_left_wheel"}, {4.0}), kLeft));
-  EXPECT_FALSE(mentionsAny(joints({"mast"}, {4.0}), kLeft));
-}
-
-TEST(MeanVelocity, RefusesWhatIsMissingOrNotFinite) {
-  EXPECT_FALSE(meanVelocity(joints({"front_left_wheel", "rear_left_wheel"}, {1.0}), kLeft));
-  EXPECT_FALSE(meanVelocity(joints({"front_left_wheel", "rear_left_wheel"}, {1.0, kNaN}), kLeft));
-  EXPECT_FALSE(meanVelocity(joints({"front_left_wheel"}, {}), kLeft));
-  EXPECT_FALSE(meanVelocity(joints({"front_left_wheel", "rear_left_wheel"}, {1.7e308, 1.7e308}), kLeft)) << "overflows";
-}
-
-TEST(PlanarMotion, RotatesIntoTheBaseFrame) {
-  const auto level = planarMotion(imu(0.1, 0.2, 0.3, 1.0, 2.0, 9.8), Eigen::Quaterniond::Identity());
-  EXPECT_TRUE(level->isApprox(Eigen::Vector4d(0.3, 1.0, 2.0, 9.8)));
-  // Mounted upside down, turned about x: the sensor's z and y point against those of the base.
-  const Eigen::Quaterniond upside_down(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()));
-  EXPECT_TRUE(
-      planarMotion(imu(0.1, 0.2, 0.3, 1.0, 2.0, 9.8), upside_down)->isApprox(Eigen::Vector4d(-0.3, 1.0, -2.0, -9.8)));
-  // Mounted with its x axis along the base's y.
-  const Eigen::Quaterniond quarter(Eigen::AngleAxisd(M_PI_2, Eigen::Vector3d::UnitZ()));
-  EXPECT_TRUE(planarMotion(imu(0.1, 0.2, 0.3, 1.0, 2.0, 9.8), quarter)->isApprox(Eigen::Vector4d(0.3, -2.0, 1.0, 9.8)));
-}
-
-TEST(PlanarMotion, RefusesWhatIsNotFinite) {
-  EXPECT_FALSE(planarMotion(imu(0, 0, kNaN, 0, 0, 9.8), Eigen::Quaterniond::Identity()));
-  EXPECT_FALSE(planarMotion(imu(0, 0, 0, kNaN, 0, 9.8), Eigen::Quaterniond::Identity()));
-}
-
 /// What a sensor at rest reports whose frame is turned by `attitude` against the level, and that attitude.
 sensor_msgs::Imu atRest(const Eigen::Quaterniond& attitude) {
   const Eigen::Vector3d force = attitude.conjugate() * Eigen::Vector3d(0.0, 0.0, 9.81);
@@ -95,49 +57,53 @@ Eigen::Quaterniond uphill() {
                             Eigen::AngleAxisd(-5.0 * M_PI / 180.0, Eigen::Vector3d::UnitY()));
 }
 
-constexpr double kUphill = 0.855;  // m/s^2, 9.81 sin(5 deg)
-
-TEST(PlanarMotion, AttitudeTakesGravityOutOfTheForwardAccelerationOnASlope) {
-  sensor_msgs::Imu message = atRest(uphill());
-  ASSERT_NEAR(message.linear_acceleration.x, kUphill, 1e-3) << "the nose points up: the reaction to gravity pushes on";
-  message.linear_acceleration.x += 0.3;
-  const auto motion = planarMotion(message, Eigen::Quaterniond::Identity());
-  EXPECT_NEAR((*motion)(1), 0.3, 1e-12);
-  EXPECT_NEAR((*motion)(2), 0.0, 1e-12);
-  EXPECT_NEAR((*motion)(3), 9.81 * std::cos(5.0 * M_PI / 180.0), 1e-12) << "what tells a sensor upside down stays";
+TEST(MeanVelocity, GoesByNameAndRefusesWhatIsMissingOrNotFinite) {
+  const auto message = joints({"rear_right_wheel", "mast", "front_left_wheel", "front_right_wheel", "rear_left_wheel"},
+                              {7.0, 99.0, 1.0, 5.0, 3.0});
+  EXPECT_DOUBLE_EQ(*meanVelocity(message, kLeft), 2.0);
+  EXPECT_DOUBLE_EQ(*meanVelocity(message, kRight), 6.0);
+  const auto one = joints({"rear_left_wheel"}, {4.0});
+  EXPECT_DOUBLE_EQ(*meanVelocity(one, kLeft), 4.0);
+  EXPECT_FALSE(meanVelocity(one, kRight));
+  EXPECT_TRUE(mentionsAny(one, kLeft));
+  EXPECT_FALSE(mentionsAny(joints({"mast"}, {4.0}), kLeft));
+  EXPECT_FALSE(meanVelocity(joints(kLeft, {1.0}), kLeft));
+  EXPECT_FALSE(meanVelocity(joints(kLeft, {1.0, kNaN}), kLeft));
+  EXPECT_FALSE(meanVelocity(joints({"front_left_wheel"}, {}), kLeft));
+  EXPECT_FALSE(meanVelocity(joints(kLeft, {1.7e308, 1.7e308}), kLeft)) << "overflows";
 }
 
-TEST(PlanarMotion, AttitudeTakesGravityOutOfTheLateralAccelerationOnATilt) {
-  const Eigen::Quaterniond left_side_up(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX()));
-  const sensor_msgs::Imu message = atRest(left_side_up);
-  ASSERT_GT(message.linear_acceleration.y, 0.9);
-  EXPECT_NEAR((*planarMotion(message, Eigen::Quaterniond::Identity()))(2), 0.0, 1e-12);
+TEST(PlanarMotion, RotatesIntoTheBaseFrameAndRefusesWhatIsNotFinite) {
+  const Eigen::Quaterniond none = Eigen::Quaterniond::Identity();
+  const std::pair<Eigen::Quaterniond, Eigen::Vector4d> rows[] = {
+      {none, {0.3, 1.0, 2.0, 9.8}},
+      {Eigen::Quaterniond(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX())), {-0.3, 1.0, -2.0, -9.8}},
+      {Eigen::Quaterniond(Eigen::AngleAxisd(M_PI_2, Eigen::Vector3d::UnitZ())), {0.3, -2.0, 1.0, 9.8}}};
+  for (const auto& [mounting, motion] : rows) {
+    EXPECT_TRUE(planarMotion(imu(0.1, 0.2, 0.3, 1.0, 2.0, 9.8), mounting)->isApprox(motion)) << motion.transpose();
+  }
+  EXPECT_FALSE(planarMotion(imu(0, 0, kNaN, 0, 0, 9.8), none));
+  EXPECT_FALSE(planarMotion(imu(0, 0, 0, kNaN, 0, 9.8), none));
 }
 
-TEST(PlanarMotion, AttitudeIsThatOfTheSensorHoweverItIsMounted) {
+TEST(PlanarMotion, AttitudeTakesGravityOutHoweverTheSensorIsMounted) {
   for (const Eigen::Quaterniond& mounting :
-       {Eigen::Quaterniond(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX())),
-        Eigen::Quaterniond(Eigen::AngleAxisd(M_PI_2, Eigen::Vector3d::UnitZ())),
+       {Eigen::Quaterniond::Identity(), Eigen::Quaterniond(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX())),
         Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1.0, 2.0, -1.0).normalized()))}) {
     const auto motion = planarMotion(atRest(uphill() * mounting), mounting);
     EXPECT_NEAR(motion->segment<2>(1).norm(), 0.0, 1e-12);
     EXPECT_NEAR((*motion)(3), 9.81 * std::cos(5.0 * M_PI / 180.0), 1e-12);
   }
-}
-
-TEST(PlanarMotion, WithoutAttitudeGravityStays) {
-  const auto forward = [](const sensor_msgs::Imu& message) {
-    return (*planarMotion(message, Eigen::Quaterniond::Identity()))(1);
-  };
-  sensor_msgs::Imu no_estimate = atRest(uphill());
+  sensor_msgs::Imu driving = atRest(uphill());
+  driving.linear_acceleration.x += 0.3;
+  EXPECT_NEAR((*planarMotion(driving, Eigen::Quaterniond::Identity()))(1), 0.3, 1e-12);
+  sensor_msgs::Imu no_estimate = atRest(uphill()), unset = no_estimate, not_finite = no_estimate;
   no_estimate.orientation_covariance[0] = -1.0;
-  EXPECT_NEAR(forward(no_estimate), kUphill, 1e-3);
-  sensor_msgs::Imu unset = atRest(uphill());
   unset.orientation = geometry_msgs::Quaternion();
-  EXPECT_NEAR(forward(unset), kUphill, 1e-3);
-  sensor_msgs::Imu not_finite = atRest(uphill());
   not_finite.orientation.x = kNaN;
-  EXPECT_NEAR(forward(not_finite), kUphill, 1e-3);
+  for (const auto& message : {no_estimate, unset, not_finite}) {  // 9.81 sin(5 deg)
+    EXPECT_NEAR((*planarMotion(message, Eigen::Quaterniond::Identity()))(1), 0.855, 1e-3) << "gravity stays";
+  }
 }
 
 TEST(SetPointOfTwist, TakesForwardSpeedAndYawRate) {
@@ -151,13 +117,6 @@ TEST(SetPointOfTwist, TakesForwardSpeedAndYawRate) {
   EXPECT_EQ(wanted->yaw_rate, -0.4);
   twist.angular.x = std::numeric_limits<double>::infinity();
   EXPECT_FALSE(setPoint(twist)) << "a message that is broken anywhere is not trusted";
-}
-
-TEST(DriveMessage, IsInVelocityModeWithLeftFirst) {
-  const auto message = driveMessage({1.5, -2.5});
-  EXPECT_EQ(message.mode, jackal_msgs::Drive::MODE_VELOCITY);
-  EXPECT_EQ(message.drivers[0], 1.5f);
-  EXPECT_EQ(message.drivers[1], -2.5f);
 }
 
 /// A drive loop whose robot turns to the left.
@@ -250,19 +209,6 @@ TEST(StateMessage, SaysWhoDrivesAndWhyNot) {
   EXPECT_EQ(messageOf(loop, {"", "", false, 3}).rejected_measurements, 3u);
 }
 
-TEST(BeliefMessage, HasAVarianceForWhatIsBelievedAndNoneForTheRest) {
-  const DriveLoop loop = predictiveLoop();
-  const PredictiveController& controller = *loop.predictive();
-  const auto message = beliefMessage(controller);
-  EXPECT_EQ(message.twist.twist.linear.x, controller.believedVelocity()(kForward));
-  EXPECT_EQ(message.twist.twist.angular.z, controller.believedVelocity()(kYaw));
-  EXPECT_EQ(message.twist.covariance[0], controller.motionCovariance()(0, 0));
-  EXPECT_EQ(message.twist.covariance[35], controller.motionCovariance()(1, 1));
-  EXPECT_EQ(message.twist.covariance[5], message.twist.covariance[30]);
-  EXPECT_GT(message.twist.covariance[0], 0.0);
-  for (int i : {7, 14, 21, 28}) EXPECT_EQ(message.twist.covariance[i], kUnknownVariance);
-}
-
 // The sums of Clearpath's own package: with them a robot's nodes and ours accept each other's messages.
 template <class Message>
 std::string md5() {
@@ -274,15 +220,6 @@ TEST(JackalMsgs, AreWireCompatibleWithTheRobots) {
   EXPECT_EQ(md5<jackal_msgs::DriveFeedback>(), "8dd0b7a3cfa20cfc5c054ddd9763609b");
   EXPECT_EQ(md5<jackal_msgs::Feedback>(), "3bdabb0ef46338ee5672d1b82220ab49");
   EXPECT_EQ(md5<jackal_msgs::Status>(), "c851ebcf9a6e20b196bc7894e285b4f6");
-}
-
-TEST(JackalMsgs, CommandModesAreTheFirmwares) {
-  EXPECT_EQ(jackal_msgs::Drive::MODE_VELOCITY, 0);
-  EXPECT_EQ(jackal_msgs::Drive::MODE_PWM, 1);
-  EXPECT_EQ(jackal_msgs::Drive::MODE_EFFORT, 2);
-  EXPECT_EQ(jackal_msgs::Drive::MODE_NONE, -1);
-  EXPECT_EQ(jackal_msgs::Drive::LEFT, 0);
-  EXPECT_EQ(jackal_msgs::Drive::RIGHT, 1);
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
-// From a bag to a plant model: bags written as rosbag record writes them, from the simulated robot with random drive
-// trains.
+// From a bag to a plant model: bags as rosbag record writes them, from the simulated robot.
 
 #include <geometry_msgs/TwistStamped.h>
 #include <gtest/gtest.h>
@@ -22,7 +21,6 @@
 #include <fstream>
 #include <functional>
 #include <iterator>
-#include <random>
 
 #include "bag_file.hpp"
 #include "drive_bag.hpp"
@@ -79,51 +77,6 @@ void writeBag(const std::string& path, const sim::PlantParameters& parameters, c
   }
 }
 
-/// Effective track the robot shows without noise, from ground truth, turning left in place.
-double trueTrack(sim::PlantParameters parameters, double yaw_rate) {
-  parameters.noise_scale = 0.0;
-  sim::JackalPlant plant(sim::jackalUrdf(), parameters);
-  plant.command(SkidSteerKinematics(GeometryParameters{}).wheelSpeeds(0.0, yaw_rate));
-  for (int k = 0; k < 3000; ++k) plant.step();
-  const auto& truth = plant.truth();
-  const double difference = 0.5 * (truth.wheel_velocity[sim::kFrontRight] + truth.wheel_velocity[sim::kRearRight] -
-                                   truth.wheel_velocity[sim::kFrontLeft] - truth.wheel_velocity[sim::kRearLeft]);
-  return kRadius * difference / truth.angular_velocity.z();
-}
-
-TEST(IdentifyBag, FindsThirtyRandomDriveTrains) {
-  std::mt19937 random(2022);
-  const auto between = [&](double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random);
-  };
-  int good = 0;
-  for (int trial = 0; trial < 30; ++trial) {
-    sim::PlantParameters truth;
-    truth.dead_time = std::round(1000 * between(0.03, 0.20)) / 1000;
-    truth.motor_lag = between(0.02, 0.15);
-    truth.wheel_gain = between(0.8, 1.2);
-    truth.velocity_loop_integral = 0.0;
-    truth.acceleration_limit = between(1.5, 20.0);
-    truth.friction = between(0.3, 1.0);
-    truth.seed = 100 + trial;
-    const TemporaryFile file("identify.bag");
-    writeBag(file.path, truth);
-    const Identification found = identifyDriveTrain(readDriveBag(file.path, {}), kRadius);
-    const double track = trueTrack(truth, 1.0);
-    const bool within = std::abs(found.dead_time.value - truth.dead_time) <= 0.010 &&
-                        std::abs(found.lag.value / truth.motor_lag - 1) <= 0.15 &&
-                        std::abs(found.gain.value / truth.wheel_gain - 1) <= 0.02 &&
-                        std::abs(found.track_left.value / track - 1) <= 0.03 &&
-                        std::abs(found.track_right.value / track - 1) <= 0.03;
-    good += within;
-    std::printf("%2d %s dead time %.4f/%.4f lag %.4f/%.4f gain %.4f/%.4f limit %.2f/%.2f track %.4f %.4f/%.4f\n", trial,
-                within ? "ok  " : "MISS", found.dead_time.value, truth.dead_time, found.lag.value, truth.motor_lag,
-                found.gain.value, truth.wheel_gain, found.acceleration_limit.value, truth.acceleration_limit,
-                found.track_left.value, found.track_right.value, track);
-  }
-  EXPECT_GE(good, 27);
-}
-
 class BadBag : public testing::Test {
  protected:
   /// Message of the error that reading throws: one line that names the file.
@@ -143,58 +96,20 @@ class BadBag : public testing::Test {
   TemporaryFile file{"bad.bag"};
 };
 
-TEST_F(BadBag, ThatIsNone) {
+TEST_F(BadBag, ThatIsNoneOrTruncated) {
   refusal("/nonexistent/drive.bag");
   for (const char* content : {"", "time,left,right\n0.0,1.0,1.0\n"}) {
     std::ofstream(file.path) << content;
     refusal(file.path);
   }
+  writeBag(file.path, {});
+  ASSERT_EQ(truncate(file.path.c_str(), 20000), 0);
+  refusal(file.path);
   unlink(file.path.c_str());
   ASSERT_EQ(mkfifo(file.path.c_str(), 0600), 0);
   for (const std::string& path : {file.path, std::string("/dev/zero")}) {
     EXPECT_EQ(refusal(path), path + ": cannot be read as a bag: it is no file");
   }
-}
-
-TEST_F(BadBag, Truncated) {
-  writeBag(file.path, {});
-  ASSERT_EQ(truncate(file.path.c_str(), 20000), 0);
-  refusal(file.path);
-}
-
-constexpr int kRefused = 1, kUnreadableLine = 3;  // exit status
-
-/// Reads a bag. Zero if that went well.
-int refusedInOneLine(const std::string& path) {
-  try {
-    readDriveBag(path, {});
-    return 0;
-  } catch (const IdentificationError& error) {
-    const std::string line = error.what();
-    const bool plain = std::none_of(line.begin(), line.end(), [](unsigned char c) { return std::iscntrl(c); });
-    return plain && line.find(path) == 0 && line.size() < 400 ? kRefused : kUnreadableLine;
-  }
-}
-
-TEST_F(BadBag, DamagedAnywhere) {
-  writeBag(file.path, {});
-  std::ifstream original(file.path, std::ios::binary);
-  const std::string whole((std::istreambuf_iterator<char>(original)), {});
-  std::mt19937 random(11);
-  int refused = 0;
-  for (int trial = 0; trial < 60; ++trial) {
-    // Half of the damage is to the index at the end and to the first records, where lengths and positions stand.
-    std::string damaged = whole;
-    for (int wound = 0; wound < 4; ++wound) {
-      const std::size_t edge = 6000, at = trial % 2 == 0 ? random() % edge : damaged.size() - 1 - random() % edge;
-      for (std::size_t i = at; i < std::min(at + 4, damaged.size()); ++i) damaged[i] = static_cast<char>(random());
-    }
-    std::ofstream(file.path, std::ios::binary) << damaged;
-    const int status = inChildProcess("test", [&] { return refusedInOneLine(file.path); });
-    EXPECT_NE(status, kUnreadableLine);
-    refused += status != 0 ? 1 : 0;
-  }
-  EXPECT_GT(refused, 20);
 }
 
 TEST_F(BadBag, WithoutTheDriveTopicOrWithAnotherTypeOnIt) {
@@ -207,38 +122,31 @@ TEST_F(BadBag, WithoutTheDriveTopicOrWithAnotherTypeOnIt) {
   EXPECT_NE(refusal(file.path).find("std_msgs/Float64"), std::string::npos);
 }
 
-TEST_F(BadBag, WithWheelsOfAnotherClockThanTheRecorders) {
-  for (const auto& [late, told] : {std::pair(0.1, "stamps are 0.100 s later than their arrival"),
-                                   std::pair(-3.0, "stamps are 3.000 s before their arrival")}) {
-    writeBag(file.path, {}, [late = late](sensor_msgs::JointState& joints, sensor_msgs::Imu&) {
-      joints.header.stamp += ros::Duration(late);
-    });
-    EXPECT_NE(refusal(file.path).find(told), std::string::npos) << refusal(file.path);
-  }
-}
-
-TEST_F(BadBag, WithoutStamps) {
-  writeBag(file.path, {},
-           [](sensor_msgs::JointState& joints, sensor_msgs::Imu&) { joints.header.stamp = ros::Time(); });
-  EXPECT_NE(refusal(file.path).find("/joint_states: the message that arrived at 100.0"), std::string::npos);
-  writeBag(file.path, {}, [](sensor_msgs::JointState&, sensor_msgs::Imu& imu) { imu.header.stamp = ros::Time(); });
-  EXPECT_NE(refusal(file.path).find("/imu/data: the message that arrived at 100.0"), std::string::npos);
-}
-
-TEST_F(BadBag, WithAWheelThatIsNotFiniteOrMissing) {
-  const auto from = [](double time, const std::function<void(sensor_msgs::JointState&)>& break_it) {
-    return [=](sensor_msgs::JointState& joints, sensor_msgs::Imu&) {
-      if (joints.header.stamp > ros::Time(time)) break_it(joints);
+TEST_F(BadBag, WithWheelsOrStampsThatCannotBe) {
+  using Joints = sensor_msgs::JointState;
+  using Imu = sensor_msgs::Imu;
+  const auto from = [](double time, void (*breaks)(Joints&)) {
+    return [=](Joints& joints, Imu&) {
+      if (joints.header.stamp > ros::Time(time)) breaks(joints);
     };
   };
-  writeBag(file.path, {}, from(105.0, [](sensor_msgs::JointState& joints) { joints.velocity[2] = NAN; }));
-  EXPECT_NE(refusal(file.path).find("/joint_states: the velocity of joint 'rear_left_wheel' at 105.0"),
-            std::string::npos)
-      << refusal(file.path);
-  writeBag(file.path, {}, from(105.0, [](sensor_msgs::JointState& joints) { joints.velocity.resize(3); }));
-  EXPECT_NE(refusal(file.path).find("'rear_right_wheel' at 105.0"), std::string::npos) << refusal(file.path);
-  writeBag(file.path, {}, from(0.0, [](sensor_msgs::JointState& joints) { joints.name = {"a", "b", "c", "d"}; }));
-  EXPECT_NE(refusal(file.path).find("no message names a joint of front_left_wheel"), std::string::npos);
+  const std::pair<Change, const char*> rows[] = {
+      {[](Joints& j, Imu&) { j.header.stamp += ros::Duration(0.1); }, "stamps are 0.100 s later than their arrival"},
+      {[](Joints& j, Imu&) { j.header.stamp -= ros::Duration(3.0); }, "stamps are 3.000 s before their arrival"},
+      {[](Joints& j, Imu&) { j.header.stamp = ros::Time(); }, "/joint_states: the message that arrived at 100.0"},
+      {[](Joints&, Imu& i) { i.header.stamp = ros::Time(); }, "/imu/data: the message that arrived at 100.0"},
+      {from(105.0, [](Joints& j) { j.velocity[2] = NAN; }),
+       "/joint_states: the velocity of joint 'rear_left_wheel' at 105.0"},
+      {from(105.0, [](Joints& j) { j.velocity.resize(3); }), "'rear_right_wheel' at 105.0"},
+      {from(0.0,
+            [](Joints& j) {
+              j.name = {"a", "b", "c", "d"};
+            }),
+       "no message names a joint of front_left_wheel"}};
+  for (const auto& [change, said] : rows) {
+    writeBag(file.path, {}, change);
+    EXPECT_NE(refusal(file.path).find(said), std::string::npos) << said << "\n" << refusal(file.path);
+  }
 }
 
 /// Header of the messages that a node sends.
@@ -278,15 +186,21 @@ void writeMountedImu(const std::string& path, const std::vector<std::string>& no
   bag.write("/tf_static", ros::Time(100.0), frames);
 }
 
-TEST_F(BadBag, WithTwoPublishersOfCommands) {
-  writeMountedImu(file.path, {"/jackal_node", "/excitation"}, false);
+TEST_F(BadBag, WithSeveralPublishersOfCommands) {
+  std::vector<std::string> nodes{"/jackal_node", "/excitation"};
+  writeMountedImu(file.path, nodes, false);
+  for (const char* said : {"2 publishers", "/jackal_node", "/excitation"}) {
+    EXPECT_NE(refusal(file.path).find(said), std::string::npos) << refusal(file.path);
+  }
+  while (nodes.size() < 200) nodes.push_back("/node" + std::to_string(nodes.size()));
+  writeMountedImu(file.path, nodes, false);
   const std::string message = refusal(file.path);
-  EXPECT_NE(message.find("2 publishers"), std::string::npos) << message;
-  EXPECT_NE(message.find("/jackal_node"), std::string::npos) << message;
-  EXPECT_NE(message.find("/excitation"), std::string::npos) << message;
+  EXPECT_NE(message.find("200 publishers"), std::string::npos) << message;
+  EXPECT_NE(message.find("and 195 more"), std::string::npos) << message;
+  EXPECT_LT(message.size(), 400U);
 }
 
-/// As a second joint_state_publisher does. Joints of other robots are not ours.
+/// Joints of other robots are not ours.
 TEST_F(BadBag, WithTwoPublishersOfWheelSpeeds) {
   writeBag(file.path, {});
   const auto publish = [&](const std::vector<std::string>& joints) {
@@ -305,22 +219,6 @@ TEST_F(BadBag, WithTwoPublishersOfWheelSpeeds) {
   EXPECT_NE(message.find("'/joint_state_publisher' sent 1"), std::string::npos) << message;
 }
 
-TEST(DriveBag, TwoPublishersOfTheImuTellNoTrackAndTheRestIsIdentified) {
-  const TemporaryFile file("two_imus.bag");
-  writeBag(file.path, {});
-  {
-    sensor_msgs::Imu imu;
-    imu.header.stamp = ros::Time(105.0);
-    imu.header.frame_id = "base_link";
-    rosbag::Bag bag(file.path, rosbag::bagmode::Append);
-    bag.write("/imu/data", ros::Time(105.0), imu, headerOf<sensor_msgs::Imu>("/other_imu"));
-  }
-  const Identification found = identifyDriveTrain(readDriveBag(file.path, {}), kRadius);
-  EXPECT_TRUE(found.dead_time.known());
-  EXPECT_NE(found.track_left.unknown.find("/imu/data has 2 publishers"), std::string::npos) << found.track_left.unknown;
-  EXPECT_NE(found.track_left.unknown.find("'/other_imu' sent 1"), std::string::npos) << found.track_left.unknown;
-}
-
 TEST(DriveBag, AMessageNowAndThenThatIsNotFiniteIsLeftOut) {
   const TemporaryFile file("not_finite.bag");
   writeBag(file.path, {}, [](sensor_msgs::JointState& joints, sensor_msgs::Imu& imu) {
@@ -337,30 +235,7 @@ TEST(DriveBag, AMessageNowAndThenThatIsNotFiniteIsLeftOut) {
   EXPECT_TRUE(identifyDriveTrain(recording, kRadius).track_left.known());
 }
 
-TEST_F(BadBag, WithCountlessPublishersOfCommands) {
-  std::vector<std::string> nodes;
-  for (int i = 0; i < 200; ++i) nodes.push_back("/node" + std::to_string(i));
-  writeMountedImu(file.path, nodes, false);
-  const std::string message = refusal(file.path);
-  EXPECT_NE(message.find("200 publishers"), std::string::npos) << message;
-  EXPECT_LT(message.size(), 400U);
-}
-
-TEST_F(BadBag, WithAnEndlessNameOfAType) {
-  {
-    rosbag::Bag bag(file.path, rosbag::bagmode::Write);
-    const auto header = boost::make_shared<ros::M_string>();
-    (*header)["type"] = "a\x1b[31m/" + std::string(300000, 'y');
-    (*header)["md5sum"] = "*";
-    (*header)["message_definition"] = "float64 data";
-    bag.write("/cmd_drive", ros::Time(100.0), std_msgs::Float64(), header);
-  }
-  const std::string message = refusal(file.path);
-  EXPECT_LT(message.size(), 400U);
-  EXPECT_EQ(message.find('\x1b'), std::string::npos);
-}
-
-/// On a robot with twist_mux: what it lets through, or what the velocity controller says it drives.
+/// On a robot with twist_mux.
 TEST(DriveBag, CommandsMayBeBodyVelocities) {
   const TemporaryFile drives("drives.bag"), twists("twists.bag");
   writeBag(drives.path, {});
@@ -410,19 +285,6 @@ TEST(DriveBag, TurnsTheImuAsItIsMounted) {
   EXPECT_NEAR(readDriveBag(file.path, topics).yaw.at(0).yaw_rate, 0.0, 1e-9) << "it is that of the base";
 }
 
-TEST(DriveBag, AnImuOfUnknownMountingTellsNoTrackAndTheRestIsIdentified) {
-  const TemporaryFile file("tilted.bag");
-  writeBag(file.path, {}, [](sensor_msgs::JointState&, sensor_msgs::Imu& imu) {
-    imu.header.frame_id = "tilted_imu";
-    imu.angular_velocity.z *= 0.5;
-  });
-  const Identification found = identifyDriveTrain(readDriveBag(file.path, {}), kRadius);
-  EXPECT_TRUE(found.dead_time.known());
-  for (const Estimate* track : {&found.track_left, &found.track_right}) {
-    EXPECT_NE(track->unknown.find("IMU frame 'tilted_imu'"), std::string::npos) << track->unknown;
-  }
-}
-
 /// The remarks on a drive whose stamps are late by so much.
 std::vector<std::string> remarksOnLate(double wheels, double imu) {
   const TemporaryFile file("late.bag");
@@ -444,7 +306,7 @@ TEST(DriveBag, StampsOfAnotherClockAreTold) {
   expect(remarksOnLate(0.0, 0.02), "/imu/data: stamps are 0.020 s later than their arrival at the recorder (median)");
 }
 
-/// The program, as a user calls it, in a directory of its own with one bag.
+/// The program, in a directory of its own with one bag.
 class IdentifyProgram : public testing::Test {
  protected:
   IdentifyProgram() { std::filesystem::create_directories(directory / "my.bags"); }
@@ -485,19 +347,14 @@ TEST_F(IdentifyProgram, TellsAnglesThatAreNone) {
     EXPECT_EQ(text, "identify: --imu-rotation = '" + std::string(angles) +
                         "': must be three angles within +-360 deg: roll, pitch and yaw\n");
   }
-  EXPECT_NE(run("drive.bag --imu-rotation nan 0 0").find("--imu-rotation = 'nan 0 0'"), std::string::npos);
 }
 
 TEST_F(IdentifyProgram, DrawsBesideTheBag) {
-  for (const auto& [name, picture] : {std::pair("my.bags/drive", "my.bags/drive_identification.png"),
-                                      std::pair("my.bags/a.bag.bag", "my.bags/a.bag_identification.png"),
-                                      std::pair("e\x1b[31m.bag", "e\x1b[31m_identification.png")}) {
-    writeBag(directory / name, {});
-    const std::string text = run("'" + std::string(name) + "'");
-    EXPECT_EQ(status, 0) << text;
-    EXPECT_TRUE(std::filesystem::exists(directory / picture)) << text;
-    EXPECT_EQ(text.find('\x1b'), std::string::npos);
-  }
+  writeBag(directory / "my.bags/e\x1b[31m.bag", {});
+  const std::string text = run("'my.bags/e\x1b[31m.bag'");
+  EXPECT_EQ(status, 0) << text;
+  EXPECT_TRUE(std::filesystem::exists(directory / "my.bags/e\x1b[31m_identification.png")) << text;
+  EXPECT_EQ(text.find('\x1b'), std::string::npos);
 }
 
 TEST_F(IdentifyProgram, KeepsAnEarlierPlantModel) {
@@ -520,89 +377,49 @@ TEST_F(IdentifyProgram, KeepsAnEarlierPlantModel) {
   EXPECT_NE(run("drive.bag --out /dev/stdout").find("dead_time"), std::string::npos) << "what is no file is written to";
 }
 
-/// It writes and names its results even if the picture fails.
-TEST_F(IdentifyProgram, APictureThatCannotBeDrawnKeepsNobodyFromTheModel) {
+TEST_F(IdentifyProgram, WritesTheModelWithoutAPicture) {
   writeBag(directory / "drive.bag", {});
-  std::filesystem::create_directories(directory / "drive_identification.png");  // in its place
-  std::string text = run("drive.bag --out model.yaml");
+  const auto expectModel = [](const std::string& text, std::initializer_list<const char*> told) {
+    for (const char* said : told) EXPECT_NE(text.find(said), std::string::npos) << said << "\n" << text;
+    EXPECT_EQ(text.find("Traceback"), std::string::npos) << text;
+  };
+  std::string text = run("drive.bag --no-plot --csv speeds.csv");
   EXPECT_EQ(status, 0) << text;
-  EXPECT_NE(text.find("Plant model: model.yaml\n"), std::string::npos) << text;
-  EXPECT_NE(text.find("identify: drive_identification.png: could not be drawn"), std::string::npos) << text;
-  text = run("drive.bag --out model.yaml --plot nowhere/picture.png");
-  EXPECT_NE(status, 0) << "it was asked for";
-  EXPECT_NE(text.find("The earlier plant model is now model.yaml.1\n"), std::string::npos) << text;
-}
-
-TEST_F(IdentifyProgram, DrawsNoPictureIfAskedNotTo) {
-  writeBag(directory / "drive.bag", {});
-  const std::string text = run("drive.bag --no-plot --csv speeds.csv");
-  EXPECT_EQ(status, 0) << text;
-  EXPECT_NE(text.find("Table: speeds.csv\n"), std::string::npos) << text;
+  expectModel(text, {"Table: speeds.csv\n"});
   EXPECT_EQ(text.find("Figure"), std::string::npos) << text;
   EXPECT_FALSE(std::filesystem::exists(directory / "drive_identification.png"));
   EXPECT_NE(run("drive.bag --no-plot --plot picture.png").find("--plot and --no-plot"), std::string::npos);
   EXPECT_NE(status, 0);
-}
 
-/// As on a robot's computer: the model and the table are there and named, and one line says what the picture lacks.
-TEST_F(IdentifyProgram, WithoutMatplotlibTheModelAndTheTableAreWritten) {
-  writeBag(directory / "drive.bag", {});
   std::ofstream(directory / "matplotlib.py") << "raise ImportError('hidden')\n";
   setenv("PYTHONPATH", directory.c_str(), 1);
-  const std::string text = run("drive.bag --out model.yaml --csv speeds.csv");
+  text = run("drive.bag --out model.yaml --csv speeds.csv");
   unsetenv("PYTHONPATH");
   EXPECT_EQ(status, 0) << text;
-  for (const char* said :
-       {"Plant model: model.yaml\n", "Table: speeds.csv\n", "needs matplotlib",
-        "identify: drive_identification.png: could not be drawn, as said above; --no-plot leaves it out\n"}) {
-    EXPECT_NE(text.find(said), std::string::npos) << text;
-  }
-  EXPECT_EQ(text.find("Traceback"), std::string::npos) << text;
+  expectModel(text,
+              {"Plant model: model.yaml\n", "Table: speeds.csv\n", "needs matplotlib",
+               "identify: drive_identification.png: could not be drawn, as said above; --no-plot leaves it out\n"});
+
+  text = run("drive.bag --out model.yaml --plot nowhere/picture.png");
+  EXPECT_NE(status, 0) << "it was asked for";
+  expectModel(text, {"The earlier plant model is now model.yaml.1\n"});
 }
 
-TEST_F(IdentifyProgram, AFullDiskLeavesTheEarlierModel) {
-  writeBag(directory / "drive.bag", {});
-  std::ofstream(directory / "model.yaml") << "by hand";
-  std::filesystem::create_symlink("/dev/full", directory / "model.yaml.new");
-  const std::string text = run("drive.bag --out model.yaml");
-  EXPECT_NE(status, 0);
-  EXPECT_NE(text.find("identify: model.yaml: cannot be written"), std::string::npos) << text;
-  EXPECT_TRUE(std::filesystem::exists(directory / "model.yaml"));
-  EXPECT_FALSE(std::filesystem::exists(directory / "model.yaml.1"));
-}
-
-/// What a report is made of, without an offset and a track.
+/// What a report is made of, without a track.
 Identification foundDriveTrain() {
   Identification result;
   result.dead_time = {0.12, 0.001, ""};
   result.lag = {0.05, 0.002, ""};
-  result.gain = {0.97, 0.001, ""};
-  result.acceleration_limit = {3.2, 0.1, ""};
+  result.gain = {0.97, 0.003, ""};
+  result.acceleration_limit = {3.2, 0.0, "never reached; at least the largest acceleration seen"};
   return result;
 }
 
-TEST(IdentificationReport, ItsPictureIsDrawn) {
-  const TemporaryFile csv("identify.csv");
-  const std::string picture = csv.path + ".png";
-  std::ofstream(csv.path) << "time,command_left,command_right,measured_left,measured_right,fitted_left,fitted_right\n"
-                             "0,0,0,0,0,0,0\n0.02,1,-1,0.1,-0.1,0.2,-0.2\n0.04,1,-1,0.5,-0.5,0.6,-0.6\n";
-  const std::string script = std::string(JACKAL_AIC_SOURCE_DIR) + "/src/tools/view/plot_identification.py";
-  ASSERT_EQ(std::system(("/usr/bin/python3 " + script + " " + csv.path + " " + picture).c_str()), 0);
-  std::ifstream drawn(picture, std::ios::binary);
-  unlink(picture.c_str());
-  std::string magic(4, ' ');
-  drawn.read(&magic[0], 4);
-  EXPECT_EQ(magic, "\x89PNG");
-}
-
-TEST(IdentificationReport, ATrackBelowTheDistanceOfTheWheelsIsRemarkedOn) {
-  Identification result = foundDriveTrain();
-  result.track_left = {0.30, 0.01, ""};
-  result.track_right = {0.37, 0.01, ""};
-  remarkOnTrack(0.376, result);
-  ASSERT_EQ(result.remarks.size(), 1u);
-  EXPECT_EQ(result.remarks[0].find("effective track, left: 0.3000 m is below the distance of the wheels, 0.376 m"), 0u)
-      << result.remarks[0];
+/// The plant model of a report, as a parameter file has it.
+ParameterMap written(const Identification& result, const std::string& bag = "drive.bag") {
+  ParameterMap map;
+  addYamlText(plantModelYaml(result, {bag, "", ""}), "plant_model.yaml", map);
+  return map;
 }
 
 TEST(IdentificationReport, YamlSaysWhereItComesFrom) {
@@ -623,8 +440,7 @@ TEST(IdentificationReport, AnOffsetThatMayBeNoneIsNotWritten) {
   for (const Estimate& offset :
        {Estimate{0.04, 0.05, ""}, Estimate{-0.2, 0.05, ""}, Estimate{0.2, 0.0, "the commands are of one speed only"}}) {
     result.offset = offset;
-    ParameterMap map;
-    addYamlText(plantModelYaml(result, {"drive.bag", "", ""}), "plant_model.yaml", map);
+    ParameterMap map = written(result);
     const auto model = readParameters<PlantModel>(map, "plant_model");
     EXPECT_EQ(model.offset, 0.0) << offset.value;
     EXPECT_EQ(model.offset_half_width, 0.0) << offset.value;
@@ -632,33 +448,29 @@ TEST(IdentificationReport, AnOffsetThatMayBeNoneIsNotWritten) {
 }
 
 TEST(IdentificationReport, TheNameOfABagStaysInItsComment) {
-  const Identification result = foundDriveTrain();
-  ParameterMap map;
-  addYamlText(plantModelYaml(result, {"of\nlimits: {linear_speed: 9.0}\n.bag", "", ""}), "plant_model.yaml", map);
-  EXPECT_FALSE(map.hasSection("limits"));
+  EXPECT_FALSE(written(foundDriveTrain(), "of\nlimits: {linear_speed: 9.0}\n.bag").hasSection("limits"));
 }
 
 TEST(IdentificationReport, YamlHoldsTheEstimates) {
   Identification result = foundDriveTrain();
   result.offset = {0.48, 0.02, ""};
   result.sensor_rate = 20.0;
-  result.acceleration_limit = {3.2, 0.0, "never reached; at least the largest acceleration seen"};
   result.track_left = {0.55, 0.01, ""};
   result.track_right = {0.0, 0.0, "no turn to the right"};
-  ParameterMap map;
-  addYamlText(plantModelYaml(result, {"drive.bag", "", ""}), "plant_model.yaml", map);
-  const auto number = [&](const char* key) { return std::get<double>(*map.take(std::string("plant_model.") + key)); };
-  EXPECT_DOUBLE_EQ(number("dead_time"), 0.12);
-  EXPECT_DOUBLE_EQ(number("lag"), 0.05);
-  EXPECT_DOUBLE_EQ(number("gain"), 0.97);
-  EXPECT_DOUBLE_EQ(number("acceleration_limit"), 3.2);
-  EXPECT_DOUBLE_EQ(number("effective_track"), 0.55);
-  EXPECT_DOUBLE_EQ(number("dead_time_half_width"), 0.001);
-  EXPECT_DOUBLE_EQ(number("lag_half_width"), 0.002);
-  EXPECT_DOUBLE_EQ(number("gain_half_width"), 0.001);
-  EXPECT_DOUBLE_EQ(number("offset"), 0.48);
-  EXPECT_DOUBLE_EQ(number("sensor_rate"), 20.0);
-  EXPECT_DOUBLE_EQ(number("offset_half_width"), 0.02);
+  ParameterMap map = written(result);
+  for (const auto& [key, value] : {std::pair("dead_time", 0.12),
+                                   {"lag", 0.05},
+                                   {"gain", 0.97},
+                                   {"acceleration_limit", 3.2},
+                                   {"effective_track", 0.55},
+                                   {"dead_time_half_width", 0.001},
+                                   {"lag_half_width", 0.002},
+                                   {"gain_half_width", 0.003},
+                                   {"offset", 0.48},
+                                   {"sensor_rate", 20.0},
+                                   {"offset_half_width", 0.02}}) {
+    EXPECT_DOUBLE_EQ(std::get<double>(*map.take(std::string("plant_model.") + key)), value) << key;
+  }
   EXPECT_NE(identificationTable(result).find("no turn to the right"), std::string::npos);
   result.gain.unknown = "the recording does not depend on it";
   EXPECT_THROW(plantModelYaml(result, {"drive.bag", "", ""}), IdentificationError);

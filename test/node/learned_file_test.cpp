@@ -59,12 +59,6 @@ TEST_F(LearnedFileTest, GivesBackHowTheTurnDependsOnTheMotion) {
   ASSERT_TRUE(slip && slip->slip.turn);
   EXPECT_EQ(slip->slip.turn->mean, belief.state().turn->mean);
   EXPECT_EQ(slip->slip.turn->covariance, belief.state().turn->covariance);
-
-  const std::string given = "slip: {slip_factor: 1.0, effective_track: 0.5621, ";
-  write(given + "turn_coefficients: [1.8, 0, 0, 0]}");
-  EXPECT_NE(refusal().find("4 and 0 numbers: must be 4 and 10"), std::string::npos) << refusal();
-  write(given + "turn_coefficients: [1.8, 0, 0, 0], turn_covariance: [1, 0, 1, 0, 0, -1, 0, 0, 0, 1]}");
-  EXPECT_NE(refusal().find("positive definite"), std::string::npos) << refusal();
 }
 
 TEST_F(LearnedFileTest, GivesBackDeadTimeAndLag) {
@@ -77,10 +71,6 @@ TEST_F(LearnedFileTest, GivesBackDeadTimeAndLag) {
   const std::string slip = "slip: {slip_factor: 1.0, effective_track: 0.5621}\n";
   write(slip);
   EXPECT_FALSE(readLearnedFile(path_, kThen)->timing) << "a file from before they were learned";
-  write(slip + "drive_train: {dead_time: 0.1}");
-  EXPECT_NE(refusal().find("drive_train.lag"), std::string::npos) << refusal();
-  write(slip + "drive_train: {dead_time: 2.0, lag: 0.01}");
-  EXPECT_NE(refusal().find("drive_train.dead_time = 2: must be in [0, 0.4] s"), std::string::npos) << refusal();
 }
 
 /// The robot has been identified since, or it is another one.
@@ -117,77 +107,55 @@ TEST_F(LearnedFileTest, ARobotThatIsSlowerThanAnythingLearnedReadsItsFileAgain) 
   EXPECT_FALSE(kept->timing);
 }
 
-TEST_F(LearnedFileTest, GivesBackEveryStateThatTheBeliefCanReach) {
-  for (double alpha : {1e-3, 1e3}) {
-    for (double track : {1e-3, 1e3}) {
-      SlipBelief belief(kConfigured, 0.098, {});
-      belief.setState({track, alpha});
-      writeLearnedFile(path_, {belief.state()}, kThen);
-      const auto slip = readLearnedFile(path_, kThen);
-      ASSERT_TRUE(slip);
-      EXPECT_NEAR(slip->slip.effective_track, belief.state().effective_track, 1e-6);
-    }
-  }
-}
-
 TEST_F(LearnedFileTest, IsEmptyWithoutAFile) { EXPECT_FALSE(readLearnedFile(path_, kThen)); }
 
 TEST_F(LearnedFileTest, RefusesWhatIsOutOfRangeMissingUnknownOrNoNumber) {
-  write("slip: {effective_track: 3.0, slip_factor: 1.0}");
-  EXPECT_NE(refusal().find("slip.effective_track = 3"), std::string::npos) << refusal();
+  const std::string slip = "slip: {slip_factor: 1.0, effective_track: 0.5621";
+  const std::pair<std::string, std::string> rows[] = {
+      {"slip: {effective_track: 3.0, slip_factor: 1.0}", "slip.effective_track = 3"},
+      {"slip: {effective_track: 0.5, slip_factor: 2.5}", "slip.slip_factor = 2.5"},
+      {"slip: {effective_track: .nan, slip_factor: 1.0}", "slip.effective_track"},
+      {"slip: {effective_track: 0.5}", "slip.slip_factor"},
+      {"slip: {effective_track: 0.5, slip_factor: 1.0, beta: 2.0}", "slip.beta"},
+      {"slip: {effective_track: wide, slip_factor: 1.0}", "wide"},
+      {"slip: [0.5", path_},
+      {"", ""},
+      {slip + ", turn_coefficients: [1.8, 0, 0, 0]}", "4 and 0 numbers: must be 4 and 10"},
+      {slip + ", turn_coefficients: [1.8, 0, 0, 0], turn_covariance: [1, 0, 1, 0, 0, -1, 0, 0, 0, 1]}",
+       "positive definite"},
+      {slip + "}\ndrive_train: {dead_time: 0.1}", "drive_train.lag"},
+      {slip + "}\ndrive_train: {dead_time: 2.0, lag: 0.01}", "drive_train.dead_time = 2: must be in [0, 0.4] s"}};
+  for (const auto& [text, said] : rows) {
+    write(text);
+    EXPECT_NE(refusal().find(said), std::string::npos) << text << "\n" << refusal();
+  }
+  write(rows[0].first);
   EXPECT_NE(refusal().find(path_), std::string::npos);
-  write("slip: {effective_track: 0.5, slip_factor: 2.5}");
-  EXPECT_NE(refusal().find("slip.slip_factor = 2.5"), std::string::npos) << refusal();
-  write("slip: {effective_track: .nan, slip_factor: 1.0}");
-  EXPECT_NE(refusal().find("slip.effective_track"), std::string::npos) << refusal();
-  write("slip: {effective_track: 0.5}");
-  EXPECT_NE(refusal().find("slip.slip_factor"), std::string::npos) << refusal();
-  write("slip: {effective_track: 0.5, slip_factor: 1.0, beta: 2.0}");
-  EXPECT_NE(refusal().find("slip.beta"), std::string::npos) << refusal();
-  write("slip: {effective_track: wide, slip_factor: 1.0}");
-  EXPECT_NE(refusal().find("wide"), std::string::npos) << refusal();
-  write("slip: [0.5");
-  EXPECT_NE(refusal().find(path_), std::string::npos);
-  write("");
-  EXPECT_FALSE(refusal().empty());
-}
-
-/// A path that no file can have is refused like a file that cannot be read, in one short line.
-TEST_F(LearnedFileTest, RefusesAPathThatCannotBe) {
-  path_ += "\n" + std::string(300, 'x');
+  path_ += "\n" + std::string(300, 'x');  // a path that cannot be
   EXPECT_EQ(refusal().rfind("slip.file = '/", 0), 0u) << refusal();
-  EXPECT_EQ(refusal().find('\n'), std::string::npos) << refusal();
 }
 
-TEST_F(LearnedFileTest, ReplacesTheOldFileAsAWhole) {
-  writeLearnedFile(path_, {{0.6, 1.0}}, kThen);
+std::string complaintOfWriting(const std::string& path) {
+  try {
+    writeLearnedFile(path, {{0.7, 1.0}}, kThen);
+  } catch (const ParameterError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST_F(LearnedFileTest, IsWrittenWholeOrNotAtAll) {
+  EXPECT_EQ(complaintOfWriting(path_), "");
   std::ofstream(path_ + ".new") << "half a fi";  // a writer that was killed
-  writeLearnedFile(path_, {{0.7, 1.0}}, kThen);
-  EXPECT_NEAR(readLearnedFile(path_, kThen)->slip.effective_track, 0.7, 1e-9);
-  EXPECT_FALSE(std::filesystem::exists(path_ + ".new"));
-}
-
-TEST_F(LearnedFileTest, SaysWhyItCannotWrite) {
-  try {
-    writeLearnedFile("/nowhere/slip.yaml", {kConfigured}, kThen);
-    FAIL() << "written";
-  } catch (const ParameterError& error) {
-    EXPECT_NE(std::string(error.what()).find("/nowhere/slip.yaml"), std::string::npos) << error.what();
-    EXPECT_NE(std::string(error.what()).find("No such file or directory"), std::string::npos) << error.what();
-  }
-}
-
-/// Whole or not at all.
-TEST_F(LearnedFileTest, AFullDiskLeavesTheOldFile) {
   writeLearnedFile(path_, {{0.6, 1.0}}, kThen);
-  std::filesystem::create_symlink("/dev/full", path_ + ".new");
-  try {
-    writeLearnedFile(path_, {{0.7, 1.0}}, kThen);
-    FAIL() << "written";
-  } catch (const ParameterError& error) {
-    EXPECT_NE(std::string(error.what()).find("No space left on device"), std::string::npos) << error.what();
-  }
   EXPECT_NEAR(readLearnedFile(path_, kThen)->slip.effective_track, 0.6, 1e-9);
+  EXPECT_FALSE(std::filesystem::exists(path_ + ".new"));
+  std::filesystem::create_symlink("/dev/full", path_ + ".new");
+  EXPECT_NE(complaintOfWriting(path_).find("No space left on device"), std::string::npos);
+  EXPECT_NEAR(readLearnedFile(path_, kThen)->slip.effective_track, 0.6, 1e-9);
+  const std::string nowhere = complaintOfWriting("/nowhere/slip.yaml");
+  EXPECT_NE(nowhere.find("/nowhere/slip.yaml"), std::string::npos) << nowhere;
+  EXPECT_NE(nowhere.find("No such file or directory"), std::string::npos) << nowhere;
 }
 
 }  // namespace

@@ -38,51 +38,53 @@ std::string refusal(const ParameterMap& map, const std::string& urdf) {
   return "";
 }
 
+/// Expects that a preset with a plant model is refused when a key is another, with these words.
+void expectRefused(const std::string& preset, const std::string& key, const ParameterValue& value,
+                   const std::string& said, const char* model = "plant_model") {
+  ParameterMap map = shipped(preset);
+  addYamlFile(kSource + "/config/" + model + ".yaml", map);
+  map.set(key, value);
+  EXPECT_NE(refusal(map, jackalUrdf()).find(said), std::string::npos) << refusal(map, jackalUrdf());
+}
+
 TEST(NodeParameters, ShippedFilesAreCompleteAndValid) {
   for (const char* preset : {"standard", "improved", "tuned"}) {
     const NodeParameters parameters = readNodeParameters(shipped(preset), jackalUrdf);
     EXPECT_DOUBLE_EQ(parameters.geometry.effective_track, 0.5621);
     EXPECT_DOUBLE_EQ(parameters.geometry.wheel_radius, 0.098) << "from the URDF";
-    EXPECT_EQ(parameters.gate.deadlines.set_point, 0.5);
-    EXPECT_EQ(parameters.gate.deadlines.wheels, 0.2);
     EXPECT_EQ(parameters.output, OutputMode::cmd_drive);
+    EXPECT_FALSE(parameters.plant_model);
   }
 }
 
-TEST(NodeParameters, ChecksTheGainsOnThePlantModelIfThereIsOne) {
-  ParameterMap map = shipped("tuned");
-  EXPECT_FALSE(readNodeParameters(map, jackalUrdf).plant_model);
-  addYamlFile(kSource + "/config/plant_model.yaml", map);
-  ASSERT_TRUE(readNodeParameters(map, jackalUrdf).plant_model);
-  EXPECT_GT(readNodeParameters(map, jackalUrdf).plant_model->dead_time, 0.05);
-
-  map.set("controller.kappa_a", 60.0);
-  EXPECT_NE(refusal(map, jackalUrdf()).find("kappa_a = 60 is too large: stable below"), std::string::npos);
-  map.set("controller.kappa_a", 8.0);
-  map.set("plant_model.dead_time", 1.0);
-  EXPECT_NE(refusal(map, jackalUrdf()).find("closed loop diverges"), std::string::npos);
-  map.set("plant_model.lag", -0.1);
-  EXPECT_NE(refusal(map, jackalUrdf()).find("plant_model.lag = -0.1"), std::string::npos);
-}
-
-TEST(NodeParameters, ChecksTheGainsOnTheRobotThatIsDriven) {
-  // A robot without an identified model is taken for slower than assumed; a change of the gains is checked so,
-  // too.
-  ParameterMap map = shipped("improved");
-  addYamlFile(kSource + "/config/jackal_model.yaml", map);
-  EXPECT_FALSE(readNodeParameters(map, jackalUrdf).plant_model->identified);
-  map.set("controller.kappa_a", 22.0);
-  EXPECT_NE(refusal(map, jackalUrdf()).find("kappa_a = 22 is too large: stable below"), std::string::npos);
-  map.set("plant_model.identified", true);
-  EXPECT_TRUE(readNodeParameters(map, jackalUrdf).plant_model->identified);
+TEST(NodeParameters, WhatDoesNotFitIsRefusedByName) {
+  const std::vector<std::string> right{"front_right_wheel"};
+  expectRefused("tuned", "controller.kappa_a", 60.0, "kappa_a = 60 is too large: stable below");
+  // A robot without an identified model is taken for slower than assumed.
+  expectRefused("improved", "controller.kappa_a", 22.0, "kappa_a = 22 is too large: stable below", "jackal_model");
+  expectRefused("tuned", "plant_model.dead_time", 1.0, "closed loop diverges");
+  expectRefused("tuned", "plant_model.lag", -0.1, "plant_model.lag = -0.1");
+  expectRefused("predictive", "controller.kappa_a", 8.0, "both given");
+  expectRefused("predictive", "predictive.belief_rate", 75.0, "predictive.belief_rate = 75");
+  for (const char* key : {"predictive.gyro_variance", "faults.gyro_variance"}) {
+    expectRefused("predictive", key, 1e-4, std::string(key) + " = 0.0001: unknown key");
+  }
+  for (const char* key : {"robot.base_frame", "odometry.frame"}) {
+    expectRefused("improved", key, std::string("//"), std::string(key) + " = '//': must be the name of a frame");
+  }
+  expectRefused("improved", "output", std::string("serial"), "cmd_drive, twist, gazebo");
+  expectRefused("improved", "slip.file", std::string("slip.yaml"), "must be an absolute path");
+  expectRefused("improved", "robot.left_wheel_joints", right, "");
+  EXPECT_NE(refusal(shipped("predictive"), jackalUrdf()).find("plant_model.*: missing"), std::string::npos);
+  ParameterMap none;
+  addYamlFile(kSource + "/config/jackal.yaml", none);
+  EXPECT_NE(refusal(none, jackalUrdf()).find("controller.* or predictive.*: missing"), std::string::npos);
 }
 
 TEST(NodeParameters, ARobotsFileMayNameItsSlipFileWhateverThePreset) {
   ParameterMap map = shipped("improved");
   map.set("slip.file", std::string("/tmp/slip.yaml"));
   EXPECT_EQ(readNodeParameters(map, jackalUrdf).slip_file, "") << "nothing is learned";
-  map.set("slip.file", std::string("slip.yaml"));
-  EXPECT_NE(refusal(map, jackalUrdf()).find("must be an absolute path"), std::string::npos);
 }
 
 TEST(NodeParameters, SaysWhichRobotIsAssumedAndThatIdentifyIsDue) {
@@ -106,23 +108,6 @@ TEST(NodeParameters, SaysWhichRobotIsAssumedAndThatIdentifyIsDue) {
   EXPECT_EQ(assumed.find('\n'), std::string::npos);
 }
 
-TEST(NodeParameters, TheKeysChooseTheStructure) {
-  EXPECT_TRUE(
-      std::holds_alternative<ControllerParameters>(readNodeParameters(shipped("improved"), jackalUrdf).controller));
-  ParameterMap map = shipped("predictive");
-  EXPECT_NE(refusal(map, jackalUrdf()).find("plant_model.*: missing"), std::string::npos);
-  addYamlFile(kSource + "/config/plant_model.yaml", map);
-  const NodeParameters parameters = readNodeParameters(map, jackalUrdf);
-  ASSERT_TRUE(std::holds_alternative<PredictiveParameters>(parameters.controller));
-  EXPECT_EQ(std::get<PredictiveParameters>(parameters.controller).belief_rate, 1000.0);
-
-  map.set("controller.kappa_a", 8.0);
-  EXPECT_NE(refusal(map, jackalUrdf()).find("both given"), std::string::npos);
-  ParameterMap none;
-  addYamlFile(kSource + "/config/jackal.yaml", none);
-  EXPECT_NE(refusal(none, jackalUrdf()).find("controller.* or predictive.*: missing"), std::string::npos);
-}
-
 TEST(NodeParameters, OneVarianceOfASensorIsForAllThatWeighByIt) {
   ParameterMap map = shipped("predictive");
   addYamlFile(kSource + "/config/plant_model.yaml", map);
@@ -130,29 +115,6 @@ TEST(NodeParameters, OneVarianceOfASensorIsForAllThatWeighByIt) {
   const NodeParameters parameters = readNodeParameters(map, jackalUrdf);
   EXPECT_EQ(std::get<PredictiveParameters>(parameters.controller).gyro_variance, 1e-4);
   EXPECT_EQ(parameters.faults->gyro_variance, 1e-4);
-  for (const char* old_key : {"predictive.gyro_variance", "faults.gyro_variance"}) {
-    ParameterMap old = map;
-    old.set(old_key, 1e-4);
-    EXPECT_NE(refusal(old, jackalUrdf()).find(std::string(old_key) + " = 0.0001: unknown key"), std::string::npos)
-        << refusal(old, jackalUrdf());
-  }
-}
-
-TEST(NodeParameters, RefusesPredictiveRatesThatDoNotFit) {
-  ParameterMap map = shipped("predictive");
-  addYamlFile(kSource + "/config/plant_model.yaml", map);
-  map.set("predictive.belief_rate", 75.0);
-  EXPECT_NE(refusal(map, jackalUrdf()).find("predictive.belief_rate = 75"), std::string::npos);
-}
-
-TEST(NodeParameters, RefusesAFrameWithoutAName) {
-  for (const char* key : {"robot.base_frame", "odometry.frame"}) {
-    ParameterMap map = shipped("improved");
-    map.set(key, std::string("//"));
-    EXPECT_EQ(refusal(map, jackalUrdf()), std::string(key) + " = '//': must be the name of a frame");
-    map.set(key, std::string("/base"));
-    EXPECT_NO_THROW(readNodeParameters(map, jackalUrdf));
-  }
 }
 
 /// The bounds of a radius and a track hold wherever they come from.
@@ -185,29 +147,12 @@ TEST(NodeParameters, TakesGeometryFromTheUrdfUnlessTheYamlGivesIt) {
   EXPECT_EQ(parameters.geometry.effective_track, 0.6);
 }
 
-TEST(NodeParameters, SaysWhatIsMissingWithoutAUrdf) {
+TEST(NodeParameters, AUrdfThatIsMissingOrWithoutWheelsIsRefused) {
   EXPECT_NE(refusal(shipped("standard"), "").find("robot.wheel_radius"), std::string::npos);
   EXPECT_NE(refusal(shipped("standard"), "").find("robot_description"), std::string::npos);
-}
-
-TEST(NodeParameters, RefusesAUrdfWithoutTheWheelsOrWithoutSense) {
-  EXPECT_NE(
-      refusal(shipped("standard"), "<robot name='cart'><link name='base_link'/></robot>").find("front_left_wheel"),
-      std::string::npos);
+  const std::string cart = "<robot name='cart'><link name='base_link'/></robot>";
+  EXPECT_NE(refusal(shipped("standard"), cart).find("front_left_wheel"), std::string::npos);
   EXPECT_FALSE(refusal(shipped("standard"), "not a robot").empty());
-}
-
-TEST(NodeParameters, RefusesSwappedSides) {
-  ParameterMap map = shipped("standard");
-  map.set("robot.left_wheel_joints", std::vector<std::string>{"front_right_wheel"});
-  map.set("robot.right_wheel_joints", std::vector<std::string>{"front_left_wheel"});
-  EXPECT_FALSE(refusal(map, jackalUrdf()).empty());
-}
-
-TEST(NodeParameters, RefusesAnUnknownOutput) {
-  ParameterMap map = shipped("standard");
-  map.set("output", std::string("serial"));
-  EXPECT_NE(refusal(map, jackalUrdf()).find("cmd_drive, twist, gazebo"), std::string::npos);
 }
 
 /// Expects that each bound of a gain shown at run time is the last value that is accepted towards `beyond`, and that
@@ -236,32 +181,6 @@ TEST(GainServer, ShowsTheRangesOfTheParametersAndDoesNotClamp) {
   expectBounds<PredictiveGainsConfig>(PredictiveParameters{}, &Bounds::high, HUGE_VAL);
   expectBounds<SensorNoiseConfig>(SensorNoise{}, &Bounds::low, -HUGE_VAL);
   expectBounds<SensorNoiseConfig>(SensorNoise{}, &Bounds::high, HUGE_VAL);
-}
-
-TEST(GainServer, OffersEveryPredictiveParameterButTheRates) {
-  std::set<std::string> offered{"belief_rate", "action_rate"}, known;
-  for (const auto& [name, value] : settingsOf(PredictiveGainsConfig::__getDefault__())) offered.insert(name);
-  for (const Field& field : fieldsOf(PredictiveParameters{})) known.insert(field.name);
-  EXPECT_EQ(offered, known);
-}
-
-/// Expects that the server starts from what a parameter struct starts from; returns how many settings it has.
-template <class Config, class Parameters>
-int expectDefaults() {
-  int settings = 0;
-  const NamedValues offered = settingsOf(Config::__getDefault__());
-  for (const Field& field : fieldsOf(Parameters{})) {
-    if (offered.count(field.name) == 0) continue;
-    EXPECT_EQ(offered.at(field.name), field.value) << field.name;
-    ++settings;
-  }
-  return settings;
-}
-
-TEST(GainServer, StartsFromTheDefaultsOfTheParameters) {
-  EXPECT_EQ(expectDefaults<ControllerGainsConfig, ControllerParameters>(), 3);
-  EXPECT_GT(expectDefaults<PredictiveGainsConfig, PredictiveParameters>(), 10);
-  EXPECT_EQ(expectDefaults<SensorNoiseConfig, SensorNoise>(), 3);
 }
 
 /// Adds the fields of a parameter struct to a table by key.

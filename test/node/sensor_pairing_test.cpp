@@ -113,15 +113,6 @@ TEST_F(SensorPairingTest, ARefusedFrameIsNamedInOneShortLine) {
   EXPECT_EQ(refusal.find_first_of("\n\x1b"), std::string::npos) << refusal;
 }
 
-TEST_F(SensorPairingTest, PairsSamplesOfOneStamp) {
-  addPairs(10.0, 5);
-  ASSERT_GE(observations_.size(), 4u);
-  EXPECT_EQ(observations_[0].stamp, 10.0);
-  EXPECT_EQ(observations_[0].wheel_left, 1.0);
-  EXPECT_EQ(observations_[0].wheel_right, 2.0);
-  EXPECT_EQ(observations_[0].yaw_rate, 0.5);
-}
-
 /// An IMU of twice the rate: what happens between two pairs is in the second of them.
 TEST_F(SensorPairingTest, NoAccelerationFallsBetweenTwoPairs) {
   double sum = 0.0;
@@ -164,15 +155,6 @@ TEST_F(SensorPairingTest, OneStampFromTheFutureHoldsUpNoOtherSample) {
   addPairs(10.1, 10);
   EXPECT_GE(observations_.size(), before + 9);
   for (const Observation& observation : observations_) EXPECT_EQ(observation.wheel_left, 1.0);
-}
-
-TEST_F(SensorPairingTest, ASampleOfBeforeTheClockJumpedBackIsRefused) {
-  addPairs(10.0, 5);
-  sensors_.reset();
-  EXPECT_FALSE(addWheels(10.1, 0.0));
-  observations_.clear();
-  addPairs(0.02, 10);
-  EXPECT_GE(observations_.size(), 9u);
 }
 
 }  // namespace

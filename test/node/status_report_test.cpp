@@ -41,6 +41,11 @@ class StatusReportTest : public testing::Test {
     return told;
   }
 
+  void expectDiagnosis(std::uint8_t level, const std::string& message) const {
+    EXPECT_EQ(diagnosis().level, level);
+    EXPECT_EQ(diagnosis().message, message);
+  }
+
   using Lines = std::vector<std::string>;
 
   void decide(DriveStatus wanted, StopCause cause) {
@@ -76,43 +81,30 @@ TEST_F(StatusReportTest, ARemarkOnTheWheelsIsToldWithItsNumber) {
   EXPECT_EQ(report.reason(), "wheels reach 60 % of their commands");
 }
 
-TEST_F(StatusReportTest, BeforeTheFirstActionStepItSaysSo) {
-  EXPECT_EQ(diagnosis().message, "no action step yet");
-  EXPECT_EQ(diagnosis().level, DiagnosticStatus::WARN);
-}
-
 TEST_F(StatusReportTest, AStartIsToldWithTheNextActionStep) {
+  expectDiagnosis(DiagnosticStatus::WARN, "no action step yet");
   status.decision.status = DriveStatus::driving;
   EXPECT_TRUE(update());
   status.decision = {};
   EXPECT_FALSE(update());
-  EXPECT_EQ(diagnosis().message, "no action step yet");
+  expectDiagnosis(DiagnosticStatus::WARN, "no action step yet");
   status.decision.cause = StopCause::set_point_missing;
   EXPECT_TRUE(update());
-  EXPECT_EQ(diagnosis().message, "no set point received yet");
-  EXPECT_EQ(diagnosis().level, DiagnosticStatus::OK);
+  expectDiagnosis(DiagnosticStatus::OK, "no set point received yet");
 }
 
-TEST_F(StatusReportTest, WhatHasNotComeIsAWarningWhileIdle) {
+TEST_F(StatusReportTest, WhatHasNotComeOrIsFaultyIsAWarningWhileIdle) {
   status.decision.cause = StopCause::set_point_missing;
   update();
-  EXPECT_EQ(diagnosis().level, DiagnosticStatus::OK);
   missing.add(StopCause::wheels_missing, true);
-  EXPECT_EQ(diagnosis().message, "no set point received yet; no wheel speeds received yet");
-  EXPECT_EQ(diagnosis().level, DiagnosticStatus::WARN);
+  expectDiagnosis(DiagnosticStatus::WARN, "no set point received yet; no wheel speeds received yet");
   missing.add(StopCause::imu_missing, true);
-  EXPECT_EQ(diagnosis().message, "no set point received yet; no wheel speeds received yet; no IMU data received yet");
+  expectDiagnosis(DiagnosticStatus::WARN,
+                  "no set point received yet; no wheel speeds received yet; no IMU data received yet");
   missing = {};
-  missing.add(StopCause::imu_missing, true);
-  EXPECT_EQ(diagnosis().message, "no set point received yet; no IMU data received yet");
-}
-
-TEST_F(StatusReportTest, WhatIsLostOrFaultyIsAWarningWhileIdle) {
-  status.decision.cause = StopCause::set_point_missing;
   status.loss = Loss::both_encoders;
   update();
-  EXPECT_EQ(diagnosis().message, "no set point received yet; both encoders lost");
-  EXPECT_EQ(diagnosis().level, DiagnosticStatus::WARN);
+  expectDiagnosis(DiagnosticStatus::WARN, "no set point received yet; both encoders lost");
   status.loss = Loss::none;
   status.fault = Fault::gyro_frozen;
   update();
@@ -121,23 +113,15 @@ TEST_F(StatusReportTest, WhatIsLostOrFaultyIsAWarningWhileIdle) {
 
 TEST_F(StatusReportTest, CommandsThatNobodyHearsAreAWarning) {
   unheard = "nobody listens to /cmd_vel";
-  status.decision.status = DriveStatus::driving;
   for (const bool handed_over : {true, false}) {
     status.handed_over = handed_over;
-    update();
-    EXPECT_EQ(diagnosis().message, unheard);
-    EXPECT_EQ(diagnosis().level, DiagnosticStatus::WARN);
+    decide(DriveStatus::driving, StopCause::none);
+    expectDiagnosis(DiagnosticStatus::WARN, unheard);
   }
-  status.decision.status = DriveStatus::idle;
-  status.decision.cause = StopCause::set_point_missing;
-  update();
-  EXPECT_EQ(diagnosis().message, "no set point received yet; nobody listens to /cmd_vel");
-  EXPECT_EQ(diagnosis().level, DiagnosticStatus::WARN);
-  status.decision.status = DriveStatus::faulted;
-  status.decision.cause = StopCause::driver_fault;
-  update();
-  EXPECT_EQ(diagnosis().message, "motor driver reports a fault; nobody listens to /cmd_vel");
-  EXPECT_EQ(diagnosis().level, DiagnosticStatus::ERROR);
+  decide(DriveStatus::idle, StopCause::set_point_missing);
+  expectDiagnosis(DiagnosticStatus::WARN, "no set point received yet; nobody listens to /cmd_vel");
+  decide(DriveStatus::faulted, StopCause::driver_fault);
+  expectDiagnosis(DiagnosticStatus::ERROR, "motor driver reports a fault; nobody listens to /cmd_vel");
 }
 
 TEST_F(StatusReportTest, ALossIsLoggedAndItsEnd) {
@@ -159,22 +143,6 @@ TEST_F(StatusReportTest, ALossIsLoggedAndItsEnd) {
   EXPECT_EQ(log.lines.size(), 3u);
 }
 
-TEST_F(StatusReportTest, ALossByAFaultIsLoggedOnce) {
-  drive();
-  status.fault = Fault::gyro_disagrees;
-  status.loss = Loss::yaw_rate;
-  update();
-  report.settle(ros::WallDuration(0.0));
-  report.settle(ros::WallDuration(0.0));
-  ASSERT_EQ(log.lines.size(), 1u);
-  EXPECT_EQ(log.lines[0].find("WARN Fault: gyro disagrees with the wheels. Check "), 0u) << log.lines[0];
-  status.fault = Fault::none;
-  status.loss = Loss::none;
-  update();
-  ASSERT_EQ(log.lines.size(), 2u);
-  EXPECT_EQ(log.lines[1], "Fault cleared: gyro disagrees with the wheels");
-}
-
 TEST_F(StatusReportTest, AFaultThatStopsTheRobotIsOneLineWithWhatToDo) {
   drive();
   status.fault = Fault::left_wheels_blocked;
@@ -186,37 +154,30 @@ TEST_F(StatusReportTest, AFaultThatStopsTheRobotIsOneLineWithWhatToDo) {
                              "power of the motors; then send a zero set point"});
 }
 
-TEST_F(StatusReportTest, ASetPointThatEndsIsOneLine) {
+TEST_F(StatusReportTest, StopsAreToldOnceWithHowToGoOn) {
+  const struct {
+    StopCause cause;
+    Lines lines;
+  } rows[] = {{StopCause::set_point_late, {"Stopped: no set point for 0.5 s"}},
+              {StopCause::emergency_stop, {"WARN Stopping: emergency stop. Release it to drive on"}},
+              {StopCause::shutdown, {}}};
+  for (const auto& row : rows) {
+    drive();
+    decide(DriveStatus::braking, row.cause);
+    decide(DriveStatus::stopped, row.cause);
+    EXPECT_EQ(log.lines, row.lines);
+  }
   drive();
-  decide(DriveStatus::braking, StopCause::set_point_late);
-  decide(DriveStatus::stopped, StopCause::set_point_late);
-  EXPECT_EQ(log.lines, Lines{"Stopped: no set point for 0.5 s"});
-}
-
-TEST_F(StatusReportTest, AnEmergencyStopIsTwoLinesTheSecondSaysHowToGoOn) {
-  drive();
+  decide(DriveStatus::braking, StopCause::imu_late);
   decide(DriveStatus::braking, StopCause::emergency_stop);
+  ASSERT_EQ(log.lines.size(), 2u) << "another cause of the same stop";
+  EXPECT_EQ(log.lines[1], "WARN Stopping: emergency stop. Release it to drive on");
   decide(DriveStatus::stopped, StopCause::emergency_stop);
   status.decision.unacknowledged = true;
   update();
   update();
-  EXPECT_EQ(log.lines, (Lines{"WARN Stopping: emergency stop. Release it to drive on",
-                              "Cleared: emergency stop. Send a zero set point, or pause for 0.5 s, to drive on"}));
-}
-
-TEST_F(StatusReportTest, AnotherCauseOfTheSameStopIsTold) {
-  drive();
-  decide(DriveStatus::braking, StopCause::imu_late);
-  decide(DriveStatus::braking, StopCause::emergency_stop);
-  ASSERT_EQ(log.lines.size(), 2u);
-  EXPECT_EQ(log.lines[1], "WARN Stopping: emergency stop. Release it to drive on");
-}
-
-TEST_F(StatusReportTest, TheEndOfTheNodeIsToldByTheNode) {
-  drive();
-  decide(DriveStatus::braking, StopCause::shutdown);
-  decide(DriveStatus::stopped, StopCause::shutdown);
-  EXPECT_TRUE(log.lines.empty()) << log.lines[0];
+  ASSERT_EQ(log.lines.size(), 3u);
+  EXPECT_EQ(log.lines[2], "Cleared: emergency stop. Send a zero set point, or pause for 0.5 s, to drive on");
 }
 
 }  // namespace

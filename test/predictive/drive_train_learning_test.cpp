@@ -109,17 +109,6 @@ TEST(DriveTrainLearning, SeparatesTheLagFromTheDeadTime) {
   }
 }
 
-TEST(DriveTrainLearning, TakesAChangeFromItsBeginning) {
-  // The first step of a ramp at the limit is less than what counts as a change, and a model that misses it never makes
-  // up for it.
-  for (const double configured : {0.0, 0.08, 0.16}) {
-    LearningFromARobot robot(modelWith(0.08, 0.006), modelWith(configured, 0.006));
-    robot.rampUpAndDown();
-    EXPECT_NEAR(robot.learning().timing().dead_time, 0.08, 0.004) << configured;
-    EXPECT_NEAR(robot.learning().timing().lag, 0.006, 0.005) << configured;
-  }
-}
-
 TEST(DriveTrainLearning, GainOffsetAndLimitOfTheMotorsAreNoDeadTime) {
   void (*const changes[])(PlantModel&) = {
       [](PlantModel& m) { m.gain = 0.8; }, [](PlantModel& m) { m.gain = 1.2; }, [](PlantModel& m) { m.offset = 0.5; },
@@ -155,12 +144,6 @@ TEST(DriveTrainLearning, KeepsATimingThatIsRight) {
   }
 }
 
-TEST(DriveTrainLearning, LearnsNothingWithoutExcitation) {
-  LearningFromARobot robot(modelWith(0.16, 0.03), modelWith(0.08, 0.03));
-  EXPECT_EQ(robot.drive(0.0, 60.0), 0);
-  EXPECT_EQ(robot.drive(0.2, 60.0), 0) << "less than what counts as a change";
-}
-
 TEST(DriveTrainLearning, GainIsLearnedAndWithdrawn) {
   for (const double gain : {0.8, 1.25}) {
     PlantModel robot = modelWith(0.08, 0.03);
@@ -172,13 +155,6 @@ TEST(DriveTrainLearning, GainIsLearnedAndWithdrawn) {
     EXPECT_EQ(driven.learning().timing().gain_share, 1.0);
     EXPECT_FALSE(driven.learning().withdrawGain()) << "nothing is left to withdraw";
   }
-}
-
-TEST(DriveTrainLearning, GoesOnFromAnotherTiming) {
-  LearningFromARobot robot(modelWith(0.16, 0.03), modelWith(0.08, 0.03));
-  robot.learning().setTiming({0.16, 0.03});
-  EXPECT_EQ(robot.learning().timing().dead_time, 0.16);
-  for (int i = 0; i < 10; ++i) EXPECT_EQ(robot.drive(i % 2 == 0 ? 5.0 : 0.0, 2.0), 0);
 }
 
 TEST(DriveTrainLearning, MotionThatSettlesUnmeasuredIsNotLearned) {
@@ -223,23 +199,6 @@ TEST(DriveTrainLearning, LoadOfATurnIsNoLag) {
     }
     EXPECT_NEAR(learning.timing().lag, 0.03, 0.015) << "seed " << seed;
     EXPECT_NEAR(learning.timing().dead_time, 0.07, 0.01) << "seed " << seed;
-  }
-}
-
-TEST(DriveTrainLearning, ForgottenMotionIsNotLearned) {
-  LearningFromARobot robot(modelWith(0.16, 0.03), modelWith(0.08, 0.03));
-  robot.drive(0.0, 3.0);
-  robot.drive(5.0, 0.5);
-  robot.learning().resetMotion();
-  EXPECT_EQ(robot.drive(5.0, 1.0), 0);
-}
-
-TEST(DriveTrainLearning, ChangeLongerThanTheMemoryIsNotLearned) {
-  for (const double last : {-3.0, 0.0, 5.0}) {
-    LearningFromARobot robot(modelWith(0.08, 0.03), modelWith(0.08, 0.03));
-    robot.drive(0.0, 3.0);
-    for (int i = 0; i < 21; ++i) robot.driveUnmeasured(i % 2 == 0 ? 5.0 : -5.0, 0.5);
-    EXPECT_EQ(robot.drive(last, 3.0), 0) << last;
   }
 }
 

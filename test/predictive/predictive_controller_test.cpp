@@ -218,17 +218,6 @@ TEST(PredictiveController, MotionWhileLearningIsFrozenIsNoDeadTime) {
   }
 }
 
-/// The wheels were under way when the motion was forgotten: the learned gain leaves no disturbance.
-TEST(PredictiveController, ForgottenMotionLeavesNoDisturbanceOfALearnedGain) {
-  Loop loop;
-  loop.gain = 0.8;
-  for (int i = 0; i < 8; ++i) loop.drive({i % 3 == 0 ? 0.5 : i % 3 == 1 ? 0.2 : -0.4, 0.0, 0.0}, 2.0);
-  ASSERT_NEAR(loop.controller.model().gain, 0.8, 0.03);
-  loop.controller.resetMotion();
-  EXPECT_NEAR(loop.controller.model().gain, 0.8, 0.03);
-  EXPECT_EQ(loop.controller.left().disturbance(), 0.0);
-}
-
 TEST(PredictiveController, RefusesInputsThatAreNotFiniteOrNotLater) {
   PredictiveController controller({}, {}, driveTrain());
   EXPECT_FALSE(controller.setSetPoint({kNaN, 0.0, 0.0}));
@@ -251,52 +240,7 @@ TEST(PredictiveController, ResetMakesItAsNew) {
   EXPECT_EQ(again.controller.motionCovariance(), fresh.controller.motionCovariance());
 }
 
-TEST(PredictiveController, ResetForgetsTheVibrationOfTheAccelerometer) {
-  const auto feed = [](PredictiveController& controller, int samples, double begin, double vibration) {
-    for (int k = 1; k <= samples; ++k) {
-      const double speed = std::clamp(0.6 * (k - 20), 0.0, 15.0);  // wheels spin up, the body does not feel it
-      const double felt = 0.05 * std::sin(2.0 * k) + (k % 2 == 0 ? vibration : -vibration);
-      controller.observe({begin + 0.02 * k, 0.0, speed, speed, felt, 0.0});
-      for (int i = 0; i < 20; ++i) controller.updateBelief();
-    }
-    return controller.believedVelocity();
-  };
-  PredictiveController used({}, {}, driveTrain()), fresh({}, {}, driveTrain());
-  feed(used, 500, 0.0, 6.0);
-  used.reset();
-  const BodyVector believed = feed(fresh, 60, 10.0, 0.0);
-  EXPECT_LT(believed(kForward), 0.3) << "the body stands";
-  EXPECT_EQ(feed(used, 60, 10.0, 0.0), believed);
-}
-
 // ---- limits and other drivers
-
-TEST(PredictiveController, TurnLimitOfZeroIsNone) {
-  // Commands follow the same path whether the other limit is given alone or twice.
-  const auto actions = [](double acceleration, double deceleration) {
-    Loop loop;
-    loop.controller.setTurnLimits(acceleration, deceleration);
-    loop.drive(0.1);
-    std::vector<double> turn;
-    for (int i = 0; i < 40; ++i) turn.push_back(loop.drive({0.0, 0.0, 1.5}, 0.02).controller.action().right);
-    return turn;
-  };
-  EXPECT_EQ(actions(0.0, 2.0), actions(2.0, 2.0));
-  EXPECT_EQ(actions(2.0, 0.0), actions(2.0, 2.0));
-  EXPECT_NE(actions(0.0, 0.0), actions(2.0, 2.0));
-}
-
-TEST(PredictiveController, BelievesTheBrakeWhileItIsOverruled) {
-  Loop loop;
-  loop.drive(0.1).drive({0.5, 0.0, 0.0}, 1.0).overrule({}, 0.2);  // dead time and lag: the robot is braking
-  EXPECT_LT(loop.forward(), 0.4);
-  EXPECT_NEAR(loop.controller.believedVelocity()(kForward), loop.forward(), 0.005);
-  loop.overrule({}, 1.0);
-  EXPECT_NEAR(loop.controller.believedVelocity()(kForward), 0.0, 0.005) << "for any set point";
-  EXPECT_EQ(loop.controller.action(), WheelCommand{});
-  loop.controller.setSetPoint({});
-  EXPECT_NEAR(loop.controller.updateAction().left, 0.0, 0.05) << "the path starts from rest";
-}
 
 /// Another source drives a robot that had stood: handed back, it brakes as one that had been driving.
 TEST(PredictiveController, RobotThatStoodIsHandedBackWithoutAJump) {
@@ -314,16 +258,6 @@ TEST(PredictiveController, RobotThatStoodIsHandedBackWithoutAJump) {
     return largest;
   };
   EXPECT_NEAR(largestStepAfter({}), largestStepAfter({1.0, 0.0, 0.0}), 0.05);
-}
-
-TEST(PredictiveController, PathDoesNotRunAwayBeyondALimit) {
-  Loop loop;
-  loop.limit = 5.0;
-  loop.drive(0.1).drive({50.0, 0.0, 0.0}, 3.0);
-  EXPECT_NEAR(loop.forward(), kRadius * loop.limit, 0.01);
-  loop.drive({0.2, 0.0, 0.0}, 0.02);
-  EXPECT_LT(loop.controller.action().left, loop.limit) << "the command falls at once when less is asked";
-  EXPECT_NEAR(loop.drive(1.0).forward(), 0.2, 0.002);
 }
 
 TEST(PredictiveController, AdoptedGainsTakeOverWithoutAJump) {
@@ -344,12 +278,6 @@ TEST(PredictiveController, AdoptedGainsTakeOverWithoutAJump) {
   EXPECT_LT(changed.controller.updateAction().left, same.controller.updateAction().left - 0.5) << "it is slower";
 }
 
-TEST(PredictiveController, RefusesRatesThatDoNotFit) {
-  for (const double rate : {75.0, 150.0}) {  // no multiple of the action rate, no divisor of 1 kHz
-    EXPECT_THROW(PredictiveController(atRate(rate), {}, driveTrain()), ParameterError) << rate;
-  }
-}
-
 // ---- covariance
 
 TEST(PredictiveController, CovarianceCoversTheErrorOfTheBelief) {
@@ -365,22 +293,6 @@ TEST(PredictiveController, CovarianceCoversTheErrorOfTheBelief) {
   }
   EXPECT_LT(squares / kSamples, 1.5) << "not overconfident";
   EXPECT_GT(loop.controller.motionCovariance()(1, 1), 0.0);
-}
-
-TEST(PredictiveController, CovarianceGrowsWithoutEncoders) {
-  PredictiveController controller({}, {}, driveTrain());
-  std::mt19937 random(1);
-  std::normal_distribution<double> noise(0.0, 0.03);
-  double measured = 0.0;  // variance while there are encoders
-  for (int k = 0; k < 350; ++k) {
-    Observation y{0.02 * k, 0.0, 5.0 + noise(random), 5.0 + noise(random), 0.1 * noise(random), 0.0};
-    y.valid.wheel_left = y.valid.wheel_right = k < 300;
-    controller.observe(y);
-    controller.overrule({5.0, 5.0});
-    for (int i = 0; i < 20; ++i) controller.updateBelief();
-    if (k == 299) measured = controller.motionCovariance()(0, 0);
-  }
-  EXPECT_GT(controller.motionCovariance()(0, 0), measured);
 }
 
 }  // namespace

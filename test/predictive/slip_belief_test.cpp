@@ -58,14 +58,6 @@ TEST(SlipBelief, LearnsTheTrackFromTurns) {
   }
 }
 
-TEST(SlipBelief, ASlipFactorThatIsWrongIsLearnedAsTrack) {
-  SlipBelief belief(kConfigured, kRadius, {});
-  SlippingRobot robot({0.5621, 0.8}, belief);
-  robot.drive(0.0, 0.5, 5.0);
-  EXPECT_EQ(belief.state().slip_factor, 1.0);
-  EXPECT_NEAR(belief.effectiveTrack(), 0.5621 / 0.8, 0.01) << "only alpha/b_hat is seen";
-}
-
 TEST(SlipBelief, NothingDriftsWithoutExcitation) {
   SlipBelief belief(kConfigured, kRadius, {});
   SlippingRobot robot({0.7, 0.8}, belief);
@@ -73,30 +65,6 @@ TEST(SlipBelief, NothingDriftsWithoutExcitation) {
   EXPECT_EQ(belief.state().effective_track, 0.5621);
   robot.drive(0.5, 0.0, 600.0);
   EXPECT_DOUBLE_EQ(belief.state().effective_track, 0.5621) << "ten minutes at constant speed";
-}
-
-TEST(SlipBelief, ADifferenceWithinItsErrorIsNoTurn) {
-  for (const double error : {0.2, 0.4, 2.0}) {
-    SlipBelief belief(kConfigured, kRadius, {});
-    for (int k = 0; k < 3000; ++k) {  // a straight line: n is what the errors of the encoders leave in it
-      const double swing = k % 2 == 0 ? error : -error;
-      belief.learnTrack(0.0, {0.6 * swing + 0.3, 2e-4, 0.0, swing, 0.0, 0.0}, kPeriod);
-      if (k == 500) belief.setState(kConfigured);
-    }
-    EXPECT_NEAR(belief.state().effective_track, 0.5621, 1e-3) << error;
-  }
-}
-
-/// An uncertain difference, and a yaw rate that is late while turning in.
-TEST(SlipBelief, UncertainTurnIsLearnedLess) {
-  const auto moved = [](double variance, double rate) {
-    SlipBelief belief(kConfigured, kRadius, {});
-    belief.learnTrack(0.4, {3.0, variance, rate, 0.0, 0.0, 0.0}, kPeriod);
-    return belief.state().effective_track - 0.5621;
-  };
-  EXPECT_GT(moved(1e-5, 0.0), 0.0);
-  EXPECT_LT(moved(0.5, 0.0), 0.5 * moved(1e-5, 0.0));
-  EXPECT_LT(moved(0.0, 60.0), 0.6 * moved(0.0, 0.0));
 }
 
 /// A Husky on its floor turns by half of what is assumed of it, and less on a smoother one.
@@ -128,15 +96,6 @@ TEST(SlipBelief, WithdrawsTheLastTurnsOfAFaultySensor) {
   EXPECT_GT(belief.effectiveTrack(), 0.75);
   belief.withdraw();
   EXPECT_NEAR(belief.effectiveTrack(), 0.65, 0.03);
-}
-
-TEST(SlipBelief, StaysWithinItsBounds) {
-  SlipBelief belief(kConfigured, kRadius, {});
-  const double asked = kRadius * 5.0 / 0.5621;
-  for (int k = 0; k < 20000; ++k) belief.learnTrack(0.51 * asked, {5.0, 0.0, 0.0, 0.0, 0.0, 0.0}, kPeriod);
-  EXPECT_NEAR(belief.effectiveTrack(), 1.5 * 0.5621, 1e-12);
-  for (int k = 0; k < 20000; ++k) belief.learnTrack(1.99 * asked, {5.0, 0.0, 0.0, 0.0, 0.0, 0.0}, kPeriod);
-  EXPECT_NEAR(belief.effectiveTrack(), 0.5621 / 1.5, 1e-12);
 }
 
 /// Largest relative error of a track that is right, in a turn that wheels and body enter with these time constants [s],
@@ -193,14 +152,6 @@ TEST(SlipBelief, KeepsTheTurnInItsState) {
   }
   second.setState({0.55, 1.0});
   EXPECT_DOUBLE_EQ(second.yawRate(8.0, 12.0), kRadius * 4.0 / 0.55) << "a state without it is one track";
-}
-
-TEST(SlipBelief, TakesOverAStateWithinItsBounds) {
-  SlipBelief belief(kConfigured, kRadius, {});
-  belief.setState({0.63, 0.9});
-  EXPECT_DOUBLE_EQ(belief.state().effective_track, 0.7) << "the same turn";
-  belief.setState({7.0, 1.0});
-  EXPECT_DOUBLE_EQ(belief.state().effective_track, 1.5 * 0.5621);
 }
 
 }  // namespace

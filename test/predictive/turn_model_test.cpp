@@ -41,14 +41,6 @@ void drive(const Eigen::Vector4d& truth, int motions, TurnModel& model, double l
   model.pass(60.0);
 }
 
-TEST(TurnModel, IsOneTrackWhereNothingIsKnown) {
-  const TurnModel model(kRatio);
-  for (const Motion m : {Motion{0.5, 0.0}, Motion{-0.3, 1.0}, Motion{0.0, 2.0}}) {
-    EXPECT_EQ(model.yawRate(m.x, m.v), kRatio * m.x);
-    EXPECT_DOUBLE_EQ(model.difference(kRatio * m.x, m.v), m.x);
-  }
-}
-
 TEST(TurnModel, LearnsHowTheTurnDependsOnTheMotion) {
   for (const Eigen::Vector4d& truth :
        {Eigen::Vector4d(1.5, 0.1, 0.03, -0.08), Eigen::Vector4d(2.4, -0.12, -0.05, 0.1)}) {
@@ -64,14 +56,6 @@ TEST(TurnModel, LearnsHowTheTurnDependsOnTheMotion) {
   drive({1.4, 0.0, 0.0, 0.0}, 120, one);
   EXPECT_NEAR(one.inPlace(), 1.4, 0.005);
   EXPECT_LT(one.mean().tail<3>().cwiseAbs().maxCoeff(), 0.01 * kRatio) << "stays one track";
-}
-
-TEST(TurnModel, FindsTheTrackWithinTheFirstTurn) {
-  TurnModel model(kRatio);
-  for (int k = 0; k < 50; ++k) take(model, 1.5 * 0.5, {0.5, 0.0});
-  EXPECT_NEAR(model.inPlace(), 1.5, 0.1);
-  EXPECT_NEAR(model.yawRate(0.5, 0.0), 0.75, 0.005) << "with what the ground is believed to make of it";
-  EXPECT_EQ(model.mean()(1), 0.0) << "turning in place says nothing about the speed";
 }
 
 TEST(TurnModel, LearnsByTimeAndNotByTheNumberOfSamples) {
@@ -117,19 +101,6 @@ TEST(TurnModel, ForgetsDownToThePriorAndNotBelow) {
   EXPECT_LT((model.mean() - learned).cwiseAbs().maxCoeff(), 1e-9) << "what was learned stays";
 }
 
-TEST(TurnModel, CoefficientsAreAPriorForTheNextDrive) {
-  TurnModel first(kRatio);
-  drive({1.5, 0.2, 0.03, -0.1}, 120, first);
-  TurnModel second(kRatio);
-  second.setCoefficients(first.coefficients());
-  EXPECT_EQ(second.mean(), first.mean());
-  EXPECT_LT((second.coefficients().covariance - first.coefficients().covariance).cwiseAbs().maxCoeff(), 1e-12);
-  TurnModel unknown(kRatio);
-  for (TurnModel* model : {&second, &unknown}) take(*model, 0.5, {0.5, 0.5});
-  EXPECT_LT(std::abs(second.inPlace() - 1.5), 0.1 * std::abs(unknown.inPlace() - kRatio))
-      << "what is known moves less by one sample";
-}
-
 TEST(TurnModel, StaysInvertibleUnderRandomSamples) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> any(-5.0, 5.0);
@@ -142,14 +113,6 @@ TEST(TurnModel, StaysInvertibleUnderRandomSamples) {
     EXPECT_LE(model.perDifference(m.x, m.v), kRatio * 1.5 + 1e-12);
     EXPECT_NEAR(model.difference(model.yawRate(m.x, m.v), m.v), m.x, 1e-9);
   }
-}
-
-TEST(TurnModel, ARangeOfOneIsTheConfiguredTrack) {
-  TurnModel model(kRatio, 1.0);
-  drive({1.5, 0.1, 0.02, 0.0}, 20, model);
-  EXPECT_EQ(model.yawRate(0.5, 0.0), kRatio * 0.5);
-  EXPECT_TRUE(model.coefficients().covariance.allFinite());
-  EXPECT_NO_THROW(TurnModel(kRatio, 1.0).setCoefficients(model.coefficients()));
 }
 
 TEST(TurnModel, DerivativesAreThoseOfTheYawRate) {
@@ -173,14 +136,6 @@ TEST(TurnModel, GroundOfATurnFades) {
   for (int k = 0; k < 150; ++k) model.pass(kPeriod);
   EXPECT_NEAR(model.yawRate(0.5, 0.0), 1.5 * 0.5, 0.03);
   EXPECT_NEAR(model.difference(0.75, 0.0), 0.5, 0.02);
-}
-
-/// The first turn of an unknown robot is the robot's: it is still known after a rest.
-TEST(TurnModel, TheFirstTurnIsRemembered) {
-  TurnModel model(kRatio);
-  for (int k = 0; k < 150; ++k) take(model, 1.5 * 0.5, {0.5, 0.0});
-  for (int k = 0; k < 500; ++k) model.pass(kPeriod);
-  EXPECT_NEAR(model.yawRate(0.5, 0.0), 1.5 * 0.5, 0.05);
 }
 
 TEST(TurnModel, RefusesCoefficientsThatAreNone) {

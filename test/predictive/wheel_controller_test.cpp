@@ -91,31 +91,6 @@ TEST(WheelController, CompensatesTheOffsetOfItsModel) {
   }
 }
 
-TEST(WheelController, HeldCommandIsReducedByTheOffset) {
-  PlantModel with = driveTrain();
-  with.offset = 0.5;
-  WheelController wheel({}, with, kRadius), without({}, driveTrain(), kRadius);
-  wheel.act(wheel.input(3.0));
-  without.act(without.input(3.0));
-  wheel.hold(1.0);
-  without.hold(1.0 - 0.5 / 0.9);
-  EXPECT_NEAR(wheel.path().speed(), without.path().speed(), 1e-12);
-  wheel.overrule(0.3);
-  without.overrule(0.0);
-  EXPECT_EQ(wheel.action(), 0.3);
-  EXPECT_NEAR(wheel.path().speed(), without.path().speed(), 1e-12) << "within the dead zone";
-}
-
-TEST(WheelController, ASmallLearningRateGoesOnlyAPartOfTheWay) {
-  PredictiveParameters slow;
-  slow.action_learning_rate = 0.25;
-  WheelController wheel(slow, driveTrain(), kRadius), quick(PredictiveParameters{}, driveTrain(), kRadius);
-  wheel.act(1.8);
-  quick.act(1.8);
-  EXPECT_NEAR(quick.action(), 1.8 / 0.9, 1e-12);
-  EXPECT_NEAR(wheel.action(), 0.25 * quick.action(), 1e-12);
-}
-
 TEST(WheelController, ThePathEndsWhereTheHeldCommandTakesIt) {
   WheelController free(PredictiveParameters{}, driveTrain(), kRadius), held(free), stopped(free);
   for (WheelController* wheel : {&free, &held, &stopped}) wheel->act(wheel->input(3.0));

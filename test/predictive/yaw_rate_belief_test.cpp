@@ -20,21 +20,6 @@ TEST(YawRateBelief, IsUnbiasedInASteadyTurn) {
   EXPECT_NEAR(yaw.yawRate(), 0.8, 1e-3);
 }
 
-TEST(YawRateBelief, IsBetterThanTheGyroAlone) {
-  YawRateBelief yaw({});
-  yaw.reset(0.3);
-  std::mt19937 random(2);
-  std::normal_distribution<double> noise(0.0, 0.005);
-  double squares = 0.0;
-  constexpr int kSamples = 5000;
-  for (int k = 0; k < kSamples; ++k) {
-    for (int i = 0; i < 20; ++i) yaw.predict(0.0, kStep);
-    yaw.correct(0.3 + noise(random));
-    squares += std::pow(yaw.yawRate() - 0.3, 2);
-  }
-  EXPECT_LT(std::sqrt(squares / kSamples), 0.5 * 0.005);
-}
-
 TEST(YawRateBelief, FollowsTheWheelsBetweenMeasurementsAndTheGyroWhileTurningIn) {
   YawRateBelief yaw({}), steady({});
   for (int k = 0; k < 100; ++k) yaw.predict(4.0, kStep);
@@ -63,14 +48,6 @@ TEST(YawRateBelief, VarianceIsThatOfItsError) {
     sum += std::pow(yaw.yawRate() - truth, 2) / yaw.variance();
   }
   EXPECT_NEAR(sum / kRuns, 1.0, 0.1);
-}
-
-TEST(YawRateBelief, FollowsTheWheelsWithoutAGyro) {
-  YawRateBelief yaw({});
-  yaw.correct(5.0);
-  yaw.follow(0.4, 1e-4);
-  EXPECT_EQ(yaw.yawRate(), 0.4);
-  EXPECT_EQ(yaw.variance(), 1e-4);
 }
 
 }  // namespace

@@ -6,7 +6,6 @@ import csv
 import pathlib
 import pickle
 import subprocess
-import sys
 import tempfile
 import unittest
 
@@ -34,11 +33,6 @@ class Drives(unittest.TestCase):
         self.assertAlmostEqual(drive.x[-1], drive.speed.sum() * 0.001, delta=0.01)
         self.assertEqual(drive.events[-1][1], 'driving')
 
-    def test_columns_are_what_data_frames_take(self):
-        columns = jackal_aic.simulate('box', 'standard', (0.3, 0.0), duration=0.6).columns()
-        self.assertEqual(list(columns)[:5], ['time', 'set_speed', 'set_yaw_rate', 'speed', 'yaw_rate'])
-        self.assertEqual({value.shape for value in columns.values()}, {(600,)})
-
     def test_are_equal_for_an_equal_seed(self):
         def drive(seed):
             return jackal_aic.simulate('real', 'predictive', [(0.2, 0.5, 0.3), (1.2, 0.0, 0.0)], duration=2.0, seed=seed)
@@ -53,13 +47,6 @@ class Drives(unittest.TestCase):
         with concurrent.futures.ThreadPoolExecutor(4) as pool:
             together = list(pool.map(drive, speeds))
         self.assertTrue(all(same(drive(speed), one) for speed, one in zip(speeds, together)))
-
-    def test_end_with_an_interrupt(self):
-        script = ('import _thread, threading, jackal_aic\n'
-                  'threading.Timer(0.5, _thread.interrupt_main).start()\n'
-                  'try: jackal_aic.simulate("ground", "predictive", (0.5, 0.0), duration=3600.0)\n'
-                  'except KeyboardInterrupt: print("interrupted")')
-        self.assertEqual(subprocess.check_output([sys.executable, '-c', script]), b'interrupted\n')
 
     def test_on_robots_that_differ(self):
         def drive(**overrides):
@@ -146,20 +133,6 @@ class Faults(unittest.TestCase):
         self.assertEqual(jackal_aic.FAULTS[drive.fault[-1]], 'left wheels do not follow their command')
         self.assertAlmostEqual(drive.speed[-1], 0.0, delta=0.01)
 
-    def test_pass_unnoticed_without_the_monitor(self):
-        drive, text = self.named(jackal_aic.Fault('set', 2.0, 'left', 0.0), monitor=False)
-        self.assertEqual(text, '')
-
-    def test_of_a_healthy_robot_there_is_none(self):
-        drive = jackal_aic.simulate('real', 'predictive', (0.5, 0.3), duration=5.0, monitor=True)
-        self.assertFalse([text for time, text in drive.events if ':' in text], drive.events)
-
-    def test_meet_the_loss_policy_of_the_node_with_parameters(self):
-        parameters = jackal_aic.Parameters('predictive', 'ground')
-        drive = jackal_aic.simulate('ground', parameters, (0.5, 0.0), duration=5.0, faults=[jackal_aic.Fault('lost', 2.0, 'all')])
-        self.assertEqual(jackal_aic.CAUSES[drive.cause[-1]], 'wheel speeds too old')
-        self.assertAlmostEqual(drive.speed[-1], 0.0, delta=0.01)
-
     def test_end_with_their_duration(self):
         drive = jackal_aic.simulate('ground', 'diff_drive', (0.5, 0.0), duration=4.0, monitor=False,
                                     faults=[jackal_aic.Fault('set', 2.0, 'left', 7.0, duration=0.5)])
@@ -208,20 +181,6 @@ class OwnControllers(unittest.TestCase):
         self.assertEqual(forward, 0.5)
         self.assertAlmostEqual(left, drive.measured_left[now])
         self.assertEqual(applied[0], drive.command_left[now - 1])
-
-    def test_may_have_a_rate_and_a_belief(self):
-        class Believer(Baseline):
-            rate = 100.0
-            calls = 0
-
-            def act(self, set_point, observation):
-                self.calls += 1
-                self.believed = (0.098 * observation.wheel_left, observation.yaw_rate)
-                return super().act(set_point, observation)
-        own = Believer()
-        drive = jackal_aic.simulate('ground', own, (0.5, 0.0), duration=2.0)
-        self.assertAlmostEqual(own.calls, 200, delta=2)
-        self.assertAlmostEqual(drive.believed_speed[-1], 0.5, delta=0.05)
 
     def test_raise_through_the_loop(self):
         class Broken(jackal_aic.VelocityController):

@@ -58,24 +58,6 @@ class Trials(unittest.TestCase):
             missed = sum(bool(trials.missed_bar(trial.bars, trials.drive(one, found, trial))) for trial in coarse)
             self.assertTrue(least <= missed <= most, missed)
 
-    def test_are_the_same_for_a_seed_and_spread_what_is_spread(self):
-        one = task(draws=200, seed=7)
-        drawn = trials.trials(one, one.robots[0])[-200:]
-        self.assertEqual(drawn, trials.trials(one, one.robots[0])[-200:])
-        self.assertNotEqual(drawn[0], trials.trials(one._replace(seed=8), one.robots[0])[-200])
-        dead_times = [trial.overrides['plant.dead_time'] for trial in drawn]
-        self.assertGreater(max(dead_times) - min(dead_times), 0.018)
-        self.assertAlmostEqual(sum(trial.overrides['plant.encoder_step'] == 0.1 for trial in drawn), 40, delta=20)
-
-    def test_are_of_the_corners_of_the_confidence_box_too(self):
-        with tempfile.NamedTemporaryFile('w', suffix='.yaml') as file:
-            file.write((SOURCE / 'config/plant_model.yaml').read_text() + '  dead_time_half_width: 0.02\n')
-            file.flush()
-            one = task(file.name)
-            corners = [trial.overrides['plant.dead_time'] for trial in trials.trials(one, one.robots[0]) if ', offset ' in trial.name]
-        dead_time = one.robots[0].values['dead_time']
-        self.assertEqual([round(value - dead_time, 6) for value in corners], 3 * [-0.02] + 3 * [0.02])
-
 
 class Worth(unittest.TestCase):
 
@@ -98,18 +80,6 @@ class Worth(unittest.TestCase):
             self.assertLess(violations[0], 0.0, start)
             self.assertGreater(violations[1], violations[0], start)
             self.assertGreaterEqual(violations[2], 0.0, start)
-
-    def test_starts_are_stable_on_slow_and_fast_robots(self):
-        for dead_time in (0.05, 0.135, 0.3):
-            text = 'plant_model: {{dead_time: {}, lag: 0.03, effective_track: 0.56}}'.format(dead_time)
-            with tempfile.NamedTemporaryFile('w', suffix='.yaml') as file:
-                file.write(text)
-                file.flush()
-                one = task(file.name)
-                for orders in (0, 1, 5):
-                    space = gains.Space(one, orders)
-                    self.assertTrue(trials.loops_of(one, one.robots[0], space.start)[0].certify().stable, (dead_time, orders))
-                    self.assertEqual(space.gains(space.vector(space.start))['controller.orders'], orders)
 
     def test_tuned_preset_passes_what_users_drive_on_ground_and_box(self):
         for plant in ('ground', 'box'):
@@ -141,17 +111,6 @@ class Tune(unittest.TestCase):
         self.assertEqual(found.missed, ())
         self.assertLess(found.settling(), 0.55, 'improved takes 0.60 s; {}'.format(settling))
 
-    def test_tunes_the_predictive_preset(self):
-        slow = self.out.replace('tuned', 'slow')
-        text = (SOURCE / 'config/predictive.yaml').read_text()
-        key = 'reference_time: '
-        at = text.index(key) + len(key)
-        pathlib.Path(slow).write_text(text[:at] + '0.05' + text[at + 4:])
-        said, status = tune('--plant', GROUND, '--start', slow, '--out', self.out, '--evaluations', '1', '--draws', '0')
-        self.assertEqual(status, 0, said)
-        self.assertIn('Searching the predictive gains on 1 robot', said)
-        self.assertLessEqual(jackal_aic.Parameters(self.out, 'ground')['predictive.reference_time'], 0.05)
-
     def test_gains_that_miss_anything_are_no_result(self):
         said, status = tune('--plant', BOX, '--out', self.out, '--orders', '1', '--evaluations', '1', '--linear-evaluations', '100', '--draws', '0',
                             '--gain-margin', '90')
@@ -159,12 +118,6 @@ class Tune(unittest.TestCase):
         self.assertIn('no gains found that keep gain margin 90', said)
         self.assertIn(' missed: plant_box', said)
         self.assertFalse(pathlib.Path(self.out).exists())
-
-    def test_judges_gains(self):
-        for overshoot, status, words in (('10', 0, 'These gains pass every trial.'), ('3', 1, 'phase 0.019 s: overshoots by')):
-            said, found = tune('--plant', BOX, '--judge', 'improved', '--draws', '0', '--overshoot', overshoot)
-            self.assertEqual(found, status, said)
-            self.assertIn(words, said)
 
     def test_bad_input_gives_one_clear_line(self):
         negative, directory = self.out.replace('tuned', 'negative'), str(pathlib.Path(self.out).parent)

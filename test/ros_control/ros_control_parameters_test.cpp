@@ -102,45 +102,25 @@ TEST(RosControlParameters, ByDefaultThePredictiveOneDrivesAnAssumedJackal) {
   EXPECT_TRUE(std::holds_alternative<DifferentialDriveParameters>(read(map).drive.controller));
 }
 
-TEST(RosControlParameters, AnEmptyCovarianceIsThatOfTheOdometry) {
-  ParameterMap map = bare();
-  EXPECT_FALSE(read(map).twist_covariance_diagonal);
-  map.set("twist_covariance_diagonal", std::vector<double>{1, 2, 3, 4, 5, 6});
-  ASSERT_TRUE(read(map).twist_covariance_diagonal);
-  EXPECT_EQ(read(map).twist_covariance_diagonal->at(5), 6.0);
-  map.set("twist_covariance_diagonal", std::vector<double>{});
-  EXPECT_FALSE(read(map).twist_covariance_diagonal);
-}
-
 TEST(RosControlParameters, RefusesWhatCannotDrive) {
-  ParameterMap map;
-  EXPECT_EQ(refusal(map), "Couldn't retrieve wheel param 'left_wheel'");
-  map = bare();
-  map.set("left_wheel", std::vector<std::string>{"front_left_wheel", "rear_left_wheel"});
-  EXPECT_EQ(refusal(map), "#left wheels (2) != #right wheels (1)");
-  map.set("left_wheel", std::vector<double>{});
-  EXPECT_NE(refusal(map).find("'left_wheel'"), std::string::npos);
-  map = bare();
-  EXPECT_NE(refusal(map, "").find("Robot description"), std::string::npos);
-  map.set("left_wheel", std::string("no_such_wheel"));
-  EXPECT_NE(refusal(map).find("no_such_wheel"), std::string::npos);
-  map = bare();
-  map.set("pose_covariance_diagonal", std::vector<double>{1, 2});
-  EXPECT_NE(refusal(map).find("pose_covariance_diagonal"), std::string::npos);
-  map = bare();
-  map.set("robot.effective_track", 0.5);
-  EXPECT_NE(refusal(map).find("wheel_separation"), std::string::npos);
-  map = bare();
-  map.set("predictive.kappa_mu", 1.0);
-  EXPECT_NE(refusal(map).find("predictive.kappa_mu"), std::string::npos);
-}
-
-TEST(RosControlParameters, TakesTheVariancesOfTheSensors) {
-  ParameterMap map = bare();
-  map.set("sensors.wheel_variance", 0.01);
-  const auto p = read(map);
-  EXPECT_TRUE(p.unused.empty());
-  EXPECT_EQ(std::get<PredictiveParameters>(p.drive.controller).wheel_variance, 0.01);
+  EXPECT_EQ(refusal(ParameterMap()), "Couldn't retrieve wheel param 'left_wheel'");
+  EXPECT_NE(refusal(bare(), "").find("Robot description"), std::string::npos);
+  const struct {
+    const char* key;
+    ParameterValue value;
+    const char* said;
+  } rows[] = {{"left_wheel", std::vector<std::string>{"front_left_wheel", "rear_left_wheel"},
+               "#left wheels (2) != #right wheels (1)"},
+              {"left_wheel", std::vector<double>{}, "'left_wheel'"},
+              {"left_wheel", std::string("no_such_wheel"), "no_such_wheel"},
+              {"pose_covariance_diagonal", std::vector<double>{1, 2}, "pose_covariance_diagonal"},
+              {"robot.effective_track", 0.5, "wheel_separation"},
+              {"predictive.kappa_mu", 1.0, "predictive.kappa_mu"}};
+  for (const auto& row : rows) {
+    ParameterMap map = bare();
+    map.set(row.key, row.value);
+    EXPECT_NE(refusal(map).find(row.said), std::string::npos) << row.said << "\n" << refusal(map);
+  }
 }
 
 TEST(RosControlParameters, TellsKeysThatNobodyReads) {

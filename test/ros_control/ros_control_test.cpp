@@ -1,7 +1,6 @@
 // The controller of ros_control as a robot loads it: by pluginlib, with the stock configuration and the shipped extras,
 // on the simulated robot. Time is the simulation's, and everything but publishing happens in this thread, in order.
 
-#include <diagnostic_msgs/DiagnosticArray.h>
 #include <dlfcn.h>
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <geometry_msgs/TwistStamped.h>
@@ -21,14 +20,13 @@
 #include <filesystem>
 #include <fstream>
 #include <future>
-#include <limits>
 
 #include "../counted_allocations.hpp"
-#include "../node/other_node.hpp"
 #include "../repository.hpp"
 #include "../temporary_directory.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_robot_hw.hpp"
+#include "other_node.hpp"
 #include "plant_messages.hpp"
 #include "plugin_loop.hpp"
 #include "response_metrics.hpp"
@@ -290,24 +288,25 @@ class RosControlWithImu : public RosControl {
   RosControlWithImu() : RosControl(true) {}
 };
 
-TEST_F(RosControl, IsLoadedByItsNameAndClaimsTheWheels) {
+TEST_F(RosControl, StepIsFastAndExactAndPublishedAndEndsWithItsCommands) {
+  node.setParam("tf_prefix", "/robot1/");
   ASSERT_TRUE(startController());
-  const auto& [controller, claimed] = plugins.at(kName);
-  EXPECT_TRUE(controller->isRunning());
+  node.deleteParam("tf_prefix");
+  const auto& claimed = plugins.at(kName).claimed;
   ASSERT_EQ(claimed.size(), 1u);
   EXPECT_EQ(claimed[0].hardware_interface, "hardware_interface::VelocityJointInterface");
   EXPECT_EQ(claimed[0].resources.size(), 4u);
-}
-
-TEST_F(RosControl, ARobotAtRestStaysAtRest) {
-  ASSERT_TRUE(startController());
   for (const double command : run(1.0).command) ASSERT_EQ(command, 0.0) << "in spite of the noise of its encoders";
-}
-
-TEST_F(RosControl, StepIsFastAndExact) {
-  ASSERT_TRUE(startController());
-  run(1.0);
   EXPECT_LE(expectStep(0.5, 0.0, 0.45, 0.5).overshoot_pct, 5.0);
+  ASSERT_TRUE(wait([&] { return now() - command_out.header.stamp.toSec() < 0.05; }));
+  EXPECT_NEAR(command_out.twist.linear.x, 0.098 * commandOf(0), 0.02);
+  EXPECT_EQ(odometry.header.frame_id, "robot1/odom");
+  EXPECT_EQ(odometry.child_frame_id, "robot1/base_link");
+  wanted.reset();
+  const Recording done = run(2.0);
+  EXPECT_NEAR(done.forward[200], 0.5, 0.03) << "cmd_vel_timeout is 0.25 s";
+  EXPECT_NEAR(done.forward.back(), 0.0, 0.01);
+  EXPECT_EQ(commandOf(0), 0.0);
 }
 
 TEST_F(RosControl, StepIsTheSameInAFastLoop) {
@@ -315,37 +314,6 @@ TEST_F(RosControl, StepIsTheSameInAFastLoop) {
   ASSERT_TRUE(startController());
   run(1.0);
   expectStep(0.5, 0.0, 0.45, 0.5);
-}
-
-TEST_F(RosControl, OneMetrePerSecondAndAnArc) {
-  ASSERT_TRUE(startController());
-  run(1.0);
-  expectStep(1.0, 0.0, 0.8, 0.5);
-  command(0.0, 0.0);
-  run(2.0);
-  const double begin = now();
-  command(0.5, 0.5);
-  const Recording done = run(4.0);
-  const auto yaw = sim::stepResponseMetrics(done.time, done.yaw_rate, begin, 0.0, 0.5);
-  const auto forward = sim::stepResponseMetrics(done.time, done.forward, begin, 0.0, 0.5);
-  ASSERT_TRUE(yaw.settling && forward.settling);
-  ROS_INFO("arc: forward %.3f s, yaw %.3f s, yaw error %.2f %%", *forward.settling, *yaw.settling,
-           yaw.steady_error_pct);
-  EXPECT_LE(*forward.settling, 0.6);
-  EXPECT_LE(*yaw.settling, 0.7);
-  EXPECT_NEAR(yaw.steady_error_pct, 0.0, 2.0);
-}
-
-TEST_F(RosControl, StopsWhenCommandsStayAway) {
-  ASSERT_TRUE(startController());
-  run(1.0);
-  command(0.5, 0.0);
-  run(2.0);
-  wanted.reset();
-  const Recording done = run(2.0);
-  EXPECT_NEAR(done.forward[200], 0.5, 0.03) << "cmd_vel_timeout is 0.25 s";
-  EXPECT_NEAR(done.forward.back(), 0.0, 0.01);
-  EXPECT_EQ(commandOf(0), 0.0);
 }
 
 TEST_F(RosControl, OdometryTellsWhatTheRobotDid) {
@@ -384,23 +352,6 @@ TEST_F(RosControl, AClockThatRanBackLeavesNoSilence) {
   EXPECT_NEAR(robot.plant().truth().linear_velocity.x(), 0.5, 0.02) << "starts again, and follows the set point";
 }
 
-TEST_F(RosControl, PublishesWhatItDrives) {
-  ASSERT_TRUE(startController());
-  command(0.5, 0.0);
-  run(2.0);
-  ASSERT_TRUE(wait([&] { return now() - command_out.header.stamp.toSec() < 0.05; }));
-  EXPECT_NEAR(command_out.twist.linear.x, 0.098 * commandOf(0), 0.02);
-  EXPECT_NEAR(command_out.twist.linear.x, 0.5, 0.05);
-}
-
-TEST_F(RosControl, GoesOnWithoutTheImuAndStopsWhereItMayNot) {
-  ASSERT_TRUE(startController());
-  command(0.5, 0.0);
-  run(3.0);
-  imu_works = false;
-  EXPECT_NEAR(run(2.0).forward.back(), 0.5, 0.02);
-}
-
 TEST_F(RosControl, StopsWithoutTheImuWhereItMayNotGoOn) {
   node.setParam(std::string(kName) + "/on_loss/imu", "stop");
   ASSERT_TRUE(startController());
@@ -409,15 +360,6 @@ TEST_F(RosControl, StopsWithoutTheImuWhereItMayNotGoOn) {
   EXPECT_NEAR(run(3.0).forward.back(), 0.5, 0.02);
   imu_works = false;
   EXPECT_NEAR(run(2.0).forward.back(), 0.0, 0.01);
-}
-
-TEST_F(RosControl, DrivesARobotWithoutAnImuAfterAWhile) {
-  imu_works = false;
-  ASSERT_TRUE(startController());
-  run(1.5);
-  const auto metrics = stepResponse(0.5, 0.0);
-  ASSERT_TRUE(metrics.settling);
-  EXPECT_LE(*metrics.settling, 0.45);
 }
 
 TEST_F(RosControlWithImu, ReadsTheImuOfTheRobot) {
@@ -463,17 +405,6 @@ TEST_F(RosControlWithLiveWheels, ReadsTheWheelsWithEachSampleOfTheImu) {
     EXPECT_EQ(taken[i] - taken[i - 1], kImuPeriod);
     EXPECT_LE((taken[i] - kImuPhase) % kImuPeriod, 1) << "an old sample of the IMU under a new stamp";
   }
-}
-
-TEST_F(RosControl, DiagnosticsBearItsName) {
-  std::string name;
-  const auto diagnostics = node.subscribe<diagnostic_msgs::DiagnosticArray>(
-      "/diagnostics", 10, [&name](const diagnostic_msgs::DiagnosticArrayConstPtr& message) {
-        for (const auto& status : message->status) name = status.name;
-      });
-  ASSERT_TRUE(startController());
-  for (int i = 0; i < 100 && name.empty(); ++i) run(0.1);
-  EXPECT_EQ(name, std::string(kName) + ": Active inference controller");
 }
 
 TEST_F(RosControl, IsStoppedAndStartedOnTheMoveWithoutAJump) {
@@ -568,24 +499,9 @@ TEST_F(RosControl, UpdateNeitherLocksNorAllocates) {
   EXPECT_LT(robot.plant().truth().linear_velocity.x(), -0.2) << "it did drive";
 }
 
-TEST_F(RosControl, CountsLocksAndAllocations) {
-#if !JACKAL_AIC_COUNTS
-  GTEST_SKIP() << "the sanitizers lock and allocate";
-#endif
-  static std::mutex mutex;
-  allocations = locks = 0;
-  counting = true;
-  mutex.lock();
-  std::vector<double> memory(1000);
-  counting = false;
-  mutex.unlock();
-  EXPECT_EQ(memory.size(), 1000u);
-  EXPECT_EQ(allocations, 1);
-  EXPECT_EQ(locks, 1);
-}
-
 TEST_F(RosControl, MultipliersChangeWhileItRuns) {
   ASSERT_TRUE(startController());
+  EXPECT_EQ(change("", "left_wheel_radius_multiplier", 50.0), 1.0) << "beyond its range";
   command(0.5, 0.0);
   run(2.0);
   const double before = commandOf(0);
@@ -611,12 +527,6 @@ TEST_F(RosControl, TheWheelSeparationChangesWhileItRuns) {
   freeze.request.data = true;
   ASSERT_TRUE(call("freeze_learning", freeze));
   EXPECT_EQ(freeze.response.message.find("frozen: effective track 0.488"), 0u) << freeze.response.message;
-}
-
-TEST_F(RosControl, MultipliersBeyondTheirRangeAreRefused) {
-  ASSERT_TRUE(startController());
-  EXPECT_EQ(change("", "left_wheel_radius_multiplier", 50.0), 1.0);
-  EXPECT_EQ(change("", "publish_rate", 20.0), 20.0);
 }
 
 TEST_F(RosControl, GainsChangeWhileItRuns) {
@@ -701,27 +611,6 @@ TEST_F(RosControl, TakesStampedCommandsAndHeedsTheirStamp) {
   EXPECT_NEAR(drive(1.5, 5.0), 0.0, 0.02) << "said long ago";
 }
 
-TEST_F(RosControl, FramesOfOneOfSeveralRobots) {
-  node.setParam("tf_prefix", "/robot1/");
-  ASSERT_TRUE(startController());
-  node.deleteParam("tf_prefix");
-  run(1.0);
-  ASSERT_TRUE(wait([&] { return odometry.header.stamp.toSec() > 0.0; }));
-  EXPECT_EQ(odometry.header.frame_id, "robot1/odom");
-  EXPECT_EQ(odometry.child_frame_id, "robot1/base_link");
-}
-
-TEST_F(RosControl, IgnoresCommandsThatAreNotNumbers) {
-  ASSERT_TRUE(startController());
-  command(0.3, 0.0);
-  run(2.0);
-  wanted->angular.z = std::numeric_limits<double>::quiet_NaN();
-  run(0.2);
-  EXPECT_TRUE(std::isfinite(commandOf(0)));
-  run(2.0);
-  EXPECT_EQ(commandOf(0), 0.0) << "none that counts came";
-}
-
 TEST_F(RosControl, WhatCannotDriveIsNotLoaded) {
   const std::string name = "bad_controller";
   node.setParam(name + "/type", "jackal_aic/ActiveInferenceController");
@@ -735,202 +624,6 @@ TEST_F(RosControl, WhatCannotDriveIsNotLoaded) {
   node.setParam(name + "/right_wheel", "front_right_wheel");
   EXPECT_TRUE(load(name));
   node.deleteParam(name);
-}
-
-/// A robot whose wheels follow at once, without an IMU.
-class IdealRobot : public hardware_interface::RobotHW {
- public:
-  IdealRobot() {
-    for (int i = 0; i < 2; ++i) {
-      const std::string name = "wheel_" + std::to_string(i) + "_joint";
-      const hardware_interface::JointStateHandle state(name, &position_[i], &velocity_[i], &effort_[i]);
-      states_.registerHandle(state);
-      velocities_.registerHandle(hardware_interface::JointHandle(state, &command_[i]));
-    }
-    registerInterface(&states_);
-    registerInterface(&velocities_);
-  }
-
-  void read(const ros::Time&, const ros::Duration& period) override {
-    const double lost = std::numeric_limits<double>::quiet_NaN();
-    for (int i = 0; i < 2; ++i) {
-      travel_[i] += velocity_of_[i] * period.toSec();
-      velocity_of_[i] = command_[i];
-      position_[i] = works ? travel_[i] : lost;
-      velocity_[i] = works ? velocity_of_[i] : lost;
-    }
-  }
-
-  bool works = true;
-  double command(int wheel) const { return command_[wheel]; }
-
- private:
-  double position_[2] = {}, velocity_[2] = {}, effort_[2] = {}, command_[2] = {};
-  double travel_[2] = {}, velocity_of_[2] = {};
-  hardware_interface::JointStateInterface states_;
-  hardware_interface::VelocityJointInterface velocities_;
-};
-
-/// What the test programs of diff_drive_controller ask of it, with their robot, identified, and their bounds.
-class AsDiffDrive : public testing::Test {
- protected:
-  AsDiffDrive() : plugins(&robot), time(newStart()) {
-    ros::Time::setNow(ros::Time(time));
-    node.setParam(name + "/type", "jackal_aic/ActiveInferenceController");
-    node.setParam(name + "/left_wheel", "wheel_0_joint");
-    node.setParam(name + "/right_wheel", "wheel_1_joint");
-    node.setParam(name + "/wheel_separation", 0.5);
-    node.setParam(name + "/wheel_radius", 0.11);
-    node.setParam(name + "/cmd_vel_timeout", 20.0);
-    // The robot, as identify would find it: the wheels follow in the update after the command.
-    node.setParam(name + "/plant_model/dead_time", 0.01);
-    node.setParam(name + "/plant_model/lag", 0.0);
-    node.setParam(name + "/plant_model/acceleration_limit", 1000.0);
-    node.setParam(name + "/plant_model/sensor_rate", 100.0);
-    node.setParam(name + "/publish_rate", 50.0);
-    commands = node.advertise<geometry_msgs::Twist>(name + "/cmd_vel", 1);
-    subscriber = node.subscribe<nav_msgs::Odometry>(
-        name + "/odom", 100, [this](const nav_msgs::OdometryConstPtr& message) { odometry = *message; });
-  }
-
-  ~AsDiffDrive() override {
-    node.deleteParam(name);
-    ros::getGlobalCallbackQueue()->clear();
-  }
-
-  static double newStart() {
-    static double start = 100000.0;
-    return start += 1000.0;
-  }
-
-  void startController() {
-    ASSERT_TRUE(plugins.load(name));
-    sender.listen(node, name + "/cmd_vel");
-    for (int i = 0; i < 500 && (commands.getNumSubscribers() == 0 || subscriber.getNumPublishers() == 0); ++i) {
-      ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.01));
-    }
-    update();
-    ASSERT_TRUE(plugins.change({name}, {}));
-    command(0.0, 0.0);
-    run(2.0);
-  }
-
-  void update() {
-    const ros::Duration period(0.01);
-    time += period.toSec();
-    ros::Time::setNow(ros::Time(time));
-    robot.read(ros::Time::now(), period);
-    plugins.update(ros::Time::now(), period);
-  }
-
-  void command(double forward, double yaw_rate) {
-    geometry_msgs::Twist message;
-    message.linear.x = forward;
-    message.angular.z = yaw_rate;
-    sender.send(commands, message);
-  }
-
-  /// Runs, and waits for the odometry of the end.
-  nav_msgs::Odometry run(double duration) {
-    for (int i = 0; i < std::lround(duration / 0.01); ++i) update();
-    for (int i = 0; i < 300 && time - odometry.header.stamp.toSec() > 0.03; ++i) {
-      ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.01));
-    }
-    EXPECT_LE(time - odometry.header.stamp.toSec(), 0.03);
-    return odometry;
-  }
-
-  static double yawOf(const nav_msgs::Odometry& message) {
-    return 2.0 * std::atan2(message.pose.pose.orientation.z, message.pose.pose.orientation.w);
-  }
-
-  const std::string name = "diffbot_controller";
-  ros::NodeHandle node;
-  IdealRobot robot;
-  PluginLoop plugins;
-  double time;
-  ros::Publisher commands;
-  CommandSender sender;
-  ros::Subscriber subscriber;
-  nav_msgs::Odometry odometry;
-};
-
-TEST_F(AsDiffDrive, Forward) {
-  startController();
-  const auto before = odometry;
-  command(0.1, 0.0);
-  const auto after = run(10.0);
-  const double elapsed = (after.header.stamp - before.header.stamp).toSec();
-  EXPECT_NEAR(after.pose.pose.position.x - before.pose.pose.position.x, 0.1 * elapsed, 0.01);
-  EXPECT_NEAR(after.twist.twist.linear.x, 0.1, 0.01);
-  EXPECT_NEAR(yawOf(after) - yawOf(before), 0.0, 0.01);
-}
-
-TEST_F(AsDiffDrive, Turn) {
-  startController();
-  const auto before = odometry;
-  const double rate = M_PI / 10.0;
-  command(0.0, rate);
-  const auto after = run(9.0);  // less than half around, so that the heading is unambiguous
-  const double elapsed = (after.header.stamp - before.header.stamp).toSec();
-  EXPECT_NEAR(yawOf(after) - yawOf(before), rate * elapsed, 0.03);
-  EXPECT_NEAR(after.twist.twist.angular.z, rate, 0.01);
-  EXPECT_NEAR(after.pose.pose.position.x - before.pose.pose.position.x, 0.0, 0.01);
-}
-
-TEST_F(AsDiffDrive, Limits) {
-  for (const char* axis : {"/linear/x", "/angular/z"}) {
-    const double scale = axis[1] == 'l' ? 1.0 : 2.0;
-    node.setParam(name + axis + "/has_velocity_limits", true);
-    node.setParam(name + axis + "/max_velocity", 1.0 * scale);
-    node.setParam(name + axis + "/has_acceleration_limits", true);
-    node.setParam(name + axis + "/max_acceleration", 1.0 * scale);
-    node.setParam(name + axis + "/has_jerk_limits", true);
-    node.setParam(name + axis + "/max_jerk", 5.0 * scale);
-  }
-  node.setParam(name + "/linear/x/min_velocity", -0.5);
-  node.setParam(name + "/linear/x/min_acceleration", -0.5);
-  startController();
-  command(10.0, 0.0);
-  EXPECT_NEAR(run(0.5).twist.twist.linear.x, 0.37, 0.1) << "by the jerk";
-  EXPECT_LT(run(4.5).twist.twist.linear.x, 1.02);
-  command(0.0, 0.0);
-  run(5.0);
-  command(0.0, 10.0);
-  EXPECT_LT(run(0.5).twist.twist.angular.z, 1.02);
-  EXPECT_LT(run(4.5).twist.twist.angular.z, 2.02);
-}
-
-TEST_F(AsDiffDrive, NoPositionsGiveNoNumbersThatAreNone) {
-  startController();
-  command(0.1, 0.0);
-  run(1.0);
-  robot.works = false;
-  for (const auto& message : {run(2.0), (robot.works = true, run(2.0))}) {
-    EXPECT_TRUE(std::isfinite(message.twist.twist.linear.x));
-    EXPECT_TRUE(std::isfinite(message.pose.pose.position.x));
-    EXPECT_TRUE(std::isfinite(message.pose.pose.orientation.z));
-    EXPECT_TRUE(std::isfinite(robot.command(0)));
-  }
-}
-
-TEST_F(AsDiffDrive, StopsAfterItsTimeout) {
-  node.setParam(name + "/cmd_vel_timeout", 0.5);
-  startController();
-  const auto before = odometry;
-  command(1.0, 0.0);
-  EXPECT_LT(run(3.0).pose.pose.position.x - before.pose.pose.position.x, 0.8);
-  EXPECT_EQ(robot.command(0), 0.0);
-}
-
-TEST_F(AsDiffDrive, OpenLoop) {
-  node.setParam(name + "/open_loop", true);
-  startController();
-  const auto before = odometry;
-  command(0.1, 0.0);
-  const auto after = run(10.0);
-  const double elapsed = (after.header.stamp - before.header.stamp).toSec();
-  EXPECT_NEAR(after.pose.pose.position.x - before.pose.pose.position.x, 0.1 * elapsed, 0.01);
 }
 
 }  // namespace

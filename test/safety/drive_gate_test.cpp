@@ -49,12 +49,6 @@ TEST(OverdueInputs, EachHasItsInclusiveDeadlineOnBothSidesOfNow) {
   }
 }
 
-TEST(OverdueInputs, ZeroDisablesADeadline) {
-  const InputAges old{100.0, 100.0, 100.0, 100.0, 100.0};
-  EXPECT_EQ(overdue(old, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}), StopCause::none);
-  EXPECT_EQ(overdue(old, {0.0, 0.2, 0.0, 0.0, 0.0, 0.0}), StopCause::wheels_late);
-}
-
 /// Pairs are late only while both sources go on: the last pair of a slow or silent one may be older than its deadline.
 TEST(OverdueInputs, PairsAreUnpairedOnlyWhileBothSourcesGoOn) {
   for (double InputAges::*silent : {&InputAges::imu, &InputAges::wheels}) {
@@ -70,22 +64,6 @@ TEST(OverdueInputs, PairsAreUnpairedOnlyWhileBothSourcesGoOn) {
   EXPECT_EQ(overdue(ages), StopCause::none);
   ages.unpaired = 0.11;
   EXPECT_EQ(overdue(ages), StopCause::unpaired);
-}
-
-TEST(OverdueInputs, PairsHaveTheLongerOfTheTwoDeadlines) {
-  const struct {
-    double wheels, imu, age;
-    StopCause cause;
-  } rows[] = {{0.2, 0.6, 0.6, StopCause::none},       {0.6, 0.2, 0.6, StopCause::none},
-              {0.2, 0.6, 0.601, StopCause::unpaired}, {0.6, 0.2, 0.601, StopCause::unpaired},
-              {0.2, 0.0, 100.0, StopCause::none},     {0.0, 0.2, 100.0, StopCause::none}};
-  for (const auto& row : rows) {
-    DeadlineParameters deadlines;
-    deadlines.wheels = row.wheels;
-    deadlines.imu = row.imu;
-    EXPECT_EQ(overdue(aged(&InputAges::measurement, row.age), deadlines), row.cause)
-        << row.wheels << ", " << row.imu << ", " << row.age;
-  }
 }
 
 TEST(StopCauses, WorstCountsAndEachHasAText) {
@@ -174,42 +152,6 @@ class DriveGateTest : public testing::Test {
   WheelCommand command;
   double largest_jump = 0.0;
 };
-
-TEST_F(DriveGateTest, IsIdleUntilASetPointComes) {
-  expectStep(with(StopCause::set_point_missing), DriveStatus::idle, StopCause::set_point_missing);
-  EXPECT_EQ(command, WheelCommand{});
-  expectStep(clear, DriveStatus::driving, StopCause::none);
-}
-
-TEST_F(DriveGateTest, BrakesToZeroAndStopsAndStartsAgain) {
-  steps(clear, 1.0);
-  ASSERT_NEAR(speed(), 1.0, 1e-9);
-  expectStep(with(StopCause::imu_late), DriveStatus::braking, StopCause::imu_late);
-  EXPECT_NEAR(speed(), 1.0 - 1.0 / 17.0, 1e-9) << "slows down in the first step, 1 m/s at 3 m/s^2 in 17 of them";
-  EXPECT_EQ(steps(with(StopCause::imu_late), 16 * kPeriod).status, DriveStatus::braking);
-  EXPECT_EQ(command, WheelCommand{});
-  expectStep(with(StopCause::imu_late), DriveStatus::stopped, StopCause::imu_late);
-  expectStep(clear, DriveStatus::driving, StopCause::none);
-  EXPECT_NEAR(speed(), 0.4, 1e-9) << "from zero, at the acceleration limit";
-}
-
-TEST_F(DriveGateTest, CompletesABrakeWhoseCauseIsGone) {
-  steps(clear, 1.0);
-  step(with(StopCause::wheels_late));
-  for (int i = 0; i < 16; ++i) {
-    const double last = speed();
-    expectStep(clear, DriveStatus::braking, StopCause::wheels_late);
-    EXPECT_LT(speed(), last);
-  }
-  EXPECT_EQ(command, WheelCommand{});
-  EXPECT_EQ(step(clear).status, DriveStatus::driving);
-}
-
-TEST_F(DriveGateTest, StopsAtRestWithoutABrake) {
-  wanted = 0.0;
-  steps(clear, 0.1);
-  EXPECT_EQ(step(with(StopCause::set_point_late)).status, DriveStatus::stopped);
-}
 
 TEST_F(DriveGateTest, EmergencyBrakesAtTheHardestLimit) {
   const struct {
@@ -317,23 +259,6 @@ TEST_F(DriveGateTest, ActionThatIsNotFiniteBrakesAsAFault) {
   expectStep(clear, DriveStatus::braking, StopCause::belief_diverged);
   EXPECT_EQ(steps(clear, 2.0).status, DriveStatus::faulted);
   EXPECT_EQ(step(zero).status, DriveStatus::driving);
-}
-
-TEST_F(DriveGateTest, StartLatchesUnderAnyRestartPolicy) {
-  GateParameters parameters;
-  parameters.restart_after_stop = RestartPolicy::at_once;
-  gate = DriveGate(parameters, kGeometry, kPeriod);
-  EXPECT_EQ(steps(clear, 5.0).cause, StopCause::start);
-  EXPECT_EQ(steps(with(StopCause::emergency_stop), 1.0).cause, StopCause::emergency_stop) << "told first";
-  expectLatched(5.0, DriveStatus::stopped, StopCause::start);
-  EXPECT_EQ(step(with(StopCause::set_point_missing, true)).status, DriveStatus::idle);
-  EXPECT_EQ(step(clear).status, DriveStatus::driving);
-}
-
-TEST_F(DriveGateTest, ReleasesTheLatchOfTheStartAlone) {
-  steps(with(StopCause::emergency_stop), 1.0);
-  gate.release();
-  EXPECT_EQ(step(clear).cause, StopCause::emergency_stop);
 }
 
 TEST_F(DriveGateTest, ResetForgetsMotionFaultBrakeAndDivergedAction) {

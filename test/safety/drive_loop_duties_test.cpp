@@ -140,17 +140,6 @@ class DriveLoopDuties : public testing::Test {
   std::vector<double> changes;  // of the command from one action to the next [rad/s]
 };
 
-TEST_F(DriveLoopDuties, RunsTheBeliefStepsAndActionsOfTheElapsedTime) {
-  run(1000);
-  EXPECT_EQ(status(), DriveStatus::driving) << why();
-  EXPECT_NEAR(controller->beliefs, 1000, 20);
-  EXPECT_NEAR(commands, 50, 1);
-  const int beliefs = controller->beliefs, actions = controller->actions;
-  run(200);
-  EXPECT_EQ(controller->beliefs, beliefs + 200);
-  EXPECT_EQ(controller->actions, actions + 10);
-}
-
 TEST_F(DriveLoopDuties, BeliefStepOfAnInstantFollowsTheMessagesOfThatInstant) {
   loop.advance(now);
   const int before = controller->beliefs;
@@ -158,16 +147,6 @@ TEST_F(DriveLoopDuties, BeliefStepOfAnInstantFollowsTheMessagesOfThatInstant) {
   EXPECT_EQ(controller->beliefs, before + 4);
   loop.updateBelief(now + 5 * kTick);
   EXPECT_EQ(controller->beliefs, before + 5);
-}
-
-TEST_F(DriveLoopDuties, ControllerHoldsTheCommandThatPassesTheGate) {
-  controller->wanted = {30.0, 30.0};
-  run(40);
-  ASSERT_EQ(status(), DriveStatus::driving) << why();
-  EXPECT_EQ(controller->held, command);
-  EXPECT_LT(command.left, 30.0);
-  EXPECT_EQ(loop.action(), controller->wanted) << "before the limits";
-  EXPECT_EQ(loop.command(), command);
 }
 
 TEST_F(DriveLoopDuties, BrakeOverrulesTheControllerAndKeepsItsBelief) {
@@ -201,23 +180,6 @@ TEST_F(DriveLoopDuties, DivergedBeliefIsResetWithTheSetPointUntilItIsPlausible) 
 
 // ---- measurements
 
-TEST_F(DriveLoopDuties, AnswersWhetherASampleWasTaken) {
-  run(100);
-  now += kTick;
-  EXPECT_TRUE(measure());
-  EXPECT_EQ(loop.status().rejected_measurements, 0u);
-  EXPECT_FALSE(measure()) << "the same stamp";
-  EXPECT_EQ(loop.status().rejected_measurements, 1u);
-  now += kTick;
-  controller->verdict = SampleVerdict::incomplete;
-  EXPECT_FALSE(measure()) << "received, but does not count";
-  EXPECT_EQ(loop.status().rejected_measurements, 1u);
-  controller->verdict = SampleVerdict::not_finite;
-  now += kTick;
-  EXPECT_FALSE(measure());
-  EXPECT_EQ(loop.status().rejected_measurements, 2u);
-}
-
 TEST_F(DriveLoopDuties, SourcesThatDoNotPairStop) {
   run(100);
   for (int i = 0; i < 400; ++i) {
@@ -227,23 +189,6 @@ TEST_F(DriveLoopDuties, SourcesThatDoNotPairStop) {
   }
   EXPECT_NE(status(), DriveStatus::driving);
   EXPECT_EQ(why(), "stamps of wheel speeds and IMU data do not pair");
-}
-
-TEST_F(DriveLoopDuties, SourceIsObservedAloneWhileTheOtherIsSilent) {
-  EXPECT_FALSE(receive(true, now)) << "nothing has come yet: the other may";
-  for (const bool of_wheels : {true, false}) {
-    run(500);
-    EXPECT_FALSE(receive(true, now)) << "a pair will come";
-    EXPECT_FALSE(receive(false, now));
-    for (int i = 0; i < 400; ++i) {
-      run(1, false);
-      if (i % 20 == 0) receive(of_wheels, now);
-    }
-    now += kTick;
-    EXPECT_TRUE(receive(of_wheels, now));
-    EXPECT_EQ(controller->last.valid.yaw_rate, !of_wheels);
-    EXPECT_EQ(controller->last.valid.wheel_left, of_wheels);
-  }
 }
 
 TEST_F(DriveLoopDuties, RepeatedWheelSpeedsAreFrozenWhileAWheelTurnsOrIsCommandedTo) {
@@ -271,21 +216,6 @@ TEST_F(DriveLoopDuties, RepeatedWheelSpeedsAreFrozenWhileAWheelTurnsOrIsCommande
   }
 }
 
-TEST_F(DriveLoopDuties, ReadingsBeyondFiveTimesTheLimitsDoNotCount) {
-  run(100);
-  const struct {
-    double yaw_rate, wheel;
-    bool gyro, encoder;
-  } rows[] = {{15.0, 4.0, true, true}, {25.0, 4.0, false, true}, {0.1, 120.0, true, true}, {0.1, 140.0, true, false}};
-  for (const auto& row : rows) {
-    yaw_rate = row.yaw_rate;
-    wheels.left = row.wheel;
-    run(40);
-    EXPECT_EQ(controller->last.valid.yaw_rate, row.gyro) << yaw_rate;
-    EXPECT_EQ(controller->last.valid.wheel_left, row.encoder) << wheels.left;
-  }
-}
-
 TEST_F(DriveLoopDuties, LateFeedbackStopsARobotThatHadFeedback) {
   run(500);
   EXPECT_EQ(why(), "") << "a robot without feedback";
@@ -298,32 +228,7 @@ TEST_F(DriveLoopDuties, LateFeedbackStopsARobotThatHadFeedback) {
   EXPECT_EQ(why(), "feedback of the motors too old");
 }
 
-TEST_F(DriveLoopDuties, OldStampsAreLateHoweverOftenTheyCome) {
-  run(500);
-  for (int i = 0; i < 100; ++i) {
-    run(1);
-    SensorReading old = reading(true, now);
-    old.observation.stamp = now - 0.5;
-    loop.receiveWheels(old, now);
-  }
-  EXPECT_EQ(why().substr(0, 20), "wheel speeds too old") << why();
-}
-
 // ---- time
-
-TEST_F(DriveLoopDuties, LateTimerCatchesUpAtTheAccelerationLimit) {
-  controller->wanted = {1.0, 1.0};
-  run(60);
-  ASSERT_EQ(status(), DriveStatus::driving) << why();
-  runToAction();
-  controller->wanted = {100.0, 100.0};
-  const double before = command.left;
-  const int actions = controller->actions;
-  now += 3.0 * kPeriod;
-  command = loop.advance(now).value();
-  EXPECT_EQ(controller->actions, actions + 3);
-  EXPECT_NEAR(command.left - before, 3.0 * kLargestChange, 1e-6);
-}
 
 TEST_F(DriveLoopDuties, PeriodsDueShortlyAfterALateActionAreOneAction) {
   run(60);
@@ -483,15 +388,6 @@ TEST_F(SharedMotors, AreNotHandedOverInABrakeOrAfterAStart) {
   loop.start({}, now);
   run(200);
   EXPECT_FALSE(loop.status().handed_over);
-}
-
-TEST_F(DriveLoopDuties, MotorsThatAreNotSharedAreNeverHandedOver) {
-  for (int i = 0; i < 1000; ++i) {
-    if (i % 20 == 3) loop.applied({-3.0, -2.0}, AppliedSource::drive, now);
-    run(1);
-  }
-  EXPECT_FALSE(loop.status().handed_over);
-  EXPECT_EQ(command, controller->wanted);
 }
 
 TEST_F(SharedMotors, AreHandedOverWhenTheWheelsDoOtherThanCommanded) {

@@ -385,38 +385,6 @@ TEST(DriveLoop, LossOfTheImuIsToldOnceAndTheWheelsAreObservedAlone) {
   }
 }
 
-TEST_F(ThesisLoop, ImpossibleReadingsStopTheRobotOnlyWhenItIsToDrive) {
-  drive(1.0, "wip");
-  drive(1.0, "x");
-  EXPECT_EQ(status(), DriveStatus::idle) << why();
-  EXPECT_NE(loop.status().decision.cause, StopCause::sensor_fault) << why();
-  for (int i = 0; i < 50; ++i) {
-    drive(kPeriod, "xs");
-    EXPECT_EQ(command, WheelCommand{}) << i;
-  }
-  EXPECT_EQ(loop.status().decision.cause, StopCause::sensor_fault) << why();
-}
-
-TEST(DriveLoop, ObservationOfOneWheelOrOneImuChannelIsOneOfItsSource) {
-  for (const bool left : {true, false}) {
-    for (const bool gyro : {true, false}) {
-      DriveLoop loop(thesis(), makeController(thesis()));
-      loop.advance(10.0);
-      for (int k = 1; k <= 50; ++k) {
-        Observation y;
-        y.stamp = 10.0 + kPeriod * k;
-        y.valid = {gyro, left, !left, !gyro};
-        loop.observe(y, y.stamp);
-        loop.setSetPoint({0.1, 0.0, 0.0}, y.stamp);
-        loop.advance(y.stamp);
-        const StopCause cause = loop.status().decision.cause;
-        EXPECT_NE(cause, StopCause::wheels_missing) << "only " << (left ? "left" : "right") << ", sample " << k;
-        EXPECT_NE(cause, StopCause::imu_missing) << "only " << (gyro ? "gyro" : "accelerometer") << ", sample " << k;
-      }
-    }
-  }
-}
-
 TEST(DriveLoop, OdometryIgnoresImpossibleSamples) {
   for (const double impossible : {1e300, 1e4, std::numeric_limits<double>::quiet_NaN()}) {
     DriveLoop loop(thesis(), makeController(thesis()));
@@ -448,21 +416,6 @@ TEST_F(ThesisLoop, StartForgetsThatTheImuRepeated) {
   EXPECT_EQ(why(), "");
   drive(0.4);
   EXPECT_EQ(why(), "yaw rate lost");
-}
-
-TEST_F(PredictiveLoop, RefusesSamplesStampedAheadOfTheClock) {
-  drive(2.0);
-  Observation ahead = sample();
-  ahead.stamp += 100.0;
-  EXPECT_FALSE(loop.observe(ahead, now));
-  loop.receiveWheels(reading(ahead, {}, now), now);
-  loop.receiveImu(reading(ahead, {}, now), now);
-  EXPECT_EQ(loop.status().rejected_measurements, 3u);
-  drive(1.0);
-  expect(DriveStatus::driving, "");
-  EXPECT_EQ(loop.status().brakes, 0u);
-  EXPECT_EQ(loop.status().rejected_measurements, 3u);
-  EXPECT_NEAR(loop.predictive()->measurement().stamp, now, 0.021);
 }
 
 TEST(DriveLoop, RepeatedWheelSpeedsStopUnlessTheyMayRepeat) {
@@ -533,18 +486,6 @@ TEST_F(PredictiveLoop, LearnedModelOutlastsAClockThatRanBack) {
   EXPECT_EQ(controller.learned().slip.effective_track, 0.6);
 }
 
-TEST_F(ThesisLoop, StallIsCountedAndTheCommandDoesNotJump) {
-  drive(2.0);
-  const WheelCommand before = command;
-  start += 0.5;
-  drive(kPeriod);
-  EXPECT_GT(loop.status().dropped_periods, 10u);
-  // The clock may have jumped.
-  EXPECT_LE((command.vector() - before.vector()).cwiseAbs().maxCoeff(), 20.0 * 1.25 * kPeriod / kRadius);
-  drive(1.0);
-  EXPECT_EQ(status(), DriveStatus::driving) << why();
-}
-
 /// Drives by a timer that is set to the time that the loop asks for.
 TEST_F(ThesisLoop, TimerIsSetToRightAfterTheMeasurements) {
   drive(0.1, "");
@@ -563,65 +504,6 @@ TEST_F(ThesisLoop, TimerIsSetToRightAfterTheMeasurements) {
   EXPECT_LE(*std::max_element(ages.begin() + 5, ages.end()), 1.5 * kTick);
   loop.start({}, now);
   EXPECT_NEAR(loop.nextDue(now, now), now + kPeriod, 1e-6) << "a start forgets the measurements";
-}
-
-/// Two loops get the same inputs at the same times, one of them a call at every belief step as well.
-void expectSameWithoutBeliefTimer(const DriveParameters& parameters) {
-  DriveLoop timed(parameters, makeController(parameters)), untimed(parameters, makeController(parameters));
-  timed.release();
-  untimed.release();
-  WheelVector speed = WheelVector::Zero();
-  WheelCommand command;
-  int commands = 0;
-  const SkidSteerKinematics kinematics{GeometryParameters{}};
-  for (long tick = 0; tick < 6000; ++tick) {
-    const double now = 10.0 + kTick * static_cast<double>(tick);
-    speed += (command.vector() - speed) * kTick / 0.1;
-    timed.updateBelief(now);
-    if (tick % 20 == 0) {
-      const auto with = timed.advance(now), without = untimed.advance(now);
-      ASSERT_EQ(with, without) << tick;
-      ASSERT_EQ(timed.controller().believedVelocity(), untimed.controller().believedVelocity()) << tick;
-      ASSERT_EQ(timed.status().faults_detected, untimed.status().faults_detected) << tick;
-      if (!with) continue;
-      command = *with;
-      ++commands;
-    }
-    const double between = now + 0.0004;  // the messages
-    for (DriveLoop* loop : {&timed, &untimed}) {
-      if (tick % 20 == 7) {
-        const BodyVector body = kinematics.bodyVelocity({speed(0), speed(1)});
-        Observation y;
-        y.stamp = between;
-        y.wheel_left = speed(0) + 0.001 * static_cast<double>(tick % 7);
-        y.wheel_right = speed(1);
-        y.yaw_rate = body(kYaw);
-        loop->receiveWheels(reading(y, {}, between), between);
-        loop->observe(y, between);
-      }
-      if (tick % 130 == 0) loop->setSetPoint({0.3, 0.0, 0.1 * static_cast<double>(tick % 3)}, between);
-      if (tick % 50 == 33) loop->applied(command, AppliedSource::drive, between);
-      if (tick == 2011) loop->freezeLearning(true, between);
-      if (tick == 3017) loop->freezeLearning(false, between);
-      const auto* gains = std::get_if<ControllerParameters>(&parameters.controller);
-      if (tick != 4013 || gains == nullptr) continue;
-      ControllerParameters other = *gains;
-      other.kappa_a *= 0.9;
-      loop->adoptGains(other, between);
-    }
-  }
-  EXPECT_GT(commands, 290);
-  EXPECT_GT(command.left, 1.0) << "it drives";
-}
-
-TEST(DriveLoop, IsTheSameWithoutABeliefTimer) {
-  for (DriveParameters parameters : {thesis(), predictive()}) {
-    if (!parameters.plant_model) parameters.plant_model = PlantModel{};
-    for (const bool shared : {false, true}) {
-      parameters.motors_shared = shared;
-      expectSameWithoutBeliefTimer(parameters);
-    }
-  }
 }
 
 // ---- recorded inputs

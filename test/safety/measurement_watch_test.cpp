@@ -66,27 +66,6 @@ void judge(MeasurementWatch& watch, Observation sample, const SensorHealth& heal
 
 // ---- loss policy
 
-TEST(MeasurementWatch, LostImuIsToleratedByPolicy) {
-  MeasurementWatch drives(parameters(kDrive, kStop, kStop)), stops(parameters(kStop, kDrive, kDrive));
-  EXPECT_EQ(after(drives, {}), StopCause::none);
-  EXPECT_EQ(after(drives, {StopCause::unpaired}), StopCause::unpaired);
-  EXPECT_EQ(reason(drives), "");
-  for (StopCause cause : {StopCause::imu_late, StopCause::imu_frozen, StopCause::imu_missing}) {
-    EXPECT_EQ(after(drives, {StopCause::unpaired, cause}), StopCause::none) << text(cause);
-    EXPECT_EQ(reason(drives), "yaw rate lost");
-    EXPECT_EQ(after(stops, {StopCause::unpaired, cause}), cause);
-  }
-  EXPECT_EQ(after(drives, {}), StopCause::none);
-  EXPECT_EQ(reason(drives), "") << "it is back";
-}
-
-TEST(MeasurementWatch, LostWheelsStopTheThesisController) {
-  MeasurementWatch watch(parameters(kDrive, kDrive, kDrive));
-  EXPECT_EQ(after(watch, {StopCause::wheels_late, StopCause::unpaired}), StopCause::wheels_late);
-  EXPECT_EQ(after(watch, {StopCause::wheels_frozen, StopCause::imu_late}), StopCause::wheels_frozen);
-  EXPECT_EQ(reason(watch), "") << "the cause says it";
-}
-
 TEST(MeasurementWatch, PredictiveControllerDrivesOnItsModelForASecond) {
   MeasurementWatch watch(onModel());
   judge(watch, sampleAt(1.0));
@@ -97,35 +76,7 @@ TEST(MeasurementWatch, PredictiveControllerDrivesOnItsModelForASecond) {
   EXPECT_EQ(after(watch, {StopCause::wheels_late}, 6.1), StopCause::wheels_late);
 }
 
-TEST(MeasurementWatch, OpenLoopNeedsNoSensor) {
-  MeasurementWatch watch(parameters(kStop, kStop, kStop, LossTolerance::open_loop));
-  EXPECT_EQ(after(watch, {StopCause::wheels_missing, StopCause::imu_missing, StopCause::unpaired}), StopCause::none);
-  judge(watch, sampleAt(1.0));
-  EXPECT_EQ(after(watch, {StopCause::wheels_late, StopCause::imu_late}, 9.0), StopCause::none);
-}
-
 // ---- start
-
-TEST(MeasurementWatch, StartWaitsASecondForTheOtherSource) {
-  for (const double first : {1.0, 60.0}) {
-    MeasurementWatch watch(parameters(kDrive, kDrive, kStop));
-    for (const double now : {0.0, first - 0.5}) {
-      EXPECT_EQ(after(watch, {StopCause::unpaired, StopCause::imu_missing, StopCause::wheels_missing}, now),
-                StopCause::wheels_missing);
-      EXPECT_FALSE(watch.started());
-      EXPECT_EQ(reason(watch), "");
-    }
-    for (const double wait : {0.0, 0.5, 0.9, 1.1}) {
-      const StopCause cause = after(watch, {StopCause::unpaired, StopCause::imu_missing}, first + wait);
-      EXPECT_EQ(cause, wait < 1.0 ? StopCause::imu_missing : StopCause::none) << wait;
-      EXPECT_EQ(watch.started(), wait > 1.0) << wait;
-      EXPECT_EQ(reason(watch), wait > 1.0 ? "yaw rate lost" : "") << wait;
-    }
-  }
-  MeasurementWatch paired(parameters(kDrive, kDrive, kStop));
-  judge(paired, sampleAt(1.0));
-  EXPECT_TRUE(paired.started());
-}
 
 TEST(MeasurementWatch, RestartWaitsForTheFirstMeasurementsAgain) {
   MeasurementWatch watch(onModel());
@@ -246,61 +197,6 @@ TEST(MeasurementWatch, SourceThatComesBackCountsAtOnce) {
 }
 
 // ---- the fault monitor
-
-/// Whether a gyro that turns by itself is found within some samples.
-bool findsTheFault(MeasurementWatch& watch, double now, int samples) {
-  for (int i = 0; i < samples; ++i) {
-    const double noise = 0.001 * (i % 5);
-    Observation sample = sampleAt(now + 0.02 * i, noise, 1.0 + noise);
-    sample.acceleration_x = noise;
-    judge(watch, sample);
-    for (int step = 0; step < 20; ++step) watch.advance(WheelCommand{}, 0.001);
-  }
-  return !reason(watch).empty();
-}
-
-TEST(MeasurementWatch, FindsNoFaultWhileItRecoversFromAStall) {
-  MeasurementWatch watch(monitored(kDrive, kDrive, kStop));
-  EXPECT_TRUE(findsTheFault(watch, 1.0, 25));
-  watch.restartAfterStall(2.0);
-  EXPECT_FALSE(findsTheFault(watch, 2.0, 15));
-  EXPECT_TRUE(watch.recoversFromStall(2.29));
-  EXPECT_FALSE(watch.recoversFromStall(2.31));
-  EXPECT_TRUE(findsTheFault(watch, 2.3, 25));
-}
-
-TEST(MeasurementWatch, ExcludedGyroIsALossLikeASilentOne) {
-  for (const LossAction imu : {kDrive, kStop}) {
-    MeasurementWatch watch(monitored(imu, kDrive, kDrive));
-    ASSERT_TRUE(findsTheFault(watch, 1.0, 40));
-    EXPECT_EQ(watch.detected(), 1u) << "one fault, however long it lasts";
-    EXPECT_EQ(after(watch, {}, 1.8), imu == kDrive ? StopCause::none : StopCause::sensor_fault);
-    EXPECT_EQ(watch.causes(kSound, 1.8, true).worst(), StopCause::none) << "no stop of a robot that stands";
-    watch.reset();
-    EXPECT_FALSE(watch.report()->faulty());
-    EXPECT_EQ(after(watch, {}, 1.8), StopCause::none);
-  }
-}
-
-TEST(MeasurementWatch, PushedRobotIsMovedAndHasNoFault) {
-  MeasurementWatch watch(monitored(kDrive, kDrive, kStop));
-  for (int i = 0; i < 300; ++i) {
-    const double noise = 0.001 * (i * 7 % 5), push = i > 100 && i < 200 ? 4.0 : 0.0;
-    Observation sample = sampleAt(1.0 + 0.02 * i, push + noise, noise);
-    sample.acceleration_x = noise;
-    judge(watch, sample);
-    for (int step = 0; step < 20; ++step) watch.advance(WheelCommand{0.01, -0.01}, 0.001);
-    const StopCause cause = watch.causes(kSound, sample.stamp, false).worst();
-    if (i < 100 || i > 210) {
-      EXPECT_EQ(cause, StopCause::none) << "sample " << i;
-    }
-    if (i > 106 && i < 199) {
-      EXPECT_EQ(cause, StopCause::moved) << "sample " << i;
-    }
-    EXPECT_EQ(reason(watch), "") << "sample " << i;
-  }
-  EXPECT_EQ(watch.detected(), 0u);
-}
 
 /// The watch of a robot that drives with 5 rad/s of its wheels.
 struct DrivingWatch {

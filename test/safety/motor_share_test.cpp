@@ -32,58 +32,6 @@ class MotorShareTest : public testing::Test {
   WheelCommand before_, delayed_;
 };
 
-TEST_F(MotorShareTest, AppliedCommandIsOfTheBestSource) {
-  EXPECT_FALSE(share.applied(1.0));
-  EXPECT_TRUE(share.ours(1.0));
-  for (const double speed : {1.0, 2.0, 3.0}) {
-    share.apply(speed, {speed, speed}, AppliedSource::wheels);
-    EXPECT_EQ(share.applied(speed), (WheelCommand{speed, speed}));
-  }
-  for (const AppliedSource source : {AppliedSource::twist, AppliedSource::drive}) {
-    share.apply(4.0, {4.0, 4.0}, source);
-    share.apply(4.0, {5.0, 5.0}, AppliedSource::wheels);
-    EXPECT_EQ(share.applied(4.0), (WheelCommand{4.0, 4.0}));
-  }
-}
-
-TEST_F(MotorShareTest, MovingOrRampedCommandsOfOursAreOurs) {
-  for (int i = 0; i < 500; ++i) {
-    step({5.0 * std::sin(0.02 * i), -5.0 * std::sin(0.03 * i)});
-    ASSERT_TRUE(share.ours(time_)) << i;
-  }
-  steps(1.0, {});
-  WheelCommand ramp;  // of a multiplexer with an acceleration limit
-  for (int i = 0; i < 100; ++i) {
-    ramp.left = ramp.right = std::min(5.0, ramp.left + 0.05);
-    step({5.0, 5.0}, &ramp);
-    ASSERT_TRUE(share.ours(time_)) << ramp.left;
-  }
-  const WheelCommand wish{5.0, 5.0};
-  steps(3.0, wish, &wish);
-  EXPECT_TRUE(share.ours(time_)) << "another source with the same command";
-}
-
-TEST_F(MotorShareTest, AnothersCommandsAreDetectedAndTakenBackWithoutAJump) {
-  const WheelCommand wish{5.0, 5.0}, joystick{2.0, -1.0};
-  steps(2.0, wish);
-  steps(MotorShare::kPatience + 3 * kPeriod, wish, &joystick);
-  EXPECT_FALSE(share.ours(time_));
-  for (int i = 0; i < 150; ++i) {
-    step(wish, &joystick);
-    ASSERT_FALSE(share.ours(time_)) << "our offers are near the joystick's command";
-  }
-  const WheelCommand offer = share.offer(wish);
-  EXPECT_LE(std::abs(offer.left - joystick.left), MotorShare::kOffer);
-  EXPECT_LE(std::abs(offer.right - joystick.right), MotorShare::kOffer);
-  EXPECT_GT(offer.left, joystick.left) << "towards our wish";
-  EXPECT_GT(offer.right, joystick.right);
-  steps(0.1, wish);
-  EXPECT_TRUE(share.ours(time_));
-  steps(1.0, wish, &joystick);
-  ASSERT_FALSE(share.ours(time_));
-  EXPECT_TRUE(share.ours(time_ + MotorShare::kSilence + 0.01)) << "nothing is known any more";
-}
-
 TEST_F(MotorShareTest, OffersAroundAnothersCommandDoNotMakeItOurs) {
   const WheelCommand joystick{2.0, 2.0};
   steps(1.0, {});

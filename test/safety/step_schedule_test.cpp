@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
 #include <string>
 
 namespace jackal_aic {
@@ -40,42 +39,6 @@ std::string periods(int n) {
   return steps;
 }
 
-TEST(StepSchedule, SequenceDoesNotDependOnHowTheTimersAreServed) {
-  std::mt19937 random(3);
-  for (int trial = 0; trial < 200; ++trial) {
-    Timers timers;
-    for (int t = 1; t <= 100; ++t) {
-      const bool action = t % 20 == 0;
-      const bool on_time = trial == 0, action_first = !on_time && random() % 2 == 0;
-      if (action && action_first) timers.action(t);
-      if (on_time) timers.belief(t);
-      if (!on_time && random() % 3 != 0) timers.belief(t + static_cast<double>(random() % kMs) / kMs);
-      if (action && !action_first) timers.action(t);
-    }
-    EXPECT_EQ(timers.steps.substr(0, 105), periods(5));
-    if (trial == 0) {
-      EXPECT_EQ(timers.steps.size(), 105u);
-    }
-  }
-}
-
-TEST(StepSchedule, BeliefWaitsAtTheBoundaryForALateAction) {
-  Timers timers;
-  timers.belief(50);
-  EXPECT_EQ(timers.steps, std::string(20, 'b'));
-  timers.action(40);
-  EXPECT_EQ(timers.steps, periods(2));
-}
-
-TEST(StepSchedule, LateTimerCatchesUpByWholePeriodsUpToABound) {
-  Timers timers;
-  timers.action(60);
-  EXPECT_EQ(timers.steps, periods(3));
-  timers.action(60 + 20 * 12);
-  EXPECT_EQ(timers.steps, periods(8));
-  EXPECT_EQ(timers.schedule.droppedPeriods(), 7u);
-}
-
 TEST(StepSchedule, TimerThatIsPutOffOrBroughtForwardRunsEveryStepOnce) {
   Timers late;
   late.action(27);
@@ -108,31 +71,6 @@ TEST(StepSchedule, NothingIsDueBeforeTheStartOrTwiceAtOnce) {
   timers.action(120);
   timers.action(120);
   EXPECT_EQ(timers.steps, periods(1));
-}
-
-TEST(StepSchedule, KeepsARateThatDoesNotDivideTheCallersClock) {
-  StepSchedule schedule(1000000000 / 300, 10, 5);
-  schedule.start(0);
-  int beliefs = 0, actions = 0;
-  for (std::int64_t t = 1; t <= 1000; ++t) {
-    const std::int64_t now = t * kMs;
-    for (int due = schedule.beliefStepsDue(now); due > 0; --due, ++beliefs) schedule.beliefStepDone();
-    const std::int64_t boundary = schedule.lastBoundary(now);
-    for (int due = schedule.actionPeriodsDue(boundary); due > 0; --due, ++actions) {
-      for (; schedule.beliefStepsLeft() > 0; ++beliefs) schedule.beliefStepDone();
-      schedule.actionStepDone(boundary);
-    }
-  }
-  EXPECT_EQ(actions, 30);
-  EXPECT_EQ(beliefs, 300);
-}
-
-TEST(StepSchedule, EqualRatesAlternate) {
-  StepSchedule schedule(20 * kMs, 1, 5);
-  schedule.start(0);
-  EXPECT_EQ(schedule.beliefStepsDue(19 * kMs), 0);
-  EXPECT_EQ(schedule.beliefStepsDue(20 * kMs), 1);
-  EXPECT_EQ(schedule.actionPeriodsDue(20 * kMs), 1);
 }
 
 }  // namespace

@@ -77,36 +77,6 @@ TEST(Analyze, SaysWhatTheFiguresMean) {
   }
 }
 
-TEST(Analyze, SaysWhereTheSearchForAMarginEnded) {
-  const TemporaryFile gains(
-      "controller: {belief_rate: 50, action_rate: 50, integrator: exact, orders: 0, tau: 0.001, kappa_mu: 0.1, "
-      "kappa_a: 0.01, state_variances: [1.5], sensory_variances: [2.0]}");
-  const std::string text = output({gains.path(), "--plant", config("plant_model.yaml")});
-  EXPECT_NE(text.find("# s more dead time; at least"), std::string::npos) << text;
-  EXPECT_NE(text.find("# x the action gain; at least"), std::string::npos) << text;
-  EXPECT_EQ(YAML::Load(text)["delay_margin_s"].as<double>(), 1.0);
-  EXPECT_EQ(YAML::Load(text)["gain_margin"].as<double>(), 1000.0);
-}
-
-TEST(Analyze, ShowsHowFarARadiusIsBelowOne) {
-  const TemporaryFile gains(
-      "controller: {belief_rate: 1000, action_rate: 50, integrator: exact, orders: 2, tau: 2.673e-4, kappa_mu: "
-      "0.001005, kappa_a: 6.175, "
-      "state_variances: [401.3, 1.0e+06, 5.982e-4], sensory_variances: [2.0, 0.1, 1.141e+11]}");
-  const double radius =
-      figures({gains.path(), "--plant", config("plant_model.yaml")})["belief_spectral_radius"].as<double>();
-  EXPECT_GT(radius, 0.9999);
-  EXPECT_LT(radius, 1.0);
-}
-
-TEST(Analyze, TakesARobotOnABox) {
-  const YAML::Node box = figures({config("improved.yaml"), "--plant", config("plant_model_box.yaml")});
-  EXPECT_TRUE(box["plant_model"]["on_box"].as<bool>());
-  const double straight = box["straight"]["spectral_radius"].as<double>();
-  const double turn = box["turn"]["spectral_radius"].as<double>();
-  EXPECT_EQ(std::max(straight, turn), box["loop_spectral_radius"].as<double>());
-}
-
 TEST(Analyze, UnstableGainsAreAResultAndAnExitStatus) {
   std::ifstream preset(config("improved.yaml"));
   std::string text((std::istreambuf_iterator<char>(preset)), {});
@@ -117,14 +87,6 @@ TEST(Analyze, UnstableGainsAreAResultAndAnExitStatus) {
   EXPECT_NE(printed["advice"].as<std::string>().find("kappa_a = 60 is too large: stable below"), std::string::npos);
 }
 
-TEST(Analyze, ReadsTheConfigurationOfANode) {
-  std::ifstream preset(config("standard.yaml")), robot(config("jackal.yaml"));
-  std::stringstream text;
-  text << preset.rdbuf() << robot.rdbuf();
-  const TemporaryFile file(text.str());
-  EXPECT_EQ(readControllerFile(file.path()).geometry.effective_track, 0.5621);
-}
-
 TEST(Analyze, ReadsTheConfigurationOfAPredictiveNodeThatKeepsItsSlip) {
   std::ifstream preset(config("predictive.yaml")), robot(config("jackal.yaml")), model(config("plant_model.yaml"));
   std::stringstream text;
@@ -133,17 +95,6 @@ TEST(Analyze, ReadsTheConfigurationOfAPredictiveNodeThatKeepsItsSlip) {
   EXPECT_TRUE(figures({file.path()})["stable"].as<bool>());
   const TemporaryFile wrong(text.str() + "  fil: /var/lib/jackal/slip.yaml\n");
   EXPECT_NE(complaint({wrong.path()}).find("slip.fil"), std::string::npos);
-}
-
-TEST(Analyze, CertifiesThePredictiveStructure) {
-  const YAML::Node printed = figures({config("predictive.yaml"), "--plant", config("plant_model.yaml")});
-  const PlantModel plant = readPlantModelFile(config("plant_model.yaml"));
-  const auto expected =
-      certify(std::get<PredictiveParameters>(readControllerFile(config("predictive.yaml")).controller), plant, plant);
-  EXPECT_TRUE(printed["stable"].as<bool>());
-  EXPECT_NEAR(printed["loop_spectral_radius"].as<double>(), expected.loop_spectral_radius, 1e-5);
-  EXPECT_NEAR(printed["gain_margin"].as<double>(), expected.gain_margin, 1e-4);
-  EXPECT_NEAR(printed["delay_margin_s"].as<double>(), expected.delay_margin, 1e-5);
 }
 
 TEST(Analyze, CertifiesTheConfidenceBoxOfAnIdentifiedPlant) {

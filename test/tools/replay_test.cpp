@@ -225,23 +225,6 @@ TEST(Replay, AnotherConfigurationIsReported) {
   EXPECT_NE(improved.text.find(" differ"), std::string::npos) << improved.text;
 }
 
-TEST(Replay, GainsThatWereChangedOnTheWayAreNotThoseOfAnotherPreset) {
-  What changed;
-  changed.gains_change = true;
-  const RecordedBag bag(changed);
-  EXPECT_EQ(run({bag.path(), "--check"}).status, 0);
-  const Outcome improved = run({bag.path(), "--preset", "improved"});
-  EXPECT_EQ(improved.status, 0) << improved.text;
-  EXPECT_NE(improved.text.find("1 changes of gains in it left out"), std::string::npos) << improved.text;
-}
-
-TEST(Replay, LogThatBeginsLateSaysSo) {
-  What late;
-  late.first = 5000;
-  const RecordedBag bag(late);
-  EXPECT_NE(run({bag.path()}).text.find("begins 5000 inputs after the start"), std::string::npos);
-}
-
 TEST(Replay, ADriveThatBeginsInItsMiddleIsDriven) {
   What middle;
   middle.first = 5000;
@@ -287,38 +270,6 @@ TEST(Replay, AClockThatWasSetBackIsReplayedAsItRan) {
   }
 }
 
-/// As who converts a recording may write it.
-TEST(Replay, TopicsThatWereWrittenOneAfterTheOtherArePlayedByTheirTimes) {
-  What what;
-  what.log = false;
-  const RecordedBag bag(what);
-  {
-    const rosbag::Bag read(bag.path(), rosbag::bagmode::Read);
-    rosbag::Bag sorted(bag.path("sorted.bag"), rosbag::bagmode::Write);
-    for (const std::string topic :
-         {"/imu/data", "/joint_states", "/jackal_AIC/set_point", "/feedback", "/cmd_drive", "/jackal_AIC/state"}) {
-      for (const rosbag::MessageInstance& message : rosbag::View(read, rosbag::TopicQuery(topic))) {
-        sorted.write(topic, message.getTime(), message);
-      }
-    }
-  }
-  const std::string text = run({bag.path("sorted.bag"), "--output", bag.path("sorted.csv")}).text;
-  EXPECT_EQ(text.find("jumped back"), std::string::npos) << text;
-  EXPECT_EQ(rowsOf(bag.path("sorted.csv")).back()[1], "driving") << text;
-}
-
-TEST(Replay, MessagesComeOutAlmostAsTheLog) {
-  const RecordedBag bag({});
-  const Outcome outcome = run({bag.path(), "--messages", "--output", bag.path("drive.csv")});
-  EXPECT_EQ(outcome.text.find("refused"), std::string::npos) << outcome.text;
-  const auto rows = rowsOf(bag.path("drive.csv"));
-  ASSERT_GT(rows.size(), 190u);
-  for (std::size_t i = 120; i < rows.size(); ++i) {
-    if (rows[i][16] == "nan") continue;
-    EXPECT_NEAR(std::stod(rows[i][7]), std::stod(rows[i][16]), 0.05) << i;
-  }
-}
-
 TEST(Replay, StaticTransformThatCameLateHoldsFromTheStart) {
   What late;
   late.imu_frame = "imu_link";
@@ -360,18 +311,6 @@ int statusOf(const std::string& bag, const std::string& arguments, const std::st
   const int status = std::system(
       (std::string("timeout 20 ") + JACKAL_AIC_REPLAY + " " + bag + arguments + " >" + said + " 2>&1").c_str());
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
-TEST(Replay, WhatIsNoFileIsNoBag) {
-  const RecordedBag bag({});
-  ASSERT_EQ(mkfifo(bag.path("fifo.bag").c_str(), 0600), 0);
-  for (const std::string& path : {bag.path("fifo.bag"), std::string("/dev/zero")}) {
-    EXPECT_EQ(statusOf(path, "", bag.path("said")), 2) << path;
-    EXPECT_EQ(readText(bag.path("said")), "replay: " + path + ": cannot be read as a bag: it is no file\n");
-  }
-  const RecordedBag without_log({"predictive", false});
-  EXPECT_EQ(statusOf(without_log.path(), " --urdf /dev/zero", bag.path("said")), 2);
-  EXPECT_EQ(readText(bag.path("said")), "replay: /dev/zero: is a device or a socket, not a file\n");
 }
 
 TEST(Replay, DamagedBagsEndTheProgramInOrder) {

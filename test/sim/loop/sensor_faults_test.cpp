@@ -25,15 +25,6 @@ PlantMeasurement sampleAt(double stamp) {
   return sample;
 }
 
-TEST(SensorFaults, WithoutFaultsPassEverythingOn) {
-  SensorFaults faults({});
-  const PlantMeasurement sample = faults.apply(sampleAt(1.0));
-  EXPECT_EQ(sample.stamp, 1.0);
-  EXPECT_EQ(sample.wheel_velocity, sampleAt(1.0).wheel_velocity);
-  EXPECT_EQ(sample.angular_velocity, sampleAt(1.0).angular_velocity);
-  EXPECT_EQ(sample.linear_acceleration, sampleAt(1.0).linear_acceleration);
-}
-
 TEST(SensorFaults, FrozenEncoderRepeatsItsLastGoodSampleWithFreshStamps) {
   SensorFaults faults({faultOf(FaultKind::freeze, FaultChannel::left, 0.0, 2.0, 2.0)});
   faults.apply(sampleAt(1.0));
@@ -71,12 +62,6 @@ TEST(SensorFaults, FlippedImuSeesGravityAndTheTurnUpsideDown) {
   EXPECT_NEAR(sample.linear_acceleration.z(), -10.81, 1e-12);
   EXPECT_NEAR(sample.linear_acceleration.x(), 0.3, 1e-12);
   EXPECT_NEAR((sample.orientation * Eigen::Vector3d::UnitZ()).z(), -1.0, 1e-12);
-}
-
-TEST(SensorFaults, FaultsAddUp) {
-  SensorFaults faults(
-      {faultOf(FaultKind::bias, FaultChannel::gyro, 0.2), faultOf(FaultKind::upside_down, FaultChannel::all)});
-  EXPECT_NEAR(faults.apply(sampleAt(1.0)).angular_velocity.z(), -1.7, 1e-12);
 }
 
 }  // namespace

@@ -34,20 +34,6 @@ TEST(StateSpaceModel, MatchesEquation44And46ForOneOrder) {
   EXPECT_TRUE(model.c.isApprox(Eigen::RowVector4d(0.0, 0.0, 1.0, 0.0)));
 }
 
-TEST(StateSpaceModel, OtherOrdersFollowTheSamePattern) {
-  const StateSpaceModel zero = stateSpaceModel(handGains(0));
-  Eigen::Matrix2d a;
-  a << -1.6, 0.8, 24.0, -24.0;
-  EXPECT_TRUE(zero.a.isApprox(a, 1e-12)) << zero.a;
-  EXPECT_TRUE(zero.b.isApprox(Eigen::Vector2d(0.8, 0.0), 1e-12)) << "the set point must not drive the action";
-  Eigen::Matrix3d belief;
-  // D - k E' Pi_mu E - k Pi_y with E = [2 1 0; 0 2 1; 0 0 2], Pi_mu = diag(2, 4, 5), Pi_y = diag(8, 10, 16), k = 0.1.
-  belief << -0.8 - 0.8, 1.0 - 0.4, 0.0,   //
-      -0.4, -0.2 - 1.6 - 1.0, 1.0 - 0.8,  //
-      0.0, -0.8, -0.4 - 2.0 - 1.6;
-  EXPECT_TRUE(stateSpaceModel(handGains(2)).a.topLeftCorner(3, 3).isApprox(belief, 1e-12));
-}
-
 TEST(StateSpaceModel, RestsAtTheSetPointWithoutErrors) {
   ControllerParameters p;
   p.state_variances = {1.5, 2, 4, 8, 16, 32};
@@ -84,23 +70,6 @@ TEST(StateSpaceSimulation, FirstEulerStepsAndErrorsByHand) {
   EXPECT_NEAR(response.state_errors(1, 2), x(1) / 0.5, 1e-15);
 }
 
-TEST(StateSpaceSimulation, InnerIterationsConvergeUnlessTheyTakeWholeSteps) {
-  const StateSpaceModel model = stateSpaceModel(handGains(1));
-  StateSpaceRun fine;
-  fine.dt = 0.002;
-  StateSpaceRun inner;
-  inner.dt = 0.01;
-  inner.inner_iterations = 5;
-  const Eigen::VectorXd reference = simulate(model, fine).states.col(500);
-  EXPECT_TRUE(simulate(model, inner).states.col(100).isApprox(reference, 1e-12));
-
-  inner.divide_step = false;  // as printed: 5 dt of the model per sample
-  StateSpaceRun coarse;
-  coarse.dt = 0.01;
-  coarse.duration = 6.0;
-  EXPECT_TRUE(simulate(model, inner).states.col(100).isApprox(simulate(model, coarse).states.col(500), 1e-12));
-}
-
 TEST(StateSpaceSimulation, RiseTimeOfAFirstOrderLag) {
   // kappa_a Pi_y so fast that the action follows the belief at once: y rises with the belief's eigenvalue -k
   // Pi_mu/tau^2 = -0.8, whose 10-90 % time is ln 9 / 0.8.
@@ -113,23 +82,6 @@ TEST(StateSpaceSimulation, RiseTimeOfAFirstOrderLag) {
   EXPECT_NEAR(*rise, std::log(9.0) / 0.8, 0.01);
   run.duration = 0.1;
   EXPECT_FALSE(simulate(stateSpaceModel(handGains(1)), run).rise_time.has_value()) << "before 90 %";
-}
-
-TEST(StateSpaceSimulation, DivergesAtATauOfAMillisecond) {
-  ControllerParameters p;
-  EXPECT_LT(spectralRadius(stateSpaceModel(p), 0.1), 1.0);
-  p.tau = 0.001;
-  EXPECT_GT(spectralRadius(stateSpaceModel(p), 0.02), 100.0);
-}
-
-TEST(StateSpaceModel, RefusesWhatItCannotBuild) {
-  ControllerParameters p = handGains(3);
-  EXPECT_THROW(stateSpaceModel(p), ParameterError);  // three variances, four orders
-  p.orders = 6;
-  EXPECT_THROW(stateSpaceModel(p), ParameterError);
-  StateSpaceRun run;
-  run.dt = 0.0;
-  EXPECT_THROW(simulate(stateSpaceModel(handGains(1)), run), ParameterError);
 }
 
 }  // namespace

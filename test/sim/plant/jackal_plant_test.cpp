@@ -161,19 +161,6 @@ TEST(PlantMotors, SoftMotorGivesTorqueByTheErrorOfItsSpeed) {
   EXPECT_NEAR(wheelSpeed(plant), 10.0, 0.01);
 }
 
-TEST(PlantMotors, TurnTheWheelsOfAFixedChassis) {
-  JackalPlant plant = plantOf(onBox());
-  const PlantTruth start = plant.truth();
-  plant.command({5.0, 3.0});
-  run(plant, 2.0);
-  EXPECT_EQ(plant.truth().position, start.position);
-  EXPECT_EQ(plant.truth().linear_velocity, Eigen::Vector3d::Zero());
-  EXPECT_EQ(plant.truth().angular_velocity, Eigen::Vector3d::Zero());
-  // The wheels lag by dead time plus lag, and angles count on past a revolution.
-  EXPECT_NEAR(plant.truth().wheel_position[kFrontLeft], 5.0 * (2.0 - 0.145), 0.01);
-  EXPECT_NEAR(plant.truth().wheel_position[kRearRight], 3.0 * (2.0 - 0.145), 0.01);
-}
-
 // ---- the body on the ground
 
 TEST(PlantOnGround, StandsOnItsWheelsAndFeelsGravity) {
@@ -189,15 +176,6 @@ TEST(PlantOnGround, StandsOnItsWheelsAndFeelsGravity) {
   }
   EXPECT_LT((plant.truth().position - start).norm(), 1e-7);
   EXPECT_LT((nextMeasurement(plant).linear_acceleration - Eigen::Vector3d(0.0, 0.0, kGravity)).norm(), 2e-3);
-}
-
-TEST(PlantOnGround, DrivesStraight) {
-  const JackalPlant plant = driven(quiet(), 0.5, 0.5, 4.0);
-  EXPECT_NEAR(forward(plant), 0.5, 1e-4);
-  EXPECT_NEAR(plant.truth().linear_velocity.y(), 0.0, 1e-5);
-  EXPECT_NEAR(yawRate(plant), 0.0, 1e-5);
-  EXPECT_NEAR(plant.truth().position.x(), 0.5 * (4.0 - 0.145), 0.03);
-  EXPECT_NEAR(plant.truth().position.y(), 0.0, 1e-3);
 }
 
 /// The Jackal with its centre of mass in the middle and without products of inertia, which mirrors exactly.
@@ -243,60 +221,6 @@ TEST(PlantOnGround, AccelerometerAndGyroAgreeWithTheMotion) {
     EXPECT_NEAR(integral, forward(plant), 3e-3) << rate << " Hz";
     EXPECT_GT(integral, 0.8);
   }
-}
-
-/// The Jackal with its IMU half a metre ahead of base_link, turned by an angle about x.
-std::string urdfWithImuAhead(const std::string& roll) {
-  const std::string joint = "<child link=\"imu_link\"/>\n    <origin xyz=";
-  return jackalUrdfWith(joint + "\"0 0 0\" rpy=\"0 0 0\"/>", joint + "\"0.5 0 0\" rpy=\"" + roll + " 0 0\"/>");
-}
-
-TEST(PlantOnGround, MountedImuFeelsTheMotionOfItsPlace) {
-  // Turned by 180 degrees about x, y and z change sign; the spot accelerates centripetally.
-  JackalPlant turned(urdfWithImuAhead("3.141592653589793"), quiet()), plain(jackalUrdf(), quiet());
-  for (JackalPlant* plant : {&turned, &plain}) {
-    plant->command(rolling(-0.5, 0.5));
-    run(*plant, 2.0);
-  }
-  const PlantMeasurement there = nextMeasurement(turned), here = nextMeasurement(plain);
-  const double yaw_rate = here.angular_velocity.z();
-  EXPECT_GT(yaw_rate, 1.0);
-  EXPECT_NEAR(there.angular_velocity.z(), -yaw_rate, 1e-9);
-  EXPECT_NEAR(there.linear_acceleration.z(), -kGravity, 0.05);
-  EXPECT_NEAR(there.linear_acceleration.x() - here.linear_acceleration.x(), -yaw_rate * yaw_rate * 0.5, 0.02);
-  const P fast = with(quiet(), [](P& p) { p.sensor_rate = 1000.0; });
-  JackalPlant ahead(urdfWithImuAhead("0"), fast), middle(jackalUrdf(), fast);
-  double sideways = 0.0;  // by the yaw acceleration
-  for (int n = 0; n < 180; ++n) {
-    for (JackalPlant* plant : {&ahead, &middle}) {
-      if (n == 0) plant->command(rolling(-0.5, 0.5));
-      plant->step();
-    }
-    sideways += JackalPlant::kStep *
-                (ahead.measurement()->linear_acceleration.y() - middle.measurement()->linear_acceleration.y());
-  }
-  EXPECT_GT(yawRate(middle), 0.5);
-  EXPECT_NEAR(sideways, 0.5 * yawRate(middle), 0.01);
-}
-
-TEST(PlantOnGround, TrueVelocityIsTheDerivativeOfTheTruePose) {
-  JackalPlant plant = driven(quiet(), -0.2, 0.8, 1.0);
-  for (int n = 0; n < 100; ++n) {
-    const PlantTruth before = plant.truth();
-    plant.step();
-    const PlantTruth& after = plant.truth();
-    const Eigen::Vector3d velocity = (after.position - before.position) / JackalPlant::kStep;
-    ASSERT_LT((after.orientation * after.linear_velocity - velocity).norm(), 1e-3);
-    const Eigen::AngleAxisd turn(before.orientation.conjugate() * after.orientation);
-    ASSERT_NEAR(turn.angle() / JackalPlant::kStep, after.angular_velocity.norm(), 1e-3);
-  }
-}
-
-TEST(PlantOnGround, WheelsSpinBeyondFriction) {
-  const JackalPlant plant = driven(with(direct(), [](P& p) { p.friction = 0.25; }), 2.0, 2.0, 0.4);
-  // All wheels are driven: friction gives mu g; some of it spins the wheels up no longer.
-  EXPECT_NEAR(forward(plant), 0.25 * kGravity * 0.4, 0.05);
-  EXPECT_NEAR(kWheelRadius * wheelSpeed(plant), 2.0, 1e-3);
 }
 
 // ---- turns
@@ -348,21 +272,6 @@ TEST(PlantInATurn, SlipsInPlaceByCoulombFrictionAtAnyFrictionAndSpeed) {
   EXPECT_LT(sample.wheel_effort[kFrontLeft], -0.5);
 }
 
-TEST(PlantInATurn, SlipsInAnArcByFrictionWhichMayChange) {
-  // The centrifugal force uses up lateral friction, so that less of it brakes the turn.
-  const Turn slippery = turnWith(0.3, 0.7, 0.25), grippy = turnWith(0.3, 0.7, 1.0);
-  EXPECT_LT(slippery.track, grippy.track - 0.05);
-  EXPECT_GT(slippery.yaw_rate, grippy.yaw_rate);
-  EXPECT_NEAR(grippy.forward, 0.5, 0.01);
-  JackalPlant plant = driven(with(quiet(), [](P& p) { p.friction = 1.0; }), 0.3, 0.7, 2.0);
-  EXPECT_NEAR(steadyTurn(plant).track, grippy.track, 5e-3);
-  plant.setFriction(0.25);
-  run(plant, 1.0);
-  EXPECT_NEAR(steadyTurn(plant).track, slippery.track, 5e-3);
-  EXPECT_EQ(messageOf<ParameterError>([&] { plant.setFriction(-0.1); }), "friction = -0.1: must be 0 or more");
-  EXPECT_THROW(plant.setFriction(std::numeric_limits<double>::quiet_NaN()), ParameterError);
-}
-
 // ---- slope and load
 
 TEST(PlantOnSlope, StandsAndItsObservationIsFreeOfGravity) {
@@ -386,25 +295,6 @@ TEST(PlantOnSlope, StandsAndItsObservationIsFreeOfGravity) {
     }
     EXPECT_NEAR(speed, forward(plant), 0.01);
   }
-}
-
-TEST(PlantOnSlope, HoldsOnlyWithEnoughFriction) {
-  JackalPlant plant = plantOf(with(quiet(), [](P& p) { p.slope = 20.0, p.friction = 0.3; }));  // tan(20 deg) is 0.364
-  run(plant, 1.0);
-  const double slide = kGravity * (std::sin(20.0 * kDegree) - 0.3 * std::cos(20.0 * kDegree));
-  EXPECT_NEAR(forward(plant), -slide, 0.02 * slide);
-  plant.setFriction(0.5);
-  run(plant, 2.0);
-  EXPECT_NEAR(forward(plant), 0.0, 1e-4);
-}
-
-TEST(PlantWithPayload, DrivesUphillWithTheTorqueOfItsWeight) {
-  JackalPlant plant = driven(with(quiet(), [](P& p) { p.slope = 10.0, p.payload = 8.0; }), 0.5, 0.5, 3.0);
-  EXPECT_NEAR(forward(plant), 0.5, 1e-4);
-  double torque = 0.0;
-  for (const double effort : nextMeasurement(plant).wheel_effort) torque += effort;
-  const double mass = 16.523 + 4 * 0.477 + 8.0;
-  EXPECT_NEAR(torque, mass * kGravity * std::sin(10.0 * kDegree) * kWheelRadius, 0.05);
 }
 
 TEST(PlantWithPayload, SinksDeeperAndAcceleratesByItsMass) {
@@ -442,28 +332,6 @@ TEST(Plant, SamplesAtTheSensorRateFromTimeZero) {
     EXPECT_EQ(plant.measurement().has_value(), n % 20 == 0) << n;
     EXPECT_NEAR(plant.time(), 0.001 * n, 1e-12);
   }
-}
-
-TEST(Plant, JitterMakesSamplesComeLateAndInOrder) {
-  JackalPlant plant = plantOf(with(quiet(), [](P& p) { p.stamp_jitter = 0.009; }));
-  std::vector<double> stamps{plant.measurement()->stamp};
-  for (int n = 0; n < 1000; ++n) {
-    plant.step();
-    if (!plant.measurement()) continue;
-    EXPECT_EQ(plant.measurement()->stamp, plant.time());
-    stamps.push_back(plant.measurement()->stamp);
-  }
-  ASSERT_GE(stamps.size(), 50u);
-  double shortest = 1.0, longest = 0.0;
-  for (std::size_t k = 1; k < stamps.size(); ++k) {
-    const double late = stamps[k] - static_cast<double>(k) / 50.0;
-    EXPECT_GE(late, -1e-9);
-    EXPECT_LE(late, 0.0101);
-    shortest = std::min(shortest, stamps[k] - stamps[k - 1]);
-    longest = std::max(longest, stamps[k] - stamps[k - 1]);
-  }
-  EXPECT_LT(shortest, 0.015);
-  EXPECT_GT(longest, 0.025);
 }
 
 TEST(Plant, IgnoresCommandsThatAreNotFiniteAndBoundsOthers) {
@@ -534,16 +402,6 @@ TEST(Plant, BlockedMotorStopsItsWheelsAndTurnsTheRobot) {
   EXPECT_NEAR(yawRate(plant), 0.0, 0.02);
 }
 
-TEST(Plant, ChangedMotorsHaveAnotherGainAndOffset) {
-  JackalPlant plant = plantOf(direct());
-  plant.changeMotors(0.8, 0.5);
-  plant.command({5.0, 5.0});
-  run(plant, 1.0);
-  EXPECT_NEAR(wheelSpeed(plant), 0.8 * (5.0 - 0.5), 0.01);
-  EXPECT_THROW(plant.changeMotors(0.0, 0.0), ParameterError);
-  EXPECT_THROW(plant.changeMotors(1.0, -1.0), ParameterError);
-}
-
 TEST(Plant, PushMovesTheRobotAndTurnsTheWheelsOfSoftMotors) {
   for (double torque_limit : {20.0, 0.3}) {
     JackalPlant plant = plantOf(with(quiet(), [&](P& p) { p.torque_limit = torque_limit; }));
@@ -556,23 +414,6 @@ TEST(Plant, PushMovesTheRobotAndTurnsTheWheelsOfSoftMotors) {
     run(plant, 10.0);
     EXPECT_NEAR(forward(plant), 0.0, 0.02);
   }
-}
-
-TEST(Plant, LiftTakesTheWheelsOffTheGroundAndSetsThemDown) {
-  JackalPlant plant = plantOf(quiet());
-  run(plant, 0.1);
-  const double on_ground = plant.truth().position.z();
-  plant.lift(true);
-  run(plant, 2.0);
-  EXPECT_NEAR(plant.truth().position.z(), on_ground + 0.3, 0.01);
-  EXPECT_NEAR(yawRate(plant), 0.8, 1e-6);
-  plant.lift(false);
-  run(plant, 2.0);
-  EXPECT_NEAR(plant.truth().position.z(), on_ground, 1e-3);
-  EXPECT_NEAR(plant.truth().angular_velocity.norm(), 0.0, 1e-3);
-  plant.command({5.0, 5.0});
-  run(plant, 1.0);
-  EXPECT_NEAR(forward(plant), 5.0 * kWheelRadius, 0.02) << "and drives on";
 }
 
 // ---- imperfections of a real robot
@@ -646,22 +487,6 @@ TEST(RealPlant, OffsetTyresBatteryAndEncoderFilterChangeTheWheels) {
   EXPECT_LT(filtered.measurement()->wheel_velocity[kFrontLeft], 0.8 * wheelSpeed(filtered));
   run(filtered, 2.0);
   EXPECT_NEAR(filtered.measurement()->wheel_velocity[kFrontLeft], 5.0, 1e-3);
-}
-
-TEST(RealPlant, UnevenGroundTossesTheRobotOnceItHasLeftTheLevel) {
-  JackalPlant plant = plantOf(with(quiet(), [](P& p) { p.roughness = 0.01; }));
-  const double on_ground = plant.truth().position.z();
-  run(plant, 0.2);
-  EXPECT_LT(plant.truth().angular_velocity.norm(), 0.01);
-  plant.command(rolling(0.8, 0.8));
-  double tossed = 0.0;
-  for (int n = 0; n < 6000; ++n) {
-    plant.step();
-    tossed = std::max(tossed, plant.truth().angular_velocity.head<2>().norm());
-  }
-  EXPECT_GT(tossed, 0.05);
-  EXPECT_GT(plant.truth().position.x(), 3.0) << "and drives on";
-  EXPECT_NEAR(plant.truth().position.z(), on_ground, 0.05);
 }
 
 TEST(RealPlant, RampIsClimbedAtItsInclination) {
@@ -783,21 +608,6 @@ TEST(RealPlant, ImuComesAtItsOwnRate) {
   EXPECT_LT(latest, 0.007);
 }
 
-TEST(RealPlant, JointStatesRepeatTheNewestFeedback) {
-  JackalPlant plant = plantOf(with(quiet(), [](P& p) { p.feedback_rate = 10.0, p.noise_scale = 1.0; }));
-  plant.command(rolling(0.5, 0.5));
-  std::vector<double> speeds, stamps;
-  for (int n = 0; n < 50; ++n) {
-    const PlantMeasurement sample = nextMeasurement(plant);
-    speeds.push_back(sample.wheel_velocity[kFrontLeft]);
-    stamps.push_back(sample.feedback_stamp);
-    EXPECT_EQ(sample.stamp, plant.time());
-    EXPECT_LT(sample.stamp - sample.feedback_stamp, 0.1);
-  }
-  EXPECT_EQ(std::unique(speeds.begin(), speeds.end()) - speeds.begin(), 11);
-  EXPECT_EQ(std::unique(stamps.begin(), stamps.end()) - stamps.begin(), 11);
-}
-
 TEST(RealPlant, NetworkDelaysSensorsAndCommands) {
   JackalPlant plant = plantOf(with(onBox(direct()), [](P& p) { p.network_delay = 0.02; }));
   double oldest = 0.0, slowest = 0.0, wanted = 0.0;
@@ -821,8 +631,6 @@ TEST(RealPlant, NetworkDelaysSensorsAndCommands) {
   EXPECT_GT(slowest, 0.012);
   EXPECT_LE(slowest, 0.021);
 }
-
-// ---- the rolling plant
 
 }  // namespace
 }  // namespace jackal_aic::sim

@@ -43,18 +43,6 @@ TEST(CommandDelay, ActsAfterTheDeadTimeInOrder) {
   EXPECT_EQ(late.acting(25), (WheelCommand{2.0, 2.0})) << "both come at once";
 }
 
-TEST(MotorLoop, FollowsTheFirstOrderLagExactly) {
-  PlantParameters without = parameters();
-  without.motor_lag = 0.0;
-  EXPECT_EQ(MotorLoop(without, kRadius, kStep).reference(4.0, 0.0), 4.0);
-  MotorLoop motor(parameters(), kRadius, kStep);
-  double speed = 0.0;
-  for (int n = 1; n <= 200; ++n) {
-    speed = motor.reference(4.0, speed);
-    EXPECT_NEAR(speed, 4.0 * (1.0 - std::exp(-n * kStep / 0.035)), 1e-12);
-  }
-}
-
 TEST(MotorLoop, FollowsThePiLoopsStepResponse) {
   // T w'' + w' + k w = k r, w(0) = 0, w'(0) = r/T: poles of the closed loop of the class comment.
   PlantParameters p = parameters();
@@ -68,16 +56,6 @@ TEST(MotorLoop, FollowsThePiLoopsStepResponse) {
     speed = motor.reference(1.0, speed);
     const double t = n * kStep;
     EXPECT_NEAR(speed, 1.0 + a * std::exp(slow * t) + b * std::exp(fast * t), 2e-3) << t;
-  }
-}
-
-TEST(MotorLoop, GainIsTheSteadyRatioForAnyIntegral) {
-  for (const double integral : {0.0, 1.1, 20.0}) {
-    PlantParameters p = parameters();
-    p.wheel_gain = 0.8;
-    p.velocity_loop_integral = integral;
-    MotorLoop motor(p, kRadius, kStep);
-    EXPECT_NEAR(speedAfter(motor, 5.0, 20.0), 4.0, 1e-6) << integral;
   }
 }
 
@@ -109,26 +87,6 @@ TEST(MotorLoop, AccelerationLimitDoesNotWindUpTheIntegral) {
   EXPECT_LT(highest, 8.0 * 1.1);
 }
 
-TEST(MotorLoop, ReferenceStaysNearAWheelThatIsHeldBack) {
-  PlantParameters p = parameters();
-  p.velocity_loop_integral = 5.0;
-  MotorLoop motor(p, kRadius, kStep);
-  double reference = 0.0;
-  for (int n = 0; n < 5000; ++n) reference = motor.reference(8.0, 0.0);
-  EXPECT_LT(reference, 8.0 * kStep / 0.035 * 1.01);
-  // Once released it moves as if it had never been held.
-  MotorLoop fresh(p, kRadius, kStep);
-  EXPECT_NEAR(speedAfter(motor, 8.0, 0.1), speedAfter(fresh, 8.0, 0.1), 1e-9);
-}
-
-TEST(MotorLoop, ClampsTheTarget) {
-  PlantParameters p = parameters();
-  p.speed_limit = 10.0;
-  MotorLoop forward(p, kRadius, kStep), backward(p, kRadius, kStep);
-  EXPECT_NEAR(speedAfter(forward, 1e300, 1.0), 10.0, 1e-6);
-  EXPECT_NEAR(speedAfter(backward, -1e300, 1.0), -10.0, 1e-6);
-}
-
 TEST(MotorLoop, OffsetSlowsTheWheelAndIsADeadBand) {
   PlantParameters p = parameters();
   p.wheel_offset = 0.5;
@@ -137,28 +95,6 @@ TEST(MotorLoop, OffsetSlowsTheWheelAndIsADeadBand) {
   EXPECT_NEAR(speedAfter(forward, 3.0, 3.0), 2.5, 1e-6);
   EXPECT_NEAR(speedAfter(backward, -3.0, 3.0), -2.5, 1e-6);
   EXPECT_EQ(speedAfter(weak, 0.5, 3.0), 0.0);
-}
-
-TEST(MotorLoop, AStandingWheelNeedsTheBreakawayARollingOneDoesNot) {
-  PlantParameters p = parameters();
-  p.wheel_breakaway = 0.8;
-  MotorLoop motor(p, kRadius, kStep);
-  EXPECT_EQ(speedAfter(motor, 0.7, 1.0), 0.0);
-  const double rolling = speedAfter(motor, 0.9, 1.0);
-  EXPECT_NEAR(rolling, 0.9, 1e-6);
-  EXPECT_NEAR(speedAfter(motor, 0.4, 1.0, rolling), 0.4, 1e-6);
-}
-
-TEST(MotorLoop, AnEmptyBatteryLowersSpeedAndAcceleration) {
-  PlantParameters p = parameters();
-  p.motor_lag = 0.0;
-  p.speed_limit = 10.0;
-  p.acceleration_limit = 100.0;
-  MotorLoop motor(p, kRadius, kStep);
-  double speed = motor.reference(20.0, 0.0, 0.8);
-  EXPECT_NEAR(speed, 0.08, 1e-12);
-  for (int n = 0; n < 1000; ++n) speed = motor.reference(20.0, speed, 0.8);
-  EXPECT_NEAR(speed, 8.0, 1e-9);
 }
 
 }  // namespace

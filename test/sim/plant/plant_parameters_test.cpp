@@ -25,11 +25,6 @@ TEST(PlantParameters, ShippedFileListsEveryKeyAndNoOther) {
   EXPECT_EQ(map.keys(), map.knownKeys());
 }
 
-TEST(PlantParameters, ReadsSupportByName) {
-  EXPECT_EQ(fromYaml("plant: {support: box}").support, Support::box);
-  EXPECT_EQ(fromYaml("plant: {support: ground}").support, Support::ground);
-}
-
 TEST(PlantParameters, NamesWhatIsWrong) {
   const auto complaint = [](const std::string& text) { return messageOf<ParameterError>([&] { fromYaml(text); }); };
   EXPECT_EQ(complaint("plant: {dead_time: -0.1}"), "plant.dead_time = -0.1: must be in [0, 2] s");

@@ -29,22 +29,6 @@ TEST(RobotModel, ReadsThePublishedJackal) {
   EXPECT_TRUE(robot.imu.isApprox(Eigen::Isometry3d::Identity()));
 }
 
-TEST(RobotModel, PutsEachWheelInItsCorner) {
-  const RobotModel robot = readRobotModel(jackalUrdf());
-  const double x = 0.131, y = kTrack / 2, z = 0.0345;
-  EXPECT_TRUE(robot.wheels[kFrontLeft].hub.isApprox(Eigen::Vector3d(x, y, z)));
-  EXPECT_TRUE(robot.wheels[kFrontRight].hub.isApprox(Eigen::Vector3d(x, -y, z)));
-  EXPECT_TRUE(robot.wheels[kRearLeft].hub.isApprox(Eigen::Vector3d(-x, y, z)));
-  EXPECT_TRUE(robot.wheels[kRearRight].hub.isApprox(Eigen::Vector3d(-x, -y, z)));
-}
-
-TEST(RobotModel, AgreesWithTheGeometryTheControllerReads) {
-  const UrdfGeometry geometry = readUrdfGeometry(jackalUrdf(), {"front_left_wheel", "rear_left_wheel"},
-                                                 {"front_right_wheel", "rear_right_wheel"});
-  EXPECT_NEAR(geometry.wheel_radius, kWheelRadius, 1e-12);
-  EXPECT_NEAR(geometry.track, kTrack, 1e-12);
-}
-
 TEST(RobotModel, LumpsLinksOnFixedJoints) {
   // 2 kg, 0.3 m above the chassis' centre of mass, turned by 90 degrees about z.
   const std::string urdf = jackalUrdfWith("</robot>", R"(
@@ -61,14 +45,6 @@ TEST(RobotModel, LumpsLinksOnFixedJoints) {
   EXPECT_NEAR(loaded.chassis.inertia(0, 0), plain.chassis.inertia(0, 0) + 0.2 + steiner, 1e-12);
   EXPECT_NEAR(loaded.chassis.inertia(1, 1), plain.chassis.inertia(1, 1) + 0.1 + steiner, 1e-12);
   EXPECT_NEAR(loaded.chassis.inertia(2, 2), plain.chassis.inertia(2, 2) + 0.3, 1e-12);
-}
-
-TEST(RobotModel, ReadsAMountedImu) {
-  const RobotModel robot = readRobotModel(
-      jackalUrdfWith("<child link=\"imu_link\"/>\n    <origin xyz=\"0 0 0\" rpy=\"0 0 0\"/>",
-                     "<child link=\"imu_link\"/>\n    <origin xyz=\"0.1 0 0.2\" rpy=\"3.141592653589793 0 0\"/>"));
-  EXPECT_TRUE(robot.imu.translation().isApprox(Eigen::Vector3d(0.1, 0.0, 0.2)));
-  EXPECT_NEAR(robot.imu.linear()(2, 2), -1.0, 1e-12);
 }
 
 /// The Jackal without the inertia of a wheel.

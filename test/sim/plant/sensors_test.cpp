@@ -131,37 +131,6 @@ TEST(Sensors, RoundTheNoisyWheelSpeedToWholeSteps) {
   for (int n = 0; n < 100; ++n) EXPECT_EQ(quiet.sample(truth(), input()).wheel_velocity[kFrontRight], first);
 }
 
-TEST(Sensors, DelaysLieWithinTheJitterAndSpareTheFirstSample) {
-  PlantParameters parameters;
-  parameters.stamp_jitter = 0.008;
-  SensorModel sensors(parameters), same(parameters);
-  EXPECT_EQ(sensors.drawDelay(), 0.0);
-  same.drawDelay();
-  double sum = 0.0;
-  for (int n = 0; n < 2000; ++n) {
-    const double delay = sensors.drawDelay();
-    EXPECT_GE(delay, 0.0);
-    EXPECT_LE(delay, 0.008);
-    EXPECT_EQ(delay, same.drawDelay());
-    sum += delay;
-  }
-  EXPECT_NEAR(sum / 2000, 0.004, 0.0003);
-}
-
-TEST(ColouredNoise, HasUnitDeviationAndTheStatedCorrelation) {
-  ColouredNoise noise(0.1, 3);
-  constexpr int kSamples = 50000;
-  double squares = 0.0, products = 0.0, before = 0.0;
-  for (int n = 0; n < kSamples; ++n) {
-    const double value = noise.at(0.02 * n)[4];
-    squares += value * value;
-    products += value * before;
-    before = value;
-  }
-  EXPECT_NEAR(squares / kSamples, 1.0, 0.05);
-  EXPECT_NEAR(products / kSamples, std::exp(-0.2), 0.05);
-}
-
 /// Deviation over time of a channel of the IMU at a speed of the wheels, in rad/s.
 template <class Channel>
 double shaking(const PlantParameters& parameters, double wheel_speed, Channel channel) {
@@ -199,36 +168,6 @@ TEST(Sensors, VibrationGrowsWithTheSpeedOfTheWheels) {
   EXPECT_NEAR(shaking(parameters, one, yaw), 0.019, 0.0006);
 }
 
-TEST(Sensors, GyroBiasWandersSlowly) {
-  PlantParameters parameters;
-  parameters.gyro_noise = 0.0;
-  parameters.gyro_bias = 0.01;
-  parameters.gyro_bias_time = 30.0;
-  const auto yaw = [](const ImuMeasurement& m) { return m.angular_velocity.z(); };
-  EXPECT_NEAR(shaking(parameters, 0.0, yaw), 0.01, 0.004) << "400 s are 13 correlation times";
-  SensorModel sensors(parameters);
-  PlantTruth now = truth();
-  const double first = sensors.imu(now, input()).angular_velocity.z();
-  now.time += 0.02;
-  EXPECT_NEAR(sensors.imu(now, input()).angular_velocity.z(), first, 0.002);
-  now.time += 300.0;
-  EXPECT_GT(std::abs(sensors.imu(now, input()).angular_velocity.z() - first), 0.001);
-}
-
-TEST(EncoderFilter, FollowsWithItsTimeConstant) {
-  EncoderFilter filter(0.05, 0.001);
-  for (int n = 0; n < 50; ++n) filter.update({1.0, 2.0, 0.0, -1.0});
-  const std::array<double, 4> after = filter.update({1.0, 2.0, 0.0, -1.0});
-  const double reached = 1.0 - std::exp(-0.051 / 0.05);
-  EXPECT_NEAR(after[0], reached, 1e-12);
-  EXPECT_NEAR(after[1], 2.0 * reached, 1e-12);
-  EXPECT_NEAR(after[3], -reached, 1e-12);
-  EncoderFilter none(0.0, 0.001);
-  none.update({1.0, 2.0, 0.1, -1.0});
-  const std::array<double, 4> speeds{0.3, -0.1, 1e-9, 7.7};
-  EXPECT_EQ(none.update(speeds), speeds);
-}
-
 TEST(SampleQueue, DeliversInOrderWithTheTimeOfArrival) {
   SampleQueue queue;
   PlantMeasurement sample;
@@ -244,35 +183,6 @@ TEST(SampleQueue, DeliversInOrderWithTheTimeOfArrival) {
   EXPECT_EQ(second->stamp, 0.032);
   EXPECT_EQ(second->wheel_velocity[0], 2.0);
   EXPECT_FALSE(queue.receive(0.033).has_value());
-}
-
-TEST(SampleQueue, SampleUnderWayKeepsItsStampAndItsPlace) {
-  SampleQueue queue;
-  PlantMeasurement sample;
-  queue.send(sample, 0.020, 0.015);
-  queue.send(sample, 0.030, 0.001);
-  EXPECT_FALSE(queue.receive(0.034).has_value());
-  const auto first = queue.receive(0.035), second = queue.receive(0.036);
-  ASSERT_TRUE(first && second);
-  EXPECT_EQ(first->stamp, 0.020);
-  EXPECT_EQ(second->stamp, 0.030) << "it overtakes none";
-}
-
-/// Steps of 1 ms, up to the end [s], in which an event of the rate is due.
-std::vector<int> dueSteps(double rate, double end) {
-  Periodic events(rate);
-  std::vector<int> steps;
-  for (int n = 0; n * 0.001 < end; ++n) {
-    if (events.due(n * 0.001)) steps.push_back(n);
-  }
-  return steps;
-}
-
-TEST(Periodic, RoundsUpWithoutDrift) {
-  EXPECT_EQ(dueSteps(50.0, 0.07), (std::vector<int>{0, 20, 40, 60}));
-  EXPECT_EQ(dueSteps(300.0, 0.012), (std::vector<int>{0, 4, 7, 10}));
-  EXPECT_EQ(dueSteps(300.0, 10.0).size(), 3000u);
-  EXPECT_EQ(dueSteps(1000.0, 1.0).size(), 1000u);
 }
 
 }  // namespace

@@ -8,15 +8,6 @@
 namespace jackal_aic::sim {
 namespace {
 
-TEST(Terrain, IsAPlaneUnlessToldOtherwise) {
-  const Terrain plane{PlantParameters{}};
-  const Surface surface = plane.surface(12.3, -4.5);
-  EXPECT_EQ(surface.height, 0.0);
-  EXPECT_EQ(surface.normal, Eigen::Vector3d::UnitZ());
-  EXPECT_EQ(plane.frictionShare(12.3, -4.5), 1.0);
-  EXPECT_FALSE(plane.kerb({0.0, 0.0, 0.098}, 0.098).has_value());
-}
-
 TEST(Terrain, HeightHasTheStatedDeviationAndStartsLevel) {
   PlantParameters parameters;
   parameters.roughness = 0.02;
@@ -50,26 +41,6 @@ TEST(Terrain, NormalIsThatOfTheHeight) {
   }
 }
 
-TEST(Terrain, PatchesDifferInFrictionWithinTheirBounds) {
-  PlantParameters parameters;
-  parameters.patch_friction = 0.4;
-  parameters.patch_size = 0.5;
-  const Terrain terrain(parameters);
-  double low = 1.0, high = 0.0;
-  for (int i = -20; i < 20; ++i) {
-    for (int k = -20; k < 20; ++k) {
-      const double share = terrain.frictionShare(0.5 * i + 0.01, 0.5 * k + 0.01);
-      EXPECT_EQ(share, terrain.frictionShare(0.5 * i + 0.49, 0.5 * k + 0.49)) << "one patch";
-      low = std::min(low, share);
-      high = std::max(high, share);
-    }
-  }
-  EXPECT_GE(low, 0.4);
-  EXPECT_LT(low, 0.41);
-  EXPECT_LE(high, 1.0);
-  EXPECT_GT(high, 0.99);
-}
-
 TEST(Terrain, AKerbIsTouchedAtItsFaceOrItsEdge) {
   PlantParameters parameters;
   parameters.kerb_distance = 1.0;
@@ -83,25 +54,6 @@ TEST(Terrain, AKerbIsTouchedAtItsFaceOrItsEdge) {
   ASSERT_TRUE(edge);
   EXPECT_NEAR(edge->depth, -0.002, 1e-12) << "not yet";
   EXPECT_TRUE(edge->normal.isApprox(Eigen::Vector3d(-0.8, 0.0, 0.6)));
-}
-
-TEST(Terrain, AKerbStandsOnTheGround) {
-  PlantParameters parameters;
-  parameters.ramp = -5.73;
-  parameters.ramp_start = 1.0;
-  parameters.ramp_length = 2.0;
-  parameters.kerb_distance = 5.0;
-  parameters.kerb_height = 0.01;
-  const Terrain terrain(parameters);
-  const double ground = terrain.surface(5.0, 0.0).height;
-  EXPECT_LT(ground, -0.19);
-  const auto before = terrain.kerb({4.95, 0.0, ground + 0.098}, 0.098);
-  ASSERT_TRUE(before);
-  EXPECT_LT(before->depth, 0.0) << "its edge is out of reach";
-  const auto on_top = terrain.kerb({6.0, 0.0, ground + 0.107}, 0.098);
-  ASSERT_TRUE(on_top);
-  EXPECT_NEAR(on_top->depth, 0.001, 1e-12);
-  EXPECT_TRUE(on_top->normal.isApprox(Eigen::Vector3d::UnitZ()));
 }
 
 }  // namespace

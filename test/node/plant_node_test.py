@@ -1,0 +1,168 @@
+#!/usr/bin/env python3
+"""The simulated robot as a node: rates, commands, handling from outside, reset."""
+
+import math
+import time
+import unittest
+
+import rospy
+import rostest
+from geometry_msgs.msg import Wrench
+from jackal_msgs.msg import Drive, Feedback
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock, Log as Line
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Float64
+from std_srvs.srv import Empty, SetBool
+from tf2_msgs.msg import TFMessage
+
+from simulated_robot import Log, PATIENCE, RADIUS, advertise, call
+
+
+def gaps(messages, stamp=lambda message: message.header.stamp):
+    """Between consecutive stamps, without jumps back [ms]."""
+    times = [stamp(message).to_sec() for message in messages]
+    return {round(1e3 * (b - a)) for a, b in zip(times, times[1:]) if b > a}
+
+
+class PlantNode(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        cls.clock, cls.truth = Log('/clock', Clock), Log('/ground_truth/odom', Odometry)
+        cls.joints, cls.imu, cls.feedback = Log('/joint_states', JointState), Log('/imu/data', Imu), Log('/feedback', Feedback)
+        cls.transforms, cls.lines = Log('/tf', TFMessage), Log('/rosout', Line)
+        cls.drive_topic, cls.push = advertise('/cmd_drive', Drive), advertise('/plant/push', Wrench)
+        cls.gazebo = [advertise('/jackal_{}_wheel/command'.format(side), Float64) for side in ('left', 'right')]
+
+    def setUp(self):
+        topics = [self.drive_topic, self.push] + self.gazebo
+        self.wait(lambda: all(topic.get_num_connections() > 0 for topic in topics) and self.truth and self.joints and self.imu and
+                  self.feedback and self.transforms)
+        self.reset()
+
+    def wait(self, condition):
+        end = time.monotonic() + PATIENCE
+        while not condition() and time.monotonic() < end:
+            time.sleep(0.005)
+        self.assertTrue(condition())
+
+    def now(self):
+        return self.clock[-1].clock.to_sec()
+
+    def run_for(self, seconds):
+        end = self.now() + seconds
+        self.wait(lambda: self.now() >= end and self.truth[-1].header.stamp.to_sec() >= end - 0.02)
+
+    def reset(self):
+        self.clock.clear()
+        call('/plant/reset', Empty)
+        self.wait(lambda: self.clock and self.now() < 0.5 and self.truth[-1].header.stamp.to_sec() <= self.now() + 0.02)
+        self.run_for(0.1)
+
+    def drive(self, left, right, mode=Drive.MODE_VELOCITY):
+        self.drive_topic.publish(mode, [left, right])
+
+    def speed(self):
+        return self.truth[-1].twist.twist.linear.x
+
+    def yaw_rate(self):
+        return self.truth[-1].twist.twist.angular.z
+
+    def test_keeps_its_rates_on_its_own_clock(self):
+        self.run_for(1.0)
+        self.assertEqual(min(gaps(self.clock, lambda message: message.clock)), 5)
+        for log, gap in ((self.joints, 20), (self.imu, 20), (self.feedback, 20), (self.truth, 10)):
+            self.assertEqual(gaps(log), {gap})
+        self.assertEqual(gaps(self.transforms, lambda message: message.transforms[0].header.stamp), {20})
+
+    def test_drives_by_velocity_commands_until_none_comes(self):
+        self.drive(0.3 / RADIUS, 0.3 / RADIUS)
+        self.drive(-1.0, -1.0, Drive.MODE_PWM)
+        self.drive(math.nan, 3.0)
+        self.run_for(1.5)
+        self.assertAlmostEqual(self.speed(), 0.3, delta=1e-3)
+        self.assertAlmostEqual(self.joints[-1].velocity[0], 0.3 / RADIUS, delta=1e-3)
+        self.assertEqual(self.feedback[-1].commanded_mode, Drive.MODE_VELOCITY)
+        self.run_for(1.5)
+        self.assertAlmostEqual(self.speed(), 0.0, delta=1e-3, msg='command_timeout is 2 s')
+        self.drive(-0.1 / RADIUS, 0.1 / RADIUS)
+        self.run_for(1.5)
+        self.assertGreater(self.yaw_rate(), 0.2)
+        self.assertAlmostEqual(self.imu[-1].angular_velocity.z, self.yaw_rate(), delta=1e-2)
+        self.drive(5.0, 5.0, Drive.MODE_NONE)
+        self.run_for(1.5)
+        self.assertAlmostEqual(self.yaw_rate(), 0.0, delta=1e-3)
+        self.assertEqual(self.feedback[-1].commanded_mode, Drive.MODE_NONE)
+
+    def test_drives_by_gazebos_topics(self):
+        for wheel, speed in zip(self.gazebo, (1.0, 3.0)):
+            wheel.publish(speed)
+        self.run_for(1.5)
+        self.assertAlmostEqual(self.joints[-1].velocity[0], 1.0, delta=1e-3)
+        self.assertAlmostEqual(self.joints[-1].velocity[1], 3.0, delta=1e-3)
+
+    def test_is_handled_from_outside(self):
+        call('/plant/block_left', SetBool, True)
+        self.drive(5.0, 5.0)
+        self.run_for(1.0)
+        self.assertAlmostEqual(self.joints[-1].velocity[0], 0.0, delta=0.2)
+        self.assertGreater(self.joints[-1].velocity[1], 4.0)
+        call('/plant/block_left', SetBool, False)
+        self.drive(5.0, 5.0)  # again: the plant stops when no command comes for 2 s
+        self.run_for(1.5)
+        self.assertGreater(self.joints[-1].velocity[0], 4.0)
+        self.reset()
+        call('/plant/pull_imu', SetBool, True)
+        self.run_for(0.1)
+        self.imu.clear()
+        self.run_for(0.5)
+        self.assertFalse(self.imu)
+        call('/plant/pull_imu', SetBool, False)
+        self.run_for(0.5)
+        self.assertGreater(len(self.imu), 10)
+        wrench = Wrench()
+        wrench.force.x = 200.0  # more than the tyres hold
+        self.push.publish(wrench)
+        self.run_for(0.3)
+        self.assertGreater(self.speed(), 0.3)
+        self.push.publish(Wrench())
+        self.run_for(1.0)
+        self.assertAlmostEqual(self.speed(), 0.0, delta=1e-2)
+
+    def test_reset_puts_everything_back_and_takes_parameters_anew(self):
+        self.drive(3.0, 3.0)
+        self.run_for(1.5)
+        self.assertGreater(self.truth[-1].pose.pose.position.x, 0.1)
+        rospy.set_param('/plant/plant/encoder_step', 0.5)
+        self.reset()
+        self.assertAlmostEqual(self.truth[-1].pose.pose.position.x, 0.0, delta=1e-6)
+        self.drive(3.2, 3.2)
+        self.joints.clear()
+        self.run_for(1.5)
+        for sample in self.joints:
+            self.assertAlmostEqual(math.remainder(sample.velocity[0], 0.5), 0.0)
+        rospy.set_param('/plant/plant/encoder_step', -1.0)
+        before = self.now()
+        with self.assertRaises(rospy.ServiceException, msg='out of range'):
+            call('/plant/reset', Empty)
+        self.run_for(0.1)
+        self.assertGreaterEqual(self.now(), before, 'and the robot is left as it is')
+        rospy.delete_param('/plant/plant/encoder_step')
+
+    def test_reset_names_a_parameter_that_nobody_knows(self):
+        for name in ('plant/fricton', 'lockstop'):
+            rospy.set_param('/plant/' + name, 0.2)
+
+            def told():  # again until the plant's log is connected
+                with self.assertRaises(rospy.ServiceException):
+                    call('/plant/reset', Empty)
+                return any(name.split('/')[-1] in line.msg for line in self.lines)
+
+            self.wait(told)
+            rospy.delete_param('/plant/' + name)
+
+
+if __name__ == '__main__':
+    rospy.init_node('plant_node_test')
+    rostest.rosrun('jackal_aic', 'plant_node', PlantNode)
