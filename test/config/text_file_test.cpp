@@ -76,9 +76,20 @@ TEST_F(TextFile, WhatIsNoFileIsRefused) {
   close(server);
 }
 
-TEST_F(TextFile, PipeWithoutAWriterDoesNotBlock) {
-  ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
-  EXPECT_EQ(refusal(path("pipe")), "is a pipe without a writer");
+TEST_F(TextFile, PipeIsReadToItsEnd) {
+  std::array<int, 2> ends{};
+  ASSERT_EQ(pipe(ends.data()), 0);
+  std::thread writer([&ends] {  // more than a pipe holds, in pieces with a pause between them
+    const std::string piece(50000, 'y');
+    for (int i = 0; i < 3; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      ASSERT_EQ(write(ends[1], piece.data(), piece.size()), static_cast<ssize_t>(piece.size()));
+    }
+    close(ends[1]);
+  });
+  EXPECT_EQ(readText("/dev/fd/" + std::to_string(ends[0])), std::string(150000, 'y'));
+  writer.join();
+  close(ends[0]);
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 import ast
 import inspect
 import pathlib
-import re
 import subprocess
 import sys
 import unittest
