@@ -49,26 +49,39 @@ class StartAndStop(unittest.TestCase):
         if yaw_rate == 0.0:
             self.assertAlmostEqual(self.robot.speed(), forward, delta=0.05, msg=self.robot.state().reason)
 
-    def test_refuses_a_missing_key_unstable_gains_and_a_damaged_file(self):
-        with tempfile.NamedTemporaryFile('w', suffix='.yaml') as damaged:
-            damaged.write('slip: {effective_track: 9.0, slip_factor: 1.0}')
-            damaged.flush()
-            for name, files, key, value, words in (
-                ('missing', ('standard',), 'controller/kappa_mu', None, ('controller.kappa_mu', 'missing')),
-                ('unstable', ('improved', 'plant_model'), 'controller/kappa_a', 60.0,
-                 ('closed loop', 'spectral radius 1.', 'kappa_a = 60 is too large: stable below')),
-                ('damaged', ('predictive', 'plant_model'), 'slip/file', damaged.name, ('slip.effective_track = 9',))):
-                configure(name, *files)
-                if value is None:
-                    rospy.delete_param('/{}/{}'.format(name, key))
-                else:
-                    rospy.set_param('/{}/{}'.format(name, key), value)
-                process = self.start(name)
-                self.robot.wait(process.ended, 'the node to give up')
-                self.assertEqual((process.process.returncode, process.errors().count('\n')), (1, 1), process.errors())
-                for word in words:
-                    self.assertIn(word, process.errors())
+    def test_refuses_a_missing_key_and_unstable_gains(self):
+        for name, files, key, value, words in (
+            ('missing', ('standard',), 'controller/kappa_mu', None, ('controller.kappa_mu', 'missing')),
+            ('unstable', ('improved', 'plant_model'), 'controller/kappa_a', 60.0,
+             ('closed loop', 'spectral radius 1.', 'kappa_a = 60 is too large: stable below'))):
+            configure(name, *files)
+            if value is None:
+                rospy.delete_param('/{}/{}'.format(name, key))
+            else:
+                rospy.set_param('/{}/{}'.format(name, key), value)
+            process = self.start(name)
+            self.robot.wait(process.ended, 'the node to give up')
+            self.assertEqual((process.process.returncode, process.errors().count('\n')), (1, 1), process.errors())
+            for word in words:
+                self.assertIn(word, process.errors())
         self.assertFalse(self.robot.drives, 'a command was published')
+
+    def test_a_learned_file_that_cannot_be_used_is_put_aside_and_the_robot_drives(self):
+        outdated = 'slip: {effective_track: 0.6, slip_factor: 1.0, told_track: 0.7}'
+        with tempfile.TemporaryDirectory() as folder:
+            learned = os.path.join(folder, 'slip.yaml')
+            with open(learned, 'w') as stream:
+                stream.write(outdated)
+            configure('outdated', 'predictive', 'plant_model')
+            rospy.set_param('/outdated/slip/file', learned)
+            process = self.ready('outdated')
+            self.drive(0.5)
+            said = process.errors()
+            self.assertIn('slip.told_track', said)
+            self.assertIn('Learning starts from the configuration, and the file is now {}.old'.format(learned), said)
+            with open(learned + '.old') as stream:
+                self.assertEqual(stream.read(), outdated)
+            self.end(process)
 
     def test_a_signal_stops_the_robot_by_its_brake(self):
         for number, speed in ((signal.SIGTERM, 0.5), (signal.SIGINT, 1.5)):
