@@ -14,10 +14,10 @@
 namespace jackal_aic {
 namespace {
 
-/// By which an update may come early without missing its action step [s].
+/// Time by which an update may come early without missing its action step [s].
 constexpr double kEarly = 0.002;
 
-/// Largest age of an IMU sample that is paired with the wheels [s]: both come at 50 Hz, and neither waits.
+/// Largest age of an IMU sample that is paired with the wheels [s]: both arrive at 50 Hz.
 constexpr double kPairingAge = 0.03;
 
 /// Wheel speed above which a robot counts as moving when the controller starts; below it is noise [rad/s].
@@ -31,7 +31,7 @@ constexpr double kGraphPeriod = 0.1;
 
 /// Part of the sensors' period in which the wheels are sampled once.
 constexpr double kShortestPeriod = 0.75;
-/// Part of the sensors' period after which wheels that did not change are sampled all the same.
+/// Part of the sensors' period after which unchanged wheel speeds are sampled.
 constexpr double kLongestPeriod = 1.5;
 
 std::string urdfOf(const ros::NodeHandle& robot) {
@@ -221,7 +221,7 @@ void RosController::update(const ros::Time& time, const ros::Duration& period) {
   takeMessages(now);
   const WheelCommand applied = loop_->command();  // until now
   const std::optional<Observation> measured = takeMeasurement(now, period.toSec());
-  // The steps of an action are due a little before the update that runs them, so that one that comes early does too.
+  // The steps of an action are due slightly before their update, so that an early update runs them.
   first_update_ ? loop_->advance(now, now - kEarly) : loop_->advance(now);
   first_update_ = false;
   drive(loop_->command());
@@ -233,7 +233,7 @@ void RosController::update(const ros::Time& time, const ros::Duration& period) {
   publish(time);
 }
 
-/// The loop notices by itself.
+/// The loop detects this itself.
 void RosController::followClockBack(double now) {
   odometry_->forgetMotion();
   imu_.reset();
@@ -323,9 +323,10 @@ bool RosController::wheelsAreDue(double now, double period, bool live, bool imu_
   if (since < 0.0) return true;  // the clock jumped back
   if (since < kShortestPeriod * sensor_period) return false;
   if (period > 0.5 * sensor_period) return true;
-  // A loop that is faster than the sensors sees their samples repeated, and takes them when they are renewed.
+  // A loop that is faster than the sensors reads repeated samples, and uses renewed ones only.
   if (!live) return read_ != last_wheels_ || since >= kLongestPeriod * sensor_period;
-  // Live wheels are read with each sample of the IMU, so that both are of one time and none counts twice.
+  // Wheels that change with every update are read with each IMU sample, so that both have one time and none counts
+  // twice.
   const bool imu_comes = !imu_handle_ && imu_ && now - imu_->stamp <= kPairingAge;
   return imu_comes ? imu_came : since + 0.5 * period >= sensor_period;
 }
