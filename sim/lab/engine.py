@@ -157,7 +157,7 @@ def trace_rows(run, label, drive):
 
 
 def directory(path):
-    """A directory that is there afterwards."""
+    """Creates a directory if it does not exist."""
     try:
         os.makedirs(path, exist_ok=True)
     except OSError as error:
@@ -166,7 +166,7 @@ def directory(path):
 
 
 def write(path, text):
-    """Writes a file and says so; '-' is the standard output."""
+    """Writes a file and prints its name; '-' is the standard output."""
     if str(path) == '-':
         sys.stdout.write(text)
         return
