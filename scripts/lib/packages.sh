@@ -1,12 +1,12 @@
 # shellcheck shell=bash
-# What the project needs from the distribution, and its installation through apt.
+# Packages of the distribution, and their installation through apt.
 
 readonly COMMON_PACKAGES=(cmake g++ make pkg-config python3 libbenchmark-dev libboost-program-options-dev libconsole-bridge-dev
   libeigen3-dev libfmt-dev libgmock-dev libgtest-dev libode-dev liburdfdom-dev libyaml-cpp-dev
   pybind11-dev python3-dev python3-jinja2 python3-matplotlib python3-numpy python3-scipy python3-setuptools python3-tqdm
   python3-yaml valgrind)
 
-# ROS 1 as Debian 11 and 12 ship it, under /usr. The python3-*-msgs are for rostopic, and for rosservice, which else know no message.
+# ROS 1 as Debian 11 and 12 ship it, under /usr. rostopic and rosservice need the python3-*-msgs.
 readonly DEBIAN_ROS_PACKAGES=(catkin ros-core ros-core-dev rosbash python3-rostest ros-robot-state-publisher
   libdiagnostic-updater-dev libdynamic-reconfigure-config-init-mutex-dev libmessage-filters-dev libtf2-msgs-dev libtf2-ros-dev
   pluginlib-dev python3-dynamic-reconfigure python3-{diagnostic,geometry,nav,sensor,tf2,visualization}-msgs python3-std-srvs)
@@ -42,7 +42,7 @@ missing_packages() {
     <(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "$@" 2>/dev/null | sed -n 's/^installed //p' | sort -u)
 }
 
-# What is there already is neither upgraded nor removed.
+# Installed packages are neither upgraded nor removed.
 readonly APT_INSTALL=(install --no-install-recommends --no-upgrade --no-remove)
 
 # install_packages PACKAGE...: installs what is missing; silent, and without a network, when nothing is. apt asks once on a terminal.

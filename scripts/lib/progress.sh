@@ -17,7 +17,7 @@ fail() {
 # 75 -> 1:15
 minutes() { printf '%d:%02d' $(($1 / 60)) $(($1 % 60)); }
 
-# Ends the running phase: first politely (roslaunch then stops its nodes in order), after 20 s for good.
+# Ends the running phase: by SIGTERM (roslaunch then stops its nodes in order), after 20 s by SIGKILL.
 stop_phase() {
   [[ -n $phase_pid ]] || return 0
   kill -TERM -- "-$phase_pid" 2>/dev/null || return 0

@@ -17,7 +17,7 @@ GRACE = 20.0  # s from the request to stop until a process is killed
 
 
 def stop(process):
-    """Ends a process politely, after a while for good."""
+    """Ends a process by SIGINT, after a while by SIGKILL."""
     process.send_signal(signal.SIGINT)
     try:
         process.wait(GRACE)

@@ -38,8 +38,7 @@ other_option() {
   exit 0
 }
 
-# What a user has in the directory of the workspace is neither used nor deleted: these scripts made it (it holds the file `location`
-# then), or it is empty or not there yet.
+# Refuses a directory of the user: these scripts made the workspace (then it contains the file `location`), or it is empty or missing.
 require_own_workspace() {
   local owner='' place='' why=''
   if [[ -f $workspace/location ]]; then
@@ -58,11 +57,11 @@ make_workspace() {
   [[ $repository$workspace != *[[:space:]]* ]] || fail "catkin cannot build in a path with a space: $repository, $workspace"
   require_own_workspace
   { mkdir -p "$workspace" && touch "$workspace/location" && mkdir -p "$workspace/src" "$workspace/log"; } || fail "cannot write to $workspace"
-  # A checkout in the src directory of a workspace of the user would else hold the package twice.
+  # Otherwise a checkout in the src directory of a user's workspace would contain the package twice.
   touch "$workspace/CATKIN_IGNORE"
   workspace=$(cd "$workspace" && pwd -P)
   export ROS_HOME=$workspace/ros MPLCONFIGDIR=$workspace/matplotlib
-  # ROS talks to itself over the loopback address: no network and no name of this machine is needed.
+  # ROS uses the loopback address, so neither a network nor a host name is needed.
   export ROS_IP=127.0.0.1
 }
 
@@ -73,9 +72,9 @@ link_packages() {
     rm -rf "$workspace/build" "$workspace/devel" "$package"
     printf '%s\n' "$repository $workspace" >"$workspace/location"
   fi
-  # A link per entry and not one to the checkout: that would hold the workspace again, and rosrun and roslaunch, which search a
-  # package through all links, would find every program twice. scripts/ is left out: rosrun would offer them. The manifest is
-  # a copy, because catkin_make install copies links. What is right stays: another script may be running on it.
+  # A link per entry: one link to the checkout would contain the workspace again, and rosrun and roslaunch, which follow all links,
+  # would find every program twice. scripts/ has no link, because rosrun would offer them. The manifest is a copy, because
+  # catkin_make install copies links. Correct links stay, because another script may use them.
   mkdir -p "$package"
   find "$package" -xtype l -delete
   for entry in "$repository"/*; do
@@ -83,7 +82,7 @@ link_packages() {
   done
   cmp -s "$repository/package.xml" "$package/package.xml" ||
     cp --remove-destination --preserve=timestamps "$repository/package.xml" "$package/"
-  # The first configuration keeps the environment in which catkin will run the tests, and leaves out of it what is not there yet.
+  # catkin runs the tests in the environment of the first configuration, without directories that do not exist then.
   mkdir -p "$workspace/devel/lib/python3/dist-packages"
   # Where the system does not have the packages, those of sim/ stand in.
   rm -f "$workspace/src/jackal_msgs" "$workspace/src/ros_control"

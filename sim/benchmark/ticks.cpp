@@ -68,14 +68,17 @@ class Samples {
   std::size_t index_ = 0;
 };
 
-/// Belief update of the thesis' controller between two samples.
-Tick beliefTick() {
+/// Belief update of the thesis' controller. @param sampled each with a new sample, else all with the last one
+Tick beliefTick(bool sampled) {
   const DriveParameters drive = parametersOf("improved");
   const std::shared_ptr<VelocityController> controller = makeController(drive);
-  Samples samples(drive.geometry, kSamplePeriod);
+  Samples samples(drive.geometry, sampled ? 0.001 : kSamplePeriod);
   controller->setSetPoint(kArc);
   for (int i = 0; i < 10; ++i) controller->observe(samples.next());
-  return [controller] { controller->updateBelief(); };
+  return [controller, samples, sampled]() mutable {
+    if (sampled) controller->observe(samples.next());
+    controller->updateBelief();
+  };
 }
 
 /// Belief update of the predictive controller. @param sampled each brings a sample; else one in a thousand does.
@@ -127,7 +130,8 @@ Tick monitorTick(int milliseconds, bool checked) {
 
 const std::vector<std::pair<std::string, std::function<Tick()>>>& ticks() {
   static const std::vector<std::pair<std::string, std::function<Tick()>>> list{
-      {"belief", beliefTick},
+      {"belief", [] { return beliefTick(false); }},
+      {"belief_sample", [] { return beliefTick(true); }},
       {"predictive", [] { return predictiveTick(false); }},
       {"predictive_sample", [] { return predictiveTick(true); }},
       {"monitor_advance", [] { return monitorTick(1, false); }},

@@ -1,8 +1,8 @@
 """Published controllers of a plant with dead time, compared with `predictive`; all tuned by the same search under the same margins.
 
-Each wheel has a regulator around a path that its motors can follow: the command of the path is fed forward, and the regulator answers
-the deviation e of the measured speed from the speed that the model expects of it [rad/s]. So a step on a robot that is its model is
-the same for all of them, and what they differ in is what they do about disturbances.
+Each wheel has a regulator around a path that its motors can follow. The command of the path is fed forward; the
+regulator corrects the deviation e of the measured speed from the predicted one [rad/s]. So a step on a robot that
+equals its model is the same for all of them, and they differ in their response to disturbances.
 """
 
 import collections
@@ -54,7 +54,7 @@ def simc(model, radius, tau_c, derivative=False):
 
 
 class SmithPredictor:
-    """PI with the predictor of Smith (1957): it acts on the predicted deviation without further disturbances."""
+    """PI with the predictor of Smith (1957): it acts on the predicted deviation, assuming no further disturbance."""
 
     def __init__(self, model, radius, proportional, integral):
         self.pi = Pid(proportional, integral)
@@ -70,8 +70,8 @@ class SmithPredictor:
 
 
 class Lqg:
-    """LQG for a plant with dead time: v = -(d + K (w, z)(t + dead time)) / gain, with the state that the model expects when the command
-    of now begins to act."""
+    """LQG for a plant with dead time: v = -(d + K (w, z)(t + dead time)) / gain, with the predicted state at the time
+    when the present command begins to act."""
 
     def __init__(self, model, radius, speed_noise, disturbance_noise, command_weight, measurement_variance=9e-4):
         ticks = delay(model)
@@ -132,8 +132,8 @@ class ActiveInference:
 
 
 class UnbiasedActiveInference:
-    """Unbiased active inference (Baioumy, Pezzato, Ferrari and Hawes 2022): the goal is a density of the action and not of the state,
-    p(v | mu), a PI law of the belief, so that the belief is filtered by its own past alone:
+    """Unbiased active inference (Baioumy, Pezzato, Ferrari and Hawes 2022): the goal is a density of the action and not
+    of the state, p(v | mu): a PI law of the belief. So the belief is only a filter of the measurement:
 
         mu <- mu + share (y - mu),   v = -(k_p mu + k_i int mu dt).
     """
@@ -248,7 +248,7 @@ def figures(name, plant, values, dead_time_factor=1.0):
 
 
 def excess(found):
-    """Logarithms that have to be negative: of Ms, gain and delay margin over their bars."""
+    """Logarithms of Ms, gain and delay margin over their bars; negative if the bar is kept."""
     if not found['stable']:
         return [UNSTABLE] * 3
     ratios = found['peak_sensitivity'] / MS, GAIN_MARGIN / found['gain_margin'], DELAY_MARGIN / found['delay_margin']
@@ -274,7 +274,7 @@ def tune(name, plant):
 
 
 def driven(name, plant, values, case):
-    """Figure of a case of bounds.py in multiples of its bound."""
+    """Figure of a case of bounds.py relative to its bound."""
     chosen = controller(name, plant, values)
     if isinstance(chosen, dict):
         motion_controller, overrides = 'predictive', dict(chosen, **{'predictive.learn_drive_train': False})

@@ -1,20 +1,21 @@
-"""How near every preset comes to what no controller can beat on a robot with this dead time, acceleration limit and sampling.
+"""Every preset relative to a bound that no controller can beat on a robot with this dead time, acceleration limit and
+sampling.
 
 Settling to within 5 % of a step of the wheels' circumference speed by dv: nothing happens for the dead time, and after it the speed
 changes at most with the acceleration limit a,
 
     t >= dead_time + 0.95 dv / a.
 
-In a turn on the ground the body comes behind its wheels by a lag of its own: there the bound is the time at which the simulated robot
-turns with 95 % of the set point when its wheels run apart as fast as they can.
+In a turn on the ground the body follows its wheels with a lag. There the bound is the time until the simulated robot
+turns with 95 % of the set point, with both wheels at full throttle in opposite directions.
 
-Integral of the absolute error (IAE) after a disturbance of the motors at time 0. With e_0(t) the error if the command stays what it
-was, and t_1 the time at which the first action after the first sample that shows the disturbance has an effect,
+Integral of the absolute error (IAE) after a disturbance of the motors at time 0. e_0(t) is the error under an unchanged
+command. At t_1 the first action after the first sample with the disturbance has an effect. Then
 
     IAE >= int_0^t1 |e_0| dt + e_0(t_1)^2 / (2 a):
 
-what is done before t_1 to be ready for a disturbance costs as much under its opposite, and after t_1 the speed changes with at most a.
-Noise would only add to both sides, so this table has no noise.
+any preparation before t_1 costs as much under the opposite disturbance, and after t_1 the speed changes at most with a.
+This table has no noise, which would only add to both sides.
 """
 
 import math
@@ -51,7 +52,7 @@ CASES = (Case('0.1 m/s', 0.1), Case('0.5 m/s', 0.5), Case('1 m/s', 1.0), Case('2
 
 
 class Apart(jackal_aic.VelocityController):
-    """Turns the wheels apart as fast as they can."""
+    """Full throttle in opposite directions."""
 
     rate = 1000.0
 
@@ -115,8 +116,8 @@ def value(plant, controller, case, overrides=None):
 
 def bar(case, least):
     """The bar of `predictive`: settling time in multiples of the bound and one action period, IAE in multiples of the bound."""
-    asked = engine.bars()['bounds']
-    return asked['error_after_disturbance'] * least if case.fault else asked['settling'] * least + PERIOD
+    bars = engine.bars()['bounds']
+    return bars['error_after_disturbance'] * least if case.fault else bars['settling'] * least + PERIOD
 
 
 def row(item):

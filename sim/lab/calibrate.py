@@ -51,7 +51,7 @@ def rounded(value, resolution=0.0):
 
 
 def compared(tables):
-    """Rows of tables, each with the integrator with which it is compared."""
+    """Rows of tables, each with its integrator for the comparison."""
     return [(row, thesis.comparable_integrator(row)) for table in tables for row in thesis.steps(table)]
 
 
@@ -73,7 +73,7 @@ def errors(row, settling, rise):
 
 
 def trend_error(rows, settlings):
-    """By how much settling changes less from row to row of a table than in the thesis."""
+    """Deviation of the changes of settling from row to row of a table from those of the thesis."""
     total, count = 0.0, 0
     for i, row in enumerate(rows):
         before = next((k for key in ('column', 'row') for k in range(i - 1, -1, -1)

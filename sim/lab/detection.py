@@ -59,7 +59,7 @@ def detect(case):
 
 
 def alarms(drive):
-    """Number of samples, of samples with an excluded channel and of findings, and the first finding in words."""
+    """Numbers of samples, of samples with an excluded channel and of findings, and the text of the first finding."""
     found = [(time, text) for time, text, _ in drive.findings if text]
     return {'samples': len(drive.time), 'outliers': int(numpy.sum(drive.counted == 0)), 'faults': len(found),
             'fault': '{1} at {0:.6f} s'.format(*found[0]) if found else ''}

@@ -164,7 +164,7 @@ def trace_rows(run, label, drive):
 
 
 def directory(path):
-    """A directory that is there afterwards."""
+    """Creates a directory if it does not exist."""
     try:
         os.makedirs(path, exist_ok=True)
     except OSError as error:
@@ -178,7 +178,7 @@ def save(out, name, rows, columns):
 
 
 def write(path, text):
-    """Writes a file and says so; '-' is the standard output."""
+    """Writes a file and prints its name; '-' is the standard output."""
     if str(path) == '-':
         sys.stdout.write(text)
         return

@@ -1,9 +1,9 @@
-"""Searches gains that settle fastest on simulated robots, keep their margins, and pass everything that users drive.
+"""Searches gains that settle fastest on simulated robots, keep their margins, and pass all trials (trials.py).
 
-Of the thesis' structure tau, kappa_mu, kappa_a and the variances of all orders, for each number of orders: first on the linear models
-in the whole space (differential evolution), then on the simulated robots (Nelder and Mead) in rounds: the worst trials that the best
-gains of a round fail join those by which the next round judges. Of the predictive structure the gains of PREDICTIVE, on the simulated
-robots. All on logarithmic scales; the same task gives the same gains.
+For the thesis' structure it searches tau, kappa_mu, kappa_a and the variances of all orders, for each number of orders.
+It starts on the linear models in the whole space (differential evolution) and continues on the simulated robots (Nelder
+and Mead) in rounds. The worst failed trials of a round join the trials of the next one. For the predictive structure it
+searches the gains of PREDICTIVE on the simulated robots. Scales are logarithmic; the same task gives the same gains.
 """
 
 import math
@@ -26,7 +26,8 @@ THESIS = {'tau': (1e-4, 1.0), 'kappa_mu': (1e-3, 1e3), 'kappa_a': (0.3, 300.0)}
 
 
 def margin_violation(task, loops):
-    """By how much a spectral radius is above what the margins ask for, at both ends of the phase; negative if they are kept."""
+    """Excess of a spectral radius over the margins' bound, at both ends of the phase; negative if the margins are
+    kept."""
     worst = -1.0
     for loop in loops:
         for phase in (loop.longest_phase, 0.0):
@@ -38,8 +39,9 @@ def margin_violation(task, loops):
 
 
 def linear_cost(task, gains):
-    """The longest time [s] over robots and both ends of the phase from which a step of the linear model stays within BAND, with
-    penalties for margins and overshoot, and a little of the error's area, which leads where the settling time has no slope."""
+    """The longest settling time to BAND [s] of a step of the linear model, over robots and both ends of the phase.
+    Penalties for margins and overshoot are added, and a small part of the error's area, which guides the search where
+    the settling time is flat."""
     worst = 0.0
     for robot in task.robots:
         loop = loops_of(task, robot, gains)[0]
@@ -82,8 +84,8 @@ class Space:
             self.start, bounds = {'predictive.' + name: start[name] for name in PREDICTIVE}, PREDICTIVE.values()
             self.places = [(key, None) for key in self.start]
         else:
-            # A hundred-thousandth of what white noise has in an order, C(2 i, i) rate^2i times as much as in order 0: more precise ones
-            # amplify the steps of encoders into limit cycles.
+            # At least 1e-5 of the variance of white noise in an order, C(2 i, i) rate^2i times that of order 0: smaller ones amplify
+            # encoder steps into limit cycles.
             noise = [math.factorial(2 * i) / math.factorial(i)**2 * rate**(2 * i) for i in range(1, orders + 1)]
             least = [min(max(1e-5 * start['sensory_variances'][0] * times, 1e-3), 1e11) for times in noise]
             bounds = [*THESIS.values()] + (orders + 1) * [(1e-4, 1e6)] + [(variance, 1e12) for variance in least]
@@ -94,8 +96,8 @@ class Space:
 
     @staticmethod
     def _damped(task, start, orders):
-        """Gains to set out from: a precise y' pulls mu' along, the state dynamics pull mu to mu_d - tau mu', and so the integral action
-        gets a proportional part tau y. kappa_a is two fifths of what is stable."""
+        """Initial gains. A precise y' draws mu' towards it and the state dynamics draw mu to mu_d - tau mu', so the
+        integral action gets a proportional part tau y. kappa_a is two fifths of the stability limit."""
         models = [loops_of(task, robot, {})[0].robot for robot in task.robots]
         delay = max(model['dead_time'] + model['lag'] for model in models) + 1.0 / start['action_rate']
         states = start['state_variances'] + orders * start['state_variances'][-1:]

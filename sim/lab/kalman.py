@@ -1,4 +1,4 @@
-"""The best linear estimator with a constant gain for the drive train: what `predictive`'s belief is compared with."""
+"""The best linear estimator of the drive train with a constant gain, the reference for `predictive`'s belief."""
 
 import numpy
 import scipy.linalg
@@ -16,7 +16,7 @@ def drive_train(model, radius):
 
 
 def over_ticks(step, fluctuation, count):
-    """Transition, and covariance of what fluctuates, over some ticks."""
+    """Transition and covariance of the fluctuations over some ticks."""
     transition, process = numpy.eye(len(step)), numpy.zeros_like(step)
     for _ in range(count):
         process = step @ process @ step.T + numpy.diag(fluctuation)
@@ -33,7 +33,7 @@ def stationary_gain(transition, process, output, noise):
 def filtered(drive, values, track):
     """Speed and yaw rate of a steady-state Kalman filter with the commands and samples of a drive.
 
-    values: of settings(); track: the true effective track [m], which the filter knows from the start (not on the box).
+    values: of settings(); track: the true effective track [m], known to the filter (not on the box).
     """
     model, geometry, gains = values['plant_model'], values['geometry'], values['controller']
     radius, box = geometry['wheel_radius'], model['on_box']

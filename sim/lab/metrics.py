@@ -52,8 +52,8 @@ def rms(values):
 
 
 def errors(drive, motion):
-    """Root mean squares since the first step: true against set (tracking), believed against true; and the belief's mean error at the
-    end of the assessed step [% of the set point]."""
+    """Root mean squares since the first step of tracking (true minus set) and belief (believed minus true), and the
+    belief's mean error at the end of the assessed step [% of the set point]."""
     late = drive.time >= motions.REST
     figures = {'tracking_rms_mps': rms((drive.speed - drive.set_speed)[late]),
                'tracking_rms_radps': rms((drive.yaw_rate - drive.set_yaw_rate)[late])}

@@ -16,7 +16,7 @@ class Motion(typing.NamedTuple):
     """A drive: set_points as (time, speed, yaw rate) [s, m/s, rad/s], its duration [s], and what is assessed.
 
     channel: 'speed' or 'yaw_rate', whose step at `start` is assessed until `end` [s]; None: no step.
-    faults: what happens meanwhile (jackal_aic.Fault).
+    faults: faults meanwhile (jackal_aic.Fault).
     """
 
     set_points: tuple
@@ -100,7 +100,7 @@ def arc(draw):
 
 
 def joystick_points(draw, duration):
-    """A hand at a joystick: targets that change now and then, and a stick that follows them in its own time."""
+    """Joystick driving: targets change at random times, and the stick follows them with a lag."""
     points, target, stick, until, agility, time = [], (0.0, 0.0), (0.0, 0.0), REST, 1.0, REST
     while time < duration:
         if time >= until:
@@ -137,7 +137,7 @@ def ordinary(seed, duration):
 
 
 def read(node):
-    """The motion that a scenario describes: a step, a square wave (low, high) or a driving cycle (cycle: its seed)."""
+    """The motion of a scenario: a step, a square wave (low, high) or a driving cycle (cycle: its seed)."""
     node = dict(node)
     faults = tuple(Fault('friction', change['time'], value=change['friction']) for change in node.pop('friction_changes', ()))
     channel = node.pop('assess', None)

@@ -36,7 +36,7 @@ def truth(drive, values):
 
 
 def stock(drive, radius):
-    """Pose (x, y, heading) of the stock controller's odometry: the ways of the wheels, on arcs."""
+    """Pose (x, y, heading) of the stock controller's odometry: wheel speeds integrated on arcs."""
     left, right = numpy.diff(radius * drive.wheel_position_left), numpy.diff(radius * drive.wheel_position_right)
     turns = (right - left) / STOCK_TRACK
     headings = numpy.concatenate([[0.0], numpy.cumsum(turns)])
@@ -46,7 +46,7 @@ def stock(drive, radius):
 
 
 def drift(pose, drive, way):
-    """Position error by the metre and error of the heading [rad] at the end of a drive."""
+    """Position error per metre and heading error [rad] at the end of a drive."""
     x, y, heading = pose
     error = math.hypot(x - drive.x[-1], y - drive.y[-1])
     return error / way if way > 0.0 else 0.0, abs(math.remainder(heading - drive.heading[-1], 2.0 * math.pi))

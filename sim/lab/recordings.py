@@ -38,7 +38,7 @@ class Recording(typing.NamedTuple):
     wheel_radius: float
     wheel_distance: float
     has_imu: bool
-    gyro_reversed: bool  # the file's gyro has the other sign, which the samples have right
+    gyro_reversed: bool  # the file's gyro has the other sign; the samples are corrected
     samples: list
 
     def column(self, name):
@@ -133,7 +133,7 @@ def _gyro_reversed(samples):
 
 
 def read(path):
-    """A recording. Raises ValueError with file, line, column and value if it cannot be one."""
+    """A recording from a file. Raises ValueError with file, line, column and value."""
     name = pathlib.Path(path).stem
     known = [robot for robot in ROBOTS if name.startswith(robot)]
     if not known:
@@ -181,9 +181,9 @@ def steady_blocks(recording):
 # ---- what reached the motors
 
 class CommandPath(typing.NamedTuple):
-    """What the robot's own software makes of a recorded command before its motors get it: it scales mean and difference of the sides,
-    cuts the difference, slows both sides where one is too fast, and lets both change only so fast. A monitor on the robot sees what
-    the motors get, so its replay has to."""
+    """Processing of a recorded command by the robot's own software, up to the motors. It scales mean and difference of
+    the sides, bounds the difference, slows both sides if one is too fast, and limits their acceleration. A monitor on
+    the robot receives the motors' commands, so the replay needs them."""
 
     forward_gain: float = 1.0
     yaw_gain: float = 1.0
@@ -217,7 +217,7 @@ def _part(sides, index):
 
 
 def _ratio(commands, wheels):
-    """Median of measured / recorded over the pieces in which a part is moderate: neither noise nor cut."""
+    """Median of measured / recorded over pieces with moderate values, neither noise nor bounded."""
     moderate = numpy.sort(numpy.abs(commands))[len(commands) // 2]
     some = (numpy.abs(commands) > 0.2 * moderate) & (numpy.abs(commands) < moderate)
     ratios = numpy.sort(wheels[some] / commands[some])
@@ -225,7 +225,7 @@ def _ratio(commands, wheels):
 
 
 def _rate(recording, path, index):
-    """The rate that explains a part of the wheels' speeds best, over delays up to 0.4 s [rad/s^2]."""
+    """The acceleration limit that explains a part of the wheel speeds best, over delays up to 0.4 s [rad/s^2]."""
     rates = 0.5 * 1.15**numpy.arange(38)
     delays = numpy.arange(9)
     measured = _part(numpy.stack([recording.column('left'), recording.column('right')], axis=1), index)
@@ -246,14 +246,14 @@ def _rate(recording, path, index):
 
 
 def fit_path(recording):
-    """The path that explains a recording best, by the least sum of absolute errors; straight through with fewer than 8 pieces, or if
-    the wheels stand or turn against the commands, which a path that cuts these to nothing would hide."""
+    """The command processing that explains a recording best, by the least sum of absolute errors. Unchanged commands
+    with fewer than 8 pieces, or if the wheels stand or turn against the commands, which strong bounds would hide."""
     blocks = steady_blocks(recording)
     if len(blocks) < 8:
         return CommandPath()
     commands, wheels = (numpy.array([getattr(block, name) for block in blocks]) for name in ('command', 'wheels'))
     parts = [(_part(commands, i), _part(wheels, i)) for i in (0, 1)]
-    if any(numpy.sum(asked * done) < 0.05 * numpy.sum(asked**2) for asked, done in parts):
+    if any(numpy.sum(commanded * done) < 0.05 * numpy.sum(commanded**2) for commanded, done in parts):
         return CommandPath()
     fastest, widest = float(numpy.abs(wheels).max()), float(numpy.abs(parts[1][1]).max())
     start = numpy.maximum([_ratio(*parts[0]), _ratio(*parts[1]), 0.95 * widest, 0.95 * fastest], 0.1)
@@ -289,7 +289,7 @@ def identify(recording, commands, end=None):
 
 
 def known_model(recording, commands, identified):
-    """Plant model that the loop has, and why it is not identified, if it should be."""
+    """Plant model of the loop, and the reason of a failed identification."""
     model = dict(robots.assumed_model(), sensor_rate=20.0)
     if not identified:
         return model, ''
@@ -309,7 +309,7 @@ def known_model(recording, commands, identified):
 
 
 def held_out(step):
-    """The steps that the loop does not learn from."""
+    """The held-out steps."""
     return step >= 0 and step % 2 == 1
 
 
@@ -359,12 +359,12 @@ def _gyro(recording, identified, path):
     """Column gyro; a reversed gyro has to be detected."""
     if not recording.gyro_reversed:
         return 'as the wheels' if recording.has_imu else 'none'
-    told = replay(recording, path, identified, True)['reversed_told']
-    return 'reversed, not found' if told is None else 'reversed, found after {:.0f} s'.format(told)
+    found = replay(recording, path, identified, True)['reversed_told']
+    return 'reversed, not found' if found is None else 'reversed, found after {:.0f} s'.format(found)
 
 
 def row(item):
-    """A row of the table and the figures behind it."""
+    """A row of the table with its figures."""
     path, identified = item
     recording = read(path)
     command_path = fit_path(recording)

@@ -1,4 +1,4 @@
-"""How robots are drawn: everything in which a real one differs from its model."""
+"""Random robots, over all differences between a real robot and its model."""
 
 import typing
 
@@ -8,7 +8,7 @@ import motions
 from draws import Draws
 from engine import CONTROLLERS, PLANTS
 
-# Keys of plant.* and between which values they are drawn. Sources: doc/reference/simulated_jackal.md.
+# Keys of plant.* and their ranges. Sources: doc/reference/simulated_jackal.md.
 REALITY = (('wheel_offset', 0.0, 0.5), ('wheel_breakaway', 0.0, 0.8), ('wheel_radius_left', 0.095, 0.098),
            ('wheel_radius_right', 0.095, 0.098), ('battery_sag', 0.0, 0.2), ('battery_discharge', 0.0, 0.1), ('payload', 0.0, 8.0),
            ('payload_x', -0.08, 0.08), ('payload_y', -0.08, 0.08), ('payload_z', 0.0, 0.2), ('friction', 0.35, 0.9),
@@ -132,8 +132,9 @@ def _quiet_motion(draw, duration):
 
 
 def quiet_drive(seed, number, duration, identified=True, real=False):
-    """The healthy robot of a number and what it does: any preset on ground or box with any sensors, whose motors accelerate by half to
-    three times their model (not identified: dead time, lag and gain differ too); `real`: on a drawn robot and ground."""
+    """The healthy robot of a number and its drive: any preset on ground or box with any sensors. Its motors accelerate
+    by half to three times their model; without identification dead time, lag and gain differ, too. `real`: a random
+    robot and ground."""
     draw = Draws(seed * 1000003 + number)
     controller, plant = draw.one_of(CONTROLLERS), draw.one_of(PLANTS)
     limit = _ratio(draw, 0.5, 3.0)

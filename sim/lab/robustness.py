@@ -1,4 +1,4 @@
-"""A step on robots that are drawn over everything in which a real one differs from its model, and turns with soft motors."""
+"""A step on random robots (robots.py), and turns with soft motors."""
 
 import numpy
 
@@ -40,7 +40,7 @@ def keeps(row):
 
 
 def summary(rows):
-    """How many rows are unstable, and how many keep each bar."""
+    """Numbers of unstable rows, and of rows that keep each bar."""
     bounded = [keeps(row) for row in rows if row['bounded']]
     return dict({bar: sum(kept[bar] for kept in bounded) for bar in ('settled', 'exact', 'believed')},
                 unstable=len(rows) - len(bounded), runs=len(rows))

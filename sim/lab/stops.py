@@ -1,4 +1,5 @@
-"""From rest to a set point and back to rest, also on motors that are not the model's: no preset winds up or runs back."""
+"""From rest to a set point and back to rest, also with other motors than the model's: overshoot and running back of
+every preset."""
 
 import numpy
 
@@ -61,7 +62,8 @@ def driven(case, overrides):
 
 
 def bars(controller, factor):
-    """Largest excess over the set point [%], and what runs back after the stop [m/s, rad/s]; more on weak motors."""
+    """Bars: largest excess over the set point [%], and running back after the stop [m/s, rad/s]; more on weak
+    motors."""
     if factor < 1.0:
         return 15.0, 0.10, 0.15
     return {'predictive': 5.0, 'standard': 12.0}.get(controller, 10.0), 0.03, 0.05

@@ -173,7 +173,7 @@ def usable_ranges(node):
 # ---- beyond the thesis
 
 def plant_limit(plant, motion, label):
-    """What no controller that cannot foresee the set points beats: the set point after the dead time, within the acceleration limit."""
+    """Bound of every controller without preview: the set point after the dead time, within the acceleration limit."""
     values = engine.settings(plant, 'diff_drive')['plant']
     largest, delay = values['acceleration_limit'] * motions.TICK, values['dead_time']
     time = numpy.arange(int(round(motion.duration / motions.TICK))) * motions.TICK
@@ -217,7 +217,7 @@ def comparison(node):
 
 
 def kalman_filter(plant, motion, overrides, track):
-    """The same drive by `predictive`, with the estimate of a Kalman filter in the place of the belief."""
+    """The same drive by `predictive`, with the estimate of a Kalman filter instead of the belief."""
     row, drive = engine.result(plant, 'predictive', motion, overrides)
     samples = engine.drive(plant, 'predictive', motion, overrides, samples_only=True).time
     drive.sampled = numpy.isin(drive.time, samples)

@@ -1,5 +1,5 @@
-"""What gains have to pass: margins by the certificate, and everything that users drive, from rest to a set point and back, on robots
-as they are, on robots that are not their model, and with coarse encoders and late samples."""
+"""Trials of gains: margins by the certificate, and drives from rest to a set point and back. On nominal robots, on
+robots that differ from their model, and with coarse encoders and late samples."""
 
 import functools
 import math
@@ -18,8 +18,8 @@ DRIVE, STAND = 4.0, 3.0  # s; half the limit of the ground's motors reaches 2 m/
 RESERVE = 0.9  # part of a bar above which penalties begin
 LIMITS = {'limits.linear_acceleration': 20.0, 'limits.angular_acceleration': 25.0}  # of the robot, which the thesis' runs do not have
 
-# What is driven: set points (speed, yaw rate); robots that are not their model (dead time + s, lag, gain, acceleration limit x);
-# encoders; and how late a sample may come [s]. Bars of the robot as it is, and of one that is not its model.
+# Set points (speed, yaw rate); robots that differ from their model (dead time + s, lag, gain, acceleration limit x); encoders; largest
+# delay of a sample [s]. Bars of the nominal robot, and of one that differs from its model.
 SET_POINTS = ((0.1, 0.0), (0.3, 0.0), (0.5, 0.0), (1.0, 0.0), (1.5, 0.0), (2.0, 0.0), (0.0, 0.5), (0.0, 2.0), (0.5, 0.5), (1.0, 2.0))
 SPREAD = {'dead time + 10 ms': (0.01, 1.0, 1.0, 1.0), 'dead time - 10 ms': (-0.01, 1.0, 1.0, 1.0), 'lag x 1.4': (0.0, 1.4, 1.0, 1.0),
           'lag x 0.7': (0.0, 0.7, 1.0, 1.0), 'gain x 1.05': (0.0, 1.0, 1.05, 1.0), 'gain x 0.95': (0.0, 1.0, 0.95, 1.0),
@@ -31,7 +31,7 @@ MISSED = {'overshoot_pct': 'overshoots by {:.4g} % (at most {:.4g})', 'beyond_mp
 
 
 class Robot(typing.NamedTuple):
-    """A robot on which gains have to hold: its name, what simulate() takes for it, and its values of plant.*."""
+    """A robot for the trials: its name, its argument of simulate(), and its values of plant.*."""
 
     name: str
     plant: str
@@ -39,7 +39,7 @@ class Robot(typing.NamedTuple):
 
 
 class Task(typing.NamedTuple):
-    """What is searched: from a preset or file, on robots, within bars. orders: of the thesis' structure, from and to."""
+    """A search: from a preset or file, on robots, within bars. orders: of the thesis' structure, from and to."""
 
     start: str
     robots: tuple
@@ -61,7 +61,7 @@ class Task(typing.NamedTuple):
 
 
 class Trial(typing.NamedTuple):
-    """From rest to a set point and back. nominal: the robot as it is."""
+    """From rest to a set point and back. nominal: the robot equals its model."""
 
     robot: Robot
     set_point: tuple
@@ -76,7 +76,8 @@ class Trial(typing.NamedTuple):
 
 
 class Assessment(typing.NamedTuple):
-    """What gains do. robots: figures of each; missed: in words, margins first; worst: trials that are missed, the worst first."""
+    """Assessment of gains. robots: figures of each; missed: texts, margins first; worst: failed trials, the worst
+    first."""
 
     gains: dict
     robots: tuple
@@ -107,8 +108,8 @@ def confidence_box(task, robot):
 
 
 def trials(task, robot):
-    """Every trial of a robot: as it is over the phase of the timers; coarse encoders with late samples; its spread and the corners of
-    its confidence box at the worst end of the phase; and random ones."""
+    """Every trial of a robot. Nominal over the phase of the timers; coarse encoders with late samples; its spread and
+    the corners of its confidence box at the worst end of the phase; random ones."""
     plant, latest, found = robot.values, 1.0 / robot.values['sensor_rate'] - motions.TICK, []
 
     def add(set_point, words, overrides, phase=latest, nominal=False, unseen=0.0):
@@ -120,7 +121,7 @@ def trials(task, robot):
         for point in SET_POINTS:
             add(point, 'phase {:.4g} s'.format(phase), {}, phase, True)
     for step in STEPS:
-        for point in ((0.1, 0.0), (0.7, 0.0), (0.3, 0.7)):  # a part of the set point is below what such an encoder can see
+        for point in ((0.1, 0.0), (0.7, 0.0), (0.3, 0.7)):  # the encoder does not resolve a part of the set point
             add(point, 'encoder steps of {:.4g} rad/s, late samples'.format(step), {
                 'plant.encoder_step': step, 'plant.encoder_noise': 0.003, 'plant.stamp_jitter': LATEST}, 0.5 * latest,
                 unseen=10.0 * step / max(point[0], 0.1))
@@ -138,7 +139,7 @@ def trials(task, robot):
 
 
 def first_trials(task):
-    """Trials by which candidates are judged at first: the searched step at both ends of the phase, a turn, a fast step on a slower
+    """First trials of a candidate: the searched step at both ends of the phase, a turn, a fast step on a slower
     motor, and coarse encoders on an arc."""
     chosen = (((SPEED, 0.0), 'phase 0.0'), ((SPEED, 0.0), 'phase 0 '), ((0.0, 2.0), 'phase 0.0'), ((1.0, 0.0), 'lag x 1.4'), ((0.3, 0.7), 'of 0.06'))
     listed = [trials(task._replace(draws=0), robot) for robot in task.robots]
@@ -146,7 +147,8 @@ def first_trials(task):
 
 
 def drive(task, gains, trial):
-    """Figures of a trial (stops.assess()). `predictive` learns how much an arc slips in a first one, and is judged by the second."""
+    """Figures of a trial (stops.assess()). `predictive` learns the slip of an arc in a first drive, and is assessed in
+    the second."""
     motion = motions.stop(*trial.set_point, DRIVE, STAND)
     begin = motion.duration if task.predictive() and all(trial.set_point) else 0.0
     again = tuple((begin + time, *point) for time, *point in motion.set_points) if begin else ()
@@ -159,13 +161,14 @@ def drive(task, gains, trial):
 # ---- what gains are worth
 
 def penalty(bars, figures):
-    """A second for every bar that is not kept and for as many times as it is exceeded, and a little below it."""
+    """Penalty [s]: one second for every missed bar, in proportion to its excess, and a small part just below the
+    bar."""
     parts = [(figures[name] / (RESERVE * bar), figures[name] <= bar) for name, bar in bars.items()]
     return sum(part - kept for part, kept in parts if part > 1.0) + (2.0 if figures['settling_s'] is None else 0.0)
 
 
 def missed_bar(bars, figures):
-    """The first figure that is not kept, in words; empty if every one is."""
+    """Text of the first missed figure; empty if every bar is kept."""
     words = [MISSED[name].format(figures[name], bars[name]) for name in MISSED if not figures[name] <= bars[name]]
     return 'never settles' if figures['settling_s'] is None else words[0] if words else ''
 

@@ -8,7 +8,7 @@
 namespace jackal_aic::sim {
 namespace {
 
-/// Lets the plant rest for the time [s] that it is to be ahead of the controller; returns its time.
+/// Lets the plant rest for its lead over the controller [s]; returns its time.
 double takeLead(JackalPlant& plant, DriveLoop& drive, double phase) {
   for (auto steps = std::llround(phase / JackalPlant::kStep); steps > 0; --steps) {
     if (plant.measurement()) drive.observe(plant.measurement()->observation(), plant.time() - phase);

@@ -35,11 +35,11 @@ struct SetPointProfile {
     double friction;  ///< Coulomb coefficient
   };
   std::vector<FrictionChange> friction_changes;  ///< in order of time; the plant's own before the first
-  /// Another gain and offset of the motors, and their start time.
+  /// Other gain and offset of the motors, and their start time.
   struct MotorChange {
     double time;    ///< [s]
     double gain;    ///< steady-state wheel speed / command
-    double offset;  ///< by which a wheel turns slower than asked [rad/s]
+    double offset;  ///< by which a wheel turns slower than commanded [rad/s]
   };
   std::vector<MotorChange> motor_changes;  ///< in order of time; the plant's own before the first
 
@@ -64,8 +64,8 @@ void describeFields(Visitor& v, LoopParameters& p) {
   v.field("phase", p.phase, {0.0, 1.0}, "s", Presence::optional);
 }
 
-/// Settings of a drive loop that always drives: without deadlines, watchdog and fault detection, and with every loss
-/// tolerated that the controller can handle. The caller sets controller, geometry, limits and model.
+/// Settings of a drive loop that always drives: without deadlines, watchdog and fault detection. It tolerates every
+/// loss that the controller can handle. The caller sets controller, geometry, limits and model.
 DriveParameters uninterrupted();
 
 /// One step of the closed loop.
@@ -86,12 +86,11 @@ struct LoopHooks {
 };
 
 /// Runs a drive loop on a plant along a profile from rest, the only place where both meet without ROS.
-/// @param loop its phase is the time that the plant, and with it the clock of the sensors, is ahead of profile and
-/// controller.
+/// @param loop its phase is the lead of the plant and the sensors' clock over profile and controller.
 void driveClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile& profile, const LoopHooks& hooks,
                      const LoopParameters& loop = {});
 
-/// Body velocity as a run reports it (base_link): the true one. On the box, where the chassis cannot move, that of the
+/// Reported body velocity of a run (base_link): the true one. On the box, where the chassis cannot move, that of the
 /// wheels without slip (eq. 3-1), as the thesis plots it.
 BodyVector reportedVelocity(const PlantTruth& truth, Support support, const SkidSteerKinematics& kinematics);
 

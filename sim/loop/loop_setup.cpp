@@ -52,7 +52,7 @@ LimitParameters thesisLimits() {
   return limits;
 }
 
-/// No limit that a command could meet.
+/// Limits beyond every command.
 LimitParameters unlimited() {
   LimitParameters limits;
   limits.linear_speed = limits.angular_speed = limits.wheel_speed = 1e6;
@@ -60,8 +60,8 @@ LimitParameters unlimited() {
   return limits;
 }
 
-/// What a node's configuration says, which may be given whole, with the thesis' limits and a model of the drive train
-/// that is right unless the keys say otherwise. @param nominal drive train of the plant's file.
+/// Parameters from the configuration of a node, with the thesis' limits and the right model of the drive train unless
+/// keys change them. @param nominal drive train of the plant's file.
 NodeParameters readNode(ParameterMap& map, const PlantModel& nominal) {
   if (!map.has("plant_model.dead_time")) map.set("plant_model.dead_time", nominal.dead_time);
   if (!map.has("plant_model.lag")) map.set("plant_model.lag", nominal.lag);
@@ -124,11 +124,11 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
   PlantModel told = linearModel(readParameters<PlantParameters>(nominal, "plant", robot));
   if (!isFile(plant)) told.offset = 0.0;  // the flaws of `real`, its offset included, are unknown to controllers
   const NodeParameters node = readNode(map, told);
-  DriveParameters& drive = setup.drive = uninterrupted();  // no deadlines: nothing is late or fails here
+  DriveParameters& drive = setup.drive = uninterrupted();  // no deadlines, because nothing is late or fails here
   drive.controller = node.controller;
   if (const auto* gains = std::get_if<DifferentialDriveParameters>(&node.controller)) {
     drive.geometry = gains->geometry();
-    drive.gate.limits = unlimited();  // it keeps its own
+    drive.gate.limits = unlimited();  // the baseline keeps its own
   } else {
     drive.geometry = node.geometry;
     drive.gate.limits = node.gate.limits;

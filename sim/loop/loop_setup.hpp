@@ -16,7 +16,7 @@
 
 namespace jackal_aic::sim {
 
-/// Name of the stock differential drive, which sends the wheel speeds of its kinematics and measures nothing.
+/// Name of the stock differential drive, which sends the wheel speeds of its kinematics and uses no measurement.
 inline constexpr const char* kDifferentialDrive = "diff_drive";
 
 /// Names of the plants whose drive train was fitted to the thesis' tables.
@@ -31,7 +31,7 @@ struct LoopSetup {
   std::string plant_name;       ///< as given
   DriveParameters drive;        ///< settings of the drive loop
   PlantParameters plant;        ///< settings of the plant
-  LoopParameters loop;          ///< how they are timed
+  LoopParameters loop;          ///< timing of both
   std::string urdf;             ///< text of the robot's URDF
   /// Makes a controller other than that of `drive`; else empty.
   std::function<std::unique_ptr<VelocityController>()> structure = {};
@@ -43,7 +43,7 @@ const std::vector<std::string>& controllerNames();
 /// Names of plants that loadSetup() takes; it also takes a file.
 const std::vector<std::string>& plantNames();
 
-/// Requires a known name. @param what it names, for the text, which also mentions a file.
+/// Requires a known name. @param what kind of name, for the message, which also mentions a file.
 /// @throws ParameterError with the names, if it is not.
 void requireKnown(const char* what, const std::string& name, const std::vector<std::string>& names);
 
@@ -58,16 +58,15 @@ void requireKnown(const char* what, const std::string& name, const std::vector<s
 LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
                     const Overrides& overrides);
 
-/// Acceleration of the thesis' differential drive, which is not printed, but taken from its Table 3-1 [m/s^2]. On the
-/// same ground the active inference controller takes the robot from 0.1 to 0.9 m/s in 0.45 s, so that the motors can do
-/// 1.8 m/s^2; the differential drive needs 0.62 s for it, and 0.35 s from 0.05 to 0.45 m/s: 1.3 and 1.1 m/s^2. Its
-/// commands are limited to less than the 20 m/s^2 of the published settings of a Jackal (config/diff_drive.yaml). The
-/// value has the least error over Table 3-1b, of 1.0 to 1.6 in steps of 0.1. Its 0.1 m/s row contradicts it: 0.04 s are
-/// 2 m/s^2.
+/// Acceleration of the thesis' differential drive [m/s^2], implied by its Table 3-1. On the same ground the active
+/// inference controller accelerates from 0.1 to 0.9 m/s in 0.45 s, so the motors reach 1.8 m/s^2. The differential
+/// drive needs 0.62 s, and 0.35 s from 0.05 to 0.45 m/s: 1.3 and 1.1 m/s^2. Its commands are limited to less than the
+/// 20 m/s^2 of the published settings of a Jackal (config/diff_drive.yaml). The value has the least error over Table
+/// 3-1b, of 1.0 to 1.6 in steps of 0.1. The 0.1 m/s row contradicts it: 0.04 s are 2 m/s^2.
 inline constexpr double kThesisDriveAcceleration = 1.2;
 
-/// As loadSetup(), with the controllers as the thesis had them: its own ones with controller.printed, and the named
-/// differential drive accelerates by kThesisDriveAcceleration.
+/// As loadSetup(), with the controllers of the thesis: controller.printed for its own, and kThesisDriveAcceleration for
+/// the named differential drive.
 LoopSetup loadPrintedSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
                            const Overrides& overrides);
 

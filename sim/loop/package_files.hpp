@@ -12,11 +12,11 @@
 namespace jackal_aic::sim {
 
 /// The share directory of the package, its source directory or its installed copy, and the files of the closed loops,
-/// read once, so that a campaign reads nothing from the disk.
+/// each read once.
 class PackageFiles {
  public:
-  /// @param share directory to use; if empty, the first that holds the package's files of: the environment variable
-  /// JACKAL_AIC_SHARE, share/jackal_aic of the install space this library is in, the source directory of the build.
+  /// @param share directory to use; if empty, the first one with the package's files of these: the environment variable
+  /// JACKAL_AIC_SHARE, share/jackal_aic of this library's install space, the source directory of the build.
   /// @throws ParameterError without such a directory, or if a file is missing or cannot be read.
   explicit PackageFiles(const std::string& share = "");
 

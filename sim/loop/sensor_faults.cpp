@@ -11,7 +11,7 @@ std::array<Wheel, 2> wheelsOf(Side side) {
   return {kFrontRight, kRearRight};
 }
 
-/// What a fault of a value makes of it.
+/// A value with a fault.
 double faultyValue(FaultKind kind, double amount, double value) {
   switch (kind) {
     case FaultKind::not_a_number:
@@ -64,7 +64,7 @@ void putAcceleration(const SensorFault& fault, const PlantMeasurement& last, Pla
   }
 }
 
-/// @param last what was passed on before this sample.
+/// @param last sample passed on before this one.
 void put(const SensorFault& fault, const PlantMeasurement& last, PlantMeasurement& sample) {
   if (fault.kind == FaultKind::upside_down) return flip(sample);
   const bool all = fault.channel == FaultChannel::all;

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Faults of the robot's sensors, put into samples of the simulated robot. A fault of the drive train (a blocked motor)
-/// is JackalPlant::blockWheels().
+/// Faults of the robot's sensors, injected into samples of the simulated robot. A fault of the drive train (a blocked
+/// motor) is JackalPlant::blockWheels().
 
 #include <array>
 #include <utility>
@@ -12,14 +12,14 @@
 
 namespace jackal_aic::sim {
 
-/// What is wrong with a sensor. The meaning of SensorFault::amount is in brackets, its unit that of the channel.
+/// Kind of a sensor fault. The meaning of SensorFault::amount is in brackets, its unit that of the channel.
 enum class FaultKind {
   freeze,        ///< the values stay those of the last good sample; the stamp is fresh
   not_a_number,  ///< the value is NaN
   infinite,      ///< the value is infinite
   set,           ///< the value is a constant [value]
   huge,          ///< the value is 1e300
-  bias,          ///< something is added [value]
+  bias,          ///< a bias is added [value]
   scale,         ///< the value is multiplied [factor; -1 flips the sign]
   upside_down    ///< the IMU is turned over about its x axis
 };
@@ -28,7 +28,7 @@ enum class FaultKind {
 inline constexpr std::array<const char*, 8> kFaultKindNames{"freeze", "not_a_number", "infinite", "set",
                                                             "huge",   "bias",         "scale",    "upside_down"};
 
-/// Which values of a sample a fault touches.
+/// Values of a sample that a fault changes.
 enum class FaultChannel {
   all,          ///< encoders and gyro
   left,         ///< encoders of the left wheels
@@ -44,7 +44,7 @@ inline constexpr std::array<const char*, 5> kFaultChannelNames{"all", "left", "r
 struct SensorFault {
   FaultKind kind;
   FaultChannel channel = FaultChannel::all;
-  double amount = 0.0;    ///< how much; meaning and unit depend on the kind
+  double amount = 0.0;    ///< meaning and unit depend on the kind
   double start = 0.0;     ///< [s]
   double duration = 1.6;  ///< [s]
 
@@ -52,13 +52,13 @@ struct SensorFault {
   bool activeAt(double time) const { return time >= start && time < start + duration; }
 };
 
-/// Passes samples on with the faults in them.
+/// Injects faults into samples.
 class SensorFaults {
  public:
   explicit SensorFaults(std::vector<SensorFault> faults) : faults_(std::move(faults)) {}
 
-  /// The sample as a robot with these faults would give it. Call it with every sample, in order of time: a frozen
-  /// sensor repeats what was passed on last.
+  /// The sample of a robot with these faults. Call it with every sample, in order of time, because a frozen sensor
+  /// repeats the last one.
   PlantMeasurement apply(const PlantMeasurement& sample);
 
  private:

@@ -69,10 +69,10 @@ struct StateSpaceResponse {
   std::optional<double> rise_time;  ///< from the first sample above 10 % of the set point to the first above 90 % [s]
 };
 
-/// Simulates a step response by forward Euler, as Appendix A does. A diverging model gives numbers that are not finite,
-/// no exception. Corrected against the printed code: the error terms have all orders 0..p (the print omits eps_y of
-/// order 0 and eps_mu of order p), eps_mu^(i) adds mu^(i)/tau of the same sample (the print subtracts that of the first
-/// sample), and the time axis ends at the duration (the print runs to T_end/dt seconds).
+/// Simulates a step response by forward Euler, as Appendix A does. A diverging model returns numbers that are not
+/// finite. Three corrections of the printed code: the error terms have all orders 0..p (the print omits eps_y of order
+/// 0 and eps_mu of order p). eps_mu^(i) adds mu^(i)/tau of the same sample (the print subtracts that of the first
+/// sample). The time axis ends at the duration (the print runs to T_end/dt seconds).
 /// @throws ParameterError if dt, duration or inner_iterations is not positive, or the set point is zero or not finite.
 StateSpaceResponse simulate(const StateSpaceModel& model, const StateSpaceRun& run);
 

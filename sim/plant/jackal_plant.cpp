@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kLowestVoltage = 0.5;  // share of the full one; below, a battery switches itself off
 
-/// The payload is spread as the chassis' own mass is: at the chassis' centre of mass it scales mass and inertia.
+/// The payload is distributed as the chassis' mass: at the chassis' centre of mass it scales mass and inertia.
 RigidBody loaded(const RigidBody& chassis, const PlantParameters& p) {
   const Eigen::Vector3d offset(p.payload_x, p.payload_y, p.payload_z);
   const double scale = p.payload / chassis.mass;
@@ -24,7 +24,7 @@ RigidBody loaded(const RigidBody& chassis, const PlantParameters& p) {
   return {chassis.mass * (1.0 + scale), chassis.centre, chassis.inertia * (1.0 + scale)};
 }
 
-/// The robot of the URDF as the parameters change it: its load and its tyres.
+/// The robot of the URDF with the load and tyres of the parameters.
 RobotModel changed(RobotModel model, const PlantParameters& p) {
   model.chassis = loaded(model.chassis, p);
   for (const Wheel left : {kFrontLeft, kRearLeft}) {
@@ -52,7 +52,7 @@ Observation PlantMeasurement::observation() const {
 }
 
 struct JackalPlant::Implementation {
-  /// Everything that moves; built afresh by reset().
+  /// State of the simulation; rebuilt by reset().
   struct Motion {
     Motion(const RobotModel& model, const PlantParameters& p)
         : world(model, p),
@@ -76,9 +76,9 @@ struct JackalPlant::Implementation {
     SensorModel sensors;
     SampleQueue<PlantMeasurement> samples;
     SampleQueue<ImuMeasurement> imu_samples;
-    ImuMeasurement imu;  // the newest that has come, with a rate of its own
+    ImuMeasurement imu;  // the newest arrived one, with its own rate
     AccelerationPairing accelerations;
-    WheelFeedback feedback;                          // the newest, with a rate of its own
+    WheelFeedback feedback;                          // the newest, with its own rate
     WheelFeedback published;                         // that of the last sample
     Eigen::Vector3d push = Eigen::Vector3d::Zero();  // along, across [N] and about the vertical [N m]
     bool lifted = false;

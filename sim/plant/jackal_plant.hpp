@@ -62,11 +62,11 @@ struct WheelFeedback {
   std::array<double, 4> wheel_effort{};    ///< torque the motors apply, from the physics engine [N m]
 };
 
-/// One sample of the robot's sensors: /joint_states, which is the newest feedback with another stamp, and the IMU,
-/// sampled at the same time or, with an `imu_rate`, the newest sample.
+/// One sample of the robot's sensors: /joint_states, which is the newest feedback with another stamp, and the IMU: of
+/// the same time, or the newest sample with an `imu_rate`.
 struct PlantMeasurement : ImuMeasurement, WheelFeedback {
   /// The channels of eq. 3-3: gyro z, mean of each side's wheels, accelerometer x and y without gravity; and
-  /// accelerometer z. As the node makes them of the messages of this sample (an IMU mounted as base_link).
+  /// accelerometer z. As the node reads them from the messages of this sample (an IMU mounted as base_link).
   Observation observation() const;
 };
 
@@ -100,11 +100,11 @@ class JackalPlant {
   /// Simulated time [s].
   double time() const;
 
-  /// The sensor sample that came in the last step(), if one was due (rate `sensor_rate`) and was not lost; without
-  /// `stamp_jitter` it was taken in that step. The first, of time 0, is there right after construction and reset().
+  /// The sensor sample that arrived in the last step(), if one was due (rate `sensor_rate`) and was not lost. Without
+  /// `stamp_jitter` it was taken in that step. The first one, of time 0, exists right after construction and reset().
   const std::optional<PlantMeasurement>& measurement() const;
 
-  /// The IMU's sample that came in the last step(): the one in measurement(), or, with an `imu_rate`, at that rate.
+  /// The IMU's sample that arrived in the last step(): the one in measurement(), or, with an `imu_rate`, at that rate.
   const std::optional<ImuMeasurement>& imuMeasurement() const;
 
   /// True state after the last step().

@@ -18,8 +18,8 @@ class CommandDelay {
   /// @param dead_time [s], rounded to whole steps; @param step [s].
   CommandDelay(double dead_time, double step);
 
-  /// Takes a command at the beginning of a step; a later one in the same step replaces it. @param underway steps that
-  /// it was underway for before, in which it overtakes no other.
+  /// Takes a command at the start of a step; a later one in the same step replaces it. @param underway steps of its
+  /// transport, in which it overtakes no other.
   void push(std::int64_t step, const WheelCommand& command, std::int64_t underway = 0);
 
   /// The command that drives the motors during a step: the last one pushed at least the dead time earlier, at first
@@ -38,19 +38,19 @@ class CommandDelay {
 ///
 /// so that w = gain u at steady state for any k_i. With an offset o, u stands for sign(u) max(0, |u| - o), so o is a
 /// dead band, too. A standing wheel ignores a command below the breakaway (stiction). Each step starts from the wheel
-/// speed the physics reached, so the reference cannot run away from a wheel that the torque limit holds back, and z
-/// rests while either limit acts (no wind-up).
+/// speed of the physics, so the reference cannot run away from a wheel that the torque limit holds back. z rests while
+/// either limit acts (no wind-up).
 ///
-/// A loop that is not stiff gives the torque k_p (r + z - w) within its limit, and the masses and the ground decide how
-/// the wheel follows: neither T nor the acceleration limit are in it.
+/// A soft loop applies the torque k_p (r + z - w) within its limit. Masses and ground determine the motion; T and the
+/// acceleration limit have no effect.
 class MotorLoop {
  public:
   /// @param wheel_radius [m], by which the limits of the circumference are those of the wheel; @param step [s].
   MotorLoop(const PlantParameters& parameters, double wheel_radius, double step);
 
-  /// Wheel speed to be reached at the end of a step, or, of a loop that is not stiff, r + z [rad/s].
+  /// Wheel speed at the end of a step, or r + z of a soft loop [rad/s].
   /// @param command during the step [rad/s]; @param speed of the wheel at its beginning [rad/s]; @param supply share of
-  /// its full voltage that the battery gives: speed and acceleration limit are proportional to it.
+  /// the full battery voltage, to which speed and acceleration limit are proportional.
   double reference(double command, double speed, double supply = 1.0);
 
   /// Sets another wheel speed per command and offset [rad/s].

@@ -39,7 +39,7 @@ constexpr double kSlightestHeight = 1e-9;
 /// A contact point slower than this sticks [m/s].
 constexpr double kStickSpeed = 1e-4;
 
-/// What of a normal force on tilted ground is rounding [N]: its share of the friction would break the solver.
+/// Rounding of a normal force on tilted ground [N]; its share of the friction would break the solver.
 constexpr double kSlightestForce = 1e-9;
 
 std::atomic<long> unsolved_steps{0};
@@ -243,11 +243,11 @@ void OdeWorld::solve(double step) {
   }
 }
 
-/// ODE's friction is a box, by dContactApprox1 scaled with the normal force that would act without friction; here its
-/// limit is mu N with the normal force N of the last step, in which the tyres' spring makes N continuous. While the
-/// contact point slides at speed s, viscous friction of coefficient mu N / s, taken from the last step, has the Coulomb
-/// magnitude mu N and opposes the slip in every direction; the solver applies it implicitly, so that it does not
-/// chatter. While the point sticks, friction is a rigid constraint within the pyramid.
+/// ODE's friction is a box, scaled by dContactApprox1 with the normal force without friction. Here its limit is mu N
+/// with the normal force N of the last step; the tyres' spring makes N continuous. While the contact point slides at
+/// speed s, viscous friction of the coefficient mu N / s of the last step has the Coulomb magnitude mu N and opposes
+/// the slip in every direction. The solver applies it implicitly, without chatter. While the point sticks, friction is
+/// a rigid constraint within the pyramid.
 void OdeWorld::touch(std::size_t index, Contact& contact, const TouchPoint& touch) const {
   contact.touching = touch.depth >= 0.0;
   if (!contact.touching) return;

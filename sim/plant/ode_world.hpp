@@ -37,7 +37,7 @@ class OdeWorld {
   /// origin.
   OdeWorld(const RobotModel& model, const PlantParameters& parameters);
 
-  /// Sets the speed that a wheel's motor reaches in the next step, if its torque suffices [rad/s].
+  /// Sets the speed of a wheel's motor in the next step, if its torque suffices [rad/s].
   void setWheelReference(std::size_t wheel, double speed);
 
   /// Changes the friction coefficient.
@@ -84,7 +84,7 @@ class OdeWorld {
     Eigen::Vector3d rolling = Eigen::Vector3d::UnitX();  ///< direction in which the wheel rolls
     double friction = 0.0;                               ///< Coulomb coefficient of the place
     Eigen::Vector3d point = Eigen::Vector3d::Zero();     ///< in which they touch [m]
-    double depth = 0.0;                                  ///< by which the wheel would be in the ground [m]
+    double depth = 0.0;                                  ///< penetration of the wheel into the ground [m]
     double limit = 0.0;                                  ///< of the friction, in each direction [N]
     double slip = 0.0;                                   ///< slip speed per friction [m/(N s)]; 0 sticks
     bool sticking = true;

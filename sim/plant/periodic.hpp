@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Decides in which simulation steps something periodic happens.
+/// Decides in which simulation steps a periodic event occurs.
 
 #include <cstdint>
 

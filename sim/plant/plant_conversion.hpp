@@ -1,15 +1,15 @@
 #pragma once
 
 /// @file
-/// Between the parameters of the simulated robot and the plant model of the controller's side.
+/// Conversion between the parameters of the simulated robot and the controller's plant model.
 
 #include "jackal_aic/model/plant_model.hpp"
 #include "plant_parameters.hpp"
 
 namespace jackal_aic::sim {
 
-/// Model of a simulated robot's drive train. The effective track, which friction and geometry decide, is left to
-/// the controller's own.
+/// Model of a simulated robot's drive train. The effective track, which follows from friction and geometry, is that of
+/// the controller.
 inline PlantModel linearModel(const PlantParameters& plant) {
   PlantModel model;
   model.dead_time = plant.dead_time;
@@ -23,7 +23,7 @@ inline PlantModel linearModel(const PlantParameters& plant) {
   return model;
 }
 
-/// The simulated robot with the drive train of a plant model. @param others everything that the model does not say.
+/// The simulated robot with the drive train of a plant model. @param others parameters outside the model.
 inline PlantParameters simulatedRobot(const PlantModel& model, PlantParameters others = {}) {
   others.dead_time = model.dead_time;
   others.motor_lag = model.lag;
@@ -36,8 +36,7 @@ inline PlantParameters simulatedRobot(const PlantModel& model, PlantParameters o
   return others;
 }
 
-/// The simulated robot that keys describe: plant.*, and where they say nothing plant_model.*, as `identify` writes
-/// them.
+/// The simulated robot of keys: plant.*, else plant_model.*, as `identify` writes them.
 /// @throws ParameterError.
 inline PlantParameters readSimulatedRobot(ParameterMap& map) {
   PlantParameters robot;

@@ -16,14 +16,14 @@
 
 namespace jackal_aic::sim {
 
-/// Stamp of a simulated time [s]: one step later than the plant's own time, because ROS takes a stamp of 0 as "no
-/// time".
+/// Stamp of a simulated time [s]: one step later than the plant's own time, because a stamp of 0 means "no time" in
+/// ROS.
 ros::Time stampOf(double plant_time);
 
 /// joint_states: the four wheels by their stock names.
 sensor_msgs::JointState toJointState(const PlantMeasurement& measurement);
 
-/// imu/data, frame imu_link; the covariances are those of the plant's noise, which spares the orientation.
+/// imu/data, frame imu_link; the covariances are those of the plant's noise; the orientation has none.
 sensor_msgs::Imu toImu(const ImuMeasurement& measurement, const PlantParameters& parameters);
 
 /// feedback: wheel speed and travel per side, stamped with the time at which they were measured; currents and

@@ -24,9 +24,9 @@ constexpr std::uint32_t kQueueSize = 50;  // a second of 50 Hz messages
 constexpr std::uint32_t kClockQueueSize = 1000;
 constexpr double kFirstPatience = 0.25;  // wall time for the command after the first [s]
 constexpr double kLatestTime = 0.5;      // s: an older or future stamp is of another clock
-constexpr double kLongestEnd = 2.0;      // wall time from the request to end, if the commands do not come to zero [s]
+constexpr double kLongestEnd = 2.0;  // wall time from the request to the end, if the commands do not become zero [s]
 constexpr double kLongestPause = 0.005;  // s: after a message of the clock, if the next is not due before
-constexpr int kResponsesInTime = 5;      // responses in time, less the others, from which on they are waited for
+constexpr int kResponsesInTime = 5;      // responses in time minus the others, from which on they are awaited
 
 }  // namespace
 
@@ -89,8 +89,8 @@ void PlantNode::run(const std::function<bool()>& end_requested) {
   pacer_.restart(plant_.time());
   publish();
   while (goesOn()) {
-    // Between two messages of the clock no node sees the time of a step. So the steps are made when the next message is
-    // due, and their effects come in time.
+    // Between two messages of the clock no node receives the time of a step. So the steps run when the next message is
+    // due, and their effects are in time.
     if (told_time_ == plant_.time())
       pacer_.waitFor(plant_.time() + std::min(kLongestPause, 1.0 / parameters_.clock_rate));
     ros::getGlobalCallbackQueue()->callAvailable();
@@ -113,7 +113,7 @@ void PlantNode::runByClock() {
     ros::getGlobalCallbackQueue()->callAvailable(kWait);
     const ros::Time now = ros::Time::now();
     if (now.isZero()) continue;
-    if (!started || now < last) {  // the first look, or the clock was set back
+    if (!started || now < last) {  // the first call, or the clock was set back
       started = true;
       ahead_ = now - stampOf(plant_.time());
       publish();
@@ -181,9 +181,9 @@ void PlantNode::expectResponses(const PlantMeasurement& sample) {
   acted_.due = std::numeric_limits<double>::infinity();  // the next message of the clock
 }
 
-void PlantNode::respond(Response& response, double told, double at) {
-  if (!response.due || told + 0.5 * JackalPlant::kStep < response.from) return;
-  // The first counts, however late: a controller that a busy machine makes late would else never get into step.
+void PlantNode::respond(Response& response, double responded, double at) {
+  if (!response.due || responded + 0.5 * JackalPlant::kStep < response.from) return;
+  // The first counts, however late. Otherwise a controller on a busy machine would never be synchronised.
   count(response, !response.in_stride || at < *response.due + 0.5 * JackalPlant::kStep);
 }
 
@@ -194,8 +194,8 @@ void PlantNode::count(Response& response, bool in_time) {
 }
 
 void PlantNode::follow(Follower& follower, double time) {
-  // A follower is awaited from its first message on; else a controller on a busy machine would never get into step. A
-  // follower with rare messages is awaited for a short time only.
+  // A follower is awaited from its first message on. Otherwise a controller on a busy machine would never be
+  // synchronised. A follower with rare messages is awaited for a short time only.
   const bool in_stride = time - follower.time <= 2.0 * parameters_.lockstep;
   follower = {time, true, in_stride ? parameters_.patience : std::min(parameters_.patience, kFirstPatience)};
 }
@@ -306,8 +306,8 @@ void PlantNode::drive(const WheelCommand& command, std::int8_t mode) {
     return;
   }
   command_time_ = plant_.time();
-  // A command comes some time after the action. To count from there would let every action come as late as a busy
-  // machine delivers commands: the next wait would begin by as much later.
+  // A command arrives after its action. Counting from its arrival would delay every further action by the delay of a
+  // busy machine.
   if (!state_time_ || command_time_ > *state_time_ + kLatestTime) follow(controller_, command_time_);
   command_ = command;
   mode_ = mode;
@@ -331,7 +331,7 @@ void PlantNode::publish() {
   const double now = plant_.time();
   const bool clock_due = clock_schedule_.due(now), truth_due = truth_schedule_.due(now);
   const bool transform_due = transform_schedule_.due(now);
-  // The clock goes first, so that no sample is stamped in the future of its receiver.
+  // The clock is published first, so that no sample is stamped in the future of its receiver.
   if (clock_due || truth_due || transform_due || plant_.measurement() || plant_.imuMeasurement()) publishClock();
   if (plant_.measurement()) publishMeasurement(*plant_.measurement());
   if (plant_.imuMeasurement() && !imu_pulled_) {
@@ -366,7 +366,7 @@ void PlantNode::publishMeasurement(const PlantMeasurement& measurement) {
   sensor_msgs::JointState joints = toJointState(measurement);
   shift(joints.header);
   joint_states_.publish(joints);
-  // Encoders may have to wait for an IMU that has a rate of its own.
+  // Encoders may have to wait for an IMU with its own rate.
   if (plant_parameters_.imu_rate == 0.0) expectResponses(measurement);
   if (measurement.feedback_stamp == feedback_stamp_)
     return;  // the joint states repeat it; the motor controller does not

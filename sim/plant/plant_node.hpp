@@ -34,16 +34,16 @@ struct PlantNodeParameters {
   /// between two.
   double clock_rate = 1000.0;
   double truth_rate = 100.0;     ///< rate of /ground_truth/odom [Hz]
-  double command_timeout = 0.0;  ///< age of the last command at which the wheels stop [s]; 0 lets them run on
+  double command_timeout = 0.0;  ///< age of the last command at which the wheels stop [s]; 0: never
   /// Simulated time since the last action of the controller after which the plant waits for the next [s], for example
   /// 1.1 action periods, because the controller lengthens some periods. So a busy machine slows the simulation and does
-  /// not delay the controller; 0 never waits. The stamp of jackal_AIC/state is the time of an action; without a state
-  /// it is the arrival of the command. A controller that also takes each sample (sensor_generalized) before the clock
-  /// continues, and acts with the next message of the clock, is awaited there as well: its inputs and times then do not
+  /// not delay the controller. 0: never waits. The stamp of jackal_AIC/state is the time of an action; without a state
+  /// it is the arrival of the command. A controller that also uses each sample (sensor_generalized) before the clock
+  /// continues, and acts with the next message of the clock, is awaited there too. Then its inputs and times do not
   /// depend on the machine. Another node makes the simulation wait with ~seen (std_msgs/Time), the time up to which it
-  /// has seen the data.
+  /// has received the data.
   double lockstep = 0.0;
-  /// Longest wall time of waiting for a silent controller, until its next message [s]. A controller that is gone is not
+  /// Longest wall time of waiting for a silent controller, until its next message [s]. A dead controller is not
   /// awaited; one without two commands in a row is awaited for 0.25 s.
   double patience = 2.0;
   bool publish_clock = true;  ///< false: another node publishes /clock, as for the second of two robots; this follows
@@ -63,13 +63,13 @@ void describeFields(Visitor& v, PlantNodeParameters& p) {
   v.field("urdf_file", p.urdf_file, Presence::optional);
 }
 
-/// Steps a plant, publishes /clock (or, without publish_clock, follows that of another one), joint_states, imu/data,
-/// feedback, ground_truth/odom and tf, and drives it by cmd_drive or by Gazebo's jackal_left_wheel/command and
-/// jackal_right_wheel/command, by the latest message. Service ~reset restarts everything, the clock included, with the
-/// present ~plant parameters; ~block_left and ~block_right (std_srvs/SetBool) block the motor of a side or release it;
-/// ~pull_imu (std_srvs/SetBool) silences imu/data; ~push (geometry_msgs/Wrench, in base_link: force x and y, torque z)
-/// pushes the robot until the next message, and ~lift (std_srvs/SetBool) lifts it. With lockstep it listens to
-/// jackal_AIC/state, sensor_generalized and ~seen.
+/// Steps a plant and publishes /clock (or follows it without publish_clock), joint_states, imu/data, feedback,
+/// ground_truth/odom and tf. The latest message of cmd_drive, or of Gazebo's jackal_left_wheel/command and
+/// jackal_right_wheel/command, drives it. Service ~reset restarts plant and clock with the present ~plant parameters.
+/// ~block_left and ~block_right (std_srvs/SetBool) block the motor of a side or release it. ~pull_imu
+/// (std_srvs/SetBool) silences imu/data. ~push (geometry_msgs/Wrench, in base_link: force x and y, torque z) pushes the
+/// robot until the next message, and ~lift (std_srvs/SetBool) lifts it. With lockstep it listens to jackal_AIC/state,
+/// sensor_generalized and ~seen.
 class PlantNode {
  public:
   /// @param node, private_node namespaces of the topics and of ~reset; @param urdf_xml text of the URDF.
@@ -85,16 +85,16 @@ class PlantNode {
  private:
   /// A node that is awaited in lockstep.
   struct Follower {
-    double time = 0.0;      ///< up to which it has come [s]
+    double time = 0.0;      ///< time of its last message [s]
     bool awaited = false;   ///< it has not fallen silent
-    double patience = 0.0;  ///< for how long it is waited [s of wall time]
+    double patience = 0.0;  ///< longest wait [s of wall time]
   };
 
   /// Response of a controller to each sample of encoders and IMU, in lockstep.
   struct Response {
-    double from = 0.0;             ///< time that it is to tell of, or a later one [s]
+    double from = 0.0;             ///< awaited time, or a later one [s]
     std::optional<double> due;     ///< time at which it is due, while it is missing; infinite if not known yet [s]
-    std::optional<int> in_stride;  ///< responses that came when they were due, less those that did not; none so far
+    std::optional<int> in_stride;  ///< responses in time minus late ones; empty: none so far
   };
 
   void runByClock();
@@ -123,7 +123,7 @@ class PlantNode {
   void waitFor(Response& response, const ros::Subscriber& subscriber);
   bool waitWhile(const std::function<bool()>& behind, const std::function<bool()>& is_there, double patience);
   void expectResponses(const PlantMeasurement& sample);
-  void respond(Response& response, double told, double at);
+  void respond(Response& response, double responded, double at);
   static void count(Response& response, bool in_time);
   void follow(Follower& follower, double time);
   std::optional<double> recentTime(const ros::Time& stamp) const;

@@ -34,8 +34,8 @@ struct PlantParameters {
   double torque_limit = 20.0;             ///< largest torque per wheel [N m]
   double wheel_offset = 0.0;              ///< wheels turn slower than commanded by this [rad/s]
   double wheel_breakaway = 0.0;           ///< stiction: least command that starts a wheel [rad/s]
-  double wheel_radius_left = 0.0;         ///< of the left tyres; 0: as the URDF says [m]
-  double wheel_radius_right = 0.0;        ///< of the right tyres; 0: as the URDF says [m]
+  double wheel_radius_left = 0.0;         ///< of the left tyres; 0: that of the URDF [m]
+  double wheel_radius_right = 0.0;        ///< of the right tyres; 0: that of the URDF [m]
   double battery_sag = 0.0;               ///< share of the voltage lost at full torque of all wheels
   double battery_discharge = 0.0;         ///< share of the voltage lost per hour [1/h]
   double payload = 0.0;                   ///< extra mass on the chassis, spread as its own [kg]

@@ -33,7 +33,7 @@ RigidBody bodyOf(const urdf::Link& link, const Eigen::Isometry3d& pose) {
   return {source.mass, frame.translation(), frame.linear() * inertia * frame.linear().transpose()};
 }
 
-/// Lumps a link with everything that hangs on it, except what hangs on a wheel joint.
+/// Lumps a link with its subtree, except the wheels.
 RigidBody lump(const urdf::Link& link, const Eigen::Isometry3d& pose) {
   RigidBody body = bodyOf(link, pose);
   for (const auto& joint : link.child_joints) {
@@ -45,7 +45,7 @@ RigidBody lump(const urdf::Link& link, const Eigen::Isometry3d& pose) {
   return body;
 }
 
-// Beyond what any robot on wheels has; the rigid-body solver keeps its precision within them.
+// Bounds beyond any wheeled robot, within which the rigid-body solver is precise.
 constexpr Bounds kMasses{1e-3, 1e4};    // kg
 constexpr Bounds kInertias{1e-9, 1e5};  // kg m^2
 constexpr double kFarthest = 100.0;     // m

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The robot as the physics engine needs it, read from a URDF: chassis, four wheels, place of the IMU.
+/// The robot for the physics engine, from a URDF: chassis, four wheels, pose of the IMU.
 
 #include <Eigen/Geometry>
 #include <array>
@@ -34,10 +34,10 @@ struct RobotModel {
 };
 
 /// Reads the model. Links on fixed joints are lumped with their parent; joints other than the wheels' are held at zero.
-/// @throws ParameterError (one line) if the text or a part of it is not a URDF, base_link, imu_link or a wheel joint is
-/// missing, a wheel does not turn about +y of base_link or has no radius in the range of GeometryParameters, a mass is
-/// not in [0.001, 10000] kg, a principal inertia not in [1e-9, 1e5] kg m^2, or a wheel, the IMU or a centre of mass
-/// more than 100 m away.
+/// @throws ParameterError (one line) if the text is not a URDF, or if base_link, imu_link or a wheel joint is missing.
+/// Also if a wheel does not turn about +y of base_link or has no radius in the range of GeometryParameters. Bounds:
+/// mass in [0.001, 10000] kg, principal inertia in [1e-9, 1e5] kg m^2, distance of wheels, IMU and centres of mass at
+/// most 100 m.
 RobotModel readRobotModel(const std::string& urdf_xml);
 
 }  // namespace jackal_aic::sim

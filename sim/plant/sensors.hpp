@@ -47,26 +47,25 @@ class ColouredNoise {
 
 /// The message of a sample.
 enum class SampleMessage {
-  joint_states,  ///< with the IMU's part of it, where that has no rate of its own
-  imu            ///< of an IMU that has
+  joint_states,  ///< with the IMU's part, unless the IMU has its own rate
+  imu            ///< of an IMU with its own rate
 };
 
-/// Samples the sensors, adds noise and loses samples. The rear encoders copy the front ones, as on the robot, which
-/// has one motor with one encoder per side. A wheel speed gets its noise and is then rounded to whole `encoder_step`.
-/// The IMU's vibration is proportional to the circumferential speed of the faster wheels, and coloured; its gyro's bias
-/// wanders.
+/// Samples the sensors, adds noise and loses samples. The rear encoders copy the front ones, because the robot has one
+/// motor with one encoder per side. A wheel speed gets its noise and is then rounded to whole `encoder_step`. The IMU's
+/// vibration is proportional to the circumferential speed of the faster wheels, and coloured; its gyro's bias wanders.
 class SensorModel {
  public:
   /// @param parameters noise, resolution and seed; @param wheel_radius of the left and right wheels [m].
   explicit SensorModel(const PlantParameters& parameters, const std::array<double, 2>& wheel_radius = {0.098, 0.098});
 
-  /// One sample with fresh noise. @param truth with the wheel speeds as the encoders see them (EncoderFilter).
+  /// One sample with fresh noise. @param truth with the wheel speeds behind the EncoderFilter.
   PlantMeasurement sample(const PlantTruth& truth, const SensorInput& input);
 
-  /// The wheels' part of a sample alone.
+  /// Only the wheels' part of a sample.
   WheelFeedback wheels(const PlantTruth& truth, const SensorInput& input);
 
-  /// The IMU's part of a sample alone.
+  /// Only the IMU's part of a sample.
   ImuMeasurement imu(const PlantTruth& truth, const SensorInput& input);
 
   /// Draws whether a sample repeats the last one (rate `feedback_repeats`); to be called once per sample. The first
@@ -124,7 +123,7 @@ class EncoderFilter {
   std::array<double, 4> filtered_{};
 };
 
-/// Samples on their way to their reader: each is stamped and sent at one time and arrives, in order, at another.
+/// Samples on their way to their reader: each is stamped at its sending and arrives later, in order.
 /// @tparam Sample has a `stamp` [s].
 template <class Sample = PlantMeasurement>
 class SampleQueue {

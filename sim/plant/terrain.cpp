@@ -11,7 +11,7 @@ constexpr double kTwoPi = 6.283185307179586;
 constexpr int kWaves = 16;               // enough for heights that are Gaussian, few enough for 1 kHz
 constexpr double kWavelengths = 2.0;     // longest and shortest wave as multiples of the middle one
 constexpr double kLevelRadius = 1.0;     // m around the start over which the heights fade in
-constexpr double kRampTransition = 0.5;  // m over which a ramp takes its inclination: no edge for a wheel to jump on
+constexpr double kRampTransition = 0.5;  // m over which a ramp reaches its inclination, without an edge
 
 /// Integral of a slope that grows from 0 to 1 over kRampTransition, and that slope.
 double ramped(double x, double& slope) {
@@ -88,11 +88,11 @@ std::optional<TouchPoint> Terrain::kerb(const Eigen::Vector3d& hub, double radiu
   if (hub.x() >= p.kerb_distance && hub.z() > top) {
     return TouchPoint{hub - radius * ground.normal, ground.normal, radius - (hub.z() - top) * ground.normal.z()};
   }
-  // What of the kerb is nearest to the hub: its face or its edge.
+  // Part of the kerb nearest to the hub: its face or its edge.
   const Eigen::Vector3d nearest(std::max(p.kerb_distance, hub.x()), hub.y(), std::min(top, hub.z()));
   const Eigen::Vector3d away = hub - nearest;
   const double distance = away.norm();
-  if (distance == 0.0) return std::nullopt;  // the hub in the kerb: no robot gets there
+  if (distance == 0.0) return std::nullopt;  // the hub is inside the kerb, which is impossible
   return TouchPoint{nearest, away / distance, radius - distance};
 }
 

@@ -17,11 +17,11 @@ struct Surface {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit vector out of the ground
 };
 
-/// Where a wheel touches something.
+/// Contact of a wheel.
 struct TouchPoint {
   Eigen::Vector3d point;   ///< [m]
   Eigen::Vector3d normal;  ///< unit vector towards the wheel
-  double depth;            ///< how far the wheel is in it [m]; below zero: it does not touch
+  double depth;            ///< penetration of the wheel [m]; below zero: no contact
 };
 
 /// Height field of random waves in the ground frame (see JackalPlant), a ramp, squares of random friction and a kerb.

@@ -19,8 +19,8 @@ class WallPacer {
     simulated_start_ = simulated_time;
   }
 
-  /// Sleeps until a simulated time [s] is due on the wall. After a long stall it goes on from here instead of rushing
-  /// to catch up, which no controller on the simulated clock could follow.
+  /// Sleeps until a simulated time [s] is due on the wall. After a long stall it continues from here without catching
+  /// up, because no controller on the simulated clock could follow that.
   void waitFor(double simulated_time) {
     if (factor_ <= 0.0) return;
     const ros::WallTime due = wall_start_ + ros::WallDuration((simulated_time - simulated_start_) / factor_);

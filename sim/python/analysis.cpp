@@ -168,7 +168,7 @@ void bindIdentification(py::module& m) {
   py::class_<Estimate>(m, "Estimate", "An estimated quantity.")
       .def_readonly("value", &Estimate::value, "In the unit of the quantity.")
       .def_readonly("half_width", &Estimate::half_width, "Half width of the 95 % confidence interval.")
-      .def_readonly("unknown", &Estimate::unknown, "Why the recording cannot tell; empty if it can.")
+      .def_readonly("unknown", &Estimate::unknown, "Reason why it is unknown; empty if it is known.")
       .def("__repr__", [](const Estimate& e) {
         return e.known() ? fmt::format("{:.4g} +- {:.2g}", e.value, e.half_width) : "unknown: " + e.unknown;
       });
@@ -182,14 +182,14 @@ void bindIdentification(py::module& m) {
       .def_readonly("track_right", &Identification::track_right, "Effective track turning right [m].")
       .def_readonly("residual", &Identification::residual, "RMS of measured minus fitted wheel speed [rad/s].")
       .def_readonly("r_squared", &Identification::r_squared, "Explained share of the variance of the wheel speeds.")
-      .def_readonly("remarks", &Identification::remarks, "What a user should know, one line each.");
+      .def_readonly("remarks", &Identification::remarks, "Remarks for the user, one line each.");
   m.def("identify", &identify, py::arg("commands"), py::arg("wheels"), py::arg("yaw_rate") = py::none(),
         py::arg("wheel_radius") = GeometryParameters{}.wheel_radius, py::arg("slip_factor") = 1.0,
         R"(Identifies the drive train from a drive.
 
 commands: rows (time, left, right) [s, rad/s, rad/s], shape (n, 3), each when it was sent.
 wheels: measured wheel speeds in the same form. yaw_rate: rows (time, yaw rate) [s, rad/s], shape (n, 2), or None.
-Raises ValueError if the drive tells too little (what is missing), or has stamps that do not increase.)");
+Raises ValueError if the drive contains too little (naming what is missing), or has stamps that do not increase.)");
 }
 
 void bindOdometry(py::module& m) {

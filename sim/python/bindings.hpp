@@ -20,24 +20,24 @@ namespace jackal_aic::python {
 
 namespace py = pybind11;
 
-/// Everything that a controller and its drive loop are configured with, read and checked as the node does.
+/// Configuration of a controller and its drive loop, read and checked as by the node.
 struct Parameters {
   NodeParameters node;
 };
 
-/// The settings of a loop that has the motors for itself, wherever a node would send its commands.
+/// Settings of a loop that alone drives the motors, in any output mode.
 DriveParameters driveParameters(const Parameters& parameters);
 
 /// Wheel speeds (left, right) [rad/s].
 using WheelPair = std::pair<double, double>;
 
-/// A command as Python gets it.
+/// A command as a Python tuple.
 inline WheelPair pairOf(const WheelCommand& command) { return {command.left, command.right}; }
 
 /// The data files of the package, read once.
 const sim::PackageFiles& packageFiles();
 
-/// Keys and values as text. @throws ParameterError for a value that no parameter has.
+/// Keys and values as text. @throws ParameterError for a value of an unsupported type.
 sim::Overrides overridesOf(const py::dict& overrides);
 
 /// Fields of a parameter struct by name.
@@ -46,7 +46,7 @@ py::dict dictOf(const std::vector<Field>& fields);
 /// A plant model with other values of some of its keys. @throws ParameterError.
 PlantModel changed(const PlantModel& model, const py::dict& changes);
 
-/// The controller of a drive loop in C++, or one of Python where it is not None.
+/// The controller of a drive loop: one of Python unless it is None, else one of C++.
 std::unique_ptr<VelocityController> controllerOf(const DriveParameters& parameters, const py::object& own);
 
 /// Words of a loop's state.
@@ -56,7 +56,7 @@ const char* wordOf(SampleVerdict verdict);
 /// The channels that count: of "left", "right", "gyro", "acceleration".
 py::tuple channelsOf(const ChannelValidity& valid);
 
-/// Each adds a part to the module.
+/// Each function adds a part of the module.
 void bindParameters(py::module& m);
 void bindControllers(py::module& m);
 void bindLoop(py::module& m);

@@ -6,7 +6,7 @@
 namespace jackal_aic::python {
 namespace {
 
-/// Files of config/ by the names that Python gives them.
+/// Files of config/ by their names in Python.
 using Names = std::vector<std::pair<std::string, std::string>>;
 
 const Names kPresets{{"predictive", "predictive"},
@@ -21,7 +21,7 @@ const Names kPlantModels{{"assumed", "jackal_model"},
                          {"gazebo", "gazebo_model"}};
 const Names kRobots{{"jackal", "jackal"}};
 
-/// Adds the file that a name stands for, or that it is the path of. @throws ParameterError with the names.
+/// Adds the file of a name or path. @throws ParameterError with the names.
 void addFile(const char* what, const std::string& name, const Names& names, ParameterMap& map) {
   if (name.find(".yaml") != std::string::npos || name.find(".yml") != std::string::npos) return addYamlFile(name, map);
   std::vector<std::string> known;

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A controller written in Python in the place of one in C++.
+/// A controller written in Python as a VelocityController of C++.
 
 #include "bindings.hpp"
 
@@ -27,7 +27,7 @@ class PythonController : public VelocityController {
   void overrule(const WheelCommand& applied) override { action_ = applied; }
   void restart() override { reset(); }
 
-  /// The next act() comes after a call of the object's reset().
+  /// The object's reset() is called before the next act().
   void reset() override;
 
   bool hasBelief() const override { return believed_.has_value(); }

@@ -62,7 +62,7 @@ sim::SetPointProfile profileOf(const TimedSetPoints& set_points, double duration
   return profile;
 }
 
-/// Adds a change of ground or motors that lasts; false if the fault is none.
+/// Adds a lasting change of ground or motors; false for another kind of fault.
 bool addChange(const FaultData& data, const sim::PlantParameters& plant, sim::SetPointProfile& profile) {
   const auto& [kind, start, channel, value, duration] = data;
   if (kind == "friction") {
@@ -149,9 +149,9 @@ struct Recording {
   std::vector<std::tuple<double, std::string, bool>> findings;  // time [s], reason, and whether it is a fault
 };
 
-/// Which steps of a run are recorded, and what of them.
+/// Recorded steps and columns of a run.
 struct Wanted {
-  bool samples_only;  // the steps in which a sample came
+  bool samples_only;  // steps with a sample
   bool odometry;
 };
 
@@ -270,7 +270,7 @@ struct Run {
   std::optional<PlantModel> monitor_model;  // of an additional fault detection
 };
 
-/// Refuses overrides that a controller from outside the setup would not heed. @throws ParameterError as loadSetup().
+/// Refuses overrides without effect on a controller from outside the setup. @throws ParameterError as loadSetup().
 void requireHeeded(const sim::Overrides& overrides, std::initializer_list<const char*> sections) {
   for (const auto& [key, value] : overrides) {
     const std::string section = key.substr(0, key.find('.'));

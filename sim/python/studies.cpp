@@ -19,7 +19,7 @@ struct RecordedRobot {
   PlantModel model;
 };
 
-/// The configuration of a node on a recorded robot, as it is delivered; others have driven, and faster than a Jackal.
+/// The default configuration of a node on a recorded robot, which another controller drove, faster than a Jackal.
 DriveParameters recordedParameters(const RecordedRobot& robot) {
   ParameterMap map = packageFiles().configuration("predictive");
   map.set("plant_model.dead_time", robot.model.dead_time);
@@ -61,7 +61,7 @@ class Replay {
     loop_.setSetPoint({body(kForward), 0.0, body(kYaw)}, now);
     SensorReading reading;
     reading.observation = y;
-    reading.may_repeat = true;  // the recordings have no positions to decide it
+    reading.may_repeat = true;  // the recordings have no wheel positions
     loop_.receiveWheels(reading, now);
     if (y.valid.yaw_rate) {
       reading.sample << y.yaw_rate, y.acceleration_x, y.acceleration_y, *y.acceleration_z, 0.0, 0.0, 0.0, 0.0;
@@ -82,7 +82,7 @@ class Replay {
     return result;
   }
 
-  /// Yaw rates that the loop expects of (difference of the sides, forward speed) [m/s].
+  /// Yaw rates that the loop predicts for (difference of the sides, forward speed) [m/s].
   std::vector<double> usualYawRates(const Table& motions) const {
     const auto rows = motions.unchecked<2>();
     std::vector<double> rates;

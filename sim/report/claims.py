@@ -1,4 +1,4 @@
-"""What the thesis says about its tables and figures in words, and whether our runs say the same."""
+"""Statements of the thesis about its tables and figures, and the verdict of our runs."""
 
 import math
 import typing
@@ -32,7 +32,7 @@ def pair(run):
 
 
 def is_less(a, b):
-    """Less by more than 2 %; what differs by less is called equal."""
+    """Less by more than 2 %; smaller differences count as equal."""
     return a is not None and b is not None and a < 0.98 * b
 
 
@@ -204,7 +204,7 @@ def share_reached(run):
     times, set_points = run.series('set_point_mps')
     _, values = run.series('velocity_mps')
     top = max(set_points)
-    # The first high half-wave comes out of rest; the robot's delay is why a little of the next half-wave counts.
+    # The first high half-wave starts from rest; because of the robot's delay the start of the next one counts, too.
     return max(v for t, v in zip(times, values)) / top
 
 
@@ -266,7 +266,7 @@ def drive_is_high_on_the_box(results):
 
 
 def overshoot_of(run, column):
-    """How far a signal goes beyond its value at the end [%]."""
+    """Overshoot of a signal over its final value [%]."""
     _, values = run.series(column)
     final = sum(values[-50:]) / 50
     return 100.0 * (max(values) / final - 1.0)
@@ -307,7 +307,7 @@ def rate_filters_noise(results):
                    ', '.join(f'{v:.3f}' for v in belief) + ' mm/s')
 
 
-# Experiment it belongs to, where the thesis says it, what it says, what our runs say.
+# Experiment, place in the thesis, statement, function for the verdict of our runs.
 CLAIMS = [
     ('table_3-1a', 'Tables 3-1a, 3-1b', 'At 0.1 and 0.5 m/s the differential drive settles and rises faster.', diff_drive_is_faster),
     ('table_3-1b', 'Section 3-4', 'The differential drive settles at higher values than asked.', drive_settles_high),

@@ -78,8 +78,8 @@ def selected(runs, panel):
 
 
 def integrators(runs, panel):
-    """The integrator of each line, and what is to stand in the title if it is the same of all: of the thesis' panels, that do not tell
-    it in another way."""
+    """The integrator of each line, and the addition to the title if all lines share it. Only for panels of the thesis
+    that do not show it otherwise."""
     named = [run['integrator'] for run in runs]
     if 'integrator' in panel['by'] or any(run['controller'] in ('predictive', 'tuned') for run in runs) or not any(named):
         return [''] * len(runs), ''

@@ -1,4 +1,5 @@
-"""What the sections of the report hand to its template (report.html.j2): texts, which it escapes, and tables of cells."""
+"""Content of the sections for the template of the report (report.html.j2): texts, which it escapes, and tables of
+cells."""
 
 import collections
 import pathlib
@@ -21,12 +22,12 @@ def table(headings, rows):
 
 
 def link(name, words):
-    """A link to what is called so on the page."""
+    """A link to a name on the page."""
     return markupsafe.Markup('<a href="#{}">{}</a>').format(anchor(name), words)
 
 
 def fixed(value, digits=2, sign=False):
-    """A number with its sign where it is wanted, without a minus before a zero."""
+    """A number, on request with its sign, without a minus before a zero."""
     rounded = round(value, digits) or 0.0
     return f'{rounded:{"+" if sign and rounded else ""}.{digits}f}'
 

@@ -73,7 +73,7 @@ def table_lines(metrics, name, heading, form):
 
 
 def warnings(metrics):
-    """One line per controller that the machine did not serve in time, whose figures therefore say little."""
+    """One line per controller with late commands of a busy machine, whose figures are unreliable."""
     for controllers in metrics.values():
         for controller, steps in controllers.items():
             gap = max(float(step['command_gap_s']) for step in steps)
@@ -93,7 +93,7 @@ def write_joined(path, tables):
 
 
 def plot_first_picture(path, responses, metrics):
-    """Two panels, two lines each: how far the stock controller stays short, and ours does not."""
+    """Two panels with two lines each: the error of the stock controller, and ours."""
     figure, grid = plt.subplots(1, 2, figsize=(8.3, 3.2))
     for axes, (robot, name) in zip(grid, FIRST_PICTURE):
         height, unit = float(name.split()[0]), name.split()[1]

@@ -1,4 +1,4 @@
-"""What the report is made from: the thesis' tables, the table of experiments and the CSV files the experiments wrote."""
+"""Data of the report: the thesis' tables, the table of experiments and the CSV files of the experiments."""
 
 import csv
 import math
@@ -8,12 +8,12 @@ import yaml
 
 REST = 0.5  # s before a step, as in the closed loop (kRestTime)
 
-# Columns that say what was run, in the order of the CSV files.
+# Columns with the conditions of a run, in the order of the CSV files.
 CONDITIONS = ('controller', 'plant', 'step_mps', 'step_radps', 'belief_hz', 'action_hz', 'tau', 'kappa_mu', 'kappa_a', 'orders')
 
 
 class ResultError(Exception):
-    """A file is missing or does not fit; the text is one line for the person."""
+    """A missing or unsuitable file; the text is one line for the user."""
 
 
 def number(text):
@@ -29,7 +29,7 @@ def read_yaml(path):
 
 
 def read_bars(package):
-    """What was asked for, by experiment and figure."""
+    """The bars, by experiment and figure."""
     return read_yaml(pathlib.Path(package) / 'sim/lab/acceptance.yaml')
 
 
@@ -93,6 +93,11 @@ class Run:
             left, right = cells('command_left_radps'), cells('command_right_radps')
             return times, [0.5 * (l + r) for l, r in zip(left, right)]
         return times, cells(column)
+
+    def error(self, column, reference):
+        """Root mean square of the difference of two columns of the trace."""
+        pairs = zip(self.series(column)[1], self.series(reference)[1])
+        return math.sqrt(sum((value - true) ** 2 for value, true in pairs) / len(self.trace))
 
     def errors(self):
         """(name, ln(ours/thesis)) for settling and rise, where the thesis prints a number and we have one."""

@@ -74,10 +74,10 @@ WheelCommand ActiveInferenceController::updateAction() {
   return action();
 }
 
-double ActiveInferenceController::largestCommand(bool told_to_stand) {
+double ActiveInferenceController::largestCommand(bool set_point_is_zero) {
   if (!standstill_) return Standstill::kUnbounded;
   const GeneralizedSensor& y = measurement();
-  return standstill_->largestCommand(told_to_stand, action(), y(kWheelLeft, 0), y(kWheelRight, 0), actionStep());
+  return standstill_->largestCommand(set_point_is_zero, action(), y(kWheelLeft, 0), y(kWheelRight, 0), actionStep());
 }
 
 void ActiveInferenceController::hold(const WheelCommand& applied) { inference_.hold(applied.vector()); }

@@ -20,8 +20,8 @@ constexpr double kDoubt = 1e-6;     // distance to a limit, relative, within whi
 template <class Real>
 using Square = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
 
-/// Largest magnitude of an eigenvalue of the states that nothing drives or that drive nothing: theirs are entries of
-/// the diagonal, and exact. Takes these states out of the map.
+/// Removes the states that no other drives or that drive no other. Their eigenvalues are entries of the diagonal, and
+/// exact. Returns the largest magnitude of these.
 double isolated(Eigen::MatrixXd& map) {
   std::vector<Eigen::Index> kept(static_cast<std::size_t>(map.rows()));
   std::iota(kept.begin(), kept.end(), 0);
@@ -98,8 +98,7 @@ SpectralRadius radiusWithBound(const Square<Real>& map) {
 
   const Real rounding = std::numeric_limits<Real>::epsilon() * map.norm();
   const Real error = static_cast<Real>(2 * n) * rounding;  // |E|, with a factor of two to spare
-  // No eigenvalue moves farther than (|M| + |M + E|)^(1 - 1/n) |E|^(1/n) (Elsner 1985), be it as ill-conditioned as it
-  // may.
+  // No eigenvalue moves farther than (|M| + |M + E|)^(1 - 1/n) |E|^(1/n) (Elsner 1985), however ill-conditioned.
   const Real farthest = std::pow(2 * map.norm(), Real(1) - Real(1) / n) * std::pow(error, Real(1) / n);
   const Real radius = T.diagonal().cwiseAbs().maxCoeff();
   Real upper = radius;

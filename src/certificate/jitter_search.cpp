@@ -39,7 +39,7 @@ class Adversary {
     MatrixXd product = MatrixXd::Identity(maps_.front().rows(), maps_.front().rows());
     int lost = 0;
     for (int i = 0; i < length; ++i) {
-      // The last has a sample, so that the sequence may follow on itself.
+      // The last period has a sample, so that the sequence can be repeated.
       const bool loses = lost < jitter_.lost_samples && i + 1 < length && part() < kLoses;
       lost = loses ? lost + 1 : 0;
       const int gain = loses ? 0 : 1 + below(gains_);

@@ -46,7 +46,7 @@ LoopClock clockOf(double action_rate, int belief_steps_per_action, double sensor
       sensor_rate, key, action_rate, kMostActionSteps));
 }
 
-/// How a unit of a mode's wheel speed shows in the measurement y.
+/// Measurement y of a unit wheel speed of a mode.
 SensorVector sensorResponse(LoopMode mode, const GeometryParameters& geometry, const PlantModel& robot) {
   SensorVector y = SensorVector::Zero();
   y(kWheelRight) = 1.0;
@@ -87,7 +87,7 @@ class LinearLoop::Period {
     arrived_ = remainder_ == 0;
     std::int64_t now = 0;
     for (const auto& [time, event] : clock_.events(remainder_, phase_)) {
-      // A belief sees the wheel through the sensor only: the robot need not be followed up to its steps.
+      // The belief depends on the wheel only through the sensor, so the robot is not advanced to belief steps.
       if (event != LoopEvent::predict && event != LoopEvent::belief) {
         drive(time - now);
         now = time;
@@ -305,7 +305,7 @@ std::vector<Eigen::Vector3d> LinearLoop::convergedGains(std::int64_t phase) cons
   return gains;
 }
 
-/// Of the belief's error, which nothing drives but itself.
+/// Map of the belief's error, which is autonomous.
 double LinearLoop::beliefErrorRadius() const {
   const Equations& equations = equations_.front();
   MatrixXd error = MatrixXd::Identity(kMeasured + 1, kMeasured + 1);

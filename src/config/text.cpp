@@ -35,8 +35,8 @@ bool printable(char32_t code) {
   struct Range {
     char32_t first, last;
   };
-  // Controls (C0, DEL and C1), marks and overrides of the direction of writing, line and paragraph separators, and what
-  // is no character.
+  // Controls (C0, DEL and C1), marks and overrides of the direction of writing, line and paragraph separators, and
+  // noncharacters.
   constexpr Range kUnprintable[] = {{0x00, 0x1f},     {0x7f, 0x9f},     {0x61c, 0x61c},   {0x200e, 0x200f},
                                     {0x2028, 0x202e}, {0x2066, 0x2069}, {0xfffe, 0xffff}, {0x110000, 0xffffffff}};
   for (const Range& range : kUnprintable) {
@@ -66,7 +66,7 @@ std::string onOneLine(const std::string& text) {
 
 std::string shortened(const std::string& text, std::size_t longest) {
   if (text.size() <= longest) return onOneLine(text);
-  // A character has up to three bytes after its first; more of them are no character that could be kept whole.
+  // A character has at most three continuation bytes; more are invalid UTF-8.
   std::size_t end = longest;
   while (end > 0 && longest - end < 4 && continues(text, end)) --end;
   return onOneLine(text.substr(0, continues(text, end) ? longest : end)) + "...";

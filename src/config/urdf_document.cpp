@@ -15,7 +15,7 @@
 namespace jackal_aic {
 namespace {
 
-// Bounds far beyond any robot, within which the parser and what climbs the tree of links need little stack and time.
+// Bounds far beyond any robot. Within them the parser and walks up the tree of links need little stack and time.
 constexpr std::size_t kLargestText = std::size_t{16} << 20;  // bytes
 constexpr std::size_t kMostLinks = 1000;
 constexpr int kDeepestElement = 1000;
@@ -40,7 +40,7 @@ void checkSize(const std::string& xml) {
   if (links > kMostLinks) throw ParameterError("URDF: more than 1000 links");
 }
 
-/// Refuses links that hang on each other: the parser takes them, and no climb from them ends.
+/// Refuses cyclic links: the parser accepts them, and a walk to the root would not end.
 void checkTree(const urdf::ModelInterface& model) {
   for (const auto& [name, link] : model.links_) {
     urdf::LinkConstSharedPtr above = link;
@@ -54,8 +54,8 @@ void checkTree(const urdf::ModelInterface& model) {
   }
 }
 
-/// Keeps the parser's first complaints instead of letting it print: they belong into the one line of the exception. The
-/// first tells what is wrong, the next where.
+/// Collects the parser's first messages for the one line of the exception instead of printing them. The first says what
+/// is wrong, the next where.
 class Complaints : public console_bridge::OutputHandler {
  public:
   explicit Complaints(const std::string& urdf_xml) : level_(console_bridge::getLogLevel()) {

@@ -11,7 +11,7 @@
 
 namespace jackal_aic {
 
-/// A URDF as the parser takes it.
+/// A parsed URDF.
 struct UrdfDocument {
   urdf::ModelInterfaceSharedPtr model;
   std::string left_out;  ///< the parser's message on omitted parts of links, on one line; empty: none

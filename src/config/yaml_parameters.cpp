@@ -18,12 +18,12 @@
 namespace jackal_aic {
 namespace {
 
-// Beyond any configuration, and little enough for a parser that is recursive.
+// Beyond any configuration, and small enough for a recursive parser.
 constexpr std::size_t kLargestText = std::size_t{1} << 20;  // bytes
 constexpr int kDeepestText = 200;                           // brackets and dashes that are open at a time
 constexpr int kDeepest = 32;                                // levels of keys
-constexpr std::size_t kLongestKey = 1000;                   // characters, which every value below it has again
-constexpr std::size_t kMostNodes = 10000;                   // keys and values, with every alias spelled out
+constexpr std::size_t kLongestKey = 1000;                   // characters; every value below it repeats them
+constexpr std::size_t kMostNodes = 10000;                   // keys and values, with every alias expanded
 
 std::optional<std::int64_t> wholeNumber(const std::string& text) {
   char* end = nullptr;
@@ -54,8 +54,7 @@ std::optional<bool> truth(const std::string& text) {
   return std::nullopt;
 }
 
-/// Digits with a zero before them, which YAML 1.1, rosparam among its readers, takes for octal or for no number at all:
-/// 010 is 8 there, and 10 to people.
+/// Digits with a leading zero. YAML 1.1, which rosparam reads, takes them for octal or for a text: 010 is 8 there.
 bool hasLeadingZero(const std::string& text) {
   const std::size_t first = text.find_first_not_of("+-");
   return first != std::string::npos && first <= 1 && text[first] == '0' && text.size() > first + 1 &&
@@ -107,7 +106,7 @@ class Document {
   void add(const YAML::Node& node, const std::string& key, int depth = 0) {
     if (depth > kDeepest) throw ParameterError(shortened(key) + ": more than 32 levels of keys");
     if (key.size() > kLongestKey) throw ParameterError(shortened(key) + ": more than 1000 characters");
-    count(1);  // an empty one too: ten aliases of ten aliases of it are a hundred
+    count(1);  // an empty one too, because aliases of aliases multiply
     if (node.IsMap()) {
       if (node.size() == 0) throw ParameterError(shortened(key) + " = {}: expected a value, or keys below it");
       for (const auto& entry : node) {

@@ -1,4 +1,4 @@
-// The thesis' controller on a wheel that follows its commands after a lag: three calls make the loop.
+// The thesis' controller on wheels that follow their commands with a lag: the loop has three calls.
 
 #include <cstdio>
 

@@ -1,4 +1,4 @@
-// The drive loop on a robot whose left encoder dies on the way: what does not count is excluded, named, and driven on.
+// The drive loop on a robot whose left encoder fails: it is excluded, reported, and the robot drives on.
 
 #include <cstdio>
 
@@ -9,13 +9,13 @@ int main() {
 
   DriveParameters parameters;
   parameters.controller = PredictiveParameters{};
-  parameters.plant_model = PlantModel{};  // drive train as identified; here what is assumed of a Jackal
+  parameters.plant_model = PlantModel{};  // identified drive train; here the assumed one of a Jackal
   parameters.on_loss.one_wheel = LossAction::drive;
   DriveLoop loop(parameters, makeController(parameters));
 
   WheelVector wheels = WheelVector::Zero();  // rad/s
   WheelCommand command;
-  std::string told;
+  std::string reported;
 
   for (int ms = 0; ms <= 6000; ++ms) {
     const double now = 0.001 * ms;
@@ -34,9 +34,9 @@ int main() {
 
     const DriveLoopStatus status = loop.status();
     const char* state = status.decision.status == DriveStatus::driving ? "driving" : "not driving";
-    const std::string now_told = state + (reason(status).empty() ? "" : ": " + reason(status));
-    if (now_told == told) continue;
-    told = now_told;
-    std::printf("%.2f s, %.2f m/s, %s\n", now, 0.098 * wheels.mean(), told.c_str());
+    const std::string now_reported = state + (reason(status).empty() ? "" : ": " + reason(status));
+    if (now_reported == reported) continue;
+    reported = now_reported;
+    std::printf("%.2f s, %.2f m/s, %s\n", now, 0.098 * wheels.mean(), reported.c_str());
   }
 }

@@ -21,8 +21,8 @@ using namespace identification;
 constexpr int kLeastSteps = 2;              // changes of the command
 constexpr std::size_t kLeastSamples = 100;  // wheel samples, 2 s at 50 Hz
 constexpr int kLeastTurnSamples = 25;
-// Effective track / wheel radius, for a slip factor of 1: skid-steered robots have about 6, and their wheels are
-// further apart than one is high; they slip sideways in a turn, but not five times as far.
+// Range of effective track / wheel radius, for a slip factor of 1. Skid-steer robots have about 6. Their wheels are
+// further apart than one is high, and a turn makes the track at most five times as wide.
 constexpr double kSmallestTrack = 2.0, kLargestTrack = 20.0;
 constexpr double kGap = 0.5;            // s without wheel speeds or without commands, at which a recording is cut
 constexpr double kLeastStretch = 1.5;   // s, shortest usable part between two gaps
@@ -77,7 +77,7 @@ void checkValues(const DriveRecording& recording) {
 template <class Sample, class Value>
 std::size_t mendSpikes(std::vector<Sample>& series, double least, const Value& value) {
   constexpr std::size_t kSide = 2;    // of them on either side
-  constexpr double kUnlikely = 12.0;  // times the median distance from the median around
+  constexpr double kUnlikely = 12.0;  // least distance from the local median, in median distances
   constexpr std::size_t kRare = 20;   // samples for each spike; more frequent jumps are no spikes
   if (series.size() <= 2 * kSide) return 0;
   std::vector<Sample> mended = series;
@@ -96,7 +96,7 @@ std::size_t mendSpikes(std::vector<Sample>& series, double least, const Value& v
   const double bound = std::max(least, kUnlikely * *middle);
   std::size_t spikes = 0;
   for (std::size_t i = kSide; i + kSide < series.size(); ++i) {
-    const double median = medianAt(i);  // of those before as they are mended
+    const double median = medianAt(i);  // of the values before, without their spikes
     if (std::abs(value(mended[i]) - median) <= bound) continue;
     value(mended[i]) = median;
     ++spikes;
@@ -106,7 +106,7 @@ std::size_t mendSpikes(std::vector<Sample>& series, double least, const Value& v
   return spikes;
 }
 
-/// A recording without spikes, with a remark on those that it had.
+/// A recording without its spikes, with a remark on them.
 DriveRecording withoutSpikes(DriveRecording recording) {
   std::size_t wheels = 0;
   for (const Component side : {&WheelCommand::left, &WheelCommand::right}) {
@@ -146,7 +146,7 @@ int commandSteps(const DriveRecording& recording, Component side) {
   return steps;
 }
 
-/// The drive train holds for both sides, so both have to be excited.
+/// Both sides share one drive train, so both have to be excited.
 void checkExcitation(const DriveRecording& recording) {
   const int left = commandSteps(recording, &WheelCommand::left), right = commandSteps(recording, &WheelCommand::right);
   if (left >= kLeastSteps && right >= kLeastSteps) return;
@@ -224,7 +224,7 @@ std::vector<Stretch> stretchesOf(const DriveRecording& recording, std::vector<st
     }
     if (i >= wheels.size()) break;
     ++gaps;
-    // On to the first wheel sample with a fresh command.
+    // Advances to the first wheel sample with a fresh command.
     for (; i < wheels.size(); ++i) {
       while (next < commands.size() && commands[next].time <= wheels[i].time) ++next;
       if (wheels[i].time - commands[next - 1].time <= kGap) break;
@@ -272,7 +272,7 @@ struct Sampling {
   double period = 0.0;                                  ///< of the samples [s]
   double renewal = 0.0;                                 ///< of the measurements [s]
   bool held() const { return renewal > 1.5 * period; }  ///< samples repeat a measurement
-  /// By how much the age of a measurement may differ from the mean one, which is part of the dead time [s].
+  /// Largest difference between the age of a measurement and the mean age, which is part of the dead time [s].
   double doubt() const { return held() ? 0.5 * (renewal + period) : 0.0; }
 };
 
@@ -301,8 +301,7 @@ Sampling samplingOf(const std::vector<WheelSample>& wheels) {
   return {period, intervals.size() < kLeast ? period : usualInterval(std::move(intervals))};
 }
 
-/// The rate at which a controller gets samples: a round number, so that a certificate finds a period in common with
-/// that of the action. [Hz]
+/// Sample rate of a controller, rounded so that a certificate finds a common period with the action [Hz].
 double sensorRate(const DriveRecording& recording, const Sampling& sampling) {
   constexpr double kNear = 0.025, kSlowest = 1.0, kFastest = 1000.0;  // of the rate; Hz
   const double period = std::max(sampling.period, samplePeriod(recording.yaw));
@@ -340,7 +339,7 @@ void checkHeld(const DriveRecording& recording, const Sampling& sampling, std::v
       fmt::format("held: {}: the dead time is that of values of mean age, the intervals cover fresh ones", held));
 }
 
-/// How a wheel goes with the command of a side that was sent some time before.
+/// Likeness of a wheel speed and the command of a side some time before.
 struct Likeness {
   double correlation = 0.0;  ///< of the two, about zero
   double gain = 1.0;         ///< wheel speed / command
@@ -372,8 +371,8 @@ Likeness likeness(const WheelFit& fit, Component wheel, Component command) {
   return best;
 }
 
-/// Refuses wheels that never turn, that turn the other way, or that follow the other side's command.
-/// @return where a search for the gain begins.
+/// Refuses wheels that never turn, turn the other way, or follow the other side's command. @return initial gain of the
+/// search.
 double checkWheels(const WheelFit& fit) {
   const Component left = &WheelCommand::left, right = &WheelCommand::right;
   const Likeness l = likeness(fit, left, left), r = likeness(fit, right, right);
@@ -447,8 +446,8 @@ double totalSquares(const WheelFit& fit) {
   return (squares - sum.cwiseProduct(sum) / std::max(count, 1.0)).sum();
 }
 
-/// Cuts the blocks that the commands do not explain, because another source drives, or the robot is pushed or held up,
-/// and those next to them, into which it may reach. Returns their time [s].
+/// Cuts the blocks that the commands do not explain, and their neighbours: another source drives, or the robot is
+/// pushed or held. Returns their time [s].
 double cutUnexplained(WheelFit& fit, const Theta& theta) {
   const auto blocks = blocksOf(fit, fit.residuals(theta));
   std::vector<double> rms;
@@ -535,7 +534,7 @@ struct Part {
 };
 using Parts = std::array<Part, 2>;
 
-/// A part's fit, with intervals of dead time and lag that are wider by the doubt about the age of values [s].
+/// A part's fit. The uncertain age of values [s] widens its intervals of dead time and lag.
 FitResult fitLate(const WheelFit& part, const Theta& theta, double doubt, bool fit_offset = false) {
   FitResult found = fitPart(part, theta, fit_offset);
   found.half_width[kDeadTime] += doubt;
@@ -553,7 +552,7 @@ Parts sides(const WheelFit& fit, const Theta& theta, double doubt) {
   return {Part{"left", only(kLeft)}, Part{"right", only(kRight)}};
 }
 
-/// Fits of the wheels that turn forward and of those that turn backward, as the fit of both says.
+/// Separate fits of forward and backward turning wheels, by the sign in the common fit.
 Parts directions(const WheelFit& fit, const Theta& theta, double doubt) {
   const auto speeds = fit.simulate(theta);
   const auto only = [&](double sign) {
@@ -592,7 +591,7 @@ bool differ(const Parts& parts, int parameter) {
 
 bool differ(const Parts& parts) { return differ(parts, kDeadTime) || differ(parts, kLag) || differ(parts, kGain); }
 
-/// The estimates of what parts are compared in, by index of a Theta.
+/// Estimates in which parts are compared, by index of a Theta.
 std::array<Estimate*, 3> compared(Identification& result) { return {&result.dead_time, &result.lag, &result.gain}; }
 
 /// Widens an interval over that of a part.
@@ -611,7 +610,7 @@ void coverBoth(const Parts& parts, Identification& result) {
     if (!differ(parts, parameter)) continue;
     for (const Part& part : parts) cover(part.found, parameter, *estimates[i]);
     told.push_back(fmt::format("{} {:.3f} and {:.3f}{}", kNames[i], parts[0].found.theta[parameter],
-                               parts[1].found.theta[parameter], kUnits[i]));
+                                      parts[1].found.theta[parameter], kUnits[i]));
   }
   if (told.empty()) return;
   result.remarks.push_back(fmt::format("{} and {} differ: {}; the intervals cover both", parts[0].name, parts[1].name,
@@ -757,7 +756,7 @@ Estimate estimate(double value, double half_width, double resolution = 0.02) {
 /// bound.
 Estimate accelerationLimit(const WheelFit& fit, const FitResult& found) {
   const double limit = std::exp(found.theta[kLogLimit]);
-  double largest = 0.0;  // of the fitted motion, which has no noise
+  double largest = 0.0;  // of the fitted motion, without noise
   const auto speeds = fit.simulate(found.theta);
   for (const Stretch& stretch : fit.stretches) {
     for (std::size_t i = stretch.begin + 1; i < stretch.end; ++i) {

@@ -25,7 +25,7 @@ double targetOf(const Theta& theta, double command, double speed_limit) {
   return std::copysign(target, command);
 }
 
-/// Goes through a stretch with one wheel.
+/// Simulates one wheel over a stretch.
 void simulateStretch(const WheelFit& fit, const Stretch& stretch, const Theta& theta, double WheelCommand::*side,
                      std::vector<WheelCommand>& speeds) {
   const double limit = std::exp(theta[kLogLimit]) / fit.radius, dead_time = theta[kDeadTime], lag = theta[kLag];
@@ -51,8 +51,8 @@ void simulateStretch(const WheelFit& fit, const Stretch& stretch, const Theta& t
 
 double cost(const WheelFit& fit, const Theta& theta) { return fit.residuals(theta).squaredNorm(); }
 
-/// Below a lag of a part of the samples' period its derivative vanishes: a search that comes there would stay, and its
-/// interval say that nothing is known, where the recording excludes a longer one. It is taken at this lag [s].
+/// Least lag [s] at which its derivative is taken. For a shorter one the derivative vanishes: a search would stay
+/// there, with an infinite interval, although the recording excludes longer lags.
 constexpr double kShortestLag = 0.005;
 
 /// Derivative of the fitted speeds by the parameters [rad/s per unit].
@@ -97,8 +97,8 @@ double refine(const WheelFit& fit, Theta& theta, int parameters) {
   return least;
 }
 
-/// By how much more residuals that depend on each other weigh than as many independent ones: the variance of their sums
-/// over blocks of time against that of independent ones, at least 1.
+/// Variance inflation of correlated residuals: variance of their sums over blocks of time / that of independent ones,
+/// at least 1.
 double persistence(const WheelFit& fit, const Eigen::VectorXd& r) {
   double squares = 0.0, block_end = -HUGE_VAL;
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
@@ -114,7 +114,8 @@ double persistence(const WheelFit& fit, const Eigen::VectorXd& r) {
   return std::max(1.0, squares / std::max(r.squaredNorm(), 1e-12));
 }
 
-/// By how many standard deviations of chance one fit explains the blocks of time better than another (Vuong 1989).
+/// Significance, in standard deviations, with which one fit explains the blocks of time better than another (Vuong
+/// 1989).
 double advantage(const WheelFit& fit, const Theta& one, const Theta& other) {
   const Eigen::VectorXd a = fit.residuals(one), b = fit.residuals(other);
   double sum = 0.0, squares = 0.0, block = 0.0, block_end = -HUGE_VAL;
@@ -135,9 +136,9 @@ double advantage(const WheelFit& fit, const Theta& one, const Theta& other) {
   return sum / std::max(std::sqrt(squares), 1e-300);
 }
 
-/// Standard deviations by which a limit explains the wheels better than no limit. A low bar to fit with it, because a
-/// few blocks with fast changes may decide. A bar of one in a hundred to report it, because randomly late commands and
-/// samples smear the fast blocks, which looks like a limit.
+/// Standard deviations by which a limit explains the wheels better than no limit. The bar for fitting is low, because a
+/// few blocks with fast changes may decide. The bar for reporting is one in a hundred, because randomly late commands
+/// and samples smear the fast blocks, which resembles a limit.
 constexpr double kLikely = 1.5, kSure = 2.33;
 
 /// The best fit without a limit near a fit. Returns its cost.
@@ -146,7 +147,7 @@ double refineUnlimited(const WheelFit& fit, Theta& theta, int parameters) {
   return refine(fit, theta, parameters);
 }
 
-/// The intervals of the first so many parameters.
+/// Intervals of the first parameters.
 FitResult intervals(const WheelFit& fit, const Theta& theta, int parameters) {
   const auto J = jacobian(fit, theta, parameters);
   const Eigen::VectorXd r = fit.residuals(theta);
@@ -164,7 +165,8 @@ FitResult intervals(const WheelFit& fit, const Theta& theta, int parameters) {
   const Eigen::MatrixXd influence = S * bread;
   Eigen::VectorXd score = Eigen::VectorXd::Zero(count);
   // For each parameter: information of a block, and the sums of it and of its square over the blocks.
-  Eigen::ArrayXd told = Eigen::ArrayXd::Zero(count), told_sum = told, told_squares = told;
+  Eigen::ArrayXd told = Eigen::ArrayXd::Zero(count), told_sum = told,
+                 told_squares = told;
   double block_end = -HUGE_VAL;
   const auto close = [&] {
     meat += score * score.transpose();
@@ -190,7 +192,8 @@ FitResult intervals(const WheelFit& fit, const Theta& theta, int parameters) {
   for (Eigen::Index i = 0; i < count; ++i) {
     // The dead time follows from the few blocks with a step, so their number counts (Carter, Schnepel and Steigerwald
     // 2017).
-    const double blocks = std::max(2.0, told_sum(i) * told_sum(i) / std::max(told_squares(i), 1e-300));
+    const double blocks =
+        std::max(2.0, told_sum(i) * told_sum(i) / std::max(told_squares(i), 1e-300));
     const double variance = std::max(robust(i, i) * blocks / (blocks - 1.0), white * bread(i, i));
     result.half_width[seen[static_cast<std::size_t>(i)]] = studentQuantile(blocks - 1.0) * std::sqrt(variance);
   }
@@ -249,7 +252,7 @@ Theta searchLeastSquares(const WheelFit& fit, double gain, bool fit_offset) {
   for (auto& start : starts) start.first = refine(fit, start.second, parameters);
   const auto best =
       *std::min_element(starts.begin(), starts.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  // A limit that the wheels never reached can still take up some noise: it has to explain more than chance does.
+  // A limit that the wheels never reached can still fit some noise, so it has to explain more than chance.
   Theta unlimited = best.second;
   const double without = refineUnlimited(fit, unlimited, parameters);
   const double share = kSignificant * persistence(fit, fit.residuals(unlimited)) / static_cast<double>(fit.size());

@@ -63,9 +63,9 @@ struct FitResult {
 /// gain from where to search; @param fit_offset false: the offset is zero.
 Theta searchLeastSquares(const WheelFit& fit, double gain, bool fit_offset);
 
-/// 95 % intervals that allow for residuals which depend on each other: the covariance of the linearised fit with the
-/// scores summed over blocks of time (cluster-robust "sandwich", Liang and Zeger 1986), Student's distribution with the
-/// number of blocks with information about a parameter. A limit that explains no more than chance is unknown.
+/// 95 % intervals for correlated residuals. The covariance of the linearised fit has scores summed over blocks of time
+/// (cluster-robust "sandwich", Liang and Zeger 1986). Student's distribution has the number of blocks with information
+/// about a parameter. A limit that explains no more than chance is unknown.
 FitResult withIntervals(const WheelFit& fit, const Theta& theta, bool fit_offset);
 
 /// Estimate of a part of a fit's data: the least squares near the whole's estimate `theta`, with intervals.

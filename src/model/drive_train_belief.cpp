@@ -35,17 +35,17 @@ void DriveTrainBelief::predict(const PerStep& acting, std::size_t steps, PerStep
   Eigen::Vector3d x = x_;
   double lagged = lagged_;
   bool was_limited = false;
-  std::size_t alike = 0;  // steps whose covariance is still to grow
+  std::size_t equal_steps = 0;  // steps whose covariance is still to grow
   for (std::size_t i = 0; i < steps; ++i) {
     const auto [change, limited] = drive_train.step(x, acting[i]);
-    if (limited != was_limited) grow(std::exchange(alike, 0), std::exchange(was_limited, limited));
-    ++alike;
+    if (limited != was_limited) grow(std::exchange(equal_steps, 0), std::exchange(was_limited, limited));
+    ++equal_steps;
     // w(t) − w(t − σ_t) of a first-order filter
     lagged += lagging_ * (x(0) - lagged);
     speeds[i] = x(0);
     rates[i] = change / kStep;
   }
-  grow(alike, was_limited);
+  grow(equal_steps, was_limited);
   x_ = x;
   lagged_ = lagged;
 }

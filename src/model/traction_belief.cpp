@@ -58,9 +58,9 @@ TractionBelief::Change TractionBelief::sinceThen(const Past& then) const {
           now_.turning - then.turning, by_gain, wheels - body};
 }
 
-/// The oldest one within a time; without one, now.
+/// The oldest state within a time; without one, the present.
 const TractionBelief::Past& TractionBelief::within(double time) const {
-  // Two of them are kSpacing apart at least: no more than so many lie within the time.
+  // States are at least kSpacing apart, which bounds their number.
   std::size_t i = std::min(remembered_, static_cast<std::size_t>(time / kSpacing) + 2);
   const auto before = [&](std::size_t number) -> const Past& {
     return past_[(newest_ + kRemembered - number) % kRemembered];
@@ -108,7 +108,7 @@ void TractionBelief::learnVibration(Mean mean) {
   };
   learn(quick_, 1);
   learn(slow_, 3);
-  // Of noise that is correlated by rho from one to the next a mean varies by (1 + rho)/(1 - rho) as much.
+  // Noise with the correlation rho of successive values has (1 + rho)/(1 - rho) times the variance of its mean.
   const double rho = std::clamp(1.0 - quick_ / slow_, 0.0, kMostColoured);
   vibration_rate_ = mean.time * kSmallerOfTwo * slow_ * (1.0 + rho) / (1.0 - rho);
 }
@@ -116,7 +116,7 @@ void TractionBelief::learnVibration(Mean mean) {
 /// D of wheels that may have changed since they were measured last [m/s].
 double TractionBelief::unseenChange() const { return hold_ * kFastest; }
 
-/// D of an offset that nothing was learned of yet [m/s].
+/// D by an offset that is not learned yet [m/s].
 double TractionBelief::unknownOffset(double time) const { return offset_known_ ? 0.0 : kUnknownOffset * time; }
 
 double TractionBelief::bound(const Change& change) const {
@@ -165,7 +165,7 @@ bool TractionBelief::hiddenByFilter(const Change& window) const {
   return false;
 }
 
-/// Of a window of wheels that roll.
+/// Learns from a window in which the wheels roll.
 void TractionBelief::learnFilters(const Change& window, double step) {
   const double sigma = 0.5 * std::max(kLeast, bound(window)), kept = keptAfter(step, thresholds::kSensorMemory);
   const double D = window.unfiltered / sigma;
@@ -234,7 +234,7 @@ void TractionBelief::roll(double step) {
   for (AttitudeFilter& filter : filters_) filter.tilt *= keptAfter(step, kWindow);
 }
 
-/// Of wheels that kept their speed in a window.
+/// Learns b from a window of constant wheel speed.
 void TractionBelief::learnOffset(const Change& window, double step) {
   // db/dt = (mean of a)/T_b
   if (offset_known_) {
@@ -247,7 +247,7 @@ void TractionBelief::learnOffset(const Change& window, double step) {
   if (time < kQuiet) return;
   offset_known_ = true;
   const double mean = (window.body - untold.body) / time;
-  // No accelerometer of a robot on level ground is off by so much: b is all of the mean.
+  // So large a mean is a slope and no error of the accelerometer, so b is all of it.
   if (std::abs(mean) < kSlope) return;
   offset_ += mean;
   resetPast();
@@ -272,7 +272,7 @@ void TractionBelief::slide(double gap_before, double acceleration, double step) 
   variance_ += variance_rate_ * step;
   wheels_away_ += std::abs(speed_ - now_.wheels - gap_before - step * acceleration);
   const double gap = speed_ - now_.wheels;
-  // Of a robot that accelerates a collision may be noticed before all of it is over.
+  // While the robot accelerates, a collision may be detected before it is over.
   if (sliding_ <= kCollision && collision()) surprise_ = std::min(surprise_, kCollision);
   const bool collided = surprise_ <= kCollision + thresholds::kRounding;
   // A body that bounces off something may seem to meet the wheels, which were stopped with it.

@@ -148,7 +148,7 @@ void DriveTrainLearning::endChange() {
   run(theta_);
 }
 
-/// How much of a change of the commands is a turn: 0 of a straight line, 1 of a turn in place.
+/// Share of a turn in a change of the commands: 0 on a straight line, 1 turning in place.
 double DriveTrainLearning::turnShare(std::size_t first) const {
   double difference = 0.0, sum = 0.0;
   for (std::size_t i = first; i < step_; ++i) {

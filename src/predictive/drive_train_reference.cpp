@@ -79,8 +79,8 @@ bool DriveTrainReference::endsInTime(double wanted, double r, double largest_cha
 void DriveTrainReference::follow(double r) {
   before_ = state_;
   r_ = r;
-  // Beyond the acceleration limit only as much of the input takes part as the limit lets through. Nothing jumps there:
-  // two wheels that differ by a hair, one on either side of the limit, must not part.
+  // Beyond the acceleration limit only the part of the input within the limit acts. It is continuous there, so that two
+  // nearly equal wheels on either side of the limit stay together.
   const double without = transition_.row(0).dot(before_) - before_(0);
   const double lowest = (-largest_change_ - without) / input_(0), highest = (largest_change_ - without) / input_(0);
   state_ = transition_ * before_ + input_ * std::clamp(r_, lowest, highest);

@@ -102,9 +102,9 @@ SampleVerdict PredictiveController::observe(const Observation& observation) {
   return SampleVerdict::restarted;
 }
 
-/// Against the beliefs that have not taken the measurement yet.
+/// Innovations: against the beliefs before the measurement.
 void PredictiveController::learnTurn(const Observation& y) {
-  // On a box the gyro does not notice the wheels.
+  // On a box the gyro does not measure the turn of the wheels.
   if (!parameters_.learn_track || frozen_ || shaken_ || model_.on_box) return;
   if (!y.valid.wheel_left || !y.valid.wheel_right || !y.valid.yaw_rate) return;
   slip_.learnTrack(y.yaw_rate, difference(y, left(), right()), observation_step_);
@@ -218,7 +218,7 @@ double PredictiveController::standInVariance() const {
 
 double PredictiveController::correctYawRate(const Observation& y) {
   if (!model_.on_box && y.valid.yaw_rate) return yaw_.correct(y.yaw_rate);
-  // Without a gyro, or on a box, the wheels' turn is all there is.
+  // Without a gyro, or on a box, only the wheels measure the turn.
   const double slope = slipBelief().yawPerDifference(left().speed(), right().speed());
   yaw_.follow(slipBelief().yawRate(left().speed(), right().speed()),
               slope * slope * (left().speedVariance() + right().speedVariance()));
@@ -241,7 +241,7 @@ WheelCommand PredictiveController::updateAction() {
   left_.act(input(0));
   right_.act(input(1));
   const bool told_to_stand = set_point_.forward == 0.0 && set_point_.yaw_rate == 0.0;
-  // Within a dead zone a command of nothing is large, and does nothing.
+  // Within the dead zone an effective command of zero is a large command without effect.
   const WheelCommand effective{left_.effectiveAction(), right_.effectiveAction()};
   const double most = standstill_.largestCommand(told_to_stand, effective, left().speed(), right().speed(),
                                                  1.0 / parameters_.action_rate);

@@ -7,11 +7,9 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kTimingTimeConstant =
-    0.035;  // s; of motors of a Jackal's size, from as stiff as the model's to soft ones
-constexpr double kTurningTimeConstant =
-    0.2;                                 // s; in which the integral of a soft velocity loop makes up for the ground
-constexpr double kLimitDeviation = 0.6;  // of the motors' acceleration limit; half of it has to be ordinary
+constexpr double kTimingTimeConstant = 0.035;  // s; for motors of a Jackal's size, stiff to soft
+constexpr double kTurningTimeConstant = 0.2;   // s; in which a soft velocity loop compensates the ground's torque
+constexpr double kLimitDeviation = 0.6;        // of the motors' acceleration limit; half of it is usual
 
 bool isWhole(double ratio) { return ratio >= 1.0 - 1e-9 && std::abs(ratio - std::round(ratio)) < 1e-9 * ratio; }
 

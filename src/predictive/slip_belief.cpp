@@ -68,7 +68,7 @@ bool SlipBelief::turns(const WheelDifference& n, double step) {
   return std::abs(n.value) > std::max(learning_.excitation, kCertainTurn * std::sqrt(uncertainty(n)));
 }
 
-/// n(t) - n(t - T) of a first-order filter: T dn/dt while the wheels ramp, and fading as the body comes after them.
+/// n(t) - n(t - T) of a first-order filter: T dn/dt while the wheels ramp, and fading as the body follows them.
 double SlipBelief::changeOf(const WheelDifference& n, double step) {
   const double T = kBodyComes * learning_.yaw_delay_deviation;
   changed_ = T > 0.0 ? (changed_ + step * n.rate) * std::exp(-step / T) : 0.0;
@@ -93,7 +93,7 @@ void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double st
   }
 }
 
-/// In a turn by the mean of a second: single samples of a gyro that is wrong agree by their noise.
+/// In a turn the mean of a second decides, because single samples of a wrong gyro agree by their noise.
 bool SlipBelief::agrees(double yaw_rate, double x, double v, double step) {
   if (std::abs(x) <= thresholds::kSlow) return turn_.plausible(yaw_rate, x, v);
   const double asked = x * configured_.slip_factor / configured_.effective_track;

@@ -112,7 +112,7 @@ void TurnModel::learnNoise(double error, const State& phi, double variance, doub
 void TurnModel::learnVeer(double error, double x, double v, double variance, double step) {
   if (std::abs(x) > thresholds::kSlow || std::abs(v) <= thresholds::kSlow) return;
   if (covariance_(2, 2) * prior_(2, 2) < square(kCertainVeer)) return;
-  // The ground veers a robot by as much as tyres do, for T_h: one independent measurement in twice that time.
+  // The ground causes as much veer as tyres do, for T_h: one independent measurement in twice that time.
   const double of_ground = square(v) / prior_(2, 2) * 2.0 * kGroundLasts / step;
   correct(error, v * State::Unit(2), variance + of_ground);
 }

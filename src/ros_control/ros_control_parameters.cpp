@@ -74,7 +74,7 @@ void setLimits(ParameterMap& map, const std::string& axis, const AxisLimits& p) 
   if (p.has_jerk_limits) setUnlessGiven(map, prefix + "jerk", std::min(p.max_jerk, -p.min_jerk));
 }
 
-/// A brake that keeps a limit of the deceleration.
+/// A brake within a limit of the deceleration.
 void setBrake(ParameterMap& map, const std::string& axis) {
   const auto value = [&](const std::string& key, double fallback) {
     ParameterReader reader(map, "limits");
@@ -103,7 +103,7 @@ void setDefaults(ParameterMap& map, const std::string& prefix, Parameters values
   }
 }
 
-/// What config/jackal_model.yaml assumes of a Jackal that has not been identified.
+/// The assumed model of config/jackal_model.yaml, for a Jackal without identification.
 PlantModel assumedModel() {
   PlantModel model;
   model.identified = false;
@@ -149,7 +149,7 @@ LiveParameters readLive(ParameterMap& map) {
   return p;
 }
 
-/// Puts diff_drive_controller's geometry in the place of the node's.
+/// Replaces the node's geometry by that of diff_drive_controller.
 void setGeometry(ParameterMap& stock, ParameterMap& map, RosControlParameters& parameters,
                  const std::function<std::string()>& robot_description) {
   for (const char* key : {"wheel_radius", "effective_track", "left_wheel_joints", "right_wheel_joints", "base_frame"}) {

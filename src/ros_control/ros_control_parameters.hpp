@@ -14,7 +14,7 @@
 
 namespace jackal_aic {
 
-/// What may change while the controller runs.
+/// Parameters that can change at run time.
 struct LiveParameters {
   double left_wheel_radius_multiplier = 1.0;
   double right_wheel_radius_multiplier = 1.0;
@@ -34,7 +34,7 @@ void describeFields(Visitor& v, LiveParameters& p) {
   v.field("enable_odom_tf", p.enable_odom_tf, Presence::optional);
 }
 
-/// Everything the controller is configured with.
+/// Configuration of the controller.
 struct RosControlParameters {
   NodeParameters drive;  ///< of the drive loop; its deadline of the set point is cmd_vel_timeout, its track the
                          ///< separation of the wheels times its multiplier
@@ -47,14 +47,14 @@ struct RosControlParameters {
   std::optional<std::array<double, 6>> pose_covariance_diagonal;   ///< empty: that of the odometry
   std::optional<std::array<double, 6>> twist_covariance_diagonal;  ///< empty: that of the odometry
   std::string imu_topic = "imu/data";                              ///< in the namespace of the robot
-  std::vector<std::string> unused;                                 ///< keys that belong to neither
+  std::vector<std::string> unused;                                 ///< unknown keys
 };
 
 /// Reads all parameters of a controller's namespace. The keys of the drive loop are those of the node, except that
 /// diff_drive_controller's keys replace robot.wheel_radius, robot.effective_track, robot.base_frame and the names of
-/// the joints. Its limits become those of the drive gate where limits.* says nothing: max_* that of the acceleration,
-/// min_* that of the deceleration. Without a structure's keys the predictive one drives with its defaults, without
-/// plant_model.* an assumed Jackal.
+/// the joints. Its limits become those of the drive gate where limits.* has no key: max_* for the acceleration, min_*
+/// for the deceleration. Without a structure's keys the predictive one drives with its defaults, without plant_model.*
+/// an assumed Jackal.
 /// @param map the namespace; @param robot_description returns the URDF, or an empty text; called if wheel_radius or
 /// wheel_separation are missing.
 /// @throws ParameterError, one line.

@@ -22,7 +22,7 @@ RosControlPublisher::RosControlPublisher(const ros::NodeHandle& robot, const ros
       pose_covariance_given_(parameters.pose_covariance_diagonal.has_value()),
       twist_covariance_given_(parameters.twist_covariance_diagonal.has_value()),
       report_(parameters.drive.gate.deadlines.set_point),
-      // The whole name, as a node's: the updater drops its first character, the slash.
+      // The full name with the slash of a node's, because the updater drops the first character.
       diagnostics_(robot, controller, controller.getNamespace()),
       odometry_updates_(initial) {
   odometry_.header.frame_id = parameters.odom_frame_id;

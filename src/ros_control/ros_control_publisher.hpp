@@ -45,7 +45,7 @@ struct CommandUpdate {
 /// cmd_vel_out (geometry_msgs/TwistStamped), and also /tf and /diagnostics. tell() neither locks nor allocates.
 class RosControlPublisher {
  public:
-  /// @param robot, controller namespaces; @param initial update, as long as those to come.
+  /// @param robot, controller namespaces; @param initial update with lists of the later length.
   RosControlPublisher(const ros::NodeHandle& robot, const ros::NodeHandle& controller,
                       const RosControlParameters& parameters, const OdometryUpdate& initial);
   ~RosControlPublisher();
@@ -62,7 +62,7 @@ class RosControlPublisher {
 
   ros::NodeHandle robot_;
   std::string base_frame_;
-  nav_msgs::Odometry odometry_;  // with what does not change
+  nav_msgs::Odometry odometry_;  // with its constant fields
   bool pose_covariance_given_;
   bool twist_covariance_given_;
   ros::Publisher odometry_publisher_;

@@ -15,10 +15,10 @@
 namespace jackal_aic {
 namespace {
 
-/// By which an update may come early without missing its action step [s].
+/// Time by which an update may come early without missing its action step [s].
 constexpr double kEarly = 0.002;
 
-/// Largest age of an IMU sample that is paired with the wheels [s]: both come at 50 Hz, and neither waits.
+/// Largest age of an IMU sample that is paired with the wheels [s]: both arrive at 50 Hz.
 constexpr double kPairingAge = 0.03;
 
 /// Wall time between checks for writing the learned model [s].
@@ -26,7 +26,7 @@ constexpr double kKeepPeriod = 1.0;
 
 /// Part of the sensors' period in which the wheels are sampled once.
 constexpr double kShortestPeriod = 0.75;
-/// Part of the sensors' period after which wheels that did not change are sampled all the same.
+/// Part of the sensors' period after which unchanged wheel speeds are sampled.
 constexpr double kLongestPeriod = 1.5;
 
 void setCommand(std::vector<hardware_interface::JointHandle>& joints, double command) {
@@ -208,7 +208,7 @@ void RosController::update(const ros::Time& time, const ros::Duration& period) {
   takeMessages(now);
   const WheelCommand applied = loop_->command();  // until now
   const std::optional<Observation> measured = takeMeasurement(now, period.toSec());
-  // The steps of an action are due a little before the update that runs them, so that one that comes early does too.
+  // The steps of an action are due slightly before their update, so that an early update runs them.
   first_update_ ? loop_->advance(now, now - kEarly) : loop_->advance(now);
   first_update_ = false;
   drive(loop_->command());
@@ -220,7 +220,7 @@ void RosController::update(const ros::Time& time, const ros::Duration& period) {
   publish(time);
 }
 
-/// The loop notices by itself.
+/// The loop detects this itself.
 void RosController::followClockBack(double now) {
   odometry_->resetMotion();
   imu_.reset();
@@ -310,9 +310,10 @@ bool RosController::wheelsAreDue(double now, double period, bool live, bool imu_
   if (since < 0.0) return true;  // the clock jumped back
   if (since < kShortestPeriod * sensor_period) return false;
   if (period > 0.5 * sensor_period) return true;
-  // A loop that is faster than the sensors sees their samples repeated, and takes them when they are renewed.
+  // A loop that is faster than the sensors reads repeated samples, and uses renewed ones only.
   if (!live) return read_ != last_wheels_ || since >= kLongestPeriod * sensor_period;
-  // Live wheels are read with each sample of the IMU, so that both are of one time and none counts twice.
+  // Wheels that change with every update are read with each IMU sample, so that both have one time and none counts
+  // twice.
   const bool imu_comes = !imu_handle_ && imu_ && now - imu_->stamp <= kPairingAge;
   return imu_comes ? imu_came : since + 0.5 * period >= sensor_period;
 }

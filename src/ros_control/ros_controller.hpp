@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The drive loop as a controller of ros_control: what diff_drive_controller is to its robot, with active inference.
+/// The drive loop as a controller of ros_control, in place of diff_drive_controller.
 
 #include <controller_interface/controller.h>
 #include <hardware_interface/imu_sensor_interface.h>
@@ -36,24 +36,23 @@ namespace jackal_aic {
 /// Plugin jackal_aic/ActiveInferenceController. Topics, parameters and services are those of diff_drive_controller, and
 /// in addition the services and changes of the node (live_parameters.hpp) in its own namespace. In the namespace of the
 /// robot it subscribes to imu/data (sensor_msgs/Imu), and to e_stop (std_msgs/Bool), status and feedback (jackal_msgs)
-/// if they exist. A robot that offers its IMU as an ImuSensorHandle in its base frame is read there.
+/// if they exist. An IMU with an ImuSensorHandle in the base frame is read there.
 ///
-/// update() runs the steps of the drive loop that are due, at any rate of calls, and neither locks nor
-/// allocates, but for the one update that takes over changed gains of the thesis' structure; callbacks hand over what
-/// they got by Latest.
+/// update() runs the due steps of the drive loop at any rate of calls. It neither locks nor allocates, except when it
+/// adopts gains of the thesis' structure. Callbacks hand over their data by Latest.
 class RosController : public controller_interface::Controller<hardware_interface::VelocityJointInterface> {
  public:
-  /// False, with the reason on the console, if the parameters are not good. @throws HardwareInterfaceException if the
+  /// False, with the reason in the log, for invalid parameters. @throws HardwareInterfaceException if the
   /// robot does not have a joint.
   bool init(hardware_interface::VelocityJointInterface* hw, ros::NodeHandle& root_nh,
             ros::NodeHandle& controller_nh) override;
 
-  /// Starts from the speed of the wheels, so that a robot of another controller does not jerk.
+  /// Starts from the speed of the wheels, so that a hand-over causes no jerk.
   void starting(const ros::Time& time) override;
 
   void update(const ros::Time& time, const ros::Duration& period) override;
 
-  /// Commands zero, as it is not updated any more.
+  /// Commands zero, because no update follows.
   void stopping(const ros::Time& time) override;
 
  protected:
@@ -64,7 +63,7 @@ class RosController : public controller_interface::Controller<hardware_interface
  private:
   using Joints = std::vector<hardware_interface::JointHandle>;
 
-  /// What the wheels' encoders read: means of a side's speeds [rad/s] and sums of its positions [rad], of wheels of the
+  /// Readings of the wheel encoders: mean speed [rad/s] and sum of positions [rad] of each side, for wheels of the
   /// drive loop's radius.
   struct Wheels {
     double left = 0.0, right = 0.0;
@@ -99,7 +98,7 @@ class RosController : public controller_interface::Controller<hardware_interface
   Joints left_joints_, right_joints_;
   std::optional<hardware_interface::ImuSensorHandle> imu_handle_;
 
-  // For the realtime thread alone.
+  // For the realtime thread only.
   LiveParameters live_;
   bool first_update_ = true;
   RobotStatus status_;
@@ -113,7 +112,7 @@ class RosController : public controller_interface::Controller<hardware_interface
   PlanarMotion commanded_motion_;
   DeadReckoning commanded_;        // in place of the odometry in open loop
   double last_publication_ = 0.0;  // s
-  OdometryUpdate update_;          // with lists as long as they will be, so that update() allocates none
+  OdometryUpdate update_;          // with lists of final length, so that update() does not allocate
 
   // From callbacks of any thread to the realtime thread.
   std::mutex callbacks_;
@@ -124,7 +123,7 @@ class RosController : public controller_interface::Controller<hardware_interface
   Latest<LiveParameters> settings_;
   LoopExchange changes_;
   Latest<bool> resets_;
-  bool enabled_ = true;       // for the callbacks alone
+  bool enabled_ = true;       // for the callbacks only
   RobotStatus robot_status_;  // the same
 
   // The other way.

@@ -46,12 +46,12 @@ WheelCommand CommandLimiter::drive(const WheelCommand& wanted, const std::option
     way = Vector(end.forward, end.yaw_rate) - body_;
   }
   const Vector step = change(error, way);
-  last_change_ = room(step) * step;
+  last_change_ = allowedFraction(step) * step;
   body_ += last_change_;
   return command();
 }
 
-double CommandLimiter::room(const Vector& step) const {
+double CommandLimiter::allowedFraction(const Vector& step) const {
   const WheelCommand wheels = kinematics_.wheelSpeeds(body_(0), body_(1));
   const WheelCommand more = kinematics_.wheelSpeeds(step(0), step(1));
   double factor = 1.0;

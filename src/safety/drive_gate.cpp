@@ -23,7 +23,7 @@ DriveStatus statusAtRest(StopCause cause) {
 bool isLate(double age, double deadline) { return deadline > 0.0 && age != kNever && !(std::abs(age) <= deadline); }
 
 SensorHealth sensorHealth(const InputAges& ages, const DeadlineParameters& deadlines) {
-  // A pair is as late as the more patient of its two deadlines allows.
+  // A pair is late by the longer of its two deadlines.
   const double pair_deadline =
       deadlines.wheels > 0.0 && deadlines.imu > 0.0 ? std::max(deadlines.wheels, deadlines.imu) : 0.0;
   SensorHealth health;
@@ -81,7 +81,7 @@ GateDecision DriveGate::decide(const GateInputs& inputs) {
   if (!limiter_.atRest() && (braking || cause != StopCause::none)) {
     emergency_ = (braking && emergency_) || severity(cause) != Severity::stop;
     decision_.status = DriveStatus::braking;
-    if (cause != StopCause::none) decision_.cause = cause;  // else that of the brake's beginning
+    if (cause != StopCause::none) decision_.cause = cause;  // else that of the start of the brake
   } else {
     decision_.status = statusAtRest(cause);
     decision_.cause = cause;

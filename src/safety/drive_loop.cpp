@@ -37,7 +37,7 @@ MeasurementWatchParameters watchParameters(const DriveParameters& parameters) {
   return watch;
 }
 
-/// True for wheels that do not follow their commands, whichever.
+/// True if the wheels of any side do not follow their commands.
 bool isOfTheWheels(Fault fault) {
   return fault == Fault::wheels_blocked || fault == Fault::left_wheels_blocked || fault == Fault::right_wheels_blocked;
 }
@@ -68,7 +68,7 @@ std::string reason(const DriveLoopStatus& status, const std::string& contender) 
       cause == StopCause::contention || cause == StopCause::set_points_rival || cause == StopCause::graph_unchecked;
   if (rivalry && !contender.empty()) reason += ": " + contender;
   if (status.handed_over) reason = "another source has the motors";
-  const bool told = status.fault != Fault::none && status.fault != Fault::moved;  // that is a cause of its own
+  const bool told = status.fault != Fault::none && status.fault != Fault::moved;  // it has a separate cause
   const std::string fault = told ? text(status.fault, status.share) : text(status.loss);
   // Wheels that do not follow are not a sensor fault.
   if (cause == StopCause::sensor_fault && isOfTheWheels(status.fault)) reason.clear();
@@ -159,7 +159,7 @@ bool DriveLoop::refuseStamp(double stamp, double now) {
   return true;
 }
 
-/// A late source is back after some messages within its deadline. A source slower than its deadline stays lost.
+/// A late source recovers after some messages within its deadline. A source slower than its deadline stays lost.
 void DriveLoop::take(Arrival& source, double deadline, double stamp, double now) {
   if (source.received == -kNever || stamp != source.stamp) {
     source.in_time = isLate(age(source, now), deadline) ? 0 : std::min(source.in_time + 1, kBack);
@@ -191,7 +191,7 @@ bool DriveLoop::takeObservation(const Observation& observation, double now) {
   }
   const SampleVerdict verdict = controller_->observe(judged);
   if (!taken(verdict) && verdict != SampleVerdict::incomplete) {
-    // Of a sample that came alone and in a pair, one is late: no reason to complain.
+    // A sample that came alone and in a pair is late once, which is normal.
     const bool partners = observed_alone_ == valid.all();
     if (!partners || !(observation.stamp <= measurement_.stamp)) ++status_.rejected_measurements;
     return false;
@@ -280,7 +280,7 @@ void DriveLoop::updateBelief(double now) {
   runBelief(nanoseconds(now));
 }
 
-/// What changes the beliefs, or what they follow, must not meet a belief about the past.
+/// An input that changes the beliefs needs beliefs about the present.
 void DriveLoop::catchUp(double now) {
   noteTime(now);
   runBelief(nanoseconds(now) - 1);
@@ -337,7 +337,7 @@ int DriveLoop::actionPeriodsDue(double now, std::int64_t boundary) {
 
 int DriveLoop::mostActions(double now) const {
   const double since_last = (now - last_action_) / controller_->actionStep();
-  // Longer than that was a stall, or a jump of the clock, in which no time may have gone by.
+  // A longer time was a stall, or a jump of the clock without a motion.
   if (since_last > kMostPeriods + 0.75) return 1;
   return static_cast<int>(std::clamp(since_last + 0.25, 1.0, 1.0 * kMostPeriods));
 }

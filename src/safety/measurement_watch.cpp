@@ -8,7 +8,7 @@
 namespace jackal_aic {
 namespace {
 
-/// A sample of it may not count, as an outlier, but the channel is not lost.
+/// An outlier excludes a sample, but its channel is not lost.
 bool works(const ChannelHealth& verdict) { return verdict.state != ChannelState::faulty; }
 
 constexpr double kLargestAcceleration = 100.0;  // m/s^2, about 10 g
@@ -93,7 +93,7 @@ StopCauses MeasurementWatch::causes(const SensorHealth& health, double now, bool
   return causes;
 }
 
-/// Before the first measurement nothing is lost; a source that does not come at all is, after a while.
+/// Before the first measurement nothing is lost. A source that stays silent is lost after a while.
 bool MeasurementWatch::starting(const SensorHealth& health, double now) {
   if (started_) return false;
   if (health.imu.missing && health.wheels.missing) return true;

@@ -9,7 +9,7 @@
 namespace jackal_aic {
 namespace {
 
-/// How far an applied command of ours may be from what we sent, at least [rad/s]: rounding and another's kinematics.
+/// Tolerance of an applied command of ours [rad/s]: rounding, and the kinematics of the other controller.
 constexpr double kLeastTolerance = 0.3;
 
 }  // namespace
@@ -28,7 +28,7 @@ double MotorShare::distance(double time, const WheelVector& tolerance) const {
     const Sent& sent = sent_[(head_ + sent_.size() - i) % sent_.size()];
     low = low.cwiseMin(sent.command);
     high = high.cwiseMax(sent.command);
-    if (time - sent.time > kMemory) break;  // one beyond is what held at the memory's begin
+    if (time - sent.time > kMemory) break;  // one beyond it was in force at its start
   }
   const WheelVector outside = (low - applied).cwiseMax(applied - high) - tolerance;
   return std::max(0.0, outside.maxCoeff());
@@ -44,11 +44,11 @@ bool MotorShare::follows(const WheelVector& before, const WheelVector& tolerance
 }
 
 void MotorShare::apply(double time, const WheelCommand& command, AppliedSource source) {
-  const bool told = any_drive_ || any_twist_;
+  const bool reported = any_drive_ || any_twist_;
   any_drive_ = any_drive_ || source == AppliedSource::drive;
   any_twist_ = any_twist_ || (source == AppliedSource::twist && !any_drive_);
   if (source == AppliedSource::twist && any_drive_) return;
-  if (source == AppliedSource::wheels && told) return;
+  if (source == AppliedSource::wheels && reported) return;
   apply(time, command, source == AppliedSource::wheels ? kWheelTolerance : kTolerance);
 }
 

@@ -74,7 +74,7 @@ std::int64_t PhaseLock::drift() const {
 std::int64_t PhaseLock::bestShift(std::int64_t due) const {
   const std::int64_t margin = period_ / kMarginParts, per_period = drift();
   const auto n = static_cast<std::int64_t>(std::min(count_, kMost));
-  // After `due`, each where it would come now, with the margin; 0..period.
+  // Phases of the measurements after `due`, with the margin; 0..period.
   std::array<std::int64_t, kMost> after;
   for (std::int64_t i = 0; i < n; ++i) {
     const std::int64_t arrival = arrivals_[i];

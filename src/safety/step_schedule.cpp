@@ -5,7 +5,7 @@
 namespace jackal_aic {
 namespace {
 
-constexpr std::int64_t kRounding = 1000;    // ns, of times that came as seconds
+constexpr std::int64_t kRounding = 1000;    // ns, rounding of times given in seconds
 constexpr std::int64_t kForwardParts = 16;  // of a period, by which the action timer may be brought forward
 
 }  // namespace

@@ -19,7 +19,7 @@ namespace {
 
 namespace po = boost::program_options;
 
-/// A figure as a line of YAML, with what it means.
+/// A figure as a line of YAML, with its meaning.
 std::string line(const std::string& key, const std::string& value, const std::string& meaning) {
   return fmt::format("{:<31} # {}\n", key + ": " + value, meaning);
 }
@@ -36,7 +36,7 @@ std::string group(const std::string& key, const std::string& meaning, const std:
          "\n";
 }
 
-/// What the words mean, and why the figures of an assumed model differ from its file.
+/// Legend, and the reason why figures of an assumed model differ from its file.
 std::string explanation(bool identified) {
   std::string text =
       "# spectral radius  factor by which an error grows per common period; below 1 it dies out: stable\n"
@@ -68,7 +68,7 @@ std::string modeOf(const ModeCertificate& mode, double largest_delay) {
   return number("spectral_radius", mode.spectral_radius, "below 1: stable") + marginsOf(mode, largest_delay);
 }
 
-/// What a tool has found: the figures as YAML, and whether the loop is stable.
+/// Result of the tool: figures as YAML, and whether the loop is stable.
 struct Finding {
   std::string figures;
   bool stable = false;
@@ -97,7 +97,7 @@ Finding boxOf(const PlantModel& robot, const LoopOn& loop_on) {
           stable};
 }
 
-/// Of a clock on which every period has a phase, a delay and maybe a lost sample of its own.
+/// Margins on an irregular clock: each period has its own phase, delay and possibly a lost sample.
 std::string jitterOf(const LinearLoop& loop) {
   const JitterMargins margins = jitterMargins(loop);
   return group("jitter", fmt::format("on an irregular clock (searched {} sequences, no proof)", kJitterSequences),

@@ -21,7 +21,7 @@ std::string prepareToRead(const std::string& path) {
   if (!S_ISREG(file.st_mode)) {
     return path + ": cannot be read as a bag: it is " + (S_ISDIR(file.st_mode) ? "a directory" : "no file");
   }
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // whose shadow memory is far beyond any bound
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // whose shadow memory exceeds any limit
   rlimit limit{};
   getrlimit(RLIMIT_AS, &limit);
   limit.rlim_cur = std::min(limit.rlim_max, (rlim_t{2} << 30) + 4 * static_cast<rlim_t>(file.st_size));
@@ -32,7 +32,7 @@ std::string prepareToRead(const std::string& path) {
 
 int inChildProcess(const std::string& program, const std::function<int()>& work) {
   constexpr int kDamaged = 2;
-  std::fflush(nullptr);  // what is buffered would else be written by both
+  std::fflush(nullptr);  // else both processes would write the buffered text
   const pid_t child = fork();
   if (child <= 0) {
     const int status = work();

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Reading a bag: the bag library trusts the lengths and positions in a file, and dies of some that are damaged.
+/// Reading a bag. The bag library trusts lengths and positions in a file, and crashes on some damaged ones.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -18,15 +18,15 @@
 
 namespace jackal_aic {
 
-/// Why a path cannot be that of a bag: a directory, or a pipe or device, which would block or never end. Empty for a
-/// file, and for what does not exist. Bounds the memory of this process by the size of the file: a wrong length is then
-/// a failed allocation, not a busy machine.
+/// Reason why a path is no bag: a directory, or a pipe or device, which would block or never end. Empty for a file or a
+/// missing one. Bounds the memory of this process by the size of the file: a wrong length is then a failed allocation,
+/// not a busy machine.
 std::string prepareToRead(const std::string& path);
 
-/// Why a bag cannot be read, after its path and on one line, from what the bag library threw.
+/// One line with the path of a bag and the reason in an exception of the bag library.
 std::string unreadableBag(const std::string& path, const std::exception& error);
 
-/// Does something with a bag. @throws Error, which `work` throws too, if it cannot be read.
+/// Calls `work` with a bag. @throws Error, as `work`, if it cannot be read.
 template <class Error, class Work>
 void withBag(const std::string& path, const Work& work) {
   if (const std::string refusal = prepareToRead(path); !refusal.empty()) throw Error(refusal);
@@ -39,7 +39,7 @@ void withBag(const std::string& path, const Work& work) {
   }
 }
 
-/// Looks for messages of one of the types on a topic. @throws Error naming the topics with that type if there are none
+/// Finds messages of one of the types on a topic. @throws Error naming the topics with that type if there are none
 /// and the topic is required, or the type of the topic if it is another one.
 template <class Error>
 void requireTopic(const rosbag::Bag& bag, const std::string& topic, const std::vector<std::string>& types,
@@ -69,8 +69,8 @@ void forEach(const rosbag::Bag& bag, const std::string& topic, Take take) {
   }
 }
 
-/// Does the work of a program in a child process, so that a bag that crashes the library is one line. @param program
-/// name, for that line. @returns the exit status of the work, or 2.
+/// Runs a program in a child process, so that a bag that crashes the library causes a message of one line. @param
+/// program name, for that line. @returns the exit status of the work, or 2.
 int inChildProcess(const std::string& program, const std::function<int()>& work);
 
 }  // namespace jackal_aic

@@ -132,7 +132,7 @@ void readCommands(const rosbag::Bag& bag, const BagTopics& topics, DriveRecordin
   if (!rivals.empty()) throw IdentificationError(rivals + ": which of them the motors followed is not known");
 }
 
-/// Takes the speeds of a message. @returns why it has none; empty if it has.
+/// Reads the speeds of a message. @returns reason if it has none; else empty.
 std::string takeWheels(const sensor_msgs::JointState& message, const BagTopics& topics, DriveRecording& recording) {
   const auto left = meanVelocity(message, topics.left_wheel_joints);
   const auto right = meanVelocity(message, topics.right_wheel_joints);
@@ -169,14 +169,14 @@ void readWheels(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording&
   checkWheelClock(topics.wheels, source.delay(), recording.remarks);
 }
 
-/// Where IMUs are mounted, as a bag says.
+/// Mounting of IMUs in a bag.
 class ImuMounting {
  public:
   ImuMounting(const rosbag::Bag& bag, const BagTopics& topics) : topics_(topics) {
     for (const std::string& topic : {topics.fixed_frames, topics.frames}) {
       forEach<tf2_msgs::TFMessage>(bag, topic, [&](const auto& message, const auto&) {
         for (const geometry_msgs::TransformStamped& transform : message->transforms) {
-          frames_.setTransform(transform, "", true);  // of a fixed one any stamp counts
+          frames_.setTransform(transform, "", true);  // a fixed frame holds at any time
         }
       });
     }

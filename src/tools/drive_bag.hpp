@@ -13,7 +13,7 @@
 
 namespace jackal_aic {
 
-/// Where a bag holds what the identification needs.
+/// Topics of a bag for the identification.
 struct BagTopics {
   /// jackal_msgs/Drive, geometry_msgs/Twist or TwistStamped; the time of recording counts.
   std::string commands = "/cmd_drive";
@@ -22,17 +22,17 @@ struct BagTopics {
   std::string base_frame = "base_link";     ///< whose z axis points up
   std::string fixed_frames = "/tf_static";  ///< tf2_msgs/TFMessage; may be absent
   std::string frames = "/tf";               ///< likewise, with fixed and moving frames
-  /// Orientation of the IMU in the base frame; without it that of the fixed frames counts. An IMU of the base frame
-  /// needs neither; how any other is mounted is not guessed.
+  /// Orientation of the IMU in the base frame; without it that of the fixed frames counts. An IMU in the base frame
+  /// needs neither; any other mounting has to be known.
   std::optional<Eigen::Quaterniond> imu_rotation;
   std::vector<std::string> left_wheel_joints{"front_left_wheel", "rear_left_wheel"};
   std::vector<std::string> right_wheel_joints{"front_right_wheel", "rear_right_wheel"};
   GeometryParameters geometry;  ///< by which the robot's own controller turns a Twist into wheel speeds
 };
 
-/// Reads a bag. Drive messages in another mode than velocity count as zero; a Twist counts as the wheel speeds that the
-/// robot's own controller makes of it; joint states without wheels of ours are left out, and so is the yaw rate of an
-/// IMU whose mounting is unknown (DriveRecording::yaw_unknown).
+/// Reads a bag. Drive messages in another mode than velocity count as zero, and a Twist as the wheel speeds that the
+/// robot's own controller computes. Joint states without our wheels are ignored, as is the yaw rate of an IMU with
+/// unknown mounting (DriveRecording::yaw_unknown).
 /// @throws IdentificationError, one line, if the file is missing, no bag, truncated or empty, a topic is absent or of
 ///         another type, the joint states lack a velocity more than now and then, a message has no stamp, the stamps
 ///         of the wheels are of another clock than the recorder's, or more than one node published commands, or

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The motion that makes a drive train tell its dead time, lag, gain, acceleration limit and effective track.
+/// The motion that excites a drive train for the identification.
 
 #include <array>
 #include <cmath>
@@ -33,7 +33,7 @@ void describeFields(Visitor& v, ExcitationParameters& p) {
 }
 
 /// Steps of half and full speed forward, backward, to the left and to the right, each from rest, so that the robot ends
-/// about where it began.
+/// near its start.
 class Excitation {
  public:
   /// @param geometry turns yaw rates into wheel speeds.

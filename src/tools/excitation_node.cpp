@@ -33,7 +33,7 @@ constexpr double kConnection = 10.0;  // s of wall time to wait for the motors, 
 constexpr double kSilence = 0.5;      // s without a message after which a source is lost
 constexpr double kBrake = 0.5;        // s of wall time for the last commands; a simulation may stand still
 
-/// When a source spoke last.
+/// Time of the last message of a source.
 class Heartbeat {
  public:
   void beat() { last_ = ros::Time::now(), heard_ = true; }
@@ -45,17 +45,17 @@ class Heartbeat {
   bool heard_ = false;
 };
 
-/// How a drive begins, and what it commands.
+/// Options of a drive.
 struct Session {
   bool confirm = false;    // wait until a person confirms
   double countdown = 5.0;  // before the robot moves [s]
-  std::string bag;         // that is being recorded, which is waited for; empty: none
+  std::string bag;         // bag of the recorder to wait for; empty: none
   bool twist = false;      // commands are geometry_msgs/Twist on cmd_vel; false: jackal_msgs/Drive on cmd_drive
 };
 
-/// Drives the excitation open loop on cmd_drive or cmd_vel, within the limits of the acceleration. It ends by
-/// everything that stops a controller, and by any message on jackal_AIC/set_point; it brakes first, unless another node
-/// has the motors.
+/// Drives the excitation open loop on cmd_drive or cmd_vel, within the limits of the acceleration. Everything that
+/// stops a controller ends it, and so does any message on jackal_AIC/set_point. It brakes first, unless another node
+/// drives the motors.
 class ExcitationNode {
  public:
   ExcitationNode(ros::NodeHandle& node, const ros::NodeHandle& private_node, const ExcitationParameters& bounds,
@@ -80,7 +80,7 @@ class ExcitationNode {
     request_thread_.start();
   }
 
-  /// Waits until the motors and the recorder subscribe to the commands and the sensors publish, for a person's
+  /// Waits until the motors and the recorder subscribe to the commands and the sensors publish, for the user's
   /// confirmation, and for the countdown. @throws ParameterError if anything is missing or keeps the robot from
   /// driving.
   void prepare() {
@@ -102,7 +102,7 @@ class ExcitationNode {
     }
   }
 
-  /// Drives; the callbacks have to be served until the end is requested.
+  /// Drives; callbacks have to be served until the end is requested.
   void start() {
     if (over()) return;
     start_ = ros::Time::now();
@@ -114,7 +114,7 @@ class ExcitationNode {
   bool complete() const { return why_ && why_->empty(); }                   ///< the motion was driven to its end
   std::string why() const { return why_.value_or(""); }                     ///< it was not; empty: a person ended it
 
-  /// How to go on with the bag.
+  /// Next steps with the bag.
   std::string next() const {
     if (session_.bag.empty()) return "";
     std::string options;
@@ -150,11 +150,11 @@ class ExcitationNode {
     }
   }
 
-  /// What has to be there before the robot is driven, and to stay; empty if all is.
+  /// Missing inputs and outputs, before and during the drive; empty if there are none.
   std::string whatIsMissing() const {
     if (ros::Time::now().isZero()) return "no clock: /use_sim_time is true and nothing comes on /clock";
     if (!others_.checked()) return "the master does not say who publishes commands";
-    // Until a bag is closed it has another name. The recorder subscribes to the commands, too.
+    // An open bag has another name. The recorder subscribes to the commands, too.
     if (!session_.bag.empty() && !std::filesystem::exists(session_.bag + ".active")) {
       return (start_.isZero() ? "the recorder does not write " : "the recorder has ended, which was to write ") +
              session_.bag;
@@ -166,7 +166,7 @@ class ExcitationNode {
     return imu_heard_.heard() && !imu_heard_.silent() ? "" : "no IMU data on " + imu_.getTopic();
   }
 
-  /// Why the robot may not be driven; empty if it may.
+  /// Reason why the robot may not be driven; else empty.
   std::string obstacle() const {
     const RobotStatus& robot = robot_.status();
     const StopCause cause = StopCauses()
@@ -229,7 +229,7 @@ class ExcitationNode {
   ros::AsyncSpinner request_thread_{1, &requests_};
 };
 
-/// Drives; returns the exit status. @throws ParameterError if it does not come to that.
+/// Drives; returns the exit status. @throws ParameterError if the drive cannot begin.
 int excite(ros::NodeHandle& node, const ros::NodeHandle& private_node, StopRequest& stop) {
   ParameterMap map = readRosParameters(private_node);
   const auto bounds = readParameters<ExcitationParameters>(map, "excitation");

@@ -28,7 +28,7 @@ double effectiveTrack(const Identification& result) {
   return left || right ? sum / (left + right) : 0.0;
 }
 
-/// To the four digits that a file shows.
+/// Rounds to the four digits of a file.
 double rounded(double value) { return std::stod(yamlNumber(value, 4)); }
 
 std::string confidence(const Estimate& estimate) {

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What identify prints and writes, as text.
+/// Texts that identify prints and writes.
 
 #include <string>
 
@@ -9,17 +9,17 @@
 
 namespace jackal_aic {
 
-/// Remarks on an effective track that is below what a robot can have. @param least distance of the wheels [m].
+/// Remarks on an impossibly small effective track. @param least distance of the wheels [m].
 void remarkOnTrack(double least, Identification& result);
 
 /// Table of the estimates with their 95 % confidence intervals, the residual and the remarks.
 std::string identificationTable(const Identification& result);
 
-/// Where a plant model comes from.
+/// Source of a plant model.
 struct RecordingSource {
   std::string recording;  ///< file
-  std::string date;       ///< at which it began, e.g. 2022-05-17 14:03 UTC; left out if empty
-  std::string robot;      ///< which one it is, in the user's words; left out if empty
+  std::string date;       ///< start of the recording, e.g. 2022-05-17 14:03 UTC; left out if empty
+  std::string robot;      ///< name of the robot by the user; left out if empty
 };
 
 /// The estimates as a YAML file of the prefix `plant_model`; robot, date, recording, R^2 and remarks stand in it.

@@ -38,7 +38,7 @@ struct IdentifyOptions {
   BagTopics topics;
 };
 
-/// A text that is a number, whichever; nothing of another.
+/// The text if it is a number; else empty.
 std::optional<double> number(const std::string& text) {
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
@@ -65,8 +65,8 @@ Eigen::Quaterniond rotationOf(const std::string& text) {
                             Eigen::AngleAxisd(angles[0], Eigen::Vector3d::UnitX()));
 }
 
-/// The arguments with the angles behind --imu-rotation as its one value: program_options would take -90 for an option,
-/// and a bag behind three angles for a fourth.
+/// Joins the angles after --imu-rotation into one value. program_options would take -90 for an option, and a bag after
+/// three angles for a fourth.
 std::vector<std::string> joinedRotation(const std::vector<std::string>& arguments) {
   const std::string name = "--imu-rotation";
   std::vector<std::string> joined;
@@ -83,7 +83,7 @@ std::vector<std::string> joinedRotation(const std::vector<std::string>& argument
   return joined;
 }
 
-/// The picture of a bag: in its folder, by another name than the one that `plot` draws.
+/// Path of the picture of a bag: in its folder, with another name than the picture of `plot`.
 std::string pictureOf(const std::string& bag) {
   fs::path path(bag);
   if (path.extension() == ".bag") path.replace_extension();
@@ -146,8 +146,8 @@ void write(const std::string& path, const std::string& text) {
   if (!(file << text) || !file.flush()) throw IdentificationError(path + ": cannot be written");
 }
 
-/// Writes a file as a whole, or leaves what is there as it was. What is no file, as /dev/stdout, is written to.
-/// @returns the name by which an earlier file is kept, NAME.1 or the next that is free; empty if there was none.
+/// Writes a file as a whole, or leaves the old one unchanged. A device, as /dev/stdout, is written directly. @returns
+/// new name of the earlier file, NAME.1 or the next free one; empty without an earlier file.
 std::string replace(const std::string& path, const std::string& text) {
   std::error_code error;
   const bool there = fs::is_regular_file(path, error);
@@ -173,7 +173,7 @@ std::string replace(const std::string& path, const std::string& text) {
 /// A text as one word of a shell.
 std::string word(const std::string& text) { return "'" + boost::replace_all_copy(text, "'", "'\\''") + "'"; }
 
-/// Draws the picture of a table by the package's matplotlib script. Only one that was asked for is a reason to fail.
+/// Draws the picture of a table by the package's matplotlib script. Fails only for a picture that the user requested.
 void draw(const IdentifyOptions& options, const std::string& table, std::ostream& out) {
   if (options.no_plot) return;
   const std::string picture = options.plot.empty() ? pictureOf(options.bag) : options.plot;
@@ -201,7 +201,7 @@ std::string dateOf(double time) {
   return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M UTC", &utc)};
 }
 
-/// Says what is being done, to a person who waits.
+/// Prints the present step for a waiting user.
 void progress(const std::string& text) {
   if (isatty(STDERR_FILENO) != 0) std::cerr << text << "\n";
 }

@@ -2,7 +2,7 @@
 
 /// @file
 /// The command line tools. Each takes the arguments after its name and returns its exit status; see its --help.
-/// @throws an exception of one line, naming the file, for what it cannot do.
+/// @throws an exception of one line, naming the file.
 
 #include <iosfwd>
 #include <string>
@@ -16,7 +16,7 @@ int analyze(const std::vector<std::string>& arguments, std::ostream& out);
 /// Fits a plant model to a recorded drive.
 int identify(const std::vector<std::string>& arguments, std::ostream& out);
 
-/// Drives a recorded drive through the same code again; 1 with --check if it differs from what was recorded.
+/// Replays a recorded drive through the same code; 1 with --check if it differs from the recording.
 int replay(const std::vector<std::string>& arguments, std::ostream& out);
 
 }  // namespace jackal_aic

@@ -23,14 +23,15 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kLongestGap = 60.0;  // s without a message after which no steps are made up: the recorder was stopped
-constexpr double kStep = 0.005;       // s, between looks at the steps that are due
-constexpr std::size_t kMostReasons = 100;  // of refusals: a reason may hold text of the recording
+constexpr double kLongestGap =
+    60.0;  // s without a message after which the recorder counts as stopped, and no steps are added
+constexpr double kStep = 0.005;            // s between calls that run the due steps
+constexpr std::size_t kMostReasons = 100;  // of refusals: a reason may contain text of the recording
 
-/// Messages as what a drive loop would have been told by a node that heard them when they were recorded.
+/// Converts messages to the inputs that a node would have given its drive loop.
 class MessagePlayer {
  public:
-  /// @param set_point, mux topics of the set points, and of what a multiplexer lets through to the motors.
+  /// @param set_point, mux topics of the set points, and of the output of a multiplexer.
   MessagePlayer(const NodeParameters& parameters, std::string set_point, std::string mux, RecordedDrive::Sink sink)
       : shared_(parameters.motors_shared),
         set_point_(std::move(set_point)),
@@ -79,7 +80,7 @@ class MessagePlayer {
     }
   }
 
-  /// How many messages of sensors were refused, by the reason.
+  /// Numbers of refused sensor messages by reason.
   const std::map<std::string, int>& refusals() const { return refusals_; }
 
  private:
@@ -184,7 +185,7 @@ std::string RecordedDrive::playMessages(const NodeParameters& parameters, const 
   std::vector<std::string> names{wheels, imu, wanted, topic("feedback"), topic("status"), topic("e_stop"), "/tf"};
   if (parameters.motors_shared) names.insert(names.end(), {topic("cmd_drive"), mux});
   MessagePlayer player(parameters, wanted, mux, sink);
-  // What is static holds from the start, also if the recorder heard the first measurement before it.
+  // Static transforms hold from the start, also if they were recorded after the first measurement.
   forEach<tf2_msgs::TFMessage>(bag_, "/tf_static", [&](const tf2_msgs::TFMessage::ConstPtr& message, const auto&) {
     player.addFrames(*message);
   });

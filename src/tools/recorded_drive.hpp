@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// A recorded drive as the inputs of a drive loop: exactly as the controller got them, where the bag has its log
-/// (jackal_AIC/inputs), else as the messages of sensors and set points say.
+/// A recorded drive as the inputs of a drive loop: exactly those of the controller if the bag has its log
+/// (jackal_AIC/inputs), else from the messages of sensors and set points.
 
 #include <jackal_aic/ControllerState.h>
 #include <jackal_aic/LoopInputs.h>
@@ -25,7 +25,7 @@ class RecordedDrive {
   /// @param bag has to outlive this; @param name_space of the controller.
   RecordedDrive(const rosbag::Bag& bag, std::string name_space);
 
-  /// True if it has what the controller was told; fromTheStart(), from the start of the controller on.
+  /// True if it has the log of the controller; fromTheStart(): from the start of the controller on.
   bool hasLog() const { return !log_.empty(); }
   bool fromTheStart() const { return hasLog() && log_.front()->first == 0; }  ///< as above
 
@@ -35,14 +35,14 @@ class RecordedDrive {
   /// States of the controller that recorded, in the order of their stamps.
   std::vector<ControllerState> states() const;
 
-  /// Hands on the inputs of the log, in their order. @returns what there is to say of them, line by line.
+  /// Plays the inputs of the log in their order. @returns remarks on them, one a line.
   /// @throws ParameterError as inputsOf().
   std::string playLog(const Sink& sink) const;
 
-  /// Hands on the messages as inputs, in the order of recording, with the action steps that are due between them.
+  /// Plays the messages as inputs in the order of recording, with the due action steps between them.
   /// @param parameters names of the robot; @param set_point topic of the set points (geometry_msgs/Twist or
   /// TwistStamped). @returns as playLog(). @throws ParameterError if wheels, IMU or set points are missing: the line
-  /// names what there is.
+  /// lists the recorded topics.
   std::string playMessages(const NodeParameters& parameters, const std::string& set_point, const Sink& sink) const;
 
   /// True if the bag has messages of a topic of the controller.
@@ -54,7 +54,7 @@ class RecordedDrive {
   const rosbag::Bag& bag_;
   std::string name_space_;
   std::vector<LoopInputs::ConstPtr> log_;  // of the first controller in the bag, in their order
-  bool restarted_ = false;                 // there is another one
+  bool restarted_ = false;                 // there is another controller
 };
 
 }  // namespace jackal_aic

@@ -31,7 +31,7 @@ struct Options {
   std::vector<std::string> settings;
   bool messages = false, check = false, help = false;
 
-  /// True if another configuration than that of the recording is asked for.
+  /// True if the options change the configuration of the recording.
   bool changed() const { return !preset.empty() || !robot.empty() || !plant_model.empty() || !settings.empty(); }
 };
 
@@ -112,7 +112,7 @@ void set(const std::string& setting, ParameterMap& map) {
   setFromText(setting.substr(0, equals), setting.substr(equals + 1), map);
 }
 
-/// The configuration of the controller that is to drive.
+/// The configuration of the replaying controller.
 NodeParameters configurationFor(const Options& options, const std::string& recorded) {
   ParameterMap map;
   if (!recorded.empty()) {
@@ -140,7 +140,7 @@ NodeParameters configurationFor(const Options& options, const std::string& recor
 
 double order0(const std::vector<double>& orders) { return orders.empty() ? std::nan("") : orders.front(); }
 
-/// Compares replayed states with those that were recorded.
+/// Compares replayed with recorded states.
 class Comparison {
  public:
   /// @param tolerance largest distance of the stamps of two states that are compared [s].
@@ -149,7 +149,7 @@ class Comparison {
     for (const ControllerState& state : recorded) recorded_.emplace(state.header.stamp.toSec(), state);
   }
 
-  /// The recorded state of the time of a replayed one; nothing if there is none.
+  /// The recorded state at the time of a replayed one; empty without one.
   std::optional<ControllerState> compare(const ControllerState& now) {
     const double time = now.header.stamp.toSec();
     const auto found = recorded_.lower_bound(time - tolerance_);
@@ -203,14 +203,14 @@ constexpr const char* kColumns =
     "belief_yaw_rate,free_energy,action_left,action_right,command_left,command_right,recorded_command_left,"
     "recorded_command_right,recorded_belief_forward,recorded_belief_yaw_rate\n";
 
-/// Drives a loop by recorded inputs, compares, writes and notes what it does.
+/// Drives a loop by recorded inputs. Compares, writes and lists its states.
 class Replay {
  public:
-  /// What is not as it was recorded.
+  /// Differences from the recording.
   struct Changes {
-    bool gains = false;   ///< those that it begins with stay, despite changes in the recording
-    bool motors = false;  ///< they got the recorded commands, not those of the loop
-    bool start = false;   ///< the recording begins in the middle of a drive, or may do so
+    bool gains = false;   ///< initial gains stay, despite changes in the recording
+    bool motors = false;  ///< they received the recorded commands, not those of the loop
+    bool start = false;   ///< the recording begins, or may begin, in the middle of a drive
   };
 
   /// @param table rows are added to it; nullptr: none.
@@ -241,7 +241,7 @@ class Replay {
 
   const Comparison& comparison() const { return comparison_; }
 
-  /// Says what it did when, from the second update on where that changes.
+  /// Prints changes of the state with their time, from the second update on.
   void tell(std::ostream& out) const {
     constexpr std::size_t kMostEvents = 20;
     if (gains_left_out_ > 0) {

@@ -9,8 +9,8 @@
 ///     followed   the command that a motor at the model's acceleration limit has followed so far: the action leads it
 ///                by one period's ramp at most. One factor on the change of both wheels keeps the curvature
 ///     under way  a wheel that accelerates towards its goal, or still turns after a stop: its action stays between
-///                where it is and the goal. What a slow or weak motor lacks is integrated once it drives steadily.
-///                While it accelerates, its action goes no further on its way than that of the other wheel
+///                where it is and the goal. The error of a slow or weak motor is integrated once it drives steadily.
+///                While it accelerates, its action advances no larger part of its way than that of the other wheel
 ///     stop       after a stop the action falls no faster than to zero in kShortestStop from the present speed
 ///     range      what a robot near its model needs for the goal (robot_range.hpp)
 ///

@@ -71,7 +71,7 @@ class ActiveInferenceController : public VelocityController {
   int beliefStepsPerAction() const override { return parameters_.beliefStepsPerAction(); }
 
  private:
-  double largestCommand(bool told_to_stand);
+  double largestCommand(bool set_point_is_zero);
 
   ControllerParameters parameters_;
   std::optional<PlantModel> plant_model_;

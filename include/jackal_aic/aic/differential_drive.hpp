@@ -14,7 +14,7 @@ namespace jackal_aic {
 struct DifferentialDriveParameters {
   double rate = 50.0;                  ///< rate of the wheel commands [Hz]
   double wheel_radius = 0.098;         ///< r [m]
-  double wheel_gain = 1.0;             ///< true wheel speed / command, as the baseline believes it
+  double wheel_gain = 1.0;             ///< assumed true wheel speed / command
   double effective_track = 0.563385;   ///< 1.5 x the geometric track of 0.37559 m [m]
   double linear_speed = 2.0;           ///< largest |x_dot| [m/s]
   double linear_acceleration = 20.0;   ///< largest |x_ddot| [m/s^2]
@@ -38,8 +38,8 @@ void describeFields(Visitor& v, DifferentialDriveParameters& p) {
   v.field("angular_acceleration", p.angular_acceleration, {0.01, 1000.0}, "rad/s^2", Presence::optional);
 }
 
-/// Open-loop differential drive: set point, limited in speed and acceleration, through the inverse of eq. 3-1. It looks
-/// at no measurement and believes nothing.
+/// Open-loop differential drive: set point, limited in speed and acceleration, through the inverse of eq. 3-1. It uses
+/// no measurement and has no belief.
 class DifferentialDrive : public VelocityController {
  public:
   /// Drives by these settings.

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// The generative model: how sensations follow from the belief, how the belief should move, and how much each is
-/// trusted.
+/// The generative model: sensory map, state dynamics, and the precisions of both.
 
 #include <Eigen/Core>
 
@@ -11,9 +10,9 @@
 
 namespace jackal_aic {
 
-/// Linear generative model of any robot: sensory map g(mu) = R mu (3-3), attractor state dynamics
-/// f(mu) = (mu_d - mu) / tau (2-3), and the precisions Pi = 1/Sigma of both. The numbers of states, sensors and
-/// actions, and the highest order that there may be, are known to the compiler; with Eigen::Dynamic they are not.
+/// Linear generative model of any robot: sensory map g(mu) = R mu (3-3), state dynamics f(mu) = (mu_d - mu)/tau (2-3)
+/// with the set point as attractor, and the precisions Pi = 1/Sigma of both. The numbers of states, sensors and actions
+/// and the highest order are compile-time constants, or Eigen::Dynamic.
 template <int states, int sensors, int actions, int max_orders = kMaxOrders>
 struct LinearModel {
   using State = Eigen::Matrix<double, states, 1>;                ///< mu

@@ -61,8 +61,7 @@ void describeFields(Visitor& v, ControllerParameters& p) {
   v.field("sensory_variances", p.sensory_variances, {1e-6, 1e12}, 6, "", Presence::required);
 }
 
-/// What becomes of gains whose belief update diverges: refused wherever a robot is driven, allowed where an experiment
-/// shows the divergence.
+/// Treatment of gains with a diverging belief update: refused for driving, allowed for experiments that show it.
 enum class Divergence { refused, allowed };
 
 /// Checks what single ranges cannot: belief_rate a whole multiple of action_rate, a variance for each order 0..p, and a

@@ -6,8 +6,8 @@
 ///
 ///     theta_dot = r alpha (omega_R - omega_L) / b_hat
 ///
-/// The thesis' action needs all three: with precision zero for a lost wheel, da/dt = -kappa_a K Pi_y eps_y leaves to
-/// that wheel's action only the yaw rate's share of K, (r alpha / b_hat)^2 = 3 % of its gain, and the robot swerves for
+/// The thesis' action da/dt = -kappa_a K Pi_y eps_y needs all three. With precision zero for a lost wheel, that wheel's
+/// action keeps only the yaw rate's share of K, (r alpha / b_hat)^2 = 3 % of its gain. The robot then swerves for
 /// seconds after every change of the set point. A reconstructed channel keeps the loop's gain and, like precision zero,
 /// adds no information.
 

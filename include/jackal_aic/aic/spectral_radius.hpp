@@ -5,10 +5,10 @@
 ///
 /// An eigenvalue solver is backward stable: it returns the eigenvalues of M + E with |E| <= n u |M|, n the size of the
 /// map and u the unit of rounding. An eigenvalue with the right and left eigenvectors x and y then errs by no more than
-/// |x| |y| / |y' x| n u |M| (LAPACK Users' Guide, 4.8; to first order). A map over states of very different size makes
-/// both factors large, so the states are scaled first until the rows of M are as long as its columns (Parlett and
-/// Reinsch 1969), by powers of two, which round nothing. Where the bound is still large after that, the eigenvalues are
-/// computed again in extended precision.
+/// |x| |y| / |y' x| n u |M| (LAPACK Users' Guide, 4.8; to first order). States of very different size make both factors
+/// large. So the states are first scaled until the rows of M are as long as its columns (Parlett and Reinsch 1969), by
+/// powers of two, without rounding. Where the bound is still large after that, the eigenvalues are computed again in
+/// extended precision.
 
 #include <Eigen/Core>
 

@@ -22,24 +22,23 @@ namespace jackal_aic {
 /// Largest command of a robot at rest. Allocates nothing.
 class Standstill {
  public:
-  static constexpr double kRestThreshold = 0.02;  ///< wheel speed or command that counts as nothing [rad/s]
+  static constexpr double kRestThreshold = 0.02;  ///< wheel speed or command at rest [rad/s]
   static constexpr double kAveragingTime = 0.5;   ///< over which both are averaged [s]
   static constexpr double kReleaseRate = 0.3;     ///< rate of the release [rad/s^2]
   static constexpr double kUnbounded = std::numeric_limits<double>::infinity();  ///< no limit [rad/s]
 
-  /// Advances by an action period [s]. @param told_to_stand the set point is zero; @param command that would be sent
-  /// [rad/s];
-  /// @param left, right believed wheel speeds [rad/s].
+  /// Advances by an action period [s]. @param set_point_is_zero true without a wanted motion; @param command that would
+  /// be sent [rad/s]; @param left, right believed wheel speeds [rad/s].
   /// @return largest command to send, either way [rad/s]: kUnbounded, a falling limit during the release, or zero at
   /// rest.
-  double largestCommand(bool told_to_stand, const WheelCommand& command, double left, double right, double period) {
+  double largestCommand(bool set_point_is_zero, const WheelCommand& command, double left, double right, double period) {
     const double part = -std::expm1(-period / kAveragingTime);
     command_ += part * (bounded({command.left, command.right}) - command_);
     speed_ += part * (bounded({left, right}) - speed_);
     const bool held_back = limit_ < kUnbounded;
     const bool rests = speed_.cwiseAbs().maxCoeff() < (held_back ? 2.0 : 1.0) * kRestThreshold;
-    if (!told_to_stand || !rests) {
-      needed_ = told_to_stand && (needed_ || held_back);
+    if (!set_point_is_zero || !rests) {
+      needed_ = set_point_is_zero && (needed_ || held_back);
       rested_ = 0.0;
       return limit_ = kUnbounded;
     }

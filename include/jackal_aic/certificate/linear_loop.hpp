@@ -113,8 +113,8 @@ class LinearLoop {
   /// @throws ParameterError of the thesis' structure, and if sensor and action do not have the same rate.
   Eigen::MatrixXd jitteredMap(const JitteredPeriod& period, double longest_extra) const;
 
-  /// Gains between which the predictive belief's is while samples come irregularly: for one right after another, and
-  /// those to which it converges with a sample every 1 to `most_periods` action periods, in this order.
+  /// Gains of the predictive belief with irregular samples: for a sample right after another, then those to which it
+  /// converges with a sample every 1 to `most_periods` action periods, in this order.
   std::vector<Eigen::Vector3d> irregularGains(int most_periods) const;
 
   /// True for the predictive structure.
@@ -140,7 +140,7 @@ class LinearLoop {
     std::vector<Eigen::MatrixXd> believe;  // the i-th belief update of a period: x ← B_i x; empty: none
     double keep;                           // an action: a ← keep a + A x
     Eigen::RowVectorXd act;                // A
-    Eigen::VectorXd rest;                  // x of a wheel that rests at the speed 1 as wanted
+    Eigen::VectorXd rest;                  // x in the steady state at a wanted speed of 1
   };
   /// Phase with the largest radius [s].
   struct WorstPhase {

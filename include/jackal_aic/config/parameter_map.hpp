@@ -76,7 +76,7 @@ class ParameterMap {
 /// Text of a value as in YAML; a long one is cut.
 std::string describe(const ParameterValue& value);
 
-/// Reads the fields of a parameter struct from a map. A struct S takes part by a function
+/// Reads the fields of a parameter struct from a map. A struct S is described by a function
 /// `template <class V> void describeFields(V& visitor, S& s)` that calls visitor.field(...) once per field.
 class ParameterReader {
  public:

@@ -19,9 +19,8 @@ struct UrdfGeometry {
 /// Reads the wheel geometry from a URDF.
 /// @param urdf_xml text of the URDF; @param left_joints, right_joints names of the wheel joints of each side;
 /// @param base_frame link whose y axis points to the left; the root link if the URDF does not have it.
-/// @throws ParameterError (one line) if the URDF does not parse, lacks a joint, a wheel has no cylinder or sphere
-/// geometry,
-///         the radii differ, an axis points to the right, or the left wheels are not left of the right ones.
+/// @throws ParameterError (one line) if the URDF does not parse or lacks a joint, or a wheel has no cylinder or sphere.
+/// Also if the radii differ, an axis points to the right, or the left wheels are not left of the right ones.
 UrdfGeometry readUrdfGeometry(const std::string& urdf_xml, const std::vector<std::string>& left_joints,
                               const std::vector<std::string>& right_joints, const std::string& base_frame = "");
 

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Identification of a drive train from a recorded drive: dead time, lag, gain and acceleration limit from commands and
-/// wheel speeds, the effective track of each turn direction from wheel speeds and yaw rate.
+/// Identification of a drive train from a recorded drive. Dead time, lag, gain and acceleration limit follow from
+/// commands and wheel speeds, the effective track of each turn direction from wheel speeds and yaw rate.
 ///
 /// Model of each wheel, with command u, speed w, wheel radius r:
 ///
@@ -87,10 +87,10 @@ struct Identification {
 /// Identifies the drive train. @param wheel_radius r [m]; @param slip_factor alpha: wheels and gyro determine the ratio
 /// alpha / b_hat only (3-1), so the effective track belongs to this slip factor.
 /// @throws IdentificationError if a series is missing or too short, stamps are not increasing, a value is not finite,
-/// or the commands hardly change (no excitation); if a wheel never turns, turns against its command or follows that of
-/// the other side; if the model leaves more than a tenth of the variance of the wheel speeds, or the commands
-///         do not explain half of the recording; if an estimate is at the end of the range searched, or the wheels
-///         answer before their commands.
+/// or the commands hardly change (no excitation). Also if a wheel never turns, turns against its command or follows
+/// that of the other side; if the model leaves more than a tenth of the variance of the wheel speeds, or the commands
+/// do not explain half of the recording; if an estimate is at the end of the range searched, or the wheels answer
+/// before their commands.
 Identification identifyDriveTrain(const DriveRecording& recording, double wheel_radius, double slip_factor = 1.0);
 
 }  // namespace jackal_aic

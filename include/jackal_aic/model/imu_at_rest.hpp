@@ -21,8 +21,8 @@ class ImuAtRest {
   static constexpr double kGravityTolerance = 0.15;  ///< relative
   static constexpr double kLeastVertical = 0.7;      ///< part of gravity along the vertical axis
 
-  /// Advances by a time [s]. @param told_to_rest the motors have a command of zero.
-  void advance(bool told_to_rest, double duration) { rested_ = told_to_rest ? rested_ + duration : 0.0; }
+  /// Advances by a time [s]. @param command_is_zero the motors have a command of zero.
+  void advance(bool command_is_zero, double duration) { rested_ = command_is_zero ? rested_ + duration : 0.0; }
 
   /// Takes a sample and corrects it: subtracts the bias, and invalidates a wrong accelerometer. @param step since the
   /// last sample [s].

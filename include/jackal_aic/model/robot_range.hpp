@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Largest difference between a robot and its model. A controller corrects no more than that: a sensor that reads too
-/// little from its first message would otherwise make the robot several times as fast as its set point.
+/// Largest difference between a robot and its model. A controller corrects no more than that. Otherwise a sensor that
+/// reads too little from its first message would make the robot several times as fast as its set point.
 
 #include <algorithm>
 #include <cmath>

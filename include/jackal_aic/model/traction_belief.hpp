@@ -17,8 +17,8 @@
 ///
 /// Over a window of W the wheels changed their speed by Delta v_w and the body by Delta v, the integral of a. Rolling
 /// ends when the prediction error D = Delta v_w - Delta v exceeds noise, vibration and late sensors, and has one of two
-/// causes: the wheels (Delta v_w has its sign, and the body did not move against it) or a collision (within W_c, and it
-/// stops the body). A slope, which looks like an acceleration without attitude, has neither. Sliding tyres accelerate
+/// causes. The wheels: Delta v_w has its sign, and the body did not move against it. Or a collision: within W_c, and it
+/// stops the body. A slope, which looks like an acceleration without attitude, has neither. Sliding tyres accelerate
 /// the body, unless an obstacle holds it. So a body that neither accelerates nor brakes rolls or stands, whichever is
 /// nearer to the integral; a turning body does not stand.
 ///
@@ -160,7 +160,7 @@ class TractionBelief {
   double turning_centre_;
   double hold_ = 0.0;              // of the wheels' speeds [s]
   double offset_ = 0.0;            // b [m/s^2]
-  bool offset_known_ = false;      // something was learned of b
+  bool offset_known_ = false;      // b has been learned
   double quick_ = 0.0;             // variance of means of a, by the differences of successive ones [(m/s^2)^2]
   double slow_ = 1e-9;             // variance of means of a, by the differences of every third [(m/s^2)^2]
   double vibration_rate_ = 0.0;    // of the variance of the integral of a, by vibration, per second [(m/s)^2/s]
@@ -181,9 +181,9 @@ class TractionBelief {
   double surprise_ = 0.0;         // for how long rolling had been contradicted when it began to slide [s]
   double sliding_ = 0.0;          // for how long [s]
   double gap_at_first_ = 0.0;     // x_dot - v_w when it began to slide [m/s]
-  double wheels_away_ = 0.0;      // by which the wheels changed their speed since then, to and fro [m/s]
+  double wheels_away_ = 0.0;      // total variation of the wheel speed since then [m/s]
   double turning_before_ = 0.0;   // integral of theta_dot^2 when it began to slide
-  double hidden_ = 0.0;           // for how long vibration would have hidden that it was let go [s]
+  double hidden_ = 0.0;           // time in which vibration would have hidden a release [s]
   double speed_ = 0.0;            // x_dot [m/s]
   double corrected_speed_ = 0.0;  // at the last measurement [m/s]
   double variance_ = 0.0;

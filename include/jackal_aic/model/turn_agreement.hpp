@@ -10,8 +10,8 @@
 
 namespace jackal_aic {
 
-/// c = sum y a / sum a^2 over a forgetting second of turning, with y the measured yaw rate and a that of the wheels: 1
-/// if the body follows, 0 if it does not turn, -1 if the gyro has the wrong sign. Does not allocate.
+/// c = sum y a / sum a^2 over a second of turning with forgetting, with y the measured yaw rate and a that of the
+/// wheels: 1 if the body follows, 0 if it does not turn, -1 if the gyro has the wrong sign. Does not allocate.
 class TurnAgreement {
  public:
   /// Compares a measured yaw rate with that of the wheels [rad/s]. @param step since the last one [s].

@@ -1,10 +1,10 @@
 #pragma once
 
 /// @file
-/// Belief about one wheel by a generative model that carries the drive train.
+/// Belief about one wheel by a generative model that contains the drive train.
 ///
 /// Hidden states: wheel speed w, correction z of the motors' velocity loop, input disturbance d (gain error, slope,
-/// friction), which the drive train moves under the command u that was really applied (drive_train.hpp); dd/dt = 0.
+/// friction). The drive train moves them under the command u that was really applied (drive_train.hpp); dd/dt = 0.
 ///
 ///     y     = w + e + noise of variance Sigma_y,    de/dt = -e/T_e
 ///
@@ -15,8 +15,8 @@
 /// arrives before the wheel takes the rest for a disturbance, and the action corrects it. The wheel's speed is w + e.
 ///
 /// The part lambda_t of sigma_t that the motor needs is learned where e explains most of an innovation epsilon of
-/// variance S (natural gradient of 1/2 epsilon^2/S + 1/2 ln S along ln lambda_t, with forgetting): it soon shrinks for
-/// a motor like its model.
+/// variance S: natural gradient of 1/2 epsilon^2/S + 1/2 ln S along ln lambda_t, with forgetting. It soon shrinks for a
+/// motor like its model.
 ///
 /// After an acceleration beyond half the model's limit w is uncertain by up to the deviation of the limit times the
 /// change, if the wheel accelerates: a slower motor is not a disturbance. The motor's limit, a part lambda <= 1 of the
@@ -149,14 +149,14 @@ class WheelBelief {
   double timing_decay_ = 0.0;      // of e in an inner step
   double lagging_ = 0.0;           // part of a change that w a time sigma_t ago makes in an inner step
   double lagged_ = 0.0;            // w a time sigma_t ago [rad/s]
-  double quiet_ = 0.0;             // largest change of w that counts as none [rad/s]
+  double quiet_ = 0.0;             // largest change of w that is noise [rad/s]
   double timing_share_ = 1.0;      // lambda_t
   double timing_curvature_ = 0.0;  // of F along ln lambda_t
   double corrected_ = 0.0;         // w + e after the last measurement [rad/s]
   double measured_ = 0.0;
   double predicted_ = 0.0;
   std::size_t steps_ = 0;          // inner steps since the last measurement
-  std::size_t limited_steps_ = 0;  // of late at the acceleration limit, without a break
+  std::size_t limited_steps_ = 0;  // inner steps in a row at the acceleration limit
   double limit_doubt_ = 0.0;       // standard deviation of w that the limit caused since the last measurement [rad/s]
   double rate_ = 0.0;
   double turning_ = 0.0;  // share of a turn in T_e

@@ -147,14 +147,14 @@ class DriveTrainLearning {
 
   double wheel_variance_;
   bool identified_;
-  double least_limit_;  // that was told [m/s^2]
+  double least_limit_;  // configured or restored [m/s^2]
   DriveTrainTiming timing_;
   double largest_limit_ = kLongestTiming.acceleration_limit;  // that the motors may follow [m/s^2]
-  double told_ = 0.0;                                         // ln T that was told
+  double told_ = 0.0;                                // ln T of the configured or restored timing
   DriveTrainVector theta_ = DriveTrainVector::Zero();         // around which memory_ is
   Sums memory_;                                               // of earlier changes, over the variance of each
 
-  // What is kept.
+  // Kept commands and measurements.
   std::array<WheelVector, kCommands> commands_{};  // of each step, a ring [rad/s]
   std::array<Sample, kSamples> samples_;           // a ring
   std::size_t step_ = 0;                           // steps so far
@@ -166,8 +166,8 @@ class DriveTrainLearning {
   WheelVector resting_ = WheelVector::Zero();  // commands about which they are settled [rad/s]
   std::size_t known_ = 0;                      // step since which the motion is known
   std::size_t settled_ = 0;                    // steps since the commands last changed
-  std::size_t first_ = 0;                      // step from which the present change is to be run
-  std::size_t counted_ = 0;                    // and from which it counts
+  std::size_t first_ = 0;                      // step from which the drive train of the present change runs
+  std::size_t counted_ = 0;                    // step from which its measurements count
 
   // The change that is reviewed.
   bool reviewing_ = false;
@@ -176,7 +176,7 @@ class DriveTrainLearning {
   DriveTrainFit fit_;
   Best best_;
   DriveTrainVector next_ = DriveTrainVector::Zero();  // step from the best theta
-  std::optional<DriveTrainTiming> learned_;           // that the model has not taken over yet
+  std::optional<DriveTrainTiming> learned_;           // not adopted by the model yet
 };
 
 }  // namespace jackal_aic

@@ -42,7 +42,7 @@ class DriveTrainReference {
   /// Advances by one action period as the model does under an input r [rad/s].
   void follow(double r);
 
-  /// Repeats the last period with this much more input [rad/s].
+  /// Repeats the last period with an additional input [rad/s].
   void amend(double more);
 
   /// Starts at this wheel speed [rad/s].

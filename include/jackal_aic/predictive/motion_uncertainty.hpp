@@ -1,11 +1,11 @@
 #pragma once
 
 /// @file
-/// Uncertainty of the believed motion of the body, in addition to the beliefs' covariances, which know the configured
-/// noise and an exact model only.
+/// Uncertainty of the believed motion of the body, in addition to the beliefs' covariances, which contain only the
+/// configured noise and an exact model.
 ///
-/// Innovations measure the real errors of a belief: at its minimum the free energy of a measurement is nu^2/(2 S) of
-/// the innovation nu and its variance S, so that the mean of 2 F should be 1. The variance P of a belief is multiplied
+/// Innovations measure the real errors of a belief. At its minimum the free energy F of a measurement is nu^2/(2 S),
+/// with the innovation nu and its variance S, so the mean of 2 F should be 1. The variance P of a belief is multiplied
 /// by phi, for the wheels and for the gyro. phi is the mean of 2 F over a second, or over a tenth of a second divided
 /// by chi if that exceeds the noise, with a lower bound.
 ///
@@ -17,11 +17,11 @@
 ///   - the square of the change of the motion in a time t, the learned minus the configured dead time. It may lie
 ///     before the motors or behind the encoders, which then measure the body a time t ago; a model with this dead time
 ///     leaves no innovation in either case;
-///   - (phi^2 - 1) (k (s_R - s_L)/b_hat)^2 of the yaw rate. The gyro measures how the body turns in, unless it is late;
+///   - (phi^2 - 1) (k (s_R - s_L)/b_hat)^2 of the yaw rate. A gyro without delay measures how the body turns in;
 ///   - (c theta_dot)^2: a robot whose turning centre lies c off its middle moves while the mean of its wheels stands.
-///     The centre wanders where the ground differs under the wheels, and so does how far they turn the
-///     body: c^2 = c_0^2 + (l q)^2, and of the yaw rate (m q theta_dot)^2. q^2 is the mean of the squares of
-///     theta_dot/f - 1 in turns, f the usual yaw rate of the wheels; differences that every ground has are ignored.
+///     Both the centre and the turn vary where the ground differs under the wheels: c^2 = c_0^2 + (l q)^2, and of the
+///     yaw rate (m q theta_dot)^2. q^2 is the mean of the squares of theta_dot/f - 1 in turns, f the usual yaw rate of
+///     the wheels; differences that every ground has are ignored.
 ///
 /// On the box nothing slips, and velocities are those of wheels with the configured radius.
 ///

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Predictive active inference controller: the generative model carries the robot's drive train and its dead time.
+/// Predictive active inference controller: the generative model contains the robot's drive train and its dead time.
 ///
 ///     sense    each wheel speed against its prediction from the commands really applied          (wheel_belief.hpp)
 ///     believe  speed and input disturbance of each wheel, yaw rate, by the gradient of one free energy
@@ -45,8 +45,8 @@ class PredictiveController : public VelocityController {
 
   bool setSetPoint(const SetPoint& set_point) override;
 
-  /// Takes a measurement for the next belief update. An invalid channel has precision zero: without the yaw rate the
-  /// belief follows the wheels with the learned slip; without one wheel it uses the yaw rate and the other wheel;
+  /// Takes a measurement for the next belief update. An invalid channel has precision zero. Without the yaw rate the
+  /// belief follows the wheels with the learned slip. Without one wheel it uses the yaw rate and the other wheel,
   /// without both the model.
   SampleVerdict observe(const Observation& observation) override;
 
@@ -114,14 +114,14 @@ class PredictiveController : public VelocityController {
   void freezeLearning(bool frozen);
   bool learningFrozen() const { return frozen_; }  ///< learning was stopped
 
-  /// Gyro or an encoder is faulty: withdraws its recent part of the learned turn.
+  /// The gyro or an encoder is faulty: withdraws its recent part of the learned turn.
   void withdrawTurn() { slip_.withdraw(); }
 
   /// A jolt of the ground shakes the robot (true): the gyro counts, but the effective track is not learned until it is
   /// over.
   void setShaken(bool shaken) { shaken_ = shaken; }
 
-  /// Belief whether the body follows its wheels.
+  /// Belief about whether the body follows its wheels.
   Traction traction() const { return traction_.traction(); }
 
   double effectiveTrack() const { return slipBelief().effectiveTrack(); }  ///< believed b_hat, turning in place [m]
@@ -166,9 +166,9 @@ class PredictiveController : public VelocityController {
   bool started_ = false;           // a first observation came
   bool frozen_ = false;            // learning was stopped
   bool shaken_ = false;            // a jolt of the ground shakes the robot
-  double observation_step_ = 0.0;  // from the last observation but one to the last [s]
+  double observation_step_ = 0.0;  // between the last two observations [s]
   double free_energy_ = 0.0;
-  double turning_ = 0.0;  // difference of the wheel speeds, of late [rad/s]
+  double turning_ = 0.0;  // recent difference of the wheel speeds [rad/s]
   SensorVector errors_ = SensorVector::Zero();
 };
 

@@ -7,8 +7,8 @@
 /// on the motion and on the present ground (turn_model.hpp). It is learned only from significant turns: n = w_R - w_L
 /// above five standard deviations of the recent innovations, so that coarse encoder steps are not a turn; noise of the
 /// regressor would draw the ratio towards zero. Tyres break away late, so the variance of the yaw rate includes the
-/// square of the slope times the change of n over two standard deviations of the yaw's delay, which fades as the body
-/// follows its wheels, and the variance of the encoders.
+/// square of the slope times the change of n over two standard deviations of the yaw's delay. This part fades as the
+/// body follows its wheels. The variance of the encoders is added.
 ///
 /// Wheels and gyro alone cannot distinguish slippery ground from a gyro with a wrong scale. So the turn stays within
 /// `range` of the configured one, and a yaw rate beyond it is not learned from. The recent part of an excluded channel
@@ -22,10 +22,10 @@
 
 namespace jackal_aic {
 
-/// What is learned, and kept for the next start.
+/// The learned turn, kept for the next start.
 struct SlipState {
   double effective_track;                               ///< b_hat on the usual ground, turning in place [m]
-  double slip_factor;                                   ///< alpha that the track belongs to
+  double slip_factor;                                   ///< alpha to which the track belongs
   std::optional<TurnCoefficients> turn = std::nullopt;  ///< dependence of the turn on the motion; empty: unknown
 };
 
@@ -50,7 +50,7 @@ struct SlipLearning {
 /// Belief about b_hat. Nothing here allocates.
 class SlipBelief {
  public:
-  static constexpr double kTrustTime = 2.0;  ///< least time of turning that is withdrawn [s]
+  static constexpr double kTrustTime = 2.0;  ///< least withdrawn time of turning [s]
 
   /// @param configured values to start from and centre of the range; @param wheel_radius r [m].
   SlipBelief(const SlipState& configured, double wheel_radius, const SlipLearning& learning);
@@ -105,7 +105,7 @@ class SlipBelief {
   double radius_;
   SlipLearning learning_;
   TurnModel turn_;
-  TurnModel kept_, recent_;      // turn_ of kTrustTime ago at least, and of later
+  TurnModel kept_, recent_;      // turn_ at least kTrustTime ago, and later ones
   double trusted_ = 0.0;         // time of turning since recent_ [s]
   TurnAgreement agreement_;      // of gyro and wheels
   double error_variance_ = 0.0;  // of the believed difference of the wheel speeds, as measured [(rad/s)^2]

@@ -13,15 +13,15 @@
 ///
 ///     dh/dt = -h/T_h + noise, so that h has the deviation sigma_h
 ///
-/// One Kalman filter has both, (q, h) ~ N(m, P). A turn updates both by their uncertainty: a new robot learns q from
-/// its first turn, and a robot that has turned for minutes takes a change for the ground. The prior of q_1 is as wide
-/// as its range, and narrow around zero for the others: without more data the robot has one track. P^-1 of q returns to
-/// that of the prior with the time of turning T.
+/// One Kalman filter estimates both, (q, h) ~ N(m, P). A turn updates both by their uncertainty: a new robot learns q
+/// from its first turn, and a robot that has turned for minutes takes a change for the ground. The prior of q_1 is as
+/// wide as its range, and narrow around zero for the others: without more data the robot has one track. P^-1 of q
+/// returns to that of the prior with the time of turning T.
 ///
 /// A body that skids chatters: in addition to the sensor's noise the yaw rate has noise of deviation sigma_w c x. It
-/// differs by a factor of ten between a smooth floor and rough ground, and is learned: sigma_w^2 descends F + 1/2 ln S,
-/// with the innovation's variance S, to the mean of the part of an error that neither the sensor nor P explains, over N
-/// times T_h; the first value counts as N_0.
+/// differs by a factor of ten between a smooth floor and rough ground, and is learned. sigma_w^2 descends F + 1/2 ln S,
+/// with the innovation's variance S. So it approaches the mean of the error that neither the sensor nor P explains,
+/// over N times T_h; the first value counts as N_0.
 
 #include <Eigen/Core>
 

@@ -26,7 +26,7 @@ struct YawRateBeliefParameters {
 /// Belief about the yaw rate of the body. Does not allocate.
 class YawRateBelief {
  public:
-  /// Starts without a turn.
+  /// Starts with a yaw rate of zero.
   explicit YawRateBelief(const YawRateBeliefParameters& parameters) : parameters_(parameters) { reset(0.0); }
 
   /// Advances by a step [s] with this yaw acceleration of the wheels [rad/s^2].

@@ -61,7 +61,7 @@ class CommandLimiter {
   double separateChange(int axis, double error, double way) const;
   double largestChange(int axis, double error) const;
   bool keepsJerk(const Vector& change) const;
-  double room(const Vector& step) const;  // part of a change that the wheels' limit leaves: axes apart cut its corners
+  double allowedFraction(const Vector& step) const;  // by the wheels' limit, where separate axes cut its corners
 
   LimitParameters limits_;
   SkidSteerKinematics kinematics_;

@@ -10,10 +10,10 @@
 ///     stopped ----- no cause ---------> driving
 ///     faulted ----- released ---------> driving, stopped or idle
 ///
-/// A brake continues to zero even if its cause ends before. A latch holds the robot at rest. The start sets it, and a
-/// fault, and a stop by a person or the robot (Severity::halt) with restart_after_stop: acknowledged. At rest, once the
-/// cause is gone (a fault for brake.fault_hold), a zero set point or a pause of the set points releases it: a moving
-/// set point was not meant for a robot that was stopped.
+/// A brake continues to zero even if its cause ends before. A latch holds the robot at rest. It is set by the start, by
+/// a fault, and with restart_after_stop: acknowledged by a stop of a person or the robot (Severity::halt). At rest,
+/// once the cause is gone (a fault for brake.fault_hold), a zero set point or a pause of the set points releases it. A
+/// moving set point does not, because it was sent before the stop.
 
 #include <limits>
 
@@ -46,7 +46,7 @@ bool isLate(double age, double deadline);
 struct SourceHealth {
   bool missing = false;                             ///< never received
   bool late = false;                                ///< past its deadline
-  bool frozen = false;                              ///< it repeats itself exactly
+  bool frozen = false;                              ///< it repeats exactly
   bool silent() const { return missing || late; }   ///< no new sample
   bool lost() const { return silent() || frozen; }  ///< unusable
 };
@@ -118,7 +118,7 @@ class DriveGate {
   /// @param set_point the end of the actions.
   WheelCommand drive(const WheelCommand& action, const SetPoint& set_point);
 
-  /// While driving: another source had the motors with this command; the next step continues from it.
+  /// While driving: another source drove the motors with this command; the next step continues from it.
   void follow(const WheelCommand& applied) { limiter_.follow(applied); }
 
   /// The command of this step while not driving: the brake's, or zero.

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Every input of a DriveLoop as a value: a drive that is kept as these can be replayed exactly.
+/// Every input of a DriveLoop as a value. A drive recorded as these values can be replayed exactly.
 
 #include <optional>
 #include <variant>
@@ -18,8 +18,8 @@ namespace jackal_aic {
 /// One message of a sensor.
 struct SensorReading {
   Observation observation;      ///< with the channels of this sensor only
-  FrozenSource::Sample sample;  ///< what it gave, to see whether it repeats itself
-  bool may_repeat = false;      ///< nothing in the sample has to change while the robot moves
+  FrozenSource::Sample sample;  ///< raw values, to detect exact repetition
+  bool may_repeat = false;      ///< exact repetition is normal while the robot moves
 };
 
 /// What the robot and its surroundings report in addition to the measurements.
@@ -28,10 +28,10 @@ struct RobotStatus {
   bool robot_stopped = false;   ///< the robot's own stop is engaged
   bool motors_off = false;      ///< the motors do not take velocity commands
   bool driver_fault = false;    ///< a motor driver reports a fault
-  bool contended = false;       ///< another node publishes commands, and is not to
-  bool graph_checked = true;    ///< it is known who else publishes commands, and the emergency stop is heard
-  bool ending = false;          ///< the controller is to end
-  bool rivals = false;          ///< more than one node publishes set points, and only one is to
+  bool contended = false;       ///< an unexpected node publishes commands
+  bool graph_checked = true;    ///< publishers of commands are known, and the emergency stop is connected
+  bool ending = false;          ///< the controller ends
+  bool rivals = false;          ///< more than one node publishes set points, unexpectedly
   bool disabled = false;        ///< a person holds the controller at rest
   bool unheard = false;         ///< a topic of the commands has no subscriber: they do not reach the motors
 };
@@ -47,7 +47,7 @@ struct ActionInput {
 /// DriveLoop::setSetPoint().
 struct SetPointInput {
   SetPoint wanted;              ///< base_link
-  std::optional<double> stamp;  ///< time for which it was sent [s]; empty: it does not say
+  std::optional<double> stamp;  ///< time for which it was sent [s]; empty: unknown
 };
 
 /// DriveLoop::receiveWheels().
@@ -78,12 +78,12 @@ struct StatusInput {
 /// DriveLoop::applied().
 struct AppliedInput {
   WheelCommand command;                         ///< [rad/s]
-  AppliedSource source = AppliedSource::drive;  ///< who tells
+  AppliedSource source = AppliedSource::drive;  ///< source of the command
 };
 
 /// DriveLoop::setLearned().
 struct LearnedInput {
-  LearnedModel learned;  ///< to go on from
+  LearnedModel learned;  ///< restored state
 };
 
 /// DriveLoop::freezeLearning().

@@ -43,7 +43,7 @@ struct DriveParameters {
   std::variant<ControllerParameters, PredictiveParameters, DifferentialDriveParameters> controller;
   GeometryParameters geometry;                                ///< of the robot, as it is configured
   GateParameters gate;                                        ///< limits, deadlines and brake
-  LossPolicyParameters on_loss;                               ///< what to do without a sensor
+  LossPolicyParameters on_loss;                               ///< reaction to lost sensors
   std::optional<FaultParameters> faults = FaultParameters{};  ///< of the fault detection, which needs a plant model;
                                                               ///< empty: none
   std::optional<PlantModel> plant_model;  ///< model of the motors: bounds the action of the thesis' structure; part of
@@ -64,11 +64,11 @@ struct DriveLoopStatus {
   Fault fault = Fault::none;              ///< found by the fault detection
   double share = 1.0;                     ///< number of a remark on the wheels or the turn [-], see text(Fault, double)
   Loss loss = Loss::none;                 ///< sensors that are missing
-  bool handed_over = false;               ///< another source has the motors
+  bool handed_over = false;               ///< another source drives the motors
   std::uint32_t rejected_set_points = 0;  ///< not finite, or absurd
-  std::uint32_t scaled_set_points = 0;    ///< accepted, but beyond the limits
-  SetPoint scaled_from;                   ///< the last of these, as it was sent
-  SetPoint scaled_to;                     ///< and as it is driven
+  std::uint32_t scaled_set_points = 0;    ///< accepted and scaled into the limits
+  SetPoint scaled_from;                   ///< the last of these, as sent
+  SetPoint scaled_to;                     ///< the same as driven
   std::uint32_t rejected_measurements = 0;  ///< with stamps not later than the last, or ahead of the clock
   std::uint32_t faults_detected = 0;        ///< in sensors and drives
   std::uint32_t brakes = 0;                 ///< number of brakes
@@ -120,8 +120,8 @@ class DriveLoop {
   /// Takes feedback of the motors. @param stamp of it [s].
   void receiveFeedback(double stamp, double now);
 
-  /// Takes a pair of both, with its valid channels; sources that were not received separately count as received with
-  /// it. True if the controller accepted it.
+  /// Takes a pair of both with its valid channels. Sources that were not received separately count as received with it.
+  /// True if the controller accepted it.
   bool observe(const Observation& observation, double now);
 
   /// Sets the status of the robot from now on; to be called when it changes, and after time ran back.
@@ -213,7 +213,7 @@ class DriveLoop {
 
   DriveParameters parameters_;
   std::unique_ptr<VelocityController> controller_;
-  PredictiveController* predictive_;  // the same, where it is one: it learns; else nullptr
+  PredictiveController* predictive_;  // the same if it is predictive; else nullptr
   SkidSteerKinematics kinematics_;
   MeasurementWatch measurements_;
   DriveGate gate_;
@@ -231,12 +231,12 @@ class DriveLoop {
   Arrival wheels_;
   Arrival imu_;
   Arrival feedback_;
-  Arrival measurement_;          // the last that the controller took
+  Arrival measurement_;          // the last accepted by the controller
   double go_on_since_ = kNever;  // since when both sources have sent without a measurement [s]
   ChannelValidity counted_;      // of the last measurement
-  bool observed_alone_ = false;  // it was of one source, the other being silent
+  bool observed_alone_ = false;  // it was of one source, while the other was silent
   RobotStatus robot_;
-  bool clock_jumped_ = false;     // back, and the robot has not come to rest since
+  bool clock_jumped_ = false;     // the clock jumped back, and the robot has not come to rest since
   double last_action_ = -kNever;  // time of the last action step [s]
   WheelCommand action_;
   DriveLoopStatus status_;  // but for what status() adds

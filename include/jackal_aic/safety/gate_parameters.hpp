@@ -100,7 +100,7 @@ struct GateParameters {
   DeadlineParameters deadlines;                                    ///< of the inputs
   BrakeParameters brake;                                           ///< how it brakes
   PlausibilityParameters plausibility;                             ///< of beliefs and measurements
-  RestartPolicy restart_after_stop = RestartPolicy::acknowledged;  ///< what it takes to go on
+  RestartPolicy restart_after_stop = RestartPolicy::acknowledged;  ///< release of the latch
 };
 
 /// Reads limits.*, deadlines.*, brake.*, plausibility.* and restart_after_stop. @throws ParameterError also as

@@ -12,7 +12,7 @@ namespace jackal_aic {
 
 /// Reaction to a loss.
 enum class LossAction {
-  drive,  ///< go on with the remaining channels
+  drive,  ///< drive on with the remaining channels
   stop    ///< brake
 };
 
@@ -39,7 +39,7 @@ void describeFields(Visitor& v, LossPolicyParameters& p) {
 /// How a controller tolerates missing channels.
 enum class LossTolerance {
   one_of_three,  ///< the thesis' structures: any two of yaw rate and wheels suffice (sensor_reconstruction.hpp)
-  model,         ///< the predictive structure: its model goes on without any of them
+  model,         ///< the predictive structure: its model needs none of them
   open_loop      ///< the baseline uses no channel
 };
 
@@ -51,7 +51,7 @@ enum class Loss {
   right_encoder,         ///< of the right wheels
   encoder_and_yaw_rate,  ///< one wheel is left
   both_encoders,         ///< no wheel is left
-  unclear                ///< single channels are valid, but too few at a time
+  unclear                ///< valid channels, but too few at a time
 };
 
 /// Text for people; empty for `none`.
@@ -64,7 +64,7 @@ struct LossDecision {
 };
 
 /// Decides for or against driving on. @param valid channels that count; @param blind_time time since the last sample
-/// with which two of yaw rate and wheels counted [s]; @param on_box the yaw rate says nothing about the wheels.
+/// with which two of yaw rate and wheels counted [s]; @param on_box the yaw rate does not depend on the wheels.
 LossDecision decideOnLoss(const LossPolicyParameters& policy, LossTolerance tolerance, const ChannelValidity& valid,
                           double blind_time, bool on_box);
 

@@ -102,12 +102,12 @@ class MeasurementWatch {
   bool wheels_were_lost_ = false;
   struct {
     double yaw_rate = 0.0, wheel_left = 0.0, wheel_right = 0.0;
-  } excluded_;                     // time for which a channel was not measured, or read what no robot does [s]
-  bool started_ = false;           // measurements have come, or are overdue
-  double first_source_ = 0.0;      // time at which a source spoke first [s]
-  double blind_ = 0.0;             // for how long too few channels count [s]
-  double wheels_repeating_ = 0.0;  // for how long both encoders have been frozen [s]
-  double stamp_ = std::numeric_limits<double>::infinity();  // of the last sample; before it none is the later one [s]
+  } excluded_;                                              // time for which a channel was missing or impossible [s]
+  bool started_ = false;                                    // measurements have come, or are overdue
+  double first_source_ = 0.0;                               // time of the first message of a source [s]
+  double blind_ = 0.0;                                      // for how long too few channels count [s]
+  double wheels_repeating_ = 0.0;                           // for how long both encoders have been frozen [s]
+  double stamp_ = std::numeric_limits<double>::infinity();  // of the last sample [s]
   double last_sight_ = 0.0;                                 // time at which two of yaw rate and wheels counted [s]
   double stalled_until_ = 0.0;                              // end of the time after a stall [s]
   Loss loss_ = Loss::none;

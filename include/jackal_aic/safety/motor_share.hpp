@@ -16,8 +16,7 @@ namespace jackal_aic {
 enum class AppliedSource {
   drive,  ///< the robot publishes its motors' commands; overrides the others
   twist,  ///< output of the multiplexer; silence is a stop, as for the stock velocity controller
-  wheels  ///< without the other two: the measured wheel speeds are taken for the commands, so no wheel can be found
-          ///< faulty by them
+  wheels  ///< without the other two the measured wheel speeds stand for the commands, so they reveal no faulty wheel
 };
 
 /// Compares the commands that reached the motors with those that we sent shortly before. They are ours while they lie
@@ -41,13 +40,13 @@ class MotorShare {
   /// Takes a command of any source that reached the motors. @param time [s].
   void apply(double time, const WheelCommand& command, AppliedSource source);
 
-  /// The command that the motors have; empty if it is unknown. @param time [s].
+  /// The command of the motors; empty if unknown. @param time [s].
   std::optional<WheelCommand> applied(double time);
 
-  /// The command that the motors have instead of ours; empty if they have ours, or if it is unknown. @param time [s].
+  /// The command of the motors if it is not ours; else, or if unknown, empty. @param time [s].
   std::optional<WheelCommand> another(double time);
 
-  /// True if only the wheels show what reached the motors.
+  /// True if only the measured wheel speeds show what reached the motors.
   bool toldByWheels() const { return any_ && !any_drive_ && !any_twist_; }
 
   /// False while another source drives.

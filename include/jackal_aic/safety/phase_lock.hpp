@@ -24,7 +24,7 @@ class PhaseLock {
   void arrived(std::int64_t now);
 
   /// Time at which the next action is due [ns], after one that was due at `due`: a period later, plus or minus
-  /// longestShift(); up to two periods before it is locked; `now` if that is missed by a period.
+  /// longestShift(). Up to two periods before the phase is locked. `now` if the time is missed by a period.
   /// @param now the present time [ns].
   std::int64_t next(std::int64_t due, std::int64_t now);
 

@@ -13,7 +13,7 @@ namespace jackal_aic {
 /// Why the robot may not drive, from mild to severe: of several causes the last one counts.
 enum class StopCause {
   none,
-  start,              ///< set points are sent since before the start, without a zero or a pause
+  start,              ///< set points have been sent since before the start, without a zero or a pause
   unpaired,           ///< no pair within robot.pairing_tolerance
   moved,              ///< pushed or carried: wheels turn under a zero command, or the body slides
   imu_frozen,         ///< IMU data repeat exactly
@@ -32,9 +32,9 @@ enum class StopCause {
   robot_stopped,      ///< status: the robot's own stop is engaged
   emergency_stop,     ///< e_stop
   disabled,           ///< service enable: false
-  shutdown,           ///< the controller is to end
+  shutdown,           ///< the controller ends
   contention,         ///< on the topic of the commands
-  sensor_fault,       ///< the fault monitor left too little to drive on
+  sensor_fault,       ///< too few channels without a fault
   belief_diverged,    ///< not finite, or beyond plausibility.speed_factor
   driver_fault        ///< feedback: a motor driver reports a fault
 };

@@ -79,7 +79,7 @@ void OtherPublishers::look() {
             : checked ? ""
                       : fmt::format("waits for {} on {}", fmt::join(stops, " and "), emergency_stop_->getTopic());
   }
-  // After the names: a thread that sees the flag, which takes no lock, finds the names.
+  // Set after the names: the flag is read without a lock, and then the names are complete.
   contended_ = !contenders.empty();
   checked_ = checked;
 }

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Other publishers in the ROS graph: those of our commands, and those of the emergency stop, which is to be heard.
+/// Other publishers in the ROS graph: of our commands, and of the emergency stop.
 
 #include <ros/node_handle.h>
 #include <ros/subscriber.h>
@@ -26,8 +26,8 @@ class OtherPublishers {
   /// Asks, and asks again and again in the thread of a node handle, which waits for the answers: not one that drives.
   void watch(ros::NodeHandle node);
 
-  /// True once the master has answered and every publisher of the emergency stop is connected: what it latched has
-  /// then been heard.
+  /// True once the master has answered and every publisher of the emergency stop is connected: its latched message has
+  /// then arrived.
   bool checked() const { return checked_; }
 
   /// True if the master answered last time.
@@ -36,7 +36,7 @@ class OtherPublishers {
   /// True if another node publishes on one of our topics.
   bool contended() const { return contended_; }
 
-  /// Who publishes on what, or is waited for: "/name on /cmd_drive, ...", and what to do about it. Else empty.
+  /// Publishers with their topics, or missing ones, and a remedy: "/name on /cmd_drive, ...". Else empty.
   std::string text() const;
 
  private:
@@ -44,7 +44,7 @@ class OtherPublishers {
 
   const std::vector<std::string> commands_;
   const ros::Subscriber* emergency_stop_;
-  bool connected_ = false;  // the emergency stop, at the last look
+  bool connected_ = false;  // the emergency stop, at the last check
   std::atomic<bool> checked_{false};
   std::atomic<bool> master_reachable_{true};
   std::atomic<bool> contended_{false};

@@ -2,7 +2,7 @@
 
 /// @file
 /// What the robot and its user report in addition to the measurements: emergency stop, status and feedback of the
-/// motors, and the commands that reach these where twist_mux decides whose do.
+/// motors, and the commands that reach the motors behind twist_mux.
 
 #include <geometry_msgs/Twist.h>
 #include <jackal_msgs/Drive.h>
@@ -23,17 +23,17 @@
 
 namespace jackal_aic {
 
-/// Copies what a message of the robot says about its stop.
+/// Copies the robot's stop from a message.
 void takeStatus(const jackal_msgs::Status& message, RobotStatus& status);
 
-/// Copies what a message of the motors says about them.
+/// Copies mode and faults of the motors from a message.
 void takeFeedback(const jackal_msgs::Feedback& message, RobotStatus& status);
 
 /// Wheel speeds of a drive message, zero in another mode than velocity. std::nullopt if one is not finite.
 std::optional<WheelCommand> wheelCommand(const jackal_msgs::Drive& message);
 
-/// Subscribes e_stop (std_msgs/Bool), status (jackal_msgs/Status) and feedback (jackal_msgs/Feedback); none of them has
-/// to be there. Callbacks run in the threads of the node handle, one at a time where it has one thread.
+/// Subscribes e_stop (std_msgs/Bool), status (jackal_msgs/Status) and feedback (jackal_msgs/Feedback); each is
+/// optional. Callbacks run in the threads of the node handle, one at a time where it has one thread.
 class RobotReports {
  public:
   /// @param on_feedback called with the stamp of each feedback that has one; @param on_message called with status()
@@ -42,13 +42,13 @@ class RobotReports {
       ros::NodeHandle& node, std::function<void(const ros::Time&)> on_feedback,
       std::function<void(const RobotStatus&)> on_message = [](const RobotStatus&) {});
 
-  /// What they said last; contention and end of the controller are left to the caller.
+  /// Latest status; the caller adds contention and the end of the controller.
   const RobotStatus& status() const { return status_; }
 
   /// The emergency stop: its topic, as resolved, and its publishers that are connected.
   const ros::Subscriber& emergencyStop() const { return subscribers_[0]; }
 
-  /// Forgets the messages; the emergency stop, which is sent once, and the robot's own stop stay.
+  /// Forgets the messages; the emergency stop, which is sent once, and the robot's own stop remain.
   void reset() { status_.motors_off = status_.driver_fault = false; }
 
  private:
@@ -60,13 +60,13 @@ class RobotReports {
 /// as in Gazebo, it listens to jackal_velocity_controller/cmd_vel (geometry_msgs/Twist), the output of twist_mux.
 class AppliedCommands {
  public:
-  /// Called with each command and where it was heard.
+  /// Called with each command and its source.
   using Callback = std::function<void(const WheelCommand&, AppliedSource)>;
 
   /// Subscribes in the namespace of `node`. @param geometry turns a Twist into wheel speeds.
   AppliedCommands(ros::NodeHandle& node, const GeometryParameters& geometry, const Callback& callback);
 
-  /// Topics that it listens to: a set point that came from there would be our own command.
+  /// Subscribed topics: a set point from there would be our own command.
   std::vector<std::string> topics() const { return {drive_subscriber_.getTopic(), twist_subscriber_.getTopic()}; }
 
  private:

@@ -15,8 +15,8 @@ namespace {
 
 constexpr int kQueueLength = 20;
 /// Both sensors run at 50 Hz: knowing that the next message is at least this far away lets the pairing decide at once
-/// instead of waiting a period for a better partner. A robot that is busy stamps some only 2 ms apart: those it does
-/// not get, as there is nothing new in them.
+/// instead of waiting a period for a better partner. A busy robot stamps some messages only 2 ms apart; they contain no
+/// new data and are not paired.
 const ros::Duration kShortestPeriod(0.010);
 
 bool followsClosely(const ros::Time& stamp, const ros::Time& last) {
@@ -31,7 +31,7 @@ std::string withoutSlash(const std::string& frame) {
   return frame.empty() || frame[0] != '/' ? frame : frame.substr(1);
 }
 
-/// Why a stamp is of no use; empty if it is.
+/// Why a stamp is unusable; empty if it is usable.
 std::string refusalOf(const ros::Time& stamp, const ros::Time& now) {
   if (stamp.isZero()) return " without a stamp";
   return stamp > now + ros::Duration(kFurthestAhead) ? " from the future" : "";
@@ -111,7 +111,7 @@ std::optional<SensorReading> ImuReader::read(const sensor_msgs::Imu& message, co
   return reading;
 }
 
-// Messages were checked when they were read, so that the values are there.
+// Messages were checked when they were read, so the values exist.
 Observation ImuReader::observation(const sensor_msgs::Imu& message) const {
   const auto motion = planarMotion(message, rotation_);
   Observation observation;
@@ -170,8 +170,8 @@ std::optional<SensorReading> SensorPairing::addWheels(const sensor_msgs::JointSt
   const auto right = sumOfPositions(*message, names_.right_wheel_joints);
   reading.sample.head<4>() << reading.observation.wheel_left, reading.observation.wheel_right, left.value_or(0.0),
       right.value_or(0.0);
-  // Speeds alone repeat for as long as the wheels keep them, where they are coarser than their noise: whether they miss
-  // a motion is for the fault detection to find.
+  // Speeds that are coarser than their noise repeat at constant speed, so the fault detection decides whether they are
+  // frozen.
   reading.may_repeat = !left || !right;
   return reading;
 }
@@ -189,7 +189,7 @@ std::optional<SensorReading> SensorPairing::addImu(const sensor_msgs::ImuConstPt
   return reading;
 }
 
-// Messages were checked when they came in, so that the values are there.
+// Messages were checked on arrival, so the values exist.
 Observation SensorPairing::wheelsAlone(const sensor_msgs::JointState& message) const {
   Observation observation;
   observation.stamp = message.header.stamp.toSec();

@@ -35,20 +35,20 @@ std::optional<double> meanVelocity(const sensor_msgs::JointState& message, const
 std::optional<double> sumOfPositions(const sensor_msgs::JointState& message, const std::vector<std::string>& joints);
 
 /// Angular velocity and acceleration of an IMU message as (theta_dot, x_ddot, y_ddot, f_z) in the base frame, those of
-/// an Observation: the message's attitude takes gravity out of x and y, f_z keeps it. A message without attitude (first
-/// covariance -1, or no unit quaternion) leaves gravity in x and y too.
+/// an Observation: gravity is removed from x and y by the message's attitude, and stays in f_z. A message without
+/// attitude (first covariance -1, or no unit quaternion) leaves gravity in x and y too.
 /// @param rotation from the IMU's frame into the base frame. std::nullopt if a component is not finite.
 std::optional<Eigen::Vector4d> planarMotion(const sensor_msgs::Imu& message, const Eigen::Quaterniond& rotation);
 
-/// Turns vectors of `frame` into those of `base`; std::nullopt if no transforms relate the two. A slash at the start of
-/// a name, as older drivers write it, is left out.
+/// Rotation from `frame` into `base`; std::nullopt if no transform relates them. A leading slash of a name, from older
+/// drivers, is ignored.
 std::optional<Eigen::Quaterniond> rotationInto(const std::string& base, const std::string& frame,
                                                const tf2::BufferCore& frames);
 
-/// Makes readings of IMU messages.
+/// Reads IMU messages.
 class ImuReader {
  public:
-  /// @param base_frame of the body velocity; @param frames how the IMU is mounted; they have to outlive the reader.
+  /// @param base_frame of the body velocity; @param frames tf with the mounting of the IMU; has to outlive the reader.
   ImuReader(const std::string& base_frame, const tf2::BufferCore& frames) : base_frame_(base_frame), frames_(frames) {}
 
   /// The reading of a message. One with a non-finite value, without a stamp, from the future, or from a frame that tf
@@ -78,9 +78,9 @@ class SensorPairing {
   /// @param names of wheels and base frame; @param frames as for ImuReader; @param callback gets the pairs.
   SensorPairing(const RobotNames& names, const tf2::BufferCore& frames, Callback callback);
 
-  /// The reading of a joint state message. Messages without a wheel of ours are left alone (empty); one without both
-  /// sides, with a missing or non-finite velocity, without a stamp or from the future is refused (empty, and
-  /// lastRefusal() says why).
+  /// The reading of a joint state message. A message without our wheels is ignored (empty). One without both sides,
+  /// with a missing or non-finite velocity, without a stamp or from the future is refused (empty, and lastRefusal()
+  /// says why).
   std::optional<SensorReading> addWheels(const sensor_msgs::JointStateConstPtr& message, const ros::Time& now);
 
   /// The reading of an IMU message, as ImuReader::read().
@@ -101,7 +101,7 @@ class SensorPairing {
   RobotNames names_;
   ImuReader imu_reader_;
   Callback callback_;
-  ros::Time paired_wheels_;  // stamps of the last samples that the pairing got
+  ros::Time paired_wheels_;  // stamps of the last paired samples
   ros::Time paired_imu_;
   AccelerationPairing accelerations_;
   std::string refusal_;

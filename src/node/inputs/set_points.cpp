@@ -17,10 +17,10 @@ constexpr double kRivalry = 0.5;     // s of wall time within which two nodes se
 constexpr double kSameClock = 1.0;   // s; more no network delays
 constexpr double kTellPeriod = 5.0;  // s
 
-/// What a Twist with a component that is not finite asks for.
+/// Set point of a Twist with a component that is not finite.
 constexpr SetPoint kNotFinite{std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
 
-// "Too old" alone would suggest the network as the cause instead of the sender's clock.
+// "Too old" alone would suggest the network, not the sender's clock.
 void tellOfAnotherClock(const std::string& topic, double stamp) {
   const double ahead = stamp - ros::Time::now().toSec();
   if (std::abs(ahead) < kSameClock) return;

@@ -25,13 +25,13 @@ std::optional<SetPoint> setPoint(const geometry_msgs::Twist& message);
 
 /// A set point as it was sent.
 struct ReceivedSetPoint {
-  SetPoint wanted;              ///< not finite if any component is not
+  SetPoint wanted;              ///< not finite if any component is not finite
   std::optional<double> stamp;  ///< [s]; empty if the message has none
-  double sideways = 0.0;        ///< linear.y, which `wanted` leaves out [m/s]
+  double sideways = 0.0;        ///< linear.y, which is not in `wanted` [m/s]
 };
 
 ReceivedSetPoint receivedSetPoint(const geometry_msgs::Twist& message);         ///< without a stamp
-ReceivedSetPoint receivedSetPoint(const geometry_msgs::TwistStamped& message);  ///< a stamp of zero is none
+ReceivedSetPoint receivedSetPoint(const geometry_msgs::TwistStamped& message);  ///< a stamp of zero is unset
 
 /// Subscribes to both topics, and reports stamps by another clock. All calls in the thread of the callbacks.
 class SetPointSource {
@@ -45,15 +45,15 @@ class SetPointSource {
   SetPointSource(const SetPointSource&) = delete;
   SetPointSource& operator=(const SetPointSource&) = delete;
 
-  /// @throws ParameterError if a topic is one of ours: our own commands would come back as set points.
+  /// @throws ParameterError if a topic is one of our commands, which would return as set points.
   void requireForeign(const std::vector<std::string>& ours) const;
 
   std::string topic() const { return plain_.getTopic(); }  ///< of the Twist, as resolved and remapped
 
-  /// Publishers that are connected.
+  /// Connected publishers.
   std::uint32_t publishers() const { return plain_.getNumPublishers() + stamped_.getNumPublishers(); }
 
-  /// The nodes that sent set points at the same time, with the topic; empty if it was one.
+  /// The nodes that sent set points at the same time, with the topic; empty for a single one.
   std::string rivals() const;
 
  private:
@@ -67,7 +67,7 @@ class SetPointSource {
 
   Take take_;
   Sender sender_;  // of the last message
-  Sender other_;   // the last that was another one
+  Sender other_;   // the last other one
   ros::Subscriber plain_;
   ros::Subscriber stamped_;
 };

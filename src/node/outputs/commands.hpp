@@ -34,7 +34,7 @@ class CommandOutput {
   /// The topics with their resolved names.
   std::vector<std::string> topics() const;
 
-  /// Says which topic has no subscriber; empty if each has one. It may be asked in any thread.
+  /// Names the topic without a subscriber; empty if each has one. Thread-safe.
   std::string complaint() const;
 
   /// Subscribers of the first topic.

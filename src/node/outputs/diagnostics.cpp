@@ -18,7 +18,7 @@ constexpr double kConnection = 2.0;
 /// A remedy as the next sentence, or an empty text.
 std::string sentence(const char* remedy) { return *remedy == '\0' ? "" : std::string(". ") + remedy; }
 
-/// Whether no action step was made since the start, or since a restart.
+/// True before the first action step after a start or restart.
 bool undecided(const DriveLoopStatus& status) {
   return status.decision.status == DriveStatus::idle && status.decision.cause == StopCause::none;
 }
@@ -88,7 +88,7 @@ void StatusReport::logLoss() {
     if (!loss_pending_) ROS_INFO("Cleared: %s", text(logged_loss_));
     loss_pending_ = false;
   } else if (isFault(status_.fault)) {
-    return;  // which says what is lost, and why
+    return;  // which names the loss and its reason
   } else {
     loss_pending_ = true;
     pending_since_ = ros::WallTime::now();
@@ -125,7 +125,8 @@ void StatusReport::logDecision(const DriveLoopStatus& before) {
   const StopCause cause = status_.decision.cause;
   const bool told = logged_stop_ == cause && before.decision.status == DriveStatus::braking;
   const DriveStatus now = status_.decision.status;
-  // A set point that ends is the usual end of a drive, and told once at rest; the end of the node says so itself.
+  // The end of the set points is the usual end of a drive, logged once at rest. The end of the node has its own
+  // message.
   const bool usual = cause == StopCause::set_point_late || cause == StopCause::shutdown;
   if (now == DriveStatus::braking) {
     if (!usual && !told) logStop("Stopping");
@@ -134,7 +135,7 @@ void StatusReport::logDecision(const DriveLoopStatus& before) {
   if (now == DriveStatus::driving) {
     ROS_INFO("Driving");
   } else if (now == DriveStatus::stopped && before.decision.status == DriveStatus::idle) {
-    // At a start nothing has stopped: only what is waited for is logged.
+    // At a start nothing has stopped, so only missing inputs are logged.
     ROS_INFO("Waiting: %s", (reason() + sentence(remedy(cause))).c_str());
   } else if (now == DriveStatus::stopped && cause == StopCause::set_point_late) {
     ROS_INFO("Stopped: no set point for %g s", set_point_deadline_);
@@ -175,7 +176,7 @@ void StatusReport::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status,
                             const std::string& unheard) const {
   diagnoseStatus(status, missing);
   if (!unheard.empty()) {
-    // Commands without a subscriber drive nothing; motors at rest then look like a hand-over.
+    // Commands without a subscriber drive nothing, and resting motors would look like a hand-over.
     const bool drives = status_.decision.status == DriveStatus::driving && status.level == status.OK;
     status.mergeSummary(status.WARN, drives || status.level != status.OK ? unheard : status.message + "; " + unheard);
   }

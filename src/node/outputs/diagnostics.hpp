@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What the drive loop does, for people: log lines when it changes, and diagnostics. The words for why the robot stands
-/// are those of the core (reason(), text(), remedy()).
+/// State of the drive loop as log lines, when it changes, and as diagnostics. The texts are those of the core
+/// (reason(), text(), remedy()).
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/time.h>
@@ -22,23 +22,23 @@ class StatusReport {
   /// @param set_point_deadline age at which a set point stops the robot [s]; 0: never.
   explicit StatusReport(double set_point_deadline = 0.0) : set_point_deadline_(set_point_deadline) {}
 
-  /// Looks at the status. @param contender who else publishes commands, if that is known. True if what keeps the robot
-  /// from driving has changed, so that diagnostics are due.
+  /// Logs the changes. @param contender other publisher of commands, if known. True if the reason for not driving has
+  /// changed, so that diagnostics are due.
   bool update(const DriveLoopStatus& status, const std::string& contender);
 
   /// Logs a fault or a loss that has not stopped the robot for `patience` of wall time. One that stops it sooner is
   /// logged with the stop, in one line.
   void settle(ros::WallDuration patience = ros::WallDuration(0.1));
 
-  /// Tells of a refused message. @param count how many there were.
+  /// Logs a refused message. @param count number of refused messages.
   static void refused(const std::string& what, std::uint32_t count);
 
   /// reason(DriveLoopStatus) of the last update.
   const std::string& reason() const { return reason_; }
 
-  /// Level, reason and counters of the last update. @param missing sources that have not come since the start
-  /// (wheels_missing, imu_missing), which are reported while it is idle. @param unheard says that the commands have no
-  /// subscriber; empty: they have one.
+  /// Level, reason and counters of the last update. @param missing sources without a message since the start
+  /// (wheels_missing, imu_missing), reported while it is idle. @param unheard text if the commands have no subscriber;
+  /// else empty.
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing = {},
                 const std::string& unheard = {}) const;
 
@@ -61,7 +61,7 @@ class StatusReport {
   std::string reason_;
 };
 
-/// Log lines and /diagnostics of the node, by another thread than the one that drives.
+/// Log lines and /diagnostics of the node, in another thread than the driving one.
 class DiagnosticsOutput {
  public:
   /// What is reported.
@@ -82,7 +82,7 @@ class DiagnosticsOutput {
   /// has the newest.
   void look(const Look& look) { looks_.push(look); }
 
-  /// In the other thread: logs what has changed, and publishes if it is time to, or if something has changed.
+  /// In the other thread: logs changes, and publishes periodically and after changes.
   /// @param unheard as in StatusReport::diagnose(); it is reported when it has lasted.
   void publish(const std::string& unheard);
 
@@ -99,7 +99,7 @@ class DiagnosticsOutput {
   bool ready_told_ = false;
   bool missing_told_ = false;
   StatusReport report_;
-  std::optional<Look> told_;  // the newest
+  std::optional<Look> told_;
   std::string unheard_;
   ros::WallTime heard_ = ros::WallTime::now();  // last time that the commands had a subscriber, or the start
   diagnostic_updater::Updater updater_;

@@ -10,12 +10,12 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kRecorderComes = 20.0;        // with a recorder that is to come [s]
+constexpr double kRecorderComes = 20.0;        // kept before the first recorder [s]
 constexpr double kInputRate = 1400.0;          // the belief's 1 kHz, three times 50 Hz of sensors, actions and the rest
 constexpr double kConfigurationPeriod = 10.0;  // s
 constexpr std::uint32_t kQueue = 100;          // messages: 2 s of a busy recorder
 
-/// Appends numbers to a list, or takes them off it in the same order.
+/// Appends numbers to a list, or reads them from it in the same order.
 class Archive {
  public:
   Archive(std::vector<double>& values, bool reading) : values_(values), reading_(reading) {}
@@ -23,7 +23,7 @@ class Archive {
   void operator()(Fields&... fields) {
     (pass(fields), ...);
   }
-  bool done() const { return next_ == values_.size(); }  ///< every number was taken
+  bool done() const { return next_ == values_.size(); }  ///< every number was read
 
  private:
   template <class Number>
@@ -115,7 +115,7 @@ using What = decltype(DriveInput::what);
 constexpr std::size_t kKinds = std::variant_size_v<What>;
 static_assert(kKinds == LoopInput::START + 1, "the constants of LoopInput.msg are the indices of the variant");
 
-/// An input of a kind with nothing in it yet.
+/// An empty input of a kind.
 template <std::size_t... kinds>
 What emptyInput(std::size_t kind, std::index_sequence<kinds...>) {
   What what;

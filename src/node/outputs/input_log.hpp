@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Every input of a drive loop as messages, so that a recording of them is the whole drive.
+/// Every input of a drive loop as messages, from which a drive can be replayed exactly.
 
 #include <jackal_aic/LoopInputs.h>
 #include <ros/node_handle.h>
@@ -20,23 +20,23 @@ namespace jackal_aic {
 void addInput(const DriveInput& input, LoopInputs& message);
 
 /// The inputs of a message, in their order; exactly those that were added.
-/// @throws ParameterError if an input is of a kind that is not known, lacks values, or its gains are no gains.
+/// @throws ParameterError if an input has an unknown kind, missing values or invalid gains.
 std::vector<DriveInput> inputsOf(const LoopInputs& message);
 
-/// Publishes jackal_AIC/inputs (jackal_aic/LoopInputs). What comes before the first subscriber is kept for it, for
-/// 20 s, so that a recorder that is started together with the node misses nothing.
+/// Publishes jackal_AIC/inputs (jackal_aic/LoopInputs). Inputs before the first subscriber are kept for 20 s, so that a
+/// recorder started with the node receives all of them.
 class InputLog {
  public:
-  /// Listens to a loop, which is not to call after the end of the log. @param parameters with which the loop was made.
+  /// Listens to a loop, which must not call it after its destruction. @param parameters with which the loop was made.
   InputLog(ros::NodeHandle& node, const NodeParameters& parameters, DriveLoop& loop);
   InputLog(const InputLog&) = delete;
   InputLog& operator=(const InputLog&) = delete;
 
-  /// Publishes what was kept, if there is a subscriber. @param now time of the action update.
+  /// Publishes the kept inputs to a subscriber. @param now time of the action update.
   void publish(const ros::Time& now);
 
  private:
-  // Neither publishes nor, but for changed gains, allocates.
+  // Does not publish, and allocates for changed gains only.
   void keep(const DriveInput& input);
   void forget();
 

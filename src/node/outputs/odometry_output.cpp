@@ -10,9 +10,9 @@ namespace {
 constexpr int kSize = 6;                   // of a covariance: x, y, z, roll, pitch, yaw
 constexpr int kPlanar[] = {0, 1, 5};       // rows of x, y and yaw
 constexpr int kMotion[] = {0, 5};          // rows of the forward speed and the yaw rate
-constexpr double kGroundVariance = 0.001;  // m^2, of the place that is taken for exact at the start
+constexpr double kGroundVariance = 0.001;  // m^2, of the exact initial pose
 
-/// The diagonal of what wheels and gyro say nothing about: y and z, roll and pitch.
+/// The diagonal of the components that wheels and gyro do not measure: y and z, roll and pitch.
 void setRest(double sideways, double vertical, Covariance& covariance) {
   covariance.fill(0.0);
   covariance[1 * kSize + 1] = sideways;

@@ -19,10 +19,10 @@
 
 namespace jackal_aic {
 
-/// Variance, in a covariance matrix of a message, of what is not known [(m/s)^2, (rad/s)^2].
+/// Variance of unknown components in a message [(m/s)^2, (rad/s)^2].
 inline constexpr double kUnknownVariance = 1e6;
 
-/// The same of the speeds that a robot on wheels does not have, as the stock Jackal's odometry [(m/s)^2].
+/// Variance of speeds that a robot on wheels does not have, as in the stock Jackal's odometry [(m/s)^2].
 inline constexpr double kSmallVariance = 0.001;
 
 /// Covariance of a pose or a twist in a message: x, y, z, roll, pitch, yaw, row by row.
@@ -31,7 +31,7 @@ using Covariance = boost::array<double, 36>;
 /// Fills in pose and motion, in the planar rows of a message.
 void fillOdometry(const PlanarPose& pose, const PlanarMotion& motion, nav_msgs::Odometry& message);
 
-/// Fills in a covariance of the pose (x, y, yaw). What wheels and gyro say nothing about has kUnknownVariance.
+/// Fills in a covariance of the pose (x, y, yaw). Components that wheels and gyro do not measure have kUnknownVariance.
 void fillPoseCovariance(const Eigen::Matrix3d& covariance, nav_msgs::Odometry& message);
 
 /// Fills in a covariance of the motion (x_dot, theta_dot). @param rest variance of the other speeds.
@@ -40,16 +40,16 @@ void fillMotionCovariance(const Eigen::Matrix2d& covariance, double rest, Covari
 /// The pose of a message as the transform between its frames.
 geometry_msgs::TransformStamped transformOf(const nav_msgs::Odometry& message);
 
-/// Computes the odometry of a drive loop and publishes it as the parameters odometry.* say.
+/// Computes the odometry of a drive loop and publishes it by the parameters odometry.*.
 class OdometryOutput {
  public:
   /// Opens the topics in the namespace of `node`. @param parameters of the node; @param loop has to outlive the output.
   OdometryOutput(ros::NodeHandle& node, const NodeParameters& parameters, const DriveLoop& loop);
 
-  /// The loop was given a measurement at a time.
+  /// The loop received a measurement at a time.
   void observe(const Observation& observation, const ros::Time& now);
 
-  /// Goes on to a time and publishes. @param applied the command that the motors had until now [rad/s].
+  /// Advances to a time and publishes. @param applied command of the motors until now [rad/s].
   void publish(const WheelCommand& applied, const ros::Time& now);
 
   /// The clock jumped back.
@@ -62,8 +62,8 @@ class OdometryOutput {
   Odometry odometry_;
   ros::Time last_;
   nav_msgs::Odometry message_;
-  ros::Publisher publisher_;                                  // if it is to be published
-  std::optional<tf2_ros::TransformBroadcaster> broadcaster_;  // if the transform is
+  ros::Publisher publisher_;                                  // if it is published
+  std::optional<tf2_ros::TransformBroadcaster> broadcaster_;  // if the transform is published
 };
 
 }  // namespace jackal_aic

@@ -9,7 +9,7 @@
 namespace jackal_aic {
 namespace {
 
-/// One channel of a generalised quantity over all orders; does not allocate where the list is as long already.
+/// One channel of a generalised quantity over all orders; does not allocate if the list has this length already.
 template <class Generalized>
 void takeChannel(const Generalized& x, int row, std::vector<double>& orders) {
   orders.resize(static_cast<std::size_t>(x.cols()));

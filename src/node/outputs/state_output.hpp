@@ -20,15 +20,15 @@
 
 namespace jackal_aic {
 
-/// What is measured before the first messages.
+/// Measurement before the first messages.
 inline const BodyVector kNotMeasured = BodyVector::Constant(std::numeric_limits<double>::quiet_NaN());
 
-/// Fills in what the loop knows of its state. Does not lock; allocates only where the message had other orders before.
+/// Fills in the state of the loop. Does not lock; allocates only if the message had other orders before.
 /// @param geometry as configured; @param measured by the wheels, and the gyro; NaN: not yet.
 void fillState(const DriveLoop& loop, const GeometryParameters& geometry, const BodyVector& measured,
                const ros::Time& stamp, ControllerState& message);
 
-/// What the surroundings of the loop add to its state.
+/// Part of the state that the loop does not know.
 struct StateRemarks {
   std::string reason;          ///< why the robot is not driven, reason(DriveLoopStatus)
   std::string unheard;         ///< says that the commands have no subscriber; empty: they have one
@@ -39,14 +39,14 @@ struct StateRemarks {
 /// Completes a message that fillState() filled in. @param frame of the body velocity.
 void addRemarks(const StateRemarks& remarks, const std::string& frame, ControllerState& message);
 
-/// What is done, in a word: "driving".
+/// The status in a word: "driving".
 const char* statusName(const ControllerState& state);
 
 /// y_tilde as a message; the header is left to the caller.
 SensorGeneralized sensorMessage(const GeneralizedSensor& measurement);
 
-/// Believed body velocity with its covariance; header left to the caller. What the belief says nothing about has the
-/// variance kUnknownVariance.
+/// Believed body velocity with its covariance; header left to the caller. Components outside the belief have
+/// kUnknownVariance.
 geometry_msgs::TwistWithCovarianceStamped beliefMessage(const PredictiveController& controller);
 
 /// Publishes state, measurement and belief of a drive loop.
@@ -55,7 +55,7 @@ class StateOutput {
   /// Opens the topics in the namespace of `node`. @param parameters of the node; @param loop has to outlive the output.
   StateOutput(ros::NodeHandle& node, const NodeParameters& parameters, const DriveLoop& loop);
 
-  /// The measurement that the controller took last. @param stamp of its message.
+  /// The last measurement of the controller. @param stamp of its message.
   void publishMeasurement(const ros::Time& stamp);
 
   /// The state after an action update, and the belief. @param measured as fillState().

@@ -87,7 +87,7 @@ std::string textOf(const LearnedModel& learned, const LearnedModel& configured) 
   }
   std::string text = "# What the predictive controller learned; read at its start, rewritten while it runs.\n" +
                      yamlBlock("slip", kept);
-  const auto& timing = learned.timing;  // a robot may be slower than anything that is learned
+  const auto& timing = learned.timing;  // a robot may be slower than the range of learning
   if (timing && timing->dead_time <= kLongestTiming.dead_time && timing->lag <= kLongestTiming.lag) {
     text += yamlBlock("drive_train", *timing);
   }

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What was learned about slip and drive train, kept in a YAML file for the next start.
+/// The learned slip and drive train in a YAML file, for the next start.
 
 #include <optional>
 #include <string>

@@ -63,7 +63,7 @@ class ThesisServer : public LiveParameterServer {
   GainServer<ControllerParameters, ControllerGainsConfig> gain_server_;
 };
 
-/// Gains are certified on a robot that is as the controller believes.
+/// Gains are certified on the robot that the controller believes in.
 class PredictiveServer : public LiveParameterServer {
  public:
   PredictiveServer(const ros::NodeHandle& node, const NodeParameters& parameters, const PredictiveParameters& gains,
@@ -152,7 +152,7 @@ class PredictiveServer : public LiveParameterServer {
   LoopExchange& loop_;
   LearnedModel configured_;
   std::string path_;  // of the learned file; empty: none
-  ros::Time kept_;    // when it was written last
+  ros::Time kept_;    // time of the last write
   ros::ServiceServer freeze_service_;
   ros::ServiceServer save_service_;
   GainServer<PredictiveParameters, PredictiveGainsConfig> gain_server_;

@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// What people change in a controller that runs: gains and the variances of its sensors through dynamic_reconfigure,
-/// and services. The same for the node and for the controller of ros_control. Gains are certified by the thread that
-/// serves the requests, so that the thread that drives has nothing to wait for.
+/// Changes of a running controller: gains and sensor variances through dynamic_reconfigure, and services. Shared by the
+/// node and the controller of ros_control. The thread that serves the requests certifies gains, so the driving thread
+/// does not wait.
 
 #include <dynamic_reconfigure/server.h>
 #include <fmt/format.h>
@@ -58,8 +58,8 @@ Config withSettings(Config config, const NamedValues& values) {
   return config;
 }
 
-/// The lower or the upper ends of the ranges of parameters (describeFields) as a config, for clients to be shown.
-/// @param side &Bounds::low or &Bounds::high; @param config keeps what has no range.
+/// The lower or upper bounds of parameters (describeFields) as a config for clients. @param side &Bounds::low or
+/// &Bounds::high; @param config fields without a range stay.
 template <class Config, class Parameters>
 Config rangeOf(const Parameters& parameters, double Bounds::*side, const Config& config) {
   NamedValues ends;
@@ -75,7 +75,7 @@ Config rangeOf(const Parameters& parameters, double Bounds::*side, const Config&
 template <class Parameters, class Config>
 class GainServer {
  public:
-  /// Takes wanted gains over in the place of the running ones. Throws ParameterError with the reason why it does not.
+  /// Adopts gains. Throws ParameterError with the reason of a refusal.
   using Adopt = std::function<void(const Parameters& wanted)>;
 
   /// @param node the controller's namespace; @param section of the parameters in it; @param running gains at the start;
@@ -127,21 +127,21 @@ class GainServer {
   dynamic_reconfigure::Server<Config> server_;
 };
 
-/// Changes of a drive loop, from the threads that serve requests to the one that drives: of each kind the last.
+/// Latest change of each kind of a drive loop, from the serving threads to the driving one.
 class LoopExchange {
  public:
-  // From any thread but the one that drives:
+  // From any thread except the driving one:
   void adoptGains(const ControllerParameters& gains) { hand(thesis_gains_, gains); }      ///< that are certified
   void adoptGains(const PredictiveParameters& gains) { hand(predictive_gains_, gains); }  ///< that are certified
-  void setLearned(const LearnedModel& learned);                ///< to go on from, its values in range
+  void setLearned(const LearnedModel& learned);                ///< restored model, its values in range
   void freezeLearning(bool frozen) { hand(frozen_, frozen); }  ///< stops (true) or resumes learning
-  LearnedModel learned() const;                                ///< what is learned until now, or a moment ago
+  LearnedModel learned() const;                                ///< recent learned model
 
-  /// Has the loop go on with what was asked for. For the thread that drives; does not lock, and allocates only where
-  /// the loop does (DriveLoop::adoptGains() of the thesis' structure).
+  /// Applies the requests to the loop. For the driving thread; does not lock, and allocates only where the loop does
+  /// (DriveLoop::adoptGains() of the thesis' structure).
   void apply(DriveLoop& loop, double now);
 
-  /// Hands what the loop has learned over to the others; for the thread that drives, as apply().
+  /// Hands the learned model over to the other threads; for the driving thread, as apply().
   void tell(const DriveLoop& loop);
 
  private:
@@ -151,13 +151,13 @@ class LoopExchange {
     slot.write(value);
   }
 
-  mutable std::mutex requests_;  // between the threads of these
+  mutable std::mutex requests_;  // between these threads
   Latest<ControllerParameters> thesis_gains_;
   Latest<PredictiveParameters> predictive_gains_;
   Latest<LearnedModel> wanted_model_;
   Latest<bool> frozen_;
   mutable Latest<LearnedModel> believed_model_;
-  mutable LearnedModel learned_{};  // the last that was read
+  mutable LearnedModel learned_{};  // the last read model
 };
 
 /// Serves the changes of the structure that runs until it is destroyed; the baseline has none.
@@ -165,11 +165,11 @@ class LiveParameterServer {
  public:
   virtual ~LiveParameterServer() = default;
 
-  /// To be called now and then, by the thread that serves the requests: with a learned file, writes it every 10 s.
+  /// To be called regularly by the serving thread: writes the learned file every 10 s, if there is one.
   virtual void keep(const ros::Time&) {}
 };
 
-/// Certifies the gains on the plant model, and tells; then serves the changes of the structure that runs, in a
+/// Certifies the gains on the plant model and logs the result. Then serves the changes of the running structure in a
 /// namespace. thesis: dynamic_reconfigure of the gains in `controller`; predictive: in `predictive` and `sensors`, and
 /// the services freeze_learning (std_srvs/SetBool), which stops and resumes learning, and save_learned_model
 /// (std_srvs/Trigger), which writes the learned file at once. With such a file (slip.file) what was learned outlives
@@ -178,26 +178,26 @@ class LiveParameterServer {
 std::unique_ptr<LiveParameterServer> serveLiveParameters(const ros::NodeHandle& node, const NodeParameters& parameters,
                                                          LoopExchange& loop);
 
-/// Serves in a namespace enable (std_srvs/SetBool): false brakes the robot and holds it at rest (StopCause::disabled),
-/// true lets it drive again, by restart_after_stop; and reset (std_srvs/Trigger): restarts a robot at rest
-/// (DriveLoop::start()), which forgets motion and faults, not what was learned of the robot, not what it reports, and
-/// not the pose of the odometry.
+/// Serves enable and reset in a namespace. enable (std_srvs/SetBool): false brakes the robot and holds it at rest
+/// (StopCause::disabled), true permits driving again, by restart_after_stop. reset (std_srvs/Trigger) restarts a robot
+/// at rest (DriveLoop::start()). It forgets motion and faults, and keeps the learned model, the reported status and the
+/// pose of the odometry.
 class DriveServices {
  public:
-  /// What the owner does.
+  /// Actions of the owner.
   struct Actions {
-    std::function<void(bool enabled)> enable;  ///< lets it drive, or holds it
+    std::function<void(bool enabled)> enable;  ///< permits driving, or holds the robot
     std::function<bool()> at_rest;             ///< resting() holds for the command
     std::function<void()> reset;               ///< restarts
   };
 
-  /// @param node the namespace; @param actions by which it serves.
+  /// @param node the namespace; @param actions that carry out the requests.
   DriveServices(const ros::NodeHandle& node, Actions actions);
 
   DriveServices(const DriveServices&) = delete;
   DriveServices& operator=(const DriveServices&) = delete;
 
-  /// True for a command that keeps the robot where it is, but for what noise makes of it.
+  /// True for a command of zero within the noise.
   static bool resting(const WheelCommand& command);
 
  private:

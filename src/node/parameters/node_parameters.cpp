@@ -13,7 +13,7 @@
 namespace jackal_aic {
 namespace {
 
-/// Fills in what the YAML leaves to the URDF.
+/// Fills in the geometry from the URDF where the YAML has none.
 void completeGeometry(bool radius_given, bool track_given, const std::function<std::string()>& robot_description,
                       NodeParameters& parameters) {
   if (radius_given && track_given) return;
@@ -27,7 +27,7 @@ void completeGeometry(bool radius_given, bool track_given, const std::function<s
   if (!radius_given) parameters.geometry.wheel_radius = wheels.wheel_radius;
   if (!track_given) parameters.geometry.effective_track = wheels.track * parameters.robot.track_multiplier;
   try {
-    requireInRange(parameters.geometry, "robot");  // a URDF in millimetres, for one
+    requireInRange(parameters.geometry, "robot");  // for example a URDF in millimetres
   } catch (const ParameterError& error) {
     throw ParameterError(std::string("URDF: ") + error.what());
   }
@@ -60,7 +60,7 @@ FaultParameters readFaults(ParameterMap& map, const SensorNoise& sensors) {
   return faults;
 }
 
-/// The file for what is learned of the slip.
+/// The file of the learned model.
 std::string readSlipFile(ParameterMap& map) {
   std::string path;
   ParameterReader(map, "slip").field("file", path, Presence::optional);
@@ -68,7 +68,7 @@ std::string readSlipFile(ParameterMap& map) {
   throw ParameterError("slip.file = " + quoted(path) + ": must be an absolute path");
 }
 
-/// tf2 knows a frame without the slashes that older configurations begin its name with.
+/// tf2 names frames without the leading slash of older configurations.
 void requireFrame(const char* key, const std::string& frame) {
   if (frame.find_first_not_of('/') != std::string::npos) return;
   throw ParameterError(std::string(key) + " = " + quoted(frame) + ": must be the name of a frame");
@@ -107,7 +107,7 @@ std::string plantModelText(const NodeParameters& parameters) {
   return yamlBlock("plant_model", model);
 }
 
-/// Noise of the sensors, in addition to the gains of a structure that weighs by it.
+/// Sensor noise, for structures that use it.
 std::string sensorText(const SensorNoise& sensors) { return yamlBlock("sensors", sensors); }
 
 /// Runs a reader of the file's keys; its errors name the file.
@@ -165,7 +165,7 @@ std::string configurationText(const NodeParameters& parameters) {
   describeFields(others, options);
   for (const Field& field : others.fields) {
     const auto* words = std::get_if<std::string>(&field.value);
-    if (words != nullptr && words->empty()) continue;  // not given, which no value says
+    if (words != nullptr && words->empty()) continue;  // not given; no number means that
     text += field.name + ": " + yamlValue(field.value) + "\n";
   }
   return text;
@@ -219,7 +219,7 @@ NodeParameters readNodeParameters(ParameterMap map, const std::function<std::str
   map.refuseUnknown();
 
   if (const auto* drive = std::get_if<DifferentialDriveParameters>(&parameters.controller)) {
-    parameters.geometry = drive->geometry();  // as the baseline believes it
+    parameters.geometry = drive->geometry();  // assumed by the baseline
   } else {
     completeGeometry(map.has("robot.wheel_radius"), map.has("robot.effective_track"), robot_description, parameters);
   }

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Everything the controller node is configured with, checked as a whole before a topic is opened, and the YAML files
-/// of a controller and of a plant model, as the command line tools read them. No ROS.
+/// Configuration of the controller node, checked as a whole before a topic is opened. Also the YAML files of a
+/// controller and of a plant model, for the command line tools. No ROS.
 
 #include <array>
 #include <functional>
@@ -45,7 +45,7 @@ void describeFields(Visitor& v, RobotNames& p) {
   v.field("pairing_tolerance", p.pairing_tolerance, {0.0, 0.2}, "s", Presence::optional);
 }
 
-/// Where the odometry goes. YAML prefix `odometry`.
+/// Outputs of the odometry. YAML prefix `odometry`.
 struct OdometryParameters {
   bool publish = true;         ///< on the topic odom
   bool tf = false;             ///< as a transform too, if no other node publishes it
@@ -65,12 +65,12 @@ struct NodeOptions {
   OutputMode output = OutputMode::cmd_drive;  ///< where the commands go: jackal_msgs/Drive on /cmd_drive, Twist on
                                               ///< /cmd_vel, or Float64 per wheel
   bool allow_other_publishers = false;        ///< drive although other nodes publish on the topics of the commands
-  bool allow_multiple_set_points = false;     ///< obey set points although more than one node publishes them
+  bool allow_multiple_set_points = false;     ///< accept set points although more than one node publishes them
   bool belief_timer = true;  ///< run the beliefs at their own rate; false: only when a measurement, a set point or an
                              ///< action needs them, which gives the same numbers for less CPU time
   bool publish_inputs = false;  ///< publish every input of the controller, for an exact replay
-  std::string preset;           ///< name of the preset, for the log and the tools; the launch files set it
-  std::string parameter_files;  ///< files that the parameters came from, for the log
+  std::string preset;           ///< name of the preset, for the log and the tools; set by the launch files
+  std::string parameter_files;  ///< sources of the parameters, for the log
 };
 
 /// Lists the fields of NodeOptions.
@@ -91,32 +91,31 @@ struct NodeParameters : DriveParameters, NodeOptions {
   OdometryParameters odometry;
   std::string slip_file;   ///< absolute path of the YAML file (key slip.file) in which the predictive structure keeps
                            ///< what it learns; empty: it starts from the configured values each time
-  std::string robot_name;  ///< whose plant model it is, in its own words; empty if it does not say
+  std::string robot_name;  ///< name of the robot in the plant model; empty without one
 };
 
-/// Which robot the node takes itself to drive, what it assumes of it, and whether `identify` is due: one line.
+/// One line on the configured robot, the assumptions about it, and whether `identify` is due.
 std::string describeRobot(const NodeParameters& parameters);
 
-/// Reads every key that the configuration of a node may have, for every user of it: the node, the tools, the
-/// experiments. Nothing is checked beyond the ranges, and geometry that is not given stays as it is.
-/// @param parameters values of keys that are not given; gains, variances and settings of the fault detection, which
-/// have defaults of their own, excepted. @throws ParameterError as readNodeParameters(), but for unknown keys, which
-/// the caller refuses: it may know more.
+/// Reads every key of a node's configuration, for the node, the tools and the experiments. Checks ranges only; geometry
+/// that is not given stays.
+/// @param parameters values of keys that are not given; except gains, variances and settings of the fault detection,
+/// which have their own defaults. @throws ParameterError as readNodeParameters(), but for unknown keys, which the
+/// caller checks.
 NodeParameters readConfiguration(ParameterMap& map, NodeParameters parameters = {});
 
-/// Reads and checks all parameters. Geometry that the map does not give is read from the robot's URDF. The keys that
-/// are there choose the structure: controller.* the thesis', predictive.* (with plant_model.*) the predictive one,
-/// diff_drive.* the open-loop baseline.
+/// Reads and checks all parameters. Geometry that the map does not give is read from the robot's URDF. The given keys
+/// select the structure: controller.* the thesis', predictive.* (with plant_model.*) the predictive one, diff_drive.*
+/// the open-loop baseline.
 /// @param map parameters of the node; @param robot_description returns the URDF text, or an empty text if there is
 /// none; called only if geometry is missing.
-/// @throws ParameterError, one line, if a key is missing, unknown, of the wrong type or out of range, if the keys are
-/// those of two structures or of none, if the URDF is needed and absent or unusable, if the belief update diverges, or
-/// if the closed loop is unstable on the plant model (keys plant_model.*, for the thesis' structure optional as a
-/// whole).
+/// @throws ParameterError, one line, if a key is missing, unknown, of the wrong type or out of range, or if the keys
+/// belong to two structures or to none. Also if a needed URDF is absent or unusable, if the belief update diverges, or
+/// if the closed loop is unstable on the plant model (plant_model.*, which the thesis' structure does not need).
 NodeParameters readNodeParameters(ParameterMap map, const std::function<std::string()>& robot_description);
 
-/// The YAML text of parameters from which readNodeParameters() makes the same ones again, without a URDF; but for
-/// slip_file, which belongs to a machine. @throws ParameterError as yamlNumber().
+/// Parameters as YAML text that readNodeParameters() reads back without a URDF. Without slip_file, which belongs to a
+/// machine. @throws ParameterError as yamlNumber().
 std::string configurationText(const NodeParameters& parameters);
 
 /// Gains of a structure that can be certified, and changed while it drives.

@@ -17,7 +17,7 @@ double number(XmlRpcValue& value) {
   return value.getType() == XmlRpcValue::TypeInt ? static_cast<int>(value) : static_cast<double>(value);
 }
 
-/// The number that a text is for every reader but rosparam: YAML 1.1 takes 1.0e+8, but not 1e8, for one.
+/// The number in a text: rosparam, with YAML 1.1, reads 1.0e+8 as a number but 1e8 as a text.
 std::optional<double> exponential(const std::string& text) {
   if (text.find_first_of("eE") == std::string::npos || text.find_first_of("0123456789") == std::string::npos ||
       text.find_first_not_of("0123456789+-.eE") != std::string::npos) {

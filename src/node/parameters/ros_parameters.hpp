@@ -12,8 +12,8 @@
 
 namespace jackal_aic {
 
-/// What the parameter server has below a name, nested names joined by dots, by the rules of addYamlText(): a text that
-/// only YAML 1.1 does not take for a number (1e8) is one. An empty map if it is no struct.
+/// Parameters below a name, nested names joined by dots, by the rules of addYamlText(): 1e8, a text in YAML 1.1, is a
+/// number. An empty map if the value is no struct.
 /// @throws ParameterError, naming the key, for a value that is not a bool, number, string or flat list of numbers or
 /// strings, or an empty struct.
 ParameterMap parametersIn(XmlRpc::XmlRpcValue root);
@@ -29,8 +29,8 @@ std::string urdfIn(XmlRpc::XmlRpcValue value, const std::string& key);
 /// @throws ParameterError as urdfIn().
 std::string robotDescription(const ros::NodeHandle& node);
 
-/// The parameter tf_prefix of the nearest enclosing namespace, by which several robots tell their frames apart; empty
-/// if there is none.
+/// The parameter tf_prefix of the nearest enclosing namespace, which separates the frames of several robots; empty
+/// without one.
 std::string tfPrefix(const ros::NodeHandle& node);
 
 /// A frame with a prefix before it: "robot1" and "odom" give "robot1/odom". A frame that begins with a slash is its own

@@ -12,10 +12,10 @@ namespace {
 /// Wall time between looks at the clock [s].
 constexpr double kClockPeriod = 0.5;
 
-/// Wall time between looks at what there is to tell or to keep [s].
+/// Wall time between log lines and writes of the learned file [s].
 constexpr double kReportPeriod = 0.05;
 
-/// The changes, which know what the loop has learned.
+/// Changes, with the learned model of the loop.
 LoopExchange& withLearned(LoopExchange& changes, const DriveLoop& loop) {
   changes.tell(loop);
   return changes;
@@ -74,7 +74,7 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
   }
   action_timer_ = node_.createTimer(ros::Duration(controller.actionStep()), &ControllerNode::onActionTimer, this);
   setActionTimer(currentTime() + controller.actionStep());
-  // A clock that is set back holds up the action timer until it is set again.
+  // A clock that is set back stalls the action timer until the timer is set again.
   clock_timer_ =
       node_.createWallTimer(ros::WallDuration(kClockPeriod), [this](const ros::WallTimerEvent&) { currentTime(); });
   const auto tell = [this](const ros::WallTimerEvent&) {
@@ -168,7 +168,7 @@ void ControllerNode::onActionTimer(const ros::TimerEvent&) {
 
 void ControllerNode::setActionTimer(double due) {
   action_due_ = due;
-  // Set for each action: a timer whose period is changed on its way fires at times of its own.
+  // Set for each action, because a timer with a changed period keeps its old due time.
   action_timer_.setPeriod(ros::Duration(std::max(0.0, due - ros::Time::now().toSec())));
 }
 
@@ -231,7 +231,7 @@ void ControllerNode::reportStatus() {
                      loop_.controller().freeEnergy(), others_.masterReachable(), missing});
 }
 
-/// Who else publishes commands or set points, and what to do about it.
+/// Other publishers of commands or set points, with a remedy.
 std::string ControllerNode::contender() const {
   const bool rivals = loop_.status().decision.cause == StopCause::set_points_rival;
   return rivals ? set_points_.rivals() + "; end one, or set allow_multiple_set_points" : others_.text();

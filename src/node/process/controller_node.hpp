@@ -31,9 +31,9 @@
 
 namespace jackal_aic {
 
-/// Runs the drive loop on ROS time: an action timer, and unless the beliefs catch up on demand a belief timer, at
-/// their rates. All callbacks run in one thread, but for what takes longer than a period: changes of gains, which are
-/// certified first, and diagnostics have a thread of their own, and hand over between two actions.
+/// Runs the drive loop on ROS time: an action timer, and unless the beliefs catch up on demand a belief timer, at their
+/// rates. All callbacks run in one thread. Changes of gains, which are certified first, and diagnostics take longer
+/// than a period: they run in another thread and hand over between two actions.
 class ControllerNode {
  public:
   /// Opens the topics in the namespace of `node`, the services in that of `private_node`, and starts the timers.
@@ -46,10 +46,10 @@ class ControllerNode {
   /// True if the last command was zero.
   bool atRest() const { return loop_.command() == WheelCommand{}; }
 
-  /// True if the robot is not one for the output: the node is to end, and has said why.
+  /// True if the output does not suit the robot: the node has logged it and ends.
   bool refused() const { return refused_; }
 
-  /// Publishes a zero command, for the end of the node; nothing while another node has the motors.
+  /// Publishes a zero command, for the end of the node; nothing while another node drives the motors.
   void publishStop();
 
  private:
@@ -77,7 +77,7 @@ class ControllerNode {
   SkidSteerKinematics kinematics_;
   DriveLoop loop_;
 
-  // Between the thread that drives and that of the requests.
+  // Between the driving and the serving thread.
   LoopExchange changes_;
   DiagnosticsOutput diagnostics_;
 
@@ -92,7 +92,7 @@ class ControllerNode {
   tf2_ros::TransformListener frame_listener_;
   SensorPairing sensors_;
   RobotReports robot_;
-  std::optional<AppliedCommands> applied_;  // where another source may drive
+  std::optional<AppliedCommands> applied_;  // if another source may drive
   OtherPublishers others_;
   ros::Time last_now_;   // of the last callback, to notice a clock that jumps back
   std::string unheard_;  // CommandOutput::complaint() of the last action

@@ -9,12 +9,12 @@
 
 namespace jackal_aic {
 
-/// Three slots: one is written, one is read, one is on its way. For one writing and one reading thread. Neither side
+/// Three slots: one is written, one is read, one is in transit. For one writing and one reading thread. Neither side
 /// locks or allocates; a value that was not read before the next was written is lost.
 template <class T>
 class Latest {
  public:
-  /// @param initial value of all slots, so that values of its size need no memory.
+  /// @param initial value of all slots, so that values of its size need no allocation.
   explicit Latest(const T& initial = {}) : slots_{initial, initial, initial} {}
 
   /// Hands a value over.

@@ -12,7 +12,7 @@ namespace {
 constexpr double kPatience = 0.5;  // s; beyond the longest brake
 constexpr double kLook = 0.5;      // s between looks for the robot's description
 
-/// The URDF, which the robot's bringup sets; the node waits for it. Empty if the node is to end meanwhile.
+/// Waits for the URDF, which the robot's bringup sets. Empty if the node ends meanwhile.
 std::string awaitRobotDescription(const ros::NodeHandle& node) {
   std::string urdf = jackal_aic::robotDescription(node);
   if (urdf.empty()) ROS_WARN("No robot_description yet: start the robot's bringup first. Waiting for it");
@@ -49,7 +49,7 @@ int main(int argc, char** argv) {
     jackal_aic::ControllerNode node(handle, private_handle, parameters);
     stop.spinUntilRequested();
     node.brake();
-    // A simulation may stand still, and never come to rest.
+    // A paused simulation never comes to rest.
     stop.spinWhile([&] { return !node.atRest(); }, parameters.gate.brake.time + kPatience);
     node.publishStop();
     if (node.atRest()) {

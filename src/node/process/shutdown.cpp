@@ -19,7 +19,7 @@ static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only
 
 void onSignal(int) { end_requested = signalled = true; }
 
-/// A word of a request from any sender.
+/// A text in a request from any sender.
 std::string word(XmlRpc::XmlRpcValue& request, int i) {
   const bool given = request.getType() == XmlRpc::XmlRpcValue::TypeArray && request.size() > i &&
                      request[i].getType() == XmlRpc::XmlRpcValue::TypeString;
@@ -40,7 +40,7 @@ void onShutdownRequest(XmlRpc::XmlRpcValue& request, XmlRpc::XmlRpcValue& result
 }
 
 constexpr double kWait = 0.01;   // s between looks at the request while no callback is due
-constexpr double kFlush = 0.15;  // s; roscpp writes to its connections from a thread of its own and offers no flush
+constexpr double kFlush = 0.15;  // s; roscpp writes to its connections in its own thread and has no flush
 
 }  // namespace
 

@@ -24,8 +24,7 @@ class StopRequest {
   /// True if the master requested it: another node has taken the name of this one.
   static bool nameTaken();
 
-  /// Waits for SIGINT or SIGTERM, with roscpp shut down: a process that is started again when it ends would take the
-  /// name back.
+  /// Waits for SIGINT or SIGTERM with roscpp shut down, because a restarted process would take the name back.
   static void waitForSignal();
 
   /// Serves callbacks until the end is requested or roscpp is shut down by other means.
@@ -34,7 +33,7 @@ class StopRequest {
   /// Serves callbacks while a condition holds, for at most `longest` of wall time [s].
   void spinWhile(const std::function<bool()>& condition, double longest);
 
-  /// Waits until what was published last has been handed to the subscribers, then shuts roscpp down.
+  /// Waits until the last messages have been sent to the subscribers, then shuts roscpp down.
   void flush();
 };
 

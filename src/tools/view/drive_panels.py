@@ -1,4 +1,4 @@
-"""The panels in which a drive is shown: from a recording and live."""
+"""The panels of a drive: recorded or live."""
 
 import math
 import operator
@@ -26,7 +26,7 @@ def start(program, **options):
 
 
 class Drive:
-    """What a controller did over time, from its states (jackal_aic/ControllerState), and the true motion if that is known."""
+    """A drive over time: states of a controller (jackal_aic/ControllerState), and the true motion if known."""
 
     SCALARS = ('set_point_forward', 'set_point_yaw_rate', 'measured_forward', 'measured_yaw_rate', 'command_left',
                'command_right', 'free_energy')
@@ -43,7 +43,7 @@ class Drive:
         self.true_time, self.true_forward, self.true_yaw_rate = [], [], []
 
     def add_state(self, state):
-        """Takes a ControllerState. After a clock that jumped back it starts again."""
+        """Adds a ControllerState. Starts again after the clock jumped back."""
         time = state.header.stamp.to_sec()
         if self.time and time < self.time[-1]:
             self.__init__(self.window)
@@ -55,7 +55,7 @@ class Drive:
         self._forget(self.time, [self.reasons, *self.columns.values()])
 
     def add_truth(self, odometry):
-        """Takes a nav_msgs/Odometry of the true motion, twist in the robot's frame."""
+        """Adds a nav_msgs/Odometry of the true motion, twist in the robot's frame."""
         time = odometry.header.stamp.to_sec()
         if self.true_time and time < self.true_time[-1]:
             return
@@ -65,7 +65,7 @@ class Drive:
         self._forget(self.true_time, [self.true_forward, self.true_yaw_rate])
 
     def _forget(self, time, lists):
-        """Drops what is older than the window, at most a tenth of it too late."""
+        """Drops values older than the window, up to a tenth of it late."""
         if time[-1] - time[0] <= 1.1 * self.window:
             return
         keep = next(i for i, t in enumerate(time) if t >= time[-1] - self.window)
@@ -73,7 +73,7 @@ class Drive:
             del values[:keep]
 
     def stops(self):
-        """(begin, end, reason) of each stretch in which something kept the robot from driving."""
+        """(begin, end, reason) of each stretch in which the robot was kept from driving."""
         begin = None
         for i, reason in enumerate(self.reasons):
             if begin is not None and reason != self.reasons[begin]:
@@ -109,7 +109,7 @@ LEAST_LABELLED = 0.08  # of the time shown
 
 
 def label_stops(axes, drive, origin):
-    """Writes the reasons above the grey areas: each within the axes, none twice in a row, none on another one."""
+    """Writes the reasons above the grey areas: within the axes, without repetition or overlap."""
     low, high = axes.get_xlim()
     free, said = 0.0, ''
     for begin, end, reason in drive.stops():

@@ -82,14 +82,97 @@ class Report(unittest.TestCase):
             self.assertIn(f'| {words} | {theirs:g} s | {kept:.2g} s | {printed:.2g} s |', page)
 
     def test_the_notes_say_what_the_runs_say(self):
-        notes = {name: ' '.join(experiment.get('note', '').split()) for name, experiment in self.results.experiments.items()}
+        checks = {'table_3-1b': self.drive_acceleration, 'figure_3-4': self.drive_acceleration, 'figure_5-24': self.drive_acceleration,
+                  'figure_4-4': self.gain_of_4_4, 'figure_5-1': self.noise_of_5_1, 'table_5-10': self.period, 'newton': self.newton,
+                  'orders': self.variances, 'predictive_perturbations': self.open_loop, 'predictive_squares': self.squares,
+                  'slip_turns': self.tracks, 'sliding_speed': self.wheels_that_slide}
+        notes = {name: experiment['note'] for name, experiment in self.results.experiments.items() if 'note' in experiment}
+        self.assertLessEqual(set(notes), set(checks), 'a note needs a check')
+        self.assertGreaterEqual(len(notes), 10)
+        for name, note in notes.items():
+            with self.subTest(name):
+                checks[name](' '.join(note.split()))
+
+    def test_a_note_that_the_runs_do_not_support_is_found(self):
+        run = claims.pick(self.results.runs['newton'], integrator='euler', tau=0.01)
+        run.row['bounded'], kept = '1', run.row['bounded']
+        with self.assertRaises(AssertionError):
+            self.newton('Euler diverges with it kappa_mu = 1000')
+        run.row['bounded'] = kept
+
+    def drive_acceleration(self, note):
+        rise = claims.pick(self.results.comparable('table_3-1b'), step_mps=1.0)['rise_s']
+        self.assertIn(f'accelerates by {0.8 / rise:.1f} m/s^2 here', note)
+        printed = next(row['rise'] for row in self.results.tables['3-1a']['rows'] if row['step'] == 1.0)
+        self.assertIn(f'motors do {0.8 / printed:.1f} m/s^2 in Table 3-1a', note)
         published = float(row('step', '--controller', 'diff_drive', '--plant', 'ground', '--step', '0.5')['settling_s'])
-        for name in ('table_3-1b', 'figure_3-4', 'figure_5-24'):
-            self.assertIn(f'it settles in {published:.2f} s at 0.5 m/s', notes[name])
-        self.assertIn('With 4 s our standard controller reaches the set point too', notes['table_5-10'])
+        self.assertIn(f'it settles in {published:.2f} s at 0.5 m/s', note)
+
+    def gain_of_4_4(self, note):
+        for run in self.results.runs['figure_4-4']:
+            self.assertIn(f'kappa_a = {run["kappa_a"]:g} is ours', note)
+
+    def noise_of_5_1(self, note):
+        self.assertIn('with sensor noise is compared with the plant without', note)
+        self.assertEqual({run.label for run in self.results.runs['figure_5-1']}, {'with noise', 'without noise'})
+
+    def period(self, note):
+        self.assertIn(f'The period of {self.results.experiments["table_5-10"]["period"]} s is ours', note)
+        self.assertIn('With 4 s our standard controller reaches the set point too', note)
         square = row('square', '--controller', 'standard', '--plant', 'box', '--min', '0.1', '--max', '0.5', '--period', '4',
                      '--set', 'controller.printed=true')
         self.assertLess(abs(float(square['steady_error_pct'])), 1.0)
+
+    def newton(self, note):
+        self.assertIn('Euler diverges with it', note)
+        for run in self.results.runs['newton']:
+            self.assertIn(f'kappa_mu = {run["kappa_mu"]:g}', note)
+            self.assertEqual(run.bounded, run['integrator'] == 'exact')
+
+    def variances(self, note):
+        self.assertIn('go on doubling (states) or stay at 1e5 (measurements)', note)
+        gains = self.results.config('standard')['controller']
+        for run in self.results.experiments['orders']['runs']:
+            states, sensors = (run['set'][f'controller.{name}_variances'] for name in ('state', 'sensory'))
+            self.assertEqual((states[:4], sensors[:4]), (gains['state_variances'], gains['sensory_variances']))
+            self.assertEqual((states[3:], sensors[3:]), ([8, 16, 32], [1e5] * 3))
+
+    def open_loop(self, note):
+        self.assertIn('The open loop knows the gain of its wheels.', note)
+        runs = [run for run in self.results.runs['predictive_perturbations'] if run['controller'] == 'diff_drive' and 'gain' in run.label]
+        self.assertEqual(len(runs), 4)
+        for run in runs:
+            self.assertLess(abs(run['steady_error_pct']), 0.5, run.label)
+
+    def squares(self, note):
+        self.assertIn(f'{self.results.experiments["table_5-10"]["period"]} s is that of our Table 5-10', note)
+        self.assertIn('with 4 s every controller settles in half a period', note)
+        for label in {run.label for run in self.results.runs['predictive_squares']}:
+            runs = [run for run in self.results.runs['predictive_squares'] if run.label == label]
+            least = claims.pick(runs, controller='plant_limit')['tracking_rms_mps']
+            self.assertEqual(least, min(run['tracking_rms_mps'] for run in runs), label)
+            for run in runs if label.endswith('4 s') else ():
+                self.assertLess(run['settling_s'], 2.0, run['controller'])
+
+    def tracks(self, note):
+        turns = [run for run in self.results.runs['slip_turns'] if run['step_mps'] == 0.0 and run['controller'] == 'predictive']
+        self.assertEqual(len(turns), 6)
+        true = self.results.experiments['belief_accuracy']['kalman_filter_track']
+        self.assertIn(f'in place, is {true} m', note)
+        for factor, configured in ((1.25, 0.4376), (0.75, 0.7293)):
+            self.assertIn(f'{configured} m', note)
+            self.assertAlmostEqual(true / configured, factor, delta=0.001)
+        for run in turns:
+            self.assertAlmostEqual(run['effective_track'], true, delta=0.02 * true)
+            self.assertAlmostEqual(run.series('velocity_mps')[0][-1], 0.5 + 3.5, delta=0.05)
+
+    def wheels_that_slide(self, note):
+        self.assertIn('(friction 0.1 and 0.07, the wall)', note)
+        self.assertIn('At friction 0.15, with three times the noise and in the arcs', note)
+        for run in self.results.runs['sliding_speed']:
+            wheels, belief = (run.error(column, 'velocity_mps') for column in ('measured_mps', 'belief_mps'))
+            slides = run.label in ('friction 0.1', 'friction 0.07', 'against a wall')
+            self.assertEqual(wheels > 0.01 and belief < 0.8 * wheels, slides, run.label)
 
 
 if __name__ == '__main__':

@@ -1,0 +1,81 @@
+#!/usr/bin/env python3
+"""Figures of doc/concepts: certificate.png and drive_gate.png.
+
+Usage: plot_concepts.py DIRECTORY
+"""
+
+import pathlib
+import sys
+
+import matplotlib
+
+matplotlib.use('Agg')
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy  # noqa: E402
+
+import jackal_aic  # noqa: E402
+
+# Okabe and Ito's palette: distinct for every kind of colour vision.
+BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION = '#000000', '#E69F00', '#56B4E9', '#009E73', '#0072B2', '#D55E00'
+
+WHEEL_RADIUS = 0.098  # m
+
+
+def save(figure, path):
+    figure.tight_layout()
+    figure.savefig(path, dpi=100, metadata={'Software': None})
+    plt.close(figure)
+
+
+def certificate(path):
+    """Limit of stability on the ground: factor of the gain against extra dead time, at the worst of five phases."""
+    gains, delays = numpy.linspace(0.0, 4.0, 41), numpy.linspace(-0.08, 0.32, 41)
+    figure, axis = plt.subplots(figsize=(5.6, 3.2))
+    for controller, colour in (('predictive', BLUE), ('improved', VERMILION)):
+        loop = jackal_aic.linear_loops('ground', controller)[0]
+        radius = [[max(loop.spectral_radius(gain, delay, phase) for phase in numpy.linspace(0.0, loop.longest_phase, 5)) for gain in gains] for delay in delays]
+        axis.contour(gains, 1e3 * delays, numpy.array(radius), levels=[1.0], colors=[colour])
+        margins = loop.certify()
+        axis.plot([], [], color=colour, label=controller)
+        axis.plot([margins.gain_margin], [0.0], 's', color=colour, markersize=5)
+        axis.plot([1.0], [1e3 * margins.delay_margin], 'o', color=colour, markersize=5)
+    axis.plot([], [], 's', color=BLACK, markersize=5, label='gain margin')
+    axis.plot([], [], 'o', color=BLACK, markersize=5, label='delay margin')
+    axis.plot([1.0], [0.0], '+', color=BLACK, markersize=9, label='the model')
+    axis.text(0.15, -60, 'stable')
+    axis.text(2.6, 110, 'unstable')
+    axis.set_xlabel('factor of the gain')
+    axis.set_ylabel('extra dead time [ms]')
+    axis.grid(alpha=0.3)
+    axis.legend(loc='upper right', fontsize=8)
+    save(figure, path)
+
+
+def drive_gate(path):
+    """Command and true speed of a robot that loses its wheel speeds for a second, and of one whose right wheels are blocked for two."""
+    cases = (('Stop: wheel speeds missing from 2 to 3 s', jackal_aic.Fault('lost', 2.0, 'all', 0.0, 1.0)),
+             ('Fault: right wheels blocked from 2 to 4 s', jackal_aic.Fault('blocked', 2.0, 'right', 0.0, 2.0)))
+    figure, axes = plt.subplots(1, 2, figsize=(9.0, 3.0), sharey=True)
+    for axis, (title, fault) in zip(axes, cases):
+        drive = jackal_aic.simulate('ground', jackal_aic.Parameters('predictive', 'ground'), [(0.5, 1.0, 0.0)], duration=6.0, faults=fault)
+        axis.plot(drive.time, drive.set_speed, '--', color=BLACK, linewidth=0.8, label='set point')
+        axis.plot(drive.time, WHEEL_RADIUS * 0.5 * (drive.command_left + drive.command_right), color=VERMILION, label='command')
+        axis.plot(drive.time, drive.speed, color=BLUE, label='true speed')
+        axis.set_title(title, fontsize=10)
+        axis.set_xlabel('time [s]')
+        axis.grid(alpha=0.3)
+    axes[0].set_ylabel('forward speed [m/s]')
+    axes[0].legend(loc='lower left', fontsize=8)
+    save(figure, path)
+
+
+def main():
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    directory = pathlib.Path(sys.argv[1])
+    certificate(directory / 'certificate.png')
+    drive_gate(directory / 'drive_gate.png')
+
+
+if __name__ == '__main__':
+    main()
