@@ -68,20 +68,16 @@ class StartAndStop(unittest.TestCase):
 
     def test_a_learned_file_that_cannot_be_used_is_put_aside_and_the_robot_drives(self):
         outdated = 'slip: {effective_track: 0.6, slip_factor: 1.0, told_track: 0.7}'
-        with tempfile.TemporaryDirectory() as folder:
-            learned = os.path.join(folder, 'slip.yaml')
-            with open(learned, 'w') as stream:
-                stream.write(outdated)
-            configure('outdated', 'predictive', 'plant_model')
-            rospy.set_param('/outdated/slip/file', learned)
-            process = self.ready('outdated')
-            self.drive(0.5)
-            said = process.errors()
-            self.assertIn('slip.told_track', said)
-            self.assertIn('Learning starts from the configuration, and the file is now {}.old'.format(learned), said)
-            with open(learned + '.old') as stream:
-                self.assertEqual(stream.read(), outdated)
-            self.end(process)
+        self.file.write_text(outdated)
+        configure('outdated', 'predictive', 'plant_model')
+        rospy.set_param('/outdated/slip/file', str(self.file))
+        process = self.ready('outdated')
+        self.drive(0.5)
+        said, aside = process.errors(), self.file.with_name('slip.yaml.old')
+        self.assertIn('slip.told_track', said)
+        self.assertIn('Learning starts from the configuration, and the file is now {}'.format(aside), said)
+        self.assertEqual(aside.read_text(), outdated)
+        self.end(process)
 
     def test_a_signal_stops_the_robot_by_its_brake(self):
         for number, speed in ((signal.SIGTERM, 0.5), (signal.SIGINT, 1.5)):
