@@ -114,7 +114,7 @@ DriveRecording withoutSpikes(DriveRecording recording) {
         recording.wheels, thresholds::kMoving, [side](auto& sample) -> auto& { return sample.speed.*side; });
   }
   const std::size_t yaw = mendSpikes(
-      recording.yaw, thresholds::kTurning, [](auto& sample) -> auto& { return sample.yaw_rate; });
+      recording.yaw, thresholds::kRest, [](auto& sample) -> auto& { return sample.yaw_rate; });
   const auto remark = [&](std::size_t spikes, const char* name, std::size_t samples) {
     if (spikes == 0) return;
     recording.remarks.push_back(fmt::format("spikes: {} of {} {} left out", spikes, samples, name));

@@ -28,6 +28,7 @@ constexpr double kFastest = 3.0;        // m/s^2, of wheels that bring the body 
 constexpr double kScale = 0.1;          // of Delta v_w: scale of the accelerometer, and a body that pitches
 constexpr double kCentre = 0.2;         // m, by which the centre of turning may lie elsewhere
 constexpr double kQuiet = 0.2;          // s, of constant speed of body and wheels
+constexpr double kHeldTurn = 0.3;       // rad/s, largest turn of a body that is held
 constexpr double kTurnedBack = 0.4;     // s, in which a reversing turn passes zero
 constexpr double kLetGo = 0.4;          // s, in which a body that is let go comes to its wheels
 constexpr double kLongestSlide = 3.0;   // s; a longer slide is an error of the accelerometer
@@ -180,7 +181,7 @@ void TractionBelief::learnFilters(const Change& window, double step) {
 }
 
 /// A body that is held does not turn.
-bool TractionBelief::turns(const Change& change) { return change.turning > square(thresholds::kTurning) * change.time; }
+bool TractionBelief::turns(const Change& change) { return change.turning > square(kHeldTurn) * change.time; }
 
 void TractionBelief::predict(double step) {
   if (traction_ == Traction::slides) speed_ += step * std::clamp(latest_, -kGravity, kGravity);
