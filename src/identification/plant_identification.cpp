@@ -7,10 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 #include <utility>
 
-#include "jackal_aic/model/thresholds.hpp"
 #include "wheel_fit.hpp"
 
 namespace jackal_aic {
@@ -18,16 +16,20 @@ namespace {
 
 using namespace identification;
 
+constexpr double kLeastCommand = 0.5;       // rad/s, commands below this excite nothing
 constexpr int kLeastSteps = 2;              // changes of the command
 constexpr std::size_t kLeastSamples = 100;  // wheel samples, 2 s at 50 Hz
+constexpr double kLeastDifference = 0.5;    // rad/s between the sides, to count as a turn
 constexpr int kLeastTurnSamples = 25;
 // Range of effective track / wheel radius, for a slip factor of 1. Skid-steer robots have about 6. Their wheels are
 // further apart than one is high, and a turn makes the track at most five times as wide.
 constexpr double kSmallestTrack = 2.0, kLargestTrack = 20.0;
 constexpr double kGap = 0.5;            // s without wheel speeds or without commands, at which a recording is cut
 constexpr double kLeastStretch = 1.5;   // s, shortest usable part between two gaps
+constexpr double kUnknownStart = 0.6;   // s at the start of a part, in which commands act that were sent before it
 constexpr double kLeastMotion = 0.05;   // wheel speed / command (RMS), below which a wheel never turns
-constexpr double kCorrelated = 0.5;     // correlation of two signals that is no chance
+constexpr double kOpposed = -0.5;       // correlation of wheel and command, below which one of them is inverted
+constexpr double kExchanged = 0.3;      // correlation by which the other side's command explains a wheel better
 constexpr double kLeastRSquared = 0.9;  // share of the variance of the wheel speeds that the model has to explain
 constexpr double kClipped = 0.9;        // sum of squares with / without clipping, below which the motors are clipped
 constexpr double kUnexplained = 0.5;    // residual / deviation of the wheel speeds, above which a block is cut
@@ -76,13 +78,14 @@ void checkValues(const DriveRecording& recording) {
 /// @param value the value of a sample; @param least smallest jump beyond any noise. @returns the number of spikes.
 template <class Sample, class Value>
 std::size_t mendSpikes(std::vector<Sample>& series, double least, const Value& value) {
+  constexpr std::size_t kAround = 5;  // samples of a median
   constexpr std::size_t kSide = 2;    // of them on either side
   constexpr double kUnlikely = 12.0;  // least distance from the local median, in median distances
   constexpr std::size_t kRare = 20;   // samples for each spike; more frequent jumps are no spikes
   if (series.size() <= 2 * kSide) return 0;
   std::vector<Sample> mended = series;
   const auto medianAt = [&](std::size_t i) {
-    std::array<double, 2 * kSide + 1> around{};
+    std::array<double, kAround> around{};
     for (std::size_t j = 0; j < around.size(); ++j) around[j] = value(mended[i + j - kSide]);
     std::nth_element(around.begin(), around.begin() + kSide, around.end());
     return around[kSide];
@@ -108,13 +111,14 @@ std::size_t mendSpikes(std::vector<Sample>& series, double least, const Value& v
 
 /// A recording without its spikes, with a remark on them.
 DriveRecording withoutSpikes(DriveRecording recording) {
+  constexpr double kLeastWheel = 0.5, kLeastYaw = 0.2;  // rad/s
   std::size_t wheels = 0;
   for (const Component side : {&WheelCommand::left, &WheelCommand::right}) {
     wheels += mendSpikes(
-        recording.wheels, thresholds::kMoving, [side](auto& sample) -> auto& { return sample.speed.*side; });
+        recording.wheels, kLeastWheel, [side](auto& sample) -> auto& { return sample.speed.*side; });
   }
   const std::size_t yaw = mendSpikes(
-      recording.yaw, thresholds::kTurning, [](auto& sample) -> auto& { return sample.yaw_rate; });
+      recording.yaw, kLeastYaw, [](auto& sample) -> auto& { return sample.yaw_rate; });
   const auto remark = [&](std::size_t spikes, const char* name, std::size_t samples) {
     if (spikes == 0) return;
     recording.remarks.push_back(fmt::format("spikes: {} of {} {} left out", spikes, samples, name));
@@ -139,7 +143,7 @@ int commandSteps(const DriveRecording& recording, Component side) {
   double previous = 0.0;
   for (const auto& sample : recording.commands) {
     const double command = sample.command.*side;
-    if (std::abs(command - previous) < thresholds::kMoving) continue;
+    if (std::abs(command - previous) < kLeastCommand) continue;
     ++steps;
     previous = command;
   }
@@ -153,20 +157,52 @@ void checkExcitation(const DriveRecording& recording) {
   const char* side = left >= kLeastSteps ? " of the right wheels" : right >= kLeastSteps ? " of the left wheels" : "";
   throw IdentificationError(
       fmt::format("wheel commands: no excitation{} ({} steps of {:g} rad/s or more, at least {} are needed)", side,
-                  std::min(left, right), thresholds::kMoving, kLeastSteps));
+                  std::min(left, right), kLeastCommand, kLeastSteps));
 }
 
-/// Fastest speed of the wheels [rad/s], the mean of those within 3 % of the largest: motors may be clipped there.
-double fastestSpeed(const DriveRecording& recording) {
-  double largest = 0.0, sum = 0.0, count = 0.0;
-  for (const auto& sample : recording.wheels)
-    largest = std::max(largest, sample.speed.vector().lpNorm<Eigen::Infinity>());
-  for (const auto& sample : recording.wheels) {
-    const auto fast = sample.speed.vector().array().abs();
-    sum += (fast > 0.97 * largest).select(fast, 0.0).sum();
-    count += static_cast<double>((fast > 0.97 * largest).count());
+/// A stretch of constant command that the wheel had time to answer.
+struct Plateau {
+  double command;  ///< [rad/s]
+  double speed;    ///< mean measured wheel speed at its end [rad/s]
+};
+
+/// Plateaus of one wheel: commands held for at least 0.8 s, answered by the mean over their last 0.2 s.
+std::vector<Plateau> plateaus(const DriveRecording& recording, Component side) {
+  constexpr double kHeld = 0.8, kMean = 0.2;
+  std::vector<Plateau> found;
+  for (std::size_t i = 0; i < recording.commands.size();) {
+    const double command = recording.commands[i].command.*side;
+    std::size_t end = i;
+    while (end < recording.commands.size() && recording.commands[end].command.*side == command) ++end;
+    const double stop = end < recording.commands.size() ? recording.commands[end].time : recording.wheels.back().time;
+    if (std::abs(command) >= kLeastCommand && stop - recording.commands[i].time >= kHeld) {
+      double sum = 0.0;
+      int count = 0;
+      auto wheels = std::upper_bound(recording.wheels.begin(), recording.wheels.end(), stop - kMean,
+                                     [](double time, const WheelSample& sample) { return time < sample.time; });
+      for (; wheels != recording.wheels.end() && wheels->time <= stop; ++wheels) {
+        sum += wheels->speed.*side;
+        ++count;
+      }
+      if (count > 0) found.push_back({command, sum / count});
+    }
+    i = end;
   }
-  return sum / count;
+  return found;
+}
+
+/// Wheel speed at which the motors may be clipped: where the fastest plateaus fall short of the gain of the slower
+/// ones. Infinite if none does. Plateaus are few and noisy: a fit has to confirm it.
+double clippedSpeed(const DriveRecording& recording) {
+  std::vector<Plateau> all = plateaus(recording, &WheelCommand::left);
+  const auto right = plateaus(recording, &WheelCommand::right);
+  all.insert(all.end(), right.begin(), right.end());
+  if (all.size() < 2) return HUGE_VAL;
+  std::sort(all.begin(), all.end(),
+            [](const Plateau& a, const Plateau& b) { return std::abs(a.command) < std::abs(b.command); });
+  const auto ratio = [](const Plateau& p) { return p.speed / p.command; };
+  const double slow = ratio(all.front()), fast = ratio(all.back());
+  return fast < 0.93 * slow ? std::abs(all.back().speed) : HUGE_VAL;
 }
 
 /// Remarks on unexplained driving and on clipped motors.
@@ -176,8 +212,8 @@ void remarkOnCommands(const DriveRecording& recording, double speed_limit, std::
     fastest = std::max({fastest, sample.command.left, sample.command.right});
     slowest = std::min({slowest, sample.command.left, sample.command.right});
   }
-  if (slowest > -thresholds::kMoving) remarks.push_back("one-sided: the wheels were only driven forward");
-  if (fastest < thresholds::kMoving) remarks.push_back("one-sided: the wheels were only driven backward");
+  if (slowest > -kLeastCommand) remarks.push_back("one-sided: the wheels were only driven forward");
+  if (fastest < kLeastCommand) remarks.push_back("one-sided: the wheels were only driven backward");
   if (std::isfinite(speed_limit)) {
     remarks.push_back(
         fmt::format("clipped: the wheels did not get beyond {:g} rad/s although up to {:g} rad/s were "
@@ -317,7 +353,7 @@ double sensorRate(const DriveRecording& recording, const Sampling& sampling) {
 std::vector<char> knownSamples(const DriveRecording& recording, const std::vector<Stretch>& stretches) {
   std::vector<char> counts(recording.wheels.size(), kNeither);
   for (const Stretch& stretch : stretches) {
-    const double start = recording.wheels[stretch.begin].time + kGap;
+    const double start = recording.wheels[stretch.begin].time + kUnknownStart;
     for (std::size_t i = stretch.begin; i < stretch.end; ++i)
       counts[i] = recording.wheels[i].time >= start ? kBoth : kNeither;
   }
@@ -385,14 +421,13 @@ double checkWheels(const WheelFit& fit) {
                                               : "the right wheels"));
   }
   const Likeness lr = likeness(fit, left, right), rl = likeness(fit, right, left);
-  if (lr.correlation > std::abs(l.correlation) + kCorrelated &&
-      rl.correlation > std::abs(r.correlation) + kCorrelated) {
+  if (lr.correlation > std::abs(l.correlation) + kExchanged && rl.correlation > std::abs(r.correlation) + kExchanged) {
     throw IdentificationError(fmt::format(
         "left and right are exchanged: each side's wheels follow the other side's command (correlation {:.2f}, with "
         "their own {:.2f})",
         std::min(lr.correlation, rl.correlation), std::max(l.correlation, r.correlation)));
   }
-  const bool left_opposed = l.correlation < -kCorrelated, right_opposed = r.correlation < -kCorrelated;
+  const bool left_opposed = l.correlation < kOpposed, right_opposed = r.correlation < kOpposed;
   if (left_opposed || right_opposed) {
     throw IdentificationError(
         fmt::format("{} turn against their commands (correlation {:.2f}): wheels or commands are "
@@ -472,19 +507,19 @@ double cutUnexplained(WheelFit& fit, const Theta& theta) {
   return cut;
 }
 
-/// Fits, cuts the driving that the commands do not explain, and fits again. @param fastest speed at which the motors
+/// Fits, cuts the driving that the commands do not explain, and fits again. @param clipped speed at which the motors
 /// may be clipped [rad/s].
-Theta fitExplained(WheelFit& fit, double gain, double fastest, std::vector<std::string>& remarks) {
+Theta fitExplained(WheelFit& fit, double gain, double clipped, std::vector<std::string>& remarks) {
   constexpr int kRounds = 3;
   const double all = static_cast<double>(fit.size());
   Theta theta = searchLeastSquares(fit, gain, true);
-  const double free = fit.residuals(theta).squaredNorm();
-  fit.speed_limit = fastest;
-  const Theta clipped = searchLeastSquares(fit, gain, true);
-  if (fit.residuals(clipped).squaredNorm() < kClipped * free) {
-    theta = clipped;
-  } else {
-    fit.speed_limit = HUGE_VAL;
+  if (std::isfinite(clipped)) {
+    const double free = fit.residuals(theta).squaredNorm();
+    fit.speed_limit = clipped;
+    const Theta with_clipping = searchLeastSquares(fit, gain, true);
+    const bool confirmed = fit.residuals(with_clipping).squaredNorm() < kClipped * free;
+    if (confirmed) theta = with_clipping;
+    if (!confirmed) fit.speed_limit = HUGE_VAL;
   }
   double cut = 0.0;
   for (int round = 0; round < kRounds; ++round) {
@@ -617,18 +652,26 @@ void coverBoth(const Parts& parts, Identification& result) {
                                        fmt::join(told, ", ")));
 }
 
-/// Yaw rate at a time, between the samples before and after it.
+/// Yaw rate at a time, between the samples before and after it or, where one is missing, that of the nearest.
 class YawAt {
  public:
   explicit YawAt(const std::vector<YawSample>& samples) : samples_(samples) {}
 
-  /// Empty in a gap. @param time [s], not before that of the last call.
-  std::optional<double> at(double time) {
+  /// False without a sample near the time. @param time [s], not before that of the last call.
+  bool at(double time, double& yaw_rate) {
+    constexpr double kNear = 0.03, kLongest = 0.15;  // s to the nearest sample, and between two
+    if (samples_.empty()) return false;
     while (next_ < samples_.size() && samples_[next_].time < time) ++next_;
-    if (next_ == 0 || next_ == samples_.size()) return std::nullopt;
-    const YawSample &a = samples_[next_ - 1], &b = samples_[next_];
-    if (b.time - a.time > thresholds::kGap) return std::nullopt;
-    return a.yaw_rate + (time - a.time) / (b.time - a.time) * (b.yaw_rate - a.yaw_rate);
+    const bool before = next_ > 0, after = next_ < samples_.size();
+    if (before && after && samples_[next_].time - samples_[next_ - 1].time <= kLongest) {
+      const YawSample &a = samples_[next_ - 1], &b = samples_[next_];
+      const double share = b.time > a.time ? (time - a.time) / (b.time - a.time) : 1.0;
+      yaw_rate = a.yaw_rate + share * (b.yaw_rate - a.yaw_rate);
+      return true;
+    }
+    if (after && samples_[next_].time - time <= kNear) return yaw_rate = samples_[next_].yaw_rate, true;
+    if (before && time - samples_[next_ - 1].time <= kNear) return yaw_rate = samples_[next_ - 1].yaw_rate, true;
+    return false;
   }
 
  private:
@@ -645,13 +688,14 @@ struct GyroBias {
 /// Yaw rate at standing wheels, by a straight line through the samples with slow wheels, so that slow turns do not
 /// count as bias.
 GyroBias gyroBias(const DriveRecording& recording) {
+  constexpr double kHardly = 0.2;    // rad/s
   constexpr double kUnknown = 0.02;  // rad/s, standard deviation of the bias without any rest
   double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0, syy = 0.0;
   std::size_t k = 0;
   for (const auto& sample : recording.yaw) {
     while (k + 1 < recording.wheels.size() && recording.wheels[k + 1].time <= sample.time + 1e-6) ++k;
     const WheelCommand& speed = recording.wheels[k].speed;
-    if (speed.vector().cwiseAbs().maxCoeff() > thresholds::kRest) continue;
+    if (speed.vector().cwiseAbs().maxCoeff() > kHardly) continue;
     const double x = speed.right - speed.left;
     n += 1.0;
     sx += x;
@@ -681,11 +725,11 @@ Estimate effectiveTrack(const DriveRecording& recording, double rolling_radius, 
   YawAt yaw(recording.yaw);
   for (const auto& wheels : recording.wheels) {
     const double difference = wheels.speed.right - wheels.speed.left;
-    if (direction * difference < thresholds::kMoving) continue;
+    double yaw_rate = 0.0;
+    if (direction * difference < kLeastDifference) continue;
     ++turns;
-    const std::optional<double> yaw_rate = yaw.at(wheels.time);
-    if (!yaw_rate) continue;
-    pairs.push_back({wheels.time, rolling_radius * difference, *yaw_rate - bias.value});
+    if (!yaw.at(wheels.time, yaw_rate)) continue;
+    pairs.push_back({wheels.time, rolling_radius * difference, yaw_rate - bias.value});
     const Pair& pair = pairs.back();
     sx += pair.x;
     sxx += pair.x * pair.x;
@@ -693,7 +737,7 @@ Estimate effectiveTrack(const DriveRecording& recording, double rolling_radius, 
     syy += pair.y * pair.y;
   }
   const double smallest = kSmallestTrack * rolling_radius, largest = kLargestTrack * rolling_radius;
-  const bool correlated = sxy > kCorrelated * std::sqrt(sxx * syy);
+  const bool correlated = sxy > -kOpposed * std::sqrt(sxx * syy);
   const std::string apart = apartText(recording.wheels, recording.yaw);
   Estimate track;
   if (recording.yaw.empty()) {
@@ -705,9 +749,9 @@ Estimate effectiveTrack(const DriveRecording& recording, double rolling_radius, 
                                 direction > 0 ? "left" : "right", turns, kLeastTurnSamples);
   } else if (pairs.size() < kLeastTurnSamples) {
     track.unknown =
-        fmt::format("no IMU data within {:g} s of turns to the {} but for {} samples, at least {} are needed",
-                    thresholds::kGap, direction > 0 ? "left" : "right", pairs.size(), kLeastTurnSamples);
-  } else if (sxy < -kCorrelated * std::sqrt(sxx * syy) && sxy * largest < -sxx) {
+        fmt::format("no IMU data within 0.15 s of turns to the {} but for {} samples, at least {} are needed",
+                    direction > 0 ? "left" : "right", pairs.size(), kLeastTurnSamples);
+  } else if (sxy < kOpposed * std::sqrt(sxx * syy) && sxy * largest < -sxx) {
     track.unknown = "the yaw rate is opposed to the wheels (IMU upside down, or left and right exchanged?)";
   } else if (sxy * smallest >= sxx || (correlated && sxy * largest <= sxx)) {
     track.unknown = fmt::format(
@@ -793,11 +837,11 @@ Identification identifyDriveTrain(const DriveRecording& recorded, double wheel_r
   checkHeld(recording, sampling, result.remarks);
   fit.counts = knownSamples(recording, fit.stretches);
   const double gain = checkWheels(fit);
-  Theta theta = fitExplained(fit, gain, fastestSpeed(recording), result.remarks);
+  Theta theta = fitExplained(fit, gain, clippedSpeed(recording), result.remarks);
   remarkOnCommands(recording, fit.speed_limit, result.remarks);
   FitResult found = withIntervals(fit, theta, true);
   std::string no_offset;  // why none is known
-  if (found.half_width[kOffset] > thresholds::kMoving) {
+  if (found.half_width[kOffset] > kLeastCommand) {
     no_offset = "the commands are of one speed only; the gain is that at this speed";
   } else if (differ(directions(fit, theta, sampling.doubt()))) {
     no_offset = "forward and backward differ; the gain is that without an offset";

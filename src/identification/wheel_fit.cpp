@@ -6,10 +6,12 @@
 #include <utility>
 
 #include "jackal_aic/model/drive_train.hpp"
-#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic::identification {
 namespace {
+
+/// Commands below this are on their way to zero, where an offset ends [rad/s].
+constexpr double kSmallCommand = 0.3;
 
 /// Part of the residual's variance by which a parameter has to lessen the sum of squares: chance does so once in 600.
 constexpr double kSignificant = 10.0;
@@ -17,10 +19,10 @@ constexpr double kSignificant = 10.0;
 /// Steps by which derivatives are taken: wide enough to bridge the kinks where a command switches between two samples.
 const Theta kDifference = (Theta() << 0.002, 0.002, 0.005, 0.05, 0.02).finished();
 
-/// Target speed of a command: gain |u| - o with an offset o, at least zero. The offset ends with commands of rest.
+/// Target speed of a command: gain |u| - o with an offset o, at least zero.
 double targetOf(const Theta& theta, double command, double speed_limit) {
   const double magnitude = std::abs(command);
-  const double offset = theta[kOffset] * std::min(1.0, magnitude / thresholds::kRest);
+  const double offset = theta[kOffset] * std::min(1.0, magnitude / kSmallCommand);
   const double target = std::min(std::max(0.0, theta[kGain] * magnitude - offset), speed_limit);
   return std::copysign(target, command);
 }

@@ -6,36 +6,56 @@
 
 #include "jackal_aic/model/forgetting.hpp"
 #include "jackal_aic/model/gravity.hpp"
-#include "jackal_aic/model/square.hpp"
-#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
 
-constexpr double kWindow = 1.0;         // W [s]
-constexpr double kJolt = 0.1;           // s, within which a collision takes the body's speed
-constexpr double kShare = 0.8;          // ... most of it
-constexpr double kCollision = 0.3;      // W_c [s]
-constexpr double kUnknownOffset = 0.5;  // m/s^2, of b before it was learned
-constexpr double kSlope = 0.2;          // m/s^2, that is gravity: on a slope of 1.2 degrees
-constexpr double kMeanTime = 0.015;     // s, of a mean by which vibration is known; one sample of a slower sensor
-constexpr double kBound = 6.0;          // standard deviations of D that noise may make
-constexpr double kLeast = 0.15;         // m/s; largest D on tyres that grip
-constexpr double kOpposed = 0.8;        // Delta v_w by D of a body that does not go against its wheels
-constexpr double kStopped = 0.3;        // part of its speed that a body which was stopped may seem to have
-constexpr double kThrownBack = 1.3;     // of the speed, that a collision may take
-constexpr double kFastest = 3.0;        // m/s^2, of wheels that bring the body along
-constexpr double kScale = 0.1;          // of Delta v_w: scale of the accelerometer, and a body that pitches
-constexpr double kCentre = 0.2;         // m, by which the centre of turning may lie elsewhere
-constexpr double kQuiet = 0.2;          // s, of constant speed of body and wheels
-constexpr double kTurnedBack = 0.4;     // s, in which a reversing turn passes zero
-constexpr double kLetGo = 0.4;          // s, in which a body that is let go comes to its wheels
-constexpr double kLongestSlide = 3.0;   // s; a longer slide is an error of the accelerometer
-constexpr double kSmallerOfTwo = 4.5;  // variance of noise / mean of half the smaller of two squares, doubled for doubt
+constexpr double kWindow = 1.0;           // W [s]
+constexpr double kRounding = 1e-6;        // s
+constexpr double kJolt = 0.1;             // s, within which a collision takes the body's speed
+constexpr double kShare = 0.8;            // ... most of it
+constexpr double kCollision = 0.3;        // W_c [s]
+constexpr double kOffsetMemory = 5.0;     // T_b [s]
+constexpr double kUnknownOffset = 0.5;    // m/s^2, of b before it was learned
+constexpr double kSlope = 0.2;            // m/s^2, that is gravity: on a slope of 1.2 degrees
+constexpr double kFactorMemory = 5.0;     // of lambda [s]
+constexpr double kLargestFactor = 25.0;   // of lambda
+constexpr double kVibrationMemory = 1.0;  // [s]
+constexpr double kMeanTime = 0.015;       // s, of a mean by which vibration is known; one sample of a slower sensor
+constexpr double kSurprise = 25.0;        // of vibration; a larger value is a jolt
+constexpr double kBound = 6.0;            // standard deviations of D that noise may make
+constexpr double kLeast = 0.15;           // m/s; largest D on tyres that grip
+constexpr double kOpposed = 0.8;          // Delta v_w by D of a body that does not go against its wheels
+constexpr double kStopped = 0.3;          // part of its speed that a body which was stopped may seem to have
+constexpr double kThrownBack = 1.3;       // of the speed, that a collision may take
+constexpr double kMissed = 5.0;           // m/s^2, that an acceleration may have been which was not measured
+constexpr double kListening = 0.5;        // s, before which the noise is not known
+constexpr double kLate = 0.05;            // s, by which the wheels may be measured later than the body
+constexpr double kFastest = 3.0;          // m/s^2, of wheels that bring the body along
+constexpr double kScale = 0.1;            // of Delta v_w: scale of the accelerometer, and a body that pitches
+constexpr double kLateMemory = 0.2;       // s, for which that matters
+constexpr double kCentre = 0.2;           // m, by which the centre of turning may lie elsewhere
+constexpr double kStraight = 0.02;        // m/s^2, centripetal, negligible
+constexpr double kMet = 0.02;             // m/s; difference of a body that has met its wheels
+constexpr double kQuiet = 0.2;            // s, of constant speed of body and wheels
+constexpr double kKept = 0.03;            // m/s, within which they keep it, without noise
+constexpr double kTurns = 0.08;           // m/s; wheels that turn
+constexpr double kHeldTurn = 0.3;         // rad/s, largest turn of a body that is held
+constexpr double kTurnedBack = 0.4;       // s, in which a reversing turn passes zero
+constexpr double kDoubt = 0.5;            // s, after which the nearer hypothesis is taken
+constexpr double kLetGo = 0.4;            // s, in which a body that is let go comes to its wheels
+constexpr double kExpected = 0.5;         // bound of an expected change / of any change
+constexpr double kUnsure = 1.0;           // s, after which the wheels are believed if noise may be the cause
+constexpr double kLongestSlide = 3.0;     // s; a longer slide is an error of the accelerometer
+constexpr double kSmallerOfTwo =
+    0.44;                        // mean square of the smaller of two differences of noise in a row, by that of one
+constexpr double kMargin = 2.0;  // of the variance of vibration, which is uncertain after half a second
 constexpr double kMostColoured = 0.6;  // of rho
 // Attitude filters.
-constexpr double kPossible = 3.0;  // standard deviations of g
-constexpr double kBetter = 0.05;   // misfit by which a filter is better than none
+constexpr double kSign = 0.025;         // m/s^2, above which an acceleration has a sign
+constexpr double kFilterMemory = 30.0;  // s
+constexpr double kPossible = 3.0;       // standard deviations of g
+constexpr double kBetter = 0.05;        // misfit by which a filter is better than none
 
 }  // namespace
 
@@ -65,7 +85,7 @@ const TractionBelief::Past& TractionBelief::within(double time) const {
   const auto before = [&](std::size_t number) -> const Past& {
     return past_[(newest_ + kRemembered - number) % kRemembered];
   };
-  while (i > 0 && now_.time - before(i - 1).time > time + thresholds::kRounding) --i;
+  while (i > 0 && now_.time - before(i - 1).time > time + kRounding) --i;
   return i > 0 ? before(i - 1) : now_;
 }
 
@@ -77,7 +97,7 @@ std::size_t TractionBelief::oldest() const { return (newest_ + kRemembered + 1 -
 
 /// Forgets values older than the window.
 void TractionBelief::remember() {
-  while (remembered_ > 1 && now_.time - past_[oldest()].time > kWindow + thresholds::kRounding) --remembered_;
+  while (remembered_ > 1 && now_.time - past_[oldest()].time > kWindow + kRounding) --remembered_;
   if (remembered_ > 0 && now_.time - past_[newest_].time < kSpacing) return;
   newest_ = (newest_ + 1) % kRemembered;
   past_[newest_] = now_;
@@ -90,38 +110,38 @@ void TractionBelief::learnNoise(double acceleration, double variance, double ste
   latest_ = acceleration;
   mean_.change += step * acceleration;
   mean_.time += step;
-  if (mean_.time > kMeanTime) learnVibration(std::exchange(mean_, {}));
+  if (mean_.time > kMeanTime) learnVibration(std::exchange(mean_, {}), variance);
   variance_rate_ = std::max(step * variance, vibration_rate_);
   now_.variance += step * variance_rate_;
 }
 
-void TractionBelief::learnVibration(Mean mean) {
+void TractionBelief::learnVibration(Mean mean, double variance) {
   const double acceleration = mean.change / mean.time;
   means_[++newest_mean_ % means_.size()] = acceleration;
   const auto before = [&](std::size_t means) { return means_[(newest_mean_ - means) % means_.size()]; };
-  const double share = mean.time / (mean.time + thresholds::kNoiseMemory);
+  const double share = mean.time / (mean.time + kVibrationMemory);
   // The smaller of two differences in a row: a body that begins to accelerate makes one.
   const auto learn = [&](double& vibration, std::size_t lag) {
     const double last = acceleration - before(lag), earlier = before(lag) - before(2 * lag);
-    const double smaller = 0.5 * std::min(last * last, earlier * earlier);
-    vibration += share * (smaller - vibration);
+    const double smaller = 0.5 * std::min(last * last, earlier * earlier) / kSmallerOfTwo;
+    vibration += share * (std::min(smaller, kSurprise * std::max(vibration, variance)) - vibration);
   };
   learn(quick_, 1);
   learn(slow_, 3);
   // Noise with the correlation rho of successive values has (1 + rho)/(1 - rho) times the variance of its mean.
   const double rho = std::clamp(1.0 - quick_ / slow_, 0.0, kMostColoured);
-  vibration_rate_ = mean.time * kSmallerOfTwo * slow_ * (1.0 + rho) / (1.0 - rho);
+  vibration_rate_ = mean.time * kMargin * slow_ * (1.0 + rho) / (1.0 - rho);
 }
 
 /// D of wheels that may have changed since they were measured last [m/s].
-double TractionBelief::unseenChange() const { return hold_ * kFastest; }
+double TractionBelief::unseenChange() const { return std::max(0.0, hold_ - kLate) * kFastest; }
 
 /// D by an offset that is not learned yet [m/s].
 double TractionBelief::unknownOffset(double time) const { return offset_known_ ? 0.0 : kUnknownOffset * time; }
 
 double TractionBelief::bound(const Change& change) const {
-  return kBound * std::sqrt(change.variance) + unseenChange() + unknownOffset(change.time) +
-         kScale * std::abs(change.wheels) + kCentre * change.turning;
+  return kBound * std::sqrt(factor_ * change.variance) + kLate * std::min(fastest_, kFastest) + unseenChange() +
+         unknownOffset(change.time) + kScale * std::abs(change.wheels) + kCentre * change.turning;
 }
 
 bool TractionBelief::surprises(const Change& change) const {
@@ -137,7 +157,7 @@ std::optional<TractionBelief::Change> TractionBelief::collision() const {
   const bool stopped = std::abs(now_.wheels - change.error()) < kStopped * before;
   // Late sensors also cause an error, which ends with their delay. Most of a collision lies within its jolt, in which
   // vibration does less than in the whole.
-  const double noise = kBound * std::sqrt(change.variance * std::min(1.0, kJolt / change.time));
+  const double noise = kBound * std::sqrt(factor_ * change.variance * std::min(1.0, kJolt / change.time));
   // Where the ground rocks a robot that turns, the centre of turning jumps from one side to the other.
   const double turn = kCentre * std::sqrt(change.turning / change.time);
   const double least = std::max({kLeast, noise, turn, unseenChange(), unknownOffset(change.time)}),
@@ -147,6 +167,7 @@ std::optional<TractionBelief::Change> TractionBelief::collision() const {
 }
 
 std::optional<TractionBelief::Change> TractionBelief::againstRolling(const Change& window) const {
+  if (listened_ < kListening) return std::nullopt;
   if (const auto change = collision()) return change;
   const double by_wheels = window.error() < 0.0 ? -window.wheels : window.wheels;
   if (by_wheels > kOpposed * std::abs(window.error()) && surprises(window) && !hiddenByFilter(window)) return window;
@@ -167,20 +188,17 @@ bool TractionBelief::hiddenByFilter(const Change& window) const {
 
 /// Learns from a window in which the wheels roll.
 void TractionBelief::learnFilters(const Change& window, double step) {
-  const double sigma = 0.5 * std::max(kLeast, bound(window)), kept = keptAfter(step, thresholds::kSensorMemory);
+  const double sigma = 0.5 * std::max(kLeast, bound(window)), kept = keptAfter(step, kFilterMemory);
   const double D = window.unfiltered / sigma;
-  average(misfit_, D * D, step, thresholds::kSensorMemory);
+  average(misfit_, D * D, step, kFilterMemory);
   for (std::size_t kind = 0; kind < filters_.size(); ++kind) {
     AttitudeFilter& filter = filters_[kind];
     const double slope = window.hidden[kind] / sigma, left = D - filter.gain() * slope;
-    average(filter.misfit, left * left, step, thresholds::kSensorMemory);
+    average(filter.misfit, left * left, step, kFilterMemory);
     filter.information = kept * filter.information + step / kWindow * slope * slope;
     filter.evidence = std::max(0.0, kept * filter.evidence + step / kWindow * slope * D);
   }
 }
-
-/// A body that is held does not turn.
-bool TractionBelief::turns(const Change& change) { return change.turning > square(thresholds::kTurning) * change.time; }
 
 void TractionBelief::predict(double step) {
   if (traction_ == Traction::slides) speed_ += step * std::clamp(latest_, -kGravity, kGravity);
@@ -188,17 +206,25 @@ void TractionBelief::predict(double step) {
 
 void TractionBelief::correct(double wheels, double acceleration, double variance, double yaw_rate, double since_last) {
   // An exactly repeated acceleration carries no information. The next value is the mean since then.
-  if (acceleration == std::exchange(measured_, acceleration)) return miss(wheels, since_last);
+  const double variance_before = now_.variance;
+  if (acceleration == std::exchange(measured_, acceleration)) {
+    miss(wheels, since_last);
+    repeated_ += now_.variance - variance_before;
+    return;
+  }
+  now_.variance -= std::exchange(repeated_, 0.0);
   const double step = since_last + std::exchange(missed_, 0.0);
-  if (step > thresholds::kGap) return reset(wheels);
+  if (step > kLongestStep) return reset(wheels);
   const double a = acceleration - turning_centre_ * yaw_rate * yaw_rate - (filter() ? 0.0 : offset_);
   const double gap = corrected_speed_ - now_.wheels;
+  fastest_ = std::max(fastest_ * kLateMemory / (step + kLateMemory), std::abs(wheels - now_.wheels) / step);
   learnNoise(a, variance, step);
+  listened_ += step;
   const double turned = step * yaw_rate * yaw_rate;
   now_ = {now_.time + step, wheels, now_.body + step * a, now_.variance, now_.turning + turned, now_.hidden};
   for (std::size_t kind = 0; kind < filters_.size(); ++kind) {
     now_.hidden[kind] += step * filters_[kind].tilt;
-    filters_[kind].tilt += step * (kind == 0 ? a : std::copysign(1.0, a));
+    filters_[kind].tilt += step * (kind == 0 ? a : std::clamp(a / kSign, -1.0, 1.0));
   }
   latest_ = a + hidden({filters_[0].tilt, filters_[1].tilt});
   remember();
@@ -219,30 +245,37 @@ void TractionBelief::correct(double wheels, double acceleration, double variance
 
 void TractionBelief::miss(double wheels, double step) {
   missed_ += step;
-  if (missed_ > thresholds::kGap) reset(wheels);
+  now_.variance += step * step * kMissed * kMissed;
+  if (missed_ > kLongestStep) reset(wheels);
 }
 
 void TractionBelief::roll(double step) {
   speed_ = now_.wheels;
   const Change window = sinceOldest();
   if (const auto change = againstRolling(window)) return switchToSlide(now_.wheels - change->error(), *change);
-  if (std::abs(window.wheels) > thresholds::kSlow) learnFilters(window, step);
+  if (std::abs(window.wheels) > kKept) learnFilters(window, step);
   // In a turn the mean of a is that of an unknown centre.
-  if (window.time < 0.5 * kWindow || std::abs(window.wheels) > thresholds::kSlow || turns(window)) return;
+  const bool straight = kCentre * window.turning < kStraight * window.time;
+  const bool keeps = window.time > 0.5 * kWindow && std::abs(window.wheels) < kKept && straight;
+  if (!keeps) return;
   // An attitude filter takes it for tilt.
   if (!filter()) learnOffset(window, step);
   for (AttitudeFilter& filter : filters_) filter.tilt *= keptAfter(step, kWindow);
+  // A body that slid behind a filter that may be there says nothing about noise.
+  if (std::abs(now_.wheels) < kTurns || surprises(window)) return;
+  const double squared = window.error() * window.error() / window.variance;
+  factor_ = std::clamp(factor_ + step / (step + kFactorMemory) * (squared - factor_), 1.0, kLargestFactor);
 }
 
 /// Learns b from a window of constant wheel speed.
 void TractionBelief::learnOffset(const Change& window, double step) {
   // db/dt = (mean of a)/T_b
   if (offset_known_) {
-    offset_ += step / (step + thresholds::kSensorMemory) * window.body / window.time;
+    offset_ += step / (step + kOffsetMemory) * window.body / window.time;
     return;
   }
   // The wheels may not show the latest motion of the body yet.
-  const Change untold = since(hold_);
+  const Change untold = since(hold_ + kLate);
   const double time = window.time - untold.time;
   if (time < kQuiet) return;
   offset_known_ = true;
@@ -274,43 +307,54 @@ void TractionBelief::slide(double gap_before, double acceleration, double step) 
   const double gap = speed_ - now_.wheels;
   // While the robot accelerates, a collision may be detected before it is over.
   if (sliding_ <= kCollision && collision()) surprise_ = std::min(surprise_, kCollision);
-  const bool collided = surprise_ <= kCollision + thresholds::kRounding;
+  const bool collided = surprise_ <= kCollision + kRounding;
   // A body that bounces off something may seem to meet the wheels, which were stopped with it.
   const bool passed = gap_before * gap <= 0.0 || gap_at_first_ * gap <= 0.0;
-  const bool met = passed && (!collided || sliding_ > kCollision);
+  const bool met = (passed || std::abs(gap) < kMet) && (!collided || sliding_ > kCollision);
   const bool unknown = kCentre * (now_.turning - turning_before_) > std::max(kLeast, std::abs(gap));
   if (met || unknown) return switchToRoll();
   if (!possible(gap)) return learnJumpOfOffset();
   const Change quiet = since(kQuiet);
-  const bool keeps = sliding_ > kQuiet && std::abs(quiet.body) < thresholds::kSlow + std::sqrt(quiet.variance);
+  const bool keeps = sliding_ > kQuiet && std::abs(quiet.body) < kKept + std::sqrt(quiet.variance);
   const bool late = sliding_ > kLongestSlide;
   if (!keeps && !late) return;
   const double wheels = std::abs(now_.wheels);
+  const double stopped = sliding_ > kDoubt ? 0.5 : kStopped;
   // The present noise counts, because it may have grown just as the slide began; a collision adds noise.
-  const double noise = kBound * std::sqrt(variance_rate_ * surprise_);
-  const bool sure = (collided || std::abs(gap) > noise) && !turns(since(kTurnedBack));
-  if (sure && wheels > thresholds::kSlow && std::abs(speed_) < kStopped * wheels) return switchToStand();
-  if (late || (std::abs(quiet.wheels) < thresholds::kSlow && std::abs(gap) < kStopped * wheels)) switchToRoll();
+  const double noise = kBound * std::sqrt(factor_ * variance_rate_ * surprise_);
+  const bool sure = (collided || std::abs(gap) > noise) && !stillTurning();
+  if (sure && wheels > kTurns && std::abs(speed_) < stopped * wheels) return switchToStand();
+  if (late || (!sure && sliding_ > kUnsure) || (std::abs(quiet.wheels) < kKept && std::abs(gap) < kStopped * wheels))
+    switchToRoll();
+}
+
+/// A body that is held does not turn.
+bool TractionBelief::stillTurning() const {
+  const Change lately = since(kTurnedBack);
+  return lately.turning > kHeldTurn * kHeldTurn * lately.time;
 }
 
 void TractionBelief::stand(double step) {
   const Change window = sinceOldest();
   const bool unknown = kCentre * window.turning > std::max(kLeast, std::abs(now_.wheels));
-  if (unknown || turns(since(kTurnedBack)) || std::abs(now_.wheels) < thresholds::kSlow) return switchToRoll();
+  if (unknown || stillTurning() || std::abs(now_.wheels) < kTurns) return switchToRoll();
   // The obstacle may have given way: then the body comes to the speed of its wheels.
   const Change lately = since(kLetGo);
   if (comesToItsWheels(window) || comesToItsWheels(lately)) return switchToRoll();
   // Vibration may hide that the body moves.
-  hidden_ = std::max(kLeast, bound(lately)) > (1.0 - kStopped) * std::abs(now_.wheels) ? hidden_ + step : 0.0;
+  hidden_ = leastToCome(lately) > (1.0 - kStopped) * std::abs(now_.wheels) ? hidden_ + step : 0.0;
   if (hidden_ > kLongestSlide) return switchToRoll();
   if (std::abs(window.body) < std::max(kLeast, bound(window))) return;
   const bool follows = std::abs(window.error()) < 0.5 * std::abs(window.wheels);
   follows ? switchToRoll() : switchToSlide(window.body, window);
 }
 
+/// Least change of speed of a body that comes to its wheels [m/s].
+double TractionBelief::leastToCome(const Change& change) const { return std::max(kLeast, kExpected * bound(change)); }
+
 bool TractionBelief::comesToItsWheels(const Change& change) const {
   const bool there = std::abs(change.body - now_.wheels) < kStopped * std::abs(now_.wheels);
-  return there && std::abs(change.body) > std::max(kLeast, bound(change));
+  return there && std::abs(change.body) > leastToCome(change);
 }
 
 void TractionBelief::switchToRoll() {

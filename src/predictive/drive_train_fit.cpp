@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "jackal_aic/model/thresholds.hpp"
-
 namespace jackal_aic {
 namespace {
 
+constexpr double kWashout = 0.3;    // s; T_w
 constexpr double kSlowest = 0.01;   // rad/s; of a command whose wheel turns
 constexpr double kRateTime = 0.02;  // s; over which an acceleration is averaged, about a sample
 
@@ -64,7 +63,7 @@ void DriveTrainFit::step(Wheel& wheel, double given) {
   wheel.speed(1 + kLimitShare) += std::copysign(q * limited * limit_ / theta_(kLimitShare), e);
   // z ← z + k ∫(r − w) dt while it is free, by the trapezoidal rule
   wheel.correction += model_.velocity_loop_integral * free * (r - 0.5 * (before + wheel.speed));
-  static const double decay = std::exp(-kStep / thresholds::kPatience), half = std::sqrt(decay);
+  static const double decay = std::exp(-kStep / kWashout), half = std::sqrt(decay);
   wheel.filtered = decay * wheel.filtered + half * (wheel.speed - before);
   wheel.rate += kStep / kRateTime * ((wheel.speed(0) - before(0)) / kStep - wheel.rate);
   acceleration_ = std::max(acceleration_, radius_ * std::abs(wheel.rate));
@@ -72,7 +71,7 @@ void DriveTrainFit::step(Wheel& wheel, double given) {
 }
 
 void DriveTrainFit::observe(const WheelVector& measured, double step, double part, bool counts) {
-  const double decay = std::exp(-step / thresholds::kPatience), half = std::sqrt(decay);
+  const double decay = std::exp(-step / kWashout), half = std::sqrt(decay);
   const auto filter = [&](Wheel& wheel, double y) {
     wheel.measured_filtered = decay * wheel.measured_filtered + half * (y - wheel.measured);
     wheel.measured = y;

@@ -7,16 +7,17 @@
 
 #include "jackal_aic/model/robot_range.hpp"
 #include "jackal_aic/model/square.hpp"
-#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
 
 constexpr std::size_t steps(double time) { return static_cast<std::size_t>(time / DriveTrainFit::kStep + 0.5); }
 
+constexpr double kChange = 0.3;                            // rad/s; of a command beyond which a wheel does not rest
 constexpr std::size_t kUnnoticed = steps(0.06);            // in which the commands change before it shows
 constexpr std::size_t kSettled = steps(0.6);               // after the dead time, until nothing is left of a change
 constexpr std::size_t kLongest = steps(2.0);               // of a change, which is learned from as far as it has come
+constexpr std::size_t kLongestReviewed = 2 * kLongest;     // from its first step on, what settles included
 constexpr std::size_t kTransient = steps(1.0);             // of an unknown earlier motion, until the filter forgot it
 constexpr double kResting = 0.1 / DriveTrainFit::kStep;    // steps; before a change, whose mean is the speed of before
 constexpr double kSpacing = 0.015 / DriveTrainFit::kStep;  // steps; least between measurements that are kept
@@ -25,17 +26,22 @@ constexpr double kOtherLags[] = {0.0, 0.9, -0.9, 0.0};     // additional starts 
 constexpr double kOtherShares[] = {1.0, 1.0, 1.0, 0.5};    // the same, of lambda
 constexpr int kStarts = 4;
 constexpr int kMostRuns = 10;
-constexpr double kShorter = 0.3;         // of a step that led nowhere
-constexpr double kSmallStep = 0.05;      // standard deviations of theta; of a step that makes no difference
-constexpr double kMemory = 0.7;          // weight of a change of the commands / weight of the next
-constexpr double kExcess = 8.0;          // n_0
-constexpr double kTurn = 0.3;            // share of a turn, above which a change does not count for the lag
-constexpr double kUnexplained = 0.01;    // of the squares of a motion; a model that leaves more did not make it
-constexpr double kNoise = 4.0;           // variances of the encoders, which nothing explains
-constexpr double kLargestDoubt = 0.008;  // s; standard deviation of a dead time that is taken over
-constexpr double kPinned = 1e9;          // precision of a parameter at its bound
-constexpr double kTried = 2.0;           // tried acceleration / followed acceleration
-constexpr double kFollowed = 0.9;        // lambda, below which the motors did not follow
+constexpr double kShorter = 0.3;           // of a step that led nowhere
+constexpr double kSmallStep = 0.05;        // standard deviations of theta; of a step that makes no difference
+constexpr double kMemory = 0.7;            // weight of a change of the commands / weight of the next
+constexpr double kExcess = 8.0;            // n_0
+constexpr double kTurn = 0.3;              // share of a turn, above which a change does not count for the lag
+constexpr double kUnexplained = 0.01;      // of the squares of a motion; a model that leaves more did not make it
+constexpr double kNoise = 4.0;             // variances of the encoders, which nothing explains
+constexpr double kOtherLag = 0.7;          // of ln T, beyond which a parabola says nothing
+constexpr double kBeyondDoubt = 3.0;       // standard deviations
+constexpr double kLeastChange = 0.005;     // s, of dead time or lag; a smaller one makes no difference
+constexpr double kLeastGainChange = 0.03;  // of gamma; a smaller one makes no difference
+constexpr double kLargestDoubt = 0.008;    // s; standard deviation of a dead time that is taken over
+constexpr double kShortestLag = 0.002;     // s; below it the speed does not depend on the lag
+constexpr double kPinned = 1e9;            // precision of a parameter at its bound
+constexpr double kTried = 2.0;             // tried acceleration / followed acceleration
+constexpr double kFollowed = 0.9;          // lambda, below which the motors did not follow
 // Range of theta.
 constexpr double kLeastShare = 0.3;
 constexpr double kLargestOffset = 1.0;  // rad/s
@@ -47,7 +53,7 @@ constexpr double kGainDeviation = 0.1;
 constexpr double kOffsetDeviation = 0.3;  // rad/s
 
 DriveTrainVector bounded(const DriveTrainVector& theta) {
-  return {std::clamp(theta(kLogLag), std::log(DriveTrain::kStep), std::log(kLongestTiming.lag)),
+  return {std::clamp(theta(kLogLag), std::log(kShortestLag), std::log(kLongestTiming.lag)),
           std::clamp(theta(kLimitShare), kLeastShare, 1.0), std::clamp(theta(kGainShare), 1.0 / kGainRange, kGainRange),
           std::clamp(theta(kOffset), 0.0, kLargestOffset)};
 }
@@ -67,7 +73,7 @@ void DriveTrainLearning::setTiming(const DriveTrainTiming& timing) {
   timing_.acceleration_limit = identified_ ? least_limit_ : std::max(least_limit_, timing.acceleration_limit);
   fit_.setAccelerationLimit(timing_.acceleration_limit);
   largest_limit_ = kLongestTiming.acceleration_limit;
-  told_ = std::log(std::max(timing.lag, DriveTrain::kStep));
+  told_ = std::log(std::max(timing.lag, kShortestLag));
   theta_ << told_, 1.0, 1.0, 0.0;
   memory_.fill({});
   resetMotion();
@@ -102,7 +108,7 @@ void DriveTrainLearning::predict(const WheelVector& given) {
 }
 
 void DriveTrainLearning::watch(const WheelVector& given) {
-  const bool changes = (given - resting_).cwiseAbs().maxCoeff() > thresholds::kRest;
+  const bool changes = (given - resting_).cwiseAbs().maxCoeff() > kChange;
   if (state_ == State::settled && !changes) return;
   if (changes) resting_ = given;
   settled_ = changes ? 0 : settled_ + 1;
@@ -135,7 +141,7 @@ void DriveTrainLearning::endChange() {
   }
   // Without a change while measurements count, they show only the rest of the last motion; after a long time without
   // measurements its beginning is lost.
-  if (reviewing_ || first == 0 || last_change < counted || step_ - first > 2 * kLongest) return;
+  if (reviewing_ || first == 0 || last_change < counted || step_ - first > kLongestReviewed) return;
   change_ = {};
   change_.first = first;
   change_.counted = counted;
@@ -268,7 +274,7 @@ DriveTrainVector DriveTrainLearning::newtonStep() const {
     const double free_energy = 0.5 * (sums.squares - change.dot(slope) + square(late / kDeadTimeDeviation));
     if (free_energy < least) least = free_energy, step = change;
   }
-  step(kLogLag) = std::clamp(step(kLogLag), -kLogLagDeviation, kLogLagDeviation);
+  step(kLogLag) = std::clamp(step(kLogLag), -kOtherLag, kOtherLag);
   return step;
 }
 
@@ -281,7 +287,7 @@ void DriveTrainLearning::learn() {
   // Of a change that is not explained the limit is as far as the next search got, at least.
   if (!explained) change(kLogLag) = change(kGainShare) = change(kOffset) = 0.0;
   if (change_.turns) change(kLogLag) = change(kGainShare) = 0.0;
-  const bool same = std::abs(change(kLogLag)) < kLogLagDeviation;
+  const bool same = std::abs(change(kLogLag)) < kOtherLag;
   for (DriveTrainSums& kept : memory_) kept = same ? kept.around(change) : DriveTrainSums{};
   theta_ += change;
   if (!explained) return;
@@ -314,47 +320,52 @@ void DriveTrainLearning::setLimit(double limit) {
   for (DriveTrainSums& kept : memory_) kept = kept.marginalised(kLimitShare);
 }
 
-/// The best timing, if the present one is less likely than chance.
 std::optional<DriveTrainTiming> DriveTrainLearning::takenOver() {
   const int i = std::clamp(bestDeadTime(), 1, DriveTrainFit::kGrid - 2);
   // A parabola through the least F and its neighbours.
-  const double before = minimum(i - 1), at = minimum(i), after = minimum(i + 1);
-  const double bend = before - 2.0 * at + after;
-  if (!(square(kStep) < bend * square(kLargestDoubt))) return std::nullopt;
-  DriveTrainVector now = theta_;
-  now(kLogLag) = std::log(std::max(timing_.lag, DriveTrain::kStep));
-  now(kGainShare) = timing_.gain_share;
-  const int present = std::min(static_cast<int>(timing_.dead_time / kStep), DriveTrainFit::kGrid - 2);
-  const double unlikely = std::min(freeEnergy(present, now), freeEnergy(present + 1, now)) - freeEnergy(i, theta_);
-  if (unlikely < 0.5 * square(thresholds::kSure)) return std::nullopt;
-  const double offset = std::clamp(0.5 * (before - after) / bend, -1.0, 1.0);
-  timing_ = {std::clamp(kStep * (i + offset), 0.0, kLongestTiming.dead_time), std::exp(theta_(kLogLag)),
-             timing_.acceleration_limit, theta_(kGainShare)};
-  return timing_;
+  const Minimum before = minimum(i - 1), at = minimum(i), after = minimum(i + 1);
+  const double bend = before.free_energy - 2.0 * at.free_energy + after.free_energy;
+  const double variance = square(kStep) / bend;
+  if (bend <= 0.0 || variance > square(kLargestDoubt)) return std::nullopt;
+  const double offset = std::clamp(0.5 * (before.free_energy - after.free_energy) / bend, -1.0, 1.0);
+  const DriveTrainTiming found{std::clamp(kStep * (i + offset), 0.0, kLongestTiming.dead_time),
+                               std::exp(theta_(kLogLag)), timing_.acceleration_limit, theta_(kGainShare)};
+  // Change of the lag with the dead time, and significance of the lag at a known dead time.
+  const double along = found.lag * (after.change(kLogLag) - before.change(kLogLag)) / (2.0 * kStep);
+  const double alone = square(found.lag) * at.log_lag_variance;
+  const auto beyondDoubt = [](double by, double of_variance) {
+    return std::abs(by) > std::max(kLeastChange, kBeyondDoubt * std::sqrt(of_variance));
+  };
+  const double later = found.dead_time - timing_.dead_time, slower = found.lag - timing_.lag;
+  const double stronger = std::abs(found.gain_share - timing_.gain_share);
+  const bool gain = stronger > std::max(kLeastGainChange, kBeyondDoubt * std::sqrt(at.gain_variance));
+  if (!gain && !beyondDoubt(later, variance) && !beyondDoubt(slower, alone + square(along) * variance) &&
+      !beyondDoubt(later + slower, alone + square(1.0 + along) * variance)) {
+    return std::nullopt;
+  }
+  timing_ = found;
+  return found;
 }
 
-/// F of the changes so far at a dead time of the grid.
-double DriveTrainLearning::freeEnergy(int i, const DriveTrainVector& theta) const {
-  const DriveTrainSums sums = memory_[static_cast<std::size_t>(i)].around(theta - theta_);
-  const DriveTrainVector far = (theta - expected()).cwiseQuotient(deviations());
-  return 0.5 * (sums.squares + far.squaredNorm() + square((i * kStep - timing_.dead_time) / kDeadTimeDeviation));
-}
-
-/// Least F along theta at a dead time of the grid.
-double DriveTrainLearning::minimum(int i) const {
-  const DriveTrainVector precision = deviations().cwiseAbs2().cwiseInverse();
+DriveTrainLearning::Minimum DriveTrainLearning::minimum(int i) const {
   const DriveTrainSums& sums = memory_[static_cast<std::size_t>(i)];
+  const DriveTrainVector precision = deviations().cwiseAbs2().cwiseInverse();
   DriveTrainMatrix curvature = sums.curvature;
   curvature.diagonal() += precision;
   const DriveTrainVector slope = sums.slope + precision.cwiseProduct(expected() - theta_);
-  return freeEnergy(i, theta_) - 0.5 * slope.dot(curvature.ldlt().solve(slope));
+  const auto solver = curvature.ldlt();
+  const DriveTrainVector change = solver.solve(slope);
+  const double late = i * kStep - timing_.dead_time;
+  return {change, 0.5 * (sums.squares - slope.dot(change) + square(late / kDeadTimeDeviation)),
+          solver.solve(DriveTrainVector::Unit(kLogLag))(kLogLag),
+          solver.solve(DriveTrainVector::Unit(kGainShare))(kGainShare)};
 }
 
 int DriveTrainLearning::bestDeadTime() const {
   int best = 0;
   double least = HUGE_VAL;
   for (int i = 0; i < DriveTrainFit::kGrid; ++i) {
-    const double candidate = minimum(i);
+    const double candidate = minimum(i).free_energy;
     if (candidate < least) least = candidate, best = i;
   }
   return best;

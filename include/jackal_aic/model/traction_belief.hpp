@@ -52,6 +52,9 @@ enum class Traction {
 /// Belief about the forward speed of the body, separate from that of its wheels. Does not allocate.
 class TractionBelief {
  public:
+  /// Longest time covered by one acceleration [s]; after a longer one the speed is that of the wheels.
+  static constexpr double kLongestStep = 0.15;
+
   /// @param turning_centre l, distance of the turning centre ahead of the IMU [m].
   explicit TractionBelief(double turning_centre) : turning_centre_(turning_centre) {}
 
@@ -127,7 +130,7 @@ class TractionBelief {
   std::size_t oldest() const;
   void remember();
   void learnNoise(double acceleration, double variance, double step);
-  void learnVibration(Mean mean);
+  void learnVibration(Mean mean, double variance);
   double unseenChange() const;
   double unknownOffset(double time) const;
   double bound(const Change& change) const;
@@ -143,7 +146,8 @@ class TractionBelief {
   bool possible(double gap) const;
   void learnJumpOfOffset();
   void slide(double gap_before, double acceleration, double step);
-  static bool turns(const Change& change);
+  bool stillTurning() const;
+  double leastToCome(const Change& change) const;
   bool comesToItsWheels(const Change& change) const;
   void stand(double step);
   void switchToRoll();
@@ -165,6 +169,7 @@ class TractionBelief {
   double slow_ = 1e-9;             // variance of means of a, by the differences of every third [(m/s^2)^2]
   double vibration_rate_ = 0.0;    // of the variance of the integral of a, by vibration, per second [(m/s)^2/s]
   double variance_rate_ = 0.0;     // of the variance of the integral of a, by all noise [(m/s)^2/s]
+  double factor_ = 1.0;            // lambda, of the variance of its integral
   double latest_ = 0.0;            // a [m/s^2]
   Mean mean_;                      // since the last of these:
   std::array<double, 8> means_{};  // the last means of a, a ring [m/s^2]
@@ -172,7 +177,10 @@ class TractionBelief {
   std::array<AttitudeFilter, 2> filters_{{{kMahony}, {kMadgwick}}};
   double misfit_ = 0.0;     // of a without a filter
   double jolt_ = 0.0;       // fastest change of the body lately [m/s]
+  double fastest_ = 0.0;    // acceleration of the wheels lately, for sensors that are late [m/s^2]
   double missed_ = kNever;  // since the last acceleration [s]
+  double repeated_ = 0.0;   // variance by which the integral is unsure until then [(m/s)^2]
+  double listened_ = 0.0;   // to accelerations [s]
   double measured_ = 0.0;   // the last acceleration, as it came [m/s^2]
   Past now_;
   std::array<Past, kRemembered> past_;

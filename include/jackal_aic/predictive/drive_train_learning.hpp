@@ -122,6 +122,14 @@ class DriveTrainLearning {
     double acceleration = 0.0;  // [m/s^2]
   };
 
+  /// Minimum along theta over the changes so far, for one dead time.
+  struct Minimum {
+    DriveTrainVector change;  // of theta
+    double free_energy;
+    double log_lag_variance;  // of ln T, with this dead time
+    double gain_variance;     // of gamma, with this dead time
+  };
+
   enum class State { unknown, settled, changing };
 
   void watch(const WheelVector& given);
@@ -141,8 +149,7 @@ class DriveTrainLearning {
   bool learnLimit();
   void setLimit(double limit);
   std::optional<DriveTrainTiming> takenOver();
-  double freeEnergy(int i, const DriveTrainVector& theta) const;
-  double minimum(int i) const;
+  Minimum minimum(int i) const;
   int bestDeadTime() const;
 
   double wheel_variance_;
