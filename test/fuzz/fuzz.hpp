@@ -1,13 +1,12 @@
 #pragma once
 
 /// @file
-/// What the property tests have in common: how many inputs, and how a text is damaged.
+/// What the property tests have in common: how many inputs, and what is random.
 
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
 #include <random>
-#include <sstream>
 #include <string>
 
 #include "../repository.hpp"
@@ -51,51 +50,7 @@ class Random {
     return kOdd[below(sizeof kOdd / sizeof *kOdd)];
   }
 
-  /// A text with one to four kinds of damage.
-  std::string damaged(std::string text) {
-    for (std::size_t wounds = 1 + below(4); wounds > 0; --wounds) damage(text);
-    return text;
-  }
-
  private:
-  void damage(std::string& text) {
-    static const char* const kTokens[] = {"nan", ".inf", "-1",  "1e300", "99999999999999999999",
-                                          "0",   "",     "[",   "]",     "{",
-                                          ":",   "- ",   "\n",  "<",     "/>",
-                                          "\"",  "&lt",  "#",   "true",  "!",
-                                          "*a",  "&a ",  "<<: "};
-    const std::size_t at = below(text.size() + 1), length = below(40);
-    switch (below(6)) {
-      case 0:
-        if (at < text.size()) text[at] = static_cast<char>(below(256));
-        break;
-      case 1:
-        text.erase(at, length);
-        break;
-      case 2:
-        text.insert(at, text.substr(below(text.size() + 1), length));
-        break;
-      case 3:
-        text.insert(at, kTokens[below(sizeof kTokens / sizeof *kTokens)]);
-        break;
-      case 4:
-        replaceNumber(text, at);
-        break;
-      default:
-        if (chance(0.1)) text.resize(at);
-    }
-  }
-
-  /// The next number after a place becomes another one.
-  void replaceNumber(std::string& text, std::size_t at) {
-    const auto begin = text.find_first_of("0123456789", at);
-    if (begin == std::string::npos) return;
-    const auto end = text.find_first_not_of("0123456789.eE+-", begin);
-    std::ostringstream other;
-    other << number();
-    text.replace(begin, (end == std::string::npos ? text.size() : end) - begin, other.str());
-  }
-
   std::mt19937_64 engine_;
 };
 

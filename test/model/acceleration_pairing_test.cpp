@@ -75,5 +75,14 @@ TEST(AccelerationPairing, SamplesOfABurstArePairedByTheirStamps) {
   }
 }
 
+TEST(AccelerationPairing, WithoutAnImuSampleTheUsualAccelerationGoesOn) {
+  AccelerationPairing pairing;
+  for (int i = 0; i < 100; ++i) {
+    pairing.add({i % 2 == 0 ? 1.1 : 0.9, 0.0, 9.81}, i * kPeriod);
+    pairing.take(i * kPeriod);
+  }
+  EXPECT_NEAR(pairing.take(100 * kPeriod).x(), 1.0, 0.02);
+}
+
 }  // namespace
 }  // namespace jackal_aic

@@ -119,5 +119,14 @@ TEST(CommandsUnderWay, KeepTheLatestWhenTheDeadTimeChanges) {
   for (int k = 13; k <= 20; ++k) EXPECT_EQ(longer.step(k), k - 9);
 }
 
+TEST(DriveTrainPrediction, IsAtRestOfTheLoopAfterAReset) {
+  DriveTrainPrediction wheel(model(0.04, 8.0), kRadius);
+  wheel.reset(3.0);
+  for (int k = 0; k < 50; ++k) wheel.predict(0.0);
+  EXPECT_NEAR(wheel.speed(), 3.0, 1e-12) << "the command that drove it is still under way";
+  for (int k = 0; k < 1000; ++k) wheel.predict(0.0);
+  EXPECT_NEAR(wheel.speed(), 0.0, 0.01);
+}
+
 }  // namespace
 }  // namespace jackal_aic

@@ -215,5 +215,27 @@ TEST(WheelBelief, VarianceAtTheLimitStaysPositive) {
   }
 }
 
+TEST(WheelBelief, LearnedLimitIsForgottenAtConstantSpeed) {
+  // A slow motor, then another source's commands: the wheel keeps a speed that the believed disturbance contradicts.
+  WheelBeliefParameters parameters;
+  parameters.limit_deviation = 0.6;
+  PlantModel drive = model(0.0, 0.006);
+  drive.acceleration_limit = 1.65;
+  WheelBelief wheel(drive, kRadius, parameters);
+  const double step = 0.35 * drive.acceleration_limit / kRadius * WheelBelief::kStep;
+  double speed = 0.0;
+  for (int k = 0; k < 1000; ++k) {
+    speed += step;
+    wheel.predict(12.0);
+    if (k % 20 == 19) wheel.correct(speed);
+  }
+  ASSERT_LT(wheel.limitShare(), 0.5);
+  for (int k = 0; k < 4000; ++k) {
+    wheel.predict(speed + 7.0);  // more than the wheel does, and it stays as it is
+    if (k % 20 == 19) wheel.correct(speed);
+  }
+  EXPECT_EQ(wheel.limitShare(), 1.0) << "a belief that crawls would hide that something else is wrong";
+}
+
 }  // namespace
 }  // namespace jackal_aic
