@@ -80,7 +80,7 @@ LoopSetup loadPrintedSetup(const PackageFiles& files, const std::string& control
 /// controller.
 ThesisSetup loadThesis(const PackageFiles& files, const std::string& controller, const Overrides& overrides);
 
-/// The drive loop of a setup. A diverging belief update is permitted, because the thesis shows such cases.
+/// The drive loop of a setup. A belief update that diverges is run as it is, because the thesis shows such cases.
 /// @throws ParameterError if its parameters contradict each other.
 DriveLoop makeLoop(const DriveParameters& parameters);
 DriveLoop makeLoop(const LoopSetup& setup);  ///< with the controller of the setup

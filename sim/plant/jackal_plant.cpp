@@ -15,7 +15,7 @@ namespace jackal_aic::sim {
 namespace {
 
 constexpr double kRadiansPerDegree = 0.017453292519943295;
-constexpr double kLowestVoltage = 0.5;  // share of the full voltage at which a battery switches itself off
+constexpr double kLowestVoltage = 0.5;  // share of the full one; below, a battery switches itself off
 
 /// The payload is distributed as the chassis' mass: at the chassis' centre of mass it scales mass and inertia.
 RigidBody loaded(const RigidBody& chassis, const PlantParameters& p) {

@@ -38,9 +38,9 @@ struct MotorParameters {
   double integral = 0.0;            ///< integral gain k_i on (gain x command - speed) [1/s]
   double acceleration_limit = 0.0;  ///< of the wheel [rad/s^2]
   double speed_limit = 0.0;         ///< of the wheel [rad/s]
-  double offset = 0.0;              ///< by which a wheel turns slower than commanded, and below which it stands [rad/s]
+  double offset = 0.0;              ///< by which a wheel turns slower than asked, and below which it stands [rad/s]
   double breakaway = 0.0;           ///< command below which a wheel that stands does not start [rad/s]
-  double stiffness = 0.0;           ///< torque per error of the wheel speed k_p [N m s/rad]; 0: stiff
+  double stiffness = 0.0;           ///< torque per error of the wheel speed k_p [N m s/rad]; 0: as much as is needed
   double torque_limit = 0.0;        ///< of each wheel's motor, where the loop is not stiff [N m]
 };
 
