@@ -259,9 +259,9 @@ int expectDefaults() {
 }
 
 TEST(GainServer, StartsFromTheDefaultsOfTheParameters) {
-  EXPECT_EQ(expectDefaults<ControllerGainsConfig, ControllerParameters>(), 3);
-  EXPECT_GT(expectDefaults<PredictiveGainsConfig, PredictiveParameters>(), 10);
-  EXPECT_EQ(expectDefaults<SensorNoiseConfig, SensorNoise>(), 3);
+  EXPECT_EQ((expectDefaults<ControllerGainsConfig, ControllerParameters>()), 3);
+  EXPECT_GT((expectDefaults<PredictiveGainsConfig, PredictiveParameters>()), 10);
+  EXPECT_EQ((expectDefaults<SensorNoiseConfig, SensorNoise>()), 3);
 }
 
 /// Adds the fields of a parameter struct to a table by key.
