@@ -216,7 +216,9 @@ template <class Config, class Parameters>
 void expectBounds(Parameters parameters, double Bounds::*side, double beyond) {
   const Config generated = beyond < 0.0 ? Config::__getMin__() : Config::__getMax__();
   for (const auto& [name, bound] : settingsOf(generated)) {
-    if (std::holds_alternative<double>(bound)) EXPECT_EQ(std::get<double>(bound), beyond) << name;
+    if (std::holds_alternative<double>(bound)) {
+      EXPECT_EQ(std::get<double>(bound), beyond) << name;
+    }
   }
   for (const auto& [name, bound] : settingsOf(rangeOf(parameters, side, generated))) {
     if (!std::holds_alternative<double>(bound)) continue;
