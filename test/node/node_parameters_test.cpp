@@ -161,7 +161,9 @@ template <class Config, class Parameters>
 void expectBounds(Parameters parameters, double Bounds::*side, double beyond) {
   const Config generated = beyond < 0.0 ? Config::__getMin__() : Config::__getMax__();
   for (const auto& [name, bound] : settingsOf(generated)) {
-    if (std::holds_alternative<double>(bound)) EXPECT_EQ(std::get<double>(bound), beyond) << name;
+    if (std::holds_alternative<double>(bound)) {
+      EXPECT_EQ(std::get<double>(bound), beyond) << name;
+    }
   }
   for (const auto& [name, bound] : settingsOf(rangeOf(parameters, side, generated))) {
     if (!std::holds_alternative<double>(bound)) continue;
@@ -181,6 +183,32 @@ TEST(GainServer, ShowsTheRangesOfTheParametersAndDoesNotClamp) {
   expectBounds<PredictiveGainsConfig>(PredictiveParameters{}, &Bounds::high, HUGE_VAL);
   expectBounds<SensorNoiseConfig>(SensorNoise{}, &Bounds::low, -HUGE_VAL);
   expectBounds<SensorNoiseConfig>(SensorNoise{}, &Bounds::high, HUGE_VAL);
+}
+
+TEST(GainServer, OffersEveryPredictiveParameterButTheRates) {
+  std::set<std::string> offered{"belief_rate", "action_rate"}, known;
+  for (const auto& [name, value] : settingsOf(PredictiveGainsConfig::__getDefault__())) offered.insert(name);
+  for (const Field& field : fieldsOf(PredictiveParameters{})) known.insert(field.name);
+  EXPECT_EQ(offered, known);
+}
+
+/// Expects that the server starts from what a parameter struct starts from; returns how many settings it has.
+template <class Config, class Parameters>
+int expectDefaults() {
+  int settings = 0;
+  const NamedValues offered = settingsOf(Config::__getDefault__());
+  for (const Field& field : fieldsOf(Parameters{})) {
+    if (offered.count(field.name) == 0) continue;
+    EXPECT_EQ(offered.at(field.name), field.value) << field.name;
+    ++settings;
+  }
+  return settings;
+}
+
+TEST(GainServer, StartsFromTheDefaultsOfTheParameters) {
+  EXPECT_EQ((expectDefaults<ControllerGainsConfig, ControllerParameters>()), 3);
+  EXPECT_GT((expectDefaults<PredictiveGainsConfig, PredictiveParameters>()), 10);
+  EXPECT_EQ((expectDefaults<SensorNoiseConfig, SensorNoise>()), 3);
 }
 
 /// Adds the fields of a parameter struct to a table by key.

@@ -55,6 +55,7 @@ void OtherPublishers::watch(ros::NodeHandle node) {
   timer_ = node.createWallTimer(ros::WallDuration(kFirstPeriod), [this](const ros::WallTimerEvent&) {
     look();
     if (checked_) timer_.setPeriod(ros::WallDuration(kPeriod));
+    if (checked_ && commands_.empty()) timer_.stop();  // nobody can contend
   });
 }
 

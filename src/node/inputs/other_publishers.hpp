@@ -24,6 +24,7 @@ class OtherPublishers {
       : commands_(std::move(commands)), emergency_stop_(emergency_stop) {}
 
   /// Asks, and asks again and again in the thread of a node handle, which waits for the answers: not one that drives.
+  /// Without topics of commands it ends once checked() holds.
   void watch(ros::NodeHandle node);
 
   /// True once the master has answered and every publisher of the emergency stop is connected: its latched message has
