@@ -50,7 +50,7 @@ class JitteredWheel {
  public:
   explicit JitteredWheel(std::uint64_t seed)
       : random_(seed), controller_(PredictiveParameters{}, model(), kRadius), wheel_(model(), kRadius) {
-    controller_.start(0.0);
+    controller_.restart(0.0);
     controller_.restart(0.0);
   }
 
