@@ -95,14 +95,14 @@ void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double st
 
 /// In a turn the mean of a second decides, because single samples of a wrong gyro agree by their noise.
 bool SlipBelief::agrees(double yaw_rate, double x, double v, double step) {
-  if (std::abs(x) <= thresholds::kSlow) return turn_.plausible(yaw_rate, x, v);
+  if (std::abs(x) <= TurnModel::kTurn) return turn_.plausible(yaw_rate, x, v);
   const double asked = x * configured_.slip_factor / configured_.effective_track;
   agreement_.update(yaw_rate, asked, step);
   return turn_.plausible(agreement_.value() * asked, x, v);
 }
 
 void SlipBelief::keep(const WheelDifference& n, double step) {
-  if (std::abs(radius_ * n.value) > thresholds::kSlow) trusted_ += step;
+  if (std::abs(radius_ * n.value) > TurnModel::kTurn) trusted_ += step;
   if (trusted_ < kTrustTime) return;
   kept_ = recent_;
   recent_ = turn_;

@@ -22,8 +22,10 @@ constexpr double kVeerDeviation = 0.03;    // of q_3, relative to it: tyres diff
 constexpr double kGroundDeviation = 0.04;  // sigma_h
 constexpr double kGroundLasts = 0.5;       // T_h [s]
 constexpr double kLeastNoise = 0.01;       // its bounds: a smooth floor
-constexpr double kLargest = 4.0;           // deviations of q_2, q_3 and q_4 within their range
-constexpr double kLargestNoise = 0.3;      // and a robot that skids
+constexpr double kTurnNoise = 0.3;         // of a robot that has not turned yet
+constexpr double kLargestNoise = 0.5;      // and a robot that skids
+constexpr double kLargestMotion = 0.5;     // of q_2 and q_4, relative to c, per m/s
+constexpr double kLargestVeer = 0.1;       // of q_3, relative to it: three times what tyres differ by as a rule
 constexpr double kNoiseEvidence = 2.0;     // N_0
 constexpr double kSample = 0.02;           // s
 constexpr double kSlack = 4.0 / 3.0;       // factor beyond the range, up to which a turn counts as one at its bound
@@ -38,7 +40,7 @@ TurnModel::TurnModel(double ratio, double range)
       range_(range),
       mean_(State::Zero()),
       covariance_(Covariance::Zero()),
-      noise_variance_(square(kLargestNoise)),
+      noise_variance_(square(kTurnNoise)),
       evidence_(kNoiseEvidence) {
   mean_(0) = ratio;
   const double of_range = std::max(kLeastDeviation, (range - 1.0) / kRangeDeviations);
@@ -62,7 +64,7 @@ double TurnModel::perDifference(double x, double v) const { return ratio(x, v, g
 
 bool TurnModel::plausible(double yaw_rate, double x, double v) const {
   if (std::abs(x) <= thresholds::kSlow)
-    return std::abs(yaw_rate) <= kSlack * configured_ * (kLargest * kVeerDeviation * std::abs(v) + thresholds::kSlow);
+    return std::abs(yaw_rate) <= kSlack * configured_ * (kLargestVeer * std::abs(v) + thresholds::kSlow);
   const double of_asked = yaw_rate / (configured_ * x), most = kSlack * range_;
   return of_asked >= 1.0 / most && of_asked <= most;
 }
@@ -110,7 +112,7 @@ void TurnModel::learnNoise(double error, const State& phi, double variance, doub
 }
 
 void TurnModel::learnVeer(double error, double x, double v, double variance, double step) {
-  if (std::abs(x) > thresholds::kSlow || std::abs(v) <= thresholds::kSlow) return;
+  if (std::abs(x) > thresholds::kSlow || std::abs(v) <= kTurn) return;
   if (covariance_(2, 2) * prior_(2, 2) < square(kCertainVeer)) return;
   // The ground causes as much veer as tyres do, for T_h: one independent measurement in twice that time.
   const double of_ground = square(v) / prior_(2, 2) * 2.0 * kGroundLasts / step;
@@ -127,8 +129,7 @@ void TurnModel::correct(double error, const State& phi, double variance) {
 }
 
 void TurnModel::bound() {
-  const Eigen::Vector3d others =
-      configured_ * kLargest * Eigen::Vector3d(kMotionDeviation, kVeerDeviation, kMotionDeviation);
+  const Eigen::Vector3d others = configured_ * Eigen::Vector3d(kLargestMotion, kLargestVeer, kLargestMotion);
   mean_(0) = bounded(mean_(0));
   mean_.segment<3>(1) = mean_.segment<3>(1).cwiseMax(-others).cwiseMin(others);
 }

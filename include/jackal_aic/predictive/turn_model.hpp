@@ -39,6 +39,7 @@ struct TurnCoefficients {
 class TurnModel {
  public:
   static constexpr double kTimeConstant = 120;  ///< T, time of turning over which the coefficients are averaged [s]
+  static constexpr double kTurn = 0.15;         ///< least |v| of a straight line to learn from [m/s]
 
   /// @param ratio alpha / b_hat as configured [1/m]; @param range largest ratio of d theta_dot/dx and it.
   explicit TurnModel(double ratio, double range = GeometryParameters::kTrackRange);
@@ -75,7 +76,7 @@ class TurnModel {
   /// would seem not to depend on x; @param variance of the error [(rad/s)^2]; @param step since the last one [s].
   void learn(double error, double x, double v, double variance, double step);
 
-  /// Takes an error() of a straight line, which measures the veer; ignored for slow wheels.
+  /// Takes an error() of a straight line, which measures the veer; ignored below kTurn.
   void learnVeer(double error, double x, double v, double variance, double step);
 
   double inPlace() const { return mean_(0); }               ///< q_1 [1/m]
