@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Figures of doc/concepts: certificate.png and drive_gate.png.
 
 Usage: plot_concepts.py DIRECTORY

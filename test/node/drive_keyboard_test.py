@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """drive_keyboard in a pseudo terminal: keys in, set points out, zero and a restored terminal at the end."""
 
 import os

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """What a controller drives, believes and publishes on the ROS path, and that it is what it drives without ROS."""
 
 import bisect

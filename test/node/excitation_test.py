@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The excitation of identify.launch with another publisher of commands, an emergency stop, and its recorder."""
 
 import pathlib

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The simulation waits for its controller: the test is one that is as late as it likes."""
 
 import time

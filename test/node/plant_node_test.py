@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The simulated robot as a node: rates, commands, handling from outside, reset."""
 
 import math

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """What is recorded of a drive: by the recorder of the demo, by that of the launch files, and of two robots in one graph."""
 
 import csv

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Who may command a running controller and as what: enable and reset, set points, gains, the wheel topics of Gazebo."""
 
 import sys

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The controller node as a process: what it refuses to start with, what it leaves behind, and what it keeps in its file."""
 
 import pathlib

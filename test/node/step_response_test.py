@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Standard, improved and predictive on one plant: the test hands on the commands of one of them. Argument: ground, box or real."""
 
 import statistics

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Output twist behind twist_mux, where a joystick takes the motors and gives them back. Argument: what shows the controller that,
 cmd_drive, mux or nothing."""
 
