@@ -196,7 +196,6 @@ TEST_F(BadBag, WithSeveralPublishersOfCommands) {
   writeMountedImu(file.path, nodes, false);
   const std::string message = refusal(file.path);
   EXPECT_NE(message.find("200 publishers"), std::string::npos) << message;
-  EXPECT_NE(message.find("and 195 more"), std::string::npos) << message;
   EXPECT_LT(message.size(), 400U);
 }
 
