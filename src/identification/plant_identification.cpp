@@ -645,7 +645,7 @@ void coverBoth(const Parts& parts, Identification& result) {
     if (!differ(parts, parameter)) continue;
     for (const Part& part : parts) cover(part.found, parameter, *estimates[i]);
     told.push_back(fmt::format("{} {:.3f} and {:.3f}{}", kNames[i], parts[0].found.theta[parameter],
-                                      parts[1].found.theta[parameter], kUnits[i]));
+                               parts[1].found.theta[parameter], kUnits[i]));
   }
   if (told.empty()) return;
   result.remarks.push_back(fmt::format("{} and {} differ: {}; the intervals cover both", parts[0].name, parts[1].name,

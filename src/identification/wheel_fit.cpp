@@ -167,8 +167,7 @@ FitResult intervals(const WheelFit& fit, const Theta& theta, int parameters) {
   const Eigen::MatrixXd influence = S * bread;
   Eigen::VectorXd score = Eigen::VectorXd::Zero(count);
   // For each parameter: information of a block, and the sums of it and of its square over the blocks.
-  Eigen::ArrayXd told = Eigen::ArrayXd::Zero(count), told_sum = told,
-                 told_squares = told;
+  Eigen::ArrayXd told = Eigen::ArrayXd::Zero(count), told_sum = told, told_squares = told;
   double block_end = -HUGE_VAL;
   const auto close = [&] {
     meat += score * score.transpose();
@@ -194,8 +193,7 @@ FitResult intervals(const WheelFit& fit, const Theta& theta, int parameters) {
   for (Eigen::Index i = 0; i < count; ++i) {
     // The dead time follows from the few blocks with a step, so their number counts (Carter, Schnepel and Steigerwald
     // 2017).
-    const double blocks =
-        std::max(2.0, told_sum(i) * told_sum(i) / std::max(told_squares(i), 1e-300));
+    const double blocks = std::max(2.0, told_sum(i) * told_sum(i) / std::max(told_squares(i), 1e-300));
     const double variance = std::max(robust(i, i) * blocks / (blocks - 1.0), white * bread(i, i));
     result.half_width[seen[static_cast<std::size_t>(i)]] = studentQuantile(blocks - 1.0) * std::sqrt(variance);
   }

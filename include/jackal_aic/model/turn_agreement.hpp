@@ -28,8 +28,8 @@ class TurnAgreement {
 
  private:
   static constexpr double kTells = 0.2;  // least turn that tells the sign [rad/s]
-  double product_ = 0.0;  // sum of y a step [rad^2/s]
-  double square_ = 0.0;   // sum of a^2 step [rad^2/s]
+  double product_ = 0.0;                 // sum of y a step [rad^2/s]
+  double square_ = 0.0;                  // sum of a^2 step [rad^2/s]
   double turned_ = 0.0;
 };
 
