@@ -7,6 +7,7 @@
 namespace jackal_aic {
 namespace {
 
+constexpr double kLongest = 0.15;    // s between two samples; one between them was lost beyond it
 constexpr int kFrozen = 8;           // samples of a source that does not change
 constexpr double kLargestShare = 4;  // of D, in multiples of h
 constexpr double kLatest = 0.025;    // s by which an IMU sample may be later than the one it is paired with
@@ -38,7 +39,7 @@ Eigen::Vector3d AccelerationPairing::take(double stamp) {
     count(waiting_[first_++ % kMostWaiting]);
   }
   const double step = stamp - taken_, lasted = count_ > 0 ? stamp_ - last_stamp_ : 0.0;
-  const bool known = taken_once_ && step > 0.0 && step < thresholds::kGap && lasted >= 0.0 && lasted < thresholds::kGap;
+  const bool known = taken_once_ && step > 0.0 && step < kLongest && lasted >= 0.0 && lasted < kLongest;
   const double share = count_ == 0 ? 0.0 : known ? std::min(lasted / step, kLargestShare) : 1.0;
   const Eigen::Vector3d paired = usual_ + share * (mean_ - usual_);
   if (count_ > 0)

@@ -10,6 +10,8 @@
 namespace jackal_aic {
 namespace {
 
+constexpr double kRestSpeed = 0.15;  // of a wheel that stands, mean over kMotionMemory [rad/s]
+
 /// Share of a sample in a mean over the time so far, and at most over the memory.
 double shareOf(double step, double& time) {
   time = std::min(time + step, thresholds::kSensorMemory);
@@ -28,7 +30,7 @@ void ImuAtRest::calibrate(Observation& observation, double step) {
 void ImuAtRest::watchWheels(const Observation& y, double step) {
   if (y.valid.wheel_left) average(wheels_(0), y.wheel_left, step, thresholds::kMotionMemory);
   if (y.valid.wheel_right) average(wheels_(1), y.wheel_right, step, thresholds::kMotionMemory);
-  if (wheels_.cwiseAbs().maxCoeff() > thresholds::kRest) rested_ = 0.0;
+  if (wheels_.cwiseAbs().maxCoeff() > kRestSpeed) rested_ = 0.0;
 }
 
 void ImuAtRest::learn(const Observation& y, double step) {

@@ -10,7 +10,8 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kSteady = 0.01;  // m/s; largest difference of the slips of a body that has followed its wheels
+constexpr double kTurnMemory = 15.0;  // of how much the ground disturbs a turn [s]
+constexpr double kSteady = 0.01;      // m/s; largest difference of the slips of a body that has followed its wheels
 
 }  // namespace
 
@@ -34,7 +35,7 @@ void MotionUncertainty::predict(double left_acceleration, double right_accelerat
 void MotionUncertainty::learnTurn(double yaw_rate, double usual, double step) {
   if (on_box_ || std::abs(usual) < thresholds::kTurning || std::abs(slip_(1) - slip_(0)) > kSteady) return;
   const double deviation = std::abs(yaw_rate / usual - 1.0);
-  average(turn_, deviation > kUsualTurn ? square(deviation) : 0.0, step, thresholds::kSensorMemory);
+  average(turn_, deviation > kUsualTurn ? square(deviation) : 0.0, step, kTurnMemory);
 }
 
 double MotionUncertainty::forwardVariance(double believed, const BodyVector& velocity, double ahead) const {

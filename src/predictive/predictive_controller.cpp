@@ -11,6 +11,7 @@
 namespace jackal_aic {
 namespace {
 
+constexpr double kLoadLasts = 0.3;  // s after a turn, until motors have forgotten its load
 YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
   return {p.gyro_variance, p.yaw_process_noise, p.yaw_delay_deviation};
 }
@@ -175,7 +176,7 @@ void PredictiveController::setTiming(const DriveTrainTiming& timing) {
 void PredictiveController::watchTurn() {
   if (model_.on_box) return;
   const double difference = std::abs(right().speed() - left().speed());
-  turning_ = std::max(difference, turning_ * keptAfter(observation_step_, thresholds::kMotionMemory));
+  turning_ = std::max(difference, turning_ * keptAfter(observation_step_, kLoadLasts));
   const double share = std::clamp(turning_ / thresholds::kMoving - 1.0, 0.0, 1.0);
   left_.setTurning(share);
   right_.setTurning(share);

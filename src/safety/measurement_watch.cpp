@@ -8,6 +8,7 @@
 namespace jackal_aic {
 namespace {
 
+constexpr double kLongestPeriod = 0.25;  // of one sample [s]
 /// An outlier excludes a sample, but its channel is not lost.
 bool works(const ChannelHealth& verdict) { return verdict.state != ChannelState::faulty; }
 
@@ -33,7 +34,7 @@ void MeasurementWatch::advance(const std::optional<WheelCommand>& command, doubl
 
 void MeasurementWatch::judge(Observation& observation, const SensorHealth& health, double now) {
   // With a stamp that is not finite no time passes.
-  const double step = std::min(std::max(0.0, observation.stamp - stamp_), thresholds::kGap);
+  const double step = std::min(std::max(0.0, observation.stamp - stamp_), kLongestPeriod);
   stamp_ = observation.stamp;
   excludeImpossible(observation, step);
   if (health.imu.lost()) observation.valid.yaw_rate = observation.valid.acceleration = false;

@@ -17,6 +17,7 @@ namespace jackal_aic {
 /// with an unknown vertical axis is always valid. Does not allocate.
 class ImuAtRest {
  public:
+  static constexpr double kGravityTime = 0.1;        ///< shortest mean for gravity [s]
   static constexpr double kLargestBias = 0.05;       ///< of the gyro; a larger yaw rate at rest is no bias [rad/s]
   static constexpr double kGravityTolerance = 0.15;  ///< relative
   static constexpr double kLeastVertical = 0.7;      ///< part of gravity along the vertical axis
@@ -40,7 +41,7 @@ class ImuAtRest {
   double gyroBias() const { return bias_ * bias_ > square(thresholds::kSure) * mean_variance_ ? bias_ : 0.0; }
 
   /// True for an accelerometer that has read another value than gravity at rest.
-  bool accelerometerWrong() const { return weighed_ >= thresholds::kMotionMemory && !readsGravity(); }
+  bool accelerometerWrong() const { return weighed_ >= kGravityTime && !readsGravity(); }
 
   /// Forgets everything, for another IMU.
   void reset() { *this = ImuAtRest(); }
