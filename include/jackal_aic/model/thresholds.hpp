@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// Thresholds and times that every part of the core shares, one value each. Halving or doubling one of them changes
-/// little.
+/// Thresholds and times that several parts of the core share, one value each.
 
 namespace jackal_aic::thresholds {
 
