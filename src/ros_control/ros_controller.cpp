@@ -121,7 +121,7 @@ void RosController::subscribe(ros::NodeHandle& robot, ros::NodeHandle& controlle
         tellStatus();
       });
   others_.emplace(std::vector<std::string>{}, &robot_->emergencyStop());
-  others_->watch(robot);
+  others_->watch(robot, true);
   command_source_.emplace(controller, "cmd_vel", 1, [this](const ReceivedSetPoint& command) { onCommand(command); });
 }
 

@@ -50,12 +50,12 @@ std::vector<std::string> publishers(XmlRpc::XmlRpcValue& topics, const std::stri
 
 }  // namespace
 
-void OtherPublishers::watch(ros::NodeHandle node) {
+void OtherPublishers::watch(ros::NodeHandle node, bool until_checked) {
   look();  // without a publisher of the emergency stop there is no wait
-  timer_ = node.createWallTimer(ros::WallDuration(kFirstPeriod), [this](const ros::WallTimerEvent&) {
+  timer_ = node.createWallTimer(ros::WallDuration(kFirstPeriod), [this, until_checked](const ros::WallTimerEvent&) {
     look();
     if (checked_) timer_.setPeriod(ros::WallDuration(kPeriod));
-    if (checked_ && commands_.empty()) timer_.stop();  // nobody can contend
+    if (checked_ && until_checked) timer_.stop();
   });
 }
 

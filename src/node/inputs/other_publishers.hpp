@@ -24,8 +24,8 @@ class OtherPublishers {
       : commands_(std::move(commands)), emergency_stop_(emergency_stop) {}
 
   /// Asks, and asks again and again in the thread of a node handle, which waits for the answers: not one that drives.
-  /// Without topics of commands it ends once checked() holds.
-  void watch(ros::NodeHandle node);
+  /// @param until_checked ends once checked() holds, for an owner that needs nothing else of this.
+  void watch(ros::NodeHandle node, bool until_checked = false);
 
   /// True once the master has answered and every publisher of the emergency stop is connected: its latched message has
   /// then arrived.
