@@ -81,7 +81,6 @@ class WheelBelief {
   double disturbance() const { return x_(2); }                                   ///< d [rad/s]
   double limitShare() const { return limit_share_; }   ///< lambda, acceleration limit of the wheel / of the model
   double acceleration() const { return rate_; }        ///< dw/dt of the last inner step [rad/s^2]
-  bool atLimit() const { return limited_steps_ > 0; }  ///< it bounded dw/dt in the last inner step
   double measurement() const { return measured_; }     ///< y, the last one [rad/s]
   double predicted() const { return predicted_; }      ///< w + e before it [rad/s]
 
