@@ -450,6 +450,7 @@ TEST_F(RosControl, ALatchedEmergencyStopIsHeardBeforeTheFirstCommand) {
   ASSERT_TRUE(engaged);
   subscriber.shutdown();
   ASSERT_TRUE(plugins.load(kName) && change({kName}, {}));
+  sender.listen(node, std::string(kName) + "/cmd_vel");  // else it waits a second for each command
   command(0.0, 0.0);
   run(0.1);
   command(0.5, 0.0);
