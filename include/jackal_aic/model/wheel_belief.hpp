@@ -79,10 +79,10 @@ class WheelBelief {
   double speed() const { return x_(0) + x_(3); }                                 ///< w + e [rad/s]
   double speedVariance() const { return P_(0, 0) + 2.0 * P_(0, 3) + P_(3, 3); }  ///< of it
   double disturbance() const { return x_(2); }                                   ///< d [rad/s]
-  double limitShare() const { return limit_share_; }   ///< lambda, acceleration limit of the wheel / of the model
-  double acceleration() const { return rate_; }        ///< dw/dt of the last inner step [rad/s^2]
-  double measurement() const { return measured_; }     ///< y, the last one [rad/s]
-  double predicted() const { return predicted_; }      ///< w + e before it [rad/s]
+  double limitShare() const { return limit_share_; }  ///< lambda, acceleration limit of the wheel / of the model
+  double acceleration() const { return rate_; }       ///< dw/dt of the last inner step [rad/s^2]
+  double measurement() const { return measured_; }    ///< y, the last one [rad/s]
+  double predicted() const { return predicted_; }     ///< w + e before it [rad/s]
 
   /// Gain of the next measurement on (w, z, d) if the wheel does not accelerate.
   Eigen::Vector3d gain() const;
