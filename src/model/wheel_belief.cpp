@@ -14,9 +14,6 @@ namespace {
 /// smaller change has another cause.
 constexpr double kLeastPart = 0.2;
 
-/// Time of constant speed at the limit after which the limit does not hold [s]; longer than any dead time. The mean
-/// over it decides: the noise of an encoder is as large as a change between two samples.
-
 constexpr double kLeastLimit = 0.3;            // lambda
 constexpr double kLimitMemory = 0.5;           // s at the limit
 constexpr double kNoise = 2.0;                 // standard deviations of a measurement; smaller changes are noise

@@ -8,10 +8,10 @@
 ///     A = D - kappa_mu (E' Pi_mu E + R_tilde' Pi_y R_tilde)
 ///     b = kappa_mu (E' Pi_mu mu_d_tilde / tau + R_tilde' Pi_y y_tilde)
 ///
-/// `exact` holds y_tilde and mu_d_tilde over the step h, because they change at the sensor rate, and solves the
-/// dynamics without error: mu_tilde <- Phi mu_tilde + Gamma b with Phi = exp(A h), Gamma = int_0^h exp(A s) ds. `euler`
-/// is the thesis' mu_tilde <- mu_tilde + h d(mu_tilde)/dt (3-16), which diverges once the spectral radius of I + h A
-/// exceeds 1: of Table C-1 at h kappa_mu Pi_mu / tau^2 = 1.75. With Phi = I + h A and Gamma = h I it is the same map.
+/// `exact` holds y_tilde and mu_d_tilde over the step h, because they change at the sensor rate. It solves the dynamics
+/// without error: mu_tilde <- Phi mu_tilde + Gamma b with Phi = exp(A h), Gamma = int_0^h exp(A s) ds. `euler` is the
+/// thesis' mu_tilde <- mu_tilde + h d(mu_tilde)/dt (3-16), which diverges once the spectral radius of I + h A exceeds
+/// 1: of Table C-1 at h kappa_mu Pi_mu / tau^2 = 1.75. With Phi = I + h A and Gamma = h I it is the same map.
 ///
 /// Gamma b changes only with a measurement, a set point or gains. Uncoupled states have separate blocks of Phi. The
 /// Jackal's motions are uncoupled: both sides of the robot have the same precision, so that the cross terms of forward

@@ -3,16 +3,16 @@
 /// @file
 /// A controller and a linear robot as one linear periodic system: both structures in one class.
 ///
-/// The robot is a PlantModel below its acceleration limit: lag, velocity loop and dead time; any dead time is
+/// The robot is a PlantModel below its acceleration limit: lag, velocity loop and dead time. Any dead time is
 /// represented exactly, as a switch from one held command to the next within an action period. The controller is a
 /// linear map at each of its events:
 ///
-///     thesis       belief update (3-11, either integrator), generalisation (3-22), action update (3-13). Symmetry
-///     splits the loop into two uncoupled ones: the mean of the wheels with the forward belief,
-///                  half their difference with the yaw belief. The lateral belief is neither measured nor driven: its
-///                  radius is in that of the belief.
-///     predictive   belief (w, z, d) about a wheel, with the gain to which its covariance converges, and action. Both
-///     wheels have the same loop.
+///     thesis       belief update (3-11, either integrator), generalisation (3-22), action update (3-13)
+///     predictive   belief (w, z, d) about a wheel, with the gain to which its covariance converges, and action
+///
+/// Symmetry splits the thesis' loop into two uncoupled ones: the mean of the wheels with the forward belief, half their
+/// difference with the yaw belief. The lateral belief is neither measured nor driven: its radius is that of the belief.
+/// The predictive structure has the same loop for both wheels.
 ///
 /// Over the common period of sensor, belief and action a loop maps its state linearly; it is asymptotically stable if
 /// and only if the spectral radius of that map is below 1. Left out: limits on speed and acceleration, noise, wheel

@@ -11,8 +11,8 @@
 
 namespace jackal_aic {
 
-/// A number as YAML text that is a floating-point number for every reader of YAML 1.1 and 1.2, and of JSON: with a
-/// point, and with a sign in the exponent (1000.0, 0.25, 1.0e+08).
+/// A number as YAML text with a point, and with a sign in the exponent (1000.0, 0.25, 1.0e+08). Every reader of YAML
+/// 1.1, YAML 1.2 and JSON takes it for a floating-point number.
 /// @param digits most significant digits; with 17 every number is read back as it was. @throws ParameterError if the
 /// number is not finite, because the formats differ there.
 std::string yamlNumber(double value, int digits = 17);

@@ -88,9 +88,9 @@ struct Identification {
 /// alpha / b_hat only (3-1), so the effective track belongs to this slip factor.
 /// @throws IdentificationError if a series is missing or too short, stamps are not increasing, a value is not finite,
 /// or the commands hardly change (no excitation). Also if a wheel never turns, turns against its command or follows
-/// that of the other side; if the model leaves more than a tenth of the variance of the wheel speeds, or the commands
-/// do not explain half of the recording; if an estimate is at the end of the range searched, or the wheels answer
-/// before their commands.
+/// that of the other side. Also if the model leaves more than a tenth of the variance of the wheel speeds, or the
+/// commands do not explain half of the recording. Also if an estimate is at the end of the range searched, or the
+/// wheels answer before their commands.
 Identification identifyDriveTrain(const DriveRecording& recording, double wheel_radius, double slip_factor = 1.0);
 
 }  // namespace jackal_aic

@@ -30,9 +30,9 @@
 ///     dw/dt = g a            complementary and Mahony: g is the gain [1/s]
 ///     dw/dt = g sign(a)      Madgwick: g is twice gravity times the gain [m/s^3]
 ///
-/// g is learned for each kind while the wheels roll, by recursive least squares of D on the integral of w/g, with a
-/// prior. The better kind is used if it explains D better than no filter; rolling ends only if no g of either kind
-/// within three standard deviations explains D.
+/// g is learned for each kind while the wheels roll: recursive least squares of D on the integral of w/g, with a prior.
+/// The better kind is used if it explains D better than no filter; rolling ends only if no g of either kind within
+/// three standard deviations explains D.
 ///
 /// Only the belief about the speed uses it; wheels and commands do not.
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Quantities of the controller, with unit and frame; the symbols are those of the thesis (B.D. van der Meer, "Control
+/// Quantities of the controller, with unit and frame. The symbols are those of the thesis (B.D. van der Meer, "Control
 /// analysis of an active inference controller for a skid-steer mobile robot", TU Delft 2022).
 
 #include <Eigen/Core>

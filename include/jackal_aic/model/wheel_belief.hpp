@@ -15,21 +15,21 @@
 /// arrives before the wheel takes the rest for a disturbance, and the action corrects it. The wheel's speed is w + e.
 ///
 /// The part lambda_t of sigma_t that the motor needs is learned where e explains most of an innovation epsilon of
-/// variance S: natural gradient of 1/2 epsilon^2/S + 1/2 ln S along ln lambda_t, with forgetting. It soon shrinks for a
-/// motor like its model.
+/// variance S. It follows the natural gradient of 1/2 epsilon^2/S + 1/2 ln S along ln lambda_t, with forgetting. It
+/// soon shrinks for a motor like its model.
 ///
 /// After an acceleration beyond half the model's limit w is uncertain by up to the deviation of the limit times the
 /// change, if the wheel accelerates: a slower motor is not a disturbance. The motor's limit, a part lambda <= 1 of the
-/// model's, is learned from the measured change of speed while the model is at its limit (natural gradient of 1/2 (dy -
-/// lambda dw)^2 / (2 Sigma_y), with forgetting). sigma_l is the initial deviation of lambda.
+/// model's, is learned from the measured change of speed while the model is at its limit. It follows the natural
+/// gradient of 1/2 (dy - lambda dw)^2 / (2 Sigma_y), with forgetting. sigma_l is the initial deviation of lambda.
 ///
 /// Between measurements the belief x = (w, z, d, e) moves with the model, and its covariance P grows by the process
 /// noise of w and d. A measurement changes it by the gradient of the free energy
 ///
 ///     F(x) = 1/2 (y - w - e)^2 / Sigma + 1/2 (x - x_prior)' P^-1 (x - x_prior),
 ///
-/// preconditioned by the inverse of its curvature (the natural gradient); with learning rate 1 the step ends in the
-/// minimum of F, which is the Kalman filter's estimate.
+/// preconditioned by the inverse of its curvature (the natural gradient). With learning rate 1 the step ends in the
+/// minimum of F, the Kalman filter's estimate.
 
 #include <Eigen/Core>
 #include <cstddef>

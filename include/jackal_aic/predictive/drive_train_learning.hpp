@@ -3,9 +3,9 @@
 /// @file
 /// Learning of the drive train's dead time delta and lag T from the motion of the wheels under their commands.
 ///
-/// Commands and measurements of the last seconds are kept. After a change of the commands has settled, or has lasted
-/// for long, the motion of the wheels is compared with that of a drive train of parameters theta (drive_train_fit.hpp),
-/// for every dead time of a grid. With n measurements the free energy is
+/// Commands and measurements of the last seconds are kept. When a change of the commands has settled, or has lasted for
+/// long, the motion of the wheels is compared with that of a drive train of parameters theta (drive_train_fit.hpp). It
+/// is compared for every dead time of a grid. With n measurements the free energy is
 ///
 ///     F(delta, theta) = n/(2 n_0) ln sum_k epsilon_k^2 + 1/2 (theta - theta_1)' Pi_0 (theta - theta_1)
 ///                       + 1/2 (delta - delta_0)^2 / sigma_delta^2 + earlier changes,

@@ -5,8 +5,8 @@
 ///
 ///     dw_ref/dt = clamp((w_d - w_ref) / tau_ref, +- acceleration limit / radius)
 ///
-/// Once in an action period T it computes the input r that takes the drive train of the model along the path: the r,
-/// held over the period, that solves w(t + T) = w_ref(t + T).
+/// Once in an action period T it computes the input r that takes the drive train of the model along the path. The input
+/// is held over the period and solves w(t + T) = w_ref(t + T).
 
 #include <Eigen/Core>
 #include <cmath>

@@ -6,8 +6,8 @@
 ///
 /// Innovations measure the real errors of a belief. At its minimum the free energy F of a measurement is nu^2/(2 S),
 /// with the innovation nu and its variance S, so the mean of 2 F should be 1. The variance P of a belief is multiplied
-/// by phi, for the wheels and for the gyro. phi is the mean of 2 F over a second, or over a tenth of a second divided
-/// by chi if that exceeds the noise, with a lower bound.
+/// by phi, for the wheels and for the gyro. The factor phi is the mean of 2 F over a second, or over a tenth of a
+/// second divided by chi if that exceeds the noise, with a lower bound.
 ///
 /// Errors that innovations do not show, or show too late, are added:
 ///

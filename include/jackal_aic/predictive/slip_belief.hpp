@@ -5,7 +5,7 @@
 ///
 /// Wheels and gyro determine the ratio alpha / b_hat only, so alpha is as configured. On a real robot the ratio depends
 /// on the motion and on the present ground (turn_model.hpp). It is learned only from significant turns: n = w_R - w_L
-/// above five standard deviations of the recent innovations, so that coarse encoder steps are not a turn; noise of the
+/// above five standard deviations of the recent innovations. Coarse encoder steps are not a turn, and noise of the
 /// regressor would draw the ratio towards zero. Tyres break away late, so the variance of the yaw rate includes the
 /// square of the slope times the change of n over two standard deviations of the yaw's delay. This part fades as the
 /// body follows its wheels. The variance of the encoders is added.

@@ -8,8 +8,8 @@
 ///     theta_dot = phi(x, v)^T q + h c x,    phi^T q = q_1 x + q_2 x |v| + q_3 v + q_4 v |x|
 ///
 /// q_1 is alpha/b_hat of eq. 3-1 turning in place, q_2 its change with the forward speed, q_3 the veer of a straight
-/// drive, q_4 the difference of left and right turns. q belongs to the robot, which changes over minutes of turning. h
-/// is the ground's present part of the configured ratio c, and fades to 0 in turns and at rest:
+/// drive, q_4 the difference of left and right turns. q belongs to the robot, which changes over minutes of turning.
+/// The state h is the ground's present part of the configured ratio c, and fades to 0 in turns and at rest:
 ///
 ///     dh/dt = -h/T_h + noise, so that h has the deviation sigma_h
 ///

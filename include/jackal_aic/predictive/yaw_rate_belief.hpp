@@ -9,7 +9,7 @@
 ///     d theta_dot/dt = a + fluctuation,     theta_dot_measured = theta_dot + noise of Sigma_g
 ///
 /// with the acceleration a of the wheels' turn (SlipBelief::yawAcceleration()). The fluctuation's variance grows by Q
-/// per second. The part of the turn that the body may not have followed yet is e, de/dt = a - e/sigma_y: its square is
+/// per second. The part of the turn that the body may not have followed yet is e, de/dt = a - e/sigma_y. Its square is
 /// added to the variance P of the prediction, so that the gyro alone counts while the robot turns in. A measurement
 /// takes the natural gradient of 1/2 (y - theta_dot)^2 / Sigma_g + 1/2 (theta_dot - prior)^2 / P. The estimate is
 /// unbiased in a steady turn with any believed track.

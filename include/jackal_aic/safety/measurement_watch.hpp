@@ -79,8 +79,8 @@ class MeasurementWatch {
   /// Forgets what was learned about encoders and IMU, for another robot. To be called after restart().
   void resetSensors();
 
-  /// After a time without action steps (a stall, a clock that jumped forward), in which the motors may have stopped:
-  /// resets the motion, and accepts every sample until the robot follows its commands again. @param now [s].
+  /// For a time without action steps (a stall, a clock that jumped forward), in which the motors may have stopped.
+  /// Resets the motion, and accepts every sample until the robot follows its commands again. @param now [s].
   void restartAfterStall(double now);
 
   /// True while restartAfterStall() accepts every sample, because the motors do not follow their commands yet.
