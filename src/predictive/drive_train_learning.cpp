@@ -41,7 +41,9 @@ constexpr double kLargestDoubt = 0.008;    // s; standard deviation of a dead ti
 constexpr double kShortestLag = 0.002;     // s; below it the speed does not depend on the lag
 constexpr double kPinned = 1e9;            // precision of a parameter at its bound
 constexpr double kTried = 2.0;             // tried acceleration / followed acceleration
-constexpr double kFollowed = 0.9;          // lambda, below which the motors did not follow
+constexpr double kRamp = 0.1 / DriveTrainFit::kStep;  // steps; over which a followed acceleration is measured
+constexpr double kOpens = 1.2;                        // least opened limit / limit
+constexpr double kFollowed = 0.9;                     // lambda, below which the motors did not follow
 // Range of theta.
 constexpr double kLeastShare = 0.3;
 constexpr double kLargestOffset = 1.0;  // rad/s
@@ -61,7 +63,8 @@ DriveTrainVector bounded(const DriveTrainVector& theta) {
 }  // namespace
 
 DriveTrainLearning::DriveTrainLearning(const PlantModel& model, double wheel_radius, double wheel_variance)
-    : wheel_variance_(wheel_variance),
+    : wheel_radius_(wheel_radius),
+      wheel_variance_(wheel_variance),
       identified_(model.identified),
       least_limit_(model.acceleration_limit),
       fit_(model, wheel_radius) {
@@ -125,6 +128,7 @@ std::optional<DriveTrainTiming> DriveTrainLearning::correct(const WheelVector& m
   if (sample_ == 0 || time - samples_[(sample_ - 1) % kSamples].time >= kSpacing) {
     samples_[sample_++ % kSamples] = {measured, time};
   }
+  if (!identified_ && !reviewing_ && openLimit()) learned_ = timing_;
   if (state_ == State::changing && step_ > counted_ && (settles() || step_ - counted_ >= kLongest)) endChange();
   return std::exchange(learned_, std::nullopt);
 }
@@ -308,6 +312,26 @@ bool DriveTrainLearning::learnLimit() {
   if (!followed) largest_limit_ = std::max(least_limit_, share * now);
   const double limit = followed ? std::min(kTried * best_.acceleration, largest_limit_) : largest_limit_;
   if (limit == now || (followed && limit < now)) return false;
+  setLimit(limit);
+  return true;
+}
+
+/// What a wheel follows now, towards its command, it can follow: the limit need not wait for the end of the change.
+/// True if the limit changed.
+bool DriveTrainLearning::openLimit() {
+  const Sample& now = samples_[(sample_ - 1) % kSamples];
+  std::size_t i = sample_ - 1;
+  while (i > 0 && sample_ - i < kSamples && now.time - samples_[i % kSamples].time < kRamp) --i;
+  const Sample& before = samples_[i % kSamples];
+  const double time = (now.time - before.time) * kStep;
+  if (state_ != State::changing || step_ == 0 || time < kRamp * kStep || time > 2.0 * kRamp * kStep) return false;
+  double followed = 0.0;
+  for (int side = 0; side < 2; ++side) {
+    const double change = now.speed(side) - before.speed(side), asked = resting_(side) - before.speed(side);
+    if (change * asked > 0.0) followed = std::max(followed, wheel_radius_ * std::abs(change) / time);
+  }
+  const double limit = std::min(kTried * followed, largest_limit_);
+  if (followed < kFollowed * timing_.acceleration_limit || limit < kOpens * timing_.acceleration_limit) return false;
   setLimit(limit);
   return true;
 }

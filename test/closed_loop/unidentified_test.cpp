@@ -79,5 +79,27 @@ TEST(Unidentified, WheelsReachTheirGoalTogether) {
   }
 }
 
+/// The wheels follow half of the assumed acceleration limit, so more is tried in the same acceleration. Motors that are
+/// weaker than the next attempt do not wind up.
+TEST(Unidentified, AcceleratesMoreInTheFirstAcceleration) {
+  const struct {
+    double limit;    // of the motors / assumed
+    double settles;  // at most [s]
+  } rows[] = {{0.55, 1.75}, {1.0, 1.0}, {2.5, 0.75}};
+  for (const auto& row : rows) {
+    SCOPED_TRACE(row.limit);
+    PlantParameters robot = loadSetup(files(), "predictive", "ground", {}).plant;
+    robot.acceleration_limit *= row.limit;
+    AssessedProfile profile;
+    profile.changes = {{1.0, {1.0, 0.0, 0.0}}};
+    profile.assessed_from = 1.0;
+    profile.assessed_until = profile.duration = 6.0;
+    const ResponseMetrics response = drive(assumedModel(), robot, profile, {}).response;
+    ASSERT_TRUE(response.settling);
+    EXPECT_LT(*response.settling, row.settles);
+    EXPECT_LT(response.overshoot_pct, 5.0);
+  }
+}
+
 }  // namespace
 }  // namespace jackal_aic::sim

@@ -63,14 +63,6 @@ inline PlantModel drivenModel(PlantModel model) {
   return model;
 }
 
-/// The model for the belief about a wheel that is driven with a model: without the initial acceleration limit, which is
-/// not a limit of the motor. With it the belief would take the slow ramp of a weaker motor for the limit, and never
-/// learn how weak the motor is.
-inline PlantModel believedModel(PlantModel driven) {
-  if (!driven.identified) driven.acceleration_limit /= kAskedShare;
-  return driven;
-}
-
 /// Lists the fields of PlantModel with unit and range, and the name of the robot, `robot` (see robotName()), which is
 /// not part of the model.
 template <class Visitor>

@@ -19,9 +19,9 @@
 /// first has to carry the ground's torque. The model adopts dead time, lag and gain once they are significant; the
 /// disturbance has a separate belief (wheel_belief.hpp). Constant commands change nothing.
 ///
-/// The acceleration limit of a robot without identification opens: twice the acceleration that the wheels followed is
-/// tried next, up to the first that the motors could not follow (lambda < 1). It does not fall below the configured
-/// limit.
+/// The acceleration limit of a robot without identification opens, in the middle of an acceleration too: twice the
+/// acceleration that the wheels followed is tried next, up to the first that the motors could not follow (lambda < 1).
+/// It does not fall below the configured limit.
 
 #include <array>
 #include <cmath>
@@ -147,11 +147,13 @@ class DriveTrainLearning {
   DriveTrainVector newtonStep() const;
   void learn();
   bool learnLimit();
+  bool openLimit();
   void setLimit(double limit);
   std::optional<DriveTrainTiming> takenOver();
   Minimum minimum(int i) const;
   int bestDeadTime() const;
 
+  double wheel_radius_;
   double wheel_variance_;
   bool identified_;
   double least_limit_;  // configured or restored [m/s^2]
