@@ -42,7 +42,6 @@ constexpr double kShortestLag = 0.002;     // s; below it the speed does not dep
 constexpr double kPinned = 1e9;            // precision of a parameter at its bound
 constexpr double kTried = 2.0;             // tried acceleration / followed acceleration
 constexpr double kRamp = 0.1 / DriveTrainFit::kStep;  // steps; over which a followed acceleration is measured
-constexpr double kOpens = 1.2;                        // least opened limit / limit
 constexpr double kFollowed = 0.9;                     // lambda, below which the motors did not follow
 // Range of theta.
 constexpr double kLeastShare = 0.3;
@@ -316,22 +315,26 @@ bool DriveTrainLearning::learnLimit() {
   return true;
 }
 
-/// What a wheel follows now, towards its command, it can follow: the limit need not wait for the end of the change.
-/// True if the limit changed.
+/// A ramp that the wheels follow now they can follow: the limit need not wait for the end of the change. True if the
+/// limit changed.
 bool DriveTrainLearning::openLimit() {
-  const Sample& now = samples_[(sample_ - 1) % kSamples];
   std::size_t i = sample_ - 1;
+  const Sample& now = samples_[i % kSamples];
   while (i > 0 && sample_ - i < kSamples && now.time - samples_[i % kSamples].time < kRamp) --i;
   const Sample& before = samples_[i % kSamples];
-  const double time = (now.time - before.time) * kStep;
-  if (state_ != State::changing || step_ == 0 || time < kRamp * kStep || time > 2.0 * kRamp * kStep) return false;
-  double followed = 0.0;
+  const double steps = now.time - before.time;
+  if (state_ != State::changing || steps < kRamp || steps > 2.0 * kRamp) return false;
+  const WheelVector asked =
+      commands_[(step_ - 1) % kCommands] - commands_[static_cast<std::size_t>(before.time) % kCommands];
+  const WheelVector followed = now.speed - before.speed;
+  const double ramp = timing_.acceleration_limit / wheel_radius_ * steps * kStep;
+  double share = 0.0;
   for (int side = 0; side < 2; ++side) {
-    const double change = now.speed(side) - before.speed(side), asked = resting_(side) - before.speed(side);
-    if (change * asked > 0.0) followed = std::max(followed, wheel_radius_ * std::abs(change) / time);
+    const bool ramps = std::abs(std::abs(asked(side)) / ramp - 1.0) < kNearly;
+    if (ramps && asked(side) * followed(side) > 0.0) share = std::max(share, std::abs(followed(side)) / ramp);
   }
-  const double limit = std::min(kTried * followed, largest_limit_);
-  if (followed < kFollowed * timing_.acceleration_limit || limit < kOpens * timing_.acceleration_limit) return false;
+  const double limit = std::min(kTried * std::min(share, 1.0) * timing_.acceleration_limit, largest_limit_);
+  if (share < kFollowed || limit <= timing_.acceleration_limit) return false;
   setLimit(limit);
   return true;
 }
