@@ -328,13 +328,13 @@ bool DriveTrainLearning::openLimit() {
       commands_[(step_ - 1) % kCommands] - commands_[static_cast<std::size_t>(before.time) % kCommands];
   const WheelVector followed = now.speed - before.speed;
   const double ramp = timing_.acceleration_limit / wheel_radius_ * steps * kStep;
-  double share = 0.0;
+  double share = HUGE_VAL;  // of the ramp, that the slower wheel followed
   for (int side = 0; side < 2; ++side) {
     const bool ramps = std::abs(std::abs(asked(side)) / ramp - 1.0) < kNearly;
-    if (ramps && asked(side) * followed(side) > 0.0) share = std::max(share, std::abs(followed(side)) / ramp);
+    if (ramps) share = std::min(share, std::copysign(followed(side), asked(side) * followed(side)) / ramp);
   }
-  const double limit = std::min(kTried * std::min(share, 1.0) * timing_.acceleration_limit, largest_limit_);
-  if (share < kFollowed || limit <= timing_.acceleration_limit) return false;
+  const double limit = std::min(kTried * timing_.acceleration_limit, largest_limit_);
+  if (!std::isfinite(share) || share < kFollowed || limit <= timing_.acceleration_limit) return false;
   setLimit(limit);
   return true;
 }
