@@ -43,6 +43,7 @@ constexpr double kPinned = 1e9;            // precision of a parameter at its bo
 constexpr double kTried = 2.0;             // tried acceleration / followed acceleration
 constexpr double kRamp = 0.1 / DriveTrainFit::kStep;  // steps; over which a followed acceleration is measured
 constexpr double kFollowed = 0.9;                     // lambda, below which the motors did not follow
+constexpr double kNearly = 0.4;  // difference of a ramp of the commands from that of the limit, relative
 // Range of theta.
 constexpr double kLeastShare = 0.3;
 constexpr double kLargestOffset = 1.0;  // rad/s
