@@ -329,13 +329,16 @@ bool DriveTrainLearning::openLimit() {
       commands_[(step_ - 1) % kCommands] - commands_[static_cast<std::size_t>(before.time) % kCommands];
   const WheelVector followed = now.speed - before.speed;
   const double ramp = timing_.acceleration_limit / wheel_radius_ * steps * kStep;
-  double share = HUGE_VAL;  // of the ramp, that the slower wheel followed
+  // Both wheels have to follow, and an encoder that shows far more than was asked for says nothing.
+  bool ramps = false;
   for (int side = 0; side < 2; ++side) {
-    const bool ramps = std::abs(std::abs(asked(side)) / ramp - 1.0) < kNearly;
-    if (ramps) share = std::min(share, std::copysign(followed(side), asked(side) * followed(side)) / ramp);
+    if (std::abs(std::abs(asked(side)) / ramp - 1.0) > kNearly) continue;
+    const double share = followed(side) / std::copysign(ramp, asked(side));
+    if (share < kFollowed || share > kGainRange) return false;
+    ramps = true;
   }
   const double limit = std::min(kTried * timing_.acceleration_limit, largest_limit_);
-  if (!std::isfinite(share) || share < kFollowed || limit <= timing_.acceleration_limit) return false;
+  if (!ramps || limit <= timing_.acceleration_limit) return false;
   setLimit(limit);
   return true;
 }

@@ -85,7 +85,7 @@ TEST(Unidentified, AcceleratesMoreInTheFirstAcceleration) {
   const struct {
     double limit;    // of the motors / assumed
     double settles;  // at most [s]
-  } rows[] = {{0.55, 1.75}, {1.0, 1.0}, {2.5, 0.75}};
+  } rows[] = {{0.55, 1.75}, {1.0, 1.0}, {2.5, 0.85}};
   for (const auto& row : rows) {
     SCOPED_TRACE(row.limit);
     PlantParameters robot = loadSetup(files(), "predictive", "ground", {}).plant;
