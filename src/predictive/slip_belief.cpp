@@ -65,7 +65,9 @@ double SlipBelief::uncertainty(const WheelDifference& n) const { return std::max
 
 bool SlipBelief::turns(const WheelDifference& n, double step) {
   average(error_variance_, n.error * n.error, step, thresholds::kNoiseMemory);
-  return std::abs(n.value) > std::max(learning_.excitation, kCertainTurn * std::sqrt(uncertainty(n)));
+  // A turn that only the model has, or only the encoders, is a late wheel or noise.
+  const double least = std::min(std::abs(n.value), std::abs(n.value + n.error));
+  return least > std::max(learning_.excitation, kCertainTurn * std::sqrt(uncertainty(n)));
 }
 
 /// n(t) - n(t - T) of a first-order filter: T dn/dt while the wheels ramp, and fading as the body follows them.
