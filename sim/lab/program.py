@@ -1,7 +1,15 @@
-"""How the programs of the lab end: an error is one line, and a closed pipe or Ctrl-C is no traceback."""
+"""How the programs of the lab read their options and end: an error is one line, and a closed pipe or Ctrl-C is no traceback."""
 
+import argparse
 import signal
 import sys
+
+
+class Parser(argparse.ArgumentParser):
+    """Errors are one line."""
+
+    def error(self, message):
+        raise ValueError('{}: {}; see {} --help'.format(self.prog.split()[-1], message, self.prog))
 
 
 def run(name, main):

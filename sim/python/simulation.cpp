@@ -14,7 +14,6 @@
 #include "jackal_aic/faults/fault.hpp"
 #include "jackal_aic/safety/loop_odometry.hpp"
 #include "response_metrics.hpp"
-#include "state_space_model.hpp"
 
 namespace jackal_aic::python {
 namespace {
@@ -384,21 +383,6 @@ py::dict settings(const std::string& robot, const std::string& controller, const
   return all;
 }
 
-py::tuple stateSpaceResponse(const std::string& controller, double set_point, double duration,
-                             const py::dict& changes) {
-  const sim::LoopSetup setup = sim::loadSetup(packageFiles(), controller, "box", overridesOf(changes));
-  const auto* thesis = std::get_if<ControllerParameters>(&setup.drive.controller);
-  if (thesis == nullptr) throw ParameterError("controller = '" + controller + "': not one of the thesis' controllers");
-  const ControllerParameters& gains = *thesis;
-  StateSpaceRun run;
-  run.dt = gains.beliefStep();
-  run.duration = duration;
-  run.set_point = set_point;
-  const StateSpaceResponse response = jackal_aic::simulate(stateSpaceModel(gains), run);
-  return py::make_tuple(response.time, Eigen::VectorXd(response.output.transpose()),
-                        Eigen::VectorXd(response.states.row(0).transpose()));
-}
-
 /// Texts of an enumeration in the order of its values.
 template <class Enum>
 py::tuple wordsOf(int count) {
@@ -421,11 +405,6 @@ void bindSimulation(py::module& m) {
 the controller's values. "structure" is "thesis", "predictive" or
 "diff_drive", "belief_radius" the spectral radius of a thesis controller's belief update. Arguments and errors are those of
 simulate().)");
-  m.def("state_space_response", &stateSpaceResponse, py::arg("controller"), py::arg("set_point"), py::arg("duration"),
-        py::arg("overrides") = py::dict(),
-        R"(Step response of the point mass model (thesis, chapter 4) with the gains of a thesis controller.
-
-Returns arrays of time [s], output [m/s] and believed output [m/s] from the step on. Raises ValueError as simulate().)");
   py::class_<sim::ResponseMetrics>(m, "StepResponse",
                                    "Figures of a step response, as the thesis defines them (chapter 5).")
       .def_readonly(

@@ -20,7 +20,9 @@ import draws  # noqa: E402
 import engine  # noqa: E402
 import metrics  # noqa: E402
 import motions  # noqa: E402
+import numpy  # noqa: E402
 import robots  # noqa: E402
+import state_space  # noqa: E402
 import thesis  # noqa: E402
 
 PROGRAM = str(SOURCE / 'sim/lab/experiments')
@@ -91,6 +93,30 @@ class Figures(unittest.TestCase):
         self.assertGreater(metrics.swings([0.1 * math.cos(0.2 * i) for i in range(500)], 0.05), 10)
         up_and_back = [0.01 * i for i in range(100)] + [1.0 - 0.01 * i for i in range(50)]
         self.assertEqual(metrics.swings(up_and_back, 0.05), 1)
+
+
+class PointMass(unittest.TestCase):
+
+    GAINS = {'tau': 0.5, 'kappa_mu': 0.1, 'kappa_a': 3.0, 'orders': 1, 'belief_rate': 100.0,  # each term of 4-4 is another round number
+             'state_variances': [0.5, 0.25, 0.2], 'sensory_variances': [0.125, 0.1, 0.0625]}
+
+    def test_matches_equations_44_and_46_for_one_order(self):
+        a, b = state_space.state_space_model(self.GAINS)
+        numpy.testing.assert_allclose(a, [[-1.6, 0.6, 0.8, 0.0], [-0.4, -2.8, 0.0, 1.0], [24.0, 0.0, -24.0, 0.0], [0.0, 30.0, 0.0, -30.0]])
+        numpy.testing.assert_allclose(b, [0.8, 0.4, 0.0, 0.0])
+
+    def test_rests_at_the_set_point(self):
+        for orders in range(6):
+            a, b = state_space.state_space_model(dict(engine.settings('box', 'standard')['controller'], orders=orders))
+            rest = numpy.zeros(len(b))
+            rest[[0, orders + 1]] = 1.0
+            numpy.testing.assert_allclose(-numpy.linalg.solve(a, b), rest, atol=1e-6)
+
+    def test_the_action_moves_one_step_after_the_belief(self):
+        time, output, belief = state_space.step_response(self.GAINS, 2.0, 0.03)
+        numpy.testing.assert_allclose(time, [0.0, 0.01, 0.02])
+        numpy.testing.assert_allclose(belief, [0.0, 0.016, 0.016 + 0.01 * (-0.0256 + 0.0048 + 1.6)])
+        numpy.testing.assert_allclose(output, [0.0, 0.0, 0.01 * 24.0 * 0.016])
 
 
 class Scenarios(unittest.TestCase):
