@@ -9,7 +9,8 @@ class Parser(argparse.ArgumentParser):
     """Errors are one line."""
 
     def error(self, message):
-        raise ValueError('{}: {}; see {} --help'.format(self.prog.split()[-1], message, self.prog))
+        command = self.prog.partition(' ')[2]
+        raise ValueError('{}{}; see {} --help'.format(command and command + ': ', message, self.prog))
 
 
 def run(name, main):

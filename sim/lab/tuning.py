@@ -1,10 +1,9 @@
 """Searches gains that settle fastest on simulated robots, keep their margins, and pass all trials.
 
 A trial drives from rest to a set point and back: nominal robots, robots that differ from their model, coarse encoders and late
-samples. For the thesis' structure tau, kappa_mu, kappa_a and the variances of all orders are searched, first on the linear models
-in the whole space (differential evolution), then on the simulated robots (Nelder and Mead) in rounds; the worst failed trials of a
-round join the next. For the predictive structure the gains of PREDICTIVE are searched on the simulated robots. Scales are
-logarithmic; the same task gives the same gains.
+samples. For the thesis' structure tau, kappa_mu, kappa_a and the variances of all orders are searched (Nelder and Mead), first on the
+linear models, then on the simulated robots in rounds; the worst failed trials of a round join the next. For the predictive structure
+the gains of PREDICTIVE are searched on the simulated robots. Scales are logarithmic; the same task gives the same gains.
 """
 
 import functools
@@ -15,7 +14,6 @@ import typing
 
 import jackal_aic
 import numpy
-import scipy.optimize
 
 import engine
 import motions
@@ -42,7 +40,7 @@ SPREAD = {'dead time + 10 ms': (0.01, 1.0, 1.0, 1.0), 'dead time - 10 ms': (-0.0
           'limit x 0.5': (0.0, 1.0, 1.0, 0.5), 'limit x 2': (0.0, 1.0, 1.0, 2.0)}
 STEPS, NOISE, LATEST = (0.0065, 0.06, 0.1), (0.0, 0.003, 0.03), 0.010
 
-SEED = 1  # of the global search and of the random trials
+SEED = 1  # of the random trials
 ROUNDS, JOINING = 4, 3  # of the local search, and trials that join after each
 UNSTABLE = 100.0  # s, the cost of gains without their margins; above every other
 RESPONSE, BAND = 2.5, 0.035  # s of a linear response, and its band: narrower than the 5 % of the settling time
@@ -61,7 +59,7 @@ class Task(typing.NamedTuple):
     gain_margin: float = 2.0
     delay_margin: float = 0.05
     overshoot: float = 10.0
-    orders: tuple = (1, 2)
+    orders: int = 1
     evaluations: int = 40
     draws: int = 50
 
@@ -250,12 +248,12 @@ def cost(task, gains, judged, give_up=math.inf):
 # ---- the search
 
 class Space:
-    """Logarithms of the gains that are searched, as overrides of four digits. orders: of the thesis' structure; None: the predictive
-    one. The sensory variance of order 0 stays: scaling all variances and both learning rates together changes nothing."""
+    """Logarithms of the gains that are searched, as overrides of four digits. The sensory variance of order 0 stays: scaling all
+    variances and both learning rates together changes nothing."""
 
-    def __init__(self, task, orders):
-        start, rate = task.settings()['controller'], task.settings()['plant']['sensor_rate']
-        if orders is None:
+    def __init__(self, task):
+        start, rate, orders = task.settings()['controller'], task.settings()['plant']['sensor_rate'], task.orders
+        if task.predictive():
             self.start, bounds = {'predictive.' + name: start[name] for name in PREDICTIVE}, PREDICTIVE.values()
             self.places = [(key, None) for key in self.start]
         else:
@@ -299,21 +297,14 @@ class Space:
 
 def linear_search(task, space):
     """Gains of least linear_cost()."""
-
-    def evaluate(x):
-        return linear_cost(task, space.gains(x))
-
-    population, evaluations = 6 * len(space.low), 100 * task.evaluations
-    start = numpy.random.RandomState(SEED).uniform(space.low, space.high, (population, len(space.low)))
-    start[0] = space.vector(space.start)
-    found = scipy.optimize.differential_evolution(evaluate, list(zip(space.low, space.high)), init=start, seed=SEED, polish=False, tol=0.0,
-                                                  maxiter=max(1, evaluations // population - 1))
-    best = [search.descend(evaluate, x, space.low, space.high, 0.1 * (space.high - space.low), evaluations // 4) for x in (start[0], found.x)]
-    return space.gains(min(best, key=lambda pair: pair[1])[0])
+    return space.gains(search.descend(lambda x: linear_cost(task, space.gains(x)), space.vector(space.start), space.low, space.high,
+                                      0.1 * (space.high - space.low), 100 * task.evaluations)[0])
 
 
-def local_search(task, gains, space):
-    """What the best gains on the simulated robots do, set out from some."""
+def searched(task, run=map):
+    """What the best gains do, as assess(); run: as map()."""
+    space = Space(task)
+    gains = space.start if task.predictive() else linear_search(task, space)
     judged, step, best = first_trials(task), math.log(2.0) if task.predictive() else 0.15, None
     for _ in range(ROUNDS):
         limit = math.inf
@@ -325,24 +316,8 @@ def local_search(task, gains, space):
             return found
 
         gains = space.gains(search.descend(evaluate, space.vector(gains), space.low, space.high, step, task.evaluations)[0])
-        found = assess(task, gains)
+        found = assess(task, gains, run)
         if best is None or (len(found.missed), found.settling) < (len(best.missed), best.settling):
             best = found
         judged, step = judged + found.worst[:JOINING], 0.5 * step
     return best
-
-
-def _run(work):
-    task, orders, searches = work
-    if not searches:
-        return assess(task, {})
-    space = Space(task, orders)
-    return local_search(task, space.start if orders is None else linear_search(task, space), space)
-
-
-def searched(task, jobs=0):
-    """Assessments by name: of the start, and of what each search finds. jobs: processes; 0 takes all cores."""
-    orders = [None] if task.predictive() else sorted(set(task.orders))
-    *found, start = engine.parallel(_run, [(task, order, True) for order in reversed(orders)] + [(task, None, False)], jobs, 'Searching')
-    names = ['predictive' if order is None else 'orders {}'.format(order) for order in orders]
-    return dict([('start', start)] + list(zip(names, reversed(found))))

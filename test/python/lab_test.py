@@ -264,7 +264,7 @@ class Calibration(unittest.TestCase):
 
     def test_a_search_fits_better_than_its_start(self):
         task = calibrate.TASKS[0]._replace(tables=('5-9',), trends=())
-        fit = calibrate.Fit(task, task.tables, 0)
+        fit = calibrate.Fit(task, 0)
         start = [math.log(0.15), math.log(0.05), math.log(3.0)]
         self.assertLess(fit.cost(fit.descend(start, 12)), fit.cost(start))
 
@@ -288,10 +288,10 @@ class Command(unittest.TestCase):
     def test_errors_are_one_line_that_says_what_is_wrong(self):
         step = ('step', '--controller', 'improved', '--plant', 'box')
         for arguments, complaint in (
-            (('fly',), "command = 'fly': unknown; known: list, run, step"), (('fl\033y',), "command = 'fl\\x1by': unknown"),
+            (('fl\033y',), "argument COMMAND: invalid choice: 'fl\\x1by' (choose from 'list', 'run', 'step'"),
             (('run', 'table_9-9', '--out', '/nonexistent/x'), "experiment = 'table_9-9': unknown; known: all, table_3-1a"),
             (('run', 'table_5-9', '--out', '/proc/x'), "out = '/proc/x': cannot be created"),
-            (step + ('--step', 'fast'), "step: argument --step: invalid float value: 'fast'; options: --controller"),
+            (step + ('--step', 'fast'), "step: argument --step: invalid float value: 'fast'; see experiments step --help"),
             (step + ('--step', '1', '--set', 'plant.dead_time'), "set = 'plant.dead_time': expected key=value"),
             (step + ('--step', '1', '--set', 'plant.deadtime=1'), 'plant.deadtime = 1: unknown key'),
             (step + ('--step', '1', '--csv', '/nonexistent/x'), "'/nonexistent/x': cannot be written"),
