@@ -107,7 +107,9 @@ class PointMass(unittest.TestCase):
 
     def test_rests_at_the_set_point(self):
         for orders in range(6):
-            a, b = state_space.state_space_model(dict(engine.settings('box', 'standard')['controller'], orders=orders))
+            a, b = state_space.state_space_model({
+                'tau': 0.03, 'kappa_mu': 0.01, 'kappa_a': 8.0, 'orders': orders, 'state_variances': [1.5, 2.0, 4.0, 8.0, 16.0, 32.0],
+                'sensory_variances': [2.0, 2.0] + 4 * [1e5]})
             rest = numpy.zeros(len(b))
             rest[[0, orders + 1]] = 1.0
             numpy.testing.assert_allclose(-numpy.linalg.solve(a, b), rest, atol=1e-6)

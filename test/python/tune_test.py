@@ -82,7 +82,7 @@ class Worth(unittest.TestCase):
     def test_tuned_preset_passes_what_users_drive_on_ground_and_box(self):
         for plant in ('ground', 'box'):
             found = tuning.assess(task(plant, 'tuned', draws=20), {}, engine.parallel)
-            self.assertEqual(found.missed, (), plant)
+            self.assertEqual(found.missed, [], plant)
             self.assertLess(found.settling, 0.7)
 
 
@@ -106,7 +106,7 @@ class Tune(unittest.TestCase):
         settling = [engine.drive('box', preset, engine.motions.stop(0.5, 0.0, 4.0, 3.0), {'loop.phase': 0.019}).settling_time() for preset in (
             self.out, 'improved')]
         found = tuning.assess(task('box', self.out, draws=0), {})
-        self.assertEqual(found.missed, ())
+        self.assertEqual(found.missed, [])
         self.assertLess(found.settling, 0.55, 'improved takes 0.60 s; {}'.format(settling))
 
     def test_gains_that_miss_anything_are_no_result(self):
