@@ -96,17 +96,6 @@ def campaign(arguments, common):
     return 1 if failed else 0
 
 
-def soak(arguments, common):
-    """Endurance; returns the exit status."""
-    log, results = arguments.logs / 'soak.log', arguments.results / 'soak.csv'
-    run(log, results, common + [f'soak:={arguments.soak}'], lambda row: print(', '.join(filter(None, row.values())), flush=True))
-    verdict = results.read_text().splitlines()[-1] if results.exists() else ''
-    failed = 0 if verdict.startswith('# passed') else 1
-    print(verdict.lstrip('# ') or f'the soak was not completed (log: {log})')
-    print(f'{1 - failed} passed, {failed} failed')
-    return failed
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, prog='faults')
     parser.add_argument('results', type=pathlib.Path)
@@ -115,12 +104,11 @@ def main():
     parser.add_argument('--preset', choices=('diff_drive', 'standard', 'improved', 'tuned', 'predictive'))
     parser.add_argument('--plant', default='ground', choices=('ground', 'real'))
     parser.add_argument('--speed', type=float, default=2.0)
-    parser.add_argument('--soak', type=float)
     arguments = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     common = [f'select:={arguments.only}', f'real_time_factor:={arguments.speed}', f'plant:={arguments.plant}']
     common += [f'preset:={arguments.preset}'] if arguments.preset else []
-    return soak(arguments, common) if arguments.soak else campaign(arguments, common)
+    return campaign(arguments, common)
 
 
 if __name__ == '__main__':

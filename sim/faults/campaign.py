@@ -62,15 +62,6 @@ def is_running(process):
         return False
 
 
-def resident_memory(process):
-    """Memory of a process that is in RAM [MiB]; 0 if it does not exist."""
-    try:
-        with open('/proc/{}/statm'.format(process)) as file:
-            return int(file.read().split()[1]) * os.sysconf('SC_PAGESIZE') / 2.0**20
-    except OSError:
-        return 0.0
-
-
 class Campaign:
 
     def __init__(self):
@@ -82,7 +73,6 @@ class Campaign:
         self._end_requested = self._world_is_new = self._succeeded = False
         self._set_point, self._intruder, self._tasks, self._next, self._process = (0.0, 0.0), None, [], {}, 0
         self._plant_before = {}  # parameters that a scenario changed; None: not given
-        self.simulated = 0.0  # s in all runs so far
         publish = functools.partial(rospy.Publisher, queue_size=1000, tcp_nodelay=True)
         self._publishers = {topic: publish(name, message) for topic, (name, message) in TO_CONTROLLER.items()}
         self._publishers['cmd_drive'] = publish('robot/cmd_drive', Drive)
@@ -240,9 +230,6 @@ class Campaign:
 
     # ---- runs
 
-    def controller_process(self):
-        return process_of(CONTROLLER)
-
     def run(self, scenario):
         """Puts robot and clock back to the start, runs a scenario and returns what happened, as a judge.Record."""
         self._record, self._tasks = judge.Record(), []
@@ -250,7 +237,7 @@ class Campaign:
         if not self._restart(scenario):
             self._break_down('the nodes do not start: no state of the controller after a reset')
             return self._record
-        self._process = self.controller_process()
+        self._process = process_of(CONTROLLER)
         with self._lock:
             self._arm(scenario)
             self._recording = True
@@ -268,7 +255,6 @@ class Campaign:
                 self._break_down('the controller crashed')
             elif self._silent():
                 self._break_down('the controller fell silent')
-            self.simulated += self._time
         return self._record
 
     def _starting(self):

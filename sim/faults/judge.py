@@ -78,12 +78,6 @@ def limits_of(plant):
                   robot_acceleration=values['plant.acceleration_limit'])
 
 
-def memory_growth(samples, warm_up):
-    """Largest growth of (time, memory) since the last sample before warm_up [s], or the first if none is earlier."""
-    start = max((i for i, (time, _) in enumerate(samples) if time < warm_up), default=0)
-    return max((memory for _, memory in samples[start:]), default=0.0) - (samples[start][1] if samples else 0.0)
-
-
 def allowed_standstill(expectation, limits, onset):
     """Longest time from the onset to standstill [s]: 1.2 x (configured time until the brake begins + time to brake, the gate's or the
     robot's own where its motors are slower), plus the robot's dead time, which no controller can shorten."""
@@ -94,16 +88,15 @@ def allowed_standstill(expectation, limits, onset):
 
 
 class Verdict:
-    """Figures of a run and `failures`: what was not as it has to be. `unsound`: those that no fault excuses, a run that broke down and
-    drive commands that are not finite, not within the limits or go on after a fresh start."""
+    """Figures of a run, and `failures`: what was not as it has to be."""
 
     def __init__(self, scenario, record, limits):
         self.scenario, self.record, self.limits = scenario, record, limits
-        self.failures, self.unsound, self.figures = [], [], dict.fromkeys(COLUMNS[3:13])
+        self.failures, self.figures = [], dict.fromkeys(COLUMNS[3:13])
         if record.breakdown:
-            self._fail_unsound(record.breakdown)
+            self._fail(False, record.breakdown)
         if not (record.truth and record.commands and record.states):
-            self._fail_unsound('nothing was recorded')
+            self._fail(False, 'nothing was recorded')
             return
         self._motion()
         self._commands()
@@ -123,10 +116,6 @@ class Verdict:
     def _fail(self, good, words, *values):
         if not good:
             self.failures.append(words.format(*values))
-
-    def _fail_unsound(self, words, *values):
-        self.unsound.append(words.format(*values))
-        self.failures.append(self.unsound[-1])
 
     def _motion(self):
         run, expectation, truth = self.scenario, self.scenario.expectation, self.record.truth
@@ -156,7 +145,7 @@ class Verdict:
     def _commands(self):
         commands, gate = self.record.commands, self.limits.gate
         if not all(math.isfinite(value) for command in commands for value in command[1:3]):
-            return self._fail_unsound('a drive command is not finite')
+            return self._fail(False, 'a drive command is not finite')
         limit_use, step, acceleration_use = 0.0, 0.0, 0.0
         for before, command in zip([None] + commands, commands):
             forward, yaw_rate = self.limits.body(command)
@@ -164,7 +153,7 @@ class Verdict:
                             max(abs(command.left), abs(command.right)) / gate['limits.wheel_speed'])
             if command.fresh_start:
                 if command.left or command.right:
-                    self._fail_unsound('an old motion goes on after a fresh start')
+                    self._fail(False, 'an old motion goes on after a fresh start')
             elif before is not None:
                 # Periods in which nothing was sent (a stall) may be made up for.
                 periods = max(1.0, round((command.time - before.time) / self.limits.action_period))
@@ -174,9 +163,9 @@ class Verdict:
                     acceleration_use = max(acceleration_use, abs(now - then) / bound if bound > 0.0 else 0.0)
         self.figures.update(command_step_radps=step, acceleration_use=acceleration_use, limit_use=limit_use)
         if limit_use > 1.0 + ROUNDING:
-            self._fail_unsound('a drive command is {:.2f} of the limits', limit_use)
+            self._fail(False, 'a drive command is {:.2f} of the limits', limit_use)
         if acceleration_use > 1.0 + ROUNDING:
-            self._fail_unsound('drive command steps by {:.2f} rad/s in one period, {:.2f} of the limit', step, acceleration_use)
+            self._fail(False, 'drive command steps by {:.2f} rad/s in one period, {:.2f} of the limit', step, acceleration_use)
 
     def _detection(self):
         expectation, onset, states = self.scenario.expectation, self.scenario.onset, self.record.states

@@ -91,8 +91,8 @@ def trend_error(rows, settlings):
 class Fit:
     """The cost of a plant: mean error of the tables and of their trends over dead times and bands."""
 
-    def __init__(self, task, tables, jobs):
-        self.task, self.items, self.jobs = task, compared(tables), jobs
+    def __init__(self, task, jobs):
+        self.task, self.items, self.jobs = task, compared(task.tables), jobs
         plant = engine.settings(task.plant, 'diff_drive')['plant']
         self.start = {'plant.' + p.name: plant[p.name] for p in task.parameters}
         self.low, self.high = (numpy.log([getattr(p, end) for p in task.parameters]) for end in ('low', 'high'))
@@ -125,18 +125,6 @@ class Fit:
         return self.plant(min((self.descend(start, evaluations // 2) for start in starts), key=self.cost))
 
 
-def residuals(tables, plant, jobs=0):
-    """(row, settling, rise) of tables on a plant without noise."""
-    items = [(item, 0.0) for item in compared(tables)]
-    found = engine.parallel(functools.partial(responses, plant), items, jobs, 'residuals')
-    return [(item[0][0], *figures[1]) for item, figures in zip(items, found)]
-
-
-def mean_error(found):
-    single = [error for row, settling, rise in found for error in errors(row, settling, rise)]
-    return sum(single) / len(single)
-
-
 def with_fitted_values(yaml_text, plant):
     """The text of a plant's file with other values of the fitted keys."""
     for key, value in plant.items():
@@ -150,30 +138,14 @@ def with_fitted_values(yaml_text, plant):
     return yaml_text
 
 
-def write(out, plant='all', evaluations=200, leave_one_out=False, jobs=0):
+def write(out, plant='all', evaluations=200, jobs=0):
     engine.require_range('evaluations', evaluations, 1, 100000)
     out = engine.directory(out)
     for task in TASKS:
         if plant not in ('all', task.plant):
             continue
-        found = Fit(task, task.tables, jobs).search(evaluations)
+        fit = Fit(task, jobs)
+        found = fit.search(evaluations)
         engine.write(out / task.file, with_fitted_values((engine.PACKAGE / 'config' / task.file).read_text(), found))
-        for table in task.tables:
-            rows = residuals([table], found, jobs)
-            print('Table {}: mean |ln(ours/thesis)| {:.3f}'.format(table, mean_error(rows)))
-            for row, settling, rise in rows:
-                print('  {:<6} {:<9} settling {} (thesis {})  rise {} (thesis {})'.format(row['row'], row.get('column', ''), *(
-                    '   -' if value is None else '{:4.2f}'.format(value) for value in (settling, row.get('settling'), rise, row.get('rise')))))
-        if leave_one_out:
-            print_leave_one_out(task, found, evaluations, jobs)
-
-
-def print_leave_one_out(task, plant, evaluations, jobs):
-    """The error of each table by the plant fitted to the others, set out from the one fitted to all."""
-    found = []
-    for table in task.tables:
-        fit = Fit(task, [other for other in task.tables if other != table], jobs)
-        best = fit.plant(fit.descend(numpy.log(list(plant.values())), evaluations))
-        found.append(mean_error(residuals([table], best, jobs)))
-        print('Table {} by a fit to the others: mean |ln(ours/thesis)| {:.3f}'.format(table, found[-1]))
-    print('mean over the tables {:.3f}'.format(sum(found) / len(found)))
+        print('{}: mean |ln(ours/thesis)| of tables and trends {:.3f}, before {:.3f}'.format(
+            task.plant, *(fit.cost(numpy.log(list(values.values()))) for values in (found, fit.start))))

@@ -107,12 +107,12 @@ def _quiet_number(item):
     return quiet(robots.quiet_drive(*item))
 
 
-def quiet_hours(hours, seed, identified=True, real=False, jobs=0):
+def quiet_hours(hours, seed, real=False, jobs=0):
     """Prints each drive with an alarm and, as the last line, "false alarms: K in N hours"; returns K."""
     drives = hours * 3600.0 / QUIET_TIME
     if not 1.0 <= drives <= 1e6 or drives != int(drives):
         raise ValueError('quiet-hours = {:g}: must be a multiple of 0.5 and at most 500000 h'.format(hours))
-    items = [(seed, number, QUIET_TIME, identified, real) for number in range(int(drives))]
+    items = [(seed, number, QUIET_TIME, True, real) for number in range(int(drives))]
     found = engine.parallel(_quiet_number, items, jobs, 'quiet hours')
     for item, alarm in zip(items, found):
         if alarm['faults']:

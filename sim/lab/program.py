@@ -1,7 +1,16 @@
-"""How the programs of the lab end: an error is one line, and a closed pipe or Ctrl-C is no traceback."""
+"""How the programs of the lab read their options and end: an error is one line, and a closed pipe or Ctrl-C is no traceback."""
 
+import argparse
 import signal
 import sys
+
+
+class Parser(argparse.ArgumentParser):
+    """Errors are one line."""
+
+    def error(self, message):
+        command = self.prog.partition(' ')[2]
+        raise ValueError('{}{}; see {} --help'.format(command and command + ': ', message, self.prog))
 
 
 def run(name, main):

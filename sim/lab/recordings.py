@@ -27,7 +27,6 @@ LONGEST_GAP = 0.175  # s within a stretch
 PAUSE = 10.0  # s on the clock between stretches of windows, which have none
 STEADY, WINDOW = 2.0, 2.0  # s, after a command of a log until the robot moves steadily; length of a window
 BLOCK = 40  # samples of a steady piece
-LARGEST = 1e10  # of any number
 
 Sample = collections.namedtuple('Sample', 'time left right yaw_rate ax ay az heading command step steady starts')
 Block = collections.namedtuple('Block', 'step command wheels yaw_rate')
@@ -54,37 +53,14 @@ class Recording(typing.NamedTuple):
 
 # ---- reading
 
-class _Rows:
-    """Rows of a file, with errors that name line, column and value."""
-
-    def __init__(self, path):
-        self.path, self.line = path, 1
-        try:
-            with open(path, newline='', errors='replace') as file:
-                self.rows = list(csv.reader(file))
-        except (OSError, csv.Error) as error:
-            raise ValueError("'{}': cannot be read: {}".format(path, error)) from error
-        self.columns = self.rows[0] if self.rows else []
-        if self.columns not in (LOG, WINDOWS):
-            self.fail('columns of no known kind of recording; a log begins with time_s, state, windows with window, calib_step')
-
-    def fail(self, what):
-        raise ValueError("'{}' line {}: {}".format(self.path, self.line, what))
-
-    def __iter__(self):
-        for self.line, row in enumerate(self.rows[1:], 2):
-            if len(row) != len(self.columns):
-                self.fail('{} fields: must be {}'.format(len(row), len(self.columns)))
-            yield {name: text if name == 'state' else self.number(name, text) for name, text in zip(self.columns, row)}
-
-    def number(self, name, text):
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        if not abs(value) <= LARGEST:
-            self.fail("{} = '{}': must be a number within +-{:g}".format(name, text, LARGEST))
-        return value
+def _rows(path):
+    """Columns and rows of a file; the rows are dicts of numbers, with the line and the text of `state`."""
+    with open(path, newline='') as file:
+        reader = csv.DictReader(file)
+        rows = [{name: text if name == 'state' else float(text) for name, text in dict(row, line=reader.line_num).items()} for row in reader]
+    if reader.fieldnames not in (LOG, WINDOWS):
+        raise ValueError('columns of no known kind of recording; a log begins with time_s, state, windows with window, calib_step')
+    return reader.fieldnames, rows
 
 
 def _sensors(row):
@@ -97,7 +73,7 @@ def _read_log(rows, radius, distance):
     for row in rows:
         time, known, last = row['time_s'], row['state'] == 'calib', samples[-1] if samples else None
         if last and time <= last.time:
-            rows.fail('time_s = {:g}: must be above {:g}, that of the row before'.format(time, last.time))
+            raise ValueError('line {:g}: time_s = {:g}: must be above {:g}, that of the row before'.format(row['line'], time, last.time))
         starts = last is None or known != (last.command is not None) or time - last.time > LONGEST_GAP
         new = (row['command_forward_mps'], row['command_yaw_radps'])
         if known and (starts or new != wanted):
@@ -115,7 +91,7 @@ def _read_windows(rows):
         time, number, step = row['time_s'], int(row['window']), int(row['calib_step'])
         new, first = number != window, not samples
         if not 0.0 <= time < WINDOW or (not new and time <= before):
-            rows.fail('time_s = {:g}: must be in [0, {:g}) and increase in a window'.format(time, WINDOW))
+            raise ValueError('line {:g}: time_s = {:g}: must be in [0, {:g}) and increase in a window'.format(row['line'], time, WINDOW))
         starts = first or (new and number != window + 1) or step != samples[-1].step
         if new and not first:
             begin += WINDOW + (PAUSE if starts else 0.0)
@@ -133,14 +109,17 @@ def _gyro_reversed(samples):
 
 
 def read(path):
-    """A recording from a file. Raises ValueError with file, line, column and value."""
+    """A recording from a file. Raises ValueError with file and reason."""
     name = pathlib.Path(path).stem
     known = [robot for robot in ROBOTS if name.startswith(robot)]
     if not known:
         raise ValueError("'{}': begins with the name of no known robot; known: {}".format(path, ', '.join(ROBOTS)))
     radius, distance = ROBOTS[known[0]]
-    rows = _Rows(path)
-    samples = _read_log(rows, radius, distance) if rows.columns == LOG else _read_windows(rows)
+    try:
+        columns, rows = _rows(path)
+        samples = _read_log(rows, radius, distance) if columns == LOG else _read_windows(rows)
+    except (OSError, TypeError, ValueError, csv.Error) as error:
+        raise ValueError("'{}': {}".format(path, error)) from error
     if not samples:
         raise ValueError("'{}': has no rows".format(path))
     reversed_gyro = _gyro_reversed(samples)

@@ -5,13 +5,13 @@ import itertools
 import math
 import types
 
-import jackal_aic
 import numpy
 
 import engine
 import kalman
 import metrics
 import motions
+from state_space import step_response
 
 INTEGRATORS = ('euler', 'exact')
 STRIDE, PRECISION = 2.0**0.25, 0.005  # of the search for a usable range
@@ -81,13 +81,11 @@ def printed(controller, plant, motion, overrides, label=''):
 
 def state_space(controller, overrides, height, label):
     """The point mass of chapter 4: its output is the velocity, its belief the belief."""
-    motion = motions.step(height)
-    overrides = with_integrator(overrides, 'euler')
-    time, output, belief = jackal_aic.state_space_response(controller, height, motions.STEP_TIME, overrides)
-    values = engine.settings('box', controller, overrides)
+    motion, values = motions.step(height), engine.settings('box', controller, with_integrator(overrides, 'euler'))
+    time, output, belief = step_response(values['controller'], height, motions.STEP_TIME)
     nothing, wheel = numpy.zeros_like(output), output / values['geometry']['wheel_radius']
     drive = types.SimpleNamespace(
-        time=numpy.asarray(time) + motions.REST, set_speed=nothing + height, set_yaw_rate=nothing, speed=output, yaw_rate=nothing,
+        time=time + motions.REST, set_speed=nothing + height, set_yaw_rate=nothing, speed=output, yaw_rate=nothing,
         measured_speed=output, measured_yaw_rate=nothing, believed_speed=belief, believed_yaw_rate=nothing, command_left=wheel,
         command_right=wheel, controller_name='state_space')
     row = {'controller': controller, 'plant': 'state_space', 'label': label, **engine.described(values),

@@ -117,7 +117,6 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
   apply(overrides, map);
 
   LoopSetup setup;
-  setup.controller_name = controller;
   setup.plant_name = plant;
   setup.plant = readParameters<PlantParameters>(map, "plant", robot);
   setup.loop = readParameters<LoopParameters>(map, "loop");

@@ -19,20 +19,16 @@ namespace jackal_aic::sim {
 /// Name of the stock differential drive, which sends the wheel speeds of its kinematics and uses no measurement.
 inline constexpr const char* kDifferentialDrive = "diff_drive";
 
-/// Names of the plants whose drive train was fitted to the thesis' tables.
-inline constexpr const char* kCalibratedPlants[] = {"box", "ground"};
-
 /// Parameters set from text, in order: ("controller.tau", "0.01").
 using Overrides = std::vector<std::pair<std::string, std::string>>;
 
 /// Parameters of one closed loop.
 struct LoopSetup {
-  std::string controller_name;  ///< as given
-  std::string plant_name;       ///< as given
-  DriveParameters drive;        ///< settings of the drive loop
-  PlantParameters plant;        ///< settings of the plant
-  LoopParameters loop;          ///< timing of both
-  std::string urdf;             ///< text of the robot's URDF
+  std::string plant_name;  ///< as given
+  DriveParameters drive;   ///< settings of the drive loop
+  PlantParameters plant;   ///< settings of the plant
+  LoopParameters loop;     ///< timing of both
+  std::string urdf;        ///< text of the robot's URDF
   /// Makes a controller other than that of `drive`; else empty.
   std::function<std::unique_ptr<VelocityController>()> structure = {};
 };

@@ -2,10 +2,6 @@
 
 #include <dlfcn.h>
 
-#include <algorithm>
-#include <cstdlib>
-#include <vector>
-
 #include "jackal_aic/config/text_file.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 
@@ -16,33 +12,15 @@ constexpr const char* kMarker = "sim/thesis/tables.yaml";
 constexpr const char* kConfigurations[] = {"diff_drive", "standard",  "improved",   "tuned",       "predictive",
                                            "plant",      "plant_box", "plant_real", "plant_model", "jackal_model"};
 
-bool holdsPackage(const std::filesystem::path& directory) {
-  std::error_code ignored;
-  return std::filesystem::exists(directory / kMarker, ignored);
-}
-
-std::vector<std::filesystem::path> candidates() {
-  std::vector<std::filesystem::path> list;
-  if (const char* environment = std::getenv("JACKAL_AIC_SHARE")) list.emplace_back(environment);
-  // <install>/lib/libjackal_aic_experiments.so, which programs and Python share
-  Dl_info library;
-  if (dladdr(reinterpret_cast<const void*>(&candidates), &library) != 0) {
-    list.push_back(std::filesystem::path(library.dli_fname).parent_path().parent_path() / "share" / "jackal_aic");
-  }
-  list.emplace_back(JACKAL_AIC_SOURCE_DIRECTORY);
-  return list;
-}
-
 }  // namespace
 
-PackageFiles::PackageFiles(const std::string& share) {
-  const auto list = share.empty() ? candidates() : std::vector<std::filesystem::path>{share};
-  const auto found = std::find_if(list.begin(), list.end(), holdsPackage);
-  if (found == list.end()) {
-    throw ParameterError("share = '" + list.front().string() + "': holds no " + kMarker +
-                         "; give the package's directory with --share or JACKAL_AIC_SHARE");
+PackageFiles::PackageFiles() : share_(JACKAL_AIC_SOURCE_DIRECTORY) {
+  Dl_info library;  // <install>/lib/libjackal_aic_simulation.so, which programs and Python share
+  if (dladdr(reinterpret_cast<const void*>(&kConfigurations), &library) != 0) {
+    const auto installed =
+        std::filesystem::path(library.dli_fname).parent_path().parent_path() / "share" / "jackal_aic";
+    if (std::filesystem::exists(installed / kMarker)) share_ = installed;
   }
-  share_ = *found;
   for (const std::string name : kConfigurations) addYamlFile(path("config/" + name + ".yaml"), configurations_[name]);
   urdf_ = readText(path("sim/urdf/jackal.urdf"));
 }

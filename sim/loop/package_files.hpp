@@ -15,10 +15,9 @@ namespace jackal_aic::sim {
 /// each read once.
 class PackageFiles {
  public:
-  /// @param share directory to use; if empty, the first one with the package's files of these: the environment variable
-  /// JACKAL_AIC_SHARE, share/jackal_aic of this library's install space, the source directory of the build.
-  /// @throws ParameterError without such a directory, or if a file is missing or cannot be read.
-  explicit PackageFiles(const std::string& share = "");
+  /// Takes share/jackal_aic of this library's install space, else the source directory of the build.
+  /// @throws ParameterError if a file is missing or cannot be read.
+  PackageFiles();
 
   /// Keys of a preset, plant or plant model of config/, by the name of its file without ".yaml": "standard", "plant",
   /// "plant_box", "plant_model", "jackal_model". @throws ParameterError without such a configuration.

@@ -1,7 +1,6 @@
 #include <ros/ros.h>
 
 #include "jackal_aic/config/text.hpp"
-#include "jackal_aic/config/text_file.hpp"
 #include "parameters/ros_parameters.hpp"
 #include "plant_conversion.hpp"
 #include "plant_node.hpp"
@@ -15,22 +14,14 @@ using jackal_aic::sim::PlantNode;
 using jackal_aic::sim::PlantNodeParameters;
 using jackal_aic::sim::PlantParameters;
 
-/// The URDF text from robot_description or, where that is not set, from a file.
-std::string urdfText(const ros::NodeHandle& node, const std::string& urdf_file) {
-  std::string urdf_xml = jackal_aic::robotDescription(node);
-  if (!urdf_xml.empty()) return urdf_xml;
-  if (urdf_file.empty())
-    throw ParameterError("robot_description: missing, and there is no parameter urdf_file instead");
-  return jackal_aic::readText(urdf_file);
-}
-
 void simulate(const ros::NodeHandle& node, const ros::NodeHandle& private_node) {
   ParameterMap map = jackal_aic::readRosParameters(private_node);
   const auto plant_parameters = jackal_aic::sim::readSimulatedRobot(map);
   const auto parameters = jackal_aic::readParameters<PlantNodeParameters>(map, "");
   map.refuseUnknown();
-  PlantNode(node, private_node, urdfText(private_node, parameters.urdf_file), plant_parameters, parameters)
-      .run(jackal_aic::StopRequest::requested);
+  const std::string urdf = jackal_aic::robotDescription(private_node);
+  if (urdf.empty()) throw ParameterError("robot_description: missing");
+  PlantNode(node, private_node, urdf, plant_parameters, parameters).run(jackal_aic::StopRequest::requested);
 }
 
 }  // namespace

@@ -47,7 +47,6 @@ struct PlantNodeParameters {
   /// awaited; one without two commands in a row is awaited for 0.25 s.
   double patience = 2.0;
   bool publish_clock = true;  ///< false: another node publishes /clock, as for the second of two robots; this follows
-  std::string urdf_file;      ///< URDF without a robot_description
 };
 
 /// Lists the fields of PlantNodeParameters with unit and range.
@@ -60,7 +59,6 @@ void describeFields(Visitor& v, PlantNodeParameters& p) {
   v.field("lockstep", p.lockstep, {0.0, 1.0}, "s", Presence::optional);
   v.field("patience", p.patience, {0.0, 3600.0}, "s", Presence::optional);
   v.field("publish_clock", p.publish_clock, Presence::optional);
-  v.field("urdf_file", p.urdf_file, Presence::optional);
 }
 
 /// Steps a plant and publishes /clock (or follows it without publish_clock), joint_states, imu/data, feedback,

@@ -97,20 +97,7 @@ Arguments and errors are those of simulate().)");
 }
 
 void bindCertificate(py::module& m) {
-  py::class_<Margins>(m, "Margins", "How far a loop is from the limit of stability.")
-      .def_readonly("gain_margin", &Margins::gain_margin,
-                    "Factor on the gain at which the loop becomes unstable; below 1 for an unstable loop.")
-      .def_readonly("gain_reduction", &Margins::gain_reduction, "The same for a lower gain; else 0.")
-      .def_readonly("delay_margin", &Margins::delay_margin,
-                    "Extra dead time at which the loop becomes unstable [s]; negative for an unstable loop.")
-      .def_readonly("delay_reduction", &Margins::delay_reduction, "By how much the dead time may be shorter [s].");
-  py::class_<ModeCertificate, Margins>(m, "ModeCertificate", "Certificate of driving straight or of turning.")
-      .def_readonly("spectral_radius", &ModeCertificate::spectral_radius,
-                    "Over one common period, for the worst phase.")
-      .def_readonly("radius_uncertainty", &ModeCertificate::radius_uncertainty,
-                    "The true radius is less than this below it.");
-  py::class_<CertificateWithAdvice, Margins>(m, "Certificate",
-                                             "Stability certificate; its margins are the smaller ones of both modes.")
+  py::class_<CertificateWithAdvice>(m, "Certificate", "Stability certificate of driving straight and of turning.")
       .def_property_readonly(
           "stable", [](const CertificateWithAdvice& c) { return c.stable(); },
           "The verdict: belief and loop are stable.")
@@ -118,8 +105,10 @@ void bindCertificate(py::module& m) {
       .def_readonly("loop_spectral_radius", &CertificateWithAdvice::loop_spectral_radius,
                     "Of the closed loop over one common period.")
       .def_readonly("period", &CertificateWithAdvice::period, "Common period of sensor, belief and action [s].")
-      .def_readonly("straight", &CertificateWithAdvice::straight, "Driving straight.")
-      .def_readonly("turn", &CertificateWithAdvice::turn, "Turning.")
+      .def_readonly("gain_margin", &CertificateWithAdvice::gain_margin,
+                    "Factor on the gain at which the loop becomes unstable; below 1 for an unstable loop.")
+      .def_readonly("delay_margin", &CertificateWithAdvice::delay_margin,
+                    "Extra dead time at which the loop becomes unstable [s]; negative for an unstable loop.")
       .def_readonly("advice", &CertificateWithAdvice::advice, "What it means, and what to change.")
       .def("__repr__", [](const CertificateWithAdvice& c) {
         return fmt::format("<Certificate {}, spectral radius {:.4f}, gain margin {:.3g}, delay margin {:.3g} s>",
@@ -180,8 +169,6 @@ void bindIdentification(py::module& m) {
       .def_readonly("acceleration_limit", &Identification::acceleration_limit, "Of the wheel circumference [m/s^2].")
       .def_readonly("track_left", &Identification::track_left, "Effective track turning left [m].")
       .def_readonly("track_right", &Identification::track_right, "Effective track turning right [m].")
-      .def_readonly("residual", &Identification::residual, "RMS of measured minus fitted wheel speed [rad/s].")
-      .def_readonly("r_squared", &Identification::r_squared, "Explained share of the variance of the wheel speeds.")
       .def_readonly("remarks", &Identification::remarks, "Remarks for the user, one line each.");
   m.def("identify", &identify, py::arg("commands"), py::arg("wheels"), py::arg("yaw_rate") = py::none(),
         py::arg("wheel_radius") = GeometryParameters{}.wheel_radius, py::arg("slip_factor") = 1.0,
@@ -247,9 +234,7 @@ void bindFaults(py::module& m) {
           "Channels that count; see Observation.valid.")
       .def_property_readonly(
           "distances", &distancesOf,
-          "Mahalanobis distance of each channel's last prediction error, in multiples of the bound of an outlier.")
-      .def_readonly("stuck", &FaultReport::stuck, "The wheels turn and the body stands; no fault.")
-      .def_readonly("moved", &FaultReport::moved, "The robot is pushed or carried; no fault.");
+          "Mahalanobis distance of each channel's last prediction error, in multiples of the bound of an outlier.");
   py::class_<FaultMonitor>(m, "FaultMonitor", "Fault detection per channel from prediction errors.")
       .def(py::init([](const Parameters& parameters) {
              return FaultMonitor(parameters.node.faults.value_or(FaultParameters{}), parameters.node.geometry,

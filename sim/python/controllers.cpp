@@ -178,7 +178,6 @@ action_orders: highest order whose sensory error drives the action.)")
       .def(
           "update_action", [](Inference& c) { return Eigen::VectorXd(c.updateAction()); },
           "One step of the action, shape (actions,).")
-      .def("hold", &Inference::hold, py::arg("applied"), "Replaces the action by the command that was applied.")
       .def_property_readonly(
           "belief", [](const Inference& c) { return Eigen::MatrixXd(c.belief()); }, "mu_tilde, shape (states, p+1).")
       .def_property_readonly(
@@ -245,14 +244,6 @@ belief_steps_per_action of these update_action(), then hold() with what is reall
             c.hold({left, right});
           },
           py::arg("left"), py::arg("right"), "Tells which part of the action is really driven [rad/s].")
-      .def(
-          "overrule",
-          [](VelocityController& c, double left, double right) {
-            c.overrule({left, right});
-          },
-          py::arg("left"), py::arg("right"),
-          "Takes the command that is driven in this action period instead of the action [rad/s].")
-      .def("restart", &VelocityController::restart, "Starts again from the last measurement with zero action.")
       .def("reset", &VelocityController::reset, "Forgets everything except the parameters.")
       .def_property_readonly(
           "believed_velocity", [](const VelocityController& c) -> Vector { return c.believedVelocity(); },
@@ -280,15 +271,8 @@ belief_steps_per_action of these update_action(), then hold() with what is reall
       m, "PredictiveController", "The controller that predicts with a model of the drive train: preset predictive.")
       .def(py::init([](const Parameters& p) { return made<PredictiveController>(p, "predictive controller"); }),
            py::arg("parameters"), kOfParameters)
-      .def("freeze_learning", &PredictiveController::freezeLearning, py::arg("frozen"),
-           "Stops (True) or resumes learning of effective track and drive train.")
-      .def_property_readonly("motion_covariance", &PredictiveController::motionCovariance,
-                             "Covariance of the believed x_dot [m/s] and theta_dot [rad/s], shape (2, 2).")
       .def_property_readonly("effective_track", &PredictiveController::effectiveTrack,
-                             "Believed b_hat, turning in place [m].")
-      .def_property_readonly(
-          "plant_model", [](const PredictiveController& c) { return dictOf(fieldsOf(c.model())); },
-          "Drive train as it is believed, by the keys of plant_model.*.");
+                             "Believed b_hat, turning in place [m].");
 
   py::class_<DifferentialDrive, VelocityController>(m, "DifferentialDrive",
                                                     "The open-loop baseline: preset diff_drive.")

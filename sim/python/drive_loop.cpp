@@ -8,19 +8,6 @@ const char* verdictWord(SetPointVerdict verdict) {
   return kWords[static_cast<int>(verdict)];
 }
 
-py::dict countsOf(const DriveLoopStatus& status) {
-  py::dict counts;
-  counts["rejected_set_points"] = status.rejected_set_points;
-  counts["scaled_set_points"] = status.scaled_set_points;
-  counts["rejected_measurements"] = status.rejected_measurements;
-  counts["faults_detected"] = status.faults_detected;
-  counts["brakes"] = status.brakes;
-  counts["faults"] = status.faults;
-  counts["clock_resets"] = status.clock_resets;
-  counts["dropped_periods"] = status.dropped_periods;
-  return counts;
-}
-
 }  // namespace
 
 const char* wordOf(DriveStatus status) {
@@ -85,16 +72,8 @@ first, and the loop stands whenever an input is missing or late.)")
           "reason", [](const DriveLoop& d) { return reason(d.status()); },
           "Cause and fault in one sentence, as in the node's log; empty for neither.")
       .def_property_readonly(
-          "counts", [](const DriveLoop& d) { return countsOf(d.status()); },
-          "What was counted since the start, by name.")
-      .def_property_readonly(
           "command", [](const DriveLoop& d) { return pairOf(d.command()); },
           "Command of the last action step (left, right) [rad/s].")
-      .def_property_readonly(
-          "set_point", [](const DriveLoop& d) { return d.setPoint(); }, "Set point in force.")
-      .def_property_readonly(
-          "counted", [](const DriveLoop& d) { return channelsOf(d.counted()); },
-          "Channels of the last measurement that counted; see Observation.valid.")
       .def_property_readonly(
           "believed_velocity", [](const DriveLoop& d) -> BodyVector { return d.controller().believedVelocity(); },
           "Of the controller; see CoreController.believed_velocity.");

@@ -55,10 +55,6 @@ ParameterMap mapOf(const Parameters& parameters) {
   return map;
 }
 
-Parameters replaced(const Parameters& parameters, const py::dict& overrides) {
-  return checked(mapOf(parameters), overrides);
-}
-
 py::dict values(const Parameters& parameters) {
   ParameterMap map = mapOf(parameters);
   py::dict dict;
@@ -126,8 +122,6 @@ plant_model: "assumed" (a Jackal that was not identified), "ground", "box", "rea
 robot: "jackal" (config/jackal.yaml), or the path of a YAML file.
 overrides: values by key that replace those of the files, such as {"predictive.reference_time": 0.02}.
 Raises ValueError for an unknown name (with the list of names), key, type or value, and if the loop is unstable.)")
-      .def("replaced", &replaced, py::arg("overrides"),
-           "The same parameters with other values of some keys. Raises ValueError as Parameters().")
       .def("values", &values, "All keys with their values, as a dict such as {'controller.tau': 0.03}.")
       .def("__getitem__",
            [](const Parameters& parameters, const std::string& key) {

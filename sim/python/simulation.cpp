@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <tuple>
 
 #include "bindings.hpp"
@@ -14,13 +13,9 @@
 #include "jackal_aic/faults/fault.hpp"
 #include "jackal_aic/safety/loop_odometry.hpp"
 #include "response_metrics.hpp"
-#include "state_space_model.hpp"
 
 namespace jackal_aic::python {
 namespace {
-
-using sim::FaultChannel;
-using sim::FaultKind;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -30,107 +25,39 @@ using TimedSetPoints = std::vector<std::tuple<double, double, double>>;
 /// A fault as (kind, start [s], channel, value, duration [s]).
 using FaultData = std::tuple<std::string, double, std::string, double, double>;
 
-/// @throws ParameterError in the order of the list.
-sim::SetPointProfile profileOf(const TimedSetPoints& set_points, double duration) {
-  constexpr double kLongest = 3600.0, kFastest = 10.0, kFastestTurn = 50.0;
-  if (!(duration > 0.0 && duration <= kLongest)) {
-    throw ParameterError(fmt::format("duration = {:g}: must be above 0 and at most {:g} s", duration, kLongest));
-  }
-  sim::SetPointProfile profile;
-  profile.duration = duration;
-  double before = -std::numeric_limits<double>::infinity();
-  for (const auto& [time, forward, yaw_rate] : set_points) {
-    const std::string which = fmt::format("set_points[{}]", profile.changes.size());
-    if (!(time >= 0.0 && time < duration)) {
-      throw ParameterError(fmt::format("{}: time = {:g}: must be in [0, {:g}) s, the duration", which, time, duration));
-    }
-    if (time <= before) {
-      throw ParameterError(
-          fmt::format("{}: time = {:g}: must be later than that before it, {:g} s", which, time, before));
-    }
-    if (!(std::abs(forward) <= kFastest)) {
-      throw ParameterError(fmt::format("{}: speed = {:g}: must be within +-{:g} m/s", which, forward, kFastest));
-    }
-    if (!(std::abs(yaw_rate) <= kFastestTurn)) {
-      throw ParameterError(
-          fmt::format("{}: yaw rate = {:g}: must be within +-{:g} rad/s", which, yaw_rate, kFastestTurn));
-    }
-    profile.changes.push_back({time, {forward, 0.0, yaw_rate}});
-    before = time;
-  }
-  if (profile.changes.empty()) throw ParameterError("set_points = []: must hold at least one");
-  return profile;
+/// The enumerator of a word.
+template <class Enum, std::size_t kCount>
+Enum enumOf(const std::array<const char*, kCount>& words, const std::string& word) {
+  return static_cast<Enum>(std::find(words.begin(), words.end(), word) - words.begin());
 }
 
-/// Adds a lasting change of ground or motors; false for another kind of fault.
-bool addChange(const FaultData& data, const sim::PlantParameters& plant, sim::SetPointProfile& profile) {
+/// Adds a fault to those of a run; jackal_aic/_simulation.py has checked it.
+void addFault(const FaultData& data, const sim::PlantParameters& plant, sim::SetPointProfile& profile,
+              sim::Faults& faults) {
   const auto& [kind, start, channel, value, duration] = data;
+  const double until = start + duration;
+  const bool all = channel == "all", left = all || channel == "left", right = all || channel == "right";
   if (kind == "friction") {
     profile.friction_changes.push_back({start, value});
   } else if (kind == "gain") {
     profile.motor_changes.push_back({start, value, plant.wheel_offset});
   } else if (kind == "offset") {
     profile.motor_changes.push_back({start, plant.wheel_gain, value});
-  } else {
-    return false;
-  }
-  if (channel != "all") throw ParameterError(fmt::format("fault '{}': channel = '{}': must be all", kind, channel));
-  if (std::isfinite(duration))
-    throw ParameterError(fmt::format("fault '{}': duration = {:g}: it lasts", kind, duration));
-  return true;
-}
-
-/// Adds a fault to those of a run. @throws ParameterError for an unknown kind or channel, or a time out of range.
-void addFault(const FaultData& data, const sim::PlantParameters& plant, sim::SetPointProfile& profile,
-              sim::Faults& faults) {
-  const auto& [kind, start, channel, value, duration] = data;
-  if (!(start >= 0.0)) throw ParameterError(fmt::format("fault '{}': start = {:g}: must be 0 s or more", kind, start));
-  if (!(duration > 0.0))
-    throw ParameterError(fmt::format("fault '{}': duration = {:g}: must be above 0 s", kind, duration));
-  if (!std::isfinite(value)) throw ParameterError(fmt::format("fault '{}': value = {:g}: must be finite", kind, value));
-  if (addChange(data, plant, profile)) return;
-  const double until = start + duration;
-  const auto among = [&, kind = kind, channel = channel](const std::vector<const char*>& channels) {
-    if (std::find(channels.begin(), channels.end(), channel) != channels.end()) return;
-    throw ParameterError(
-        fmt::format("fault '{}': channel = '{}': must be one of {}", kind, channel, fmt::join(channels, ", ")));
-  };
-  const bool all = channel == "all", left = all || channel == "left", right = all || channel == "right";
-  if (kind == "blocked") {
-    among({"left", "right", "all"});
+  } else if (kind == "blocked") {
     if (left) faults.motors.push_back({sim::Side::left, start, until});
     if (right) faults.motors.push_back({sim::Side::right, start, until});
-    return;
-  }
-  if (kind == "lost") {
-    among({"left", "right", "gyro", "acceleration", "all"});
+  } else if (kind == "lost") {
     const ChannelValidity remaining{!(all || channel == "gyro"), !left, !right, !(all || channel == "acceleration")};
     faults.losses.push_back({remaining, start, until});
-    return;
-  }
-  if (kind == "push") {
-    among({"forward", "yaw_rate"});
+  } else if (kind == "push") {
     const bool along = channel == "forward";
     faults.pushes.push_back({along ? value : 0.0, along ? 0.0 : value, start, until});
-    return;
-  }
-  if (kind == "lift") {
+  } else if (kind == "lift") {
     faults.lifts.push_back({start, until});
-    return;
+  } else {
+    faults.sensors.push_back({enumOf<sim::FaultKind>(sim::kFaultKindNames, kind),
+                              enumOf<sim::FaultChannel>(sim::kFaultChannelNames, channel), value, start, duration});
   }
-  std::string known;
-  for (std::size_t i = 0; i < sim::kFaultKindNames.size(); ++i) {
-    known += std::string(sim::kFaultKindNames[i]) + ", ";
-    if (kind != sim::kFaultKindNames[i]) continue;
-    among({"left", "right", "gyro", "acceleration", "all"});
-    const auto found = std::find(sim::kFaultChannelNames.begin(), sim::kFaultChannelNames.end(), channel);
-    faults.sensors.push_back({static_cast<FaultKind>(i),
-                              static_cast<FaultChannel>(found - sim::kFaultChannelNames.begin()), value, start,
-                              duration});
-    return;
-  }
-  throw ParameterError("fault '" + kind + "': unknown; known: " + known +
-                       "lost, blocked, push, lift, friction, gain, offset");
 }
 
 /// The columns of a drive, and those with odometry=True, whose names jackal_aic/_simulation.py has.
@@ -329,7 +256,9 @@ py::tuple simulate(const std::string& robot, const py::object& controller, const
                    double duration, const std::vector<FaultData>& fault_list, const py::dict& changes,
                    std::optional<bool> monitor, const py::dict& monitor_model, bool as_printed, bool samples_only,
                    bool odometry) {
-  sim::SetPointProfile profile = profileOf(set_points, duration);
+  sim::SetPointProfile profile;
+  profile.duration = duration;
+  for (const auto& [time, forward, yaw_rate] : set_points) profile.changes.push_back({time, {forward, 0.0, yaw_rate}});
   const bool monitored = monitor.value_or(!fault_list.empty());
   Run run = runOf(robot, controller, overridesOf(changes), monitored ? std::optional(monitor_model) : std::nullopt,
                   as_printed);
@@ -384,21 +313,6 @@ py::dict settings(const std::string& robot, const std::string& controller, const
   return all;
 }
 
-py::tuple stateSpaceResponse(const std::string& controller, double set_point, double duration,
-                             const py::dict& changes) {
-  const sim::LoopSetup setup = sim::loadSetup(packageFiles(), controller, "box", overridesOf(changes));
-  const auto* thesis = std::get_if<ControllerParameters>(&setup.drive.controller);
-  if (thesis == nullptr) throw ParameterError("controller = '" + controller + "': not one of the thesis' controllers");
-  const ControllerParameters& gains = *thesis;
-  StateSpaceRun run;
-  run.dt = gains.beliefStep();
-  run.duration = duration;
-  run.set_point = set_point;
-  const StateSpaceResponse response = jackal_aic::simulate(stateSpaceModel(gains), run);
-  return py::make_tuple(response.time, Eigen::VectorXd(response.output.transpose()),
-                        Eigen::VectorXd(response.states.row(0).transpose()));
-}
-
 /// Texts of an enumeration in the order of its values.
 template <class Enum>
 py::tuple wordsOf(int count) {
@@ -421,11 +335,6 @@ void bindSimulation(py::module& m) {
 the controller's values. "structure" is "thesis", "predictive" or
 "diff_drive", "belief_radius" the spectral radius of a thesis controller's belief update. Arguments and errors are those of
 simulate().)");
-  m.def("state_space_response", &stateSpaceResponse, py::arg("controller"), py::arg("set_point"), py::arg("duration"),
-        py::arg("overrides") = py::dict(),
-        R"(Step response of the point mass model (thesis, chapter 4) with the gains of a thesis controller.
-
-Returns arrays of time [s], output [m/s] and believed output [m/s] from the step on. Raises ValueError as simulate().)");
   py::class_<sim::ResponseMetrics>(m, "StepResponse",
                                    "Figures of a step response, as the thesis defines them (chapter 5).")
       .def_readonly(

@@ -68,22 +68,6 @@ def square_waves(results):
     return max(ours) <= bar, words + f'; predictive is within {excess:.1f} % of that limit'
 
 
-def straight_line_unharmed(results):
-    runs = runs_of(results, 'slip_straight')
-    slower = max(abs(settling(run) / settling(runs[0]) - 1.0) for run in runs)
-    error = max(abs(run['steady_error_pct'] - runs[0]['steady_error_pct']) for run in runs)
-    bars = results.bars['slip_straight']
-    return 100.0 * slower <= bars['settling_spread'] and error <= bars['steady_error_spread'], f'settling differs by {100 * slower:.2f} %, steady-state error by {error:.2f} %'
-
-
-def rates_agree(results):
-    spreads = []
-    for plant in ('box', 'ground'):
-        times = [settling(run) for run in runs_of(results, 'predictive_rates') if run['plant'] == plant]
-        spreads.append(100.0 * (max(times) / min(times) - 1.0))
-    return max(spreads) <= results.bars['predictive_rates']['settling_spread'], f'settling differs by {max(spreads):.2f} %'
-
-
 def as_good_as_kalman(column, unit):
 
     def judge(results):
@@ -105,10 +89,8 @@ BARS = [
     ('predictive_perturbations', 'steady-state error at most {steady_error:g} %',
      within('predictive_perturbations', 'steady_error_pct', 'steady_error', '%')),
     ('predictive_squares', 'root-mean-square tracking error at most {tracking_over_improved:g} times improved\'s', square_waves),
-    ('predictive_rates', 'settles alike from 50 Hz to 1 kHz, within {settling_spread:g} %', rates_agree),
     ('slip_turns', 'steady-state error of the yaw rate at most {steady_error:g} % within 3 s',
      within('slip_turns', 'steady_error_pct', 'steady_error', '%')),
-    ('slip_straight', 'straight line unharmed, within {settling_spread:g} %', straight_line_unharmed),
     ('belief_accuracy', 'belief of the forward speed at most {error_over_kalman_filter:g} times the Kalman filter\'s RMS',
      as_good_as_kalman('belief_rms_mps', 'forward speed')),
     ('belief_accuracy', 'belief of the yaw rate at most {error_over_kalman_filter:g} times the Kalman filter\'s RMS',

@@ -15,13 +15,6 @@ import matplotlib
 matplotlib.use('Agg')
 import matplotlib.pyplot as plt
 
-TITLES = {
-    'diff_drive': 'Differential drive (open loop)',
-    'standard': 'Standard active inference',
-    'improved': 'Improved active inference',
-    'predictive': 'Predictive active inference',
-}
-
 # Okabe and Ito's palette: distinct for every kind of colour vision.
 BLACK, BLUE, VERMILION = '#000000', '#0072B2', '#D55E00'
 
@@ -35,10 +28,6 @@ TABLES = [  # column of metrics.csv, heading, format
     ('steady_error_pct', 'Steady-state error, % of the set point', '+.1f'),
     ('settling_s', 'Settling time, s (within 5 % of the final speed, whichever that is)', '.2f'),
 ]
-
-
-def title_of(controller):
-    return TITLES.get(controller, controller.replace('_', ' ').capitalize())
 
 
 def read_table(path):
@@ -78,7 +67,7 @@ def warnings(metrics):
         for controller, steps in controllers.items():
             gap = max(float(step['command_gap_s']) for step in steps)
             if gap > LONG_GAP:
-                yield (f'Note: {title_of(controller)} sent no command for {gap:.2f} s, because this machine was busy. '
+                yield (f'Note: {controller} sent no command for {gap:.2f} s, because this machine was busy. '
                        'Its figures are too bad; scripts/demo --speed 0.5 gives it more time.')
 
 

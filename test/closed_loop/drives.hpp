@@ -13,7 +13,7 @@ namespace jackal_aic::sim {
 
 /// The package as it lies in the source tree.
 inline const PackageFiles& files() {
-  static const PackageFiles files{JACKAL_AIC_SOURCE_DIR};
+  static const PackageFiles files;
   return files;
 }
 

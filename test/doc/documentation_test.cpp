@@ -70,7 +70,7 @@ TEST(Documentation, EveryFileThatItNamesIsThere) {
 }
 
 TEST(Documentation, EveryEquationIsWhereItSays) {
-  const std::regex row(R"(\| ([a-z_/]+\.hpp) \| (\w+) \|)");
+  const std::regex row(R"(\| ([a-z_/]+\.(?:hpp|py)) \| (\w+) \|)");
   const int rows = forEachMatch(textOf(kRoot / "doc/reference/equations.md"), row, [](const std::smatch& m) {
     const fs::path path = m[1].str();
     const std::string header = textOf(*path.begin() == "sim" ? kRoot / path : kRoot / "include/jackal_aic" / path);
@@ -81,7 +81,7 @@ TEST(Documentation, EveryEquationIsWhereItSays) {
 
 TEST(Documentation, EveryProgramAndLaunchFileThatItStartsIsBuiltHere) {
   std::string build;
-  for (const char* directory : {"src", "sim"}) {
+  for (const char* directory : {"src", "sim", "test"}) {
     for (const auto& entry : fs::recursive_directory_iterator(kRoot / directory)) {
       if (entry.path().filename() == "CMakeLists.txt") build += textOf(entry.path());
     }

@@ -126,7 +126,6 @@ class Scenarios(unittest.TestCase):
                             ('imu: {kind: drop}, expect: {detected_by: tolerated}', 'expect.outcome'),
                             ('imu: {channel: gyro}, ' + self.EXPECT, 'imu.kind: missing'), ('imu: {kind: melt}, ' + self.EXPECT, 'melt of all is not a fault of this topic'),
                             ('imu: {kind: drop, shares: 0.5}, ' + self.EXPECT, "'shares' is unknown"),
-                            ('imu: {kind: drop, share: 2}, ' + self.EXPECT, 'share = 2: must be in [0, 1]'),
                             ('lidar: {kind: drop}, ' + self.EXPECT, "'lidar' is unknown"), ('system: {kind: melt}, ' + self.EXPECT, "'melt'"),
                             ('set_point: {kind: stamp_zero}, ' + self.EXPECT, 'not a fault'),
                             ('imu: {kind: bias, channel: left}, ' + self.EXPECT, 'not a fault')):

@@ -20,7 +20,9 @@ import draws  # noqa: E402
 import engine  # noqa: E402
 import metrics  # noqa: E402
 import motions  # noqa: E402
+import numpy  # noqa: E402
 import robots  # noqa: E402
+import state_space  # noqa: E402
 import thesis  # noqa: E402
 
 PROGRAM = str(SOURCE / 'sim/lab/experiments')
@@ -91,6 +93,32 @@ class Figures(unittest.TestCase):
         self.assertGreater(metrics.swings([0.1 * math.cos(0.2 * i) for i in range(500)], 0.05), 10)
         up_and_back = [0.01 * i for i in range(100)] + [1.0 - 0.01 * i for i in range(50)]
         self.assertEqual(metrics.swings(up_and_back, 0.05), 1)
+
+
+class PointMass(unittest.TestCase):
+
+    GAINS = {'tau': 0.5, 'kappa_mu': 0.1, 'kappa_a': 3.0, 'orders': 1, 'belief_rate': 100.0,  # each term of 4-4 is another round number
+             'state_variances': [0.5, 0.25, 0.2], 'sensory_variances': [0.125, 0.1, 0.0625]}
+
+    def test_matches_equations_44_and_46_for_one_order(self):
+        a, b = state_space.state_space_model(self.GAINS)
+        numpy.testing.assert_allclose(a, [[-1.6, 0.6, 0.8, 0.0], [-0.4, -2.8, 0.0, 1.0], [24.0, 0.0, -24.0, 0.0], [0.0, 30.0, 0.0, -30.0]])
+        numpy.testing.assert_allclose(b, [0.8, 0.4, 0.0, 0.0])
+
+    def test_rests_at_the_set_point(self):
+        for orders in range(6):
+            a, b = state_space.state_space_model({
+                'tau': 0.03, 'kappa_mu': 0.01, 'kappa_a': 8.0, 'orders': orders, 'state_variances': [1.5, 2.0, 4.0, 8.0, 16.0, 32.0],
+                'sensory_variances': [2.0, 2.0] + 4 * [1e5]})
+            rest = numpy.zeros(len(b))
+            rest[[0, orders + 1]] = 1.0
+            numpy.testing.assert_allclose(-numpy.linalg.solve(a, b), rest, atol=1e-6)
+
+    def test_the_action_moves_one_step_after_the_belief(self):
+        time, output, belief = state_space.step_response(self.GAINS, 2.0, 0.03)
+        numpy.testing.assert_allclose(time, [0.0, 0.01, 0.02])
+        numpy.testing.assert_allclose(belief, [0.0, 0.016, 0.016 + 0.01 * (-0.0256 + 0.0048 + 1.6)])
+        numpy.testing.assert_allclose(output, [0.0, 0.0, 0.01 * 24.0 * 0.016])
 
 
 class Scenarios(unittest.TestCase):
@@ -238,7 +266,7 @@ class Calibration(unittest.TestCase):
 
     def test_a_search_fits_better_than_its_start(self):
         task = calibrate.TASKS[0]._replace(tables=('5-9',), trends=())
-        fit = calibrate.Fit(task, task.tables, 0)
+        fit = calibrate.Fit(task, 0)
         start = [math.log(0.15), math.log(0.05), math.log(3.0)]
         self.assertLess(fit.cost(fit.descend(start, 12)), fit.cost(start))
 
@@ -262,10 +290,10 @@ class Command(unittest.TestCase):
     def test_errors_are_one_line_that_says_what_is_wrong(self):
         step = ('step', '--controller', 'improved', '--plant', 'box')
         for arguments, complaint in (
-            (('fly',), "command = 'fly': unknown; known: list, run, step"), (('fl\033y',), "command = 'fl\\x1by': unknown"),
+            (('fl\033y',), "argument COMMAND: invalid choice: 'fl\\x1by' (choose from 'list', 'run', 'step'"),
             (('run', 'table_9-9', '--out', '/nonexistent/x'), "experiment = 'table_9-9': unknown; known: all, table_3-1a"),
             (('run', 'table_5-9', '--out', '/proc/x'), "out = '/proc/x': cannot be created"),
-            (step + ('--step', 'fast'), "step: argument --step: invalid float value: 'fast'; options: --controller"),
+            (step + ('--step', 'fast'), "step: argument --step: invalid float value: 'fast'; see experiments step --help"),
             (step + ('--step', '1', '--set', 'plant.dead_time'), "set = 'plant.dead_time': expected key=value"),
             (step + ('--step', '1', '--set', 'plant.deadtime=1'), 'plant.deadtime = 1: unknown key'),
             (step + ('--step', '1', '--csv', '/nonexistent/x'), "'/nonexistent/x': cannot be written"),

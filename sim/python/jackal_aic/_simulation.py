@@ -35,6 +35,36 @@ class Fault(typing.NamedTuple):
     duration: float = math.inf
 
 
+_SENSORS = ('left', 'right', 'gyro', 'acceleration', 'all')
+_CHANNELS = dict(dict.fromkeys(('freeze', 'bias', 'scale', 'set', 'huge', 'not_a_number', 'infinite', 'upside_down', 'lost'), _SENSORS),
+                 blocked=('left', 'right', 'all'), push=('forward', 'yaw_rate'), lift=('all',), friction=('all',), gain=('all',), offset=('all',))
+
+
+def _require(good, words, *values):
+    if not good:
+        raise ValueError(words.format(*values))
+
+
+def _check(points, faults, duration):
+    """Raises ValueError for what cannot be driven."""
+    _require(0.0 < duration <= 3600.0, 'duration = {:g}: must be above 0 and at most 3600 s', duration)
+    _require(points, 'set_points = []: must hold at least one')
+    before = -math.inf
+    for i, (time, speed, yaw_rate) in enumerate(points):
+        _require(0.0 <= time < duration, 'set_points[{}]: time = {:g}: must be in [0, {:g}) s, the duration', i, time, duration)
+        _require(time > before, 'set_points[{}]: time = {:g}: must be later than that before it, {:g} s', i, time, before)
+        _require(abs(speed) <= 10.0, 'set_points[{}]: speed = {:g}: must be within +-10 m/s', i, speed)
+        _require(abs(yaw_rate) <= 50.0, 'set_points[{}]: yaw rate = {:g}: must be within +-50 rad/s', i, yaw_rate)
+        before = time
+    for kind, start, channel, value, length in faults:
+        _require(kind in _CHANNELS, "fault '{}': unknown; known: {}", kind, ', '.join(_CHANNELS))
+        _require(channel in _CHANNELS[kind], "fault '{}': channel = '{}': must be one of {}", kind, channel, ', '.join(_CHANNELS[kind]))
+        _require(start >= 0.0, "fault '{}': start = {:g}: must be 0 s or more", kind, start)
+        _require(length > 0.0, "fault '{}': duration = {:g}: must be above 0 s", kind, length)
+        _require(math.isfinite(value), "fault '{}': value = {:g}: must be finite", kind, value)
+        _require(kind not in ('friction', 'gain', 'offset') or length == math.inf, "fault '{}': duration = {:g}: it lasts", kind, length)
+
+
 class VelocityController:
     """A controller written in Python: inherit from it and write act().
 
@@ -149,6 +179,7 @@ def simulate(robot, controller, set_points, *, duration=3.0, faults=(), seed=Non
     points = [tuple(float(value) for value in point) for point in points]
     faults = [faults] if isinstance(faults, (Fault, dict)) else faults
     faults = [tuple(Fault(**fault) if isinstance(fault, dict) else Fault(*fault)) for fault in faults]
+    _check(points, faults, duration)
     overrides = dict(overrides or {})
     if seed is not None:
         overrides['plant.seed'] = seed

@@ -6,7 +6,6 @@
 #include <hardware_interface/robot_hw.h>
 #include <ros/node_handle.h>
 
-#include <memory>
 #include <vector>
 
 namespace controller_interface {
@@ -20,20 +19,13 @@ class ControllerBase {
   /// Stages of that life.
   enum class ControllerState { CONSTRUCTED, INITIALIZED, RUNNING, STOPPED };
 
-  ControllerBase() = default;
   virtual ~ControllerBase() = default;
-  ControllerBase(const ControllerBase&) = delete;
-  ControllerBase& operator=(const ControllerBase&) = delete;
-  ControllerBase(ControllerBase&&) = delete;
-  ControllerBase& operator=(ControllerBase&&) = delete;
 
   virtual void starting(const ros::Time& /*time*/) {}
   virtual void update(const ros::Time& time, const ros::Duration& period) = 0;
   virtual void stopping(const ros::Time& /*time*/) {}
 
-  bool isInitialized() const { return state_ == ControllerState::INITIALIZED; }
   bool isRunning() const { return state_ == ControllerState::RUNNING; }
-  bool isStopped() const { return state_ == ControllerState::STOPPED; }
 
   /// update(), if the controller runs.
   void updateRequest(const ros::Time& time, const ros::Duration& period) {
@@ -61,7 +53,5 @@ class ControllerBase {
     return true;
   }
 };
-
-using ControllerBaseSharedPtr = std::shared_ptr<ControllerBase>;
 
 }  // namespace controller_interface

@@ -12,32 +12,17 @@ namespace hardware_interface {
 /// Reads position [rad], velocity [rad/s] and effort [N m] of a joint from where the robot keeps them.
 class JointStateHandle {
  public:
-  JointStateHandle() = default;
-
-  /// @throws HardwareInterfaceException if a pointer is null.
   JointStateHandle(const std::string& name, const double* pos, const double* vel, const double* eff)
-      : name_(name), pos_(pos), vel_(vel), eff_(eff) {
-    if (pos && vel && eff) return;
-    throw HardwareInterfaceException("Cannot create handle '" + name + "'. " +
-                                     (!pos   ? "Position"
-                                      : !vel ? "Velocity"
-                                             : "Effort") +
-                                     " data pointer is null.");
-  }
+      : name_(name), pos_(pos), vel_(vel), eff_(eff) {}
 
   std::string getName() const { return name_; }
   double getPosition() const { return *pos_; }
   double getVelocity() const { return *vel_; }
   double getEffort() const { return *eff_; }
-  const double* getPositionPtr() const { return pos_; }
-  const double* getVelocityPtr() const { return vel_; }
-  const double* getEffortPtr() const { return eff_; }
 
  private:
   std::string name_;
-  const double* pos_ = nullptr;
-  const double* vel_ = nullptr;
-  const double* eff_ = nullptr;
+  const double *pos_, *vel_, *eff_;
 };
 
 /// Joints that can be read, by any number of controllers.

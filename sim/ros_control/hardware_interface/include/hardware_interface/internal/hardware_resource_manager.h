@@ -1,15 +1,33 @@
 #pragma once
 
 /// @file
-/// Handles of hardware, which a controller may have to claim.
+/// Interfaces to hardware: handles by name, which a controller may have to claim.
 
+#include <map>
+#include <set>
 #include <stdexcept>
 #include <string>
-
-#include "hardware_interface/hardware_interface.h"
-#include "hardware_interface/internal/resource_manager.h"
+#include <vector>
 
 namespace hardware_interface {
+
+/// Error of an interface, e.g. an unknown joint.
+class HardwareInterfaceException : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// An interface to resources of one kind. Claims are collected while a controller initialises.
+class HardwareInterface {
+ public:
+  virtual ~HardwareInterface() = default;
+  virtual void claim(std::string resource) { claims_.insert(resource); }
+  void clearClaims() { claims_.clear(); }
+  std::set<std::string> getClaims() const { return claims_; }
+
+ private:
+  std::set<std::string> claims_;
+};
 
 /// Getting a handle claims it: one controller at a time.
 struct ClaimResources {
@@ -21,22 +39,30 @@ struct DontClaimResources {
   static void claim(HardwareInterface*, const std::string&) {}
 };
 
-/// Interface to hardware by its handles.
+/// Interface to hardware by its handles. ResourceHandle has std::string getName() const.
 template <class ResourceHandle, class ClaimPolicy = DontClaimResources>
-class HardwareResourceManager : public HardwareInterface, public ResourceManager<ResourceHandle> {
+class HardwareResourceManager : public HardwareInterface {
  public:
-  using ResourceHandleType = ResourceHandle;
+  /// Adds a handle, in place of one of the same name.
+  void registerHandle(const ResourceHandle& handle) { resource_map_.insert_or_assign(handle.getName(), handle); }
+
+  /// Names of all handles, sorted.
+  std::vector<std::string> getNames() const {
+    std::vector<std::string> names;
+    for (const auto& entry : resource_map_) names.push_back(entry.first);
+    return names;
+  }
 
   /// @throws HardwareInterfaceException without a handle of that name.
   ResourceHandle getHandle(const std::string& name) {
-    try {
-      ResourceHandle handle = ResourceManager<ResourceHandle>::getHandle(name);
-      ClaimPolicy::claim(this, name);
-      return handle;
-    } catch (const std::logic_error& error) {
-      throw HardwareInterfaceException(error.what());
-    }
+    const auto found = resource_map_.find(name);
+    if (found == resource_map_.end()) throw HardwareInterfaceException("Could not find resource '" + name + "'.");
+    ClaimPolicy::claim(this, name);
+    return found->second;
   }
+
+ private:
+  std::map<std::string, ResourceHandle> resource_map_;
 };
 
 }  // namespace hardware_interface
