@@ -16,18 +16,18 @@ readonly NOETIC_PACKAGES=(ros-noetic-{catkin,controller-interface,diagnostic-upd
   ros-noetic-{jackal-msgs,message-filters,nav-msgs,pluginlib,robot-state-publisher,ros-core,rosbash,rostest,tf2-msgs,tf2-ros}
   ros-noetic-{topic-tools,visualization-msgs})
 
-# shellcheck disable=SC2034 # ros_prefix, packages and rviz_package are for workspace.sh
+# shellcheck disable=SC2034 # ros_prefix and packages are for workspace.sh
 # detect_system: sets ros_prefix (where ROS is) and packages (all that is needed) for this system.
 detect_system() {
   local system=unknown
   [[ -r /etc/os-release ]] && system=$(. /etc/os-release && printf '%s %s' "${ID:-}" "${VERSION_ID:-}")
   case $system in
     "debian 11" | "debian 12")
-      ros_prefix=/usr rviz_package=rviz
+      ros_prefix=/usr
       packages=("${COMMON_PACKAGES[@]}" "${DEBIAN_ROS_PACKAGES[@]}")
       ;;
     "ubuntu 20.04")
-      ros_prefix=/opt/ros/noetic rviz_package=ros-noetic-rviz
+      ros_prefix=/opt/ros/noetic
       packages=("${COMMON_PACKAGES[@]}" "${NOETIC_PACKAGES[@]}")
       [[ -d $ros_prefix ]] || grep -rqs '^[^#]*packages.ros.org' /etc/apt/sources.list /etc/apt/sources.list.d ||
         fail "Ubuntu 20.04 has no ROS without the apt source packages.ros.org: add it as wiki.ros.org/noetic/Installation/Ubuntu says, then run this again"

@@ -101,14 +101,10 @@ def main():
     parser.add_argument('results', type=pathlib.Path)
     parser.add_argument('logs', type=pathlib.Path)
     parser.add_argument('--only', default='.')
-    parser.add_argument('--preset', choices=('diff_drive', 'standard', 'improved', 'tuned', 'predictive'))
     parser.add_argument('--plant', default='ground', choices=('ground', 'real'))
-    parser.add_argument('--speed', type=float, default=2.0)
     arguments = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
-    common = [f'select:={arguments.only}', f'real_time_factor:={arguments.speed}', f'plant:={arguments.plant}']
-    common += [f'preset:={arguments.preset}'] if arguments.preset else []
-    return campaign(arguments, common)
+    return campaign(arguments, [f'select:={arguments.only}', 'real_time_factor:=2.0', f'plant:={arguments.plant}'])
 
 
 if __name__ == '__main__':

@@ -16,26 +16,26 @@ test_targets() {
       grep -oP '<test\s[^>]*type="\K[^"]+' "$launch" | sed 's/.*\.py$/all/'
     done
     if grep -qE '_(python|roslaunch-check)_|^ *Labels: .*nodes' <<<"$listing"; then echo all; fi
-  } | sort -u | paste -sd ' '
+  } | sort -u
 }
 
-# run_tests BUILD PATTERN SECONDS FINDINGS LAUNCHER...: runs the tests that match, two per processor at a time (those that compute count
+# run_tests BUILD PATTERN FINDINGS LAUNCHER...: runs the tests that match, two per processor at a time (those that compute count
 # twice), the longest first. Node tests that fail in parallel run once more, alone, and that result counts. Counts their cases and the
 # reports of sanitizers in the directory FINDINGS.
 run_tests() {
   local build=$1 results=$1/test_results log=$1/tests.log again timed_out passed failed finding
   rm -rf "$results" "$log" "$1/Testing/Temporary/LastTestsFailed.log"
-  run_ctest "$1" "$3" "${@:5}" ctest -j $((2 * $(nproc))) -R "${2:-.}"
+  run_ctest "$1" "${@:4}" ctest -j $((2 * $(nproc))) -R "${2:-.}"
   again=$(sed -nE 's/^[0-9]+:(.*_rostest_.*)/\1/p' "$build/Testing/Temporary/LastTestsFailed.log" 2>/dev/null | paste -sd '|') || true
   if [[ -n $again ]]; then
     say "Again, alone:"
     sed -i '/ rostest_.*\*\*\*/d' "$log"
-    run_ctest "$1" "$3" "${@:5}" ctest -R "^($again)\$"
+    run_ctest "$1" "${@:4}" ctest -R "^($again)\$"
   fi
   timed_out=$(grep -cE '\*\*\*(Timeout|Not Run)' "$log") || true
   # shellcheck disable=SC2154 # repository is of workspace.sh
   read -r passed failed < <(python3 "$repository/scripts/lib/count_tests.py" "$results")
-  for finding in "$4"/*; do
+  for finding in "$3"/*; do
     [[ -e $finding ]] || continue
     say "sanitizer, $finding: $(grep -m 1 '^SUMMARY' "$finding" || head -n 1 "$finding")"
     timed_out=$((timed_out + 1))
@@ -46,7 +46,7 @@ run_tests() {
   return $((failed > 0))
 }
 
-# run_ctest BUILD SECONDS COMMAND...: runs CTest there with this limit for a test; what it prints is in BUILD/tests.log, too.
+# run_ctest BUILD COMMAND...: runs CTest there, at most 15 minutes a test; what it prints is in BUILD/tests.log, too.
 run_ctest() {
-  (cd "$1" && "${@:3}" --timeout "$2" </dev/null) | sed -u 's/_ctest_jackal_aic_//' | tee -a "$1/tests.log" || true
+  (cd "$1" && "${@:2}" --timeout 900 </dev/null) | sed -u 's/_ctest_jackal_aic_//' | tee -a "$1/tests.log" || true
 }

@@ -10,7 +10,6 @@ repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd -P)
 workspace=${JACKAL_AIC_WS:-$repository/ws}
 cmake_arguments=(-DCMAKE_BUILD_TYPE=Release)
 ros_prefix="" packages=()
-rviz_package="" rviz_too=""
 missing=()
 
 # A python or a ROS workspace of the caller (pyenv, conda, a sourced setup.bash) must not leak into the build.
@@ -36,6 +35,20 @@ other_option() {
   sed -n '2,/^$/s/^# \{0,1\}//p' "$0"
   say "Installs missing packages with apt first, and asks once on a terminal (--yes: never); it upgrades and removes nothing."
   exit 0
+}
+
+# take_options "NAME ..." ARGUMENT...: sets option[NAME] from each `--NAME VALUE` in the arguments, and refuses others.
+declare -A option=()
+# shellcheck disable=SC2034 # option is for the scripts
+take_options() {
+  local known=" $1 "
+  shift
+  while (($# > 0)); do
+    [[ $1 == --* && $known == *" ${1#--} "* ]] || other_option "$1"
+    (($# >= 2)) || fail "$1 needs a value (see --help)"
+    option[${1#--}]=$2
+    shift 2
+  done
 }
 
 # Refuses a directory of the user: these scripts made the workspace (then it contains the file `location`), or it is empty or missing.
@@ -93,31 +106,29 @@ link_packages() {
 # As many compilers at a time as processors and free memory (1 GiB each) allow.
 build_jobs() { awk -v cores="$(nproc)" '/^MemAvailable:/ { n = int($2 / 1048576); print n < 1 ? 1 : n < cores ? n : cores }' /proc/meminfo; }
 
-# build_workspace TARGETS: builds them (one or more words), then shows the compiler's own words if that failed.
+# build_workspace TARGET...: builds them, then shows the compiler's own words if that failed.
 build_workspace() {
-  local targets log
-  read -ra targets <<<"$1"
-  log=$workspace/log/build_${targets[0]}.log
-  run_phase "Building jackal_aic: ${targets[0]}" "$log" catkin_make -C "$workspace" -j"${JACKAL_AIC_JOBS:-$(build_jobs)}" \
-    "${cmake_arguments[@]}" -DPYTHON_EXECUTABLE=/usr/bin/python3 "${targets[@]}" || {
+  local log=$workspace/log/build_$1.log
+  run_phase "Building jackal_aic: $1" "$log" catkin_make -C "$workspace" -j"${JACKAL_AIC_JOBS:-$(build_jobs)}" \
+    "${cmake_arguments[@]}" -DPYTHON_EXECUTABLE=/usr/bin/python3 "$@" || {
     grep -m 20 -A 4 -E '(error|Error|ERROR)[: ]|undefined reference' "$log" >&2 || tail -n 30 "$log" >&2
     fail "the build failed (log: $log)"
   }
 }
 
-# set_up TARGETS...: from a bare machine to a built and sourced workspace; the targets of an argument are built in one go.
+# set_up TARGET...: from a bare machine to a built and sourced workspace.
 set_up() {
-  local lock target
+  local lock
   detect_system
   make_workspace
   exec {lock}>"$workspace/lock"
   flock -n "$lock" || { say "Waiting for another script that is building in $workspace" && flock "$lock"; }
-  install_packages "${packages[@]}" ${rviz_too:+"$rviz_package"}
+  install_packages "${packages[@]}"
   set +u # what ROS generates reads unset variables
   # shellcheck disable=SC1091
   if [[ -e $ros_prefix/setup.bash ]]; then . "$ros_prefix/setup.bash"; fi
   link_packages
-  for target; do build_workspace "$target"; done
+  build_workspace "$@"
   # shellcheck disable=SC1091
   . "$workspace/devel/setup.bash"
   set -u

@@ -1,4 +1,4 @@
-// The pages of doc/reference that are made from the code; scripts/regenerate_reference rewrites them.
+// The pages of doc/reference that are made from the code; scripts/regenerate rewrites them.
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kMade =
-    "<!-- Made from the code by scripts/regenerate_reference. Change the code, not this page. -->\n\n";
+    "<!-- Made from the code by scripts/regenerate. Change the code, not this page. -->\n\n";
 
 /// A text with every match of a pattern replaced.
 std::string replaced(const std::string& text, const std::string& pattern, const std::string& by) {
@@ -216,7 +216,7 @@ std::string stopCausePage() {
 
 void expectCurrent(const fs::path& page, const std::string& made) {
   if (std::getenv("JACKAL_AIC_REGENERATE") != nullptr) std::ofstream(kRoot / page) << made;
-  EXPECT_EQ(textOf(kRoot / page), made) << page << " is out of date: run scripts/regenerate_reference";
+  EXPECT_EQ(textOf(kRoot / page), made) << page << " is out of date: run scripts/regenerate";
 }
 
 /// The text of a message as messages.md has it, from what follows the name of a ROS_* macro: one ellipsis for each
