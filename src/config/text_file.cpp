@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 
@@ -19,14 +20,14 @@ std::string readText(const std::string& path, std::size_t most) {
   if (type == Type::directory) refuse("is a directory");
   // Opening a device may have side effects.
   if (type != Type::regular && type != Type::fifo) refuse("is a device or a socket, not a file");
-  const std::string too_long = fmt::format("more than {} MiB of text", most >> 20);
-  if (type == Type::regular && std::filesystem::file_size(path, error) > most) refuse(too_long);
   std::ifstream file(path, std::ios::binary);
-  std::string text(most + 1, '\0');
   if (!file) refuse("cannot be read");
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  if (text.size() > most) refuse(too_long);
+  std::string text;
+  std::array<char, 4096> block{};
+  while (file.read(block.data(), block.size()), file.gcount() > 0) {
+    text.append(block.data(), static_cast<std::size_t>(file.gcount()));
+    if (text.size() > most) refuse(fmt::format("more than {} MiB of text", most >> 20));
+  }
   return text;
 }
 
