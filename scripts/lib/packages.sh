@@ -1,7 +1,7 @@
 # shellcheck shell=bash
 # Packages of the distribution, and their installation through apt.
 
-readonly COMMON_PACKAGES=(cmake g++ make pkg-config python3 libbenchmark-dev libboost-program-options-dev libconsole-bridge-dev
+readonly COMMON_PACKAGES=(cmake g++ make pkg-config python3 libbenchmark-dev libboost-program-options-dev
   libeigen3-dev libfmt-dev libgmock-dev libgtest-dev libode-dev liburdfdom-dev libyaml-cpp-dev
   pybind11-dev python3-dev python3-jinja2 python3-matplotlib python3-numpy python3-scipy python3-setuptools python3-tqdm
   python3-yaml valgrind)

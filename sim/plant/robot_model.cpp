@@ -80,8 +80,7 @@ Eigen::Isometry3d chassisLinkPose(const urdf::ModelInterface& model, const std::
   return link->parent_joint ? poseInRoot(model, *link->parent_joint) : Eigen::Isometry3d::Identity();
 }
 
-WheelModel wheelOf(const UrdfDocument& document, const std::string& name, const Eigen::Isometry3d& root_in_base) {
-  const urdf::ModelInterface& model = *document.model;
+WheelModel wheelOf(const urdf::ModelInterface& model, const std::string& name, const Eigen::Isometry3d& root_in_base) {
   const urdf::Joint& joint = requiredWheelJoint(model, name);
   const Eigen::Isometry3d pose = root_in_base * poseInRoot(model, joint);
   const Eigen::Vector3d axis = pose.linear() * Eigen::Vector3d(joint.axis.x, joint.axis.y, joint.axis.z);
@@ -90,7 +89,7 @@ WheelModel wheelOf(const UrdfDocument& document, const std::string& name, const 
                          " (positive is forward)");
   }
   const urdf::LinkConstSharedPtr link = model.getLink(joint.child_link_name);
-  WheelModel wheel{lump(*link, pose), pose.translation(), wheelRadius(document, joint)};
+  WheelModel wheel{lump(*link, pose), pose.translation(), wheelRadius(model, joint)};
   checkPhysical(wheel.body, "wheel " + quoted(link->name));
   checkPlace("joint " + quoted(name), wheel.hub);
   return wheel;
@@ -126,15 +125,14 @@ RigidBody RigidBody::operator+(const RigidBody& other) const {
 }
 
 RobotModel readRobotModel(const std::string& urdf_xml) {
-  const UrdfDocument document = parseUrdf(urdf_xml);
-  if (!document.left_out.empty()) throw ParameterError("URDF: cannot be parsed: " + document.left_out);
-  const urdf::ModelInterface& model = *document.model;
+  const urdf::ModelInterfaceSharedPtr parsed = parseUrdf(urdf_xml);
+  const urdf::ModelInterface& model = *parsed;
   const Eigen::Isometry3d root_in_base = chassisLinkPose(model, kBaseLink).inverse();
   RobotModel robot;
   robot.imu = root_in_base * chassisLinkPose(model, kImuLink);
   checkPlace("link " + quoted(kImuLink), robot.imu.translation());
   for (std::size_t i = 0; i < kWheelJoints.size(); ++i) {
-    robot.wheels[i] = wheelOf(document, kWheelJoints[i], root_in_base);
+    robot.wheels[i] = wheelOf(model, kWheelJoints[i], root_in_base);
   }
   robot.chassis = lump(*model.getRoot(), root_in_base);
   checkPhysical(robot.chassis, "the chassis");

@@ -38,30 +38,14 @@ void checkRange(const std::string& key, double value, Bounds bounds, const char*
   }
 }
 
-/// Edits (insert, delete, replace, swap two neighbours) from one word to another (Damerau and Levenshtein).
-std::size_t editDistance(const std::string& a, const std::string& b) {
-  std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
-  for (std::size_t i = 0; i <= a.size(); ++i) {
-    for (std::size_t j = 0; j <= b.size(); ++j) {
-      if (i == 0 || j == 0) {
-        d[i][j] = i + j;
-        continue;
-      }
-      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
-        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
-    }
-  }
-  return d[a.size()][b.size()];
-}
-
-/// The keys that are most like a misspelt one, the most like first.
+/// The keys that have most characters in common with the beginning of a misspelt one.
 std::vector<std::string> nearest(const std::string& key, std::vector<std::string> known) {
   constexpr std::size_t kMost = 3;
-  const std::string word = key.substr(0, 100);  // of a hostile file, keys may be of any length
-  std::stable_sort(known.begin(), known.end(), [&word](const std::string& a, const std::string& b) {
-    return editDistance(word, a) < editDistance(word, b);
-  });
+  const auto alike = [&key](const std::string& other) {
+    return std::mismatch(key.begin(), key.end(), other.begin(), other.end()).first - key.begin();
+  };
+  std::stable_sort(known.begin(), known.end(),
+                   [&](const std::string& a, const std::string& b) { return alike(a) > alike(b); });
   if (known.size() > kMost) known.resize(kMost);
   return known;
 }

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Shared by the readers of URDF files: parsing with one-line errors, poses and wheels as Eigen types.
+/// Shared by the readers of URDF files: parsing, poses and wheels as Eigen types.
 
 #include <urdf_model/model.h>
 #include <urdf_world/types.h>
@@ -11,15 +11,9 @@
 
 namespace jackal_aic {
 
-/// A parsed URDF.
-struct UrdfDocument {
-  urdf::ModelInterfaceSharedPtr model;
-  std::string left_out;  ///< the parser's message on omitted parts of links, on one line; empty: none
-};
-
-/// Parses a URDF; safe to call from several threads.
-/// @throws ParameterError with the parser's first complaint if the text is not a URDF.
-UrdfDocument parseUrdf(const std::string& urdf_xml);
+/// Parses a URDF; the parser prints what it does not understand.
+/// @throws ParameterError if the text is not a URDF.
+urdf::ModelInterfaceSharedPtr parseUrdf(const std::string& urdf_xml);
 
 /// The joint called name. @throws ParameterError, naming it, if the URDF has none.
 const urdf::Joint& requiredJoint(const urdf::ModelInterface& model, const std::string& name);
@@ -35,6 +29,6 @@ Eigen::Isometry3d poseInRoot(const urdf::ModelInterface& model, const urdf::Join
 
 /// Radius of the cylinder or sphere that is the collision (else the visual) geometry of a wheel's child link [m].
 /// @throws ParameterError without such a geometry, or if its radius is not positive and finite.
-double wheelRadius(const UrdfDocument& document, const urdf::Joint& joint);
+double wheelRadius(const urdf::ModelInterface& model, const urdf::Joint& joint);
 
 }  // namespace jackal_aic

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 
+#include "jackal_aic/config/text.hpp"
 #include "urdf_document.hpp"
 
 namespace jackal_aic {
@@ -16,6 +16,13 @@ constexpr double kTolerance = 1e-6;
 /// An axle whose axis has less than this of the direction to the left turns backwards.
 constexpr double kBackwards = -0.5;
 
+void checkRadii(const std::string& joint, double radius, double first) {
+  if (std::abs(radius - first) <= kTolerance) return;
+  throw ParameterError(
+      fmt::format("URDF: wheel of joint {} has radius {:g} m: must be equal to the first wheel's {:g} m", quoted(joint),
+                  radius, first));
+}
+
 /// Pose of the root link in the link called name; the identity if the URDF has none of that name.
 Eigen::Isometry3d rootIn(const urdf::ModelInterface& model, const std::string& name) {
   const std::size_t begin = name.find_first_not_of('/');
@@ -24,69 +31,51 @@ Eigen::Isometry3d rootIn(const urdf::ModelInterface& model, const std::string& n
   return poseInRoot(model, *link->parent_joint).inverse();
 }
 
-/// Collects the wheels of one side: checks each radius against the first wheel's, returns the joints' common y.
-class WheelCollector {
- public:
-  WheelCollector(const UrdfDocument& document, const std::string& base_frame)
-      : document_(document), root_in_base_(rootIn(*document.model, base_frame)) {}
-
-  double lateralPosition(const std::string& side, const std::vector<std::string>& joints) {
-    if (joints.empty()) throw ParameterError("URDF: no " + side + " wheel joint is named");
-    double sum = 0.0;
-    for (const std::string& name : joints) {
-      const urdf::Joint& joint = requiredWheelJoint(*document_.model, name);
-      checkRadius(name, wheelRadius(document_, joint));
-      const Eigen::Isometry3d pose = root_in_base_ * poseInRoot(*document_.model, joint);
-      checkAxis(name, pose.linear() * Eigen::Vector3d(joint.axis.x, joint.axis.y, joint.axis.z));
-      sum += pose.translation().y();
-    }
-    return sum / static_cast<double>(joints.size());
-  }
-
-  double radius() const { return radius_; }
-
- private:
-  void checkRadius(const std::string& joint, double radius) {
-    if (radius_ == 0.0) radius_ = radius;
-    if (std::abs(radius - radius_) > kTolerance) {
-      throw ParameterError(
-          fmt::format("URDF: wheel of joint '{}' has radius {:g} m: must be equal to the first wheel's {:g} m", joint,
-                      radius, radius_));
-    }
-  }
-
-  static void checkAxis(const std::string& joint, const Eigen::Vector3d& axis) {
-    if (axis.y() >= kBackwards) return;
-    throw ParameterError(fmt::format(
-        "URDF: axis of wheel joint '{}' points to the right: must point to the left, or its speed is negative when the "
-        "robot drives forward; turn the axis, or the joint, round",
-        joint));
-  }
-
-  const UrdfDocument& document_;
-  Eigen::Isometry3d root_in_base_;
-  double radius_ = 0.0;
+/// Wheels of one side.
+struct Side {
+  double radius;  // m
+  double y;       // of their joints along y of the base, mean [m]
 };
+
+Side readSide(const urdf::ModelInterface& model, const std::vector<std::string>& joints,
+              const Eigen::Isometry3d& root_in_base) {
+  Side side{0.0, 0.0};
+  for (const std::string& name : joints) {
+    const urdf::Joint& joint = requiredWheelJoint(model, name);
+    const double radius = wheelRadius(model, joint);
+    if (side.radius == 0.0) side.radius = radius;
+    checkRadii(name, radius, side.radius);
+    const Eigen::Isometry3d pose = root_in_base * poseInRoot(model, joint);
+    if ((pose.linear() * Eigen::Vector3d(joint.axis.x, joint.axis.y, joint.axis.z)).y() < kBackwards) {
+      throw ParameterError("URDF: axis of wheel joint " + quoted(name) +
+                           " points to the right: must point to the left, or its speed is negative when the robot "
+                           "drives forward; turn the axis, or the joint, round");
+    }
+    side.y += pose.translation().y() / static_cast<double>(joints.size());
+  }
+  return side;
+}
 
 }  // namespace
 
 UrdfGeometry readUrdfGeometry(const std::string& urdf_xml, const std::vector<std::string>& left_joints,
                               const std::vector<std::string>& right_joints, const std::string& base_frame) {
-  const UrdfDocument document = parseUrdf(urdf_xml);
-  WheelCollector wheels(document, base_frame);
-  const double left = wheels.lateralPosition("left", left_joints);
-  const double right = wheels.lateralPosition("right", right_joints);
-  const double track = left - right;
-  if (!(track > kTolerance) || !std::isfinite(track)) {
+  const urdf::ModelInterfaceSharedPtr model = parseUrdf(urdf_xml);
+  const Eigen::Isometry3d root_in_base = rootIn(*model, base_frame);
+  const Side left = readSide(*model, left_joints, root_in_base), right = readSide(*model, right_joints, root_in_base);
+  if (left.radius <= 0.0 || right.radius <= 0.0) throw ParameterError("URDF: no wheel joint of a side is named");
+  checkRadii(right_joints.front(), right.radius, left.radius);
+  const double track = left.y - right.y;
+  if (!(track > kTolerance)) {
     throw ParameterError(fmt::format(
-        "URDF: left wheel joints at y = {:g} m, right ones at y = {:g} m: the left ones must lie further left", left,
-        right));
+        "URDF: left wheel joints at y = {:g} m, right ones at y = {:g} m: the left ones must lie further left", left.y,
+        right.y));
   }
-  return {wheels.radius(), track};
+  return {left.radius, track};
 }
 
 double readWheelSeparation(const std::string& urdf_xml, const std::string& left_joint, const std::string& right_joint) {
-  const urdf::ModelInterfaceSharedPtr model = parseUrdf(urdf_xml).model;
+  const urdf::ModelInterfaceSharedPtr model = parseUrdf(urdf_xml);
   const auto origin = [&](const std::string& joint) {
     return toEigen(requiredWheelJoint(*model, joint).parent_to_joint_origin_transform).translation().eval();
   };
@@ -94,8 +83,8 @@ double readWheelSeparation(const std::string& urdf_xml, const std::string& left_
 }
 
 double readWheelRadius(const std::string& urdf_xml, const std::string& joint) {
-  const UrdfDocument document = parseUrdf(urdf_xml);
-  return wheelRadius(document, requiredWheelJoint(*document.model, joint));
+  const urdf::ModelInterfaceSharedPtr model = parseUrdf(urdf_xml);
+  return wheelRadius(*model, requiredWheelJoint(*model, joint));
 }
 
 }  // namespace jackal_aic

@@ -34,7 +34,7 @@ std::string yamlNumber(double value, int digits) {
 
 std::string yamlQuoted(const std::string& text) {
   std::string quoted = "\"";
-  for (const char c : onOneLine(text)) {  // readers refuse invalid bytes
+  for (const char c : onOneLine(text)) {
     if (c == '"' || c == '\\') quoted += '\\';
     quoted += c;
   }

@@ -72,8 +72,6 @@ TEST(Parameters, ErrorsNameKeyValueAndBound) {
       {"tau: fast", {"controller.tau", "'fast'", "number"}},
       {"tau: \"0.03\"", {"controller.tau", "'0.03'", "number"}},
       {"orders: 2.5", {"controller.orders", "2.5", "whole number"}},
-      {"orders: 010", {"controller.orders", "'010'", "whole number"}},  // 8 for rosparam
-      {"orders: -01", {"controller.orders", "'-01'"}},
       {"orders: true", {"controller.orders", "true"}},
       {"tau: [1, 2]", {"controller.tau", "[1, 2]"}},
       {"state_variances: 3", {"controller.state_variances", "list"}},
@@ -135,7 +133,7 @@ TEST(YamlParameters, ValuesKeepTheirTypes) {
   ParameterMap map;
   addYamlText(
       "quoted: ['1', '2']\ncommas: ['left, front', right]\nnumbers: [1, 2.5]\ntext: 'true'\na: yes\nb: Off\n"
-      "c: 'no'\nd: nan\ne: 0x10\n",
+      "c: 'no'\nd: nan\n",
       "file", map);
   setFromText("set", "['a,b', c]", map);
   EXPECT_EQ(std::get<Texts>(*map.take("quoted")), (Texts{"1", "2"}));
@@ -144,8 +142,7 @@ TEST(YamlParameters, ValuesKeepTheirTypes) {
   EXPECT_EQ(std::get<std::vector<double>>(*map.take("numbers")), (std::vector<double>{1.0, 2.5}));
   EXPECT_EQ(std::get<bool>(*map.take("a")), true);
   EXPECT_EQ(std::get<bool>(*map.take("b")), false);
-  for (const auto& [key, text] :
-       {std::pair("text", "true"), std::pair("c", "no"), std::pair("d", "nan"), std::pair("e", "0x10")}) {
+  for (const auto& [key, text] : {std::pair("text", "true"), std::pair("c", "no"), std::pair("d", "nan")}) {
     EXPECT_EQ(std::get<std::string>(*map.take(key)), text) << key;
   }
 }
@@ -158,7 +155,6 @@ TEST(YamlParameters, RefusesTextsThatAreNoConfiguration) {
       {"{}", "file: no keys found; expected 'key: value' lines"},
       {"a: " + std::string(2 << 20, '1'), "file: more than 1 MiB of text"},
       {"mixed: [1, '2']", "file: mixed: expected a flat list of numbers or of words, not of both"},
-      {"good: 1\n? \"bad\\nkey\"\n: 2\n", "file: key 'bad...': goes over more than one line"},
       {"plant_model: {gain: {}}", "file: plant_model.gain = {}: expected a value, or keys below it"},
       {"a: 1\ncontroller: {}\n", "file: controller = {}: expected a value, or keys below it"},
       {std::string(1001, 'k') + ": {a: 1, b: 2}", "file: " + std::string(80, 'k') + "...: more than 1000 characters"}};
@@ -171,31 +167,6 @@ TEST(YamlParameters, RefusesTextsThatAreNoConfiguration) {
   EXPECT_THROW(addYamlFile("/nonexistent/gains.yaml", map), ParameterError);
   EXPECT_THROW(addYamlFile(testing::TempDir(), map), ParameterError);
   EXPECT_THROW(setFromText("plant_model.gain", "{}", map), ParameterError);
-}
-
-/// A map of ten seeds, a map of ten aliases of it, and so on, twenty levels deep.
-std::string aliasBomb(const std::string& seed) {
-  std::string text, last = seed;
-  for (int i = 0; i < 20; ++i) {
-    const std::string name = "a" + std::to_string(i);
-    text += name + ": &" + name + " {";
-    for (int k = 0; k < 10; ++k) text += (k > 0 ? ", k" : "k") + std::to_string(k) + ": " + last;
-    text += "}\n";
-    last = "*" + name;
-  }
-  return text;
-}
-
-TEST(YamlParameters, TextsThatGrowWithoutEndAreRefused) {
-  for (const char* seed : {"1", "[]", "[1, 2]"}) {
-    EXPECT_EQ(yamlRefusal(aliasBomb(seed)), "file: more than 10000 keys and values") << seed;
-  }
-  EXPECT_EQ(yamlRefusal(aliasBomb("{}")).find("file: a0.k0 = {}: "), 0U);
-  for (const char* open : {"[", "{", "- ", "? ", "{a: "}) {
-    std::string nested = "a: \n";
-    for (int i = 0; i < 100000; ++i) nested += open;
-    EXPECT_EQ(yamlRefusal(nested), "file: more than 200 levels of brackets or dashes") << open;
-  }
 }
 
 }  // namespace

@@ -57,12 +57,6 @@ TEST(UrdfGeometry, SidesAreThoseOfTheBaseFrame) {
   EXPECT_NEAR(readUrdfGeometry(robot(wheels), {"left"}, {"right"}, "no_link_of_it").track, 0.6, 1e-12) << "the root";
 }
 
-/// A link and a joint above it.
-std::string linkBelow(const std::string& parent, const std::string& name) {
-  return "<link name='" + name + "'/><joint name='above_" + name + "' type='fixed'><parent link='" + parent +
-         "'/><child link='" + name + "'/></joint>";
-}
-
 /// A robot whose right wheel is fine, and whose left one has a text replaced.
 std::string withLeft(const std::string& original, const std::string& replacement) {
   std::string left = wheel("left", "0 0.2 0", kCylinder);
@@ -71,37 +65,20 @@ std::string withLeft(const std::string& original, const std::string& replacement
 }
 
 TEST(UrdfGeometry, RefusesRobotsThatCannotBeWithTheReason) {
-  std::string chain, nested;
-  for (int i = 0; i < 20000; ++i) {
-    chain += linkBelow(i == 0 ? std::string("base") : "l" + std::to_string(i - 1), "l" + std::to_string(i));
-    nested += "<a>";
-  }
   const std::string left = wheel("left", "0 0.2 0", kCylinder), box = "<box size='1 1 1'/>";
-  std::string circle = withLeft("parent link='base'", "parent link='loop'");
-  circle.insert(circle.find("</robot>"), linkBelow("left_link", "loop"));
   const std::pair<std::string, std::string> rows[] = {
       {"", "URDF: cannot be parsed"},
       {"<robot", "URDF: cannot be parsed"},
       {"<robot name='r'/>", "URDF: cannot be parsed"},
-      {circle, "URDF: link 'left_link' does not hang on the root link 'base'"},
-      {withLeft("parent link='base'", "parent link='left_link'"),
-       "URDF: link 'left_link' does not hang on the root link 'base'"},
-      {robot(chain), "URDF: more than 1000 links"},
-      {robot("<!--" + std::string(16 << 20, '-') + ">"), "URDF: more than 16 MiB of text"},
-      {robot(nested), "URDF: "},
       {robot(left), "URDF: no joint 'right'"},
       {withLeft("continuous", "fixed"),
        "URDF: wheel joint 'left' does not turn: its type must be continuous or revolute"},
       {withLeft(kCylinder, box), "URDF: link 'left_link' has no cylinder or sphere with a positive radius"},
-      {withLeft("<collision>", "<inertial><mass value='nan'/></inertial><collision>"),
-       "URDF: link 'left_link' has no cylinder or sphere with a positive radius; left out of the URDF: Inertial: "
-       "mass [nan] is not a float"},
       {robot(left + wheel("right", "0 -0.2 0", "<sphere radius='0.09'/>")),
        "URDF: wheel of joint 'right' has radius 0.09 m: must be equal to the first wheel's 0.1 m"},
       {withLeft("xyz='0 1 0'", "xyz='0 -1 0'"),
        "URDF: axis of wheel joint 'left' points to the right: must point to the left, or its speed is negative "
-       "when the robot drives forward; turn the axis, or the joint, round"},
-      {withLeft("0 0.2 0", "0 %n%s%s%s%s%s%s 0"), "URDF: "}};
+       "when the robot drives forward; turn the axis, or the joint, round"}};
   for (const auto& [urdf, message] : rows) {
     EXPECT_EQ(complaint(urdf).find(message), 0u) << message << "\n" << complaint(urdf);
     EXPECT_EQ(complaint(urdf).find('\n'), std::string::npos);

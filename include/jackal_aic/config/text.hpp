@@ -8,8 +8,7 @@
 
 namespace jackal_aic {
 
-/// A text as valid UTF-8 without terminal commands: spaces for line breaks and tabs, and `\xNN` for the bytes of other
-/// control characters (C0, DEL, C1), bidirectional controls, line separators and invalid UTF-8. Idempotent.
+/// A text without terminal commands: spaces for line breaks and tabs, `\xNN` for other control characters of ASCII.
 std::string onOneLine(const std::string& text);
 
 /// A text on one line, cut to at most `longest` bytes of whole characters and "...".

@@ -11,9 +11,9 @@ namespace jackal_aic {
 
 /// Adds the keys of a YAML file to a map, nested keys joined by dots; later files replace earlier values. A quoted
 /// scalar is a text, in a list too.
-/// @throws ParameterError, one line, if the file cannot be read or is not YAML. Also for anything but scalars and flat
-/// lists of numbers or texts, a repeated key, an empty map or a second document. Limits: 1 MiB, 10000 keys and values
-/// with all aliases expanded, 32 levels, keys of 1000 characters.
+/// @throws ParameterError, one line, if the file cannot be read, has more than 1 MiB or is not YAML. Also for anything
+/// but scalars and flat lists of numbers or texts, a repeated key, one of more than 1000
+/// characters, an empty map or a second document.
 void addYamlFile(const std::string& path, ParameterMap& map);
 
 /// As addYamlFile, from YAML text; messages show `name` as the file.

@@ -86,8 +86,7 @@ TEST(RobotModel, RefusesRobotsThatCannotDriveOrExist) {
       {jackalUrdfWith(imu + "\"0 0 0\"", imu + "\"0 1e300 0\""), "link 'imu_link' is more than 100 m away"},
       {farHub(), "joint 'front_left_wheel' is more than 100 m away"},
       {jackalUrdfWith("<mass value=\"0.477\"/>", "<mass value=\"nan\"/>"),
-       "cannot be parsed: Inertial: mass [nan] is not a float; Could not parse inertial element for Link "
-       "[front_left_wheel_link]"}};
+       "link 'front_left_wheel_link' has no cylinder or sphere with a positive radius"}};
   for (const auto& [urdf, message] : rows) EXPECT_EQ(complaint(urdf), std::string("URDF: ") + message);
   EXPECT_EQ(complaint(jackalUrdfWith("<material name=\"dark_grey\">", "<!-- 100 % --><material name=\"dark_grey\">")),
             "");
