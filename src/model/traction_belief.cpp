@@ -6,47 +6,39 @@
 
 #include "jackal_aic/model/forgetting.hpp"
 #include "jackal_aic/model/gravity.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
 
-constexpr double kWindow = 1.0;           // W [s]
-constexpr double kRounding = 1e-6;        // s
-constexpr double kJolt = 0.1;             // s, within which a collision takes the body's speed
-constexpr double kShare = 0.8;            // ... most of it
-constexpr double kCollision = 0.3;        // W_c [s]
-constexpr double kOffsetMemory = 5.0;     // T_b [s]
-constexpr double kUnknownOffset = 0.5;    // m/s^2, of b before it was learned
-constexpr double kSlope = 0.2;            // m/s^2, that is gravity: on a slope of 1.2 degrees
-constexpr double kFactorMemory = 5.0;     // of lambda [s]
-constexpr double kLargestFactor = 25.0;   // of lambda
-constexpr double kVibrationMemory = 1.0;  // [s]
-constexpr double kMeanTime = 0.015;       // s, of a mean by which vibration is known; one sample of a slower sensor
-constexpr double kSurprise = 25.0;        // of vibration; a larger value is a jolt
-constexpr double kBound = 6.0;            // standard deviations of D that noise may make
-constexpr double kLeast = 0.15;           // m/s; largest D on tyres that grip
-constexpr double kOpposed = 0.8;          // Delta v_w by D of a body that does not go against its wheels
-constexpr double kStopped = 0.3;          // part of its speed that a body which was stopped may seem to have
-constexpr double kThrownBack = 1.3;       // of the speed, that a collision may take
-constexpr double kMissed = 5.0;           // m/s^2, that an acceleration may have been which was not measured
-constexpr double kListening = 0.5;        // s, before which the noise is not known
-constexpr double kLate = 0.05;            // s, by which the wheels may be measured later than the body
-constexpr double kFastest = 3.0;          // m/s^2, of wheels that bring the body along
-constexpr double kScale = 0.1;            // of Delta v_w: scale of the accelerometer, and a body that pitches
-constexpr double kLateMemory = 0.2;       // s, for which that matters
-constexpr double kCentre = 0.2;           // m, by which the centre of turning may lie elsewhere
-constexpr double kStraight = 0.02;        // m/s^2, centripetal, negligible
-constexpr double kMet = 0.02;             // m/s; difference of a body that has met its wheels
-constexpr double kQuiet = 0.2;            // s, of constant speed of body and wheels
-constexpr double kKept = 0.03;            // m/s, within which they keep it, without noise
-constexpr double kTurns = 0.08;           // m/s; wheels that turn
-constexpr double kHeldTurn = 0.3;         // rad/s, largest turn of a body that is held
-constexpr double kTurnedBack = 0.4;       // s, in which a reversing turn passes zero
-constexpr double kDoubt = 0.5;            // s, after which the nearer hypothesis is taken
-constexpr double kLetGo = 0.4;            // s, in which a body that is let go comes to its wheels
-constexpr double kExpected = 0.5;         // bound of an expected change / of any change
-constexpr double kUnsure = 1.0;           // s, after which the wheels are believed if noise may be the cause
-constexpr double kLongestSlide = 3.0;     // s; a longer slide is an error of the accelerometer
+constexpr double kWindow = 1.0;         // W [s]; also the longest doubt about a slide
+constexpr double kJolt = 0.1;           // s, within which a collision takes the body's speed
+constexpr double kMost = 0.8;           // of a change of speed: "most of it"
+constexpr double kCollision = 0.3;      // W_c [s]
+constexpr double kSensorMemory = 5.0;   // T_b, and of lambda [s]
+constexpr double kUnknownOffset = 0.5;  // m/s^2, of b before it was learned
+constexpr double kSlope = 0.2;          // m/s^2, that is gravity: on a slope of 1.2 degrees
+constexpr double kMeanTime = 0.015;     // s, of a mean by which vibration is known; one sample of a slower sensor
+constexpr double kSurprise = 25.0;      // largest lambda, and growth of vibration; more is a motion
+constexpr double kBound = 6.0;          // standard deviations of D that noise may make
+constexpr double kLeast = 0.15;         // m/s; largest D on tyres that grip
+constexpr double kStopped = 0.3;        // part of its speed that a body which was stopped may seem to have
+constexpr double kThrownBack = 1.3;     // of the speed, that a collision may take
+constexpr double kMissed = 5.0;         // m/s^2, that an acceleration may have been which was not measured
+constexpr double kLate = 0.05;          // s, by which the wheels may be measured later than the body
+constexpr double kFastest = 3.0;        // m/s^2, of wheels that bring the body along
+constexpr double kScale = 0.1;          // of Delta v_w: scale of the accelerometer, and a body that pitches
+constexpr double kCentre = 0.2;         // m, by which the centre of turning may lie elsewhere
+constexpr double kStraight = 0.02;      // m/s^2, centripetal, negligible
+constexpr double kMet = 0.02;           // m/s; difference of a body that has met its wheels
+constexpr double kQuiet = 0.2;          // s, of constant speed of body and wheels
+constexpr double kKept = 0.03;          // m/s, within which they keep it, without noise
+constexpr double kTurns = 0.08;         // m/s; wheels that turn
+constexpr double kHeldTurn = 0.3;       // rad/s, largest turn of a body that is held
+constexpr double kLately = 0.4;         // s, in which a reversing turn passes zero, and a body let go meets its wheels
+constexpr double kDoubt = 0.5;          // s, after which the nearer hypothesis is taken
+constexpr double kExpected = 0.5;       // bound of an expected change / of any change
+constexpr double kLongestSlide = 3.0;   // s; a longer slide is an error of the accelerometer
 constexpr double kSmallerOfTwo =
     0.44;                        // mean square of the smaller of two differences of noise in a row, by that of one
 constexpr double kMargin = 2.0;  // of the variance of vibration, which is uncertain after half a second
@@ -54,7 +46,6 @@ constexpr double kMostColoured = 0.6;  // of rho
 // Attitude filters.
 constexpr double kSign = 0.025;         // m/s^2, above which an acceleration has a sign
 constexpr double kFilterMemory = 30.0;  // s
-constexpr double kPossible = 3.0;       // standard deviations of g
 constexpr double kBetter = 0.05;        // misfit by which a filter is better than none
 
 }  // namespace
@@ -85,7 +76,7 @@ const TractionBelief::Past& TractionBelief::within(double time) const {
   const auto before = [&](std::size_t number) -> const Past& {
     return past_[(newest_ + kRemembered - number) % kRemembered];
   };
-  while (i > 0 && now_.time - before(i - 1).time > time + kRounding) --i;
+  while (i > 0 && now_.time - before(i - 1).time > time + thresholds::kRounding) --i;
   return i > 0 ? before(i - 1) : now_;
 }
 
@@ -97,7 +88,7 @@ std::size_t TractionBelief::oldest() const { return (newest_ + kRemembered + 1 -
 
 /// Forgets values older than the window.
 void TractionBelief::remember() {
-  while (remembered_ > 1 && now_.time - past_[oldest()].time > kWindow + kRounding) --remembered_;
+  while (remembered_ > 1 && now_.time - past_[oldest()].time > kWindow + thresholds::kRounding) --remembered_;
   if (remembered_ > 0 && now_.time - past_[newest_].time < kSpacing) return;
   newest_ = (newest_ + 1) % kRemembered;
   past_[newest_] = now_;
@@ -119,7 +110,7 @@ void TractionBelief::learnVibration(Mean mean, double variance) {
   const double acceleration = mean.change / mean.time;
   means_[++newest_mean_ % means_.size()] = acceleration;
   const auto before = [&](std::size_t means) { return means_[(newest_mean_ - means) % means_.size()]; };
-  const double share = mean.time / (mean.time + kVibrationMemory);
+  const double share = mean.time / (mean.time + thresholds::kNoiseMemory);
   // The smaller of two differences in a row: a body that begins to accelerate makes one.
   const auto learn = [&](double& vibration, std::size_t lag) {
     const double last = acceleration - before(lag), earlier = before(lag) - before(2 * lag);
@@ -150,7 +141,7 @@ bool TractionBelief::surprises(const Change& change) const {
 }
 
 std::optional<TractionBelief::Change> TractionBelief::collision() const {
-  if (jolt_ <= kShare * kLeast) return std::nullopt;
+  if (jolt_ <= kMost * kLeast) return std::nullopt;
   const Change change = since(kCollision);
   // The wheels may have been stopped with the body, which may have been thrown back.
   const double before = std::max(std::abs(now_.wheels), std::abs(now_.wheels - change.wheels));
@@ -162,15 +153,15 @@ std::optional<TractionBelief::Change> TractionBelief::collision() const {
   const double turn = kCentre * std::sqrt(change.turning / change.time);
   const double least = std::max({kLeast, noise, turn, unseenChange(), unknownOffset(change.time)}),
                error = std::abs(change.error());
-  const bool struck = error > least && jolt_ > std::max(noise, kShare * error);
+  const bool struck = error > least && jolt_ > std::max(noise, kMost * error);
   return stopped && struck ? std::optional(change) : std::nullopt;
 }
 
 std::optional<TractionBelief::Change> TractionBelief::againstRolling(const Change& window) const {
-  if (listened_ < kListening) return std::nullopt;
+  if (listened_ < 0.5 * kWindow) return std::nullopt;
   if (const auto change = collision()) return change;
   const double by_wheels = window.error() < 0.0 ? -window.wheels : window.wheels;
-  if (by_wheels > kOpposed * std::abs(window.error()) && surprises(window) && !hiddenByFilter(window)) return window;
+  if (by_wheels > kMost * std::abs(window.error()) && surprises(window) && !hiddenByFilter(window)) return window;
   return std::nullopt;
 }
 
@@ -178,7 +169,7 @@ std::optional<TractionBelief::Change> TractionBelief::againstRolling(const Chang
 bool TractionBelief::hiddenByFilter(const Change& window) const {
   const double allowed = std::max(kLeast, bound(window));
   for (std::size_t kind = 0; kind < filters_.size(); ++kind) {
-    const double gain = filters_[kind].gain(), doubt = kPossible * std::sqrt(filters_[kind].variance());
+    const double gain = filters_[kind].gain(), doubt = thresholds::kSure * std::sqrt(filters_[kind].variance());
     const double most = window.unfiltered - std::max(0.0, gain - doubt) * window.hidden[kind];
     const double least = window.unfiltered - (gain + doubt) * window.hidden[kind];
     if (most * least < 0.0 || std::min(std::abs(most), std::abs(least)) < allowed) return true;
@@ -217,7 +208,8 @@ void TractionBelief::correct(double wheels, double acceleration, double variance
   if (step > kLongestStep) return reset(wheels);
   const double a = acceleration - turning_centre_ * yaw_rate * yaw_rate - (filter() ? 0.0 : offset_);
   const double gap = corrected_speed_ - now_.wheels;
-  fastest_ = std::max(fastest_ * kLateMemory / (step + kLateMemory), std::abs(wheels - now_.wheels) / step);
+  fastest_ = std::max(fastest_ * thresholds::kMotionMemory / (step + thresholds::kMotionMemory),
+                      std::abs(wheels - now_.wheels) / step);
   learnNoise(a, variance, step);
   listened_ += step;
   const double turned = step * yaw_rate * yaw_rate;
@@ -264,14 +256,14 @@ void TractionBelief::roll(double step) {
   // A body that slid behind a filter that may be there says nothing about noise.
   if (std::abs(now_.wheels) < kTurns || surprises(window)) return;
   const double squared = window.error() * window.error() / window.variance;
-  factor_ = std::clamp(factor_ + step / (step + kFactorMemory) * (squared - factor_), 1.0, kLargestFactor);
+  factor_ = std::clamp(factor_ + step / (step + kSensorMemory) * (squared - factor_), 1.0, kSurprise);
 }
 
 /// Learns b from a window of constant wheel speed.
 void TractionBelief::learnOffset(const Change& window, double step) {
   // db/dt = (mean of a)/T_b
   if (offset_known_) {
-    offset_ += step / (step + kOffsetMemory) * window.body / window.time;
+    offset_ += step / (step + kSensorMemory) * window.body / window.time;
     return;
   }
   // The wheels may not show the latest motion of the body yet.
@@ -307,7 +299,7 @@ void TractionBelief::slide(double gap_before, double acceleration, double step) 
   const double gap = speed_ - now_.wheels;
   // While the robot accelerates, a collision may be detected before it is over.
   if (sliding_ <= kCollision && collision()) surprise_ = std::min(surprise_, kCollision);
-  const bool collided = surprise_ <= kCollision + kRounding;
+  const bool collided = surprise_ <= kCollision + thresholds::kRounding;
   // A body that bounces off something may seem to meet the wheels, which were stopped with it.
   const bool passed = gap_before * gap <= 0.0 || gap_at_first_ * gap <= 0.0;
   const bool met = (passed || std::abs(gap) < kMet) && (!collided || sliding_ > kCollision);
@@ -324,13 +316,13 @@ void TractionBelief::slide(double gap_before, double acceleration, double step) 
   const double noise = kBound * std::sqrt(factor_ * variance_rate_ * surprise_);
   const bool sure = (collided || std::abs(gap) > noise) && !stillTurning();
   if (sure && wheels > kTurns && std::abs(speed_) < stopped * wheels) return switchToStand();
-  if (late || (!sure && sliding_ > kUnsure) || (std::abs(quiet.wheels) < kKept && std::abs(gap) < kStopped * wheels))
+  if (late || (!sure && sliding_ > kWindow) || (std::abs(quiet.wheels) < kKept && std::abs(gap) < kStopped * wheels))
     switchToRoll();
 }
 
 /// A body that is held does not turn.
 bool TractionBelief::stillTurning() const {
-  const Change lately = since(kTurnedBack);
+  const Change lately = since(kLately);
   return lately.turning > kHeldTurn * kHeldTurn * lately.time;
 }
 
@@ -339,7 +331,7 @@ void TractionBelief::stand(double step) {
   const bool unknown = kCentre * window.turning > std::max(kLeast, std::abs(now_.wheels));
   if (unknown || stillTurning() || std::abs(now_.wheels) < kTurns) return switchToRoll();
   // The obstacle may have given way: then the body comes to the speed of its wheels.
-  const Change lately = since(kLetGo);
+  const Change lately = since(kLately);
   if (comesToItsWheels(window) || comesToItsWheels(lately)) return switchToRoll();
   // Vibration may hide that the body moves.
   hidden_ = leastToCome(lately) > (1.0 - kStopped) * std::abs(now_.wheels) ? hidden_ + step : 0.0;

@@ -3,10 +3,12 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "jackal_aic/model/robot_range.hpp"
 #include "jackal_aic/model/square.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -17,14 +19,12 @@ constexpr double kChange = 0.3;                            // rad/s; of a comman
 constexpr std::size_t kUnnoticed = steps(0.06);            // in which the commands change before it shows
 constexpr std::size_t kSettled = steps(0.6);               // after the dead time, until nothing is left of a change
 constexpr std::size_t kLongest = steps(2.0);               // of a change, which is learned from as far as it has come
-constexpr std::size_t kLongestReviewed = 2 * kLongest;     // from its first step on, what settles included
 constexpr std::size_t kTransient = steps(1.0);             // of an unknown earlier motion, until the filter forgot it
 constexpr double kResting = 0.1 / DriveTrainFit::kStep;    // steps; before a change, whose mean is the speed of before
 constexpr double kSpacing = 0.015 / DriveTrainFit::kStep;  // steps; least between measurements that are kept
 constexpr int kReviewed = 2;                               // measurements of a run in an inner step
 constexpr double kOtherLags[] = {0.0, 0.9, -0.9, 0.0};     // additional starts of a review, of ln T
 constexpr double kOtherShares[] = {1.0, 1.0, 1.0, 0.5};    // the same, of lambda
-constexpr int kStarts = 4;
 constexpr int kMostRuns = 10;
 constexpr double kShorter = 0.3;           // of a step that led nowhere
 constexpr double kSmallStep = 0.05;        // standard deviations of theta; of a step that makes no difference
@@ -33,9 +33,6 @@ constexpr double kExcess = 8.0;            // n_0
 constexpr double kTurn = 0.3;              // share of a turn, above which a change does not count for the lag
 constexpr double kUnexplained = 0.01;      // of the squares of a motion; a model that leaves more did not make it
 constexpr double kNoise = 4.0;             // variances of the encoders, which nothing explains
-constexpr double kOtherLag = 0.7;          // of ln T, beyond which a parabola says nothing
-constexpr double kBeyondDoubt = 3.0;       // standard deviations
-constexpr double kLeastChange = 0.005;     // s, of dead time or lag; a smaller one makes no difference
 constexpr double kLeastGainChange = 0.03;  // of gamma; a smaller one makes no difference
 constexpr double kLargestDoubt = 0.008;    // s; standard deviation of a dead time that is taken over
 constexpr double kShortestLag = 0.002;     // s; below it the speed does not depend on the lag
@@ -49,7 +46,7 @@ constexpr double kLeastShare = 0.3;
 constexpr double kLargestOffset = 1.0;  // rad/s
 // Standard deviations of delta and theta.
 constexpr double kDeadTimeDeviation = 0.08;  // s
-constexpr double kLogLagDeviation = 0.7;
+constexpr double kLogLagDeviation = 0.7;     // beyond it a parabola says nothing, too
 constexpr double kShareDeviation = 0.3;
 constexpr double kGainDeviation = 0.1;
 constexpr double kOffsetDeviation = 0.3;  // rad/s
@@ -145,7 +142,7 @@ void DriveTrainLearning::endChange() {
   }
   // Without a change while measurements count, they show only the rest of the last motion; after a long time without
   // measurements its beginning is lost.
-  if (reviewing_ || first == 0 || last_change < counted || step_ - first > kLongestReviewed) return;
+  if (reviewing_ || first == 0 || last_change < counted || step_ - first > 2 * kLongest) return;
   change_ = {};
   change_.first = first;
   change_.counted = counted;
@@ -208,13 +205,14 @@ void DriveTrainLearning::judge() {
   const bool better = free_energy < best_.free_energy;
   if (better) best_ = {fit_.theta(), free_energy, fit_.sums(), fit_.samples(), fit_.motion(), fit_.acceleration()};
   ++runs_;
-  if (runs_ < kStarts) {
+  if (runs_ < static_cast<int>(std::size(kOtherLags))) {
     DriveTrainVector other = theta_;
     other(kLogLag) += kOtherLags[runs_];
     other(kLimitShare) *= kOtherShares[runs_];
     return run(other);
   }
-  next_ = better || runs_ == kStarts ? newtonStep() : DriveTrainVector(kShorter * next_);
+  next_ =
+      better || runs_ == static_cast<int>(std::size(kOtherLags)) ? newtonStep() : DriveTrainVector(kShorter * next_);
   const bool small = next_.cwiseAbs().cwiseQuotient(deviations()).maxCoeff() < kSmallStep;
   if (!small && runs_ < kMostRuns) return run(best_.theta + next_);
   learn();
@@ -278,7 +276,7 @@ DriveTrainVector DriveTrainLearning::newtonStep() const {
     const double free_energy = 0.5 * (sums.squares - change.dot(slope) + square(late / kDeadTimeDeviation));
     if (free_energy < least) least = free_energy, step = change;
   }
-  step(kLogLag) = std::clamp(step(kLogLag), -kOtherLag, kOtherLag);
+  step(kLogLag) = std::clamp(step(kLogLag), -kLogLagDeviation, kLogLagDeviation);
   return step;
 }
 
@@ -291,7 +289,7 @@ void DriveTrainLearning::learn() {
   // Of a change that is not explained the limit is as far as the next search got, at least.
   if (!explained) change(kLogLag) = change(kGainShare) = change(kOffset) = 0.0;
   if (change_.turns) change(kLogLag) = change(kGainShare) = 0.0;
-  const bool same = std::abs(change(kLogLag)) < kOtherLag;
+  const bool same = std::abs(change(kLogLag)) < kLogLagDeviation;
   for (DriveTrainSums& kept : memory_) kept = same ? kept.around(change) : DriveTrainSums{};
   theta_ += change;
   if (!explained) return;
@@ -365,11 +363,11 @@ std::optional<DriveTrainTiming> DriveTrainLearning::takenOver() {
   const double along = found.lag * (after.change(kLogLag) - before.change(kLogLag)) / (2.0 * kStep);
   const double alone = square(found.lag) * at.log_lag_variance;
   const auto beyondDoubt = [](double by, double of_variance) {
-    return std::abs(by) > std::max(kLeastChange, kBeyondDoubt * std::sqrt(of_variance));
+    return std::abs(by) > std::max(DriveTrainFit::kStep, thresholds::kSure * std::sqrt(of_variance));
   };
   const double later = found.dead_time - timing_.dead_time, slower = found.lag - timing_.lag;
   const double stronger = std::abs(found.gain_share - timing_.gain_share);
-  const bool gain = stronger > std::max(kLeastGainChange, kBeyondDoubt * std::sqrt(at.gain_variance));
+  const bool gain = stronger > std::max(kLeastGainChange, thresholds::kSure * std::sqrt(at.gain_variance));
   if (!gain && !beyondDoubt(later, variance) && !beyondDoubt(slower, alone + square(along) * variance) &&
       !beyondDoubt(later + slower, alone + square(1.0 + along) * variance)) {
     return std::nullopt;
