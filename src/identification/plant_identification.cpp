@@ -639,17 +639,17 @@ void cover(const FitResult& part, int parameter, Estimate& estimate) {
 void coverBoth(const Parts& parts, Identification& result) {
   constexpr std::array<const char*, 3> kNames{"dead time", "lag", "gain"}, kUnits{" s", " s", ""};
   const auto estimates = compared(result);
-  std::vector<std::string> told;
+  std::vector<std::string> differences;
   for (std::size_t i = 0; i < estimates.size(); ++i) {
     const auto parameter = static_cast<int>(i);
     if (!differ(parts, parameter)) continue;
     for (const Part& part : parts) cover(part.found, parameter, *estimates[i]);
-    told.push_back(fmt::format("{} {:.3f} and {:.3f}{}", kNames[i], parts[0].found.theta[parameter],
-                               parts[1].found.theta[parameter], kUnits[i]));
+    differences.push_back(fmt::format("{} {:.3f} and {:.3f}{}", kNames[i], parts[0].found.theta[parameter],
+                                      parts[1].found.theta[parameter], kUnits[i]));
   }
-  if (told.empty()) return;
+  if (differences.empty()) return;
   result.remarks.push_back(fmt::format("{} and {} differ: {}; the intervals cover both", parts[0].name, parts[1].name,
-                                       fmt::join(told, ", ")));
+                                       fmt::join(differences, ", ")));
 }
 
 /// Yaw rate at a time, between the samples before and after it or, where one is missing, that of the nearest.

@@ -167,14 +167,15 @@ FitResult intervals(const WheelFit& fit, const Theta& theta, int parameters) {
   const Eigen::MatrixXd influence = S * bread;
   Eigen::VectorXd score = Eigen::VectorXd::Zero(count);
   // For each parameter: information of a block, and the sums of it and of its square over the blocks.
-  Eigen::ArrayXd told = Eigen::ArrayXd::Zero(count), told_sum = told, told_squares = told;
+  Eigen::ArrayXd information = Eigen::ArrayXd::Zero(count), information_sum = information,
+                 information_squares = information;
   double block_end = -HUGE_VAL;
   const auto close = [&] {
     meat += score * score.transpose();
-    told_sum += told;
-    told_squares += told.square();
+    information_sum += information;
+    information_squares += information.square();
     score.setZero();
-    told.setZero();
+    information.setZero();
   };
   for (std::size_t k = 0; k < fit.wheels.size(); ++k) {
     if (fit.wheels[k].time >= block_end) {
@@ -183,7 +184,7 @@ FitResult intervals(const WheelFit& fit, const Theta& theta, int parameters) {
     }
     for (auto row = static_cast<Eigen::Index>(2 * k); row < static_cast<Eigen::Index>(2 * k + 2); ++row) {
       score += S.row(row).transpose() * r(row);
-      told += influence.row(row).transpose().array().square();
+      information += influence.row(row).transpose().array().square();
     }
   }
   close();
@@ -193,7 +194,8 @@ FitResult intervals(const WheelFit& fit, const Theta& theta, int parameters) {
   for (Eigen::Index i = 0; i < count; ++i) {
     // The dead time follows from the few blocks with a step, so their number counts (Carter, Schnepel and Steigerwald
     // 2017).
-    const double blocks = std::max(2.0, told_sum(i) * told_sum(i) / std::max(told_squares(i), 1e-300));
+    const double blocks =
+        std::max(2.0, information_sum(i) * information_sum(i) / std::max(information_squares(i), 1e-300));
     const double variance = std::max(robust(i, i) * blocks / (blocks - 1.0), white * bread(i, i));
     result.half_width[seen[static_cast<std::size_t>(i)]] = studentQuantile(blocks - 1.0) * std::sqrt(variance);
   }

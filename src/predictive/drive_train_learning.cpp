@@ -73,8 +73,8 @@ void DriveTrainLearning::setTiming(const DriveTrainTiming& timing) {
   timing_.acceleration_limit = identified_ ? least_limit_ : std::max(least_limit_, timing.acceleration_limit);
   fit_.setAccelerationLimit(timing_.acceleration_limit);
   largest_limit_ = kLongestTiming.acceleration_limit;
-  told_ = std::log(std::max(timing.lag, kShortestLag));
-  theta_ << told_, 1.0, 1.0, 0.0;
+  expected_log_lag_ = std::log(std::max(timing.lag, kShortestLag));
+  theta_ << expected_log_lag_, 1.0, 1.0, 0.0;
   memory_.fill({});
   resetMotion();
 }
@@ -225,7 +225,7 @@ DriveTrainVector DriveTrainLearning::deviations() const {
 
 /// theta_1
 DriveTrainVector DriveTrainLearning::expected() const {
-  return {told_, theta_(kLimitShare), theta_(kGainShare), theta_(kOffset)};
+  return {expected_log_lag_, theta_(kLimitShare), theta_(kGainShare), theta_(kOffset)};
 }
 
 double DriveTrainLearning::freeEnergy(const DriveTrainFit& fit) const {

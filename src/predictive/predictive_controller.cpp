@@ -241,10 +241,10 @@ WheelCommand PredictiveController::updateAction() {
   const WheelVector input = inputs();
   left_.act(input(0));
   right_.act(input(1));
-  const bool told_to_stand = set_point_.forward == 0.0 && set_point_.yaw_rate == 0.0;
+  const bool has_to_stand = set_point_.forward == 0.0 && set_point_.yaw_rate == 0.0;
   // Within the dead zone an effective command of zero is a large command without effect.
   const WheelCommand effective{left_.effectiveAction(), right_.effectiveAction()};
-  const double most = standstill_.largestCommand(told_to_stand, effective, left().speed(), right().speed(),
+  const double most = standstill_.largestCommand(has_to_stand, effective, left().speed(), right().speed(),
                                                  1.0 / parameters_.action_rate);
   if (most < Standstill::kUnbounded) {
     left_.rest(most);
@@ -360,7 +360,7 @@ void PredictiveController::setLearned(const LearnedModel& learned) {
   setTiming(drive_train_.timing());
 }
 
-// ---- tell
+// ---- report
 
 double PredictiveController::forwardSpeedOf(double sum_of_wheels) const {
   return 0.5 * geometry_.wheel_radius * slipBelief().slipFactor() * sum_of_wheels;

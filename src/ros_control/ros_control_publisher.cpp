@@ -49,12 +49,12 @@ RosControlPublisher::~RosControlPublisher() {
   sem_destroy(&news_);
 }
 
-void RosControlPublisher::tell(const OdometryUpdate& update) {
+void RosControlPublisher::post(const OdometryUpdate& update) {
   odometry_updates_.write(update);
   sem_post(&news_);
 }
 
-void RosControlPublisher::tell(const CommandUpdate& update) {
+void RosControlPublisher::post(const CommandUpdate& update) {
   if (!command_publisher_) return;
   command_updates_.write(update);
   sem_post(&news_);

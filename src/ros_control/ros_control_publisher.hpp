@@ -42,7 +42,7 @@ struct CommandUpdate {
 };
 
 /// Publishes in the controller's namespace odom (nav_msgs/Odometry), state (ControllerState) and, with publish_cmd,
-/// cmd_vel_out (geometry_msgs/TwistStamped), and also /tf and /diagnostics. tell() neither locks nor allocates.
+/// cmd_vel_out (geometry_msgs/TwistStamped), and also /tf and /diagnostics. post() neither locks nor allocates.
 class RosControlPublisher {
  public:
   /// @param robot, controller namespaces; @param initial update with lists of the later length.
@@ -52,8 +52,8 @@ class RosControlPublisher {
   RosControlPublisher(const RosControlPublisher&) = delete;
   RosControlPublisher& operator=(const RosControlPublisher&) = delete;
 
-  void tell(const OdometryUpdate& update);
-  void tell(const CommandUpdate& update);
+  void post(const OdometryUpdate& update);
+  void post(const CommandUpdate& update);
 
  private:
   void run();

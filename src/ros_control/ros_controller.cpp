@@ -80,7 +80,7 @@ bool RosController::init(hardware_interface::VelocityJointInterface* hw, ros::No
     parameters_.odom_frame_id = prefixedFrame(prefix, parameters_.odom_frame_id);
     loop_.emplace(parameters_.drive, makeController(parameters_.drive));
     odometry_.emplace(makeOdometry(parameters_.drive, *loop_));
-    changes_.tell(*loop_);
+    changes_.send(*loop_);
     live_parameters_ = serveLiveParameters(controller_nh, parameters_.drive, changes_);
   } catch (const ParameterError& error) {
     ROS_ERROR_NAMED(name_, "%s: %s", name_.c_str(), error.what());
@@ -118,7 +118,7 @@ void RosController::subscribe(ros::NodeHandle& robot, ros::NodeHandle& controlle
       [this](const RobotStatus& status) {
         const std::lock_guard<std::mutex> lock(callbacks_);
         robot_status_ = status;
-        tellStatus();
+        postStatus();
       });
   others_.emplace(std::vector<std::string>{}, &robot_->emergencyStop());
   others_->watch(robot, true);
@@ -126,7 +126,7 @@ void RosController::subscribe(ros::NodeHandle& robot, ros::NodeHandle& controlle
 }
 
 /// With callbacks_ locked.
-void RosController::tellStatus() {
+void RosController::postStatus() {
   RobotStatus status = robot_status_;
   status.disabled = !enabled_;
   robot_states_.write(status);
@@ -137,7 +137,7 @@ void RosController::serveChanges(ros::NodeHandle& controller) {
   const auto enable = [this](bool enabled) {
     const std::lock_guard<std::mutex> lock(callbacks_);
     enabled_ = enabled;
-    tellStatus();
+    postStatus();
   };
   const auto reset = [this] {
     const std::lock_guard<std::mutex> lock(callbacks_);
@@ -213,7 +213,7 @@ void RosController::update(const ros::Time& time, const ros::Duration& period) {
   first_update_ = false;
   drive(loop_->command());
   resting_ = DriveServices::resting(loop_->command());
-  changes_.tell(*loop_);
+  changes_.send(*loop_);
   advanceOdometry(applied, std::max(0.0, now - now_));
   if (measured) odometry_->observe(asCounted(*measured, *loop_));
   now_ = now;
@@ -350,7 +350,7 @@ void RosController::advanceOdometry(const WheelCommand& applied, double duration
 
 void RosController::publish(const ros::Time& time) {
   const double now = time.toSec(), period = 1.0 / live_.publish_rate;
-  publisher_->tell(CommandUpdate{time, {commanded_motion_.forward, 0.0, commanded_motion_.yaw_rate}});
+  publisher_->post(CommandUpdate{time, {commanded_motion_.forward, 0.0, commanded_motion_.yaw_rate}});
   if (!(last_publication_ + period < now)) return;
   last_publication_ = std::max(last_publication_ + period, now - period);
   OdometryUpdate& update = update_;
@@ -365,7 +365,7 @@ void RosController::publish(const ros::Time& time) {
   if (imu_) measured(kYaw) = imu_->yaw_rate;
   fillState(*loop_, parameters_.drive.geometry, measured, time, update.state);
   update.status = loop_->status();
-  publisher_->tell(update);
+  publisher_->post(update);
 }
 
 }  // namespace jackal_aic

@@ -77,7 +77,7 @@ class RosController : public controller_interface::Controller<hardware_interface
   void onCommand(const ReceivedSetPoint& command);
   void onImu(const sensor_msgs::Imu& message);
   void adoptLive(const LiveParameters& wanted);
-  void tellStatus();
+  void postStatus();
 
   Wheels wheels() const;
   void followClockBack(double now);

@@ -68,8 +68,8 @@ std::string reason(const DriveLoopStatus& status, const std::string& contender) 
       cause == StopCause::contention || cause == StopCause::set_points_rival || cause == StopCause::graph_unchecked;
   if (rivalry && !contender.empty()) reason += ": " + contender;
   if (status.handed_over) reason = "another source has the motors";
-  const bool told = status.fault != Fault::none && status.fault != Fault::moved;  // it has a separate cause
-  const std::string fault = told ? text(status.fault, status.share) : text(status.loss);
+  const bool named = status.fault != Fault::none && status.fault != Fault::moved;  // it has a separate cause
+  const std::string fault = named ? text(status.fault, status.share) : text(status.loss);
   // Wheels that do not follow are not a sensor fault.
   if (cause == StopCause::sensor_fault && isOfTheWheels(status.fault)) reason.clear();
   if (!fault.empty()) reason += (reason.empty() ? "" : "; ") + fault;
@@ -90,7 +90,7 @@ DriveLoop::DriveLoop(const DriveParameters& parameters, std::unique_ptr<Velocity
       frozen_imu_(parameters.gate.deadlines.frozen_imu) {}
 
 void DriveLoop::start(const WheelCommand& driven, double now) {
-  tell(now, StartInput{driven});
+  notify(now, StartInput{driven});
   reset(now);
   clock_jumped_ = false;
   gate_.reset();
@@ -101,7 +101,7 @@ void DriveLoop::start(const WheelCommand& driven, double now) {
 }
 
 SetPointVerdict DriveLoop::setSetPoint(const SetPoint& wanted, double now, std::optional<double> stamp) {
-  tell(now, SetPointInput{wanted, stamp});
+  notify(now, SetPointInput{wanted, stamp});
   catchUp(now);
   const bool finite = wanted.vector().allFinite();
   if (!finite || !isPlausible(wanted, parameters_.gate.limits)) {
@@ -120,7 +120,7 @@ SetPointVerdict DriveLoop::setSetPoint(const SetPoint& wanted, double now, std::
 }
 
 bool DriveLoop::receiveWheels(const SensorReading& reading, double now) {
-  tell(now, WheelsInput{reading});
+  notify(now, WheelsInput{reading});
   catchUp(now);
   const Observation& y = reading.observation;
   if (refuseStamp(y.stamp, now)) return false;
@@ -135,7 +135,7 @@ bool DriveLoop::receiveWheels(const SensorReading& reading, double now) {
 }
 
 bool DriveLoop::receiveImu(const SensorReading& reading, double now) {
-  tell(now, ImuInput{reading});
+  notify(now, ImuInput{reading});
   noteTime(now);
   if (refuseStamp(reading.observation.stamp, now)) return false;
   take(imu_, parameters_.gate.deadlines.imu, reading.observation.stamp, now);
@@ -144,12 +144,12 @@ bool DriveLoop::receiveImu(const SensorReading& reading, double now) {
 }
 
 void DriveLoop::receiveFeedback(double stamp, double now) {
-  tell(now, FeedbackInput{stamp});
+  notify(now, FeedbackInput{stamp});
   feedback_ = {stamp, now};
 }
 
 bool DriveLoop::observe(const Observation& observation, double now) {
-  tell(now, ObservationInput{observation});
+  notify(now, ObservationInput{observation});
   return !refuseStamp(observation.stamp, now) && takeObservation(observation, now);
 }
 
@@ -210,31 +210,31 @@ bool DriveLoop::takeObservation(const Observation& observation, double now) {
 }
 
 void DriveLoop::report(const RobotStatus& status, double now) {
-  tell(now, StatusInput{status});
+  notify(now, StatusInput{status});
   noteTime(now);
   robot_ = status;
 }
 
 void DriveLoop::applied(const WheelCommand& command, AppliedSource source, double now) {
-  tell(now, AppliedInput{command, source});
+  notify(now, AppliedInput{command, source});
   catchUp(now);
   if (parameters_.motors_shared) motors_.apply(now, command, source);
 }
 
 void DriveLoop::setLearned(const LearnedModel& learned, double now) {
-  tell(now, LearnedInput{learned});
+  notify(now, LearnedInput{learned});
   catchUp(now);
   if (predictive_ != nullptr) predictive_->setLearned(learned);
 }
 
 void DriveLoop::freezeLearning(bool frozen, double now) {
-  tell(now, LearningInput{frozen});
+  notify(now, LearningInput{frozen});
   catchUp(now);
   if (predictive_ != nullptr) predictive_->freezeLearning(frozen);
 }
 
 void DriveLoop::adoptGains(const ControllerParameters& gains, double now) {
-  tell(now, GainsInput{gains});
+  notify(now, GainsInput{gains});
   catchUp(now);
   auto* thesis = dynamic_cast<ActiveInferenceController*>(controller_.get());
   if (thesis == nullptr) throw ParameterError("controller.*: another structure runs");
@@ -242,7 +242,7 @@ void DriveLoop::adoptGains(const ControllerParameters& gains, double now) {
 }
 
 void DriveLoop::adoptGains(const PredictiveParameters& gains, double now) {
-  tell(now, GainsInput{gains});
+  notify(now, GainsInput{gains});
   catchUp(now);
   if (predictive_ == nullptr) throw ParameterError("predictive.*: another structure runs");
   predictive_->adoptGains(gains);
@@ -275,7 +275,7 @@ std::optional<WheelCommand> DriveLoop::take(const DriveInput& input) {
 }
 
 void DriveLoop::updateBelief(double now) {
-  tell(now, BeliefInput{});
+  notify(now, BeliefInput{});
   noteTime(now);
   runBelief(nanoseconds(now));
 }
@@ -291,13 +291,13 @@ void DriveLoop::runBelief(std::int64_t until) {
 }
 
 std::optional<WheelCommand> DriveLoop::advance(double now) {
-  tell(now, ActionInput{});
+  notify(now, ActionInput{});
   noteTime(now);
   return advanceTo(now, schedule_.started() ? schedule_.lastBoundary(nanoseconds(now)) : nanoseconds(now));
 }
 
 std::optional<WheelCommand> DriveLoop::advance(double now, double due) {
-  tell(now, ActionInput{due});
+  notify(now, ActionInput{due});
   noteTime(now);
   return advanceTo(now, nanoseconds(std::min(due, now)));
 }
@@ -346,7 +346,7 @@ void DriveLoop::beliefStep() {
   // The step's own time, whenever it is run.
   const double due = 1e-9 * static_cast<double>(schedule_.nextBeliefStep());
   // If only the wheels show what reached the motors, no drive train explains the wheels.
-  measurements_.advance(motors_.toldByWheels() ? std::nullopt : std::optional(appliedCommand(due)),
+  measurements_.advance(motors_.fromWheelsAlone() ? std::nullopt : std::optional(appliedCommand(due)),
                         controller_->beliefStep());
   controller_->updateBelief();
   schedule_.beliefStepDone();
@@ -373,8 +373,8 @@ GateInputs DriveLoop::gateInputs(double now) {
   inputs.set_point_at_rest = missing ? unasked_for_ > std::max(kPause, parameters_.gate.deadlines.set_point) : stands;
   // The motors cannot be predicted under another node's commands, or without ours.
   if (robot_.contended || robot_.unheard) measurements_.reset();
-  const bool told_to_stand = stands && gate_.command() == WheelCommand{};
-  causes.add(measurements_.causes(health(now), now, told_to_stand));
+  const bool has_to_stand = stands && gate_.command() == WheelCommand{};
+  causes.add(measurements_.causes(health(now), now, has_to_stand));
   const bool plausible = isPlausible(controller_->believedVelocity(), controller_->freeEnergy(), parameters_.gate);
   causes.add(StopCause::belief_diverged, !plausible)
       .add(StopCause::clock_jump, clock_jumped_)

@@ -92,10 +92,10 @@ class ExcitationNode {
     requireDrivable();
     if (session_.confirm) waitForConfirmation();
     const ros::WallTime begin = ros::WallTime::now() + ros::WallDuration(session_.countdown);
-    for (double told = std::ceil(session_.countdown); !over() && ros::WallTime::now() < begin;) {
-      if ((begin - ros::WallTime::now()).toSec() <= told) {
-        ROS_INFO("Driving in %.0f s; Ctrl-C stops it at any time", told);
-        told -= 1.0;
+    for (double left = std::ceil(session_.countdown); !over() && ros::WallTime::now() < begin;) {
+      if ((begin - ros::WallTime::now()).toSec() <= left) {
+        ROS_INFO("Driving in %.0f s; Ctrl-C stops it at any time", left);
+        left -= 1.0;
       }
       serve();
       requireDrivable();
@@ -118,13 +118,13 @@ class ExcitationNode {
   std::string next() const {
     if (session_.bag.empty()) return "";
     std::string options;
-    const auto tell = [&options](const char* option, const std::string& name, const char* usual) {
+    const auto add = [&options](const char* option, const std::string& name, const char* usual) {
       if (name != usual) options += std::string(" --") + option + " " + name;
     };
-    tell("command-topic", output_.topics().front(), "/cmd_drive");
-    tell("wheel-topic", wheels_.getTopic(), "/joint_states");
-    tell("imu-topic", imu_.getTopic(), "/imu/data");
-    tell("base-frame", prefixedFrame(tf_prefix_, "base_link"), "base_link");
+    add("command-topic", output_.topics().front(), "/cmd_drive");
+    add("wheel-topic", wheels_.getTopic(), "/joint_states");
+    add("imu-topic", imu_.getTopic(), "/imu/data");
+    add("base-frame", prefixedFrame(tf_prefix_, "base_link"), "base_link");
     return "Next:\n    rosrun jackal_aic identify '" + boost::replace_all_copy(session_.bag, "'", "'\\''") + "'" +
            options + " --robot \"my Jackal\" --out my_jackal.yaml\n";
   }

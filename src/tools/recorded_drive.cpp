@@ -39,7 +39,7 @@ class MessagePlayer {
         kinematics_(parameters.geometry),
         sink_(std::move(sink)),
         sensors_(parameters.robot, frames_,
-                 [this](const Observation& observation, const ros::Time&) { tell(ObservationInput{observation}); }) {
+                 [this](const Observation& observation, const ros::Time&) { pass(ObservationInput{observation}); }) {
     ros::Time::init();  // warnings of the pairing want a clock, at any time
   }
 
@@ -55,27 +55,27 @@ class MessagePlayer {
     // Two kinds may share a topic: the set points of the multiplexer are commands, too.
     if (message.getTopic() == set_point_ && (twist || stamped)) {
       const ReceivedSetPoint received = twist ? receivedSetPoint(*twist) : receivedSetPoint(*stamped);
-      tell(SetPointInput{received.wanted, received.stamp});
+      pass(SetPointInput{received.wanted, received.stamp});
     }
     if (const auto wheels = message.instantiate<sensor_msgs::JointState>()) {
-      tellReading<WheelsInput>(sensors_.addWheels(wheels, now_));
+      passReading<WheelsInput>(sensors_.addWheels(wheels, now_));
     } else if (const auto imu = message.instantiate<sensor_msgs::Imu>()) {
-      tellReading<ImuInput>(sensors_.addImu(imu, now_));
+      passReading<ImuInput>(sensors_.addImu(imu, now_));
     } else if (const auto stop = message.instantiate<std_msgs::Bool>()) {
       status_.emergency_stop = stop->data;
     } else if (const auto status = message.instantiate<jackal_msgs::Status>()) {
       takeStatus(*status, status_);
     } else if (const auto feedback = message.instantiate<jackal_msgs::Feedback>()) {
       if (feedback->header.stamp.isZero()) return;
-      tell(FeedbackInput{feedback->header.stamp.toSec()});
+      pass(FeedbackInput{feedback->header.stamp.toSec()});
       takeFeedback(*feedback, status_);
     } else if (const auto drive = message.instantiate<jackal_msgs::Drive>()) {
       if (const auto command = wheelCommand(*drive); command && shared_) {
-        tell(AppliedInput{*command, AppliedSource::drive});
+        pass(AppliedInput{*command, AppliedSource::drive});
       }
     } else if (twist && shared_ && message.getTopic() == mux_) {
       if (const auto v = setPoint(*twist)) {
-        tell(AppliedInput{kinematics_.wheelSpeeds(v->forward, v->yaw_rate), AppliedSource::twist});
+        pass(AppliedInput{kinematics_.wheelSpeeds(v->forward, v->yaw_rate), AppliedSource::twist});
       }
     }
   }
@@ -94,19 +94,19 @@ class MessagePlayer {
   }
 
   void act() {
-    tell(StatusInput{status_});
-    tell(ActionInput{});
+    pass(StatusInput{status_});
+    pass(ActionInput{});
   }
 
   template <class Input>
-  void tellReading(const std::optional<SensorReading>& reading) {
+  void passReading(const std::optional<SensorReading>& reading) {
     const std::string& refusal = sensors_.lastRefusal();
     const bool kept = refusals_.size() < kMostReasons || refusals_.count(refusal) > 0;
     if (!refusal.empty()) ++refusals_[kept ? refusal : "for other reasons"];
-    if (reading) tell(Input{*reading});
+    if (reading) pass(Input{*reading});
   }
 
-  void tell(decltype(DriveInput::what) what) { sink_({now_.toSec(), std::move(what)}); }
+  void pass(decltype(DriveInput::what) what) { sink_({now_.toSec(), std::move(what)}); }
 
   bool shared_;  // the motors, with another source
   std::string set_point_, mux_;

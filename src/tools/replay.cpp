@@ -72,7 +72,8 @@ Options parse(const std::vector<std::string>& arguments) {
 void printHelp(std::ostream& out) {
   Options options;
   out << "Usage: replay BAG [options]\n"
-         "Drives a recorded drive again, by the same code and as fast as it can, and tells the difference to what was\n"
+         "Drives a recorded drive again, by the same code and as fast as it can, and prints the difference to what "
+         "was\n"
          "recorded. A bag of record:=true is reproduced exactly; other bags are played from their messages "
          "(joint_states,\n"
          "imu/data, the set point, and status, feedback, e_stop, cmd_drive, tf where they are).\n"
@@ -242,7 +243,7 @@ class Replay {
   const Comparison& comparison() const { return comparison_; }
 
   /// Prints changes of the state with their time, from the second update on.
-  void tell(std::ostream& out) const {
+  void print(std::ostream& out) const {
     constexpr std::size_t kMostEvents = 20;
     if (gains_left_out_ > 0) {
       out << fmt::format("{} changes of gains in it left out: those of --preset hold\n", gains_left_out_);
@@ -315,7 +316,7 @@ int replayDrive(const RecordedDrive& drive, const Options& options, std::ostream
   out << (from_log ? drive.playLog(take)
                    : drive.playMessages(parameters,
                                         options.set_point.empty() ? "jackal_AIC/set_point" : options.set_point, take));
-  replay.tell(out);
+  replay.print(out);
   if (!options.output.empty()) {
     if (!table.flush()) throw ParameterError("--output " + options.output + ": cannot be written");
     out << "Table: " << options.output << "\n";

@@ -159,7 +159,7 @@ class DriveTrainLearning {
   double least_limit_;  // configured or restored [m/s^2]
   DriveTrainTiming timing_;
   double largest_limit_ = kLongestTiming.acceleration_limit;  // that the motors may follow [m/s^2]
-  double told_ = 0.0;                                         // ln T of the configured or restored timing
+  double expected_log_lag_ = 0.0;                             // ln T of the configured or restored timing
   DriveTrainVector theta_ = DriveTrainVector::Zero();         // around which memory_ is
   Sums memory_;                                               // of earlier changes, over the variance of each
 

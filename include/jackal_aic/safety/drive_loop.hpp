@@ -185,7 +185,7 @@ class DriveLoop {
   };
 
   template <class Input>
-  void tell(double now, const Input& input) const {
+  void notify(double now, const Input& input) const {
     if (listener_) listener_({now, input});
   }
   bool takeObservation(const Observation& observation, double now);

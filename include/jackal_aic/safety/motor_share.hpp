@@ -47,7 +47,7 @@ class MotorShare {
   std::optional<WheelCommand> another(double time);
 
   /// True if only the measured wheel speeds show what reached the motors.
-  bool toldByWheels() const { return any_ && !any_drive_ && !any_twist_; }
+  bool fromWheelsAlone() const { return any_ && !any_drive_ && !any_twist_; }
 
   /// False while another source drives.
   bool ours(double time) const { return ours_ || !known(time); }

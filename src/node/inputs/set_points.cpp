@@ -21,7 +21,7 @@ constexpr double kTellPeriod = 5.0;  // s
 constexpr SetPoint kNotFinite{std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
 
 // "Too old" alone would suggest the network, not the sender's clock.
-void tellOfAnotherClock(const std::string& topic, double stamp) {
+void warnOfAnotherClock(const std::string& topic, double stamp) {
   const double ahead = stamp - ros::Time::now().toSec();
   if (std::abs(ahead) < kSameClock) return;
   ROS_WARN_THROTTLE(kTellPeriod, "Set points on %s are stamped %.0f s %s this node's clock: they count as too old",
@@ -84,7 +84,7 @@ void SetPointSource::take(const ros::MessageEvent<const Message>& event) {
   if (event.getPublisherName() != sender_.name) other_ = sender_;
   sender_ = {event.getPublisherName(), ros::WallTime::now()};
   const ReceivedSetPoint received = receivedSetPoint(*event.getConstMessage());
-  if (received.stamp) tellOfAnotherClock(stamped_.getTopic(), *received.stamp);
+  if (received.stamp) warnOfAnotherClock(stamped_.getTopic(), *received.stamp);
   take_(received);
 }
 

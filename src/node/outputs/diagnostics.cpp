@@ -123,13 +123,13 @@ void StatusReport::logStop(const char* what) {
 
 void StatusReport::logDecision(const DriveLoopStatus& before) {
   const StopCause cause = status_.decision.cause;
-  const bool told = logged_stop_ == cause && before.decision.status == DriveStatus::braking;
+  const bool logged = logged_stop_ == cause && before.decision.status == DriveStatus::braking;
   const DriveStatus now = status_.decision.status;
   // The end of the set points is the usual end of a drive, logged once at rest. The end of the node has its own
   // message.
   const bool usual = cause == StopCause::set_point_late || cause == StopCause::shutdown;
   if (now == DriveStatus::braking) {
-    if (!usual && !told) logStop("Stopping");
+    if (!usual && !logged) logStop("Stopping");
     return;
   }
   if (now == DriveStatus::driving) {
@@ -139,7 +139,7 @@ void StatusReport::logDecision(const DriveLoopStatus& before) {
     ROS_INFO("Waiting: %s", (reason() + sentence(remedy(cause))).c_str());
   } else if (now == DriveStatus::stopped && cause == StopCause::set_point_late) {
     ROS_INFO("Stopped: no set point for %g s", set_point_deadline_);
-  } else if (!told && (now == DriveStatus::faulted || (now == DriveStatus::stopped && !usual))) {
+  } else if (!logged && (now == DriveStatus::faulted || (now == DriveStatus::stopped && !usual))) {
     logStop("Stopped");
   }
   logged_stop_ = StopCause::none;
@@ -197,14 +197,14 @@ DiagnosticsOutput::DiagnosticsOutput(std::string controller, std::string set_poi
 }
 
 void DiagnosticsOutput::announce() {
-  if (ready_told_ || !told_) return;
-  const StopCauses& missing = told_->missing;
-  if (told_->status.decision.status == DriveStatus::driving) ready_told_ = true;  // which is reported itself
-  if (missing.worst() == StopCause::none && !ready_told_) {
-    ready_told_ = true;
+  if (ready_logged_ || !reported_) return;
+  const StopCauses& missing = reported_->missing;
+  if (reported_->status.decision.status == DriveStatus::driving) ready_logged_ = true;  // which is reported itself
+  if (missing.worst() == StopCause::none && !ready_logged_) {
+    ready_logged_ = true;
     ROS_INFO("Ready (%s). Waiting for set points on %s", controller_.c_str(), set_point_topic_.c_str());
   }
-  if (ready_told_ || missing_told_ || (ros::WallTime::now() - started_).toSec() < kSensorPatience) return;
+  if (ready_logged_ || missing_told_ || (ros::WallTime::now() - started_).toSec() < kSensorPatience) return;
   missing_told_ = true;
   const bool no_wheels = missing.hasAny({StopCause::wheels_missing});
   const bool no_imu = missing.hasAny({StopCause::imu_missing});
@@ -220,9 +220,9 @@ void DiagnosticsOutput::publish(const std::string& unheard) {
   report_.settle();
   bool changed = false;
   looks_.consume_all([&](const Look& look) {
-    changed = report_.update(look.status, look.contender) || changed || !told_ ||
-              look.missing.worst() != told_->missing.worst();
-    told_ = look;
+    changed = report_.update(look.status, look.contender) || changed || !reported_ ||
+              look.missing.worst() != reported_->missing.worst();
+    reported_ = look;
   });
   announce();
   // Changes are reported at once, not with the next period.
@@ -231,7 +231,7 @@ void DiagnosticsOutput::publish(const std::string& unheard) {
 
 void DiagnosticsOutput::fill(diagnostic_updater::DiagnosticStatusWrapper& status) {
   const bool lasted = (ros::WallTime::now() - heard_).toSec() > kConnection;
-  const Look look = told_.value_or(Look{});
+  const Look look = reported_.value_or(Look{});
   report_.diagnose(status, look.missing, lasted ? unheard_ : "");
   status.add("Rejected measurements", look.rejected_measurements);
   status.add("Master reachable", look.master_reachable ? "yes" : "no");

@@ -96,10 +96,10 @@ class DiagnosticsOutput {
   std::string controller_;
   std::string set_point_topic_;
   ros::WallTime started_ = ros::WallTime::now();
-  bool ready_told_ = false;
+  bool ready_logged_ = false;
   bool missing_told_ = false;
   StatusReport report_;
-  std::optional<Look> told_;
+  std::optional<Look> reported_;
   std::string unheard_;
   ros::WallTime heard_ = ros::WallTime::now();  // last time that the commands had a subscriber, or the start
   diagnostic_updater::Updater updater_;

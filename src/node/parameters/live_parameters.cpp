@@ -22,7 +22,7 @@ std::string describe(const LearnedModel& learned) {
   return text;
 }
 
-void tellCertificate(const LinearLoop& loop) {
+void logCertificate(const LinearLoop& loop) {
   const Certificate certificate = certify(loop);
   const auto level = certificate.keeps(MarginBounds{}) ? ros::console::levels::Info : ros::console::levels::Warn;
   ROS_LOG(level, ROSCONSOLE_DEFAULT_NAME, "%s", advice(certificate, loop).c_str());
@@ -47,7 +47,7 @@ class ThesisServer : public LiveParameterServer {
       ROS_INFO("No plant model: checked the stability of the belief update only, not of the closed loop");
       return;
     }
-    tellCertificate(LinearLoop(gains, geometry_, *plant_));
+    logCertificate(LinearLoop(gains, geometry_, *plant_));
   }
 
  private:
@@ -77,7 +77,7 @@ class PredictiveServer : public LiveParameterServer {
         save_service_(ros::NodeHandle(node).advertiseService("save_learned_model", &PredictiveServer::onSave, this)),
         gain_server_(node, "predictive", gains, [this](const auto& wanted) { adoptGains(wanted); }),
         variance_server_(node, "sensors", gains, [this](const auto& wanted) { adoptVariances(wanted); }) {
-    tellCertificate(LinearLoop(gains, model_, model_));
+    logCertificate(LinearLoop(gains, model_, model_));
     if (path_.empty()) return;
     read();
     if (write().empty()) ROS_INFO("Learned file %s: %s", path_.c_str(), describe(loop_.learned()).c_str());
@@ -179,7 +179,7 @@ void LoopExchange::apply(DriveLoop& loop, double now) {
   if (const bool* frozen = frozen_.read()) loop.freezeLearning(*frozen, now);
 }
 
-void LoopExchange::tell(const DriveLoop& loop) {
+void LoopExchange::send(const DriveLoop& loop) {
   if (loop.predictive() != nullptr) believed_model_.write(loop.predictive()->learned());
 }
 

@@ -142,7 +142,7 @@ class LoopExchange {
   void apply(DriveLoop& loop, double now);
 
   /// Hands the learned model over to the other threads; for the driving thread, as apply().
-  void tell(const DriveLoop& loop);
+  void send(const DriveLoop& loop);
 
  private:
   template <class T>

@@ -17,7 +17,7 @@ constexpr double kReportPeriod = 0.05;
 
 /// Changes, with the learned model of the loop.
 LoopExchange& withLearned(LoopExchange& changes, const DriveLoop& loop) {
-  changes.tell(loop);
+  changes.send(loop);
   return changes;
 }
 
@@ -77,11 +77,11 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
   // A clock that is set back stalls the action timer until the timer is set again.
   clock_timer_ =
       node_.createWallTimer(ros::WallDuration(kClockPeriod), [this](const ros::WallTimerEvent&) { currentTime(); });
-  const auto tell = [this](const ros::WallTimerEvent&) {
+  const auto report = [this](const ros::WallTimerEvent&) {
     diagnostics_.publish(output_.complaint());
     live_parameters_->keep(ros::Time::now());
   };
-  report_timer_ = withQueue(node_, requests_).createWallTimer(ros::WallDuration(kReportPeriod), tell);
+  report_timer_ = withQueue(node_, requests_).createWallTimer(ros::WallDuration(kReportPeriod), report);
   others_.watch(withQueue(node_, requests_));
   changes_.apply(loop_, currentTime());  // of the learned file
   request_thread_.start();
@@ -162,7 +162,7 @@ void ControllerNode::onActionTimer(const ros::TimerEvent&) {
     state_.publish(measured_, last_now_, {reason(loopStatus(), contender()), unheard_, by_another, rejected_readings_});
     odometry_.publish(applied, last_now_);
   }
-  changes_.tell(loop_);
+  changes_.send(loop_);
   setActionTimer(loop_.nextDue(action_due_, now));
 }
 
