@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Figures of doc/concepts: certificate.png and drive_gate.png.
+"""Figures of doc/concepts: certificate.png, drive_gate.png and fault_detection.png.
 
 Usage: plot_concepts.py DIRECTORY
 """
@@ -69,12 +69,35 @@ def drive_gate(path):
     save(figure, path)
 
 
+def fault_detection(path):
+    """A frozen encoder and a gyro with a bias: what they measure, what the robot does, what the controller believes."""
+    cases = (('Left encoder frozen from 2 to 4 s', 'speed of the left wheels [m/s]', jackal_aic.Fault('freeze', 2.0, 'left', 0.0, 2.0),
+              [(0.5, 0.5, 0.0), (3.0, 1.0, 0.0)], lambda d: (WHEEL_RADIUS * d.measured_left, WHEEL_RADIUS * d.wheel_left, d.believed_speed)),
+             ('Gyro reads 0.4 rad/s too much from 2 to 4 s', 'yaw rate [rad/s]', jackal_aic.Fault('bias', 2.0, 'gyro', 0.4, 2.0),
+              [(0.5, 0.5, 0.5)], lambda d: (d.measured_yaw_rate, d.yaw_rate, d.believed_yaw_rate)))
+    figure, axes = plt.subplots(1, 2, figsize=(9.0, 3.0))
+    for axis, (title, label, fault, set_points, series) in zip(axes, cases):
+        drive = jackal_aic.simulate('ground', jackal_aic.Parameters('predictive', 'ground'), set_points, duration=6.0, faults=fault)
+        for values, colour, words in zip(series(drive), (VERMILION, BLACK, BLUE), ('measured', 'true', 'believed')):
+            axis.plot(drive.time, values, color=colour, linewidth=1.0, label=words)
+        reports = [time for time, words, _ in drive.findings if words]
+        ends = [time for time, words, _ in drive.findings if not words] + [drive.time[-1]]
+        axis.axvspan(reports[0], ends[0], color=ORANGE, alpha=0.2, label='reported')
+        axis.set_title(title, fontsize=10)
+        axis.set_xlabel('time [s]')
+        axis.set_ylabel(label)
+        axis.grid(alpha=0.3)
+    axes[0].legend(loc='right', fontsize=8)
+    save(figure, path)
+
+
 def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
     directory = pathlib.Path(sys.argv[1])
     certificate(directory / 'certificate.png')
     drive_gate(directory / 'drive_gate.png')
+    fault_detection(directory / 'fault_detection.png')
 
 
 if __name__ == '__main__':
