@@ -22,8 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kMade =
-    "<!-- Made from the code by scripts/regenerate. Change the code, not this page. -->\n\n";
+constexpr const char* kMade = "<!-- Made from the code by scripts/regenerate. Change the code, not this page. -->\n\n";
 
 /// A text with every match of a pattern replaced.
 std::string replaced(const std::string& text, const std::string& pattern, const std::string& by) {
