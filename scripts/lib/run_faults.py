@@ -54,7 +54,8 @@ def run(log, results, arguments, show):
             return subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT)
 
         master = start('rosmaster', '--core', '-p', str(port))
-        launch = start('roslaunch', '--wait', 'jackal_aic', 'faults.launch', *arguments, f'results:={results}')
+        # Without a run_id roslaunch would wait for that of a roscore.
+        launch = start('roslaunch', '--wait', '--run_id', 'faults', 'jackal_aic', 'faults.launch', *arguments, f'results:={results}')
         shown = 0
         try:
             while launch.poll() is None:
