@@ -412,21 +412,5 @@ TEST(PlantIdentification, RefusesUselessRecordingsInOneLine) {
   }
 }
 
-TEST(Excitation, StaysWithinItsBoundsAndEndsAtRest) {
-  const ExcitationParameters bounds{0.4, 0.8, 1.0, 0.5, 1};
-  const Excitation excitation(bounds, GeometryParameters{});
-  const SkidSteerKinematics kinematics{GeometryParameters{}};
-  BodyVector most = BodyVector::Zero(), least = BodyVector::Zero();
-  for (double t = 0.0; t < excitation.duration(); t += 0.01) {
-    const BodyVector body = kinematics.bodyVelocity(excitation.at(t));
-    most = most.cwiseMax(body);
-    least = least.cwiseMin(body);
-  }
-  EXPECT_TRUE(most.isApprox(BodyVector(0.4, 0.0, 0.8), 1e-12));
-  EXPECT_TRUE(least.isApprox(BodyVector(-0.4, 0.0, -0.8), 1e-12));
-  EXPECT_EQ(excitation.at(excitation.duration() + 1.0), WheelCommand{});
-  EXPECT_EQ(excitation.at(0.0), WheelCommand{});
-}
-
 }  // namespace
 }  // namespace jackal_aic
