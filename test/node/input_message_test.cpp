@@ -60,7 +60,7 @@ TEST(InputMessage, KeepsEveryKindToTheBit) {
   const RobotStatus status =
       roundTrip(StatusInput{{false, true, false, true, false, false, true, true, true, true}}).status;
   EXPECT_TRUE(status.robot_stopped && status.driver_fault && status.ending && status.rivals && status.disabled);
-  EXPECT_TRUE(status.unheard);
+  EXPECT_TRUE(status.no_subscriber);
   EXPECT_FALSE(status.emergency_stop || status.motors_off || status.contended || status.graph_checked);
   const AppliedInput applied = roundTrip(AppliedInput{{kThird, -kThird}, AppliedSource::wheels});
   EXPECT_EQ(applied.command, (WheelCommand{kThird, -kThird}));

@@ -162,7 +162,7 @@ TEST_F(DriveLoopDuties, BrakeOverrulesTheControllerAndKeepsItsBelief) {
   EXPECT_FALSE(controller->called('!'));
 }
 
-TEST_F(DriveLoopDuties, DivergedBeliefIsResetWithTheSetPointUntilItIsPlausible) {
+TEST_F(DriveLoopDuties, DivergedBeliefIsResetUntilItIsPlausible) {
   run(500);
   controller->calls.clear();
   controller->believed(kForward) = 1e3;
@@ -191,7 +191,7 @@ TEST_F(DriveLoopDuties, SourcesThatDoNotPairStop) {
   EXPECT_EQ(why(), "stamps of wheel speeds and IMU data do not pair");
 }
 
-TEST_F(DriveLoopDuties, RepeatedWheelSpeedsAreFrozenWhileAWheelTurnsOrIsCommandedTo) {
+TEST_F(DriveLoopDuties, RepeatedWheelSpeedsAreFrozenWhileAWheelTurns) {
   const struct {
     WheelCommand measured, wanted;
     bool frozen;

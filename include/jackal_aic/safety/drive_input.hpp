@@ -29,11 +29,11 @@ struct RobotStatus {
   bool motors_off = false;      ///< the motors do not take velocity commands
   bool driver_fault = false;    ///< a motor driver reports a fault
   bool contended = false;       ///< an unexpected node publishes commands
-  bool graph_checked = true;    ///< publishers of commands are known, and the emergency stop is connected
+  bool graph_checked = true;    ///< publishers of commands are known, those of emergency stop and set points connected
   bool ending = false;          ///< the controller ends
   bool rivals = false;          ///< more than one node publishes set points, unexpectedly
   bool disabled = false;        ///< a person holds the controller at rest
-  bool unheard = false;         ///< a topic of the commands has no subscriber: they do not reach the motors
+  bool no_subscriber = false;   ///< a topic of the commands has no subscriber: they do not reach the motors
 };
 
 /// DriveLoop::updateBelief().

@@ -1,16 +1,19 @@
 #pragma once
 
 /// @file
-/// Other publishers in the ROS graph: of our commands, and of the emergency stop.
+/// Other publishers in the ROS graph: of our commands, and of the inputs that are heard before the robot drives.
 
 #include <ros/node_handle.h>
 #include <ros/subscriber.h>
 #include <ros/wall_timer.h>
 
+#include <array>
 #include <atomic>
 #include <mutex>
 #include <string>
 #include <vector>
+
+#include "inputs/set_points.hpp"
 
 namespace jackal_aic {
 
@@ -18,17 +21,18 @@ namespace jackal_aic {
 /// While the master cannot be reached the last answer stands.
 class OtherPublishers {
  public:
-  /// @param commands topics of our commands, resolved names; empty: any node may publish there; @param emergency_stop
-  /// has to be connected to each of its publishers before the robot drives; it has to outlive this.
-  OtherPublishers(std::vector<std::string> commands, const ros::Subscriber* emergency_stop)
-      : commands_(std::move(commands)), emergency_stop_(emergency_stop) {}
+  /// @param commands topics of our commands, resolved names; empty: any node may publish there; @param emergency_stop,
+  /// set_points inputs: until each of their publishers is connected, silence says nothing.
+  OtherPublishers(std::vector<std::string> commands, const ros::Subscriber& emergency_stop,
+                  const SetPointSource& set_points)
+      : commands_(std::move(commands)), inputs_{emergency_stop, set_points.plain(), set_points.stamped()} {}
 
   /// Asks, and asks again and again in the thread of a node handle, which waits for the answers: not one that drives.
   /// @param until_checked ends once checked() holds, for an owner that needs nothing else of this.
   void watch(ros::NodeHandle node, bool until_checked = false);
 
-  /// True once the master has answered and every publisher of the emergency stop is connected: its latched message has
-  /// then arrived.
+  /// True once the master has answered and every publisher of an input is connected, for long enough that what it
+  /// latched or sends all the time has arrived.
   bool checked() const { return checked_; }
 
   /// True if the master answered last time.
@@ -44,8 +48,8 @@ class OtherPublishers {
   void look();
 
   const std::vector<std::string> commands_;
-  const ros::Subscriber* emergency_stop_;
-  bool connected_ = false;  // the emergency stop, at the last check
+  const std::array<ros::Subscriber, 3> inputs_;
+  ros::WallTime unconnected_ = ros::WallTime::now();  // last look at which an input was not connected, or the start
   std::atomic<bool> checked_{false};
   std::atomic<bool> master_reachable_{true};
   std::atomic<bool> contended_{false};
