@@ -249,6 +249,7 @@ void RosController::takeLive(const LiveParameters& wanted, double now) {
 void RosController::takeMessages(double now) {
   if (const RobotStatus* status = robot_states_.read()) status_ = *status;
   status_.graph_checked = others_->checked();
+  status_.set_points_connected = others_->setPointsConnected();
   loop_->report(status_, now);
   if (const double* stamp = feedback_stamps_.read()) loop_->receiveFeedback(*stamp, now);
   if (const SetPointInput* command = commands_.read()) loop_->setSetPoint(command->wanted, now, command->stamp);

@@ -370,8 +370,9 @@ GateInputs DriveLoop::gateInputs(double now) {
   causes = overdueInputs(ages(now), parameters_.gate.deadlines);
   const bool missing = causes.hasAny({StopCause::set_point_missing});
   const bool stands = causes.hasAny({StopCause::set_point_late}) || set_point_.vector().isZero(0.0);
-  // A missing set point may still be on its way until the graph is checked.
-  unasked_for_ = missing && robot_.graph_checked ? unasked_for_ + controller_->actionStep() : 0.0;
+  // A missing set point may still be on its way until its publishers are connected.
+  unasked_for_ =
+      missing && robot_.graph_checked && robot_.set_points_connected ? unasked_for_ + controller_->actionStep() : 0.0;
   inputs.set_point_at_rest = missing ? unasked_for_ > std::max(kPause, parameters_.gate.deadlines.set_point) : stands;
   // The motors cannot be predicted under another node's commands, or without ours.
   if (robot_.contended || robot_.no_subscriber) measurements_.reset();

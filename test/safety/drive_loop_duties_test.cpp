@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -228,6 +229,17 @@ TEST_F(DriveLoopDuties, LateFeedbackStopsARobotThatHadFeedback) {
   EXPECT_EQ(why(), "feedback of the motors too old");
 }
 
+TEST_F(DriveLoopDuties, MeasuredVelocityIsThatOfTheLastSamples) {
+  EXPECT_TRUE(loop.measuredVelocity().array().isNaN().all());
+  receive(true, now);
+  EXPECT_NEAR(loop.measuredVelocity()(kForward), 0.098 * 4.5, 1e-9);
+  EXPECT_TRUE(std::isnan(loop.measuredVelocity()(kYaw)));
+  receive(false, now);
+  EXPECT_EQ(loop.measuredVelocity()(kYaw), yaw_rate);
+  loop.start({}, now);
+  EXPECT_TRUE(loop.measuredVelocity().array().isNaN().all());
+}
+
 // ---- time
 
 TEST_F(DriveLoopDuties, PeriodsDueShortlyAfterALateActionAreOneAction) {
@@ -388,6 +400,14 @@ TEST_F(SharedMotors, AreNotHandedOverInABrakeOrAfterAStart) {
   loop.start({}, now);
   run(200);
   EXPECT_FALSE(loop.status().handed_over);
+}
+
+TEST_F(SharedMotors, AreNotHandedOverWhileNothingSubscribesToTheCommands) {
+  runWith(500);
+  report(&RobotStatus::no_subscriber);
+  runWith(500, &theirs);
+  EXPECT_FALSE(loop.status().handed_over);
+  EXPECT_EQ(controller->overruled, theirs) << "the belief follows the motors";
 }
 
 TEST_F(SharedMotors, AreHandedOverWhenTheWheelsDoOtherThanCommanded) {

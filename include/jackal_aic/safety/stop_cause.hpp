@@ -27,7 +27,7 @@ enum class StopCause {
   set_point_missing,  ///< never received
   set_points_rival,   ///< both send within 0.5 s
   clock_jump,         ///< the clock jumped back
-  graph_unchecked,    ///< the ROS graph was not read yet, or e_stop or set points are not connected
+  graph_unchecked,    ///< the ROS graph was not read yet, or e_stop is not connected
   motors_off,         ///< feedback: the motors do not take velocity commands
   robot_stopped,      ///< status: the robot's own stop is engaged
   emergency_stop,     ///< e_stop

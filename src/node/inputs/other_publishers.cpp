@@ -57,8 +57,9 @@ void OtherPublishers::watch(ros::NodeHandle node, bool until_checked) {
   look();  // without a publisher of an input there is no wait
   timer_ = node.createWallTimer(ros::WallDuration(kFirstPeriod), [this, until_checked](const ros::WallTimerEvent&) {
     look();
-    if (checked_) timer_.setPeriod(ros::WallDuration(kPeriod));
-    if (checked_ && until_checked) timer_.stop();
+    const bool checked = emergency_stop_.connected && set_points_.connected;
+    if (checked) timer_.setPeriod(ros::WallDuration(kPeriod));
+    if (checked && until_checked) timer_.stop();
   });
 }
 
@@ -66,33 +67,38 @@ void OtherPublishers::look() {
   XmlRpc::XmlRpcValue state;
   master_reachable_ = ask("getSystemState", "", state);
   if (!master_reachable_) return;
-  const ros::WallTime now = ros::WallTime::now();
-  std::vector<std::string> contenders, sources;
+  std::vector<std::string> contenders, stops, wishes;
   for (const std::string& topic : commands_) {
     for (const std::string& node : publishers(state[0], topic)) contenders.push_back(node + " on " + topic);
   }
-  for (const ros::Subscriber& input : inputs_) {
-    if (checked_) break;
-    const auto nodes = publishers(state[0], input.getTopic());
-    for (const std::string& node : nodes) sources.push_back(node + " on " + input.getTopic());
-    if (input.getNumPublishers() < nodes.size()) unconnected_ = now;
-  }
-  const bool checked = checked_ || sources.empty() || (now - unconnected_).toSec() > kArrival;
+  const auto connect = [&state](Input& input, std::vector<std::string>& sources) {
+    if (input.connected) return true;
+    const ros::WallTime now = ros::WallTime::now();
+    for (const ros::Subscriber& subscriber : input.subscribers) {
+      const auto nodes = publishers(state[0], subscriber.getTopic());
+      for (const std::string& node : nodes) sources.push_back(node + " on " + subscriber.getTopic());
+      if (subscriber.getNumPublishers() < nodes.size()) input.unconnected = now;
+    }
+    return sources.empty() || (now - input.unconnected).toSec() > kArrival;
+  };
+  const bool stop_connected = connect(emergency_stop_, stops);
+  const bool set_points_connected = connect(set_points_, wishes);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     text_ = !contenders.empty()
                 ? fmt::format("{}; remap the commands of one of the two (launch/jackal.launch says how)",
                               fmt::join(contenders, ", "))
-            : checked ? ""
-                      : fmt::format("waits for {}", fmt::join(sources, " and "));
+            : stop_connected ? ""
+                             : fmt::format("waits for {}", fmt::join(stops, " and "));
   }
   // Set after the names: the flag is read without a lock, and then the names are complete.
   contended_ = !contenders.empty();
-  checked_ = checked;
+  emergency_stop_.connected = stop_connected;
+  set_points_.connected = set_points_connected;
 }
 
 std::string OtherPublishers::text() const {
-  if (checked_ && !contended_) return "";  // without a lock
+  if (checked() && !contended_) return "";  // without a lock
   const std::lock_guard<std::mutex> lock(mutex_);
   return text_;
 }

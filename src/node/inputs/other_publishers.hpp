@@ -7,7 +7,6 @@
 #include <ros/subscriber.h>
 #include <ros/wall_timer.h>
 
-#include <array>
 #include <atomic>
 #include <mutex>
 #include <string>
@@ -22,18 +21,23 @@ namespace jackal_aic {
 class OtherPublishers {
  public:
   /// @param commands topics of our commands, resolved names; empty: any node may publish there; @param emergency_stop,
-  /// set_points inputs: until each of their publishers is connected, silence says nothing.
+  /// set_points inputs: before their publishers are connected, silence says nothing.
   OtherPublishers(std::vector<std::string> commands, const ros::Subscriber& emergency_stop,
                   const SetPointSource& set_points)
-      : commands_(std::move(commands)), inputs_{emergency_stop, set_points.plain(), set_points.stamped()} {}
+      : commands_(std::move(commands)),
+        emergency_stop_({emergency_stop}),
+        set_points_({set_points.plain(), set_points.stamped()}) {}
 
   /// Asks, and asks again and again in the thread of a node handle, which waits for the answers: not one that drives.
-  /// @param until_checked ends once checked() holds, for an owner that needs nothing else of this.
+  /// @param until_checked ends once checked() and setPointsConnected() hold, for an owner that needs nothing else.
   void watch(ros::NodeHandle node, bool until_checked = false);
 
-  /// True once the master has answered and every publisher of an input is connected, for long enough that what it
-  /// latched or sends all the time has arrived.
-  bool checked() const { return checked_; }
+  /// True once the master has answered and every publisher of the emergency stop is connected, for long enough that
+  /// what it latched has arrived.
+  bool checked() const { return emergency_stop_.connected; }
+
+  /// The same of the set points, which a publisher sends all the time.
+  bool setPointsConnected() const { return set_points_.connected; }
 
   /// True if the master answered last time.
   bool masterReachable() const { return master_reachable_; }
@@ -45,12 +49,18 @@ class OtherPublishers {
   std::string text() const;
 
  private:
+  /// Topics whose publishers have to be connected.
+  struct Input {
+    explicit Input(std::vector<ros::Subscriber> s) : subscribers(std::move(s)) {}
+    const std::vector<ros::Subscriber> subscribers;
+    ros::WallTime unconnected = ros::WallTime::now();  // last look at which one was not connected, or the start
+    std::atomic<bool> connected{false};
+  };
+
   void look();
 
   const std::vector<std::string> commands_;
-  const std::array<ros::Subscriber, 3> inputs_;
-  ros::WallTime unconnected_ = ros::WallTime::now();  // last look at which an input was not connected, or the start
-  std::atomic<bool> checked_{false};
+  Input emergency_stop_, set_points_;
   std::atomic<bool> master_reachable_{true};
   std::atomic<bool> contended_{false};
   mutable std::mutex mutex_;  // of the text

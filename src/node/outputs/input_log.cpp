@@ -73,7 +73,7 @@ struct Values {
   void operator()(StatusInput& input) const {
     RobotStatus& s = input.status;
     a(s.emergency_stop, s.robot_stopped, s.motors_off, s.driver_fault, s.contended, s.graph_checked, s.ending, s.rivals,
-      s.disabled, s.no_subscriber);
+      s.disabled, s.no_subscriber, s.set_points_connected);
   }
   void operator()(AppliedInput& input) const { a(input.command.left, input.command.right, input.source); }
   void operator()(LearningInput& input) const { a(input.frozen); }

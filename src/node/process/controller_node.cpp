@@ -159,6 +159,7 @@ RobotStatus ControllerNode::robotStatus() const {
   RobotStatus status = robot_.status();
   status.contended = others_.contended();
   status.graph_checked = others_.checked();
+  status.set_points_connected = others_.setPointsConnected();
   status.ending = ending_;
   status.disabled = !enabled_;
   status.rivals = !parameters_.allow_multiple_set_points && !set_points_.rivals().empty();
