@@ -140,8 +140,12 @@ TEST(ActiveInferenceController, AdoptedGainsKeepBeliefActionAndMeasurements) {
   const double error = unbound.errors().sensory(kWheelLeft, 0), gyro_error = unbound.errors().sensory(kYawRate, 0);
   const double gradient = (error - 0.098 / 0.5621 * gyro_error) / slower.sensory_variances[0];
   EXPECT_NEAR(unbound.updateAction().left - before, -0.02 * slower.kappa_a * gradient, 1e-12);
-  // The bound by the plant's dead time stays.
-  EXPECT_LT(std::abs(changed.updateAction().left - action.left), 0.9 * std::abs(unbound.action().left - before));
+  // The bound by the plant's dead time stays: the action does not wind up while the wheels stand.
+  for (int k = 0; k < 100; ++k) {
+    changed.updateAction();
+    unbound.updateAction();
+  }
+  EXPECT_LT(std::abs(changed.action().left), 0.5 * std::abs(unbound.action().left));
 }
 
 /// The part of measurement and set point in the belief is kept between its updates.

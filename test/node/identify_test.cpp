@@ -273,7 +273,7 @@ TEST(DriveBag, TurnsTheImuAsItIsMounted) {
   EXPECT_TRUE(nobody_says.yaw.empty());
   EXPECT_EQ(nobody_says.yaw_unknown,
             "neither /tf_static nor /tf says how IMU frame '/imu_link' is mounted on 'base_link': say it with "
-            "--imu-roll");
+            "--imu-roll, --imu-pitch and --imu-yaw");
   topics.base_frame = "imu_link";
   EXPECT_NEAR(readDriveBag(file.path, topics).yaw.at(0).yaw_rate, 0.0, 1e-9) << "it is that of the base";
 }

@@ -27,7 +27,7 @@ class LearnedFileTest : public testing::Test {
   }
 
   std::string refusal() const {
-    return complaint([this] { readLearnedFile(path_, kThen); });
+    return complaint([this] { readLearnedFile(path_, kThen); }, 400 + path_.size());
   }
 
   TemporaryDirectory directory_;
