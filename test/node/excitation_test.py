@@ -42,7 +42,7 @@ class Excitation(unittest.TestCase):
         return any(drive.drivers[0] != 0.0 for drive in list(self.robot.drives))
 
     def begun(self):
-        self.robot.wait(self.driven, 'the excitation to begin', 60.0)
+        self.robot.wait(self.driven, 'the excitation to begin', 120.0)
 
     def expect_end(self, process, said):
         self.robot.wait(process.ended, 'the excitation to give up', 60.0)
@@ -83,6 +83,7 @@ class Excitation(unittest.TestCase):
         process = self.start('confirmed', '--confirm', 'true')
         self.robot.run(15.0)
         self.assertFalse(self.driven(), 'not confirmed yet')
+        self.assertFalse(process.ended(), process.errors())
         process.confirm()
         self.begun()
         self.robot.wait(process.ended, 'the excitation to end', 60.0)
