@@ -12,6 +12,7 @@ import typing
 import jackal_aic
 import numpy
 import scipy.linalg
+import yaml
 
 import bounds
 import engine
@@ -314,14 +315,12 @@ def row(item):
 
 def gains_text(items, values):
     """The text of sim/lab/baselines.yaml."""
-    lines = ['# Gains of the structures of baselines.py on each plant, as `experiments baselines --search --out DIR` finds them.']
-    for plant in engine.PLANTS:
-        lines.append(plant + ':')
-        for (name, of), found in zip(items, values):
-            if of == plant and found:
-                cells = ('{}: {:.6g}'.format(tunable.name, value) for tunable, value in zip(STRUCTURES[name].tuned, found))
-                lines.append('  {}: {{{}}}'.format(name, ', '.join(cells)))
-    return '\n'.join(lines) + '\n'
+    found = {plant: {} for plant in engine.PLANTS}
+    for (name, plant), gains in zip(items, values):
+        if gains:
+            found[plant][name] = {tunable.name: float('{:.6g}'.format(gain)) for tunable, gain in zip(STRUCTURES[name].tuned, gains)}
+    head = '# Gains of the structures of baselines.py on each plant, as `experiments baselines --search --out DIR` finds them.\n'
+    return head + yaml.safe_dump(found, sort_keys=False, default_flow_style=None, width=120)
 
 
 def write(out, search_gains=False, jobs=0):
