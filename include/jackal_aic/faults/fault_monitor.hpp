@@ -30,15 +30,15 @@
 
 #include <optional>
 
-#include "jackal_aic/faults/acceleration_monitor.hpp"
+#include "jackal_aic/faults/body_monitor.hpp"
 #include "jackal_aic/faults/fault.hpp"
 #include "jackal_aic/faults/fault_parameters.hpp"
 #include "jackal_aic/faults/turn_witness.hpp"
 #include "jackal_aic/faults/wheel_monitor.hpp"
-#include "jackal_aic/faults/yaw_monitor.hpp"
 #include "jackal_aic/model/geometry.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 #include "jackal_aic/model/traction_belief.hpp"
+#include "jackal_aic/model/turn_agreement.hpp"
 #include "jackal_aic/model/types.hpp"
 
 namespace jackal_aic {
@@ -148,10 +148,8 @@ class FaultMonitor {
   void hearWitnesses(const Observation& observation, double step);
   void blameEncoder(WheelMonitor& wheel, ChannelHealth& verdict, bool& drive);
   void compareWithModel(const Observation& observation, double step);
-  void concludeBodyMoved();
   bool wheelsTurn() const;
-  void checkGyro(const Observation& observation, const SampleStep& step);
-  void checkAccelerometer(const Observation& observation, const SampleStep& step);
+  void checkBody(const Observation& observation, double step);
   void checkTraction(const Observation& observation, double step);
   bool yawTells(const Observation& observation) const;
   double forwardSpeed() const;
@@ -164,12 +162,11 @@ class FaultMonitor {
   double rolling_radius_;  // r alpha [m]
   WheelMonitor left_;
   WheelMonitor right_;
-  YawMonitor yaw_;
+  faults::BodyMonitor body_;
   TurnWitness witness_;
   TurnAgreement turn_;                              // of the body with the measured wheels
   double off_model_ = 0.0;                          // time for which a wheel turns beyond what its commands allow [s]
   double off_measured_ = 0.0, off_expected_ = 0.0;  // angles of such wheels in that time [rad]
-  AccelerationMonitor acceleration_;
   TractionBelief traction_{0.0};
   Driven driven_;  // that the predictions have not followed yet
   FaultReport report_;
@@ -177,7 +174,6 @@ class FaultMonitor {
   bool yaw_tells_ = false;
   bool was_to_stand_ = false;   // when no wheel was suspect last
   bool wheels_turned_ = false;  // from outside
-  bool body_moved_ = false;     // from outside
   double stamp_ = 0.0;
   bool started_ = false;
   bool followed_ = false;          // since the last sample the commands were not known

@@ -1,0 +1,344 @@
+#include "jackal_aic/faults/body_monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "jackal_aic/model/forgetting.hpp"
+#include "jackal_aic/model/gravity.hpp"
+#include "jackal_aic/model/thresholds.hpp"
+
+namespace jackal_aic::faults {
+namespace {
+
+// How often hypotheses begin [1/s], and how long they last on average [s].
+constexpr double kFaultRate = 1e-5, kRepairTime = 100.0;  // one in a day of driving
+constexpr double kSlideRate = 0.05, kSlideTime = 0.3;     // a sill, a jolt, ice
+constexpr double kStrikeRate = 0.003, kStrikeTime = 0.1;  // a kerb
+constexpr double kPushRate = 0.01, kPushTime = 2.0;       // somebody moves a robot that is to stand
+constexpr double kGroundTime = 3.0;                       // after which another slip is the usual one
+constexpr double kStaysOnGround = 0.5;                    // of slides, that end on another ground
+constexpr double kLeastRate = 1e-7;                       // at which anything begins whatever else is believed
+
+// How large they are.
+constexpr double kOffsetScale = 1.0;       // standard deviation of an offset of the gyro [rad/s]
+constexpr double kStrike = 0.2;            // standard deviation of a strike [rad/s]
+constexpr double kOtherSlip = 0.4;         // standard deviation of another ground's slip, relative
+constexpr double kBodyAcceleration = 1.5;  // of a body that does not follow its wheels [rad/s^2], and the same by
+constexpr double kTurnChange = 2.0;        // the turn that the wheels ask for [1/s]
+
+// Share of samples in which the accelerometer is jolted: of a ground before it is known, where the body slides, and
+// where it is struck. The first is learned.
+constexpr double kJolts = 0.02, kJoltsSliding = 0.3, kJoltsStruck = 0.8;
+constexpr double kJoltsMemory = 20.0;  // s
+constexpr double kOutliers = 1e-3;     // share of samples of the gyro that are anything at all
+
+// Decision. Costs are multiples of that of a wrong name.
+constexpr double kFalseAlarm = 10.0;  // of a verdict where nothing is wrong
+constexpr double kWaiting = 2.5;      // of a second without a verdict
+constexpr double kDoubt = 0.9;        // probability of a fault from which waiting costs
+constexpr double kCertainty = 0.99;   // probability by which a verdict is withdrawn
+constexpr double kMovedFor = 0.1;     // time after which a robot is not moved any more [s]
+constexpr double kSureOdds = 5.0;     // ln of the odds by which a sensor counts again
+constexpr double kMostOdds = 10.0;
+
+constexpr double kSteepest = 0.7;  // of gravity: 45 degrees
+constexpr double kLever = 0.3;     // of the IMU off the centre of the turn, standard deviation [m]
+constexpr double kLate = 0.1;      // time within which an uncertain speed is an uncertain acceleration [s]
+constexpr double kShaken = 0.2;    // time for which a body goes on rocking [s]
+constexpr double kFading = 0.1;    // time over which the body follows a change of its wheels at the latest [s]
+constexpr double kFar = 9.0;       // squared distance of a value from its prediction that has left it
+
+double half(double a, double b) { return logMixture(0.5, a, b); }
+
+}  // namespace
+
+BodyMonitor::BodyMonitor(const FaultParameters& parameters, double effective_track, bool on_box)
+    : parameters_(parameters),
+      on_box_(on_box),
+      yaw_(parameters, effective_track, on_box),
+      forward_(parameters.accelerometer_variance, kSteepest * kGravity, kLever),
+      vertical_(parameters.accelerometer_variance, (1.0 - kSteepest) * kGravity, 0.0),
+      gyro_offset_(square(kOffsetScale), parameters.largest_bias),
+      slip_offset_(square(kOtherSlip / effective_track)),
+      jolts_(kJolts) {
+  forget();
+}
+
+void BodyMonitor::forget() {
+  alpha_.fill(0.0);
+  alpha_[kHealthy] = 1.0;
+  said_ = kHealthy;
+  suspicious_ = good_ = 0.0;
+}
+
+void BodyMonitor::restart() {
+  forget();
+  gyro_ = accelerometer_ = Excluded{};
+  yaw_.restart();
+  difference_change_ = forward_change_ = 0.0;
+  since_jolt_ = kShaken;
+}
+
+void BodyMonitor::predict(const double* forward_rates, const double* lowest, const double* highest,
+                          const double* difference_rates, std::size_t number, double step) {
+  const double fading = step / kFading;
+  for (std::size_t i = 0; i < number; ++i) {
+    forward_change_ += forward_rates[i] * step;
+    difference_change_ += difference_rates[i] * step;
+    lowest_ = std::min(lowest[i], lowest_ - fading * lowest_);
+    highest_ = std::max(highest[i], highest_ - fading * highest_);
+    rate_ = forward_rates[i];
+  }
+}
+
+double BodyMonitor::gyroFaulty() const {
+  return alpha_[kGyroFrozen] + alpha_[kGyroOffset] + alpha_[kGyroReversed] + alpha_[kUpsideDown];
+}
+
+double BodyMonitor::accelerometerFaulty() const {
+  return alpha_[kAccelerometerFrozen] + alpha_[kAccelerometerOffset] + alpha_[kUpsideDown];
+}
+
+bool BodyMonitor::shaken() const { return since_jolt_ < kShaken || alpha_[kStruck] > 0.5; }
+
+BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMotion& wheels, double step) {
+  const Normal& x = wheels.difference;
+  const double v = wheels.forward.mean, s = yaw_.slope(), turn = s * difference_change_;
+  const double last_error = gyro_error_;
+  const double e = gyro_error_ = yaw_rate - yaw_.mean(x.mean, v), S = gyro_variance_ = yaw_.variance(x, v);
+  const Repetition::Kind kind = wheels.turn ? Repetition::moving : Repetition::rest;
+  gyro_kind_ = square(e) > kFar * S ? Repetition::under_way : kind;
+  const bool repeats = gyro_repetition_.repeats(yaw_rate), zero = yaw_rate == 0.0;
+  // A driver may have a dead zone: zeros of a robot that need not turn say nothing.
+  const double chance = repeats && zero && gyro_kind_ == kind
+                            ? 0.0
+                            : gyro_repetition_.logChance(yaw_rate, gyro_kind_, yaw_.learnedNoise());
+  GyroEvidence g;
+  const double free =
+      square(step) * (square(kBodyAcceleration) + square(kTurnChange * s * x.mean)) + square(turn) + 2.0 * yaw_.noise();
+  if (repeats) {
+    // It is no new measurement. But what begins here, begins from where the wheels have the body.
+    const auto from_wheels = [&](double variance) { return chance - 0.5 * square(e) / variance; };
+    g = {chance,
+         chance,
+         from_wheels(free + S),
+         chance,
+         from_wheels(square(kStrike) + S),
+         chance,
+         from_wheels(S + square(kOtherSlip * s * x.mean)),
+         zero ? std::log(0.5) : 0.0,
+         chance,
+         chance,
+         chance};
+    return g;
+  }
+  const double taken_back = -std::expm1(-step / kStrikeTime) * last_error;
+  g.healthy = logSum(logStudent(square(e), S), std::log(kOutliers) + logNormal(e, square(kOffsetScale)));
+  g.slides = logNormal(yaw_rate - yaw_rate_, free);
+  g.slides_begins = logNormal(e, free + S);  // from where its wheels had it
+  g.struck = logStudent(square(e - last_error + taken_back),
+                        square(kPaceDoubt * taken_back) + square(turn) + S + yaw_.noise());
+  g.struck_begins = logNormal(e, square(kStrike) + S);
+  g.ground = slip_offset_.stays(e, S, x.mean);
+  // No body jumps: the new slip is what it has come to.
+  g.ground_begins = g.slides - 0.5 * square(e) / (S + square(kOtherSlip * s * x.mean));
+  g.offset = gyro_offset_.stays(e, S);
+  g.offset_begins = gyro_offset_.begins(e, S);
+  g.reversed = logStudent(square(yaw_rate + yaw_.mean(x.mean, v) - 2.0 * yaw_.mean(0.0, 0.0)), S);
+  g.frozen = kImpossible;
+  // No ground turns a body against its wheels.
+  const double asked = s * x.mean, part = (yaw_rate - yaw_.bias()) / asked;
+  if (std::abs(asked) > thresholds::kTurning && part < 0.0) {
+    const double against = 0.5 * square(part / (0.5 * kOtherSlip));
+    g.ground -= against;
+    g.ground_begins -= against;
+  }
+  for (double* p : {&g.healthy, &g.slides, &g.slides_begins, &g.struck, &g.struck_begins, &g.ground, &g.ground_begins,
+                    &g.offset, &g.offset_begins, &g.reversed}) {
+    *p += chance;
+  }
+  return g;
+}
+
+BodyMonitor::AccelerationEvidence BodyMonitor::weighAcceleration(const Observation& y, const WheelMotion& wheels,
+                                                                 double step) {
+  const Repetition::Kind kind = wheels.turn ? Repetition::moving : Repetition::rest;
+  // What the drive train may do explains all of an error within its range.
+  const double yaw_rate = y.valid.yaw_rate ? y.yaw_rate : 0.0;
+  const double left = y.acceleration_x - rate_ - forward_.beside(yaw_rate);
+  const double possible = std::clamp(left, std::min(0.0, lowest_ - rate_), std::max(0.0, highest_ - rate_));
+  const double doubt = square(kPaceDoubt * rate_) + wheels.forward.variance / square(kLate), v = wheels.forward.mean;
+  const AxisEvidence x = forward_.weigh(y.acceleration_x, left - possible, doubt, v, yaw_rate, kind, step);
+  AccelerationEvidence a{x.healthy, x.jolted, x.frozen, x.offset, x.offset_begins, kImpossible};
+  if (y.acceleration_z) {
+    // A message that is published again repeats all of its axes: that is one event.
+    const bool again = forward_.repeats(y.acceleration_x) && vertical_.repeats(*y.acceleration_z);
+    AxisEvidence z = vertical_.weigh(*y.acceleration_z, *y.acceleration_z - kGravity - vertical_.beside(0.0), 0.0, v,
+                                     0.0, kind, step);
+    if (again) z = AxisEvidence{};
+    // An IMU upside down reads the forward acceleration backwards, or does not, by the axis about which it is turned.
+    a.upside_down = half(x.healthy, forward_.logDensity(forward_.error() + 2.0 * (rate_ + forward_.beside(yaw_rate)))) +
+                    vertical_.logDensity(*y.acceleration_z + kGravity);
+    a.frozen = std::max({x.frozen + z.healthy, x.healthy + z.frozen, x.frozen + z.frozen});
+    a.healthy += z.healthy;
+    a.jolted += z.jolted;
+    a.offset += z.offset;
+    a.offset_begins += z.offset_begins;
+  }
+  return a;
+}
+
+void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double step) {
+  const bool reads = y.valid.yaw_rate && step > 0.0, accelerates = y.valid.acceleration && step > 0.0;
+  const bool judged = reads && (wheels.trusted || on_box_) && !wheels.pushed;
+  yaw_.predict(wheels.difference.mean, difference_change_, forward_change_, step);
+  GyroEvidence g;
+  if (judged) {
+    g = weighGyro(y.yaw_rate, wheels, step);
+    if (gyro_) {
+      const double reversed = gyro_.fault == kGyroOffset ? kImpossible : g.reversed;
+      gyro_.weigh(g.healthy, std::max({g.offset, g.frozen, reversed}), step, parameters_.recovery_time);
+      gyro_offset_.update(gyro_error_, gyro_variance_, 0.0);
+      g = GyroEvidence{};
+    }
+  }
+  AccelerationEvidence a;
+  if (accelerates) {
+    a = weighAcceleration(y, wheels, step);
+    const double jolted = 1.0 / (1.0 + (1.0 / jolts_ - 1.0) * std::exp(a.healthy - a.jolted));
+    since_jolt_ = jolted > 0.5 ? 0.0 : since_jolt_ + step;
+    average(jolts_, jolted, step, kJoltsMemory);
+    jolts_ = std::clamp(jolts_, kJolts, kJoltsSliding);
+    if (accelerometer_) {
+      const double turned = accelerometer_.fault == kUpsideDown ? a.upside_down : kImpossible;
+      accelerometer_.weigh(a.healthy, std::max({a.offset, a.frozen, turned}), step, parameters_.recovery_time);
+      a = AccelerationEvidence{};
+    }
+    if (wheels.pushed) a = AccelerationEvidence{};
+  }
+  const double jolts = logMixture(jolts_, a.healthy, a.jolted), slides = logMixture(kJoltsSliding, a.healthy, a.jolted);
+  Densities stays, begins;
+  const auto set = [&](Hypothesis h, double stay, double begin) {
+    stays[h] = stay;
+    begins[h] = begin;
+  };
+  set(kHealthy, g.healthy + jolts, g.healthy + jolts);
+  set(kSlides, g.slides + slides, g.slides_begins + slides);
+  set(kStruck, g.struck + slides, g.struck_begins + logMixture(kJoltsStruck, a.healthy, a.jolted));
+  set(kOtherGround, g.ground + jolts, g.ground_begins + jolts);
+  set(kMoved, half(g.healthy, g.slides) + slides, half(g.healthy, g.offset_begins) + slides);
+  set(kGyroFrozen, g.frozen + jolts, g.frozen + jolts);
+  set(kGyroOffset, g.offset + jolts, g.offset_begins + jolts);
+  set(kGyroReversed, g.reversed + jolts, g.reversed + jolts);
+  set(kAccelerometerFrozen, g.healthy + a.frozen, g.healthy + a.frozen);
+  set(kAccelerometerOffset, g.healthy + a.offset, g.healthy + a.offset_begins);
+  set(kUpsideDown, g.reversed + a.upside_down, g.reversed + a.upside_down);
+  if (step > 0.0) filter(stays, begins, wheels.to_stand, step);
+
+  if (judged && gyro_) gyro_repetition_.update(y.yaw_rate, 0.0, gyro_kind_, 0.0);
+  if (judged && !gyro_) {
+    const double agrees =
+        alpha_[kHealthy] + alpha_[kOtherGround] + alpha_[kAccelerometerFrozen] + alpha_[kAccelerometerOffset];
+    gyro_offset_.update(gyro_error_, gyro_variance_, fresh_[kGyroOffset]);
+    slip_offset_.update(gyro_error_, gyro_variance_, fresh_[kOtherGround], wheels.difference.mean);
+    yaw_.widen(std::sqrt(alpha_[kOtherGround] * fresh_[kOtherGround]) * kOtherSlip);
+    yaw_.learn(y.yaw_rate, wheels.difference, wheels.forward.mean, step, agrees);
+    if (y.yaw_rate != 0.0)
+      gyro_repetition_.update(y.yaw_rate, std::abs(yaw_.slope() * difference_change_), gyro_kind_, agrees);
+  } else if (reads && !judged) {
+    yaw_.restart();
+  }
+  if (reads) yaw_rate_ = y.yaw_rate;
+  if (accelerates) {
+    const double healthy = accelerometer_ ? 0.0 : 1.0 - accelerometerFaulty(), explained = std::abs(rate_);
+    if (wheels.pushed || said_ == kMoved) forward_.widen(), vertical_.widen();
+    forward_.learn(explained, healthy, fresh_[kAccelerometerOffset], step);
+    if (y.acceleration_z) vertical_.learn(explained, healthy, fresh_[kAccelerometerOffset], step);
+  }
+  difference_change_ = forward_change_ = 0.0;
+  decide(step);
+}
+
+void BodyMonitor::filter(const Densities& stays, const Densities& begins, bool to_stand, double step) {
+  struct Prior {
+    double rate, time;
+  };
+  const auto prior = [&](int h) -> Prior {
+    switch (h) {
+      case kSlides:
+        return {on_box_ ? 0.0 : kSlideRate, kSlideTime};
+      case kStruck:
+        return {on_box_ ? 0.0 : kStrikeRate, kStrikeTime};
+      case kOtherGround:
+        return {0.0, kGroundTime};
+      case kMoved:
+        return to_stand ? Prior{kPushRate, kPushTime} : Prior{0.0, step};
+      default:
+        return {kFaultRate, kRepairTime};
+    }
+  };
+  const auto leaving = [&](int h) { return alpha_[h] * std::min(1.0, step / prior(h).time); };
+  const double no_fault = alpha_[kHealthy] + alpha_[kSlides] + alpha_[kStruck] + alpha_[kOtherGround];
+  const double grounds = kStaysOnGround * leaving(kSlides);
+  double back = kLeastRate - grounds;
+  for (int h = kHealthy + 1; h < kHypotheses; ++h) back += leaving(h);
+  Densities next;
+  double top = -std::numeric_limits<double>::infinity();
+  constexpr double kNone = 1e-300;
+  for (int h = 0; h < kHypotheses; ++h) {
+    const double rate = prior(h).rate;
+    const double in = h == kHealthy       ? std::max(back, kLeastRate)
+                      : h == kOtherGround ? grounds
+                      : rate > 0.0        ? (no_fault * rate + kLeastRate) * step
+                                          : 0.0;
+    const double remains = h == kHealthy ? alpha_[h] : alpha_[h] - leaving(h);
+    const double begun = std::log(in + kNone) + begins[h], stayed = std::log(remains + kNone) + stays[h];
+    next[h] = logSum(begun, stayed);
+    fresh_[h] = std::exp(begun - next[h]);
+    top = std::max(top, next[h]);
+  }
+  double sum = 0.0;
+  for (double& p : next) sum += p = std::exp(p - top);
+  for (int h = 0; h < kHypotheses; ++h) alpha_[h] = next[h] / sum;
+}
+
+void BodyMonitor::decide(double step) {
+  double no_fault = 0.0;
+  for (int h = kHealthy; h < kMoved; ++h) no_fault += alpha_[h];
+  if (said_ == kMoved) {
+    good_ = alpha_[kMoved] < 1.0 - kCertainty ? good_ + step : 0.0;
+    if (good_ < kMovedFor) return;
+    said_ = kHealthy;
+  }
+  good_ = 0.0;
+  suspicious_ = 1.0 - no_fault > kDoubt ? suspicious_ + step : 0.0;
+  if (suspicious_ == 0.0) return;
+  Hypothesis best = kMoved;
+  for (int h = kMoved; h < kHypotheses; ++h) {
+    if (alpha_[h] > alpha_[best]) best = static_cast<Hypothesis>(h);
+  }
+  const double risk = kFalseAlarm * no_fault + (1.0 - no_fault - alpha_[best]);
+  if (risk >= kWaiting * suspicious_) return;
+  if (best == kMoved) {
+    said_ = kMoved;
+  } else {
+    exclude(best);
+  }
+}
+
+void BodyMonitor::exclude(Hypothesis verdict) {
+  const Excluded excluded{verdict, -kMostOdds, 0.0};
+  const bool of_gyro = verdict <= kGyroReversed;
+  if (of_gyro || verdict == kUpsideDown) gyro_ = excluded;
+  if (!of_gyro) accelerometer_ = excluded;
+  forget();
+}
+
+void BodyMonitor::Excluded::weigh(double healthy, double faulty, double step, double recovery_time) {
+  odds = std::clamp(odds + healthy - faulty, -kMostOdds, kMostOdds);
+  good = odds > kSureOdds ? good + step : 0.0;
+  if (good >= recovery_time) *this = Excluded{};
+}
+
+}  // namespace jackal_aic::faults
